@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: Apache-2.0
+// OpenCL, and the only place that knows it: no cl_* handle is visible outside host/device.
+#pragma once
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "device/profiler.h"
+
+namespace eikon {
+
+struct DeviceInfo {
+  std::uint32_t index = 0;       // position in list_devices(), what --devices takes
+  std::string name, vendor, driver, platform, version;
+  bool cpu = false, gpu = false;
+  std::uint32_t compute_units = 0;
+  std::uint64_t memory_bytes = 0, max_allocation_bytes = 0;
+  std::uint32_t native_float_lanes = 1;
+  bool correctly_rounded_divide_sqrt = false, denormals = false;
+  std::string unusable;          // why it cannot be used (not available, no compiler, ...); empty: it can
+};
+
+/// All devices of all platforms, in the platforms' order. Empty when there is no platform; never throws for that.
+std::vector<DeviceInfo> list_devices();
+
+/// The devices that `selection` names: "all", or a comma-separated list of indices, "cpu", "gpu", or parts of names.
+/// throws DeviceError when there is no platform or device, UsageError when an entry names nothing, with what there is.
+std::vector<DeviceInfo> select_devices(const std::string& selection);
+
+class Device;
+
+/// Device memory, owned. Moves, never copies.
+class Buffer {
+ public:
+  Buffer() = default;
+  [[nodiscard]] std::size_t size_bytes() const;
+  [[nodiscard]] explicit operator bool() const { return impl_ != nullptr; }
+  struct Impl;
+
+ private:
+  friend class Device;
+  friend class Kernel;
+  std::shared_ptr<Impl> impl_;
+};
+
+/// Names -> buffers and scalars that kernels of one device take their arguments from.
+class Arguments {
+ public:
+  void set(const std::string& name, Buffer buffer) { buffers_[name] = std::move(buffer); }
+  void set(const std::string& name, std::uint32_t value) { scalars_[name] = value; }
+  [[nodiscard]] const std::map<std::string, Buffer>& buffers() const { return buffers_; }
+  [[nodiscard]] const std::map<std::string, std::uint32_t>& scalars() const { return scalars_; }
+
+ private:
+  std::map<std::string, Buffer> buffers_;
+  std::map<std::string, std::uint32_t> scalars_;
+};
+
+struct ProgramOptions {
+  std::map<std::string, std::string> defines;
+  bool optimise = true;           // false adds -cl-opt-disable (Oclgrind needs it)
+};
+
+class Program;
+
+/// A kernel with its arguments bound by name. Belongs to one thread.
+class Kernel {
+ public:
+  Kernel() = default;
+  /// Takes every argument from `arguments` by the name it has in the kernel's signature.
+  /// throws InternalError naming kernel and argument when there is none of that name.
+  void bind(const Arguments& arguments);
+  [[nodiscard]] const std::string& name() const;
+  struct Impl;
+
+ private:
+  friend class Device;
+  friend class Program;
+  std::shared_ptr<Impl> impl_;
+};
+
+class Program {
+ public:
+  /// throws InternalError when there is no kernel of that name
+  Kernel kernel(const std::string& name) const;
+  struct Impl;
+
+ private:
+  friend class Device;
+  std::shared_ptr<Impl> impl_;
+};
+
+/// An opened device: one context, one in-order queue, one profiler. One thread at a time.
+class Device {
+ public:
+  /// throws DeviceError
+  explicit Device(const DeviceInfo& info);
+  ~Device();
+  Device(Device&&) noexcept;
+  Device& operator=(Device&&) noexcept;
+
+  [[nodiscard]] const DeviceInfo& info() const;
+  [[nodiscard]] Profiler& profiler();
+
+  /// Compiles one text (kernel_text) with our dialect's options. throws DeviceError with the compiler's first error,
+  /// the device and the defines.
+  Program build(const std::string& text, const ProgramOptions& options);
+
+  /// Uninitialised memory. throws DeviceError saying how much was asked for and what the device has.
+  Buffer allocate(std::size_t bytes);
+  Buffer upload(const void* data, std::size_t bytes);
+  template <class T>
+  Buffer upload(const std::vector<T>& values) {
+    return upload(values.data(), values.size() * sizeof(T));
+  }
+
+  /// Enqueues; returns at once. `data` must live until the next finish() for write and read without blocking.
+  void write(const Buffer& buffer, const void* data, std::size_t bytes, std::size_t offset = 0);
+  void fill_zero(const Buffer& buffer);
+  /// Blocks until everything before it is done.
+  void read(const Buffer& buffer, void* data, std::size_t bytes, std::size_t offset = 0);
+  template <class T>
+  std::vector<T> read_all(const Buffer& buffer) {
+    std::vector<T> out(buffer.size_bytes() / sizeof(T));
+    read(buffer, out.data(), out.size() * sizeof(T));
+    return out;
+  }
+
+  /// Launches `groups` work-groups of `local` work-items (offset zero, fixed local size). `items` is for the profile.
+  /// throws DeviceError
+  void run(const Kernel& kernel, std::size_t groups, std::size_t local, std::uint64_t items);
+  /// Number of items of an earlier launch, known only later (read back with the counts).
+  void finish();
+
+  struct Impl;
+
+ private:
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace eikon

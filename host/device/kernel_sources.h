@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <map>
+#include <string>
+
+namespace eikon {
+
+/// Path below kernels/ -> text, embedded at build time (generated).
+const std::map<std::string, std::string>& embedded_kernels();
+
+/// One text of the given files, every include expanded in place, with #line so that errors name the real file and line.
+/// Reads $EIKON_KERNEL_DIR instead of the embedded table when set. throws InternalError for a missing file.
+std::string kernel_text(const std::string& entry);
+
+}  // namespace eikon

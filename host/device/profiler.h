@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+// Times of launches and transfers from the events that the queue records anyway; resolving them happens where the host
+// waits for the device for other reasons, so that profiling adds no synchronisation [pbrt-v4, gpu/util.cpp].
+#pragma once
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace eikon {
+
+struct StageTotals {
+  std::uint64_t launches = 0;
+  std::uint64_t items = 0;
+  double seconds = 0, seconds_min = 0, seconds_max = 0;
+};
+
+/// One finished launch or transfer, in seconds since the profiler's start (host clock).
+struct Span {
+  std::string name;
+  double begin_s = 0, end_s = 0;
+  std::uint64_t items = 0;
+};
+
+class Profiler {
+ public:
+  void record(const std::string& name, double begin_s, double end_s, std::uint64_t items);
+  /// Adds items to a stage whose count became known only after its launch.
+  void add_items(const std::string& name, std::uint64_t items);
+  /// Keeps every span, for --profile; off by default (totals only).
+  void keep_spans(bool keep) { keep_spans_ = keep; }
+  [[nodiscard]] const std::map<std::string, StageTotals>& totals() const { return totals_; }
+  [[nodiscard]] const std::vector<Span>& spans() const { return spans_; }
+
+ private:
+  bool keep_spans_ = false;
+  std::map<std::string, StageTotals> totals_;
+  std::vector<Span> spans_;
+};
+
+}  // namespace eikon
