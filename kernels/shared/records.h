@@ -26,13 +26,12 @@ typedef struct {
   uint sample_high;               // high word
   uint seed;
   uint replicate_bits;            // log2 of the number of replicates
-  uint depth;                     // path edges so far: 1 for camera rays
   uint max_depth;                 // 0: no limit
   uint roulette_depth;            // roulette from this depth on
   uint light_count;               // entries of the light table
   uint film_stride;               // paths (padded) between two channels of the film slots
   uint pixel_stride;              // pixels (padded) between two limbs of the film sums
-  uint pad0, pad1, pad2;
+  uint pad0, pad1, pad2, pad3;
 } Frame;
 EK_ASSERT_SIZE(Frame, 176);
 

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+// Vector and elementary functions on lanes. Built-ins (min, dot, normalize, sin, ...) are not used: their rounding, their
+// treatment of zeros and NaN, and their contraction differ between implementations.
+#ifndef EK_MATH_H
+#define EK_MATH_H
+#include "lanes.h"
+
+#define EK_PI 3.14159265358979f
+#define EK_INV_PI 0.318309886183791f
+#define EK_INFINITY AS_F((vu)(0x7f800000u))
+
+EK_FN vf min_f(vf a, vf b) { return a < b ? a : b; }
+EK_FN vf max_f(vf a, vf b) { return a > b ? a : b; }
+EK_FN vf abs_f(vf x) { return AS_F(AS_U(x) & 0x7fffffffu); }
+EK_FN vf copysign_f(vf magnitude, vf sign) { return AS_F((AS_U(magnitude) & 0x7fffffffu) | (AS_U(sign) & 0x80000000u)); }
+EK_FN vi is_finite(vf x) { return (AS_U(x) & 0x7f800000u) != 0x7f800000u; }
+
+EK_FN v3 V3(vf x, vf y, vf z) {
+  v3 r = {x, y, z};
+  return r;
+}
+EK_FN v3 splat3(float4 a) { return V3((vf)(a.x), (vf)(a.y), (vf)(a.z)); }
+EK_FN v3 add3(v3 a, v3 b) { return V3(a.x + b.x, a.y + b.y, a.z + b.z); }
+EK_FN v3 sub3(v3 a, v3 b) { return V3(a.x - b.x, a.y - b.y, a.z - b.z); }
+EK_FN v3 mul3(v3 a, v3 b) { return V3(a.x * b.x, a.y * b.y, a.z * b.z); }
+EK_FN v3 scale3(v3 a, vf s) { return V3(a.x * s, a.y * s, a.z * s); }
+EK_FN v3 neg3(v3 a) { return V3(-a.x, -a.y, -a.z); }
+EK_FN v3 abs3(v3 a) { return V3(abs_f(a.x), abs_f(a.y), abs_f(a.z)); }
+EK_FN vf dot3(v3 a, v3 b) { return (a.x * b.x + a.y * b.y) + a.z * b.z; }
+EK_FN v3 cross3(v3 a, v3 b) {
+  return V3(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
+}
+EK_FN v3 normalize3(v3 a) { return scale3(a, (vf)(1.0f) / sqrt(dot3(a, a))); }
+EK_FN v3 select3(vi m, v3 a, v3 b) { return V3(m ? a.x : b.x, m ? a.y : b.y, m ? a.z : b.z); }
+EK_FN vf max_component(v3 a) { return max_f(max_f(a.x, a.y), a.z); }
+
+#endif

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+// Paths between stages: where their state lies, how a stage walks over them, and how those that go on are kept together.
+//   EK_CHUNKED 1 (CPU devices): one work-item owns a chunk of EK_CHUNK slots in every stage. Paths lie in slots 0 .. count-1
+//     of their chunk and move down in place when others end (shade.cl), so that stages read and write whole vectors.
+//   EK_CHUNKED 0 (GPU devices): one chunk of EK_CHUNK slots for all; a path stays in its slot; queues hold the slots of the
+//     paths that go on (compact.cl), and one work-item serves one entry.
+// counts: four words per chunk: [depth & 1] paths at this depth, [(depth + 1) & 1] at the next, [2] pending shadow rays.
+#ifndef EK_WAVEFRONT_H
+#define EK_WAVEFRONT_H
+#include "math.h"
+
+// Words of state per path; a field that this program does not need has no place.
+enum {
+#define EK_FIELD(name, needed) FIELD_##name, FIELD_LAST_##name = FIELD_##name + (needed) - 1,
+#define EK_SHADOW(name, needed) FIELD_##name, FIELD_LAST_##name = FIELD_##name + (needed) - 1,
+#include "shared/path_state.def"
+  FIELD_COUNT
+};
+
+// Slots between two fields: a power of two would put all fields of a path into one cache set.
+#define EK_STRIDE (EK_CHUNK + 16)
+
+// Film slots of one path: R, G, B, then the layers that were asked for.
+enum {
+  FILM_r, FILM_g, FILM_b,
+#define EK_AOV(name, channels) FILM_##name, FILM_LAST_##name = FILM_##name + (channels) * EK_HAS_##name - 1,
+#include "shared/features.def"
+  FILM_CHANNELS
+};
+
+#if EK_CHUNKED
+#define EK_CHUNK_INDEX ((uint)get_global_id(0))
+// Walks over the paths [0, count) of this chunk, EK_WIDTH at a time; the last lanes may lie beyond count.
+#define EK_FOR_EACH(slot, count, queue) for (uint slot = 0; slot < (count); slot += EK_WIDTH)
+// Walks one by one, for stages that are scalar over paths.
+#define EK_FOR_EACH_SCALAR(slot, count, queue) for (uint slot = 0; slot < (count); ++slot)
+#else
+#define EK_CHUNK_INDEX 0u
+#define EK_FOR_EACH(slot, count, queue)                                                                 \
+  for (uint entry_ = (uint)get_global_id(0), slot = entry_ < (count) ? (queue)[entry_] : 0u; entry_ < (count); \
+       entry_ = 0xffffffffu)
+#define EK_FOR_EACH_SCALAR(slot, count, queue) EK_FOR_EACH(slot, count, queue)
+#endif
+
+// First word of this work-item's chunk.
+EK_FN global uint* chunk_state(global uint* path_state) {
+  return path_state + (size_t)EK_CHUNK_INDEX * FIELD_COUNT * EK_STRIDE;
+}
+
+EK_FN vf state_f(global const uint* state, uint field, uint slot) {
+  return load_f((global const float*)(state + field * EK_STRIDE + slot));
+}
+EK_FN vu state_u(global const uint* state, uint field, uint slot) { return load_u(state + field * EK_STRIDE + slot); }
+EK_FN v3 state_3(global const uint* state, uint field, uint slot) {
+  return V3(state_f(state, field, slot), state_f(state, field + 1, slot), state_f(state, field + 2, slot));
+}
+EK_FN void state_set_f(global uint* state, uint field, uint slot, vf x) {
+  store_f((global float*)(state + field * EK_STRIDE + slot), x);
+}
+EK_FN void state_set_u(global uint* state, uint field, uint slot, vu x) { store_u(state + field * EK_STRIDE + slot, x); }
+EK_FN void state_set_3(global uint* state, uint field, uint slot, v3 a) {
+  state_set_f(state, field, slot, a.x);
+  state_set_f(state, field + 1, slot, a.y);
+  state_set_f(state, field + 2, slot, a.z);
+}
+
+// One path, for stages that are scalar over paths.
+EK_FN float path_f(global const uint* state, uint field, uint slot) { return as_float(state[field * EK_STRIDE + slot]); }
+EK_FN uint path_u(global const uint* state, uint field, uint slot) { return state[field * EK_STRIDE + slot]; }
+EK_FN void path_set_f(global uint* state, uint field, uint slot, float x) { state[field * EK_STRIDE + slot] = as_uint(x); }
+EK_FN void path_set_u(global uint* state, uint field, uint slot, uint x) { state[field * EK_STRIDE + slot] = x; }
+
+// Adds to the film slots of each lane's path; lanes outside `live` write to the trash slots behind the last path.
+EK_FN void film_add(global float* film_slots, uint film_stride, uint channel, vi live, vu path, v3 value) {
+  const vu slot = live ? path : (vu)(film_stride - 16u) + LANE_INDEX;
+  for (uint c = 0; c < 3; ++c) {
+    global float* plane = film_slots + (size_t)(channel + c) * film_stride;
+    const vf x = c == 0 ? value.x : c == 1 ? value.y : value.z;
+    scatter_f(plane, slot, gather_f(plane, slot) + x);
+  }
+}
+
+#endif
