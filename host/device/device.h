@@ -65,7 +65,15 @@ struct ProgramOptions {
   bool optimise = true;           // false adds -cl-opt-disable (Oclgrind needs it)
 };
 
-class Program;
+/// A transfer under way; see Device::read_later.
+class Ticket {
+ public:
+  struct Impl;
+
+ private:
+  friend class Device;
+  std::shared_ptr<Impl> impl_;
+};
 
 /// A kernel with its arguments bound by name. Belongs to one thread.
 class Kernel {
@@ -74,6 +82,8 @@ class Kernel {
   /// Takes every argument from `arguments` by the name it has in the kernel's signature.
   /// throws InternalError naming kernel and argument when there is none of that name.
   void bind(const Arguments& arguments);
+  /// Sets one scalar argument for the launches that follow; ignored when the kernel has none of that name.
+  void set(const std::string& argument, std::uint32_t value);
   [[nodiscard]] const std::string& name() const;
   struct Impl;
 
@@ -85,6 +95,7 @@ class Kernel {
 
 class Program {
  public:
+  /// Kernels of one program that are to run with different arguments must be made separately.
   /// throws InternalError when there is no kernel of that name
   Kernel kernel(const std::string& name) const;
   struct Impl;
@@ -118,11 +129,14 @@ class Device {
     return upload(values.data(), values.size() * sizeof(T));
   }
 
-  /// Enqueues; returns at once. `data` must live until the next finish() for write and read without blocking.
+  /// Enqueues; returns when `data` may be reused.
   void write(const Buffer& buffer, const void* data, std::size_t bytes, std::size_t offset = 0);
   void fill_zero(const Buffer& buffer);
   /// Blocks until everything before it is done.
   void read(const Buffer& buffer, void* data, std::size_t bytes, std::size_t offset = 0);
+  /// Enqueues; `data` must live, untouched, until wait().
+  Ticket read_later(const Buffer& buffer, void* data, std::size_t bytes, std::size_t offset = 0);
+  void wait(const Ticket& ticket);
   template <class T>
   std::vector<T> read_all(const Buffer& buffer) {
     std::vector<T> out(buffer.size_bytes() / sizeof(T));
@@ -132,8 +146,8 @@ class Device {
 
   /// Launches `groups` work-groups of `local` work-items (offset zero, fixed local size). `items` is for the profile.
   /// throws DeviceError
-  void run(const Kernel& kernel, std::size_t groups, std::size_t local, std::uint64_t items);
-  /// Number of items of an earlier launch, known only later (read back with the counts).
+  void run(const Kernel& kernel, std::size_t groups, std::size_t local, std::uint64_t items = 0);
+  void flush();
   void finish();
 
   struct Impl;

@@ -11,5 +11,7 @@ const std::map<std::string, std::string>& embedded_kernels();
 /// One text of the given files, every include expanded in place, with #line so that errors name the real file and line.
 /// Reads $EIKON_KERNEL_DIR instead of the embedded table when set. throws InternalError for a missing file.
 std::string kernel_text(const std::string& entry);
+/// The same for a text of the caller's own (a probe of the tests), called `name` in errors.
+std::string expand_includes(const std::string& text, const std::string& name);
 
 }  // namespace eikon

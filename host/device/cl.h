@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+// Private to host/device: OpenCL handles and what is behind the classes of device.h.
+#pragma once
+#include <CL/cl.h>
+
+#include <cstdlib>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/error.h"
+#include "device/device.h"
+
+namespace eikon {
+
+/// "CL_OUT_OF_RESOURCES (-5)", for messages.
+[[nodiscard]] std::string cl_error_name(cl_int code);
+/// throws DeviceError: `what` failed on `device`: name of the code
+void cl_check(cl_int code, const std::string& what, const std::string& device);
+
+/// Every device of every platform in list_devices' order.
+std::vector<cl_device_id> enumerate_devices();
+
+template <class Handle, cl_int (*Release)(Handle)>
+struct ClRelease {
+  using pointer = Handle;
+  void operator()(Handle handle) const { Release(handle); }
+};
+template <class Handle, cl_int (*Release)(Handle)>
+using ClOwned = std::unique_ptr<std::remove_pointer_t<Handle>, ClRelease<Handle, Release>>;
+using ClContext = ClOwned<cl_context, clReleaseContext>;
+using ClQueue = ClOwned<cl_command_queue, clReleaseCommandQueue>;
+using ClProgram = ClOwned<cl_program, clReleaseProgram>;
+using ClKernel = ClOwned<cl_kernel, clReleaseKernel>;
+using ClMem = ClOwned<cl_mem, clReleaseMemObject>;
+using ClEvent = ClOwned<cl_event, clReleaseEvent>;
+
+struct FreeHost {
+  void operator()(void* memory) const { std::free(memory); }
+};
+
+struct Buffer::Impl {
+  std::unique_ptr<void, FreeHost> host;  // backing memory on CPU devices, see Device::allocate; released after `mem`
+  ClMem mem;
+  std::size_t bytes = 0;
+};
+
+struct Ticket::Impl {
+  ClEvent event;
+};
+
+struct Program::Impl {
+  ClProgram program;
+  std::string device;
+};
+
+std::shared_ptr<Program::Impl> build_program(cl_context context, cl_device_id device, const DeviceInfo& info,
+                                             const std::string& text, const ProgramOptions& options);
+
+struct Kernel::Impl {
+  std::shared_ptr<Program::Impl> program;
+  ClKernel kernel;
+  std::string name;
+  std::vector<std::string> argument_names;
+  std::vector<bool> argument_is_buffer;
+  std::vector<Buffer> bound;  // keeps the memory alive
+  bool launched = false;
+};
+
+}  // namespace eikon

@@ -1,0 +1,212 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "device/device.h"
+
+#include <sys/mman.h>
+
+#include <algorithm>
+#include <deque>
+#include <fmt/format.h>
+
+#include "device/cl.h"
+
+namespace eikon {
+
+std::string cl_error_name(cl_int code) {
+  static const std::map<cl_int, const char*> names = {
+      {-1, "CL_DEVICE_NOT_FOUND"},        {-2, "CL_DEVICE_NOT_AVAILABLE"},
+      {-3, "CL_COMPILER_NOT_AVAILABLE"},  {-4, "CL_MEM_OBJECT_ALLOCATION_FAILURE"},
+      {-5, "CL_OUT_OF_RESOURCES"},        {-6, "CL_OUT_OF_HOST_MEMORY"},
+      {-11, "CL_BUILD_PROGRAM_FAILURE"},  {-14, "CL_EXEC_STATUS_ERROR_FOR_EVENTS_IN_WAIT_LIST"},
+      {-36, "CL_INVALID_COMMAND_QUEUE"},  {-38, "CL_INVALID_MEM_OBJECT"},
+      {-45, "CL_INVALID_PROGRAM_EXECUTABLE"}, {-46, "CL_INVALID_KERNEL_NAME"},
+      {-48, "CL_INVALID_KERNEL"},         {-51, "CL_INVALID_ARG_SIZE"},
+      {-52, "CL_INVALID_KERNEL_ARGS"},    {-54, "CL_INVALID_WORK_GROUP_SIZE"},
+      {-61, "CL_INVALID_BUFFER_SIZE"},    {-1001, "CL_PLATFORM_NOT_FOUND_KHR"},
+  };
+  const auto found = names.find(code);
+  return fmt::format("{} ({})", found == names.end() ? "OpenCL error" : found->second, code);
+}
+
+void cl_check(cl_int code, const std::string& what, const std::string& device) {
+  if (code == CL_SUCCESS) return;
+  throw DeviceError(fmt::format("{} failed on device '{}': {}; try another device (--devices) or a smaller image", what,
+                                device, cl_error_name(code)));
+}
+
+std::size_t Buffer::size_bytes() const { return impl_ ? impl_->bytes : 0; }
+
+struct Device::Impl {
+  DeviceInfo info;
+  cl_device_id id = nullptr;
+  ClContext context;
+  ClQueue queue;
+  Profiler profiler;
+  double clock_offset_s = 0;  // host_seconds() = device timestamp [s] + offset
+
+  struct Pending {
+    std::string name;
+    ClEvent event;
+    std::uint64_t items, bytes;
+  };
+  std::deque<Pending> pending;
+
+  void check(cl_int code, const std::string& what) const { cl_check(code, what, info.name); }
+
+  [[nodiscard]] static double timestamp_s(cl_event event, cl_profiling_info what) {
+    cl_ulong nanoseconds = 0;
+    clGetEventProfilingInfo(event, what, sizeof nanoseconds, &nanoseconds, nullptr);
+    return double(nanoseconds) * 1e-9;
+  }
+
+  // Events finish in order; called where the host has waited for the device anyway.
+  void resolve() {
+    while (!pending.empty()) {
+      const Pending& front = pending.front();
+      cl_int status = CL_QUEUED;
+      clGetEventInfo(front.event.get(), CL_EVENT_COMMAND_EXECUTION_STATUS, sizeof status, &status, nullptr);
+      if (status < 0) check(status, "command '" + front.name + "'");
+      if (status != CL_COMPLETE) return;
+      const double begin = timestamp_s(front.event.get(), CL_PROFILING_COMMAND_START);
+      const double end = timestamp_s(front.event.get(), CL_PROFILING_COMMAND_END);
+      profiler.record(front.name, begin + clock_offset_s, end + clock_offset_s, front.items, front.bytes);
+      pending.pop_front();
+    }
+  }
+
+  void track(const char* name, cl_event event, std::uint64_t items, std::uint64_t bytes) {
+    pending.push_back({name, ClEvent(event), items, bytes});
+  }
+};
+
+Device::Device(const DeviceInfo& info) : impl_(std::make_unique<Impl>()) {
+  impl_->info = info;
+  const std::vector<cl_device_id> devices = enumerate_devices();
+  if (info.index >= devices.size()) throw DeviceError(fmt::format("device {} has disappeared", info.index));
+  impl_->id = devices[info.index];
+  cl_int code = CL_SUCCESS;
+  impl_->context.reset(clCreateContext(nullptr, 1, &impl_->id, nullptr, nullptr, &code));
+  impl_->check(code, "creating a context");
+  impl_->queue.reset(clCreateCommandQueue(impl_->context.get(), impl_->id, CL_QUEUE_PROFILING_ENABLE, &code));
+  impl_->check(code, "creating a queue");
+
+  // One small transfer relates the device's clock to the host's.
+  const std::uint32_t word = 0;
+  ClMem probe(clCreateBuffer(impl_->context.get(), CL_MEM_READ_WRITE, sizeof word, nullptr, &code));
+  impl_->check(code, "allocating memory");
+  cl_event event = nullptr;
+  impl_->check(clEnqueueWriteBuffer(impl_->queue.get(), probe.get(), CL_TRUE, 0, sizeof word, &word, 0, nullptr, &event),
+               "a transfer");
+  const ClEvent owned(event);
+  impl_->clock_offset_s = host_seconds() - Impl::timestamp_s(event, CL_PROFILING_COMMAND_END);
+}
+
+Device::~Device() {
+  if (impl_ && impl_->queue) clFinish(impl_->queue.get());
+}
+Device::Device(Device&&) noexcept = default;
+Device& Device::operator=(Device&&) noexcept = default;
+
+const DeviceInfo& Device::info() const { return impl_->info; }
+Profiler& Device::profiler() { return impl_->profiler; }
+
+Program Device::build(const std::string& text, const ProgramOptions& options) {
+  const double begin = host_seconds();
+  Program program;
+  program.impl_ = build_program(impl_->context.get(), impl_->id, impl_->info, text, options);
+  impl_->profiler.compile_s += host_seconds() - begin;
+  return program;
+}
+
+Buffer Device::allocate(std::size_t bytes) {
+  constexpr std::size_t huge_page = std::size_t{2} << 20;
+  Buffer buffer;
+  buffer.impl_ = std::make_shared<Buffer::Impl>();
+  buffer.impl_->bytes = std::max<std::size_t>(bytes, 4);
+  cl_int code = CL_SUCCESS;
+  cl_mem_flags flags = CL_MEM_READ_WRITE;
+  // Large buffers of a CPU device lie in huge pages: trees of millions of triangles would miss the TLB at every node.
+  if (impl_->info.cpu && bytes >= 2 * huge_page) {
+    const std::size_t rounded = (bytes + huge_page - 1) / huge_page * huge_page;
+    buffer.impl_->host.reset(std::aligned_alloc(huge_page, rounded));
+    if (buffer.impl_->host) {
+      madvise(buffer.impl_->host.get(), rounded, MADV_HUGEPAGE);
+      flags |= CL_MEM_USE_HOST_PTR;
+    }
+  }
+  buffer.impl_->mem.reset(
+      clCreateBuffer(impl_->context.get(), flags, buffer.impl_->bytes, buffer.impl_->host.get(), &code));
+  if (code != CL_SUCCESS)
+    throw DeviceError(fmt::format("device '{}' cannot allocate {} bytes ({} in one piece, {} in all): {}; try a smaller scene",
+                                  impl_->info.name, bytes, impl_->info.max_allocation_bytes, impl_->info.memory_bytes,
+                                  cl_error_name(code)));
+  return buffer;
+}
+
+Buffer Device::upload(const void* data, std::size_t bytes) {
+  Buffer buffer = allocate(bytes);
+  if (bytes > 0) write(buffer, data, bytes);
+  return buffer;
+}
+
+void Device::write(const Buffer& buffer, const void* data, std::size_t bytes, std::size_t offset) {
+  cl_event event = nullptr;
+  impl_->check(clEnqueueWriteBuffer(impl_->queue.get(), buffer.impl_->mem.get(), CL_TRUE, offset, bytes, data, 0, nullptr,
+                                    &event),
+               "a transfer to the device");
+  impl_->track("upload", event, 0, bytes);
+  impl_->resolve();
+}
+
+void Device::fill_zero(const Buffer& buffer) {
+  const std::uint32_t zero = 0;
+  cl_event event = nullptr;
+  impl_->check(clEnqueueFillBuffer(impl_->queue.get(), buffer.impl_->mem.get(), &zero, sizeof zero, 0,
+                                   buffer.size_bytes() / 4 * 4, 0, nullptr, &event),
+               "clearing a buffer");
+  impl_->track("clear", event, 0, buffer.size_bytes());
+}
+
+void Device::read(const Buffer& buffer, void* data, std::size_t bytes, std::size_t offset) {
+  wait(read_later(buffer, data, bytes, offset));
+}
+
+Ticket Device::read_later(const Buffer& buffer, void* data, std::size_t bytes, std::size_t offset) {
+  cl_event event = nullptr;
+  impl_->check(clEnqueueReadBuffer(impl_->queue.get(), buffer.impl_->mem.get(), CL_FALSE, offset, bytes, data, 0, nullptr,
+                                   &event),
+               "a transfer from the device");
+  Ticket ticket;
+  ticket.impl_ = std::make_shared<Ticket::Impl>();
+  clRetainEvent(event);
+  ticket.impl_->event.reset(event);
+  impl_->track("read back", event, 0, bytes);
+  return ticket;
+}
+
+void Device::wait(const Ticket& ticket) {
+  const cl_event event = ticket.impl_->event.get();
+  impl_->check(clWaitForEvents(1, &event), "waiting for the device");
+  impl_->resolve();
+}
+
+void Device::run(const Kernel& kernel, std::size_t groups, std::size_t local, std::uint64_t items) {
+  if (groups == 0) return;
+  Kernel::Impl& k = *kernel.impl_;
+  const std::size_t global = groups * local;
+  const double begin = k.launched ? 0 : host_seconds();
+  cl_event event = nullptr;
+  impl_->check(clEnqueueNDRangeKernel(impl_->queue.get(), k.kernel.get(), 1, nullptr, &global, &local, 0, nullptr, &event),
+               "launching kernel '" + k.name + "'");
+  if (!k.launched) impl_->profiler.compile_s += host_seconds() - begin;
+  k.launched = true;
+  impl_->track(k.name.c_str(), event, items, 0);
+}
+
+void Device::flush() { impl_->check(clFlush(impl_->queue.get()), "submitting work"); }
+
+void Device::finish() {
+  impl_->check(clFinish(impl_->queue.get()), "waiting for the device");
+  impl_->resolve();
+}
+
+}  // namespace eikon

@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+// Programs and kernels. Drivers keep what they compiled (PoCL by content), so there is no cache of ours on top.
+#include <fmt/format.h>
+
+#include <sstream>
+
+#include "device/cl.h"
+
+namespace eikon {
+namespace {
+
+std::string first_error(const std::string& log) {
+  std::istringstream lines(log);
+  std::string line, first;
+  while (std::getline(lines, line)) {
+    if (line.find("error") != std::string::npos) return line;
+    if (first.empty()) first = line;
+  }
+  return first.empty() ? "the compiler says nothing" : first;
+}
+
+}  // namespace
+
+std::shared_ptr<Program::Impl> build_program(cl_context context, cl_device_id device, const DeviceInfo& info,
+                                             const std::string& text, const ProgramOptions& options) {
+  // FP_CONTRACT is switched off in the text; no flag may loosen the arithmetic.
+  std::string flags = "-cl-std=CL1.2 -cl-kernel-arg-info";
+  if (info.correctly_rounded_divide_sqrt) flags += " -cl-fp32-correctly-rounded-divide-sqrt";
+  if (!options.optimise) flags += " -cl-opt-disable";
+  std::string defines;
+  for (const auto& [name, value] : options.defines) defines += fmt::format(" -D{}={}", name, value);
+  flags += defines;
+
+  auto impl = std::make_shared<Program::Impl>();
+  impl->device = info.name;
+  const char* source = text.c_str();
+  const std::size_t length = text.size();
+  cl_int code = CL_SUCCESS;
+  impl->program.reset(clCreateProgramWithSource(context, 1, &source, &length, &code));
+  cl_check(code, "creating a program", info.name);
+  code = clBuildProgram(impl->program.get(), 1, &device, flags.c_str(), nullptr, nullptr);
+  if (code != CL_SUCCESS) {
+    std::size_t size = 0;
+    clGetProgramBuildInfo(impl->program.get(), device, CL_PROGRAM_BUILD_LOG, 0, nullptr, &size);
+    std::string log(size, '\0');
+    clGetProgramBuildInfo(impl->program.get(), device, CL_PROGRAM_BUILD_LOG, size, log.data(), nullptr);
+    throw DeviceError(fmt::format("the kernels do not compile on device '{}': {}; defines:{}; try another device (--devices)",
+                                  info.name, first_error(log), defines));
+  }
+  return impl;
+}
+
+Kernel Program::kernel(const std::string& name) const {
+  Kernel kernel;
+  kernel.impl_ = std::make_shared<Kernel::Impl>();
+  Kernel::Impl& k = *kernel.impl_;
+  k.program = impl_;
+  k.name = name;
+  cl_int code = CL_SUCCESS;
+  k.kernel.reset(clCreateKernel(impl_->program.get(), name.c_str(), &code));
+  if (code != CL_SUCCESS) throw InternalError(fmt::format("no kernel '{}': {}", name, cl_error_name(code)));
+  cl_uint count = 0;
+  clGetKernelInfo(k.kernel.get(), CL_KERNEL_NUM_ARGS, sizeof count, &count, nullptr);
+  for (cl_uint i = 0; i < count; ++i) {
+    std::size_t size = 0;
+    cl_check(clGetKernelArgInfo(k.kernel.get(), i, CL_KERNEL_ARG_NAME, 0, nullptr, &size),
+             "asking for the arguments of kernel '" + name + "'", impl_->device);
+    std::string argument(size, '\0');
+    clGetKernelArgInfo(k.kernel.get(), i, CL_KERNEL_ARG_NAME, size, argument.data(), nullptr);
+    k.argument_names.push_back(argument.substr(0, argument.find('\0')));
+    cl_kernel_arg_address_qualifier space = CL_KERNEL_ARG_ADDRESS_PRIVATE;
+    clGetKernelArgInfo(k.kernel.get(), i, CL_KERNEL_ARG_ADDRESS_QUALIFIER, sizeof space, &space, nullptr);
+    k.argument_is_buffer.push_back(space != CL_KERNEL_ARG_ADDRESS_PRIVATE);
+  }
+  return kernel;
+}
+
+const std::string& Kernel::name() const { return impl_->name; }
+
+void Kernel::bind(const Arguments& arguments) {
+  Impl& k = *impl_;
+  for (cl_uint i = 0; i < k.argument_names.size(); ++i) {
+    const std::string& name = k.argument_names[i];
+    cl_int code = CL_SUCCESS;
+    if (k.argument_is_buffer[i]) {
+      const auto found = arguments.buffers().find(name);
+      if (found == arguments.buffers().end() || !found->second)
+        throw InternalError(fmt::format("kernel '{}' wants a buffer '{}' that nobody provides", k.name, name));
+      const cl_mem mem = found->second.impl_->mem.get();
+      code = clSetKernelArg(k.kernel.get(), i, sizeof mem, static_cast<const void*>(&mem));
+      k.bound.push_back(found->second);
+    } else {
+      const auto found = arguments.scalars().find(name);
+      if (found == arguments.scalars().end())
+        throw InternalError(fmt::format("kernel '{}' wants a value '{}' that nobody provides", k.name, name));
+      code = clSetKernelArg(k.kernel.get(), i, sizeof found->second, &found->second);
+    }
+    cl_check(code, fmt::format("setting argument '{}' of kernel '{}'", name, k.name), k.program->device);
+  }
+}
+
+void Kernel::set(const std::string& argument, std::uint32_t value) {
+  Impl& k = *impl_;
+  for (cl_uint i = 0; i < k.argument_names.size(); ++i)
+    if (k.argument_names[i] == argument && !k.argument_is_buffer[i])
+      cl_check(clSetKernelArg(k.kernel.get(), i, sizeof value, &value), "setting argument '" + argument + "'", k.program->device);
+}
+
+}  // namespace eikon
