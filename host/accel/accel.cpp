@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "accel/accel.h"
+
+#include <fmt/format.h>
+#include <tbb/task_arena.h>
+
+#include <chrono>
+
+#include "accel/layouts.h"
+#include "core/error.h"
+
+namespace eikon {
+
+Accel layout_none(TriangleSoup triangles) {
+  Accel accel;
+  accel.name = "none";
+  accel.layout = "none";
+  accel.nodes.resize(1, 0);
+  for (std::size_t i = 0; i < triangles.size(); ++i) {
+    if (!is_degenerate(triangles.positions.data() + 9 * i)) accel.leaves.push_back(static_cast<std::uint32_t>(i));
+  }
+  accel.nodes[0] = static_cast<std::uint32_t>(accel.leaves.size());
+  if (accel.leaves.empty()) accel.leaves.push_back(0);
+  return accel;
+}
+
+Accel build_accel(TriangleSoup triangles, const AccelOptions& options) {
+  if (options.accel != "bvh" && options.accel != "none") {
+    throw UsageError(fmt::format("--accel {}: there is no such accelerator; try bvh or none", options.accel));
+  }
+  if (options.layout != "bvh8" && options.layout != "bvh2" && options.layout != "none") {
+    throw UsageError(fmt::format("--layout {}: there is no such layout; try bvh8 or bvh2", options.layout));
+  }
+  const auto start = std::chrono::steady_clock::now();
+  tbb::task_arena arena(options.threads == 0 ? tbb::task_arena::automatic : static_cast<int>(options.threads));
+  Accel accel = arena.execute([&] {
+    if (options.accel == "none" || options.layout == "none") return layout_none(triangles);
+    const BinaryTree tree = build_binary_tree(triangles);
+    return options.layout == "bvh8" ? layout_bvh8(tree, triangles) : layout_bvh2(tree);
+  });
+  accel.build_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return accel;
+}
+
+}  // namespace eikon

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+// The tree from which every layout is made: binary, one triangle per leaf, split by the surface area heuristic.
+#pragma once
+#include <cstdint>
+#include <vector>
+
+#include "accel/accel.h"
+#include "accel/box.h"
+
+namespace eikon {
+
+/// Nodes lie depth first: the left child of node i is i + 1, the right one i + 2 * (count of the left child), since a
+/// subtree of n triangles has 2n - 1 nodes. A node's triangles are `count` consecutive entries of BinaryTree::triangles.
+struct BinaryNode {
+  float lo[3];
+  std::uint32_t count;
+  float hi[3];
+  std::uint32_t pad;
+  [[nodiscard]] Box box() const {
+    return {Float4{lo[0], lo[1], lo[2], 0}, Float4{hi[0], hi[1], hi[2], 0}};
+  }
+};
+
+struct BinaryTree {
+  std::vector<BinaryNode> nodes;         // nodes[0] is the root; empty when there is no triangle
+  std::vector<std::uint32_t> triangles;  // indices into the soup, in the order of the leaves
+};
+
+inline std::uint32_t left_child(std::uint32_t node) { return node + 1; }
+inline std::uint32_t right_child(const BinaryTree& tree, std::uint32_t node) {
+  return node + 2 * tree.nodes[node + 1].count;
+}
+
+/// True when the triangle has no area, or a corner that is not finite: no ray may hit it, in any layout.
+[[nodiscard]] bool is_degenerate(const float corners[9]);
+
+/// Box of a triangle's corners; -0 becomes +0, so that the order of unions does not show in the bits.
+[[nodiscard]] Box triangle_box(const float corners[9]);
+
+/// Builds with the threads of the current TBB arena; the tree does not depend on their number.
+/// Depth is at most 64 + log2(n), whatever the geometry. Degenerate triangles are left out.
+/// throws InputError for more than 2^28 triangles
+/// source [Wald 2007, "On fast construction of SAH-based bounding volume hierarchies"], with 32 bins, and a full sweep
+/// for small nodes
+[[nodiscard]] BinaryTree build_binary_tree(TriangleSoup triangles);
+
+}  // namespace eikon

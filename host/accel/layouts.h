@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+// A binary tree becomes what a traversal kernel reads. Each layout is described at the top of kernels/traverse_<name>.h.
+#pragma once
+#include "accel/accel.h"
+#include "accel/binary_tree.h"
+
+namespace eikon {
+
+/// 8-wide nodes and blocks of up to 8 triangles, chosen to minimise the SAH cost over all ways to collapse the tree
+/// [Ylitie, Karras, Laine 2017, "Efficient incoherent ray traversal on GPUs through compressed wide BVHs", section 3.1].
+[[nodiscard]] Accel layout_bvh8(const BinaryTree& tree, TriangleSoup triangles);
+
+/// Binary nodes with both children's boxes in the parent, leaves of up to 4 triangles.
+[[nodiscard]] Accel layout_bvh2(const BinaryTree& tree);
+
+/// No tree: the list of triangles that can be hit.
+[[nodiscard]] Accel layout_none(TriangleSoup triangles);
+
+}  // namespace eikon
