@@ -34,4 +34,27 @@ EK_FN v3 normalize3(v3 a) { return scale3(a, (vf)(1.0f) / sqrt(dot3(a, a))); }
 EK_FN v3 select3(vi m, v3 a, v3 b) { return V3(m ? a.x : b.x, m ? a.y : b.y, m ? a.z : b.z); }
 EK_FN vf max_component(v3 a) { return max_f(max_f(a.x, a.y), a.z); }
 
+/// sin and cos of r turns, |r| <= 1/8 (a little more does no harm): minimax polynomials, the first coefficient of sin in two
+/// parts. Their errors are those of sincos_2pi.
+EK_FN void sincos_2pi_octant(vf r, vf* s, vf* c) {
+  const vf z = r * r;
+  const vf s_tail = -0x1.4abbcep+5f + z * (0x1.466bbcp+6f + z * (-0x1.32cb24p+6f + z * 0x1.4be68ep+5f));
+  *s = r * 0x1.921fb6p+2f + r * (-0x1.777a5cp-23f + z * s_tail);
+  *c = 1.0f + z * (-0x1.3bd3ccp+4f +
+                   z * (0x1.03c1f0p+6f + z * (-0x1.55d3bcp+6f + z * (0x1.e1e85cp+5f + z * -0x1.a1084cp+4f))));
+}
+
+/// sin and cos of u turns, that is of 2 pi u, |u| < 2^20. Each within 1.5 ulp, and within 1e-7 absolute.
+EK_FN void sincos_2pi(vf u, vf* s, vf* c) {
+  const vf quarters = (4.0f * u + 12582912.0f) - 12582912.0f;  // to the nearest integer, for |4 u| < 2^22
+  vf s_octant, c_octant;
+  sincos_2pi_octant(u - 0.25f * quarters, &s_octant, &c_octant);  // the difference is exact
+  const vi quadrant = TO_I(quarters);
+  const vi odd = (quadrant & 1) != 0;
+  const vf s_near = odd ? c_octant : s_octant;
+  const vf c_near = odd ? s_octant : c_octant;
+  *s = (quadrant & 2) != 0 ? -s_near : s_near;
+  *c = ((quadrant + 1) & 2) != 0 ? -c_near : c_near;
+}
+
 #endif

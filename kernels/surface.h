@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+// Where a ray meets a surface, how far off that point may be, and how rays leave it.
+#ifndef EK_SURFACE_H
+#define EK_SURFACE_H
+#include "math.h"
+
+// Record Triangle, one per lane.
+typedef struct {
+  v3 p0, p1, p2;    // world, metres
+  vu material;
+  vf light_pdf_m2;  // 0: not a light
+  vu node;
+} TriangleLanes;
+
+EK_FN TriangleLanes load_triangle(global const Triangle* triangles, vu i) {
+  const Rec r = rec16(triangles, i);
+  TriangleLanes t = {V3(r.w0, r.w1, r.w2), V3(r.w3, r.w4, r.w5), V3(r.w6, r.w7, r.w8), AS_U(r.w9), r.wa, AS_U(r.wb)};
+  return t;
+}
+
+/// (p1 - p0) x (p2 - p0), unit: the front side, that of anticlockwise corners. Not finite for a triangle without area.
+/// Exact under scaling by powers of two, for edges from 2^-60 to 2^60 m.
+EK_FN v3 triangle_normal(v3 p0, v3 p1, v3 p2) {
+  const v3 n = cross3(sub3(p1, p0), sub3(p2, p0));
+  // n is a squared length: its own square would leave the range of float. So scale by a power of two, which is exact.
+  const vu exponent = AS_U(max_component(abs3(n))) & 0x7f800000u;
+  return normalize3(scale3(n, AS_F(0x7f000000u - exponent)));
+}
+
+/// The point of weights 1 - u - v, u, v, and a bound on how far it is from the exact triangle, per axis.
+/// source  [Pharr, Jakob, Humphreys 2023, section 6.8.5], whose third weight comes without error; ours, 1 - u - v, adds
+///         two roundings of 2^-25 of the first corner.
+EK_FN v3 triangle_point(v3 p0, v3 p1, v3 p2, vf u, vf v, v3* p_error) {
+  const v3 a = scale3(p0, (1.0f - u) - v);
+  const v3 b = scale3(p1, u);
+  const v3 c = scale3(p2, v);
+  const float gamma_7 = 7.0f * 0x1p-24f / (1.0f - 7.0f * 0x1p-24f);
+  *p_error = add3(scale3(add3(add3(abs3(a), abs3(b)), abs3(c)), (vf)(gamma_7)), scale3(abs3(p0), (vf)(0x1p-24f)));
+  return add3(add3(a, b), c);
+}
+
+typedef struct {
+  v3 p;        // world, metres
+  v3 p_error;  // bound of its error per axis
+  v3 n_geom;   // unit, to the front side
+  v3 n_shade;  // unit, in the hemisphere of n_geom
+} Surface;
+
+/// The point of a hit. u and v are the hit's weights of p1 and p2. n_shade is n_geom; see shading_normal.
+EK_FN Surface surface_at(TriangleLanes t, vf u, vf v) {
+  Surface s;
+  s.p = triangle_point(t.p0, t.p1, t.p2, u, v, &s.p_error);
+  s.n_geom = triangle_normal(t.p0, t.p1, t.p2);
+  s.n_shade = s.n_geom;
+  return s;
+}
+
+/// The vertex normals' interpolation, unit; n_geom where that is degenerate or behind the triangle's front.
+EK_FN v3 shading_normal(global const TriangleNormals* normals, vu triangle, vf u, vf v, v3 n_geom) {
+  const Rec r = rec16(normals, triangle);
+  const v3 n = add3(add3(scale3(V3(r.w0, r.w1, r.w2), (1.0f - u) - v), scale3(V3(r.w3, r.w4, r.w5), u)),
+                    scale3(V3(r.w6, r.w7, r.w8), v));
+  const vf length2 = dot3(n, n);
+  // Opposite unit normals cancel to rounding errors, of which no direction is to be made; NaN fails every comparison.
+  const vi good = (length2 > 0x1p-20f) & (dot3(n, n_geom) > 0.0f);
+  return select3(good, scale3(n, (vf)(1.0f) / sqrt(length2)), n_geom);
+}
+
+// x moved by one float in the direction of `step`'s sign; not if that is zero or x too small to matter.
+EK_FN vf next_float_towards(vf x, vf step) {
+  const vu bits = AS_U(x);
+  const vi outward = ((bits ^ AS_U(step)) & 0x80000000u) == 0u;
+  const vi moves = (step != 0.0f) & ((bits & 0x7fffffffu) > 0x00800000u);
+  const vu moved = outward ? bits + 1u : bits - 1u;
+  return AS_F(moves ? moved : bits);
+}
+
+/// Origin of a ray that leaves `p` towards w (need not be unit): on w's side of the triangle whatever the rounding of p was.
+/// Every ray that leaves a surface starts here; there are no constants, so a scene scaled by 2^k gives the same picture.
+/// source  [Pharr, Jakob, Humphreys 2023, section 6.8.6]
+EK_FN v3 offset_ray_origin(v3 p, v3 p_error, v3 n_geom, v3 w) {
+  const vf distance = dot3(abs3(n_geom), p_error);
+  const v3 offset = scale3(n_geom, dot3(w, n_geom) < 0.0f ? -distance : distance);
+  return V3(next_float_towards(p.x + offset.x, offset.x), next_float_towards(p.y + offset.y, offset.y),
+            next_float_towards(p.z + offset.z, offset.z));
+}
+
+typedef struct { v3 x, y, z; } Basis;  // orthonormal, right-handed, world
+
+/// A basis whose z is n (unit). source  [Duff et al. 2017, "Building an Orthonormal Basis, Revisited", JCGT 6(1)]
+EK_FN Basis basis_around(v3 n) {
+  const vf sign = copysign_f((vf)(1.0f), n.z);
+  const vf a = -1.0f / (sign + n.z);
+  const vf b = (n.x * n.y) * a;
+  Basis basis = {V3(1.0f + (sign * n.x) * (n.x * a), sign * b, -sign * n.x), V3(b, sign + n.y * (n.y * a), -n.y), n};
+  return basis;
+}
+EK_FN v3 to_local(Basis basis, v3 a) { return V3(dot3(basis.x, a), dot3(basis.y, a), dot3(basis.z, a)); }
+EK_FN v3 to_world(Basis basis, v3 a) {
+  return add3(add3(scale3(basis.x, a.x), scale3(basis.y, a.y)), scale3(basis.z, a.z));
+}
+
+#endif
