@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a glTF file says, before anything is laid out for a device. Right-handed, +Y up, metres; colours linear Rec. 709.
+// What a glTF file says, before anything is laid out for a device.
+// Right-handed, +Y up, metres; colours linear Rec. 709.
 #pragma once
 #include <cstdint>
 #include <filesystem>
@@ -11,7 +12,7 @@
 namespace eikon {
 
 struct Primitive {
-  std::vector<glm::vec3> positions_object;
+  std::vector<glm::vec3> positions_object;  // finite; each is a corner of some triangle
   std::vector<glm::vec3> normals_object;  // one per position, unit; empty: flat shading by the triangle's own normal
   std::vector<std::uint32_t> indices;     // three per triangle, each < positions_object.size()
   std::uint32_t material = 0;             // index into Scene::materials
@@ -27,6 +28,7 @@ struct Node {
   std::string name;
   glm::dmat4 world_from_object{1.0};
   std::uint32_t mesh = 0;
+  bool mirrored = false;  // determinant < 0: two corners of each triangle change places, so that front stays front
 };
 
 struct Material {
@@ -35,13 +37,13 @@ struct Material {
   float metallic = 1.0F;
   float roughness = 1.0F;
   float specular = 1.0F;          // KHR_materials_specular; 0 with metallic 0 is exactly Lambert
-  glm::vec3 emission{0.0F};       // radiance: emissiveFactor x emissiveStrength, W / (sr m^2)
+  glm::vec3 emission{0.0F};       // radiance: emissiveFactor x emissiveStrength, W / (sr m^2); finite
   bool double_sided = false;
 };
 
 struct Camera {
   std::string name;
-  glm::dmat4 world_from_camera{1.0};  // looks along -Z, +Y up
+  glm::dmat4 world_from_camera{1.0};  // looks along -Z, +Y up; a rotation and a translation, never a scale
   double yfov_rad = 0.7;
   double aspect = 0.0;                // width / height; 0: not said
 };
@@ -84,7 +86,9 @@ struct Bounds {
 /// A camera that sees the whole of `bounds` from the front, slightly above, with a 40 degree vertical field of view.
 [[nodiscard]] Camera frame_camera(const Bounds& bounds, double aspect);
 
-/// A camera at `eye` that looks at `target`. throws UsageError when they coincide or `up` is parallel to the view.
-[[nodiscard]] Camera look_at_camera(const glm::dvec3& eye, const glm::dvec3& target, const glm::dvec3& up, double yfov_rad);
+/// A camera at `eye` that looks at `target`.
+/// throws UsageError when they coincide, `up` is parallel to the view, or the field of view is not between 0 and pi
+[[nodiscard]] Camera look_at_camera(const glm::dvec3& eye, const glm::dvec3& target, const glm::dvec3& up,
+                                    double yfov_rad);
 
 }  // namespace eikon

@@ -1,0 +1,277 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "scene/document_check.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <nlohmann/json.hpp>
+
+#include "core/error.h"
+#include "scene/text.h"
+
+namespace eikon {
+namespace {
+
+constexpr std::uint64_t kAnyInteger = ~std::uint64_t{0};
+constexpr std::array<std::string_view, 2> kSupportedExtensions{"KHR_materials_specular",
+                                                               "KHR_materials_emissive_strength"};
+
+// Calls `check` with each element of the document's array `key`; each must be an object.
+template <typename Check>
+void for_each(const Json& document, const char* key, std::string_view kind, Check check) {
+  const Json& array = items(document, key);
+  for (std::size_t i = 0; i < array.size(); ++i) {
+    const Place place{.value = array[i], .kind = kind, .index = static_cast<std::int64_t>(i)};
+    if (!array[i].is_object()) place.fail("is not an object");
+    check_string(place, "name");
+    as_object(place, "extensions");
+    check(place);
+  }
+}
+
+// Calls `check` with each element of the array `key` of an object inside the document.
+template <typename Check>
+void for_each_part(const Place& parent, const char* key, std::string_view kind, Check check) {
+  const Json* array = as_array(parent, key);
+  if (array == nullptr) return;
+  for (std::size_t i = 0; i < array->size(); ++i) {
+    const Place place{.value = (*array)[i], .kind = kind, .index = static_cast<std::int64_t>(i), .parent = &parent};
+    if (!place.value.is_object()) place.fail("is not an object");
+    check(place);
+  }
+}
+
+// Array of indices, e.g. the children of a node.
+void check_indices(const Place& place, const char* key, std::size_t count, std::string_view target) {
+  const Json* array = as_array(place, key);
+  if (array == nullptr) return;
+  for (const Json& element : *array) {
+    if (!element.is_number_unsigned() || element.get<std::uint64_t>() >= count) {
+      place.fail(fmt::format("'{}' holds {}, which is not one of the {} {}s", key,
+                             one_line(element.dump(-1, ' ', true).substr(0, 40)), count, target));
+    }
+  }
+}
+
+// Object whose members are all indices, e.g. the attributes of a primitive.
+void check_index_map(const Place& place, std::size_t count, std::string_view target) {
+  for (const auto& entry : place.value.items()) {
+    const Json& index = entry.value();
+    if (!index.is_number_unsigned() || index.get<std::uint64_t>() >= count) {
+      place.fail(fmt::format("{} is not one of the {} {}s", in_quotes(entry.key()), count, target));
+    }
+  }
+}
+
+void check_asset(const Json& document) {
+  const Place root{.value = document, .kind = "document"};
+  const Json* asset = as_object(root, "asset");
+  if (asset == nullptr) root.fail("'asset' with the glTF version is missing; is this a glTF file?");
+  const Place place{.value = *asset, .kind = "asset"};
+  check_string(place, "version");
+  check_string(place, "minVersion");
+  const Json* version = member(*asset, "version");
+  if (version == nullptr) place.fail("'version' is missing");
+  const auto& text = version->get_ref<const std::string&>();
+  if (!text.starts_with("2."))
+    place.fail("glTF version " + in_quotes(text) + " is not 2.x; convert the file to glTF 2.0");
+  const Json* minimum = member(*asset, "minVersion");
+  if (minimum != nullptr && minimum->get_ref<const std::string&>() != "2.0") {
+    place.fail("needs glTF " + in_quotes(minimum->get_ref<const std::string&>()) + "; eikon reads 2.0");
+  }
+}
+
+void check_extensions_required(const Json& document) {
+  const Place root{.value = document, .kind = "document"};
+  as_object(root, "extensions");
+  for (const char* key : {"extensionsUsed", "extensionsRequired"}) {
+    const Json* names = as_array(root, key);
+    if (names == nullptr) continue;
+    for (const Json& name : *names) {
+      if (!name.is_string()) root.fail(fmt::format("'{}' holds something that is not a string", key));
+    }
+  }
+  const Json* required = member(document, "extensionsRequired");
+  if (required == nullptr) return;
+  for (const Json& name : *required) {
+    const auto& text = name.get_ref<const std::string&>();
+    if (std::find(kSupportedExtensions.begin(), kSupportedExtensions.end(), text) == kSupportedExtensions.end()) {
+      root.fail("requires the extension " + in_quotes(text) +
+                ", which this version of eikon does not have; export without it");
+    }
+  }
+}
+
+void check_nodes(const Json& document) {
+  const std::size_t node_count = items(document, "nodes").size(), mesh_count = items(document, "meshes").size(),
+                    camera_count = items(document, "cameras").size(), skin_count = items(document, "skins").size();
+  for_each(document, "nodes", "node", [&](const Place& node) {
+    as_index(node, "mesh", mesh_count, "mesh");
+    as_index(node, "camera", camera_count, "camera");
+    as_index(node, "skin", skin_count, "skin");
+    check_indices(node, "children", node_count, "node");
+    has_numbers(node, "matrix", 16);
+    has_numbers(node, "translation", 3);
+    has_numbers(node, "rotation", 4);
+    has_numbers(node, "scale", 3);
+  });
+  for_each(document, "scenes", "scene", [&](const Place& scene) { check_indices(scene, "nodes", node_count, "node"); });
+  as_index({.value = document, .kind = "document"}, "scene", items(document, "scenes").size(), "scene");
+}
+
+void check_meshes(const Json& document) {
+  const std::size_t accessor_count = items(document, "accessors").size(),
+                    material_count = items(document, "materials").size();
+  for_each(document, "meshes", "mesh", [&](const Place& mesh) {
+    if (as_array(mesh, "primitives") == nullptr) mesh.fail("'primitives' is missing");
+    for_each_part(mesh, "primitives", "primitive", [&](const Place& primitive) {
+      const Json* attributes = as_object(primitive, "attributes");
+      if (attributes == nullptr) primitive.fail("'attributes' is missing");
+      check_index_map({.value = *attributes, .kind = "attributes", .parent = &primitive}, accessor_count, "accessor");
+      as_index(primitive, "indices", accessor_count, "accessor");
+      as_index(primitive, "material", material_count, "material");
+      as_integer(primitive, "mode", 6);
+      as_object(primitive, "extensions");
+      for_each_part(primitive, "targets", "target",
+                    [&](const Place& target) { check_index_map(target, accessor_count, "accessor"); });
+    });
+  });
+}
+
+void check_texture_slot(const Place& owner, const char* key, std::size_t texture_count) {
+  const Json* info = as_object(owner, key);
+  if (info == nullptr) return;
+  const Place place{.value = *info, .kind = key, .parent = &owner};
+  if (!as_index(place, "index", texture_count, "texture")) place.fail("'index' is missing");
+}
+
+void check_materials(const Json& document) {
+  const std::size_t texture_count = items(document, "textures").size();
+  for_each(document, "materials", "material", [&](const Place& material) {
+    if (const Json* factors = as_object(material, "pbrMetallicRoughness")) {
+      const Place pbr{.value = *factors, .kind = "pbrMetallicRoughness", .parent = &material};
+      has_numbers(pbr, "baseColorFactor", 4);
+      as_number(pbr, "metallicFactor");
+      as_number(pbr, "roughnessFactor");
+      check_texture_slot(pbr, "baseColorTexture", texture_count);
+      check_texture_slot(pbr, "metallicRoughnessTexture", texture_count);
+    }
+    for (const char* slot : {"normalTexture", "occlusionTexture", "emissiveTexture"}) {
+      check_texture_slot(material, slot, texture_count);
+    }
+    has_numbers(material, "emissiveFactor", 3);
+    check_string(material, "alphaMode");
+    as_number(material, "alphaCutoff");
+    if (const Json* sided = member(material.value, "doubleSided"); sided != nullptr && !sided->is_boolean()) {
+      material.fail("'doubleSided' is neither true nor false");
+    }
+    const Json* extensions = member(material.value, "extensions");
+    if (extensions == nullptr) return;
+    for (const auto& entry : extensions->items()) {
+      const Place extension{.value = entry.value(), .kind = entry.key(), .parent = &material};
+      if (!entry.value().is_object()) extension.fail("is not an object");
+      if (entry.key() == "KHR_materials_specular") {
+        as_number(extension, "specularFactor");
+        has_numbers(extension, "specularColorFactor", 3);
+        check_texture_slot(extension, "specularTexture", texture_count);
+        check_texture_slot(extension, "specularColorTexture", texture_count);
+      } else if (entry.key() == "KHR_materials_emissive_strength") {
+        as_number(extension, "emissiveStrength");
+      }
+    }
+  });
+}
+
+void check_textures(const Json& document) {
+  const std::size_t image_count = items(document, "images").size(), sampler_count = items(document, "samplers").size(),
+                    view_count = items(document, "bufferViews").size();
+  for_each(document, "textures", "texture", [&](const Place& texture) {
+    as_index(texture, "source", image_count, "image");
+    as_index(texture, "sampler", sampler_count, "sampler");
+  });
+  for_each(document, "images", "image", [&](const Place& image) {
+    as_index(image, "bufferView", view_count, "bufferView");
+    check_string(image, "uri");
+  });
+}
+
+void check_cameras(const Json& document) {
+  for_each(document, "cameras", "camera", [&](const Place& camera) {
+    check_string(camera, "type");
+    const Json* type = member(camera.value, "type");
+    if (type == nullptr || (*type != "perspective" && *type != "orthographic")) {
+      camera.fail("'type' is neither 'perspective' nor 'orthographic'");
+    }
+    const bool perspective = *type == "perspective";
+    const char* key = perspective ? "perspective" : "orthographic";
+    const Json* lens = as_object(camera, key);
+    if (lens == nullptr) camera.fail(fmt::format("'{}' is missing", key));
+    const Place place{.value = *lens, .kind = key, .parent = &camera};
+    for (const char* number : {"yfov", "aspectRatio", "znear", "zfar", "xmag", "ymag"}) as_number(place, number);
+  });
+}
+
+// Skins and animations are left out of the scene; their indices are checked all the same, so that a broken file is
+// called broken today and not when they come in.
+void check_skins_and_animations(const Json& document) {
+  const std::size_t node_count = items(document, "nodes").size(), accessor_count = items(document, "accessors").size();
+  for_each(document, "skins", "skin", [&](const Place& skin) {
+    check_indices(skin, "joints", node_count, "node");
+    as_index(skin, "skeleton", node_count, "node");
+    as_index(skin, "inverseBindMatrices", accessor_count, "accessor");
+  });
+  for_each(document, "animations", "animation", [&](const Place& animation) {
+    const Json* samplers = as_array(animation, "samplers");
+    for_each_part(animation, "samplers", "sampler", [&](const Place& sampler) {
+      as_index(sampler, "input", accessor_count, "accessor");
+      as_index(sampler, "output", accessor_count, "accessor");
+    });
+    for_each_part(animation, "channels", "channel", [&](const Place& channel) {
+      as_index(channel, "sampler", samplers == nullptr ? 0 : samplers->size(), "sampler");
+      if (const Json* target = as_object(channel, "target")) {
+        as_index({.value = *target, .kind = "target", .parent = &channel}, "node", node_count, "node");
+      }
+    });
+  });
+}
+
+void check_storage(const Json& document) {
+  const std::size_t buffer_count = items(document, "buffers").size(),
+                    view_count = items(document, "bufferViews").size();
+  for_each(document, "buffers", "buffer", [](const Place& buffer) {
+    check_string(buffer, "uri");
+    required_integer(buffer, "byteLength", kAnyInteger);
+  });
+  for_each(document, "bufferViews", "bufferView", [&](const Place& view) {
+    if (!as_index(view, "buffer", buffer_count, "buffer")) view.fail("'buffer' is missing");
+  });
+  for_each(document, "accessors", "accessor", [&](const Place& accessor) {
+    as_index(accessor, "bufferView", view_count, "bufferView");
+    check_string(accessor, "type");
+  });
+}
+
+}  // namespace
+
+const Json& items(const Json& document, const char* key) {
+  static const Json kNone = Json::array();
+  const Json* array = as_array({.value = document, .kind = "document"}, key);
+  return array == nullptr ? kNone : *array;
+}
+
+void check_document(const Json& document) {
+  check_asset(document);
+  check_extensions_required(document);
+  for_each(document, "samplers", "sampler", [](const Place&) {});
+  check_storage(document);
+  check_meshes(document);
+  check_textures(document);
+  check_materials(document);
+  check_cameras(document);
+  check_skins_and_animations(document);
+  check_nodes(document);
+}
+
+}  // namespace eikon

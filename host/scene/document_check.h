@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include "scene/json_text.h"
+
+namespace eikon {
+
+/// Checks the shape of a glTF document that every later step relies on: version, required extensions, the type of every
+/// member that is read, and every index between nodes, meshes, materials, textures, cameras, skins, animations,
+/// accessors, bufferViews and scenes. What is in the buffers is checked by AccessorTable, the graph of nodes by
+/// walk_nodes. throws InputError with the place
+void check_document(const Json& document);
+
+/// The array `key` of the document; an empty one if it is absent.
+[[nodiscard]] const Json& items(const Json& document, const char* key);
+
+}  // namespace eikon

@@ -1,0 +1,258 @@
+// SPDX-License-Identifier: Apache-2.0
+// load_scene: the one path from a file to a Scene. Order matters: nothing is used before it is checked.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <new>
+#include <nlohmann/json.hpp>
+
+#include "core/error.h"
+#include "scene/accessor_table.h"
+#include "scene/document.h"
+#include "scene/document_check.h"
+#include "scene/materials.h"
+#include "scene/meshes.h"
+#include "scene/node_graph.h"
+#include "scene/scene.h"
+#include "scene/source_file.h"
+#include "scene/text.h"
+#include "scene/xxhash64.h"
+
+namespace eikon {
+namespace {
+
+constexpr std::uint64_t kMaxFileBytes = std::uint64_t{1} << 34U;
+constexpr std::size_t kUnread = ~std::size_t{0};
+
+// World positions are what is rendered. The bound of a whole mesh is nearly always enough; else each vertex is asked.
+void check_world_positions(const Mesh& mesh, const Node& node, const std::string& node_name) {
+  for (const Primitive& primitive : mesh.primitives) {
+    glm::dvec3 extent{0.0};
+    for (const glm::vec3& p : primitive.positions_object) extent = glm::max(extent, glm::abs(glm::dvec3(p)));
+    const glm::dmat4& m = node.world_from_object;
+    bool safe = true;
+    for (int row = 0; row < 3; ++row) {
+      safe = safe && std::abs(m[0][row]) * extent.x + std::abs(m[1][row]) * extent.y + std::abs(m[2][row]) * extent.z +
+                             std::abs(m[3][row]) <=
+                         kMaxCoordinate;
+    }
+    if (safe) continue;
+    for (std::size_t i = 0; i < primitive.positions_object.size(); ++i) {
+      const glm::dvec4 p = m * glm::dvec4(primitive.positions_object[i], 1.0);
+      for (int axis = 0; axis < 3; ++axis) {
+        if (std::abs(p[axis]) <= kMaxCoordinate) continue;
+        throw InputError(
+            fmt::format("{}: vertex {} of its mesh lands at {} = {:g}, beyond 2^40 m, the largest coordinate",
+                        node_name, i, "xyz"[axis], p[axis]));
+      }
+    }
+  }
+}
+
+// A camera's pose: the scale of its node is ignored [glTF 2.0, section 3.10.2], so is a mirror image, which would show
+// the picture reversed. Nothing where the node leaves no direction of view or no up.
+std::optional<glm::dmat4> camera_pose(const glm::dmat4& world_from_object) {
+  const glm::dvec3 up(world_from_object[1]), back(world_from_object[2]);
+  if (!(glm::length(back) > 0) || !(glm::length(up) > 0)) return std::nullopt;
+  const glm::dvec3 z = back / glm::length(back);
+  const glm::dvec3 x = glm::cross(up / glm::length(up), z);
+  if (!(glm::length(x) > 1e-9)) return std::nullopt;
+  const glm::dvec3 x_unit = x / glm::length(x);
+  return glm::dmat4{glm::dvec4(x_unit, 0.0), glm::dvec4(glm::cross(z, x_unit), 0.0), glm::dvec4(z, 0.0),
+                    world_from_object[3]};
+}
+
+void add_camera(const tinygltf::Model& model, const PlacedNode& placed, Scene& scene, Notes& notes) {
+  const auto index = static_cast<std::size_t>(model.nodes[placed.node].camera);
+  const tinygltf::Camera& source = model.cameras[index];
+  const std::string user = label("camera", index, source.name);
+  if (source.type != "perspective") return notes.unsupported("orthographic camera", user);
+  const double yfov = source.perspective.yfov, aspect = source.perspective.aspectRatio;
+  if (!(yfov > 0 && yfov < 3.14159265358979)) {
+    throw InputError(fmt::format("{}: yfov {:g} is missing or not between 0 and pi radians", user, yfov));
+  }
+  const auto pose = camera_pose(placed.world_from_object);
+  if (!pose)
+    return notes.warn(user + ": left out, " + node_label(model, placed.node) +
+                      " scales its direction of view to nothing");
+  const std::string& name = source.name.empty() ? model.nodes[placed.node].name : source.name;
+  scene.cameras.push_back({.name = name, .world_from_camera = *pose, .yfov_rad = yfov, .aspect = aspect});
+}
+
+// extras.environment of the scene, else of the document: {"radiance": [r, g, b]}.
+std::optional<Environment> read_environment(const Place& owner, Notes& notes) {
+  const Json* extras = member(owner.value, "extras");
+  const Json* found = extras == nullptr ? nullptr : member(*extras, "environment");
+  if (found == nullptr) return std::nullopt;
+  const Place environment{.value = *found, .kind = "extras.environment", .parent = &owner};
+  if (member(*found, "uri") != nullptr) notes.unsupported("environment from a file", owner.label());
+  if (!has_numbers(environment, "radiance", 3)) {
+    if (member(*found, "uri") == nullptr)
+      notes.warn(environment.label() + ": ignored, it has neither 'radiance' nor 'uri'");
+    return std::nullopt;
+  }
+  Environment result;
+  for (int c = 0; c < 3; ++c) {
+    const double value = (*found)["radiance"][static_cast<std::size_t>(c)].get<double>();
+    if (!(value >= 0 && value <= static_cast<double>(std::numeric_limits<float>::max()))) {
+      environment.fail(fmt::format("radiance {:g} is negative or beyond single precision", value));
+    }
+    result.radiance[c] = static_cast<float>(value);
+  }
+  return result;
+}
+
+void note_document_features(const Json& document, const Json* scene_json, std::size_t scene_index, Notes& notes) {
+  if (const Json* extensions = member(document, "extensions")) {
+    for (const auto& entry : extensions->items()) {
+      // Lights count where a node uses one.
+      if (entry.key() != "KHR_lights_punctual") notes.unsupported(one_line(entry.key()), "the document");
+    }
+  }
+  if (scene_json != nullptr) {
+    const Place scene{.value = *scene_json, .kind = "scene", .index = static_cast<std::int64_t>(scene_index)};
+    if (const Json* extensions = member(*scene_json, "extensions")) {
+      for (const auto& entry : extensions->items()) notes.unsupported(one_line(entry.key()), scene.label());
+    }
+  }
+  const Json& animations = items(document, "animations");
+  for (std::size_t i = 0; i < animations.size(); ++i) {
+    notes.unsupported(
+        "animation", Place{.value = animations[i], .kind = "animation", .index = static_cast<std::int64_t>(i)}.label());
+  }
+}
+
+void note_node_features(const tinygltf::Model& model, const Json& document, std::size_t node, Notes& notes) {
+  const Json& json = document["nodes"][node];
+  if (const Json* extensions = member(json, "extensions")) {
+    for (const auto& entry : extensions->items()) notes.unsupported(one_line(entry.key()), node_label(model, node));
+  }
+  if (model.nodes[node].skin >= 0) notes.unsupported("skin", node_label(model, node));
+  if (!model.nodes[node].matrix.empty() && (member(json, "translation") != nullptr ||
+                                            member(json, "rotation") != nullptr || member(json, "scale") != nullptr)) {
+    notes.warn(node_label(model, node) +
+               ": has a matrix besides translation, rotation or scale; only the matrix counts");
+  }
+}
+
+// Materials keep the document's numbers; glTF's default is appended when a primitive needs it.
+class MaterialList {
+ public:
+  MaterialList(const tinygltf::Model& model, const Json& document, Scene& scene, Notes& notes)
+      : model_(model), document_(document), scene_(scene), notes_(notes), noted_(model.materials.size(), false) {
+    for (std::size_t i = 0; i < model.materials.size(); ++i) {
+      scene_.materials.push_back(convert_material(model, document, i, notes));
+    }
+  }
+
+  std::uint32_t use(int index) {
+    if (index < 0) {
+      if (scene_.materials.size() == model_.materials.size()) scene_.materials.push_back(default_material(notes_));
+      return static_cast<std::uint32_t>(model_.materials.size());
+    }
+    const auto material = static_cast<std::size_t>(index);
+    if (!noted_[material]) note_unsupported(model_, document_, material, scene_.materials[material], notes_);
+    noted_[material] = true;
+    return static_cast<std::uint32_t>(index);
+  }
+
+ private:
+  const tinygltf::Model& model_;
+  const Json& document_;
+  Scene& scene_;
+  Notes& notes_;
+  std::vector<bool> noted_;
+};
+
+void fill_scene(const tinygltf::Model& model, const Json& document, const std::vector<Accessor>& accessors,
+                Scene& scene, Notes& notes) {
+  const std::vector<PlacedNode> placed_nodes = walk_nodes(model, notes);
+  const std::size_t scene_index = model.defaultScene >= 0 ? static_cast<std::size_t>(model.defaultScene) : 0;
+  const Json& scenes = items(document, "scenes");
+  const Json* scene_json = scenes.empty() ? nullptr : &scenes[scene_index];
+  note_document_features(document, scene_json, scene_index, notes);
+  if (scene_json != nullptr) {
+    scene.environment = read_environment(
+        {.value = *scene_json, .kind = "scene", .index = static_cast<std::int64_t>(scene_index)}, notes);
+  }
+  if (!scene.environment) scene.environment = read_environment({.value = document, .kind = "document"}, notes);
+
+  // Only the meshes that the scene uses are read.
+  std::vector<std::size_t> mesh_order, new_index(model.meshes.size(), kUnread);
+  for (const PlacedNode& placed : placed_nodes) {
+    const int mesh = model.nodes[placed.node].mesh;
+    if (mesh < 0 || new_index[static_cast<std::size_t>(mesh)] != kUnread) continue;
+    new_index[static_cast<std::size_t>(mesh)] = mesh_order.size();
+    mesh_order.push_back(static_cast<std::size_t>(mesh));
+  }
+  MaterialList materials(model, document, scene, notes);
+  MeshReader reader(
+      model, document, accessors, [&](int index) { return materials.use(index); }, notes);
+  reader.check_memory(mesh_order);
+  for (const std::size_t mesh : mesh_order) scene.meshes.push_back(reader.read(mesh));
+
+  for (const PlacedNode& placed : placed_nodes) {
+    const tinygltf::Node& source = model.nodes[placed.node];
+    note_node_features(model, document, placed.node, notes);
+    if (source.camera >= 0) add_camera(model, placed, scene, notes);
+    if (source.mesh < 0) continue;
+    Node node;
+    node.name = source.name;
+    node.world_from_object = placed.world_from_object;
+    node.mesh = static_cast<std::uint32_t>(new_index[static_cast<std::size_t>(source.mesh)]);
+    const glm::dmat3 linear(node.world_from_object);
+    node.mirrored = glm::determinant(linear) < 0;
+    check_world_positions(scene.meshes[node.mesh], node, node_label(model, placed.node));
+    scene.nodes.push_back(std::move(node));
+  }
+}
+
+Scene load(const std::filesystem::path& path) {
+  Scene scene;
+  scene.path = path;
+  Notes notes;
+  const Bytes file = read_regular_file(path, kMaxFileBytes);
+  std::string extension = path.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+  const Container container = open_container(file.span(), extension == ".glb");
+
+  Json document = parse_json(container.json);
+  check_document(document);
+  const Buffers buffers(document, container, path.parent_path());
+  const std::vector<Accessor> accessors = check_accessors(document, buffers);
+  const tinygltf::Model model = parse_structure(document);
+  fill_scene(model, document, accessors, scene, notes);
+
+  // Each file's hash seeds the next one's, so that their order counts.
+  std::uint64_t hash = xxhash64(file.span(), 0);
+  scene.file_bytes = file.size;
+  for (const Bytes& bytes : buffers.files()) {
+    hash = xxhash64(bytes.span(), hash);
+    scene.file_bytes += bytes.size;
+  }
+  scene.hash = fmt::format("{:016x}", hash);
+  notes.finish(scene);
+  return scene;
+}
+
+}  // namespace
+
+Scene load_scene(const std::filesystem::path& path) {
+  const std::string what = "cannot load scene " + in_quotes(path.string()) + ": ";
+  try {
+    return load(path);
+  } catch (const InputError& e) {
+    throw InputError(what + e.what());
+  } catch (const Error&) {
+    throw;
+  } catch (const std::bad_alloc&) {
+    throw InputError(what + "it needs more memory than there is; split the scene");
+  } catch (const std::exception& e) {
+    throw InputError(what + one_line(e.what()) + "; export the file again");
+  }
+}
+
+}  // namespace eikon
