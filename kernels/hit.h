@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+// What traversals take and give, for one ray.
+#ifndef EK_HIT_H
+#define EK_HIT_H
+#include "ray.h"
+#include "simd.h"
+
+#define EK_SHAPE 1
+#include "shape_triangle.h"
+#define EK_SHAPE 8
+#include "shape_triangle.h"
+#define EK_SHAPE 0
+#include "shape_triangle.h"
+
+// A tree, or the list of triangles that stands for it; laid out as its traverse_<layout>.h says.
+typedef struct {
+  global const uint* nodes;
+  global const uint* leaves;
+  global const Triangle* triangles;
+} Geometry;
+
+// Closest hit so far; t is the segment's end while nothing was hit, and stays that for an any-hit query.
+typedef struct {
+  float t, u, v;
+  uint triangle;
+} Hit;
+
+EK_FN Hit no_hit(float t_max) {
+  Hit hit = {t_max, 0.0f, 0.0f, EK_NO_HIT};
+  return hit;
+}
+
+// The smallest t wins; among equals the smallest index, so that the order of traversal does not show.
+EK_FN int is_closer(const Hit* hit, float t, uint triangle) {
+  return (t < hit->t) | ((t == hit->t) & (triangle < hit->triangle));
+}
+
+// Tests one triangle of the record array. returns 1 if that settles an any-hit query.
+EK_FN int try_triangle(Geometry geometry, const RayOne* ray, uint triangle, const int any_hit, Hit* hit) {
+  global const float* p = (global const float*)(geometry.triangles + triangle);
+  const uint z = (uint)ray->axis, x = z == 2u ? 0u : z + 1u, y = x == 2u ? 0u : x + 1u;
+  Corners_one corners;
+  corners.ax = p[x]; corners.ay = p[y]; corners.az = p[z];
+  corners.bx = p[3 + x]; corners.by = p[3 + y]; corners.bz = p[3 + z];
+  corners.cx = p[6 + x]; corners.cy = p[6 + y]; corners.cz = p[6 + z];
+  const TriangleHit_one found = triangle_hit_one(ray, corners);
+  if (any_hit) return found.hit & (found.t < hit->t);
+  if (found.hit & is_closer(hit, found.t, triangle)) {
+    hit->t = found.t;
+    hit->u = found.u;
+    hit->v = found.v;
+    hit->triangle = triangle;
+  }
+  return 0;
+}
+
+#endif

@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: Apache-2.0
+// Watertight ray-triangle test [Woop, Benthin, Wald 2013, JCGT 2(1)], written once and included by traverse.h for
+//   EK_SHAPE 1  one ray, one triangle        -> triangle_hit_one
+//   EK_SHAPE 8  one ray, eight triangles     -> triangle_hit_block
+//   EK_SHAPE 0  EK_WIDTH rays, one triangle  -> triangle_hit_lanes
+// with the same bits in each. Deviations from the paper:
+//   - The sign of a difference of two rounded products is right or zero, never wrong. Where it is zero, the products' rounding
+//     errors decide, found by splitting [Dekker 1971]: exact like the paper's double precision, which not every device has.
+//   - t is refused where its error bound reaches zero [Pharr, Jakob, Humphreys 2023, PBR section 6.8.4], so that a ray that
+//     was moved off a surface by the matching bound cannot meet it again; not so when all corners lie in front of the
+//     origin beyond error, which a ray's own surface never does, and edge-on triangles do.
+//   - t is moved into the interval of the triangle's box (ray.h). It leaves it only by rounding, for edge-on triangles.
+#if EK_SHAPE == 1
+#define SHAPE(name) name##_one
+#define ShapeRay RayOne
+#define ShapeCorner float
+#define ShapeF float
+#define ShapeI int
+#define SHAPE_AS_F as_float
+#define SHAPE_AS_U as_uint
+#define SHAPE_ANY(m) (m)
+#elif EK_SHAPE == 8
+#define SHAPE(name) name##_block
+#define ShapeRay RayOne
+#define ShapeCorner float8
+#define ShapeF float8
+#define ShapeI int8
+#define SHAPE_AS_F as_float8
+#define SHAPE_AS_U as_uint8
+#define SHAPE_ANY(m) (mask_bits8(m) != 0)
+#else
+#define SHAPE(name) name##_lanes
+#define ShapeRay RayLanes
+#define ShapeCorner float
+#define ShapeF vf
+#define ShapeI vi
+#define SHAPE_AS_F AS_F
+#define SHAPE_AS_U AS_U
+#define SHAPE_ANY(m) (mask_bits(m) != 0)
+#endif
+
+// Corners in the axes of the ray's test: z is the longest component of its direction.
+typedef struct {
+  ShapeCorner ax, ay, az, bx, by, bz, cx, cy, cz;
+} SHAPE(Corners);
+
+typedef struct {
+  ShapeI hit;
+  ShapeF t, u, v;  // u, v: weights of b and c; where hit
+} SHAPE(TriangleHit);
+
+EK_FN ShapeF SHAPE(shape_min)(ShapeF a, ShapeF b) { return a < b ? a : b; }
+EK_FN ShapeF SHAPE(shape_max)(ShapeF a, ShapeF b) { return a > b ? a : b; }
+EK_FN ShapeF SHAPE(shape_abs)(ShapeF a) { return SHAPE_AS_F(SHAPE_AS_U(a) & 0x7fffffffu); }
+
+EK_FN ShapeCorner SHAPE(corner_min)(ShapeCorner a, ShapeCorner b, ShapeCorner c) {
+  const ShapeCorner m = a < b ? a : b;
+  return m < c ? m : c;
+}
+EK_FN ShapeCorner SHAPE(corner_max)(ShapeCorner a, ShapeCorner b, ShapeCorner c) {
+  const ShapeCorner m = a > b ? a : b;
+  return m > c ? m : c;
+}
+
+// a * b - product, exactly, for product = fl(a * b): halves of 12 bits have exact products.
+EK_FN ShapeF SHAPE(product_error)(ShapeF a, ShapeF b, ShapeF product) {
+  const ShapeF a_hi = SHAPE_AS_F(SHAPE_AS_U(a) & 0xfffff000u), b_hi = SHAPE_AS_F(SHAPE_AS_U(b) & 0xfffff000u);
+  const ShapeF a_lo = a - a_hi, b_lo = b - b_hi;
+  return (((a_hi * b_hi - product) + a_hi * b_lo) + a_lo * b_hi) + a_lo * b_lo;
+}
+// a * b - c * d where the rounded products are equal.
+EK_FN ShapeF SHAPE(equal_products_difference)(ShapeF a, ShapeF b, ShapeF c, ShapeF d) {
+  return SHAPE(product_error)(a, b, a * b) - SHAPE(product_error)(c, d, c * d);
+}
+
+EK_FN SHAPE(TriangleHit) SHAPE(triangle_hit)(const ShapeRay* ray, SHAPE(Corners) p) {
+  SHAPE(TriangleHit) r;
+  const ShapeF az = p.az - ray->p_oz, bz = p.bz - ray->p_oz, cz = p.cz - ray->p_oz;
+  const ShapeF ax = (p.ax - ray->p_ox) - ray->sx * az, ay = (p.ay - ray->p_oy) - ray->sy * az;
+  const ShapeF bx = (p.bx - ray->p_ox) - ray->sx * bz, by = (p.by - ray->p_oy) - ray->sy * bz;
+  const ShapeF cx = (p.cx - ray->p_ox) - ray->sx * cz, cy = (p.cy - ray->p_oy) - ray->sy * cz;
+  ShapeF ea = cx * by - cy * bx, eb = ax * cy - ay * cx, ec = bx * ay - by * ax;
+  const ShapeF zero = (ShapeF)(0.0f);
+  r.t = zero;
+  r.u = zero;
+  r.v = zero;
+  r.hit = (SHAPE(shape_min)(SHAPE(shape_min)(ea, eb), ec) >= zero) | (SHAPE(shape_max)(SHAPE(shape_max)(ea, eb), ec) <= zero);
+  if (SHAPE_ANY(r.hit)) {
+    const ShapeI undecided = r.hit & ((ea == zero) | (eb == zero) | (ec == zero));
+    if (SHAPE_ANY(undecided)) {
+      ea = ea == zero ? SHAPE(equal_products_difference)(cx, by, cy, bx) : ea;
+      eb = eb == zero ? SHAPE(equal_products_difference)(ax, cy, ay, cx) : eb;
+      ec = ec == zero ? SHAPE(equal_products_difference)(bx, ay, by, ax) : ec;
+      r.hit = (SHAPE(shape_min)(SHAPE(shape_min)(ea, eb), ec) >= zero) |
+              (SHAPE(shape_max)(SHAPE(shape_max)(ea, eb), ec) <= zero);
+    }
+    const ShapeF det = (ea + eb) + ec;
+    r.hit = r.hit & (SHAPE(shape_abs)(det) >= (ShapeF)(0x1p-126f));
+    const ShapeF inverse = (ShapeF)(1.0f) / det;
+    const ShapeF at = az * ray->p_rz, bt = bz * ray->p_rz, ct = cz * ray->p_rz;
+    ShapeF t = ((ea * at + eb * bt) + ec * ct) * inverse;
+
+    // gamma(n) = n 2^-24 / (1 - n 2^-24), rounded up.
+    const ShapeF gamma2 = (ShapeF)(1.1920931e-7f), gamma3 = (ShapeF)(1.7881398e-7f), gamma5 = (ShapeF)(2.980233e-7f);
+    const ShapeF max_t = SHAPE(shape_max)(SHAPE(shape_max)(SHAPE(shape_abs)(at), SHAPE(shape_abs)(bt)), SHAPE(shape_abs)(ct));
+    const ShapeI in_front = SHAPE(shape_min)(SHAPE(shape_min)(at, bt), ct) > gamma3 * max_t;
+    if (SHAPE_ANY(r.hit & !in_front)) {
+      const ShapeF max_x = SHAPE(shape_max)(SHAPE(shape_max)(SHAPE(shape_abs)(ax), SHAPE(shape_abs)(bx)), SHAPE(shape_abs)(cx));
+      const ShapeF max_y = SHAPE(shape_max)(SHAPE(shape_max)(SHAPE(shape_abs)(ay), SHAPE(shape_abs)(by)), SHAPE(shape_abs)(cy));
+      const ShapeF max_z = SHAPE(shape_max)(SHAPE(shape_max)(SHAPE(shape_abs)(az), SHAPE(shape_abs)(bz)), SHAPE(shape_abs)(cz));
+      const ShapeF max_e = SHAPE(shape_max)(SHAPE(shape_max)(SHAPE(shape_abs)(ea), SHAPE(shape_abs)(eb)), SHAPE(shape_abs)(ec));
+      const ShapeF delta_x = gamma5 * (max_x + max_z), delta_y = gamma5 * (max_y + max_z);
+      const ShapeF delta_e = 2.0f * ((gamma2 * max_x * max_y + delta_y * max_x) + delta_x * max_y);
+      const ShapeF delta_t = 3.0f * ((2.0f * gamma3 * max_e + delta_e) * max_t) * SHAPE(shape_abs)(inverse);
+      r.hit = r.hit & (in_front | (t > delta_t));
+    }
+
+    const ShapeF lo_x = (ShapeF)(SHAPE(corner_min)(p.ax, p.bx, p.cx)), hi_x = (ShapeF)(SHAPE(corner_max)(p.ax, p.bx, p.cx));
+    const ShapeF lo_y = (ShapeF)(SHAPE(corner_min)(p.ay, p.by, p.cy)), hi_y = (ShapeF)(SHAPE(corner_max)(p.ay, p.by, p.cy));
+    const ShapeF lo_z = (ShapeF)(SHAPE(corner_min)(p.az, p.bz, p.cz)), hi_z = (ShapeF)(SHAPE(corner_max)(p.az, p.bz, p.cz));
+    const ShapeF near_x = ((ray->p_rx < 0.0f ? hi_x : lo_x) - ray->p_nx) * ray->p_rx;
+    const ShapeF near_y = ((ray->p_ry < 0.0f ? hi_y : lo_y) - ray->p_ny) * ray->p_ry;
+    const ShapeF near_z = ((ray->p_rz < 0.0f ? hi_z : lo_z) - ray->p_nz) * ray->p_rz;
+    const ShapeF far_x = ((ray->p_rx < 0.0f ? lo_x : hi_x) - ray->p_fx) * ray->p_rx;
+    const ShapeF far_y = ((ray->p_ry < 0.0f ? lo_y : hi_y) - ray->p_fy) * ray->p_ry;
+    const ShapeF far_z = ((ray->p_rz < 0.0f ? lo_z : hi_z) - ray->p_fz) * ray->p_rz;
+    const ShapeF begin = SHAPE(shape_max)(SHAPE(shape_max)(SHAPE(shape_max)(near_x, near_y), near_z), zero);
+    const ShapeF end = SHAPE(shape_min)(SHAPE(shape_min)(far_x, far_y), far_z);
+    r.hit = r.hit & (begin <= end);
+    t = t < begin ? begin : t;
+    r.t = t > end ? end : t;
+    r.u = eb * inverse;
+    r.v = ec * inverse;
+  }
+  return r;
+}
+
+#undef SHAPE
+#undef ShapeRay
+#undef ShapeCorner
+#undef ShapeF
+#undef ShapeI
+#undef SHAPE_AS_F
+#undef SHAPE_AS_U
+#undef SHAPE_ANY
+#undef EK_SHAPE

@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: Apache-2.0
+// Every layout at every lane width gives the hits of brute force, bit for bit.
+#include <gtest/gtest.h>
+
+#include <cstring>
+
+#include "accel_fixtures.h"
+#include "kernels/traverse_probe.h"
+
+namespace eikon {
+namespace {
+
+using fixtures::Soup;
+
+std::vector<ProbeRay> random_rays(std::size_t count, float scale, std::uint32_t seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<float> unit(-1.0F, 1.0F);
+  std::vector<ProbeRay> rays(count);
+  for (ProbeRay& ray : rays) {
+    for (float& x : ray.o) x = 1.5F * scale * unit(random);
+    for (float& x : ray.d) x = unit(random);
+    ray.t_max = scale * (1.0F + unit(random));
+  }
+  return rays;
+}
+
+/// Rays that ask for trouble: along axes, with zeros of both signs, at vertices, edges and box corners, from on surfaces.
+std::vector<ProbeRay> adversarial_rays(const Soup& soup, std::size_t count, float scale, std::uint32_t seed) {
+  std::mt19937 random(seed);
+  std::vector<ProbeRay> rays = random_rays(count, scale, seed + 1);
+  std::uniform_int_distribution<std::size_t> triangle(0, soup.size() / 9 - 1);
+  std::uniform_real_distribution<float> unit(0.0F, 1.0F);
+  for (std::size_t i = 0; i < count; ++i) {
+    ProbeRay& ray = rays[i];
+    const float* p = &soup[9 * triangle(random)];
+    const float w = unit(random);
+    std::array<float, 3> target{};
+    for (std::size_t k = 0; k < 3; ++k) {
+      switch (i % 3) {
+        case 0: target[k] = p[k]; break;                                          // a vertex
+        case 1: target[k] = p[k] + w * (p[3 + k] - p[k]); break;                  // an edge
+        default: target[k] = (p[k] + p[3 + k] + p[6 + k]) / 3; break;             // inside
+      }
+    }
+    switch (i / 3 % 5) {
+      case 0:  // aimed at it
+        for (std::size_t k = 0; k < 3; ++k) ray.d[k] = target[k] - ray.o[k];
+        break;
+      case 1:  // from it
+        ray.o = target;
+        break;
+      case 2:  // along an axis through it
+        ray.o = target;
+        ray.d = {i % 2 == 0 ? 0.0F : -0.0F, i % 4 < 2 ? 0.0F : -0.0F, 0.0F};
+        ray.d[i / 15 % 3] = i % 7 < 3 ? 1.0F : -1.0F;
+        ray.o[i / 15 % 3] -= (i % 5 == 0 ? 0.0F : 2.0F) * scale * ray.d[i / 15 % 3];
+        break;
+      case 3:  // in an axis plane through it
+        ray.o[i % 3] = target[i % 3];
+        ray.d[i % 3] = i % 2 == 0 ? 0.0F : -0.0F;
+        break;
+      default:  // nearly along an edge
+        for (std::size_t k = 0; k < 3; ++k) ray.d[k] = p[3 + k] - p[k];
+        for (std::size_t k = 0; k < 3; ++k) ray.o[k] = target[k] - 3 * ray.d[k];
+        break;
+    }
+  }
+  return rays;
+}
+
+::testing::AssertionResult same_bits(const std::vector<ProbeHit>& a, const std::vector<ProbeHit>& b,
+                                     const std::vector<ProbeRay>& rays) {
+  std::size_t different = 0, first = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    if (std::memcmp(&a[i], &b[i], sizeof(ProbeHit)) != 0 && different++ == 0) first = i;
+  }
+  if (different == 0) return ::testing::AssertionSuccess();
+  const ProbeRay& r = rays[first];
+  return ::testing::AssertionFailure()
+         << different << " of " << a.size() << " differ, first ray " << first << std::hexfloat << " o " << r.o[0] << ' '
+         << r.o[1] << ' ' << r.o[2] << " d " << r.d[0] << ' ' << r.d[1] << ' ' << r.d[2] << ": t " << a[first].t << " u "
+         << a[first].u << " v " << a[first].v << " triangle " << a[first].triangle << " against t " << b[first].t << " u "
+         << b[first].u << " v " << b[first].v << " triangle " << b[first].triangle;
+}
+
+/// `soup` in every layout and width; the rays' hits must be those of brute force at width 16.
+void expect_all_agree(const Soup& soup, const std::vector<ProbeRay>& rays, const std::string& what) {
+  for (const DeviceInfo& info : select_devices("all")) {
+    Device device(info);
+    TraverseProbe brute(device, soup, {"none", 16, false});
+    const auto closest = brute.closest(rays);
+    const auto any = brute.any(rays);
+    std::size_t hit_count = 0, blocked_count = 0;
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+      hit_count += closest[i].triangle != EK_NO_HIT ? 1 : 0;
+      blocked_count += any[i] ? 1 : 0;
+      // Any-hit agrees with the closest hit by definition.
+      EXPECT_EQ(any[i], closest[i].triangle != EK_NO_HIT && closest[i].t < rays[i].t_max) << what << " ray " << i;
+      EXPECT_EQ(closest[i].triangle == EK_NO_HIT, std::isinf(closest[i].t)) << what << " ray " << i;
+    }
+    EXPECT_GT(hit_count, rays.size() / 50) << what;  // the comparison below is of hits, not of misses
+    EXPECT_LT(blocked_count, rays.size()) << what;
+    const TraverseProbe::Options variants[] = {{"bvh8", 16, false}, {"bvh8", 8, false}, {"bvh8", 16, true},
+                                               {"bvh8", 1, false},  {"bvh2", 1, false}, {"bvh2", 16, false},
+                                               {"none", 1, false}};
+    for (const auto& variant : variants) {
+      TraverseProbe probe(device, soup, variant);
+      const std::string name = what + ", " + variant.layout + " width " + std::to_string(variant.width);
+      EXPECT_TRUE(same_bits(probe.closest(rays), closest, rays)) << name;
+      EXPECT_EQ(probe.any(rays), any) << name;
+    }
+  }
+}
+
+TEST(Traverse, random_rays_hit_the_same_bits_in_every_layout) {
+  expect_all_agree(fixtures::scattered(2000, 1.0F, 1), random_rays(20'000, 1.0F, 2), "scattered");
+  expect_all_agree(fixtures::bumpy_sphere(20), random_rays(20'000, 1.0F, 3), "sphere");
+}
+
+TEST(Traverse, adversarial_rays_hit_the_same_bits_in_every_layout) {
+  const Soup scattered = fixtures::scattered(1000, 1.0F, 4), sphere = fixtures::bumpy_sphere(16);
+  expect_all_agree(scattered, adversarial_rays(scattered, 20'000, 1.0F, 5), "scattered");
+  expect_all_agree(sphere, adversarial_rays(sphere, 20'000, 1.0F, 6), "sphere");
+}
+
+}  // namespace
+}  // namespace eikon

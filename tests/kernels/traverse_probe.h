@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: Apache-2.0
+// Rays through the production traversal headers on an OpenCL device.
+#pragma once
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "accel/accel.h"
+#include "device/device.h"
+#include "device/kernel_sources.h"
+#include "shared/records.h"
+
+namespace eikon {
+
+struct ProbeRay {
+  std::array<float, 3> o{}, d{};
+  float t_max = INFINITY;
+};
+
+struct ProbeHit {
+  float t = 0, u = 0, v = 0;
+  std::uint32_t triangle = 0;
+};
+
+/// The production frame's part that traversal reads: bounds of the scene.
+inline Frame frame_of(const std::vector<float>& soup) {
+  float lo[3] = {INFINITY, INFINITY, INFINITY}, hi[3] = {-INFINITY, -INFINITY, -INFINITY};
+  for (std::size_t i = 0; i < soup.size(); ++i) {
+    lo[i % 3] = std::min(lo[i % 3], soup[i]);
+    hi[i % 3] = std::max(hi[i % 3], soup[i]);
+  }
+  Frame frame{};
+  if (soup.empty()) return frame;
+  const auto center = [&](int k) { return 0.5F * lo[k] + 0.5F * hi[k]; };
+  const auto half = [&](int k) { return std::max(hi[k] - center(k), center(k) - lo[k]); };
+  frame.scene_center.x = center(0), frame.scene_center.y = center(1), frame.scene_center.z = center(2);
+  frame.scene_half.x = half(0), frame.scene_half.y = half(1), frame.scene_half.z = half(2);
+  return frame;
+}
+
+/// One scene in one layout at one lane width.
+class TraverseProbe {
+ public:
+  struct Options {
+    std::string layout = "bvh8";
+    int width = 16;
+    bool portable = false;  // without builtins of the host's processor
+  };
+
+  TraverseProbe(Device& device, const std::vector<float>& soup, const Options& options)
+      : device_(device), accel_(build(soup, options.layout)) {
+    static const char* const source = R"(
+#include "traverse.h"
+#define PROBE_CHUNK 256
+#define ARGUMENTS constant Frame* frame, global const uint* accel_nodes, global const uint* accel_leaves, \
+                  global const Triangle* triangles, global const float* rays, global float* hits, uint ray_count, uint stride
+kernel void probe_closest(ARGUMENTS) {
+  const Geometry geometry = {accel_nodes, accel_leaves, triangles};
+  const uint begin = (uint)get_global_id(0) * PROBE_CHUNK, end = min(begin + PROBE_CHUNK, ray_count);
+  for (uint i = begin; i < end; i += EK_WIDTH) {
+    const v3 o = V3(load_f(rays + i), load_f(rays + stride + i), load_f(rays + 2 * stride + i));
+    const v3 d = V3(load_f(rays + 3 * stride + i), load_f(rays + 4 * stride + i), load_f(rays + 5 * stride + i));
+    const HitLanes hit = closest_hit(frame, geometry, o, d, min(end - i, (uint)EK_WIDTH));
+    store_f(hits + i, hit.t);
+    store_f(hits + stride + i, hit.u);
+    store_f(hits + 2 * stride + i, hit.v);
+    store_f(hits + 3 * stride + i, AS_F(hit.triangle));
+  }
+}
+kernel void probe_any(ARGUMENTS) {
+  const Geometry geometry = {accel_nodes, accel_leaves, triangles};
+  const uint begin = (uint)get_global_id(0) * PROBE_CHUNK, end = min(begin + PROBE_CHUNK, ray_count);
+  for (uint i = begin; i < end; i += EK_WIDTH) {
+    const v3 o = V3(load_f(rays + i), load_f(rays + stride + i), load_f(rays + 2 * stride + i));
+    const v3 d = V3(load_f(rays + 3 * stride + i), load_f(rays + 4 * stride + i), load_f(rays + 5 * stride + i));
+    const vi blocked = occluded(frame, geometry, o, d, load_f(rays + 6 * stride + i), min(end - i, (uint)EK_WIDTH));
+    store_f(hits + i, blocked ? (vf)(1.0f) : (vf)(0.0f));
+  }
+}
+)";
+    ProgramOptions program;
+    for (const char* name : {"bvh8", "bvh2", "none"}) {
+      program.defines[std::string("EK_LAYOUT_") + name] = options.layout == name ? "1" : "0";
+    }
+    program.defines["EK_STACK_SIZE"] = std::to_string(accel_.stack_size);
+    program.defines["EK_WIDTH"] = std::to_string(options.width);
+    program.defines["EK_CHUNKED"] = "1";
+    if (options.portable) program.defines["EK_PORTABLE"] = "1";
+    const Program built = device.build(expand_includes(source, "traverse_probe.cl"), program);
+    closest_ = built.kernel("probe_closest");
+    any_ = built.kernel("probe_any");
+
+    std::vector<Triangle> triangles(soup.size() / 9 + 1);
+    for (std::size_t i = 0; i < soup.size() / 9; ++i) std::copy_n(&soup[9 * i], 9, &triangles[i].p0_x);
+    arguments_.set("frame", device.upload(std::vector<Frame>{frame_of(soup)}));
+    arguments_.set("accel_nodes", device.upload(accel_.nodes));
+    arguments_.set("accel_leaves", device.upload(accel_.leaves));
+    arguments_.set("triangles", device.upload(triangles));
+  }
+
+  std::vector<ProbeHit> closest(const std::vector<ProbeRay>& rays) {
+    const std::vector<float> words = run(closest_, rays);
+    std::vector<ProbeHit> hits(rays.size());
+    const std::size_t stride = words.size() / 4;
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+      hits[i] = {words[i], words[stride + i], words[2 * stride + i], std::bit_cast<std::uint32_t>(words[3 * stride + i])};
+    }
+    return hits;
+  }
+
+  std::vector<bool> any(const std::vector<ProbeRay>& rays) {
+    const std::vector<float> words = run(any_, rays);
+    std::vector<bool> hits(rays.size());
+    for (std::size_t i = 0; i < rays.size(); ++i) hits[i] = words[i] != 0;
+    return hits;
+  }
+
+  [[nodiscard]] const Accel& accel() const { return accel_; }
+
+ private:
+  static Accel build(const std::vector<float>& soup, const std::string& layout) {
+    AccelOptions options;
+    options.layout = layout;
+    return build_accel({soup}, options);
+  }
+
+  std::vector<float> run(Kernel& kernel, const std::vector<ProbeRay>& rays) {
+    const std::size_t stride = (rays.size() + 31) / 16 * 16;
+    std::vector<float> words(7 * stride, 0.0F);
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        words[k * stride + i] = rays[i].o[k];
+        words[(3 + k) * stride + i] = rays[i].d[k];
+      }
+      words[6 * stride + i] = rays[i].t_max;
+    }
+    arguments_.set("rays", device_.upload(words));
+    const Buffer hits = device_.allocate(4 * stride * sizeof(float));
+    arguments_.set("hits", hits);
+    arguments_.set("ray_count", static_cast<std::uint32_t>(rays.size()));
+    arguments_.set("stride", static_cast<std::uint32_t>(stride));
+    kernel.bind(arguments_);
+    device_.run(kernel, (rays.size() + 255) / 256, 1, rays.size());
+    return device_.read_all<float>(hits);
+  }
+
+  Device& device_;
+  Accel accel_;
+  Arguments arguments_;
+  Kernel closest_, any_;
+};
+
+}  // namespace eikon
