@@ -1,0 +1,144 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Writes small glTF 2.0 files, always the same bytes for the same calls. Standard library only.
+
+Positions are metres, +Y up, triangles counter-clockwise seen from the front.
+"""
+
+import base64
+import json
+import re
+import struct
+
+
+def _floats(vectors):
+    values = [c for v in vectors for c in v]
+    return struct.pack(f"<{len(values)}f", *values)
+
+
+class GltfWriter:
+    """Collects meshes, nodes, materials and cameras of one scene; `write` picks .gltf or .glb by the name."""
+
+    def __init__(self, proves):
+        """proves: what the scene is for, kept in asset.extras so that the file explains itself."""
+        self.root = {
+            "asset": {"version": "2.0", "generator": "eikon tools/make_scenes.py", "extras": {"proves": proves}},
+            "scene": 0,
+            "scenes": [{"nodes": []}],
+            "nodes": [],
+            "meshes": [],
+            "materials": [],
+            "accessors": [],
+            "bufferViews": [],
+        }
+        self.buffer = bytearray()
+
+    def environment(self, radiance):
+        """Constant radiance from every direction, W / (sr m^2), linear Rec. 709."""
+        self.root["scenes"][0]["extras"] = {"environment": {"radiance": list(radiance)}}
+
+    def material(self, name, color, emission=None, double_sided=False):
+        """Exactly Lambert of reflectance `color`; `emission` is the radiance of its front side. Returns its index."""
+        entry = {
+            "name": name,
+            "pbrMetallicRoughness": {"baseColorFactor": [*color, 1.0], "metallicFactor": 0.0, "roughnessFactor": 1.0},
+            "extensions": {"KHR_materials_specular": {"specularFactor": 0.0}},
+        }
+        self._use_extension("KHR_materials_specular")
+        if double_sided:
+            entry["doubleSided"] = True
+        if emission is not None and max(emission) > 0:
+            # emissiveFactor must lie in [0, 1]; the strength carries the rest.
+            strength = max(1.0, max(emission))
+            entry["emissiveFactor"] = [e / strength for e in emission]
+            if strength > 1.0:
+                entry["extensions"]["KHR_materials_emissive_strength"] = {"emissiveStrength": strength}
+                self._use_extension("KHR_materials_emissive_strength")
+        self.root["materials"].append(entry)
+        return len(self.root["materials"]) - 1
+
+    def primitive(self, points, triangles, material, normals=None):
+        """One primitive: points [(x, y, z)], triangles [(a, b, c)] into points, normals like points or none (flat)."""
+        indices = [i for t in triangles for i in t]
+        if min(indices) < 0 or max(indices) >= len(points):
+            raise ValueError("a triangle names a point that does not exist")
+        index_format = ("H", 5123) if len(points) < 65535 else ("I", 5125)
+        attributes = {"POSITION": self._vectors(_floats(points))}
+        if normals is not None:
+            attributes["NORMAL"] = self._vectors(_floats(normals))
+        data = struct.pack(f"<{len(indices)}{index_format[0]}", *indices)
+        return {
+            "attributes": attributes,
+            "indices": self._accessor(data, index_format[1], "SCALAR", len(indices), 34963),
+            "material": material,
+        }
+
+    def primitive_arrays(self, positions, normals, indices, bounds, material):
+        """A large primitive from ready bytes: float32 positions and normals, uint32 indices; bounds ((lo), (hi))."""
+        return {
+            "attributes": {
+                "POSITION": self._accessor(positions, 5126, "VEC3", len(positions) // 12, 34962, bounds),
+                "NORMAL": self._accessor(normals, 5126, "VEC3", len(normals) // 12, 34962),
+            },
+            "indices": self._accessor(indices, 5125, "SCALAR", len(indices) // 4, 34963),
+            "material": material,
+        }
+
+    def mesh(self, name, primitives, **transform):
+        """A mesh and the node that places it; transform: translation=, rotation= (x, y, z, w), scale=, or matrix=."""
+        self.root["meshes"].append({"name": name, "primitives": primitives})
+        self._node({"name": name, "mesh": len(self.root["meshes"]) - 1, **transform})
+
+    def camera(self, yfov_rad, aspect, name="camera", **transform):
+        """A perspective camera, looking along its -Z with +Y up."""
+        perspective = {"aspectRatio": aspect, "yfov": yfov_rad, "znear": 1e-6}
+        self.root.setdefault("cameras", []).append({"name": name, "type": "perspective", "perspective": perspective})
+        self._node({"name": name, "camera": len(self.root["cameras"]) - 1, **transform})
+
+    def write(self, path):
+        """Writes the file, as .glb or as .gltf with its buffer inside."""
+        with open(path, "wb") as file:
+            file.write(self.glb() if str(path).endswith(".glb") else self.gltf())
+
+    def gltf(self):
+        """The bytes of the .gltf form: indented JSON, the buffer as one base64 data URI."""
+        uri = "data:application/octet-stream;base64," + base64.b64encode(self.buffer).decode()
+        text = json.dumps({**self.root, "buffers": [{"byteLength": len(self.buffer), "uri": uri}]}, indent=1)
+        # Vectors on one line each, for the eye.
+        text = re.sub(r"\[\s+([-+.e\d,\s]+?)\s+\]", lambda m: "[" + re.sub(r"\s+", " ", m.group(1)) + "]", text)
+        return (text + "\n").encode()
+
+    def glb(self):
+        """The bytes of the binary form."""
+        text = json.dumps({**self.root, "buffers": [{"byteLength": len(self.buffer)}]}, separators=(",", ":")).encode()
+        text += b" " * (-len(text) % 4)
+        data = bytes(self.buffer) + b"\0" * (-len(self.buffer) % 4)
+        total = 12 + 8 + len(text) + 8 + len(data)
+        return b"".join([struct.pack("<III", 0x46546C67, 2, total), struct.pack("<II", len(text), 0x4E4F534A), text,
+                         struct.pack("<II", len(data), 0x004E4942), data])
+
+    def _use_extension(self, name):
+        used = self.root.setdefault("extensionsUsed", [])
+        if name not in used:
+            used.append(name)
+
+    def _node(self, node):
+        self.root["nodes"].append(node)
+        self.root["scenes"][0]["nodes"].append(len(self.root["nodes"]) - 1)
+
+    def _vectors(self, data):
+        # min and max are those of the rounded values, as the file holds them.
+        values = struct.unpack(f"<{len(data) // 4}f", data)
+        bounds = ([min(values[a::3]) for a in range(3)], [max(values[a::3]) for a in range(3)])
+        return self._accessor(data, 5126, "VEC3", len(values) // 3, 34962, bounds)
+
+    def _accessor(self, data, component, kind, count, target, bounds=None):
+        self.buffer += b"\0" * (-len(self.buffer) % 4)
+        self.root["bufferViews"].append(
+            {"buffer": 0, "byteOffset": len(self.buffer), "byteLength": len(data), "target": target})
+        self.buffer += data
+        view = len(self.root["bufferViews"]) - 1
+        entry = {"bufferView": view, "componentType": component, "count": count, "type": kind}
+        if bounds is not None:
+            entry["min"], entry["max"] = [list(b) for b in bounds]
+        self.root["accessors"].append(entry)
+        return len(self.root["accessors"]) - 1

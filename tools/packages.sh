@@ -1,0 +1,23 @@
+# SPDX-License-Identifier: Apache-2.0
+# shellcheck shell=bash disable=SC2034
+# The one list of Debian packages (names of Debian 12). Sourced by setup.sh; nothing else names a package.
+
+# To configure, build and run eikon. Of these, libtinygltf-dev pulls in neither the JSON nor the image headers it
+# includes (nlohmann-json3-dev, libstb-dev), so both are named. pocl-opencl-icd is an OpenCL device for any CPU;
+# drivers of other devices are found through /etc/OpenCL/vendors and are not ours to install.
+build_packages=(
+  ca-certificates git
+  g++ cmake ninja-build
+  ocl-icd-opencl-dev opencl-headers pocl-opencl-icd
+  libopenexr-dev libglm-dev libtinygltf-dev nlohmann-json3-dev libstb-dev
+  libcli11-dev libtbb-dev libfmt-dev
+  libembree-dev
+)
+
+# For the tests: GoogleTest; Oclgrind, a second OpenCL implementation to compare bits with; clang to check the
+# kernels without a device; Python for the scene generators, numpy as the reference of the image metrics.
+test_packages=(
+  libgtest-dev
+  oclgrind clang-14
+  python3 python3-numpy
+)
