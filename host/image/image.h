@@ -18,16 +18,18 @@ struct Image {
   std::uint32_t width = 0, height = 0;              // of the data window
   std::vector<std::string> channels;                // "R", "G", "B", "albedo.R", "depth.Z", ...
   std::vector<std::vector<float>> planes;           // one per channel, width * height
-  std::map<std::string, std::string> metadata;      // eikon.* attributes
+  std::map<std::string, std::string> metadata;      // eikon.* attributes, numbers printed
 
+  /// The channel's values, or null.
   [[nodiscard]] const std::vector<float>* plane(const std::string& channel) const;
 };
 
-/// Header attributes, written as OpenEXR string, int, float or matrix attributes named "eikon.<key>".
+/// Header attributes, written as OpenEXR string, double and m44f attributes named "eikon.<key>"; the matrices worldToCamera
+/// and worldToNDC under those standard names. OpenEXR's matrices act on row vectors: v' = v M.
 struct Metadata {
   std::map<std::string, std::string> strings;
   std::map<std::string, double> numbers;
-  std::map<std::string, std::vector<double>> matrices;  // 16 values, row-major: worldToCamera, worldToNDC
+  std::map<std::string, std::vector<double>> matrices;  // 16 values, row-major; stored as float
 };
 
 struct ExrOptions {
@@ -36,33 +38,49 @@ struct ExrOptions {
   bool exact_sums = false;                // second, lossless part with the film's integer sums
 };
 
-/// Writes the film: part 0 "image" with R, G, B and layers; with exact_sums a part "sums" of UINT channels, from which
-/// read_film restores the film to the bit. throws InputError when the file cannot be written (disk full, no such folder).
+/// Writes the film: part 0 "image" with R, G, B and layers over the crop as data window; with exact_sums a part "sums" of UINT
+/// channels, from which read_film restores the film to the bit. Layers: albedo.R/G/B and normal.X/Y/Z are means over samples,
+/// depth.Z the mean over the samples that hit something and +inf where none did, id (UINT) the sum of its channel, variance.R/G/B
+/// the variance of the mean (NaN: unknown), samples (UINT) their number. The same input gives the same bytes.
+/// throws InputError when the file cannot be written (disk full, no such folder, a value too large for half), and leaves
+/// nothing behind; InternalError for a layer whose channels the film does not have.
 void write_exr(const std::filesystem::path& path, const Film& film, const Metadata& metadata, const ExrOptions& options);
 
 /// Reads the "sums" part. throws InputError when the file is not an EXR, is truncated, or has no such part.
 Film read_film(const std::filesystem::path& path);
 
-/// Reads part 0 of any scanline or tiled EXR (size limited before allocation). throws InputError.
+/// The eikon.* attributes and standard matrices of part 0. throws InputError.
+Metadata read_metadata(const std::filesystem::path& path);
+
+/// Reads part 0 of any flat scanline or tiled EXR; half and uint values become float. Sizes are limited before allocation: at
+/// most 65536 pixels a side, 4096 channels, 16 GiB, and what the file's own size makes credible. throws InputError.
 Image read_exr(const std::filesystem::path& path);
 
-/// Writes R, G, B as sRGB PNG after multiplying by 2^exposure_ev; non-finite values become black. throws InputError.
+/// Writes R, G, B as 8-bit sRGB PNG after multiplying by 2^exposure_ev, rounded to nearest; above 1 becomes 255, negative and
+/// non-finite values become black. throws InputError.
 void write_png(const std::filesystem::path& path, const Image& image, double exposure_ev);
+/// The means of R, G, B.
 [[nodiscard]] Image to_image(const Film& film);
 
-/// Metrics between R, G, B of two images of the same size (throws InputError otherwise, naming both sizes).
+/// Metrics between R, G, B of two images. x: test, r: reference; means are over all pixels and the three channels, without the
+/// values that are not finite in either image.
 struct Comparison {
-  double mse = 0;
+  double mse = 0;            // mean of (x - r)^2
   double relmse = 0;         // mean of (x - r)^2 / (r^2 + 1e-2)
   double mape = 0;           // mean of |x - r| / (|r| + 1e-2)
   double ratio_of_means = 0; // mean(x) / mean(r); 1 when both are 0
-  std::uint64_t nonfinite = 0;  // values left out of the means above, in either image
-  std::optional<double> flip;   // mean HDR-FLIP by the Python package flip-evaluator; nothing when it is not installed
+  std::uint64_t nonfinite = 0;  // values left out; when all are, the numbers above are NaN
+  std::optional<double> flip;   // left empty by compare_images (it takes seconds): for flip() below
 };
+/// throws InputError when the sizes differ (naming both) or one has no R, G, B.
 Comparison compare_images(const Image& test, const Image& reference);
-/// |test - reference| through a colour map, for looking at.
+/// The error of each pixel, mean over R, G, B of |x - r| / (|r| + 1e-2), from 0 to 1 through a colour map from black over
+/// purple and orange to white, such that write_png with exposure 0 shows the map; green where a value is not finite.
+/// throws InputError as compare_images.
 Image difference_image(const Image& test, const Image& reference);
-/// Mean HDR-FLIP [Andersson et al. 2021] by `python3 -m flip_evaluator` in a child process; nothing when not installed.
-std::optional<double> flip(const std::filesystem::path& test, const std::filesystem::path& reference);
+/// Mean HDR-FLIP [Andersson et al. 2021] by the Python package flip-evaluator in a child process ($EIKON_PYTHON, else python3
+/// of PATH); nothing when it is not installed or fails. Negative and non-finite values are given to it as 0.
+/// throws InputError as compare_images.
+std::optional<double> flip(const Image& test, const Image& reference);
 
 }  // namespace eikon

@@ -3,9 +3,12 @@
 // channel. Integer addition commutes, so devices, work units, restarts and machines may share an image in any way and the
 // merged sums have the same bits as an unbroken render.
 #pragma once
+#include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "shared/records.h"
@@ -31,6 +34,18 @@ struct FilmLayout {
   bool operator==(const FilmLayout&) const = default;
 };
 
+/// A sample takes part in a film when it is finite and |value| < kFilmSaturation, so that a sum has room for its sign and a
+/// carry. Whoever adds samples (the film stage) counts the others as rejected.
+inline constexpr float kFilmSaturation = 0x1p62f;
+[[nodiscard]] bool fits_film(float value);
+/// floor(value * 2^64): exact for |value| >= 2^-41, else truncated towards minus infinity (by less than 2^-64, the same for
+/// every device). throws InternalError unless fits_film(value). The film stage does the same; tests use this as its oracle.
+[[nodiscard]] int128 to_fixed(float value);
+/// fixed * 2^-64, correctly rounded (to nearest, ties to even).
+[[nodiscard]] double to_double(int128 fixed);
+/// fixed * 2^-64 / count, correctly rounded; 0 when count is 0.
+[[nodiscard]] double to_mean(int128 fixed, std::uint64_t count);
+
 /// The sums of one finished work unit, as a device wrote them.
 struct UnitSums {
   std::span<const std::uint32_t> pixels;  // x | y << 16 of the full image, one per pixel of the unit
@@ -43,44 +58,61 @@ struct UnitSums {
 /// Predicted relative mean squared error of the image, and its 95 % confidence interval, from the spread between replicates.
 struct PredictedError {
   double relmse = 0, lo = 0, hi = 0;
-  bool known = false;  // false when some replicate of some pixel has no sample
+  bool known = false;  // false when there is one replicate, or some replicate of some pixel has no sample
 };
 
+/// Not synchronised: one writer at a time, and no reader beside it.
 class Film {
  public:
+  /// Zero sums and counts. throws InternalError unless the crop is inside the image and not empty, the number of replicates is
+  /// a power of two, and the channels begin with R, G, B.
   explicit Film(FilmLayout layout);
 
   [[nodiscard]] const FilmLayout& layout() const { return layout_; }
+  /// Index of a channel by name ("albedo.R"), nothing when the film does not have it.
+  [[nodiscard]] std::optional<std::uint32_t> channel_index(std::string_view name) const;
 
-  /// Adds a unit's sums. throws InternalError for a pixel outside the crop or arrays of the wrong size.
+  /// Adds a unit's sums and counts; sample i belongs to replicate i mod replicates.
+  /// throws InternalError for a pixel outside the crop, arrays of the wrong size or more rejected samples than there are, and
+  /// InputError when a pixel grows beyond the film's range (a mean radiance times samples of 2^63); the film is then unusable.
   void add(const UnitSums& unit);
-  /// Adds another film of the same layout; the union of their samples must be disjoint (the caller's business).
+  /// Adds another film of the same image size, replicates and channels whose crop lies inside this one's; the samples of the
+  /// two must be disjoint (the caller's business). throws as above.
   void add(const Film& other);
 
-  /// Exact sum and count; x, y in the full image.
+  /// Exact sum and count; x, y in the full image and inside the crop.
   [[nodiscard]] int128 sum(std::uint32_t x, std::uint32_t y, std::uint32_t replicate, std::uint32_t channel) const;
   [[nodiscard]] std::uint64_t count(std::uint32_t x, std::uint32_t y, std::uint32_t replicate) const;
 
-  /// Sets them; for reading checkpoints and parts.
+  /// Sets them; for reading checkpoints and parts. throws InputError beyond the film's range.
   void set(std::uint32_t x, std::uint32_t y, std::uint32_t replicate, std::uint32_t channel, int128 sum);
   void set_count(std::uint32_t x, std::uint32_t y, std::uint32_t replicate, std::uint64_t count);
 
+  /// Exact sum over replicates.
+  [[nodiscard]] int128 total(std::uint32_t x, std::uint32_t y, std::uint32_t channel) const;
   /// Mean over all samples of all replicates, correctly rounded to double from the exact sum; 0 where there is no sample.
   [[nodiscard]] double mean(std::uint32_t x, std::uint32_t y, std::uint32_t channel) const;
-  /// Variance of that mean, estimated between replicates: sum_r w_r (m_r - m)^2 / (R - 1) / ..., see film.cpp; NaN if unknown.
+  /// Estimated variance of mean(): sum_r (n_r / N) (m_r - m)^2 / (R - 1) over the R replicates, n_r samples and mean m_r each,
+  /// N samples and mean m together. Replicates are independent and m_r is unbiased, so for equal n_r its expectation is the
+  /// variance of m, whatever the samples of one replicate have to do with each other. For unequal n_r it is so when the
+  /// variance of m_r goes as 1 / n_r; where low discrepancy makes it fall faster, the estimate is slightly too large or small
+  /// by a factor that is 1 for equal counts (the renderer's counts differ by one at most). NaN when unknown: R = 1, or a
+  /// replicate without samples.
   [[nodiscard]] double variance_of_mean(std::uint32_t x, std::uint32_t y, std::uint32_t channel) const;
+  /// Over all replicates.
   [[nodiscard]] std::uint64_t samples(std::uint32_t x, std::uint32_t y) const;
 
-  /// relMSE with eps 1e-2 in the denominator, over R, G, B and all pixels, as `compare` would find it against the truth.
+  /// relMSE with eps 1e-2 in the denominator, over R, G, B and all pixels, as `compare` would find it against the truth;
+  /// film_error.cpp says what is assumed. About 0.1 us per pixel: for reports, not for every unit.
   [[nodiscard]] PredictedError predicted_error() const;
 
  private:
   FilmLayout layout_;
   std::vector<int128> sums_;           // [(pixel * replicates + replicate) * channels + channel]
   std::vector<std::uint64_t> counts_;  // [pixel * replicates + replicate]
-};
 
-/// value = sum * 2^-64, correctly rounded.
-[[nodiscard]] double to_double(int128 fixed);
+  [[nodiscard]] std::size_t pixel_index(std::uint32_t x, std::uint32_t y) const;
+  void add_to_sum(std::size_t index, int128 value);
+};
 
 }  // namespace eikon

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+// A file that appears complete or not at all.
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+
+namespace eikon {
+
+/// Writes under a temporary name in the folder of the final one; commit() flushes it to the disk and renames it. Without a
+/// commit the temporary file is removed. Symbolic links are followed, so that the link stays one.
+class AtomicFile {
+ public:
+  /// throws InputError when the folder does not exist or cannot be written, or the path is a folder or a device.
+  explicit AtomicFile(const std::filesystem::path& path);
+  ~AtomicFile();
+  AtomicFile(const AtomicFile&) = delete;
+  AtomicFile& operator=(const AtomicFile&) = delete;
+
+  /// At the current position. throws InputError (disk full, file size limit).
+  void write(const void* data, std::size_t size_bytes);
+  [[nodiscard]] std::uint64_t position() const { return position_; }
+  void seek(std::uint64_t position) { position_ = position; }
+
+  /// throws InputError; also when an earlier write failed and whoever called it swallowed the exception.
+  void commit();
+
+ private:
+  std::filesystem::path path_, temporary_;
+  int descriptor_ = -1;
+  std::uint64_t position_ = 0;
+  int error_ = 0;  // errno of the first failure
+
+  [[noreturn]] void fail() const;
+};
+
+}  // namespace eikon

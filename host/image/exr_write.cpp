@@ -1,0 +1,220 @@
+// SPDX-License-Identifier: Apache-2.0
+// <math.h> finds the kernels' file of that name first, which is not C++; cmath brings the C library's.
+#include <cmath>
+#define EK_MATH_H
+
+#include <ImfChannelList.h>
+#include <ImfChromaticitiesAttribute.h>
+#include <ImfDoubleAttribute.h>
+#include <ImfFrameBuffer.h>
+#include <ImfHeader.h>
+#include <ImfIO.h>
+#include <ImfIntAttribute.h>
+#include <ImfMatrixAttribute.h>
+#include <ImfMultiPartOutputFile.h>
+#include <ImfOutputPart.h>
+#include <ImfPartType.h>
+#include <ImfStandardAttributes.h>
+#include <ImfStringAttribute.h>
+
+#include <algorithm>
+#include <bit>
+#include <functional>
+#include <limits>
+#include <span>
+
+#include <fmt/ranges.h>
+
+#include "core/error.h"
+#include "image/atomic_file.h"
+#include "image/exr_layout.h"
+#include "image/image.h"
+
+namespace eikon {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "write_part keeps a half in the first bytes of a word");
+
+/// One channel of a part and where its values come from. HALF and FLOAT channels give floats, UINT channels words.
+struct Source {
+  std::string name;
+  Imf::PixelType type = Imf::FLOAT;
+  std::function<double(std::uint32_t x, std::uint32_t y)> real = {};
+  std::function<std::uint32_t(std::uint32_t x, std::uint32_t y)> word = {};
+};
+
+class Stream : public Imf::OStream {
+ public:
+  Stream(AtomicFile& file, const std::string& name) : Imf::OStream(name.c_str()), file_(file) {}
+  void write(const char bytes[], int size) override { file_.write(bytes, static_cast<std::size_t>(size)); }
+  std::uint64_t tellp() override { return file_.position(); }
+  void seekp(std::uint64_t position) override { file_.seek(position); }
+
+ private:
+  AtomicFile& file_;
+};
+
+std::uint32_t need_channel(const Film& film, const std::string& name) {
+  const auto index = film.channel_index(name);
+  if (!index) throw InternalError(fmt::format("a layer needs the channel {}, which the film does not have", name));
+  return *index;
+}
+
+Source mean_of(const Film& film, const std::string& name, Imf::PixelType type) {
+  const std::uint32_t channel = need_channel(film, name);
+  return {.name = name, .type = type, .real = [&film, channel](auto x, auto y) { return film.mean(x, y, channel); }};
+}
+
+std::vector<Source> image_sources(const Film& film, const ExrOptions& options) {
+  const Imf::PixelType type = options.half ? Imf::HALF : Imf::FLOAT;
+  std::vector<Source> sources;
+  for (const char* name : {"R", "G", "B"}) sources.push_back(mean_of(film, name, type));
+  for (const std::string& layer : options.layers) {
+    if (layer == "albedo") {
+      for (const char* name : {"albedo.R", "albedo.G", "albedo.B"}) sources.push_back(mean_of(film, name, type));
+    } else if (layer == "normal") {
+      for (const char* name : {"normal.X", "normal.Y", "normal.Z"}) sources.push_back(mean_of(film, name, type));
+    } else if (layer == "depth") {
+      const std::uint32_t sum = need_channel(film, "depth.sum"), hits = need_channel(film, "depth.hits");
+      sources.push_back({.name = "depth.Z", .type = type, .real = [&film, sum, hits](auto x, auto y) {
+        const double hit_count = to_double(film.total(x, y, hits));
+        return hit_count > 0 ? to_double(film.total(x, y, sum)) / hit_count : std::numeric_limits<double>::infinity();
+      }});
+    } else if (layer == "id") {
+      const std::uint32_t channel = need_channel(film, "id");
+      sources.push_back({.name = "id", .type = Imf::UINT, .word = [&film, channel](auto x, auto y) {
+        return static_cast<std::uint32_t>(film.total(x, y, channel) >> 64);
+      }});
+    } else if (layer == "variance") {
+      for (std::uint32_t c = 0; c < 3; ++c)
+        sources.push_back({.name = "variance." + film.layout().channels[c], .type = type, .real = [&film, c](auto x, auto y) {
+          return film.variance_of_mean(x, y, c);
+        }});
+    } else if (layer == "samples") {
+      sources.push_back({.name = "samples", .type = Imf::UINT, .word = [&film](auto x, auto y) {
+        return static_cast<std::uint32_t>(
+            std::min<std::uint64_t>(film.samples(x, y), std::numeric_limits<std::uint32_t>::max()));
+      }});
+    } else {
+      throw InternalError(fmt::format("unknown layer {}", layer));
+    }
+  }
+  return sources;
+}
+
+std::vector<Source> sums_sources(const Film& film) {
+  const FilmLayout& layout = film.layout();
+  std::vector<Source> sources;
+  for (std::uint32_t r = 0; r < layout.replicates; ++r) {
+    for (std::uint32_t c = 0; c < layout.channels.size(); ++c)
+      for (std::uint32_t limb = 0; limb < exr::kSumLimbs; ++limb)
+        sources.push_back({.name = exr::sum_name(r, layout.channels[c], limb), .type = Imf::UINT,
+                           .word = [&film, r, c, limb](auto x, auto y) {
+                             return static_cast<std::uint32_t>(film.sum(x, y, r, c) >> (32 * limb));
+                           }});
+    for (std::uint32_t limb = 0; limb < exr::kCountLimbs; ++limb)
+      sources.push_back({.name = exr::count_name(r, limb), .type = Imf::UINT, .word = [&film, r, limb](auto x, auto y) {
+        return static_cast<std::uint32_t>(film.count(x, y, r) >> (32 * limb));
+      }});
+  }
+  return sources;
+}
+
+Imf::Header make_header(const Film& film, const char* part, const std::vector<Source>& sources) {
+  const FilmLayout& layout = film.layout();
+  const auto corner = [](std::uint32_t x, std::uint32_t y) { return Imath::V2i(static_cast<int>(x), static_cast<int>(y)); };
+  const Imath::Box2i display(corner(0, 0), corner(layout.width - 1, layout.height - 1));
+  const Imath::Box2i data(corner(layout.crop.x0, layout.crop.y0), corner(layout.crop.x1 - 1, layout.crop.y1 - 1));
+  Imf::Header header(display, data);
+  header.compression() = Imf::ZIP_COMPRESSION;
+  header.setName(part);
+  header.setType(Imf::SCANLINEIMAGE);
+  Imf::addChromaticities(header, Imf::Chromaticities());  // the default: Rec. 709 primaries, D65; the same in every part
+  for (const Source& source : sources) header.channels().insert(source.name, Imf::Channel(source.type));
+  return header;
+}
+
+void add_metadata(Imf::Header& header, const Metadata& metadata) {
+  for (const auto& [key, value] : metadata.strings) header.insert(exr::kPrefix + key, Imf::StringAttribute(value));
+  for (const auto& [key, value] : metadata.numbers) header.insert(exr::kPrefix + key, Imf::DoubleAttribute(value));
+  for (const auto& [key, values] : metadata.matrices) {
+    if (values.size() != 16) throw InternalError(fmt::format("metadata {}: {} values are no 4x4 matrix", key, values.size()));
+    Imath::M44f matrix;
+    for (int i = 0; i < 16; ++i) matrix[i / 4][i % 4] = static_cast<float>(values[static_cast<std::size_t>(i)]);
+    const bool standard = key == "worldToCamera" || key == "worldToNDC";
+    header.insert(standard ? key : exr::kPrefix + key, Imf::M44fAttribute(matrix));
+  }
+}
+
+/// 65520 = 65504 + half a step is the smallest magnitude that rounds to infinity as half.
+void refuse_overflow(const Source& source, float value, std::uint32_t x, std::uint32_t y) {
+  if (source.type == Imf::HALF && std::isfinite(value) && std::abs(value) >= 65520.0f)
+    throw InputError(fmt::format("--half: {} at pixel {},{} in channel {} is beyond the range of half floats (65504): "
+                                 "leave --half out or scale the lights down",
+                                 value, x, y, source.name));
+}
+
+/// Converts and writes 16 rows at a time, so that the memory needed does not grow with the height of the image.
+void write_part(Imf::OutputPart& part, const Crop& crop, const std::vector<Source>& sources) {
+  const std::size_t width = crop.width();
+  const std::size_t plane = width * exr::kRowsPerBlock;
+  std::vector<std::uint32_t> words(plane * sources.size());  // floats as their bits, halves in the low bytes
+  for (std::uint32_t first = crop.y0; first < crop.y1; first += exr::kRowsPerBlock) {
+    const std::uint32_t last = std::min(first + exr::kRowsPerBlock, crop.y1);
+    Imf::FrameBuffer buffer;
+    for (std::size_t s = 0; s < sources.size(); ++s) {
+      const Source& source = sources[s];
+      std::uint32_t* out = &words[s * plane];
+      for (std::uint32_t y = first; y < last; ++y) {
+        for (std::uint32_t x = crop.x0; x < crop.x1; ++x) {
+          if (source.word) {
+            *out++ = source.word(x, y);
+          } else {
+            const auto value = static_cast<float>(source.real(x, y));
+            refuse_overflow(source, value, x, y);
+            *out++ = source.type == Imf::HALF ? half(value).bits() : std::bit_cast<std::uint32_t>(value);
+          }
+        }
+      }
+      // A slice's base is where pixel (0, 0) of the full image would lie.
+      const Imath::Box2i window(Imath::V2i(static_cast<int>(crop.x0), static_cast<int>(first)),
+                                Imath::V2i(static_cast<int>(crop.x1 - 1), static_cast<int>(last - 1)));
+      buffer.insert(source.name, Imf::Slice::Make(source.type, &words[s * plane], window, sizeof(std::uint32_t),
+                                                  sizeof(std::uint32_t) * width));
+    }
+    part.setFrameBuffer(buffer);
+    part.writePixels(static_cast<int>(last - first));
+  }
+}
+
+}  // namespace
+
+void write_exr(const std::filesystem::path& path, const Film& film, const Metadata& metadata, const ExrOptions& options) {
+  std::vector<std::vector<Source>> parts{image_sources(film, options)};
+  std::vector<Imf::Header> headers;
+  headers.push_back(make_header(film, exr::kImagePart, parts[0]));
+  add_metadata(headers[0], metadata);
+  if (options.exact_sums) {
+    parts.push_back(sums_sources(film));
+    headers.push_back(make_header(film, exr::kSumsPart, parts[1]));
+    headers[1].insert(exr::kReplicates, Imf::IntAttribute(static_cast<int>(film.layout().replicates)));
+    headers[1].insert(exr::kChannels, Imf::StringAttribute(fmt::format("{}", fmt::join(film.layout().channels, ","))));
+  }
+
+  AtomicFile file(path);
+  try {
+    Stream stream(file, path.string());
+    Imf::MultiPartOutputFile output(stream, headers.data(), static_cast<int>(headers.size()));
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+      Imf::OutputPart part(output, static_cast<int>(i));
+      write_part(part, film.layout().crop, parts[i]);
+    }
+  } catch (const Error&) {
+    throw;
+  } catch (const std::exception& error) {
+    throw InputError(fmt::format("cannot write \"{}\": {}", path.string(), error.what()));
+  }
+  file.commit();  // after OpenEXR's destructor, which writes the chunk table and swallows what goes wrong
+}
+
+}  // namespace eikon

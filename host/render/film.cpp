@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "render/film.h"
+
+#include <bit>
+#include <cmath>
+#include <limits>
+
+#include <fmt/format.h>
+
+#include "core/error.h"
+
+namespace eikon {
+namespace {
+
+__extension__ typedef unsigned __int128 uint128;
+
+constexpr int kFractionBits = 64;
+constexpr int128 kMaxSum = static_cast<int128>(~uint128{0} >> 1);
+
+/// Samples i of [0, end) with i mod replicates == replicate.
+std::uint64_t samples_below(std::uint64_t end, std::uint32_t replicate, std::uint32_t replicates) {
+  return end > replicate ? (end - replicate - 1) / replicates + 1 : 0;
+}
+
+}  // namespace
+
+bool fits_film(float value) { return std::abs(value) < kFilmSaturation; }  // false for NaN
+
+int128 to_fixed(float value) {
+  if (!fits_film(value)) throw InternalError(fmt::format("the film cannot hold the sample {}", value));
+  const auto bits = std::bit_cast<std::uint32_t>(value);
+  const std::uint32_t exponent = (bits >> 23) & 0xffu;
+  const std::uint32_t mantissa = exponent == 0 ? bits & 0x7fffffu : (bits & 0x7fffffu) | 0x800000u;
+  // |value| = mantissa * 2^(max(exponent, 1) - 150)
+  const int shift = static_cast<int>(exponent == 0 ? 1 : exponent) - 150 + kFractionBits;
+  const int128 signed_mantissa = bits >> 31 ? -static_cast<int128>(mantissa) : static_cast<int128>(mantissa);
+  return shift >= 0 ? signed_mantissa << shift : signed_mantissa >> -shift;  // arithmetic shift: floor; at most 85 places
+}
+
+double to_double(int128 fixed) {
+  // The compiler's conversion rounds to nearest even, and scaling is exact: the result is 0 or at least 2^-64.
+  return std::ldexp(static_cast<double>(fixed), -kFractionBits);
+}
+
+double to_mean(int128 fixed, std::uint64_t count) {
+  if (count == 0 || fixed == 0) return 0;
+  if (std::has_single_bit(count)) return std::ldexp(static_cast<double>(fixed), -kFractionBits - std::countr_zero(count));
+  const uint128 magnitude = fixed < 0 ? ~static_cast<uint128>(fixed) + 1 : static_cast<uint128>(fixed);
+  const auto high = static_cast<std::uint64_t>(magnitude >> 64);
+  const int shift = high != 0 ? std::countl_zero(high) : 64 + std::countl_zero(static_cast<std::uint64_t>(magnitude));
+  // The dividend has its top bit set and the divisor at most 64 bits, so the quotient has at least 64: more than the 53 of the
+  // result and the rounding bit. Whatever the division leaves goes into the last bit, which then breaks ties the right way.
+  const uint128 dividend = magnitude << shift;
+  const uint128 quotient = dividend / count;
+  const uint128 sticky = quotient * count != dividend ? 1 : 0;
+  const double mean = std::ldexp(static_cast<double>(quotient | sticky), -kFractionBits - shift);
+  return fixed < 0 ? -mean : mean;
+}
+
+Film::Film(FilmLayout layout) : layout_(std::move(layout)) {
+  const Crop& crop = layout_.crop;
+  if (crop.x0 >= crop.x1 || crop.y0 >= crop.y1 || crop.x1 > layout_.width || crop.y1 > layout_.height)
+    throw InternalError(fmt::format("film crop {},{},{},{} is empty or outside the image of {}x{}", crop.x0, crop.y0, crop.x1,
+                                    crop.y1, layout_.width, layout_.height));
+  if (!std::has_single_bit(layout_.replicates))
+    throw InternalError(fmt::format("{} film replicates: not a power of two", layout_.replicates));
+  const auto& channels = layout_.channels;
+  if (channels.size() < 3 || channels[0] != "R" || channels[1] != "G" || channels[2] != "B")
+    throw InternalError("the film's channels do not begin with R, G, B");
+  const std::size_t cells = crop.pixel_count() * layout_.replicates;
+  sums_.assign(cells * channels.size(), 0);
+  counts_.assign(cells, 0);
+}
+
+std::optional<std::uint32_t> Film::channel_index(std::string_view name) const {
+  for (std::uint32_t c = 0; c < layout_.channels.size(); ++c)
+    if (layout_.channels[c] == name) return c;
+  return std::nullopt;
+}
+
+std::size_t Film::pixel_index(std::uint32_t x, std::uint32_t y) const {
+  const Crop& crop = layout_.crop;
+  if (x < crop.x0 || x >= crop.x1 || y < crop.y0 || y >= crop.y1)
+    throw InternalError(fmt::format("pixel {},{} is outside the film's crop {},{},{},{}", x, y, crop.x0, crop.y0, crop.x1,
+                                    crop.y1));
+  return std::size_t{y - crop.y0} * crop.width() + (x - crop.x0);
+}
+
+void Film::add_to_sum(std::size_t index, int128 value) {
+  // A replicate may use its share of the range, so that the total over replicates always fits.
+  const int128 limit = kMaxSum >> std::countr_zero(layout_.replicates);
+  int128 result = 0;
+  if (__builtin_add_overflow(sums_[index], value, &result) || result > limit || result < -limit) {
+    const std::size_t pixel = index / layout_.channels.size() / layout_.replicates;
+    throw InputError(fmt::format(
+        "film: the radiance of pixel {},{} summed over its samples is beyond 2^63: give the lights less emission",
+        layout_.crop.x0 + pixel % layout_.crop.width(), layout_.crop.y0 + pixel / layout_.crop.width()));
+  }
+  sums_[index] = result;
+}
+
+void Film::add(const UnitSums& unit) {
+  const std::uint32_t replicates = layout_.replicates;
+  const std::size_t channels = layout_.channels.size();
+  const std::size_t stride = unit.pixel_stride;
+  if (unit.pixels.size() > stride || unit.limbs.size() != replicates * channels * EK_FILM_LIMBS * stride ||
+      unit.rejected.size() != replicates * stride || unit.sample_begin > unit.sample_end)
+    throw InternalError(fmt::format("unit of {} pixels, stride {}: {} limbs and {} rejected counts do not fit a film of {} "
+                                    "replicates and {} channels",
+                                    unit.pixels.size(), stride, unit.limbs.size(), unit.rejected.size(), replicates, channels));
+  for (std::size_t p = 0; p < unit.pixels.size(); ++p) {
+    const std::size_t pixel = pixel_index(unit.pixels[p] & 0xffffu, unit.pixels[p] >> 16);
+    for (std::uint32_t r = 0; r < replicates; ++r) {
+      const std::uint64_t drawn =
+          samples_below(unit.sample_end, r, replicates) - samples_below(unit.sample_begin, r, replicates);
+      const std::uint64_t rejected = unit.rejected[r * stride + p];
+      if (rejected > drawn) throw InternalError(fmt::format("unit rejects {} of {} samples of a pixel", rejected, drawn));
+      counts_[pixel * replicates + r] += drawn - rejected;
+      for (std::size_t c = 0; c < channels; ++c) {
+        uint128 bits = 0;
+        for (std::size_t limb = EK_FILM_LIMBS; limb-- > 0;)
+          bits = bits << 32 | unit.limbs[((r * channels + c) * EK_FILM_LIMBS + limb) * stride + p];
+        if (bits != 0) add_to_sum((pixel * replicates + r) * channels + c, static_cast<int128>(bits));
+      }
+    }
+  }
+}
+
+void Film::add(const Film& other) {
+  const FilmLayout& theirs = other.layout_;
+  if (theirs.width != layout_.width || theirs.height != layout_.height || theirs.replicates != layout_.replicates ||
+      theirs.channels != layout_.channels)
+    throw InternalError("films of different size, replicates or channels cannot be added");
+  const std::size_t cells = layout_.replicates * layout_.channels.size();
+  for (std::uint32_t y = theirs.crop.y0; y < theirs.crop.y1; ++y) {
+    for (std::uint32_t x = theirs.crop.x0; x < theirs.crop.x1; ++x) {
+      const std::size_t from = other.pixel_index(x, y), to = pixel_index(x, y);
+      for (std::size_t i = 0; i < cells; ++i) add_to_sum(to * cells + i, other.sums_[from * cells + i]);
+      for (std::size_t r = 0; r < layout_.replicates; ++r)
+        counts_[to * layout_.replicates + r] += other.counts_[from * layout_.replicates + r];
+    }
+  }
+}
+
+int128 Film::sum(std::uint32_t x, std::uint32_t y, std::uint32_t replicate, std::uint32_t channel) const {
+  return sums_[(pixel_index(x, y) * layout_.replicates + replicate) * layout_.channels.size() + channel];
+}
+
+std::uint64_t Film::count(std::uint32_t x, std::uint32_t y, std::uint32_t replicate) const {
+  return counts_[pixel_index(x, y) * layout_.replicates + replicate];
+}
+
+void Film::set(std::uint32_t x, std::uint32_t y, std::uint32_t replicate, std::uint32_t channel, int128 sum) {
+  const std::size_t index = (pixel_index(x, y) * layout_.replicates + replicate) * layout_.channels.size() + channel;
+  sums_[index] = 0;
+  add_to_sum(index, sum);
+}
+
+void Film::set_count(std::uint32_t x, std::uint32_t y, std::uint32_t replicate, std::uint64_t count) {
+  counts_[pixel_index(x, y) * layout_.replicates + replicate] = count;
+}
+
+int128 Film::total(std::uint32_t x, std::uint32_t y, std::uint32_t channel) const {
+  const std::size_t channels = layout_.channels.size();
+  const std::size_t first = pixel_index(x, y) * layout_.replicates * channels + channel;
+  int128 total = 0;
+  for (std::size_t r = 0; r < layout_.replicates; ++r) total += sums_[first + r * channels];
+  return total;
+}
+
+std::uint64_t Film::samples(std::uint32_t x, std::uint32_t y) const {
+  const std::size_t first = pixel_index(x, y) * layout_.replicates;
+  std::uint64_t samples = 0;
+  for (std::size_t r = 0; r < layout_.replicates; ++r) samples += counts_[first + r];
+  return samples;
+}
+
+double Film::mean(std::uint32_t x, std::uint32_t y, std::uint32_t channel) const {
+  return to_mean(total(x, y, channel), samples(x, y));
+}
+
+double Film::variance_of_mean(std::uint32_t x, std::uint32_t y, std::uint32_t channel) const {
+  const std::uint32_t replicates = layout_.replicates;
+  if (replicates < 2) return std::numeric_limits<double>::quiet_NaN();
+  const double all = static_cast<double>(samples(x, y)), mean_of_all = mean(x, y, channel);
+  double spread = 0;
+  for (std::uint32_t r = 0; r < replicates; ++r) {
+    const std::uint64_t n = count(x, y, r);
+    if (n == 0) return std::numeric_limits<double>::quiet_NaN();
+    const double difference = to_mean(sum(x, y, r, channel), n) - mean_of_all;
+    spread += static_cast<double>(n) / all * difference * difference;
+  }
+  return spread / (replicates - 1);
+}
+
+}  // namespace eikon
