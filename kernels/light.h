@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Light sampling: emissive triangles and the constant environment, chosen through an alias table. All densities include the
-// probability of that choice, and every density that light_sample uses can be asked for without sampling.
+// Light sampling: emissive triangles and the constant environment, chosen through an alias table. All densities include
+// the probability of that choice, and every density that light_sample uses can be asked for without sampling.
 #ifndef EK_LIGHT_H
 #define EK_LIGHT_H
 #include "sampler.h"
@@ -36,11 +36,16 @@ EK_FN vf light_pdf_sr_of_hit(vf light_pdf_m2, v3 n_geom, v3 dir, vf t) {
 
 /// Density with which light_sample chooses a direction towards the environment.
 /// probability  of choosing the environment (Frame.environment.w)
-/// cos_n        of the direction with the z of the basis that light_sample was given
-EK_FN vf environment_pdf_sr(float probability, vf cos_n) { return max_f(cos_n, (vf)(0.0f)) * (EK_INV_PI * probability); }
+/// cos_n        of the direction with the z of the basis that light_sample was given (wi.z of the BSDF sample, if its
+///              basis was the same; the miss of a scattered ray needs it)
+EK_FN vf environment_pdf_sr(float probability, vf cos_n) {
+  return max_f(cos_n, (vf)(0.0f)) * (EK_INV_PI * probability);
+}
 
 /// Whether a light of normal n_geom emits towards a viewer who looks along dir: from its front, or from both sides.
-EK_FN vi emits_towards(v3 n_geom, vi double_sided, v3 dir) { return double_sided | (dot3(n_geom, dir) < 0.0f); }
+EK_FN vi emits_towards(v3 n_geom, vi double_sided, v3 dir) {
+  return double_sided | (dot3(n_geom, dir) < 0.0f);
+}
 
 typedef struct {
   vu light;
@@ -49,9 +54,9 @@ typedef struct {
 
 /// Chooses a light by the alias table, and gives back the random words for reuse.
 /// a, b  pair of sample_2d_bits
-// The bucket takes the leading part of `a`, so that strata of `a` are strata of lights; the rest, rescaled, is again uniform
-// within the light. With n buckets it has 2^32 / n values only, fewer for an unlikely light: the low bits of `b`, which v does
-// not use, fill the gaps between them.
+// The bucket takes the leading part of `a`, so that strata of `a` are strata of lights; the rest, rescaled, is again
+// uniform within the light. With n buckets it has 2^32 / n values only, fewer for an unlikely light: the low bits of
+// `b`, which v does not use, fill the gaps between them.
 EK_FN LightChoice choose_light(global const LightBucket* buckets, uint light_count, vu a, vu b) {
   const vu bucket = mul_hi(a, (vu)(light_count));
   const vu rest = a * light_count;
@@ -81,9 +86,9 @@ typedef struct {
 /// environment  radiance; w: probability of choosing it (Frame)
 /// basis        of the shading point, z on the side of wo
 /// a, b         pair of sample_2d_bits(DIM_LIGHT)
-// The environment is sampled by the cosine about z: for a constant radiance that is the whole integrand of a diffuse surface
-// but the visibility. Half of a uniform sphere would lie below the surface, and the rest have twice the variance of a cosine's
-// weight. Lobes that transmit will want the other side as well.
+// The environment is sampled by the cosine about z: for a constant radiance that is the whole integrand of a diffuse
+// surface but the visibility, so an open sky costs no noise at all. Of a uniform sphere half would be lost below the
+// surface. Lobes that transmit will want the other side as well.
 EK_FN LightSample light_sample(global const Light* lights, global const LightBucket* buckets, uint light_count,
                                float4 environment, Basis basis, vu a, vu b) {
   const LightChoice choice = choose_light(buckets, light_count, a, b);
@@ -114,11 +119,13 @@ typedef struct {
   v3 wi;        // world, unit
   vf pdf;       // per sr; 0: nothing arrives (edge on, the back of a one-sided light, no distance)
   v3 origin;    // shadow ray: off the surface
-  v3 dir;       // not unit: the light is at t = t_max
-  vf t_max;     // 1, or infinity towards the environment
+  v3 dir;       // not unit: the light is at t = 1
+  vf t_max;     // a little less than 1, or infinity towards the environment
 } LightPath;
 
 /// p, p_error, n_geom  of the shading point
+// The shadow ray must not meet the light itself. The target is moved off the light's plane by the error of the point on
+// it; the ray's own rounding, some 2^-21 of its length over the cosine at the light, is taken off t_max, without scale.
 EK_FN LightPath light_path(LightSample s, v3 p, v3 p_error, v3 n_geom) {
   const v3 to_light = sub3(s.p, p);
   const vf distance = sqrt(dot3(to_light, to_light));
@@ -126,11 +133,13 @@ EK_FN LightPath light_path(LightSample s, v3 p, v3 p_error, v3 n_geom) {
   LightPath path;
   path.wi = select3(s.is_environment, s.wi, wi_area);
   const vi visible = (distance > 0.0f) & emits_towards(s.n, s.double_sided, wi_area);
-  path.pdf = s.is_environment ? s.pdf : visible ? pdf_sr_from_m2(s.pdf, s.n, wi_area, distance) : (vf)(0.0f);
+  const vf pdf_area = visible ? pdf_sr_from_m2(s.pdf, s.n, wi_area, distance) : (vf)(0.0f);
+  path.pdf = s.is_environment ? s.pdf : pdf_area;
   path.origin = offset_ray_origin(p, p_error, n_geom, path.wi);
   const v3 target = offset_ray_origin(s.p, s.p_error, s.n, neg3(wi_area));
   path.dir = select3(s.is_environment, s.wi, sub3(target, path.origin));
-  path.t_max = s.is_environment ? EK_INFINITY : (vf)(1.0f);
+  const vf margin = min_f(0x1p-17f / abs_f(dot3(s.n, wi_area)), (vf)(0x1p-8f));
+  path.t_max = s.is_environment ? EK_INFINITY : 1.0f - margin;
   return path;
 }
 

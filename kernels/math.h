@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Vector and elementary functions on lanes. Built-ins (min, dot, normalize, sin, ...) are not used: their rounding, their
-// treatment of zeros and NaN, and their contraction differ between implementations.
+// Vector and elementary functions on lanes. Built-ins (min, dot, normalize, sin, ...) are not used: their rounding,
+// their treatment of zeros and NaN, and their contraction differ between implementations.
 #ifndef EK_MATH_H
 #define EK_MATH_H
 #include "lanes.h"
@@ -12,7 +12,9 @@
 EK_FN vf min_f(vf a, vf b) { return a < b ? a : b; }
 EK_FN vf max_f(vf a, vf b) { return a > b ? a : b; }
 EK_FN vf abs_f(vf x) { return AS_F(AS_U(x) & 0x7fffffffu); }
-EK_FN vf copysign_f(vf magnitude, vf sign) { return AS_F((AS_U(magnitude) & 0x7fffffffu) | (AS_U(sign) & 0x80000000u)); }
+EK_FN vf copysign_f(vf magnitude, vf sign) {
+  return AS_F((AS_U(magnitude) & 0x7fffffffu) | (AS_U(sign) & 0x80000000u));
+}
 EK_FN vi is_finite(vf x) { return (AS_U(x) & 0x7f800000u) != 0x7f800000u; }
 
 EK_FN v3 V3(vf x, vf y, vf z) {
@@ -34,8 +36,8 @@ EK_FN v3 normalize3(v3 a) { return scale3(a, (vf)(1.0f) / sqrt(dot3(a, a))); }
 EK_FN v3 select3(vi m, v3 a, v3 b) { return V3(m ? a.x : b.x, m ? a.y : b.y, m ? a.z : b.z); }
 EK_FN vf max_component(v3 a) { return max_f(max_f(a.x, a.y), a.z); }
 
-/// sin and cos of r turns, |r| <= 1/8 (a little more does no harm): minimax polynomials, the first coefficient of sin in two
-/// parts. Their errors are those of sincos_2pi.
+/// sin and cos of r turns, |r| <= 1/8: minimax polynomials, the first coefficient of sin in two parts.
+/// Errors as for sincos_2pi.
 EK_FN void sincos_2pi_octant(vf r, vf* s, vf* c) {
   const vf z = r * r;
   const vf s_tail = -0x1.4abbcep+5f + z * (0x1.466bbcp+6f + z * (-0x1.32cb24p+6f + z * 0x1.4be68ep+5f));
@@ -44,7 +46,7 @@ EK_FN void sincos_2pi_octant(vf r, vf* s, vf* c) {
                    z * (0x1.03c1f0p+6f + z * (-0x1.55d3bcp+6f + z * (0x1.e1e85cp+5f + z * -0x1.a1084cp+4f))));
 }
 
-/// sin and cos of u turns, that is of 2 pi u, |u| < 2^20. Each within 1.5 ulp, and within 1e-7 absolute.
+/// sin and cos of u turns, that is of 2 pi u, |u| < 2^20. Each within 1.6 ulp, and within 1e-7 absolute.
 EK_FN void sincos_2pi(vf u, vf* s, vf* c) {
   const vf quarters = (4.0f * u + 12582912.0f) - 12582912.0f;  // to the nearest integer, for |4 u| < 2^22
   vf s_octant, c_octant;

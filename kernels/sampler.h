@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Random numbers: Sobol points with hash-based Owen scrambling [Burley 2020, "Practical Hash-based Owen Scrambling", JCGT 9(4)].
-// A number is a pure function of (pixel, replicate, sample index, dimension, seed): no state, nothing depends on the order of
-// work. A dimension is a PAIR of numbers: the first two Sobol dimensions, a (0,2)-sequence in base 2, of which every pixel,
-// replicate, and dimension has a scramble of its own; pairs are padded, the index shuffled in each (Burley's section 5).
+// Random numbers: Sobol points with hash-based Owen scrambling [Burley 2020, "Practical Hash-based Owen Scrambling",
+// JCGT 9(4)]. A number is a pure function of (pixel, replicate, sample index, dimension, seed): no state, and nothing
+// depends on the order of work. A dimension is a PAIR of numbers: the first two Sobol dimensions, a (0,2)-sequence in
+// base 2, of which every pixel, replicate and dimension has a scramble of its own; pairs are padded, the index shuffled
+// in each (Burley's section 5).
 #ifndef EK_SAMPLER_H
 #define EK_SAMPLER_H
 #include "math.h"
@@ -22,7 +23,7 @@ enum {
   DIM_CHOICE    // x: lobe; y: roulette
 };
 
-/// Dimension of decision `which` (DIM_SCATTER ...) at the vertex of that depth. There is no last dimension: they wrap after 2^32.
+/// Dimension of decision `which` (DIM_SCATTER ...) at the vertex of that depth. No depth is the last.
 EK_FN uint bounce_dimension(uint depth, uint which) { return DIM_BOUNCE + depth * DIM_PER_BOUNCE + which; }
 
 // A bijection of 32-bit words that flips every output bit with probability near 1/2 for each flipped input bit
@@ -53,8 +54,8 @@ EK_FN vu laine_karras(vu x, vu seed) {
   return x;
 }
 
-// The second Sobol dimension's generator matrix is the Pascal triangle mod 2, bits reversed: column i holds (1 + z)^i over
-// GF(2). So reverse_bits(sobol_1(k)) are the coefficients of k(1 + z), which five halving steps compose.
+// The second Sobol dimension's generator matrix is the Pascal triangle mod 2, bits reversed: column i holds (1 + z)^i
+// over GF(2). So reverse_bits(sobol_1(k)) are the coefficients of k(1 + z), which five halving steps compose.
 EK_FN vu sobol_1_reversed(vu k) {
   k ^= k >> 16;
   k ^= (k >> 8) & 0x00ff00ffu;
@@ -83,7 +84,7 @@ EK_FN void sample_2d_bits(vu key, vu index, uint dimension, vu* a, vu* b) {
   seed_a ^= seed_a >> 15;
   vu seed_b = (seed_a ^ 0xbb67ae85u) * 0x297a2d39u;
   seed_b ^= seed_b >> 15;
-  // The shuffled index, reversed, is the reversed Sobol word of dimension 0 before scrambling, reversed once more.
+  // Dimension 0 of Sobol's sequence is the reversed index, so scrambling it starts from the index itself.
   const vu shuffled = reverse_bits(laine_karras(reverse_bits(index), seed_index));
   *a = reverse_bits(laine_karras(shuffled, seed_a));
   *b = reverse_bits(laine_karras(sobol_1_reversed(shuffled), seed_b));

@@ -75,8 +75,8 @@ EK_FN vf next_float_towards(vf x, vf step) {
   return AS_F(moves ? moved : bits);
 }
 
-/// Origin of a ray that leaves `p` towards w (need not be unit): on w's side of the triangle whatever the rounding of p was.
-/// Every ray that leaves a surface starts here; there are no constants, so a scene scaled by 2^k gives the same picture.
+/// Origin of a ray that leaves `p` towards w (of any length): on w's side of the triangle, however p was rounded.
+/// Every ray that leaves a surface starts here; no constant is in it, so a scene scaled by 2^k gives the same picture.
 /// source  [Pharr, Jakob, Humphreys 2023, section 6.8.6]
 EK_FN v3 offset_ray_origin(v3 p, v3 p_error, v3 n_geom, v3 w) {
   const vf distance = dot3(abs3(n_geom), p_error);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Maps from the unit square, one to one and of constant density, which keep what strata the samples have. Each takes u and v
-// in [0, 1 - 2^-24], ends included, and has a positive density there.
+// Maps from the unit square, one to one and of constant Jacobian in their measure, so that strata of the square stay
+// strata. Each takes u and v in [0, 1 - 2^-24], ends included, and has a positive density there.
 #ifndef EK_WARP_H
 #define EK_WARP_H
 #include "math.h"
