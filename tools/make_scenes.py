@@ -195,7 +195,7 @@ def square_light():
     return gltf
 
 
-# Corners of the lights of the Nori renderer's test-direct.xml (polylum1, 2, 3, 5), and the radiance that it lists for the
+# Corners of the lights of the Nori renderer's test-direct.xml (polylum1, 2, 3, 5), and the radiance it lists for the
 # floor at the origin; Lambert's formula for a polygon gives the same numbers.
 NORI_TRIANGLES = {
     1: (0.0898394, [(-0.443432, 0.596366, 0.495985), (-0.320397, 0.0677699, -0.229359),

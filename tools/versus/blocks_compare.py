@@ -1,0 +1,92 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Do two renders agree within their noise? A z-test on every block of 16 x 16 pixels and channel, from the variances
+that the files carry (variance.R, variance.G, variance.B: of the pixel's mean), with Sidak's correction for the number of
+tests. Exit code 0: no block differs significantly; 1: one does.
+
+The variance of a block's mean is the larger of what the files predict and what the spread of the pixel differences in
+the block shows: the estimate of a few batches or replicates is itself uncertain and misses rare bright paths.
+
+  ~/eikon-versus/bin/python tools/versus/blocks_compare.py out/cornell.exr out/mitsuba.exr
+"""
+
+import argparse
+import math
+import sys
+
+import numpy as np
+
+
+def read(path):
+    """(image, variance): (h, w, 3) float64; variance is None if the file has none."""
+    import OpenEXR
+    channels = OpenEXR.File(path, separate_channels=True).channels()
+
+    def planes(prefix):
+        names = [prefix + c for c in "RGB"]
+        if any(name not in channels for name in names):
+            return None
+        return np.stack([channels[name].pixels.astype(np.float64) for name in names], axis=-1)
+
+    image = planes("")
+    if image is None:
+        sys.exit(f"{path}: no channels R, G, B")
+    return image, planes("variance.")
+
+
+def blocks(values, size):
+    """Whole blocks of an (h, w, 3) array as (rows, columns, size * size, 3); what does not fill a block is left out."""
+    rows, columns = values.shape[0] // size, values.shape[1] // size
+    cut = values[:rows * size, :columns * size].reshape(rows, size, columns, size, 3)
+    return cut.transpose(0, 2, 1, 3, 4).reshape(rows, columns, size * size, 3)
+
+
+def block_z(difference, variance, size):
+    """z of each block's mean difference, (rows, columns, 3); blocks that are equal have z = 0."""
+    d = blocks(difference, size)
+    count = size * size
+    seen = d.var(axis=2, ddof=1) / count
+    predicted = np.zeros_like(seen) if variance is None else blocks(variance, size).sum(axis=2) / count ** 2
+    sigma = np.sqrt(np.maximum(seen, predicted))
+    mean = d.mean(axis=2)
+    return np.divide(mean, sigma, out=np.where(mean == 0, 0.0, np.inf * np.sign(mean)), where=sigma > 0)
+
+
+def p_values(z):
+    """Two-sided p of a standard normal."""
+    return np.vectorize(lambda x: math.erfc(abs(x) / math.sqrt(2)))(z)
+
+
+def sidak(smallest, tests):
+    """Probability that the smallest of `tests` independent p-values is as small as `smallest` by chance."""
+    return -math.expm1(tests * math.log1p(-min(smallest, 1 - 1e-16)))
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("test")
+    parser.add_argument("reference")
+    parser.add_argument("--block", type=int, default=16, help="side of a block in pixels (default 16)")
+    parser.add_argument("--alpha", type=float, default=0.01, help="significance over all blocks (default 0.01)")
+    arguments = parser.parse_args()
+
+    (test, test_variance), (reference, reference_variance) = read(arguments.test), read(arguments.reference)
+    if test.shape != reference.shape:
+        sys.exit(f"sizes differ: {test.shape[1]}x{test.shape[0]} and {reference.shape[1]}x{reference.shape[0]}")
+    known = [v for v in (test_variance, reference_variance) if v is not None]
+    variance = sum(known) if known else None
+    z = block_z(test - reference, variance, arguments.block)
+    p = p_values(z)
+    worst = np.unravel_index(np.argmin(p), p.shape)
+    corrected = sidak(p[worst], p.size)
+    print(f"means       {' '.join(f'{v:.6g}' for v in test.mean((0, 1)))}  against"
+          f"  {' '.join(f'{v:.6g}' for v in reference.mean((0, 1)))}")
+    print(f"ratio       {test.mean() / reference.mean():.6f}")
+    print(f"blocks      {z.shape[0] * z.shape[1]} x 3, z has mean {z.mean():+.3f}, deviation {z.std():.3f}")
+    print(f"worst block row {worst[0]}, column {worst[1]}, channel {'RGB'[worst[2]]}: z = {z[worst]:+.2f}")
+    print(f"p           {corrected:.4g} over all blocks: {'differ' if corrected < arguments.alpha else 'agree'}")
+    return 1 if corrected < arguments.alpha else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
