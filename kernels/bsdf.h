@@ -11,7 +11,7 @@
 #include "math.h"
 #include "warp.h"
 
-// Record Material, one per lane.
+// A MaterialRecord, one per lane.
 typedef struct {
   v3 albedo;
   v3 emission;      // radiance, W / (sr m^2)
@@ -19,7 +19,7 @@ typedef struct {
   vi double_sided;  // mask: emits on both sides
 } MaterialLanes;
 
-EK_FN MaterialLanes load_material(global const Material* materials, vu i) {
+EK_FN MaterialLanes load_material(global const MaterialRecord* materials, vu i) {
   const Rec r = rec16(materials, i);
   MaterialLanes m = {V3(r.w0, r.w1, r.w2), V3(r.w3, r.w4, r.w5), AS_U(r.w6), AS_U(r.w7) != 0u};
   return m;

@@ -63,6 +63,8 @@ EK_FN int lanes_any(vi m) { return any(m); }
 #endif
 #endif
 
+#define ALL_LANES (LANE_INDEX == LANE_INDEX)
+
 // How the lanes of a mask move together: lane k of the packed vector is the k-th set lane.
 typedef struct {
   uint count;

@@ -1,2 +1,53 @@
 // SPDX-License-Identifier: Apache-2.0
-int main() { return 0; }
+// Exit codes are decided here and nowhere else; core/error.h lists them.
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <exception>
+#include <new>
+
+#include "cli/commands.h"
+
+namespace {
+
+int report(eikon::ExitCode code, const std::string& message) {
+  fmt::print(stderr, "eikon: {}\n", message);
+  return int(code);
+}
+
+int run(int argc, char** argv) {
+  CLI::App app("eikon: an OpenCL wavefront path tracer. Renders glTF 2.0 scenes to OpenEXR images that state their own error.");
+  app.name("eikon");
+  app.set_version_flag("--version", "eikon " EIKON_VERSION);
+  app.require_subcommand(1);
+  app.footer("Example:\n  eikon render scenes/cornell.gltf -o cornell.exr --png cornell.png --spp 256\n\n"
+             "Exit codes: 0 done, 1 done but not as asked, 2 usage, 3 input, 4 device, 5 internal, 130 interrupted.");
+  eikon::Command chosen;
+  eikon::add_render(app, chosen);
+  eikon::add_info(app, chosen);
+  eikon::add_devices(app, chosen);
+  eikon::add_compare(app, chosen);
+  eikon::add_selftest(app, chosen);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::Success& success) {
+    return app.exit(success);
+  } catch (const CLI::ParseError& error) {
+    return report(eikon::ExitCode::usage, fmt::format("{}; try `eikon --help`", error.what()));
+  }
+  return int(chosen());
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    return run(argc, argv);
+  } catch (const eikon::Error& error) {
+    return report(error.code(), error.what());
+  } catch (const std::bad_alloc&) {
+    return report(eikon::ExitCode::internal, "out of memory; try a smaller image or scene");
+  } catch (const std::exception& error) {
+    return report(eikon::ExitCode::internal, fmt::format("internal error: {}", error.what()));
+  }
+}

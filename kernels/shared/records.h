@@ -8,6 +8,7 @@ EK_BEGIN
 
 #define EK_NO_HIT 0xffffffffu
 #define EK_FILM_LIMBS 4           // 32-bit limbs of a film sum: two's complement, unit 2^-64
+#define EK_ARITHMETIC_WORDS 256   // of the arithmetic probe
 #define EK_REPORT_COUNT 8         // rejected samples of a unit that are reported one by one
 
 // What a work unit and the camera are; changes without a recompile.
@@ -62,8 +63,8 @@ typedef struct {
   uint lobes;                     // bit set of EK_LOBE
   uint double_sided;              // 1: emits on both sides
   uint pad0, pad1, pad2, pad3, pad4, pad5, pad6, pad7;
-} Material;
-EK_ASSERT_SIZE(Material, 64);
+} MaterialRecord;
+EK_ASSERT_SIZE(MaterialRecord, 64);
 
 // An emissive triangle, or the environment (kind 1, nothing else set).
 typedef struct {

@@ -1,0 +1,213 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "render/render.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <memory>
+
+#include "cli/arguments.h"
+#include "cli/commands.h"
+#include "cli/execution_options.h"
+#include "cli/report.h"
+#include "image/image.h"
+
+namespace eikon {
+namespace {
+
+struct RenderOptions {
+  SceneOptions scene;
+  Execution execution;
+  std::string output, png, stats, profile, pixel;
+  double exposure_ev = 0;
+  bool half = false, quiet = false;
+  std::string sample;
+};
+
+std::atomic<bool> stop_requested{false};
+std::atomic<int> stop_signal{0};
+
+void on_signal(int signal) {
+  stop_signal = signal;
+  stop_requested = true;
+  std::signal(signal, SIG_DFL);  // a second one ends the process
+}
+
+/// One line on a terminal, rewritten in place.
+class ProgressBar {
+ public:
+  explicit ProgressBar(bool wanted) : on_(wanted && isatty(STDERR_FILENO) != 0) {}
+  ~ProgressBar() { clear(); }
+
+  void show(const Progress& now, const Film& film) {
+    if (!on_) return;
+    if (host_seconds() - error_time_ > 1.0) {
+      error_ = film.predicted_error();
+      error_time_ = host_seconds();
+    }
+    const double done = double(now.samples) / double(now.samples_total);
+    constexpr int width = 24;
+    const int filled = int(done * width);
+    const double left = now.samples_per_second > 0 ? double(now.samples_total - now.samples) / now.samples_per_second : 0;
+    fmt::print(stderr, "\r\x1b[K[{:=<{}}{:{}}] {:3.0f} %  {:.2f} Msamples/s  {:.0f} s left  relMSE {}", "", filled, "", width - filled,
+               100 * done, 1e-6 * now.samples_per_second, left, error_.known ? fmt::format("{:.2e}", error_.relmse) : "?");
+    std::fflush(stderr);
+    shown_ = true;
+  }
+  void clear() {
+    if (shown_) fmt::print(stderr, "\r\x1b[K");
+    shown_ = false;
+  }
+
+ private:
+  bool on_, shown_ = false;
+  double error_time_ = 0;
+  PredictedError error_;
+};
+
+std::vector<double> row_major(const glm::dmat4& m) {
+  std::vector<double> values;
+  for (int row = 0; row < 4; ++row)
+    for (int column = 0; column < 4; ++column) values.push_back(m[column][row]);
+  return values;
+}
+
+Metadata describe(const Prepared& prepared, const RenderReport& report, const PredictedError& error) {
+  const Settings& settings = prepared.settings;
+  Metadata metadata;
+  metadata.strings["version"] = "eikon " EIKON_VERSION;
+  metadata.strings["scene"] = prepared.scene.path.filename().string();
+  metadata.strings["sceneHash"] = prepared.scene.hash;
+  metadata.strings["camera"] = prepared.camera_name;
+  metadata.strings["size"] = fmt::format("{}x{}", settings.width, settings.height);
+  metadata.strings["sampleRange"] = fmt::format("{}:{}", settings.sample_begin, settings.sample_end);
+  metadata.strings["features"] = report.features;
+  static const char* const sampling[] = {"mis", "light", "cosine", "hemisphere"};
+  metadata.strings["lightSampling"] = sampling[int(settings.light_sampling)];
+  std::string devices;
+  for (const DeviceReport& device : report.devices)
+    devices += fmt::format("{}{} ({})", devices.empty() ? "" : "; ", device.info.name, device.info.driver);
+  metadata.strings["devices"] = devices;
+  metadata.numbers["replicates"] = double(1U << settings.replicate_bits);
+  metadata.numbers["seed"] = settings.seed;
+  metadata.numbers["maxDepth"] = settings.max_depth;
+  metadata.numbers["renderSeconds"] = report.render_s;
+  metadata.numbers["rejectedSamples"] = double(report.nonfinite + report.saturated);
+  if (error.known) {
+    metadata.numbers["relmsePredicted"] = error.relmse;
+    metadata.numbers["relmsePredictedLow"] = error.lo;
+    metadata.numbers["relmsePredictedHigh"] = error.hi;
+  }
+  // Columns of a GLM matrix are columns of the mathematical one; EXR's convention is row vectors, so transposed.
+  const glm::dmat4 camera_from_world = glm::inverse(settings.camera.world_from_camera);
+  const double y = 1.0 / std::tan(0.5 * settings.camera.yfov_rad), aspect = double(settings.width) / settings.height;
+  glm::dmat4 ndc_from_camera(0.0);
+  ndc_from_camera[0][0] = y / aspect;
+  ndc_from_camera[1][1] = y;
+  ndc_from_camera[2][2] = -1;
+  ndc_from_camera[2][3] = -1;
+  ndc_from_camera[3][2] = -0.02;  // near plane at 0.01 m, no far plane
+  metadata.matrices["worldToCamera"] = row_major(glm::transpose(camera_from_world));
+  metadata.matrices["worldToNDC"] = row_major(glm::transpose(ndc_from_camera * camera_from_world));
+  return metadata;
+}
+
+std::string rejected_line(const RenderReport& report) {
+  std::string line = fmt::format("{} samples were rejected ({} not finite, {} beyond the film's range)",
+                                 report.nonfinite + report.saturated, report.nonfinite, report.saturated);
+  if (!report.rejected.empty()) {
+    const RejectedSample& first = report.rejected.front();
+    line += fmt::format("; replay the first with --pixel {},{} --sample {}", first.x, first.y, first.sample);
+  }
+  return line;
+}
+
+ExitCode replay(const RenderOptions& options) {
+  if (options.pixel.empty() || options.sample.empty()) throw UsageError("--pixel X,Y and --sample N go together");
+  const Prepared prepared = prepare(options.scene, options.quiet);
+  const std::vector<std::string> xy = split(options.pixel, ',');
+  if (xy.size() != 2) throw UsageError(fmt::format("--pixel {}: takes X,Y", options.pixel));
+  const auto x = std::uint32_t(parse_unsigned("--pixel", xy[0], prepared.settings.width - 1));
+  const auto y = std::uint32_t(parse_unsigned("--pixel", xy[1], prepared.settings.height - 1));
+  const std::uint64_t sample = parse_unsigned("--sample", options.sample, (std::uint64_t{1} << 48) - 1);
+  fmt::print("pixel {},{} sample {}\n", x, y, sample);
+  const glm::vec3 radiance = replay_path(prepared.scene, prepared.settings, options.execution, x, y, sample, [&](const PathVertex& v) {
+    fmt::print("  edge {:>2}: from ({:.9g}, {:.9g}, {:.9g}) towards ({:.9g}, {:.9g}, {:.9g}), throughput ({:.6g}, {:.6g}, {:.6g})", v.depth,
+               v.origin.x, v.origin.y, v.origin.z, v.dir.x, v.dir.y, v.dir.z, v.beta.x, v.beta.y, v.beta.z);
+    if (v.triangle == EK_NO_HIT) fmt::print(": leaves the scene\n");
+    else fmt::print(": hits triangle {} at {:.9g} m\n", v.triangle, v.t);
+  });
+  fmt::print("  radiance ({:.9g}, {:.9g}, {:.9g})\n", radiance.x, radiance.y, radiance.z);
+  return ExitCode::done;
+}
+
+ExitCode render_command(RenderOptions options) {
+  if (!options.pixel.empty() || !options.sample.empty()) return replay(options);
+  const std::filesystem::path output =
+      options.output.empty() ? std::filesystem::path(options.scene.scene).filename().replace_extension(".exr") : std::filesystem::path(options.output);
+  for (const std::string& file : {output.string(), options.png, options.stats, options.profile})
+    if (!file.empty()) require_writable(file);
+  options.execution.keep_spans = !options.profile.empty();
+  const Prepared prepared = prepare(options.scene, options.quiet);
+
+  std::signal(SIGINT, on_signal);
+  std::signal(SIGTERM, on_signal);
+  ProgressBar bar(!options.quiet);
+  const RenderOutput done = render(prepared.scene, prepared.settings, options.execution, stop_requested,
+                                   [&](const Progress& now, const Film& film) { bar.show(now, film); });
+  bar.clear();
+  const RenderReport& report = done.report;
+  const PredictedError error = done.film.predicted_error();
+
+  const double write_begin = host_seconds();
+  ExrOptions exr;
+  exr.half = options.half;
+  exr.layers = prepared.layers;
+  exr.exact_sums = !options.scene.samples.empty() || !options.scene.crop.empty();
+  write_exr(output, done.film, describe(prepared, report, error), exr);
+  if (!options.png.empty()) write_png(options.png, to_image(done.film), options.exposure_ev);
+  CommandTimes times;
+  times.load_s = prepared.load_s;
+  times.write_s = host_seconds() - write_begin;
+  times.total_s = host_seconds();
+  if (!options.stats.empty()) write_stats(options.stats, report, error, prepared, times);
+  if (!options.profile.empty()) write_profile(options.profile, report);
+
+  if (!options.quiet) print_stage_table(report);
+  const double rate = report.render_s > 0 ? double(report.samples) / report.render_s : 0;
+  fmt::print("{}: {} x {}, {} samples in {:.2f} s ({:.2f} Msamples/s)\n", output.string(), prepared.settings.crop.width(),
+             prepared.settings.crop.height(), report.samples, report.render_s, 1e-6 * rate);
+  if (error.known) fmt::print("predicted relMSE {:.3e} (95 %: {:.3e} to {:.3e})\n", error.relmse, error.lo, error.hi);
+  else fmt::print("predicted relMSE unknown: it takes two samples per pixel\n");
+  const bool rejected = report.nonfinite + report.saturated > 0;
+  if (rejected) fmt::print(stderr, "eikon: {}\n", rejected_line(report));
+  if (report.interrupted) {
+    fmt::print(stderr, "eikon: interrupted: {} of {} samples are in {}\n", report.samples,
+               prepared.settings.crop.pixel_count() * (prepared.settings.sample_end - prepared.settings.sample_begin), output.string());
+    return ExitCode(128 + stop_signal.load());
+  }
+  return rejected && options.scene.strict ? ExitCode::not_as_asked : ExitCode::done;
+}
+
+}  // namespace
+
+void add_render(CLI::App& app, Command& chosen) {
+  auto options = std::make_shared<RenderOptions>();
+  CLI::App* command = app.add_subcommand("render", "render a scene to an OpenEXR image");
+  options->scene.add_to(*command);
+  command->add_option("-o,--output", options->output, "OpenEXR file; SCENE.exr here if not given");
+  command->add_flag("--half", options->half, "16-bit channels");
+  command->add_option("--png", options->png, "also an sRGB picture");
+  command->add_option("--exposure", options->exposure_ev, "of the PNG, in EV")->check(CLI::Range(-64.0, 64.0))->capture_default_str();
+  add_execution_options(*command, options->execution);
+  command->add_option("--pixel", options->pixel, "X,Y: with --sample N, trace that one path and print its vertices");
+  command->add_option("--sample", options->sample, "N: see --pixel");
+  command->add_option("--stats", options->stats, "JSON file of counts and times");
+  command->add_option("--profile", options->profile, "JSON file of trace events, for Perfetto or chrome://tracing");
+  command->add_flag("--quiet", options->quiet, "no notes, no progress, no stage table");
+  command->footer("Example:\n  eikon render scenes/cornell.gltf -o cornell.exr --png cornell.png --size 512x512 --spp 256 --aov albedo,normal");
+  command->callback([options, &chosen] { chosen = [options] { return render_command(*options); }; });
+}
+
+}  // namespace eikon

@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/report.h"
+
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <fmt/format.h>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "core/error.h"
+
+namespace eikon {
+namespace {
+
+using nlohmann::json;
+
+// Kernels in the order of the wavefront; the rest (transfers) in the order of names.
+std::vector<std::string> stage_order(const std::map<std::string, StageTotals>& stages) {
+  std::vector<std::string> order;
+#define EK_STAGE(name) \
+  if (stages.count(#name) != 0) order.push_back(#name);
+#include "shared/stages.def"
+  const std::size_t kernels = order.size();
+  for (const auto& [name, totals] : stages)
+    if (std::find(order.begin(), order.begin() + std::ptrdiff_t(kernels), name) == order.begin() + std::ptrdiff_t(kernels)) order.push_back(name);
+  return order;
+}
+
+double total_seconds(const DeviceReport& device) {
+  double seconds = 0;
+  for (const auto& [name, totals] : device.stages) seconds += totals.seconds;
+  return seconds;
+}
+
+double rate(double count, double seconds) { return seconds > 0 ? count / seconds : 0; }
+
+}  // namespace
+
+void print_stage_table(const RenderReport& report) {
+  for (const DeviceReport& device : report.devices) {
+    if (device.units == 0) {
+      fmt::print("device {} {}: no unit of work reached it\n", device.info.index, device.info.name);
+      continue;
+    }
+    fmt::print("device {} {}: layout {}, {} lanes, {} samples, {:.2f} s\n", device.info.index, device.info.name,
+               device.config.layout, device.config.lanes, device.samples, device.busy_s);
+    fmt::print("  {:<10} {:>8} {:>13} {:>10} {:>6} {:>9} {:>9} {:>9}\n", "stage", "launches", "items", "ms", "%", "ms min", "ms max",
+               "Mitems/s");
+    const double wall = device.busy_s;
+    for (const std::string& name : stage_order(device.stages)) {
+      const StageTotals& s = device.stages.at(name);
+      fmt::print("  {:<10} {:>8} {:>13} {:>10.1f} {:>6.1f} {:>9.3f} {:>9.3f} {:>9.1f}\n", name, s.launches,
+                 s.bytes > 0 ? fmt::format("{} B", s.bytes) : std::to_string(s.items), 1e3 * s.seconds,
+                 100 * rate(s.seconds, wall), 1e3 * s.seconds_min, 1e3 * s.seconds_max, s.bytes > 0 ? 0.0 : 1e-6 * rate(double(s.items), s.seconds));
+    }
+    // What no launch or transfer accounts for: launch cost, waiting, adding to the film.
+    const double gap = std::max(0.0, wall - total_seconds(device));
+    fmt::print("  {:<10} {:>8} {:>13} {:>10.1f} {:>6.1f}\n", "between", "", "", 1e3 * gap, 100 * rate(gap, wall));
+  }
+}
+
+// {
+//   "samples": n, "samples_per_second": x, "rays": {"camera", "scattered", "shadow", "total"}, "rays_per_second": x,
+//   "relmse_predicted": x | null, "relmse_interval": [lo, hi] | null,
+//   "rejected_samples": n, "interrupted": bool, "features": "..", "triangles": n, "geometry_bytes": n,
+//   "seconds": {"load", "build", "compile", "upload", "render", "write", "first_sample", "total"},
+//   "scene": {"path", "hash"}, "size": [w, h], "sample_range": [a, b], "seed": n,
+//   "devices": [{"index", "name", "driver", "layout", "lanes", "samples", "units", "device_bytes", "seconds",
+//                "compile_seconds", "upload_seconds"}],
+//   "stages": [{"device", "stage", "launches", "items", "bytes", "seconds", "seconds_min", "seconds_max"}]
+// }
+void write_stats(const std::filesystem::path& path, const RenderReport& report, const PredictedError& error,
+                 const Prepared& prepared, const CommandTimes& times) {
+  json stats;
+  stats["samples"] = report.samples;
+  stats["samples_per_second"] = rate(double(report.samples), report.render_s);
+  stats["rays"] = {{"camera", report.rays.camera}, {"scattered", report.rays.scattered}, {"shadow", report.rays.shadow}, {"total", report.rays.total()}};
+  stats["rays_per_second"] = rate(double(report.rays.total()), report.render_s);
+  stats["relmse_predicted"] = error.known ? json(error.relmse) : json(nullptr);
+  stats["relmse_interval"] = error.known ? json({error.lo, error.hi}) : json(nullptr);
+  stats["rejected_samples"] = report.nonfinite + report.saturated;
+  stats["interrupted"] = report.interrupted;
+  stats["features"] = report.features;
+  stats["triangles"] = report.triangles;
+  stats["geometry_bytes"] = report.geometry_bytes;
+  stats["seconds"] = {{"load", times.load_s},           {"build", report.pack_s + report.build_s}, {"compile", report.compile_s},
+                      {"upload", report.upload_s},      {"render", report.render_s},               {"write", times.write_s},
+                      {"first_sample", report.first_sample_s}, {"total", times.total_s}};
+  const Settings& settings = prepared.settings;
+  stats["scene"] = {{"path", prepared.scene.path.string()}, {"hash", prepared.scene.hash}};
+  stats["size"] = {settings.width, settings.height};
+  stats["sample_range"] = {settings.sample_begin, settings.sample_end};
+  stats["seed"] = settings.seed;
+  stats["devices"] = json::array();
+  stats["stages"] = json::array();
+  for (const DeviceReport& device : report.devices) {
+    stats["devices"].push_back({{"index", device.info.index}, {"name", device.info.name}, {"driver", device.info.driver},
+                                {"layout", device.config.layout}, {"lanes", device.config.lanes}, {"samples", device.samples},
+                                {"units", device.units}, {"device_bytes", device.device_bytes}, {"seconds", device.busy_s},
+                                {"compile_seconds", device.compile_s}, {"upload_seconds", device.upload_s}});
+    for (const std::string& name : stage_order(device.stages)) {
+      const StageTotals& s = device.stages.at(name);
+      stats["stages"].push_back({{"device", device.info.index}, {"stage", name}, {"launches", s.launches}, {"items", s.items},
+                                 {"bytes", s.bytes}, {"seconds", s.seconds}, {"seconds_min", s.seconds_min}, {"seconds_max", s.seconds_max}});
+    }
+  }
+  // Paths on disk need not be UTF-8.
+  write_text(path, stats.dump(2, ' ', false, json::error_handler_t::replace) + "\n");
+}
+
+void write_profile(const std::filesystem::path& path, const RenderReport& report) {
+  json events = json::array();
+  for (const DeviceReport& device : report.devices) {
+    const int track = int(device.info.index) + 1;
+    events.push_back({{"ph", "M"}, {"pid", 1}, {"tid", track}, {"name", "thread_name"},
+                      {"args", {{"name", fmt::format("device {} {}", device.info.index, device.info.name)}}}});
+    for (const Span& span : device.spans)
+      events.push_back({{"ph", "X"}, {"pid", 1}, {"tid", track}, {"name", span.name}, {"cat", "device"},
+                        {"ts", 1e6 * span.begin_s}, {"dur", 1e6 * (span.end_s - span.begin_s)}});
+  }
+  write_text(path, json{{"traceEvents", events}, {"displayTimeUnit", "ms"}}.dump(-1, ' ', false, json::error_handler_t::replace) + "\n");
+}
+
+void write_text(const std::filesystem::path& path, const std::string& text) {
+  const std::filesystem::path temporary = path.string() + fmt::format(".{}.part", getpid());
+  errno = 0;
+  std::ofstream out(temporary, std::ios::binary);
+  out << text;
+  out.close();
+  std::error_code code;
+  if (out) std::filesystem::rename(temporary, path, code);
+  if (!out || code) {
+    const std::string why = code ? code.message() : std::strerror(errno == 0 ? EIO : errno);
+    std::filesystem::remove(temporary, code);
+    throw InputError(fmt::format("cannot write {}: {}; choose another folder or free some space", path.string(), why));
+  }
+}
+
+void require_writable(const std::filesystem::path& path) {
+  const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
+  std::error_code code;
+  if (path.filename().empty() || std::filesystem::is_directory(path, code))
+    throw InputError(fmt::format("cannot write {}: it is a folder; name a file", path.string()));
+  if (!std::filesystem::is_directory(folder, code))
+    throw InputError(fmt::format("cannot write {}: there is no folder {}; make it first", path.string(), folder.string()));
+  if (access(folder.c_str(), W_OK) != 0)
+    throw InputError(fmt::format("cannot write {}: {}: {}; choose another folder", path.string(), folder.string(), std::strerror(errno)));
+}
+
+}  // namespace eikon

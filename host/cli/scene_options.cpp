@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/scene_options.h"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include <numbers>
+
+#include "cli/arguments.h"
+#include "core/error.h"
+#include "device/profiler.h"
+
+namespace eikon {
+namespace {
+
+constexpr std::uint32_t kDefaultRows = 720;
+constexpr double kDefaultAspect = 16.0 / 9.0;
+constexpr std::uint64_t kMaxSide = 65535;  // pixel coordinates travel as two 16-bit halves
+
+void say(bool quiet, const std::string& line) {
+  if (!quiet) fmt::print(stderr, "eikon: {}\n", line);
+}
+
+Camera choose_camera(const SceneOptions& options, const Scene& scene, double aspect, bool quiet) {
+  Camera camera;
+  const double fov = options.fov_deg * std::numbers::pi / 180.0;
+  if (!options.look_at.empty()) {
+    const std::vector<std::string> parts = split(options.look_at, ':');
+    if (parts.size() != 2 && parts.size() != 3)
+      throw UsageError(fmt::format("--look-at {}: takes EYE:TARGET[:UP], each x,y,z", options.look_at));
+    const auto point = [&](std::size_t i) {
+      const std::vector<double> n = parse_numbers("--look-at", parts[i], 3);
+      return glm::dvec3(n[0], n[1], n[2]);
+    };
+    camera = look_at_camera(point(0), point(1), parts.size() == 3 ? point(2) : glm::dvec3(0, 1, 0), fov > 0 ? fov : 0.7);
+    camera.name = "--look-at";
+  } else if (!options.camera.empty()) {
+    const auto named = std::find_if(scene.cameras.begin(), scene.cameras.end(), [&](const Camera& c) { return c.name == options.camera; });
+    if (named != scene.cameras.end()) {
+      camera = *named;
+    } else {
+      std::string known;
+      for (const Camera& c : scene.cameras) known += fmt::format("{}'{}'", known.empty() ? "" : ", ", c.name);
+      const bool number = options.camera.find_first_not_of("0123456789") == std::string::npos && options.camera.size() < 9;
+      const std::size_t index = number ? std::stoul(options.camera) : scene.cameras.size();
+      if (index >= scene.cameras.size())
+        throw UsageError(fmt::format("--camera {}: no such camera in {}; it has {}", options.camera, scene.path.string(),
+                                     known.empty() ? "none" : known));
+      camera = scene.cameras[index];
+    }
+  } else if (!scene.cameras.empty()) {
+    camera = scene.cameras.front();
+  } else {
+    const Bounds bounds = world_bounds(scene);
+    camera = frame_camera(bounds.empty() ? Bounds{glm::dvec3(-1), glm::dvec3(1)} : bounds, aspect);
+    say(quiet, "the file has no camera: the whole scene is framed; choose with --look-at EYE:TARGET");
+  }
+  if (fov > 0) camera.yfov_rad = fov;
+  return camera;
+}
+
+void parse_size(const std::string& text, std::uint32_t& width, std::uint32_t& height) {
+  const std::vector<std::string> parts = split(text, 'x');
+  if (parts.size() != 2) throw UsageError(fmt::format("--size {}: takes WIDTHxHEIGHT, e.g. 1280x720", text));
+  width = std::uint32_t(parse_unsigned("--size", parts[0], kMaxSide));
+  height = std::uint32_t(parse_unsigned("--size", parts[1], kMaxSide));
+  if (width == 0 || height == 0) throw UsageError(fmt::format("--size {}: an image has at least one pixel", text));
+}
+
+Environment choose_environment(const SceneOptions& options, const Scene& scene, bool quiet) {
+  if (!options.env.empty()) {
+    const std::vector<double> n = parse_numbers("--env", options.env, 3);
+    if (std::any_of(n.begin(), n.end(), [](double x) { return x < 0 || x > 1e30; }))
+      throw UsageError(fmt::format("--env {}: radiance lies between 0 and 1e30", options.env));
+    return {glm::vec3(float(n[0]), float(n[1]), float(n[2]))};
+  }
+  if (scene.environment) return *scene.environment;
+  const bool emits = std::any_of(scene.materials.begin(), scene.materials.end(), [](const Material& m) {
+    return m.emission.x > 0 || m.emission.y > 0 || m.emission.z > 0;
+  });
+  if (emits) return {};
+  say(quiet, "the scene has no light: a neutral environment of radiance 1 is used; choose with --env R,G,B");
+  return {glm::vec3(1.0F)};
+}
+
+void parse_samples(const SceneOptions& options, Settings& settings) {
+  settings.sample_begin = 0;
+  settings.sample_end = options.spp;
+  if (!options.samples.empty()) {
+    const std::vector<std::string> parts = split(options.samples, ':');
+    if (parts.size() != 2) throw UsageError(fmt::format("--samples {}: takes A:B, the half-open range of samples", options.samples));
+    constexpr std::uint64_t most = std::uint64_t{1} << 48;
+    settings.sample_begin = parse_unsigned("--samples", parts[0], most);
+    settings.sample_end = parse_unsigned("--samples", parts[1], most);
+  }
+  if (settings.sample_begin >= settings.sample_end)
+    throw UsageError(options.samples.empty() ? "--spp 0: there is nothing to render" : fmt::format("--samples {}: the range is empty", options.samples));
+}
+
+void parse_crop(const SceneOptions& options, Settings& settings) {
+  settings.crop = {0, 0, settings.width, settings.height};
+  if (options.crop.empty()) return;
+  const std::vector<std::string> parts = split(options.crop, ',');
+  if (parts.size() != 4) throw UsageError(fmt::format("--crop {}: takes X0,Y0,X1,Y1 in pixels, the last two exclusive", options.crop));
+  const auto at = [&](std::size_t i) { return std::uint32_t(parse_unsigned("--crop", parts[i], kMaxSide)); };
+  settings.crop = {at(0), at(1), at(2), at(3)};
+  if (settings.crop.x0 >= settings.crop.x1 || settings.crop.y0 >= settings.crop.y1 || settings.crop.x1 > settings.width ||
+      settings.crop.y1 > settings.height)
+    throw UsageError(fmt::format("--crop {}: not a window of the {} x {} image", options.crop, settings.width, settings.height));
+}
+
+}  // namespace
+
+void SceneOptions::add_to(CLI::App& command) {
+  command.add_option("SCENE", scene, "glTF 2.0 file, .gltf or .glb")->required();
+  command.add_option("--size", size, "WxH: image size; without it the camera's aspect at 720 rows");
+  command.add_option("--camera", camera, "camera by name or index");
+  command.add_option("--look-at", look_at, "EYE:TARGET[:UP], each x,y,z: a camera of your own");
+  command.add_option("--fov", fov_deg, "vertical field of view in degrees")->check(CLI::Range(0.01, 179.0));
+  command.add_option("--env", env, "R,G,B: constant environment instead of the file's");
+  command.add_option("--spp", spp, "samples per pixel")->capture_default_str();
+  command.add_option("--samples", samples, "A:B: only samples A to B-1 of each pixel");
+  command.add_option("--crop", crop, "X0,Y0,X1,Y1: only this window; same bits as in the full image");
+  command.add_option("--seed", seed, "another seed is another, independent image")->check(CLI::Range(0.0, 4294967295.0));
+  command.add_option("--max-depth", max_depth, "longest path in edges from the camera; 0: no limit")->capture_default_str();
+  command.add_option("--integrator", integrator, "path, or direct: emission and direct light only")
+      ->check(CLI::IsMember({"path", "direct"}))->capture_default_str();
+  command.add_option("--light-sampling", light_sampling, "how light is found: same mean, other noise")
+      ->check(CLI::IsMember({"mis", "light", "cosine", "hemisphere"}))->capture_default_str();
+  command.add_option("--aov", aovs, "layers beside RGB: albedo,normal,depth,id,variance,samples");
+  command.add_flag("--strict", strict, "what is not supported, and rejected samples, are errors");
+}
+
+Prepared prepare(const SceneOptions& options, bool quiet) {
+  Prepared prepared;
+  const double begin = host_seconds();
+  prepared.scene = load_scene(options.scene);
+  prepared.load_s = host_seconds() - begin;
+  const Scene& scene = prepared.scene;
+  for (const std::string& warning : scene.warnings) say(quiet, warning);
+  for (const Unsupported& feature : scene.unsupported) {
+    const std::string line = fmt::format("{}: {}: not supported, left out", feature.user, feature.feature);
+    if (options.strict) throw InputError(fmt::format("{}: {} (--strict)", options.scene, line));
+    say(quiet, line);
+  }
+
+  Settings& settings = prepared.settings;
+  double aspect = 0;
+  if (!options.size.empty()) {
+    parse_size(options.size, settings.width, settings.height);
+    aspect = double(settings.width) / settings.height;
+  }
+  settings.camera = choose_camera(options, scene, aspect > 0 ? aspect : kDefaultAspect, quiet);
+  prepared.camera_name = settings.camera.name;
+  if (options.size.empty()) {
+    const double chosen = settings.camera.aspect > 0 ? settings.camera.aspect : kDefaultAspect;
+    settings.height = kDefaultRows;
+    settings.width = std::uint32_t(std::clamp(std::lround(chosen * kDefaultRows), 1L, long(kMaxSide)));
+  }
+  parse_crop(options, settings);
+  parse_samples(options, settings);
+  settings.environment = choose_environment(options, scene, quiet);
+  settings.seed = std::uint32_t(options.seed);
+  settings.max_depth = options.max_depth;
+  if (options.integrator == "direct") settings.max_depth = settings.max_depth == 0 ? 2 : std::min(settings.max_depth, 2U);
+  settings.light_sampling = options.light_sampling == "mis"      ? LightSampling::mis
+                            : options.light_sampling == "light"  ? LightSampling::light
+                            : options.light_sampling == "cosine" ? LightSampling::cosine
+                                                                 : LightSampling::hemisphere;
+  static const std::vector<std::string> known = {"albedo", "normal", "depth", "id", "variance", "samples"};
+  for (const std::string& layer : split(options.aovs, ',')) {
+    if (std::find(known.begin(), known.end(), layer) == known.end())
+      throw UsageError(fmt::format("--aov {}: no layer '{}'; there is albedo, normal, depth, id, variance, samples", options.aovs, layer));
+    if (std::find(prepared.layers.begin(), prepared.layers.end(), layer) == prepared.layers.end()) prepared.layers.push_back(layer);
+  }
+  settings.aovs = prepared.layers;
+  return prepared;
+}
+
+}  // namespace eikon

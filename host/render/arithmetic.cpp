@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "render/arithmetic.h"
+
+#include <cstddef>
+#include <fmt/format.h>
+
+#include "core/error.h"
+#include "device/kernel_sources.h"
+#include "shared/records.h"
+
+namespace eikon {
+namespace {
+
+// What PoCL, Oclgrind and every conforming device give; tests/kernels hold PoCL to it at each width.
+constexpr std::uint32_t kExact = 0x58a99367;
+
+ProgramOptions probe_options(std::uint32_t lanes, bool optimise) {
+  ProgramOptions options;
+  options.optimise = optimise;
+  options.defines["EK_WIDTH"] = std::to_string(lanes);
+  return options;
+}
+
+}  // namespace
+
+bool ArithmeticClass::exact() const { return hash == kExact; }
+std::string ArithmeticClass::name() const { return exact() ? "exact" : fmt::format("other-{:08x}", hash); }
+
+ArithmeticClass probe_arithmetic(Device& device, std::uint32_t lanes, bool optimise) {
+  Arguments arguments;
+  const Buffer out = device.allocate(4 * EK_ARITHMETIC_WORDS);
+  arguments.set("arithmetic_out", out);
+  Kernel kernel = device.build(kernel_text("arithmetic.cl"), probe_options(lanes, optimise)).kernel("arithmetic");
+  kernel.bind(arguments);
+  device.run(kernel, 1, 1);
+  std::uint32_t hash = 2166136261U;  // FNV-1a over the words
+  for (std::uint32_t word : device.read_all<std::uint32_t>(out)) hash = (hash ^ word) * 16777619U;
+  return {hash};
+}
+
+void check_record_layout(Device& device) {
+  Arguments arguments;
+  const Buffer out = device.allocate(4 * 14);
+  arguments.set("layout_out", out);
+  Kernel kernel = device.build(kernel_text("arithmetic.cl"), probe_options(1, true)).kernel("record_layout");
+  kernel.bind(arguments);
+  device.run(kernel, 1, 1);
+  const std::vector<std::uint32_t> there = device.read_all<std::uint32_t>(out);
+  struct Expected {
+    const char* what;
+    std::size_t value;
+  };
+  const Expected here[] = {
+      {"size of Frame", sizeof(Frame)},                     {"Frame.pixel_stride", offsetof(Frame, pixel_stride)},
+      {"size of Triangle", sizeof(Triangle)},               {"Triangle.node", offsetof(Triangle, node)},
+      {"size of TriangleNormals", sizeof(TriangleNormals)}, {"TriangleNormals.n2_z", offsetof(TriangleNormals, n2_z)},
+      {"size of MaterialRecord", sizeof(MaterialRecord)},   {"MaterialRecord.double_sided", offsetof(MaterialRecord, double_sided)},
+      {"size of Light", sizeof(Light)},                     {"Light.triangle", offsetof(Light, triangle)},
+      {"size of LightBucket", sizeof(LightBucket)},         {"LightBucket.scale_alias", offsetof(LightBucket, scale_alias)},
+      {"size of Diagnostics", sizeof(Diagnostics)},         {"Diagnostics.report", offsetof(Diagnostics, report)},
+  };
+  for (std::size_t i = 0; i < std::size(here); ++i)
+    if (there[i] != here[i].value)
+      throw InternalError(fmt::format("{} is {} on device '{}' and {} here", here[i].what, there[i], device.info().name, here[i].value));
+}
+
+}  // namespace eikon

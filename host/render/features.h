@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a scene and its settings need of the kernels. Everything else is compiled out.
+#pragma once
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "render/settings.h"
+
+namespace eikon {
+
+struct Feature {
+  std::string kind;  // "lobe", "light", "option", "layer"
+  std::string name;
+  int channels = 0;  // film channels of a layer
+  bool on = false;
+  std::string who;   // who needs it, or why it is out
+};
+
+class Features {
+ public:
+  Features(const Scene& scene, const Settings& settings);
+
+  [[nodiscard]] const std::vector<Feature>& ledger() const { return ledger_; }
+  [[nodiscard]] bool has(const std::string& name) const;
+  /// EK_HAS_<name> = 0 | 1 for every feature there is.
+  [[nodiscard]] std::map<std::string, std::string> defines() const;
+  /// Channels of the film in order: "R", "G", "B", then those of the layers.
+  [[nodiscard]] std::vector<std::string> film_channels() const;
+  /// "diffuse area next_event ...": those that are on.
+  [[nodiscard]] std::string summary() const;
+
+ private:
+  std::vector<Feature> ledger_;
+};
+
+/// Where the fields of kernels/shared/path_state.def lie with these features: word index by name, and how many there are.
+struct PathStateLayout {
+  std::map<std::string, std::uint32_t> field;
+  std::uint32_t words = 0;
+};
+[[nodiscard]] PathStateLayout path_state_layout(const Features& features, bool chunked);
+
+}  // namespace eikon

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+// A scene laid out for devices: immutable, shared by all of them.
+#pragma once
+#include <map>
+#include <string>
+#include <vector>
+
+#include "accel/accel.h"
+#include "render/features.h"
+#include "scene/scene.h"
+#include "shared/records.h"
+
+namespace eikon {
+
+struct PackedLight {
+  std::string user;      // "material 'lamp'", "environment"
+  double power = 0;      // what selection is proportional to: flux, W (mean of R, G, B)
+  double probability = 0;
+};
+
+struct PackedScene {
+  std::vector<Triangle> triangles;
+  std::vector<TriangleNormals> normals;     // empty without EK_HAS_vertex_normal
+  std::vector<MaterialRecord> materials;
+  std::vector<Light> lights;
+  std::vector<LightBucket> light_buckets;
+  std::vector<PackedLight> light_summary;   // one per emissive material, and the environment
+  std::map<std::string, Accel> accels;      // by layout
+  float environment_probability = 0;        // of light sampling choosing the environment
+  Bounds bounds;                            // of the triangles; a point at the origin when there are none
+  double build_s = 0;
+
+  [[nodiscard]] std::uint64_t bytes(const std::string& layout) const;
+};
+
+/// Layouts out everything but the trees. throws InputError when the scene has more triangles than 32-bit ids can name.
+PackedScene pack_scene(const Scene& scene, const Features& features, const Settings& settings);
+
+/// Adds the tree that `layout` ("bvh8", "bvh2", "none") needs, once.
+void add_accel(PackedScene& packed, const std::string& accel, const std::string& layout, unsigned threads);
+
+/// Camera, environment and bounds; the unit's own fields are left 0.
+Frame pack_frame(const PackedScene& packed, const Settings& settings);
+
+}  // namespace eikon

@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "render/render.h"
+
+#include <algorithm>
+#include <chrono>
+#include <condition_variable>
+#include <exception>
+#include <mutex>
+#include <thread>
+
+#include "core/error.h"
+#include "render/pack.h"
+
+namespace eikon {
+namespace {
+
+/// What the device threads share. Everything below `mutex` is guarded by it.
+struct Shared {
+  const UnitPlan& plan;
+  const std::atomic<bool>& stop;
+  std::atomic<std::uint64_t> next_unit{0};
+  std::atomic<bool> failed{false};
+
+  std::mutex mutex;
+  std::condition_variable changed;
+  Film film;
+  RenderReport report;
+  std::exception_ptr error;
+  std::size_t running = 0;
+
+  Shared(const UnitPlan& units, const std::atomic<bool>& stopped, FilmLayout layout)
+      : plan(units), stop(stopped), film(std::move(layout)) {}
+
+  [[nodiscard]] bool should_stop() const { return stop.load() || failed.load(); }
+};
+
+struct Job {
+  const PackedScene& scene;
+  const Features& features;
+  const Settings& settings;
+  const Execution& execution;
+};
+
+void merge(Shared& shared, const UnitResult& result, std::uint64_t samples) {
+  const std::lock_guard lock(shared.mutex);
+  shared.film.add(result.sums);
+  RenderReport& report = shared.report;
+  if (report.samples == 0) report.first_sample_s = host_seconds();
+  report.samples += samples;
+  report.rays.camera += result.rays.camera;
+  report.rays.scattered += result.rays.scattered;
+  report.rays.shadow += result.rays.shadow;
+  report.nonfinite += result.nonfinite;
+  report.saturated += result.saturated;
+  for (const RejectedSample& sample : result.rejected)
+    if (report.rejected.size() < EK_REPORT_COUNT) report.rejected.push_back(sample);
+}
+
+/// One device: open, compile, upload, then units until there are none.
+void drive(const DeviceInfo& info, const Job& job, Shared& shared, DeviceReport& report) {
+  Device device(info);
+  device.profiler().keep_spans(job.execution.keep_spans);
+  Wavefront wavefront(device, job.scene, job.features, job.settings, job.execution);
+  report.config = wavefront.config();
+  report.device_bytes = wavefront.device_bytes();
+  const double begin = host_seconds();
+  while (!shared.should_stop()) {
+    const std::uint64_t index = shared.next_unit.fetch_add(1);
+    if (index >= shared.plan.size()) break;
+    const WorkUnit unit = shared.plan[index];
+    const UnitResult result = wavefront.run(unit);
+    merge(shared, result, unit.path_count());
+    report.samples += unit.path_count();
+    ++report.units;
+    report.busy_s = host_seconds() - begin;
+  }
+  report.compile_s = device.profiler().compile_s;
+  report.upload_s = wavefront.upload_s();
+  report.stages = device.profiler().totals();
+  report.spans = device.profiler().spans();
+}
+
+void thread_main(const DeviceInfo& info, const Job& job, Shared& shared, DeviceReport& report) {
+  try {
+    drive(info, job, shared, report);
+  } catch (...) {
+    const std::lock_guard lock(shared.mutex);
+    if (!shared.error) shared.error = std::current_exception();
+    shared.failed = true;
+  }
+  const std::lock_guard lock(shared.mutex);
+  --shared.running;
+  shared.changed.notify_all();
+}
+
+}  // namespace
+
+RenderOutput render(const Scene& scene, const Settings& settings, const Execution& execution,
+                    const std::atomic<bool>& stop, const ProgressCallback& progress) {
+  const std::vector<DeviceInfo> devices = select_devices(execution.devices);
+  const Features features(scene, settings);
+  const double pack_begin = host_seconds();
+  PackedScene packed = pack_scene(scene, features, settings);
+  const double pack_s = host_seconds() - pack_begin;
+  std::uint32_t capacity = ~0U;
+  for (const DeviceInfo& info : devices) {
+    const WavefrontConfig config = configure(info, execution);
+    add_accel(packed, execution.accel, config.layout, execution.threads);
+    capacity = std::min(capacity, config.capacity());
+  }
+
+  const UnitPlan plan(settings.crop, settings.sample_begin, settings.sample_end, execution.block, capacity);
+  FilmLayout layout;
+  layout.width = settings.width;
+  layout.height = settings.height;
+  layout.crop = settings.crop;
+  layout.replicates = 1U << settings.replicate_bits;
+  layout.channels = features.film_channels();
+  Shared shared(plan, stop, layout);
+  shared.report.devices.resize(devices.size());
+  shared.running = devices.size();
+
+  const Job job{packed, features, settings, execution};
+  {
+    std::vector<std::jthread> threads;
+    for (std::size_t i = 0; i < devices.size(); ++i) {
+      shared.report.devices[i].info = devices[i];
+      threads.emplace_back([&, i] { thread_main(devices[i], job, shared, shared.report.devices[i]); });
+    }
+    std::unique_lock lock(shared.mutex);
+    const std::uint64_t total = settings.crop.pixel_count() * (settings.sample_end - settings.sample_begin);
+    while (shared.running > 0) {
+      shared.changed.wait_for(lock, std::chrono::milliseconds(250));
+      if (!progress || shared.report.samples == 0 || shared.running == 0) continue;
+      Progress now;
+      now.samples = shared.report.samples;
+      now.samples_total = total;
+      now.seconds = host_seconds() - shared.report.first_sample_s;
+      now.samples_per_second = now.seconds > 0 ? double(now.samples) / now.seconds : 0;
+      progress(now, shared.film);
+    }
+  }
+  if (shared.error) std::rethrow_exception(shared.error);
+
+  RenderReport& report = shared.report;
+  for (const DeviceReport& device : report.devices) {
+    report.compile_s = std::max(report.compile_s, device.compile_s);
+    report.upload_s = std::max(report.upload_s, device.upload_s);
+    report.render_s = std::max(report.render_s, device.busy_s);
+  }
+  report.interrupted = report.samples < settings.crop.pixel_count() * (settings.sample_end - settings.sample_begin);
+  report.features = features.summary();
+  report.triangles = packed.triangles.size();
+  report.geometry_bytes = packed.bytes(report.devices.front().config.layout);
+  report.pack_s = pack_s;
+  report.build_s = packed.build_s;
+  return {std::move(shared.film), std::move(report)};
+}
+
+glm::vec3 replay_path(const Scene& scene, const Settings& settings, const Execution& execution, std::uint32_t x,
+                      std::uint32_t y, std::uint64_t sample, const std::function<void(const PathVertex&)>& report) {
+  const DeviceInfo info = select_devices(execution.devices).front();
+  const Features features(scene, settings);
+  PackedScene packed = pack_scene(scene, features, settings);
+  add_accel(packed, execution.accel, configure(info, execution).layout, execution.threads);
+  Device device(info);
+  Wavefront wavefront(device, packed, features, settings, execution);
+  return wavefront.replay(x, y, sample, report);
+}
+
+}  // namespace eikon

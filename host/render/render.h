@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+// A render from a loaded scene to a film: one thread per device, each pulling work units from one queue.
+#pragma once
+#include <atomic>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "device/device.h"
+#include "render/film.h"
+#include "render/settings.h"
+#include "render/wavefront.h"
+
+namespace eikon {
+
+struct DeviceReport {
+  DeviceInfo info;
+  WavefrontConfig config;
+  std::uint64_t samples = 0, units = 0, device_bytes = 0;
+  double compile_s = 0, upload_s = 0, busy_s = 0;  // busy: from its first unit to its last
+  std::map<std::string, StageTotals> stages;
+  std::vector<Span> spans;
+};
+
+struct RenderReport {
+  std::vector<DeviceReport> devices;
+  RayCounts rays;
+  std::uint64_t samples = 0;                  // finished, rejected ones included
+  std::uint64_t nonfinite = 0, saturated = 0;  // left out of the film
+  std::vector<RejectedSample> rejected;       // the first few
+  bool interrupted = false;
+  std::string features;
+  std::uint64_t triangles = 0, geometry_bytes = 0;  // tree and triangles, of the first device
+  double pack_s = 0, build_s = 0, compile_s = 0, upload_s = 0, render_s = 0, first_sample_s = 0;
+};
+
+struct Progress {
+  std::uint64_t samples = 0, samples_total = 0;
+  double seconds = 0;  // of rendering
+  double samples_per_second = 0;
+};
+
+/// Called about four times a second from the calling thread; the film may be looked at during the call.
+using ProgressCallback = std::function<void(const Progress&, const Film&)>;
+
+struct RenderOutput {
+  Film film;
+  RenderReport report;
+};
+
+/// Renders `scene` as `settings` say on the devices of `execution`. Stops early, with what is done, once `stop` is set.
+/// throws DeviceError, UsageError, InputError
+RenderOutput render(const Scene& scene, const Settings& settings, const Execution& execution,
+                    const std::atomic<bool>& stop, const ProgressCallback& progress = {});
+
+/// Traces one path and reports its vertices; returns its radiance.
+glm::vec3 replay_path(const Scene& scene, const Settings& settings, const Execution& execution, std::uint32_t x,
+                      std::uint32_t y, std::uint64_t sample, const std::function<void(const PathVertex&)>& report);
+
+}  // namespace eikon

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "render/film.h"
+#include "scene/scene.h"
+
+namespace eikon {
+
+/// How light is found. All four have the same expectation; they differ in variance.
+enum class LightSampling {
+  mis,         // lights are sampled and scattered rays count, weighted by the power heuristic
+  light,       // lights are sampled; emission that a scattered ray meets does not count
+  cosine,      // scattered by the BSDF; no light sampling
+  hemisphere,  // scattered uniformly, pdf 1 / 2 pi; no light sampling
+};
+
+/// Everything that decides the image, devices apart.
+struct Settings {
+  std::uint32_t width = 0, height = 0;
+  Crop crop;
+  std::uint64_t sample_begin = 0, sample_end = 64;  // half-open
+  std::uint32_t seed = 0;
+  std::uint32_t replicate_bits = 1;  // two replicates
+  std::uint32_t max_depth = 0;       // 0: no limit
+  std::uint32_t roulette_depth = 4;  // roulette after this many edges
+  LightSampling light_sampling = LightSampling::mis;
+  std::vector<std::string> aovs;     // "albedo", "normal", "depth", "id" (the film's); "variance", "samples" need no channel
+  Camera camera;
+  Environment environment;           // what is used: --env, else the file's, else black or the neutral one
+};
+
+/// How the work is done: never changes the image's bits.
+struct Execution {
+  std::string devices = "all";
+  std::string accel = "bvh";
+  std::string layout;                    // empty: by device
+  std::optional<std::uint32_t> lanes;    // 1, 8 or 16; by device when unset
+  std::optional<bool> chunked;           // by device when unset
+  std::uint32_t chunk = 1024;            // paths per work-item of a CPU device
+  std::uint32_t pool = 0;                // paths in flight per device; 0: by device
+  std::uint32_t block = 64;              // largest side of a unit's pixel block
+  unsigned threads = 0;                  // of host-side work; 0: all
+  bool optimise = true;                  // false: -cl-opt-disable
+  bool keep_spans = false;               // for --profile
+};
+
+}  // namespace eikon

@@ -1,0 +1,312 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "render/wavefront.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <deque>
+#include <fmt/format.h>
+
+#include "core/error.h"
+#include "device/kernel_sources.h"
+
+namespace eikon {
+namespace {
+
+constexpr std::uint32_t kGroup = 64;            // work-items of a work-group on GPU devices
+constexpr std::uint32_t kFilmPixels = 64;       // pixels per work-item of stage film on CPU devices (film.cl)
+constexpr std::uint32_t kPad = 16;              // slots behind arrays that full vectors may touch
+constexpr std::uint32_t kMaxBlockPixels = 64 * 64;
+
+std::uint32_t divide_up(std::uint64_t a, std::uint64_t b) { return std::uint32_t((a + b - 1) / b); }
+
+}  // namespace
+
+WavefrontConfig configure(const DeviceInfo& device, const Execution& execution) {
+  WavefrontConfig config;
+  config.chunked = execution.chunked.value_or(device.cpu);
+  config.lanes = execution.lanes.value_or(!config.chunked ? 1 : device.native_float_lanes >= 16 ? 16 : 8);
+  if (!config.chunked) config.lanes = 1;
+  config.layout = execution.accel == "none" ? "none" : !execution.layout.empty() ? execution.layout : config.chunked ? "bvh8" : "bvh2";
+  const std::uint32_t pool = execution.pool != 0 ? execution.pool : config.chunked ? 1U << 16 : 1U << 20;
+  config.chunk = config.chunked ? std::max(execution.chunk / 16, 1U) * 16 : std::max(pool / kGroup, 1U) * kGroup;
+  config.chunks = config.chunked ? std::max(pool / config.chunk, 1U) : 1;
+  return config;
+}
+
+struct Wavefront::Impl {
+  Device& device;
+  const PackedScene& scene;
+  WavefrontConfig config;
+  PathStateLayout state;
+  Frame frame;
+  std::uint32_t replicates, channels, max_depth;
+  bool has_environment, has_shadow;
+  Arguments arguments;
+  std::map<std::string, Kernel> kernels;
+  Buffer frame_buffer, pixels_buffer, state_buffer, counts_buffer, slots_buffer, sums_buffer, rejected_buffer, diagnostics_buffer;
+  std::uint64_t bytes = 0;
+  double upload_s = 0;
+
+  std::vector<std::uint32_t> pixels, sums, rejected;
+
+  Impl(Device& on, const PackedScene& packed, const Features& features, const Settings& settings, const Execution& execution)
+      : device(on), scene(packed), config(configure(on.info(), execution)) {
+    state = path_state_layout(features, config.chunked);
+    frame = pack_frame(packed, settings);
+    replicates = 1U << settings.replicate_bits;
+    channels = std::uint32_t(features.film_channels().size());
+    max_depth = settings.max_depth;
+    has_environment = features.has("environment");
+    has_shadow = features.has("next_event");
+    compile(features, execution);
+    upload();
+    for (auto& [name, kernel] : kernels) kernel.bind(arguments);
+  }
+
+  void compile(const Features& features, const Execution& execution) {
+    ProgramOptions options;
+    options.optimise = execution.optimise;
+    options.defines = features.defines();
+    options.defines["EK_WIDTH"] = std::to_string(config.lanes);
+    options.defines["EK_CHUNKED"] = config.chunked ? "1" : "0";
+    options.defines["EK_CHUNK"] = std::to_string(config.chunk);
+    for (const char* layout : {"bvh8", "bvh2", "none"})
+      options.defines[fmt::format("EK_LAYOUT_{}", layout)] = config.layout == layout ? "1" : "0";
+    options.defines["EK_STACK_SIZE"] = std::to_string(accel().stack_size);
+    std::string text;
+    std::vector<std::string> stages;
+#define EK_STAGE(name) stages.push_back(#name);
+#include "shared/stages.def"
+    for (const std::string& stage : stages) text += kernel_text("stages/" + stage + ".cl");
+    const Program program = device.build(text, options);
+    for (const std::string& stage : stages) {
+      const bool needed = stage == "miss" ? has_environment : stage == "shadow" ? has_shadow : stage == "compact" ? !config.chunked : true;
+      if (needed) kernels[stage] = program.kernel(stage);
+    }
+  }
+
+  [[nodiscard]] const Accel& accel() const {
+    const auto found = scene.accels.find(config.layout);
+    if (found == scene.accels.end()) throw InternalError(fmt::format("no tree of layout '{}' was built", config.layout));
+    return found->second;
+  }
+
+  Buffer allocate(std::size_t size) {
+    bytes += size;
+    return device.allocate(size);
+  }
+  template <class T>
+  void upload_array(const char* name, const std::vector<T>& values) {
+    // An argument needs a buffer even where there is nothing: one record of zeros, never read.
+    static const std::vector<T> nothing(1);
+    const std::vector<T>& source = values.empty() ? nothing : values;
+    bytes += source.size() * sizeof(T);
+    arguments.set(name, device.upload(source));
+  }
+
+  void upload() {
+    const double begin = host_seconds();
+    upload_array("accel_nodes", accel().nodes);
+    upload_array("accel_leaves", accel().leaves);
+    upload_array("triangles", scene.triangles);
+    upload_array("triangle_normals", scene.normals);
+    upload_array("materials", scene.materials);
+    upload_array("lights", scene.lights);
+    upload_array("light_buckets", scene.light_buckets);
+
+    const std::size_t slots = std::size_t{config.chunk + kPad} * config.chunks;
+    const std::uint32_t capacity = config.capacity();
+    frame.film_stride = capacity + kPad;
+    const std::uint32_t pixel_capacity = std::min(capacity, kMaxBlockPixels);
+    frame.pixel_stride = pixel_capacity + kPad;
+    frame_buffer = allocate(sizeof(Frame));
+    pixels_buffer = allocate(4 * std::size_t{pixel_capacity});
+    state_buffer = allocate(4 * slots * state.words);
+    counts_buffer = allocate(16 * std::size_t{config.chunks});
+    slots_buffer = allocate(4 * std::size_t{channels} * frame.film_stride + 4 * kPad);
+    sums_buffer = allocate(4 * std::size_t{replicates} * channels * EK_FILM_LIMBS * frame.pixel_stride);
+    rejected_buffer = allocate(4 * std::size_t{replicates} * frame.pixel_stride);
+    diagnostics_buffer = allocate(sizeof(Diagnostics));
+    // Lanes without a path read these before anyone wrote them; zeros are valid indices.
+    device.fill_zero(state_buffer);
+    device.fill_zero(slots_buffer);
+    device.fill_zero(counts_buffer);
+    device.fill_zero(diagnostics_buffer);
+    arguments.set("frame", frame_buffer);
+    arguments.set("pixels", pixels_buffer);
+    arguments.set("path_state", state_buffer);
+    arguments.set("counts", counts_buffer);
+    arguments.set("film_slots", slots_buffer);
+    arguments.set("film_sums", sums_buffer);
+    arguments.set("film_rejected", rejected_buffer);
+    arguments.set("diagnostics", diagnostics_buffer);
+    arguments.set("queue_rays", allocate(config.chunked ? 4 : 8 * std::size_t{capacity}));
+    arguments.set("queue_shadow", allocate(config.chunked ? 4 : 4 * std::size_t{capacity}));
+    arguments.set("depth", 1U);
+    device.finish();
+    upload_s = host_seconds() - begin;
+  }
+
+  /// Launches a stage over paths, if this scene needs it: a work-item per chunk, or one for each of `most` queue entries.
+  void run_stage(const char* name, std::uint32_t depth, std::uint64_t most) {
+    const auto found = kernels.find(name);
+    if (found == kernels.end()) return;
+    found->second.set("depth", depth);
+    if (config.chunked) device.run(found->second, used_chunks(), 1);
+    else device.run(found->second, divide_up(most, kGroup), kGroup);
+  }
+  /// The film's work-items own pixels, not paths.
+  void run_film() {
+    if (config.chunked) device.run(kernels.at("film"), divide_up(frame.pixel_count, kFilmPixels), 1, frame.path_count);
+    else device.run(kernels.at("film"), divide_up(frame.pixel_count, kGroup), kGroup, frame.path_count);
+  }
+
+  struct Bounce {
+    std::uint32_t depth = 0;
+    std::vector<std::uint32_t> counts;
+    Ticket ticket;
+  };
+
+  /// The whole algorithm. The host looks at the counts of a depth while the next is already under way; the price is one
+  /// round of empty launches at the end of a unit.
+  RayCounts trace(const std::function<void(std::uint32_t depth)>& after_intersect) {
+    Profiler& profiler = device.profiler();
+    RayCounts rays;
+    rays.camera = frame.path_count;
+    std::uint64_t active = frame.path_count;  // at least the paths that go on
+    std::deque<Bounce> under_way;
+    run_stage("generate", 1, active);
+    profiler.add_items("generate", active);
+    profiler.add_items("intersect", active);
+    profiler.add_items("shade", active);
+    for (std::uint32_t depth = 1; active > 0; ++depth) {
+      run_stage("intersect", depth, active);
+      if (after_intersect) after_intersect(depth);
+      run_stage("miss", depth, active);
+      run_stage("shade", depth, active);
+      run_stage("compact", depth, active);
+      Bounce& bounce = under_way.emplace_back();
+      bounce.depth = depth;
+      bounce.counts.resize(4 * std::size_t{config.chunks});
+      bounce.ticket = device.read_later(counts_buffer, bounce.counts.data(), 16 * std::size_t{used_chunks()});
+      run_stage("shadow", depth, active);
+      device.flush();
+      const std::size_t ahead = after_intersect ? 0 : 1;
+      while (under_way.size() > ahead) {
+        active = settle(under_way.front(), rays);
+        under_way.pop_front();
+        if (active == 0) break;
+      }
+    }
+    for (const Bounce& bounce : under_way) device.wait(bounce.ticket);
+    run_film();
+    return rays;
+  }
+
+  [[nodiscard]] std::uint32_t used_chunks() const { return config.chunked ? divide_up(frame.path_count, config.chunk) : 1; }
+
+  /// Waits for the counts of a depth; returns how many paths go on.
+  std::uint64_t settle(const Bounce& bounce, RayCounts& rays) {
+    device.wait(bounce.ticket);
+    std::uint64_t next = 0, shadow = 0;
+    for (std::size_t c = 0; c < used_chunks(); ++c) {
+      next += bounce.counts[4 * c + ((bounce.depth + 1) & 1)];
+      shadow += bounce.counts[4 * c + 2];
+    }
+    if (!has_shadow) shadow = 0;
+    rays.scattered += next;
+    rays.shadow += shadow;
+    Profiler& profiler = device.profiler();
+    if (next > 0) {
+      profiler.add_items("intersect", next);
+      profiler.add_items("shade", next);
+    }
+    if (has_environment) profiler.add_items("miss", bounce.depth == 1 ? frame.path_count + next : next);
+    if (shadow > 0) profiler.add_items("shadow", shadow);
+    return next;
+  }
+
+  void begin_unit(const WorkUnit& unit) {
+    pixels = unit_pixels(unit.block);
+    if (unit.path_count() > config.capacity() || pixels.size() > frame.pixel_stride - kPad)
+      throw InternalError(fmt::format("a unit of {} paths exceeds the pool of {}", unit.path_count(), config.capacity()));
+    frame.pixel_count = std::uint32_t(pixels.size());
+    frame.sample_count = std::uint32_t(unit.sample_end - unit.sample_begin);
+    frame.path_count = frame.pixel_count * frame.sample_count;
+    frame.sample_begin = std::uint32_t(unit.sample_begin);
+    frame.sample_high = std::uint32_t(unit.sample_begin >> 32);
+    device.write(frame_buffer, &frame, sizeof frame);
+    device.write(pixels_buffer, pixels.data(), 4 * pixels.size());
+  }
+
+  UnitResult run(const WorkUnit& unit, const std::function<void(std::uint32_t)>& after_intersect) {
+    begin_unit(unit);
+    UnitResult result;
+    result.rays = trace(after_intersect);
+    sums.resize(sums_buffer.size_bytes() / 4);
+    rejected.resize(rejected_buffer.size_bytes() / 4);
+    device.read(sums_buffer, sums.data(), sums_buffer.size_bytes());
+    device.read(rejected_buffer, rejected.data(), rejected_buffer.size_bytes());
+    Diagnostics diagnostics;
+    device.read(diagnostics_buffer, &diagnostics, sizeof diagnostics);
+    if (diagnostics.stack_overflow > 0) throw InternalError(fmt::format("{} traversals ran out of stack", diagnostics.stack_overflow));
+    if (diagnostics.reported > 0) device.fill_zero(diagnostics_buffer);
+    result.nonfinite = diagnostics.nonfinite;
+    result.saturated = diagnostics.saturated;
+    for (std::uint32_t i = 0; i < std::min<std::uint32_t>(diagnostics.reported, EK_REPORT_COUNT); ++i) {
+      const std::uint32_t xy = pixels[diagnostics.report[2 * i]];
+      result.rejected.push_back({xy & 0xffffU, xy >> 16, unit.sample_begin + diagnostics.report[2 * i + 1]});
+    }
+    result.sums.pixels = pixels;
+    result.sums.pixel_stride = frame.pixel_stride;
+    result.sums.sample_begin = unit.sample_begin;
+    result.sums.sample_end = unit.sample_end;
+    result.sums.limbs = sums;
+    result.sums.rejected = rejected;
+    return result;
+  }
+
+  [[nodiscard]] std::uint32_t path_word(const char* field) {
+    std::uint32_t word = 0;
+    device.read(state_buffer, &word, sizeof word, 4 * std::size_t{state.field.at(field)} * (config.chunk + kPad));
+    return word;
+  }
+  [[nodiscard]] float path_float(const char* field) { return std::bit_cast<float>(path_word(field)); }
+};
+
+Wavefront::Wavefront(Device& device, const PackedScene& scene, const Features& features, const Settings& settings,
+                     const Execution& execution)
+    : impl_(std::make_unique<Impl>(device, scene, features, settings, execution)) {}
+Wavefront::~Wavefront() = default;
+
+const WavefrontConfig& Wavefront::config() const { return impl_->config; }
+double Wavefront::upload_s() const { return impl_->upload_s; }
+std::uint64_t Wavefront::device_bytes() const { return impl_->bytes; }
+
+UnitResult Wavefront::run(const WorkUnit& unit) { return impl_->run(unit, {}); }
+
+glm::vec3 Wavefront::replay(std::uint32_t x, std::uint32_t y, std::uint64_t sample,
+                            const std::function<void(const PathVertex&)>& report) {
+  Impl& w = *impl_;
+  WorkUnit unit;
+  unit.block = {x, y, x + 1, y + 1};
+  unit.sample_begin = sample;
+  unit.sample_end = sample + 1;
+  w.run(unit, [&](std::uint32_t depth) {
+    PathVertex vertex;
+    vertex.depth = depth;
+    vertex.origin = {w.path_float("origin_x"), w.path_float("origin_y"), w.path_float("origin_z")};
+    vertex.dir = {w.path_float("dir_x"), w.path_float("dir_y"), w.path_float("dir_z")};
+    vertex.beta = {w.path_float("beta_r"), w.path_float("beta_g"), w.path_float("beta_b")};
+    vertex.t = w.path_float("hit_t");
+    vertex.triangle = w.path_word("hit_triangle");
+    report(vertex);
+  });
+  glm::vec3 radiance;
+  for (int c = 0; c < 3; ++c)
+    w.device.read(w.slots_buffer, &radiance[c], sizeof(float), 4 * std::size_t(c) * w.frame.film_stride);
+  return radiance;
+}
+
+}  // namespace eikon

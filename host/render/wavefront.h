@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+// One device's wavefront: its program, its buffers, and the order of the stages.
+#pragma once
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "device/device.h"
+#include "render/pack.h"
+#include "render/settings.h"
+#include "render/units.h"
+
+namespace eikon {
+
+/// How one device runs the stages, after defaults by device.
+struct WavefrontConfig {
+  std::uint32_t lanes = 1;
+  bool chunked = false;
+  std::uint32_t chunk = 1024;   // slots per chunk; the whole pool when not chunked
+  std::uint32_t chunks = 1;
+  std::string layout = "bvh2";
+  [[nodiscard]] std::uint32_t capacity() const { return chunk * chunks; }
+};
+WavefrontConfig configure(const DeviceInfo& device, const Execution& execution);
+
+/// Rays of each kind.
+struct RayCounts {
+  std::uint64_t camera = 0, scattered = 0, shadow = 0;
+  [[nodiscard]] std::uint64_t total() const { return camera + scattered + shadow; }
+};
+
+struct RejectedSample {
+  std::uint32_t x = 0, y = 0;
+  std::uint64_t sample = 0;
+};
+
+/// What a unit's run gave; the arrays belong to the wavefront and last until its next run.
+struct UnitResult {
+  UnitSums sums;
+  RayCounts rays;
+  std::uint64_t nonfinite = 0, saturated = 0;
+  std::vector<RejectedSample> rejected;  // the first few
+};
+
+/// The state of a single path between stages, for --pixel --sample.
+struct PathVertex {
+  std::uint32_t depth = 0;
+  glm::vec3 origin, dir, beta;
+  float t = 0;
+  std::uint32_t triangle = 0;  // EK_NO_HIT: none
+};
+
+class Wavefront {
+ public:
+  /// Compiles and uploads. throws DeviceError
+  Wavefront(Device& device, const PackedScene& scene, const Features& features, const Settings& settings,
+            const Execution& execution);
+  ~Wavefront();
+
+  [[nodiscard]] const WavefrontConfig& config() const;
+  [[nodiscard]] double upload_s() const;
+  [[nodiscard]] std::uint64_t device_bytes() const;
+
+  /// Traces all paths of a unit (at most config().capacity()). throws DeviceError; InternalError when a kernel reports one.
+  UnitResult run(const WorkUnit& unit);
+
+  /// Traces one path and reports its vertices. returns its radiance
+  glm::vec3 replay(std::uint32_t x, std::uint32_t y, std::uint64_t sample, const std::function<void(const PathVertex&)>& report);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace eikon

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+// Stage `compact` (GPU devices; CPU devices pack in place where roulette decides, in shade.cl).
+// From: paths of this depth.   To: queue_rays of the next depth, queue_shadow.
+// Work-groups count their survivors in local memory and reserve places with one atomic each. The order in the queues is not
+// deterministic, and nothing depends on it.
+#include "wavefront.h"
+
+kernel void compact(global uint* path_state, global uint* counts, global uint* queue_rays, global uint* queue_shadow,
+                    uint depth) {
+#if !EK_CHUNKED
+  local uint group_count[2], group_base[2];
+  const uint entry = (uint)get_global_id(0);
+  const uint count = counts[depth & 1];
+  const uint next_half = (depth + 1) & 1;
+  if (get_local_id(0) < 2) group_count[get_local_id(0)] = 0;
+  barrier(CLK_LOCAL_MEM_FENCE);
+  const uint slot = entry < count ? queue_rays[(depth & 1) * EK_CHUNK + entry] : 0u;
+  const uint next = entry < count ? path_u(path_state, FIELD_next, slot) : 0u;
+  uint place[2] = {0, 0};
+  if (next & 1) place[0] = atomic_inc(&group_count[0]);
+  if (next & 2) place[1] = atomic_inc(&group_count[1]);
+  barrier(CLK_LOCAL_MEM_FENCE);
+  if (get_local_id(0) == 0) {
+    group_base[0] = atomic_add(&counts[next_half], group_count[0]);
+    group_base[1] = atomic_add(&counts[2], group_count[1]);
+  }
+  barrier(CLK_LOCAL_MEM_FENCE);
+  if (next & 1) queue_rays[next_half * EK_CHUNK + group_base[0] + place[0]] = slot;
+  if (next & 2) queue_shadow[group_base[1] + place[1]] = slot;
+#endif
+}

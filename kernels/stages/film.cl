@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+// Stage `film`.   From: the film slots of all paths of the unit.   To: exact sums per pixel, replicate and channel.
+// A lane owns a pixel and adds its samples as integers, so that neither order nor the size of units matters. A sample with a
+// value that is not finite or beyond the range is left out as a whole, counted and reported.
+//   film_sums      [((replicate * channels + channel) * limbs + limb) * pixel_stride + pixel]
+//   film_rejected  [replicate * pixel_stride + pixel]
+#include "film.h"
+#include "wavefront.h"
+
+#if EK_CHUNKED
+#define EK_FILM_PIXELS 64  // of one work-item
+#else
+#define EK_FILM_PIXELS 1
+#endif
+
+// Rare, so lane by lane.
+EK_FN void film_report(global Diagnostics* diagnostics, vi nonfinite, vi saturated, uint pixel, uint sample) {
+#if EK_WIDTH == 1
+  const int bad[1] = {nonfinite}, big[1] = {saturated};
+#else
+  int bad[EK_WIDTH], big[EK_WIDTH];
+  *(vi*)bad = nonfinite;
+  *(vi*)big = saturated;
+#endif
+  for (uint lane = 0; lane < EK_WIDTH; ++lane) {
+    if (!bad[lane] && !big[lane]) continue;
+    atomic_inc(bad[lane] ? &diagnostics->nonfinite : &diagnostics->saturated);
+    const uint place = atomic_inc(&diagnostics->reported);
+    if (place < EK_REPORT_COUNT) {
+      diagnostics->report[2 * place] = pixel + lane;
+      diagnostics->report[2 * place + 1] = sample;
+    }
+  }
+}
+
+kernel void film(constant Frame* frame, global const float* film_slots, global uint* film_sums, global uint* film_rejected,
+                 global Diagnostics* diagnostics) {
+  const uint pixel_count = frame->pixel_count, stride = frame->pixel_stride;
+  const uint replicates = 1u << frame->replicate_bits;
+  const uint first = (uint)get_global_id(0) * EK_FILM_PIXELS;
+  const uint end = min(first + EK_FILM_PIXELS, pixel_count);
+  for (uint pixel = first; pixel < end; pixel += EK_WIDTH) {
+    const vi inside = (vu)(pixel) + LANE_INDEX < (vu)(pixel_count);
+    for (uint replicate = 0; replicate < replicates; ++replicate) {
+      Sum sums[FILM_CHANNELS];
+      for (uint c = 0; c < FILM_CHANNELS; ++c)
+        for (uint i = 0; i < EK_FILM_LIMBS; ++i) sums[c].limb[i] = (vu)(0u);
+      vu rejected = (vu)(0u);
+      for (uint s = (replicate - frame->sample_begin) & (replicates - 1u); s < frame->sample_count; s += replicates) {
+        global const float* slots = film_slots + (size_t)s * pixel_count + pixel;
+        vi finite = ALL_LANES, in_range = ALL_LANES;
+        for (uint c = 0; c < FILM_CHANNELS; ++c) {
+          const vf x = load_f(slots + (size_t)c * frame->film_stride);
+          finite = finite & is_finite(x);
+          in_range = in_range & film_in_range(x);
+        }
+        const vi bad = inside & !in_range;
+        if (ANY(bad)) {
+          film_report(diagnostics, inside & !finite, bad & finite, pixel, s);
+          rejected = bad ? rejected + 1u : rejected;
+        }
+        for (uint c = 0; c < FILM_CHANNELS; ++c) {
+          const vf x = load_f(slots + (size_t)c * frame->film_stride);
+          sums[c] = film_sum(sums[c], film_fixed(bad ? (vf)(0.0f) : x));
+        }
+      }
+      for (uint c = 0; c < FILM_CHANNELS; ++c)
+        for (uint i = 0; i < EK_FILM_LIMBS; ++i)
+          store_u(film_sums + ((size_t)(replicate * FILM_CHANNELS + c) * EK_FILM_LIMBS + i) * stride + pixel, sums[c].limb[i]);
+      store_u(film_rejected + (size_t)replicate * stride + pixel, rejected);
+    }
+  }
+}

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+// Stage `miss`.   From: paths of this depth whose ray left the scene.
+// Adds the constant environment, weighted against light sampling. Such paths end here: shade.cl drops them.
+#include "light.h"
+#include "wavefront.h"
+
+kernel void miss(constant Frame* frame, global uint* path_state, global const uint* counts, global const uint* queue_rays,
+                 global float* film_slots, uint depth) {
+  global uint* state = chunk_state(path_state);
+  const uint count = counts[4 * EK_CHUNK_INDEX + (depth & 1)];
+  EK_FOR_EACH(slot, count, queue_rays + (depth & 1) * EK_CHUNK) {
+    const vi escaped = ((vu)(slot) + LANE_INDEX < (vu)(EK_CHUNKED ? count : slot + 1u)) &
+                       (state_u(state, FIELD_hit_triangle, slot) == EK_NO_HIT);
+    if (ANY(escaped)) {
+      const vf pdf = state_f(state, FIELD_pdf, slot);
+      vf weight = (vf)(1.0f);
+      if (EK_HAS_next_event) {
+        vf scattered = (vf)(0.0f);
+        if (EK_HAS_bsdf_emission) scattered = power_heuristic(pdf, state_f(state, FIELD_pdf_environment, slot));
+        weight = pdf < 0.0f ? weight : scattered;
+      }
+      const v3 beta = state_3(state, FIELD_beta_r, slot);
+      film_add(film_slots, frame->film_stride, FILM_r, escaped, state_u(state, FIELD_path, slot),
+               scale3(mul3(beta, splat3(frame->environment)), weight));
+    }
+  }
+}

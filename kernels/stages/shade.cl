@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: Apache-2.0
+// Stage `shade`.   From: paths of this depth that hit something.   To: the paths of the next depth, pending shadow rays.
+// Adds emission, samples a light (the shadow ray carries what arrives if nothing is in the way), scatters, and lets roulette
+// decide. CPU devices pack survivors in place; GPU devices leave that to compact.cl.
+#include "bsdf.h"
+#include "light.h"
+#include "sampler.h"
+#include "surface.h"
+#include "wavefront.h"
+
+EK_FN void film_set(global float* film_slots, uint film_stride, uint channel, vi live, vu path, vf value) {
+  const vu slot = live ? path : (vu)(film_stride - 16u) + LANE_INDEX;
+  scatter_f(film_slots + (size_t)channel * film_stride, slot, value);
+}
+
+kernel void shade(constant Frame* frame, global uint* path_state, global uint* counts, global const uint* queue_rays,
+                  global float* film_slots, global const Triangle* triangles,
+                  global const TriangleNormals* triangle_normals, global const MaterialRecord* materials,
+                  global const Light* lights, global const LightBucket* light_buckets, uint depth) {
+  global uint* state = chunk_state(path_state);
+  const uint count = counts[4 * EK_CHUNK_INDEX + (depth & 1)];
+  const uint film_stride = frame->film_stride;
+  const int last = frame->max_depth != 0 && depth >= frame->max_depth;  // no edge may follow
+#if EK_CHUNKED
+  uint next_count = 0, shadow_count = 0;
+#else
+  if (get_global_id(0) == 0) counts[(depth + 1) & 1] = counts[2] = 0;  // for compact.cl
+#endif
+
+  EK_FOR_EACH(slot, count, queue_rays + (depth & 1) * EK_CHUNK) {
+    const vu hit = state_u(state, FIELD_hit_triangle, slot);
+    vi live = ((vu)(slot) + LANE_INDEX < (vu)(EK_CHUNKED ? count : slot + 1u)) & (hit != EK_NO_HIT);
+    const vu triangle = live ? hit : (vu)(0u);
+    const vu path = state_u(state, FIELD_path, slot), key = state_u(state, FIELD_key, slot),
+             index = state_u(state, FIELD_index, slot);
+    const v3 dir = state_3(state, FIELD_dir_x, slot), beta = state_3(state, FIELD_beta_r, slot);
+    const vf t = state_f(state, FIELD_hit_t, slot), u = state_f(state, FIELD_hit_u, slot),
+             v = state_f(state, FIELD_hit_v, slot), scatter_pdf = state_f(state, FIELD_pdf, slot);
+
+    const TriangleLanes corners = load_triangle(triangles, triangle);
+    const MaterialLanes material = load_material(materials, corners.material);
+    const Surface surface = surface_at(corners, u, v);
+    const vi front = dot3(surface.n_geom, dir) < 0.0f;
+    const v3 n_geom = select3(front, surface.n_geom, neg3(surface.n_geom));  // towards the viewer
+    v3 n_shade = n_geom;
+    if (EK_HAS_vertex_normal) {
+      n_shade = shading_normal(triangle_normals, triangle, u, v, surface.n_geom);
+      n_shade = select3(front, n_shade, neg3(n_shade));
+    }
+
+    if (depth == 1) {
+      if (EK_HAS_albedo) {
+        film_set(film_slots, film_stride, FILM_albedo, live, path, material.albedo.x);
+        film_set(film_slots, film_stride, FILM_albedo + 1, live, path, material.albedo.y);
+        film_set(film_slots, film_stride, FILM_albedo + 2, live, path, material.albedo.z);
+      }
+      if (EK_HAS_normal) {
+        film_set(film_slots, film_stride, FILM_normal, live, path, n_shade.x);
+        film_set(film_slots, film_stride, FILM_normal + 1, live, path, n_shade.y);
+        film_set(film_slots, film_stride, FILM_normal + 2, live, path, n_shade.z);
+      }
+      if (EK_HAS_depth) {
+        film_set(film_slots, film_stride, FILM_depth, live, path, t);
+        film_set(film_slots, film_stride, FILM_depth + 1, live, path, (vf)(1.0f));
+      }
+      if (EK_HAS_id) {
+        const vi first = (frame->sample_begin | frame->sample_high) == 0 ? live & (path < frame->pixel_count) : (vi)(0);
+        film_set(film_slots, film_stride, FILM_id, first, path, TO_F(AS_I(corners.node + 1u)));
+      }
+    }
+
+    if (EK_HAS_area) {
+      const vi emits = live & emits_towards(surface.n_geom, material.double_sided, dir) & (max_component(material.emission) > 0.0f);
+      if (ANY(emits)) {
+        vf weight = (vf)(1.0f);
+        if (EK_HAS_next_event) {
+          const vf light_pdf = light_pdf_sr_of_hit(corners.light_pdf_m2, surface.n_geom, dir, t);
+          const vf scattered = EK_HAS_bsdf_emission ? power_heuristic(scatter_pdf, light_pdf) : (vf)(0.0f);
+          weight = scatter_pdf < 0.0f ? weight : scattered;
+        }
+        film_add(film_slots, film_stride, FILM_r, emits, path, scale3(mul3(beta, material.emission), weight));
+      }
+    }
+
+    live = last ? (vi)(0) : live;
+    const Basis basis = basis_around(n_shade);
+    const v3 wo = to_local(basis, neg3(dir));
+
+    vi pending = (vi)(0);
+    LightPath shadow;
+    v3 arriving;
+    if (EK_HAS_next_event) {
+      vu a, b;
+      sample_2d_bits(key, index, bounce_dimension(depth, DIM_LIGHT), &a, &b);
+      const LightSample light = light_sample(lights, light_buckets, frame->light_count, frame->environment, basis, a, b);
+      shadow = light_path(light, surface.p, surface.p_error, n_geom);
+      const v3 wi = to_local(basis, shadow.wi);
+      const v3 f = bsdf_eval(material, wo, wi);
+      vf weight = (vf)(1.0f);
+      if (EK_HAS_bsdf_emission) weight = power_heuristic(shadow.pdf, bsdf_pdf(material, wo, wi));
+      arriving = scale3(mul3(mul3(beta, f), light.radiance), weight / shadow.pdf);
+      pending = live & (dot3(shadow.wi, n_geom) > 0.0f) & (shadow.pdf > 0.0f) & (max_component(f) > 0.0f) &
+                (max_component(light.radiance) > 0.0f);
+    }
+
+    vf scatter_u, scatter_v, choice, roulette;
+    sample_2d(key, index, bounce_dimension(depth, DIM_SCATTER), &scatter_u, &scatter_v);
+    sample_2d(key, index, bounce_dimension(depth, DIM_CHOICE), &choice, &roulette);
+    const BsdfSample scattered = bsdf_sample(material, wo, scatter_u, scatter_v, choice);
+    const v3 next_dir = to_world(basis, scattered.wi);
+    v3 next_beta = mul3(beta, scattered.weight);
+    vi survives = live & (scattered.pdf > 0.0f) & (dot3(next_dir, n_geom) > 0.0f) & (max_component(next_beta) > 0.0f);
+    if (!(EK_HAS_bsdf_emission | EK_HAS_next_event)) survives = (vi)(0);
+    if (depth >= frame->roulette_depth) {
+      const vf survival = min_f(max_component(next_beta), (vf)(0.95f));
+      survives = survives & (roulette < survival);
+      next_beta = scale3(next_beta, (vf)(1.0f) / survival);
+    }
+    const v3 next_origin = offset_ray_origin(surface.p, surface.p_error, n_geom, next_dir);
+
+#if EK_CHUNKED
+    // [slot, slot + width) has been read, and next_count, shadow_count <= slot: whole vectors may be written there.
+    const Packing go = packing(survives);
+#define EK_KEEP(field, x) state_set_u(state, field, next_count, packed(go, x))
+#define EK_KEEP_SHADOW(field, x) state_set_u(state, field, shadow_count, packed(cast, x))
+#else
+#define EK_KEEP(field, x) state_set_u(state, field, slot, x)
+#define EK_KEEP_SHADOW(field, x) state_set_u(state, field, slot, x)
+    state_set_u(state, FIELD_next, slot, (survives ? 1u : 0u) | (pending ? 2u : 0u));
+#endif
+    EK_KEEP(FIELD_path, path);
+    EK_KEEP(FIELD_key, key);
+    EK_KEEP(FIELD_index, index);
+    EK_KEEP(FIELD_origin_x, AS_U(next_origin.x));
+    EK_KEEP(FIELD_origin_y, AS_U(next_origin.y));
+    EK_KEEP(FIELD_origin_z, AS_U(next_origin.z));
+    EK_KEEP(FIELD_dir_x, AS_U(next_dir.x));
+    EK_KEEP(FIELD_dir_y, AS_U(next_dir.y));
+    EK_KEEP(FIELD_dir_z, AS_U(next_dir.z));
+    EK_KEEP(FIELD_beta_r, AS_U(next_beta.x));
+    EK_KEEP(FIELD_beta_g, AS_U(next_beta.y));
+    EK_KEEP(FIELD_beta_b, AS_U(next_beta.z));
+    EK_KEEP(FIELD_pdf, AS_U(scattered.pdf));
+    if (EK_HAS_environment & EK_HAS_next_event & EK_HAS_bsdf_emission)
+      EK_KEEP(FIELD_pdf_environment, AS_U(environment_pdf_sr(frame->environment.w, scattered.wi.z)));
+    if (EK_HAS_next_event) {
+#if EK_CHUNKED
+      const Packing cast = packing(pending);
+#endif
+      EK_KEEP_SHADOW(FIELD_shadow_path, path);
+      EK_KEEP_SHADOW(FIELD_shadow_origin_x, AS_U(shadow.origin.x));
+      EK_KEEP_SHADOW(FIELD_shadow_origin_y, AS_U(shadow.origin.y));
+      EK_KEEP_SHADOW(FIELD_shadow_origin_z, AS_U(shadow.origin.z));
+      EK_KEEP_SHADOW(FIELD_shadow_dir_x, AS_U(shadow.dir.x));
+      EK_KEEP_SHADOW(FIELD_shadow_dir_y, AS_U(shadow.dir.y));
+      EK_KEEP_SHADOW(FIELD_shadow_dir_z, AS_U(shadow.dir.z));
+      EK_KEEP_SHADOW(FIELD_shadow_t, AS_U(shadow.t_max));
+      EK_KEEP_SHADOW(FIELD_shadow_r, AS_U(arriving.x));
+      EK_KEEP_SHADOW(FIELD_shadow_g, AS_U(arriving.y));
+      EK_KEEP_SHADOW(FIELD_shadow_b, AS_U(arriving.z));
+#if EK_CHUNKED
+      shadow_count += cast.count;
+#endif
+    }
+#if EK_CHUNKED
+    next_count += go.count;
+#endif
+  }
+#if EK_CHUNKED
+  counts[4 * EK_CHUNK_INDEX + ((depth + 1) & 1)] = next_count;
+  counts[4 * EK_CHUNK_INDEX + 2] = shadow_count;
+#endif
+}
