@@ -38,6 +38,8 @@ Accel build_accel(TriangleSoup triangles, const AccelOptions& options) {
     const BinaryTree tree = build_binary_tree(triangles);
     return options.layout == "bvh8" ? layout_bvh8(tree, triangles) : layout_bvh2(tree);
   });
+  constexpr std::uint32_t step = 32;
+  accel.stack_size = (accel.stack_size + step - 1) / step * step;
   accel.build_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return accel;
 }

@@ -20,7 +20,8 @@ struct Accel {
   std::string layout;                  // --layout: "bvh8", "bvh2", "none"
   std::vector<std::uint32_t> nodes;    // words; never empty (a dummy where there is no tree)
   std::vector<std::uint32_t> leaves;   // words
-  std::uint32_t stack_size = 1;        // entries that a traversal can need at most (EK_STACK_SIZE)
+  std::uint32_t stack_size = 1;        // entries that suffice for any traversal (EK_STACK_SIZE); in coarse steps, so
+                                       // that programs are seldom compiled anew for another tree
   double build_s = 0;
   std::uint64_t node_count = 0;
   double sah_cost = 0;                 // expected cost of a random ray through the root's box

@@ -123,5 +123,30 @@ TEST(Traverse, adversarial_rays_hit_the_same_bits_in_every_layout) {
   expect_all_agree(sphere, adversarial_rays(sphere, 20'000, 1.0F, 6), "sphere");
 }
 
+TEST(Traverse, rays_within_an_oblique_plane_of_slivers_hit_the_same_bits_in_every_layout) {
+  // All corners and rays lie in one plane but for rounding: the computed t of a triangle seen edge-on can lie far outside its
+  // box, and only the interval rule keeps the layouts together.
+  std::mt19937 random(7);
+  std::uniform_real_distribution<float> unit(-1.0F, 1.0F);
+  const auto in_plane = [](float a, float b) {
+    return std::array<float, 3>{0.6F * a - 0.3F * b, 0.5F * a + 0.7F * b, 0.62F * a - 0.33F * b};
+  };
+  Soup soup;
+  for (int i = 0; i < 400; ++i) {
+    const float a = unit(random), b = unit(random);
+    for (int corner = 0; corner < 3; ++corner) {
+      const auto p = in_plane(a + 0.3F * unit(random), b + 0.3F * unit(random));
+      soup.insert(soup.end(), p.begin(), p.end());
+    }
+  }
+  std::vector<ProbeRay> rays(100'000);
+  for (ProbeRay& ray : rays) {
+    ray.o = in_plane(2 * unit(random), 2 * unit(random));
+    ray.d = in_plane(unit(random), unit(random));
+    ray.t_max = 0.3F;
+  }
+  expect_all_agree(soup, rays, "slivers");
+}
+
 }  // namespace
 }  // namespace eikon

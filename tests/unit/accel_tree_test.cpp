@@ -118,11 +118,13 @@ TEST_P(Tree, is_the_same_to_the_bit_for_any_number_of_threads) {
   }
 }
 
-TEST_P(Tree, stack_size_is_what_the_deepest_path_can_leave_waiting) {
+TEST_P(Tree, stack_size_holds_what_the_deepest_path_can_leave_waiting) {
   for (std::uint32_t seed = 10; seed < 14; ++seed) {
     const Soup soup = fixtures::scattered(3000, 1.0F, seed);
     const Accel accel = build(soup, GetParam());
-    EXPECT_EQ(accel.stack_size, Walk(accel, soup).stack);
+    const std::uint32_t needed = Walk(accel, soup).stack;
+    EXPECT_GE(accel.stack_size, needed);
+    EXPECT_LT(accel.stack_size, needed + 32);
   }
 }
 
