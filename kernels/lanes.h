@@ -12,7 +12,11 @@
 #pragma OPENCL FP_CONTRACT OFF
 #include "shared/records.h"
 
+#ifdef EK_OUT_OF_LINE  // without optimisation: inlining would leave notes to the optimiser that an interpreter does not know
+#define EK_FN static
+#else
 #define EK_FN static inline __attribute__((always_inline))
+#endif
 #define EK_CAT_(a, b) a##b
 #define EK_CAT(a, b) EK_CAT_(a, b)
 

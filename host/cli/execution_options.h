@@ -1,12 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include <CLI/CLI.hpp>
+#include <cstdlib>
+#include <string>
 
+#include "core/error.h"
 #include "render/settings.h"
 
 namespace eikon {
 
-/// --devices, --accel, --layout, and what is for development; they never change the image. `execution` must outlive the parser.
+/// For development, from the environment: EIKON_NO_OPTIMISE=1 compiles the kernels without optimisation, which Oclgrind
+/// needs; EIKON_LANES=1, 8 or 16 compiles them that wide, for queues of paths (1) or chunks (8, 16), whatever the device.
+/// throws UsageError
+inline void read_execution_environment(Execution& execution) {
+  if (const char* off = std::getenv("EIKON_NO_OPTIMISE")) execution.optimise = std::string(off) != "1";
+  if (const char* text = std::getenv("EIKON_LANES")) {
+    const std::string lanes = text;
+    if (lanes != "1" && lanes != "8" && lanes != "16") throw UsageError("EIKON_LANES=" + lanes + ": takes 1, 8 or 16");
+    execution.lanes = std::uint32_t(std::stoul(lanes));
+    execution.chunked = lanes != "1";
+  }
+}
+
+/// --devices, --accel, --layout; they never change the image. `execution` must outlive the parser.
 inline void add_execution_options(CLI::App& command, Execution& execution) {
   command.add_option("--devices", execution.devices, "all, or a list of indices, cpu, gpu, parts of names; see `eikon devices`")
       ->capture_default_str();

@@ -143,6 +143,7 @@ ExitCode replay(const RenderOptions& options) {
 }
 
 ExitCode render_command(RenderOptions options) {
+  read_execution_environment(options.execution);
   if (!options.pixel.empty() || !options.sample.empty()) return replay(options);
   const std::filesystem::path output =
       options.output.empty() ? std::filesystem::path(options.scene.scene).filename().replace_extension(".exr") : std::filesystem::path(options.output);

@@ -26,7 +26,7 @@ std::shared_ptr<Program::Impl> build_program(cl_context context, cl_device_id de
   // FP_CONTRACT is switched off in the text; no flag may loosen the arithmetic.
   std::string flags = "-cl-std=CL1.2 -cl-kernel-arg-info";
   if (info.correctly_rounded_divide_sqrt) flags += " -cl-fp32-correctly-rounded-divide-sqrt";
-  if (!options.optimise) flags += " -cl-opt-disable";
+  if (!options.optimise) flags += " -cl-opt-disable -DEK_OUT_OF_LINE -DEK_PORTABLE";
   std::string defines;
   for (const auto& [name, value] : options.defines) defines += fmt::format(" -D{}={}", name, value);
   flags += defines;

@@ -16,6 +16,7 @@ namespace {
 constexpr std::uint32_t kGroup = 64;            // work-items of a work-group on GPU devices
 constexpr std::uint32_t kFilmPixels = 64;       // pixels per work-item of stage film on CPU devices (film.cl)
 constexpr std::uint32_t kPad = 16;              // slots behind arrays that full vectors may touch
+constexpr std::uint32_t kStackStep = 64;        // entries of the traversal stack
 constexpr std::uint32_t kMaxBlockPixels = 64 * 64;
 
 std::uint32_t divide_up(std::uint64_t a, std::uint64_t b) { return std::uint32_t((a + b - 1) / b); }
@@ -73,7 +74,8 @@ struct Wavefront::Impl {
     options.defines["EK_CHUNK"] = std::to_string(config.chunk);
     for (const char* layout : {"bvh8", "bvh2", "none"})
       options.defines[fmt::format("EK_LAYOUT_{}", layout)] = config.layout == layout ? "1" : "0";
-    options.defines["EK_STACK_SIZE"] = std::to_string(accel().stack_size);
+    // In steps, so that another scene seldom means other kernels.
+    options.defines["EK_STACK_SIZE"] = std::to_string(divide_up(accel().stack_size, kStackStep) * kStackStep);
     std::string text;
     std::vector<std::string> stages;
 #define EK_STAGE(name) stages.push_back(#name);
