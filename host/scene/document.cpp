@@ -21,6 +21,12 @@ tinygltf::Model parse_structure(const Json& checked_document) {
       for (Json& primitive : mesh["primitives"]) primitive.erase("indices");
     }
   }
+  if (member(reduced, "cameras") != nullptr) {
+    for (Json& camera : reduced["cameras"]) {
+      // Required by glTF, often forgotten, and of no use to a ray tracer.
+      if (camera["type"] == "perspective") camera["perspective"].emplace("znear", 1.0);
+    }
+  }
   const std::string text = reduced.dump();
   tinygltf::Model model;
   tinygltf::TinyGLTF parser;

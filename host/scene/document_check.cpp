@@ -15,6 +15,7 @@ namespace eikon {
 namespace {
 
 constexpr std::uint64_t kAnyInteger = ~std::uint64_t{0};
+constexpr double kPi = 3.14159265358979;  // rounded down: the tangent of half of it is large but finite
 constexpr std::array<std::string_view, 2> kSupportedExtensions{"KHR_materials_specular",
                                                                "KHR_materials_emissive_strength"};
 
@@ -209,7 +210,16 @@ void check_cameras(const Json& document) {
     const Json* lens = as_object(camera, key);
     if (lens == nullptr) camera.fail(fmt::format("'{}' is missing", key));
     const Place place{.value = *lens, .kind = key, .parent = &camera};
-    for (const char* number : {"yfov", "aspectRatio", "znear", "zfar", "xmag", "ymag"}) as_number(place, number);
+    if (!perspective) {
+      for (const char* number : {"xmag", "ymag", "znear", "zfar"}) {
+        if (!as_number(place, number)) place.fail(fmt::format("'{}' is missing", number));
+      }
+      return;
+    }
+    const double yfov = as_number(place, "yfov").value_or(0), aspect = as_number(place, "aspectRatio").value_or(1);
+    if (!(yfov > 0 && yfov < kPi)) place.fail("'yfov' is missing or not between 0 and pi radians");
+    if (!(aspect > 0)) place.fail(fmt::format("'aspectRatio' {:g} is not positive; leave it out for any", aspect));
+    for (const char* number : {"znear", "zfar"}) as_number(place, number);
   });
 }
 

@@ -69,16 +69,15 @@ void add_camera(const tinygltf::Model& model, const PlacedNode& placed, Scene& s
   const tinygltf::Camera& source = model.cameras[index];
   const std::string user = label("camera", index, source.name);
   if (source.type != "perspective") return notes.unsupported("orthographic camera", user);
-  const double yfov = source.perspective.yfov, aspect = source.perspective.aspectRatio;
-  if (!(yfov > 0 && yfov < 3.14159265358979)) {
-    throw InputError(fmt::format("{}: yfov {:g} is missing or not between 0 and pi radians", user, yfov));
-  }
   const auto pose = camera_pose(placed.world_from_object);
   if (!pose)
     return notes.warn(user + ": left out, " + node_label(model, placed.node) +
                       " scales its direction of view to nothing");
   const std::string& name = source.name.empty() ? model.nodes[placed.node].name : source.name;
-  scene.cameras.push_back({.name = name, .world_from_camera = *pose, .yfov_rad = yfov, .aspect = aspect});
+  scene.cameras.push_back({.name = name,
+                           .world_from_camera = *pose,
+                           .yfov_rad = source.perspective.yfov,
+                           .aspect = source.perspective.aspectRatio});
 }
 
 // extras.environment of the scene, else of the document: {"radiance": [r, g, b]}.

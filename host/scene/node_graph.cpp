@@ -77,15 +77,16 @@ glm::dmat4 rotation_matrix(const tinygltf::Model& model, std::size_t index, cons
     throw InputError(node_label(model, index) + ": rotation (0, 0, 0, 0) is no rotation; none at all is (0, 0, 0, 1)");
   }
   // Divided by the largest first, so that the squares neither overflow nor vanish.
-  double x = xyzw[0] / largest, y = xyzw[1] / largest, z = xyzw[2] / largest, w = xyzw[3] / largest;
-  const double length = std::sqrt(x * x + y * y + z * z + w * w);
-  if (std::abs(length * largest - 1) > 1e-2) {
-    notes.warn(fmt::format("{}: rotation of length {:.3g} normalised", node_label(model, index), length * largest));
+  const double x = xyzw[0] / largest, y = xyzw[1] / largest, z = xyzw[2] / largest, w = xyzw[3] / largest;
+  const double square = x * x + y * y + z * z + w * w, length = std::sqrt(square) * largest;
+  if (std::abs(length - 1) > 1e-2) {
+    notes.warn(fmt::format("{}: rotation of length {:.3g} normalised", node_label(model, index), length));
   }
-  x /= length, y /= length, z /= length, w /= length;
-  return {glm::dvec4{1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y), 0},
-          glm::dvec4{2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x), 0},
-          glm::dvec4{2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y), 0}, glm::dvec4{0, 0, 0, 1}};
+  // Normalised by the square instead of its root: quarter turns come out exact.
+  const double s = 2 / square;
+  return {glm::dvec4{1 - s * (y * y + z * z), s * (x * y + w * z), s * (x * z - w * y), 0},
+          glm::dvec4{s * (x * y - w * z), 1 - s * (x * x + z * z), s * (y * z + w * x), 0},
+          glm::dvec4{s * (x * z + w * y), s * (y * z - w * x), 1 - s * (x * x + y * y), 0}, glm::dvec4{0, 0, 0, 1}};
 }
 
 glm::dmat4 local_transform(const tinygltf::Model& model, std::size_t index, Notes& notes) {

@@ -133,7 +133,7 @@ struct Builder {
     if (!copy.contains("buffers")) copy["buffers"] = {{{"byteLength", buffer.size()}}};
     return glb(copy.dump(), buffer);
   }
-  [[nodiscard]] eikon::Scene load() const {
+  eikon::Scene load() const {
     const TemporaryFolder folder;
     return eikon::load_scene(folder.write("scene.gltf", text()));
   }
