@@ -10,21 +10,14 @@ typedef struct {
   vu material;
   vf light_pdf_m2;  // 0: not a light
   vu node;
+  v3 n;             // unit, to the front
 } TriangleLanes;
 
 EK_FN TriangleLanes load_triangle(global const Triangle* triangles, vu i) {
   const Rec r = rec16(triangles, i);
-  TriangleLanes t = {V3(r.w0, r.w1, r.w2), V3(r.w3, r.w4, r.w5), V3(r.w6, r.w7, r.w8), AS_U(r.w9), r.wa, AS_U(r.wb)};
+  TriangleLanes t = {V3(r.w0, r.w1, r.w2), V3(r.w3, r.w4, r.w5), V3(r.w6, r.w7, r.w8), AS_U(r.w9), r.wa, AS_U(r.wb),
+                     V3(r.wc, r.wd, r.we)};
   return t;
-}
-
-/// (p1 - p0) x (p2 - p0), unit: the front side, that of anticlockwise corners. Not finite for a triangle without area.
-/// Exact under scaling by powers of two, for edges from 2^-60 to 2^60 m.
-EK_FN v3 triangle_normal(v3 p0, v3 p1, v3 p2) {
-  const v3 n = cross3(sub3(p1, p0), sub3(p2, p0));
-  // n is a squared length: its own square would leave the range of float. So scale by a power of two, which is exact.
-  const vu exponent = AS_U(max_component(abs3(n))) & 0x7f800000u;
-  return normalize3(scale3(n, AS_F(0x7f000000u - exponent)));
 }
 
 /// The point of weights 1 - u - v, u, v, and a bound on how far it is from the exact triangle, per axis.
@@ -50,8 +43,8 @@ typedef struct {
 EK_FN Surface surface_at(TriangleLanes t, vf u, vf v) {
   Surface s;
   s.p = triangle_point(t.p0, t.p1, t.p2, u, v, &s.p_error);
-  s.n_geom = triangle_normal(t.p0, t.p1, t.p2);
-  s.n_shade = s.n_geom;
+  s.n_geom = t.n;
+  s.n_shade = t.n;
   return s;
 }
 

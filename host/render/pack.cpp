@@ -35,9 +35,10 @@ glm::vec3 to_world(const glm::dmat4& world_from_object, const glm::vec3& p) {
   return glm::vec3(glm::dvec3(world_from_object * glm::dvec4(glm::dvec3(p), 1.0)));
 }
 
-double triangle_area(const Triangle& t) {
+// To the front, as long as twice the area.
+glm::dvec3 triangle_normal(const Triangle& t) {
   const glm::dvec3 p0(t.p0_x, t.p0_y, t.p0_z), p1(t.p1_x, t.p1_y, t.p1_z), p2(t.p2_x, t.p2_y, t.p2_z);
-  return 0.5 * glm::length(glm::cross(p1 - p0, p2 - p0));
+  return glm::cross(p1 - p0, p2 - p0);
 }
 
 class Packer {
@@ -66,7 +67,7 @@ class Packer {
       const Triangle& t = out_.triangles[i];
       const Material& material = scene_.materials[t.material];
       const double radiance = mean(material.emission);
-      const double area = radiance > 0 ? triangle_area(t) : 0;
+      const double area = radiance > 0 ? 0.5 * glm::length(triangle_normal(t)) : 0;
       if (!(area > 0)) continue;
       Light light{};
       light.p0_x = t.p0_x, light.p0_y = t.p0_y, light.p0_z = t.p0_z;
@@ -150,6 +151,9 @@ class Packer {
       t.p2_x = world[c].x, t.p2_y = world[c].y, t.p2_z = world[c].z;
       t.material = primitive.material;
       t.node = node_index;
+      const glm::dvec3 cross = triangle_normal(t);
+      const double length = glm::length(cross);
+      if (length > 0) t.n_x = float(cross.x / length), t.n_y = float(cross.y / length), t.n_z = float(cross.z / length);
       out_.triangles.push_back(t);
       if (!with_normals_) continue;
       TriangleNormals n{};  // all zero: shading_normal falls back to the geometric one

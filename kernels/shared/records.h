@@ -44,7 +44,8 @@ typedef struct {
   uint material;                  // index into materials
   float light_pdf_m2;             // density of light sampling on its area, 1/m^2; 0: not a light
   uint node;                      // of the scene; for the id layer
-  uint pad0, pad1, pad2, pad3;
+  float n_x, n_y, n_z;            // (p1 - p0) x (p2 - p0), unit, to the front; from doubles, so needles have one too
+  uint pad0;
 } Triangle;
 EK_ASSERT_SIZE(Triangle, 64);
 

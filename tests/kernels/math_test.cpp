@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include "kernels/probe.h"
+
+namespace eikon::test {
+namespace {
+
+// Distance in units of the last place of a float near `exact`.
+double ulp_error(float x, double exact) {
+  const int exponent = exact == 0 ? -126 : std::max(std::ilogb(exact), -126);
+  return std::abs(double(x) - exact) / std::ldexp(1.0, exponent - 23);
+}
+
+struct SincosError {
+  double sin_ulp = 0, cos_ulp = 0, absolute = 0;
+};
+
+SincosError sincos_error(const Words& turns) {
+  const auto out = Probe("math").run("probe_sincos_2pi", {turns}, 2);
+  SincosError worst;
+  for (std::size_t i = 0; i < turns.size(); ++i) {
+    const double u = as_float(turns[i]);
+    // The nearest quarter is taken off exactly, so that double's own sin and cos see small arguments.
+    const double quarters = std::nearbyint(4 * u);
+    const double angle = 2 * std::numbers::pi * (u - quarters / 4);
+    const int quadrant = int(std::fmod(quarters, 4.0)) & 3;
+    const double sines[] = {std::sin(angle), std::cos(angle), -std::sin(angle), -std::cos(angle)};
+    const double s = sines[quadrant], c = sines[(quadrant + 1) & 3];
+    worst.sin_ulp = std::max(worst.sin_ulp, ulp_error(as_float(out[0][i]), s));
+    worst.cos_ulp = std::max(worst.cos_ulp, ulp_error(as_float(out[1][i]), c));
+    worst.absolute = std::max({worst.absolute, std::abs(as_float(out[0][i]) - s), std::abs(as_float(out[1][i]) - c)});
+  }
+  return worst;
+}
+
+TEST(Math, sincos_2pi_is_within_1_6_ulp_over_the_unit_interval) {
+  Words turns;
+  for (std::uint32_t k = 0; k < (1U << 22); ++k) turns.push_back(as_word(float(k) * 0x1p-22F));
+  for (std::uint32_t word = 0x20000000U; word < 0x3f800000U; word += 1237) turns.push_back(word);  // small ones, too
+  const SincosError worst = sincos_error(turns);
+  EXPECT_LE(worst.sin_ulp, 1.6);
+  EXPECT_LE(worst.cos_ulp, 1.6);
+  EXPECT_LE(worst.absolute, 1e-7);
+}
+
+TEST(Math, sincos_2pi_is_within_1_6_ulp_up_to_a_million_turns_either_way) {
+  std::mt19937 random(1);
+  Words turns;
+  for (int i = 0; i < 1 << 19; ++i) {
+    const float magnitude = std::ldexp(float(random() >> 8) * 0x1p-24F + 1.0F, int(random() % 44) - 24);
+    turns.push_back(as_word((random() & 1U) != 0 ? magnitude : -magnitude));
+  }
+  const SincosError worst = sincos_error(turns);
+  EXPECT_LE(worst.sin_ulp, 1.6);
+  EXPECT_LE(worst.cos_ulp, 1.6);
+  EXPECT_LE(worst.absolute, 1e-7);
+}
+
+TEST(Math, sincos_2pi_is_exact_at_quarter_turns) {
+  const auto out = Probe("math").run("probe_sincos_2pi", {as_words({0, 0.25F, 0.5F, 0.75F, 1, -0.25F, 1000.5F})}, 2);
+  const float s[] = {0, 1, 0, -1, 0, -1, 0}, c[] = {1, 0, -1, 0, 1, 0, -1};
+  for (std::size_t i = 0; i < std::size(s); ++i) {
+    EXPECT_EQ(as_float(out[0][i]), s[i]) << i;
+    EXPECT_EQ(as_float(out[1][i]), c[i]) << i;
+  }
+}
+
+// The host is compiled without contraction, so it has the bits that the text of math.h promises.
+TEST(Math, vector_functions_round_as_written) {
+  std::mt19937 random(2);
+  std::vector<Words> in(6);
+  for (int i = 0; i < 1 << 16; ++i)
+    for (auto& words : in) {
+      const float magnitude = std::ldexp(float(random() >> 8) * 0x1p-24F + 1.0F, int(random() % 40) - 20);
+      words.push_back(as_word((random() & 1U) != 0 ? magnitude : -magnitude));
+    }
+  const auto out = Probe("math").run("probe_vectors", in, 30);
+  for (std::size_t i = 0; i < in[0].size(); ++i) {
+    float a[3], b[3];
+    for (std::size_t k = 0; k < 3; ++k) {
+      a[k] = as_float(in[k][i]);
+      b[k] = as_float(in[3 + k][i]);
+    }
+    const float length = std::sqrt((a[0] * a[0] + a[1] * a[1]) + a[2] * a[2]);
+    const float inverse = 1.0F / length;
+    const float expected[30] = {
+        a[0] + b[0], a[1] + b[1], a[2] + b[2], a[0] - b[0], a[1] - b[1], a[2] - b[2], a[0] * b[0], a[1] * b[1],
+        a[2] * b[2], a[0] * b[0], a[1] * b[0], a[2] * b[0], (a[0] * b[0] + a[1] * b[1]) + a[2] * b[2],
+        a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0], a[0] * inverse,
+        a[1] * inverse, a[2] * inverse, a[0] < b[0] ? a[0] : -b[0], a[0] < b[0] ? a[1] : -b[1],
+        a[0] < b[0] ? a[2] : -b[2], std::min(a[0], b[0]), std::max(a[0], b[0]), std::abs(a[1]),
+        std::copysign(a[2], b[2]), std::max({a[0], a[1], a[2]}), as_float(1U), a[0] / b[1], std::sqrt(std::abs(a[2]))};
+    for (std::size_t k = 0; k < 30; ++k) ASSERT_EQ(out[k][i], as_word(expected[k])) << "output " << k << " of item " << i;
+  }
+}
+
+TEST(Math, finite_means_neither_infinite_nor_nan) {
+  const Words one = as_words({1, -3e38F, 0, 1, -1, 0}), by = as_words({1, 1, 5, 0, 0, 0});
+  const auto out = Probe("math").run("probe_vectors", {one, one, one, by, one, one}, 30);
+  EXPECT_EQ(out[27], (Words{1, 1, 1, 0, 0, 0}));
+}
+
+}  // namespace
+}  // namespace eikon::test

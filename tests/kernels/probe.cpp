@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "kernels/probe.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <memory>
+#include <sstream>
+#include <stdexcept>
+#include <string_view>
+
+#include "device/device.h"
+#include "device/kernel_sources.h"
+
+namespace eikon::test {
+namespace {
+
+struct Variant {
+  unsigned width;
+  bool portable;  // without the processor's own instructions
+};
+constexpr Variant kVariants[] = {{1, false}, {8, false}, {16, false}, {16, true}};
+
+std::map<std::string, std::string> default_defines() {
+  return {
+#define EK_LOBE(name, bit) {"EK_HAS_" #name, "1"},
+#define EK_LIGHT(name, bit) {"EK_HAS_" #name, "1"},
+#define EK_OPTION(name) {"EK_HAS_" #name, std::string_view(#name) == "uniform_scatter" ? "0" : "1"},
+#define EK_AOV(name, channels) {"EK_HAS_" #name, "1"},
+#include "shared/features.def"
+  };
+}
+
+std::vector<std::unique_ptr<Device>>& devices() {
+  static std::vector<std::unique_ptr<Device>> all = [] {
+    std::vector<std::unique_ptr<Device>> opened;
+    for (const DeviceInfo& info : list_devices())
+      if (info.unusable.empty()) opened.push_back(std::make_unique<Device>(info));
+    if (opened.empty()) throw std::runtime_error("no OpenCL device: install pocl-opencl-icd");
+    return opened;
+  }();
+  return all;
+}
+
+const std::string& probe_text() {
+  static const std::string text = [] {
+    std::ifstream file(EIKON_SOURCE_DIR "/tests/kernels/probes.cl");
+    std::stringstream content;
+    if (!(content << file.rdbuf())) throw std::runtime_error("cannot read tests/kernels/probes.cl");
+    return expand_includes(content.str(), "probes.cl");
+  }();
+  return text;
+}
+
+Program& program(std::size_t device, const std::map<std::string, std::string>& defines) {
+  static std::map<std::pair<std::size_t, std::map<std::string, std::string>>, Program> built;
+  const auto key = std::pair(device, defines);
+  const auto found = built.find(key);
+  if (found != built.end()) return found->second;
+  const bool oclgrind = devices()[device]->info().platform.find("Oclgrind") != std::string::npos;
+  return built.emplace(key, devices()[device]->build(probe_text(), {.defines = defines, .optimise = !oclgrind})).first->second;
+}
+
+}  // namespace
+
+Words as_words(const std::vector<float>& values) {
+  Words words;
+  words.reserve(values.size());
+  for (const float x : values) words.push_back(as_word(x));
+  return words;
+}
+
+Probe& Probe::define(const std::string& name, const std::string& value) {
+  defines_[name] = value;
+  return *this;
+}
+
+Probe& Probe::value(const std::string& name, std::uint32_t word) {
+  values_[name] = word;
+  return *this;
+}
+
+std::vector<Words> Probe::run(const std::string& name, const std::vector<Words>& inputs, unsigned outputs) const {
+  const std::size_t items = inputs.at(0).size();
+  const std::size_t padded = (items + 15) / 16 * 16;
+  Words in;
+  for (const Words& input : inputs) {
+    if (input.size() != items || items == 0) throw std::logic_error("inputs of a probe differ in length, or are empty");
+    in.insert(in.end(), input.begin(), input.end());
+    in.resize(in.size() + padded - items, input.back());
+  }
+  Words first;
+  std::string first_label;
+  for (std::size_t d = 0; d < devices().size(); ++d) {
+    Device& device = *devices()[d];
+    Arguments arguments;
+    for (const auto& [buffer, words] : buffers_) arguments.set(buffer, device.upload(words));
+    for (const auto& [scalar, word] : values_) arguments.set(scalar, word);
+    arguments.set("in_words", device.upload(in));
+    arguments.set("count", std::uint32_t(padded));
+    for (const Variant& variant : kVariants) {
+      auto defines = default_defines();
+      for (const auto& [key, text] : defines_) defines[key] = text;
+      defines["EK_WIDTH"] = std::to_string(variant.width);
+      defines.emplace("EK_PROBE_" + subject_, "1");
+      if (variant.portable) defines.emplace("EK_PORTABLE", "1");
+      // Poisoned, so that an item that a probe leaves out shows.
+      const Words poison(padded * outputs, 0xdeadbeefU);
+      const Buffer out = device.upload(poison);
+      arguments.set("out_words", out);
+      Kernel kernel = program(d, defines).kernel(name);
+      kernel.bind(arguments);
+      device.run(kernel, padded / variant.width, 1, padded);
+      Words result = device.read_all<std::uint32_t>(out);
+      const std::string label = device.info().name + ", width " + std::to_string(variant.width) +
+                                (variant.portable ? ", portable" : "");
+      if (first.empty()) {
+        first = std::move(result);
+        first_label = label;
+        continue;
+      }
+      std::size_t different = 0, example = 0;
+      for (std::size_t i = 0; i < result.size(); ++i)
+        if (result[i] != first[i] && different++ == 0) example = i;
+      EXPECT_EQ(different, 0U) << name << ": words differ between " << label << " and " << first_label << "; first: output "
+                               << example / padded << " of item " << example % padded << ": " << as_float(result[example])
+                               << " and " << as_float(first[example]) << std::hex << " (0x" << result[example] << ", 0x"
+                               << first[example] << ")";
+    }
+  }
+  std::vector<Words> split;
+  for (unsigned k = 0; k < outputs; ++k)
+    split.emplace_back(first.begin() + std::ptrdiff_t(k * padded), first.begin() + std::ptrdiff_t(k * padded + items));
+  return split;
+}
+
+}  // namespace eikon::test

@@ -1,0 +1,223 @@
+// SPDX-License-Identifier: Apache-2.0
+// Production functions applied to arrays (probe.h). Item i of input k is word k * count + i of in_words, and the same for
+// outputs. A program holds the probes of one subject.
+#include "math.h"
+
+#define ITEM ((uint)get_global_id(0) * EK_WIDTH)
+#define IN_U(k) load_u(in_words + (k) * count + ITEM)
+#define IN_F(k) AS_F(IN_U(k))
+#define IN_3(k) V3(IN_F(k), IN_F((k) + 1), IN_F((k) + 2))
+#define OUT_U(k, x) store_u(out_words + (k) * count + ITEM, (x))
+#define OUT_F(k, x) OUT_U(k, AS_U(x))
+#define PROBE_ARGUMENTS global const uint *in_words, global uint *out_words, uint count
+
+EK_FN void out_3(global uint* out_words, uint count, uint k, v3 a) {
+  OUT_F(k, a.x);
+  OUT_F(k + 1, a.y);
+  OUT_F(k + 2, a.z);
+}
+#define OUT_3(k, a) out_3(out_words, count, (k), (a))
+
+#ifdef EK_PROBE_lanes
+// Keeps the words whose flag is set, in order, as a chunked stage does; the rest of the output is 0.
+kernel void probe_compaction(PROBE_ARGUMENTS) {
+  if (get_global_id(0) != 0) return;
+  uint kept = 0;
+  for (uint i = 0; i < count; i += EK_WIDTH) {
+    const Packing p = packing(load_u(in_words + i) != 0u);
+    store_u(out_words + kept, packed(p, load_u(in_words + count + i)));
+    kept += p.count;
+  }
+  for (uint i = kept; i < count; ++i) out_words[i] = 0;
+}
+
+kernel void probe_any(PROBE_ARGUMENTS) {
+  // Lanes of one group of 16 see the same flag, so that the answer does not depend on the width.
+  const vi m = IN_U(0) != 0u;
+  OUT_U(0, (vu)(ANY(m) ? 1u : 0u));
+}
+
+kernel void probe_records(PROBE_ARGUMENTS, global const uint* records) {
+  const Rec r = rec16(records, IN_U(0));
+  OUT_F(0, r.w0); OUT_F(1, r.w1); OUT_F(2, r.w2); OUT_F(3, r.w3); OUT_F(4, r.w4); OUT_F(5, r.w5); OUT_F(6, r.w6);
+  OUT_F(7, r.w7); OUT_F(8, r.w8); OUT_F(9, r.w9); OUT_F(10, r.wa); OUT_F(11, r.wb); OUT_F(12, r.wc); OUT_F(13, r.wd);
+  OUT_F(14, r.we); OUT_F(15, r.wf);
+}
+
+kernel void probe_gather_scatter(PROBE_ARGUMENTS) {
+  const vu from = IN_U(0);
+  const vu to = IN_U(1);
+  scatter_f((global float*)out_words, to, gather_f((global const float*)(in_words + 2 * count), from));
+  OUT_U(1, gather_u(in_words + 2 * count, from));
+  OUT_U(2, LANE_INDEX + ITEM);
+}
+#endif
+
+#ifdef EK_PROBE_math
+kernel void probe_vectors(PROBE_ARGUMENTS) {
+  const v3 a = IN_3(0);
+  const v3 b = IN_3(3);
+  OUT_3(0, add3(a, b));
+  OUT_3(3, sub3(a, b));
+  OUT_3(6, mul3(a, b));
+  OUT_3(9, scale3(a, b.x));
+  OUT_F(12, dot3(a, b));
+  OUT_3(13, cross3(a, b));
+  OUT_3(16, normalize3(a));
+  OUT_3(19, select3(a.x < b.x, a, neg3(b)));
+  OUT_F(22, min_f(a.x, b.x));
+  OUT_F(23, max_f(a.x, b.x));
+  OUT_F(24, abs_f(a.y));
+  OUT_F(25, copysign_f(a.z, b.z));
+  OUT_F(26, max_component(a));
+  const vi finite = is_finite(a.x / b.x);
+  OUT_U(27, finite ? (vu)(1u) : (vu)(0u));
+  OUT_F(28, a.x / b.y);
+  OUT_F(29, sqrt(abs_f(a.z)));
+}
+
+kernel void probe_sincos_2pi(PROBE_ARGUMENTS) {
+  vf s, c;
+  sincos_2pi(IN_F(0), &s, &c);
+  OUT_F(0, s);
+  OUT_F(1, c);
+}
+#endif
+
+#ifdef EK_PROBE_sampler
+#include "sampler.h"
+kernel void probe_words(PROBE_ARGUMENTS) {
+  const vu x = IN_U(0);
+  OUT_U(0, hash_bits(x));
+  OUT_U(1, reverse_bits(x));
+  OUT_U(2, laine_karras(x, IN_U(1)));
+  OUT_U(3, reverse_bits(sobol_1_reversed(x)));
+  OUT_F(4, to_unit_float(x));
+}
+
+kernel void probe_samples(PROBE_ARGUMENTS, uint seed, uint index_high, uint dimension) {
+  const vu key = sample_key(IN_U(0), IN_U(1), IN_U(2), seed, index_high);
+  vu a, b;
+  sample_2d_bits(key, IN_U(3), dimension, &a, &b);
+  OUT_U(0, a);
+  OUT_U(1, b);
+  vf x, y;
+  sample_2d(key, IN_U(3), dimension, &x, &y);
+  OUT_F(2, x);
+  OUT_F(3, y);
+  OUT_U(4, key);
+}
+
+kernel void probe_dimensions(PROBE_ARGUMENTS) {
+  // Depth and decision are scalars of a stage, so lane by lane.
+  for (uint i = ITEM; i < ITEM + EK_WIDTH; ++i) out_words[i] = bounce_dimension(in_words[i], in_words[count + i]);
+}
+#endif
+
+#ifdef EK_PROBE_warp
+#include "warp.h"
+kernel void probe_warps(PROBE_ARGUMENTS) {
+  const vf u = IN_F(0);
+  const vf v = IN_F(1);
+  OUT_3(0, warp_cosine_hemisphere(u, v));
+  OUT_3(3, warp_uniform_hemisphere(u, v));
+  OUT_3(6, warp_uniform_sphere(u, v));
+  vf b1, b2;
+  warp_triangle(u, v, &b1, &b2);
+  OUT_F(9, b1);
+  OUT_F(10, b2);
+  const DiskPoint p = warp_disk(u, v);
+  OUT_F(11, p.x);
+  OUT_F(12, p.y);
+}
+#endif
+
+#ifdef EK_PROBE_surface
+#include "surface.h"
+// Inputs: triangle, weights u and v, a direction w.
+kernel void probe_surface(PROBE_ARGUMENTS, global const Triangle* triangles) {
+  const TriangleLanes t = load_triangle(triangles, IN_U(0));
+  const Surface s = surface_at(t, IN_F(1), IN_F(2));
+  OUT_3(0, s.p);
+  OUT_3(3, s.p_error);
+  OUT_3(6, s.n_geom);
+  OUT_3(9, offset_ray_origin(s.p, s.p_error, s.n_geom, IN_3(3)));
+  OUT_U(12, t.material);
+  OUT_F(13, t.light_pdf_m2);
+  OUT_U(14, t.node);
+}
+
+kernel void probe_shading_normal(PROBE_ARGUMENTS, global const TriangleNormals* triangle_normals) {
+  OUT_3(0, shading_normal(triangle_normals, IN_U(0), IN_F(1), IN_F(2), IN_3(3)));
+}
+
+kernel void probe_basis(PROBE_ARGUMENTS) {
+  const Basis basis = basis_around(IN_3(0));
+  OUT_3(0, basis.x);
+  OUT_3(3, basis.y);
+  OUT_3(6, basis.z);
+  OUT_3(9, to_local(basis, IN_3(3)));
+  OUT_3(12, to_world(basis, IN_3(3)));
+}
+
+kernel void probe_next_float(PROBE_ARGUMENTS) { OUT_F(0, next_float_towards(IN_F(0), IN_F(1))); }
+#endif
+
+#ifdef EK_PROBE_bsdf
+#include "bsdf.h"
+// Inputs: material, wo, wi, u, v, choice.
+kernel void probe_bsdf(PROBE_ARGUMENTS, global const MaterialRecord* materials) {
+  const MaterialLanes m = load_material(materials, IN_U(0));
+  const v3 wo = IN_3(1);
+  const v3 wi = IN_3(4);
+  OUT_3(0, bsdf_eval(m, wo, wi));
+  OUT_F(3, bsdf_pdf(m, wo, wi));
+  const BsdfSample s = bsdf_sample(m, wo, IN_F(7), IN_F(8), IN_F(9));
+  OUT_3(4, s.weight);
+  OUT_3(7, s.wi);
+  OUT_F(10, s.pdf);
+  OUT_3(11, bsdf_eval(m, wo, s.wi));
+  OUT_F(14, bsdf_pdf(m, wo, s.wi));
+  OUT_3(15, m.emission);
+  OUT_U(18, m.double_sided ? (vu)(1u) : (vu)(0u));
+}
+#endif
+
+#ifdef EK_PROBE_light
+#include "light.h"
+kernel void probe_power_heuristic(PROBE_ARGUMENTS) { OUT_F(0, power_heuristic(IN_F(0), IN_F(1))); }
+
+kernel void probe_choose_light(PROBE_ARGUMENTS, global const LightBucket* light_buckets, uint light_count) {
+  const LightChoice c = choose_light(light_buckets, light_count, IN_U(0), IN_U(1));
+  OUT_U(0, c.light);
+  OUT_F(1, c.u);
+  OUT_F(2, c.v);
+}
+
+// Inputs: two random words, shading point, its error per axis, its normal.
+kernel void probe_light(PROBE_ARGUMENTS, global const Light* lights, global const LightBucket* light_buckets,
+                        uint light_count, global const float4* environment) {
+  const v3 p = IN_3(2);
+  const v3 p_error = IN_3(5);
+  const v3 n = IN_3(8);
+  const vu a = IN_U(0);
+  const vu b = IN_U(1);
+  const Basis basis = basis_around(n);
+  const LightSample s = light_sample(lights, light_buckets, light_count, environment[0], basis, a, b);
+  const LightPath path = light_path(s, p, p_error, n);
+  OUT_U(0, s.is_environment ? (vu)(1u) : (vu)(0u));
+  OUT_3(1, s.p);
+  OUT_3(4, s.n);
+  OUT_3(7, s.radiance);
+  OUT_F(10, s.pdf);
+  OUT_3(11, path.wi);
+  OUT_F(14, path.pdf);
+  OUT_3(15, path.origin);
+  OUT_3(18, path.dir);
+  OUT_F(21, path.t_max);
+  // What a ray that met the same point or direction would be weighted with.
+  const v3 d = sub3(s.p, p);
+  const vf density_of_hit = light_pdf_sr_of_hit(s.pdf, s.n, path.wi, sqrt(dot3(d, d)));
+  OUT_F(22, s.is_environment ? environment_pdf_sr(environment[0].w, dot3(path.wi, basis.z)) : density_of_hit);
+}
+#endif

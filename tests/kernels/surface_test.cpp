@@ -1,0 +1,281 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <random>
+
+#include "kernels/probe.h"
+#include "shared/records.h"
+
+namespace eikon::test {
+namespace {
+
+using Vec = std::array<long double, 3>;  // exact enough to judge float results
+
+Vec operator-(const Vec& a, const Vec& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
+long double dot(const Vec& a, const Vec& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+Vec cross(const Vec& a, const Vec& b) {
+  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+long double length(const Vec& a) { return std::sqrt(dot(a, a)); }
+
+Vec vec(const std::vector<Words>& out, std::size_t k, std::size_t i) {
+  return {as_float(out[k][i]), as_float(out[k + 1][i]), as_float(out[k + 2][i])};
+}
+Vec corner(const Triangle& t, int k) {
+  if (k == 0) return {t.p0_x, t.p0_y, t.p0_z};
+  if (k == 1) return {t.p1_x, t.p1_y, t.p1_z};
+  return {t.p2_x, t.p2_y, t.p2_z};
+}
+Vec exact_normal(const Triangle& t) { return cross(corner(t, 1) - corner(t, 0), corner(t, 2) - corner(t, 0)); }
+
+float uniform(std::mt19937& random) { return float(random() >> 8) * 0x1p-24F; }
+
+template <class Coordinate>
+Triangle random_triangle(std::mt19937& random, Coordinate coordinate) {
+  Triangle t{};
+  for (float* x : {&t.p0_x, &t.p0_y, &t.p0_z, &t.p1_x, &t.p1_y, &t.p1_z, &t.p2_x, &t.p2_y, &t.p2_z}) *x = coordinate(random);
+  return t;
+}
+
+float any_magnitude(std::mt19937& random) {  // 10^-8 to 10^8, either sign
+  const double magnitude = std::pow(10.0, 16.0 * double(uniform(random)) - 8.0);
+  return float((random() & 1U) != 0 ? magnitude : -magnitude);
+}
+
+struct Hits {
+  Words triangle, u, v, wx, wy, wz;
+  void add(std::uint32_t index, float b1, float b2, const std::array<float, 3>& w) {
+    triangle.push_back(index);
+    u.push_back(as_word(b1));
+    v.push_back(as_word(b2));
+    wx.push_back(as_word(w[0]));
+    wy.push_back(as_word(w[1]));
+    wz.push_back(as_word(w[2]));
+  }
+};
+
+std::array<float, 3> random_direction(std::mt19937& random) {
+  for (;;) {
+    const std::array<float, 3> w{2 * uniform(random) - 1, 2 * uniform(random) - 1, 2 * uniform(random) - 1};
+    const float norm = std::sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2]);
+    if (norm > 0.01F && norm < 1) return {w[0] / norm, w[1] / norm, w[2] / norm};
+  }
+}
+
+Triangle with_normal(Triangle t) {
+  const Vec n = exact_normal(t);
+  const long double norm = length(n);
+  t.n_x = float(n[0] / norm);
+  t.n_y = float(n[1] / norm);
+  t.n_z = float(n[2] / norm);
+  return t;
+}
+
+/// Outputs of probe_surface: 0 p, 3 p_error, 6 n_geom, 9 ray origin, 12 material, 13 light_pdf_m2, 14 node.
+std::vector<Words> surfaces(std::vector<Triangle> triangles, const Hits& hits) {
+  for (Triangle& t : triangles) t = with_normal(t);
+  return Probe("surface")
+      .buffer("triangles", triangles)
+      .run("probe_surface", {hits.triangle, hits.u, hits.v, hits.wx, hits.wy, hits.wz}, 15);
+}
+
+Hits random_hits(std::mt19937& random, std::uint32_t triangles, int each) {
+  Hits hits;
+  for (std::uint32_t t = 0; t < triangles; ++t)
+    for (int i = 0; i < each; ++i) {
+      float u = uniform(random), v = uniform(random);
+      if (u + v > 1) {
+        u = 1 - u;
+        v = 1 - v;
+      }
+      if (i % 16 == 0) v = 1 - u;  // on the edge that the third weight vanishes on, where it is all rounding
+      if (i % 64 == 1) u = 0;
+      hits.add(t, u, v, random_direction(random));
+    }
+  return hits;
+}
+
+struct Cloud {
+  const char* name;
+  std::vector<Triangle> triangles;
+};
+
+std::vector<Cloud> clouds(std::mt19937& random) {
+  std::vector<Cloud> all{{"coordinates of any magnitude", {}}, {"unit size", {}}, {"far from the origin", {}}, {"needles", {}}};
+  for (int i = 0; i < 1000; ++i) {
+    all[0].triangles.push_back(random_triangle(random, any_magnitude));
+    all[1].triangles.push_back(random_triangle(random, [](std::mt19937& r) { return 2 * uniform(r) - 1; }));
+    all[2].triangles.push_back(random_triangle(random, [](std::mt19937& r) { return 1e6F + uniform(r); }));
+    Triangle needle = random_triangle(random, [](std::mt19937& r) { return 2 * uniform(r) - 1; });
+    needle.p2_x = needle.p0_x + 0.5F * (needle.p1_x - needle.p0_x) + 1e-4F * (uniform(random) - 0.5F);
+    needle.p2_y = needle.p0_y + 0.5F * (needle.p1_y - needle.p0_y) + 1e-4F * (uniform(random) - 0.5F);
+    needle.p2_z = needle.p0_z + 0.5F * (needle.p1_z - needle.p0_z) + 1e-4F * (uniform(random) - 0.5F);
+    all[3].triangles.push_back(needle);
+  }
+  return all;
+}
+
+TEST(Surface, the_error_of_a_point_is_within_its_bound) {
+  std::mt19937 random(1);
+  for (const Cloud& cloud : clouds(random)) {
+    const Hits hits = random_hits(random, 1000, 128);
+    const auto out = surfaces(cloud.triangles, hits);
+    std::size_t outside = 0;
+    for (std::size_t i = 0; i < hits.u.size(); ++i) {
+      const Triangle& t = cloud.triangles[hits.triangle[i]];
+      const long double u = as_float(hits.u[i]), v = as_float(hits.v[i]);
+      const Vec p = vec(out, 0, i), bound = vec(out, 3, i);
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const long double exact = (1 - u - v) * corner(t, 0)[axis] + u * corner(t, 1)[axis] + v * corner(t, 2)[axis];
+        outside += std::abs(p[axis] - exact) > bound[axis] ? 1 : 0;
+      }
+    }
+    EXPECT_EQ(outside, 0U) << cloud.name;
+  }
+}
+
+TEST(Surface, G3_rays_leave_on_the_side_that_they_go_to) {
+  std::mt19937 random(2);
+  for (const Cloud& cloud : clouds(random)) {
+    const Hits hits = random_hits(random, 1000, 1000);
+    const auto out = surfaces(cloud.triangles, hits);
+    std::size_t wrong = 0, example = 0;
+    for (std::size_t i = 0; i < hits.u.size(); ++i) {
+      const Triangle& t = cloud.triangles[hits.triangle[i]];
+      const Vec w{as_float(hits.wx[i]), as_float(hits.wy[i]), as_float(hits.wz[i])};
+      const Vec n = exact_normal(t);
+      const long double going = dot(n, w), side = dot(n, vec(out, 9, i) - corner(t, 0));
+      if (std::abs(going) < 1e-5L * length(n)) continue;  // along the surface: either side will do
+      if ((going > 0) != (side > 0) && wrong++ == 0) example = i;
+    }
+    EXPECT_EQ(wrong, 0U) << cloud.name << ", first: ray " << example;
+  }
+}
+
+TEST(Surface, ray_origins_stay_within_a_few_float_steps_of_the_surface) {
+  std::mt19937 random(3);
+  const Cloud cloud = clouds(random)[1];
+  const Hits hits = random_hits(random, 1000, 64);
+  const auto out = surfaces(cloud.triangles, hits);
+  for (std::size_t i = 0; i < hits.u.size(); ++i)
+    ASSERT_LT(length(vec(out, 9, i) - vec(out, 0, i)), 64 * 0x1p-24L) << i;  // coordinates are within 1
+}
+
+TEST(Surface, G9_points_errors_and_ray_origins_scale_exactly_by_powers_of_two) {
+  std::mt19937 random(5);
+  const auto unit = clouds(random)[1].triangles;
+  const Hits hits = random_hits(random, 1000, 16);
+  const auto reference = surfaces(unit, hits);
+  for (const int k : {-40, -20, -1, 1, 20, 40}) {
+    auto scaled = unit;
+    for (Triangle& t : scaled)
+      for (float* x : {&t.p0_x, &t.p0_y, &t.p0_z, &t.p1_x, &t.p1_y, &t.p1_z, &t.p2_x, &t.p2_y, &t.p2_z}) *x = std::ldexp(*x, k);
+    const auto out = surfaces(scaled, hits);
+    for (std::size_t output = 0; output < 12; ++output) {
+      const bool is_length = output < 6 || output >= 9;
+      for (std::size_t i = 0; i < hits.u.size(); ++i)
+        ASSERT_EQ(as_float(out[output][i]), std::ldexp(as_float(reference[output][i]), is_length ? k : 0))
+            << "scale 2^" << k << ", output " << output << ", hit " << i;
+    }
+  }
+}
+
+TEST(Surface, records_keep_what_is_not_geometry) {
+  Triangle t = {};
+  t.p1_x = t.p2_y = 1;
+  t.material = 0x80000001U;
+  t.light_pdf_m2 = 0.75F;
+  t.node = 0x7fc00000U;  // the bits of a NaN
+  Hits hits;
+  hits.add(0, 0.25F, 0.25F, {0, 0, 1});
+  const auto out = surfaces({t}, hits);
+  EXPECT_EQ(out[12][0], t.material);
+  EXPECT_EQ(as_float(out[13][0]), t.light_pdf_m2);
+  EXPECT_EQ(out[14][0], t.node);
+}
+
+TEST(Surface, next_float_steps_as_nextafter_does_and_leaves_zero_alone) {
+  std::mt19937 random(6);
+  Words x, step;
+  for (int i = 0; i < 1 << 14; ++i) {
+    x.push_back(as_word(any_magnitude(random)));
+    step.push_back(as_word(any_magnitude(random)));
+  }
+  for (const float special : {1.0F, -1.0F, 2.0F, -2.0F, 0x1p20F})
+    for (const float s : {1.0F, -1.0F}) {
+      x.push_back(as_word(special));
+      step.push_back(as_word(s));
+    }
+  const Words out = Probe("surface").run("probe_next_float", {x, step}, 1)[0];
+  for (std::size_t i = 0; i < x.size(); ++i)
+    ASSERT_EQ(as_float(out[i]), std::nextafter(as_float(x[i]), std::copysign(INFINITY, as_float(step[i])))) << i;
+  const Words still = as_words({0.0F, -0.0F, 0.0F, 5.0F, 0x1p-126F});
+  EXPECT_EQ(Probe("surface").run("probe_next_float", {still, as_words({1, 1, -1, 0, -1})}, 1)[0], still);
+}
+
+TEST(Surface, bases_are_orthonormal_and_right_handed_also_at_the_poles) {
+  std::mt19937 random(7);
+  std::vector<std::array<float, 3>> normals{{0, 0, 1}, {0, 0, -1}, {1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0},
+                                            {1, 0, -0.0F}, {6e-4F, 0, -0.99999982F}, {0, 6e-4F, 0.99999982F}};
+  for (int i = 0; i < 1 << 15; ++i) normals.push_back(random_direction(random));
+  std::vector<Words> in(6);
+  for (const auto& n : normals) {
+    const auto a = random_direction(random);
+    for (std::size_t k = 0; k < 3; ++k) {
+      in[k].push_back(as_word(n[k]));
+      in[3 + k].push_back(as_word(a[k]));
+    }
+  }
+  const auto out = Probe("surface").run("probe_basis", in, 15);
+  for (std::size_t i = 0; i < normals.size(); ++i) {
+    const Vec x = vec(out, 0, i), y = vec(out, 3, i), z = vec(out, 6, i), a = vec(in, 3, i);
+    for (std::size_t k = 0; k < 3; ++k) ASSERT_EQ(as_float(out[6 + k][i]), normals[i][k]);
+    ASSERT_NEAR(double(dot(x, y)), 0, 5e-7) << i;
+    ASSERT_NEAR(double(dot(x, z)), 0, 5e-7) << i;
+    ASSERT_NEAR(double(dot(y, z)), 0, 5e-7) << i;
+    ASSERT_NEAR(double(length(x)), 1, 5e-7) << i;
+    ASSERT_NEAR(double(length(y)), 1, 5e-7) << i;
+    ASSERT_NEAR(double(dot(cross(x, y), z)), 1, 1e-6) << i;
+    const Vec local = vec(out, 9, i), world = vec(out, 12, i);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec axis[] = {x, y, z};
+      ASSERT_NEAR(double(local[k]), double(dot(axis[k], a)), 3e-7) << i;
+      ASSERT_NEAR(double(world[k]), double(a[0] * x[k] + a[1] * y[k] + a[2] * z[k]), 3e-7) << i;
+    }
+  }
+}
+
+TEST(Surface, vertex_normals_are_interpolated_and_give_way_to_the_triangles_own_where_they_are_unusable) {
+  const auto normals = [](std::array<float, 9> n) {
+    return TriangleNormals{.n0_x = n[0], .n0_y = n[1], .n0_z = n[2], .n1_x = n[3], .n1_y = n[4], .n1_z = n[5],
+                           .n2_x = n[6], .n2_y = n[7], .n2_z = n[8], .pad0 = 0, .pad1 = 0, .pad2 = 0, .pad3 = 0,
+                           .pad4 = 0, .pad5 = 0, .pad6 = 0};
+  };
+  const float nan = as_float(0x7fc00000U);
+  const std::vector<TriangleNormals> records{
+      normals({0, 0, 1, 0.6F, 0, 0.8F, 0, 0.6F, 0.8F}),  // ordinary
+      normals({1, 0, 0, -1, 0, 0, -1, 0, 0}),            // cancel at u + v = 1/2
+      normals({0, 0, -1, 0, 0, -1, 0, 0, -1}),           // behind
+      normals({nan, nan, nan, 0, 0, 1, 0, 0, 1}),        // what a zero normal makes after normalising
+      normals({0, 0, 0, 0, 0, 0, 0, 0, 0})};
+  const std::size_t count = records.size();
+  std::vector<Words> in(6, Words(count, 0));
+  for (std::size_t i = 0; i < count; ++i) {
+    in[0][i] = std::uint32_t(i);
+    in[1][i] = in[2][i] = as_word(0.25F);
+    in[5][i] = as_word(1.0F);  // n_geom = +z
+  }
+  const auto out = Probe("surface").buffer("triangle_normals", records).run("probe_shading_normal", in, 3);
+  const Vec sum{0.15L, 0.15L, 0.5L + 0.25L * 0.8L * 2};
+  for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(as_float(out[k][0]), double(sum[k] / length(sum)), 1e-7);
+  for (std::size_t i = 1; i < count; ++i) {
+    EXPECT_EQ(as_float(out[0][i]), 0) << i;
+    EXPECT_EQ(as_float(out[1][i]), 0) << i;
+    EXPECT_EQ(as_float(out[2][i]), 1) << i;
+  }
+}
+
+}  // namespace
+}  // namespace eikon::test
