@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Do two renders agree within their noise? A z-test on every block of 16 x 16 pixels and channel, from the variances
-that the files carry (variance.R, variance.G, variance.B: of the pixel's mean), with Sidak's correction for the number of
-tests. Exit code 0: no block differs significantly; 1: one does.
+"""Do two renders agree within their noise? A z-test on every block of 16 x 16 pixels and channel, with Sidak's
+correction for the number of tests, from the variances in the files (variance.R, .G, .B: of the pixel's mean).
+Exit code 0: no block differs significantly; 1: one does.
 
 The variance of a block's mean is the larger of what the files predict and what the spread of the pixel differences in
-the block shows: the estimate of a few batches or replicates is itself uncertain and misses rare bright paths.
+the block shows: the estimate of a few batches or replicates is itself uncertain and misses rare bright paths. Where
+both are zero (a plain background), differences up to the rounding of single-precision sums are allowed.
 
   ~/eikon-versus/bin/python tools/versus/blocks_compare.py out/cornell.exr out/mitsuba.exr
 """
@@ -41,15 +42,21 @@ def blocks(values, size):
     return cut.transpose(0, 2, 1, 3, 4).reshape(rows, columns, size * size, 3)
 
 
-def block_z(difference, variance, size):
+# Relative error allowed to a mean that the other renderer summed in single precision.
+ROUNDING = 2.0 ** -19
+
+
+def block_z(test, reference, variance, size):
     """z of each block's mean difference, (rows, columns, 3); blocks that are equal have z = 0."""
-    d = blocks(difference, size)
+    d = blocks(test - reference, size)
     count = size * size
     seen = d.var(axis=2, ddof=1) / count
     predicted = np.zeros_like(seen) if variance is None else blocks(variance, size).sum(axis=2) / count ** 2
-    sigma = np.sqrt(np.maximum(seen, predicted))
+    rounding = ROUNDING * np.abs(blocks(reference, size)).mean(axis=2)
+    sigma = np.sqrt(np.maximum(seen, predicted) + rounding ** 2)
     mean = d.mean(axis=2)
-    return np.divide(mean, sigma, out=np.where(mean == 0, 0.0, np.inf * np.sign(mean)), where=sigma > 0)
+    certain = np.where(mean == 0, 0.0, np.copysign(np.inf, mean))
+    return np.divide(mean, sigma, out=certain, where=sigma > 0)
 
 
 def p_values(z):
@@ -75,7 +82,7 @@ def main():
         sys.exit(f"sizes differ: {test.shape[1]}x{test.shape[0]} and {reference.shape[1]}x{reference.shape[0]}")
     known = [v for v in (test_variance, reference_variance) if v is not None]
     variance = sum(known) if known else None
-    z = block_z(test - reference, variance, arguments.block)
+    z = block_z(test, reference, variance, arguments.block)
     p = p_values(z)
     worst = np.unravel_index(np.argmin(p), p.shape)
     corrected = sidak(p[worst], p.size)

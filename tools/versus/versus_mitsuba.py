@@ -84,7 +84,7 @@ def main():
     # Each round has its own seed, so the mean over rounds is the better image and the rounds give Mitsuba's variance.
     eikon, mitsuba = np.mean(images["eikon"], axis=0), np.mean(images["mitsuba"], axis=0)
     variance = np.mean(variances, axis=0) / len(variances) + np.var(images["mitsuba"], axis=0, ddof=1) / len(variances)
-    z = blocks_compare.block_z(eikon - mitsuba, variance, 16)
+    z = blocks_compare.block_z(eikon, mitsuba, variance, 16)
     p = blocks_compare.sidak(blocks_compare.p_values(z).min(), z.size)
     result = {
         "scene": arguments.scene, "size": list(arguments.size), "spp": arguments.spp, "max_depth": arguments.max_depth,
