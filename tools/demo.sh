@@ -11,7 +11,7 @@ cmake -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DEIKON_TESTS=O
 cmake --build "$build" --target eikon
 mkdir -p "$root/out"
 "$build/eikon" render "$root/scenes/cornell.gltf" -o "$root/out/cornell.exr" --png "$root/out/cornell.png" \
-  --size 512x512 --spp 256 "$@"
+  --exposure 1 --size 512x512 --spp 256 "$@"
 echo
 echo "The picture: $root/out/cornell.png"
 echo "The image:   $root/out/cornell.exr"

@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """Writes a dense mesh: bumpy terrain and three bumpy spheres under a sky, with a lamp. The same bytes for the same
 arguments. Needs numpy (Debian: python3-numpy).
