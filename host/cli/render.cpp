@@ -89,6 +89,7 @@ Metadata describe(const Prepared& prepared, const RenderReport& report, const Pr
   for (const DeviceReport& device : report.devices)
     devices += fmt::format("{}{} ({})", devices.empty() ? "" : "; ", device.info.name, device.info.driver);
   metadata.strings["devices"] = devices;
+  metadata.strings["arithmetic"] = report.arithmetic();
   metadata.numbers["replicates"] = double(1U << settings.replicate_bits);
   metadata.numbers["seed"] = settings.seed;
   metadata.numbers["maxDepth"] = settings.max_depth;
@@ -181,6 +182,8 @@ ExitCode render_command(RenderOptions options) {
              prepared.settings.crop.height(), report.samples, report.render_s, 1e-6 * rate);
   if (error.known) fmt::print("predicted relMSE {:.3e} (95 %: {:.3e} to {:.3e})\n", error.relmse, error.lo, error.hi);
   else fmt::print("predicted relMSE unknown: it takes two samples per pixel\n");
+  if (report.arithmetic() != "exact" && !options.quiet)
+    fmt::print(stderr, "eikon: arithmetic {}: other devices may give other bits; see `eikon selftest`\n", report.arithmetic());
   const bool rejected = report.nonfinite + report.saturated > 0;
   if (rejected) fmt::print(stderr, "eikon: {}\n", rejected_line(report));
   if (report.interrupted) {

@@ -67,7 +67,7 @@ void print_stage_table(const RenderReport& report) {
 //   "rejected_samples": n, "interrupted": bool, "features": "..", "triangles": n, "geometry_bytes": n,
 //   "seconds": {"load", "build", "compile", "upload", "render", "write", "first_sample", "total"},
 //   "scene": {"path", "hash"}, "size": [w, h], "sample_range": [a, b], "seed": n,
-//   "devices": [{"index", "name", "driver", "layout", "lanes", "samples", "units", "device_bytes", "seconds",
+//   "devices": [{"index", "name", "driver", "arithmetic", "layout", "lanes", "samples", "units", "device_bytes", "seconds",
 //                "compile_seconds", "upload_seconds"}],
 //   "stages": [{"device", "stage", "launches", "items", "bytes", "seconds", "seconds_min", "seconds_max"}]
 // }
@@ -97,6 +97,7 @@ void write_stats(const std::filesystem::path& path, const RenderReport& report, 
   stats["stages"] = json::array();
   for (const DeviceReport& device : report.devices) {
     stats["devices"].push_back({{"index", device.info.index}, {"name", device.info.name}, {"driver", device.info.driver},
+                                {"arithmetic", device.arithmetic.name()},
                                 {"layout", device.config.layout}, {"lanes", device.config.lanes}, {"samples", device.samples},
                                 {"units", device.units}, {"device_bytes", device.device_bytes}, {"seconds", device.busy_s},
                                 {"compile_seconds", device.compile_s}, {"upload_seconds", device.upload_s}});

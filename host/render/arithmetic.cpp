@@ -27,10 +27,14 @@ bool ArithmeticClass::exact() const { return hash == kExact; }
 std::string ArithmeticClass::name() const { return exact() ? "exact" : fmt::format("other-{:08x}", hash); }
 
 ArithmeticClass probe_arithmetic(Device& device, std::uint32_t lanes, bool optimise) {
+  return probe_arithmetic(device, device.build(kernel_text("arithmetic.cl"), probe_options(lanes, optimise)));
+}
+
+ArithmeticClass probe_arithmetic(Device& device, const Program& program) {
   Arguments arguments;
   const Buffer out = device.allocate(4 * EK_ARITHMETIC_WORDS);
   arguments.set("arithmetic_out", out);
-  Kernel kernel = device.build(kernel_text("arithmetic.cl"), probe_options(lanes, optimise)).kernel("arithmetic");
+  Kernel kernel = program.kernel("arithmetic");
   kernel.bind(arguments);
   device.run(kernel, 1, 1);
   std::uint32_t hash = 2166136261U;  // FNV-1a over the words

@@ -16,7 +16,9 @@ struct ArithmeticClass {
   bool operator==(const ArithmeticClass&) const = default;
 };
 
-/// Runs the probe of kernels/arithmetic.cl, compiled `lanes` wide. throws DeviceError
+/// Runs the probe of kernels/arithmetic.cl, which `program` holds. throws DeviceError
+ArithmeticClass probe_arithmetic(Device& device, const Program& program);
+/// The same, compiled on its own, `lanes` wide.
 ArithmeticClass probe_arithmetic(Device& device, std::uint32_t lanes, bool optimise = true);
 
 /// Compares record sizes and offsets with the host's. throws InternalError naming the first that differs.

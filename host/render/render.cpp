@@ -6,6 +6,7 @@
 #include <condition_variable>
 #include <exception>
 #include <mutex>
+#include <set>
 #include <thread>
 
 #include "core/error.h"
@@ -62,6 +63,7 @@ void drive(const DeviceInfo& info, const Job& job, Shared& shared, DeviceReport&
   device.profiler().keep_spans(job.execution.keep_spans);
   Wavefront wavefront(device, job.scene, job.features, job.settings, job.execution);
   report.config = wavefront.config();
+  report.arithmetic = wavefront.arithmetic();
   report.device_bytes = wavefront.device_bytes();
   const double begin = host_seconds();
   while (!shared.should_stop()) {
@@ -94,6 +96,15 @@ void thread_main(const DeviceInfo& info, const Job& job, Shared& shared, DeviceR
 }
 
 }  // namespace
+
+std::string RenderReport::arithmetic() const {
+  std::set<std::string> classes;
+  for (const DeviceReport& device : devices)
+    if (device.units > 0) classes.insert(device.arithmetic.name());
+  std::string text;
+  for (const std::string& name : classes) text += (text.empty() ? "" : ", ") + name;
+  return text;
+}
 
 RenderOutput render(const Scene& scene, const Settings& settings, const Execution& execution,
                     const std::atomic<bool>& stop, const ProgressCallback& progress) {

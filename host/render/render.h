@@ -16,6 +16,7 @@ namespace eikon {
 struct DeviceReport {
   DeviceInfo info;
   WavefrontConfig config;
+  ArithmeticClass arithmetic;
   std::uint64_t samples = 0, units = 0, device_bytes = 0;
   double compile_s = 0, upload_s = 0, busy_s = 0;  // busy: from its first unit to its last
   std::map<std::string, StageTotals> stages;
@@ -23,6 +24,9 @@ struct DeviceReport {
 };
 
 struct RenderReport {
+  /// The arithmetic classes of the devices that took part, "exact" or "exact, other-1a2b3c4d".
+  [[nodiscard]] std::string arithmetic() const;
+
   std::vector<DeviceReport> devices;
   RayCounts rays;
   std::uint64_t samples = 0;                  // finished, rejected ones included

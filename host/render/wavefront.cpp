@@ -46,6 +46,7 @@ struct Wavefront::Impl {
   Arguments arguments;
   std::map<std::string, Kernel> kernels;
   Buffer frame_buffer, pixels_buffer, state_buffer, counts_buffer, slots_buffer, sums_buffer, rejected_buffer, diagnostics_buffer;
+  ArithmeticClass arithmetic;
   std::uint64_t bytes = 0;
   double upload_s = 0;
 
@@ -63,6 +64,7 @@ struct Wavefront::Impl {
     compile(features, execution);
     upload();
     for (auto& [name, kernel] : kernels) kernel.bind(arguments);
+    warm_up();
   }
 
   void compile(const Features& features, const Execution& execution) {
@@ -81,7 +83,9 @@ struct Wavefront::Impl {
 #define EK_STAGE(name) stages.push_back(#name);
 #include "shared/stages.def"
     for (const std::string& stage : stages) text += kernel_text("stages/" + stage + ".cl");
+    text += kernel_text("arithmetic.cl");
     const Program program = device.build(text, options);
+    arithmetic = probe_arithmetic(device, program);
     for (const std::string& stage : stages) {
       const bool needed = stage == "miss" ? has_environment : stage == "shadow" ? has_shadow : stage == "compact" ? !config.chunked : true;
       if (needed) kernels[stage] = program.kernel(stage);
@@ -148,6 +152,14 @@ struct Wavefront::Impl {
     arguments.set("depth", 1U);
     device.finish();
     upload_s = host_seconds() - begin;
+  }
+
+  /// Launches every kernel once on a unit without paths: some drivers make machine code at the first launch, and that is
+  /// compiling, not rendering.
+  void warm_up() {
+    device.write(frame_buffer, &frame, sizeof frame);
+    for (const auto& [name, kernel] : kernels) device.run(kernel, 1, config.chunked ? 1 : kGroup);
+    device.finish();
   }
 
   /// Launches a stage over paths, if this scene needs it: a work-item per chunk, or one for each of `most` queue entries.
@@ -283,6 +295,7 @@ Wavefront::Wavefront(Device& device, const PackedScene& scene, const Features& f
 Wavefront::~Wavefront() = default;
 
 const WavefrontConfig& Wavefront::config() const { return impl_->config; }
+ArithmeticClass Wavefront::arithmetic() const { return impl_->arithmetic; }
 double Wavefront::upload_s() const { return impl_->upload_s; }
 std::uint64_t Wavefront::device_bytes() const { return impl_->bytes; }
 

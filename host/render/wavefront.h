@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "device/device.h"
+#include "render/arithmetic.h"
 #include "render/pack.h"
 #include "render/settings.h"
 #include "render/units.h"
@@ -59,6 +60,8 @@ class Wavefront {
   ~Wavefront();
 
   [[nodiscard]] const WavefrontConfig& config() const;
+  /// What this device's arithmetic was found to be, with the program that renders.
+  [[nodiscard]] ArithmeticClass arithmetic() const;
   [[nodiscard]] double upload_s() const;
   [[nodiscard]] std::uint64_t device_bytes() const;
 
