@@ -164,7 +164,8 @@ Accessor check_accessor(const Place& place, const std::vector<View>& views) {
     }
     accessor.data = check_range(place, view, accessor.count, accessor.stride_bytes, element_bytes);
   } else if (accessor.count > kMaxZeroCount) {
-    place.fail(fmt::format("{} elements without a bufferView; at most {} are accepted", accessor.count, kMaxZeroCount));
+    place.refuse(fmt::format("{} elements of zeros without a bufferView, at most {} are read; give it one",
+                             accessor.count, kMaxZeroCount));
   }
   check_sparse(place, views, element_bytes, accessor);
   return accessor;
@@ -183,7 +184,8 @@ Buffers::Buffers(Json& document, const Container& container, const std::filesyst
     std::span<const std::byte> bytes;
     try {
       if (auto uri = list[i].find("uri"); uri == list[i].end()) {
-        if (i != 0 || !container.has_binary) throw InputError("has neither a URI nor the binary chunk of a .glb");
+        if (i != 0 || !container.has_binary)
+          throw InputError("has neither a URI nor the binary chunk of a .glb; export the file again");
         bytes = container.binary;
       } else if (auto& text = uri->get_ref<std::string&>(); text.starts_with("data:")) {
         decoded_.push_back(decode_data_uri(text));
@@ -202,10 +204,11 @@ Buffers::Buffers(Json& document, const Container& container, const std::filesyst
           throw InputError(fmt::format("the files add up to more than the memory, {} bytes", memory));
       }
     } catch (const InputError& e) {
-      place.fail(e.what());
+      place.refuse(e.what());
     }
     if (length > bytes.size()) {
-      place.fail(fmt::format("'byteLength' is {}, but there are only {} bytes: truncated?", length, bytes.size()));
+      place.refuse(fmt::format("'byteLength' is {}, but there are only {} bytes; truncated? Copy the file again",
+                               length, bytes.size()));
     }
     views_.push_back(bytes.first(length));
   }

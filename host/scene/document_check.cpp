@@ -69,7 +69,7 @@ void check_index_map(const Place& place, std::size_t count, std::string_view tar
 void check_asset(const Json& document) {
   const Place root{.value = document, .kind = "document"};
   const Json* asset = as_object(root, "asset");
-  if (asset == nullptr) root.fail("'asset' with the glTF version is missing; is this a glTF file?");
+  if (asset == nullptr) root.refuse("'asset' with the glTF version is missing; is this a glTF file?");
   const Place place{.value = *asset, .kind = "asset"};
   check_string(place, "version");
   check_string(place, "minVersion");
@@ -77,10 +77,10 @@ void check_asset(const Json& document) {
   if (version == nullptr) place.fail("'version' is missing");
   const auto& text = version->get_ref<const std::string&>();
   if (!text.starts_with("2."))
-    place.fail("glTF version " + in_quotes(text) + " is not 2.x; convert the file to glTF 2.0");
+    place.refuse("glTF version " + in_quotes(text) + " is not 2.x; convert the file to glTF 2.0");
   const Json* minimum = member(*asset, "minVersion");
   if (minimum != nullptr && minimum->get_ref<const std::string&>() != "2.0") {
-    place.fail("needs glTF " + in_quotes(minimum->get_ref<const std::string&>()) + "; eikon reads 2.0");
+    place.refuse("needs glTF " + in_quotes(minimum->get_ref<const std::string&>()) + "; eikon reads 2.0");
   }
 }
 
@@ -99,8 +99,8 @@ void check_extensions_required(const Json& document) {
   for (const Json& name : *required) {
     const auto& text = name.get_ref<const std::string&>();
     if (std::find(kSupportedExtensions.begin(), kSupportedExtensions.end(), text) == kSupportedExtensions.end()) {
-      root.fail("requires the extension " + in_quotes(text) +
-                ", which this version of eikon does not have; export without it");
+      root.refuse("requires the extension " + in_quotes(text) +
+                  ", which this version of eikon does not have; export without it");
     }
   }
 }
@@ -218,7 +218,7 @@ void check_cameras(const Json& document) {
     }
     const double yfov = as_number(place, "yfov").value_or(0), aspect = as_number(place, "aspectRatio").value_or(1);
     if (!(yfov > 0 && yfov < kPi)) place.fail("'yfov' is missing or not between 0 and pi radians");
-    if (!(aspect > 0)) place.fail(fmt::format("'aspectRatio' {:g} is not positive; leave it out for any", aspect));
+    if (!(aspect > 0)) place.refuse(fmt::format("'aspectRatio' {:g} is not positive; leave it out for any", aspect));
     for (const char* number : {"znear", "zfar"}) as_number(place, number);
   });
 }

@@ -82,7 +82,9 @@ std::string Place::label() const {
   return parent == nullptr ? own : parent->label() + ", " + own;
 }
 
-void Place::fail(const std::string& what) const { throw InputError(label() + ": " + what); }
+void Place::fail(const std::string& what) const { refuse(what + "; not valid glTF 2.0, export the file again"); }
+
+void Place::refuse(const std::string& what) const { throw InputError(label() + ": " + what); }
 
 const Json* member(const Json& object, const char* key) {
   if (!object.is_object()) return nullptr;

@@ -26,8 +26,10 @@ struct Place {
 
   /// "node 'lamp'", "mesh 'box', primitive 2"
   [[nodiscard]] std::string label() const;
-  /// InputError("<label>: <what>").
+  /// throws InputError("<label>: <what>") and, as nothing but the file is to blame, the advice to export it again.
   [[noreturn]] void fail(const std::string& what) const;
+  /// throws InputError("<label>: <what>"), where `what` says what to try.
+  [[noreturn]] void refuse(const std::string& what) const;
 };
 
 /// The member `key` of an object, or null when it is absent.

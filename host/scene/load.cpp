@@ -26,25 +26,33 @@ namespace {
 constexpr std::uint64_t kMaxFileBytes = std::uint64_t{1} << 34U;
 constexpr std::size_t kUnread = ~std::size_t{0};
 
-// World positions are what is rendered. The bound of a whole mesh is nearly always enough; else each vertex is asked.
-void check_world_positions(const Mesh& mesh, const Node& node, const std::string& node_name) {
+/// The largest absolute coordinates of a mesh, per axis.
+glm::dvec3 extent_of(const Mesh& mesh) {
+  glm::dvec3 extent{0.0};
   for (const Primitive& primitive : mesh.primitives) {
-    glm::dvec3 extent{0.0};
     for (const glm::vec3& p : primitive.positions_object) extent = glm::max(extent, glm::abs(glm::dvec3(p)));
-    const glm::dmat4& m = node.world_from_object;
-    bool safe = true;
-    for (int row = 0; row < 3; ++row) {
-      safe = safe && std::abs(m[0][row]) * extent.x + std::abs(m[1][row]) * extent.y + std::abs(m[2][row]) * extent.z +
-                             std::abs(m[3][row]) <=
-                         kMaxCoordinate;
-    }
-    if (safe) continue;
+  }
+  return extent;
+}
+
+// World positions are what is rendered. The bound of a whole mesh is nearly always enough; else each vertex is asked.
+void check_world_positions(const Mesh& mesh, const glm::dvec3& extent, const glm::dmat4& m,
+                           const std::string& node_name) {
+  bool safe = true;
+  for (int row = 0; row < 3; ++row) {
+    safe = safe && std::abs(m[0][row]) * extent.x + std::abs(m[1][row]) * extent.y + std::abs(m[2][row]) * extent.z +
+                           std::abs(m[3][row]) <=
+                       kMaxCoordinate;
+  }
+  if (safe) return;
+  for (const Primitive& primitive : mesh.primitives) {
     for (std::size_t i = 0; i < primitive.positions_object.size(); ++i) {
       const glm::dvec4 p = m * glm::dvec4(primitive.positions_object[i], 1.0);
       for (int axis = 0; axis < 3; ++axis) {
         if (std::abs(p[axis]) <= kMaxCoordinate) continue;
         throw InputError(
-            fmt::format("{}: vertex {} of its mesh lands at {} = {:g}, beyond 2^40 m, the largest coordinate",
+            fmt::format("{}: vertex {} of its mesh lands at {} = {:g}, beyond 2^40 m, the largest "
+                        "coordinate; scale the scene down",
                         node_name, i, "xyz"[axis], p[axis]));
       }
     }
@@ -190,7 +198,11 @@ void fill_scene(const tinygltf::Model& model, const Json& document, const std::v
   MeshReader reader(
       model, document, accessors, [&](int index) { return materials.use(index); }, notes);
   reader.check_memory(mesh_order);
-  for (const std::size_t mesh : mesh_order) scene.meshes.push_back(reader.read(mesh));
+  std::vector<glm::dvec3> extents;
+  for (const std::size_t mesh : mesh_order) {
+    scene.meshes.push_back(reader.read(mesh));
+    extents.push_back(extent_of(scene.meshes.back()));
+  }
 
   for (const PlacedNode& placed : placed_nodes) {
     const tinygltf::Node& source = model.nodes[placed.node];
@@ -203,7 +215,8 @@ void fill_scene(const tinygltf::Model& model, const Json& document, const std::v
     node.mesh = static_cast<std::uint32_t>(new_index[static_cast<std::size_t>(source.mesh)]);
     const glm::dmat3 linear(node.world_from_object);
     node.mirrored = glm::determinant(linear) < 0;
-    check_world_positions(scene.meshes[node.mesh], node, node_label(model, placed.node));
+    check_world_positions(scene.meshes[node.mesh], extents[node.mesh], node.world_from_object,
+                          node_label(model, placed.node));
     scene.nodes.push_back(std::move(node));
   }
 }

@@ -60,7 +60,7 @@ struct Unsupported {
 
 struct Scene {
   std::filesystem::path path;
-  std::string hash;                   // of the file and the buffers it names: 16 hex digits
+  std::string hash;                   // XXH64 of the file and the buffers it names: 16 hex digits
   std::vector<Mesh> meshes;
   std::vector<Node> nodes;
   std::vector<Material> materials;    // at least one (glTF's default) when any primitive needs it
