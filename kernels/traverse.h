@@ -18,8 +18,9 @@ EK_FN int traverse_one(Geometry geometry, const RayOne* ray, const int any_hit, 
   return traverse_none(geometry, ray, any_hit, hit);
 }
 
-// The closest hit with t > 0 of each ray in the first `count` lanes; the other lanes' results mean nothing.
-EK_FN HitLanes closest_hit(constant Frame* frame, Geometry geometry, v3 origin, v3 dir, uint count) {
+// The closest hit with t > 0 of each ray in the first `count` lanes; the other lanes' results mean nothing. coherent: the rays
+// are neighbours, as camera rays are, and tracing them together may pay; it does not change the hits.
+EK_FN HitLanes closest_hit(constant Frame* frame, Geometry geometry, v3 origin, v3 dir, uint count, int coherent) {
   RayTable rays;
   ray_store(&rays, ray_lanes(frame, origin, dir));
   float t[EK_WIDTH] __attribute__((aligned(4 * EK_WIDTH))), u[EK_WIDTH] __attribute__((aligned(4 * EK_WIDTH))),
@@ -39,7 +40,7 @@ EK_FN HitLanes closest_hit(constant Frame* frame, Geometry geometry, v3 origin, 
 }
 
 // Whether anything lies in 0 < t < t_max on each ray in the first `count` lanes.
-EK_FN vi occluded(constant Frame* frame, Geometry geometry, v3 origin, v3 dir, vf t_max, uint count) {
+EK_FN vi occluded(constant Frame* frame, Geometry geometry, v3 origin, v3 dir, vf t_max, uint count, int coherent) {
   RayTable rays;
   ray_store(&rays, ray_lanes(frame, origin, dir));
   float end[EK_WIDTH] __attribute__((aligned(4 * EK_WIDTH)));

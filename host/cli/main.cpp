@@ -28,6 +28,7 @@ int run(int argc, char** argv) {
   eikon::add_devices(app, chosen);
   eikon::add_compare(app, chosen);
   eikon::add_selftest(app, chosen);
+  eikon::add_bench(app, chosen);
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& success) {

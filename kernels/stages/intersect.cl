@@ -13,7 +13,7 @@ kernel void intersect(constant Frame* frame, global uint* path_state, global con
   EK_FOR_EACH(slot, count, queue_rays + (depth & 1) * EK_CHUNK) {
     const uint lanes = EK_CHUNKED ? min(count - slot, (uint)EK_WIDTH) : 1u;
     const HitLanes hit = closest_hit(frame, geometry, state_3(state, FIELD_origin_x, slot),
-                                     state_3(state, FIELD_dir_x, slot), lanes);
+                                     state_3(state, FIELD_dir_x, slot), lanes, depth == 1);
     state_set_f(state, FIELD_hit_t, slot, hit.t);
     state_set_f(state, FIELD_hit_u, slot, hit.u);
     state_set_f(state, FIELD_hit_v, slot, hit.v);

@@ -69,7 +69,7 @@ TEST(TraverseEmbree, the_same_hits_within_its_precision) {
       for (float& x : ray.d) x = unit(random);
     }
     const EmbreeScene scene(soup);
-    TraverseProbe probe(device, soup, {"bvh8", 16, false});
+    TraverseProbe probe(device, soup, {"bvh8"});
     const auto hits = probe.closest(rays);
     std::size_t agree = 0, hit_count = 0;
     for (std::size_t i = 0; i < rays.size(); ++i) {

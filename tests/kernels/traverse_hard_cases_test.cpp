@@ -62,7 +62,7 @@ TEST(TraverseHard, G1_no_ray_leaves_a_closed_bumpy_sphere) {
   Device device = cpu_device();
   const BumpySphere scene({0, 0, 0});
   for (const char* layout : kLayouts) {
-    TraverseProbe probe(device, scene.soup, {layout, 16, false});
+    TraverseProbe probe(device, scene.soup, {layout});
     EXPECT_EQ(misses(probe.closest(scene.rays)), 0U) << layout;
     const auto blocked = probe.any(scene.rays);
     EXPECT_TRUE(std::all_of(blocked.begin(), blocked.end(), [](bool b) { return b; })) << layout;
@@ -73,7 +73,7 @@ TEST(TraverseHard, G2_nor_far_from_the_origin) {
   Device device = cpu_device();
   const BumpySphere scene({148376, 1234, -223423});
   for (const char* layout : kLayouts) {
-    TraverseProbe probe(device, scene.soup, {layout, 16, false});
+    TraverseProbe probe(device, scene.soup, {layout});
     EXPECT_EQ(misses(probe.closest(scene.rays)), 0U) << layout;
   }
 }
@@ -91,7 +91,7 @@ TEST(TraverseHard, G9_a_scene_times_a_power_of_two_gives_scaled_hits_to_the_bit)
     if (i % 5 == 0) std::copy_n(&soup[9 * (i % 500)], 3, rays[i].o.begin());  // from a vertex
   }
   for (const char* layout : kLayouts) {
-    const auto expected = TraverseProbe(device, soup, {layout, 16, false}).closest(rays);
+    const auto expected = TraverseProbe(device, soup, {layout}).closest(rays);
     for (const int k : {-20, -1, 7, 20}) {
       Soup scaled = soup;
       for (float& x : scaled) x = std::ldexp(x, k);
@@ -103,7 +103,7 @@ TEST(TraverseHard, G9_a_scene_times_a_power_of_two_gives_scaled_hits_to_the_bit)
       for (auto& ray : shadow) {
         for (float& x : ray.d) x = std::ldexp(x, k);
       }
-      TraverseProbe probe(device, scaled, {layout, 16, false});
+      TraverseProbe probe(device, scaled, {layout});
       const auto far = probe.closest(camera), segment = probe.closest(shadow);
       std::size_t different = 0;
       for (std::size_t i = 0; i < rays.size(); ++i) {
@@ -145,7 +145,7 @@ TEST(TraverseHard, G10_zero_components_hit_what_the_limit_ray_hits) {
     }
   }
   for (const char* layout : kLayouts) {
-    TraverseProbe probe(device, soup, {layout, 16, false});
+    TraverseProbe probe(device, soup, {layout});
     const auto expected = probe.closest(positive);
     EXPECT_EQ(misses(expected), 0U) << layout;
     const auto other_zero = probe.closest(negative), near_limit = probe.closest(limit);
@@ -174,7 +174,7 @@ TEST(TraverseHard, G10_rays_within_the_plane_of_a_wall_end_and_report_finite_hit
     }
   }
   for (const char* layout : kLayouts) {
-    TraverseProbe probe(device, soup, {layout, 16, false});
+    TraverseProbe probe(device, soup, {layout});
     for (const ProbeHit& hit : probe.closest(rays)) EXPECT_FALSE(std::isnan(hit.t) || std::isnan(hit.u) || std::isnan(hit.v));
   }
 }
@@ -201,8 +201,8 @@ TEST(TraverseHard, G11_degenerate_triangles_are_never_hit_and_change_nothing) {
     rays.push_back(ray);
   }
   for (const char* layout : kLayouts) {
-    const auto expected = TraverseProbe(device, clean, {layout, 16, false}).closest(rays);
-    const auto hits = TraverseProbe(device, dirty, {layout, 16, false}).closest(rays);
+    const auto expected = TraverseProbe(device, clean, {layout}).closest(rays);
+    const auto hits = TraverseProbe(device, dirty, {layout}).closest(rays);
     for (std::size_t i = 0; i < rays.size(); ++i) EXPECT_EQ(std::memcmp(&hits[i], &expected[i], sizeof hits[i]), 0) << layout;
   }
 }
@@ -229,7 +229,7 @@ TEST(TraverseHard, G13_needles_are_hit_as_often_as_their_area_says) {
     ray.o = {unit(random), unit(random), 1};
     ray.d = {0, 0, -1};
   }
-  TraverseProbe probe(device, soup, {"bvh8", 16, false});
+  TraverseProbe probe(device, soup, {"bvh8"});
   const double expected = area / 9.0, count = static_cast<double>(rays.size());
   const double found = 1.0 - static_cast<double>(misses(probe.closest(rays))) / count;
   EXPECT_NEAR(found, expected, 4 * std::sqrt(expected / count));
@@ -248,7 +248,7 @@ TEST(TraverseHard, G14_of_coincident_triangles_the_lowest_index_wins) {
     for (float& d : ray.d) d = unit(random);
   }
   for (const char* layout : kLayouts) {
-    const auto hits = TraverseProbe(device, soup, {layout, 16, false}).closest(rays);
+    const auto hits = TraverseProbe(device, soup, {layout}).closest(rays);
     EXPECT_EQ(misses(hits), 0U) << layout;
     EXPECT_TRUE(std::all_of(hits.begin(), hits.end(), [&](const ProbeHit& h) { return h.triangle < count; })) << layout;
   }
@@ -265,7 +265,7 @@ TEST(TraverseHard, G15_ten_thousand_copies_one_triangle_and_none) {
   miss.d = {0, 0, 1};
   for (const char* layout : kLayouts) {
     for (const Soup& soup : {copies, one, Soup{}}) {
-      TraverseProbe probe(device, soup, {layout, 16, false});
+      TraverseProbe probe(device, soup, {layout});
       const auto found = probe.closest({hit, miss});
       EXPECT_EQ(found[0].triangle, soup.empty() ? EK_NO_HIT : 0U) << layout;
       EXPECT_EQ(found[1].triangle, EK_NO_HIT) << layout;

@@ -48,50 +48,22 @@ class TraverseProbe {
     std::string layout = "bvh8";
     int width = 16;
     bool portable = false;  // without builtins of the host's processor
+    bool coherent = false;  // as camera rays are traced
   };
 
   TraverseProbe(Device& device, const std::vector<float>& soup, const Options& options)
-      : device_(device), accel_(build(soup, options.layout)) {
-    static const char* const source = R"(
-#include "traverse.h"
-#define PROBE_CHUNK 256
-#define ARGUMENTS constant Frame* frame, global const uint* accel_nodes, global const uint* accel_leaves, \
-                  global const Triangle* triangles, global const float* rays, global float* hits, uint ray_count, uint stride
-kernel void probe_closest(ARGUMENTS) {
-  const Geometry geometry = {accel_nodes, accel_leaves, triangles};
-  const uint begin = (uint)get_global_id(0) * PROBE_CHUNK, end = min(begin + PROBE_CHUNK, ray_count);
-  for (uint i = begin; i < end; i += EK_WIDTH) {
-    const v3 o = V3(load_f(rays + i), load_f(rays + stride + i), load_f(rays + 2 * stride + i));
-    const v3 d = V3(load_f(rays + 3 * stride + i), load_f(rays + 4 * stride + i), load_f(rays + 5 * stride + i));
-    const HitLanes hit = closest_hit(frame, geometry, o, d, min(end - i, (uint)EK_WIDTH));
-    store_f(hits + i, hit.t);
-    store_f(hits + stride + i, hit.u);
-    store_f(hits + 2 * stride + i, hit.v);
-    store_f(hits + 3 * stride + i, AS_F(hit.triangle));
-  }
-}
-kernel void probe_any(ARGUMENTS) {
-  const Geometry geometry = {accel_nodes, accel_leaves, triangles};
-  const uint begin = (uint)get_global_id(0) * PROBE_CHUNK, end = min(begin + PROBE_CHUNK, ray_count);
-  for (uint i = begin; i < end; i += EK_WIDTH) {
-    const v3 o = V3(load_f(rays + i), load_f(rays + stride + i), load_f(rays + 2 * stride + i));
-    const v3 d = V3(load_f(rays + 3 * stride + i), load_f(rays + 4 * stride + i), load_f(rays + 5 * stride + i));
-    const vi blocked = occluded(frame, geometry, o, d, load_f(rays + 6 * stride + i), min(end - i, (uint)EK_WIDTH));
-    store_f(hits + i, blocked ? (vf)(1.0f) : (vf)(0.0f));
-  }
-}
-)";
+      : device_(device), accel_(build(soup, options.layout)), coherent_(options.coherent) {
     ProgramOptions program;
     for (const char* name : {"bvh8", "bvh2", "none"}) {
       program.defines[std::string("EK_LAYOUT_") + name] = options.layout == name ? "1" : "0";
     }
     program.defines["EK_STACK_SIZE"] = std::to_string(accel_.stack_size);
     program.defines["EK_WIDTH"] = std::to_string(options.width);
-    program.defines["EK_CHUNKED"] = "1";
+    program.defines["EK_CHUNK"] = std::to_string(kChunk);
     if (options.portable) program.defines["EK_PORTABLE"] = "1";
-    const Program built = device.build(expand_includes(source, "traverse_probe.cl"), program);
-    closest_ = built.kernel("probe_closest");
-    any_ = built.kernel("probe_any");
+    const Program built = device.build(kernel_text("trace_rays.cl"), program);
+    closest_ = built.kernel("trace_closest");
+    any_ = built.kernel("trace_any");
 
     std::vector<Triangle> triangles(soup.size() / 9 + 1);
     for (std::size_t i = 0; i < soup.size() / 9; ++i) std::copy_n(&soup[9 * i], 9, &triangles[i].p0_x);
@@ -121,6 +93,8 @@ kernel void probe_any(ARGUMENTS) {
   [[nodiscard]] const Accel& accel() const { return accel_; }
 
  private:
+  static constexpr std::size_t kChunk = 256;
+
   static Accel build(const std::vector<float>& soup, const std::string& layout) {
     AccelOptions options;
     options.layout = layout;
@@ -142,13 +116,15 @@ kernel void probe_any(ARGUMENTS) {
     arguments_.set("hits", hits);
     arguments_.set("ray_count", static_cast<std::uint32_t>(rays.size()));
     arguments_.set("stride", static_cast<std::uint32_t>(stride));
+    arguments_.set("coherent", coherent_ ? 1U : 0U);
     kernel.bind(arguments_);
-    device_.run(kernel, (rays.size() + 255) / 256, 1, rays.size());
+    device_.run(kernel, (rays.size() + kChunk - 1) / kChunk, 1, rays.size());
     return device_.read_all<float>(hits);
   }
 
   Device& device_;
   Accel accel_;
+  bool coherent_;
   Arguments arguments_;
   Kernel closest_, any_;
 };

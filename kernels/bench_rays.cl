@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+// The rays of `bench rays`, made by the functions that render: one work-item for EK_WIDTH of them. Arrays as in trace_rays.cl.
+#include "light.h"
+#include "sampler.h"
+#include "surface.h"
+#include "warp.h"
+
+EK_FN void store_ray(global float* rays, uint stride, uint i, v3 origin, v3 dir, vf t_max) {
+  store_f(rays + i, origin.x);
+  store_f(rays + stride + i, origin.y);
+  store_f(rays + 2 * stride + i, origin.z);
+  store_f(rays + 3 * stride + i, dir.x);
+  store_f(rays + 4 * stride + i, dir.y);
+  store_f(rays + 5 * stride + i, dir.z);
+  store_f(rays + 6 * stride + i, t_max);
+}
+
+// Camera rays in 4 x 4 blocks of pixels; after the last pixel the picture begins anew. blocks_x: blocks per row; blocks: in all.
+kernel void bench_camera(constant Frame* frame, global float* rays, uint stride, uint blocks_x, uint blocks) {
+  const uint i = (uint)get_global_id(0) * EK_WIDTH;
+  const vu ray = (vu)(i) + LANE_INDEX, block = (ray >> 4) % blocks;
+  const vu x = (block % blocks_x) * 4u + (ray & 3u), y = (block / blocks_x) * 4u + ((ray >> 2) & 3u);
+  vf u, v;
+  sample_2d(hash_bits(ray), (vu)(0u), DIM_FILTER, &u, &v);
+  const v3 dir = add3(splat3(frame->camera_corner), add3(scale3(splat3(frame->camera_x), TO_F(AS_I(x)) + u),
+                                                         scale3(splat3(frame->camera_y), TO_F(AS_I(y)) + v)));
+  store_ray(rays, stride, i, splat3(frame->camera_origin), normalize3(dir), EK_INFINITY);
+}
+
+// From each hit a ray by the cosine, and a shadow ray to a light; in a scene without lights in any direction. A shadow ray with
+// t_max 0 is none; where nothing was hit, neither is one.
+kernel void bench_scatter(constant Frame* frame, global const Triangle* triangles, global const Light* lights,
+                          global const LightBucket* light_buckets, global const float* rays, global const float* hits,
+                          global float* diffuse_rays, global float* shadow_rays, uint stride) {
+  const uint i = (uint)get_global_id(0) * EK_WIDTH;
+  const vu hit = load_u((global const uint*)hits + 3 * stride + i);
+  const vi live = hit != EK_NO_HIT;
+  const Surface surface =
+      surface_at(load_triangle(triangles, live ? hit : (vu)(0u)), load_f(hits + stride + i), load_f(hits + 2 * stride + i));
+  const v3 dir = V3(load_f(rays + 3 * stride + i), load_f(rays + 4 * stride + i), load_f(rays + 5 * stride + i));
+  const v3 n = select3(dot3(surface.n_geom, dir) < 0.0f, surface.n_geom, neg3(surface.n_geom));
+  const Basis basis = basis_around(n);
+
+  const vu key = hash_bits((vu)(i) + LANE_INDEX);
+  vf u, v;
+  sample_2d(key, (vu)(0u), bounce_dimension(1, DIM_SCATTER), &u, &v);
+  const v3 scattered = to_world(basis, warp_cosine_hemisphere(u, v));
+  store_ray(diffuse_rays, stride, i, offset_ray_origin(surface.p, surface.p_error, n, scattered), scattered,
+            live ? EK_INFINITY : (vf)(0.0f));
+
+  if (frame->light_count > 0) {
+    vu a, b;
+    sample_2d_bits(key, (vu)(0u), bounce_dimension(1, DIM_LIGHT), &a, &b);
+    const LightSample light =
+        light_sample(lights, light_buckets, frame->light_count, frame->environment, basis, a, b);
+    const LightPath path = light_path(light, surface.p, surface.p_error, n);
+    const vi arrives = live & (path.pdf > 0.0f) & (dot3(path.wi, n) > 0.0f);
+    store_ray(shadow_rays, stride, i, path.origin, path.dir, arrives ? path.t_max : (vf)(0.0f));
+  } else {
+    const v3 away = warp_uniform_sphere(u, v);
+    store_ray(shadow_rays, stride, i, offset_ray_origin(surface.p, surface.p_error, n, away), away,
+              live ? EK_INFINITY : (vf)(0.0f));
+  }
+}
