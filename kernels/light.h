@@ -13,15 +13,6 @@ enum {
 #include "shared/features.def"
 };
 
-// (p1 - p0) x (p2 - p0), unit, off by some 2^-23 over the sine of the angle at p0. (Hits have a better one in the triangle's
-// record; a light's is full.) Exact under scaling by powers of two, for edges from 2^-60 to 2^60 m.
-EK_FN v3 light_normal(v3 p0, v3 p1, v3 p2) {
-  const v3 n = cross3(sub3(p1, p0), sub3(p2, p0));
-  // n is a squared length: its own square would leave the range of float. So scale by a power of two, which is exact.
-  const vu exponent = AS_U(max_component(abs3(n))) & 0x7f800000u;
-  return normalize3(scale3(n, AS_F(0x7f000000u - exponent)));
-}
-
 /// Weight of a strategy of density a against another of density b [Veach 1995, the power heuristic with exponent 2].
 /// In [0, 1], and the two weights add to 1, whatever the densities are: huge, both zero, infinite.
 EK_FN vf power_heuristic(vf a, vf b) {
@@ -109,7 +100,7 @@ EK_FN LightSample light_sample(global const Light* lights, global const LightBuc
   warp_triangle(choice.u, choice.v, &b1, &b2);
   const v3 p0 = V3(r.w0, r.w1, r.w2), p1 = V3(r.w3, r.w4, r.w5), p2 = V3(r.w6, r.w7, r.w8);
   s.p = triangle_point(p0, p1, p2, b1, b2, &s.p_error);
-  s.n = light_normal(p0, p1, p2);
+  s.n = triangle_normal(p0, p1, p2);
   s.wi = neg3(s.n);
   s.radiance = V3(r.w9, r.wa, r.wb);
   s.pdf = r.wc;

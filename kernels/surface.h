@@ -20,6 +20,16 @@ EK_FN TriangleLanes load_triangle(global const Triangle* triangles, vu i) {
   return t;
 }
 
+/// (p1 - p0) x (p2 - p0), unit, off by some 2^-23 over the sine of the angle at p0: for lights, whose records are full; hits
+/// have a better one in the triangle's record. Not finite where the floats' product vanishes. Exact under scaling by powers
+/// of two, for edges from 2^-60 to 2^60 m.
+EK_FN v3 triangle_normal(v3 p0, v3 p1, v3 p2) {
+  const v3 n = cross3(sub3(p1, p0), sub3(p2, p0));
+  // n is a squared length: its own square would leave the range of float. So scale by a power of two, which is exact.
+  const vu exponent = AS_U(max_component(abs3(n))) & 0x7f800000u;
+  return normalize3(scale3(n, AS_F(0x7f000000u - exponent)));
+}
+
 /// The point of weights 1 - u - v, u, v, and a bound on how far it is from the exact triangle, per axis.
 /// source  [Pharr, Jakob, Humphreys 2023, section 6.8.5], whose third weight comes without error; ours, 1 - u - v, adds
 ///         two roundings of 2^-25 of the first corner.
