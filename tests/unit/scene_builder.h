@@ -88,7 +88,8 @@ struct Builder {
   Builder() {
     json = Json::parse(R"({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}],
       "nodes": [{"name": "triangle", "mesh": 0}],
-      "materials": [{"name": "paint", "pbrMetallicRoughness": {"baseColorFactor": [0.5, 0.25, 0.125, 1], "metallicFactor": 0},
+      "materials": [{"name": "paint",
+                     "pbrMetallicRoughness": {"metallicFactor": 0, "baseColorFactor": [0.5, 0.25, 0.125, 1]},
                      "extensions": {"KHR_materials_specular": {"specularFactor": 0}}}],
       "extensionsUsed": ["KHR_materials_specular"]})");
     const std::size_t positions = add("VEC3", 5126, std::vector<float>{0, 0, 0, 1, 0, 0, 0, 1, 0}, 3);
