@@ -1,8 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-// <math.h> finds the kernels' file of that name first, which is not C++; cmath brings the C library's.
-#include <cmath>
-#define EK_MATH_H
-
 #include <ImfChannelList.h>
 #include <ImfDoubleAttribute.h>
 #include <ImfFrameBuffer.h>
@@ -19,6 +15,8 @@
 #include <concepts>
 #include <fstream>
 #include <memory>
+#include <tuple>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -177,7 +175,7 @@ FilmLayout film_layout(const std::filesystem::path& path, const Reader& reader, 
   return layout;
 }
 
-void read_sums(Imf::InputPart& part, Film& film) {
+void read_sums(const std::filesystem::path& path, Imf::InputPart& part, Film& film) {
   const FilmLayout& layout = film.layout();
   const Crop& crop = layout.crop;
   const std::size_t plane = std::size_t{crop.width()} * exr::kRowsPerBlock;
@@ -212,7 +210,12 @@ void read_sums(Imf::InputPart& part, Film& film) {
         for (std::uint32_t r = 0; r < layout.replicates; ++r) {
           for (std::uint32_t c = 0; c < layout.channels.size(); ++c) {
             const std::uint64_t w0 = take(), w1 = take(), w2 = take(), w3 = take();
-            film.set(x, y, r, c, static_cast<int128>(static_cast<std::int64_t>(w3 << 32 | w2)) << 64 | (w1 << 32 | w0));
+            const int128 sum = static_cast<int128>(static_cast<std::int64_t>(w3 << 32 | w2)) << 64 | (w1 << 32 | w0);
+            try {
+              film.set(x, y, r, c, sum);
+            } catch (const InputError&) {
+              refuse(path, fmt::format("the sum of pixel {},{} is beyond the film's range: the file is damaged", x, y));
+            }
           }
           const std::uint64_t low = take(), high = take();
           film.set_count(x, y, r, high << 32 | low);
@@ -238,7 +241,7 @@ Film read_film(const std::filesystem::path& path) {
       reader.check(i);
       Film film(film_layout(path, reader, i));
       Imf::InputPart part(reader.file(), i);
-      read_sums(part, film);
+      read_sums(path, part, film);
       return film;
     }
     refuse(path, "a plain picture without exact sums: render it with --samples, --crop or --checkpoint");

@@ -1,8 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-// <math.h> finds the kernels' file of that name first, which is not C++; cmath brings the C library's.
-#include <cmath>
-#define EK_MATH_H
-
 #include <ImfChannelList.h>
 #include <ImfChromaticitiesAttribute.h>
 #include <ImfDoubleAttribute.h>
@@ -19,6 +15,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <functional>
 #include <limits>
 #include <span>

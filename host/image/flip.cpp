@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include <array>
+#include <cerrno>
 #include <cmath>
 #include <csignal>
 #include <cstdio>
@@ -107,6 +108,10 @@ std::optional<double> flip(const Image& test, const Image& reference) {
   double mean = 0;
   if (std::sscanf(text->c_str() + at, "FLIP %lf", &mean) != 1 || !std::isfinite(mean)) return std::nullopt;
   return mean;
+}
+
+std::optional<double> flip(const std::filesystem::path& test, const std::filesystem::path& reference) {
+  return flip(read_exr(test), read_exr(reference));
 }
 
 }  // namespace eikon

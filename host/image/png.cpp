@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// <math.h> finds the kernels' file of that name first, which is not C++; cmath brings the C library's.
-#include <cmath>
-#define EK_MATH_H
-
 #include <algorithm>
+#include <cmath>
 
 #include <fmt/format.h>
 

@@ -103,7 +103,7 @@ class Film {
   [[nodiscard]] std::uint64_t samples(std::uint32_t x, std::uint32_t y) const;
 
   /// relMSE with eps 1e-2 in the denominator, over R, G, B and all pixels, as `compare` would find it against the truth;
-  /// film_error.cpp says what is assumed. About 0.1 us per pixel: for reports, not for every unit.
+  /// film_error.cpp says what is assumed. About 0.5 us per pixel: for reports, not for every unit.
   [[nodiscard]] PredictedError predicted_error() const;
 
  private:
