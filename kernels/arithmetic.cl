@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Arithmetic probe: what the operations and functions that decide images give on this device, folded into words that must
 // be the same everywhere. A driver that contracts, reorders or approximates shows here.
-//   arithmetic_out  EK_ARITHMETIC_WORDS words, written by one work-item
+//   arithmetic_out      EK_ARITHMETIC_WORDS words, written by one work-item
+//   arithmetic_records  64 records of 16 words, any bits: whether records arrive whole
 #include "sampler.h"
 #include "surface.h"
 #include "warp.h"
@@ -11,10 +12,12 @@ EK_FN vf arithmetic_operand(vu bits) {
   return AS_F((bits & 0x807fffffu) | ((111u + ((bits >> 23) & 31u)) << 23));
 }
 
-kernel void arithmetic(global uint* arithmetic_out) {
+kernel void arithmetic(global uint* arithmetic_out, global const uint* arithmetic_records) {
   for (uint i = 0; i < EK_ARITHMETIC_WORDS; i += EK_WIDTH) {
     const vu seed = (vu)(i) + LANE_INDEX;
     vu fold = hash_bits(seed);
+    const Rec r = rec16(arithmetic_records, fold & 63u);
+    fold = hash_bits(fold ^ AS_U(r.w0) ^ (AS_U(r.w1) << 1) ^ (AS_U(r.w7) << 2) ^ (AS_U(r.w8) << 3) ^ (AS_U(r.wf) << 4));
     for (uint round = 0; round < 16; ++round) {
       const vu key = hash_bits(seed * 64u + round);
       const vf a = arithmetic_operand(key), b = arithmetic_operand(hash_bits(key + 1u)), c = arithmetic_operand(hash_bits(key + 2u));
@@ -37,18 +40,18 @@ kernel void arithmetic(global uint* arithmetic_out) {
 
 // Sizes of the shared records and the offset of each one's last field, as this device lays them out.
 kernel void record_layout(global uint* layout_out) {
-  layout_out[0] = sizeof(Frame);
-  layout_out[1] = (uint)(size_t)&((Frame*)0)->pixel_stride;
-  layout_out[2] = sizeof(Triangle);
-  layout_out[3] = (uint)(size_t)&((Triangle*)0)->node;
-  layout_out[4] = sizeof(TriangleNormals);
-  layout_out[5] = (uint)(size_t)&((TriangleNormals*)0)->n2_z;
-  layout_out[6] = sizeof(MaterialRecord);
-  layout_out[7] = (uint)(size_t)&((MaterialRecord*)0)->double_sided;
-  layout_out[8] = sizeof(Light);
-  layout_out[9] = (uint)(size_t)&((Light*)0)->triangle;
-  layout_out[10] = sizeof(LightBucket);
-  layout_out[11] = (uint)(size_t)&((LightBucket*)0)->scale_alias;
-  layout_out[12] = sizeof(Diagnostics);
-  layout_out[13] = (uint)(size_t)&((Diagnostics*)0)->report;
+  // Differences of addresses: a null pointer need not have the address 0.
+#define EK_LAYOUT(i, T, field)                                                   \
+  {                                                                              \
+    T record;                                                                    \
+    layout_out[i] = (uint)sizeof(T);                                             \
+    layout_out[i + 1] = (uint)((uchar*)&record.field - (uchar*)&record);         \
+  }
+  EK_LAYOUT(0, Frame, pixel_stride)
+  EK_LAYOUT(2, Triangle, n_z)
+  EK_LAYOUT(4, TriangleNormals, n2_z)
+  EK_LAYOUT(6, MaterialRecord, double_sided)
+  EK_LAYOUT(8, Light, triangle)
+  EK_LAYOUT(10, LightBucket, scale_alias)
+  EK_LAYOUT(12, Diagnostics, report)
 }
