@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // How surfaces scatter. The contract of every lobe:
-//   frame   local, n = +z, on the side of the viewer: the caller turns its basis so that wo.z > 0, whichever side was hit.
+//   frame   local, n = +z, on the viewer's side: the caller turns its basis so that wo.z > 0, whichever side was hit.
 //   wo, wi  unit, to the viewer and to the light, both away from the surface.
 //   eval    f(wo, wi) |cos theta_i|, per sr.
 //   pdf     density of sample() for wi, per sr.

@@ -56,7 +56,7 @@ typedef struct {
 /// a, b  pair of sample_2d_bits
 // The bucket takes the leading part of `a`, so that strata of `a` are strata of lights; the rest, rescaled, is again
 // uniform within the light. With n buckets it has 2^32 / n values only, fewer for an unlikely light: the low bits of
-// `b`, which v does not use, fill the gaps between them.
+// `b`, which v does not use, fill the gaps between them, so that it is even to within the share of one value.
 EK_FN LightChoice choose_light(global const LightBucket* buckets, uint light_count, vu a, vu b) {
   const vu bucket = mul_hi(a, (vu)(light_count));
   const vu rest = a * light_count;

@@ -20,9 +20,9 @@ EK_FN TriangleLanes load_triangle(global const Triangle* triangles, vu i) {
   return t;
 }
 
-/// (p1 - p0) x (p2 - p0), unit, off by some 2^-23 over the sine of the angle at p0: for lights, whose records are full; hits
-/// have a better one in the triangle's record. Not finite where the floats' product vanishes. Exact under scaling by powers
-/// of two, for edges from 2^-60 to 2^60 m.
+/// (p1 - p0) x (p2 - p0), unit, off by some 2^-23 over the sine of the angle at p0: for lights, whose records are full;
+/// hits have a better one in the triangle's record. Not finite where the product in floats vanishes. Exact under scaling
+/// by powers of two, for edges from 2^-60 to 2^60 m.
 EK_FN v3 triangle_normal(v3 p0, v3 p1, v3 p2) {
   const v3 n = cross3(sub3(p1, p0), sub3(p2, p0));
   // n is a squared length: its own square would leave the range of float. So scale by a power of two, which is exact.

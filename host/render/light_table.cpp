@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "render/light_table.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <fmt/format.h>
 
 #include "core/error.h"
 
@@ -34,7 +35,8 @@ std::vector<u64> shares_of(std::span<const double> powers) {
     shares[i] = u64(weights[i] / total * double(count) * double(kFull));
     given += shares[i];
   }
-  // What rounding left over or overspent, a part in 2^32 or less, is the strongest light's: it has a full bucket at least.
+  // What rounding left over or overspent, a part in 2^32 or less, is the strongest light's: it has a full bucket at
+  // least.
   u64& strongest = *std::max_element(shares.begin(), shares.end());
   strongest += count * kFull - given;
   return shares;
@@ -72,10 +74,8 @@ LightTable build_light_table(std::span<const double> powers) {
   const auto fill = [&](std::uint32_t bucket, u64 threshold, std::uint32_t alias) {
     // A full bucket has no threshold of 32 bits; the one word beyond goes to its alias, which is itself.
     const auto stored = std::uint32_t(std::min(threshold, kFull - 1));
-    table.buckets[bucket] = {.threshold = stored,
-                             .alias = alias,
-                             .scale_own = scale_of(threshold),
-                             .scale_alias = scale_of(kFull - stored)};
+    table.buckets[bucket] = {
+        .threshold = stored, .alias = alias, .scale_own = scale_of(threshold), .scale_alias = scale_of(kFull - stored)};
     words[bucket] += words_between(bucket, 0, threshold, count);
     words[alias] += words_between(bucket, threshold, kFull, count);
   };

@@ -70,7 +70,10 @@ struct Queries {
 
 /// Outputs: 0 eval, 3 pdf, 4 sampled weight, 7 wi, 10 pdf, 11 eval of it, 14 pdf of it, 15 emission, 18 double sided.
 std::vector<Words> scatter(const std::vector<MaterialRecord>& materials, const Queries& q, bool uniform) {
-  return Probe("bsdf").buffer("materials", materials).define("EK_HAS_uniform_scatter", uniform ? "1" : "0").run("probe_bsdf", q.in, 19);
+  return Probe("bsdf")
+      .buffer("materials", materials)
+      .define("EK_HAS_uniform_scatter", uniform ? "1" : "0")
+      .run("probe_bsdf", q.in, 19);
 }
 
 float uniform(std::mt19937& random) { return float(random() >> 8) * 0x1p-24F; }
@@ -92,7 +95,8 @@ TEST(Bsdf, M1_samples_have_the_density_that_pdf_states) {
         Queries grid;
         for (unsigned row = 0; row < 2 * kRows * kPoints; ++row)
           for (unsigned column = 0; column < kColumns * kPoints; ++column)
-            grid.add(0, wo, from_cosine((row + 0.5) / (kRows * kPoints) - 1, (column + 0.5) / (kColumns * kPoints)), 0, 0, 0);
+            grid.add(0, wo, from_cosine((row + 0.5) / (kRows * kPoints) - 1, (column + 0.5) / (kColumns * kPoints)), 0,
+                     0, 0);
         const auto stated = scatter(lobe.materials, grid, uniform_scatter);
         std::vector<double> observed(2 * kRows * kColumns, 0), expected(2 * kRows * kColumns, 0);
         const double solid_angle = 4 * std::numbers::pi / double(grid.in[0].size());
@@ -109,11 +113,13 @@ TEST(Bsdf, M1_samples_have_the_density_that_pdf_states) {
           const double x = as_float(sampled[7][i]), y = as_float(sampled[8][i]), z = as_float(sampled[9][i]);
           double turn = std::atan2(y, x) / (2 * std::numbers::pi);
           if (turn < 0) turn += 1;
-          ++observed[std::min(unsigned((z + 1) * kRows), 2 * kRows - 1) * kColumns + std::min(unsigned(turn * kColumns), kColumns - 1)];
+          ++observed[std::min(unsigned((z + 1) * kRows), 2 * kRows - 1) * kColumns +
+                     std::min(unsigned(turn * kColumns), kColumns - 1)];
         }
         const ChiSquare test = chi_square(observed, expected);
-        EXPECT_GT(test.p_value, alpha) << lobe.name << " at " << angle << " degrees" << (uniform_scatter ? ", uniform" : "")
-                                       << '\n' << test.table;
+        EXPECT_GT(test.p_value, alpha) << lobe.name << " at " << angle << " degrees"
+                                       << (uniform_scatter ? ", uniform" : "") << '\n'
+                                       << test.table;
       }
 }
 
@@ -123,8 +129,8 @@ TEST(Bsdf, weight_is_eval_over_pdf_and_pdf_is_that_of_the_sampled_direction) {
     for (const bool uniform_scatter : {false, true}) {
       Queries q;
       for (int i = 0; i < 1 << 16; ++i)
-        q.add(std::uint32_t(i) % std::uint32_t(lobe.materials.size()), from_cosine(uniform(random), uniform(random)), {0, 0, 1},
-              uniform(random), uniform(random), uniform(random));
+        q.add(std::uint32_t(i) % std::uint32_t(lobe.materials.size()), from_cosine(uniform(random), uniform(random)),
+              {0, 0, 1}, uniform(random), uniform(random), uniform(random));
       const auto out = scatter(lobe.materials, q, uniform_scatter);
       for (std::size_t i = 0; i < q.in[0].size(); ++i) {
         const double pdf = as_float(out[10][i]);
@@ -143,7 +149,8 @@ TEST(Bsdf, M2_light_paths_can_be_reversed) {
   for (const Lobe& lobe : lobes()) {
     Queries forward, backward;
     for (int i = 0; i < 100000; ++i) {
-      const Direction wo = from_cosine(uniform(random), uniform(random)), wi = from_cosine(uniform(random), uniform(random));
+      const Direction wo = from_cosine(uniform(random), uniform(random)),
+                      wi = from_cosine(uniform(random), uniform(random));
       const auto material = std::uint32_t(i) % std::uint32_t(lobe.materials.size());
       forward.add(material, wo, wi, 0, 0, 0);
       backward.add(material, wi, wo, 0, 0, 0);
@@ -164,10 +171,12 @@ TEST(Bsdf, M5_no_more_light_leaves_than_arrives_and_none_is_lost_in_the_white_fu
     for (const bool uniform_scatter : {false, true})
       for (const double angle : kAngles) {
         Queries q;
-        for (int i = 0; i < 200000; ++i) q.add(0, from_angle(angle, 0.7), {0, 0, 1}, uniform(random), uniform(random), uniform(random));
+        for (int i = 0; i < 200000; ++i)
+          q.add(0, from_angle(angle, 0.7), {0, 0, 1}, uniform(random), uniform(random), uniform(random));
         const auto out = scatter(lobe.materials, q, uniform_scatter);
         std::vector<double> weights;
-        for (std::size_t i = 0; i < q.in[0].size(); ++i) weights.push_back(as_float(out[10][i]) > 0 ? as_float(out[4][i]) : 0.0F);
+        for (std::size_t i = 0; i < q.in[0].size(); ++i)
+          weights.push_back(as_float(out[10][i]) > 0 ? as_float(out[4][i]) : 0.0F);
         const Mean albedo = mean_of(weights);
         const double tolerance = 4 * albedo.standard_error + 1e-6;
         EXPECT_LE(albedo.mean, 1 + tolerance) << lobe.name << " at " << angle;
@@ -179,7 +188,8 @@ TEST(Bsdf, lambert_returns_its_albedo_from_every_sample) {
   std::mt19937 random(5);
   const auto materials = materials_of_diffuse(0);
   Queries q;
-  for (int i = 0; i < 4096; ++i) q.add(1, from_cosine(uniform(random) + 1e-3F, 0), {0, 0, 1}, uniform(random), uniform(random), 0);
+  for (int i = 0; i < 4096; ++i)
+    q.add(1, from_cosine(uniform(random) + 1e-3F, 0), {0, 0, 1}, uniform(random), uniform(random), 0);
   const auto out = scatter(materials, q, false);
   for (std::size_t i = 0; i < q.in[0].size(); ++i) {
     ASSERT_EQ(as_float(out[4][i]), materials[1].albedo_r);
@@ -216,7 +226,8 @@ TEST(Bsdf, M19_directions_in_or_below_the_surface_scatter_nothing_and_stay_finit
       const auto out = scatter(lobe.materials, q, uniform_scatter);
       for (std::size_t i = 0; i < q.in[0].size(); ++i) {
         const float wo_z = as_float(q.in[3][i]), wi_z = as_float(q.in[6][i]);
-        for (std::size_t k = 0; k < 15; ++k) ASSERT_TRUE(std::isfinite(as_float(out[k][i]))) << lobe.name << ", output " << k;
+        for (std::size_t k = 0; k < 15; ++k)
+          ASSERT_TRUE(std::isfinite(as_float(out[k][i]))) << lobe.name << ", output " << k;
         for (std::size_t k = 0; k < 4; ++k)
           if (wo_z <= 0 || wi_z <= 0) {
             ASSERT_EQ(as_float(out[k][i]), 0) << lobe.name << ", wo.z " << wo_z << ", wi.z " << wi_z;

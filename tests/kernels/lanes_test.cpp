@@ -29,7 +29,8 @@ TEST(Lanes, every_pattern_of_eight_lanes_compacts_rightly_in_either_half) {
   Words flags, values, expected;
   for (std::uint32_t pattern = 0; pattern < 512; ++pattern)
     for (std::uint32_t lane = 0; lane < 16; ++lane) {
-      const bool set = pattern < 256 ? lane < 8 && ((pattern >> lane) & 1U) != 0 : lane >= 8 && ((pattern >> (lane - 8)) & 1U) != 0;
+      const bool set =
+          pattern < 256 ? lane < 8 && ((pattern >> lane) & 1U) != 0 : lane >= 8 && ((pattern >> (lane - 8)) & 1U) != 0;
       flags.push_back(set ? 1 : 0);
       values.push_back(pattern * 16 + lane + 1);
       if (set) expected.push_back(values.back());
@@ -57,7 +58,8 @@ TEST(Lanes, whole_records_arrive_transposed) {
   index[0] = 5;
   const auto out = Probe("lanes").buffer("records", records).run("probe_records", {index}, 16);
   for (std::size_t i = 0; i < index.size(); ++i)
-    for (std::size_t w = 0; w < 16; ++w) ASSERT_EQ(out[w][i], records[index[i] * 16 + w]) << "item " << i << ", word " << w;
+    for (std::size_t w = 0; w < 16; ++w)
+      ASSERT_EQ(out[w][i], records[index[i] * 16 + w]) << "item " << i << ", word " << w;
 }
 
 TEST(Lanes, gather_and_scatter_address_each_lane_on_its_own) {

@@ -66,7 +66,8 @@ const Place kHost[] = {RECORDS(PLACES)};
 
 TEST(Layout, every_field_of_every_shared_record_lies_where_the_host_has_it) {
   const std::string text = expand_includes(
-      "#include \"shared/records.h\"\nkernel void layout(global uint* out) {\n" RECORDS(RECORD_TEXT) "}\n", "layout.cl");
+      "#include \"shared/records.h\"\nkernel void layout(global uint* out) {\n" RECORDS(RECORD_TEXT) "}\n",
+      "layout.cl");
   for (const DeviceInfo& info : list_devices()) {
     if (!info.unusable.empty()) continue;
     Device device(info);
@@ -78,7 +79,8 @@ TEST(Layout, every_field_of_every_shared_record_lies_where_the_host_has_it) {
     kernel.bind(arguments);
     device.run(kernel, 1, 1, 1);
     const auto found = device.read_all<std::uint32_t>(out);
-    for (std::size_t i = 0; i < std::size(kHost); ++i) EXPECT_EQ(found[i], kHost[i].offset) << kHost[i].name << " on " << info.name;
+    for (std::size_t i = 0; i < std::size(kHost); ++i)
+      EXPECT_EQ(found[i], kHost[i].offset) << kHost[i].name << " on " << info.name;
   }
 }
 

@@ -88,14 +88,38 @@ TEST(Math, vector_functions_round_as_written) {
     }
     const float length = std::sqrt((a[0] * a[0] + a[1] * a[1]) + a[2] * a[2]);
     const float inverse = 1.0F / length;
-    const float expected[30] = {
-        a[0] + b[0], a[1] + b[1], a[2] + b[2], a[0] - b[0], a[1] - b[1], a[2] - b[2], a[0] * b[0], a[1] * b[1],
-        a[2] * b[2], a[0] * b[0], a[1] * b[0], a[2] * b[0], (a[0] * b[0] + a[1] * b[1]) + a[2] * b[2],
-        a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0], a[0] * inverse,
-        a[1] * inverse, a[2] * inverse, a[0] < b[0] ? a[0] : -b[0], a[0] < b[0] ? a[1] : -b[1],
-        a[0] < b[0] ? a[2] : -b[2], std::min(a[0], b[0]), std::max(a[0], b[0]), std::abs(a[1]),
-        std::copysign(a[2], b[2]), std::max({a[0], a[1], a[2]}), as_float(1U), a[0] / b[1], std::sqrt(std::abs(a[2]))};
-    for (std::size_t k = 0; k < 30; ++k) ASSERT_EQ(out[k][i], as_word(expected[k])) << "output " << k << " of item " << i;
+    const float expected[30] = {a[0] + b[0],
+                                a[1] + b[1],
+                                a[2] + b[2],
+                                a[0] - b[0],
+                                a[1] - b[1],
+                                a[2] - b[2],
+                                a[0] * b[0],
+                                a[1] * b[1],
+                                a[2] * b[2],
+                                a[0] * b[0],
+                                a[1] * b[0],
+                                a[2] * b[0],
+                                (a[0] * b[0] + a[1] * b[1]) + a[2] * b[2],
+                                a[1] * b[2] - a[2] * b[1],
+                                a[2] * b[0] - a[0] * b[2],
+                                a[0] * b[1] - a[1] * b[0],
+                                a[0] * inverse,
+                                a[1] * inverse,
+                                a[2] * inverse,
+                                a[0] < b[0] ? a[0] : -b[0],
+                                a[0] < b[0] ? a[1] : -b[1],
+                                a[0] < b[0] ? a[2] : -b[2],
+                                std::min(a[0], b[0]),
+                                std::max(a[0], b[0]),
+                                std::abs(a[1]),
+                                std::copysign(a[2], b[2]),
+                                std::max({a[0], a[1], a[2]}),
+                                as_float(1U),
+                                a[0] / b[1],
+                                std::sqrt(std::abs(a[2]))};
+    for (std::size_t k = 0; k < 30; ++k)
+      ASSERT_EQ(out[k][i], as_word(expected[k])) << "output " << k << " of item " << i;
   }
 }
 

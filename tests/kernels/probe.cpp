@@ -15,13 +15,15 @@
 namespace eikon::test {
 namespace {
 
+using Defines = std::map<std::string, std::string>;
+
 struct Variant {
   unsigned width;
   bool portable;  // without the processor's own instructions
 };
 constexpr Variant kVariants[] = {{1, false}, {8, false}, {16, false}, {16, true}};
 
-std::map<std::string, std::string> default_defines() {
+Defines default_defines() {
   return {
 #define EK_LOBE(name, bit) {"EK_HAS_" #name, "1"},
 #define EK_LIGHT(name, bit) {"EK_HAS_" #name, "1"},
@@ -31,15 +33,23 @@ std::map<std::string, std::string> default_defines() {
   };
 }
 
+/// Devices and programs of this process. Closed before main returns: drivers do not outlive it.
+struct Opened : testing::Environment {
+  std::vector<std::unique_ptr<Device>> devices;
+  std::map<std::pair<std::size_t, Defines>, Program> programs;
+  void TearDown() override {
+    programs.clear();
+    devices.clear();
+  }
+};
+Opened* const opened = static_cast<Opened*>(testing::AddGlobalTestEnvironment(new Opened));  // owned by GoogleTest
+
 std::vector<std::unique_ptr<Device>>& devices() {
-  static std::vector<std::unique_ptr<Device>> all = [] {
-    std::vector<std::unique_ptr<Device>> opened;
+  if (opened->devices.empty())
     for (const DeviceInfo& info : list_devices())
-      if (info.unusable.empty()) opened.push_back(std::make_unique<Device>(info));
-    if (opened.empty()) throw std::runtime_error("no OpenCL device: install pocl-opencl-icd");
-    return opened;
-  }();
-  return all;
+      if (info.unusable.empty()) opened->devices.push_back(std::make_unique<Device>(info));
+  if (opened->devices.empty()) throw std::runtime_error("no OpenCL device: install pocl-opencl-icd");
+  return opened->devices;
 }
 
 const std::string& probe_text() {
@@ -52,13 +62,14 @@ const std::string& probe_text() {
   return text;
 }
 
-Program& program(std::size_t device, const std::map<std::string, std::string>& defines) {
-  static std::map<std::pair<std::size_t, std::map<std::string, std::string>>, Program> built;
-  const auto key = std::pair(device, defines);
-  const auto found = built.find(key);
-  if (found != built.end()) return found->second;
-  const bool oclgrind = devices()[device]->info().platform.find("Oclgrind") != std::string::npos;
-  return built.emplace(key, devices()[device]->build(probe_text(), {.defines = defines, .optimise = !oclgrind})).first->second;
+const Program& program(std::size_t index, const Defines& defines) {
+  const auto key = std::pair(index, defines);
+  const auto found = opened->programs.find(key);
+  if (found != opened->programs.end()) return found->second;
+  Device& device = *devices()[index];
+  const bool oclgrind = device.info().platform.find("Oclgrind") != std::string::npos;
+  Program built = device.build(probe_text(), {.defines = defines, .optimise = !oclgrind});
+  return opened->programs.emplace(key, std::move(built)).first->second;
 }
 
 }  // namespace
@@ -99,7 +110,7 @@ std::vector<Words> Probe::run(const std::string& name, const std::vector<Words>&
     arguments.set("in_words", device.upload(in));
     arguments.set("count", std::uint32_t(padded));
     for (const Variant& variant : kVariants) {
-      auto defines = default_defines();
+      Defines defines = default_defines();
       for (const auto& [key, text] : defines_) defines[key] = text;
       defines["EK_WIDTH"] = std::to_string(variant.width);
       defines.emplace("EK_PROBE_" + subject_, "1");
@@ -112,8 +123,8 @@ std::vector<Words> Probe::run(const std::string& name, const std::vector<Words>&
       kernel.bind(arguments);
       device.run(kernel, padded / variant.width, 1, padded);
       Words result = device.read_all<std::uint32_t>(out);
-      const std::string label = device.info().name + ", width " + std::to_string(variant.width) +
-                                (variant.portable ? ", portable" : "");
+      const std::string label =
+          device.info().name + ", width " + std::to_string(variant.width) + (variant.portable ? ", portable" : "");
       if (first.empty()) {
         first = std::move(result);
         first_label = label;
@@ -122,10 +133,10 @@ std::vector<Words> Probe::run(const std::string& name, const std::vector<Words>&
       std::size_t different = 0, example = 0;
       for (std::size_t i = 0; i < result.size(); ++i)
         if (result[i] != first[i] && different++ == 0) example = i;
-      EXPECT_EQ(different, 0U) << name << ": words differ between " << label << " and " << first_label << "; first: output "
-                               << example / padded << " of item " << example % padded << ": " << as_float(result[example])
-                               << " and " << as_float(first[example]) << std::hex << " (0x" << result[example] << ", 0x"
-                               << first[example] << ")";
+      EXPECT_EQ(different, 0U) << name << ": words differ between " << label << " and " << first_label
+                               << "; first: output " << example / padded << " of item " << example % padded << ": "
+                               << as_float(result[example]) << " and " << as_float(first[example]) << std::hex << " (0x"
+                               << result[example] << ", 0x" << first[example] << ")";
     }
   }
   std::vector<Words> split;

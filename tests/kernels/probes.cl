@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Production functions applied to arrays (probe.h). Item i of input k is word k * count + i of in_words, and the same for
-// outputs. A program holds the probes of one subject.
+// Production functions applied to arrays (probe.h). Item i of input k is word k * count + i of in_words, and the same
+// for outputs. A program holds the probes of one subject.
 #include "math.h"
 
 #define ITEM ((uint)get_global_id(0) * EK_WIDTH)

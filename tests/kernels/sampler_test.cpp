@@ -101,7 +101,8 @@ TEST(Sampler, scramble_looks_at_lower_bits_only_and_flips_each_with_probability_
       for (unsigned b = bit + 1; b < 32; ++b) flips[b] += double((change >> b) & 1U);
     }
     // A good hash is within 4 sigma of one half nearly everywhere; Vegdahl's is within 0.05 for the bits next above.
-    for (unsigned b = bit + 1; b < 32; ++b) EXPECT_NEAR(flips[b] / kSeeds, 0.5, 0.12) << "bit " << bit << " to bit " << b;
+    for (unsigned b = bit + 1; b < 32; ++b)
+      EXPECT_NEAR(flips[b] / kSeeds, 0.5, 0.12) << "bit " << bit << " to bit " << b;
   }
 }
 
@@ -127,7 +128,8 @@ TEST(Sampler, every_aligned_block_of_two_to_the_m_samples_is_a_net_after_shuffli
 }
 
 TEST(Sampler, N3_nets_hold_at_the_end_of_the_index_range) {
-  const auto out = samples(sequence(1024, 65535, 65535, 1, 0xffffffffU - 1023U), {.seed = 0xffffffffU, .index_high = 9});
+  const auto out =
+      samples(sequence(1024, 65535, 65535, 1, 0xffffffffU - 1023U), {.seed = 0xffffffffU, .index_high = 9});
   expect_net(out[0], out[1], 0, 10);
 }
 
@@ -179,7 +181,8 @@ TEST(Sampler, padded_pairs_fill_four_dimensions_evenly) {
   const auto first = samples(sequence(kCount), {.dimension = 4}), second = samples(sequence(kCount), {.dimension = 5});
   std::vector<double> observed(4096, 0), expected(4096, double(kCount) / 4096);
   for (std::size_t i = 0; i < kCount; ++i)
-    ++observed[((first[0][i] >> 29) << 9) | ((first[1][i] >> 29) << 6) | ((second[0][i] >> 29) << 3) | (second[1][i] >> 29)];
+    ++observed[((first[0][i] >> 29) << 9) | ((first[1][i] >> 29) << 6) | ((second[0][i] >> 29) << 3) |
+               (second[1][i] >> 29)];
   EXPECT_GT(chi_square(observed, expected).p_value, kSignificance);
 }
 
@@ -194,7 +197,8 @@ TEST(Sampler, scrambled_nets_integrate_a_smooth_function_thirty_times_better_tha
   for (std::uint32_t run = 0; run < kRuns; ++run) {
     double sum = 0;
     for (std::uint32_t i = 0; i < kCount; ++i)
-      sum += std::exp(double(as_float(out[2][run * kCount + i]))) * std::exp(double(as_float(out[3][run * kCount + i])));
+      sum +=
+          std::exp(double(as_float(out[2][run * kCount + i]))) * std::exp(double(as_float(out[3][run * kCount + i])));
     const double error = sum / kCount - exact;
     squares += error * error;
     bias += error;
@@ -207,7 +211,8 @@ TEST(Sampler, scrambled_nets_integrate_a_smooth_function_thirty_times_better_tha
 }
 
 TEST(Sampler, N2_the_largest_word_becomes_less_than_one) {
-  const auto out = Probe("sampler").run("probe_words", {{0xffffffffU, 0xffffff00U, 0, 255, 256}, {0, 0, 0, 0, 0}}, 5)[4];
+  const auto out =
+      Probe("sampler").run("probe_words", {{0xffffffffU, 0xffffff00U, 0, 255, 256}, {0, 0, 0, 0, 0}}, 5)[4];
   EXPECT_EQ(out, as_words({1 - 0x1p-24F, 1 - 0x1p-24F, 0, 0, 0x1p-24F}));
 }
 

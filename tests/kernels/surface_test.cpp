@@ -35,7 +35,8 @@ float uniform(std::mt19937& random) { return float(random() >> 8) * 0x1p-24F; }
 template <class Coordinate>
 Triangle random_triangle(std::mt19937& random, Coordinate coordinate) {
   Triangle t{};
-  for (float* x : {&t.p0_x, &t.p0_y, &t.p0_z, &t.p1_x, &t.p1_y, &t.p1_z, &t.p2_x, &t.p2_y, &t.p2_z}) *x = coordinate(random);
+  for (float* x : {&t.p0_x, &t.p0_y, &t.p0_z, &t.p1_x, &t.p1_y, &t.p1_z, &t.p2_x, &t.p2_y, &t.p2_z})
+    *x = coordinate(random);
   return t;
 }
 
@@ -103,7 +104,8 @@ struct Cloud {
 };
 
 std::vector<Cloud> clouds(std::mt19937& random) {
-  std::vector<Cloud> all{{"coordinates of any magnitude", {}}, {"unit size", {}}, {"far from the origin", {}}, {"needles", {}}};
+  std::vector<Cloud> all{
+      {"coordinates of any magnitude", {}}, {"unit size", {}}, {"far from the origin", {}}, {"needles", {}}};
   for (int i = 0; i < 1000; ++i) {
     all[0].triangles.push_back(random_triangle(random, any_magnitude));
     all[1].triangles.push_back(random_triangle(random, [](std::mt19937& r) { return 2 * uniform(r) - 1; }));
@@ -171,7 +173,8 @@ TEST(Surface, G9_points_errors_and_ray_origins_scale_exactly_by_powers_of_two) {
   for (const int k : {-40, -20, -1, 1, 20, 40}) {
     auto scaled = unit;
     for (Triangle& t : scaled)
-      for (float* x : {&t.p0_x, &t.p0_y, &t.p0_z, &t.p1_x, &t.p1_y, &t.p1_z, &t.p2_x, &t.p2_y, &t.p2_z}) *x = std::ldexp(*x, k);
+      for (float* x : {&t.p0_x, &t.p0_y, &t.p0_z, &t.p1_x, &t.p1_y, &t.p1_z, &t.p2_x, &t.p2_y, &t.p2_z})
+        *x = std::ldexp(*x, k);
     const auto out = surfaces(scaled, hits);
     for (std::size_t output = 0; output < 12; ++output) {
       const bool is_length = output < 6 || output >= 9;
@@ -217,8 +220,15 @@ TEST(Surface, next_float_steps_as_nextafter_does_and_leaves_zero_alone) {
 
 TEST(Surface, bases_are_orthonormal_and_right_handed_also_at_the_poles) {
   std::mt19937 random(7);
-  std::vector<std::array<float, 3>> normals{{0, 0, 1}, {0, 0, -1}, {1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0},
-                                            {1, 0, -0.0F}, {6e-4F, 0, -0.99999982F}, {0, 6e-4F, 0.99999982F}};
+  std::vector<std::array<float, 3>> normals{{0, 0, 1},
+                                            {0, 0, -1},
+                                            {1, 0, 0},
+                                            {-1, 0, 0},
+                                            {0, 1, 0},
+                                            {0, -1, 0},
+                                            {1, 0, -0.0F},
+                                            {6e-4F, 0, -0.99999982F},
+                                            {0, 6e-4F, 0.99999982F}};
   for (int i = 0; i < 1 << 15; ++i) normals.push_back(random_direction(random));
   std::vector<Words> in(6);
   for (const auto& n : normals) {
@@ -249,9 +259,22 @@ TEST(Surface, bases_are_orthonormal_and_right_handed_also_at_the_poles) {
 
 TEST(Surface, vertex_normals_are_interpolated_and_give_way_to_the_triangles_own_where_they_are_unusable) {
   const auto normals = [](std::array<float, 9> n) {
-    return TriangleNormals{.n0_x = n[0], .n0_y = n[1], .n0_z = n[2], .n1_x = n[3], .n1_y = n[4], .n1_z = n[5],
-                           .n2_x = n[6], .n2_y = n[7], .n2_z = n[8], .pad0 = 0, .pad1 = 0, .pad2 = 0, .pad3 = 0,
-                           .pad4 = 0, .pad5 = 0, .pad6 = 0};
+    return TriangleNormals{.n0_x = n[0],
+                           .n0_y = n[1],
+                           .n0_z = n[2],
+                           .n1_x = n[3],
+                           .n1_y = n[4],
+                           .n1_z = n[5],
+                           .n2_x = n[6],
+                           .n2_y = n[7],
+                           .n2_z = n[8],
+                           .pad0 = 0,
+                           .pad1 = 0,
+                           .pad2 = 0,
+                           .pad3 = 0,
+                           .pad4 = 0,
+                           .pad5 = 0,
+                           .pad6 = 0};
   };
   const float nan = as_float(0x7fc00000U);
   const std::vector<TriangleNormals> records{

@@ -13,7 +13,8 @@ namespace eikon::test {
 namespace {
 
 constexpr std::size_t kSamples = 1000000;
-constexpr unsigned kDirections = 3;  // cosine hemisphere, uniform hemisphere, uniform sphere: outputs 3 k, 3 k + 1, 3 k + 2
+constexpr unsigned kDirections =
+    3;  // cosine hemisphere, uniform hemisphere, uniform sphere: outputs 3 k, 3 k + 1, 3 k + 2
 const char* const kNames[] = {"cosine hemisphere", "uniform hemisphere", "uniform sphere"};
 
 const std::vector<Words>& independent_samples() {
@@ -46,7 +47,8 @@ TEST(Warp, directions_have_the_stated_density) {
       expected.insert(expected.end(), kColumns, share * kSamples / kColumns);
     }
     for (std::size_t i = 0; i < kSamples; ++i) {
-      const double x = as_float(out[3 * warp][i]), y = as_float(out[3 * warp + 1][i]), z = as_float(out[3 * warp + 2][i]);
+      const double x = as_float(out[3 * warp][i]), y = as_float(out[3 * warp + 1][i]),
+                   z = as_float(out[3 * warp + 2][i]);
       const double turn = std::atan2(y, x) / (2 * std::numbers::pi) + 0.5;
       const auto row = std::min(unsigned((z + 1) / 2 * kRows), kRows - 1);
       const auto column = std::min(unsigned(turn * kColumns), kColumns - 1);
@@ -77,7 +79,8 @@ TEST(Warp, directions_are_unit_to_three_ulp) {
   for (unsigned warp = 0; warp < kDirections; ++warp) {
     double worst = 0;
     for (std::size_t i = 0; i < kSamples; ++i) {
-      const double x = as_float(out[3 * warp][i]), y = as_float(out[3 * warp + 1][i]), z = as_float(out[3 * warp + 2][i]);
+      const double x = as_float(out[3 * warp][i]), y = as_float(out[3 * warp + 1][i]),
+                   z = as_float(out[3 * warp + 2][i]);
       worst = std::max(worst, std::abs(std::sqrt(x * x + y * y + z * z) - 1));
     }
     EXPECT_LT(worst, 3 * 0x1p-23) << kNames[warp];
