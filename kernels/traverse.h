@@ -20,7 +20,7 @@ EK_FN vi packet_valid(RayLanes ray, vf t_max, uint count) {
 // Whether a packet is likely to pay. Rays that start together and were meant for the same light may yet go anywhere: those of
 // a packet must agree on their longest axis, its sign, and on the slopes to it within a quarter.
 EK_FN int use_packet(Geometry geometry, RayLanes ray, vi valid, int coherent) {
-  if (!EK_LAYOUT_bvh8 || EK_WIDTH == 1) return 0;
+  if ((EK_LAYOUT_bvh8 == 0) | (EK_WIDTH == 1)) return 0;
   if (geometry.nodes[BVH8_TRIANGLE_COUNT] <= EK_PACKET_TRIANGLES) return 1;
   if (!coherent) return 0;
   const vf least = -EK_INFINITY, most = EK_INFINITY;
