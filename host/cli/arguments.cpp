@@ -34,6 +34,12 @@ std::vector<double> parse_numbers(const std::string& flag, const std::string& te
   return numbers;
 }
 
+std::string check_is_finite(const std::string& text) {
+  double value = 0;
+  const auto [end, code] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return code == std::errc() && end == text.data() + text.size() && std::isfinite(value) ? "" : "'" + text + "' is not a number";
+}
+
 std::uint64_t parse_unsigned(const std::string& flag, const std::string& text, std::uint64_t most) {
   std::uint64_t value = 0;
   const auto [end, code] = std::from_chars(text.data(), text.data() + text.size(), value);

@@ -12,6 +12,8 @@ namespace eikon {
 std::vector<std::string> split(const std::string& text, char separator);
 /// Finite decimal numbers, `count` of them, separated by commas.
 std::vector<double> parse_numbers(const std::string& flag, const std::string& text, std::size_t count);
+/// For CLI11's check(), whose ranges let NaN through: an empty text, or what is wrong.
+std::string check_is_finite(const std::string& text);
 std::uint64_t parse_unsigned(const std::string& flag, const std::string& text, std::uint64_t most);
 
 }  // namespace eikon

@@ -203,7 +203,7 @@ void add_render(CLI::App& app, Command& chosen) {
   command->add_option("-o,--output", options->output, "OpenEXR file; SCENE.exr here if not given");
   command->add_flag("--half", options->half, "16-bit channels");
   command->add_option("--png", options->png, "also an sRGB picture");
-  command->add_option("--exposure", options->exposure_ev, "of the PNG, in EV")->check(CLI::Range(-64.0, 64.0))->capture_default_str();
+  command->add_option("--exposure", options->exposure_ev, "of the PNG, in EV")->check(check_is_finite)->check(CLI::Range(-64.0, 64.0))->capture_default_str();
   add_execution_options(*command, options->execution);
   command->add_option("--pixel", options->pixel, "X,Y: with --sample N, trace that one path and print its vertices");
   command->add_option("--sample", options->sample, "N: see --pixel");

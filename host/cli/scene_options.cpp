@@ -16,6 +16,7 @@ namespace {
 constexpr std::uint32_t kDefaultRows = 720;
 constexpr double kDefaultAspect = 16.0 / 9.0;
 constexpr std::uint64_t kMaxSide = 65535;  // pixel coordinates travel as two 16-bit halves
+constexpr std::uint64_t kMaxSamples = std::uint64_t{1} << 48;
 
 void say(bool quiet, const std::string& line) {
   if (!quiet) fmt::print(stderr, "eikon: {}\n", line);
@@ -89,12 +90,11 @@ void parse_samples(const SceneOptions& options, Settings& settings) {
   if (!options.samples.empty()) {
     const std::vector<std::string> parts = split(options.samples, ':');
     if (parts.size() != 2) throw UsageError(fmt::format("--samples {}: takes A:B, the half-open range of samples", options.samples));
-    constexpr std::uint64_t most = std::uint64_t{1} << 48;
-    settings.sample_begin = parse_unsigned("--samples", parts[0], most);
-    settings.sample_end = parse_unsigned("--samples", parts[1], most);
+    settings.sample_begin = parse_unsigned("--samples", parts[0], kMaxSamples);
+    settings.sample_end = parse_unsigned("--samples", parts[1], kMaxSamples);
   }
   if (settings.sample_begin >= settings.sample_end)
-    throw UsageError(options.samples.empty() ? "--spp 0: there is nothing to render" : fmt::format("--samples {}: the range is empty", options.samples));
+    throw UsageError(fmt::format("--samples {}: the range is empty", options.samples));
 }
 
 void parse_crop(const SceneOptions& options, Settings& settings) {
@@ -116,9 +116,9 @@ void SceneOptions::add_to(CLI::App& command) {
   command.add_option("--size", size, "WxH: image size; without it the camera's aspect at 720 rows");
   command.add_option("--camera", camera, "camera by name or index");
   command.add_option("--look-at", look_at, "EYE:TARGET[:UP], each x,y,z: a camera of your own");
-  command.add_option("--fov", fov_deg, "vertical field of view in degrees")->check(CLI::Range(0.01, 179.0));
+  command.add_option("--fov", fov_deg, "vertical field of view in degrees")->check(check_is_finite)->check(CLI::Range(0.01, 179.0));
   command.add_option("--env", env, "R,G,B: constant environment instead of the file's");
-  command.add_option("--spp", spp, "samples per pixel")->capture_default_str();
+  command.add_option("--spp", spp, "samples per pixel")->check(CLI::Range(1.0, double(kMaxSamples)))->capture_default_str();
   command.add_option("--samples", samples, "A:B: only samples A to B-1 of each pixel");
   command.add_option("--crop", crop, "X0,Y0,X1,Y1: only this window; same bits as in the full image");
   command.add_option("--seed", seed, "another seed is another, independent image")->check(CLI::Range(0.0, 4294967295.0));

@@ -4,6 +4,11 @@
 #include <algorithm>
 
 namespace eikon {
+namespace {
+
+constexpr std::uint64_t kPeriod = std::uint64_t{1} << 32;
+
+}  // namespace
 
 UnitPlan::UnitPlan(const Crop& crop, std::uint64_t sample_begin, std::uint64_t sample_end, std::uint32_t block,
                    std::uint64_t capacity)
@@ -15,25 +20,34 @@ UnitPlan::UnitPlan(const Crop& crop, std::uint64_t sample_begin, std::uint64_t s
   block_h_ = std::min(side, crop.height());
   blocks_x_ = (crop.width() + block_w_ - 1) / block_w_;
   blocks_y_ = (crop.height() + block_h_ - 1) / block_h_;
-  const std::uint64_t samples = std::max<std::uint64_t>(1, capacity / (std::uint64_t{block_w_} * block_h_));
-  for (std::uint64_t begin = sample_begin; begin < sample_end;) {
-    const std::uint64_t high_end = ((begin >> 32) + 1) << 32;
-    const std::uint64_t end = std::min({begin + samples, sample_end, high_end == 0 ? sample_end : high_end});
-    ranges_.push_back({begin, end});
-    begin = end;
-  }
+  samples_ = std::clamp<std::uint64_t>(capacity / (std::uint64_t{block_w_} * block_h_), 1, kPeriod);
+  sample_begin_ = sample_begin;
+  sample_end_ = sample_end;
+  first_end_ = sample_begin + std::min(kPeriod - sample_begin % kPeriod, sample_end - sample_begin);
+  const std::uint64_t rest = sample_end - first_end_;
+  first_ranges_ = ranges(first_end_ - sample_begin);
+  range_count_ = first_ranges_ + rest / kPeriod * ranges(kPeriod) + ranges(rest % kPeriod);
 }
+
+std::uint64_t UnitPlan::ranges(std::uint64_t samples) const { return (samples + samples_ - 1) / samples_; }
 
 WorkUnit UnitPlan::operator[](std::uint64_t index) const {
   const std::uint64_t block = index % (blocks_x_ * blocks_y_);
-  const Range& range = ranges_[std::size_t(index / (blocks_x_ * blocks_y_))];
+  std::uint64_t range = index / (blocks_x_ * blocks_y_);
+  std::uint64_t begin = sample_begin_, end = first_end_;
+  if (range >= first_ranges_) {
+    range -= first_ranges_;
+    begin = first_end_ + range / ranges(kPeriod) * kPeriod;
+    end = begin + std::min(kPeriod, sample_end_ - begin);
+    range %= ranges(kPeriod);
+  }
   WorkUnit unit;
   unit.block.x0 = crop_.x0 + std::uint32_t(block % blocks_x_) * block_w_;
   unit.block.y0 = crop_.y0 + std::uint32_t(block / blocks_x_) * block_h_;
   unit.block.x1 = std::min(unit.block.x0 + block_w_, crop_.x1);
   unit.block.y1 = std::min(unit.block.y0 + block_h_, crop_.y1);
-  unit.sample_begin = range.begin;
-  unit.sample_end = range.end;
+  unit.sample_begin = begin + range * samples_;
+  unit.sample_end = unit.sample_begin + std::min(samples_, end - unit.sample_begin);
   return unit;
 }
 

@@ -21,17 +21,18 @@ struct WorkUnit {
 class UnitPlan {
  public:
   UnitPlan(const Crop& crop, std::uint64_t sample_begin, std::uint64_t sample_end, std::uint32_t block, std::uint64_t capacity);
-  [[nodiscard]] std::uint64_t size() const { return blocks_x_ * blocks_y_ * ranges_.size(); }
+  [[nodiscard]] std::uint64_t size() const { return blocks_x_ * blocks_y_ * range_count_; }
   [[nodiscard]] WorkUnit operator[](std::uint64_t index) const;
 
  private:
-  struct Range {
-    std::uint64_t begin, end;
-  };
   Crop crop_;
   std::uint32_t block_w_ = 1, block_h_ = 1;
   std::uint64_t blocks_x_ = 0, blocks_y_ = 0;
-  std::vector<Range> ranges_;
+  // Ranges of samples: those up to the first multiple of 2^32, then as many for each 2^32 samples.
+  std::uint64_t sample_begin_ = 0, sample_end_ = 0, first_end_ = 0;
+  std::uint64_t samples_ = 1, first_ranges_ = 0, range_count_ = 0;
+
+  [[nodiscard]] std::uint64_t ranges(std::uint64_t samples) const;
 };
 
 /// Pixels of a block as x | y << 16, in 4 x 4 tiles: neighbouring lanes start with neighbouring rays.

@@ -33,6 +33,19 @@ TEST(Units, every_pixel_and_sample_is_in_exactly_one_unit) {
       }
 }
 
+TEST(Units, N3_ranges_are_complete_across_multiples_of_2_to_the_32) {
+  constexpr std::uint64_t period = std::uint64_t{1} << 32;
+  const std::uint64_t capacity = period - 3;  // one range of a period, and a short one
+  const UnitPlan plan({0, 0, 1, 1}, period - 10, 4 * period + 7, 1, capacity);
+  std::uint64_t next = period - 10;
+  for (std::uint64_t i = 0; i < plan.size(); ++i) {
+    EXPECT_EQ(plan[i].sample_begin, next);
+    EXPECT_EQ(plan[i].sample_begin / period, (plan[i].sample_end - 1) / period);
+    next = plan[i].sample_end;
+  }
+  EXPECT_EQ(next, 4 * period + 7);
+}
+
 TEST(Units, N3_no_unit_crosses_a_multiple_of_2_to_the_32) {
   const std::uint64_t edge = std::uint64_t{1} << 32;
   const UnitPlan plan({0, 0, 2, 2}, edge - 10, edge + 10, 64, 4 * 64);
@@ -43,6 +56,17 @@ TEST(Units, N3_no_unit_crosses_a_multiple_of_2_to_the_32) {
     samples += unit.sample_end - unit.sample_begin;
   }
   EXPECT_EQ(samples, 20U);
+}
+
+TEST(Units, N13_a_plan_of_any_number_of_samples_takes_no_memory) {
+  constexpr std::uint64_t most = std::uint64_t{1} << 48, period = std::uint64_t{1} << 32;
+  const UnitPlan plan({0, 0, 64, 64}, 5, most, 64, 3 * 4096);
+  EXPECT_EQ(plan[0].sample_begin, 5U);
+  EXPECT_EQ(plan[plan.size() - 1].sample_end, most);
+  for (std::uint64_t i : {std::uint64_t{0}, period / 3, plan.size() / 2, plan.size() - 2}) {
+    EXPECT_EQ(plan[i].sample_end, plan[i + 1].sample_begin) << i;
+    EXPECT_LE(plan[i].path_count(), 3U * 4096);
+  }
 }
 
 TEST(Units, all_blocks_come_before_the_next_samples) {

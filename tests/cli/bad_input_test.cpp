@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: Apache-2.0
+// Whatever is wrong: one line that says what, an exit code of its kind, and no file left behind.
+#include "cli/command.h"
+
+namespace eikon::testing {
+namespace {
+
+constexpr int kUsage = 2, kInput = 3, kDevice = 4;
+
+TEST(BadInput, scenes_that_cannot_be_read_are_refused_by_name) {
+  const Workplace here;
+  const std::string cornell = read_bytes(scene("cornell.gltf"));
+  here.write("empty.gltf", "");
+  here.write("empty.glb", "");
+  here.write("half.gltf", cornell.substr(0, cornell.size() / 2));
+  here.write("magic.glb", "glTX\x02\0\0\0 nothing of the kind");
+  here.write("notes.gltf", "this is no JSON\n");
+  here.write("picture.png", "\x89PNG");
+  std::filesystem::create_directory(here / "folder.gltf");
+  const std::vector<std::string> before = here.files();
+  for (const char* name : {"missing.gltf", "empty.gltf", "empty.glb", "half.gltf", "magic.glb", "notes.gltf", "picture.png", "folder.gltf"}) {
+    const Outcome outcome = here.eikon(std::string("render ") + name + " -o out.exr");
+    EXPECT_TRUE(refused(outcome, kInput)) << name;
+    EXPECT_TRUE(contains(outcome.err, name)) << outcome.err;
+    EXPECT_TRUE(refused(here.eikon(std::string("info ") + name), kInput)) << name;
+  }
+  EXPECT_EQ(here.files(), before);
+}
+
+TEST(BadInput, data_that_lies_is_refused) {
+  const Workplace here;
+  const std::string cornell = read_bytes(scene("cornell.gltf"));
+  const auto edited = [&](const std::string& from, const std::string& to) {
+    std::string text = cornell;
+    const std::size_t at = text.find(from);
+    EXPECT_NE(at, std::string::npos) << from;
+    return text.replace(at, from.size(), to);
+  };
+  here.write("extension.gltf", edited("{", "{\"extensionsRequired\": [\"EXT_of_another_world\"], \"extensionsUsed_\": 0, "));
+  here.write("version.gltf", edited("\"2.0\"", "\"3.0\""));
+  const std::vector<std::string> before = here.files();
+  EXPECT_TRUE(contains(here.eikon("render extension.gltf -o out.exr").err, "EXT_of_another_world"));
+  EXPECT_TRUE(refused(here.eikon("render extension.gltf -o out.exr"), kInput));
+  EXPECT_TRUE(refused(here.eikon("render version.gltf -o out.exr"), kInput));
+  EXPECT_EQ(here.files(), before);
+}
+
+TEST(BadInput, flags_that_make_no_sense_are_usage_errors) {
+  const Workplace here;
+  for (const char* flags :
+       {"--crop 0,0,17,12", "--crop 5,5,5,6", "--crop 1,2,3", "--crop a,b,c,d", "--samples 5:5", "--samples 6:5", "--samples 5", "--samples :",
+        "--samples 0:281474976710657", "--spp 0", "--spp -1", "--spp many", "--no-such-flag", "--aov beauty", "--env 1,2", "--env 1,2,nan",
+        "--env -1,0,0", "--look-at 0,0,0:0,0,0", "--look-at 0,0,0", "--look-at 0,0,0:0,1,0", "--fov 180", "--fov 0", "--fov nan", "--camera nobody",
+        "--camera 1", "--light-sampling sun", "--integrator none", "--accel grid", "--layout bvh4", "--max-depth -1", "--seed -1",
+        "--seed 4294967296", "--seed 0.5", "--exposure nan", "--exposure 65", "--pixel 1,1", "--sample 3", "--pixel 16,0 --sample 0", "--pixel 1 --sample 0",
+        "extra", "--png"}) {
+    const Outcome outcome = here.eikon(cornell("--size 16x12 ") + flags);
+    EXPECT_TRUE(refused(outcome, kUsage)) << flags;
+    // It names the flag, or the word that it does not know.
+    const std::string flag = std::string(flags).substr(0, std::string(flags).find(' '));
+    EXPECT_TRUE(contains(outcome.err, flag.substr(flag.find_first_not_of('-')))) << flags << ": " << outcome.err;
+  }
+  for (const char* size : {"0x5", "5", "70000x2", "16x", "x", "16x12x3", "1e2x5", "-1x5"}) {
+    const Outcome outcome = here.eikon(cornell("--size ") + size);
+    EXPECT_TRUE(refused(outcome, kUsage)) << size;
+    EXPECT_TRUE(contains(outcome.err, "--size")) << outcome.err;
+  }
+  EXPECT_TRUE(refused(here.eikon(cornell("--size 8x8 --size 9x9")), kUsage));
+  EXPECT_TRUE(refused(here.eikon("render"), kUsage));
+  EXPECT_TRUE(refused(here.eikon("paint " + scene("cornell.gltf")), kUsage));
+  EXPECT_TRUE(refused(here.eikon(""), kUsage));
+  EXPECT_TRUE(refused(here.eikon("compare one.exr"), kUsage));
+  EXPECT_TRUE(here.files().empty());
+}
+
+TEST(BadInput, devices_that_are_not_there) {
+  const Workplace here;
+  const Outcome unknown = here.eikon(cornell("--size 16x12 --devices voodoo"));
+  EXPECT_TRUE(refused(unknown, kDevice));
+  EXPECT_TRUE(contains(unknown.err, "voodoo"));
+  EXPECT_TRUE(contains(unknown.err, "0: ")) << "does not say what there is: " << unknown.err;
+  EXPECT_TRUE(refused(here.eikon(cornell("--size 16x12 --devices 7")), kDevice));
+  EXPECT_TRUE(refused(here.eikon(cornell("--size 16x12 --devices 0,,0")), kDevice));
+  EXPECT_TRUE(here.files().empty());
+}
+
+TEST(BadInput, no_platform_at_all) {
+  const Workplace here;
+  std::filesystem::create_directory(here / "vendors");
+  for (const std::string& vendors : {"OCL_ICD_VENDORS=" + (here / "vendors").string(), std::string("OCL_ICD_VENDORS=/nonexistent")}) {
+    const Outcome outcome = here.eikon(cornell(), vendors);
+    EXPECT_TRUE(refused(outcome, kDevice));
+    EXPECT_TRUE(contains(outcome.err, "pocl")) << "does not say what to install: " << outcome.err;
+    EXPECT_EQ(here.eikon("devices", vendors).code, kDevice);
+    EXPECT_TRUE(succeeded(here.eikon("info " + scene("cornell.gltf"), vendors))) << "info needs no device";
+  }
+  EXPECT_EQ(here.files(), std::vector<std::string>{"vendors"});
+}
+
+TEST(BadInput, kernels_that_do_not_compile) {
+  const Workplace here;
+  std::filesystem::copy(std::string(EIKON_SOURCE_DIR) + "/kernels", here / "kernels", std::filesystem::copy_options::recursive);
+  std::ofstream(here / "kernels/stages/shade.cl", std::ios::app) << "\nthis is not OpenCL;\n";
+  const Outcome outcome = here.eikon(cornell(), "EIKON_KERNEL_DIR=" + (here / "kernels").string());
+  EXPECT_EQ(outcome.code, kDevice);
+  const std::size_t ours = outcome.err.find("eikon: ");  // PoCL says how many errors there were in a line of its own
+  ASSERT_NE(ours, std::string::npos) << outcome.err;
+  EXPECT_EQ(std::count(outcome.err.begin() + static_cast<std::ptrdiff_t>(ours), outcome.err.end(), '\n'), 1) << outcome.err;
+  EXPECT_TRUE(contains(outcome.err, "shade.cl:")) << outcome.err;
+  EXPECT_EQ(here.files(), std::vector<std::string>{"kernels"});
+}
+
+TEST(BadInput, outputs_that_cannot_be_written) {
+  const Workplace here;
+  std::filesystem::create_directory(here / "taken");
+  here.write("file", "x");
+  const std::vector<std::string> before = here.files();
+  for (const char* output : {"-o nowhere/out.exr", "-o taken", "-o file/out.exr", "-o /proc/out.exr", "-o /dev/null"}) {
+    const Outcome outcome = here.eikon("render " + scene("cornell.gltf") + " --size 8x8 --spp 1 --quiet " + output);
+    EXPECT_EQ(outcome.code, kInput) << output << outcome.out;
+    EXPECT_EQ(outcome.err.rfind("eikon: ", 0), 0U) << output << ": " << outcome.err;
+  }
+  for (const char* more : {"--png nowhere/x.png", "--stats nowhere/x.json", "--profile taken"})
+    EXPECT_TRUE(refused(here.eikon(cornell("--size 8x8 --spp 1 ") + more), kInput)) << more;
+  EXPECT_EQ(here.files(), before);
+}
+
+TEST(BadInput, a_read_only_folder) {
+  const Workplace here;
+  const auto folder = here / "closed";
+  std::filesystem::create_directory(folder);
+  std::filesystem::permissions(folder, std::filesystem::perms::owner_read | std::filesystem::perms::owner_exec);
+  if (access(folder.c_str(), W_OK) == 0) GTEST_SKIP() << "this user may write everywhere";
+  EXPECT_TRUE(refused(here.eikon("render " + scene("cornell.gltf") + " -o closed/out.exr"), kInput));
+  std::filesystem::permissions(folder, std::filesystem::perms::owner_all);
+}
+
+TEST(BadInput, a_full_disk_leaves_no_half_written_file) {
+  const Workplace here;
+  const std::string noisy = cornell("--size 512x512 --spp 1 --quiet");
+  ASSERT_TRUE(succeeded(here.eikon(noisy)));  // what it compiles is kept before the limit falls
+  ASSERT_GT(std::filesystem::file_size(here / "out.exr"), 4096U * 512U);
+  std::filesystem::remove(here / "out.exr");
+  // No file may be longer than 4096 blocks of 512 bytes: the shell's way to a disk with 2 MiB left.
+  const Outcome outcome = here.eikon(noisy, "ulimit -f 4096; trap '' XFSZ;");
+  EXPECT_EQ(outcome.code, kInput) << outcome.err;
+  EXPECT_EQ(outcome.err.rfind("eikon: ", 0), 0U) << outcome.err;
+  EXPECT_TRUE(contains(outcome.err, "out.exr")) << outcome.err;
+  EXPECT_TRUE(here.files().empty());
+}
+
+TEST(BadInput, compare_refuses_what_is_no_picture_or_another_size) {
+  const Workplace here;
+  here.write("no.exr", "no picture");
+  ASSERT_TRUE(succeeded(here.eikon(cornell())));
+  ASSERT_TRUE(succeeded(here.eikon("render " + scene("furnace.gltf") + " -o other.exr --size 8x8 --spp 1 --quiet")));
+  std::string whole = read_bytes(here / "out.exr");
+  here.write("half.exr", whole.substr(0, whole.size() / 2));
+  EXPECT_TRUE(refused(here.eikon("compare no.exr out.exr"), kInput));
+  EXPECT_TRUE(refused(here.eikon("compare out.exr missing.exr"), kInput));
+  EXPECT_TRUE(refused(here.eikon("compare out.exr other.exr"), kInput));
+  EXPECT_TRUE(refused(here.eikon("compare out.exr half.exr"), kInput));
+}
+
+TEST(BadInput, strict_refuses_what_is_not_supported) {
+  const Workplace here;
+  std::string text = read_bytes(scene("sphere_in_sky.gltf"));
+  const std::string from = "\"KHR_materials_specular\"";
+  const std::size_t at = text.find("\"extensionsUsed\"");
+  ASSERT_NE(at, std::string::npos);
+  const std::size_t used = text.find(from, at);
+  text.insert(used, "\"KHR_materials_clearcoat\", ");
+  const std::size_t material = text.find("\"extensions\"", text.find("\"materials\""));
+  const std::size_t brace = text.find('{', material);
+  text.insert(brace + 1, "\"KHR_materials_clearcoat\": {\"clearcoatFactor\": 1}, ");
+  here.write("coated.gltf", text);
+  const Outcome loose = here.eikon("render coated.gltf -o out.exr --size 4x4 --spp 1");
+  EXPECT_TRUE(succeeded(loose));
+  EXPECT_TRUE(contains(loose.err, "clearcoat") && contains(loose.err, "'body'")) << loose.err;
+  std::filesystem::remove(here / "out.exr");
+  EXPECT_TRUE(refused(here.eikon("render coated.gltf -o out.exr --size 4x4 --spp 1 --strict"), kInput));
+  EXPECT_EQ(here.files(), std::vector<std::string>{"coated.gltf"});
+}
+
+}  // namespace
+}  // namespace eikon::testing

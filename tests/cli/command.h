@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+// Runs the binary as a user would: by a shell, in a folder of its own.
+#pragma once
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "unit/temporary_folder.h"
+
+namespace eikon::testing {
+
+struct Outcome {
+  int code = -1;  // exit code, or 1000 + the signal that ended it
+  std::string out, err;
+};
+
+inline std::string scene(const std::string& name) { return std::string(EIKON_SOURCE_DIR) + "/scenes/" + name; }
+
+class Workplace {
+ public:
+  [[nodiscard]] std::filesystem::path operator/(const std::string& name) const { return folder_ / name; }
+
+  /// Runs `eikon arguments`; `before` is shell text in front of it: variables, ulimit ...;, timeout, oclgrind.
+  Outcome eikon(const std::string& arguments, const std::string& before = "") const { return wait(start(arguments, before)); }
+
+  /// Starts it; the process id is that of eikon itself unless `before` says otherwise.
+  pid_t start(const std::string& arguments, const std::string& before = "") const {
+    const std::string line = before.empty() || before.find(';') == std::string::npos ? "exec env " + before + " " + binary() + " " + arguments
+                                                                                      : before + " exec " + binary() + " " + arguments;
+    const std::string in_folder = "cd '" + folder_.path().string() + "' && " + line;
+    const pid_t child = fork();
+    if (child == 0) {
+      redirect(STDIN_FILENO, "/dev/null", O_RDONLY);
+      redirect(STDOUT_FILENO, logs_ / "out", O_WRONLY | O_CREAT | O_TRUNC);
+      redirect(STDERR_FILENO, logs_ / "err", O_WRONLY | O_CREAT | O_TRUNC);
+      execl("/bin/sh", "sh", "-c", in_folder.c_str(), nullptr);
+      _exit(127);
+    }
+    return child;
+  }
+
+  Outcome wait(pid_t child) const {
+    int status = 0;
+    EXPECT_EQ(waitpid(child, &status, 0), child);
+    const int code = WIFSIGNALED(status) ? 1000 + WTERMSIG(status) : WEXITSTATUS(status);
+    return {code, read_bytes(logs_ / "out"), read_bytes(logs_ / "err")};
+  }
+
+  /// Names of what lies in the folder, sorted.
+  [[nodiscard]] std::vector<std::string> files() const {
+    std::vector<std::string> names;
+    for (const auto& entry : std::filesystem::directory_iterator(folder_.path())) names.push_back(entry.path().filename().string());
+    std::sort(names.begin(), names.end());
+    return names;
+  }
+  std::filesystem::path write(const std::string& name, const std::string& bytes) const {
+    std::ofstream(folder_ / name, std::ios::binary) << bytes;
+    return folder_ / name;
+  }
+  static std::string binary() { return std::string("'") + EIKON_BINARY + "'"; }
+
+ private:
+  static void redirect(int descriptor, const std::filesystem::path& path, int flags) {
+    const int file = open(path.c_str(), flags, 0600);
+    if (file < 0 || dup2(file, descriptor) < 0) _exit(126);
+    close(file);
+  }
+
+  TemporaryFolder folder_, logs_;
+};
+
+inline bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+
+/// One line on stderr that begins "eikon: ", nothing on stdout, that exit code.
+inline ::testing::AssertionResult refused(const Outcome& outcome, int code) {
+  const auto lines = std::count(outcome.err.begin(), outcome.err.end(), '\n');
+  if (outcome.code == code && lines == 1 && outcome.err.rfind("eikon: ", 0) == 0 && outcome.out.empty() && outcome.err.size() > 20)
+    return ::testing::AssertionSuccess();
+  return ::testing::AssertionFailure() << "exit code " << outcome.code << ", stdout '" << outcome.out << "', stderr '" << outcome.err << "'";
+}
+
+inline ::testing::AssertionResult succeeded(const Outcome& outcome) {
+  if (outcome.code == 0) return ::testing::AssertionSuccess();
+  return ::testing::AssertionFailure() << "exit code " << outcome.code << ", stderr '" << outcome.err << "'";
+}
+
+/// A render of the Cornell box to out.exr.
+inline std::string cornell(const std::string& flags = "--size 16x12 --spp 4 --quiet") {
+  return "render " + scene("cornell.gltf") + " -o out.exr " + flags;
+}
+
+}  // namespace eikon::testing
