@@ -42,7 +42,7 @@ struct Execution {
   std::optional<bool> chunked;           // by device when unset
   std::uint32_t chunk = 1024;            // paths per work-item of a CPU device
   std::uint32_t pool = 0;                // paths in flight per device; 0: by device
-  std::uint32_t block = 64;              // largest side of a unit's pixel block
+  std::uint32_t block = 128;             // largest side of a unit's pixel block
   unsigned threads = 0;                  // of host-side work; 0: all
   bool optimise = true;                  // false: -cl-opt-disable
   bool keep_spans = false;               // for --profile

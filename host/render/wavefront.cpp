@@ -17,7 +17,7 @@ constexpr std::uint32_t kGroup = 64;            // work-items of a work-group on
 constexpr std::uint32_t kFilmPixels = 64;       // pixels per work-item of stage film on CPU devices (film.cl)
 constexpr std::uint32_t kPad = 16;              // slots behind arrays that full vectors may touch
 constexpr std::uint32_t kStackStep = 64;        // entries of the traversal stack
-constexpr std::uint32_t kMaxBlockPixels = 64 * 64;
+constexpr std::uint32_t kMaxBlockPixels = 128 * 128;
 
 std::uint32_t divide_up(std::uint64_t a, std::uint64_t b) { return std::uint32_t((a + b - 1) / b); }
 
@@ -29,7 +29,7 @@ WavefrontConfig configure(const DeviceInfo& device, const Execution& execution) 
   config.lanes = execution.lanes.value_or(!config.chunked ? 1 : device.native_float_lanes >= 16 ? 16 : 8);
   if (!config.chunked) config.lanes = 1;
   config.layout = execution.accel == "none" ? "none" : !execution.layout.empty() ? execution.layout : config.chunked ? "bvh8" : "bvh2";
-  const std::uint32_t pool = execution.pool != 0 ? execution.pool : config.chunked ? 1U << 16 : 1U << 20;
+  const std::uint32_t pool = execution.pool != 0 ? execution.pool : config.chunked ? 1U << 18 : 1U << 20;
   config.chunk = config.chunked ? std::max(execution.chunk / 16, 1U) * 16 : std::max(pool / kGroup, 1U) * kGroup;
   config.chunks = config.chunked ? std::max(pool / config.chunk, 1U) : 1;
   return config;
