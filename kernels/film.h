@@ -6,8 +6,8 @@
 
 typedef struct { vu limb[EK_FILM_LIMBS]; } Sum;
 
-// Finite, and small enough for the sum of 2^63 of them: |x| < 2^62.
-EK_FN vi film_in_range(vf x) { return (AS_U(x) & 0x7f800000u) < (vu)(189u << 23); }
+// Finite, and so small that 2^24 of them do not overflow: |x| < 2^38 (kFilmSaturation of host/render/film.h).
+EK_FN vi film_in_range(vf x) { return (AS_U(x) & 0x7f800000u) < (vu)(165u << 23); }
 
 // floor(x * 2^64), from the bits of x; x in range. Integer shifts, not conversions: the same bits everywhere.
 EK_FN Sum film_fixed(vf x) {

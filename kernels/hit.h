@@ -25,6 +25,13 @@ typedef struct {
   uint triangle;
 } Hit;
 
+// The hits of all lanes in memory.
+typedef struct {
+  float t[EK_WIDTH] __attribute__((aligned(4 * EK_WIDTH))), u[EK_WIDTH] __attribute__((aligned(4 * EK_WIDTH))),
+      v[EK_WIDTH] __attribute__((aligned(4 * EK_WIDTH)));
+  uint triangle[EK_WIDTH] __attribute__((aligned(4 * EK_WIDTH)));
+} HitTable;
+
 EK_FN Hit no_hit(float t_max) {
   Hit hit = {t_max, 0.0f, 0.0f, EK_NO_HIT};
   return hit;

@@ -18,7 +18,7 @@
 // triangle test, whose z is the longest component of d; s: shear; axis: which axis that z is.
 #define EK_RAY_FIELDS(F)                                                                                               \
   F(rx) F(ry) F(rz) F(nx) F(ny) F(nz) F(fx) F(fy) F(fz) F(p_ox) F(p_oy) F(p_oz) F(p_rx) F(p_ry) F(p_rz) F(p_nx) F(p_ny) \
-  F(p_nz) F(p_fx) F(p_fy) F(p_fz) F(sx) F(sy) F(axis)
+  F(p_nz) F(p_fx) F(p_fy) F(p_fz) F(sx) F(sy) F(axis) F(reach)
 
 typedef struct {
 #define EK_RAY_FIELD(name) vf name;
@@ -68,7 +68,8 @@ EK_FN RayLanes ray_lanes(constant Frame* frame, v3 o, v3 d) {
   const v3 r = V3(reciprocal_component(d.x, least), reciprocal_component(d.y, least), reciprocal_component(d.z, least));
 
   const v3 extent = add3(abs3(sub3(o, splat3(frame->scene_center))), splat3(frame->scene_half));
-  const vf pad = max_component(extent) * 0x1p-19f + max_component(abs3(o)) * 0x1p-23f;
+  const vf reach = max_component(extent);
+  const vf pad = reach * 0x1p-19f + max_component(abs3(o)) * 0x1p-23f;
   const v3 along = V3(r.x < 0.0f ? -pad : pad, r.y < 0.0f ? -pad : pad, r.z < 0.0f ? -pad : pad);
   const v3 n = add3(o, along), f = sub3(o, along);
 
@@ -87,6 +88,7 @@ EK_FN RayLanes ray_lanes(constant Frame* frame, v3 o, v3 d) {
   ray.p_fx = pf.x; ray.p_fy = pf.y; ray.p_fz = pf.z;
   ray.sx = pd.x / pd.z;
   ray.sy = pd.y / pd.z;
+  ray.reach = reach;
   ray.axis = z_is_x ? (vf)(0.0f) : z_is_y ? (vf)(1.0f) : (vf)(2.0f);
   return ray;
 }

@@ -31,7 +31,7 @@
 #else
 #define SHAPE(name) name##_lanes
 #define ShapeRay RayLanes
-#define ShapeCorner float
+#define ShapeCorner vf
 #define ShapeF vf
 #define ShapeI vi
 #define SHAPE_AS_F AS_F
@@ -84,48 +84,53 @@ EK_FN SHAPE(TriangleHit) SHAPE(triangle_hit)(const ShapeRay* ray, SHAPE(Corners)
   r.t = zero;
   r.u = zero;
   r.v = zero;
-  r.hit = (SHAPE(shape_min)(SHAPE(shape_min)(ea, eb), ec) >= zero) | (SHAPE(shape_max)(SHAPE(shape_max)(ea, eb), ec) <= zero);
+  ShapeF least = SHAPE(shape_min)(SHAPE(shape_min)(ea, eb), ec), most = SHAPE(shape_max)(SHAPE(shape_max)(ea, eb), ec);
+  r.hit = (least >= zero) | (most <= zero);
   if (SHAPE_ANY(r.hit)) {
-    const ShapeI undecided = r.hit & ((ea == zero) | (eb == zero) | (ec == zero));
-    if (SHAPE_ANY(undecided)) {
+    if (SHAPE_ANY(r.hit & ((least == zero) | (most == zero)))) {
       ea = ea == zero ? SHAPE(equal_products_difference)(cx, by, cy, bx) : ea;
       eb = eb == zero ? SHAPE(equal_products_difference)(ax, cy, ay, cx) : eb;
       ec = ec == zero ? SHAPE(equal_products_difference)(bx, ay, by, ax) : ec;
-      r.hit = (SHAPE(shape_min)(SHAPE(shape_min)(ea, eb), ec) >= zero) |
-              (SHAPE(shape_max)(SHAPE(shape_max)(ea, eb), ec) <= zero);
+      least = SHAPE(shape_min)(SHAPE(shape_min)(ea, eb), ec);
+      most = SHAPE(shape_max)(SHAPE(shape_max)(ea, eb), ec);
+      r.hit = (least >= zero) | (most <= zero);
     }
-    const ShapeF det = (ea + eb) + ec;
-    r.hit = r.hit & (SHAPE(shape_abs)(det) >= (ShapeF)(0x1p-126f));
-    const ShapeF inverse = (ShapeF)(1.0f) / det;
+    // A triangle wholly behind the origin has t <= 0: half of the candidates end here.
     const ShapeF at = az * ray->p_rz, bt = bz * ray->p_rz, ct = cz * ray->p_rz;
+    const ShapeF last_t = SHAPE(shape_max)(SHAPE(shape_max)(at, bt), ct);
+    r.hit = r.hit & (last_t > zero);
+    if (!SHAPE_ANY(r.hit)) return r;
+    const ShapeF det = (ea + eb) + ec, size = SHAPE(shape_abs)(det);
+    r.hit = r.hit & (size >= (ShapeF)(0x1p-126f));
+    const ShapeF inverse = (ShapeF)(1.0f) / det, inverse_size = SHAPE(shape_abs)(inverse);
     ShapeF t = ((ea * at + eb * bt) + ec * ct) * inverse;
 
     // gamma(n) = n 2^-24 / (1 - n 2^-24), rounded up.
     const ShapeF gamma2 = (ShapeF)(1.1920931e-7f), gamma3 = (ShapeF)(1.7881398e-7f), gamma5 = (ShapeF)(2.980233e-7f);
-    const ShapeF max_t = SHAPE(shape_max)(SHAPE(shape_max)(SHAPE(shape_abs)(at), SHAPE(shape_abs)(bt)), SHAPE(shape_abs)(ct));
-    const ShapeI in_front = SHAPE(shape_min)(SHAPE(shape_min)(at, bt), ct) > gamma3 * max_t;
-    if (SHAPE_ANY(r.hit & !in_front)) {
+    const ShapeF first_t = SHAPE(shape_min)(SHAPE(shape_min)(at, bt), ct);
+    const ShapeI in_front = first_t > gamma3 * last_t;
+    const ShapeF max_t = SHAPE(shape_max)(last_t, -first_t);
+    // With coordinates below twice the reach, the bound below is less than half of this one: where t exceeds it, all is well.
+    const ShapeF coarse_t = (0x1p-19f + (0x1p-14f * ray->reach) * ray->reach * inverse_size) * max_t;
+    if (SHAPE_ANY(r.hit & !in_front & !(t > coarse_t))) {
       const ShapeF max_x = SHAPE(shape_max)(SHAPE(shape_max)(SHAPE(shape_abs)(ax), SHAPE(shape_abs)(bx)), SHAPE(shape_abs)(cx));
       const ShapeF max_y = SHAPE(shape_max)(SHAPE(shape_max)(SHAPE(shape_abs)(ay), SHAPE(shape_abs)(by)), SHAPE(shape_abs)(cy));
       const ShapeF max_z = SHAPE(shape_max)(SHAPE(shape_max)(SHAPE(shape_abs)(az), SHAPE(shape_abs)(bz)), SHAPE(shape_abs)(cz));
-      const ShapeF max_e = SHAPE(shape_max)(SHAPE(shape_max)(SHAPE(shape_abs)(ea), SHAPE(shape_abs)(eb)), SHAPE(shape_abs)(ec));
+      const ShapeF max_e = SHAPE(shape_max)(most, -least);
       const ShapeF delta_x = gamma5 * (max_x + max_z), delta_y = gamma5 * (max_y + max_z);
       const ShapeF delta_e = 2.0f * ((gamma2 * max_x * max_y + delta_y * max_x) + delta_x * max_y);
-      const ShapeF delta_t = 3.0f * ((2.0f * gamma3 * max_e + delta_e) * max_t) * SHAPE(shape_abs)(inverse);
+      const ShapeF delta_t = 3.0f * ((2.0f * gamma3 * max_e + delta_e) * max_t) * inverse_size;
       r.hit = r.hit & (in_front | (t > delta_t));
     }
 
+    // On z, t lies between those of the corners but for 8 units of 2^-24, well within the pad.
     const ShapeF lo_x = (ShapeF)(SHAPE(corner_min)(p.ax, p.bx, p.cx)), hi_x = (ShapeF)(SHAPE(corner_max)(p.ax, p.bx, p.cx));
     const ShapeF lo_y = (ShapeF)(SHAPE(corner_min)(p.ay, p.by, p.cy)), hi_y = (ShapeF)(SHAPE(corner_max)(p.ay, p.by, p.cy));
-    const ShapeF lo_z = (ShapeF)(SHAPE(corner_min)(p.az, p.bz, p.cz)), hi_z = (ShapeF)(SHAPE(corner_max)(p.az, p.bz, p.cz));
     const ShapeF near_x = ((ray->p_rx < 0.0f ? hi_x : lo_x) - ray->p_nx) * ray->p_rx;
     const ShapeF near_y = ((ray->p_ry < 0.0f ? hi_y : lo_y) - ray->p_ny) * ray->p_ry;
-    const ShapeF near_z = ((ray->p_rz < 0.0f ? hi_z : lo_z) - ray->p_nz) * ray->p_rz;
     const ShapeF far_x = ((ray->p_rx < 0.0f ? lo_x : hi_x) - ray->p_fx) * ray->p_rx;
     const ShapeF far_y = ((ray->p_ry < 0.0f ? lo_y : hi_y) - ray->p_fy) * ray->p_ry;
-    const ShapeF far_z = ((ray->p_rz < 0.0f ? lo_z : hi_z) - ray->p_fz) * ray->p_rz;
-    const ShapeF begin = SHAPE(shape_max)(SHAPE(shape_max)(SHAPE(shape_max)(near_x, near_y), near_z), zero);
-    const ShapeF end = SHAPE(shape_min)(SHAPE(shape_min)(far_x, far_y), far_z);
+    const ShapeF begin = SHAPE(shape_max)(SHAPE(shape_max)(near_x, near_y), zero), end = SHAPE(shape_min)(far_x, far_y);
     r.hit = r.hit & (begin <= end);
     t = t < begin ? begin : t;
     r.t = t > end ? end : t;

@@ -6,11 +6,29 @@
 #include "traverse_bvh2.h"
 #include "traverse_bvh8.h"
 #include "traverse_none.h"
+#include "traverse_packet.h"
 
-typedef struct {
-  vf t, u, v;   // t in lengths of the direction, +inf where nothing was hit; weights of corners b and c
-  vu triangle;  // EK_NO_HIT where nothing was hit
-} HitLanes;
+// Trees of up to so many triangles are traversed by packets whatever the rays.
+#define EK_PACKET_TRIANGLES 256
+
+// Lanes that hold a ray whose every number is one; no other can hit anything, nor may it widen the bounds of a packet.
+EK_FN vi packet_valid(RayLanes ray, vf t_max, uint count) {
+  return (LANE_INDEX < (vu)(count)) & (t_max > 0.0f) & (ray.p_ox == ray.p_ox) & (ray.p_oy == ray.p_oy) &
+         (ray.p_oz == ray.p_oz) & (ray.sx == ray.sx) & (ray.sy == ray.sy);
+}
+
+// Whether a packet is likely to pay. Rays that start together and were meant for the same light may yet go anywhere: those of
+// a packet must agree on their longest axis, its sign, and on the slopes to it within a quarter.
+EK_FN int use_packet(Geometry geometry, RayLanes ray, vi valid, int coherent) {
+  if ((EK_LAYOUT_bvh8 == 0) | (EK_WIDTH == 1)) return 0;
+  if (geometry.nodes[BVH8_TRIANGLE_COUNT] <= EK_PACKET_TRIANGLES) return 1;
+  if (!coherent) return 0;
+  const vf least = -EK_INFINITY, most = EK_INFINITY;
+  const vf axis = ray.axis + (ray.p_rz < 0.0f ? (vf)(4.0f) : (vf)(0.0f));
+  return lanes_max(valid ? axis : least) <= lanes_min(valid ? axis : most) &&
+         lanes_max(valid ? ray.sx : least) - lanes_min(valid ? ray.sx : most) < 0.25f &&
+         lanes_max(valid ? ray.sy : least) - lanes_min(valid ? ray.sy : most) < 0.25f;
+}
 
 EK_FN int traverse_one(Geometry geometry, const RayOne* ray, const int any_hit, Hit* hit) {
   if (EK_LAYOUT_bvh8) return traverse_bvh8(geometry, ray, any_hit, hit);
@@ -21,38 +39,57 @@ EK_FN int traverse_one(Geometry geometry, const RayOne* ray, const int any_hit, 
 // The closest hit with t > 0 of each ray in the first `count` lanes; the other lanes' results mean nothing. coherent: the rays
 // are neighbours, as camera rays are, and tracing them together may pay; it does not change the hits.
 EK_FN HitLanes closest_hit(constant Frame* frame, Geometry geometry, v3 origin, v3 dir, uint count, int coherent) {
-  RayTable rays;
-  ray_store(&rays, ray_lanes(frame, origin, dir));
-  float t[EK_WIDTH] __attribute__((aligned(4 * EK_WIDTH))), u[EK_WIDTH] __attribute__((aligned(4 * EK_WIDTH))),
-      v[EK_WIDTH] __attribute__((aligned(4 * EK_WIDTH)));
-  uint triangle[EK_WIDTH] __attribute__((aligned(4 * EK_WIDTH)));
-  for (uint lane = 0; lane < count; ++lane) {
-    const RayOne ray = ray_pick(&rays, lane);
-    Hit hit = no_hit(INFINITY);
-    traverse_one(geometry, &ray, 0, &hit);
-    t[lane] = hit.t;
-    u[lane] = hit.u;
-    v[lane] = hit.v;
-    triangle[lane] = hit.triangle;
+  const RayLanes ray = ray_lanes(frame, origin, dir);
+  HitLanes hit = {EK_INFINITY, (vf)(0.0f), (vf)(0.0f), (vu)(EK_NO_HIT)};
+  const vi valid = packet_valid(ray, hit.t, count);
+  if (use_packet(geometry, ray, valid, coherent)) {
+    hit.t = valid ? hit.t : (vf)(-1.0f);
+    traverse_packet(geometry, &ray, valid, 0, &hit);
+    hit.t = valid ? hit.t : EK_INFINITY;
+  } else {
+    RayTable rays;
+    ray_store(&rays, ray);
+    HitTable hits;
+    for (uint lane = 0; lane < count; ++lane) {
+      const RayOne one = ray_pick(&rays, lane);
+      Hit found = no_hit(INFINITY);
+      traverse_one(geometry, &one, 0, &found);
+      hits.t[lane] = found.t;
+      hits.u[lane] = found.u;
+      hits.v[lane] = found.v;
+      hits.triangle[lane] = found.triangle;
+    }
+    hit.t = *(vf*)hits.t;
+    hit.u = *(vf*)hits.u;
+    hit.v = *(vf*)hits.v;
+    hit.triangle = *(vu*)hits.triangle;
   }
-  HitLanes hits = {*(vf*)t, *(vf*)u, *(vf*)v, *(vu*)triangle};
-  return hits;
+  return hit;
 }
 
 // Whether anything lies in 0 < t < t_max on each ray in the first `count` lanes.
 EK_FN vi occluded(constant Frame* frame, Geometry geometry, v3 origin, v3 dir, vf t_max, uint count, int coherent) {
-  RayTable rays;
-  ray_store(&rays, ray_lanes(frame, origin, dir));
-  float end[EK_WIDTH] __attribute__((aligned(4 * EK_WIDTH)));
-  uint found[EK_WIDTH] __attribute__((aligned(4 * EK_WIDTH)));
-  *(vf*)end = t_max;
-  *(vu*)found = (vu)(0u);
-  for (uint lane = 0; lane < count; ++lane) {
-    const RayOne ray = ray_pick(&rays, lane);
-    Hit hit = no_hit(end[lane]);
-    found[lane] = (uint)traverse_one(geometry, &ray, 1, &hit);
+  const RayLanes ray = ray_lanes(frame, origin, dir);
+  vi blocked;
+  const vi valid = packet_valid(ray, t_max, count);
+  if (use_packet(geometry, ray, valid, coherent)) {
+    HitLanes hit = {valid ? t_max : (vf)(-1.0f), (vf)(0.0f), (vf)(0.0f), (vu)(EK_NO_HIT)};
+    traverse_packet(geometry, &ray, valid, 1, &hit);
+    blocked = valid & (hit.t < 0.0f);
+  } else {
+    RayTable rays;
+    ray_store(&rays, ray);
+    HitTable ends;
+    *(vf*)ends.t = t_max;
+    *(vu*)ends.triangle = (vu)(0u);
+    for (uint lane = 0; lane < count; ++lane) {
+      const RayOne one = ray_pick(&rays, lane);
+      Hit found = no_hit(ends.t[lane]);
+      ends.triangle[lane] = (uint)traverse_one(geometry, &one, 1, &found);
+    }
+    blocked = *(vu*)ends.triangle != (vu)(0u);
   }
-  return *(vu*)found != (vu)(0u);
+  return blocked;
 }
 
 #endif

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Layout `bvh8`, for CPU devices: one ray against eight boxes, or eight triangles, in explicit vectors.
 //   node, 64 words: [0, 48) planes lo x, hi x, lo y, hi y, lo z, hi z of the children, eight each; a missing child has
-//     lo = +inf, hi = -inf. [48, 56) children, largest first: index of the node, or bit 31 | index of the block
+//     lo = +inf, hi = -inf. [48, 56) children, largest first: index of the node, or bit 31 | index of the block.
+//     [56] of the root: triangles in the tree
 //   block, 80 words: [0, 72) corners a x, a y, a z, b x, ..., c z of eight triangles; [72, 80) their indices. An unused
 //     triangle is NaN, and its index EK_NO_HIT.
 #ifndef EK_TRAVERSE_BVH8_H
@@ -9,6 +10,7 @@
 #include "hit.h"
 
 #define BVH8_LEAF 0x80000000u
+#define BVH8_TRIANGLE_COUNT 56
 
 EK_FN float8 bvh8_load(global const float* p) { return *(global const float8*)p; }
 

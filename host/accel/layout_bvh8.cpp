@@ -13,7 +13,7 @@ namespace eikon {
 namespace {
 
 constexpr std::uint32_t kWidth = 8;
-constexpr std::size_t kNodeWords = 64, kBlockWords = 80;
+constexpr std::size_t kNodeWords = 64, kBlockWords = 80, kTriangleCountWord = 56;
 constexpr std::uint32_t kLeafBit = 0x80000000U;
 constexpr std::uint32_t kTaskLimit = 4096;
 // Costs in units of one step: 8 boxes, or 8 triangles, are tested at once.
@@ -188,6 +188,7 @@ Accel layout_bvh8(const BinaryTree& tree, TriangleSoup triangles) {
   const Emitter emitter(tree, accel);
   const auto& blocks = emitter.blocks();
   accel.node_count = accel.nodes.size() / kNodeWords;
+  accel.nodes[kTriangleCountWord] = static_cast<std::uint32_t>(tree.triangles.size());
   accel.leaves.resize(blocks.size() * kBlockWords);
   tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t b) {
     std::uint32_t* words = accel.leaves.data() + b * kBlockWords;

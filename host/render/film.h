@@ -34,9 +34,9 @@ struct FilmLayout {
   bool operator==(const FilmLayout&) const = default;
 };
 
-/// A sample takes part in a film when it is finite and |value| < kFilmSaturation, so that a sum has room for its sign and a
-/// carry. Whoever adds samples (the film stage) counts the others as rejected.
-inline constexpr float kFilmSaturation = 0x1p62f;
+/// A sample takes part in a film when it is finite and |value| < kFilmSaturation: 2^24 such samples do not overflow a sum.
+/// Whoever adds samples (the film stage) counts the others as rejected.
+inline constexpr float kFilmSaturation = 0x1p38f;
 [[nodiscard]] bool fits_film(float value);
 /// floor(value * 2^64): exact for |value| >= 2^-41, else truncated towards minus infinity (by less than 2^-64, the same for
 /// every device). throws InternalError unless fits_film(value). The film stage does the same; tests use this as its oracle.

@@ -11,9 +11,9 @@
 // filter [Lee 1983]. An outlier has a large V, takes in its whole surroundings and no longer hides itself; a pixel that is
 // exact keeps to itself, and edges stay. The pixel's own m counts only where it has few such neighbours. The second is taken out
 // to second order by the expected squared error of mu.
-// What is left of the bias, on synthetic pixels (tests/unit/film_error_test.cpp): below 5 % for normal and for log-normal samples on
-// gradients and edges, +13 % when neighbours have nothing to do with each other; -11 % for samples of standard deviation 7 times
-// their mean at a relMSE of 0.8, -40 % for 23 times at a relMSE of 8. V / (m^2 + eps) gave -20 % to -90 % there.
+// What is left of the bias, on synthetic pixels (tests/unit/film_error_test.cpp): about 5 % for normal and for log-normal samples on
+// gradients and edges, 11 to 13 % when neighbours have nothing to do with each other; -11 % for samples of standard deviation 7 times
+// their mean at a relMSE of 0.8, -40 % for 23 times at a relMSE of 8.
 //
 // The interval: pixels are independent (each has its own scramble), the three channels of a pixel are not, so the pixel's mean
 // over channels T_p is the unit. The variance of their sum comes from successive differences [von Neumann et al. 1941] along a

@@ -41,6 +41,14 @@ glm::dvec3 triangle_normal(const Triangle& t) {
   return glm::cross(p1 - p0, p2 - p0);
 }
 
+// Light sampling derives a light's normal in floats. A needle for which that fails is not sampled: light_pdf_m2 stays 0, and
+// what scattered rays find of it counts in full.
+bool can_be_sampled(const Triangle& t, const glm::dvec3& normal) {
+  const glm::vec3 p0(t.p0_x, t.p0_y, t.p0_z);
+  const glm::dvec3 rounded(glm::cross(glm::vec3(t.p1_x, t.p1_y, t.p1_z) - p0, glm::vec3(t.p2_x, t.p2_y, t.p2_z) - p0));
+  return glm::dot(rounded, normal) > 0.999 * glm::length(rounded) * glm::length(normal);
+}
+
 class Packer {
  public:
   Packer(const Scene& scene, const Features& features, PackedScene& out)
@@ -67,8 +75,10 @@ class Packer {
       const Triangle& t = out_.triangles[i];
       const Material& material = scene_.materials[t.material];
       const double radiance = mean(material.emission);
-      const double area = radiance > 0 ? 0.5 * glm::length(triangle_normal(t)) : 0;
-      if (!(area > 0)) continue;
+      if (!(radiance > 0)) continue;
+      const glm::dvec3 normal = triangle_normal(t);
+      const double area = 0.5 * glm::length(normal);
+      if (!(area > 0) || !can_be_sampled(t, normal)) continue;
       Light light{};
       light.p0_x = t.p0_x, light.p0_y = t.p0_y, light.p0_z = t.p0_z;
       light.p1_x = t.p1_x, light.p1_y = t.p1_y, light.p1_z = t.p1_z;

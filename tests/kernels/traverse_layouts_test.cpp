@@ -87,7 +87,7 @@ std::vector<ProbeRay> adversarial_rays(const Soup& soup, std::size_t count, floa
 void expect_all_agree(const Soup& soup, const std::vector<ProbeRay>& rays, const std::string& what) {
   for (const DeviceInfo& info : select_devices("all")) {
     Device device(info);
-    TraverseProbe brute(device, soup, {"none", 16, false});
+    TraverseProbe brute(device, soup, {"none", 16});
     const auto closest = brute.closest(rays);
     const auto any = brute.any(rays);
     std::size_t hit_count = 0, blocked_count = 0;
@@ -100,12 +100,13 @@ void expect_all_agree(const Soup& soup, const std::vector<ProbeRay>& rays, const
     }
     EXPECT_GT(hit_count, rays.size() / 50) << what;  // the comparison below is of hits, not of misses
     EXPECT_LT(blocked_count, rays.size()) << what;
-    const TraverseProbe::Options variants[] = {{"bvh8", 16, false}, {"bvh8", 8, false}, {"bvh8", 16, true},
-                                               {"bvh8", 1, false},  {"bvh2", 1, false}, {"bvh2", 16, false},
-                                               {"none", 1, false}};
+    const TraverseProbe::Options variants[] = {
+        {"bvh8", 16}, {"bvh8", 8}, {"bvh8", 1}, {"bvh2", 1}, {"bvh2", 16}, {"none", 1}, {"bvh8", 16, true, false},
+        {"bvh8", 16, false, true}, {"bvh8", 8, false, true}, {"bvh8", 16, true, true}};
     for (const auto& variant : variants) {
       TraverseProbe probe(device, soup, variant);
-      const std::string name = what + ", " + variant.layout + " width " + std::to_string(variant.width);
+      const std::string name = what + ", " + variant.layout + " width " + std::to_string(variant.width) +
+                               (variant.portable ? ", portable" : "") + (variant.coherent ? ", packets" : "");
       EXPECT_TRUE(same_bits(probe.closest(rays), closest, rays)) << name;
       EXPECT_EQ(probe.any(rays), any) << name;
     }
