@@ -33,7 +33,7 @@ EK_FN uint mask_bits(vi m) { return lanes_bits(m); }
 EK_FN uint mask_bits(vi m) { return mask_bits8(m.lo) | mask_bits8(m.hi) << 8; }
 #endif
 
-// Index of the lowest and of the highest set bit; bits is not 0.
+// Index of the lowest set bit; bits is not 0.
 EK_FN uint lowest_bit(uint bits) {
 #if EK_BUILTIN(__builtin_ctz)
   return (uint)__builtin_ctz(bits);
@@ -41,6 +41,5 @@ EK_FN uint lowest_bit(uint bits) {
   return 31u - clz(bits & (0u - bits));
 #endif
 }
-EK_FN uint highest_bit(uint bits) { return 31u - clz(bits); }
 
 #endif

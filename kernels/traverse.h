@@ -3,13 +3,13 @@
 // (one of them 1); EK_STACK_SIZE: entries that its deepest path can leave waiting. All give the same bits (ray.h).
 #ifndef EK_TRAVERSE_H
 #define EK_TRAVERSE_H
+#include "traverse_batch.h"
 #include "traverse_bvh2.h"
 #include "traverse_bvh8.h"
 #include "traverse_none.h"
 #include "traverse_packet.h"
 
-// Trees of up to so many triangles are traversed by packets whatever the rays.
-#define EK_PACKET_TRIANGLES 256
+#define USE_BATCH (EK_LAYOUT_bvh8 & EK_HAS_BATCH & (EK_WIDTH > 1))
 
 // Lanes that hold a ray whose every number is one; no other can hit anything, nor may it widen the bounds of a packet.
 EK_FN vi packet_valid(RayLanes ray, vf t_max, uint count) {
@@ -21,7 +21,7 @@ EK_FN vi packet_valid(RayLanes ray, vf t_max, uint count) {
 // a packet must agree on their longest axis, its sign, and on the slopes to it within a quarter.
 EK_FN int use_packet(Geometry geometry, RayLanes ray, vi valid, int coherent) {
   if ((EK_LAYOUT_bvh8 == 0) | (EK_WIDTH == 1)) return 0;
-  if (geometry.nodes[BVH8_TRIANGLE_COUNT] <= EK_PACKET_TRIANGLES) return 1;
+  if (bvh8_is_small(geometry)) return 1;
   if (!coherent) return 0;
   const vf least = -EK_INFINITY, most = EK_INFINITY;
   const vf axis = ray.axis + (ray.p_rz < 0.0f ? (vf)(4.0f) : (vf)(0.0f));
@@ -50,14 +50,22 @@ EK_FN HitLanes closest_hit(constant Frame* frame, Geometry geometry, v3 origin, 
     RayTable rays;
     ray_store(&rays, ray);
     HitTable hits;
-    for (uint lane = 0; lane < count; ++lane) {
-      const RayOne one = ray_pick(&rays, lane);
-      Hit found = no_hit(INFINITY);
-      traverse_one(geometry, &one, 0, &found);
-      hits.t[lane] = found.t;
-      hits.u[lane] = found.u;
-      hits.v[lane] = found.v;
-      hits.triangle[lane] = found.triangle;
+    *(vf*)hits.t = hit.t;
+    *(vf*)hits.u = hit.u;
+    *(vf*)hits.v = hit.v;
+    *(vu*)hits.triangle = hit.triangle;
+    if (USE_BATCH) {
+      traverse_batch(geometry, &rays, count, 0, &hits);
+    } else {
+      for (uint lane = 0; lane < count; ++lane) {
+        const RayOne one = ray_pick(&rays, lane);
+        Hit found = no_hit(INFINITY);
+        traverse_one(geometry, &one, 0, &found);
+        hits.t[lane] = found.t;
+        hits.u[lane] = found.u;
+        hits.v[lane] = found.v;
+        hits.triangle[lane] = found.triangle;
+      }
     }
     hit.t = *(vf*)hits.t;
     hit.u = *(vf*)hits.u;
@@ -79,15 +87,21 @@ EK_FN vi occluded(constant Frame* frame, Geometry geometry, v3 origin, v3 dir, v
   } else {
     RayTable rays;
     ray_store(&rays, ray);
-    HitTable ends;
-    *(vf*)ends.t = t_max;
-    *(vu*)ends.triangle = (vu)(0u);
-    for (uint lane = 0; lane < count; ++lane) {
-      const RayOne one = ray_pick(&rays, lane);
-      Hit found = no_hit(ends.t[lane]);
-      ends.triangle[lane] = (uint)traverse_one(geometry, &one, 1, &found);
+    HitTable hits;
+    *(vf*)hits.t = t_max;
+    *(vf*)hits.u = (vf)(0.0f);
+    *(vf*)hits.v = (vf)(0.0f);
+    *(vu*)hits.triangle = (vu)(EK_NO_HIT);
+    if (USE_BATCH) {
+      traverse_batch(geometry, &rays, count, 1, &hits);
+    } else {
+      for (uint lane = 0; lane < count; ++lane) {
+        const RayOne one = ray_pick(&rays, lane);
+        Hit found = no_hit(hits.t[lane]);
+        if (traverse_one(geometry, &one, 1, &found)) hits.triangle[lane] = 0;
+      }
     }
-    blocked = *(vu*)ends.triangle != (vu)(0u);
+    blocked = *(vu*)hits.triangle != (vu)(EK_NO_HIT);
   }
   return blocked;
 }

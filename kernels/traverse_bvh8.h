@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Layout `bvh8`, for CPU devices: one ray against eight boxes, or eight triangles, in explicit vectors.
 //   node, 64 words: [0, 48) planes lo x, hi x, lo y, hi y, lo z, hi z of the children, eight each; a missing child has
-//     lo = +inf, hi = -inf. [48, 56) children, largest first: index of the node, or bit 31 | index of the block.
-//     [56] of the root: triangles in the tree
+//     lo = +inf, hi = -inf. [48, 56) children, smallest first: index of the node, or bit 31 | index of the block.
+//     [56, 64) word i, bits 3k .. 3k + 2: the child that is i-th from far to near for rays of octant k (bit 0: x < 0, ...);
+//     bits 24 .. 31 of word 56 of the root: triangles in the tree, 255 for more
 //   block, 80 words: [0, 72) corners a x, a y, a z, b x, ..., c z of eight triangles; [72, 80) their indices. An unused
 //     triangle is NaN, and its index EK_NO_HIT.
 #ifndef EK_TRAVERSE_BVH8_H
@@ -10,7 +11,6 @@
 #include "hit.h"
 
 #define BVH8_LEAF 0x80000000u
-#define BVH8_TRIANGLE_COUNT 56
 
 EK_FN float8 bvh8_load(global const float* p) { return *(global const float8*)p; }
 
@@ -68,15 +68,17 @@ EK_FN uint bvh8_push_sorted(float8 begins, global const uint* children, uint bit
   return (uint)stack[top - 1];
 }
 
-// The same without order, for any-hit queries: the children come largest first.
+// The same without order, for any-hit queries: the children come smallest first, and the largest is tried first.
 EK_FN uint bvh8_push(global const uint* children, uint bits, ulong* stack, uint* waiting) {
   while (bits & (bits - 1)) {
-    const uint k = highest_bit(bits);
-    bits ^= 1u << k;
-    stack[(*waiting)++] = children[k];
+    stack[(*waiting)++] = children[lowest_bit(bits)];
+    bits &= bits - 1;
   }
   return children[lowest_bit(bits)];
 }
+
+// Whether the tree is so small that any rays share most of the way.
+EK_FN int bvh8_is_small(Geometry geometry) { return geometry.nodes[56] >> 24 < 255u; }
 
 // Tests a block. returns 1 if that settles an any-hit query.
 EK_FN int bvh8_block(global const float* block, const RayOne* ray, uint x, uint y, uint z, const int any_hit, Hit* hit) {

@@ -13,7 +13,7 @@ namespace eikon {
 namespace {
 
 constexpr std::uint32_t kWidth = 8;
-constexpr std::size_t kNodeWords = 64, kBlockWords = 80, kTriangleCountWord = 56;
+constexpr std::size_t kNodeWords = 64, kBlockWords = 80, kOrderWord = 56;
 constexpr std::uint32_t kLeafBit = 0x80000000U;
 constexpr std::uint32_t kTaskLimit = 4096;
 // Costs in units of one step: 8 boxes, or 8 triangles, are tested at once.
@@ -32,7 +32,7 @@ class Collapse {
   [[nodiscard]] float cost() const { return cost(0, 1); }
   [[nodiscard]] bool is_leaf(std::uint32_t n) const { return leaf_cost(n) <= cost(n, 1); }
 
-  /// The children of the wide node made of binary node n, largest first: an any-hit ray tries the likeliest first.
+  /// The children of the wide node made of binary node n, smallest first: an any-hit ray tries the last, likeliest, first.
   [[nodiscard]] std::vector<WideChild> children(std::uint32_t n) const {
     std::vector<WideChild> list;
     if (is_leaf(n)) {
@@ -43,7 +43,7 @@ class Collapse {
       collect(right_child(tree_, n), kWidth - d.left, list);
     }
     std::stable_sort(list.begin(), list.end(),
-                     [&](const WideChild& a, const WideChild& b) { return area(a.binary) > area(b.binary); });
+                     [&](const WideChild& a, const WideChild& b) { return area(a.binary) < area(b.binary); });
     return list;
   }
 
@@ -125,12 +125,14 @@ class Emitter {
   std::uint32_t emit(std::uint32_t binary, std::size_t to, std::uint32_t first) {
     const std::vector<WideChild> children = collapse_.children(binary);
     std::array<std::uint32_t, kWidth> words{}, begins{};
+    std::array<Float4, kWidth> centers{};
     std::uint32_t inner = 0;
     for (std::size_t i = 0; i < kWidth; ++i) {
       Box box;  // empty: never hit
       if (i < children.size()) {
         const std::uint32_t child = children[i].binary;
         box = tree_.nodes[child].box();
+        centers[i] = box.lo + box.hi;
         begins[i] = first + first_of(binary, child);
         if (children[i].leaf) {
           words[i] = kLeafBit | static_cast<std::uint32_t>(blocks_.size());
@@ -146,12 +148,28 @@ class Emitter {
       }
       node[48 + i] = words[i];
     }
+    store_orders(accel_.nodes.data() + to * kNodeWords + kOrderWord, centers, children.size());
     accel_.nodes.resize(accel_.nodes.size() + inner * kNodeWords);
     std::uint32_t below = 0;
     for (std::size_t i = 0; i < children.size(); ++i) {
       if (!children[i].leaf) below = std::max(below, emit(children[i].binary, words[i], begins[i]));
     }
     return below + static_cast<std::uint32_t>(children.size()) - 1;
+  }
+
+  /// For each octant of directions the children from far to near, by their centres; missing children come first.
+  static void store_orders(std::uint32_t* words, const std::array<Float4, kWidth>& centers, std::size_t count) {
+    for (std::uint32_t octant = 0; octant < 8; ++octant) {
+      const auto depth = [&](std::uint32_t i) {
+        if (i >= count) return std::numeric_limits<float>::infinity();
+        float sum = 0;
+        for (int axis = 0; axis < 3; ++axis) sum += (octant >> axis & 1U) != 0 ? -centers[i][axis] : float{centers[i][axis]};
+        return sum;
+      };
+      std::array<std::uint32_t, kWidth> order{0, 1, 2, 3, 4, 5, 6, 7};
+      std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return depth(a) > depth(b); });
+      for (std::size_t i = 0; i < kWidth; ++i) words[i] |= order[i] << 3 * octant;
+    }
   }
 
   /// Offset of the triangles of `node`, a descendant of `ancestor`, among those of `ancestor`.
@@ -188,7 +206,7 @@ Accel layout_bvh8(const BinaryTree& tree, TriangleSoup triangles) {
   const Emitter emitter(tree, accel);
   const auto& blocks = emitter.blocks();
   accel.node_count = accel.nodes.size() / kNodeWords;
-  accel.nodes[kTriangleCountWord] = static_cast<std::uint32_t>(tree.triangles.size());
+  accel.nodes[kOrderWord] |= static_cast<std::uint32_t>(std::min<std::size_t>(tree.triangles.size(), 255)) << 24;
   accel.leaves.resize(blocks.size() * kBlockWords);
   tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t b) {
     std::uint32_t* words = accel.leaves.data() + b * kBlockWords;

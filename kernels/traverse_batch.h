@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: Apache-2.0
+// All lanes' rays, each on its own way through the `bvh8` layout, one step of each in turn: for rays that have nothing in
+// common. A step has no branch and does not depend on the step before it, which belongs to another ray, so the processor
+// works on several at once, and the next node of a ray can be fetched while the others move. Needs permutation and
+// compression of registers; EK_HAS_BATCH says whether this processor has them.
+#ifndef EK_TRAVERSE_BATCH_H
+#define EK_TRAVERSE_BATCH_H
+#include "traverse_bvh8.h"
+
+#if defined(__AVX512VL__) && EK_BUILTIN(__builtin_ia32_permvarsf256) && EK_BUILTIN(__builtin_ia32_permvarsi256) && \
+    EK_BUILTIN(__builtin_ia32_compresssi256_mask) && EK_BUILTIN(__builtin_prefetch)
+#define EK_HAS_BATCH 1
+
+#define BATCH_DONE 0xffffffffu             // below the last entry of a stack; has the leaf bit, but is no block
+#define BATCH_STACK (EK_STACK_SIZE + 9)    // eight entries are written at a time
+
+EK_FN void batch_prefetch(Geometry geometry, uint child) {
+  global const char* node = (global const char*)geometry.nodes + (size_t)child * 256;
+  global const char* block = (global const char*)geometry.leaves + (size_t)(child & ~BVH8_LEAF) * 320;
+  global const char* p = child & BVH8_LEAF ? block : node;
+  __builtin_prefetch(p);
+  __builtin_prefetch(p + 64);
+  __builtin_prefetch(p + 128);
+  __builtin_prefetch(p + 192);
+  __builtin_prefetch(p + (child & BVH8_LEAF ? 256 : 192));
+}
+
+// hits->t: where each ray ends. An any-hit query sets hits->triangle to 0 where something was found.
+EK_FN void traverse_batch(Geometry geometry, const RayTable* rays, uint count, const int any_hit, HitTable* hits) {
+  uint stack[EK_WIDTH][BATCH_STACK], current[EK_WIDTH], top[EK_WIDTH];
+  uint near[EK_WIDTH][3], octant[EK_WIDTH];
+  uchar at_node[EK_WIDTH], at_leaf[EK_WIDTH];
+  uint node_count = 0, leaf_count = 0;
+  for (uint lane = 0; lane < count; ++lane) {
+    const uint x = rays->rx[lane] < 0.0f, y = rays->ry[lane] < 0.0f, z = rays->rz[lane] < 0.0f;
+    near[lane][0] = 8u * x;
+    near[lane][1] = 16u + 8u * y;
+    near[lane][2] = 32u + 8u * z;
+    octant[lane] = 3u * (x + 2u * y + 4u * z);
+    stack[lane][0] = BATCH_DONE;
+    top[lane] = 1;
+    current[lane] = 0;
+    at_node[node_count++] = (uchar)lane;
+  }
+  while (node_count | leaf_count) {
+    uint still = 0;
+    for (uint i = 0; i < node_count; ++i) {
+      const uint lane = at_node[i];
+      global const float* node = (global const float*)geometry.nodes + (size_t)current[lane] * 64;
+      const uint x = near[lane][0], y = near[lane][1], z = near[lane][2];
+      const float8 begin_x = (bvh8_load(node + x) - rays->nx[lane]) * rays->rx[lane];
+      const float8 begin_y = (bvh8_load(node + y) - rays->ny[lane]) * rays->ry[lane];
+      const float8 begin_z = (bvh8_load(node + z) - rays->nz[lane]) * rays->rz[lane];
+      const float8 end_x = (bvh8_load(node + (x ^ 8u)) - rays->fx[lane]) * rays->rx[lane];
+      const float8 end_y = (bvh8_load(node + (y ^ 8u)) - rays->fy[lane]) * rays->ry[lane];
+      const float8 end_z = (bvh8_load(node + (z ^ 8u)) - rays->fz[lane]) * rays->rz[lane];
+      float8 begin = shape_max_block(shape_max_block(begin_x, begin_y), shape_max_block(begin_z, (float8)(0.0f)));
+      float8 end = shape_min_block(shape_min_block(end_x, end_y), shape_min_block(end_z, (float8)(hits->t[lane])));
+      int8 children = *(global const int8*)(node + 48);
+      if (!any_hit) {
+        // Farthest first, by the order that the builder stored for this octant.
+        const int8 order = as_int8(*(global const uint8*)(node + 56) >> octant[lane]);
+        begin = __builtin_ia32_permvarsf256(begin, order);
+        end = __builtin_ia32_permvarsf256(end, order);
+        children = __builtin_ia32_permvarsi256(children, order);
+      }
+      const uint bits = mask_bits8(begin <= end);
+      const int8 kept = __builtin_ia32_compresssi256_mask(children, children, (uchar)bits);
+      const uint at = top[lane];
+      vstore8(as_uint8(kept), 0, stack[lane] + at);
+      const uint last = at + (uint)popcount(bits) - 1u;
+      const uint next = stack[lane][last];
+      top[lane] = last;
+      current[lane] = next;
+      batch_prefetch(geometry, next);
+      at_leaf[leaf_count] = (uchar)lane;
+      leaf_count += (next >> 31) & (next != BATCH_DONE);
+      at_node[still] = (uchar)lane;
+      still += 1u - (next >> 31);
+    }
+    node_count = still;
+    uint waiting = 0;
+    for (uint i = 0; i < leaf_count; ++i) {
+      const uint lane = at_leaf[i];
+      const RayOne ray = ray_pick(rays, lane);
+      const uint z = 8u * (uint)ray.axis, x = z == 16u ? 0u : z + 8u, y = x == 16u ? 0u : x + 8u;
+      Hit hit = {hits->t[lane], hits->u[lane], hits->v[lane], hits->triangle[lane]};
+      global const float* block = (global const float*)geometry.leaves + (size_t)(current[lane] & ~BVH8_LEAF) * 80;
+      if (bvh8_block(block, &ray, x, y, z, any_hit, &hit)) {
+        hits->triangle[lane] = 0;
+        continue;
+      }
+      hits->t[lane] = hit.t;
+      hits->u[lane] = hit.u;
+      hits->v[lane] = hit.v;
+      hits->triangle[lane] = hit.triangle;
+      const uint last = top[lane] - 1u, next = stack[lane][last];
+      top[lane] = last;
+      current[lane] = next;
+      batch_prefetch(geometry, next);
+      at_leaf[waiting] = (uchar)lane;
+      waiting += (next >> 31) & (next != BATCH_DONE);
+      at_node[node_count] = (uchar)lane;
+      node_count += 1u - (next >> 31);
+    }
+    leaf_count = waiting;
+  }
+}
+
+#else
+#define EK_HAS_BATCH 0
+EK_FN void traverse_batch(Geometry geometry, const RayTable* rays, uint count, const int any_hit, HitTable* hits) {}
+#endif
+
+#endif
