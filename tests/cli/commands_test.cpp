@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: Apache-2.0
+// The other commands, help, and an installed binary.
+#include <nlohmann/json.hpp>
+
+#include "cli/command.h"
+
+namespace eikon::testing {
+namespace {
+
+using nlohmann::json;
+
+TEST(Commands, help_of_each_shows_an_example) {
+  const Workplace here;
+  const Outcome all = here.eikon("--help");
+  EXPECT_TRUE(succeeded(all));
+  EXPECT_TRUE(contains(all.out, "Example") && contains(all.out, "Exit codes"));
+  for (const char* command : {"render", "info", "devices", "compare", "selftest", "bench"}) {
+    EXPECT_TRUE(contains(all.out, command)) << command;
+    const Outcome outcome = here.eikon(std::string(command) + " --help");
+    EXPECT_TRUE(succeeded(outcome)) << command;
+    EXPECT_TRUE(contains(outcome.out, "Example") && contains(outcome.out, std::string("eikon ") + command)) << outcome.out;
+    EXPECT_TRUE(outcome.err.empty()) << outcome.err;
+  }
+  EXPECT_TRUE(contains(here.eikon("--version").out, "eikon "));
+}
+
+TEST(Commands, help_needs_no_device) {
+  const Workplace here;
+  EXPECT_TRUE(succeeded(here.eikon("render --help", "OCL_ICD_VENDORS=/nonexistent")));
+}
+
+TEST(Commands, devices_lists_what_there_is) {
+  const Workplace here;
+  const Outcome outcome = here.eikon("devices");
+  EXPECT_TRUE(succeeded(outcome));
+  EXPECT_TRUE(contains(outcome.out, "0: ") && contains(outcome.out, "compute units") && contains(outcome.out, "driver")) << outcome.out;
+  const Outcome two = here.eikon("devices", "POCL_DEVICES='pthread pthread'");
+  EXPECT_TRUE(contains(two.out, "1: ")) << two.out;
+}
+
+TEST(Commands, selftest_trusts_this_driver) {
+  const Workplace here;
+  const Outcome outcome = here.eikon("selftest");
+  EXPECT_TRUE(succeeded(outcome)) << outcome.out;
+  EXPECT_TRUE(contains(outcome.out, "arithmetic") && contains(outcome.out, "furnace")) << outcome.out;
+  EXPECT_FALSE(contains(outcome.out, "FAIL"));
+}
+
+TEST(Commands, selftest_tells_a_driver_that_is_wrong) {
+  const Workplace here;
+  std::filesystem::copy(std::string(EIKON_SOURCE_DIR) + "/kernels", here / "kernels", std::filesystem::copy_options::recursive);
+  std::string film = read_bytes(here / "kernels/film.h");
+  const std::string exact = "- 86;";  // the film's unit
+  ASSERT_NE(film.find(exact), std::string::npos);
+  std::ofstream(here / "kernels/film.h") << film.replace(film.find(exact), exact.size(), "- 85;");
+  const Outcome outcome = here.eikon("selftest", "EIKON_KERNEL_DIR=" + (here / "kernels").string());
+  EXPECT_EQ(outcome.code, 4);
+  EXPECT_TRUE(contains(outcome.out, "FAIL")) << outcome.out;
+  EXPECT_EQ(outcome.err.rfind("eikon: ", 0), 0U) << outcome.err;
+}
+
+TEST(Commands, info_prints_the_ledger) {
+  const Workplace here;
+  const Outcome outcome = here.eikon("info " + scene("cornell.gltf"));
+  EXPECT_TRUE(succeeded(outcome));
+  for (const char* line : {"triangles", "diffuse", "area", "environment", "vertex_normal", "next_event", "in ", "out ", "material 'light'", "memory",
+                           "bvh8", "bvh2", "W (mean"})
+    EXPECT_TRUE(contains(outcome.out, line)) << line << " in\n" << outcome.out;
+  // Who needs it, or why it is out.
+  EXPECT_TRUE(contains(outcome.out, "environment      out")) << outcome.out;
+  EXPECT_TRUE(contains(here.eikon("info " + scene("sphere_in_sky.gltf")).out, "environment      in"));
+}
+
+TEST(Commands, compare_measures_and_judges) {
+  const Workplace here;
+  ASSERT_TRUE(succeeded(here.eikon("render " + scene("cornell.gltf") + " -o a.exr --size 16x16 --spp 16 --quiet")));
+  ASSERT_TRUE(succeeded(here.eikon("render " + scene("cornell.gltf") + " -o b.exr --size 16x16 --spp 16 --seed 7 --quiet")));
+  const Outcome same = here.eikon("compare a.exr a.exr --json --fail-above 0");
+  EXPECT_TRUE(succeeded(same));
+  EXPECT_EQ(json::parse(same.out).at("relmse").get<double>(), 0);
+  EXPECT_EQ(json::parse(same.out).at("ratio_of_means").get<double>(), 1);
+  const Outcome other = here.eikon("compare a.exr b.exr --json --png difference.png");
+  EXPECT_TRUE(succeeded(other));
+  const json found = json::parse(other.out);
+  for (const char* metric : {"mse", "relmse", "mape"}) EXPECT_GT(found.at(metric).get<double>(), 0) << metric;
+  EXPECT_EQ(read_bytes(here / "difference.png").substr(0, 8), "\x89PNG\r\n\x1a\n");
+  EXPECT_EQ(here.eikon("compare a.exr b.exr --fail-above 1e-9").code, 1);
+  EXPECT_EQ(here.eikon("compare a.exr b.exr --fail-above 1e9").code, 0);
+  EXPECT_TRUE(contains(here.eikon("compare a.exr b.exr").out, "relMSE"));
+  EXPECT_TRUE(refused(here.eikon("compare a.exr b.exr --png nowhere/x.png"), 3));
+}
+
+TEST(Commands, an_installed_eikon_needs_nothing_of_the_source_tree) {
+  const Workplace here;
+  const std::string prefix = (here / "prefix").string();
+  const std::string build = std::filesystem::path(EIKON_BINARY).parent_path().string();
+  ASSERT_EQ(std::system(("cmake --install '" + build + "' --prefix '" + prefix + "' >/dev/null").c_str()), 0);
+  std::filesystem::copy(scene("furnace.gltf"), here / "furnace.gltf");
+  // No name of the source tree or the build may be in it; the kernels are inside.
+  const std::string binary = read_bytes(prefix + "/bin/eikon");
+  EXPECT_FALSE(contains(binary, std::string(EIKON_SOURCE_DIR) + "/"));
+  EXPECT_TRUE(contains(binary, "Stage `intersect`"));
+  const pid_t child = here.start("--version", "env -i PATH=/usr/bin:/bin HOME=" + here.operator/("").string() +
+                                                  " ./prefix/bin/eikon render furnace.gltf --size 8x8 --spp 4 --quiet;");
+  EXPECT_TRUE(succeeded(here.wait(child)));
+  EXPECT_TRUE(std::filesystem::exists(here / "furnace.exr"));
+}
+
+}  // namespace
+}  // namespace eikon::testing
