@@ -19,19 +19,24 @@ struct Outcome {
   std::string out, err;
 };
 
+inline bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+
 inline std::string scene(const std::string& name) { return std::string(EIKON_SOURCE_DIR) + "/scenes/" + name; }
 
 class Workplace {
  public:
   [[nodiscard]] std::filesystem::path operator/(const std::string& name) const { return folder_ / name; }
 
-  /// Runs `eikon arguments`; `before` is shell text in front of it: variables, ulimit ...;, timeout, oclgrind.
+  /// Runs `eikon arguments`; `before` is shell text in front of it: variables, `ulimit ...;`, oclgrind.
   Outcome eikon(const std::string& arguments, const std::string& before = "") const { return wait(start(arguments, before)); }
+  Outcome shell(const std::string& line) const { return wait(start_shell(line)); }
 
-  /// Starts it; the process id is that of eikon itself unless `before` says otherwise.
+  /// Starts it; the process is eikon itself.
   pid_t start(const std::string& arguments, const std::string& before = "") const {
-    const std::string line = before.empty() || before.find(';') == std::string::npos ? "exec env " + before + " " + binary() + " " + arguments
-                                                                                      : before + " exec " + binary() + " " + arguments;
+    const bool commands = contains(before, ";");
+    return start_shell((commands ? before + " exec " : "exec env " + before + " ") + binary() + " " + arguments);
+  }
+  pid_t start_shell(const std::string& line) const {
     const std::string in_folder = "cd '" + folder_.path().string() + "' && " + line;
     const pid_t child = fork();
     if (child == 0) {
@@ -73,8 +78,6 @@ class Workplace {
 
   TemporaryFolder folder_, logs_;
 };
-
-inline bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
 /// One line on stderr that begins "eikon: ", nothing on stdout, that exit code.
 inline ::testing::AssertionResult refused(const Outcome& outcome, int code) {
