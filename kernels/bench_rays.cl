@@ -15,10 +15,12 @@ EK_FN void store_ray(global float* rays, uint stride, uint i, v3 origin, v3 dir,
   store_f(rays + 6 * stride + i, t_max);
 }
 
-// Camera rays in 4 x 4 blocks of pixels; after the last pixel the picture begins anew. blocks_x: blocks per row; blocks: in all.
-kernel void bench_camera(constant Frame* frame, global float* rays, uint stride, uint blocks_x, uint blocks) {
+// Camera rays, 16 for a block of 4 x 4 pixels; the blocks are spread over the whole picture, however many rays there are.
+// blocks_x: blocks per row; blocks: in all.
+kernel void bench_camera(constant Frame* frame, global float* rays, uint ray_count, uint stride, uint blocks_x, uint blocks) {
   const uint i = (uint)get_global_id(0) * EK_WIDTH;
-  const vu ray = (vu)(i) + LANE_INDEX, block = (ray >> 4) % blocks;
+  const uint groups = (ray_count + 15u) / 16u, block = (uint)((ulong)(i / 16u) * blocks / groups);
+  const vu ray = (vu)(i) + LANE_INDEX;
   const vu x = (block % blocks_x) * 4u + (ray & 3u), y = (block / blocks_x) * 4u + ((ray >> 2) & 3u);
   vf u, v;
   sample_2d(hash_bits(ray), (vu)(0u), DIM_FILTER, &u, &v);

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+// `eikon bench rays`: what it measures, and what it refuses. How fast it is, no test says.
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "cli/command.h"
+
+namespace eikon::testing {
+namespace {
+
+TEST(BenchRays, json_has_a_row_per_layout_and_kind_of_ray) {
+  const Workplace workplace;
+  const Outcome outcome = workplace.eikon("bench rays " + scene("cornell.gltf") + " --devices 0 --rays 4096 --rounds 1 --json rays.json");
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  std::ifstream file(workplace / "rays.json");
+  const nlohmann::json rows = nlohmann::json::parse(file);
+  std::set<std::string> seen;
+  std::size_t defaults = 0;
+  for (const auto& row : rows) {
+    seen.insert(row.at("layout").get<std::string>() + " " + row.at("rays").get<std::string>());
+    EXPECT_EQ(row.at("accel"), "bvh");
+    EXPECT_GT(row.at("mrays_per_s").get<double>(), 0);
+    EXPECT_GT(row.at("bytes").get<std::uint64_t>(), 0U);
+    EXPECT_GE(row.at("build_s").get<double>(), 0);
+    EXPECT_TRUE(row.at("embree_mrays_per_s").is_null());  // not asked for
+    EXPECT_TRUE(row.at("embree_build_s").is_null());
+    defaults += row.at("default").get<bool>() ? 1 : 0;
+  }
+  EXPECT_EQ(seen, (std::set<std::string>{"bvh8 camera", "bvh8 shadow", "bvh8 diffuse", "bvh2 camera", "bvh2 shadow", "bvh2 diffuse"}));
+  EXPECT_EQ(defaults, 3U);
+}
+
+TEST(BenchRays, brute_force_can_be_measured_too) {
+  const Workplace workplace;
+  const Outcome outcome =
+      workplace.eikon("bench rays " + scene("cornell.gltf") + " --devices 0 --rays 1024 --rounds 1 --accel none --json rays.json");
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  std::ifstream file(workplace / "rays.json");
+  const nlohmann::json rows = nlohmann::json::parse(file);
+  ASSERT_EQ(rows.size(), 3U);
+  for (const auto& row : rows) {
+    EXPECT_EQ(row.at("accel"), "none");
+    EXPECT_EQ(row.at("default"), false);
+  }
+}
+
+TEST(BenchRays, an_unknown_yardstick_and_a_scene_without_triangles_are_refused) {
+  const Workplace workplace;
+  EXPECT_EQ(workplace.eikon("bench rays " + scene("cornell.gltf") + " --versus optix").code, 2);
+  EXPECT_EQ(workplace.eikon("bench").code, 2);
+  std::ofstream(workplace / "empty.gltf") << R"({"asset": {"version": "2.0"}})";
+  EXPECT_EQ(workplace.eikon("bench rays empty.gltf --devices 0").code, 3);
+}
+
+}  // namespace
+}  // namespace eikon::testing
