@@ -25,11 +25,9 @@ typedef struct {
   uint triangle;
 } Hit;
 
-// The hits of all lanes in memory.
 typedef struct {
-  float t[EK_WIDTH] __attribute__((aligned(4 * EK_WIDTH))), u[EK_WIDTH] __attribute__((aligned(4 * EK_WIDTH))),
-      v[EK_WIDTH] __attribute__((aligned(4 * EK_WIDTH)));
-  uint triangle[EK_WIDTH] __attribute__((aligned(4 * EK_WIDTH)));
+  float t[EK_ROWS] EK_ROWS_ALIGNED, u[EK_ROWS] EK_ROWS_ALIGNED, v[EK_ROWS] EK_ROWS_ALIGNED;
+  uint triangle[EK_ROWS] EK_ROWS_ALIGNED;
 } HitTable;
 
 EK_FN Hit no_hit(float t_max) {

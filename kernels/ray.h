@@ -32,21 +32,28 @@ typedef struct {
 #undef EK_RAY_FIELD
 } RayOne;
 
-// The rays of all lanes in memory, so that one can be picked.
+// So many rays are traced in one go, in rows of tables.
+#if EK_WIDTH == 1
+#define EK_ROWS 1
+#else
+#define EK_ROWS 64
+#endif
+#define EK_ROWS_ALIGNED __attribute__((aligned(4 * EK_WIDTH)))
+
 typedef struct {
-#define EK_RAY_FIELD(name) float name[EK_WIDTH] __attribute__((aligned(4 * EK_WIDTH)));
+#define EK_RAY_FIELD(name) float name[EK_ROWS] EK_ROWS_ALIGNED;
   EK_RAY_FIELDS(EK_RAY_FIELD)
 #undef EK_RAY_FIELD
 } RayTable;
 
-EK_FN void ray_store(RayTable* table, RayLanes ray) {
-#define EK_RAY_FIELD(name) *(vf*)table->name = ray.name;
+EK_FN void ray_store(RayTable* table, uint row, RayLanes ray) {
+#define EK_RAY_FIELD(name) *(vf*)(table->name + row) = ray.name;
   EK_RAY_FIELDS(EK_RAY_FIELD)
 #undef EK_RAY_FIELD
 }
-EK_FN RayOne ray_pick(const RayTable* table, uint lane) {
+EK_FN RayOne ray_pick(const RayTable* table, uint row) {
   RayOne ray;
-#define EK_RAY_FIELD(name) ray.name = table->name[lane];
+#define EK_RAY_FIELD(name) ray.name = table->name[row];
   EK_RAY_FIELDS(EK_RAY_FIELD)
 #undef EK_RAY_FIELD
   return ray;

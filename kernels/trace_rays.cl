@@ -15,22 +15,42 @@ EK_FN v3 trace_load3(global const float* p, uint stride) { return V3(load_f(p), 
 kernel void trace_closest(TRACE_ARGUMENTS) {
   const Geometry geometry = {accel_nodes, accel_leaves, triangles};
   const uint begin = (uint)get_global_id(0) * EK_CHUNK, end = min(begin + EK_CHUNK, ray_count);
-  for (uint i = begin; i < end; i += EK_WIDTH) {
-    const HitLanes hit = closest_hit(frame, geometry, trace_load3(rays + i, stride), trace_load3(rays + 3 * stride + i, stride),
-                                     min(end - i, (uint)EK_WIDTH), coherent);
-    store_f(hits + i, hit.t);
-    store_f(hits + stride + i, hit.u);
-    store_f(hits + 2 * stride + i, hit.v);
-    store_f(hits + 3 * stride + i, AS_F(hit.triangle));
+  Tracing tracing;
+  for (uint first = begin; first < end; first += EK_ROWS) {
+    const uint rows = min(end - first, (uint)EK_ROWS);
+    tracing_clear(&tracing);
+    for (uint row = 0; row < rows; row += EK_WIDTH) {
+      global const float* p = rays + first + row;
+      closest_begin(frame, geometry, &tracing, row, trace_load3(p, stride), trace_load3(p + 3 * stride, stride),
+                    min(rows - row, (uint)EK_WIDTH), coherent);
+    }
+    tracing_finish(geometry, &tracing, 0);
+    for (uint row = 0; row < rows; row += EK_WIDTH) {
+      const HitLanes hit = closest_result(&tracing, row);
+      global float* p = hits + first + row;
+      store_f(p, hit.t);
+      store_f(p + stride, hit.u);
+      store_f(p + 2 * stride, hit.v);
+      store_f(p + 3 * stride, AS_F(hit.triangle));
+    }
   }
 }
 
 kernel void trace_any(TRACE_ARGUMENTS) {
   const Geometry geometry = {accel_nodes, accel_leaves, triangles};
   const uint begin = (uint)get_global_id(0) * EK_CHUNK, end = min(begin + EK_CHUNK, ray_count);
-  for (uint i = begin; i < end; i += EK_WIDTH) {
-    const vi blocked = occluded(frame, geometry, trace_load3(rays + i, stride), trace_load3(rays + 3 * stride + i, stride),
-                                load_f(rays + 6 * stride + i), min(end - i, (uint)EK_WIDTH), coherent);
-    store_f(hits + i, blocked ? (vf)(1.0f) : (vf)(0.0f));
+  Tracing tracing;
+  for (uint first = begin; first < end; first += EK_ROWS) {
+    const uint rows = min(end - first, (uint)EK_ROWS);
+    tracing_clear(&tracing);
+    for (uint row = 0; row < rows; row += EK_WIDTH) {
+      global const float* p = rays + first + row;
+      any_begin(frame, geometry, &tracing, row, trace_load3(p, stride), trace_load3(p + 3 * stride, stride),
+                load_f(p + 6 * stride), min(rows - row, (uint)EK_WIDTH), coherent);
+    }
+    tracing_finish(geometry, &tracing, 1);
+    for (uint row = 0; row < rows; row += EK_WIDTH) {
+      store_f(hits + first + row, any_result(&tracing, row) ? (vf)(1.0f) : (vf)(0.0f));
+    }
   }
 }

@@ -36,74 +36,82 @@ EK_FN int traverse_one(Geometry geometry, const RayOne* ray, const int any_hit, 
   return traverse_none(geometry, ray, any_hit, hit);
 }
 
-// The closest hit with t > 0 of each ray in the first `count` lanes; the other lanes' results mean nothing. coherent: the rays
-// are neighbours, as camera rays are, and tracing them together may pay; it does not change the hits.
-EK_FN HitLanes closest_hit(constant Frame* frame, Geometry geometry, v3 origin, v3 dir, uint count, int coherent) {
-  const RayLanes ray = ray_lanes(frame, origin, dir);
-  HitLanes hit = {EK_INFINITY, (vf)(0.0f), (vf)(0.0f), (vu)(EK_NO_HIT)};
-  const vi valid = packet_valid(ray, hit.t, count);
-  if (use_packet(geometry, ray, valid, coherent)) {
-    hit.t = valid ? hit.t : (vf)(-1.0f);
-    traverse_packet(geometry, &ray, valid, 0, &hit);
-    hit.t = valid ? hit.t : EK_INFINITY;
-  } else {
-    RayTable rays;
-    ray_store(&rays, ray);
-    HitTable hits;
-    *(vf*)hits.t = hit.t;
-    *(vf*)hits.u = hit.u;
-    *(vf*)hits.v = hit.v;
-    *(vu*)hits.triangle = hit.triangle;
-    if (USE_BATCH) {
-      traverse_batch(geometry, &rays, count, 0, &hits);
-    } else {
-      for (uint lane = 0; lane < count; ++lane) {
-        const RayOne one = ray_pick(&rays, lane);
-        Hit found = no_hit(INFINITY);
-        traverse_one(geometry, &one, 0, &found);
-        hits.t[lane] = found.t;
-        hits.u[lane] = found.u;
-        hits.v[lane] = found.v;
-        hits.triangle[lane] = found.triangle;
-      }
-    }
-    hit.t = *(vf*)hits.t;
-    hit.u = *(vf*)hits.u;
-    hit.v = *(vf*)hits.v;
-    hit.triangle = *(vu*)hits.triangle;
-  }
-  return hit;
-}
+// Walks over the paths of a stage that traces rays, EK_ROWS at a time; otherwise as EK_FOR_EACH (wavefront.h).
+#if defined(EK_CHUNKED) && EK_CHUNKED
+#define EK_FOR_EACH_ROWS(slot, count, queue) for (uint slot = 0; slot < (count); slot += EK_ROWS)
+#else
+#define EK_FOR_EACH_ROWS(slot, count, queue) EK_FOR_EACH(slot, count, queue)
+#endif
 
-// Whether anything lies in 0 < t < t_max on each ray in the first `count` lanes.
-EK_FN vi occluded(constant Frame* frame, Geometry geometry, v3 origin, v3 dir, vf t_max, uint count, int coherent) {
+// EK_ROWS rays on their way: begin for each vector of them, finish, then read the results.
+typedef struct {
+  RayTable rays;
+  HitTable hits;
+  uchar open[EK_ROWS];  // rows that wait for finish; a packet is settled at once
+  uint open_count;
+} Tracing;
+
+EK_FN void tracing_clear(Tracing* tracing) { tracing->open_count = 0; }
+
+EK_FN void tracing_begin(constant Frame* frame, Geometry geometry, Tracing* tracing, uint row, v3 origin, v3 dir, vf t_max,
+                         uint count, int coherent, const int any_hit) {
   const RayLanes ray = ray_lanes(frame, origin, dir);
-  vi blocked;
+  HitLanes hit = {t_max, (vf)(0.0f), (vf)(0.0f), (vu)(EK_NO_HIT)};
   const vi valid = packet_valid(ray, t_max, count);
   if (use_packet(geometry, ray, valid, coherent)) {
-    HitLanes hit = {valid ? t_max : (vf)(-1.0f), (vf)(0.0f), (vf)(0.0f), (vu)(EK_NO_HIT)};
-    traverse_packet(geometry, &ray, valid, 1, &hit);
-    blocked = valid & (hit.t < 0.0f);
+    hit.t = valid ? t_max : (vf)(-1.0f);
+    traverse_packet(geometry, &ray, valid, any_hit, &hit);
+    if (any_hit) hit.triangle = (valid & (hit.t < 0.0f)) ? (vu)(0u) : hit.triangle;
+    hit.t = valid ? hit.t : t_max;
   } else {
-    RayTable rays;
-    ray_store(&rays, ray);
-    HitTable hits;
-    *(vf*)hits.t = t_max;
-    *(vf*)hits.u = (vf)(0.0f);
-    *(vf*)hits.v = (vf)(0.0f);
-    *(vu*)hits.triangle = (vu)(EK_NO_HIT);
-    if (USE_BATCH) {
-      traverse_batch(geometry, &rays, count, 1, &hits);
-    } else {
-      for (uint lane = 0; lane < count; ++lane) {
-        const RayOne one = ray_pick(&rays, lane);
-        Hit found = no_hit(hits.t[lane]);
-        if (traverse_one(geometry, &one, 1, &found)) hits.triangle[lane] = 0;
-      }
-    }
-    blocked = *(vu*)hits.triangle != (vu)(EK_NO_HIT);
+    ray_store(&tracing->rays, row, ray);
+    for (uint lane = 0; lane < count; ++lane) tracing->open[tracing->open_count++] = (uchar)(row + lane);
   }
-  return blocked;
+  *(vf*)(tracing->hits.t + row) = hit.t;
+  *(vf*)(tracing->hits.u + row) = hit.u;
+  *(vf*)(tracing->hits.v + row) = hit.v;
+  *(vu*)(tracing->hits.triangle + row) = hit.triangle;
+}
+
+// Row `row` and those behind it are to find the closest hit with t > 0 of `count` rays (at most EK_WIDTH). coherent: the rays are
+// neighbours, as camera rays are, and tracing them together may pay; it does not change the hits.
+EK_FN void closest_begin(constant Frame* frame, Geometry geometry, Tracing* tracing, uint row, v3 origin, v3 dir, uint count,
+                         int coherent) {
+  tracing_begin(frame, geometry, tracing, row, origin, dir, EK_INFINITY, count, coherent, 0);
+}
+
+// The same for whether anything lies in 0 < t < t_max.
+EK_FN void any_begin(constant Frame* frame, Geometry geometry, Tracing* tracing, uint row, v3 origin, v3 dir, vf t_max, uint count,
+                     int coherent) {
+  tracing_begin(frame, geometry, tracing, row, origin, dir, t_max, count, coherent, 1);
+}
+
+EK_FN void tracing_finish(Geometry geometry, Tracing* tracing, const int any_hit) {
+  HitTable* hits = &tracing->hits;
+  if (USE_BATCH) {
+    traverse_batch(geometry, &tracing->rays, tracing->open, tracing->open_count, any_hit, hits);
+  } else {
+    for (uint i = 0; i < tracing->open_count; ++i) {
+      const uint row = tracing->open[i];
+      const RayOne ray = ray_pick(&tracing->rays, row);
+      Hit hit = no_hit(hits->t[row]);
+      const int found = traverse_one(geometry, &ray, any_hit, &hit);
+      hits->t[row] = hit.t;
+      hits->u[row] = hit.u;
+      hits->v[row] = hit.v;
+      hits->triangle[row] = any_hit & found ? 0u : hit.triangle;
+    }
+  }
+}
+
+// Results of EK_WIDTH rows from `row`; rows without a ray mean nothing.
+EK_FN HitLanes closest_result(const Tracing* tracing, uint row) {
+  HitLanes hit = {*(const vf*)(tracing->hits.t + row), *(const vf*)(tracing->hits.u + row), *(const vf*)(tracing->hits.v + row),
+                  *(const vu*)(tracing->hits.triangle + row)};
+  return hit;
+}
+EK_FN vi any_result(const Tracing* tracing, uint row) {
+  return *(const vu*)(tracing->hits.triangle + row) != (vu)(EK_NO_HIT);
 }
 
 #endif

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// All lanes' rays, each on its own way through the `bvh8` layout, one step of each in turn: for rays that have nothing in
+// Many rays, each on its own way through the `bvh8` layout, one step of each in turn: for rays that have nothing in
 // common. A step has no branch and does not depend on the step before it, which belongs to another ray, so the processor
 // works on several at once, and the next node of a ray can be fetched while the others move. Needs permutation and
 // compression of registers; EK_HAS_BATCH says whether this processor has them.
@@ -25,82 +25,85 @@ EK_FN void batch_prefetch(Geometry geometry, uint child) {
   __builtin_prefetch(p + (child & BVH8_LEAF ? 256 : 192));
 }
 
-// hits->t: where each ray ends. An any-hit query sets hits->triangle to 0 where something was found.
-EK_FN void traverse_batch(Geometry geometry, const RayTable* rays, uint count, const int any_hit, HitTable* hits) {
-  uint stack[EK_WIDTH][BATCH_STACK], current[EK_WIDTH], top[EK_WIDTH];
-  uint near[EK_WIDTH][3], octant[EK_WIDTH];
-  uchar at_node[EK_WIDTH], at_leaf[EK_WIDTH];
+// The rays of `rows` (count of them). hits->t: where each ray ends. An any-hit query sets hits->triangle to 0 where something was
+// found.
+EK_FN void traverse_batch(Geometry geometry, const RayTable* rays, const uchar* rows, uint count, const int any_hit,
+                          HitTable* hits) {
+  uint stack[EK_ROWS][BATCH_STACK], current[EK_ROWS], top[EK_ROWS];
+  uint near[EK_ROWS][3], octant[EK_ROWS];
+  uchar at_node[EK_ROWS], at_leaf[EK_ROWS];
   uint node_count = 0, leaf_count = 0;
-  for (uint lane = 0; lane < count; ++lane) {
-    const uint x = rays->rx[lane] < 0.0f, y = rays->ry[lane] < 0.0f, z = rays->rz[lane] < 0.0f;
-    near[lane][0] = 8u * x;
-    near[lane][1] = 16u + 8u * y;
-    near[lane][2] = 32u + 8u * z;
-    octant[lane] = 3u * (x + 2u * y + 4u * z);
-    stack[lane][0] = BATCH_DONE;
-    top[lane] = 1;
-    current[lane] = 0;
-    at_node[node_count++] = (uchar)lane;
+  for (uint i = 0; i < count; ++i) {
+    const uint row = rows[i];
+    const uint x = rays->rx[row] < 0.0f, y = rays->ry[row] < 0.0f, z = rays->rz[row] < 0.0f;
+    near[row][0] = 8u * x;
+    near[row][1] = 16u + 8u * y;
+    near[row][2] = 32u + 8u * z;
+    octant[row] = 3u * (x + 2u * y + 4u * z);
+    stack[row][0] = BATCH_DONE;
+    top[row] = 1;
+    current[row] = 0;
+    at_node[node_count++] = (uchar)row;
   }
   while (node_count | leaf_count) {
     uint still = 0;
     for (uint i = 0; i < node_count; ++i) {
-      const uint lane = at_node[i];
-      global const float* node = (global const float*)geometry.nodes + (size_t)current[lane] * 64;
-      const uint x = near[lane][0], y = near[lane][1], z = near[lane][2];
-      const float8 begin_x = (bvh8_load(node + x) - rays->nx[lane]) * rays->rx[lane];
-      const float8 begin_y = (bvh8_load(node + y) - rays->ny[lane]) * rays->ry[lane];
-      const float8 begin_z = (bvh8_load(node + z) - rays->nz[lane]) * rays->rz[lane];
-      const float8 end_x = (bvh8_load(node + (x ^ 8u)) - rays->fx[lane]) * rays->rx[lane];
-      const float8 end_y = (bvh8_load(node + (y ^ 8u)) - rays->fy[lane]) * rays->ry[lane];
-      const float8 end_z = (bvh8_load(node + (z ^ 8u)) - rays->fz[lane]) * rays->rz[lane];
+      const uint row = at_node[i];
+      global const float* node = (global const float*)geometry.nodes + (size_t)current[row] * 64;
+      const uint x = near[row][0], y = near[row][1], z = near[row][2];
+      const float8 begin_x = (bvh8_load(node + x) - rays->nx[row]) * rays->rx[row];
+      const float8 begin_y = (bvh8_load(node + y) - rays->ny[row]) * rays->ry[row];
+      const float8 begin_z = (bvh8_load(node + z) - rays->nz[row]) * rays->rz[row];
+      const float8 end_x = (bvh8_load(node + (x ^ 8u)) - rays->fx[row]) * rays->rx[row];
+      const float8 end_y = (bvh8_load(node + (y ^ 8u)) - rays->fy[row]) * rays->ry[row];
+      const float8 end_z = (bvh8_load(node + (z ^ 8u)) - rays->fz[row]) * rays->rz[row];
       float8 begin = shape_max_block(shape_max_block(begin_x, begin_y), shape_max_block(begin_z, (float8)(0.0f)));
-      float8 end = shape_min_block(shape_min_block(end_x, end_y), shape_min_block(end_z, (float8)(hits->t[lane])));
+      float8 end = shape_min_block(shape_min_block(end_x, end_y), shape_min_block(end_z, (float8)(hits->t[row])));
       int8 children = *(global const int8*)(node + 48);
       if (!any_hit) {
         // Farthest first, by the order that the builder stored for this octant.
-        const int8 order = as_int8(*(global const uint8*)(node + 56) >> octant[lane]);
+        const int8 order = as_int8(*(global const uint8*)(node + 56) >> octant[row]);
         begin = __builtin_ia32_permvarsf256(begin, order);
         end = __builtin_ia32_permvarsf256(end, order);
         children = __builtin_ia32_permvarsi256(children, order);
       }
       const uint bits = mask_bits8(begin <= end);
       const int8 kept = __builtin_ia32_compresssi256_mask(children, children, (uchar)bits);
-      const uint at = top[lane];
-      vstore8(as_uint8(kept), 0, stack[lane] + at);
+      const uint at = top[row];
+      vstore8(as_uint8(kept), 0, stack[row] + at);
       const uint last = at + (uint)popcount(bits) - 1u;
-      const uint next = stack[lane][last];
-      top[lane] = last;
-      current[lane] = next;
+      const uint next = stack[row][last];
+      top[row] = last;
+      current[row] = next;
       batch_prefetch(geometry, next);
-      at_leaf[leaf_count] = (uchar)lane;
+      at_leaf[leaf_count] = (uchar)row;
       leaf_count += (next >> 31) & (next != BATCH_DONE);
-      at_node[still] = (uchar)lane;
+      at_node[still] = (uchar)row;
       still += 1u - (next >> 31);
     }
     node_count = still;
     uint waiting = 0;
     for (uint i = 0; i < leaf_count; ++i) {
-      const uint lane = at_leaf[i];
-      const RayOne ray = ray_pick(rays, lane);
+      const uint row = at_leaf[i];
+      const RayOne ray = ray_pick(rays, row);
       const uint z = 8u * (uint)ray.axis, x = z == 16u ? 0u : z + 8u, y = x == 16u ? 0u : x + 8u;
-      Hit hit = {hits->t[lane], hits->u[lane], hits->v[lane], hits->triangle[lane]};
-      global const float* block = (global const float*)geometry.leaves + (size_t)(current[lane] & ~BVH8_LEAF) * 80;
+      Hit hit = {hits->t[row], hits->u[row], hits->v[row], hits->triangle[row]};
+      global const float* block = (global const float*)geometry.leaves + (size_t)(current[row] & ~BVH8_LEAF) * 80;
       if (bvh8_block(block, &ray, x, y, z, any_hit, &hit)) {
-        hits->triangle[lane] = 0;
+        hits->triangle[row] = 0;
         continue;
       }
-      hits->t[lane] = hit.t;
-      hits->u[lane] = hit.u;
-      hits->v[lane] = hit.v;
-      hits->triangle[lane] = hit.triangle;
-      const uint last = top[lane] - 1u, next = stack[lane][last];
-      top[lane] = last;
-      current[lane] = next;
+      hits->t[row] = hit.t;
+      hits->u[row] = hit.u;
+      hits->v[row] = hit.v;
+      hits->triangle[row] = hit.triangle;
+      const uint last = top[row] - 1u, next = stack[row][last];
+      top[row] = last;
+      current[row] = next;
       batch_prefetch(geometry, next);
-      at_leaf[waiting] = (uchar)lane;
+      at_leaf[waiting] = (uchar)row;
       waiting += (next >> 31) & (next != BATCH_DONE);
-      at_node[node_count] = (uchar)lane;
+      at_node[node_count] = (uchar)row;
       node_count += 1u - (next >> 31);
     }
     leaf_count = waiting;
@@ -109,7 +112,8 @@ EK_FN void traverse_batch(Geometry geometry, const RayTable* rays, uint count, c
 
 #else
 #define EK_HAS_BATCH 0
-EK_FN void traverse_batch(Geometry geometry, const RayTable* rays, uint count, const int any_hit, HitTable* hits) {}
+EK_FN void traverse_batch(Geometry geometry, const RayTable* rays, const uchar* rows, uint count, const int any_hit,
+                          HitTable* hits) {}
 #endif
 
 #endif

@@ -206,7 +206,7 @@ Accel layout_bvh8(const BinaryTree& tree, TriangleSoup triangles) {
   const Emitter emitter(tree, accel);
   const auto& blocks = emitter.blocks();
   accel.node_count = accel.nodes.size() / kNodeWords;
-  accel.nodes[kOrderWord] |= static_cast<std::uint32_t>(std::min<std::size_t>(tree.triangles.size(), 255)) << 24;
+  accel.nodes[kOrderWord] |= static_cast<std::uint32_t>(std::bit_width(tree.triangles.size())) << 24;
   accel.leaves.resize(blocks.size() * kBlockWords);
   tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t b) {
     std::uint32_t* words = accel.leaves.data() + b * kBlockWords;

@@ -10,13 +10,21 @@ kernel void intersect(constant Frame* frame, global uint* path_state, global con
   global uint* state = chunk_state(path_state);
   const Geometry geometry = {accel_nodes, accel_leaves, triangles};
   const uint count = counts[4 * EK_CHUNK_INDEX + (depth & 1)];
-  EK_FOR_EACH(slot, count, queue_rays + (depth & 1) * EK_CHUNK) {
-    const uint lanes = EK_CHUNKED ? min(count - slot, (uint)EK_WIDTH) : 1u;
-    const HitLanes hit = closest_hit(frame, geometry, state_3(state, FIELD_origin_x, slot),
-                                     state_3(state, FIELD_dir_x, slot), lanes, depth == 1);
-    state_set_f(state, FIELD_hit_t, slot, hit.t);
-    state_set_f(state, FIELD_hit_u, slot, hit.u);
-    state_set_f(state, FIELD_hit_v, slot, hit.v);
-    state_set_u(state, FIELD_hit_triangle, slot, hit.triangle);
+  Tracing tracing;
+  EK_FOR_EACH_ROWS(first, count, queue_rays + (depth & 1) * EK_CHUNK) {
+    const uint rows = EK_CHUNKED ? min(count - first, (uint)EK_ROWS) : 1u;
+    tracing_clear(&tracing);
+    for (uint row = 0; row < rows; row += EK_WIDTH) {
+      closest_begin(frame, geometry, &tracing, row, state_3(state, FIELD_origin_x, first + row),
+                    state_3(state, FIELD_dir_x, first + row), min(rows - row, (uint)EK_WIDTH), depth == 1);
+    }
+    tracing_finish(geometry, &tracing, 0);
+    for (uint row = 0; row < rows; row += EK_WIDTH) {
+      const HitLanes hit = closest_result(&tracing, row);
+      state_set_f(state, FIELD_hit_t, first + row, hit.t);
+      state_set_f(state, FIELD_hit_u, first + row, hit.u);
+      state_set_f(state, FIELD_hit_v, first + row, hit.v);
+      state_set_u(state, FIELD_hit_triangle, first + row, hit.triangle);
+    }
   }
 }

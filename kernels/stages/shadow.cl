@@ -10,12 +10,20 @@ kernel void shadow(constant Frame* frame, global uint* path_state, global const 
   global uint* state = chunk_state(path_state);
   const Geometry geometry = {accel_nodes, accel_leaves, triangles};
   const uint count = counts[4 * EK_CHUNK_INDEX + 2];
-  EK_FOR_EACH(slot, count, queue_shadow) {
-    const uint lanes = EK_CHUNKED ? min(count - slot, (uint)EK_WIDTH) : 1u;
-    const vi blocked = occluded(frame, geometry, state_3(state, FIELD_shadow_origin_x, slot),
-                                state_3(state, FIELD_shadow_dir_x, slot), state_f(state, FIELD_shadow_t, slot), lanes,
-                                depth == 1);
-    film_add(film_slots, frame->film_stride, FILM_r, (LANE_INDEX < (vu)(lanes)) & !blocked,
-             state_u(state, FIELD_shadow_path, slot), state_3(state, FIELD_shadow_r, slot));
+  Tracing tracing;
+  EK_FOR_EACH_ROWS(first, count, queue_shadow) {
+    const uint rows = EK_CHUNKED ? min(count - first, (uint)EK_ROWS) : 1u;
+    tracing_clear(&tracing);
+    for (uint row = 0; row < rows; row += EK_WIDTH) {
+      any_begin(frame, geometry, &tracing, row, state_3(state, FIELD_shadow_origin_x, first + row),
+                state_3(state, FIELD_shadow_dir_x, first + row), state_f(state, FIELD_shadow_t, first + row),
+                min(rows - row, (uint)EK_WIDTH), depth == 1);
+    }
+    tracing_finish(geometry, &tracing, 1);
+    for (uint row = 0; row < rows; row += EK_WIDTH) {
+      const vi visible = (LANE_INDEX < (vu)(min(rows - row, (uint)EK_WIDTH))) & !any_result(&tracing, row);
+      film_add(film_slots, frame->film_stride, FILM_r, visible, state_u(state, FIELD_shadow_path, first + row),
+               state_3(state, FIELD_shadow_r, first + row));
+    }
   }
 }

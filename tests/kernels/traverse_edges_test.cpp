@@ -19,7 +19,7 @@ kernel void edges(constant Frame* frame, global const Triangle* triangles, globa
   const uint index = (uint)get_global_id(0);
   const Geometry geometry = {0, 0, triangles};
   RayTable table;
-  ray_store(&table, ray_lanes(frame, V3((vf)(0.0f), (vf)(0.0f), (vf)(0.0f)), V3((vf)(0.0f), (vf)(0.0f), (vf)(1.0f))));
+  ray_store(&table, 0, ray_lanes(frame, V3((vf)(0.0f), (vf)(0.0f), (vf)(0.0f)), V3((vf)(0.0f), (vf)(0.0f), (vf)(1.0f))));
   const RayOne ray = ray_pick(&table, 0);
   Hit hit = no_hit(INFINITY);
   try_triangle(geometry, &ray, index, 0, &hit);

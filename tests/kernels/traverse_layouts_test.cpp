@@ -114,12 +114,14 @@ void expect_all_agree(const Soup& soup, const std::vector<ProbeRay>& rays, const
 }
 
 TEST(Traverse, random_rays_hit_the_same_bits_in_every_layout) {
-  expect_all_agree(fixtures::scattered(2000, 1.0F, 1), random_rays(20'000, 1.0F, 2), "scattered");
+  // The kernels treat trees of up to 2047 triangles in another way than larger ones.
+  expect_all_agree(fixtures::scattered(3000, 1.0F, 1), random_rays(20'000, 1.0F, 2), "scattered");
+  expect_all_agree(fixtures::scattered(300, 1.0F, 8), random_rays(20'000, 1.0F, 9), "few");
   expect_all_agree(fixtures::bumpy_sphere(20), random_rays(20'000, 1.0F, 3), "sphere");
 }
 
 TEST(Traverse, adversarial_rays_hit_the_same_bits_in_every_layout) {
-  const Soup scattered = fixtures::scattered(1000, 1.0F, 4), sphere = fixtures::bumpy_sphere(16);
+  const Soup scattered = fixtures::scattered(1000, 1.0F, 4), sphere = fixtures::bumpy_sphere(24);
   expect_all_agree(scattered, adversarial_rays(scattered, 20'000, 1.0F, 5), "scattered");
   expect_all_agree(sphere, adversarial_rays(sphere, 20'000, 1.0F, 6), "sphere");
 }
@@ -133,7 +135,7 @@ TEST(Traverse, rays_within_an_oblique_plane_of_slivers_hit_the_same_bits_in_ever
     return std::array<float, 3>{0.6F * a - 0.3F * b, 0.5F * a + 0.7F * b, 0.62F * a - 0.33F * b};
   };
   Soup soup;
-  for (int i = 0; i < 400; ++i) {
+  for (int i = 0; i < 2500; ++i) {
     const float a = unit(random), b = unit(random);
     for (int corner = 0; corner < 3; ++corner) {
       const auto p = in_plane(a + 0.3F * unit(random), b + 0.3F * unit(random));

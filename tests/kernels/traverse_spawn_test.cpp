@@ -40,7 +40,7 @@ kernel void leave(constant Frame* frame, global const Triangle* triangles, globa
       // A target within rounding error of the surface may lie on its other side as seen from the moved origin.
       const int leaves = (dot3(towards, n) < 0.0f) == (dot3(dir, n) < 0.0f);
       RayTable table;
-      ray_store(&table, ray_lanes(frame, origin, dir));
+      ray_store(&table, 0, ray_lanes(frame, origin, dir));
       const RayOne ray = ray_pick(&table, 0);
       Hit hit = no_hit(INFINITY);
       try_triangle(geometry, &ray, index, 0, &hit);
