@@ -18,7 +18,7 @@ enum {
 };
 
 // Slots between two fields: a power of two would put all fields of a path into one cache set.
-#define EK_STRIDE (EK_CHUNK + 16)
+#define EK_STRIDE (EK_CHUNK + EK_PAD)
 
 // Film slots of one path: R, G, B, then the layers that were asked for.
 enum {
@@ -72,7 +72,7 @@ EK_FN void path_set_u(global uint* state, uint field, uint slot, uint x) { state
 
 // Adds to the film slots of each lane's path; lanes outside `live` write to the trash slots behind the last path.
 EK_FN void film_add(global float* film_slots, uint film_stride, uint channel, vi live, vu path, v3 value) {
-  const vu slot = live ? path : (vu)(film_stride - 16u) + LANE_INDEX;
+  const vu slot = live ? path : (vu)(film_stride - EK_PAD) + LANE_INDEX;
   for (uint c = 0; c < 3; ++c) {
     global float* plane = film_slots + (size_t)(channel + c) * film_stride;
     const vf x = c == 0 ? value.x : c == 1 ? value.y : value.z;

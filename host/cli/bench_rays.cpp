@@ -157,7 +157,7 @@ ExitCode bench_rays_command(const BenchOptions& options) {
   if (!options.versus.empty() && options.versus != "embree") {
     throw UsageError(fmt::format("--versus {}: takes embree", options.versus));
   }
-  if (!options.json.empty()) require_writable(options.json);
+  require_writable({options.json}, options.scene.scene);
   const Prepared prepared = prepare(options.scene, true);
   const Features features(prepared.scene, prepared.settings);
   PackedScene scene = pack_scene(prepared.scene, features, prepared.settings);

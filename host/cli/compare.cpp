@@ -20,7 +20,7 @@ struct CompareOptions {
 };
 
 ExitCode compare_command(const CompareOptions& options) {
-  if (!options.png.empty()) require_writable(options.png);
+  require_writable({options.png}, options.reference);
   const Image test = read_exr(options.test), reference = read_exr(options.reference);
   Comparison result = compare_images(test, reference);
   result.flip = flip(test, reference);

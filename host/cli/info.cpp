@@ -7,6 +7,7 @@
 #include "cli/execution_options.h"
 #include "cli/scene_options.h"
 #include "render/pack.h"
+#include "render/render.h"
 #include "render/wavefront.h"
 
 namespace eikon {
@@ -14,7 +15,6 @@ namespace {
 
 struct InfoOptions {
   SceneOptions scene;
-  Execution execution;
 };
 
 ExitCode info_command(const InfoOptions& options) {
@@ -39,13 +39,22 @@ ExitCode info_command(const InfoOptions& options) {
   for (const Feature& feature : features.ledger())
     fmt::print("  {:<7} {:<16} {:<3}  {}\n", feature.kind, feature.name, feature.on ? "in" : "out", feature.who);
 
-  fmt::print("memory\n");
+  fmt::print("memory, of each device and of the host\n");
   for (const char* layout : {"bvh8", "bvh2"}) {
     add_accel(packed, "bvh", layout, 0);
     const std::uint64_t bytes = packed.bytes(layout);
     fmt::print("  {}: tree {} bytes, scene {} bytes{}\n", layout, packed.accels.at(layout).bytes(), bytes,
                packed.triangles.empty() ? "" : fmt::format(" ({:.0f} per triangle)", double(bytes) / double(packed.triangles.size())));
   }
+  Execution execution;
+  read_execution_environment(execution);
+  for (const DeviceInfo& info : list_devices()) {
+    const WavefrontConfig config = configure(info, execution);
+    fmt::print("  device {}: {} bytes for {} paths in flight, beside the scene as {}\n", info.index, path_pool_bytes(config, features),
+               config.capacity(), config.layout);
+  }
+  const FilmLayout film = film_layout(features, prepared.settings);
+  fmt::print("  film: {} bytes\n", film.crop.pixel_count() * film.replicates * (16 * film.channels.size() + 8));
   return ExitCode::done;
 }
 

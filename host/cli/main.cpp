@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Exit codes are decided here and nowhere else; core/error.h lists them.
+// Exit codes leave the process here; core/error.h lists them.
 #include <fmt/format.h>
 
 #include <cstdio>
@@ -21,7 +21,7 @@ int run(int argc, char** argv) {
   app.set_version_flag("--version", "eikon " EIKON_VERSION);
   app.require_subcommand(1);
   app.footer("Example:\n  eikon render scenes/cornell.gltf -o cornell.exr --png cornell.png --spp 256\n\n"
-             "Exit codes: 0 done, 1 done but not as asked, 2 usage, 3 input, 4 device, 5 internal, 130 interrupted.");
+             "Exit codes: 0 done, 1 done but not as asked, 2 usage, 3 input, 4 device, 5 internal, 130 interrupted, 143 terminated.");
   eikon::Command chosen;
   eikon::add_render(app, chosen);
   eikon::add_info(app, chosen);

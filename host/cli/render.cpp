@@ -4,6 +4,9 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <atomic>
+#include <cmath>
 #include <csignal>
 #include <memory>
 
@@ -42,9 +45,12 @@ class ProgressBar {
 
   void show(const Progress& now, const Film& film) {
     if (!on_) return;
-    if (host_seconds() - error_time_ > 1.0) {
+    // The devices wait for the film meanwhile: at most a twentieth of the time goes into the estimate.
+    const double begin = host_seconds();
+    if (begin >= next_error_s_) {
       error_ = film.predicted_error();
-      error_time_ = host_seconds();
+      const double end = host_seconds();
+      next_error_s_ = end + std::max(1.0, 20 * (end - begin));
     }
     const double done = double(now.samples) / double(now.samples_total);
     constexpr int width = 24;
@@ -62,7 +68,7 @@ class ProgressBar {
 
  private:
   bool on_, shown_ = false;
-  double error_time_ = 0;
+  double next_error_s_ = 0;
   PredictedError error_;
 };
 
@@ -82,6 +88,8 @@ Metadata describe(const Prepared& prepared, const RenderReport& report, const Pr
   metadata.strings["camera"] = prepared.camera_name;
   metadata.strings["size"] = fmt::format("{}x{}", settings.width, settings.height);
   metadata.strings["sampleRange"] = fmt::format("{}:{}", settings.sample_begin, settings.sample_end);
+  const glm::vec3 sky = settings.environment.radiance;
+  metadata.strings["environment"] = fmt::format("{},{},{}", sky.x, sky.y, sky.z);
   metadata.strings["features"] = report.features;
   static const char* const sampling[] = {"mis", "light", "cosine", "hemisphere"};
   metadata.strings["lightSampling"] = sampling[int(settings.light_sampling)];
@@ -93,6 +101,9 @@ Metadata describe(const Prepared& prepared, const RenderReport& report, const Pr
   metadata.numbers["replicates"] = double(1U << settings.replicate_bits);
   metadata.numbers["seed"] = settings.seed;
   metadata.numbers["maxDepth"] = settings.max_depth;
+  metadata.numbers["rouletteDepth"] = settings.roulette_depth;
+  metadata.numbers["samples"] = double(report.samples);  // in all; fewer than the range says when interrupted
+  metadata.numbers["interrupted"] = report.interrupted ? 1 : 0;
   metadata.numbers["renderSeconds"] = report.render_s;
   metadata.numbers["rejectedSamples"] = double(report.nonfinite + report.saturated);
   if (error.known) {
@@ -148,8 +159,7 @@ ExitCode render_command(RenderOptions options) {
   if (!options.pixel.empty() || !options.sample.empty()) return replay(options);
   const std::filesystem::path output =
       options.output.empty() ? std::filesystem::path(options.scene.scene).filename().replace_extension(".exr") : std::filesystem::path(options.output);
-  for (const std::string& file : {output.string(), options.png, options.stats, options.profile})
-    if (!file.empty()) require_writable(file);
+  require_writable({output, options.png, options.stats, options.profile}, options.scene.scene);
   options.execution.keep_spans = !options.profile.empty();
   const Prepared prepared = prepare(options.scene, options.quiet);
 
@@ -160,6 +170,10 @@ ExitCode render_command(RenderOptions options) {
                                    [&](const Progress& now, const Film& film) { bar.show(now, film); });
   bar.clear();
   const RenderReport& report = done.report;
+  if (report.interrupted && report.samples == 0) {
+    fmt::print(stderr, "eikon: interrupted before the first sample: nothing was written\n");
+    return stop_signal.load() == SIGTERM ? ExitCode::terminated : ExitCode::interrupted;
+  }
   const PredictedError error = done.film.predicted_error();
 
   const double write_begin = host_seconds();
@@ -167,7 +181,17 @@ ExitCode render_command(RenderOptions options) {
   exr.half = options.half;
   exr.layers = prepared.layers;
   exr.exact_sums = !options.scene.samples.empty() || !options.scene.crop.empty();
-  write_exr(output, done.film, describe(prepared, report, error), exr);
+  const Metadata metadata = describe(prepared, report, error);
+  bool as_asked = true;
+  try {
+    write_exr(output, done.film, metadata, exr);
+  } catch (const HalfOverflow& overflow) {
+    // The work is done; a file in full precision is better than none.
+    fmt::print(stderr, "eikon: {}; written with 32-bit channels\n", overflow.what());
+    exr.half = false;
+    write_exr(output, done.film, metadata, exr);
+    as_asked = false;
+  }
   if (!options.png.empty()) write_png(options.png, to_image(done.film), options.exposure_ev);
   CommandTimes times;
   times.load_s = prepared.load_s;
@@ -182,16 +206,16 @@ ExitCode render_command(RenderOptions options) {
              prepared.settings.crop.height(), report.samples, report.render_s, 1e-6 * rate);
   if (error.known) fmt::print("predicted relMSE {:.3e} (95 %: {:.3e} to {:.3e})\n", error.relmse, error.lo, error.hi);
   else fmt::print("predicted relMSE unknown: it takes two samples per pixel\n");
-  if (report.arithmetic() != "exact" && !options.quiet)
+  if (report.arithmetic() != "exact")
     fmt::print(stderr, "eikon: arithmetic {}: other devices may give other bits; see `eikon selftest`\n", report.arithmetic());
   const bool rejected = report.nonfinite + report.saturated > 0;
   if (rejected) fmt::print(stderr, "eikon: {}\n", rejected_line(report));
   if (report.interrupted) {
     fmt::print(stderr, "eikon: interrupted: {} of {} samples are in {}\n", report.samples,
                prepared.settings.crop.pixel_count() * (prepared.settings.sample_end - prepared.settings.sample_begin), output.string());
-    return ExitCode(128 + stop_signal.load());
+    return stop_signal.load() == SIGTERM ? ExitCode::terminated : ExitCode::interrupted;
   }
-  return rejected && options.scene.strict ? ExitCode::not_as_asked : ExitCode::done;
+  return (rejected && options.scene.strict) || !as_asked ? ExitCode::not_as_asked : ExitCode::done;
 }
 
 }  // namespace

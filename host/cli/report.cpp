@@ -1,15 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cli/report.h"
 
-#include <unistd.h>
-
-#include <cerrno>
-#include <cstring>
 #include <fmt/format.h>
-#include <fstream>
+
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "core/error.h"
+#include "image/atomic_file.h"
 
 namespace eikon {
 namespace {
@@ -125,29 +123,22 @@ void write_profile(const std::filesystem::path& path, const RenderReport& report
 }
 
 void write_text(const std::filesystem::path& path, const std::string& text) {
-  const std::filesystem::path temporary = path.string() + fmt::format(".{}.part", getpid());
-  errno = 0;
-  std::ofstream out(temporary, std::ios::binary);
-  out << text;
-  out.close();
-  std::error_code code;
-  if (out) std::filesystem::rename(temporary, path, code);
-  if (!out || code) {
-    const std::string why = code ? code.message() : std::strerror(errno == 0 ? EIO : errno);
-    std::filesystem::remove(temporary, code);
-    throw InputError(fmt::format("cannot write {}: {}; choose another folder or free some space", path.string(), why));
-  }
+  AtomicFile file(path);
+  file.write(text.data(), text.size());
+  file.commit();
 }
 
-void require_writable(const std::filesystem::path& path) {
-  const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
-  std::error_code code;
-  if (path.filename().empty() || std::filesystem::is_directory(path, code))
-    throw InputError(fmt::format("cannot write {}: it is a folder; name a file", path.string()));
-  if (!std::filesystem::is_directory(folder, code))
-    throw InputError(fmt::format("cannot write {}: there is no folder {}; make it first", path.string(), folder.string()));
-  if (access(folder.c_str(), W_OK) != 0)
-    throw InputError(fmt::format("cannot write {}: {}: {}; choose another folder", path.string(), folder.string(), std::strerror(errno)));
+void require_writable(const std::vector<std::filesystem::path>& outputs, const std::filesystem::path& input) {
+  std::vector<std::filesystem::path> seen = {std::filesystem::weakly_canonical(input)};
+  for (const std::filesystem::path& path : outputs) {
+    if (path.empty()) continue;
+    const AtomicFile asked(path);  // made under its temporary name, and removed again
+    const std::filesystem::path real = std::filesystem::weakly_canonical(path);
+    if (real == seen.front()) throw UsageError(fmt::format("cannot write {}: it is the input; choose another name", path.string()));
+    if (std::find(seen.begin(), seen.end(), real) != seen.end())
+      throw UsageError(fmt::format("cannot write {}: two outputs have that name; choose another for one of them", path.string()));
+    seen.push_back(real);
+  }
 }
 
 }  // namespace eikon

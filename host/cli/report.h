@@ -3,6 +3,7 @@
 #pragma once
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "cli/scene_options.h"
 #include "render/render.h"
@@ -28,7 +29,8 @@ void write_profile(const std::filesystem::path& path, const RenderReport& report
 /// Writes a text file under a temporary name, then renames it. throws InputError
 void write_text(const std::filesystem::path& path, const std::string& text);
 
-/// throws InputError unless `path` can be made or replaced: asked before the work, not after it.
-void require_writable(const std::filesystem::path& path);
+/// Asked before the work, not after it. Empty names are left out.
+/// throws InputError for an output that cannot be made or replaced, UsageError when two have one name or one is the input
+void require_writable(const std::vector<std::filesystem::path>& outputs, const std::filesystem::path& input);
 
 }  // namespace eikon

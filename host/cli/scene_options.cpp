@@ -76,10 +76,7 @@ Environment choose_environment(const SceneOptions& options, const Scene& scene, 
     return {glm::vec3(float(n[0]), float(n[1]), float(n[2]))};
   }
   if (scene.environment) return *scene.environment;
-  const bool emits = std::any_of(scene.materials.begin(), scene.materials.end(), [](const Material& m) {
-    return m.emission.x > 0 || m.emission.y > 0 || m.emission.z > 0;
-  });
-  if (emits) return {};
+  if (first_emitter(scene) != nullptr) return {};
   say(quiet, "the scene has no light: a neutral environment of radiance 1 is used; choose with --env R,G,B");
   return {glm::vec3(1.0F)};
 }

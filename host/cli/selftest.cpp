@@ -6,15 +6,18 @@
 #include <memory>
 
 #include "cli/commands.h"
+#include "cli/execution_options.h"
 
 namespace eikon {
 namespace {
 
 ExitCode selftest_command(const std::string& devices) {
+  Execution execution;
+  read_execution_environment(execution);
   bool passed = true;
   for (const DeviceInfo& info : select_devices(devices)) {
     fmt::print("device {} {}\n", info.index, info.name);
-    for (const Check& check : selftest(info, Execution{})) {
+    for (const Check& check : selftest(info, execution)) {
       fmt::print("  {:<22} {:<4}  {}\n", check.name, check.passed ? "ok" : "FAIL", check.detail);
       passed = passed && check.passed;
     }

@@ -204,6 +204,8 @@ void Device::run(const Kernel& kernel, std::size_t groups, std::size_t local, st
 
 void Device::flush() { impl_->check(clFlush(impl_->queue.get()), "submitting work"); }
 
+void Device::drain() noexcept { clFinish(impl_->queue.get()); }
+
 void Device::finish() {
   impl_->check(clFinish(impl_->queue.get()), "waiting for the device");
   impl_->resolve();

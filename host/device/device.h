@@ -28,12 +28,12 @@ struct DeviceInfo {
 std::vector<DeviceInfo> list_devices();
 
 /// The devices that `selection` names: "all", or a comma-separated list of indices, "cpu", "gpu", or parts of names.
-/// throws DeviceError when there is no platform or device, UsageError when an entry names nothing, with what there is.
+/// throws DeviceError when there is no platform or device, or when an entry names nothing, with what there is.
 std::vector<DeviceInfo> select_devices(const std::string& selection);
 
 class Device;
 
-/// Device memory, owned. Moves, never copies.
+/// Device memory; copies share it, and the last one frees it.
 class Buffer {
  public:
   Buffer() = default;
@@ -148,7 +148,10 @@ class Device {
   /// throws DeviceError
   void run(const Kernel& kernel, std::size_t groups, std::size_t local, std::uint64_t items = 0);
   void flush();
+  /// Blocks until everything is done. throws DeviceError
   void finish();
+  /// The same without a word: for destructors, before memory that commands use is freed.
+  void drain() noexcept;
 
   struct Impl;
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Which devices there are, and which of them a selection means.
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -16,7 +17,12 @@ void give_pocl_a_cache() {
   if (std::getenv("POCL_CACHE_DIR") != nullptr || std::getenv("XDG_CACHE_HOME") != nullptr) return;
   const char* home = std::getenv("HOME");
   if (home != nullptr && access(home, W_OK) == 0) return;
-  setenv("POCL_CACHE_DIR", fmt::format("/tmp/eikon-pocl-{}", getuid()).c_str(), 0);
+  // PoCL loads code from there: it must be ours and closed to others.
+  const std::string cache = fmt::format("/tmp/eikon-pocl-{}", getuid());
+  mkdir(cache.c_str(), 0700);
+  struct stat found {};
+  if (lstat(cache.c_str(), &found) == 0 && S_ISDIR(found.st_mode) && found.st_uid == getuid() && (found.st_mode & 077) == 0)
+    setenv("POCL_CACHE_DIR", cache.c_str(), 0);
 }
 
 std::string device_string(cl_device_id device, cl_device_info what) {

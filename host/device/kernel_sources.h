@@ -8,7 +8,7 @@ namespace eikon {
 /// Path below kernels/ -> text, embedded at build time (generated).
 const std::map<std::string, std::string>& embedded_kernels();
 
-/// One text of the given files, every include expanded in place, with #line so that errors name the real file and line.
+/// The text of a file below kernels/, every include expanded in place, with #line so that errors name the real file and line.
 /// Reads $EIKON_KERNEL_DIR instead of the embedded table when set. throws InternalError for a missing file.
 std::string kernel_text(const std::string& entry);
 /// The same for a text of the caller's own (a probe of the tests), called `name` in errors.

@@ -16,7 +16,7 @@ struct StageTotals {
   double seconds = 0, seconds_min = 0, seconds_max = 0;
 };
 
-/// One finished launch or transfer, in seconds since the profiler's start (host clock).
+/// One finished launch or transfer, in seconds on the clock of host_seconds().
 struct Span {
   std::string name;
   double begin_s = 0, end_s = 0;

@@ -79,6 +79,7 @@ const std::string& Kernel::name() const { return impl_->name; }
 
 void Kernel::bind(const Arguments& arguments) {
   Impl& k = *impl_;
+  k.bound.clear();
   for (cl_uint i = 0; i < k.argument_names.size(); ++i) {
     const std::string& name = k.argument_names[i];
     cl_int code = CL_SUCCESS;

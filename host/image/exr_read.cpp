@@ -244,7 +244,7 @@ Film read_film(const std::filesystem::path& path) {
       read_sums(path, part, film);
       return film;
     }
-    refuse(path, "a plain picture without exact sums: render it with --samples, --crop or --checkpoint");
+    refuse(path, "a plain picture without exact sums: render it with --samples or --crop");
   });
 }
 

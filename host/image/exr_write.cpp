@@ -146,7 +146,7 @@ void add_metadata(Imf::Header& header, const Metadata& metadata) {
 /// 65520 = 65504 + half a step is the smallest magnitude that rounds to infinity as half.
 void refuse_overflow(const Source& source, float value, std::uint32_t x, std::uint32_t y) {
   if (source.type == Imf::HALF && std::isfinite(value) && std::abs(value) >= 65520.0f)
-    throw InputError(fmt::format("--half: {} at pixel {},{} in channel {} is beyond the range of half floats (65504): "
+    throw HalfOverflow(fmt::format("--half: {} at pixel {},{} in channel {} is beyond the range of half floats (65504): "
                                  "leave --half out or scale the lights down",
                                  value, x, y, source.name));
 }

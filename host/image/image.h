@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "core/error.h"
 #include "render/film.h"
 
 namespace eikon {
@@ -30,6 +31,11 @@ struct Metadata {
   std::map<std::string, std::string> strings;
   std::map<std::string, double> numbers;
   std::map<std::string, std::vector<double>> matrices;  // 16 values, row-major; stored as float
+};
+
+/// A value that half floats cannot hold; nothing was written.
+struct HalfOverflow : InputError {
+  using InputError::InputError;
 };
 
 struct ExrOptions {

@@ -45,11 +45,11 @@ ArithmeticClass probe_arithmetic(Device& device, const Program& program) {
   return {hash};
 }
 
-void check_record_layout(Device& device) {
+void check_record_layout(Device& device, bool optimise) {
   Arguments arguments;
   const Buffer out = device.allocate(4 * 14);
   arguments.set("layout_out", out);
-  Kernel kernel = device.build(kernel_text("arithmetic.cl"), probe_options(1, true)).kernel("record_layout");
+  Kernel kernel = device.build(kernel_text("arithmetic.cl"), probe_options(1, optimise)).kernel("record_layout");
   kernel.bind(arguments);
   device.run(kernel, 1, 1);
   const std::vector<std::uint32_t> there = device.read_all<std::uint32_t>(out);

@@ -22,6 +22,6 @@ ArithmeticClass probe_arithmetic(Device& device, const Program& program);
 ArithmeticClass probe_arithmetic(Device& device, std::uint32_t lanes, bool optimise = true);
 
 /// Compares record sizes and offsets with the host's. throws InternalError naming the first that differs.
-void check_record_layout(Device& device);
+void check_record_layout(Device& device, bool optimise = true);
 
 }  // namespace eikon

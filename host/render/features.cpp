@@ -26,9 +26,8 @@ Need any_of(const Range& range, const std::string& kind, const std::string& othe
 Features::Features(const Scene& scene, const Settings& settings) {
   std::map<std::string, Need> needs;
   needs["diffuse"] = {true, "every material"};
-  needs["area"] = any_of(scene.materials, "material", "no material emits", [](const Material& m) {
-    return m.emission.x > 0 || m.emission.y > 0 || m.emission.z > 0;
-  });
+  const Material* const emitter = first_emitter(scene);
+  needs["area"] = {emitter != nullptr, emitter != nullptr ? fmt::format("material '{}'", emitter->name) : "nothing emits"};
   const glm::vec3 sky = settings.environment.radiance;
   const bool has_sky = sky.x > 0 || sky.y > 0 || sky.z > 0;
   needs["environment"] = {has_sky, has_sky ? "the environment" : "the environment is black"};

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "render/pack.h"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
@@ -13,8 +15,13 @@
 namespace eikon {
 namespace {
 
-constexpr std::uint32_t kLobeDiffuse = 1;
-constexpr std::uint32_t kLightArea = 0, kLightEnvironment = 1;  // bits of features.def
+// Bits of features.def.
+enum : std::uint32_t {
+#define EK_LOBE(name, bit) kLobe_##name = 1U << bit,
+#define EK_LIGHT(name, bit) kLight_##name = bit,
+#include "shared/features.def"
+};
+constexpr std::uint64_t kMaxTriangles = std::uint64_t{1} << 28;  // what the layouts of the trees can name
 
 double mean(const glm::vec3& colour) { return (double(colour.x) + double(colour.y) + double(colour.z)) / 3.0; }
 
@@ -26,7 +33,7 @@ MaterialRecord pack_material(const Material& material) {
   record.emission_r = material.emission.x;
   record.emission_g = material.emission.y;
   record.emission_b = material.emission.z;
-  record.lobes = kLobeDiffuse;
+  record.lobes = kLobe_diffuse;
   record.double_sided = material.double_sided ? 1 : 0;
   return record;
 }
@@ -46,7 +53,7 @@ glm::dvec3 triangle_normal(const Triangle& t) {
 bool can_be_sampled(const Triangle& t, const glm::dvec3& normal) {
   const glm::vec3 p0(t.p0_x, t.p0_y, t.p0_z);
   const glm::dvec3 rounded(glm::cross(glm::vec3(t.p1_x, t.p1_y, t.p1_z) - p0, glm::vec3(t.p2_x, t.p2_y, t.p2_z) - p0));
-  return glm::dot(rounded, normal) > 0.999 * glm::length(rounded) * glm::length(normal);
+  return glm::length(glm::normalize(rounded) - glm::normalize(normal)) < 0x1p-14;  // false for NaN
 }
 
 class Packer {
@@ -58,7 +65,12 @@ class Packer {
     std::size_t count = 0;
     for (const Node& node : scene_.nodes)
       for (const Primitive& primitive : scene_.meshes[node.mesh].primitives) count += primitive.indices.size() / 3;
-    if (count >= EK_NO_HIT) throw InputError(fmt::format("{}: {} triangles are more than 2^32 - 2; split the scene", scene_.path.string(), count));
+    // Records, normals, and the corners that the tree is built from.
+    const std::uint64_t bytes = count * (sizeof(Triangle) + (with_normals_ ? sizeof(TriangleNormals) : 0) + 9 * sizeof(float));
+    const std::uint64_t memory = std::uint64_t(sysconf(_SC_PHYS_PAGES)) * std::uint64_t(sysconf(_SC_PAGESIZE));
+    if (count > kMaxTriangles || bytes > memory)
+      throw InputError(fmt::format("{}: {} triangles in all nodes need {} MB of {} MB and are {} at most; use fewer instances or simpler meshes",
+                                   scene_.path.string(), count, bytes >> 20, memory >> 20, kMaxTriangles));
     out_.triangles.reserve(count);
     if (with_normals_) out_.normals.reserve(count);
     for (std::size_t n = 0; n < scene_.nodes.size(); ++n)
@@ -85,7 +97,7 @@ class Packer {
       light.p2_x = t.p2_x, light.p2_y = t.p2_y, light.p2_z = t.p2_z;
       light.emission_r = material.emission.x, light.emission_g = material.emission.y, light.emission_b = material.emission.z;
       light.double_sided = material.double_sided ? 1 : 0;
-      light.kind = kLightArea;
+      light.kind = kLight_area;
       light.triangle = std::uint32_t(i);
       out_.lights.push_back(light);
       areas.push_back(area);
@@ -98,23 +110,19 @@ class Packer {
       // What enters the sphere around the scene; a scene without extent is lit by the environment alone.
       const double radius = out_.bounds.empty() ? 0 : 0.5 * glm::length(out_.bounds.hi - out_.bounds.lo);
       Light light{};
-      light.kind = kLightEnvironment;
+      light.kind = kLight_environment;
       out_.lights.push_back(light);
       areas.push_back(0);
       powers.push_back(radius > 0 ? 4 * std::numbers::pi * std::numbers::pi * radius * radius * sky : sky);
     }
-    if (out_.lights.empty()) {
-      out_.lights.push_back(Light{});
-      out_.light_buckets.push_back(LightBucket{});
-      return;
-    }
+    if (out_.lights.empty()) return;
     const LightTable table = build_light_table(powers);
     if (table.buckets.empty()) throw InternalError("lights without power");
     out_.light_buckets = table.buckets;
     std::vector<double> probability(scene_.materials.size(), 0.0);
     for (std::size_t i = 0; i < out_.lights.size(); ++i) {
       Light& light = out_.lights[i];
-      if (light.kind == kLightEnvironment) {
+      if (light.kind == kLight_environment) {
         out_.environment_probability = float(table.probability[i]);
         out_.light_summary.push_back({"environment", powers[i], table.probability[i]});
         continue;
@@ -218,7 +226,6 @@ void add_accel(PackedScene& packed, const std::string& accel, const std::string&
 Frame pack_frame(const PackedScene& packed, const Settings& settings) {
   Frame frame{};
   const glm::dmat4& m = settings.camera.world_from_camera;
-  // A camera's node may be scaled; glTF takes only its place and directions.
   const glm::dvec3 right = glm::normalize(glm::dvec3(m[0])), up = glm::normalize(glm::dvec3(m[1])), back = glm::normalize(glm::dvec3(m[2]));
   const double half_height = std::tan(0.5 * settings.camera.yfov_rad);
   const double pixel = 2 * half_height / settings.height;  // side of a pixel on the plane at distance 1

@@ -27,13 +27,13 @@ struct PackedScene {
   std::vector<PackedLight> light_summary;   // one per emissive material, and the environment
   std::map<std::string, Accel> accels;      // by layout
   float environment_probability = 0;        // of light sampling choosing the environment
-  Bounds bounds;                            // of the triangles; a point at the origin when there are none
+  Bounds bounds;                            // of the triangles; empty when there are none
   double build_s = 0;
 
   [[nodiscard]] std::uint64_t bytes(const std::string& layout) const;
 };
 
-/// Layouts out everything but the trees. throws InputError when the scene has more triangles than 32-bit ids can name.
+/// Lays out everything but the trees. throws InputError when the instances of all meshes are more triangles than trees or memory can hold.
 PackedScene pack_scene(const Scene& scene, const Features& features, const Settings& settings);
 
 /// Adds the tree that `layout` ("bvh8", "bvh2", "none") needs, once.

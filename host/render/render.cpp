@@ -106,6 +106,16 @@ std::string RenderReport::arithmetic() const {
   return text;
 }
 
+FilmLayout film_layout(const Features& features, const Settings& settings) {
+  FilmLayout layout;
+  layout.width = settings.width;
+  layout.height = settings.height;
+  layout.crop = settings.crop;
+  layout.replicates = 1U << settings.replicate_bits;
+  layout.channels = features.film_channels();
+  return layout;
+}
+
 RenderOutput render(const Scene& scene, const Settings& settings, const Execution& execution,
                     const std::atomic<bool>& stop, const ProgressCallback& progress) {
   const std::vector<DeviceInfo> devices = select_devices(execution.devices);
@@ -121,13 +131,7 @@ RenderOutput render(const Scene& scene, const Settings& settings, const Executio
   }
 
   const UnitPlan plan(settings.crop, settings.sample_begin, settings.sample_end, execution.block, capacity);
-  FilmLayout layout;
-  layout.width = settings.width;
-  layout.height = settings.height;
-  layout.crop = settings.crop;
-  layout.replicates = 1U << settings.replicate_bits;
-  layout.channels = features.film_channels();
-  Shared shared(plan, stop, layout);
+  Shared shared(plan, stop, film_layout(features, settings));
   shared.report.devices.resize(devices.size());
   shared.running = devices.size();
 

@@ -52,6 +52,9 @@ struct RenderOutput {
   RenderReport report;
 };
 
+/// The film that an image of these settings needs.
+FilmLayout film_layout(const Features& features, const Settings& settings);
+
 /// Renders `scene` as `settings` say on the devices of `execution`. Stops early, with what is done, once `stop` is set.
 /// throws DeviceError, UsageError, InputError
 RenderOutput render(const Scene& scene, const Settings& settings, const Execution& execution,

@@ -42,7 +42,7 @@ std::vector<Check> selftest(const DeviceInfo& info, const Execution& execution) 
 
   check("record layout", [&]() -> Check {
     Device device(info);
-    check_record_layout(device);
+    check_record_layout(device, execution.optimise);
     return {"record layout", true, "as on the host"};
   });
   for (std::uint32_t lanes : {1U, 8U, 16U}) {

@@ -14,8 +14,6 @@ namespace eikon {
 namespace {
 
 constexpr std::uint32_t kGroup = 64;            // work-items of a work-group on GPU devices
-constexpr std::uint32_t kFilmPixels = 64;       // pixels per work-item of stage film on CPU devices (film.cl)
-constexpr std::uint32_t kPad = 16;              // slots behind arrays that full vectors may touch
 constexpr std::uint32_t kStackStep = 64;        // entries of the traversal stack
 constexpr std::uint32_t kMaxBlockPixels = 128 * 128;
 
@@ -35,7 +33,20 @@ WavefrontConfig configure(const DeviceInfo& device, const Execution& execution) 
   return config;
 }
 
+std::uint64_t path_pool_bytes(const WavefrontConfig& config, const Features& features) {
+  const std::uint64_t slots = std::uint64_t{config.chunk + EK_PAD} * config.chunks;
+  return 4 * (slots * path_state_layout(features, config.chunked).words +
+              (std::uint64_t{config.capacity()} + EK_PAD) * features.film_channels().size());
+}
+
 struct Wavefront::Impl {
+  /// Counts of a depth on their way to the host.
+  struct Bounce {
+    std::uint32_t depth = 0;
+    std::vector<std::uint32_t> counts;
+    Ticket ticket;
+  };
+
   Device& device;
   const PackedScene& scene;
   WavefrontConfig config;
@@ -51,6 +62,10 @@ struct Wavefront::Impl {
   double upload_s = 0;
 
   std::vector<std::uint32_t> pixels, sums, rejected;
+  std::deque<Bounce> under_way;  // a member, so that it outlives the transfers when something throws
+
+  // Work under way reads and writes what is freed below; after an error too.
+  ~Impl() { device.drain(); }
 
   Impl(Device& on, const PackedScene& packed, const Features& features, const Settings& settings, const Execution& execution)
       : device(on), scene(packed), config(configure(on.info(), execution)) {
@@ -62,9 +77,14 @@ struct Wavefront::Impl {
     has_environment = features.has("environment");
     has_shadow = features.has("next_event");
     compile(features, execution);
-    upload();
-    for (auto& [name, kernel] : kernels) kernel.bind(arguments);
-    warm_up();
+    try {
+      upload();
+      for (auto& [name, kernel] : kernels) kernel.bind(arguments);
+      warm_up();
+    } catch (...) {
+      device.drain();
+      throw;
+    }
   }
 
   void compile(const Features& features, const Execution& execution) {
@@ -121,16 +141,16 @@ struct Wavefront::Impl {
     upload_array("lights", scene.lights);
     upload_array("light_buckets", scene.light_buckets);
 
-    const std::size_t slots = std::size_t{config.chunk + kPad} * config.chunks;
+    const std::size_t slots = std::size_t{config.chunk + EK_PAD} * config.chunks;
     const std::uint32_t capacity = config.capacity();
-    frame.film_stride = capacity + kPad;
+    frame.film_stride = capacity + EK_PAD;
     const std::uint32_t pixel_capacity = std::min(capacity, kMaxBlockPixels);
-    frame.pixel_stride = pixel_capacity + kPad;
+    frame.pixel_stride = pixel_capacity + EK_PAD;
     frame_buffer = allocate(sizeof(Frame));
     pixels_buffer = allocate(4 * std::size_t{pixel_capacity});
     state_buffer = allocate(4 * slots * state.words);
     counts_buffer = allocate(16 * std::size_t{config.chunks});
-    slots_buffer = allocate(4 * std::size_t{channels} * frame.film_stride + 4 * kPad);
+    slots_buffer = allocate(4 * std::size_t{channels} * frame.film_stride + 4 * EK_PAD);
     sums_buffer = allocate(4 * std::size_t{replicates} * channels * EK_FILM_LIMBS * frame.pixel_stride);
     rejected_buffer = allocate(4 * std::size_t{replicates} * frame.pixel_stride);
     diagnostics_buffer = allocate(sizeof(Diagnostics));
@@ -172,15 +192,9 @@ struct Wavefront::Impl {
   }
   /// The film's work-items own pixels, not paths.
   void run_film() {
-    if (config.chunked) device.run(kernels.at("film"), divide_up(frame.pixel_count, kFilmPixels), 1, frame.path_count);
+    if (config.chunked) device.run(kernels.at("film"), divide_up(frame.pixel_count, EK_FILM_PIXELS), 1, frame.path_count);
     else device.run(kernels.at("film"), divide_up(frame.pixel_count, kGroup), kGroup, frame.path_count);
   }
-
-  struct Bounce {
-    std::uint32_t depth = 0;
-    std::vector<std::uint32_t> counts;
-    Ticket ticket;
-  };
 
   /// The whole algorithm. The host looks at the counts of a depth while the next is already under way; the price is one
   /// round of empty launches at the end of a unit.
@@ -189,7 +203,7 @@ struct Wavefront::Impl {
     RayCounts rays;
     rays.camera = frame.path_count;
     std::uint64_t active = frame.path_count;  // at least the paths that go on
-    std::deque<Bounce> under_way;
+    under_way.clear();
     run_stage("generate", 1, active);
     profiler.add_items("generate", active);
     profiler.add_items("intersect", active);
@@ -243,7 +257,7 @@ struct Wavefront::Impl {
 
   void begin_unit(const WorkUnit& unit) {
     pixels = unit_pixels(unit.block);
-    if (unit.path_count() > config.capacity() || pixels.size() > frame.pixel_stride - kPad)
+    if (unit.path_count() > config.capacity() || pixels.size() > frame.pixel_stride - EK_PAD)
       throw InternalError(fmt::format("a unit of {} paths exceeds the pool of {}", unit.path_count(), config.capacity()));
     frame.pixel_count = std::uint32_t(pixels.size());
     frame.sample_count = std::uint32_t(unit.sample_end - unit.sample_begin);
@@ -264,7 +278,6 @@ struct Wavefront::Impl {
     device.read(rejected_buffer, rejected.data(), rejected_buffer.size_bytes());
     Diagnostics diagnostics;
     device.read(diagnostics_buffer, &diagnostics, sizeof diagnostics);
-    if (diagnostics.stack_overflow > 0) throw InternalError(fmt::format("{} traversals ran out of stack", diagnostics.stack_overflow));
     if (diagnostics.reported > 0) device.fill_zero(diagnostics_buffer);
     result.nonfinite = diagnostics.nonfinite;
     result.saturated = diagnostics.saturated;
@@ -283,7 +296,7 @@ struct Wavefront::Impl {
 
   [[nodiscard]] std::uint32_t path_word(const char* field) {
     std::uint32_t word = 0;
-    device.read(state_buffer, &word, sizeof word, 4 * std::size_t{state.field.at(field)} * (config.chunk + kPad));
+    device.read(state_buffer, &word, sizeof word, 4 * std::size_t{state.field.at(field)} * (config.chunk + EK_PAD));
     return word;
   }
   [[nodiscard]] float path_float(const char* field) { return std::bit_cast<float>(path_word(field)); }

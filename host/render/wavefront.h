@@ -24,6 +24,8 @@ struct WavefrontConfig {
   [[nodiscard]] std::uint32_t capacity() const { return chunk * chunks; }
 };
 WavefrontConfig configure(const DeviceInfo& device, const Execution& execution);
+/// Device memory for the state and film slots of all paths in flight.
+std::uint64_t path_pool_bytes(const WavefrontConfig& config, const Features& features);
 
 /// Rays of each kind.
 struct RayCounts {

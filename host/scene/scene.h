@@ -80,6 +80,9 @@ struct Bounds {
   [[nodiscard]] bool empty() const { return !(lo.x <= hi.x); }
 };
 
+/// The first material that emits and that some node shows; nullptr if none does.
+[[nodiscard]] const Material* first_emitter(const Scene& scene);
+
 /// World bounds of all nodes' triangles; empty if there are none.
 [[nodiscard]] Bounds world_bounds(const Scene& scene);
 

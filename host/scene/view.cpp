@@ -22,6 +22,15 @@ bool is_finite(const glm::dvec3& v) { return std::isfinite(v.x) && std::isfinite
 
 }  // namespace
 
+const Material* first_emitter(const Scene& scene) {
+  for (const Node& node : scene.nodes)
+    for (const Primitive& primitive : scene.meshes[node.mesh].primitives) {
+      const Material& material = scene.materials[primitive.material];
+      if (material.emission.x > 0 || material.emission.y > 0 || material.emission.z > 0) return &material;
+    }
+  return nullptr;
+}
+
 Bounds world_bounds(const Scene& scene) {
   Bounds bounds;
   for (const Node& node : scene.nodes) {

@@ -8,6 +8,8 @@ EK_BEGIN
 
 #define EK_NO_HIT 0xffffffffu
 #define EK_FILM_LIMBS 4           // 32-bit limbs of a film sum: two's complement, unit 2^-64
+#define EK_PAD 16                 // slots behind arrays that whole vectors may touch
+#define EK_FILM_PIXELS 64         // of one work-item of stage film on CPU devices
 #define EK_ARITHMETIC_WORDS 256   // of the arithmetic probe
 #define EK_REPORT_COUNT 8         // rejected samples of a unit that are reported one by one
 
@@ -93,7 +95,7 @@ EK_ASSERT_SIZE(LightBucket, 16);
 typedef struct {
   uint nonfinite;                 // samples whose radiance was NaN or infinite
   uint saturated;                 // samples beyond the film's range
-  uint stack_overflow;            // traversals that ran out of stack: an internal error
+  uint pad0;
   uint reported;                  // entries of `report` that were claimed
   uint report[2 * EK_REPORT_COUNT];  // pixel of the unit, sample of the unit
 } Diagnostics;

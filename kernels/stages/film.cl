@@ -7,12 +7,6 @@
 #include "film.h"
 #include "wavefront.h"
 
-#if EK_CHUNKED
-#define EK_FILM_PIXELS 64  // of one work-item
-#else
-#define EK_FILM_PIXELS 1
-#endif
-
 // Rare, so lane by lane.
 EK_FN void film_report(global Diagnostics* diagnostics, vi nonfinite, vi saturated, uint pixel, uint sample) {
 #if EK_WIDTH == 1
@@ -37,8 +31,9 @@ kernel void film(constant Frame* frame, global const float* film_slots, global u
                  global Diagnostics* diagnostics) {
   const uint pixel_count = frame->pixel_count, stride = frame->pixel_stride;
   const uint replicates = 1u << frame->replicate_bits;
-  const uint first = (uint)get_global_id(0) * EK_FILM_PIXELS;
-  const uint end = min(first + EK_FILM_PIXELS, pixel_count);
+  const uint pixels = EK_CHUNKED ? EK_FILM_PIXELS : 1;  // of one work-item
+  const uint first = (uint)get_global_id(0) * pixels;
+  const uint end = min(first + pixels, pixel_count);
   for (uint pixel = first; pixel < end; pixel += EK_WIDTH) {
     const vi inside = (vu)(pixel) + LANE_INDEX < (vu)(pixel_count);
     for (uint replicate = 0; replicate < replicates; ++replicate) {

@@ -9,7 +9,7 @@
 #include "wavefront.h"
 
 EK_FN void film_set(global float* film_slots, uint film_stride, uint channel, vi live, vu path, vf value) {
-  const vu slot = live ? path : (vu)(film_stride - 16u) + LANE_INDEX;
+  const vu slot = live ? path : (vu)(film_stride - EK_PAD) + LANE_INDEX;
   scatter_f(film_slots + (size_t)channel * film_stride, slot, value);
 }
 
@@ -75,7 +75,9 @@ kernel void shade(constant Frame* frame, global uint* path_state, global uint* c
         vf weight = (vf)(1.0f);
         if (EK_HAS_next_event) {
           const vf light_pdf = light_pdf_sr_of_hit(corners.light_pdf_m2, surface.n_geom, dir, t);
-          const vf scattered = EK_HAS_bsdf_emission ? power_heuristic(scatter_pdf, light_pdf) : (vf)(0.0f);
+          // A light that is never sampled (pack.cpp) counts in full either way.
+          const vf scattered = EK_HAS_bsdf_emission ? power_heuristic(scatter_pdf, light_pdf)
+                               : corners.light_pdf_m2 > 0.0f ? (vf)(0.0f) : (vf)(1.0f);
           weight = scatter_pdf < 0.0f ? weight : scattered;
         }
         film_add(film_slots, film_stride, FILM_r, emits, path, scale3(mul3(beta, material.emission), weight));

@@ -41,7 +41,7 @@ namespace {
 #define BUCKET_FIELDS(F)                                                                                             \
   F(LightBucket, threshold) F(LightBucket, alias) F(LightBucket, scale_own) F(LightBucket, scale_alias)
 #define DIAGNOSTICS_FIELDS(F)                                                                                        \
-  F(Diagnostics, nonfinite) F(Diagnostics, saturated) F(Diagnostics, stack_overflow) F(Diagnostics, reported)        \
+  F(Diagnostics, nonfinite) F(Diagnostics, saturated) F(Diagnostics, reported)        \
   F(Diagnostics, report)
 #define RECORDS(R)                                                                                                   \
   R(Frame, FRAME_FIELDS) R(Triangle, TRIANGLE_FIELDS) R(TriangleNormals, NORMALS_FIELDS)                             \
