@@ -123,7 +123,8 @@ EK_FN SHAPE(TriangleHit) SHAPE(triangle_hit)(const ShapeRay* ray, SHAPE(Corners)
       r.hit = r.hit & (in_front | (t > delta_t));
     }
 
-    // On z, t lies between those of the corners but for 8 units of 2^-24, well within the pad.
+    // On z, t lies between those of the corners but for 8 units of 2^-24, well within the pad; a step into the interval on
+    // x and y leaves it there, because a ray that hits passes all three intervals at once.
     const ShapeF lo_x = (ShapeF)(SHAPE(corner_min)(p.ax, p.bx, p.cx)), hi_x = (ShapeF)(SHAPE(corner_max)(p.ax, p.bx, p.cx));
     const ShapeF lo_y = (ShapeF)(SHAPE(corner_min)(p.ay, p.by, p.cy)), hi_y = (ShapeF)(SHAPE(corner_max)(p.ay, p.by, p.cy));
     const ShapeF near_x = ((ray->p_rx < 0.0f ? hi_x : lo_x) - ray->p_nx) * ray->p_rx;
