@@ -95,11 +95,10 @@ EK_ASSERT_SIZE(LightBucket, 16);
 typedef struct {
   uint nonfinite;                 // samples whose radiance was NaN or infinite
   uint saturated;                 // samples beyond the film's range
-  uint pad0;
   uint reported;                  // entries of `report` that were claimed
   uint report[2 * EK_REPORT_COUNT];  // pixel of the unit, sample of the unit
 } Diagnostics;
-EK_ASSERT_SIZE(Diagnostics, 80);
+EK_ASSERT_SIZE(Diagnostics, 76);
 
 EK_END
 #endif
