@@ -125,6 +125,18 @@ TEST(BadInput, outputs_that_cannot_be_written) {
   EXPECT_EQ(here.files(), before);
 }
 
+TEST(BadInput, outputs_take_no_other_s_place) {
+  const Workplace here;
+  const std::string text = read_bytes(scene("furnace.gltf"));
+  here.write("furnace.gltf", text);
+  const std::string render = "render furnace.gltf --size 4x4 --spp 1 --quiet -o ";
+  EXPECT_TRUE(refused(here.eikon(render + "furnace.gltf"), kUsage));
+  EXPECT_TRUE(refused(here.eikon(render + "out.exr --png ./furnace.gltf"), kUsage));
+  EXPECT_TRUE(refused(here.eikon(render + "out.exr --stats ./out.exr"), kUsage));
+  EXPECT_EQ(read_bytes(here / "furnace.gltf"), text);
+  EXPECT_EQ(here.files(), std::vector<std::string>{"furnace.gltf"});
+}
+
 TEST(BadInput, a_read_only_folder) {
   const Workplace here;
   const auto folder = here / "closed";

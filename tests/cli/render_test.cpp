@@ -294,6 +294,19 @@ TEST(Render, killed_leaves_no_picture_that_is_not_whole) {
   EXPECT_TRUE(here.files().empty());
 }
 
+TEST(Render, a_scene_without_light_gets_a_neutral_sky_and_says_so) {
+  const Workplace here;
+  // An emitting material that no triangle has is no light.
+  json gltf = json::parse(read_bytes(scene("square_light.gltf")));
+  for (json& mesh : gltf.at("meshes"))
+    for (json& primitive : mesh.at("primitives")) primitive["material"] = 0;
+  here.write("dark.gltf", gltf.dump());
+  const Outcome outcome = here.eikon("render dark.gltf -o out.exr --size 4x4 --spp 4 --look-at 5,3,5:5,0,0 --fov 1");
+  EXPECT_TRUE(succeeded(outcome));
+  EXPECT_TRUE(contains(outcome.err, "no light") && contains(outcome.err, "--env")) << outcome.err;
+  EXPECT_GT((*read_exr(here / "out.exr").plane("R"))[5], 0.4F);
+}
+
 TEST(Render, camera_and_environment_of_your_own) {
   const Workplace here;
   EXPECT_TRUE(succeeded(here.eikon("render " + scene("sphere_in_sky.gltf") +
