@@ -129,11 +129,13 @@ void write_text(const std::filesystem::path& path, const std::string& text) {
 }
 
 void require_writable(const std::vector<std::filesystem::path>& outputs, const std::filesystem::path& input) {
-  std::vector<std::filesystem::path> seen = {std::filesystem::weakly_canonical(input)};
+  // Of a relative path that does not exist yet, weakly_canonical alone makes no absolute one.
+  const auto place = [](const std::filesystem::path& path) { return std::filesystem::weakly_canonical(std::filesystem::absolute(path)); };
+  std::vector<std::filesystem::path> seen = {place(input)};
   for (const std::filesystem::path& path : outputs) {
     if (path.empty()) continue;
     const AtomicFile asked(path);  // made under its temporary name, and removed again
-    const std::filesystem::path real = std::filesystem::weakly_canonical(path);
+    const std::filesystem::path real = place(path);
     if (real == seen.front()) throw UsageError(fmt::format("cannot write {}: it is the input; choose another name", path.string()));
     if (std::find(seen.begin(), seen.end(), real) != seen.end())
       throw UsageError(fmt::format("cannot write {}: two outputs have that name; choose another for one of them", path.string()));
