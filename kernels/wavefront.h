@@ -72,6 +72,9 @@ EK_FN void path_set_u(global uint* state, uint field, uint slot, uint x) { state
 
 // Adds to the film slots of each lane's path; lanes outside `live` write to the trash slots behind the last path.
 EK_FN void film_add(global float* film_slots, uint film_stride, uint channel, vi live, vu path, v3 value) {
+#if EK_WIDTH == 1
+  if (!live) return;  // all work-items would share one trash slot
+#endif
   const vu slot = live ? path : (vu)(film_stride - EK_PAD) + LANE_INDEX;
   for (uint c = 0; c < 3; ++c) {
     global float* plane = film_slots + (size_t)(channel + c) * film_stride;

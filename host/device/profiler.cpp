@@ -24,4 +24,9 @@ void Profiler::record(const std::string& name, double begin_s, double end_s, std
   if (keep_spans_) spans_.push_back({name, begin_s, end_s});
 }
 
+void Profiler::restart() {
+  totals_.clear();
+  spans_.clear();
+}
+
 }  // namespace eikon

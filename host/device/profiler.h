@@ -28,6 +28,8 @@ class Profiler {
   void record(const std::string& name, double begin_s, double end_s, std::uint64_t items, std::uint64_t bytes);
   /// Adds items to a stage whose count became known only after its launch.
   void add_items(const std::string& name, std::uint64_t items) { totals_[name].items += items; }
+  /// Forgets all totals and spans so far: what opened the device is not part of the work.
+  void restart();
   /// Keeps every span, for --profile; off by default (totals only).
   void keep_spans(bool keep) { keep_spans_ = keep; }
   [[nodiscard]] const std::map<std::string, StageTotals>& totals() const { return totals_; }

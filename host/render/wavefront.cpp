@@ -180,6 +180,7 @@ struct Wavefront::Impl {
     device.write(frame_buffer, &frame, sizeof frame);
     for (const auto& [name, kernel] : kernels) device.run(kernel, 1, config.chunked ? 1 : kGroup);
     device.finish();
+    device.profiler().restart();
   }
 
   /// Launches a stage over paths, if this scene needs it: a work-item per chunk, or one for each of `most` queue entries.

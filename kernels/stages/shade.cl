@@ -9,6 +9,9 @@
 #include "wavefront.h"
 
 EK_FN void film_set(global float* film_slots, uint film_stride, uint channel, vi live, vu path, vf value) {
+#if EK_WIDTH == 1
+  if (!live) return;
+#endif
   const vu slot = live ? path : (vu)(film_stride - EK_PAD) + LANE_INDEX;
   scatter_f(film_slots + (size_t)channel * film_stride, slot, value);
 }
