@@ -9,4 +9,4 @@ build="$root/build-tests"
 "$root/tools/setup.sh" tests
 cmake --log-level=WARNING -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DEIKON_TESTS=ON
 cmake --build "$build"
-ctest --test-dir "$build" --output-on-failure --no-tests=error "$@"
+ctest --test-dir "$build" --output-on-failure --no-tests=error -j "$(nproc)" "$@"
