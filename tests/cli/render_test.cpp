@@ -68,7 +68,7 @@ TEST(Render, quiet_is_quiet_and_a_pipe_sees_no_progress) {
 }
 
 TEST(Render, a_terminal_sees_progress) {
-  if (std::system("command -v script >/dev/null") != 0) GTEST_SKIP() << "no `script` to make a terminal";
+  if (std::system("script -qec true /dev/null >/dev/null 2>&1") != 0) GTEST_SKIP() << "`script` cannot make a terminal here";
   const Workplace here;
   here.shell("script -qec \"" + Workplace::binary() + " " + cornell("--size 128x128 --spp 1024") + "\" typescript");
   const std::string seen = read_bytes(here / "typescript");
