@@ -23,7 +23,10 @@
 //
 // Assumed, then: independent replicates and pixels, and enough pixels that the worst of them do not carry the whole error. Rare
 // outliers that no replicate has met are in no estimate; until they are met, the interval lies too low.
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <limits>
 #include <vector>
@@ -101,19 +104,23 @@ PredictedError Film::predicted_error() const {
   // E[V^2] = (k + 2) / k s^4 for normal replicates, k = R - 1: what V itself adds to the correction must be less by that.
   const double own_share = (layout_.replicates - 1.0) / (layout_.replicates + 1.0);
   Plane error(width, height), mean_of(width, height), variance(width, height);
+  std::atomic<bool> known{true};
   for (std::uint32_t c = 0; c < 3; ++c) {
-    for (std::uint32_t y = crop.y0; y < crop.y1; ++y) {
+    // Pixels write their own places only, so threads change no bit.
+    tbb::parallel_for(crop.y0, crop.y1, [&](std::uint32_t y) {
       for (std::uint32_t x = crop.x0; x < crop.x1; ++x) {
         const std::size_t index = pixel_index(x, y);
         mean_of.values[index] = mean(x, y, c);
         variance.values[index] = variance_of_mean(x, y, c);
-        if (std::isnan(variance.values[index])) return {};
+        if (std::isnan(variance.values[index])) known = false;
       }
-    }
-    for (int y = 0; y < height; ++y)
+    });
+    if (!known) return {};
+    tbb::parallel_for(0, height, [&](int y) {
       for (int x = 0; x < width; ++x)
         if (variance.at(x, y) > 0)
           error.at(x, y) += variance.at(x, y) * inverse_scale(expectation(mean_of, variance, x, y, own_share)) / 3;
+    });
   }
 
   const auto pixels = static_cast<double>(error.values.size());
