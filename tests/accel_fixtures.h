@@ -30,7 +30,9 @@ Soup sphere(int rings, const Radius& radius, const double (&center)[3] = {0, 0, 
       const double theta = pi * i / rings, phi = pole ? 0 : 2 * pi * j / segments;
       const double r = radius(i, pole ? 0 : j), s = pole ? 0 : std::sin(theta);
       vertices.push_back({static_cast<float>(center[0] + r * s * std::cos(phi)),
-                          static_cast<float>(center[1] + r * (i == 0 ? 1 : pole ? -1 : std::cos(theta))),
+                          static_cast<float>(center[1] + r * (i == 0 ? 1
+                                                              : pole ? -1
+                                                                     : std::cos(theta))),
                           static_cast<float>(center[2] + r * s * std::sin(phi))});
     }
   }

@@ -16,22 +16,22 @@ struct TriangleSoup {
 
 /// A flattened accelerator, ready for upload: what kernels/traverse_<layout>.h reads as `accel_nodes` and `accel_leaves`.
 struct Accel {
-  std::string name;                    // --accel: "bvh", "none"
-  std::string layout;                  // --layout: "bvh8", "bvh2", "none"
-  std::vector<std::uint32_t> nodes;    // words; never empty (a dummy where there is no tree)
-  std::vector<std::uint32_t> leaves;   // words
-  std::uint32_t stack_size = 1;        // entries that suffice for any traversal (EK_STACK_SIZE); in coarse steps, so
-                                       // that programs are seldom compiled anew for another tree
+  std::string name;                   // --accel: "bvh", "none"
+  std::string layout;                 // --layout: "bvh8", "bvh2", "none"
+  std::vector<std::uint32_t> nodes;   // words; never empty (a dummy where there is no tree)
+  std::vector<std::uint32_t> leaves;  // words
+  std::uint32_t stack_size = 1;       // entries that suffice for any traversal (EK_STACK_SIZE); in coarse steps, so
+                                      // that programs are seldom compiled anew for another tree
   double build_s = 0;
   std::uint64_t node_count = 0;
-  double sah_cost = 0;                 // expected cost of a random ray through the root's box
+  double sah_cost = 0;  // expected cost of a random ray through the root's box
   [[nodiscard]] std::uint64_t bytes() const { return 4 * (nodes.size() + leaves.size()); }
 };
 
 struct AccelOptions {
-  std::string accel = "bvh";           // "bvh" or "none"
-  std::string layout = "bvh8";         // "bvh8" (CPU devices), "bvh2" (GPU devices); ignored by "none"
-  unsigned threads = 0;                // 0: all; the result does not depend on it
+  std::string accel = "bvh";    // "bvh" or "none"
+  std::string layout = "bvh8";  // "bvh8" (CPU devices), "bvh2" (GPU devices); ignored by "none"
+  unsigned threads = 0;         // 0: all; the result does not depend on it
 };
 
 /// throws UsageError for an unknown accel or layout. Degenerate triangles (zero area) are left out of the tree.

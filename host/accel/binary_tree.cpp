@@ -133,8 +133,8 @@ class Builder {
   void build(std::uint32_t node, std::size_t begin, std::size_t end, const Range& range, std::uint32_t depth) {
     const std::size_t count = end - begin;
     const Box& box = range.box;
-    nodes_[node] = {{box.lo[0], box.lo[1], box.lo[2]}, static_cast<std::uint32_t>(count),
-                    {box.hi[0], box.hi[1], box.hi[2]}, 0};
+    nodes_[node] = {
+        {box.lo[0], box.lo[1], box.lo[2]}, static_cast<std::uint32_t>(count), {box.hi[0], box.hi[1], box.hi[2]}, 0};
     if (count == 1) return;
     std::array<Range, 2> children;
     const std::size_t middle = split(begin, end, range, depth, children);
@@ -158,9 +158,7 @@ class Builder {
       const BinMap map(range.centroids, count);
       const BinSplit best = best_split(bin(begin, end, map), map);
       if (best.last_left >= 0) {
-        const auto is_left = [&](const Reference& r) {
-          return map(centroid2(r))[best.axis] <= best.last_left;
-        };
+        const auto is_left = [&](const Reference& r) { return map(centroid2(r))[best.axis] <= best.last_left; };
         return count > kParallelLimit ? partition_parallel(begin, end, is_left, children)
                                       : partition_serial(begin, end, is_left, children);
       }
@@ -189,7 +187,8 @@ class Builder {
   }
 
   template <class IsLeft>
-  std::size_t partition_serial(std::size_t begin, std::size_t end, const IsLeft& is_left, std::array<Range, 2>& children) {
+  std::size_t partition_serial(std::size_t begin, std::size_t end, const IsLeft& is_left,
+                               std::array<Range, 2>& children) {
     std::size_t i = begin, j = end;
     for (;;) {
       while (i < j && is_left(references_[i])) children[0].add(references_[i++]);
@@ -302,8 +301,8 @@ Box triangle_box(const float corners[9]) {
 BinaryTree build_binary_tree(TriangleSoup triangles) {
   const std::size_t all = triangles.size();
   if (all > Reference::kLimit) {
-    throw InputError(fmt::format("cannot build a tree over {} triangles: the limit is {}; split the scene", all,
-                                 Reference::kLimit));
+    throw InputError(
+        fmt::format("cannot build a tree over {} triangles: the limit is {}; split the scene", all, Reference::kLimit));
   }
   const std::size_t chunks = (all + kChunk - 1) / kChunk;
   // Degenerate triangles drop out; the others keep their order: count per chunk, then fill.

@@ -16,9 +16,7 @@ struct BinaryNode {
   std::uint32_t count;
   float hi[3];
   std::uint32_t pad;
-  [[nodiscard]] Box box() const {
-    return {Float4{lo[0], lo[1], lo[2], 0}, Float4{hi[0], hi[1], hi[2], 0}};
-  }
+  [[nodiscard]] Box box() const { return {Float4{lo[0], lo[1], lo[2], 0}, Float4{hi[0], hi[1], hi[2], 0}}; }
 };
 
 struct BinaryTree {

@@ -11,7 +11,7 @@ namespace {
 constexpr std::uint32_t kLeafLimit = 4;
 constexpr std::size_t kNodeWords = 16;
 constexpr std::uint32_t kLeafBit = 0x80000000U;
-constexpr std::uint32_t kCountShift = 28;       // 3 bits: triangles of a leaf - 1; below: its first entry in the list
+constexpr std::uint32_t kCountShift = 28;  // 3 bits: triangles of a leaf - 1; below: its first entry in the list
 constexpr float kNodeCost = 1.0F, kTriangleCost = 0.7F;  // two boxes, one triangle
 
 class Emitter {
@@ -22,8 +22,7 @@ class Emitter {
       const std::uint32_t count = tree.nodes[n].count;
       const float area = tree.nodes[n].box().half_area();
       const float as_leaf = area * kTriangleCost * static_cast<float>(count);
-      const float as_node =
-          count == 1 ? as_leaf : area * kNodeCost + cost[left_child(n)] + cost[right_child(tree, n)];
+      const float as_node = count == 1 ? as_leaf : area * kNodeCost + cost[left_child(n)] + cost[right_child(tree, n)];
       leaf_[n] = count == 1 || (count <= kLeafLimit && as_leaf <= as_node);
       cost[n] = leaf_[n] ? as_leaf : as_node;
     }

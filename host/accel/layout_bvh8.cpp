@@ -163,11 +163,13 @@ class Emitter {
       const auto depth = [&](std::uint32_t i) {
         if (i >= count) return std::numeric_limits<float>::infinity();
         float sum = 0;
-        for (int axis = 0; axis < 3; ++axis) sum += (octant >> axis & 1U) != 0 ? -centers[i][axis] : float{centers[i][axis]};
+        for (int axis = 0; axis < 3; ++axis)
+          sum += (octant >> axis & 1U) != 0 ? -centers[i][axis] : float{centers[i][axis]};
         return sum;
       };
       std::array<std::uint32_t, kWidth> order{0, 1, 2, 3, 4, 5, 6, 7};
-      std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return depth(a) > depth(b); });
+      std::stable_sort(order.begin(), order.end(),
+                       [&](std::uint32_t a, std::uint32_t b) { return depth(a) > depth(b); });
       for (std::size_t i = 0; i < kWidth; ++i) words[i] |= order[i] << 3 * octant;
     }
   }

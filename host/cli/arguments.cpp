@@ -30,14 +30,17 @@ std::vector<double> parse_numbers(const std::string& flag, const std::string& te
     numbers.push_back(value);
   }
   if (numbers.size() != count)
-    throw UsageError(fmt::format("{} {}: takes {} numbers separated by commas, not {}", flag, text, count, numbers.size()));
+    throw UsageError(
+        fmt::format("{} {}: takes {} numbers separated by commas, not {}", flag, text, count, numbers.size()));
   return numbers;
 }
 
 std::string check_is_finite(const std::string& text) {
   double value = 0;
   const auto [end, code] = std::from_chars(text.data(), text.data() + text.size(), value);
-  return code == std::errc() && end == text.data() + text.size() && std::isfinite(value) ? "" : "'" + text + "' is not a number";
+  return code == std::errc() && end == text.data() + text.size() && std::isfinite(value)
+             ? ""
+             : "'" + text + "' is not a number";
 }
 
 std::uint64_t parse_unsigned(const std::string& flag, const std::string& text, std::uint64_t most) {

@@ -138,8 +138,10 @@ class RayBench {
   static const char* name(const Kind& kind) { return kind.any_hit ? "trace_any" : "trace_closest"; }
   void run(const std::string& kernel, std::size_t items) {
     constexpr std::size_t group = 64;
-    if (config_.chunked) device_.run(kernels_.at(kernel), items, 1);
-    else device_.run(kernels_.at(kernel), (items + group - 1) / group, group);
+    if (config_.chunked)
+      device_.run(kernels_.at(kernel), items, 1);
+    else
+      device_.run(kernels_.at(kernel), (items + group - 1) / group, group);
   }
   void launch(const std::string& kernel, std::size_t items) {
     kernels_.at(kernel).bind(arguments_);
@@ -164,8 +166,8 @@ ExitCode bench_rays_command(const BenchOptions& options) {
   if (scene.triangles.empty()) throw InputError(options.scene.scene + ": there is no triangle to trace rays against");
 
   nlohmann::json results = nlohmann::json::array();
-  fmt::print("{:<24} {:<6} {:<8} {:>9} {:>9} {:>7} {:>9} {:>9} {:>12}\n", "device", "layout", "rays", "Mrays/s", "Embree",
-             "ratio", "build s", "Embree s", "bytes");
+  fmt::print("{:<24} {:<6} {:<8} {:>9} {:>9} {:>7} {:>9} {:>9} {:>12}\n", "device", "layout", "rays", "Mrays/s",
+             "Embree", "ratio", "build s", "Embree s", "bytes");
   for (const DeviceInfo& info : select_devices(options.execution.devices)) {
     Device device(info);
     const std::string chosen = configure(info, options.execution).layout;
@@ -176,7 +178,8 @@ ExitCode bench_rays_command(const BenchOptions& options) {
     const bool all = options.execution.layout.empty() && options.execution.accel == "bvh";
     std::optional<EmbreeYardstick> embree;
     if (!options.versus.empty()) embree.emplace(scene.triangles, std::max(info.compute_units, 1U));
-    std::vector<std::string> layouts = all ? std::vector<std::string>{"bvh8", "bvh2"} : std::vector<std::string>{chosen};
+    std::vector<std::string> layouts =
+        all ? std::vector<std::string>{"bvh8", "bvh2"} : std::vector<std::string>{chosen};
     for (const std::string& layout : layouts) {
       add_accel(scene, options.execution.accel, layout, options.execution.threads);
       RayBench bench(device, scene, features, prepared.settings, options.execution, layout);
@@ -189,16 +192,11 @@ ExitCode bench_rays_command(const BenchOptions& options) {
         }
         const double millions = 1e-6 * double(kind.rays.count);
         const Accel& accel = scene.accels.at(layout);
-        nlohmann::json row = {{"device", info.name},
-                              {"accel", accel.name},
-                              {"layout", layout},
-                              {"default", layout == usual},
-                              {"rays", kind.name},
-                              {"mrays_per_s", millions / kind.seconds},
-                              {"embree_mrays_per_s", nullptr},
-                              {"build_s", accel.build_s},
-                              {"embree_build_s", nullptr},
-                              {"bytes", scene.bytes(layout)}};
+        nlohmann::json row = {
+            {"device", info.name},           {"accel", accel.name},      {"layout", layout},
+            {"default", layout == usual},    {"rays", kind.name},        {"mrays_per_s", millions / kind.seconds},
+            {"embree_mrays_per_s", nullptr}, {"build_s", accel.build_s}, {"embree_build_s", nullptr},
+            {"bytes", scene.bytes(layout)}};
         if (embree) {
           row["embree_mrays_per_s"] = millions / kind.embree_seconds;
           row["embree_build_s"] = embree->build_s();
@@ -226,13 +224,17 @@ void add_bench(CLI::App& app, Command& chosen) {
   bench->footer("Example:\n  eikon bench rays scenes/cornell.gltf --versus embree");
 
   auto options = std::make_shared<BenchOptions>();
-  CLI::App* rays = bench->add_subcommand("rays", "camera, shadow and diffuse-bounce rays per second, by layout of the tree");
+  CLI::App* rays =
+      bench->add_subcommand("rays", "camera, shadow and diffuse-bounce rays per second, by layout of the tree");
   options->scene.add_to(*rays);
   add_execution_options(*rays, options->execution);
-  rays->add_option("--versus", options->versus, "embree: its rtcIntersect1 and rtcOccluded1 on the same rays, as many threads");
+  rays->add_option("--versus", options->versus,
+                   "embree: its rtcIntersect1 and rtcOccluded1 on the same rays, as many threads");
   rays->add_option("--json", options->json, "write the results to a file");
   rays->add_option("--rays", options->rays, "of each kind")->check(CLI::Range(16U, 1U << 26))->capture_default_str();
-  rays->add_option("--rounds", options->rounds, "the best of which counts")->check(CLI::Range(1U, 1000U))->capture_default_str();
+  rays->add_option("--rounds", options->rounds, "the best of which counts")
+      ->check(CLI::Range(1U, 1000U))
+      ->capture_default_str();
   rays->footer("Example:\n  eikon bench rays scenes/cornell.gltf --versus embree --json rays.json");
   rays->callback([options, &chosen] { chosen = [options] { return bench_rays_command(*options); }; });
 }

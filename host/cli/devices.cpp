@@ -27,16 +27,21 @@ ExitCode devices_command() {
   for (const DeviceInfo& info : devices) {
     fmt::print("{}: {}\n", info.index, info.name);
     fmt::print("   {} ({}), {}, driver {}\n", info.platform, info.vendor, info.version, info.driver);
-    fmt::print("   {}, {} compute units, {:.1f} GiB memory, at most {:.1f} GiB in one piece\n", info.gpu ? "GPU" : info.cpu ? "CPU" : "accelerator",
-               info.compute_units, double(info.memory_bytes) / (1U << 30), double(info.max_allocation_bytes) / (1U << 30));
+    fmt::print("   {}, {} compute units, {:.1f} GiB memory, at most {:.1f} GiB in one piece\n",
+               info.gpu   ? "GPU"
+               : info.cpu ? "CPU"
+                          : "accelerator",
+               info.compute_units, double(info.memory_bytes) / (1U << 30),
+               double(info.max_allocation_bytes) / (1U << 30));
     if (!info.unusable.empty()) {
       fmt::print("   cannot be used: {}\n", info.unusable);
       continue;
     }
     const WavefrontConfig config = configure(info, execution);
-    fmt::print("   runs {} lanes, {}, layout {}, {} paths in flight\n", config.lanes, config.chunked ? "chunks" : "queues", config.layout,
-               config.capacity());
-    fmt::print("   divide and square root {}, denormals {}\n", info.correctly_rounded_divide_sqrt ? "correctly rounded" : "not promised to be exact",
+    fmt::print("   runs {} lanes, {}, layout {}, {} paths in flight\n", config.lanes,
+               config.chunked ? "chunks" : "queues", config.layout, config.capacity());
+    fmt::print("   divide and square root {}, denormals {}\n",
+               info.correctly_rounded_divide_sqrt ? "correctly rounded" : "not promised to be exact",
                info.denormals ? "kept" : "flushed");
     fmt::print("   arithmetic {}\n", arithmetic_of(info, config.lanes, execution.optimise));
   }

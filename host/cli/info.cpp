@@ -24,15 +24,16 @@ ExitCode info_command(const InfoOptions& options) {
   PackedScene packed = pack_scene(scene, features, prepared.settings);
 
   fmt::print("{}: {} bytes, hash {}\n", scene.path.string(), scene.file_bytes, scene.hash);
-  fmt::print("  {} triangles in {} nodes, {} meshes, {} materials, {} cameras\n", packed.triangles.size(), scene.nodes.size(),
-             scene.meshes.size(), scene.materials.size(), scene.cameras.size());
+  fmt::print("  {} triangles in {} nodes, {} meshes, {} materials, {} cameras\n", packed.triangles.size(),
+             scene.nodes.size(), scene.meshes.size(), scene.materials.size(), scene.cameras.size());
   if (!packed.bounds.empty())
-    fmt::print("  bounds ({:g}, {:g}, {:g}) to ({:g}, {:g}, {:g}) m\n", packed.bounds.lo.x, packed.bounds.lo.y, packed.bounds.lo.z,
-               packed.bounds.hi.x, packed.bounds.hi.y, packed.bounds.hi.z);
+    fmt::print("  bounds ({:g}, {:g}, {:g}) to ({:g}, {:g}, {:g}) m\n", packed.bounds.lo.x, packed.bounds.lo.y,
+               packed.bounds.lo.z, packed.bounds.hi.x, packed.bounds.hi.y, packed.bounds.hi.z);
   fmt::print("  image {} x {}, camera '{}'\n", prepared.settings.width, prepared.settings.height, prepared.camera_name);
   fmt::print("lights\n");
   for (const PackedLight& light : packed.light_summary)
-    fmt::print("  {}: {:.6g} W (mean of R, G, B), chosen with probability {:.4f}\n", light.user, light.power, light.probability);
+    fmt::print("  {}: {:.6g} W (mean of R, G, B), chosen with probability {:.4f}\n", light.user, light.power,
+               light.probability);
   if (packed.light_summary.empty()) fmt::print("  none\n");
 
   fmt::print("features\n");
@@ -44,14 +45,16 @@ ExitCode info_command(const InfoOptions& options) {
     add_accel(packed, "bvh", layout, 0);
     const std::uint64_t bytes = packed.bytes(layout);
     fmt::print("  {}: tree {} bytes, scene {} bytes{}\n", layout, packed.accels.at(layout).bytes(), bytes,
-               packed.triangles.empty() ? "" : fmt::format(" ({:.0f} per triangle)", double(bytes) / double(packed.triangles.size())));
+               packed.triangles.empty()
+                   ? ""
+                   : fmt::format(" ({:.0f} per triangle)", double(bytes) / double(packed.triangles.size())));
   }
   Execution execution;
   read_execution_environment(execution);
   for (const DeviceInfo& info : list_devices()) {
     const WavefrontConfig config = configure(info, execution);
-    fmt::print("  device {}: {} bytes for {} paths in flight, beside the scene as {}\n", info.index, path_pool_bytes(config, features),
-               config.capacity(), config.layout);
+    fmt::print("  device {}: {} bytes for {} paths in flight, beside the scene as {}\n", info.index,
+               path_pool_bytes(config, features), config.capacity(), config.layout);
   }
   const FilmLayout film = film_layout(features, prepared.settings);
   fmt::print("  film: {} bytes\n", film.crop.pixel_count() * film.replicates * (16 * film.channels.size() + 8));

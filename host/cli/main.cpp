@@ -16,12 +16,15 @@ int report(eikon::ExitCode code, const std::string& message) {
 }
 
 int run(int argc, char** argv) {
-  CLI::App app("eikon: an OpenCL wavefront path tracer. Renders glTF 2.0 scenes to OpenEXR images that state their own error.");
+  CLI::App app(
+      "eikon: an OpenCL wavefront path tracer. Renders glTF 2.0 scenes to OpenEXR images that state their own error.");
   app.name("eikon");
   app.set_version_flag("--version", "eikon " EIKON_VERSION);
   app.require_subcommand(1);
-  app.footer("Example:\n  eikon render scenes/cornell.gltf -o cornell.exr --png cornell.png --spp 256\n\n"
-             "Exit codes: 0 done, 1 done but not as asked, 2 usage, 3 input, 4 device, 5 internal, 130 interrupted, 143 terminated.");
+  app.footer(
+      "Example:\n  eikon render scenes/cornell.gltf -o cornell.exr --png cornell.png --spp 256\n\n"
+      "Exit codes: 0 done, 1 done but not as asked, 2 usage, 3 input, 4 device, 5 internal, 130 interrupted, 143 "
+      "terminated.");
   eikon::Command chosen;
   eikon::add_render(app, chosen);
   eikon::add_info(app, chosen);

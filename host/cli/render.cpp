@@ -55,9 +55,11 @@ class ProgressBar {
     const double done = double(now.samples) / double(now.samples_total);
     constexpr int width = 24;
     const int filled = int(done * width);
-    const double left = now.samples_per_second > 0 ? double(now.samples_total - now.samples) / now.samples_per_second : 0;
-    fmt::print(stderr, "\r\x1b[K[{:=<{}}{:{}}] {:3.0f} %  {:.2f} Msamples/s  {:.0f} s left  relMSE {}", "", filled, "", width - filled,
-               100 * done, 1e-6 * now.samples_per_second, left, error_.known ? fmt::format("{:.2e}", error_.relmse) : "?");
+    const double left =
+        now.samples_per_second > 0 ? double(now.samples_total - now.samples) / now.samples_per_second : 0;
+    fmt::print(stderr, "\r\x1b[K[{:=<{}}{:{}}] {:3.0f} %  {:.2f} Msamples/s  {:.0f} s left  relMSE {}", "", filled, "",
+               width - filled, 100 * done, 1e-6 * now.samples_per_second, left,
+               error_.known ? fmt::format("{:.2e}", error_.relmse) : "?");
     std::fflush(stderr);
     shown_ = true;
   }
@@ -144,12 +146,17 @@ ExitCode replay(const RenderOptions& options) {
   const auto y = std::uint32_t(parse_unsigned("--pixel", xy[1], prepared.settings.height - 1));
   const std::uint64_t sample = parse_unsigned("--sample", options.sample, (std::uint64_t{1} << 48) - 1);
   fmt::print("pixel {},{} sample {}\n", x, y, sample);
-  const glm::vec3 radiance = replay_path(prepared.scene, prepared.settings, options.execution, x, y, sample, [&](const PathVertex& v) {
-    fmt::print("  edge {:>2}: from ({:.9g}, {:.9g}, {:.9g}) towards ({:.9g}, {:.9g}, {:.9g}), throughput ({:.6g}, {:.6g}, {:.6g})", v.depth,
-               v.origin.x, v.origin.y, v.origin.z, v.dir.x, v.dir.y, v.dir.z, v.beta.x, v.beta.y, v.beta.z);
-    if (v.triangle == EK_NO_HIT) fmt::print(": leaves the scene\n");
-    else fmt::print(": hits triangle {} at {:.9g} m\n", v.triangle, v.t);
-  });
+  const glm::vec3 radiance =
+      replay_path(prepared.scene, prepared.settings, options.execution, x, y, sample, [&](const PathVertex& v) {
+        fmt::print(
+            "  edge {:>2}: from ({:.9g}, {:.9g}, {:.9g}) towards ({:.9g}, {:.9g}, {:.9g}), throughput ({:.6g}, {:.6g}, "
+            "{:.6g})",
+            v.depth, v.origin.x, v.origin.y, v.origin.z, v.dir.x, v.dir.y, v.dir.z, v.beta.x, v.beta.y, v.beta.z);
+        if (v.triangle == EK_NO_HIT)
+          fmt::print(": leaves the scene\n");
+        else
+          fmt::print(": hits triangle {} at {:.9g} m\n", v.triangle, v.t);
+      });
   fmt::print("  radiance ({:.9g}, {:.9g}, {:.9g})\n", radiance.x, radiance.y, radiance.z);
   return ExitCode::done;
 }
@@ -158,7 +165,8 @@ ExitCode render_command(RenderOptions options) {
   read_execution_environment(options.execution);
   if (!options.pixel.empty() || !options.sample.empty()) return replay(options);
   const std::filesystem::path output =
-      options.output.empty() ? std::filesystem::path(options.scene.scene).filename().replace_extension(".exr") : std::filesystem::path(options.output);
+      options.output.empty() ? std::filesystem::path(options.scene.scene).filename().replace_extension(".exr")
+                             : std::filesystem::path(options.output);
   require_writable({output, options.png, options.stats, options.profile}, options.scene.scene);
   options.execution.keep_spans = !options.profile.empty();
   const Prepared prepared = prepare(options.scene, options.quiet);
@@ -202,17 +210,22 @@ ExitCode render_command(RenderOptions options) {
 
   if (!options.quiet) print_stage_table(report);
   const double rate = report.render_s > 0 ? double(report.samples) / report.render_s : 0;
-  fmt::print("{}: {} x {}, {} samples in {:.2f} s ({:.2f} Msamples/s)\n", output.string(), prepared.settings.crop.width(),
-             prepared.settings.crop.height(), report.samples, report.render_s, 1e-6 * rate);
-  if (error.known) fmt::print("predicted relMSE {:.3e} (95 %: {:.3e} to {:.3e})\n", error.relmse, error.lo, error.hi);
-  else fmt::print("predicted relMSE unknown: it takes two samples per pixel\n");
+  fmt::print("{}: {} x {}, {} samples in {:.2f} s ({:.2f} Msamples/s)\n", output.string(),
+             prepared.settings.crop.width(), prepared.settings.crop.height(), report.samples, report.render_s,
+             1e-6 * rate);
+  if (error.known)
+    fmt::print("predicted relMSE {:.3e} (95 %: {:.3e} to {:.3e})\n", error.relmse, error.lo, error.hi);
+  else
+    fmt::print("predicted relMSE unknown: it takes two samples per pixel\n");
   if (report.arithmetic() != "exact")
-    fmt::print(stderr, "eikon: arithmetic {}: other devices may give other bits; see `eikon selftest`\n", report.arithmetic());
+    fmt::print(stderr, "eikon: arithmetic {}: other devices may give other bits; see `eikon selftest`\n",
+               report.arithmetic());
   const bool rejected = report.nonfinite + report.saturated > 0;
   if (rejected) fmt::print(stderr, "eikon: {}\n", rejected_line(report));
   if (report.interrupted) {
     fmt::print(stderr, "eikon: interrupted: {} of {} samples are in {}\n", report.samples,
-               prepared.settings.crop.pixel_count() * (prepared.settings.sample_end - prepared.settings.sample_begin), output.string());
+               prepared.settings.crop.pixel_count() * (prepared.settings.sample_end - prepared.settings.sample_begin),
+               output.string());
     return stop_signal.load() == SIGTERM ? ExitCode::terminated : ExitCode::interrupted;
   }
   return (rejected && options.scene.strict) || !as_asked ? ExitCode::not_as_asked : ExitCode::done;
@@ -227,14 +240,19 @@ void add_render(CLI::App& app, Command& chosen) {
   command->add_option("-o,--output", options->output, "OpenEXR file; SCENE.exr here if not given");
   command->add_flag("--half", options->half, "16-bit channels");
   command->add_option("--png", options->png, "also an sRGB picture");
-  command->add_option("--exposure", options->exposure_ev, "of the PNG, in EV")->check(check_is_finite)->check(CLI::Range(-64.0, 64.0))->capture_default_str();
+  command->add_option("--exposure", options->exposure_ev, "of the PNG, in EV")
+      ->check(check_is_finite)
+      ->check(CLI::Range(-64.0, 64.0))
+      ->capture_default_str();
   add_execution_options(*command, options->execution);
   command->add_option("--pixel", options->pixel, "X,Y: with --sample N, trace that one path and print its vertices");
   command->add_option("--sample", options->sample, "N: see --pixel");
   command->add_option("--stats", options->stats, "JSON file of counts and times");
   command->add_option("--profile", options->profile, "JSON file of trace events, for Perfetto or chrome://tracing");
   command->add_flag("--quiet", options->quiet, "no notes, no progress, no stage table");
-  command->footer("Example:\n  eikon render scenes/cornell.gltf -o cornell.exr --png cornell.png --size 512x512 --spp 256 --aov albedo,normal");
+  command->footer(
+      "Example:\n  eikon render scenes/cornell.gltf -o cornell.exr --png cornell.png --size 512x512 --spp 256 --aov "
+      "albedo,normal");
   command->callback([options, &chosen] { chosen = [options] { return render_command(*options); }; });
 }
 

@@ -22,7 +22,9 @@ std::vector<std::string> stage_order(const std::map<std::string, StageTotals>& s
 #include "shared/stages.def"
   const std::size_t kernels = order.size();
   for (const auto& [name, totals] : stages)
-    if (std::find(order.begin(), order.begin() + std::ptrdiff_t(kernels), name) == order.begin() + std::ptrdiff_t(kernels)) order.push_back(name);
+    if (std::find(order.begin(), order.begin() + std::ptrdiff_t(kernels), name) ==
+        order.begin() + std::ptrdiff_t(kernels))
+      order.push_back(name);
   return order;
 }
 
@@ -44,14 +46,15 @@ void print_stage_table(const RenderReport& report) {
     }
     fmt::print("device {} {}: layout {}, {} lanes, {} samples, {:.2f} s\n", device.info.index, device.info.name,
                device.config.layout, device.config.lanes, device.samples, device.busy_s);
-    fmt::print("  {:<10} {:>8} {:>13} {:>10} {:>6} {:>9} {:>9} {:>9}\n", "stage", "launches", "items", "ms", "%", "ms min", "ms max",
-               "Mitems/s");
+    fmt::print("  {:<10} {:>8} {:>13} {:>10} {:>6} {:>9} {:>9} {:>9}\n", "stage", "launches", "items", "ms", "%",
+               "ms min", "ms max", "Mitems/s");
     const double wall = device.busy_s;
     for (const std::string& name : stage_order(device.stages)) {
       const StageTotals& s = device.stages.at(name);
       fmt::print("  {:<10} {:>8} {:>13} {:>10.1f} {:>6.1f} {:>9.3f} {:>9.3f} {:>9.1f}\n", name, s.launches,
                  s.bytes > 0 ? fmt::format("{} B", s.bytes) : std::to_string(s.items), 1e3 * s.seconds,
-                 100 * rate(s.seconds, wall), 1e3 * s.seconds_min, 1e3 * s.seconds_max, s.bytes > 0 ? 0.0 : 1e-6 * rate(double(s.items), s.seconds));
+                 100 * rate(s.seconds, wall), 1e3 * s.seconds_min, 1e3 * s.seconds_max,
+                 s.bytes > 0 ? 0.0 : 1e-6 * rate(double(s.items), s.seconds));
     }
     // What no launch or transfer accounts for: launch cost, waiting, adding to the film.
     const double gap = std::max(0.0, wall - total_seconds(device));
@@ -74,7 +77,10 @@ void write_stats(const std::filesystem::path& path, const RenderReport& report, 
   json stats;
   stats["samples"] = report.samples;
   stats["samples_per_second"] = rate(double(report.samples), report.render_s);
-  stats["rays"] = {{"camera", report.rays.camera}, {"scattered", report.rays.scattered}, {"shadow", report.rays.shadow}, {"total", report.rays.total()}};
+  stats["rays"] = {{"camera", report.rays.camera},
+                   {"scattered", report.rays.scattered},
+                   {"shadow", report.rays.shadow},
+                   {"total", report.rays.total()}};
   stats["rays_per_second"] = rate(double(report.rays.total()), report.render_s);
   stats["relmse_predicted"] = error.known ? json(error.relmse) : json(nullptr);
   stats["relmse_interval"] = error.known ? json({error.lo, error.hi}) : json(nullptr);
@@ -83,9 +89,14 @@ void write_stats(const std::filesystem::path& path, const RenderReport& report, 
   stats["features"] = report.features;
   stats["triangles"] = report.triangles;
   stats["geometry_bytes"] = report.geometry_bytes;
-  stats["seconds"] = {{"load", times.load_s},           {"build", report.pack_s + report.build_s}, {"compile", report.compile_s},
-                      {"upload", report.upload_s},      {"render", report.render_s},               {"write", times.write_s},
-                      {"first_sample", report.first_sample_s}, {"total", times.total_s}};
+  stats["seconds"] = {{"load", times.load_s},
+                      {"build", report.pack_s + report.build_s},
+                      {"compile", report.compile_s},
+                      {"upload", report.upload_s},
+                      {"render", report.render_s},
+                      {"write", times.write_s},
+                      {"first_sample", report.first_sample_s},
+                      {"total", times.total_s}};
   const Settings& settings = prepared.settings;
   stats["scene"] = {{"path", prepared.scene.path.string()}, {"hash", prepared.scene.hash}};
   stats["size"] = {settings.width, settings.height};
@@ -94,15 +105,28 @@ void write_stats(const std::filesystem::path& path, const RenderReport& report, 
   stats["devices"] = json::array();
   stats["stages"] = json::array();
   for (const DeviceReport& device : report.devices) {
-    stats["devices"].push_back({{"index", device.info.index}, {"name", device.info.name}, {"driver", device.info.driver},
+    stats["devices"].push_back({{"index", device.info.index},
+                                {"name", device.info.name},
+                                {"driver", device.info.driver},
                                 {"arithmetic", device.arithmetic.name()},
-                                {"layout", device.config.layout}, {"lanes", device.config.lanes}, {"samples", device.samples},
-                                {"units", device.units}, {"device_bytes", device.device_bytes}, {"seconds", device.busy_s},
-                                {"compile_seconds", device.compile_s}, {"upload_seconds", device.upload_s}});
+                                {"layout", device.config.layout},
+                                {"lanes", device.config.lanes},
+                                {"samples", device.samples},
+                                {"units", device.units},
+                                {"device_bytes", device.device_bytes},
+                                {"seconds", device.busy_s},
+                                {"compile_seconds", device.compile_s},
+                                {"upload_seconds", device.upload_s}});
     for (const std::string& name : stage_order(device.stages)) {
       const StageTotals& s = device.stages.at(name);
-      stats["stages"].push_back({{"device", device.info.index}, {"stage", name}, {"launches", s.launches}, {"items", s.items},
-                                 {"bytes", s.bytes}, {"seconds", s.seconds}, {"seconds_min", s.seconds_min}, {"seconds_max", s.seconds_max}});
+      stats["stages"].push_back({{"device", device.info.index},
+                                 {"stage", name},
+                                 {"launches", s.launches},
+                                 {"items", s.items},
+                                 {"bytes", s.bytes},
+                                 {"seconds", s.seconds},
+                                 {"seconds_min", s.seconds_min},
+                                 {"seconds_max", s.seconds_max}});
     }
   }
   // Paths on disk need not be UTF-8.
@@ -113,13 +137,23 @@ void write_profile(const std::filesystem::path& path, const RenderReport& report
   json events = json::array();
   for (const DeviceReport& device : report.devices) {
     const int track = int(device.info.index) + 1;
-    events.push_back({{"ph", "M"}, {"pid", 1}, {"tid", track}, {"name", "thread_name"},
+    events.push_back({{"ph", "M"},
+                      {"pid", 1},
+                      {"tid", track},
+                      {"name", "thread_name"},
                       {"args", {{"name", fmt::format("device {} {}", device.info.index, device.info.name)}}}});
     for (const Span& span : device.spans)
-      events.push_back({{"ph", "X"}, {"pid", 1}, {"tid", track}, {"name", span.name}, {"cat", "device"},
-                        {"ts", 1e6 * span.begin_s}, {"dur", 1e6 * (span.end_s - span.begin_s)}});
+      events.push_back({{"ph", "X"},
+                        {"pid", 1},
+                        {"tid", track},
+                        {"name", span.name},
+                        {"cat", "device"},
+                        {"ts", 1e6 * span.begin_s},
+                        {"dur", 1e6 * (span.end_s - span.begin_s)}});
   }
-  write_text(path, json{{"traceEvents", events}, {"displayTimeUnit", "ms"}}.dump(-1, ' ', false, json::error_handler_t::replace) + "\n");
+  write_text(path, json{{"traceEvents", events}, {"displayTimeUnit", "ms"}}.dump(-1, ' ', false,
+                                                                                 json::error_handler_t::replace) +
+                       "\n");
 }
 
 void write_text(const std::filesystem::path& path, const std::string& text) {
@@ -130,15 +164,19 @@ void write_text(const std::filesystem::path& path, const std::string& text) {
 
 void require_writable(const std::vector<std::filesystem::path>& outputs, const std::filesystem::path& input) {
   // Of a relative path that does not exist yet, weakly_canonical alone makes no absolute one.
-  const auto place = [](const std::filesystem::path& path) { return std::filesystem::weakly_canonical(std::filesystem::absolute(path)); };
+  const auto place = [](const std::filesystem::path& path) {
+    return std::filesystem::weakly_canonical(std::filesystem::absolute(path));
+  };
   std::vector<std::filesystem::path> seen = {place(input)};
   for (const std::filesystem::path& path : outputs) {
     if (path.empty()) continue;
     const AtomicFile asked(path);  // made under its temporary name, and removed again
     const std::filesystem::path real = place(path);
-    if (real == seen.front()) throw UsageError(fmt::format("cannot write {}: it is the input; choose another name", path.string()));
+    if (real == seen.front())
+      throw UsageError(fmt::format("cannot write {}: it is the input; choose another name", path.string()));
     if (std::find(seen.begin(), seen.end(), real) != seen.end())
-      throw UsageError(fmt::format("cannot write {}: two outputs have that name; choose another for one of them", path.string()));
+      throw UsageError(
+          fmt::format("cannot write {}: two outputs have that name; choose another for one of them", path.string()));
     seen.push_back(real);
   }
 }

@@ -33,20 +33,23 @@ Camera choose_camera(const SceneOptions& options, const Scene& scene, double asp
       const std::vector<double> n = parse_numbers("--look-at", parts[i], 3);
       return glm::dvec3(n[0], n[1], n[2]);
     };
-    camera = look_at_camera(point(0), point(1), parts.size() == 3 ? point(2) : glm::dvec3(0, 1, 0), fov > 0 ? fov : 0.7);
+    camera =
+        look_at_camera(point(0), point(1), parts.size() == 3 ? point(2) : glm::dvec3(0, 1, 0), fov > 0 ? fov : 0.7);
     camera.name = "--look-at";
   } else if (!options.camera.empty()) {
-    const auto named = std::find_if(scene.cameras.begin(), scene.cameras.end(), [&](const Camera& c) { return c.name == options.camera; });
+    const auto named = std::find_if(scene.cameras.begin(), scene.cameras.end(),
+                                    [&](const Camera& c) { return c.name == options.camera; });
     if (named != scene.cameras.end()) {
       camera = *named;
     } else {
       std::string known;
       for (const Camera& c : scene.cameras) known += fmt::format("{}'{}'", known.empty() ? "" : ", ", c.name);
-      const bool number = options.camera.find_first_not_of("0123456789") == std::string::npos && options.camera.size() < 9;
+      const bool number =
+          options.camera.find_first_not_of("0123456789") == std::string::npos && options.camera.size() < 9;
       const std::size_t index = number ? std::stoul(options.camera) : scene.cameras.size();
       if (index >= scene.cameras.size())
-        throw UsageError(fmt::format("--camera {}: no such camera in {}; it has {}", options.camera, scene.path.string(),
-                                     known.empty() ? "none" : known));
+        throw UsageError(fmt::format("--camera {}: no such camera in {}; it has {}", options.camera,
+                                     scene.path.string(), known.empty() ? "none" : known));
       camera = scene.cameras[index];
     }
   } else if (!scene.cameras.empty()) {
@@ -86,7 +89,8 @@ void parse_samples(const SceneOptions& options, Settings& settings) {
   settings.sample_end = options.spp;
   if (!options.samples.empty()) {
     const std::vector<std::string> parts = split(options.samples, ':');
-    if (parts.size() != 2) throw UsageError(fmt::format("--samples {}: takes A:B, the half-open range of samples", options.samples));
+    if (parts.size() != 2)
+      throw UsageError(fmt::format("--samples {}: takes A:B, the half-open range of samples", options.samples));
     settings.sample_begin = parse_unsigned("--samples", parts[0], kMaxSamples);
     settings.sample_end = parse_unsigned("--samples", parts[1], kMaxSamples);
   }
@@ -98,12 +102,14 @@ void parse_crop(const SceneOptions& options, Settings& settings) {
   settings.crop = {0, 0, settings.width, settings.height};
   if (options.crop.empty()) return;
   const std::vector<std::string> parts = split(options.crop, ',');
-  if (parts.size() != 4) throw UsageError(fmt::format("--crop {}: takes X0,Y0,X1,Y1 in pixels, the last two exclusive", options.crop));
+  if (parts.size() != 4)
+    throw UsageError(fmt::format("--crop {}: takes X0,Y0,X1,Y1 in pixels, the last two exclusive", options.crop));
   const auto at = [&](std::size_t i) { return std::uint32_t(parse_unsigned("--crop", parts[i], kMaxSide)); };
   settings.crop = {at(0), at(1), at(2), at(3)};
-  if (settings.crop.x0 >= settings.crop.x1 || settings.crop.y0 >= settings.crop.y1 || settings.crop.x1 > settings.width ||
-      settings.crop.y1 > settings.height)
-    throw UsageError(fmt::format("--crop {}: not a window of the {} x {} image", options.crop, settings.width, settings.height));
+  if (settings.crop.x0 >= settings.crop.x1 || settings.crop.y0 >= settings.crop.y1 ||
+      settings.crop.x1 > settings.width || settings.crop.y1 > settings.height)
+    throw UsageError(
+        fmt::format("--crop {}: not a window of the {} x {} image", options.crop, settings.width, settings.height));
 }
 
 }  // namespace
@@ -113,17 +119,25 @@ void SceneOptions::add_to(CLI::App& command) {
   command.add_option("--size", size, "WxH: image size; without it the camera's aspect at 720 rows");
   command.add_option("--camera", camera, "camera by name or index");
   command.add_option("--look-at", look_at, "EYE:TARGET[:UP], each x,y,z: a camera of your own");
-  command.add_option("--fov", fov_deg, "vertical field of view in degrees")->check(check_is_finite)->check(CLI::Range(0.01, 179.0));
+  command.add_option("--fov", fov_deg, "vertical field of view in degrees")
+      ->check(check_is_finite)
+      ->check(CLI::Range(0.01, 179.0));
   command.add_option("--env", env, "R,G,B: constant environment instead of the file's");
-  command.add_option("--spp", spp, "samples per pixel")->check(CLI::Range(1.0, double(kMaxSamples)))->capture_default_str();
+  command.add_option("--spp", spp, "samples per pixel")
+      ->check(CLI::Range(1.0, double(kMaxSamples)))
+      ->capture_default_str();
   command.add_option("--samples", samples, "A:B: only samples A to B-1 of each pixel");
   command.add_option("--crop", crop, "X0,Y0,X1,Y1: only this window; same bits as in the full image");
-  command.add_option("--seed", seed, "another seed is another, independent image")->check(CLI::Range(0.0, 4294967295.0));
-  command.add_option("--max-depth", max_depth, "longest path in edges from the camera; 0: no limit")->capture_default_str();
+  command.add_option("--seed", seed, "another seed is another, independent image")
+      ->check(CLI::Range(0.0, 4294967295.0));
+  command.add_option("--max-depth", max_depth, "longest path in edges from the camera; 0: no limit")
+      ->capture_default_str();
   command.add_option("--integrator", integrator, "path, or direct: emission and direct light only")
-      ->check(CLI::IsMember({"path", "direct"}))->capture_default_str();
+      ->check(CLI::IsMember({"path", "direct"}))
+      ->capture_default_str();
   command.add_option("--light-sampling", light_sampling, "how light is found: same mean, other noise")
-      ->check(CLI::IsMember({"mis", "light", "cosine", "hemisphere"}))->capture_default_str();
+      ->check(CLI::IsMember({"mis", "light", "cosine", "hemisphere"}))
+      ->capture_default_str();
   command.add_option("--aov", aovs, "layers beside RGB: albedo,normal,depth,id,variance,samples");
   command.add_flag("--strict", strict, "what is not supported, and rejected samples, are errors");
 }
@@ -159,7 +173,8 @@ Prepared prepare(const SceneOptions& options, bool quiet) {
   settings.environment = choose_environment(options, scene, quiet);
   settings.seed = std::uint32_t(options.seed);
   settings.max_depth = options.max_depth;
-  if (options.integrator == "direct") settings.max_depth = settings.max_depth == 0 ? 2 : std::min(settings.max_depth, 2U);
+  if (options.integrator == "direct")
+    settings.max_depth = settings.max_depth == 0 ? 2 : std::min(settings.max_depth, 2U);
   settings.light_sampling = options.light_sampling == "mis"      ? LightSampling::mis
                             : options.light_sampling == "light"  ? LightSampling::light
                             : options.light_sampling == "cosine" ? LightSampling::cosine
@@ -167,8 +182,10 @@ Prepared prepare(const SceneOptions& options, bool quiet) {
   static const std::vector<std::string> known = {"albedo", "normal", "depth", "id", "variance", "samples"};
   for (const std::string& layer : split(options.aovs, ',')) {
     if (std::find(known.begin(), known.end(), layer) == known.end())
-      throw UsageError(fmt::format("--aov {}: no layer '{}'; there is albedo, normal, depth, id, variance, samples", options.aovs, layer));
-    if (std::find(prepared.layers.begin(), prepared.layers.end(), layer) == prepared.layers.end()) prepared.layers.push_back(layer);
+      throw UsageError(fmt::format("--aov {}: no layer '{}'; there is albedo, normal, depth, id, variance, samples",
+                                   options.aovs, layer));
+    if (std::find(prepared.layers.begin(), prepared.layers.end(), layer) == prepared.layers.end())
+      prepared.layers.push_back(layer);
   }
   settings.aovs = prepared.layers;
   return prepared;

@@ -6,7 +6,16 @@
 namespace eikon {
 
 /// Process exit codes; only host/cli returns them.
-enum class ExitCode { done = 0, not_as_asked = 1, usage = 2, input = 3, device = 4, internal = 5, interrupted = 130, terminated = 143 };
+enum class ExitCode {
+  done = 0,
+  not_as_asked = 1,
+  usage = 2,
+  input = 3,
+  device = 4,
+  internal = 5,
+  interrupted = 130,
+  terminated = 143
+};
 
 /// Everything that goes wrong because of input, files or devices. `what()` is one line: what failed, on what, why, what to try.
 class Error : public std::runtime_error {

@@ -13,15 +13,24 @@ namespace eikon {
 
 std::string cl_error_name(cl_int code) {
   static const std::map<cl_int, const char*> names = {
-      {-1, "CL_DEVICE_NOT_FOUND"},        {-2, "CL_DEVICE_NOT_AVAILABLE"},
-      {-3, "CL_COMPILER_NOT_AVAILABLE"},  {-4, "CL_MEM_OBJECT_ALLOCATION_FAILURE"},
-      {-5, "CL_OUT_OF_RESOURCES"},        {-6, "CL_OUT_OF_HOST_MEMORY"},
-      {-11, "CL_BUILD_PROGRAM_FAILURE"},  {-14, "CL_EXEC_STATUS_ERROR_FOR_EVENTS_IN_WAIT_LIST"},
-      {-36, "CL_INVALID_COMMAND_QUEUE"},  {-38, "CL_INVALID_MEM_OBJECT"},
-      {-45, "CL_INVALID_PROGRAM_EXECUTABLE"}, {-46, "CL_INVALID_KERNEL_NAME"},
-      {-48, "CL_INVALID_KERNEL"},         {-51, "CL_INVALID_ARG_SIZE"},
-      {-52, "CL_INVALID_KERNEL_ARGS"},    {-54, "CL_INVALID_WORK_GROUP_SIZE"},
-      {-61, "CL_INVALID_BUFFER_SIZE"},    {-1001, "CL_PLATFORM_NOT_FOUND_KHR"},
+      {-1, "CL_DEVICE_NOT_FOUND"},
+      {-2, "CL_DEVICE_NOT_AVAILABLE"},
+      {-3, "CL_COMPILER_NOT_AVAILABLE"},
+      {-4, "CL_MEM_OBJECT_ALLOCATION_FAILURE"},
+      {-5, "CL_OUT_OF_RESOURCES"},
+      {-6, "CL_OUT_OF_HOST_MEMORY"},
+      {-11, "CL_BUILD_PROGRAM_FAILURE"},
+      {-14, "CL_EXEC_STATUS_ERROR_FOR_EVENTS_IN_WAIT_LIST"},
+      {-36, "CL_INVALID_COMMAND_QUEUE"},
+      {-38, "CL_INVALID_MEM_OBJECT"},
+      {-45, "CL_INVALID_PROGRAM_EXECUTABLE"},
+      {-46, "CL_INVALID_KERNEL_NAME"},
+      {-48, "CL_INVALID_KERNEL"},
+      {-51, "CL_INVALID_ARG_SIZE"},
+      {-52, "CL_INVALID_KERNEL_ARGS"},
+      {-54, "CL_INVALID_WORK_GROUP_SIZE"},
+      {-61, "CL_INVALID_BUFFER_SIZE"},
+      {-1001, "CL_PLATFORM_NOT_FOUND_KHR"},
   };
   const auto found = names.find(code);
   return fmt::format("{} ({})", found == names.end() ? "OpenCL error" : found->second, code);
@@ -94,8 +103,9 @@ Device::Device(const DeviceInfo& info) : impl_(std::make_unique<Impl>()) {
   ClMem probe(clCreateBuffer(impl_->context.get(), CL_MEM_READ_WRITE, sizeof word, nullptr, &code));
   impl_->check(code, "allocating memory");
   cl_event event = nullptr;
-  impl_->check(clEnqueueWriteBuffer(impl_->queue.get(), probe.get(), CL_TRUE, 0, sizeof word, &word, 0, nullptr, &event),
-               "a transfer");
+  impl_->check(
+      clEnqueueWriteBuffer(impl_->queue.get(), probe.get(), CL_TRUE, 0, sizeof word, &word, 0, nullptr, &event),
+      "a transfer");
   const ClEvent owned(event);
   impl_->clock_offset_s = host_seconds() - Impl::timestamp_s(event, CL_PROFILING_COMMAND_END);
 }
@@ -136,9 +146,9 @@ Buffer Device::allocate(std::size_t bytes) {
   buffer.impl_->mem.reset(
       clCreateBuffer(impl_->context.get(), flags, buffer.impl_->bytes, buffer.impl_->host.get(), &code));
   if (code != CL_SUCCESS)
-    throw DeviceError(fmt::format("device '{}' cannot allocate {} bytes ({} in one piece, {} in all): {}; try a smaller scene",
-                                  impl_->info.name, bytes, impl_->info.max_allocation_bytes, impl_->info.memory_bytes,
-                                  cl_error_name(code)));
+    throw DeviceError(fmt::format(
+        "device '{}' cannot allocate {} bytes ({} in one piece, {} in all): {}; try a smaller scene", impl_->info.name,
+        bytes, impl_->info.max_allocation_bytes, impl_->info.memory_bytes, cl_error_name(code)));
   return buffer;
 }
 
@@ -150,8 +160,8 @@ Buffer Device::upload(const void* data, std::size_t bytes) {
 
 void Device::write(const Buffer& buffer, const void* data, std::size_t bytes, std::size_t offset) {
   cl_event event = nullptr;
-  impl_->check(clEnqueueWriteBuffer(impl_->queue.get(), buffer.impl_->mem.get(), CL_TRUE, offset, bytes, data, 0, nullptr,
-                                    &event),
+  impl_->check(clEnqueueWriteBuffer(impl_->queue.get(), buffer.impl_->mem.get(), CL_TRUE, offset, bytes, data, 0,
+                                    nullptr, &event),
                "a transfer to the device");
   impl_->track("upload", event, 0, bytes);
   impl_->resolve();
@@ -172,8 +182,8 @@ void Device::read(const Buffer& buffer, void* data, std::size_t bytes, std::size
 
 Ticket Device::read_later(const Buffer& buffer, void* data, std::size_t bytes, std::size_t offset) {
   cl_event event = nullptr;
-  impl_->check(clEnqueueReadBuffer(impl_->queue.get(), buffer.impl_->mem.get(), CL_FALSE, offset, bytes, data, 0, nullptr,
-                                   &event),
+  impl_->check(clEnqueueReadBuffer(impl_->queue.get(), buffer.impl_->mem.get(), CL_FALSE, offset, bytes, data, 0,
+                                   nullptr, &event),
                "a transfer from the device");
   Ticket ticket;
   ticket.impl_ = std::make_shared<Ticket::Impl>();
@@ -195,8 +205,9 @@ void Device::run(const Kernel& kernel, std::size_t groups, std::size_t local, st
   const std::size_t global = groups * local;
   const double begin = k.launched ? 0 : host_seconds();
   cl_event event = nullptr;
-  impl_->check(clEnqueueNDRangeKernel(impl_->queue.get(), k.kernel.get(), 1, nullptr, &global, &local, 0, nullptr, &event),
-               "launching kernel '" + k.name + "'");
+  impl_->check(
+      clEnqueueNDRangeKernel(impl_->queue.get(), k.kernel.get(), 1, nullptr, &global, &local, 0, nullptr, &event),
+      "launching kernel '" + k.name + "'");
   if (!k.launched) impl_->profiler.compile_s += host_seconds() - begin;
   k.launched = true;
   impl_->track(k.name.c_str(), event, items, 0);

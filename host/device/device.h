@@ -14,14 +14,14 @@
 namespace eikon {
 
 struct DeviceInfo {
-  std::uint32_t index = 0;       // position in list_devices(), what --devices takes
+  std::uint32_t index = 0;  // position in list_devices(), what --devices takes
   std::string name, vendor, driver, platform, version;
   bool cpu = false, gpu = false;
   std::uint32_t compute_units = 0;
   std::uint64_t memory_bytes = 0, max_allocation_bytes = 0;
   std::uint32_t native_float_lanes = 1;
   bool correctly_rounded_divide_sqrt = false, denormals = false;
-  std::string unusable;          // why it cannot be used (not available, no compiler, ...); empty: it can
+  std::string unusable;  // why it cannot be used (not available, no compiler, ...); empty: it can
 };
 
 /// All devices of all platforms, in the platforms' order. Empty when there is no platform; never throws for that.
@@ -62,7 +62,7 @@ class Arguments {
 
 struct ProgramOptions {
   std::map<std::string, std::string> defines;
-  bool optimise = true;           // false adds -cl-opt-disable (Oclgrind needs it)
+  bool optimise = true;  // false adds -cl-opt-disable (Oclgrind needs it)
 };
 
 /// A transfer under way; see Device::read_later.

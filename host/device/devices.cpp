@@ -21,7 +21,8 @@ void give_pocl_a_cache() {
   const std::string cache = fmt::format("/tmp/eikon-pocl-{}", getuid());
   mkdir(cache.c_str(), 0700);
   struct stat found {};
-  if (lstat(cache.c_str(), &found) == 0 && S_ISDIR(found.st_mode) && found.st_uid == getuid() && (found.st_mode & 077) == 0)
+  if (lstat(cache.c_str(), &found) == 0 && S_ISDIR(found.st_mode) && found.st_uid == getuid() &&
+      (found.st_mode & 077) == 0)
     setenv("POCL_CACHE_DIR", cache.c_str(), 0);
 }
 
@@ -64,9 +65,12 @@ DeviceInfo describe(cl_device_id device, std::uint32_t index) {
   const auto fp = device_value<cl_device_fp_config>(device, CL_DEVICE_SINGLE_FP_CONFIG);
   info.correctly_rounded_divide_sqrt = (fp & CL_FP_CORRECTLY_ROUNDED_DIVIDE_SQRT) != 0;
   info.denormals = (fp & CL_FP_DENORM) != 0;
-  if (device_value<cl_bool>(device, CL_DEVICE_AVAILABLE) == CL_FALSE) info.unusable = "the driver says it is not available";
-  else if (device_value<cl_bool>(device, CL_DEVICE_COMPILER_AVAILABLE) == CL_FALSE) info.unusable = "it has no compiler";
-  else if (device_value<cl_bool>(device, CL_DEVICE_ENDIAN_LITTLE) == CL_FALSE) info.unusable = "it is big-endian";
+  if (device_value<cl_bool>(device, CL_DEVICE_AVAILABLE) == CL_FALSE)
+    info.unusable = "the driver says it is not available";
+  else if (device_value<cl_bool>(device, CL_DEVICE_COMPILER_AVAILABLE) == CL_FALSE)
+    info.unusable = "it has no compiler";
+  else if (device_value<cl_bool>(device, CL_DEVICE_ENDIAN_LITTLE) == CL_FALSE)
+    info.unusable = "it is big-endian";
   return info;
 }
 
@@ -103,7 +107,8 @@ std::vector<DeviceInfo> list_devices() {
 std::vector<DeviceInfo> select_devices(const std::string& selection) {
   const std::vector<DeviceInfo> all = list_devices();
   if (all.empty())
-    throw DeviceError("no OpenCL device: no platform is installed; try: apt-get install pocl-opencl-icd, then `eikon devices`");
+    throw DeviceError(
+        "no OpenCL device: no platform is installed; try: apt-get install pocl-opencl-icd, then `eikon devices`");
   std::string known;
   for (const DeviceInfo& info : all) known += fmt::format("{}{}: {}", known.empty() ? "" : ", ", info.index, info.name);
 
@@ -131,7 +136,8 @@ std::vector<DeviceInfo> select_devices(const std::string& selection) {
       choose(info);
       ++matches;
     }
-    if (matches == 0) throw DeviceError(fmt::format("--devices {}: no such device '{}'; there is {}", selection, entry, known));
+    if (matches == 0)
+      throw DeviceError(fmt::format("--devices {}: no such device '{}'; there is {}", selection, entry, known));
   }
   return chosen;
 }

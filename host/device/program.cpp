@@ -44,8 +44,9 @@ std::shared_ptr<Program::Impl> build_program(cl_context context, cl_device_id de
     clGetProgramBuildInfo(impl->program.get(), device, CL_PROGRAM_BUILD_LOG, 0, nullptr, &size);
     std::string log(size, '\0');
     clGetProgramBuildInfo(impl->program.get(), device, CL_PROGRAM_BUILD_LOG, size, log.data(), nullptr);
-    throw DeviceError(fmt::format("the kernels do not compile on device '{}': {}; defines:{}; try another device (--devices)",
-                                  info.name, first_error(log), defines));
+    throw DeviceError(
+        fmt::format("the kernels do not compile on device '{}': {}; defines:{}; try another device (--devices)",
+                    info.name, first_error(log), defines));
   }
   return impl;
 }
@@ -104,7 +105,8 @@ void Kernel::set(const std::string& argument, std::uint32_t value) {
   Impl& k = *impl_;
   for (cl_uint i = 0; i < k.argument_names.size(); ++i)
     if (k.argument_names[i] == argument && !k.argument_is_buffer[i])
-      cl_check(clSetKernelArg(k.kernel.get(), i, sizeof value, &value), "setting argument '" + argument + "'", k.program->device);
+      cl_check(clSetKernelArg(k.kernel.get(), i, sizeof value, &value), "setting argument '" + argument + "'",
+               k.program->device);
 }
 
 }  // namespace eikon

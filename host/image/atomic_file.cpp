@@ -44,14 +44,19 @@ class FileSizeSignalBlocked {
 std::string advice(int error) {
   switch (error) {
     case ENOENT:
-    case ENOTDIR: return "create the folder first";
+    case ENOTDIR:
+      return "create the folder first";
     case EACCES:
     case EPERM:
-    case EROFS: return "choose a folder that you may write to";
+    case EROFS:
+      return "choose a folder that you may write to";
     case ENOSPC:
-    case EDQUOT: return "free some space or choose another disk";
-    case EFBIG: return "raise the file size limit (ulimit -f)";
-    default: return "choose another path";
+    case EDQUOT:
+      return "free some space or choose another disk";
+    case EFBIG:
+      return "raise the file size limit (ulimit -f)";
+    default:
+      return "choose another path";
   }
 }
 
@@ -67,8 +72,8 @@ AtomicFile::AtomicFile(const std::filesystem::path& path) : path_(path) {
   if (std::filesystem::is_symlink(path, ignored)) path_ = std::filesystem::weakly_canonical(path, ignored);
   const auto status = std::filesystem::status(path_, ignored);
   if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
-    throw InputError(fmt::format("cannot write \"{}\": it exists and is not a regular file: choose another path",
-                                 path.string()));
+    throw InputError(
+        fmt::format("cannot write \"{}\": it exists and is not a regular file: choose another path", path.string()));
   if (!path_.has_filename()) throw InputError(fmt::format("cannot write \"{}\": that is no file name", path.string()));
 
   // Unique among processes by the id, within the process by the counter; O_EXCL guards what is left.

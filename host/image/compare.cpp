@@ -22,8 +22,8 @@ struct Pair {
 
 std::array<Pair, 3> paired_planes(const Image& test, const Image& reference) {
   if (test.width != reference.width || test.height != reference.height)
-    throw InputError(fmt::format("cannot compare an image of {}x{} with one of {}x{}: render both at one size", test.width,
-                                 test.height, reference.width, reference.height));
+    throw InputError(fmt::format("cannot compare an image of {}x{} with one of {}x{}: render both at one size",
+                                 test.width, test.height, reference.width, reference.height));
   std::array<Pair, 3> pairs;
   for (std::size_t c = 0; c < 3; ++c) {
     pairs[c] = {.test = test.plane(kRgb[c]), .reference = reference.plane(kRgb[c])};

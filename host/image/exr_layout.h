@@ -12,8 +12,8 @@ inline constexpr const char* kImagePart = "image";
 inline constexpr const char* kSumsPart = "sums";
 inline constexpr const char* kPrefix = "eikon.";
 inline constexpr const char* kReplicates = "eikon.replicates";  // int attribute of the sums part
-inline constexpr const char* kChannels = "eikon.channels";      // string attribute of the sums part: names joined by commas
-inline constexpr int kRowsPerBlock = 16;                        // of ZIP compression; rows converted at a time
+inline constexpr const char* kChannels = "eikon.channels";  // string attribute of the sums part: names joined by commas
+inline constexpr int kRowsPerBlock = 16;                    // of ZIP compression; rows converted at a time
 inline constexpr std::uint32_t kSumLimbs = 4, kCountLimbs = 2;  // 32-bit words, low first
 
 /// Channels of the sums part.

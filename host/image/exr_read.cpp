@@ -60,7 +60,8 @@ class Reader {
     Imf::Header::setMaxTileSize(kMaxTileSide, kMaxTileSide);
     // An incomplete chunk table is an error, not something to be guessed from the rest of the file.
     file_ = std::make_unique<Imf::MultiPartInputFile>(path.c_str(), 0, false);
-    if (file_->parts() > kMaxParts) refuse(path, fmt::format("it has {} parts, more than {}", file_->parts(), kMaxParts));
+    if (file_->parts() > kMaxParts)
+      refuse(path, fmt::format("it has {} parts, more than {}", file_->parts(), kMaxParts));
   }
 
   [[nodiscard]] Imf::MultiPartInputFile& file() { return *file_; }
@@ -80,8 +81,8 @@ class Reader {
     const auto [width, height] = size(part);
     const std::uint64_t bytes = std::uint64_t{width} * height * channel_count * sizeof(float);
     if (bytes > kMaxBytes || bytes > std::max(kAlwaysCredibleBytes, size_bytes_ * kMaxExpansion))
-      refuse(path_, fmt::format("its header claims {}x{} pixels of {} channels, which {} bytes cannot hold", width, height,
-                                channel_count, size_bytes_));
+      refuse(path_, fmt::format("its header claims {}x{} pixels of {} channels, which {} bytes cannot hold", width,
+                                height, channel_count, size_bytes_));
   }
 
   /// Of the data window.
@@ -140,7 +141,8 @@ FilmLayout film_layout(const std::filesystem::path& path, const Reader& reader, 
   const auto* channels = header.findTypedAttribute<Imf::StringAttribute>(exr::kChannels);
   if (replicates == nullptr || channels == nullptr) refuse(path, "its part \"sums\" was not written by eikon");
   FilmLayout layout;
-  if (replicates->value() < 1 || replicates->value() > 64 || !std::has_single_bit(static_cast<unsigned>(replicates->value())))
+  if (replicates->value() < 1 || replicates->value() > 64 ||
+      !std::has_single_bit(static_cast<unsigned>(replicates->value())))
     refuse(path, fmt::format("{} replicates", replicates->value()));
   layout.replicates = static_cast<std::uint32_t>(replicates->value());
 
@@ -155,7 +157,8 @@ FilmLayout film_layout(const std::filesystem::path& path, const Reader& reader, 
     refuse(path, "its sums are not of R, G, B");
   const auto need = [&](const std::string& name) {
     const Imf::Channel* channel = header.channels().findChannel(name);
-    if (channel == nullptr || channel->type != Imf::UINT) refuse(path, fmt::format("the integer channel {} is missing", name));
+    if (channel == nullptr || channel->type != Imf::UINT)
+      refuse(path, fmt::format("the integer channel {} is missing", name));
   };
   for (std::uint32_t r = 0; r < layout.replicates; ++r) {
     for (const std::string& channel : layout.channels)
@@ -164,8 +167,9 @@ FilmLayout film_layout(const std::filesystem::path& path, const Reader& reader, 
   }
 
   const Imath::Box2i &display = header.displayWindow(), &data = header.dataWindow();
-  const bool inside = display.min == Imath::V2i(0, 0) && data.min.x >= 0 && data.min.y >= 0 && data.max.x <= display.max.x &&
-                      data.max.y <= display.max.y && display.max.x < kMaxSide && display.max.y < kMaxSide;
+  const bool inside = display.min == Imath::V2i(0, 0) && data.min.x >= 0 && data.min.y >= 0 &&
+                      data.max.x <= display.max.x && data.max.y <= display.max.y && display.max.x < kMaxSide &&
+                      display.max.y < kMaxSide;
   if (!inside) refuse(path, "its data window lies outside its display window");
   const auto end = [](int last) { return static_cast<std::uint32_t>(last) + 1; };
   layout.width = end(display.max.x);

@@ -74,24 +74,25 @@ std::vector<Source> image_sources(const Film& film, const ExrOptions& options) {
     } else if (layer == "depth") {
       const std::uint32_t sum = need_channel(film, "depth.sum"), hits = need_channel(film, "depth.hits");
       sources.push_back({.name = "depth.Z", .type = type, .real = [&film, sum, hits](auto x, auto y) {
-        const double hit_count = to_double(film.total(x, y, hits));
-        return hit_count > 0 ? to_double(film.total(x, y, sum)) / hit_count : std::numeric_limits<double>::infinity();
-      }});
+                           const double hit_count = to_double(film.total(x, y, hits));
+                           return hit_count > 0 ? to_double(film.total(x, y, sum)) / hit_count
+                                                : std::numeric_limits<double>::infinity();
+                         }});
     } else if (layer == "id") {
       const std::uint32_t channel = need_channel(film, "id");
       sources.push_back({.name = "id", .type = Imf::UINT, .word = [&film, channel](auto x, auto y) {
-        return static_cast<std::uint32_t>(film.total(x, y, channel) >> 64);
-      }});
+                           return static_cast<std::uint32_t>(film.total(x, y, channel) >> 64);
+                         }});
     } else if (layer == "variance") {
       for (std::uint32_t c = 0; c < 3; ++c)
-        sources.push_back({.name = "variance." + film.layout().channels[c], .type = type, .real = [&film, c](auto x, auto y) {
-          return film.variance_of_mean(x, y, c);
-        }});
+        sources.push_back({.name = "variance." + film.layout().channels[c],
+                           .type = type,
+                           .real = [&film, c](auto x, auto y) { return film.variance_of_mean(x, y, c); }});
     } else if (layer == "samples") {
       sources.push_back({.name = "samples", .type = Imf::UINT, .word = [&film](auto x, auto y) {
-        return static_cast<std::uint32_t>(
-            std::min<std::uint64_t>(film.samples(x, y), std::numeric_limits<std::uint32_t>::max()));
-      }});
+                           return static_cast<std::uint32_t>(
+                               std::min<std::uint64_t>(film.samples(x, y), std::numeric_limits<std::uint32_t>::max()));
+                         }});
     } else {
       throw InternalError(fmt::format("unknown layer {}", layer));
     }
@@ -105,28 +106,32 @@ std::vector<Source> sums_sources(const Film& film) {
   for (std::uint32_t r = 0; r < layout.replicates; ++r) {
     for (std::uint32_t c = 0; c < layout.channels.size(); ++c)
       for (std::uint32_t limb = 0; limb < exr::kSumLimbs; ++limb)
-        sources.push_back({.name = exr::sum_name(r, layout.channels[c], limb), .type = Imf::UINT,
+        sources.push_back({.name = exr::sum_name(r, layout.channels[c], limb),
+                           .type = Imf::UINT,
                            .word = [&film, r, c, limb](auto x, auto y) {
                              return static_cast<std::uint32_t>(film.sum(x, y, r, c) >> (32 * limb));
                            }});
     for (std::uint32_t limb = 0; limb < exr::kCountLimbs; ++limb)
       sources.push_back({.name = exr::count_name(r, limb), .type = Imf::UINT, .word = [&film, r, limb](auto x, auto y) {
-        return static_cast<std::uint32_t>(film.count(x, y, r) >> (32 * limb));
-      }});
+                           return static_cast<std::uint32_t>(film.count(x, y, r) >> (32 * limb));
+                         }});
   }
   return sources;
 }
 
 Imf::Header make_header(const Film& film, const char* part, const std::vector<Source>& sources) {
   const FilmLayout& layout = film.layout();
-  const auto corner = [](std::uint32_t x, std::uint32_t y) { return Imath::V2i(static_cast<int>(x), static_cast<int>(y)); };
+  const auto corner = [](std::uint32_t x, std::uint32_t y) {
+    return Imath::V2i(static_cast<int>(x), static_cast<int>(y));
+  };
   const Imath::Box2i display(corner(0, 0), corner(layout.width - 1, layout.height - 1));
   const Imath::Box2i data(corner(layout.crop.x0, layout.crop.y0), corner(layout.crop.x1 - 1, layout.crop.y1 - 1));
   Imf::Header header(display, data);
   header.compression() = Imf::ZIP_COMPRESSION;
   header.setName(part);
   header.setType(Imf::SCANLINEIMAGE);
-  Imf::addChromaticities(header, Imf::Chromaticities());  // the default: Rec. 709 primaries, D65; the same in every part
+  Imf::addChromaticities(header,
+                         Imf::Chromaticities());  // the default: Rec. 709 primaries, D65; the same in every part
   for (const Source& source : sources) header.channels().insert(source.name, Imf::Channel(source.type));
   return header;
 }
@@ -135,7 +140,8 @@ void add_metadata(Imf::Header& header, const Metadata& metadata) {
   for (const auto& [key, value] : metadata.strings) header.insert(exr::kPrefix + key, Imf::StringAttribute(value));
   for (const auto& [key, value] : metadata.numbers) header.insert(exr::kPrefix + key, Imf::DoubleAttribute(value));
   for (const auto& [key, values] : metadata.matrices) {
-    if (values.size() != 16) throw InternalError(fmt::format("metadata {}: {} values are no 4x4 matrix", key, values.size()));
+    if (values.size() != 16)
+      throw InternalError(fmt::format("metadata {}: {} values are no 4x4 matrix", key, values.size()));
     Imath::M44f matrix;
     for (int i = 0; i < 16; ++i) matrix[i / 4][i % 4] = static_cast<float>(values[static_cast<std::size_t>(i)]);
     const bool standard = key == "worldToCamera" || key == "worldToNDC";
@@ -146,9 +152,10 @@ void add_metadata(Imf::Header& header, const Metadata& metadata) {
 /// 65520 = 65504 + half a step is the smallest magnitude that rounds to infinity as half.
 void refuse_overflow(const Source& source, float value, std::uint32_t x, std::uint32_t y) {
   if (source.type == Imf::HALF && std::isfinite(value) && std::abs(value) >= 65520.0f)
-    throw HalfOverflow(fmt::format("--half: {} at pixel {},{} in channel {} is beyond the range of half floats (65504): "
-                                 "leave --half out or scale the lights down",
-                                 value, x, y, source.name));
+    throw HalfOverflow(
+        fmt::format("--half: {} at pixel {},{} in channel {} is beyond the range of half floats (65504): "
+                    "leave --half out or scale the lights down",
+                    value, x, y, source.name));
 }
 
 /// Converts and writes 16 rows at a time, so that the memory needed does not grow with the height of the image.
@@ -186,7 +193,8 @@ void write_part(Imf::OutputPart& part, const Crop& crop, const std::vector<Sourc
 
 }  // namespace
 
-void write_exr(const std::filesystem::path& path, const Film& film, const Metadata& metadata, const ExrOptions& options) {
+void write_exr(const std::filesystem::path& path, const Film& film, const Metadata& metadata,
+               const ExrOptions& options) {
   std::vector<std::vector<Source>> parts{image_sources(film, options)};
   std::vector<Imf::Header> headers;
   headers.push_back(make_header(film, exr::kImagePart, parts[0]));

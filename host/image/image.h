@@ -16,10 +16,10 @@ namespace eikon {
 
 /// Planar float image of the data window, linear; rows from the top.
 struct Image {
-  std::uint32_t width = 0, height = 0;              // of the data window
-  std::vector<std::string> channels;                // "R", "G", "B", "albedo.R", "depth.Z", ...
-  std::vector<std::vector<float>> planes;           // one per channel, width * height
-  std::map<std::string, std::string> metadata;      // eikon.* attributes, numbers printed
+  std::uint32_t width = 0, height = 0;          // of the data window
+  std::vector<std::string> channels;            // "R", "G", "B", "albedo.R", "depth.Z", ...
+  std::vector<std::vector<float>> planes;       // one per channel, width * height
+  std::map<std::string, std::string> metadata;  // eikon.* attributes, numbers printed
 
   /// The channel's values, or null.
   [[nodiscard]] const std::vector<float>* plane(const std::string& channel) const;
@@ -39,9 +39,9 @@ struct HalfOverflow : InputError {
 };
 
 struct ExrOptions {
-  bool half = false;                      // R, G, B and layers as half; refused when a value would become infinite
-  std::vector<std::string> layers;        // of --aov: albedo normal depth id variance samples
-  bool exact_sums = false;                // second, lossless part with the film's integer sums
+  bool half = false;                // R, G, B and layers as half; refused when a value would become infinite
+  std::vector<std::string> layers;  // of --aov: albedo normal depth id variance samples
+  bool exact_sums = false;          // second, lossless part with the film's integer sums
 };
 
 /// Writes the film: part 0 "image" with R, G, B and layers over the crop as data window; with exact_sums a part "sums" of UINT
@@ -50,7 +50,8 @@ struct ExrOptions {
 /// the variance of the mean (NaN: unknown), samples (UINT) their number. The same input gives the same bytes.
 /// throws InputError when the file cannot be written (disk full, no such folder, a value too large for half), and leaves
 /// nothing behind; InternalError for a layer whose channels the film does not have.
-void write_exr(const std::filesystem::path& path, const Film& film, const Metadata& metadata, const ExrOptions& options);
+void write_exr(const std::filesystem::path& path, const Film& film, const Metadata& metadata,
+               const ExrOptions& options);
 
 /// Reads the "sums" part. throws InputError when the file is not an EXR, is truncated, or has no such part.
 Film read_film(const std::filesystem::path& path);
@@ -71,10 +72,10 @@ void write_png(const std::filesystem::path& path, const Image& image, double exp
 /// Metrics between R, G, B of two images. x: test, r: reference; means are over all pixels and the three channels, without the
 /// values that are not finite in either image.
 struct Comparison {
-  double mse = 0;            // mean of (x - r)^2
-  double relmse = 0;         // mean of (x - r)^2 / (r^2 + 1e-2)
-  double mape = 0;           // mean of |x - r| / (|r| + 1e-2)
-  double ratio_of_means = 0; // mean(x) / mean(r); 1 when both are 0
+  double mse = 0;               // mean of (x - r)^2
+  double relmse = 0;            // mean of (x - r)^2 / (r^2 + 1e-2)
+  double mape = 0;              // mean of |x - r| / (|r| + 1e-2)
+  double ratio_of_means = 0;    // mean(x) / mean(r); 1 when both are 0
   std::uint64_t nonfinite = 0;  // values left out; when all are, the numbers above are NaN
   std::optional<double> flip;   // left empty by compare_images (it takes seconds): for flip() below
 };

@@ -28,8 +28,8 @@ unsigned char to_srgb8(double linear) {
 void write_png(const std::filesystem::path& path, const Image& image, double exposure_ev) {
   const std::size_t pixels = std::size_t{image.width} * image.height;
   if (pixels == 0 || pixels > (std::size_t{1} << 29))
-    throw InputError(fmt::format("cannot write \"{}\": {}x{} pixels are not for a PNG: use .exr", path.string(), image.width,
-                                 image.height));
+    throw InputError(fmt::format("cannot write \"{}\": {}x{} pixels are not for a PNG: use .exr", path.string(),
+                                 image.width, image.height));
   const double scale = std::exp2(exposure_ev);
   std::vector<unsigned char> bytes(3 * pixels);
   std::size_t channel = 0;
@@ -57,7 +57,8 @@ void write_png(const std::filesystem::path& path, const Image& image, double exp
 
 Image to_image(const Film& film) {
   const Crop& crop = film.layout().crop;
-  Image image{.width = crop.width(), .height = crop.height(), .channels = {"R", "G", "B"}, .planes = {}, .metadata = {}};
+  Image image{
+      .width = crop.width(), .height = crop.height(), .channels = {"R", "G", "B"}, .planes = {}, .metadata = {}};
   for (std::uint32_t c = 0; c < 3; ++c) {
     std::vector<float>& plane = image.planes.emplace_back();
     plane.reserve(crop.pixel_count());

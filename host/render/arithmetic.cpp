@@ -58,17 +58,25 @@ void check_record_layout(Device& device, bool optimise) {
     std::size_t value;
   };
   const Expected here[] = {
-      {"size of Frame", sizeof(Frame)},                     {"Frame.pixel_stride", offsetof(Frame, pixel_stride)},
-      {"size of Triangle", sizeof(Triangle)},               {"Triangle.n_z", offsetof(Triangle, n_z)},
-      {"size of TriangleNormals", sizeof(TriangleNormals)}, {"TriangleNormals.n2_z", offsetof(TriangleNormals, n2_z)},
-      {"size of MaterialRecord", sizeof(MaterialRecord)},   {"MaterialRecord.double_sided", offsetof(MaterialRecord, double_sided)},
-      {"size of Light", sizeof(Light)},                     {"Light.triangle", offsetof(Light, triangle)},
-      {"size of LightBucket", sizeof(LightBucket)},         {"LightBucket.scale_alias", offsetof(LightBucket, scale_alias)},
-      {"size of Diagnostics", sizeof(Diagnostics)},         {"Diagnostics.report", offsetof(Diagnostics, report)},
+      {"size of Frame", sizeof(Frame)},
+      {"Frame.pixel_stride", offsetof(Frame, pixel_stride)},
+      {"size of Triangle", sizeof(Triangle)},
+      {"Triangle.n_z", offsetof(Triangle, n_z)},
+      {"size of TriangleNormals", sizeof(TriangleNormals)},
+      {"TriangleNormals.n2_z", offsetof(TriangleNormals, n2_z)},
+      {"size of MaterialRecord", sizeof(MaterialRecord)},
+      {"MaterialRecord.double_sided", offsetof(MaterialRecord, double_sided)},
+      {"size of Light", sizeof(Light)},
+      {"Light.triangle", offsetof(Light, triangle)},
+      {"size of LightBucket", sizeof(LightBucket)},
+      {"LightBucket.scale_alias", offsetof(LightBucket, scale_alias)},
+      {"size of Diagnostics", sizeof(Diagnostics)},
+      {"Diagnostics.report", offsetof(Diagnostics, report)},
   };
   for (std::size_t i = 0; i < std::size(here); ++i)
     if (there[i] != here[i].value)
-      throw InternalError(fmt::format("{} is {} on device '{}' and {} here", here[i].what, there[i], device.info().name, here[i].value));
+      throw InternalError(fmt::format("{} is {} on device '{}' and {} here", here[i].what, there[i], device.info().name,
+                                      here[i].value));
 }
 
 }  // namespace eikon

@@ -11,8 +11,8 @@ namespace eikon {
 /// The class of a device's arithmetic: a hash over the probe's results. Devices of one class give the same image bits.
 struct ArithmeticClass {
   std::uint32_t hash = 0;
-  [[nodiscard]] bool exact() const;         // IEEE single precision, uncontracted: the class of every conforming device
-  [[nodiscard]] std::string name() const;   // "exact", or "other-1a2b3c4d"
+  [[nodiscard]] bool exact() const;        // IEEE single precision, uncontracted: the class of every conforming device
+  [[nodiscard]] std::string name() const;  // "exact", or "other-1a2b3c4d"
   bool operator==(const ArithmeticClass&) const = default;
 };
 

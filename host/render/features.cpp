@@ -27,12 +27,14 @@ Features::Features(const Scene& scene, const Settings& settings) {
   std::map<std::string, Need> needs;
   needs["diffuse"] = {true, "every material"};
   const Material* const emitter = first_emitter(scene);
-  needs["area"] = {emitter != nullptr, emitter != nullptr ? fmt::format("material '{}'", emitter->name) : "nothing emits"};
+  needs["area"] = {emitter != nullptr,
+                   emitter != nullptr ? fmt::format("material '{}'", emitter->name) : "nothing emits"};
   const glm::vec3 sky = settings.environment.radiance;
   const bool has_sky = sky.x > 0 || sky.y > 0 || sky.z > 0;
   needs["environment"] = {has_sky, has_sky ? "the environment" : "the environment is black"};
   needs["vertex_normal"] = any_of(scene.meshes, "mesh", "no mesh has normals", [](const Mesh& mesh) {
-    return std::any_of(mesh.primitives.begin(), mesh.primitives.end(), [](const Primitive& p) { return !p.normals_object.empty(); });
+    return std::any_of(mesh.primitives.begin(), mesh.primitives.end(),
+                       [](const Primitive& p) { return !p.normals_object.empty(); });
   });
   const LightSampling sampling = settings.light_sampling;
   const bool lit = needs["area"].on || has_sky;

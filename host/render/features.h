@@ -15,7 +15,7 @@ struct Feature {
   std::string name;
   int channels = 0;  // film channels of a layer
   bool on = false;
-  std::string who;   // who needs it, or why it is out
+  std::string who;  // who needs it, or why it is out
 };
 
 class Features {

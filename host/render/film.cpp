@@ -34,7 +34,8 @@ int128 to_fixed(float value) {
   // |value| = mantissa * 2^(max(exponent, 1) - 150)
   const int shift = static_cast<int>(exponent == 0 ? 1 : exponent) - 150 + kFractionBits;
   const int128 signed_mantissa = bits >> 31 ? -static_cast<int128>(mantissa) : static_cast<int128>(mantissa);
-  return shift >= 0 ? signed_mantissa << shift : signed_mantissa >> -shift;  // arithmetic shift: floor; at most 85 places
+  return shift >= 0 ? signed_mantissa << shift
+                    : signed_mantissa >> -shift;  // arithmetic shift: floor; at most 85 places
 }
 
 double to_double(int128 fixed) {
@@ -44,7 +45,8 @@ double to_double(int128 fixed) {
 
 double to_mean(int128 fixed, std::uint64_t count) {
   if (count == 0 || fixed == 0) return 0;
-  if (std::has_single_bit(count)) return std::ldexp(static_cast<double>(fixed), -kFractionBits - std::countr_zero(count));
+  if (std::has_single_bit(count))
+    return std::ldexp(static_cast<double>(fixed), -kFractionBits - std::countr_zero(count));
   const uint128 magnitude = fixed < 0 ? ~static_cast<uint128>(fixed) + 1 : static_cast<uint128>(fixed);
   const auto high = static_cast<std::uint64_t>(magnitude >> 64);
   const int shift = high != 0 ? std::countl_zero(high) : 64 + std::countl_zero(static_cast<std::uint64_t>(magnitude));
@@ -60,8 +62,8 @@ double to_mean(int128 fixed, std::uint64_t count) {
 Film::Film(FilmLayout layout) : layout_(std::move(layout)) {
   const Crop& crop = layout_.crop;
   if (crop.x0 >= crop.x1 || crop.y0 >= crop.y1 || crop.x1 > layout_.width || crop.y1 > layout_.height)
-    throw InternalError(fmt::format("film crop {},{},{},{} is empty or outside the image of {}x{}", crop.x0, crop.y0, crop.x1,
-                                    crop.y1, layout_.width, layout_.height));
+    throw InternalError(fmt::format("film crop {},{},{},{} is empty or outside the image of {}x{}", crop.x0, crop.y0,
+                                    crop.x1, crop.y1, layout_.width, layout_.height));
   if (!std::has_single_bit(layout_.replicates))
     throw InternalError(fmt::format("{} film replicates: not a power of two", layout_.replicates));
   const auto& channels = layout_.channels;
@@ -81,8 +83,8 @@ std::optional<std::uint32_t> Film::channel_index(std::string_view name) const {
 std::size_t Film::pixel_index(std::uint32_t x, std::uint32_t y) const {
   const Crop& crop = layout_.crop;
   if (x < crop.x0 || x >= crop.x1 || y < crop.y0 || y >= crop.y1)
-    throw InternalError(fmt::format("pixel {},{} is outside the film's crop {},{},{},{}", x, y, crop.x0, crop.y0, crop.x1,
-                                    crop.y1));
+    throw InternalError(
+        fmt::format("pixel {},{} is outside the film's crop {},{},{},{}", x, y, crop.x0, crop.y0, crop.x1, crop.y1));
   return std::size_t{y - crop.y0} * crop.width() + (x - crop.x0);
 }
 
@@ -105,16 +107,18 @@ void Film::add(const UnitSums& unit) {
   const std::size_t stride = unit.pixel_stride;
   if (unit.pixels.size() > stride || unit.limbs.size() != replicates * channels * EK_FILM_LIMBS * stride ||
       unit.rejected.size() != replicates * stride || unit.sample_begin > unit.sample_end)
-    throw InternalError(fmt::format("unit of {} pixels, stride {}: {} limbs and {} rejected counts do not fit a film of {} "
-                                    "replicates and {} channels",
-                                    unit.pixels.size(), stride, unit.limbs.size(), unit.rejected.size(), replicates, channels));
+    throw InternalError(
+        fmt::format("unit of {} pixels, stride {}: {} limbs and {} rejected counts do not fit a film of {} "
+                    "replicates and {} channels",
+                    unit.pixels.size(), stride, unit.limbs.size(), unit.rejected.size(), replicates, channels));
   for (std::size_t p = 0; p < unit.pixels.size(); ++p) {
     const std::size_t pixel = pixel_index(unit.pixels[p] & 0xffffu, unit.pixels[p] >> 16);
     for (std::uint32_t r = 0; r < replicates; ++r) {
       const std::uint64_t drawn =
           samples_below(unit.sample_end, r, replicates) - samples_below(unit.sample_begin, r, replicates);
       const std::uint64_t rejected = unit.rejected[r * stride + p];
-      if (rejected > drawn) throw InternalError(fmt::format("unit rejects {} of {} samples of a pixel", rejected, drawn));
+      if (rejected > drawn)
+        throw InternalError(fmt::format("unit rejects {} of {} samples of a pixel", rejected, drawn));
       counts_[pixel * replicates + r] += drawn - rejected;
       for (std::size_t c = 0; c < channels; ++c) {
         uint128 bits = 0;

@@ -29,7 +29,7 @@ struct Crop {
 struct FilmLayout {
   std::uint32_t width = 0, height = 0;  // of the full image
   Crop crop;
-  std::uint32_t replicates = 2;         // power of two
+  std::uint32_t replicates = 2;                      // power of two
   std::vector<std::string> channels{"R", "G", "B"};  // then the AOV channels in the order of features.def: albedo.R ...
   bool operator==(const FilmLayout&) const = default;
 };
@@ -51,7 +51,8 @@ struct UnitSums {
   std::span<const std::uint32_t> pixels;  // x | y << 16 of the full image, one per pixel of the unit
   std::uint32_t pixel_stride = 0;
   std::uint64_t sample_begin = 0, sample_end = 0;  // half-open range of sample indices, the same for every pixel
-  std::span<const std::uint32_t> limbs;     // [((replicate * channels + channel) * EK_FILM_LIMBS + limb) * pixel_stride + pixel]
+  std::span<const std::uint32_t>
+      limbs;  // [((replicate * channels + channel) * EK_FILM_LIMBS + limb) * pixel_stride + pixel]
   std::span<const std::uint32_t> rejected;  // [replicate * pixel_stride + pixel]: samples left out
 };
 

@@ -39,9 +39,10 @@ namespace {
 constexpr double kEpsilon = 1e-2;
 constexpr double kQuantile = 1.959964;  // of the normal distribution, for 95 %
 constexpr int kRadius = 3;              // of the window of neighbours
-constexpr double kReach = 1.5;          // standard deviations of a pixel within which its neighbours may have its expectation
-constexpr double kBias = 0.3, kMaxBias = 0.1;  // what the tests find left of the bias: below 0.3 sqrt(T) and below 0.1 of T
-constexpr double kEnough = 8;           // neighbours that make the pixel's own mean unnecessary
+constexpr double kReach = 1.5;  // standard deviations of a pixel within which its neighbours may have its expectation
+constexpr double kBias = 0.3,
+                 kMaxBias = 0.1;  // what the tests find left of the bias: below 0.3 sqrt(T) and below 0.1 of T
+constexpr double kEnough = 8;     // neighbours that make the pixel's own mean unnecessary
 
 struct Plane {
   int width = 0, height = 0;

@@ -66,11 +66,13 @@ class Packer {
     for (const Node& node : scene_.nodes)
       for (const Primitive& primitive : scene_.meshes[node.mesh].primitives) count += primitive.indices.size() / 3;
     // Records, normals, and the corners that the tree is built from.
-    const std::uint64_t bytes = count * (sizeof(Triangle) + (with_normals_ ? sizeof(TriangleNormals) : 0) + 9 * sizeof(float));
+    const std::uint64_t bytes =
+        count * (sizeof(Triangle) + (with_normals_ ? sizeof(TriangleNormals) : 0) + 9 * sizeof(float));
     const std::uint64_t memory = std::uint64_t(sysconf(_SC_PHYS_PAGES)) * std::uint64_t(sysconf(_SC_PAGESIZE));
     if (count > kMaxTriangles || bytes > memory)
-      throw InputError(fmt::format("{}: {} triangles in all nodes need {} MB of {} MB and are {} at most; use fewer instances or simpler meshes",
-                                   scene_.path.string(), count, bytes >> 20, memory >> 20, kMaxTriangles));
+      throw InputError(fmt::format(
+          "{}: {} triangles in all nodes need {} MB of {} MB and are {} at most; use fewer instances or simpler meshes",
+          scene_.path.string(), count, bytes >> 20, memory >> 20, kMaxTriangles));
     out_.triangles.reserve(count);
     if (with_normals_) out_.normals.reserve(count);
     for (std::size_t n = 0; n < scene_.nodes.size(); ++n)
@@ -95,7 +97,8 @@ class Packer {
       light.p0_x = t.p0_x, light.p0_y = t.p0_y, light.p0_z = t.p0_z;
       light.p1_x = t.p1_x, light.p1_y = t.p1_y, light.p1_z = t.p1_z;
       light.p2_x = t.p2_x, light.p2_y = t.p2_y, light.p2_z = t.p2_z;
-      light.emission_r = material.emission.x, light.emission_g = material.emission.y, light.emission_b = material.emission.z;
+      light.emission_r = material.emission.x, light.emission_g = material.emission.y,
+      light.emission_b = material.emission.z;
       light.double_sided = material.double_sided ? 1 : 0;
       light.kind = kLight_area;
       light.triangle = std::uint32_t(i);
@@ -133,7 +136,8 @@ class Packer {
     }
     for (std::size_t m = 0; m < by_material.size(); ++m)
       if (by_material[m] > 0)
-        out_.light_summary.push_back({fmt::format("material '{}'", scene_.materials[m].name), by_material[m], probability[m]});
+        out_.light_summary.push_back(
+            {fmt::format("material '{}'", scene_.materials[m].name), by_material[m], probability[m]});
   }
 
  private:
@@ -153,7 +157,8 @@ class Packer {
     std::vector<glm::vec3> normals;
     if (with_normals_ && !primitive.normals_object.empty()) {
       // The cofactor matrix is the inverse transpose times the determinant: defined for flat scales too.
-      const glm::dmat3 cofactor(glm::cross(linear[1], linear[2]), glm::cross(linear[2], linear[0]), glm::cross(linear[0], linear[1]));
+      const glm::dmat3 cofactor(glm::cross(linear[1], linear[2]), glm::cross(linear[2], linear[0]),
+                                glm::cross(linear[0], linear[1]));
       for (const glm::vec3& n : primitive.normals_object) {
         const glm::dvec3 turned = cofactor * glm::dvec3(n) * (mirrored ? -1.0 : 1.0);
         const double length = glm::length(turned);
@@ -226,11 +231,14 @@ void add_accel(PackedScene& packed, const std::string& accel, const std::string&
 Frame pack_frame(const PackedScene& packed, const Settings& settings) {
   Frame frame{};
   const glm::dmat4& m = settings.camera.world_from_camera;
-  const glm::dvec3 right = glm::normalize(glm::dvec3(m[0])), up = glm::normalize(glm::dvec3(m[1])), back = glm::normalize(glm::dvec3(m[2]));
+  const glm::dvec3 right = glm::normalize(glm::dvec3(m[0])), up = glm::normalize(glm::dvec3(m[1])),
+                   back = glm::normalize(glm::dvec3(m[2]));
   const double half_height = std::tan(0.5 * settings.camera.yfov_rad);
   const double pixel = 2 * half_height / settings.height;  // side of a pixel on the plane at distance 1
   const glm::dvec3 corner = -back + up * half_height - right * (0.5 * pixel * settings.width);
-  const auto pack = [](const glm::dvec3& v, double w = 0) { return float4{float(v.x), float(v.y), float(v.z), float(w)}; };
+  const auto pack = [](const glm::dvec3& v, double w = 0) {
+    return float4{float(v.x), float(v.y), float(v.z), float(w)};
+  };
   frame.camera_origin = pack(glm::dvec3(m[3]));
   frame.camera_x = pack(right * pixel);
   frame.camera_y = pack(up * -pixel);

@@ -13,21 +13,21 @@
 namespace eikon {
 
 struct PackedLight {
-  std::string user;      // "material 'lamp'", "environment"
-  double power = 0;      // what selection is proportional to: flux, W (mean of R, G, B)
+  std::string user;  // "material 'lamp'", "environment"
+  double power = 0;  // what selection is proportional to: flux, W (mean of R, G, B)
   double probability = 0;
 };
 
 struct PackedScene {
   std::vector<Triangle> triangles;
-  std::vector<TriangleNormals> normals;     // empty without EK_HAS_vertex_normal
+  std::vector<TriangleNormals> normals;  // empty without EK_HAS_vertex_normal
   std::vector<MaterialRecord> materials;
   std::vector<Light> lights;
   std::vector<LightBucket> light_buckets;
-  std::vector<PackedLight> light_summary;   // one per emissive material, and the environment
-  std::map<std::string, Accel> accels;      // by layout
-  float environment_probability = 0;        // of light sampling choosing the environment
-  Bounds bounds;                            // of the triangles; empty when there are none
+  std::vector<PackedLight> light_summary;  // one per emissive material, and the environment
+  std::map<std::string, Accel> accels;     // by layout
+  float environment_probability = 0;       // of light sampling choosing the environment
+  Bounds bounds;                           // of the triangles; empty when there are none
   double build_s = 0;
 
   [[nodiscard]] std::uint64_t bytes(const std::string& layout) const;

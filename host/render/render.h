@@ -29,9 +29,9 @@ struct RenderReport {
 
   std::vector<DeviceReport> devices;
   RayCounts rays;
-  std::uint64_t samples = 0;                  // finished, rejected ones included
+  std::uint64_t samples = 0;                   // finished, rejected ones included
   std::uint64_t nonfinite = 0, saturated = 0;  // left out of the film
-  std::vector<RejectedSample> rejected;       // the first few
+  std::vector<RejectedSample> rejected;        // the first few
   bool interrupted = false;
   std::string features;
   std::uint64_t triangles = 0, geometry_bytes = 0;  // tree and triangles, of the first device

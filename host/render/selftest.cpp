@@ -61,7 +61,8 @@ std::vector<Check> selftest(const DeviceInfo& info, const Execution& execution) 
     Settings settings = settings_for(16, 16, 256);
     settings.camera = look_at_camera({0, 0.9, 0.001}, {0, 0, 0}, {0, 1, 0}, 0.01);
     // The floor reflects E / pi.
-    return compare("square light", film_of(square_light(), settings, on_device), kSquareLightIrradiance / std::numbers::pi);
+    return compare("square light", film_of(square_light(), settings, on_device),
+                   kSquareLightIrradiance / std::numbers::pi);
   });
   check("wide and narrow", [&]() -> Check {
     const Settings settings = settings_for(24, 24, 8);

@@ -28,24 +28,25 @@ struct Settings {
   std::uint32_t max_depth = 0;       // 0: no limit
   std::uint32_t roulette_depth = 4;  // roulette after this many edges
   LightSampling light_sampling = LightSampling::mis;
-  std::vector<std::string> aovs;     // "albedo", "normal", "depth", "id" (the film's); "variance", "samples" need no channel
+  std::vector<std::string>
+      aovs;  // "albedo", "normal", "depth", "id" (the film's); "variance", "samples" need no channel
   Camera camera;
-  Environment environment;           // what is used: --env, else the file's, else black or the neutral one
+  Environment environment;  // what is used: --env, else the file's, else black or the neutral one
 };
 
 /// How the work is done: never changes the image's bits.
 struct Execution {
   std::string devices = "all";
   std::string accel = "bvh";
-  std::string layout;                    // empty: by device
-  std::optional<std::uint32_t> lanes;    // 1, 8 or 16; by device when unset
-  std::optional<bool> chunked;           // by device when unset
-  std::uint32_t chunk = 1024;            // paths per work-item of a CPU device
-  std::uint32_t pool = 0;                // paths in flight per device; 0: by device
-  std::uint32_t block = 128;             // largest side of a unit's pixel block
-  unsigned threads = 0;                  // of host-side work; 0: all
-  bool optimise = true;                  // false: -cl-opt-disable
-  bool keep_spans = false;               // for --profile
+  std::string layout;                  // empty: by device
+  std::optional<std::uint32_t> lanes;  // 1, 8 or 16; by device when unset
+  std::optional<bool> chunked;         // by device when unset
+  std::uint32_t chunk = 1024;          // paths per work-item of a CPU device
+  std::uint32_t pool = 0;              // paths in flight per device; 0: by device
+  std::uint32_t block = 128;           // largest side of a unit's pixel block
+  unsigned threads = 0;                // of host-side work; 0: all
+  bool optimise = true;                // false: -cl-opt-disable
+  bool keep_spans = false;             // for --profile
 };
 
 }  // namespace eikon

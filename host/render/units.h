@@ -20,7 +20,8 @@ struct WorkUnit {
 /// crosses a multiple of 2^32 samples. Every (pixel, sample) is in exactly one unit.
 class UnitPlan {
  public:
-  UnitPlan(const Crop& crop, std::uint64_t sample_begin, std::uint64_t sample_end, std::uint32_t block, std::uint64_t capacity);
+  UnitPlan(const Crop& crop, std::uint64_t sample_begin, std::uint64_t sample_end, std::uint32_t block,
+           std::uint64_t capacity);
   [[nodiscard]] std::uint64_t size() const { return blocks_x_ * blocks_y_ * range_count_; }
   [[nodiscard]] WorkUnit operator[](std::uint64_t index) const;
 

@@ -13,8 +13,8 @@
 namespace eikon {
 namespace {
 
-constexpr std::uint32_t kGroup = 64;            // work-items of a work-group on GPU devices
-constexpr std::uint32_t kStackStep = 64;        // entries of the traversal stack
+constexpr std::uint32_t kGroup = 64;      // work-items of a work-group on GPU devices
+constexpr std::uint32_t kStackStep = 64;  // entries of the traversal stack
 constexpr std::uint32_t kMaxBlockPixels = 128 * 128;
 
 std::uint32_t divide_up(std::uint64_t a, std::uint64_t b) { return std::uint32_t((a + b - 1) / b); }
@@ -26,7 +26,10 @@ WavefrontConfig configure(const DeviceInfo& device, const Execution& execution) 
   config.chunked = execution.chunked.value_or(device.cpu);
   config.lanes = execution.lanes.value_or(!config.chunked ? 1 : device.native_float_lanes >= 16 ? 16 : 8);
   if (!config.chunked) config.lanes = 1;
-  config.layout = execution.accel == "none" ? "none" : !execution.layout.empty() ? execution.layout : config.chunked ? "bvh8" : "bvh2";
+  config.layout = execution.accel == "none"   ? "none"
+                  : !execution.layout.empty() ? execution.layout
+                  : config.chunked            ? "bvh8"
+                                              : "bvh2";
   const std::uint32_t pool = execution.pool != 0 ? execution.pool : config.chunked ? 1U << 18 : 1U << 20;
   config.chunk = config.chunked ? std::max(execution.chunk / 16, 1U) * 16 : std::max(pool / kGroup, 1U) * kGroup;
   config.chunks = config.chunked ? std::max(pool / config.chunk, 1U) : 1;
@@ -56,7 +59,8 @@ struct Wavefront::Impl {
   bool has_environment, has_shadow;
   Arguments arguments;
   std::map<std::string, Kernel> kernels;
-  Buffer frame_buffer, pixels_buffer, state_buffer, counts_buffer, slots_buffer, sums_buffer, rejected_buffer, diagnostics_buffer;
+  Buffer frame_buffer, pixels_buffer, state_buffer, counts_buffer, slots_buffer, sums_buffer, rejected_buffer,
+      diagnostics_buffer;
   ArithmeticClass arithmetic;
   std::uint64_t bytes = 0;
   double upload_s = 0;
@@ -67,7 +71,8 @@ struct Wavefront::Impl {
   // Work under way reads and writes what is freed below; after an error too.
   ~Impl() { device.drain(); }
 
-  Impl(Device& on, const PackedScene& packed, const Features& features, const Settings& settings, const Execution& execution)
+  Impl(Device& on, const PackedScene& packed, const Features& features, const Settings& settings,
+       const Execution& execution)
       : device(on), scene(packed), config(configure(on.info(), execution)) {
     state = path_state_layout(features, config.chunked);
     frame = pack_frame(packed, settings);
@@ -107,14 +112,18 @@ struct Wavefront::Impl {
     const Program program = device.build(text, options);
     arithmetic = probe_arithmetic(device, program);
     for (const std::string& stage : stages) {
-      const bool needed = stage == "miss" ? has_environment : stage == "shadow" ? has_shadow : stage == "compact" ? !config.chunked : true;
+      const bool needed = stage == "miss"      ? has_environment
+                          : stage == "shadow"  ? has_shadow
+                          : stage == "compact" ? !config.chunked
+                                               : true;
       if (needed) kernels[stage] = program.kernel(stage);
     }
   }
 
   [[nodiscard]] const Accel& accel() const {
     const auto found = scene.accels.find(config.layout);
-    if (found == scene.accels.end()) throw InternalError(fmt::format("no tree of layout '{}' was built", config.layout));
+    if (found == scene.accels.end())
+      throw InternalError(fmt::format("no tree of layout '{}' was built", config.layout));
     return found->second;
   }
 
@@ -188,13 +197,17 @@ struct Wavefront::Impl {
     const auto found = kernels.find(name);
     if (found == kernels.end()) return;
     found->second.set("depth", depth);
-    if (config.chunked) device.run(found->second, used_chunks(), 1);
-    else device.run(found->second, divide_up(most, kGroup), kGroup);
+    if (config.chunked)
+      device.run(found->second, used_chunks(), 1);
+    else
+      device.run(found->second, divide_up(most, kGroup), kGroup);
   }
   /// The film's work-items own pixels, not paths.
   void run_film() {
-    if (config.chunked) device.run(kernels.at("film"), divide_up(frame.pixel_count, EK_FILM_PIXELS), 1, frame.path_count);
-    else device.run(kernels.at("film"), divide_up(frame.pixel_count, kGroup), kGroup, frame.path_count);
+    if (config.chunked)
+      device.run(kernels.at("film"), divide_up(frame.pixel_count, EK_FILM_PIXELS), 1, frame.path_count);
+    else
+      device.run(kernels.at("film"), divide_up(frame.pixel_count, kGroup), kGroup, frame.path_count);
   }
 
   /// The whole algorithm. The host looks at the counts of a depth while the next is already under way; the price is one
@@ -233,7 +246,9 @@ struct Wavefront::Impl {
     return rays;
   }
 
-  [[nodiscard]] std::uint32_t used_chunks() const { return config.chunked ? divide_up(frame.path_count, config.chunk) : 1; }
+  [[nodiscard]] std::uint32_t used_chunks() const {
+    return config.chunked ? divide_up(frame.path_count, config.chunk) : 1;
+  }
 
   /// Waits for the counts of a depth; returns how many paths go on.
   std::uint64_t settle(const Bounce& bounce, RayCounts& rays) {
@@ -259,7 +274,8 @@ struct Wavefront::Impl {
   void begin_unit(const WorkUnit& unit) {
     pixels = unit_pixels(unit.block);
     if (unit.path_count() > config.capacity() || pixels.size() > frame.pixel_stride - EK_PAD)
-      throw InternalError(fmt::format("a unit of {} paths exceeds the pool of {}", unit.path_count(), config.capacity()));
+      throw InternalError(
+          fmt::format("a unit of {} paths exceeds the pool of {}", unit.path_count(), config.capacity()));
     frame.pixel_count = std::uint32_t(pixels.size());
     frame.sample_count = std::uint32_t(unit.sample_end - unit.sample_begin);
     frame.path_count = frame.pixel_count * frame.sample_count;

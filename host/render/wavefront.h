@@ -18,7 +18,7 @@ namespace eikon {
 struct WavefrontConfig {
   std::uint32_t lanes = 1;
   bool chunked = false;
-  std::uint32_t chunk = 1024;   // slots per chunk; the whole pool when not chunked
+  std::uint32_t chunk = 1024;  // slots per chunk; the whole pool when not chunked
   std::uint32_t chunks = 1;
   std::string layout = "bvh2";
   [[nodiscard]] std::uint32_t capacity() const { return chunk * chunks; }
@@ -71,7 +71,8 @@ class Wavefront {
   UnitResult run(const WorkUnit& unit);
 
   /// Traces one path and reports its vertices. returns its radiance
-  glm::vec3 replay(std::uint32_t x, std::uint32_t y, std::uint64_t sample, const std::function<void(const PathVertex&)>& report);
+  glm::vec3 replay(std::uint32_t x, std::uint32_t y, std::uint64_t sample,
+                   const std::function<void(const PathVertex&)>& report);
 
  private:
   struct Impl;

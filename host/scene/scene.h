@@ -13,9 +13,9 @@ namespace eikon {
 
 struct Primitive {
   std::vector<glm::vec3> positions_object;  // finite; each is a corner of some triangle
-  std::vector<glm::vec3> normals_object;  // one per position, unit; empty: flat shading by the triangle's own normal
-  std::vector<std::uint32_t> indices;     // three per triangle, each < positions_object.size()
-  std::uint32_t material = 0;             // index into Scene::materials
+  std::vector<glm::vec3> normals_object;    // one per position, unit; empty: flat shading by the triangle's own normal
+  std::vector<std::uint32_t> indices;       // three per triangle, each < positions_object.size()
+  std::uint32_t material = 0;               // index into Scene::materials
 };
 
 struct Mesh {
@@ -33,11 +33,11 @@ struct Node {
 
 struct Material {
   std::string name;
-  glm::vec3 base_color{1.0F};     // clamped to [0, 1]
+  glm::vec3 base_color{1.0F};  // clamped to [0, 1]
   float metallic = 1.0F;
   float roughness = 1.0F;
-  float specular = 1.0F;          // KHR_materials_specular; 0 with metallic 0 is exactly Lambert
-  glm::vec3 emission{0.0F};       // radiance: emissiveFactor x emissiveStrength, W / (sr m^2); finite
+  float specular = 1.0F;     // KHR_materials_specular; 0 with metallic 0 is exactly Lambert
+  glm::vec3 emission{0.0F};  // radiance: emissiveFactor x emissiveStrength, W / (sr m^2); finite
   bool double_sided = false;
 };
 
@@ -45,11 +45,11 @@ struct Camera {
   std::string name;
   glm::dmat4 world_from_camera{1.0};  // looks along -Z, +Y up; a rotation and a translation, never a scale
   double yfov_rad = 0.7;
-  double aspect = 0.0;                // width / height; 0: not said
+  double aspect = 0.0;  // width / height; 0: not said
 };
 
 struct Environment {
-  glm::vec3 radiance{0.0F};           // from every direction, W / (sr m^2)
+  glm::vec3 radiance{0.0F};  // from every direction, W / (sr m^2)
 };
 
 /// A feature of the file that eikon leaves out, named once.
@@ -60,10 +60,10 @@ struct Unsupported {
 
 struct Scene {
   std::filesystem::path path;
-  std::string hash;                   // XXH64 of the file and the buffers it names: 16 hex digits
+  std::string hash;  // XXH64 of the file and the buffers it names: 16 hex digits
   std::vector<Mesh> meshes;
   std::vector<Node> nodes;
-  std::vector<Material> materials;    // at least one (glTF's default) when any primitive needs it
+  std::vector<Material> materials;  // at least one (glTF's default) when any primitive needs it
   std::vector<Camera> cameras;
   std::optional<Environment> environment;
   std::vector<Unsupported> unsupported;

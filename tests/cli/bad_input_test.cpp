@@ -18,7 +18,8 @@ TEST(BadInput, scenes_that_cannot_be_read_are_refused_by_name) {
   here.write("picture.png", "\x89PNG");
   std::filesystem::create_directory(here / "folder.gltf");
   const std::vector<std::string> before = here.files();
-  for (const char* name : {"missing.gltf", "empty.gltf", "empty.glb", "half.gltf", "magic.glb", "notes.gltf", "picture.png", "folder.gltf"}) {
+  for (const char* name : {"missing.gltf", "empty.gltf", "empty.glb", "half.gltf", "magic.glb", "notes.gltf",
+                           "picture.png", "folder.gltf"}) {
     const Outcome outcome = here.eikon(std::string("render ") + name + " -o out.exr");
     EXPECT_TRUE(refused(outcome, kInput)) << name;
     EXPECT_TRUE(contains(outcome.err, name)) << outcome.err;
@@ -36,7 +37,8 @@ TEST(BadInput, data_that_lies_is_refused) {
     EXPECT_NE(at, std::string::npos) << from;
     return text.replace(at, from.size(), to);
   };
-  here.write("extension.gltf", edited("{", "{\"extensionsRequired\": [\"EXT_of_another_world\"], \"extensionsUsed_\": 0, "));
+  here.write("extension.gltf",
+             edited("{", "{\"extensionsRequired\": [\"EXT_of_another_world\"], \"extensionsUsed_\": 0, "));
   here.write("version.gltf", edited("\"2.0\"", "\"3.0\""));
   const std::vector<std::string> before = here.files();
   EXPECT_TRUE(contains(here.eikon("render extension.gltf -o out.exr").err, "EXT_of_another_world"));
@@ -47,13 +49,47 @@ TEST(BadInput, data_that_lies_is_refused) {
 
 TEST(BadInput, flags_that_make_no_sense_are_usage_errors) {
   const Workplace here;
-  for (const char* flags :
-       {"--crop 0,0,17,12", "--crop 5,5,5,6", "--crop 1,2,3", "--crop a,b,c,d", "--samples 5:5", "--samples 6:5", "--samples 5", "--samples :",
-        "--samples 0:281474976710657", "--spp 0", "--spp -1", "--spp many", "--no-such-flag", "--aov beauty", "--env 1,2", "--env 1,2,nan",
-        "--env -1,0,0", "--look-at 0,0,0:0,0,0", "--look-at 0,0,0", "--look-at 0,0,0:0,1,0", "--fov 180", "--fov 0", "--fov nan", "--camera nobody",
-        "--camera 1", "--light-sampling sun", "--integrator none", "--accel grid", "--layout bvh4", "--max-depth -1", "--seed -1",
-        "--seed 4294967296", "--seed 0.5", "--exposure nan", "--exposure 65", "--pixel 1,1", "--sample 3", "--pixel 16,0 --sample 0", "--pixel 1 --sample 0",
-        "extra", "--png"}) {
+  for (const char* flags : {"--crop 0,0,17,12",
+                            "--crop 5,5,5,6",
+                            "--crop 1,2,3",
+                            "--crop a,b,c,d",
+                            "--samples 5:5",
+                            "--samples 6:5",
+                            "--samples 5",
+                            "--samples :",
+                            "--samples 0:281474976710657",
+                            "--spp 0",
+                            "--spp -1",
+                            "--spp many",
+                            "--no-such-flag",
+                            "--aov beauty",
+                            "--env 1,2",
+                            "--env 1,2,nan",
+                            "--env -1,0,0",
+                            "--look-at 0,0,0:0,0,0",
+                            "--look-at 0,0,0",
+                            "--look-at 0,0,0:0,1,0",
+                            "--fov 180",
+                            "--fov 0",
+                            "--fov nan",
+                            "--camera nobody",
+                            "--camera 1",
+                            "--light-sampling sun",
+                            "--integrator none",
+                            "--accel grid",
+                            "--layout bvh4",
+                            "--max-depth -1",
+                            "--seed -1",
+                            "--seed 4294967296",
+                            "--seed 0.5",
+                            "--exposure nan",
+                            "--exposure 65",
+                            "--pixel 1,1",
+                            "--sample 3",
+                            "--pixel 16,0 --sample 0",
+                            "--pixel 1 --sample 0",
+                            "extra",
+                            "--png"}) {
     const Outcome outcome = here.eikon(cornell("--size 16x12 ") + flags);
     EXPECT_TRUE(refused(outcome, kUsage)) << flags;
     // It names the flag, or the word that it does not know.
@@ -87,7 +123,8 @@ TEST(BadInput, devices_that_are_not_there) {
 TEST(BadInput, no_platform_at_all) {
   const Workplace here;
   std::filesystem::create_directory(here / "vendors");
-  for (const std::string& vendors : {"OCL_ICD_VENDORS=" + (here / "vendors").string(), std::string("OCL_ICD_VENDORS=/nonexistent")}) {
+  for (const std::string& vendors :
+       {"OCL_ICD_VENDORS=" + (here / "vendors").string(), std::string("OCL_ICD_VENDORS=/nonexistent")}) {
     const Outcome outcome = here.eikon(cornell(), vendors);
     EXPECT_TRUE(refused(outcome, kDevice));
     EXPECT_TRUE(contains(outcome.err, "pocl")) << "does not say what to install: " << outcome.err;
@@ -99,13 +136,15 @@ TEST(BadInput, no_platform_at_all) {
 
 TEST(BadInput, kernels_that_do_not_compile) {
   const Workplace here;
-  std::filesystem::copy(std::string(EIKON_SOURCE_DIR) + "/kernels", here / "kernels", std::filesystem::copy_options::recursive);
+  std::filesystem::copy(std::string(EIKON_SOURCE_DIR) + "/kernels", here / "kernels",
+                        std::filesystem::copy_options::recursive);
   std::ofstream(here / "kernels/stages/shade.cl", std::ios::app) << "\nthis is not OpenCL;\n";
   const Outcome outcome = here.eikon(cornell(), "EIKON_KERNEL_DIR=" + (here / "kernels").string());
   EXPECT_EQ(outcome.code, kDevice);
   const std::size_t ours = outcome.err.find("eikon: ");  // PoCL says how many errors there were in a line of its own
   ASSERT_NE(ours, std::string::npos) << outcome.err;
-  EXPECT_EQ(std::count(outcome.err.begin() + static_cast<std::ptrdiff_t>(ours), outcome.err.end(), '\n'), 1) << outcome.err;
+  EXPECT_EQ(std::count(outcome.err.begin() + static_cast<std::ptrdiff_t>(ours), outcome.err.end(), '\n'), 1)
+      << outcome.err;
   EXPECT_TRUE(contains(outcome.err, "shade.cl:")) << outcome.err;
   EXPECT_EQ(here.files(), std::vector<std::string>{"kernels"});
 }

@@ -13,7 +13,8 @@ namespace {
 
 TEST(BenchRays, json_has_a_row_per_layout_and_kind_of_ray) {
   const Workplace workplace;
-  const Outcome outcome = workplace.eikon("bench rays " + scene("cornell.gltf") + " --devices 0 --rays 4096 --rounds 1 --json rays.json");
+  const Outcome outcome =
+      workplace.eikon("bench rays " + scene("cornell.gltf") + " --devices 0 --rays 4096 --rounds 1 --json rays.json");
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   std::ifstream file(workplace / "rays.json");
   const nlohmann::json rows = nlohmann::json::parse(file);
@@ -29,14 +30,15 @@ TEST(BenchRays, json_has_a_row_per_layout_and_kind_of_ray) {
     EXPECT_TRUE(row.at("embree_build_s").is_null());
     defaults += row.at("default").get<bool>() ? 1 : 0;
   }
-  EXPECT_EQ(seen, (std::set<std::string>{"bvh8 camera", "bvh8 shadow", "bvh8 diffuse", "bvh2 camera", "bvh2 shadow", "bvh2 diffuse"}));
+  EXPECT_EQ(seen, (std::set<std::string>{"bvh8 camera", "bvh8 shadow", "bvh8 diffuse", "bvh2 camera", "bvh2 shadow",
+                                         "bvh2 diffuse"}));
   EXPECT_EQ(defaults, 3U);
 }
 
 TEST(BenchRays, brute_force_can_be_measured_too) {
   const Workplace workplace;
-  const Outcome outcome =
-      workplace.eikon("bench rays " + scene("cornell.gltf") + " --devices 0 --rays 1024 --rounds 1 --accel none --json rays.json");
+  const Outcome outcome = workplace.eikon("bench rays " + scene("cornell.gltf") +
+                                          " --devices 0 --rays 1024 --rounds 1 --accel none --json rays.json");
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   std::ifstream file(workplace / "rays.json");
   const nlohmann::json rows = nlohmann::json::parse(file);

@@ -28,7 +28,9 @@ class Workplace {
   [[nodiscard]] std::filesystem::path operator/(const std::string& name) const { return folder_ / name; }
 
   /// Runs `eikon arguments`; `before` is shell text in front of it: variables, `ulimit ...;`, oclgrind.
-  Outcome eikon(const std::string& arguments, const std::string& before = "") const { return wait(start(arguments, before)); }
+  Outcome eikon(const std::string& arguments, const std::string& before = "") const {
+    return wait(start(arguments, before));
+  }
   Outcome shell(const std::string& line) const { return wait(start_shell(line)); }
 
   /// Starts it; the process is eikon itself.
@@ -59,7 +61,8 @@ class Workplace {
   /// Names of what lies in the folder, sorted.
   [[nodiscard]] std::vector<std::string> files() const {
     std::vector<std::string> names;
-    for (const auto& entry : std::filesystem::directory_iterator(folder_.path())) names.push_back(entry.path().filename().string());
+    for (const auto& entry : std::filesystem::directory_iterator(folder_.path()))
+      names.push_back(entry.path().filename().string());
     std::sort(names.begin(), names.end());
     return names;
   }
@@ -82,9 +85,11 @@ class Workplace {
 /// One line on stderr that begins "eikon: ", nothing on stdout, that exit code.
 inline ::testing::AssertionResult refused(const Outcome& outcome, int code) {
   const auto lines = std::count(outcome.err.begin(), outcome.err.end(), '\n');
-  if (outcome.code == code && lines == 1 && outcome.err.rfind("eikon: ", 0) == 0 && outcome.out.empty() && outcome.err.size() > 20)
+  if (outcome.code == code && lines == 1 && outcome.err.rfind("eikon: ", 0) == 0 && outcome.out.empty() &&
+      outcome.err.size() > 20)
     return ::testing::AssertionSuccess();
-  return ::testing::AssertionFailure() << "exit code " << outcome.code << ", stdout '" << outcome.out << "', stderr '" << outcome.err << "'";
+  return ::testing::AssertionFailure() << "exit code " << outcome.code << ", stdout '" << outcome.out << "', stderr '"
+                                       << outcome.err << "'";
 }
 
 inline ::testing::AssertionResult succeeded(const Outcome& outcome) {

@@ -18,7 +18,8 @@ TEST(Commands, help_of_each_shows_an_example) {
     EXPECT_TRUE(contains(all.out, command)) << command;
     const Outcome outcome = here.eikon(std::string(command) + " --help");
     EXPECT_TRUE(succeeded(outcome)) << command;
-    EXPECT_TRUE(contains(outcome.out, "Example") && contains(outcome.out, std::string("eikon ") + command)) << outcome.out;
+    EXPECT_TRUE(contains(outcome.out, "Example") && contains(outcome.out, std::string("eikon ") + command))
+        << outcome.out;
     EXPECT_TRUE(outcome.err.empty()) << outcome.err;
   }
   EXPECT_TRUE(contains(here.eikon("--version").out, "eikon "));
@@ -33,7 +34,8 @@ TEST(Commands, devices_lists_what_there_is) {
   const Workplace here;
   const Outcome outcome = here.eikon("devices");
   EXPECT_TRUE(succeeded(outcome));
-  EXPECT_TRUE(contains(outcome.out, "0: ") && contains(outcome.out, "compute units") && contains(outcome.out, "driver")) << outcome.out;
+  EXPECT_TRUE(contains(outcome.out, "0: ") && contains(outcome.out, "compute units") && contains(outcome.out, "driver"))
+      << outcome.out;
   const Outcome two = here.eikon("devices", "POCL_DEVICES='pthread pthread'");
   EXPECT_TRUE(contains(two.out, "1: ")) << two.out;
 }
@@ -48,7 +50,8 @@ TEST(Commands, selftest_trusts_this_driver) {
 
 TEST(Commands, selftest_tells_a_driver_that_is_wrong) {
   const Workplace here;
-  std::filesystem::copy(std::string(EIKON_SOURCE_DIR) + "/kernels", here / "kernels", std::filesystem::copy_options::recursive);
+  std::filesystem::copy(std::string(EIKON_SOURCE_DIR) + "/kernels", here / "kernels",
+                        std::filesystem::copy_options::recursive);
   std::string film = read_bytes(here / "kernels/film.h");
   const std::string exact = "- 86;";  // the film's unit
   ASSERT_NE(film.find(exact), std::string::npos);
@@ -63,8 +66,8 @@ TEST(Commands, info_prints_the_ledger) {
   const Workplace here;
   const Outcome outcome = here.eikon("info " + scene("cornell.gltf"));
   EXPECT_TRUE(succeeded(outcome));
-  for (const char* line : {"triangles", "diffuse", "area", "environment", "vertex_normal", "next_event", "in ", "out ", "material 'light'", "memory",
-                           "bvh8", "bvh2", "W (mean"})
+  for (const char* line : {"triangles", "diffuse", "area", "environment", "vertex_normal", "next_event", "in ", "out ",
+                           "material 'light'", "memory", "bvh8", "bvh2", "W (mean"})
     EXPECT_TRUE(contains(outcome.out, line)) << line << " in\n" << outcome.out;
   // Who needs it, or why it is out.
   EXPECT_TRUE(contains(outcome.out, "environment      out")) << outcome.out;
@@ -74,7 +77,8 @@ TEST(Commands, info_prints_the_ledger) {
 TEST(Commands, compare_measures_and_judges) {
   const Workplace here;
   ASSERT_TRUE(succeeded(here.eikon("render " + scene("cornell.gltf") + " -o a.exr --size 16x16 --spp 16 --quiet")));
-  ASSERT_TRUE(succeeded(here.eikon("render " + scene("cornell.gltf") + " -o b.exr --size 16x16 --spp 16 --seed 7 --quiet")));
+  ASSERT_TRUE(
+      succeeded(here.eikon("render " + scene("cornell.gltf") + " -o b.exr --size 16x16 --spp 16 --seed 7 --quiet")));
   const Outcome same = here.eikon("compare a.exr a.exr --json --fail-above 0");
   EXPECT_TRUE(succeeded(same));
   EXPECT_EQ(json::parse(same.out).at("relmse").get<double>(), 0);
@@ -100,7 +104,8 @@ TEST(Commands, an_installed_eikon_needs_nothing_of_the_source_tree) {
   const std::string binary = read_bytes(prefix + "/bin/eikon");
   EXPECT_FALSE(contains(binary, std::string(EIKON_SOURCE_DIR) + "/"));
   EXPECT_TRUE(contains(binary, "Stage `intersect`"));
-  EXPECT_TRUE(succeeded(here.shell("env -i PATH=/usr/bin:/bin HOME=\"$PWD\" ./prefix/bin/eikon render furnace.gltf --size 8x8 --spp 4 --quiet")));
+  EXPECT_TRUE(succeeded(here.shell(
+      "env -i PATH=/usr/bin:/bin HOME=\"$PWD\" ./prefix/bin/eikon render furnace.gltf --size 8x8 --spp 4 --quiet")));
   EXPECT_TRUE(std::filesystem::exists(here / "furnace.exr"));
 }
 

@@ -31,7 +31,8 @@ TEST(Render, writes_the_picture_and_says_how_wrong_it_is) {
   const Outcome outcome = here.eikon(cornell("--size 16x12 --spp 16"));
   EXPECT_TRUE(succeeded(outcome));
   EXPECT_TRUE(contains(outcome.out, "predicted relMSE")) << outcome.out;
-  for (const char* stage : {"generate", "intersect", "shade", "shadow", "film"}) EXPECT_TRUE(contains(outcome.out, stage)) << outcome.out;
+  for (const char* stage : {"generate", "intersect", "shade", "shadow", "film"})
+    EXPECT_TRUE(contains(outcome.out, stage)) << outcome.out;
   const Image image = read_exr(here / "out.exr");
   EXPECT_EQ(image.width, 16U);
   EXPECT_EQ(image.height, 12U);
@@ -68,11 +69,14 @@ TEST(Render, quiet_is_quiet_and_a_pipe_sees_no_progress) {
 }
 
 TEST(Render, a_terminal_sees_progress) {
-  if (std::system("script -qec true /dev/null >/dev/null 2>&1") != 0) GTEST_SKIP() << "`script` cannot make a terminal here";
+  if (std::system("script -qec true /dev/null >/dev/null 2>&1") != 0)
+    GTEST_SKIP() << "`script` cannot make a terminal here";
   const Workplace here;
   here.shell("script -qec \"" + Workplace::binary() + " " + cornell("--size 128x128 --spp 1024") + "\" typescript");
   const std::string seen = read_bytes(here / "typescript");
-  EXPECT_TRUE(contains(seen, "Msamples/s") && contains(seen, "s left") && contains(seen, "relMSE") && contains(seen, "\r")) << seen;
+  EXPECT_TRUE(contains(seen, "Msamples/s") && contains(seen, "s left") && contains(seen, "relMSE") &&
+              contains(seen, "\r"))
+      << seen;
 }
 
 TEST(Render, stats_have_what_is_promised) {
@@ -89,7 +93,8 @@ TEST(Render, stats_have_what_is_promised) {
   EXPECT_GT(stats.at("samples_per_second").get<double>(), 0);
   EXPECT_EQ(stats.at("rays").at("camera").get<int>(), 16 * 12 * 16);
   EXPECT_GT(stats.at("rays").at("shadow").get<int>(), 0);
-  EXPECT_EQ(stats.at("rays").at("total").get<int>(), stats.at("rays").at("camera").get<int>() + stats.at("rays").at("scattered").get<int>() +
+  EXPECT_EQ(stats.at("rays").at("total").get<int>(), stats.at("rays").at("camera").get<int>() +
+                                                         stats.at("rays").at("scattered").get<int>() +
                                                          stats.at("rays").at("shadow").get<int>());
   EXPECT_GT(stats.at("relmse_predicted").get<double>(), 0);
   EXPECT_EQ(stats.at("rejected_samples").get<int>(), 0);
@@ -127,7 +132,8 @@ TEST(Render, a_profile_is_trace_events_that_follow_each_other_on_each_track) {
 
 TEST(Render, png_half_and_layers) {
   const Workplace here;
-  ASSERT_TRUE(succeeded(here.eikon(cornell("--size 24x10 --spp 4 --quiet --half --png out.png --aov albedo,normal,depth,id,variance,samples"))));
+  ASSERT_TRUE(succeeded(here.eikon(
+      cornell("--size 24x10 --spp 4 --quiet --half --png out.png --aov albedo,normal,depth,id,variance,samples"))));
   const std::string png = read_bytes(here / "out.png");
   ASSERT_GT(png.size(), 40U);
   EXPECT_EQ(png.substr(0, 8), "\x89PNG\r\n\x1a\n");
@@ -179,7 +185,8 @@ TEST(Render, direct_is_depth_two_to_the_bit) {
 
 TEST(Render, N5_two_devices_share_the_work_and_give_the_bits_of_one) {
   const Workplace here;
-  const std::string image = cornell("--size 384x384 --crop 0,0,384,384 --spp 64 --quiet --aov normal,id --stats stats.json");
+  const std::string image =
+      cornell("--size 384x384 --crop 0,0,384,384 --spp 64 --quiet --aov normal,id --stats stats.json");
   const Film one = sums_of(here, image);
   const Film two = sums_of(here, image, "POCL_DEVICES='pthread pthread'");
   const json devices = json::parse(read_bytes(here / "stats.json")).at("devices");
@@ -200,17 +207,22 @@ TEST(Render, the_same_bits_from_every_width_layout_and_from_oclgrind) {
       EXPECT_TRUE(same_bits(expected, sums_of(here, cornell(std::string(kWithSums) + "--layout " + layout),
                                               std::string("EIKON_NO_OPTIMISE=1 EIKON_LANES=") + lanes + " oclgrind")))
           << "Oclgrind, " << lanes << " lanes, " << layout;
-  const Film sky = sums_of(here, "render " + scene("window_room.gltf") + " -o out.exr --size 4x4 --crop 0,0,4,4 --spp 2 --quiet --aov albedo,normal,depth,id");
-  EXPECT_TRUE(same_bits(sky, sums_of(here, "render " + scene("window_room.gltf") + " -o out.exr --size 4x4 --crop 0,0,4,4 --spp 2 --quiet --aov albedo,normal,depth,id",
-                                     "EIKON_NO_OPTIMISE=1 oclgrind")));
+  const Film sky =
+      sums_of(here, "render " + scene("window_room.gltf") +
+                        " -o out.exr --size 4x4 --crop 0,0,4,4 --spp 2 --quiet --aov albedo,normal,depth,id");
+  EXPECT_TRUE(
+      same_bits(sky, sums_of(here,
+                             "render " + scene("window_room.gltf") +
+                                 " -o out.exr --size 4x4 --crop 0,0,4,4 --spp 2 --quiet --aov albedo,normal,depth,id",
+                             "EIKON_NO_OPTIMISE=1 oclgrind")));
 }
 
 TEST(Render, replays_one_sample) {
   const Workplace here;
   const Outcome outcome = here.eikon(cornell("--size 16x12 --pixel 7,5 --sample 3"));
   EXPECT_TRUE(succeeded(outcome));
-  EXPECT_TRUE(contains(outcome.out, "pixel 7,5 sample 3") && contains(outcome.out, "edge  1") && contains(outcome.out, "hits triangle") &&
-              contains(outcome.out, "radiance"))
+  EXPECT_TRUE(contains(outcome.out, "pixel 7,5 sample 3") && contains(outcome.out, "edge  1") &&
+              contains(outcome.out, "hits triangle") && contains(outcome.out, "radiance"))
       << outcome.out;
   EXPECT_TRUE(here.files().empty());
 }
@@ -309,10 +321,12 @@ TEST(Render, a_scene_without_light_gets_a_neutral_sky_and_says_so) {
 
 TEST(Render, camera_and_environment_of_your_own) {
   const Workplace here;
-  EXPECT_TRUE(succeeded(here.eikon("render " + scene("sphere_in_sky.gltf") +
-                                   " -o out.exr --size 9x9 --spp 4 --quiet --look-at 0,0,5:0,0,0:0,1,0 --fov 5 --env 2,2,2")));
+  EXPECT_TRUE(
+      succeeded(here.eikon("render " + scene("sphere_in_sky.gltf") +
+                           " -o out.exr --size 9x9 --spp 4 --quiet --look-at 0,0,5:0,0,0:0,1,0 --fov 5 --env 2,2,2")));
   EXPECT_NEAR((*read_exr(here / "out.exr").plane("G"))[40], 2 * 0.5F, 1e-5F);
-  EXPECT_TRUE(succeeded(here.eikon("render " + scene("sphere_in_sky.gltf") + " -o out.exr --size 9x9 --spp 4 --quiet --look-at 0,0,5:0,0,9 --env 2,3,4")));
+  EXPECT_TRUE(succeeded(here.eikon("render " + scene("sphere_in_sky.gltf") +
+                                   " -o out.exr --size 9x9 --spp 4 --quiet --look-at 0,0,5:0,0,9 --env 2,3,4")));
   EXPECT_EQ((*read_exr(here / "out.exr").plane("G"))[40], 3);
 }
 

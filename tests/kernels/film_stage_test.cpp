@@ -40,7 +40,8 @@ struct Sums {
   [[nodiscard]] int128 sum(std::uint32_t replicate, std::uint32_t channel, std::uint32_t pixel) const {
     unsigned __int128 value = 0;
     for (std::uint32_t limb = EK_FILM_LIMBS; limb-- > 0;)
-      value = value << 32 | limbs[((std::size_t{replicate} * kChannels + channel) * EK_FILM_LIMBS + limb) * stride + pixel];
+      value =
+          value << 32 | limbs[((std::size_t{replicate} * kChannels + channel) * EK_FILM_LIMBS + limb) * stride + pixel];
     return static_cast<int128>(value);
   }
 };
@@ -62,7 +63,8 @@ Sums run_film(const DeviceInfo& info, const Shape& shape, Unit& unit) {
   frame.pixel_stride = (unit.pixels + 31) / 16 * 16;
   std::vector<float> slots(std::size_t{frame.film_stride} * kChannels + 16);
   for (std::uint32_t c = 0; c < kChannels; ++c)
-    for (std::uint32_t i = 0; i < frame.path_count; ++i) slots[std::size_t{c} * frame.film_stride + i] = unit.slots[std::size_t{c} * frame.path_count + i];
+    for (std::uint32_t i = 0; i < frame.path_count; ++i)
+      slots[std::size_t{c} * frame.film_stride + i] = unit.slots[std::size_t{c} * frame.path_count + i];
 
   Sums sums;
   sums.stride = frame.pixel_stride;
@@ -86,7 +88,8 @@ Sums run_film(const DeviceInfo& info, const Shape& shape, Unit& unit) {
   return sums;
 }
 
-Unit random_unit(std::uint32_t pixels, std::uint32_t samples, std::uint32_t begin, std::uint32_t replicate_bits, std::uint32_t seed) {
+Unit random_unit(std::uint32_t pixels, std::uint32_t samples, std::uint32_t begin, std::uint32_t replicate_bits,
+                 std::uint32_t seed) {
   Unit unit{pixels, samples, begin, replicate_bits, {}};
   std::mt19937 random(seed);
   // Every exponent that a film can hold and smaller ones, both signs, zeros and denormals among them.
@@ -106,15 +109,18 @@ void expect_exact(const Sums& sums, Unit& unit) {
         int128 expected = 0;
         for (std::uint32_t s = 0; s < unit.samples; ++s)
           if ((unit.sample_begin + s) % replicates == replicate) expected += to_fixed(unit.at(c, s, pixel));
-        ASSERT_TRUE(sums.sum(replicate, c, pixel) == expected) << "pixel " << pixel << " replicate " << replicate << " channel " << c;
+        ASSERT_TRUE(sums.sum(replicate, c, pixel) == expected)
+            << "pixel " << pixel << " replicate " << replicate << " channel " << c;
       }
 }
 
 TEST(FilmStage, sums_are_those_of_exact_integers_at_every_width) {
   for (const DeviceInfo& info : select_devices("all"))
     for (const Shape& shape : kShapes)
-      for (auto [pixels, samples, begin, bits] : {std::array{1U, 1U, 0U, 1U}, {70U, 5U, 3U, 1U}, {130U, 16U, 7U, 2U}, {33U, 9U, 0U, 0U}}) {
-        SCOPED_TRACE(testing::Message() << info.name << " lanes " << shape.lanes << " chunked " << shape.chunked << " pixels " << pixels);
+      for (auto [pixels, samples, begin, bits] :
+           {std::array{1U, 1U, 0U, 1U}, {70U, 5U, 3U, 1U}, {130U, 16U, 7U, 2U}, {33U, 9U, 0U, 0U}}) {
+        SCOPED_TRACE(testing::Message() << info.name << " lanes " << shape.lanes << " chunked " << shape.chunked
+                                        << " pixels " << pixels);
         Unit unit = random_unit(pixels, samples, begin, bits, 17 + pixels);
         const Sums sums = run_film(info, shape, unit);
         expect_exact(sums, unit);
@@ -129,11 +135,18 @@ TEST(FilmStage, N12_a_sample_that_is_not_finite_or_too_large_is_left_out_whole_c
       SCOPED_TRACE(testing::Message() << info.name << " lanes " << shape.lanes << " chunked " << shape.chunked);
       Unit unit = random_unit(70, 6, 1, 1, 5);
       Unit bad = unit;
-      struct { std::uint32_t channel, sample, pixel; float value; } const injected[] = {
-          {1, 4, 3, std::numeric_limits<float>::quiet_NaN()}, {0, 0, 69, inf}, {2, 5, 17, -inf}, {2, 2, 40, 0x1p38F}, {0, 1, 41, -0x1p100F}};
+      struct {
+        std::uint32_t channel, sample, pixel;
+        float value;
+      } const injected[] = {{1, 4, 3, std::numeric_limits<float>::quiet_NaN()},
+                            {0, 0, 69, inf},
+                            {2, 5, 17, -inf},
+                            {2, 2, 40, 0x1p38F},
+                            {0, 1, 41, -0x1p100F}};
       for (const auto& i : injected) {
         bad.at(i.channel, i.sample, i.pixel) = i.value;
-        for (std::uint32_t c = 0; c < kChannels; ++c) unit.at(c, i.sample, i.pixel) = 0;  // what the film should have seen
+        for (std::uint32_t c = 0; c < kChannels; ++c)
+          unit.at(c, i.sample, i.pixel) = 0;  // what the film should have seen
       }
       const Sums sums = run_film(info, shape, bad);
       expect_exact(sums, unit);
@@ -144,7 +157,8 @@ TEST(FilmStage, N12_a_sample_that_is_not_finite_or_too_large_is_left_out_whole_c
         EXPECT_EQ(sums.rejected[((1 + i.sample) % 2) * sums.stride + i.pixel], 1U);
         bool reported = false;
         for (std::uint32_t k = 0; k < 5; ++k)
-          reported = reported || (sums.diagnostics.report[2 * k] == i.pixel && sums.diagnostics.report[2 * k + 1] == i.sample);
+          reported =
+              reported || (sums.diagnostics.report[2 * k] == i.pixel && sums.diagnostics.report[2 * k + 1] == i.sample);
         EXPECT_TRUE(reported) << "pixel " << i.pixel << " sample " << i.sample;
       }
       std::uint32_t rejected = 0;

@@ -23,8 +23,8 @@ class EmbreeScene {
     const std::size_t vertices = soup.size() / 3;
     auto* positions = static_cast<float*>(
         rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), vertices));
-    auto* indices = static_cast<unsigned*>(
-        rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(unsigned), vertices / 3));
+    auto* indices = static_cast<unsigned*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                                                                   3 * sizeof(unsigned), vertices / 3));
     std::copy(soup.begin(), soup.end(), positions);
     for (std::size_t i = 0; i < vertices; ++i) indices[i] = static_cast<unsigned>(i);
     rtcCommitGeometry(geometry);
@@ -77,7 +77,8 @@ TEST(TraverseEmbree, the_same_hits_within_its_precision) {
       hit_count += other.triangle != EK_NO_HIT ? 1 : 0;
       const bool same_place = other.triangle != EK_NO_HIT && std::abs(hits[i].t - other.t) <= 1e-5F * (1.0F + other.t);
       const bool same_weights = std::abs(hits[i].u - other.u) + std::abs(hits[i].v - other.v) < 1e-2F;
-      agree += hits[i].triangle == other.triangle ? (other.triangle == EK_NO_HIT || (same_place && same_weights)) : same_place;
+      agree += hits[i].triangle == other.triangle ? (other.triangle == EK_NO_HIT || (same_place && same_weights))
+                                                  : same_place;
     }
     EXPECT_GT(hit_count, rays.size() / 10);
     EXPECT_GE(static_cast<double>(agree), 0.9999 * static_cast<double>(rays.size()));
@@ -108,7 +109,8 @@ double our_inner_area(const Accel& accel, std::uint32_t index) {
   for (std::size_t side = 0; side < 2; ++side) {
     const auto plane = [&](std::size_t i) { return std::bit_cast<float>(node[6 * side + i]); };
     if ((node[12 + side] & 0x80000000U) != 0) continue;
-    sum += half_area({plane(0), plane(1), plane(2), 0, plane(3), plane(4), plane(5), 0}) + our_inner_area(accel, node[12 + side]);
+    sum += half_area({plane(0), plane(1), plane(2), 0, plane(3), plane(4), plane(5), 0}) +
+           our_inner_area(accel, node[12 + side]);
   }
   return sum;
 }
@@ -142,7 +144,9 @@ TEST(TraverseEmbree, trees_are_as_good_as_those_of_its_builder) {
     arguments.setNodeBounds = [](void* node, const RTCBounds** bounds, unsigned, void*) {
       for (int i = 0; i < 2; ++i) static_cast<EmbreeNode*>(node)->bounds[i] = *bounds[i];
     };
-    arguments.createLeaf = [](RTCThreadLocalAllocator, const RTCBuildPrimitive*, size_t, void*) -> void* { return nullptr; };
+    arguments.createLeaf = [](RTCThreadLocalAllocator, const RTCBuildPrimitive*, size_t, void*) -> void* {
+      return nullptr;
+    };
     const auto* root = static_cast<const EmbreeNode*>(rtcBuildBVH(&arguments));
     AccelOptions options;
     options.layout = "bvh2";

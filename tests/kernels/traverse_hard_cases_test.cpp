@@ -27,7 +27,8 @@ struct BumpySphere {
     std::uniform_real_distribution<float> unit(-1.0F, 1.0F);
     std::vector<float> radii(9 * 16);
     for (float& r : radii) r = 3.5F + 2.5F * unit(random);
-    soup = fixtures::sphere(8, [&](int i, int j) { return radii[static_cast<std::size_t>(16 * i + j)]; }, center);
+    soup = fixtures::sphere(
+        8, [&](int i, int j) { return radii[static_cast<std::size_t>(16 * i + j)]; }, center);
     const auto origin = [&] {
       Point o{};
       for (std::size_t k = 0; k < 3; ++k) o[k] = static_cast<float>(center[k]) + 0.2F * unit(random);
@@ -123,8 +124,8 @@ TEST(TraverseHard, G10_zero_components_hit_what_the_limit_ray_hits) {
   Soup soup;
   for (int x = 0; x < 8; ++x) {
     for (int y = 0; y < 8; ++y) {
-      const float a[3] = {float(x), float(y), 0}, b[3] = {float(x + 1), float(y), 0}, c[3] = {float(x + 1), float(y + 1), 0},
-                  d[3] = {float(x), float(y + 1), 0};
+      const float a[3] = {float(x), float(y), 0}, b[3] = {float(x + 1), float(y), 0},
+                  c[3] = {float(x + 1), float(y + 1), 0}, d[3] = {float(x), float(y + 1), 0};
       fixtures::add_triangle(soup, a, b, c);
       fixtures::add_triangle(soup, a, c, d);
     }
@@ -175,7 +176,8 @@ TEST(TraverseHard, G10_rays_within_the_plane_of_a_wall_end_and_report_finite_hit
   }
   for (const char* layout : kLayouts) {
     TraverseProbe probe(device, soup, {layout});
-    for (const ProbeHit& hit : probe.closest(rays)) EXPECT_FALSE(std::isnan(hit.t) || std::isnan(hit.u) || std::isnan(hit.v));
+    for (const ProbeHit& hit : probe.closest(rays))
+      EXPECT_FALSE(std::isnan(hit.t) || std::isnan(hit.u) || std::isnan(hit.v));
   }
 }
 
@@ -203,7 +205,8 @@ TEST(TraverseHard, G11_degenerate_triangles_are_never_hit_and_change_nothing) {
   for (const char* layout : kLayouts) {
     const auto expected = TraverseProbe(device, clean, {layout}).closest(rays);
     const auto hits = TraverseProbe(device, dirty, {layout}).closest(rays);
-    for (std::size_t i = 0; i < rays.size(); ++i) EXPECT_EQ(std::memcmp(&hits[i], &expected[i], sizeof hits[i]), 0) << layout;
+    for (std::size_t i = 0; i < rays.size(); ++i)
+      EXPECT_EQ(std::memcmp(&hits[i], &expected[i], sizeof hits[i]), 0) << layout;
   }
 }
 
@@ -214,13 +217,15 @@ TEST(TraverseHard, G13_needles_are_hit_as_often_as_their_area_says) {
   const double pi = std::acos(-1.0), width = 1e-6;
   for (int i = 0; i < 10'000; ++i) {
     const double a = 2 * pi * i / 10'000, x = std::cos(a), y = std::sin(a);
-    fixtures::add_triangle(soup, {float(0.2 * x), float(0.2 * y), 0}, {float(1.2 * x - 0.5 * width * y), float(1.2 * y + 0.5 * width * x), 0},
+    fixtures::add_triangle(soup, {float(0.2 * x), float(0.2 * y), 0},
+                           {float(1.2 * x - 0.5 * width * y), float(1.2 * y + 0.5 * width * x), 0},
                            {float(1.2 * x + 0.5 * width * y), float(1.2 * y - 0.5 * width * x), 0});
   }
   double area = 0;  // of what float made of them
   for (std::size_t i = 0; i < soup.size(); i += 9) {
     const float* p = &soup[i];
-    area += 0.5 * std::abs((double(p[3]) - p[0]) * (double(p[7]) - p[1]) - (double(p[4]) - p[1]) * (double(p[6]) - p[0]));
+    area +=
+        0.5 * std::abs((double(p[3]) - p[0]) * (double(p[7]) - p[1]) - (double(p[4]) - p[1]) * (double(p[6]) - p[0]));
   }
   std::mt19937 random(41);
   std::uniform_real_distribution<float> unit(-1.5F, 1.5F);

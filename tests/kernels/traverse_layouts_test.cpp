@@ -37,9 +37,15 @@ std::vector<ProbeRay> adversarial_rays(const Soup& soup, std::size_t count, floa
     std::array<float, 3> target{};
     for (std::size_t k = 0; k < 3; ++k) {
       switch (i % 3) {
-        case 0: target[k] = p[k]; break;                                          // a vertex
-        case 1: target[k] = p[k] + w * (p[3 + k] - p[k]); break;                  // an edge
-        default: target[k] = (p[k] + p[3 + k] + p[6 + k]) / 3; break;             // inside
+        case 0:
+          target[k] = p[k];
+          break;  // a vertex
+        case 1:
+          target[k] = p[k] + w * (p[3 + k] - p[k]);
+          break;  // an edge
+        default:
+          target[k] = (p[k] + p[3 + k] + p[6 + k]) / 3;
+          break;  // inside
       }
     }
     switch (i / 3 % 5) {
@@ -76,11 +82,12 @@ std::vector<ProbeRay> adversarial_rays(const Soup& soup, std::size_t count, floa
   }
   if (different == 0) return ::testing::AssertionSuccess();
   const ProbeRay& r = rays[first];
-  return ::testing::AssertionFailure()
-         << different << " of " << a.size() << " differ, first ray " << first << std::hexfloat << " o " << r.o[0] << ' '
-         << r.o[1] << ' ' << r.o[2] << " d " << r.d[0] << ' ' << r.d[1] << ' ' << r.d[2] << ": t " << a[first].t << " u "
-         << a[first].u << " v " << a[first].v << " triangle " << a[first].triangle << " against t " << b[first].t << " u "
-         << b[first].u << " v " << b[first].v << " triangle " << b[first].triangle;
+  return ::testing::AssertionFailure() << different << " of " << a.size() << " differ, first ray " << first
+                                       << std::hexfloat << " o " << r.o[0] << ' ' << r.o[1] << ' ' << r.o[2] << " d "
+                                       << r.d[0] << ' ' << r.d[1] << ' ' << r.d[2] << ": t " << a[first].t << " u "
+                                       << a[first].u << " v " << a[first].v << " triangle " << a[first].triangle
+                                       << " against t " << b[first].t << " u " << b[first].u << " v " << b[first].v
+                                       << " triangle " << b[first].triangle;
 }
 
 /// `soup` in every layout and width; the rays' hits must be those of brute force at width 16.
@@ -100,9 +107,16 @@ void expect_all_agree(const Soup& soup, const std::vector<ProbeRay>& rays, const
     }
     EXPECT_GT(hit_count, rays.size() / 50) << what;  // the comparison below is of hits, not of misses
     EXPECT_LT(blocked_count, rays.size()) << what;
-    const TraverseProbe::Options variants[] = {
-        {"bvh8", 16}, {"bvh8", 8}, {"bvh8", 1}, {"bvh2", 1}, {"bvh2", 16}, {"none", 1}, {"bvh8", 16, true, false},
-        {"bvh8", 16, false, true}, {"bvh8", 8, false, true}, {"bvh8", 16, true, true}};
+    const TraverseProbe::Options variants[] = {{"bvh8", 16},
+                                               {"bvh8", 8},
+                                               {"bvh8", 1},
+                                               {"bvh2", 1},
+                                               {"bvh2", 16},
+                                               {"none", 1},
+                                               {"bvh8", 16, true, false},
+                                               {"bvh8", 16, false, true},
+                                               {"bvh8", 8, false, true},
+                                               {"bvh8", 16, true, true}};
     for (const auto& variant : variants) {
       TraverseProbe probe(device, soup, variant);
       const std::string name = what + ", " + variant.layout + " width " + std::to_string(variant.width) +

@@ -78,7 +78,8 @@ class TraverseProbe {
     std::vector<ProbeHit> hits(rays.size());
     const std::size_t stride = words.size() / 4;
     for (std::size_t i = 0; i < rays.size(); ++i) {
-      hits[i] = {words[i], words[stride + i], words[2 * stride + i], std::bit_cast<std::uint32_t>(words[3 * stride + i])};
+      hits[i] = {words[i], words[stride + i], words[2 * stride + i],
+                 std::bit_cast<std::uint32_t>(words[3 * stride + i])};
     }
     return hits;
   }

@@ -7,7 +7,8 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-constexpr LightSampling kAll[] = {LightSampling::mis, LightSampling::light, LightSampling::cosine, LightSampling::hemisphere};
+constexpr LightSampling kAll[] = {LightSampling::mis, LightSampling::light, LightSampling::cosine,
+                                  LightSampling::hemisphere};
 const char* name_of(LightSampling sampling) {
   static const char* const names[] = {"mis", "light", "cosine", "hemisphere"};
   return names[static_cast<int>(sampling)];
@@ -24,12 +25,14 @@ TEST(Analytic, L1_square_light_by_each_way_of_finding_it) {
   for (LightSampling sampling : kAll) {
     Settings settings = under_the_light(1024);
     settings.light_sampling = sampling;
-    EXPECT_TRUE(agrees(mean_of(film_of(square_light(), settings)), kSquareLightIrradiance / kPi, 4)) << name_of(sampling);
+    EXPECT_TRUE(agrees(mean_of(film_of(square_light(), settings)), kSquareLightIrradiance / kPi, 4))
+        << name_of(sampling);
   }
 }
 
 TEST(Analytic, L2_slanted_triangles_over_a_grey_floor) {
-  const std::pair<int, double> known[] = {{1, 0.0898394}, {2, 0.02292}, {3, 0.0534198}, {5, 0.26174}};  // six digits are given
+  const std::pair<int, double> known[] = {
+      {1, 0.0898394}, {2, 0.02292}, {3, 0.0534198}, {5, 0.26174}};  // six digits are given
   for (const auto& [number, radiance] : known) {
     const Scene scene = load_shipped("nori_triangle_" + std::to_string(number) + ".gltf");
     EXPECT_TRUE(agrees(mean_of(film_of(scene, settings_of(scene, 8, 1024))), radiance, 4, 5e-5)) << number;
@@ -65,11 +68,13 @@ TEST(Analytic, N10_roulette_changes_no_mean) {
     std::uint32_t roulette_depth;
   };
   // Survival of 0.95 at most: above an albedo of sqrt(0.95) the variance has no bound, so there roulette comes late.
-  for (const Case& c : {Case{0.8F, 5, 1}, Case{0.8F, 5, 4}, Case{0.8F, 5, 40}, Case{0.95F, 20, 4}, Case{0.99F, 100, 300}}) {
+  for (const Case& c :
+       {Case{0.8F, 5, 1}, Case{0.8F, 5, 4}, Case{0.8F, 5, 40}, Case{0.95F, 20, 4}, Case{0.99F, 100, 300}}) {
     Settings settings = settings_for(24, 24, 128);
     settings.roulette_depth = c.roulette_depth;
     // Hundreds of edges: the rounding of each throughput adds up, and 0.99F is off by 2e-8 / 0.01.
-    EXPECT_TRUE(agrees(mean_of(film_of(furnace(c.albedo, 1), settings)), c.expected, 5, 2e-5)) << c.albedo << " from " << c.roulette_depth;
+    EXPECT_TRUE(agrees(mean_of(film_of(furnace(c.albedo, 1), settings)), c.expected, 5, 2e-5))
+        << c.albedo << " from " << c.roulette_depth;
   }
 }
 
@@ -148,7 +153,8 @@ TEST(Analytic, L13_convex_body_under_a_constant_sky_is_its_albedo) {
     const Film film = film_of(scene, settings);
     for (std::uint32_t c = 0; c < 3; ++c)  // cosine sampling of a constant sky: no noise at all
       for (std::uint32_t y = 16; y < 32; ++y)
-        for (std::uint32_t x = 16; x < 32; ++x) ASSERT_NEAR(film.mean(x, y, c), albedo[c], 2e-6) << name_of(sampling) << " " << x << "," << y;
+        for (std::uint32_t x = 16; x < 32; ++x)
+          ASSERT_NEAR(film.mean(x, y, c), albedo[c], 2e-6) << name_of(sampling) << " " << x << "," << y;
   }
   settings.light_sampling = LightSampling::hemisphere;
   settings.sample_end = 256;
@@ -177,9 +183,11 @@ TEST(Analytic, N16_closed_box_absorbs_what_it_emits) {
     Primitive box, wall;
     add_box(box, glm::vec3(-1), glm::vec3(1), true);
     // add_box makes the faces in this order, four points each.
-    for (std::size_t k = 0; k < 4; ++k) wall.positions_object.push_back(box.positions_object[4 * static_cast<std::size_t>(i) + k]);
+    for (std::size_t k = 0; k < 4; ++k)
+      wall.positions_object.push_back(box.positions_object[4 * static_cast<std::size_t>(i) + k]);
     wall.indices = {0, 1, 2, 0, 2, 3};
-    add_mesh(scene, "wall " + std::to_string(i), std::move(wall), lambert(static_cast<float>(albedo[i]), i == 3 ? 1.0F : 0.0F));
+    add_mesh(scene, "wall " + std::to_string(i), std::move(wall),
+             lambert(static_cast<float>(albedo[i]), i == 3 ? 1.0F : 0.0F));
   }
   double absorbed = 0, variance = 0;
   for (int i = 0; i < 6; ++i) {
@@ -212,11 +220,16 @@ TEST(Analytic, L16_fifty_thousand_lights_of_powers_twenty_decades_apart) {
     }
     return 0.5 * std::abs(sum.y);
   };
-  const auto emission_of = [](std::uint32_t kind) { return kind == 0 ? 0.0F : static_cast<float>(std::pow(10.0, 0.5 * kind - 10.25)); };
+  const auto emission_of = [](std::uint32_t kind) {
+    return kind == 0 ? 0.0F : static_cast<float>(std::pow(10.0, 0.5 * kind - 10.25));
+  };
   for (int j = 0; j < side; ++j)
     for (int i = 0; i < side; ++i) {
-      const auto at = [&](int x, int z) { return glm::vec3(static_cast<float>(x) / side - 0.5F, 1, static_cast<float>(z) / side - 0.5F); };
-      const glm::vec3 corners[2][3] = {{at(i, j), at(i + 1, j), at(i + 1, j + 1)}, {at(i, j), at(i + 1, j + 1), at(i, j + 1)}};
+      const auto at = [&](int x, int z) {
+        return glm::vec3(static_cast<float>(x) / side - 0.5F, 1, static_cast<float>(z) / side - 0.5F);
+      };
+      const glm::vec3 corners[2][3] = {{at(i, j), at(i + 1, j), at(i + 1, j + 1)},
+                                       {at(i, j), at(i + 1, j + 1), at(i, j + 1)}};
       for (const auto& t : corners) {
         state = state * 1664525U + 1013904223U;
         const std::uint32_t kind = (state >> 8) % kinds;
@@ -225,7 +238,8 @@ TEST(Analytic, L16_fifty_thousand_lights_of_powers_twenty_decades_apart) {
         expected += static_cast<double>(emission_of(kind)) * irradiance(exact);
       }
     }
-  for (std::uint32_t kind = 0; kind < kinds; ++kind) add_mesh(scene, "light " + std::to_string(kind), std::move(parts[kind]), lambert(0, emission_of(kind)));
+  for (std::uint32_t kind = 0; kind < kinds; ++kind)
+    add_mesh(scene, "light " + std::to_string(kind), std::move(parts[kind]), lambert(0, emission_of(kind)));
   Primitive floor;
   add_quad(floor, {-0.01F, 0, 0.01F}, {0.02F, 0, 0}, {0, 0, -0.02F});
   add_mesh(scene, "floor", std::move(floor), lambert(1));
@@ -248,7 +262,8 @@ TEST(Analytic, N11_constant_scenes_are_constant_in_images_of_any_shape) {
     settings.camera.yfov_rad = width > height ? 1e-4 : 1.0;
     const Film film = film_of(furnace(0, 0.7F), settings);
     for (std::uint32_t y = 0; y < height; ++y)
-      for (std::uint32_t x = 0; x < width; ++x) ASSERT_NEAR(film.mean(x, y, 0), 0.7, 0.7e-6) << x << "," << y << " of " << width << "x" << height;
+      for (std::uint32_t x = 0; x < width; ++x)
+        ASSERT_NEAR(film.mean(x, y, 0), 0.7, 0.7e-6) << x << "," << y << " of " << width << "x" << height;
   }
 }
 

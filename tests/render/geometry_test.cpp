@@ -32,7 +32,8 @@ TEST(Geometry, G6_a_rectangle_sees_the_whole_sky_at_every_size) {
     for (double distance : {1.0, 1e-3}) {
       const glm::dvec3 middle = glm::dvec3(0.37 + 0.555, 0.21 + 0.11, 0.83 - 0.465) * size;
       settings.camera = look_at_camera(middle + glm::dvec3(0.1, 0.5, 0.2) * size * distance, middle, {0, 0, 1}, 0.5);
-      expect_constant(film_of(scene, settings), 0.5, "size " + std::to_string(size) + " from " + std::to_string(distance));
+      expect_constant(film_of(scene, settings), 0.5,
+                      "size " + std::to_string(size) + " from " + std::to_string(distance));
     }
   }
 }
@@ -42,7 +43,8 @@ TEST(Geometry, G7_a_far_sphere_has_no_rings) {
   add_mesh(scene, "ball", sphere({0, 0, 0}, 1, 32, false), lambert(0.5F));
   for (double distance : {10.0, 1e3, 1e5}) {
     Settings settings = sky(32, 16);
-    settings.camera = look_at_camera({0, 0.3 * distance, distance}, {0, 0, 0}, {0, 1, 0}, 1.2 / distance);  // inside the disc
+    settings.camera =
+        look_at_camera({0, 0.3 * distance, distance}, {0, 0, 0}, {0, 1, 0}, 1.2 / distance);  // inside the disc
     expect_constant(film_of(scene, settings), 0.5, "distance " + std::to_string(distance));
   }
 }
@@ -78,7 +80,8 @@ TEST(Geometry, G16_power_of_an_area_light_is_that_of_its_true_area) {
   add_triangle(quad, {0, 0, 0}, {0, 0, 1}, {1, 0, 1});
   Node& node = add_mesh(scene, "light", std::move(quad), lambert(0, 3));
   // A shear through parents with scales (1, 1e-3, 1e3).
-  node.world_from_object = glm::rotate(glm::dmat4(1), 0.7, {1.0, 2.0, 3.0}) * glm::scale(glm::dmat4(1), {1.0, 1e-3, 1e3}) *
+  node.world_from_object = glm::rotate(glm::dmat4(1), 0.7, {1.0, 2.0, 3.0}) *
+                           glm::scale(glm::dmat4(1), {1.0, 1e-3, 1e3}) *
                            glm::rotate(glm::dmat4(1), 0.4, {0.0, 0.3, 1.0});
   const glm::dmat3 m(node.world_from_object);
   const double area = glm::length(glm::cross(m * glm::dvec3(1, 0, 0), m * glm::dvec3(0, 1, 0))) +
@@ -137,7 +140,8 @@ TEST(Geometry, G17_a_mirrored_light_emits_from_its_mirrored_front) {
 TEST(Geometry, G18_a_flat_node_is_a_flat_object) {
   Scene scene;
   Node& node = add_mesh(scene, "pancake", sphere({0, 0, 0}, 1, 16, false), lambert(0.5F));
-  node.world_from_object = glm::rotate(glm::dmat4(1), 0.3, {0.2, 0.1, 1.0}) * glm::scale(glm::dmat4(1), {1.0, 0.0, 1.0});
+  node.world_from_object =
+      glm::rotate(glm::dmat4(1), 0.3, {0.2, 0.1, 1.0}) * glm::scale(glm::dmat4(1), {1.0, 0.0, 1.0});
   Settings settings = sky(24, 16);
   settings.camera = look_at_camera({0, 4, 0}, {0, 0, 0}, {0, 0, 1}, 0.3);
   expect_constant(film_of(scene, settings), 0.5, "flat");

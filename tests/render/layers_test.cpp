@@ -74,8 +74,10 @@ TEST(Layers, depth_is_the_mean_over_the_samples_that_hit) {
     for (std::uint32_t x = 0; x < 31; ++x) {
       const double hit = to_double(film.total(x, y, hits));
       edges += hit > 0 && hit < 8 ? 1 : 0;
-      if (hit > 0) EXPECT_NEAR(seen.at("depth.Z", x, y), 2, 0.03) << x << "," << y;
-      else EXPECT_TRUE(std::isinf(seen.at("depth.Z", x, y)));
+      if (hit > 0)
+        EXPECT_NEAR(seen.at("depth.Z", x, y), 2, 0.03) << x << "," << y;
+      else
+        EXPECT_TRUE(std::isinf(seen.at("depth.Z", x, y)));
     }
   EXPECT_GT(edges, 4);
 }
@@ -88,12 +90,15 @@ TEST(Replay, of_a_sample_is_what_the_film_has_of_it) {
       Execution execution;
       execution.chunked = chunked;
       std::vector<PathVertex> vertices;
-      const glm::vec3 radiance = replay_path(scene, settings, execution, x, y, sample, [&](const PathVertex& v) { vertices.push_back(v); });
+      const glm::vec3 radiance =
+          replay_path(scene, settings, execution, x, y, sample, [&](const PathVertex& v) { vertices.push_back(v); });
       settings.crop = {x, y, x + 1, y + 1};
       settings.sample_begin = sample;
       settings.sample_end = sample + 1;
       const Film film = film_of(scene, settings, execution);
-      for (int c = 0; c < 3; ++c) EXPECT_EQ(to_fixed(radiance[c]), film.total(x, y, static_cast<std::uint32_t>(c))) << x << "," << y << " sample " << sample;
+      for (int c = 0; c < 3; ++c)
+        EXPECT_EQ(to_fixed(radiance[c]), film.total(x, y, static_cast<std::uint32_t>(c)))
+            << x << "," << y << " sample " << sample;
       ASSERT_FALSE(vertices.empty());
       EXPECT_EQ(vertices[0].depth, 1U);
       EXPECT_EQ(vertices[0].origin, glm::vec3(glm::dvec3(settings.camera.world_from_camera[3])));
@@ -138,14 +143,18 @@ void expect_left_out(const std::pair<Scene, Settings>& made, bool finite) {
   EXPECT_EQ(report.samples, 64U * 64U);
   ASSERT_FALSE(report.rejected.empty());
   for (const RejectedSample& sample : report.rejected) {
-    const glm::vec3 radiance = replay_path(scene, settings, {}, sample.x, sample.y, sample.sample, [](const PathVertex&) {});
-    EXPECT_FALSE(fits_film(radiance.x) && fits_film(radiance.y) && fits_film(radiance.z)) << sample.x << "," << sample.y << " sample " << sample.sample;
+    const glm::vec3 radiance =
+        replay_path(scene, settings, {}, sample.x, sample.y, sample.sample, [](const PathVertex&) {});
+    EXPECT_FALSE(fits_film(radiance.x) && fits_film(radiance.y) && fits_film(radiance.z))
+        << sample.x << "," << sample.y << " sample " << sample.sample;
   }
 }
 
 TEST(Rejected, N12_samples_beyond_the_film_are_counted_named_and_left_out) { expect_left_out(glaring(1e25F, 0), true); }
 
-TEST(Rejected, N12_samples_that_are_not_finite_are_counted_named_and_left_out) { expect_left_out(glaring(3.4e38F, 0.9F), false); }
+TEST(Rejected, N12_samples_that_are_not_finite_are_counted_named_and_left_out) {
+  expect_left_out(glaring(3.4e38F, 0.9F), false);
+}
 
 TEST(Rejected, N12_a_sample_left_out_leaves_the_others_as_they_are) {
   const auto [scene, settings] = glaring(1e25F, 0);

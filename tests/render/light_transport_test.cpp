@@ -40,7 +40,8 @@ TEST(LightTransport, every_way_of_finding_light_has_the_same_mean) {
       for (std::uint32_t q = 0; q < 4; ++q)
         for (std::uint32_t c = 0; c < 3; ++c)
           EXPECT_TRUE(agree(mean_of(mis, c, quadrant(side, q)), mean_of(other, c, quadrant(side, q)), comparisons))
-              << "lit by " << light.name << ", sampling " << static_cast<int>(sampling) << ", quadrant " << q << ", channel " << c;
+              << "lit by " << light.name << ", sampling " << static_cast<int>(sampling) << ", quadrant " << q
+              << ", channel " << c;
     }
   }
 }

@@ -34,7 +34,8 @@ TEST(SameBits, twice) {
 TEST(SameBits, N5_any_crop_is_the_window_of_the_full_frame) {
   const auto [scene, settings] = subject();
   const Film whole = film_of(scene, settings);
-  for (const Crop crop : {Crop{0, 0, 1, 1}, Crop{40, 26, 41, 27}, Crop{7, 3, 20, 16}, Crop{13, 0, 14, 27}, Crop{0, 5, 41, 6}, Crop{1, 1, 40, 26}})
+  for (const Crop crop : {Crop{0, 0, 1, 1}, Crop{40, 26, 41, 27}, Crop{7, 3, 20, 16}, Crop{13, 0, 14, 27},
+                          Crop{0, 5, 41, 6}, Crop{1, 1, 40, 26}})
     EXPECT_TRUE(same_window(whole, part_of(scene, settings, crop, 0, kSpp))) << crop.x0 << "," << crop.y0;
 }
 
@@ -43,7 +44,9 @@ TEST(SameBits, N4_any_split_of_samples_adds_up_in_any_order) {
   Settings settings = base;
   settings.width = 16, settings.height = 8;
   settings.crop = {0, 0, 16, 8};
-  const auto samples = [&](std::uint64_t begin, std::uint64_t end) { return part_of(scene, settings, settings.crop, begin, end); };
+  const auto samples = [&](std::uint64_t begin, std::uint64_t end) {
+    return part_of(scene, settings, settings.crop, begin, end);
+  };
   const auto sum = [&](std::initializer_list<const Film*> parts) {
     Film film((*parts.begin())->layout());
     for (const Film* part : parts) film.add(*part);
@@ -76,11 +79,13 @@ TEST(SameBits, N5_any_pool_chunk_and_block_on_chunks) {
   struct Cut {
     std::uint32_t pool, chunk, block;
   };
-  for (const Cut cut : {Cut{1024, 1024, 64}, Cut{64, 16, 5}, Cut{1U << 20, 1024, 64}, Cut{4096, 1024, 1}, Cut{3000, 48, 17}}) {
+  for (const Cut cut :
+       {Cut{1024, 1024, 64}, Cut{64, 16, 5}, Cut{1U << 20, 1024, 64}, Cut{4096, 1024, 1}, Cut{3000, 48, 17}}) {
     Execution execution;
     execution.chunked = true;
     execution.pool = cut.pool, execution.chunk = cut.chunk, execution.block = cut.block;
-    EXPECT_TRUE(same_film(expected, film_of(scene, settings, execution))) << "pool " << cut.pool << " chunk " << cut.chunk << " block " << cut.block;
+    EXPECT_TRUE(same_film(expected, film_of(scene, settings, execution)))
+        << "pool " << cut.pool << " chunk " << cut.chunk << " block " << cut.block;
   }
 }
 
@@ -94,7 +99,8 @@ TEST(SameBits, N5_any_pool_and_block_on_queues) {
     Execution execution;
     execution.chunked = false;
     execution.pool = cut.pool, execution.block = cut.block;
-    EXPECT_TRUE(same_film(expected, film_of(scene, settings, execution))) << "pool " << cut.pool << " block " << cut.block;
+    EXPECT_TRUE(same_film(expected, film_of(scene, settings, execution)))
+        << "pool " << cut.pool << " block " << cut.block;
   }
 }
 
@@ -117,8 +123,9 @@ TEST(SameBits, any_lane_width_order_of_paths_and_tree) {
     const char* accel;
     const char* layout;
   };
-  for (const How how : {How{16, true, "bvh", "bvh8"}, How{8, true, "bvh", "bvh8"}, How{16, true, "bvh", "bvh2"}, How{8, true, "none", ""},
-                        How{1, false, "bvh", "bvh2"}, How{1, false, "bvh", "bvh8"}, How{1, false, "none", ""}, How{1, true, "bvh", "bvh2"}}) {
+  for (const How how : {How{16, true, "bvh", "bvh8"}, How{8, true, "bvh", "bvh8"}, How{16, true, "bvh", "bvh2"},
+                        How{8, true, "none", ""}, How{1, false, "bvh", "bvh2"}, How{1, false, "bvh", "bvh8"},
+                        How{1, false, "none", ""}, How{1, true, "bvh", "bvh2"}}) {
     Execution execution;
     execution.lanes = how.lanes, execution.chunked = how.chunked;
     execution.accel = how.accel, execution.layout = how.layout;
@@ -182,7 +189,8 @@ TEST(SameBits, G17_a_mirrored_node_is_the_mirrored_mesh) {
       for (glm::vec3& p : primitive.positions_object) p = glm::vec3(mirror * node.world_from_object * glm::dvec4(p, 1));
       const glm::dmat3 to_world = glm::transpose(glm::inverse(glm::dmat3(mirror * node.world_from_object)));
       for (glm::vec3& n : primitive.normals_object) n = glm::vec3(glm::normalize(to_world * glm::dvec3(n)));
-      for (std::size_t i = 0; i < primitive.indices.size(); i += 3) std::swap(primitive.indices[i + 1], primitive.indices[i + 2]);
+      for (std::size_t i = 0; i < primitive.indices.size(); i += 3)
+        std::swap(primitive.indices[i + 1], primitive.indices[i + 2]);
     }
     node.world_from_object = glm::dmat4(1);
   }

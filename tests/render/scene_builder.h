@@ -43,7 +43,8 @@ inline Primitive sphere(glm::vec3 center, float radius, std::uint32_t rings, boo
   for (std::uint32_t i = 0; i < rings; ++i)
     for (std::uint32_t j = 0; j < columns; ++j) {
       const std::uint32_t next = (j + 1) % columns;
-      const std::uint32_t a = i * columns + j, b = i * columns + next, c = (i + 1) * columns + next, d = (i + 1) * columns + j;
+      const std::uint32_t a = i * columns + j, b = i * columns + next, c = (i + 1) * columns + next,
+                          d = (i + 1) * columns + j;
       if (i != 0) add(a, b, c);
       if (i + 1 != rings) add(a, c, d);
     }
@@ -57,10 +58,10 @@ inline Primitive sphere(glm::vec3 center, float radius, std::uint32_t rings, boo
 inline std::pair<Scene, Settings> room(std::uint32_t width, std::uint32_t height, std::uint64_t spp) {
   Scene scene;
   Primitive white, red, block, lamp;
-  add_quad(white, {-1, -1, 1}, {2, 0, 0}, {0, 0, -2});   // floor
-  add_quad(white, {-1, 1, -1}, {2, 0, 0}, {0, 0, 2});    // ceiling
-  add_quad(white, {-1, -1, -1}, {2, 0, 0}, {0, 2, 0});   // back
-  add_quad(red, {-1, -1, 1}, {0, 0, -2}, {0, 2, 0});     // left; the right side and the front are open
+  add_quad(white, {-1, -1, 1}, {2, 0, 0}, {0, 0, -2});  // floor
+  add_quad(white, {-1, 1, -1}, {2, 0, 0}, {0, 0, 2});   // ceiling
+  add_quad(white, {-1, -1, -1}, {2, 0, 0}, {0, 2, 0});  // back
+  add_quad(red, {-1, -1, 1}, {0, 0, -2}, {0, 2, 0});    // left; the right side and the front are open
   add_quad(lamp, {-0.3F, 0.95F, -0.2F}, {0.5F, 0, 0}, {0, 0, 0.6F});
   add_box(block, glm::vec3(-0.3F), glm::vec3(0.3F), false);
   add_mesh(scene, "white", std::move(white), lambert(0.75F));
@@ -68,8 +69,9 @@ inline std::pair<Scene, Settings> room(std::uint32_t width, std::uint32_t height
   add_mesh(scene, "lamp", std::move(lamp), lambert({0.2F, 0.3F, 0.4F}, {9, 7, 4}));
   add_mesh(scene, "ball", sphere({0.4F, -0.6F, 0.2F}, 0.35F, 8, false, true), lambert({0.3F, 0.5F, 0.8F}));
   Node& turned = add_mesh(scene, "block", std::move(block), lambert({0.7F, 0.6F, 0.2F}));
-  turned.world_from_object = glm::rotate(glm::translate(glm::dmat4(1), {-0.4, -0.5, -0.3}), 0.5, glm::dvec3(0.1, 1, 0.05)) *
-                             glm::scale(glm::dmat4(1), {1.0, 1.6, 0.8});
+  turned.world_from_object =
+      glm::rotate(glm::translate(glm::dmat4(1), {-0.4, -0.5, -0.3}), 0.5, glm::dvec3(0.1, 1, 0.05)) *
+      glm::scale(glm::dmat4(1), {1.0, 1.6, 0.8});
   Settings settings = settings_for(width, height, spp);
   settings.camera = look_at_camera({0.3, 0.1, 2.6}, {0, -0.1, 0}, {0, 1, 0}, 0.85);
   settings.environment.radiance = {0.3F, 0.4F, 0.6F};
@@ -78,7 +80,8 @@ inline std::pair<Scene, Settings> room(std::uint32_t width, std::uint32_t height
 
 /// The scene and its camera times `factor`.
 inline std::pair<Scene, Settings> times(std::pair<Scene, Settings> original, double factor) {
-  for (Node& node : original.first.nodes) node.world_from_object = glm::scale(glm::dmat4(1), glm::dvec3(factor)) * node.world_from_object;
+  for (Node& node : original.first.nodes)
+    node.world_from_object = glm::scale(glm::dmat4(1), glm::dvec3(factor)) * node.world_from_object;
   glm::dmat4& camera = original.second.camera.world_from_camera;
   camera[3] = glm::dvec4(glm::dvec3(camera[3]) * factor, 1);
   return original;
@@ -107,13 +110,13 @@ inline ::testing::AssertionResult same_window(const Film& whole, const Film& par
     for (std::uint32_t x = crop.x0; x < crop.x1; ++x)
       for (std::uint32_t r = 0; r < part.layout().replicates; ++r) {
         if (whole.count(x, y, r) != part.count(x, y, r))
-          return ::testing::AssertionFailure() << "pixel " << x << "," << y << ": " << whole.count(x, y, r) << " samples, not "
-                                               << part.count(x, y, r) << ", in replicate " << r;
+          return ::testing::AssertionFailure() << "pixel " << x << "," << y << ": " << whole.count(x, y, r)
+                                               << " samples, not " << part.count(x, y, r) << ", in replicate " << r;
         for (std::uint32_t c = 0; c < part.layout().channels.size(); ++c)
           if (whole.sum(x, y, r, c) != part.sum(x, y, r, c))
             return ::testing::AssertionFailure()
-                   << "pixel " << x << "," << y << " channel " << part.layout().channels[c] << " replicate " << r << ": "
-                   << to_double(whole.sum(x, y, r, c)) << " against " << to_double(part.sum(x, y, r, c));
+                   << "pixel " << x << "," << y << " channel " << part.layout().channels[c] << " replicate " << r
+                   << ": " << to_double(whole.sum(x, y, r, c)) << " against " << to_double(part.sum(x, y, r, c));
       }
   return ::testing::AssertionSuccess();
 }
@@ -141,7 +144,9 @@ inline MeanAndError mean_of(const Film& film, std::uint32_t channel, Crop window
   const double n = static_cast<double>(window.pixel_count());
   return {sum / n, std::sqrt(variance) / n};
 }
-inline MeanAndError mean_of(const Film& film, std::uint32_t channel = 0) { return mean_of(film, channel, film.layout().crop); }
+inline MeanAndError mean_of(const Film& film, std::uint32_t channel = 0) {
+  return mean_of(film, channel, film.layout().crop);
+}
 
 /// |z| that a standard normal variable exceeds with probability `significance` in at least one of `comparisons` [Sidak 1967].
 inline double z_bound(int comparisons, double significance = 0.01) {
@@ -158,13 +163,15 @@ inline double z_bound(int comparisons, double significance = 0.01) {
 inline constexpr double kRounding = 4e-6;
 
 /// Accepts `found` as `expected` at significance 1 % over `comparisons` of the test.
-inline ::testing::AssertionResult agrees(const MeanAndError& found, double expected, int comparisons, double rounding = kRounding) {
+inline ::testing::AssertionResult agrees(const MeanAndError& found, double expected, int comparisons,
+                                         double rounding = kRounding) {
   const double tolerance = z_bound(comparisons) * found.sigma + rounding * std::abs(expected);
   // A test with an error bar as wide as the answer proves nothing.
-  if (!(tolerance < 0.1 * std::abs(expected))) return ::testing::AssertionFailure() << "tolerance " << tolerance << " of " << expected << ": more samples";
+  if (!(tolerance < 0.1 * std::abs(expected)))
+    return ::testing::AssertionFailure() << "tolerance " << tolerance << " of " << expected << ": more samples";
   if (std::abs(found.mean - expected) <= tolerance) return ::testing::AssertionSuccess();
-  return ::testing::AssertionFailure() << found.mean << " against " << expected << ": off by " << (found.mean - expected)
-                                       << ", tolerance " << tolerance;
+  return ::testing::AssertionFailure() << found.mean << " against " << expected << ": off by "
+                                       << (found.mean - expected) << ", tolerance " << tolerance;
 }
 
 /// Accepts that two independent estimates have one expectation.
@@ -172,7 +179,9 @@ inline ::testing::AssertionResult agree(const MeanAndError& a, const MeanAndErro
   return agrees({a.mean, std::hypot(a.sigma, b.sigma)}, b.mean, comparisons);
 }
 
-inline Scene load_shipped(const std::string& name) { return load_scene(std::string(EIKON_SOURCE_DIR) + "/scenes/" + name); }
+inline Scene load_shipped(const std::string& name) {
+  return load_scene(std::string(EIKON_SOURCE_DIR) + "/scenes/" + name);
+}
 
 /// The scene's own camera and environment.
 inline Settings settings_of(const Scene& scene, std::uint32_t side, std::uint64_t spp) {

@@ -30,11 +30,11 @@ struct Box {
 struct Walk {
   const Accel& accel;
   const Soup& soup;
-  std::vector<int> seen;       // per triangle: in how many leaves
-  std::uint32_t deepest = 0;   // levels of nodes
-  std::uint32_t stack = 0;     // most entries that can wait
+  std::vector<int> seen;      // per triangle: in how many leaves
+  std::uint32_t deepest = 0;  // levels of nodes
+  std::uint32_t stack = 0;    // most entries that can wait
   std::uint64_t nodes = 0;
-  bool boxes_hold = true;      // every triangle inside the boxes of all its ancestors
+  bool boxes_hold = true;  // every triangle inside the boxes of all its ancestors
 
   Walk(const Accel& a, const Soup& s) : accel(a), soup(s), seen(s.size() / 9, 0) { node(0, 1, 0, {}); }
 
@@ -96,8 +96,8 @@ class Tree : public testing::TestWithParam<const char*> {};
 INSTANTIATE_TEST_SUITE_P(Layouts, Tree, testing::Values("bvh8", "bvh2"), [](const auto& p) { return p.param; });
 
 TEST_P(Tree, holds_every_triangle_once_inside_the_boxes_of_its_ancestors) {
-  for (const Soup& soup : {fixtures::scattered(5000, 3.0F, 1), fixtures::scattered(7, 1.0F, 2), fixtures::scattered(9, 1e8F, 3),
-                           fixtures::scattered(2, 1e-8F, 4)}) {
+  for (const Soup& soup : {fixtures::scattered(5000, 3.0F, 1), fixtures::scattered(7, 1.0F, 2),
+                           fixtures::scattered(9, 1e8F, 3), fixtures::scattered(2, 1e-8F, 4)}) {
     const Accel accel = build(soup, GetParam());
     const Walk walk(accel, soup);
     EXPECT_TRUE(std::all_of(walk.seen.begin(), walk.seen.end(), [](int n) { return n == 1; }));
@@ -108,7 +108,8 @@ TEST_P(Tree, holds_every_triangle_once_inside_the_boxes_of_its_ancestors) {
 
 TEST_P(Tree, is_the_same_to_the_bit_for_any_number_of_threads) {
   const Soup soup = fixtures::scattered(150'000, 10.0F, 5);  // enough for the parallel paths of the builder
-  const tbb::global_control allow(tbb::global_control::max_allowed_parallelism, 4);  // also on a machine with fewer cores
+  const tbb::global_control allow(tbb::global_control::max_allowed_parallelism,
+                                  4);  // also on a machine with fewer cores
   const Accel one = build(soup, GetParam(), 1);
   for (unsigned threads : {2U, 4U}) {
     const Accel more = build(soup, GetParam(), threads);
@@ -159,8 +160,8 @@ TEST_P(Tree, G15_one_triangle_and_none_make_a_tree) {
 
 TEST_P(Tree, G11_triangles_without_area_are_left_out) {
   Soup soup = fixtures::scattered(100, 1.0F, 7);
-  fixtures::add_triangle(soup, {1, 2, 3}, {1, 2, 3}, {1, 2, 3});     // a point
-  fixtures::add_triangle(soup, {1, 2, 3}, {4, 5, 6}, {1, 2, 3});     // a repeated corner
+  fixtures::add_triangle(soup, {1, 2, 3}, {1, 2, 3}, {1, 2, 3});        // a point
+  fixtures::add_triangle(soup, {1, 2, 3}, {4, 5, 6}, {1, 2, 3});        // a repeated corner
   fixtures::add_triangle(soup, {0, 0, 0}, {1, 1, 1}, {0.5, 0.5, 0.5});  // collinear
   const float nan = std::numeric_limits<float>::quiet_NaN(), inf = std::numeric_limits<float>::infinity();
   fixtures::add_triangle(soup, {0, 0, 0}, {1, nan, 1}, {0, 1, 0});

@@ -20,7 +20,8 @@ using testing::TemporaryFolder;
 
 Image constant(std::uint32_t width, std::uint32_t height, float value) {
   const std::vector<float> plane(std::size_t{width} * height, value);
-  return {.width = width, .height = height, .channels = {"R", "G", "B"}, .planes = {plane, plane, plane}, .metadata = {}};
+  return {
+      .width = width, .height = height, .channels = {"R", "G", "B"}, .planes = {plane, plane, plane}, .metadata = {}};
 }
 
 /// Radiances over six orders of magnitude; a few negative.
@@ -80,8 +81,8 @@ print(repr(float((d * d).mean())), repr(float((d * d / (r * r + 1e-2)).mean())),
     }
     write_raw(folder / "test", test);
     write_raw(folder / "reference", reference);
-    const std::string command = "/usr/bin/python3 " + (folder / "metrics.py").string() + " " + (folder / "test").string() +
-                                " " + (folder / "reference").string();
+    const std::string command = "/usr/bin/python3 " + (folder / "metrics.py").string() + " " +
+                                (folder / "test").string() + " " + (folder / "reference").string();
     const std::unique_ptr<std::FILE, int (*)(std::FILE*)> pipe(popen(command.c_str(), "r"), pclose);
     ASSERT_TRUE(pipe);
     double mse = 0, relmse = 0, mape = 0, ratio = 0;

@@ -107,7 +107,8 @@ TEST(PredictedError, N15_the_interval_covers_the_truth_with_eight_replicates) {
 }
 
 TEST(PredictedError, is_within_15_percent_when_pixels_have_nothing_to_do_with_their_neighbours) {
-  const Coverage c = measure([](auto x, auto y) { return normal(unrelated(x, y), 0.5 * unrelated(x, y)); }, 24, 2, 8, 3);
+  const Coverage c =
+      measure([](auto x, auto y) { return normal(unrelated(x, y), 0.5 * unrelated(x, y)); }, 24, 2, 8, 3);
   EXPECT_NEAR(c.mean_ratio, 1, 0.15);
 }
 
@@ -171,7 +172,8 @@ TEST(VarianceOfMean, N15_is_unbiased_for_equal_and_unequal_counts) {
       Film film(small_layout(1, 1, 4));
       for (std::uint32_t r = 0; r < 4; ++r) {
         int128 sum = 0;
-        for (std::uint64_t i = 0; i < counts[r]; ++i) sum += to_fixed(std::uniform_real_distribution<float>(0, 1)(random));
+        for (std::uint64_t i = 0; i < counts[r]; ++i)
+          sum += to_fixed(std::uniform_real_distribution<float>(0, 1)(random));
         film.set(0, 0, r, 1, sum);
         film.set_count(0, 0, r, counts[r]);
       }

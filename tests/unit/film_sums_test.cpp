@@ -9,28 +9,16 @@
 
 #include "core/error.h"
 #include "film_builder.h"
+#include "render/analytic_scenes.h"
 
 namespace eikon {
 namespace {
 
-using testing::UnitBuilder;
 using testing::random_film;
 using testing::small_layout;
+using testing::UnitBuilder;
 
 constexpr int128 kOne = int128{1} << 64;
-
-bool same(const Film& a, const Film& b) {
-  if (a.layout() != b.layout()) return false;
-  const Crop& crop = a.layout().crop;
-  for (std::uint32_t y = crop.y0; y < crop.y1; ++y)
-    for (std::uint32_t x = crop.x0; x < crop.x1; ++x)
-      for (std::uint32_t r = 0; r < a.layout().replicates; ++r) {
-        if (a.count(x, y, r) != b.count(x, y, r)) return false;
-        for (std::uint32_t c = 0; c < a.layout().channels.size(); ++c)
-          if (a.sum(x, y, r, c) != b.sum(x, y, r, c)) return false;
-      }
-  return true;
-}
 
 /// A pure function of its arguments, over 40 orders of magnitude and both signs.
 float sample_value(std::uint32_t pixel, std::uint64_t sample, std::uint32_t channel) {
@@ -159,7 +147,7 @@ TEST(Film, N4_any_split_in_any_order_gives_the_same_bits) {
     Film first(layout), second(layout);
     for (std::size_t i = 0; i < units.size(); ++i) (i % 3 == 0 ? first : second).add(units[i].sums());
     first.add(second);
-    ASSERT_TRUE(same(first, whole)) << "run " << run;
+    ASSERT_TRUE(same_bits(first, whole)) << "run " << run;
   }
 }
 

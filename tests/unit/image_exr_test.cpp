@@ -14,14 +14,15 @@
 namespace eikon {
 namespace {
 
-using testing::TemporaryFolder;
 using testing::random_film;
 using testing::read_bytes;
 using testing::small_layout;
+using testing::TemporaryFolder;
 
 FilmLayout full_layout() {
   FilmLayout layout{.width = 40, .height = 50, .crop = {3, 7, 31, 44}, .replicates = 2};
-  for (const char* name : {"albedo.R", "albedo.G", "albedo.B", "normal.X", "normal.Y", "normal.Z", "depth.sum", "depth.hits", "id"})
+  for (const char* name :
+       {"albedo.R", "albedo.G", "albedo.B", "normal.X", "normal.Y", "normal.Z", "depth.sum", "depth.hits", "id"})
     layout.channels.emplace_back(name);
   return layout;
 }
@@ -92,7 +93,8 @@ TEST(Exr, the_picture_holds_the_means_and_the_layers_of_the_crop) {
 TEST(Exr, metadata_come_back) {
   const TemporaryFolder folder;
   Metadata metadata;
-  metadata.strings = {{"scene", "cornell \"box\".gltf"}, {"empty", ""}, {"a.name.longer.than.thirty-one.characters", "x"}};
+  metadata.strings = {
+      {"scene", "cornell \"box\".gltf"}, {"empty", ""}, {"a.name.longer.than.thirty-one.characters", "x"}};
   metadata.numbers = {{"seconds", 1.0 / 3.0}, {"samples", 64}};
   metadata.matrices["worldToCamera"] = {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16};
   metadata.matrices["object"] = std::vector<double>(16, 0.5);

@@ -20,9 +20,9 @@
 namespace eikon {
 namespace {
 
-using testing::TemporaryFolder;
 using testing::read_bytes;
 using testing::small_layout;
+using testing::TemporaryFolder;
 
 void write_bytes(const std::filesystem::path& path, const std::string& bytes) {
   std::ofstream(path, std::ios::binary) << bytes;
@@ -131,7 +131,8 @@ TEST(HostileExr, a_plain_picture_is_no_film) {
 
 /// R as half, G as float, B as uint, with a data window that does not begin at 0.
 Imf::Header foreign_header() {
-  Imf::Header header(Imath::Box2i(Imath::V2i(0, 0), Imath::V2i(99, 99)), Imath::Box2i(Imath::V2i(-3, 5), Imath::V2i(16, 24)));
+  Imf::Header header(Imath::Box2i(Imath::V2i(0, 0), Imath::V2i(99, 99)),
+                     Imath::Box2i(Imath::V2i(-3, 5), Imath::V2i(16, 24)));
   header.channels().insert("R", Imf::Channel(Imf::HALF));
   header.channels().insert("G", Imf::Channel(Imf::FLOAT));
   header.channels().insert("B", Imf::Channel(Imf::UINT));
@@ -145,7 +146,8 @@ struct ForeignPixels {
   Imf::FrameBuffer buffer;
 
   ForeignPixels() {
-    for (unsigned i = 0; i < 400; ++i) r[i] = half(0.5f * static_cast<float>(i)), g[i] = -0.1f * static_cast<float>(i), b[i] = i;
+    for (unsigned i = 0; i < 400; ++i)
+      r[i] = half(0.5f * static_cast<float>(i)), g[i] = -0.1f * static_cast<float>(i), b[i] = i;
     const Imath::Box2i window = foreign_header().dataWindow();
     buffer.insert("R", Imf::Slice::Make(Imf::HALF, r.data(), window));
     buffer.insert("G", Imf::Slice::Make(Imf::FLOAT, g.data(), window));
@@ -167,8 +169,8 @@ TEST(Exr, files_of_other_programs_are_read_whatever_their_layout_type_and_compre
   const TemporaryFolder folder;
   const auto path = folder / "foreign.exr";
   const ForeignPixels pixels;
-  for (const Imf::Compression compression : {Imf::NO_COMPRESSION, Imf::RLE_COMPRESSION, Imf::ZIPS_COMPRESSION,
-                                             Imf::ZIP_COMPRESSION, Imf::PIZ_COMPRESSION}) {
+  for (const Imf::Compression compression :
+       {Imf::NO_COMPRESSION, Imf::RLE_COMPRESSION, Imf::ZIPS_COMPRESSION, Imf::ZIP_COMPRESSION, Imf::PIZ_COMPRESSION}) {
     Imf::Header header = foreign_header();
     header.compression() = compression;
     {

@@ -88,7 +88,8 @@ TEST(Units, pixels_come_in_4_by_4_tiles) {
   ASSERT_EQ(pixels.size(), 64U);
   for (std::size_t first = 0; first < 64; first += 16) {
     std::set<std::uint32_t> tiles;
-    for (std::size_t i = first; i < first + 16; ++i) tiles.insert(((pixels[i] & 0xffff) / 4) | ((pixels[i] >> 16) / 4) << 16);
+    for (std::size_t i = first; i < first + 16; ++i)
+      tiles.insert(((pixels[i] & 0xffff) / 4) | ((pixels[i] >> 16) / 4) << 16);
     EXPECT_EQ(tiles.size(), 1U);
   }
 }
