@@ -27,6 +27,7 @@ std::shared_ptr<Program::Impl> build_program(cl_context context, cl_device_id de
   std::string flags = "-cl-std=CL1.2 -cl-kernel-arg-info";
   if (info.correctly_rounded_divide_sqrt) flags += " -cl-fp32-correctly-rounded-divide-sqrt";
   if (!options.optimise) flags += " -cl-opt-disable -DEK_OUT_OF_LINE -DEK_PORTABLE";
+  if (!options.extra_flags.empty()) flags += " " + options.extra_flags;
   std::string defines;
   for (const auto& [name, value] : options.defines) defines += fmt::format(" -D{}={}", name, value);
   flags += defines;

@@ -95,6 +95,7 @@ struct Wavefront::Impl {
   void compile(const Features& features, const Execution& execution) {
     ProgramOptions options;
     options.optimise = execution.optimise;
+    options.extra_flags = execution.extra_flags;
     options.defines = features.defines();
     options.defines["EK_WIDTH"] = std::to_string(config.lanes);
     options.defines["EK_CHUNKED"] = config.chunked ? "1" : "0";

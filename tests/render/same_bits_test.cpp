@@ -22,10 +22,15 @@ Film part_of(const Scene& scene, Settings settings, Crop crop, std::uint64_t beg
   return film_of(scene, settings);
 }
 
-TEST(SameBits, twice) {
+TEST(SameBits, N6_twice_on_every_device) {
   const auto [scene, settings] = subject();
   const Film once = film_of(scene, settings);
-  EXPECT_TRUE(same_film(once, film_of(scene, settings)));
+  for (const DeviceInfo& info : select_devices("all")) {
+    Execution execution;
+    execution.devices = std::to_string(info.index);
+    EXPECT_TRUE(same_film(once, film_of(scene, settings, execution))) << info.name;
+    EXPECT_TRUE(same_film(once, film_of(scene, settings, execution))) << info.name;
+  }
   Settings other = settings;
   other.seed = 1;
   EXPECT_FALSE(same_film(once, film_of(scene, other))) << "the comparison sees nothing";
