@@ -63,7 +63,7 @@ class Arguments {
 struct ProgramOptions {
   std::map<std::string, std::string> defines;
   bool optimise = true;     // false adds -cl-opt-disable (Oclgrind needs it)
-  std::string extra_flags;  // of the compiler; only tests give any, to stand in for a driver with loose arithmetic
+  std::string extra_flags = "";  // of the compiler; only tests give any, to stand in for a driver with loose arithmetic
 };
 
 /// A transfer under way; see Device::read_later.

@@ -46,7 +46,7 @@ struct Execution {
   std::uint32_t block = 128;           // largest side of a unit's pixel block
   unsigned threads = 0;                // of host-side work; 0: all
   bool optimise = true;                // false: -cl-opt-disable
-  std::string extra_flags;             // see ProgramOptions
+  std::string extra_flags = "";             // see ProgramOptions
   bool keep_spans = false;             // for --profile
 };
 
