@@ -195,13 +195,14 @@ def square_light():
     return gltf
 
 
-# Corners of the lights of the Nori renderer's test-direct.xml (polylum1, 2, 3, 5), and the radiance it lists for the
+# Corners of the lights of the Nori renderer's test-direct.xml (polylum1 to 5), and the radiance it lists for the
 # floor at the origin; Lambert's formula for a polygon gives the same numbers.
 NORI_TRIANGLES = {
     1: (0.0898394, [(-0.443432, 0.596366, 0.495985), (-0.320397, 0.0677699, -0.229359),
                     (0.0341197, 0.11415, -0.343049)]),
     2: (0.02292, [(0.461963, 0.397843, 0.412747), (-0.0381582, 0.851323, -0.156872), (0.195443, 0.891957, -0.260672)]),
     3: (0.0534198, [(0.100871, 0.289075, -0.422609), (-0.308386, 0.629587, 0.423966), (-0.373132, 0.237287, 0.351592)]),
+    4: (0.0205314, [(-0.17575, 0.639397, 0.151268), (0.318604, 0.732996, 0.459771), (0.139095, 0.294498, 0.478556)]),
     5: (0.26174, [(-0.17487, 0.447916, 0.367201), (-0.405259, 0.249607, -0.354079), (0.356029, 0.0918984, -0.132271)]),
 }
 

@@ -32,10 +32,10 @@ TEST(Analytic, L1_square_light_by_each_way_of_finding_it) {
 
 TEST(Analytic, L2_slanted_triangles_over_a_grey_floor) {
   const std::pair<int, double> known[] = {
-      {1, 0.0898394}, {2, 0.02292}, {3, 0.0534198}, {5, 0.26174}};  // six digits are given
+      {1, 0.0898394}, {2, 0.02292}, {3, 0.0534198}, {4, 0.0205314}, {5, 0.26174}};  // six digits are given
   for (const auto& [number, radiance] : known) {
     const Scene scene = load_shipped("nori_triangle_" + std::to_string(number) + ".gltf");
-    EXPECT_TRUE(agrees(mean_of(film_of(scene, settings_of(scene, 8, 1024))), radiance, 4, 5e-5)) << number;
+    EXPECT_TRUE(agrees(mean_of(film_of(scene, settings_of(scene, 8, 1024))), radiance, 5, 5e-5)) << number;
   }
 }
 
