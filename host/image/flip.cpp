@@ -110,8 +110,4 @@ std::optional<double> flip(const Image& test, const Image& reference) {
   return mean;
 }
 
-std::optional<double> flip(const std::filesystem::path& test, const std::filesystem::path& reference) {
-  return flip(read_exr(test), read_exr(reference));
-}
-
 }  // namespace eikon

@@ -89,7 +89,5 @@ Image difference_image(const Image& test, const Image& reference);
 /// of PATH); nothing when it is not installed or fails. Negative and non-finite values are given to it as 0.
 /// throws InputError as compare_images.
 std::optional<double> flip(const Image& test, const Image& reference);
-/// The same of two EXR files. throws InputError.
-std::optional<double> flip(const std::filesystem::path& test, const std::filesystem::path& reference);
 
 }  // namespace eikon

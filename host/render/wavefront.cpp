@@ -55,7 +55,7 @@ struct Wavefront::Impl {
   WavefrontConfig config;
   PathStateLayout state;
   Frame frame;
-  std::uint32_t replicates, channels, max_depth;
+  std::uint32_t replicates, channels;
   bool has_environment, has_shadow;
   Arguments arguments;
   std::map<std::string, Kernel> kernels;
@@ -78,7 +78,6 @@ struct Wavefront::Impl {
     frame = pack_frame(packed, settings);
     replicates = 1U << settings.replicate_bits;
     channels = std::uint32_t(features.film_channels().size());
-    max_depth = settings.max_depth;
     has_environment = features.has("environment");
     has_shadow = features.has("next_event");
     compile(features, execution);

@@ -2,7 +2,6 @@
 // Small glTF files made on the spot, for the tests of the loader.
 #pragma once
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cstring>
 #include <filesystem>
@@ -13,35 +12,12 @@
 
 #include "core/error.h"
 #include "scene/scene.h"
+#include "temporary_folder.h"
 
 namespace scene_test {
 
 using Json = nlohmann::json;
-
-/// A folder of its own for each object, removed with it.
-class TemporaryFolder {
- public:
-  TemporaryFolder() {
-    std::string name = (std::filesystem::temp_directory_path() / "eikon_scene_XXXXXX").string();
-    if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("mkdtemp failed");
-    path_ = name;
-  }
-  ~TemporaryFolder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-
-  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
-  std::filesystem::path write(const std::string& name, const std::string& bytes) const {
-    std::ofstream(path_ / name, std::ios::binary) << bytes;
-    return path_ / name;
-  }
-
- private:
-  std::filesystem::path path_;
-};
+using eikon::testing::TemporaryFolder;
 
 template <typename T>
 std::string bytes_of(const std::vector<T>& values) {
