@@ -122,13 +122,7 @@ void note_unsupported(const tinygltf::Model& model, const Json& document, std::s
 
 Material default_material(Notes& notes) {
   notes.unsupported(kMetallic, "the default material");
-  return {.name = "",
-          .base_color = glm::vec3{1.0F},
-          .metallic = 1.0F,
-          .roughness = 1.0F,
-          .specular = 1.0F,
-          .emission = glm::vec3{0.0F},
-          .double_sided = false};
+  return {};
 }
 
 }  // namespace eikon

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <glm/glm.hpp>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -13,9 +14,13 @@ namespace eikon {
 
 struct Primitive {
   std::vector<glm::vec3> positions_object;  // finite; each is a corner of some triangle
-  std::vector<glm::vec3> normals_object;    // one per position, unit; empty: flat shading by the triangle's own normal
-  std::vector<std::uint32_t> indices;       // three per triangle, each < positions_object.size()
-  std::uint32_t material = 0;               // index into Scene::materials
+  // Per position, or empty where the file has none and nothing needs one.
+  std::vector<glm::vec3> normals_object;   // unit; empty: flat shading by the triangle's own normal
+  std::vector<glm::vec2> uv[2];            // finite; texture coordinates 0 and 1
+  std::vector<glm::vec4> colors;           // COLOR_0: linear RGB in [0, 1] and opacity; multiplies the base colour
+  std::vector<glm::vec4> tangents_object;  // unit, and the sign of the bitangent; present where the material has a normal map
+  std::vector<std::uint32_t> indices;      // three per triangle, each < positions_object.size()
+  std::uint32_t material = 0;              // index into Scene::materials
 };
 
 struct Mesh {
@@ -31,25 +36,92 @@ struct Node {
   bool mirrored = false;  // determinant < 0: two corners of each triangle change places, so that front stays front
 };
 
+/// A decoded picture: 8 bits per channel, as the file has them.
+struct TextureImage {
+  std::string name;  // for messages: file name, or "image 3"
+  std::uint32_t width = 0, height = 0;
+  std::vector<std::uint32_t> rgba8;  // row-major from the top; R in the low byte
+};
+
+enum class Wrap { repeat, clamp, mirror };
+enum class TextureFilter { nearest, linear };
+
+/// One use of an image by a material: sampler, set of coordinates and KHR_texture_transform resolved.
+struct Texture {
+  std::uint32_t image = 0;  // index into Scene::images
+  std::uint32_t uv_set = 0;
+  Wrap wrap_u = Wrap::repeat, wrap_v = Wrap::repeat;
+  TextureFilter filter = TextureFilter::linear;
+  bool srgb = false;  // R, G, B are sRGB-encoded (colours); alpha never is
+  // Rows of the affine map from the mesh's (u, v, 1) to the image's, v down from the top.
+  glm::vec3 image_from_uv[2] = {{1.0F, 0.0F, 0.0F}, {0.0F, 1.0F, 0.0F}};
+};
+
+enum class AlphaMode { opaque, mask, blend };
+
+/// Factors in their legal ranges; a texture multiplies its factor.
 struct Material {
   std::string name;
-  glm::vec3 base_color{1.0F};  // clamped to [0, 1]
+  glm::vec3 base_color{1.0F};  // [0, 1]
+  float opacity = 1.0F;        // baseColorFactor's alpha; counts only with alpha_mode mask or blend
   float metallic = 1.0F;
   float roughness = 1.0F;
-  float specular = 1.0F;     // KHR_materials_specular; 0 with metallic 0 is exactly Lambert
-  glm::vec3 emission{0.0F};  // radiance: emissiveFactor x emissiveStrength, W / (sr m^2); finite
+  float ior = 1.5F;                  // KHR_materials_ior: 0 (reflects everything) or >= 1
+  float specular = 1.0F;             // KHR_materials_specular; 0 with metallic 0 is exactly Lambert
+  glm::vec3 specular_color{1.0F};    // >= 0, may exceed 1
+  float transmission = 0.0F;         // KHR_materials_transmission
+  bool solid = false;                // KHR_materials_volume with a thickness: refracts; else thin-walled
+  glm::vec3 attenuation_color{1.0F};
+  float attenuation_distance = 0.0F;  // metres; 0: infinite, no absorption
+  glm::vec3 emission{0.0F};          // radiance: emissiveFactor x emissiveStrength, W / (sr m^2); finite
+  float normal_scale = 1.0F;
+  AlphaMode alpha_mode = AlphaMode::opaque;
+  float alpha_cutoff = 0.5F;
   bool double_sided = false;
+  bool unlit = false;
+  std::optional<Texture> base_color_texture{};          // RGB, and A for opacity
+  std::optional<Texture> metallic_roughness_texture{};  // B metallic, G roughness
+  std::optional<Texture> normal_texture{};
+  std::optional<Texture> emissive_texture{};
+  std::optional<Texture> transmission_texture{};    // R
+  std::optional<Texture> specular_texture{};        // A
+  std::optional<Texture> specular_color_texture{};  // RGB, sRGB
+};
+
+/// KHR_lights_punctual, placed by its node.
+struct PunctualLight {
+  enum class Kind { point, spot, directional };
+  std::string name;
+  Kind kind = Kind::point;
+  glm::vec3 intensity{0.0F};  // colour x intensity; point, spot: W / sr (candela); directional: W / m^2 (lux)
+  glm::dvec3 position{0.0};   // world, metres
+  glm::dvec3 direction{0.0, 0.0, -1.0};  // unit, the way that the light travels; spot and directional
+  double range_m = 0.0;                  // 0: no end
+  double inner_cone_rad = 0.0, outer_cone_rad = 0.0;  // half angles, inner <= outer
 };
 
 struct Camera {
   std::string name;
   glm::dmat4 world_from_camera{1.0};  // looks along -Z, +Y up; a rotation and a translation, never a scale
-  double yfov_rad = 0.7;
-  double aspect = 0.0;  // width / height; 0: not said
+  bool orthographic = false;
+  double yfov_rad = 0.7;   // of a perspective camera
+  double ymag_m = 1.0;     // of an orthographic one: half the height of the picture
+  double aspect = 0.0;     // width / height; 0: not said
 };
 
+/// A picture of the sky, equirectangular: its middle is -Z, +Y is up and u grows towards +X.
+struct EnvironmentMap {
+  std::string name;  // for messages: its file
+  std::uint32_t width = 0, height = 0;
+  std::vector<glm::vec3> radiance;  // row-major from the top; finite, >= 0; W / (sr m^2) before `scale`
+};
+
+/// Light from infinitely far away: the same from everywhere, or a map.
 struct Environment {
-  glm::vec3 radiance{0.0F};  // from every direction, W / (sr m^2)
+  glm::vec3 radiance{0.0F};                   // W / (sr m^2); without a map
+  std::shared_ptr<const EnvironmentMap> map{};  // null: constant
+  double scale = 1.0;                         // of the map
+  double rotation_rad = 0.0;                  // about +Y: what is seen at -Z moves towards -X for positive angles
 };
 
 /// A feature of the file that eikon leaves out, named once.
@@ -64,6 +136,8 @@ struct Scene {
   std::vector<Mesh> meshes;
   std::vector<Node> nodes;
   std::vector<Material> materials;  // at least one (glTF's default) when any primitive needs it
+  std::vector<TextureImage> images;  // those that used materials need
+  std::vector<PunctualLight> lights;
   std::vector<Camera> cameras;
   std::optional<Environment> environment;
   std::vector<Unsupported> unsupported;
