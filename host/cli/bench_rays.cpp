@@ -18,6 +18,7 @@
 #include "cli/scene_options.h"
 #include "device/device.h"
 #include "device/kernel_sources.h"
+#include "render/frame.h"
 #include "render/pack.h"
 #include "render/wavefront.h"
 

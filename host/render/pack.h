@@ -39,7 +39,4 @@ PackedScene pack_scene(const Scene& scene, const Features& features, const Setti
 /// Adds the tree that `layout` ("bvh8", "bvh2", "none") needs, once.
 void add_accel(PackedScene& packed, const std::string& accel, const std::string& layout, unsigned threads);
 
-/// Camera, environment and bounds; the unit's own fields are left 0.
-Frame pack_frame(const PackedScene& packed, const Settings& settings);
-
 }  // namespace eikon

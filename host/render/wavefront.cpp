@@ -9,6 +9,7 @@
 
 #include "core/error.h"
 #include "device/kernel_sources.h"
+#include "render/frame.h"
 
 namespace eikon {
 namespace {
