@@ -68,7 +68,7 @@ class Reader {
   [[nodiscard]] const Imf::Header& header(int part) const { return file_->header(part); }
 
   /// Checks what the part claims before anything is allocated for it.
-  void check(int part) const {
+  void check(int part, std::uint64_t max_bytes = kMaxBytes) const {
     const Imf::Header& head = header(part);
     if (head.hasType() && Imf::isDeepData(head.type())) refuse(path_, "deep images are not supported");
     std::uint64_t channel_count = 0;
@@ -83,6 +83,9 @@ class Reader {
     if (bytes > kMaxBytes || bytes > std::max(kAlwaysCredibleBytes, size_bytes_ * kMaxExpansion))
       refuse(path_, fmt::format("its header claims {}x{} pixels of {} channels, which {} bytes cannot hold", width,
                                 height, channel_count, size_bytes_));
+    if (bytes > max_bytes)
+      refuse(path_, fmt::format("{}x{} pixels of {} channels need {} MB; at most {} MB are for it, scale it down",
+                                width, height, channel_count, bytes >> 20U, max_bytes >> 20U));
   }
 
   /// Of the data window.
@@ -256,10 +259,12 @@ Metadata read_metadata(const std::filesystem::path& path) {
   return reading(path, [&] { return metadata_of(Reader(path).header(0)); });
 }
 
-Image read_exr(const std::filesystem::path& path) {
+Image read_exr(const std::filesystem::path& path) { return read_exr_within(path, kMaxBytes); }
+
+Image read_exr_within(const std::filesystem::path& path, std::uint64_t max_bytes) {
   return reading(path, [&] {
     Reader reader(path);
-    reader.check(0);
+    reader.check(0, max_bytes);
     const Imf::Header& header = reader.header(0);
     const Imath::Box2i& window = header.dataWindow();
     Image image;

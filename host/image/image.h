@@ -62,6 +62,8 @@ Metadata read_metadata(const std::filesystem::path& path);
 /// Reads part 0 of any flat scanline or tiled EXR; half and uint values become float. Sizes are limited before allocation: at
 /// most 65536 pixels a side, 4096 channels, 16 GiB, and what the file's own size makes credible. throws InputError.
 Image read_exr(const std::filesystem::path& path);
+/// The same with at most `max_bytes` for all planes together.
+Image read_exr_within(const std::filesystem::path& path, std::uint64_t max_bytes);
 
 /// Writes R, G, B as 8-bit sRGB PNG after multiplying by 2^exposure_ev, rounded to nearest; above 1 becomes 255, negative and
 /// non-finite values become black. throws InputError.

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <new>
 #include <nlohmann/json.hpp>
 
@@ -12,13 +11,13 @@
 #include "scene/accessor_table.h"
 #include "scene/document.h"
 #include "scene/document_check.h"
+#include "scene/environment.h"
 #include "scene/materials.h"
 #include "scene/meshes.h"
 #include "scene/node_graph.h"
 #include "scene/scene.h"
 #include "scene/source_file.h"
 #include "scene/text.h"
-#include "scene/xxhash64.h"
 
 namespace eikon {
 namespace {
@@ -88,29 +87,6 @@ void add_camera(const tinygltf::Model& model, const PlacedNode& placed, Scene& s
                            .aspect = source.perspective.aspectRatio});
 }
 
-// extras.environment of the scene, else of the document: {"radiance": [r, g, b]}.
-std::optional<Environment> read_environment(const Place& owner, Notes& notes) {
-  const Json* extras = member(owner.value, "extras");
-  const Json* found = extras == nullptr ? nullptr : member(*extras, "environment");
-  if (found == nullptr) return std::nullopt;
-  const Place environment{.value = *found, .kind = "extras.environment", .parent = &owner};
-  if (member(*found, "uri") != nullptr) notes.unsupported("environment from a file", owner.label());
-  if (!has_numbers(environment, "radiance", 3)) {
-    if (member(*found, "uri") == nullptr)
-      notes.warn(environment.label() + ": ignored, it has neither 'radiance' nor 'uri'");
-    return std::nullopt;
-  }
-  Environment result;
-  for (int c = 0; c < 3; ++c) {
-    const double value = (*found)["radiance"][static_cast<std::size_t>(c)].get<double>();
-    if (!(value >= 0 && value <= static_cast<double>(std::numeric_limits<float>::max()))) {
-      environment.fail(fmt::format("radiance {:g} is negative or beyond single precision", value));
-    }
-    result.radiance[c] = static_cast<float>(value);
-  }
-  return result;
-}
-
 void note_document_features(const Json& document, const Json* scene_json, std::size_t scene_index, Notes& notes) {
   if (const Json* extensions = member(document, "extensions")) {
     for (const auto& entry : extensions->items()) {
@@ -174,17 +150,20 @@ class MaterialList {
 };
 
 void fill_scene(const tinygltf::Model& model, const Json& document, const std::vector<Accessor>& accessors,
-                Scene& scene, Notes& notes) {
+                Digest& digest, Scene& scene, Notes& notes) {
+  const std::filesystem::path folder = scene.path.parent_path();
   const std::vector<PlacedNode> placed_nodes = walk_nodes(model, notes);
   const std::size_t scene_index = model.defaultScene >= 0 ? static_cast<std::size_t>(model.defaultScene) : 0;
   const Json& scenes = items(document, "scenes");
   const Json* scene_json = scenes.empty() ? nullptr : &scenes[scene_index];
   note_document_features(document, scene_json, scene_index, notes);
   if (scene_json != nullptr) {
-    scene.environment = read_environment(
-        {.value = *scene_json, .kind = "scene", .index = static_cast<std::int64_t>(scene_index)}, notes);
+    scene.environment =
+        read_environment({.value = *scene_json, .kind = "scene", .index = static_cast<std::int64_t>(scene_index)},
+                         folder, digest, notes);
   }
-  if (!scene.environment) scene.environment = read_environment({.value = document, .kind = "document"}, notes);
+  if (!scene.environment)
+    scene.environment = read_environment({.value = document, .kind = "document"}, folder, digest, notes);
 
   // Only the meshes that the scene uses are read.
   std::vector<std::size_t> mesh_order, new_index(model.meshes.size(), kUnread);
@@ -236,16 +215,12 @@ Scene load(const std::filesystem::path& path) {
   const Buffers buffers(document, container, path.parent_path());
   const std::vector<Accessor> accessors = check_accessors(document, buffers);
   const tinygltf::Model model = parse_structure(document);
-  fill_scene(model, document, accessors, scene, notes);
-
-  // Each file's hash seeds the next one's, so that their order counts.
-  std::uint64_t hash = xxhash64(file.span(), 0);
-  scene.file_bytes = file.size;
-  for (const Bytes& bytes : buffers.files()) {
-    hash = xxhash64(bytes.span(), hash);
-    scene.file_bytes += bytes.size;
-  }
-  scene.hash = fmt::format("{:016x}", hash);
+  Digest digest;
+  digest.add(file.span());
+  for (const Bytes& bytes : buffers.files()) digest.add(bytes.span());
+  fill_scene(model, document, accessors, digest, scene, notes);
+  scene.hash = fmt::format("{:016x}", digest.hash);
+  scene.file_bytes = digest.bytes;
   notes.finish(scene);
   return scene;
 }

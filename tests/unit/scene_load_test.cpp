@@ -15,7 +15,6 @@ using eikon::load_scene;
 using eikon::Scene;
 using scene_test::Builder;
 using scene_test::Json;
-using scene_test::leaves_out;
 using scene_test::mentions;
 using scene_test::message_of;
 using scene_test::TemporaryFolder;
@@ -272,9 +271,6 @@ TEST(SceneLoad, environment_comes_from_the_scene_before_the_document) {
   EXPECT_EQ(builder.load().environment->radiance, glm::vec3(1, 1, 1));
   builder.json["scenes"][0]["extras"]["environment"]["radiance"] = {0.5, 0.25, 2};
   EXPECT_EQ(builder.load().environment->radiance, glm::vec3(0.5F, 0.25F, 2));
-  builder.json["scenes"][0]["extras"]["environment"] = {{"uri", "sky.exr"}, {"scale", 1}};
-  const Scene scene = builder.load();
-  EXPECT_TRUE(leaves_out(scene, "environment", "scene 0"));
 }
 
 TEST(SceneLoad, cameras_keep_their_lens_and_a_pose_without_the_scale_of_their_node) {
