@@ -11,6 +11,7 @@ build_packages=(
   ocl-icd-opencl-dev opencl-headers pocl-opencl-icd
   libopenexr-dev libglm-dev libtinygltf-dev nlohmann-json3-dev libstb-dev
   libcli11-dev libtbb-dev libfmt-dev
+  libdraco-dev libmeshoptimizer-dev
   libembree-dev
 )
 

@@ -2,35 +2,16 @@
 // What the file's accessors give access to, every byte of it checked to lie inside its buffer.
 #pragma once
 #include <cstdint>
-#include <filesystem>
 #include <glm/glm.hpp>
-#include <span>
 #include <string>
 #include <vector>
 
 #include "scene/json_text.h"
-#include "scene/source_file.h"
+#include "scene/buffer_views.h"
 
 namespace eikon {
 
 enum class ComponentType : std::uint32_t { i8 = 5120, u8 = 5121, i16 = 5122, u16 = 5123, u32 = 5125, f32 = 5126 };
-
-/// The buffers of a document: the binary chunk, files beside the scene, or base64 inside it.
-class Buffers {
- public:
-  /// `container` outlives the buffers; base64 text is taken out of `document`.
-  /// throws InputError: a URI that may not be followed, a file that cannot be read or is shorter than byteLength
-  Buffers(Json& document, const Container& container, const std::filesystem::path& folder);
-
-  [[nodiscard]] std::span<const std::byte> operator[](std::size_t buffer) const { return views_[buffer]; }
-  [[nodiscard]] std::size_t size() const { return views_.size(); }
-  /// Bytes read from files beside the scene, in the order of the buffers; what the scene's hash has to cover.
-  [[nodiscard]] const std::vector<Bytes>& files() const { return files_; }
-
- private:
-  std::vector<Bytes> files_, decoded_;
-  std::vector<std::span<const std::byte>> views_;  // exactly byteLength bytes each
-};
 
 /// A checked accessor: element i of `count` can be read, whatever the file says.
 struct Accessor {
@@ -42,17 +23,21 @@ struct Accessor {
   bool is_matrix = false;
   bool normalized = false;
 
-  // Elements that replace those of `data`; `sparse_indices` ascends strictly and is below `count`.
-  std::vector<std::uint32_t> sparse_indices;
-  const std::byte* sparse_values = nullptr;  // tightly packed
+  // Elements that replace those of `data`: where, ascending strictly and below `count`, and with what, tightly packed.
+  std::uint64_t sparse_count = 0;
+  const std::byte* sparse_indices = nullptr;
+  ComponentType sparse_index_type = ComponentType::u8;
+  const std::byte* sparse_values = nullptr;
 
   std::string label;  // "accessor 3 'positions'"
 
+  [[nodiscard]] std::uint64_t element_bytes() const;  // of one element, without the gap to the next
   [[nodiscard]] bool is(ComponentType type, std::uint32_t components) const {
     return component == type && component_count == components && !is_matrix;
   }
-  /// Element i of a VEC3 of f32.
-  [[nodiscard]] glm::vec3 vec3_at(std::uint64_t i) const;
+  /// Element i of a SCALAR or VEC: integers as they are, or divided where `normalized` [glTF 2.0, section 3.11]; 0 in the
+  /// components that it does not have.
+  [[nodiscard]] glm::vec4 vector_at(std::uint64_t i) const;
   /// Element i of a SCALAR of u8, u16 or u32.
   [[nodiscard]] std::uint32_t index_at(std::uint64_t i) const;
 
@@ -60,8 +45,11 @@ struct Accessor {
   [[nodiscard]] const std::byte* element(std::uint64_t i, std::size_t bytes) const;
 };
 
-/// Checks all bufferViews and accessors of a checked document against the buffers.
-/// throws InputError with the accessor or bufferView and the numbers that do not fit
-std::vector<Accessor> check_accessors(const Json& document, const Buffers& buffers);
+/// Elements of an accessor with nothing behind it cost the file nothing, so their number needs a bound of its own.
+inline constexpr std::uint64_t kMaxZeroCount = std::uint64_t{1} << 24U;
+
+/// Checks all accessors of a checked document against its bufferViews.
+/// throws InputError with the accessor and the numbers that do not fit
+std::vector<Accessor> check_accessors(const Json& document, const BufferViews& views);
 
 }  // namespace eikon

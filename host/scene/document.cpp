@@ -25,6 +25,10 @@ tinygltf::Model parse_structure(const Json& checked_document) {
     for (Json& camera : reduced["cameras"]) {
       // Required by glTF, often forgotten, and of no use to a ray tracer.
       if (camera["type"] == "perspective") camera["perspective"].emplace("znear", 1.0);
+      if (camera["type"] == "orthographic") {
+        camera["orthographic"].emplace("znear", 0.0);
+        camera["orthographic"].emplace("zfar", 1.0);
+      }
     }
   }
   const std::string text = reduced.dump();

@@ -5,10 +5,11 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "core/error.h"
+#include "scene/attributes.h"
 #include "scene/text.h"
 
 namespace eikon {
@@ -16,8 +17,9 @@ namespace {
 
 constexpr std::uint64_t kAnyInteger = ~std::uint64_t{0};
 constexpr double kPi = 3.14159265358979;  // rounded down: the tangent of half of it is large but finite
-constexpr std::array<std::string_view, 2> kSupportedExtensions{"KHR_materials_specular",
-                                                               "KHR_materials_emissive_strength"};
+constexpr std::array<std::string_view, 5> kSupportedExtensions{
+    "KHR_materials_specular", "KHR_materials_emissive_strength", "KHR_mesh_quantization", "KHR_draco_mesh_compression",
+    "EXT_meshopt_compression"};
 
 // Calls `check` with each element of the document's array `key`; each must be an object.
 template <typename Check>
@@ -210,16 +212,23 @@ void check_cameras(const Json& document) {
     const Json* lens = as_object(camera, key);
     if (lens == nullptr) camera.fail(fmt::format("'{}' is missing", key));
     const Place place{.value = *lens, .kind = key, .parent = &camera};
+    for (const char* number : {"znear", "zfar"}) as_number(place, number);
     if (!perspective) {
-      for (const char* number : {"xmag", "ymag", "znear", "zfar"}) {
-        if (!as_number(place, number)) place.fail(fmt::format("'{}' is missing", number));
+      double size[2] = {};
+      for (const int axis : {0, 1}) {
+        const char* number = axis == 0 ? "xmag" : "ymag";
+        size[axis] = std::abs(as_number(place, number).value_or(0));
+        if (!(size[axis] > 0 && size[axis] <= kMaxCoordinate)) {
+          place.refuse(fmt::format("'{}' is missing, 0 or beyond 2^40 m; it is half the size of the picture", number));
+        }
       }
+      const double aspect = size[0] / size[1];
+      if (!(aspect >= 1e-6 && aspect <= 1e6)) place.refuse(fmt::format("its picture of aspect {:g} is a line", aspect));
       return;
     }
     const double yfov = as_number(place, "yfov").value_or(0), aspect = as_number(place, "aspectRatio").value_or(1);
     if (!(yfov > 0 && yfov < kPi)) place.fail("'yfov' is missing or not between 0 and pi radians");
     if (!(aspect > 0)) place.refuse(fmt::format("'aspectRatio' {:g} is not positive; leave it out for any", aspect));
-    for (const char* number : {"znear", "zfar"}) as_number(place, number);
   });
 }
 

@@ -75,16 +75,23 @@ void add_camera(const tinygltf::Model& model, const PlacedNode& placed, Scene& s
   const auto index = static_cast<std::size_t>(model.nodes[placed.node].camera);
   const tinygltf::Camera& source = model.cameras[index];
   const std::string user = label("camera", index, source.name);
-  if (source.type != "perspective") return notes.unsupported("orthographic camera", user);
   const auto pose = camera_pose(placed.world_from_object);
   if (!pose)
     return notes.warn(user + ": left out, " + node_label(model, placed.node) +
                       " scales its direction of view to nothing");
   const std::string& name = source.name.empty() ? model.nodes[placed.node].name : source.name;
-  scene.cameras.push_back({.name = name,
-                           .world_from_camera = *pose,
-                           .yfov_rad = source.perspective.yfov,
-                           .aspect = source.perspective.aspectRatio});
+  Camera camera{.name = name, .world_from_camera = *pose};
+  if (source.type == "perspective") {
+    camera.yfov_rad = source.perspective.yfov;
+    camera.aspect = source.perspective.aspectRatio;
+  } else {
+    const tinygltf::OrthographicCamera& lens = source.orthographic;
+    if (lens.xmag < 0 || lens.ymag < 0) notes.warn(user + ": negative xmag or ymag taken as positive");
+    camera.orthographic = true;
+    camera.ymag_m = std::abs(lens.ymag);
+    camera.aspect = std::abs(lens.xmag) / std::abs(lens.ymag);
+  }
+  scene.cameras.push_back(std::move(camera));
 }
 
 void note_document_features(const Json& document, const Json* scene_json, std::size_t scene_index, Notes& notes) {
@@ -150,7 +157,7 @@ class MaterialList {
 };
 
 void fill_scene(const tinygltf::Model& model, const Json& document, const std::vector<Accessor>& accessors,
-                Digest& digest, Scene& scene, Notes& notes) {
+                const BufferViews& views, Digest& digest, Scene& scene, Notes& notes) {
   const std::filesystem::path folder = scene.path.parent_path();
   const std::vector<PlacedNode> placed_nodes = walk_nodes(model, notes);
   const std::size_t scene_index = model.defaultScene >= 0 ? static_cast<std::size_t>(model.defaultScene) : 0;
@@ -175,7 +182,7 @@ void fill_scene(const tinygltf::Model& model, const Json& document, const std::v
   }
   MaterialList materials(model, document, scene, notes);
   MeshReader reader(
-      model, document, accessors, [&](int index) { return materials.use(index); }, notes);
+      model, document, accessors, views, scene.materials, [&](int index) { return materials.use(index); }, notes);
   reader.check_memory(mesh_order);
   std::vector<glm::dvec3> extents;
   for (const std::size_t mesh : mesh_order) {
@@ -213,12 +220,13 @@ Scene load(const std::filesystem::path& path) {
   Json document = parse_json(container.json);
   check_document(document);
   const Buffers buffers(document, container, path.parent_path());
-  const std::vector<Accessor> accessors = check_accessors(document, buffers);
+  const BufferViews views(document, buffers);
+  const std::vector<Accessor> accessors = check_accessors(document, views);
   const tinygltf::Model model = parse_structure(document);
   Digest digest;
   digest.add(file.span());
   for (const Bytes& bytes : buffers.files()) digest.add(bytes.span());
-  fill_scene(model, document, accessors, digest, scene, notes);
+  fill_scene(model, document, accessors, views, digest, scene, notes);
   scene.hash = fmt::format("{:016x}", digest.hash);
   scene.file_bytes = digest.bytes;
   notes.finish(scene);

@@ -5,70 +5,82 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "core/error.h"
+#include "scene/document_check.h"
+#include "scene/tangents.h"
+#include "scene/triangles.h"
 
 namespace eikon {
 namespace {
 
 constexpr std::uint32_t kNoSlot = 0xFFFFFFFFU;
-constexpr int kTriangles = 4;
-constexpr std::array<const char*, 7> kModeNames{"POINTS",    "LINES",          "LINE_LOOP",   "LINE_STRIP",
-                                                "TRIANGLES", "TRIANGLE_STRIP", "TRIANGLE_FAN"};
+constexpr int kTriangles = 4;  // modes below have no triangles
+constexpr std::array<const char*, 4> kModeNames{"POINTS", "LINES", "LINE_LOOP", "LINE_STRIP"};
+constexpr std::size_t kUvSets = 2;
 
 std::string mesh_label(const tinygltf::Model& model, std::size_t mesh) {
   return label("mesh", mesh, model.meshes[mesh].name);
 }
 
-std::string primitive_label(const tinygltf::Model& model, std::size_t mesh, std::size_t primitive) {
-  return fmt::format("{}, primitive {}", mesh_label(model, mesh), primitive);
+std::string uv_name(std::size_t set) { return fmt::format("TEXCOORD_{}", set); }
+
+bool uses_extension(const Json& document, std::string_view name) {
+  const Json* used = member(document, "extensionsUsed");
+  return used != nullptr && std::find(used->begin(), used->end(), name) != used->end();
 }
 
-// Index of the accessor of an attribute, or -1.
-int attribute(const tinygltf::Primitive& primitive, const char* name) {
-  const auto found = primitive.attributes.find(name);
-  return found == primitive.attributes.end() ? -1 : found->second;
-}
-
-std::uint32_t restart_value(ComponentType type) {
-  switch (type) {
-    case ComponentType::u8:
-      return 0xFFU;
-    case ComponentType::u16:
-      return 0xFFFFU;
-    default:
-      return 0xFFFFFFFFU;
+// Which sets of texture coordinates the textures of a material need.
+std::array<bool, kUvSets> uv_sets_of(const Material& material) {
+  std::array<bool, kUvSets> needed{};
+  for (const auto* texture : {&material.base_color_texture, &material.metallic_roughness_texture,
+                              &material.normal_texture, &material.emissive_texture, &material.transmission_texture,
+                              &material.specular_texture, &material.specular_color_texture}) {
+    if (texture->has_value() && (*texture)->uv_set < kUvSets) needed[(*texture)->uv_set] = true;
   }
+  return needed;
+}
+
+// Bytes per vertex of what may be read, by attribute.
+double vertex_bytes(const tinygltf::Primitive& primitive) {
+  double bytes = sizeof(glm::vec3);
+  for (const auto& [name, size] : {std::pair{"NORMAL", sizeof(glm::vec3)}, std::pair{"TANGENT", sizeof(glm::vec4)},
+                                   std::pair{"COLOR_0", sizeof(glm::vec4)}, std::pair{"TEXCOORD_0", sizeof(glm::vec2)},
+                                   std::pair{"TEXCOORD_1", sizeof(glm::vec2)}}) {
+    if (primitive.attributes.contains(name)) bytes += static_cast<double>(size);
+  }
+  return bytes;
 }
 
 }  // namespace
 
 MeshReader::MeshReader(const tinygltf::Model& model, const Json& document, const std::vector<Accessor>& accessors,
+                       const BufferViews& views, const std::vector<Material>& materials,
                        std::function<std::uint32_t(int)> material_of, Notes& notes)
     : model_(model),
       document_(document),
       accessors_(accessors),
+      materials_(materials),
       material_of_(std::move(material_of)),
       notes_(notes),
+      draco_(views, accessors),
+      quantized_(uses_extension(document, "KHR_mesh_quantization")),
       positions_checked_(accessors.size(), false) {}
-
-const Json* MeshReader::indices_member(std::size_t mesh, std::size_t primitive) const {
-  return member(document_["meshes"][mesh]["primitives"][primitive], "indices");
-}
 
 void MeshReader::check_memory(const std::vector<std::size_t>& meshes) const {
   double bytes = 0;  // a file of a megabyte can share one accessor between any number of primitives
   for (const std::size_t mesh : meshes) {
     for (std::size_t p = 0; p < model_.meshes[mesh].primitives.size(); ++p) {
-      const int positions = attribute(model_.meshes[mesh].primitives[p], "POSITION");
-      if (positions < 0) continue;
-      const auto vertices = static_cast<double>(accessors_[static_cast<std::size_t>(positions)].count);
-      const Json* indices = indices_member(mesh, p);
-      const double corners =
+      const tinygltf::Primitive& primitive = model_.meshes[mesh].primitives[p];
+      const auto positions = primitive.attributes.find("POSITION");
+      if (positions == primitive.attributes.end() || primitive.mode < kTriangles) continue;
+      const auto vertices = static_cast<double>(accessors_[static_cast<std::size_t>(positions->second)].count);
+      const Json* indices = member(document_["meshes"][mesh]["primitives"][p], "indices");
+      double corners =
           indices == nullptr ? vertices : static_cast<double>(accessors_[indices->get<std::size_t>()].count);
-      bytes += corners * sizeof(std::uint32_t) + std::min(corners, vertices) * 2 * sizeof(glm::vec3);
+      if (primitive.mode != kTriangles) corners *= 3;
+      bytes += corners * sizeof(std::uint32_t) + std::min(corners, vertices) * vertex_bytes(primitive);
     }
   }
   const std::uint64_t memory = physical_memory_bytes();
@@ -81,120 +93,136 @@ void MeshReader::check_memory(const std::vector<std::size_t>& meshes) const {
 Mesh MeshReader::read(std::size_t index) {
   const tinygltf::Mesh& source = model_.meshes[index];
   const std::string user = mesh_label(model_, index);
+  const Json& json = document_["meshes"][index];
   Mesh mesh;
   mesh.name = source.name;
-  if (const Json* extensions = member(document_["meshes"][index], "extensions")) {
+  if (const Json* extensions = member(json, "extensions")) {
     for (const auto& entry : extensions->items()) notes_.unsupported(one_line(entry.key()), user);
   }
   for (std::size_t p = 0; p < source.primitives.size(); ++p) {
-    const tinygltf::Primitive& primitive = source.primitives[p];
-    if (primitive.mode != kTriangles) {
-      notes_.unsupported(std::string("primitives of mode ") + kModeNames[static_cast<std::size_t>(primitive.mode)],
+    Source part{.primitive = source.primitives[p],
+                .json = json["primitives"][p],
+                .user = fmt::format("{}, primitive {}", user, p),
+                .draco = {}};
+    if (part.primitive.mode < kTriangles) {
+      notes_.unsupported(std::string("primitives of mode ") + kModeNames[static_cast<std::size_t>(part.primitive.mode)],
                          user);
       continue;
     }
-    if (!primitive.targets.empty()) notes_.unsupported("morph targets", user);
-    for (const auto& entry : primitive.attributes) {
-      if (entry.first.starts_with("COLOR_")) notes_.unsupported("vertex colours " + one_line(entry.first), user);
+    note_features(part, user);
+    if (!part.primitive.attributes.contains("POSITION")) {
+      notes_.warn(part.user + ": left out, it has no POSITION");
+      continue;
     }
-    if (const Json* extensions = member(document_["meshes"][index]["primitives"][p], "extensions")) {
-      for (const auto& entry : extensions->items()) notes_.unsupported(one_line(entry.key()), user);
+    if (const Json* extension = draco_member(part.json)) {
+      const Place outer{.value = json, .kind = "mesh", .index = static_cast<std::int64_t>(index)};
+      const Place middle{
+          .value = part.json, .kind = "primitive", .index = static_cast<std::int64_t>(p), .parent = &outer};
+      part.draco =
+          draco_.decode({.value = *extension, .kind = "KHR_draco_mesh_compression", .parent = &middle}, part.json);
     }
-    Primitive read = read_primitive(index, p);
-    if (read.indices.empty()) continue;
-    read.material = material_of_(primitive.material);
-    mesh.primitives.push_back(std::move(read));
+    Primitive read = read_primitive(part);
+    if (!read.indices.empty()) mesh.primitives.push_back(std::move(read));
   }
   return mesh;
 }
 
-Primitive MeshReader::read_primitive(std::size_t mesh, std::size_t primitive) {
-  const tinygltf::Primitive& source = model_.meshes[mesh].primitives[primitive];
-  const std::string user = primitive_label(model_, mesh, primitive);
+void MeshReader::note_features(const Source& source, const std::string& mesh_label) {
+  if (!source.primitive.targets.empty()) notes_.unsupported("morph targets", mesh_label);
+  for (const auto& entry : source.primitive.attributes) {
+    if (entry.first.starts_with("COLOR_") && entry.first != "COLOR_0")
+      notes_.unsupported("vertex colours " + one_line(entry.first), mesh_label);
+  }
+  if (const Json* extensions = member(source.json, "extensions")) {
+    for (const auto& entry : extensions->items()) {
+      if (entry.key() != "KHR_draco_mesh_compression") notes_.unsupported(one_line(entry.key()), mesh_label);
+    }
+  }
+}
+
+const Accessor* MeshReader::attribute(const Source& source, const std::string& name) const {
+  if (const auto decoded = source.draco.attributes.find(name); decoded != source.draco.attributes.end())
+    return &decoded->second;
+  const auto found = source.primitive.attributes.find(name);
+  return found == source.primitive.attributes.end() ? nullptr : &accessors_[static_cast<std::size_t>(found->second)];
+}
+
+Primitive MeshReader::read_primitive(Source& source) {
+  const Accessor& positions = *attribute(source, "POSITION");
+  check_attribute("POSITION", positions, positions.count, quantized_, source.user);
+  check_positions_once(source, positions);
+
   Primitive result;
-  const int position_index = attribute(source, "POSITION");
-  if (position_index < 0) {
-    notes_.warn(user + ": left out, it has no POSITION");
-    return result;
-  }
-  const Accessor& positions = accessors_[static_cast<std::size_t>(position_index)];
-  if (!positions.is(ComponentType::f32, 3)) {
-    throw InputError(
-        fmt::format("{}: POSITION in {} is not VEC3 of float (5126); quantised meshes have to be expanded first", user,
-                    positions.label));
-  }
-  check_positions(static_cast<std::size_t>(position_index));
-
-  std::uint64_t vertex_count = positions.count;
-  if (const Json* indices = indices_member(mesh, primitive)) {
-    result.indices = read_indices(accessors_[indices->get<std::size_t>()], vertex_count, user);
-  } else {
-    result.indices.resize(vertex_count);
-    for (std::size_t i = 0; i < result.indices.size(); ++i) result.indices[i] = static_cast<std::uint32_t>(i);
-  }
-  if (const std::size_t rest = result.indices.size() % 3; rest != 0) {
-    notes_.warn(fmt::format("{}: {} corners are no whole number of triangles; the last {} left out", user,
-                            result.indices.size(), rest));
-    result.indices.resize(result.indices.size() - rest);
-  }
-  const std::vector<std::uint32_t> used = compact(result.indices, vertex_count);
-  if (!used.empty()) vertex_count = used.size();
+  result.indices = read_triangles(source, positions.count);
+  const std::vector<std::uint32_t> used = compact(result.indices, positions.count);
   if (result.indices.empty()) return {};
-
-  result.positions_object.resize(vertex_count);
-  for (std::size_t i = 0; i < vertex_count; ++i)
-    result.positions_object[i] = positions.vec3_at(used.empty() ? i : used[i]);
-
-  if (const int normal_index = attribute(source, "NORMAL"); normal_index >= 0) {
-    const Accessor& normals = accessors_[static_cast<std::size_t>(normal_index)];
-    if (!normals.is(ComponentType::f32, 3) || normals.count != positions.count) {
-      throw InputError(fmt::format("{}: NORMAL in {} is not {} VEC3 of float (5126), one per position", user,
-                                   normals.label, positions.count));
-    }
-    result.normals_object = read_normals(normals, used, vertex_count, user);
-  }
+  const VertexChoice vertices{.used = used, .count = used.empty() ? positions.count : used.size()};
+  result.positions_object = read_positions(positions, vertices);
+  result.material = material_of_(source.primitive.material);
+  read_surface(source, vertices, positions.count, result);
   return result;
 }
 
-std::vector<std::uint32_t> MeshReader::read_indices(const Accessor& indices, std::uint64_t vertex_count,
-                                                    const std::string& user) const {
-  const ComponentType type = indices.component;
-  const bool is_unsigned = type == ComponentType::u8 || type == ComponentType::u16 || type == ComponentType::u32;
-  if (!is_unsigned || !indices.is(type, 1) || indices.normalized) {
-    throw InputError(
-        fmt::format("{}: indices in {} are not plain SCALAR of unsigned byte, short or int", user, indices.label));
+// A Draco stream holds a list of triangles, whatever the mode that it was made from.
+std::vector<std::uint32_t> MeshReader::read_triangles(Source& source, std::uint64_t vertex_count) {
+  if (!source.draco.attributes.empty()) return std::move(source.draco.indices);
+  std::vector<std::uint32_t> corners;
+  if (const Json* indices = member(source.json, "indices")) {
+    corners = read_indices(accessors_[indices->get<std::size_t>()], vertex_count, source.user);
+  } else {
+    corners.resize(vertex_count);
+    for (std::size_t i = 0; i < corners.size(); ++i) corners[i] = static_cast<std::uint32_t>(i);
   }
-  std::vector<std::uint32_t> result(indices.count);
-  for (std::size_t i = 0; i < result.size(); ++i) {
-    const std::uint32_t index = indices.index_at(i);
-    if (index == restart_value(type)) {
-      throw InputError(fmt::format("{}: {}, element {} is {}, the primitive restart value, which glTF forbids", user,
-                                   indices.label, i, index));
-    }
-    if (index >= vertex_count) {
-      throw InputError(fmt::format("{}: {}, element {} is {}, but there are only {} positions", user, indices.label, i,
-                                   index, vertex_count));
-    }
-    result[i] = index;
+  const auto mode = static_cast<TriangleMode>(source.primitive.mode);
+  const std::size_t count = corners.size(),
+                    rest = mode == TriangleMode::list ? count % 3 : (count < 3 ? count : std::size_t{0});
+  if (rest != 0) {
+    notes_.warn(
+        fmt::format("{}: {} corners are no whole number of triangles; the last {} left out", source.user, count, rest));
   }
-  return result;
+  return list_triangles(std::move(corners), mode);
 }
 
-void MeshReader::check_positions(std::size_t accessor) {
-  if (positions_checked_[accessor]) return;
+void MeshReader::read_surface(const Source& source, const VertexChoice& vertices, std::uint64_t position_count,
+                              Primitive& primitive) {
+  const Material& material = materials_[primitive.material];
+  const auto checked = [&](const std::string& name) {
+    const Accessor* found = attribute(source, name);
+    if (found != nullptr) check_attribute(name, *found, position_count, quantized_, source.user);
+    return found;
+  };
+  if (const Accessor* normals = checked("NORMAL"))
+    primitive.normals_object = read_normals(*normals, vertices, source.user, notes_);
+  if (const Accessor* colors = checked("COLOR_0"))
+    primitive.colors = read_colors(*colors, vertices, source.user, notes_);
+
+  const std::array<bool, kUvSets> needed = uv_sets_of(material);
+  for (std::size_t set = 0; set < kUvSets; ++set) {
+    const Accessor* uv = checked(uv_name(set));
+    if (!needed[set]) continue;
+    if (uv != nullptr) {
+      primitive.uv[set] = read_texture_coordinates(*uv, vertices, source.user, notes_);
+      continue;
+    }
+    primitive.uv[set].resize(vertices.count);
+    if (!uv_missing_.emplace(primitive.material, set).second) continue;
+    notes_.warn(fmt::format("{}: material {} has a texture with {}, which the primitive lacks; taken as 0", source.user,
+                            in_quotes(material.name), uv_name(set)));
+  }
+
+  const Accessor* tangents = checked("TANGENT");
+  if (!material.normal_texture || material.normal_texture->uv_set >= kUvSets) return;
+  // Without normals of its own a mesh is flat, and tangents that it brings belong to others [glTF 2.0, section 3.7.2.1].
+  if (tangents != nullptr && !primitive.normals_object.empty())
+    primitive.tangents_object = read_tangents(*tangents, vertices, primitive.normals_object, source.user, notes_);
+  if (primitive.tangents_object.empty()) make_tangents(primitive, material.normal_texture->uv_set);
+}
+
+void MeshReader::check_positions_once(const Source& source, const Accessor& positions) {
+  if (!source.draco.attributes.empty()) return check_positions(positions);
+  const auto accessor = static_cast<std::size_t>(source.primitive.attributes.at("POSITION"));
+  if (!positions_checked_[accessor]) check_positions(positions);
   positions_checked_[accessor] = true;
-  const Accessor& positions = accessors_[accessor];
-  for (std::uint64_t i = 0; i < positions.count; ++i) {
-    const glm::vec3 p = positions.vec3_at(i);
-    for (int axis = 0; axis < 3; ++axis) {
-      const auto size = static_cast<double>(std::abs(p[axis]));
-      if (size <= kMaxCoordinate) continue;
-      throw InputError(fmt::format("{}, element {}: {} = {:g} {}", positions.label, i, "xyz"[axis], p[axis],
-                                   std::isfinite(p[axis])
-                                       ? "is beyond 2^40 m, the largest coordinate; scale the scene down"
-                                       : "is not finite; repair or export the mesh again"));
-    }
-  }
 }
 
 std::vector<std::uint32_t> MeshReader::compact(std::vector<std::uint32_t>& indices, std::uint64_t vertex_count) {
@@ -213,27 +241,6 @@ std::vector<std::uint32_t> MeshReader::compact(std::vector<std::uint32_t>& indic
   for (std::uint32_t& index : indices) index = slot_of_vertex_[index];
   for (const std::uint32_t vertex : used) slot_of_vertex_[vertex] = kNoSlot;
   return used;
-}
-
-std::vector<glm::vec3> MeshReader::read_normals(const Accessor& normals, const std::vector<std::uint32_t>& used,
-                                                std::size_t vertex_count, const std::string& user) const {
-  std::vector<glm::vec3> result(vertex_count);
-  std::size_t bad_count = 0;
-  std::uint64_t first_bad = 0;
-  for (std::size_t i = 0; i < vertex_count; ++i) {
-    const std::uint64_t element = used.empty() ? i : used[i];
-    const glm::dvec3 normal(normals.vec3_at(element));  // in double: the square of a float may overflow or vanish
-    const double length = std::sqrt(glm::dot(normal, normal));
-    if (!(length > 0) || !std::isfinite(length)) {
-      if (bad_count++ == 0) first_bad = element;
-      continue;
-    }
-    result[i] = glm::vec3(normal / length);
-  }
-  if (bad_count == 0) return result;
-  notes_.warn(fmt::format("{}: normals dropped and made flat: {}, element {} is zero or not finite ({} of them are)",
-                          user, normals.label, first_bad, bad_count));
-  return {};
 }
 
 }  // namespace eikon
