@@ -47,10 +47,10 @@ kernel void record_layout(global uint* layout_out) {
     layout_out[i] = (uint)sizeof(T);                                             \
     layout_out[i + 1] = (uint)((uchar*)&record.field - (uchar*)&record);         \
   }
-  EK_LAYOUT(0, Frame, pixel_stride)
+  EK_LAYOUT(0, Frame, environment_cos)
   EK_LAYOUT(2, Triangle, n_z)
-  EK_LAYOUT(4, TriangleNormals, n2_z)
-  EK_LAYOUT(6, MaterialRecord, double_sided)
+  EK_LAYOUT(4, TriangleNormals, v2)
+  EK_LAYOUT(6, MaterialRecord, emissive_texture)
   EK_LAYOUT(8, Light, triangle)
   EK_LAYOUT(10, LightBucket, scale_alias)
   EK_LAYOUT(12, Diagnostics, report)

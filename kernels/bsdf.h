@@ -1,37 +1,49 @@
 // SPDX-License-Identifier: Apache-2.0
 // How surfaces scatter. The contract of every lobe:
 //   frame   local, n = +z, on the viewer's side: the caller turns its basis so that wo.z > 0, whichever side was hit.
+//           wi.z > 0 reflects, wi.z < 0 transmits.
 //   wo, wi  unit, to the viewer and to the light, both away from the surface.
-//   eval    f(wo, wi) |cos theta_i|, per sr.
-//   pdf     density of sample() for wi, per sr.
-//   sample  weight = eval / pdf, wi, pdf. Failure is pdf 0; nothing else is to be used then.
+//   eval    f(wo, wi) |cos theta_i|, per sr, of all parts of the lobe that are not delta.
+//   pdf     density of sample() for wi, per sr: of the parts that are not delta, with the probabilities of choosing them.
+//   sample  weight = eval / pdf, wi, pdf. Failure is pdf 0; nothing else is to be used then. With `delta` set, wi is the one
+//           direction of a delta part, pdf the probability of choosing that part, weight its share of the light over pdf.
 // A wo in or below the tangent plane scatters nothing: eval and pdf are 0. A material has one lobe of features.def.
 #ifndef EK_BSDF_H
 #define EK_BSDF_H
 #include "math.h"
 #include "warp.h"
 
-// A MaterialRecord, one per lane.
+// The parameters of a material at a hit, one per lane (material.h makes them).
 typedef struct {
-  v3 albedo;
-  v3 emission;      // radiance, W / (sr m^2)
-  vu lobes;         // bit set
-  vi double_sided;  // mask: emits on both sides
+  vu lobes;          // bit set of EK_LOBE
+  v3 base_color;     // linear, [0, 1]
+  vf metallic;       // [0, 1]
+  vf ggx_alpha;      // square of glTF's roughness
+  v3 f0_dielectric;  // reflectance at normal incidence of the dielectric part
+  vf specular;       // its reflectance at grazing incidence: KHR_materials_specular's factor, [0, 1]
+  v3 f0;             // the same two of the whole surface, with its metallic part
+  vf f90;
+  vf transmission;   // share of what enters the dielectric part that passes through, [0, 1]
+  vi solid;          // passes by refraction; else the surface is a thin wall
+  vf eta;            // index of refraction of the far side over that of wo's side, for solids
 } MaterialLanes;
 
-EK_FN MaterialLanes load_material(global const MaterialRecord* materials, vu i) {
-  const Rec r = rec16(materials, i);
-  MaterialLanes m = {V3(r.w0, r.w1, r.w2), V3(r.w3, r.w4, r.w5), AS_U(r.w6), AS_U(r.w7) != 0u};
-  return m;
-}
+// Bits of MaterialLanes.lobes.
+enum {
+#define EK_LOBE(name, bit) LOBE_##name = bit,
+#include "shared/features.def"
+};
 
 typedef struct {
   v3 weight;  // eval / pdf
   v3 wi;      // local, unit
   vf pdf;     // per sr; 0: nothing sampled
+  vi delta;   // mask
 } BsdfSample;
 
 #include "bsdf_diffuse.h"
+#include "bsdf_metallic_roughness.h"
+#include "bsdf_transmission.h"
 
 /// f |cos theta_i| of the lobes of m that this program has.
 EK_FN v3 bsdf_eval(MaterialLanes m, v3 wo, v3 wi) {
@@ -45,12 +57,11 @@ EK_FN v3 bsdf_eval(MaterialLanes m, v3 wo, v3 wi) {
   return f;
 }
 
+// Whether EK_HAS_uniform_scatter replaces the lobe's own sampling: nothing but Lambert's can do without it.
+EK_FN vi scatters_uniformly(MaterialLanes m) { return (m.lobes & (1u << LOBE_diffuse)) != 0u; }
+
 /// Density with which bsdf_sample chooses wi.
 EK_FN vf bsdf_pdf(MaterialLanes m, v3 wo, v3 wi) {
-  if (EK_HAS_uniform_scatter) {
-    const vi above = (wo.z > 0.0f) & (wi.z > 0.0f);
-    return above ? (vf)(EK_INV_2PI) : (vf)(0.0f);
-  }
   vf pdf = (vf)(0.0f);
 #define EK_LOBE(name, bit)                                 \
   if (EK_HAS_##name) {                                     \
@@ -58,18 +69,16 @@ EK_FN vf bsdf_pdf(MaterialLanes m, v3 wo, v3 wi) {
     if (ANY(has)) pdf = has ? name##_pdf(m, wo, wi) : pdf; \
   }
 #include "shared/features.def"
+  if (EK_HAS_uniform_scatter) {
+    const vi above = (wo.z > 0.0f) & (wi.z > 0.0f);
+    pdf = scatters_uniformly(m) ? (above ? (vf)(EK_INV_2PI) : (vf)(0.0f)) : pdf;
+  }
   return pdf;
 }
 
 /// Samples wi. u, v: [0,1)^2, the direction; choice: [0,1), for lobes that scatter in several ways.
 EK_FN BsdfSample bsdf_sample(MaterialLanes m, v3 wo, vf u, vf v, vf choice) {
-  BsdfSample s = {V3((vf)(0.0f), (vf)(0.0f), (vf)(0.0f)), V3((vf)(0.0f), (vf)(0.0f), (vf)(1.0f)), (vf)(0.0f)};
-  if (EK_HAS_uniform_scatter) {
-    s.wi = warp_uniform_hemisphere(u, v);
-    s.pdf = bsdf_pdf(m, wo, s.wi);
-    s.weight = scale3(bsdf_eval(m, wo, s.wi), (vf)(2.0f * EK_PI));
-    return s;
-  }
+  BsdfSample s = {V3((vf)(0.0f), (vf)(0.0f), (vf)(0.0f)), V3((vf)(0.0f), (vf)(0.0f), (vf)(1.0f)), (vf)(0.0f), (vi)(0)};
 #define EK_LOBE(name, bit)                                              \
   if (EK_HAS_##name) {                                                  \
     const vi has = (m.lobes & (1u << bit)) != 0u;                       \
@@ -78,9 +87,17 @@ EK_FN BsdfSample bsdf_sample(MaterialLanes m, v3 wo, vf u, vf v, vf choice) {
       s.weight = select3(has, lobe.weight, s.weight);                   \
       s.wi = select3(has, lobe.wi, s.wi);                               \
       s.pdf = has ? lobe.pdf : s.pdf;                                   \
+      s.delta = has ? lobe.delta : s.delta;                             \
     }                                                                   \
   }
 #include "shared/features.def"
+  if (EK_HAS_uniform_scatter) {
+    const vi uniform = scatters_uniformly(m);
+    const v3 wi = warp_uniform_hemisphere(u, v);
+    s.weight = select3(uniform, scale3(bsdf_eval(m, wo, wi), (vf)(2.0f * EK_PI)), s.weight);
+    s.wi = select3(uniform, wi, s.wi);
+    s.pdf = uniform ? bsdf_pdf(m, wo, wi) : s.pdf;
+  }
   return s;
 }
 

@@ -10,13 +10,13 @@ EK_FN vf diffuse_pdf(MaterialLanes m, v3 wo, v3 wi) {
   return above ? wi.z * EK_INV_PI : (vf)(0.0f);
 }
 
-EK_FN v3 diffuse_eval(MaterialLanes m, v3 wo, v3 wi) { return scale3(m.albedo, diffuse_pdf(m, wo, wi)); }
+EK_FN v3 diffuse_eval(MaterialLanes m, v3 wo, v3 wi) { return scale3(m.base_color, diffuse_pdf(m, wo, wi)); }
 
 // Sampled by the cosine, so that eval / pdf is the albedo itself.
 EK_FN BsdfSample diffuse_sample(MaterialLanes m, v3 wo, vf u, vf v, vf choice) {
   (void)choice;
   const v3 wi = warp_cosine_hemisphere(u, v);
-  BsdfSample s = {m.albedo, wi, diffuse_pdf(m, wo, wi)};
+  BsdfSample s = {m.base_color, wi, diffuse_pdf(m, wo, wi), (vi)(0)};
   return s;
 }
 

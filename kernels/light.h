@@ -79,6 +79,7 @@ typedef struct {
   v3 wi;             // of the environment: world, unit
   v3 radiance;       // W / (sr m^2); for a triangle that of its front
   vi double_sided;
+  vi is_delta;       // no scattered ray can meet it
   vf pdf;            // per m^2 for a triangle, per sr for the environment
 } LightSample;
 
@@ -95,6 +96,7 @@ EK_FN LightSample light_sample(global const Light* lights, global const LightBuc
   const Rec r = rec16(lights, choice.light);
   LightSample s;
   s.is_environment = (vi)(0);
+  s.is_delta = (vi)(0);
   if (EK_HAS_environment) s.is_environment = AS_U(r.we) == (uint)LIGHT_environment;
   vf b1, b2;
   warp_triangle(choice.u, choice.v, &b1, &b2);

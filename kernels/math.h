@@ -59,4 +59,19 @@ EK_FN void sincos_2pi(vf u, vf* s, vf* c) {
   *c = ((quadrant + 1) & 2) != 0 ? -c_near : c_near;
 }
 
+/// 2^x, within 1.3 ulp; 0 below -126 (denormal numbers differ between devices), infinite from 128 on.
+EK_FN vf exp2_f(vf x) {
+  const vf bounded = max_f(min_f(x, (vf)(128.0f)), (vf)(-127.0f));
+  const vf whole = (bounded + 12582912.0f) - 12582912.0f;  // to the nearest integer
+  const vf f = bounded - whole;                            // [-1/2, 1/2], exact
+  const vf q = 0x1.62e430p-1f +
+               f * (0x1.ebfbdcp-3f +
+                    f * (0x1.c6aee8p-5f + f * (0x1.3b2d4cp-7f + f * (0x1.5f3e56p-10f + f * 0x1.41fbb8p-13f))));
+  // In two steps: 2^128 is not a float.
+  const vi half_exponent = TO_I(whole) / 2;
+  const vf a = AS_F(AS_U(half_exponent + 127) << 23), b = AS_F(AS_U(TO_I(whole) - half_exponent + 127) << 23);
+  const vf y = ((1.0f + f * q) * a) * b;
+  return x < -126.0f ? (vf)(0.0f) : y;
+}
+
 #endif

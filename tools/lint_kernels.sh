@@ -4,8 +4,8 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 clang=${CLANG:-clang-14}
-mapfile -t features < <(sed -nE 's/^EK_(LOBE|LIGHT|OPTION|AOV)\(([a-z_]+).*/\2/p' kernels/shared/features.def)
-mapfile -t stages < <(sed -nE 's/^EK_STAGE\(([a-z_]+)\).*/\1/p' kernels/shared/stages.def)
+mapfile -t features < <(sed -nE 's/^EK_(LOBE|LIGHT|OPTION|AOV)\(([a-z0-9_]+).*/\2/p' kernels/shared/features.def)
+mapfile -t stages < <(sed -nE 's/^EK_STAGE\(([a-z0-9_]+)\).*/\1/p' kernels/shared/stages.def)
 
 # lint STAGE WIDTH CHUNKED LAYOUT FEATURE|all|none
 lint() {

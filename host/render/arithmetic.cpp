@@ -59,13 +59,13 @@ void check_record_layout(Device& device, bool optimise) {
   };
   const Expected here[] = {
       {"size of Frame", sizeof(Frame)},
-      {"Frame.pixel_stride", offsetof(Frame, pixel_stride)},
+      {"Frame.environment_cos", offsetof(Frame, environment_cos)},
       {"size of Triangle", sizeof(Triangle)},
       {"Triangle.n_z", offsetof(Triangle, n_z)},
       {"size of TriangleNormals", sizeof(TriangleNormals)},
-      {"TriangleNormals.n2_z", offsetof(TriangleNormals, n2_z)},
+      {"TriangleNormals.v2", offsetof(TriangleNormals, v2)},
       {"size of MaterialRecord", sizeof(MaterialRecord)},
-      {"MaterialRecord.double_sided", offsetof(MaterialRecord, double_sided)},
+      {"MaterialRecord.emissive_texture", offsetof(MaterialRecord, emissive_texture)},
       {"size of Light", sizeof(Light)},
       {"Light.triangle", offsetof(Light, triangle)},
       {"size of LightBucket", sizeof(LightBucket)},

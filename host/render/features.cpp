@@ -14,30 +14,120 @@ struct Need {
   std::string who;
 };
 
-template <class Range, class Predicate>
-Need any_of(const Range& range, const std::string& kind, const std::string& otherwise, Predicate predicate) {
-  const auto found = std::find_if(range.begin(), range.end(), predicate);
-  if (found == range.end()) return {false, otherwise};
-  return {true, fmt::format("{} '{}'", kind, found->name)};
+/// Materials and primitives that some node shows.
+struct Shown {
+  std::vector<const Material*> materials;
+  std::vector<const Mesh*> meshes;
+
+  explicit Shown(const Scene& scene) {
+    for (const Node& node : scene.nodes) {
+      const Mesh& mesh = scene.meshes[node.mesh];
+      add(meshes, &mesh);
+      for (const Primitive& primitive : mesh.primitives) add(materials, &scene.materials[primitive.material]);
+    }
+  }
+
+  template <class Predicate>
+  [[nodiscard]] Need material(const std::string& otherwise, Predicate predicate) const {
+    for (const Material* m : materials)
+      if (predicate(*m)) return {true, fmt::format("material '{}'", m->name)};
+    return {false, otherwise};
+  }
+  template <class Predicate>
+  [[nodiscard]] Need primitive(const std::string& otherwise, Predicate predicate) const {
+    for (const Mesh* m : meshes)
+      if (std::any_of(m->primitives.begin(), m->primitives.end(), predicate))
+        return {true, fmt::format("mesh '{}'", m->name)};
+    return {false, otherwise};
+  }
+
+ private:
+  template <class T>
+  static void add(std::vector<const T*>& list, const T* item) {
+    if (std::find(list.begin(), list.end(), item) == list.end()) list.push_back(item);
+  }
+};
+
+std::vector<const Texture*> textures_of(const Material& m) {
+  std::vector<const Texture*> all;
+  for (const std::optional<Texture>* t :
+       {&m.base_color_texture, &m.metallic_roughness_texture, &m.normal_texture, &m.emissive_texture,
+        &m.transmission_texture, &m.specular_texture, &m.specular_color_texture})
+    if (*t) all.push_back(&**t);
+  return all;
 }
 
 }  // namespace
 
+std::string lobe_of(const Material& material) {
+  if (material.unlit) return "diffuse";
+  const bool may_be_dielectric = material.metallic < 1 || material.metallic_roughness_texture;
+  if (material.transmission > 0 && may_be_dielectric) return "transmission";
+  if (material.metallic > 0 || material.specular > 0) return "metallic_roughness";
+  return "diffuse";
+}
+
 Features::Features(const Scene& scene, const Settings& settings) {
   std::map<std::string, Need> needs;
-  needs["diffuse"] = {true, "every material"};
+  const Shown shown(scene);
+  const auto lobe = [&](const char* name) {
+    needs[name] = shown.material("no material", [&](const Material& m) { return lobe_of(m) == name; });
+  };
+#define EK_LOBE(name, bit) lobe(#name);
+#include "shared/features.def"
   const Material* const emitter = first_emitter(scene);
   needs["area"] = {emitter != nullptr,
                    emitter != nullptr ? fmt::format("material '{}'", emitter->name) : "nothing emits"};
   const glm::vec3 sky = settings.environment.radiance;
-  const bool has_sky = sky.x > 0 || sky.y > 0 || sky.z > 0;
-  needs["environment"] = {has_sky, has_sky ? "the environment" : "the environment is black"};
-  needs["vertex_normal"] = any_of(scene.meshes, "mesh", "no mesh has normals", [](const Mesh& mesh) {
-    return std::any_of(mesh.primitives.begin(), mesh.primitives.end(),
-                       [](const Primitive& p) { return !p.normals_object.empty(); });
+  const EnvironmentMap* const map = settings.environment.map.get();
+  const bool has_sky = map == nullptr && (sky.x > 0 || sky.y > 0 || sky.z > 0);
+  needs["environment"] = {has_sky, has_sky          ? "the environment"
+                                   : map != nullptr ? "the environment is a map"
+                                                    : "the environment is black"};
+  needs["environment_map"] = {map != nullptr, map != nullptr ? map->name : "no map"};
+  const auto punctual = [&](const char* name, PunctualLight::Kind kind) {
+    const auto found = std::find_if(scene.lights.begin(), scene.lights.end(),
+                                    [&](const PunctualLight& light) { return light.kind == kind; });
+    needs[name] =
+        found == scene.lights.end() ? Need{false, "no such light"} : Need{true, fmt::format("light '{}'", found->name)};
+  };
+  punctual("point", PunctualLight::Kind::point);
+  punctual("spot", PunctualLight::Kind::spot);
+  punctual("directional", PunctualLight::Kind::directional);
+  needs["vertex_normal"] =
+      shown.primitive("no mesh has normals", [](const Primitive& p) { return !p.normals_object.empty(); });
+  needs["vertex_color"] = shown.primitive("no mesh has colours", [](const Primitive& p) { return !p.colors.empty(); });
+  needs["uv"] = shown.material("no texture", [](const Material& m) { return !textures_of(m).empty(); });
+  needs["uv1"] = shown.material("no texture is placed by TEXCOORD_1", [](const Material& m) {
+    const std::vector<const Texture*> all = textures_of(m);
+    return std::any_of(all.begin(), all.end(), [](const Texture* t) { return t->uv_set == 1; });
   });
+  const auto texture = [&](const char* name, auto member) {
+    needs[name] = shown.material("no such texture", [&](const Material& m) { return (m.*member).has_value(); });
+  };
+  texture("base_color_texture", &Material::base_color_texture);
+  texture("metallic_roughness_texture", &Material::metallic_roughness_texture);
+  texture("normal_texture", &Material::normal_texture);
+  texture("emissive_texture", &Material::emissive_texture);
+  texture("transmission_texture", &Material::transmission_texture);
+  needs["specular_texture"] = shown.material(
+      "no such texture", [](const Material& m) { return m.specular_texture || m.specular_color_texture; });
+  needs["material_extension"] = shown.material("no specular, transmission or volume", [](const Material& m) {
+    return lobe_of(m) == "transmission" ||
+           (lobe_of(m) != "diffuse" &&
+            (m.specular != 1 || m.specular_color != glm::vec3(1) || m.specular_texture || m.specular_color_texture));
+  });
+  needs["absorption"] = shown.material("no volume absorbs", [](const Material& m) {
+    return lobe_of(m) == "transmission" && m.solid && m.attenuation_distance > 0 && m.attenuation_color != glm::vec3(1);
+  });
+  needs["opacity"] =
+      shown.material("every material is opaque", [](const Material& m) { return m.alpha_mode != AlphaMode::opaque; });
+  needs["unlit"] = shown.material("no material is unlit", [](const Material& m) { return m.unlit; });
   const LightSampling sampling = settings.light_sampling;
-  const bool lit = needs["area"].on || has_sky;
+  bool lit = false;
+#define EK_LIGHT(name, bit) lit = lit || needs[#name].on;
+#include "shared/features.def"
+
   const bool samples_lights = sampling == LightSampling::mis || sampling == LightSampling::light;
   needs["next_event"] = {samples_lights && lit, lit ? "--light-sampling" : "there is no light"};
   needs["bsdf_emission"] = {sampling != LightSampling::light && lit, lit ? "--light-sampling" : "there is no light"};
@@ -97,7 +187,8 @@ PathStateLayout path_state_layout(const Features& features, bool chunked) {
   // The `needed` expressions of path_state.def, evaluated as the kernels' preprocessor does.
   const bool EK_CHUNKED = chunked;
   const bool EK_HAS_next_event = features.has("next_event"), EK_HAS_environment = features.has("environment"),
-             EK_HAS_bsdf_emission = features.has("bsdf_emission");
+             EK_HAS_bsdf_emission = features.has("bsdf_emission"), EK_HAS_absorption = features.has("absorption"),
+             EK_HAS_opacity = features.has("opacity");
   PathStateLayout layout;
   const auto add = [&](const char* name, bool needed) {
     if (needed) layout.field[name] = layout.words++;

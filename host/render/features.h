@@ -18,6 +18,9 @@ struct Feature {
   std::string who;  // who needs it, or why it is out
 };
 
+/// The lobe of features.def that scatters as this material does.
+[[nodiscard]] std::string lobe_of(const Material& material);
+
 class Features {
  public:
   Features(const Scene& scene, const Settings& settings);

@@ -20,8 +20,14 @@ struct PackedLight {
 
 struct PackedScene {
   std::vector<Triangle> triangles;
-  std::vector<TriangleNormals> normals;  // empty without EK_HAS_vertex_normal
+  // One per triangle, or empty where features.def says that nothing needs them.
+  std::vector<TriangleNormals> normals;
+  std::vector<TriangleTangents> tangents;
+  std::vector<TriangleColors> colors;
   std::vector<MaterialRecord> materials;
+  std::vector<MaterialExtension> material_extensions;  // one per material, or empty
+  std::vector<TextureRecord> textures;                 // one per use of an image
+  std::vector<std::uint32_t> texels;                   // EK_TEXEL_TABLE words, then the images; empty without textures
   std::vector<Light> lights;
   std::vector<LightBucket> light_buckets;
   std::vector<PackedLight> light_summary;  // one per emissive material, and the environment

@@ -147,7 +147,12 @@ struct Wavefront::Impl {
     upload_array("accel_leaves", accel().leaves);
     upload_array("triangles", scene.triangles);
     upload_array("triangle_normals", scene.normals);
+    upload_array("triangle_tangents", scene.tangents);
+    upload_array("triangle_colors", scene.colors);
     upload_array("materials", scene.materials);
+    upload_array("material_extensions", scene.material_extensions);
+    upload_array("textures", scene.textures);
+    upload_array("texels", scene.texels);
     upload_array("lights", scene.lights);
     upload_array("light_buckets", scene.light_buckets);
 

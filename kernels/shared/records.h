@@ -34,7 +34,10 @@ typedef struct {
   uint light_count;               // entries of the light table
   uint film_stride;               // paths (padded) between two channels of the film slots
   uint pixel_stride;              // pixels (padded) between two limbs of the film sums
-  uint pad0, pad1, pad2, pad3;
+  uint environment_width;         // of the environment map, texels
+  uint environment_height;
+  float environment_sin;          // of its rotation about +Y
+  float environment_cos;
 } Frame;
 EK_ASSERT_SIZE(Frame, 176);
 
@@ -51,23 +54,92 @@ typedef struct {
 } Triangle;
 EK_ASSERT_SIZE(Triangle, 64);
 
-// Vertex normals, only when some mesh has its own (EK_HAS_vertex_normal).
+// Vertex normals and the first texture coordinates, only when something needs them (EK_HAS_vertex_normal, EK_HAS_uv).
 typedef struct {
-  float n0_x, n0_y, n0_z;         // world, unit
+  float n0_x, n0_y, n0_z;         // world, unit; all zero: this triangle is flat
   float n1_x, n1_y, n1_z;
   float n2_x, n2_y, n2_z;
-  uint pad0, pad1, pad2, pad3, pad4, pad5, pad6;
+  float u0, v0, u1, v1, u2, v2;   // TEXCOORD_0
+  uint pad0;
 } TriangleNormals;
 EK_ASSERT_SIZE(TriangleNormals, 64);
 
+// Tangents and the second texture coordinates (EK_HAS_normal_texture, EK_HAS_uv1).
 typedef struct {
-  float albedo_r, albedo_g, albedo_b;
+  float t0_x, t0_y, t0_z;         // world, unit; all zero: none, the normal map is ignored
+  float t1_x, t1_y, t1_z;
+  float t2_x, t2_y, t2_z;
+  float bitangent_sign;           // bitangent = sign * cross(normal, tangent)
+  float u0, v0, u1, v1, u2, v2;   // TEXCOORD_1
+} TriangleTangents;
+EK_ASSERT_SIZE(TriangleTangents, 64);
+
+// Vertex colours (EK_HAS_vertex_color): linear, with opacity; they multiply base colour and opacity.
+typedef struct {
+  float r0, g0, b0, a0;
+  float r1, g1, b1, a1;
+  float r2, g2, b2, a2;
+  uint pad0, pad1, pad2, pad3;
+} TriangleColors;
+EK_ASSERT_SIZE(TriangleColors, 64);
+
+// MaterialRecord.flags: the lobe (a bit of EK_LOBE) in the low byte, then these.
+#define EK_MATERIAL_DOUBLE_SIDED 0x100u  // emits on both sides
+#define EK_MATERIAL_UNLIT 0x200u         // shows its base colour to the camera, and lights nothing
+#define EK_MATERIAL_MASK 0x400u          // opacity is 1 from alpha_cutoff on, else 0
+#define EK_MATERIAL_BLEND 0x800u         // opacity is the probability of a hit
+#define EK_MATERIAL_SOLID 0x1000u        // transmits by refraction; else thin-walled
+#define EK_NO_TEXTURE 0xffffffffu
+
+// A material's factors; textures (indices into textures, or EK_NO_TEXTURE) multiply them.
+typedef struct {
+  float base_color_r, base_color_g, base_color_b;
   float emission_r, emission_g, emission_b;  // radiance, W / (sr m^2)
-  uint lobes;                     // bit set of EK_LOBE
-  uint double_sided;              // 1: emits on both sides
-  uint pad0, pad1, pad2, pad3, pad4, pad5, pad6, pad7;
+  uint flags;
+  float metallic, roughness;
+  float ior;                      // 0: reflects everything [KHR_materials_ior]
+  float opacity, alpha_cutoff;
+  uint base_color_texture;        // RGB, A: opacity
+  uint metallic_roughness_texture;  // G: roughness, B: metallic
+  uint normal_texture;
+  uint emissive_texture;
 } MaterialRecord;
 EK_ASSERT_SIZE(MaterialRecord, 64);
+
+// What few materials have (EK_HAS_material_extension): KHR_materials_specular, _transmission, _volume.
+typedef struct {
+  float specular;
+  float specular_color_r, specular_color_g, specular_color_b;
+  float transmission;
+  float absorption_r, absorption_g, absorption_b;  // log2 of the transmittance of a metre, <= 0
+  uint transmission_texture;      // R
+  uint specular_texture;          // A
+  uint specular_color_texture;    // RGB
+  uint pad0, pad1, pad2, pad3, pad4;
+} MaterialExtension;
+EK_ASSERT_SIZE(MaterialExtension, 64);
+
+// TextureRecord.flags
+#define EK_TEXTURE_SRGB 1u        // R, G, B are sRGB-encoded
+#define EK_TEXTURE_NEAREST 2u     // else bilinear
+#define EK_TEXTURE_UV1 4u         // TEXCOORD_1, else TEXCOORD_0
+#define EK_TEXTURE_CLAMP_U 8u     // neither clamp nor mirror: repeat
+#define EK_TEXTURE_MIRROR_U 16u
+#define EK_TEXTURE_CLAMP_V 32u
+#define EK_TEXTURE_MIRROR_V 64u
+#define EK_TEXEL_TABLE 256u       // first words of texels: linear value of each sRGB code, as floats
+
+// One use of an image: where its texels lie, and how they are looked up.
+typedef struct {
+  uint first_texel;               // word of texels: RGBA, 8 bits each, R lowest; row-major from the top
+  uint width, height;
+  uint flags;
+  float u_u, u_v, u_1;            // image's u = u_u * u + u_v * v + u_1, in [0, 1] over the image
+  float v_u, v_v, v_1;            // from the top
+  float scale;                    // normal maps: of x and y
+  uint pad0, pad1, pad2, pad3, pad4;
+} TextureRecord;
+EK_ASSERT_SIZE(TextureRecord, 64);
 
 // An emissive triangle, or the environment (kind 1, nothing else set).
 typedef struct {

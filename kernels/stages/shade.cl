@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Stage `shade`.   From: paths of this depth that hit something.   To: the paths of the next depth, pending shadow rays.
-// Adds emission, samples a light (the shadow ray carries what arrives if nothing is in the way), scatters, and lets roulette
+// Finds the material, adds emission, samples a light (the shadow ray carries what arrives if nothing is in the way), scatters, and lets roulette
 // decide. CPU devices pack survivors in place; GPU devices leave that to compact.cl.
-#include "bsdf.h"
+#include "alpha.h"
 #include "light.h"
+#include "material.h"
+#include "medium.h"
 #include "sampler.h"
-#include "surface.h"
+#include "shading_normal.h"
 #include "wavefront.h"
 
 EK_FN void film_set(global float* film_slots, uint film_stride, uint channel, vi live, vu path, vf value) {
@@ -16,10 +18,23 @@ EK_FN void film_set(global float* film_slots, uint film_stride, uint channel, vi
   scatter_f(film_slots + (size_t)channel * film_stride, slot, value);
 }
 
+// Reflected light stays on the viewer's side of the surface itself, transmitted light leaves it: else walls would leak.
+// cos_geom  of the direction with n_geom
+EK_FN vi agrees(v3 wi, vf cos_geom) {
+  const vi reflected = (wi.z > 0.0f) & (cos_geom > 0.0f);
+  if (!EK_HAS_transmission) return reflected;
+  return reflected | ((wi.z < 0.0f) & (cos_geom < 0.0f));
+}
+
+// terminator_factor of reflected light; wi: local and world.
+EK_FN vf fade(v3 wi, v3 wi_world, v3 n_geom, v3 n_shade) {
+  return wi.z > 0.0f ? terminator_factor(wi_world, n_geom, n_shade) : (vf)(1.0f);
+}
+
 kernel void shade(constant Frame* frame, global uint* path_state, global uint* counts, global const uint* queue_rays,
-                  global float* film_slots, global const Triangle* triangles,
-                  global const TriangleNormals* triangle_normals, global const MaterialRecord* materials,
-                  global const Light* lights, global const LightBucket* light_buckets, uint depth) {
+                  global float* film_slots, EK_SCENE_ARGUMENTS, global const Light* lights,
+                  global const LightBucket* light_buckets, uint depth) {
+  const SceneData scene = EK_SCENE_DATA;
   global uint* state = chunk_state(path_state);
   const uint count = counts[4 * EK_CHUNK_INDEX + (depth & 1)];
   const uint film_stride = frame->film_stride;
@@ -36,26 +51,43 @@ kernel void shade(constant Frame* frame, global uint* path_state, global uint* c
     const vu triangle = live ? hit : (vu)(0u);
     const vu path = state_u(state, FIELD_path, slot), key = state_u(state, FIELD_key, slot),
              index = state_u(state, FIELD_index, slot);
-    const v3 dir = state_3(state, FIELD_dir_x, slot), beta = state_3(state, FIELD_beta_r, slot);
+    const v3 dir = state_3(state, FIELD_dir_x, slot);
+    v3 beta = state_3(state, FIELD_beta_r, slot);
     const vf t = state_f(state, FIELD_hit_t, slot), u = state_f(state, FIELD_hit_u, slot),
              v = state_f(state, FIELD_hit_v, slot), scatter_pdf = state_f(state, FIELD_pdf, slot);
 
     const TriangleLanes corners = load_triangle(triangles, triangle);
-    const MaterialLanes material = load_material(materials, corners.material);
     const Surface surface = surface_at(corners, u, v);
     const vi front = dot3(surface.n_geom, dir) < 0.0f;
+    const Coordinates at = hit_coordinates(scene, triangle, u, v);
+    const HitMaterial hit_surface = hit_material(scene, corners.material, triangle, at, u, v, front);
+    const MaterialLanes material = hit_surface.bsdf;
     const v3 n_geom = select3(front, surface.n_geom, neg3(surface.n_geom));  // towards the viewer
     v3 n_shade = n_geom;
-    if (EK_HAS_vertex_normal) {
-      n_shade = shading_normal(triangle_normals, triangle, u, v, surface.n_geom);
+    if (EK_HAS_vertex_normal | EK_HAS_normal_texture) {
+      if (EK_HAS_vertex_normal) n_shade = shading_normal(triangle_normals, triangle, u, v, surface.n_geom);
+      else n_shade = surface.n_geom;
+      if (EK_HAS_normal_texture)
+        n_shade = mapped_normal(scene, hit_surface.normal_texture, triangle, at, u, v, n_shade, surface.n_geom);
       n_shade = select3(front, n_shade, neg3(n_shade));
+      n_shade = usable_normal(n_shade, n_geom, neg3(dir), material.lobes != (1u << LOBE_diffuse));
+    }
+
+    vu medium = (vu)(0u);
+    v3 absorption;  // log2 of a metre's transmittance
+    if (EK_HAS_absorption) {
+      medium = state_u(state, FIELD_medium, slot);
+      // A ray that meets a solid's back without having entered it began inside.
+      medium = (medium == 0u) & !front & material.solid ? corners.material + 1u : medium;
+      absorption = medium_absorption(scene, medium);
+      beta = mul3(beta, transmittance(absorption, t));
     }
 
     if (depth == 1) {
       if (EK_HAS_albedo) {
-        film_set(film_slots, film_stride, FILM_albedo, live, path, material.albedo.x);
-        film_set(film_slots, film_stride, FILM_albedo + 1, live, path, material.albedo.y);
-        film_set(film_slots, film_stride, FILM_albedo + 2, live, path, material.albedo.z);
+        film_set(film_slots, film_stride, FILM_albedo, live, path, material.base_color.x);
+        film_set(film_slots, film_stride, FILM_albedo + 1, live, path, material.base_color.y);
+        film_set(film_slots, film_stride, FILM_albedo + 2, live, path, material.base_color.z);
       }
       if (EK_HAS_normal) {
         film_set(film_slots, film_stride, FILM_normal, live, path, n_shade.x);
@@ -73,7 +105,8 @@ kernel void shade(constant Frame* frame, global uint* path_state, global uint* c
     }
 
     if (EK_HAS_area) {
-      const vi emits = live & emits_towards(surface.n_geom, material.double_sided, dir) & (max_component(material.emission) > 0.0f);
+      const vi emits = live & emits_towards(surface.n_geom, hit_surface.double_sided, dir) &
+                       (max_component(hit_surface.emission) > 0.0f);
       if (ANY(emits)) {
         vf weight = (vf)(1.0f);
         if (EK_HAS_next_event) {
@@ -83,8 +116,16 @@ kernel void shade(constant Frame* frame, global uint* path_state, global uint* c
                                : corners.light_pdf_m2 > 0.0f ? (vf)(0.0f) : (vf)(1.0f);
           weight = scatter_pdf < 0.0f ? weight : scattered;
         }
-        film_add(film_slots, film_stride, FILM_r, emits, path, scale3(mul3(beta, material.emission), weight));
+        film_add(film_slots, film_stride, FILM_r, emits, path, scale3(mul3(beta, hit_surface.emission), weight));
       }
+    }
+
+    if (EK_HAS_unlit) {
+      // Seen by the camera, directly or through mirrors and windows; no light for anything else.
+      const vi shown = live & hit_surface.unlit;
+      if (ANY(shown))
+        film_add(film_slots, film_stride, FILM_r, shown & (scatter_pdf < 0.0f), path, mul3(beta, material.base_color));
+      live = live & !hit_surface.unlit;
     }
 
     live = last ? (vi)(0) : live;
@@ -100,11 +141,19 @@ kernel void shade(constant Frame* frame, global uint* path_state, global uint* c
       const LightSample light = light_sample(lights, light_buckets, frame->light_count, frame->environment, basis, a, b);
       shadow = light_path(light, surface.p, surface.p_error, n_geom);
       const v3 wi = to_local(basis, shadow.wi);
-      const v3 f = bsdf_eval(material, wo, wi);
+      v3 f = bsdf_eval(material, wo, wi);
+      if (EK_HAS_vertex_normal | EK_HAS_normal_texture) f = scale3(f, fade(wi, shadow.wi, n_geom, n_shade));
       vf weight = (vf)(1.0f);
-      if (EK_HAS_bsdf_emission) weight = power_heuristic(shadow.pdf, bsdf_pdf(material, wo, wi));
+      if (EK_HAS_bsdf_emission) {
+        weight = power_heuristic(shadow.pdf, bsdf_pdf(material, wo, wi));
+        weight = light.is_delta ? (vf)(1.0f) : weight;
+      }
       arriving = scale3(mul3(mul3(beta, f), light.radiance), weight / shadow.pdf);
-      pending = live & (dot3(shadow.wi, n_geom) > 0.0f) & (shadow.pdf > 0.0f) & (max_component(f) > 0.0f) &
+      if (EK_HAS_absorption) {
+        const vu towards = medium_after(material, medium, corners.material, front, wi.z < 0.0f);
+        arriving = mul3(arriving, transmittance(medium_absorption(scene, towards), sqrt(dot3(shadow.dir, shadow.dir))));
+      }
+      pending = live & agrees(wi, dot3(shadow.wi, n_geom)) & (shadow.pdf > 0.0f) & (max_component(f) > 0.0f) &
                 (max_component(light.radiance) > 0.0f);
     }
 
@@ -114,10 +163,13 @@ kernel void shade(constant Frame* frame, global uint* path_state, global uint* c
     const BsdfSample scattered = bsdf_sample(material, wo, scatter_u, scatter_v, choice);
     const v3 next_dir = to_world(basis, scattered.wi);
     v3 next_beta = mul3(beta, scattered.weight);
-    vi survives = live & (scattered.pdf > 0.0f) & (dot3(next_dir, n_geom) > 0.0f) & (max_component(next_beta) > 0.0f);
+    if (EK_HAS_vertex_normal | EK_HAS_normal_texture)
+      next_beta = scale3(next_beta, fade(scattered.wi, next_dir, n_geom, n_shade));
+    vi survives = live & (scattered.pdf > 0.0f) & agrees(scattered.wi, dot3(next_dir, n_geom)) &
+                  (max_component(abs3(next_beta)) > 0.0f);
     if (!(EK_HAS_bsdf_emission | EK_HAS_next_event)) survives = (vi)(0);
     if (depth >= frame->roulette_depth) {
-      const vf survival = min_f(max_component(next_beta), (vf)(0.95f));
+      const vf survival = min_f(max_component(abs3(next_beta)), (vf)(0.95f));
       survives = survives & (roulette < survival);
       next_beta = scale3(next_beta, (vf)(1.0f) / survival);
     }
@@ -145,7 +197,9 @@ kernel void shade(constant Frame* frame, global uint* path_state, global uint* c
     EK_KEEP(FIELD_beta_r, AS_U(next_beta.x));
     EK_KEEP(FIELD_beta_g, AS_U(next_beta.y));
     EK_KEEP(FIELD_beta_b, AS_U(next_beta.z));
-    EK_KEEP(FIELD_pdf, AS_U(scattered.pdf));
+    EK_KEEP(FIELD_pdf, AS_U(scattered.delta ? (vf)(-1.0f) : scattered.pdf));
+    if (EK_HAS_absorption)
+      EK_KEEP(FIELD_medium, medium_after(material, medium, corners.material, front, scattered.wi.z < 0.0f));
     if (EK_HAS_environment & EK_HAS_next_event & EK_HAS_bsdf_emission)
       EK_KEEP(FIELD_pdf_environment, AS_U(environment_pdf_sr(frame->environment.w, scattered.wi.z)));
     if (EK_HAS_next_event) {
@@ -153,6 +207,7 @@ kernel void shade(constant Frame* frame, global uint* path_state, global uint* c
       const Packing cast = packing(pending);
 #endif
       EK_KEEP_SHADOW(FIELD_shadow_path, path);
+      if (EK_HAS_opacity) EK_KEEP_SHADOW(FIELD_shadow_key, opacity_key(key, index, depth, 1u));
       EK_KEEP_SHADOW(FIELD_shadow_origin_x, AS_U(shadow.origin.x));
       EK_KEEP_SHADOW(FIELD_shadow_origin_y, AS_U(shadow.origin.y));
       EK_KEEP_SHADOW(FIELD_shadow_origin_z, AS_U(shadow.origin.z));

@@ -19,18 +19,30 @@ using Direction = std::array<float, 3>;
 
 MaterialRecord material_with_only(unsigned bit) {
   MaterialRecord m{};
-  m.lobes = 1U << bit;
+  m.flags = 1U << bit;
+  m.ior = 1.5F;
+  m.base_color_texture = m.metallic_roughness_texture = m.normal_texture = m.emissive_texture = EK_NO_TEXTURE;
   return m;
+}
+
+std::vector<MaterialExtension> extensions_of(const std::vector<MaterialRecord>& materials) {
+  MaterialExtension plain{};
+  plain.specular = plain.specular_color_r = plain.specular_color_g = plain.specular_color_b = 1;
+  plain.transmission_texture = plain.specular_texture = plain.specular_color_texture = EK_NO_TEXTURE;
+  return std::vector<MaterialExtension>(materials.size(), plain);
 }
 
 std::vector<MaterialRecord> materials_of_diffuse(unsigned bit) {
   MaterialRecord white = material_with_only(bit), coloured = white;
-  white.albedo_r = white.albedo_g = white.albedo_b = 1;
-  coloured.albedo_r = 0.8F;
-  coloured.albedo_g = 0.3F;
-  coloured.albedo_b = 0;
+  white.base_color_r = white.base_color_g = white.base_color_b = 1;
+  coloured.base_color_r = 0.8F;
+  coloured.base_color_g = 0.3F;
+  coloured.base_color_b = 0;
   return {white, coloured};
 }
+
+std::vector<MaterialRecord> materials_of_metallic_roughness(unsigned bit) { return materials_of_diffuse(bit); }
+std::vector<MaterialRecord> materials_of_transmission(unsigned bit) { return materials_of_diffuse(bit); }
 
 struct Lobe {
   const char* name;
@@ -72,6 +84,13 @@ struct Queries {
 std::vector<Words> scatter(const std::vector<MaterialRecord>& materials, const Queries& q, bool uniform) {
   return Probe("bsdf")
       .buffer("materials", materials)
+      .buffer("triangles", std::vector<Triangle>(1))
+      .buffer("triangle_normals", std::vector<TriangleNormals>(1))
+      .buffer("triangle_tangents", std::vector<TriangleTangents>(1))
+      .buffer("triangle_colors", std::vector<TriangleColors>{{1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 0, 0, 0, 0}})
+      .buffer("material_extensions", extensions_of(materials))
+      .buffer("textures", std::vector<TextureRecord>(1))
+      .buffer("texels", std::vector<std::uint32_t>(EK_TEXEL_TABLE + 1))
       .define("EK_HAS_uniform_scatter", uniform ? "1" : "0")
       .run("probe_bsdf", q.in, 19);
 }
@@ -184,7 +203,7 @@ TEST(Bsdf, M5_no_more_light_leaves_than_arrives_and_none_is_lost_in_the_white_fu
       }
 }
 
-TEST(Bsdf, lambert_returns_its_albedo_from_every_sample) {
+TEST(Bsdf, lambert_returns_its_base_color_from_every_sample) {
   std::mt19937 random(5);
   const auto materials = materials_of_diffuse(0);
   Queries q;
@@ -192,9 +211,9 @@ TEST(Bsdf, lambert_returns_its_albedo_from_every_sample) {
     q.add(1, from_cosine(uniform(random) + 1e-3F, 0), {0, 0, 1}, uniform(random), uniform(random), 0);
   const auto out = scatter(materials, q, false);
   for (std::size_t i = 0; i < q.in[0].size(); ++i) {
-    ASSERT_EQ(as_float(out[4][i]), materials[1].albedo_r);
-    ASSERT_EQ(as_float(out[5][i]), materials[1].albedo_g);
-    ASSERT_EQ(as_float(out[6][i]), materials[1].albedo_b);
+    ASSERT_EQ(as_float(out[4][i]), materials[1].base_color_r);
+    ASSERT_EQ(as_float(out[5][i]), materials[1].base_color_g);
+    ASSERT_EQ(as_float(out[6][i]), materials[1].base_color_b);
   }
 }
 
@@ -202,8 +221,8 @@ TEST(Bsdf, scattering_is_linear_in_the_albedo) {
   std::mt19937 random(6);
   auto materials = materials_of_diffuse(0);
   materials.push_back(materials[1]);
-  materials[2].albedo_r *= 0.25F;
-  materials[2].albedo_g *= 0.25F;
+  materials[2].base_color_r *= 0.25F;
+  materials[2].base_color_g *= 0.25F;
   Queries full, quarter;
   for (int i = 0; i < 4096; ++i) {
     const Direction wo = from_cosine(uniform(random), 0.2), wi = from_cosine(uniform(random), 0.9);
@@ -258,7 +277,8 @@ TEST(Bsdf, a_material_without_lobes_is_black_and_still_emits) {
   lamp.emission_r = 17;
   lamp.emission_g = 12;
   lamp.emission_b = 4;
-  lamp.double_sided = 1;
+  lamp.flags = EK_MATERIAL_DOUBLE_SIDED;
+  lamp.base_color_texture = lamp.metallic_roughness_texture = lamp.emissive_texture = EK_NO_TEXTURE;
   Queries q;
   q.add(0, from_angle(20, 0), from_angle(50, 0.5), 0.2F, 0.9F, 0.5F);
   const auto out = scatter({lamp}, q, false);

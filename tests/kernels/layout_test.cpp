@@ -14,41 +14,136 @@ namespace {
 // Every field of every record; the sizes below add up, so none can be forgotten.
 #define FRAME_FIELDS(F)                                                                                              \
   F(Frame, camera_origin)                                                                                            \
-  F(Frame, camera_x) F(Frame, camera_y) F(Frame, camera_corner) F(Frame, environment) F(Frame, scene_center)         \
-      F(Frame, scene_half) F(Frame, path_count) F(Frame, pixel_count) F(Frame, sample_count) F(Frame, sample_begin)  \
-          F(Frame, sample_high) F(Frame, seed) F(Frame, replicate_bits) F(Frame, max_depth) F(Frame, roulette_depth) \
-              F(Frame, light_count) F(Frame, film_stride) F(Frame, pixel_stride) F(Frame, pad0) F(Frame, pad1)       \
-                  F(Frame, pad2) F(Frame, pad3)
+  F(Frame, camera_x)                                                                                                 \
+  F(Frame, camera_y) F(Frame, camera_corner) F(Frame, environment) F(Frame, scene_center) F(Frame, scene_half)       \
+      F(Frame, path_count) F(Frame, pixel_count) F(Frame, sample_count) F(Frame, sample_begin) F(Frame, sample_high) \
+          F(Frame, seed) F(Frame, replicate_bits) F(Frame, max_depth) F(Frame, roulette_depth) F(Frame, light_count) \
+              F(Frame, film_stride) F(Frame, pixel_stride) F(Frame, environment_width) F(Frame, environment_height)  \
+                  F(Frame, environment_sin) F(Frame, environment_cos)
 #define TRIANGLE_FIELDS(F)                                                                                    \
   F(Triangle, p0_x)                                                                                           \
-  F(Triangle, p0_y) F(Triangle, p0_z) F(Triangle, p1_x) F(Triangle, p1_y) F(Triangle, p1_z) F(Triangle, p2_x) \
-      F(Triangle, p2_y) F(Triangle, p2_z) F(Triangle, material) F(Triangle, light_pdf_m2) F(Triangle, node)   \
-          F(Triangle, n_x) F(Triangle, n_y) F(Triangle, n_z) F(Triangle, pad0)
-#define NORMALS_FIELDS(F)                                                                                     \
-  F(TriangleNormals, n0_x)                                                                                    \
-  F(TriangleNormals, n0_y) F(TriangleNormals, n0_z) F(TriangleNormals, n1_x) F(TriangleNormals, n1_y)         \
-      F(TriangleNormals, n1_z) F(TriangleNormals, n2_x) F(TriangleNormals, n2_y) F(TriangleNormals, n2_z)     \
-          F(TriangleNormals, pad0) F(TriangleNormals, pad1) F(TriangleNormals, pad2) F(TriangleNormals, pad3) \
-              F(TriangleNormals, pad4) F(TriangleNormals, pad5) F(TriangleNormals, pad6)
-#define MATERIAL_FIELDS(F)                                                                                            \
-  F(MaterialRecord, albedo_r)                                                                                         \
-  F(MaterialRecord, albedo_g) F(MaterialRecord, albedo_b) F(MaterialRecord, emission_r) F(MaterialRecord, emission_g) \
-      F(MaterialRecord, emission_b) F(MaterialRecord, lobes) F(MaterialRecord, double_sided) F(MaterialRecord, pad0)  \
-          F(MaterialRecord, pad1) F(MaterialRecord, pad2) F(MaterialRecord, pad3) F(MaterialRecord, pad4)             \
-              F(MaterialRecord, pad5) F(MaterialRecord, pad6) F(MaterialRecord, pad7)
-#define LIGHT_FIELDS(F)                                                                                    \
-  F(Light, p0_x)                                                                                           \
-  F(Light, p0_y) F(Light, p0_z) F(Light, p1_x) F(Light, p1_y) F(Light, p1_z) F(Light, p2_x) F(Light, p2_y) \
-      F(Light, p2_z) F(Light, emission_r) F(Light, emission_g) F(Light, emission_b) F(Light, pdf_m2)       \
-          F(Light, double_sided) F(Light, kind) F(Light, triangle)
+  F(Triangle, p0_y)                                                                                           \
+  F(Triangle, p0_z) F(Triangle, p1_x) F(Triangle, p1_y) F(Triangle, p1_z) F(Triangle, p2_x) F(Triangle, p2_y) \
+      F(Triangle, p2_z) F(Triangle, material) F(Triangle, light_pdf_m2) F(Triangle, node) F(Triangle, n_x)    \
+          F(Triangle, n_y) F(Triangle, n_z) F(Triangle, pad0)
+#define NORMALS_FIELDS(F)  \
+  F(TriangleNormals, n0_x) \
+  F(TriangleNormals, n0_y) \
+  F(TriangleNormals, n0_z) \
+  F(TriangleNormals, n1_x) \
+  F(TriangleNormals, n1_y) \
+  F(TriangleNormals, n1_z) \
+  F(TriangleNormals, n2_x) \
+  F(TriangleNormals, n2_y) \
+  F(TriangleNormals, n2_z) \
+  F(TriangleNormals, u0)   \
+  F(TriangleNormals, v0)   \
+  F(TriangleNormals, u1)   \
+  F(TriangleNormals, v1)   \
+  F(TriangleNormals, u2)   \
+  F(TriangleNormals, v2)   \
+  F(TriangleNormals, pad0)
+#define TANGENTS_FIELDS(F)            \
+  F(TriangleTangents, t0_x)           \
+  F(TriangleTangents, t0_y)           \
+  F(TriangleTangents, t0_z)           \
+  F(TriangleTangents, t1_x)           \
+  F(TriangleTangents, t1_y)           \
+  F(TriangleTangents, t1_z)           \
+  F(TriangleTangents, t2_x)           \
+  F(TriangleTangents, t2_y)           \
+  F(TriangleTangents, t2_z)           \
+  F(TriangleTangents, bitangent_sign) \
+  F(TriangleTangents, u0)             \
+  F(TriangleTangents, v0)             \
+  F(TriangleTangents, u1)             \
+  F(TriangleTangents, v1)             \
+  F(TriangleTangents, u2)             \
+  F(TriangleTangents, v2)
+#define COLORS_FIELDS(F)  \
+  F(TriangleColors, r0)   \
+  F(TriangleColors, g0)   \
+  F(TriangleColors, b0)   \
+  F(TriangleColors, a0)   \
+  F(TriangleColors, r1)   \
+  F(TriangleColors, g1)   \
+  F(TriangleColors, b1)   \
+  F(TriangleColors, a1)   \
+  F(TriangleColors, r2)   \
+  F(TriangleColors, g2)   \
+  F(TriangleColors, b2)   \
+  F(TriangleColors, a2)   \
+  F(TriangleColors, pad0) \
+  F(TriangleColors, pad1) \
+  F(TriangleColors, pad2) \
+  F(TriangleColors, pad3)
+#define MATERIAL_FIELDS(F)                      \
+  F(MaterialRecord, base_color_r)               \
+  F(MaterialRecord, base_color_g)               \
+  F(MaterialRecord, base_color_b)               \
+  F(MaterialRecord, emission_r)                 \
+  F(MaterialRecord, emission_g)                 \
+  F(MaterialRecord, emission_b)                 \
+  F(MaterialRecord, flags)                      \
+  F(MaterialRecord, metallic)                   \
+  F(MaterialRecord, roughness)                  \
+  F(MaterialRecord, ior)                        \
+  F(MaterialRecord, opacity)                    \
+  F(MaterialRecord, alpha_cutoff)               \
+  F(MaterialRecord, base_color_texture)         \
+  F(MaterialRecord, metallic_roughness_texture) \
+  F(MaterialRecord, normal_texture)             \
+  F(MaterialRecord, emissive_texture)
+#define EXTENSION_FIELDS(F)                    \
+  F(MaterialExtension, specular)               \
+  F(MaterialExtension, specular_color_r)       \
+  F(MaterialExtension, specular_color_g)       \
+  F(MaterialExtension, specular_color_b)       \
+  F(MaterialExtension, transmission)           \
+  F(MaterialExtension, absorption_r)           \
+  F(MaterialExtension, absorption_g)           \
+  F(MaterialExtension, absorption_b)           \
+  F(MaterialExtension, transmission_texture)   \
+  F(MaterialExtension, specular_texture)       \
+  F(MaterialExtension, specular_color_texture) \
+  F(MaterialExtension, pad0)                   \
+  F(MaterialExtension, pad1)                   \
+  F(MaterialExtension, pad2)                   \
+  F(MaterialExtension, pad3)                   \
+  F(MaterialExtension, pad4)
+#define TEXTURE_FIELDS(F)       \
+  F(TextureRecord, first_texel) \
+  F(TextureRecord, width)       \
+  F(TextureRecord, height)      \
+  F(TextureRecord, flags)       \
+  F(TextureRecord, u_u)         \
+  F(TextureRecord, u_v)         \
+  F(TextureRecord, u_1)         \
+  F(TextureRecord, v_u)         \
+  F(TextureRecord, v_v)         \
+  F(TextureRecord, v_1)         \
+  F(TextureRecord, scale)       \
+  F(TextureRecord, pad0)        \
+  F(TextureRecord, pad1)        \
+  F(TextureRecord, pad2)        \
+  F(TextureRecord, pad3)        \
+  F(TextureRecord, pad4)
+#define LIGHT_FIELDS(F)                                                                                      \
+  F(Light, p0_x)                                                                                             \
+  F(Light, p0_y)                                                                                             \
+  F(Light, p0_z) F(Light, p1_x) F(Light, p1_y) F(Light, p1_z) F(Light, p2_x) F(Light, p2_y) F(Light, p2_z)   \
+      F(Light, emission_r) F(Light, emission_g) F(Light, emission_b) F(Light, pdf_m2) F(Light, double_sided) \
+          F(Light, kind) F(Light, triangle)
 #define BUCKET_FIELDS(F) \
   F(LightBucket, threshold) F(LightBucket, alias) F(LightBucket, scale_own) F(LightBucket, scale_alias)
 #define DIAGNOSTICS_FIELDS(F) \
   F(Diagnostics, nonfinite) F(Diagnostics, saturated) F(Diagnostics, reported) F(Diagnostics, report)
-#define RECORDS(R)                                                                                   \
-  R(Frame, FRAME_FIELDS)                                                                             \
-  R(Triangle, TRIANGLE_FIELDS) R(TriangleNormals, NORMALS_FIELDS) R(MaterialRecord, MATERIAL_FIELDS) \
-      R(Light, LIGHT_FIELDS) R(LightBucket, BUCKET_FIELDS) R(Diagnostics, DIAGNOSTICS_FIELDS)
+#define RECORDS(R)                                                                                             \
+  R(Frame, FRAME_FIELDS)                                                                                       \
+  R(Triangle, TRIANGLE_FIELDS)                                                                                 \
+  R(TriangleNormals, NORMALS_FIELDS) R(MaterialRecord, MATERIAL_FIELDS) R(TriangleTangents, TANGENTS_FIELDS)   \
+      R(TriangleColors, COLORS_FIELDS) R(MaterialExtension, EXTENSION_FIELDS) R(TextureRecord, TEXTURE_FIELDS) \
+          R(Light, LIGHT_FIELDS) R(LightBucket, BUCKET_FIELDS) R(Diagnostics, DIAGNOSTICS_FIELDS)
 
 #define FIELD_SIZE(record, field) +sizeof(record::field)
 #define CHECK_COMPLETE(record, fields) \

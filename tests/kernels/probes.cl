@@ -164,10 +164,15 @@ kernel void probe_next_float(PROBE_ARGUMENTS) { OUT_F(0, next_float_towards(IN_F
 #endif
 
 #ifdef EK_PROBE_bsdf
-#include "bsdf.h"
+#include "material.h"
 // Inputs: material, wo, wi, u, v, choice.
-kernel void probe_bsdf(PROBE_ARGUMENTS, global const MaterialRecord* materials) {
-  const MaterialLanes m = load_material(materials, IN_U(0));
+kernel void probe_bsdf(PROBE_ARGUMENTS, EK_SCENE_ARGUMENTS) {
+  const SceneData scene = EK_SCENE_DATA;
+  const vu zero = (vu)(0u);
+  const vf centre = (vf)(0.0f);
+  const Coordinates at = {centre, centre, centre, centre};
+  const HitMaterial hit = hit_material(scene, IN_U(0), zero, at, centre, centre, ALL_LANES);
+  const MaterialLanes m = hit.bsdf;
   const v3 wo = IN_3(1);
   const v3 wi = IN_3(4);
   OUT_3(0, bsdf_eval(m, wo, wi));
@@ -178,8 +183,8 @@ kernel void probe_bsdf(PROBE_ARGUMENTS, global const MaterialRecord* materials) 
   OUT_F(10, s.pdf);
   OUT_3(11, bsdf_eval(m, wo, s.wi));
   OUT_F(14, bsdf_pdf(m, wo, s.wi));
-  OUT_3(15, m.emission);
-  OUT_U(18, m.double_sided ? (vu)(1u) : (vu)(0u));
+  OUT_3(15, hit.emission);
+  OUT_U(18, hit.double_sided ? (vu)(1u) : (vu)(0u));
 }
 #endif
 

@@ -268,13 +268,13 @@ TEST(Surface, vertex_normals_are_interpolated_and_give_way_to_the_triangles_own_
                            .n2_x = n[6],
                            .n2_y = n[7],
                            .n2_z = n[8],
-                           .pad0 = 0,
-                           .pad1 = 0,
-                           .pad2 = 0,
-                           .pad3 = 0,
-                           .pad4 = 0,
-                           .pad5 = 0,
-                           .pad6 = 0};
+                           .u0 = 0,
+                           .v0 = 0,
+                           .u1 = 0,
+                           .v1 = 0,
+                           .u2 = 0,
+                           .v2 = 0,
+                           .pad0 = 0};
   };
   const float nan = as_float(0x7fc00000U);
   const std::vector<TriangleNormals> records{

@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <fmt/format.h>
+#include <map>
+
+#include "core/error.h"
+#include "render/pack_parts.h"
+
+namespace eikon {
+namespace {
+
+// Bits of MaterialRecord.flags.
+enum : std::uint32_t {
+#define EK_LOBE(name, bit) kLobe_##name = 1U << bit,
+#include "shared/features.def"
+};
+
+// What log2 of a transmittance of 0 stands as: absorbs everything within any distance, but nothing at 0 [0 * infinity].
+constexpr double kOpaque = -0x1p100;
+
+std::uint32_t lobe_bit(const Material& material) {
+  const std::string lobe = lobe_of(material);
+#define EK_LOBE(name, bit) \
+  if (lobe == #name) return kLobe_##name;
+#include "shared/features.def"
+  throw InternalError("no lobe '" + lobe + "'");
+}
+
+double srgb_to_linear(int code) {
+  const double x = code / 255.0;
+  return x <= 0.04045 ? x / 12.92 : std::pow((x + 0.055) / 1.055, 2.4);  // IEC 61966-2-1
+}
+
+std::uint32_t texture_flags(const Texture& texture) {
+  std::uint32_t flags = 0;
+  if (texture.srgb) flags |= EK_TEXTURE_SRGB;
+  if (texture.filter == TextureFilter::nearest) flags |= EK_TEXTURE_NEAREST;
+  if (texture.uv_set == 1) flags |= EK_TEXTURE_UV1;
+  if (texture.wrap_u != Wrap::repeat) flags |= texture.wrap_u == Wrap::clamp ? EK_TEXTURE_CLAMP_U : EK_TEXTURE_MIRROR_U;
+  if (texture.wrap_v != Wrap::repeat) flags |= texture.wrap_v == Wrap::clamp ? EK_TEXTURE_CLAMP_V : EK_TEXTURE_MIRROR_V;
+  return flags;
+}
+
+class MaterialPacker {
+ public:
+  MaterialPacker(const Scene& scene, bool with_extensions, PackedScene& packed)
+      : scene_(scene), with_extensions_(with_extensions), packed_(packed) {}
+
+  void pack() {
+    for (const Material& material : scene_.materials) {
+      packed_.materials.push_back(record(material));
+      if (with_extensions_) packed_.material_extensions.push_back(extension(material));
+    }
+    if (packed_.materials.empty()) packed_.materials.emplace_back();
+  }
+
+ private:
+  MaterialRecord record(const Material& m) {
+    MaterialRecord r{};
+    r.base_color_r = m.base_color.x, r.base_color_g = m.base_color.y, r.base_color_b = m.base_color.z;
+    r.emission_r = m.emission.x, r.emission_g = m.emission.y, r.emission_b = m.emission.z;
+    r.flags = lobe_bit(m) | (m.double_sided ? EK_MATERIAL_DOUBLE_SIDED : 0) | (m.unlit ? EK_MATERIAL_UNLIT : 0) |
+              (m.alpha_mode == AlphaMode::mask ? EK_MATERIAL_MASK : 0) |
+              (m.alpha_mode == AlphaMode::blend ? EK_MATERIAL_BLEND : 0) | (m.solid ? EK_MATERIAL_SOLID : 0);
+    r.metallic = m.metallic;
+    r.roughness = m.roughness;
+    r.ior = m.ior;
+    r.opacity = m.opacity;
+    r.alpha_cutoff = m.alpha_cutoff;
+    r.base_color_texture = texture(m.base_color_texture);
+    r.metallic_roughness_texture = texture(m.metallic_roughness_texture);
+    r.normal_texture = texture(m.normal_texture, m.normal_scale);
+    r.emissive_texture = texture(m.emissive_texture);
+    return r;
+  }
+
+  MaterialExtension extension(const Material& m) {
+    MaterialExtension e{};
+    e.specular = m.specular;
+    e.specular_color_r = m.specular_color.x, e.specular_color_g = m.specular_color.y,
+    e.specular_color_b = m.specular_color.z;
+    e.transmission = m.transmission;
+    if (m.solid && m.attenuation_distance > 0) {
+      const auto absorption = [&](float color) {
+        return float(std::max(kOpaque, std::log2(double(color)) / double(m.attenuation_distance)));
+      };
+      e.absorption_r = absorption(m.attenuation_color.x);
+      e.absorption_g = absorption(m.attenuation_color.y);
+      e.absorption_b = absorption(m.attenuation_color.z);
+    }
+    e.transmission_texture = texture(m.transmission_texture);
+    e.specular_texture = texture(m.specular_texture);
+    e.specular_color_texture = texture(m.specular_color_texture);
+    return e;
+  }
+
+  std::uint32_t texture(const std::optional<Texture>& use, float scale = 1) {
+    if (!use) return EK_NO_TEXTURE;
+    const TextureImage& image = scene_.images.at(use->image);
+    TextureRecord r{};
+    r.first_texel = first_texel(use->image);
+    r.width = image.width;
+    r.height = image.height;
+    r.flags = texture_flags(*use);
+    const glm::vec3 &u = use->image_from_uv[0], &v = use->image_from_uv[1];
+    r.u_u = u.x, r.u_v = u.y, r.u_1 = u.z;
+    r.v_u = v.x, r.v_v = v.y, r.v_1 = v.z;
+    r.scale = scale;
+    packed_.textures.push_back(r);
+    return std::uint32_t(packed_.textures.size() - 1);
+  }
+
+  std::uint32_t first_texel(std::uint32_t image) {
+    const auto known = first_texel_of_.find(image);
+    if (known != first_texel_of_.end()) return known->second;
+    std::vector<std::uint32_t>& texels = packed_.texels;
+    if (texels.empty())
+      for (int code = 0; code < int(EK_TEXEL_TABLE); ++code)
+        texels.push_back(std::bit_cast<std::uint32_t>(float(srgb_to_linear(code))));
+    const std::vector<std::uint32_t>& source = scene_.images[image].rgba8;
+    if (texels.size() + source.size() > std::size_t{0xffffffff})
+      throw InputError(
+          fmt::format("{}: the textures are more than 2^32 texels; use smaller images", scene_.path.string()));
+    const auto first = std::uint32_t(texels.size());
+    texels.insert(texels.end(), source.begin(), source.end());
+    first_texel_of_[image] = first;
+    return first;
+  }
+
+  const Scene& scene_;
+  bool with_extensions_;
+  PackedScene& packed_;
+  std::map<std::uint32_t, std::uint32_t> first_texel_of_;  // by image
+};
+
+}  // namespace
+
+void pack_materials(const Scene& scene, const Features& features, PackedScene& packed) {
+  MaterialPacker(scene, features.has("material_extension"), packed).pack();
+}
+
+}  // namespace eikon

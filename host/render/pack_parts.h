@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+// The parts of pack_scene, one file each.
+#pragma once
+#include "render/pack.h"
+
+namespace eikon {
+
+/// Twice the area of a packed triangle as a vector to its front.
+[[nodiscard]] glm::dvec3 triangle_normal(const Triangle& t);
+
+/// Triangles of all nodes in world space with what their materials need at the corners, and the bounds.
+/// throws InputError when they are more than trees or memory can hold
+void pack_geometry(const Scene& scene, const Features& features, PackedScene& packed);
+
+/// Material records with their textures. throws InputError when those are more than an index can name
+void pack_materials(const Scene& scene, const Features& features, PackedScene& packed);
+
+/// Lights, their table, and the environment. After pack_geometry.
+void pack_lights(const Scene& scene, const Settings& settings, PackedScene& packed);
+
+}  // namespace eikon
