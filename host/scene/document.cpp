@@ -11,7 +11,7 @@ namespace eikon {
 
 tinygltf::Model parse_structure(const Json& checked_document) {
   Json reduced = Json::object();
-  for (const char* key : {"asset", "scene", "scenes", "nodes", "materials", "cameras"}) {
+  for (const char* key : {"asset", "scene", "scenes", "nodes", "cameras"}) {
     if (const Json* value = member(checked_document, key)) reduced[key] = *value;
   }
   if (const Json* meshes = member(checked_document, "meshes")) {
@@ -45,8 +45,7 @@ tinygltf::Model parse_structure(const Json& checked_document) {
     return count == (array == nullptr ? 0 : array->size());
   };
   if (!same("nodes", model.nodes.size()) || !same("meshes", model.meshes.size()) ||
-      !same("scenes", model.scenes.size()) || !same("materials", model.materials.size()) ||
-      !same("cameras", model.cameras.size())) {
+      !same("scenes", model.scenes.size()) || !same("cameras", model.cameras.size())) {
     throw InputError("tinygltf skips a part of the document: " + one_line(error));
   }
   return model;

@@ -4,7 +4,7 @@
 // Who checks what. tinygltf 2.7 reads JSON into structs; it does not check ranges, follows URIs anywhere, hands
 // unchecked bytes to image decoders and recurses as deep as the file nests. So it gets neither the file nor its
 // buffers, but a document that source_file, json_text, document_check and accessor_table have been through, reduced to
-// what the loader reads from it: scenes, nodes, meshes, materials and cameras. Bytes are read through `Accessor` only.
+// what the loader reads from it: scenes, nodes, meshes and cameras. Bytes are read through `Accessor` only.
 #pragma once
 #include "scene/json_text.h"
 

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -17,9 +16,22 @@ namespace {
 
 constexpr std::uint64_t kAnyInteger = ~std::uint64_t{0};
 constexpr double kPi = 3.14159265358979;  // rounded down: the tangent of half of it is large but finite
-constexpr std::array<std::string_view, 5> kSupportedExtensions{
-    "KHR_materials_specular", "KHR_materials_emissive_strength", "KHR_mesh_quantization", "KHR_draco_mesh_compression",
-    "EXT_meshopt_compression"};
+constexpr std::string_view kSupportedExtensions[] = {
+    "KHR_lights_punctual",        "KHR_materials_emissive_strength", "KHR_materials_ior",
+    "KHR_materials_specular",     "KHR_materials_transmission",      "KHR_materials_unlit",
+    "KHR_materials_volume",       "KHR_texture_transform",           "KHR_mesh_quantization",
+    "KHR_draco_mesh_compression", "EXT_meshopt_compression",
+};
+// Extensions that a file may require and that a tool can take out of it.
+struct Remedy {
+  std::string_view extension, what_to_do;
+};
+constexpr Remedy kRemedies[] = {
+    {"KHR_texture_basisu", "convert its textures to PNG with `ktx extract` or `gltf-transform`"},
+    {"EXT_texture_webp", "convert its textures to PNG with `dwebp` or `gltf-transform png`"},
+    {"EXT_texture_avif", "convert its textures to PNG with `avifdec` or `gltf-transform png`"},
+    {"KHR_materials_pbrSpecularGlossiness", "convert its materials with `gltf-transform metalrough`"},
+};
 
 // Calls `check` with each element of the document's array `key`; each must be an object.
 template <typename Check>
@@ -100,14 +112,45 @@ void check_extensions_required(const Json& document) {
   if (required == nullptr) return;
   for (const Json& name : *required) {
     const auto& text = name.get_ref<const std::string&>();
-    if (std::find(kSupportedExtensions.begin(), kSupportedExtensions.end(), text) == kSupportedExtensions.end()) {
-      root.refuse("requires the extension " + in_quotes(text) +
-                  ", which this version of eikon does not have; export without it");
-    }
+    if (std::find(std::begin(kSupportedExtensions), std::end(kSupportedExtensions), text) !=
+        std::end(kSupportedExtensions))
+      continue;
+    const auto* remedy =
+        std::find_if(std::begin(kRemedies), std::end(kRemedies), [&](const Remedy& r) { return r.extension == text; });
+    root.refuse(fmt::format("requires the extension {}, which this version of eikon does not have; {}", in_quotes(text),
+                            remedy == std::end(kRemedies) ? "export without it" : remedy->what_to_do));
   }
 }
 
+// throws InputError; returns the number of lights
+std::size_t check_lights(const Json& document) {
+  const Json* extensions = member(document, "extensions");
+  if (extensions == nullptr) return 0;
+  const Place place{.value = *extensions, .kind = "extensions"};
+  const Json* punctual = as_object(place, "KHR_lights_punctual");
+  if (punctual == nullptr) return 0;
+  const Place owner{.value = *punctual, .kind = "KHR_lights_punctual"};
+  for_each_part(owner, "lights", "light", [](const Place& light) {
+    check_string(light, "name");
+    check_string(light, "type");
+    const Json* type = member(light.value, "type");
+    if (type == nullptr || (*type != "point" && *type != "spot" && *type != "directional"))
+      light.fail("'type' is none of 'point', 'spot', 'directional'");
+    has_numbers(light, "color", 3);
+    as_number(light, "intensity");
+    as_number(light, "range");
+    if (const Json* spot = as_object(light, "spot")) {
+      const Place cone{.value = *spot, .kind = "spot", .parent = &light};
+      as_number(cone, "innerConeAngle");
+      as_number(cone, "outerConeAngle");
+    }
+  });
+  const Json* lights = as_array(owner, "lights");
+  return lights == nullptr ? 0 : lights->size();
+}
+
 void check_nodes(const Json& document) {
+  const std::size_t light_count = check_lights(document);
   const std::size_t node_count = items(document, "nodes").size(), mesh_count = items(document, "meshes").size(),
                     camera_count = items(document, "cameras").size(), skin_count = items(document, "skins").size();
   for_each(document, "nodes", "node", [&](const Place& node) {
@@ -119,6 +162,12 @@ void check_nodes(const Json& document) {
     has_numbers(node, "translation", 3);
     has_numbers(node, "rotation", 4);
     has_numbers(node, "scale", 3);
+    if (const Json* extensions = member(node.value, "extensions")) {
+      const Place place{.value = *extensions, .kind = "extensions", .parent = &node};
+      const Json* light = as_object(place, "KHR_lights_punctual");
+      if (light != nullptr)
+        as_index({.value = *light, .kind = "KHR_lights_punctual", .parent = &node}, "light", light_count, "light");
+    }
   });
   for_each(document, "scenes", "scene", [&](const Place& scene) { check_indices(scene, "nodes", node_count, "node"); });
   as_index({.value = document, .kind = "document"}, "scene", items(document, "scenes").size(), "scene");
@@ -148,6 +197,40 @@ void check_texture_slot(const Place& owner, const char* key, std::size_t texture
   if (info == nullptr) return;
   const Place place{.value = *info, .kind = key, .parent = &owner};
   if (!as_index(place, "index", texture_count, "texture")) place.fail("'index' is missing");
+  as_integer(place, "texCoord", kAnyInteger);
+  as_number(place, "scale");
+  const Json* extensions = as_object(place, "extensions");
+  if (extensions == nullptr) return;
+  const Place all{.value = *extensions, .kind = "extensions", .parent = &place};
+  if (const Json* found = as_object(all, "KHR_texture_transform")) {
+    const Place transform{.value = *found, .kind = "KHR_texture_transform", .parent = &place};
+    has_numbers(transform, "offset", 2);
+    as_number(transform, "rotation");
+    has_numbers(transform, "scale", 2);
+    as_integer(transform, "texCoord", kAnyInteger);
+  }
+}
+
+void check_material_extension(const Place& extension, std::size_t texture_count) {
+  if (!extension.value.is_object()) extension.fail("is not an object");
+  if (extension.kind == "KHR_materials_specular") {
+    as_number(extension, "specularFactor");
+    has_numbers(extension, "specularColorFactor", 3);
+    check_texture_slot(extension, "specularTexture", texture_count);
+    check_texture_slot(extension, "specularColorTexture", texture_count);
+  } else if (extension.kind == "KHR_materials_emissive_strength") {
+    as_number(extension, "emissiveStrength");
+  } else if (extension.kind == "KHR_materials_ior") {
+    as_number(extension, "ior");
+  } else if (extension.kind == "KHR_materials_transmission") {
+    as_number(extension, "transmissionFactor");
+    check_texture_slot(extension, "transmissionTexture", texture_count);
+  } else if (extension.kind == "KHR_materials_volume") {
+    as_number(extension, "thicknessFactor");
+    check_texture_slot(extension, "thicknessTexture", texture_count);
+    as_number(extension, "attenuationDistance");
+    has_numbers(extension, "attenuationColor", 3);
+  }
 }
 
 void check_materials(const Json& document) {
@@ -173,16 +256,7 @@ void check_materials(const Json& document) {
     const Json* extensions = member(material.value, "extensions");
     if (extensions == nullptr) return;
     for (const auto& entry : extensions->items()) {
-      const Place extension{.value = entry.value(), .kind = entry.key(), .parent = &material};
-      if (!entry.value().is_object()) extension.fail("is not an object");
-      if (entry.key() == "KHR_materials_specular") {
-        as_number(extension, "specularFactor");
-        has_numbers(extension, "specularColorFactor", 3);
-        check_texture_slot(extension, "specularTexture", texture_count);
-        check_texture_slot(extension, "specularColorTexture", texture_count);
-      } else if (entry.key() == "KHR_materials_emissive_strength") {
-        as_number(extension, "emissiveStrength");
-      }
+      check_material_extension({.value = entry.value(), .kind = entry.key(), .parent = &material}, texture_count);
     }
   });
 }
@@ -193,10 +267,26 @@ void check_textures(const Json& document) {
   for_each(document, "textures", "texture", [&](const Place& texture) {
     as_index(texture, "source", image_count, "image");
     as_index(texture, "sampler", sampler_count, "sampler");
+    const Json* extensions = member(texture.value, "extensions");
+    if (extensions == nullptr) return;
+    for (const auto& entry : extensions->items()) {
+      const Place extension{.value = entry.value(), .kind = entry.key(), .parent = &texture};
+      if (!entry.value().is_object()) extension.fail("is not an object");
+    }
   });
   for_each(document, "images", "image", [&](const Place& image) {
     as_index(image, "bufferView", view_count, "bufferView");
     check_string(image, "uri");
+  });
+  const auto one_of = [](const Place& sampler, const char* key, std::initializer_list<std::uint64_t> legal) {
+    const auto value = as_integer(sampler, key, kAnyInteger);
+    if (value && std::find(legal.begin(), legal.end(), *value) == legal.end())
+      sampler.fail(fmt::format("'{}' {} is none of {}", key, *value, fmt::join(legal, ", ")));
+  };
+  for_each(document, "samplers", "sampler", [&](const Place& sampler) {
+    one_of(sampler, "wrapS", {33071, 33648, 10497});
+    one_of(sampler, "wrapT", {33071, 33648, 10497});
+    one_of(sampler, "magFilter", {9728, 9729});
   });
 }
 
@@ -283,7 +373,6 @@ const Json& items(const Json& document, const char* key) {
 void check_document(const Json& document) {
   check_asset(document);
   check_extensions_required(document);
-  for_each(document, "samplers", "sampler", [](const Place&) {});
   check_storage(document);
   check_meshes(document);
   check_textures(document);

@@ -12,12 +12,14 @@
 #include "scene/document.h"
 #include "scene/document_check.h"
 #include "scene/environment.h"
+#include "scene/lights.h"
 #include "scene/materials.h"
 #include "scene/meshes.h"
 #include "scene/node_graph.h"
 #include "scene/scene.h"
 #include "scene/source_file.h"
 #include "scene/text.h"
+#include "scene/textures.h"
 
 namespace eikon {
 namespace {
@@ -97,7 +99,7 @@ void add_camera(const tinygltf::Model& model, const PlacedNode& placed, Scene& s
 void note_document_features(const Json& document, const Json* scene_json, std::size_t scene_index, Notes& notes) {
   if (const Json* extensions = member(document, "extensions")) {
     for (const auto& entry : extensions->items()) {
-      // Lights count where a node uses one.
+      // Lights are read where a node places one.
       if (entry.key() != "KHR_lights_punctual") notes.unsupported(one_line(entry.key()), "the document");
     }
   }
@@ -117,7 +119,9 @@ void note_document_features(const Json& document, const Json* scene_json, std::s
 void note_node_features(const tinygltf::Model& model, const Json& document, std::size_t node, Notes& notes) {
   const Json& json = document["nodes"][node];
   if (const Json* extensions = member(json, "extensions")) {
-    for (const auto& entry : extensions->items()) notes.unsupported(one_line(entry.key()), node_label(model, node));
+    for (const auto& entry : extensions->items()) {
+      if (entry.key() != "KHR_lights_punctual") notes.unsupported(one_line(entry.key()), node_label(model, node));
+    }
   }
   if (model.nodes[node].skin >= 0) notes.unsupported("skin", node_label(model, node));
   if (!model.nodes[node].matrix.empty() && (member(json, "translation") != nullptr ||
@@ -127,33 +131,34 @@ void note_node_features(const tinygltf::Model& model, const Json& document, std:
   }
 }
 
-// Materials keep the document's numbers; glTF's default is appended when a primitive needs it.
+// Materials keep the document's numbers; glTF's default is appended when a primitive needs it: white, metallic and rough
+// [glTF 2.0, section 3.9].
 class MaterialList {
  public:
-  MaterialList(const tinygltf::Model& model, const Json& document, Scene& scene, Notes& notes)
-      : model_(model), document_(document), scene_(scene), notes_(notes), noted_(model.materials.size(), false) {
-    for (std::size_t i = 0; i < model.materials.size(); ++i) {
-      scene_.materials.push_back(convert_material(model, document, i, notes));
-    }
+  MaterialList(const Json& document, TextureReader& textures, Scene& scene, Notes& notes)
+      : document_(document), textures_(textures), scene_(scene), notes_(notes) {
+    const std::size_t count = items(document, "materials").size();
+    used_.resize(count, false);
+    for (std::size_t i = 0; i < count; ++i) scene_.materials.push_back(convert_material(document, i, notes));
   }
 
   std::uint32_t use(int index) {
     if (index < 0) {
-      if (scene_.materials.size() == model_.materials.size()) scene_.materials.push_back(default_material(notes_));
-      return static_cast<std::uint32_t>(model_.materials.size());
+      if (scene_.materials.size() == used_.size()) scene_.materials.emplace_back();
+      return static_cast<std::uint32_t>(used_.size());
     }
     const auto material = static_cast<std::size_t>(index);
-    if (!noted_[material]) note_unsupported(model_, document_, material, scene_.materials[material], notes_);
-    noted_[material] = true;
+    if (!used_[material]) complete_material(document_, material, textures_, scene_.materials[material], notes_);
+    used_[material] = true;
     return static_cast<std::uint32_t>(index);
   }
 
  private:
-  const tinygltf::Model& model_;
   const Json& document_;
+  TextureReader& textures_;
   Scene& scene_;
   Notes& notes_;
-  std::vector<bool> noted_;
+  std::vector<bool> used_;
 };
 
 void fill_scene(const tinygltf::Model& model, const Json& document, const std::vector<Accessor>& accessors,
@@ -180,7 +185,10 @@ void fill_scene(const tinygltf::Model& model, const Json& document, const std::v
     new_index[static_cast<std::size_t>(mesh)] = mesh_order.size();
     mesh_order.push_back(static_cast<std::size_t>(mesh));
   }
-  MaterialList materials(model, document, scene, notes);
+  TextureReader textures(
+      {.document = document, .views = views, .folder = folder, .budget_bytes = texture_budget_bytes()}, scene, digest,
+      notes);
+  MaterialList materials(document, textures, scene, notes);
   MeshReader reader(
       model, document, accessors, views, scene.materials, [&](int index) { return materials.use(index); }, notes);
   reader.check_memory(mesh_order);
@@ -189,11 +197,14 @@ void fill_scene(const tinygltf::Model& model, const Json& document, const std::v
     scene.meshes.push_back(reader.read(mesh));
     extents.push_back(extent_of(scene.meshes.back()));
   }
+  textures.decode();
 
   for (const PlacedNode& placed : placed_nodes) {
     const tinygltf::Node& source = model.nodes[placed.node];
     note_node_features(model, document, placed.node, notes);
     if (source.camera >= 0) add_camera(model, placed, scene, notes);
+    if (const std::int64_t light = light_of_node(document["nodes"][placed.node]); light >= 0)
+      add_light(document, static_cast<std::size_t>(light), source.name, placed.world_from_object, scene, notes);
     if (source.mesh < 0) continue;
     Node node;
     node.name = source.name;

@@ -4,125 +4,210 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
 
 #include "core/error.h"
+#include "scene/document_check.h"
 
 namespace eikon {
 namespace {
 
-constexpr const char* kMetallic = "metallic reflection (rendered as diffuse)";
-constexpr const char* kSpecular = "specular reflection";
+constexpr double kMaxFloat = std::numeric_limits<float>::max(), kMinFloat = std::numeric_limits<float>::min();
+constexpr const char* kPbr = "pbrMetallicRoughness";
+constexpr double kMaxIor = 1e9;  // reflects all but 4e-9; squares stay finite
 
-std::string material_label(const tinygltf::Model& model, std::size_t index) {
-  return label("material", index, model.materials[index].name);
+constexpr std::array<std::string_view, 6> kKnown{"KHR_materials_specular", "KHR_materials_emissive_strength",
+                                                 "KHR_materials_ior",      "KHR_materials_transmission",
+                                                 "KHR_materials_volume",   "KHR_materials_unlit"};
+// Unknown extensions that change nothing while this member of theirs is absent or 0.
+struct Neutral {
+  std::string_view extension;
+  const char* key;
+};
+constexpr std::array<Neutral, 5> kNeutral{{{"KHR_materials_clearcoat", "clearcoatFactor"},
+                                           {"KHR_materials_sheen", "sheenColorFactor"},
+                                           {"KHR_materials_iridescence", "iridescenceFactor"},
+                                           {"KHR_materials_anisotropy", "anisotropyStrength"},
+                                           {"KHR_materials_dispersion", "dispersion"}}};
+
+Place place_of(const Json& document, std::size_t index) {
+  return {.value = items(document, "materials")[index], .kind = "material", .index = static_cast<std::int64_t>(index)};
 }
 
-/// Brings a factor of one material into [0, 1].
-class Clamp {
- public:
-  Clamp(std::string user, Notes& notes) : user_(std::move(user)), notes_(notes) {}
+const Json* extension_of(const Place& material, const char* name) {
+  const Json* extensions = member(material.value, "extensions");
+  return extensions == nullptr ? nullptr : member(*extensions, name);
+}
 
-  float unit(double value, std::string_view what) const {
-    const double legal = std::clamp(value, 0.0, 1.0);
-    if (legal != value) notes_.warn(fmt::format("{}: {} {:g} clamped to {:g}", user_, what, value, legal));
-    return static_cast<float>(legal);
-  }
-
-  glm::vec3 unit3(const std::vector<double>& rgb, std::string_view what) const {
-    return {unit(rgb[0], what), unit(rgb[1], what), unit(rgb[2], what)};
-  }
-
- private:
-  std::string user_;
-  Notes& notes_;
-};
-
-// A number of a material's extension, straight from the document: tinygltf keeps large integers there in 32 bits.
-double extension_number(const Json& document, std::size_t index, const char* extension, const char* key,
-                        double otherwise) {
-  const Json& material = document["materials"][index];
-  const Json* extensions = member(material, "extensions");
-  const Json* found = extensions == nullptr ? nullptr : member(*extensions, extension);
-  const Json* number = found == nullptr ? nullptr : member(*found, key);
+double number_of(const Json* owner, const char* key, double otherwise) {
+  const Json* number = owner == nullptr ? nullptr : member(*owner, key);
   return number == nullptr ? otherwise : number->get<double>();
 }
 
-glm::vec3 emission_of(const tinygltf::Model& model, const Json& document, std::size_t index, const Clamp& clamp,
-                      Notes& notes) {
-  const glm::vec3 factor = clamp.unit3(model.materials[index].emissiveFactor, "emissiveFactor");
-  const std::string user = material_label(model, index);
-  double strength = extension_number(document, index, "KHR_materials_emissive_strength", "emissiveStrength", 1.0);
-  if (strength < 0) {
-    notes.warn(fmt::format("{}: emissiveStrength {:g} clamped to 0", user, strength));
-    strength = 0;
+/// Factors of one material in their legal ranges. `owner` is the object that holds `key`, or null for the default.
+class Factors {
+ public:
+  Factors(const Place& place, Notes& notes) : place_(place), notes_(notes) {}
+
+  float unit(const Json* owner, const char* key, double otherwise) const {
+    return clamped(number_of(owner, key, otherwise), key, 0.0, 1.0);
   }
+
+  float clamped(double value, const char* key, double lo, double hi) const {
+    const double legal = std::clamp(value, lo, hi);
+    if (legal != value) notes_.warn(fmt::format("{}: {} {:g} clamped to {:g}", place_.label(), key, value, legal));
+    return static_cast<float>(legal);
+  }
+
+  float not_negative(double value, const char* key) const {
+    if (value > kMaxFloat)
+      place_.refuse(fmt::format("{} {:g} is beyond single precision; use a smaller value", key, value));
+    return clamped(value, key, 0.0, kMaxFloat);
+  }
+
+  glm::vec3 colour(const Json* owner, const char* key, double otherwise, bool unbounded = false) const {
+    const Json* rgb = owner == nullptr ? nullptr : member(*owner, key);
+    glm::vec3 result(static_cast<float>(otherwise));
+    for (int c = 0; rgb != nullptr && c < 3; ++c) {
+      const double value = (*rgb)[static_cast<std::size_t>(c)].get<double>();
+      result[c] = unbounded ? not_negative(value, key) : clamped(value, key, 0.0, 1.0);
+    }
+    return result;
+  }
+
+ private:
+  const Place& place_;
+  Notes& notes_;
+};
+
+glm::vec3 emission_of(const Place& place, const Factors& factors) {
+  const char* key = "emissiveStrength";
+  const glm::vec3 factor = factors.colour(&place.value, "emissiveFactor", 0.0);
+  const double strength = number_of(extension_of(place, "KHR_materials_emissive_strength"), key, 1.0);
+  const double legal = strength < 0 ? static_cast<double>(factors.clamped(strength, key, 0.0, 0.0)) : strength;
   glm::vec3 emission{0.0F};
   for (int c = 0; c < 3; ++c) {
-    const double radiance = static_cast<double>(factor[c]) * strength;
-    if (!(radiance <= static_cast<double>(std::numeric_limits<float>::max()))) {
-      throw InputError(
-          fmt::format("{}: emissiveStrength {:g} is beyond single precision; use a smaller unit", user, strength));
-    }
+    const double radiance = static_cast<double>(factor[c]) * legal;
+    if (!(radiance <= kMaxFloat))
+      place.refuse(fmt::format("emissiveStrength {:g} is beyond single precision; use a smaller unit", strength));
     emission[c] = static_cast<float>(radiance);
   }
   return emission;
 }
 
+AlphaMode alpha_mode_of(const Place& place, Notes& notes) {
+  const Json* mode = member(place.value, "alphaMode");
+  if (mode == nullptr || *mode == "OPAQUE") return AlphaMode::opaque;
+  if (*mode == "MASK") return AlphaMode::mask;
+  if (*mode == "BLEND") return AlphaMode::blend;
+  notes.warn(fmt::format("{}: alphaMode {} is none of OPAQUE, MASK, BLEND; taken as OPAQUE", place.label(),
+                         in_quotes(mode->get_ref<const std::string&>())));
+  return AlphaMode::opaque;
+}
+
+void read_volume(const Place& place, const Factors& factors, Material& material, Notes& notes) {
+  const Json* volume = extension_of(place, "KHR_materials_volume");
+  if (volume == nullptr) return;
+  // How thick the file says that it is does not matter to rays that find the other side by themselves.
+  material.solid = factors.not_negative(number_of(volume, "thicknessFactor", 0.0), "thicknessFactor") > 0;
+  material.attenuation_color = factors.colour(volume, "attenuationColor", 1.0);
+  const char* key = "attenuationDistance";
+  if (member(*volume, key) == nullptr) return;
+  const double distance = number_of(volume, key, 0.0);
+  if (!(distance > 0)) {
+    notes.warn(fmt::format("{}: {} {:g} is not positive; taken as infinite", place.label(), key, distance));
+  } else if (distance <= kMaxFloat) {
+    material.attenuation_distance = static_cast<float>(std::max(distance, kMinFloat));
+  }
+}
+
+bool is_zero(const Json* value) {
+  if (value == nullptr) return true;
+  if (value->is_array()) return std::all_of(value->begin(), value->end(), [](const Json& x) { return is_zero(&x); });
+  return value->is_number() && value->get<double>() == 0;
+}
+
+bool changes_nothing(std::string_view extension, const Json& content) {
+  const auto found =
+      std::find_if(kNeutral.begin(), kNeutral.end(), [&](const Neutral& n) { return n.extension == extension; });
+  return found != kNeutral.end() && is_zero(member(content, found->key));
+}
+
 }  // namespace
 
-Material convert_material(const tinygltf::Model& model, const Json& document, std::size_t index, Notes& notes) {
-  const tinygltf::Material& source = model.materials[index];
-  const tinygltf::PbrMetallicRoughness& pbr = source.pbrMetallicRoughness;
-  const Clamp clamp(material_label(model, index), notes);
+Material convert_material(const Json& document, std::size_t index, Notes& notes) {
+  const Place place = place_of(document, index);
+  const Factors factors(place, notes);
   Material material;
-  material.name = source.name;
-  material.base_color = clamp.unit3(pbr.baseColorFactor, "baseColorFactor");
-  material.metallic = clamp.unit(pbr.metallicFactor, "metallicFactor");
-  material.roughness = clamp.unit(pbr.roughnessFactor, "roughnessFactor");
-  material.specular =
-      clamp.unit(extension_number(document, index, "KHR_materials_specular", "specularFactor", 1.0), "specularFactor");
-  material.emission = emission_of(model, document, index, clamp, notes);
-  material.double_sided = source.doubleSided;
-  if (source.alphaMode != "OPAQUE" && source.alphaMode != "MASK" && source.alphaMode != "BLEND") {
-    notes.warn(fmt::format("{}: alphaMode {} is none of OPAQUE, MASK, BLEND; taken as OPAQUE",
-                           material_label(model, index), in_quotes(source.alphaMode)));
+  if (const Json* name = member(place.value, "name")) material.name = name->get<std::string>();
+  const Json* pbr = member(place.value, kPbr);
+  material.base_color = factors.colour(pbr, "baseColorFactor", 1.0);
+  if (const Json* rgba = pbr == nullptr ? nullptr : member(*pbr, "baseColorFactor"))
+    material.opacity = factors.clamped((*rgba)[3].get<double>(), "baseColorFactor", 0.0, 1.0);
+  material.metallic = factors.unit(pbr, "metallicFactor", 1.0);
+  material.roughness = factors.unit(pbr, "roughnessFactor", 1.0);
+  material.emission = emission_of(place, factors);
+  material.alpha_mode = alpha_mode_of(place, notes);
+  material.alpha_cutoff = factors.not_negative(number_of(&place.value, "alphaCutoff", 0.5), "alphaCutoff");
+  if (const Json* sided = member(place.value, "doubleSided")) material.double_sided = sided->get<bool>();
+
+  const double ior = number_of(extension_of(place, "KHR_materials_ior"), "ior", 1.5);
+  material.ior = ior == 0 ? 0.0F : factors.clamped(ior, "ior", 1.0, kMaxIor);
+  const Json* specular = extension_of(place, "KHR_materials_specular");
+  material.specular = factors.unit(specular, "specularFactor", 1.0);
+  material.specular_color = factors.colour(specular, "specularColorFactor", 1.0, true);
+  material.transmission = factors.unit(extension_of(place, "KHR_materials_transmission"), "transmissionFactor", 0.0);
+  read_volume(place, factors, material, notes);
+  if (extension_of(place, "KHR_materials_unlit") != nullptr) {
+    // The base colour and the alpha are all that is left of it [KHR_materials_unlit]; and it lights nothing.
+    material.unlit = true;
+    material.emission = glm::vec3(0.0F);
+    material.transmission = 0.0F;
   }
   return material;
 }
 
-void note_unsupported(const tinygltf::Model& model, const Json& document, std::size_t index, const Material& material,
-                      Notes& notes) {
-  const std::string user = material_label(model, index);
-  const Json& json = document["materials"][index];
-  const auto note_textures = [&](const Json* owner) {
-    if (owner == nullptr) return;
-    for (const auto& entry : owner->items()) {
-      if (entry.key().ends_with("Texture")) notes.unsupported("texture " + one_line(entry.key()), user);
-    }
+void complete_material(const Json& document, std::size_t index, TextureReader& textures, Material& material,
+                       Notes& notes) {
+  const Place place = place_of(document, index);
+  const Json* pbr = member(place.value, kPbr);
+  const auto part = [&](const char* name, const char* key, bool srgb, bool counts) {
+    const Json* json = name == std::string_view(kPbr) ? pbr : extension_of(place, name);
+    return json != nullptr && counts ? textures.find({.value = *json, .kind = name, .parent = &place}, key, srgb)
+                                     : std::nullopt;
   };
-  note_textures(member(json, "pbrMetallicRoughness"));
-  note_textures(&json);
-  const std::string& alpha_mode = model.materials[index].alphaMode;
-  if (alpha_mode == "MASK" || alpha_mode == "BLEND") notes.unsupported("alphaMode " + alpha_mode, user);
-  if (material.metallic > 0) notes.unsupported(kMetallic, user);
-  if (material.metallic < 1 && material.specular > 0) notes.unsupported(kSpecular, user);
-  const Json* extensions = member(json, "extensions");
+  const auto own = [&](const char* key, bool srgb, bool counts) {
+    return counts ? textures.find(place, key, srgb) : std::nullopt;
+  };
+  const bool lit = !material.unlit;
+  material.base_color_texture = part(kPbr, "baseColorTexture", true, true);
+  material.metallic_roughness_texture =
+      part(kPbr, "metallicRoughnessTexture", false, lit && (material.metallic > 0 || material.roughness > 0));
+  material.emissive_texture = own("emissiveTexture", true, material.emission != glm::vec3(0.0F));
+  material.transmission_texture =
+      part("KHR_materials_transmission", "transmissionTexture", false, material.transmission > 0);
+  const bool reflects = lit && material.specular > 0 && material.metallic < 1;
+  material.specular_texture = part("KHR_materials_specular", "specularTexture", false, reflects);
+  material.specular_color_texture = part("KHR_materials_specular", "specularColorTexture", true,
+                                         reflects && material.specular_color != glm::vec3(0.0F));
+  if (const Json* normal = member(place.value, "normalTexture")) {
+    const double scale = number_of(normal, "scale", 1.0);
+    if (!(std::abs(scale) <= kMaxFloat)) place.refuse(fmt::format("normalTexture scale {:g} is not finite", scale));
+    material.normal_scale = static_cast<float>(scale);
+    material.normal_texture = own("normalTexture", false, lit && material.normal_scale != 0);
+  }
+  // occlusionTexture is shadow baked for renderers that cannot see it; rays do, so it is left out on purpose and not named.
+  // thicknessTexture: see read_volume.
+
+  const Json* extensions = member(place.value, "extensions");
   if (extensions == nullptr) return;
   for (const auto& entry : extensions->items()) {
-    if (entry.key() == "KHR_materials_specular") {
-      note_textures(&entry.value());
-    } else if (entry.key() != "KHR_materials_emissive_strength") {
-      notes.unsupported(one_line(entry.key()), user);
-    }
+    if (std::find(kKnown.begin(), kKnown.end(), entry.key()) != kKnown.end()) continue;
+    if (!changes_nothing(entry.key(), entry.value())) notes.unsupported(one_line(entry.key()), place.label());
   }
-}
-
-Material default_material(Notes& notes) {
-  notes.unsupported(kMetallic, "the default material");
-  return {};
 }
 
 }  // namespace eikon

@@ -1,21 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include <vector>
+#include <cstddef>
 
-#include "scene/document.h"
+#include "scene/json_text.h"
+#include "scene/scene.h"
 #include "scene/text.h"
+#include "scene/textures.h"
 
 namespace eikon {
 
-/// Material `index` of the document with its values inside their legal ranges; what was outside is named in `notes`.
-/// throws InputError for a value that single precision cannot hold
-Material convert_material(const tinygltf::Model& model, const Json& document, std::size_t index, Notes& notes);
+/// Material `index` of the checked document without its textures. Values outside their legal ranges are brought into them
+/// and named in `notes`. throws InputError for a value that single precision cannot hold
+Material convert_material(const Json& document, std::size_t index, Notes& notes);
 
-/// Names what this version leaves out of a material that is used.
-void note_unsupported(const tinygltf::Model& model, const Json& document, std::size_t index, const Material& material,
-                      Notes& notes);
-
-/// glTF's material of a primitive that has none: white, metallic and rough [glTF 2.0, section 3.9].
-Material default_material(Notes& notes);
+/// Adds the textures of a material that is used, but for those whose factor is 0, and names in `notes` what of the material
+/// is left out. throws InputError as TextureReader::find
+void complete_material(const Json& document, std::size_t index, TextureReader& textures, Material& material,
+                       Notes& notes);
 
 }  // namespace eikon

@@ -37,33 +37,134 @@ TEST(SceneMaterials, a_primitive_without_material_gets_the_default_of_gltf) {
   EXPECT_EQ(scene.meshes.at(0).primitives.at(0).material, 1U);
   EXPECT_EQ(scene.materials[1].base_color, glm::vec3(1));
   EXPECT_EQ(scene.materials[1].metallic, 1.0F);
-  EXPECT_TRUE(leaves_out(scene, "metallic reflection", "the default material"));
+  EXPECT_EQ(scene.materials[1].roughness, 1.0F);
+  EXPECT_TRUE(scene.unsupported.empty());
 }
 
 TEST(SceneMaterials, an_empty_material_has_the_defaults_of_gltf) {
   Builder builder;
   builder.material() = Json::object();
   const Scene scene = builder.load();
-  EXPECT_EQ(scene.materials.at(0).base_color, glm::vec3(1));
-  EXPECT_EQ(scene.materials.at(0).metallic, 1.0F);
-  EXPECT_EQ(scene.materials.at(0).emission, glm::vec3(0));
-  EXPECT_FALSE(scene.materials.at(0).double_sided);
-  EXPECT_TRUE(leaves_out(scene, "metallic reflection", "material 0"));
+  const eikon::Material& material = scene.materials.at(0);
+  EXPECT_EQ(material.base_color, glm::vec3(1));
+  EXPECT_EQ(material.opacity, 1.0F);
+  EXPECT_EQ(material.metallic, 1.0F);
+  EXPECT_EQ(material.roughness, 1.0F);
+  EXPECT_EQ(material.ior, 1.5F);
+  EXPECT_EQ(material.specular, 1.0F);
+  EXPECT_EQ(material.specular_color, glm::vec3(1));
+  EXPECT_EQ(material.transmission, 0.0F);
+  EXPECT_FALSE(material.solid);
+  EXPECT_EQ(material.attenuation_color, glm::vec3(1));
+  EXPECT_EQ(material.attenuation_distance, 0.0F);
+  EXPECT_EQ(material.emission, glm::vec3(0));
+  EXPECT_EQ(material.alpha_mode, eikon::AlphaMode::opaque);
+  EXPECT_EQ(material.alpha_cutoff, 0.5F);
+  EXPECT_FALSE(material.double_sided);
+  EXPECT_FALSE(material.unlit);
+  EXPECT_TRUE(scene.unsupported.empty());
+  EXPECT_TRUE(scene.warnings.empty());
 }
 
-TEST(SceneMaterials, values_out_of_range_are_clamped_with_a_warning_naming_the_material) {
+TEST(SceneMaterials, glass_arrives_with_its_index_its_volume_and_its_alpha) {
+  Builder builder;
+  builder.material() = Json::parse(R"({"name": "glass", "alphaMode": "MASK", "alphaCutoff": 0.25,
+    "pbrMetallicRoughness": {"baseColorFactor": [1, 1, 1, 0.5], "metallicFactor": 0, "roughnessFactor": 0},
+    "extensions": {"KHR_materials_ior": {"ior": 1.33}, "KHR_materials_transmission": {"transmissionFactor": 0.75},
+      "KHR_materials_specular": {"specularFactor": 0.5, "specularColorFactor": [2, 0.5, 0]},
+      "KHR_materials_volume": {"thicknessFactor": 0.1, "attenuationDistance": 2, "attenuationColor": [0.5, 1, 0]}}})");
+  builder.json["extensionsRequired"] = {
+      "KHR_materials_ior",   "KHR_materials_transmission", "KHR_materials_volume", "KHR_materials_specular",
+      "KHR_materials_unlit", "KHR_texture_transform",      "KHR_lights_punctual",  "KHR_materials_emissive_strength"};
+  const Scene scene = builder.load();
+  const eikon::Material& material = scene.materials.at(0);
+  EXPECT_EQ(material.ior, 1.33F);
+  EXPECT_EQ(material.transmission, 0.75F);
+  EXPECT_EQ(material.specular, 0.5F);
+  EXPECT_EQ(material.specular_color, glm::vec3(2, 0.5F, 0));
+  EXPECT_TRUE(material.solid);
+  EXPECT_EQ(material.attenuation_distance, 2.0F);
+  EXPECT_EQ(material.attenuation_color, glm::vec3(0.5F, 1, 0));
+  EXPECT_EQ(material.opacity, 0.5F);
+  EXPECT_EQ(material.alpha_mode, eikon::AlphaMode::mask);
+  EXPECT_EQ(material.alpha_cutoff, 0.25F);
+  EXPECT_TRUE(scene.unsupported.empty());
+  EXPECT_TRUE(scene.warnings.empty());
+
+  builder.material()["extensions"]["KHR_materials_volume"].erase("thicknessFactor");
+  builder.material()["alphaMode"] = "BLEND";
+  EXPECT_FALSE(builder.load().materials.at(0).solid);
+  EXPECT_EQ(builder.load().materials.at(0).alpha_mode, eikon::AlphaMode::blend);
+}
+
+TEST(SceneMaterials, M13_odd_indices_of_refraction_are_legal_or_clamped) {
+  const auto ior = [](const char* text) {
+    Builder builder;
+    builder.material()["extensions"]["KHR_materials_ior"]["ior"] = Json::parse(text);
+    const Scene scene = builder.load();
+    return std::pair(scene.materials.at(0).ior, scene.warnings.size());
+  };
+  EXPECT_EQ(ior("0"), std::pair(0.0F, std::size_t{0}));
+  EXPECT_EQ(ior("1"), std::pair(1.0F, std::size_t{0}));
+  EXPECT_EQ(ior("1.000001"), std::pair(1.000001F, std::size_t{0}));
+  EXPECT_EQ(ior("1e9"), std::pair(1e9F, std::size_t{0}));
+  EXPECT_EQ(ior("0.5"), std::pair(1.0F, std::size_t{1}));
+  EXPECT_EQ(ior("-1"), std::pair(1.0F, std::size_t{1}));
+  EXPECT_EQ(ior("1e40"), std::pair(1e9F, std::size_t{1}));
+}
+
+TEST(SceneMaterials, M15_distances_without_end_and_next_to_nothing_stay_apart) {
+  const auto distance = [](const char* text) {
+    Builder builder;
+    builder.material()["extensions"]["KHR_materials_volume"]["attenuationDistance"] = Json::parse(text);
+    const Scene scene = builder.load();
+    return std::pair(scene.materials.at(0).attenuation_distance, scene.warnings.size());
+  };
+  EXPECT_EQ(distance("1e300"), std::pair(0.0F, std::size_t{0}));  // 0 stands for infinite
+  EXPECT_GT(distance("1e-300").first, 0.0F);
+  EXPECT_EQ(distance("0"), std::pair(0.0F, std::size_t{1}));
+  EXPECT_EQ(distance("-1"), std::pair(0.0F, std::size_t{1}));
+}
+
+TEST(SceneMaterials, an_unlit_material_is_its_base_colour_and_no_light) {
+  Builder builder;
+  builder.material()["emissiveFactor"] = {1, 1, 1};
+  builder.material()["extensions"] = {{"KHR_materials_unlit", Json::object()},
+                                      {"KHR_materials_transmission", {{"transmissionFactor", 1}}}};
+  const Scene scene = builder.load();
+  EXPECT_TRUE(scene.materials.at(0).unlit);
+  EXPECT_EQ(scene.materials.at(0).emission, glm::vec3(0));
+  EXPECT_EQ(scene.materials.at(0).transmission, 0.0F);
+  EXPECT_EQ(eikon::first_emitter(scene), nullptr);
+}
+
+TEST(SceneMaterials, M24_values_out_of_range_are_clamped_with_a_warning_naming_the_material) {
   Builder builder;
   builder.material()["pbrMetallicRoughness"] = {
-      {"baseColorFactor", {1.5, -0.5, 0.5, 1}}, {"metallicFactor", -1}, {"roughnessFactor", 7}};
+      {"baseColorFactor", {1.5, -0.5, 0.5, 3}}, {"metallicFactor", 2}, {"roughnessFactor", 7}};
   builder.material()["emissiveFactor"] = {2, 0, 0};
-  builder.material()["extensions"]["KHR_materials_emissive_strength"]["emissiveStrength"] = -3;
+  Json& extensions = builder.material()["extensions"];
+  extensions["KHR_materials_emissive_strength"]["emissiveStrength"] = -3;
+  extensions["KHR_materials_transmission"]["transmissionFactor"] = 1.25;
+  extensions["KHR_materials_specular"] = {{"specularFactor", -2}, {"specularColorFactor", {-1, 7, 1}}};
+  extensions["KHR_materials_volume"] = {{"thicknessFactor", -1}, {"attenuationColor", {4, 1, 1}}};
+  builder.material()["alphaCutoff"] = -1;
   const Scene scene = builder.load();
   EXPECT_EQ(scene.materials.at(0).base_color, glm::vec3(1, 0, 0.5F));
-  EXPECT_EQ(scene.materials.at(0).metallic, 0.0F);
+  EXPECT_EQ(scene.materials.at(0).opacity, 1.0F);
+  EXPECT_EQ(scene.materials.at(0).metallic, 1.0F);
   EXPECT_EQ(scene.materials.at(0).roughness, 1.0F);
   EXPECT_EQ(scene.materials.at(0).emission, glm::vec3(0));
-  for (const char* what : {"baseColorFactor 1.5", "baseColorFactor -0.5", "metallicFactor", "roughnessFactor",
-                           "emissiveFactor 2", "emissiveStrength -3"}) {
+  EXPECT_EQ(scene.materials.at(0).transmission, 1.0F);
+  EXPECT_EQ(scene.materials.at(0).specular, 0.0F);
+  EXPECT_EQ(scene.materials.at(0).specular_color, glm::vec3(0, 7, 1));
+  EXPECT_FALSE(scene.materials.at(0).solid);
+  EXPECT_EQ(scene.materials.at(0).attenuation_color, glm::vec3(1));
+  EXPECT_EQ(scene.materials.at(0).alpha_cutoff, 0.0F);
+  for (const char* what :
+       {"baseColorFactor 1.5", "baseColorFactor -0.5", "metallicFactor", "roughnessFactor", "emissiveFactor 2",
+        "emissiveStrength -3", "transmissionFactor", "specularFactor -2", "specularColorFactor -1", "thicknessFactor",
+        "attenuationColor 4", "alphaCutoff", "baseColorFactor 3"}) {
     EXPECT_TRUE(warns(scene, std::string("material 'paint': ") + what)) << what;
   }
 }
@@ -75,50 +176,44 @@ TEST(SceneMaterials, emission_beyond_single_precision_is_refused_by_name) {
   EXPECT_TRUE(mentions(message_of([&] { builder.load(); }), "material 'paint': emissiveStrength"));
 }
 
-TEST(SceneMaterials, exactly_lambert_leaves_nothing_out_and_everything_else_is_named) {
+TEST(SceneMaterials, what_is_left_out_is_named_unless_it_changes_nothing) {
   EXPECT_TRUE(Builder().load().unsupported.empty());
   Builder builder;
-  builder.json["textures"] = {{{"source", 0}}};
-  builder.json["images"] = {{{"uri", "../../does/not/matter.png"}}};
-  const Json texture = {{"index", 0}};
-  builder.material() = {
-      {"name", "rich"},
-      {"alphaMode", "MASK"},
-      {"normalTexture", texture},
-      {"occlusionTexture", texture},
-      {"emissiveTexture", texture},
-      {"pbrMetallicRoughness",
-       {{"metallicFactor", 0.5}, {"baseColorTexture", texture}, {"metallicRoughnessTexture", texture}}},
-      {"extensions",
-       {{"KHR_materials_specular", {{"specularTexture", texture}}},
-        {"KHR_materials_transmission", {{"transmissionFactor", 1}}},
-        {"KHR_materials_unlit", Json::object()}}}};
+  builder.material()["name"] = "rich";
+  builder.material()["extensions"] = {{"KHR_materials_clearcoat", {{"clearcoatFactor", 1}}},
+                                      {"KHR_materials_sheen", {{"sheenColorFactor", {0, 0.5, 0}}}},
+                                      {"KHR_materials_pbrSpecularGlossiness", Json::object()},
+                                      {"VENDOR_\nunheard_of", Json::object()}};
   const Scene scene = builder.load();
-  for (const char* feature :
-       {"alphaMode MASK", "texture normalTexture", "texture occlusionTexture", "texture emissiveTexture",
-        "texture baseColorTexture", "texture metallicRoughnessTexture", "texture specularTexture",
-        "metallic reflection", "specular reflection", "KHR_materials_transmission", "KHR_materials_unlit"}) {
+  for (const char* feature : {"KHR_materials_clearcoat", "KHR_materials_sheen", "KHR_materials_pbrSpecularGlossiness",
+                              "VENDOR_ unheard_of"}) {
     EXPECT_TRUE(leaves_out(scene, feature, "material 'rich'")) << feature;
   }
-  EXPECT_EQ(scene.unsupported.size(), 11U);
+  EXPECT_EQ(scene.unsupported.size(), 4U);
+  builder.material()["extensions"] = {{"KHR_materials_clearcoat", {{"clearcoatFactor", 0}}},
+                                      {"KHR_materials_sheen", {{"sheenColorFactor", {0, 0, 0}}}},
+                                      {"KHR_materials_iridescence", {{"iridescenceIor", 1.4}}}};
+  EXPECT_TRUE(builder.load().unsupported.empty());
 }
 
 TEST(SceneMaterials, a_feature_is_named_once_with_its_first_user_and_the_number_of_others) {
   Builder builder;
   for (int i = 0; i < 3; ++i) {
-    builder.json["materials"].push_back({{"name", "metal" + std::to_string(i)}});
+    builder.json["materials"].push_back({{"name", "paint" + std::to_string(i)},
+                                         {"extensions", {{"KHR_materials_clearcoat", {{"clearcoatFactor", 1}}}}}});
     Json primitive = builder.primitive();
     primitive["material"] = i + 1;
     builder.json["meshes"][0]["primitives"].push_back(primitive);
   }
   const Scene scene = builder.load();
   ASSERT_EQ(scene.unsupported.size(), 1U);
-  EXPECT_EQ(scene.unsupported[0].user, "material 'metal0' and 2 more");
+  EXPECT_EQ(scene.unsupported[0].user, "material 'paint0' and 2 more");
 }
 
 TEST(SceneMaterials, materials_that_nothing_uses_keep_their_number_and_ask_for_nothing) {
   Builder builder;
-  builder.json["materials"].push_back({{"name", "metal"}, {"pbrMetallicRoughness", {{"metallicFactor", 1}}}});
+  builder.json["materials"].push_back(
+      {{"name", "coat"}, {"extensions", {{"KHR_materials_clearcoat", {{"clearcoatFactor", 1}}}}}});
   const Scene scene = builder.load();
   EXPECT_EQ(scene.materials.size(), 2U);
   EXPECT_TRUE(scene.unsupported.empty());
@@ -130,9 +225,7 @@ TEST(SceneMaterials, features_outside_materials_are_named_with_their_owner) {
   builder.json["animations"] = {{{"name", "walk"},
                                  {"samplers", {{{"input", 0}, {"output", 0}}}},
                                  {"channels", {{{"sampler", 0}, {"target", {{"node", 0}, {"path", "scale"}}}}}}}};
-  builder.json["extensions"] = {{"KHR_lights_punctual", {{"lights", {{{"type", "point"}}}}}},
-                                {"KHR_materials_variants", {{"variants", Json::array()}}}};
-  builder.node()["extensions"] = {{"KHR_lights_punctual", {{"light", 0}}}};
+  builder.json["extensions"] = {{"KHR_materials_variants", {{"variants", Json::array()}}}};
   builder.node()["skin"] = 0;
   builder.primitive()["attributes"]["COLOR_1"] = 0;
   builder.primitive()["targets"] = {{{"POSITION", 0}}};
@@ -140,12 +233,11 @@ TEST(SceneMaterials, features_outside_materials_are_named_with_their_owner) {
   const Scene scene = builder.load();
   EXPECT_TRUE(leaves_out(scene, "skin", "node 'triangle'"));
   EXPECT_TRUE(leaves_out(scene, "animation", "animation 'walk'"));
-  EXPECT_TRUE(leaves_out(scene, "KHR_lights_punctual", "node 'triangle'"));
   EXPECT_TRUE(leaves_out(scene, "KHR_materials_variants", "the document"));
   EXPECT_TRUE(leaves_out(scene, "vertex colours COLOR_1", "mesh 'flat'"));
   EXPECT_TRUE(leaves_out(scene, "morph targets", "mesh 'flat'"));
   EXPECT_TRUE(leaves_out(scene, "primitives of mode LINES", "mesh 'flat'"));
-  EXPECT_EQ(scene.unsupported.size(), 7U);
+  EXPECT_EQ(scene.unsupported.size(), 6U);
   EXPECT_EQ(scene.meshes.at(0).primitives.size(), 1U);
 }
 
