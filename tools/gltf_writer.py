@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """Writes small glTF 2.0 files, always the same bytes for the same calls. Standard library only.
 
-Positions are metres, +Y up, triangles counter-clockwise seen from the front.
+Positions are metres, +Y up, triangles counter-clockwise seen from the front; texture coordinates have v down from the
+top of the picture, as glTF has them.
 """
 
 import base64
 import json
+import pathlib
 import re
 import struct
 
@@ -16,7 +18,8 @@ def _floats(vectors):
 
 
 class GltfWriter:
-    """Collects meshes, nodes, materials and cameras of one scene; `write` picks .gltf or .glb by the name."""
+    """Collects meshes, nodes, materials, textures, lights and cameras of one scene; `write` picks .gltf or .glb by the
+    name. `files` holds what must lie beside the scene: name -> bytes."""
 
     def __init__(self, proves):
         """proves: what the scene is for, kept in asset.extras so that the file explains itself."""
@@ -31,10 +34,17 @@ class GltfWriter:
             "bufferViews": [],
         }
         self.buffer = bytearray()
+        self.files = {}
 
     def environment(self, radiance):
         """Constant radiance from every direction, W / (sr m^2), linear Rec. 709."""
         self.root["scenes"][0]["extras"] = {"environment": {"radiance": list(radiance)}}
+
+    def environment_map(self, uri, data, scale=1.0, rotate_deg=0.0):
+        """Radiance from a picture beside the scene, named `uri`: equirectangular, its middle is -Z, u grows towards +X."""
+        self.files[uri] = data
+        entry = {"uri": uri, "scale": scale, "rotate": rotate_deg}
+        self.root["scenes"][0]["extras"] = {"environment": entry}
 
     def material(self, name, color, emission=None, double_sided=False):
         """Exactly Lambert of reflectance `color`; `emission` is the radiance of its front side. Returns its index."""
@@ -46,18 +56,67 @@ class GltfWriter:
         self._use_extension("KHR_materials_specular")
         if double_sided:
             entry["doubleSided"] = True
-        if emission is not None and max(emission) > 0:
-            # emissiveFactor must lie in [0, 1]; the strength carries the rest.
-            strength = max(1.0, max(emission))
-            entry["emissiveFactor"] = [e / strength for e in emission]
-            if strength > 1.0:
-                entry["extensions"]["KHR_materials_emissive_strength"] = {"emissiveStrength": strength}
-                self._use_extension("KHR_materials_emissive_strength")
+        self._emission(entry, emission)
         self.root["materials"].append(entry)
         return len(self.root["materials"]) - 1
 
-    def primitive(self, points, triangles, material, normals=None):
-        """One primitive: points [(x, y, z)], triangles [(a, b, c)] into points, normals like points or none (flat)."""
+    def surface(self, name, color=(1.0, 1.0, 1.0), metallic=0.0, roughness=1.0, emission=None, opacity=1.0,
+                extensions=None, **members):
+        """Any other material. extensions: {"KHR_materials_...": {...}}; members: what stands in the material itself
+        (alphaMode=, normalTexture=, ...), or, for baseColorTexture and metallicRoughnessTexture, one level down. Returns
+        its index."""
+        lobe = {"baseColorFactor": [*color, opacity], "metallicFactor": metallic, "roughnessFactor": roughness}
+        for key in ("baseColorTexture", "metallicRoughnessTexture"):
+            if key in members:
+                lobe[key] = members.pop(key)
+        entry = {"name": name, "pbrMetallicRoughness": lobe, **members}
+        if extensions:
+            entry["extensions"] = dict(extensions)
+            for extension in extensions:
+                self._use_extension(extension)
+        self._emission(entry, emission)
+        self.root["materials"].append(entry)
+        return len(self.root["materials"]) - 1
+
+    def texture(self, name, png, uri=None, transform=None, sampler=None, **use):
+        """One use of a picture, for baseColorTexture= and its kin. png: its bytes; uri: as a file beside the scene,
+        else inside the buffer; transform: KHR_texture_transform; sampler: glTF's; use: scale=, texCoord=."""
+        images = self.root.setdefault("images", [])
+        found = next((i for i, image in enumerate(images) if image["name"] == name), None)
+        if found is None:
+            found = len(images)
+            if uri is not None:
+                self.files[uri] = png
+                images.append({"name": name, "uri": uri})
+            else:
+                images.append({"name": name, "mimeType": "image/png", "bufferView": self._view(png, None)})
+        entry = {"source": found}
+        if sampler is not None:
+            samplers = self.root.setdefault("samplers", [])
+            if sampler not in samplers:
+                samplers.append(sampler)
+            entry["sampler"] = samplers.index(sampler)
+        textures = self.root.setdefault("textures", [])
+        if entry not in textures:
+            textures.append(entry)
+        reference = {"index": textures.index(entry), **use}
+        if transform is not None:
+            reference["extensions"] = {"KHR_texture_transform": transform}
+            self._use_extension("KHR_texture_transform")
+        return reference
+
+    def punctual_light(self, name, kind, color, intensity, spot=None, **transform):
+        """A light of KHR_lights_punctual and its node, shining along the node's -Z. intensity: candela, or lux of a
+        directional one; spot: {"innerConeAngle": rad, "outerConeAngle": rad}."""
+        self._use_extension("KHR_lights_punctual")
+        lights = self.root.setdefault("extensions", {}).setdefault("KHR_lights_punctual", {"lights": []})["lights"]
+        lights.append({"name": name, "type": kind, "color": list(color), "intensity": intensity,
+                       **({"spot": spot} if spot else {})})
+        self._node({"name": name, "extensions": {"KHR_lights_punctual": {"light": len(lights) - 1}}, **transform})
+
+    def primitive(self, points, triangles, material, normals=None, uv=None, tangents=None):
+        """One primitive: points [(x, y, z)], triangles [(a, b, c)] into points; per point or none: normals (none: flat),
+        texture coordinates uv [(u, v)], tangents [(x, y, z, sign of the bitangent)]."""
         indices = [i for t in triangles for i in t]
         if min(indices) < 0 or max(indices) >= len(points):
             raise ValueError("a triangle names a point that does not exist")
@@ -65,6 +124,10 @@ class GltfWriter:
         attributes = {"POSITION": self._vectors(_floats(points))}
         if normals is not None:
             attributes["NORMAL"] = self._vectors(_floats(normals))
+        if uv is not None:
+            attributes["TEXCOORD_0"] = self._accessor(_floats(uv), 5126, "VEC2", len(uv), 34962)
+        if tangents is not None:
+            attributes["TANGENT"] = self._accessor(_floats(tangents), 5126, "VEC4", len(tangents), 34962)
         data = struct.pack(f"<{len(indices)}{index_format[0]}", *indices)
         return {
             "attributes": attributes,
@@ -95,9 +158,11 @@ class GltfWriter:
         self._node({"name": name, "camera": len(self.root["cameras"]) - 1, **transform})
 
     def write(self, path):
-        """Writes the file, as .glb or as .gltf with its buffer inside."""
-        with open(path, "wb") as file:
-            file.write(self.glb() if str(path).endswith(".glb") else self.gltf())
+        """Writes the file, as .glb or as .gltf with its buffer inside, and the `files` beside it."""
+        path = pathlib.Path(path)
+        path.write_bytes(self.glb() if path.suffix == ".glb" else self.gltf())
+        for name, data in self.files.items():
+            (path.parent / name).write_bytes(data)
 
     def gltf(self):
         """The bytes of the .gltf form: indented JSON, the buffer as one base64 data URI."""
@@ -116,6 +181,16 @@ class GltfWriter:
         return b"".join([struct.pack("<III", 0x46546C67, 2, total), struct.pack("<II", len(text), 0x4E4F534A), text,
                          struct.pack("<II", len(data), 0x004E4942), data])
 
+    def _emission(self, entry, emission):
+        if emission is None or max(emission) <= 0:
+            return
+        # emissiveFactor must lie in [0, 1]; the strength carries the rest.
+        strength = max(1.0, max(emission))
+        entry["emissiveFactor"] = [e / strength for e in emission]
+        if strength > 1.0:
+            entry.setdefault("extensions", {})["KHR_materials_emissive_strength"] = {"emissiveStrength": strength}
+            self._use_extension("KHR_materials_emissive_strength")
+
     def _use_extension(self, name):
         used = self.root.setdefault("extensionsUsed", [])
         if name not in used:
@@ -131,13 +206,15 @@ class GltfWriter:
         bounds = ([min(values[a::3]) for a in range(3)], [max(values[a::3]) for a in range(3)])
         return self._accessor(data, 5126, "VEC3", len(values) // 3, 34962, bounds)
 
-    def _accessor(self, data, component, kind, count, target, bounds=None):
+    def _view(self, data, target):
         self.buffer += b"\0" * (-len(self.buffer) % 4)
-        self.root["bufferViews"].append(
-            {"buffer": 0, "byteOffset": len(self.buffer), "byteLength": len(data), "target": target})
+        entry = {"buffer": 0, "byteOffset": len(self.buffer), "byteLength": len(data)}
+        self.root["bufferViews"].append(entry if target is None else {**entry, "target": target})
         self.buffer += data
-        view = len(self.root["bufferViews"]) - 1
-        entry = {"bufferView": view, "componentType": component, "count": count, "type": kind}
+        return len(self.root["bufferViews"]) - 1
+
+    def _accessor(self, data, component, kind, count, target, bounds=None):
+        entry = {"bufferView": self._view(data, target), "componentType": component, "count": count, "type": kind}
         if bounds is not None:
             entry["min"], entry["max"] = [list(b) for b in bounds]
         self.root["accessors"].append(entry)
