@@ -132,6 +132,8 @@ def leaf():
         rib = abs(u) < 0.02 or abs((v * 10 - 6 * abs(u)) % 1 - 0.5) < 0.07
         # The opacity falls off over a few texels, so that the cutoff finds a smooth outline between them.
         opacity = min(1.0, max(0.0, 0.5 + 10 * (half - abs(u))))
+        if opacity == 0:
+            return (0, 0, 0, 0)  # black, so that the picture also serves as a light
         return (*((150, 190, 90) if rib else (58, 122, 40)), 255 * opacity)
 
     return png(64, 64, pixel)

@@ -202,7 +202,7 @@ def textured():
     # The same pictures turned by 30 degrees, smaller and shifted.
     turned = {"offset": [0.25, 0.1], "rotation": round(math.pi / 6, 12), "scale": [2.0, 2.0]}
     board = gltf.surface(
-        "turned tiles", metallic=0.0, roughness=0.4, emission=(2.0, 2.0, 2.0),
+        "turned tiles", metallic=0.0, roughness=0.4, emission=(1.0, 1.0, 1.0),
         baseColorTexture=gltf.texture("tiles color", scene_pictures.tiles_color(), transform=turned),
         normalTexture=gltf.texture("tiles normal", scene_pictures.tiles_normal(), transform=turned),
         emissiveTexture=gltf.texture("leaf", scene_pictures.leaf(), sampler={"wrapS": 33071, "wrapT": 33648},

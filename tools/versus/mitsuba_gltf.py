@@ -7,7 +7,9 @@ The model. Metallic-roughness: GGX with the height-correlated Smith term and Sch
 under it, where not metal, a diffuse base coupled reciprocally, (1 - E(wo)) (1 - E(wi)) / (pi (1 - E_avg)) [Kelemen and
 Szirmay-Kalos 2001], E the albedo of the dielectric's lobe from ggx_albedo.py. Thin-walled transmission mirrors the
 reflection lobe to the other side. alpha = roughness^2; below SMOOTH_ALPHA the lobes are delta. Opacity passes straight
-through. Solid glass is Mitsuba's own dielectric and roughdielectric; `gltf_absorbing` adds Beer's law to them.
+through. Shading normals that the viewer sees from behind are bent towards him [Keller et al. 2017, section A.3], light
+that reaches a shading hemisphere from near the surface's own horizon fades [Chiang, Li, Burley 2019, equation 3], and
+nothing is reflected to the other side of the surface itself. Solid glass is Mitsuba's own dielectric and roughdielectric; `gltf_absorbing` adds Beer's law to them.
 """
 
 import math
@@ -17,6 +19,7 @@ import numpy as np
 import ggx_albedo
 
 SMOOTH_ALPHA = 2.0 ** -13
+LEAST_COSINE = 2.0 ** -7
 MATERIALS = []  # gltf_scene.Material of each "gltf" BSDF, by its property "material": properties carry no Python objects
 
 
@@ -103,6 +106,22 @@ def register(mi):
         c = h_z * h_z
         return alpha * alpha / (dr.pi * dr.square(dr.square(alpha) * c + 1 - c))
 
+    def usable_normal(n, n_geom, viewer, glossy):
+        """The shading normal n bent until the viewer is above it and, if glossy, its mirror direction above n_geom."""
+        cos_geom, cos = dr.dot(viewer, n_geom), dr.dot(viewer, n)
+        least = dr.minimum(cos_geom, LEAST_COSINE)
+        n = dr.select(cos < least, dr.normalize(n + (least - cos) * viewer), n)
+        if glossy:
+            mirrored = 2 * dr.dot(viewer, n) * n - viewer
+            above = dr.dot(mirrored, n_geom)
+            lifted = dr.normalize(mirrored + (least - above) * n_geom)
+            n = dr.select(above < least, dr.normalize(viewer + lifted), n)
+        return n
+
+    def terminator(wi, n_geom, n):
+        g = dr.minimum(dr.dot(wi, n_geom) / (dr.dot(wi, n) * dr.dot(n_geom, n)), 1)
+        return ((g - g * g) + 1) * g
+
     class Surface:
         """What a hit has after textures; directions are world, everything on the viewer's side."""
 
@@ -117,6 +136,7 @@ def register(mi):
             self.signs = mi.load_dict({"type": "mesh_attribute", "name": "vertex_sign"}) if self.normal else None
             self.thin = m.transmission > 0 and not m.solid
             both = Flags.FrontSide | Flags.BackSide
+            self.glossy = m.metallic > 0 or m.specular > 0 or m.transmission > 0
             smooth = m.roughness ** 2 < SMOOTH_ALPHA
             kinds = [Flags.DeltaReflection if smooth else Flags.GlossyReflection]
             if m.metallic < 1 or self.roughness:
@@ -149,7 +169,7 @@ def register(mi):
             s.f90 = dr.lerp(mi.Float(m.specular), mi.Float(1), metallic)
 
             viewer = si.to_world(si.wi)
-            n = si.sh_frame.n
+            n = dr.select(dr.dot(si.sh_frame.n, si.n) > 0, si.sh_frame.n, si.n)
             if self.normal:
                 texel = self.normal.at(si.uv, active)
                 t = self.tangents.eval(si, active)
@@ -158,10 +178,11 @@ def register(mi):
                 scale = m.normal_texture.scale
                 x, y, z = (2 * texel.x - 1) * scale, (2 * texel.y - 1) * scale, 2 * texel.z - 1
                 t = dr.normalize(t - n * dr.dot(n, t))
-                n = dr.normalize(t * x + dr.cross(n, t) * sign * y + n * z)
+                mapped = dr.normalize(t * x + dr.cross(n, t) * sign * y + n * z)
+                n = dr.select(dr.dot(mapped, si.n) > 0, mapped, n)
             flip = dr.select(dr.dot(viewer, si.n) < 0, -1.0, 1.0)
             s.n_geom, s.viewer = si.n * flip, viewer
-            s.frame = mi.Frame3f(n * flip)
+            s.frame = mi.Frame3f(usable_normal(n * flip, s.n_geom, viewer, self.glossy))
             s.wo = s.frame.to_local(viewer)
 
             dielectric = mi.Float(0)
@@ -206,6 +227,7 @@ def register(mi):
             value = s.diffuse * s.coupled_o * coupled_i / (s.coupled_mean * dr.pi) * cos_i
             value += dr.select(rough, schlick(s.f0, s.f90, cos_d) * lobe, 0)
             pdf = s.p_diffuse * cos_i / dr.pi + dr.select(rough, s.p_reflect * lobe_pdf, 0)
+            value *= terminator(wi_world, s.n_geom, s.frame.n)
             value, pdf = dr.select(reflected, value, 0), dr.select(reflected, pdf, 0)
             if self.thin:
                 crossed &= rough
@@ -241,7 +263,8 @@ def register(mi):
             side = dr.dot(wi_world, s.n_geom)
             right_side = dr.select(through, side < 0, side > 0)
             delta_p = dr.select(through, s.p_through, s.p_reflect) * s.opacity
-            delta_weight = dr.select(through, s.through * (1 - f_base), f) * s.opacity / delta_p
+            delta_weight = s.opacity / delta_p * dr.select(
+                through, s.through * (1 - f_base), f * terminator(wi_world, s.n_geom, s.frame.n))
             ok = active & (s.wo.z > 0) & (diffuse | upper) & right_side
             weight = dr.select(delta, delta_weight, value / pdf)
             bs.pdf = dr.select(delta, delta_p, pdf)

@@ -48,10 +48,10 @@ def solid_bsdf(material, number):
     return bsdf
 
 
-def bsdf_of(material, name):
-    """The description of a material's BSDF: plain Lambert is Mitsuba's own, the rest comes from mitsuba_gltf.py."""
+def bsdf_of(material, name, flat):
+    """The description of a material's BSDF: flat plain Lambert is Mitsuba's own, the rest comes from mitsuba_gltf.py."""
     textured = (material.base_color_texture, material.metallic_roughness_texture, material.normal_texture)
-    if material.metallic == 0 and material.specular == 0 and material.alpha_mode == "OPAQUE" and not any(textured) \
+    if flat and material.metallic == 0 and material.specular == 0 and material.alpha_mode == "OPAQUE" and not any(textured) \
             and material.transmission == 0:
         return {"type": "twosided", "bsdf": {
             "type": "diffuse", "reflectance": {"type": "rgb", "value": list(material.base_color)}}}
@@ -122,7 +122,7 @@ def mesh_of(mi, part):
     if part.uv is None and any((material.base_color_texture, material.metallic_roughness_texture,
                                 material.normal_texture, material.emissive_texture)):
         raise ValueError(f"node {part.name}: textured, but without texture coordinates")
-    bsdf = bsdf_of(material, part.name)
+    bsdf = bsdf_of(material, part.name, part.normals is None)
     properties = mi.Properties()
     properties["bsdf"] = mi.load_dict(bsdf)
     if material.emits:
