@@ -229,6 +229,11 @@ TEST(SceneBadDocument, values_of_the_wrong_kind_are_refused) {
       b.node()["camera"] = 0;
     };
   };
+  const auto orthographic = [](const Json& lens) {
+    return [=](Builder& b) {
+      b.json["cameras"] = {{{"name", "plan"}, {"type", "orthographic"}, {"orthographic", lens}}};
+    };
+  };
   expect_refused({
       {"no asset", [](Builder& b) { b.json.erase("asset"); }, "'asset'"},
       {"no version", [](Builder& b) { b.json["asset"].erase("version"); }, "'version' is missing"},
@@ -331,6 +336,11 @@ TEST(SceneBadDocument, values_of_the_wrong_kind_are_refused) {
       {"yfov a string", camera({{"yfov", "wide"}}), "'yfov' is not a number"},
       {"aspect zero", camera({{"yfov", 1}, {"aspectRatio", 0}}), "aspectRatio"},
       {"aspect negative", camera({{"yfov", 1}, {"aspectRatio", -1}}), "aspectRatio"},
+      {"xmag missing", orthographic({{"ymag", 1}}), "'xmag' is missing, 0"},
+      {"ymag zero", orthographic({{"xmag", 1}, {"ymag", 0}}), "camera 'plan', orthographic: 'ymag'"},
+      {"ymag a string", orthographic({{"xmag", 1}, {"ymag", "1"}}), "'ymag' is not a number"},
+      {"ymag huge", orthographic({{"xmag", 1}, {"ymag", 1e300}}), "'ymag'"},
+      {"picture a line", orthographic({{"xmag", 1e-9}, {"ymag", 1e9}}), "is a line"},
       {"environment negative",
        [](Builder& b) {
          b.json["extras"]["environment"]["radiance"] = {1, -1, 1};

@@ -296,6 +296,23 @@ TEST(SceneLoad, cameras_keep_their_lens_and_a_pose_without_the_scale_of_their_no
   EXPECT_TRUE(warns(builder.load(), "camera 'eye'"));
 }
 
+TEST(SceneLoad, orthographic_cameras_keep_half_their_height_and_their_aspect) {
+  Builder builder;
+  builder.json["cameras"] = {
+      {{"name", "plan"}, {"type", "orthographic"}, {"orthographic", {{"xmag", 3}, {"ymag", 2}, {"znear", 0.1}}}}};
+  builder.json["nodes"].push_back({{"camera", 0}, {"scale", {9, 9, 9}}});
+  builder.json["scenes"][0]["nodes"] = {0, 1};
+  for (const double sign : {1.0, -1.0}) {
+    builder.json["cameras"][0]["orthographic"]["xmag"] = sign * 3;
+    const Scene scene = builder.load();
+    ASSERT_EQ(scene.cameras.size(), 1U);
+    EXPECT_TRUE(scene.cameras[0].orthographic);
+    EXPECT_EQ(scene.cameras[0].ymag_m, 2.0);  // the scale of its node does not count
+    EXPECT_EQ(scene.cameras[0].aspect, 1.5);
+    EXPECT_EQ(warns(scene, "camera 'plan': negative xmag or ymag"), sign < 0);
+  }
+}
+
 // Puts the old locale back however the test ends.
 class LocaleGuard {
  public:
