@@ -9,7 +9,7 @@ Szirmay-Kalos 2001], E the albedo of the dielectric's lobe from ggx_albedo.py. T
 reflection lobe to the other side. alpha = roughness^2; below SMOOTH_ALPHA the lobes are delta. Opacity passes straight
 through. Shading normals that the viewer sees from behind are bent towards him [Keller et al. 2017, section A.3], light
 that reaches a shading hemisphere from near the surface's own horizon fades [Chiang, Li, Burley 2019, equation 3], and
-nothing is reflected to the other side of the surface itself. Solid glass is Mitsuba's own dielectric and roughdielectric; `gltf_absorbing` adds Beer's law to them.
+nothing is reflected to the other side of the surface itself. Solid glass is Mitsuba's own dielectric or roughdielectric, and Solid says what it adds.
 """
 
 import math
@@ -24,7 +24,7 @@ MATERIALS = []  # gltf_scene.Material of each "gltf" BSDF, by its property "mate
 
 
 def register(mi):
-    """Adds the plugins "gltf", "gltf_absorbing" and "gltf_emission" to the current variant."""
+    """Adds the plugins "gltf", "gltf_solid" and "gltf_emission" to the current variant."""
     import drjit as dr  # not above: it looks for LLVM when it is imported
     Flags = mi.BSDFFlags
     directional, mean = ggx_albedo.tables()
@@ -293,35 +293,41 @@ def register(mi):
         def to_string(self):
             return f"Gltf[{self.m.name}]"
 
-    class Absorbing(mi.BSDF):
-        """A clear solid's BSDF times what the way inside it has left of the light: Beer's law on segments that end at
-        the surface from within."""
+    class Solid(mi.BSDF):
+        """Mitsuba's dielectric with two things added. Beer's law on segments that end at the surface from within; and for
+        reflections of rough glass the height-correlated Smith term in place of the separable one (which stands for
+        transmission in both)."""
 
         def __init__(self, props):
             mi.BSDF.__init__(self, props)
             m = MATERIALS[props["material"]]
             self.nested = props["nested"]
+            self.alpha = m.roughness ** 2
+            self.rough = self.alpha >= SMOOTH_ALPHA
             self.sigma = [-math.log(max(c, 1e-30)) / m.attenuation_distance for c in m.attenuation_color]
             self.m_components = [self.nested.flags(i) for i in range(self.nested.component_count())]
             self.m_flags = self.nested.flags()
 
-        def left(self, si):
-            inside = si.wi.z < 0
-            return dr.select(inside, dr.exp(-mi.Color3f(*self.sigma) * si.t), 1)
+        def factor(self, si, wo):
+            factor = dr.select(si.wi.z < 0, dr.exp(-mi.Color3f(*self.sigma) * si.t), 1)
+            if self.rough:
+                a, b = smith(si.wi.z, self.alpha), smith(wo.z, self.alpha)
+                factor *= dr.select(si.wi.z * wo.z > 0, (1 + a) * (1 + b) / (1 + a + b), 1)
+            return factor
 
         def sample(self, ctx, si, sample1, sample2, active=True):
             bs, weight = self.nested.sample(ctx, si, sample1, sample2, active)
-            return bs, weight * self.left(si)
+            return bs, weight * self.factor(si, bs.wo)
 
         def eval(self, ctx, si, wo, active=True):
-            return self.nested.eval(ctx, si, wo, active) * self.left(si)
+            return self.nested.eval(ctx, si, wo, active) * self.factor(si, wo)
 
         def pdf(self, ctx, si, wo, active=True):
             return self.nested.pdf(ctx, si, wo, active)
 
         def eval_pdf(self, ctx, si, wo, active=True):
             value, pdf = self.nested.eval_pdf(ctx, si, wo, active)
-            return value * self.left(si), pdf
+            return value * self.factor(si, wo), pdf
 
     class Emission(mi.Texture):
         """Radiance of a textured light; sampled evenly over its area."""
@@ -342,5 +348,5 @@ def register(mi):
             return False
 
     mi.register_bsdf("gltf", Gltf)
-    mi.register_bsdf("gltf_absorbing", Absorbing)
+    mi.register_bsdf("gltf_solid", Solid)
     mi.register_texture("gltf_emission", Emission)

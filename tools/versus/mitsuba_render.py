@@ -37,15 +37,13 @@ def find_llvm():
 
 
 def solid_bsdf(material, number):
-    """Mitsuba's own dielectric for solid glass; the base colour tints every crossing."""
+    """Mitsuba's own dielectric for solid glass, with what glTF adds to it; the base colour tints every crossing."""
     alpha = material.roughness ** 2
     bsdf = {"type": "dielectric", "int_ior": material.ior, "ext_ior": 1.0,
             "specular_transmittance": {"type": "rgb", "value": list(material.base_color)}}
     if alpha >= mitsuba_gltf.SMOOTH_ALPHA:
         bsdf |= {"type": "roughdielectric", "distribution": "ggx", "alpha": alpha}
-    if math.isfinite(material.attenuation_distance):
-        bsdf = {"type": "gltf_absorbing", "material": number, "nested": bsdf}
-    return bsdf
+    return {"type": "gltf_solid", "material": number, "nested": bsdf}
 
 
 def bsdf_of(material, name, flat):
