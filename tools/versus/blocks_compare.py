@@ -8,14 +8,18 @@ The variance of a block's mean is the larger of what the files predict and what 
 the block shows: the estimate of a few batches or replicates is itself uncertain and misses rare bright paths. Where
 both are zero (a plain background), differences up to the rounding of single-precision sums are allowed.
 
-  ~/eikon-versus/bin/python tools/versus/blocks_compare.py out/cornell.exr out/mitsuba.exr
+  tools/versus/blocks_compare.py out/cornell.exr out/mitsuba.exr
 """
 
 import argparse
 import math
 import sys
 
-import numpy as np
+import modules
+
+modules.need(["numpy", "OpenEXR"], "eikon-versus", "OpenEXR numpy")
+
+import numpy as np  # noqa: E402
 
 
 def read(path):
@@ -46,17 +50,21 @@ def blocks(values, size):
 ROUNDING = 2.0 ** -19
 
 
-def block_z(test, reference, variance, size):
-    """z of each block's mean difference, (rows, columns, 3); blocks that are equal have z = 0."""
+def block_z(test, reference, variance, size, tolerance=0.0):
+    """(z of each block's mean difference, its standard deviation relative to the reference), each (rows, columns, 3);
+    blocks that are equal, or differ by no more than `tolerance` times the reference, have z = 0."""
     d = blocks(test - reference, size)
     count = size * size
     seen = d.var(axis=2, ddof=1) / count
     predicted = np.zeros_like(seen) if variance is None else blocks(variance, size).sum(axis=2) / count ** 2
-    rounding = ROUNDING * np.abs(blocks(reference, size)).mean(axis=2)
+    level = np.abs(blocks(reference, size)).mean(axis=2)
+    rounding = ROUNDING * level
     sigma = np.sqrt(np.maximum(seen, predicted) + rounding ** 2)
     mean = d.mean(axis=2)
+    mean = np.sign(mean) * np.maximum(np.abs(mean) - tolerance * level, 0.0)
     certain = np.where(mean == 0, 0.0, np.copysign(np.inf, mean))
-    return np.divide(mean, sigma, out=certain, where=sigma > 0)
+    z = np.divide(mean, sigma, out=certain, where=sigma > 0)
+    return z, np.divide(sigma, level, out=np.zeros_like(sigma), where=level > 0)
 
 
 def p_values(z):
@@ -74,6 +82,7 @@ def main():
     parser.add_argument("test")
     parser.add_argument("reference")
     parser.add_argument("--block", type=int, default=16, help="side of a block in pixels (default 16)")
+    parser.add_argument("--tolerance", type=float, default=0.0, help="relative difference that is forgiven (default 0)")
     parser.add_argument("--alpha", type=float, default=0.01, help="significance over all blocks (default 0.01)")
     arguments = parser.parse_args()
 
@@ -82,7 +91,7 @@ def main():
         sys.exit(f"sizes differ: {test.shape[1]}x{test.shape[0]} and {reference.shape[1]}x{reference.shape[0]}")
     known = [v for v in (test_variance, reference_variance) if v is not None]
     variance = sum(known) if known else None
-    z = block_z(test, reference, variance, arguments.block)
+    z, sigma = block_z(test, reference, variance, arguments.block, arguments.tolerance)
     p = p_values(z)
     worst = np.unravel_index(np.argmin(p), p.shape)
     corrected = sidak(p[worst], p.size)
@@ -90,6 +99,7 @@ def main():
           f"  {' '.join(f'{v:.6g}' for v in reference.mean((0, 1)))}")
     print(f"ratio       {test.mean() / reference.mean():.6f}")
     print(f"blocks      {z.shape[0] * z.shape[1]} x 3, z has mean {z.mean():+.3f}, deviation {z.std():.3f}")
+    print(f"sharpness   a block's standard deviation is {100 * np.median(sigma):.2f} % of it (median)")
     print(f"worst block row {worst[0]}, column {worst[1]}, channel {'RGB'[worst[2]]}: z = {z[worst]:+.2f}")
     print(f"p           {corrected:.4g} over all blocks: {'differ' if corrected < arguments.alpha else 'agree'}")
     return 1 if corrected < arguments.alpha else 0

@@ -8,8 +8,8 @@ Blender's glTF importer turns metallic-roughness into its Principled shader, whi
 angles and compensates nothing; Lambert, smooth glass, opacity and textures mean the same. So look at the pictures side
 by side, and compare block means as figures, not as a test.
 
-  python3.11 -m venv ~/eikon-cycles && ~/eikon-cycles/bin/pip install bpy==4.2.0 'numpy<2' OpenEXR
-  ~/eikon-cycles/bin/python tools/versus/cycles_render.py scenes/textured.gltf -o out/cycles.exr --size 480x320 --spp 64
+  python3.11 -m venv ~/eikon-cycles && ~/eikon-cycles/bin/pip install bpy==4.2.0    # looked for there
+  tools/versus/cycles_render.py scenes/textured.gltf -o out/cycles.exr --size 480x320 --spp 64
 """
 
 import argparse
@@ -21,11 +21,12 @@ import sys
 import tempfile
 import time
 
-try:
-    import bpy
-    import mathutils
-except ImportError:
-    sys.exit("no module bpy: Blender as a Python module; how to get it: tools/versus/cycles_render.py, first lines")
+import modules
+
+modules.need(["bpy"], "eikon-cycles", "bpy==4.2.0")  # needs exactly Python 3.11
+
+import bpy  # noqa: E402
+import mathutils  # noqa: E402
 
 
 def document(path):
@@ -97,7 +98,7 @@ def set_environment(root, folder, text, scale, rotate_deg):
         texture, mapping = nodes.new("ShaderNodeTexEnvironment"), nodes.new("ShaderNodeMapping")
         coordinates = nodes.new("ShaderNodeTexCoord")
         texture.image = image
-        # The middle of the picture is -Z of glTF, +Y of Blender; Blender's own has it at -X... and u grows the same way.
+        # The middle of the picture is -Z of glTF, +Y of Blender; Blender's own has it at +X, and u grows the same way.
         mapping.inputs["Rotation"].default_value[2] = math.radians(-90 - entry.get("rotate", 0.0))
         links.new(coordinates.outputs["Generated"], mapping.inputs["Vector"])
         links.new(mapping.outputs["Vector"], texture.inputs["Vector"])

@@ -5,9 +5,9 @@ with MIS, roulette from depth 5, no clamp, independent samples. Writes an EXR wi
 pixel's mean (variance.R, variance.G, variance.B), from independent batches; prints the seconds of rendering alone and
 samples/s.
 
-  python3 -m venv ~/eikon-versus && ~/eikon-versus/bin/pip install mitsuba OpenEXR numpy
+  python3 -m venv ~/eikon-versus && ~/eikon-versus/bin/pip install mitsuba OpenEXR numpy    # looked for there
   apt-get install libllvm19       # 15 lacks instructions that Mitsuba 3.9 wants on AVX-512 machines
-  ~/eikon-versus/bin/python tools/versus/mitsuba_render.py scenes/cornell.gltf -o out/mitsuba.exr --size 360x360
+  tools/versus/mitsuba_render.py scenes/cornell.gltf -o out/mitsuba.exr --size 360x360
 """
 
 import argparse
@@ -20,10 +20,14 @@ import re
 import sys
 import time
 
-import numpy as np
+import modules
 
-import gltf_scene
-import mitsuba_gltf
+modules.need(["numpy", "OpenEXR", "mitsuba"], "eikon-versus", "mitsuba OpenEXR numpy")
+
+import numpy as np  # noqa: E402
+
+import gltf_scene  # noqa: E402
+import mitsuba_gltf  # noqa: E402
 
 
 def find_llvm():
