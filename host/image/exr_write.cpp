@@ -66,6 +66,7 @@ std::vector<Source> image_sources(const Film& film, const ExrOptions& options) {
   const Imf::PixelType type = options.half ? Imf::HALF : Imf::FLOAT;
   std::vector<Source> sources;
   for (const char* name : {"R", "G", "B"}) sources.push_back(mean_of(film, name, type));
+  if (film.channel_index("A")) sources.push_back(mean_of(film, "A", type));
   for (const std::string& layer : options.layers) {
     if (layer == "albedo") {
       for (const char* name : {"albedo.R", "albedo.G", "albedo.B"}) sources.push_back(mean_of(film, name, type));

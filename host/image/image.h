@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/error.h"
+#include "image/tonemap.h"
 #include "render/film.h"
 
 namespace eikon {
@@ -44,7 +45,7 @@ struct ExrOptions {
   bool exact_sums = false;          // second, lossless part with the film's integer sums
 };
 
-/// Writes the film: part 0 "image" with R, G, B and layers over the crop as data window; with exact_sums a part "sums" of UINT
+/// Writes the film: part 0 "image" with R, G, B, A if the film has it (R, G, B are multiplied by it), and layers over the crop as data window; with exact_sums a part "sums" of UINT
 /// channels, from which read_film restores the film to the bit. Layers: albedo.R/G/B and normal.X/Y/Z are means over samples,
 /// depth.Z the mean over the samples that hit something and +inf where none did, id (UINT) the sum of its channel, variance.R/G/B
 /// the variance of the mean (NaN: unknown), samples (UINT) their number. The same input gives the same bytes.
@@ -65,10 +66,11 @@ Image read_exr(const std::filesystem::path& path);
 /// The same with at most `max_bytes` for all planes together.
 Image read_exr_within(const std::filesystem::path& path, std::uint64_t max_bytes);
 
-/// Writes R, G, B as 8-bit sRGB PNG after multiplying by 2^exposure_ev, rounded to nearest; above 1 becomes 255, negative and
-/// non-finite values become black. throws InputError.
-void write_png(const std::filesystem::path& path, const Image& image, double exposure_ev);
-/// The means of R, G, B.
+/// Writes R, G, B as 8-bit sRGB PNG after multiplying by 2^exposure_ev and mapping tones, rounded to nearest; above 1 becomes
+/// 255, negative and non-finite values become black. With a channel A (R, G, B multiplied by it) the PNG has colours that are
+/// not, and A as it is. throws InputError.
+void write_png(const std::filesystem::path& path, const Image& image, double exposure_ev, ToneMap map = ToneMap::none);
+/// The means of R, G, B, and of A where the film has it.
 [[nodiscard]] Image to_image(const Film& film);
 
 /// Metrics between R, G, B of two images. x: test, r: reference; means are over all pixels and the three channels, without the

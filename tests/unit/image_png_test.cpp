@@ -71,6 +71,31 @@ TEST(Png, exposure_is_in_stops) {
   EXPECT_EQ(a, read_png(folder / "c.png", 1));
 }
 
+TEST(Png, tones_are_mapped_after_exposure_and_before_srgb) {
+  const TemporaryFolder folder;
+  write_png(folder / "a.png", grey(1, {2.0f}), -1, ToneMap::reinhard);  // 1 becomes 1/2
+  write_png(folder / "b.png", grey(1, {0.5f}), 0);
+  EXPECT_EQ(read_png(folder / "a.png", 1), read_png(folder / "b.png", 1));
+}
+
+// Half covered by linear 1/4 of its own: the EXR holds 1/8 and 1/2.
+TEST(Png, with_alpha_has_colours_that_are_not_multiplied_by_it) {
+  const TemporaryFolder folder;
+  Image image = grey(4, {0.125f, 0.25f, 0.0f, 0.3f});
+  image.channels.emplace_back("A");
+  image.planes.push_back({0.5f, 1.0f, 0.0f, 1.25f});
+  write_png(folder / "a.png", image, 0);
+  int width = 0, height = 0, channels = 0;
+  const std::unique_ptr<stbi_uc, void (*)(void*)> data(
+      stbi_load((folder / "a.png").c_str(), &width, &height, &channels, 0), stbi_image_free);
+  ASSERT_TRUE(data);
+  ASSERT_EQ(channels, 4);
+  const int quarter = 137;  // 255 (1.055 0.25^(1/2.4) - 0.055) = 136.96
+  const std::vector<int> expected{quarter, quarter, quarter, 128, quarter, quarter, quarter, 255, 0, 0, 0, 0};
+  for (std::size_t i = 0; i < expected.size(); ++i) EXPECT_EQ(int(data.get()[i]), expected[i]) << i;
+  EXPECT_EQ(int(data.get()[15]), 255);  // a filter with negative parts goes beyond 1
+}
+
 TEST(Png, an_output_that_cannot_be_written_is_an_error_that_leaves_nothing_behind) {
   const TemporaryFolder folder;
   EXPECT_THROW(write_png(folder / "missing" / "a.png", grey(1, {1}), 0), InputError);
