@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The rays of `bench rays`, made by the functions that render: one work-item for EK_WIDTH of them. Arrays as in trace_rays.cl.
+#include "camera.h"
 #include "light.h"
 #include "sampler.h"
 #include "surface.h"
@@ -24,9 +25,8 @@ kernel void bench_camera(constant Frame* frame, global float* rays, uint ray_cou
   const vu x = (block % blocks_x) * 4u + (ray & 3u), y = (block / blocks_x) * 4u + ((ray >> 2) & 3u);
   vf u, v;
   sample_2d(hash_bits(ray), (vu)(0u), DIM_FILTER, &u, &v);
-  const v3 dir = add3(splat3(frame->camera_corner), add3(scale3(splat3(frame->camera_x), TO_F(AS_I(x)) + u),
-                                                         scale3(splat3(frame->camera_y), TO_F(AS_I(y)) + v)));
-  store_ray(rays, stride, i, splat3(frame->camera_origin), normalize3(dir), EK_INFINITY);
+  const CameraRay camera = camera_ray(frame, TO_F(AS_I(x)), TO_F(AS_I(y)), u, v);
+  store_ray(rays, stride, i, camera.origin, camera.dir, EK_INFINITY);
 }
 
 // From each hit a ray by the cosine, and a shadow ray to a light; in a scene without lights in any direction. A shadow ray with

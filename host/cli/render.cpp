@@ -9,6 +9,7 @@
 #include <cmath>
 #include <csignal>
 #include <memory>
+#include <numbers>
 
 #include "cli/arguments.h"
 #include "cli/commands.h"
@@ -25,7 +26,7 @@ struct RenderOptions {
   std::string output, png, stats, profile, pixel;
   double exposure_ev = 0;
   bool half = false, quiet = false;
-  std::string sample;
+  std::string sample, tone_map = "none";
 };
 
 std::atomic<bool> stop_requested{false};
@@ -81,6 +82,32 @@ std::vector<double> row_major(const glm::dmat4& m) {
   return values;
 }
 
+glm::dmat4 ndc_from_camera(const Settings& settings) {
+  const Camera& camera = settings.camera;
+  const double aspect = double(settings.width) / settings.height;
+  const double y = 1.0 / (camera.orthographic ? camera.ymag_m : std::tan(0.5 * camera.yfov_rad));
+  glm::dmat4 matrix(0.0);
+  matrix[0][0] = y / aspect;
+  matrix[1][1] = y;
+  matrix[2][2] = -1;
+  if (camera.orthographic) {
+    matrix[3][3] = 1;  // z is the depth in metres, as there is no far plane
+  } else {
+    matrix[2][3] = -1;
+    matrix[3][2] = -0.02;  // near plane at 0.01 m, no far plane
+  }
+  return matrix;
+}
+
+/// "r,g,b", or a map's file with what was done to it.
+std::string describe(const Environment& environment) {
+  if (environment.map)
+    return fmt::format("{}, scale {}, rotation {:.6g} degrees", environment.map->name, environment.scale,
+                       environment.rotation_rad * 180.0 / std::numbers::pi);
+  const glm::vec3& sky = environment.radiance;
+  return fmt::format("{},{},{}", sky.x, sky.y, sky.z);
+}
+
 Metadata describe(const Prepared& prepared, const RenderReport& report, const PredictedError& error) {
   const Settings& settings = prepared.settings;
   Metadata metadata;
@@ -90,8 +117,8 @@ Metadata describe(const Prepared& prepared, const RenderReport& report, const Pr
   metadata.strings["camera"] = prepared.camera_name;
   metadata.strings["size"] = fmt::format("{}x{}", settings.width, settings.height);
   metadata.strings["sampleRange"] = fmt::format("{}:{}", settings.sample_begin, settings.sample_end);
-  const glm::vec3 sky = settings.environment.radiance;
-  metadata.strings["environment"] = fmt::format("{},{},{}", sky.x, sky.y, sky.z);
+  metadata.strings["environment"] = describe(settings.environment);
+  metadata.strings["filter"] = settings.filter.name();
   metadata.strings["features"] = report.features;
   static const char* const sampling[] = {"mis", "light", "cosine", "hemisphere"};
   metadata.strings["lightSampling"] = sampling[int(settings.light_sampling)];
@@ -115,15 +142,8 @@ Metadata describe(const Prepared& prepared, const RenderReport& report, const Pr
   }
   // Columns of a GLM matrix are columns of the mathematical one; EXR's convention is row vectors, so transposed.
   const glm::dmat4 camera_from_world = glm::inverse(settings.camera.world_from_camera);
-  const double y = 1.0 / std::tan(0.5 * settings.camera.yfov_rad), aspect = double(settings.width) / settings.height;
-  glm::dmat4 ndc_from_camera(0.0);
-  ndc_from_camera[0][0] = y / aspect;
-  ndc_from_camera[1][1] = y;
-  ndc_from_camera[2][2] = -1;
-  ndc_from_camera[2][3] = -1;
-  ndc_from_camera[3][2] = -0.02;  // near plane at 0.01 m, no far plane
   metadata.matrices["worldToCamera"] = row_major(glm::transpose(camera_from_world));
-  metadata.matrices["worldToNDC"] = row_major(glm::transpose(ndc_from_camera * camera_from_world));
+  metadata.matrices["worldToNDC"] = row_major(glm::transpose(ndc_from_camera(settings) * camera_from_world));
   return metadata;
 }
 
@@ -200,7 +220,8 @@ ExitCode render_command(RenderOptions options) {
     write_exr(output, done.film, metadata, exr);
     as_asked = false;
   }
-  if (!options.png.empty()) write_png(options.png, to_image(done.film), options.exposure_ev);
+  if (!options.png.empty())
+    write_png(options.png, to_image(done.film), options.exposure_ev, *tone_map_of(options.tone_map));
   CommandTimes times;
   times.load_s = prepared.load_s;
   times.write_s = host_seconds() - write_begin;
@@ -239,10 +260,14 @@ void add_render(CLI::App& app, Command& chosen) {
   options->scene.add_to(*command);
   command->add_option("-o,--output", options->output, "OpenEXR file; SCENE.exr here if not given");
   command->add_flag("--half", options->half, "16-bit channels");
-  command->add_option("--png", options->png, "also an sRGB picture");
+  command->add_option("--png", options->png, "also an sRGB picture; with --transparent an RGBA one");
   command->add_option("--exposure", options->exposure_ev, "of the PNG, in EV")
       ->check(check_is_finite)
       ->check(CLI::Range(-64.0, 64.0))
+      ->capture_default_str();
+  command
+      ->add_option("--tonemap", options->tone_map, "tone curve of the PNG, after the exposure; none: cut off at white")
+      ->check(CLI::IsMember(tone_map_names()))
       ->capture_default_str();
   add_execution_options(*command, options->execution);
   command->add_option("--pixel", options->pixel, "X,Y: with --sample N, trace that one path and print its vertices");

@@ -2,6 +2,7 @@
 #include "cli/scene_options.h"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <fmt/format.h>
 #include <numbers>
@@ -9,6 +10,7 @@
 #include "cli/arguments.h"
 #include "core/error.h"
 #include "device/profiler.h"
+#include "scene/environment.h"
 
 namespace eikon {
 namespace {
@@ -16,6 +18,7 @@ namespace {
 constexpr std::uint32_t kDefaultRows = 720;
 constexpr double kDefaultAspect = 16.0 / 9.0;
 constexpr std::uint64_t kMaxSide = 65535;  // pixel coordinates travel as two 16-bit halves
+constexpr double kMaxRadiance = 1e30;
 constexpr std::uint64_t kMaxSamples = std::uint64_t{1} << 48;
 
 void say(bool quiet, const std::string& line) {
@@ -59,7 +62,14 @@ Camera choose_camera(const SceneOptions& options, const Scene& scene, double asp
     camera = frame_camera(bounds.empty() ? Bounds{glm::dvec3(-1), glm::dvec3(1)} : bounds, aspect);
     say(quiet, "the file has no camera: the whole scene is framed; choose with --look-at EYE:TARGET");
   }
-  if (fov > 0) camera.yfov_rad = fov;
+  if (fov > 0) {
+    if (camera.orthographic)
+      throw UsageError(
+          fmt::format("--fov {}: camera '{}' is orthographic and has no field of view; leave --fov out, or "
+                      "choose a perspective with --camera or --look-at",
+                      options.fov_deg, camera.name));
+    camera.yfov_rad = fov;
+  }
   return camera;
 }
 
@@ -71,17 +81,47 @@ void parse_size(const std::string& text, std::uint32_t& width, std::uint32_t& he
   if (width == 0 || height == 0) throw UsageError(fmt::format("--size {}: an image has at least one pixel", text));
 }
 
-Environment choose_environment(const SceneOptions& options, const Scene& scene, bool quiet) {
-  if (!options.env.empty()) {
-    const std::vector<double> n = parse_numbers("--env", options.env, 3);
-    if (std::any_of(n.begin(), n.end(), [](double x) { return x < 0 || x > 1e30; }))
-      throw UsageError(fmt::format("--env {}: radiance lies between 0 and 1e30", options.env));
-    return {glm::vec3(float(n[0]), float(n[1]), float(n[2]))};
+// A map, or three numbers if the first piece is one.
+Environment environment_of_flag(const std::string& env, bool quiet) {
+  const std::string first = env.substr(0, env.find(','));
+  double number = 0;
+  const auto [end, code] = std::from_chars(first.data(), first.data() + first.size(), number);
+  Environment environment;
+  if (code == std::errc() && end == first.data() + first.size()) {
+    const std::vector<double> n = parse_numbers("--env", env, 3);
+    if (std::any_of(n.begin(), n.end(), [](double x) { return x < 0 || x > kMaxRadiance; }))
+      throw UsageError(fmt::format("--env {}: radiance lies between 0 and {:g}", env, kMaxRadiance));
+    environment.radiance = glm::vec3(float(n[0]), float(n[1]), float(n[2]));
+    return environment;
   }
-  if (scene.environment) return *scene.environment;
-  if (first_emitter(scene) != nullptr) return {};
-  say(quiet, "the scene has no light: a neutral environment of radiance 1 is used; choose with --env R,G,B");
-  return {glm::vec3(1.0F)};
+  std::vector<std::string> warnings;
+  environment.map = load_environment(env, warnings);
+  for (const std::string& warning : warnings) say(quiet, warning);
+  return environment;
+}
+
+Environment choose_environment(const SceneOptions& options, const Scene& scene, bool quiet) {
+  Environment environment;
+  if (!options.env.empty()) {
+    environment = environment_of_flag(options.env, quiet);
+  } else if (scene.environment) {
+    environment = *scene.environment;
+  } else if (needs_environment(scene)) {
+    say(quiet, "the scene has no light: a neutral environment of radiance 1 is used; choose with --env FILE or R,G,B");
+    environment.radiance = glm::vec3(1.0F);
+  } else if (options.env_scale != 1 || options.env_rotate_deg != 0) {
+    say(quiet, "there is no environment for --env-scale and --env-rotate; give one with --env");
+  }
+  environment.scale *= options.env_scale;
+  environment.rotation_rad += options.env_rotate_deg * std::numbers::pi / 180.0;
+  if (!environment.map) {
+    environment.radiance *= float(options.env_scale);
+    for (int c = 0; c < 3; ++c)
+      if (!(double(environment.radiance[c]) <= kMaxRadiance))
+        throw UsageError(fmt::format("--env-scale {}: the environment's radiance becomes more than {:g}",
+                                     options.env_scale, kMaxRadiance));
+  }
+  return environment;
 }
 
 void parse_samples(const SceneOptions& options, Settings& settings) {
@@ -118,11 +158,27 @@ void SceneOptions::add_to(CLI::App& command) {
   command.add_option("SCENE", scene, "glTF 2.0 file, .gltf or .glb")->required();
   command.add_option("--size", size, "WxH: image size; without it the camera's aspect at 720 rows");
   command.add_option("--camera", camera, "camera by name or index");
-  command.add_option("--look-at", look_at, "EYE:TARGET[:UP], each x,y,z: a camera of your own");
-  command.add_option("--fov", fov_deg, "vertical field of view in degrees")
+  command.add_option("--look-at", look_at, "EYE:TARGET[:UP], each x,y,z: a perspective camera of your own");
+  command.add_option("--fov", fov_deg, "vertical field of view in degrees, of a perspective camera")
       ->check(check_is_finite)
       ->check(CLI::Range(0.01, 179.0));
-  command.add_option("--env", env, "R,G,B: constant environment instead of the file's");
+  command.add_option(
+      "--env", env, "instead of the file's environment: a map, FILE.exr or .hdr (equirectangular), or constant, R,G,B");
+  command.add_option("--env-scale", env_scale, "factor on whichever environment is used")
+      ->check(check_is_finite)
+      ->check(CLI::Range(0.0, 1e9))
+      ->capture_default_str();
+  command.add_option("--env-rotate", env_rotate_deg, "DEG: turns it about +Y, what is ahead (-Z) to the left (-X)")
+      ->check(check_is_finite)
+      ->check(CLI::Range(-36000.0, 36000.0))
+      ->capture_default_str();
+  command.add_flag("--transparent", transparent,
+                   "the camera does not see the environment: channel A, with R, G, B multiplied by it");
+  command
+      .add_option("--filter", filter,
+                  "NAME[:WIDTH] of the pixel filter; width in pixels from rim to rim. NAME (usual WIDTH): " +
+                      filter_names() + ". Only mitchell sharpens: its rim is negative")
+      ->capture_default_str();
   command.add_option("--spp", spp, "samples per pixel")
       ->check(CLI::Range(1.0, double(kMaxSamples)))
       ->capture_default_str();
@@ -171,6 +227,8 @@ Prepared prepare(const SceneOptions& options, bool quiet) {
   parse_crop(options, settings);
   parse_samples(options, settings);
   settings.environment = choose_environment(options, scene, quiet);
+  settings.filter = parse_filter(options.filter);
+  settings.transparent = options.transparent;
   settings.seed = std::uint32_t(options.seed);
   settings.max_depth = options.max_depth;
   if (options.integrator == "direct")

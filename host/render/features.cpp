@@ -132,6 +132,9 @@ Features::Features(const Scene& scene, const Settings& settings) {
   needs["next_event"] = {samples_lights && lit, lit ? "--light-sampling" : "there is no light"};
   needs["bsdf_emission"] = {sampling != LightSampling::light && lit, lit ? "--light-sampling" : "there is no light"};
   needs["uniform_scatter"] = {sampling == LightSampling::hemisphere, "--light-sampling"};
+  needs["pixel_filter"] = {!settings.filter.is_pixel_box(), "--filter"};
+  needs["orthographic"] = {settings.camera.orthographic, fmt::format("camera '{}'", settings.camera.name)};
+  needs["coverage"] = {settings.transparent, "--transparent"};
   for (const char* layer : {"albedo", "normal", "depth", "id"})
     needs[layer] = {std::find(settings.aovs.begin(), settings.aovs.end(), layer) != settings.aovs.end(), "--aov"};
 
@@ -165,6 +168,7 @@ std::vector<std::string> Features::film_channels() const {
       {"normal", {"normal.X", "normal.Y", "normal.Z"}},
       {"depth", {"depth.sum", "depth.hits"}},
       {"id", {"id"}},
+      {"coverage", {"A"}},
   };
   std::vector<std::string> channels = {"R", "G", "B"};
   for (const Feature& feature : ledger_) {

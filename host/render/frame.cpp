@@ -1,25 +1,48 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "render/frame.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace eikon {
+namespace {
+
+// How far the plane at `eye` may move along `dir`, unit, and stay before all of the scene. Rays that begin near the scene have
+// origins as fine as its own coordinates, however far away the camera stands.
+double clear_way(const Bounds& bounds, const glm::dvec3& eye, const glm::dvec3& dir) {
+  if (bounds.empty()) return 0;
+  const glm::dvec3 half = 0.5 * (bounds.hi - bounds.lo), center = 0.5 * (bounds.hi + bounds.lo);
+  const double size = glm::length(half);
+  // A sixteenth of the scene's size is left, so that roundings do not matter; float, as the kernels add it.
+  return double(float(std::max(0.0, glm::dot(center - eye, dir) - glm::dot(half, glm::abs(dir)) - 0x1p-4 * size)));
+}
+
+}  // namespace
 
 Frame pack_frame(const PackedScene& packed, const Settings& settings) {
   Frame frame{};
   const glm::dmat4& m = settings.camera.world_from_camera;
   const glm::dvec3 right = glm::normalize(glm::dvec3(m[0])), up = glm::normalize(glm::dvec3(m[1])),
                    back = glm::normalize(glm::dvec3(m[2]));
-  const double half_height = std::tan(0.5 * settings.camera.yfov_rad);
-  const double pixel = 2 * half_height / settings.height;  // side of a pixel on the plane at distance 1
-  const glm::dvec3 corner = -back + up * half_height - right * (0.5 * pixel * settings.width);
+  const bool parallel = settings.camera.orthographic;
+  const double half_height = parallel ? settings.camera.ymag_m : std::tan(0.5 * settings.camera.yfov_rad);
+  const double pixel =
+      2 * half_height / settings.height;  // side of a pixel; of a perspective on the plane at distance 1
+  const glm::dvec3 corner = up * half_height - right * (0.5 * pixel * settings.width);
   const auto pack = [](const glm::dvec3& v, double w = 0) {
     return float4{float(v.x), float(v.y), float(v.z), float(w)};
   };
-  frame.camera_origin = pack(glm::dvec3(m[3]));
   frame.camera_x = pack(right * pixel);
   frame.camera_y = pack(up * -pixel);
-  frame.camera_corner = pack(corner);
+  const glm::dvec3 eye(m[3]);
+  if (parallel) {
+    const double ahead = clear_way(packed.bounds, eye, -back);
+    frame.camera_origin = pack(eye + corner - back * ahead, ahead);
+    frame.camera_corner = pack(-back);
+  } else {
+    frame.camera_origin = pack(eye);
+    frame.camera_corner = pack(corner - back);
+  }
   frame.environment = pack(glm::dvec3(settings.environment.radiance), packed.environment_probability);
   if (!packed.bounds.empty()) {
     // Half the extent, seen from the rounded centre, rounded up: the box that they span encloses the scene.

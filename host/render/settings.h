@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "render/film.h"
+#include "render/pixel_filter.h"
 #include "scene/scene.h"
 
 namespace eikon {
@@ -30,6 +31,8 @@ struct Settings {
   LightSampling light_sampling = LightSampling::mis;
   std::vector<std::string>
       aovs;  // "albedo", "normal", "depth", "id" (the film's); "variance", "samples" need no channel
+  PixelFilter filter;
+  bool transparent = false;  // what the camera sees of the environment is left out, and the film has a channel A
   Camera camera;
   Environment environment;  // what is used: --env, else the file's, else black or the neutral one
 };
@@ -46,7 +49,7 @@ struct Execution {
   std::uint32_t block = 128;           // largest side of a unit's pixel block
   unsigned threads = 0;                // of host-side work; 0: all
   bool optimise = true;                // false: -cl-opt-disable
-  std::string extra_flags = "";             // see ProgramOptions
+  std::string extra_flags = "";        // see ProgramOptions
   bool keep_spans = false;             // for --profile
 };
 

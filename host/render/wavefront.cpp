@@ -56,6 +56,7 @@ struct Wavefront::Impl {
   WavefrontConfig config;
   PathStateLayout state;
   Frame frame;
+  std::vector<float> filter;
   std::uint32_t replicates, channels;
   bool has_environment, has_shadow;
   Arguments arguments;
@@ -77,6 +78,7 @@ struct Wavefront::Impl {
       : device(on), scene(packed), config(configure(on.info(), execution)) {
     state = path_state_layout(features, config.chunked);
     frame = pack_frame(packed, settings);
+    filter = filter_table(settings.filter);
     replicates = 1U << settings.replicate_bits;
     channels = std::uint32_t(features.film_channels().size());
     has_environment = features.has("environment");
@@ -155,6 +157,7 @@ struct Wavefront::Impl {
     upload_array("texels", scene.texels);
     upload_array("lights", scene.lights);
     upload_array("light_buckets", scene.light_buckets);
+    upload_array("filter_table", filter);
 
     const std::size_t slots = std::size_t{config.chunk + EK_PAD} * config.chunks;
     const std::uint32_t capacity = config.capacity();

@@ -31,6 +31,19 @@ const Material* first_emitter(const Scene& scene) {
   return nullptr;
 }
 
+bool needs_environment(const Scene& scene) {
+  if (first_emitter(scene) != nullptr) return false;
+  for (const PunctualLight& light : scene.lights)
+    if (light.intensity.x > 0 || light.intensity.y > 0 || light.intensity.z > 0) return false;
+  bool shown = false;
+  for (const Node& node : scene.nodes)
+    for (const Primitive& primitive : scene.meshes[node.mesh].primitives) {
+      if (!scene.materials[primitive.material].unlit) return true;
+      shown = true;
+    }
+  return !shown;
+}
+
 Bounds world_bounds(const Scene& scene) {
   Bounds bounds;
   for (const Node& node : scene.nodes) {

@@ -11,12 +11,16 @@ EK_BEGIN
 #define EK_PAD 16                 // slots behind arrays that whole vectors may touch
 #define EK_FILM_PIXELS 64         // of one work-item of stage film on CPU devices
 #define EK_ARITHMETIC_WORDS 256   // of the arithmetic probe
+#define EK_FILTER_BINS 512        // per side of a pixel filter's table (filter.h)
+#define EK_FILTER_WORDS (EK_FILTER_BINS + 3)
 #define EK_REPORT_COUNT 8         // rejected samples of a unit that are reported one by one
 
 // What a work unit and the camera are; changes without a recompile.
 typedef struct {
-  float4 camera_origin;           // world, metres; w unused
-  float4 camera_x;                // direction of a film point (x, y) in pixels: camera_corner + x * camera_x + y * camera_y
+  // A film point (x, y) in pixels is seen along camera_corner + x * camera_x + y * camera_y from camera_origin; with
+  // EK_HAS_orthographic along camera_corner from camera_origin + x * camera_x + y * camera_y.
+  float4 camera_origin;           // world, metres; w: from the camera's plane to this one, along the rays
+  float4 camera_x;
   float4 camera_y;
   float4 camera_corner;
   float4 environment;             // radiance of the constant environment, W / (sr m^2); w: probability of sampling it

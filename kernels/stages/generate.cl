@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // Stage `generate`.   To: all paths of the unit, at depth 1.
-// Starts one path per (pixel, sample): film position by the box filter, pinhole camera. Writes the path's state and clears
-// its film slots.
+// Starts one path per (pixel, sample): film position by the pixel filter, pinhole or orthographic camera. Writes the path's
+// state and clears its film slots.
+#include "camera.h"
+#include "filter.h"
 #include "sampler.h"
 #include "wavefront.h"
 
 kernel void generate(constant Frame* frame, global const uint* pixels, global uint* path_state, global uint* counts,
-                     global uint* queue_rays, global float* film_slots) {
+                     global uint* queue_rays, global float* film_slots, global const float* filter_table) {
   global uint* state = chunk_state(path_state);
 #if EK_CHUNKED
   const uint first = EK_CHUNK_INDEX * EK_CHUNK;
@@ -37,17 +39,22 @@ kernel void generate(constant Frame* frame, global const uint* pixels, global ui
 
     vf u, v;
     sample_2d(key, index, DIM_FILTER, &u, &v);
-    const v3 corner = splat3(frame->camera_corner), dx = splat3(frame->camera_x), dy = splat3(frame->camera_y);
-    const v3 pixel_corner = add3(corner, add3(scale3(dx, TO_F(AS_I(x))), scale3(dy, TO_F(AS_I(y)))));
-    const v3 dir = normalize3(add3(pixel_corner, add3(scale3(dx, u), scale3(dy, v))));
-
     const vf one = (vf)(1.0f);
+    vf weight = one;
+    if (EK_HAS_pixel_filter) {
+      const FilterSample along_x = filter_sample(filter_table, u), along_y = filter_sample(filter_table, v);
+      u = 0.5f + along_x.offset;
+      v = 0.5f + along_y.offset;
+      weight = along_x.weight * along_y.weight;
+    }
+    const CameraRay ray = camera_ray(frame, TO_F(AS_I(x)), TO_F(AS_I(y)), u, v);
+
     state_set_u(state, FIELD_path, slot, path);
     state_set_u(state, FIELD_key, slot, key);
     state_set_u(state, FIELD_index, slot, index);
-    state_set_3(state, FIELD_origin_x, slot, splat3(frame->camera_origin));
-    state_set_3(state, FIELD_dir_x, slot, dir);
-    state_set_3(state, FIELD_beta_r, slot, V3(one, one, one));
+    state_set_3(state, FIELD_origin_x, slot, ray.origin);
+    state_set_3(state, FIELD_dir_x, slot, ray.dir);
+    state_set_3(state, FIELD_beta_r, slot, V3(weight, weight, weight));
     state_set_f(state, FIELD_pdf, slot, -one);
     if (EK_HAS_absorption) state_set_u(state, FIELD_medium, slot, (vu)(0u));
     for (uint c = 0; c < FILM_CHANNELS; ++c)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Stage `miss`.   From: paths of this depth whose ray left the scene.
-// Adds the constant environment, weighted against light sampling. Such paths end here: shade.cl drops them.
+// Adds the constant environment, weighted against light sampling; a transparent picture shows it to no camera ray. Such paths end here: shade.cl drops them.
 #include "light.h"
 #include "wavefront.h"
 
@@ -8,6 +8,7 @@ kernel void miss(constant Frame* frame, global uint* path_state, global const ui
                  global float* film_slots, uint depth) {
   global uint* state = chunk_state(path_state);
   const uint count = counts[4 * EK_CHUNK_INDEX + (depth & 1)];
+  if (EK_HAS_coverage && depth == 1) return;
   EK_FOR_EACH(slot, count, queue_rays + (depth & 1) * EK_CHUNK) {
     const vi escaped = ((vu)(slot) + LANE_INDEX < (vu)(EK_CHUNKED ? count : slot + 1u)) &
                        (state_u(state, FIELD_hit_triangle, slot) == EK_NO_HIT);

@@ -84,20 +84,23 @@ kernel void shade(constant Frame* frame, global uint* path_state, global uint* c
     }
 
     if (depth == 1) {
+      // Paths begin with the weight of the pixel filter. Layers are filtered as radiance is; depth is a mean over hits.
+      const vf share = EK_HAS_pixel_filter ? state_f(state, FIELD_beta_r, slot) : (vf)(1.0f);
       if (EK_HAS_albedo) {
-        film_set(film_slots, film_stride, FILM_albedo, live, path, material.base_color.x);
-        film_set(film_slots, film_stride, FILM_albedo + 1, live, path, material.base_color.y);
-        film_set(film_slots, film_stride, FILM_albedo + 2, live, path, material.base_color.z);
+        film_set(film_slots, film_stride, FILM_albedo, live, path, material.base_color.x * share);
+        film_set(film_slots, film_stride, FILM_albedo + 1, live, path, material.base_color.y * share);
+        film_set(film_slots, film_stride, FILM_albedo + 2, live, path, material.base_color.z * share);
       }
       if (EK_HAS_normal) {
-        film_set(film_slots, film_stride, FILM_normal, live, path, n_shade.x);
-        film_set(film_slots, film_stride, FILM_normal + 1, live, path, n_shade.y);
-        film_set(film_slots, film_stride, FILM_normal + 2, live, path, n_shade.z);
+        film_set(film_slots, film_stride, FILM_normal, live, path, n_shade.x * share);
+        film_set(film_slots, film_stride, FILM_normal + 1, live, path, n_shade.y * share);
+        film_set(film_slots, film_stride, FILM_normal + 2, live, path, n_shade.z * share);
       }
       if (EK_HAS_depth) {
-        film_set(film_slots, film_stride, FILM_depth, live, path, t);
+        film_set(film_slots, film_stride, FILM_depth, live, path, EK_HAS_orthographic ? t + frame->camera_origin.w : t);
         film_set(film_slots, film_stride, FILM_depth + 1, live, path, (vf)(1.0f));
       }
+      if (EK_HAS_coverage) film_set(film_slots, film_stride, FILM_coverage, live, path, share);
       if (EK_HAS_id) {
         const vi first = (frame->sample_begin | frame->sample_high) == 0 ? live & (path < frame->pixel_count) : (vi)(0);
         film_set(film_slots, film_stride, FILM_id, first, path, TO_F(AS_I(corners.node + 1u)));

@@ -226,3 +226,12 @@ kernel void probe_light(PROBE_ARGUMENTS, global const Light* lights, global cons
   OUT_F(22, s.is_environment ? environment_pdf_sr(environment[0].w, dot3(path.wi, basis.z)) : density_of_hit);
 }
 #endif
+
+#ifdef EK_PROBE_filter
+#include "filter.h"
+kernel void probe_filter(PROBE_ARGUMENTS, global const float* filter_table) {
+  const FilterSample s = filter_sample(filter_table, IN_F(0));
+  OUT_F(0, s.offset);
+  OUT_F(1, s.weight);
+}
+#endif

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+// The flags that say how a picture is taken and shown, as a user gives them.
+#include <nlohmann/json.hpp>
+
+#include "cli/command.h"
+#include "image/image.h"
+
+namespace eikon::testing {
+namespace {
+
+using nlohmann::json;
+
+constexpr int kUsage = 2, kInput = 3;
+
+TEST(Picture, a_tone_curve_changes_the_png_and_not_the_exr) {
+  const Workplace here;
+  ASSERT_TRUE(succeeded(here.eikon(cornell("--size 16x12 --spp 4 --quiet --png plain.png"))));
+  const Image plain = read_exr(here / "out.exr");
+  std::vector<std::string> pictures = {read_bytes(here / "plain.png")};
+  for (const char* map : {"reinhard", "aces", "agx", "pbr-neutral"}) {
+    const std::string name = std::string(map) + ".png";
+    ASSERT_TRUE(succeeded(here.eikon(cornell("--size 16x12 --spp 4 --quiet --tonemap ") + map + " --png " + name)));
+    EXPECT_EQ(read_exr(here / "out.exr").planes, plain.planes) << map;
+    pictures.push_back(read_bytes(here / name));
+  }
+  std::sort(pictures.begin(), pictures.end());
+  EXPECT_EQ(std::unique(pictures.begin(), pictures.end()), pictures.end()) << "two curves gave one picture";
+  ASSERT_TRUE(succeeded(here.eikon(cornell("--size 16x12 --spp 4 --quiet --tonemap none --png none.png"))));
+  EXPECT_EQ(read_bytes(here / "none.png"), read_bytes(here / "plain.png"));
+}
+
+TEST(Picture, transparent_has_alpha_in_both_files_and_can_be_compared) {
+  const Workplace here;
+  const std::string ball = "render " + scene("sphere_in_sky.gltf") + " --size 9x9 --spp 4 --quiet -o ";
+  ASSERT_TRUE(succeeded(here.eikon(ball + "cut.exr --png cut.png --transparent --half --crop 0,0,9,9")));
+  ASSERT_TRUE(succeeded(here.eikon(ball + "whole.exr")));
+  const Image cut = read_exr(here / "cut.exr");
+  ASSERT_NE(cut.plane("A"), nullptr);
+  EXPECT_EQ((*cut.plane("A"))[0], 0);
+  EXPECT_EQ((*cut.plane("R"))[0], 0);
+  EXPECT_EQ((*cut.plane("A"))[40], 1);
+  EXPECT_GT((*cut.plane("R"))[40], 0.1F);
+  EXPECT_TRUE(read_film(here / "cut.exr").channel_index("A").has_value());
+  EXPECT_EQ(read_bytes(here / "cut.png").at(25), 6) << "the PNG's colour type is not RGBA";
+  EXPECT_EQ(read_exr(here / "whole.exr").plane("A"), nullptr);
+  EXPECT_TRUE(succeeded(here.eikon("compare cut.exr whole.exr")));
+}
+
+TEST(Picture, filters_are_in_the_file_and_wrong_ones_are_refused) {
+  const Workplace here;
+  ASSERT_TRUE(succeeded(here.eikon(cornell("--size 8x8 --spp 2 --quiet --filter gaussian:2.5"))));
+  EXPECT_EQ(read_metadata(here / "out.exr").strings.at("filter"), "gaussian:2.5");
+  std::filesystem::remove(here / "out.exr");
+  for (const char* flags : {"--filter lanczos", "--filter box:0", "--filter box:wide", "--tonemap filmic",
+                            "--env-scale -1", "--env-scale nan", "--env-rotate inf", "--env 1,2,3 --env-scale 1e9x"})
+    EXPECT_TRUE(refused(here.eikon(cornell("--size 8x8 ") + flags), kUsage)) << flags;
+  EXPECT_TRUE(refused(here.eikon(cornell("--size 8x8 --env 1e25,1,1 --env-scale 1e9")), kUsage));
+  EXPECT_TRUE(refused(here.eikon(cornell("--size 8x8 --env missing.hdr")), kInput));
+  EXPECT_TRUE(here.files().empty());
+}
+
+TEST(Picture, an_environment_s_scale_multiplies_what_is_given_and_what_the_file_has) {
+  const Workplace here;
+  const std::string away = "render " + scene("sphere_in_sky.gltf") +
+                           " -o out.exr --size 5x5 --spp 2 --quiet --look-at 0,0,5:0,0,9 --env-scale 3 ";
+  ASSERT_TRUE(succeeded(here.eikon(away + "--env 1,2,4")));
+  EXPECT_EQ((*read_exr(here / "out.exr").plane("B"))[12], 12);
+  EXPECT_EQ(read_metadata(here / "out.exr").strings.at("environment"), "3,6,12");
+  ASSERT_TRUE(succeeded(here.eikon(away)));
+  EXPECT_EQ((*read_exr(here / "out.exr").plane("B"))[12], 3);
+}
+
+TEST(Picture, an_orthographic_camera_has_no_field_of_view_and_says_where_its_film_lies) {
+  const Workplace here;
+  json gltf = json::parse(read_bytes(scene("sphere_in_sky.gltf")));
+  gltf["cameras"] = {{{"name", "plan"},
+                      {"type", "orthographic"},
+                      {"orthographic", {{"xmag", 4}, {"ymag", 2}, {"znear", 0.1}, {"zfar", 100}}}}};
+  here.write("plan.gltf", gltf.dump());
+  EXPECT_TRUE(refused(here.eikon("render plan.gltf -o out.exr --size 8x4 --fov 30"), kUsage));
+  ASSERT_TRUE(succeeded(here.eikon("render plan.gltf -o out.exr --size 8x4 --spp 2 --quiet")));
+  const Metadata metadata = read_metadata(here / "out.exr");
+  EXPECT_TRUE(contains(metadata.strings.at("features"), "orthographic"));
+  // Row vectors. A point 4 m to the right and 2 m up of the axis, at any depth, is the upper right corner.
+  const std::vector<double>& to_camera = metadata.matrices.at("worldToCamera");
+  const std::vector<double>& to_ndc = metadata.matrices.at("worldToNDC");
+  for (int row = 0; row < 3; ++row) {
+    EXPECT_NEAR(to_ndc[std::size_t(4 * row)], to_camera[std::size_t(4 * row)] / 4, 1e-6);
+    EXPECT_NEAR(to_ndc[std::size_t(4 * row + 1)], to_camera[std::size_t(4 * row + 1)] / 2, 1e-6);
+    EXPECT_EQ(to_ndc[std::size_t(4 * row + 3)], 0);
+  }
+  EXPECT_EQ(to_ndc[15], 1);
+  ASSERT_TRUE(
+      succeeded(here.eikon("render plan.gltf -o out.exr --size 8x4 --spp 2 --quiet --look-at 0,0,9:0,0,0 --fov 9")));
+}
+
+}  // namespace
+}  // namespace eikon::testing
