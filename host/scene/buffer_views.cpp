@@ -108,6 +108,9 @@ BufferViews::BufferViews(const Json& document, const Buffers& buffers) {
         compression.fail(fmt::format("{} elements of {} bytes are not the {} bytes of the bufferView", source.count,
                                      source.stride_bytes, length));
       }
+      if (stride != 0 && stride != source.stride_bytes) {
+        compression.fail(fmt::format("'byteStride' {} is not the {} of the bufferView", source.stride_bytes, stride));
+      }
       if (used[i]) {
         // Honest files compress each piece of data once; views that share a piece may not multiply it without end.
         decompressed_bytes += length;

@@ -446,6 +446,7 @@ TEST(SceneCompression, meshopt_views_that_lie_are_refused) {
        "'byteStride' 0"},
       {"stride 260", [](MeshoptFile& f) { f.extension(0)["byteStride"] = 260; }, "'byteStride'"},
       {"stride 6", [](MeshoptFile& f) { f.extension(0)["byteStride"] = 6; }, "'byteStride' 6"},
+      {"another stride than the view", [](MeshoptFile& f) { f.view(0)["byteStride"] = 16; }, "is not the 16"},
       {"octahedral of 12", [](MeshoptFile& f) { f.extension(0)["filter"] = "OCTAHEDRAL"; }, "'byteStride' 12"},
       {"quaternions of 12", [](MeshoptFile& f) { f.extension(0)["filter"] = "QUATERNION"; }, "'byteStride' 12"},
       {"indices of 3", [](MeshoptFile& f) { f.extension(2)["byteStride"] = 3; }, "'byteStride' 3"},
