@@ -167,8 +167,8 @@ std::optional<std::uint32_t> TextureReader::use_image(std::size_t index) {
   const Place image{.value = json, .kind = "image", .index = static_cast<std::int64_t>(index)};
   const Json *uri = member(json, "uri"), *view = member(json, "bufferView");
   if ((uri == nullptr) == (view == nullptr)) image.fail("has not exactly one of 'uri' and 'bufferView'");
-  Encoded encoded{.label = image.label(), .owned = {}, .bytes = {}, .header = {}};
-  std::string key, name = image.label();
+  Encoded encoded;
+  std::string key, name = image.label(), user = image.label();
   try {
     if (view != nullptr) {
       encoded.bytes = source_.views[view->get<std::size_t>()];
@@ -180,7 +180,7 @@ std::optional<std::uint32_t> TextureReader::use_image(std::size_t index) {
     } else {
       const std::filesystem::path file = resolve_uri(source_.folder, text);
       name = text;
-      encoded.label = fmt::format("image {} {}", index, in_quotes(text));
+      user = fmt::format("image {} {}", index, in_quotes(text));
       key = "file:" + file.string();
       if (const auto found = of_file_.find(key); found == of_file_.end()) {
         encoded.owned = read_regular_file(file, kMaxFileBytes);
@@ -189,10 +189,11 @@ std::optional<std::uint32_t> TextureReader::use_image(std::size_t index) {
       }
     }
     const auto [entry, is_new] = of_file_.try_emplace(key);
+    encoded.label = user;
     if (is_new) entry->second = add_image(image, std::move(name), std::move(encoded));
     of_image_[index] = entry->second;
   } catch (const InputError& e) {
-    throw InputError(fmt::format("{}: {}", encoded.label.empty() ? image.label() : encoded.label, e.what()));
+    throw InputError(user + ": " + e.what());
   }
   return *of_image_[index];
 }
