@@ -1,7 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <iterator>
 #include <memory>
+#include <optional>
+#include <string>
+#include <vector>
 
 #include "cli/commands.h"
 #include "cli/execution_options.h"
@@ -9,6 +14,7 @@
 #include "render/pack.h"
 #include "render/render.h"
 #include "render/wavefront.h"
+#include "scene/text.h"
 
 namespace eikon {
 namespace {
@@ -16,6 +22,66 @@ namespace {
 struct InfoOptions {
   SceneOptions scene;
 };
+
+// "metal of roughness 0.2, masked, textures: base colour, normal"
+std::string describe(const Material& material) {
+  std::string text;
+  if (material.unlit) {
+    text = "unlit";
+  } else {
+    const bool metal = material.metallic == 1 && !material.metallic_roughness_texture;
+    const bool transmits = material.transmission > 0 && !metal;
+    const bool mirrorless = material.specular == 0 || material.ior == 1;
+    const std::string other =
+        transmits    ? fmt::format("{} of index {:g}", material.solid ? "glass" : "thin glass", material.ior)
+        : mirrorless ? "diffuse"
+                     : "dielectric";
+    text = metal ? "metal" : material.metallic > 0 ? other + " and metal" : other;
+    if (metal || transmits || !mirrorless || material.metallic > 0)
+      text += fmt::format(", roughness {:g}", material.roughness);
+  }
+  if (material.alpha_mode == AlphaMode::mask) text += fmt::format(", masked at {:g}", material.alpha_cutoff);
+  if (material.alpha_mode == AlphaMode::blend) text += fmt::format(", blended with opacity {:g}", material.opacity);
+  const glm::vec3& emission = material.emission;
+  if (emission != glm::vec3(0.0F))
+    text += fmt::format(", emits ({:g}, {:g}, {:g}) W/(sr m2)", emission.x, emission.y, emission.z);
+  if (material.double_sided) text += ", double-sided";
+  std::string textures;
+  const auto add = [&](const std::optional<Texture>& texture, const char* name) {
+    if (texture) textures += (textures.empty() ? ", textures: " : ", ") + std::string(name);
+  };
+  add(material.base_color_texture, "base colour");
+  add(material.metallic_roughness_texture, "metal and roughness");
+  add(material.normal_texture, "normal");
+  add(material.emissive_texture, "emission");
+  add(material.transmission_texture, "transmission");
+  add(material.specular_texture, "specular");
+  add(material.specular_color_texture, "specular colour");
+  return text + textures;
+}
+
+void print_materials(const Scene& scene) {
+  std::vector<bool> used(scene.materials.size(), false);
+  for (const Node& node : scene.nodes)
+    for (const Primitive& primitive : scene.meshes[node.mesh].primitives) used[primitive.material] = true;
+  fmt::print("materials\n");
+  for (std::size_t i = 0; i < used.size(); ++i)
+    if (used[i]) fmt::print("  {}: {}\n", label("material", i, scene.materials[i].name), describe(scene.materials[i]));
+  if (const auto unused = std::count(used.begin(), used.end(), false); unused > 0)
+    fmt::print("  {}{} that nothing uses\n", unused == std::ssize(used) ? "" : "and ", unused);
+  fmt::print("textures\n");
+  const TextureImage* largest = nullptr;
+  double bytes = 0;
+  for (const TextureImage& image : scene.images) {
+    bytes += double(image.rgba8.size() * sizeof(std::uint32_t));
+    if (largest == nullptr || image.rgba8.size() > largest->rgba8.size()) largest = &image;
+  }
+  if (largest == nullptr)
+    fmt::print("  none\n");
+  else
+    fmt::print("  {} images, {:.1f} MB decoded; the largest has {} x {} pixels: {}\n", scene.images.size(),
+               bytes * 1e-6, largest->width, largest->height, largest->name);
+}
 
 ExitCode info_command(const InfoOptions& options) {
   const Prepared prepared = prepare(options.scene, false);
@@ -30,6 +96,7 @@ ExitCode info_command(const InfoOptions& options) {
     fmt::print("  bounds ({:g}, {:g}, {:g}) to ({:g}, {:g}, {:g}) m\n", packed.bounds.lo.x, packed.bounds.lo.y,
                packed.bounds.lo.z, packed.bounds.hi.x, packed.bounds.hi.y, packed.bounds.hi.z);
   fmt::print("  image {} x {}, camera '{}'\n", prepared.settings.width, prepared.settings.height, prepared.camera_name);
+  print_materials(scene);
   fmt::print("lights\n");
   for (const PackedLight& light : packed.light_summary)
     fmt::print("  {}: {:.6g} W (mean of R, G, B), chosen with probability {:.4f}\n", light.user, light.power,

@@ -144,7 +144,7 @@ class MaterialList {
 
   std::uint32_t use(int index) {
     if (index < 0) {
-      if (scene_.materials.size() == used_.size()) scene_.materials.emplace_back();
+      if (scene_.materials.size() == used_.size()) scene_.materials.emplace_back().name = "default";
       return static_cast<std::uint32_t>(used_.size());
     }
     const auto material = static_cast<std::size_t>(index);

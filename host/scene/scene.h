@@ -38,7 +38,7 @@ struct Node {
 
 /// A decoded picture: 8 bits per channel, as the file has them.
 struct TextureImage {
-  std::string name;  // for messages: file name, or "image 3"
+  std::string name;  // for messages: a file name in quotes, or "image 3"
   std::uint32_t width = 0, height = 0;
   std::vector<std::uint32_t> rgba8;  // row-major from the top; R in the low byte
 };

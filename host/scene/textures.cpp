@@ -179,7 +179,7 @@ std::optional<std::uint32_t> TextureReader::use_image(std::size_t index) {
       key = fmt::format("data:{}", index);
     } else {
       const std::filesystem::path file = resolve_uri(source_.folder, text);
-      name = text;
+      name = in_quotes(text);
       user = fmt::format("image {} {}", index, in_quotes(text));
       key = "file:" + file.string();
       if (const auto found = of_file_.find(key); found == of_file_.end()) {
