@@ -13,7 +13,7 @@ EK_FN vu opacity_key(vu key, vu index, uint depth, uint kind) {
 
 /// Whether the ray of key `key` passes `triangle` (of material record `record`) at u, v.
 EK_FN vi passes(SceneData scene, Rec record, vu triangle, vf u, vf v, vu key) {
-  const vf opacity = material_opacity(scene, record, triangle, hit_coordinates(scene, triangle, u, v), u, v);
+  const vf opacity = material_opacity(scene, record, hit_attributes(scene, triangle, u, v));
   return to_unit_float(hash_bits(key ^ hash_bits(triangle + 0x68bc21ebu))) >= opacity;
 }
 

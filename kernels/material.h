@@ -2,37 +2,16 @@
 // What a hit's material is: the record's factors, its textures at the hit, the mesh's vertex colour [glTF 2.0, section 3.9].
 #ifndef EK_MATERIAL_H
 #define EK_MATERIAL_H
+#include "attributes.h"
 #include "bsdf.h"
 #include "texture.h"
 
-// Texture coordinates of a hit.
-typedef struct { vf uv0_u, uv0_v, uv1_u, uv1_v; } Coordinates;
-
-EK_FN vf interpolate(vf a, vf b, vf c, vf u, vf v) { return (((1.0f - u) - v) * a + u * b) + v * c; }
-
-/// u, v: weights of the second and third corner of `triangle`.
-EK_FN Coordinates hit_coordinates(SceneData scene, vu triangle, vf u, vf v) {
-  const vf zero = (vf)(0.0f);
-  Coordinates c = {zero, zero, zero, zero};
-  if (EK_HAS_uv) {
-    const Rec r = rec16(scene.triangle_normals, triangle);
-    c.uv0_u = interpolate(r.w9, r.wb, r.wd, u, v);
-    c.uv0_v = interpolate(r.wa, r.wc, r.we, u, v);
-  }
-  if (EK_HAS_uv1) {
-    const Rec r = rec16(scene.triangle_tangents, triangle);
-    c.uv1_u = interpolate(r.wa, r.wc, r.we, u, v);
-    c.uv1_v = interpolate(r.wb, r.wd, r.wf, u, v);
-  }
-  return c;
-}
-
 /// The value of a texture that a material may not have: `otherwise` in each channel where it has none.
-EK_FN v4 texture_or(SceneData scene, vu texture, Coordinates at, vf otherwise) {
+EK_FN v4 texture_or(SceneData scene, vu texture, HitAttributes at, vf otherwise) {
   const vi has = texture != EK_NO_TEXTURE;
   v4 c = {otherwise, otherwise, otherwise, otherwise};
   if (ANY(has)) {
-    const v4 s = texture_sample(scene.textures, scene.texels, has ? texture : (vu)(0u), at.uv0_u, at.uv0_v, at.uv1_u, at.uv1_v);
+    const v4 s = texture_sample(scene.texels, load_texture(scene.textures, has ? texture : (vu)(0u)), at);
     c.x = has ? s.x : otherwise;
     c.y = has ? s.y : otherwise;
     c.z = has ? s.z : otherwise;
@@ -41,27 +20,13 @@ EK_FN v4 texture_or(SceneData scene, vu texture, Coordinates at, vf otherwise) {
   return c;
 }
 
-/// Vertex colour at a hit, opacity in w; 1 where the mesh has none.
-EK_FN v4 vertex_color(SceneData scene, vu triangle, vf u, vf v) {
-  const vf one = (vf)(1.0f);
-  v4 c = {one, one, one, one};
-  if (EK_HAS_vertex_color) {
-    const Rec r = rec16(scene.triangle_colors, triangle);
-    c.x = interpolate(r.w0, r.w4, r.w8, u, v);
-    c.y = interpolate(r.w1, r.w5, r.w9, u, v);
-    c.z = interpolate(r.w2, r.w6, r.wa, u, v);
-    c.w = interpolate(r.w3, r.w7, r.wb, u, v);
-  }
-  return c;
-}
-
 /// The probability that a ray meets the surface at this point rather than passing, [0, 1]; 0 or 1 for alphaMode MASK.
 /// record  of the material
-EK_FN vf material_opacity(SceneData scene, Rec record, vu triangle, Coordinates at, vf u, vf v) {
+EK_FN vf material_opacity(SceneData scene, Rec record, HitAttributes at) {
   const vu flags = AS_U(record.w6);
   vf opacity = record.wa;
   if (EK_HAS_base_color_texture) opacity = opacity * texture_or(scene, AS_U(record.wc), at, (vf)(1.0f)).w;
-  if (EK_HAS_vertex_color) opacity = opacity * vertex_color(scene, triangle, u, v).w;
+  if (EK_HAS_vertex_color) opacity = opacity * at.color_a;
   const vf masked = opacity >= record.wb ? (vf)(1.0f) : (vf)(0.0f);
   const vf chosen = (flags & EK_MATERIAL_MASK) != 0u ? masked : opacity;
   return (flags & (EK_MATERIAL_MASK | EK_MATERIAL_BLEND)) != 0u ? chosen : (vf)(1.0f);
@@ -76,9 +41,9 @@ typedef struct {
   vu normal_texture;
 } HitMaterial;
 
-/// Parameters of material `index` where a ray met `triangle`.
+/// Parameters of material `index` where a ray met a triangle that says `at`.
 /// front  mask: the front side was hit
-EK_FN HitMaterial hit_material(SceneData scene, vu index, vu triangle, Coordinates at, vf u, vf v, vi front) {
+EK_FN HitMaterial hit_material(SceneData scene, vu index, HitAttributes at, vi front) {
   const Rec r = rec16(scene.materials, index);
   const vf one = (vf)(1.0f);
   HitMaterial hit;
@@ -94,10 +59,7 @@ EK_FN HitMaterial hit_material(SceneData scene, vu index, vu triangle, Coordinat
     const v4 c = texture_or(scene, AS_U(r.wc), at, one);
     m.base_color = mul3(m.base_color, V3(c.x, c.y, c.z));
   }
-  if (EK_HAS_vertex_color) {
-    const v4 c = vertex_color(scene, triangle, u, v);
-    m.base_color = mul3(m.base_color, V3(c.x, c.y, c.z));
-  }
+  if (EK_HAS_vertex_color) m.base_color = mul3(m.base_color, V3(at.color_r, at.color_g, at.color_b));
   if (EK_HAS_emissive_texture) {
     const v4 c = texture_or(scene, AS_U(r.wf), at, one);
     hit.emission = mul3(hit.emission, V3(c.x, c.y, c.z));

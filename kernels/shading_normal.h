@@ -8,28 +8,42 @@
 // Least cosine between the shading normal and the viewer, where the surface itself allows it.
 #define EK_LEAST_COSINE 0x1p-7f
 
+// a where it is on n_geom's side, else its mirror image in the surface: continuous where a crosses it.
+EK_FN v3 to_front(v3 a, v3 n_geom) {
+  const vf depth = dot3(a, n_geom);
+  return select3(depth < 0.0f, sub3(a, scale3(n_geom, 2.0f * depth)), a);
+}
+
+/// The vertex normals' interpolation, unit and in the hemisphere of n_geom: normals that dip below the triangle, as on coarse
+/// silhouettes, come back out as they went in, without an edge. n_geom itself where they say nothing, or cancel.
+EK_FN v3 shading_normal(HitAttributes at, v3 n_geom) {
+  if (!EK_HAS_vertex_normal) return n_geom;
+  const vf length2 = dot3(at.normal, at.normal);
+  // Opposite unit normals cancel to rounding errors, of which no direction is to be made; NaN fails the comparison.
+  const v3 unit = scale3(at.normal, (vf)(1.0f) / sqrt(length2));
+  return select3(length2 > 0x1p-20f, to_front(unit, n_geom), n_geom);
+}
+
 /// `n_shade` turned by a normal map: x along the mesh's tangent, y along its bitangent [glTF 2.0, section 3.9.3].
 /// normal_texture  index, or EK_NO_TEXTURE
-/// returns unit; n_shade where there is no map, no tangent, or the map says nothing or points below the surface
-EK_FN v3 mapped_normal(SceneData scene, vu normal_texture, vu triangle, Coordinates at, vf u, vf v, v3 n_shade, v3 n_geom) {
+/// returns unit, in the hemisphere of n_geom; n_shade where there is no map, no tangent, or the map points inwards, which
+///         glTF does not allow
+EK_FN v3 mapped_normal(SceneData scene, vu normal_texture, HitAttributes at, v3 n_shade, v3 n_geom) {
   const vi has = normal_texture != EK_NO_TEXTURE;
   if (!ANY(has)) return n_shade;
-  const vu texture = has ? normal_texture : (vu)(0u);
-  const v4 texel = texture_sample(scene.textures, scene.texels, texture, at.uv0_u, at.uv0_v, at.uv1_u, at.uv1_v);
-  const vf scale = gather_f((global const float*)scene.textures, texture * 16u + 10u);
-  const v3 mapped = V3((texel.x * 2.0f - 1.0f) * scale, (texel.y * 2.0f - 1.0f) * scale, texel.z * 2.0f - 1.0f);
-  const Rec r = rec16(scene.triangle_tangents, triangle);
-  const v3 along = V3(interpolate(r.w0, r.w3, r.w6, u, v), interpolate(r.w1, r.w4, r.w7, u, v),
-                      interpolate(r.w2, r.w5, r.w8, u, v));
+  const TextureLanes texture = load_texture(scene.textures, has ? normal_texture : (vu)(0u));
+  const v4 texel = texture_sample(scene.texels, texture, at);
+  const v3 mapped =
+      V3((texel.x * 2.0f - 1.0f) * texture.scale, (texel.y * 2.0f - 1.0f) * texture.scale, texel.z * 2.0f - 1.0f);
   // Gram-Schmidt: interpolation takes the tangent out of the plane of the normal.
-  const v3 flat = sub3(along, scale3(n_shade, dot3(along, n_shade)));
+  const v3 flat = sub3(at.tangent, scale3(n_shade, dot3(at.tangent, n_shade)));
   const vf length2 = dot3(flat, flat);
   const v3 tangent = scale3(flat, (vf)(1.0f) / sqrt(length2));
-  const v3 bitangent = scale3(cross3(n_shade, tangent), r.w9);
+  const v3 bitangent = scale3(cross3(n_shade, tangent), at.bitangent_sign);
   const v3 turned = add3(add3(scale3(tangent, mapped.x), scale3(bitangent, mapped.y)), scale3(n_shade, mapped.z));
   const vf turned2 = dot3(turned, turned);
-  const vi good = has & (length2 > 0x1p-20f) & (turned2 > 0x1p-20f) & (dot3(turned, n_geom) > 0.0f);
-  return select3(good, scale3(turned, (vf)(1.0f) / sqrt(turned2)), n_shade);
+  const vi good = has & (length2 > 0x1p-20f) & (mapped.z > 0.0f) & (turned2 > 0x1p-20f);
+  return select3(good, to_front(scale3(turned, (vf)(1.0f) / sqrt(turned2)), n_geom), n_shade);
 }
 
 /// Bends a shading normal that the viewer sees from behind just far enough towards him: silhouettes would be black.
@@ -42,22 +56,34 @@ EK_FN v3 usable_normal(v3 n_shade, v3 n_geom, v3 wo, vi glossy) {
   const vf cos_shade = dot3(wo, n_shade);
   const vi behind = cos_shade < least;
   v3 n = select3(behind, normalize3(add3(n_shade, scale3(wo, least - cos_shade))), n_shade);
-  const v3 mirrored = sub3(scale3(n, 2.0f * dot3(wo, n)), wo);
+  // Where n_shade is n_geom, only rounding tells `above` from cos_geom.
+  const vi differs = (n_shade.x != n_geom.x) | (n_shade.y != n_geom.y) | (n_shade.z != n_geom.z);
+  const vf twice = 2.0f * dot3(wo, n);
+  const v3 mirrored = sub3(scale3(n, twice), wo);
   const vf above = dot3(mirrored, n_geom);
-  const vi sinks = glossy & (above < least);
+  const vi sinks = glossy & differs & (above < least);
   if (ANY(sinks)) {
-    const v3 lifted = normalize3(add3(mirrored, scale3(n_geom, least - above)));
-    n = select3(sinks, normalize3(add3(wo, lifted)), n);
+    // The half vector of wo and `lifted`, made unit; wo + mirrored is put as 2 (wo . n) n, which does not cancel at grazing views.
+    const v3 lifted = add3(mirrored, scale3(n_geom, least - above));
+    const vf shorter = above * above - least * least;  // 1 - |lifted|^2
+    const vf norm = sqrt(max_f(1.0f - shorter, (vf)(0x1p-40f)));
+    const vf stretch = shorter / (norm * (1.0f + norm));  // 1 / |lifted| - 1
+    const v3 half_vector = add3(add3(scale3(n, twice), scale3(n_geom, least - above)), scale3(lifted, stretch));
+    n = select3(sinks, normalize3(half_vector), n);
   }
-  return n;
+  // Along the surface itself the vectors above are made of rounding errors.
+  return select3(cos_geom > 0x1p-20f, n, n_geom);
 }
 
-/// Fades light that reaches a shading hemisphere from near the surface's own horizon, where it would end abruptly.
-/// wi on the front of both normals. 1 where they are equal.
+/// Fades light that reaches a shading hemisphere from near the surface's own horizon, where it would end abruptly. [0, 1];
+/// 1 where the two normals are one.
+/// cos_geom, cos_shade  of the light's direction with the two normals; the latter positive
+/// cos_between          of the two normals
 /// source  [Chiang, Li, Burley 2019, "Taming the Shadow Terminator", equation 3]
-EK_FN vf terminator_factor(v3 wi, v3 n_geom, v3 n_shade) {
-  const vf ratio = dot3(wi, n_geom) / (dot3(wi, n_shade) * dot3(n_geom, n_shade));
-  const vf g = ratio < 1.0f ? ratio : (vf)(1.0f);
+EK_FN vf terminator_factor(vf cos_geom, vf cos_shade, vf cos_between) {
+  const vf ratio = cos_geom / (cos_shade * cos_between);
+  const vf bounded = ratio < 1.0f ? ratio : (vf)(1.0f);
+  const vf g = bounded > 0.0f ? bounded : (vf)(0.0f);
   return ((g - g * g) + 1.0f) * g;
 }
 

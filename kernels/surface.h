@@ -46,27 +46,14 @@ typedef struct {
   v3 p;        // world, metres
   v3 p_error;  // bound of its error per axis
   v3 n_geom;   // unit, to the front side
-  v3 n_shade;  // unit, in the hemisphere of n_geom
 } Surface;
 
-/// The point of a hit. u and v are the hit's weights of p1 and p2. n_shade is n_geom; see shading_normal.
+/// The point of a hit. u and v are the hit's weights of p1 and p2.
 EK_FN Surface surface_at(TriangleLanes t, vf u, vf v) {
   Surface s;
   s.p = triangle_point(t.p0, t.p1, t.p2, u, v, &s.p_error);
   s.n_geom = t.n;
-  s.n_shade = t.n;
   return s;
-}
-
-/// The vertex normals' interpolation, unit; n_geom where that is degenerate or behind the triangle's front.
-EK_FN v3 shading_normal(global const TriangleNormals* normals, vu triangle, vf u, vf v, v3 n_geom) {
-  const Rec r = rec16(normals, triangle);
-  const v3 n = add3(add3(scale3(V3(r.w0, r.w1, r.w2), (1.0f - u) - v), scale3(V3(r.w3, r.w4, r.w5), u)),
-                    scale3(V3(r.w6, r.w7, r.w8), v));
-  const vf length2 = dot3(n, n);
-  // Opposite unit normals cancel to rounding errors, of which no direction is to be made; NaN fails every comparison.
-  const vi good = (length2 > 0x1p-20f) & (dot3(n, n_geom) > 0.0f);
-  return select3(good, scale3(n, (vf)(1.0f) / sqrt(length2)), n_geom);
 }
 
 // x moved by one float in the direction of `step`'s sign; not if that is zero or x too small to matter.

@@ -6,12 +6,18 @@
 
 namespace eikon {
 
+std::uint64_t PackedScene::texel_count() const {
+  std::uint64_t count = 0;
+  for (const std::span<const std::uint32_t> part : texels) count += part.size();
+  return count;
+}
+
 std::uint64_t PackedScene::bytes(const std::string& layout) const {
   const auto accel = accels.find(layout);
   return triangles.size() * sizeof(Triangle) + normals.size() * sizeof(TriangleNormals) +
          tangents.size() * sizeof(TriangleTangents) + colors.size() * sizeof(TriangleColors) +
          materials.size() * sizeof(MaterialRecord) + material_extensions.size() * sizeof(MaterialExtension) +
-         textures.size() * sizeof(TextureRecord) + texels.size() * sizeof(std::uint32_t) +
+         textures.size() * sizeof(TextureRecord) + texel_count() * sizeof(std::uint32_t) +
          lights.size() * sizeof(Light) + light_buckets.size() * sizeof(LightBucket) +
          (accel == accels.end() ? 0 : accel->second.bytes());
 }

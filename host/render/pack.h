@@ -2,6 +2,7 @@
 // A scene laid out for devices: immutable, shared by all of them.
 #pragma once
 #include <map>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -27,7 +28,9 @@ struct PackedScene {
   std::vector<MaterialRecord> materials;
   std::vector<MaterialExtension> material_extensions;  // one per material, or empty
   std::vector<TextureRecord> textures;                 // one per use of an image
-  std::vector<std::uint32_t> texels;                   // EK_TEXEL_TABLE words, then the images; empty without textures
+  // The words of `texels` in order: EK_TEXEL_TABLE of them, then the images. Views of the Scene, which must live as long: one
+  // copy of the pictures is enough. Empty without textures.
+  std::vector<std::span<const std::uint32_t>> texels;
   std::vector<Light> lights;
   std::vector<LightBucket> light_buckets;
   std::vector<PackedLight> light_summary;  // one per emissive material, and the environment
@@ -36,11 +39,14 @@ struct PackedScene {
   Bounds bounds;                           // of the triangles; empty when there are none
   double build_s = 0;
 
+  [[nodiscard]] std::uint64_t texel_count() const;
+  /// On a device, textures included.
   [[nodiscard]] std::uint64_t bytes(const std::string& layout) const;
 };
 
-/// Lays out everything but the trees. throws InputError when the instances of all meshes are more triangles than trees or memory can hold.
+/// Lays out everything but the trees. The result refers to pictures of `scene`. throws InputError when the instances of all meshes are more triangles than trees or memory can hold.
 PackedScene pack_scene(const Scene& scene, const Features& features, const Settings& settings);
+PackedScene pack_scene(Scene&& scene, const Features& features, const Settings& settings) = delete;
 
 /// Adds the tree that `layout` ("bvh8", "bvh2", "none") needs, once.
 void add_accel(PackedScene& packed, const std::string& accel, const std::string& layout, unsigned threads);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <fmt/format.h>
@@ -31,6 +32,16 @@ std::uint32_t lobe_bit(const Material& material) {
 double srgb_to_linear(int code) {
   const double x = code / 255.0;
   return x <= 0.04045 ? x / 12.92 : std::pow((x + 0.055) / 1.055, 2.4);  // IEC 61966-2-1
+}
+
+std::span<const std::uint32_t> texel_table() {
+  static const auto table = [] {
+    std::array<std::uint32_t, EK_TEXEL_TABLE> words{};
+    for (int code = 0; code < int(EK_TEXEL_TABLE); ++code)
+      words[std::size_t(code)] = std::bit_cast<std::uint32_t>(float(srgb_to_linear(code)));
+    return words;
+  }();
+  return table;
 }
 
 std::uint32_t texture_flags(const Texture& texture) {
@@ -82,7 +93,7 @@ class MaterialPacker {
     e.specular_color_r = m.specular_color.x, e.specular_color_g = m.specular_color.y,
     e.specular_color_b = m.specular_color.z;
     e.transmission = m.transmission;
-    if (m.solid && m.attenuation_distance > 0) {
+    if (m.solid && m.attenuation_distance > 0 && std::isfinite(m.attenuation_distance)) {
       const auto absorption = [&](float color) {
         return float(std::max(kOpaque, std::log2(double(color)) / double(m.attenuation_distance)));
       };
@@ -115,16 +126,14 @@ class MaterialPacker {
   std::uint32_t first_texel(std::uint32_t image) {
     const auto known = first_texel_of_.find(image);
     if (known != first_texel_of_.end()) return known->second;
-    std::vector<std::uint32_t>& texels = packed_.texels;
-    if (texels.empty())
-      for (int code = 0; code < int(EK_TEXEL_TABLE); ++code)
-        texels.push_back(std::bit_cast<std::uint32_t>(float(srgb_to_linear(code))));
+    if (packed_.texels.empty()) packed_.texels.push_back(texel_table());
     const std::vector<std::uint32_t>& source = scene_.images[image].rgba8;
-    if (texels.size() + source.size() > std::size_t{0xffffffff})
+    const std::uint64_t first_word = packed_.texel_count();
+    if (first_word + source.size() > std::uint64_t{0xffffffff})
       throw InputError(
           fmt::format("{}: the textures are more than 2^32 texels; use smaller images", scene_.path.string()));
-    const auto first = std::uint32_t(texels.size());
-    texels.insert(texels.end(), source.begin(), source.end());
+    const auto first = std::uint32_t(first_word);
+    packed_.texels.emplace_back(source);
     first_texel_of_[image] = first;
     return first;
   }

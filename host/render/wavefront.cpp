@@ -143,6 +143,16 @@ struct Wavefront::Impl {
     arguments.set(name, device.upload(source));
   }
 
+  void upload_texels() {
+    const Buffer texels = allocate(4 * std::max<std::size_t>(scene.texel_count(), 1));
+    std::size_t offset = 0;
+    for (const std::span<const std::uint32_t> part : scene.texels) {
+      device.write(texels, part.data(), part.size_bytes(), offset);
+      offset += part.size_bytes();
+    }
+    arguments.set("texels", texels);
+  }
+
   void upload() {
     const double begin = host_seconds();
     upload_array("accel_nodes", accel().nodes);
@@ -154,7 +164,7 @@ struct Wavefront::Impl {
     upload_array("materials", scene.materials);
     upload_array("material_extensions", scene.material_extensions);
     upload_array("textures", scene.textures);
-    upload_array("texels", scene.texels);
+    upload_texels();
     upload_array("lights", scene.lights);
     upload_array("light_buckets", scene.light_buckets);
     upload_array("filter_table", filter);

@@ -28,7 +28,7 @@ EK_FN vi agrees(v3 wi, vf cos_geom) {
 
 // terminator_factor of reflected light; wi: local and world.
 EK_FN vf fade(v3 wi, v3 wi_world, v3 n_geom, v3 n_shade) {
-  return wi.z > 0.0f ? terminator_factor(wi_world, n_geom, n_shade) : (vf)(1.0f);
+  return wi.z > 0.0f ? terminator_factor(dot3(wi_world, n_geom), wi.z, dot3(n_geom, n_shade)) : (vf)(1.0f);
 }
 
 kernel void shade(constant Frame* frame, global uint* path_state, global uint* counts, global const uint* queue_rays,
@@ -59,16 +59,14 @@ kernel void shade(constant Frame* frame, global uint* path_state, global uint* c
     const TriangleLanes corners = load_triangle(triangles, triangle);
     const Surface surface = surface_at(corners, u, v);
     const vi front = dot3(surface.n_geom, dir) < 0.0f;
-    const Coordinates at = hit_coordinates(scene, triangle, u, v);
-    const HitMaterial hit_surface = hit_material(scene, corners.material, triangle, at, u, v, front);
+    const HitAttributes at = hit_attributes(scene, triangle, u, v);
+    const HitMaterial hit_surface = hit_material(scene, corners.material, at, front);
     const MaterialLanes material = hit_surface.bsdf;
     const v3 n_geom = select3(front, surface.n_geom, neg3(surface.n_geom));  // towards the viewer
     v3 n_shade = n_geom;
     if (EK_HAS_vertex_normal | EK_HAS_normal_texture) {
-      if (EK_HAS_vertex_normal) n_shade = shading_normal(triangle_normals, triangle, u, v, surface.n_geom);
-      else n_shade = surface.n_geom;
-      if (EK_HAS_normal_texture)
-        n_shade = mapped_normal(scene, hit_surface.normal_texture, triangle, at, u, v, n_shade, surface.n_geom);
+      n_shade = shading_normal(at, surface.n_geom);
+      if (EK_HAS_normal_texture) n_shade = mapped_normal(scene, hit_surface.normal_texture, at, n_shade, surface.n_geom);
       n_shade = select3(front, n_shade, neg3(n_shade));
       n_shade = usable_normal(n_shade, n_geom, neg3(dir), material.lobes != (1u << LOBE_diffuse));
     }

@@ -70,6 +70,30 @@ TEST(Math, sincos_2pi_is_exact_at_quarter_turns) {
   }
 }
 
+TEST(Math, exp2_is_within_1_3_ulp_and_flushes_what_would_be_denormal) {
+  std::mt19937 random(3);
+  Words x = as_words({0, -0.0F, 1, -1, 0.5F, -0.5F, 127.99999F, -125.99999F, -126, 64.5F, -64.5F, 1e-30F, -1e-30F});
+  for (int i = 0; i < 1 << 19; ++i) x.push_back(as_word(254 * (float(random() >> 8) * 0x1p-24F) - 126));
+  for (int i = 0; i < 1 << 19; ++i) x.push_back(as_word(2 * (float(random() >> 8) * 0x1p-24F) - 1));
+  const Words out = Probe("math").run("probe_exp2", {x}, 1)[0];
+  double worst = 0;
+  for (std::size_t i = 0; i < x.size(); ++i)
+    worst = std::max(worst, ulp_error(as_float(out[i]), std::exp2(double(as_float(x[i])))));
+  EXPECT_LE(worst, 1.3);
+  Words whole;
+  for (int k = -126; k <= 127; ++k) whole.push_back(as_word(float(k)));
+  const Words powers = Probe("math").run("probe_exp2", {whole}, 1)[0];
+  for (int k = -126; k <= 127; ++k) ASSERT_EQ(as_float(powers[std::size_t(k + 126)]), std::ldexp(1.0F, k)) << k;
+}
+
+TEST(Math, exp2_beyond_the_range_is_0_or_infinite) {
+  const float inf = INFINITY;
+  const Words below = as_words({-126.00001F, -127, -150, -1e10F, -3e38F, -inf}),
+              above = as_words({128, 129, 1e10F, inf});
+  for (const std::uint32_t y : Probe("math").run("probe_exp2", {below}, 1)[0]) EXPECT_EQ(y, as_word(0.0F));
+  for (const std::uint32_t y : Probe("math").run("probe_exp2", {above}, 1)[0]) EXPECT_EQ(y, as_word(inf));
+}
+
 // The host is compiled without contraction, so it has the bits that the text of math.h promises.
 TEST(Math, vector_functions_round_as_written) {
   std::mt19937 random(2);

@@ -76,6 +76,8 @@ kernel void probe_vectors(PROBE_ARGUMENTS) {
   OUT_F(29, sqrt(abs_f(a.z)));
 }
 
+kernel void probe_exp2(PROBE_ARGUMENTS) { OUT_F(0, exp2_f(IN_F(0))); }
+
 kernel void probe_sincos_2pi(PROBE_ARGUMENTS) {
   vf s, c;
   sincos_2pi(IN_F(0), &s, &c);
@@ -147,10 +149,6 @@ kernel void probe_surface(PROBE_ARGUMENTS, global const Triangle* triangles) {
   OUT_U(14, t.node);
 }
 
-kernel void probe_shading_normal(PROBE_ARGUMENTS, global const TriangleNormals* triangle_normals) {
-  OUT_3(0, shading_normal(triangle_normals, IN_U(0), IN_F(1), IN_F(2), IN_3(3)));
-}
-
 kernel void probe_basis(PROBE_ARGUMENTS) {
   const Basis basis = basis_around(IN_3(0));
   OUT_3(0, basis.x);
@@ -163,15 +161,85 @@ kernel void probe_basis(PROBE_ARGUMENTS) {
 kernel void probe_next_float(PROBE_ARGUMENTS) { OUT_F(0, next_float_towards(IN_F(0), IN_F(1))); }
 #endif
 
+#ifdef EK_PROBE_texture
+#include "texture.h"
+// Inputs: texture, TEXCOORD_0, TEXCOORD_1.
+kernel void probe_texture(PROBE_ARGUMENTS, global const TextureRecord* textures, global const uint* texels) {
+  const vf zero = (vf)(0.0f);
+  const v3 none = V3(zero, zero, zero);
+  const HitAttributes at = {none, IN_F(1), IN_F(2), IN_F(3), IN_F(4), none, zero, zero, zero, zero, zero};
+  const v4 c = texture_sample(texels, load_texture(textures, IN_U(0)), at);
+  OUT_F(0, c.x);
+  OUT_F(1, c.y);
+  OUT_F(2, c.z);
+  OUT_F(3, c.w);
+}
+#endif
+
+#ifdef EK_PROBE_material
+#include "material.h"
+#include "medium.h"
+// Inputs: material, triangle, weights u and v, whether the front was hit.
+kernel void probe_material(PROBE_ARGUMENTS, EK_SCENE_ARGUMENTS) {
+  const SceneData scene = EK_SCENE_DATA;
+  const vu one = (vu)(1u), zero = (vu)(0u);
+  const HitAttributes at = hit_attributes(scene, IN_U(1), IN_F(2), IN_F(3));
+  const HitMaterial hit = hit_material(scene, IN_U(0), at, IN_U(4) != 0u);
+  OUT_3(0, hit.bsdf.base_color);
+  OUT_3(3, hit.emission);
+  OUT_F(6, hit.bsdf.metallic);
+  OUT_F(7, hit.bsdf.ggx_alpha);
+  OUT_3(8, hit.bsdf.f0_dielectric);
+  OUT_F(11, hit.bsdf.specular);
+  OUT_3(12, hit.bsdf.f0);
+  OUT_F(15, hit.bsdf.f90);
+  OUT_F(16, hit.bsdf.transmission);
+  OUT_U(17, hit.bsdf.solid ? one : zero);
+  OUT_F(18, hit.bsdf.eta);
+  OUT_U(19, hit.bsdf.lobes);
+  OUT_U(20, hit.double_sided ? one : zero);
+  OUT_U(21, hit.unlit ? one : zero);
+  OUT_F(22, material_opacity(scene, rec16(materials, IN_U(0)), at));
+}
+
+// Inputs: medium that the ray is in, distance; whether it hit a front and was transmitted; material that it hit.
+kernel void probe_medium(PROBE_ARGUMENTS, EK_SCENE_ARGUMENTS) {
+  const SceneData scene = EK_SCENE_DATA;
+  OUT_3(0, transmittance(medium_absorption(scene, IN_U(0)), IN_F(1)));
+  const HitAttributes at = hit_attributes(scene, (vu)(0u), (vf)(0.0f), (vf)(0.0f));
+  const vi front = IN_U(2) != 0u;
+  OUT_U(3, medium_after(hit_material(scene, IN_U(4), at, front).bsdf, IN_U(0), IN_U(4), front, IN_U(3) != 0u));
+}
+#endif
+
+#ifdef EK_PROBE_shading_normal
+#include "shading_normal.h"
+// Inputs: triangle, weights u and v, n_geom; index of a normal texture.
+kernel void probe_shading_normal(PROBE_ARGUMENTS, EK_SCENE_ARGUMENTS) {
+  const SceneData scene = EK_SCENE_DATA;
+  const HitAttributes at = hit_attributes(scene, IN_U(0), IN_F(1), IN_F(2));
+  const v3 n_geom = IN_3(3);
+  const v3 n_shade = shading_normal(at, n_geom);
+  OUT_3(0, n_shade);
+  OUT_3(3, mapped_normal(scene, IN_U(6), at, n_shade, n_geom));
+}
+
+// Inputs: n_shade, n_geom, wo, whether the surface reflects.
+kernel void probe_usable_normal(PROBE_ARGUMENTS) {
+  OUT_3(0, usable_normal(IN_3(0), IN_3(3), IN_3(6), IN_U(9) != 0u));
+}
+
+// Inputs: cosines of the light with n_geom, with n_shade, and of the two.
+kernel void probe_terminator(PROBE_ARGUMENTS) { OUT_F(0, terminator_factor(IN_F(0), IN_F(1), IN_F(2))); }
+#endif
+
 #ifdef EK_PROBE_bsdf
 #include "material.h"
 // Inputs: material, wo, wi, u, v, choice.
 kernel void probe_bsdf(PROBE_ARGUMENTS, EK_SCENE_ARGUMENTS) {
   const SceneData scene = EK_SCENE_DATA;
-  const vu zero = (vu)(0u);
-  const vf centre = (vf)(0.0f);
-  const Coordinates at = {centre, centre, centre, centre};
-  const HitMaterial hit = hit_material(scene, IN_U(0), zero, at, centre, centre, ALL_LANES);
+  const HitAttributes at = hit_attributes(scene, (vu)(0u), (vf)(0.0f), (vf)(0.0f));
+  const HitMaterial hit = hit_material(scene, IN_U(0), at, ALL_LANES);
   const MaterialLanes m = hit.bsdf;
   const v3 wo = IN_3(1);
   const v3 wi = IN_3(4);

@@ -257,48 +257,5 @@ TEST(Surface, bases_are_orthonormal_and_right_handed_also_at_the_poles) {
   }
 }
 
-TEST(Surface, vertex_normals_are_interpolated_and_give_way_to_the_triangles_own_where_they_are_unusable) {
-  const auto normals = [](std::array<float, 9> n) {
-    return TriangleNormals{.n0_x = n[0],
-                           .n0_y = n[1],
-                           .n0_z = n[2],
-                           .n1_x = n[3],
-                           .n1_y = n[4],
-                           .n1_z = n[5],
-                           .n2_x = n[6],
-                           .n2_y = n[7],
-                           .n2_z = n[8],
-                           .u0 = 0,
-                           .v0 = 0,
-                           .u1 = 0,
-                           .v1 = 0,
-                           .u2 = 0,
-                           .v2 = 0,
-                           .pad0 = 0};
-  };
-  const float nan = as_float(0x7fc00000U);
-  const std::vector<TriangleNormals> records{
-      normals({0, 0, 1, 0.6F, 0, 0.8F, 0, 0.6F, 0.8F}),  // ordinary
-      normals({1, 0, 0, -1, 0, 0, -1, 0, 0}),            // cancel at u + v = 1/2
-      normals({0, 0, -1, 0, 0, -1, 0, 0, -1}),           // behind
-      normals({nan, nan, nan, 0, 0, 1, 0, 0, 1}),        // what a zero normal makes after normalising
-      normals({0, 0, 0, 0, 0, 0, 0, 0, 0})};
-  const std::size_t count = records.size();
-  std::vector<Words> in(6, Words(count, 0));
-  for (std::size_t i = 0; i < count; ++i) {
-    in[0][i] = std::uint32_t(i);
-    in[1][i] = in[2][i] = as_word(0.25F);
-    in[5][i] = as_word(1.0F);  // n_geom = +z
-  }
-  const auto out = Probe("surface").buffer("triangle_normals", records).run("probe_shading_normal", in, 3);
-  const Vec sum{0.15L, 0.15L, 0.5L + 0.25L * 0.8L * 2};
-  for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(as_float(out[k][0]), double(sum[k] / length(sum)), 1e-7);
-  for (std::size_t i = 1; i < count; ++i) {
-    EXPECT_EQ(as_float(out[0][i]), 0) << i;
-    EXPECT_EQ(as_float(out[1][i]), 0) << i;
-    EXPECT_EQ(as_float(out[2][i]), 1) << i;
-  }
-}
-
 }  // namespace
 }  // namespace eikon::test
