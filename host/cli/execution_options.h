@@ -22,7 +22,7 @@ inline void read_execution_environment(Execution& execution) {
   }
 }
 
-/// --devices, --accel, --layout; they never change the image. `execution` must outlive the parser.
+/// --devices, --accel, --layout, --memory; they never change the image. `execution` must outlive the parser.
 inline void add_execution_options(CLI::App& command, Execution& execution) {
   command
       .add_option("--devices", execution.devices,
@@ -35,6 +35,15 @@ inline void add_execution_options(CLI::App& command, Execution& execution) {
       .add_option("--layout", execution.layout,
                   "of the tree: bvh8 (CPU devices) or bvh2 (GPU devices); by device if not given")
       ->check(CLI::IsMember({"bvh8", "bvh2"}));
+  command
+      .add_option("--memory", execution.memory_bytes,
+                  "at most this much of each device's memory, such as 512M or 4G; all of it if not given")
+      ->transform(CLI::AsSizeValue(false))
+      ->check([](const std::string& bytes) {
+        return bytes.find_first_of("123456789") == std::string::npos || bytes[0] == '-'
+                   ? "takes a size above 0, such as 512M or 4G, not " + bytes
+                   : std::string();
+      });
 }
 
 }  // namespace eikon

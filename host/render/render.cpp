@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "core/error.h"
+#include "render/memory.h"
 #include "render/pack.h"
 
 namespace eikon {
@@ -128,6 +129,7 @@ RenderOutput render(const Scene& scene, const Settings& settings, const Executio
     const WavefrontConfig config = configure(info, execution);
     add_accel(packed, execution.accel, config.layout, execution.threads);
     capacity = std::min(capacity, config.capacity());
+    require_memory(memory_need(packed, config, features), info, execution);
   }
 
   const UnitPlan plan(settings.crop, settings.sample_begin, settings.sample_end, execution.block, capacity);
@@ -177,7 +179,9 @@ glm::vec3 replay_path(const Scene& scene, const Settings& settings, const Execut
   const DeviceInfo info = select_devices(execution.devices).front();
   const Features features(scene, settings);
   PackedScene packed = pack_scene(scene, features, settings);
-  add_accel(packed, execution.accel, configure(info, execution).layout, execution.threads);
+  const WavefrontConfig config = configure(info, execution);
+  add_accel(packed, execution.accel, config.layout, execution.threads);
+  require_memory(memory_need(packed, config, features), info, execution);
   Device device(info);
   Wavefront wavefront(device, packed, features, settings, execution);
   return wavefront.replay(x, y, sample, report);

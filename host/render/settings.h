@@ -48,6 +48,7 @@ struct Execution {
   std::uint32_t pool = 0;              // paths in flight per device; 0: by device
   std::uint32_t block = 128;           // largest side of a unit's pixel block
   unsigned threads = 0;                // of host-side work; 0: all
+  std::uint64_t memory_bytes = 0;      // at most this of each device; 0: what it has
   bool optimise = true;                // false: -cl-opt-disable
   std::string extra_flags = "";        // see ProgramOptions
   bool keep_spans = false;             // for --profile

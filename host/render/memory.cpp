@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "render/memory.h"
+
+#include <fmt/format.h>
+
+#include "core/error.h"
+
+namespace eikon {
+namespace {
+
+std::string megabytes(std::uint64_t bytes) { return fmt::format("{:.1f} MB", double(bytes) / 0x1p20); }
+
+}  // namespace
+
+MemoryNeed memory_need(const PackedScene& packed, const WavefrontConfig& config, const Features& features) {
+  MemoryNeed need;
+  need.textures = 4 * packed.texel_count();
+  need.geometry = packed.bytes(config.layout) - need.textures;
+  need.paths = path_pool_bytes(config, features);
+  const auto buffer = [&](const char* name, std::uint64_t bytes) {
+    if (bytes > need.largest_bytes) need.largest = name, need.largest_bytes = bytes;
+  };
+  buffer("the textures", need.textures);
+  buffer("the triangles", packed.triangles.size() * sizeof(Triangle));
+  const auto tree = packed.accels.find(config.layout);
+  if (tree != packed.accels.end()) {
+    buffer("the tree", tree->second.nodes.size() * sizeof(tree->second.nodes[0]));
+    buffer("the tree's leaves", tree->second.leaves.size() * sizeof(tree->second.leaves[0]));
+  }
+  return need;
+}
+
+void require_memory(const MemoryNeed& need, const DeviceInfo& device, const Execution& execution) {
+  const bool capped = execution.memory_bytes != 0 && execution.memory_bytes < device.memory_bytes;
+  const std::uint64_t available = capped ? execution.memory_bytes : device.memory_bytes;
+  const std::string figures = fmt::format("textures {}, geometry {}, paths in flight {}", megabytes(need.textures),
+                                          megabytes(need.geometry), megabytes(need.paths));
+  const char* const advice = need.paths > need.textures + need.geometry ? "allow more memory"
+                             : need.textures > need.geometry            ? "use smaller images"
+                                                                        : "use simpler meshes or fewer instances";
+  if (need.total() > available)
+    throw DeviceError(fmt::format("the scene does not fit device '{}': {}; {} is {}; {}, or another device (--devices)",
+                                  device.name, figures, capped ? "--memory" : "its memory", megabytes(available),
+                                  advice));
+  if (need.largest_bytes > device.max_allocation_bytes)
+    throw DeviceError(fmt::format(
+        "the scene does not fit device '{}': {}; {} need {} in one buffer, which may have {}; {}, or another device "
+        "(--devices)",
+        device.name, figures, need.largest, megabytes(need.largest_bytes), megabytes(device.max_allocation_bytes),
+        advice));
+}
+
+}  // namespace eikon

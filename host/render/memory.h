@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a render takes of a device's memory, known before anything is compiled or uploaded.
+#pragma once
+#include <cstdint>
+#include <string>
+
+#include "render/pack.h"
+#include "render/wavefront.h"
+
+namespace eikon {
+
+struct MemoryNeed {
+  std::uint64_t textures = 0, geometry = 0, paths = 0;  // bytes; geometry: triangles, tree, materials and lights
+  std::string largest;                                  // the largest single buffer
+  std::uint64_t largest_bytes = 0;
+  [[nodiscard]] std::uint64_t total() const { return textures + geometry + paths; }
+};
+
+/// The tree of config.layout must have been built.
+[[nodiscard]] MemoryNeed memory_need(const PackedScene& packed, const WavefrontConfig& config,
+                                     const Features& features);
+
+/// throws DeviceError, with all figures, where a device (or --memory) has less than that, in all or in one buffer
+void require_memory(const MemoryNeed& need, const DeviceInfo& device, const Execution& execution);
+
+}  // namespace eikon
