@@ -135,6 +135,10 @@ class GltfWriter:
             "material": material,
         }
 
+    def colors(self, colors):
+        """COLOR_0 of a primitive, for its "attributes": [(r, g, b)], linear. Returns an accessor."""
+        return self._accessor(_floats(colors), 5126, "VEC3", len(colors), 34962)
+
     def primitive_arrays(self, positions, normals, indices, bounds, material):
         """A large primitive from ready bytes: float32 positions and normals, uint32 indices; bounds ((lo), (hi))."""
         return {

@@ -1,0 +1,188 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""What each feature costs per sample: renders the same geometry with one feature off and on, interleaved, and prints a
+Markdown table (kernels/FEATURES.md holds one). Best of --rounds renders each; only on a machine with nothing else to do.
+
+  tools/bench_features.py [--eikon build-release/eikon] [--rounds 7] [--spp 64] [--size 256x256] [--only NAME...] [-o FILE.md]
+
+The scene: twelve spheres of 1280 triangles on a floor under a sky, four edges per path at most. A feature that changes where
+paths go (mirrors, glass, masks) also changes how many rays there are, so both are listed. `twelve materials` is against one
+material with the same lobe and textures."""
+
+import argparse
+import json
+import os
+import pathlib
+import platform
+import subprocess
+import sys
+import tempfile
+
+import scene_pictures
+from gltf_writer import GltfWriter
+from scene_shapes import look_at, quad, sphere
+
+FLAT_SPECULAR = {"KHR_materials_specular": {"specularFactor": 0.0}}
+PICTURES = {"color": scene_pictures.tiles_color, "metal": scene_pictures.tiles_metallic_roughness,
+            "normal": scene_pictures.tiles_normal, "leaf": scene_pictures.leaf}
+
+
+class Variant:
+    """One scene: what its spheres are made of, and what lights it."""
+
+    def __init__(self, smooth=False, coordinates=False, colors=False, lights=(), sky_map=False, materials=None, **surface):
+        self.smooth, self.coordinates, self.colors = smooth, coordinates, colors
+        self.lights, self.sky_map = lights, sky_map
+        self.materials = materials or [surface]
+
+    def write(self, path):
+        gltf = GltfWriter(__doc__)
+        pictures = {}
+
+        def picture(name):
+            pictures.setdefault(name, PICTURES[name]())
+            return gltf.texture(name, pictures[name])
+
+        made = []
+        for number, surface in enumerate(self.materials):
+            # True or a number stands for a texture; the rest is as GltfWriter.surface has it.
+            arguments = {"extensions": dict(FLAT_SPECULAR), "color": (0.7, 0.6, 0.5), **surface}
+            for key, value in list(arguments.items()):
+                if key.endswith("Texture"):
+                    arguments[key] = picture(value)
+            made.append(gltf.surface(f"ball {number}", **arguments))
+        points, triangles = sphere(0.45, 3)
+        normals = [tuple(c / 0.45 for c in p) for p in points] if self.smooth else None
+        coordinates = [(2 * p[0] + 0.3 * p[2], 2 * p[1]) for p in points] if self.coordinates else None
+        tangents = [(1.0, 0.0, 0.0, 1.0)] * len(points) if self.coordinates and self.smooth else None
+        ball = gltf.primitive(points, triangles, made[0], normals=normals, uv=coordinates, tangents=tangents)
+        if self.colors:
+            ball["attributes"]["COLOR_0"] = gltf.colors([tuple(0.5 + c for c in p) for p in points])
+        for i in range(12):
+            gltf.mesh(f"ball {i}", [{**ball, "material": made[i % len(made)]}],
+                      translation=[i % 4 - 1.5, 0.45, i // 4 - 1.0])
+        floor = quad((-4, 0, 4), (4, 0, 4), (4, 0, -4), (-4, 0, -4))
+        gltf.mesh("floor", [gltf.primitive(*floor, gltf.material("floor", (0.5, 0.5, 0.5)))])
+        for kind in self.lights:
+            gltf.punctual_light(kind, kind, (1, 1, 1), 20 if kind != "directional" else 2,
+                                spot={"outerConeAngle": 1.2} if kind == "spot" else None,
+                                matrix=look_at((2, 4, 3), (0, 0, 0)))
+        if self.sky_map:
+            gltf.environment_map("sky.hdr", scene_pictures.sky())
+        else:
+            gltf.environment((1, 1, 1))
+        gltf.camera(0.7, 1.0, matrix=look_at((0, 3.2, 5), (0, 0.3, 0)))
+        gltf.write(path)
+        for name, data in gltf.files.items():
+            (path.parent / name).write_bytes(data)
+
+
+def features():
+    """[(name, off, on)]"""
+    lambert, smooth = {}, {"smooth": True}
+    textured = {"smooth": True, "coordinates": True, "baseColorTexture": "color"}
+    rough = {"extensions": {}, "metallic": 0.0, "roughness": 0.4}
+    glass = {"KHR_materials_transmission": {"transmissionFactor": 1.0}}
+    solid = {**glass, "KHR_materials_volume": {"thicknessFactor": 1.0}}
+    tinted = {**glass, "KHR_materials_volume": {"thicknessFactor": 1.0, "attenuationColor": [0.5, 0.8, 0.9],
+                                                "attenuationDistance": 0.5}}
+    everything = {**textured, **rough, "metallic": 1.0, "metallicRoughnessTexture": "metal", "normalTexture": "normal"}
+    twelve = [{**{k: v for k, v in everything.items() if k not in ("smooth", "coordinates")},
+               "roughness": 0.2 + 0.05 * i, "color": (1 - 0.05 * i, 0.5 + 0.04 * i, 0.7)} for i in range(12)]
+    return [
+        ("normals of the mesh", lambert, smooth),
+        ("vertex colours", lambert, {"colors": True}),
+        ("base colour texture", {**smooth, "coordinates": True}, textured),
+        ("normal map", textured, {**textured, "normalTexture": "normal"}),
+        ("emissive texture, no light of its own", textured, {**textured, "emissiveTexture": "color",
+                                                             "emission": (1e-3, 1e-3, 1e-3)}),
+        ("plastic (GGX over diffuse)", smooth, {**smooth, **rough}),
+        ("metal (GGX)", smooth, {**smooth, **rough, "metallic": 1.0}),
+        ("mirror", smooth, {**smooth, **rough, "metallic": 1.0, "roughness": 0.0}),
+        ("metallic-roughness texture", {**textured, **rough}, {**textured, **rough, "metallic": 1.0,
+                                                               "metallicRoughnessTexture": "metal"}),
+        ("specular factor", {**smooth, **rough}, {**smooth, **rough, "extensions": {
+            "KHR_materials_specular": {"specularFactor": 0.5}}}),
+        ("transmission, thin", {**smooth, **rough}, {**smooth, **rough, "extensions": glass}),
+        ("transmission, solid and rough", {**smooth, **rough}, {**smooth, **rough, "extensions": solid}),
+        ("transmission, solid and smooth", {**smooth, **rough}, {**smooth, **rough, "roughness": 0.0, "extensions": solid}),
+        ("absorption", {**smooth, **rough, "extensions": solid}, {**smooth, **rough, "extensions": tinted}),
+        ("opacity, BLEND of a factor", smooth, {**smooth, "opacity": 0.5, "alphaMode": "BLEND"}),
+        ("opacity, MASK of a texture", textured, {**textured, "baseColorTexture": "leaf", "alphaMode": "MASK"}),
+        ("unlit", smooth, {**smooth, "extensions": {"KHR_materials_unlit": {}}}),
+        ("point light", lambert, {"lights": ["point"]}),
+        ("spot light", lambert, {"lights": ["spot"]}),
+        ("directional light", lambert, {"lights": ["directional"]}),
+        ("environment map", lambert, {"sky_map": True}),
+        ("twelve materials", everything, {"smooth": True, "coordinates": True, "materials": twelve}),
+    ]
+
+
+def render(options, scene, folder):
+    """(ns per sample, rays per sample) of one render."""
+    stats = folder / "stats.json"
+    command = [options.eikon, "render", str(scene), "-o", str(folder / "out.exr"), "--size", options.size, "--spp",
+               str(options.spp), "--max-depth", "4", "--stats", str(stats), "--quiet", "--strict"]
+    if options.devices:
+        command += ["--devices", options.devices]
+    done = subprocess.run(command, capture_output=True, text=True)
+    if done.returncode != 0:
+        sys.exit(f"{' '.join(command)}: exit code {done.returncode}: {done.stderr.strip()}")
+    found = json.loads(stats.read_text())
+    return 1e9 / found["samples_per_second"], found["rays"]["total"] / found["samples"], found["devices"][0]["name"]
+
+
+def measure(options, off, on):
+    """Best times of both, taken in turns, so that what else the machine does falls on both."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = pathlib.Path(name)
+        scenes = [folder / "off.gltf", folder / "on.gltf"]
+        for scene, variant in zip(scenes, (off, on)):
+            Variant(**variant).write(scene)
+            render(options, scene, folder)  # compiles
+        best, rays, device = [1e30, 1e30], [0.0, 0.0], ""
+        for _ in range(options.rounds):
+            for i in (0, 1):
+                time_ns, rays[i], device = render(options, scenes[i], folder)
+                best[i] = min(best[i], time_ns)
+    return best, rays, device
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    root = pathlib.Path(__file__).resolve().parent.parent
+    parser.add_argument("--eikon", default=str(root / "build-release" / "eikon"))
+    parser.add_argument("--rounds", type=int, default=7)
+    parser.add_argument("--spp", type=int, default=64)
+    parser.add_argument("--size", default="256x256")
+    parser.add_argument("--devices", default="")
+    parser.add_argument("--only", nargs="*", help="features whose names contain one of these")
+    parser.add_argument("-o", "--output", help="Markdown file, else standard output")
+    options = parser.parse_args()
+    lines = []
+    for name, off, on in features():
+        if options.only and not any(part in name for part in options.only):
+            continue
+        best, rays, device = measure(options, off, on)
+        lines.append(f"| {name} | {best[0]:.0f} | {best[1]:.0f} | {best[1] - best[0]:+.0f} | {best[0] / best[1]:.2f} | "
+                     f"{rays[0]:.2f} | {rays[1]:.2f} |")
+        print(lines[-1], file=sys.stderr, flush=True)
+    if not lines:
+        sys.exit("bench_features: --only names no feature")
+    model = next((line.split(":", 1)[1].strip() for line in open("/proc/cpuinfo") if line.startswith("model name")),
+                 platform.machine())
+    text = "\n".join([
+        "# What features cost", "",
+        f"Made by `tools/bench_features.py` on {device} ({model}, {os.cpu_count()} processors): {options.size}, "
+        f"{options.spp} samples per pixel, best of {options.rounds}, in turns.",
+        "A scene that does not use a feature pays nothing: its code is not compiled (tests/zero_cost.py).", "",
+        "| feature | off, ns per sample | on | difference | speed, on / off | rays per sample, off | on |",
+        "|---|---|---|---|---|---|---|", *lines, ""])
+    if options.output:
+        pathlib.Path(options.output).write_text(text)
+    else:
+        print(text)
+
+
+if __name__ == "__main__":
+    main()
