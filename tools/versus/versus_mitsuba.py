@@ -6,7 +6,7 @@ sides: no loading, building, or compiling), since a faster wrong picture is wort
 
 The models are the same (mitsuba_gltf.py says which is written anew and which is Mitsuba's own) but for two things. eikon's
 albedo of the dielectric layer is a fit that lies above the truth by up to 0.005, which makes plastic darker by as
-much at some angles: hence --tolerance, a relative difference of a block's mean that is forgiven, by default 0.01 in
+much at some angles: hence --tolerance, a relative difference of a block's mean that is forgiven, by default 0.003 in
 scenes with plastic and 0 in others. And Mitsuba's smooth glass knows nothing of interpolated normals that disagree with
 the triangles: hence --flat, which leaves the normals out for both.
 
@@ -62,6 +62,8 @@ def run_eikon(arguments, path, folder, seed):
     size = f"{arguments.size[0]}x{arguments.size[1]}"
     command = [arguments.eikon, "render", path, "-o", image, "--stats", stats, "--aov", "variance",
                "--quiet", "--size", size, "--spp", arguments.spp, "--seed", seed]
+    if arguments.env:
+        command += ["--env", arguments.env]
     if arguments.max_depth > 0:
         command += ["--max-depth", arguments.max_depth]
     if arguments.threads:
@@ -77,8 +79,9 @@ def compare(mi, arguments, path, folder):
     """Renders one scene with both in turns; prints and returns the figures."""
     path = without_normals(path, folder) if arguments.flat else path
     loaded = gltf_scene.load(path)
-    scene = mitsuba_render.build(mi, loaded, *arguments.size, arguments.max_depth)
-    tolerance = arguments.tolerance if arguments.tolerance is not None else 0.01 if has_plastic(loaded) else 0.0
+    scene = mitsuba_render.build(mi, loaded, *arguments.size, arguments.max_depth,
+                                 mitsuba_render.parse_environment(arguments.env) if arguments.env else None)
+    tolerance = arguments.tolerance if arguments.tolerance is not None else 0.003 if has_plastic(loaded) else 0.0
 
     samples = arguments.size[0] * arguments.size[1] * arguments.spp
     rates = {"eikon": [], "mitsuba": []}
@@ -131,6 +134,7 @@ def main():
     parser.add_argument("--size", type=mitsuba_render.parse_size, default=(360, 360), metavar="WxH")
     parser.add_argument("--spp", type=int, default=64, help="samples per pixel of a round (default 64)")
     parser.add_argument("--max-depth", type=int, default=-1, help="path edges; -1: no limit (default)")
+    parser.add_argument("--env", metavar="R,G,B|FILE", help="replaces the file's environment")
     parser.add_argument("--rounds", type=int, default=5, help="counted rounds after one that warms both up (default 5)")
     parser.add_argument("--tolerance", type=float, help="relative difference of a block that is forgiven")
     parser.add_argument("--flat", action="store_true", help="without vertex normals")
