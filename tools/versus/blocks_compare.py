@@ -8,12 +8,18 @@ The variance of a block's mean is the larger of what the files predict and what 
 the block shows: the estimate of a few batches or replicates is itself uncertain and misses rare bright paths. Where
 both are zero (a plain background), differences up to the rounding of single-precision sums are allowed.
 
+--png shows both pictures and their relative difference (grey: none; white: 20 % brighter than the reference, black: darker),
+for renderers whose models differ and of which no test can say more.
+
   tools/versus/blocks_compare.py out/cornell.exr out/mitsuba.exr
 """
 
 import argparse
 import math
+import pathlib
+import struct
 import sys
+import zlib
 
 import modules
 
@@ -77,6 +83,29 @@ def sidak(smallest, tests):
     return -math.expm1(tests * math.log1p(-min(smallest, 1 - 1e-16)))
 
 
+def write_png(path, image):
+    """(h, w, 3) of linear values, clipped to [0, 1], as sRGB."""
+    image = np.clip(image, 0, 1)
+    encoded = np.where(image <= 0.0031308, 12.92 * image, 1.055 * image ** (1 / 2.4) - 0.055)
+    rows = np.round(255 * encoded).astype(np.uint8).reshape(image.shape[0], -1)
+    rows = np.concatenate([np.zeros((len(rows), 1), np.uint8), rows], axis=1).tobytes()
+
+    def chunk(kind, data):
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+    header = struct.pack(">IIBBBBB", image.shape[1], image.shape[0], 8, 2, 0, 0, 0)
+    pathlib.Path(path).write_bytes(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header)
+                                   + chunk(b"IDAT", zlib.compress(rows)) + chunk(b"IEND", b""))
+
+
+def side_by_side(test, reference, exposure):
+    """Both pictures, 2^exposure brighter, and their difference relative to the reference."""
+    difference = (test - reference) / (np.abs(reference) + 0.01 * np.abs(reference).mean())
+    grey = 0.214  # the middle of sRGB
+    shown = np.where(difference > 0, grey + (1 - grey) * difference / 0.2, grey + grey * difference / 0.2)
+    return np.concatenate([test * 2.0 ** exposure, reference * 2.0 ** exposure, shown], axis=1)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("test")
@@ -84,6 +113,8 @@ def main():
     parser.add_argument("--block", type=int, default=16, help="side of a block in pixels (default 16)")
     parser.add_argument("--tolerance", type=float, default=0.0, help="relative difference that is forgiven (default 0)")
     parser.add_argument("--alpha", type=float, default=0.01, help="significance over all blocks (default 0.01)")
+    parser.add_argument("--png", metavar="OUT.png", help="write both and their difference side by side")
+    parser.add_argument("--exposure", type=float, default=0.0, help="stops, of --png (default 0)")
     arguments = parser.parse_args()
 
     (test, test_variance), (reference, reference_variance) = read(arguments.test), read(arguments.reference)
@@ -95,6 +126,8 @@ def main():
     p = p_values(z)
     worst = np.unravel_index(np.argmin(p), p.shape)
     corrected = sidak(p[worst], p.size)
+    if arguments.png:
+        write_png(arguments.png, side_by_side(test, reference, arguments.exposure))
     print(f"means       {' '.join(f'{v:.6g}' for v in test.mean((0, 1)))}  against"
           f"  {' '.join(f'{v:.6g}' for v in reference.mean((0, 1)))}")
     print(f"ratio       {test.mean() / reference.mean():.6f}")
