@@ -41,40 +41,61 @@ typedef struct {
   vi delta;   // mask
 } BsdfSample;
 
+// eval and pdf of one pair of directions; a lobe's `evaluate` gives both, since they share most of their work.
+typedef struct {
+  v3 f;    // f |cos theta_i|
+  vf pdf;  // per sr
+} BsdfValue;
+
+// Nothing, where m is not set.
+EK_FN BsdfValue bsdf_value_if(vi m, BsdfValue value) {
+  const vf zero = (vf)(0.0f);
+  BsdfValue r = {select3(m, value.f, V3(zero, zero, zero)), m ? value.pdf : zero};
+  return r;
+}
+
+// value: of wi, or of the delta part where `delta` is set.
+EK_FN BsdfSample bsdf_sample_of(BsdfValue value, v3 wi, vi delta) {
+  const vi some = value.pdf > 0x1p-100f;
+  const vf zero = (vf)(0.0f);
+  BsdfSample s = {select3(some, scale3(value.f, (vf)(1.0f) / value.pdf), V3(zero, zero, zero)),
+                  select3(some, wi, V3(zero, zero, (vf)(1.0f))),
+                  some ? value.pdf : zero, some & delta};
+  return s;
+}
+
 #include "bsdf_diffuse.h"
 #include "bsdf_metallic_roughness.h"
 #include "bsdf_transmission.h"
 
-/// f |cos theta_i| of the lobes of m that this program has.
-EK_FN v3 bsdf_eval(MaterialLanes m, v3 wo, v3 wi) {
-  v3 f = V3((vf)(0.0f), (vf)(0.0f), (vf)(0.0f));
-#define EK_LOBE(name, bit)                                    \
-  if (EK_HAS_##name) {                                        \
-    const vi has = (m.lobes & (1u << bit)) != 0u;             \
-    if (ANY(has)) f = select3(has, name##_eval(m, wo, wi), f); \
-  }
-#include "shared/features.def"
-  return f;
-}
-
 // Whether EK_HAS_uniform_scatter replaces the lobe's own sampling: nothing but Lambert's can do without it.
 EK_FN vi scatters_uniformly(MaterialLanes m) { return (m.lobes & (1u << LOBE_diffuse)) != 0u; }
 
-/// Density with which bsdf_sample chooses wi.
-EK_FN vf bsdf_pdf(MaterialLanes m, v3 wo, v3 wi) {
-  vf pdf = (vf)(0.0f);
+/// eval and pdf of the lobes of m that this program has.
+EK_FN BsdfValue bsdf_evaluate(MaterialLanes m, v3 wo, v3 wi) {
+  BsdfValue value = {V3((vf)(0.0f), (vf)(0.0f), (vf)(0.0f)), (vf)(0.0f)};
 #define EK_LOBE(name, bit)                                 \
   if (EK_HAS_##name) {                                     \
     const vi has = (m.lobes & (1u << bit)) != 0u;          \
-    if (ANY(has)) pdf = has ? name##_pdf(m, wo, wi) : pdf; \
+    if (ANY(has)) {                                        \
+      const BsdfValue lobe = name##_evaluate(m, wo, wi);   \
+      value.f = select3(has, lobe.f, value.f);             \
+      value.pdf = has ? lobe.pdf : value.pdf;              \
+    }                                                      \
   }
 #include "shared/features.def"
   if (EK_HAS_uniform_scatter) {
     const vi above = (wo.z > 0.0f) & (wi.z > 0.0f);
-    pdf = scatters_uniformly(m) ? (above ? (vf)(EK_INV_2PI) : (vf)(0.0f)) : pdf;
+    value.pdf = scatters_uniformly(m) ? (above ? (vf)(EK_INV_2PI) : (vf)(0.0f)) : value.pdf;
   }
-  return pdf;
+  return value;
 }
+
+/// f |cos theta_i|.
+EK_FN v3 bsdf_eval(MaterialLanes m, v3 wo, v3 wi) { return bsdf_evaluate(m, wo, wi).f; }
+
+/// Density with which bsdf_sample chooses wi.
+EK_FN vf bsdf_pdf(MaterialLanes m, v3 wo, v3 wi) { return bsdf_evaluate(m, wo, wi).pdf; }
 
 /// Samples wi. u, v: [0,1)^2, the direction; choice: [0,1), for lobes that scatter in several ways.
 EK_FN BsdfSample bsdf_sample(MaterialLanes m, v3 wo, vf u, vf v, vf choice) {

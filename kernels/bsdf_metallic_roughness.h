@@ -1,24 +1,92 @@
 // SPDX-License-Identifier: Apache-2.0
-// glTF's opaque materials: a GGX layer over a diffuse base [glTF 2.0, appendix B].
+// glTF's opaque material [glTF 2.0, appendix B]: a GGX layer with Schlick's reflectance, over a diffuse base that fades as
+// the surface turns metallic.
+//
+// The appendix mixes the two by the reflectance at the half vector; that gives back up to 1.9 times the light near grazing
+// incidence. Here the base receives what the layer leaves, in and out: base (1 - E(wo)) (1 - E(wi)) / (pi (1 - E_avg)), with E the
+// albedo of the layer [Kelemen and Szirmay-Kalos 2001, section 2]: reciprocal, never more than 1, and exactly 1 for a white
+// base under a colourless layer of which nothing is lost.
 #ifndef EK_BSDF_METALLIC_ROUGHNESS_H
 #define EK_BSDF_METALLIC_ROUGHNESS_H
+#include "fresnel.h"
+#include "ggx_albedo.h"
+#include "microfacet.h"
 #include "warp.h"
 
-EK_FN vf metallic_roughness_pdf(MaterialLanes m, v3 wo, v3 wi) {
-  (void)m;
-  const vi above = (wo.z > 0.0f) & (wi.z > 0.0f);
-  return above ? wi.z * EK_INV_PI : (vf)(0.0f);
+EK_FN vf mean_component(v3 a) { return ((a.x + a.y) + a.z) * (1.0f / 3.0f); }
+
+// What of a layer over a base depends on wo alone.
+typedef struct {
+  vi smooth;       // the layer is a mirror: delta
+  vf alpha;        // of the GGX lobe; where smooth, of none
+  vf length_o;     // ggx_length(wo)
+  GgxAlbedoFit albedo;
+  vf e_f0, e_f90;  // of E: the dielectric's reflectance, its greatest channel
+  v3 base;         // f of the base is base (1 - E(wi))
+  vf specular, diffuse;  // estimated albedos
+} Layers;
+
+/// f0, f90  of the layer;  base: albedo of the base by itself
+EK_FN Layers make_layers(MaterialLanes m, v3 wo, v3 f0, vf f90, v3 base) {
+  Layers k;
+  k.smooth = m.ggx_alpha < EK_SMOOTH_ALPHA;
+  k.alpha = max_f(m.ggx_alpha, (vf)(EK_SMOOTH_ALPHA));
+  k.length_o = ggx_length(wo, k.alpha);
+  k.albedo = ggx_albedo_fit(k.smooth, k.alpha);
+  k.e_f0 = max_component(m.f0_dielectric);
+  k.e_f90 = m.specular;
+  const GgxAlbedo o = ggx_albedo(k.albedo, wo.z, k.length_o);
+  const vf kept = 1.0f - ggx_reflected(o, k.e_f0, k.e_f90);
+  const vf kept_mean = 1.0f - ggx_reflected(k.albedo.mean, k.e_f0, k.e_f90);
+  k.base = scale3(base, (EK_INV_PI * kept) / max_f(kept_mean, (vf)(0x1p-20f)));
+  // A floor, since the layer may reflect far more at other microfacets than on the whole.
+  k.specular = max_f(ggx_reflected(o, mean_component(f0), f90), 0x1p-6f * f90);
+  k.diffuse = mean_component(base) * kept;
+  return k;
 }
 
-EK_FN v3 metallic_roughness_eval(MaterialLanes m, v3 wo, v3 wi) {
-  return scale3(m.base_color, metallic_roughness_pdf(m, wo, wi));
+/// f of the base.
+EK_FN v3 layers_base(Layers k, vf cos_i, vf length_i) {
+  return scale3(k.base, 1.0f - ggx_reflected(ggx_albedo(k.albedo, cos_i, length_i), k.e_f0, k.e_f90));
+}
+
+EK_FN Layers metallic_roughness_layers(MaterialLanes m, v3 wo) {
+  return make_layers(m, wo, m.f0, m.f90, scale3(m.base_color, 1.0f - m.metallic));
+}
+
+EK_FN BsdfValue metallic_roughness_value(MaterialLanes m, Layers k, v3 wo, v3 wi) {
+  const vi valid = (wo.z > 0.0f) & (wi.z > 0.0f);
+  const v3 sum = add3(wo, wi);
+  const vf sum2 = dot3(sum, sum);
+  const vf cos_h = 0.5f * sqrt(sum2);  // of wo or wi with the half vector, unlike a dot product the same for both
+  const v3 h = direction_of(sum, sum2);
+  const vf length_i = ggx_length(wi, k.alpha);
+  const vf d = k.smooth ? (vf)(0.0f) : ggx_d(h, k.alpha);
+  const v3 f = schlick(m.f0, m.f90, schlick_weight(cos_h));
+  BsdfValue value;
+  value.f = add3(scale3(f, d * ggx_visibility(wo.z, k.length_o, wi.z, length_i)),
+                 scale3(layers_base(k, wi.z, length_i), wi.z));
+  value.pdf = (k.specular * (0.5f * d * ggx_visible_share(wo.z, k.length_o)) + k.diffuse * (EK_INV_PI * wi.z)) /
+              (k.specular + k.diffuse);
+  return bsdf_value_if(valid & (k.specular + k.diffuse > 0.0f), value);
+}
+
+EK_FN BsdfValue metallic_roughness_evaluate(MaterialLanes m, v3 wo, v3 wi) {
+  return metallic_roughness_value(m, metallic_roughness_layers(m, wo), wo, wi);
 }
 
 EK_FN BsdfSample metallic_roughness_sample(MaterialLanes m, v3 wo, vf u, vf v, vf choice) {
-  (void)choice;
-  const v3 wi = warp_cosine_hemisphere(u, v);
-  BsdfSample s = {m.base_color, wi, metallic_roughness_pdf(m, wo, wi), (vi)(0)};
-  return s;
+  const Layers k = metallic_roughness_layers(m, wo);
+  const vf p_specular = k.specular / (k.specular + k.diffuse);
+  const vi reflect = choice < p_specular;
+  const vi mirror = reflect & k.smooth;
+  const v3 reflected = normalize3(mirrored(wo, ggx_visible_normal(wo, k.alpha, u, v)));
+  v3 wi = select3(reflect, reflected, warp_cosine_hemisphere(u, v));
+  wi = select3(mirror, V3(-wo.x, -wo.y, wo.z), wi);
+  BsdfValue value = metallic_roughness_value(m, k, wo, wi);
+  value.f = select3(mirror, schlick(m.f0, m.f90, schlick_weight(wo.z)), value.f);
+  value.pdf = (mirror & (wo.z > 0.0f)) ? p_specular : value.pdf;
+  return bsdf_sample_of(value, wi, mirror);
 }
 
 #endif

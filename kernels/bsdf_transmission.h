@@ -1,24 +1,141 @@
 // SPDX-License-Identifier: Apache-2.0
-// glTF's materials that let light through [KHR_materials_transmission].
+// A surface that lets light through [KHR_materials_transmission]: of the dielectric share (1 - metallic) of
+// metallic_roughness, `transmission` is glass rather than a layer over a base.
+//   thin wall  reflects by Schlick; the rest, times the base colour, goes straight on, spread as the reflection is.
+//   solid      a rough dielectric interface [Walter et al. 2007] with exact Fresnel and Snell [KHR_materials_volume]; each
+//              crossing is tinted by the base colour. KHR_materials_specular does not act on it.
+// Radiance is what is carried: crossing into a medium of relative index eta divides it by eta^2.
 #ifndef EK_BSDF_TRANSMISSION_H
 #define EK_BSDF_TRANSMISSION_H
-#include "warp.h"
+#include "bsdf_metallic_roughness.h"
 
-EK_FN vf transmission_pdf(MaterialLanes m, v3 wo, v3 wi) {
-  (void)m;
-  const vi above = (wo.z > 0.0f) & (wi.z > 0.0f);
-  return above ? wi.z * EK_INV_PI : (vf)(0.0f);
+typedef struct {
+  Layers open;     // the share that is no glass
+  v3 f0;           // of its layer
+  vf f90;
+  vf share;        // of the glass
+  vf glass;        // estimated albedo of it
+  vf tint;         // mean of the base colour
+  vf eta;          // of solids, 1 where it stands for a mirror
+  vi passes_delta; // what the glass transmits is delta
+} Glass;
+
+/// Reflectance of the glass; cos_h: of wo with the microfacet.
+EK_FN v3 glass_reflectance(MaterialLanes m, vf cos_h) {
+  const vf exact = fresnel_dielectric(cos_h, m.eta);
+  return select3(m.solid, V3(exact, exact, exact), schlick(m.f0_dielectric, m.specular, schlick_weight(cos_h)));
 }
 
-EK_FN v3 transmission_eval(MaterialLanes m, v3 wo, v3 wi) {
-  return scale3(m.base_color, transmission_pdf(m, wo, wi));
+/// The probability of reflecting rather than transmitting, at a microfacet of mean reflectance f: by what leaves either way.
+EK_FN vf glass_reflects(vf f, vf tint) {
+  const vf all = f + (1.0f - f) * tint;
+  return all > 0.0f ? f / all : (vf)(1.0f);
+}
+
+EK_FN Glass make_glass(MaterialLanes m, v3 wo) {
+  Glass g;
+  const vf dielectric = 1.0f - m.metallic;
+  const vf opaque = dielectric * (1.0f - m.transmission);
+  g.share = dielectric * m.transmission;
+  g.f0 = add3(scale3(m.base_color, m.metallic), scale3(m.f0_dielectric, opaque));
+  g.f90 = m.metallic + opaque * m.specular;
+  g.open = make_layers(m, wo, g.f0, g.f90, scale3(m.base_color, opaque));
+  g.tint = mean_component(m.base_color);
+  const vf f = mean_component(glass_reflectance(m, wo.z));
+  g.glass = g.share * max_f(f + (1.0f - f) * g.tint, (vf)(0x1p-6f));
+  g.eta = fresnel_is_mirror(m.eta) ? (vf)(1.0f) : m.eta;
+  // Refraction turns a microfacet's slope into an angle (eta - 1) times as large, eta of the denser side: as narrow as a smooth
+  // mirror's lobe, it is delta, from both sides.
+  const vf bend = abs_f(g.eta - 1.0f) / min_f(g.eta, (vf)(1.0f));
+  g.passes_delta = g.open.smooth | (m.solid & (g.open.alpha * bend < EK_SMOOTH_ALPHA));
+  return g;
+}
+
+EK_FN BsdfValue transmission_value(MaterialLanes m, Glass g, v3 wo, v3 wi) {
+  const vi below = wi.z < 0.0f;
+  const vi refracts = below & m.solid;
+  const v3 wi_above = V3(wi.x, wi.y, abs_f(wi.z));
+  const vf cos_i = wi_above.z;
+  // The half vector of reflection; that of refraction [Walter et al. 2007, eq. 16] points away from the denser side.
+  v3 sum = add3(wo, select3(refracts, scale3(wi, g.eta), wi_above));
+  sum = select3(sum.z < 0.0f, neg3(sum), sum);
+  const vf sum2 = dot3(sum, sum);
+  const v3 h = direction_of(sum, sum2);
+  const vf cos_o_h = refracts ? dot3(wo, h) : 0.5f * sqrt(sum2);
+  const vf cos_i_h = dot3(wi, h);  // of refraction, negative
+  const vf length_i = ggx_length(wi_above, g.open.alpha);
+  const vf d_any = ggx_d(h, g.open.alpha);
+  const vf d = (below ? g.passes_delta : g.open.smooth) ? (vf)(0.0f) : d_any;
+  const vf visible = 0.5f * d * ggx_visible_share(wo.z, g.open.length_o);  // density of a reflection
+  const vf spread = d * ggx_visibility(wo.z, g.open.length_o, cos_i, length_i);
+
+  const v3 f = glass_reflectance(m, max_f(cos_o_h, (vf)(0.0f)));
+  const vf p_reflect = glass_reflects(mean_component(f), g.tint);
+  const v3 layer = schlick(g.f0, g.f90, schlick_weight(cos_o_h));
+  const vf total = (g.open.specular + g.open.diffuse) + g.glass;
+  BsdfValue above;
+  above.f = add3(scale3(add3(layer, scale3(f, g.share)), spread), scale3(layers_base(g.open, cos_i, length_i), cos_i));
+  above.pdf = ((g.open.specular + g.glass * p_reflect) * visible + g.open.diffuse * (EK_INV_PI * cos_i)) / total;
+
+  // [Walter et al. 2007, eq. 21 and 17] over eta^2: there n_i, n_o are of the light's and the viewer's side, and the
+  // denominator (n_i cos_i_h + n_o cos_o_h)^2 is n_o^2 |sum|^2. Shadowing is separable, eq. 23.
+  const vf jacobian = abs_f(cos_i_h) / max_f(sum2, (vf)(0x1p-60f));
+  const vf refracted = (cos_o_h * jacobian) * (d * cos_i * 4.0f) /
+                       ((wo.z + g.open.length_o) * (cos_i + length_i));
+  const vi possible = (cos_o_h > 0.0f) & (cos_i_h < 0.0f);
+  const vf passed = m.solid ? (possible ? refracted : (vf)(0.0f)) : spread;
+  const vf passed_pdf = m.solid ? (possible ? (4.0f * visible) * cos_o_h * (g.eta * g.eta) * jacobian : (vf)(0.0f)) : visible;
+  BsdfValue through;
+  through.f = scale3(mul3(m.base_color, V3(1.0f - f.x, 1.0f - f.y, 1.0f - f.z)), g.share * passed);
+  through.pdf = (g.glass * (1.0f - p_reflect)) * passed_pdf / total;
+
+  BsdfValue value = {select3(below, through.f, above.f), below ? through.pdf : above.pdf};
+  return bsdf_value_if((wo.z > 0.0f) & (wi.z != 0.0f) & (total > 0.0f), value);
+}
+
+EK_FN BsdfValue transmission_evaluate(MaterialLanes m, v3 wo, v3 wi) {
+  return transmission_value(m, make_glass(m, wo), wo, wi);
 }
 
 EK_FN BsdfSample transmission_sample(MaterialLanes m, v3 wo, vf u, vf v, vf choice) {
-  (void)choice;
-  const v3 wi = warp_cosine_hemisphere(u, v);
-  BsdfSample s = {m.base_color, wi, transmission_pdf(m, wo, wi), (vi)(0)};
-  return s;
+  const Glass g = make_glass(m, wo);
+  const vf total = (g.open.specular + g.open.diffuse) + g.glass;
+  const vf p_layer = g.open.specular / total, p_base = g.open.diffuse / total, p_glass = g.glass / total;
+  const vi from_base = (choice >= p_layer) & (choice < p_layer + p_base);
+  const vi from_glass = (choice >= p_layer + p_base) & (p_glass > 0.0f);
+  const vf rest = (choice - (p_layer + p_base)) / p_glass;
+
+  v3 h = normalize3(ggx_visible_normal(wo, g.open.alpha, u, v));
+  h = select3(g.open.smooth, V3((vf)(0.0f), (vf)(0.0f), (vf)(1.0f)), h);
+  const vf cos_h = dot3(wo, h);
+  const v3 f = glass_reflectance(m, cos_h);
+  const vf p_reflect = glass_reflects(mean_component(f), g.tint);
+  const vi passes = from_glass & (rest >= p_reflect);
+  const vi from_layer = !from_base & !passes;
+
+  const v3 reflected = normalize3(mirrored(wo, h));
+  v3 wi = select3(from_base, warp_cosine_hemisphere(u, v), reflected);
+  wi = select3(passes & !m.solid, V3(wi.x, wi.y, -wi.z), wi);
+  wi = select3(passes & m.solid, normalize3(refract(wo, h, cos_h, g.eta)), wi);
+  // Delta directions exactly. Through an interface that hardly bends light, a rough one too, the path is that of the surface
+  // itself, while the share that passes is the microfacet's.
+  const v3 up = V3((vf)(0.0f), (vf)(0.0f), (vf)(1.0f));
+  const vi mirror = from_layer & g.open.smooth;
+  const vi straight = passes & g.passes_delta;
+  wi = select3(mirror, V3(-wo.x, -wo.y, wo.z), wi);
+  wi = select3(straight & !m.solid, neg3(wo), wi);
+  wi = select3(straight & m.solid, refract(wo, up, wo.z, g.eta), wi);
+
+  BsdfValue value = transmission_value(m, g, wo, wi);
+  const v3 layer = schlick(g.f0, g.f90, schlick_weight(wo.z));
+  value.f = select3(mirror, add3(layer, scale3(f, g.share)), value.f);
+  value.pdf = mirror ? p_layer + p_glass * p_reflect : value.pdf;
+  const v3 kept = mul3(m.base_color, V3(1.0f - f.x, 1.0f - f.y, 1.0f - f.z));
+  value.f = select3(straight, scale3(kept, g.share / (m.solid ? g.eta * g.eta : (vf)(1.0f))), value.f);
+  value.pdf = straight ? p_glass * (1.0f - p_reflect) : value.pdf;
+  // A reflection below the surface, or a refraction above it, is lost.
+  const vi valid = (wo.z > 0.0f) & (total > 0.0f) & (passes ? wi.z < 0.0f : wi.z > 0.0f);
+  return bsdf_sample_of(bsdf_value_if(valid, value), wi, mirror | straight);
 }
 
 #endif

@@ -235,11 +235,11 @@ kernel void probe_terminator(PROBE_ARGUMENTS) { OUT_F(0, terminator_factor(IN_F(
 
 #ifdef EK_PROBE_bsdf
 #include "material.h"
-// Inputs: material, wo, wi, u, v, choice.
+// Inputs: material, wo, wi, u, v, choice, whether the front was hit.
 kernel void probe_bsdf(PROBE_ARGUMENTS, EK_SCENE_ARGUMENTS) {
   const SceneData scene = EK_SCENE_DATA;
   const HitAttributes at = hit_attributes(scene, (vu)(0u), (vf)(0.0f), (vf)(0.0f));
-  const HitMaterial hit = hit_material(scene, IN_U(0), at, ALL_LANES);
+  const HitMaterial hit = hit_material(scene, IN_U(0), at, IN_U(10) != 0u);
   const MaterialLanes m = hit.bsdf;
   const v3 wo = IN_3(1);
   const v3 wi = IN_3(4);
@@ -253,6 +253,22 @@ kernel void probe_bsdf(PROBE_ARGUMENTS, EK_SCENE_ARGUMENTS) {
   OUT_F(14, bsdf_pdf(m, wo, s.wi));
   OUT_3(15, hit.emission);
   OUT_U(18, hit.double_sided ? (vu)(1u) : (vu)(0u));
+  OUT_U(19, s.delta ? (vu)(1u) : (vu)(0u));
+}
+
+// Inputs: cosine, eta.
+kernel void probe_fresnel(PROBE_ARGUMENTS) { OUT_F(0, fresnel_dielectric(IN_F(0), IN_F(1))); }
+
+// Inputs: alpha, wo.
+kernel void probe_ggx_albedo(PROBE_ARGUMENTS) {
+  const vf alpha = IN_F(0);
+  const v3 wo = IN_3(1);
+  const GgxAlbedoFit fit = ggx_albedo_fit(alpha < EK_SMOOTH_ALPHA, alpha);
+  const GgxAlbedo a = ggx_albedo(fit, wo.z, ggx_length(wo, alpha));
+  OUT_F(0, a.full);
+  OUT_F(1, a.grazing);
+  OUT_F(2, fit.mean.full);
+  OUT_F(3, fit.mean.grazing);
 }
 #endif
 

@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "kernels/bsdf_probe.h"
+
+namespace eikon::test {
+namespace {
+
+std::vector<Specimen> diffuse_specimens(unsigned lobe, float) {
+  return {{"white Lambert", lobe, {}}, {"coloured Lambert", lobe, {.base_color = {0.8F, 0.3F, 0}}}};
+}
+
+std::vector<Specimen> metallic_roughness_specimens(unsigned lobe, float roughness) {
+  const Look plastic{.base_color = {0.8F, 0.5F, 0.2F}, .roughness = roughness};
+  Look white = plastic, coated = plastic, half = plastic, metal = plastic;
+  white.base_color = {1, 1, 1};
+  coated.ior = 1.8F;
+  coated.specular = 0.7F;
+  coated.specular_color = {1, 0.5F, 0};
+  half.metallic = 0.5F;
+  metal.metallic = 1;
+  return {{"white plastic", lobe, white},
+          {"plastic", lobe, plastic},
+          {"plastic of coloured specular", lobe, coated},
+          {"half metal", lobe, half},
+          {"metal", lobe, metal}};
+}
+
+std::vector<Specimen> transmission_specimens(unsigned lobe, float roughness) {
+  const Look clear{.roughness = roughness, .transmission = 1};
+  Look pane = clear, mixed = clear, glass = clear, tinted = clear, water = clear;
+  pane.base_color = {0.9F, 0.5F, 0.1F};
+  pane.specular = 0.5F;
+  mixed.base_color = {0.7F, 0.6F, 0.3F};
+  mixed.metallic = 0.2F;
+  mixed.transmission = 0.6F;
+  glass.solid = true;
+  tinted = mixed;
+  tinted.solid = true;
+  water.solid = true;
+  water.ior = 1.33F;
+  water.base_color = {0.4F, 0.7F, 0.9F};
+  return {{"clear pane", lobe, clear},
+          {"tinted pane", lobe, pane},
+          {"half transparent pane", lobe, mixed},
+          {"glass", lobe, glass},
+          {"glass, from inside", lobe, glass, false},
+          {"half transparent solid", lobe, tinted},
+          {"half transparent solid, from inside", lobe, tinted, false},
+          {"water, from inside", lobe, water, false}};
+}
+
+MaterialRecord record_of(const Specimen& s) {
+  MaterialRecord m{};
+  m.flags = (1U << s.lobe) | (s.look.solid ? EK_MATERIAL_SOLID : 0U);
+  m.base_color_r = s.look.base_color[0];
+  m.base_color_g = s.look.base_color[1];
+  m.base_color_b = s.look.base_color[2];
+  m.metallic = s.look.metallic;
+  m.roughness = s.look.roughness;
+  m.ior = s.look.ior;
+  m.opacity = 1;
+  m.base_color_texture = m.metallic_roughness_texture = m.normal_texture = m.emissive_texture = EK_NO_TEXTURE;
+  return m;
+}
+
+MaterialExtension extension_of(const Specimen& s) {
+  MaterialExtension e{};
+  e.specular = s.look.specular;
+  e.specular_color_r = s.look.specular_color[0];
+  e.specular_color_g = s.look.specular_color[1];
+  e.specular_color_b = s.look.specular_color[2];
+  e.transmission = s.look.transmission;
+  e.transmission_texture = e.specular_texture = e.specular_color_texture = EK_NO_TEXTURE;
+  return e;
+}
+
+}  // namespace
+
+std::vector<Specimen> specimens(float roughness) {
+  std::vector<Specimen> all;
+#define EK_LOBE(name, bit) \
+  for (Specimen & s : name##_specimens(bit, roughness)) all.push_back(std::move(s));
+#include "shared/features.def"
+  return all;
+}
+
+void Queries::add(std::uint32_t specimen, const Direction& wo, const Direction& wi, float u, float v, float choice) {
+  in[0].push_back(specimen);
+  for (std::size_t k = 0; k < 3; ++k) {
+    in[1 + k].push_back(as_word(wo[k]));
+    in[4 + k].push_back(as_word(wi[k]));
+  }
+  in[7].push_back(as_word(u));
+  in[8].push_back(as_word(v));
+  in[9].push_back(as_word(choice));
+  in[10].push_back(1);
+}
+
+void Queries::add(std::uint32_t specimen, const Direction& wo, std::mt19937& random) {
+  const float u = uniform(random), v = uniform(random);
+  add(specimen, wo, {0, 0, 1}, u, v, uniform(random));
+}
+
+Sampled Answers::sample(std::size_t i) const {
+  const auto three = [&](std::size_t k) {
+    return std::array<double, 3>{as_float(out[k][i]), as_float(out[k + 1][i]), as_float(out[k + 2][i])};
+  };
+  return {three(4), three(7), three(11), as_float(out[10][i]), as_float(out[14][i]), out[19][i] != 0};
+}
+
+std::vector<Words> scatter(const std::vector<MaterialRecord>& materials,
+                           const std::vector<MaterialExtension>& extensions, const Queries& q, bool uniform) {
+  return Probe("bsdf")
+      .buffer("materials", materials)
+      .buffer("triangles", std::vector<Triangle>(1))
+      .buffer("triangle_normals", std::vector<TriangleNormals>(1))
+      .buffer("triangle_tangents", std::vector<TriangleTangents>(1))
+      .buffer("triangle_colors", std::vector<TriangleColors>{{1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 0, 0, 0, 0}})
+      .buffer("material_extensions", extensions)
+      .buffer("textures", std::vector<TextureRecord>(1))
+      .buffer("texels", std::vector<std::uint32_t>(EK_TEXEL_TABLE + 1))
+      .define("EK_HAS_uniform_scatter", uniform ? "1" : "0")
+      .run("probe_bsdf", q.in, 20);
+}
+
+Answers scatter(const std::vector<Specimen>& specimens, const Queries& q, bool uniform) {
+  std::vector<MaterialRecord> materials;
+  std::vector<MaterialExtension> extensions;
+  for (const Specimen& s : specimens) {
+    materials.push_back(record_of(s));
+    extensions.push_back(extension_of(s));
+  }
+  Queries sided = q;
+  for (std::size_t i = 0; i < q.size(); ++i) sided.in[10][i] = specimens.at(q.in[0][i]).front ? 1 : 0;
+  return {scatter(materials, extensions, sided, uniform)};
+}
+
+}  // namespace eikon::test

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+// Materials, directions and the probe that the tests of BSDF lobes share.
+#pragma once
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "kernels/probe.h"
+#include "shared/records.h"
+
+namespace eikon::test {
+
+using Direction = std::array<float, 3>;
+
+inline Direction from_angle(double theta_deg, double turn) {
+  const double theta = theta_deg * std::numbers::pi / 180, phi = turn * 2 * std::numbers::pi;
+  return {float(std::sin(theta) * std::cos(phi)), float(std::sin(theta) * std::sin(phi)), float(std::cos(theta))};
+}
+inline Direction from_cosine(double z, double turn) {
+  const double r = std::sqrt(std::max(0.0, 1 - z * z)), phi = turn * 2 * std::numbers::pi;
+  return {float(r * std::cos(phi)), float(r * std::sin(phi)), float(z)};
+}
+
+/// A material as a file has it.
+struct Look {
+  std::array<float, 3> base_color = {1, 1, 1};
+  float metallic = 0, roughness = 1, ior = 1.5F;
+  float specular = 1;
+  std::array<float, 3> specular_color = {1, 1, 1};
+  float transmission = 0;
+  bool solid = false;
+};
+
+/// A material of one lobe, of which a surface is hit.
+struct Specimen {
+  std::string name;
+  unsigned lobe = 0;  // bit of features.def
+  Look look;
+  bool front = true;
+  double eta() const { return front ? look.ior : 1 / double(look.ior); }
+};
+
+/// Specimens of every lobe at this roughness, a solid's back included. A lobe without any does not compile.
+std::vector<Specimen> specimens(float roughness);
+
+/// What is asked about specimens: sampling at (u, v, choice), and eval and pdf of wi.
+struct Queries {
+  std::vector<Words> in = std::vector<Words>(11);
+  void add(std::uint32_t specimen, const Direction& wo, const Direction& wi, float u, float v, float choice);
+  void add(std::uint32_t specimen, const Direction& wo, std::mt19937& random);
+  std::size_t size() const { return in[0].size(); }
+};
+
+struct Sampled {
+  std::array<double, 3> weight, wi, eval;  // eval of wi
+  double pdf, pdf_again;                   // as sample says, and as pdf says of wi
+  bool delta;
+};
+struct Answers {
+  std::vector<Words> out;
+  double eval(std::size_t i, std::size_t channel) const { return as_float(out[channel][i]); }
+  double pdf(std::size_t i) const { return as_float(out[3][i]); }
+  Sampled sample(std::size_t i) const;
+};
+
+/// uniform: with EK_HAS_uniform_scatter
+Answers scatter(const std::vector<Specimen>& specimens, const Queries& q, bool uniform = false);
+
+/// The same of records; all fronts.
+std::vector<Words> scatter(const std::vector<MaterialRecord>& materials,
+                           const std::vector<MaterialExtension>& extensions, const Queries& q, bool uniform);
+
+/// [0, 1), multiples of 2^-24, as the sampler's.
+inline float uniform(std::mt19937& random) { return float(random() >> 8) * 0x1p-24F; }
+
+}  // namespace eikon::test
