@@ -4,8 +4,8 @@
 caustics, linear Rec. 709 without a view transform, no limit on bounces that matters. Writes an EXR with R, G, B, and
 prints the seconds of rendering and samples/s.
 
-Blender's glTF importer turns metallic-roughness into its Principled shader, which is another model than glTF's at grazing
-angles and compensates nothing; Lambert, smooth glass, opacity and textures mean the same. So look at the pictures side
+Blender's glTF importer turns metallic-roughness into its Principled shader, whose plastic is another model than glTF's
+at grazing angles (what it adds for light scattered between microfacets is turned off, as glTF has none); Lambert, smooth glass, opacity and textures mean the same. So look at the pictures side
 by side, and compare block means as figures, not as a test.
 
   python3.11 -m venv ~/eikon-cycles && ~/eikon-cycles/bin/pip install bpy==4.2.0    # looked for there
@@ -60,8 +60,24 @@ def load(path):
     return root
 
 
-def only_lambert(root):
-    """Materials with specularFactor 0 and metallicFactor 0 become plain diffuse: Principled's would keep a coat."""
+def adjust_materials(root):
+    """glTF's default for meshes without a material, white rough metal, which the importer leaves grey and diffuse; and
+    Principled without what glTF's model lacks: multiple scattering between microfacets, a coat on plain Lambert."""
+    default = bpy.data.materials.new("default of glTF")
+    default.use_nodes = True
+    inputs = default.node_tree.nodes["Principled BSDF"].inputs
+    inputs["Base Color"].default_value, inputs["Metallic"].default_value = (1, 1, 1, 1), 1.0
+    inputs["Roughness"].default_value = 1.0
+    for mesh in bpy.data.meshes:
+        if not mesh.materials:
+            mesh.materials.append(default)
+        for slot, material in enumerate(mesh.materials):
+            if material is None:
+                mesh.materials[slot] = default
+    for material in bpy.data.materials:
+        for node in material.node_tree.nodes if material.use_nodes else ():
+            if node.type == "BSDF_PRINCIPLED":
+                node.distribution = "GGX"
     for entry in root.get("materials", []):
         extension = entry.get("extensions", {}).get("KHR_materials_specular", {})
         surface = entry.get("pbrMetallicRoughness", {})
@@ -153,7 +169,7 @@ def main():
     arguments = parser.parse_args()
 
     root = load(arguments.scene)
-    only_lambert(root)
+    adjust_materials(root)
     cameras = [c["perspective"]["yfov"] for c in root.get("cameras", []) if "perspective" in c]
     arguments.yfov = math.radians(40.0) if arguments.look_at or not cameras else cameras[0]
     set_camera(arguments)
