@@ -59,7 +59,8 @@ EK_FN TexelPair texels_along(vf x, vu texels, vi clamp, vi mirror, vi nearest) {
   return pair;
 }
 
-// R, G, B linear in [0, 1] of sRGB textures; else, and A always, as the codes.
+// R, G, B linear in [0, 1] of sRGB textures; else, and A always, as the codes. The table is exact, and not slower on CPUs than a
+// polynomial of degree 9, which is off by 4e-6.
 EK_FN v4 texel_decode(global const uint* texels, vu word, vi srgb) {
   const vu r = word & 255u, g = (word >> 8) & 255u, b = (word >> 16) & 255u, a = word >> 24;
   v4 c = {TO_F(AS_I(r)), TO_F(AS_I(g)), TO_F(AS_I(b)), TO_F(AS_I(a))};
