@@ -12,12 +12,23 @@
 #define EK_SHAPE 0
 #include "shape_triangle.h"
 
-// A tree, or the list of triangles that stands for it; laid out as its traverse_<layout>.h says.
+// A tree, or the list of triangles that stands for it, laid out as its traverse_<layout>.h says; and the scene, of which all but
+// the triangles are there for opacity alone.
 typedef struct {
   global const uint* nodes;
   global const uint* leaves;
-  global const Triangle* triangles;
+  SceneData scene;
 } Geometry;
+
+// The same as arguments of a kernel.
+#if EK_HAS_opacity
+#define EK_GEOMETRY_ARGUMENTS global const uint *accel_nodes, global const uint *accel_leaves, EK_SCENE_ARGUMENTS
+#define EK_GEOMETRY {accel_nodes, accel_leaves, EK_SCENE_DATA}
+#else
+#define EK_GEOMETRY_ARGUMENTS \
+  global const uint *accel_nodes, global const uint *accel_leaves, global const Triangle *triangles
+#define EK_GEOMETRY {accel_nodes, accel_leaves, {triangles, 0, 0, 0, 0, 0, 0, 0}}
+#endif
 
 // Closest hit so far; t is the segment's end while nothing was hit, and stays that for an any-hit query.
 typedef struct {
@@ -40,17 +51,23 @@ EK_FN int is_closer(const Hit* hit, float t, uint triangle) {
   return (t < hit->t) | ((t == hit->t) & (triangle < hit->triangle));
 }
 
+// Whether one ray passes a triangle that it would hit.
+EK_FN int passes_one(Geometry geometry, const RayOne* ray, uint triangle, float u, float v) {
+  if (!EK_HAS_opacity || !may_be_passed(geometry.scene, triangle)) return 0;
+  return ANY(passes(geometry.scene, (vu)(triangle), (vf)(u), (vf)(v), ray_key_one(ray)));
+}
+
 // Tests one triangle of the record array. returns 1 if that settles an any-hit query.
 EK_FN int try_triangle(Geometry geometry, const RayOne* ray, uint triangle, const int any_hit, Hit* hit) {
-  global const float* p = (global const float*)(geometry.triangles + triangle);
+  global const float* p = (global const float*)(geometry.scene.triangles + triangle);
   const uint z = (uint)ray->axis, x = z == 2u ? 0u : z + 1u, y = x == 2u ? 0u : x + 1u;
   Corners_one corners;
   corners.ax = p[x]; corners.ay = p[y]; corners.az = p[z];
   corners.bx = p[3 + x]; corners.by = p[3 + y]; corners.bz = p[3 + z];
   corners.cx = p[6 + x]; corners.cy = p[6 + y]; corners.cz = p[6 + z];
   const TriangleHit_one found = triangle_hit_one(ray, corners);
-  if (any_hit) return found.hit & (found.t < hit->t);
-  if (found.hit & is_closer(hit, found.t, triangle)) {
+  if (any_hit) return (found.hit & (found.t < hit->t)) && !passes_one(geometry, ray, triangle, found.u, found.v);
+  if ((found.hit & is_closer(hit, found.t, triangle)) && !passes_one(geometry, ray, triangle, found.u, found.v)) {
     hit->t = found.t;
     hit->u = found.u;
     hit->v = found.v;

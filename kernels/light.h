@@ -76,6 +76,8 @@ EK_FN LightChoice choose_light(global const LightBucket* buckets, uint light_cou
 typedef struct {
   vi is_environment;
   v3 p, p_error, n;  // of a triangle: world point, bound of its error, unit normal of the front
+  vu triangle;       // index; 0 for other lights
+  vf u, v;           // weights of its second and third corner
   v3 wi;             // of the environment: world, unit
   v3 radiance;       // W / (sr m^2); for a triangle that of its front
   vi double_sided;
@@ -103,6 +105,9 @@ EK_FN LightSample light_sample(global const Light* lights, global const LightBuc
   const v3 p0 = V3(r.w0, r.w1, r.w2), p1 = V3(r.w3, r.w4, r.w5), p2 = V3(r.w6, r.w7, r.w8);
   s.p = triangle_point(p0, p1, p2, b1, b2, &s.p_error);
   s.n = triangle_normal(p0, p1, p2);
+  s.triangle = AS_U(r.wf);
+  s.u = b1;
+  s.v = b2;
   s.wi = neg3(s.n);
   s.radiance = V3(r.w9, r.wa, r.wb);
   s.pdf = r.wc;

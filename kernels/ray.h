@@ -12,7 +12,7 @@
 // |o| 2^-24; each has a factor of two and more to spare. Nothing here is absolute: scene and rays times 2^k give the same bits.
 #ifndef EK_RAY_H
 #define EK_RAY_H
-#include "math.h"
+#include "alpha.h"
 
 // o: origin, d's reciprocal r, padded origins n (near) and f (far), in world axes; the same with p_ in the axes of the
 // triangle test, whose z is the longest component of d; s: shear; axis: which axis that z is.
@@ -20,16 +20,29 @@
   F(rx) F(ry) F(rz) F(nx) F(ny) F(nz) F(fx) F(fy) F(fz) F(p_ox) F(p_oy) F(p_oz) F(p_rx) F(p_ry) F(p_rz) F(p_nx) F(p_ny) \
   F(p_nz) F(p_fx) F(p_fy) F(p_fz) F(sx) F(sy) F(axis) F(reach)
 
+// Words of the ray's OpacityKey (alpha.h).
+#if EK_HAS_opacity
+#define EK_RAY_WORDS(F) F(key) F(index)
+#else
+#define EK_RAY_WORDS(F)
+#endif
+
 typedef struct {
 #define EK_RAY_FIELD(name) vf name;
   EK_RAY_FIELDS(EK_RAY_FIELD)
 #undef EK_RAY_FIELD
+#define EK_RAY_WORD(name) vu name;
+  EK_RAY_WORDS(EK_RAY_WORD)
+#undef EK_RAY_WORD
 } RayLanes;
 
 typedef struct {
 #define EK_RAY_FIELD(name) float name;
   EK_RAY_FIELDS(EK_RAY_FIELD)
 #undef EK_RAY_FIELD
+#define EK_RAY_WORD(name) uint name;
+  EK_RAY_WORDS(EK_RAY_WORD)
+#undef EK_RAY_WORD
 } RayOne;
 
 // So many rays are traced in one go, in rows of tables.
@@ -44,18 +57,41 @@ typedef struct {
 #define EK_RAY_FIELD(name) float name[EK_ROWS] EK_ROWS_ALIGNED;
   EK_RAY_FIELDS(EK_RAY_FIELD)
 #undef EK_RAY_FIELD
+#define EK_RAY_WORD(name) uint name[EK_ROWS] EK_ROWS_ALIGNED;
+  EK_RAY_WORDS(EK_RAY_WORD)
+#undef EK_RAY_WORD
 } RayTable;
 
 EK_FN void ray_store(RayTable* table, uint row, RayLanes ray) {
 #define EK_RAY_FIELD(name) *(vf*)(table->name + row) = ray.name;
   EK_RAY_FIELDS(EK_RAY_FIELD)
 #undef EK_RAY_FIELD
+#define EK_RAY_WORD(name) *(vu*)(table->name + row) = ray.name;
+  EK_RAY_WORDS(EK_RAY_WORD)
+#undef EK_RAY_WORD
+}
+EK_FN OpacityKey ray_key(const RayLanes* ray) {
+  OpacityKey key = {(vu)(0u), (vu)(0u)};
+#define EK_RAY_WORD(name) key.name = ray->name;
+  EK_RAY_WORDS(EK_RAY_WORD)
+#undef EK_RAY_WORD
+  return key;
+}
+EK_FN OpacityKey ray_key_one(const RayOne* ray) {  // in all lanes
+  OpacityKey key = {(vu)(0u), (vu)(0u)};
+#define EK_RAY_WORD(name) key.name = (vu)(ray->name);
+  EK_RAY_WORDS(EK_RAY_WORD)
+#undef EK_RAY_WORD
+  return key;
 }
 EK_FN RayOne ray_pick(const RayTable* table, uint row) {
   RayOne ray;
 #define EK_RAY_FIELD(name) ray.name = table->name[row];
   EK_RAY_FIELDS(EK_RAY_FIELD)
 #undef EK_RAY_FIELD
+#define EK_RAY_WORD(name) ray.name = table->name[row];
+  EK_RAY_WORDS(EK_RAY_WORD)
+#undef EK_RAY_WORD
   return ray;
 }
 
@@ -69,7 +105,7 @@ EK_FN vf reciprocal_component(vf d, vf least) {
 }
 
 // `d` need not be unit; t counts in its lengths.
-EK_FN RayLanes ray_lanes(constant Frame* frame, v3 o, v3 d) {
+EK_FN RayLanes ray_lanes(constant Frame* frame, v3 o, v3 d, OpacityKey key) {
   const v3 size = abs3(d);
   const vf least = max_f(max_component(size) * 0x1p-80f, (vf)(0x1p-126f));
   const v3 r = V3(reciprocal_component(d.x, least), reciprocal_component(d.y, least), reciprocal_component(d.z, least));
@@ -86,6 +122,9 @@ EK_FN RayLanes ray_lanes(constant Frame* frame, v3 o, v3 d) {
   const v3 pn = permute3(n, z_is_x, z_is_y), pf = permute3(f, z_is_x, z_is_y);
 
   RayLanes ray;
+#define EK_RAY_WORD(name) ray.name = key.name;
+  EK_RAY_WORDS(EK_RAY_WORD)
+#undef EK_RAY_WORD
   ray.rx = r.x; ray.ry = r.y; ray.rz = r.z;
   ray.nx = n.x; ray.ny = n.y; ray.nz = n.z;
   ray.fx = f.x; ray.fy = f.y; ray.fz = f.z;

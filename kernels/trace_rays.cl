@@ -2,18 +2,19 @@
 // Rays of any origin through the production traversal, for `bench rays` and the tests.
 //   rays  seven arrays of `stride` floats: origin x y z, direction x y z, t_max; at least 16 behind ray_count may be read
 //   hits  four arrays of `stride` words: t, u, v, triangle; trace_any writes the first, 1 or 0
-// A work-item traces EK_CHUNK rays.
+// A work-item traces EK_CHUNK rays. With EK_HAS_opacity each ray has decisions of its own.
 #include "traverse.h"
 
 #define TRACE_ARGUMENTS                                                                                              \
-  constant Frame* frame, global const uint* accel_nodes, global const uint* accel_leaves,                           \
-      global const Triangle* triangles, global const float* rays, global float* hits, uint ray_count, uint stride,  \
-      uint coherent
+  constant Frame* frame, EK_GEOMETRY_ARGUMENTS, global const float* rays, global float* hits, uint ray_count, \
+      uint stride, uint coherent
 
 EK_FN v3 trace_load3(global const float* p, uint stride) { return V3(load_f(p), load_f(p + stride), load_f(p + 2 * stride)); }
 
+EK_FN OpacityKey trace_key(uint first) { return opacity_key(hash_bits((vu)(first) + LANE_INDEX), (vu)(0u), 1u, 0u); }
+
 kernel void trace_closest(TRACE_ARGUMENTS) {
-  const Geometry geometry = {accel_nodes, accel_leaves, triangles};
+  const Geometry geometry = EK_GEOMETRY;
   const uint begin = (uint)get_global_id(0) * EK_CHUNK, end = min(begin + EK_CHUNK, ray_count);
   Tracing tracing;
   for (uint first = begin; first < end; first += EK_ROWS) {
@@ -22,7 +23,7 @@ kernel void trace_closest(TRACE_ARGUMENTS) {
     for (uint row = 0; row < rows; row += EK_WIDTH) {
       global const float* p = rays + first + row;
       closest_begin(frame, geometry, &tracing, row, trace_load3(p, stride), trace_load3(p + 3 * stride, stride),
-                    min(rows - row, (uint)EK_WIDTH), coherent);
+                    trace_key(first + row), min(rows - row, (uint)EK_WIDTH), coherent);
     }
     tracing_finish(geometry, &tracing, 0);
     for (uint row = 0; row < rows; row += EK_WIDTH) {
@@ -37,7 +38,7 @@ kernel void trace_closest(TRACE_ARGUMENTS) {
 }
 
 kernel void trace_any(TRACE_ARGUMENTS) {
-  const Geometry geometry = {accel_nodes, accel_leaves, triangles};
+  const Geometry geometry = EK_GEOMETRY;
   const uint begin = (uint)get_global_id(0) * EK_CHUNK, end = min(begin + EK_CHUNK, ray_count);
   Tracing tracing;
   for (uint first = begin; first < end; first += EK_ROWS) {
@@ -46,7 +47,7 @@ kernel void trace_any(TRACE_ARGUMENTS) {
     for (uint row = 0; row < rows; row += EK_WIDTH) {
       global const float* p = rays + first + row;
       any_begin(frame, geometry, &tracing, row, trace_load3(p, stride), trace_load3(p + 3 * stride, stride),
-                load_f(p + 6 * stride), min(rows - row, (uint)EK_WIDTH), coherent);
+                load_f(p + 6 * stride), trace_key(first + row), min(rows - row, (uint)EK_WIDTH), coherent);
     }
     tracing_finish(geometry, &tracing, 1);
     for (uint row = 0; row < rows; row += EK_WIDTH) {

@@ -54,8 +54,8 @@ typedef struct {
 EK_FN void tracing_clear(Tracing* tracing) { tracing->open_count = 0; }
 
 EK_FN void tracing_begin(constant Frame* frame, Geometry geometry, Tracing* tracing, uint row, v3 origin, v3 dir, vf t_max,
-                         uint count, int coherent, const int any_hit) {
-  const RayLanes ray = ray_lanes(frame, origin, dir);
+                         OpacityKey key, uint count, int coherent, const int any_hit) {
+  const RayLanes ray = ray_lanes(frame, origin, dir, key);
   HitLanes hit = {t_max, (vf)(0.0f), (vf)(0.0f), (vu)(EK_NO_HIT)};
   const vi valid = packet_valid(ray, t_max, count);
   if (use_packet(geometry, ray, valid, coherent)) {
@@ -74,16 +74,17 @@ EK_FN void tracing_begin(constant Frame* frame, Geometry geometry, Tracing* trac
 }
 
 // Row `row` and those behind it are to find the closest hit with t > 0 of `count` rays (at most EK_WIDTH). coherent: the rays are
-// neighbours, as camera rays are, and tracing them together may pay; it does not change the hits.
-EK_FN void closest_begin(constant Frame* frame, Geometry geometry, Tracing* tracing, uint row, v3 origin, v3 dir, uint count,
-                         int coherent) {
-  tracing_begin(frame, geometry, tracing, row, origin, dir, EK_INFINITY, count, coherent, 0);
+// neighbours, as camera rays are, and tracing them together may pay; it does not change the hits. key: of opacity's decisions;
+// unused without EK_HAS_opacity.
+EK_FN void closest_begin(constant Frame* frame, Geometry geometry, Tracing* tracing, uint row, v3 origin, v3 dir, OpacityKey key,
+                         uint count, int coherent) {
+  tracing_begin(frame, geometry, tracing, row, origin, dir, EK_INFINITY, key, count, coherent, 0);
 }
 
 // The same for whether anything lies in 0 < t < t_max.
-EK_FN void any_begin(constant Frame* frame, Geometry geometry, Tracing* tracing, uint row, v3 origin, v3 dir, vf t_max, uint count,
-                     int coherent) {
-  tracing_begin(frame, geometry, tracing, row, origin, dir, t_max, count, coherent, 1);
+EK_FN void any_begin(constant Frame* frame, Geometry geometry, Tracing* tracing, uint row, v3 origin, v3 dir, vf t_max,
+                     OpacityKey key, uint count, int coherent) {
+  tracing_begin(frame, geometry, tracing, row, origin, dir, t_max, key, count, coherent, 1);
 }
 
 EK_FN void tracing_finish(Geometry geometry, Tracing* tracing, const int any_hit) {

@@ -25,6 +25,87 @@ EK_FN void batch_prefetch(Geometry geometry, uint child) {
   __builtin_prefetch(p + (child & BVH8_LEAF ? 256 : 192));
 }
 
+// Hits of a step on triangles that rays may pass: the rays' questions about them are answered together, in full vectors.
+typedef struct {
+  float u[8 * EK_ROWS] EK_ROWS_ALIGNED, v[8 * EK_ROWS] EK_ROWS_ALIGNED, t[8 * EK_ROWS];
+  uint triangle[8 * EK_ROWS] EK_ROWS_ALIGNED, key[8 * EK_ROWS] EK_ROWS_ALIGNED, index[8 * EK_ROWS] EK_ROWS_ALIGNED;
+  uchar row[8 * EK_ROWS];
+} BatchQuestions;
+
+// Tests the block that each ray of `rows` stands at, current[row], and leaves in `hits` what traverse_batch leaves.
+EK_FN void batch_blocks(Geometry geometry, const RayTable* rays, const uchar* rows, uint count, const uint* current,
+                        const int any_hit, HitTable* hits) {
+  BatchQuestions questions;
+  uint asked = 0;
+  for (uint i = 0; i < count; ++i) {
+    const uint row = rows[i];
+    const RayOne ray = ray_pick(rays, row);
+    const uint z = 8u * (uint)ray.axis, x = z == 16u ? 0u : z + 8u, y = x == 16u ? 0u : x + 8u;
+    Hit hit = {hits->t[row], hits->u[row], hits->v[row], hits->triangle[row]};
+    global const float* block = (global const float*)geometry.leaves + (size_t)(current[row] & ~BVH8_LEAF) * 80;
+    const TriangleHit_block found = bvh8_found(block, &ray, x, y, z);
+    uint bits = any_hit ? mask_bits8(found.hit & (found.t < hit.t)) : mask_bits8(found.hit & (found.t <= hit.t));
+    if (bits == 0) continue;
+    float t[8] __attribute__((aligned(32))), u[8] __attribute__((aligned(32))), v[8] __attribute__((aligned(32)));
+    *(float8*)t = found.t;
+    *(float8*)u = found.u;
+    *(float8*)v = found.v;
+    const uint before = asked;
+    do {
+      const uint k = lowest_bit(bits);
+      bits &= bits - 1;
+      const uint triangle = as_uint(block[72 + k]);
+      if (!any_hit & !is_closer(&hit, t[k], triangle)) continue;
+      if (may_be_passed(geometry.scene, triangle)) {
+        questions.u[asked] = u[k];
+        questions.v[asked] = v[k];
+        questions.t[asked] = t[k];
+        questions.triangle[asked] = triangle;
+#define EK_RAY_WORD(name) questions.name[asked] = ray.name;
+        EK_RAY_WORDS(EK_RAY_WORD)
+#undef EK_RAY_WORD
+        questions.row[asked++] = (uchar)row;
+      } else {
+        hit.t = t[k];
+        hit.u = u[k];
+        hit.v = v[k];
+        hit.triangle = triangle;
+        if (any_hit) break;
+      }
+    } while (bits != 0);
+    if (any_hit & (hit.triangle != EK_NO_HIT)) {
+      hits->triangle[row] = 0;
+      asked = before;
+      continue;
+    }
+    hits->t[row] = hit.t;
+    hits->u[row] = hit.u;
+    hits->v[row] = hit.v;
+    hits->triangle[row] = hit.triangle;
+  }
+  for (uint i = asked; i % EK_WIDTH != 0; ++i) {
+    questions.u[i] = questions.v[i] = 0.0f;
+    questions.triangle[i] = questions.key[i] = questions.index[i] = 0u;
+  }
+  for (uint first = 0; first < asked; first += EK_WIDTH) {
+    const OpacityKey key = {*(const vu*)(questions.key + first), *(const vu*)(questions.index + first)};
+    const vi passed = passes(geometry.scene, *(const vu*)(questions.triangle + first), *(const vf*)(questions.u + first),
+                             *(const vf*)(questions.v + first), key);
+    for (uint bits = mask_bits(!passed & ((vu)(first) + LANE_INDEX < (vu)(asked))); bits != 0; bits &= bits - 1) {
+      const uint i = first + lowest_bit(bits), row = questions.row[i];
+      const Hit hit = {hits->t[row], hits->u[row], hits->v[row], hits->triangle[row]};
+      if (any_hit) {
+        hits->triangle[row] = 0;
+      } else if (is_closer(&hit, questions.t[i], questions.triangle[i])) {
+        hits->t[row] = questions.t[i];
+        hits->u[row] = questions.u[i];
+        hits->v[row] = questions.v[i];
+        hits->triangle[row] = questions.triangle[i];
+      }
+    }
+  }
+}
+
 // The rays of `rows` (count of them). hits->t: where each ray ends. An any-hit query sets hits->triangle to 0 where something was
 // found.
 EK_FN void traverse_batch(Geometry geometry, const RayTable* rays, const uchar* rows, uint count, const int any_hit,
@@ -83,13 +164,15 @@ EK_FN void traverse_batch(Geometry geometry, const RayTable* rays, const uchar* 
     }
     node_count = still;
     uint waiting = 0;
+    if (EK_HAS_opacity) batch_blocks(geometry, rays, at_leaf, leaf_count, current, any_hit, hits);
     for (uint i = 0; i < leaf_count; ++i) {
       const uint row = at_leaf[i];
       const RayOne ray = ray_pick(rays, row);
       const uint z = 8u * (uint)ray.axis, x = z == 16u ? 0u : z + 8u, y = x == 16u ? 0u : x + 8u;
       Hit hit = {hits->t[row], hits->u[row], hits->v[row], hits->triangle[row]};
       global const float* block = (global const float*)geometry.leaves + (size_t)(current[row] & ~BVH8_LEAF) * 80;
-      if (bvh8_block(block, &ray, x, y, z, any_hit, &hit)) {
+      // With opacity the blocks are tested already; without, one after the other is faster.
+      if (EK_HAS_opacity ? any_hit && hit.triangle != EK_NO_HIT : bvh8_block(geometry, block, &ray, x, y, z, any_hit, &hit)) {
         hits->triangle[row] = 0;
         continue;
       }

@@ -80,15 +80,53 @@ EK_FN uint bvh8_push(global const uint* children, uint bits, ulong* stack, uint*
 // Whether the tree is so small that any rays share most of the way: measured, packets win up to some 2000 triangles.
 EK_FN int bvh8_is_small(Geometry geometry) { return geometry.nodes[56] >> 24 <= 11u; }
 
-// Tests a block. returns 1 if that settles an any-hit query.
-EK_FN int bvh8_block(global const float* block, const RayOne* ray, uint x, uint y, uint z, const int any_hit, Hit* hit) {
+// Which triangles of a block a ray hits.
+EK_FN TriangleHit_block bvh8_found(global const float* block, const RayOne* ray, uint x, uint y, uint z) {
   Corners_block corners;
   corners.ax = bvh8_load(block + x); corners.ay = bvh8_load(block + y); corners.az = bvh8_load(block + z);
   corners.bx = bvh8_load(block + 24 + x); corners.by = bvh8_load(block + 24 + y); corners.bz = bvh8_load(block + 24 + z);
   corners.cx = bvh8_load(block + 48 + x); corners.cy = bvh8_load(block + 48 + y); corners.cz = bvh8_load(block + 48 + z);
-  const TriangleHit_block found = triangle_hit_block(ray, corners);
-  if (any_hit) return mask_bits8(found.hit & (found.t < hit->t)) != 0;
-  uint bits = mask_bits8(found.hit & (found.t <= hit->t));
+  return triangle_hit_block(ray, corners);
+}
+
+// Those of the block's triangles `bits` (not 0) that do not let the ray pass. In lanes, where there are eight: one question for
+// all of them.
+EK_FN uint bvh8_stopping(Geometry geometry, global const float* block, const RayOne* ray, TriangleHit_block found, uint bits) {
+  uint passable = 0;
+  for (uint rest = bits; rest != 0; rest &= rest - 1) {
+    const uint k = lowest_bit(rest);
+    passable |= may_be_passed(geometry.scene, as_uint(block[72 + k])) ? 1u << k : 0u;
+  }
+  if (passable == 0) return bits;
+#if EK_WIDTH == 1
+  float u[8] __attribute__((aligned(32))), v[8] __attribute__((aligned(32)));
+  *(float8*)u = found.u;
+  *(float8*)v = found.v;
+  for (uint rest = passable; rest != 0; rest &= rest - 1) {
+    const uint k = lowest_bit(rest);
+    if (passes_one(geometry, ray, as_uint(block[72 + k]), u[k], v[k])) bits &= ~(1u << k);
+  }
+  return bits;
+#else
+  const uint8 ids = as_uint8(bvh8_load(block + 72)), valid = ids == EK_NO_HIT ? (uint8)(0u) : ids;
+#if EK_WIDTH == 8
+  const vu triangle = valid;
+  const vf u = found.u, v = found.v;
+#else
+  const vu triangle = (vu)(valid, valid);
+  const vf u = (vf)(found.u, found.u), v = (vf)(found.v, found.v);
+#endif
+  return bits & ~(passable & mask_bits(passes(geometry.scene, triangle, u, v, ray_key_one(ray))));
+#endif
+}
+
+// Tests a block. returns 1 if that settles an any-hit query.
+EK_FN int bvh8_block(Geometry geometry, global const float* block, const RayOne* ray, uint x, uint y, uint z, const int any_hit,
+                     Hit* hit) {
+  const TriangleHit_block found = bvh8_found(block, ray, x, y, z);
+  uint bits = any_hit ? mask_bits8(found.hit & (found.t < hit->t)) : mask_bits8(found.hit & (found.t <= hit->t));
+  if (EK_HAS_opacity && bits != 0) bits = bvh8_stopping(geometry, block, ray, found, bits);
+  if (any_hit) return bits != 0;
   if (bits != 0) {
     float t[8] __attribute__((aligned(32))), u[8] __attribute__((aligned(32))), v[8] __attribute__((aligned(32)));
     *(float8*)t = found.t;
@@ -136,7 +174,7 @@ EK_FN int traverse_bvh8(Geometry geometry, const RayOne* ray, const int any_hit,
       }
     } else {
       global const float* block = (global const float*)geometry.leaves + (size_t)(current & ~BVH8_LEAF) * 80;
-      if (bvh8_block(block, ray, x, y, z, any_hit, hit)) return 1;
+      if (bvh8_block(geometry, block, ray, x, y, z, any_hit, hit)) return 1;
     }
     ulong next;
     do {

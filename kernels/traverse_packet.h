@@ -148,8 +148,10 @@ EK_FN void traverse_packet(Geometry geometry, const RayLanes* ray, vi valid, con
         packet_corner(axes, block + k, &corners.ax, &corners.ay, &corners.az);
         packet_corner(axes, block + 24 + k, &corners.bx, &corners.by, &corners.bz);
         packet_corner(axes, block + 48 + k, &corners.cx, &corners.cy, &corners.cz);
-        const TriangleHit_lanes found = triangle_hit_lanes(ray, corners);
+        TriangleHit_lanes found = triangle_hit_lanes(ray, corners);
         if (mask_bits(found.hit) == 0) continue;
+        if (EK_HAS_opacity && mask_bits(found.hit & (found.t <= hit->t)) != 0 && may_be_passed(geometry.scene, triangle))
+          found.hit = found.hit & !passes(geometry.scene, (vu)(triangle), found.u, found.v, ray_key(ray));
         if (any_hit) {
           hit->t = (found.hit & (found.t < hit->t)) ? (vf)(-1.0f) : hit->t;
         } else {

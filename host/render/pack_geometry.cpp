@@ -34,6 +34,7 @@ class GeometryPacker {
   GeometryPacker(const Scene& scene, const Features& features, PackedScene& packed)
       : scene_(scene),
         packed_(packed),
+        passable_(scene),
         has_vertex_normal_(features.has("vertex_normal")),
         has_uv_(features.has("uv")),
         has_normals_(has_vertex_normal_ || has_uv_),
@@ -92,6 +93,7 @@ class GeometryPacker {
 
   void add(const Node& node, std::uint32_t node_index, const Primitive& primitive) {
     const WorldVertices world = to_world(node, primitive);
+    const std::uint32_t flags = passable_.has(primitive) ? EK_TRIANGLE_PASSABLE : 0;
     for (std::size_t i = 0; i + 2 < primitive.indices.size(); i += 3) {
       const std::uint32_t a = primitive.indices[i];
       const std::uint32_t b = primitive.indices[i + (node.mirrored ? 2 : 1)];
@@ -102,6 +104,7 @@ class GeometryPacker {
       t.p1_x = p1.x, t.p1_y = p1.y, t.p1_z = p1.z;
       t.p2_x = p2.x, t.p2_y = p2.y, t.p2_z = p2.z;
       t.material = primitive.material;
+      t.flags = flags;
       t.node = node_index;
       const glm::dvec3 cross = triangle_normal(t);
       const double length = glm::length(cross);
@@ -157,6 +160,7 @@ class GeometryPacker {
 
   const Scene& scene_;
   PackedScene& packed_;
+  PassableMaterials passable_;
   bool has_vertex_normal_, has_uv_, has_normals_, has_normal_texture_, has_uv1_, has_tangents_, has_colors_;
 };
 

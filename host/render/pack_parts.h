@@ -8,6 +8,18 @@ namespace eikon {
 /// Twice the area of a packed triangle as a vector to its front.
 [[nodiscard]] glm::dvec3 triangle_normal(const Triangle& t);
 
+/// Which primitives have an opacity below 1 somewhere, so that a ray may pass them: materials of alphaMode MASK or BLEND whose
+/// factor, texture or vertex colours say so. Many files have BLEND where everything is opaque.
+class PassableMaterials {
+ public:
+  explicit PassableMaterials(const Scene& scene);
+  [[nodiscard]] bool has(const Primitive& primitive) const;
+
+ private:
+  enum class Passable { never, if_colors, always };
+  std::vector<Passable> by_material_;
+};
+
 /// Triangles of all nodes in world space with what their materials need at the corners, and the bounds.
 /// throws InputError when they are more than trees or memory can hold
 void pack_geometry(const Scene& scene, const Features& features, PackedScene& packed);

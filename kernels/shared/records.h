@@ -45,6 +45,8 @@ typedef struct {
 } Frame;
 EK_ASSERT_SIZE(Frame, 176);
 
+#define EK_TRIANGLE_PASSABLE 1u   // opacity below 1 somewhere: a ray may pass (alpha.h)
+
 // What shading needs of a triangle.
 typedef struct {
   float p0_x, p0_y, p0_z;         // world, metres
@@ -54,7 +56,7 @@ typedef struct {
   float light_pdf_m2;             // density of light sampling on its area, 1/m^2; 0: not a light
   uint node;                      // of the scene; for the id layer
   float n_x, n_y, n_z;            // (p1 - p0) x (p2 - p0), unit, to the front; from doubles, so needles have one too
-  uint pad0;
+  uint flags;                     // EK_TRIANGLE_*
 } Triangle;
 EK_ASSERT_SIZE(Triangle, 64);
 

@@ -139,7 +139,11 @@ kernel void shade(constant Frame* frame, global uint* path_state, global uint* c
     if (EK_HAS_next_event) {
       vu a, b;
       sample_2d_bits(key, index, bounce_dimension(depth, DIM_LIGHT), &a, &b);
-      const LightSample light = light_sample(lights, light_buckets, frame->light_count, frame->environment, basis, a, b);
+      LightSample light = light_sample(lights, light_buckets, frame->light_count, frame->environment, basis, a, b);
+      if (EK_HAS_opacity & EK_HAS_area) {  // a scattered ray meets so much of the light; its shadow ray ends before it
+        const vf opacity = opacity_at(scene, light.triangle, light.u, light.v);
+        light.radiance = scale3(light.radiance, light.is_environment | light.is_delta ? (vf)(1.0f) : opacity);
+      }
       shadow = light_path(light, surface.p, surface.p_error, n_geom);
       const v3 wi = to_local(basis, shadow.wi);
       v3 f = bsdf_eval(material, wo, wi);
@@ -208,7 +212,11 @@ kernel void shade(constant Frame* frame, global uint* path_state, global uint* c
       const Packing cast = packing(pending);
 #endif
       EK_KEEP_SHADOW(FIELD_shadow_path, path);
-      if (EK_HAS_opacity) EK_KEEP_SHADOW(FIELD_shadow_key, opacity_key(key, index, depth, 1u));
+      if (EK_HAS_opacity) {
+        const OpacityKey decisions = opacity_key(key, index, depth, 1u);
+        EK_KEEP_SHADOW(FIELD_shadow_key, decisions.key);
+        EK_KEEP_SHADOW(FIELD_shadow_index, decisions.index);
+      }
       EK_KEEP_SHADOW(FIELD_shadow_origin_x, AS_U(shadow.origin.x));
       EK_KEEP_SHADOW(FIELD_shadow_origin_y, AS_U(shadow.origin.y));
       EK_KEEP_SHADOW(FIELD_shadow_origin_z, AS_U(shadow.origin.z));

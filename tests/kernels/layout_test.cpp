@@ -25,7 +25,7 @@ namespace {
   F(Triangle, p0_y)                                                                                           \
   F(Triangle, p0_z) F(Triangle, p1_x) F(Triangle, p1_y) F(Triangle, p1_z) F(Triangle, p2_x) F(Triangle, p2_y) \
       F(Triangle, p2_z) F(Triangle, material) F(Triangle, light_pdf_m2) F(Triangle, node) F(Triangle, n_x)    \
-          F(Triangle, n_y) F(Triangle, n_z) F(Triangle, pad0)
+          F(Triangle, n_y) F(Triangle, n_z) F(Triangle, flags)
 #define NORMALS_FIELDS(F)  \
   F(TriangleNormals, n0_x) \
   F(TriangleNormals, n0_y) \

@@ -319,3 +319,11 @@ kernel void probe_filter(PROBE_ARGUMENTS, global const float* filter_table) {
   OUT_F(1, s.weight);
 }
 #endif
+
+#ifdef EK_PROBE_opacity
+#include "alpha.h"
+// Inputs: key of a path, index of its sample, triangle.
+kernel void probe_opacity_number(PROBE_ARGUMENTS, uint depth, uint kind) {
+  OUT_F(0, opacity_number(opacity_key(IN_U(0), IN_U(1), depth, kind), IN_U(2)));
+}
+#endif

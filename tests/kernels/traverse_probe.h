@@ -5,6 +5,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -47,8 +48,11 @@ class TraverseProbe {
   struct Options {
     std::string layout = "bvh8";
     int width = 16;
-    bool portable = false;  // without builtins of the host's processor
-    bool coherent = false;  // as camera rays are traced
+    bool portable = false;                        // without builtins of the host's processor
+    bool coherent = false;                        // as camera rays are traced
+    bool opacity = false;                         // each triangle may be of a material that rays pass
+    std::vector<MaterialRecord> materials = {};   // with opacity
+    std::vector<std::uint32_t> material_of = {};  // per triangle, with opacity
   };
 
   TraverseProbe(Device& device, const std::vector<float>& soup, const Options& options)
@@ -60,13 +64,28 @@ class TraverseProbe {
     program.defines["EK_STACK_SIZE"] = std::to_string(accel_.stack_size);
     program.defines["EK_WIDTH"] = std::to_string(options.width);
     program.defines["EK_CHUNK"] = std::to_string(kChunk);
+    for (const auto& [name, value] : features(options.opacity)) program.defines["EK_HAS_" + name] = value;
     if (options.portable) program.defines["EK_PORTABLE"] = "1";
     const Program built = device.build(kernel_text("trace_rays.cl"), program);
     closest_ = built.kernel("trace_closest");
     any_ = built.kernel("trace_any");
 
     std::vector<Triangle> triangles(soup.size() / 9 + 1);
-    for (std::size_t i = 0; i < soup.size() / 9; ++i) std::copy_n(&soup[9 * i], 9, &triangles[i].p0_x);
+    for (std::size_t i = 0; i < soup.size() / 9; ++i) {
+      std::copy_n(&soup[9 * i], 9, &triangles[i].p0_x);
+      if (!options.opacity) continue;
+      triangles[i].material = options.material_of.at(i);
+      triangles[i].flags =
+          (options.materials.at(options.material_of[i]).flags & (EK_MATERIAL_MASK | EK_MATERIAL_BLEND)) != 0
+              ? EK_TRIANGLE_PASSABLE
+              : 0;
+    }
+    if (options.opacity) {
+      arguments_.set("materials", device.upload(options.materials));
+      for (const char* absent :
+           {"triangle_normals", "triangle_tangents", "triangle_colors", "material_extensions", "textures", "texels"})
+        arguments_.set(absent, device.upload(std::vector<MaterialRecord>(1)));
+    }
     arguments_.set("frame", device.upload(std::vector<Frame>{frame_of(soup)}));
     arguments_.set("accel_nodes", device.upload(accel_.nodes));
     arguments_.set("accel_leaves", device.upload(accel_.leaves));
@@ -95,6 +114,19 @@ class TraverseProbe {
 
  private:
   static constexpr std::size_t kChunk = 256;
+
+  static std::map<std::string, std::string> features(bool opacity) {
+    std::map<std::string, std::string> all = {
+#define EK_LOBE(name, bit) {#name, "0"},
+#define EK_LIGHT(name, bit) {#name, "0"},
+#define EK_OPTION(name) {#name, "0"},
+#define EK_AOV(name, channels) {#name, "0"},
+#include "shared/features.def"
+    };
+    all["diffuse"] = "1";
+    if (opacity) all["opacity"] = "1";
+    return all;
+  }
 
   static Accel build(const std::vector<float>& soup, const std::string& layout) {
     AccelOptions options;
