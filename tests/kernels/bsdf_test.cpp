@@ -115,7 +115,7 @@ TEST(Bsdf, M2_light_paths_can_be_reversed) {
 }
 
 TEST(Bsdf, M5_no_more_light_leaves_than_arrives) {
-  constexpr int kSamples = 100000;
+  constexpr int kSamples = 50000;
   std::mt19937 random(4);
   double most = 0;
   for (const float roughness : {0.0F, 0.05F, 0.3F, 0.6F, 1.0F}) {

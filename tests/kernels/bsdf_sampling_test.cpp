@@ -1,0 +1,230 @@
+// SPDX-License-Identifier: Apache-2.0
+// Samples of every lobe against the density that it states, over the whole sphere.
+#include <gtest/gtest.h>
+
+#include <map>
+
+#include "kernels/bsdf_probe.h"
+#include "kernels/statistics.h"
+
+namespace eikon::test {
+namespace {
+
+using Vector = std::array<double, 3>;
+double dot(const Vector& a, const Vector& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+Vector normalized(const Vector& a) {
+  const double length = std::sqrt(dot(a, a));
+  return {a[0] / length, a[1] / length, a[2] / length};
+}
+
+/// A partition of the sphere into bins that are fine where a lobe is narrow: the directions above the surface in polar
+/// coordinates about one axis, those below about another; polar angles by 1 - cos = scale t^6.
+class Bins {
+ public:
+  /// The middle of a cell of the grid, and what of the sphere it stands for.
+  struct Point {
+    Direction w;
+    double solid_angle;
+    std::size_t bin;
+  };
+
+  static constexpr unsigned kRows = 16, kColumns = 24, kPoints = 12;
+  static constexpr std::size_t kCount = std::size_t{2} * kRows * kColumns;
+
+  /// axes of the upper and the lower half; whole: polar angles up to 180 degrees (a tilted axis), else up to the horizon
+  /// jump_z: where densities jump besides the horizon; bins with a jump are resolved more finely
+  Bins(const Vector& up, const Vector& down, bool whole, double jump_z) : axes_{up, down}, scale_(whole ? 2 : 1) {
+    for (unsigned side = 0; side < 2; ++side) {
+      Vector& z = axes_[side];
+      z = normalized(z);
+      const Vector helper = std::abs(z[0]) < 0.6 ? Vector{1, 0, 0} : Vector{0, 1, 0};
+      Vector& x = x_[side];
+      for (std::size_t k = 0; k < 3; ++k) x[k] = helper[k] - dot(helper, z) * z[k];
+      x = normalized(x);
+      y_[side] = {z[1] * x[2] - z[2] * x[1], z[2] * x[0] - z[0] * x[2], z[0] * x[1] - z[1] * x[0]};
+    }
+    for (unsigned side = 0; side < 2; ++side)
+      for (unsigned row = 0; row < kRows; ++row)
+        for (unsigned column = 0; column < kColumns; ++column) {
+          const std::size_t before = points_.size();
+          if (!add_points(side, row, column, kPoints, jump_z)) continue;
+          points_.resize(before);
+          add_points(side, row, column, kPoints * 8, jump_z);
+        }
+  }
+
+  std::size_t index(const Vector& w) const {
+    const unsigned side = w[2] > 0 ? 0 : 1;
+    // 1 - cos by the distance: a float vector's length, and the cosine, say too little of small angles.
+    Vector d = normalized(w);
+    for (std::size_t k = 0; k < 3; ++k) d[k] -= axes_[side][k];
+    const double t = std::pow(dot(d, d) / 2 / scale_, 1.0 / 6);
+    const double turn = std::atan2(dot(w, y_[side]), dot(w, x_[side])) / (2 * std::numbers::pi) + 0.5;
+    const unsigned row = std::min(unsigned(t * kRows), kRows - 1),
+                   column = std::min(unsigned(turn * kColumns), kColumns - 1);
+    return (std::size_t{side} * kRows + row) * kColumns + column;
+  }
+
+  const std::vector<Point>& points() const { return points_; }
+
+ private:
+  Vector direction(unsigned side, double t, double turn) const {
+    const double rest = scale_ * std::pow(t, 6), z = 1 - rest, r = std::sqrt(rest * (1 + z));
+    const double phi = (turn - 0.5) * 2 * std::numbers::pi;
+    Vector w;
+    for (std::size_t k = 0; k < 3; ++k)
+      w[k] = r * (std::cos(phi) * x_[side][k] + std::sin(phi) * y_[side][k]) + z * axes_[side][k];
+    return w;
+  }
+
+  /// Points of a bin, steps x steps. returns whether the horizon or the jump passes through
+  bool add_points(unsigned side, unsigned row, unsigned column, unsigned steps, double jump_z) {
+    unsigned levels = 0;
+    for (unsigned i = 0; i < steps; ++i)
+      for (unsigned j = 0; j < steps; ++j) {
+        const double t = (row + (i + 0.5) / steps) / kRows, turn = (column + (j + 0.5) / steps) / kColumns;
+        const Vector w = direction(side, t, turn);
+        levels |= 1U << ((w[2] > 0 ? 1 : 0) + (w[2] > jump_z ? 1 : 0));
+        if ((w[2] > 0) != (side == 0)) continue;
+        const double area = scale_ * 6 * std::pow(t, 5) / (kRows * steps) * 2 * std::numbers::pi / (kColumns * steps);
+        points_.push_back(
+            {{float(w[0]), float(w[1]), float(w[2])}, area, (std::size_t{side} * kRows + row) * kColumns + column});
+      }
+    return (levels & (levels - 1)) != 0;
+  }
+
+  std::array<Vector, 2> axes_, x_{}, y_{};
+  double scale_;
+  std::vector<Point> points_;
+};
+
+/// The bins that differ most, for a failure's message.
+std::string worst_bins(const std::vector<double>& observed, const std::vector<double>& expected) {
+  std::vector<std::size_t> order(observed.size());
+  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+  const auto surprise = [&](std::size_t i) { return std::pow(observed[i] - expected[i], 2) / (expected[i] + 1e-9); };
+  std::partial_sort(order.begin(), order.begin() + 5, order.end(),
+                    [&](auto a, auto b) { return surprise(a) > surprise(b); });
+  std::string text;
+  for (std::size_t k = 0; k < 5; ++k)
+    text += "\nbin " + std::to_string(order[k]) + " has " + std::to_string(observed[order[k]]) + " of " +
+            std::to_string(expected[order[k]]);
+  return text;
+}
+
+/// Bins about the normal for wide lobes; about the mirrored and the refracted direction for narrow ones.
+Bins bins_for(const Specimen& s, const Direction& wo, float roughness) {
+  const double eta = s.look.solid ? s.eta() : 1, z2 = 1 - (1 - double(wo[2]) * wo[2]) / (eta * eta);
+  // Microfacets are never seen from their backs: refraction by upright ones is where it ends.
+  const double jump_z = -wo[2] / eta;
+  if (roughness > 0.5F) return {{0, 0, 1}, {0, 0, -1}, false, jump_z};
+  // Under total reflection what passes at all passes along the surface.
+  const Vector below{-wo[0] / eta, -wo[1] / eta, z2 > 0 ? -std::sqrt(z2) : -0.1};
+  return {{-wo[0], -wo[1], wo[2]}, below, true, jump_z};
+}
+
+constexpr int kRoughnesses = 4;
+constexpr double kAngles[] = {0, 45, 85};
+constexpr unsigned kSamples = 250000;
+
+void check_sampling(float roughness) {
+  const double alpha = sidak(specimens(0).size() * kRoughnesses * std::size(kAngles));
+  std::mt19937 random(1);
+  double worst_total = 0;
+  {
+    const auto all = specimens(roughness);
+    for (std::uint32_t which = 0; which < all.size(); ++which)
+      for (const double angle : kAngles) {
+        const Specimen& specimen = all[which];
+        SCOPED_TRACE(specimen.name + ", roughness " + std::to_string(roughness) + ", " + std::to_string(angle) +
+                     " degrees");
+        const Direction wo = from_angle(angle, 0.1);
+        const Bins bins = bins_for(specimen, wo, roughness);
+        const auto& points = bins.points();
+        Queries q, grid;
+        for (unsigned i = 0; i < kSamples; ++i) q.add(which, wo, random);
+        for (const auto& point : points) grid.add(which, wo, point.w, 0, 0, 0);
+        const Answers sampled = scatter(all, q), stated = scatter(all, grid);
+        std::vector<double> observed(Bins::kCount, 0), expected(Bins::kCount, 0);
+        double total = 0;
+        for (std::size_t i = 0; i < points.size(); ++i) {
+          const double share = stated.pdf(i) * points[i].solid_angle;
+          expected[points[i].bin] += share * kSamples;
+          total += share;
+        }
+        double scattered = 0;
+        std::map<std::array<double, 3>, std::pair<double, double>> delta;  // direction: observed, sum of probabilities
+        for (unsigned i = 0; i < kSamples; ++i) {
+          const Sampled s = sampled.sample(i);
+          if (s.pdf == 0) continue;
+          if (s.delta) {
+            auto& [count, probability] = delta[s.wi];
+            ++count;
+            probability = s.pdf;
+            continue;
+          }
+          ++scattered;
+          ++observed[bins.index(s.wi)];
+        }
+        // What neither fails nor is delta is what pdf integrates to, here by the midpoint rule.
+        const double spread = std::sqrt(std::max(total * (1 - total), 0.0) / kSamples);
+        EXPECT_NEAR(total, scattered / kSamples, 4.5 * spread + 2e-3);
+        worst_total = std::max(worst_total, std::abs(total - scattered / kSamples) - 4.5 * spread);
+        EXPECT_LE(total, 1 + 1e-3);
+        // Where the samples that scatter go. A bin of which only a sliver scatters can have no point there.
+        std::vector<double> counts, predicted;
+        double slivers = 0;
+        for (std::size_t i = 0; i < Bins::kCount; ++i) {
+          if (expected[i] > 0) {
+            counts.push_back(observed[i]);
+            predicted.push_back(expected[i] * scattered / (kSamples * total));
+          } else {
+            slivers += observed[i];
+          }
+        }
+        EXPECT_LE(slivers, 1e-4 * kSamples);
+        if (scattered > 0) {
+          const ChiSquare test = chi_square(counts, predicted);
+          EXPECT_GT(test.p_value, alpha) << test.statistic << " of " << test.degrees << " degrees of freedom"
+                                         << worst_bins(counts, predicted);
+        } else {
+          EXPECT_LT(total, 1e-6);
+        }
+        // Delta parts are chosen as often as they say.
+        if (roughness == 0)
+          for (const auto& [wi, seen] : delta) {
+            const double p = seen.second;
+            EXPECT_NEAR(seen.first / kSamples, p, 5 * std::sqrt(p * (1 - p) / kSamples) + 1e-6);
+          }
+      }
+  }
+  std::printf("integrals of pdf agree with the samples within %.2g beyond noise\n", std::max(worst_total, 0.0));
+}
+
+TEST(BsdfSampling, M1_samples_of_smooth_surfaces_have_the_density_that_pdf_states) { check_sampling(0); }
+TEST(BsdfSampling, M1_samples_of_roughness_05_have_the_density_that_pdf_states) { check_sampling(0.05F); }
+TEST(BsdfSampling, M1_samples_of_roughness_3_have_the_density_that_pdf_states) { check_sampling(0.3F); }
+TEST(BsdfSampling, M1_samples_of_the_roughest_surfaces_have_the_density_that_pdf_states) { check_sampling(1); }
+
+TEST(BsdfSampling, M1_uniform_scattering_of_lambert_has_its_density) {
+  const auto all = specimens(1);
+  std::mt19937 random(9);
+  const Direction wo = from_angle(45, 0.1);
+  const Bins bins({0, 0, 1}, {0, 0, -1}, false, 0);
+  Queries q;
+  for (unsigned i = 0; i < kSamples; ++i) q.add(0, wo, random);
+  const Answers sampled = scatter(all, q, true);
+  std::vector<double> observed(Bins::kCount, 0), expected(Bins::kCount, 0);
+  for (const auto& point : bins.points())
+    if (point.w[2] > 0) expected[point.bin] += kSamples * point.solid_angle / (2 * std::numbers::pi);
+  for (unsigned i = 0; i < kSamples; ++i) {
+    const Sampled s = sampled.sample(i);
+    ++observed[bins.index(s.wi)];
+    ASSERT_FLOAT_EQ(float(s.pdf), float(0.5 / std::numbers::pi));
+    for (std::size_t c = 0; c < 3; ++c) ASSERT_NEAR(s.weight[c] * s.pdf, s.eval[c], 1e-6);
+  }
+  EXPECT_GT(chi_square(observed, expected).p_value, kSignificance);
+}
+
+}  // namespace
+}  // namespace eikon::test
