@@ -146,11 +146,12 @@ kernel void shade(constant Frame* frame, global uint* path_state, global uint* c
       }
       shadow = light_path(light, surface.p, surface.p_error, n_geom);
       const v3 wi = to_local(basis, shadow.wi);
-      v3 f = bsdf_eval(material, wo, wi);
+      const BsdfValue bsdf = bsdf_evaluate(material, wo, wi);
+      v3 f = bsdf.f;
       if (EK_HAS_vertex_normal | EK_HAS_normal_texture) f = scale3(f, fade(wi, shadow.wi, n_geom, n_shade));
       vf weight = (vf)(1.0f);
       if (EK_HAS_bsdf_emission) {
-        weight = power_heuristic(shadow.pdf, bsdf_pdf(material, wo, wi));
+        weight = power_heuristic(shadow.pdf, bsdf.pdf);
         weight = light.is_delta ? (vf)(1.0f) : weight;
       }
       arriving = scale3(mul3(mul3(beta, f), light.radiance), weight / shadow.pdf);

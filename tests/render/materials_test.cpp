@@ -1,0 +1,261 @@
+// SPDX-License-Identifier: Apache-2.0
+// Metal and glass in scenes of known answer. Judged at significance 1 % per test.
+#include "render/scene_builder.h"
+
+namespace eikon::testing {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+
+Material metal(glm::vec3 color, float roughness) {
+  Material m;
+  m.base_color = color;
+  m.roughness = roughness;
+  return m;
+}
+
+Material glass(float ior, float roughness, bool solid) {
+  Material m;
+  m.metallic = 0;
+  m.roughness = roughness;
+  m.ior = ior;
+  m.transmission = 1;
+  m.solid = solid;
+  return m;
+}
+
+/// Parallel rays from `eye` to `target`, so close together that all of them are one.
+Camera beam(const glm::dvec3& eye, const glm::dvec3& target) {
+  const glm::dvec3 up =
+      std::abs(target.y - eye.y) > 0.9 * glm::length(target - eye) ? glm::dvec3(0, 0, 1) : glm::dvec3(0, 1, 0);
+  Camera camera = look_at_camera(eye, target, up, 1);
+  camera.orthographic = true;
+  camera.ymag_m = 1e-4;
+  return camera;
+}
+
+/// A few samples of one beam, without roulette: delta surfaces alone give each sample the same value but for their choices.
+Settings settings_for_beam(const glm::dvec3& eye, const glm::dvec3& target, std::uint64_t spp) {
+  Settings settings = settings_for(4, 4, spp);
+  settings.camera = beam(eye, target);
+  settings.roulette_depth = 1000;
+  return settings;
+}
+
+/// A wall at z = -5 that emits 1 towards +z.
+void add_lamp(Scene& scene) {
+  Primitive wall;
+  add_quad(wall, {-50, -50, -5}, {100, 0, 0}, {0, 100, 0});
+  add_mesh(scene, "lamp", std::move(wall), lambert(0, 1));
+}
+
+Scene slab(const Material& material, float half_thickness) {
+  Scene scene;
+  add_lamp(scene);
+  Primitive box;
+  add_box(box, {-20, -20, -half_thickness}, {20, 20, half_thickness}, false);
+  add_mesh(scene, "slab", std::move(box), material);
+  return scene;
+}
+
+TEST(Materials, M11_a_slab_of_glass_passes_twelve_thirteenths) {
+  const Settings settings = settings_for_beam({0.1, 0.2, 4}, {0.1, 0.2, 0}, 4096);
+  EXPECT_TRUE(agrees(mean_of(film_of(slab(glass(1.5F, 0, true), 0.5F), settings)), 12.0 / 13.0, 1));
+}
+
+TEST(Materials, a_thin_wall_passes_what_one_schlick_reflection_leaves_times_its_colour) {
+  Scene scene;
+  add_lamp(scene);
+  Primitive pane;
+  add_quad(pane, {-20, -20, 0}, {40, 0, 0}, {0, 40, 0});
+  Material m = glass(1.5F, 0, false);
+  m.base_color = {0.6F, 0.5F, 1};
+  add_mesh(scene, "pane", std::move(pane), m);
+  for (double side : {1.0, 0.0}) {  // from the front, and from behind by turning the pane
+    if (side == 0) scene.nodes.back().world_from_object = glm::rotate(glm::dmat4(1), kPi, glm::dvec3(0, 1, 0));
+    const Film film = film_of(scene, settings_for_beam({0.1, 0.2, 4}, {0.1, 0.2, 0}, 1024));
+    EXPECT_TRUE(agrees(mean_of(film, 0), 0.96 * 0.6, 6));
+    EXPECT_TRUE(agrees(mean_of(film, 1), 0.96 * 0.5, 6));
+    EXPECT_TRUE(agrees(mean_of(film, 2), 0.96, 6));
+  }
+}
+
+TEST(Materials, M12_smooth_glass_in_an_even_sky_cannot_be_seen) {
+  for (const bool solid : {true, false}) {
+    Scene scene;
+    add_mesh(scene, "ball", sphere(glm::vec3(0), 1, 24, false), glass(1.5F, 0, solid));
+    Settings settings = settings_for(32, 32, 64);
+    settings.camera = look_at_camera({0, 0, 4}, {0, 0, 0}, {0, 1, 0}, 0.45);
+    settings.environment.radiance = glm::vec3(1);
+    const Film film = film_of(scene, settings);
+    EXPECT_TRUE(agrees(mean_of(film), 1, 2, 2e-5)) << (solid ? "solid" : "thin");
+  }
+}
+
+TEST(Materials, M13_an_index_of_one_is_air_and_extreme_ones_are_mirrors) {
+  const auto film_with = [](float ior, std::uint64_t spp) {
+    Scene scene;
+    add_lamp(scene);
+    add_mesh(scene, "ball", sphere(glm::vec3(0), 1, 16, false), glass(ior, 0, true));
+    Settings settings = settings_for(24, 24, spp);
+    settings.camera = look_at_camera({0, 0, 4}, {0, 0, 0}, {0, 1, 0}, 0.7);
+    return film_of(scene, settings);
+  };
+  const Film air = film_with(1, 16), nearly = film_with(1 + 1e-6F, 16), dense = film_with(1e9F, 16),
+             mirror = film_with(0, 16);
+  for (std::uint32_t y = 0; y < 24; ++y)
+    for (std::uint32_t x = 0; x < 24; ++x) {
+      ASSERT_NEAR(air.mean(x, y, 0), 1, 1e-6) << x << ',' << y;
+      ASSERT_NEAR(nearly.mean(x, y, 0), 1, 1e-2) << x << ',' << y;
+    }
+  // The middle of a mirror ball shows what is behind the camera: nothing.
+  for (const Film* film : {&dense, &mirror}) {
+    EXPECT_LT(film->mean(12, 12, 0), 1e-6);
+    EXPECT_EQ(film->mean(0, 0, 0), 1);
+  }
+}
+
+TEST(Materials, M15_light_is_halved_by_each_length_of_a_medium) {
+  struct Case {
+    float color, distance_m, half_thickness;
+    double expected;
+  };
+  for (const Case& c :
+       {Case{0.5F, 1, 1, 0.25}, Case{0.5F, 0, 1, 1.0}, Case{1, 1, 1, 1.0}, Case{0.5F, 2, 1, 0.5}, Case{0, 1, 1, 0.0}}) {
+    Material m = glass(1, 0, true);
+    m.attenuation_color = glm::vec3(c.color);
+    m.attenuation_distance = c.distance_m;
+    const Film film = film_of(slab(m, c.half_thickness), settings_for_beam({0.1, 0.2, 4}, {0.1, 0.2, 0}, 16));
+    EXPECT_NEAR(mean_of(film).mean, c.expected, 4e-6) << c.color << " per " << c.distance_m << " m";
+  }
+}
+
+TEST(Materials, M15_a_thing_inside_a_medium_is_seen_through_the_medium) {
+  Scene scene = slab(
+      [] {
+        Material m = glass(1, 0, true);
+        m.attenuation_color = glm::vec3(0.5F);
+        m.attenuation_distance = 1;
+        return m;
+      }(),
+      2);
+  Primitive lamp;
+  add_quad(lamp, {-1, -1, 0}, {2, 0, 0}, {0, 2, 0});
+  add_mesh(scene, "inner lamp", std::move(lamp), lambert(0, 3));
+  const Film film = film_of(scene, settings_for_beam({0.1, 0.2, 4}, {0.1, 0.2, 0}, 16));
+  EXPECT_NEAR(mean_of(film).mean, 3 * 0.25, 1e-5);  // 2 m of it
+}
+
+TEST(Materials, M17_a_grey_mirror_seen_straight_on_reflects_its_base_colour) {
+  Scene scene;
+  Primitive mirror;
+  add_quad(mirror, {-1, -1, 0}, {2, 0, 0}, {0, 2, 0});
+  add_mesh(scene, "mirror", std::move(mirror), metal(glm::vec3(0.5F), 0));
+  Settings settings = settings_for_beam({0.1, 0.2, 4}, {0.1, 0.2, 0}, 16);
+  settings.environment.radiance = glm::vec3(1);
+  EXPECT_NEAR(mean_of(film_of(scene, settings)).mean, 0.5, 1e-6);
+}
+
+TEST(Materials, M18_facing_mirrors_lose_a_tenth_each_time_and_perfect_ones_stop_at_the_depth_limit) {
+  const auto radiance = [](float reflectance, std::uint32_t depth) {
+    Scene scene;
+    Primitive a, b;
+    add_quad(a, {-9, -9, 0}, {18, 0, 0}, {0, 18, 0});  // front to +z
+    add_quad(b, {-9, -9, 1}, {0, 18, 0}, {18, 0, 0});  // front to -z
+    Material m = metal(glm::vec3(reflectance), 0);
+    m.emission = glm::vec3(1);
+    add_mesh(scene, "a", std::move(a), m);
+    add_mesh(scene, "b", std::move(b), m);
+    Settings settings = settings_for_beam({0.1, 0.2, 0.5}, {0.1, 0.2, 0}, 4);
+    settings.camera.orthographic = false;  // parallel rays begin outside the scene
+    settings.camera.yfov_rad = 1e-5;
+    settings.max_depth = depth;
+    return mean_of(film_of(scene, settings)).mean;
+  };
+  EXPECT_NEAR(radiance(0.9F, 11) - radiance(0.9F, 10), 0.348678, 3e-6);
+  EXPECT_NEAR(radiance(1, 60), 60, 1e-4);
+}
+
+TEST(Materials, snells_window_closes_at_48_6_degrees_for_water) {
+  Scene scene;
+  Primitive surface;
+  add_quad(surface, {-900, 0, 900}, {1800, 0, 0}, {0, 0, -1800});
+  add_mesh(scene, "water", std::move(surface), glass(1.333F, 0, true));
+  const auto seen_at = [&](double degrees) {
+    const double angle = degrees * kPi / 180;
+    Settings settings = settings_for(4, 4, 4096);
+    settings.camera = look_at_camera({0, -1, 0}, {std::sin(angle), -1 + std::cos(angle), 0}, {0, 0, 1}, 1e-5);
+    settings.roulette_depth = 1000;
+    settings.environment.radiance = glm::vec3(1);
+    settings.max_depth = 2;
+    return mean_of(film_of(scene, settings));
+  };
+  // Through the window the sky; beyond it the mirror image of what is below, which here is the same sky. Radiance is n^2 times
+  // as large under water, so the two are told apart.
+  const double n = 1.333;
+  EXPECT_TRUE(agrees(seen_at(0), n * n * (1 - std::pow((n - 1) / (n + 1), 2)) + std::pow((n - 1) / (n + 1), 2), 3));
+  EXPECT_GT(seen_at(48.5).mean, 1.2);
+  EXPECT_NEAR(seen_at(48.7).mean, 1, 1e-6);
+}
+
+TEST(Materials, M7_roughness_has_no_step_where_mirrors_become_delta) {
+  for (const bool pane : {false, true}) {
+    const auto mean_at = [&](float roughness) {
+      Scene scene;
+      Primitive floor, lamp;
+      add_quad(floor, {-3, 0, 3}, {6, 0, 0}, {0, 0, -6});
+      add_quad(lamp, {-0.5F, 2, -1.5F}, {1, 0, 0}, {0, 0, 1});
+      add_mesh(scene, "floor", std::move(floor), pane ? glass(5, roughness, false) : metal(glm::vec3(0.8F), roughness));
+      add_mesh(scene, "lamp", std::move(lamp), lambert(0, 5));
+      Settings settings = settings_for(24, 24, 1024);
+      settings.camera = look_at_camera({0, 1.2, 2.4}, {0, 0, 0}, {0, 1, 0}, 0.8);
+      return mean_of(film_of(scene, settings));
+    };
+    const MeanAndError mirror = mean_at(0);
+    for (const float roughness :
+         {1e-10F, 1e-5F, 1e-3F, 1.1e-2F, 1.11e-2F, 2e-2F}) {  // the switch is at 2^-6.5 = 0.01105
+      const MeanAndError rough = mean_at(roughness);
+      EXPECT_NEAR(rough.mean, mirror.mean, 0.01 * mirror.mean + 3 * std::hypot(rough.sigma, mirror.sigma)) << roughness;
+      EXPECT_LT(rough.sigma, 0.004 * rough.mean);
+    }
+  }
+}
+
+TEST(Materials, M5_no_surface_gives_back_more_than_it_gets) {
+  for (const float roughness : {0.0F, 0.1F, 0.4F, 1.0F}) {
+    Material plastic = metal(glm::vec3(1), roughness);
+    plastic.metallic = 0;
+    for (const Material& m :
+         {metal(glm::vec3(1), roughness), plastic, glass(1.5F, roughness, true), glass(1.5F, roughness, false)}) {
+      Scene scene;
+      add_mesh(scene, "ball", sphere(glm::vec3(0), 1, 16, false, true), m);
+      Settings settings = settings_for(24, 24, 64);
+      settings.camera = look_at_camera({0, 0, 4}, {0, 0, 0}, {0, 1, 0}, 0.45);
+      settings.environment.radiance = glm::vec3(1);
+      const MeanAndError mean = mean_of(film_of(scene, settings));
+      EXPECT_LT(mean.mean, 1 + 4 * mean.sigma + 1e-4) << roughness;
+      EXPECT_GT(mean.mean, 0.2) << roughness;  // what rough microfacets lose among each other
+    }
+  }
+}
+
+TEST(Materials, an_unlit_surface_shows_its_colour_and_lights_nothing) {
+  Scene scene;
+  Primitive floor, sign;
+  add_quad(floor, {-3, 0, 3}, {6, 0, 0}, {0, 0, -6});
+  add_quad(sign, {-1, 0, -1}, {2, 0, 0}, {0, 2, 0});
+  add_mesh(scene, "floor", std::move(floor), lambert(0.8F));
+  Material m = lambert({0.2F, 0.5F, 0.9F});
+  m.unlit = true;
+  add_mesh(scene, "sign", std::move(sign), m);
+  Settings settings = settings_for_beam({0.1, 0.9, 3}, {0.1, 0.9, 0}, 16);
+  const Film film = film_of(scene, settings);
+  EXPECT_EQ(film.mean(1, 1, 0), 0.2F);
+  EXPECT_EQ(film.mean(1, 1, 1), 0.5F);
+  EXPECT_EQ(film.mean(1, 1, 2), 0.9F);
+  settings.camera = beam({0.1, 2, 1}, {0.1, 0, 0.5});
+  EXPECT_EQ(mean_of(film_of(scene, settings)).mean, 0);
+}
+
+}  // namespace
+}  // namespace eikon::testing
