@@ -31,9 +31,10 @@ kernel void bench_camera(constant Frame* frame, global float* rays, uint ray_cou
 
 // From each hit a ray by the cosine, and a shadow ray to a light; in a scene without lights in any direction. A shadow ray with
 // t_max 0 is none; where nothing was hit, neither is one.
-kernel void bench_scatter(constant Frame* frame, global const Triangle* triangles, global const Light* lights,
-                          global const LightBucket* light_buckets, global const float* rays, global const float* hits,
-                          global float* diffuse_rays, global float* shadow_rays, uint stride) {
+kernel void bench_scatter(constant Frame* frame, global const Triangle* triangles, EK_LIGHT_ARGUMENTS,
+                          global const float* rays, global const float* hits, global float* diffuse_rays,
+                          global float* shadow_rays, uint stride) {
+  const LightData light_data = EK_LIGHT_DATA;
   const uint i = (uint)get_global_id(0) * EK_WIDTH;
   const vu hit = load_u((global const uint*)hits + 3 * stride + i);
   const vi live = hit != EK_NO_HIT;
@@ -51,10 +52,7 @@ kernel void bench_scatter(constant Frame* frame, global const Triangle* triangle
             live ? EK_INFINITY : (vf)(0.0f));
 
   if (frame->light_count > 0) {
-    vu a, b;
-    sample_2d_bits(key, (vu)(0u), bounce_dimension(1, DIM_LIGHT), &a, &b);
-    const LightSample light =
-        light_sample(lights, light_buckets, frame->light_count, frame->environment, basis, a, b);
+    const LightSample light = light_sample(frame, light_data, basis, (vi)(0), light_words(key, (vu)(0u), 1));
     const LightPath path = light_path(light, surface.p, surface.p_error, n);
     const vi arrives = live & (path.pdf > 0.0f) & (dot3(path.wi, n) > 0.0f);
     store_ray(shadow_rays, stride, i, path.origin, path.dir, arrives ? path.t_max : (vf)(0.0f));

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Light sampling: emissive triangles and the constant environment, chosen through an alias table. All densities include
-// the probability of that choice, and every density that light_sample uses can be asked for without sampling.
+// Light sampling: emissive triangles, the environment, and lights without extent, chosen through an alias table. All
+// densities include the probability of that choice, and every density of a light that rays can meet can be asked for
+// without sampling.
 #ifndef EK_LIGHT_H
 #define EK_LIGHT_H
-#include "sampler.h"
+#include "environment_map.h"
+#include "light_choice.h"
+#include "light_punctual.h"
 #include "surface.h"
 #include "warp.h"
 
@@ -12,6 +15,20 @@ enum {
 #define EK_LIGHT(name, bit) LIGHT_##name = bit,
 #include "shared/features.def"
 };
+
+// The arrays that lights are sampled from; without a map its two are dummies.
+typedef struct {
+  global const Light* lights;
+  global const LightBucket* light_buckets;
+  global const float4* environment_texels;  // radiance; w: density of light sampling, per sr
+  global const LightBucket* environment_buckets;
+} LightData;
+
+// The same as arguments of a kernel; they are bound by these names.
+#define EK_LIGHT_ARGUMENTS                                                                                             \
+  global const Light *lights, global const LightBucket *light_buckets, global const float4 *environment_texels,       \
+      global const LightBucket *environment_buckets
+#define EK_LIGHT_DATA {lights, light_buckets, environment_texels, environment_buckets}
 
 /// Weight of a strategy of density a against another of density b [Veach 1995, the power heuristic with exponent 2].
 /// In [0, 1], and the two weights add to 1, whatever the densities are: huge, both zero, infinite.
@@ -34,12 +51,15 @@ EK_FN vf light_pdf_sr_of_hit(vf light_pdf_m2, v3 n_geom, v3 dir, vf t) {
   return pdf_sr_from_m2(light_pdf_m2, n_geom, dir, t);
 }
 
-/// Density with which light_sample chooses a direction towards the environment.
+/// Density with which light_sample chooses a direction towards the constant environment.
 /// probability  of choosing the environment (Frame.environment.w)
 /// cos_n        of the direction with the z of the basis that light_sample was given (wi.z of the BSDF sample, if its
 ///              basis was the same; the miss of a scattered ray needs it)
-EK_FN vf environment_pdf_sr(float probability, vf cos_n) {
-  return max_f(cos_n, (vf)(0.0f)) * (EK_INV_PI * probability);
+/// both_sides   mask, as light_sample was given it
+EK_FN vf environment_pdf_sr(float probability, vf cos_n, vi both_sides) {
+  const vf one_side = max_f(cos_n, (vf)(0.0f)) * (EK_INV_PI * probability);
+  if (!EK_HAS_transmission) return one_side;
+  return both_sides ? abs_f(cos_n) * (EK_INV_PI * 0.5f * probability) : one_side;
 }
 
 /// Whether a light of normal n_geom emits towards a viewer who looks along dir: from its front, or from both sides.
@@ -47,76 +67,97 @@ EK_FN vi emits_towards(v3 n_geom, vi double_sided, v3 dir) {
   return double_sided | (dot3(n_geom, dir) < 0.0f);
 }
 
+// The random words of one light sample.
 typedef struct {
-  vu light;
-  vf u, v;  // what is left of the sample, [0,1)^2
-} LightChoice;
+  vu a, b;  // light, and the point on it
+  vu c, d;  // texel of the map and place in it; unset without a map
+} LightWords;
 
-/// Chooses a light by the alias table, and gives back the random words for reuse.
-/// a, b  pair of sample_2d_bits
-// The bucket takes the leading part of `a`, so that strata of `a` are strata of lights; the rest, rescaled, is again
-// uniform within the light. With n buckets it has 2^32 / n values only, fewer for an unlikely light: the low bits of
-// `b`, which v does not use, fill the gaps between them, so that it is even to within the share of one value.
-EK_FN LightChoice choose_light(global const LightBucket* buckets, uint light_count, vu a, vu b) {
-  const vu bucket = mul_hi(a, (vu)(light_count));
-  const vu rest = a * light_count;
-  global const uint* words = (global const uint*)buckets;
-  const vu threshold = gather_u(words, bucket * 4u);
-  const vu alias = gather_u(words, bucket * 4u + 1u);
-  const vf scale_own = AS_F(gather_u(words, bucket * 4u + 2u));
-  const vf scale_alias = AS_F(gather_u(words, bucket * 4u + 3u));
-  const vi own = rest < threshold;
-  const vf place = TO_F(own ? rest : rest - threshold) + TO_F(mul_hi(b << 24, (vu)(light_count)));
-  vf u = place * ((own ? scale_own : scale_alias) * 0x1p-32f);
-  u = u < 1.0f ? u : u - 1.0f;  // the last value's gap reaches over the end: it fills the first one's
-  LightChoice c = {own ? bucket : alias, min_f(u, (vf)(1.0f - 0x1p-24f)), to_unit_float(b)};
-  return c;
+EK_FN LightWords light_words(vu key, vu index, uint depth) {
+  LightWords words;
+  sample_2d_bits(key, index, bounce_dimension(depth, DIM_LIGHT), &words.a, &words.b);
+  if (EK_HAS_environment_map) sample_2d_bits(key, index, bounce_dimension(depth, DIM_ENVIRONMENT), &words.c, &words.d);
+  return words;
 }
 
 typedef struct {
-  vi is_environment;
-  v3 p, p_error, n;  // of a triangle: world point, bound of its error, unit normal of the front
-  vu triangle;       // index; 0 for other lights
-  vf u, v;           // weights of its second and third corner
-  v3 wi;             // of the environment: world, unit
-  v3 radiance;       // W / (sr m^2); for a triangle that of its front
+  vi is_distant;     // environment, map, directional: light from a direction wi
+  vi is_punctual;    // point, spot: light from a point that has no surface
+  vi is_delta;       // no scattered ray can meet it: pdf is the probability of selection
+  v3 p, p_error, n;  // of a triangle: world point, bound of its error, unit normal of the front; p of a punctual one
+  v3 wi;             // of distant ones: world, unit; of a spot: back along its axis
+  v3 radiance;       // W / (sr m^2), of a triangle that of its front; punctual: intensity, W / sr; directional: W / m^2
   vi double_sided;
-  vi is_delta;       // no scattered ray can meet it
   vf pdf;            // per m^2 for a triangle, per sr for the environment
+  vu triangle;       // of an area light, and the weights of its second and third corner
+  vf b1, b2;
+  vf cone_cos, cone_scale, range2;  // of punctual ones: see spot_falloff, punctual_falloff
 } LightSample;
 
 /// Samples a light.
-/// environment  radiance; w: probability of choosing it (Frame)
-/// basis        of the shading point, z on the side of wo
-/// a, b         pair of sample_2d_bits(DIM_LIGHT)
-// The environment is sampled by the cosine about z: for a constant radiance that is the whole integrand of a diffuse
-// surface but the visibility, so an open sky costs no noise at all. Of a uniform sphere half would be lost below the
-// surface. Lobes that transmit will want the other side as well.
-EK_FN LightSample light_sample(global const Light* lights, global const LightBucket* buckets, uint light_count,
-                               float4 environment, Basis basis, vu a, vu b) {
-  const LightChoice choice = choose_light(buckets, light_count, a, b);
-  const Rec r = rec16(lights, choice.light);
+/// basis       of the shading point, z on the side of wo
+/// both_sides  mask: light from below the surface counts too
+// The constant environment is sampled by the cosine about z: for a constant radiance that is the whole integrand of a
+// diffuse surface but the visibility, so an open sky costs no noise at all. Of a uniform sphere half would be lost below
+// the surface.
+EK_FN LightSample light_sample(constant Frame* frame, LightData data, Basis basis, vi both_sides, LightWords words) {
+  const LightChoice choice = choose_light(data.light_buckets, frame->light_count, words.a, words.b);
+  const Rec r = rec16(data.lights, choice.light);
+  const vu kind = AS_U(r.we);
   LightSample s;
-  s.is_environment = (vi)(0);
-  s.is_delta = (vi)(0);
-  if (EK_HAS_environment) s.is_environment = AS_U(r.we) == (uint)LIGHT_environment;
-  vf b1, b2;
-  warp_triangle(choice.u, choice.v, &b1, &b2);
+  s.is_distant = s.is_punctual = s.is_delta = (vi)(0);
+  warp_triangle(choice.u, choice.v, &s.b1, &s.b2);
   const v3 p0 = V3(r.w0, r.w1, r.w2), p1 = V3(r.w3, r.w4, r.w5), p2 = V3(r.w6, r.w7, r.w8);
-  s.p = triangle_point(p0, p1, p2, b1, b2, &s.p_error);
+  s.p = triangle_point(p0, p1, p2, s.b1, s.b2, &s.p_error);
   s.n = triangle_normal(p0, p1, p2);
-  s.triangle = AS_U(r.wf);
-  s.u = b1;
-  s.v = b2;
   s.wi = neg3(s.n);
   s.radiance = V3(r.w9, r.wa, r.wb);
   s.pdf = r.wc;
   s.double_sided = AS_U(r.wd) != 0u;
-  if (EK_HAS_environment && ANY(s.is_environment)) {
-    const v3 wi_local = warp_cosine_hemisphere(choice.u, choice.v);
-    s.wi = to_world(basis, wi_local);
-    s.radiance = select3(s.is_environment, splat3(environment), s.radiance);
-    s.pdf = s.is_environment ? environment_pdf_sr(environment.w, wi_local.z) : s.pdf;
+  s.triangle = AS_U(r.wf);
+  if (EK_HAS_environment) {
+    const vi is = kind == (uint)LIGHT_environment;
+    if (ANY(is)) {
+      vf u = choice.u;
+      vi below = (vi)(0);
+      if (EK_HAS_transmission) {
+        below = both_sides & (u >= 0.5f);
+        u = both_sides ? 2.0f * (below ? u - 0.5f : u) : u;
+      }
+      v3 wi_local = warp_cosine_hemisphere(u, choice.v);
+      wi_local.z = below ? -wi_local.z : wi_local.z;
+      s.is_distant = is;
+      s.wi = select3(is, to_world(basis, wi_local), s.wi);
+      s.radiance = select3(is, splat3(frame->environment), s.radiance);
+      s.pdf = is ? environment_pdf_sr(frame->environment.w, wi_local.z, both_sides) : s.pdf;
+    }
+  }
+  if (EK_HAS_environment_map) {
+    const vi is = kind == (uint)LIGHT_environment_map;
+    if (ANY(is)) {
+      MapValue value;
+      const v3 wi =
+          environment_map_sample(frame, data.environment_texels, data.environment_buckets, words.c, words.d, &value);
+      s.is_distant = s.is_distant | is;
+      s.wi = select3(is, wi, s.wi);
+      s.radiance = select3(is, value.radiance, s.radiance);
+      s.pdf = is ? value.pdf : s.pdf;
+    }
+  }
+  if (EK_HAS_directional) {
+    const vi is = kind == (uint)LIGHT_directional;
+    s.is_distant = s.is_distant | is;
+    s.is_delta = s.is_delta | is;
+    s.wi = select3(is, p1, s.wi);
+  }
+  if (EK_HAS_point | EK_HAS_spot) {
+    s.is_punctual = (kind == (uint)LIGHT_point) | (kind == (uint)LIGHT_spot);
+    s.is_delta = s.is_delta | s.is_punctual;
+    s.p = select3(s.is_punctual, p0, s.p);
+    s.wi = select3(s.is_punctual, p1, s.wi);
+    s.cone_cos = p2.x;
+    s.cone_scale = p2.y;
+    s.range2 = p2.z;
   }
   return s;
 }
@@ -125,28 +166,43 @@ EK_FN LightSample light_sample(global const Light* lights, global const LightBuc
 typedef struct {
   v3 wi;        // world, unit
   vf pdf;       // per sr; 0: nothing arrives (edge on, the back of a one-sided light, no distance)
+  v3 radiance;  // that arrives; of a delta light the irradiance at normal incidence, and pdf the probability of selection
   v3 origin;    // shadow ray: off the surface
   v3 dir;       // not unit: the light is at t = 1
-  vf t_max;     // a little less than 1, or infinity towards the environment
+  vf t_max;     // a little less than 1, or infinity towards distant lights
 } LightPath;
 
 /// p, p_error, n_geom  of the shading point
 // The shadow ray must not meet the light itself. The target is moved off the light's plane by the error of the point on
-// it; the ray's own rounding, some 2^-21 of its length over the cosine at the light, is taken off t_max, without scale.
+// it; the ray's own rounding, some 2^-21 of its length over the cosine at the light, is taken off t_max, without scale. A
+// light without extent may be placed on a surface, which is not in its way either.
 EK_FN LightPath light_path(LightSample s, v3 p, v3 p_error, v3 n_geom) {
   const v3 to_light = sub3(s.p, p);
-  const vf distance = sqrt(dot3(to_light, to_light));
-  const v3 wi_area = scale3(to_light, (vf)(1.0f) / distance);
+  const vf distance2 = dot3(to_light, to_light);
+  const vf distance = sqrt(distance2);
+  const v3 wi_near = scale3(to_light, (vf)(1.0f) / distance);
   LightPath path;
-  path.wi = select3(s.is_environment, s.wi, wi_area);
-  const vi visible = (distance > 0.0f) & emits_towards(s.n, s.double_sided, wi_area);
-  const vf pdf_area = visible ? pdf_sr_from_m2(s.pdf, s.n, wi_area, distance) : (vf)(0.0f);
-  path.pdf = s.is_environment ? s.pdf : pdf_area;
+  path.wi = select3(s.is_distant, s.wi, wi_near);
+  const vi visible = (distance > 0.0f) & emits_towards(s.n, s.double_sided, wi_near);
+  vf pdf_near = visible ? pdf_sr_from_m2(s.pdf, s.n, wi_near, distance) : (vf)(0.0f);
+  path.radiance = s.radiance;
+  if (EK_HAS_point | EK_HAS_spot) {
+    vf falloff = punctual_falloff(distance2, s.range2);
+    if (EK_HAS_spot) falloff = falloff * spot_falloff(dot3(s.wi, wi_near), s.cone_cos, s.cone_scale);
+    path.radiance = select3(s.is_punctual, scale3(s.radiance, falloff), path.radiance);
+    const vf pdf_punctual = distance2 > 0x1p-100f ? s.pdf : (vf)(0.0f);  // nearer there is no inverse square
+    pdf_near = s.is_punctual ? pdf_punctual : pdf_near;
+  }
+  path.pdf = s.is_distant ? s.pdf : pdf_near;
   path.origin = offset_ray_origin(p, p_error, n_geom, path.wi);
-  const v3 target = offset_ray_origin(s.p, s.p_error, s.n, neg3(wi_area));
-  path.dir = select3(s.is_environment, s.wi, sub3(target, path.origin));
-  const vf margin = min_f(0x1p-17f / abs_f(dot3(s.n, wi_area)), (vf)(0x1p-8f));
-  path.t_max = s.is_environment ? EK_INFINITY : 1.0f - margin;
+  v3 target = offset_ray_origin(s.p, s.p_error, s.n, neg3(wi_near));
+  vf margin = min_f(0x1p-17f / abs_f(dot3(s.n, wi_near)), (vf)(0x1p-8f));
+  if (EK_HAS_point | EK_HAS_spot) {
+    target = select3(s.is_punctual, s.p, target);
+    margin = s.is_punctual ? (vf)(0x1p-17f) : margin;
+  }
+  path.dir = select3(s.is_distant, s.wi, sub3(target, path.origin));
+  path.t_max = s.is_distant ? EK_INFINITY : 1.0f - margin;
   return path;
 }
 

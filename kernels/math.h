@@ -59,6 +59,26 @@ EK_FN void sincos_2pi(vf u, vf* s, vf* c) {
   *c = ((quadrant + 1) & 2) != 0 ? -c_near : c_near;
 }
 
+/// Angle of the point (x, y) about the origin in turns, [-1/2, 1/2]: atan2(y, x) / (2 pi). It has the sign of y, is exact
+/// on the axes and diagonals, 0 at the origin and where both are denormal, and within 2.2 ulp. |x|, |y| < 2^126.
+EK_FN vf atan2_turns(vf y, vf x) {
+  const vf ax = abs_f(x), ay = abs_f(y);
+  const vi steep = ay > ax;
+  const vf lesser = steep ? ax : ay, greater = steep ? ay : ax;
+  // Beyond tan(pi / 8) as an angle from the diagonal, so that one polynomial serves |q| <= tan(pi / 8).
+  const vi near_diagonal = lesser > greater * 0.414213562f;
+  const vf q = (near_diagonal ? lesser - greater : lesser) / (near_diagonal ? lesser + greater : greater);
+  const vf z = q * q;
+  const vf tail = -0x1.b29948p-5f +
+                  z * (0x1.04bc78p-5f + z * (-0x1.7352dap-6f + z * (0x1.13b6a6p-6f + z * -0x1.3ab9c6p-7f)));
+  const vf angle = q * 0x1.45f306p-3f + q * (0x1.b29fcep-28f + z * tail);  // the first coefficient in two parts
+  vf turns = near_diagonal ? 0.125f + angle : angle;
+  turns = steep ? 0.25f - turns : turns;
+  turns = x < 0.0f ? 0.5f - turns : turns;
+  turns = greater >= 0x1p-126f ? turns : (vf)(0.0f);
+  return copysign_f(turns, y);
+}
+
 /// 2^x, within 1.3 ulp; 0 below -126 (denormal numbers differ between devices), infinite from 128 on.
 EK_FN vf exp2_f(vf x) {
   const vf bounded = max_f(min_f(x, (vf)(128.0f)), (vf)(-127.0f));

@@ -16,11 +16,12 @@ enum {
   DIM_BOUNCE,  // the first of DIM_PER_BOUNCE pairs of each bounce
   DIM_PER_BOUNCE = 4
 };
-// Pairs of a bounce (bounce_dimension); the fourth is spare.
+// Pairs of a bounce (bounce_dimension).
 enum {
-  DIM_SCATTER,  // direction of the BSDF sample
-  DIM_LIGHT,    // choice of a light and the point on it
-  DIM_CHOICE    // x: lobe; y: roulette
+  DIM_SCATTER,     // direction of the BSDF sample
+  DIM_LIGHT,       // choice of a light and the point on it
+  DIM_CHOICE,      // x: lobe; y: roulette
+  DIM_ENVIRONMENT  // texel of the environment's map and the place in it
 };
 
 /// Dimension of decision `which` (DIM_SCATTER ...) at the vertex of that depth. No depth is the last.

@@ -88,6 +88,8 @@ class RayBench {
     upload("triangles", scene.triangles);
     upload("lights", scene.lights);
     upload("light_buckets", scene.light_buckets);
+    upload("environment_texels", scene.environment_texels);
+    upload("environment_buckets", scene.environment_buckets);
   }
 
   /// Camera rays, and from their hits diffuse and shadow rays; the same for every layout, since hits are.

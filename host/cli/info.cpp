@@ -83,6 +83,23 @@ void print_materials(const Scene& scene) {
                bytes * 1e-6, largest->width, largest->height, largest->name);
 }
 
+/// One line per light. Flux is in watts, or in lumens where the file means photometric units, and the others follow.
+void print_lights(const PackedScene& packed) {
+  fmt::print("lights (means of R, G and B; W stands for lm if the file means photometric units)\n");
+  for (const PackedLight& light : packed.light_summary) {
+    const bool area = light.kind == "area", directional = light.kind == "directional";
+    const bool point = light.kind == "point" || light.kind == "spot";
+    const char* const unit = directional ? "W/m^2 (lx)" : point ? "W/sr (cd)" : "W/(sr m^2)";
+    fmt::print("  {:<15} {}{:.6g} W (lm), {} {:.6g} {}{}, chosen with probability {:.4f}\n", light.kind,
+               light.name.empty() ? "" : fmt::format("'{}': ", light.name), light.flux,
+               directional ? "irradiance"
+               : point     ? "intensity"
+                           : "mean radiance",
+               light.strength, unit, area ? fmt::format(", area {:.6g} m^2", light.area_m2) : "", light.probability);
+  }
+  if (packed.light_summary.empty()) fmt::print("  none\n");
+}
+
 ExitCode info_command(const InfoOptions& options) {
   const Prepared prepared = prepare(options.scene, false);
   const Scene& scene = prepared.scene;
@@ -97,11 +114,7 @@ ExitCode info_command(const InfoOptions& options) {
                packed.bounds.lo.z, packed.bounds.hi.x, packed.bounds.hi.y, packed.bounds.hi.z);
   fmt::print("  image {} x {}, camera '{}'\n", prepared.settings.width, prepared.settings.height, prepared.camera_name);
   print_materials(scene);
-  fmt::print("lights\n");
-  for (const PackedLight& light : packed.light_summary)
-    fmt::print("  {}: {:.6g} W (mean of R, G, B), chosen with probability {:.4f}\n", light.user, light.power,
-               light.probability);
-  if (packed.light_summary.empty()) fmt::print("  none\n");
+  print_lights(packed);
 
   fmt::print("features\n");
   for (const Feature& feature : features.ledger())

@@ -237,6 +237,12 @@ Prepared prepare(const SceneOptions& options, bool quiet) {
                             : options.light_sampling == "light"  ? LightSampling::light
                             : options.light_sampling == "cosine" ? LightSampling::cosine
                                                                  : LightSampling::hemisphere;
+  const bool samples_lights =
+      settings.light_sampling == LightSampling::mis || settings.light_sampling == LightSampling::light;
+  if (!samples_lights && !scene.lights.empty())
+    say(quiet,
+        fmt::format("--light-sampling {}: no ray can meet a point, spot or directional light: they give no light",
+                    options.light_sampling));
   static const std::vector<std::string> known = {"albedo", "normal", "depth", "id", "variance", "samples"};
   for (const std::string& layer : split(options.aovs, ',')) {
     if (std::find(known.begin(), known.end(), layer) == known.end())

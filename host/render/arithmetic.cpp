@@ -69,7 +69,7 @@ void check_record_layout(Device& device, bool optimise) {
       {"size of Light", sizeof(Light)},
       {"Light.triangle", offsetof(Light, triangle)},
       {"size of LightBucket", sizeof(LightBucket)},
-      {"LightBucket.scale_alias", offsetof(LightBucket, scale_alias)},
+      {"LightBucket.alias", offsetof(LightBucket, alias)},
       {"size of Diagnostics", sizeof(Diagnostics)},
       {"Diagnostics.report", offsetof(Diagnostics, report)},
   };

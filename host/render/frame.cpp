@@ -44,6 +44,13 @@ Frame pack_frame(const PackedScene& packed, const Settings& settings) {
     frame.camera_corner = pack(corner - back);
   }
   frame.environment = pack(glm::dvec3(settings.environment.radiance), packed.environment_probability);
+  if (const EnvironmentMap* const map = settings.environment.map.get()) {
+    frame.environment = {};
+    frame.environment_width = map->width;
+    frame.environment_height = map->height;
+  }
+  frame.environment_sin = float(std::sin(settings.environment.rotation_rad));
+  frame.environment_cos = float(std::cos(settings.environment.rotation_rad));
   if (!packed.bounds.empty()) {
     // Half the extent, seen from the rounded centre, rounded up: the box that they span encloses the scene.
     const glm::vec3 center = glm::vec3(0.5 * (packed.bounds.lo + packed.bounds.hi));

@@ -51,8 +51,6 @@ u64 words_between(u64 bucket, u64 begin, u64 end, u64 count) {
   return words_below(end) - words_below(begin);
 }
 
-float scale_of(u64 range) { return range == 0 ? 0.0F : float(double(kFull) / double(range)); }
-
 }  // namespace
 
 LightTable build_light_table(std::span<const double> powers) {
@@ -74,8 +72,7 @@ LightTable build_light_table(std::span<const double> powers) {
   const auto fill = [&](std::uint32_t bucket, u64 threshold, std::uint32_t alias) {
     // A full bucket has no threshold of 32 bits; the one word beyond goes to its alias, which is itself.
     const auto stored = std::uint32_t(std::min(threshold, kFull - 1));
-    table.buckets[bucket] = {
-        .threshold = stored, .alias = alias, .scale_own = scale_of(threshold), .scale_alias = scale_of(kFull - stored)};
+    table.buckets[bucket] = {.threshold = stored, .alias = alias};
     words[bucket] += words_between(bucket, 0, threshold, count);
     words[alias] += words_between(bucket, threshold, kFull, count);
   };

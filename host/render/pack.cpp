@@ -19,6 +19,7 @@ std::uint64_t PackedScene::bytes(const std::string& layout) const {
          materials.size() * sizeof(MaterialRecord) + material_extensions.size() * sizeof(MaterialExtension) +
          textures.size() * sizeof(TextureRecord) + texel_count() * sizeof(std::uint32_t) +
          lights.size() * sizeof(Light) + light_buckets.size() * sizeof(LightBucket) +
+         environment_texels.size() * sizeof(float4) + environment_buckets.size() * sizeof(LightBucket) +
          (accel == accels.end() ? 0 : accel->second.bytes());
 }
 

@@ -13,10 +13,16 @@
 
 namespace eikon {
 
+/// What is said of a light; quantities are means of R, G and B, in watts, or in lumens if that is what the file means.
 struct PackedLight {
-  std::string user;  // "material 'lamp'", "environment"
-  double power = 0;  // what selection is proportional to: flux, W (mean of R, G, B)
-  double probability = 0;
+  std::string kind{};  // of features.def; "area" for all triangles of a material
+  std::string name{};  // of the material or light; empty for a constant environment
+  double flux = 0;     // that it gives off, W; of distant light what enters the sphere around the scene
+  double area_m2 = 0;  // of an area light
+  double strength =
+      0;  // intensity of a point or spot light, W / sr; directional: irradiance, W / m^2; else mean radiance,
+          // W / (sr m^2)
+  double probability = 0;  // of being sampled
 };
 
 struct PackedScene {
@@ -33,10 +39,12 @@ struct PackedScene {
   std::vector<std::span<const std::uint32_t>> texels;
   std::vector<Light> lights;
   std::vector<LightBucket> light_buckets;
-  std::vector<PackedLight> light_summary;  // one per emissive material, and the environment
-  std::map<std::string, Accel> accels;     // by layout
-  float environment_probability = 0;       // of light sampling choosing the environment
-  Bounds bounds;                           // of the triangles; empty when there are none
+  std::vector<float4> environment_texels;        // of a map: radiance; density of light sampling per sr
+  std::vector<LightBucket> environment_buckets;  // choice among them
+  std::vector<PackedLight> light_summary;        // one per emissive material, other light, and the environment
+  std::map<std::string, Accel> accels;           // by layout
+  float environment_probability = 0;             // of light sampling choosing the environment
+  Bounds bounds;                                 // of the triangles; empty when there are none
   double build_s = 0;
 
   [[nodiscard]] std::uint64_t texel_count() const;

@@ -1,14 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
-#include <fmt/format.h>
+#include <limits>
 #include <numbers>
 
 #include "core/error.h"
+#include "render/emissive_texture.h"
 #include "render/light_table.h"
+#include "render/pack_environment.h"
 #include "render/pack_parts.h"
 
 namespace eikon {
 namespace {
+
+constexpr double kPi = std::numbers::pi;
 
 // Values of Light.kind.
 enum : std::uint32_t {
@@ -26,66 +30,162 @@ bool can_be_sampled(const Triangle& t, const glm::dvec3& normal) {
   return glm::length(glm::normalize(rounded) - glm::normalize(normal)) < 0x1p-14;  // false for NaN
 }
 
+/// What the table and the summary need of a light that has been packed.
+struct Strength {
+  double power = 0;         // selection is proportional to it
+  double area_m2 = 0;       // of a triangle
+  std::size_t summary = 0;  // entry of light_summary
+};
+
+class LightPacker {
+ public:
+  LightPacker(const Scene& scene, const Settings& settings, PackedScene& packed)
+      : scene_(scene), environment_(settings.environment), packed_(packed) {
+    // A scene without extent is lit by the environment alone, or by anything: then one is as good as the other.
+    if (!packed.bounds.empty()) radius_m_ = 0.5 * glm::length(packed.bounds.hi - packed.bounds.lo);
+    section_m2_ = radius_m_ > 0 ? kPi * radius_m_ * radius_m_ : 1;
+  }
+
+  void pack() {
+    add_triangles();
+    for (const PunctualLight& light : scene_.lights) add_punctual(light);
+    add_environment();
+    if (packed_.lights.empty()) return;
+    std::vector<double> powers;
+    powers.reserve(strengths_.size());
+    for (const Strength& s : strengths_) powers.push_back(s.power);
+    const LightTable table = build_light_table(powers);
+    if (table.buckets.empty()) throw InternalError("lights without power");
+    packed_.light_buckets = table.buckets;
+    for (std::size_t i = 0; i < packed_.lights.size(); ++i) set_probability(i, table.probability[i]);
+  }
+
+ private:
+  void add(const Light& light, const Strength& strength) {
+    packed_.lights.push_back(light);
+    strengths_.push_back(strength);
+  }
+
+  std::size_t summarise(const PackedLight& light) {
+    packed_.light_summary.push_back(light);
+    return packed_.light_summary.size() - 1;
+  }
+
+  void add_triangles() {
+    constexpr std::size_t none = std::numeric_limits<std::size_t>::max();
+    std::vector<std::size_t> summary_of(scene_.materials.size(), none);
+    EmissiveTextures textures(packed_);
+    for (std::size_t i = 0; i < packed_.triangles.size(); ++i) {
+      const Triangle& t = packed_.triangles[i];
+      const Material& material = scene_.materials[t.material];
+      if (material.unlit || !(mean(material.emission) > 0)) continue;
+      const glm::dvec3 normal = triangle_normal(t);
+      const double area = 0.5 * glm::length(normal);
+      if (!(area > 0) || !can_be_sampled(t, normal)) continue;
+      const double radiance = textures.mean_emission(std::uint32_t(i));
+      if (!(radiance > 0)) continue;
+      Light light{};
+      light.p0_x = t.p0_x, light.p0_y = t.p0_y, light.p0_z = t.p0_z;
+      light.p1_x = t.p1_x, light.p1_y = t.p1_y, light.p1_z = t.p1_z;
+      light.p2_x = t.p2_x, light.p2_y = t.p2_y, light.p2_z = t.p2_z;
+      set_emission(light, material.emission);
+      light.double_sided = material.double_sided ? 1 : 0;
+      light.kind = kLight_area;
+      light.triangle = std::uint32_t(i);
+      std::size_t& entry = summary_of[t.material];
+      if (entry == none) entry = summarise({.kind = "area", .name = material.name});
+      const double flux = kPi * area * radiance * (material.double_sided ? 2 : 1);
+      add(light, {.power = flux, .area_m2 = area, .summary = entry});
+      PackedLight& summary = packed_.light_summary[entry];
+      summary.strength = (summary.strength * summary.area_m2 + radiance * area) / (summary.area_m2 + area);
+      summary.flux += flux;
+      summary.area_m2 += area;
+    }
+  }
+
+  void add_punctual(const PunctualLight& source) {
+    const double intensity = mean(source.intensity);
+    if (!(intensity > 0)) return;
+    Light light{};
+    set_emission(light, source.intensity);
+    const glm::vec3 position(source.position), back(-glm::normalize(source.direction));
+    light.p0_x = position.x, light.p0_y = position.y, light.p0_z = position.z;
+    light.p1_x = back.x, light.p1_y = back.y, light.p1_z = back.z;
+    if (source.kind == PunctualLight::Kind::directional) {
+      light.kind = kLight_directional;
+      const double flux = intensity * section_m2_;
+      add(light,
+          {.power = flux,
+           .summary = summarise({.kind = "directional", .name = source.name, .flux = flux, .strength = intensity})});
+      return;
+    }
+    const bool spot = source.kind == PunctualLight::Kind::spot;
+    // [KHR_lights_punctual]: the cosine falls from 1 to 0 over max(0.001, cos inner - cos outer).
+    const double outer = std::cos(source.outer_cone_rad);
+    const double ramp = std::max(0.001, std::cos(source.inner_cone_rad) - outer);
+    light.kind = spot ? kLight_spot : kLight_point;
+    // A cone that every direction is inside of, where the kernels know spots.
+    light.p2_x = spot ? float(outer) : -2.0F;
+    light.p2_y = spot ? float(1 / ramp) : 1.0F;
+    light.p2_z = source.range_m > 0 ? float(source.range_m * source.range_m) : std::numeric_limits<float>::infinity();
+    const double top = std::min(1.0, outer + ramp);
+    const double steradians = spot ? 2 * kPi * ((1 - top) + std::pow(top - outer, 3) / (3 * ramp * ramp)) : 4 * kPi;
+    const double flux = intensity * steradians;
+    add(light, {.power = flux,
+                .summary = summarise(
+                    {.kind = spot ? "spot" : "point", .name = source.name, .flux = flux, .strength = intensity})});
+  }
+
+  void add_environment() {
+    Light light{};
+    if (environment_.map) {
+      const double integral = pack_environment_map(environment_, packed_);
+      if (!(integral > 0)) return;
+      light.kind = kLight_environment_map;
+      const double flux = integral * section_m2_;
+      add(light, {.power = flux,
+                  .summary = summarise({.kind = "environment_map",
+                                        .name = environment_.map->name,
+                                        .flux = flux,
+                                        .strength = integral / (4 * kPi)})});
+      return;
+    }
+    const double radiance = mean(environment_.radiance);
+    if (!(radiance > 0)) return;
+    light.kind = kLight_environment;
+    const double flux = 4 * kPi * radiance * section_m2_;
+    add(light, {.power = flux, .summary = summarise({.kind = "environment", .flux = flux, .strength = radiance})});
+  }
+
+  void set_probability(std::size_t i, double probability) {
+    Light& light = packed_.lights[i];
+    light.pdf_m2 = float(probability);
+    if (light.kind == kLight_area) {
+      light.pdf_m2 = float(probability / strengths_[i].area_m2);
+      packed_.triangles[light.triangle].light_pdf_m2 = light.pdf_m2;
+    }
+    if (light.kind == kLight_environment) packed_.environment_probability = light.pdf_m2;
+    if (light.kind == kLight_environment_map)
+      for (float4& texel : packed_.environment_texels) texel.w = float(probability * double(texel.w));
+    packed_.light_summary[strengths_[i].summary].probability += probability;
+  }
+
+  static void set_emission(Light& light, const glm::vec3& emission) {
+    light.emission_r = emission.x, light.emission_g = emission.y, light.emission_b = emission.z;
+  }
+
+  const Scene& scene_;
+  const Environment& environment_;
+  PackedScene& packed_;
+  double radius_m_ = 0;              // of the sphere around the scene
+  double section_m2_ = 1;            // of that sphere, which parallel light meets
+  std::vector<Strength> strengths_;  // as packed_.lights
+};
+
 }  // namespace
 
 void pack_lights(const Scene& scene, const Settings& settings, PackedScene& packed) {
-  std::vector<double> powers;
-  std::vector<double> areas;
-  std::vector<double> by_material(scene.materials.size(), 0.0);
-  std::vector<std::uint32_t> material_of_light;
-  for (std::size_t i = 0; i < packed.triangles.size(); ++i) {
-    const Triangle& t = packed.triangles[i];
-    const Material& material = scene.materials[t.material];
-    const double radiance = mean(material.emission);
-    if (!(radiance > 0)) continue;
-    const glm::dvec3 normal = triangle_normal(t);
-    const double area = 0.5 * glm::length(normal);
-    if (!(area > 0) || !can_be_sampled(t, normal)) continue;
-    Light light{};
-    light.p0_x = t.p0_x, light.p0_y = t.p0_y, light.p0_z = t.p0_z;
-    light.p1_x = t.p1_x, light.p1_y = t.p1_y, light.p1_z = t.p1_z;
-    light.p2_x = t.p2_x, light.p2_y = t.p2_y, light.p2_z = t.p2_z;
-    light.emission_r = material.emission.x, light.emission_g = material.emission.y,
-    light.emission_b = material.emission.z;
-    light.double_sided = material.double_sided ? 1 : 0;
-    light.kind = kLight_area;
-    light.triangle = std::uint32_t(i);
-    packed.lights.push_back(light);
-    areas.push_back(area);
-    powers.push_back(std::numbers::pi * area * radiance * (material.double_sided ? 2 : 1));
-    by_material[t.material] += powers.back();
-    material_of_light.push_back(t.material);
-  }
-  const double sky = mean(settings.environment.radiance);
-  if (sky > 0) {
-    // What enters the sphere around the scene; a scene without extent is lit by the environment alone.
-    const double radius = packed.bounds.empty() ? 0 : 0.5 * glm::length(packed.bounds.hi - packed.bounds.lo);
-    Light light{};
-    light.kind = kLight_environment;
-    packed.lights.push_back(light);
-    areas.push_back(0);
-    powers.push_back(radius > 0 ? 4 * std::numbers::pi * std::numbers::pi * radius * radius * sky : sky);
-  }
-  if (packed.lights.empty()) return;
-  const LightTable table = build_light_table(powers);
-  if (table.buckets.empty()) throw InternalError("lights without power");
-  packed.light_buckets = table.buckets;
-  std::vector<double> probability(scene.materials.size(), 0.0);
-  for (std::size_t i = 0; i < packed.lights.size(); ++i) {
-    Light& light = packed.lights[i];
-    if (light.kind == kLight_environment) {
-      packed.environment_probability = float(table.probability[i]);
-      packed.light_summary.push_back({"environment", powers[i], table.probability[i]});
-      continue;
-    }
-    light.pdf_m2 = float(table.probability[i] / areas[i]);
-    packed.triangles[light.triangle].light_pdf_m2 = light.pdf_m2;
-    probability[material_of_light[i]] += table.probability[i];
-  }
-  for (std::size_t m = 0; m < by_material.size(); ++m)
-    if (by_material[m] > 0)
-      packed.light_summary.push_back(
-          {fmt::format("material '{}'", scene.materials[m].name), by_material[m], probability[m]});
+  LightPacker(scene, settings, packed).pack();
 }
 
 }  // namespace eikon

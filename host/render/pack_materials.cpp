@@ -71,7 +71,7 @@ class MaterialPacker {
   MaterialRecord record(const Material& m) {
     MaterialRecord r{};
     r.base_color_r = m.base_color.x, r.base_color_g = m.base_color.y, r.base_color_b = m.base_color.z;
-    r.emission_r = m.emission.x, r.emission_g = m.emission.y, r.emission_b = m.emission.z;
+    if (!m.unlit) r.emission_r = m.emission.x, r.emission_g = m.emission.y, r.emission_b = m.emission.z;
     r.flags = lobe_bit(m) | (m.double_sided ? EK_MATERIAL_DOUBLE_SIDED : 0) | (m.unlit ? EK_MATERIAL_UNLIT : 0) |
               (m.alpha_mode == AlphaMode::mask ? EK_MATERIAL_MASK : 0) |
               (m.alpha_mode == AlphaMode::blend ? EK_MATERIAL_BLEND : 0) | (m.solid ? EK_MATERIAL_SOLID : 0);

@@ -27,7 +27,8 @@ void pack_geometry(const Scene& scene, const Features& features, PackedScene& pa
 /// Material records with their textures. throws InputError when those are more than an index can name
 void pack_materials(const Scene& scene, const Features& features, PackedScene& packed);
 
-/// Lights, their table, and the environment. After pack_geometry.
+/// Lights of all kinds, their table, and the environment's map. After the other parts.
+/// throws InputError for an environment that is too large or too bright
 void pack_lights(const Scene& scene, const Settings& settings, PackedScene& packed);
 
 }  // namespace eikon

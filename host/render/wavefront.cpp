@@ -81,7 +81,7 @@ struct Wavefront::Impl {
     filter = filter_table(settings.filter);
     replicates = 1U << settings.replicate_bits;
     channels = std::uint32_t(features.film_channels().size());
-    has_environment = features.has("environment");
+    has_environment = features.has("environment") || features.has("environment_map");
     has_shadow = features.has("next_event");
     compile(features, execution);
     try {
@@ -167,6 +167,8 @@ struct Wavefront::Impl {
     upload_texels();
     upload_array("lights", scene.lights);
     upload_array("light_buckets", scene.light_buckets);
+    upload_array("environment_texels", scene.environment_texels);
+    upload_array("environment_buckets", scene.environment_buckets);
     upload_array("filter_table", filter);
 
     const std::size_t slots = std::size_t{config.chunk + EK_PAD} * config.chunks;

@@ -26,6 +26,7 @@ const Material* first_emitter(const Scene& scene) {
   for (const Node& node : scene.nodes)
     for (const Primitive& primitive : scene.meshes[node.mesh].primitives) {
       const Material& material = scene.materials[primitive.material];
+      if (material.unlit) continue;
       if (material.emission.x > 0 || material.emission.y > 0 || material.emission.z > 0) return &material;
     }
   return nullptr;

@@ -38,7 +38,7 @@ typedef struct {
   uint light_count;               // entries of the light table
   uint film_stride;               // paths (padded) between two channels of the film slots
   uint pixel_stride;              // pixels (padded) between two limbs of the film sums
-  uint environment_width;         // of the environment map, texels
+  uint environment_width;         // of the environment map, texels; environment_map.h
   uint environment_height;
   float environment_sin;          // of its rotation about +Y
   float environment_cos;
@@ -147,27 +147,28 @@ typedef struct {
 } TextureRecord;
 EK_ASSERT_SIZE(TextureRecord, 64);
 
-// An emissive triangle, or the environment (kind 1, nothing else set).
+// An emissive triangle, or another kind of light. Of a point or spot light p0 is its place and p2 holds (cosine of the outer
+// cone, 1 / its distance from that of the inner one, range^2 or infinity); of a spot and a directional light p1 is the
+// direction back to the light, unit; emission is the intensity, W / sr, or of a directional light the irradiance, W / m^2.
+// The environment, constant or a map, sets nothing but kind and pdf_m2.
 typedef struct {
   float p0_x, p0_y, p0_z;         // world, metres
   float p1_x, p1_y, p1_z;
   float p2_x, p2_y, p2_z;
   float emission_r, emission_g, emission_b;
-  float pdf_m2;                   // density of light sampling on its area, selection included
+  float pdf_m2;                   // density of light sampling on its area, selection included; else probability of selection
   uint double_sided;
   uint kind;                      // bit of EK_LIGHT
   uint triangle;                  // index into triangles
 } Light;
 EK_ASSERT_SIZE(Light, 64);
 
-// One bucket of the alias table over lights [Walker 1974; Vose 1991].
+// One bucket of an alias table [Walker 1974; Vose 1991] over lights, or over the texels of the environment's map.
 typedef struct {
-  uint threshold;                 // of 2^32: below, the bucket's own light; else `alias`
+  uint threshold;                 // of 2^32: below, the bucket's own entry; else `alias`
   uint alias;
-  float scale_own;                // 1 / P(own | bucket), for reusing the random number
-  float scale_alias;
 } LightBucket;
-EK_ASSERT_SIZE(LightBucket, 16);
+EK_ASSERT_SIZE(LightBucket, 8);
 
 // Raised by kernels, read once per unit.
 typedef struct {

@@ -3,7 +3,7 @@
 // Finds the material, adds emission, samples a light (the shadow ray carries what arrives if nothing is in the way), scatters, and lets roulette
 // decide. CPU devices pack survivors in place; GPU devices leave that to compact.cl.
 #include "alpha.h"
-#include "light.h"
+#include "light_emission.h"
 #include "material.h"
 #include "medium.h"
 #include "sampler.h"
@@ -32,9 +32,9 @@ EK_FN vf fade(v3 wi, v3 wi_world, v3 n_geom, v3 n_shade) {
 }
 
 kernel void shade(constant Frame* frame, global uint* path_state, global uint* counts, global const uint* queue_rays,
-                  global float* film_slots, EK_SCENE_ARGUMENTS, global const Light* lights,
-                  global const LightBucket* light_buckets, uint depth) {
+                  global float* film_slots, EK_SCENE_ARGUMENTS, EK_LIGHT_ARGUMENTS, uint depth) {
   const SceneData scene = EK_SCENE_DATA;
+  const LightData light_data = EK_LIGHT_DATA;
   global uint* state = chunk_state(path_state);
   const uint count = counts[4 * EK_CHUNK_INDEX + (depth & 1)];
   const uint film_stride = frame->film_stride;
@@ -133,17 +133,13 @@ kernel void shade(constant Frame* frame, global uint* path_state, global uint* c
     const Basis basis = basis_around(n_shade);
     const v3 wo = to_local(basis, neg3(dir));
 
+    const vi both_sides = (material.lobes & (1u << LOBE_transmission)) != 0u;
     vi pending = (vi)(0);
     LightPath shadow;
     v3 arriving;
     if (EK_HAS_next_event) {
-      vu a, b;
-      sample_2d_bits(key, index, bounce_dimension(depth, DIM_LIGHT), &a, &b);
-      LightSample light = light_sample(lights, light_buckets, frame->light_count, frame->environment, basis, a, b);
-      if (EK_HAS_opacity & EK_HAS_area) {  // a scattered ray meets so much of the light; its shadow ray ends before it
-        const vf opacity = opacity_at(scene, light.triangle, light.u, light.v);
-        light.radiance = scale3(light.radiance, light.is_environment | light.is_delta ? (vf)(1.0f) : opacity);
-      }
+      LightSample light = light_sample(frame, light_data, basis, both_sides, light_words(key, index, depth));
+      light.radiance = light_emission(scene, light);
       shadow = light_path(light, surface.p, surface.p_error, n_geom);
       const v3 wi = to_local(basis, shadow.wi);
       const BsdfValue bsdf = bsdf_evaluate(material, wo, wi);
@@ -154,13 +150,13 @@ kernel void shade(constant Frame* frame, global uint* path_state, global uint* c
         weight = power_heuristic(shadow.pdf, bsdf.pdf);
         weight = light.is_delta ? (vf)(1.0f) : weight;
       }
-      arriving = scale3(mul3(mul3(beta, f), light.radiance), weight / shadow.pdf);
+      arriving = scale3(mul3(mul3(beta, f), shadow.radiance), weight / shadow.pdf);
       if (EK_HAS_absorption) {
         const vu towards = medium_after(material, medium, corners.material, front, wi.z < 0.0f);
         arriving = mul3(arriving, transmittance(medium_absorption(scene, towards), sqrt(dot3(shadow.dir, shadow.dir))));
       }
       pending = live & agrees(wi, dot3(shadow.wi, n_geom)) & (shadow.pdf > 0.0f) & (max_component(f) > 0.0f) &
-                (max_component(light.radiance) > 0.0f);
+                (max_component(shadow.radiance) > 0.0f);
     }
 
     vf scatter_u, scatter_v, choice, roulette;
@@ -207,7 +203,7 @@ kernel void shade(constant Frame* frame, global uint* path_state, global uint* c
     if (EK_HAS_absorption)
       EK_KEEP(FIELD_medium, medium_after(material, medium, corners.material, front, scattered.wi.z < 0.0f));
     if (EK_HAS_environment & EK_HAS_next_event & EK_HAS_bsdf_emission)
-      EK_KEEP(FIELD_pdf_environment, AS_U(environment_pdf_sr(frame->environment.w, scattered.wi.z)));
+      EK_KEEP(FIELD_pdf_environment, AS_U(environment_pdf_sr(frame->environment.w, scattered.wi.z, both_sides)));
     if (EK_HAS_next_event) {
 #if EK_CHUNKED
       const Packing cast = packing(pending);

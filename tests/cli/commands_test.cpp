@@ -67,8 +67,8 @@ TEST(Commands, info_prints_the_ledger) {
   const Outcome outcome = here.eikon("info " + scene("cornell.gltf"));
   EXPECT_TRUE(succeeded(outcome));
   for (const char* line :
-       {"triangles", "diffuse", "area", "environment", "vertex_normal", "next_event", "in ", "out ", "material 'light'",
-        "memory", "bvh8", "bvh2", "W (mean", "material 'white': diffuse", "emits (", "textures\n  none"})
+       {"triangles", "diffuse", "area", "environment", "vertex_normal", "next_event", "in ", "out ",
+        "'light': ", "memory", "bvh8", "bvh2", "W (lm)", "material 'white': diffuse", "emits (", "textures\n  none"})
     EXPECT_TRUE(contains(outcome.out, line)) << line << " in\n" << outcome.out;
   // Who needs it, or why it is out.
   EXPECT_TRUE(contains(outcome.out, "environment      out")) << outcome.out;

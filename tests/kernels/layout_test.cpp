@@ -134,8 +134,7 @@ namespace {
   F(Light, p0_z) F(Light, p1_x) F(Light, p1_y) F(Light, p1_z) F(Light, p2_x) F(Light, p2_y) F(Light, p2_z)   \
       F(Light, emission_r) F(Light, emission_g) F(Light, emission_b) F(Light, pdf_m2) F(Light, double_sided) \
           F(Light, kind) F(Light, triangle)
-#define BUCKET_FIELDS(F) \
-  F(LightBucket, threshold) F(LightBucket, alias) F(LightBucket, scale_own) F(LightBucket, scale_alias)
+#define BUCKET_FIELDS(F) F(LightBucket, threshold) F(LightBucket, alias)
 #define DIAGNOSTICS_FIELDS(F) \
   F(Diagnostics, nonfinite) F(Diagnostics, saturated) F(Diagnostics, reported) F(Diagnostics, report)
 #define RECORDS(R)                                                                                             \

@@ -269,7 +269,7 @@ struct Sample {
 };
 
 std::vector<Sample> sample(const Lights& lights, const Words& a, const Words& b, const std::vector<Vec>& p,
-                           const Vec& p_error, const Vec& n) {
+                           const Vec& p_error, const Vec& n, bool both_sides = false) {
   std::vector<Words> in{a, b};
   for (std::size_t k = 0; k < 3; ++k) {
     in.emplace_back();
@@ -277,12 +277,18 @@ std::vector<Sample> sample(const Lights& lights, const Words& a, const Words& b,
   }
   for (std::size_t k = 0; k < 3; ++k) in.emplace_back(a.size(), as_word(float(p_error[k])));
   for (std::size_t k = 0; k < 3; ++k) in.emplace_back(a.size(), as_word(float(n[k])));
+  in.emplace_back(a.size(), both_sides ? 1U : 0U);
+  in.insert(in.end(), 2, Words(a.size(), 0U));
+  Frame frame{};
+  frame.environment = {lights.environment[0], lights.environment[1], lights.environment[2], lights.environment[3]};
+  frame.light_count = std::uint32_t(lights.table.buckets.size());
   const auto out = Probe("light")
                        .buffer("lights", lights.records)
                        .buffer("light_buckets", lights.table.buckets)
-                       .buffer("environment", std::vector<float>(lights.environment.begin(), lights.environment.end()))
-                       .value("light_count", std::uint32_t(lights.table.buckets.size()))
-                       .run("probe_light", in, 23);
+                       .buffer("frame", std::vector<Frame>{frame})
+                       .buffer("environment_texels", std::vector<float4>(1))
+                       .buffer("environment_buckets", std::vector<LightBucket>(1))
+                       .run("probe_light", in, 27);
   std::vector<Sample> samples;
   const auto f = [&](std::size_t k, std::size_t i) { return double(as_float(out[k][i])); };
   const auto vec = [&](std::size_t k, std::size_t i) { return Vec{f(k, i), f(k + 1, i), f(k + 2, i)}; };
@@ -406,6 +412,19 @@ TEST(Light, L13_a_constant_environment_gives_the_same_irradiance_from_every_samp
   const Vec n{diagonal, -diagonal, diagonal};
   for (const double estimate : irradiance(sample_at(lights, random, 100000, {5, 6, 7}, n), n))
     ASSERT_NEAR(estimate, 3 * std::numbers::pi, 3 * std::numbers::pi * 2e-3) << "grazing directions lose digits";
+}
+
+TEST(Light, where_light_from_below_counts_the_environment_is_sampled_on_both_sides) {
+  const Lights lights = with_table({}, 3.0F, 1.0);
+  std::mt19937 random(16);
+  const Words a = random_words(random, 100000), b = random_words(random, 100000);
+  std::size_t below = 0;
+  for (const Sample& s : sample(lights, a, b, {{0, 0, 0}}, {0, 0, 0}, {0, 0, 1}, true)) {
+    below += s.wi[2] < 0 ? 1 : 0;
+    ASSERT_NEAR(s.radiance[0] * std::abs(s.wi[2]) / s.pdf, 6 * std::numbers::pi, 6 * std::numbers::pi * 2e-3);
+    ASSERT_NEAR(s.pdf, s.pdf_asked, 2e-6 * s.pdf);
+  }
+  EXPECT_NEAR(double(below), 50000, 4 * std::sqrt(25000.0));
 }
 
 TEST(Light, triangles_and_environment_together_give_the_sum_of_each) {

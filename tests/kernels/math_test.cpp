@@ -94,6 +94,43 @@ TEST(Math, exp2_beyond_the_range_is_0_or_infinite) {
   EXPECT_EQ(Probe("math").run("probe_exp2", {above}, 1)[0], Words(above.size(), as_word(inf)));
 }
 
+double atan2_turns_error(const Words& y, const Words& x) {
+  const Words out = Probe("math").run("probe_atan2_turns", {y, x}, 1)[0];
+  double worst = 0;
+  for (std::size_t i = 0; i < y.size(); ++i) {
+    const double exact = std::atan2(double(as_float(y[i])), double(as_float(x[i]))) / (2 * std::numbers::pi);
+    const double error = ulp_error(as_float(out[i]), exact);
+    if (!(error <= worst)) worst = error;  // NaN too
+  }
+  return worst;
+}
+
+TEST(Math, atan2_turns_is_within_2_2_ulp_all_around_and_at_any_ratio) {
+  std::mt19937 random(3);
+  Words y, x;
+  for (int i = 0; i < 1 << 20; ++i) {
+    const double angle = 2 * std::numbers::pi * double(random()) / 4294967296.0;
+    y.push_back(as_word(float(std::sin(angle))));
+    x.push_back(as_word(float(std::cos(angle))));
+  }
+  for (int i = 0; i < 1 << 20; ++i)
+    for (Words* words : {&y, &x}) {
+      const float magnitude = std::ldexp(float(random() >> 8) * 0x1p-24F + 1.0F, int(random() % 80) - 40);
+      words->push_back(as_word((random() & 1U) != 0 ? magnitude : -magnitude));
+    }
+  EXPECT_LE(atan2_turns_error(y, x), 2.2);
+}
+
+TEST(Math, atan2_turns_is_exact_on_axes_and_diagonals_and_0_at_the_origin) {
+  const float d = 1e-40F;  // denormal
+  const std::vector<float> y{0, -0.0F, 1, -1, 0, -0.0F, 3, 3, -3, -3, 0, -0.0F, 0, d, -d, 1},
+      x{1, 2, 0, -0.0F, -1, -5, 3, -3, 3, -3, 0, 0, -0.0F, d, -d, 1e-30F};
+  const float expected[] = {0,       -0.0F,   0.25F, -0.25F, 0.5F, -0.5F, 0.125F, 0.375F,
+                            -0.125F, -0.375F, 0,     -0.0F,  0,    0,     -0.0F,  0.25F};
+  const Words out = Probe("math").run("probe_atan2_turns", {as_words(y), as_words(x)}, 1)[0];
+  for (std::size_t i = 0; i < y.size(); ++i) EXPECT_EQ(out[i], as_word(expected[i])) << y[i] << ", " << x[i];
+}
+
 // The host is compiled without contraction, so it has the bits that the text of math.h promises.
 TEST(Math, vector_functions_round_as_written) {
   std::mt19937 random(2);

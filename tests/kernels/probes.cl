@@ -84,6 +84,8 @@ kernel void probe_sincos_2pi(PROBE_ARGUMENTS) {
   OUT_F(0, s);
   OUT_F(1, c);
 }
+
+kernel void probe_atan2_turns(PROBE_ARGUMENTS) { OUT_F(0, atan2_turns(IN_F(0), IN_F(1))); }
 #endif
 
 #ifdef EK_PROBE_sampler
@@ -283,18 +285,18 @@ kernel void probe_choose_light(PROBE_ARGUMENTS, global const LightBucket* light_
   OUT_F(2, c.v);
 }
 
-// Inputs: two random words, shading point, its error per axis, its normal.
-kernel void probe_light(PROBE_ARGUMENTS, global const Light* lights, global const LightBucket* light_buckets,
-                        uint light_count, global const float4* environment) {
+// Inputs: two random words, shading point, its error per axis, its normal, whether light from below counts, two more words.
+kernel void probe_light(PROBE_ARGUMENTS, constant Frame* frame, EK_LIGHT_ARGUMENTS) {
+  const LightData data = EK_LIGHT_DATA;
   const v3 p = IN_3(2);
   const v3 p_error = IN_3(5);
   const v3 n = IN_3(8);
-  const vu a = IN_U(0);
-  const vu b = IN_U(1);
+  const vi both_sides = IN_U(11) != 0u;
+  const LightWords words = {IN_U(0), IN_U(1), IN_U(12), IN_U(13)};
   const Basis basis = basis_around(n);
-  const LightSample s = light_sample(lights, light_buckets, light_count, environment[0], basis, a, b);
+  const LightSample s = light_sample(frame, data, basis, both_sides, words);
   const LightPath path = light_path(s, p, p_error, n);
-  OUT_U(0, s.is_environment ? (vu)(1u) : (vu)(0u));
+  OUT_U(0, s.is_distant ? (vu)(1u) : (vu)(0u));
   OUT_3(1, s.p);
   OUT_3(4, s.n);
   OUT_3(7, s.radiance);
@@ -306,8 +308,27 @@ kernel void probe_light(PROBE_ARGUMENTS, global const Light* lights, global cons
   OUT_F(21, path.t_max);
   // What a ray that met the same point or direction would be weighted with.
   const v3 d = sub3(s.p, p);
-  const vf density_of_hit = light_pdf_sr_of_hit(s.pdf, s.n, path.wi, sqrt(dot3(d, d)));
-  OUT_F(22, s.is_environment ? environment_pdf_sr(environment[0].w, dot3(path.wi, basis.z)) : density_of_hit);
+  vf asked = light_pdf_sr_of_hit(s.pdf, s.n, path.wi, sqrt(dot3(d, d)));
+  const vf constant_sky = environment_pdf_sr(frame->environment.w, dot3(path.wi, basis.z), both_sides);
+  const vf sky = frame->environment_width > 0
+                     ? environment_map_value(frame, environment_texels, path.wi).pdf
+                     : constant_sky;
+  asked = s.is_distant ? sky : asked;
+  OUT_F(22, asked);
+  OUT_3(23, path.radiance);
+  OUT_U(26, s.is_delta ? (vu)(1u) : (vu)(0u));
+}
+
+// Inputs: a direction.
+kernel void probe_environment_map(PROBE_ARGUMENTS, constant Frame* frame, global const float4* environment_texels) {
+  const v3 dir = IN_3(0);
+  const MapPlace place = map_place(frame, dir);
+  const MapValue value = environment_map_value(frame, environment_texels, dir);
+  OUT_3(0, value.radiance);
+  OUT_F(3, value.pdf);
+  OUT_F(4, place.x);
+  OUT_F(5, place.y);
+  OUT_U(6, map_texel(frame, place));
 }
 #endif
 

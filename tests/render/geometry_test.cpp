@@ -90,7 +90,7 @@ TEST(Geometry, G16_power_of_an_area_light_is_that_of_its_true_area) {
   const PackedScene packed = pack_scene(scene, Features(scene, settings), settings);
   ASSERT_EQ(packed.light_summary.size(), 1U);
   // Corners are floats: 3e-5 m off where they are 1e3 m away.
-  EXPECT_NEAR(packed.light_summary[0].power / (3 * std::numbers::pi * area), 1, 1e-4);
+  EXPECT_NEAR(packed.light_summary[0].flux / (3 * std::numbers::pi * area), 1, 1e-4);
 }
 
 TEST(Geometry, G16_a_stretched_node_lights_as_its_baked_mesh) {

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+// What an area light's material does to its radiance at the point that light_sample chose, as hit_material does for rays that
+// meet the light: its emissive texture, and its opacity, of which a shadow ray that ends before the light knows nothing.
+#ifndef EK_LIGHT_EMISSION_H
+#define EK_LIGHT_EMISSION_H
+#include "light.h"
+#include "material.h"
+
+/// The sample's radiance; that of lights other than triangles as it is.
+EK_FN v3 light_emission(SceneData scene, LightSample s) {
+  if (!(EK_HAS_area & (EK_HAS_emissive_texture | EK_HAS_opacity))) return s.radiance;
+  const vi is_area = !(s.is_distant | s.is_punctual);
+  const vu triangle = is_area ? s.triangle : (vu)(0u);
+  const Rec r = rec16(scene.materials, gather_u((global const uint*)scene.triangles, triangle * 16u + 9u));
+  const Coordinates at = hit_coordinates(scene, triangle, s.b1, s.b2);
+  v3 radiance = s.radiance;
+  if (EK_HAS_emissive_texture) {
+    const v4 c = texture_or(scene, AS_U(r.wf), at, (vf)(1.0f));
+    radiance = mul3(radiance, V3(c.x, c.y, c.z));
+  }
+  if (EK_HAS_opacity) radiance = scale3(radiance, material_opacity(scene, r, triangle, at, s.b1, s.b2));
+  return select3(is_area, radiance, s.radiance);
+}
+
+#endif
