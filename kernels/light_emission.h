@@ -12,13 +12,13 @@ EK_FN v3 light_emission(SceneData scene, LightSample s) {
   const vi is_area = !(s.is_distant | s.is_punctual);
   const vu triangle = is_area ? s.triangle : (vu)(0u);
   const Rec r = rec16(scene.materials, gather_u((global const uint*)scene.triangles, triangle * 16u + 9u));
-  const Coordinates at = hit_coordinates(scene, triangle, s.b1, s.b2);
+  const HitAttributes at = hit_attributes(scene, triangle, s.b1, s.b2);
   v3 radiance = s.radiance;
   if (EK_HAS_emissive_texture) {
     const v4 c = texture_or(scene, AS_U(r.wf), at, (vf)(1.0f));
     radiance = mul3(radiance, V3(c.x, c.y, c.z));
   }
-  if (EK_HAS_opacity) radiance = scale3(radiance, material_opacity(scene, r, triangle, at, s.b1, s.b2));
+  if (EK_HAS_opacity) radiance = scale3(radiance, material_opacity(scene, r, at));
   return select3(is_area, radiance, s.radiance);
 }
 

@@ -5,6 +5,8 @@
 #include <bit>
 #include <cmath>
 
+#include "core/error.h"
+
 namespace eikon {
 namespace {
 
@@ -55,9 +57,19 @@ EmissiveTextures::Place EmissiveTextures::corner_place(std::uint32_t index, cons
           .y = (double(texture.v_u) * u + double(texture.v_v) * v + double(texture.v_1)) * texture.height};
 }
 
+std::span<const std::uint32_t> EmissiveTextures::texels_of(const TextureRecord& texture) const {
+  std::uint64_t first = 0;
+  for (const std::span<const std::uint32_t> part : packed_.texels) {
+    if (first == texture.first_texel) return part;
+    first += part.size();
+  }
+  throw InternalError("a texture without texels");
+}
+
 const EmissiveTextures::LitTexels& EmissiveTextures::lit_texels(const TextureRecord& texture, std::uint32_t channels) {
   LitTexels& lit = lit_[{texture.first_texel, channels}];
   if (!lit.sums.empty()) return lit;
+  const std::span<const std::uint32_t> texels = texels_of(texture);
   lit.width = texture.width;
   lit.height = texture.height;
   const std::size_t stride = std::size_t{lit.width} + 1;
@@ -65,7 +77,7 @@ const EmissiveTextures::LitTexels& EmissiveTextures::lit_texels(const TextureRec
   for (std::size_t y = 0; y < lit.height; ++y) {
     std::uint32_t row = 0;
     for (std::size_t x = 0; x < lit.width; ++x) {
-      row += (packed_.texels[texture.first_texel + y * lit.width + x] & channels) != 0 ? 1 : 0;
+      row += (texels[y * lit.width + x] & channels) != 0 ? 1 : 0;
       lit.sums[(y + 1) * stride + x + 1] = lit.sums[y * stride + x + 1] + row;
     }
   }
@@ -85,15 +97,15 @@ bool EmissiveTextures::may_emit(const TextureRecord& texture, std::uint32_t chan
 }
 
 glm::dvec3 EmissiveTextures::lookup(const TextureRecord& texture, Place place) const {
+  const std::span<const std::uint32_t> texels = texels_of(texture);
   const auto texel = [&](double x, double y) {
     const std::uint32_t word =
-        packed_.texels[texture.first_texel + std::size_t{wrapped(y, axis_v(texture))} * texture.width +
-                       wrapped(x, axis_u(texture))];
+        texels[std::size_t{wrapped(y, axis_v(texture))} * texture.width + wrapped(x, axis_u(texture))];
     glm::dvec3 color;
     for (int c = 0; c < 3; ++c) {
       const std::uint32_t code = (word >> (8 * c)) & 255U;
       color[c] =
-          (texture.flags & EK_TEXTURE_SRGB) != 0 ? double(std::bit_cast<float>(packed_.texels[code])) : code / 255.0;
+          (texture.flags & EK_TEXTURE_SRGB) != 0 ? double(std::bit_cast<float>(packed_.texels[0][code])) : code / 255.0;
     }
     return color;
   };

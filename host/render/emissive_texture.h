@@ -2,6 +2,7 @@
 // How much of its material's emission a triangle gives off where a texture says so, for choosing among lights.
 #pragma once
 #include <map>
+#include <span>
 
 #include "render/pack.h"
 
@@ -27,6 +28,7 @@ class EmissiveTextures {
   };
 
   [[nodiscard]] Place corner_place(std::uint32_t index, const TextureRecord& texture, int corner) const;
+  [[nodiscard]] std::span<const std::uint32_t> texels_of(const TextureRecord& texture) const;
   [[nodiscard]] const LitTexels& lit_texels(const TextureRecord& texture, std::uint32_t channels);
   [[nodiscard]] bool may_emit(const TextureRecord& texture, std::uint32_t channels, const Place (&corners)[3]);
   [[nodiscard]] glm::dvec3 lookup(const TextureRecord& texture, Place place) const;

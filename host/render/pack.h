@@ -19,9 +19,8 @@ struct PackedLight {
   std::string name{};  // of the material or light; empty for a constant environment
   double flux = 0;     // that it gives off, W; of distant light what enters the sphere around the scene
   double area_m2 = 0;  // of an area light
-  double strength =
-      0;  // intensity of a point or spot light, W / sr; directional: irradiance, W / m^2; else mean radiance,
-          // W / (sr m^2)
+  // Point, spot: intensity, W / sr; directional: irradiance, W / m^2; else mean radiance, W / (sr m^2).
+  double strength = 0;
   double probability = 0;  // of being sampled
 };
 
