@@ -122,6 +122,23 @@ TEST(LightArea, one_lit_texel_of_many_is_found_by_each_way) {
   }
 }
 
+TEST(LightArea, a_lamp_with_holes_gives_what_its_opacity_leaves) {
+  for (const AlphaMode mode : {AlphaMode::mask, AlphaMode::blend}) {
+    // A quarter of the lamp is opaque; of the rest a tenth, which MASK cuts off.
+    Scene lamp = textured_lamp(2, 2, {kWhite, 0x1affffff, 0x1affffff, 0x1affffff}, TextureFilter::nearest, 4);
+    Material& material = lamp.materials.back();
+    material.base_color_texture = material.emissive_texture;
+    material.alpha_mode = mode;
+    const float rest = mode == AlphaMode::mask ? 0 : 4 * 26.0F / 255;
+    const Scene reference = mosaic(2, [&](int i, int j) { return glm::vec3(i == 0 && j == 0 ? 4 : rest); });
+    const Film expected = film_of(reference, under_the_lamp(4096, LightSampling::mis, 9));
+    for (LightSampling sampling : {LightSampling::mis, LightSampling::light, LightSampling::cosine}) {
+      const Film film = film_of(lamp, under_the_lamp(4096, sampling, std::uint32_t(sampling)));
+      EXPECT_TRUE(agree(mean_of(film, 0), mean_of(expected, 0), 6)) << int(mode) << ", " << int(sampling);
+    }
+  }
+}
+
 PackedScene packed(const Scene& scene) {
   const Settings settings = settings_for(1, 1, 1);
   return pack_scene(scene, Features(scene, settings), settings);
