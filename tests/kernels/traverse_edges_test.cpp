@@ -4,9 +4,7 @@
 
 #include <random>
 
-#include "device/device.h"
-#include "device/kernel_sources.h"
-#include "shared/records.h"
+#include "kernels/traverse_probe.h"
 
 namespace eikon {
 namespace {
@@ -17,9 +15,10 @@ const char* const kSource = R"(
 #include "hit.h"
 kernel void edges(constant Frame* frame, global const Triangle* triangles, global uint* hits) {
   const uint index = (uint)get_global_id(0);
-  const Geometry geometry = {0, 0, triangles};
+  const Geometry geometry = {0, 0, {triangles, 0, 0, 0, 0, 0, 0, 0}};
+  const OpacityKey key = {(vu)(0u), (vu)(0u)};
   RayTable table;
-  ray_store(&table, 0, ray_lanes(frame, V3((vf)(0.0f), (vf)(0.0f), (vf)(0.0f)), V3((vf)(0.0f), (vf)(0.0f), (vf)(1.0f))));
+  ray_store(&table, 0, ray_lanes(frame, V3((vf)(0.0f), (vf)(0.0f), (vf)(0.0f)), V3((vf)(0.0f), (vf)(0.0f), (vf)(1.0f)), key));
   const RayOne ray = ray_pick(&table, 0);
   Hit hit = no_hit(INFINITY);
   try_triangle(geometry, &ray, index, 0, &hit);
@@ -59,7 +58,8 @@ TEST(TraverseEdges, slivers_that_rounding_cannot_tell_from_lines_are_hit_exactly
   for (const DeviceInfo& info : select_devices("all")) {
     Device device(info);
     ProgramOptions options;
-    options.defines = {{"EK_WIDTH", "1"}, {"EK_CHUNKED", "1"}};
+    options.defines = feature_defines(false);
+    options.defines["EK_WIDTH"] = options.defines["EK_CHUNKED"] = "1";
     Kernel kernel = device.build(expand_includes(kSource, "traverse_edges_test.cl"), options).kernel("edges");
     Arguments arguments;
     arguments.set("frame", device.upload(std::vector<Frame>{frame}));

@@ -42,6 +42,20 @@ inline Frame frame_of(const std::vector<float>& soup) {
   return frame;
 }
 
+/// Defines that say which features there are: diffuse surfaces, and opacity if asked for.
+inline std::map<std::string, std::string> feature_defines(bool opacity) {
+  std::map<std::string, std::string> all = {
+#define EK_LOBE(name, bit) {"EK_HAS_" #name, "0"},
+#define EK_LIGHT(name, bit) {"EK_HAS_" #name, "0"},
+#define EK_OPTION(name) {"EK_HAS_" #name, "0"},
+#define EK_AOV(name, channels) {"EK_HAS_" #name, "0"},
+#include "shared/features.def"
+  };
+  all["EK_HAS_diffuse"] = "1";
+  if (opacity) all["EK_HAS_opacity"] = "1";
+  return all;
+}
+
 /// One scene in one layout at one lane width.
 class TraverseProbe {
  public:
@@ -58,13 +72,13 @@ class TraverseProbe {
   TraverseProbe(Device& device, const std::vector<float>& soup, const Options& options)
       : device_(device), accel_(build(soup, options.layout)), coherent_(options.coherent) {
     ProgramOptions program;
+    program.defines = feature_defines(options.opacity);
     for (const char* name : {"bvh8", "bvh2", "none"}) {
       program.defines[std::string("EK_LAYOUT_") + name] = options.layout == name ? "1" : "0";
     }
     program.defines["EK_STACK_SIZE"] = std::to_string(accel_.stack_size);
     program.defines["EK_WIDTH"] = std::to_string(options.width);
     program.defines["EK_CHUNK"] = std::to_string(kChunk);
-    for (const auto& [name, value] : features(options.opacity)) program.defines["EK_HAS_" + name] = value;
     if (options.portable) program.defines["EK_PORTABLE"] = "1";
     const Program built = device.build(kernel_text("trace_rays.cl"), program);
     closest_ = built.kernel("trace_closest");
@@ -114,19 +128,6 @@ class TraverseProbe {
 
  private:
   static constexpr std::size_t kChunk = 256;
-
-  static std::map<std::string, std::string> features(bool opacity) {
-    std::map<std::string, std::string> all = {
-#define EK_LOBE(name, bit) {#name, "0"},
-#define EK_LIGHT(name, bit) {#name, "0"},
-#define EK_OPTION(name) {#name, "0"},
-#define EK_AOV(name, channels) {#name, "0"},
-#include "shared/features.def"
-    };
-    all["diffuse"] = "1";
-    if (opacity) all["opacity"] = "1";
-    return all;
-  }
 
   static Accel build(const std::vector<float>& soup, const std::string& layout) {
     AccelOptions options;

@@ -5,9 +5,7 @@
 #include <cmath>
 #include <random>
 
-#include "device/device.h"
-#include "device/kernel_sources.h"
-#include "shared/records.h"
+#include "kernels/traverse_probe.h"
 
 namespace eikon {
 namespace {
@@ -22,7 +20,8 @@ const char* const kSource = R"(
 kernel void leave(constant Frame* frame, global const Triangle* triangles, global const float* draws, global uint* self_hits,
                   uint rays_each) {
   const uint index = (uint)get_global_id(0);
-  const Geometry geometry = {0, 0, triangles};
+  const Geometry geometry = {0, 0, {triangles, 0, 0, 0, 0, 0, 0, 0}};
+  const OpacityKey key = {(vu)(0u), (vu)(0u)};
   const TriangleLanes triangle = load_triangle(triangles, (vu)(index));
   const v3 n = triangle_normal(triangle.p0, triangle.p1, triangle.p2);
   uint count[2] = {0, 0};
@@ -40,7 +39,7 @@ kernel void leave(constant Frame* frame, global const Triangle* triangles, globa
       // A target within rounding error of the surface may lie on its other side as seen from the moved origin.
       const int leaves = (dot3(towards, n) < 0.0f) == (dot3(dir, n) < 0.0f);
       RayTable table;
-      ray_store(&table, 0, ray_lanes(frame, origin, dir));
+      ray_store(&table, 0, ray_lanes(frame, origin, dir, key));
       const RayOne ray = ray_pick(&table, 0);
       Hit hit = no_hit(INFINITY);
       try_triangle(geometry, &ray, index, 0, &hit);
@@ -52,9 +51,10 @@ kernel void leave(constant Frame* frame, global const Triangle* triangles, globa
 }
 )";
 
-TEST(TraverseSpawn, G3_rays_that_leave_a_triangle_of_any_size_do_not_hit_it) {
+/// Triangles with coordinates from 10^-decades to 10^decades: the more, the more of them are needles.
+void expect_no_self_hits(float decades) {
   std::mt19937 random(1);
-  std::uniform_real_distribution<float> unit(0.0F, 1.0F), exponent(-8.0F, 8.0F);
+  std::uniform_real_distribution<float> unit(0.0F, 1.0F), exponent(-decades, decades);
   const auto coordinate = [&] { return (unit(random) < 0.5F ? -1.0F : 1.0F) * std::pow(10.0F, exponent(random)); };
   std::vector<Triangle> triangles(kTriangles);
   for (Triangle& t : triangles) {
@@ -74,7 +74,8 @@ TEST(TraverseSpawn, G3_rays_that_leave_a_triangle_of_any_size_do_not_hit_it) {
   for (const DeviceInfo& info : select_devices("all")) {
     Device device(info);
     ProgramOptions options;
-    options.defines = {{"EK_WIDTH", "1"}, {"EK_CHUNKED", "1"}};
+    options.defines = feature_defines(false);
+    options.defines["EK_WIDTH"] = options.defines["EK_CHUNKED"] = "1";
     Kernel kernel = device.build(expand_includes(kSource, "traverse_spawn_test.cl"), options).kernel("leave");
     Arguments arguments;
     arguments.set("frame", device.upload(std::vector<Frame>{frame}));
@@ -87,9 +88,15 @@ TEST(TraverseSpawn, G3_rays_that_leave_a_triangle_of_any_size_do_not_hit_it) {
     std::uint32_t total[2] = {0, 0};
     const auto counts = device.read_all<std::uint32_t>(arguments.buffers().at("self_hits"));
     for (std::size_t i = 0; i < counts.size(); ++i) total[i % 2] += counts[i];
-    EXPECT_EQ(total[0], 0U) << info.name << ": rays";
-    EXPECT_EQ(total[1], 0U) << info.name << ": segments to a point";
+    EXPECT_EQ(total[0], 0U) << info.name << ": rays, decades " << decades;
+    EXPECT_EQ(total[1], 0U) << info.name << ": segments to a point, decades " << decades;
   }
+}
+
+TEST(TraverseSpawn, G3_rays_that_leave_a_triangle_of_any_size_do_not_hit_it) { expect_no_self_hits(8); }
+
+TEST(TraverseSpawn, rays_that_leave_a_triangle_of_any_shape_do_not_hit_it) {
+  for (const float decades : {0.1F, 0.5F, 1.0F, 2.0F, 4.0F}) expect_no_self_hits(decades);
 }
 
 }  // namespace
