@@ -6,9 +6,11 @@
 // with the same bits in each. Deviations from the paper:
 //   - The sign of a difference of two rounded products is right or zero, never wrong. Where it is zero, the products' rounding
 //     errors decide, found by splitting [Dekker 1971]: exact like the paper's double precision, which not every device has.
-//   - t is refused where its error bound reaches zero [Pharr, Jakob, Humphreys 2023, PBR section 6.8.4], so that a ray that
-//     was moved off a surface by the matching bound cannot meet it again; not so when all corners lie in front of the
-//     origin beyond error, which a ray's own surface never does, and edge-on triangles do.
+//   - Where the error bound of t reaches zero [Pharr, Jakob, Humphreys 2023, PBR section 6.8.4], t is found anew from the
+//     plane of the corners as they were given, and refused unless positive. That errs by less than the offset with which
+//     rays leave a surface (surface.h): they miss it and its copies, but not a wall that touches it. Of needles and edge-on
+//     triangles no plane is known so well: there t is refused within its bound. None of this where all corners lie in front
+//     of the origin beyond error, which a ray's own surface never does.
 //   - t is moved into the interval of the triangle's box (ray.h). It leaves it only by rounding, for edge-on triangles.
 #if EK_SHAPE == 1
 #define SHAPE(name) name##_one
@@ -112,15 +114,36 @@ EK_FN SHAPE(TriangleHit) SHAPE(triangle_hit)(const ShapeRay* ray, SHAPE(Corners)
     const ShapeF max_t = SHAPE(shape_max)(last_t, -first_t);
     // With coordinates below twice the reach, the bound below is less than half of this one: where t exceeds it, all is well.
     const ShapeF coarse_t = (0x1p-19f + (0x1p-14f * ray->reach) * ray->reach * inverse_size) * max_t;
-    if (SHAPE_ANY(r.hit & !in_front & !(t > coarse_t))) {
-      const ShapeF max_x = SHAPE(shape_max)(SHAPE(shape_max)(SHAPE(shape_abs)(ax), SHAPE(shape_abs)(bx)), SHAPE(shape_abs)(cx));
-      const ShapeF max_y = SHAPE(shape_max)(SHAPE(shape_max)(SHAPE(shape_abs)(ay), SHAPE(shape_abs)(by)), SHAPE(shape_abs)(cy));
-      const ShapeF max_z = SHAPE(shape_max)(SHAPE(shape_max)(SHAPE(shape_abs)(az), SHAPE(shape_abs)(bz)), SHAPE(shape_abs)(cz));
-      const ShapeF max_e = SHAPE(shape_max)(most, -least);
-      const ShapeF delta_x = gamma5 * (max_x + max_z), delta_y = gamma5 * (max_y + max_z);
-      const ShapeF delta_e = 2.0f * ((gamma2 * max_x * max_y + delta_y * max_x) + delta_x * max_y);
-      const ShapeF delta_t = 3.0f * ((2.0f * gamma3 * max_e + delta_e) * max_t) * inverse_size;
-      r.hit = r.hit & (in_front | (t > delta_t));
+    const ShapeI uncertain = r.hit & !in_front & !(t > coarse_t);
+    if (SHAPE_ANY(uncertain)) {
+      const ShapeF px = p.bx - p.ax, py = p.by - p.ay, pz = p.bz - p.az;
+      const ShapeF qx = p.cx - p.ax, qy = p.cy - p.ay, qz = p.cz - p.az;
+      // The weights and the normal are off by some 2^-24 longest^2 / size each, the new t by the product of both.
+      const ShapeF max_x = SHAPE(shape_max)(SHAPE(shape_abs)(px), SHAPE(shape_abs)(qx));
+      const ShapeF max_y = SHAPE(shape_max)(SHAPE(shape_abs)(py), SHAPE(shape_abs)(qy));
+      const ShapeF max_z = SHAPE(shape_max)(SHAPE(shape_abs)(pz), SHAPE(shape_abs)(qz));
+      const ShapeF longest = SHAPE(shape_max)(SHAPE(shape_max)(max_x, max_y), max_z);
+      const ShapeI well_shaped = longest * longest < 0x1p12f * size;
+      // The normal, so long that its product with the direction (sx, sy, 1) is 1, times the vector from the origin to the point
+      // of the weights. That vector is short, so that the normal's own error does not count, and it is exact along an axis
+      // on which the corners agree.
+      const ShapeF nx = (qy * pz - qz * py) * inverse, ny = (qz * px - qx * pz) * inverse, nz = (qx * py - qy * px) * inverse;
+      const ShapeF wa = ea * inverse, wb = eb * inverse, wc = ec * inverse;
+      const ShapeF dx = (wa * (p.ax - ray->p_ox) + wb * (p.bx - ray->p_ox)) + wc * (p.cx - ray->p_ox);
+      const ShapeF dy = (wa * (p.ay - ray->p_oy) + wb * (p.by - ray->p_oy)) + wc * (p.cy - ray->p_oy);
+      const ShapeF plane_t = (nx * dx + ny * dy) * ray->p_rz + nz * t;
+      t = (uncertain & well_shaped) ? plane_t : t;
+      r.hit = r.hit & (!uncertain | !well_shaped | (t > zero));
+      if (SHAPE_ANY(r.hit & uncertain & !well_shaped)) {
+        const ShapeF most_x = SHAPE(shape_max)(SHAPE(shape_max)(SHAPE(shape_abs)(ax), SHAPE(shape_abs)(bx)), SHAPE(shape_abs)(cx));
+        const ShapeF most_y = SHAPE(shape_max)(SHAPE(shape_max)(SHAPE(shape_abs)(ay), SHAPE(shape_abs)(by)), SHAPE(shape_abs)(cy));
+        const ShapeF most_z = SHAPE(shape_max)(SHAPE(shape_max)(SHAPE(shape_abs)(az), SHAPE(shape_abs)(bz)), SHAPE(shape_abs)(cz));
+        const ShapeF max_e = SHAPE(shape_max)(most, -least);
+        const ShapeF delta_x = gamma5 * (most_x + most_z), delta_y = gamma5 * (most_y + most_z);
+        const ShapeF delta_e = 2.0f * ((gamma2 * most_x * most_y + delta_y * most_x) + delta_x * most_y);
+        const ShapeF delta_t = 3.0f * ((2.0f * gamma3 * max_e + delta_e) * max_t) * inverse_size;
+        r.hit = r.hit & (!uncertain | well_shaped | (t > delta_t));
+      }
     }
 
     // On z, t lies between those of the corners but for 8 units of 2^-24, well within the pad; a step into the interval on

@@ -96,9 +96,8 @@ TEST(ShadingNormals, M19_mapped_walls_let_no_light_into_a_closed_box) {
       Settings settings = furnace_view(64, 16);
       settings.camera = look_at_camera({0.2, 0.1, 0.3}, {-1, -0.3, -0.8}, {0, 1, 0}, 2.0);
       const Film film = film_of(scene, settings);
-      // Some rays in a hundred thousand start so near to an edge of the box that triangle_hit's error bound cannot tell the
-      // other wall from their own, with flat shading too. Normals that let light through would show a hundred times more.
-      EXPECT_LT(mean_of(film).mean, 1e-4) << "metallic " << base.metallic << ", inwards " << inwards;
+      // One path of these may escape by rounding, at an edge. Normals that let light through would show a hundred times more.
+      EXPECT_LT(mean_of(film).mean, 2e-5) << "metallic " << base.metallic << ", inwards " << inwards;
     }
 }
 
