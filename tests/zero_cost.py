@@ -19,7 +19,7 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 CLANG = os.environ.get("CLANG", "clang-14")
 ARRAYS = ["triangle_normals", "triangle_tangents", "triangle_colors", "material_extensions", "textures", "texels"]
 # Headers of single features; those that are not there yet, or no more, are no error.
-FEATURES = re.compile(r"alpha|bsdf_(?!diffuse).*|environment_map|fresnel|ggx.*|light_.*|medium|microfacet|normal_map|"
+FEATURES = re.compile(r"alpha|bsdf_(?!diffuse).*|environment_map|fresnel|ggx.*|light_punctual|medium|microfacet|normal_map|"
                       r"shading_normal|texture")
 
 

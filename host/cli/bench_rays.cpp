@@ -74,7 +74,7 @@ class RayBench {
       options.defines[fmt::format("EK_LAYOUT_{}", name)] = layout == name ? "1" : "0";
     }
     options.defines["EK_STACK_SIZE"] = std::to_string(accel.stack_size);
-    const Program program = device.build(kernel_text("trace_rays.cl") + kernel_text("bench_rays.cl"), options);
+    const Program program = device.build(kernel_text({"trace_rays.cl", "bench_rays.cl"}), options);
     for (const char* name : {"trace_closest", "trace_any", "bench_camera", "bench_scatter"}) {
       kernels_[name] = program.kernel(name);
     }

@@ -3,6 +3,7 @@
 
 #include <cstdlib>
 #include <fstream>
+#include <set>
 #include <sstream>
 
 #include "core/error.h"
@@ -22,17 +23,35 @@ std::string source(const std::string& file) {
   return found->second;
 }
 
-// Expands as a preprocessor does, every time it is met: include guards and X-macro files keep their meaning.
-void expand(const std::string& text, const std::string& name, int depth, std::string& out) {
+// Whether a text opens with `#ifndef X` and `#define X`: once in a program is enough, and a program's headers include each
+// other so often that every time would be megabytes. X-macro files define with arguments, and are repeated.
+bool is_guarded(const std::string& text) {
+  const std::size_t begin = text.rfind("#ifndef ", 0) == 0 ? 0 : text.find("\n#ifndef ") + 1;
+  const std::size_t first = text.find('#');
+  if (first == std::string::npos || begin != first) return false;
+  const std::size_t end = text.find('\n', first);
+  if (end == std::string::npos) return false;
+  const std::string define = "#define " + text.substr(first + 8, end - first - 8) + "\n";
+  return text.compare(end + 1, define.size(), define) == 0;
+}
+
+void expand(const std::string& text, const std::string& name, int depth, std::set<std::string>& seen,
+            std::string& out) {
   if (depth > 32) throw InternalError("kernel includes are nested too deep at '" + name + "'");
   const std::string directive = "#include \"";
   out += "#line 1 \"" + name + "\"\n";
   std::istringstream lines(text);
   std::string line;
+  int conditions = is_guarded(text) ? -1 : 0;  // #if around the line, but the guard's own
   for (int number = 1; std::getline(lines, line); ++number) {
+    conditions += line.rfind("#if", 0) == 0 ? 1 : line.rfind("#endif", 0) == 0 ? -1 : 0;
     if (line.compare(0, directive.size(), directive) == 0) {
       const std::string file = line.substr(directive.size(), line.find('"', directive.size()) - directive.size());
-      expand(source(file), file, depth + 1, out);
+      const std::string included = source(file);
+      // What stands under a condition may not be there for those who come later.
+      std::set<std::string> conditional = seen;
+      std::set<std::string>& known = conditions > 0 ? conditional : seen;
+      if (!is_guarded(included) || known.insert(file).second) expand(included, file, depth + 1, known, out);
       out += "#line " + std::to_string(number + 1) + " \"" + name + "\"\n";
     } else {
       out += line + "\n";
@@ -44,10 +63,16 @@ void expand(const std::string& text, const std::string& name, int depth, std::st
 
 std::string expand_includes(const std::string& text, const std::string& name) {
   std::string out;
-  expand(text, name, 0, out);
+  std::set<std::string> seen;
+  expand(text, name, 0, seen, out);
   return out;
 }
 
-std::string kernel_text(const std::string& entry) { return expand_includes(source(entry), entry); }
+std::string kernel_text(const std::vector<std::string>& entries) {
+  std::string out;
+  std::set<std::string> seen;
+  for (const std::string& entry : entries) expand(source(entry), entry, 0, seen, out);
+  return out;
+}
 
 }  // namespace eikon

@@ -27,7 +27,7 @@ bool ArithmeticClass::exact() const { return hash == kExact; }
 std::string ArithmeticClass::name() const { return exact() ? "exact" : fmt::format("other-{:08x}", hash); }
 
 ArithmeticClass probe_arithmetic(Device& device, std::uint32_t lanes, bool optimise) {
-  return probe_arithmetic(device, device.build(kernel_text("arithmetic.cl"), probe_options(lanes, optimise)));
+  return probe_arithmetic(device, device.build(kernel_text({"arithmetic.cl"}), probe_options(lanes, optimise)));
 }
 
 ArithmeticClass probe_arithmetic(Device& device, const Program& program) {
@@ -49,7 +49,7 @@ void check_record_layout(Device& device, bool optimise) {
   Arguments arguments;
   const Buffer out = device.allocate(4 * 14);
   arguments.set("layout_out", out);
-  Kernel kernel = device.build(kernel_text("arithmetic.cl"), probe_options(1, optimise)).kernel("record_layout");
+  Kernel kernel = device.build(kernel_text({"arithmetic.cl"}), probe_options(1, optimise)).kernel("record_layout");
   kernel.bind(arguments);
   device.run(kernel, 1, 1);
   const std::vector<std::uint32_t> there = device.read_all<std::uint32_t>(out);

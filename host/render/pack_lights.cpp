@@ -33,6 +33,7 @@ bool can_be_sampled(const Triangle& t, const glm::dvec3& normal) {
 /// What the table and the summary need of a light that has been packed.
 struct Strength {
   double power = 0;         // selection is proportional to it
+  bool distant = false;     // infinitely far away
   double area_m2 = 0;       // of a triangle
   std::size_t summary = 0;  // entry of light_summary
 };
@@ -53,7 +54,12 @@ class LightPacker {
     if (packed_.lights.empty()) return;
     std::vector<double> powers;
     powers.reserve(strengths_.size());
-    for (const Strength& s : strengths_) powers.push_back(s.power);
+    // The flux of a distant light is what enters the whole scene, most of which misses what is seen: beside local lights, all of
+    // them together count no more than those do, or a lamp under an open sky would hardly ever be chosen.
+    double local = 0, distant = 0;
+    for (const Strength& s : strengths_) (s.distant ? distant : local) += s.power;
+    const double scale = local > 0 && distant > local ? local / distant : 1;
+    for (const Strength& s : strengths_) powers.push_back(s.power * (s.distant ? scale : 1));
     const LightTable table = build_light_table(powers);
     if (table.buckets.empty()) throw InternalError("lights without power");
     packed_.light_buckets = table.buckets;
@@ -116,6 +122,7 @@ class LightPacker {
       const double flux = intensity * section_m2_;
       add(light,
           {.power = flux,
+           .distant = true,
            .summary = summarise({.kind = "directional", .name = source.name, .flux = flux, .strength = intensity})});
       return;
     }
@@ -144,6 +151,7 @@ class LightPacker {
       light.kind = kLight_environment_map;
       const double flux = integral * section_m2_;
       add(light, {.power = flux,
+                  .distant = true,
                   .summary = summarise({.kind = "environment_map",
                                         .name = environment_.map->name,
                                         .flux = flux,
@@ -154,7 +162,9 @@ class LightPacker {
     if (!(radiance > 0)) return;
     light.kind = kLight_environment;
     const double flux = 4 * kPi * radiance * section_m2_;
-    add(light, {.power = flux, .summary = summarise({.kind = "environment", .flux = flux, .strength = radiance})});
+    add(light, {.power = flux,
+                .distant = true,
+                .summary = summarise({.kind = "environment", .flux = flux, .strength = radiance})});
   }
 
   void set_probability(std::size_t i, double probability) {

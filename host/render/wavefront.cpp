@@ -106,13 +106,12 @@ struct Wavefront::Impl {
       options.defines[fmt::format("EK_LAYOUT_{}", layout)] = config.layout == layout ? "1" : "0";
     // In steps, so that another scene seldom means other kernels.
     options.defines["EK_STACK_SIZE"] = std::to_string(divide_up(accel().stack_size, kStackStep) * kStackStep);
-    std::string text;
-    std::vector<std::string> stages;
+    std::vector<std::string> stages, files;
 #define EK_STAGE(name) stages.push_back(#name);
 #include "shared/stages.def"
-    for (const std::string& stage : stages) text += kernel_text("stages/" + stage + ".cl");
-    text += kernel_text("arithmetic.cl");
-    const Program program = device.build(text, options);
+    for (const std::string& stage : stages) files.push_back("stages/" + stage + ".cl");
+    files.push_back("arithmetic.cl");
+    const Program program = device.build(kernel_text(files), options);
     arithmetic = probe_arithmetic(device, program);
     for (const std::string& stage : stages) {
       const bool needed = stage == "miss"      ? has_environment

@@ -42,13 +42,16 @@ void take_exr(const std::filesystem::path& path, EnvironmentMap& map) {
   for (std::size_t i = 0; i < map.radiance.size(); ++i) map.radiance[i] = {(*r)[i], (*g)[i], (*b)[i]};
 }
 
+constexpr float kBrightest = 1e30F;  // of one texel; sums and products of more would overflow
+
 // One texel that is not finite would reach every pixel, and a negative one has no probability to be chosen by.
 void make_legal(const std::string& user, EnvironmentMap& map, std::vector<std::string>& warnings) {
   std::uint64_t not_finite = 0, negative = 0;
   bool black = true;
   for (glm::vec3& texel : map.radiance) {
-    const bool finite = std::isfinite(texel.x) && std::isfinite(texel.y) && std::isfinite(texel.z);
-    if (!finite) {
+    const bool sane =
+        std::abs(texel.x) <= kBrightest && std::abs(texel.y) <= kBrightest && std::abs(texel.z) <= kBrightest;
+    if (!sane) {
       ++not_finite;
       texel = glm::vec3(0.0F);
     } else if (texel.x < 0 || texel.y < 0 || texel.z < 0) {
@@ -58,8 +61,8 @@ void make_legal(const std::string& user, EnvironmentMap& map, std::vector<std::s
     black = black && texel.x == 0 && texel.y == 0 && texel.z == 0;
   }
   if (not_finite != 0)
-    warnings.push_back(
-        fmt::format("{}: {} of {} texels are not finite and count as black", user, not_finite, map.radiance.size()));
+    warnings.push_back(fmt::format("{}: {} of {} texels are not finite or beyond {:g} and count as black", user,
+                                   not_finite, map.radiance.size(), kBrightest));
   if (negative != 0)
     warnings.push_back(fmt::format("{}: {} of {} texels have negative colours, which count as 0", user, negative,
                                    map.radiance.size()));

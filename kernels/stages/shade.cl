@@ -153,7 +153,8 @@ kernel void shade(constant Frame* frame, global uint* path_state, global uint* c
       arriving = scale3(mul3(mul3(beta, f), shadow.radiance), weight / shadow.pdf);
       if (EK_HAS_absorption) {
         const vu towards = medium_after(material, medium, corners.material, front, wi.z < 0.0f);
-        arriving = mul3(arriving, transmittance(medium_absorption(scene, towards), sqrt(dot3(shadow.dir, shadow.dir))));
+        const vf distance = shadow.t_max < EK_INFINITY ? sqrt(dot3(shadow.dir, shadow.dir)) : EK_INFINITY;
+        arriving = mul3(arriving, transmittance(medium_absorption(scene, towards), distance));
       }
       pending = live & agrees(wi, dot3(shadow.wi, n_geom)) & (shadow.pdf > 0.0f) & (max_component(f) > 0.0f) &
                 (max_component(shadow.radiance) > 0.0f);

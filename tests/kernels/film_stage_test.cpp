@@ -79,7 +79,7 @@ Sums run_film(const DeviceInfo& info, const Shape& shape, Unit& unit) {
   arguments.set("film_sums", limbs);
   arguments.set("film_rejected", rejected);
   arguments.set("diagnostics", diagnostics);
-  Kernel kernel = device.build(kernel_text("stages/film.cl"), options).kernel("film");
+  Kernel kernel = device.build(kernel_text({"stages/film.cl"}), options).kernel("film");
   kernel.bind(arguments);
   device.run(kernel, (unit.pixels + 63) / 64, shape.chunked ? 1 : 64);
   device.read(limbs, sums.limbs.data(), 4 * sums.limbs.size());

@@ -80,7 +80,7 @@ class TraverseProbe {
     program.defines["EK_WIDTH"] = std::to_string(options.width);
     program.defines["EK_CHUNK"] = std::to_string(kChunk);
     if (options.portable) program.defines["EK_PORTABLE"] = "1";
-    const Program built = device.build(kernel_text("trace_rays.cl"), program);
+    const Program built = device.build(kernel_text({"trace_rays.cl"}), program);
     closest_ = built.kernel("trace_closest");
     any_ = built.kernel("trace_any");
 

