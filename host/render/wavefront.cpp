@@ -14,8 +14,10 @@
 namespace eikon {
 namespace {
 
-constexpr std::uint32_t kGroup = 64;      // work-items of a work-group on GPU devices
-constexpr std::uint32_t kStackStep = 64;  // entries of the traversal stack
+constexpr std::uint32_t kGroup = 64;       // work-items of a work-group on GPU devices
+constexpr std::uint32_t kStackStep = 64;   // entries of the traversal stack
+constexpr std::uint64_t kPathBytes = 256;  // state and film slots of a path: about that much with everything in
+constexpr std::uint32_t kLeastPool = 1U << 14;
 constexpr std::uint32_t kMaxBlockPixels = 128 * 128;
 
 std::uint32_t divide_up(std::uint64_t a, std::uint64_t b) { return std::uint32_t((a + b - 1) / b); }
@@ -31,7 +33,10 @@ WavefrontConfig configure(const DeviceInfo& device, const Execution& execution) 
                   : !execution.layout.empty() ? execution.layout
                   : config.chunked            ? "bvh8"
                                               : "bvh2";
-  const std::uint32_t pool = execution.pool != 0 ? execution.pool : config.chunked ? 1U << 18 : 1U << 20;
+  std::uint32_t pool = execution.pool != 0 ? execution.pool : config.chunked ? 1U << 18 : 1U << 20;
+  const std::uint64_t memory =
+      execution.memory_bytes == 0 ? device.memory_bytes : std::min(execution.memory_bytes, device.memory_bytes);
+  while (execution.pool == 0 && pool > kLeastPool && pool * kPathBytes > memory / 4) pool /= 2;
   config.chunk = config.chunked ? std::max(execution.chunk / 16, 1U) * 16 : std::max(pool / kGroup, 1U) * kGroup;
   config.chunks = config.chunked ? std::max(pool / config.chunk, 1U) : 1;
   return config;
