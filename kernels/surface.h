@@ -49,7 +49,16 @@ typedef struct {
 } Surface;
 
 /// The point of a hit. u and v are the hit's weights of p1 and p2.
+// Each weight counts as 2^-20 at least, which moves the point by a millionth of the triangle: closer to an edge than that,
+// rounding could put it beyond the wall that meets the triangle there, and closed boxes would leak.
 EK_FN Surface surface_at(TriangleLanes t, vf u, vf v) {
+  const vf least = (vf)(0x1p-20f);
+  u = max_f(u, least);
+  v = max_f(v, least);
+  const vf excess = max_f((u + v) - (1.0f - least), (vf)(0.0f));
+  const vi from_u = u > v;
+  u = from_u ? u - excess : u;
+  v = from_u ? v : v - excess;
   Surface s;
   s.p = triangle_point(t.p0, t.p1, t.p2, u, v, &s.p_error);
   s.n_geom = t.n;

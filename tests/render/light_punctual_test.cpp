@@ -96,7 +96,7 @@ TEST(LightPunctual, many_lights_of_all_kinds_give_the_sum_of_each) {
   EXPECT_TRUE(agrees(mean_of(film_of(scene, settings)), (expected + sun) / kPi, 1, 1e-4));
 }
 
-TEST(LightPunctual, L21_light_through_a_pinhole_arrives_and_no_more_than_3e_5_leaks_into_a_closed_box) {
+TEST(LightPunctual, L21_light_through_a_pinhole_arrives_and_none_leaks_into_a_closed_box) {
   // A screen at height 1 with a hole of side 0.01, 1e-4 sr from the origin; a lamp at height 2 covers all that it shows.
   const float h = 0.005F;
   Scene scene;
@@ -133,28 +133,27 @@ TEST(LightPunctual, L21_light_through_a_pinhole_arrives_and_no_more_than_3e_5_le
   }
   Settings inside = settings_for(48, 48, 32);
   inside.max_depth = 6;
-  const auto leaks = [&](const char* light) {
+  const auto leaks = [&](const char* light, double most) {
     for (const glm::vec3& towards : {x + y + z, -x + y - z, -x - y + 0.2F * z}) {
       inside.camera = look_at_camera(-0.2 * glm::dvec3(towards), glm::dvec3(towards), {0, 1, 0.1}, 1.5);
       const Film film = film_of(box, inside);
-      EXPECT_LT(mean_of(film).mean, 30) << light
-                                        << ": of a million outside, by rays that begin within rounding of an edge";
+      EXPECT_LE(mean_of(film).mean, most) << light;
     }
   };
   box.lights = {point_light({2.5, 2, 1.5}, 1e6F)};
-  leaks("point");
+  leaks("point", 0);
   box.lights = {point_light(glm::dvec3(1.0001F * (x + y + z)), 1e6F)};
-  leaks("point at a corner");
+  leaks("point at a corner", 30);  // a ten thousandth outside: rays that begin as near to it as that graze the walls
   box.lights = {directional_light({-1, -1, -1}, 1e6F)};
-  leaks("directional");
+  leaks("directional", 0);
   box.lights.clear();
   inside.environment.radiance = glm::vec3(1e6F);
-  leaks("environment");
+  leaks("environment", 0);
   inside.environment = {};
   Primitive outside;
   add_quad(outside, {-3, 4, -3}, {6, 0, 0}, {0, 0, 6});
   add_mesh(box, "outside", std::move(outside), lambert(0, 1e6F));
-  leaks("area");
+  leaks("area", 0);
 }
 
 /// An icosahedron whose faces are split in four: 80 triangles, normals of the unit sphere.
