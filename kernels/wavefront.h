@@ -64,11 +64,8 @@ EK_FN void state_set_3(global uint* state, uint field, uint slot, v3 a) {
   state_set_f(state, field + 2, slot, a.z);
 }
 
-// One path, for stages that are scalar over paths.
-EK_FN float path_f(global const uint* state, uint field, uint slot) { return as_float(state[field * EK_STRIDE + slot]); }
+// Of one path, for stages that are scalar over paths.
 EK_FN uint path_u(global const uint* state, uint field, uint slot) { return state[field * EK_STRIDE + slot]; }
-EK_FN void path_set_f(global uint* state, uint field, uint slot, float x) { state[field * EK_STRIDE + slot] = as_uint(x); }
-EK_FN void path_set_u(global uint* state, uint field, uint slot, uint x) { state[field * EK_STRIDE + slot] = x; }
 
 // Adds to the film slots of each lane's path; lanes outside `live` write to the trash slots behind the last path.
 EK_FN void film_add(global float* film_slots, uint film_stride, uint channel, vi live, vu path, v3 value) {

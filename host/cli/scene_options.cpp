@@ -243,6 +243,12 @@ Prepared prepare(const SceneOptions& options, bool quiet) {
     say(quiet,
         fmt::format("--light-sampling {}: no ray can meet a point, spot or directional light: they give no light",
                     options.light_sampling));
+  const bool has_glass =
+      std::any_of(scene.materials.begin(), scene.materials.end(), [](const Material& m) { return m.transmission > 0; });
+  if (has_glass && !scene.lights.empty())
+    say(quiet,
+        "light of point, spot and directional lights does not pass through transmissive surfaces: what is behind them "
+        "stays in their shadow; area lights and environments light it");
   static const std::vector<std::string> known = {"albedo", "normal", "depth", "id", "variance", "samples"};
   for (const std::string& layer : split(options.aovs, ',')) {
     if (std::find(known.begin(), known.end(), layer) == known.end())

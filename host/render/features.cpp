@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <fmt/format.h>
+#include <unordered_set>
 
 #include "core/error.h"
 
@@ -43,9 +44,10 @@ struct Shown {
 
  private:
   template <class T>
-  static void add(std::vector<const T*>& list, const T* item) {
-    if (std::find(list.begin(), list.end(), item) == list.end()) list.push_back(item);
+  void add(std::vector<const T*>& list, const T* item) {
+    if (known_.insert(item).second) list.push_back(item);
   }
+  std::unordered_set<const void*> known_;
 };
 
 std::vector<const Texture*> textures_of(const Material& m) {

@@ -138,6 +138,7 @@ class LightPacker {
     const double top = std::min(1.0, outer + ramp);
     const double steradians = spot ? 2 * kPi * ((1 - top) + std::pow(top - outer, 3) / (3 * ramp * ramp)) : 4 * kPi;
     const double flux = intensity * steradians;
+    if (!(flux > 0)) return;  // a cone too narrow for any direction
     add(light, {.power = flux,
                 .summary = summarise(
                     {.kind = spot ? "spot" : "point", .name = source.name, .flux = flux, .strength = intensity})});

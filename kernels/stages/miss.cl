@@ -3,10 +3,12 @@
 // Adds the environment, weighted against light sampling; a transparent picture shows it to no camera ray. Such paths end here:
 // shade.cl drops them.
 #include "light.h"
+#include "medium.h"
 #include "wavefront.h"
 
 kernel void miss(constant Frame* frame, global uint* path_state, global const uint* counts, global const uint* queue_rays,
-                 global float* film_slots, global const float4* environment_texels, uint depth) {
+                 global float* film_slots, EK_SCENE_ARGUMENTS, global const float4* environment_texels, uint depth) {
+  const SceneData scene = EK_SCENE_DATA;
   global uint* state = chunk_state(path_state);
   const uint count = counts[4 * EK_CHUNK_INDEX + (depth & 1)];
   if (EK_HAS_coverage && depth == 1) return;
@@ -26,7 +28,11 @@ kernel void miss(constant Frame* frame, global uint* path_state, global const ui
         if (EK_HAS_bsdf_emission) scattered = power_heuristic(pdf, sky.pdf);
         weight = pdf < 0.0f ? weight : scattered;
       }
-      const v3 beta = state_3(state, FIELD_beta_r, slot);
+      v3 beta = state_3(state, FIELD_beta_r, slot);
+      if (EK_HAS_absorption) {  // out of an open solid: it goes on for ever
+        const v3 absorption = medium_absorption(scene, state_u(state, FIELD_medium, slot));
+        beta = mul3(beta, transmittance(absorption, EK_INFINITY));
+      }
       film_add(film_slots, frame->film_stride, FILM_r, escaped, state_u(state, FIELD_path, slot),
                scale3(mul3(beta, sky.radiance), weight));
     }

@@ -75,8 +75,8 @@ kernel void shade(constant Frame* frame, global uint* path_state, global uint* c
     v3 absorption;  // log2 of a metre's transmittance
     if (EK_HAS_absorption) {
       medium = state_u(state, FIELD_medium, slot);
-      // A ray that meets a solid's back without having entered it began inside.
-      medium = (medium == 0u) & !front & material.solid ? corners.material + 1u : medium;
+      // A camera ray that meets a solid's back began inside.
+      if (depth == 1) medium = (front | !material.solid) ? medium : corners.material + 1u;
       absorption = medium_absorption(scene, medium);
       beta = mul3(beta, transmittance(absorption, t));
     }
