@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rays against the scene, in lanes. EK_LAYOUT_bvh8, EK_LAYOUT_bvh2, EK_LAYOUT_none: which tree this program was built for
+// Rays against the scene, in lanes. EK_LAYOUT_<name> (shared/layouts.def) or EK_LAYOUT_none: which tree this program is for
 // (one of them 1); EK_STACK_SIZE: entries that its deepest path can leave waiting. All give the same bits (ray.h).
 #ifndef EK_TRAVERSE_H
 #define EK_TRAVERSE_H

@@ -2,8 +2,10 @@
 #include "accel/accel.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <tbb/task_arena.h>
 
+#include <algorithm>
 #include <chrono>
 
 #include "accel/layouts.h"
@@ -11,13 +13,28 @@
 
 namespace eikon {
 
+const std::vector<std::string>& tree_layouts() {
+  static const std::vector<std::string> names{
+#define EK_LAYOUT(name) #name,
+#include "shared/layouts.def"
+  };
+  return names;
+}
+
+std::map<std::string, std::string> Accel::defines() const {
+  std::map<std::string, std::string> all{{"EK_LAYOUT_none", layout == "none" ? "1" : "0"},
+                                         {"EK_STACK_SIZE", std::to_string(stack_size)}};
+  for (const std::string& each : tree_layouts()) all["EK_LAYOUT_" + each] = layout == each ? "1" : "0";
+  return all;
+}
+
 Accel layout_none(TriangleSoup triangles) {
   Accel accel;
   accel.name = "none";
   accel.layout = "none";
   accel.nodes.resize(1, 0);
   for (std::size_t i = 0; i < triangles.size(); ++i) {
-    if (!is_degenerate(triangles.positions.data() + 9 * i)) accel.leaves.push_back(static_cast<std::uint32_t>(i));
+    if (!is_degenerate(triangles.corners(i))) accel.leaves.push_back(static_cast<std::uint32_t>(i));
   }
   accel.nodes[0] = static_cast<std::uint32_t>(accel.leaves.size());
   if (accel.leaves.empty()) accel.leaves.push_back(0);
@@ -28,8 +45,9 @@ Accel build_accel(TriangleSoup triangles, const AccelOptions& options) {
   if (options.accel != "bvh" && options.accel != "none") {
     throw UsageError(fmt::format("--accel {}: there is no such accelerator; try bvh or none", options.accel));
   }
-  if (options.layout != "bvh8" && options.layout != "bvh2" && options.layout != "none") {
-    throw UsageError(fmt::format("--layout {}: there is no such layout; try bvh8 or bvh2", options.layout));
+  if (options.layout != "none" && std::ranges::count(tree_layouts(), options.layout) == 0) {
+    throw UsageError(
+        fmt::format("--layout {}: there is no such layout; try {}", options.layout, fmt::join(tree_layouts(), ", ")));
   }
   const auto start = std::chrono::steady_clock::now();
   tbb::task_arena arena(options.threads == 0 ? tbb::task_arena::automatic : static_cast<int>(options.threads));
@@ -38,7 +56,7 @@ Accel build_accel(TriangleSoup triangles, const AccelOptions& options) {
     const BinaryTree tree = build_binary_tree(triangles);
     return options.layout == "bvh8" ? layout_bvh8(tree, triangles) : layout_bvh2(tree);
   });
-  constexpr std::uint32_t step = 32;
+  constexpr std::uint32_t step = 64;
   accel.stack_size = (accel.stack_size + step - 1) / step * step;
   accel.build_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return accel;

@@ -2,22 +2,34 @@
 // Trees over triangles: pure functions from geometry to arrays, no OpenCL. The same tree comes out for any number of threads.
 #pragma once
 #include <cstdint>
+#include <map>
 #include <span>
 #include <string>
 #include <vector>
 
 namespace eikon {
 
-/// World-space corners of triangle i: positions[9 * i ...] = p0, p1, p2; metres.
-struct TriangleSoup {
-  std::span<const float> positions;
-  [[nodiscard]] std::size_t size() const { return positions.size() / 9; }
+/// A view of world-space corners, metres: nine floats p0, p1, p2 for each triangle, which lie `stride` floats apart.
+class TriangleSoup {
+ public:
+  TriangleSoup(std::span<const float> positions) : first_(positions.data()), size_(positions.size() / 9) {}
+  TriangleSoup(const float* first, std::size_t size, std::size_t stride)
+      : first_(first), size_(size), stride_(stride) {}
+  [[nodiscard]] std::size_t size() const { return size_; }
+  [[nodiscard]] const float* corners(std::size_t i) const { return first_ + stride_ * i; }
+
+ private:
+  const float* first_;
+  std::size_t size_, stride_ = 9;
 };
+
+/// The names of kernels/shared/layouts.def.
+const std::vector<std::string>& tree_layouts();
 
 /// A flattened accelerator, ready for upload: what kernels/traverse_<layout>.h reads as `accel_nodes` and `accel_leaves`.
 struct Accel {
   std::string name;                   // --accel: "bvh", "none"
-  std::string layout;                 // --layout: "bvh8", "bvh2", "none"
+  std::string layout;                 // --layout: of tree_layouts(), or "none"
   std::vector<std::uint32_t> nodes;   // words; never empty (a dummy where there is no tree)
   std::vector<std::uint32_t> leaves;  // words
   std::uint32_t stack_size = 1;       // entries that suffice for any traversal (EK_STACK_SIZE); in coarse steps, so
@@ -26,11 +38,13 @@ struct Accel {
   std::uint64_t node_count = 0;
   double sah_cost = 0;  // expected cost of a random ray through the root's box
   [[nodiscard]] std::uint64_t bytes() const { return 4 * (nodes.size() + leaves.size()); }
+  /// What a program that traces rays through it is compiled with.
+  [[nodiscard]] std::map<std::string, std::string> defines() const;
 };
 
 struct AccelOptions {
   std::string accel = "bvh";    // "bvh" or "none"
-  std::string layout = "bvh8";  // "bvh8" (CPU devices), "bvh2" (GPU devices); ignored by "none"
+  std::string layout = "bvh8";  // of tree_layouts(); ignored by "none"
   unsigned threads = 0;         // 0: all; the result does not depend on it
 };
 

@@ -307,10 +307,9 @@ BinaryTree build_binary_tree(TriangleSoup triangles) {
   const std::size_t chunks = (all + kChunk - 1) / kChunk;
   // Degenerate triangles drop out; the others keep their order: count per chunk, then fill.
   std::vector<std::size_t> first(chunks + 1, 0);
-  const auto corners = [&](std::size_t i) { return triangles.positions.data() + 9 * i; };
   tbb::parallel_for(std::size_t{0}, chunks, [&](std::size_t chunk) {
     for (std::size_t i = chunk * kChunk; i < std::min(all, (chunk + 1) * kChunk); ++i) {
-      first[chunk + 1] += is_degenerate(corners(i)) ? 0 : 1;
+      first[chunk + 1] += is_degenerate(triangles.corners(i)) ? 0 : 1;
     }
   });
   for (std::size_t chunk = 0; chunk < chunks; ++chunk) first[chunk + 1] += first[chunk];
@@ -323,8 +322,8 @@ BinaryTree build_binary_tree(TriangleSoup triangles) {
   tbb::parallel_for(std::size_t{0}, chunks, [&](std::size_t chunk) {
     std::size_t to = first[chunk];
     for (std::size_t i = chunk * kChunk; i < std::min(all, (chunk + 1) * kChunk); ++i) {
-      if (is_degenerate(corners(i))) continue;
-      references[to].box = triangle_box(corners(i));
+      if (is_degenerate(triangles.corners(i))) continue;
+      references[to].box = triangle_box(triangles.corners(i));
       references[to].set_triangle(static_cast<std::uint32_t>(i));
       ranges[chunk].add(references[to++]);
     }

@@ -218,7 +218,7 @@ Accel layout_bvh8(const BinaryTree& tree, TriangleSoup triangles) {
       for (std::size_t k = 0; k < 9; ++k) {
         // An unused lane is NaN: no comparison of the triangle test holds for it.
         words[8 * k + i] =
-            used ? std::bit_cast<std::uint32_t>(triangles.positions[9 * std::size_t{triangle} + k]) : 0x7fc00000U;
+            used ? std::bit_cast<std::uint32_t>(triangles.corners(triangle)[k]) : 0x7fc00000U;
       }
       words[72 + i] = used ? triangle : 0xffffffffU;
     }

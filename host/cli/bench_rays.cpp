@@ -70,10 +70,7 @@ class RayBench {
     options.defines["EK_WIDTH"] = std::to_string(config_.lanes);
     options.defines["EK_CHUNKED"] = config_.chunked ? "1" : "0";
     options.defines["EK_CHUNK"] = std::to_string(chunk());
-    for (const char* name : {"bvh8", "bvh2", "none"}) {
-      options.defines[fmt::format("EK_LAYOUT_{}", name)] = layout == name ? "1" : "0";
-    }
-    options.defines["EK_STACK_SIZE"] = std::to_string(accel.stack_size);
+    options.defines.merge(accel.defines());
     const Program program = device.build(kernel_text({"trace_rays.cl", "bench_rays.cl"}), options);
     for (const char* name : {"trace_closest", "trace_any", "bench_camera", "bench_scatter"}) {
       kernels_[name] = program.kernel(name);
@@ -182,8 +179,7 @@ ExitCode bench_rays_command(const BenchOptions& options) {
     const bool all = options.execution.layout.empty() && options.execution.accel == "bvh";
     std::optional<EmbreeYardstick> embree;
     if (!options.versus.empty()) embree.emplace(scene.triangles, std::max(info.compute_units, 1U));
-    std::vector<std::string> layouts =
-        all ? std::vector<std::string>{"bvh8", "bvh2"} : std::vector<std::string>{chosen};
+    std::vector<std::string> layouts = all ? tree_layouts() : std::vector<std::string>{chosen};
     for (const std::string& layout : layouts) {
       add_accel(scene, options.execution.accel, layout, options.execution.threads);
       RayBench bench(device, scene, features, prepared.settings, options.execution, layout);

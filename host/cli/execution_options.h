@@ -5,6 +5,7 @@
 #include <string>
 
 #include "core/error.h"
+#include "accel/accel.h"
 #include "render/settings.h"
 
 namespace eikon {
@@ -31,10 +32,8 @@ inline void add_execution_options(CLI::App& command, Execution& execution) {
   command.add_option("--accel", execution.accel, "bvh, or none: every ray against every triangle")
       ->check(CLI::IsMember({"bvh", "none"}))
       ->capture_default_str();
-  command
-      .add_option("--layout", execution.layout,
-                  "of the tree: bvh8 (CPU devices) or bvh2 (GPU devices); by device if not given")
-      ->check(CLI::IsMember({"bvh8", "bvh2"}));
+  command.add_option("--layout", execution.layout, "of the tree: how it lies in memory; by device if not given")
+      ->check(CLI::IsMember(tree_layouts()));
   command
       .add_option("--memory", execution.memory_bytes,
                   "at most this much of each device's memory, such as 512M or 4G; all of it if not given")

@@ -121,7 +121,7 @@ ExitCode info_command(const InfoOptions& options) {
     fmt::print("  {:<7} {:<16} {:<3}  {}\n", feature.kind, feature.name, feature.on ? "in" : "out", feature.who);
 
   fmt::print("memory, of each device and of the host\n");
-  for (const char* layout : {"bvh8", "bvh2"}) {
+  for (const std::string& layout : tree_layouts()) {
     add_accel(packed, "bvh", layout, 0);
     const std::uint64_t bytes = packed.bytes(layout);
     fmt::print("  {}: tree {} bytes, scene {} bytes{}\n", layout, packed.accels.at(layout).bytes(), bytes,

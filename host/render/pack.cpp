@@ -34,15 +34,13 @@ PackedScene pack_scene(const Scene& scene, const Features& features, const Setti
 void add_accel(PackedScene& packed, const std::string& accel, const std::string& layout, unsigned threads) {
   if (packed.accels.count(layout) != 0) return;
   const double begin = host_seconds();
-  std::vector<float> positions;
-  positions.reserve(packed.triangles.size() * 9);
-  for (const Triangle& t : packed.triangles)
-    positions.insert(positions.end(), {t.p0_x, t.p0_y, t.p0_z, t.p1_x, t.p1_y, t.p1_z, t.p2_x, t.p2_y, t.p2_z});
+  const float* corners = packed.triangles.empty() ? nullptr : &packed.triangles.front().p0_x;
+  const TriangleSoup soup(corners, packed.triangles.size(), sizeof(Triangle) / sizeof(float));
   AccelOptions options;
   options.accel = accel;
   options.layout = layout;
   options.threads = threads;
-  packed.accels.emplace(layout, build_accel({positions}, options));
+  packed.accels.emplace(layout, build_accel(soup, options));
   packed.build_s += host_seconds() - begin;
 }
 

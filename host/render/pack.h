@@ -55,7 +55,7 @@ struct PackedScene {
 PackedScene pack_scene(const Scene& scene, const Features& features, const Settings& settings);
 PackedScene pack_scene(Scene&& scene, const Features& features, const Settings& settings) = delete;
 
-/// Adds the tree that `layout` ("bvh8", "bvh2", "none") needs, once.
+/// Adds the tree that `layout` (of tree_layouts(), or "none") needs, once.
 void add_accel(PackedScene& packed, const std::string& accel, const std::string& layout, unsigned threads);
 
 }  // namespace eikon

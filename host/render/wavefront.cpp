@@ -15,7 +15,6 @@ namespace eikon {
 namespace {
 
 constexpr std::uint32_t kGroup = 64;       // work-items of a work-group on GPU devices
-constexpr std::uint32_t kStackStep = 64;   // entries of the traversal stack
 constexpr std::uint64_t kPathBytes = 256;  // state and film slots of a path: about that much with everything in
 constexpr std::uint32_t kLeastPool = 1U << 14;
 constexpr std::uint32_t kMaxBlockPixels = 128 * 128;
@@ -107,10 +106,7 @@ struct Wavefront::Impl {
     options.defines["EK_WIDTH"] = std::to_string(config.lanes);
     options.defines["EK_CHUNKED"] = config.chunked ? "1" : "0";
     options.defines["EK_CHUNK"] = std::to_string(config.chunk);
-    for (const char* layout : {"bvh8", "bvh2", "none"})
-      options.defines[fmt::format("EK_LAYOUT_{}", layout)] = config.layout == layout ? "1" : "0";
-    // In steps, so that another scene seldom means other kernels.
-    options.defines["EK_STACK_SIZE"] = std::to_string(divide_up(accel().stack_size, kStackStep) * kStackStep);
+    options.defines.merge(accel().defines());
     std::vector<std::string> stages, files;
 #define EK_STAGE(name) stages.push_back(#name);
 #include "shared/stages.def"

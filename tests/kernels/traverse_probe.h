@@ -73,10 +73,7 @@ class TraverseProbe {
       : device_(device), accel_(build(soup, options.layout)), coherent_(options.coherent) {
     ProgramOptions program;
     program.defines = feature_defines(options.opacity);
-    for (const char* name : {"bvh8", "bvh2", "none"}) {
-      program.defines[std::string("EK_LAYOUT_") + name] = options.layout == name ? "1" : "0";
-    }
-    program.defines["EK_STACK_SIZE"] = std::to_string(accel_.stack_size);
+    program.defines.merge(accel_.defines());
     program.defines["EK_WIDTH"] = std::to_string(options.width);
     program.defines["EK_CHUNK"] = std::to_string(kChunk);
     if (options.portable) program.defines["EK_PORTABLE"] = "1";
