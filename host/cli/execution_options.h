@@ -4,8 +4,8 @@
 #include <cstdlib>
 #include <string>
 
-#include "core/error.h"
 #include "accel/accel.h"
+#include "core/error.h"
 #include "render/settings.h"
 
 namespace eikon {
