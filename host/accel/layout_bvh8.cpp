@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <tbb/parallel_for.h>
-#include <tbb/parallel_invoke.h>
 
 #include <algorithm>
 #include <array>
 #include <bit>
 #include <limits>
 
+#include "accel/collapse.h"
 #include "accel/layouts.h"
 
 namespace eikon {
@@ -15,95 +15,8 @@ namespace {
 constexpr std::uint32_t kWidth = 8;
 constexpr std::size_t kNodeWords = 64, kBlockWords = 80, kOrderWord = 56;
 constexpr std::uint32_t kLeafBit = 0x80000000U;
-constexpr std::uint32_t kTaskLimit = 4096;
-// Costs in units of one step: 8 boxes, or 8 triangles, are tested at once.
-constexpr float kNodeCost = 1.0F, kBlockCost = 1.0F;
-
-struct WideChild {
-  std::uint32_t binary = 0;
-  bool leaf = false;
-};
-
-/// cost(n, k): the least cost of covering the subtree of binary node n by at most k roots, each a wide node or a block.
-class Collapse {
- public:
-  explicit Collapse(const BinaryTree& tree) : tree_(tree), costs_(tree.nodes.size()) { solve(0); }
-
-  [[nodiscard]] float cost() const { return cost(0, 1); }
-  [[nodiscard]] bool is_leaf(std::uint32_t n) const { return leaf_cost(n) <= cost(n, 1); }
-
-  /// The children of the wide node made of binary node n, smallest first: an any-hit ray tries the last, likeliest, first.
-  [[nodiscard]] std::vector<WideChild> children(std::uint32_t n) const {
-    std::vector<WideChild> list;
-    if (is_leaf(n)) {
-      list.push_back({n, true});  // only a root that is itself one block
-    } else {
-      const Division d = divide(n, kWidth);
-      collect(left_child(n), d.left, list);
-      collect(right_child(tree_, n), kWidth - d.left, list);
-    }
-    std::stable_sort(list.begin(), list.end(),
-                     [&](const WideChild& a, const WideChild& b) { return area(a.binary) < area(b.binary); });
-    return list;
-  }
-
- private:
-  struct Division {
-    float cost = std::numeric_limits<float>::infinity();
-    std::uint32_t left = 0;  // roots that the left child gets
-  };
-
-  [[nodiscard]] float area(std::uint32_t n) const { return tree_.nodes[n].box().half_area(); }
-  [[nodiscard]] float cost(std::uint32_t n, std::uint32_t k) const { return costs_[n][k - 1]; }
-  [[nodiscard]] float leaf_cost(std::uint32_t n) const {
-    return tree_.nodes[n].count <= kWidth ? area(n) * kBlockCost : std::numeric_limits<float>::infinity();
-  }
-
-  [[nodiscard]] Division divide(std::uint32_t n, std::uint32_t k) const {
-    const std::uint32_t left = left_child(n), right = right_child(tree_, n);
-    Division best;
-    for (std::uint32_t i = 1; i < k; ++i) {
-      const float c = cost(left, i) + cost(right, k - i);
-      if (best.left == 0 || c < best.cost) best = {c, i};
-    }
-    return best;
-  }
-
-  void solve(std::uint32_t n) {
-    const std::uint32_t count = tree_.nodes[n].count;
-    if (count > kTaskLimit) {
-      tbb::parallel_invoke([&] { solve(left_child(n)); }, [&] { solve(right_child(tree_, n)); });
-      solve_one(n);
-    } else {
-      // Depth-first order: every child lies behind its parent.
-      for (std::uint32_t i = n + 2 * count - 1; i-- > n;) solve_one(i);
-    }
-  }
-
-  void solve_one(std::uint32_t n) {
-    auto& costs = costs_[n];
-    if (tree_.nodes[n].count == 1) {
-      costs.fill(leaf_cost(n));
-      return;
-    }
-    costs[0] = std::min(leaf_cost(n), area(n) * kNodeCost + divide(n, kWidth).cost);
-    for (std::uint32_t k = 2; k < kWidth; ++k) costs[k - 1] = std::min(costs[k - 2], divide(n, k).cost);
-  }
-
-  void collect(std::uint32_t n, std::uint32_t k, std::vector<WideChild>& list) const {
-    while (k > 1 && cost(n, k) == cost(n, k - 1)) --k;
-    if (k == 1) {
-      list.push_back({n, is_leaf(n)});
-      return;
-    }
-    const Division d = divide(n, k);
-    collect(left_child(n), d.left, list);
-    collect(right_child(tree_, n), k - d.left, list);
-  }
-
-  const BinaryTree& tree_;
-  std::vector<std::array<float, kWidth - 1>> costs_;
-};
+// In units of one step: 8 boxes, or 8 triangles, are tested at once.
+constexpr CollapseCosts kCosts{.leaf_limit = kWidth, .node = 1.0F, .leaf = 1.0F, .triangle = 0.0F};
 
 struct Block {
   std::uint32_t first = 0, count = 0;  // into BinaryTree::triangles
@@ -111,7 +24,7 @@ struct Block {
 
 class Emitter {
  public:
-  Emitter(const BinaryTree& tree, Accel& accel) : tree_(tree), collapse_(tree), accel_(accel) {
+  Emitter(const BinaryTree& tree, Accel& accel) : tree_(tree), collapse_(tree, kCosts), accel_(accel) {
     accel_.nodes.resize(kNodeWords);
     accel_.stack_size = 1 + emit(0, 0, 0);
     const float root = tree.nodes[0].box().half_area();
@@ -133,7 +46,7 @@ class Emitter {
         const std::uint32_t child = children[i].binary;
         box = tree_.nodes[child].box();
         centers[i] = box.lo + box.hi;
-        begins[i] = first + first_of(binary, child);
+        begins[i] = first + first_of(tree_, binary, child);
         if (children[i].leaf) {
           words[i] = kLeafBit | static_cast<std::uint32_t>(blocks_.size());
           blocks_.push_back({begins[i], tree_.nodes[child].count});
@@ -174,19 +87,8 @@ class Emitter {
     }
   }
 
-  /// Offset of the triangles of `node`, a descendant of `ancestor`, among those of `ancestor`.
-  [[nodiscard]] std::uint32_t first_of(std::uint32_t ancestor, std::uint32_t node) const {
-    std::uint32_t first = 0;
-    while (ancestor != node) {
-      const std::uint32_t right = right_child(tree_, ancestor);
-      if (node >= right) first += tree_.nodes[left_child(ancestor)].count;
-      ancestor = node >= right ? right : left_child(ancestor);
-    }
-    return first;
-  }
-
   const BinaryTree& tree_;
-  Collapse collapse_;
+  Collapse<kWidth> collapse_;
   Accel& accel_;
   std::vector<Block> blocks_;
 };

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which nodes of a binary tree become the nodes and leaves of a wide one: the choice of least SAH cost over all ways to
+// collapse it [Ylitie, Karras, Laine 2017, "Efficient incoherent ray traversal on GPUs through compressed wide BVHs",
+// section 3.1].
+#pragma once
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "accel/binary_tree.h"
+
+namespace eikon {
+
+/// What steps cost, in any unit: a node, a leaf, and each triangle of a leaf; leaves hold at most `leaf_limit` triangles.
+struct CollapseCosts {
+  std::uint32_t leaf_limit = 8;
+  float node = 1.0F, leaf = 1.0F, triangle = 0.0F;
+};
+
+struct WideChild {
+  std::uint32_t binary = 0;  // its root in the binary tree
+  bool leaf = false;
+};
+
+/// cost(n, k): the least cost of covering the subtree of binary node n by at most k roots, each a wide node or a leaf.
+/// kWidth: children of a node; there are 4, 8 and 16.
+template <std::uint32_t kWidth>
+class Collapse {
+ public:
+  /// `tree` is not empty, and outlives this.
+  explicit Collapse(const BinaryTree& tree, const CollapseCosts& costs = {});
+
+  [[nodiscard]] float cost() const { return cost(0, 1); }
+  [[nodiscard]] bool is_leaf(std::uint32_t n) const { return leaf_cost(n) <= cost(n, 1); }
+
+  /// The children of the wide node made of binary node n, smallest first: an any-hit ray tries the last, likeliest, first.
+  [[nodiscard]] std::vector<WideChild> children(std::uint32_t n) const;
+
+ private:
+  struct Division {
+    float cost;
+    std::uint32_t left = 0;  // roots that the left child gets
+  };
+
+  [[nodiscard]] float area(std::uint32_t n) const { return tree_.nodes[n].box().half_area(); }
+  [[nodiscard]] float cost(std::uint32_t n, std::uint32_t k) const { return costs_[n][k - 1]; }
+  [[nodiscard]] float leaf_cost(std::uint32_t n) const;
+  [[nodiscard]] Division divide(std::uint32_t n, std::uint32_t k) const;
+  void solve(std::uint32_t n);
+  void solve_one(std::uint32_t n);
+  void collect(std::uint32_t n, std::uint32_t k, std::vector<WideChild>& list) const;
+
+  const BinaryTree& tree_;
+  CollapseCosts unit_;
+  std::vector<std::array<float, kWidth - 1>> costs_;
+};
+
+extern template class Collapse<4>;
+extern template class Collapse<8>;
+extern template class Collapse<16>;
+
+/// Offset of the triangles of `node`, a descendant of `ancestor`, among those of `ancestor`.
+[[nodiscard]] std::uint32_t first_of(const BinaryTree& tree, std::uint32_t ancestor, std::uint32_t node);
+
+}  // namespace eikon
