@@ -2,10 +2,8 @@
 #include "accel/binary_tree.h"
 
 #include <fmt/format.h>
-#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 #include <tbb/parallel_invoke.h>
-#include <tbb/parallel_reduce.h>
 
 #include <algorithm>
 #include <array>
@@ -13,269 +11,161 @@
 #include <cmath>
 #include <utility>
 
+#include "accel/bins.h"
+#include "accel/small_tree.h"
 #include "core/error.h"
 
 namespace eikon {
 namespace {
 
-constexpr std::size_t kBins = 32;
-constexpr std::size_t kSweepLimit = 12;           // nodes up to this size are swept in sorted order instead of binned
 constexpr std::size_t kTaskLimit = 4096;          // below, a subtree is one task
 constexpr std::size_t kParallelLimit = 1U << 16;  // above, binning and partition of one node run in parallel
-constexpr std::size_t kChunk = 1U << 14;          // of a parallel partition; fixed, so that threads do not show
+constexpr std::size_t kChunk = 1U << 14;          // of these; fixed, so that threads do not show
 constexpr std::uint32_t kMedianDepth = 64;        // from here on nodes are halved, which bounds the depth
 
-/// A triangle's box, its index in the fourth lane of `lo`. The index travels as the bits of a normal float, so that vector
-/// arithmetic on whole registers meets neither denormals nor NaN there.
-struct Reference {
-  Box box;
-  static constexpr std::uint32_t kNormal = 0x40000000;
-  static constexpr std::uint32_t kLimit = 1U << 28;
-  void set_triangle(std::uint32_t i) { box.lo[3] = std::bit_cast<float>(i | kNormal); }
-  [[nodiscard]] std::uint32_t triangle() const { return std::bit_cast<std::uint32_t>(float{box.lo[3]}) & ~kNormal; }
+using References = BigVector<Reference>;
+
+/// Boxes of twice the centroids left and right of a plane.
+struct Sides {
+  std::array<Box, 2> centroids;
+  void add(Float4 c, bool right) {
+    // A lane of ones is NaN, which min4 and max4 ignore: cheaper than a branch that is guessed wrong.
+    const Int4 mask = Int4{} - static_cast<std::int32_t>(right);
+    const auto to_left = std::bit_cast<Float4>(std::bit_cast<Int4>(c) | mask);
+    const auto to_right = std::bit_cast<Float4>(std::bit_cast<Int4>(c) | ~mask);
+    centroids[0].lo = min4(to_left, centroids[0].lo);
+    centroids[0].hi = max4(to_left, centroids[0].hi);
+    centroids[1].lo = min4(to_right, centroids[1].lo);
+    centroids[1].hi = max4(to_right, centroids[1].hi);
+  }
 };
 
-Float4 centroid2(const Reference& r) { return r.box.lo + r.box.hi; }
-
-struct Range {
+/// A node to be built, of the references [begin, end).
+struct Job {
+  std::uint32_t node;
+  std::size_t begin, end;
   Box box, centroids;  // of twice the centroids
-  void add(const Reference& r) {
-    box.add(r.box);
-    centroids.add(centroid2(r));
-  }
-  void add(const Range& other) {
-    box.add(other.box);
-    centroids.add(other.centroids);
-  }
+  std::uint32_t depth;
+  [[nodiscard]] std::size_t count() const { return end - begin; }
 };
-
-/// What n triangles below a child are expected to cost, for choosing a split: leaves hold 8 that are tested at once, the
-/// second term favours small numbers among equals.
-float count_cost(std::size_t n) { return 8.0F * static_cast<float>((n + 7) / 8) + 0.5F * static_cast<float>(n); }
-
-/// Maps twice a centroid to a bin per axis; an axis without extent has one bin.
-struct BinMap {
-  std::size_t bins;  // fewer for few triangles
-  Float4 base, scale, last;
-  BinMap(const Box& centroids, std::size_t count)
-      : bins(std::min(kBins, 4 + count / 4)),
-        base(centroids.lo),
-        scale(splat4(0)),
-        last(splat4(static_cast<float>(bins - 1))) {
-    for (int axis = 0; axis < 3; ++axis) {
-      const float s = static_cast<float>(bins) * 0.99999F / (centroids.hi[axis] - centroids.lo[axis]);
-      scale[axis] = std::isfinite(s) ? s : 0.0F;
-    }
-  }
-  [[nodiscard]] Int4 operator()(Float4 c) const {
-    const Float4 x = min4(max4((c - base) * scale, splat4(0)), last);  // NaN becomes 0
-    return __builtin_convertvector(x, Int4);
-  }
-};
-
-struct Bins {
-  std::array<std::array<Box, kBins>, 3> box;
-  std::array<std::array<std::uint32_t, kBins>, 3> count{};
-  void add(const Reference& r, const BinMap& map) {
-    const Int4 bin = map(centroid2(r));
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const auto b = static_cast<std::size_t>(bin[axis]);
-      box[axis][b].add(r.box);
-      ++count[axis][b];
-    }
-  }
-  void add(const Bins& other) {
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      for (std::size_t b = 0; b < kBins; ++b) {
-        box[axis][b].add(other.box[axis][b]);
-        count[axis][b] += other.count[axis][b];
-      }
-    }
-  }
-};
-
-struct BinSplit {
-  float cost = std::numeric_limits<float>::infinity();
-  std::size_t axis = 0;
-  std::int32_t last_left = -1;  // last bin of the left side; negative: no split separates the centroids
-};
-
-BinSplit best_split(const Bins& bins, const BinMap& map) {
-  BinSplit best;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    if (map.scale[axis] == 0.0F) continue;
-    std::array<float, kBins> right_cost{};
-    Box box;
-    std::size_t count = 0;
-    for (std::size_t b = map.bins - 1; b > 0; --b) {
-      box.add(bins.box[axis][b]);
-      count += bins.count[axis][b];
-      right_cost[b] = count != 0 ? box.half_area() * count_cost(count) : -1.0F;
-    }
-    box = Box{};
-    count = 0;
-    for (std::size_t b = 0; b + 1 < map.bins; ++b) {
-      box.add(bins.box[axis][b]);
-      count += bins.count[axis][b];
-      if (count == 0 || right_cost[b + 1] < 0) continue;  // an empty side is no split
-      const float cost = box.half_area() * count_cost(count) + right_cost[b + 1];
-      if (cost < best.cost) best = {cost, axis, static_cast<std::int32_t>(b)};
-    }
-  }
-  return best;
-}
 
 class Builder {
  public:
-  Builder(std::vector<Reference>& references, std::vector<BinaryNode>& nodes)
-      : references_(references), scratch_(references.size() >= kParallelLimit ? references.size() : 0), nodes_(nodes) {}
+  explicit Builder(BinaryTree& tree) : tree_(tree) {}
 
-  void build(std::uint32_t node, std::size_t begin, std::size_t end, const Range& range, std::uint32_t depth) {
-    const std::size_t count = end - begin;
-    const Box& box = range.box;
-    nodes_[node] = {
-        {box.lo[0], box.lo[1], box.lo[2]}, static_cast<std::uint32_t>(count), {box.hi[0], box.hi[1], box.hi[2]}, 0};
-    if (count == 1) return;
-    std::array<Range, 2> children;
-    const std::size_t middle = split(begin, end, range, depth, children);
-    const auto right = static_cast<std::uint32_t>(node + 2 * (middle - begin));
-    if (count > kTaskLimit) {
-      tbb::parallel_invoke([&] { build(node + 1, begin, middle, children[0], depth + 1); },
-                           [&] { build(right, middle, end, children[1], depth + 1); });
+  /// `from` holds the references, `to` is as large and unset; large nodes move them from one to the other.
+  void build(const Job& job, Reference* from, Reference* to) {
+    if (job.count() <= SmallTree::kLimit && job.depth < kMedianDepth) {
+      SmallTree(from + job.begin, job.count(), tree_.triangles.data())
+          .build(tree_.nodes.data() + job.node, job.begin, job.box);
+      return;
+    }
+    tree_.nodes[job.node] = BinaryNode(job.box, job.count(), job.begin);
+    if (job.count() == 1) {
+      tree_.triangles[job.begin] = from[job.begin].triangle();
+      return;
+    }
+    std::array<Job, 2> children = split(job, from, to);
+    if (job.count() > kTaskLimit) {
+      tbb::parallel_invoke([&] { build(children[0], from, to); }, [&] { build(children[1], from, to); });
     } else {
-      build(node + 1, begin, middle, children[0], depth + 1);
-      build(right, middle, end, children[1], depth + 1);
+      for (const Job& child : children) build(child, from, to);
     }
   }
 
  private:
-  /// Reorders [begin, end) and returns where its right part begins, never begin nor end.
-  std::size_t split(std::size_t begin, std::size_t end, const Range& range, std::uint32_t depth,
-                    std::array<Range, 2>& children) {
-    const std::size_t count = end - begin;
-    if (depth < kMedianDepth) {
-      if (count <= kSweepLimit) return sweep(begin, end, children);
-      const BinMap map(range.centroids, count);
-      const BinSplit best = best_split(bin(begin, end, map), map);
-      if (best.last_left >= 0) {
-        const auto is_left = [&](const Reference& r) { return map(centroid2(r))[best.axis] <= best.last_left; };
-        return count > kParallelLimit ? partition_parallel(begin, end, is_left, children)
-                                      : partition_serial(begin, end, is_left, children);
-      }
-    }
-    const std::size_t middle = begin + count / 2;
-    for (std::size_t i = begin; i < end; ++i) children[i < middle ? 0 : 1].add(references_[i]);
-    return middle;
-  }
-
-  Bins bin(std::size_t begin, std::size_t end, const BinMap& map) const {
-    if (end - begin <= kParallelLimit) {
-      Bins bins;
-      for (std::size_t i = begin; i < end; ++i) bins.add(references_[i], map);
-      return bins;
-    }
-    return tbb::parallel_reduce(
-        tbb::blocked_range<std::size_t>(begin, end, kChunk), Bins{},
-        [&](const tbb::blocked_range<std::size_t>& part, Bins bins) {
-          for (std::size_t i = part.begin(); i < part.end(); ++i) bins.add(references_[i], map);
-          return bins;
-        },
-        [](Bins a, const Bins& b) {
-          a.add(b);
-          return a;
-        });
-  }
-
-  template <class IsLeft>
-  std::size_t partition_serial(std::size_t begin, std::size_t end, const IsLeft& is_left,
-                               std::array<Range, 2>& children) {
-    std::size_t i = begin, j = end;
-    for (;;) {
-      while (i < j && is_left(references_[i])) children[0].add(references_[i++]);
-      while (i < j && !is_left(references_[j - 1])) children[1].add(references_[--j]);
-      if (i >= j) return i;
-      std::swap(references_[i], references_[j - 1]);
-    }
-  }
-
-  template <class IsLeft>
-  std::size_t partition_parallel(std::size_t begin, std::size_t end, const IsLeft& is_left,
-                                 std::array<Range, 2>& children) {
-    const std::size_t chunks = (end - begin + kChunk - 1) / kChunk;
-    const auto chunk_end = [&](std::size_t chunk) { return std::min(end, begin + (chunk + 1) * kChunk); };
-    std::vector<std::size_t> left_begin(chunks + 1, 0);
-    std::vector<std::array<Range, 2>> ranges(chunks);
-    tbb::parallel_for(std::size_t{0}, chunks, [&](std::size_t chunk) {
-      for (std::size_t i = begin + chunk * kChunk; i < chunk_end(chunk); ++i) {
-        const bool left = is_left(references_[i]);
-        left_begin[chunk + 1] += left ? 1 : 0;
-        ranges[chunk][left ? 0 : 1].add(references_[i]);
-      }
-    });
-    for (std::size_t chunk = 0; chunk < chunks; ++chunk) {
-      left_begin[chunk + 1] += left_begin[chunk];
-      for (std::size_t side = 0; side < 2; ++side) children[side].add(ranges[chunk][side]);
-    }
-    const std::size_t middle = begin + left_begin[chunks];
-    tbb::parallel_for(std::size_t{0}, chunks, [&](std::size_t chunk) {
-      std::size_t to_left = begin + left_begin[chunk];
-      std::size_t to_right = middle + chunk * kChunk - left_begin[chunk];
-      for (std::size_t i = begin + chunk * kChunk; i < chunk_end(chunk); ++i) {
-        scratch_[is_left(references_[i]) ? to_left++ : to_right++] = references_[i];
-      }
-    });
-    tbb::parallel_for(std::size_t{0}, chunks, [&](std::size_t chunk) {
-      const auto from = static_cast<std::ptrdiff_t>(begin + chunk * kChunk);
-      std::copy(scratch_.begin() + from, scratch_.begin() + static_cast<std::ptrdiff_t>(chunk_end(chunk)),
-                references_.begin() + from);
-    });
-    return middle;
-  }
-
-  /// Every split of every axis, in sorted order: bins are too coarse for a handful of triangles.
-  std::size_t sweep(std::size_t begin, std::size_t end, std::array<Range, 2>& children) {
-    const std::size_t count = end - begin;
-    std::array<std::array<std::uint8_t, kSweepLimit>, 3> order{};
-    std::array<Float4, kSweepLimit> centroids;
-    for (std::size_t i = 0; i < count; ++i) centroids[i] = centroid2(references_[begin + i]);
-    float best_cost = std::numeric_limits<float>::infinity();
-    std::size_t best_axis = 0, best_left = count / 2;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      auto& sorted = order[axis];
-      for (std::size_t i = 0; i < count; ++i) {  // stable insertion
-        std::size_t j = i;
-        for (; j > 0 && centroids[sorted[j - 1]][axis] > centroids[i][axis]; --j) sorted[j] = sorted[j - 1];
-        sorted[j] = static_cast<std::uint8_t>(i);
-      }
-      std::array<float, kSweepLimit> right_cost{};
-      Box box;
-      for (std::size_t i = count - 1; i > 0; --i) {
-        box.add(references_[begin + sorted[i]].box);
-        right_cost[i] = box.half_area() * count_cost(count - i);
-      }
-      box = Box{};
-      for (std::size_t i = 1; i < count; ++i) {
-        box.add(references_[begin + sorted[i - 1]].box);
-        const float cost = box.half_area() * count_cost(i) + right_cost[i];
-        if (cost < best_cost) {
-          best_cost = cost;
-          best_axis = axis;
-          best_left = i;
+  /// Reorders the references, and swaps `from` and `to` where they have moved.
+  std::array<Job, 2> split(const Job& job, Reference*& from, Reference*& to) {
+    if (job.depth < kMedianDepth) {
+      const BinMap map(job.centroids, job.count());
+      if (job.count() > kParallelLimit) {
+        std::array<Job, 2> children;
+        if (split_parallel(job, map, from, to, children)) {
+          std::swap(from, to);
+          return children;
+        }
+      } else {
+        Bins bins(map.bins);
+        for (std::size_t i = job.begin; i < job.end; ++i) bins.add(from[i], map);
+        const BinSplit split = bins.best_split(map.bins);
+        if (std::isfinite(split.cost)) {
+          Sides sides;
+          const std::size_t middle = partition(from, job.begin, job.end, split.plane(map), sides);
+          return jobs(job, middle, split.boxes, sides.centroids);
         }
       }
     }
-    std::array<Reference, kSweepLimit> sorted;
-    for (std::size_t i = 0; i < count; ++i) sorted[i] = references_[begin + order[best_axis][i]];
-    for (std::size_t i = 0; i < count; ++i) {
-      references_[begin + i] = sorted[i];
-      children[i < best_left ? 0 : 1].add(sorted[i]);
+    const std::size_t middle = job.begin + job.count() / 2;
+    std::array<Box, 2> boxes;
+    Sides sides;
+    for (std::size_t i = job.begin; i < job.end; ++i) {
+      boxes[i < middle ? 0 : 1].add(from[i].box());
+      sides.add(centroid2(from[i]), i >= middle);
     }
-    return begin + best_left;
+    return jobs(job, middle, boxes, sides.centroids);
   }
 
-  std::vector<Reference>& references_;
-  std::vector<Reference> scratch_;
-  std::vector<BinaryNode>& nodes_;
+  static std::array<Job, 2> jobs(const Job& job, std::size_t middle, const std::array<Box, 2>& boxes,
+                                 const std::array<Box, 2>& centroids) {
+    const auto right = static_cast<std::uint32_t>(job.node + 2 * (middle - job.begin));
+    return {Job{job.node + 1, job.begin, middle, boxes[0], centroids[0], job.depth + 1},
+            Job{right, middle, job.end, boxes[1], centroids[1], job.depth + 1}};
+  }
+
+  /// Swaps each reference to where the right side begins, whichever side it is on: no branch to guess.
+  static std::size_t partition(Reference* references, std::size_t begin, std::size_t end, const BinPlane& plane,
+                               Sides& sides) {
+    std::size_t middle = begin;
+    for (std::size_t i = begin; i < end; ++i) {
+      const Reference r = references[i];
+      const bool right = plane.is_right(references[i]);
+      sides.add(centroid2(r), right);
+      references[i] = references[middle];
+      references[middle] = r;
+      middle += right ? 0 : 1;
+    }
+    return middle;
+  }
+
+  /// False, and nothing done, when no plane separates the centroids.
+  static bool split_parallel(const Job& job, const BinMap& map, const Reference* from, Reference* to,
+                             std::array<Job, 2>& children) {
+    const std::size_t chunks = (job.count() + kChunk - 1) / kChunk;
+    const auto chunk_begin = [&](std::size_t chunk) { return job.begin + chunk * kChunk; };
+    const auto chunk_end = [&](std::size_t chunk) { return std::min(job.end, chunk_begin(chunk + 1)); };
+    std::vector<Bins> bins(chunks, Bins(map.bins));
+    tbb::parallel_for(std::size_t{0}, chunks, [&](std::size_t chunk) {
+      for (std::size_t i = chunk_begin(chunk); i < chunk_end(chunk); ++i) bins[chunk].add(from[i], map);
+    });
+    Bins all(map.bins);
+    for (const Bins& each : bins) all.add(each, map.bins);
+    const BinSplit split = all.best_split(map.bins);
+    if (!std::isfinite(split.cost)) return false;
+
+    std::vector<std::size_t> left_begin(chunks + 1, job.begin);
+    for (std::size_t i = 0; i < chunks; ++i) left_begin[i + 1] = left_begin[i] + bins[i].count_left(split);
+    const std::size_t middle = left_begin[chunks];
+    std::vector<Sides> sides(chunks);
+    const BinPlane plane = split.plane(map);
+    tbb::parallel_for(std::size_t{0}, chunks, [&](std::size_t chunk) {
+      std::array<std::size_t, 2> next{left_begin[chunk], middle + chunk_begin(chunk) - left_begin[chunk]};
+      Sides mine;
+      for (std::size_t i = chunk_begin(chunk); i < chunk_end(chunk); ++i) {
+        const bool right = plane.is_right(from[i]);
+        to[next[right ? 1 : 0]++] = from[i];
+        mine.add(centroid2(from[i]), right);
+      }
+      sides[chunk] = mine;
+    });
+    std::array<Box, 2> centroids;
+    for (const Sides& each : sides) {
+      for (std::size_t side = 0; side < 2; ++side) centroids[side].add(each.centroids[side]);
+    }
+    children = jobs(job, middle, split.boxes, centroids);
+    return true;
+  }
+
+  BinaryTree& tree_;
 };
 
 }  // namespace
@@ -317,24 +207,26 @@ BinaryTree build_binary_tree(TriangleSoup triangles) {
   BinaryTree tree;
   if (count == 0) return tree;
 
-  std::vector<Reference> references(count);
-  std::vector<Range> ranges(chunks);
+  References references(count), scratch(count > kParallelLimit ? count : 0);
+  std::vector<std::array<Box, 2>> boxes(chunks);  // of the triangles, of twice their centroids
   tbb::parallel_for(std::size_t{0}, chunks, [&](std::size_t chunk) {
     std::size_t to = first[chunk];
     for (std::size_t i = chunk * kChunk; i < std::min(all, (chunk + 1) * kChunk); ++i) {
       if (is_degenerate(triangles.corners(i))) continue;
-      references[to].box = triangle_box(triangles.corners(i));
-      references[to].set_triangle(static_cast<std::uint32_t>(i));
-      ranges[chunk].add(references[to++]);
+      const Box box = triangle_box(triangles.corners(i));
+      references[to++].set(box, static_cast<std::uint32_t>(i));
+      boxes[chunk][0].add(box);
+      boxes[chunk][1].add(box.lo + box.hi);
     }
   });
-  Range range;
-  for (const Range& r : ranges) range.add(r);
-
+  Job root{0, 0, count, {}, {}, 0};
+  for (const auto& each : boxes) {
+    root.box.add(each[0]);
+    root.centroids.add(each[1]);
+  }
   tree.nodes.resize(2 * count - 1);
-  Builder(references, tree.nodes).build(0, 0, count, range, 0);
   tree.triangles.resize(count);
-  for (std::size_t i = 0; i < count; ++i) tree.triangles[i] = references[i].triangle();
+  Builder(tree).build(root, references.data(), scratch.data());
   return tree;
 }
 

@@ -6,22 +6,30 @@
 
 #include "accel/accel.h"
 #include "accel/box.h"
+#include "core/big_vector.h"
 
 namespace eikon {
 
 /// Nodes lie depth first: the left child of node i is i + 1, the right one i + 2 * (count of the left child), since a
-/// subtree of n triangles has 2n - 1 nodes. A node's triangles are `count` consecutive entries of BinaryTree::triangles.
+/// subtree of n triangles has 2n - 1 nodes. A node's triangles are the entries [first, first + count) of
+/// BinaryTree::triangles; as many leaves as `first` lie before it, so that it is inner node i - first.
 struct BinaryNode {
   float lo[3];
   std::uint32_t count;
   float hi[3];
-  std::uint32_t pad;
+  std::uint32_t first;     // of its triangles
+  BinaryNode() = default;  // unset: trees have millions
+  BinaryNode(const Box& box, std::size_t triangle_count, std::size_t first_triangle)
+      : lo{box.lo[0], box.lo[1], box.lo[2]},
+        count(static_cast<std::uint32_t>(triangle_count)),
+        hi{box.hi[0], box.hi[1], box.hi[2]},
+        first(static_cast<std::uint32_t>(first_triangle)) {}
   [[nodiscard]] Box box() const { return {Float4{lo[0], lo[1], lo[2], 0}, Float4{hi[0], hi[1], hi[2], 0}}; }
 };
 
 struct BinaryTree {
-  std::vector<BinaryNode> nodes;         // nodes[0] is the root; empty when there is no triangle
-  std::vector<std::uint32_t> triangles;  // indices into the soup, in the order of the leaves
+  BigVector<BinaryNode> nodes;         // nodes[0] is the root; empty when there is no triangle
+  BigVector<std::uint32_t> triangles;  // indices into the soup, in the order of the leaves
 };
 
 inline std::uint32_t left_child(std::uint32_t node) { return node + 1; }

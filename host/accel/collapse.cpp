@@ -15,13 +15,14 @@ constexpr std::uint32_t kTaskLimit = 4096;
 
 template <std::uint32_t kWidth>
 Collapse<kWidth>::Collapse(const BinaryTree& tree, const CollapseCosts& costs)
-    : tree_(tree), unit_(costs), costs_(tree.nodes.size()) {
+    : tree_(tree), unit_(costs), rows_(tree.nodes.size() / 2) {
   solve(0);
 }
 
 template <std::uint32_t kWidth>
 std::vector<WideChild> Collapse<kWidth>::children(std::uint32_t n) const {
   std::vector<WideChild> list;
+  list.reserve(kWidth);
   if (is_leaf(n)) {
     list.push_back({n, true});  // only a root that is itself one leaf
   } else {
@@ -29,24 +30,21 @@ std::vector<WideChild> Collapse<kWidth>::children(std::uint32_t n) const {
     collect(left_child(n), d.left, list);
     collect(right_child(tree_, n), kWidth - d.left, list);
   }
-  std::stable_sort(list.begin(), list.end(),
-                   [&](const WideChild& a, const WideChild& b) { return area(a.binary) < area(b.binary); });
+  for (std::size_t i = 1; i < list.size(); ++i) {  // insertion: stable, and std::stable_sort would allocate
+    const WideChild each = list[i];
+    std::size_t at = i;
+    for (; at > 0 && area(each.binary) < area(list[at - 1].binary); --at) list[at] = list[at - 1];
+    list[at] = each;
+  }
   return list;
 }
 
 template <std::uint32_t kWidth>
-float Collapse<kWidth>::leaf_cost(std::uint32_t n) const {
-  const std::uint32_t count = tree_.nodes[n].count;
-  return count <= unit_.leaf_limit ? area(n) * (unit_.leaf + unit_.triangle * static_cast<float>(count))
-                                   : std::numeric_limits<float>::infinity();
-}
-
-template <std::uint32_t kWidth>
 auto Collapse<kWidth>::divide(std::uint32_t n, std::uint32_t k) const -> Division {
-  const std::uint32_t left = left_child(n), right = right_child(tree_, n);
+  const Row left = row(left_child(n)), right = row(right_child(tree_, n));
   Division best{std::numeric_limits<float>::infinity()};
   for (std::uint32_t i = 1; i < k; ++i) {
-    const float c = cost(left, i) + cost(right, k - i);
+    const float c = left[i - 1] + right[k - i - 1];
     if (best.left == 0 || c < best.cost) best = {c, i};
   }
   return best;
@@ -66,13 +64,30 @@ void Collapse<kWidth>::solve(std::uint32_t n) {
 
 template <std::uint32_t kWidth>
 void Collapse<kWidth>::solve_one(std::uint32_t n) {
-  auto& costs = costs_[n];
-  if (tree_.nodes[n].count == 1) {
-    costs.fill(leaf_cost(n));
-    return;
+  const BinaryNode& node = tree_.nodes[n];
+  if (node.count == 1) return;
+  Row best;
+  const std::uint32_t l = left_child(n), r = right_child(tree_, n);
+  if (node.count == 2) {
+    best.fill(leaf_cost(l) + leaf_cost(r));
+  } else {
+    // Every division for every k at once: with i roots on the left the right child's row moves by i entries.
+    constexpr float infinity = std::numeric_limits<float>::infinity();
+    const Row left = row(l), right = row(r);
+    std::array<float, 2 * kWidth> moved;
+    std::fill_n(moved.begin(), kWidth, infinity);
+    std::copy(right.begin(), right.end(), moved.begin() + kWidth);
+    best.fill(infinity);
+    for (std::uint32_t i = 1; i < kWidth; ++i) {
+      for (std::size_t k = 0; k < kWidth; k += 4) {
+        const Float4 c = load4(moved.data() + kWidth - i + k) + splat4(left[i - 1]);
+        store4(best.data() + k, min4(c, load4(best.data() + k)));
+      }
+    }
   }
-  costs[0] = std::min(leaf_cost(n), area(n) * unit_.node + divide(n, kWidth).cost);
-  for (std::uint32_t k = 2; k < kWidth; ++k) costs[k - 1] = std::min(costs[k - 2], divide(n, k).cost);
+  best[0] = std::min(leaf_cost(n), area(n) * unit_.node + best[kWidth - 1]);
+  for (std::uint32_t k = 1; k < kWidth; ++k) best[k] = std::min(best[k], best[k - 1]);  // more roots are never worse
+  rows_[n - node.first] = best;
 }
 
 template <std::uint32_t kWidth>
@@ -90,15 +105,5 @@ void Collapse<kWidth>::collect(std::uint32_t n, std::uint32_t k, std::vector<Wid
 template class Collapse<4>;
 template class Collapse<8>;
 template class Collapse<16>;
-
-std::uint32_t first_of(const BinaryTree& tree, std::uint32_t ancestor, std::uint32_t node) {
-  std::uint32_t first = 0;
-  while (ancestor != node) {
-    const std::uint32_t right = right_child(tree, ancestor);
-    if (node >= right) first += tree.nodes[left_child(ancestor)].count;
-    ancestor = node >= right ? right : left_child(ancestor);
-  }
-  return first;
-}
 
 }  // namespace eikon

@@ -5,6 +5,7 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "accel/binary_tree.h"
@@ -37,14 +38,26 @@ class Collapse {
   [[nodiscard]] std::vector<WideChild> children(std::uint32_t n) const;
 
  private:
+  using Row = std::array<float, kWidth>;  // entry k - 1: cost(n, k); the last one is no use
   struct Division {
     float cost;
     std::uint32_t left = 0;  // roots that the left child gets
   };
 
   [[nodiscard]] float area(std::uint32_t n) const { return tree_.nodes[n].box().half_area(); }
-  [[nodiscard]] float cost(std::uint32_t n, std::uint32_t k) const { return costs_[n][k - 1]; }
-  [[nodiscard]] float leaf_cost(std::uint32_t n) const;
+  [[nodiscard]] float cost(std::uint32_t n, std::uint32_t k) const { return row(n)[k - 1]; }
+  [[nodiscard]] float leaf_cost(std::uint32_t n) const {
+    const std::uint32_t count = tree_.nodes[n].count;
+    return count <= unit_.leaf_limit ? area(n) * (unit_.leaf + unit_.triangle * static_cast<float>(count))
+                                     : std::numeric_limits<float>::infinity();
+  }
+  [[nodiscard]] Row row(std::uint32_t n) const {
+    const BinaryNode& node = tree_.nodes[n];
+    if (node.count > 1) return rows_[n - node.first];
+    Row row;
+    row.fill(leaf_cost(n));
+    return row;
+  }
   [[nodiscard]] Division divide(std::uint32_t n, std::uint32_t k) const;
   void solve(std::uint32_t n);
   void solve_one(std::uint32_t n);
@@ -52,14 +65,11 @@ class Collapse {
 
   const BinaryTree& tree_;
   CollapseCosts unit_;
-  std::vector<std::array<float, kWidth - 1>> costs_;
+  BigVector<Row> rows_;  // of inner nodes
 };
 
 extern template class Collapse<4>;
 extern template class Collapse<8>;
 extern template class Collapse<16>;
-
-/// Offset of the triangles of `node`, a descendant of `ancestor`, among those of `ancestor`.
-[[nodiscard]] std::uint32_t first_of(const BinaryTree& tree, std::uint32_t ancestor, std::uint32_t node);
 
 }  // namespace eikon

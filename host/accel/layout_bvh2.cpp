@@ -86,7 +86,7 @@ Accel layout_bvh2(const BinaryTree& tree) {
     return accel;
   }
   const Emitter emitter(tree, accel);
-  accel.leaves = tree.triangles;
+  accel.leaves.assign(tree.triangles.begin(), tree.triangles.end());
   accel.node_count = accel.nodes.size() / kNodeWords;
   return accel;
 }

@@ -26,18 +26,17 @@ class Emitter {
  public:
   Emitter(const BinaryTree& tree, Accel& accel) : tree_(tree), collapse_(tree, kCosts), accel_(accel) {
     accel_.nodes.resize(kNodeWords);
-    accel_.stack_size = 1 + emit(0, 0, 0);
+    accel_.stack_size = 1 + emit(0, 0);
     const float root = tree.nodes[0].box().half_area();
     accel_.sah_cost = root > 0 ? static_cast<double>(collapse_.cost() / root) : 0.0;
   }
   [[nodiscard]] const std::vector<Block>& blocks() const { return blocks_; }
 
  private:
-  /// Writes wide node `to` and all below; `first` is where the triangles of `binary` begin. returns how many entries the
-  /// stack can hold below this node.
-  std::uint32_t emit(std::uint32_t binary, std::size_t to, std::uint32_t first) {
+  /// Writes wide node `to` and all below. returns how many entries the stack can hold below this node.
+  std::uint32_t emit(std::uint32_t binary, std::size_t to) {
     const std::vector<WideChild> children = collapse_.children(binary);
-    std::array<std::uint32_t, kWidth> words{}, begins{};
+    std::array<std::uint32_t, kWidth> words{};
     std::array<Float4, kWidth> centers{};
     std::uint32_t inner = 0;
     for (std::size_t i = 0; i < kWidth; ++i) {
@@ -46,10 +45,9 @@ class Emitter {
         const std::uint32_t child = children[i].binary;
         box = tree_.nodes[child].box();
         centers[i] = box.lo + box.hi;
-        begins[i] = first + first_of(tree_, binary, child);
         if (children[i].leaf) {
           words[i] = kLeafBit | static_cast<std::uint32_t>(blocks_.size());
-          blocks_.push_back({begins[i], tree_.nodes[child].count});
+          blocks_.push_back({tree_.nodes[child].first, tree_.nodes[child].count});
         } else {
           words[i] = static_cast<std::uint32_t>(accel_.nodes.size() / kNodeWords) + inner++;
         }
@@ -65,7 +63,7 @@ class Emitter {
     accel_.nodes.resize(accel_.nodes.size() + inner * kNodeWords);
     std::uint32_t below = 0;
     for (std::size_t i = 0; i < children.size(); ++i) {
-      if (!children[i].leaf) below = std::max(below, emit(children[i].binary, words[i], begins[i]));
+      if (!children[i].leaf) below = std::max(below, emit(children[i].binary, words[i]));
     }
     return below + static_cast<std::uint32_t>(children.size()) - 1;
   }
