@@ -5,7 +5,9 @@
 #define EK_TRAVERSE_H
 #include "traverse_batch.h"
 #include "traverse_bvh2.h"
+#include "traverse_bvh4.h"
 #include "traverse_bvh8.h"
+#include "traverse_cwbvh.h"
 #include "traverse_none.h"
 #include "traverse_packet.h"
 
@@ -33,6 +35,8 @@ EK_FN int use_packet(Geometry geometry, RayLanes ray, vi valid, int coherent) {
 EK_FN int traverse_one(Geometry geometry, const RayOne* ray, const int any_hit, Hit* hit) {
   if (EK_LAYOUT_bvh8) return traverse_bvh8(geometry, ray, any_hit, hit);
   if (EK_LAYOUT_bvh2) return traverse_bvh2(geometry, ray, any_hit, hit);
+  if (EK_LAYOUT_bvh4) return traverse_bvh4(geometry, ray, any_hit, hit);
+  if (EK_LAYOUT_cwbvh) return traverse_cwbvh(geometry, ray, any_hit, hit);
   return traverse_none(geometry, ray, any_hit, hit);
 }
 

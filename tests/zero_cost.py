@@ -17,6 +17,7 @@ import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 CLANG = os.environ.get("CLANG", "clang-14")
+LAYOUTS = re.findall(r"^EK_LAYOUT\((\w+)\)", (ROOT / "kernels/shared/layouts.def").read_text(), re.M)
 ARRAYS = ["triangle_normals", "triangle_tangents", "triangle_colors", "material_extensions", "textures", "texels"]
 # Headers of single features; those that are not there yet, or no more, are no error.
 FEATURES = re.compile(r"alpha|bsdf_(?!diffuse).*|environment_map|fresnel|ggx.*|light_punctual|medium|microfacet|normal_map|"
@@ -49,7 +50,7 @@ def mark(kernels):
 def compiled(kernels, stage, defines, width, chunked, layout):
     """LLVM's text of a stage, optimised."""
     shape = {"EK_WIDTH": width, "EK_CHUNKED": chunked, "EK_CHUNK": 1024, "EK_STACK_SIZE": 64}
-    shape.update({f"EK_LAYOUT_{name}": int(name == layout) for name in ("bvh8", "bvh2", "none")})
+    shape.update({f"EK_LAYOUT_{name}": int(name == layout) for name in [*LAYOUTS, "none"]})
     flags = [f"-D{name}={value}" for name, value in shape.items()]
     flags += [f"-DEK_HAS_{name}={int(on)}" for name, on in defines.items()]
     command = [CLANG, "-x", "cl", "-cl-std=CL1.2", "-Xclang", "-finclude-default-header", "-fno-discard-value-names", "-O2",

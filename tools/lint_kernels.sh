@@ -5,6 +5,7 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 clang=${CLANG:-clang-14}
 mapfile -t features < <(sed -nE 's/^EK_(LOBE|LIGHT|OPTION|AOV)\(([a-z0-9_]+).*/\2/p' kernels/shared/features.def)
+mapfile -t layouts < <(sed -nE 's/^EK_LAYOUT\(([a-z0-9]+)\)/\1/p' kernels/shared/layouts.def)
 mapfile -t stages < <(sed -nE 's/^EK_STAGE\(([a-z0-9_]+)\).*/\1/p' kernels/shared/stages.def)
 
 # lint STAGE WIDTH CHUNKED LAYOUT FEATURE|all|none
@@ -13,7 +14,7 @@ lint() {
   for feature in "${features[@]}"; do
     if [[ $5 == all || $5 == "$feature" ]]; then defines+=("-DEK_HAS_$feature=1"); else defines+=("-DEK_HAS_$feature=0"); fi
   done
-  for layout in bvh8 bvh2 none; do
+  for layout in "${layouts[@]}" none; do
     if [[ $4 == "$layout" ]]; then defines+=("-DEK_LAYOUT_$layout=1"); else defines+=("-DEK_LAYOUT_$layout=0"); fi
   done
   "$clang" -x cl -cl-std=CL1.2 -Xclang -finclude-default-header -fsyntax-only -Wall -Wextra -Wundef -Werror \
@@ -23,7 +24,7 @@ lint() {
 
 count=0
 for stage in "${stages[@]}"; do
-  for shape in "16 1 bvh8" "8 1 bvh8" "1 1 none" "1 0 bvh2"; do
+  for shape in "16 1 bvh8" "8 1 bvh8" "1 1 none" "1 0 bvh2" "1 0 bvh4" "1 0 cwbvh"; do
     read -r width chunked layout <<<"$shape"
     for which in all none; do
       lint "$stage" "$width" "$chunked" "$layout" "$which"

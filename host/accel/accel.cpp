@@ -54,6 +54,8 @@ Accel build_accel(TriangleSoup triangles, const AccelOptions& options) {
   Accel accel = arena.execute([&] {
     if (options.accel == "none" || options.layout == "none") return layout_none(triangles);
     const BinaryTree tree = build_binary_tree(triangles);
+    if (options.layout == "bvh4") return layout_bvh4(tree);
+    if (options.layout == "cwbvh") return layout_cwbvh(tree);
     return options.layout == "bvh8" ? layout_bvh8(tree, triangles) : layout_bvh2(tree);
   });
   constexpr std::uint32_t step = 64;

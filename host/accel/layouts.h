@@ -13,6 +13,12 @@ namespace eikon {
 /// Binary nodes with both children's boxes in the parent, leaves of up to 4 triangles.
 [[nodiscard]] Accel layout_bvh2(const BinaryTree& tree);
 
+/// 4-wide nodes with boxes in a byte per plane, leaves of up to 4 triangles.
+[[nodiscard]] Accel layout_bvh4(const BinaryTree& tree);
+
+/// 8-wide nodes with boxes in a byte per plane, leaves of up to 3 triangles [as bvh8's source].
+[[nodiscard]] Accel layout_cwbvh(const BinaryTree& tree);
+
 /// No tree: the list of triangles that can be hit.
 [[nodiscard]] Accel layout_none(TriangleSoup triangles);
 

@@ -77,7 +77,7 @@ TEST(BadInput, flags_that_make_no_sense_are_usage_errors) {
                             "--light-sampling sun",
                             "--integrator none",
                             "--accel grid",
-                            "--layout bvh4",
+                            "--layout bvh3",
                             "--max-depth -1",
                             "--seed -1",
                             "--seed 4294967296",

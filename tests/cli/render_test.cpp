@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "accel/accel.h"
 #include "cli/command.h"
 #include "image/image.h"
 #include "render/analytic_scenes.h"
@@ -203,7 +204,7 @@ TEST(Render, the_same_bits_from_every_width_layout_and_from_oclgrind) {
   EXPECT_TRUE(same_bits(expected, sums_of(here, cornell(kWithSums), "EIKON_NO_OPTIMISE=1")));
   if (std::system("command -v oclgrind >/dev/null") != 0) GTEST_SKIP() << "Oclgrind is not installed";
   for (const char* lanes : {"1", "8", "16"})
-    for (const char* layout : {"bvh8", "bvh2"})
+    for (const std::string& layout : tree_layouts())
       EXPECT_TRUE(same_bits(expected, sums_of(here, cornell(std::string(kWithSums) + "--layout " + layout),
                                               std::string("EIKON_NO_OPTIMISE=1 EIKON_LANES=") + lanes + " oclgrind")))
           << "Oclgrind, " << lanes << " lanes, " << layout;

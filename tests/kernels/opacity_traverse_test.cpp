@@ -32,7 +32,7 @@ std::vector<MaterialRecord> materials() {
           material(EK_MATERIAL_BLEND, 1.0F)};
 }
 
-TraverseProbe::Options options(const char* layout, int width, const std::vector<std::uint32_t>& material_of,
+TraverseProbe::Options options(const std::string& layout, int width, const std::vector<std::uint32_t>& material_of,
                                bool portable = false, bool coherent = false) {
   TraverseProbe::Options o{layout, width, portable, coherent, true, materials(), material_of};
   return o;
@@ -96,20 +96,9 @@ void expect_all_agree(const Soup& soup, const std::string& what) {
       on_half += m == kHalf ? 1 : 0;
     }
     EXPECT_GT(on_half, rays.size() / 50) << what;
-    const TraverseProbe::Options variants[] = {options("none", 16, of),
-                                               options("bvh2", 1, of),
-                                               options("bvh2", 16, of),
-                                               options("bvh8", 1, of),
-                                               options("bvh8", 8, of),
-                                               options("bvh8", 16, of),
-                                               options("bvh8", 8, of, true),
-                                               options("bvh8", 16, of, true),
-                                               options("bvh8", 8, of, false, true),
-                                               options("bvh8", 16, of, false, true)};
-    for (const TraverseProbe::Options& variant : variants) {
-      TraverseProbe probe(device, soup, variant);
-      const std::string name = what + ", " + variant.layout + " width " + std::to_string(variant.width) +
-                               (variant.portable ? ", portable" : "") + (variant.coherent ? ", packets" : "");
+    for (const TraverseProbe::Options& variant : TraverseProbe::variants()) {
+      TraverseProbe probe(device, soup, options(variant.layout, variant.width, of, variant.portable, variant.coherent));
+      const std::string name = what + ", " + TraverseProbe::describe(variant);
       const std::vector<ProbeHit> hits = probe.closest(rays);
       std::size_t different = 0, first = 0;
       for (std::size_t i = 0; i < rays.size(); ++i)

@@ -13,7 +13,7 @@ namespace {
 using fixtures::Soup;
 using Point = std::array<float, 3>;
 
-const char* const kLayouts[] = {"bvh8", "bvh2", "none"};
+const std::vector<std::string> kLayouts = every_layout();
 
 Device cpu_device() { return Device(select_devices("all").front()); }
 
@@ -62,7 +62,7 @@ std::size_t misses(const std::vector<ProbeHit>& hits) {
 TEST(TraverseHard, G1_no_ray_leaves_a_closed_bumpy_sphere) {
   Device device = cpu_device();
   const BumpySphere scene({0, 0, 0});
-  for (const char* layout : kLayouts) {
+  for (const std::string& layout : kLayouts) {
     TraverseProbe probe(device, scene.soup, {layout});
     EXPECT_EQ(misses(probe.closest(scene.rays)), 0U) << layout;
     const auto blocked = probe.any(scene.rays);
@@ -73,7 +73,7 @@ TEST(TraverseHard, G1_no_ray_leaves_a_closed_bumpy_sphere) {
 TEST(TraverseHard, G2_nor_far_from_the_origin) {
   Device device = cpu_device();
   const BumpySphere scene({148376, 1234, -223423});
-  for (const char* layout : kLayouts) {
+  for (const std::string& layout : kLayouts) {
     TraverseProbe probe(device, scene.soup, {layout});
     EXPECT_EQ(misses(probe.closest(scene.rays)), 0U) << layout;
   }
@@ -91,7 +91,7 @@ TEST(TraverseHard, G9_a_scene_times_a_power_of_two_gives_scaled_hits_to_the_bit)
     if (i % 3 == 0) rays[i].d[i % 7 % 3] = 0;
     if (i % 5 == 0) std::copy_n(&soup[9 * (i % 500)], 3, rays[i].o.begin());  // from a vertex
   }
-  for (const char* layout : kLayouts) {
+  for (const std::string& layout : kLayouts) {
     const auto expected = TraverseProbe(device, soup, {layout}).closest(rays);
     for (const int k : {-20, -1, 7, 20}) {
       Soup scaled = soup;
@@ -145,7 +145,7 @@ TEST(TraverseHard, G10_zero_components_hit_what_the_limit_ray_hits) {
       }
     }
   }
-  for (const char* layout : kLayouts) {
+  for (const std::string& layout : kLayouts) {
     TraverseProbe probe(device, soup, {layout});
     const auto expected = probe.closest(positive);
     EXPECT_EQ(misses(expected), 0U) << layout;
@@ -174,7 +174,7 @@ TEST(TraverseHard, G10_rays_within_the_plane_of_a_wall_end_and_report_finite_hit
       rays.push_back(ray);
     }
   }
-  for (const char* layout : kLayouts) {
+  for (const std::string& layout : kLayouts) {
     TraverseProbe probe(device, soup, {layout});
     for (const ProbeHit& hit : probe.closest(rays))
       EXPECT_FALSE(std::isnan(hit.t) || std::isnan(hit.u) || std::isnan(hit.v));
@@ -202,7 +202,7 @@ TEST(TraverseHard, G11_degenerate_triangles_are_never_hit_and_change_nothing) {
     for (std::size_t k = 0; k < 3; ++k) ray.d[k] = 0.7F * p[k] - ray.o[k];
     rays.push_back(ray);
   }
-  for (const char* layout : kLayouts) {
+  for (const std::string& layout : kLayouts) {
     const auto expected = TraverseProbe(device, clean, {layout}).closest(rays);
     const auto hits = TraverseProbe(device, dirty, {layout}).closest(rays);
     for (std::size_t i = 0; i < rays.size(); ++i)
@@ -252,7 +252,7 @@ TEST(TraverseHard, G14_of_coincident_triangles_the_lowest_index_wins) {
   for (ProbeRay& ray : rays) {
     for (float& d : ray.d) d = unit(random);
   }
-  for (const char* layout : kLayouts) {
+  for (const std::string& layout : kLayouts) {
     const auto hits = TraverseProbe(device, soup, {layout}).closest(rays);
     EXPECT_EQ(misses(hits), 0U) << layout;
     EXPECT_TRUE(std::all_of(hits.begin(), hits.end(), [&](const ProbeHit& h) { return h.triangle < count; })) << layout;
@@ -268,7 +268,7 @@ TEST(TraverseHard, G15_ten_thousand_copies_one_triangle_and_none) {
   hit.o = miss.o = {0.25F, 0.25F, 1};
   hit.d = {0, 0, -1};
   miss.d = {0, 0, 1};
-  for (const char* layout : kLayouts) {
+  for (const std::string& layout : kLayouts) {
     for (const Soup& soup : {copies, one, Soup{}}) {
       TraverseProbe probe(device, soup, {layout});
       const auto found = probe.closest({hit, miss});

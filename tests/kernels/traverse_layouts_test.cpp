@@ -107,20 +107,9 @@ void expect_all_agree(const Soup& soup, const std::vector<ProbeRay>& rays, const
     }
     EXPECT_GT(hit_count, rays.size() / 50) << what;  // the comparison below is of hits, not of misses
     EXPECT_LT(blocked_count, rays.size()) << what;
-    const TraverseProbe::Options variants[] = {{"bvh8", 16},
-                                               {"bvh8", 8},
-                                               {"bvh8", 1},
-                                               {"bvh2", 1},
-                                               {"bvh2", 16},
-                                               {"none", 1},
-                                               {"bvh8", 16, true, false},
-                                               {"bvh8", 16, false, true},
-                                               {"bvh8", 8, false, true},
-                                               {"bvh8", 16, true, true}};
-    for (const auto& variant : variants) {
+    for (const auto& variant : TraverseProbe::variants()) {
       TraverseProbe probe(device, soup, variant);
-      const std::string name = what + ", " + variant.layout + " width " + std::to_string(variant.width) +
-                               (variant.portable ? ", portable" : "") + (variant.coherent ? ", packets" : "");
+      const std::string name = what + ", " + TraverseProbe::describe(variant);
       EXPECT_TRUE(same_bits(probe.closest(rays), closest, rays)) << name;
       EXPECT_EQ(probe.any(rays), any) << name;
     }
@@ -138,6 +127,19 @@ TEST(Traverse, adversarial_rays_hit_the_same_bits_in_every_layout) {
   const Soup scattered = fixtures::scattered(1000, 1.0F, 4), sphere = fixtures::bumpy_sphere(24);
   expect_all_agree(scattered, adversarial_rays(scattered, 20'000, 1.0F, 5), "scattered");
   expect_all_agree(sphere, adversarial_rays(sphere, 20'000, 1.0F, 6), "sphere");
+}
+
+TEST(Traverse, scenes_far_from_the_origin_hit_the_same_bits_in_every_layout) {
+  // Of the largest coordinates, a float's steps are as large as the smallest triangles: most planes round, many boxes are flat.
+  for (const float far : {3e4F, 1e6F}) {
+    Soup soup = fixtures::scattered(2500, 2.0F, 10);
+    std::vector<ProbeRay> rays = adversarial_rays(soup, 15'000, 2.0F, 11);
+    const float to[3] = {far, -0.7F * far, 0.1F * far};
+    for (std::size_t i = 0; i < soup.size(); ++i) soup[i] += to[i % 3];
+    for (ProbeRay& ray : rays)
+      for (std::size_t k = 0; k < 3; ++k) ray.o[k] += to[k];
+    expect_all_agree(soup, rays, "far away");
+  }
 }
 
 TEST(Traverse, rays_within_an_oblique_plane_of_slivers_hit_the_same_bits_in_every_layout) {

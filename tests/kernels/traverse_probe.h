@@ -56,6 +56,13 @@ inline std::map<std::string, std::string> feature_defines(bool opacity) {
   return all;
 }
 
+/// All that EK_LAYOUT can be: the trees, and none.
+inline std::vector<std::string> every_layout() {
+  std::vector<std::string> all = tree_layouts();
+  all.push_back("none");
+  return all;
+}
+
 /// One scene in one layout at one lane width.
 class TraverseProbe {
  public:
@@ -68,6 +75,28 @@ class TraverseProbe {
     std::vector<MaterialRecord> materials = {};   // with opacity
     std::vector<std::uint32_t> material_of = {};  // per triangle, with opacity
   };
+
+  /// Every layout at the widths for which it has code of its own; those for wide devices also without builtins, and for rays
+  /// that are traced together.
+  static std::vector<Options> variants() {
+    std::vector<Options> all{{"none", 1}, {"none", 16}};
+    for (const std::string& layout : tree_layouts()) {
+      const bool wide = layout == "bvh8" || layout == "bvh16";
+      for (const int width : {1, 8, 16}) {
+        if (width == 8 && !wide) continue;
+        all.push_back({layout, width});
+        if (!wide || width == 1) continue;
+        all.push_back({layout, width, false, true});
+        if (width == 16) all.push_back({layout, width, true, false}), all.push_back({layout, width, true, true});
+      }
+    }
+    return all;
+  }
+
+  [[nodiscard]] static std::string describe(const Options& options) {
+    return options.layout + " width " + std::to_string(options.width) + (options.portable ? ", portable" : "") +
+           (options.coherent ? ", packets" : "");
+  }
 
   TraverseProbe(Device& device, const std::vector<float>& soup, const Options& options)
       : device_(device), accel_(build(soup, options.layout)), coherent_(options.coherent) {

@@ -169,7 +169,7 @@ TEST(TraverseTouching, a_ray_from_the_corner_of_a_box_meets_the_floor_beside_it)
   ProbeRay ray;
   ray.o = {0.326411486F, -0.999995589F, 0.999999464F};
   ray.d = {-0.649F, -0.633F, -0.422F};
-  for (const char* layout : {"bvh8", "bvh2", "none"}) {
+  for (const std::string& layout : every_layout()) {
     TraverseProbe probe(device, box(glm::dmat3(1), glm::dvec3(0), 0), {layout});
     EXPECT_NEAR(probe.closest({ray})[0].t, (ray.o[1] + 1) / 0.633, 1e-8) << layout;
     EXPECT_TRUE(probe.any({ray})[0]) << layout;

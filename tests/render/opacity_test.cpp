@@ -208,22 +208,9 @@ TEST(Opacity, M22_any_lane_width_order_of_paths_tree_and_device_give_the_same_bi
   for (const std::uint32_t leaves : {60U, 1500U}) {  // small trees are traversed in packets, large ones in batches
     const auto [scene, settings] = foliage(leaves);
     const Film expected = film_of(scene, settings);
-    struct How {
-      std::uint32_t lanes;
-      bool chunked;
-      const char* accel;
-      const char* layout;
-    };
-    for (const How how : {How{16, true, "bvh", "bvh8"}, How{8, true, "bvh", "bvh8"}, How{16, true, "bvh", "bvh2"},
-                          How{8, true, "none", ""}, How{1, false, "bvh", "bvh2"}, How{1, false, "bvh", "bvh8"},
-                          How{1, true, "bvh", "bvh8"}}) {
-      Execution execution;
-      execution.lanes = how.lanes, execution.chunked = how.chunked;
-      execution.accel = how.accel, execution.layout = how.layout;
+    for (const Execution& execution : ways_to_trace())
       EXPECT_TRUE(same_film(expected, film_of(scene, settings, execution)))
-          << leaves << " leaves, " << how.lanes << " lanes, " << (how.chunked ? "chunks, " : "queues, ") << how.accel
-          << " " << how.layout;
-    }
+          << leaves << " leaves, " << describe(execution);
     for (const DeviceInfo& info : select_devices("all")) {
       Execution execution;
       execution.devices = std::to_string(info.index);

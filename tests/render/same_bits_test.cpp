@@ -122,21 +122,8 @@ TEST(SameBits, any_number_of_build_threads) {
 TEST(SameBits, any_lane_width_order_of_paths_and_tree) {
   const auto [scene, settings] = subject();
   const Film expected = film_of(scene, settings);
-  struct How {
-    std::uint32_t lanes;
-    bool chunked;
-    const char* accel;
-    const char* layout;
-  };
-  for (const How how : {How{16, true, "bvh", "bvh8"}, How{8, true, "bvh", "bvh8"}, How{16, true, "bvh", "bvh2"},
-                        How{8, true, "none", ""}, How{1, false, "bvh", "bvh2"}, How{1, false, "bvh", "bvh8"},
-                        How{1, false, "none", ""}, How{1, true, "bvh", "bvh2"}}) {
-    Execution execution;
-    execution.lanes = how.lanes, execution.chunked = how.chunked;
-    execution.accel = how.accel, execution.layout = how.layout;
-    EXPECT_TRUE(same_film(expected, film_of(scene, settings, execution)))
-        << how.lanes << " lanes, " << (how.chunked ? "chunks, " : "queues, ") << how.accel << " " << how.layout;
-  }
+  for (const Execution& execution : ways_to_trace())
+    EXPECT_TRUE(same_film(expected, film_of(scene, settings, execution))) << describe(execution);
 }
 
 TEST(SameBits, kernels_without_optimisation) {
@@ -169,10 +156,12 @@ TEST(SameBits, layers_do_not_change_the_picture) {
 TEST(SameBits, G14_of_coincident_triangles_the_first_wins_everywhere) {
   const Scene scene = load_shipped("coincident.gltf");
   const Settings settings = settings_of(scene, 32, 4);
-  for (const char* layout : {"bvh8", "bvh2", "none"}) {
+  std::vector<std::string> layouts = tree_layouts();
+  layouts.emplace_back("none");
+  for (const std::string& layout : layouts) {
     Execution execution;
-    execution.accel = std::string(layout) == "none" ? "none" : "bvh";
-    if (execution.accel == "bvh") execution.layout = layout;
+    execution.accel = layout == "none" ? "none" : "bvh";
+    execution.layout = layout;
     const Film film = film_of(scene, settings, execution);
     double red = 0;
     for (std::uint32_t y = 0; y < 32; ++y)

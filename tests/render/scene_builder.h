@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "accel/accel.h"
 #include "render/analytic_scenes.h"
 #include "render/render.h"
 
@@ -100,6 +101,31 @@ inline Film film_of(const Scene& scene, const Settings& settings, const Executio
   EXPECT_EQ(output.report.nonfinite + output.report.saturated, 0U);
   EXPECT_FALSE(output.report.interrupted);
   return std::move(output.film);
+}
+
+/// Every layout, and none, at lane widths and with paths in chunks and in queues: what may change no bit of a film.
+inline std::vector<Execution> ways_to_trace() {
+  std::vector<Execution> ways;
+  const auto add = [&](std::uint32_t lanes, bool chunked, const std::string& accel, const std::string& layout) {
+    Execution execution;
+    execution.lanes = lanes, execution.chunked = chunked;
+    execution.accel = accel, execution.layout = layout;
+    ways.push_back(execution);
+  };
+  for (const std::string& layout : tree_layouts()) {
+    add(16, true, "bvh", layout);
+    add(1, false, "bvh", layout);
+  }
+  add(8, true, "bvh", "bvh8");
+  add(1, true, "bvh", "bvh8");
+  add(1, true, "bvh", "bvh2");
+  add(8, true, "none", "");
+  add(1, false, "none", "");
+  return ways;
+}
+inline std::string describe(const Execution& execution) {
+  return std::to_string(execution.lanes.value_or(0)) + " lanes, " + (*execution.chunked ? "chunks, " : "queues, ") +
+         execution.accel + " " + execution.layout;
 }
 
 /// Whether `part` holds what `whole` holds there.

@@ -8,11 +8,13 @@
 
 #include "accel/accel.h"
 #include "accel_fixtures.h"
+#include "accel_nodes.h"
 #include "core/error.h"
 
 namespace eikon {
 namespace {
 
+using fixtures::NodeChild;
 using fixtures::Soup;
 
 Accel build(const Soup& soup, const std::string& layout, unsigned threads = 0) {
@@ -22,11 +24,7 @@ Accel build(const Soup& soup, const std::string& layout, unsigned threads = 0) {
   return build_accel({soup}, options);
 }
 
-struct Box {
-  float lo[3], hi[3];
-};
-
-/// What a traversal would see of the tree, read from the words as the kernels do.
+/// What a traversal would see of the tree.
 struct Walk {
   const Accel& accel;
   const Soup& soup;
@@ -38,52 +36,32 @@ struct Walk {
 
   Walk(const Accel& a, const Soup& s) : accel(a), soup(s), seen(s.size() / 9, 0) { node(0, 1, 0, {}); }
 
-  static float as_float(std::uint32_t word) { return std::bit_cast<float>(word); }
-
-  void node(std::uint32_t index, std::uint32_t depth, std::uint32_t waiting, const std::vector<Box>& ancestors) {
+  void node(std::uint32_t index, std::uint32_t depth, std::uint32_t waiting, const std::vector<NodeChild>& ancestors) {
     ++nodes;
     deepest = std::max(deepest, depth);
-    const bool wide = accel.layout == "bvh8";
-    const std::uint32_t* words = accel.nodes.data() + std::size_t{index} * (wide ? 64 : 16);
-    const std::size_t width = wide ? 8 : 2;
-    std::uint32_t children = 0;
-    const auto child_box = [&](std::size_t i) {
-      Box box{};
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        box.lo[axis] = as_float(wide ? words[16 * axis + i] : words[6 * i + axis]);
-        box.hi[axis] = as_float(wide ? words[16 * axis + 8 + i] : words[6 * i + 3 + axis]);
-      }
-      return box;
-    };
-    for (std::size_t i = 0; i < width; ++i) children += child_box(i).lo[0] <= child_box(i).hi[0] ? 1 : 0;
-    stack = std::max(stack, waiting + children);
-    for (std::size_t i = 0; i < width; ++i) {
-      const Box box = child_box(i);
-      if (!(box.lo[0] <= box.hi[0])) continue;
+    const std::vector<NodeChild> children = fixtures::node_children(accel, index);
+    if (!children.empty()) waiting += fixtures::node_entries(accel, children.size());
+    stack = std::max(stack, waiting + 1);  // the nearest one is there for a moment too
+    for (const NodeChild& child : children) {
       auto path = ancestors;
-      path.push_back(box);
-      const std::uint32_t word = words[(wide ? 48 : 12) + i];
-      if ((word & 0x80000000U) == 0) {
-        node(word, depth + 1, waiting + children - 1, path);
-      } else if (wide) {
-        const std::uint32_t* block = accel.leaves.data() + std::size_t{word & 0x7fffffffU} * 80;
-        for (std::size_t k = 0; k < 8; ++k) {
-          if (block[72 + k] == 0xffffffffU) continue;
-          for (std::size_t c = 0; c < 9; ++c) {
-            EXPECT_EQ(as_float(block[8 * c + k]), soup[9 * std::size_t{block[72 + k]} + c]);
-          }
-          leaf(block[72 + k], path);
-        }
-      } else {
-        const std::uint32_t first = word & 0x0fffffffU, count = (word >> 28 & 7U) + 1;
-        for (std::uint32_t k = 0; k < count; ++k) leaf(accel.leaves[first + k], path);
+      path.push_back(child);
+      if (!child.leaf) {
+        node(child.node, depth + 1, waiting, path);
+        continue;
+      }
+      EXPECT_FALSE(child.triangles.empty());
+      for (std::size_t k = 0; k < child.triangles.size(); ++k) {
+        const std::size_t first = 9 * std::size_t{child.triangles[k]};
+        for (std::size_t c = 0; c < 9 && !child.corners.empty(); ++c)
+          EXPECT_EQ(child.corners[9 * k + c], soup[first + c]);
+        leaf(child.triangles[k], path);
       }
     }
   }
 
-  void leaf(std::uint32_t triangle, const std::vector<Box>& path) {
+  void leaf(std::uint32_t triangle, const std::vector<NodeChild>& path) {
     ++seen[triangle];
-    for (const Box& box : path) {
+    for (const NodeChild& box : path) {
       for (std::size_t c = 0; c < 9; ++c) {
         const float x = soup[9 * std::size_t{triangle} + c];
         boxes_hold = boxes_hold && box.lo[c % 3] <= x && x <= box.hi[c % 3];
@@ -92,8 +70,8 @@ struct Walk {
   }
 };
 
-class Tree : public testing::TestWithParam<const char*> {};
-INSTANTIATE_TEST_SUITE_P(Layouts, Tree, testing::Values("bvh8", "bvh2"), [](const auto& p) { return p.param; });
+class Tree : public testing::TestWithParam<std::string> {};
+INSTANTIATE_TEST_SUITE_P(Layouts, Tree, testing::ValuesIn(tree_layouts()), [](const auto& p) { return p.param; });
 
 TEST_P(Tree, holds_every_triangle_once_inside_the_boxes_of_its_ancestors) {
   for (const Soup& soup : {fixtures::scattered(5000, 3.0F, 1), fixtures::scattered(7, 1.0F, 2),
