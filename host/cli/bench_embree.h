@@ -1,20 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Embree's single-ray functions as a yardstick; the only place outside the tests that knows Embree.
 #pragma once
-#include <cstdint>
 #include <memory>
 #include <span>
-#include <vector>
 
+#include "render/ray_bench.h"
 #include "shared/records.h"
 
 namespace eikon {
-
-/// Rays as kernels/trace_rays.cl takes them: seven arrays of `stride` floats.
-struct RayArrays {
-  std::vector<float> words;
-  std::size_t count = 0, stride = 0;
-};
 
 class EmbreeYardstick {
  public:

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+// Rays of a scene through one layout of its tree on one device, timed. Every surface counts as opaque.
+#pragma once
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "device/device.h"
+#include "render/pack.h"
+#include "render/settings.h"
+#include "render/wavefront.h"
+
+namespace eikon {
+
+/// Rays as kernels/trace_rays.cl takes them: seven arrays of `stride` floats.
+struct RayArrays {
+  std::vector<float> words;
+  std::size_t count = 0, stride = 0;
+};
+
+struct RayKind {
+  const char* name;
+  bool any_hit, coherent;
+  RayArrays rays;
+};
+
+class RayBench {
+ public:
+  /// Compiles for `layout`, whose tree must have been built, and uploads. throws DeviceError
+  RayBench(Device& device, const PackedScene& scene, const Features& features, const Settings& settings,
+           const Execution& execution, const std::string& layout);
+
+  /// `count` camera rays, and from their hits shadow and diffuse rays; the same for every layout, since hits are.
+  std::vector<RayKind> make_rays(const Settings& settings, std::uint32_t count);
+
+  /// Puts the rays of a kind on the device.
+  void load(const RayKind& kind);
+
+  /// Seconds from launch to finish, of the rays that were loaded. The first call may compile.
+  double trace(const RayKind& kind);
+
+ private:
+  [[nodiscard]] std::size_t chunk() const;
+  void run(const std::string& kernel, std::size_t items);
+  void launch(const std::string& kernel, std::size_t items);
+
+  Device& device_;
+  WavefrontConfig config_;
+  Arguments arguments_;
+  std::map<std::string, Kernel> kernels_;
+};
+
+}  // namespace eikon
