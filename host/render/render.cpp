@@ -2,6 +2,7 @@
 #include "render/render.h"
 
 #include <algorithm>
+#include <barrier>
 #include <chrono>
 #include <condition_variable>
 #include <exception>
@@ -18,9 +19,9 @@ namespace {
 
 /// What the device threads share. Everything below `mutex` is guarded by it.
 struct Shared {
-  const UnitPlan& plan;
+  const std::vector<UnitPlan>& plans;  // one after the other
   const std::atomic<bool>& stop;
-  std::atomic<std::uint64_t> next_unit{0};
+  std::vector<std::atomic<std::uint64_t>> next_unit;  // of each plan
   std::atomic<bool> failed{false};
 
   std::mutex mutex;
@@ -30,8 +31,8 @@ struct Shared {
   std::exception_ptr error;
   std::size_t running = 0;
 
-  Shared(const UnitPlan& units, const std::atomic<bool>& stopped, FilmLayout layout)
-      : plan(units), stop(stopped), film(std::move(layout)) {}
+  Shared(const std::vector<UnitPlan>& units, const std::atomic<bool>& stopped, FilmLayout layout)
+      : plans(units), stop(stopped), next_unit(units.size()), film(std::move(layout)) {}
 
   [[nodiscard]] bool should_stop() const { return stop.load() || failed.load(); }
 };
@@ -58,24 +59,52 @@ void merge(Shared& shared, const UnitResult& result, std::uint64_t samples) {
     if (report.rejected.size() < EK_REPORT_COUNT) report.rejected.push_back(sample);
 }
 
+/// Where devices wait for each other between plans; the last to come looks at the film.
+class Looker {
+ public:
+  Looker(const Looks& looks, Shared& shared) : looks_(looks), shared_(shared) {}
+  void operator()() noexcept {
+    const std::size_t done = plan_++;
+    if (shared_.should_stop() || done >= looks_.at.size()) return;
+    const std::lock_guard lock(shared_.mutex);
+    try {
+      double busy_s = 0;
+      for (const DeviceReport& device : shared_.report.devices) busy_s = std::max(busy_s, device.busy_s);
+      looks_.look(looks_.at[done], busy_s, shared_.film);
+    } catch (...) {
+      shared_.error = std::current_exception();
+      shared_.failed = true;
+    }
+  }
+
+ private:
+  const Looks& looks_;
+  Shared& shared_;
+  std::size_t plan_ = 0;
+};
+using Rendezvous = std::barrier<Looker>;
+
 /// One device: open, compile, upload, then units until there are none.
-void drive(const DeviceInfo& info, const Job& job, Shared& shared, DeviceReport& report) {
+void drive(const DeviceInfo& info, const Job& job, Shared& shared, Rendezvous& rendezvous, DeviceReport& report) {
   Device device(info);
   device.profiler().keep_spans(job.execution.keep_spans);
   Wavefront wavefront(device, job.scene, job.features, job.settings, job.execution);
   report.config = wavefront.config();
   report.arithmetic = wavefront.arithmetic();
   report.device_bytes = wavefront.device_bytes();
-  const double begin = host_seconds();
-  while (!shared.should_stop()) {
-    const std::uint64_t index = shared.next_unit.fetch_add(1);
-    if (index >= shared.plan.size()) break;
-    const WorkUnit unit = shared.plan[index];
-    const UnitResult result = wavefront.run(unit);
-    merge(shared, result, unit.path_count());
-    report.samples += unit.path_count();
-    ++report.units;
-    report.busy_s = host_seconds() - begin;
+  for (std::size_t plan = 0; plan < shared.plans.size() && !shared.should_stop(); ++plan) {
+    const double begin = host_seconds(), before_s = report.busy_s;
+    while (!shared.should_stop()) {
+      const std::uint64_t index = shared.next_unit[plan].fetch_add(1);
+      if (index >= shared.plans[plan].size()) break;
+      const WorkUnit unit = shared.plans[plan][index];
+      const UnitResult result = wavefront.run(unit);
+      merge(shared, result, unit.path_count());
+      report.samples += unit.path_count();
+      ++report.units;
+      report.busy_s = before_s + host_seconds() - begin;
+    }
+    if (shared.plans.size() > 1) rendezvous.arrive_and_wait();
   }
   report.compile_s = device.profiler().compile_s;
   report.upload_s = wavefront.upload_s();
@@ -83,14 +112,29 @@ void drive(const DeviceInfo& info, const Job& job, Shared& shared, DeviceReport&
   report.spans = device.profiler().spans();
 }
 
-void thread_main(const DeviceInfo& info, const Job& job, Shared& shared, DeviceReport& report) {
+/// The range of samples, cut where the film is to be looked at.
+std::vector<UnitPlan> plans_between(const Looks& looks, const Settings& settings, std::uint32_t block,
+                                    std::uint32_t capacity) {
+  std::vector<UnitPlan> plans;
+  std::uint64_t begin = settings.sample_begin;
+  for (const std::uint64_t end : looks.at) {
+    if (end <= begin || end > settings.sample_end) throw InternalError("looks out of order, or beyond the samples");
+    plans.emplace_back(settings.crop, begin, end, block, capacity);
+    begin = end;
+  }
+  if (begin < settings.sample_end) plans.emplace_back(settings.crop, begin, settings.sample_end, block, capacity);
+  return plans;
+}
+
+void thread_main(const DeviceInfo& info, const Job& job, Shared& shared, Rendezvous& rendezvous, DeviceReport& report) {
   try {
-    drive(info, job, shared, report);
+    drive(info, job, shared, rendezvous, report);
   } catch (...) {
     const std::lock_guard lock(shared.mutex);
     if (!shared.error) shared.error = std::current_exception();
     shared.failed = true;
   }
+  rendezvous.arrive_and_drop();  // nobody waits for it any more
   const std::lock_guard lock(shared.mutex);
   --shared.running;
   shared.changed.notify_all();
@@ -118,7 +162,7 @@ FilmLayout film_layout(const Features& features, const Settings& settings) {
 }
 
 RenderOutput render(const Scene& scene, const Settings& settings, const Execution& execution,
-                    const std::atomic<bool>& stop, const ProgressCallback& progress) {
+                    const std::atomic<bool>& stop, const ProgressCallback& progress, const Looks& looks) {
   const std::vector<DeviceInfo> devices = select_devices(execution.devices);
   const Features features(scene, settings);
   const double pack_begin = host_seconds();
@@ -132,17 +176,18 @@ RenderOutput render(const Scene& scene, const Settings& settings, const Executio
     require_memory(memory_need(packed, config, features), info, execution);
   }
 
-  const UnitPlan plan(settings.crop, settings.sample_begin, settings.sample_end, execution.block, capacity);
-  Shared shared(plan, stop, film_layout(features, settings));
+  const std::vector<UnitPlan> plans = plans_between(looks, settings, execution.block, capacity);
+  Shared shared(plans, stop, film_layout(features, settings));
   shared.report.devices.resize(devices.size());
   shared.running = devices.size();
 
   const Job job{packed, features, settings, execution};
+  Rendezvous rendezvous(std::ptrdiff_t(devices.size()), Looker(looks, shared));
   {
     std::vector<std::jthread> threads;
     for (std::size_t i = 0; i < devices.size(); ++i) {
       shared.report.devices[i].info = devices[i];
-      threads.emplace_back([&, i] { thread_main(devices[i], job, shared, shared.report.devices[i]); });
+      threads.emplace_back([&, i] { thread_main(devices[i], job, shared, rendezvous, shared.report.devices[i]); });
     }
     std::unique_lock lock(shared.mutex);
     const std::uint64_t total = settings.crop.pixel_count() * (settings.sample_end - settings.sample_begin);

@@ -47,6 +47,14 @@ struct Progress {
 /// Called about four times a second from the calling thread; the film may be looked at during the call.
 using ProgressCallback = std::function<void(const Progress&, const Film&)>;
 
+/// Places at which the devices stop, so that the film can be looked at when it holds exactly the samples below at[i] of every
+/// pixel. at: increasing, within the settings' range. look(at[i], seconds of rendering so far, film) runs on one of the
+/// devices' threads while all wait; what it takes does not count as rendering.
+struct Looks {
+  std::vector<std::uint64_t> at;
+  std::function<void(std::uint64_t, double, const Film&)> look;
+};
+
 struct RenderOutput {
   Film film;
   RenderReport report;
@@ -55,10 +63,11 @@ struct RenderOutput {
 /// The film that an image of these settings needs.
 FilmLayout film_layout(const Features& features, const Settings& settings);
 
-/// Renders `scene` as `settings` say on the devices of `execution`. Stops early, with what is done, once `stop` is set.
+/// Renders `scene` as `settings` say on the devices of `execution`. Stops early, with what is done, once `stop` is set;
+/// `looks` are left out then.
 /// throws DeviceError, UsageError, InputError
 RenderOutput render(const Scene& scene, const Settings& settings, const Execution& execution,
-                    const std::atomic<bool>& stop, const ProgressCallback& progress = {});
+                    const std::atomic<bool>& stop, const ProgressCallback& progress = {}, const Looks& looks = {});
 
 /// Traces one path and reports its vertices; returns its radiance.
 glm::vec3 replay_path(const Scene& scene, const Settings& settings, const Execution& execution, std::uint32_t x,
