@@ -9,8 +9,8 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "cli/bench.h"
 #include "cli/bench_embree.h"
-#include "cli/commands.h"
 #include "cli/execution_options.h"
 #include "cli/report.h"
 #include "cli/scene_options.h"
@@ -93,13 +93,9 @@ ExitCode bench_rays_command(BenchOptions options) {
 
 }  // namespace
 
-void add_bench(CLI::App& app, Command& chosen) {
-  CLI::App* bench = app.add_subcommand("bench", "how fast this machine's devices are");
-  bench->require_subcommand(1);
-  bench->footer("Example:\n  eikon bench rays scenes/cornell.gltf --versus embree");
-
+void add_bench_rays(CLI::App& bench, Command& chosen) {
   auto options = std::make_shared<BenchOptions>();
-  CLI::App* rays = bench->add_subcommand(
+  CLI::App* rays = bench.add_subcommand(
       "rays", "camera, shadow and diffuse-bounce rays per second, by layout of the tree; surfaces as opaque");
   options->scene.add_to(*rays);
   add_execution_options(*rays, options->execution);

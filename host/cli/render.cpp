@@ -9,12 +9,13 @@
 #include <cmath>
 #include <csignal>
 #include <memory>
-#include <numbers>
 
 #include "cli/arguments.h"
 #include "cli/commands.h"
 #include "cli/execution_options.h"
+#include "cli/metadata.h"
 #include "cli/report.h"
+#include "core/process_time.h"
 #include "image/image.h"
 
 namespace eikon {
@@ -74,78 +75,6 @@ class ProgressBar {
   double next_error_s_ = 0;
   PredictedError error_;
 };
-
-std::vector<double> row_major(const glm::dmat4& m) {
-  std::vector<double> values;
-  for (int row = 0; row < 4; ++row)
-    for (int column = 0; column < 4; ++column) values.push_back(m[column][row]);
-  return values;
-}
-
-glm::dmat4 ndc_from_camera(const Settings& settings) {
-  const Camera& camera = settings.camera;
-  const double aspect = double(settings.width) / settings.height;
-  const double y = 1.0 / (camera.orthographic ? camera.ymag_m : std::tan(0.5 * camera.yfov_rad));
-  glm::dmat4 matrix(0.0);
-  matrix[0][0] = y / aspect;
-  matrix[1][1] = y;
-  matrix[2][2] = -1;
-  if (camera.orthographic) {
-    matrix[3][3] = 1;  // z is the depth in metres, as there is no far plane
-  } else {
-    matrix[2][3] = -1;
-    matrix[3][2] = -0.02;  // near plane at 0.01 m, no far plane
-  }
-  return matrix;
-}
-
-/// "r,g,b", or a map's file with what was done to it.
-std::string describe(const Environment& environment) {
-  if (environment.map)
-    return fmt::format("{}, scale {}, rotation {:.6g} degrees", environment.map->name, environment.scale,
-                       environment.rotation_rad * 180.0 / std::numbers::pi);
-  const glm::vec3& sky = environment.radiance;
-  return fmt::format("{},{},{}", sky.x, sky.y, sky.z);
-}
-
-Metadata describe(const Prepared& prepared, const RenderReport& report, const PredictedError& error) {
-  const Settings& settings = prepared.settings;
-  Metadata metadata;
-  metadata.strings["version"] = "eikon " EIKON_VERSION;
-  metadata.strings["scene"] = prepared.scene.path.filename().string();
-  metadata.strings["sceneHash"] = prepared.scene.hash;
-  metadata.strings["camera"] = prepared.camera_name;
-  metadata.strings["size"] = fmt::format("{}x{}", settings.width, settings.height);
-  metadata.strings["sampleRange"] = fmt::format("{}:{}", settings.sample_begin, settings.sample_end);
-  metadata.strings["environment"] = describe(settings.environment);
-  metadata.strings["filter"] = settings.filter.name();
-  metadata.strings["features"] = report.features;
-  static const char* const sampling[] = {"mis", "light", "cosine", "hemisphere"};
-  metadata.strings["lightSampling"] = sampling[int(settings.light_sampling)];
-  std::string devices;
-  for (const DeviceReport& device : report.devices)
-    devices += fmt::format("{}{} ({})", devices.empty() ? "" : "; ", device.info.name, device.info.driver);
-  metadata.strings["devices"] = devices;
-  metadata.strings["arithmetic"] = report.arithmetic();
-  metadata.numbers["replicates"] = double(1U << settings.replicate_bits);
-  metadata.numbers["seed"] = settings.seed;
-  metadata.numbers["maxDepth"] = settings.max_depth;
-  metadata.numbers["rouletteDepth"] = settings.roulette_depth;
-  metadata.numbers["samples"] = double(report.samples);  // in all; fewer than the range says when interrupted
-  metadata.numbers["interrupted"] = report.interrupted ? 1 : 0;
-  metadata.numbers["renderSeconds"] = report.render_s;
-  metadata.numbers["rejectedSamples"] = double(report.nonfinite + report.saturated);
-  if (error.known) {
-    metadata.numbers["relmsePredicted"] = error.relmse;
-    metadata.numbers["relmsePredictedLow"] = error.lo;
-    metadata.numbers["relmsePredictedHigh"] = error.hi;
-  }
-  // Columns of a GLM matrix are columns of the mathematical one; EXR's convention is row vectors, so transposed.
-  const glm::dmat4 camera_from_world = glm::inverse(settings.camera.world_from_camera);
-  metadata.matrices["worldToCamera"] = row_major(glm::transpose(camera_from_world));
-  metadata.matrices["worldToNDC"] = row_major(glm::transpose(ndc_from_camera(settings) * camera_from_world));
-  return metadata;
-}
 
 std::string rejected_line(const RenderReport& report) {
   std::string line = fmt::format("{} samples were rejected ({} not finite, {} beyond the film's range)",
@@ -209,7 +138,7 @@ ExitCode render_command(RenderOptions options) {
   exr.half = options.half;
   exr.layers = prepared.layers;
   exr.exact_sums = !options.scene.samples.empty() || !options.scene.crop.empty();
-  const Metadata metadata = describe(prepared, report, error);
+  const Metadata metadata = describe_render(prepared, report, error);
   bool as_asked = true;
   try {
     write_exr(output, done.film, metadata, exr);
@@ -225,7 +154,7 @@ ExitCode render_command(RenderOptions options) {
   CommandTimes times;
   times.load_s = prepared.load_s;
   times.write_s = host_seconds() - write_begin;
-  times.total_s = host_seconds();
+  times.total_s = process_seconds();
   if (!options.stats.empty()) write_stats(options.stats, report, error, prepared, times);
   if (!options.profile.empty()) write_profile(options.profile, report);
 

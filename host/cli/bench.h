@@ -1,0 +1,11 @@
+// SPDX-License-Identifier: Apache-2.0
+// What stands under `bench`.
+#pragma once
+#include "cli/commands.h"
+
+namespace eikon {
+
+void add_bench_rays(CLI::App& bench, Command& chosen);
+void add_bench_scene(CLI::App& bench, Command& chosen);
+
+}  // namespace eikon
