@@ -152,8 +152,16 @@ class GltfWriter:
 
     def mesh(self, name, primitives, **transform):
         """A mesh and the node that places it; transform: translation=, rotation= (x, y, z, w), scale=, or matrix=."""
+        self.place(name, self.shape(name, primitives), **transform)
+
+    def shape(self, name, primitives):
+        """A mesh without a node, for place(). Returns its index."""
         self.root["meshes"].append({"name": name, "primitives": primitives})
-        self._node({"name": name, "mesh": len(self.root["meshes"]) - 1, **transform})
+        return len(self.root["meshes"]) - 1
+
+    def place(self, name, shape, **transform):
+        """A node that shows a shape(); transform as of mesh()."""
+        self._node({"name": name, "mesh": shape, **transform})
 
     def camera(self, yfov_rad, aspect, name="camera", **transform):
         """A perspective camera, looking along its -Z with +Y up."""
