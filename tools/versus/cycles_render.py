@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """Renders a glTF scene with Blender's Cycles: same camera, box filter of width 1, no clamp, no denoising, no blurring of
-caustics, linear Rec. 709 without a view transform, no limit on bounces that matters. Writes an EXR with R, G, B, and
-prints the seconds of rendering and samples/s.
+caustics, linear Rec. 709 without a view transform. Writes R, G, B; prints seconds, with --warm those of rendering alone,
+and samples/s.
 
 Blender's glTF importer turns metallic-roughness into its Principled shader, whose plastic is another model than glTF's
-at grazing angles (what it adds for light scattered between microfacets is turned off, as glTF has none); Lambert, smooth glass, opacity and textures mean the same. So look at the pictures side
-by side, and compare block means as figures, not as a test.
+at grazing angles (what it adds for light scattered between microfacets is turned off, as glTF has none); Lambert, smooth
+glass, opacity and textures mean the same. So look at the pictures side by side, and compare block means as figures, not as
+a test.
 
   python3.11 -m venv ~/eikon-cycles && ~/eikon-cycles/bin/pip install bpy==4.2.0    # looked for there
   tools/versus/cycles_render.py scenes/textured.gltf -o out/cycles.exr --size 480x320 --spp 64
@@ -27,6 +28,9 @@ modules.need(["bpy"], "eikon-cycles", "bpy==4.2.0")  # needs exactly Python 3.11
 
 import bpy  # noqa: E402
 import mathutils  # noqa: E402
+import numpy as np  # noqa: E402
+
+import runner  # noqa: E402
 
 
 def document(path):
@@ -152,20 +156,32 @@ def set_camera(arguments):
     scene.render.resolution_percentage = 100
 
 
+def render(scene, seed):
+    """(image, None, seconds); through a file, the only way out of Blender without a window."""
+    scene.cycles.seed = seed
+    with tempfile.TemporaryDirectory() as folder:
+        path = pathlib.Path(folder) / "image.exr"
+        scene.render.filepath = str(path)
+        start = time.perf_counter()
+        bpy.ops.render.render(write_still=True)
+        seconds = time.perf_counter() - start
+        loaded = bpy.data.images.load(str(path))
+        loaded.colorspace_settings.name = "Non-Color"
+        width, height = loaded.size
+        pixels = np.empty(width * height * loaded.channels, np.float32)
+        loaded.pixels.foreach_get(pixels)
+        bpy.data.images.remove(loaded)
+    return pixels.reshape(height, width, -1)[::-1, :, :3].astype(np.float64), None, seconds
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("scene", type=pathlib.Path, help=".gltf or .glb")
-    parser.add_argument("-o", "--output", required=True, metavar="OUT.exr")
-    parser.add_argument("--size", type=lambda t: tuple(int(v) for v in t.split("x")), default=(360, 360), metavar="WxH")
-    parser.add_argument("--spp", type=int, default=64)
+    runner.add_options(parser)
     parser.add_argument("--look-at", metavar="EYE:TARGET", help="as eikon's: x,y,z:x,y,z in glTF's axes")
     parser.add_argument("--fov", type=float, metavar="DEG", help="vertical; default the camera's, else 40")
     parser.add_argument("--env", metavar="R,G,B|FILE", help="replaces the file's environment")
     parser.add_argument("--env-scale", type=float, default=1.0)
     parser.add_argument("--env-rotate", type=float, default=0.0, metavar="DEG")
-    parser.add_argument("--max-depth", type=int, default=128, help="bounces of every kind (default 128)")
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--threads", type=int, default=0, help="0: all")
     arguments = parser.parse_args()
 
     root = load(arguments.scene)
@@ -188,7 +204,7 @@ def main():
         scene.render.threads_mode, scene.render.threads = "FIXED", arguments.threads
     cycles = scene.cycles
     cycles.device = "CPU"
-    cycles.samples, cycles.seed = arguments.spp, arguments.seed
+    cycles.samples = arguments.spp
     cycles.use_adaptive_sampling = cycles.use_denoising = False
     cycles.sample_clamp_direct = cycles.sample_clamp_indirect = 0.0
     cycles.blur_glossy = 0.0
@@ -197,13 +213,9 @@ def main():
     cycles.filter_width = 1.0
     for kind in ("max", "diffuse", "glossy", "transmission", "transparent_max", "volume"):
         name = f"{kind}_bounces"
-        setattr(cycles, name, arguments.max_depth)
-    scene.render.filepath = str(pathlib.Path(arguments.output).resolve())
-    start = time.perf_counter()
-    bpy.ops.render.render(write_still=True)
-    seconds = time.perf_counter() - start
-    samples = arguments.size[0] * arguments.size[1] * arguments.spp
-    print(f"{seconds:.3f} s with building, {samples / seconds / 1e6:.3f} M samples/s")
+        setattr(cycles, name, max(arguments.max_depth - 2, 0))  # without the camera's edge and the light's
+    scene.render.use_persistent_data = True  # the second render of --warm has its scene ready
+    runner.run(arguments, lambda seed: render(scene, seed))
 
 
 if __name__ == "__main__":

@@ -12,6 +12,7 @@ that reaches a shading hemisphere from near the surface's own horizon fades [Chi
 nothing is reflected to the other side of the surface itself. Solid glass is Mitsuba's own dielectric or roughdielectric, and Solid says what it adds.
 """
 
+import functools
 import math
 
 import numpy as np
@@ -27,13 +28,13 @@ def register(mi):
     """Adds the plugins "gltf", "gltf_solid" and "gltf_emission" to the current variant."""
     import drjit as dr  # not above: it looks for LLVM when it is imported
     Flags = mi.BSDFFlags
-    directional, mean = ggx_albedo.tables()
     size = ggx_albedo.STEPS + 1
 
     class AlbedoTable:
         """A and B of ggx_albedo, linear between its entries."""
 
         def __init__(self):
+            directional, mean = ggx_albedo.tables()
             self.directional = mi.Texture2f(mi.TensorXf(directional.astype("float32")), wrap_mode=dr.WrapMode.Clamp)
             self.mean = mi.Texture1f(mi.TensorXf(mean.astype("float32")), wrap_mode=dr.WrapMode.Clamp)
 
@@ -44,7 +45,7 @@ def register(mi):
         def average(self, alpha):
             return self.mean.eval(mi.Point1f((dr.sqrt(alpha) * ggx_albedo.STEPS + 0.5) / size))
 
-    albedos = AlbedoTable()
+    albedo_table = functools.cache(AlbedoTable)  # takes seconds to make, and not every scene needs it
 
     class Picture:
         """A gltf_scene.Texture on the device: four linear channels, interpolated between texel centres."""
@@ -129,6 +130,7 @@ def register(mi):
         def __init__(self, props):
             mi.BSDF.__init__(self, props)
             m = self.m = MATERIALS[props["material"]]
+            self.albedos = albedo_table()
             self.color = picture(m.base_color_texture, True)
             self.roughness = picture(m.metallic_roughness_texture, False)
             self.normal = picture(m.normal_texture, False)
@@ -189,8 +191,8 @@ def register(mi):
             for channel in (s.f0_base.x, s.f0_base.y, s.f0_base.z):
                 dielectric = dr.maximum(dielectric, channel)
             s.max_f0 = dielectric
-            ab = albedos.at(dr.maximum(s.wo.z, 0), s.alpha)
-            mean_ab = albedos.average(s.alpha)
+            ab = self.albedos.at(dr.maximum(s.wo.z, 0), s.alpha)
+            mean_ab = self.albedos.average(s.alpha)
             s.coupled_o = 1 - (s.max_f0 * ab[0] + s.f90_base * ab[1])
             s.coupled_mean = 1 - (s.max_f0 * mean_ab[0] + s.f90_base * mean_ab[1])
             transmission = m.transmission if self.thin else 0.0
@@ -222,7 +224,7 @@ def register(mi):
             lobe = d / ((1 + lambda_o + lambda_i) * 4 * s.wo.z)
             lobe_pdf = d / ((1 + lambda_o) * 4 * s.wo.z)
             rough = ~s.smooth
-            ab = albedos.at(cos_i, s.alpha)
+            ab = self.albedos.at(cos_i, s.alpha)
             coupled_i = 1 - (s.max_f0 * ab[0] + s.f90_base * ab[1])
             value = s.diffuse * s.coupled_o * coupled_i / (s.coupled_mean * dr.pi) * cos_i
             value += dr.select(rough, schlick(s.f0, s.f90, cos_d) * lobe, 0)

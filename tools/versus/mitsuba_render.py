@@ -1,8 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """Renders a glTF scene with Mitsuba 3 as eikon would: same camera to the pixel, box filter of width 1, path tracing
-with MIS, roulette from depth 5, no clamp, independent samples. Writes an EXR with R, G, B and the variance of each
-pixel's mean (variance.R, variance.G, variance.B), from independent batches; prints the seconds of rendering alone and
+with MIS, roulette from depth 5, no clamp. Writes R, G, B; prints seconds, with --warm those of rendering alone, and
 samples/s.
 
   python3 -m venv ~/eikon-versus && ~/eikon-versus/bin/pip install mitsuba OpenEXR numpy    # looked for there
@@ -28,6 +27,7 @@ import numpy as np  # noqa: E402
 
 import gltf_scene  # noqa: E402
 import mitsuba_gltf  # noqa: E402
+import runner  # noqa: E402
 
 
 def find_llvm():
@@ -50,13 +50,33 @@ def solid_bsdf(material, number):
     return {"type": "gltf_solid", "material": number, "nested": bsdf}
 
 
-def bsdf_of(material, name, flat):
-    """The description of a material's BSDF: flat plain Lambert is Mitsuba's own, the rest comes from mitsuba_gltf.py."""
+def own_bsdf(material, flat, nearly):
+    """The description of Mitsuba's own BSDF for a material, or None. Flat plain Lambert is the same in both; `nearly`
+    also takes what differs by rules for shading normals or by Schlick's approximation: Lambert with normals, smooth
+    clear glass, smooth metal."""
+    if material.alpha_mode != "OPAQUE" or any((material.base_color_texture, material.metallic_roughness_texture,
+                                               material.normal_texture)):
+        return None
+    color = {"type": "rgb", "value": list(material.base_color)}
+    smooth = material.roughness ** 2 < mitsuba_gltf.SMOOTH_ALPHA
+    if material.metallic == 0 and material.specular == 0 and material.transmission == 0 and (flat or nearly):
+        return {"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": color}}
+    if not nearly or not smooth:
+        return None
+    if material.metallic == 1:
+        return {"type": "twosided", "bsdf": {"type": "conductor", "material": "none", "specular_reflectance": color}}
+    if material.transmission == 1 and material.metallic == 0 and material.solid and material.specular == 1 \
+            and math.isinf(material.attenuation_distance):
+        return {"type": "dielectric", "int_ior": material.ior, "ext_ior": 1.0, "specular_transmittance": color}
+    return None
+
+
+def bsdf_of(material, name, flat, nearly=False):
+    """The description of a material's BSDF: Mitsuba's own where own_bsdf() has one, the rest from mitsuba_gltf.py."""
+    own = own_bsdf(material, flat, nearly)
+    if own is not None:
+        return own
     textured = (material.base_color_texture, material.metallic_roughness_texture, material.normal_texture)
-    if flat and material.metallic == 0 and material.specular == 0 and material.alpha_mode == "OPAQUE" and not any(textured) \
-            and material.transmission == 0:
-        return {"type": "twosided", "bsdf": {
-            "type": "diffuse", "reflectance": {"type": "rgb", "value": list(material.base_color)}}}
     number = len(mitsuba_gltf.MATERIALS)
     mitsuba_gltf.MATERIALS.append(material)
     if material.transmission > 0 and material.solid:
@@ -116,15 +136,15 @@ def vertex_tangents(part):
     return np.concatenate([total, np.sign(signs)[:, None]], axis=1)
 
 
-def mesh_of(mi, part):
-    """A Mitsuba mesh with its BSDF and, if it shines, its emitter."""
+def mesh_of(mi, part, nearly=False):
+    """A Mitsuba mesh with its BSDF and, if it shines, its emitter; `nearly` as of own_bsdf()."""
     material = part.material
     if material.double_sided and material.emits:
         raise ValueError(f"node {part.name}: emission on both sides has no counterpart in Mitsuba")
     if part.uv is None and any((material.base_color_texture, material.metallic_roughness_texture,
                                 material.normal_texture, material.emissive_texture)):
         raise ValueError(f"node {part.name}: textured, but without texture coordinates")
-    bsdf = bsdf_of(material, part.name, part.normals is None)
+    bsdf = bsdf_of(material, part.name, part.normals is None, nearly)
     properties = mi.Properties()
     properties["bsdf"] = mi.load_dict(bsdf)
     if material.emits:
@@ -162,8 +182,9 @@ def mesh_of(mi, part):
     return mesh
 
 
-def build(mi, scene, width, height, max_depth, environment=None):
-    """The Mitsuba scene of a gltf_scene.Scene. `environment`, a gltf_scene.Environment, replaces the file's."""
+def build(mi, scene, width, height, max_depth, environment=None, sampler="independent", nearly=False):
+    """The Mitsuba scene of a gltf_scene.Scene. `environment`, a gltf_scene.Environment, replaces the file's; `nearly`
+    as of own_bsdf()."""
     camera = scene.camera
     if camera is None:
         raise ValueError("the scene has no camera")
@@ -184,7 +205,7 @@ def build(mi, scene, width, height, max_depth, environment=None):
                 origin=[float(v) for v in eye], target=[float(v) for v in eye + forward], up=[float(v) for v in up]),
             "film": {"type": "hdrfilm", "width": width, "height": height, "pixel_format": "rgb",
                      "component_format": "float32", "rfilter": {"type": "box"}},
-            "sampler": {"type": "independent"},
+            "sampler": {"type": sampler},
         },
     }
     environment = environment or scene.environment
@@ -194,8 +215,8 @@ def build(mi, scene, width, height, max_depth, environment=None):
         description["environment"] = environment_of(mi, environment)
     for number, light in enumerate(scene.lights):
         description[f"light{number}"] = light_of(light)
-    for number, part in enumerate(scene.parts):
-        description[f"part{number}"] = mesh_of(mi, part)
+    for number, part in enumerate(gltf_scene.merged(scene.parts)):  # Dr.Jit pays for every mesh with its emitter
+        description[f"part{number}"] = mesh_of(mi, part, nearly)
     return mi.load_dict(description)
 
 
@@ -209,7 +230,8 @@ def parse_environment(text):
 
 
 def render(mi, scene, spp, seed, batches):
-    """(mean, variance of the mean, seconds): (h, w, 3) arrays from `batches` renders of spp / batches samples each."""
+    """(mean, variance of the mean or None, seconds): (h, w, 3) arrays from `batches` renders of spp / batches samples
+    each."""
     total = squares = 0.0
     start = time.perf_counter()
     for batch in range(batches):
@@ -217,38 +239,20 @@ def render(mi, scene, spp, seed, batches):
         total, squares = total + image, squares + image * image
     seconds = time.perf_counter() - start
     mean = total / batches
-    variance = (squares / batches - mean * mean) / (batches - 1) if batches > 1 else np.full_like(mean, np.nan)
-    return mean, np.maximum(variance, 0.0), seconds
-
-
-def write_exr(path, mean, variance):
-    import OpenEXR
-    channels = {}
-    for index, name in enumerate("RGB"):
-        channels[name] = np.ascontiguousarray(mean[:, :, index], np.float32)
-        channels[f"variance.{name}"] = np.ascontiguousarray(variance[:, :, index], np.float32)
-    pathlib.Path(path).parent.mkdir(parents=True, exist_ok=True)
-    OpenEXR.File({"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}, channels).write(str(path))
-
-
-def parse_size(text):
-    width, height = text.lower().split("x")
-    return int(width), int(height)
+    variance = np.maximum(squares / batches - mean * mean, 0.0) / (batches - 1) if batches > 1 else None
+    return mean, variance, seconds
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("scene", help=".gltf or .glb")
-    parser.add_argument("-o", "--output", metavar="OUT.exr")
-    parser.add_argument("--size", type=parse_size, default=(360, 360), metavar="WxH")
-    parser.add_argument("--spp", type=int, default=64, help="samples per pixel (default 64)")
-    parser.add_argument("--max-depth", type=int, default=-1, help="path edges from the camera; -1: no limit (default)")
+    runner.add_options(parser)
     parser.add_argument("--env", type=parse_environment, metavar="R,G,B|FILE")
-    parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--variant", default="llvm_ad_rgb", help="llvm_ad_rgb (default) or scalar_rgb")
-    parser.add_argument("--threads", type=int, default=0, help="0: all")
-    parser.add_argument("--batches", type=int, default=1, help="independent renders for the variance (default 1: none)")
-    parser.add_argument("--rounds", type=int, default=1, help="render so often, print the best; the first compiles")
+    parser.add_argument("--sampler", default="independent", help="independent (default), multijitter, ldsampler, ...")
+    parser.add_argument("--own", action="store_true", help="Mitsuba's own BSDFs also where they are only nearly glTF's:"
+                        " faster; differs at grazing angles and at edges of coarse meshes")
+    parser.add_argument("--batches", type=int, default=1, help="render in so many independent parts: less memory, and the"
+                        " EXR holds the variance of each pixel's mean (variance.R, .G, .B)")
     arguments = parser.parse_args()
     if arguments.spp % arguments.batches:
         parser.error("--spp must be a multiple of --batches")
@@ -256,24 +260,16 @@ def main():
     find_llvm()
     import mitsuba as mi
     mi.set_variant(arguments.variant)
+    mi.set_log_level(mi.LogLevel.Error)
     if arguments.threads:
         mi.set_thread_count(arguments.threads)
     try:
-        scene = build(mi, gltf_scene.load(arguments.scene), *arguments.size, arguments.max_depth, arguments.env)
+        scene = build(mi, gltf_scene.load(arguments.scene), *arguments.size, arguments.max_depth, arguments.env,
+                      arguments.sampler, arguments.own)
     except ValueError as error:
         sys.exit(f"{arguments.scene}: {error}")
 
-    best = math.inf
-    for round_ in range(arguments.rounds):
-        mean, variance, seconds = render(mi, scene, arguments.spp, arguments.seed, arguments.batches)
-        best = min(best, seconds)
-        label = " (with compiling)" if round_ == 0 else ""
-        print(f"round {round_}: {seconds:.3f} s{label}", file=sys.stderr)
-    samples = arguments.size[0] * arguments.size[1] * arguments.spp
-    means = " ".join(f"{v:.6g}" for v in mean.mean((0, 1)))
-    print(f"{best:.3f} s, {samples / best / 1e6:.3f} M samples/s, mean {means}")
-    if arguments.output:
-        write_exr(arguments.output, mean, variance)
+    runner.run(arguments, lambda seed: render(mi, scene, arguments.spp, seed, arguments.batches))
 
 
 if __name__ == "__main__":

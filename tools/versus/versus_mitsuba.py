@@ -33,6 +33,7 @@ import numpy as np  # noqa: E402
 import blocks_compare  # noqa: E402
 import gltf_scene  # noqa: E402
 import mitsuba_render  # noqa: E402
+import runner  # noqa: E402
 
 
 def without_normals(path, folder):
@@ -123,8 +124,8 @@ def compare(mi, arguments, path, folder):
     if arguments.keep:
         arguments.keep.mkdir(parents=True, exist_ok=True)
         stem = path.stem + ("_flat" if arguments.flat else "")
-        mitsuba_render.write_exr(arguments.keep / f"{stem}.eikon.exr", eikon, np.mean(variances, axis=0) / len(variances))
-        mitsuba_render.write_exr(arguments.keep / f"{stem}.mitsuba.exr", mitsuba, mitsuba_variance)
+        runner.write_image(arguments.keep / f"{stem}.eikon.exr", eikon, np.mean(variances, axis=0) / len(variances))
+        runner.write_image(arguments.keep / f"{stem}.mitsuba.exr", mitsuba, mitsuba_variance)
     return result
 
 
@@ -132,7 +133,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("scenes", nargs="+", type=pathlib.Path, metavar="SCENE", help=".gltf or .glb")
     parser.add_argument("--eikon", default="build-release/eikon", help="the binary (default build-release/eikon)")
-    parser.add_argument("--size", type=mitsuba_render.parse_size, default=(360, 360), metavar="WxH")
+    parser.add_argument("--size", type=runner.parse_size, default=(360, 360), metavar="WxH")
     parser.add_argument("--spp", type=int, default=64, help="samples per pixel of a round (default 64)")
     parser.add_argument("--max-depth", type=int, default=-1, help="path edges; -1: no limit (default)")
     parser.add_argument("--env", metavar="R,G,B|FILE", help="replaces the file's environment")
