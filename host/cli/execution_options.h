@@ -3,9 +3,11 @@
 #include <CLI/CLI.hpp>
 #include <cstdlib>
 #include <string>
+#include <vector>
 
 #include "accel/accel.h"
 #include "core/error.h"
+#include "render/choose_layout.h"
 #include "render/settings.h"
 
 namespace eikon {
@@ -24,7 +26,8 @@ inline void read_execution_environment(Execution& execution) {
 }
 
 /// --devices, --accel, --layout, --memory; they never change the image. `execution` must outlive the parser.
-inline void add_execution_options(CLI::App& command, Execution& execution) {
+/// probe: whether --layout takes kProbeLayouts
+inline void add_execution_options(CLI::App& command, Execution& execution, bool probe = false) {
   command
       .add_option("--devices", execution.devices,
                   "all, or a list of indices, cpu, gpu, parts of names; see `eikon devices`")
@@ -32,8 +35,13 @@ inline void add_execution_options(CLI::App& command, Execution& execution) {
   command.add_option("--accel", execution.accel, "bvh, or none: every ray against every triangle")
       ->check(CLI::IsMember({"bvh", "none"}))
       ->capture_default_str();
-  command.add_option("--layout", execution.layout, "of the tree: how it lies in memory; by device if not given")
-      ->check(CLI::IsMember(tree_layouts()));
+  std::vector<std::string> layouts = tree_layouts();
+  if (probe) layouts.emplace_back(kProbeLayouts);
+  command
+      .add_option("--layout", execution.layout,
+                  std::string("of the tree: how it lies in memory; by device if not given") +
+                      (probe ? "; probe: the fastest of those measured with the scene's rays" : ""))
+      ->check(CLI::IsMember(layouts));
   command
       .add_option("--memory", execution.memory_bytes,
                   "at most this much of each device's memory, such as 512M or 4G; all of it if not given")

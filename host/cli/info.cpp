@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <iterator>
@@ -11,6 +12,7 @@
 #include "cli/commands.h"
 #include "cli/execution_options.h"
 #include "cli/scene_options.h"
+#include "render/choose_layout.h"
 #include "render/pack.h"
 #include "render/render.h"
 #include "render/wavefront.h"
@@ -133,8 +135,10 @@ ExitCode info_command(const InfoOptions& options) {
   read_execution_environment(execution);
   for (const DeviceInfo& info : list_devices()) {
     const WavefrontConfig config = configure(info, execution);
-    fmt::print("  device {}: {} bytes for {} paths in flight, beside the scene as {}\n", info.index,
-               path_pool_bytes(config, features), config.capacity(), config.layout);
+    const LayoutPlan plan = plan_layout(config, execution, packed.triangles.size(), expected_rays(prepared.settings));
+    fmt::print("  device {}: {} bytes for {} paths in flight, beside the scene as {} ({}{})\n", info.index,
+               path_pool_bytes(config, features), config.capacity(), plan.layout, plan.why,
+               plan.measure.empty() ? "" : fmt::format("; a render measures {} first", fmt::join(plan.measure, ", ")));
   }
   const FilmLayout film = film_layout(features, prepared.settings);
   fmt::print("  film: {} bytes\n", film.crop.pixel_count() * film.replicates * (16 * film.channels.size() + 8));

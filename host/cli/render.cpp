@@ -198,7 +198,7 @@ void add_render(CLI::App& app, Command& chosen) {
       ->add_option("--tonemap", options->tone_map, "tone curve of the PNG, after the exposure; none: cut off at white")
       ->check(CLI::IsMember(tone_map_names()))
       ->capture_default_str();
-  add_execution_options(*command, options->execution);
+  add_execution_options(*command, options->execution, true);
   command->add_option("--pixel", options->pixel, "X,Y: with --sample N, trace that one path and print its vertices");
   command->add_option("--sample", options->sample, "N: see --pixel");
   command->add_option("--stats", options->stats, "JSON file of counts and times");

@@ -44,8 +44,8 @@ void print_stage_table(const RenderReport& report) {
       fmt::print("device {} {}: no unit of work reached it\n", device.info.index, device.info.name);
       continue;
     }
-    fmt::print("device {} {}: layout {}, {} lanes, {} samples, {:.2f} s\n", device.info.index, device.info.name,
-               device.config.layout, device.config.lanes, device.samples, device.busy_s);
+    fmt::print("device {} {}: layout {} ({}), {} lanes, {} samples, {:.2f} s\n", device.info.index, device.info.name,
+               device.config.layout, device.layout.why, device.config.lanes, device.samples, device.busy_s);
     fmt::print("  {:<10} {:>8} {:>13} {:>10} {:>6} {:>9} {:>9} {:>9}\n", "stage", "launches", "items", "ms", "%",
                "ms min", "ms max", "Mitems/s");
     const double wall = device.busy_s;
@@ -68,8 +68,8 @@ void print_stage_table(const RenderReport& report) {
 //   "rejected_samples": n, "interrupted": bool, "features": "..", "triangles": n, "geometry_bytes": n,
 //   "seconds": {"load", "build", "compile", "upload", "render", "write", "first_sample", "total"},
 //   "scene": {"path", "hash"}, "size": [w, h], "sample_range": [a, b], "seed": n,
-//   "devices": [{"index", "name", "driver", "arithmetic", "layout", "lanes", "samples", "units", "device_bytes", "seconds",
-//                "compile_seconds", "upload_seconds"}],
+//   "devices": [{"index", "name", "driver", "arithmetic", "layout", "layout_why", "layout_mrays_per_s": {layout: x},
+//                "lanes", "samples", "units", "device_bytes", "seconds", "compile_seconds", "upload_seconds"}],
 //   "stages": [{"device", "stage", "launches", "items", "bytes", "seconds", "seconds_min", "seconds_max"}]
 // }
 void write_stats(const std::filesystem::path& path, const RenderReport& report, const PredictedError& error,
@@ -105,11 +105,15 @@ void write_stats(const std::filesystem::path& path, const RenderReport& report, 
   stats["devices"] = json::array();
   stats["stages"] = json::array();
   for (const DeviceReport& device : report.devices) {
+    json measured = json::object();
+    for (const LayoutRate& rate : device.layout.rates) measured[rate.layout] = rate.mrays_per_s;
     stats["devices"].push_back({{"index", device.info.index},
                                 {"name", device.info.name},
                                 {"driver", device.info.driver},
                                 {"arithmetic", device.arithmetic.name()},
                                 {"layout", device.config.layout},
+                                {"layout_why", device.layout.why},
+                                {"layout_mrays_per_s", measured},
                                 {"lanes", device.config.lanes},
                                 {"samples", device.samples},
                                 {"units", device.units},

@@ -169,9 +169,13 @@ RenderOutput render(const Scene& scene, const Settings& settings, const Executio
   PackedScene packed = pack_scene(scene, features, settings);
   const double pack_s = host_seconds() - pack_begin;
   std::uint32_t capacity = ~0U;
-  for (const DeviceInfo& info : devices) {
-    const WavefrontConfig config = configure(info, execution);
-    add_accel(packed, execution.accel, config.layout, execution.threads);
+  std::vector<Execution> executions(devices.size(), execution);  // with the layout that each device is to use
+  std::vector<LayoutChoice> layouts;
+  for (std::size_t i = 0; i < devices.size(); ++i) {
+    const DeviceInfo& info = devices[i];
+    layouts.push_back(choose_layout(info, packed, features, settings, execution));
+    executions[i].layout = layouts[i].layout;
+    const WavefrontConfig config = configure(info, executions[i]);
     capacity = std::min(capacity, config.capacity());
     require_memory(memory_need(packed, config, features), info, execution);
   }
@@ -181,13 +185,16 @@ RenderOutput render(const Scene& scene, const Settings& settings, const Executio
   shared.report.devices.resize(devices.size());
   shared.running = devices.size();
 
-  const Job job{packed, features, settings, execution};
   Rendezvous rendezvous(std::ptrdiff_t(devices.size()), Looker(looks, shared));
   {
     std::vector<std::jthread> threads;
     for (std::size_t i = 0; i < devices.size(); ++i) {
       shared.report.devices[i].info = devices[i];
-      threads.emplace_back([&, i] { thread_main(devices[i], job, shared, rendezvous, shared.report.devices[i]); });
+      shared.report.devices[i].layout = layouts[i];
+      threads.emplace_back([&, i] {
+        const Job job{packed, features, settings, executions[i]};
+        thread_main(devices[i], job, shared, rendezvous, shared.report.devices[i]);
+      });
     }
     std::unique_lock lock(shared.mutex);
     const std::uint64_t total = settings.crop.pixel_count() * (settings.sample_end - settings.sample_begin);
@@ -224,11 +231,12 @@ glm::vec3 replay_path(const Scene& scene, const Settings& settings, const Execut
   const DeviceInfo info = select_devices(execution.devices).front();
   const Features features(scene, settings);
   PackedScene packed = pack_scene(scene, features, settings);
-  const WavefrontConfig config = configure(info, execution);
-  add_accel(packed, execution.accel, config.layout, execution.threads);
-  require_memory(memory_need(packed, config, features), info, execution);
+  const Execution own = without_probe(execution);  // one path is too few to measure for
+  const WavefrontConfig config = configure(info, own);
+  add_accel(packed, own.accel, config.layout, own.threads);
+  require_memory(memory_need(packed, config, features), info, own);
   Device device(info);
-  Wavefront wavefront(device, packed, features, settings, execution);
+  Wavefront wavefront(device, packed, features, settings, own);
   return wavefront.replay(x, y, sample, report);
 }
 

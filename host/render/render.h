@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "device/device.h"
+#include "render/choose_layout.h"
 #include "render/film.h"
 #include "render/settings.h"
 #include "render/wavefront.h"
@@ -16,6 +17,7 @@ namespace eikon {
 struct DeviceReport {
   DeviceInfo info;
   WavefrontConfig config;
+  LayoutChoice layout;  // and why
   ArithmeticClass arithmetic;
   std::uint64_t samples = 0, units = 0, device_bytes = 0;
   double compile_s = 0, upload_s = 0, busy_s = 0;  // busy: from its first unit to its last

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -37,11 +38,19 @@ struct Settings {
   Environment environment;  // what is used: --env, else the file's, else black or the neutral one
 };
 
+/// Camera, bounce and shadow rays that a render will trace, roughly: a path has about five edges where depth allows, each
+/// with a shadow ray.
+inline double expected_rays(const Settings& settings) {
+  const auto samples = static_cast<double>(settings.sample_end - settings.sample_begin);
+  const std::uint32_t edges = settings.max_depth == 0 ? 5 : std::min(settings.max_depth, 5U);
+  return static_cast<double>(settings.crop.pixel_count()) * samples * 2 * edges;
+}
+
 /// How the work is done: never changes the image's bits.
 struct Execution {
   std::string devices = "all";
   std::string accel = "bvh";
-  std::string layout;                  // empty: by device
+  std::string layout;                  // empty: by device; or see choose_layout.h
   std::optional<std::uint32_t> lanes;  // 1, 8 or 16; by device when unset
   std::optional<bool> chunked;         // by device when unset
   std::uint32_t chunk = 1024;          // paths per work-item of a CPU device

@@ -196,6 +196,23 @@ TEST(Render, N5_two_devices_share_the_work_and_give_the_bits_of_one) {
   EXPECT_TRUE(same_bits(one, two));
 }
 
+TEST(Render, a_probe_takes_the_fastest_layout_and_says_what_it_measured) {
+  const Workplace here;
+  const Film expected = sums_of(here, cornell(kWithSums));
+  const std::string probing = cornell(std::string(kWithSums) + "--layout probe --stats stats.json");
+  EXPECT_TRUE(same_bits(expected, sums_of(here, probing, "EIKON_LANES=1")));
+  const json device = json::parse(read_bytes(here / "stats.json")).at("devices").at(0);
+  const json& rates = device.at("layout_mrays_per_s");
+  ASSERT_EQ(rates.size(), 3U);
+  double best = 0;
+  for (const auto& [layout, rate] : rates.items()) {
+    EXPECT_GT(rate.get<double>(), 0) << layout;
+    EXPECT_TRUE(contains(device.at("layout_why").get<std::string>(), layout));
+    best = std::max(best, rate.get<double>());
+  }
+  EXPECT_GE(1.03 * rates.at(device.at("layout").get<std::string>()).get<double>(), best);
+}
+
 TEST(Render, the_same_bits_from_every_width_layout_and_from_oclgrind) {
   const Workplace here;
   const Film expected = sums_of(here, cornell(kWithSums));
