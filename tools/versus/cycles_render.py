@@ -216,6 +216,7 @@ def main():
         setattr(cycles, name, max(arguments.max_depth - 2, 0))  # without the camera's edge and the light's
     scene.render.use_persistent_data = True  # the second render of --warm has its scene ready
     runner.run(arguments, lambda seed: render(scene, seed))
+    runner.leave()
 
 
 if __name__ == "__main__":

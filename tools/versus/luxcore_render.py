@@ -154,8 +154,7 @@ def main():
     except ValueError as error:
         sys.exit(f"{arguments.scene}: {error}")
     runner.run(arguments, lambda seed: render(scene, arguments, seed))
-    sys.stdout.flush()
-    os._exit(0)  # its threads do not survive Python's own end
+    runner.leave()
 
 
 if __name__ == "__main__":
