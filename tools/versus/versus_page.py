@@ -76,11 +76,17 @@ def cells(row):
             times("equal_error_from_start"), means, str(row["rounds"])]
 
 
+def whole_decades(limits):
+    """Powers of ten around the limits of an axis, so that there are labels at both ends."""
+    return 10.0 ** np.floor(np.log10(limits[0])), 10.0 ** np.ceil(np.log10(limits[1]))
+
+
 def plot(scene):
     """PNG bytes: error against seconds of rendering alone, from start, and against samples."""
     import matplotlib
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
+    from matplotlib import ticker
     figure, axes = plt.subplots(1, 3, figsize=(15, 4.6), sharey=True, layout="constrained")
     for name in scene.runs:
         curves = [scene.curve(name, "seconds"), scene.curve(name, "seconds_from_start"),
@@ -89,7 +95,14 @@ def plot(scene):
             axis.loglog(*zip(*curve), "o-", color=COLORS[name], label=name, markersize=4)
     for axis, label in zip(axes, ("seconds of rendering", "seconds from process start", "samples per pixel")):
         axis.set_xlabel(label)
+        axis.xaxis.set_minor_formatter(ticker.NullFormatter())
+        axis.yaxis.set_minor_formatter(ticker.NullFormatter())
         axis.grid(True, which="both", alpha=0.25)
+    for axis in axes[:2]:
+        axis.set_xlim(*whole_decades(axis.get_xlim()))
+    axes[0].set_ylim(*whole_decades(axes[0].get_ylim()))
+    counts = sorted({run["spp"] for runs in scene.runs.values() for run in runs})
+    axes[2].set_xticks(counts, [str(count) for count in counts])
     axes[0].set_ylabel("relMSE")
     axes[0].legend()
     width, height = scene.settings["size"]
