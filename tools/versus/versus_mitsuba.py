@@ -3,7 +3,8 @@
 """Do `eikon render` and Mitsuba 3 agree on scenes, and how fast is each? For every scene: the ratio of the means, the
 block test of blocks_compare.py (sigma: nine of ten blocks know their mean better than that), and samples per second (best
 of several rounds in turns; rendering alone counts on both sides: no loading, building, or compiling), since a faster
-wrong picture is worth nothing.
+wrong picture is worth nothing. Speed is compared by versus.py, which gives Mitsuba its own compiled BSDFs where it can: the
+rates here are those of glTF's, which are traced from Python.
 
 The models are the same (mitsuba_gltf.py says which is written anew and which is Mitsuba's own) but for two things. eikon's
 albedo of the dielectric layer is a fit that lies above the truth by up to 0.005, which makes plastic darker by as
