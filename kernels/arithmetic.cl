@@ -12,7 +12,7 @@ EK_FN vf arithmetic_operand(vu bits) {
   return AS_F((bits & 0x807fffffu) | ((111u + ((bits >> 23) & 31u)) << 23));
 }
 
-kernel void arithmetic(global uint* arithmetic_out, global const uint* arithmetic_records) {
+EK_FN_ONCE void arithmetic_run(global uint* arithmetic_out, global const uint* arithmetic_records) {
   for (uint i = 0; i < EK_ARITHMETIC_WORDS; i += EK_WIDTH) {
     const vu seed = (vu)(i) + LANE_INDEX;
     vu fold = hash_bits(seed);
@@ -36,6 +36,10 @@ kernel void arithmetic(global uint* arithmetic_out, global const uint* arithmeti
     }
     store_u(arithmetic_out + i, fold);
   }
+}
+
+kernel void arithmetic(global uint* arithmetic_out, global const uint* arithmetic_records) {
+  arithmetic_run(arithmetic_out, arithmetic_records);
 }
 
 // Sizes of the shared records and the offset of each one's last field, as this device lays them out.

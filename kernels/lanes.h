@@ -17,6 +17,12 @@
 #else
 #define EK_FN static inline __attribute__((always_inline))
 #endif
+// For the body of a large kernel on CPU devices: PoCL compiles three copies of a kernel's own code, but one of what it calls.
+#if EK_WIDTH > 1
+#define EK_FN_ONCE static __attribute__((noinline))
+#else
+#define EK_FN_ONCE EK_FN
+#endif
 #define EK_CAT_(a, b) a##b
 #define EK_CAT(a, b) EK_CAT_(a, b)
 

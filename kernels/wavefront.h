@@ -32,6 +32,8 @@ enum {
 #define EK_CHUNK_INDEX ((uint)get_global_id(0))
 // Walks over the paths [0, count) of this chunk, EK_WIDTH at a time; the last lanes may lie beyond count.
 #define EK_FOR_EACH(slot, count, queue) for (uint slot = 0; slot < (count); slot += EK_WIDTH)
+// Walks over the slots that a chunk's new paths are put into.
+#define EK_FOR_EACH_NEW(slot, count) EK_FOR_EACH(slot, count, 0)
 // Walks one by one, for stages that are scalar over paths.
 #define EK_FOR_EACH_SCALAR(slot, count, queue) for (uint slot = 0; slot < (count); ++slot)
 #else
@@ -39,12 +41,20 @@ enum {
 #define EK_FOR_EACH(slot, count, queue)                                                                 \
   for (uint entry_ = (uint)get_global_id(0), slot = entry_ < (count) ? (queue)[entry_] : 0u; entry_ < (count); \
        entry_ = 0xffffffffu)
+#define EK_FOR_EACH_NEW(slot, count) \
+  for (uint slot = (uint)get_global_id(0); slot < (count); slot = 0xffffffffu)
 #define EK_FOR_EACH_SCALAR(slot, count, queue) EK_FOR_EACH(slot, count, queue)
 #endif
 
 // First word of this work-item's chunk.
 EK_FN global uint* chunk_state(global uint* path_state) {
   return path_state + (size_t)EK_CHUNK_INDEX * FIELD_COUNT * EK_STRIDE;
+}
+
+// Paths of this work-item's chunk at a depth, and the queue that they stand in (not on chunks).
+EK_FN uint depth_count(global const uint* counts, uint depth) { return counts[4 * EK_CHUNK_INDEX + (depth & 1)]; }
+EK_FN global const uint* depth_queue(global const uint* queue_rays, uint depth) {
+  return queue_rays + (depth & 1) * EK_CHUNK;
 }
 
 EK_FN vf state_f(global const uint* state, uint field, uint slot) {

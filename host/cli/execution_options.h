@@ -13,7 +13,8 @@
 namespace eikon {
 
 /// For development, from the environment: EIKON_NO_OPTIMISE=1 compiles the kernels without optimisation, which Oclgrind
-/// needs; EIKON_LANES=1, 8 or 16 compiles them that wide, for queues of paths (1) or chunks (8, 16), whatever the device.
+/// needs; EIKON_LANES=1, 8 or 16 compiles them that wide, for queues of paths (1) or chunks (8, 16), whatever the device;
+/// EIKON_STAGES=fused or unfused runs chunks through all stages in one launch, or each stage in its own.
 /// throws UsageError
 inline void read_execution_environment(Execution& execution) {
   if (const char* off = std::getenv("EIKON_NO_OPTIMISE")) execution.optimise = std::string(off) != "1";
@@ -22,6 +23,12 @@ inline void read_execution_environment(Execution& execution) {
     if (lanes != "1" && lanes != "8" && lanes != "16") throw UsageError("EIKON_LANES=" + lanes + ": takes 1, 8 or 16");
     execution.lanes = std::uint32_t(std::stoul(lanes));
     execution.chunked = lanes != "1";
+  }
+  if (const char* text = std::getenv("EIKON_STAGES")) {
+    const std::string stages = text;
+    if (stages != "fused" && stages != "unfused")
+      throw UsageError("EIKON_STAGES=" + stages + ": takes fused or unfused");
+    execution.fused = stages == "fused";
   }
 }
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <utility>
 
 namespace eikon {
 
@@ -21,10 +22,24 @@ void Profiler::record(const std::string& name, double begin_s, double end_s, std
   stage.items += items;
   stage.bytes += bytes;
   ++stage.launches;
+  undivided_s_[name] += seconds;
   if (keep_spans_) spans_.push_back({name, begin_s, end_s});
 }
 
+void Profiler::divide(const std::string& name, const std::map<std::string, double>& shares) {
+  const double whole = std::exchange(undivided_s_[name], 0.0);
+  for (const auto& [stage_name, share] : shares) {
+    StageTotals& stage = totals_[stage_name];
+    const double seconds = whole * share;
+    stage.seconds_min = stage.seconds_max == 0 ? seconds : std::min(stage.seconds_min, seconds);
+    stage.seconds_max = std::max(stage.seconds_max, seconds);
+    stage.seconds += seconds;
+    totals_[name].seconds -= seconds;
+  }
+}
+
 void Profiler::restart() {
+  undivided_s_.clear();
   totals_.clear();
   spans_.clear();
 }

@@ -28,6 +28,9 @@ class Profiler {
   void record(const std::string& name, double begin_s, double end_s, std::uint64_t items, std::uint64_t bytes);
   /// Adds items to a stage whose count became known only after its launch.
   void add_items(const std::string& name, std::uint64_t items) { totals_[name].items += items; }
+  /// Books parts of what launches of `name` took since the last call on other stages: those that ran within them.
+  /// shares  of that time, by stage; the rest stays with `name`
+  void divide(const std::string& name, const std::map<std::string, double>& shares);
   /// Forgets all totals and spans so far: what opened the device is not part of the work.
   void restart();
   /// Keeps every span, for --profile; off by default (totals only).
@@ -40,6 +43,7 @@ class Profiler {
  private:
   bool keep_spans_ = false;
   std::map<std::string, StageTotals> totals_;
+  std::map<std::string, double> undivided_s_;
   std::vector<Span> spans_;
 };
 

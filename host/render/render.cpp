@@ -226,8 +226,10 @@ RenderOutput render(const Scene& scene, const Settings& settings, const Executio
   return {std::move(shared.film), std::move(report)};
 }
 
-glm::vec3 replay_path(const Scene& scene, const Settings& settings, const Execution& execution, std::uint32_t x,
+glm::vec3 replay_path(const Scene& scene, const Settings& settings, const Execution& usual, std::uint32_t x,
                       std::uint32_t y, std::uint64_t sample, const std::function<void(const PathVertex&)>& report) {
+  Execution execution = usual;
+  execution.fused = false;
   const DeviceInfo info = select_devices(execution.devices).front();
   const Features features(scene, settings);
   PackedScene packed = pack_scene(scene, features, settings);

@@ -53,7 +53,8 @@ struct Execution {
   std::string layout;                  // empty: by device; or see choose_layout.h
   std::optional<std::uint32_t> lanes;  // 1, 8 or 16; by device when unset
   std::optional<bool> chunked;         // by device when unset
-  std::uint32_t chunk = 1024;          // paths per work-item of a CPU device
+  std::optional<bool> fused;           // chunks go through all stages in one launch; by device when unset
+  std::uint32_t chunk = 0;             // paths per work-item of a CPU device; 0: by device
   std::uint32_t pool = 0;              // paths in flight per device; 0: by device
   std::uint32_t block = 128;           // largest side of a unit's pixel block
   unsigned threads = 0;                // of host-side work; 0: all

@@ -10,42 +10,17 @@
 #include "core/error.h"
 #include "device/kernel_sources.h"
 #include "render/frame.h"
+#include "render/stage_shares.h"
 
 namespace eikon {
 namespace {
 
-constexpr std::uint32_t kGroup = 64;       // work-items of a work-group on GPU devices
-constexpr std::uint64_t kPathBytes = 256;  // state and film slots of a path: about that much with everything in
-constexpr std::uint32_t kLeastPool = 1U << 14;
+constexpr std::uint32_t kGroup = 64;  // work-items of a work-group on GPU devices
 constexpr std::uint32_t kMaxBlockPixels = 128 * 128;
 
 std::uint32_t divide_up(std::uint64_t a, std::uint64_t b) { return std::uint32_t((a + b - 1) / b); }
 
 }  // namespace
-
-WavefrontConfig configure(const DeviceInfo& device, const Execution& execution) {
-  WavefrontConfig config;
-  config.chunked = execution.chunked.value_or(device.cpu);
-  config.lanes = execution.lanes.value_or(!config.chunked ? 1 : device.native_float_lanes >= 16 ? 16 : 8);
-  if (!config.chunked) config.lanes = 1;
-  config.layout = execution.accel == "none"   ? "none"
-                  : !execution.layout.empty() ? execution.layout
-                  : config.chunked            ? "bvh8"
-                                              : "bvh2";
-  std::uint32_t pool = execution.pool != 0 ? execution.pool : config.chunked ? 1U << 18 : 1U << 20;
-  const std::uint64_t memory =
-      execution.memory_bytes == 0 ? device.memory_bytes : std::min(execution.memory_bytes, device.memory_bytes);
-  while (execution.pool == 0 && pool > kLeastPool && pool * kPathBytes > memory / 4) pool /= 2;
-  config.chunk = config.chunked ? std::max(execution.chunk / 16, 1U) * 16 : std::max(pool / kGroup, 1U) * kGroup;
-  config.chunks = config.chunked ? std::max(pool / config.chunk, 1U) : 1;
-  return config;
-}
-
-std::uint64_t path_pool_bytes(const WavefrontConfig& config, const Features& features) {
-  const std::uint64_t slots = std::uint64_t{config.chunk + EK_PAD} * config.chunks;
-  return 4 * (slots * path_state_layout(features, config.chunked).words +
-              (std::uint64_t{config.capacity()} + EK_PAD) * features.film_channels().size());
-}
 
 struct Wavefront::Impl {
   /// Counts of a depth on their way to the host.
@@ -66,12 +41,13 @@ struct Wavefront::Impl {
   Arguments arguments;
   std::map<std::string, Kernel> kernels;
   Buffer frame_buffer, pixels_buffer, state_buffer, counts_buffer, slots_buffer, sums_buffer, rejected_buffer,
-      diagnostics_buffer;
+      diagnostics_buffer, next_path_buffer, tallies_buffer;
   ArithmeticClass arithmetic;
   std::uint64_t bytes = 0;
   double upload_s = 0;
 
   std::vector<std::uint32_t> pixels, sums, rejected;
+  std::vector<WorkerTally> tallies;
   std::deque<Bounce> under_way;  // a member, so that it outlives the transfers when something throws
 
   // Work under way reads and writes what is freed below; after an error too.
@@ -107,20 +83,21 @@ struct Wavefront::Impl {
     options.defines["EK_CHUNKED"] = config.chunked ? "1" : "0";
     options.defines["EK_CHUNK"] = std::to_string(config.chunk);
     options.defines.merge(accel().defines());
+    const auto needed = [&](const std::string& stage) {
+      if (config.fused) return stage == "paths" || stage == "film";
+      return stage == "miss"      ? has_environment
+             : stage == "shadow"  ? has_shadow
+             : stage == "compact" ? !config.chunked
+                                  : stage != "paths";
+    };
     std::vector<std::string> stages, files;
-#define EK_STAGE(name) stages.push_back(#name);
+#define EK_STAGE(name) \
+  if (needed(#name)) stages.push_back(#name), files.push_back("stages/" #name ".cl");
 #include "shared/stages.def"
-    for (const std::string& stage : stages) files.push_back("stages/" + stage + ".cl");
     files.push_back("arithmetic.cl");
     const Program program = device.build(kernel_text(files), options);
     arithmetic = probe_arithmetic(device, program);
-    for (const std::string& stage : stages) {
-      const bool needed = stage == "miss"      ? has_environment
-                          : stage == "shadow"  ? has_shadow
-                          : stage == "compact" ? !config.chunked
-                                               : true;
-      if (needed) kernels[stage] = program.kernel(stage);
-    }
+    for (const std::string& stage : stages) kernels[stage] = program.kernel(stage);
   }
 
   [[nodiscard]] const Accel& accel() const {
@@ -171,7 +148,7 @@ struct Wavefront::Impl {
     upload_array("environment_buckets", scene.environment_buckets);
     upload_array("filter_table", filter);
 
-    const std::size_t slots = std::size_t{config.chunk + EK_PAD} * config.chunks;
+    const std::size_t slots = std::size_t{config.chunk + EK_PAD} * config.held_chunks();
     const std::uint32_t capacity = config.capacity();
     frame.film_stride = capacity + EK_PAD;
     const std::uint32_t pixel_capacity = std::min(capacity, kMaxBlockPixels);
@@ -184,11 +161,15 @@ struct Wavefront::Impl {
     sums_buffer = allocate(4 * std::size_t{replicates} * channels * EK_FILM_LIMBS * frame.pixel_stride);
     rejected_buffer = allocate(4 * std::size_t{replicates} * frame.pixel_stride);
     diagnostics_buffer = allocate(sizeof(Diagnostics));
+    next_path_buffer = allocate(4);
+    tallies.resize(config.workers);
+    tallies_buffer = allocate(tallies.size() * sizeof(WorkerTally));
     // Lanes without a path read these before anyone wrote them; zeros are valid indices.
     device.fill_zero(state_buffer);
     device.fill_zero(slots_buffer);
     device.fill_zero(counts_buffer);
     device.fill_zero(diagnostics_buffer);
+    device.fill_zero(next_path_buffer);
     arguments.set("frame", frame_buffer);
     arguments.set("pixels", pixels_buffer);
     arguments.set("path_state", state_buffer);
@@ -197,6 +178,8 @@ struct Wavefront::Impl {
     arguments.set("film_sums", sums_buffer);
     arguments.set("film_rejected", rejected_buffer);
     arguments.set("diagnostics", diagnostics_buffer);
+    arguments.set("next_path", next_path_buffer);
+    arguments.set("tallies", tallies_buffer);
     arguments.set("queue_rays", allocate(config.chunked ? 4 : 8 * std::size_t{capacity}));
     arguments.set("queue_shadow", allocate(config.chunked ? 4 : 4 * std::size_t{capacity}));
     arguments.set("depth", 1U);
@@ -207,10 +190,13 @@ struct Wavefront::Impl {
   /// Launches every kernel once on a unit without paths: some drivers make machine code at the first launch, and that is
   /// compiling, not rendering.
   void warm_up() {
+    Profiler& profiler = device.profiler();
+    const double begin = host_seconds(), compiled_s = profiler.compile_s;
     device.write(frame_buffer, &frame, sizeof frame);
     for (const auto& [name, kernel] : kernels) device.run(kernel, 1, config.chunked ? 1 : kGroup);
     device.finish();
-    device.profiler().restart();
+    profiler.compile_s = compiled_s + (host_seconds() - begin);  // a driver may compile behind the launch
+    profiler.restart();
   }
 
   /// Launches a stage over paths, if this scene needs it: a work-item per chunk, or one for each of `most` queue entries.
@@ -231,7 +217,30 @@ struct Wavefront::Impl {
       device.run(kernels.at("film"), divide_up(frame.pixel_count, kGroup), kGroup, frame.path_count);
   }
 
-  /// The whole algorithm. The host looks at the counts of a depth while the next is already under way; the price is one
+  /// The whole algorithm, in one launch.
+  RayCounts trace_fused() {
+    const std::uint32_t zero = 0;
+    device.write(next_path_buffer, &zero, sizeof zero);
+    device.run(kernels.at("paths"), config.workers, 1, frame.path_count);
+    run_film();
+    device.read(tallies_buffer, tallies.data(), tallies.size() * sizeof(WorkerTally));
+    RayCounts rays;
+    rays.camera = frame.path_count;
+    for (const WorkerTally& tally : tallies) {
+      rays.scattered += tally.scattered;
+      rays.shadow += tally.shadow;
+    }
+    Profiler& profiler = device.profiler();
+    profiler.divide("paths", stage_shares(tallies));
+    profiler.add_items("generate", rays.camera);
+    profiler.add_items("intersect", rays.camera + rays.scattered);
+    if (has_environment) profiler.add_items("miss", rays.camera + rays.scattered);
+    profiler.add_items("shade", rays.camera + rays.scattered);
+    if (has_shadow) profiler.add_items("shadow", rays.shadow);
+    return rays;
+  }
+
+  /// The whole algorithm, stage by stage. The host looks at the counts of a depth while the next is already under way; the price is one
   /// round of empty launches at the end of a unit.
   RayCounts trace(const std::function<void(std::uint32_t depth)>& after_intersect) {
     Profiler& profiler = device.profiler();
@@ -309,7 +318,7 @@ struct Wavefront::Impl {
   UnitResult run(const WorkUnit& unit, const std::function<void(std::uint32_t)>& after_intersect) {
     begin_unit(unit);
     UnitResult result;
-    result.rays = trace(after_intersect);
+    result.rays = config.fused ? trace_fused() : trace(after_intersect);
     sums.resize(sums_buffer.size_bytes() / 4);
     rejected.resize(rejected_buffer.size_bytes() / 4);
     device.read(sums_buffer, sums.data(), sums_buffer.size_bytes());
@@ -355,6 +364,7 @@ UnitResult Wavefront::run(const WorkUnit& unit) { return impl_->run(unit, {}); }
 glm::vec3 Wavefront::replay(std::uint32_t x, std::uint32_t y, std::uint64_t sample,
                             const std::function<void(const PathVertex&)>& report) {
   Impl& w = *impl_;
+  if (w.config.fused) throw InternalError("a path can be watched only where each stage has a launch of its own");
   WorkUnit unit;
   unit.block = {x, y, x + 1, y + 1};
   unit.sample_begin = sample;

@@ -11,21 +11,9 @@
 #include "render/pack.h"
 #include "render/settings.h"
 #include "render/units.h"
+#include "render/wavefront_config.h"
 
 namespace eikon {
-
-/// How one device runs the stages, after defaults by device.
-struct WavefrontConfig {
-  std::uint32_t lanes = 1;
-  bool chunked = false;
-  std::uint32_t chunk = 1024;  // slots per chunk; the whole pool when not chunked
-  std::uint32_t chunks = 1;
-  std::string layout = "bvh2";
-  [[nodiscard]] std::uint32_t capacity() const { return chunk * chunks; }
-};
-WavefrontConfig configure(const DeviceInfo& device, const Execution& execution);
-/// Device memory for the state and film slots of all paths in flight.
-std::uint64_t path_pool_bytes(const WavefrontConfig& config, const Features& features);
 
 /// Rays of each kind.
 struct RayCounts {

@@ -179,5 +179,17 @@ typedef struct {
 } Diagnostics;
 EK_ASSERT_SIZE(Diagnostics, 76);
 
+#define EK_PATH_STAGES 5          // EK_PATH_STAGE of stages.def
+
+// What one work-item of kernel `paths` did. Ticks are of the processor's cycle counter, low and high word; 0 where there is none.
+typedef struct {
+  uint scattered;                 // rays traced beyond the camera's
+  uint shadow;                    // shadow rays
+  uint begin[2];
+  uint end[2];
+  uint ticks[2 * EK_PATH_STAGES]; // spent in each stage, in the order of stages.def
+} WorkerTally;
+EK_ASSERT_SIZE(WorkerTally, 64);
+
 EK_END
 #endif

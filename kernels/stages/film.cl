@@ -27,13 +27,11 @@ EK_FN void film_report(global Diagnostics* diagnostics, vi nonfinite, vi saturat
   }
 }
 
-kernel void film(constant Frame* frame, global const float* film_slots, global uint* film_sums, global uint* film_rejected,
-                 global Diagnostics* diagnostics) {
+// The pixels [first, end).
+EK_FN_ONCE void film_run(constant Frame* frame, global const float* film_slots, global uint* film_sums,
+                         global uint* film_rejected, global Diagnostics* diagnostics, uint first, uint end) {
   const uint pixel_count = frame->pixel_count, stride = frame->pixel_stride;
   const uint replicates = 1u << frame->replicate_bits;
-  const uint pixels = EK_CHUNKED ? EK_FILM_PIXELS : 1;  // of one work-item
-  const uint first = (uint)get_global_id(0) * pixels;
-  const uint end = min(first + pixels, pixel_count);
   for (uint pixel = first; pixel < end; pixel += EK_WIDTH) {
     const vi inside = (vu)(pixel) + LANE_INDEX < (vu)(pixel_count);
     for (uint replicate = 0; replicate < replicates; ++replicate) {
@@ -65,4 +63,11 @@ kernel void film(constant Frame* frame, global const float* film_slots, global u
       store_u(film_rejected + (size_t)replicate * stride + pixel, rejected);
     }
   }
+}
+
+kernel void film(constant Frame* frame, global const float* film_slots, global uint* film_sums, global uint* film_rejected,
+                 global Diagnostics* diagnostics) {
+  const uint pixels = EK_CHUNKED ? EK_FILM_PIXELS : 1;  // of one work-item
+  const uint first = (uint)get_global_id(0) * pixels;
+  film_run(frame, film_slots, film_sums, film_rejected, diagnostics, first, min(first + pixels, frame->pixel_count));
 }

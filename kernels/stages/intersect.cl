@@ -1,32 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Stage `intersect`.   From: paths of this depth.   To: the same paths, with their hits.
-// Finds the closest hit of each path's ray. Reads origin and dir, writes hit_*; no shading, and no randomness but opacity's.
-#include "traverse.h"
-#include "wavefront.h"
+#include "stages/intersect.h"
 
 kernel void intersect(constant Frame* frame, global uint* path_state, global const uint* counts,
                       global const uint* queue_rays, EK_GEOMETRY_ARGUMENTS, uint depth) {
-  global uint* state = chunk_state(path_state);
   const Geometry geometry = EK_GEOMETRY;
-  const uint count = counts[4 * EK_CHUNK_INDEX + (depth & 1)];
-  Tracing tracing;
-  EK_FOR_EACH_ROWS(first, count, queue_rays + (depth & 1) * EK_CHUNK) {
-    const uint rows = EK_CHUNKED ? min(count - first, (uint)EK_ROWS) : 1u;
-    tracing_clear(&tracing);
-    for (uint row = 0; row < rows; row += EK_WIDTH) {
-      OpacityKey key = {(vu)(0u), (vu)(0u)};
-      if (EK_HAS_opacity)
-        key = opacity_key(state_u(state, FIELD_key, first + row), state_u(state, FIELD_index, first + row), depth, 0u);
-      closest_begin(frame, geometry, &tracing, row, state_3(state, FIELD_origin_x, first + row),
-                    state_3(state, FIELD_dir_x, first + row), key, min(rows - row, (uint)EK_WIDTH), depth == 1);
-    }
-    tracing_finish(geometry, &tracing, 0);
-    for (uint row = 0; row < rows; row += EK_WIDTH) {
-      const HitLanes hit = closest_result(&tracing, row);
-      state_set_f(state, FIELD_hit_t, first + row, hit.t);
-      state_set_f(state, FIELD_hit_u, first + row, hit.u);
-      state_set_f(state, FIELD_hit_v, first + row, hit.v);
-      state_set_u(state, FIELD_hit_triangle, first + row, hit.triangle);
-    }
-  }
+  stage_intersect(frame, geometry, chunk_state(path_state), depth_queue(queue_rays, depth), depth_count(counts, depth), depth);
 }

@@ -138,7 +138,7 @@ TEST(BadInput, kernels_that_do_not_compile) {
   const Workplace here;
   std::filesystem::copy(std::string(EIKON_SOURCE_DIR) + "/kernels", here / "kernels",
                         std::filesystem::copy_options::recursive);
-  std::ofstream(here / "kernels/stages/shade.cl", std::ios::app) << "\nthis is not OpenCL;\n";
+  std::ofstream(here / "kernels/stages/shade.h", std::ios::app) << "\nthis is not OpenCL;\n";
   const Outcome outcome = here.eikon(cornell(), "EIKON_KERNEL_DIR=" + (here / "kernels").string());
   EXPECT_EQ(outcome.code, kDevice);
   const std::size_t ours = outcome.err.find("eikon: ");  // PoCL says how many errors there were in a line of its own

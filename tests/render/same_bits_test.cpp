@@ -126,6 +126,41 @@ TEST(SameBits, any_lane_width_order_of_paths_and_tree) {
     EXPECT_TRUE(same_film(expected, film_of(scene, settings, execution))) << describe(execution);
 }
 
+// Between them: every lobe, most lights, opacity, absorption, textures, all layers, and every way to find light.
+struct Variant {
+  const char* scene;
+  std::function<void(Settings&)> change;
+};
+const std::vector<Variant>& variants() {
+  static const std::vector<Variant> all = {
+      {"alpha.gltf",
+       [](Settings& s) {
+         s.aovs = {"albedo", "normal", "depth", "id"};
+       }},
+      {"textured.gltf", [](Settings& s) { s.transparent = true; }},
+      {"ior_row.gltf", [](Settings& s) { s.max_depth = 3; }},
+      {"rough_glass.gltf", [](Settings& s) { s.filter = parse_filter("mitchell"); }},
+      {"cornell_spheres.gltf", [](Settings& s) { s.light_sampling = LightSampling::light; }},
+      {"cornell.gltf", [](Settings& s) { s.light_sampling = LightSampling::hemisphere, s.roulette_depth = 1; }},
+      {"window_room.gltf", [](Settings& s) { s.light_sampling = LightSampling::cosine; }},
+      {"sun_room.gltf", [](Settings& s) { s.camera.orthographic = true; }},
+  };
+  return all;
+}
+
+TEST(SameBits, all_stages_in_one_launch_or_each_in_its_own_with_every_feature) {
+  for (const Variant& variant : variants()) {
+    const Scene scene = load_shipped(variant.scene);
+    Settings settings = settings_of(scene, 27, 6);
+    variant.change(settings);
+    Execution fused, unfused;
+    fused.chunked = unfused.chunked = true;
+    fused.fused = true, unfused.fused = false;
+    fused.pool = 1200, fused.chunk = 400;  // portions of unequal size
+    EXPECT_TRUE(same_film(film_of(scene, settings, unfused), film_of(scene, settings, fused))) << variant.scene;
+  }
+}
+
 TEST(SameBits, kernels_without_optimisation) {
   const auto [scene, settings] = subject();
   Execution execution;

@@ -121,11 +121,15 @@ inline std::vector<Execution> ways_to_trace() {
   add(1, true, "bvh", "bvh2");
   add(8, true, "none", "");
   add(1, false, "none", "");
+  for (std::uint32_t lanes : {16U, 8U, 1U}) {  // chunks again, with a launch for each stage
+    add(lanes, true, "bvh", "bvh8");
+    ways.back().fused = false;
+  }
   return ways;
 }
 inline std::string describe(const Execution& execution) {
   return std::to_string(execution.lanes.value_or(0)) + " lanes, " + (*execution.chunked ? "chunks, " : "queues, ") +
-         execution.accel + " " + execution.layout;
+         (execution.fused.value_or(*execution.chunked) ? "fused, " : "") + execution.accel + " " + execution.layout;
 }
 
 /// Whether `part` holds what `whole` holds there.

@@ -1,0 +1,240 @@
+// SPDX-License-Identifier: Apache-2.0
+// Stage `shade`.   From: paths of this depth that hit something.   To: the paths of the next depth, pending shadow rays.
+// Finds the material, adds emission, samples a light (the shadow ray carries what arrives if nothing is in the way), scatters, and lets roulette
+// decide. CPU devices pack survivors in place; GPU devices leave that to compact.cl.
+#ifndef EK_STAGE_SHADE_H
+#define EK_STAGE_SHADE_H
+#include "alpha.h"
+#include "light_emission.h"
+#include "material.h"
+#include "medium.h"
+#include "sampler.h"
+#include "shading_normal.h"
+#include "wavefront.h"
+
+EK_FN void film_set(global float* film_slots, uint film_stride, uint channel, vi live, vu path, vf value) {
+#if EK_WIDTH == 1
+  if (!live) return;
+#endif
+  const vu slot = live ? path : (vu)(film_stride - EK_PAD) + LANE_INDEX;
+  scatter_f(film_slots + (size_t)channel * film_stride, slot, value);
+}
+
+// Reflected light stays on the viewer's side of the surface itself, transmitted light leaves it: else walls would leak.
+// cos_geom  of the direction with n_geom
+EK_FN vi agrees(v3 wi, vf cos_geom) {
+  const vi reflected = (wi.z > 0.0f) & (cos_geom > 0.0f);
+  if (!EK_HAS_transmission) return reflected;
+  return reflected | ((wi.z < 0.0f) & (cos_geom < 0.0f));
+}
+
+// terminator_factor of reflected light; wi: local and world.
+EK_FN vf fade(v3 wi, v3 wi_world, v3 n_geom, v3 n_shade) {
+  return wi.z > 0.0f ? terminator_factor(dot3(wi_world, n_geom), wi.z, dot3(n_geom, n_shade)) : (vf)(1.0f);
+}
+
+// What a chunk has after shading; without chunks, 0.
+typedef struct {
+  uint next;    // paths of the next depth
+  uint shadow;  // pending shadow rays
+} Survivors;
+
+EK_FN Survivors stage_shade(constant Frame* frame, SceneData scene, LightData light_data, global uint* state,
+                            global float* film_slots, global const uint* queue, uint count, uint depth) {
+  const uint film_stride = frame->film_stride;
+  const int last = frame->max_depth != 0 && depth >= frame->max_depth;  // no edge may follow
+  uint next_count = 0, shadow_count = 0;
+
+  EK_FOR_EACH(slot, count, queue) {
+    const vu hit = state_u(state, FIELD_hit_triangle, slot);
+    vi live = ((vu)(slot) + LANE_INDEX < (vu)(EK_CHUNKED ? count : slot + 1u)) & (hit != EK_NO_HIT);
+    const vu triangle = live ? hit : (vu)(0u);
+    const vu path = state_u(state, FIELD_path, slot), key = state_u(state, FIELD_key, slot),
+             index = state_u(state, FIELD_index, slot);
+    const v3 dir = state_3(state, FIELD_dir_x, slot);
+    v3 beta = state_3(state, FIELD_beta_r, slot);
+    const vf t = state_f(state, FIELD_hit_t, slot), u = state_f(state, FIELD_hit_u, slot),
+             v = state_f(state, FIELD_hit_v, slot), scatter_pdf = state_f(state, FIELD_pdf, slot);
+
+    const TriangleLanes corners = load_triangle(scene.triangles, triangle);
+    const Surface surface = surface_at(corners, u, v);
+    const vi front = dot3(surface.n_geom, dir) < 0.0f;
+    const HitAttributes at = hit_attributes(scene, triangle, u, v);
+    const HitMaterial hit_surface = hit_material(scene, corners.material, at, front);
+    const MaterialLanes material = hit_surface.bsdf;
+    const v3 n_geom = select3(front, surface.n_geom, neg3(surface.n_geom));  // towards the viewer
+    v3 n_shade = n_geom;
+    if (EK_HAS_vertex_normal | EK_HAS_normal_texture) {
+      n_shade = shading_normal(at, surface.n_geom);
+      if (EK_HAS_normal_texture) n_shade = mapped_normal(scene, hit_surface.normal_texture, at, n_shade, surface.n_geom);
+      n_shade = select3(front, n_shade, neg3(n_shade));
+      n_shade = usable_normal(n_shade, n_geom, neg3(dir), material.lobes != (1u << LOBE_diffuse));
+    }
+
+    vu medium = (vu)(0u);
+    v3 absorption;  // log2 of a metre's transmittance
+    if (EK_HAS_absorption) {
+      medium = state_u(state, FIELD_medium, slot);
+      // A camera ray that meets a solid's back began inside.
+      if (depth == 1) medium = (front | !material.solid) ? medium : corners.material + 1u;
+      absorption = medium_absorption(scene, medium);
+      beta = mul3(beta, transmittance(absorption, t));
+    }
+
+    if (depth == 1) {
+      // Paths begin with the weight of the pixel filter. Layers are filtered as radiance is; depth is a mean over hits.
+      const vf share = EK_HAS_pixel_filter ? state_f(state, FIELD_beta_r, slot) : (vf)(1.0f);
+      if (EK_HAS_albedo) {
+        film_set(film_slots, film_stride, FILM_albedo, live, path, material.base_color.x * share);
+        film_set(film_slots, film_stride, FILM_albedo + 1, live, path, material.base_color.y * share);
+        film_set(film_slots, film_stride, FILM_albedo + 2, live, path, material.base_color.z * share);
+      }
+      if (EK_HAS_normal) {
+        film_set(film_slots, film_stride, FILM_normal, live, path, n_shade.x * share);
+        film_set(film_slots, film_stride, FILM_normal + 1, live, path, n_shade.y * share);
+        film_set(film_slots, film_stride, FILM_normal + 2, live, path, n_shade.z * share);
+      }
+      if (EK_HAS_depth) {
+        film_set(film_slots, film_stride, FILM_depth, live, path, EK_HAS_orthographic ? t + frame->camera_origin.w : t);
+        film_set(film_slots, film_stride, FILM_depth + 1, live, path, (vf)(1.0f));
+      }
+      if (EK_HAS_coverage) film_set(film_slots, film_stride, FILM_coverage, live, path, share);
+      if (EK_HAS_id) {
+        const vi first = (frame->sample_begin | frame->sample_high) == 0 ? live & (path < frame->pixel_count) : (vi)(0);
+        film_set(film_slots, film_stride, FILM_id, first, path, TO_F(AS_I(corners.node + 1u)));
+      }
+    }
+
+    if (EK_HAS_area) {
+      const vi emits = live & emits_towards(surface.n_geom, hit_surface.double_sided, dir) &
+                       (max_component(hit_surface.emission) > 0.0f);
+      if (ANY(emits)) {
+        vf weight = (vf)(1.0f);
+        if (EK_HAS_next_event) {
+          const vf light_pdf = light_pdf_sr_of_hit(corners.light_pdf_m2, surface.n_geom, dir, t);
+          // A light that is never sampled (pack.cpp) counts in full either way.
+          const vf scattered = EK_HAS_bsdf_emission ? power_heuristic(scatter_pdf, light_pdf)
+                               : corners.light_pdf_m2 > 0.0f ? (vf)(0.0f) : (vf)(1.0f);
+          weight = scatter_pdf < 0.0f ? weight : scattered;
+        }
+        film_add(film_slots, film_stride, FILM_r, emits, path, scale3(mul3(beta, hit_surface.emission), weight));
+      }
+    }
+
+    if (EK_HAS_unlit) {
+      // Seen by the camera, directly or through mirrors and windows; no light for anything else.
+      const vi shown = live & hit_surface.unlit;
+      if (ANY(shown))
+        film_add(film_slots, film_stride, FILM_r, shown & (scatter_pdf < 0.0f), path, mul3(beta, material.base_color));
+      live = live & !hit_surface.unlit;
+    }
+
+    live = last ? (vi)(0) : live;
+    const Basis basis = basis_around(n_shade);
+    const v3 wo = to_local(basis, neg3(dir));
+
+    const vi both_sides = (material.lobes & (1u << LOBE_transmission)) != 0u;
+    vi pending = (vi)(0);
+    LightPath shadow;
+    v3 arriving;
+    if (EK_HAS_next_event) {
+      LightSample light = light_sample(frame, light_data, basis, both_sides, light_words(key, index, depth));
+      light.radiance = light_emission(scene, light);
+      shadow = light_path(light, surface.p, surface.p_error, n_geom);
+      const v3 wi = to_local(basis, shadow.wi);
+      const BsdfValue bsdf = bsdf_evaluate(material, wo, wi);
+      v3 f = bsdf.f;
+      if (EK_HAS_vertex_normal | EK_HAS_normal_texture) f = scale3(f, fade(wi, shadow.wi, n_geom, n_shade));
+      vf weight = (vf)(1.0f);
+      if (EK_HAS_bsdf_emission) {
+        weight = power_heuristic(shadow.pdf, bsdf.pdf);
+        weight = light.is_delta ? (vf)(1.0f) : weight;
+      }
+      arriving = scale3(mul3(mul3(beta, f), shadow.radiance), weight / shadow.pdf);
+      if (EK_HAS_absorption) {
+        const vu towards = medium_after(material, medium, corners.material, front, wi.z < 0.0f);
+        const vf distance = shadow.t_max < EK_INFINITY ? sqrt(dot3(shadow.dir, shadow.dir)) : EK_INFINITY;
+        arriving = mul3(arriving, transmittance(medium_absorption(scene, towards), distance));
+      }
+      pending = live & agrees(wi, dot3(shadow.wi, n_geom)) & (shadow.pdf > 0.0f) & (max_component(f) > 0.0f) &
+                (max_component(shadow.radiance) > 0.0f);
+    }
+
+    vf scatter_u, scatter_v, choice, roulette;
+    sample_2d(key, index, bounce_dimension(depth, DIM_SCATTER), &scatter_u, &scatter_v);
+    sample_2d(key, index, bounce_dimension(depth, DIM_CHOICE), &choice, &roulette);
+    const BsdfSample scattered = bsdf_sample(material, wo, scatter_u, scatter_v, choice);
+    const v3 next_dir = to_world(basis, scattered.wi);
+    v3 next_beta = mul3(beta, scattered.weight);
+    if (EK_HAS_vertex_normal | EK_HAS_normal_texture)
+      next_beta = scale3(next_beta, fade(scattered.wi, next_dir, n_geom, n_shade));
+    vi survives = live & (scattered.pdf > 0.0f) & agrees(scattered.wi, dot3(next_dir, n_geom)) &
+                  (max_component(abs3(next_beta)) > 0.0f);
+    if (!(EK_HAS_bsdf_emission | EK_HAS_next_event)) survives = (vi)(0);
+    if (depth >= frame->roulette_depth) {
+      const vf survival = min_f(max_component(abs3(next_beta)), (vf)(0.95f));
+      survives = survives & (roulette < survival);
+      next_beta = scale3(next_beta, (vf)(1.0f) / survival);
+    }
+    const v3 next_origin = offset_ray_origin(surface.p, surface.p_error, n_geom, next_dir);
+
+#if EK_CHUNKED
+    // [slot, slot + width) has been read, and next_count, shadow_count <= slot: whole vectors may be written there.
+    const Packing go = packing(survives);
+#define EK_KEEP(field, x) state_set_u(state, field, next_count, packed(go, x))
+#define EK_KEEP_SHADOW(field, x) state_set_u(state, field, shadow_count, packed(cast, x))
+#else
+#define EK_KEEP(field, x) state_set_u(state, field, slot, x)
+#define EK_KEEP_SHADOW(field, x) state_set_u(state, field, slot, x)
+    state_set_u(state, FIELD_next, slot, (survives ? 1u : 0u) | (pending ? 2u : 0u));
+#endif
+    EK_KEEP(FIELD_path, path);
+    EK_KEEP(FIELD_key, key);
+    EK_KEEP(FIELD_index, index);
+    EK_KEEP(FIELD_origin_x, AS_U(next_origin.x));
+    EK_KEEP(FIELD_origin_y, AS_U(next_origin.y));
+    EK_KEEP(FIELD_origin_z, AS_U(next_origin.z));
+    EK_KEEP(FIELD_dir_x, AS_U(next_dir.x));
+    EK_KEEP(FIELD_dir_y, AS_U(next_dir.y));
+    EK_KEEP(FIELD_dir_z, AS_U(next_dir.z));
+    EK_KEEP(FIELD_beta_r, AS_U(next_beta.x));
+    EK_KEEP(FIELD_beta_g, AS_U(next_beta.y));
+    EK_KEEP(FIELD_beta_b, AS_U(next_beta.z));
+    EK_KEEP(FIELD_pdf, AS_U(scattered.delta ? (vf)(-1.0f) : scattered.pdf));
+    if (EK_HAS_absorption)
+      EK_KEEP(FIELD_medium, medium_after(material, medium, corners.material, front, scattered.wi.z < 0.0f));
+    if (EK_HAS_environment & EK_HAS_next_event & EK_HAS_bsdf_emission)
+      EK_KEEP(FIELD_pdf_environment, AS_U(environment_pdf_sr(frame->environment.w, scattered.wi.z, both_sides)));
+    if (EK_HAS_next_event) {
+#if EK_CHUNKED
+      const Packing cast = packing(pending);
+#endif
+      EK_KEEP_SHADOW(FIELD_shadow_path, path);
+      if (EK_HAS_opacity) {
+        const OpacityKey decisions = opacity_key(key, index, depth, 1u);
+        EK_KEEP_SHADOW(FIELD_shadow_key, decisions.key);
+        EK_KEEP_SHADOW(FIELD_shadow_index, decisions.index);
+      }
+      EK_KEEP_SHADOW(FIELD_shadow_origin_x, AS_U(shadow.origin.x));
+      EK_KEEP_SHADOW(FIELD_shadow_origin_y, AS_U(shadow.origin.y));
+      EK_KEEP_SHADOW(FIELD_shadow_origin_z, AS_U(shadow.origin.z));
+      EK_KEEP_SHADOW(FIELD_shadow_dir_x, AS_U(shadow.dir.x));
+      EK_KEEP_SHADOW(FIELD_shadow_dir_y, AS_U(shadow.dir.y));
+      EK_KEEP_SHADOW(FIELD_shadow_dir_z, AS_U(shadow.dir.z));
+      EK_KEEP_SHADOW(FIELD_shadow_t, AS_U(shadow.t_max));
+      EK_KEEP_SHADOW(FIELD_shadow_r, AS_U(arriving.x));
+      EK_KEEP_SHADOW(FIELD_shadow_g, AS_U(arriving.y));
+      EK_KEEP_SHADOW(FIELD_shadow_b, AS_U(arriving.z));
+#if EK_CHUNKED
+      shadow_count += cast.count;
+#endif
+    }
+#if EK_CHUNKED
+    next_count += go.count;
+#endif
+  }
+  const Survivors survivors = {next_count, shadow_count};
+  return survivors;
+}
+
+#endif

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+// Stage `shadow`.   From: pending shadow rays of this depth.
+// Adds what a shadow ray carries to its path's film slots, if nothing is in the way.
+#ifndef EK_STAGE_SHADOW_H
+#define EK_STAGE_SHADOW_H
+#include "traverse.h"
+#include "wavefront.h"
+
+EK_FN void stage_shadow(constant Frame* frame, Geometry geometry, global uint* state, global float* film_slots,
+                        global const uint* queue, uint count, uint depth) {
+  Tracing tracing;
+  EK_FOR_EACH_ROWS(first, count, queue) {
+    const uint rows = EK_CHUNKED ? min(count - first, (uint)EK_ROWS) : 1u;
+    tracing_clear(&tracing);
+    for (uint row = 0; row < rows; row += EK_WIDTH) {
+      OpacityKey key = {(vu)(0u), (vu)(0u)};
+      if (EK_HAS_opacity) {
+        key.key = state_u(state, FIELD_shadow_key, first + row);
+        key.index = state_u(state, FIELD_shadow_index, first + row);
+      }
+      any_begin(frame, geometry, &tracing, row, state_3(state, FIELD_shadow_origin_x, first + row),
+                state_3(state, FIELD_shadow_dir_x, first + row), state_f(state, FIELD_shadow_t, first + row), key,
+                min(rows - row, (uint)EK_WIDTH), depth == 1);
+    }
+    tracing_finish(geometry, &tracing, 1);
+    for (uint row = 0; row < rows; row += EK_WIDTH) {
+      const vi visible = (LANE_INDEX < (vu)(min(rows - row, (uint)EK_WIDTH))) & !any_result(&tracing, row);
+      film_add(film_slots, frame->film_stride, FILM_r, visible, state_u(state, FIELD_shadow_path, first + row),
+               state_3(state, FIELD_shadow_r, first + row));
+    }
+  }
+}
+
+#endif
