@@ -164,53 +164,45 @@ EK_FN Rec rec16(global const void* records, vu i) {
   Rec r = {p[0], p[1], p[2], p[3], p[4], p[5], p[6], p[7], p[8], p[9], p[10], p[11], p[12], p[13], p[14], p[15]};
   return r;
 }
-#elif EK_WIDTH == 8
-#define EK_ZIP_LO(a, b) ((vf)(a.s0, b.s0, a.s1, b.s1, a.s2, b.s2, a.s3, b.s3))
-#define EK_ZIP_HI(a, b) ((vf)(a.s4, b.s4, a.s5, b.s5, a.s6, b.s6, a.s7, b.s7))
-// One round of the perfect shuffle; three of them transpose 8 x 8.
-#define EK_ROUND(o, i)                                                                          \
-  vf o##0 = EK_ZIP_LO(i##0, i##4), o##1 = EK_ZIP_HI(i##0, i##4), o##2 = EK_ZIP_LO(i##1, i##5),   \
-     o##3 = EK_ZIP_HI(i##1, i##5), o##4 = EK_ZIP_LO(i##2, i##6), o##5 = EK_ZIP_HI(i##2, i##6),   \
-     o##6 = EK_ZIP_LO(i##3, i##7), o##7 = EK_ZIP_HI(i##3, i##7);
-#define EK_ROW(lane, offset) (*(global const vf_unaligned*)(p + (size_t)i.s##lane * 16 + offset))
-EK_FN Rec rec16(global const void* records, vu i) {
-  global const float* p = (global const float*)records;
-  Rec r;
-  {
-    vf a0 = EK_ROW(0, 0), a1 = EK_ROW(1, 0), a2 = EK_ROW(2, 0), a3 = EK_ROW(3, 0), a4 = EK_ROW(4, 0), a5 = EK_ROW(5, 0),
-       a6 = EK_ROW(6, 0), a7 = EK_ROW(7, 0);
-    EK_ROUND(b, a) EK_ROUND(c, b) EK_ROUND(d, c)
-    r.w0 = d0; r.w1 = d1; r.w2 = d2; r.w3 = d3; r.w4 = d4; r.w5 = d5; r.w6 = d6; r.w7 = d7;
-  }
-  {
-    vf a0 = EK_ROW(0, 8), a1 = EK_ROW(1, 8), a2 = EK_ROW(2, 8), a3 = EK_ROW(3, 8), a4 = EK_ROW(4, 8), a5 = EK_ROW(5, 8),
-       a6 = EK_ROW(6, 8), a7 = EK_ROW(7, 8);
-    EK_ROUND(b, a) EK_ROUND(c, b) EK_ROUND(d, c)
-    r.w8 = d0; r.w9 = d1; r.wa = d2; r.wb = d3; r.wc = d4; r.wd = d5; r.we = d6; r.wf = d7;
-  }
-  return r;
-}
+#else
+// Four words of each record at a time: 16 bytes per lane, then 4 x 4 transposes within 128 bits, which every shuffle unit does
+// at once and whatever of the words is used; transposing 16 x 16 across the register costs twice the time where some are not.
+typedef struct { vf w0, w1, w2, w3; } Quad;
+
+#if EK_WIDTH == 8
+#define EK_ZIP_LO(a, b) ((vf)(a.s0, b.s0, a.s1, b.s1, a.s4, b.s4, a.s5, b.s5))
+#define EK_ZIP_HI(a, b) ((vf)(a.s2, b.s2, a.s3, b.s3, a.s6, b.s6, a.s7, b.s7))
+#define EK_PAIR_LO(a, b) ((vf)(a.s01, b.s01, a.s45, b.s45))
+#define EK_PAIR_HI(a, b) ((vf)(a.s23, b.s23, a.s67, b.s67))
 #else
 #define EK_ZIP_LO(a, b) \
-  ((vf)(a.s0, b.s0, a.s1, b.s1, a.s2, b.s2, a.s3, b.s3, a.s4, b.s4, a.s5, b.s5, a.s6, b.s6, a.s7, b.s7))
+  ((vf)(a.s0, b.s0, a.s1, b.s1, a.s4, b.s4, a.s5, b.s5, a.s8, b.s8, a.s9, b.s9, a.sc, b.sc, a.sd, b.sd))
 #define EK_ZIP_HI(a, b) \
-  ((vf)(a.s8, b.s8, a.s9, b.s9, a.sa, b.sa, a.sb, b.sb, a.sc, b.sc, a.sd, b.sd, a.se, b.se, a.sf, b.sf))
-// One round of the perfect shuffle; four of them transpose 16 x 16.
-#define EK_ROUND(o, i)                                                                                                 \
-  vf o##0 = EK_ZIP_LO(i##0, i##8), o##1 = EK_ZIP_HI(i##0, i##8), o##2 = EK_ZIP_LO(i##1, i##9),                          \
-     o##3 = EK_ZIP_HI(i##1, i##9), o##4 = EK_ZIP_LO(i##2, i##a), o##5 = EK_ZIP_HI(i##2, i##a),                          \
-     o##6 = EK_ZIP_LO(i##3, i##b), o##7 = EK_ZIP_HI(i##3, i##b), o##8 = EK_ZIP_LO(i##4, i##c),                          \
-     o##9 = EK_ZIP_HI(i##4, i##c), o##a = EK_ZIP_LO(i##5, i##d), o##b = EK_ZIP_HI(i##5, i##d),                          \
-     o##c = EK_ZIP_LO(i##6, i##e), o##d = EK_ZIP_HI(i##6, i##e), o##e = EK_ZIP_LO(i##7, i##f),                          \
-     o##f = EK_ZIP_HI(i##7, i##f);
-#define EK_ROW(lane) (*(global const vf_unaligned*)(p + (size_t)i.s##lane * 16))
+  ((vf)(a.s2, b.s2, a.s3, b.s3, a.s6, b.s6, a.s7, b.s7, a.sa, b.sa, a.sb, b.sb, a.se, b.se, a.sf, b.sf))
+#define EK_PAIR_LO(a, b) ((vf)(a.s01, b.s01, a.s45, b.s45, a.s89, b.s89, a.scd, b.scd))
+#define EK_PAIR_HI(a, b) ((vf)(a.s23, b.s23, a.s67, b.s67, a.sab, b.sab, a.sef, b.sef))
+#endif
+
+// Words 4 * quad .. 4 * quad + 3 of the records.
+EK_FN Quad rec_quad(global const void* records, vu i, uint quad) {
+  global const float* p = (global const float*)records + 4 * quad;
+#define EK_ROW(lane) (*(global const float4*)(p + (size_t)i.s##lane * 16))
+#if EK_WIDTH == 8
+  const vf a = (vf)(EK_ROW(0), EK_ROW(4)), b = (vf)(EK_ROW(1), EK_ROW(5)), c = (vf)(EK_ROW(2), EK_ROW(6)),
+           d = (vf)(EK_ROW(3), EK_ROW(7));
+#else
+  const vf a = (vf)(EK_ROW(0), EK_ROW(4), EK_ROW(8), EK_ROW(c)), b = (vf)(EK_ROW(1), EK_ROW(5), EK_ROW(9), EK_ROW(d)),
+           c = (vf)(EK_ROW(2), EK_ROW(6), EK_ROW(a), EK_ROW(e)), d = (vf)(EK_ROW(3), EK_ROW(7), EK_ROW(b), EK_ROW(f));
+#endif
+#undef EK_ROW
+  const vf ab = EK_ZIP_LO(a, b), cd = EK_ZIP_LO(c, d), ab_hi = EK_ZIP_HI(a, b), cd_hi = EK_ZIP_HI(c, d);
+  const Quad quad_of = {EK_PAIR_LO(ab, cd), EK_PAIR_HI(ab, cd), EK_PAIR_LO(ab_hi, cd_hi), EK_PAIR_HI(ab_hi, cd_hi)};
+  return quad_of;
+}
 EK_FN Rec rec16(global const void* records, vu i) {
-  global const float* p = (global const float*)records;
-  vf a0 = EK_ROW(0), a1 = EK_ROW(1), a2 = EK_ROW(2), a3 = EK_ROW(3), a4 = EK_ROW(4), a5 = EK_ROW(5), a6 = EK_ROW(6),
-     a7 = EK_ROW(7), a8 = EK_ROW(8), a9 = EK_ROW(9), aa = EK_ROW(a), ab = EK_ROW(b), ac = EK_ROW(c), ad = EK_ROW(d),
-     ae = EK_ROW(e), af = EK_ROW(f);
-  EK_ROUND(b, a) EK_ROUND(c, b) EK_ROUND(d, c) EK_ROUND(e, d)
-  Rec r = {e0, e1, e2, e3, e4, e5, e6, e7, e8, e9, ea, eb, ec, ed, ee, ef};
+  const Quad a = rec_quad(records, i, 0), b = rec_quad(records, i, 1), c = rec_quad(records, i, 2),
+             d = rec_quad(records, i, 3);
+  const Rec r = {a.w0, a.w1, a.w2, a.w3, b.w0, b.w1, b.w2, b.w3, c.w0, c.w1, c.w2, c.w3, d.w0, d.w1, d.w2, d.w3};
   return r;
 }
 #endif
