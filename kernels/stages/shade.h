@@ -160,9 +160,11 @@ EK_FN Survivors stage_shade(constant Frame* frame, SceneData scene, LightData li
                 (max_component(shadow.radiance) > 0.0f);
     }
 
-    vf scatter_u, scatter_v, choice, roulette;
+    vf scatter_u, scatter_v, choice = (vf)(0.0f), roulette = (vf)(0.0f);
     sample_2d(key, index, bounce_dimension(depth, DIM_SCATTER), &scatter_u, &scatter_v);
-    sample_2d(key, index, bounce_dimension(depth, DIM_CHOICE), &choice, &roulette);
+    const int may_end = depth >= frame->roulette_depth;
+    if (EK_HAS_metallic_roughness | EK_HAS_transmission | may_end)  // Lambert's lobe has no choice
+      sample_2d(key, index, bounce_dimension(depth, DIM_CHOICE), &choice, &roulette);
     const BsdfSample scattered = bsdf_sample(material, wo, scatter_u, scatter_v, choice);
     const v3 next_dir = to_world(basis, scattered.wi);
     v3 next_beta = mul3(beta, scattered.weight);
@@ -171,7 +173,7 @@ EK_FN Survivors stage_shade(constant Frame* frame, SceneData scene, LightData li
     vi survives = live & (scattered.pdf > 0.0f) & agrees(scattered.wi, dot3(next_dir, n_geom)) &
                   (max_component(abs3(next_beta)) > 0.0f);
     if (!(EK_HAS_bsdf_emission | EK_HAS_next_event)) survives = (vi)(0);
-    if (depth >= frame->roulette_depth) {
+    if (may_end) {
       const vf survival = min_f(max_component(abs3(next_beta)), (vf)(0.95f));
       survives = survives & (roulette < survival);
       next_beta = scale3(next_beta, (vf)(1.0f) / survival);
