@@ -4,9 +4,10 @@
 #define EK_TICKS_H
 #include "simd.h"
 
+// EK_TICKS: the host says that programs of this processor may read its counter (on some, the instruction is an error).
 // Constant rate, and the same on all cores, on processors of the last ten years.
 EK_FN ulong ticks_now(void) {
-#if (defined(__x86_64__) || defined(__i386__)) && EK_BUILTIN(__builtin_readcyclecounter)
+#if defined(EK_TICKS) && EK_TICKS && EK_BUILTIN(__builtin_readcyclecounter)
   return __builtin_readcyclecounter();
 #else
   return 0;

@@ -71,6 +71,7 @@ void print_stage_table(const RenderReport& report) {
 //   "devices": [{"index", "name", "driver", "arithmetic", "layout", "layout_why", "layout_mrays_per_s": {layout: x},
 //                "lanes", "samples", "units", "device_bytes", "seconds", "compile_seconds", "upload_seconds"}],
 //   "stages": [{"device", "stage", "launches", "items", "bytes", "seconds", "seconds_min", "seconds_max"}]
+//             stages that ran within the launches of "paths" have no launches; "paths" then has the time that is none of theirs
 // }
 void write_stats(const std::filesystem::path& path, const RenderReport& report, const PredictedError& error,
                  const Prepared& prepared, const CommandTimes& times) {

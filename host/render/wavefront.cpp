@@ -82,6 +82,9 @@ struct Wavefront::Impl {
     options.defines["EK_WIDTH"] = std::to_string(config.lanes);
     options.defines["EK_CHUNKED"] = config.chunked ? "1" : "0";
     options.defines["EK_CHUNK"] = std::to_string(config.chunk);
+#if defined(__x86_64__)
+    if (device.info().cpu) options.defines["EK_TICKS"] = "1";  // ticks.h
+#endif
     options.defines.merge(accel().defines());
     const auto needed = [&](const std::string& stage) {
       if (config.fused) return stage == "paths" || stage == "film";

@@ -145,7 +145,7 @@ TEST(BadInput, kernels_that_do_not_compile) {
   ASSERT_NE(ours, std::string::npos) << outcome.err;
   EXPECT_EQ(std::count(outcome.err.begin() + static_cast<std::ptrdiff_t>(ours), outcome.err.end(), '\n'), 1)
       << outcome.err;
-  EXPECT_TRUE(contains(outcome.err, "shade.cl:")) << outcome.err;
+  EXPECT_TRUE(contains(outcome.err, "shade.h:")) << outcome.err;
   EXPECT_EQ(here.files(), std::vector<std::string>{"kernels"});
 }
 
