@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "core/device_vector.h"
+
 namespace eikon {
 
 /// A view of world-space corners, metres: nine floats p0, p1, p2 for each triangle, which lie `stride` floats apart.
@@ -28,12 +30,12 @@ const std::vector<std::string>& tree_layouts();
 
 /// A flattened accelerator, ready for upload: what kernels/traverse_<layout>.h reads as `accel_nodes` and `accel_leaves`.
 struct Accel {
-  std::string name;                   // --accel: "bvh", "none"
-  std::string layout;                 // --layout: of tree_layouts(), or "none"
-  std::vector<std::uint32_t> nodes;   // words; never empty (a dummy where there is no tree)
-  std::vector<std::uint32_t> leaves;  // words
-  std::uint32_t stack_size = 1;       // entries that suffice for any traversal (EK_STACK_SIZE); in coarse steps, so
-                                      // that programs are seldom compiled anew for another tree
+  std::string name;                    // --accel: "bvh", "none"
+  std::string layout;                  // --layout: of tree_layouts(), or "none"
+  DeviceVector<std::uint32_t> nodes;   // words; never empty (a dummy where there is no tree)
+  DeviceVector<std::uint32_t> leaves;  // words
+  std::uint32_t stack_size = 1;        // entries that suffice for any traversal (EK_STACK_SIZE); in coarse steps, so
+                                       // that programs are seldom compiled anew for another tree
   double build_s = 0;
   std::uint64_t node_count = 0;
   double sah_cost = 0;  // expected cost of a random ray through the root's box

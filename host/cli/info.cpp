@@ -103,10 +103,10 @@ void print_lights(const PackedScene& packed) {
 }
 
 ExitCode info_command(const InfoOptions& options) {
-  const Prepared prepared = prepare(options.scene, false);
+  Prepared prepared = prepare(options.scene, false);
   const Scene& scene = prepared.scene;
   const Features features(scene, prepared.settings);
-  PackedScene packed = pack_scene(scene, features, prepared.settings);
+  PackedScene packed = pack_and_release(prepared.scene, features, prepared.settings);
 
   fmt::print("{}: {} bytes, hash {}\n", scene.path.string(), scene.file_bytes, scene.hash);
   fmt::print("  {} triangles in {} nodes, {} meshes, {} materials, {} cameras\n", packed.triangles.size(),
@@ -130,6 +130,7 @@ ExitCode info_command(const InfoOptions& options) {
                packed.triangles.empty()
                    ? ""
                    : fmt::format(" ({:.0f} per triangle)", double(bytes) / double(packed.triangles.size())));
+    packed.accels.clear();  // one at a time: a tree takes as much as the triangles
   }
   Execution execution;
   read_execution_environment(execution);

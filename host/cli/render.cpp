@@ -118,13 +118,13 @@ ExitCode render_command(RenderOptions options) {
                              : std::filesystem::path(options.output);
   require_writable({output, options.png, options.stats, options.profile}, options.scene.scene);
   options.execution.keep_spans = !options.profile.empty();
-  const Prepared prepared = prepare(options.scene, options.quiet);
+  Prepared prepared = prepare(options.scene, options.quiet);
 
   std::signal(SIGINT, on_signal);
   std::signal(SIGTERM, on_signal);
   ProgressBar bar(!options.quiet);
-  const RenderOutput done = render(prepared.scene, prepared.settings, options.execution, stop_requested,
-                                   [&](const Progress& now, const Film& film) { bar.show(now, film); });
+  const RenderOutput done = render_and_release(prepared.scene, prepared.settings, options.execution, stop_requested,
+                                               [&](const Progress& now, const Film& film) { bar.show(now, film); });
   bar.clear();
   const RenderReport& report = done.report;
   if (report.interrupted && report.samples == 0) {

@@ -3,11 +3,11 @@
 #pragma once
 #include <CL/cl.h>
 
-#include <cstdlib>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "core/device_vector.h"
 #include "core/error.h"
 #include "device/device.h"
 
@@ -36,7 +36,7 @@ using ClMem = ClOwned<cl_mem, clReleaseMemObject>;
 using ClEvent = ClOwned<cl_event, clReleaseEvent>;
 
 struct FreeHost {
-  void operator()(void* memory) const { std::free(memory); }
+  void operator()(void* memory) const { free_device_memory(memory); }
 };
 
 struct Buffer::Impl {

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "device/device.h"
 
-#include <sys/mman.h>
-
 #include <algorithm>
+#include <cstdint>
 #include <deque>
 #include <fmt/format.h>
 
@@ -82,6 +81,17 @@ struct Device::Impl {
     }
   }
 
+  /// Makes buffer.mem, of memory of the host unless `host` is null. throws DeviceError
+  void create(Buffer::Impl& buffer, cl_mem_flags flags, void* host) const {
+    if (host != nullptr) flags |= CL_MEM_USE_HOST_PTR;
+    cl_int code = CL_SUCCESS;
+    buffer.mem.reset(clCreateBuffer(context.get(), flags, buffer.bytes, host, &code));
+    if (code != CL_SUCCESS)
+      throw DeviceError(
+          fmt::format("device '{}' cannot allocate {} bytes ({} in one piece, {} in all): {}; try a smaller scene",
+                      info.name, buffer.bytes, info.max_allocation_bytes, info.memory_bytes, cl_error_name(code)));
+  }
+
   void track(const char* name, cl_event event, std::uint64_t items, std::uint64_t bytes) {
     pending.push_back({name, ClEvent(event), items, bytes});
   }
@@ -128,27 +138,22 @@ Program Device::build(const std::string& text, const ProgramOptions& options) {
 }
 
 Buffer Device::allocate(std::size_t bytes) {
-  constexpr std::size_t huge_page = std::size_t{2} << 20;
+  constexpr std::size_t large = std::size_t{4} << 20;  // left to the driver, it would lie in small pages
   Buffer buffer;
   buffer.impl_ = std::make_shared<Buffer::Impl>();
   buffer.impl_->bytes = std::max<std::size_t>(bytes, 4);
-  cl_int code = CL_SUCCESS;
-  cl_mem_flags flags = CL_MEM_READ_WRITE;
-  // Large buffers of a CPU device lie in huge pages: trees of millions of triangles would miss the TLB at every node.
-  if (impl_->info.cpu && bytes >= 2 * huge_page) {
-    const std::size_t rounded = (bytes + huge_page - 1) / huge_page * huge_page;
-    buffer.impl_->host.reset(std::aligned_alloc(huge_page, rounded));
-    if (buffer.impl_->host) {
-      madvise(buffer.impl_->host.get(), rounded, MADV_HUGEPAGE);
-      flags |= CL_MEM_USE_HOST_PTR;
-    }
-  }
-  buffer.impl_->mem.reset(
-      clCreateBuffer(impl_->context.get(), flags, buffer.impl_->bytes, buffer.impl_->host.get(), &code));
-  if (code != CL_SUCCESS)
-    throw DeviceError(fmt::format(
-        "device '{}' cannot allocate {} bytes ({} in one piece, {} in all): {}; try a smaller scene", impl_->info.name,
-        bytes, impl_->info.max_allocation_bytes, impl_->info.memory_bytes, cl_error_name(code)));
+  if (impl_->info.cpu && bytes >= large) buffer.impl_->host.reset(allocate_device_memory(bytes));
+  impl_->create(*buffer.impl_, CL_MEM_READ_WRITE, buffer.impl_->host.get());
+  return buffer;
+}
+
+Buffer Device::share(const void* data, std::size_t bytes) {
+  const bool aligned = reinterpret_cast<std::uintptr_t>(data) % kDeviceAlignment == 0;
+  if (!impl_->info.cpu || !aligned || bytes < 4) return upload(data, bytes);
+  Buffer buffer;
+  buffer.impl_ = std::make_shared<Buffer::Impl>();
+  buffer.impl_->bytes = bytes;
+  impl_->create(*buffer.impl_, CL_MEM_READ_ONLY, const_cast<void*>(data));  // OpenCL's call knows no pointer to const
   return buffer;
 }
 

@@ -125,10 +125,14 @@ class Device {
   /// Uninitialised memory. throws DeviceError saying how much was asked for and what the device has.
   Buffer allocate(std::size_t bytes);
   Buffer upload(const void* data, std::size_t bytes);
-  template <class T>
-  Buffer upload(const std::vector<T>& values) {
+  template <class T, class Allocator>
+  Buffer upload(const std::vector<T, Allocator>& values) {
     return upload(values.data(), values.size() * sizeof(T));
   }
+
+  /// A buffer that kernels only read, with what is at `data`: that must live, unchanged, as long as the buffer and what runs on
+  /// it. CPU devices read a DeviceVector's elements where they are; what other devices have, or has other alignment, is a copy.
+  Buffer share(const void* data, std::size_t bytes);
 
   /// Enqueues; returns when `data` may be reused.
   void write(const Buffer& buffer, const void* data, std::size_t bytes, std::size_t offset = 0);

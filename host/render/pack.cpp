@@ -26,7 +26,15 @@ std::uint64_t PackedScene::bytes(const std::string& layout) const {
 PackedScene pack_scene(const Scene& scene, const Features& features, const Settings& settings) {
   PackedScene packed;
   pack_materials(scene, features, packed);
-  pack_geometry(scene, features, packed);
+  pack_geometry(scene, nullptr, features, packed);
+  pack_lights(scene, settings, packed);
+  return packed;
+}
+
+PackedScene pack_and_release(Scene& scene, const Features& features, const Settings& settings) {
+  PackedScene packed;
+  pack_materials(scene, features, packed);
+  pack_geometry(scene, &scene.meshes, features, packed);
   pack_lights(scene, settings, packed);
   return packed;
 }

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "accel/accel.h"
+#include "core/device_vector.h"
 #include "render/features.h"
 #include "scene/scene.h"
 #include "shared/records.h"
@@ -25,20 +26,20 @@ struct PackedLight {
 };
 
 struct PackedScene {
-  std::vector<Triangle> triangles;
+  DeviceVector<Triangle> triangles;
   // One per triangle, or empty where features.def says that nothing needs them.
-  std::vector<TriangleNormals> normals;
-  std::vector<TriangleTangents> tangents;
-  std::vector<TriangleColors> colors;
+  DeviceVector<TriangleNormals> normals;
+  DeviceVector<TriangleTangents> tangents;
+  DeviceVector<TriangleColors> colors;
   std::vector<MaterialRecord> materials;
   std::vector<MaterialExtension> material_extensions;  // one per material, or empty
   std::vector<TextureRecord> textures;                 // one per use of an image
   // The words of `texels` in order: EK_TEXEL_TABLE of them, then the images. Views of the Scene, which must live as long: one
   // copy of the pictures is enough. Empty without textures.
   std::vector<std::span<const std::uint32_t>> texels;
-  std::vector<Light> lights;
+  DeviceVector<Light> lights;
   std::vector<LightBucket> light_buckets;
-  std::vector<float4> environment_texels;        // of a map: radiance; density of light sampling per sr
+  DeviceVector<float4> environment_texels;       // of a map: radiance; density of light sampling per sr
   std::vector<LightBucket> environment_buckets;  // choice among them
   std::vector<PackedLight> light_summary;        // one per emissive material, other light, and the environment
   std::map<std::string, Accel> accels;           // by layout
@@ -54,6 +55,9 @@ struct PackedScene {
 /// Lays out everything but the trees. The result refers to pictures of `scene`. throws InputError when the instances of all meshes are more triangles than trees or memory can hold.
 PackedScene pack_scene(const Scene& scene, const Features& features, const Settings& settings);
 PackedScene pack_scene(Scene&& scene, const Features& features, const Settings& settings) = delete;
+
+/// The same, but frees what the meshes hold as it goes: of their primitives only the materials are left.
+PackedScene pack_and_release(Scene& scene, const Features& features, const Settings& settings);
 
 /// Adds the tree that `layout` (of tree_layouts(), or "none") needs, once.
 void add_accel(PackedScene& packed, const std::string& accel, const std::string& layout, unsigned threads);

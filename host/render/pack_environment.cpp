@@ -38,7 +38,7 @@ RowShares row_shares(std::uint32_t j, std::uint32_t height) {
 
 /// Mean over the texel's cell of the bilinear interpolation between the cells' middles, which reaches into all neighbours. It
 /// is 0 only where the interpolation is 0 all over the cell.
-double cell_mean(const std::vector<float4>& texels, std::uint32_t i, std::uint32_t j, std::uint32_t width,
+double cell_mean(const DeviceVector<float4>& texels, std::uint32_t i, std::uint32_t j, std::uint32_t width,
                  std::uint32_t height, const RowShares& shares) {
   const std::uint32_t columns[] = {i == 0 ? width - 1 : i - 1, i, i + 1 == width ? 0 : i + 1};
   const std::uint32_t rows[] = {j == 0 ? 0 : j - 1, j, j + 1 == height ? j : j + 1};
@@ -87,7 +87,7 @@ double pack_environment_map(const Environment& environment, PackedScene& packed)
     throw InputError(fmt::format("environment '{}': its radiance times {:g} exceeds {:g}; choose a smaller scale",
                                  map.name, environment.scale, kBrightest));
   std::vector<double> powers(count);
-  std::vector<float4>& texels = packed.environment_texels;
+  DeviceVector<float4>& texels = packed.environment_texels;
   tbb::parallel_for(std::uint32_t{0}, height, [&](std::uint32_t j) {
     const double solid_angle = texel_solid_angle(j, width, height);
     const RowShares shares = row_shares(j, height);

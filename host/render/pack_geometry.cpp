@@ -15,24 +15,21 @@ constexpr std::uint64_t kMaxTriangles = std::uint64_t{1} << 28;  // what the lay
 
 /// A primitive's vertices in world space; what nothing needs is empty.
 struct WorldVertices {
-  std::vector<glm::vec3> positions, normals, tangents;
+  std::vector<glm::vec3> positions, normals;
+  std::vector<glm::vec4> tangents;  // w: as in the file
 };
 
-std::vector<glm::vec3> world_directions(const glm::dmat3& linear, const std::vector<glm::vec3>& directions) {
-  std::vector<glm::vec3> world;
-  world.reserve(directions.size());
-  for (const glm::vec3& d : directions) {
-    const glm::dvec3 turned = linear * glm::dvec3(d);
-    const double length = glm::length(turned);
-    world.push_back(length > 0 ? glm::vec3(turned / length) : glm::vec3(0));
-  }
-  return world;
+glm::vec3 world_direction(const glm::dmat3& linear, const glm::vec3& direction) {
+  const glm::dvec3 turned = linear * glm::dvec3(direction);
+  const double length = glm::length(turned);
+  return length > 0 ? glm::vec3(turned / length) : glm::vec3(0);
 }
 
 class GeometryPacker {
  public:
-  GeometryPacker(const Scene& scene, const Features& features, PackedScene& packed)
+  GeometryPacker(const Scene& scene, std::vector<Mesh>* release, const Features& features, PackedScene& packed)
       : scene_(scene),
+        release_(release),
         packed_(packed),
         passable_(scene),
         has_vertex_normal_(features.has("vertex_normal")),
@@ -45,12 +42,15 @@ class GeometryPacker {
 
   void pack() {
     std::size_t count = 0;
-    for (const Node& node : scene_.nodes)
-      for (const Primitive& primitive : scene_.meshes[node.mesh].primitives) count += primitive.indices.size() / 3;
-    // Records, and the corners that the tree is built from.
-    const std::uint64_t bytes = count * (sizeof(Triangle) + (has_normals_ ? sizeof(TriangleNormals) : 0) +
-                                         (has_tangents_ ? sizeof(TriangleTangents) : 0) +
-                                         (has_colors_ ? sizeof(TriangleColors) : 0) + 9 * sizeof(float));
+    std::vector<std::size_t> last_node(scene_.meshes.size());
+    for (std::size_t n = 0; n < scene_.nodes.size(); ++n) {
+      last_node[scene_.nodes[n].mesh] = n;
+      for (const Primitive& primitive : scene_.meshes[scene_.nodes[n].mesh].primitives)
+        count += primitive.indices.size() / 3;
+    }
+    const std::uint64_t bytes =
+        count * (sizeof(Triangle) + (has_normals_ ? sizeof(TriangleNormals) : 0) +
+                 (has_tangents_ ? sizeof(TriangleTangents) : 0) + (has_colors_ ? sizeof(TriangleColors) : 0));
     const std::uint64_t memory = std::uint64_t(sysconf(_SC_PHYS_PAGES)) * std::uint64_t(sysconf(_SC_PAGESIZE));
     if (count > kMaxTriangles || bytes > memory)
       throw InputError(fmt::format(
@@ -60,40 +60,47 @@ class GeometryPacker {
     if (has_normals_) packed_.normals.reserve(count);
     if (has_tangents_) packed_.tangents.reserve(count);
     if (has_colors_) packed_.colors.reserve(count);
-    for (std::size_t n = 0; n < scene_.nodes.size(); ++n)
-      for (const Primitive& primitive : scene_.meshes[scene_.nodes[n].mesh].primitives)
-        add(scene_.nodes[n], std::uint32_t(n), primitive);
+    for (std::size_t n = 0; n < scene_.nodes.size(); ++n) {
+      const std::uint32_t mesh = scene_.nodes[n].mesh;
+      const bool last = release_ != nullptr && last_node[mesh] == n;
+      for (std::size_t p = 0; p < scene_.meshes[mesh].primitives.size(); ++p)
+        add(std::uint32_t(n), scene_.meshes[mesh].primitives[p], last ? &(*release_)[mesh].primitives[p] : nullptr);
+    }
   }
 
  private:
-  WorldVertices to_world(const Node& node, const Primitive& primitive) {
+  /// `taken`: null, or the same primitive, whose vertices may be moved.
+  WorldVertices to_world(const Node& node, const Primitive& primitive, Primitive* taken) {
     const glm::dmat4& m = node.world_from_object;
     const glm::dmat3 linear(m);
     WorldVertices world;
-    world.positions.reserve(primitive.positions_object.size());
-    for (const glm::vec3& p : primitive.positions_object) {
-      world.positions.emplace_back(glm::dvec3(m * glm::dvec4(glm::dvec3(p), 1.0)));
+    world.positions = taken != nullptr ? std::move(taken->positions_object) : primitive.positions_object;
+    for (glm::vec3& p : world.positions) {
+      p = glm::vec3(glm::dvec3(m * glm::dvec4(glm::dvec3(p), 1.0)));
       for (int axis = 0; axis < 3; ++axis) {
-        packed_.bounds.lo[axis] = std::min(packed_.bounds.lo[axis], double(world.positions.back()[axis]));
-        packed_.bounds.hi[axis] = std::max(packed_.bounds.hi[axis], double(world.positions.back()[axis]));
+        packed_.bounds.lo[axis] = std::min(packed_.bounds.lo[axis], double(p[axis]));
+        packed_.bounds.hi[axis] = std::max(packed_.bounds.hi[axis], double(p[axis]));
       }
     }
     if (has_vertex_normal_) {
       // The cofactor matrix is the inverse transpose times the determinant: defined for flat scales too.
       const glm::dmat3 cofactor(glm::cross(linear[1], linear[2]), glm::cross(linear[2], linear[0]),
                                 glm::cross(linear[0], linear[1]));
-      world.normals = world_directions(cofactor * (node.mirrored ? -1.0 : 1.0), primitive.normals_object);
+      const glm::dmat3 facing = cofactor * (node.mirrored ? -1.0 : 1.0);
+      world.normals = taken != nullptr ? std::move(taken->normals_object) : primitive.normals_object;
+      for (glm::vec3& n : world.normals) n = world_direction(facing, n);
     }
     if (has_normal_texture_) {
-      const std::vector<glm::vec3> directions(primitive.tangents_object.begin(), primitive.tangents_object.end());
-      world.tangents = world_directions(linear, directions);
+      world.tangents = taken != nullptr ? std::move(taken->tangents_object) : primitive.tangents_object;
+      for (glm::vec4& t : world.tangents) t = glm::vec4(world_direction(linear, glm::vec3(t)), t.w);
     }
     return world;
   }
 
-  void add(const Node& node, std::uint32_t node_index, const Primitive& primitive) {
-    const WorldVertices world = to_world(node, primitive);
+  void add(std::uint32_t node_index, const Primitive& primitive, Primitive* released) {
+    const Node& node = scene_.nodes[node_index];
     const std::uint32_t flags = passable_.has(primitive) ? EK_TRIANGLE_PASSABLE : 0;
+    const WorldVertices world = to_world(node, primitive, released);
     for (std::size_t i = 0; i + 2 < primitive.indices.size(); i += 3) {
       const std::uint32_t a = primitive.indices[i];
       const std::uint32_t b = primitive.indices[i + (node.mirrored ? 2 : 1)];
@@ -114,6 +121,10 @@ class GeometryPacker {
       if (has_tangents_) packed_.tangents.push_back(tangents_of(world, primitive, node.mirrored, a, b, c));
       if (has_colors_) packed_.colors.push_back(colors_of(primitive, a, b, c));
     }
+    if (released == nullptr) return;
+    Primitive rest;
+    rest.material = primitive.material;
+    *released = std::move(rest);
   }
 
   template <class Record>
@@ -139,12 +150,12 @@ class GeometryPacker {
                                std::uint32_t b, std::uint32_t c) const {
     TriangleTangents r{};
     if (!world.tangents.empty()) {
-      const glm::vec3 &t0 = world.tangents[a], &t1 = world.tangents[b], &t2 = world.tangents[c];
+      const glm::vec4 &t0 = world.tangents[a], &t1 = world.tangents[b], &t2 = world.tangents[c];
       r.t0_x = t0.x, r.t0_y = t0.y, r.t0_z = t0.z;
       r.t1_x = t1.x, r.t1_y = t1.y, r.t1_z = t1.z;
       r.t2_x = t2.x, r.t2_y = t2.y, r.t2_z = t2.z;
       // The cross product of normal and tangent does not turn with a mirror.
-      r.bitangent_sign = primitive.tangents_object[a].w * (mirrored ? -1.0F : 1.0F);
+      r.bitangent_sign = t0.w * (mirrored ? -1.0F : 1.0F);
     }
     if (has_uv1_) set_uv(r, primitive.uv[1], a, b, c);
     return r;
@@ -159,6 +170,7 @@ class GeometryPacker {
   }
 
   const Scene& scene_;
+  std::vector<Mesh>* release_;  // scene_'s own, or null
   PackedScene& packed_;
   PassableMaterials passable_;
   bool has_vertex_normal_, has_uv_, has_normals_, has_normal_texture_, has_uv1_, has_tangents_, has_colors_;
@@ -171,8 +183,8 @@ glm::dvec3 triangle_normal(const Triangle& t) {
   return glm::cross(p1 - p0, p2 - p0);
 }
 
-void pack_geometry(const Scene& scene, const Features& features, PackedScene& packed) {
-  GeometryPacker(scene, features, packed).pack();
+void pack_geometry(const Scene& scene, std::vector<Mesh>* release, const Features& features, PackedScene& packed) {
+  GeometryPacker(scene, release, features, packed).pack();
 }
 
 }  // namespace eikon

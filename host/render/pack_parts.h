@@ -21,8 +21,9 @@ class PassableMaterials {
 };
 
 /// Triangles of all nodes in world space with what their materials need at the corners, and the bounds.
+/// `release`: null, or scene.meshes; each primitive of those is freed, but for its material, once no node needs it any more.
 /// throws InputError when they are more than trees or memory can hold
-void pack_geometry(const Scene& scene, const Features& features, PackedScene& packed);
+void pack_geometry(const Scene& scene, std::vector<Mesh>* release, const Features& features, PackedScene& packed);
 
 /// Material records with their textures. throws InputError when those are more than an index can name
 void pack_materials(const Scene& scene, const Features& features, PackedScene& packed);

@@ -50,7 +50,8 @@ RayBench::RayBench(Device& device, const PackedScene& scene, const Features& fea
   arguments_.set("frame", device.upload(std::vector<Frame>{pack_frame(scene, settings)}));
   const auto upload = [&](const char* name, const auto& values) {
     using Record = typename std::decay_t<decltype(values)>::value_type;
-    arguments_.set(name, device.upload(values.empty() ? std::vector<Record>(1) : values));
+    arguments_.set(name, values.empty() ? device.upload(std::vector<Record>(1))
+                                        : device.share(values.data(), values.size() * sizeof(Record)));
   };
   upload("accel_nodes", accel.nodes);
   upload("accel_leaves", accel.leaves);

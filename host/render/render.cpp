@@ -161,12 +161,16 @@ FilmLayout film_layout(const Features& features, const Settings& settings) {
   return layout;
 }
 
-RenderOutput render(const Scene& scene, const Settings& settings, const Execution& execution,
-                    const std::atomic<bool>& stop, const ProgressCallback& progress, const Looks& looks) {
+namespace {
+
+/// `pack` gives the PackedScene; it is called once it is certain that there are devices.
+template <class Pack>
+RenderOutput render_packed(const Pack& pack, const Features& features, const Settings& settings,
+                           const Execution& execution, const std::atomic<bool>& stop, const ProgressCallback& progress,
+                           const Looks& looks) {
   const std::vector<DeviceInfo> devices = select_devices(execution.devices);
-  const Features features(scene, settings);
   const double pack_begin = host_seconds();
-  PackedScene packed = pack_scene(scene, features, settings);
+  PackedScene packed = pack();
   const double pack_s = host_seconds() - pack_begin;
   std::uint32_t capacity = ~0U;
   std::vector<Execution> executions(devices.size(), execution);  // with the layout that each device is to use
@@ -224,6 +228,22 @@ RenderOutput render(const Scene& scene, const Settings& settings, const Executio
   report.pack_s = pack_s;
   report.build_s = packed.build_s;
   return {std::move(shared.film), std::move(report)};
+}
+
+}  // namespace
+
+RenderOutput render(const Scene& scene, const Settings& settings, const Execution& execution,
+                    const std::atomic<bool>& stop, const ProgressCallback& progress, const Looks& looks) {
+  const Features features(scene, settings);
+  const auto pack = [&] { return pack_scene(scene, features, settings); };
+  return render_packed(pack, features, settings, execution, stop, progress, looks);
+}
+
+RenderOutput render_and_release(Scene& scene, const Settings& settings, const Execution& execution,
+                                const std::atomic<bool>& stop, const ProgressCallback& progress) {
+  const Features features(scene, settings);
+  const auto pack = [&] { return pack_and_release(scene, features, settings); };
+  return render_packed(pack, features, settings, execution, stop, progress, {});
 }
 
 glm::vec3 replay_path(const Scene& scene, const Settings& settings, const Execution& usual, std::uint32_t x,

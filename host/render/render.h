@@ -71,6 +71,10 @@ FilmLayout film_layout(const Features& features, const Settings& settings);
 RenderOutput render(const Scene& scene, const Settings& settings, const Execution& execution,
                     const std::atomic<bool>& stop, const ProgressCallback& progress = {}, const Looks& looks = {});
 
+/// The same, but frees what the meshes hold as soon as devices have it: of their primitives only the materials are left.
+RenderOutput render_and_release(Scene& scene, const Settings& settings, const Execution& execution,
+                                const std::atomic<bool>& stop, const ProgressCallback& progress = {});
+
 /// Traces one path and reports its vertices; returns its radiance.
 glm::vec3 replay_path(const Scene& scene, const Settings& settings, const Execution& execution, std::uint32_t x,
                       std::uint32_t y, std::uint64_t sample, const std::function<void(const PathVertex&)>& report);

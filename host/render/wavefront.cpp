@@ -114,13 +114,15 @@ struct Wavefront::Impl {
     bytes += size;
     return device.allocate(size);
   }
-  template <class T>
-  void upload_array(const char* name, const std::vector<T>& values) {
+  // The arrays are the scene's, which outlives this; a CPU device reads them there.
+  template <class Array>
+  void upload_array(const char* name, const Array& values) {
     // An argument needs a buffer even where there is nothing: one record of zeros, never read.
-    static const std::vector<T> nothing(1);
-    const std::vector<T>& source = values.empty() ? nothing : values;
-    bytes += source.size() * sizeof(T);
-    arguments.set(name, device.upload(source));
+    static const Array nothing(1);
+    const Array& source = values.empty() ? nothing : values;
+    const std::size_t size = source.size() * sizeof(source[0]);
+    bytes += size;
+    arguments.set(name, device.share(source.data(), size));
   }
 
   void upload_texels() {

@@ -24,8 +24,8 @@ class Probe {
 
   Probe& define(const std::string& name, const std::string& value);
   Probe& value(const std::string& name, std::uint32_t word);
-  template <class T>
-  Probe& buffer(const std::string& name, const std::vector<T>& records) {
+  template <class T, class Allocator>
+  Probe& buffer(const std::string& name, const std::vector<T, Allocator>& records) {
     const auto* words = reinterpret_cast<const std::uint32_t*>(records.data());
     buffers_[name] = Words(words, words + records.size() * sizeof(T) / 4);
     return *this;

@@ -205,7 +205,7 @@ TEST(Accel, none_lists_what_can_be_hit) {
   const Accel accel = build_accel({soup}, options);
   EXPECT_EQ(accel.layout, "none");
   EXPECT_EQ(accel.nodes[0], 3U);
-  EXPECT_EQ(accel.leaves, (std::vector<std::uint32_t>{0, 1, 3}));
+  EXPECT_EQ(accel.leaves, (DeviceVector<std::uint32_t>{0, 1, 3}));
 }
 
 TEST(Accel, unknown_names_are_usage_errors) {
