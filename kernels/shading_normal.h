@@ -87,4 +87,14 @@ EK_FN vf terminator_factor(vf cos_geom, vf cos_shade, vf cos_between) {
   return ((g - g * g) + 1.0f) * g;
 }
 
+/// How much of terminator_factor a material wants, [0, 1]. What scatters everywhere wants all of it: a diffuse base, and
+/// reflections as broad as that. A mirror image that usable_normal has bent to the horizon of the surface would only be black:
+/// sharp reflections of metal and glass want none.
+/// source  Cycles fades its diffuse closures alone (bump_shadowing_term); between sharp and rough this leaves no step
+EK_FN vf terminator_share(MaterialLanes m) {
+  if (!(EK_HAS_metallic_roughness | EK_HAS_transmission)) return (vf)(1.0f);
+  const vf without_base = m.metallic + (1.0f - m.metallic) * m.transmission;
+  return 1.0f - without_base * (1.0f - m.ggx_alpha);
+}
+
 #endif

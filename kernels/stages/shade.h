@@ -28,9 +28,11 @@ EK_FN vi agrees(v3 wi, vf cos_geom) {
   return reflected | ((wi.z < 0.0f) & (cos_geom < 0.0f));
 }
 
-// terminator_factor of reflected light; wi: local and world.
-EK_FN vf fade(v3 wi, v3 wi_world, v3 n_geom, v3 n_shade) {
-  return wi.z > 0.0f ? terminator_factor(dot3(wi_world, n_geom), wi.z, dot3(n_geom, n_shade)) : (vf)(1.0f);
+// terminator_factor of reflected light, as far as the material wants it; wi: local and world.
+EK_FN vf fade(MaterialLanes material, v3 wi, v3 wi_world, v3 n_geom, v3 n_shade) {
+  const vf factor = terminator_factor(dot3(wi_world, n_geom), wi.z, dot3(n_geom, n_shade));
+  const vf share = terminator_share(material);
+  return wi.z > 0.0f ? (1.0f - share) + share * factor : (vf)(1.0f);
 }
 
 // What a chunk has after shading; without chunks, 0.
@@ -144,7 +146,7 @@ EK_FN Survivors stage_shade(constant Frame* frame, SceneData scene, LightData li
       const v3 wi = to_local(basis, shadow.wi);
       const BsdfValue bsdf = bsdf_evaluate(material, wo, wi);
       v3 f = bsdf.f;
-      if (EK_HAS_vertex_normal | EK_HAS_normal_texture) f = scale3(f, fade(wi, shadow.wi, n_geom, n_shade));
+      if (EK_HAS_vertex_normal | EK_HAS_normal_texture) f = scale3(f, fade(material, wi, shadow.wi, n_geom, n_shade));
       vf weight = (vf)(1.0f);
       if (EK_HAS_bsdf_emission) {
         weight = power_heuristic(shadow.pdf, bsdf.pdf);
@@ -169,7 +171,7 @@ EK_FN Survivors stage_shade(constant Frame* frame, SceneData scene, LightData li
     const v3 next_dir = to_world(basis, scattered.wi);
     v3 next_beta = mul3(beta, scattered.weight);
     if (EK_HAS_vertex_normal | EK_HAS_normal_texture)
-      next_beta = scale3(next_beta, fade(scattered.wi, next_dir, n_geom, n_shade));
+      next_beta = scale3(next_beta, fade(material, scattered.wi, next_dir, n_geom, n_shade));
     vi survives = live & (scattered.pdf > 0.0f) & agrees(scattered.wi, dot3(next_dir, n_geom)) &
                   (max_component(abs3(next_beta)) > 0.0f);
     if (!(EK_HAS_bsdf_emission | EK_HAS_next_event)) survives = (vi)(0);

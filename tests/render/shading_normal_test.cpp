@@ -70,15 +70,24 @@ TEST(ShadingNormals, M19_no_sample_of_a_white_ball_is_brighter_than_the_sky_arou
 }
 
 TEST(ShadingNormals, a_silhouette_has_no_black_pixel) {
+  // What a white metal must keep: usable_normal leaves the mirror direction above the face, so at least half of the lobe around
+  // it; single scattering of a flat metal of roughness 0.3 keeps 0.88 or more of that at any view (0.95 at 0.05); the terminator
+  // takes 0.09 of it at most, terminator_share. Together 0.4. The share of 256 samples that leave, each all or nothing, has a
+  // deviation of 0.031: 0.25 is 4.9 of them below, which in the 1500 pixels of the ball happens once in a thousand such tests.
+  // With the whole fade on reflections it was 0.02 for the sharpest here. Lambert keeps more.
+  std::vector<Material> materials{lambert(1)};
+  for (const float roughness : {0.0F, 0.05F, 0.3F}) {
+    materials.push_back(metal(1));
+    materials.back().roughness = roughness;
+  }
   for (const bool mapped : {false, true})
-    for (const Material& material : {lambert(1), metal(1)}) {
-      const Film film = film_of(ball(material, mapped), furnace_view(64, 64));
+    for (const Material& material : materials) {
+      const Film film = film_of(ball(material, mapped), furnace_view(64, 256));
       double least = 1;
       for (std::uint32_t y = 0; y < 64; ++y)
         for (std::uint32_t x = 0; x < 64; ++x) least = std::min(least, film.mean(x, y, 0));
-      // Lambert keeps more than 0.25. The metal's darkest pixels had 0.245, mapped 0.13, when its lobe came: reflections that
-      // sink below a face of this coarse ball are lost. The bound tells that from black; it is no bound on how dark is right.
-      EXPECT_GT(least, 0.1) << "mapped " << mapped << ", metallic " << material.metallic;
+      EXPECT_GT(least, 0.25) << "mapped " << mapped << ", metallic " << material.metallic << ", roughness "
+                             << material.roughness;
     }
 }
 
