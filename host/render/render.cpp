@@ -9,6 +9,7 @@
 #include <mutex>
 #include <set>
 #include <thread>
+#include <utility>
 
 #include "core/error.h"
 #include "render/memory.h"
@@ -94,13 +95,20 @@ void drive(const DeviceInfo& info, const Job& job, Shared& shared, Rendezvous& r
   report.device_bytes = wavefront.device_bytes();
   for (std::size_t plan = 0; plan < shared.plans.size() && !shared.should_stop(); ++plan) {
     const double begin = host_seconds(), before_s = report.busy_s;
-    while (!shared.should_stop()) {
+    // The device works on the next unit while the host adds the last one to the film.
+    const auto begin_next = [&]() -> std::uint64_t {
+      if (shared.should_stop()) return 0;
       const std::uint64_t index = shared.next_unit[plan].fetch_add(1);
-      if (index >= shared.plans[plan].size()) break;
+      if (index >= shared.plans[plan].size()) return 0;
       const WorkUnit unit = shared.plans[plan][index];
-      const UnitResult result = wavefront.run(unit);
-      merge(shared, result, unit.path_count());
-      report.samples += unit.path_count();
+      wavefront.begin(unit);
+      return unit.path_count();
+    };
+    for (std::uint64_t samples = begin_next(); samples != 0;) {
+      const UnitResult result = wavefront.finish();
+      const std::uint64_t done = std::exchange(samples, begin_next());
+      merge(shared, result, done);
+      report.samples += done;
       ++report.units;
       report.busy_s = before_s + host_seconds() - begin;
     }

@@ -46,7 +46,8 @@ struct Wavefront::Impl {
   std::uint64_t bytes = 0;
   double upload_s = 0;
 
-  std::vector<std::uint32_t> pixels, sums, rejected;
+  WorkUnit unit;  // that was begun
+  std::vector<std::uint32_t> pixels, finished_pixels, sums, rejected;
   std::vector<WorkerTally> tallies;
   std::deque<Bounce> under_way;  // a member, so that it outlives the transfers when something throws
 
@@ -223,11 +224,15 @@ struct Wavefront::Impl {
   }
 
   /// The whole algorithm, in one launch.
-  RayCounts trace_fused() {
+  void launch_fused() {
     const std::uint32_t zero = 0;
     device.write(next_path_buffer, &zero, sizeof zero);
     device.run(kernels.at("paths"), config.workers, 1, frame.path_count);
     run_film();
+    device.flush();
+  }
+  /// Waits for it. returns the rays that it traced
+  RayCounts settle_fused() {
     device.read(tallies_buffer, tallies.data(), tallies.size() * sizeof(WorkerTally));
     RayCounts rays;
     rays.camera = frame.path_count;
@@ -306,7 +311,8 @@ struct Wavefront::Impl {
     return next;
   }
 
-  void begin_unit(const WorkUnit& unit) {
+  void begin(const WorkUnit& next) {
+    unit = next;
     pixels = unit_pixels(unit.block);
     if (unit.path_count() > config.capacity() || pixels.size() > frame.pixel_stride - EK_PAD)
       throw InternalError(
@@ -318,12 +324,12 @@ struct Wavefront::Impl {
     frame.sample_high = std::uint32_t(unit.sample_begin >> 32);
     device.write(frame_buffer, &frame, sizeof frame);
     device.write(pixels_buffer, pixels.data(), 4 * pixels.size());
+    if (config.fused) launch_fused();
   }
 
-  UnitResult run(const WorkUnit& unit, const std::function<void(std::uint32_t)>& after_intersect) {
-    begin_unit(unit);
+  UnitResult finish(const std::function<void(std::uint32_t)>& after_intersect) {
     UnitResult result;
-    result.rays = config.fused ? trace_fused() : trace(after_intersect);
+    result.rays = config.fused ? settle_fused() : trace(after_intersect);
     sums.resize(sums_buffer.size_bytes() / 4);
     rejected.resize(rejected_buffer.size_bytes() / 4);
     device.read(sums_buffer, sums.data(), sums_buffer.size_bytes());
@@ -337,7 +343,8 @@ struct Wavefront::Impl {
       const std::uint32_t xy = pixels[diagnostics.report[2 * i]];
       result.rejected.push_back({xy & 0xffffU, xy >> 16, unit.sample_begin + diagnostics.report[2 * i + 1]});
     }
-    result.sums.pixels = pixels;
+    finished_pixels.swap(pixels);
+    result.sums.pixels = finished_pixels;
     result.sums.pixel_stride = frame.pixel_stride;
     result.sums.sample_begin = unit.sample_begin;
     result.sums.sample_end = unit.sample_end;
@@ -364,7 +371,8 @@ ArithmeticClass Wavefront::arithmetic() const { return impl_->arithmetic; }
 double Wavefront::upload_s() const { return impl_->upload_s; }
 std::uint64_t Wavefront::device_bytes() const { return impl_->bytes; }
 
-UnitResult Wavefront::run(const WorkUnit& unit) { return impl_->run(unit, {}); }
+void Wavefront::begin(const WorkUnit& unit) { impl_->begin(unit); }
+UnitResult Wavefront::finish() { return impl_->finish({}); }
 
 glm::vec3 Wavefront::replay(std::uint32_t x, std::uint32_t y, std::uint64_t sample,
                             const std::function<void(const PathVertex&)>& report) {
@@ -374,7 +382,8 @@ glm::vec3 Wavefront::replay(std::uint32_t x, std::uint32_t y, std::uint64_t samp
   unit.block = {x, y, x + 1, y + 1};
   unit.sample_begin = sample;
   unit.sample_end = sample + 1;
-  w.run(unit, [&](std::uint32_t depth) {
+  w.begin(unit);
+  w.finish([&](std::uint32_t depth) {
     PathVertex vertex;
     vertex.depth = depth;
     vertex.origin = {w.path_float("origin_x"), w.path_float("origin_y"), w.path_float("origin_z")};

@@ -26,7 +26,7 @@ struct RejectedSample {
   std::uint64_t sample = 0;
 };
 
-/// What a unit's run gave; the arrays belong to the wavefront and last until its next run.
+/// What a unit gave; the arrays belong to the wavefront: see Wavefront::finish.
 struct UnitResult {
   UnitSums sums;
   RayCounts rays;
@@ -55,8 +55,12 @@ class Wavefront {
   [[nodiscard]] double upload_s() const;
   [[nodiscard]] std::uint64_t device_bytes() const;
 
-  /// Traces all paths of a unit (at most config().capacity()). throws DeviceError; InternalError when a kernel reports one.
-  UnitResult run(const WorkUnit& unit);
+  /// Starts a unit (of at most config().capacity() paths); the last one begun must be finished. Where all stages are one launch
+  /// the device is at work when this returns. throws DeviceError
+  void begin(const WorkUnit& unit);
+  /// Waits for the unit that was begun. The result lasts until the next call of this, so that the next unit may begin before
+  /// anyone looks at it. throws DeviceError; InternalError when a kernel reports one.
+  UnitResult finish();
 
   /// Traces one path and reports its vertices. returns its radiance
   glm::vec3 replay(std::uint32_t x, std::uint32_t y, std::uint64_t sample,
