@@ -9,6 +9,7 @@
 #include <chrono>
 
 #include "accel/layouts.h"
+#include "accel/reinsertion.h"
 #include "core/error.h"
 
 namespace eikon {
@@ -28,6 +29,12 @@ std::map<std::string, std::string> Accel::defines() const {
   return all;
 }
 
+namespace {
+
+std::uint32_t in_steps(std::uint32_t stack_size) { return (stack_size + 63) / 64 * 64; }
+
+}  // namespace
+
 Accel layout_none(TriangleSoup triangles) {
   Accel accel;
   accel.name = "none";
@@ -38,6 +45,16 @@ Accel layout_none(TriangleSoup triangles) {
   }
   accel.nodes[0] = static_cast<std::uint32_t>(accel.leaves.size());
   if (accel.leaves.empty()) accel.leaves.push_back(0);
+  accel.stack_size = in_steps(accel.stack_size);
+  return accel;
+}
+
+Accel lay_out(const BinaryTree& tree, TriangleSoup triangles, const std::string& layout) {
+  Accel accel = layout == "bvh8"    ? layout_bvh8(tree, triangles)
+                : layout == "bvh4"  ? layout_bvh4(tree)
+                : layout == "cwbvh" ? layout_cwbvh(tree)
+                                    : layout_bvh2(tree);
+  accel.stack_size = in_steps(accel.stack_size);
   return accel;
 }
 
@@ -53,13 +70,12 @@ Accel build_accel(TriangleSoup triangles, const AccelOptions& options) {
   tbb::task_arena arena(options.threads == 0 ? tbb::task_arena::automatic : static_cast<int>(options.threads));
   Accel accel = arena.execute([&] {
     if (options.accel == "none" || options.layout == "none") return layout_none(triangles);
-    const BinaryTree tree = build_binary_tree(triangles);
-    if (options.layout == "bvh4") return layout_bvh4(tree);
-    if (options.layout == "cwbvh") return layout_cwbvh(tree);
-    return options.layout == "bvh8" ? layout_bvh8(tree, triangles) : layout_bvh2(tree);
+    BinaryTree tree = build_binary_tree(triangles);
+    const bool better = reinsertion_pays(tree.triangles.size(), options.rays) && reinsert(tree);
+    Accel built = lay_out(tree, triangles, options.layout);
+    built.reinserted = better;
+    return built;
   });
-  constexpr std::uint32_t step = 64;
-  accel.stack_size = (accel.stack_size + step - 1) / step * step;
   accel.build_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return accel;
 }

@@ -36,6 +36,7 @@ struct Accel {
   DeviceVector<std::uint32_t> leaves;  // words
   std::uint32_t stack_size = 1;        // entries that suffice for any traversal (EK_STACK_SIZE); in coarse steps, so
                                        // that programs are seldom compiled anew for another tree
+  bool reinserted = false;             // reinsertion.h improved the tree
   double build_s = 0;
   std::uint64_t node_count = 0;
   double sah_cost = 0;  // expected cost of a random ray through the root's box
@@ -48,6 +49,7 @@ struct AccelOptions {
   std::string accel = "bvh";    // "bvh" or "none"
   std::string layout = "bvh8";  // of tree_layouts(); ignored by "none"
   unsigned threads = 0;         // 0: all; the result does not depend on it
+  double rays = 0;              // expected to be traced: for many a better tree is made, which takes longer
 };
 
 /// throws UsageError for an unknown accel or layout. Degenerate triangles (zero area) are left out of the tree.

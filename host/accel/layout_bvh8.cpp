@@ -117,8 +117,7 @@ Accel layout_bvh8(const BinaryTree& tree, TriangleSoup triangles) {
       const std::uint32_t triangle = used ? tree.triangles[blocks[b].first + i] : 0;
       for (std::size_t k = 0; k < 9; ++k) {
         // An unused lane is NaN: no comparison of the triangle test holds for it.
-        words[8 * k + i] =
-            used ? std::bit_cast<std::uint32_t>(triangles.corners(triangle)[k]) : 0x7fc00000U;
+        words[8 * k + i] = used ? std::bit_cast<std::uint32_t>(triangles.corners(triangle)[k]) : 0x7fc00000U;
       }
       words[72 + i] = used ? triangle : 0xffffffffU;
     }

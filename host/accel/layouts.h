@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // A binary tree becomes what a traversal kernel reads. Each layout is described at the top of kernels/traverse_<name>.h.
 #pragma once
+#include <string>
+
 #include "accel/accel.h"
 #include "accel/binary_tree.h"
 
@@ -18,6 +20,9 @@ namespace eikon {
 
 /// 8-wide nodes with boxes in a byte per plane, leaves of up to 3 triangles [as bvh8's source].
 [[nodiscard]] Accel layout_cwbvh(const BinaryTree& tree);
+
+/// The layout of this name (of tree_layouts()).
+[[nodiscard]] Accel lay_out(const BinaryTree& tree, TriangleSoup triangles, const std::string& layout);
 
 /// No tree: the list of triangles that can be hit.
 [[nodiscard]] Accel layout_none(TriangleSoup triangles);

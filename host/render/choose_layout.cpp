@@ -91,7 +91,9 @@ LayoutChoice choose_layout(const DeviceInfo& info, PackedScene& packed, const Fe
   const Execution plain = without_probe(execution);
   const WavefrontConfig config = configure(info, plain);
   const LayoutPlan plan = plan_layout(config, execution, packed.triangles.size(), expected_rays(settings));
-  const auto add = [&](const std::string& layout) { add_accel(packed, execution.accel, layout, execution.threads); };
+  const auto add = [&](const std::string& layout) { 
+    add_accel(packed, execution.accel, layout, execution.threads, expected_rays(settings));
+  };
   LayoutChoice choice{plan.layout, plan.why, {}};
   if (!plan.measure.empty()) {
     std::vector<std::string> only_measured;

@@ -39,7 +39,8 @@ PackedScene pack_and_release(Scene& scene, const Features& features, const Setti
   return packed;
 }
 
-void add_accel(PackedScene& packed, const std::string& accel, const std::string& layout, unsigned threads) {
+void add_accel(PackedScene& packed, const std::string& accel, const std::string& layout, unsigned threads,
+               double rays) {
   if (packed.accels.count(layout) != 0) return;
   const double begin = host_seconds();
   const float* corners = packed.triangles.empty() ? nullptr : &packed.triangles.front().p0_x;
@@ -48,6 +49,7 @@ void add_accel(PackedScene& packed, const std::string& accel, const std::string&
   options.accel = accel;
   options.layout = layout;
   options.threads = threads;
+  options.rays = rays;
   packed.accels.emplace(layout, build_accel(soup, options));
   packed.build_s += host_seconds() - begin;
 }

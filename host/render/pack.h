@@ -60,6 +60,7 @@ PackedScene pack_scene(Scene&& scene, const Features& features, const Settings& 
 PackedScene pack_and_release(Scene& scene, const Features& features, const Settings& settings);
 
 /// Adds the tree that `layout` (of tree_layouts(), or "none") needs, once.
-void add_accel(PackedScene& packed, const std::string& accel, const std::string& layout, unsigned threads);
+void add_accel(PackedScene& packed, const std::string& accel, const std::string& layout, unsigned threads,
+               double rays = 0);
 
 }  // namespace eikon

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "accel/refit.h"
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_invoke.h>
+#include <tbb/parallel_reduce.h>
+
+#include <functional>
+
+namespace eikon {
+namespace {
+
+constexpr std::uint32_t kTaskLimit = 4096;
+
+/// The subtree of `n`; false when one of its triangles has no area.
+bool refit(BinaryTree& tree, TriangleSoup moved, std::uint32_t n) {
+  const auto refit_one = [&](std::uint32_t i) {
+    BinaryNode& node = tree.nodes[i];
+    Box box;
+    if (node.count == 1) {
+      const float* corners = moved.corners(tree.triangles[node.first]);
+      if (is_degenerate(corners)) return false;
+      box = triangle_box(corners);
+    } else {
+      box = tree.nodes[left_child(i)].box();
+      box.add(tree.nodes[right_child(tree, i)].box());
+    }
+    node = BinaryNode(box, node.count, node.first);
+    return true;
+  };
+  const std::uint32_t count = tree.nodes[n].count;
+  if (count <= kTaskLimit) {
+    bool all = true;
+    for (std::uint32_t i = n + 2 * count - 1; i-- > n;) all = refit_one(i) && all;  // children lie behind their parents
+    return all;
+  }
+  bool left = false, right = false;
+  tbb::parallel_invoke([&] { left = refit(tree, moved, left_child(n)); },
+                       [&] { right = refit(tree, moved, right_child(tree, n)); });
+  return left && right && refit_one(n);
+}
+
+}  // namespace
+
+std::optional<BinaryTree> refitted(BinaryTree tree, TriangleSoup moved) {
+  const std::size_t with_area = tbb::parallel_reduce(
+      tbb::blocked_range<std::size_t>(0, moved.size(), 1U << 14), std::size_t{0},
+      [&](const auto& part, std::size_t count) {
+        for (std::size_t i = part.begin(); i < part.end(); ++i) count += is_degenerate(moved.corners(i)) ? 0 : 1;
+        return count;
+      },
+      std::plus<>());
+  if (with_area != tree.triangles.size()) return std::nullopt;
+  if (!tree.nodes.empty() && !refit(tree, moved, 0)) return std::nullopt;
+  return tree;
+}
+
+}  // namespace eikon
