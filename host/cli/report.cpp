@@ -44,8 +44,9 @@ void print_stage_table(const RenderReport& report) {
       fmt::print("device {} {}: no unit of work reached it\n", device.info.index, device.info.name);
       continue;
     }
-    fmt::print("device {} {}: layout {} ({}), {} lanes, {} samples, {:.2f} s\n", device.info.index, device.info.name,
-               device.config.layout, device.layout.why, device.config.lanes, device.samples, device.busy_s);
+    fmt::print("device {} {}: layout {}{} ({}), {} lanes, {} samples, {:.2f} s\n", device.info.index, device.info.name,
+               device.config.layout, report.reinserted ? " of a tree improved by reinsertion" : "", device.layout.why,
+               device.config.lanes, device.samples, device.busy_s);
     fmt::print("  {:<10} {:>8} {:>13} {:>10} {:>6} {:>9} {:>9} {:>9}\n", "stage", "launches", "items", "ms", "%",
                "ms min", "ms max", "Mitems/s");
     const double wall = device.busy_s;
@@ -65,7 +66,7 @@ void print_stage_table(const RenderReport& report) {
 // {
 //   "samples": n, "samples_per_second": x, "rays": {"camera", "scattered", "shadow", "total"}, "rays_per_second": x,
 //   "relmse_predicted": x | null, "relmse_interval": [lo, hi] | null,
-//   "rejected_samples": n, "interrupted": bool, "features": "..", "triangles": n, "geometry_bytes": n,
+//   "rejected_samples": n, "interrupted": bool, "features": "..", "triangles": n, "geometry_bytes": n, "tree": "sah" | "reinserted",
 //   "seconds": {"load", "build", "compile", "upload", "render", "write", "first_sample", "total"},
 //   "scene": {"path", "hash"}, "size": [w, h], "sample_range": [a, b], "seed": n,
 //   "devices": [{"index", "name", "driver", "arithmetic", "layout", "layout_why", "layout_mrays_per_s": {layout: x},
@@ -90,6 +91,7 @@ void write_stats(const std::filesystem::path& path, const RenderReport& report, 
   stats["features"] = report.features;
   stats["triangles"] = report.triangles;
   stats["geometry_bytes"] = report.geometry_bytes;
+  stats["tree"] = report.reinserted ? "reinserted" : "sah";
   stats["seconds"] = {{"load", times.load_s},
                       {"build", report.pack_s + report.build_s},
                       {"compile", report.compile_s},

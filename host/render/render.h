@@ -37,6 +37,7 @@ struct RenderReport {
   bool interrupted = false;
   std::string features;
   std::uint64_t triangles = 0, geometry_bytes = 0;  // tree and triangles, of the first device
+  bool reinserted = false;                          // its tree was improved, since so many rays were expected
   double pack_s = 0, build_s = 0, compile_s = 0, upload_s = 0, render_s = 0, first_sample_s = 0;
 };
 

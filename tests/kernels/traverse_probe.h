@@ -6,6 +6,7 @@
 #include <bit>
 #include <cmath>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -74,6 +75,7 @@ class TraverseProbe {
     bool opacity = false;                         // each triangle may be of a material that rays pass
     std::vector<MaterialRecord> materials = {};   // with opacity
     std::vector<std::uint32_t> material_of = {};  // per triangle, with opacity
+    std::optional<Accel> accel = {};              // of this layout, instead of one built over the triangles
   };
 
   /// Every layout at the widths for which it has code of its own; those for wide devices also without builtins, and for rays
@@ -99,7 +101,9 @@ class TraverseProbe {
   }
 
   TraverseProbe(Device& device, const std::vector<float>& soup, const Options& options)
-      : device_(device), accel_(build(soup, options.layout)), coherent_(options.coherent) {
+      : device_(device),
+        accel_(options.accel ? *options.accel : build(soup, options.layout)),
+        coherent_(options.coherent) {
     ProgramOptions program;
     program.defines = feature_defines(options.opacity);
     program.defines.merge(accel_.defines());
