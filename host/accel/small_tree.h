@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Subtrees of a handful of triangles: every split of every axis in sorted order, since bins are too coarse there.
+// Subtrees of a few triangles: every split of every axis in sorted order, since bins are too coarse there.
 #pragma once
 #include "accel/binary_tree.h"
 #include "accel/reference.h"
@@ -8,7 +8,7 @@ namespace eikon {
 
 class SmallTree {
  public:
-  static constexpr std::size_t kLimit = 12;
+  static constexpr std::size_t kLimit = 32;
 
   /// Sorts references[0, count), count <= kLimit, along each axis. `triangles`: the tree's.
   SmallTree(const Reference* references, std::size_t count, std::uint32_t* triangles);

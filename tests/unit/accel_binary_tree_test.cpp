@@ -17,21 +17,8 @@
 namespace eikon {
 namespace {
 
+using fixtures::room;
 using fixtures::Soup;
-
-/// A room as modelled by hand: a few large triangles among heaps of small ones, in which a greedy builder does badly.
-Soup room() {
-  Soup soup;
-  std::mt19937 random(3);
-  std::uniform_real_distribution<float> unit(-1.0F, 1.0F);
-  for (int heap = 0; heap < 60; ++heap) {
-    const Soup small = fixtures::scattered(200, 0.4F, 100 + static_cast<std::uint32_t>(heap));
-    const float at[3] = {4 * unit(random), 4 * unit(random), 4 * unit(random)};
-    for (std::size_t i = 0; i < small.size(); ++i) soup.push_back(small[i] + at[i % 3]);
-    for (int k = 0; k < 9; ++k) soup.push_back(4 * unit(random));
-  }
-  return soup;
-}
 
 Soup repeated(int count, float size) {
   Soup soup;
