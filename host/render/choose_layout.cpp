@@ -91,7 +91,7 @@ LayoutChoice choose_layout(const DeviceInfo& info, PackedScene& packed, const Fe
   const Execution plain = without_probe(execution);
   const WavefrontConfig config = configure(info, plain);
   const LayoutPlan plan = plan_layout(config, execution, packed.triangles.size(), expected_rays(settings));
-  const auto add = [&](const std::string& layout) { 
+  const auto add = [&](const std::string& layout) {
     add_accel(packed, execution.accel, layout, execution.threads, expected_rays(settings));
   };
   LayoutChoice choice{plan.layout, plan.why, {}};
