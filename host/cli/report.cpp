@@ -66,7 +66,8 @@ void print_stage_table(const RenderReport& report) {
 // {
 //   "samples": n, "samples_per_second": x, "rays": {"camera", "scattered", "shadow", "total"}, "rays_per_second": x,
 //   "relmse_predicted": x | null, "relmse_interval": [lo, hi] | null,
-//   "rejected_samples": n, "interrupted": bool, "features": "..", "triangles": n, "geometry_bytes": n, "tree": "sah" | "reinserted",
+//   "rejected_samples": n, "interrupted": bool, "features": "..", "triangles": n, "geometry_bytes": n,
+//   "tree": "sah" | "reinserted",
 //   "seconds": {"load", "build", "compile", "upload", "render", "write", "first_sample", "total"},
 //   "scene": {"path", "hash"}, "size": [w, h], "sample_range": [a, b], "seed": n,
 //   "devices": [{"index", "name", "driver", "arithmetic", "layout", "layout_why", "layout_mrays_per_s": {layout: x},

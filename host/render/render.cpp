@@ -233,7 +233,8 @@ RenderOutput render_packed(const Pack& pack, const Features& features, const Set
   report.features = features.summary();
   report.triangles = packed.triangles.size();
   report.geometry_bytes = packed.bytes(report.devices.front().config.layout);
-  report.reinserted = packed.accels.at(report.devices.front().config.layout).reinserted;
+  const auto tree = packed.accels.find(report.devices.front().config.layout);
+  report.reinserted = tree != packed.accels.end() && tree->second.reinserted;
   report.pack_s = pack_s;
   report.build_s = packed.build_s;
   return {std::move(shared.film), std::move(report)};
