@@ -138,4 +138,12 @@ EK_FN BsdfSample transmission_sample(MaterialLanes m, v3 wo, vf u, vf v, vf choi
   return bsdf_sample_of(bsdf_value_if(valid, value), wi, mirror | straight);
 }
 
+/// What a path inside this solid gets back when it leaves: the square of the solid's index, by which radiance was divided when
+/// it entered. 1 for a path that goes on outside. front: the surface was met from outside; transmitted: the path crosses it.
+EK_FN vf radiance_returned_outside(MaterialLanes m, vi front, vi transmitted) {
+  const vi inside = m.solid & !fresnel_is_mirror(m.eta) & (front ? transmitted : !transmitted);
+  const vf index = front ? m.eta : (vf)(1.0f) / m.eta;
+  return inside ? index * index : (vf)(1.0f);
+}
+
 #endif

@@ -176,7 +176,10 @@ EK_FN Survivors stage_shade(constant Frame* frame, SceneData scene, LightData li
                   (max_component(abs3(next_beta)) > 0.0f);
     if (!(EK_HAS_bsdf_emission | EK_HAS_next_event)) survives = (vi)(0);
     if (may_end) {
-      const vf survival = min_f(max_component(abs3(next_beta)), (vf)(0.95f));
+      vf worth = max_component(abs3(next_beta));
+      // Else a third of the paths that enter glass would end there for nothing.
+      if (EK_HAS_transmission) worth = worth * radiance_returned_outside(material, front, scattered.wi.z < 0.0f);
+      const vf survival = min_f(worth, (vf)(0.95f));
       survives = survives & (roulette < survival);
       next_beta = scale3(next_beta, (vf)(1.0f) / survival);
     }

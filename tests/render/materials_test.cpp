@@ -257,5 +257,27 @@ TEST(Materials, an_unlit_surface_shows_its_colour_and_lights_nothing) {
   EXPECT_EQ(mean_of(film_of(scene, settings)).mean, 0);
 }
 
+// Radiance inside glass is divided by the square of its index until it leaves. Roulette that went by it would end five of six of
+// these paths when they enter. As it is, each event keeps 0.95 of them, q = 1 / 0.95 times as heavy. With r reflected at every
+// crossing, squares of values outside have the mean v = r q + (1 - r) q w, inside w = r q w + (1 - r) q.
+TEST(Glass, roulette_does_not_take_radiance_inside_glass_for_less_than_it_will_be) {
+  Scene scene;
+  Primitive box;
+  add_box(box, {-20, -20, -1}, {20, 20, 1}, false);
+  add_mesh(scene, "slab", std::move(box), glass(2.4F, 0, true));
+  Settings settings = settings_for(64, 64, 2);  // one sample in each replicate
+  settings.camera = beam({0, 0, 3}, {0, 0, 0});
+  settings.environment.radiance = {1, 1, 1};
+  settings.roulette_depth = 1;
+  const Film film = film_of(scene, settings);
+  const double r = (1.4 / 3.4) * (1.4 / 3.4), q = 1 / 0.95;
+  const double inside = (1 - r) * q / (1 - r * q), variance = r * q + (1 - r) * q * inside - 1;
+  double sum = 0;
+  for (std::uint32_t y = 0; y < 64; ++y)
+    for (std::uint32_t x = 0; x < 64; ++x) sum += 2 * film.variance_of_mean(x, y, 0);
+  // Half the squared difference of two samples is 0 or about 0.6, so it varies by 0.25; four standard errors, significance 6e-5.
+  EXPECT_NEAR(sum / (64 * 64), variance, 4 * 0.25 / 64);
+}
+
 }  // namespace
 }  // namespace eikon::testing
