@@ -7,8 +7,6 @@
 
 #define EK_SHAPE 1
 #include "shape_triangle.h"
-#define EK_SHAPE 8
-#include "shape_triangle.h"
 #define EK_SHAPE 0
 #include "shape_triangle.h"
 
@@ -54,13 +52,13 @@ EK_FN int is_closer(const Hit* hit, float t, uint triangle) {
 // Whether one ray passes a triangle that it would hit.
 EK_FN int passes_one(Geometry geometry, const RayOne* ray, uint triangle, float u, float v) {
   if (!EK_HAS_opacity || !may_be_passed(geometry.scene, triangle)) return 0;
-  return ANY(passes(geometry.scene, (vu)(triangle), (vf)(u), (vf)(v), ray_key_one(ray)));
+  return ANY(passes(geometry.scene, (vu)(triangle), (vf)(u), (vf)(v), ray_key(ray)));
 }
 
 // Tests one triangle of the record array. returns 1 if that settles an any-hit query.
 EK_FN int try_triangle(Geometry geometry, const RayOne* ray, uint triangle, const int any_hit, Hit* hit) {
   global const float* p = (global const float*)(geometry.scene.triangles + triangle);
-  const uint z = (uint)ray->axis, x = z == 2u ? 0u : z + 1u, y = x == 2u ? 0u : x + 1u;
+  const uint z = ray->axis_z / 8u, x = ray->axis_x / 8u, y = 3u - z - x;
   Corners_one corners;
   corners.ax = p[x]; corners.ay = p[y]; corners.az = p[z];
   corners.bx = p[3 + x]; corners.by = p[3 + y]; corners.bz = p[3 + z];

@@ -12,6 +12,12 @@
 #pragma OPENCL FP_CONTRACT OFF
 #include "shared/records.h"
 
+#ifdef EK_NO_AVX512  // as on a processor without it, for tests
+#undef __AVX512F__
+#undef __AVX512DQ__
+#undef __AVX512VL__
+#endif
+
 #ifdef EK_OUT_OF_LINE  // without optimisation: inlining would leave notes to the optimiser that an interpreter does not know
 #define EK_FN static
 #else

@@ -13,87 +13,47 @@
 #ifndef EK_RAY_H
 #define EK_RAY_H
 #include "alpha.h"
+#include "transpose.h"
 
 // o: origin, d's reciprocal r, padded origins n (near) and f (far), in world axes; the same with p_ in the axes of the
-// triangle test, whose z is the longest component of d; s: shear; axis: which axis that z is.
-#define EK_RAY_FIELDS(F)                                                                                               \
-  F(rx) F(ry) F(rz) F(nx) F(ny) F(nz) F(fx) F(fy) F(fz) F(p_ox) F(p_oy) F(p_oz) F(p_rx) F(p_ry) F(p_rz) F(p_nx) F(p_ny) \
-  F(p_nz) F(p_fx) F(p_fy) F(p_fz) F(sx) F(sy) F(axis) F(reach)
-
-// Words of the ray's OpacityKey (alpha.h).
-#if EK_HAS_opacity
-#define EK_RAY_WORDS(F) F(key) F(index)
-#else
-#define EK_RAY_WORDS(F)
-#endif
-
+// triangle test, whose z is the longest component of d; s: shear; slack: what a corner's t on z alone may exceed the t of a hit
+// by; axis: which axis that z is; key: for opacity.
 typedef struct {
-#define EK_RAY_FIELD(name) vf name;
-  EK_RAY_FIELDS(EK_RAY_FIELD)
-#undef EK_RAY_FIELD
-#define EK_RAY_WORD(name) vu name;
-  EK_RAY_WORDS(EK_RAY_WORD)
-#undef EK_RAY_WORD
+  vf rx, ry, rz, nx, ny, nz, fx, fy, fz;
+  vf p_ox, p_oy, p_oz, sx, sy, p_rx, p_ry, p_rz, p_nx, p_ny, p_fx, p_fy, reach;
+  vf slack, axis;
+  OpacityKey key;
 } RayLanes;
 
-typedef struct {
-#define EK_RAY_FIELD(name) float name;
-  EK_RAY_FIELDS(EK_RAY_FIELD)
-#undef EK_RAY_FIELD
-#define EK_RAY_WORD(name) uint name;
-  EK_RAY_WORDS(EK_RAY_WORD)
-#undef EK_RAY_WORD
-} RayOne;
+// Boxes of a node in the trees that store them in vectors (traverse_wide.h).
+#if EK_LAYOUT_bvh16
+#define EK_NODE_WIDTH 16u
+#define EK_ORDER_BITS 4u
+#else
+#define EK_NODE_WIDTH 8u
+#define EK_ORDER_BITS 3u
+#endif
 
-// So many rays are traced in one go, in rows of tables.
+// One ray, 16 words for boxes and 16 for triangles. t: where it ends so far. near_*: offsets of the planes it meets first in a
+// node; order: shift of the children's order; current: the node or block it stands at; top: of its stack (traverse_batch.h).
+// axis_x, axis_z: 8 times the axes x and z of the triangle test.
+typedef struct {
+  float rx, ry, rz, nx, ny, nz, fx, fy, fz, t;
+  uint near_x, near_y, near_z, order, current, top;
+  float p_ox, p_oy, p_oz, sx, sy, p_rx, p_ry, p_rz, p_nx, p_ny, p_fx, p_fy, reach, slack;
+  uint axis_x, axis_z;
+#if EK_HAS_opacity
+  uint key, index, pad[14];
+#endif
+} __attribute__((aligned(64))) RayOne;
+
+// So many rays are traced in one go.
 #if EK_WIDTH == 1
 #define EK_ROWS 1
-#else
-#define EK_ROWS 64
+#elif !defined(EK_ROWS)
+#define EK_ROWS 256
 #endif
 #define EK_ROWS_ALIGNED __attribute__((aligned(4 * EK_WIDTH)))
-
-typedef struct {
-#define EK_RAY_FIELD(name) float name[EK_ROWS] EK_ROWS_ALIGNED;
-  EK_RAY_FIELDS(EK_RAY_FIELD)
-#undef EK_RAY_FIELD
-#define EK_RAY_WORD(name) uint name[EK_ROWS] EK_ROWS_ALIGNED;
-  EK_RAY_WORDS(EK_RAY_WORD)
-#undef EK_RAY_WORD
-} RayTable;
-
-EK_FN void ray_store(RayTable* table, uint row, RayLanes ray) {
-#define EK_RAY_FIELD(name) *(vf*)(table->name + row) = ray.name;
-  EK_RAY_FIELDS(EK_RAY_FIELD)
-#undef EK_RAY_FIELD
-#define EK_RAY_WORD(name) *(vu*)(table->name + row) = ray.name;
-  EK_RAY_WORDS(EK_RAY_WORD)
-#undef EK_RAY_WORD
-}
-EK_FN OpacityKey ray_key(const RayLanes* ray) {
-  OpacityKey key = {(vu)(0u), (vu)(0u)};
-#define EK_RAY_WORD(name) key.name = ray->name;
-  EK_RAY_WORDS(EK_RAY_WORD)
-#undef EK_RAY_WORD
-  return key;
-}
-EK_FN OpacityKey ray_key_one(const RayOne* ray) {  // in all lanes
-  OpacityKey key = {(vu)(0u), (vu)(0u)};
-#define EK_RAY_WORD(name) key.name = (vu)(ray->name);
-  EK_RAY_WORDS(EK_RAY_WORD)
-#undef EK_RAY_WORD
-  return key;
-}
-EK_FN RayOne ray_pick(const RayTable* table, uint row) {
-  RayOne ray;
-#define EK_RAY_FIELD(name) ray.name = table->name[row];
-  EK_RAY_FIELDS(EK_RAY_FIELD)
-#undef EK_RAY_FIELD
-#define EK_RAY_WORD(name) ray.name = table->name[row];
-  EK_RAY_WORDS(EK_RAY_WORD)
-#undef EK_RAY_WORD
-  return ray;
-}
 
 // Components of `a` in the axes of the triangle test: z is the longest of d (the last of equals), x and y follow cyclically.
 EK_FN v3 permute3(v3 a, vi z_is_x, vi z_is_y) {
@@ -122,21 +82,64 @@ EK_FN RayLanes ray_lanes(constant Frame* frame, v3 o, v3 d, OpacityKey key) {
   const v3 pn = permute3(n, z_is_x, z_is_y), pf = permute3(f, z_is_x, z_is_y);
 
   RayLanes ray;
-#define EK_RAY_WORD(name) ray.name = key.name;
-  EK_RAY_WORDS(EK_RAY_WORD)
-#undef EK_RAY_WORD
+  ray.key = key;
   ray.rx = r.x; ray.ry = r.y; ray.rz = r.z;
   ray.nx = n.x; ray.ny = n.y; ray.nz = n.z;
   ray.fx = f.x; ray.fy = f.y; ray.fz = f.z;
   ray.p_ox = po.x; ray.p_oy = po.y; ray.p_oz = po.z;
   ray.p_rx = pr.x; ray.p_ry = pr.y; ray.p_rz = pr.z;
-  ray.p_nx = pn.x; ray.p_ny = pn.y; ray.p_nz = pn.z;
-  ray.p_fx = pf.x; ray.p_fy = pf.y; ray.p_fz = pf.z;
+  ray.p_nx = pn.x; ray.p_ny = pn.y;
+  ray.p_fx = pf.x; ray.p_fy = pf.y;
   ray.sx = pd.x / pd.z;
   ray.sy = pd.y / pd.z;
   ray.reach = reach;
+  ray.slack = (pad + pad) * abs_f(pr.z);
   ray.axis = z_is_x ? (vf)(0.0f) : z_is_y ? (vf)(1.0f) : (vf)(2.0f);
   return ray;
+}
+
+// Writes EK_WIDTH rays that end at t.
+EK_FN void ray_store(RayOne* rays, RayLanes ray, vf t) {
+  const vu one = (vu)(1u), none = (vu)(0u);
+  const vu x = ray.rx < 0.0f ? one : none, y = ray.ry < 0.0f ? one : none, z = ray.rz < 0.0f ? one : none;
+  const vu near_x = x * EK_NODE_WIDTH, near_y = (y + 2u) * EK_NODE_WIDTH, near_z = (z + 4u) * EK_NODE_WIDTH;
+  const vu order = (x + y * 2u + z * 4u) * EK_ORDER_BITS;
+  const vu axis_z = AS_U(TO_I(ray.axis)) * 8u, axis_x = axis_z == 16u ? none : axis_z + 8u;
+#if EK_WIDTH == 1
+  const RayOne one_ray = {ray.rx, ray.ry, ray.rz, ray.nx, ray.ny, ray.nz, ray.fx, ray.fy, ray.fz, t, near_x, near_y, near_z, order,
+                          0u, 0u, ray.p_ox, ray.p_oy, ray.p_oz, ray.sx, ray.sy, ray.p_rx, ray.p_ry, ray.p_rz, ray.p_nx,
+                          ray.p_ny, ray.p_fx, ray.p_fy, ray.reach, ray.slack, axis_x, axis_z};
+  *rays = one_ray;
+#else
+  const Rec boxes = {ray.rx, ray.ry, ray.rz, ray.nx, ray.ny, ray.nz, ray.fx, ray.fy, ray.fz, t, AS_F(near_x), AS_F(near_y),
+                     AS_F(near_z), AS_F(order), AS_F(none), AS_F(none)};
+  const Rec shape = {ray.p_ox, ray.p_oy, ray.p_oz, ray.sx, ray.sy, ray.p_rx, ray.p_ry, ray.p_rz, ray.p_nx, ray.p_ny,
+                     ray.p_fx, ray.p_fy, ray.reach, ray.slack, AS_F(axis_x), AS_F(axis_z)};
+  const Rec first = rec_transposed(boxes), second = rec_transposed(shape);
+#define EK_RAY_ROW(vector, lane, offset)                          \
+  *(vf*)((float*)(rays + 0x##lane) + offset) = first.w##vector;       \
+  *(vf*)((float*)(rays + 0x##lane) + 16 + offset) = second.w##vector;
+  EK_REC_ROWS(EK_RAY_ROW)
+#undef EK_RAY_ROW
+#endif
+#if EK_HAS_opacity
+  uint key[EK_WIDTH] EK_ROWS_ALIGNED, index[EK_WIDTH] EK_ROWS_ALIGNED;
+  *(vu*)key = ray.key.key;
+  *(vu*)index = ray.key.index;
+  for (uint lane = 0; lane < EK_WIDTH; ++lane) {
+    rays[lane].key = key[lane];
+    rays[lane].index = index[lane];
+  }
+#endif
+}
+
+EK_FN OpacityKey ray_key(const RayOne* ray) {  // in all lanes
+#if EK_HAS_opacity
+  const OpacityKey key = {(vu)(ray->key), (vu)(ray->index)};
+#else
+  const OpacityKey key = {(vu)(0u), (vu)(0u)};
+#endif
+  return key;
 }
 
 #endif

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Watertight ray-triangle test [Woop, Benthin, Wald 2013, JCGT 2(1)], written once and included by traverse.h for
-//   EK_SHAPE 1  one ray, one triangle        -> triangle_hit_one
-//   EK_SHAPE 8  one ray, eight triangles     -> triangle_hit_block
-//   EK_SHAPE 0  EK_WIDTH rays, one triangle  -> triangle_hit_lanes
+// Watertight ray-triangle test [Woop, Benthin, Wald 2013, JCGT 2(1)], written once and included by hit.h for
+//   EK_SHAPE 1  one ray, one triangle                     -> triangle_hit_one
+//   EK_SHAPE 0  EK_WIDTH rays, one triangle each or for all -> triangle_hit_lanes
 // with the same bits in each. Deviations from the paper:
 //   - The sign of a difference of two rounded products is right or zero, never wrong. Where it is zero, the products' rounding
 //     errors decide, found by splitting [Dekker 1971]: exact like the paper's double precision, which not every device has.
@@ -21,15 +20,6 @@
 #define SHAPE_AS_F as_float
 #define SHAPE_AS_U as_uint
 #define SHAPE_ANY(m) (m)
-#elif EK_SHAPE == 8
-#define SHAPE(name) name##_block
-#define ShapeRay RayOne
-#define ShapeCorner float8
-#define ShapeF float8
-#define ShapeI int8
-#define SHAPE_AS_F as_float8
-#define SHAPE_AS_U as_uint8
-#define SHAPE_ANY(m) (mask_bits8(m) != 0)
 #else
 #define SHAPE(name) name##_lanes
 #define ShapeRay RayLanes

@@ -23,14 +23,20 @@ EK_FN uint mask_bits8(int8 m) {
 #endif
 }
 
+EK_FN uint mask_bits16(int16 m) {
+#if defined(__AVX512F__) && defined(__AVX512DQ__) && EK_BUILTIN(__builtin_ia32_cvtd2mask512)
+  return (uint)(ushort)__builtin_ia32_cvtd2mask512(m);
+#else
+  return mask_bits8(m.lo) | mask_bits8(m.hi) << 8;
+#endif
+}
+
 #if EK_WIDTH == 1
 EK_FN uint mask_bits(vi m) { return m ? 1u : 0u; }
 #elif EK_WIDTH == 8
 EK_FN uint mask_bits(vi m) { return mask_bits8(m); }
-#elif EK_HAS_COMPRESS
-EK_FN uint mask_bits(vi m) { return lanes_bits(m); }
 #else
-EK_FN uint mask_bits(vi m) { return mask_bits8(m.lo) | mask_bits8(m.hi) << 8; }
+EK_FN uint mask_bits(vi m) { return mask_bits16(m); }
 #endif
 
 // Index of the lowest set bit; bits is not 0.

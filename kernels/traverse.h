@@ -1,17 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 // Rays against the scene, in lanes. EK_LAYOUT_<name> (shared/layouts.def) or EK_LAYOUT_none: which tree this program is for
-// (one of them 1); EK_STACK_SIZE: entries that its deepest path can leave waiting. All give the same bits (ray.h).
+// (one of them 1); EK_STACK_SIZE: entries that its deepest path can leave waiting; EK_SMALL_TREE, EK_LARGE_TREE: 1 where rays of
+// any kind go together best, and where the tree is larger than the caches. All give the same bits (ray.h).
 #ifndef EK_TRAVERSE_H
 #define EK_TRAVERSE_H
 #include "traverse_batch.h"
 #include "traverse_bvh2.h"
 #include "traverse_bvh4.h"
-#include "traverse_bvh8.h"
 #include "traverse_cwbvh.h"
 #include "traverse_none.h"
 #include "traverse_packet.h"
+#include "traverse_wide.h"
 
-#define USE_BATCH (EK_LAYOUT_bvh8 & EK_HAS_BATCH & (EK_WIDTH > 1))
+#define USE_WIDE (EK_LAYOUT_bvh16 | EK_LAYOUT_bvh8)
 
 // Lanes that hold a ray whose every number is one; no other can hit anything, nor may it widen the bounds of a packet.
 EK_FN vi packet_valid(RayLanes ray, vf t_max, uint count) {
@@ -21,9 +22,9 @@ EK_FN vi packet_valid(RayLanes ray, vf t_max, uint count) {
 
 // Whether a packet is likely to pay. Rays that start together and were meant for the same light may yet go anywhere: those of
 // a packet must agree on their longest axis, its sign, and on the slopes to it within a quarter.
-EK_FN int use_packet(Geometry geometry, RayLanes ray, vi valid, int coherent) {
-  if ((EK_LAYOUT_bvh8 == 0) | (EK_WIDTH == 1)) return 0;
-  if (bvh8_is_small(geometry)) return 1;
+EK_FN int use_packet(RayLanes ray, vi valid, int coherent) {
+  if (!USE_WIDE | (EK_WIDTH == 1)) return 0;
+  if (EK_SMALL_TREE) return 1;
   if (!coherent) return 0;
   const vf least = -EK_INFINITY, most = EK_INFINITY;
   const vf axis = ray.axis + (ray.p_rz < 0.0f ? (vf)(4.0f) : (vf)(0.0f));
@@ -33,7 +34,7 @@ EK_FN int use_packet(Geometry geometry, RayLanes ray, vi valid, int coherent) {
 }
 
 EK_FN int traverse_one(Geometry geometry, const RayOne* ray, const int any_hit, Hit* hit) {
-  if (EK_LAYOUT_bvh8) return traverse_bvh8(geometry, ray, any_hit, hit);
+  if (USE_WIDE) return traverse_wide(geometry, ray, any_hit, hit);
   if (EK_LAYOUT_bvh2) return traverse_bvh2(geometry, ray, any_hit, hit);
   if (EK_LAYOUT_bvh4) return traverse_bvh4(geometry, ray, any_hit, hit);
   if (EK_LAYOUT_cwbvh) return traverse_cwbvh(geometry, ray, any_hit, hit);
@@ -49,32 +50,72 @@ EK_FN int traverse_one(Geometry geometry, const RayOne* ray, const int any_hit, 
 
 // EK_ROWS rays on their way: begin for each vector of them, finish, then read the results.
 typedef struct {
-  RayTable rays;
+  RayOne rays[EK_ROWS];
   HitTable hits;
-  uchar open[EK_ROWS];  // rows that wait for finish; a packet is settled at once
+  uchar open[EK_ROWS];  // rows that wait for finish
   uint open_count;
+#if USE_WIDE && EK_WIDTH > 1
+  Packet packets[EK_PACKETS];  // that wait until there are enough of them
+  uint packet_count;
+#endif
 } Tracing;
 
-EK_FN void tracing_clear(Tracing* tracing) { tracing->open_count = 0; }
+EK_FN void tracing_clear(Tracing* tracing) {
+  tracing->open_count = 0;
+#if USE_WIDE && EK_WIDTH > 1
+  tracing->packet_count = 0;
+#endif
+}
+
+EK_FN void tracing_store(HitTable* hits, uint row, HitLanes hit) {
+  *(vf*)(hits->t + row) = hit.t;
+  *(vf*)(hits->u + row) = hit.u;
+  *(vf*)(hits->v + row) = hit.v;
+  *(vu*)(hits->triangle + row) = hit.triangle;
+}
+
+#if USE_WIDE && EK_WIDTH > 1
+EK_FN void tracing_run_packets(Geometry geometry, Packet* packets, uint count, const int any_hit, HitTable* hits) {
+  traverse_packets(geometry, packets, count, any_hit);
+  for (uint i = 0; i < count; ++i) {
+    HitLanes hit = packets[i].hit;
+    const vi valid = packets[i].valid;
+    if (any_hit) hit.triangle = (valid & (hit.t < 0.0f)) ? (vu)(0u) : hit.triangle;
+    hit.t = valid ? hit.t : (vf)(EK_INFINITY);
+    tracing_store(hits, packets[i].row, hit);
+  }
+}
+#endif
 
 EK_FN void tracing_begin(constant Frame* frame, Geometry geometry, Tracing* tracing, uint row, v3 origin, v3 dir, vf t_max,
                          OpacityKey key, uint count, int coherent, const int any_hit) {
   const RayLanes ray = ray_lanes(frame, origin, dir, key);
   HitLanes hit = {t_max, (vf)(0.0f), (vf)(0.0f), (vu)(EK_NO_HIT)};
+#if USE_WIDE && EK_WIDTH > 1
   const vi valid = packet_valid(ray, t_max, count);
-  if (use_packet(geometry, ray, valid, coherent)) {
-    hit.t = valid ? t_max : (vf)(-1.0f);
-    traverse_packet(geometry, &ray, valid, any_hit, &hit);
-    if (any_hit) hit.triangle = (valid & (hit.t < 0.0f)) ? (vu)(0u) : hit.triangle;
-    hit.t = valid ? hit.t : t_max;
-  } else {
-    ray_store(&tracing->rays, row, ray);
-    for (uint lane = 0; lane < count; ++lane) tracing->open[tracing->open_count++] = (uchar)(row + lane);
+  if (use_packet(ray, valid, coherent)) {
+    Packet packet;
+    packet.ray = ray;
+    packet.valid = valid;
+    packet.hit = hit;
+    packet.hit.t = valid ? t_max : (vf)(-1.0f);
+    packet.row = row;
+    packet_begin_at_root(&packet);
+    if (EK_PACKETS == 1) {
+      tracing_run_packets(geometry, &packet, 1u, any_hit, &tracing->hits);
+    } else {
+      tracing->packets[tracing->packet_count++] = packet;
+      if (tracing->packet_count == EK_PACKETS) {
+        tracing_run_packets(geometry, tracing->packets, EK_PACKETS, any_hit, &tracing->hits);
+        tracing->packet_count = 0;
+      }
+    }
+    return;
   }
-  *(vf*)(tracing->hits.t + row) = hit.t;
-  *(vf*)(tracing->hits.u + row) = hit.u;
-  *(vf*)(tracing->hits.v + row) = hit.v;
-  *(vu*)(tracing->hits.triangle + row) = hit.triangle;
+#endif
+  ray_store(tracing->rays + row, ray, t_max);
+  for (uint lane = 0; lane < count; ++lane) tracing->open[tracing->open_count++] = (uchar)(row + lane);
+  tracing_store(&tracing->hits, row, hit);
 }
 
 // Row `row` and those behind it are to find the closest hit with t > 0 of `count` rays (at most EK_WIDTH). coherent: the rays are
@@ -93,20 +134,20 @@ EK_FN void any_begin(constant Frame* frame, Geometry geometry, Tracing* tracing,
 
 EK_FN void tracing_finish(Geometry geometry, Tracing* tracing, const int any_hit) {
   HitTable* hits = &tracing->hits;
-  if (USE_BATCH) {
-    traverse_batch(geometry, &tracing->rays, tracing->open, tracing->open_count, any_hit, hits);
-  } else {
-    for (uint i = 0; i < tracing->open_count; ++i) {
-      const uint row = tracing->open[i];
-      const RayOne ray = ray_pick(&tracing->rays, row);
-      Hit hit = no_hit(hits->t[row]);
-      const int found = traverse_one(geometry, &ray, any_hit, &hit);
-      hits->t[row] = hit.t;
-      hits->u[row] = hit.u;
-      hits->v[row] = hit.v;
-      hits->triangle[row] = any_hit & found ? 0u : hit.triangle;
-    }
+#if USE_WIDE && EK_WIDTH > 1
+  tracing_run_packets(geometry, tracing->packets, tracing->packet_count, any_hit, hits);
+  if (tracing->open_count != 0) traverse_batch(geometry, tracing->rays, tracing->open, tracing->open_count, any_hit, hits);
+#else
+  for (uint i = 0; i < tracing->open_count; ++i) {
+    const uint row = tracing->open[i];
+    Hit hit = no_hit(hits->t[row]);
+    const int found = traverse_one(geometry, tracing->rays + row, any_hit, &hit);
+    hits->t[row] = hit.t;
+    hits->u[row] = hit.u;
+    hits->v[row] = hit.v;
+    hits->triangle[row] = any_hit & found ? 0u : hit.triangle;
   }
+#endif
 }
 
 // Results of EK_WIDTH rows from `row`; rows without a ray mean nothing.

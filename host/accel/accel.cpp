@@ -14,6 +14,14 @@
 
 namespace eikon {
 
+namespace {
+
+// Of nodes and leaves. Up to the first any rays share most of the way through the tree, and tracing them together pays;
+// beyond the second it is seldom in the cache.
+constexpr std::uint64_t kSmallBytes = 160'000, kLargeBytes = 16'000'000;
+
+}  // namespace
+
 const std::vector<std::string>& tree_layouts() {
   static const std::vector<std::string> names{
 #define EK_LAYOUT(name) #name,
@@ -24,7 +32,9 @@ const std::vector<std::string>& tree_layouts() {
 
 std::map<std::string, std::string> Accel::defines() const {
   std::map<std::string, std::string> all{{"EK_LAYOUT_none", layout == "none" ? "1" : "0"},
-                                         {"EK_STACK_SIZE", std::to_string(stack_size)}};
+                                         {"EK_STACK_SIZE", std::to_string(stack_size)},
+                                         {"EK_SMALL_TREE", bytes() <= kSmallBytes ? "1" : "0"},
+                                         {"EK_LARGE_TREE", bytes() > kLargeBytes ? "1" : "0"}};
   for (const std::string& each : tree_layouts()) all["EK_LAYOUT_" + each] = layout == each ? "1" : "0";
   return all;
 }
@@ -50,7 +60,8 @@ Accel layout_none(TriangleSoup triangles) {
 }
 
 Accel lay_out(const BinaryTree& tree, TriangleSoup triangles, const std::string& layout) {
-  Accel accel = layout == "bvh8"    ? layout_bvh8(tree, triangles)
+  Accel accel = layout == "bvh16"   ? layout_bvh16(tree, triangles)
+                : layout == "bvh8"  ? layout_bvh8(tree, triangles)
                 : layout == "bvh4"  ? layout_bvh4(tree)
                 : layout == "cwbvh" ? layout_cwbvh(tree)
                                     : layout_bvh2(tree);

@@ -8,9 +8,10 @@
 
 namespace eikon {
 
-/// 8-wide nodes and blocks of up to 8 triangles, chosen to minimise the SAH cost over all ways to collapse the tree
+/// 8- or 16-wide nodes and blocks of up to 8 triangles, chosen to minimise the SAH cost over all ways to collapse the tree
 /// [Ylitie, Karras, Laine 2017, "Efficient incoherent ray traversal on GPUs through compressed wide BVHs", section 3.1].
 [[nodiscard]] Accel layout_bvh8(const BinaryTree& tree, TriangleSoup triangles);
+[[nodiscard]] Accel layout_bvh16(const BinaryTree& tree, TriangleSoup triangles);
 
 /// Binary nodes with both children's boxes in the parent, leaves of up to 4 triangles.
 [[nodiscard]] Accel layout_bvh2(const BinaryTree& tree);

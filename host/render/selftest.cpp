@@ -67,10 +67,10 @@ std::vector<Check> selftest(const DeviceInfo& info, const Execution& execution) 
   check("wide and narrow", [&]() -> Check {
     const Settings settings = settings_for(24, 24, 8);
     Execution wide = on_device, narrow = on_device;
-    wide.chunked = true, wide.lanes = 16, wide.layout = "bvh8";
+    wide.chunked = true, wide.lanes = 16, wide.layout = "bvh16";
     narrow.chunked = false, narrow.layout = "bvh2";
     const bool same = same_bits(film_of(furnace(0.8F, 1), settings, wide), film_of(furnace(0.8F, 1), settings, narrow));
-    return {"wide and narrow", same, same ? "the same bits" : "16 lanes over bvh8 and queues over bvh2 differ"};
+    return {"wide and narrow", same, same ? "the same bits" : "16 lanes over bvh16 and queues over bvh2 differ"};
   });
   return checks;
 }

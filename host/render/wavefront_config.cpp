@@ -26,7 +26,7 @@ WavefrontConfig configure(const DeviceInfo& device, const Execution& execution) 
   config.workers = config.fused ? std::max(device.compute_units, 1U) : 1;
   config.layout = execution.accel == "none"   ? "none"
                   : !execution.layout.empty() ? execution.layout
-                  : config.chunked            ? "bvh8"
+                  : config.chunked            ? (config.lanes == 16 ? "bvh16" : "bvh8")
                                               : "bvh2";
   std::uint32_t chunk = execution.chunk != 0 ? execution.chunk : config.fused ? kFusedChunk : kUnfusedChunk;
   if (execution.chunk == 0 && execution.pool != 0) chunk = std::min(chunk, execution.pool);

@@ -97,7 +97,9 @@ void expect_all_agree(const Soup& soup, const std::string& what) {
     }
     EXPECT_GT(on_half, rays.size() / 50) << what;
     for (const TraverseProbe::Options& variant : TraverseProbe::variants()) {
-      TraverseProbe probe(device, soup, options(variant.layout, variant.width, of, variant.portable, variant.coherent));
+      TraverseProbe::Options with = options(variant.layout, variant.width, of, variant.portable, variant.coherent);
+      with.defines = variant.defines;
+      TraverseProbe probe(device, soup, with);
       const std::string name = what + ", " + TraverseProbe::describe(variant);
       const std::vector<ProbeHit> hits = probe.closest(rays);
       std::size_t different = 0, first = 0;
@@ -136,8 +138,8 @@ TEST(OpacityTraverse, M22_a_surface_that_is_nowhere_is_as_none) {
   const std::vector<ProbeRay> rays = rays_through(20'000, 7);
   for (const DeviceInfo& info : select_devices("all")) {
     Device device(info);
-    TraverseProbe probe(device, soup, options("bvh8", 16, with));
-    TraverseProbe plain(device, rest, {"bvh8", 16});
+    TraverseProbe probe(device, soup, options("bvh16", 16, with));
+    TraverseProbe plain(device, rest, {"bvh16", 16});
     const std::vector<ProbeHit> hits = probe.closest(rays), expected = plain.closest(rays);
     for (std::size_t i = 0; i < rays.size(); ++i) {
       const bool missed = expected[i].triangle == EK_NO_HIT;

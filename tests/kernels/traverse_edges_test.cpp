@@ -17,9 +17,9 @@ kernel void edges(constant Frame* frame, global const Triangle* triangles, globa
   const uint index = (uint)get_global_id(0);
   const Geometry geometry = {0, 0, {triangles, 0, 0, 0, 0, 0, 0, 0}};
   const OpacityKey key = {(vu)(0u), (vu)(0u)};
-  RayTable table;
-  ray_store(&table, 0, ray_lanes(frame, V3((vf)(0.0f), (vf)(0.0f), (vf)(0.0f)), V3((vf)(0.0f), (vf)(0.0f), (vf)(1.0f)), key));
-  const RayOne ray = ray_pick(&table, 0);
+  RayOne rays[EK_WIDTH];
+  ray_store(rays, ray_lanes(frame, V3((vf)(0.0f), (vf)(0.0f), (vf)(0.0f)), V3((vf)(0.0f), (vf)(0.0f), (vf)(1.0f)), key), EK_INFINITY);
+  const RayOne ray = rays[0];
   Hit hit = no_hit(INFINITY);
   try_triangle(geometry, &ray, index, 0, &hit);
   hits[index] = hit.triangle != EK_NO_HIT;

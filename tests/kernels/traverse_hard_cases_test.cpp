@@ -13,7 +13,19 @@ namespace {
 using fixtures::Soup;
 using Point = std::array<float, 3>;
 
-const std::vector<std::string> kLayouts = every_layout();
+/// Every layout; those that trace small trees as packets, without them too.
+std::vector<TraverseProbe::Options> ways() {
+  std::vector<TraverseProbe::Options> all;
+  for (const std::string& layout : every_layout()) {
+    TraverseProbe::Options options;
+    options.layout = layout;
+    all.push_back(options);
+    options.defines = {{"EK_SMALL_TREE", "0"}};
+    if (layout == "bvh16" || layout == "bvh8") all.push_back(options);
+  }
+  return all;
+}
+const std::vector<TraverseProbe::Options> kWays = ways();
 
 Device cpu_device() { return Device(select_devices("all").front()); }
 
@@ -62,20 +74,20 @@ std::size_t misses(const std::vector<ProbeHit>& hits) {
 TEST(TraverseHard, G1_no_ray_leaves_a_closed_bumpy_sphere) {
   Device device = cpu_device();
   const BumpySphere scene({0, 0, 0});
-  for (const std::string& layout : kLayouts) {
-    TraverseProbe probe(device, scene.soup, {layout});
-    EXPECT_EQ(misses(probe.closest(scene.rays)), 0U) << layout;
+  for (const TraverseProbe::Options& way : kWays) {
+    TraverseProbe probe(device, scene.soup, way);
+    EXPECT_EQ(misses(probe.closest(scene.rays)), 0U) << TraverseProbe::describe(way);
     const auto blocked = probe.any(scene.rays);
-    EXPECT_TRUE(std::all_of(blocked.begin(), blocked.end(), [](bool b) { return b; })) << layout;
+    EXPECT_TRUE(std::all_of(blocked.begin(), blocked.end(), [](bool b) { return b; })) << TraverseProbe::describe(way);
   }
 }
 
 TEST(TraverseHard, G2_nor_far_from_the_origin) {
   Device device = cpu_device();
   const BumpySphere scene({148376, 1234, -223423});
-  for (const std::string& layout : kLayouts) {
-    TraverseProbe probe(device, scene.soup, {layout});
-    EXPECT_EQ(misses(probe.closest(scene.rays)), 0U) << layout;
+  for (const TraverseProbe::Options& way : kWays) {
+    TraverseProbe probe(device, scene.soup, way);
+    EXPECT_EQ(misses(probe.closest(scene.rays)), 0U) << TraverseProbe::describe(way);
   }
 }
 
@@ -91,8 +103,8 @@ TEST(TraverseHard, G9_a_scene_times_a_power_of_two_gives_scaled_hits_to_the_bit)
     if (i % 3 == 0) rays[i].d[i % 7 % 3] = 0;
     if (i % 5 == 0) std::copy_n(&soup[9 * (i % 500)], 3, rays[i].o.begin());  // from a vertex
   }
-  for (const std::string& layout : kLayouts) {
-    const auto expected = TraverseProbe(device, soup, {layout}).closest(rays);
+  for (const TraverseProbe::Options& way : kWays) {
+    const auto expected = TraverseProbe(device, soup, way).closest(rays);
     for (const int k : {-20, -1, 7, 20}) {
       Soup scaled = soup;
       for (float& x : scaled) x = std::ldexp(x, k);
@@ -104,7 +116,7 @@ TEST(TraverseHard, G9_a_scene_times_a_power_of_two_gives_scaled_hits_to_the_bit)
       for (auto& ray : shadow) {
         for (float& x : ray.d) x = std::ldexp(x, k);
       }
-      TraverseProbe probe(device, scaled, {layout});
+      TraverseProbe probe(device, scaled, way);
       const auto far = probe.closest(camera), segment = probe.closest(shadow);
       std::size_t different = 0;
       for (std::size_t i = 0; i < rays.size(); ++i) {
@@ -113,7 +125,7 @@ TEST(TraverseHard, G9_a_scene_times_a_power_of_two_gives_scaled_hits_to_the_bit)
         hit.t = std::ldexp(hit.t, k);
         different += std::memcmp(&far[i], &hit, sizeof hit) != 0 ? 1 : 0;
       }
-      EXPECT_EQ(different, 0U) << layout << " 2^" << k;
+      EXPECT_EQ(different, 0U) << TraverseProbe::describe(way) << " 2^" << k;
     }
   }
 }
@@ -145,15 +157,17 @@ TEST(TraverseHard, G10_zero_components_hit_what_the_limit_ray_hits) {
       }
     }
   }
-  for (const std::string& layout : kLayouts) {
-    TraverseProbe probe(device, soup, {layout});
+  for (const TraverseProbe::Options& way : kWays) {
+    TraverseProbe probe(device, soup, way);
     const auto expected = probe.closest(positive);
-    EXPECT_EQ(misses(expected), 0U) << layout;
+    EXPECT_EQ(misses(expected), 0U) << TraverseProbe::describe(way);
     const auto other_zero = probe.closest(negative), near_limit = probe.closest(limit);
     for (std::size_t i = 0; i < expected.size(); ++i) {
-      EXPECT_EQ(expected[i].t, 1.0F) << layout << ' ' << i;
-      EXPECT_EQ(std::memcmp(&other_zero[i], &expected[i], sizeof expected[i]), 0) << layout << ' ' << i;
-      EXPECT_EQ(near_limit[i].t, 1.0F) << layout << ' ' << i;  // on an edge the triangle may be its neighbour
+      EXPECT_EQ(expected[i].t, 1.0F) << TraverseProbe::describe(way) << ' ' << i;
+      EXPECT_EQ(std::memcmp(&other_zero[i], &expected[i], sizeof expected[i]), 0)
+          << TraverseProbe::describe(way) << ' ' << i;
+      EXPECT_EQ(near_limit[i].t, 1.0F) << TraverseProbe::describe(way) << ' '
+                                       << i;  // on an edge the triangle may be its neighbour
     }
   }
 }
@@ -174,8 +188,8 @@ TEST(TraverseHard, G10_rays_within_the_plane_of_a_wall_end_and_report_finite_hit
       rays.push_back(ray);
     }
   }
-  for (const std::string& layout : kLayouts) {
-    TraverseProbe probe(device, soup, {layout});
+  for (const TraverseProbe::Options& way : kWays) {
+    TraverseProbe probe(device, soup, way);
     for (const ProbeHit& hit : probe.closest(rays))
       EXPECT_FALSE(std::isnan(hit.t) || std::isnan(hit.u) || std::isnan(hit.v));
   }
@@ -202,11 +216,11 @@ TEST(TraverseHard, G11_degenerate_triangles_are_never_hit_and_change_nothing) {
     for (std::size_t k = 0; k < 3; ++k) ray.d[k] = 0.7F * p[k] - ray.o[k];
     rays.push_back(ray);
   }
-  for (const std::string& layout : kLayouts) {
-    const auto expected = TraverseProbe(device, clean, {layout}).closest(rays);
-    const auto hits = TraverseProbe(device, dirty, {layout}).closest(rays);
+  for (const TraverseProbe::Options& way : kWays) {
+    const auto expected = TraverseProbe(device, clean, way).closest(rays);
+    const auto hits = TraverseProbe(device, dirty, way).closest(rays);
     for (std::size_t i = 0; i < rays.size(); ++i)
-      EXPECT_EQ(std::memcmp(&hits[i], &expected[i], sizeof hits[i]), 0) << layout;
+      EXPECT_EQ(std::memcmp(&hits[i], &expected[i], sizeof hits[i]), 0) << TraverseProbe::describe(way);
   }
 }
 
@@ -234,7 +248,7 @@ TEST(TraverseHard, G13_needles_are_hit_as_often_as_their_area_says) {
     ray.o = {unit(random), unit(random), 1};
     ray.d = {0, 0, -1};
   }
-  TraverseProbe probe(device, soup, {"bvh8"});
+  TraverseProbe probe(device, soup, {"bvh16"});
   const double expected = area / 9.0, count = static_cast<double>(rays.size());
   const double found = 1.0 - static_cast<double>(misses(probe.closest(rays))) / count;
   EXPECT_NEAR(found, expected, 4 * std::sqrt(expected / count));
@@ -252,10 +266,11 @@ TEST(TraverseHard, G14_of_coincident_triangles_the_lowest_index_wins) {
   for (ProbeRay& ray : rays) {
     for (float& d : ray.d) d = unit(random);
   }
-  for (const std::string& layout : kLayouts) {
-    const auto hits = TraverseProbe(device, soup, {layout}).closest(rays);
-    EXPECT_EQ(misses(hits), 0U) << layout;
-    EXPECT_TRUE(std::all_of(hits.begin(), hits.end(), [&](const ProbeHit& h) { return h.triangle < count; })) << layout;
+  for (const TraverseProbe::Options& way : kWays) {
+    const auto hits = TraverseProbe(device, soup, way).closest(rays);
+    EXPECT_EQ(misses(hits), 0U) << TraverseProbe::describe(way);
+    EXPECT_TRUE(std::all_of(hits.begin(), hits.end(), [&](const ProbeHit& h) { return h.triangle < count; }))
+        << TraverseProbe::describe(way);
   }
 }
 
@@ -268,13 +283,13 @@ TEST(TraverseHard, G15_ten_thousand_copies_one_triangle_and_none) {
   hit.o = miss.o = {0.25F, 0.25F, 1};
   hit.d = {0, 0, -1};
   miss.d = {0, 0, 1};
-  for (const std::string& layout : kLayouts) {
+  for (const TraverseProbe::Options& way : kWays) {
     for (const Soup& soup : {copies, one, Soup{}}) {
-      TraverseProbe probe(device, soup, {layout});
+      TraverseProbe probe(device, soup, way);
       const auto found = probe.closest({hit, miss});
-      EXPECT_EQ(found[0].triangle, soup.empty() ? EK_NO_HIT : 0U) << layout;
-      EXPECT_EQ(found[1].triangle, EK_NO_HIT) << layout;
-      EXPECT_EQ(probe.any({hit, miss}), (std::vector<bool>{!soup.empty(), false})) << layout;
+      EXPECT_EQ(found[0].triangle, soup.empty() ? EK_NO_HIT : 0U) << TraverseProbe::describe(way);
+      EXPECT_EQ(found[1].triangle, EK_NO_HIT) << TraverseProbe::describe(way);
+      EXPECT_EQ(probe.any({hit, miss}), (std::vector<bool>{!soup.empty(), false})) << TraverseProbe::describe(way);
     }
   }
 }

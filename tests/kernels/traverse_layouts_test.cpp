@@ -117,7 +117,6 @@ void expect_all_agree(const Soup& soup, const std::vector<ProbeRay>& rays, const
 }
 
 TEST(Traverse, random_rays_hit_the_same_bits_in_every_layout) {
-  // The kernels treat trees of up to 2047 triangles in another way than larger ones.
   expect_all_agree(fixtures::scattered(3000, 1.0F, 1), random_rays(20'000, 1.0F, 2), "scattered");
   expect_all_agree(fixtures::scattered(300, 1.0F, 8), random_rays(20'000, 1.0F, 9), "few");
   expect_all_agree(fixtures::bumpy_sphere(20), random_rays(20'000, 1.0F, 3), "sphere");

@@ -68,7 +68,7 @@ inline std::vector<std::string> every_layout() {
 class TraverseProbe {
  public:
   struct Options {
-    std::string layout = "bvh8";
+    std::string layout = "bvh16";
     int width = 16;
     bool portable = false;                        // without builtins of the host's processor
     bool coherent = false;                        // as camera rays are traced
@@ -76,28 +76,43 @@ class TraverseProbe {
     std::vector<MaterialRecord> materials = {};   // with opacity
     std::vector<std::uint32_t> material_of = {};  // per triangle, with opacity
     std::optional<Accel> accel = {};              // of this layout, instead of one built over the triangles
+    std::map<std::string, std::string> defines = {};  // in place of those that tree and processor bring about
   };
 
   /// Every layout at the widths for which it has code of its own; those for wide devices also without builtins, and for rays
   /// that are traced together.
   static std::vector<Options> variants() {
     std::vector<Options> all{{"none", 1}, {"none", 16}};
+    const auto add = [&](const std::string& layout, int width, std::map<std::string, std::string> defines,
+                         bool portable = false, bool coherent = false) {
+      Options o{layout, width, portable, coherent};
+      o.defines = std::move(defines);
+      all.push_back(std::move(o));
+    };
     for (const std::string& layout : tree_layouts()) {
-      const bool wide = layout == "bvh8" || layout == "bvh16";
-      for (const int width : {1, 8, 16}) {
-        if (width == 8 && !wide) continue;
-        all.push_back({layout, width});
-        if (!wide || width == 1) continue;
-        all.push_back({layout, width, false, true});
-        if (width == 16) all.push_back({layout, width, true, false}), all.push_back({layout, width, true, true});
+      add(layout, 1, {});
+      if (layout != "bvh8" && layout != "bvh16") {
+        add(layout, 16, {});
+        continue;
       }
+      // Small trees would be traced as packets, with the rays of any kind; so each way is asked for by its defines.
+      for (const int width : {8, 16}) {
+        add(layout, width, {{"EK_SMALL_TREE", "0"}});
+        add(layout, width, {{"EK_SMALL_TREE", "0"}, {"EK_LARGE_TREE", "1"}}, false, true);
+      }
+      add(layout, 16, {{"EK_SMALL_TREE", "1"}});
+      add(layout, 8, {{"EK_SMALL_TREE", "0"}, {"EK_NO_AVX512", "1"}});
+      add(layout, 16, {{"EK_SMALL_TREE", "0"}}, true, false);
+      add(layout, 16, {{"EK_SMALL_TREE", "0"}, {"EK_LARGE_TREE", "1"}}, true, true);
     }
     return all;
   }
 
   [[nodiscard]] static std::string describe(const Options& options) {
-    return options.layout + " width " + std::to_string(options.width) + (options.portable ? ", portable" : "") +
-           (options.coherent ? ", packets" : "");
+    std::string text = options.layout + " width " + std::to_string(options.width) +
+                       (options.portable ? ", portable" : "") + (options.coherent ? ", coherent" : "");
+    for (const auto& [name, value] : options.defines) text += ", " + name + "=" + value;
+    return text;
   }
 
   TraverseProbe(Device& device, const std::vector<float>& soup, const Options& options)
@@ -110,6 +125,7 @@ class TraverseProbe {
     program.defines["EK_WIDTH"] = std::to_string(options.width);
     program.defines["EK_CHUNK"] = std::to_string(kChunk);
     if (options.portable) program.defines["EK_PORTABLE"] = "1";
+    for (const auto& [name, value] : options.defines) program.defines[name] = value;
     const Program built = device.build(kernel_text({"trace_rays.cl"}), program);
     closest_ = built.kernel("trace_closest");
     any_ = built.kernel("trace_any");

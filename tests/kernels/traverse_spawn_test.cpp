@@ -38,9 +38,9 @@ kernel void leave(constant Frame* frame, global const Triangle* triangles, globa
       const v3 dir = kind == 0 ? w : sub3(target, origin);
       // A target within rounding error of the surface may lie on its other side as seen from the moved origin.
       const int leaves = (dot3(towards, n) < 0.0f) == (dot3(dir, n) < 0.0f);
-      RayTable table;
-      ray_store(&table, 0, ray_lanes(frame, origin, dir, key));
-      const RayOne ray = ray_pick(&table, 0);
+      RayOne rays[EK_WIDTH];
+      ray_store(rays, ray_lanes(frame, origin, dir, key), EK_INFINITY);
+      const RayOne ray = rays[0];
       Hit hit = no_hit(INFINITY);
       try_triangle(geometry, &ray, index, 0, &hit);
       count[kind] += leaves & (hit.triangle != EK_NO_HIT);

@@ -29,9 +29,9 @@ kernel void leave(constant Frame* frame, global const Triangle* triangles, uint 
   const v3 p = triangle_point(t.p0, t.p1, t.p2, (vf)(start[0]), (vf)(start[1]), &error);
   const v3 w = V3((vf)(start[2]), (vf)(start[3]), (vf)(start[4]));
   const v3 origin = offset_ray_origin(p, error, triangle_normal(t.p0, t.p1, t.p2), w);
-  RayTable table;
-  ray_store(&table, 0, ray_lanes(frame, origin, w, key));
-  const RayOne ray = ray_pick(&table, 0);
+  RayOne rays[EK_WIDTH];
+  ray_store(rays, ray_lanes(frame, origin, w, key), EK_INFINITY);
+  const RayOne ray = rays[0];
   Hit hit = no_hit(INFINITY);
   for (uint k = 0; k < triangle_count; ++k) try_triangle(geometry, &ray, k, 0, &hit);
   left[4 * i] = origin.x;

@@ -170,27 +170,30 @@ TEST(Accel, a_dense_mesh_takes_less_than_72_bytes_per_triangle) {
   EXPECT_LT(static_cast<double>(accel.bytes()), 72.0 * static_cast<double>(soup.size()) / 9);
 }
 
-TEST(Accel, bvh8_nodes_list_their_children_from_far_to_near_for_every_octant) {
-  const Accel accel = build(fixtures::scattered(3000, 1.0F, 15), "bvh8");
-  for (std::size_t n = 0; n < accel.node_count; ++n) {
-    const std::uint32_t* words = accel.nodes.data() + 64 * n;
-    const auto plane = [&](std::size_t i) { return std::bit_cast<float>(words[i]); };
-    for (std::uint32_t octant = 0; octant < 8; ++octant) {
-      std::uint32_t listed = 0;
-      float last = std::numeric_limits<float>::infinity();
-      for (std::size_t i = 0; i < 8; ++i) {
-        const std::uint32_t child = words[56 + i] >> 3 * octant & 7U;
-        listed |= 1U << child;
-        if (!(plane(child) <= plane(8 + child))) continue;  // missing
-        float along = 0;
-        for (std::uint32_t axis = 0; axis < 3; ++axis) {
-          const float center = plane(16 * axis + child) + plane(16 * axis + 8 + child);
-          along += (octant >> axis & 1U) != 0 ? -center : center;
+TEST(Accel, wide_nodes_list_their_children_from_far_to_near_for_every_octant) {
+  for (const std::uint32_t width : {8U, 16U}) {
+    const Accel accel = build(fixtures::scattered(3000, 1.0F, 15), width == 8 ? "bvh8" : "bvh16");
+    const std::uint32_t bits = width == 8 ? 3 : 4;
+    for (std::size_t n = 0; n < accel.node_count; ++n) {
+      const std::uint32_t* words = accel.nodes.data() + 8 * width * n;
+      const auto plane = [&](std::size_t i) { return std::bit_cast<float>(words[i]); };
+      for (std::uint32_t octant = 0; octant < 8; ++octant) {
+        std::uint32_t listed = 0;
+        float last = std::numeric_limits<float>::infinity();
+        for (std::size_t i = 0; i < width; ++i) {
+          const std::uint32_t child = words[7 * width + i] >> bits * octant & (width - 1);
+          listed |= 1U << child;
+          if (!(plane(child) <= plane(width + child))) continue;  // missing
+          float along = 0;
+          for (std::uint32_t axis = 0; axis < 3; ++axis) {
+            const float center = plane(2 * width * axis + child) + plane((2 * axis + 1) * width + child);
+            along += (octant >> axis & 1U) != 0 ? -center : center;
+          }
+          EXPECT_LE(along, last);
+          last = along;
         }
-        EXPECT_LE(along, last);
-        last = along;
+        EXPECT_EQ(listed, (1U << width) - 1U);
       }
-      EXPECT_EQ(listed, 0xffU);
     }
   }
 }

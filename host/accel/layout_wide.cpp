@@ -5,6 +5,7 @@
 #include <array>
 #include <bit>
 #include <limits>
+#include <numeric>
 
 #include "accel/collapse.h"
 #include "accel/layouts.h"
@@ -12,17 +13,21 @@
 namespace eikon {
 namespace {
 
-constexpr std::uint32_t kWidth = 8;
-constexpr std::size_t kNodeWords = 64, kBlockWords = 80, kOrderWord = 56;
+constexpr std::uint32_t kBlock = 8;  // triangles, whatever the width of a node
+constexpr std::size_t kBlockWords = 10 * kBlock;
 constexpr std::uint32_t kLeafBit = 0x80000000U;
-// In units of one step: 8 boxes, or 8 triangles, are tested at once.
-constexpr CollapseCosts kCosts{.leaf_limit = kWidth, .node = 1.0F, .leaf = 1.0F, .triangle = 0.0F};
+// In units of one step: all boxes of a node, or 8 triangles, are tested at once.
+constexpr CollapseCosts kCosts{.leaf_limit = kBlock, .node = 1.0F, .leaf = 1.0F, .triangle = 0.0F};
 
 struct Block {
   std::uint32_t first = 0, count = 0;  // into BinaryTree::triangles
 };
 
+template <std::uint32_t kWidth>
 class Emitter {
+  static constexpr std::size_t kNodeWords = 8 * kWidth;
+  static constexpr std::uint32_t kOrderBits = std::bit_width(kWidth - 1);
+
  public:
   Emitter(const BinaryTree& tree, Accel& accel) : tree_(tree), collapse_(tree, kCosts), accel_(accel) {
     accel_.nodes.resize(kNodeWords);
@@ -54,12 +59,12 @@ class Emitter {
       }
       std::uint32_t* node = accel_.nodes.data() + to * kNodeWords;
       for (std::size_t axis = 0; axis < 3; ++axis) {
-        node[16 * axis + i] = std::bit_cast<std::uint32_t>(float{box.lo[axis]});
-        node[16 * axis + 8 + i] = std::bit_cast<std::uint32_t>(float{box.hi[axis]});
+        node[2 * kWidth * axis + i] = std::bit_cast<std::uint32_t>(float{box.lo[axis]});
+        node[(2 * axis + 1) * kWidth + i] = std::bit_cast<std::uint32_t>(float{box.hi[axis]});
       }
-      node[48 + i] = words[i];
+      node[6 * kWidth + i] = words[i];
     }
-    store_orders(accel_.nodes.data() + to * kNodeWords + kOrderWord, centers, children.size());
+    store_orders(accel_.nodes.data() + to * kNodeWords + 7 * kWidth, centers, children.size());
     accel_.nodes.resize(accel_.nodes.size() + inner * kNodeWords);
     std::uint32_t below = 0;
     for (std::size_t i = 0; i < children.size(); ++i) {
@@ -78,10 +83,11 @@ class Emitter {
           sum += (octant >> axis & 1U) != 0 ? -centers[i][axis] : float{centers[i][axis]};
         return sum;
       };
-      std::array<std::uint32_t, kWidth> order{0, 1, 2, 3, 4, 5, 6, 7};
+      std::array<std::uint32_t, kWidth> order{};
+      std::iota(order.begin(), order.end(), 0U);
       std::stable_sort(order.begin(), order.end(),
                        [&](std::uint32_t a, std::uint32_t b) { return depth(a) > depth(b); });
-      for (std::size_t i = 0; i < kWidth; ++i) words[i] |= order[i] << 3 * octant;
+      for (std::size_t i = 0; i < kWidth; ++i) words[i] |= order[i] << kOrderBits * octant;
     }
   }
 
@@ -91,38 +97,41 @@ class Emitter {
   std::vector<Block> blocks_;
 };
 
-}  // namespace
-
-Accel layout_bvh8(const BinaryTree& tree, TriangleSoup triangles) {
+template <std::uint32_t kWidth>
+Accel layout(const char* name, const BinaryTree& tree, TriangleSoup triangles) {
   Accel accel;
   accel.name = "bvh";
-  accel.layout = "bvh8";
+  accel.layout = name;
   if (tree.nodes.empty()) {
     // One node without children: lo = +inf, hi = -inf in every slot.
-    accel.nodes.resize(kNodeWords, 0);
-    for (std::size_t i = 0; i < 48; ++i) accel.nodes[i] = (i & 8) != 0 ? 0xff800000U : 0x7f800000U;
+    accel.nodes.resize(8 * kWidth, 0);
+    for (std::size_t i = 0; i < 6 * kWidth; ++i) accel.nodes[i] = (i & kWidth) != 0 ? 0xff800000U : 0x7f800000U;
     accel.leaves.resize(kBlockWords, 0);
     accel.node_count = 1;
     return accel;
   }
-  const Emitter emitter(tree, accel);
+  const Emitter<kWidth> emitter(tree, accel);
   const auto& blocks = emitter.blocks();
-  accel.node_count = accel.nodes.size() / kNodeWords;
-  accel.nodes[kOrderWord] |= static_cast<std::uint32_t>(std::bit_width(tree.triangles.size())) << 24;
+  accel.node_count = accel.nodes.size() / (8 * kWidth);
   accel.leaves.resize(blocks.size() * kBlockWords);
   tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t b) {
     std::uint32_t* words = accel.leaves.data() + b * kBlockWords;
-    for (std::uint32_t i = 0; i < kWidth; ++i) {
+    for (std::uint32_t i = 0; i < kBlock; ++i) {
       const bool used = i < blocks[b].count;
       const std::uint32_t triangle = used ? tree.triangles[blocks[b].first + i] : 0;
       for (std::size_t k = 0; k < 9; ++k) {
         // An unused lane is NaN: no comparison of the triangle test holds for it.
-        words[8 * k + i] = used ? std::bit_cast<std::uint32_t>(triangles.corners(triangle)[k]) : 0x7fc00000U;
+        words[kBlock * k + i] = used ? std::bit_cast<std::uint32_t>(triangles.corners(triangle)[k]) : 0x7fc00000U;
       }
-      words[72 + i] = used ? triangle : 0xffffffffU;
+      words[9 * kBlock + i] = used ? triangle : 0xffffffffU;
     }
   });
   return accel;
 }
+
+}  // namespace
+
+Accel layout_bvh8(const BinaryTree& tree, TriangleSoup triangles) { return layout<8>("bvh8", tree, triangles); }
+Accel layout_bvh16(const BinaryTree& tree, TriangleSoup triangles) { return layout<16>("bvh16", tree, triangles); }
 
 }  // namespace eikon

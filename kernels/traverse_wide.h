@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: Apache-2.0
+// Layouts `bvh16` and `bvh8`, for CPU devices: one ray against all boxes of a node, or eight triangles, in explicit vectors.
+// With W = 16 or 8 boxes per node,
+//   node, 8 W words: [0, 6 W) planes lo x, hi x, lo y, hi y, lo z, hi z of the children, W each; a missing child has
+//     lo = +inf, hi = -inf. [6 W, 7 W) children, smallest first: index of the node, or bit 31 | index of the block; never 0
+//     but where a child is missing. [7 W, 8 W) word i, bits b k .. b k + b - 1 with b = log2 W: the child that is i-th from
+//     far to near for rays of octant k (bit 0: x < 0, ...)
+//   block, 80 words: [0, 72) corners a x, a y, a z, b x, ..., c z of eight triangles; [72, 80) their indices. An unused
+//     triangle is NaN, and its index EK_NO_HIT.
+#ifndef EK_TRAVERSE_WIDE_H
+#define EK_TRAVERSE_WIDE_H
+#include "hit.h"
+
+#define WIDE_LEAF 0x80000000u
+#define WIDE_NODE_WORDS (8u * EK_NODE_WIDTH)
+#define WIDE_BLOCK_WORDS 80u
+
+#if EK_LAYOUT_bvh16
+typedef float16 wf;
+typedef int16 wi;
+typedef uint16 wu;
+#define wide_bits mask_bits16
+#define wide_words as_uint16
+#define wide_floats as_float16
+#else
+typedef float8 wf;
+typedef int8 wi;
+typedef uint8 wu;
+#define wide_bits mask_bits8
+#define wide_words as_uint8
+#define wide_floats as_float8
+#endif
+
+EK_FN wf wide_load(global const float* p) { return *(global const wf*)p; }
+EK_FN wf wide_min(wf a, wf b) { return a < b ? a : b; }
+EK_FN wf wide_max(wf a, wf b) { return a > b ? a : b; }
+
+EK_FN global const float* wide_node(Geometry geometry, uint node) {
+  return (global const float*)geometry.nodes + (size_t)node * WIDE_NODE_WORDS;
+}
+EK_FN global const float* wide_block(Geometry geometry, uint child) {
+  return (global const float*)geometry.leaves + (size_t)(child & ~WIDE_LEAF) * WIDE_BLOCK_WORDS;
+}
+
+// In a tree that is larger than the caches.
+EK_FN void wide_prefetch(Geometry geometry, uint child) {
+#if EK_LARGE_TREE && EK_BUILTIN(__builtin_prefetch)
+  global const char* p = child & WIDE_LEAF ? (global const char*)wide_block(geometry, child)
+                                           : (global const char*)wide_node(geometry, child);
+  __builtin_prefetch(p);
+  __builtin_prefetch(p + 64);
+  __builtin_prefetch(p + 128);
+  __builtin_prefetch(p + 192);
+  __builtin_prefetch(p + 256);
+#if EK_LAYOUT_bvh16
+  __builtin_prefetch(p + 320);
+  __builtin_prefetch(p + 384);
+  __builtin_prefetch(p + 448);
+#endif
+#endif
+}
+
+// Where the ray's interval in each child begins and ends.
+EK_FN wf wide_begin(global const float* node, const RayOne* ray) {
+  const wf x = (wide_load(node + ray->near_x) - ray->nx) * ray->rx, y = (wide_load(node + ray->near_y) - ray->ny) * ray->ry,
+           z = (wide_load(node + ray->near_z) - ray->nz) * ray->rz;
+  return wide_max(wide_max(x, y), wide_max(z, (wf)(0.0f)));
+}
+EK_FN wf wide_end(global const float* node, const RayOne* ray) {
+  const wf x = (wide_load(node + (ray->near_x ^ EK_NODE_WIDTH)) - ray->fx) * ray->rx,
+           y = (wide_load(node + (ray->near_y ^ EK_NODE_WIDTH)) - ray->fy) * ray->ry,
+           z = (wide_load(node + (ray->near_z ^ EK_NODE_WIDTH)) - ray->fz) * ray->rz;
+  return wide_min(wide_min(x, y), wide_min(z, (wf)(ray->t)));
+}
+
+// The triangles of a block that the ray may hit: those that pass the first questions of shape_triangle.h, in the same bits,
+// and do not lie wholly behind the ray's end. (Corners are negated, which does not show in the signs of products: as second
+// operand of a difference they need no load of their own. With A the distance to the first corner on z, its t first_t is at
+// most A (1 + 2u), u = 2^-24, and the box of the triangle begins at or behind A (1 - 2u) - 1.51 pad |rz|, pad being 2u |o| and more;
+// A is at most reach |rz|, so that 4u A is an eighth of pad |rz|. Twice pad |rz| covers both, and the rounding of the sum.)
+EK_FN uint wide_candidates(global const float* block, const RayOne* ray) {
+  const uint x = ray->axis_x, z = ray->axis_z, y = 24u - x - z;
+#define WIDE_CORNER(axis, offset) (ray->p_o##axis - *(global const float8*)(block + offset + axis))
+  const float8 az = WIDE_CORNER(z, 0), bz = WIDE_CORNER(z, 24), cz = WIDE_CORNER(z, 48);
+  const float8 ax = WIDE_CORNER(x, 0) - ray->sx * az, ay = WIDE_CORNER(y, 0) - ray->sy * az;
+  const float8 bx = WIDE_CORNER(x, 24) - ray->sx * bz, by = WIDE_CORNER(y, 24) - ray->sy * bz;
+  const float8 cx = WIDE_CORNER(x, 48) - ray->sx * cz, cy = WIDE_CORNER(y, 48) - ray->sy * cz;
+#undef WIDE_CORNER
+  const float8 ea = cx * by - cy * bx, eb = ax * cy - ay * cx, ec = bx * ay - by * ax;
+  const float8 zero = (float8)(0.0f);
+  const float8 less = ea < eb ? ea : eb, more = ea > eb ? ea : eb;
+  const float8 least = less < ec ? less : ec, most = more > ec ? more : ec;
+  const float8 at = az * -ray->p_rz, bt = bz * -ray->p_rz, ct = cz * -ray->p_rz;
+  const float8 first = at < bt ? at : bt, last = at > bt ? at : bt;
+  const float8 first_t = first < ct ? first : ct, last_t = last > ct ? last : ct;
+  return mask_bits8(((least >= zero) | (most <= zero)) & (last_t > zero) & !(first_t > (float8)(ray->t + ray->slack)));
+}
+
+// Child k with the place where the ray enters it: as integers they sort by that place, which is not negative.
+EK_FN ulong wide_entry(const float* begin, global const uint* children, uint k) {
+  return (ulong)as_uint(begin[k]) << 32 | children[k];
+}
+
+// One ray alone.
+EK_FN int traverse_wide(Geometry geometry, const RayOne* given, const int any_hit, Hit* hit) {
+  ulong stack[EK_STACK_SIZE];
+  RayOne ray = *given;
+  uint waiting = 0, current = 0;
+  for (;;) {
+    if (!(current & WIDE_LEAF)) {
+      global const float* node = wide_node(geometry, current);
+      global const uint* children = (global const uint*)node + 6 * EK_NODE_WIDTH;
+      const wf begins = wide_begin(node, &ray);
+      float begin[EK_NODE_WIDTH] __attribute__((aligned(64)));
+      *(wf*)begin = begins;
+      const uint base = waiting;
+      for (uint bits = wide_bits(begins <= wide_end(node, &ray)); bits != 0; bits &= bits - 1) {
+        const ulong entry = wide_entry(begin, children, lowest_bit(bits));
+        // Insertion into the stack's end, nearest last.
+        uint at = waiting++;
+        if (!any_hit) {
+          for (; at > base && stack[at - 1] < entry; --at) stack[at] = stack[at - 1];
+        }
+        stack[at] = entry;
+      }
+    } else {
+      global const float* block = wide_block(geometry, current);
+      for (uint bits = wide_candidates(block, &ray); bits != 0; bits &= bits - 1) {
+        if (try_triangle(geometry, &ray, as_uint(block[72 + lowest_bit(bits)]), any_hit, hit)) return 1;
+      }
+      ray.t = hit->t;
+    }
+    ulong next;
+    do {
+      if (waiting == 0) return 0;
+      next = stack[--waiting];
+    } while (!any_hit & (as_float((uint)(next >> 32)) > hit->t));
+    current = (uint)next;
+  }
+}
+
+#endif
