@@ -10,7 +10,12 @@
 
 // Packets that are traced at once.
 #ifndef EK_PACKETS
-#define EK_PACKETS (EK_LARGE_TREE ? 4 : 1)
+#define EK_PACKETS (EK_LARGE_TREE ? 8 : 1)
+#endif
+// So few rays of a packet are taken one by one at a block, and 1 at a node. It pays where triangles are about as small as
+// pixels; so it is 0, and nobody keeps account of which rays meet what, in smaller trees.
+#ifndef EK_FEW
+#define EK_FEW (EK_LARGE_TREE ? 6 : 0)
 #endif
 
 #if EK_WIDTH == 1
@@ -115,6 +120,7 @@ typedef struct {
   vi valid;
   float farthest;  // of hit.t
   uint waiting, current, row;
+  uint lanes;  // that meet the current node or block
 } Packet;
 
 EK_FN void packet_begin_at_root(Packet* p) {
@@ -126,49 +132,113 @@ EK_FN void packet_begin_at_root(Packet* p) {
   p->axes = packet_axes(ray, valid);
   p->farthest = lanes_max(p->hit.t);
   p->waiting = p->current = 0;
+  p->lanes = mask_bits(valid);
+}
+
+// Children that wait, and which lanes meet them.
+typedef struct {
+  ulong entry[EK_STACK_SIZE];
+#if EK_FEW
+  ushort lanes[EK_STACK_SIZE];
+#endif
+} PacketStack;
+
+#if EK_FEW
+EK_FN RayOne packet_lane(const Packet* p, uint lane) {
+  RayOne one;
+#define PACKET_LANE(name) one.name = ((const float*)&p->ray.name)[lane];
+  PACKET_LANE(rx) PACKET_LANE(ry) PACKET_LANE(rz) PACKET_LANE(nx) PACKET_LANE(ny) PACKET_LANE(nz) PACKET_LANE(fx) PACKET_LANE(fy)
+  PACKET_LANE(fz) PACKET_LANE(p_ox) PACKET_LANE(p_oy) PACKET_LANE(p_oz) PACKET_LANE(sx) PACKET_LANE(sy) PACKET_LANE(p_rz)
+  PACKET_LANE(slack)
+#undef PACKET_LANE
+  one.t = ((const float*)&p->hit.t)[lane];
+  one.near_x = one.rx < 0.0f ? EK_NODE_WIDTH : 0u;
+  one.near_y = 2u * EK_NODE_WIDTH + (one.ry < 0.0f ? EK_NODE_WIDTH : 0u);
+  one.near_z = 4u * EK_NODE_WIDTH + (one.rz < 0.0f ? EK_NODE_WIDTH : 0u);
+  one.axis_z = 8u * (uint)((const float*)&p->ray.axis)[lane];
+  one.axis_x = one.axis_z == 16u ? 0u : one.axis_z + 8u;
+  return one;
+}
+#endif
+
+// Which triangles of a block to try with all rays.
+EK_FN uint packet_candidates(global const float* block, const Packet* p) {
+  uint bits = 0xffu;
+#if EK_FEW
+  if (popcount(p->lanes) <= EK_FEW) {
+    bits = 0;
+    for (uint lanes = p->lanes; lanes != 0; lanes &= lanes - 1u) {
+      const RayOne one = packet_lane(p, lowest_bit(lanes));
+      bits |= wide_candidates(block, &one);
+    }
+  }
+#endif
+  return bits;
+}
+
+EK_FN void packet_push(Geometry geometry, PacketStack* stack, uint base, uint* waiting, ulong entry, uint lanes) {
+  // Insertion into the stack's end, nearest last.
+  uint at = (*waiting)++;
+  for (; at > base && stack->entry[at - 1] < entry; --at) {
+    stack->entry[at] = stack->entry[at - 1];
+#if EK_FEW
+    stack->lanes[at] = stack->lanes[at - 1];
+#endif
+  }
+  stack->entry[at] = entry;
+#if EK_FEW
+  stack->lanes[at] = (ushort)lanes;
+#endif
+  wide_prefetch(geometry, (uint)entry);
 }
 
 // One node or block. returns 0 when the packet is done.
-EK_FN int packet_step(Geometry geometry, Packet* p, ulong* stack, const int any_hit) {
+EK_FN int packet_step(Geometry geometry, Packet* p, PacketStack* stack, const int any_hit) {
   const RayLanes* ray = &p->ray;
   HitLanes* hit = &p->hit;
   const uint current = p->current;
   uint waiting = p->waiting;
   if (!(current & WIDE_LEAF)) {
-    const vi negative_x = ray->rx < 0.0f, negative_y = ray->ry < 0.0f, negative_z = ray->rz < 0.0f;
     global const float* node = wide_node(geometry, current);
     global const uint* children = (global const uint*)node + 6u * EK_NODE_WIDTH;
-    const wf begins = wide_max(wide_max(packet_begin(p->x, node), packet_begin(p->y, node)),
-                                          wide_max(packet_begin(p->z, node), (wf)(0.0f)));
-    const wf ends = wide_min(wide_min(packet_end(p->x, node), packet_end(p->y, node)),
-                                        wide_min(packet_end(p->z, node), (wf)(p->farthest)));
-    uint bits = wide_bits(begins <= ends);
     float begin[EK_NODE_WIDTH] __attribute__((aligned(64)));
-    *(wf*)begin = begins;
     const uint base = waiting;
-    while (bits != 0) {
-      const uint k = lowest_bit(bits);
-      bits &= bits - 1;
-      global const float* plane = node + k;
-      const vf lo_x = (vf)(plane[0]), hi_x = (vf)(plane[EK_NODE_WIDTH]), lo_y = (vf)(plane[2u * EK_NODE_WIDTH]),
-               hi_y = (vf)(plane[3u * EK_NODE_WIDTH]), lo_z = (vf)(plane[4u * EK_NODE_WIDTH]),
-               hi_z = (vf)(plane[5u * EK_NODE_WIDTH]);
-      const vf begin_x = ((negative_x ? hi_x : lo_x) - ray->nx) * ray->rx, end_x = ((negative_x ? lo_x : hi_x) - ray->fx) * ray->rx;
-      const vf begin_y = ((negative_y ? hi_y : lo_y) - ray->ny) * ray->ry, end_y = ((negative_y ? lo_y : hi_y) - ray->fy) * ray->ry;
-      const vf begin_z = ((negative_z ? hi_z : lo_z) - ray->nz) * ray->rz, end_z = ((negative_z ? lo_z : hi_z) - ray->fz) * ray->rz;
-      const vf first = shape_max_lanes(shape_max_lanes(begin_x, begin_y), shape_max_lanes(begin_z, (vf)(0.0f)));
-      const vf last = shape_min_lanes(shape_min_lanes(end_x, end_y), shape_min_lanes(end_z, hit->t));
-      if (mask_bits(first <= last) == 0) continue;
-      // Insertion into the stack's end, nearest last.
-      const ulong entry = wide_entry(begin, children, k);
-      uint at = waiting++;
-      for (; at > base && stack[at - 1] < entry; --at) stack[at] = stack[at - 1];
-      stack[at] = entry;
-      wide_prefetch(geometry, (uint)entry);
+#if EK_FEW
+    const int alone = (p->lanes & (p->lanes - 1u)) == 0;
+    if (alone) {
+      const RayOne one = packet_lane(p, lowest_bit(p->lanes));
+      const wf begins = wide_begin(node, &one);
+      *(wf*)begin = begins;
+      for (uint bits = wide_bits(begins <= wide_end(node, &one)); bits != 0; bits &= bits - 1u)
+        packet_push(geometry, stack, base, &waiting, wide_entry(begin, children, lowest_bit(bits)), p->lanes);
+    } else
+#endif
+    {
+      const wf begins = wide_max(wide_max(packet_begin(p->x, node), packet_begin(p->y, node)),
+                                 wide_max(packet_begin(p->z, node), (wf)(0.0f)));
+      const wf ends = wide_min(wide_min(packet_end(p->x, node), packet_end(p->y, node)),
+                               wide_min(packet_end(p->z, node), (wf)(p->farthest)));
+      *(wf*)begin = begins;
+      const vi negative_x = ray->rx < 0.0f, negative_y = ray->ry < 0.0f, negative_z = ray->rz < 0.0f;
+      for (uint bits = wide_bits(begins <= ends); bits != 0; bits &= bits - 1u) {
+        const uint k = lowest_bit(bits);
+        global const float* plane = node + k;
+        const vf lo_x = (vf)(plane[0]), hi_x = (vf)(plane[EK_NODE_WIDTH]), lo_y = (vf)(plane[2u * EK_NODE_WIDTH]),
+                 hi_y = (vf)(plane[3u * EK_NODE_WIDTH]), lo_z = (vf)(plane[4u * EK_NODE_WIDTH]),
+                 hi_z = (vf)(plane[5u * EK_NODE_WIDTH]);
+        const vf begin_x = ((negative_x ? hi_x : lo_x) - ray->nx) * ray->rx, end_x = ((negative_x ? lo_x : hi_x) - ray->fx) * ray->rx;
+        const vf begin_y = ((negative_y ? hi_y : lo_y) - ray->ny) * ray->ry, end_y = ((negative_y ? lo_y : hi_y) - ray->fy) * ray->ry;
+        const vf begin_z = ((negative_z ? hi_z : lo_z) - ray->nz) * ray->rz, end_z = ((negative_z ? lo_z : hi_z) - ray->fz) * ray->rz;
+        const vf first = shape_max_lanes(shape_max_lanes(begin_x, begin_y), shape_max_lanes(begin_z, (vf)(0.0f)));
+        const vf last = shape_min_lanes(shape_min_lanes(end_x, end_y), shape_min_lanes(end_z, hit->t));
+        const uint lanes = mask_bits(first <= last);
+        if (lanes != 0) packet_push(geometry, stack, base, &waiting, wide_entry(begin, children, k), lanes);
+      }
     }
   } else {
     global const float* block = wide_block(geometry, current);
-    for (uint k = 0; k < 8; ++k) {
+    for (uint bits = packet_candidates(block, p); bits != 0; bits &= bits - 1u) {
+      const uint k = lowest_bit(bits);
       const uint triangle = as_uint(block[72 + k]);
       if (triangle == EK_NO_HIT) break;
       Corners_lanes corners;
@@ -193,10 +263,18 @@ EK_FN int packet_step(Geometry geometry, Packet* p, ulong* stack, const int any_
     if (any_hit && p->farthest < 0.0f) return 0;
   }
   ulong next;
+#if EK_FEW
   do {
     if (waiting == 0) return 0;
-    next = stack[--waiting];
+    next = stack->entry[--waiting];
+    p->lanes = stack->lanes[waiting] & mask_bits((vf)(as_float((uint)(next >> 32))) <= hit->t);
+  } while (p->lanes == 0);
+#else
+  do {
+    if (waiting == 0) return 0;
+    next = stack->entry[--waiting];
   } while (as_float((uint)(next >> 32)) > p->farthest);
+#endif
   p->current = (uint)next;
   p->waiting = waiting;
   return 1;
@@ -205,7 +283,7 @@ EK_FN int packet_step(Geometry geometry, Packet* p, ulong* stack, const int any_
 // Several at once, one step of each in turn: in a large tree the next node of a packet is fetched while the others move.
 EK_FN void traverse_packets(Geometry geometry, Packet* packets, uint count, const int any_hit) {
 #if EK_LARGE_TREE
-  ulong stacks[EK_PACKETS][EK_STACK_SIZE];
+  PacketStack stacks[EK_PACKETS];
   uint open[EK_PACKETS], open_count = count;
   for (uint i = 0; i < count; ++i) open[i] = i;
   while (open_count != 0) {
@@ -213,15 +291,15 @@ EK_FN void traverse_packets(Geometry geometry, Packet* packets, uint count, cons
     for (uint i = 0; i < open_count; ++i) {
       const uint k = open[i];
       open[still] = k;
-      still += packet_step(geometry, packets + k, stacks[k], any_hit) ? 1u : 0u;
+      still += packet_step(geometry, packets + k, stacks + k, any_hit) ? 1u : 0u;
     }
     open_count = still;
   }
 #else
-  ulong stack[EK_STACK_SIZE];
+  PacketStack stack;
   for (uint i = 0; i < count; ++i) {
     Packet packet = packets[i];
-    while (packet_step(geometry, &packet, stack, any_hit)) {
+    while (packet_step(geometry, &packet, &stack, any_hit)) {
     }
     packets[i].hit = packet.hit;
   }
