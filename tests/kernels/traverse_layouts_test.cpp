@@ -2,7 +2,9 @@
 // Every layout at every lane width gives the hits of brute force, bit for bit.
 #include <gtest/gtest.h>
 
+#include <cstdlib>
 #include <cstring>
+#include <memory>
 
 #include "accel_fixtures.h"
 #include "kernels/traverse_probe.h"
@@ -164,6 +166,36 @@ TEST(Traverse, rays_within_an_oblique_plane_of_slivers_hit_the_same_bits_in_ever
     ray.t_max = 0.3F;
   }
   expect_all_agree(soup, rays, "slivers");
+}
+
+TEST(Traverse, many_rays_hit_the_same_bits_as_brute_force) {
+  // EIKON_TRAVERSE_RAYS: how many rays for each of the two scenes; 1e8 have been traced once.
+  const char* asked = std::getenv("EIKON_TRAVERSE_RAYS");
+  const auto total = static_cast<std::size_t>(asked == nullptr ? 2e5 : std::stod(asked));
+  const std::size_t block = std::min<std::size_t>(total, 1'000'000);
+  Device device(select_devices("all").front());
+  const std::pair<const char*, Soup> scenes[] = {{"scattered", fixtures::scattered(60, 1.0F, 21)},
+                                                 {"sphere", fixtures::bumpy_sphere(6)}};
+  for (const auto& [name, soup] : scenes) {
+    TraverseProbe brute(device, soup, {"none", 16});
+    std::vector<std::pair<std::string, std::unique_ptr<TraverseProbe>>> probes;
+    for (const TraverseProbe::Options& variant : TraverseProbe::variants()) {
+      if (variant.width != 16 || variant.portable || (variant.layout != "bvh16" && variant.layout != "bvh8")) continue;
+      probes.emplace_back(TraverseProbe::describe(variant), std::make_unique<TraverseProbe>(device, soup, variant));
+    }
+    ASSERT_GE(probes.size(), 6U);
+    for (std::size_t first = 0; first < total; first += block) {
+      const auto seed = static_cast<std::uint32_t>(100 + first / block);
+      const auto rays =
+          first / block % 2 == 0 ? adversarial_rays(soup, block, 1.0F, seed) : random_rays(block, 1.0F, seed);
+      const auto closest = brute.closest(rays);
+      const auto any = brute.any(rays);
+      for (const auto& [variant, probe] : probes) {
+        ASSERT_TRUE(same_bits(probe->closest(rays), closest, rays)) << name << ", " << variant << ", seed " << seed;
+        ASSERT_EQ(probe->any(rays), any) << name << ", " << variant << ", seed " << seed;
+      }
+    }
+  }
 }
 
 }  // namespace
