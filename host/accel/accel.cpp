@@ -18,7 +18,7 @@ namespace {
 
 // Of nodes and leaves. Up to the first any rays share most of the way through the tree, and tracing them together pays;
 // beyond the second it is seldom in the cache.
-constexpr std::uint64_t kSmallBytes = 160'000, kLargeBytes = 16'000'000;
+constexpr std::uint64_t kSmallBytes = 8'000, kLargeBytes = 16'000'000;
 
 }  // namespace
 
