@@ -106,10 +106,17 @@ EK_FN void ray_store(RayOne* rays, RayLanes ray, vf t) {
   const vu order = (x + y * 2u + z * 4u) * EK_ORDER_BITS;
   const vu axis_z = AS_U(TO_I(ray.axis)) * 8u, axis_x = axis_z == 16u ? none : axis_z + 8u;
 #if EK_WIDTH == 1
-  const RayOne one_ray = {ray.rx, ray.ry, ray.rz, ray.nx, ray.ny, ray.nz, ray.fx, ray.fy, ray.fz, t, near_x, near_y, near_z, order,
-                          0u, 0u, ray.p_ox, ray.p_oy, ray.p_oz, ray.sx, ray.sy, ray.p_rx, ray.p_ry, ray.p_rz, ray.p_nx,
-                          ray.p_ny, ray.p_fx, ray.p_fy, ray.reach, ray.slack, axis_x, axis_z};
-  *rays = one_ray;
+  rays->rx = ray.rx; rays->ry = ray.ry; rays->rz = ray.rz;
+  rays->nx = ray.nx; rays->ny = ray.ny; rays->nz = ray.nz;
+  rays->fx = ray.fx; rays->fy = ray.fy; rays->fz = ray.fz;
+  rays->t = t;
+  rays->near_x = near_x; rays->near_y = near_y; rays->near_z = near_z; rays->order = order;
+  rays->current = rays->top = 0;
+  rays->p_ox = ray.p_ox; rays->p_oy = ray.p_oy; rays->p_oz = ray.p_oz; rays->sx = ray.sx; rays->sy = ray.sy;
+  rays->p_rx = ray.p_rx; rays->p_ry = ray.p_ry; rays->p_rz = ray.p_rz;
+  rays->p_nx = ray.p_nx; rays->p_ny = ray.p_ny; rays->p_fx = ray.p_fx; rays->p_fy = ray.p_fy;
+  rays->reach = ray.reach; rays->slack = ray.slack;
+  rays->axis_x = axis_x; rays->axis_z = axis_z;
 #else
   const Rec boxes = {ray.rx, ray.ry, ray.rz, ray.nx, ray.ny, ray.nz, ray.fx, ray.fy, ray.fz, t, AS_F(near_x), AS_F(near_y),
                      AS_F(near_z), AS_F(order), AS_F(none), AS_F(none)};

@@ -131,7 +131,6 @@ EK_FN void batch_resolve(Geometry geometry, RayOne* rays, const uint* rows, cons
   EK_REC_ROWS(BATCH_ROW)
 #undef BATCH_ROW
   rec = rec_transposed(rec);
-  const vu ids = *(const vu_unaligned*)triangles;
   Rec record;
 #define BATCH_ROW(vector, lane, offset) \
   record.w##vector = *(global const vf*)((global const float*)(geometry.scene.triangles + triangles[0x##lane]) + offset);
@@ -157,7 +156,7 @@ EK_FN void batch_resolve(Geometry geometry, RayOne* rays, const uint* rows, cons
       index[lane] = rays[rows[lane]].index;
     }
     const OpacityKey keys = {*(const vu*)key, *(const vu*)index};
-    found.hit = found.hit & !(ask & passes(geometry.scene, ids, found.u, found.v, keys));
+    found.hit = found.hit & !(ask & passes(geometry.scene, *(const vu_unaligned*)triangles, found.u, found.v, keys));
   }
 #endif
   float t[EK_WIDTH] EK_ROWS_ALIGNED, u[EK_WIDTH] EK_ROWS_ALIGNED, v[EK_WIDTH] EK_ROWS_ALIGNED;

@@ -19,12 +19,12 @@ lint() {
   done
   "$clang" -x cl -cl-std=CL1.2 -Xclang -finclude-default-header -fsyntax-only -Wall -Wextra -Wundef -Werror \
     -Wno-unused-parameter -Wno-bitwise-instead-of-logical -I kernels "-DEK_WIDTH=$2" "-DEK_CHUNKED=$3" -DEK_CHUNK=1024 \
-    -DEK_STACK_SIZE=64 "${defines[@]}" "kernels/stages/$1.cl"
+    -DEK_STACK_SIZE=64 -DEK_SMALL_TREE=0 -DEK_LARGE_TREE=1 "${defines[@]}" "kernels/stages/$1.cl"
 }
 
 count=0
 for stage in "${stages[@]}"; do
-  for shape in "16 1 bvh8" "8 1 bvh8" "1 1 none" "1 0 bvh2" "1 0 bvh4" "1 0 cwbvh"; do
+  for shape in "16 1 bvh16" "16 1 bvh8" "8 1 bvh8" "1 1 none" "1 0 bvh2" "1 0 bvh4" "1 0 cwbvh"; do
     read -r width chunked layout <<<"$shape"
     for which in all none; do
       lint "$stage" "$width" "$chunked" "$layout" "$which"
