@@ -4,8 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <limits>
-#include <numeric>
+#include <vector>
 
 #include "accel/collapse.h"
 #include "accel/layouts.h"
@@ -30,70 +29,94 @@ class Emitter {
 
  public:
   Emitter(const BinaryTree& tree, Accel& accel) : tree_(tree), collapse_(tree, kCosts), accel_(accel) {
-    accel_.nodes.resize(kNodeWords);
-    accel_.stack_size = 1 + emit(0, 0);
+    nodes_.emplace_back();
+    accel_.stack_size = 1 + number(0, 0);
+    accel_.nodes.resize(nodes_.size() * kNodeWords);
+    tbb::parallel_for(std::size_t{0}, nodes_.size(), [&](std::size_t i) { write(nodes_[i], i); });
     const float root = tree.nodes[0].box().half_area();
     accel_.sah_cost = root > 0 ? static_cast<double>(collapse_.cost() / root) : 0.0;
   }
   [[nodiscard]] const std::vector<Block>& blocks() const { return blocks_; }
 
  private:
-  /// Writes wide node `to` and all below. returns how many entries the stack can hold below this node.
-  std::uint32_t emit(std::uint32_t binary, std::size_t to) {
+  /// Where a wide node's children stand in `children_`, and the numbers of the first node and block among them.
+  struct WideNode {
+    std::size_t first = 0;
+    std::uint32_t count = 0, first_node = 0, first_block = 0;
+  };
+
+  /// Numbers what lies below wide node `to`, made of a binary node. returns how many entries the stack can hold below it.
+  std::uint32_t number(std::uint32_t binary, std::size_t to) {
     const std::vector<WideChild> children = collapse_.children(binary);
-    std::array<std::uint32_t, kWidth> words{};
-    std::array<Float4, kWidth> centers{};
+    const auto first_node = static_cast<std::uint32_t>(nodes_.size());
+    nodes_[to] = {children_.size(), static_cast<std::uint32_t>(children.size()), first_node,
+                  static_cast<std::uint32_t>(blocks_.size())};
+    children_.insert(children_.end(), children.begin(), children.end());
     std::uint32_t inner = 0;
+    for (const WideChild& child : children) {
+      if (child.leaf)
+        blocks_.push_back({tree_.nodes[child.binary].first, tree_.nodes[child.binary].count});
+      else
+        ++inner;
+    }
+    nodes_.resize(nodes_.size() + inner);
+    std::uint32_t below = 0, next = first_node;
+    for (const WideChild& child : children) {
+      if (!child.leaf) below = std::max(below, number(child.binary, next++));
+    }
+    return below + nodes_[to].count - 1;
+  }
+
+  void write(const WideNode& wide, std::size_t to) {
+    std::array<Float4, kWidth> centers{};
+    std::uint32_t next_node = wide.first_node, next_block = wide.first_block;
+    std::uint32_t* node = accel_.nodes.data() + to * kNodeWords;
     for (std::size_t i = 0; i < kWidth; ++i) {
       Box box;  // empty: never hit
-      if (i < children.size()) {
-        const std::uint32_t child = children[i].binary;
-        box = tree_.nodes[child].box();
+      std::uint32_t word = 0;
+      if (i < wide.count) {
+        const WideChild& child = children_[wide.first + i];
+        box = tree_.nodes[child.binary].box();
         centers[i] = box.lo + box.hi;
-        if (children[i].leaf) {
-          words[i] = kLeafBit | static_cast<std::uint32_t>(blocks_.size());
-          blocks_.push_back({tree_.nodes[child].first, tree_.nodes[child].count});
-        } else {
-          words[i] = static_cast<std::uint32_t>(accel_.nodes.size() / kNodeWords) + inner++;
-        }
+        word = child.leaf ? kLeafBit | next_block++ : next_node++;
       }
-      std::uint32_t* node = accel_.nodes.data() + to * kNodeWords;
       for (std::size_t axis = 0; axis < 3; ++axis) {
         node[2 * kWidth * axis + i] = std::bit_cast<std::uint32_t>(float{box.lo[axis]});
         node[(2 * axis + 1) * kWidth + i] = std::bit_cast<std::uint32_t>(float{box.hi[axis]});
       }
-      node[6 * kWidth + i] = words[i];
+      node[6 * kWidth + i] = word;
     }
-    store_orders(accel_.nodes.data() + to * kNodeWords + 7 * kWidth, centers, children.size());
-    accel_.nodes.resize(accel_.nodes.size() + inner * kNodeWords);
-    std::uint32_t below = 0;
-    for (std::size_t i = 0; i < children.size(); ++i) {
-      if (!children[i].leaf) below = std::max(below, emit(children[i].binary, words[i]));
-    }
-    return below + static_cast<std::uint32_t>(children.size()) - 1;
+    store_orders(node + 7 * kWidth, centers, wide.count);
   }
 
   /// For each octant of directions the children from far to near, by their centres; missing children come first.
-  static void store_orders(std::uint32_t* words, const std::array<Float4, kWidth>& centers, std::size_t count) {
+  static void store_orders(std::uint32_t* words, const std::array<Float4, kWidth>& centers, std::uint32_t count) {
+    const std::uint32_t missing = kWidth - count;
     for (std::uint32_t octant = 0; octant < 8; ++octant) {
-      const auto depth = [&](std::uint32_t i) {
-        if (i >= count) return std::numeric_limits<float>::infinity();
-        float sum = 0;
-        for (int axis = 0; axis < 3; ++axis)
-          sum += (octant >> axis & 1U) != 0 ? -centers[i][axis] : float{centers[i][axis]};
-        return sum;
-      };
+      std::array<float, kWidth> depth{};
       std::array<std::uint32_t, kWidth> order{};
-      std::iota(order.begin(), order.end(), 0U);
-      std::stable_sort(order.begin(), order.end(),
-                       [&](std::uint32_t a, std::uint32_t b) { return depth(a) > depth(b); });
-      for (std::size_t i = 0; i < kWidth; ++i) words[i] |= order[i] << kOrderBits * octant;
+      for (std::uint32_t i = 0; i < count; ++i) {
+        float own = 0;
+        for (int axis = 0; axis < 3; ++axis)
+          own += (octant >> axis & 1U) != 0 ? -centers[i][axis] : float{centers[i][axis]};
+        std::uint32_t at = i;
+        for (; at > 0 && depth[at - 1] < own; --at) {
+          depth[at] = depth[at - 1];
+          order[at] = order[at - 1];
+        }
+        depth[at] = own;
+        order[at] = i;
+      }
+      for (std::uint32_t i = 0; i < kWidth; ++i)
+        words[i] |= (i < missing ? count + i : order[i - missing]) << kOrderBits * octant;
     }
   }
 
   const BinaryTree& tree_;
   Collapse<kWidth> collapse_;
   Accel& accel_;
+  std::vector<WideNode> nodes_;
+  std::vector<WideChild> children_;
   std::vector<Block> blocks_;
 };
 
