@@ -78,7 +78,7 @@ EK_FN void state_set_3(global uint* state, uint field, uint slot, v3 a) {
 // Of one path, for stages that are scalar over paths.
 EK_FN uint path_u(global const uint* state, uint field, uint slot) { return state[field * EK_STRIDE + slot]; }
 
-// Adds to the film slots of each lane's path. Lane by lane: a gather and a scatter cost twice that even where all lanes are live.
+// Adds to the film slots of each lane's path. Lane by lane: the processor has no scatter that is faster.
 EK_FN void film_add(global float* film_slots, uint film_stride, uint channel, vi live, vu path, v3 value) {
   global float* red = film_slots + (size_t)channel * film_stride;
   global float* green = red + film_stride;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A tree follows triangles that move, for less than a tenth of the time to build one; it grows worse the further they go.
+// A tree follows triangles that move, without being built anew; it grows worse the further they go.
 #pragma once
 #include <optional>
 
