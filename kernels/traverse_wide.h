@@ -17,14 +17,12 @@
 
 #if EK_LAYOUT_bvh16
 typedef float16 wf;
-typedef int16 wi;
 typedef uint16 wu;
 #define wide_bits mask_bits16
 #define wide_words as_uint16
 #define wide_floats as_float16
 #else
 typedef float8 wf;
-typedef int8 wi;
 typedef uint8 wu;
 #define wide_bits mask_bits8
 #define wide_words as_uint8

@@ -35,8 +35,6 @@ enum {
 #define EK_FOR_EACH(slot, count, queue) for (uint slot = 0; slot < (count); slot += EK_WIDTH)
 // Walks over the slots that a chunk's new paths are put into.
 #define EK_FOR_EACH_NEW(slot, count) EK_FOR_EACH(slot, count, 0)
-// Walks one by one, for stages that are scalar over paths.
-#define EK_FOR_EACH_SCALAR(slot, count, queue) for (uint slot = 0; slot < (count); ++slot)
 #else
 #define EK_CHUNK_INDEX 0u
 #define EK_FOR_EACH(slot, count, queue)                                                                 \
@@ -44,7 +42,6 @@ enum {
        entry_ = 0xffffffffu)
 #define EK_FOR_EACH_NEW(slot, count) \
   for (uint slot = (uint)get_global_id(0); slot < (count); slot = 0xffffffffu)
-#define EK_FOR_EACH_SCALAR(slot, count, queue) EK_FOR_EACH(slot, count, queue)
 #endif
 
 // First word of this work-item's chunk.

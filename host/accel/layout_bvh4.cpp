@@ -10,7 +10,7 @@ namespace eikon {
 namespace {
 
 constexpr std::uint32_t kWidth = 4;
-constexpr std::size_t kNodeWords = 16, kPlaneWord = 4, kChildWord = 12;
+constexpr std::size_t kPlaneWord = 4, kChildWord = 12;
 constexpr std::uint32_t kLeafBit = 0x80000000U;
 constexpr std::uint32_t kCountShift = 28;  // 3 bits: triangles of a leaf - 1; below: its first entry in the list
 // A node's four boxes against a triangle: in between what bvh2 and cwbvh count.
@@ -18,8 +18,10 @@ constexpr CollapseCosts kCosts{.leaf_limit = 4, .node = 1.0F, .leaf = 0.0F, .tri
 
 class Emitter {
  public:
+  static constexpr std::size_t kNodeWords = 16;
   Emitter(const BinaryTree& tree, Accel& accel) : tree_(tree), collapse_(tree, kCosts), accel_(accel) {
     accel_.nodes.resize(kNodeWords);
+    accel_.leaves.assign(tree.triangles.begin(), tree.triangles.end());
     accel_.stack_size = 1 + emit(0, 0);
     const float root = tree.nodes[0].box().half_area();
     accel_.sah_cost = root > 0 ? static_cast<double>(collapse_.cost() / root) : 0.0;
@@ -61,20 +63,6 @@ class Emitter {
 
 }  // namespace
 
-Accel layout_bvh4(const BinaryTree& tree) {
-  Accel accel;
-  accel.name = "bvh";
-  accel.layout = "bvh4";
-  accel.node_count = 1;
-  if (tree.nodes.empty()) {  // one node without children
-    accel.nodes.resize(kNodeWords, 0);
-    accel.leaves.resize(1, 0);
-    return accel;
-  }
-  const Emitter emitter(tree, accel);
-  accel.leaves.assign(tree.triangles.begin(), tree.triangles.end());
-  accel.node_count = accel.nodes.size() / kNodeWords;
-  return accel;
-}
+Accel layout_bvh4(const BinaryTree& tree) { return quantised_accel<Emitter>("bvh4", tree); }
 
 }  // namespace eikon

@@ -12,7 +12,7 @@ namespace eikon {
 namespace {
 
 constexpr std::uint32_t kWidth = 8;
-constexpr std::size_t kNodeWords = 20, kKindWord = 6, kPlaneWord = 8;
+constexpr std::size_t kKindWord = 6, kPlaneWord = 8;
 // Three triangles a child, so that those of a node are named by 24 bits. Costs as in the paper.
 constexpr CollapseCosts kCosts{.leaf_limit = 3, .node = 1.0F, .leaf = 0.0F, .triangle = 0.3F};
 
@@ -57,6 +57,7 @@ std::array<int, kWidth> slots_of(const std::vector<Float4>& offsets) {
 
 class Emitter {
  public:
+  static constexpr std::size_t kNodeWords = 20;
   Emitter(const BinaryTree& tree, Accel& accel) : tree_(tree), collapse_(tree, kCosts), accel_(accel) {
     accel_.nodes.resize(kNodeWords);
     accel_.leaves.reserve(tree.triangles.size());
@@ -121,19 +122,6 @@ class Emitter {
 
 }  // namespace
 
-Accel layout_cwbvh(const BinaryTree& tree) {
-  Accel accel;
-  accel.name = "bvh";
-  accel.layout = "cwbvh";
-  accel.node_count = 1;
-  if (tree.nodes.empty()) {  // one node without children
-    accel.nodes.resize(kNodeWords, 0);
-    accel.leaves.resize(1, 0);
-    return accel;
-  }
-  const Emitter emitter(tree, accel);
-  accel.node_count = accel.nodes.size() / kNodeWords;
-  return accel;
-}
+Accel layout_cwbvh(const BinaryTree& tree) { return quantised_accel<Emitter>("cwbvh", tree); }
 
 }  // namespace eikon

@@ -4,6 +4,8 @@
 #include <array>
 #include <cstdint>
 
+#include "accel/accel.h"
+#include "accel/binary_tree.h"
 #include "accel/box.h"
 
 namespace eikon {
@@ -31,5 +33,21 @@ class QuantisedFrame {
   std::array<float, 3> origin_{};
   std::array<std::uint32_t, 3> exponent_{};  // biased by 127; 1 to 254, so that no step is denormal
 };
+
+/// What an Emitter(tree, accel) makes of a tree; without triangles one node without children, whose words are 0.
+template <class Emitter>
+Accel quantised_accel(const char* layout, const BinaryTree& tree) {
+  Accel accel;
+  accel.name = "bvh";
+  accel.layout = layout;
+  if (tree.nodes.empty()) {
+    accel.nodes.resize(Emitter::kNodeWords, 0);
+    accel.leaves.resize(1, 0);
+  } else {
+    const Emitter emitter(tree, accel);
+  }
+  accel.node_count = accel.nodes.size() / Emitter::kNodeWords;
+  return accel;
+}
 
 }  // namespace eikon

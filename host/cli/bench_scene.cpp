@@ -184,7 +184,7 @@ ExitCode bench_scene_command(const BenchOptions& options) {
     if (options.time_s > 0 && 2 * render_s > options.time_s) stop = true;
     looking_s += process_seconds() - begin_s;
   };
-  const RenderOutput done = render(prepared.scene, settings, options.execution, stop, {}, looks);
+  const RenderOutput done = render(prepared.scene, settings, options.execution, stop, {.looks = looks});
 
   std::optional<double> own_error;  // of the reference, as it says itself
   if (reference && reference->metadata.numbers.contains("relmsePredicted"))

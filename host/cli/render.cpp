@@ -123,8 +123,10 @@ ExitCode render_command(RenderOptions options) {
   std::signal(SIGINT, on_signal);
   std::signal(SIGTERM, on_signal);
   ProgressBar bar(!options.quiet);
-  const RenderOutput done = render_and_release(prepared.scene, prepared.settings, options.execution, stop_requested,
-                                               [&](const Progress& now, const Film& film) { bar.show(now, film); });
+  RenderHooks hooks;
+  hooks.progress = [&](const Progress& now, const Film& film) { bar.show(now, film); };
+  const RenderOutput done =
+      render_and_release(prepared.scene, prepared.settings, options.execution, stop_requested, std::move(hooks));
   bar.clear();
   const RenderReport& report = done.report;
   if (report.interrupted && report.samples == 0) {

@@ -34,7 +34,8 @@ struct LayoutPlan {
 };
 
 /// Measured is what was not asked for by name, if `--layout probe` asks for that, or if it is likely to pay: on devices that run
-/// one lane, in renders far longer than the measurement. For CPU devices (in chunks) the usual layout is known to be the best.
+/// one lane, in renders far longer than the measurement. For CPU devices (in chunks) the usual layout is
+/// within some percent of the best in the scenes that were measured.
 /// config: of configure(), with execution.layout if it is a layout; rays: that the render is expected to trace
 [[nodiscard]] LayoutPlan plan_layout(const WavefrontConfig& config, const Execution& execution, std::size_t triangles,
                                      double rays);

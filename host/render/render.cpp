@@ -18,22 +18,41 @@
 namespace eikon {
 namespace {
 
+/// Units of the boxes of samples that are to be done, one box after the other.
+class Plan {
+ public:
+  void add(const UnitPlan& units) {
+    boxes_.push_back(units);
+    size_ += units.size();
+  }
+  [[nodiscard]] std::uint64_t size() const { return size_; }
+  [[nodiscard]] WorkUnit operator[](std::uint64_t index) const {
+    std::size_t box = 0;
+    while (index >= boxes_[box].size()) index -= boxes_[box++].size();
+    return boxes_[box][index];
+  }
+
+ private:
+  std::vector<UnitPlan> boxes_;
+  std::uint64_t size_ = 0;
+};
+
 /// What the device threads share. Everything below `mutex` is guarded by it.
 struct Shared {
-  const std::vector<UnitPlan>& plans;  // one after the other
+  const std::vector<Plan>& plans;  // one after the other
   const std::atomic<bool>& stop;
   std::vector<std::atomic<std::uint64_t>> next_unit;  // of each plan
   std::atomic<bool> failed{false};
 
   std::mutex mutex;
   std::condition_variable changed;
-  Film film;
+  FilmState state;
   RenderReport report;
   std::exception_ptr error;
   std::size_t running = 0;
 
-  Shared(const std::vector<UnitPlan>& units, const std::atomic<bool>& stopped, FilmLayout layout)
-      : plans(units), stop(stopped), next_unit(units.size()), film(std::move(layout)) {}
+  Shared(const std::vector<Plan>& units, const std::atomic<bool>& stopped, FilmState begin)
+      : plans(units), stop(stopped), next_unit(units.size()), state(std::move(begin)) {}
 
   [[nodiscard]] bool should_stop() const { return stop.load() || failed.load(); }
 };
@@ -45,12 +64,13 @@ struct Job {
   const Execution& execution;
 };
 
-void merge(Shared& shared, const UnitResult& result, std::uint64_t samples) {
+void merge(Shared& shared, const UnitResult& result, const WorkUnit& unit) {
   const std::lock_guard lock(shared.mutex);
-  shared.film.add(result.sums);
+  shared.state.film.add(result.sums);
+  shared.state.done.add(unit);
   RenderReport& report = shared.report;
   if (report.samples == 0) report.first_sample_s = host_seconds();
-  report.samples += samples;
+  report.samples += unit.path_count();
   report.rays.camera += result.rays.camera;
   report.rays.scattered += result.rays.scattered;
   report.rays.shadow += result.rays.shadow;
@@ -71,7 +91,7 @@ class Looker {
     try {
       double busy_s = 0;
       for (const DeviceReport& device : shared_.report.devices) busy_s = std::max(busy_s, device.busy_s);
-      looks_.look(looks_.at[done], busy_s, shared_.film);
+      looks_.look(looks_.at[done], busy_s, shared_.state.film);
     } catch (...) {
       shared_.error = std::current_exception();
       shared_.failed = true;
@@ -96,19 +116,19 @@ void drive(const DeviceInfo& info, const Job& job, Shared& shared, Rendezvous& r
   for (std::size_t plan = 0; plan < shared.plans.size() && !shared.should_stop(); ++plan) {
     const double begin = host_seconds(), before_s = report.busy_s;
     // The device works on the next unit while the host adds the last one to the film.
-    const auto begin_next = [&]() -> std::uint64_t {
-      if (shared.should_stop()) return 0;
+    const auto begin_next = [&]() -> std::optional<WorkUnit> {
+      if (shared.should_stop()) return std::nullopt;
       const std::uint64_t index = shared.next_unit[plan].fetch_add(1);
-      if (index >= shared.plans[plan].size()) return 0;
+      if (index >= shared.plans[plan].size()) return std::nullopt;
       const WorkUnit unit = shared.plans[plan][index];
       wavefront.begin(unit);
-      return unit.path_count();
+      return unit;
     };
-    for (std::uint64_t samples = begin_next(); samples != 0;) {
+    for (std::optional<WorkUnit> unit = begin_next(); unit;) {
       const UnitResult result = wavefront.finish();
-      const std::uint64_t done = std::exchange(samples, begin_next());
+      const WorkUnit done = *std::exchange(unit, begin_next());
       merge(shared, result, done);
-      report.samples += done;
+      report.samples += done.path_count();
       ++report.units;
       report.busy_s = before_s + host_seconds() - begin;
     }
@@ -120,19 +140,47 @@ void drive(const DeviceInfo& info, const Job& job, Shared& shared, Rendezvous& r
   report.spans = device.profiler().spans();
 }
 
-/// The range of samples, cut where the film is to be looked at.
-std::vector<UnitPlan> plans_between(const Looks& looks, const Settings& settings, std::uint32_t block,
-                                    std::uint32_t capacity) {
-  std::vector<UnitPlan> plans;
+/// What is left of the range of samples, cut where the film is to be looked at.
+std::vector<Plan> plans_between(const Looks& looks, const SampleLedger& done, const Settings& settings,
+                                std::uint32_t block, std::uint32_t capacity) {
+  std::vector<Plan> plans;
   std::uint64_t begin = settings.sample_begin;
+  const auto add = [&](std::uint64_t end) {
+    Plan& plan = plans.emplace_back();
+    for (const WorkUnit& box : done.missing(settings.crop, begin, end))
+      plan.add(UnitPlan(box.block, box.sample_begin, box.sample_end, block, capacity));
+    begin = end;
+  };
   for (const std::uint64_t end : looks.at) {
     if (end <= begin || end > settings.sample_end) throw InternalError("looks out of order, or beyond the samples");
-    plans.emplace_back(settings.crop, begin, end, block, capacity);
-    begin = end;
+    add(end);
   }
-  if (begin < settings.sample_end) plans.emplace_back(settings.crop, begin, settings.sample_end, block, capacity);
+  if (begin < settings.sample_end) add(settings.sample_end);
   return plans;
 }
+
+/// Hands copies of the film to the hook, when they are due.
+class Checkpoints {
+ public:
+  explicit Checkpoints(const RenderHooks& hooks) : hooks_(hooks), next_s_(host_seconds() + hooks.checkpoint_every_s) {}
+  /// lock: of shared.mutex; let go while the hook works
+  void call_if_due(Shared& shared, std::unique_lock<std::mutex>& lock, bool at_end) {
+    if (!hooks_.checkpoint || shared.report.samples == samples_) return;
+    const bool asked = hooks_.checkpoint_now != nullptr && hooks_.checkpoint_now->exchange(false);
+    if (!asked && !at_end && host_seconds() < next_s_) return;
+    const FilmState copy = shared.state;
+    samples_ = shared.report.samples;
+    lock.unlock();
+    hooks_.checkpoint(copy);
+    next_s_ = host_seconds() + hooks_.checkpoint_every_s;
+    lock.lock();
+  }
+
+ private:
+  const RenderHooks& hooks_;
+  double next_s_;
+  std::uint64_t samples_ = 0;
+};
 
 void thread_main(const DeviceInfo& info, const Job& job, Shared& shared, Rendezvous& rendezvous, DeviceReport& report) {
   try {
@@ -174,8 +222,7 @@ namespace {
 /// `pack` gives the PackedScene; it is called once it is certain that there are devices.
 template <class Pack>
 RenderOutput render_packed(const Pack& pack, const Features& features, const Settings& settings,
-                           const Execution& execution, const std::atomic<bool>& stop, const ProgressCallback& progress,
-                           const Looks& looks) {
+                           const Execution& execution, const std::atomic<bool>& stop, RenderHooks hooks) {
   const std::vector<DeviceInfo> devices = select_devices(execution.devices);
   const double pack_begin = host_seconds();
   PackedScene packed = pack();
@@ -192,12 +239,16 @@ RenderOutput render_packed(const Pack& pack, const Features& features, const Set
     require_memory(memory_need(packed, config, features), info, execution);
   }
 
-  const std::vector<UnitPlan> plans = plans_between(looks, settings, execution.block, capacity);
-  Shared shared(plans, stop, film_layout(features, settings));
+  FilmState begin = hooks.begin_with ? std::move(*hooks.begin_with)
+                                     : FilmState{Film(film_layout(features, settings)), SampleLedger()};
+  if (begin.film.layout() != film_layout(features, settings))
+    throw InternalError("a render goes on with a film of other layout");
+  const std::vector<Plan> plans = plans_between(hooks.looks, begin.done, settings, execution.block, capacity);
+  Shared shared(plans, stop, std::move(begin));
   shared.report.devices.resize(devices.size());
   shared.running = devices.size();
 
-  Rendezvous rendezvous(std::ptrdiff_t(devices.size()), Looker(looks, shared));
+  Rendezvous rendezvous(std::ptrdiff_t(devices.size()), Looker(hooks.looks, shared));
   {
     std::vector<std::jthread> threads;
     for (std::size_t i = 0; i < devices.size(); ++i) {
@@ -209,16 +260,25 @@ RenderOutput render_packed(const Pack& pack, const Features& features, const Set
       });
     }
     std::unique_lock lock(shared.mutex);
-    const std::uint64_t total = settings.crop.pixel_count() * (settings.sample_end - settings.sample_begin);
-    while (shared.running > 0) {
-      shared.changed.wait_for(lock, std::chrono::milliseconds(250));
-      if (!progress || shared.report.samples == 0 || shared.running == 0) continue;
-      Progress now;
-      now.samples = shared.report.samples;
-      now.samples_total = total;
-      now.seconds = host_seconds() - shared.report.first_sample_s;
-      now.samples_per_second = now.seconds > 0 ? double(now.samples) / now.seconds : 0;
-      progress(now, shared.film);
+    std::uint64_t total = 0;
+    for (const WorkUnit& box : shared.state.done.missing(settings.crop, settings.sample_begin, settings.sample_end))
+      total += box.path_count();
+    Checkpoints checkpoints(hooks);
+    try {
+      while (shared.running > 0) {
+        shared.changed.wait_for(lock, std::chrono::milliseconds(250));
+        checkpoints.call_if_due(shared, lock, shared.running == 0);
+        if (!hooks.progress || shared.report.samples == 0 || shared.running == 0) continue;
+        Progress now;
+        now.samples = shared.report.samples;
+        now.samples_total = total;
+        now.seconds = host_seconds() - shared.report.first_sample_s;
+        now.samples_per_second = now.seconds > 0 ? double(now.samples) / now.seconds : 0;
+        hooks.progress(now, shared.state.film);
+      }
+    } catch (...) {
+      shared.failed = true;  // the devices' threads end before what they use goes
+      throw;
     }
   }
   if (shared.error) std::rethrow_exception(shared.error);
@@ -229,7 +289,7 @@ RenderOutput render_packed(const Pack& pack, const Features& features, const Set
     report.upload_s = std::max(report.upload_s, device.upload_s);
     report.render_s = std::max(report.render_s, device.busy_s);
   }
-  report.interrupted = report.samples < settings.crop.pixel_count() * (settings.sample_end - settings.sample_begin);
+  report.interrupted = !shared.state.done.missing(settings.crop, settings.sample_begin, settings.sample_end).empty();
   report.features = features.summary();
   report.triangles = packed.triangles.size();
   report.geometry_bytes = packed.bytes(report.devices.front().config.layout);
@@ -237,23 +297,23 @@ RenderOutput render_packed(const Pack& pack, const Features& features, const Set
   report.reinserted = tree != packed.accels.end() && tree->second.reinserted;
   report.pack_s = pack_s;
   report.build_s = packed.build_s;
-  return {std::move(shared.film), std::move(report)};
+  return {std::move(shared.state.film), std::move(report), std::move(shared.state.done)};
 }
 
 }  // namespace
 
 RenderOutput render(const Scene& scene, const Settings& settings, const Execution& execution,
-                    const std::atomic<bool>& stop, const ProgressCallback& progress, const Looks& looks) {
+                    const std::atomic<bool>& stop, RenderHooks hooks) {
   const Features features(scene, settings);
   const auto pack = [&] { return pack_scene(scene, features, settings); };
-  return render_packed(pack, features, settings, execution, stop, progress, looks);
+  return render_packed(pack, features, settings, execution, stop, std::move(hooks));
 }
 
 RenderOutput render_and_release(Scene& scene, const Settings& settings, const Execution& execution,
-                                const std::atomic<bool>& stop, const ProgressCallback& progress) {
+                                const std::atomic<bool>& stop, RenderHooks hooks) {
   const Features features(scene, settings);
   const auto pack = [&] { return pack_and_release(scene, features, settings); };
-  return render_packed(pack, features, settings, execution, stop, progress, {});
+  return render_packed(pack, features, settings, execution, stop, std::move(hooks));
 }
 
 glm::vec3 replay_path(const Scene& scene, const Settings& settings, const Execution& usual, std::uint32_t x,

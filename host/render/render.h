@@ -3,12 +3,14 @@
 #pragma once
 #include <atomic>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "device/device.h"
 #include "render/choose_layout.h"
 #include "render/film.h"
+#include "render/sample_ledger.h"
 #include "render/settings.h"
 #include "render/wavefront.h"
 
@@ -58,23 +60,44 @@ struct Looks {
   std::function<void(std::uint64_t, double, const Film&)> look;
 };
 
+/// Sums, and the samples that they are of.
+struct FilmState {
+  Film film;
+  SampleLedger done;
+};
+
+/// What a render starts with and hands out as it goes. All calls but Looks::look come from the calling thread.
+struct RenderHooks {
+  ProgressCallback progress = {};
+  Looks looks = {};
+  /// What is done already, with the same scene and settings; samples outside the settings' range may be there too and stay.
+  std::optional<FilmState> begin_with = {};
+  /// Called with what is done so far: after every checkpoint_every_s seconds in which there was progress, soon after
+  /// *checkpoint_now was set (which is cleared), and at the end, however the render ends, if anything was done since the last call.
+  /// The devices go on meanwhile: what is given is a copy. What it throws ends the render.
+  std::function<void(const FilmState&)> checkpoint = {};
+  double checkpoint_every_s = 60;
+  std::atomic<bool>* checkpoint_now = nullptr;
+};
+
 struct RenderOutput {
   Film film;
   RenderReport report;
+  SampleLedger done;  // the samples that the film holds
 };
 
 /// The film that an image of these settings needs.
 FilmLayout film_layout(const Features& features, const Settings& settings);
 
 /// Renders `scene` as `settings` say on the devices of `execution`. Stops early, with what is done, once `stop` is set;
-/// `looks` are left out then.
+/// looks are left out then.
 /// throws DeviceError, UsageError, InputError
 RenderOutput render(const Scene& scene, const Settings& settings, const Execution& execution,
-                    const std::atomic<bool>& stop, const ProgressCallback& progress = {}, const Looks& looks = {});
+                    const std::atomic<bool>& stop, RenderHooks hooks = {});
 
 /// The same, but frees what the meshes hold as soon as devices have it: of their primitives only the materials are left.
 RenderOutput render_and_release(Scene& scene, const Settings& settings, const Execution& execution,
-                                const std::atomic<bool>& stop, const ProgressCallback& progress = {});
+                                const std::atomic<bool>& stop, RenderHooks hooks = {});
 
 /// Traces one path and reports its vertices; returns its radiance.
 glm::vec3 replay_path(const Scene& scene, const Settings& settings, const Execution& execution, std::uint32_t x,

@@ -41,12 +41,10 @@ EK_FN uint paths_take(global uint* next_path, uint path_count, uint workers, uin
   return *first < path_count ? min(path_count - *first, portion) : 0u;
 }
 
-
 // workers  work-items of the launch
-EK_FN_ONCE void paths_run(constant Frame* frame, global const uint* pixels, global uint* state,
-                                  global float* film_slots, global const float* filter_table, Geometry geometry,
-                                  SceneData scene, LightData light_data, global uint* next_path, global WorkerTally* tally,
-                                  uint workers) {
+EK_FN_ONCE void paths_run(constant Frame* frame, global const uint* pixels, global uint* state, global float* film_slots,
+                          global const float* filter_table, Geometry geometry, SceneData scene, LightData light_data,
+                          global uint* next_path, global WorkerTally* tally, uint workers) {
   const uint path_count = frame->path_count;
   ulong time = ticks_now(), ticks[TICKS_COUNT] = {0};
   const ulong begin = time;

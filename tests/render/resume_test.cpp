@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+// A render that goes on from what another has done ends with the bits of one that was never interrupted.
+#include <stdexcept>
+
+#include "render/scene_builder.h"
+
+namespace eikon::testing {
+namespace {
+
+class Resume : public ::testing::Test {
+ protected:
+  Resume() {
+    execution.pool = 1U << 12;  // several units
+    execution.block = 32;
+  }
+  std::pair<Scene, Settings> both = room(80, 60, 24);
+  const Scene& scene = both.first;
+  Settings& settings = both.second;
+  Execution execution;
+  std::atomic<bool> stop{false};
+};
+
+TEST_F(Resume, from_any_state_the_result_is_the_same) {
+  const RenderOutput whole = render(scene, settings, execution, stop);
+  EXPECT_EQ(whole.done.sample_count(), 80U * 60U * 24U);
+  std::vector<FilmState> states;
+  RenderHooks hooks;
+  hooks.checkpoint = [&](const FilmState& state) { states.push_back(state); };
+  hooks.checkpoint_every_s = 0;
+  render(scene, settings, execution, stop, hooks);
+  ASSERT_FALSE(states.empty());
+  EXPECT_TRUE(same_film(states.back().film, whole.film));
+  EXPECT_TRUE(states.back().done == whole.done);
+
+  // A state of our own making: samples 4 to 9 of a window.
+  Settings window = settings;
+  window.sample_begin = 4;
+  window.sample_end = 9;
+  FilmState begun{Film(whole.film.layout()), SampleLedger()};
+  window.crop = {16, 8, 50, 41};
+  const RenderOutput part = render(scene, window, execution, stop);
+  begun.film.add(part.film);
+  begun.done.add(part.done);
+  states.push_back(begun);
+  for (const FilmState& state : states) {
+    RenderHooks go_on;
+    go_on.begin_with = state;
+    const RenderOutput done = render(scene, settings, execution, stop, go_on);
+    EXPECT_TRUE(same_film(done.film, whole.film));
+    EXPECT_TRUE(done.done == whole.done);
+    EXPECT_EQ(done.report.samples, whole.done.sample_count() - state.done.sample_count());
+    EXPECT_FALSE(done.report.interrupted);
+  }
+}
+
+TEST_F(Resume, a_hook_that_throws_ends_the_render) {
+  RenderHooks hooks;
+  hooks.checkpoint = [](const FilmState&) { throw std::runtime_error("no space"); };
+  hooks.checkpoint_every_s = 0;
+  EXPECT_THROW(render(scene, settings, execution, stop, hooks), std::runtime_error);
+}
+
+}  // namespace
+}  // namespace eikon::testing
