@@ -64,10 +64,11 @@ struct Job {
   const Execution& execution;
 };
 
-void merge(Shared& shared, const UnitResult& result, const WorkUnit& unit) {
+void merge(Shared& shared, const UnitResult& result, const WorkUnit& unit, const std::string& arithmetic) {
   const std::lock_guard lock(shared.mutex);
   shared.state.film.add(result.sums);
   shared.state.done.add(unit);
+  shared.state.arithmetic.insert(arithmetic);
   RenderReport& report = shared.report;
   if (report.samples == 0) report.first_sample_s = host_seconds();
   report.samples += unit.path_count();
@@ -127,7 +128,7 @@ void drive(const DeviceInfo& info, const Job& job, Shared& shared, Rendezvous& r
     for (std::optional<WorkUnit> unit = begin_next(); unit;) {
       const UnitResult result = wavefront.finish();
       const WorkUnit done = *std::exchange(unit, begin_next());
-      merge(shared, result, done);
+      merge(shared, result, done, report.arithmetic.name());
       report.samples += done.path_count();
       ++report.units;
       report.busy_s = before_s + host_seconds() - begin;
@@ -243,9 +244,11 @@ RenderOutput render_packed(const Pack& pack, const Features& features, const Set
                                      : FilmState{Film(film_layout(features, settings)), SampleLedger()};
   if (begin.film.layout() != film_layout(features, settings))
     throw InternalError("a render goes on with a film of other layout");
+  const std::uint64_t samples_before = begin.done.sample_count();
   const std::vector<Plan> plans = plans_between(hooks.looks, begin.done, settings, execution.block, capacity);
   Shared shared(plans, stop, std::move(begin));
   shared.report.devices.resize(devices.size());
+  shared.report.samples_before = samples_before;
   shared.running = devices.size();
 
   Rendezvous rendezvous(std::ptrdiff_t(devices.size()), Looker(hooks.looks, shared));
@@ -297,7 +300,8 @@ RenderOutput render_packed(const Pack& pack, const Features& features, const Set
   report.reinserted = tree != packed.accels.end() && tree->second.reinserted;
   report.pack_s = pack_s;
   report.build_s = packed.build_s;
-  return {std::move(shared.state.film), std::move(report), std::move(shared.state.done)};
+  return {std::move(shared.state.film), std::move(report), std::move(shared.state.done),
+          std::move(shared.state.arithmetic)};
 }
 
 }  // namespace

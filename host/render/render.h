@@ -4,6 +4,7 @@
 #include <atomic>
 #include <functional>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -28,12 +29,13 @@ struct DeviceReport {
 };
 
 struct RenderReport {
-  /// The arithmetic classes of the devices that took part, "exact" or "exact, other-1a2b3c4d".
+  /// The arithmetic classes of the devices that took part in this run, "exact" or "exact, other-1a2b3c4d".
   [[nodiscard]] std::string arithmetic() const;
 
   std::vector<DeviceReport> devices;
   RayCounts rays;
   std::uint64_t samples = 0;                   // finished, rejected ones included
+  std::uint64_t samples_before = 0;            // those that the render began with
   std::uint64_t nonfinite = 0, saturated = 0;  // left out of the film
   std::vector<RejectedSample> rejected;        // the first few
   bool interrupted = false;
@@ -60,10 +62,11 @@ struct Looks {
   std::function<void(std::uint64_t, double, const Film&)> look;
 };
 
-/// Sums, and the samples that they are of.
+/// Sums, the samples that they are of, and the arithmetic classes of the devices that these are from.
 struct FilmState {
   Film film;
   SampleLedger done;
+  std::set<std::string> arithmetic = {};
 };
 
 /// What a render starts with and hands out as it goes. All calls but Looks::look come from the calling thread.
@@ -83,7 +86,8 @@ struct RenderHooks {
 struct RenderOutput {
   Film film;
   RenderReport report;
-  SampleLedger done;  // the samples that the film holds
+  SampleLedger done;                 // the samples that the film holds
+  std::set<std::string> arithmetic;  // the classes of the devices that they are from
 };
 
 /// The film that an image of these settings needs.

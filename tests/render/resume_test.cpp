@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A render that goes on from what another has done ends with the bits of one that was never interrupted.
+#include <algorithm>
 #include <stdexcept>
 
 #include "render/scene_builder.h"
@@ -41,6 +42,7 @@ TEST_F(Resume, from_any_state_the_result_is_the_same) {
   const RenderOutput part = render(scene, window, execution, stop);
   begun.film.add(part.film);
   begun.done.add(part.done);
+  begun.arithmetic = {"other-12345678"};
   states.push_back(begun);
   for (const FilmState& state : states) {
     RenderHooks go_on;
@@ -48,6 +50,9 @@ TEST_F(Resume, from_any_state_the_result_is_the_same) {
     const RenderOutput done = render(scene, settings, execution, stop, go_on);
     EXPECT_TRUE(same_film(done.film, whole.film));
     EXPECT_TRUE(done.done == whole.done);
+    EXPECT_EQ(done.report.samples_before, state.done.sample_count());
+    EXPECT_TRUE(std::includes(done.arithmetic.begin(), done.arithmetic.end(), state.arithmetic.begin(),
+                              state.arithmetic.end()));
     EXPECT_EQ(done.report.samples, whole.done.sample_count() - state.done.sample_count());
     EXPECT_FALSE(done.report.interrupted);
   }
