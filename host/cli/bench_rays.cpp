@@ -35,9 +35,9 @@ ExitCode bench_rays_command(BenchOptions options) {
     throw UsageError(fmt::format("--versus {}: takes embree", options.versus));
   }
   require_writable({options.json}, options.scene.scene);
-  Prepared prepared = prepare(options.scene, true);
-  const Features features(prepared.scene, prepared.settings);
-  PackedScene scene = pack_and_release(prepared.scene, features, prepared.settings);
+  Prepared prepared = prepare(options.scene, say_on_stderr(true));
+  const Features features(*prepared.scene, prepared.settings);
+  PackedScene scene = pack_and_release(*prepared.scene, features, prepared.settings);
   if (scene.triangles.empty()) throw InputError(options.scene.scene + ": there is no triangle to trace rays against");
 
   nlohmann::json results = nlohmann::json::array();

@@ -150,7 +150,7 @@ std::string plot_of(const std::string& title, const std::vector<Point>& points, 
 
 ExitCode bench_scene_command(const BenchOptions& options) {
   require_writable({options.json, options.plot}, options.scene.scene);
-  const Prepared prepared = prepare(options.scene, true);
+  const Prepared prepared = prepare(options.scene, say_on_stderr(true));
   const Settings& settings = prepared.settings;
   std::optional<Reference> reference;
   if (!options.reference.empty()) {
@@ -184,7 +184,7 @@ ExitCode bench_scene_command(const BenchOptions& options) {
     if (options.time_s > 0 && 2 * render_s > options.time_s) stop = true;
     looking_s += process_seconds() - begin_s;
   };
-  const RenderOutput done = render(prepared.scene, settings, options.execution, stop, {.looks = looks});
+  const RenderOutput done = render(*prepared.scene, settings, options.execution, stop, {.looks = looks});
 
   std::optional<double> own_error;  // of the reference, as it says itself
   if (reference && reference->metadata.numbers.contains("relmsePredicted"))
@@ -192,8 +192,8 @@ ExitCode bench_scene_command(const BenchOptions& options) {
   if (!options.json.empty()) {
     nlohmann::json devices = nlohmann::json::array();
     for (const DeviceReport& device : done.report.devices) devices.push_back(device.info.name);
-    nlohmann::json out = {{"scene", prepared.scene.path.filename().string()},
-                          {"scene_hash", prepared.scene.hash},
+    nlohmann::json out = {{"scene", prepared.scene->path.filename().string()},
+                          {"scene_hash", prepared.scene->hash},
                           {"size", {settings.crop.width(), settings.crop.height()}},
                           {"seed", settings.seed},
                           {"max_depth", settings.max_depth},
@@ -208,7 +208,7 @@ ExitCode bench_scene_command(const BenchOptions& options) {
     write_text(options.json, out.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
   }
   if (!options.plot.empty())
-    write_text(options.plot, plot_of(prepared.scene.path.filename().string(), points, reference.has_value()));
+    write_text(options.plot, plot_of(prepared.scene->path.filename().string(), points, reference.has_value()));
 
   if (own_error && points.back().measured->relmse < 10 * *own_error)
     fmt::print(stderr, "eikon: the reference's own relMSE is {:.1e}: errors below {:.0e} are partly its noise\n",

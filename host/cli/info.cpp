@@ -103,10 +103,10 @@ void print_lights(const PackedScene& packed) {
 }
 
 ExitCode info_command(const InfoOptions& options) {
-  Prepared prepared = prepare(options.scene, false);
-  const Scene& scene = prepared.scene;
+  Prepared prepared = prepare(options.scene, say_on_stderr(false));
+  const Scene& scene = *prepared.scene;
   const Features features(scene, prepared.settings);
-  PackedScene packed = pack_and_release(prepared.scene, features, prepared.settings);
+  PackedScene packed = pack_and_release(*prepared.scene, features, prepared.settings);
 
   fmt::print("{}: {} bytes, hash {}\n", scene.path.string(), scene.file_bytes, scene.hash);
   fmt::print("  {} triangles in {} nodes, {} meshes, {} materials, {} cameras\n", packed.triangles.size(),

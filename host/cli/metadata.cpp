@@ -47,8 +47,8 @@ std::string describe(const Environment& environment) {
 Metadata describe_picture(const Prepared& prepared) {
   const Settings& settings = prepared.settings;
   Metadata metadata;
-  metadata.strings["scene"] = prepared.scene.path.filename().string();
-  metadata.strings["sceneHash"] = prepared.scene.hash;
+  metadata.strings["scene"] = prepared.scene->path.filename().string();
+  metadata.strings["sceneHash"] = prepared.scene->hash;
   metadata.strings["camera"] = prepared.camera_name;
   metadata.strings["size"] = fmt::format("{}x{}", settings.width, settings.height);
   metadata.strings["environment"] = describe(settings.environment);

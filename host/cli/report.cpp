@@ -102,7 +102,7 @@ void write_stats(const std::filesystem::path& path, const RenderReport& report, 
                       {"first_sample", report.first_sample_s},
                       {"total", times.total_s}};
   const Settings& settings = prepared.settings;
-  stats["scene"] = {{"path", prepared.scene.path.string()}, {"hash", prepared.scene.hash}};
+  stats["scene"] = {{"path", prepared.scene->path.string()}, {"hash", prepared.scene->hash}};
   stats["size"] = {settings.width, settings.height};
   stats["sample_range"] = {settings.sample_begin, settings.sample_end};
   stats["seed"] = settings.seed;

@@ -21,11 +21,7 @@ constexpr std::uint64_t kMaxSide = 65535;  // pixel coordinates travel as two 16
 constexpr double kMaxRadiance = 1e30;
 constexpr std::uint64_t kMaxSamples = std::uint64_t{1} << 48;
 
-void say(bool quiet, const std::string& line) {
-  if (!quiet) fmt::print(stderr, "eikon: {}\n", line);
-}
-
-Camera choose_camera(const SceneOptions& options, const Scene& scene, double aspect, bool quiet) {
+Camera choose_camera(const SceneOptions& options, const Scene& scene, double aspect, const Say& say) {
   Camera camera;
   const double fov = options.fov_deg * std::numbers::pi / 180.0;
   if (!options.look_at.empty()) {
@@ -60,7 +56,7 @@ Camera choose_camera(const SceneOptions& options, const Scene& scene, double asp
   } else {
     const Bounds bounds = world_bounds(scene);
     camera = frame_camera(bounds.empty() ? Bounds{glm::dvec3(-1), glm::dvec3(1)} : bounds, aspect);
-    say(quiet, "the file has no camera: the whole scene is framed; choose with --look-at EYE:TARGET");
+    say("the file has no camera: the whole scene is framed; choose with --look-at EYE:TARGET");
   }
   if (fov > 0) {
     if (camera.orthographic)
@@ -82,7 +78,7 @@ void parse_size(const std::string& text, std::uint32_t& width, std::uint32_t& he
 }
 
 // A map, or three numbers if the first piece is one.
-Environment environment_of_flag(const std::string& env, bool quiet) {
+Environment environment_of_flag(const std::string& env, const Say& say) {
   const std::string first = env.substr(0, env.find(','));
   double number = 0;
   const auto [end, code] = std::from_chars(first.data(), first.data() + first.size(), number);
@@ -96,21 +92,21 @@ Environment environment_of_flag(const std::string& env, bool quiet) {
   }
   std::vector<std::string> warnings;
   environment.map = load_environment(env, warnings);
-  for (const std::string& warning : warnings) say(quiet, warning);
+  for (const std::string& warning : warnings) say(warning);
   return environment;
 }
 
-Environment choose_environment(const SceneOptions& options, const Scene& scene, bool quiet) {
+Environment choose_environment(const SceneOptions& options, const Scene& scene, const Say& say) {
   Environment environment;
   if (!options.env.empty()) {
-    environment = environment_of_flag(options.env, quiet);
+    environment = environment_of_flag(options.env, say);
   } else if (scene.environment) {
     environment = *scene.environment;
   } else if (needs_environment(scene)) {
-    say(quiet, "the scene has no light: a neutral environment of radiance 1 is used; choose with --env FILE or R,G,B");
+    say("the scene has no light: a neutral environment of radiance 1 is used; choose with --env FILE or R,G,B");
     environment.radiance = glm::vec3(1.0F);
   } else if (options.env_scale != 1 || options.env_rotate_deg != 0) {
-    say(quiet, "there is no environment for --env-scale and --env-rotate; give one with --env");
+    say("there is no environment for --env-scale and --env-rotate; give one with --env");
   }
   environment.scale *= options.env_scale;
   environment.rotation_rad += options.env_rotate_deg * std::numbers::pi / 180.0;
@@ -198,17 +194,29 @@ void SceneOptions::add_to(CLI::App& command) {
   command.add_flag("--strict", strict, "what is not supported, and rejected samples, are errors");
 }
 
-Prepared prepare(const SceneOptions& options, bool quiet) {
-  Prepared prepared;
+Say say_on_stderr(bool quiet) {
+  if (quiet) return [](const std::string&) {};
+  return [](const std::string& line) { fmt::print(stderr, "eikon: {}\n", line); };
+}
+
+Prepared prepare(const SceneOptions& options, const Say& say) {
   const double begin = host_seconds();
-  prepared.scene = load_scene(options.scene);
-  prepared.load_s = host_seconds() - begin;
-  const Scene& scene = prepared.scene;
-  for (const std::string& warning : scene.warnings) say(quiet, warning);
+  auto scene = std::make_shared<Scene>(load_scene(options.scene));
+  const double load_s = host_seconds() - begin;
+  Prepared prepared = settle(options, std::move(scene), say);
+  prepared.load_s = load_s;
+  return prepared;
+}
+
+Prepared settle(const SceneOptions& options, std::shared_ptr<Scene> loaded, const Say& say) {
+  Prepared prepared;
+  prepared.scene = std::move(loaded);
+  const Scene& scene = *prepared.scene;
+  for (const std::string& warning : scene.warnings) say(warning);
   for (const Unsupported& feature : scene.unsupported) {
     const std::string line = fmt::format("{}: {}: not supported, left out", feature.user, feature.feature);
     if (options.strict) throw InputError(fmt::format("{}: {} (--strict)", options.scene, line));
-    say(quiet, line);
+    say(line);
   }
 
   Settings& settings = prepared.settings;
@@ -217,7 +225,7 @@ Prepared prepare(const SceneOptions& options, bool quiet) {
     parse_size(options.size, settings.width, settings.height);
     aspect = double(settings.width) / settings.height;
   }
-  settings.camera = choose_camera(options, scene, aspect > 0 ? aspect : kDefaultAspect, quiet);
+  settings.camera = choose_camera(options, scene, aspect > 0 ? aspect : kDefaultAspect, say);
   prepared.camera_name = settings.camera.name;
   if (options.size.empty()) {
     const double chosen = settings.camera.aspect > 0 ? settings.camera.aspect : kDefaultAspect;
@@ -226,7 +234,7 @@ Prepared prepare(const SceneOptions& options, bool quiet) {
   }
   parse_crop(options, settings);
   parse_samples(options, settings);
-  settings.environment = choose_environment(options, scene, quiet);
+  settings.environment = choose_environment(options, scene, say);
   settings.filter = parse_filter(options.filter);
   settings.transparent = options.transparent;
   settings.seed = std::uint32_t(options.seed);
@@ -240,14 +248,12 @@ Prepared prepare(const SceneOptions& options, bool quiet) {
   const bool samples_lights =
       settings.light_sampling == LightSampling::mis || settings.light_sampling == LightSampling::light;
   if (!samples_lights && !scene.lights.empty())
-    say(quiet,
-        fmt::format("--light-sampling {}: no ray can meet a point, spot or directional light: they give no light",
+    say(fmt::format("--light-sampling {}: no ray can meet a point, spot or directional light: they give no light",
                     options.light_sampling));
   const bool has_glass =
       std::any_of(scene.materials.begin(), scene.materials.end(), [](const Material& m) { return m.transmission > 0; });
   if (has_glass && !scene.lights.empty())
-    say(quiet,
-        "light of point, spot and directional lights does not pass through transmissive surfaces: what is behind them "
+    say("light of point, spot and directional lights does not pass through transmissive surfaces: what is behind them "
         "stays in their shadow; area lights and environments light it");
   static const std::vector<std::string> known = {"albedo", "normal", "depth", "id", "variance", "samples"};
   for (const std::string& layer : split(options.aovs, ',')) {

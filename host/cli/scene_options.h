@@ -2,8 +2,10 @@
 // The flags that say what is rendered and from where; shared by `render`, `info` and `bench rays`.
 #pragma once
 #include <CLI/CLI.hpp>
-#include <optional>
+#include <functional>
+#include <memory>
 #include <string>
+#include <vector>
 
 #include "render/settings.h"
 
@@ -25,15 +27,22 @@ struct SceneOptions {
 
 /// Everything `render` needs of the flags and the scene, with defaults by the scene.
 struct Prepared {
-  Scene scene;
+  std::shared_ptr<Scene> scene;
   Settings settings;
   std::vector<std::string> layers;  // of --aov
   std::string camera_name;
   double load_s = 0;
 };
 
-/// Loads the scene and settles camera, size, light and samples; says on stderr what was decided for the user.
+/// Takes one line of what the user should know, without an end of line.
+using Say = std::function<void(const std::string&)>;
+/// After "eikon: " on stderr, or nowhere.
+[[nodiscard]] Say say_on_stderr(bool quiet);
+
+/// Loads the scene and settles camera, size, light and samples; says what was decided for the user.
 /// throws InputError, UsageError
-Prepared prepare(const SceneOptions& options, bool quiet);
+Prepared prepare(const SceneOptions& options, const Say& say);
+/// The same for a scene that is loaded already.
+Prepared settle(const SceneOptions& options, std::shared_ptr<Scene> scene, const Say& say);
 
 }  // namespace eikon

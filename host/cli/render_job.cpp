@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/render_job.h"
+
+#include <fmt/format.h>
+
+#include "cli/execution_options.h"
+#include "cli/metadata.h"
+#include "cli/report.h"
+#include "core/process_time.h"
+#include "image/image.h"
+
+namespace eikon {
+namespace {
+
+std::string rejected_line(const RenderReport& report) {
+  std::string line = fmt::format("{} samples were rejected ({} not finite, {} beyond the film's range)",
+                                 report.nonfinite + report.saturated, report.nonfinite, report.saturated);
+  if (!report.rejected.empty()) {
+    const RejectedSample& first = report.rejected.front();
+    line += fmt::format("; replay the first with --pixel {},{} --sample {}", first.x, first.y, first.sample);
+  }
+  return line;
+}
+
+}  // namespace
+
+RenderJob::RenderJob(RenderOptions options, Say say, double begin_s)
+    : options_(std::move(options)), say_(std::move(say)), output_(options_.exr()), begin_s_(begin_s) {
+  read_execution_environment(options_.execution);
+  require_writable(options_.outputs(), options_.scene.scene);
+  options_.execution.keep_spans = !options_.profile.empty();
+}
+
+void RenderJob::load() { prepared_ = prepare(options_.scene, options_.quiet ? say_on_stderr(true) : say_); }
+
+void RenderJob::render(const std::atomic<bool>& stop, RenderHooks hooks) {
+  done_ = render_and_release(*prepared_.scene, prepared_.settings, options_.execution, stop, std::move(hooks));
+}
+
+void RenderJob::write_image() {
+  ExrOptions exr;
+  exr.half = options_.half;
+  exr.layers = prepared_.layers;
+  exr.exact_sums = !options_.scene.samples.empty() || !options_.scene.crop.empty();
+  const Metadata metadata = describe_render(prepared_, report(), error_);
+  try {
+    write_exr(output_, done_->film, metadata, exr);
+  } catch (const HalfOverflow& overflow) {
+    // The work is done; a file in full precision is better than none.
+    say_(fmt::format("{}; written with 32-bit channels", overflow.what()));
+    exr.half = false;
+    write_exr(output_, done_->film, metadata, exr);
+    as_asked_ = false;
+  }
+  if (!options_.png.empty())
+    write_png(options_.png, to_image(done_->film), options_.exposure_ev, *tone_map_of(options_.tone_map));
+}
+
+void RenderJob::write() {
+  if (!has_samples()) {
+    say_("interrupted before the first sample: nothing was written");
+    return;
+  }
+  error_ = done_->film.predicted_error();
+  const double write_begin = host_seconds();
+  write_image();
+  CommandTimes times;
+  times.load_s = prepared_.load_s;
+  times.write_s = host_seconds() - write_begin;
+  times.total_s = process_seconds() - begin_s_;
+  if (!options_.stats.empty()) write_stats(options_.stats, report(), error_, prepared_, times);
+  if (!options_.profile.empty()) write_profile(options_.profile, report());
+
+  if (report().arithmetic() != "exact")
+    say_(fmt::format("arithmetic {}: other devices may give other bits; see `eikon selftest`", report().arithmetic()));
+  if (report().nonfinite + report().saturated > 0) say_(rejected_line(report()));
+  if (report().interrupted) {
+    const Settings& settings = prepared_.settings;
+    say_(fmt::format("interrupted: {} of {} samples are in {}", report().samples,
+                     settings.crop.pixel_count() * (settings.sample_end - settings.sample_begin), output_.string()));
+  }
+}
+
+void RenderJob::print() const {
+  if (!has_samples()) return;
+  if (!options_.quiet) print_stage_table(report());
+  const double rate = report().render_s > 0 ? double(report().samples) / report().render_s : 0;
+  fmt::print("{}: {} x {}, {} samples in {:.2f} s ({:.2f} Msamples/s)\n", output_.string(),
+             prepared_.settings.crop.width(), prepared_.settings.crop.height(), report().samples, report().render_s,
+             1e-6 * rate);
+  if (error_.known)
+    fmt::print("predicted relMSE {:.3e} (95 %: {:.3e} to {:.3e})\n", error_.relmse, error_.lo, error_.hi);
+  else
+    fmt::print("predicted relMSE unknown: it takes two samples per pixel\n");
+}
+
+ExitCode RenderJob::code() const {
+  if (report().interrupted) return ExitCode::interrupted;
+  const bool rejected = report().nonfinite + report().saturated > 0;
+  return (rejected && options_.scene.strict) || !as_asked_ ? ExitCode::not_as_asked : ExitCode::done;
+}
+
+}  // namespace eikon

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+// A render of the command line in its steps. Any number of jobs can run in one process: signals, progress and what is said to
+// the user are the caller's.
+#pragma once
+#include <atomic>
+#include <filesystem>
+#include <optional>
+
+#include "cli/render_options.h"
+#include "core/error.h"
+#include "render/render.h"
+
+namespace eikon {
+
+class RenderJob {
+ public:
+  /// Checks that the outputs can be written, before any work.
+  /// say      takes what the user should know: what was decided, what is wrong with the image
+  /// begin_s  process_seconds() when the work began, for --stats
+  /// throws UsageError, InputError
+  RenderJob(RenderOptions options, Say say, double begin_s = 0);
+
+  /// Loads the scene and settles what is to be rendered. throws InputError, UsageError
+  void load();
+  /// Renders until all is done or `stop` is set. throws Error
+  void render(const std::atomic<bool>& stop, RenderHooks hooks);
+  /// Writes every output, also of a render that was stopped; nothing when that was before its first sample. throws InputError
+  void write();
+
+  [[nodiscard]] const RenderOptions& options() const { return options_; }
+  [[nodiscard]] const std::filesystem::path& output() const { return output_; }
+  /// After render():
+  [[nodiscard]] const RenderReport& report() const { return done_->report; }
+  [[nodiscard]] bool has_samples() const { return !report().interrupted || report().samples > 0; }
+  /// After write():
+  [[nodiscard]] const PredictedError& error() const { return error_; }
+  /// done, not_as_asked, or interrupted.
+  [[nodiscard]] ExitCode code() const;
+  /// What a render prints on stdout: the table of stages unless quiet, where the image is, and how wrong it is.
+  void print() const;
+
+ private:
+  RenderOptions options_;
+  Say say_;
+  std::filesystem::path output_;
+  double begin_s_;
+  Prepared prepared_;
+  std::optional<RenderOutput> done_;
+  PredictedError error_;
+  bool as_asked_ = true;
+
+  void write_image();
+};
+
+}  // namespace eikon

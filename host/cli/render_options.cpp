@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/render_options.h"
+
+#include <algorithm>
+
+#include "cli/arguments.h"
+#include "cli/execution_options.h"
+#include "image/image.h"
+
+namespace eikon {
+
+void RenderOptions::add_to(CLI::App& command) {
+  scene.add_to(command);
+  command.add_option("-o,--output", output, "OpenEXR file; SCENE.exr here if not given");
+  command.add_flag("--half", half, "16-bit channels");
+  command.add_option("--png", png, "also an sRGB picture; with --transparent an RGBA one");
+  command.add_option("--exposure", exposure_ev, "of the PNG, in EV")
+      ->check(check_is_finite)
+      ->check(CLI::Range(-64.0, 64.0))
+      ->capture_default_str();
+  command.add_option("--tonemap", tone_map, "tone curve of the PNG, after the exposure; none: cut off at white")
+      ->check(CLI::IsMember(tone_map_names()))
+      ->capture_default_str();
+  add_execution_options(command, execution, true);
+  command.add_option("--pixel", pixel, "X,Y: with --sample N, trace that one path and print its vertices");
+  command.add_option("--sample", sample, "N: see --pixel");
+  command.add_option("--stats", stats, "JSON file of counts and times");
+  command.add_option("--profile", profile, "JSON file of trace events, for Perfetto or chrome://tracing");
+  command.add_flag("--quiet", quiet, "no notes, no progress, no stage table");
+}
+
+std::filesystem::path RenderOptions::exr() const {
+  return output.empty() ? std::filesystem::path(scene.scene).filename().replace_extension(".exr")
+                        : std::filesystem::path(output);
+}
+
+std::vector<std::filesystem::path> RenderOptions::outputs() const {
+  std::vector<std::filesystem::path> files = {exr()};
+  for (const std::string& file : {png, stats, profile})
+    if (!file.empty()) files.emplace_back(file);
+  return files;
+}
+
+RenderOptions parse_render(std::vector<std::string> words) {
+  CLI::App app;
+  app.set_help_flag();  // a line of a batch that asks for help renders nothing: an error like any unknown flag
+  RenderOptions options;
+  options.add_to(app);
+  std::reverse(words.begin(), words.end());  // as CLI11 takes them
+  try {
+    app.parse(std::move(words));
+  } catch (const CLI::ParseError& error) {
+    throw UsageError(error.what());
+  }
+  return options;
+}
+
+}  // namespace eikon

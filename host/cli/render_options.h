@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+// The flags of a render: of `eikon render`, and of each line of a batch.
+#pragma once
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "cli/scene_options.h"
+
+namespace eikon {
+
+struct RenderOptions {
+  SceneOptions scene;
+  Execution execution;
+  std::string output, png, stats, profile, pixel;
+  double exposure_ev = 0;
+  bool half = false, quiet = false;
+  std::string sample, tone_map = "none";
+
+  /// Adds the flags to a subcommand. The object must live as long as the parser.
+  void add_to(CLI::App& command);
+  /// -o, or SCENE.exr in the current folder.
+  [[nodiscard]] std::filesystem::path exr() const;
+  /// Every file that the render writes.
+  [[nodiscard]] std::vector<std::filesystem::path> outputs() const;
+  /// Whether one path is to be traced and told, rather than a picture rendered.
+  [[nodiscard]] bool is_replay() const { return !pixel.empty() || !sample.empty(); }
+};
+
+/// What follows `eikon render` on a command line, already split into words. throws UsageError
+[[nodiscard]] RenderOptions parse_render(std::vector<std::string> words);
+
+}  // namespace eikon
