@@ -28,12 +28,16 @@ struct ClRelease {
 };
 template <class Handle, cl_int (*Release)(Handle)>
 using ClOwned = std::unique_ptr<std::remove_pointer_t<Handle>, ClRelease<Handle, Release>>;
+using ClDevice = ClOwned<cl_device_id, clReleaseDevice>;  // does nothing to whole devices
 using ClContext = ClOwned<cl_context, clReleaseContext>;
 using ClQueue = ClOwned<cl_command_queue, clReleaseCommandQueue>;
 using ClProgram = ClOwned<cl_program, clReleaseProgram>;
 using ClKernel = ClOwned<cl_kernel, clReleaseKernel>;
 using ClMem = ClOwned<cl_mem, clReleaseMemObject>;
 using ClEvent = ClOwned<cl_event, clReleaseEvent>;
+
+/// The device, or the sub-device of it, that `info` describes. throws DeviceError
+ClDevice open_device(const DeviceInfo& info);
 
 struct FreeHost {
   void operator()(void* memory) const { free_device_memory(memory); }

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "device/cl.h"
+#include "device/fault.h"
 
 namespace eikon {
 
@@ -45,7 +46,8 @@ std::size_t Buffer::size_bytes() const { return impl_ ? impl_->bytes : 0; }
 
 struct Device::Impl {
   DeviceInfo info;
-  cl_device_id id = nullptr;
+  ClDevice handle;
+  cl_device_id id = nullptr;  // of handle
   ClContext context;
   ClQueue queue;
   Profiler profiler;
@@ -60,6 +62,11 @@ struct Device::Impl {
 
   void check(cl_int code, const std::string& what) const { cl_check(code, what, info.name); }
 
+  /// throws DeviceError where a fault is planned
+  void may_fail(Fault::Call call, const std::string& what) const {
+    if (info.fault) check(info.fault->at(call), what);
+  }
+
   [[nodiscard]] static double timestamp_s(cl_event event, cl_profiling_info what) {
     cl_ulong nanoseconds = 0;
     clGetEventProfilingInfo(event, what, sizeof nanoseconds, &nanoseconds, nullptr);
@@ -68,24 +75,27 @@ struct Device::Impl {
 
   // Events finish in order; called where the host has waited for the device anyway.
   void resolve() {
+    double busy_s = 0;
     while (!pending.empty()) {
       const Pending& front = pending.front();
       cl_int status = CL_QUEUED;
       clGetEventInfo(front.event.get(), CL_EVENT_COMMAND_EXECUTION_STATUS, sizeof status, &status, nullptr);
       if (status < 0) check(status, "command '" + front.name + "'");
-      if (status != CL_COMPLETE) return;
+      if (status != CL_COMPLETE) break;
       const double begin = timestamp_s(front.event.get(), CL_PROFILING_COMMAND_START);
       const double end = timestamp_s(front.event.get(), CL_PROFILING_COMMAND_END);
+      busy_s += end - begin;
       profiler.record(front.name, begin + clock_offset_s, end + clock_offset_s, front.items, front.bytes);
       pending.pop_front();
     }
+    if (info.fault) info.fault->slow_down(busy_s);
   }
 
   /// Makes buffer.mem, of memory of the host unless `host` is null. throws DeviceError
   void create(Buffer::Impl& buffer, cl_mem_flags flags, void* host) const {
     if (host != nullptr) flags |= CL_MEM_USE_HOST_PTR;
-    cl_int code = CL_SUCCESS;
-    buffer.mem.reset(clCreateBuffer(context.get(), flags, buffer.bytes, host, &code));
+    cl_int code = info.fault ? info.fault->at(Fault::Call::allocate) : CL_SUCCESS;
+    if (code == CL_SUCCESS) buffer.mem.reset(clCreateBuffer(context.get(), flags, buffer.bytes, host, &code));
     if (code != CL_SUCCESS)
       throw DeviceError(
           fmt::format("device '{}' cannot allocate {} bytes ({} in one piece, {} in all): {}; try a smaller scene",
@@ -99,9 +109,9 @@ struct Device::Impl {
 
 Device::Device(const DeviceInfo& info) : impl_(std::make_unique<Impl>()) {
   impl_->info = info;
-  const std::vector<cl_device_id> devices = enumerate_devices();
-  if (info.index >= devices.size()) throw DeviceError(fmt::format("device {} has disappeared", info.index));
-  impl_->id = devices[info.index];
+  impl_->may_fail(Fault::Call::open, "opening it");
+  impl_->handle = open_device(info);
+  impl_->id = impl_->handle.get();
   cl_int code = CL_SUCCESS;
   impl_->context.reset(clCreateContext(nullptr, 1, &impl_->id, nullptr, nullptr, &code));
   impl_->check(code, "creating a context");
@@ -121,7 +131,7 @@ Device::Device(const DeviceInfo& info) : impl_(std::make_unique<Impl>()) {
 }
 
 Device::~Device() {
-  if (impl_ && impl_->queue) clFinish(impl_->queue.get());
+  if (impl_ && impl_->queue) drain();
 }
 Device::Device(Device&&) noexcept = default;
 Device& Device::operator=(Device&&) noexcept = default;
@@ -130,6 +140,7 @@ const DeviceInfo& Device::info() const { return impl_->info; }
 Profiler& Device::profiler() { return impl_->profiler; }
 
 Program Device::build(const std::string& text, const ProgramOptions& options) {
+  impl_->may_fail(Fault::Call::transfer, "compiling");
   const double begin = host_seconds();
   Program program;
   program.impl_ = build_program(impl_->context.get(), impl_->id, impl_->info, text, options);
@@ -164,6 +175,7 @@ Buffer Device::upload(const void* data, std::size_t bytes) {
 }
 
 void Device::write(const Buffer& buffer, const void* data, std::size_t bytes, std::size_t offset) {
+  impl_->may_fail(Fault::Call::transfer, "a transfer to the device");
   cl_event event = nullptr;
   impl_->check(clEnqueueWriteBuffer(impl_->queue.get(), buffer.impl_->mem.get(), CL_TRUE, offset, bytes, data, 0,
                                     nullptr, &event),
@@ -183,9 +195,11 @@ void Device::fill_zero(const Buffer& buffer) {
 
 void Device::read(const Buffer& buffer, void* data, std::size_t bytes, std::size_t offset) {
   wait(read_later(buffer, data, bytes, offset));
+  if (impl_->info.fault) impl_->info.fault->spoil(data, bytes);
 }
 
 Ticket Device::read_later(const Buffer& buffer, void* data, std::size_t bytes, std::size_t offset) {
+  impl_->may_fail(Fault::Call::transfer, "a transfer from the device");
   cl_event event = nullptr;
   impl_->check(clEnqueueReadBuffer(impl_->queue.get(), buffer.impl_->mem.get(), CL_FALSE, offset, bytes, data, 0,
                                    nullptr, &event),
@@ -199,14 +213,20 @@ Ticket Device::read_later(const Buffer& buffer, void* data, std::size_t bytes, s
 }
 
 void Device::wait(const Ticket& ticket) {
+  impl_->may_fail(Fault::Call::wait, "waiting for the device");
   const cl_event event = ticket.impl_->event.get();
   impl_->check(clWaitForEvents(1, &event), "waiting for the device");
   impl_->resolve();
 }
 
+void Device::begin_unit(std::uint64_t paths) {
+  if (impl_->info.fault) impl_->info.fault->begin_unit(paths);
+}
+
 void Device::run(const Kernel& kernel, std::size_t groups, std::size_t local, std::uint64_t items) {
   if (groups == 0) return;
   Kernel::Impl& k = *kernel.impl_;
+  impl_->may_fail(Fault::Call::launch, "launching kernel '" + k.name + "'");
   const std::size_t global = groups * local;
   const double begin = k.launched ? 0 : host_seconds();
   cl_event event = nullptr;
@@ -220,9 +240,13 @@ void Device::run(const Kernel& kernel, std::size_t groups, std::size_t local, st
 
 void Device::flush() { impl_->check(clFlush(impl_->queue.get()), "submitting work"); }
 
-void Device::drain() noexcept { clFinish(impl_->queue.get()); }
+void Device::drain() noexcept {
+  if (impl_->info.fault) (void)impl_->info.fault->at(Fault::Call::wait);
+  clFinish(impl_->queue.get());
+}
 
 void Device::finish() {
+  impl_->may_fail(Fault::Call::wait, "waiting for the device");
   impl_->check(clFinish(impl_->queue.get()), "waiting for the device");
   impl_->resolve();
 }

@@ -13,6 +13,8 @@
 
 namespace eikon {
 
+class Fault;
+
 struct DeviceInfo {
   std::uint32_t index = 0;  // position in list_devices(), what --devices takes
   std::string name, vendor, driver, platform, version;
@@ -22,13 +24,24 @@ struct DeviceInfo {
   std::uint32_t native_float_lanes = 1;
   bool correctly_rounded_divide_sqrt = false, denormals = false;
   std::string unusable;  // why it cannot be used (not available, no compiler, ...); empty: it can
+
+  /// Of the whole device's compute units, these are used: compute_units from first_unit on.
+  std::uint32_t first_unit = 0, whole_units = 0;
+  bool divisible = false;  // the driver makes sub-devices of some compute units
+  [[nodiscard]] bool whole() const { return compute_units == whole_units; }
+
+  std::string selector;          // what --devices takes to choose this one and no other
+  std::uint32_t position = 0;    // among those selected
+  bool by_name = false;          // selected by name or index, not by its kind: to go without it is a failure
+  std::shared_ptr<Fault> fault;  // see fault.h; nothing but in tests
 };
 
 /// All devices of all platforms, in the platforms' order. Empty when there is no platform; never throws for that.
 std::vector<DeviceInfo> list_devices();
 
-/// The devices that `selection` names: "all", or a comma-separated list of indices, "cpu", "gpu", or parts of names.
-/// throws DeviceError when there is no platform or device, or when an entry names nothing, with what there is.
+/// The devices that `selection` names, see selection.h.
+/// throws UsageError for what does not parse; DeviceError when there is no platform or device, or when an entry names nothing,
+/// with what there is.
 std::vector<DeviceInfo> select_devices(const std::string& selection);
 
 class Device;
@@ -62,7 +75,7 @@ class Arguments {
 
 struct ProgramOptions {
   std::map<std::string, std::string> defines;
-  bool optimise = true;     // false adds -cl-opt-disable (Oclgrind needs it)
+  bool optimise = true;          // false adds -cl-opt-disable (Oclgrind needs it)
   std::string extra_flags = "";  // of the compiler; only tests give any, to stand in for a driver with loose arithmetic
 };
 
@@ -149,6 +162,8 @@ class Device {
     return out;
   }
 
+  /// The next launch begins a work unit of so many paths; only planned faults (fault.h) count them.
+  void begin_unit(std::uint64_t paths);
   /// Launches `groups` work-groups of `local` work-items (offset zero, fixed local size). `items` is for the profile.
   /// throws DeviceError
   void run(const Kernel& kernel, std::size_t groups, std::size_t local, std::uint64_t items = 0);

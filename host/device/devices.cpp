@@ -4,10 +4,14 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cctype>
+#include <cstdlib>
 #include <fmt/format.h>
+#include <iterator>
+#include <map>
 
 #include "device/cl.h"
+#include "device/fault.h"
+#include "device/selection.h"
 
 namespace eikon {
 namespace {
@@ -41,6 +45,16 @@ T device_value(cl_device_id device, cl_device_info what) {
   return value;
 }
 
+bool divides_by_counts(cl_device_id device) {
+  cl_device_partition_property properties[16] = {};
+  std::size_t bytes = 0;
+  if (clGetDeviceInfo(device, CL_DEVICE_PARTITION_PROPERTIES, sizeof properties, properties, &bytes) != CL_SUCCESS)
+    return false;
+  const std::span<const cl_device_partition_property> known(
+      properties, std::min(bytes / sizeof properties[0], std::size(properties)));
+  return std::ranges::find(known, cl_device_partition_property(CL_DEVICE_PARTITION_BY_COUNTS)) != known.end();
+}
+
 DeviceInfo describe(cl_device_id device, std::uint32_t index) {
   DeviceInfo info;
   info.index = index;
@@ -58,7 +72,9 @@ DeviceInfo describe(cl_device_id device, std::uint32_t index) {
   const auto type = device_value<cl_device_type>(device, CL_DEVICE_TYPE);
   info.cpu = (type & CL_DEVICE_TYPE_CPU) != 0;
   info.gpu = (type & CL_DEVICE_TYPE_GPU) != 0;
-  info.compute_units = device_value<cl_uint>(device, CL_DEVICE_MAX_COMPUTE_UNITS);
+  info.whole_units = info.compute_units = device_value<cl_uint>(device, CL_DEVICE_MAX_COMPUTE_UNITS);
+  info.divisible = divides_by_counts(device);
+  info.selector = std::to_string(index);
   info.memory_bytes = device_value<cl_ulong>(device, CL_DEVICE_GLOBAL_MEM_SIZE);
   info.max_allocation_bytes = device_value<cl_ulong>(device, CL_DEVICE_MAX_MEM_ALLOC_SIZE);
   info.native_float_lanes = std::max<cl_uint>(1, device_value<cl_uint>(device, CL_DEVICE_NATIVE_VECTOR_WIDTH_FLOAT));
@@ -74,9 +90,14 @@ DeviceInfo describe(cl_device_id device, std::uint32_t index) {
   return info;
 }
 
-std::string lower(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return char(std::tolower(c)); });
-  return text;
+/// What EIKON_FAULT plans for the devices chosen. throws UsageError
+void plan_faults(std::vector<DeviceInfo>& chosen) {
+  const char* const text = std::getenv("EIKON_FAULT");
+  if (text == nullptr || *text == '\0') return;
+  std::map<std::uint32_t, std::vector<FaultPlan>> plans;
+  for (const FaultPlan& plan : parse_faults(text)) plans[plan.device].push_back(plan);
+  for (DeviceInfo& info : chosen)
+    if (plans.count(info.position) != 0) info.fault = std::make_shared<Fault>(plans[info.position]);
 }
 
 }  // namespace
@@ -109,37 +130,26 @@ std::vector<DeviceInfo> select_devices(const std::string& selection) {
   if (all.empty())
     throw DeviceError(
         "no OpenCL device: no platform is installed; try: apt-get install pocl-opencl-icd, then `eikon devices`");
-  std::string known;
-  for (const DeviceInfo& info : all) known += fmt::format("{}{}: {}", known.empty() ? "" : ", ", info.index, info.name);
-
-  std::vector<DeviceInfo> chosen;
-  const auto choose = [&](const DeviceInfo& info) {
-    const auto same = [&](const DeviceInfo& other) { return other.index == info.index; };
-    if (std::none_of(chosen.begin(), chosen.end(), same)) chosen.push_back(info);
-  };
-  std::size_t begin = 0;
-  while (begin <= selection.size()) {
-    const std::size_t end = std::min(selection.find(',', begin), selection.size());
-    const std::string entry = lower(selection.substr(begin, end - begin));
-    begin = end + 1;
-    const bool number = !entry.empty() && entry.find_first_not_of("0123456789") == std::string::npos;
-    std::size_t matches = 0;
-    for (const DeviceInfo& info : all) {
-      const bool match = number           ? std::to_string(info.index) == entry
-                         : entry == "all" ? info.unusable.empty()
-                         : entry == "cpu" ? info.cpu
-                         : entry == "gpu" ? info.gpu
-                                          : !entry.empty() && lower(info.name).find(entry) != std::string::npos;
-      if (!match) continue;
-      if (!info.unusable.empty())
-        throw DeviceError(fmt::format("device {} ({}) cannot be used: {}", info.index, info.name, info.unusable));
-      choose(info);
-      ++matches;
-    }
-    if (matches == 0)
-      throw DeviceError(fmt::format("--devices {}: no such device '{}'; there is {}", selection, entry, known));
-  }
+  std::vector<DeviceInfo> chosen = resolve_selection(selection, all);
+  plan_faults(chosen);
   return chosen;
+}
+
+ClDevice open_device(const DeviceInfo& info) {
+  const std::vector<cl_device_id> devices = enumerate_devices();
+  if (info.index >= devices.size()) throw DeviceError(fmt::format("device {} has disappeared", info.index));
+  const cl_device_id whole = devices[info.index];
+  if (info.whole() || !info.divisible) return ClDevice(whole);
+  std::vector<cl_device_partition_property> counts = {CL_DEVICE_PARTITION_BY_COUNTS};
+  if (info.first_unit > 0) counts.push_back(info.first_unit);
+  counts.insert(counts.end(),
+                {cl_device_partition_property(info.compute_units), CL_DEVICE_PARTITION_BY_COUNTS_LIST_END, 0});
+  cl_device_id parts[2] = {nullptr, nullptr};
+  cl_uint made = 0;
+  cl_check(clCreateSubDevices(whole, counts.data(), info.first_unit > 0 ? 2 : 1, parts, &made), "making a sub-device",
+           info.name);
+  const ClDevice before(info.first_unit > 0 ? parts[0] : nullptr);
+  return ClDevice(parts[info.first_unit > 0 ? 1 : 0]);
 }
 
 }  // namespace eikon

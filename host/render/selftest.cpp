@@ -34,7 +34,7 @@ std::vector<Check> selftest(const DeviceInfo& info, const Execution& execution) 
     }
   };
   Execution on_device = execution;
-  on_device.devices = std::to_string(info.index);
+  on_device.devices = info.selector;
   const std::atomic<bool> never{false};
   const auto film_of = [&](const Scene& scene, const Settings& settings, const Execution& how) {
     return render(scene, settings, how, never).film;

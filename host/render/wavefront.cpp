@@ -322,6 +322,7 @@ struct Wavefront::Impl {
     frame.path_count = frame.pixel_count * frame.sample_count;
     frame.sample_begin = std::uint32_t(unit.sample_begin);
     frame.sample_high = std::uint32_t(unit.sample_begin >> 32);
+    device.begin_unit(frame.path_count);
     device.write(frame_buffer, &frame, sizeof frame);
     device.write(pixels_buffer, pixels.data(), 4 * pixels.size());
     if (config.fused) launch_fused();

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+// --devices: sub-devices, and what cannot be had; faults on purpose (EIKON_FAULT).
+#include <nlohmann/json.hpp>
+
+#include "cli/command.h"
+
+namespace eikon {
+namespace {
+
+using namespace eikon::testing;
+using nlohmann::json;
+
+const char* const kCores = "POCL_MAX_PTHREAD_COUNT=2";  // of PoCL's device, wherever the tests run
+
+TEST(Devices, two_cores_are_two_devices_and_give_the_bits_of_the_whole) {
+  const Workplace here;
+  const std::string image = "render " + scene("cornell.gltf") + " --size 200x200 --spp 64 --quiet ";
+  ASSERT_TRUE(succeeded(here.eikon(image + "-o whole.exr --devices 0", kCores)));
+  const Outcome parts = here.eikon(image + "-o parts.exr --stats stats.json --devices cpu:2x1", kCores);
+  ASSERT_TRUE(succeeded(parts));
+  const json devices = json::parse(read_bytes(here / "stats.json")).at("devices");
+  ASSERT_EQ(devices.size(), 2U);
+  for (const json& device : devices) EXPECT_GT(device.at("units").get<int>(), 0);
+  EXPECT_TRUE(contains(devices[0].at("name").get<std::string>(), "[core 1 of 2]"));
+  EXPECT_TRUE(contains(devices[1].at("name").get<std::string>(), "[core 2 of 2]"));
+  EXPECT_TRUE(succeeded(here.eikon("compare parts.exr whole.exr --fail-above 0")));
+}
+
+TEST(Devices, partitions_that_cannot_be_are_refused_in_a_line) {
+  const Workplace here;
+  const auto refused_with = [&](const std::string& devices, int code, const std::string& why) {
+    const Outcome outcome = here.eikon(cornell("--devices " + devices), kCores);
+    EXPECT_TRUE(refused(outcome, code)) << devices;
+    EXPECT_TRUE(contains(outcome.err, why)) << outcome.err;
+  };
+  refused_with("cpu:3x1", 4, "3 compute units are wanted");
+  refused_with("cpu:2y1", 2, "'2y1'");
+  refused_with("0:1x1,0", 2, "overlap");
+  refused_with("cpu:2x1/3", 2, "has 2 parts");
+  EXPECT_TRUE(here.files().empty());
+}
+
+TEST(Devices, a_fault_on_purpose_hits_the_device_of_that_position) {
+  const Workplace here;
+  const auto with_fault = [&](const std::string& fault, const std::string& devices) {
+    return here.eikon(cornell("--size 64x64 --spp 4 --quiet --devices " + devices), "EIKON_FAULT='" + fault + "'");
+  };
+  EXPECT_TRUE(refused(with_fault("device:0:lost", "0"), 4));
+  EXPECT_TRUE(refused(with_fault("device:0:oom", "0"), 4));
+  EXPECT_TRUE(refused(with_fault("device:0", "0"), 4));
+  EXPECT_TRUE(succeeded(with_fault("device:0:after=1000", "0")));
+  EXPECT_TRUE(succeeded(with_fault("device:1:lost", "0")));
+  EXPECT_TRUE(refused(with_fault("device:0:explode", "0"), 2));
+}
+
+}  // namespace
+}  // namespace eikon
