@@ -43,7 +43,7 @@ ExitCode bench_rays_command(BenchOptions options) {
   nlohmann::json results = nlohmann::json::array();
   fmt::print("{:<24} {:<6} {:<8} {:>9} {:>9} {:>7} {:>9} {:>9} {:>12}\n", "device", "layout", "rays", "Mrays/s",
              "Embree", "ratio", "build s", "Embree s", "bytes");
-  for (const DeviceInfo& info : select_devices(options.execution.devices)) {
+  for (const DeviceInfo& info : select_devices(options.execution.devices, options.execution.threads)) {
     Device device(info);
     const std::string chosen = configure(info, options.execution).layout;
     Execution plain = options.execution;

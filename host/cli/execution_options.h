@@ -2,11 +2,13 @@
 #pragma once
 #include <CLI/CLI.hpp>
 #include <cstdlib>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "accel/accel.h"
 #include "core/error.h"
+#include "core/thread_limit.h"
 #include "render/choose_layout.h"
 #include "render/settings.h"
 
@@ -15,8 +17,10 @@ namespace eikon {
 /// For development, from the environment: EIKON_NO_OPTIMISE=1 compiles the kernels without optimisation, which Oclgrind
 /// needs; EIKON_LANES=1, 8 or 16 compiles them that wide, for queues of paths (1) or chunks (8, 16), whatever the device;
 /// EIKON_STAGES=fused or unfused runs chunks through all stages in one launch, or each stage in its own.
+/// Holds the host's own threads to `execution.threads` and to what the process may use, as long as `execution` or a copy lives.
 /// throws UsageError
 inline void read_execution_environment(Execution& execution) {
+  execution.thread_limit = std::make_shared<const ThreadLimit>(execution.threads);
   if (const char* off = std::getenv("EIKON_NO_OPTIMISE")) execution.optimise = std::string(off) != "1";
   if (const char* text = std::getenv("EIKON_LANES")) {
     const std::string lanes = text;
@@ -32,13 +36,21 @@ inline void read_execution_environment(Execution& execution) {
   }
 }
 
-/// --devices, --accel, --layout, --memory; they never change the image. `execution` must outlive the parser.
+/// --devices, --threads, --accel, --layout, --memory; they never change the image. `execution` must outlive the parser.
 /// probe: whether --layout takes kProbeLayouts
 inline void add_execution_options(CLI::App& command, Execution& execution, bool probe = false) {
   command
-      .add_option("--devices", execution.devices,
-                  "all, or a list of indices, cpu, gpu, parts of names; see `eikon devices`")
+      .add_option(
+          "--devices", execution.devices,
+          "all, or a list of indices, cpu, gpu, parts of names; see `eikon devices`; cpu:2x1 are two devices of "
+          "one core each")
       ->capture_default_str();
+  command
+      .add_option(
+          "--threads", execution.threads,
+          "at most so many threads of the host, and so many compute units of each CPU device; what the affinity "
+          "mask and the control group allow if not given")
+      ->check(CLI::Range(1, 65536));
   command.add_option("--accel", execution.accel, "bvh, or none: every ray against every triangle")
       ->check(CLI::IsMember({"bvh", "none"}))
       ->capture_default_str();
@@ -50,8 +62,10 @@ inline void add_execution_options(CLI::App& command, Execution& execution, bool 
                       (probe ? "; probe: the fastest of those measured with the scene's rays" : ""))
       ->check(CLI::IsMember(layouts));
   command
-      .add_option("--memory", execution.memory_bytes,
-                  "at most this much of each device's memory, such as 512M or 4G; all of it if not given")
+      .add_option(
+          "--memory", execution.memory_bytes,
+          "at most this much of each device's memory, such as 512M or 4G; all that it has, and that the control "
+          "group allows, if not given")
       ->transform(CLI::AsSizeValue(false))
       ->check([](const std::string& bytes) {
         return bytes.find_first_of("123456789") == std::string::npos || bytes[0] == '-'

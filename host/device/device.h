@@ -23,12 +23,19 @@ struct DeviceInfo {
   std::uint64_t memory_bytes = 0, max_allocation_bytes = 0;
   std::uint32_t native_float_lanes = 1;
   bool correctly_rounded_divide_sqrt = false, denormals = false;
-  std::string unusable;  // why it cannot be used (not available, no compiler, ...); empty: it can
+  bool cycle_counter = false;  // kernels can read the processor's; other drivers end the process that tries
+  std::string unusable;        // why it cannot be used (not available, no compiler, ...); empty: it can
 
   /// Of the whole device's compute units, these are used: compute_units from first_unit on.
   std::uint32_t first_unit = 0, whole_units = 0;
   bool divisible = false;  // the driver makes sub-devices of some compute units
   [[nodiscard]] bool whole() const { return compute_units == whole_units; }
+  /// Why there are not more of them, or not more memory; empty: it is the device that has no more.
+  std::string units_limit, memory_limit;
+
+  /// What tells the hardware, whatever the driver; empty where the driver does not say.
+  std::string pci, uuid;
+  std::uint32_t vendor_id = 0;
 
   std::string selector;          // what --devices takes to choose this one and no other
   std::uint32_t position = 0;    // among those selected
@@ -37,12 +44,15 @@ struct DeviceInfo {
 };
 
 /// All devices of all platforms, in the platforms' order. Empty when there is no platform; never throws for that.
-std::vector<DeviceInfo> list_devices();
+/// CPU devices have no more compute units than the process may use (core/host_limits.h), nor than `threads` unless that is 0,
+/// and no more memory than it may use.
+std::vector<DeviceInfo> list_devices(unsigned threads = 0);
 
-/// The devices that `selection` names, see selection.h.
+/// The devices that `selection` names, see selection.h. notes: where not null, gets a line for each thing that a user may not expect
 /// throws UsageError for what does not parse; DeviceError when there is no platform or device, or when an entry names nothing,
 /// with what there is.
-std::vector<DeviceInfo> select_devices(const std::string& selection);
+std::vector<DeviceInfo> select_devices(const std::string& selection, unsigned threads = 0,
+                                       std::vector<std::string>* notes = nullptr);
 
 class Device;
 

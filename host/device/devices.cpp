@@ -9,6 +9,8 @@
 #include <iterator>
 #include <map>
 
+#include "core/host_limits.h"
+#include "device/canary.h"
 #include "device/cl.h"
 #include "device/fault.h"
 #include "device/selection.h"
@@ -55,6 +57,37 @@ bool divides_by_counts(cl_device_id device) {
   return std::ranges::find(known, cl_device_partition_property(CL_DEVICE_PARTITION_BY_COUNTS)) != known.end();
 }
 
+constexpr cl_device_info kPciBusInfo = 0x410F;  // cl_khr_pci_bus_info: domain, bus, device, function
+constexpr cl_device_info kUuid = 0x106A;        // cl_khr_device_uuid: 16 bytes
+constexpr cl_device_info kNvidiaBus = 0x4008, kNvidiaSlot = 0x4009,
+                         kNvidiaDomain = 0x400A;  // cl_nv_device_attribute_query
+
+/// "0000:65:00.0", or "" where the driver does not say.
+std::string pci_address(cl_device_id device, const std::string& extensions) {
+  if (extensions.find("cl_khr_pci_bus_info") != std::string::npos) {
+    cl_uint where[4] = {};
+    if (clGetDeviceInfo(device, kPciBusInfo, sizeof where, where, nullptr) == CL_SUCCESS)
+      return fmt::format("{:04x}:{:02x}:{:02x}.{:x}", where[0], where[1], where[2], where[3]);
+  }
+  cl_uint bus = 0, slot = 0;
+  if (extensions.find("cl_nv_device_attribute_query") == std::string::npos ||
+      clGetDeviceInfo(device, kNvidiaBus, sizeof bus, &bus, nullptr) != CL_SUCCESS ||
+      clGetDeviceInfo(device, kNvidiaSlot, sizeof slot, &slot, nullptr) != CL_SUCCESS)
+    return "";
+  return fmt::format("{:04x}:{:02x}:{:02x}.{:x}", device_value<cl_uint>(device, kNvidiaDomain), bus, slot >> 3,
+                     slot & 7U);
+}
+
+std::string uuid_of(cl_device_id device, const std::string& extensions) {
+  unsigned char bytes[16] = {};
+  if (extensions.find("cl_khr_device_uuid") == std::string::npos ||
+      clGetDeviceInfo(device, kUuid, sizeof bytes, bytes, nullptr) != CL_SUCCESS)
+    return "";
+  std::string text;
+  for (const unsigned char byte : bytes) text += fmt::format("{:02x}", byte);
+  return text;
+}
+
 DeviceInfo describe(cl_device_id device, std::uint32_t index) {
   DeviceInfo info;
   info.index = index;
@@ -75,6 +108,12 @@ DeviceInfo describe(cl_device_id device, std::uint32_t index) {
   info.whole_units = info.compute_units = device_value<cl_uint>(device, CL_DEVICE_MAX_COMPUTE_UNITS);
   info.divisible = divides_by_counts(device);
   info.selector = std::to_string(index);
+  const std::string extensions = device_string(device, CL_DEVICE_EXTENSIONS);
+  info.pci = pci_address(device, extensions);
+  info.uuid = uuid_of(device, extensions);
+  info.vendor_id = device_value<cl_uint>(device, CL_DEVICE_VENDOR_ID);
+  for (const char* const native : {"Portable Computing Language", "Intel", "Oclgrind"})
+    info.cycle_counter = info.cycle_counter || (info.cpu && info.platform.find(native) != std::string::npos);
   info.memory_bytes = device_value<cl_ulong>(device, CL_DEVICE_GLOBAL_MEM_SIZE);
   info.max_allocation_bytes = device_value<cl_ulong>(device, CL_DEVICE_MAX_MEM_ALLOC_SIZE);
   info.native_float_lanes = std::max<cl_uint>(1, device_value<cl_uint>(device, CL_DEVICE_NATIVE_VECTOR_WIDTH_FLOAT));
@@ -119,20 +158,26 @@ std::vector<cl_device_id> enumerate_devices() {
   return all;
 }
 
-std::vector<DeviceInfo> list_devices() {
+std::vector<DeviceInfo> list_devices(unsigned threads) {
+  const HostLimits host = host_limits();
   std::vector<DeviceInfo> infos;
-  for (cl_device_id device : enumerate_devices()) infos.push_back(describe(device, std::uint32_t(infos.size())));
+  for (cl_device_id device : enumerate_devices()) {
+    infos.push_back(describe(device, std::uint32_t(infos.size())));
+    hold_to_limits(infos.back(), host, threads);
+  }
   return infos;
 }
 
-std::vector<DeviceInfo> select_devices(const std::string& selection) {
-  const std::vector<DeviceInfo> all = list_devices();
+std::vector<DeviceInfo> select_devices(const std::string& selection, unsigned threads,
+                                       std::vector<std::string>* notes) {
+  const std::vector<DeviceInfo> all = list_devices(threads);
   if (all.empty())
     throw DeviceError(
         "no OpenCL device: no platform is installed; try: apt-get install pocl-opencl-icd, then `eikon devices`");
-  std::vector<DeviceInfo> chosen = resolve_selection(selection, all);
-  plan_faults(chosen);
-  return chosen;
+  Selection chosen = resolve_selection(selection, all, passes_canary);
+  plan_faults(chosen.devices);
+  if (notes != nullptr) *notes = std::move(chosen.notes);
+  return std::move(chosen.devices);
 }
 
 ClDevice open_device(const DeviceInfo& info) {

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cctype>
 #include <charconv>
+#include <map>
 #include <numeric>
 
 #include "core/error.h"
@@ -123,6 +124,33 @@ void choose(std::vector<DeviceInfo>& chosen, const DeviceInfo& info, const std::
   chosen.back().position = std::uint32_t(chosen.size() - 1);
 }
 
+void add_note(std::vector<std::string>& notes, const std::string& note) {
+  if (std::find(notes.begin(), notes.end(), note) == notes.end()) notes.push_back(note);
+}
+
+/// The devices that are other devices' hardware, and what to say about them, by index.
+std::map<std::uint32_t, std::string> duplicates(const std::vector<DeviceInfo>& all,
+                                                const std::function<bool(const DeviceInfo&)>& trusted) {
+  std::map<std::uint32_t, std::string> left_out;
+  std::vector<DeviceInfo> kept;
+  for (const DeviceInfo& info : all) {
+    if (!info.unusable.empty()) continue;
+    const auto same =
+        std::find_if(kept.begin(), kept.end(), [&](const DeviceInfo& other) { return same_hardware(info, other); });
+    if (same == kept.end()) {
+      kept.push_back(info);
+      continue;
+    }
+    const bool better = !trusted(*same) && trusted(info);
+    const DeviceInfo &taken = better ? info : *same, &left = better ? *same : info;
+    left_out[left.index] = fmt::format(
+        "device {} ({}, {}) is device {} ({}) under another driver, and is left out{}; choose by index", left.index,
+        left.name, left.platform, taken.index, taken.platform, better ? " since its results are wrong" : "");
+    if (better) *same = info;
+  }
+  return left_out;
+}
+
 }  // namespace
 
 std::vector<SelectionEntry> parse_selection(const std::string& selection) {
@@ -135,27 +163,63 @@ std::vector<SelectionEntry> parse_selection(const std::string& selection) {
   return entries;
 }
 
-std::vector<DeviceInfo> resolve_selection(const std::string& selection, const std::vector<DeviceInfo>& all) {
+bool same_hardware(const DeviceInfo& a, const DeviceInfo& b) {
+  if (a.index == b.index) return true;
+  if (a.cpu || b.cpu) return a.cpu && b.cpu;
+  if (!a.pci.empty() && !b.pci.empty()) return a.pci == b.pci;
+  if (!a.uuid.empty() && !b.uuid.empty()) return a.uuid == b.uuid;
+  // Two cards of a kind have the same name on their platform.
+  const std::string of_a = lower(a.name), of_b = lower(b.name);
+  return a.platform != b.platform && a.vendor_id == b.vendor_id && !of_a.empty() && !of_b.empty() &&
+         (of_a.find(of_b) != std::string::npos || of_b.find(of_a) != std::string::npos);
+}
+
+Selection resolve_selection(const std::string& selection, const std::vector<DeviceInfo>& all,
+                            const std::function<bool(const DeviceInfo&)>& trusted) {
   std::string known;
   for (const DeviceInfo& info : all) known += fmt::format("{}{}: {}", known.empty() ? "" : ", ", info.index, info.name);
-  std::vector<DeviceInfo> chosen;
+  Selection result;
+  const std::map<std::uint32_t, std::string> left_out = duplicates(all, trusted);
   for (const SelectionEntry& entry : parse_selection(selection)) {
+    const bool by_name = entry.device != "all" && entry.device != "cpu" && entry.device != "gpu";
     std::size_t matches = 0;
     for (DeviceInfo info : all) {
       if (!names(entry, info)) continue;
+      ++matches;
+      if (!by_name && left_out.count(info.index) != 0) {
+        add_note(result.notes, left_out.at(info.index));
+        continue;
+      }
       if (!info.unusable.empty())
         throw DeviceError(fmt::format("device {} ({}) cannot be used: {}", info.index, info.name, info.unusable));
-      ++matches;
-      info.by_name = entry.device != "all" && entry.device != "cpu" && entry.device != "gpu";
-      if (entry.parts.empty())
-        choose(chosen, info, selection);
-      else
-        for (const DeviceInfo& part : divide(info, entry)) choose(chosen, part, selection);
+      info.by_name = by_name;
+      const std::vector<DeviceInfo> parts = entry.parts.empty() ? std::vector{info} : divide(info, entry);
+      for (const DeviceInfo& part : parts) choose(result.devices, part, selection);
     }
     if (matches == 0)
       throw DeviceError(fmt::format("--devices {}: no such device '{}'; there is {}", selection, entry.device, known));
   }
-  return chosen;
+  for (const DeviceInfo& a : result.devices)
+    for (const DeviceInfo& b : result.devices)
+      if (a.index < b.index && same_hardware(a, b))
+        add_note(result.notes,
+                 fmt::format("devices {} ({}, {}) and {} ({}, {}) are one piece of hardware, and will share it",
+                             a.index, a.name, a.platform, b.index, b.name, b.platform));
+  return result;
+}
+
+void hold_to_limits(DeviceInfo& info, const HostLimits& host, unsigned threads) {
+  if (!info.cpu) return;
+  const bool asked = threads != 0 && threads < host.threads;
+  const unsigned most = asked ? threads : host.threads;
+  if (info.compute_units > most) {
+    info.compute_units = most;
+    info.units_limit = asked ? fmt::format("--threads {}", threads) : host.threads_why;
+  }
+  if (host.memory_bytes == 0 || info.memory_bytes <= host.memory_bytes) return;
+  info.memory_bytes = host.memory_bytes;
+  info.max_allocation_bytes = std::min(info.max_allocation_bytes, info.memory_bytes);
+  info.memory_limit = host.memory_why;
 }
 
 }  // namespace eikon

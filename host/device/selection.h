@@ -9,12 +9,14 @@
 //   0:2x1+1x4     two sub-devices of one compute unit and one of four
 //   0:2x1/2       the second of those that 0:2x1 makes
 //
-// What is named twice is there once. A device cannot be there whole and in parts, or in overlapping parts.
+// What is named twice is there once, and so is hardware that several platforms show, unless it is asked for by name or index. A device cannot be there whole and in parts, or in overlapping parts.
 #pragma once
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
+#include "core/host_limits.h"
 #include "device/device.h"
 
 namespace eikon {
@@ -29,9 +31,25 @@ struct SelectionEntry {
 /// throws UsageError with the entry that does not parse
 [[nodiscard]] std::vector<SelectionEntry> parse_selection(const std::string& selection);
 
-/// The devices of `all` that `selection` names, in its order; position is set.
+/// Whether two devices are one piece of hardware under two platforms: all CPU devices are this machine's processor; others have the
+/// same PCI address or UUID, or, where one of them has neither of these in common, the same vendor and names of which one
+/// holds the other.
+[[nodiscard]] bool same_hardware(const DeviceInfo& a, const DeviceInfo& b);
+
+struct Selection {
+  std::vector<DeviceInfo> devices;
+  std::vector<std::string> notes;  // a line each, for the user
+};
+
+/// The devices of `all` that `selection` names, in its order; position is set. Of one piece of hardware, `all`, `cpu` and
+/// `gpu` take the first device that is trusted; by name or index all can be had.
+/// trusted: asked only where several are to choose from
 /// throws UsageError for what does not parse, or overlaps; DeviceError for what is not there, or cannot be had
-[[nodiscard]] std::vector<DeviceInfo> resolve_selection(const std::string& selection,
-                                                        const std::vector<DeviceInfo>& all);
+[[nodiscard]] Selection resolve_selection(
+    const std::string& selection, const std::vector<DeviceInfo>& all,
+    const std::function<bool(const DeviceInfo&)>& trusted = [](const DeviceInfo&) { return true; });
+
+/// Takes what a CPU device has beyond what the process may use. threads: 0, or at most so many compute units
+void hold_to_limits(DeviceInfo& info, const HostLimits& host, unsigned threads);
 
 }  // namespace eikon

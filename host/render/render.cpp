@@ -224,7 +224,7 @@ namespace {
 template <class Pack>
 RenderOutput render_packed(const Pack& pack, const Features& features, const Settings& settings,
                            const Execution& execution, const std::atomic<bool>& stop, RenderHooks hooks) {
-  const std::vector<DeviceInfo> devices = select_devices(execution.devices);
+  const std::vector<DeviceInfo> devices = select_devices(execution.devices, execution.threads);
   const double pack_begin = host_seconds();
   PackedScene packed = pack();
   const double pack_s = host_seconds() - pack_begin;
@@ -324,7 +324,7 @@ glm::vec3 replay_path(const Scene& scene, const Settings& settings, const Execut
                       std::uint32_t y, std::uint64_t sample, const std::function<void(const PathVertex&)>& report) {
   Execution execution = usual;
   execution.fused = false;
-  const DeviceInfo info = select_devices(execution.devices).front();
+  const DeviceInfo info = select_devices(execution.devices, execution.threads).front();
   const Features features(scene, settings);
   PackedScene packed = pack_scene(scene, features, settings);
   const Execution own = without_probe(execution);  // one path is too few to measure for

@@ -2,10 +2,12 @@
 #pragma once
 #include <algorithm>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "core/thread_limit.h"
 #include "render/film.h"
 #include "render/pixel_filter.h"
 #include "scene/scene.h"
@@ -50,18 +52,19 @@ inline double expected_rays(const Settings& settings) {
 struct Execution {
   std::string devices = "all";
   std::string accel = "bvh";
-  std::string layout;                  // empty: by device; or see choose_layout.h
-  std::optional<std::uint32_t> lanes;  // 1, 8 or 16; by device when unset
-  std::optional<bool> chunked;         // by device when unset
-  std::optional<bool> fused;           // chunks go through all stages in one launch; by device when unset
-  std::uint32_t chunk = 0;             // paths per work-item of a CPU device; 0: by device
-  std::uint32_t pool = 0;              // paths in flight per device; 0: by device
-  std::uint32_t block = 128;           // largest side of a unit's pixel block
-  unsigned threads = 0;                // of host-side work; 0: all
-  std::uint64_t memory_bytes = 0;      // at most this of each device; 0: what it has
-  bool optimise = true;                // false: -cl-opt-disable
-  std::string extra_flags = "";        // see ProgramOptions
-  bool keep_spans = false;             // for --profile
+  std::string layout;                               // empty: by device; or see choose_layout.h
+  std::optional<std::uint32_t> lanes;               // 1, 8 or 16; by device when unset
+  std::optional<bool> chunked;                      // by device when unset
+  std::optional<bool> fused;                        // chunks go through all stages in one launch; by device when unset
+  std::uint32_t chunk = 0;                          // paths per work-item of a CPU device; 0: by device
+  std::uint32_t pool = 0;                           // paths in flight per device; 0: by device
+  std::uint32_t block = 128;                        // largest side of a unit's pixel block
+  unsigned threads = 0;                             // of host-side work, and compute units of a CPU device; 0: all
+  std::shared_ptr<const ThreadLimit> thread_limit;  // what holds the host to them; may be none
+  std::uint64_t memory_bytes = 0;                   // at most this of each device; 0: what it has
+  bool optimise = true;                             // false: -cl-opt-disable
+  std::string extra_flags = "";                     // see ProgramOptions
+  bool keep_spans = false;                          // for --profile
 };
 
 }  // namespace eikon

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "core/error.h"
+#include "device/canary.h"
 #include "device/kernel_sources.h"
 #include "render/frame.h"
 #include "render/stage_shares.h"
@@ -84,7 +85,7 @@ struct Wavefront::Impl {
     options.defines["EK_CHUNKED"] = config.chunked ? "1" : "0";
     options.defines["EK_CHUNK"] = std::to_string(config.chunk);
 #if defined(__x86_64__)
-    if (device.info().cpu) options.defines["EK_TICKS"] = "1";  // ticks.h
+    if (device.info().cycle_counter) options.defines["EK_TICKS"] = "1";  // ticks.h
 #endif
     options.defines.merge(accel().defines());
     const auto needed = [&](const std::string& stage) {
@@ -99,7 +100,9 @@ struct Wavefront::Impl {
   if (needed(#name)) stages.push_back(#name), files.push_back("stages/" #name ".cl");
 #include "shared/stages.def"
     files.push_back("arithmetic.cl");
+    files.push_back("canary.cl");
     const Program program = device.build(kernel_text(files), options);
+    require_canary(device, program);
     arithmetic = probe_arithmetic(device, program);
     for (const std::string& stage : stages) kernels[stage] = program.kernel(stage);
   }

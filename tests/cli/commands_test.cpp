@@ -39,6 +39,8 @@ TEST(Commands, devices_lists_what_there_is) {
       << outcome.out;
   const Outcome two = here.eikon("devices", "POCL_DEVICES='pthread pthread'");
   EXPECT_TRUE(contains(two.out, "1: ")) << two.out;
+  EXPECT_TRUE(contains(two.out, "is device 0")) << two.out;  // the processor, once more
+  EXPECT_TRUE(contains(two.out, "host: ")) << two.out;
 }
 
 TEST(Commands, selftest_trusts_this_driver) {

@@ -1,6 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // --devices: sub-devices, and what cannot be had; faults on purpose (EIKON_FAULT).
+#include <sys/resource.h>
+#include <sys/wait.h>
+
+#include <chrono>
 #include <nlohmann/json.hpp>
+#include <thread>
+#include <utility>
 
 #include "cli/command.h"
 
@@ -40,6 +46,45 @@ TEST(Devices, partitions_that_cannot_be_are_refused_in_a_line) {
   EXPECT_TRUE(here.files().empty());
 }
 
+/// Processor seconds and wall seconds of a run.
+struct Times {
+  double processor_s = 0, wall_s = 0;
+};
+Times times_of(const Workplace& here, const std::string& arguments, const std::string& before = "") {
+  const auto begin = std::chrono::steady_clock::now();
+  const pid_t child = here.start(arguments, before);
+  int status = 0;
+  rusage usage{};
+  EXPECT_EQ(wait4(child, &status, 0, &usage), child);
+  EXPECT_EQ(status, 0);
+  const auto seconds = [](const timeval& time) { return double(time.tv_sec) + 1e-6 * double(time.tv_usec); };
+  return {seconds(usage.ru_utime) + seconds(usage.ru_stime),
+          std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count()};
+}
+
+TEST(Devices, one_thread_is_one_busy_core) {
+  const Workplace here;
+  const std::string image = cornell("--size 256x256 --spp 64 --quiet ");
+  ASSERT_TRUE(succeeded(here.eikon(image)));  // compiles
+  for (const auto& [flags, before] : {std::pair("--threads 1", kCores), {"", "taskset -c 0"}}) {
+    const Times times = times_of(here, image + flags, before);
+    EXPECT_LT(times.processor_s, 1.05 * times.wall_s) << flags << before;
+  }
+}
+
+TEST(Devices, limits_that_hold_are_said_and_why) {
+  const Workplace here;
+  const Outcome pinned = here.eikon("devices", std::string(kCores) + " taskset -c 0");
+  ASSERT_TRUE(succeeded(pinned));
+  if (std::thread::hardware_concurrency() > 1) {
+    EXPECT_TRUE(contains(pinned.out, "1 of 2 compute units (affinity mask of 1 of ")) << pinned.out;
+    EXPECT_TRUE(contains(pinned.out, "host: 1 threads (affinity mask of 1 of ")) << pinned.out;
+  }
+  EXPECT_TRUE(refused(here.eikon(cornell("--threads 1 --devices cpu:2x1"), kCores), 4));
+  for (const char* const bad : {"0", "-1", "many", ""})
+    EXPECT_TRUE(refused(here.eikon(cornell(std::string("--threads '") + bad + "'")), 2)) << bad;
+}
+
 TEST(Devices, a_fault_on_purpose_hits_the_device_of_that_position) {
   const Workplace here;
   const auto with_fault = [&](const std::string& fault, const std::string& devices) {
@@ -51,6 +96,9 @@ TEST(Devices, a_fault_on_purpose_hits_the_device_of_that_position) {
   EXPECT_TRUE(succeeded(with_fault("device:0:after=1000", "0")));
   EXPECT_TRUE(succeeded(with_fault("device:1:lost", "0")));
   EXPECT_TRUE(refused(with_fault("device:0:explode", "0"), 2));
+  const Outcome wrong = with_fault("device:0:wrong", "0");
+  EXPECT_TRUE(refused(wrong, 4));
+  EXPECT_TRUE(contains(wrong.err, "not to be trusted")) << wrong.err;
 }
 
 }  // namespace

@@ -190,7 +190,7 @@ TEST(Render, N5_two_devices_share_the_work_and_give_the_bits_of_one) {
   const std::string image =
       cornell("--size 384x384 --crop 0,0,384,384 --spp 64 --quiet --aov normal,id --stats stats.json");
   const Film one = sums_of(here, image);
-  const Film two = sums_of(here, image, "POCL_DEVICES='pthread pthread'");
+  const Film two = sums_of(here, image + " --devices 0,1", "POCL_DEVICES='pthread pthread'");
   const json devices = json::parse(read_bytes(here / "stats.json")).at("devices");
   ASSERT_EQ(devices.size(), 2U);
   for (const json& device : devices) EXPECT_GT(device.at("units").get<int>(), 0);

@@ -27,7 +27,7 @@ std::vector<DeviceInfo> machine() {
 
 std::vector<std::string> chosen(const std::string& selection) {
   std::vector<std::string> names;
-  for (const DeviceInfo& info : resolve_selection(selection, machine())) names.push_back(info.name);
+  for (const DeviceInfo& info : resolve_selection(selection, machine()).devices) names.push_back(info.name);
   return names;
 }
 
@@ -59,21 +59,21 @@ TEST(Selection, what_is_named_twice_is_there_once) {
 }
 
 TEST(Selection, positions_count_what_was_chosen) {
-  const std::vector<DeviceInfo> devices = resolve_selection("2,cpu:2x1", machine());
+  const std::vector<DeviceInfo> devices = resolve_selection("2,cpu:2x1", machine()).devices;
   ASSERT_EQ(devices.size(), 3U);
   for (std::uint32_t i = 0; i < 3; ++i) EXPECT_EQ(devices[i].position, i);
 }
 
 TEST(Selection, a_device_asked_for_by_name_or_index_is_told_from_one_of_a_kind) {
-  EXPECT_FALSE(resolve_selection("all", machine())[1].by_name);
-  EXPECT_FALSE(resolve_selection("cpu:2x1", machine())[0].by_name);
-  EXPECT_TRUE(resolve_selection("1", machine())[0].by_name);
-  EXPECT_TRUE(resolve_selection("haswell:1x8", machine())[0].by_name);
-  EXPECT_TRUE(resolve_selection("all,1", machine())[1].by_name);
+  EXPECT_FALSE(resolve_selection("all", machine()).devices[1].by_name);
+  EXPECT_FALSE(resolve_selection("cpu:2x1", machine()).devices[0].by_name);
+  EXPECT_TRUE(resolve_selection("1", machine()).devices[0].by_name);
+  EXPECT_TRUE(resolve_selection("haswell:1x8", machine()).devices[0].by_name);
+  EXPECT_TRUE(resolve_selection("all,1", machine()).devices[1].by_name);
 }
 
 TEST(Selection, parts_lie_side_by_side_and_say_where) {
-  const std::vector<DeviceInfo> parts = resolve_selection("cpu:2x1+1x4", machine());
+  const std::vector<DeviceInfo> parts = resolve_selection("cpu:2x1+1x4", machine()).devices;
   ASSERT_EQ(parts.size(), 3U);
   EXPECT_EQ(parts[0].name, "Haswell 8 cores [core 1 of 8]");
   EXPECT_EQ(parts[1].name, "Haswell 8 cores [core 2 of 8]");
@@ -84,14 +84,14 @@ TEST(Selection, parts_lie_side_by_side_and_say_where) {
 }
 
 TEST(Selection, a_part_s_selector_chooses_it_alone) {
-  for (const DeviceInfo& info : resolve_selection("0,cpu:2x1+1x4", machine())) {
-    const std::vector<DeviceInfo> again = resolve_selection(info.selector, machine());
+  for (const DeviceInfo& info : resolve_selection("0,cpu:2x1+1x4", machine()).devices) {
+    const std::vector<DeviceInfo> again = resolve_selection(info.selector, machine()).devices;
     ASSERT_EQ(again.size(), 1U) << info.selector;
     EXPECT_EQ(again[0].name, info.name);
     EXPECT_EQ(again[0].first_unit, info.first_unit);
     EXPECT_EQ(again[0].selector, info.selector);
   }
-  EXPECT_EQ(resolve_selection("cpu:2x1+1x4/3", machine())[0].first_unit, 2U);
+  EXPECT_EQ(resolve_selection("cpu:2x1+1x4/3", machine()).devices[0].first_unit, 2U);
 }
 
 TEST(Selection, overlaps_are_refused) {
@@ -120,10 +120,91 @@ TEST(Selection, what_does_not_parse_is_refused_with_the_entry) {
   EXPECT_NE(refusal<DeviceError>(":2x1"), "");
 }
 
+DeviceInfo on_platform(DeviceInfo info, const std::string& platform) {
+  info.platform = platform;
+  return info;
+}
+
+TEST(Selection, hardware_is_told_by_kind_address_uuid_or_name) {
+  const DeviceInfo cpu = on_platform(device(0, "pthread-EPYC", false, 8), "A");
+  const DeviceInfo other = on_platform(device(1, "AMD EPYC", false, 8), "B");
+  EXPECT_TRUE(same_hardware(cpu, other));
+  DeviceInfo gpu = on_platform(device(2, "Big GPU", true, 40), "A"),
+             again = on_platform(device(3, "Mesa Big GPU", true, 40), "B");
+  EXPECT_TRUE(same_hardware(gpu, again));
+  EXPECT_FALSE(same_hardware(gpu, cpu));
+  EXPECT_FALSE(same_hardware(gpu, on_platform(device(4, "Big GPU", true, 40), "A"))) << "two cards of a kind";
+  EXPECT_FALSE(same_hardware(gpu, on_platform(device(4, "Small GPU", true, 40), "B")));
+  gpu.vendor_id = 7;
+  EXPECT_FALSE(same_hardware(gpu, again)) << "another vendor";
+  gpu.uuid = again.uuid = "0123";
+  EXPECT_TRUE(same_hardware(gpu, again));
+  gpu.pci = "0000:01:00.0";
+  EXPECT_TRUE(same_hardware(gpu, again)) << "only one knows its address";
+  again.pci = "0000:02:00.0";
+  EXPECT_FALSE(same_hardware(gpu, again));
+}
+
+TEST(Selection, one_processor_under_two_platforms_is_taken_once_by_kind_and_twice_by_index) {
+  const std::vector<DeviceInfo> two = {on_platform(device(0, "pthread-EPYC", false, 8), "A"),
+                                       on_platform(device(1, "AMD EPYC", false, 8), "B")};
+  for (const char* const kind : {"all", "cpu", "cpu:1x8"}) {
+    const Selection chosen = resolve_selection(kind, two);
+    ASSERT_EQ(chosen.devices.size(), 1U) << kind;
+    EXPECT_EQ(chosen.devices[0].index, 0U);
+    ASSERT_EQ(chosen.notes.size(), 1U);
+    EXPECT_NE(chosen.notes[0].find("device 1 (AMD EPYC, B) is device 0 (A) under another driver"), std::string::npos);
+  }
+  for (const char* const both : {"0,1", "all,1", "epyc"}) {
+    const Selection chosen = resolve_selection(both, two);
+    EXPECT_EQ(chosen.devices.size(), 2U) << both;
+    ASSERT_FALSE(chosen.notes.empty());
+    EXPECT_NE(chosen.notes.back().find("are one piece of hardware"), std::string::npos);
+  }
+  EXPECT_TRUE(resolve_selection("1", two).notes.empty());
+}
+
+TEST(Selection, of_one_piece_of_hardware_the_driver_that_is_right_is_taken) {
+  const std::vector<DeviceInfo> two = {on_platform(device(0, "pthread-EPYC", false, 8), "A"),
+                                       on_platform(device(1, "AMD EPYC", false, 8), "B")};
+  const Selection chosen = resolve_selection("all", two, [](const DeviceInfo& info) { return info.index == 1; });
+  ASSERT_EQ(chosen.devices.size(), 1U);
+  EXPECT_EQ(chosen.devices[0].index, 1U);
+  EXPECT_NE(chosen.notes.at(0).find("its results are wrong"), std::string::npos);
+  const Selection neither = resolve_selection("all", two, [](const DeviceInfo&) { return false; });
+  EXPECT_EQ(neither.devices.at(0).index, 0U);
+}
+
+TEST(Selection, a_cpu_device_is_held_to_what_the_process_may_use) {
+  const HostLimits host{4, "affinity mask", 1000, "a file"};
+  DeviceInfo cpu = device(0, "CPU", false, 8);
+  cpu.memory_bytes = 5000;
+  cpu.max_allocation_bytes = 2000;
+  DeviceInfo asked = cpu, fits = cpu, gpu = cpu;
+  hold_to_limits(cpu, host, 0);
+  EXPECT_EQ(cpu.compute_units, 4U);
+  EXPECT_EQ(cpu.units_limit, "affinity mask");
+  EXPECT_EQ(cpu.memory_bytes, 1000U);
+  EXPECT_EQ(cpu.max_allocation_bytes, 1000U);
+  EXPECT_EQ(cpu.memory_limit, "a file");
+  EXPECT_FALSE(cpu.whole());
+  hold_to_limits(asked, host, 3);
+  EXPECT_EQ(asked.compute_units, 3U);
+  EXPECT_EQ(asked.units_limit, "--threads 3");
+  hold_to_limits(fits, {16, "16 processors", 0, ""}, 20);
+  EXPECT_EQ(fits.compute_units, 8U);
+  EXPECT_EQ(fits.units_limit, "");
+  EXPECT_EQ(fits.memory_bytes, 5000U);
+  gpu.cpu = false, gpu.gpu = true;
+  hold_to_limits(gpu, host, 1);
+  EXPECT_EQ(gpu.compute_units, 8U);
+  EXPECT_EQ(gpu.memory_bytes, 5000U);
+}
+
 TEST(Selection, a_device_that_cannot_be_used_is_left_out_of_all_and_refused_by_name) {
   std::vector<DeviceInfo> devices = machine();
   devices[0].unusable = "it has no compiler";
-  EXPECT_EQ(resolve_selection("all", devices).size(), 2U);
+  EXPECT_EQ(resolve_selection("all", devices).devices.size(), 2U);
   EXPECT_THROW((void)resolve_selection("0", devices), DeviceError);
 }
 

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+// Is what a device reads what lies in its memory? Asked of every device before a render trusts it; costs about a millisecond.
+#pragma once
+#include <string>
+
+#include "core/error.h"
+#include "device/device.h"
+
+namespace eikon {
+
+/// The driver gives wrong results; trying again is of no use.
+struct UntrustedDevice : DeviceError {
+  explicit UntrustedDevice(const std::string& message) : DeviceError(message) {}
+};
+
+/// Runs the probe of kernels/canary.cl, which `program` holds. throws UntrustedDevice, and DeviceError when it cannot be run
+void require_canary(Device& device, const Program& program);
+
+/// Whether the device of that description can be opened and passes the probe, compiled on its own with the lanes that fit it.
+[[nodiscard]] bool passes_canary(const DeviceInfo& info);
+
+}  // namespace eikon

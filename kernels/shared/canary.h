@@ -1,0 +1,7 @@
+// SPDX-License-Identifier: Apache-2.0
+// Sizes of the memory probe: kernels/canary.cl and host/device/canary.cpp.
+#ifndef EK_SHARED_CANARY_H
+#define EK_SHARED_CANARY_H
+#define EK_CANARY_WORDS 64      // of its result
+#define EK_CANARY_RECORDS 4096u // of each of its buffers; a power of two
+#endif
