@@ -141,11 +141,18 @@ std::map<std::uint32_t, std::string> duplicates(const std::vector<DeviceInfo>& a
       kept.push_back(info);
       continue;
     }
-    const bool better = !trusted(*same) && trusted(info);
+    const auto exact = [](const DeviceInfo& device) {
+      return device.correctly_rounded_divide_sqrt && device.denormals;
+    };
+    const bool was_right = trusted(*same), is_right = trusted(info);
+    const bool better = was_right == is_right ? !exact(*same) && exact(info) : is_right;
     const DeviceInfo &taken = better ? info : *same, &left = better ? *same : info;
+    const char* const why = was_right != is_right          ? ", which reads memory rightly"
+                            : exact(taken) && !exact(left) ? ", which promises exact arithmetic"
+                                                           : "";
     left_out[left.index] = fmt::format(
-        "device {} ({}, {}) is device {} ({}) under another driver, and is left out{}; choose by index", left.index,
-        left.name, left.platform, taken.index, taken.platform, better ? " since its results are wrong" : "");
+        "device {} ({}, {}) is the hardware of device {} ({}){}, and is left out; it can be chosen by index",
+        left.index, left.name, left.platform, taken.index, taken.platform, why);
     if (better) *same = info;
   }
   return left_out;

@@ -42,7 +42,8 @@ struct Selection {
 };
 
 /// The devices of `all` that `selection` names, in its order; position is set. Of one piece of hardware, `all`, `cpu` and
-/// `gpu` take the first device that is trusted; by name or index all can be had.
+/// `gpu` take one device: of those that are trusted, the first that promises exact arithmetic, else the first; by name or index all
+/// can be had.
 /// trusted: asked only where several are to choose from
 /// throws UsageError for what does not parse, or overlaps; DeviceError for what is not there, or cannot be had
 [[nodiscard]] Selection resolve_selection(

@@ -31,6 +31,21 @@ MemoryNeed memory_need(const PackedScene& packed, const WavefrontConfig& config,
   return need;
 }
 
+std::uint64_t film_bytes(const FilmLayout& layout) {
+  return layout.crop.pixel_count() * layout.replicates *
+         (layout.channels.size() * sizeof(int128) + sizeof(std::uint64_t));
+}
+
+void require_host_memory(const FilmLayout& layout, bool copied, std::uint64_t packed_bytes, const HostLimits& host) {
+  const std::uint64_t film = film_bytes(layout) * (copied ? 2 : 1);
+  if (host.memory_bytes == 0 || film + packed_bytes <= host.memory_bytes) return;
+  throw DeviceError(fmt::format(
+      "the image does not fit the memory that this process may use: the film{} {}, the scene {}; there is {} ({}); "
+      "render it in parts (--crop) or smaller (--size)",
+      copied ? " and its copy for checkpoints" : "", megabytes(film), megabytes(packed_bytes),
+      megabytes(host.memory_bytes), host.memory_why));
+}
+
 void require_memory(const MemoryNeed& need, const DeviceInfo& device, const Execution& execution) {
   const bool capped = execution.memory_bytes != 0 && execution.memory_bytes < device.memory_bytes;
   const std::uint64_t available = capped ? execution.memory_bytes : device.memory_bytes;
@@ -41,8 +56,11 @@ void require_memory(const MemoryNeed& need, const DeviceInfo& device, const Exec
                                                                         : "use simpler meshes or fewer instances";
   if (need.total() > available)
     throw DeviceError(fmt::format("the scene does not fit device '{}': {}; {} is {}; {}, or another device (--devices)",
-                                  device.name, figures, capped ? "--memory" : "its memory", megabytes(available),
-                                  advice));
+                                  device.name, figures,
+                                  capped                        ? "--memory"
+                                  : device.memory_limit.empty() ? "its memory"
+                                                                : fmt::format("what {} allows", device.memory_limit),
+                                  megabytes(available), advice));
   if (need.largest_bytes > device.max_allocation_bytes)
     throw DeviceError(fmt::format(
         "the scene does not fit device '{}': {}; {} need {} in one buffer, which may have {}; {}, or another device "

@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <string>
 
+#include "core/host_limits.h"
+#include "render/film.h"
 #include "render/pack.h"
 #include "render/wavefront.h"
 
@@ -19,6 +21,13 @@ struct MemoryNeed {
 /// The tree of config.layout must have been built.
 [[nodiscard]] MemoryNeed memory_need(const PackedScene& packed, const WavefrontConfig& config,
                                      const Features& features);
+
+/// Bytes of a film of that layout on the host.
+[[nodiscard]] std::uint64_t film_bytes(const FilmLayout& layout);
+
+/// throws DeviceError where the film and its copy (for checkpoints) and what the packed scene holds are more than the process
+/// may have. Without this, a control group kills it in the middle.
+void require_host_memory(const FilmLayout& layout, bool copied, std::uint64_t packed_bytes, const HostLimits& host);
 
 /// throws DeviceError, with all figures, where a device (or --memory) has less than that, in all or in one buffer
 void require_memory(const MemoryNeed& need, const DeviceInfo& device, const Execution& execution);

@@ -39,7 +39,7 @@ TEST(Commands, devices_lists_what_there_is) {
       << outcome.out;
   const Outcome two = here.eikon("devices", "POCL_DEVICES='pthread pthread'");
   EXPECT_TRUE(contains(two.out, "1: ")) << two.out;
-  EXPECT_TRUE(contains(two.out, "is device 0")) << two.out;  // the processor, once more
+  EXPECT_TRUE(contains(two.out, "is the hardware of device 0")) << two.out;  // the processor, once more
   EXPECT_TRUE(contains(two.out, "host: ")) << two.out;
 }
 

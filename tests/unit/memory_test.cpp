@@ -53,6 +53,35 @@ TEST(Memory, what_does_not_fit_is_refused_with_every_figure_in_one_line) {
             std::string::npos);
 }
 
+TEST(Memory, a_limit_of_the_control_group_is_named) {
+  DeviceInfo device = device_of(100 * kMega, 100 * kMega);
+  device.memory_limit = "/sys/fs/cgroup/memory.max";
+  const MemoryNeed need{300 * kMega, 200 * kMega, 100 * kMega, "the textures", 300 * kMega};
+  EXPECT_NE(refusal(need, device).find("what /sys/fs/cgroup/memory.max allows is 100.0 MB"), std::string::npos);
+}
+
+TEST(Memory, a_film_beyond_what_the_process_may_have_is_refused) {
+  FilmLayout layout;
+  layout.width = layout.height = 1024;
+  layout.crop = {0, 0, 1024, 1024};
+  ASSERT_EQ(film_bytes(layout), kMega * 2 * (3 * 16 + 8));
+  const auto refused = [&](bool copied, std::uint64_t packed, std::uint64_t limit) -> std::string {
+    try {
+      require_host_memory(layout, copied, packed, {1, "", limit, "/sys/fs/cgroup/memory.max"});
+    } catch (const DeviceError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_EQ(refused(false, 8 * kMega, 120 * kMega), "");
+  EXPECT_EQ(refused(true, 8 * kMega, 232 * kMega), "");
+  EXPECT_EQ(refused(true, 8 * kMega, 0), "") << "not known";
+  for (const std::string& line : {refused(false, 9 * kMega, 120 * kMega), refused(true, 8 * kMega, 231 * kMega)}) {
+    EXPECT_NE(line.find("/sys/fs/cgroup/memory.max"), std::string::npos) << line;
+    EXPECT_NE(line.find("--crop"), std::string::npos);
+  }
+}
+
 TEST(Memory, mostly_geometry_is_told_to_have_less_of_it) {
   const MemoryNeed need{kMega, 200 * kMega, kMega, "the triangles", 150 * kMega};
   EXPECT_NE(refusal(need, device_of(100 * kMega, 400 * kMega)).find("simpler meshes"), std::string::npos);

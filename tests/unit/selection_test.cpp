@@ -153,7 +153,8 @@ TEST(Selection, one_processor_under_two_platforms_is_taken_once_by_kind_and_twic
     ASSERT_EQ(chosen.devices.size(), 1U) << kind;
     EXPECT_EQ(chosen.devices[0].index, 0U);
     ASSERT_EQ(chosen.notes.size(), 1U);
-    EXPECT_NE(chosen.notes[0].find("device 1 (AMD EPYC, B) is device 0 (A) under another driver"), std::string::npos);
+    EXPECT_NE(chosen.notes[0].find("device 1 (AMD EPYC, B) is the hardware of device 0 (A), and is left out"),
+              std::string::npos);
   }
   for (const char* const both : {"0,1", "all,1", "epyc"}) {
     const Selection chosen = resolve_selection(both, two);
@@ -170,9 +171,21 @@ TEST(Selection, of_one_piece_of_hardware_the_driver_that_is_right_is_taken) {
   const Selection chosen = resolve_selection("all", two, [](const DeviceInfo& info) { return info.index == 1; });
   ASSERT_EQ(chosen.devices.size(), 1U);
   EXPECT_EQ(chosen.devices[0].index, 1U);
-  EXPECT_NE(chosen.notes.at(0).find("its results are wrong"), std::string::npos);
+  EXPECT_NE(chosen.notes.at(0).find("reads memory rightly"), std::string::npos);
   const Selection neither = resolve_selection("all", two, [](const DeviceInfo&) { return false; });
   EXPECT_EQ(neither.devices.at(0).index, 0U);
+}
+
+TEST(Selection, of_one_piece_of_hardware_the_driver_that_promises_exact_arithmetic_is_taken) {
+  std::vector<DeviceInfo> two = {on_platform(device(0, "AMD EPYC", false, 8), "A"),
+                                 on_platform(device(1, "pthread-EPYC", false, 8), "B")};
+  two[1].correctly_rounded_divide_sqrt = two[1].denormals = true;
+  const Selection chosen = resolve_selection("all", two);
+  ASSERT_EQ(chosen.devices.size(), 1U);
+  EXPECT_EQ(chosen.devices[0].index, 1U);
+  EXPECT_NE(chosen.notes.at(0).find("promises exact arithmetic"), std::string::npos);
+  const Selection wrong = resolve_selection("all", two, [](const DeviceInfo& info) { return info.index == 0; });
+  EXPECT_EQ(wrong.devices.at(0).index, 0U) << "being right counts for more";
 }
 
 TEST(Selection, a_cpu_device_is_held_to_what_the_process_may_use) {

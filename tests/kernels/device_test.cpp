@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+// One device opened many times in one process, by several threads, whole and in parts.
+#include "device/device.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <thread>
+
+#include "device/canary.h"
+
+namespace eikon {
+namespace {
+
+TEST(Device, can_be_opened_many_times_from_several_threads) {
+  const DeviceInfo info = select_devices("all").front();
+  std::atomic<int> right{0};
+  {
+    std::vector<std::jthread> threads;
+    for (int i = 0; i < 4; ++i)
+      threads.emplace_back([&] {
+        for (int round = 0; round < 3; ++round) right += passes_canary(info) ? 1 : 0;
+      });
+  }
+  EXPECT_EQ(right, 12);
+}
+
+TEST(Device, parts_are_devices) {
+  const DeviceInfo whole = select_devices("all").front();
+  if (!whole.divisible || whole.compute_units < 2) GTEST_SKIP() << whole.name << " cannot be divided";
+  std::atomic<int> right{0};
+  {
+    std::vector<std::jthread> threads;
+    for (const DeviceInfo& part : select_devices(whole.selector + ":2x1"))
+      threads.emplace_back([&, part] {
+        for (int round = 0; round < 3; ++round) right += passes_canary(part) ? 1 : 0;
+      });
+  }
+  EXPECT_EQ(right, 6);
+}
+
+}  // namespace
+}  // namespace eikon
