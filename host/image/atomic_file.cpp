@@ -5,8 +5,10 @@
 #include <pthread.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cerrno>
+#include <charconv>
 #include <csignal>
 #include <ctime>
 #include <system_error>
@@ -65,22 +67,50 @@ std::string advice(int error) {
       fmt::format("cannot write \"{}\": {}: {}", path.string(), std::generic_category().message(error), advice(error)));
 }
 
+std::filesystem::path behind_links(const std::filesystem::path& path) {
+  std::error_code ignored;
+  return std::filesystem::is_symlink(path, ignored) ? std::filesystem::weakly_canonical(path, ignored) : path;
+}
+
+/// What the temporary names of a file begin with; the process and a number follow. File names are 255 bytes at most.
+std::string temporary_prefix(const std::filesystem::path& path) {
+  const std::string name = path.filename().string();
+  return fmt::format(".{}.eikon-", name.substr(0, std::min<std::size_t>(name.size(), 200)));
+}
+
+/// Temporary files of this file whose process is no more; where it may not, it leaves them.
+void remove_left_behind(const std::filesystem::path& real) {
+  const std::string prefix = temporary_prefix(real);
+  std::error_code error;
+  const auto folder = real.has_parent_path() ? real.parent_path() : std::filesystem::path(".");
+  for (std::filesystem::directory_iterator file(folder, error), end; !error && file != end; file.increment(error)) {
+    const std::string name = file->path().filename().string();
+    if (!name.starts_with(prefix) || !name.ends_with(".tmp")) continue;
+    const std::string process = name.substr(prefix.size(), name.find('-', prefix.size()) - prefix.size());
+    pid_t id = 0;
+    const auto [rest, code] = std::from_chars(process.data(), process.data() + process.size(), id);
+    if (code != std::errc() || rest != process.data() + process.size() || id <= 0) continue;
+    std::error_code ignored;
+    if (kill(id, 0) != 0 && errno == ESRCH) std::filesystem::remove(file->path(), ignored);
+  }
+}
+
 }  // namespace
 
-AtomicFile::AtomicFile(const std::filesystem::path& path) : path_(path) {
+AtomicFile::AtomicFile(const std::filesystem::path& path) : path_(behind_links(path)) {
   std::error_code ignored;
-  if (std::filesystem::is_symlink(path, ignored)) path_ = std::filesystem::weakly_canonical(path, ignored);
   const auto status = std::filesystem::status(path_, ignored);
   if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
     throw InputError(
         fmt::format("cannot write \"{}\": it exists and is not a regular file: choose another path", path.string()));
   if (!path_.has_filename()) throw InputError(fmt::format("cannot write \"{}\": that is no file name", path.string()));
 
+  remove_left_behind(path_);
   // Unique among processes by the id, within the process by the counter; O_EXCL guards what is left.
   static std::atomic<unsigned> counter{0};
   for (int attempt = 0; attempt < 100; ++attempt) {
     temporary_ = path_;
-    temporary_.replace_filename(fmt::format(".eikon-{}-{}.tmp", getpid(), counter++));
+    temporary_.replace_filename(fmt::format("{}{}-{}.tmp", temporary_prefix(path_), getpid(), counter++));
     descriptor_ = open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
     if (descriptor_ >= 0) return;
     if (errno != EEXIST) break;

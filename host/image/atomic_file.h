@@ -12,6 +12,7 @@ namespace eikon {
 /// commit the temporary file is removed. Symbolic links are followed, so that the link stays one.
 class AtomicFile {
  public:
+  /// Removes what a process that was killed while it wrote the same file has left.
   /// throws InputError when the folder does not exist or cannot be written, or the path is a folder or a device.
   explicit AtomicFile(const std::filesystem::path& path);
   ~AtomicFile();

@@ -101,26 +101,7 @@ std::vector<Source> image_sources(const Film& film, const ExrOptions& options) {
   return sources;
 }
 
-std::vector<Source> sums_sources(const Film& film) {
-  const FilmLayout& layout = film.layout();
-  std::vector<Source> sources;
-  for (std::uint32_t r = 0; r < layout.replicates; ++r) {
-    for (std::uint32_t c = 0; c < layout.channels.size(); ++c)
-      for (std::uint32_t limb = 0; limb < exr::kSumLimbs; ++limb)
-        sources.push_back({.name = exr::sum_name(r, layout.channels[c], limb),
-                           .type = Imf::UINT,
-                           .word = [&film, r, c, limb](auto x, auto y) {
-                             return static_cast<std::uint32_t>(film.sum(x, y, r, c) >> (32 * limb));
-                           }});
-    for (std::uint32_t limb = 0; limb < exr::kCountLimbs; ++limb)
-      sources.push_back({.name = exr::count_name(r, limb), .type = Imf::UINT, .word = [&film, r, limb](auto x, auto y) {
-                           return static_cast<std::uint32_t>(film.count(x, y, r) >> (32 * limb));
-                         }});
-  }
-  return sources;
-}
-
-Imf::Header make_header(const Film& film, const char* part, const std::vector<Source>& sources) {
+Imf::Header make_header(const Film& film, const char* part, bool quick) {
   const FilmLayout& layout = film.layout();
   const auto corner = [](std::uint32_t x, std::uint32_t y) {
     return Imath::V2i(static_cast<int>(x), static_cast<int>(y));
@@ -128,12 +109,30 @@ Imf::Header make_header(const Film& film, const char* part, const std::vector<So
   const Imath::Box2i display(corner(0, 0), corner(layout.width - 1, layout.height - 1));
   const Imath::Box2i data(corner(layout.crop.x0, layout.crop.y0), corner(layout.crop.x1 - 1, layout.crop.y1 - 1));
   Imf::Header header(display, data);
-  header.compression() = Imf::ZIP_COMPRESSION;
+  header.compression() = quick ? Imf::RLE_COMPRESSION : Imf::ZIP_COMPRESSION;
   header.setName(part);
   header.setType(Imf::SCANLINEIMAGE);
   Imf::addChromaticities(header,
                          Imf::Chromaticities());  // the default: Rec. 709 primaries, D65; the same in every part
-  for (const Source& source : sources) header.channels().insert(source.name, Imf::Channel(source.type));
+  return header;
+}
+
+Imf::Header sums_header(const Film& film, const ExrOptions& options) {
+  const FilmLayout& layout = film.layout();
+  if (options.record.size() > exr::kMaxRecordBytes)
+    throw InputError(
+        fmt::format("what the sums are of takes {} bytes, more than {}: merge fewer parts, or such as lie "
+                    "beside each other",
+                    options.record.size(), exr::kMaxRecordBytes));
+  Imf::Header header = make_header(film, exr::kSumsPart, options.quick);
+  for (const std::string& name : exr::sums_channels(layout)) header.channels().insert(name, Imf::Channel(Imf::UINT));
+  header.insert(exr::kFormat, Imf::IntAttribute(exr::kSumsFormat));
+  header.insert(exr::kReplicates, Imf::IntAttribute(static_cast<int>(layout.replicates)));
+  header.insert(exr::kChannels, Imf::StringAttribute(fmt::format("{}", fmt::join(layout.channels, ","))));
+  header.insert(exr::kRecord, Imf::StringAttribute(options.record));
+  exr::SumsHash hash(layout, options.record);
+  for (std::uint32_t y = layout.crop.y0; y < layout.crop.y1; ++y) hash.add_row(film.row_sums(y), film.row_counts(y));
+  header.insert(exr::kSumsHash, Imf::StringAttribute(hash.text()));
   return header;
 }
 
@@ -192,28 +191,56 @@ void write_part(Imf::OutputPart& part, const Crop& crop, const std::vector<Sourc
   }
 }
 
+/// Splits 16 rows at a time into words.
+void write_sums(Imf::OutputPart& part, const Film& film) {
+  const FilmLayout& layout = film.layout();
+  const Crop& crop = layout.crop;
+  const std::vector<std::string> names = exr::sums_channels(layout);
+  const std::size_t plane = std::size_t{crop.width()} * exr::kRowsPerBlock;
+  const std::size_t channels = layout.channels.size();
+  std::vector<std::uint32_t> words(plane * names.size());
+  for (std::uint32_t first = crop.y0; first < crop.y1; first += exr::kRowsPerBlock) {
+    const std::uint32_t last = std::min(first + exr::kRowsPerBlock, crop.y1);
+    for (std::uint32_t y = first; y < last; ++y) {
+      const int128* sum = film.row_sums(y).data();
+      const std::uint64_t* count = film.row_counts(y).data();
+      std::uint32_t* pixel = &words[std::size_t{y - first} * crop.width()];
+      for (std::uint32_t x = 0; x < crop.width(); ++x, ++pixel) {
+        std::uint32_t* out = pixel;
+        const auto put = [&](auto value, std::uint32_t limbs) {
+          for (std::uint32_t limb = 0; limb < limbs; ++limb, out += plane)
+            *out = static_cast<std::uint32_t>(value >> (32 * limb));
+        };
+        for (std::uint32_t r = 0; r < layout.replicates; ++r) {
+          for (std::size_t c = 0; c < channels; ++c) put(*sum++, exr::kSumLimbs);
+          put(*count++, exr::kCountLimbs);
+        }
+      }
+    }
+    part.setFrameBuffer(exr::sums_buffer(crop, first, last, names, words));
+    part.writePixels(static_cast<int>(last - first));
+  }
+}
+
 }  // namespace
 
 void write_exr(const std::filesystem::path& path, const Film& film, const Metadata& metadata,
                const ExrOptions& options) {
-  std::vector<std::vector<Source>> parts{image_sources(film, options)};
-  std::vector<Imf::Header> headers;
-  headers.push_back(make_header(film, exr::kImagePart, parts[0]));
+  const std::vector<Source> sources = image_sources(film, options);
+  std::vector<Imf::Header> headers{make_header(film, exr::kImagePart, options.quick)};
+  for (const Source& source : sources) headers[0].channels().insert(source.name, Imf::Channel(source.type));
   add_metadata(headers[0], metadata);
-  if (options.exact_sums) {
-    parts.push_back(sums_sources(film));
-    headers.push_back(make_header(film, exr::kSumsPart, parts[1]));
-    headers[1].insert(exr::kReplicates, Imf::IntAttribute(static_cast<int>(film.layout().replicates)));
-    headers[1].insert(exr::kChannels, Imf::StringAttribute(fmt::format("{}", fmt::join(film.layout().channels, ","))));
-  }
+  if (options.exact_sums) headers.push_back(sums_header(film, options));
 
   AtomicFile file(path);
   try {
     Stream stream(file, path.string());
     Imf::MultiPartOutputFile output(stream, headers.data(), static_cast<int>(headers.size()));
-    for (std::size_t i = 0; i < parts.size(); ++i) {
-      Imf::OutputPart part(output, static_cast<int>(i));
-      write_part(part, film.layout().crop, parts[i]);
+    Imf::OutputPart image(output, 0);
+    write_part(image, film.layout().crop, sources);
+    if (options.exact_sums) {
+      Imf::OutputPart sums(output, 1);
+      write_sums(sums, film);
     }
   } catch (const Error&) {
     throw;

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -43,6 +44,8 @@ struct ExrOptions {
   bool half = false;                // R, G, B and layers as half; refused when a value would become infinite
   std::vector<std::string> layers;  // of --aov: albedo normal depth id variance samples
   bool exact_sums = false;          // second, lossless part with the film's integer sums
+  std::string record = {};          // of that part: a text that says what the sums are of; see render/film_record.h
+  bool quick = false;               // for a file that will soon be replaced: larger, and written in a tenth of the time
 };
 
 /// Writes the film: part 0 "image" with R, G, B, A if the film has it (R, G, B are multiplied by it), and layers over the crop as data window; with exact_sums a part "sums" of UINT
@@ -54,7 +57,28 @@ struct ExrOptions {
 void write_exr(const std::filesystem::path& path, const Film& film, const Metadata& metadata,
                const ExrOptions& options);
 
-/// Reads the "sums" part. throws InputError when the file is not an EXR, is truncated, or has no such part.
+/// The "sums" part of a file, a few rows in memory at a time. What it says is under a checksum, which add_to verifies.
+class SumsReader {
+ public:
+  /// throws InputError when the file is not an EXR, is truncated or damaged, has no such part (it is a plain picture), or one
+  /// in the format of a newer version.
+  explicit SumsReader(const std::filesystem::path& path);
+  ~SumsReader();
+  SumsReader(const SumsReader&) = delete;
+  SumsReader& operator=(const SumsReader&) = delete;
+
+  [[nodiscard]] const FilmLayout& layout() const;
+  [[nodiscard]] const std::string& record() const;  // ExrOptions::record
+  /// Adds all sums and counts to a film of the same size, replicates and channels, within whose crop this one lies.
+  /// throws InputError when the file is damaged, and when a sum leaves the film's range; the film is then unusable.
+  void add_to(Film& film);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// All of a sums part. throws as SumsReader
 Film read_film(const std::filesystem::path& path);
 
 /// The eikon.* attributes and standard matrices of part 0. throws InputError.

@@ -130,20 +130,39 @@ void Film::add(const UnitSums& unit) {
   }
 }
 
+std::span<const int128> Film::row_sums(std::uint32_t y) const {
+  const std::size_t cells = layout_.replicates * layout_.channels.size();
+  return {&sums_[pixel_index(layout_.crop.x0, y) * cells], layout_.crop.width() * cells};
+}
+
+std::span<const std::uint64_t> Film::row_counts(std::uint32_t y) const {
+  return {&counts_[pixel_index(layout_.crop.x0, y) * layout_.replicates],
+          std::size_t{layout_.crop.width()} * layout_.replicates};
+}
+
+void Film::add_row(std::uint32_t x, std::uint32_t y, std::span<const int128> sums,
+                   std::span<const std::uint64_t> counts) {
+  const std::size_t pixels = counts.size() / layout_.replicates, cells = layout_.replicates * layout_.channels.size();
+  const std::size_t first = pixel_index(x, y);
+  if (counts.size() != pixels * layout_.replicates || sums.size() != pixels * cells || pixels > layout_.crop.x1 - x)
+    throw InternalError(
+        fmt::format("{} sums and {} counts do not fit the film from pixel {},{} on", sums.size(), counts.size(), x, y));
+  for (std::size_t i = 0; i < sums.size(); ++i)
+    if (sums[i] != 0) add_to_sum(first * cells + i, sums[i]);
+  for (std::size_t i = 0; i < counts.size(); ++i) {
+    std::uint64_t& count = counts_[first * layout_.replicates + i];
+    if (__builtin_add_overflow(count, counts[i], &count))
+      throw InputError(fmt::format("film: more than 2^64 samples in row {}", y));
+  }
+}
+
 void Film::add(const Film& other) {
   const FilmLayout& theirs = other.layout_;
   if (theirs.width != layout_.width || theirs.height != layout_.height || theirs.replicates != layout_.replicates ||
       theirs.channels != layout_.channels)
     throw InternalError("films of different size, replicates or channels cannot be added");
-  const std::size_t cells = layout_.replicates * layout_.channels.size();
-  for (std::uint32_t y = theirs.crop.y0; y < theirs.crop.y1; ++y) {
-    for (std::uint32_t x = theirs.crop.x0; x < theirs.crop.x1; ++x) {
-      const std::size_t from = other.pixel_index(x, y), to = pixel_index(x, y);
-      for (std::size_t i = 0; i < cells; ++i) add_to_sum(to * cells + i, other.sums_[from * cells + i]);
-      for (std::size_t r = 0; r < layout_.replicates; ++r)
-        counts_[to * layout_.replicates + r] += other.counts_[from * layout_.replicates + r];
-    }
-  }
+  for (std::uint32_t y = theirs.crop.y0; y < theirs.crop.y1; ++y)
+    add_row(theirs.crop.x0, y, other.row_sums(y), other.row_counts(y));
 }
 
 int128 Film::sum(std::uint32_t x, std::uint32_t y, std::uint32_t replicate, std::uint32_t channel) const {

@@ -89,6 +89,14 @@ class Film {
   void set(std::uint32_t x, std::uint32_t y, std::uint32_t replicate, std::uint32_t channel, int128 sum);
   void set_count(std::uint32_t x, std::uint32_t y, std::uint32_t replicate, std::uint64_t count);
 
+  /// All sums of a row of the crop, [((x - crop.x0) * replicates + replicate) * channels + channel], and all its counts,
+  /// [(x - crop.x0) * replicates + replicate]; until the film changes.
+  [[nodiscard]] std::span<const int128> row_sums(std::uint32_t y) const;
+  [[nodiscard]] std::span<const std::uint64_t> row_counts(std::uint32_t y) const;
+  /// Adds such arrays of the pixels from x on. throws InternalError when they are no whole pixels of the row, InputError beyond
+  /// the film's range; the film is then unusable.
+  void add_row(std::uint32_t x, std::uint32_t y, std::span<const int128> sums, std::span<const std::uint64_t> counts);
+
   /// Exact sum over replicates.
   [[nodiscard]] int128 total(std::uint32_t x, std::uint32_t y, std::uint32_t channel) const;
   /// Mean over all samples of all replicates, correctly rounded to double from the exact sum; 0 where there is no sample.

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+// An EXR that is open for reading; for the .cpp files beside this one.
+#pragma once
+#include <ImfHeader.h>
+#include <ImfMultiPartInputFile.h>
+
+#include <concepts>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <new>
+#include <string>
+#include <utility>
+
+#include "core/error.h"
+
+namespace eikon::exr {
+
+inline constexpr int kMaxSide = 65536;
+inline constexpr std::uint64_t kMaxBytes = std::uint64_t{16} << 30;
+
+/// throws InputError: cannot read that file, and why.
+[[noreturn]] void refuse(const std::filesystem::path& path, const std::string& why);
+[[nodiscard]] std::string one_line(std::string text);
+
+/// An open EXR whose parts are known to be of bearable size.
+class Reader {
+ public:
+  /// throws InputError, and what OpenEXR throws: see reading()
+  explicit Reader(const std::filesystem::path& path);
+
+  [[nodiscard]] Imf::MultiPartInputFile& file() { return *file_; }
+  [[nodiscard]] const Imf::Header& header(int part) const { return file_->header(part); }
+  /// Checks what the part claims before anything is allocated for it. throws InputError
+  void check(int part, std::uint64_t max_bytes = kMaxBytes) const;
+  /// Of the data window. throws InputError
+  [[nodiscard]] std::pair<std::uint32_t, std::uint32_t> size(int part) const;
+
+ private:
+  std::filesystem::path path_;
+  std::uint64_t size_bytes_ = 0;
+  std::unique_ptr<Imf::MultiPartInputFile> file_;
+};
+
+/// Whatever OpenEXR or the allocator throws becomes an InputError of one line.
+template <std::invocable Body>
+auto reading(const std::filesystem::path& path, Body body) {
+  try {
+    return body();
+  } catch (const Error&) {
+    throw;
+  } catch (const std::bad_alloc&) {
+    refuse(path, "not enough memory for it");
+  } catch (const std::exception& error) {
+    refuse(path, one_line(error.what()));
+  }
+}
+
+}  // namespace eikon::exr

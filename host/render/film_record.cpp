@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "render/film_record.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <span>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "core/error.h"
+#include "scene/xxhash64.h"
+
+namespace eikon {
+namespace {
+
+constexpr std::uint64_t kMaxSample = std::uint64_t{1} << 48;
+constexpr const char* kVersionName = "version of image bits";
+
+std::string triple(const glm::dvec4& v) { return fmt::format("{},{},{}", v.x, v.y, v.z); }
+
+/// The map's pixels count, not its file or name. `rotation`, of a sky that is the same everywhere, does not.
+std::string describe(const Environment& environment) {
+  if (!environment.map)
+    return fmt::format("{},{},{}", environment.radiance.x, environment.radiance.y, environment.radiance.z);
+  const EnvironmentMap& map = *environment.map;
+  return fmt::format("map {:016x} of {}x{}, scale {}, rotation {}",
+                     xxhash64(std::as_bytes(std::span(map.radiance)), map.width), map.width, map.height,
+                     environment.scale, environment.rotation_rad);
+}
+
+const char* name_of(LightSampling sampling) {
+  switch (sampling) {
+    case LightSampling::mis:
+      return "mis";
+    case LightSampling::light:
+      return "light";
+    case LightSampling::cosine:
+      return "cosine";
+    case LightSampling::hemisphere:
+      return "hemisphere";
+  }
+  return "";
+}
+
+/// "a b c" -> a, b, c as unsigned numbers; nothing when there are others than `count`.
+template <std::size_t count>
+std::optional<std::array<std::uint64_t, count>> numbers(std::string_view text) {
+  std::array<std::uint64_t, count> values{};
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto [end, code] = std::from_chars(text.data(), text.data() + text.size(), values[i]);
+    if (code != std::errc()) return std::nullopt;
+    text.remove_prefix(static_cast<std::size_t>(end - text.data()));
+    const bool last = i + 1 == count;
+    if (text.empty() != last || (!last && text[0] != ' ')) return std::nullopt;
+    if (!last) text.remove_prefix(1);
+  }
+  return values;
+}
+
+void parse_part(std::string_view text, const FilmLayout& layout, SampleLedger& done) {
+  const auto n = numbers<6>(text);
+  const Crop& crop = layout.crop;
+  if (!n || (*n)[0] < crop.x0 || (*n)[0] >= (*n)[2] || (*n)[2] > crop.x1 || (*n)[1] < crop.y0 || (*n)[1] >= (*n)[3] ||
+      (*n)[3] > crop.y1 || (*n)[4] >= (*n)[5] || (*n)[5] > kMaxSample)
+    throw InputError(fmt::format("its record of samples has an impossible part, '{}'", text));
+  WorkUnit part;
+  const auto at = [&](std::size_t i) { return static_cast<std::uint32_t>((*n)[i]); };
+  part.block = {at(0), at(1), at(2), at(3)};
+  part.sample_begin = (*n)[4];
+  part.sample_end = (*n)[5];
+  if (done.overlap(part)) throw InputError(fmt::format("its record of samples has the part '{}' twice", text));
+  done.add(part);
+}
+
+}  // namespace
+
+std::vector<ImageSetting> image_settings(const Scene& scene, const Settings& settings, const FilmLayout& layout) {
+  // Whoever adds a setting is stopped here by the compiler, and says below whether the image's bits depend on it.
+  const auto& [width, height, crop, sample_begin, sample_end, seed, replicate_bits, max_depth, roulette_depth,
+               light_sampling, aovs, filter, transparent, camera, environment] = settings;
+  static_cast<void>(crop), static_cast<void>(sample_begin), static_cast<void>(sample_end);
+  static_cast<void>(aovs);  // the channels say it
+  const glm::dmat4& pose = camera.world_from_camera;
+  return {{kVersionName, fmt::format("{}", kImageVersion)},
+          {"scene's hash", scene.hash},
+          {"size (--size)", fmt::format("{}x{}", width, height)},
+          {"seed (--seed)", fmt::format("{}", seed)},
+          {"number of replicates", fmt::format("{}", 1U << replicate_bits)},
+          {"set of channels (--aov, --transparent)", fmt::format("{}", fmt::join(layout.channels, ","))},
+          {"transparency (--transparent)", transparent ? "on" : "off"},
+          {"filter (--filter)", filter.name()},
+          {"depth limit (--max-depth)", fmt::format("{}", max_depth)},
+          {"roulette depth", fmt::format("{}", roulette_depth)},
+          {"light sampling (--light-sampling)", name_of(light_sampling)},
+          {"camera's position (--camera, --look-at)", triple(pose[3])},
+          {"camera's orientation (--camera, --look-at)",
+           fmt::format("{} {} {}", triple(pose[0]), triple(pose[1]), triple(pose[2]))},
+          {"field of view (--fov)", camera.orthographic ? fmt::format("orthographic, {} m", 2 * camera.ymag_m)
+                                                        : fmt::format("{} rad", camera.yfov_rad)},
+          {"environment (--env, --env-scale, --env-rotate)", describe(environment)}};
+}
+
+std::optional<std::string> difference(const std::vector<ImageSetting>& expected,
+                                      const std::vector<ImageSetting>& found) {
+  if (expected == found) return std::nullopt;
+  for (std::size_t i = 0; i < std::min(expected.size(), found.size()); ++i) {
+    if (expected[i].name != found[i].name) break;
+    if (expected[i].value == found[i].value) continue;
+    const bool version = expected[i].name == kVersionName;
+    return fmt::format("its {} is {}, not {}{}", found[i].name, found[i].value, expected[i].value,
+                       version ? ": another version of eikon wrote it" : "");
+  }
+  return "other settings count in it: another version of eikon wrote it";
+}
+
+std::string to_text(const FilmRecord& record) {
+  std::string text;
+  for (const ImageSetting& setting : record.settings)
+    text += fmt::format("setting {}: {}\n", setting.name, setting.value);
+  for (const std::string& name : record.arithmetic) text += fmt::format("arithmetic {}\n", name);
+  for (const std::string& layer : record.layers) text += fmt::format("layer {}\n", layer);
+  for (const WorkUnit& part : record.done.parts())
+    text += fmt::format("part {} {} {} {} {} {}\n", part.block.x0, part.block.y0, part.block.x1, part.block.y1,
+                        part.sample_begin, part.sample_end);
+  return text;
+}
+
+FilmRecord parse_film_record(std::string_view text, const FilmLayout& layout) {
+  FilmRecord record;
+  while (!text.empty()) {
+    const std::size_t end = text.find('\n');
+    if (end == std::string_view::npos) throw InputError("its record of samples ends within a line");
+    const std::string_view line = text.substr(0, end);
+    text.remove_prefix(end + 1);
+    const std::size_t space = std::min(line.find(' '), line.size());
+    const std::string_view kind = line.substr(0, space), rest = line.substr(std::min(space + 1, line.size()));
+    const std::size_t colon = rest.find(": ");
+    if (kind == "setting" && colon != std::string_view::npos)
+      record.settings.push_back({std::string(rest.substr(0, colon)), std::string(rest.substr(colon + 2))});
+    else if (kind == "arithmetic")
+      record.arithmetic.emplace(rest);
+    else if (kind == "layer")
+      record.layers.emplace(rest);
+    else if (kind == "part")
+      parse_part(rest, layout, record.done);
+    else
+      throw InputError(fmt::format("its record of samples has a line that says nothing, '{}'", line));
+  }
+  return record;
+}
+
+}  // namespace eikon
