@@ -2,6 +2,7 @@
 #include "cli/metadata.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <cmath>
 #include <numbers>
@@ -61,31 +62,54 @@ Metadata describe_picture(const Prepared& prepared) {
   return metadata;
 }
 
-Metadata describe_render(const Prepared& prepared, const RenderReport& report, const PredictedError& error) {
+Metadata describe_image(const Prepared& prepared) {
   const Settings& settings = prepared.settings;
   Metadata metadata = describe_picture(prepared);
   metadata.strings["version"] = "eikon " EIKON_VERSION;
   metadata.strings["sampleRange"] = fmt::format("{}:{}", settings.sample_begin, settings.sample_end);
-  metadata.strings["features"] = report.features;
   static const char* const sampling[] = {"mis", "light", "cosine", "hemisphere"};
   metadata.strings["lightSampling"] = sampling[int(settings.light_sampling)];
+  metadata.numbers["replicates"] = double(1U << settings.replicate_bits);
+  metadata.numbers["seed"] = settings.seed;
+  metadata.numbers["rouletteDepth"] = settings.roulette_depth;
+  return metadata;
+}
+
+std::uint64_t rejected_in(const Film& film, const SampleLedger& done) {
+  std::uint64_t in_sums = 0;
+  const Crop& crop = film.layout().crop;
+  for (std::uint32_t y = crop.y0; y < crop.y1; ++y)
+    for (const std::uint64_t count : film.row_counts(y)) in_sums += count;
+  return done.sample_count() - in_sums;
+}
+
+void add_sample_counts(Metadata& metadata, const Film& film, const SampleLedger& done,
+                       const std::set<std::string>& arithmetic) {
+  metadata.strings["arithmetic"] = fmt::format("{}", fmt::join(arithmetic, ", "));
+  metadata.numbers["samples"] = double(done.sample_count());  // in all; fewer than the range says when interrupted
+  metadata.numbers["rejectedSamples"] = double(rejected_in(film, done));
+}
+
+void add_error(Metadata& metadata, const PredictedError& error) {
+  for (const char* key : {"relmsePredicted", "relmsePredictedLow", "relmsePredictedHigh"}) metadata.numbers.erase(key);
+  if (!error.known) return;
+  metadata.numbers["relmsePredicted"] = error.relmse;
+  metadata.numbers["relmsePredictedLow"] = error.lo;
+  metadata.numbers["relmsePredictedHigh"] = error.hi;
+}
+
+Metadata describe_render(const Prepared& prepared, const RenderOutput& done, const PredictedError& error) {
+  const RenderReport& report = done.report;
+  Metadata metadata = describe_image(prepared);
+  add_sample_counts(metadata, done.film, done.done, done.arithmetic);
+  add_error(metadata, error);
+  metadata.strings["features"] = report.features;
   std::string devices;
   for (const DeviceReport& device : report.devices)
     devices += fmt::format("{}{} ({})", devices.empty() ? "" : "; ", device.info.name, device.info.driver);
   metadata.strings["devices"] = devices;
-  metadata.strings["arithmetic"] = report.arithmetic();
-  metadata.numbers["replicates"] = double(1U << settings.replicate_bits);
-  metadata.numbers["seed"] = settings.seed;
-  metadata.numbers["rouletteDepth"] = settings.roulette_depth;
-  metadata.numbers["samples"] = double(report.samples);  // in all; fewer than the range says when interrupted
   metadata.numbers["interrupted"] = report.interrupted ? 1 : 0;
   metadata.numbers["renderSeconds"] = report.render_s;
-  metadata.numbers["rejectedSamples"] = double(report.nonfinite + report.saturated);
-  if (error.known) {
-    metadata.numbers["relmsePredicted"] = error.relmse;
-    metadata.numbers["relmsePredictedLow"] = error.lo;
-    metadata.numbers["relmsePredictedHigh"] = error.hi;
-  }
   return metadata;
 }
 

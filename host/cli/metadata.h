@@ -11,8 +11,18 @@ namespace eikon {
 /// noise alone.
 [[nodiscard]] Metadata describe_picture(const Prepared& prepared);
 
-/// That, and how it was rendered: samples, seed, devices, predicted error.
-[[nodiscard]] Metadata describe_render(const Prepared& prepared, const RenderReport& report,
-                                       const PredictedError& error);
+/// That, and what decides the noise: seed, range of samples, how light is sampled.
+[[nodiscard]] Metadata describe_image(const Prepared& prepared);
+
+/// Samples that a film should hold by its ledger, and that were left out.
+[[nodiscard]] std::uint64_t rejected_in(const Film& film, const SampleLedger& done);
+
+/// What a film holds: samples, those of them that were rejected, and the classes of arithmetic that they come from.
+void add_sample_counts(Metadata& metadata, const Film& film, const SampleLedger& done,
+                       const std::set<std::string>& arithmetic);
+void add_error(Metadata& metadata, const PredictedError& error);
+
+/// All that, and how it was rendered: devices, time.
+[[nodiscard]] Metadata describe_render(const Prepared& prepared, const RenderOutput& done, const PredictedError& error);
 
 }  // namespace eikon

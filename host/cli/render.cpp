@@ -10,6 +10,7 @@
 #include "cli/arguments.h"
 #include "cli/commands.h"
 #include "cli/execution_options.h"
+#include "cli/openjd.h"
 #include "cli/render_job.h"
 #include "cli/stop_signals.h"
 
@@ -77,22 +78,42 @@ ExitCode replay(const RenderOptions& options) {
   return ExitCode::done;
 }
 
+ExitCode render_with_progress(RenderOptions options, OpenJdLines& lines) {
+  ProgressBar bar(!options.quiet && options.progress == "bar");
+  RenderJob job(std::move(options), say_on_stderr(false));
+  lines.status("loading the scene");
+  job.load();
+  const std::atomic<bool>& stop = catch_stop_signals();
+  RenderHooks hooks;
+  hooks.progress = [&](const Progress& now, const Film& film) {
+    bar.show(now, film);
+    lines.status("rendering");
+    lines.progress(double(now.samples) / double(now.samples_total));
+  };
+  lines.status("preparing the devices");
+  job.render(stop, std::move(hooks));
+  bar.clear();
+  lines.status("writing the image");
+  job.write();
+  job.print();
+  const bool stopped = job.code() == ExitCode::interrupted;
+  if (!stopped) lines.progress(1);
+  lines.status(stopped ? "interrupted" : "done");
+  return stopped ? stop_exit_code() : job.code();
+}
+
 ExitCode render_command(RenderOptions options) {
   if (options.is_replay()) {
     read_execution_environment(options.execution);
     return replay(options);
   }
-  ProgressBar bar(!options.quiet);
-  RenderJob job(std::move(options), say_on_stderr(false));
-  job.load();
-  const std::atomic<bool>& stop = catch_stop_signals();
-  RenderHooks hooks;
-  hooks.progress = [&](const Progress& now, const Film& film) { bar.show(now, film); };
-  job.render(stop, std::move(hooks));
-  bar.clear();
-  job.write();
-  job.print();
-  return job.code() == ExitCode::interrupted ? stop_exit_code() : job.code();
+  OpenJdLines lines(options.progress == "openjd");
+  try {
+    return render_with_progress(std::move(options), lines);
+  } catch (const Error& error) {
+    lines.fail(error.what());
+    throw;
+  }
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 #include "cli/render_job.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "cli/execution_options.h"
 #include "cli/metadata.h"
@@ -12,9 +13,12 @@
 namespace eikon {
 namespace {
 
-std::string rejected_line(const RenderReport& report) {
-  std::string line = fmt::format("{} samples were rejected ({} not finite, {} beyond the film's range)",
-                                 report.nonfinite + report.saturated, report.nonfinite, report.saturated);
+/// all: also those of the runs before this one, which are in the film's counts alone
+std::string rejected_line(const RenderReport& report, std::uint64_t all) {
+  const std::uint64_t now = report.nonfinite + report.saturated;
+  std::string line = fmt::format("{} samples were rejected ({} not finite, {} beyond the film's range", all,
+                                 report.nonfinite, report.saturated);
+  line += all > now ? fmt::format(", {} before this run)", all - now) : ")";
   if (!report.rejected.empty()) {
     const RejectedSample& first = report.rejected.front();
     line += fmt::format("; replay the first with --pixel {},{} --sample {}", first.x, first.y, first.sample);
@@ -25,16 +29,25 @@ std::string rejected_line(const RenderReport& report) {
 }  // namespace
 
 RenderJob::RenderJob(RenderOptions options, Say say, double begin_s)
-    : options_(std::move(options)), say_(std::move(say)), output_(options_.exr()), begin_s_(begin_s) {
+    : options_(std::move(options)),
+      say_(std::move(say)),
+      output_(options_.exr()),
+      begin_s_(begin_s),
+      checkpoint_(options_.checkpoint, say_) {
   read_execution_environment(options_.execution);
   require_writable(options_.outputs(), options_.scene.scene);
   options_.execution.keep_spans = !options_.profile.empty();
 }
 
-void RenderJob::load() { prepared_ = prepare(options_.scene, options_.quiet ? say_on_stderr(true) : say_); }
+void RenderJob::load() {
+  prepared_ = prepare(options_.scene, options_.quiet ? say_on_stderr(true) : say_);
+  checkpoint_.begin(prepared_);
+}
 
 void RenderJob::render(const std::atomic<bool>& stop, RenderHooks hooks) {
+  checkpoint_.attach(hooks);
   done_ = render_and_release(*prepared_.scene, prepared_.settings, options_.execution, stop, std::move(hooks));
+  checkpoint_.end(*done_);
 }
 
 void RenderJob::write_image() {
@@ -42,7 +55,9 @@ void RenderJob::write_image() {
   exr.half = options_.half;
   exr.layers = prepared_.layers;
   exr.exact_sums = !options_.scene.samples.empty() || !options_.scene.crop.empty();
-  const Metadata metadata = describe_render(prepared_, report(), error_);
+  if (exr.exact_sums)
+    exr.record = to_text(describe_sums(checkpoint_.settings(), prepared_.layers, done_->done, done_->arithmetic));
+  const Metadata metadata = describe_render(prepared_, *done_, error_);
   try {
     write_exr(output_, done_->film, metadata, exr);
   } catch (const HalfOverflow& overflow) {
@@ -55,6 +70,8 @@ void RenderJob::write_image() {
   if (!options_.png.empty())
     write_png(options_.png, to_image(done_->film), options_.exposure_ev, *tone_map_of(options_.tone_map));
 }
+
+std::uint64_t RenderJob::rejected_samples() const { return rejected_in(done_->film, done_->done); }
 
 void RenderJob::write() {
   if (!has_samples()) {
@@ -71,12 +88,13 @@ void RenderJob::write() {
   if (!options_.stats.empty()) write_stats(options_.stats, report(), error_, prepared_, times);
   if (!options_.profile.empty()) write_profile(options_.profile, report());
 
-  if (report().arithmetic() != "exact")
-    say_(fmt::format("arithmetic {}: other devices may give other bits; see `eikon selftest`", report().arithmetic()));
-  if (report().nonfinite + report().saturated > 0) say_(rejected_line(report()));
+  if (done_->arithmetic != std::set<std::string>{"exact"})
+    say_(fmt::format("arithmetic {}: other devices may give other bits; see `eikon selftest`",
+                     fmt::join(done_->arithmetic, ", ")));
+  if (const std::uint64_t all = rejected_samples(); all > 0) say_(rejected_line(report(), all));
   if (report().interrupted) {
     const Settings& settings = prepared_.settings;
-    say_(fmt::format("interrupted: {} of {} samples are in {}", report().samples,
+    say_(fmt::format("interrupted: {} of {} samples are in {}", done_->done.sample_count(),
                      settings.crop.pixel_count() * (settings.sample_end - settings.sample_begin), output_.string()));
   }
 }
@@ -85,8 +103,10 @@ void RenderJob::print() const {
   if (!has_samples()) return;
   if (!options_.quiet) print_stage_table(report());
   const double rate = report().render_s > 0 ? double(report().samples) / report().render_s : 0;
-  fmt::print("{}: {} x {}, {} samples in {:.2f} s ({:.2f} Msamples/s)\n", output_.string(),
-             prepared_.settings.crop.width(), prepared_.settings.crop.height(), report().samples, report().render_s,
+  const std::uint64_t before = report().samples_before;
+  fmt::print("{}: {} x {}, {}{} samples in {:.2f} s ({:.2f} Msamples/s)\n", output_.string(),
+             prepared_.settings.crop.width(), prepared_.settings.crop.height(),
+             before > 0 ? fmt::format("{} samples before and ", before) : "", report().samples, report().render_s,
              1e-6 * rate);
   if (error_.known)
     fmt::print("predicted relMSE {:.3e} (95 %: {:.3e} to {:.3e})\n", error_.relmse, error_.lo, error_.hi);
@@ -96,8 +116,9 @@ void RenderJob::print() const {
 
 ExitCode RenderJob::code() const {
   if (report().interrupted) return ExitCode::interrupted;
-  const bool rejected = report().nonfinite + report().saturated > 0;
-  return (rejected && options_.scene.strict) || !as_asked_ ? ExitCode::not_as_asked : ExitCode::done;
+  return (rejected_samples() > 0 && options_.scene.strict) || !as_asked_ || !checkpoint_.as_asked()
+             ? ExitCode::not_as_asked
+             : ExitCode::done;
 }
 
 }  // namespace eikon

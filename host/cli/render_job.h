@@ -31,7 +31,7 @@ class RenderJob {
   [[nodiscard]] const std::filesystem::path& output() const { return output_; }
   /// After render():
   [[nodiscard]] const RenderReport& report() const { return done_->report; }
-  [[nodiscard]] bool has_samples() const { return !report().interrupted || report().samples > 0; }
+  [[nodiscard]] bool has_samples() const { return !report().interrupted || !done_->done.empty(); }
   /// After write():
   [[nodiscard]] const PredictedError& error() const { return error_; }
   /// done, not_as_asked, or interrupted.
@@ -48,8 +48,10 @@ class RenderJob {
   std::optional<RenderOutput> done_;
   PredictedError error_;
   bool as_asked_ = true;
+  CheckpointFile checkpoint_;
 
   void write_image();
+  [[nodiscard]] std::uint64_t rejected_samples() const;  // of this run and those before
 };
 
 }  // namespace eikon

@@ -22,10 +22,16 @@ void RenderOptions::add_to(CLI::App& command) {
       ->check(CLI::IsMember(tone_map_names()))
       ->capture_default_str();
   add_execution_options(command, execution, true);
+  checkpoint.add_to(command);
   command.add_option("--pixel", pixel, "X,Y: with --sample N, trace that one path and print its vertices");
   command.add_option("--sample", sample, "N: see --pixel");
   command.add_option("--stats", stats, "JSON file of counts and times");
   command.add_option("--profile", profile, "JSON file of trace events, for Perfetto or chrome://tracing");
+  command
+      .add_option("--progress", progress,
+                  "bar: on a terminal; openjd: lines for queues that speak Open Job Description, on stdout")
+      ->check(CLI::IsMember({"bar", "openjd"}))
+      ->capture_default_str();
   command.add_flag("--quiet", quiet, "no notes, no progress, no stage table");
 }
 
@@ -36,7 +42,7 @@ std::filesystem::path RenderOptions::exr() const {
 
 std::vector<std::filesystem::path> RenderOptions::outputs() const {
   std::vector<std::filesystem::path> files = {exr()};
-  for (const std::string& file : {png, stats, profile})
+  for (const std::string& file : {png, stats, profile, checkpoint.file})
     if (!file.empty()) files.emplace_back(file);
   return files;
 }

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "cli/checkpoint.h"
 #include "cli/scene_options.h"
 
 namespace eikon {
@@ -13,10 +14,11 @@ namespace eikon {
 struct RenderOptions {
   SceneOptions scene;
   Execution execution;
+  CheckpointOptions checkpoint;
   std::string output, png, stats, profile, pixel;
   double exposure_ev = 0;
   bool half = false, quiet = false;
-  std::string sample, tone_map = "none";
+  std::string sample, tone_map = "none", progress = "bar";
 
   /// Adds the flags to a subcommand. The object must live as long as the parser.
   void add_to(CLI::App& command);

@@ -64,7 +64,8 @@ void print_stage_table(const RenderReport& report) {
 }
 
 // {
-//   "samples": n, "samples_per_second": x, "rays": {"camera", "scattered", "shadow", "total"}, "rays_per_second": x,
+//   "samples": n (of this run), "samples_before": n (in the checkpoint that it began with), "samples_per_second": x,
+//   "rays": {"camera", "scattered", "shadow", "total"}, "rays_per_second": x,
 //   "relmse_predicted": x | null, "relmse_interval": [lo, hi] | null,
 //   "rejected_samples": n, "interrupted": bool, "features": "..", "triangles": n, "geometry_bytes": n,
 //   "tree": "sah" | "reinserted",
@@ -79,6 +80,7 @@ void write_stats(const std::filesystem::path& path, const RenderReport& report, 
                  const Prepared& prepared, const CommandTimes& times) {
   json stats;
   stats["samples"] = report.samples;
+  stats["samples_before"] = report.samples_before;
   stats["samples_per_second"] = rate(double(report.samples), report.render_s);
   stats["rays"] = {{"camera", report.rays.camera},
                    {"scattered", report.rays.scattered},

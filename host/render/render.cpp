@@ -267,9 +267,11 @@ RenderOutput render_packed(const Pack& pack, const Features& features, const Set
     for (const WorkUnit& box : shared.state.done.missing(settings.crop, settings.sample_begin, settings.sample_end))
       total += box.path_count();
     Checkpoints checkpoints(hooks);
+    const std::chrono::duration<double> look_again(hooks.checkpoint ? std::clamp(hooks.checkpoint_every_s, 0.01, 0.25)
+                                                                    : 0.25);
     try {
       while (shared.running > 0) {
-        shared.changed.wait_for(lock, std::chrono::milliseconds(250));
+        shared.changed.wait_for(lock, look_again);
         checkpoints.call_if_due(shared, lock, shared.running == 0);
         if (!hooks.progress || shared.report.samples == 0 || shared.running == 0) continue;
         Progress now;

@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/checkpoint.h"
+
+#include <fmt/format.h>
+
+#include <csignal>
+#include <utility>
+
+#include "cli/arguments.h"
+#include "cli/metadata.h"
+#include "image/image.h"
+#include "render/features.h"
+
+namespace eikon {
+namespace {
+
+std::atomic<bool> checkpoint_requested{false};
+
+void on_request(int) { checkpoint_requested = true; }
+
+void listen_for_requests() { std::signal(SIGUSR1, on_request); }
+
+std::string in_words(const Crop& crop) { return fmt::format("{},{},{},{}", crop.x0, crop.y0, crop.x1, crop.y1); }
+
+bool encloses(const Crop& outer, const Crop& inner) {
+  return inner.x0 >= outer.x0 && inner.x1 <= outer.x1 && inner.y0 >= outer.y0 && inner.y1 <= outer.y1;
+}
+
+}  // namespace
+
+void CheckpointOptions::add_to(CLI::App& command) {
+  command.add_option("--checkpoint", file,
+                     "FILE.exr that keeps what is done: every so often, at the end, and upon SIGINT, SIGTERM, SIGUSR1");
+  command.add_option("--checkpoint-every", every_s, "seconds between checkpoints")
+      ->check(check_is_finite)
+      ->check(CLI::Range(0.01, 1e9))
+      ->capture_default_str();
+  command.add_flag("--resume", resume, "go on from the checkpoint, if there is one; also with a larger --spp");
+}
+
+FilmRecord describe_sums(std::vector<ImageSetting> settings, const std::vector<std::string>& layers,
+                         const SampleLedger& done, const std::set<std::string>& arithmetic) {
+  return {std::move(settings), arithmetic, {layers.begin(), layers.end()}, done};
+}
+
+CheckpointFile::CheckpointFile(CheckpointOptions options, Say say)
+    : options_(std::move(options)), say_(std::move(say)) {
+  if (options_.resume && options_.file.empty())
+    throw UsageError("--resume goes on from a checkpoint: name it with --checkpoint FILE");
+  if (!options_.file.empty()) listen_for_requests();
+}
+
+void CheckpointFile::begin(const Prepared& prepared) {
+  const Settings& settings = prepared.settings;
+  const FilmLayout layout = film_layout(Features(*prepared.scene, settings), settings);
+  settings_ = image_settings(*prepared.scene, settings, layout);
+  layers_ = prepared.layers;
+  if (options_.file.empty()) return;
+  metadata_ = describe_image(prepared);
+  asked_samples_ = settings.crop.pixel_count() * (settings.sample_end - settings.sample_begin);
+  std::error_code ignored;
+  if (!std::filesystem::exists(options_.file, ignored)) return;
+  if (options_.resume)
+    read(prepared);
+  else
+    say_(fmt::format("the first checkpoint replaces what is in {}; --resume would go on from it", options_.file));
+}
+
+void CheckpointFile::read(const Prepared& prepared) {
+  const Settings& settings = prepared.settings;
+  const auto refuse = [&](const std::string& why) {
+    throw InputError(fmt::format("cannot resume from \"{}\": {}", options_.file, why));
+  };
+  SumsReader reader(options_.file);
+  FilmRecord record;
+  try {
+    record = parse_film_record(reader.record(), reader.layout());
+  } catch (const InputError& error) {
+    refuse(error.what());
+  }
+  if (const auto what = difference(settings_, record.settings)) refuse(*what);
+  const FilmLayout layout = film_layout(Features(*prepared.scene, settings), settings);
+  if (!encloses(layout.crop, reader.layout().crop))
+    refuse(fmt::format("it holds the window {}, which does not lie within this render's {}: see --crop",
+                       in_words(reader.layout().crop), in_words(layout.crop)));
+  if (reader.layout().channels != layout.channels || reader.layout().replicates != layout.replicates)
+    refuse("its sums do not have the form that its settings say: the file is damaged");
+
+  begin_with_.emplace(FilmState{Film(layout), std::move(record.done), std::move(record.arithmetic)});
+  reader.add_to(begin_with_->film);
+  saved_samples_ = begin_with_->done.sample_count();
+  there_is_one_ = true;
+  std::uint64_t missing = 0;
+  for (const WorkUnit& part : begin_with_->done.missing(layout.crop, settings.sample_begin, settings.sample_end))
+    missing += part.path_count();
+  extra_samples_ = saved_samples_ - (asked_samples_ - missing);
+  if (extra_samples_ > 0)
+    say_(fmt::format("{} holds {} samples beyond what --spp or --samples ask for; they stay in the picture",
+                     options_.file, extra_samples_));
+}
+
+void CheckpointFile::attach(RenderHooks& hooks) {
+  if (options_.file.empty()) return;
+  hooks.begin_with = std::exchange(begin_with_, std::nullopt);
+  hooks.checkpoint = [this](const FilmState& state) { write(state.film, state.done, state.arithmetic); };
+  hooks.checkpoint_every_s = options_.every_s;
+  hooks.checkpoint_now = &checkpoint_requested;
+  // LLVM, in drivers that compile within the process, takes the signal for itself whenever it compiles.
+  hooks.progress = [usual = std::move(hooks.progress)](const Progress& now, const Film& film) {
+    listen_for_requests();
+    if (usual) usual(now, film);
+  };
+}
+
+std::string CheckpointFile::saved() const {
+  return there_is_one_ ? fmt::format("{} holds {} samples", options_.file, saved_samples_) : "there is none yet";
+}
+
+void CheckpointFile::write(const Film& film, const SampleLedger& done, const std::set<std::string>& arithmetic) {
+  ExrOptions exr;
+  exr.exact_sums = true;
+  exr.quick = true;
+  exr.record = to_text(describe_sums(settings_, layers_, done, arithmetic));
+  Metadata metadata = metadata_;
+  add_sample_counts(metadata, film, done, arithmetic);
+  try {
+    write_exr(options_.file, film, metadata, exr);
+  } catch (const InputError& error) {
+    if (last_failure_.empty())
+      say_(fmt::format("{}; the render goes on and tries again (of the checkpoint, {})", error.what(), saved()));
+    last_failure_ = error.what();
+    return;
+  }
+  saved_samples_ = done.sample_count();
+  there_is_one_ = true;
+  if (!std::exchange(last_failure_, {}).empty()) say_(fmt::format("the checkpoint can be written again: {}", saved()));
+}
+
+void CheckpointFile::end(const RenderOutput& done) {
+  if (options_.file.empty() || last_failure_.empty()) return;
+  write(done.film, done.done, done.arithmetic);
+  if (!last_failure_.empty()) say_(fmt::format("{}; of the checkpoint, {}", last_failure_, saved()));
+}
+
+}  // namespace eikon

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+// The checkpoint of a render: an OpenEXR file with the exact sums so far, which --resume goes on from and `eikon merge` takes.
+#pragma once
+#include <CLI/CLI.hpp>
+#include <atomic>
+#include <optional>
+#include <string>
+
+#include "cli/scene_options.h"
+#include "image/image.h"
+#include "render/film_record.h"
+#include "render/render.h"
+
+namespace eikon {
+
+struct CheckpointOptions {
+  std::string file;  // empty: none
+  double every_s = 60;
+  bool resume = false;
+
+  /// Adds the flags to a subcommand. The object must live as long as the parser.
+  void add_to(CLI::App& command);
+};
+
+/// What is said of a film's samples beside its sums. layers: of --aov
+[[nodiscard]] FilmRecord describe_sums(std::vector<ImageSetting> settings, const std::vector<std::string>& layers,
+                                       const SampleLedger& done, const std::set<std::string>& arithmetic);
+
+class CheckpointFile {
+ public:
+  /// From now on SIGUSR1 asks for a checkpoint, if there is a file for it.
+  /// say: takes what the user should know. throws UsageError when the options do not go together
+  CheckpointFile(CheckpointOptions options, Say say);
+
+  /// Before the scene is released. With --resume, reads the file if there is one.
+  /// throws InputError when that is damaged or holds another image, naming what differs
+  void begin(const Prepared& prepared);
+  /// What the render begins with, and where its checkpoints go. Writing one may fail: that is said, and tried again.
+  void attach(RenderHooks& hooks);
+  /// Once the render has ended: whether the last checkpoint is whole, with another try if it is not.
+  void end(const RenderOutput& done);
+
+  /// After begin(): what the sums of this image are of, for any output that carries them.
+  [[nodiscard]] const std::vector<ImageSetting>& settings() const { return settings_; }
+  /// After end(): false when the last checkpoint could not be written, or holds more samples than were asked for.
+  [[nodiscard]] bool as_asked() const { return last_failure_.empty() && extra_samples_ == 0; }
+
+ private:
+  CheckpointOptions options_;
+  Say say_;
+  std::vector<ImageSetting> settings_;
+  std::vector<std::string> layers_;
+  Metadata metadata_;
+  std::optional<FilmState> begin_with_;
+  std::uint64_t asked_samples_ = 0, extra_samples_ = 0, saved_samples_ = 0;
+  bool there_is_one_ = false;  // a checkpoint of this render lies in the file
+  std::string last_failure_;   // of the last try; empty when it went well
+
+  void read(const Prepared& prepared);
+  void write(const Film& film, const SampleLedger& done, const std::set<std::string>& arithmetic);
+  [[nodiscard]] std::string saved() const;
+};
+
+}  // namespace eikon

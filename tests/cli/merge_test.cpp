@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: Apache-2.0
+// `eikon merge`: parts of one image, however they were cut, give the bits of the whole one, in any order and grouping.
+#include <sys/resource.h>
+#include <sys/wait.h>
+
+#include <algorithm>
+
+#include "cli/command.h"
+#include "image/image.h"
+#include "render/analytic_scenes.h"
+
+namespace eikon::testing {
+namespace {
+
+class Merge : public ::testing::Test {
+ protected:
+  const Workplace here;
+
+  void part(const std::string& file, const std::string& flags, const std::string& name = "cornell.gltf") const {
+    ASSERT_TRUE(succeeded(here.eikon("render " + scene(name) + " -o " + file + " --size 24x20 --quiet " + flags)))
+        << flags;
+  }
+  [[nodiscard]] Outcome merge(const std::string& parts, const std::string& output) const {
+    return here.eikon("merge " + parts + " -o " + output);
+  }
+  [[nodiscard]] std::string bytes(const std::string& file) const { return read_bytes(here / file); }
+  /// Refused, with these words, and nothing is written.
+  void expect_refused(const std::string& parts, const std::vector<std::string>& words) const {
+    const Outcome outcome = merge(parts, "refused.exr");
+    EXPECT_TRUE(refused(outcome, 3)) << parts;
+    for (const std::string& word : words) EXPECT_TRUE(contains(outcome.err, word)) << word << ": " << outcome.err;
+    EXPECT_FALSE(std::filesystem::exists(here / "refused.exr"));
+  }
+};
+
+TEST_F(Merge, three_uneven_parts_in_any_order_and_grouping_are_the_whole_image) {
+  part("a.exr", "--samples 0:3 --aov albedo,variance");
+  part("b.exr", "--samples 3:4 --aov albedo,variance");
+  part("c.exr", "--samples 4:16 --aov albedo,variance");
+  std::vector<std::string> names = {"a.exr", "b.exr", "c.exr"};
+  std::string first;
+  do {
+    ASSERT_TRUE(succeeded(merge(names[0] + " " + names[1] + " " + names[2], "abc.exr")));
+    if (first.empty()) first = bytes("abc.exr");
+    EXPECT_EQ(bytes("abc.exr"), first);
+    EXPECT_EQ(merge(names[0] + " " + names[1], "pair.exr").code, names[2] == "b.exr" ? 1 : 0);
+    ASSERT_TRUE(succeeded(merge("pair.exr " + names[2], "abc.exr")));
+    EXPECT_EQ(bytes("abc.exr"), first);
+  } while (std::next_permutation(names.begin(), names.end()));
+
+  part("whole.exr", "--spp 16 --aov albedo,variance");
+  const Image whole = read_exr(here / "whole.exr"), merged = read_exr(here / "abc.exr");
+  EXPECT_EQ(merged.channels, whole.channels);
+  EXPECT_EQ(merged.planes, whole.planes);
+  for (const char* key : {"samples", "sampleRange", "relmsePredicted", "relmsePredictedHigh", "seed", "scene",
+                          "sceneHash", "filter", "features", "arithmetic", "camera", "environment"})
+    EXPECT_EQ(merged.metadata.at(key), whole.metadata.at(key)) << key;
+  part("sums.exr", "--samples 0:16 --aov albedo,variance");
+  EXPECT_TRUE(same_bits(read_film(here / "abc.exr"), read_film(here / "sums.exr")));
+}
+
+TEST_F(Merge, windows_and_ranges_and_checkpoints_add_up_and_a_part_may_be_the_output) {
+  part("left.exr", "--crop 0,0,9,20 --spp 8");
+  part("right.exr", "--crop 9,0,24,20 --samples 0:5");
+  part("plain.exr", "--crop 9,0,24,20 --samples 5:8 --checkpoint rest.exr");
+  part("whole.exr", "--spp 8");
+  ASSERT_TRUE(succeeded(merge("right.exr left.exr rest.exr", "left.exr")));
+  EXPECT_EQ(read_exr(here / "left.exr").planes, read_exr(here / "whole.exr").planes);
+  // And it can be gone on with.
+  part("more.exr", "--spp 12 --checkpoint left.exr --resume");
+  part("whole.exr", "--spp 12");
+  EXPECT_EQ(read_exr(here / "more.exr").planes, read_exr(here / "whole.exr").planes);
+}
+
+TEST_F(Merge, gaps_are_said_with_the_flags_that_fill_them) {
+  part("a.exr", "--samples 0:3");
+  part("b.exr", "--samples 5:8 --crop 0,0,24,10");
+  const Outcome outcome = merge("b.exr a.exr", "out.exr");
+  EXPECT_EQ(outcome.code, 1);
+  EXPECT_TRUE(contains(outcome.out, "with gaps")) << outcome.out;
+  EXPECT_EQ(read_exr(here / "out.exr").metadata.at("samples"), std::to_string(24 * 20 * 3 + 24 * 10 * 3));
+  std::string parts = "out.exr";
+  int count = 0;
+  for (std::size_t at = outcome.err.find("eikon:   --"); at != std::string::npos;
+       at = outcome.err.find("eikon:   --", at + 1)) {
+    const std::string flags = outcome.err.substr(at + 9, outcome.err.find('\n', at) - at - 9);
+    const std::string file = "fill" + std::to_string(count++) + ".exr";
+    part(file, flags);
+    parts += " " + file;
+  }
+  EXPECT_GE(count, 2);
+  EXPECT_TRUE(succeeded(merge(parts, "filled.exr")));
+  part("whole.exr", "--spp 8");
+  EXPECT_EQ(read_exr(here / "filled.exr").planes, read_exr(here / "whole.exr").planes);
+  // Or all at once.
+  part("resumed.exr", "--checkpoint out.exr --resume --samples 0:8");
+  EXPECT_EQ(read_exr(here / "resumed.exr").planes, read_exr(here / "whole.exr").planes);
+}
+
+TEST_F(Merge, what_does_not_belong_together_is_refused_by_name) {
+  part("a.exr", "--samples 0:4");
+  part("again.exr", "--samples 3:6 --crop 20,0,24,4");
+  expect_refused("a.exr again.exr", {"\"again.exr\"", "\"a.exr\"", "samples 3:4", "20,0 to 23,3"});
+  expect_refused("a.exr a.exr", {"samples 0:4"});
+  part("seed.exr", "--samples 4:6 --seed 3");
+  expect_refused("a.exr seed.exr", {"\"seed.exr\"", "\"a.exr\"", "seed (--seed) is 3, not 0"});
+  part("size.exr", "--samples 4:6");
+  ASSERT_TRUE(
+      succeeded(here.eikon("render " + scene("cornell.gltf") + " -o size.exr --size 24x21 --samples 4:6 --quiet")));
+  expect_refused("a.exr size.exr", {"size (--size) is 24x21, not 24x20"});
+  part("scene.exr", "--samples 4:6 --look-at 0,0,3:0,0,0 --fov 40", "sphere_in_sky.gltf");
+  expect_refused("a.exr scene.exr", {"scene's hash is"});
+  part("picture.exr", "--spp 4");
+  expect_refused("a.exr picture.exr", {"\"picture.exr\"", "plain picture"});
+  expect_refused("a.exr missing.exr", {"missing.exr", "no such file"});
+  here.write("short.exr", bytes("a.exr").substr(0, bytes("a.exr").size() - 40));
+  expect_refused("short.exr", {"\"short.exr\""});
+  std::string flipped = bytes("a.exr");
+  const std::size_t at = flipped.find("part 0 0 24 20 0 4");
+  ASSERT_NE(at, std::string::npos);
+  flipped[at + 17] = '3';  // samples 0 to 3, though the sums have 4
+  here.write("flipped.exr", flipped);
+  expect_refused("flipped.exr", {"flipped.exr", "checksum"});
+}
+
+TEST_F(Merge, has_one_part_at_a_time_in_memory) {
+  const auto peak_bytes = [&](const std::string& parts) -> std::int64_t {
+    const pid_t child = here.start("merge " + parts + " -o out.exr --quiet");
+    int status = 0;
+    rusage usage{};
+    EXPECT_EQ(wait4(child, &status, 0, &usage), child);
+    EXPECT_EQ(status, 0);
+    return std::int64_t{usage.ru_maxrss} * 1024;
+  };
+  std::string parts;
+  for (int i = 0; i < 6; ++i) {
+    const std::string file = "p" + std::to_string(i) + ".exr";
+    ASSERT_TRUE(
+        succeeded(here.eikon("render " + scene("cornell.gltf") + " -o " + file + " --size 384x384 --quiet --samples " +
+                             std::to_string(i) + ":" + std::to_string(i + 1))));
+    parts += " " + file;
+  }
+  constexpr std::int64_t film_bytes = 384 * 384 * (2 * 3 * 16 + 2 * 8);
+  EXPECT_LT(peak_bytes(parts) - peak_bytes("p0.exr"), film_bytes / 2);
+}
+
+/// The commands of a section of the README: its indented lines.
+std::string commands_of(const std::string& title) {
+  std::ifstream readme(std::string(EIKON_SOURCE_DIR) + "/README.md");
+  std::string commands;
+  bool inside = false;
+  for (std::string line; std::getline(readme, line);) {
+    if (line.rfind("## ", 0) == 0) inside = line == "## " + title;
+    if (inside && line.rfind("    ", 0) == 0) commands += line.substr(4) + "\n";
+  }
+  return commands;
+}
+
+TEST_F(Merge, the_readme_s_commands_for_sharing_an_image_do_as_they_say) {
+  const std::string commands = commands_of("Sharing one image by hand");
+  ASSERT_TRUE(contains(commands, "eikon merge"));
+  std::filesystem::create_directory(here / "out");
+  std::filesystem::create_directory(here / "bin");
+  std::filesystem::create_symlink(EIKON_BINARY, here / "bin/eikon");
+  std::filesystem::create_directory_symlink(std::string(EIKON_SOURCE_DIR) + "/scenes", here / "scenes");
+  here.write("commands.sh", "set -e\n" + commands);
+  const Outcome outcome = here.shell("PATH=$PWD/bin:$PATH sh commands.sh");
+  ASSERT_TRUE(succeeded(outcome));
+  EXPECT_TRUE(contains(outcome.out, "openjd_progress: 100.0") && contains(outcome.out, "as it says")) << outcome.out;
+  const auto planes = [&](const std::string& file) { return read_exr(here / file).planes; };
+  const auto whole = [&](const std::string& spp) {
+    EXPECT_TRUE(
+        succeeded(here.eikon("render " + scene("cornell.gltf") + " -o whole.exr --size 128x128 --quiet --spp " + spp)));
+    return planes("whole.exr");
+  };
+  EXPECT_EQ(planes("out/shared.exr"), whole("48"));
+  EXPECT_EQ(planes("out/stacked.exr"), whole("64"));
+  EXPECT_EQ(planes("out/filled.exr"), whole("32"));
+}
+
+}  // namespace
+}  // namespace eikon::testing
