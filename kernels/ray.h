@@ -34,14 +34,15 @@ typedef struct {
 #define EK_ORDER_BITS 3u
 #endif
 
-// One ray, 16 words for boxes and 16 for triangles. t: where it ends so far. near_*: offsets of the planes it meets first in a
-// node; order: shift of the children's order; current: the node or block it stands at; top: of its stack (traverse_batch.h).
-// axis_x, axis_z: 8 times the axes x and z of the triangle test.
+// One ray, 16 words for boxes and 16 for triangles. near_*: offsets of the planes it meets first in a node; order: shift of the
+// children's order; axis_x, axis_z: 8 times the axes x and z of the triangle test; t: where it ends so far.
 typedef struct {
-  float rx, ry, rz, nx, ny, nz, fx, fy, fz, t;
-  uint near_x, near_y, near_z, order, current, top;
-  float p_ox, p_oy, p_oz, sx, sy, p_rx, p_ry, p_rz, p_nx, p_ny, p_fx, p_fy, reach, slack;
-  uint axis_x, axis_z;
+  float rx, ry, rz, nx, ny, nz, fx, fy, fz;
+  uint near_x, near_y, near_z, order, axis_x;
+  float slack;
+  uint pad0;
+  float p_ox, p_oy, p_oz, sx, sy, p_rx, p_ry, p_rz, p_nx, p_ny, p_fx, p_fy, reach, t;
+  uint axis_z, pad1;
 #if EK_HAS_opacity
   uint key, index, pad[14];
 #endif
@@ -111,17 +112,16 @@ EK_FN void ray_store(RayOne* rays, RayLanes ray, vf t) {
   rays->fx = ray.fx; rays->fy = ray.fy; rays->fz = ray.fz;
   rays->t = t;
   rays->near_x = near_x; rays->near_y = near_y; rays->near_z = near_z; rays->order = order;
-  rays->current = rays->top = 0;
   rays->p_ox = ray.p_ox; rays->p_oy = ray.p_oy; rays->p_oz = ray.p_oz; rays->sx = ray.sx; rays->sy = ray.sy;
   rays->p_rx = ray.p_rx; rays->p_ry = ray.p_ry; rays->p_rz = ray.p_rz;
   rays->p_nx = ray.p_nx; rays->p_ny = ray.p_ny; rays->p_fx = ray.p_fx; rays->p_fy = ray.p_fy;
   rays->reach = ray.reach; rays->slack = ray.slack;
   rays->axis_x = axis_x; rays->axis_z = axis_z;
 #else
-  const Rec boxes = {ray.rx, ray.ry, ray.rz, ray.nx, ray.ny, ray.nz, ray.fx, ray.fy, ray.fz, t, AS_F(near_x), AS_F(near_y),
-                     AS_F(near_z), AS_F(order), AS_F(none), AS_F(none)};
+  const Rec boxes = {ray.rx, ray.ry, ray.rz, ray.nx, ray.ny, ray.nz, ray.fx, ray.fy, ray.fz, AS_F(near_x), AS_F(near_y),
+                     AS_F(near_z), AS_F(order), AS_F(axis_x), ray.slack, AS_F(none)};
   const Rec shape = {ray.p_ox, ray.p_oy, ray.p_oz, ray.sx, ray.sy, ray.p_rx, ray.p_ry, ray.p_rz, ray.p_nx, ray.p_ny,
-                     ray.p_fx, ray.p_fy, ray.reach, ray.slack, AS_F(axis_x), AS_F(axis_z)};
+                     ray.p_fx, ray.p_fy, ray.reach, t, AS_F(axis_z), AS_F(none)};
   const Rec first = rec_transposed(boxes), second = rec_transposed(shape);
 #define EK_RAY_ROW(vector, lane, offset)                          \
   *(vf*)((float*)(rays + 0x##lane) + offset) = first.w##vector;       \

@@ -16,6 +16,7 @@
 #define BATCH_SLOTS 64
 #endif
 #define BATCH_DONE 0xffffffffu                             // below the last entry of a stack; has the leaf bit, but is no block
+#define BATCH_LIST (BATCH_SLOTS + EK_WIDTH)                // whole vectors are written
 #define BATCH_STACK (EK_STACK_SIZE + EK_NODE_WIDTH + 1u)   // whole vectors are written
 
 typedef wu __attribute__((aligned(4))) wu_unaligned;
@@ -94,28 +95,92 @@ EK_FN uint batch_cull(BatchStack* stack, uint base, uint top, float end) {
   return kept;
 }
 
-// Rays on their way: rows of the table, by what they stand at.
+// Rays on their way: row of the table, the node or block that each stands at, and the top of its stack.
 typedef struct {
-  uchar at_node[BATCH_SLOTS], at_leaf[BATCH_SLOTS], done[BATCH_SLOTS], asked[BATCH_SLOTS];
-  uchar bits[BATCH_SLOTS];  // of the asked: which triangles of the block
+  uint row[BATCH_LIST], child[BATCH_LIST], top[BATCH_LIST];
+} BatchList;
+// By what they stand at. asked: at a block of which `asked_bits` says which triangles are left to test. bits,
+// popped: the same of the rays at a block, and what lies on top of their stacks.
+typedef struct {
+  BatchList node, leaf, asked;
+  uint bits[BATCH_LIST], asked_bits[BATCH_LIST], popped[BATCH_LIST], done[BATCH_LIST];
 } BatchLists;
 // How many of each; apart, so that they stay in registers.
 typedef struct {
   uint node, leaf, done, asked;
 } BatchCounts;
 
-// Ray `row` goes on to `next` if `goes` is 1 (not 0), without a branch.
-EK_FN void batch_go(Geometry geometry, BatchLists* lists, BatchCounts* counts, RayOne* ray, uint row, uint top, uint next, uint goes) {
-  ray->top = top;
-  ray->current = next;
-  wide_prefetch(geometry, next);
-  const uint leaf = next >> 31, done = next == BATCH_DONE ? 1u : 0u;
-  lists->at_node[counts->node] = (uchar)row;
-  counts->node += goes & ~leaf;
-  lists->at_leaf[counts->leaf] = (uchar)row;
-  counts->leaf += goes & (leaf - done);
-  lists->done[counts->done] = (uchar)row;
-  counts->done += goes & done;
+EK_FN void batch_put(uint* words, uint at, vu x) { *(vu_unaligned*)(words + at) = x; }
+EK_FN vu batch_get(const uint* words, uint at) { return *(const vu_unaligned*)(words + at); }
+
+EK_FN uint batch_append(BatchList* list, uint at, Packing go, vu row, vu child, vu top) {
+  batch_put(list->row, at, packed(go, row));
+  batch_put(list->child, at, packed(go, child));
+  batch_put(list->top, at, packed(go, top));
+  return at + go.count;
+}
+
+// Puts the first `count` rays of `from` where they belong. The list may be one of those it writes, if its own count is 0.
+EK_FN void batch_distribute(BatchLists* lists, BatchCounts* counts, const BatchList* from, uint count) {
+#if EK_HAS_COMPRESS
+  for (uint i = 0; i < count; i += EK_WIDTH) {
+    const vu row = batch_get(from->row, i), child = batch_get(from->child, i), top = batch_get(from->top, i);
+    const vi here = (vu)(i) + LANE_INDEX < (vu)(count), leaf = AS_I(child) < 0, done = child == BATCH_DONE;
+    const Packing ends = packing(here & done);
+    batch_put(lists->done, counts->done, packed(ends, row));
+    counts->done += ends.count;
+    counts->node = batch_append(&lists->node, counts->node, packing(here & !leaf), row, child, top);
+    counts->leaf = batch_append(&lists->leaf, counts->leaf, packing(here & leaf & !done), row, child, top);
+  }
+#else
+  for (uint i = 0; i < count; ++i) {
+    const uint row = from->row[i], child = from->child[i], top = from->top[i];
+    const uint leaf = child >> 31, done = child == BATCH_DONE ? 1u : 0u;
+    lists->done[counts->done] = row;
+    counts->done += done;
+    lists->node.row[counts->node] = row;
+    lists->node.child[counts->node] = child;
+    lists->node.top[counts->node] = top;
+    counts->node += leaf ^ 1u;
+    lists->leaf.row[counts->leaf] = row;
+    lists->leaf.child[counts->leaf] = child;
+    lists->leaf.top[counts->leaf] = top;
+    counts->leaf += leaf - done;
+  }
+#endif
+}
+
+// The rays at blocks, by whether triangles are left to test: those are asked, the others go on.
+EK_FN void batch_ask(BatchLists* lists, BatchCounts* counts) {
+  const uint count = counts->leaf;
+  uint kept = 0;
+  BatchList* leaf = &lists->leaf;
+#if EK_HAS_COMPRESS
+  for (uint i = 0; i < count; i += EK_WIDTH) {
+    const vu row = batch_get(leaf->row, i), top = batch_get(leaf->top, i), bits = batch_get(lists->bits, i),
+             child = batch_get(leaf->child, i), popped = batch_get(lists->popped, i);
+    const vi here = (vu)(i) + LANE_INDEX < (vu)(count), some = bits != 0u;
+    const Packing asks = packing(here & some);
+    batch_put(lists->asked_bits, counts->asked, packed(asks, bits));
+    counts->asked = batch_append(&lists->asked, counts->asked, asks, row, child, top);
+    kept = batch_append(leaf, kept, packing(here & !some), row, popped, top - 1u);
+  }
+#else
+  for (uint i = 0; i < count; ++i) {
+    const uint row = leaf->row[i], top = leaf->top[i], bits = lists->bits[i], some = bits != 0u ? 1u : 0u;
+    lists->asked_bits[counts->asked] = bits;
+    lists->asked.row[counts->asked] = row;
+    lists->asked.child[counts->asked] = leaf->child[i];
+    lists->asked.top[counts->asked] = top;
+    counts->asked += some;
+    leaf->row[kept] = row;
+    leaf->child[kept] = lists->popped[i];
+    leaf->top[kept] = top - 1u;
+    kept += 1u - some;
+  }
+#endif
+  counts->leaf = 0;
+  batch_distribute(lists, counts, leaf, kept);
 }
 
 // What passed the first questions: `triangle` may be hit by ray `row`.
@@ -141,7 +206,8 @@ EK_FN void batch_resolve(Geometry geometry, RayOne* rays, const uint* rows, cons
   ray.p_ox = rec.w0; ray.p_oy = rec.w1; ray.p_oz = rec.w2; ray.sx = rec.w3; ray.sy = rec.w4;
   ray.p_rx = rec.w5; ray.p_ry = rec.w6; ray.p_rz = rec.w7; ray.p_nx = rec.w8; ray.p_ny = rec.w9;
   ray.p_fx = rec.wa; ray.p_fy = rec.wb; ray.reach = rec.wc;
-  const vi z_is_x = AS_U(rec.wf) == 0u, z_is_y = AS_U(rec.wf) == 8u;
+  const vf end = rec.wd;
+  const vi z_is_x = AS_U(rec.we) == 0u, z_is_y = AS_U(rec.we) == 8u;
   const v3 a = permute3(V3(record.w0, record.w1, record.w2), z_is_x, z_is_y),
            b = permute3(V3(record.w3, record.w4, record.w5), z_is_x, z_is_y),
            c = permute3(V3(record.w6, record.w7, record.w8), z_is_x, z_is_y);
@@ -159,38 +225,38 @@ EK_FN void batch_resolve(Geometry geometry, RayOne* rays, const uint* rows, cons
     found.hit = found.hit & !(ask & passes(geometry.scene, *(const vu_unaligned*)triangles, found.u, found.v, keys));
   }
 #endif
+  const vi counts_here = found.hit & (LANE_INDEX < (vu)(count));
+  uint bits = mask_bits(counts_here & (any_hit ? found.t < end : found.t <= end));
+  if (any_hit) {
+    for (; bits != 0; bits &= bits - 1u) hits->triangle[rows[lowest_bit(bits)]] = 0u;
+    return;
+  }
   float t[EK_WIDTH] EK_ROWS_ALIGNED, u[EK_WIDTH] EK_ROWS_ALIGNED, v[EK_WIDTH] EK_ROWS_ALIGNED;
   *(vf*)t = found.t;
   *(vf*)u = found.u;
   *(vf*)v = found.v;
-  const uint hit = mask_bits(found.hit);
-  for (uint lane = 0; lane < count; ++lane) {
-    const uint row = rows[lane], triangle = triangles[lane], is_hit = hit >> lane & 1u;
-    if (any_hit) {
-      hits->triangle[row] = is_hit & (t[lane] < rays[row].t ? 1u : 0u) ? 0u : hits->triangle[row];
-    } else {
-      const uint last = hits->triangle[row];
-      const float end = rays[row].t;
-      const int closer = (int)is_hit & ((t[lane] < end) | ((t[lane] == end) & (triangle < last)));
-      rays[row].t = closer ? t[lane] : end;
-      hits->u[row] = closer ? u[lane] : hits->u[row];
-      hits->v[row] = closer ? v[lane] : hits->v[row];
-      hits->triangle[row] = closer ? triangle : last;
-    }
+  for (; bits != 0; bits &= bits - 1u) {  // several may be of one ray
+    const uint lane = lowest_bit(bits), row = rows[lane], triangle = triangles[lane], last = hits->triangle[row];
+    const float now = rays[row].t;
+    const int closer = (t[lane] < now) | ((t[lane] == now) & (triangle < last));
+    rays[row].t = closer ? t[lane] : now;
+    hits->u[row] = closer ? u[lane] : hits->u[row];
+    hits->v[row] = closer ? v[lane] : hits->v[row];
+    hits->triangle[row] = closer ? triangle : last;
   }
 }
 
-// Tests what the blocks of the asked rays have left, and sends these rays on.
-EK_FN void batch_answer(Geometry geometry, RayOne* rays, BatchStack* stack, const uchar* slots, BatchLists* lists,
+// Tests what the blocks of the asked rays have left, and sends these rays on. bases: of the rows' stacks.
+EK_FN void batch_answer(Geometry geometry, RayOne* rays, BatchStack* stack, const uint* bases, BatchLists* lists,
                         BatchCounts* counts, const int any_hit, HitTable* hits) {
   BatchCandidates candidates;
+  BatchList* asked = &lists->asked;
   uint count = 0;
   for (uint i = 0; i < counts->asked; ++i) {
-    const uint row = lists->asked[i];
-    global const uint* triangles = (global const uint*)wide_block(geometry, rays[row].current) + 72;
-    uint bits = lists->bits[i];
+    global const uint* triangles = (global const uint*)wide_block(geometry, asked->child[i]) + 72;
+    uint bits = lists->asked_bits[i];
     do {
-      candidates.row[count] = row;
+      candidates.row[count] = asked->row[i];
       candidates.triangle[count++] = triangles[lowest_bit(bits)];
       bits &= bits - 1u;
     } while (bits != 0);
@@ -203,15 +269,18 @@ EK_FN void batch_answer(Geometry geometry, RayOne* rays, BatchStack* stack, cons
     batch_resolve(geometry, rays, candidates.row + first, candidates.triangle + first, min(count - first, (uint)EK_WIDTH),
                   any_hit, hits);
   for (uint i = 0; i < counts->asked; ++i) {
-    const uint row = lists->asked[i], base = slots[row] * BATCH_STACK;
-    RayOne* ray = rays + row;
-    uint top = ray->top;
+    const uint row = asked->row[i], base = bases[row];
+    uint top = asked->top[i];
     if (any_hit)
       top = hits->triangle[row] != EK_NO_HIT ? base + 1u : top;
     else
-      top = batch_cull(stack, base, top, ray->t);
-    batch_go(geometry, lists, counts, ray, row, top - 1u, stack->child[top - 1u], 1u);
+      top = batch_cull(stack, base, top, rays[row].t);
+    const uint next = stack->child[top - 1u];
+    wide_prefetch(geometry, next);
+    asked->child[i] = next;
+    asked->top[i] = top - 1u;
   }
+  batch_distribute(lists, counts, asked, counts->asked);
   counts->asked = 0;
 }
 
@@ -220,47 +289,47 @@ EK_FN void batch_answer(Geometry geometry, RayOne* rays, BatchStack* stack, cons
 EK_FN void traverse_batch(Geometry geometry, RayOne* rays, const uchar* rows, uint count, const int any_hit, HitTable* hits) {
   BatchStack stack;
   BatchLists lists;
-  uchar slots[EK_ROWS];
+  uint bases[EK_ROWS];
   uint opened = min(count, (uint)BATCH_SLOTS);
   for (uint i = 0; i < opened; ++i) {
-    slots[rows[i]] = (uchar)i;
-    stack.child[i * BATCH_STACK] = BATCH_DONE;
-    rays[rows[i]].top = i * BATCH_STACK + 1u;
-    lists.at_node[i] = rows[i];
+    const uint base = i * BATCH_STACK;
+    bases[rows[i]] = base;
+    stack.child[base] = BATCH_DONE;
+    lists.node.row[i] = rows[i];
+    lists.node.child[i] = 0;
+    lists.node.top[i] = base + 1u;
   }
   BatchCounts counts = {opened, 0, 0, 0};
   while (counts.node | counts.leaf | counts.asked) {
     const uint node_count = counts.node;
-    counts.node = 0;
     for (uint i = 0; i < node_count; ++i) {
-      const uint row = lists.at_node[i];
-      RayOne* ray = rays + row;
-      global const float* node = wide_node(geometry, ray->current);
-      const uint top = batch_push(&stack, ray->top, node, wide_begin(node, ray), wide_end(node, ray), ray, any_hit) - 1u;
-      batch_go(geometry, &lists, &counts, ray, row, top, stack.child[top], 1u);
+      const RayOne* ray = rays + lists.node.row[i];
+      global const float* node = wide_node(geometry, lists.node.child[i]);
+      const uint top = batch_push(&stack, lists.node.top[i], node, wide_begin(node, ray), wide_end(node, ray), ray, any_hit) - 1u;
+      const uint next = stack.child[top];
+      wide_prefetch(geometry, next);
+      lists.node.child[i] = next;
+      lists.node.top[i] = top;
     }
-    const uint leaf_count = counts.leaf;
-    counts.leaf = 0;
-    for (uint i = 0; i < leaf_count; ++i) {
-      const uint row = lists.at_leaf[i];
-      RayOne* ray = rays + row;
-      const uint bits = wide_candidates(wide_block(geometry, ray->current), ray), some = bits != 0 ? 1u : 0u;
-      lists.asked[counts.asked] = (uchar)row;
-      lists.bits[counts.asked] = (uchar)bits;
-      counts.asked += some;
-      const uint block = ray->current, top = ray->top - 1u;
-      batch_go(geometry, &lists, &counts, ray, row, top + some, some ? block : stack.child[top], 1u - some);
+    counts.node = 0;
+    batch_distribute(&lists, &counts, &lists.node, node_count);
+    for (uint i = 0; i < counts.leaf; ++i) {
+      lists.bits[i] = wide_candidates(wide_block(geometry, lists.leaf.child[i]), rays + lists.leaf.row[i]);
+      lists.popped[i] = stack.child[lists.leaf.top[i] - 1u];
+      wide_prefetch(geometry, lists.popped[i]);
     }
+    batch_ask(&lists, &counts);
     if (counts.asked >= EK_WIDTH || (counts.asked != 0 && counts.node + counts.leaf < BATCH_SLOTS / 4))
-      batch_answer(geometry, rays, &stack, slots, &lists, &counts, any_hit, hits);
+      batch_answer(geometry, rays, &stack, bases, &lists, &counts, any_hit, hits);
     for (uint i = 0; i < counts.done; ++i) {
-      const uint old = lists.done[i];
+      const uint old = lists.done[i], base = bases[old];
       hits->t[old] = rays[old].t;
       if (opened == count) continue;
-      const uint row = rows[opened++];
-      slots[row] = slots[old];
-      rays[row].top = slots[old] * BATCH_STACK + 1u;
-      lists.at_node[counts.node++] = (uchar)row;
+      const uint row = rows[opened++], at = counts.node++;
+      bases[row] = base;
+      lists.node.row[at] = row;
+      lists.node.child[at] = 0;
+      lists.node.top[at] = base + 1u;
     }
     counts.done = 0;
   }
