@@ -25,7 +25,7 @@ kernel void trace_closest(TRACE_ARGUMENTS) {
       closest_begin(frame, geometry, &tracing, row, trace_load3(p, stride), trace_load3(p + 3 * stride, stride),
                     trace_key(first + row), min(rows - row, (uint)EK_WIDTH), coherent);
     }
-    tracing_finish(geometry, &tracing, 0);
+    tracing_finish(frame, geometry, &tracing, 0);
     for (uint row = 0; row < rows; row += EK_WIDTH) {
       const HitLanes hit = closest_result(&tracing, row);
       global float* p = hits + first + row;
@@ -49,7 +49,7 @@ kernel void trace_any(TRACE_ARGUMENTS) {
       any_begin(frame, geometry, &tracing, row, trace_load3(p, stride), trace_load3(p + 3 * stride, stride),
                 load_f(p + 6 * stride), trace_key(first + row), min(rows - row, (uint)EK_WIDTH), coherent);
     }
-    tracing_finish(geometry, &tracing, 1);
+    tracing_finish(frame, geometry, &tracing, 1);
     for (uint row = 0; row < rows; row += EK_WIDTH) {
       store_f(hits + first + row, any_result(&tracing, row) ? (vf)(1.0f) : (vf)(0.0f));
     }

@@ -10,6 +10,7 @@
 #include "traverse_cwbvh.h"
 #include "traverse_none.h"
 #include "traverse_packet.h"
+#include "traverse_sorted.h"
 #include "traverse_wide.h"
 
 #define USE_WIDE (EK_LAYOUT_bvh16 | EK_LAYOUT_bvh8)
@@ -58,12 +59,18 @@ typedef struct {
   Packet packets[EK_PACKETS];  // that wait until there are enough of them
   uint packet_count;
 #endif
+#if EK_SORTS
+  SortedRays sorted;
+#endif
 } Tracing;
 
 EK_FN void tracing_clear(Tracing* tracing) {
   tracing->open_count = 0;
 #if USE_WIDE && EK_WIDTH > 1
   tracing->packet_count = 0;
+#endif
+#if EK_SORTS
+  tracing->sorted.count = 0;
 #endif
 }
 
@@ -87,20 +94,73 @@ EK_FN void tracing_run_packets(Geometry geometry, Packet* packets, uint count, c
 }
 #endif
 
+#if USE_WIDE && EK_WIDTH > 1
+// A packet of these rays (at most EK_WIDTH, those of `valid`) that ends at t_max.
+EK_FN Packet tracing_packet(RayLanes ray, vi valid, vf t_max, uint row) {
+  Packet packet;
+  packet.ray = ray;
+  packet.valid = valid;
+  packet.hit.t = valid ? t_max : (vf)(-1.0f);
+  packet.hit.u = packet.hit.v = (vf)(0.0f);
+  packet.hit.triangle = (vu)(EK_NO_HIT);
+  packet.row = row;
+  packet_begin_at_root(&packet);
+  return packet;
+}
+#endif
+
+#if EK_SORTS
+EK_FN void tracing_run_sorted(constant Frame* frame, Geometry geometry, Tracing* tracing, const int any_hit) {
+  const SortedRays* s = &tracing->sorted;
+  HitTable* hits = &tracing->hits;
+  uint order[EK_ROWS + EK_WIDTH];
+  sorted_order(s, order);
+  for (uint first = 0; first < s->count; first += EK_WIDTH) {
+    const uint* at = order + first;
+    const uint count = min(s->count - first, (uint)EK_WIDTH);
+    const v3 origin = V3(sorted_f(s->origin_x, at), sorted_f(s->origin_y, at), sorted_f(s->origin_z, at));
+    const v3 dir = V3(sorted_f(s->dir_x, at), sorted_f(s->dir_y, at), sorted_f(s->dir_z, at));
+    const vf t_max = any_hit ? sorted_f(s->t_max, at) : (vf)(EK_INFINITY);
+    OpacityKey key = {(vu)(0u), (vu)(0u)};
+#if EK_HAS_opacity
+    key.key = AS_U(sorted_f((const float*)s->key, at));
+    key.index = AS_U(sorted_f((const float*)s->index, at));
+#endif
+    const RayLanes ray = ray_lanes(frame, origin, dir, key);
+    const vi valid = packet_valid(ray, t_max, count);
+    Packet packet = tracing_packet(ray, valid, t_max, 0);
+    traverse_packets(geometry, &packet, 1u, any_hit);
+    HitLanes hit = packet.hit;
+    if (any_hit) hit.triangle = (valid & (hit.t < 0.0f)) ? (vu)(0u) : hit.triangle;
+    hit.t = valid ? hit.t : (vf)(EK_INFINITY);
+    HitTable one;
+    tracing_store(&one, 0, hit);
+    for (uint lane = 0; lane < count; ++lane) {
+      const uint row = s->row[at[lane]];
+      hits->triangle[row] = one.triangle[lane];
+      if (any_hit) continue;
+      hits->t[row] = one.t[lane];
+      hits->u[row] = one.u[lane];
+      hits->v[row] = one.v[lane];
+    }
+  }
+}
+#endif
+
 EK_FN void tracing_begin(constant Frame* frame, Geometry geometry, Tracing* tracing, uint row, v3 origin, v3 dir, vf t_max,
                          OpacityKey key, uint count, int coherent, const int any_hit) {
+#if EK_SORTS
+  if (!coherent) {
+    sorted_add(&tracing->sorted, row, origin, dir, t_max, key, count);
+    return;
+  }
+#endif
   const RayLanes ray = ray_lanes(frame, origin, dir, key);
   HitLanes hit = {t_max, (vf)(0.0f), (vf)(0.0f), (vu)(EK_NO_HIT)};
 #if USE_WIDE && EK_WIDTH > 1
   const vi valid = packet_valid(ray, t_max, count);
   if (use_packet(ray, valid, coherent)) {
-    Packet packet;
-    packet.ray = ray;
-    packet.valid = valid;
-    packet.hit = hit;
-    packet.hit.t = valid ? t_max : (vf)(-1.0f);
-    packet.row = row;
-    packet_begin_at_root(&packet);
+    Packet packet = tracing_packet(ray, valid, t_max, row);
     if (EK_PACKETS == 1) {
       tracing_run_packets(geometry, &packet, 1u, any_hit, &tracing->hits);
     } else {
@@ -132,11 +192,14 @@ EK_FN void any_begin(constant Frame* frame, Geometry geometry, Tracing* tracing,
   tracing_begin(frame, geometry, tracing, row, origin, dir, t_max, key, count, coherent, 1);
 }
 
-EK_FN void tracing_finish(Geometry geometry, Tracing* tracing, const int any_hit) {
+EK_FN void tracing_finish(constant Frame* frame, Geometry geometry, Tracing* tracing, const int any_hit) {
   HitTable* hits = &tracing->hits;
+#if EK_SORTS
+  tracing_run_sorted(frame, geometry, tracing, any_hit);
+#endif
 #if USE_WIDE && EK_WIDTH > 1
   tracing_run_packets(geometry, tracing->packets, tracing->packet_count, any_hit, hits);
-  if (tracing->open_count != 0) traverse_batch(geometry, tracing->rays, tracing->open, tracing->open_count, any_hit, hits);
+  if (!EK_SORTS && tracing->open_count != 0) traverse_batch(geometry, tracing->rays, tracing->open, tracing->open_count, any_hit, hits);
 #else
   for (uint i = 0; i < tracing->open_count; ++i) {
     const uint row = tracing->open[i];

@@ -8,7 +8,7 @@ mapfile -t features < <(sed -nE 's/^EK_(LOBE|LIGHT|OPTION|AOV)\(([a-z0-9_]+).*/\
 mapfile -t layouts < <(sed -nE 's/^EK_LAYOUT\(([a-z0-9]+)\)/\1/p' kernels/shared/layouts.def)
 mapfile -t stages < <(sed -nE 's/^EK_(PATH_)?STAGE\(([a-z0-9_]+)\).*/\2/p' kernels/shared/stages.def)
 
-# lint STAGE WIDTH CHUNKED LAYOUT FEATURE|all|none
+# lint STAGE WIDTH CHUNKED LAYOUT FEATURE|all|none SMALL
 lint() {
   local defines=()
   for feature in "${features[@]}"; do
@@ -19,7 +19,7 @@ lint() {
   done
   "$clang" -x cl -cl-std=CL1.2 -Xclang -finclude-default-header -fsyntax-only -Wall -Wextra -Wundef -Werror \
     -Wno-unused-parameter -Wno-bitwise-instead-of-logical -I kernels "-DEK_WIDTH=$2" "-DEK_CHUNKED=$3" -DEK_CHUNK=1024 \
-    -DEK_STACK_SIZE=64 -DEK_SMALL_TREE=0 -DEK_LARGE_TREE=1 "${defines[@]}" "kernels/stages/$1.cl"
+    -DEK_STACK_SIZE=64 "-DEK_SMALL_TREE=$6" "-DEK_LARGE_TREE=$((1 - $6))" "${defines[@]}" "kernels/stages/$1.cl"
 }
 
 count=0
@@ -27,12 +27,14 @@ for stage in "${stages[@]}"; do
   for shape in "16 1 bvh16" "16 1 bvh8" "8 1 bvh8" "1 1 none" "1 0 bvh2" "1 0 bvh4" "1 0 cwbvh"; do
     read -r width chunked layout <<<"$shape"
     for which in all none; do
-      lint "$stage" "$width" "$chunked" "$layout" "$which"
-      count=$((count + 1))
+      for small in 0 1; do
+        lint "$stage" "$width" "$chunked" "$layout" "$which" "$small"
+        count=$((count + 1))
+      done
     done
   done
   for feature in "${features[@]}"; do
-    lint "$stage" 1 0 bvh2 "$feature"
+    lint "$stage" 1 0 bvh2 "$feature" 0
     count=$((count + 1))
   done
 done

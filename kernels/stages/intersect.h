@@ -19,7 +19,7 @@ EK_FN void stage_intersect(constant Frame* frame, Geometry geometry, global uint
       closest_begin(frame, geometry, &tracing, row, state_3(state, FIELD_origin_x, first + row),
                     state_3(state, FIELD_dir_x, first + row), key, min(rows - row, (uint)EK_WIDTH), depth == 1);
     }
-    tracing_finish(geometry, &tracing, 0);
+    tracing_finish(frame, geometry, &tracing, 0);
     for (uint row = 0; row < rows; row += EK_WIDTH) {
       const HitLanes hit = closest_result(&tracing, row);
       state_set_f(state, FIELD_hit_t, first + row, hit.t);

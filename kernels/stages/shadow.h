@@ -22,7 +22,7 @@ EK_FN void stage_shadow(constant Frame* frame, Geometry geometry, global uint* s
                 state_3(state, FIELD_shadow_dir_x, first + row), state_f(state, FIELD_shadow_t, first + row), key,
                 min(rows - row, (uint)EK_WIDTH), depth == 1);
     }
-    tracing_finish(geometry, &tracing, 1);
+    tracing_finish(frame, geometry, &tracing, 1);
     for (uint row = 0; row < rows; row += EK_WIDTH) {
       const vi visible = (LANE_INDEX < (vu)(min(rows - row, (uint)EK_WIDTH))) & !any_result(&tracing, row);
       film_add(film_slots, frame->film_stride, FILM_r, visible, state_u(state, FIELD_shadow_path, first + row),
