@@ -32,7 +32,19 @@ typedef struct {
 typedef struct {
   float t, u, v;
   uint triangle;
+#if defined(EK_COUNT) && EK_COUNT
+  uint tests, steps;
+#endif
 } Hit;
+
+// In a program that counts (EK_COUNT 1: `bench rays`), tests of triangles and steps through a structure; nothing in others.
+#if defined(EK_COUNT) && EK_COUNT
+#define EK_COUNT_TEST(hit) (++(hit)->tests)
+#define EK_COUNT_STEP(hit) (++(hit)->steps)
+#else
+#define EK_COUNT_TEST(hit)
+#define EK_COUNT_STEP(hit)
+#endif
 
 typedef struct {
   float t[EK_ROWS] EK_ROWS_ALIGNED, u[EK_ROWS] EK_ROWS_ALIGNED, v[EK_ROWS] EK_ROWS_ALIGNED;
@@ -40,7 +52,11 @@ typedef struct {
 } HitTable;
 
 EK_FN Hit no_hit(float t_max) {
+#if defined(EK_COUNT) && EK_COUNT
+  Hit hit = {t_max, 0.0f, 0.0f, EK_NO_HIT, 0u, 0u};
+#else
   Hit hit = {t_max, 0.0f, 0.0f, EK_NO_HIT};
+#endif
   return hit;
 }
 
@@ -57,6 +73,7 @@ EK_FN int passes_one(Geometry geometry, const RayOne* ray, uint triangle, float 
 
 // Tests one triangle of the record array. returns 1 if that settles an any-hit query.
 EK_FN int try_triangle(Geometry geometry, const RayOne* ray, uint triangle, const int any_hit, Hit* hit) {
+  EK_COUNT_TEST(hit);
   global const float* p = (global const float*)(geometry.scene.triangles + triangle);
   const uint z = ray->axis_z / 8u, x = ray->axis_x / 8u, y = 3u - z - x;
   Corners_one corners;

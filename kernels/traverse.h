@@ -7,6 +7,7 @@
 #include "traverse_batch.h"
 #include "traverse_bvh2.h"
 #include "traverse_bvh4.h"
+#include "traverse_cells.h"
 #include "traverse_cwbvh.h"
 #include "traverse_none.h"
 #include "traverse_packet.h"
@@ -39,6 +40,9 @@ EK_FN int traverse_one(Geometry geometry, const RayOne* ray, const int any_hit, 
   if (EK_LAYOUT_bvh2) return traverse_bvh2(geometry, ray, any_hit, hit);
   if (EK_LAYOUT_bvh4) return traverse_bvh4(geometry, ray, any_hit, hit);
   if (EK_LAYOUT_cwbvh) return traverse_cwbvh(geometry, ray, any_hit, hit);
+#if USE_CELLS
+  return traverse_cells(geometry, ray, any_hit, hit);
+#endif
   return traverse_none(geometry, ray, any_hit, hit);
 }
 
@@ -206,8 +210,13 @@ EK_FN void tracing_finish(constant Frame* frame, Geometry geometry, Tracing* tra
     Hit hit = no_hit(hits->t[row]);
     const int found = traverse_one(geometry, tracing->rays + row, any_hit, &hit);
     hits->t[row] = hit.t;
+#if defined(EK_COUNT) && EK_COUNT
+    hits->u[row] = (float)hit.tests;
+    hits->v[row] = (float)hit.steps;
+#else
     hits->u[row] = hit.u;
     hits->v[row] = hit.v;
+#endif
     hits->triangle[row] = any_hit & found ? 0u : hit.triangle;
   }
 #endif

@@ -22,6 +22,7 @@ EK_FN int traverse_bvh2(Geometry geometry, const RayOne* ray, const int any_hit,
   uint stack[EK_STACK_SIZE];
   uint waiting = 0, current = 0;
   for (;;) {
+    EK_COUNT_STEP(hit);
     if (!(current & 0x80000000u)) {
       global const uint* node = geometry.nodes + (size_t)current * 16;
       float end0, end1;

@@ -24,6 +24,7 @@ EK_FN int traverse_bvh4(Geometry geometry, const RayOne* ray, const int any_hit,
   float begins[EK_STACK_SIZE];  // where the ray enters what waits; of a closest-hit query
   uint waiting = 0, current = 0;
   for (;;) {
+    EK_COUNT_STEP(hit);
     if (!(current & BVH4_LEAF)) {
       global const uint4* node = (global const uint4*)geometry.nodes + (size_t)current * 4;
       const uint4 frame = node[0], planes = node[1], children = node[3];

@@ -34,6 +34,7 @@ EK_FN int traverse_cwbvh(Geometry geometry, const RayOne* ray, const int any_hit
   // Children of a node that are still to be visited: index of its first one, bits as above. At first the root alone.
   uint2 group = (uint2)(0u, 0x80000000u);
   for (;;) {
+    EK_COUNT_STEP(hit);
     const uint next = 31u - clz(group.y), child = (next & 7u) ^ (inverse & 7u);
     const uint index = group.x + popcount(group.y & ((1u << child) - 1u));
     group.y &= ~(1u << next);

@@ -5,7 +5,7 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 clang=${CLANG:-clang-14}
 mapfile -t features < <(sed -nE 's/^EK_(LOBE|LIGHT|OPTION|AOV)\(([a-z0-9_]+).*/\2/p' kernels/shared/features.def)
-mapfile -t layouts < <(sed -nE 's/^EK_LAYOUT\(([a-z0-9]+)\)/\1/p' kernels/shared/layouts.def)
+mapfile -t layouts < <(sed -nE 's/^EK_(LAYOUT|CELLS)\(([a-z0-9]+)\)/\2/p' kernels/shared/layouts.def)
 mapfile -t stages < <(sed -nE 's/^EK_(PATH_)?STAGE\(([a-z0-9_]+)\).*/\2/p' kernels/shared/stages.def)
 
 # lint STAGE WIDTH CHUNKED LAYOUT FEATURE|all|none SMALL
@@ -24,7 +24,7 @@ lint() {
 
 count=0
 for stage in "${stages[@]}"; do
-  for shape in "16 1 bvh16" "16 1 bvh8" "8 1 bvh8" "1 1 none" "1 0 bvh2" "1 0 bvh4" "1 0 cwbvh"; do
+  for shape in "16 1 bvh16" "16 1 bvh8" "8 1 bvh8" "1 1 none" "1 0 bvh2" "1 0 bvh4" "1 0 cwbvh" "1 0 grid" "1 0 octree" "16 1 kdtree"; do
     read -r width chunked layout <<<"$shape"
     for which in all none; do
       for small in 0 1; do

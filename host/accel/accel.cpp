@@ -8,8 +8,8 @@
 #include <algorithm>
 #include <chrono>
 
+#include "accel/accelerators.h"
 #include "accel/layouts.h"
-#include "accel/reinsertion.h"
 #include "core/error.h"
 
 namespace eikon {
@@ -30,12 +30,27 @@ const std::vector<std::string>& tree_layouts() {
   return names;
 }
 
+namespace {
+
+/// The structures of layouts.def that are no trees of boxes.
+const std::vector<std::string>& cell_layouts() {
+  static const std::vector<std::string> names{
+#define EK_LAYOUT(name)
+#define EK_CELLS(name) #name,
+#include "shared/layouts.def"
+  };
+  return names;
+}
+
+}  // namespace
+
 std::map<std::string, std::string> Accel::defines() const {
   std::map<std::string, std::string> all{{"EK_LAYOUT_none", layout == "none" ? "1" : "0"},
                                          {"EK_STACK_SIZE", std::to_string(stack_size)},
                                          {"EK_SMALL_TREE", bytes() <= kSmallBytes ? "1" : "0"},
                                          {"EK_LARGE_TREE", bytes() > kLargeBytes ? "1" : "0"}};
-  for (const std::string& each : tree_layouts()) all["EK_LAYOUT_" + each] = layout == each ? "1" : "0";
+  for (const auto* names : {&tree_layouts(), &cell_layouts()})
+    for (const std::string& each : *names) all["EK_LAYOUT_" + each] = layout == each ? "1" : "0";
   return all;
 }
 
@@ -55,7 +70,6 @@ Accel layout_none(TriangleSoup triangles) {
   }
   accel.nodes[0] = static_cast<std::uint32_t>(accel.leaves.size());
   if (accel.leaves.empty()) accel.leaves.push_back(0);
-  accel.stack_size = in_steps(accel.stack_size);
   return accel;
 }
 
@@ -70,21 +84,16 @@ Accel lay_out(const BinaryTree& tree, TriangleSoup triangles, const std::string&
 }
 
 Accel build_accel(TriangleSoup triangles, const AccelOptions& options) {
-  if (options.accel != "bvh" && options.accel != "none") {
-    throw UsageError(fmt::format("--accel {}: there is no such accelerator; try bvh or none", options.accel));
-  }
-  if (options.layout != "none" && std::ranges::count(tree_layouts(), options.layout) == 0) {
+  const Accelerator& accelerator = find_accelerator(options.accel);
+  if (accelerator.layout == nullptr && options.layout != "none" && std::ranges::count(tree_layouts(), options.layout) == 0) {
     throw UsageError(
         fmt::format("--layout {}: there is no such layout; try {}", options.layout, fmt::join(tree_layouts(), ", ")));
   }
   const auto start = std::chrono::steady_clock::now();
   tbb::task_arena arena(options.threads == 0 ? tbb::task_arena::automatic : static_cast<int>(options.threads));
   Accel accel = arena.execute([&] {
-    if (options.accel == "none" || options.layout == "none") return layout_none(triangles);
-    BinaryTree tree = build_binary_tree(triangles);
-    const bool better = reinsertion_pays(tree.triangles.size(), options.rays) && reinsert(tree);
-    Accel built = lay_out(tree, triangles, options.layout);
-    built.reinserted = better;
+    Accel built = options.layout == "none" ? layout_none(triangles) : accelerator.build(triangles, options);
+    built.stack_size = in_steps(built.stack_size);
     return built;
   });
   accel.build_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

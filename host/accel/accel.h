@@ -30,8 +30,8 @@ const std::vector<std::string>& tree_layouts();
 
 /// A flattened accelerator, ready for upload: what kernels/traverse_<layout>.h reads as `accel_nodes` and `accel_leaves`.
 struct Accel {
-  std::string name;                    // --accel: "bvh", "none"
-  std::string layout;                  // --layout: of tree_layouts(), or "none"
+  std::string name;                    // --accel: of accelerator_names()
+  std::string layout;                  // --layout: of tree_layouts(), or the accelerator's own
   DeviceVector<std::uint32_t> nodes;   // words; never empty (a dummy where there is no tree)
   DeviceVector<std::uint32_t> leaves;  // words
   std::uint32_t stack_size = 1;        // entries that suffice for any traversal (EK_STACK_SIZE); in coarse steps, so
@@ -46,8 +46,8 @@ struct Accel {
 };
 
 struct AccelOptions {
-  std::string accel = "bvh";    // "bvh" or "none"
-  std::string layout = "bvh8";  // of tree_layouts(); ignored by "none"
+  std::string accel = "bvh";    // of accelerator_names()
+  std::string layout = "bvh8";  // of tree_layouts(); ignored by those that have their own. "none": as by that accelerator
   unsigned threads = 0;         // 0: all; the result does not depend on it
   double rays = 0;              // expected to be traced: for many a better tree is made, which takes longer
 };

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "accel/accel.h"
+#include "accel/accelerators.h"
 #include "core/error.h"
 #include "core/thread_limit.h"
 #include "render/choose_layout.h"
@@ -51,8 +51,8 @@ inline void add_execution_options(CLI::App& command, Execution& execution, bool 
           "at most so many threads of the host, and so many compute units of each CPU device; what the affinity "
           "mask and the control group allow if not given")
       ->check(CLI::Range(1, 65536));
-  command.add_option("--accel", execution.accel, "bvh, or none: every ray against every triangle")
-      ->check(CLI::IsMember({"bvh", "none"}))
+  command.add_option("--accel", execution.accel, "how space is searched; bvh, unless another is to be looked at")
+      ->check(CLI::IsMember(accelerator_names()))
       ->capture_default_str();
   std::vector<std::string> layouts = tree_layouts();
   if (probe) layouts.emplace_back(kProbeLayouts);

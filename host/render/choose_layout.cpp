@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "accel/accelerators.h"
 #include "core/error.h"
 #include "render/ray_bench.h"
 
@@ -65,7 +66,7 @@ Execution without_probe(const Execution& execution) {
 LayoutPlan plan_layout(const WavefrontConfig& config, const Execution& execution, std::size_t triangles, double rays) {
   LayoutPlan plan{config.layout, "asked for", {}};
   const bool asked_to_probe = execution.layout == kProbeLayouts;
-  if (execution.accel == "none" || (!execution.layout.empty() && !asked_to_probe)) return plan;
+  if (!own_layout(execution.accel).empty() || (!execution.layout.empty() && !asked_to_probe)) return plan;
   plan.why = config.lanes > 1 ? fmt::format("usual for {} lanes", config.lanes) : "usual for one lane";
   const std::vector<std::string> candidates = candidates_for(config.lanes);
   const bool pays = !config.chunked && probe_pays(candidates.size(), triangles, rays);

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "accel/accelerators.h"
+
 namespace eikon {
 namespace {
 
@@ -24,7 +26,8 @@ WavefrontConfig configure(const DeviceInfo& device, const Execution& execution) 
   if (!config.chunked) config.lanes = 1;
   config.fused = config.chunked && execution.fused.value_or(true);
   config.workers = config.fused ? std::max(device.compute_units, 1U) : 1;
-  config.layout = execution.accel == "none"   ? "none"
+  const std::string own = own_layout(execution.accel);
+  config.layout = !own.empty()                ? own
                   : !execution.layout.empty() ? execution.layout
                   : config.chunked            ? (config.lanes == 16 ? "bvh16" : "bvh8")
                                               : "bvh2";

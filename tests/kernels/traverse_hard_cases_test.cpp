@@ -13,7 +13,7 @@ namespace {
 using fixtures::Soup;
 using Point = std::array<float, 3>;
 
-/// Every layout; those that trace small trees as packets, without them too.
+/// Every layout and accelerator; those that trace small trees as packets, without them too.
 std::vector<TraverseProbe::Options> ways() {
   std::vector<TraverseProbe::Options> all;
   for (const std::string& layout : every_layout()) {
@@ -22,6 +22,11 @@ std::vector<TraverseProbe::Options> ways() {
     all.push_back(options);
     options.defines = {{"EK_SMALL_TREE", "0"}};
     if (layout == "bvh16" || layout == "bvh8") all.push_back(options);
+  }
+  for (const std::string& name : accelerator_names()) {
+    all.emplace_back();
+    all.back().layout = "bvh2";
+    all.back().method = name;
   }
   return all;
 }

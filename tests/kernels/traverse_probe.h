@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "accel/accel.h"
+#include "accel/accelerators.h"
 #include "device/device.h"
 #include "device/kernel_sources.h"
 #include "shared/records.h"
@@ -77,12 +77,21 @@ class TraverseProbe {
     std::vector<std::uint32_t> material_of = {};  // per triangle, with opacity
     std::optional<Accel> accel = {};              // of this layout, instead of one built over the triangles
     std::map<std::string, std::string> defines = {};  // in place of those that tree and processor bring about
+    std::string method = "bvh";                       // --accel
   };
 
-  /// Every layout at the widths for which it has code of its own; those for wide devices also without builtins, and for rays
+  /// Every accelerator that is not the default, and every layout at the widths for which it has code of its own; those for wide devices also without builtins, and for rays
   /// that are traced together.
   static std::vector<Options> variants() {
-    std::vector<Options> all{{"none", 1}, {"none", 16}};
+    std::vector<Options> all;
+    for (const std::string& name : accelerator_names()) {
+      for (const int width : {1, 16}) {
+        if (name == "bvh") continue;  // below
+        Options o{"bvh2", width};
+        o.method = name;
+        all.push_back(std::move(o));
+      }
+    }
     const auto add = [&](const std::string& layout, int width, std::map<std::string, std::string> defines,
                          bool portable = false, bool coherent = false) {
       Options o{layout, width, portable, coherent};
@@ -109,7 +118,7 @@ class TraverseProbe {
   }
 
   [[nodiscard]] static std::string describe(const Options& options) {
-    std::string text = options.layout + " width " + std::to_string(options.width) +
+    std::string text = (options.method == "bvh" ? "" : options.method + " ") + options.layout + " width " + std::to_string(options.width) +
                        (options.portable ? ", portable" : "") + (options.coherent ? ", coherent" : "");
     for (const auto& [name, value] : options.defines) text += ", " + name + "=" + value;
     return text;
@@ -117,7 +126,7 @@ class TraverseProbe {
 
   TraverseProbe(Device& device, const std::vector<float>& soup, const Options& options)
       : device_(device),
-        accel_(options.accel ? *options.accel : build(soup, options.layout)),
+        accel_(options.accel ? *options.accel : build(soup, options)),
         coherent_(options.coherent) {
     ProgramOptions program;
     program.defines = feature_defines(options.opacity);
@@ -175,9 +184,10 @@ class TraverseProbe {
  private:
   static constexpr std::size_t kChunk = 256;
 
-  static Accel build(const std::vector<float>& soup, const std::string& layout) {
+  static Accel build(const std::vector<float>& soup, const Options& probe) {
     AccelOptions options;
-    options.layout = layout;
+    options.accel = probe.method;
+    options.layout = probe.layout;
     return build_accel({soup}, options);
   }
 

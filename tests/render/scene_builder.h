@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "accel/accel.h"
+#include "accel/accelerators.h"
 #include "render/analytic_scenes.h"
 #include "render/render.h"
 
@@ -119,8 +119,11 @@ inline std::vector<Execution> ways_to_trace() {
   add(8, true, "bvh", "bvh8");
   add(1, true, "bvh", "bvh8");
   add(1, true, "bvh", "bvh2");
-  add(8, true, "none", "");
-  add(1, false, "none", "");
+  for (const std::string& name : accelerator_names()) {
+    if (name == "bvh") continue;
+    add(name == "none" ? 8 : 16, true, name, "");
+    add(1, false, name, "");
+  }
   for (std::uint32_t lanes : {16U, 8U, 1U}) {  // chunks again, with a launch for each stage
     add(lanes, true, "bvh", "bvh8");
     ways.back().fused = false;

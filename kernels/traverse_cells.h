@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+// What structures that divide space share: cells instead of boxes around triangles. Their traversals find the hits of brute force, to the
+// bit, because of what follows. u is 2^-24, E the ray's reach, pad its pad (ray.h); I(box) the interval of a box as computed there,
+// without the 0 at which rays begin; t the parameter that the test of triangle T gives (shape_triangle.h).
+//
+// 1. t lies in I(box of T), so in I(C and box of T) for some cell C of any division of space into boxes: where a plane p parts a box, the
+//    part met first ends at fl((p - f) r), the other begins at fl((p - n) r), and since n is not before f, no t of the whole lies in
+//    neither. This holds as computed, for every ray. So whoever lists T in all cells that its box meets, and visits the cells whose I is
+//    not empty and begins at or before the best t so far, tests T before it stops. A plane that only touches the box may leave T to
+//    either side.
+// 2. A triangle's box is much larger than a slanted triangle. T is left out of cells where C and its box do not come near T's plane.
+//    How near P = o + t d is to the plane: the corners as the test sees them, sheared, are off by at most 7 u E. The ray passes within the
+//    triangle of those, exactly, since signs are. t is a mean of the corners' depths by weights that are off by 12 u X Y / |det| in all,
+//    for an extent X by Y of the sheared triangle: |det| times an error of t times the depth of T, by the length |M| of the product of two
+//    edges, is the distance from the plane. In all at most u E (416 k + 24), k = s^2 / |M|, s the longest side of T's box; a t found anew
+//    from the plane errs by less. Clamping moves P towards where the ray does pass T. And P is outside of C by at most
+//    40 u E + 4 u |o| on each axis. All that is the slack of host/accel/cells.h for E up to a limit, and needles (k > 64) stay in all
+//    cells of their box. (Within its plane, P may be anywhere in the box when the ray is seen edge-on: T's edges cannot shrink a list.)
+// 3. A far ray, of a reach beyond that limit, visits all cells that its whole line passes, however near a hit. It does pass T within
+//    7 u E, hence a point V of T; V lies in a cell that lists T, and the pad is four times as large.
+// No cell is left out by arithmetic on directions or cell numbers alone; duplicates do no harm, a triangle always gives the same answer.
+#ifndef EK_TRAVERSE_CELLS_H
+#define EK_TRAVERSE_CELLS_H
+#include "hit.h"
+
+#define USE_CELLS (EK_LAYOUT_grid | EK_LAYOUT_octree | EK_LAYOUT_kdtree)
+#if USE_CELLS
+
+// The first words of accel_nodes: the limit of reach; lo and hi of the box around all triangles; the rest as each structure says.
+#define CELLS_HEADER 16u
+
+typedef struct {
+  float r[3], n[3], f[3];  // as in RayOne, by axis
+  int far;
+  float begin, end;  // of what it may pass of the scene's box; nothing if end is less
+} CellRay;
+
+EK_FN CellRay cell_ray(Geometry geometry, const RayOne* ray, const Hit* hit) {
+  global const float* header = (global const float*)geometry.nodes;
+  CellRay c;
+  c.r[0] = ray->rx; c.r[1] = ray->ry; c.r[2] = ray->rz;
+  c.n[0] = ray->nx; c.n[1] = ray->ny; c.n[2] = ray->nz;
+  c.f[0] = ray->fx; c.f[1] = ray->fy; c.f[2] = ray->fz;
+  c.far = !(ray->reach <= header[0]);
+  c.begin = c.far ? -INFINITY : 0.0f;
+  c.end = c.far ? INFINITY : hit->t;
+  for (uint k = 0; k < 3; ++k) {
+    const float lo = header[1 + k], hi = header[4 + k];
+    c.begin = shape_max_one(c.begin, ((c.r[k] < 0.0f ? hi : lo) - c.n[k]) * c.r[k]);
+    c.end = shape_min_one(c.end, ((c.r[k] < 0.0f ? lo : hi) - c.f[k]) * c.r[k]);
+  }
+  return c;
+}
+
+// Whether what begins there cannot hold the closest hit.
+EK_FN int is_behind(const CellRay* c, const Hit* hit, float begin) { return (!c->far) & (begin > hit->t); }
+
+// Tests the triangles of a list. returns 1 if one settles an any-hit query.
+EK_FN int try_list(Geometry geometry, const RayOne* ray, uint first, uint count, const int any_hit, Hit* hit) {
+  for (uint i = 0; i < count; ++i) {
+    if (try_triangle(geometry, ray, geometry.leaves[first + i], any_hit, hit)) return 1;
+  }
+  return 0;
+}
+
+#if EK_LAYOUT_grid
+#include "traverse_grid.h"
+#elif EK_LAYOUT_octree
+#include "traverse_octree.h"
+#else
+#include "traverse_kdtree.h"
+#endif
+#endif
+
+#endif
