@@ -9,6 +9,9 @@
 #include "shape_triangle.h"
 #define EK_SHAPE 0
 #include "shape_triangle.h"
+#if defined(EK_TRIANGLE_TEST)
+#include "shape_classical.h"
+#endif
 
 // A tree, or the list of triangles that stands for it, laid out as its traverse_<layout>.h says; and the scene, of which all but
 // the triangles are there for opacity alone.
@@ -80,7 +83,11 @@ EK_FN int try_triangle(Geometry geometry, const RayOne* ray, uint triangle, cons
   corners.ax = p[x]; corners.ay = p[y]; corners.az = p[z];
   corners.bx = p[3 + x]; corners.by = p[3 + y]; corners.bz = p[3 + z];
   corners.cx = p[6 + x]; corners.cy = p[6 + y]; corners.cz = p[6 + z];
+#if defined(EK_TRIANGLE_TEST)
+  const TriangleHit_one found = triangle_hit_classical(ray, corners);
+#else
   const TriangleHit_one found = triangle_hit_one(ray, corners);
+#endif
   if (any_hit) return (found.hit & (found.t < hit->t)) && !passes_one(geometry, ray, triangle, found.u, found.v);
   if ((found.hit & is_closer(hit, found.t, triangle)) && !passes_one(geometry, ray, triangle, found.u, found.v)) {
     hit->t = found.t;

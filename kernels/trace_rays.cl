@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Rays of any origin through the production traversal, for `bench rays` and the tests.
 //   rays  seven arrays of `stride` floats: origin x y z, direction x y z, t_max; at least 16 behind ray_count may be read
-//   hits  four arrays of `stride` words: t, u, v, triangle; trace_any writes the first, 1 or 0
+//   hits  four arrays of `stride` words: t, u, v, triangle; trace_any writes the first, 1 or 0. In a program that counts (hit.h),
+//         u and v are numbers of triangle tests and of steps
 // A work-item traces EK_CHUNK rays. With EK_HAS_opacity each ray has decisions of its own.
 #include "traverse.h"
 
@@ -52,6 +53,11 @@ kernel void trace_any(TRACE_ARGUMENTS) {
     tracing_finish(frame, geometry, &tracing, 1);
     for (uint row = 0; row < rows; row += EK_WIDTH) {
       store_f(hits + first + row, any_result(&tracing, row) ? (vf)(1.0f) : (vf)(0.0f));
+#if defined(EK_COUNT) && EK_COUNT
+      const HitLanes counts = closest_result(&tracing, row);
+      store_f(hits + first + row + stride, counts.u);
+      store_f(hits + first + row + 2 * stride, counts.v);
+#endif
     }
   }
 }

@@ -23,7 +23,7 @@
 #define EK_TRAVERSE_CELLS_H
 #include "hit.h"
 
-#define USE_CELLS (EK_LAYOUT_grid | EK_LAYOUT_octree | EK_LAYOUT_kdtree)
+#define USE_CELLS (EK_LAYOUT_grid | EK_LAYOUT_octree | EK_LAYOUT_kdtree | EK_LAYOUT_bsp)
 #if USE_CELLS
 
 // The first words of accel_nodes: the limit of reach; lo and hi of the box around all triangles; the rest as each structure says.
@@ -67,8 +67,10 @@ EK_FN int try_list(Geometry geometry, const RayOne* ray, uint first, uint count,
 #include "traverse_grid.h"
 #elif EK_LAYOUT_octree
 #include "traverse_octree.h"
-#else
+#elif EK_LAYOUT_kdtree
 #include "traverse_kdtree.h"
+#else
+#include "traverse_bsp.h"
 #endif
 #endif
 

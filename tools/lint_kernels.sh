@@ -24,7 +24,7 @@ lint() {
 
 count=0
 for stage in "${stages[@]}"; do
-  for shape in "16 1 bvh16" "16 1 bvh8" "8 1 bvh8" "1 1 none" "1 0 bvh2" "1 0 bvh4" "1 0 cwbvh" "1 0 grid" "1 0 octree" "16 1 kdtree"; do
+  for shape in "16 1 bvh16" "16 1 bvh8" "8 1 bvh8" "1 1 none" "1 0 bvh2" "1 0 bvh4" "1 0 cwbvh" "1 0 grid" "1 0 octree" "16 1 kdtree" "1 0 bsp"; do
     read -r width chunked layout <<<"$shape"
     for which in all none; do
       for small in 0 1; do

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 
+#include "accel/bsp.h"
 #include "accel/grid.h"
 #include "accel/kdtree.h"
 #include "accel/layouts.h"
@@ -43,6 +44,8 @@ constexpr std::array kAccelerators{
     Accelerator{"kdtree-rotate", "kdtree",
                 [](TriangleSoup t, const AccelOptions&) { return build_kdtree(t, KdSplit::rotate); },
                 "planes through the middle, axes in turn"},
+    Accelerator{"bsp", "bsp", [](TriangleSoup t, const AccelOptions&) { return build_bsp(t); },
+                "planes of any direction"},
     Accelerator{"none", "none", [](TriangleSoup t, const AccelOptions&) { return layout_none(t); },
                 "every ray against every triangle"},
 };

@@ -7,6 +7,7 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "core/error.h"
 
@@ -20,7 +21,7 @@ constexpr double kConditionLimit = 64;  // k: a needle beyond
 
 }  // namespace
 
-CellScene::CellScene(TriangleSoup triangles) {
+CellScene::CellScene(TriangleSoup triangles) : triangles_(triangles) {
   if (triangles.size() > kMostTriangles) {
     throw InputError(fmt::format("cannot divide the space of {} triangles: the limit is {}; try --accel bvh",
                                  triangles.size(), kMostTriangles));
@@ -80,6 +81,50 @@ bool CellScene::may_be_hit(const CellReference& part) const {
     radius += std::abs(plane.normal[axis]) * (0.5 * (hi - lo));
   }
   return !(std::abs(distance) > radius);
+}
+
+Polygon CellScene::corners(std::uint32_t number) const {
+  const float* p = triangles_.corners(ids_[number]);
+  Polygon corners;
+  for (std::size_t i = 0; i < 9; i += 3) corners.push_back({double{p[i]}, double{p[i + 1]}, double{p[i + 2]}});
+  return corners;
+}
+
+CellScene::Region CellScene::region(std::uint32_t number) const {
+  const Plane& plane = planes_[number];
+  Region region{{}, plane.slack};
+  if (!std::isfinite(plane.slack)) return region;
+  // A square of the plane around the box, then cut to the box and as much around it: whatever is within slack of the plane and in the
+  // box has its foot there.
+  const Box& box = boxes_[number];
+  Point3 middle{}, u{}, v{};
+  double radius = 0, height = -plane.offset;
+  std::size_t least = 0;
+  for (std::size_t k = 0; k < 3; ++k) {
+    middle[k] = 0.5 * double{box.lo[k]} + 0.5 * double{box.hi[k]};
+    height += plane.normal[k] * middle[k];
+    radius += double{box.hi[k]} - double{box.lo[k]} + 4 * plane.slack;
+    if (std::abs(plane.normal[k]) < std::abs(plane.normal[least])) least = k;
+  }
+  u[least] = 1;
+  const Point3& n = plane.normal;
+  v = {n[1] * u[2] - n[2] * u[1], n[2] * u[0] - n[0] * u[2], n[0] * u[1] - n[1] * u[0]};
+  u = {v[1] * n[2] - v[2] * n[1], v[2] * n[0] - v[0] * n[2], v[0] * n[1] - v[1] * n[0]};
+  for (const auto& [a, b] : {std::pair{1, 1}, {-1, 1}, {-1, -1}, {1, -1}}) {
+    Point3 corner{};
+    for (std::size_t k = 0; k < 3; ++k)
+      corner[k] = middle[k] - height * n[k] + 2 * radius * (a * u[k] + b * v[k]);  // u and v are at least 0.8 long
+    region.polygon.push_back(corner);
+  }
+  for (std::size_t k = 0; k < 3; ++k) {
+    HalfSpace side{{}, double{box.lo[k]}};
+    side.normal[k] = 1;
+    region.polygon = clipped(region.polygon, side, -plane.slack);
+    side = {{}, -double{box.hi[k]}};
+    side.normal[k] = -1;
+    region.polygon = clipped(region.polygon, side, -plane.slack);
+  }
+  return region;
 }
 
 Accel CellScene::begin(const char* name, const char* layout) const {

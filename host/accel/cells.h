@@ -9,6 +9,7 @@
 #include "accel/accel.h"
 #include "accel/binary_tree.h"
 #include "accel/box.h"
+#include "accel/polytope.h"
 
 namespace eikon {
 
@@ -36,6 +37,16 @@ class CellScene {
   /// lies further from the triangle's plane than arithmetic can err. Never false where they meet.
   [[nodiscard]] bool may_be_hit(const CellReference& part) const;
 
+  /// Where the triangle may be hit, as what lies within `slack` of a convex polygon: what of its plane is in its box. No
+  /// polygon for a needle: it may be hit anywhere in its box.
+  struct Region {
+    Polygon polygon;
+    double slack;
+  };
+  [[nodiscard]] Region region(std::uint32_t number) const;
+  [[nodiscard]] Polygon corners(std::uint32_t number) const;
+  [[nodiscard]] const Box& box_of(std::uint32_t number) const { return boxes_[number]; }
+
   /// Name, layout, header and counts; nodes hold no more than the header.
   [[nodiscard]] Accel begin(const char* name, const char* layout) const;
 
@@ -46,6 +57,7 @@ class CellScene {
   };
   [[nodiscard]] Plane plane_of(const float* corners) const;
 
+  TriangleSoup triangles_;
   Box box_;
   std::vector<std::uint32_t> ids_;
   std::vector<Plane> planes_;

@@ -18,6 +18,7 @@ constexpr double kStepCost = 1, kTriangleCost = 2,
                  kEmptyGain = 0.8;                   // relative times, and what cutting off space gains
 constexpr std::size_t kBins = 32, kExactLimit = 48;  // of so few triangles all planes are tried
 constexpr std::size_t kRotateLeaf = 6, kParallelLimit = 4096;
+constexpr int kRotateDepth = 48;
 constexpr std::uint64_t kMostNodes = std::uint64_t{1} << 30;
 constexpr int kBadSplits = 3;  // splits in a row that seem not to pay, in the hope of one below
 
@@ -52,7 +53,10 @@ struct Part {
 class Builder {
  public:
   Builder(const CellScene& scene, KdSplit split) : scene_(scene), split_(split) {
-    max_depth_ = 8 + static_cast<int>(1.3 * std::log2(static_cast<double>(scene.size()) + 1));
+    // Middles come to a small object in a large scene by halves alone.
+    max_depth_ = split == KdSplit::rotate
+                     ? kRotateDepth
+                     : 8 + static_cast<int>(1.3 * std::log2(static_cast<double>(scene.size()) + 1));
   }
   [[nodiscard]] int max_depth() const { return max_depth_; }
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // `bench rays`: rays per second by layout and kind of ray, beside Embree in the same run. Every surface counts as opaque.
 // --json: an array of {accel, layout, default, rays: camera|shadow|diffuse, mrays_per_s, embree_mrays_per_s, build_s,
-// embree_build_s, bytes}; `default`: what a render on this device would use; bytes: tree and geometry on the device.
+// embree_build_s, bytes}; `default`: what a render on this device would use; bytes: tree and geometry on the device. With --accel all
+// instead a table of accelerators: bench_accels.h.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -10,6 +11,7 @@
 #include <optional>
 
 #include "cli/bench.h"
+#include "cli/bench_accels.h"
 #include "cli/bench_embree.h"
 #include "cli/execution_options.h"
 #include "cli/report.h"
@@ -41,6 +43,17 @@ ExitCode bench_rays_command(BenchOptions options) {
   if (scene.triangles.empty()) throw InputError(options.scene.scene + ": there is no triangle to trace rays against");
 
   nlohmann::json results = nlohmann::json::array();
+  if (options.execution.accel == kEveryAccelerator) {
+    if (!options.versus.empty()) throw UsageError("--accel all has no column for --versus; leave out one of them");
+    if (!options.execution.layout.empty()) throw UsageError("--accel all shows layouts of its own; leave out --layout");
+    for (const DeviceInfo& info : select_devices(options.execution.devices)) {
+      Device device(info);
+      bench_accels(device, scene, {features, prepared.settings, options.execution, options.rays, options.rounds},
+                   results);
+    }
+    if (!options.json.empty()) write_text(options.json, results.dump(2) + "\n");
+    return ExitCode::done;
+  }
   fmt::print("{:<24} {:<6} {:<8} {:>9} {:>9} {:>7} {:>9} {:>9} {:>12}\n", "device", "layout", "rays", "Mrays/s",
              "Embree", "ratio", "build s", "Embree s", "bytes");
   for (const DeviceInfo& info : select_devices(options.execution.devices, options.execution.threads)) {
@@ -55,8 +68,7 @@ ExitCode bench_rays_command(BenchOptions options) {
     if (!options.versus.empty()) embree.emplace(scene.triangles, std::max(info.compute_units, 1U));
     std::vector<std::string> layouts = all ? tree_layouts() : std::vector<std::string>{chosen};
     for (const std::string& layout : layouts) {
-      add_accel(scene, options.execution.accel, layout, options.execution.threads,
-                expected_rays(prepared.settings));
+      add_accel(scene, options.execution.accel, layout, options.execution.threads, expected_rays(prepared.settings));
       RayBench bench(device, scene, features, prepared.settings, options.execution, layout);
       for (const RayKind& kind : bench.make_rays(prepared.settings, options.rays)) {
         double seconds = 1e300, embree_seconds = 1e300;  // of the best round
@@ -99,7 +111,7 @@ void add_bench_rays(CLI::App& bench, Command& chosen) {
   CLI::App* rays = bench.add_subcommand(
       "rays", "camera, shadow and diffuse-bounce rays per second, by layout of the tree; surfaces as opaque");
   options->scene.add_to(*rays);
-  add_execution_options(*rays, options->execution);
+  add_execution_options(*rays, options->execution, false, true);
   rays->add_option("--versus", options->versus,
                    "embree: its rtcIntersect1 and rtcOccluded1 on the same rays, as many threads");
   rays->add_option("--json", options->json, "write the results to a file");
@@ -107,7 +119,9 @@ void add_bench_rays(CLI::App& bench, Command& chosen) {
   rays->add_option("--rounds", options->rounds, "the best of which counts")
       ->check(CLI::Range(1U, 1000U))
       ->capture_default_str();
-  rays->footer("Example:\n  eikon bench rays scenes/cornell.gltf --versus embree --json rays.json");
+  rays->footer(
+      "Example:\n  eikon bench rays scenes/cornell.gltf --versus embree --json rays.json\n  eikon bench rays "
+      "scenes/cornell.gltf --accel all");
   rays->callback([options, &chosen] { chosen = [options] { return bench_rays_command(*options); }; });
 }
 

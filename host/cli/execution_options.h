@@ -36,9 +36,13 @@ inline void read_execution_environment(Execution& execution) {
   }
 }
 
+/// `--accel` takes it beside the names of accelerators in `bench rays`: a table of all.
+inline const char* const kEveryAccelerator = "all";
+
 /// --devices, --threads, --accel, --layout, --memory; they never change the image. `execution` must outlive the parser.
 /// probe: whether --layout takes kProbeLayouts
-inline void add_execution_options(CLI::App& command, Execution& execution, bool probe = false) {
+/// every: whether --accel takes kEveryAccelerator
+inline void add_execution_options(CLI::App& command, Execution& execution, bool probe = false, bool every = false) {
   command
       .add_option(
           "--devices", execution.devices,
@@ -51,8 +55,10 @@ inline void add_execution_options(CLI::App& command, Execution& execution, bool 
           "at most so many threads of the host, and so many compute units of each CPU device; what the affinity "
           "mask and the control group allow if not given")
       ->check(CLI::Range(1, 65536));
+  std::vector<std::string> accels = accelerator_names();
+  if (every) accels.emplace_back(kEveryAccelerator);
   command.add_option("--accel", execution.accel, "how space is searched; bvh, unless another is to be looked at")
-      ->check(CLI::IsMember(accelerator_names()))
+      ->check(CLI::IsMember(accels))
       ->capture_default_str();
   std::vector<std::string> layouts = tree_layouts();
   if (probe) layouts.emplace_back(kProbeLayouts);

@@ -33,7 +33,8 @@ const char* kernel_of(const RayKind& kind) { return kind.any_hit ? "trace_any" :
 }  // namespace
 
 RayBench::RayBench(Device& device, const PackedScene& scene, const Features& features, const Settings& settings,
-                   const Execution& execution, const std::string& layout)
+                   const Execution& execution, const std::string& layout,
+                   const std::map<std::string, std::string>& defines)
     : device_(device), config_(configure(device.info(), execution)) {
   const Accel& accel = scene.accels.at(layout);
   ProgramOptions options;
@@ -43,6 +44,7 @@ RayBench::RayBench(Device& device, const PackedScene& scene, const Features& fea
   options.defines["EK_CHUNKED"] = config_.chunked ? "1" : "0";
   options.defines["EK_CHUNK"] = std::to_string(chunk());
   options.defines.merge(accel.defines());
+  for (const auto& [name, value] : defines) options.defines[name] = value;
   const Program program = device.build(kernel_text({"trace_rays.cl", "bench_rays.cl"}), options);
   for (const char* name : {"trace_closest", "trace_any", "bench_camera", "bench_scatter"}) {
     kernels_[name] = program.kernel(name);
@@ -89,7 +91,8 @@ std::vector<RayKind> RayBench::make_rays(const Settings& settings, std::uint32_t
 
 void RayBench::load(const RayKind& kind) {
   arguments_.set("rays", device_.upload(kind.rays.words));
-  arguments_.set("hits", device_.allocate(16 * kind.rays.stride));
+  hits_ = device_.allocate(16 * kind.rays.stride);
+  arguments_.set("hits", hits_);
   arguments_.set("stride", std::uint32_t(kind.rays.stride));
   arguments_.set("ray_count", std::uint32_t(kind.rays.count));
   arguments_.set("coherent", kind.coherent ? 1U : 0U);
@@ -102,6 +105,18 @@ double RayBench::trace(const RayKind& kind) {
   run(kernel_of(kind), (kind.rays.count + chunk() - 1) / chunk());
   device_.finish();
   return host_seconds() - begin;
+}
+
+RayBench::Counts RayBench::count(const RayKind& kind) {
+  trace(kind);
+  const std::vector<float> words = device_.read_all<float>(hits_);
+  Counts sum;
+  for (std::size_t i = 0; i < kind.rays.count; ++i) {
+    sum.tests += double{words[kind.rays.stride + i]};
+    sum.steps += double{words[2 * kind.rays.stride + i]};
+  }
+  const double rays = std::max<double>(double(kind.rays.count), 1);
+  return {sum.tests / rays, sum.steps / rays};
 }
 
 std::size_t RayBench::chunk() const { return config_.chunked ? kChunk : 1; }

@@ -27,9 +27,11 @@ struct RayKind {
 
 class RayBench {
  public:
-  /// Compiles for `layout`, whose tree must have been built, and uploads. throws DeviceError
+  /// Compiles for `layout`, whose tree must have been built, and uploads. defines: in place of the usual ones.
+  /// throws DeviceError
   RayBench(Device& device, const PackedScene& scene, const Features& features, const Settings& settings,
-           const Execution& execution, const std::string& layout);
+           const Execution& execution, const std::string& layout,
+           const std::map<std::string, std::string>& defines = {});
 
   /// `count` camera rays, and from their hits shadow and diffuse rays; the same for every layout, since hits are.
   std::vector<RayKind> make_rays(const Settings& settings, std::uint32_t count);
@@ -40,6 +42,13 @@ class RayBench {
   /// Seconds from launch to finish, of the rays that were loaded. The first call may compile.
   double trace(const RayKind& kind);
 
+  /// Per ray, of those that were loaded, where the program was compiled with EK_COUNT (kernels/hit.h): tests of triangles, and
+  /// steps through the structure. Not for layouts bvh16 and bvh8, which do not count.
+  struct Counts {
+    double tests = 0, steps = 0;
+  };
+  Counts count(const RayKind& kind);
+
  private:
   [[nodiscard]] std::size_t chunk() const;
   void run(const std::string& kernel, std::size_t items);
@@ -48,6 +57,7 @@ class RayBench {
   Device& device_;
   WavefrontConfig config_;
   Arguments arguments_;
+  Buffer hits_;
   std::map<std::string, Kernel> kernels_;
 };
 

@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "accel/accel.h"
+#include "accel/accelerators.h"
 #include "cli/command.h"
 
 namespace eikon::testing {
@@ -50,6 +50,35 @@ TEST(BenchRays, brute_force_can_be_measured_too) {
     EXPECT_EQ(row.at("accel"), "none");
     EXPECT_EQ(row.at("default"), false);
   }
+}
+
+TEST(BenchRays, every_accelerator_is_measured_and_counted_on_the_same_rays) {
+  const Workplace workplace;
+  const Outcome outcome = workplace.eikon("bench rays " + scene("cornell.gltf") +
+                                          " --devices 0 --rays 1024 --rounds 1 --accel all --json rays.json");
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  std::ifstream file(workplace / "rays.json");
+  const nlohmann::json rows = nlohmann::json::parse(file);
+  std::set<std::string> seen, tests;
+  for (const auto& row : rows) {
+    seen.insert(row.at("accel").get<std::string>());
+    tests.insert(row.at("test").get<std::string>());
+    EXPECT_GT(row.at("mrays_per_s").get<double>(), 0);
+    EXPECT_GT(row.at("bytes").get<std::uint64_t>(), 0U);
+    const std::string layout = row.at("layout");
+    if (layout == "bvh16" || layout == "bvh8") continue;
+    const double counted = row.at("tests_per_ray").get<double>();
+    if (layout == "none" && row.at("rays") == "camera") {
+      EXPECT_EQ(counted, 38);  // every triangle
+    }
+    EXPECT_GT(counted, 0) << layout;
+    EXPECT_LE(counted, layout == "none" ? 38 : 60) << layout;  // a list or two
+  }
+  const std::vector<std::string> names = accelerator_names();
+  EXPECT_EQ(seen, std::set<std::string>(names.begin(), names.end()));
+  EXPECT_EQ(tests, (std::set<std::string>{"watertight", "Moller-Trumbore", "plane, 3 crosses"}));
+  EXPECT_EQ(workplace.eikon("bench rays " + scene("cornell.gltf") + " --accel all --layout bvh8").code, 2);
+  EXPECT_EQ(workplace.eikon("render " + scene("cornell.gltf") + " --accel all -o a.exr").code, 2);
 }
 
 TEST(BenchRays, an_unknown_yardstick_and_a_scene_without_triangles_are_refused) {

@@ -143,6 +143,50 @@ TEST(Traverse, scenes_far_from_the_origin_hit_the_same_bits_in_every_layout) {
   }
 }
 
+TEST(Traverse, rays_in_faces_edges_and_corners_of_cells_hit_the_same_bits_in_every_layout) {
+  // Whole coordinates from 0 to 16, so that the planes of octree, kd-tree and grid pass through vertices; a huge triangle cuts through all.
+  std::mt19937 random(31);
+  std::uniform_int_distribution<int> whole(0, 16), step(-1, 1);
+  Soup soup;
+  fixtures::add_triangle(soup, {0, 0, 0}, {16, 16, 0}, {16, 0, 16});
+  for (int i = 0; i < 700; ++i) {
+    const int x = whole(random), y = whole(random), z = whole(random);
+    const auto corner = [&](int c) { return static_cast<float>(std::clamp(c + step(random), 0, 16)); };
+    fixtures::add_triangle(soup, {float(x), float(y), float(z)}, {corner(x), corner(y), corner(z)},
+                           {corner(x), corner(y), corner(z)});
+  }
+  std::vector<ProbeRay> rays(20'000);
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    ProbeRay& ray = rays[i];
+    ray.t_max = 5;
+    for (float& x : ray.o) x = 0.5F * static_cast<float>(whole(random) + (i % 2 == 0 ? whole(random) : 16));
+    for (float& x : ray.d) x = static_cast<float>(step(random));
+    if (i % 5 == 0) ray.d[i % 3] = 0x1p-70F;  // nearly in the face
+    if (ray.d == std::array<float, 3>{}) ray.d[i % 3] = -1;
+  }
+  expect_all_agree(soup, rays, "lattice");
+}
+
+TEST(Traverse, rays_from_far_away_hit_the_same_bits_in_every_layout) {
+  // From beyond what cells are grown for, up to where the error of a ray is a cell, a triangle, and the scene.
+  const Soup soup = fixtures::scattered(1500, 1.0F, 33);
+  std::vector<ProbeRay> rays = adversarial_rays(soup, 20'000, 1.0F, 34);
+  std::mt19937 random(35);
+  std::uniform_real_distribution<float> unit(-1.0F, 1.0F);
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    const float away = std::exp2(3.0F + 16.0F * static_cast<float>(i) / static_cast<float>(rays.size()));
+    const float* p = &soup[9 * (i % (soup.size() / 9))];
+    float longest = 0;
+    for (float& d : rays[i].d) d = unit(random), longest = std::max(longest, std::abs(d));
+    for (std::size_t k = 0; k < 3; ++k) {
+      rays[i].d[k] /= longest;
+      rays[i].o[k] = p[k] - away * rays[i].d[k];
+    }
+    rays[i].t_max = away;
+  }
+  expect_all_agree(soup, rays, "from far away");
+}
+
 TEST(Traverse, rays_within_an_oblique_plane_of_slivers_hit_the_same_bits_in_every_layout) {
   // All corners and rays lie in one plane but for rounding: the computed t of a triangle seen edge-on can lie far outside its
   // box, and only the interval rule keeps the layouts together.

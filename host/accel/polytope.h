@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+// Convex polygons and solids in double precision, cut by planes: the cells of a BSP tree and what lies in them.
+#pragma once
+#include <array>
+#include <vector>
+
+namespace eikon {
+
+using Point3 = std::array<double, 3>;
+using Polygon = std::vector<Point3>;  // corners in order
+
+struct HalfSpace {  // normal * x >= offset
+  Point3 normal;
+  double offset;
+  [[nodiscard]] double height(const Point3& x) const {
+    return normal[0] * x[0] + normal[1] * x[1] + normal[2] * x[2] - offset;
+  }
+  [[nodiscard]] HalfSpace opposite() const { return {{-normal[0], -normal[1], -normal[2]}, -offset}; }
+};
+
+/// What of a convex polygon is at least as high as `least`; empty if nothing is.
+[[nodiscard]] Polygon clipped(const Polygon& polygon, const HalfSpace& half, double least);
+
+/// A convex solid: its faces, in one sense of rotation.
+struct Solid {
+  std::vector<Polygon> faces;
+  [[nodiscard]] double area() const;
+};
+
+[[nodiscard]] Solid box_solid(const Point3& lo, const Point3& hi);
+
+/// Surfaces of the parts in front of the plane and behind it, the cut included.
+struct CutAreas {
+  double front, behind;
+};
+[[nodiscard]] CutAreas cut_areas(const Solid& solid, const HalfSpace& half);
+
+/// The part in front.
+[[nodiscard]] Solid clipped(const Solid& solid, const HalfSpace& half);
+
+}  // namespace eikon
