@@ -60,6 +60,10 @@ struct Device::Impl {
   };
   std::deque<Pending> pending;
 
+  // Programs by flags and text, the one used last at the end. Each holds some megabytes of the driver's.
+  static constexpr std::size_t kPrograms = 16;
+  std::deque<std::pair<std::string, std::shared_ptr<Program::Impl>>> programs;
+
   void check(cl_int code, const std::string& what) const { cl_check(code, what, info.name); }
 
   /// throws DeviceError where a fault is planned
@@ -142,8 +146,20 @@ Profiler& Device::profiler() { return impl_->profiler; }
 Program Device::build(const std::string& text, const ProgramOptions& options) {
   impl_->may_fail(Fault::Call::transfer, "compiling");
   const double begin = host_seconds();
+  std::string key = fmt::format("{}\n{}\n", options.optimise, options.extra_flags);
+  for (const auto& [name, value] : options.defines) key += fmt::format("{}={}\n", name, value);
+  key += text;
+  auto& kept = impl_->programs;
+  const auto found = std::find_if(kept.begin(), kept.end(), [&](const auto& known) { return known.first == key; });
   Program program;
-  program.impl_ = build_program(impl_->context.get(), impl_->id, impl_->info, text, options);
+  if (found != kept.end()) {
+    program.impl_ = found->second;
+    kept.erase(found);
+  } else {
+    program.impl_ = build_program(impl_->context.get(), impl_->id, impl_->info, text, options);
+    if (kept.size() == Impl::kPrograms) kept.pop_front();
+  }
+  kept.emplace_back(std::move(key), program.impl_);
   impl_->profiler.compile_s += host_seconds() - begin;
   return program;
 }

@@ -142,7 +142,7 @@ class Device {
   [[nodiscard]] Profiler& profiler();
 
   /// Compiles one text (kernel_text) with our dialect's options. throws DeviceError with the compiler's first error,
-  /// the device and the defines.
+  /// the device and the defines. The last few programs are kept: asking for the same again costs nothing.
   Program build(const std::string& text, const ProgramOptions& options);
 
   /// Uninitialised memory. throws DeviceError saying how much was asked for and what the device has.

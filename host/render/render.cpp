@@ -62,6 +62,7 @@ struct Job {
   const Features& features;
   const Settings& settings;
   const Execution& execution;
+  DevicePool& devices;
 };
 
 void merge(Shared& shared, const UnitResult& result, const WorkUnit& unit, const std::string& arithmetic) {
@@ -108,7 +109,8 @@ using Rendezvous = std::barrier<Looker>;
 
 /// One device: open, compile, upload, then units until there are none.
 void drive(const DeviceInfo& info, const Job& job, Shared& shared, Rendezvous& rendezvous, DeviceReport& report) {
-  Device device(info);
+  const DevicePool::Lease lease = job.devices.take(info);
+  Device& device = *lease;
   device.profiler().keep_spans(job.execution.keep_spans);
   Wavefront wavefront(device, job.scene, job.features, job.settings, job.execution);
   report.config = wavefront.config();
@@ -222,12 +224,12 @@ namespace {
 
 /// `pack` gives the PackedScene; it is called once it is certain that there are devices.
 template <class Pack>
-RenderOutput render_packed(const Pack& pack, const Features& features, const Settings& settings,
-                           const Execution& execution, const std::atomic<bool>& stop, RenderHooks hooks) {
+RenderOutput pack_and_render(const Pack& pack, const Features& features, const Settings& settings,
+                             const Execution& execution, const std::atomic<bool>& stop, RenderHooks hooks) {
   const std::vector<DeviceInfo> devices = select_devices(execution.devices, execution.threads);
   const double pack_begin = host_seconds();
-  PackedScene packed = pack();
-  const double pack_s = host_seconds() - pack_begin;
+  auto&& packed = pack();
+  const double pack_s = host_seconds() - pack_begin, built_before_s = packed.build_s;
   std::uint32_t capacity = ~0U;
   std::vector<Execution> executions(devices.size(), execution);  // with the layout that each device is to use
   std::vector<LayoutChoice> layouts;
@@ -251,6 +253,8 @@ RenderOutput render_packed(const Pack& pack, const Features& features, const Set
   shared.report.samples_before = samples_before;
   shared.running = devices.size();
 
+  DevicePool own_devices;
+  DevicePool& pool = hooks.devices != nullptr ? *hooks.devices : own_devices;
   Rendezvous rendezvous(std::ptrdiff_t(devices.size()), Looker(hooks.looks, shared));
   {
     std::vector<std::jthread> threads;
@@ -258,7 +262,7 @@ RenderOutput render_packed(const Pack& pack, const Features& features, const Set
       shared.report.devices[i].info = devices[i];
       shared.report.devices[i].layout = layouts[i];
       threads.emplace_back([&, i] {
-        const Job job{packed, features, settings, executions[i]};
+        const Job job{packed, features, settings, executions[i], pool};
         thread_main(devices[i], job, shared, rendezvous, shared.report.devices[i]);
       });
     }
@@ -301,7 +305,7 @@ RenderOutput render_packed(const Pack& pack, const Features& features, const Set
   const auto tree = packed.accels.find(report.devices.front().config.layout);
   report.reinserted = tree != packed.accels.end() && tree->second.reinserted;
   report.pack_s = pack_s;
-  report.build_s = packed.build_s;
+  report.build_s = packed.build_s - built_before_s;
   return {std::move(shared.state.film), std::move(report), std::move(shared.state.done),
           std::move(shared.state.arithmetic)};
 }
@@ -312,14 +316,20 @@ RenderOutput render(const Scene& scene, const Settings& settings, const Executio
                     const std::atomic<bool>& stop, RenderHooks hooks) {
   const Features features(scene, settings);
   const auto pack = [&] { return pack_scene(scene, features, settings); };
-  return render_packed(pack, features, settings, execution, stop, std::move(hooks));
+  return pack_and_render(pack, features, settings, execution, stop, std::move(hooks));
 }
 
 RenderOutput render_and_release(Scene& scene, const Settings& settings, const Execution& execution,
                                 const std::atomic<bool>& stop, RenderHooks hooks) {
   const Features features(scene, settings);
   const auto pack = [&] { return pack_and_release(scene, features, settings); };
-  return render_packed(pack, features, settings, execution, stop, std::move(hooks));
+  return pack_and_render(pack, features, settings, execution, stop, std::move(hooks));
+}
+
+RenderOutput render_packed(PackedScene& packed, const Features& features, const Settings& settings,
+                           const Execution& execution, const std::atomic<bool>& stop, RenderHooks hooks) {
+  const auto pack = [&]() -> PackedScene& { return packed; };
+  return pack_and_render(pack, features, settings, execution, stop, std::move(hooks));
 }
 
 glm::vec3 replay_path(const Scene& scene, const Settings& settings, const Execution& usual, std::uint32_t x,

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "device/device.h"
+#include "device/device_pool.h"
 #include "render/choose_layout.h"
 #include "render/film.h"
 #include "render/sample_ledger.h"
@@ -81,6 +82,8 @@ struct RenderHooks {
   std::function<void(const FilmState&)> checkpoint = {};
   double checkpoint_every_s = 60;
   std::atomic<bool>* checkpoint_now = nullptr;
+  /// Where devices come from, and go back to; null: they are opened for this render alone.
+  DevicePool* devices = nullptr;
 };
 
 struct RenderOutput {
@@ -102,6 +105,11 @@ RenderOutput render(const Scene& scene, const Settings& settings, const Executio
 /// The same, but frees what the meshes hold as soon as devices have it: of their primitives only the materials are left.
 RenderOutput render_and_release(Scene& scene, const Settings& settings, const Execution& execution,
                                 const std::atomic<bool>& stop, RenderHooks hooks = {});
+
+/// The same of a scene that is packed already; `packed` gets the trees that devices need and it lacks, and can be rendered again.
+/// features  of the scene with `settings`, as it was packed
+RenderOutput render_packed(PackedScene& packed, const Features& features, const Settings& settings,
+                           const Execution& execution, const std::atomic<bool>& stop, RenderHooks hooks = {});
 
 /// Traces one path and reports its vertices; returns its radiance.
 glm::vec3 replay_path(const Scene& scene, const Settings& settings, const Execution& execution, std::uint32_t x,
