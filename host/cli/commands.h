@@ -11,6 +11,7 @@ namespace eikon {
 using Command = std::function<ExitCode()>;
 
 void add_render(CLI::App& app, Command& chosen);
+void add_batch(CLI::App& app, Command& chosen);
 void add_merge(CLI::App& app, Command& chosen);
 void add_info(CLI::App& app, Command& chosen);
 void add_devices(CLI::App& app, Command& chosen);

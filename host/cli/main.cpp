@@ -27,6 +27,7 @@ int run(int argc, char** argv) {
       "terminated.");
   eikon::Command chosen;
   eikon::add_render(app, chosen);
+  eikon::add_batch(app, chosen);
   eikon::add_merge(app, chosen);
   eikon::add_info(app, chosen);
   eikon::add_devices(app, chosen);

@@ -44,9 +44,21 @@ void RenderJob::load() {
   checkpoint_.begin(prepared_);
 }
 
+void RenderJob::load(std::shared_ptr<Scene> scene, double load_s) {
+  prepared_ = settle(options_.scene, std::move(scene), options_.quiet ? say_on_stderr(true) : say_);
+  prepared_.load_s = load_s;
+  checkpoint_.begin(prepared_);
+}
+
 void RenderJob::render(const std::atomic<bool>& stop, RenderHooks hooks) {
   checkpoint_.attach(hooks);
-  done_ = render_and_release(*prepared_.scene, prepared_.settings, options_.execution, stop, std::move(hooks));
+  const Settings& settings = prepared_.settings;
+  if (packed_ == nullptr) {
+    done_ = render_and_release(*prepared_.scene, settings, options_.execution, stop, std::move(hooks));
+  } else {
+    const Features features(*prepared_.scene, settings);
+    done_ = render_packed(*packed_, features, settings, options_.execution, stop, std::move(hooks));
+  }
   checkpoint_.end(*done_);
 }
 

@@ -22,6 +22,10 @@ class RenderJob {
 
   /// Loads the scene and settles what is to be rendered. throws InputError, UsageError
   void load();
+  /// The same with a scene that is loaded already, in load_s seconds. throws InputError, UsageError
+  void load(std::shared_ptr<Scene> scene, double load_s);
+  /// The scene's layout for settings(): render() takes that, and leaves the scene as it is.
+  void use(std::shared_ptr<PackedScene> packed) { packed_ = std::move(packed); }
   /// Renders until all is done or `stop` is set. throws Error
   void render(const std::atomic<bool>& stop, RenderHooks hooks);
   /// Writes every output, also of a render that was stopped; nothing when that was before its first sample. throws InputError
@@ -29,6 +33,8 @@ class RenderJob {
 
   [[nodiscard]] const RenderOptions& options() const { return options_; }
   [[nodiscard]] const std::filesystem::path& output() const { return output_; }
+  /// After load():
+  [[nodiscard]] const Settings& settings() const { return prepared_.settings; }
   /// After render():
   [[nodiscard]] const RenderReport& report() const { return done_->report; }
   [[nodiscard]] bool has_samples() const { return !report().interrupted || !done_->done.empty(); }
@@ -45,6 +51,7 @@ class RenderJob {
   std::filesystem::path output_;
   double begin_s_;
   Prepared prepared_;
+  std::shared_ptr<PackedScene> packed_{};
   std::optional<RenderOutput> done_;
   PredictedError error_;
   bool as_asked_ = true;

@@ -41,11 +41,41 @@ std::filesystem::path RenderOptions::exr() const {
 }
 
 std::vector<std::filesystem::path> RenderOptions::outputs() const {
+  std::vector<std::filesystem::path> files = results();
+  if (!checkpoint.file.empty()) files.emplace_back(checkpoint.file);
+  return files;
+}
+
+std::vector<std::filesystem::path> RenderOptions::results() const {
   std::vector<std::filesystem::path> files = {exr()};
-  for (const std::string& file : {png, stats, profile, checkpoint.file})
+  for (const std::string& file : {png, stats, profile})
     if (!file.empty()) files.emplace_back(file);
   return files;
 }
+
+namespace {
+
+/// What changes neither the results nor their names.
+bool is_about_execution(const std::string& flag) {
+  static const std::vector<std::string> flags = {"--devices", "--accel",      "--layout",           "--memory",
+                                                 "--threads", "--checkpoint", "--checkpoint-every", "--resume",
+                                                 "--quiet",   "--progress"};
+  return std::find(flags.begin(), flags.end(), flag) != flags.end();
+}
+
+std::string describe_settings(CLI::App& app) {
+  std::string text;
+  for (const CLI::Option* option : app.get_options()) {
+    if (is_about_execution(option->get_name())) continue;
+    text += option->get_name() + "=";
+    if (option->count() == 0) text += option->get_default_str();
+    for (const std::string& value : option->results()) text += value + "\n";
+    text += "\n";
+  }
+  return text;
+}
+
+}  // namespace
 
 RenderOptions parse_render(std::vector<std::string> words) {
   CLI::App app;
@@ -58,6 +88,7 @@ RenderOptions parse_render(std::vector<std::string> words) {
   } catch (const CLI::ParseError& error) {
     throw UsageError(error.what());
   }
+  options.settings_text = describe_settings(app);
   return options;
 }
 

@@ -19,12 +19,15 @@ struct RenderOptions {
   double exposure_ev = 0;
   bool half = false, quiet = false;
   std::string sample, tone_map = "none", progress = "bar";
+  std::string settings_text;  // of parse_render: every flag that decides the results, and its value
 
   /// Adds the flags to a subcommand. The object must live as long as the parser.
   void add_to(CLI::App& command);
   /// -o, or SCENE.exr in the current folder.
   [[nodiscard]] std::filesystem::path exr() const;
-  /// Every file that the render writes.
+  /// The files that a finished render leaves.
+  [[nodiscard]] std::vector<std::filesystem::path> results() const;
+  /// Every file that it writes.
   [[nodiscard]] std::vector<std::filesystem::path> outputs() const;
   /// Whether one path is to be traced and told, rather than a picture rendered.
   [[nodiscard]] bool is_replay() const { return !pixel.empty() || !sample.empty(); }

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <fmt/format.h>
+#include <mutex>
 #include <iterator>
 #include <map>
 
@@ -142,6 +143,9 @@ void plan_faults(std::vector<DeviceInfo>& chosen) {
 }  // namespace
 
 std::vector<cl_device_id> enumerate_devices() {
+  // Loaders of drivers set themselves up in the first call, and crash when two threads make it at a time.
+  static std::mutex one_at_a_time;
+  const std::lock_guard lock(one_at_a_time);
   give_pocl_a_cache();
   cl_uint platform_count = 0;
   if (clGetPlatformIDs(0, nullptr, &platform_count) != CL_SUCCESS || platform_count == 0) return {};

@@ -15,7 +15,7 @@ TEST(Commands, help_of_each_shows_an_example) {
   const Outcome all = here.eikon("--help");
   EXPECT_TRUE(succeeded(all));
   EXPECT_TRUE(contains(all.out, "Example") && contains(all.out, "Exit codes"));
-  for (const char* command : {"render", "info", "devices", "compare", "selftest", "bench"}) {
+  for (const char* command : {"render", "batch", "info", "devices", "compare", "selftest", "bench"}) {
     EXPECT_TRUE(contains(all.out, command)) << command;
     const Outcome outcome = here.eikon(std::string(command) + " --help");
     EXPECT_TRUE(succeeded(outcome)) << command;

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+// The jobs of a batch before any of them runs.
+#pragma once
+#include <cstddef>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "cli/render_options.h"
+#include "core/error.h"
+
+namespace eikon {
+
+enum class JobState { waiting, skipped, done, failed, interrupted };
+[[nodiscard]] const char* name_of(JobState state);
+
+struct BatchJob {
+  std::size_t line = 0;                    // in the jobs file, from 1
+  std::string text{};                      // its words, quoted
+  std::optional<RenderOptions> options{};  // nullopt: the line does not parse
+  double cost = 0;                         // pixels times samples, roughly
+  bool after_others = false;               // reads what a job before it writes
+  int attempts = 0;
+
+  JobState state = JobState::waiting;
+  ExitCode code = ExitCode::done;
+  std::string message{};  // why it failed
+  double seconds = 0, render_s = 0;
+  std::uint64_t samples = 0;
+  std::optional<double> relmse{};
+};
+
+/// Parses every line of `text`; those that do not parse have failed, with a message.
+[[nodiscard]] std::vector<BatchJob> read_jobs(std::string_view text);
+
+/// Whether what the job reads is what an earlier one writes is noted in the jobs.
+/// name      of the jobs file, for messages
+/// reserved  files that no job may write: the jobs file, the ledger
+/// throws UsageError when two jobs write one file, or one of them writes what it reads itself, or what is reserved
+void check_outputs(std::vector<BatchJob>& jobs, const std::string& name,
+                   const std::vector<std::filesystem::path>& reserved);
+
+/// A file by the name that the ledger knows it by: relative to the current folder if it lies below, else absolute.
+[[nodiscard]] std::string ledger_name(const std::filesystem::path& file);
+
+}  // namespace eikon

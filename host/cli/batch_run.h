@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+// Runs the jobs of a batch: some at a time, each in steps that overlap with its neighbours'. While one renders, the next is
+// loaded and the one before is written.
+#pragma once
+#include <atomic>
+#include <condition_variable>
+#include <deque>
+#include <memory>
+#include <mutex>
+#include <vector>
+
+#include "batch/ledger.h"
+#include "cli/batch_progress.h"
+#include "cli/render_job.h"
+#include "cli/scene_cache.h"
+#include "device/device_pool.h"
+
+namespace eikon {
+
+struct BatchSettings {
+  std::string name;          // of the jobs file, for messages
+  std::size_t parallel = 1;  // jobs at a time
+  int retries = 0;           // of a job that failed
+  bool force = false;        // what is done is rendered again
+};
+
+class BatchRun {
+ public:
+  BatchRun(std::vector<BatchJob>& jobs, const BatchSettings& settings, Ledger& ledger, BatchProgress& progress,
+           const std::atomic<bool>& stop);
+  /// Returns when every job is over, or the running ones have ended after `stop`.
+  void run();
+  /// Whether the ledger has all that happened.
+  [[nodiscard]] bool ledger_is_whole() const { return ledger_is_whole_; }
+
+ private:
+  struct Worker;
+  struct Staged;
+
+  std::vector<BatchJob>& jobs_;
+  const BatchSettings& settings_;
+  Ledger& ledger_;
+  BatchProgress& progress_;
+  const std::atomic<bool>& stop_;
+
+  std::mutex mutex_;  // of all below, and the ledger
+  std::condition_variable changed_;
+  std::deque<BatchJob*> waiting_;
+  std::size_t in_hand_ = 0;
+  bool ledger_is_whole_ = true;
+
+  void work(Worker& worker);
+  BatchJob* take(bool wait);
+  std::unique_ptr<Staged> stage(Worker& worker, BatchJob& job);
+  void prepare(Worker& worker, Staged& staged);
+  [[nodiscard]] bool is_done(const RenderOptions& options, const std::string& key);
+  [[nodiscard]] bool was_begun(const RenderOptions& options, const std::string& key);
+  void render(Worker& worker, Staged& staged);
+  void write(Staged& staged);
+  void close(Staged& staged, JobState state);
+  void fail(Staged& staged);
+  void note(const LedgerEntry& entry, bool sync);
+  [[nodiscard]] LedgerEntry entry_of(const Staged& staged, const char* state) const;
+  [[nodiscard]] std::string place(const BatchJob& job) const;
+};
+
+}  // namespace eikon
