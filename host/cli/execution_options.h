@@ -16,7 +16,9 @@ namespace eikon {
 
 /// For development, from the environment: EIKON_NO_OPTIMISE=1 compiles the kernels without optimisation, which Oclgrind
 /// needs; EIKON_LANES=1, 8 or 16 compiles them that wide, for queues of paths (1) or chunks (8, 16), whatever the device;
-/// EIKON_STAGES=fused or unfused runs chunks through all stages in one launch, or each stage in its own.
+/// EIKON_STAGES=fused or unfused runs chunks through all stages in one launch, or each stage in its own;
+/// EIKON_WATCHDOG=seconds is how long a device may take for a unit before it is given up, if that is more than 20 times what is
+/// expected (default 10).
 /// Holds the host's own threads to `execution.threads` and to what the process may use, as long as `execution` or a copy lives.
 /// throws UsageError
 inline void read_execution_environment(Execution& execution) {
@@ -33,6 +35,13 @@ inline void read_execution_environment(Execution& execution) {
     if (stages != "fused" && stages != "unfused")
       throw UsageError("EIKON_STAGES=" + stages + ": takes fused or unfused");
     execution.fused = stages == "fused";
+  }
+  if (const char* text = std::getenv("EIKON_WATCHDOG")) {
+    char* end = nullptr;
+    const double seconds = std::strtod(text, &end);
+    if (end == text || *end != '\0' || !(seconds > 0) || seconds > 1e9)
+      throw UsageError(std::string("EIKON_WATCHDOG=") + text + ": takes seconds above 0");
+    execution.watchdog_s = seconds;
   }
 }
 

@@ -7,6 +7,7 @@
 #include <new>
 
 #include "cli/commands.h"
+#include "core/lost_threads.h"
 
 namespace {
 
@@ -48,12 +49,12 @@ int run(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   try {
-    return run(argc, argv);
+    return eikon::leave_process(run(argc, argv));
   } catch (const eikon::Error& error) {
-    return report(error.code(), error.what());
+    return eikon::leave_process(report(error.code(), error.what()));
   } catch (const std::bad_alloc&) {
-    return report(eikon::ExitCode::internal, "out of memory; try a smaller image or scene");
+    return eikon::leave_process(report(eikon::ExitCode::internal, "out of memory; try a smaller image or scene"));
   } catch (const std::exception& error) {
-    return report(eikon::ExitCode::internal, fmt::format("internal error: {}", error.what()));
+    return eikon::leave_process(report(eikon::ExitCode::internal, fmt::format("internal error: {}", error.what())));
   }
 }

@@ -52,13 +52,16 @@ void RenderJob::load(std::shared_ptr<Scene> scene, double load_s) {
 
 void RenderJob::render(const std::atomic<bool>& stop, RenderHooks hooks) {
   checkpoint_.attach(hooks);
+  hooks.keep = prepared_.scene;
   const Settings& settings = prepared_.settings;
   if (packed_ == nullptr) {
     done_ = render_and_release(*prepared_.scene, settings, options_.execution, stop, std::move(hooks));
   } else {
     const Features features(*prepared_.scene, settings);
-    done_ = render_packed(*packed_, features, settings, options_.execution, stop, std::move(hooks));
+    done_ = render_packed(packed_, features, settings, options_.execution, stop, std::move(hooks));
   }
+  for (const DeviceEvent& event : report().events)
+    say_(fmt::format("device {}: {}", report().devices[event.device].info.selector, event.text));
   checkpoint_.end(*done_);
 }
 

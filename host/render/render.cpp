@@ -2,181 +2,64 @@
 #include "render/render.h"
 
 #include <algorithm>
-#include <barrier>
-#include <chrono>
-#include <condition_variable>
 #include <exception>
-#include <mutex>
+#include <fmt/format.h>
 #include <set>
 #include <thread>
 #include <utility>
 
 #include "core/error.h"
+#include "render/crew.h"
+#include "render/device_worker.h"
 #include "render/memory.h"
 #include "render/pack.h"
 
 namespace eikon {
 namespace {
 
-/// Units of the boxes of samples that are to be done, one box after the other.
-class Plan {
+/// What is left of the range of samples, cut where the film is to be looked at.
+class Stretches {
  public:
-  void add(const UnitPlan& units) {
-    boxes_.push_back(units);
-    size_ += units.size();
-  }
-  [[nodiscard]] std::uint64_t size() const { return size_; }
-  [[nodiscard]] WorkUnit operator[](std::uint64_t index) const {
-    std::size_t box = 0;
-    while (index >= boxes_[box].size()) index -= boxes_[box++].size();
-    return boxes_[box][index];
-  }
-
- private:
-  std::vector<UnitPlan> boxes_;
-  std::uint64_t size_ = 0;
-};
-
-/// What the device threads share. Everything below `mutex` is guarded by it.
-struct Shared {
-  const std::vector<Plan>& plans;  // one after the other
-  const std::atomic<bool>& stop;
-  std::vector<std::atomic<std::uint64_t>> next_unit;  // of each plan
-  std::atomic<bool> failed{false};
-
-  std::mutex mutex;
-  std::condition_variable changed;
-  FilmState state;
-  RenderReport report;
-  std::exception_ptr error;
-  std::size_t running = 0;
-
-  Shared(const std::vector<Plan>& units, const std::atomic<bool>& stopped, FilmState begin)
-      : plans(units), stop(stopped), next_unit(units.size()), state(std::move(begin)) {}
-
-  [[nodiscard]] bool should_stop() const { return stop.load() || failed.load(); }
-};
-
-struct Job {
-  const PackedScene& scene;
-  const Features& features;
-  const Settings& settings;
-  const Execution& execution;
-  DevicePool& devices;
-};
-
-void merge(Shared& shared, const UnitResult& result, const WorkUnit& unit, const std::string& arithmetic) {
-  const std::lock_guard lock(shared.mutex);
-  shared.state.film.add(result.sums);
-  shared.state.done.add(unit);
-  shared.state.arithmetic.insert(arithmetic);
-  RenderReport& report = shared.report;
-  if (report.samples == 0) report.first_sample_s = host_seconds();
-  report.samples += unit.path_count();
-  report.rays.camera += result.rays.camera;
-  report.rays.scattered += result.rays.scattered;
-  report.rays.shadow += result.rays.shadow;
-  report.nonfinite += result.nonfinite;
-  report.saturated += result.saturated;
-  for (const RejectedSample& sample : result.rejected)
-    if (report.rejected.size() < EK_REPORT_COUNT) report.rejected.push_back(sample);
-}
-
-/// Where devices wait for each other between plans; the last to come looks at the film.
-class Looker {
- public:
-  Looker(const Looks& looks, Shared& shared) : looks_(looks), shared_(shared) {}
-  void operator()() noexcept {
-    const std::size_t done = plan_++;
-    if (shared_.should_stop() || done >= looks_.at.size()) return;
-    const std::lock_guard lock(shared_.mutex);
-    try {
-      double busy_s = 0;
-      for (const DeviceReport& device : shared_.report.devices) busy_s = std::max(busy_s, device.busy_s);
-      looks_.look(looks_.at[done], busy_s, shared_.state.film);
-    } catch (...) {
-      shared_.error = std::current_exception();
-      shared_.failed = true;
+  Stretches(const Looks& looks, const Settings& settings) : looks_(looks), settings_(settings) {
+    std::uint64_t begin = settings.sample_begin;
+    for (const std::uint64_t end : looks.at) {
+      if (end <= begin || end > settings.sample_end) throw InternalError("looks out of order, or beyond the samples");
+      begin = end;
     }
+    begin_ = settings.sample_begin;
+  }
+  [[nodiscard]] bool at_end() const { return begin_ >= settings_.sample_end; }
+  void open_next(Crew& crew) {
+    end_ = index_ < looks_.at.size() ? looks_.at[index_] : settings_.sample_end;
+    crew.open(crew.film().missing(settings_.crop, begin_, end_));
+  }
+  /// All of it is done.
+  void close(Crew& crew) {
+    if (index_ < looks_.at.size())
+      crew.film().look([&](const Film& film) { looks_.look(end_, crew.totals().render_s, film); });
+    ++index_;
+    begin_ = end_;
   }
 
  private:
   const Looks& looks_;
-  Shared& shared_;
-  std::size_t plan_ = 0;
+  const Settings& settings_;
+  std::size_t index_ = 0;
+  std::uint64_t begin_ = 0, end_ = 0;
 };
-using Rendezvous = std::barrier<Looker>;
-
-/// One device: open, compile, upload, then units until there are none.
-void drive(const DeviceInfo& info, const Job& job, Shared& shared, Rendezvous& rendezvous, DeviceReport& report) {
-  const DevicePool::Lease lease = job.devices.take(info);
-  Device& device = *lease;
-  device.profiler().keep_spans(job.execution.keep_spans);
-  Wavefront wavefront(device, job.scene, job.features, job.settings, job.execution);
-  report.config = wavefront.config();
-  report.arithmetic = wavefront.arithmetic();
-  report.device_bytes = wavefront.device_bytes();
-  for (std::size_t plan = 0; plan < shared.plans.size() && !shared.should_stop(); ++plan) {
-    const double begin = host_seconds(), before_s = report.busy_s;
-    // The device works on the next unit while the host adds the last one to the film.
-    const auto begin_next = [&]() -> std::optional<WorkUnit> {
-      if (shared.should_stop()) return std::nullopt;
-      const std::uint64_t index = shared.next_unit[plan].fetch_add(1);
-      if (index >= shared.plans[plan].size()) return std::nullopt;
-      const WorkUnit unit = shared.plans[plan][index];
-      wavefront.begin(unit);
-      return unit;
-    };
-    for (std::optional<WorkUnit> unit = begin_next(); unit;) {
-      const UnitResult result = wavefront.finish();
-      const WorkUnit done = *std::exchange(unit, begin_next());
-      merge(shared, result, done, report.arithmetic.name());
-      report.samples += done.path_count();
-      ++report.units;
-      report.busy_s = before_s + host_seconds() - begin;
-    }
-    if (shared.plans.size() > 1) rendezvous.arrive_and_wait();
-  }
-  report.compile_s = device.profiler().compile_s;
-  report.upload_s = wavefront.upload_s();
-  report.stages = device.profiler().totals();
-  report.spans = device.profiler().spans();
-}
-
-/// What is left of the range of samples, cut where the film is to be looked at.
-std::vector<Plan> plans_between(const Looks& looks, const SampleLedger& done, const Settings& settings,
-                                std::uint32_t block, std::uint32_t capacity) {
-  std::vector<Plan> plans;
-  std::uint64_t begin = settings.sample_begin;
-  const auto add = [&](std::uint64_t end) {
-    Plan& plan = plans.emplace_back();
-    for (const WorkUnit& box : done.missing(settings.crop, begin, end))
-      plan.add(UnitPlan(box.block, box.sample_begin, box.sample_end, block, capacity));
-    begin = end;
-  };
-  for (const std::uint64_t end : looks.at) {
-    if (end <= begin || end > settings.sample_end) throw InternalError("looks out of order, or beyond the samples");
-    add(end);
-  }
-  if (begin < settings.sample_end) add(settings.sample_end);
-  return plans;
-}
 
 /// Hands copies of the film to the hook, when they are due.
 class Checkpoints {
  public:
   explicit Checkpoints(const RenderHooks& hooks) : hooks_(hooks), next_s_(host_seconds() + hooks.checkpoint_every_s) {}
-  /// lock: of shared.mutex; let go while the hook works
-  void call_if_due(Shared& shared, std::unique_lock<std::mutex>& lock, bool at_end) {
-    if (!hooks_.checkpoint || shared.report.samples == samples_) return;
+  void call_if_due(Crew& crew, bool at_end) {
+    const std::uint64_t samples = crew.totals().samples;
+    if (!hooks_.checkpoint || samples == samples_ || crew.film().spoiled()) return;
     const bool asked = hooks_.checkpoint_now != nullptr && hooks_.checkpoint_now->exchange(false);
     if (!asked && !at_end && host_seconds() < next_s_) return;
-    const FilmState copy = shared.state;
-    samples_ = shared.report.samples;
-    lock.unlock();
-    hooks_.checkpoint(copy);
+    samples_ = samples;
+    hooks_.checkpoint(crew.film().copy());
     next_s_ = host_seconds() + hooks_.checkpoint_every_s;
-    lock.lock();
   }
 
  private:
@@ -185,18 +68,81 @@ class Checkpoints {
   std::uint64_t samples_ = 0;
 };
 
-void thread_main(const DeviceInfo& info, const Job& job, Shared& shared, Rendezvous& rendezvous, DeviceReport& report) {
-  try {
-    drive(info, job, shared, rendezvous, report);
-  } catch (...) {
-    const std::lock_guard lock(shared.mutex);
-    if (!shared.error) shared.error = std::current_exception();
-    shared.failed = true;
+/// Tells how far it is, about four times a second.
+class ProgressTicks {
+ public:
+  ProgressTicks(const ProgressCallback& tell, std::uint64_t total) : tell_(tell), total_(total) {}
+  void call_if_due(Crew& crew) {
+    if (!tell_ || host_seconds() < next_s_) return;
+    const Crew::Totals totals = crew.totals();
+    if (totals.samples == 0) return;
+    Progress now;
+    now.samples = totals.samples;
+    now.samples_total = total_;
+    now.seconds = host_seconds() - totals.first_sample_s;
+    now.samples_per_second = now.seconds > 0 ? double(now.samples) / now.seconds : 0;
+    crew.film().look([&](const Film& film) { tell_(now, film); });
+    next_s_ = host_seconds() + 0.25;
   }
-  rendezvous.arrive_and_drop();  // nobody waits for it any more
-  const std::lock_guard lock(shared.mutex);
-  --shared.running;
-  shared.changed.notify_all();
+
+ private:
+  const ProgressCallback& tell_;
+  std::uint64_t total_;
+  double next_s_ = 0;
+};
+
+/// The devices' threads. Whatever happens, they end before what they do not own goes, or are left alone.
+class Threads {
+ public:
+  explicit Threads(std::shared_ptr<Crew> crew) : crew_(std::move(crew)) {}
+  Threads(const Threads&) = delete;
+  Threads& operator=(const Threads&) = delete;
+  ~Threads() { end(); }
+  void start(std::size_t device, const OpenRunner& open) {
+    threads_.emplace_back(device, std::thread([crew = crew_, open, device] { run_device(crew, device, open); }));
+  }
+  void end() {
+    if (threads_.empty()) return;
+    crew_->end();
+    crew_->wait_for_threads();
+    for (auto& [device, thread] : threads_) {
+      if (crew_->is_lost(device))
+        thread.detach();
+      else
+        thread.join();
+    }
+    threads_.clear();
+  }
+
+ private:
+  std::shared_ptr<Crew> crew_;
+  std::vector<std::pair<std::size_t, std::thread>> threads_;  // with their devices
+};
+
+/// Until all is done, somebody says stop, or nobody is there to do it.
+Crew::State conduct(Crew& crew, Stretches& stretches, const RenderHooks& hooks, const std::atomic<bool>& stop,
+                    Checkpoints& checkpoints, std::uint64_t total) {
+  // At signals and clocks.
+  const double look_s = hooks.checkpoint ? std::clamp(hooks.checkpoint_every_s, 0.01, 0.05) : 0.05;
+  ProgressTicks progress(hooks.progress, total);
+  stretches.open_next(crew);
+  while (!stop.load()) {
+    crew.wait(look_s);
+    crew.watch();
+    const Crew::State state = crew.state();
+    if (state == Crew::State::done) {
+      if (stop.load()) break;
+      stretches.close(crew);
+      if (stretches.at_end()) return state;
+      if (stop.load()) break;
+      stretches.open_next(crew);
+    } else if (state != Crew::State::working) {
+      return state;
+    }
+    checkpoints.call_if_due(crew, false);
+    progress.call_if_due(crew);
+  }
+  return Crew::State::working;
 }
 
 }  // namespace
@@ -222,92 +168,99 @@ FilmLayout film_layout(const Features& features, const Settings& settings) {
 
 namespace {
 
+/// The layout that each device is to use, and its tree; or why it cannot take part. throws DeviceError when none can
+std::vector<DeviceReport> prepare_devices(WavefrontCrew& crew, const Execution& execution) {
+  std::vector<DeviceReport> reports;
+  std::string errors;
+  for (const DeviceInfo& info : crew.devices) {
+    DeviceReport& report = reports.emplace_back();
+    Execution& own = crew.executions.emplace_back(execution);
+    report.info = info;
+    try {
+      report.layout = choose_layout(info, *crew.packed, crew.features, crew.settings, execution);
+      own.layout = report.layout.layout;
+      require_memory(memory_need(*crew.packed, configure(info, own), crew.features), info, execution);
+    } catch (const DeviceError& error) {
+      if (crew.devices.size() == 1) throw;
+      errors += fmt::format("{}device {}: {}", errors.empty() ? "" : "; ", info.selector, error.what());
+      report.error = error.what();
+    }
+  }
+  if (std::none_of(reports.begin(), reports.end(), [](const DeviceReport& r) { return r.error.empty(); }))
+    throw DeviceError(errors);
+  return reports;
+}
+
+std::string no_device_is_left(Crew& crew, std::uint64_t samples, std::uint64_t total) {
+  const std::string why = crew.last_words();
+  if (samples == 0) return why;
+  return fmt::format("no device is left, with {:.1f} % of {} samples done: {}", 100 * double(samples) / double(total),
+                     total, why);
+}
+
 /// `pack` gives the PackedScene; it is called once it is certain that there are devices.
 template <class Pack>
 RenderOutput pack_and_render(const Pack& pack, const Features& features, const Settings& settings,
                              const Execution& execution, const std::atomic<bool>& stop, RenderHooks hooks) {
-  const std::vector<DeviceInfo> devices = select_devices(execution.devices, execution.threads);
+  const std::vector<DeviceInfo> selected = select_devices(execution.devices, execution.threads);
   const double pack_begin = host_seconds();
-  auto&& packed = pack();
+  const std::shared_ptr<PackedScene> packed_scene = pack();
+  PackedScene& packed = *packed_scene;
   const double pack_s = host_seconds() - pack_begin, built_before_s = packed.build_s;
-  std::uint32_t capacity = ~0U;
-  std::vector<Execution> executions(devices.size(), execution);  // with the layout that each device is to use
-  std::vector<LayoutChoice> layouts;
-  for (std::size_t i = 0; i < devices.size(); ++i) {
-    const DeviceInfo& info = devices[i];
-    layouts.push_back(choose_layout(info, packed, features, settings, execution));
-    executions[i].layout = layouts[i].layout;
-    const WavefrontConfig config = configure(info, executions[i]);
-    capacity = std::min(capacity, config.capacity());
-    require_memory(memory_need(packed, config, features), info, execution);
-  }
+  const DevicePool pool = hooks.devices != nullptr ? *hooks.devices : DevicePool();
+  const auto made =
+      std::make_shared<WavefrontCrew>(WavefrontCrew{selected, {}, packed_scene, features, settings, pool, hooks.keep});
+  const std::vector<DeviceReport> reports = prepare_devices(*made, execution);
 
   FilmState begin = hooks.begin_with ? std::move(*hooks.begin_with)
                                      : FilmState{Film(film_layout(features, settings)), SampleLedger()};
   if (begin.film.layout() != film_layout(features, settings))
     throw InternalError("a render goes on with a film of other layout");
-  const std::uint64_t samples_before = begin.done.sample_count();
-  const std::vector<Plan> plans = plans_between(hooks.looks, begin.done, settings, execution.block, capacity);
-  Shared shared(plans, stop, std::move(begin));
-  shared.report.devices.resize(devices.size());
-  shared.report.samples_before = samples_before;
-  shared.running = devices.size();
+  RenderReport report;
+  report.samples_before = begin.done.sample_count();
+  const std::vector<WorkUnit> missing = begin.done.missing(settings.crop, settings.sample_begin, settings.sample_end);
+  std::uint64_t total = 0;
+  for (const WorkUnit& box : missing) total += box.path_count();
 
-  DevicePool own_devices;
-  DevicePool& pool = hooks.devices != nullptr ? *hooks.devices : own_devices;
-  Rendezvous rendezvous(std::ptrdiff_t(devices.size()), Looker(hooks.looks, shared));
-  {
-    std::vector<std::jthread> threads;
-    for (std::size_t i = 0; i < devices.size(); ++i) {
-      shared.report.devices[i].info = devices[i];
-      shared.report.devices[i].layout = layouts[i];
-      threads.emplace_back([&, i] {
-        const Job job{packed, features, settings, executions[i], pool};
-        thread_main(devices[i], job, shared, rendezvous, shared.report.devices[i]);
-      });
-    }
-    std::unique_lock lock(shared.mutex);
-    std::uint64_t total = 0;
-    for (const WorkUnit& box : shared.state.done.missing(settings.crop, settings.sample_begin, settings.sample_end))
-      total += box.path_count();
-    Checkpoints checkpoints(hooks);
-    const std::chrono::duration<double> look_again(hooks.checkpoint ? std::clamp(hooks.checkpoint_every_s, 0.01, 0.25)
-                                                                    : 0.25);
-    try {
-      while (shared.running > 0) {
-        shared.changed.wait_for(lock, look_again);
-        checkpoints.call_if_due(shared, lock, shared.running == 0);
-        if (!hooks.progress || shared.report.samples == 0 || shared.running == 0) continue;
-        Progress now;
-        now.samples = shared.report.samples;
-        now.samples_total = total;
-        now.seconds = host_seconds() - shared.report.first_sample_s;
-        now.samples_per_second = now.seconds > 0 ? double(now.samples) / now.seconds : 0;
-        hooks.progress(now, shared.state.film);
-      }
-    } catch (...) {
-      shared.failed = true;  // the devices' threads end before what they use goes
-      throw;
-    }
-  }
-  if (shared.error) std::rethrow_exception(shared.error);
+  const auto crew = std::make_shared<Crew>(reports, std::move(begin), execution.block, execution.watchdog_s);
+  Stretches stretches(hooks.looks, settings);
+  Checkpoints checkpoints(hooks);
+  Threads threads(crew);
+  for (std::size_t i = 0; i < reports.size(); ++i)
+    if (total > 0 && reports[i].error.empty()) threads.start(i, open_wavefronts(made));
+  const Crew::State state = conduct(*crew, stretches, hooks, stop, checkpoints, total);
+  threads.end();
+  checkpoints.call_if_due(*crew, true);
+  if (const std::exception_ptr error = crew->error()) std::rethrow_exception(error);
+  const Crew::Totals totals = crew->totals();
+  if (state == Crew::State::unmanned) throw DeviceError(no_device_is_left(*crew, totals.samples, total));
 
-  RenderReport& report = shared.report;
+  report.devices = crew->device_reports();
+  report.events = crew->events();
+  report.rays = totals.rays;
+  report.samples = totals.samples;
+  report.nonfinite = totals.nonfinite;
+  report.saturated = totals.saturated;
+  report.rejected = totals.rejected;
+  report.first_sample_s = totals.first_sample_s;
+  report.render_s = totals.render_s;
   for (const DeviceReport& device : report.devices) {
     report.compile_s = std::max(report.compile_s, device.compile_s);
     report.upload_s = std::max(report.upload_s, device.upload_s);
-    report.render_s = std::max(report.render_s, device.busy_s);
   }
-  report.interrupted = !shared.state.done.missing(settings.crop, settings.sample_begin, settings.sample_end).empty();
   report.features = features.summary();
   report.triangles = packed.triangles.size();
-  report.geometry_bytes = packed.bytes(report.devices.front().config.layout);
-  const auto tree = packed.accels.find(report.devices.front().config.layout);
+  const auto first =
+      std::find_if(reports.begin(), reports.end(), [](const DeviceReport& r) { return r.error.empty(); });
+  const std::string& layout = first->layout.layout;
+  report.geometry_bytes = packed.bytes(layout);
+  const auto tree = packed.accels.find(layout);
   report.reinserted = tree != packed.accels.end() && tree->second.reinserted;
   report.pack_s = pack_s;
   report.build_s = packed.build_s - built_before_s;
-  return {std::move(shared.state.film), std::move(report), std::move(shared.state.done),
-          std::move(shared.state.arithmetic)};
+  FilmState done = crew->film().take();
+  report.interrupted = !done.done.missing(settings.crop, settings.sample_begin, settings.sample_end).empty();
+  return {std::move(done.film), std::move(report), std::move(done.done), std::move(done.arithmetic)};
 }
 
 }  // namespace
@@ -315,20 +268,20 @@ RenderOutput pack_and_render(const Pack& pack, const Features& features, const S
 RenderOutput render(const Scene& scene, const Settings& settings, const Execution& execution,
                     const std::atomic<bool>& stop, RenderHooks hooks) {
   const Features features(scene, settings);
-  const auto pack = [&] { return pack_scene(scene, features, settings); };
+  const auto pack = [&] { return std::make_shared<PackedScene>(pack_scene(scene, features, settings)); };
   return pack_and_render(pack, features, settings, execution, stop, std::move(hooks));
 }
 
 RenderOutput render_and_release(Scene& scene, const Settings& settings, const Execution& execution,
                                 const std::atomic<bool>& stop, RenderHooks hooks) {
   const Features features(scene, settings);
-  const auto pack = [&] { return pack_and_release(scene, features, settings); };
+  const auto pack = [&] { return std::make_shared<PackedScene>(pack_and_release(scene, features, settings)); };
   return pack_and_render(pack, features, settings, execution, stop, std::move(hooks));
 }
 
-RenderOutput render_packed(PackedScene& packed, const Features& features, const Settings& settings,
+RenderOutput render_packed(std::shared_ptr<PackedScene> packed, const Features& features, const Settings& settings,
                            const Execution& execution, const std::atomic<bool>& stop, RenderHooks hooks) {
-  const auto pack = [&]() -> PackedScene& { return packed; };
+  const auto pack = [&] { return packed; };
   return pack_and_render(pack, features, settings, execution, stop, std::move(hooks));
 }
 

@@ -3,37 +3,25 @@
 #pragma once
 #include <atomic>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <set>
 #include <string>
 #include <vector>
 
-#include "device/device.h"
 #include "device/device_pool.h"
-#include "render/choose_layout.h"
-#include "render/film.h"
-#include "render/sample_ledger.h"
+#include "render/device_report.h"
+#include "render/film_store.h"
 #include "render/settings.h"
-#include "render/wavefront.h"
 
 namespace eikon {
-
-struct DeviceReport {
-  DeviceInfo info;
-  WavefrontConfig config;
-  LayoutChoice layout;  // and why
-  ArithmeticClass arithmetic;
-  std::uint64_t samples = 0, units = 0, device_bytes = 0;
-  double compile_s = 0, upload_s = 0, busy_s = 0;  // busy: from its first unit to its last
-  std::map<std::string, StageTotals> stages;
-  std::vector<Span> spans;
-};
 
 struct RenderReport {
   /// The arithmetic classes of the devices that took part in this run, "exact" or "exact, other-1a2b3c4d".
   [[nodiscard]] std::string arithmetic() const;
 
   std::vector<DeviceReport> devices;
+  std::vector<DeviceEvent> events;  // in the order of time; empty when all went well
   RayCounts rays;
   std::uint64_t samples = 0;                   // finished, rejected ones included
   std::uint64_t samples_before = 0;            // those that the render began with
@@ -56,21 +44,14 @@ struct Progress {
 using ProgressCallback = std::function<void(const Progress&, const Film&)>;
 
 /// Places at which the devices stop, so that the film can be looked at when it holds exactly the samples below at[i] of every
-/// pixel. at: increasing, within the settings' range. look(at[i], seconds of rendering so far, film) runs on one of the
-/// devices' threads while all wait; what it takes does not count as rendering.
+/// pixel. at: increasing, within the settings' range. look(at[i], seconds of rendering so far, film); what it takes does not
+/// count as rendering.
 struct Looks {
   std::vector<std::uint64_t> at;
   std::function<void(std::uint64_t, double, const Film&)> look;
 };
 
-/// Sums, the samples that they are of, and the arithmetic classes of the devices that these are from.
-struct FilmState {
-  Film film;
-  SampleLedger done;
-  std::set<std::string> arithmetic = {};
-};
-
-/// What a render starts with and hands out as it goes. All calls but Looks::look come from the calling thread.
+/// What a render starts with and hands out as it goes. All calls come from the calling thread.
 struct RenderHooks {
   ProgressCallback progress = {};
   Looks looks = {};
@@ -84,6 +65,9 @@ struct RenderHooks {
   std::atomic<bool>* checkpoint_now = nullptr;
   /// Where devices come from, and go back to; null: they are opened for this render alone.
   DevicePool* devices = nullptr;
+  /// What the scene belongs to. It is kept until the last of the render's threads has ended, which may be after the render: one that
+  /// hangs in a driver is not waited for.
+  std::shared_ptr<const void> keep = {};
 };
 
 struct RenderOutput {
@@ -97,8 +81,8 @@ struct RenderOutput {
 FilmLayout film_layout(const Features& features, const Settings& settings);
 
 /// Renders `scene` as `settings` say on the devices of `execution`. Stops early, with what is done, once `stop` is set;
-/// looks are left out then.
-/// throws DeviceError, UsageError, InputError
+/// looks are left out then. A device that fails loses the units that it has, which others do; the report says so.
+/// throws DeviceError when no device is left, after the last checkpoint; UsageError, InputError
 RenderOutput render(const Scene& scene, const Settings& settings, const Execution& execution,
                     const std::atomic<bool>& stop, RenderHooks hooks = {});
 
@@ -108,7 +92,7 @@ RenderOutput render_and_release(Scene& scene, const Settings& settings, const Ex
 
 /// The same of a scene that is packed already; `packed` gets the trees that devices need and it lacks, and can be rendered again.
 /// features  of the scene with `settings`, as it was packed
-RenderOutput render_packed(PackedScene& packed, const Features& features, const Settings& settings,
+RenderOutput render_packed(std::shared_ptr<PackedScene> packed, const Features& features, const Settings& settings,
                            const Execution& execution, const std::atomic<bool>& stop, RenderHooks hooks = {});
 
 /// Traces one path and reports its vertices; returns its radiance.

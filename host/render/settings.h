@@ -65,6 +65,7 @@ struct Execution {
   bool optimise = true;                             // false: -cl-opt-disable
   std::string extra_flags = "";                     // see ProgramOptions
   bool keep_spans = false;                          // for --profile
+  double watchdog_s = 10;  // a device that takes longer for a unit, and than expected, is given up; see crew.h
 };
 
 }  // namespace eikon

@@ -19,7 +19,7 @@ TEST(Reuse, devices_and_packed_scenes_give_the_bits_of_fresh_ones) {
 
   DevicePool devices;
   const Features features(scene, settings);
-  PackedScene packed = pack_scene(scene, features, settings);
+  const auto packed = std::make_shared<PackedScene>(pack_scene(scene, features, settings));
   const auto again = [&](const Settings& now) {
     RenderHooks hooks;
     hooks.devices = &devices;
@@ -27,7 +27,7 @@ TEST(Reuse, devices_and_packed_scenes_give_the_bits_of_fresh_ones) {
   };
   const RenderOutput cold = again(settings);
   EXPECT_TRUE(same_film(cold.film, first));
-  const std::size_t trees = packed.accels.size();
+  const std::size_t trees = packed->accels.size();
   for (int i = 0; i < 3; ++i) {
     const RenderOutput warm = again(other);
     EXPECT_TRUE(same_film(warm.film, second));
@@ -35,7 +35,7 @@ TEST(Reuse, devices_and_packed_scenes_give_the_bits_of_fresh_ones) {
     EXPECT_EQ(warm.report.devices.front().samples, second.layout().crop.pixel_count() * 5) << "counts begin anew";
     EXPECT_TRUE(same_film(again(settings).film, first));
   }
-  EXPECT_EQ(packed.accels.size(), trees);
+  EXPECT_EQ(packed->accels.size(), trees);
 }
 
 TEST(Reuse, a_device_comes_back_unless_it_failed) {

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a device did in a render, and what became of it.
+#pragma once
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "device/device.h"
+#include "render/choose_layout.h"
+#include "render/wavefront.h"
+
+namespace eikon {
+
+struct DeviceReport {
+  DeviceInfo info;
+  WavefrontConfig config;
+  LayoutChoice layout;  // and why
+  ArithmeticClass arithmetic;
+  std::uint64_t samples = 0, units = 0, device_bytes = 0;
+  double compile_s = 0, upload_s = 0, busy_s = 0;  // busy: from its first unit to its last, without looks
+  double wait_s = 0;                               // for a unit, while there was work that others had
+  double rate = 0;                                 // samples per second, as measured at last; 0: unknown
+  std::uint64_t failures = 0;                      // units that it lost
+  std::map<std::string, StageTotals> stages;
+  std::vector<Span> spans;
+  std::string error;  // why it took no part, or no longer; empty: nothing is wrong
+};
+
+/// Something about a device that was not as it should be.
+struct DeviceEvent {
+  enum class Kind {
+    failed,    // it lost its units, and is tried again with smaller ones
+    dropped,   // it failed for good, or could not be opened
+    hung,      // a call did not come back
+    late,      // all was done before it had finished, or was ready
+    left_out,  // its units would have been late
+  };
+  double at_s = 0;         // host_seconds()
+  std::size_t device = 0;  // index into RenderReport::devices
+  Kind kind = Kind::failed;
+  std::string text;  // one line, without the device's name
+};
+[[nodiscard]] const char* name_of(DeviceEvent::Kind kind);
+
+}  // namespace eikon

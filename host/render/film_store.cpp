@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "render/film_store.h"
+
+#include <algorithm>
+
+namespace eikon {
+
+FilmStore::Rows::Rows(FilmStore& store, std::uint32_t begin, std::uint32_t count)
+    : store_(store), begin_(begin % kBands), count_(std::min(count, kBands)) {
+  for (std::uint32_t band = 0; band < kBands; ++band)
+    if (holds(band)) store_.bands_[band].lock();
+}
+
+FilmStore::Rows::~Rows() {
+  for (std::uint32_t band = 0; band < kBands; ++band)
+    if (holds(band)) store_.bands_[band].unlock();
+}
+
+void FilmStore::add(const WorkUnit& unit, const UnitSums& sums, const std::string& arithmetic) {
+  const std::uint32_t first = unit.block.y0 / kBandRows, last = (unit.block.y1 - 1) / kBandRows;
+  const Rows rows(*this, first, last - first + 1);
+  try {
+    state_.film.add(sums);
+    const std::lock_guard lock(ledger_);  // while the rows are held: a copy has both or neither
+    state_.done.add(unit);
+    state_.arithmetic.insert(arithmetic);
+  } catch (...) {
+    spoiled_ = true;
+    throw;
+  }
+}
+
+FilmState FilmStore::copy() {
+  const Rows all(*this, 0, kBands);
+  const std::lock_guard lock(ledger_);
+  return state_;
+}
+
+std::vector<WorkUnit> FilmStore::missing(const Crop& crop, std::uint64_t begin, std::uint64_t end) {
+  const std::lock_guard lock(ledger_);
+  return state_.done.missing(crop, begin, end);
+}
+
+}  // namespace eikon

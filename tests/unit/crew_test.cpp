@@ -1,0 +1,316 @@
+// SPDX-License-Identifier: Apache-2.0
+// Device threads with invented devices: what fails, hangs or dawdles changes nothing of the film.
+#include "render/crew.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <chrono>
+#include <functional>
+#include <thread>
+
+#include "core/error.h"
+#include "core/lost_threads.h"
+#include "render/device_worker.h"
+
+namespace eikon {
+namespace {
+
+constexpr Crop kImage{0, 0, 96, 64};
+constexpr std::uint64_t kSpp = 24;
+
+FilmLayout layout() {
+  FilmLayout made;
+  made.width = kImage.x1, made.height = kImage.y1;
+  made.crop = kImage;
+  return made;
+}
+
+/// What a sample of a pixel is worth, in the film's smallest step.
+std::uint32_t value(std::uint32_t x, std::uint32_t y, std::uint64_t sample, std::size_t channel) {
+  return std::uint32_t((x * 31 + y * 17 + sample * 7 + channel) % 1000);
+}
+
+/// What a device does when its n-th unit, from 0, is to be finished; it may throw, or sleep.
+using Behaviour = std::function<void(std::uint64_t n, const WorkUnit& unit)>;
+
+struct FakeDevice {
+  Behaviour unit = [](std::uint64_t, const WorkUnit&) {};
+  std::function<void(unsigned shrink)> open = [](unsigned) {};
+  double path_s = 2e-7;
+  std::uint64_t units = 0;  // over all openings
+};
+
+class FakeRunner : public UnitRunner {
+ public:
+  FakeRunner(FakeDevice& device, unsigned shrink) : device_(device), capacity_((1U << 14) >> (2 * shrink)) {
+    device.open(shrink);
+  }
+  [[nodiscard]] UnitLimits limits() const override { return {capacity_, 64}; }
+  void describe(DeviceReport& report) override { report.device_bytes = capacity_; }
+  void begin(const WorkUnit& unit) override { unit_ = unit; }
+  UnitResult finish(const Next& next) override {
+    const WorkUnit unit = unit_;
+    EXPECT_LE(unit.path_count(), capacity_);
+    std::this_thread::sleep_for(std::chrono::duration<double>(device_.path_s * double(unit.path_count())));
+    device_.unit(device_.units++, unit);
+    pixels_ = unit_pixels(unit.block);
+    limbs_.assign(2 * 3 * EK_FILM_LIMBS * pixels_.size(), 0);
+    rejected_.assign(2 * pixels_.size(), 0);
+    for (std::size_t p = 0; p < pixels_.size(); ++p)
+      for (std::size_t c = 0; c < 3; ++c)
+        for (std::uint64_t s = unit.sample_begin; s < unit.sample_end; ++s)
+          limbs_[((s % 2 * 3 + c) * EK_FILM_LIMBS) * pixels_.size() + p] +=
+              value(pixels_[p] & 0xffff, pixels_[p] >> 16, s, c);
+    if (const std::optional<WorkUnit> then = next()) unit_ = *then;
+    UnitResult result;
+    result.sums.pixels = pixels_;
+    result.sums.pixel_stride = std::uint32_t(pixels_.size());
+    result.sums.sample_begin = unit.sample_begin;
+    result.sums.sample_end = unit.sample_end;
+    result.sums.limbs = limbs_;
+    result.sums.rejected = rejected_;
+    return result;
+  }
+
+ private:
+  FakeDevice& device_;
+  std::uint64_t capacity_;
+  WorkUnit unit_;
+  std::vector<std::uint32_t> pixels_, limbs_, rejected_;
+};
+
+struct Outcome {
+  Crew::State state = Crew::State::working;
+  std::optional<FilmState> film;
+  Crew::Totals totals;
+  std::vector<DeviceReport> devices;
+  std::vector<DeviceEvent> events;
+  std::exception_ptr error;
+  std::string last_words;
+
+  [[nodiscard]] bool has(std::size_t device, DeviceEvent::Kind kind) const {
+    return std::any_of(events.begin(), events.end(),
+                       [&](const DeviceEvent& e) { return e.device == device && e.kind == kind; });
+  }
+};
+
+/// As render() does. The devices outlive threads that are lost.
+Outcome run(const std::shared_ptr<std::vector<FakeDevice>>& devices, double watchdog_s = 5) {
+  std::vector<DeviceReport> reports(devices->size());
+  const auto crew = std::make_shared<Crew>(reports, FilmState{Film(layout()), SampleLedger()}, 32, watchdog_s);
+  crew->open({WorkUnit{kImage, 0, kSpp}});
+  std::vector<std::thread> threads;
+  for (std::size_t i = 0; i < devices->size(); ++i)
+    threads.emplace_back([crew, devices, i] {
+      run_device(crew, i, [devices](std::size_t device, unsigned shrink) {
+        return std::make_unique<FakeRunner>((*devices)[device], shrink);
+      });
+    });
+  Outcome outcome;
+  while ((outcome.state = crew->state()) == Crew::State::working) {
+    crew->wait(0.01);
+    crew->watch();
+  }
+  crew->end();
+  crew->wait_for_threads();
+  for (std::size_t i = 0; i < threads.size(); ++i) crew->is_lost(i) ? threads[i].detach() : threads[i].join();
+  outcome.totals = crew->totals();
+  outcome.devices = crew->device_reports();
+  outcome.events = crew->events();
+  outcome.error = crew->error();
+  outcome.last_words = crew->last_words();
+  outcome.film = crew->film().copy();
+  return outcome;
+}
+
+std::shared_ptr<std::vector<FakeDevice>> devices(std::size_t count) {
+  return std::make_shared<std::vector<FakeDevice>>(count);
+}
+
+void expect_complete(const Outcome& outcome) {
+  ASSERT_EQ(outcome.state, Crew::State::done);
+  EXPECT_EQ(outcome.totals.samples, kImage.pixel_count() * kSpp);
+  EXPECT_TRUE(outcome.film->done.missing(kImage, 0, kSpp).empty());
+  std::uint64_t samples = 0;
+  for (const DeviceReport& device : outcome.devices) samples += device.samples;
+  EXPECT_EQ(samples, outcome.totals.samples);
+  for (std::uint32_t y = 0; y < kImage.y1; ++y)
+    for (std::uint32_t x = 0; x < kImage.x1; ++x)
+      for (std::uint32_t c = 0; c < 3; ++c) {
+        std::uint64_t sum = 0;
+        for (std::uint64_t s = 0; s < kSpp; ++s) sum += value(x, y, s, c);
+        ASSERT_TRUE(outcome.film->film.total(x, y, c) == int128(sum)) << x << "," << y;
+      }
+}
+
+[[noreturn]] void fail() { throw DeviceError("it is broken"); }
+
+/// A call that does not return until the test is over; longer than any watchdog here.
+class Hang {
+ public:
+  Hang() = default;
+  Hang(const Hang&) = delete;
+  Hang& operator=(const Hang&) = delete;
+  ~Hang() {
+    release();
+    EXPECT_TRUE(wait_for_lost_threads(10));
+  }
+  [[nodiscard]] std::function<void()> call() const {
+    return [released = released_] {
+      while (!released->load()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    };
+  }
+  void release() const { *released_ = true; }
+
+ private:
+  std::shared_ptr<std::atomic<bool>> released_ = std::make_shared<std::atomic<bool>>(false);
+};
+
+TEST(Crew, devices_of_unequal_speed_make_one_film) {
+  auto three = devices(3);
+  (*three)[1].path_s = 1e-6;
+  (*three)[2].path_s = 2e-5;
+  const Outcome outcome = run(three);
+  expect_complete(outcome);
+  EXPECT_GT(outcome.devices[0].units, 0U);
+  EXPECT_GT(outcome.devices[1].units, 0U);
+  EXPECT_TRUE(outcome.totals.render_s > 0);
+}
+
+TEST(Crew, a_unit_that_fails_at_any_moment_is_done_by_another_device) {
+  for (std::uint64_t after : {0U, 1U, 2U, 5U}) {
+    auto two = devices(2);
+    (*two)[1].unit = [&](std::uint64_t n, const WorkUnit&) {
+      if (n >= after) fail();
+    };
+    const Outcome outcome = run(two);
+    expect_complete(outcome);
+    if (outcome.devices[1].units == after && outcome.devices[1].failures > 0) {
+      EXPECT_TRUE(outcome.has(1, DeviceEvent::Kind::failed)) << after;
+    }
+    EXPECT_FALSE(outcome.has(0, DeviceEvent::Kind::failed));
+  }
+}
+
+TEST(Crew, a_device_that_fails_now_and_then_stays) {
+  auto one = devices(1);
+  (*one)[0].unit = [](std::uint64_t n, const WorkUnit&) {
+    if (n % 5 == 3 && n < 30) fail();
+  };
+  const Outcome outcome = run(one);
+  expect_complete(outcome);
+  EXPECT_GE(outcome.devices[0].failures, 1U);
+  EXPECT_FALSE(outcome.has(0, DeviceEvent::Kind::dropped));
+}
+
+TEST(Crew, units_become_smaller_where_large_ones_fail) {
+  auto one = devices(1);
+  (*one)[0].unit = [](std::uint64_t, const WorkUnit& unit) {
+    if (unit.path_count() > 4096) fail();  // as out of memory would
+  };
+  const Outcome outcome = run(one);
+  expect_complete(outcome);
+  EXPECT_EQ(outcome.devices[0].device_bytes, 4096U) << "a quarter of what it began with";
+}
+
+TEST(Crew, a_device_that_cannot_be_opened_is_dropped) {
+  auto two = devices(2);
+  (*two)[0].open = [](unsigned) { fail(); };
+  (*two)[1].path_s = 2e-6;
+  const Outcome outcome = run(two);
+  expect_complete(outcome);
+  EXPECT_TRUE(outcome.has(0, DeviceEvent::Kind::dropped));
+  EXPECT_EQ(outcome.devices[0].error, "it is broken");
+}
+
+TEST(Crew, when_all_devices_fail_what_is_done_stays) {
+  auto two = devices(2);
+  for (FakeDevice& device : *two)
+    device.unit = [](std::uint64_t n, const WorkUnit&) {
+      if (n >= 3) fail();
+    };
+  const Outcome outcome = run(two);
+  EXPECT_EQ(outcome.state, Crew::State::unmanned);
+  EXPECT_GT(outcome.totals.samples, 0U);
+  EXPECT_EQ(outcome.film->done.sample_count(), outcome.totals.samples);
+  EXPECT_NE(outcome.last_words.find("it is broken"), std::string::npos);
+}
+
+TEST(Crew, an_error_that_is_not_the_devices_ends_it) {
+  auto two = devices(2);
+  (*two)[1].unit = [](std::uint64_t, const WorkUnit&) { throw InternalError("impossible"); };
+  (*two)[0].path_s = 1e-6;
+  const Outcome outcome = run(two);
+  EXPECT_EQ(outcome.state, Crew::State::broken);
+  EXPECT_THROW(std::rethrow_exception(outcome.error), InternalError);
+}
+
+TEST(Crew, a_device_that_hangs_is_given_up_and_what_it_brings_later_does_not_count) {
+  for (std::uint64_t at : {0U, 2U}) {
+    const Hang hang;
+    auto two = devices(2);
+    (*two)[0].path_s = 1e-6;
+    (*two)[1].unit = [at, hangs = hang.call()](std::uint64_t n, const WorkUnit&) {
+      if (n == at) hangs();
+    };
+    const Outcome outcome = run(two, 0.1);
+    expect_complete(outcome);
+    EXPECT_TRUE(outcome.has(1, DeviceEvent::Kind::hung) || outcome.has(1, DeviceEvent::Kind::late));
+    EXPECT_EQ(lost_threads(), 1);
+    // It comes back: the thread ends, and the film is as it was.
+    hang.release();
+    EXPECT_TRUE(wait_for_lost_threads(10));
+    expect_complete(outcome);
+  }
+}
+
+TEST(Crew, the_only_device_that_hangs_ends_it_in_time) {
+  const Hang hang;
+  auto one = devices(1);
+  (*one)[0].unit = [hangs = hang.call()](std::uint64_t n, const WorkUnit&) {
+    if (n == 2) hangs();
+  };
+  const auto begin = std::chrono::steady_clock::now();
+  const Outcome outcome = run(one, 0.1);
+  EXPECT_EQ(outcome.state, Crew::State::unmanned);
+  EXPECT_GT(outcome.totals.samples, 0U);
+  EXPECT_TRUE(outcome.has(0, DeviceEvent::Kind::hung));
+  EXPECT_NE(outcome.last_words.find("did not end within"), std::string::npos);
+  EXPECT_LT(std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(), 5);
+}
+
+TEST(Crew, opening_that_hangs_is_given_up_when_the_others_are_done) {
+  const Hang hang;
+  auto two = devices(2);
+  (*two)[1].open = [hangs = hang.call()](unsigned) { hangs(); };
+  const Outcome outcome = run(two);
+  expect_complete(outcome);
+  EXPECT_TRUE(outcome.has(1, DeviceEvent::Kind::late));
+  EXPECT_EQ(lost_threads(), 1);
+}
+
+TEST(Crew, a_device_that_dawdles_keeps_nobody_waiting) {
+  const Hang hang;
+  auto two = devices(2);
+  (*two)[1].unit = [hangs = hang.call()](std::uint64_t n, const WorkUnit&) {
+    if (n == 1) hangs();  // far from what the watchdog would call hung
+  };
+  const auto begin = std::chrono::steady_clock::now();
+  const Outcome outcome = run(two, 60);
+  expect_complete(outcome);
+  EXPECT_TRUE(outcome.has(1, DeviceEvent::Kind::late));
+  EXPECT_LT(std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(), 10);
+}
+
+TEST(Crew, watchdog_leaves_slow_devices_alone) {
+  auto one = devices(1);
+  (*one)[0].path_s =
+      3e-6;  // 0.44 s in all, far beyond the watchdog's seconds: but no unit takes 20 times what it should
+  const Outcome outcome = run(one, 0.05);
+  expect_complete(outcome);
+  EXPECT_TRUE(outcome.events.empty());
+}
+
+}  // namespace
+}  // namespace eikon
