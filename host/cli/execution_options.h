@@ -18,7 +18,7 @@ namespace eikon {
 /// needs; EIKON_LANES=1, 8 or 16 compiles them that wide, for queues of paths (1) or chunks (8, 16), whatever the device;
 /// EIKON_STAGES=fused or unfused runs chunks through all stages in one launch, or each stage in its own;
 /// EIKON_WATCHDOG=seconds is how long a device may take for a unit before it is given up, if that is more than 20 times what is
-/// expected (default 10).
+/// expected (default 10); EIKON_TICKS=off leaves the processor's counter alone, as where there is none.
 /// Holds the host's own threads to `execution.threads` and to what the process may use, as long as `execution` or a copy lives.
 /// throws UsageError
 inline void read_execution_environment(Execution& execution) {
@@ -42,6 +42,10 @@ inline void read_execution_environment(Execution& execution) {
     if (end == text || *end != '\0' || !(seconds > 0) || seconds > 1e9)
       throw UsageError(std::string("EIKON_WATCHDOG=") + text + ": takes seconds above 0");
     execution.watchdog_s = seconds;
+  }
+  if (const char* text = std::getenv("EIKON_TICKS")) {
+    if (std::string(text) != "off") throw UsageError(std::string("EIKON_TICKS=") + text + ": takes off");
+    execution.ticks = false;
   }
 }
 

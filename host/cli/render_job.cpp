@@ -6,7 +6,7 @@
 
 #include "cli/execution_options.h"
 #include "cli/metadata.h"
-#include "cli/report.h"
+#include "cli/trace_file.h"
 #include "core/process_time.h"
 #include "image/image.h"
 
@@ -36,10 +36,12 @@ RenderJob::RenderJob(RenderOptions options, Say say, double begin_s)
       checkpoint_(options_.checkpoint, say_) {
   read_execution_environment(options_.execution);
   require_writable(options_.outputs(), options_.scene.scene);
-  options_.execution.keep_spans = !options_.profile.empty();
+  if (!options_.profile.empty()) trace_ = std::make_shared<Trace>();
+  options_.execution.trace = trace_;
 }
 
 void RenderJob::load() {
+  const TraceScope loading(trace_.get(), Trace::kMain, "load");
   prepared_ = prepare(options_.scene, options_.quiet ? say_on_stderr(true) : say_);
   checkpoint_.begin(prepared_);
 }
@@ -93,15 +95,18 @@ void RenderJob::write() {
     say_("interrupted before the first sample: nothing was written");
     return;
   }
+  TraceScope predicting(trace_.get(), Trace::kMain, "predict error");
   error_ = done_->film.predicted_error();
+  predicting.end();
   const double write_begin = host_seconds();
+  TraceScope writing(trace_.get(), Trace::kMain, "write");
   write_image();
-  CommandTimes times;
-  times.load_s = prepared_.load_s;
-  times.write_s = host_seconds() - write_begin;
-  times.total_s = process_seconds() - begin_s_;
-  if (!options_.stats.empty()) write_stats(options_.stats, report(), error_, prepared_, times);
-  if (!options_.profile.empty()) write_profile(options_.profile, report());
+  writing.end();
+  times_.load_s = prepared_.load_s;
+  times_.write_s = host_seconds() - write_begin;
+  times_.total_s = process_seconds() - begin_s_;
+  if (!options_.stats.empty()) write_stats(options_.stats, report(), error_, prepared_, times_);
+  if (trace_) write_trace(options_.profile, *trace_);
 
   if (done_->arithmetic != std::set<std::string>{"exact"})
     say_(fmt::format("arithmetic {}: other devices may give other bits; see `eikon selftest`",
@@ -116,7 +121,10 @@ void RenderJob::write() {
 
 void RenderJob::print() const {
   if (!has_samples()) return;
-  if (!options_.quiet) print_stage_table(report());
+  if (!options_.quiet) {
+    print_stage_table(report());
+    print_times(report(), times_);
+  }
   const double rate = report().render_s > 0 ? double(report().samples) / report().render_s : 0;
   const std::uint64_t before = report().samples_before;
   fmt::print("{}: {} x {}, {}{} samples in {:.2f} s ({:.2f} Msamples/s)\n", output_.string(),

@@ -4,9 +4,11 @@
 #pragma once
 #include <atomic>
 #include <filesystem>
+#include <memory>
 #include <optional>
 
 #include "cli/render_options.h"
+#include "cli/report.h"
 #include "core/error.h"
 #include "render/render.h"
 
@@ -50,6 +52,8 @@ class RenderJob {
   Say say_;
   std::filesystem::path output_;
   double begin_s_;
+  std::shared_ptr<Trace> trace_;  // for --profile
+  CommandTimes times_;
   Prepared prepared_;
   std::shared_ptr<PackedScene> packed_{};
   std::optional<RenderOutput> done_;

@@ -76,6 +76,8 @@ void Crew::opened(std::size_t device, const UnitLimits& limits, const DeviceRepo
   report.config = found.config;
   report.arithmetic = found.arithmetic;
   report.device_bytes = found.device_bytes;
+  report.open_s += found.open_s;
+  report.upload_bytes += found.upload_bytes;
   report.compile_s += found.compile_s;
   report.upload_s += found.upload_s;
   schedule_.join(device, limits);
@@ -147,16 +149,17 @@ void Crew::finished(std::size_t device, const Schedule::Dealt& dealt, const Unit
   if (totals_.samples == 0) totals_.first_sample_s = now_s;
   totals_.samples += dealt.unit.path_count();
   totals_.render_s = rendered_before_s_ + now_s - stretch_begin_s_;
-  totals_.rays.camera += result.rays.camera;
-  totals_.rays.scattered += result.rays.scattered;
-  totals_.rays.shadow += result.rays.shadow;
+  totals_.rays += result.rays;
   totals_.nonfinite += result.nonfinite;
   totals_.saturated += result.saturated;
   for (const RejectedSample& sample : result.rejected)
     if (totals_.rejected.size() < EK_REPORT_COUNT) totals_.rejected.push_back(sample);
   DeviceReport& report = reports_[device];
   report.samples += dealt.unit.path_count();
+  report.rays += result.rays;
   ++report.units;
+  if (report.begin_s == 0) report.begin_s = posts_[device].stretch_begin_s;
+  report.end_s = now_s;
   report.rate = schedule_.rate(device);
   report.busy_s = posts_[device].busy_before_s + now_s - posts_[device].stretch_begin_s;
   if (adding_ == 0 && schedule_.complete()) {
@@ -204,17 +207,10 @@ void Crew::closing(std::size_t device, const DeviceReport& totals) {
   const std::lock_guard lock(mutex_);
   Post& post = posts_[device];
   if (post.lost) return;
-  for (const auto& [name, stage] : totals.stages) {
-    StageTotals& sum = reports_[device].stages[name];
-    sum.seconds_min = sum.launches == 0 ? stage.seconds_min : std::min(sum.seconds_min, stage.seconds_min);
-    sum.seconds_max = std::max(sum.seconds_max, stage.seconds_max);
-    sum.launches += stage.launches;
-    sum.items += stage.items;
-    sum.bytes += stage.bytes;
-    sum.seconds += stage.seconds;
-  }
-  std::vector<Span>& spans = reports_[device].spans;
-  spans.insert(spans.end(), totals.spans.begin(), totals.spans.end());
+  DeviceReport& report = reports_[device];
+  for (const auto& [name, stage] : totals.stages) report.stages[name] += stage;
+  report.gaps += totals.gaps;
+  add_bounces(report.bounces, totals.bounces);
   if (post.phase == Phase::idle) enter(device, Phase::closing);
 }
 

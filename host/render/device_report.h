@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a device did in a render, and what became of it.
+// What a device did in a render, where its time went, and what became of it.
 #pragma once
 #include <cstdint>
 #include <map>
 #include <string>
-#include <vector>
 
 #include "device/device.h"
+#include "render/bounces.h"
 #include "render/choose_layout.h"
 #include "render/wavefront.h"
 
@@ -18,12 +18,18 @@ struct DeviceReport {
   LayoutChoice layout;  // and why
   ArithmeticClass arithmetic;
   std::uint64_t samples = 0, units = 0, device_bytes = 0;
-  double compile_s = 0, upload_s = 0, busy_s = 0;  // busy: from its first unit to its last, without looks
-  double wait_s = 0;                               // for a unit, while there was work that others had
-  double rate = 0;                                 // samples per second, as measured at last; 0: unknown
-  std::uint64_t failures = 0;                      // units that it lost
-  std::map<std::string, StageTotals> stages;
-  std::vector<Span> spans;
+  RayCounts rays;
+  double open_s = 0, compile_s = 0, upload_s = 0;
+  double busy_s = 0;                          // from its first unit to its last, without looks
+  double wait_s = 0;                          // for a unit, while there was work that others had
+  double rate = 0;                            // samples per second, as measured at last; 0: unknown
+  double begin_s = 0;                         // its first unit began; host_seconds()
+  double end_s = 0;                           // its last unit was in the film; host_seconds()
+  std::uint64_t upload_bytes = 0;             // before the first unit; what a CPU device reads in place is not moved
+  std::uint64_t failures = 0;                 // units that it lost
+  std::map<std::string, StageTotals> stages;  // from the first unit on
+  StageTotals gaps;                           // of the queue, between two commands
+  Bounces bounces{};
   std::string error;  // why it took no part, or no longer; empty: nothing is wrong
 };
 

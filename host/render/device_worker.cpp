@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/error.h"
+#include "render/device_trace.h"
 
 namespace eikon {
 namespace {
@@ -12,6 +13,7 @@ namespace {
 /// Units until there are none.
 void drive(Crew& crew, std::size_t device, UnitRunner& runner) {
   while (std::optional<Schedule::Dealt> unit = crew.wait_for_unit(device)) {
+    const TraceScope rendering = runner.scope("render");
     runner.begin(unit->unit);
     while (unit) {
       std::optional<Schedule::Dealt> next;
@@ -19,6 +21,7 @@ void drive(Crew& crew, std::size_t device, UnitRunner& runner) {
         next = crew.next_unit(device);
         return next ? std::optional(next->unit) : std::nullopt;
       });
+      const TraceScope adding = runner.scope("add to film");
       crew.finished(device, *unit, result);  // while the device works on the next
       unit = next;
     }
@@ -27,10 +30,15 @@ void drive(Crew& crew, std::size_t device, UnitRunner& runner) {
 
 class WavefrontRunner : public UnitRunner {
  public:
-  WavefrontRunner(const WavefrontCrew& crew, std::size_t device, const Execution& execution)
-      : pool_(crew.pool),
-        lease_(pool_.take(crew.devices[device])),
-        wavefront_(follow(*lease_, execution), *crew.packed, crew.features, crew.settings, execution) {}
+  WavefrontRunner(const WavefrontCrew& crew, std::size_t device, Execution execution)
+      : timeline_(execution.trace),
+        trace_(timeline_.get(), crew.devices[device]),
+        pool_(crew.pool),
+        lease_(open(crew.devices[device])),
+        wavefront_(*lease_, *crew.packed, crew.features, crew.settings, on_track(std::move(execution))) {}
+  WavefrontRunner(const WavefrontRunner&) = delete;
+  WavefrontRunner& operator=(const WavefrontRunner&) = delete;
+  ~WavefrontRunner() override { lease_->profiler().follow(nullptr, Trace::kMain); }  // which others may take next
 
   [[nodiscard]] UnitLimits limits() const override {
     const WavefrontConfig& config = wavefront_.config();
@@ -44,18 +52,32 @@ class WavefrontRunner : public UnitRunner {
     report.config = wavefront_.config();
     report.arithmetic = wavefront_.arithmetic();
     report.device_bytes = wavefront_.device_bytes();
-    report.compile_s = lease_->profiler().compile_s;
+    const Profiler& profiler = lease_->profiler();
+    report.open_s = open_s_;
+    report.compile_s = profiler.compile_s;
     report.upload_s = wavefront_.upload_s();
-    report.stages = lease_->profiler().totals();
-    report.spans = lease_->profiler().spans();
+    if (const auto uploads = profiler.setup().find("upload"); uploads != profiler.setup().end())
+      report.upload_bytes = uploads->second.bytes;
+    report.stages = profiler.totals();
+    report.gaps = profiler.gaps();
+    report.bounces = wavefront_.bounces();
   }
   void discard() override { lease_.discard(); }
-  void begin(const WorkUnit& unit) override { wavefront_.begin(unit); }
+  [[nodiscard]] TraceScope scope(const char* name) override { return {timeline_.get(), trace_.thread(), name}; }
+  void begin(const WorkUnit& unit) override {
+    const TraceScope beginning = scope("begin unit");
+    if (begin_s_ == 0) begin_s_ = host_seconds();
+    wavefront_.begin(unit);
+  }
   UnitResult finish(const Next& next) override {
     if (failed_) std::rethrow_exception(std::exchange(failed_, nullptr));
+    TraceScope waiting = scope("wait");
     UnitResult result = wavefront_.finish();
+    waiting.end();
+    rays_ += result.rays;
+    trace_.count_rays(rays_, begin_s_, host_seconds());
     try {
-      if (const std::optional<WorkUnit> unit = next()) wavefront_.begin(*unit);
+      if (const std::optional<WorkUnit> unit = next()) begin(*unit);
     } catch (...) {
       failed_ = std::current_exception();  // the result is there none the less
     }
@@ -63,11 +85,23 @@ class WavefrontRunner : public UnitRunner {
   }
 
  private:
-  static Device& follow(Device& device, const Execution& execution) {
-    device.profiler().keep_spans(execution.keep_spans);
-    return device;
+  DevicePool::Lease open(const DeviceInfo& info) {
+    const TraceScope opening = scope("open");
+    const double begin_s = host_seconds();
+    DevicePool::Lease lease = pool_.take(info);
+    lease->profiler().follow(timeline_.get(), trace_.queue());
+    open_s_ = host_seconds() - begin_s;
+    return lease;
+  }
+  Execution on_track(Execution execution) const {
+    execution.track = trace_.thread();
+    return execution;
   }
 
+  std::shared_ptr<Trace> timeline_;
+  DeviceTrace trace_;
+  double open_s_ = 0, begin_s_ = 0;
+  RayCounts rays_;  // of all units
   DevicePool pool_;
   DevicePool::Lease lease_;
   Wavefront wavefront_;

@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 
+#include "core/trace.h"
 #include "device/device_pool.h"
 #include "render/crew.h"
 
@@ -21,13 +22,15 @@ class UnitRunner {
   UnitRunner& operator=(const UnitRunner&) = delete;
   virtual ~UnitRunner() = default;
   [[nodiscard]] virtual UnitLimits limits() const = 0;
-  /// config, arithmetic, bytes and times of opening it; stages and spans so far.
+  /// config, arithmetic, bytes and times of opening it; stages, gaps and bounces so far.
   virtual void describe(DeviceReport& report) = 0;
   /// The first unit after a pause. throws DeviceError
   virtual void begin(const WorkUnit& unit) = 0;
   /// Waits for the unit that was begun, and begins what `next` says as soon as the device has room for it. The result lasts until the next
   /// call. throws DeviceError for the unit that was begun; what is wrong with the next one is thrown by the next call.
   virtual UnitResult finish(const Next& next) = 0;
+  /// A span of the thread that drives it, for --profile.
+  [[nodiscard]] virtual TraceScope scope(const char* name) { return {nullptr, Trace::kMain, name}; }
   /// It threw a DeviceError: nobody is to use the device again without opening it anew.
   virtual void discard() {}
 };

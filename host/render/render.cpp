@@ -11,6 +11,7 @@
 #include "core/error.h"
 #include "render/crew.h"
 #include "render/device_worker.h"
+#include "render/error_counter.h"
 #include "render/memory.h"
 #include "render/pack.h"
 
@@ -51,19 +52,22 @@ class Stretches {
 /// Hands copies of the film to the hook, when they are due.
 class Checkpoints {
  public:
-  explicit Checkpoints(const RenderHooks& hooks) : hooks_(hooks), next_s_(host_seconds() + hooks.checkpoint_every_s) {}
+  Checkpoints(const RenderHooks& hooks, Trace* trace)
+      : hooks_(hooks), trace_(trace), next_s_(host_seconds() + hooks.checkpoint_every_s) {}
   void call_if_due(Crew& crew, bool at_end) {
     const std::uint64_t samples = crew.totals().samples;
     if (!hooks_.checkpoint || samples == samples_ || crew.film().spoiled()) return;
     const bool asked = hooks_.checkpoint_now != nullptr && hooks_.checkpoint_now->exchange(false);
     if (!asked && !at_end && host_seconds() < next_s_) return;
     samples_ = samples;
+    const TraceScope checkpointing(trace_, Trace::kMain, "checkpoint");
     hooks_.checkpoint(crew.film().copy());
     next_s_ = host_seconds() + hooks_.checkpoint_every_s;
   }
 
  private:
   const RenderHooks& hooks_;
+  Trace* trace_;
   double next_s_;
   std::uint64_t samples_ = 0;
 };
@@ -121,7 +125,7 @@ class Threads {
 
 /// Until all is done, somebody says stop, or nobody is there to do it.
 Crew::State conduct(Crew& crew, Stretches& stretches, const RenderHooks& hooks, const std::atomic<bool>& stop,
-                    Checkpoints& checkpoints, std::uint64_t total) {
+                    Checkpoints& checkpoints, ErrorCounter& errors, std::uint64_t total) {
   // At signals and clocks.
   const double look_s = hooks.checkpoint ? std::clamp(hooks.checkpoint_every_s, 0.01, 0.05) : 0.05;
   ProgressTicks progress(hooks.progress, total);
@@ -141,6 +145,7 @@ Crew::State conduct(Crew& crew, Stretches& stretches, const RenderHooks& hooks, 
     }
     checkpoints.call_if_due(crew, false);
     progress.call_if_due(crew);
+    if (crew.totals().samples > 0) crew.film().look([&](const Film& film) { errors.look(film, false); });
   }
   return Crew::State::working;
 }
@@ -204,13 +209,17 @@ RenderOutput pack_and_render(const Pack& pack, const Features& features, const S
                              const Execution& execution, const std::atomic<bool>& stop, RenderHooks hooks) {
   const std::vector<DeviceInfo> selected = select_devices(execution.devices, execution.threads);
   const double pack_begin = host_seconds();
+  TraceScope packing(execution.trace.get(), execution.track, "pack");
   const std::shared_ptr<PackedScene> packed_scene = pack();
+  packing.end();
   PackedScene& packed = *packed_scene;
   const double pack_s = host_seconds() - pack_begin, built_before_s = packed.build_s;
   const DevicePool pool = hooks.devices != nullptr ? *hooks.devices : DevicePool();
   const auto made =
       std::make_shared<WavefrontCrew>(WavefrontCrew{selected, {}, packed_scene, features, settings, pool, hooks.keep});
+  TraceScope building(execution.trace.get(), execution.track, "choose layout, build tree");
   const std::vector<DeviceReport> reports = prepare_devices(*made, execution);
+  building.end();
 
   FilmState begin = hooks.begin_with ? std::move(*hooks.begin_with)
                                      : FilmState{Film(film_layout(features, settings)), SampleLedger()};
@@ -224,13 +233,17 @@ RenderOutput pack_and_render(const Pack& pack, const Features& features, const S
 
   const auto crew = std::make_shared<Crew>(reports, std::move(begin), execution.block, execution.watchdog_s);
   Stretches stretches(hooks.looks, settings);
-  Checkpoints checkpoints(hooks);
+  Checkpoints checkpoints(hooks, execution.trace.get());
+  ErrorCounter errors(execution.trace.get());
+  TraceScope rendering(execution.trace.get(), execution.track, "render");
   Threads threads(crew);
   for (std::size_t i = 0; i < reports.size(); ++i)
     if (total > 0 && reports[i].error.empty()) threads.start(i, open_wavefronts(made));
-  const Crew::State state = conduct(*crew, stretches, hooks, stop, checkpoints, total);
+  const Crew::State state = conduct(*crew, stretches, hooks, stop, checkpoints, errors, total);
   threads.end();
   checkpoints.call_if_due(*crew, true);
+  if (crew->totals().samples > 0) crew->film().look([&](const Film& film) { errors.look(film, true); });
+  rendering.end();
   if (const std::exception_ptr error = crew->error()) std::rethrow_exception(error);
   const Crew::Totals totals = crew->totals();
   if (state == Crew::State::unmanned) throw DeviceError(no_device_is_left(*crew, totals.samples, total));

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/thread_limit.h"
+#include "core/trace.h"
 #include "render/film.h"
 #include "render/pixel_filter.h"
 #include "scene/scene.h"
@@ -62,10 +63,12 @@ struct Execution {
   unsigned threads = 0;                             // of host-side work, and compute units of a CPU device; 0: all
   std::shared_ptr<const ThreadLimit> thread_limit;  // what holds the host to them; may be none
   std::uint64_t memory_bytes = 0;                   // at most this of each device; 0: what it has
+  bool ticks = true;                                // false: as on a processor without a counter for the profile
   bool optimise = true;                             // false: -cl-opt-disable
   std::string extra_flags = "";                     // see ProgramOptions
-  bool keep_spans = false;                          // for --profile
-  double watchdog_s = 10;  // a device that takes longer for a unit, and than expected, is given up; see crew.h
+  double watchdog_s = 10;        // a device that takes longer for a unit, and than expected, is given up; see crew.h
+  std::shared_ptr<Trace> trace;  // for --profile: told what happens when
+  Trace::Track track = Trace::kMain;  // there, of the thread at work
 };
 
 }  // namespace eikon

@@ -11,6 +11,7 @@
 #include "device/canary.h"
 #include "device/kernel_sources.h"
 #include "render/frame.h"
+#include "render/stage_sampler.h"
 #include "render/stage_shares.h"
 
 namespace eikon {
@@ -25,7 +26,7 @@ std::uint32_t divide_up(std::uint64_t a, std::uint64_t b) { return std::uint32_t
 
 struct Wavefront::Impl {
   /// Counts of a depth on their way to the host.
-  struct Bounce {
+  struct DepthCounts {
     std::uint32_t depth = 0;
     std::vector<std::uint32_t> counts;
     Ticket ticket;
@@ -44,20 +45,30 @@ struct Wavefront::Impl {
   Buffer frame_buffer, pixels_buffer, state_buffer, counts_buffer, slots_buffer, sums_buffer, rejected_buffer,
       diagnostics_buffer, next_path_buffer, tallies_buffer;
   ArithmeticClass arithmetic;
+  ProgramOptions sampled_options;
   std::uint64_t bytes = 0;
   double upload_s = 0;
 
   WorkUnit unit;  // that was begun
   std::vector<std::uint32_t> pixels, finished_pixels, sums, rejected;
   std::vector<WorkerTally> tallies;
-  std::deque<Bounce> under_way;  // a member, so that it outlives the transfers when something throws
+  Bounces bounces{};
+  Trace* timeline;
+  std::string live_counter;               // its name there
+  std::unique_ptr<StageSampler> sampler;  // where one launch runs all stages, and has no counter to tell them apart
+  double counted_s = 0;                   // up to when
+  std::deque<DepthCounts> under_way;      // a member, so that it outlives the transfers when something throws
 
   // Work under way reads and writes what is freed below; after an error too.
   ~Impl() { device.drain(); }
 
   Impl(Device& on, const PackedScene& packed, const Features& features, const Settings& settings,
        const Execution& execution)
-      : device(on), scene(packed), config(configure(on.info(), execution)) {
+      : device(on),
+        scene(packed),
+        config(configure(on.info(), execution)),
+        timeline(execution.trace.get()),
+        live_counter(fmt::format("live paths, device {}", on.info().selector)) {
     state = path_state_layout(features, config.chunked);
     frame = pack_frame(packed, settings);
     filter = filter_table(settings.filter);
@@ -65,9 +76,16 @@ struct Wavefront::Impl {
     channels = std::uint32_t(features.film_channels().size());
     has_environment = features.has("environment") || features.has("environment_map");
     has_shadow = features.has("next_event");
-    compile(features, execution);
+    const auto scope = [&](const char* name) { return TraceScope(timeline, execution.track, name); };
+    {
+      const TraceScope compiling = scope("compile");
+      compile(features, execution);
+    }
     try {
+      TraceScope uploading = scope("upload");
       upload();
+      uploading.end();
+      const TraceScope warming = scope("warm up");
       for (auto& [name, kernel] : kernels) kernel.bind(arguments);
       warm_up();
     } catch (...) {
@@ -84,8 +102,8 @@ struct Wavefront::Impl {
     options.defines["EK_WIDTH"] = std::to_string(config.lanes);
     options.defines["EK_CHUNKED"] = config.chunked ? "1" : "0";
     options.defines["EK_CHUNK"] = std::to_string(config.chunk);
-#if defined(__x86_64__)
-    if (device.info().cycle_counter) options.defines["EK_TICKS"] = "1";  // ticks.h
+#if defined(__x86_64__) || defined(__aarch64__)
+    if (device.info().cycle_counter && execution.ticks) options.defines["EK_TICKS"] = "1";  // ticks.h
 #endif
     options.defines.merge(accel().defines());
     const auto needed = [&](const std::string& stage) {
@@ -105,6 +123,21 @@ struct Wavefront::Impl {
     require_canary(device, program);
     arithmetic = probe_arithmetic(device, program);
     for (const std::string& stage : stages) kernels[stage] = program.kernel(stage);
+    sampled_options = std::move(options);
+  }
+
+  /// Where kernel `paths` cannot tell how its stages share it.
+  void make_sampler() {
+    device.read(tallies_buffer, tallies.data(), sizeof(WorkerTally));
+    if ((tallies.front().begin[0] | tallies.front().begin[1]) != 0) return;
+    std::vector<std::string> stages, files;
+    for (const char* stage : {"generate", "intersect", "miss", "shade", "shadow"}) {
+      const std::string name = stage;
+      if ((name == "miss" && !has_environment) || (name == "shadow" && !has_shadow)) continue;
+      stages.push_back(name), files.push_back("stages/" + name + ".cl");
+    }
+    const Program program = device.build(kernel_text(files), sampled_options);
+    sampler = std::make_unique<StageSampler>(device, program, stages, arguments, config);
   }
 
   [[nodiscard]] const Accel& accel() const {
@@ -204,6 +237,7 @@ struct Wavefront::Impl {
     device.write(frame_buffer, &frame, sizeof frame);
     for (const auto& [name, kernel] : kernels) device.run(kernel, 1, config.chunked ? 1 : kGroup);
     device.finish();
+    if (config.fused) make_sampler();
     profiler.compile_s = compiled_s + (host_seconds() - begin);  // a driver may compile behind the launch
     profiler.restart();
   }
@@ -234,6 +268,22 @@ struct Wavefront::Impl {
     run_film();
     device.flush();
   }
+  /// So many paths were at work since the last call.
+  void count_live(double paths) {
+    if (timeline == nullptr) return;
+    const double now = host_seconds();
+    if (counted_s > 0) timeline->count(live_counter, counted_s, now, paths);
+    counted_s = now;
+  }
+  /// paths  that came to a depth, of one chunk or of the queue
+  void count_paths(std::uint32_t depth, std::uint64_t paths) {
+    Bounce& bounce = bounce_at(bounces, depth);
+    bounce.paths += paths;
+    if (!config.chunked || paths == 0) return;
+    bounce.lanes += std::uint64_t{divide_up(paths, config.lanes)} * config.lanes;
+    bounce.slots += config.chunk;
+  }
+
   /// Waits for it. returns the rays that it traced
   RayCounts settle_fused() {
     device.read(tallies_buffer, tallies.data(), tallies.size() * sizeof(WorkerTally));
@@ -244,7 +294,9 @@ struct Wavefront::Impl {
       rays.shadow += tally.shadow;
     }
     Profiler& profiler = device.profiler();
-    profiler.divide("paths", stage_shares(tallies));
+    profiler.divide("paths", sampler ? sampler->shares() : stage_shares(tallies));
+    add_bounces(bounces, tallies, config.lanes, config.chunk);
+    count_live(double(config.workers) * mean_chunk_paths(tallies));
     profiler.add_items("generate", rays.camera);
     profiler.add_items("intersect", rays.camera + rays.scattered);
     if (has_environment) profiler.add_items("miss", rays.camera + rays.scattered);
@@ -261,20 +313,27 @@ struct Wavefront::Impl {
     rays.camera = frame.path_count;
     std::uint64_t active = frame.path_count;  // at least the paths that go on
     under_way.clear();
+    count_live(0);
+    for (std::uint64_t first = 0, chunk = config.chunk; first < active; first += chunk)
+      count_paths(1, std::min(chunk, active - first));
     run_stage("generate", 1, active);
     profiler.add_items("generate", active);
     profiler.add_items("intersect", active);
     profiler.add_items("shade", active);
     for (std::uint32_t depth = 1; active > 0; ++depth) {
+      if (!config.chunked) {
+        bounce_at(bounces, depth).lanes += std::uint64_t{divide_up(active, kGroup)} * kGroup;
+        bounce_at(bounces, depth).slots += config.capacity();
+      }
       run_stage("intersect", depth, active);
       if (after_intersect) after_intersect(depth);
       run_stage("miss", depth, active);
       run_stage("shade", depth, active);
       run_stage("compact", depth, active);
-      Bounce& bounce = under_way.emplace_back();
-      bounce.depth = depth;
-      bounce.counts.resize(4 * std::size_t{config.chunks});
-      bounce.ticket = device.read_later(counts_buffer, bounce.counts.data(), 16 * std::size_t{used_chunks()});
+      DepthCounts& at = under_way.emplace_back();
+      at.depth = depth;
+      at.counts.resize(4 * std::size_t{config.chunks});
+      at.ticket = device.read_later(counts_buffer, at.counts.data(), 16 * std::size_t{used_chunks()});
       run_stage("shadow", depth, active);
       device.flush();
       const std::size_t ahead = after_intersect ? 0 : 1;
@@ -284,7 +343,7 @@ struct Wavefront::Impl {
         if (active == 0) break;
       }
     }
-    for (const Bounce& bounce : under_way) device.wait(bounce.ticket);
+    for (const DepthCounts& at : under_way) device.wait(at.ticket);
     run_film();
     return rays;
   }
@@ -294,14 +353,18 @@ struct Wavefront::Impl {
   }
 
   /// Waits for the counts of a depth; returns how many paths go on.
-  std::uint64_t settle(const Bounce& bounce, RayCounts& rays) {
-    device.wait(bounce.ticket);
+  std::uint64_t settle(const DepthCounts& at, RayCounts& rays) {
+    device.wait(at.ticket);
     std::uint64_t next = 0, shadow = 0;
     for (std::size_t c = 0; c < used_chunks(); ++c) {
-      next += bounce.counts[4 * c + ((bounce.depth + 1) & 1)];
-      shadow += bounce.counts[4 * c + 2];
+      const std::uint32_t of_chunk = at.counts[4 * c + ((at.depth + 1) & 1)];
+      count_paths(at.depth + 1, of_chunk);
+      next += of_chunk;
+      shadow += at.counts[4 * c + 2];
     }
     if (!has_shadow) shadow = 0;
+    bounce_at(bounces, at.depth).shadow_rays += shadow;
+    count_live(double(next));
     rays.scattered += next;
     rays.shadow += shadow;
     Profiler& profiler = device.profiler();
@@ -309,7 +372,7 @@ struct Wavefront::Impl {
       profiler.add_items("intersect", next);
       profiler.add_items("shade", next);
     }
-    if (has_environment) profiler.add_items("miss", bounce.depth == 1 ? frame.path_count + next : next);
+    if (has_environment) profiler.add_items("miss", at.depth == 1 ? frame.path_count + next : next);
     if (shadow > 0) profiler.add_items("shadow", shadow);
     return next;
   }
@@ -328,6 +391,7 @@ struct Wavefront::Impl {
     device.begin_unit(frame.path_count);
     device.write(frame_buffer, &frame, sizeof frame);
     device.write(pixels_buffer, pixels.data(), 4 * pixels.size());
+    if (sampler) sampler->before(frame, pixels);
     if (config.fused) launch_fused();
   }
 
@@ -374,6 +438,7 @@ const WavefrontConfig& Wavefront::config() const { return impl_->config; }
 ArithmeticClass Wavefront::arithmetic() const { return impl_->arithmetic; }
 double Wavefront::upload_s() const { return impl_->upload_s; }
 std::uint64_t Wavefront::device_bytes() const { return impl_->bytes; }
+const Bounces& Wavefront::bounces() const { return impl_->bounces; }
 
 void Wavefront::begin(const WorkUnit& unit) { impl_->begin(unit); }
 UnitResult Wavefront::finish() { return impl_->finish({}); }

@@ -8,6 +8,7 @@
 
 #include "device/device.h"
 #include "render/arithmetic.h"
+#include "render/bounces.h"
 #include "render/pack.h"
 #include "render/settings.h"
 #include "render/units.h"
@@ -19,6 +20,10 @@ namespace eikon {
 struct RayCounts {
   std::uint64_t camera = 0, scattered = 0, shadow = 0;
   [[nodiscard]] std::uint64_t total() const { return camera + scattered + shadow; }
+  RayCounts& operator+=(const RayCounts& more) {
+    camera += more.camera, scattered += more.scattered, shadow += more.shadow;
+    return *this;
+  }
 };
 
 struct RejectedSample {
@@ -54,6 +59,8 @@ class Wavefront {
   [[nodiscard]] ArithmeticClass arithmetic() const;
   [[nodiscard]] double upload_s() const;
   [[nodiscard]] std::uint64_t device_bytes() const;
+  /// Of all units so far.
+  [[nodiscard]] const Bounces& bounces() const;
 
   /// Starts a unit (of at most config().capacity() paths); the last one begun must be finished. Where all stages are one launch
   /// the device is at work when this returns. throws DeviceError

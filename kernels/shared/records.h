@@ -180,6 +180,7 @@ typedef struct {
 EK_ASSERT_SIZE(Diagnostics, 76);
 
 #define EK_PATH_STAGES 5          // EK_PATH_STAGE of stages.def
+#define EK_TALLY_DEPTHS 16        // depths that are counted apart; what is deeper is counted with the last
 
 // What one work-item of kernel `paths` did. Ticks are of the processor's cycle counter, low and high word; 0 where there is none.
 typedef struct {
@@ -188,8 +189,13 @@ typedef struct {
   uint begin[2];
   uint end[2];
   uint ticks[2 * EK_PATH_STAGES]; // spent in each stage, in the order of stages.def
+  // At depth i + 1: paths, shadow rays, chunks that had any paths, and vectors of EK_WIDTH lanes that they took.
+  uint depth_paths[EK_TALLY_DEPTHS];
+  uint depth_shadow[EK_TALLY_DEPTHS];
+  uint depth_chunks[EK_TALLY_DEPTHS];
+  uint depth_vectors[EK_TALLY_DEPTHS];
 } WorkerTally;
-EK_ASSERT_SIZE(WorkerTally, 64);
+EK_ASSERT_SIZE(WorkerTally, 320);
 
 EK_END
 #endif

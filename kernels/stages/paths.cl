@@ -49,6 +49,8 @@ EK_FN_ONCE void paths_run(constant Frame* frame, global const uint* pixels, glob
   ulong time = ticks_now(), ticks[TICKS_COUNT] = {0};
   const ulong begin = time;
   uint scattered = 0, shadow_rays = 0;
+  uint depth_paths[EK_TALLY_DEPTHS] = {0}, depth_shadow[EK_TALLY_DEPTHS] = {0}, depth_chunks[EK_TALLY_DEPTHS] = {0},
+       depth_vectors[EK_TALLY_DEPTHS] = {0};
   for (;;) {
     uint first;
     uint count = paths_take(next_path, path_count, workers, &first);
@@ -62,6 +64,11 @@ EK_FN_ONCE void paths_run(constant Frame* frame, global const uint* pixels, glob
       EK_TIMED(shade, survivors = stage_shade(frame, scene, light_data, state, film_slots, 0, count, depth));
       if (EK_HAS_next_event)
         EK_TIMED(shadow, stage_shadow(frame, geometry, state, film_slots, 0, survivors.shadow, depth));
+      const uint at = min(depth, (uint)EK_TALLY_DEPTHS) - 1u;
+      depth_paths[at] += count;
+      depth_shadow[at] += survivors.shadow;
+      depth_chunks[at] += 1u;
+      depth_vectors[at] += (count + (EK_WIDTH - 1u)) / EK_WIDTH;
       count = survivors.next;
       scattered += survivors.next;
       shadow_rays += survivors.shadow;
@@ -72,6 +79,12 @@ EK_FN_ONCE void paths_run(constant Frame* frame, global const uint* pixels, glob
   ticks_store(tally->begin, begin);
   ticks_store(tally->end, time);
   for (uint i = 0; i < TICKS_COUNT; ++i) ticks_store(tally->ticks + 2 * i, ticks[i]);
+  for (uint i = 0; i < EK_TALLY_DEPTHS; ++i) {
+    tally->depth_paths[i] = depth_paths[i];
+    tally->depth_shadow[i] = depth_shadow[i];
+    tally->depth_chunks[i] = depth_chunks[i];
+    tally->depth_vectors[i] = depth_vectors[i];
+  }
 }
 #endif
 

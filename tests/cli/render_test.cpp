@@ -112,26 +112,6 @@ TEST(Render, stats_have_what_is_promised) {
     EXPECT_NE(std::find(stages.begin(), stages.end(), stage), stages.end()) << stage;
 }
 
-TEST(Render, a_profile_is_trace_events_that_follow_each_other_on_each_track) {
-  const Workplace here;
-  ASSERT_TRUE(succeeded(here.eikon(cornell("--size 64x64 --spp 128 --quiet --profile trace.json"))));
-  const json trace = json::parse(read_bytes(here / "trace.json"));
-  std::map<int, double> end;
-  int spans = 0;
-  for (const json& event : trace.at("traceEvents")) {
-    if (event.at("ph") == "M") continue;
-    EXPECT_EQ(event.at("ph"), "X");
-    EXPECT_FALSE(event.at("name").get<std::string>().empty());
-    const double begin = event.at("ts"), duration = event.at("dur");
-    EXPECT_GE(duration, 0);
-    double& last = end[event.at("tid")];
-    EXPECT_GE(begin, last - 1e-3) << event;  // microseconds; the queue is in order
-    last = begin + duration;
-    ++spans;
-  }
-  EXPECT_GT(spans, 10);
-}
-
 TEST(Render, png_half_and_layers) {
   const Workplace here;
   ASSERT_TRUE(succeeded(here.eikon(

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <string>
+
+#include "core/trace.h"
+#include "device/device.h"
+#include "render/wavefront.h"
+
+namespace eikon {
+
+/// A device's two tracks, its queue and the thread of the host that feeds it, and its rays per second; of a null trace, nothing.
+class DeviceTrace {
+ public:
+  DeviceTrace(Trace* trace, const DeviceInfo& info);
+  [[nodiscard]] Trace::Track thread() const { return thread_; }
+  [[nodiscard]] Trace::Track queue() const { return queue_; }
+  /// so_far  rays of all units; the first one began at begin_s, the last one ended now
+  void count_rays(const RayCounts& so_far, double begin_s, double now_s);
+
+ private:
+  Trace* trace_;
+  Trace::Track thread_ = 0, queue_ = 0;
+  std::string rate_;
+  double counted_s_ = 0;
+  std::uint64_t counted_ = 0;
+};
+
+}  // namespace eikon

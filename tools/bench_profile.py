@@ -1,0 +1,60 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""What the profile costs: renders in turns, with and without --profile, and with and without the processor's counter in the
+kernels (EIKON_TICKS=off). Prints the best time of each and how much longer it is than without; exit code 1 above --fail-above.
+
+    tools/bench_profile.py [--eikon build-release/eikon] [--rounds 7] [SCENE]
+
+A script and no test: on a machine that does other things too, two runs of the same differ by more than what is measured."""
+
+import argparse
+import json
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+
+CASES = {"plain": ([], {"EIKON_TICKS": "off"}), "counter": ([], {}), "counter, --profile": (["--profile", "trace.json"], {})}
+
+
+def seconds(options, folder, flags, variables):
+    command = [options.eikon, "render", str(options.scene), "-o", "out.exr", "--size", options.size, "--spp",
+               str(options.spp), "--stats", "stats.json", "--quiet", *flags]
+    done = subprocess.run(command, cwd=folder, env={**os.environ, **variables}, capture_output=True, text=True)
+    if done.returncode != 0:
+        sys.exit(f"{' '.join(command)}: exit code {done.returncode}: {done.stderr.strip()}")
+    stats = json.loads((folder / "stats.json").read_text())
+    # What stands in for the counter is work of its own, which a processor that has one does not do.
+    sampling = sum(s["seconds"] for s in stats["stages"] if s["stage"] == "sampling")
+    return stats["seconds"]["render"] - sampling
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    root = pathlib.Path(__file__).resolve().parent.parent
+    parser.add_argument("scene", nargs="?", type=lambda p: pathlib.Path(p).resolve(), default=root / "scenes" / "cornell.gltf")
+    parser.add_argument("--eikon", type=lambda p: str(pathlib.Path(p).resolve()), default=str(root / "build-release" / "eikon"))
+    parser.add_argument("--rounds", type=int, default=7)
+    parser.add_argument("--spp", type=int, default=64)
+    parser.add_argument("--size", default="256x256")
+    parser.add_argument("--fail-above", type=float, default=1.0, help="percent")
+    options = parser.parse_args()
+    with tempfile.TemporaryDirectory() as name:
+        folder = pathlib.Path(name)
+        best = {}
+        for round_number in range(options.rounds + 1):
+            for case, (flags, variables) in CASES.items():
+                taken = seconds(options, folder, flags, variables)
+                if round_number > 0:  # the first one compiles
+                    best[case] = min(best.get(case, taken), taken)
+    worst = 0.0
+    for case, taken in best.items():
+        more = 100 * (taken / best["plain"] - 1)
+        worst = max(worst, more)
+        print(f"{case:20} {taken:8.4f} s {more:+6.2f} %")
+    sys.exit(1 if worst > options.fail_above else 0)
+
+
+if __name__ == "__main__":
+    main()
