@@ -62,6 +62,7 @@ void RenderJob::render(const std::atomic<bool>& stop, RenderHooks hooks) {
     const Features features(*prepared_.scene, settings);
     done_ = render_packed(packed_, features, settings, options_.execution, stop, std::move(hooks));
   }
+  for (const std::string& note : report().notes) say_(note);
   for (const DeviceEvent& event : report().events)
     say_(fmt::format("device {}: {}", report().devices[event.device].info.selector, event.text));
   checkpoint_.end(*done_);

@@ -207,7 +207,8 @@ std::string no_device_is_left(Crew& crew, std::uint64_t samples, std::uint64_t t
 template <class Pack>
 RenderOutput pack_and_render(const Pack& pack, const Features& features, const Settings& settings,
                              const Execution& execution, const std::atomic<bool>& stop, RenderHooks hooks) {
-  const std::vector<DeviceInfo> selected = select_devices(execution.devices, execution.threads);
+  RenderReport report;
+  const std::vector<DeviceInfo> selected = select_devices(execution.devices, execution.threads, &report.notes);
   const double pack_begin = host_seconds();
   TraceScope packing(execution.trace.get(), execution.track, "pack");
   const std::shared_ptr<PackedScene> packed_scene = pack();
@@ -221,11 +222,14 @@ RenderOutput pack_and_render(const Pack& pack, const Features& features, const S
   const std::vector<DeviceReport> reports = prepare_devices(*made, execution);
   building.end();
 
+  const auto first =
+      std::find_if(reports.begin(), reports.end(), [](const DeviceReport& r) { return r.error.empty(); });
+  const std::string& layout = first->layout.layout;
+  require_host_memory(film_layout(features, settings), bool(hooks.checkpoint), packed.bytes(layout), host_limits());
   FilmState begin = hooks.begin_with ? std::move(*hooks.begin_with)
                                      : FilmState{Film(film_layout(features, settings)), SampleLedger()};
   if (begin.film.layout() != film_layout(features, settings))
     throw InternalError("a render goes on with a film of other layout");
-  RenderReport report;
   report.samples_before = begin.done.sample_count();
   const std::vector<WorkUnit> missing = begin.done.missing(settings.crop, settings.sample_begin, settings.sample_end);
   std::uint64_t total = 0;
@@ -263,9 +267,6 @@ RenderOutput pack_and_render(const Pack& pack, const Features& features, const S
   }
   report.features = features.summary();
   report.triangles = packed.triangles.size();
-  const auto first =
-      std::find_if(reports.begin(), reports.end(), [](const DeviceReport& r) { return r.error.empty(); });
-  const std::string& layout = first->layout.layout;
   report.geometry_bytes = packed.bytes(layout);
   const auto tree = packed.accels.find(layout);
   report.reinserted = tree != packed.accels.end() && tree->second.reinserted;

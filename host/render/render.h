@@ -22,6 +22,7 @@ struct RenderReport {
 
   std::vector<DeviceReport> devices;
   std::vector<DeviceEvent> events;  // in the order of time; empty when all went well
+  std::vector<std::string> notes;   // on the choice of devices, a line each
   RayCounts rays;
   std::uint64_t samples = 0;                   // finished, rejected ones included
   std::uint64_t samples_before = 0;            // those that the render began with

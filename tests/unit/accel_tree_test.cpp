@@ -213,7 +213,7 @@ TEST(Accel, none_lists_what_can_be_hit) {
 
 TEST(Accel, unknown_names_are_usage_errors) {
   AccelOptions options;
-  options.accel = "octree";
+  options.accel = "quadtree";
   EXPECT_THROW(build_accel({{}}, options), UsageError);
   options.accel = "bvh";
   options.layout = "bvh3";
