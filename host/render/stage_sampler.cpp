@@ -34,11 +34,11 @@ StageSampler::StageSampler(Device& device, const Program& program, const std::ve
 
 std::vector<std::uint32_t> StageSampler::spread(std::span<const std::uint32_t> pixels, std::size_t count) {
   std::vector<std::uint32_t> chosen;
-  const std::size_t runs = std::max<std::size_t>(count / kRun, 1), there = (pixels.size() + kRun - 1) / kRun;
+  const std::size_t runs = (count + kRun - 1) / kRun, there = (pixels.size() + kRun - 1) / kRun;
   for (std::size_t run = 0; run < runs && chosen.size() < count; ++run) {
     const std::size_t begin = (2 * run + 1) * there / (2 * runs) * kRun;
-    for (std::size_t i = begin; i < std::min({begin + kRun, pixels.size(), begin + count - chosen.size()}); ++i)
-      chosen.push_back(pixels[i]);
+    const std::size_t end = std::min({begin + kRun, pixels.size(), begin + count - chosen.size()});
+    for (std::size_t i = begin; i < end; ++i) chosen.push_back(pixels[i]);
   }
   return chosen;
 }
