@@ -76,7 +76,7 @@ TEST(BadInput, flags_that_make_no_sense_are_usage_errors) {
                             "--camera 1",
                             "--light-sampling sun",
                             "--integrator none",
-                            "--accel grid",
+                            "--accel quadtree",
                             "--layout bvh3",
                             "--max-depth -1",
                             "--seed -1",
