@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+// Formulas as straight-line kernel code (for kernels/implicit.h), each shared subexpression once.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "formula/parse.h"
+
+namespace eikon::formula {
+
+/// The functions that kernels/implicit.h wants, for formulas numbered by their places:
+///   vf implicit_value(uint formula, v3 p)            f
+///   v3 implicit_gradient(uint formula, v3 p)
+///   ImplicitBounds implicit_bounds(uint formula, Interval x, Interval y, Interval z, v3 d)  f and its slope along d
+/// Their bits are those of evaluate(); numbers from the formula appear as hexadecimal floats, nothing else of its text does.
+[[nodiscard]] std::string kernel_code(const std::vector<Formula>& formulas);
+
+}  // namespace eikon::formula
