@@ -38,9 +38,9 @@ kernel void bench_scatter(constant Frame* frame, global const Triangle* triangle
   const uint i = (uint)get_global_id(0) * EK_WIDTH;
   const vu hit = load_u((global const uint*)hits + 3 * stride + i);
   const vi live = hit != EK_NO_HIT;
-  const Surface surface =
-      surface_at(load_triangle(triangles, live ? hit : (vu)(0u)), load_f(hits + stride + i), load_f(hits + 2 * stride + i));
   const v3 dir = V3(load_f(rays + 3 * stride + i), load_f(rays + 4 * stride + i), load_f(rays + 5 * stride + i));
+  const Surface surface = surface_at(load_triangle(triangles, live ? hit : (vu)(0u)), load_f(hits + stride + i),
+                                     load_f(hits + 2 * stride + i), scale3(dir, load_f(hits + i)));
   const v3 n = select3(dot3(surface.n_geom, dir) < 0.0f, surface.n_geom, neg3(surface.n_geom));
   const Basis basis = basis_around(n);
 

@@ -42,16 +42,23 @@ EK_FN v3 triangle_point(v3 p0, v3 p1, v3 p2, vf u, vf v, v3* p_error) {
   return add3(add3(a, b), c);
 }
 
+// Towards where the ray came from, on one axis.
+EK_FN vf moved_back(vf p, vf error, vf travelled) {
+  return p - copysign_f(min_f(2.0f * error, 0.5f * abs_f(travelled)), travelled);
+}
+
 typedef struct {
   v3 p;        // world, metres
   v3 p_error;  // bound of its error per axis
   v3 n_geom;   // unit, to the front side
 } Surface;
 
-/// The point of a hit. u and v are the hit's weights of p1 and p2.
+/// The point of a hit. u and v are the hit's weights of p1 and p2; travelled: from the ray's origin to the hit, along the ray.
+// The point is moved back by twice its error, since u and v have theirs, but by half of the way at most: rounding could else put it
+// beyond a wall that crosses this one, which the ray has not reached, and rays that leave from there would see the other side.
 // Each weight counts as 2^-20 at least, which moves the point by a millionth of the triangle: closer to an edge than that,
 // rounding could put it beyond the wall that meets the triangle there, and closed boxes would leak.
-EK_FN Surface surface_at(TriangleLanes t, vf u, vf v) {
+EK_FN Surface surface_at(TriangleLanes t, vf u, vf v, v3 travelled) {
   const vf least = (vf)(0x1p-20f);
   u = max_f(u, least);
   v = max_f(v, least);
@@ -59,8 +66,12 @@ EK_FN Surface surface_at(TriangleLanes t, vf u, vf v) {
   const vi from_u = u > v;
   u = from_u ? u - excess : u;
   v = from_u ? v : v - excess;
+  v3 error;
+  const v3 p = triangle_point(t.p0, t.p1, t.p2, u, v, &error);
   Surface s;
-  s.p = triangle_point(t.p0, t.p1, t.p2, u, v, &s.p_error);
+  s.p = V3(moved_back(p.x, error.x, travelled.x), moved_back(p.y, error.y, travelled.y),
+           moved_back(p.z, error.z, travelled.z));
+  s.p_error = scale3(error, (vf)(3.25f));  // and 2^-24 of p, a seventh of `error`, for the rounding of the move
   s.n_geom = t.n;
   return s;
 }

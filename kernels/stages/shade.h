@@ -59,7 +59,7 @@ EK_FN Survivors stage_shade(constant Frame* frame, SceneData scene, LightData li
              v = state_f(state, FIELD_hit_v, slot), scatter_pdf = state_f(state, FIELD_pdf, slot);
 
     const TriangleLanes corners = load_triangle(scene.triangles, triangle);
-    const Surface surface = surface_at(corners, u, v);
+    const Surface surface = surface_at(corners, u, v, scale3(dir, t));
     const vi front = dot3(surface.n_geom, dir) < 0.0f;
     const HitAttributes at = hit_attributes(scene, triangle, u, v);
     const HitMaterial hit_surface = hit_material(scene, corners.material, at, front);

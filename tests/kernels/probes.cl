@@ -138,10 +138,10 @@ kernel void probe_warps(PROBE_ARGUMENTS) {
 
 #ifdef EK_PROBE_surface
 #include "surface.h"
-// Inputs: triangle, weights u and v, a direction w.
+// Inputs: triangle, weights u and v, a direction w, the way from the ray's origin.
 kernel void probe_surface(PROBE_ARGUMENTS, global const Triangle* triangles) {
   const TriangleLanes t = load_triangle(triangles, IN_U(0));
-  const Surface s = surface_at(t, IN_F(1), IN_F(2));
+  const Surface s = surface_at(t, IN_F(1), IN_F(2), IN_3(6));
   OUT_3(0, s.p);
   OUT_3(3, s.p_error);
   OUT_3(6, s.n_geom);

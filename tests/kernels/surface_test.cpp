@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <random>
@@ -45,9 +46,14 @@ float any_magnitude(std::mt19937& random) {  // 10^-8 to 10^8, either sign
   return float((random() & 1U) != 0 ? magnitude : -magnitude);
 }
 
+/// w: where a ray leaves to; it came along -w turned, from as far away as the coordinates are large, or from very near.
 struct Hits {
-  Words triangle, u, v, wx, wy, wz;
+  Words triangle, u, v, wx, wy, wz, from_x, from_y, from_z;
   void add(std::uint32_t index, float b1, float b2, const std::array<float, 3>& w) {
+    const float near = u.size() % 8 == 0 ? 0x1p-22F : 1;
+    from_x.push_back(as_word(-near * w[1]));
+    from_y.push_back(as_word(-near * w[2]));
+    from_z.push_back(as_word(-near * w[0]));
     triangle.push_back(index);
     u.push_back(as_word(b1));
     v.push_back(as_word(b2));
@@ -79,7 +85,8 @@ std::vector<Words> surfaces(std::vector<Triangle> triangles, const Hits& hits) {
   for (Triangle& t : triangles) t = with_normal(t);
   return Probe("surface")
       .buffer("triangles", triangles)
-      .run("probe_surface", {hits.triangle, hits.u, hits.v, hits.wx, hits.wy, hits.wz}, 15);
+      .run("probe_surface",
+           {hits.triangle, hits.u, hits.v, hits.wx, hits.wy, hits.wz, hits.from_x, hits.from_y, hits.from_z}, 15);
 }
 
 Hits random_hits(std::mt19937& random, std::uint32_t triangles, int each) {
@@ -149,6 +156,25 @@ TEST(Surface, the_error_of_a_point_is_within_its_bound) {
   }
 }
 
+TEST(Surface, points_are_moved_back_by_twice_their_error_or_half_of_the_way) {
+  std::mt19937 random(6);
+  const Cloud cloud = clouds(random)[1];
+  const Hits hits = random_hits(random, 1000, 64);
+  Hits from_nowhere = hits;
+  for (Words* words : {&from_nowhere.from_x, &from_nowhere.from_y, &from_nowhere.from_z})
+    std::fill(words->begin(), words->end(), as_word(0));
+  const auto out = surfaces(cloud.triangles, hits), unmoved = surfaces(cloud.triangles, from_nowhere);
+  for (std::size_t i = 0; i < hits.u.size(); ++i) {
+    const Vec p = vec(out, 0, i), p0 = vec(unmoved, 0, i), bound = vec(out, 3, i);
+    const Vec travelled{as_float(hits.from_x[i]), as_float(hits.from_y[i]), as_float(hits.from_z[i])};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const long double error = bound[axis] / 3.25L, back = std::min(2 * error, std::abs(travelled[axis]) / 2);
+      const long double moved = std::copysign(1.0L, travelled[axis]) * (p0[axis] - p[axis]);
+      ASSERT_NEAR(double(moved), double(back), double(0x1p-24L * std::abs(p0[axis]) + 0x1p-20L * back)) << i;
+    }
+  }
+}
+
 TEST(Surface, G3_rays_leave_on_the_side_that_they_go_to) {
   std::mt19937 random(2);
   for (const Cloud& cloud : clouds(random)) {
@@ -186,7 +212,10 @@ TEST(Surface, G9_points_errors_and_ray_origins_scale_exactly_by_powers_of_two) {
     for (Triangle& t : scaled)
       for (float* x : {&t.p0_x, &t.p0_y, &t.p0_z, &t.p1_x, &t.p1_y, &t.p1_z, &t.p2_x, &t.p2_y, &t.p2_z})
         *x = std::ldexp(*x, k);
-    const auto out = surfaces(scaled, hits);
+    Hits scaled_hits = hits;
+    for (Words* words : {&scaled_hits.from_x, &scaled_hits.from_y, &scaled_hits.from_z})
+      for (std::uint32_t& word : *words) word = as_word(std::ldexp(as_float(word), k));
+    const auto out = surfaces(scaled, scaled_hits);
     for (std::size_t output = 0; output < 12; ++output) {
       const bool is_length = output < 6 || output >= 9;
       for (std::size_t i = 0; i < hits.u.size(); ++i)
