@@ -31,7 +31,7 @@ struct Settings {
   std::uint32_t seed = 0;
   std::uint32_t replicate_bits = 1;  // two replicates
   std::uint32_t max_depth = 0;       // 0: no limit
-  std::uint32_t roulette_depth = 4;  // roulette after this many edges
+  std::uint32_t roulette_depth = 4;  // the first edge that roulette decides on
   LightSampling light_sampling = LightSampling::mis;
   std::vector<std::string>
       aovs;  // "albedo", "normal", "depth", "id" (the film's); "variance", "samples" need no channel

@@ -34,7 +34,7 @@ typedef struct {
   uint seed;
   uint replicate_bits;            // log2 of the number of replicates
   uint max_depth;                 // 0: no limit
-  uint roulette_depth;            // roulette from this depth on
+  uint roulette_depth;            // the first edge that roulette decides on
   uint light_count;               // entries of the light table
   uint film_stride;               // paths (padded) between two channels of the film slots
   uint pixel_stride;              // pixels (padded) between two limbs of the film sums

@@ -35,6 +35,9 @@ EK_FN vf fade(MaterialLanes material, v3 wi, v3 wi_world, v3 n_geom, v3 n_shade)
   return wi.z > 0.0f ? (1.0f - share) + share * factor : (vf)(1.0f);
 }
 
+#define ROULETTE_GAIN 3.0f        // survival over throughput: paths that carry more than a third go on
+#define ROULETTE_ALWAYS_DEPTH 8u  // from here on every path may end: else those between perfect mirrors never do
+
 // What a chunk has after shading; without chunks, 0.
 typedef struct {
   uint next;    // paths of the next depth
@@ -164,7 +167,7 @@ EK_FN Survivors stage_shade(constant Frame* frame, SceneData scene, LightData li
 
     vf scatter_u, scatter_v, choice = (vf)(0.0f), roulette = (vf)(0.0f);
     sample_2d(key, index, bounce_dimension(depth, DIM_SCATTER), &scatter_u, &scatter_v);
-    const int may_end = depth >= frame->roulette_depth;
+    const int may_end = depth + 1u >= frame->roulette_depth;
     if (EK_HAS_metallic_roughness | EK_HAS_transmission | may_end)  // Lambert's lobe has no choice
       sample_2d(key, index, bounce_dimension(depth, DIM_CHOICE), &choice, &roulette);
     const BsdfSample scattered = bsdf_sample(material, wo, scatter_u, scatter_v, choice);
@@ -179,7 +182,8 @@ EK_FN Survivors stage_shade(constant Frame* frame, SceneData scene, LightData li
       vf worth = max_component(abs3(next_beta));
       // Else a third of the paths that enter glass would end there for nothing.
       if (EK_HAS_transmission) worth = worth * radiance_returned_outside(material, front, scattered.wi.z < 0.0f);
-      const vf survival = min_f(worth, (vf)(0.95f));
+      // Ending paths that carry more adds more error than it saves rays (PERFORMANCE.md).
+      const vf survival = min_f(ROULETTE_GAIN * worth, (vf)(depth < ROULETTE_ALWAYS_DEPTH ? 1.0f : 0.95f));
       survives = survives & (roulette < survival);
       next_beta = scale3(next_beta, (vf)(1.0f) / survival);
     }

@@ -257,9 +257,10 @@ TEST(Materials, an_unlit_surface_shows_its_colour_and_lights_nothing) {
   EXPECT_EQ(mean_of(film_of(scene, settings)).mean, 0);
 }
 
-// Radiance inside glass is divided by the square of its index until it leaves. Roulette that went by it would end five of six of
-// these paths when they enter. As it is, each event keeps 0.95 of them, q = 1 / 0.95 times as heavy. With r reflected at every
-// crossing, squares of values outside have the mean v = r q + (1 - r) q w, inside w = r q w + (1 - r) q.
+// Radiance inside glass is divided by the square of its index until it leaves. Roulette that went by it would end three of five of
+// these paths when they enter, for a variance of about 1. As it is, no event ends one before the eighth, and those from there on keep
+// 0.95 of them, q = 1 / 0.95 times as heavy. With r reflected at every crossing, squares of values inside before event d have the
+// mean w(d) = q(d) (r w(d + 1) + 1 - r), and v = q(1) (r + (1 - r) w(2)) outside.
 TEST(Glass, roulette_does_not_take_radiance_inside_glass_for_less_than_it_will_be) {
   Scene scene;
   Primitive box;
@@ -270,12 +271,15 @@ TEST(Glass, roulette_does_not_take_radiance_inside_glass_for_less_than_it_will_b
   settings.environment.radiance = {1, 1, 1};
   settings.roulette_depth = 1;
   const Film film = film_of(scene, settings);
-  const double r = (1.4 / 3.4) * (1.4 / 3.4), q = 1 / 0.95;
-  const double inside = (1 - r) * q / (1 - r * q), variance = r * q + (1 - r) * q * inside - 1;
+  const double r = (1.4 / 3.4) * (1.4 / 3.4);
+  const auto q = [](int event) { return event < 8 ? 1.0 : 1 / 0.95; };
+  double inside = 1;
+  for (int event = 60; event > 1; --event) inside = q(event) * (r * inside + 1 - r);
+  const double variance = q(1) * (r + (1 - r) * inside) - 1;
   double sum = 0;
   for (std::uint32_t y = 0; y < 64; ++y)
     for (std::uint32_t x = 0; x < 64; ++x) sum += 2 * film.variance_of_mean(x, y, 0);
-  // Half the squared difference of two samples is 0 or about 0.6, so it varies by 0.25; four standard errors, significance 6e-5.
+  // Half the squared difference of two samples is at most about 0.6; its deviation, at most 0.25, makes this four standard errors or more.
   EXPECT_NEAR(sum / (64 * 64), variance, 4 * 0.25 / 64);
 }
 
