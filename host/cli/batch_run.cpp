@@ -177,6 +177,7 @@ void BatchRun::render(Worker& worker, Staged& staged) {
   try {
     if (!staged.loaded) {
       worker.scenes.clear();
+      worker.devices.close_idle();  // with what is ready on them
       staged.render->load();
     }
     if (stop_) return close(staged, JobState::waiting);
@@ -184,6 +185,7 @@ void BatchRun::render(Worker& worker, Staged& staged) {
     progress_.show(staged.job, 0);
     RenderHooks hooks;
     hooks.devices = &worker.devices;
+    hooks.devices_stay_ready = staged.loaded;
     hooks.progress = [&](const Progress& now, const Film&) {
       progress_.show(staged.job, double(now.samples) / double(now.samples_total));
     };

@@ -3,13 +3,24 @@
 
 #include <algorithm>
 #include <exception>
+#include <map>
 #include <mutex>
+#include <utility>
 
 namespace eikon {
 
 struct DevicePool::Lease::Idle {
+  struct Kept {
+    std::unique_ptr<Device> device;
+    std::unique_ptr<DeviceGuest> guest;  // ends first
+  };
+  struct Selected {
+    std::vector<DeviceInfo> devices;
+    std::vector<std::string> notes;
+  };
   std::mutex mutex;
-  std::vector<std::unique_ptr<Device>> devices;
+  std::vector<Kept> devices;
+  std::map<std::pair<std::string, unsigned>, Selected> selections;
 };
 
 namespace {
@@ -21,35 +32,57 @@ bool same_device(const DeviceInfo& a, const DeviceInfo& b) {
 
 }  // namespace
 
-DevicePool::Lease::Lease(std::shared_ptr<Idle> pool, std::unique_ptr<Device> device)
-    : pool_(std::move(pool)), device_(std::move(device)), exceptions_(std::uncaught_exceptions()) {}
+DevicePool::Lease::Lease(std::shared_ptr<Idle> pool, std::unique_ptr<Device> device, std::unique_ptr<DeviceGuest> guest)
+    : pool_(std::move(pool)),
+      device_(std::move(device)),
+      guest_(std::move(guest)),
+      exceptions_(std::uncaught_exceptions()) {}
 
 DevicePool::Lease::Lease(Lease&&) noexcept = default;
 
 DevicePool::Lease::~Lease() {
   if (device_ == nullptr || broken_ || std::uncaught_exceptions() > exceptions_) return;
   const std::lock_guard lock(pool_->mutex);
-  pool_->devices.push_back(std::move(device_));
+  pool_->devices.push_back({std::move(device_), std::move(guest_)});
 }
 
 DevicePool::DevicePool() : idle_(std::make_shared<Lease::Idle>()) {}
 
 DevicePool::Lease DevicePool::take(const DeviceInfo& info) {
-  std::unique_ptr<Device> device;
+  Lease::Idle::Kept kept;
   {
     const std::lock_guard lock(idle_->mutex);
     const auto found = std::find_if(idle_->devices.begin(), idle_->devices.end(),
-                                    [&](const auto& idle) { return same_device(idle->info(), info); });
+                                    [&](const auto& idle) { return same_device(idle.device->info(), info); });
     if (found != idle_->devices.end()) {
-      device = std::move(*found);
+      kept = std::move(*found);
       idle_->devices.erase(found);
     }
   }
-  if (device != nullptr)
-    device->profiler() = Profiler();
+  if (kept.device != nullptr)
+    kept.device->profiler() = Profiler();
   else
-    device = std::make_unique<Device>(info);
-  return {idle_, std::move(device)};
+    kept.device = std::make_unique<Device>(info);
+  return {idle_, std::move(kept.device), std::move(kept.guest)};
+}
+
+std::vector<DeviceInfo> DevicePool::select(const std::string& selection, unsigned threads,
+                                           std::vector<std::string>* notes) {
+  const std::lock_guard lock(idle_->mutex);
+  auto found = idle_->selections.find({selection, threads});
+  if (found == idle_->selections.end()) {
+    Lease::Idle::Selected selected;
+    selected.devices = select_devices(selection, threads, &selected.notes);
+    found = idle_->selections.emplace(std::pair(selection, threads), std::move(selected)).first;
+  }
+  if (notes != nullptr) *notes = found->second.notes;
+  return found->second.devices;
+}
+
+void DevicePool::close_idle() {
+  std::vector<Lease::Idle::Kept> idle;
+  const std::lock_guard lock(idle_->mutex);
+  idle.swap(idle_->devices);
 }
 
 std::size_t DevicePool::idle_count() const {

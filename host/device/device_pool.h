@@ -2,11 +2,22 @@
 // Devices that stay open from one render to the next, with the programs that they have compiled.
 #pragma once
 #include <memory>
+#include <string>
+#include <vector>
 
 #include "device/device.h"
 
 namespace eikon {
 
+/// What stays with a device from one lease to the next, and ends before the device does.
+struct DeviceGuest {
+  DeviceGuest() = default;
+  DeviceGuest(const DeviceGuest&) = delete;
+  DeviceGuest& operator=(const DeviceGuest&) = delete;
+  virtual ~DeviceGuest() = default;
+};
+
+/// Copies are one and the same pool.
 class DevicePool {
  public:
   DevicePool();
@@ -19,21 +30,29 @@ class DevicePool {
     ~Lease();
     Device& operator*() const { return *device_; }
     Device* operator->() const { return device_.get(); }
+    /// Whoever has the lease may put one there, and finds what those before left.
+    [[nodiscard]] std::unique_ptr<DeviceGuest>& guest() { return guest_; }
     /// It failed: whoever takes it next opens it anew.
     void discard() { broken_ = true; }
 
    private:
     friend class DevicePool;
     struct Idle;
-    Lease(std::shared_ptr<Idle> pool, std::unique_ptr<Device> device);
+    Lease(std::shared_ptr<Idle> pool, std::unique_ptr<Device> device, std::unique_ptr<DeviceGuest> guest);
     std::shared_ptr<Idle> pool_;  // not of the DevicePool alone: a device that hangs may come back after its end
     std::unique_ptr<Device> device_;
+    std::unique_ptr<DeviceGuest> guest_;  // ends before device_
     int exceptions_;
     bool broken_ = false;
   };
 
   /// One that is idle, else it is opened; its profiler is fresh. Any thread. throws DeviceError
   [[nodiscard]] Lease take(const DeviceInfo& info);
+  /// select_devices(), asked once for each choice: devices that have been lost stay lost, and planned faults go on where they were.
+  [[nodiscard]] std::vector<DeviceInfo> select(const std::string& selection, unsigned threads,
+                                               std::vector<std::string>* notes = nullptr);
+  /// Closes those that are idle, with their guests.
+  void close_idle();
   /// How many are open and idle.
   [[nodiscard]] std::size_t idle_count() const;
 

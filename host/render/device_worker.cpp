@@ -6,6 +6,7 @@
 
 #include "core/error.h"
 #include "render/device_trace.h"
+#include "render/ready_wavefronts.h"
 
 namespace eikon {
 namespace {
@@ -35,10 +36,15 @@ class WavefrontRunner : public UnitRunner {
         trace_(timeline_.get(), crew.devices[device]),
         pool_(crew.pool),
         lease_(open(crew.devices[device])),
-        wavefront_(*lease_, *crew.packed, crew.features, crew.settings, on_track(std::move(execution))) {}
+        stay_(crew.stay),
+        wavefront_(ReadyWavefronts::of(lease_).get(*lease_, {crew.packed, crew.keep}, crew.features, crew.settings,
+                                                   on_track(std::move(execution)))) {}
   WavefrontRunner(const WavefrontRunner&) = delete;
   WavefrontRunner& operator=(const WavefrontRunner&) = delete;
-  ~WavefrontRunner() override { lease_->profiler().follow(nullptr, Trace::kMain); }  // which others may take next
+  ~WavefrontRunner() override {
+    if (!stay_) lease_.guest().reset();
+    lease_->profiler().follow(nullptr, Trace::kMain);  // which others may take next
+  }
 
   [[nodiscard]] UnitLimits limits() const override {
     const WavefrontConfig& config = wavefront_.config();
@@ -104,7 +110,8 @@ class WavefrontRunner : public UnitRunner {
   RayCounts rays_;  // of all units
   DevicePool pool_;
   DevicePool::Lease lease_;
-  Wavefront wavefront_;
+  bool stay_;
+  Wavefront& wavefront_;  // of the lease's guest
   std::exception_ptr failed_;
 };
 

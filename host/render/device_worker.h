@@ -51,6 +51,7 @@ struct WavefrontCrew {
   Settings settings;
   DevicePool pool;                   // a copy: that it is of may be gone before a thread that hangs
   std::shared_ptr<const void> keep;  // what `packed` refers to
+  bool stay = false;                 // the wavefronts stay with the devices, in the pool
 };
 OpenRunner open_wavefronts(std::shared_ptr<const WavefrontCrew> crew);
 

@@ -75,23 +75,25 @@ class Checkpoints {
 /// Tells how far it is, about four times a second.
 class ProgressTicks {
  public:
-  ProgressTicks(const ProgressCallback& tell, std::uint64_t total) : tell_(tell), total_(total) {}
+  /// before, total: samples that are done already, and all that was asked for
+  ProgressTicks(const ProgressCallback& tell, std::uint64_t before, std::uint64_t total)
+      : tell_(tell), before_(before), total_(total) {}
   void call_if_due(Crew& crew) {
     if (!tell_ || host_seconds() < next_s_) return;
     const Crew::Totals totals = crew.totals();
     if (totals.samples == 0) return;
     Progress now;
-    now.samples = totals.samples;
+    now.samples = before_ + totals.samples;
     now.samples_total = total_;
     now.seconds = host_seconds() - totals.first_sample_s;
-    now.samples_per_second = now.seconds > 0 ? double(now.samples) / now.seconds : 0;
+    now.samples_per_second = now.seconds > 0 ? double(totals.samples) / now.seconds : 0;
     crew.film().look([&](const Film& film) { tell_(now, film); });
     next_s_ = host_seconds() + 0.25;
   }
 
  private:
   const ProgressCallback& tell_;
-  std::uint64_t total_;
+  std::uint64_t before_, total_;
   double next_s_ = 0;
 };
 
@@ -125,10 +127,9 @@ class Threads {
 
 /// Until all is done, somebody says stop, or nobody is there to do it.
 Crew::State conduct(Crew& crew, Stretches& stretches, const RenderHooks& hooks, const std::atomic<bool>& stop,
-                    Checkpoints& checkpoints, ErrorCounter& errors, std::uint64_t total) {
+                    Checkpoints& checkpoints, ErrorCounter& errors, ProgressTicks progress) {
   // At signals and clocks.
   const double look_s = hooks.checkpoint ? std::clamp(hooks.checkpoint_every_s, 0.01, 0.05) : 0.05;
-  ProgressTicks progress(hooks.progress, total);
   stretches.open_next(crew);
   while (!stop.load()) {
     crew.wait(look_s);
@@ -203,21 +204,41 @@ std::string no_device_is_left(Crew& crew, std::uint64_t samples, std::uint64_t t
                      total, why);
 }
 
+/// Whether all that is asked for is done before the render begins: it takes no device then.
+bool is_nothing_left(const RenderHooks& hooks, const Settings& settings) {
+  return hooks.begin_with && hooks.looks.at.empty() &&
+         hooks.begin_with->done.missing(settings.crop, settings.sample_begin, settings.sample_end).empty();
+}
+
+RenderOutput output_of(FilmState done, const Features& features) {
+  RenderReport report;
+  report.samples_before = done.done.sample_count();
+  report.features = features.summary();
+  return {std::move(done.film), std::move(report), std::move(done.done), std::move(done.arithmetic)};
+}
+
 /// `pack` gives the PackedScene; it is called once it is certain that there are devices.
 template <class Pack>
 RenderOutput pack_and_render(const Pack& pack, const Features& features, const Settings& settings,
                              const Execution& execution, const std::atomic<bool>& stop, RenderHooks hooks) {
+  if (is_nothing_left(hooks, settings)) return output_of(std::move(*hooks.begin_with), features);
   RenderReport report;
-  const std::vector<DeviceInfo> selected = select_devices(execution.devices, execution.threads, &report.notes);
+  DevicePool pool = hooks.devices != nullptr ? *hooks.devices : DevicePool();
+  const std::vector<DeviceInfo> selected = pool.select(execution.devices, execution.threads, &report.notes);
   const double pack_begin = host_seconds();
   TraceScope packing(execution.trace.get(), execution.track, "pack");
   const std::shared_ptr<PackedScene> packed_scene = pack();
   packing.end();
   PackedScene& packed = *packed_scene;
   const double pack_s = host_seconds() - pack_begin, built_before_s = packed.build_s;
-  const DevicePool pool = hooks.devices != nullptr ? *hooks.devices : DevicePool();
-  const auto made =
-      std::make_shared<WavefrontCrew>(WavefrontCrew{selected, {}, packed_scene, features, settings, pool, hooks.keep});
+  const auto made = std::make_shared<WavefrontCrew>(WavefrontCrew{.devices = selected,
+                                                                  .executions = {},
+                                                                  .packed = packed_scene,
+                                                                  .features = features,
+                                                                  .settings = settings,
+                                                                  .pool = std::move(pool),
+                                                                  .keep = hooks.keep,
+                                                                  .stay = hooks.devices_stay_ready});
   TraceScope building(execution.trace.get(), execution.track, "choose layout, build tree");
   const std::vector<DeviceReport> reports = prepare_devices(*made, execution);
   building.end();
@@ -243,7 +264,9 @@ RenderOutput pack_and_render(const Pack& pack, const Features& features, const S
   Threads threads(crew);
   for (std::size_t i = 0; i < reports.size(); ++i)
     if (total > 0 && reports[i].error.empty()) threads.start(i, open_wavefronts(made));
-  const Crew::State state = conduct(*crew, stretches, hooks, stop, checkpoints, errors, total);
+  const std::uint64_t asked = settings.crop.pixel_count() * (settings.sample_end - settings.sample_begin);
+  const Crew::State state =
+      conduct(*crew, stretches, hooks, stop, checkpoints, errors, {hooks.progress, asked - total, asked});
   threads.end();
   checkpoints.call_if_due(*crew, true);
   if (crew->totals().samples > 0) crew->film().look([&](const Film& film) { errors.look(film, true); });

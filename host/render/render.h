@@ -36,9 +36,9 @@ struct RenderReport {
 };
 
 struct Progress {
-  std::uint64_t samples = 0, samples_total = 0;
-  double seconds = 0;  // of rendering
-  double samples_per_second = 0;
+  std::uint64_t samples = 0, samples_total = 0;  // of all that was asked for; those that the render began with are done
+  double seconds = 0;                            // of rendering
+  double samples_per_second = 0;                 // of this run
 };
 
 /// Called about four times a second from the calling thread; the film may be looked at during the call.
@@ -66,6 +66,8 @@ struct RenderHooks {
   std::atomic<bool>* checkpoint_now = nullptr;
   /// Where devices come from, and go back to; null: they are opened for this render alone.
   DevicePool* devices = nullptr;
+  /// Whether what is ready on them for this packed scene stays there, for another render of the same.
+  bool devices_stay_ready = false;
   /// What the scene belongs to. It is kept until the last of the render's threads has ended, which may be after the render: one that
   /// hangs in a driver is not waited for.
   std::shared_ptr<const void> keep = {};

@@ -6,6 +6,7 @@
 #include <bit>
 #include <deque>
 #include <fmt/format.h>
+#include <utility>
 
 #include "core/error.h"
 #include "device/canary.h"
@@ -92,6 +93,14 @@ struct Wavefront::Impl {
       device.drain();
       throw;
     }
+  }
+
+  void restart(const Settings& settings, const Execution& execution) {
+    const Frame before = std::exchange(frame, pack_frame(scene, settings));
+    frame.film_stride = before.film_stride, frame.pixel_stride = before.pixel_stride;
+    timeline = execution.trace.get();
+    bounces = {};
+    upload_s = counted_s = 0;
   }
 
   void compile(const Features& features, const Execution& execution) {
@@ -439,6 +448,8 @@ ArithmeticClass Wavefront::arithmetic() const { return impl_->arithmetic; }
 double Wavefront::upload_s() const { return impl_->upload_s; }
 std::uint64_t Wavefront::device_bytes() const { return impl_->bytes; }
 const Bounces& Wavefront::bounces() const { return impl_->bounces; }
+
+void Wavefront::restart(const Settings& settings, const Execution& execution) { impl_->restart(settings, execution); }
 
 void Wavefront::begin(const WorkUnit& unit) { impl_->begin(unit); }
 UnitResult Wavefront::finish() { return impl_->finish({}); }

@@ -53,6 +53,9 @@ class Wavefront {
   Wavefront(Device& device, const PackedScene& scene, const Features& features, const Settings& settings,
             const Execution& execution);
   ~Wavefront();
+  /// As new for another image of the same scene: camera, seed, samples and depth may differ, but nothing that its program and its
+  /// buffers depend on. What was begun must be finished.
+  void restart(const Settings& settings, const Execution& execution);
 
   [[nodiscard]] const WavefrontConfig& config() const;
   /// What this device's arithmetic was found to be, with the program that renders.

@@ -11,72 +11,12 @@
 #include <sstream>
 #include <thread>
 
-#include "cli/command.h"
-#include "image/image.h"
-#include "render/analytic_scenes.h"
-#include "render/film_record.h"
+#include "cli/checkpoint_files.h"
 
 namespace eikon::testing {
 namespace {
 
 using nlohmann::json;
-
-struct Checkpoint {
-  Film film;
-  FilmRecord record;
-};
-
-/// Reads every number of it, and so its checksum.
-Checkpoint read_checkpoint(const std::filesystem::path& path) {
-  SumsReader reader(path);
-  Checkpoint checkpoint{Film(reader.layout()), parse_film_record(reader.record(), reader.layout())};
-  reader.add_to(checkpoint.film);
-  return checkpoint;
-}
-
-/// Changes with every new file of that name.
-ino_t identity(const std::filesystem::path& path) {
-  struct stat status {};
-  return stat(path.c_str(), &status) == 0 ? status.st_ino : 0;
-}
-
-bool has_ended(pid_t process) {
-  siginfo_t info{};
-  return waitid(P_PID, id_t(process), &info, WEXITED | WNOHANG | WNOWAIT) == 0 && info.si_pid != 0;
-}
-
-/// Waits for `count` new files of that name, or the end of the process. Returns whether it still runs.
-bool wait_for_files(pid_t process, const std::filesystem::path& path, int count) {
-  ino_t last = identity(path);
-  for (int i = 0; i < 120000 && count > 0; ++i) {
-    if (has_ended(process)) return false;
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    if (const ino_t now = identity(path); now != last && now != 0) {
-      last = now;
-      --count;
-    }
-  }
-  EXPECT_EQ(count, 0) << "no checkpoint is written";
-  return !has_ended(process);
-}
-
-/// Never ends by itself; what it has done is finished by a render of few samples more.
-constexpr const char* kEndless = "--size 64x64 --spp 100000000 --quiet ";
-
-std::string just_beyond(const Checkpoint& checkpoint) {
-  std::uint64_t end = 0;
-  for (const WorkUnit& part : checkpoint.record.done.parts()) end = std::max(end, part.sample_end);
-  return "--size 64x64 --quiet --spp " + std::to_string(end + 3) + " ";
-}
-
-void expect_undisturbed(const Workplace& here, const std::string& flags) {
-  ASSERT_TRUE(
-      succeeded(here.eikon("render " + scene("cornell.gltf") + " -o whole.exr --checkpoint whole.ckpt.exr " + flags)));
-  const Checkpoint expected = read_checkpoint(here / "whole.ckpt.exr"), found = read_checkpoint(here / "c.exr");
-  EXPECT_TRUE(same_bits(expected.film, found.film));
-  EXPECT_TRUE(expected.record == found.record);
-  EXPECT_EQ(read_exr(here / "whole.exr").planes, read_exr(here / "out.exr").planes);
-}
 
 TEST(Checkpoint, N9_a_render_killed_five_times_ends_with_the_bits_of_an_undisturbed_one) {
   const Workplace here;
@@ -264,6 +204,24 @@ TEST(Checkpoint, on_a_full_disk_the_older_one_stays_and_the_render_ends_with_a_l
   EXPECT_EQ(read_exr(here / "out.exr").metadata.at("samples"), std::to_string(64 * 64 * 8));  // the picture has all
 }
 
+TEST(Checkpoint, of_a_finished_render_gives_the_picture_without_any_device) {
+  const Workplace here;
+  const std::string keep = "--size 24x20 --spp 6 --quiet --checkpoint c.exr --aov albedo ";
+  ASSERT_TRUE(succeeded(here.eikon(cornell(keep + "--png out.png"))));
+  std::filesystem::rename(here / "out.exr", here / "first.exr");
+  const std::string checkpoint = read_bytes(here / "c.exr"), png = read_bytes(here / "out.png");
+  std::filesystem::remove(here / "out.png");
+  const std::string none = "OCL_ICD_VENDORS=/nonexistent";
+  ASSERT_EQ(here.eikon(cornell("--size 24x20 --spp 7 --quiet --checkpoint c.exr --aov albedo --resume"), none).code, 4);
+  const Outcome outcome = here.eikon(cornell(keep + "--png out.png --resume --stats s.json --profile p.json"), none);
+  EXPECT_TRUE(succeeded(outcome));
+  EXPECT_TRUE(contains(outcome.out, "2880 samples before and 0 samples")) << outcome.out;
+  EXPECT_EQ(read_exr(here / "out.exr").planes, read_exr(here / "first.exr").planes);
+  EXPECT_EQ(read_bytes(here / "out.png"), png);
+  EXPECT_EQ(read_bytes(here / "c.exr"), checkpoint);
+  EXPECT_TRUE(json::parse(read_bytes(here / "s.json")).at("devices").empty());
+}
+
 TEST(Checkpoint, N13_memory_does_not_grow_with_the_samples) {
   const Workplace here;
   const auto peak_bytes = [&](int spp) -> std::int64_t {
@@ -278,6 +236,22 @@ TEST(Checkpoint, N13_memory_does_not_grow_with_the_samples) {
   ASSERT_TRUE(succeeded(here.eikon(cornell("--size 32x32 --quiet --spp 1000"))));  // compiled
   // Five million samples more, and not a byte for each.
   EXPECT_LT(peak_bytes(6000) - peak_bytes(1000), 32 * 32 * 5000);
+}
+
+TEST(Progress, of_a_resumed_render_counts_what_was_done_before) {
+  const Workplace here;
+  const std::string keep = "--size 32x32 --quiet --checkpoint c.exr --resume --devices cpu ";
+  ASSERT_TRUE(succeeded(here.eikon(cornell(keep + "--spp 300"))));
+  const Outcome outcome =
+      here.eikon(cornell(keep + "--spp 400 --progress openjd"), "EIKON_FAULT=device:0:slow=30");  // so that it tells
+  EXPECT_TRUE(succeeded(outcome));
+  std::vector<double> told;
+  std::istringstream lines(outcome.out);
+  for (std::string line; std::getline(lines, line);)
+    if (line.rfind("openjd_progress: ", 0) == 0) told.push_back(std::stod(line.substr(17)));
+  ASSERT_GE(told.size(), 2U) << outcome.out;
+  EXPECT_GT(told.front(), 75) << outcome.out;
+  EXPECT_EQ(told.back(), 100);
 }
 
 TEST(Progress, openjd_lines_rise_to_a_hundred_and_say_what_fails) {

@@ -38,6 +38,66 @@ TEST(Reuse, devices_and_packed_scenes_give_the_bits_of_fresh_ones) {
   EXPECT_EQ(packed->accels.size(), trees);
 }
 
+TEST(Reuse, wavefronts_that_stay_ready_give_the_bits_of_fresh_ones) {
+  const auto [scene, settings] = room(64, 48, 8);
+  Settings view = settings;
+  view.seed = 7, view.max_depth = 3, view.roulette_depth = 2;
+  view.sample_begin = 3, view.sample_end = 9;
+  view.width = 50, view.height = 70;
+  view.crop = {5, 0, 41, 70};
+  view.camera.yfov_rad *= 0.7;
+  view.camera.world_from_camera = glm::translate(view.camera.world_from_camera, glm::dvec3(0.05, 0.1, 0.02));
+  Settings filtered = settings, layered = settings;
+  filtered.filter = parse_filter("gaussian");
+  layered.aovs = {"albedo", "depth"};
+  const Scene other = load_shipped("cornell.gltf");
+  const Settings of_other = settings_of(other, 40, 4);
+  Execution execution;
+  execution.devices = std::to_string(select_devices("cpu").front().index);
+  const std::atomic<bool> stop{false};
+
+  DevicePool devices;
+  struct Image {
+    const Scene* scene;
+    Settings settings;
+    std::shared_ptr<PackedScene> packed;
+    Film expected;
+  };
+  std::vector<Image> images;
+  const auto add = [&](const Scene& of, const Settings& with, std::shared_ptr<PackedScene> packed = nullptr) {
+    if (!packed) packed = std::make_shared<PackedScene>(pack_scene(of, Features(of, with), with));
+    images.push_back({&of, with, std::move(packed), render(of, with, execution, stop).film});
+  };
+  add(scene, settings);
+  add(scene, view, images.front().packed);
+  add(scene, filtered, images.front().packed);
+  add(scene, layered);
+  add(other, of_other);
+  double compile_s = 0;
+  for (int round = 0; round < 2; ++round) {
+    compile_s = 0;
+    for (const Image& image : images) {
+      RenderHooks hooks;
+      hooks.devices = &devices;
+      hooks.devices_stay_ready = true;
+      const RenderOutput output = render_packed(image.packed, Features(*image.scene, image.settings), image.settings,
+                                                execution, stop, std::move(hooks));
+      EXPECT_TRUE(same_film(output.film, image.expected)) << round;
+      EXPECT_EQ(output.report.devices.front().samples, output.done.sample_count());
+      compile_s += output.report.compile_s;
+    }
+    EXPECT_EQ(devices.idle_count(), 1U);
+  }
+  EXPECT_EQ(compile_s, 0) << "four needs of two scenes, all ready after the first round";
+  EXPECT_GT(images.front().packed.use_count(), 3) << "kept for the next render";
+  // What nobody will render again goes, and what fails is not used again.
+  const std::weak_ptr<PackedScene> gone = images.back().packed;
+  images.pop_back();
+  EXPECT_FALSE(gone.expired());
+  devices.close_idle();
+  EXPECT_TRUE(gone.expired());
+}
+
 TEST(Reuse, a_device_comes_back_unless_it_failed) {
   const DeviceInfo info = select_devices("all").front();
   DevicePool devices;

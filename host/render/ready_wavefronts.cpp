@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "render/ready_wavefronts.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace eikon {
+namespace {
+
+constexpr std::size_t kMost = 4;                     // of a device; a batch may render several scenes in turn
+constexpr std::uint64_t kMemoryShare = 8;            // of the device's memory, what they may take while another is made
+constexpr std::uint64_t kUnset = ~std::uint64_t{0};  // of what is chosen by the device
+
+/// All that a wavefront's program and buffers depend on, beside scene and device.
+std::string key_of(const Features& features, const Settings& settings, const Execution& execution) {
+  const auto number = [](const auto& value) { return value ? std::uint64_t{*value} : kUnset; };
+  return fmt::format("{}\n{} {} {} {} {} {} {} {} {} {} {} {}\n{}", features.summary(), settings.filter.name(),
+                     settings.replicate_bits, execution.accel, execution.layout, number(execution.lanes),
+                     number(execution.chunked), number(execution.fused), execution.chunk, execution.pool,
+                     execution.memory_bytes, execution.ticks, execution.optimise, execution.extra_flags);
+}
+
+}  // namespace
+
+ReadyWavefronts& ReadyWavefronts::of(DevicePool::Lease& lease) {
+  auto* found = dynamic_cast<ReadyWavefronts*>(lease.guest().get());
+  if (found == nullptr) {
+    auto none = std::make_unique<ReadyWavefronts>();
+    found = none.get();
+    lease.guest() = std::move(none);
+  }
+  return *found;
+}
+
+void ReadyWavefronts::make_room(const Device& device, const Execution& execution) {
+  // A scene that nobody but wavefronts has any more will not come again.
+  const auto held_here = [this](const std::shared_ptr<const PackedScene>& packed) {
+    return std::count_if(ready_.begin(), ready_.end(), [&](const Ready& ready) { return ready.of.packed == packed; });
+  };
+  for (auto at = ready_.begin(); at != ready_.end();)
+    at = at->of.packed.use_count() <= held_here(at->of.packed) ? ready_.erase(at) : std::next(at);
+  const auto bytes = [this] {
+    std::uint64_t sum = 0;
+    for (const Ready& ready : ready_) sum += ready.wavefront->device_bytes();
+    return sum;
+  };
+  const std::size_t most = execution.memory_bytes != 0 ? 0 : kMost - 1;  // a limit is for one render
+  while (ready_.size() > most || (!ready_.empty() && bytes() > device.info().memory_bytes / kMemoryShare))
+    ready_.pop_front();
+}
+
+Wavefront& ReadyWavefronts::get(Device& device, const Of& of, const Features& features, const Settings& settings,
+                                const Execution& execution) {
+  const std::string key = key_of(features, settings, execution);
+  const auto found = std::find_if(ready_.begin(), ready_.end(),
+                                  [&](const Ready& ready) { return ready.of.packed == of.packed && ready.key == key; });
+  if (found != ready_.end()) {
+    ready_.splice(ready_.end(), ready_, found);
+    found->wavefront->restart(settings, execution);
+  } else {
+    make_room(device, execution);
+    ready_.push_back({of, key, std::make_unique<Wavefront>(device, *of.packed, features, settings, execution)});
+  }
+  return *ready_.back().wavefront;
+}
+
+}  // namespace eikon
