@@ -61,33 +61,64 @@ struct Estimate {
   double squared_error = 0;  // of the mean, expected
 };
 
-/// The pixel's expectation from those around it that could have the same, to judge by its own noise.
+/// The expectations of a row's pixels from those around each that could have the same, to judge by its own noise.
 /// own_share: what its own variance estimate must count less where it multiplies itself.
-Estimate expectation(const Plane& mean, const Plane& variance, int x, int y, double own_share) {
-  const double own = mean.at(x, y), reach = kReach * kReach * variance.at(x, y);
-  double sum = 0, squares = 0, noise = 0;
-  int count = 0, candidates = 0;
-  for (int j = std::max(0, y - kRadius); j <= std::min(mean.height - 1, y + kRadius); ++j) {
-    for (int i = std::max(0, x - kRadius); i <= std::min(mean.width - 1, x + kRadius); ++i) {
-      if (i == x && j == y) continue;
-      ++candidates;
-      const double difference = mean.at(i, j) - own;
-      if (difference * difference > reach) continue;
-      sum += difference;
-      noise += variance.at(i, j);
-      squares += difference * difference;
-      ++count;
+/// The window goes over the whole row, neighbour by neighbour: each pixel meets its neighbours in the order of rows, and what is
+/// left out of a sum adds zero, which leaves processors with vectors to do several pixels at a time.
+class RowExpectations {
+ public:
+  RowExpectations(const Plane& mean, const Plane& variance, int y, double own_share)
+      : mean_(mean), variance_(variance), y_(y), own_share_(own_share), width_(static_cast<std::size_t>(mean.width)) {
+    for (std::vector<double>* values : {&sum_, &noise_, &squares_, &count_, &candidates_}) values->resize(width_);
+    for (int row = std::max(0, y - kRadius); row <= std::min(mean.height - 1, y + kRadius); ++row)
+      for (int shift = -kRadius; shift <= kRadius; ++shift)
+        if (row != y || shift != 0) add(row, shift);
+  }
+
+  [[nodiscard]] Estimate at(int x) const {
+    const auto i = static_cast<std::size_t>(x);
+    const double sum = sum_[i], count = count_[i];
+    const double own_weight = std::max(0.0, 1 - count / kEnough), weight = count + own_weight;
+    const double own_part = own_weight / weight;
+    const double own_noise = own_part * own_part * own_share_ * variance_.at(x, y_);
+    // The fewer were chosen, the more the choice follows the pixel's own error.
+    const double pull = 1 - count / candidates_[i];
+    const double pulled_noise = count > 0 ? pull * pull * noise_[i] / count : 0;
+    const double spread = count > 0 ? std::max(0.0, squares_[i] - sum * sum / count) : 0;
+    return {.mean = mean_.at(x, y_) + sum / weight,
+            .squared_error = spread / (weight * weight) + std::max(own_noise, pulled_noise)};
+  }
+
+ private:
+  const Plane &mean_, &variance_;
+  int y_;
+  double own_share_;
+  std::size_t width_;
+  std::vector<double> sum_, noise_, squares_, count_, candidates_;
+
+  /// Of every pixel the neighbour so far to the right, in that row.
+  void add(int row, int shift) {
+    const auto begin = static_cast<std::size_t>(std::max(0, -shift));
+    const auto end = static_cast<std::size_t>(std::max(0, mean_.width - std::max(0, shift)));
+    const double* const own = &mean_.values[mean_.index(0, y_)];
+    const double* const own_variance = &variance_.values[variance_.index(0, y_)];
+    const double* const means = mean_.values.data() + mean_.index(0, row) + shift;
+    const double* const variances = variance_.values.data() + variance_.index(0, row) + shift;
+    double* __restrict const sum = sum_.data(), * __restrict const noise = noise_.data();
+    double* __restrict const squares = squares_.data(), * __restrict const count = count_.data();
+    double* __restrict const candidates = candidates_.data();
+    for (std::size_t x = begin; x < end; ++x) {
+      const double reach = kReach * kReach * own_variance[x];
+      const double difference = means[x] - own[x], square = difference * difference;
+      const bool outside = square > reach;
+      sum[x] += outside ? 0.0 : difference;
+      noise[x] += outside ? 0.0 : variances[x];
+      squares[x] += outside ? 0.0 : square;
+      count[x] += outside ? 0.0 : 1.0;
+      candidates[x] += 1;
     }
   }
-  const double own_weight = std::max(0.0, 1 - count / kEnough), weight = count + own_weight;
-  const double own_part = own_weight / weight;
-  const double own_noise = own_part * own_part * own_share * variance.at(x, y);
-  // The fewer were chosen, the more the choice follows the pixel's own error.
-  const double pull = 1 - static_cast<double>(count) / candidates;
-  const double pulled_noise = count > 0 ? pull * pull * noise / count : 0;
-  const double spread = count > 0 ? std::max(0.0, squares - sum * sum / count) : 0;
-  return {.mean = own + sum / weight, .squared_error = spread / (weight * weight) + std::max(own_noise, pulled_noise)};
-}
+};
 
 /// Estimate of 1 / (mu^2 + eps), without bias to second order in the error of mu and within 0 and 2 / eps.
 double inverse_scale(const Estimate& mu) {
@@ -118,9 +149,9 @@ PredictedError Film::predicted_error() const {
     });
     if (!known) return {};
     tbb::parallel_for(0, height, [&](int y) {
+      const RowExpectations expectations(mean_of, variance, y, own_share);
       for (int x = 0; x < width; ++x)
-        if (variance.at(x, y) > 0)
-          error.at(x, y) += variance.at(x, y) * inverse_scale(expectation(mean_of, variance, x, y, own_share)) / 3;
+        if (variance.at(x, y) > 0) error.at(x, y) += variance.at(x, y) * inverse_scale(expectations.at(x)) / 3;
     });
   }
 
