@@ -2,11 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a batch saves: small renders as one batch, as processes with an empty kernel cache, and as processes with a warm one.
 
-  tools/bench_batch.py build-release/eikon [--jobs 20] [--rounds 3]
+  tools/bench_batch.py build-release/eikon [--jobs 20] [--rounds 3] [--cold-jobs 20]
 
-Each round runs, in turn, the batch, the processes with the warm cache, and (once) the cold ones, so that what else the machine
-does meets all. Printed: wall seconds of each, the seconds that single processes spent rendering alone (from --stats), and the
-two ratios. Empty caches are folders of their own (POCL_CACHE_DIR); other drivers keep theirs, and are then not cold.
+Each round runs the batch and the processes with the warm cache in turn, so that what else the machine does meets both; the
+processes with empty caches run once. Rendering alone is, of each job, the least that `render` or a line of the ledger says of
+it: from its first unit of work to its last, in whichever run nothing disturbed it most. Empty caches are folders of their own
+(POCL_CACHE_DIR); other drivers keep theirs, and are then not cold. Printed: wall seconds of each, and the two ratios that count.
 """
 import argparse
 import json
@@ -43,7 +44,7 @@ def main():
     parser.add_argument("eikon", type=Path)
     parser.add_argument("--jobs", type=int, default=20)
     parser.add_argument("--rounds", type=int, default=3)
-    parser.add_argument("--cold-jobs", type=int, help="of the processes with an empty cache, only so many; the rest is estimated")
+    parser.add_argument("--cold-jobs", type=int, help="of the processes with an empty cache, only so many; the rest is reckoned")
     arguments = parser.parse_args()
     eikon = str(arguments.eikon.resolve())
     with tempfile.TemporaryDirectory() as work:
@@ -53,37 +54,46 @@ def main():
         file.write_text("".join("render " + shlex.join(line) + "\n" for line in lines))
         stats = folder / "stats.json"
 
-        def processes():
-            wall = pure = 0.0
-            for line in lines:
-                wall += timed([eikon, "render", *line, "--quiet", "--stats", str(stats)])
-                pure += json.loads(stats.read_text())["seconds"]["render"]
-            return wall, pure
+        pure = [float("inf")] * len(lines)  # seconds of rendering alone
 
-        timed([eikon, "batch", str(file), "--quiet"])  # compiles
-        batch, warm, pure = [], [], []
+        def processes():
+            wall = 0.0
+            for i, line in enumerate(lines):
+                wall += timed([eikon, "render", *line, "--quiet", "--stats", str(stats)])
+                pure[i] = min(pure[i], json.loads(stats.read_text())["seconds"]["render"])
+            return wall
+
+        def batch(**environment):
+            ledger = folder / "jobs.txt.ledger"
+            ledger.unlink(missing_ok=True)
+            wall = timed([eikon, "batch", str(file), "--quiet"], **environment)
+            done = [entry for entry in map(json.loads, ledger.read_text().splitlines()) if entry["state"] == "done"]
+            assert len(done) == len(lines)
+            for entry in done:
+                pure[entry["line"] - 1] = min(pure[entry["line"] - 1], entry["render_seconds"])
+            return wall, sum(entry["render_seconds"] for entry in done)
+
+        batch()  # compiles
+        batches, warm = [], []
         for _ in range(arguments.rounds):
-            wall, rendering = processes()
-            warm.append(wall)
-            pure.append(rendering)
-            batch.append(timed([eikon, "batch", str(file), "--force", "--quiet"]))
+            warm.append(processes())
+            batches.append(batch())
         few = lines[: arguments.cold_jobs or len(lines)]
         cold = 0.0
         for i, line in enumerate(few):
             cold += timed([eikon, "render", *line, "--quiet"], POCL_CACHE_DIR=str(folder / f"cache{i}"))
         cold *= len(lines) / len(few)
-        cache = folder / "cache"
-        cold_batch = timed([eikon, "batch", str(file), "--force", "--quiet"], POCL_CACHE_DIR=str(cache))
+        cold_batch = batch(POCL_CACHE_DIR=str(folder / "cache"))[0]
 
-    best = {"batch": min(batch), "warm": min(warm), "pure": min(pure)}
-    print(f"{'a batch':<42}{best['batch']:8.2f} s   of {', '.join(f'{t:.2f}' for t in batch)}")
+    best, alone = min(wall for wall, _ in batches), sum(pure)
+    print(f"{'a batch':<42}{best:8.2f} s   of {', '.join(f'{wall:.2f}' for wall, _ in batches)}")
     print(f"{'a batch, empty kernel cache':<42}{cold_batch:8.2f} s")
-    print(f"{'processes':<42}{best['warm']:8.2f} s   of {', '.join(f'{t:.2f}' for t in warm)}")
+    print(f"{'processes':<42}{min(warm):8.2f} s   of {', '.join(f'{t:.2f}' for t in warm)}")
     print(f"{'processes, each with an empty kernel cache':<42}{cold:8.2f} s   ({len(few)} measured)")
-    print(f"{'rendering alone, in the processes':<42}{best['pure']:8.2f} s   of {', '.join(f'{t:.2f}' for t in pure)}")
-    print(f"the batch has {cold / best['batch']:.1f} times the rate of processes with empty caches "
-          f"({cold / cold_batch:.1f} with an empty one itself), {best['warm'] / best['batch']:.1f} times that of warm ones, "
-          f"and takes {100 * (best['batch'] / best['pure'] - 1):+.1f} % over rendering alone")
+    print(f"{'rendering alone':<42}{alone:8.2f} s   (within the batches {', '.join(f'{t:.2f}' for _, t in batches)})")
+    print(f"the batch takes {100 * (best / alone - 1):+.1f} % over rendering alone, and has {cold / best:.1f} times the rate of "
+          f"processes with empty caches ({cold / cold_batch:.1f} with an empty one itself), {min(warm) / best:.1f} times that of "
+          "warm ones")
 
 
 if __name__ == "__main__":

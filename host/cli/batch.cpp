@@ -72,12 +72,12 @@ ExitCode batch_command(const BatchOptions& options) {
   const double begin = host_seconds();
   BatchRun run(jobs, settings, ledger, progress, stop);
   run.run();
-  progress.clear();
-  print_summary(jobs, host_seconds() - begin);
-  if (stop) return stop_exit_code();
   const auto failed = [](const BatchJob& job) { return job.state == JobState::failed; };
-  return std::any_of(jobs.begin(), jobs.end(), failed) || !run.ledger_is_whole() ? ExitCode::not_as_asked
-                                                                                 : ExitCode::done;
+  const bool as_asked = std::none_of(jobs.begin(), jobs.end(), failed) && run.ledger_is_whole();
+  const ExitCode code = stop ? stop_exit_code() : as_asked ? ExitCode::done : ExitCode::not_as_asked;
+  progress.close(code);
+  print_summary(jobs, host_seconds() - begin);
+  return code;
 }
 
 }  // namespace

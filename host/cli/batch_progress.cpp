@@ -28,6 +28,7 @@ void BatchProgress::show(const BatchJob& job, double fraction) {
 void BatchProgress::end(const BatchJob& job) {
   const std::lock_guard lock(mutex_);
   in_hand_.erase(&job);
+  if (job.state == JobState::interrupted) return;
   over_ += job.cost;
   if (job.state == JobState::done) rendered_ += job.cost;
   ++jobs_over_;
@@ -50,6 +51,13 @@ void BatchProgress::clear() {
   erase();
 }
 
+void BatchProgress::close(ExitCode code) {
+  const std::lock_guard lock(mutex_);
+  erase();
+  if (code == ExitCode::done || code == ExitCode::not_as_asked) openjd_.progress(1);
+  if (code == ExitCode::not_as_asked) openjd_.fail("some jobs failed; see the table");
+}
+
 void BatchProgress::erase() {
   if (shown_) fmt::print(stderr, "\r\x1b[K");
   shown_ = false;
@@ -64,11 +72,8 @@ void BatchProgress::draw() {
   }
   const double done = total_ > 0 ? (over_ + now) / total_ : 1;
   const double seconds = host_seconds() - begin_s_;
-  if (openjd_ && 100 * done >= last_openjd_ + 0.1 && (seconds >= last_openjd_s_ + 1 || jobs_over_ == jobs_)) {
-    last_openjd_ = 100 * done, last_openjd_s_ = seconds;
-    fmt::print("openjd_progress: {:.1f}\n", std::clamp(100 * done, 0.0, 100.0));
-    std::fflush(stdout);
-  }
+  openjd_.status(fmt::format("{} of {} jobs", jobs_over_, jobs_));
+  openjd_.progress(done);
   if (!bar_) return;
   constexpr int width = 24;
   const int filled = std::clamp(int(done * width), 0, width);

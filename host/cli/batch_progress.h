@@ -7,12 +7,13 @@
 #include <vector>
 
 #include "cli/batch_job.h"
+#include "cli/openjd.h"
 
 namespace eikon {
 
 class BatchProgress {
  public:
-  /// bar: on a terminal, a line that is rewritten in place; openjd: "openjd_progress: PERCENT" lines on stdout
+  /// bar: on a terminal, a line that is rewritten in place; openjd: lines on stdout, with the progress of all jobs together
   BatchProgress(const std::vector<BatchJob>& jobs, bool bar, bool openjd);
   ~BatchProgress() { clear(); }
 
@@ -26,11 +27,14 @@ class BatchProgress {
   /// A line on stderr, above the bar.
   void say(const std::string& line);
   void clear();
+  /// The batch is over. code: what the process will return
+  void close(ExitCode code);
 
  private:
   std::mutex mutex_;
-  bool bar_, openjd_, shown_ = false;
-  double begin_s_, last_openjd_ = -1, last_openjd_s_ = 0;
+  bool bar_, shown_ = false;
+  OpenJdLines openjd_;
+  double begin_s_;
   double total_ = 0, over_ = 0, rendered_ = 0;  // costs
   std::size_t jobs_ = 0, jobs_over_ = 0;
   std::map<const BatchJob*, double> in_hand_;  // with the fraction that is done
