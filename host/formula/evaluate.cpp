@@ -173,7 +173,10 @@ RegionValue evaluate(const Expressions& expressions, Id root, const Region& regi
   bool undefined = false;
   const Interval value = walk<Interval>(
       expressions, root, [&](std::uint32_t i) { return host_lanes::interval(region[i].lo, region[i].hi); },
-      [&](const Node& node, const std::array<Interval, 4>& v) { return apply_op(node, v, &undefined); });
+      [&](const Node& node, const std::array<Interval, 4>& v) {
+        if (is_scaling(expressions, node)) return host_lanes::interval_scale(v[0].lo, v[1]);
+        return apply_op(node, v, &undefined);
+      });
   return {.bounds = {.lo = value.lo, .hi = value.hi}, .undefined = undefined};
 }
 

@@ -132,6 +132,10 @@ Id Expressions::max(Id a, Id b) {
 
 Id Expressions::choose(Id a, Id b, Id c, Id d) { return c == d ? c : node(Op::choose, 0, {a, b, c, d}); }
 
+bool is_scaling(const Expressions& expressions, const Node& node) {
+  return node.op == Op::mul && expressions.is_constant(node.operands[0]) && expressions[node.operands[0]].value() > 0;
+}
+
 std::vector<bool> needed(const Expressions& expressions, const std::vector<Id>& roots) {
   std::vector<bool> need(expressions.size(), false);
   for (const Id root : roots) need[root] = true;

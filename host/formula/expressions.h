@@ -83,6 +83,9 @@ class Expressions {
   std::map<Node, Id> known_;
 };
 
+/// Whether `node` is a product with a constant above 0, whose interval takes two products instead of four.
+[[nodiscard]] bool is_scaling(const Expressions& expressions, const Node& node);
+
 /// Which nodes the `roots` need, themselves included.
 [[nodiscard]] std::vector<bool> needed(const Expressions& expressions, const std::vector<Id>& roots);
 

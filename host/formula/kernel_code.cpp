@@ -74,8 +74,7 @@ std::string interval_code(const Expressions& e, const Node& node) {
     case Op::sub:
       return fmt::format("interval_sub({}, {})", a, b);
     case Op::mul:
-      if (e.is_constant(node.operands[0]) && e[node.operands[0]].value() > 0)  // the same bounds with half the products
-        return fmt::format("interval_scale({}.lo, {})", a, b);
+      if (is_scaling(e, node)) return fmt::format("interval_scale({}.lo, {})", a, b);
       return fmt::format("interval_mul({}, {})", a, b);
     case Op::div:
       return fmt::format("interval_div({}, {})", a, b);
@@ -135,7 +134,7 @@ std::string one(const Formula& f, std::size_t index) {
   text += fmt::format("  return {};\n}}\nEK_FN v3 implicit_gradient_{}(v3 p) {{\n", name(f.value), index);
   text += number_lines(f.expressions, {f.gradient.begin(), f.gradient.end()});
   text += fmt::format("  return V3({}, {}, {});\n}}\n", name(f.gradient[0]), name(f.gradient[1]), name(f.gradient[2]));
-  text += fmt::format("EK_FN ImplicitBounds implicit_bounds_{}(Interval x, Interval y, Interval z, v3 d) {{\n", index);
+  text += fmt::format("EK_FN_ONCE ImplicitBounds implicit_bounds_{}(Interval x, Interval y, Interval z, v3 d) {{\n", index);
   text += "  ImplicitBounds r;\n  r.undefined = (vi)(0);\n";
   text += interval_lines(f.expressions, {f.value, f.slope});
   text += fmt::format("  r.value = {};\n  r.slope = {};\n  return r;\n}}\n", name(f.value), name(f.slope));

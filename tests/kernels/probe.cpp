@@ -8,6 +8,8 @@
 #include <sstream>
 #include <stdexcept>
 #include <string_view>
+#include <tuple>
+#include <utility>
 
 #include "device/device.h"
 #include "device/kernel_sources.h"
@@ -36,7 +38,7 @@ Defines default_defines() {
 /// Devices and programs of this process. Closed before main returns: drivers do not outlive it.
 struct Opened : testing::Environment {
   std::vector<std::unique_ptr<Device>> devices;
-  std::map<std::pair<std::size_t, Defines>, Program> programs;
+  std::map<std::tuple<std::size_t, Defines, std::string>, Program> programs;
   void TearDown() override {
     programs.clear();
     devices.clear();
@@ -62,13 +64,13 @@ const std::string& probe_text() {
   return text;
 }
 
-const Program& program(std::size_t index, const Defines& defines) {
-  const auto key = std::pair(index, defines);
+const Program& program(std::size_t index, const Defines& defines, const std::string& appended) {
+  const auto key = std::tuple(index, defines, appended);
   const auto found = opened->programs.find(key);
   if (found != opened->programs.end()) return found->second;
   Device& device = *devices()[index];
   const bool oclgrind = device.info().platform.find("Oclgrind") != std::string::npos;
-  Program built = device.build(probe_text(), {.defines = defines, .optimise = !oclgrind});
+  Program built = device.build(probe_text() + appended, {.defines = defines, .optimise = !oclgrind});
   return opened->programs.emplace(key, std::move(built)).first->second;
 }
 
@@ -88,6 +90,11 @@ Probe& Probe::define(const std::string& name, const std::string& value) {
 
 Probe& Probe::value(const std::string& name, std::uint32_t word) {
   values_[name] = word;
+  return *this;
+}
+
+Probe& Probe::append(std::string text) {
+  appended_ = std::move(text);
   return *this;
 }
 
@@ -119,7 +126,7 @@ std::vector<Words> Probe::run(const std::string& name, const std::vector<Words>&
       const Words poison(padded * outputs, 0xdeadbeefU);
       const Buffer out = device.upload(poison);
       arguments.set("out_words", out);
-      Kernel kernel = program(d, defines).kernel(name);
+      Kernel kernel = program(d, defines, appended_).kernel(name);
       kernel.bind(arguments);
       device.run(kernel, padded / variant.width, 1, padded);
       Words result = device.read_all<std::uint32_t>(out);

@@ -24,6 +24,8 @@ class Probe {
 
   Probe& define(const std::string& name, const std::string& value);
   Probe& value(const std::string& name, std::uint32_t word);
+  /// Text behind that of probes.cl: functions that are written at run time.
+  Probe& append(std::string text);
   template <class T, class Allocator>
   Probe& buffer(const std::string& name, const std::vector<T, Allocator>& records) {
     const auto* words = reinterpret_cast<const std::uint32_t*>(records.data());
@@ -39,7 +41,7 @@ class Probe {
   std::vector<Words> run(const std::string& name, const std::vector<Words>& inputs, unsigned outputs) const;
 
  private:
-  std::string subject_;
+  std::string subject_, appended_;
   std::map<std::string, std::string> defines_;
   std::map<std::string, Words> buffers_;
   std::map<std::string, std::uint32_t> values_;

@@ -348,3 +348,32 @@ kernel void probe_opacity_number(PROBE_ARGUMENTS, uint depth, uint kind) {
   OUT_F(0, opacity_number(opacity_key(IN_U(0), IN_U(1), depth, kind), IN_U(2)));
 }
 #endif
+
+#ifdef EK_PROBE_implicit
+#include "implicit.h"
+// Inputs: a point, a direction; the same region as low and high ends of a point.
+kernel void probe_implicit_values(PROBE_ARGUMENTS, uint formula) {
+  OUT_F(0, implicit_value(formula, IN_3(0)));
+  OUT_3(1, implicit_gradient(formula, IN_3(0)));
+  const ImplicitBounds b = implicit_bounds(formula, interval(IN_F(6), IN_F(9)), interval(IN_F(7), IN_F(10)),
+                                           interval(IN_F(8), IN_F(11)), IN_3(3));
+  OUT_F(4, b.value.lo);
+  OUT_F(5, b.value.hi);
+  OUT_F(6, b.slope.lo);
+  OUT_F(7, b.slope.hi);
+  OUT_U(8, b.undefined ? (vu)(1u) : (vu)(0u));
+}
+
+// Inputs: a ray, and the bounds. Where there is no hit only the first word and the last mean something.
+kernel void probe_implicit_hits(PROBE_ARGUMENTS, uint formula) {
+  const ImplicitRay ray = implicit_ray(IN_3(0), IN_3(3), IN_3(6), IN_3(9));
+  const ImplicitRoot root = implicit_root(formula, ray, (vi)(ALL_LANES));
+  const ImplicitPoint at = implicit_point(formula, ray, root.hit ? root.s : (vf)(0.0f), (vf)(0.0f));
+  OUT_U(0, root.hit ? (vu)(1u) : (vu)(0u));
+  OUT_F(1, root.hit ? (ray.begin + root.s) * ray.per_length : (vf)(0.0f));
+  OUT_3(2, select3(root.hit, at.p, V3((vf)(0.0f), (vf)(0.0f), (vf)(0.0f))));
+  OUT_3(5, select3(root.hit, at.n, V3((vf)(0.0f), (vf)(0.0f), (vf)(0.0f))));
+  OUT_F(8, root.hit ? at.error : (vf)(0.0f));
+  OUT_U(9, root.given_up ? (vu)(1u) : (vu)(0u));
+}
+#endif
