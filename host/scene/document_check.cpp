@@ -9,6 +9,7 @@
 
 #include "core/error.h"
 #include "scene/attributes.h"
+#include "scene/instances.h"
 #include "scene/text.h"
 
 namespace eikon {
@@ -20,7 +21,7 @@ constexpr std::string_view kSupportedExtensions[] = {
     "KHR_lights_punctual",        "KHR_materials_emissive_strength", "KHR_materials_ior",
     "KHR_materials_specular",     "KHR_materials_transmission",      "KHR_materials_unlit",
     "KHR_materials_volume",       "KHR_texture_transform",           "KHR_mesh_quantization",
-    "KHR_draco_mesh_compression", "EXT_meshopt_compression",
+    "KHR_draco_mesh_compression", "EXT_meshopt_compression",         "EXT_mesh_gpu_instancing",
 };
 // Extensions that a file may require and that a tool can take out of it.
 struct Remedy {
@@ -152,7 +153,8 @@ std::size_t check_lights(const Json& document) {
 void check_nodes(const Json& document) {
   const std::size_t light_count = check_lights(document);
   const std::size_t node_count = items(document, "nodes").size(), mesh_count = items(document, "meshes").size(),
-                    camera_count = items(document, "cameras").size(), skin_count = items(document, "skins").size();
+                    camera_count = items(document, "cameras").size(), skin_count = items(document, "skins").size(),
+                    accessor_count = items(document, "accessors").size();
   for_each(document, "nodes", "node", [&](const Place& node) {
     as_index(node, "mesh", mesh_count, "mesh");
     as_index(node, "camera", camera_count, "camera");
@@ -168,6 +170,7 @@ void check_nodes(const Json& document) {
       if (light != nullptr)
         as_index({.value = *light, .kind = "KHR_lights_punctual", .parent = &node}, "light", light_count, "light");
     }
+    check_instancing(node, accessor_count);
   });
   for_each(document, "scenes", "scene", [&](const Place& scene) { check_indices(scene, "nodes", node_count, "node"); });
   as_index({.value = document, .kind = "document"}, "scene", items(document, "scenes").size(), "scene");

@@ -12,6 +12,7 @@
 #include "scene/document.h"
 #include "scene/document_check.h"
 #include "scene/environment.h"
+#include "scene/instances.h"
 #include "scene/lights.h"
 #include "scene/materials.h"
 #include "scene/meshes.h"
@@ -20,12 +21,17 @@
 #include "scene/source_file.h"
 #include "scene/text.h"
 #include "scene/textures.h"
+#include "scene/transform.h"
 
 namespace eikon {
 namespace {
 
 constexpr std::uint64_t kMaxFileBytes = std::uint64_t{1} << 34U;
 constexpr std::size_t kUnread = ~std::size_t{0};
+constexpr std::size_t kMaxPlacedMeshes = std::size_t{1} << 24U;
+const std::vector<glm::dmat4> kOnce{glm::dmat4(1.0)};
+// What nodes may have and all is read of.
+constexpr std::string_view kNodeExtensions[] = {"KHR_lights_punctual", "EXT_mesh_gpu_instancing"};
 
 /// The largest absolute coordinates of a mesh, per axis.
 glm::dvec3 extent_of(const Mesh& mesh) {
@@ -58,6 +64,18 @@ void check_world_positions(const Mesh& mesh, const glm::dvec3& extent, const glm
       }
     }
   }
+}
+
+void place_mesh(const glm::dmat4& world_from_object, std::uint32_t mesh, const glm::dvec3& extent,
+                const std::string& name, const std::string& label, Scene& scene) {
+  if (scene.nodes.size() == kMaxPlacedMeshes)
+    throw InputError(fmt::format("{}: more than {} meshes are placed; use fewer instances", label, kMaxPlacedMeshes));
+  if (!is_finite(world_from_object)) throw InputError(label + ": the transforms of its instances overflow");
+  check_world_positions(scene.meshes[mesh], extent, world_from_object, label);
+  scene.nodes.push_back({.name = name,
+                         .world_from_object = world_from_object,
+                         .mesh = mesh,
+                         .mirrored = glm::determinant(glm::dmat3(world_from_object)) < 0});
 }
 
 // A camera's pose: the scale of its node is ignored [glTF 2.0, section 3.10.2], so is a mirror image, which would show
@@ -120,7 +138,8 @@ void note_node_features(const tinygltf::Model& model, const Json& document, std:
   const Json& json = document["nodes"][node];
   if (const Json* extensions = member(json, "extensions")) {
     for (const auto& entry : extensions->items()) {
-      if (entry.key() != "KHR_lights_punctual") notes.unsupported(one_line(entry.key()), node_label(model, node));
+      if (std::find(std::begin(kNodeExtensions), std::end(kNodeExtensions), entry.key()) == std::end(kNodeExtensions))
+        notes.unsupported(one_line(entry.key()), node_label(model, node));
     }
   }
   if (model.nodes[node].skin >= 0) notes.unsupported("skin", node_label(model, node));
@@ -205,16 +224,16 @@ void fill_scene(const tinygltf::Model& model, const Json& document, const std::v
     if (source.camera >= 0) add_camera(model, placed, scene, notes);
     if (const std::int64_t light = light_of_node(document["nodes"][placed.node]); light >= 0)
       add_light(document, static_cast<std::size_t>(light), source.name, placed.world_from_object, scene, notes);
-    if (source.mesh < 0) continue;
-    Node node;
-    node.name = source.name;
-    node.world_from_object = placed.world_from_object;
-    node.mesh = static_cast<std::uint32_t>(new_index[static_cast<std::size_t>(source.mesh)]);
-    const glm::dmat3 linear(node.world_from_object);
-    node.mirrored = glm::determinant(linear) < 0;
-    check_world_positions(scene.meshes[node.mesh], extents[node.mesh], node.world_from_object,
-                          node_label(model, placed.node));
-    scene.nodes.push_back(std::move(node));
+    const Place place{
+        .value = document["nodes"][placed.node], .kind = "node", .index = static_cast<std::int64_t>(placed.node)};
+    const std::optional<std::vector<glm::dmat4>> instances = read_instances(place, accessors);
+    if (source.mesh < 0) {
+      if (instances) notes.warn(place.label() + ": its instances are of no mesh; left out");
+      continue;
+    }
+    const auto mesh = static_cast<std::uint32_t>(new_index[static_cast<std::size_t>(source.mesh)]);
+    for (const glm::dmat4& instance : instances.value_or(kOnce))
+      place_mesh(placed.world_from_object * instance, mesh, extents[mesh], source.name, place.label(), scene);
   }
 }
 

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "core/error.h"
+#include "scene/transform.h"
 
 namespace eikon {
 namespace {
@@ -70,29 +71,29 @@ std::vector<std::size_t> find_parents(const tinygltf::Model& model) {
   return parents;
 }
 
-glm::dmat4 rotation_matrix(const tinygltf::Model& model, std::size_t index, const std::vector<double>& xyzw,
-                           Notes& notes) {
+glm::dvec4 rotation_of(const tinygltf::Model& model, std::size_t index, Notes& notes) {
+  const std::vector<double>& xyzw = model.nodes[index].rotation;
+  if (xyzw.empty()) return {0, 0, 0, 1};
   const double largest = std::max({std::abs(xyzw[0]), std::abs(xyzw[1]), std::abs(xyzw[2]), std::abs(xyzw[3])});
   if (largest == 0) {
     throw InputError(node_label(model, index) + ": rotation (0, 0, 0, 0) is no rotation; none at all is (0, 0, 0, 1)");
   }
-  // Divided by the largest first, so that the squares neither overflow nor vanish.
-  const double x = xyzw[0] / largest, y = xyzw[1] / largest, z = xyzw[2] / largest, w = xyzw[3] / largest;
-  const double square = x * x + y * y + z * z + w * w, length = std::sqrt(square) * largest;
+  const glm::dvec4 rotation(xyzw[0], xyzw[1], xyzw[2], xyzw[3]);
+  const double length = glm::length(rotation / largest) * largest;
   if (std::abs(length - 1) > 1e-2) {
     notes.warn(fmt::format("{}: rotation of length {:.3g} normalised", node_label(model, index), length));
   }
-  // Normalised by the square instead of its root: quarter turns come out exact.
-  const double s = 2 / square;
-  return {glm::dvec4{1 - s * (y * y + z * z), s * (x * y + w * z), s * (x * z - w * y), 0},
-          glm::dvec4{s * (x * y - w * z), 1 - s * (x * x + z * z), s * (y * z + w * x), 0},
-          glm::dvec4{s * (x * z + w * y), s * (y * z - w * x), 1 - s * (x * x + y * y), 0}, glm::dvec4{0, 0, 0, 1}};
+  return rotation;
+}
+
+glm::dvec3 three(const std::vector<double>& values, double otherwise) {
+  return values.empty() ? glm::dvec3(otherwise) : glm::dvec3(values[0], values[1], values[2]);
 }
 
 glm::dmat4 local_transform(const tinygltf::Model& model, std::size_t index, Notes& notes) {
   const tinygltf::Node& node = model.nodes[index];
-  glm::dmat4 matrix{1.0};
   if (!node.matrix.empty()) {
+    glm::dmat4 matrix{1.0};
     for (int i = 0; i < 16; ++i) matrix[i / 4][i % 4] = node.matrix[static_cast<std::size_t>(i)];
     if (matrix[0][3] != 0 || matrix[1][3] != 0 || matrix[2][3] != 0 || matrix[3][3] != 1) {
       throw InputError(node_label(model, index) +
@@ -100,21 +101,7 @@ glm::dmat4 local_transform(const tinygltf::Model& model, std::size_t index, Note
     }
     return matrix;
   }
-  if (!node.rotation.empty()) matrix = rotation_matrix(model, index, node.rotation, notes);
-  if (!node.scale.empty()) {
-    for (int axis = 0; axis < 3; ++axis) matrix[axis] *= node.scale[static_cast<std::size_t>(axis)];
-  }
-  if (!node.translation.empty()) matrix[3] = {node.translation[0], node.translation[1], node.translation[2], 1};
-  return matrix;
-}
-
-bool is_finite(const glm::dmat4& matrix) {
-  for (int column = 0; column < 4; ++column) {
-    for (int row = 0; row < 4; ++row) {
-      if (!std::isfinite(matrix[column][row])) return false;
-    }
-  }
-  return true;
+  return transform_matrix(three(node.translation, 0), rotation_of(model, index, notes), three(node.scale, 1));
 }
 
 std::vector<std::size_t> scene_roots(const tinygltf::Model& model, const std::vector<std::size_t>& parents) {
