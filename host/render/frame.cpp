@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "render/camera_medium.h"
+
 namespace eikon {
 namespace {
 
@@ -43,6 +45,7 @@ Frame pack_frame(const PackedScene& packed, const Settings& settings) {
     frame.camera_origin = pack(eye);
     frame.camera_corner = pack(corner - back);
   }
+  frame.camera_medium = camera_medium(packed, eye, -back);  // of parallel rays: where their middle begins
   frame.environment = pack(glm::dvec3(settings.environment.radiance), packed.environment_probability);
   if (const EnvironmentMap* const map = settings.environment.map.get()) {
     frame.environment = {};

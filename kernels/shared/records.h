@@ -42,8 +42,10 @@ typedef struct {
   uint environment_height;
   float environment_sin;          // of its rotation about +Y
   float environment_cos;
+  uint camera_medium;             // of paths that begin (medium.h)
+  uint pad0, pad1, pad2;
 } Frame;
-EK_ASSERT_SIZE(Frame, 176);
+EK_ASSERT_SIZE(Frame, 192);
 
 #define EK_TRIANGLE_PASSABLE 1u   // opacity below 1 somewhere: a ray may pass (alpha.h)
 

@@ -80,8 +80,6 @@ EK_FN Survivors stage_shade(constant Frame* frame, SceneData scene, LightData li
     v3 absorption;  // log2 of a metre's transmittance
     if (EK_HAS_absorption) {
       medium = state_u(state, FIELD_medium, slot);
-      // A camera ray that meets a solid's back began inside.
-      if (depth == 1) medium = (front | !material.solid) ? medium : corners.material + 1u;
       absorption = medium_absorption(scene, medium);
       beta = mul3(beta, transmittance(absorption, t));
     }

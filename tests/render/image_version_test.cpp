@@ -26,7 +26,7 @@ struct Known {
 };
 
 TEST(ImageVersion, is_raised_when_the_bits_of_images_change) {
-  ASSERT_EQ(kImageVersion, 3) << "put the new version here, and the new hashes below";
+  ASSERT_EQ(kImageVersion, 4) << "put the new version here, and the new hashes below";
   const Known known[] = {
       {"cornell.gltf", "", "3014fa3bd0555f19"},
       {"cornell_spheres.gltf", "--filter gaussian", "462317de3904eeba"},

@@ -146,6 +146,44 @@ TEST(Materials, M15_a_thing_inside_a_medium_is_seen_through_the_medium) {
   EXPECT_NEAR(mean_of(film).mean, 3 * 0.25, 1e-5);  // 2 m of it
 }
 
+/// A ball of `m` around the origin.
+void add_ball(Scene& scene, const char* name, float radius, const Material& m) {
+  add_mesh(scene, name, sphere({0, 0, 0}, radius, 32, false), m);
+}
+
+Material amber(float per_metre, float ior) {
+  Material m = glass(ior, 0, true);
+  m.attenuation_color = glm::vec3(per_metre);
+  m.attenuation_distance = 1;
+  return m;
+}
+
+TEST(Materials, M16_a_camera_in_glass_sees_the_whole_sky_at_the_square_of_its_index) {
+  Scene scene;
+  add_ball(scene, "ball", 1, amber(1 - 0x1p-20F, 1.5F));  // nearly clear: the medium is asked for
+  Settings settings = settings_for(16, 16, 64);
+  settings.environment.radiance = glm::vec3(1);
+  settings.camera = look_at_camera({0.1, 0.2, 0.1}, {0, 0, -1}, {0, 1, 0}, 0.8);
+  const MeanAndError radiance = mean_of(film_of(scene, settings));
+  EXPECT_TRUE(agrees(radiance, 1.5 * 1.5, 1)) << radiance.mean;
+}
+
+TEST(Materials, M16_a_camera_in_a_medium_sees_a_thing_in_it_through_the_medium) {
+  for (const bool camera_in_inner : {false, true}) {
+    Scene scene;
+    add_ball(scene, "water", 8, amber(0.5F, 1));
+    add_ball(scene, "core", 1, amber(0.25F, 1));
+    Primitive lamp;
+    add_quad(lamp, {-0.5F, -0.5F, -0.25F}, {1, 0, 0}, {0, 1, 0});
+    add_mesh(scene, "lamp", std::move(lamp), lambert(0, 3));
+    const double z = camera_in_inner ? 0.75 : 4;
+    const Film film = film_of(scene, settings_for_beam({0.01, 0.02, z}, {0.01, 0.02, 0}, 16));
+    // The inner ball's facet is a little nearer than 1 m; it is the medium up to there, and the outer one before.
+    const double expected = camera_in_inner ? 3 * 0.25 : 3 * std::pow(0.5, 3) * std::pow(0.25, 1.25);
+    EXPECT_NEAR(mean_of(film).mean, expected, (camera_in_inner ? 1e-5 : 0.01) * expected);
+  }
+}
+
 TEST(Materials, M17_a_grey_mirror_seen_straight_on_reflects_its_base_colour) {
   Scene scene;
   Primitive mirror;

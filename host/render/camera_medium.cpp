@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "render/camera_medium.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+namespace eikon {
+namespace {
+
+struct Corners {
+  glm::dvec3 a, b, c;  // from the eye
+};
+
+Corners seen_from(const glm::dvec3& eye, const Triangle& t) {
+  return {glm::dvec3(t.p0_x, t.p0_y, t.p0_z) - eye, glm::dvec3(t.p1_x, t.p1_y, t.p1_z) - eye,
+          glm::dvec3(t.p2_x, t.p2_y, t.p2_z) - eye};
+}
+
+/// Signed: positive where the back is seen, as it is from inside.
+double solid_angle(const Corners& t) {
+  const double a = glm::length(t.a), b = glm::length(t.b), c = glm::length(t.c);
+  const double volume = glm::dot(t.a, glm::cross(t.b, t.c));
+  const double rest = a * b * c + glm::dot(t.a, t.b) * c + glm::dot(t.b, t.c) * a + glm::dot(t.c, t.a) * b;
+  return volume == 0 && rest == 0 ? 0 : 2 * std::atan2(volume, rest);
+}
+
+/// The distance, in lengths of `view`, at which a way from the eye leaves through the triangle; infinite where it does not.
+double way_out(const Corners& t, const glm::dvec3& view) {
+  const double u = glm::dot(view, glm::cross(t.c, t.b)), v = glm::dot(view, glm::cross(t.a, t.c)),
+               w = glm::dot(view, glm::cross(t.b, t.a));
+  const double infinite = std::numeric_limits<double>::infinity();
+  if (u > 0 || v > 0 || w > 0 || u + v + w == 0) return infinite;
+  const double distance = glm::dot(t.a, glm::cross(t.b, t.c)) / -(u + v + w);
+  return distance > 0 ? distance : infinite;
+}
+
+bool absorbs(const MaterialExtension& e) { return e.absorption_r != 0 || e.absorption_g != 0 || e.absorption_b != 0; }
+
+}  // namespace
+
+std::uint32_t camera_medium(const PackedScene& packed, const glm::dvec3& eye, const glm::dvec3& view) {
+  if (std::none_of(packed.material_extensions.begin(), packed.material_extensions.end(), absorbs)) return 0;
+  struct Solid {
+    double turned = 0;  // steradians
+    double way_out = std::numeric_limits<double>::infinity();
+  };
+  std::vector<Solid> solids(packed.materials.size());
+  for (const Triangle& t : packed.triangles) {
+    if ((packed.materials[t.material].flags & EK_MATERIAL_SOLID) == 0) continue;
+    const Corners corners = seen_from(eye, t);
+    solids[t.material].turned += solid_angle(corners);
+    solids[t.material].way_out = std::min(solids[t.material].way_out, way_out(corners, view));
+  }
+  std::uint32_t medium = 0;
+  for (std::uint32_t m = 0; m < solids.size(); ++m) {
+    const bool inside = solids[m].turned > 2 * std::numbers::pi;
+    if (inside && (medium == 0 || solids[m].way_out < solids[medium - 1].way_out)) medium = m + 1;
+  }
+  return medium;
+}
+
+}  // namespace eikon
