@@ -3,6 +3,9 @@
 #include "camera.h"
 #include "light.h"
 #include "sampler.h"
+#if EK_HAS_shape
+#include "shape_surface.h"
+#endif
 #include "surface.h"
 #include "warp.h"
 
@@ -31,7 +34,7 @@ kernel void bench_camera(constant Frame* frame, global float* rays, uint ray_cou
 
 // From each hit a ray by the cosine, and a shadow ray to a light; in a scene without lights in any direction. A shadow ray with
 // t_max 0 is none; where nothing was hit, neither is one.
-kernel void bench_scatter(constant Frame* frame, global const Triangle* triangles, EK_LIGHT_ARGUMENTS,
+kernel void bench_scatter(constant Frame* frame, global const Triangle* triangles EK_SHAPE_ARGUMENTS, EK_LIGHT_ARGUMENTS,
                           global const float* rays, global const float* hits, global float* diffuse_rays,
                           global float* shadow_rays, uint stride) {
   const LightData light_data = EK_LIGHT_DATA;
@@ -39,8 +42,14 @@ kernel void bench_scatter(constant Frame* frame, global const Triangle* triangle
   const vu hit = load_u((global const uint*)hits + 3 * stride + i);
   const vi live = hit != EK_NO_HIT;
   const v3 dir = V3(load_f(rays + 3 * stride + i), load_f(rays + 4 * stride + i), load_f(rays + 5 * stride + i));
-  const Surface surface = surface_at(load_triangle(triangles, live ? hit : (vu)(0u)), load_f(hits + stride + i),
-                                     load_f(hits + 2 * stride + i), scale3(dir, load_f(hits + i)));
+  const TriangleLanes corners = load_triangle(triangles, live ? hit : (vu)(0u));
+  Surface surface =
+      surface_at(corners, load_f(hits + stride + i), load_f(hits + 2 * stride + i), scale3(dir, load_f(hits + i)));
+#if EK_HAS_shape
+  const SceneData scene = {triangles, 0, 0, 0, 0, 0, 0, 0 EK_SHAPE_DATA};
+  const v3 from = V3(load_f(rays + i), load_f(rays + stride + i), load_f(rays + 2 * stride + i));
+  shape_surface(scene, corners, load_f(hits + stride + i), from, dir, load_f(hits + i), &surface);
+#endif
   const v3 n = select3(dot3(surface.n_geom, dir) < 0.0f, surface.n_geom, neg3(surface.n_geom));
   const Basis basis = basis_around(n);
 

@@ -12,6 +12,9 @@
 #if defined(EK_TRIANGLE_TEST)
 #include "shape_classical.h"
 #endif
+#if EK_HAS_shape
+#include "shape_hit.h"
+#endif
 
 // A tree, or the list of triangles that stands for it, laid out as its traverse_<layout>.h says; and the scene, of which all but
 // the triangles are there for opacity alone.
@@ -27,8 +30,8 @@ typedef struct {
 #define EK_GEOMETRY {accel_nodes, accel_leaves, EK_SCENE_DATA}
 #else
 #define EK_GEOMETRY_ARGUMENTS \
-  global const uint *accel_nodes, global const uint *accel_leaves, global const Triangle *triangles
-#define EK_GEOMETRY {accel_nodes, accel_leaves, {triangles, 0, 0, 0, 0, 0, 0, 0}}
+  global const uint *accel_nodes, global const uint *accel_leaves, global const Triangle *triangles EK_SHAPE_ARGUMENTS
+#define EK_GEOMETRY {accel_nodes, accel_leaves, {triangles, 0, 0, 0, 0, 0, 0, 0 EK_SHAPE_DATA}}
 #endif
 
 // Closest hit so far; t is the segment's end while nothing was hit, and stays that for an any-hit query.
@@ -74,10 +77,40 @@ EK_FN int passes_one(Geometry geometry, const RayOne* ray, uint triangle, float 
   return ANY(passes(geometry.scene, (vu)(triangle), (vf)(u), (vf)(v), ray_key(ray)));
 }
 
+#if EK_HAS_shape
+// As try_triangle, of the record of a shape.
+EK_FN int try_shape(Geometry geometry, const RayOne* ray, uint id, const int any_hit, Hit* hit) {
+  global const float* p = (global const float*)(geometry.scene.triangles + id);
+  RayLanes lanes;
+  lanes.rx = (vf)(ray->rx); lanes.ry = (vf)(ray->ry); lanes.rz = (vf)(ray->rz);
+  lanes.nx = (vf)(ray->nx); lanes.ny = (vf)(ray->ny); lanes.nz = (vf)(ray->nz);
+  lanes.fx = (vf)(ray->fx); lanes.fy = (vf)(ray->fy); lanes.fz = (vf)(ray->fz);
+  lanes.p_ox = (vf)(ray->p_ox); lanes.p_oy = (vf)(ray->p_oy); lanes.p_oz = (vf)(ray->p_oz);
+  lanes.sx = (vf)(ray->sx); lanes.sy = (vf)(ray->sy); lanes.p_rz = (vf)(ray->p_rz);
+  lanes.axis = (vf)((float)(ray->axis_z / 8u));
+  lanes.key = ray_key(ray);
+  const ShapeHit found = shape_hit(geometry.scene, &lanes, (vu)(id), (vu)(as_uint(p[12])), V3((vf)(p[0]), (vf)(p[1]), (vf)(p[2])),
+                                   V3((vf)(p[3]), (vf)(p[4]), (vf)(p[5])));
+  const float t = ((const float*)&found.t)[0];
+  if (!ANY(found.hit)) return 0;
+  if (any_hit) return t < hit->t;
+  if (is_closer(hit, t, id)) {
+    hit->t = t;
+    hit->u = ((const float*)&found.part)[0];
+    hit->v = 0.0f;
+    hit->triangle = id;
+  }
+  return 0;
+}
+#endif
+
 // Tests one triangle of the record array. returns 1 if that settles an any-hit query.
 EK_FN int try_triangle(Geometry geometry, const RayOne* ray, uint triangle, const int any_hit, Hit* hit) {
   EK_COUNT_TEST(hit);
   global const float* p = (global const float*)(geometry.scene.triangles + triangle);
+#if EK_HAS_shape
+  if (p[6] != p[6]) return try_shape(geometry, ray, triangle, any_hit, hit);
+#endif
   const uint z = ray->axis_z / 8u, x = ray->axis_x / 8u, y = 3u - z - x;
   Corners_one corners;
   corners.ax = p[x]; corners.ay = p[y]; corners.az = p[z];

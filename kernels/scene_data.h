@@ -13,15 +13,25 @@ typedef struct {
   global const MaterialExtension* material_extensions;
   global const TextureRecord* textures;
   global const uint* texels;  // EK_TEXEL_TABLE words, then RGBA8
+#if EK_HAS_shape
+  global const ShapeRecord* shapes;
+#endif
 } SceneData;
 
 // The same as arguments of a kernel; they are bound by these names.
+#if EK_HAS_shape
+#define EK_SHAPE_ARGUMENTS , global const ShapeRecord *shapes
+#define EK_SHAPE_DATA , shapes
+#else
+#define EK_SHAPE_ARGUMENTS
+#define EK_SHAPE_DATA
+#endif
 #define EK_SCENE_ARGUMENTS                                                                                                \
   global const Triangle *triangles, global const TriangleNormals *triangle_normals,                                      \
       global const TriangleTangents *triangle_tangents, global const TriangleColors *triangle_colors,                    \
       global const MaterialRecord *materials, global const MaterialExtension *material_extensions,                       \
-      global const TextureRecord *textures, global const uint *texels
+      global const TextureRecord *textures, global const uint *texels EK_SHAPE_ARGUMENTS
 #define EK_SCENE_DATA \
-  {triangles, triangle_normals, triangle_tangents, triangle_colors, materials, material_extensions, textures, texels}
+  {triangles, triangle_normals, triangle_tangents, triangle_colors, materials, material_extensions, textures, texels EK_SHAPE_DATA}
 
 #endif

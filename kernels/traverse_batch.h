@@ -188,6 +188,18 @@ typedef struct {
   uint row[8 * BATCH_SLOTS + EK_WIDTH], triangle[8 * BATCH_SLOTS + EK_WIDTH];
 } BatchCandidates;
 
+#if EK_HAS_opacity
+EK_FN OpacityKey batch_keys(const RayOne* rays, const uint* rows) {
+  uint key[EK_WIDTH] EK_ROWS_ALIGNED, index[EK_WIDTH] EK_ROWS_ALIGNED;
+  for (uint lane = 0; lane < EK_WIDTH; ++lane) {
+    key[lane] = rays[rows[lane]].key;
+    index[lane] = rays[rows[lane]].index;
+  }
+  const OpacityKey keys = {*(const vu*)key, *(const vu*)index};
+  return keys;
+}
+#endif
+
 // Tests EK_WIDTH candidates, the first `count` of which count, and leaves in `rays` and `hits` what traverse_batch leaves.
 EK_FN void batch_resolve(Geometry geometry, RayOne* rays, const uint* rows, const uint* triangles, uint count, const int any_hit,
                          HitTable* hits) {
@@ -216,13 +228,30 @@ EK_FN void batch_resolve(Geometry geometry, RayOne* rays, const uint* rows, cons
 #if EK_HAS_opacity
   const vi ask = found.hit & (LANE_INDEX < (vu)(count)) & ((AS_U(record.wf) & (vu)(EK_TRIANGLE_PASSABLE)) != 0u);
   if (mask_bits(ask) != 0) {
-    uint key[EK_WIDTH] EK_ROWS_ALIGNED, index[EK_WIDTH] EK_ROWS_ALIGNED;
-    for (uint lane = 0; lane < EK_WIDTH; ++lane) {
-      key[lane] = rays[rows[lane]].key;
-      index[lane] = rays[rows[lane]].index;
-    }
-    const OpacityKey keys = {*(const vu*)key, *(const vu*)index};
+    const OpacityKey keys = batch_keys(rays, rows);
     found.hit = found.hit & !(ask & passes(geometry.scene, *(const vu_unaligned*)triangles, found.u, found.v, keys));
+  }
+#endif
+#if EK_HAS_shape
+  const vi is_shape = record.w6 != record.w6;  // never hit as triangles
+  if (mask_bits(is_shape & (LANE_INDEX < (vu)(count))) != 0) {
+    Rec boxes;
+#define BATCH_ROW(vector, lane, offset) boxes.w##vector = *(const vf*)((const float*)(rays + rows[0x##lane]) + offset);
+    EK_REC_ROWS(BATCH_ROW)
+#undef BATCH_ROW
+    boxes = rec_transposed(boxes);
+    ray.rx = boxes.w0; ray.ry = boxes.w1; ray.rz = boxes.w2; ray.nx = boxes.w3; ray.ny = boxes.w4; ray.nz = boxes.w5;
+    ray.fx = boxes.w6; ray.fy = boxes.w7; ray.fz = boxes.w8;
+    ray.axis = z_is_x ? (vf)(0.0f) : z_is_y ? (vf)(1.0f) : (vf)(2.0f);
+#if EK_HAS_opacity
+    ray.key = batch_keys(rays, rows);
+#endif
+    const ShapeHit shape = shape_hit(geometry.scene, &ray, *(const vu_unaligned*)triangles, is_shape ? AS_U(record.wc) : (vu)(0u),
+                                     V3(record.w0, record.w1, record.w2), V3(record.w3, record.w4, record.w5));
+    found.hit = found.hit | (is_shape & shape.hit);
+    found.t = is_shape ? shape.t : found.t;
+    found.u = is_shape ? shape.part : found.u;
+    found.v = is_shape ? (vf)(0.0f) : found.v;
   }
 #endif
   const vi counts_here = found.hit & (LANE_INDEX < (vu)(count));

@@ -246,6 +246,18 @@ EK_FN int packet_step(Geometry geometry, Packet* p, PacketStack* stack, const in
       packet_corner(p->axes, block + 24 + k, &corners.bx, &corners.by, &corners.bz);
       packet_corner(p->axes, block + 48 + k, &corners.cx, &corners.cy, &corners.cz);
       TriangleHit_lanes found = triangle_hit_lanes(ray, corners);
+#if EK_HAS_shape
+      if (block[48 + k] != block[48 + k]) {  // never hit as a triangle
+        const vu shape = (vu)(as_uint(((global const float*)(geometry.scene.triangles + triangle))[12]));
+        const ShapeHit met =
+            shape_hit(geometry.scene, ray, (vu)(triangle), shape, V3((vf)(block[k]), (vf)(block[8 + k]), (vf)(block[16 + k])),
+                      V3((vf)(block[24 + k]), (vf)(block[32 + k]), (vf)(block[40 + k])));
+        found.hit = met.hit;
+        found.t = met.t;
+        found.u = met.part;
+        found.v = (vf)(0.0f);
+      }
+#endif
       if (mask_bits(found.hit) == 0) continue;
       if (EK_HAS_opacity && mask_bits(found.hit & (found.t <= hit->t)) != 0 && may_be_passed(geometry.scene, triangle))
         found.hit = found.hit & !passes(geometry.scene, (vu)(triangle), found.u, found.v, ray->key);

@@ -76,6 +76,26 @@ EK_FN wf wide_end(global const float* node, const RayOne* ray) {
 // operand of a difference they need no load of their own. With A the distance to the first corner on z, its t first_t is at
 // most A (1 + 2u), u = 2^-24, and the box of the triangle begins at or behind A (1 - 2u) - 1.51 pad |rz|, pad being 2u |o| and more;
 // A is at most reach |rz|, so that 4u A is an eighth of pad |rz|. Twice pad |rz| covers both, and the rounding of the sum.)
+#if EK_HAS_shape
+// The shapes of a block, marked by a third corner that is NaN, whose boxes the ray meets.
+EK_FN uint wide_shapes(global const float* block, const RayOne* ray) {
+  const float8 lo_x = *(global const float8*)block, mark = *(global const float8*)(block + 48);
+  const uint shapes = mask_bits8((mark != mark) & (lo_x == lo_x));
+  if (shapes == 0) return 0;
+  const uint near_x = ray->rx < 0.0f ? 24u : 0u, near_y = ray->ry < 0.0f ? 32u : 8u, near_z = ray->rz < 0.0f ? 40u : 16u;
+#define WIDE_SHAPE(at, o, r) ((*(global const float8*)(block + (at)) - ray->o) * ray->r)
+  const float8 begin_x = WIDE_SHAPE(near_x, nx, rx), begin_y = WIDE_SHAPE(near_y, ny, ry), begin_z = WIDE_SHAPE(near_z, nz, rz);
+  const float8 end_x = WIDE_SHAPE(24u - near_x, fx, rx), end_y = WIDE_SHAPE(40u - near_y, fy, ry),
+               end_z = WIDE_SHAPE(56u - near_z, fz, rz);
+#undef WIDE_SHAPE
+  const float8 zero = (float8)(0.0f), t = (float8)(ray->t);
+  const float8 begin_xy = begin_x > begin_y ? begin_x : begin_y, begin_0 = begin_z > zero ? begin_z : zero;
+  const float8 end_xy = end_x < end_y ? end_x : end_y, end_t = end_z < t ? end_z : t;
+  const float8 begin = begin_xy > begin_0 ? begin_xy : begin_0, end = end_xy < end_t ? end_xy : end_t;
+  return shapes & mask_bits8(begin <= end);
+}
+#endif
+
 EK_FN uint wide_candidates(global const float* block, const RayOne* ray) {
   const uint x = ray->axis_x, z = ray->axis_z, y = 24u - x - z;
 #define WIDE_CORNER(axis, offset) (ray->p_o##axis - *(global const float8*)(block + offset + axis))
@@ -91,7 +111,11 @@ EK_FN uint wide_candidates(global const float* block, const RayOne* ray) {
   const float8 at = az * -ray->p_rz, bt = bz * -ray->p_rz, ct = cz * -ray->p_rz;
   const float8 first = at < bt ? at : bt, last = at > bt ? at : bt;
   const float8 first_t = first < ct ? first : ct, last_t = last > ct ? last : ct;
-  return mask_bits8(((least >= zero) | (most <= zero)) & (last_t > zero) & !(first_t > (float8)(ray->t + ray->slack)));
+  const int8 candidates = ((least >= zero) | (most <= zero)) & (last_t > zero) & !(first_t > (float8)(ray->t + ray->slack));
+#if EK_HAS_shape
+  return mask_bits8(candidates) | wide_shapes(block, ray);
+#endif
+  return mask_bits8(candidates);
 }
 
 // Child k with the place where the ray enters it: as integers they sort by that place, which is not negative.

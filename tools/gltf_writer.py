@@ -163,6 +163,13 @@ class GltfWriter:
         """A node that shows a shape(); transform as of mesh()."""
         self._node({"name": name, "mesh": shape, **transform})
 
+    def analytic(self, name, kind, material, sizes, **transform):
+        """A node with a surface that is no mesh (EIKON_shape); kind and sizes as in the draft KHR_implicit_shapes:
+        "sphere", {"radius": r}. transform as of mesh()."""
+        self._use_extension("EIKON_shape")
+        shape = {"shape": {"type": kind, kind: sizes}, "material": material}
+        self._node({"name": name, "extensions": {"EIKON_shape": shape}, **transform})
+
     def camera(self, yfov_rad, aspect, name="camera", **transform):
         """A perspective camera, looking along its -Z with +Y up."""
         perspective = {"aspectRatio": aspect, "yfov": yfov_rad, "znear": 1e-6}

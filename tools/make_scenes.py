@@ -11,11 +11,12 @@ import argparse
 import pathlib
 import sys
 
+import scenes_analytic
 import scenes_lambert
 import scenes_materials
 
 SCENES = pathlib.Path(__file__).resolve().parent.parent / "scenes"
-MAKERS = {**scenes_lambert.MAKERS, **scenes_materials.MAKERS}
+MAKERS = {**scenes_lambert.MAKERS, **scenes_materials.MAKERS, **scenes_analytic.MAKERS}
 
 
 def main():

@@ -66,7 +66,7 @@ Accel layout_none(TriangleSoup triangles) {
   accel.layout = "none";
   accel.nodes.resize(1, 0);
   for (std::size_t i = 0; i < triangles.size(); ++i) {
-    if (!is_degenerate(triangles.corners(i))) accel.leaves.push_back(static_cast<std::uint32_t>(i));
+    if (!is_degenerate(triangles, i)) accel.leaves.push_back(static_cast<std::uint32_t>(i));
   }
   accel.nodes[0] = static_cast<std::uint32_t>(accel.leaves.size());
   if (accel.leaves.empty()) accel.leaves.push_back(0);

@@ -11,18 +11,21 @@
 
 namespace eikon {
 
-/// A view of world-space corners, metres: nine floats p0, p1, p2 for each triangle, which lie `stride` floats apart.
+/// A view of world-space corners, metres: nine floats p0, p1, p2 for each triangle, which lie `stride` floats apart. Behind the
+/// triangles there may be boxes, of what else a ray can hit: p0 and p1 are their corners, and p2 is NaN.
 class TriangleSoup {
  public:
-  TriangleSoup(std::span<const float> positions) : first_(positions.data()), size_(positions.size() / 9) {}
-  TriangleSoup(const float* first, std::size_t size, std::size_t stride)
-      : first_(first), size_(size), stride_(stride) {}
+  TriangleSoup(std::span<const float> positions)
+      : first_(positions.data()), size_(positions.size() / 9), triangles_(size_) {}
+  TriangleSoup(const float* first, std::size_t size, std::size_t stride, std::size_t boxes = 0)
+      : first_(first), size_(size), stride_(stride), triangles_(size - boxes) {}
   [[nodiscard]] std::size_t size() const { return size_; }
   [[nodiscard]] const float* corners(std::size_t i) const { return first_ + stride_ * i; }
+  [[nodiscard]] bool is_box(std::size_t i) const { return i >= triangles_; }
 
  private:
   const float* first_;
-  std::size_t size_, stride_ = 9;
+  std::size_t size_, stride_ = 9, triangles_;
 };
 
 /// The names of kernels/shared/layouts.def.

@@ -188,6 +188,12 @@ Box triangle_box(const float corners[9]) {
   return box;
 }
 
+Box triangle_box(const TriangleSoup& soup, std::size_t i) {
+  const float* const p = soup.corners(i);
+  if (!soup.is_box(i)) return triangle_box(p);
+  return {Float4{p[0], p[1], p[2], 0} + splat4(0), Float4{p[3], p[4], p[5], 0} + splat4(0)};
+}
+
 BinaryTree build_binary_tree(TriangleSoup triangles) {
   const std::size_t all = triangles.size();
   if (all > Reference::kLimit) {
@@ -199,7 +205,7 @@ BinaryTree build_binary_tree(TriangleSoup triangles) {
   std::vector<std::size_t> first(chunks + 1, 0);
   tbb::parallel_for(std::size_t{0}, chunks, [&](std::size_t chunk) {
     for (std::size_t i = chunk * kChunk; i < std::min(all, (chunk + 1) * kChunk); ++i) {
-      first[chunk + 1] += is_degenerate(triangles.corners(i)) ? 0 : 1;
+      first[chunk + 1] += is_degenerate(triangles, i) ? 0 : 1;
     }
   });
   for (std::size_t chunk = 0; chunk < chunks; ++chunk) first[chunk + 1] += first[chunk];
@@ -212,8 +218,8 @@ BinaryTree build_binary_tree(TriangleSoup triangles) {
   tbb::parallel_for(std::size_t{0}, chunks, [&](std::size_t chunk) {
     std::size_t to = first[chunk];
     for (std::size_t i = chunk * kChunk; i < std::min(all, (chunk + 1) * kChunk); ++i) {
-      if (is_degenerate(triangles.corners(i))) continue;
-      const Box box = triangle_box(triangles.corners(i));
+      if (is_degenerate(triangles, i)) continue;
+      const Box box = triangle_box(triangles, i);
       references[to++].set(box, static_cast<std::uint32_t>(i));
       boxes[chunk][0].add(box);
       boxes[chunk][1].add(box.lo + box.hi);

@@ -43,6 +43,12 @@ inline std::uint32_t right_child(const BinaryTree& tree, std::uint32_t node) {
 /// Box of a triangle's corners; -0 becomes +0, so that the order of unions does not show in the bits.
 [[nodiscard]] Box triangle_box(const float corners[9]);
 
+/// The same of entry `i` of a soup: a box can be hit.
+[[nodiscard]] inline bool is_degenerate(const TriangleSoup& soup, std::size_t i) {
+  return !soup.is_box(i) && is_degenerate(soup.corners(i));
+}
+[[nodiscard]] Box triangle_box(const TriangleSoup& soup, std::size_t i);
+
 /// Builds with the threads of the current TBB arena; the tree does not depend on their number.
 /// Depth is at most 64 + log2(n), whatever the geometry. Degenerate triangles are left out.
 /// throws InputError for more than 2^28 triangles

@@ -27,9 +27,9 @@ CellScene::CellScene(TriangleSoup triangles) : triangles_(triangles) {
                                  triangles.size(), kMostTriangles));
   }
   for (std::size_t i = 0; i < triangles.size(); ++i) {
-    if (is_degenerate(triangles.corners(i))) continue;
+    if (is_degenerate(triangles, i)) continue;
     ids_.push_back(static_cast<std::uint32_t>(i));
-    boxes_.push_back(triangle_box(triangles.corners(i)));
+    boxes_.push_back(triangle_box(triangles, i));
     box_.add(boxes_.back());
   }
   double half = 0;
@@ -49,6 +49,7 @@ CellScene::Plane CellScene::plane_of(const float* corners) const {
     q[axis] = double{corners[6 + axis]} - double{corners[axis]};
     longest = std::max({longest, std::abs(p[axis]), std::abs(q[axis]), std::abs(p[axis] - q[axis])});
   }
+  // Of a box, whose third corner is NaN, the plane means nothing either.
   Plane plane{{p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0]}, 0, 0};
   const double length = std::hypot(plane.normal[0], plane.normal[1], plane.normal[2]);
   const double condition = longest * longest / length;

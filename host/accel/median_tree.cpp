@@ -68,9 +68,9 @@ BinaryTree build_median_tree(TriangleSoup triangles) {
   }
   std::vector<Reference> references;
   for (std::size_t i = 0; i < triangles.size(); ++i) {
-    if (is_degenerate(triangles.corners(i))) continue;
+    if (is_degenerate(triangles, i)) continue;
     references.emplace_back();
-    references.back().set(triangle_box(triangles.corners(i)), static_cast<std::uint32_t>(i));
+    references.back().set(triangle_box(triangles, i), static_cast<std::uint32_t>(i));
   }
   BinaryTree tree;
   if (references.empty()) return tree;

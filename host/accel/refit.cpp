@@ -18,9 +18,9 @@ bool refit(BinaryTree& tree, TriangleSoup moved, std::uint32_t n) {
     BinaryNode& node = tree.nodes[i];
     Box box;
     if (node.count == 1) {
-      const float* corners = moved.corners(tree.triangles[node.first]);
-      if (is_degenerate(corners)) return false;
-      box = triangle_box(corners);
+      const std::uint32_t triangle = tree.triangles[node.first];
+      if (is_degenerate(moved, triangle)) return false;
+      box = triangle_box(moved, triangle);
     } else {
       box = tree.nodes[left_child(i)].box();
       box.add(tree.nodes[right_child(tree, i)].box());
@@ -46,7 +46,7 @@ std::optional<BinaryTree> refitted(BinaryTree tree, TriangleSoup moved) {
   const std::size_t with_area = tbb::parallel_reduce(
       tbb::blocked_range<std::size_t>(0, moved.size(), 1U << 14), std::size_t{0},
       [&](const auto& part, std::size_t count) {
-        for (std::size_t i = part.begin(); i < part.end(); ++i) count += is_degenerate(moved.corners(i)) ? 0 : 1;
+        for (std::size_t i = part.begin(); i < part.end(); ++i) count += is_degenerate(moved, i) ? 0 : 1;
         return count;
       },
       std::plus<>());

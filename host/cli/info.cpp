@@ -66,6 +66,7 @@ void print_materials(const Scene& scene) {
   std::vector<bool> used(scene.materials.size(), false);
   for (const Node& node : scene.nodes)
     for (const Primitive& primitive : scene.meshes[node.mesh].primitives) used[primitive.material] = true;
+  for (const Shape& shape : scene.shapes) used[shape.material] = true;
   fmt::print("materials\n");
   for (std::size_t i = 0; i < used.size(); ++i)
     if (used[i]) fmt::print("  {}: {}\n", label("material", i, scene.materials[i].name), describe(scene.materials[i]));
@@ -83,6 +84,16 @@ void print_materials(const Scene& scene) {
   else
     fmt::print("  {} images, {:.1f} MB decoded; the largest has {} x {} pixels: {}\n", scene.images.size(),
                bytes * 1e-6, largest->width, largest->height, largest->name);
+}
+
+/// "  shapes: 3 sphere, 1 box"; nothing where there are none.
+void print_shapes(const Scene& scene) {
+  std::string text;
+  for (const ShapeKindInfo& kind : shape_kinds()) {
+    const auto count = std::ranges::count(scene.shapes, kind.kind, &Shape::kind);
+    if (count > 0) text += fmt::format("{}{} {}", text.empty() ? "" : ", ", count, kind.name);
+  }
+  if (!text.empty()) fmt::print("  shapes: {}\n", text);
 }
 
 /// One line per light. Flux is in watts, or in lumens where the file means photometric units, and the others follow.
@@ -109,8 +120,9 @@ ExitCode info_command(const InfoOptions& options) {
   PackedScene packed = pack_and_release(*prepared.scene, features, prepared.settings);
 
   fmt::print("{}: {} bytes, hash {}\n", scene.path.string(), scene.file_bytes, scene.hash);
-  fmt::print("  {} triangles in {} nodes, {} meshes, {} materials, {} cameras\n", packed.triangles.size(),
+  fmt::print("  {} triangles in {} nodes, {} meshes, {} materials, {} cameras\n", packed.triangle_count(),
              scene.nodes.size(), scene.meshes.size(), scene.materials.size(), scene.cameras.size());
+  print_shapes(scene);
   if (!packed.bounds.empty())
     fmt::print("  bounds ({:g}, {:g}, {:g}) to ({:g}, {:g}, {:g}) m\n", packed.bounds.lo.x, packed.bounds.lo.y,
                packed.bounds.lo.z, packed.bounds.hi.x, packed.bounds.hi.y, packed.bounds.hi.z);

@@ -27,7 +27,7 @@ std::uint64_t bytes_of(const Scene& scene) {
 
 // Not PackedScene::bytes(): a render may be adding trees to it. They take about as much as the triangles.
 std::uint64_t bytes_of(const PackedScene& packed) {
-  return 3 * bytes_of(packed.triangles) + bytes_of(packed.normals) + bytes_of(packed.tangents) +
+  return 3 * bytes_of(packed.triangles) + bytes_of(packed.shapes) + bytes_of(packed.normals) + bytes_of(packed.tangents) +
          bytes_of(packed.colors) + bytes_of(packed.lights) + bytes_of(packed.environment_texels);
 }
 

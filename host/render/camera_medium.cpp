@@ -36,6 +36,23 @@ double way_out(const Corners& t, const glm::dvec3& view) {
   return distance > 0 ? distance : infinite;
 }
 
+/// How far a way along `view` goes inside a shape that holds `eye`; 0 if it does not.
+double way_out(const ShapeRecord& r, const glm::dvec3& eye, const glm::dvec3& view) {
+  const glm::dvec3 from = eye - glm::dvec3(r.center_x, r.center_y, r.center_z);
+  const auto own = [&](const glm::dvec3& v) {
+    return glm::dvec3(glm::dot(glm::dvec3(r.x_x, r.x_y, r.x_z), v), glm::dot(glm::dvec3(r.y_x, r.y_y, r.y_z), v),
+                      glm::dot(glm::dvec3(r.z_x, r.z_y, r.z_z), v));
+  };
+  const glm::dvec3 o = own(from), d = own(view);
+  switch (ShapeKind(r.kind)) {
+    case ShapeKind::sphere: {
+      const double c = glm::dot(o, o) - 1, b = glm::dot(o, d), a = glm::dot(d, d);
+      return c < 0 ? (std::sqrt(b * b - a * c) - b) / a : 0;
+    }
+  }
+  return 0;
+}
+
 bool absorbs(const MaterialExtension& e) { return e.absorption_r != 0 || e.absorption_g != 0 || e.absorption_b != 0; }
 
 }  // namespace
@@ -47,11 +64,20 @@ std::uint32_t camera_medium(const PackedScene& packed, const glm::dvec3& eye, co
     double way_out = std::numeric_limits<double>::infinity();
   };
   std::vector<Solid> solids(packed.materials.size());
-  for (const Triangle& t : packed.triangles) {
+  for (std::size_t i = 0; i < packed.triangle_count(); ++i) {
+    const Triangle& t = packed.triangles[i];
     if ((packed.materials[t.material].flags & EK_MATERIAL_SOLID) == 0) continue;
     const Corners corners = seen_from(eye, t);
     solids[t.material].turned += solid_angle(corners);
     solids[t.material].way_out = std::min(solids[t.material].way_out, way_out(corners, view));
+  }
+  for (std::size_t i = 0; i < packed.shapes.size(); ++i) {
+    const std::uint32_t m = packed.triangles[packed.triangle_count() + i].material;
+    if ((packed.materials[m].flags & EK_MATERIAL_SOLID) == 0) continue;
+    const double out = way_out(packed.shapes[i], eye, view);
+    if (!(out > 0)) continue;
+    solids[m].turned += 4 * std::numbers::pi;
+    solids[m].way_out = std::min(solids[m].way_out, out);
   }
   std::uint32_t medium = 0;
   for (std::uint32_t m = 0; m < solids.size(); ++m) {

@@ -26,6 +26,7 @@ struct Shown {
       add(meshes, &mesh);
       for (const Primitive& primitive : mesh.primitives) add(materials, &scene.materials[primitive.material]);
     }
+    for (const Shape& shape : scene.shapes) add(materials, &scene.materials[shape.material]);
   }
 
   template <class Predicate>
@@ -77,6 +78,13 @@ Features::Features(const Scene& scene, const Settings& settings) {
   };
 #define EK_LOBE(name, bit) lobe(#name);
 #include "shared/features.def"
+  const auto shape = [&](ShapeKind kind) {
+    const auto found = std::ranges::find(scene.shapes, kind, &Shape::kind);
+    return found == scene.shapes.end() ? Need{false, "no such shape"} : Need{true, fmt::format("node '{}'", found->name)};
+  };
+#define EK_SHAPE_KIND(name, bit) needs[#name] = shape(ShapeKind::name);
+#include "shared/features.def"
+  needs["shape"] = scene.shapes.empty() ? Need{false, "no shape"} : shape(scene.shapes.front().kind);
   const Material* const emitter = first_emitter(scene);
   needs["area"] = {emitter != nullptr,
                    emitter != nullptr ? fmt::format("material '{}'", emitter->name) : "nothing emits"};
@@ -147,6 +155,7 @@ Features::Features(const Scene& scene, const Settings& settings) {
   };
 #define EK_LOBE(name, bit) add("lobe", #name, 0);
 #define EK_LIGHT(name, bit) add("light", #name, 0);
+#define EK_SHAPE_KIND(name, bit) add("shape", #name, 0);
 #define EK_OPTION(name) add("option", #name, 0);
 #define EK_AOV(name, channels) add("layer", #name, channels);
 #include "shared/features.def"

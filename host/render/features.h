@@ -11,7 +11,7 @@
 namespace eikon {
 
 struct Feature {
-  std::string kind;  // "lobe", "light", "option", "layer"
+  std::string kind;  // "lobe", "light", "shape", "option", "layer"
   std::string name;
   int channels = 0;  // film channels of a layer
   bool on = false;

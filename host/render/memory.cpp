@@ -22,6 +22,7 @@ MemoryNeed memory_need(const PackedScene& packed, const WavefrontConfig& config,
   };
   buffer("the textures", need.textures);
   buffer("the triangles", packed.triangles.size() * sizeof(Triangle));
+  buffer("the shapes", packed.shapes.size() * sizeof(ShapeRecord));
   buffer("the environment map's texels", packed.environment_texels.size() * sizeof(float4));
   const auto tree = packed.accels.find(config.layout);
   if (tree != packed.accels.end()) {

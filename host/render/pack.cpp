@@ -14,7 +14,7 @@ std::uint64_t PackedScene::texel_count() const {
 
 std::uint64_t PackedScene::bytes(const std::string& layout) const {
   const auto accel = accels.find(layout);
-  return triangles.size() * sizeof(Triangle) + normals.size() * sizeof(TriangleNormals) +
+  return triangles.size() * sizeof(Triangle) + shapes.size() * sizeof(ShapeRecord) + normals.size() * sizeof(TriangleNormals) +
          tangents.size() * sizeof(TriangleTangents) + colors.size() * sizeof(TriangleColors) +
          materials.size() * sizeof(MaterialRecord) + material_extensions.size() * sizeof(MaterialExtension) +
          textures.size() * sizeof(TextureRecord) + texel_count() * sizeof(std::uint32_t) +
@@ -27,6 +27,7 @@ PackedScene pack_scene(const Scene& scene, const Features& features, const Setti
   PackedScene packed;
   pack_materials(scene, features, packed);
   pack_geometry(scene, nullptr, features, packed);
+  pack_shapes(scene, features, packed);
   pack_lights(scene, settings, packed);
   return packed;
 }
@@ -35,6 +36,7 @@ PackedScene pack_and_release(Scene& scene, const Features& features, const Setti
   PackedScene packed;
   pack_materials(scene, features, packed);
   pack_geometry(scene, &scene.meshes, features, packed);
+  pack_shapes(scene, features, packed);
   pack_lights(scene, settings, packed);
   return packed;
 }
@@ -44,7 +46,7 @@ void add_accel(PackedScene& packed, const std::string& accel, const std::string&
   if (packed.accels.count(layout) != 0) return;
   const double begin = host_seconds();
   const float* corners = packed.triangles.empty() ? nullptr : &packed.triangles.front().p0_x;
-  const TriangleSoup soup(corners, packed.triangles.size(), sizeof(Triangle) / sizeof(float));
+  const TriangleSoup soup(corners, packed.triangles.size(), sizeof(Triangle) / sizeof(float), packed.shapes.size());
   AccelOptions options;
   options.accel = accel;
   options.layout = layout;

@@ -26,7 +26,8 @@ struct PackedLight {
 };
 
 struct PackedScene {
-  DeviceVector<Triangle> triangles;
+  DeviceVector<Triangle> triangles;  // and behind them the records of shapes
+  DeviceVector<ShapeRecord> shapes;
   // One per triangle, or empty where features.def says that nothing needs them.
   DeviceVector<TriangleNormals> normals;
   DeviceVector<TriangleTangents> tangents;
@@ -44,10 +45,11 @@ struct PackedScene {
   std::vector<PackedLight> light_summary;        // one per emissive material, other light, and the environment
   std::map<std::string, Accel> accels;           // by layout
   float environment_probability = 0;             // of light sampling choosing the environment
-  Bounds bounds;                                 // of the triangles; empty when there are none
+  Bounds bounds;                                 // of the triangles and shapes; empty when there are none
   double build_s = 0;
 
   [[nodiscard]] std::uint64_t texel_count() const;
+  [[nodiscard]] std::size_t triangle_count() const { return triangles.size() - shapes.size(); }
   /// On a device, textures included.
   [[nodiscard]] std::uint64_t bytes(const std::string& layout) const;
 };

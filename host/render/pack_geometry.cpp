@@ -56,7 +56,7 @@ class GeometryPacker {
       throw InputError(fmt::format(
           "{}: {} triangles in all nodes need {} MB of {} MB and are {} at most; use fewer instances or simpler meshes",
           scene_.path.string(), count, bytes >> 20, memory >> 20, kMaxTriangles));
-    packed_.triangles.reserve(count);
+    packed_.triangles.reserve(count + scene_.shapes.size());
     if (has_normals_) packed_.normals.reserve(count);
     if (has_tangents_) packed_.tangents.reserve(count);
     if (has_colors_) packed_.colors.reserve(count);

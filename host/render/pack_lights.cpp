@@ -81,7 +81,7 @@ class LightPacker {
     constexpr std::size_t none = std::numeric_limits<std::size_t>::max();
     std::vector<std::size_t> summary_of(scene_.materials.size(), none);
     EmissiveTextures textures(packed_);
-    for (std::size_t i = 0; i < packed_.triangles.size(); ++i) {
+    for (std::size_t i = 0; i < packed_.triangle_count(); ++i) {
       const Triangle& t = packed_.triangles[i];
       const Material& material = scene_.materials[t.material];
       if (material.unlit || !(mean(material.emission) > 0)) continue;

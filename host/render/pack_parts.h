@@ -14,6 +14,8 @@ class PassableMaterials {
  public:
   explicit PassableMaterials(const Scene& scene);
   [[nodiscard]] bool has(const Primitive& primitive) const;
+  /// Of a surface without colours of its own.
+  [[nodiscard]] bool has(std::uint32_t material) const { return by_material_.at(material) == Passable::always; }
 
  private:
   enum class Passable { never, if_colors, always };
@@ -24,6 +26,10 @@ class PassableMaterials {
 /// `release`: null, or scene.meshes; each primitive of those is freed, but for its material, once no node needs it any more.
 /// throws InputError when they are more than trees or memory can hold
 void pack_geometry(const Scene& scene, std::vector<Mesh>* release, const Features& features, PackedScene& packed);
+
+/// Shapes, their records behind the triangles', and the bounds of all. After pack_geometry.
+/// throws InputError when they are more than trees can name
+void pack_shapes(const Scene& scene, const Features& features, PackedScene& packed);
 
 /// Material records with their textures. throws InputError when those are more than an index can name
 void pack_materials(const Scene& scene, const Features& features, PackedScene& packed);

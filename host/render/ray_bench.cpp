@@ -58,6 +58,7 @@ RayBench::RayBench(Device& device, const PackedScene& scene, const Features& fea
   upload("accel_nodes", accel.nodes);
   upload("accel_leaves", accel.leaves);
   upload("triangles", scene.triangles);
+  upload("shapes", scene.shapes);
   upload("lights", scene.lights);
   upload("light_buckets", scene.light_buckets);
   upload("environment_texels", scene.environment_texels);

@@ -289,7 +289,7 @@ RenderOutput pack_and_render(const Pack& pack, const Features& features, const S
     report.upload_s = std::max(report.upload_s, device.upload_s);
   }
   report.features = features.summary();
-  report.triangles = packed.triangles.size();
+  report.triangles = packed.triangle_count();
   report.geometry_bytes = packed.bytes(layout);
   const auto tree = packed.accels.find(layout);
   report.reinserted = tree != packed.accels.end() && tree->second.reinserted;

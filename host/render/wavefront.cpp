@@ -186,6 +186,7 @@ struct Wavefront::Impl {
     upload_array("accel_nodes", accel().nodes);
     upload_array("accel_leaves", accel().leaves);
     upload_array("triangles", scene.triangles);
+    upload_array("shapes", scene.shapes);
     upload_array("triangle_normals", scene.normals);
     upload_array("triangle_tangents", scene.tangents);
     upload_array("triangle_colors", scene.colors);

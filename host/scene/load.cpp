@@ -18,6 +18,7 @@
 #include "scene/meshes.h"
 #include "scene/node_graph.h"
 #include "scene/scene.h"
+#include "scene/shapes.h"
 #include "scene/source_file.h"
 #include "scene/text.h"
 #include "scene/textures.h"
@@ -31,7 +32,7 @@ constexpr std::size_t kUnread = ~std::size_t{0};
 constexpr std::size_t kMaxPlacedMeshes = std::size_t{1} << 24U;
 const std::vector<glm::dmat4> kOnce{glm::dmat4(1.0)};
 // What nodes may have and all is read of.
-constexpr std::string_view kNodeExtensions[] = {"KHR_lights_punctual", "EXT_mesh_gpu_instancing"};
+constexpr std::string_view kNodeExtensions[] = {"KHR_lights_punctual", "EXT_mesh_gpu_instancing", kShapeExtension};
 
 /// The largest absolute coordinates of a mesh, per axis.
 glm::dvec3 extent_of(const Mesh& mesh) {
@@ -117,8 +118,9 @@ void add_camera(const tinygltf::Model& model, const PlacedNode& placed, Scene& s
 void note_document_features(const Json& document, const Json* scene_json, std::size_t scene_index, Notes& notes) {
   if (const Json* extensions = member(document, "extensions")) {
     for (const auto& entry : extensions->items()) {
-      // Lights are read where a node places one.
-      if (entry.key() != "KHR_lights_punctual") notes.unsupported(one_line(entry.key()), "the document");
+      // Lights and shapes are read where a node places one.
+      if (entry.key() != "KHR_lights_punctual" && entry.key() != kShapeListExtension)
+        notes.unsupported(one_line(entry.key()), "the document");
     }
   }
   if (scene_json != nullptr) {
@@ -215,6 +217,14 @@ void fill_scene(const tinygltf::Model& model, const Json& document, const std::v
   for (const std::size_t mesh : mesh_order) {
     scene.meshes.push_back(reader.read(mesh));
     extents.push_back(extent_of(scene.meshes.back()));
+  }
+  for (const PlacedNode& placed : placed_nodes) {
+    const Json& node = document["nodes"][placed.node];
+    if (!has_shape(node)) continue;
+    const Place place{.value = node, .kind = "node", .index = static_cast<std::int64_t>(placed.node)};
+    add_shape(
+        document, place, model.nodes[placed.node].name, placed.world_from_object,
+        [&](int index) { return materials.use(index); }, scene, notes);
   }
   textures.decode();
 

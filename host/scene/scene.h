@@ -10,6 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "scene/shape.h"
+
 namespace eikon {
 
 struct Primitive {
@@ -135,6 +137,7 @@ struct Scene {
   std::string hash;  // XXH64 of the file and the buffers it names: 16 hex digits
   std::vector<Mesh> meshes;
   std::vector<Node> nodes;
+  std::vector<Shape> shapes;
   std::vector<Material> materials;  // at least one (glTF's default) when any primitive needs it
   std::vector<TextureImage> images;  // those that used materials need
   std::vector<PunctualLight> lights;
@@ -161,7 +164,7 @@ struct Bounds {
 /// shown is not all unlit.
 [[nodiscard]] bool needs_environment(const Scene& scene);
 
-/// World bounds of all nodes' triangles; empty if there are none.
+/// World bounds of all nodes' triangles and shapes; empty if there are none.
 [[nodiscard]] Bounds world_bounds(const Scene& scene);
 
 /// A camera that sees the whole of `bounds` from the front, slightly above, with a 40 degree vertical field of view.

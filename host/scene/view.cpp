@@ -23,12 +23,15 @@ bool is_finite(const glm::dvec3& v) { return std::isfinite(v.x) && std::isfinite
 }  // namespace
 
 const Material* first_emitter(const Scene& scene) {
+  const auto emits = [&](std::uint32_t index) {
+    const Material& material = scene.materials[index];
+    return !material.unlit && (material.emission.x > 0 || material.emission.y > 0 || material.emission.z > 0);
+  };
   for (const Node& node : scene.nodes)
-    for (const Primitive& primitive : scene.meshes[node.mesh].primitives) {
-      const Material& material = scene.materials[primitive.material];
-      if (material.unlit) continue;
-      if (material.emission.x > 0 || material.emission.y > 0 || material.emission.z > 0) return &material;
-    }
+    for (const Primitive& primitive : scene.meshes[node.mesh].primitives)
+      if (emits(primitive.material)) return &scene.materials[primitive.material];
+  for (const Shape& shape : scene.shapes)
+    if (emits(shape.material)) return &scene.materials[shape.material];
   return nullptr;
 }
 
@@ -42,6 +45,10 @@ bool needs_environment(const Scene& scene) {
       if (!scene.materials[primitive.material].unlit) return true;
       shown = true;
     }
+  for (const Shape& shape : scene.shapes) {
+    if (!scene.materials[shape.material].unlit) return true;
+    shown = true;
+  }
   return !shown;
 }
 
@@ -55,6 +62,11 @@ Bounds world_bounds(const Scene& scene) {
         bounds.hi = glm::max(bounds.hi, p);
       }
     }
+  }
+  for (const Shape& shape : scene.shapes) {
+    const OwnShape own = own_shape(shape);
+    bounds.lo = glm::min(bounds.lo, own.center - own.half);
+    bounds.hi = glm::max(bounds.hi, own.center + own.half);
   }
   return bounds;
 }

@@ -48,8 +48,10 @@ typedef struct {
 EK_ASSERT_SIZE(Frame, 192);
 
 #define EK_TRIANGLE_PASSABLE 1u   // opacity below 1 somewhere: a ray may pass (alpha.h)
+#define EK_SHAPE_PASSABLE 2u      // the same in a shape's record
 
-// What shading needs of a triangle.
+// What shading needs of a triangle. Behind the triangles stand the shapes, a record each: p0 and p1 are their box, p2 is NaN,
+// and n_x has the bits of their index into shapes.
 typedef struct {
   float p0_x, p0_y, p0_z;         // world, metres
   float p1_x, p1_y, p1_z;
@@ -90,6 +92,18 @@ typedef struct {
   uint pad0, pad1, pad2, pad3;
 } TriangleColors;
 EK_ASSERT_SIZE(TriangleColors, 64);
+
+// A surface that is no triangle (EK_HAS_shape). In its own space it is of standard size, as its kernels/shape_<name>.h says:
+// own = (x, y, z) (world - center), rows of a matrix; world = center + (wx, wy, wz) own, rows of its inverse.
+typedef struct {
+  float x_x, x_y, x_z, y_x, y_y, y_z, z_x, z_y, z_z;
+  float center_x, center_y, center_z;  // world, metres
+  float a, b, c;                  // parameters of its kind
+  uint kind;                      // bit of EK_SHAPE_KIND
+  float wx_x, wx_y, wx_z, wy_x, wy_y, wy_z, wz_x, wz_y, wz_z;
+  uint pad0, pad1, pad2, pad3, pad4, pad5, pad6;
+} ShapeRecord;
+EK_ASSERT_SIZE(ShapeRecord, 128);
 
 // MaterialRecord.flags: the lobe (a bit of EK_LOBE) in the low byte, then these.
 #define EK_MATERIAL_DOUBLE_SIDED 0x100u  // emits on both sides

@@ -10,6 +10,9 @@
 #include "medium.h"
 #include "sampler.h"
 #include "shading_normal.h"
+#if EK_HAS_shape
+#include "shape_surface.h"
+#endif
 #include "wavefront.h"
 
 EK_FN void film_set(global float* film_slots, uint film_stride, uint channel, vi live, vu path, vf value) {
@@ -62,9 +65,16 @@ EK_FN Survivors stage_shade(constant Frame* frame, SceneData scene, LightData li
              v = state_f(state, FIELD_hit_v, slot), scatter_pdf = state_f(state, FIELD_pdf, slot);
 
     const TriangleLanes corners = load_triangle(scene.triangles, triangle);
-    const Surface surface = surface_at(corners, u, v, scale3(dir, t));
+    Surface surface = surface_at(corners, u, v, scale3(dir, t));
+#if EK_HAS_shape
+    const v3 origin = state_3(state, FIELD_origin_x, slot);
+    const ShapePoint on_shape = shape_surface(scene, corners, u, origin, dir, t, &surface);
+#endif
     const vi front = dot3(surface.n_geom, dir) < 0.0f;
-    const HitAttributes at = hit_attributes(scene, triangle, u, v);
+    HitAttributes at = hit_attributes(scene, triangle, u, v);
+#if EK_HAS_shape
+    at = shape_attributes(corners, on_shape, at);
+#endif
     const HitMaterial hit_surface = hit_material(scene, corners.material, at, front);
     const MaterialLanes material = hit_surface.bsdf;
     const v3 n_geom = select3(front, surface.n_geom, neg3(surface.n_geom));  // towards the viewer

@@ -29,7 +29,8 @@ Defines default_defines() {
   return {
 #define EK_LOBE(name, bit) {"EK_HAS_" #name, "1"},
 #define EK_LIGHT(name, bit) {"EK_HAS_" #name, "1"},
-#define EK_OPTION(name) {"EK_HAS_" #name, std::string_view(#name) == "uniform_scatter" ? "0" : "1"},
+#define EK_OPTION(name) {"EK_HAS_" #name, std::string_view(#name) == "uniform_scatter" || std::string_view(#name) == "shape" ? "0" : "1"},
+#define EK_SHAPE_KIND(name, bit) {"EK_HAS_" #name, "0"},
 #define EK_AOV(name, channels) {"EK_HAS_" #name, "1"},
 #include "shared/features.def"
   };

@@ -13,6 +13,8 @@
 #include "accel/accelerators.h"
 #include "device/device.h"
 #include "device/kernel_sources.h"
+#include "render/frame.h"
+#include "render/pack.h"
 #include "shared/records.h"
 
 namespace eikon {
@@ -48,6 +50,7 @@ inline std::map<std::string, std::string> feature_defines(bool opacity) {
   std::map<std::string, std::string> all = {
 #define EK_LOBE(name, bit) {"EK_HAS_" #name, "0"},
 #define EK_LIGHT(name, bit) {"EK_HAS_" #name, "0"},
+#define EK_SHAPE_KIND(name, bit) {"EK_HAS_" #name, "0"},
 #define EK_OPTION(name) {"EK_HAS_" #name, "0"},
 #define EK_AOV(name, channels) {"EK_HAS_" #name, "0"},
 #include "shared/features.def"
@@ -128,17 +131,7 @@ class TraverseProbe {
       : device_(device),
         accel_(options.accel ? *options.accel : build(soup, options)),
         coherent_(options.coherent) {
-    ProgramOptions program;
-    program.defines = feature_defines(options.opacity);
-    program.defines.merge(accel_.defines());
-    program.defines["EK_WIDTH"] = std::to_string(options.width);
-    program.defines["EK_CHUNK"] = std::to_string(kChunk);
-    if (options.portable) program.defines["EK_PORTABLE"] = "1";
-    for (const auto& [name, value] : options.defines) program.defines[name] = value;
-    const Program built = device.build(kernel_text({"trace_rays.cl"}), program);
-    closest_ = built.kernel("trace_closest");
-    any_ = built.kernel("trace_any");
-
+    compile(feature_defines(options.opacity), options);
     std::vector<Triangle> triangles(soup.size() / 9 + 1);
     for (std::size_t i = 0; i < soup.size() / 9; ++i) {
       std::copy_n(&soup[9 * i], 9, &triangles[i].p0_x);
@@ -159,6 +152,33 @@ class TraverseProbe {
     arguments_.set("accel_nodes", device.upload(accel_.nodes));
     arguments_.set("accel_leaves", device.upload(accel_.leaves));
     arguments_.set("triangles", device.upload(triangles));
+  }
+
+  /// The same of a whole scene, whose features count; of `options` what is said of opacity does not.
+  TraverseProbe(Device& device, const PackedScene& scene, const Features& features, const Settings& settings,
+                const Options& options)
+      : device_(device), accel_(build(scene, options)), coherent_(options.coherent) {
+    compile(features.defines(), options);
+    arguments_.set("frame", device.upload(std::vector<Frame>{pack_frame(scene, settings)}));
+    const auto upload = [&](const char* name, const auto& records) {
+      using Record = typename std::decay_t<decltype(records)>::value_type;
+      std::vector<Record> copy(records.begin(), records.end());
+      if (copy.empty()) copy.resize(1);
+      arguments_.set(name, device.upload(copy));
+    };
+    upload("accel_nodes", accel_.nodes);
+    upload("accel_leaves", accel_.leaves);
+    upload("triangles", scene.triangles);
+    upload("triangle_normals", scene.normals);
+    upload("triangle_tangents", scene.tangents);
+    upload("triangle_colors", scene.colors);
+    upload("materials", scene.materials);
+    upload("material_extensions", scene.material_extensions);
+    upload("textures", scene.textures);
+    upload("shapes", scene.shapes);
+    std::vector<std::uint32_t> texels(1);
+    for (const auto& part : scene.texels) texels.insert(texels.end() - 1, part.begin(), part.end());
+    arguments_.set("texels", device.upload(texels));
   }
 
   std::vector<ProbeHit> closest(const std::vector<ProbeRay>& rays) {
@@ -184,11 +204,32 @@ class TraverseProbe {
  private:
   static constexpr std::size_t kChunk = 256;
 
-  static Accel build(const std::vector<float>& soup, const Options& probe) {
+  void compile(std::map<std::string, std::string> defines, const Options& options) {
+    ProgramOptions program;
+    program.defines = std::move(defines);
+    program.defines.merge(accel_.defines());
+    program.defines["EK_WIDTH"] = std::to_string(options.width);
+    program.defines["EK_CHUNK"] = std::to_string(kChunk);
+    if (options.portable) program.defines["EK_PORTABLE"] = "1";
+    for (const auto& [name, value] : options.defines) program.defines[name] = value;
+    const Program built = device_.build(kernel_text({"trace_rays.cl"}), program);
+    closest_ = built.kernel("trace_closest");
+    any_ = built.kernel("trace_any");
+  }
+
+  static AccelOptions accel_options(const Options& probe) {
     AccelOptions options;
     options.accel = probe.method;
     options.layout = probe.layout;
-    return build_accel({soup}, options);
+    return options;
+  }
+  static Accel build(const std::vector<float>& soup, const Options& probe) {
+    return build_accel({soup}, accel_options(probe));
+  }
+  static Accel build(const PackedScene& scene, const Options& probe) {
+    const float* corners = scene.triangles.empty() ? nullptr : &scene.triangles.front().p0_x;
+    return build_accel(TriangleSoup(corners, scene.triangles.size(), sizeof(Triangle) / sizeof(float), scene.shapes.size()),
+                       accel_options(probe));
   }
 
   std::vector<float> run(Kernel& kernel, const std::vector<ProbeRay>& rays) {

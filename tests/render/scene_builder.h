@@ -83,6 +83,8 @@ inline std::pair<Scene, Settings> room(std::uint32_t width, std::uint32_t height
 inline std::pair<Scene, Settings> times(std::pair<Scene, Settings> original, double factor) {
   for (Node& node : original.first.nodes)
     node.world_from_object = glm::scale(glm::dmat4(1), glm::dvec3(factor)) * node.world_from_object;
+  for (Shape& shape : original.first.shapes)
+    shape.world_from_object = glm::scale(glm::dmat4(1), glm::dvec3(factor)) * shape.world_from_object;
   glm::dmat4& camera = original.second.camera.world_from_camera;
   camera[3] = glm::dvec4(glm::dvec3(camera[3]) * factor, 1);
   return original;

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+// Surfaces that are no triangles: spheres and their like, placed by nodes with the extension EIKON_shape.
+#pragma once
+#include <array>
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <span>
+#include <string>
+
+namespace eikon {
+
+/// Of kernels/shared/features.def.
+enum class ShapeKind : std::uint32_t {
+#define EK_SHAPE_KIND(name, bit) name = bit,
+#include "shared/features.def"
+};
+
+inline constexpr std::size_t kShapeParameters = 3;
+
+/// What a file may say of a kind, by the names of the draft KHR_implicit_shapes.
+struct ShapeParameter {
+  const char* name;       // "" ends the list
+  double usual;           // where it is not said; metres
+  std::size_t count = 1;  // numbers; they take so many places in Shape::size
+  bool may_be_zero = false;
+};
+struct ShapeKindInfo {
+  ShapeKind kind;
+  const char* name;
+  std::array<ShapeParameter, kShapeParameters> parameters;
+};
+[[nodiscard]] std::span<const ShapeKindInfo> shape_kinds();
+[[nodiscard]] const ShapeKindInfo& shape_kind(ShapeKind kind);
+
+/// A shape as a node places it.
+struct Shape {
+  std::string name;  // of the node
+  ShapeKind kind{};
+  std::array<double, kShapeParameters> size{};  // metres of the node's space, in the order of shape_kinds()
+  glm::dmat4 world_from_object{1.0};
+  std::uint32_t material = 0;  // index into Scene::materials
+};
+
+/// A shape as kernels/shape_<name>.h has it: of standard size in a space of its own.
+struct OwnShape {
+  glm::dmat3 world_from_own{1.0};
+  glm::dvec3 center{0.0};              // world
+  std::array<double, 3> parameters{};  // a, b, c
+  glm::dvec3 half{0.0};                // half the extent of the world's box about the centre
+};
+[[nodiscard]] OwnShape own_shape(const Shape& shape);
+
+}  // namespace eikon

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+// Shapes: surfaces that are not triangles. Each kind is a file shape_<name>.h in the shape's own space, where it has a standard
+// size, with
+//   <name>_span   where a ray goes in and out
+//   <name>_point  a point near the surface moved onto it, which way is out there, and where a texture is looked up
+// and a line in each of the two functions below. A kind that is no convex solid gives its roots to shape_root itself.
+#ifndef EK_SHAPE_H
+#define EK_SHAPE_H
+#include "math.h"
+#include "scene_data.h"
+
+// Kinds of shapes: ShapeRecord.kind.
+enum {
+#define EK_SHAPE_KIND(name, bit) SHAPE_##name = bit,
+#include "shared/features.def"
+};
+
+// The first half of a ShapeRecord, which is what rays need.
+typedef struct {
+  v3 x, y, z;  // rows: own space from the world, about the centre
+  v3 center;
+  vf a, b, c;
+  vu kind;
+} ShapeLanes;
+
+EK_FN ShapeLanes load_shape(global const ShapeRecord* shapes, vu i) {
+  const Rec r = rec16(shapes, 2u * i);
+  ShapeLanes s = {V3(r.w0, r.w1, r.w2), V3(r.w3, r.w4, r.w5), V3(r.w6, r.w7, r.w8), V3(r.w9, r.wa, r.wb), r.wc, r.wd, r.we,
+                  AS_U(r.wf)};
+  return s;
+}
+
+EK_FN v3 shape_vector(ShapeLanes s, v3 world) { return V3(dot3(s.x, world), dot3(s.y, world), dot3(s.z, world)); }
+
+// The line o + z d is inside for `in` < z < `out`, wherever it begins. part: of the surface, a small whole number.
+typedef struct {
+  vi hit;
+  vf in, out;
+  vf in_part, out_part;
+} ShapeSpan;
+
+// The surface near a point. p: on it, to some roundings; out: any length; u, v: texture coordinates.
+typedef struct {
+  v3 p, out;
+  vf u, v;
+} ShapePoint;
+
+EK_FN ShapeSpan select_span(vi m, ShapeSpan a, ShapeSpan b) {
+  ShapeSpan s = {m ? a.hit : b.hit, m ? a.in : b.in, m ? a.out : b.out, m ? a.in_part : b.in_part, m ? a.out_part : b.out_part};
+  return s;
+}
+EK_FN ShapePoint select_point(vi m, ShapePoint a, ShapePoint b) {
+  ShapePoint s = {select3(m, a.p, b.p), select3(m, a.out, b.out), m ? a.u : b.u, m ? a.v : b.v};
+  return s;
+}
+
+#include "shape_sphere.h"
+
+// Where the ray o + z d, in the shape's own space, first meets it with z > after.
+typedef struct {
+  vi hit;
+  vf z, part;
+} ShapeRoot;
+
+EK_FN ShapeRoot shape_root(ShapeLanes s, v3 o, v3 d, vf after) {
+  const vf zero = (vf)(0.0f);
+  ShapeSpan span = {(vi)(0), zero, zero, zero, zero};
+#define EK_SPAN(name)                                                          \
+  if (EK_HAS_##name) {                                                         \
+    const vi is_kind = s.kind == (uint)SHAPE_##name;                           \
+    if (ANY(is_kind)) span = select_span(is_kind, name##_span(s, o, d), span); \
+  }
+  EK_SPAN(sphere)
+#undef EK_SPAN
+  const vi enters = span.in > after;
+  ShapeRoot root = {span.hit & (enters | (span.out > after)), enters ? span.in : span.out,
+                    enters ? span.in_part : span.out_part};
+  return root;
+}
+
+/// near  own space, some way off the surface
+EK_FN ShapePoint shape_point(ShapeLanes s, v3 near, vf part) {
+  const vf zero = (vf)(0.0f);
+  ShapePoint point = {V3(zero, zero, zero), V3(zero, zero, zero), zero, zero};
+#define EK_POINT(name)                                                                 \
+  if (EK_HAS_##name) {                                                                 \
+    const vi is_kind = s.kind == (uint)SHAPE_##name;                                   \
+    if (ANY(is_kind)) point = select_point(is_kind, name##_point(s, near, part), point); \
+  }
+  EK_POINT(sphere)
+#undef EK_POINT
+  return point;
+}
+
+#endif

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+// Rays against shapes. As a triangle does, a shape accepts t only inside the interval of its own box (ray.h), so that every
+// structure gives the same hits; its id is its record's in the array of triangles, behind all of those.
+#ifndef EK_SHAPE_HIT_H
+#define EK_SHAPE_HIT_H
+#include "shape.h"
+
+typedef struct {
+  vi hit;
+  vf t, part;
+} ShapeHit;
+
+// The vector whose permute3 (ray.h) is `a`.
+EK_FN v3 unpermute3(v3 a, vi z_is_x, vi z_is_y) {
+  return V3(z_is_x ? a.z : z_is_y ? a.y : a.x, z_is_x ? a.x : z_is_y ? a.z : a.y, z_is_x ? a.y : z_is_y ? a.x : a.z);
+}
+
+#if EK_HAS_opacity
+// Whether the ray passes the root of this number, counted from its origin: each time that it meets a shape it decides anew.
+EK_FN vi shape_passes(SceneData scene, vu id, ShapePoint point, uint number, OpacityKey key) {
+  const vf zero = (vf)(0.0f), one = (vf)(1.0f);
+  const HitAttributes at = {V3(zero, zero, zero), point.u, point.v, point.u, point.v, V3(zero, zero, zero), one, one, one, one, one};
+  const vu material = gather_u((global const uint*)scene.triangles, id * 16u + 9u);
+  const vf opacity = material_opacity(scene, rec16(scene.materials, material), at);
+  return opacity_number(key, id ^ (number * 0x9e3779b9u)) >= opacity;
+}
+#endif
+
+/// The first place where each ray meets its shape and does not pass it. Reads of `ray` r, n, f, p_o, s, p_rz, axis, and key.
+/// id: the shape's record in scene.triangles; lo, hi: its box
+// In the shape's space, by the depth on the ray's longest axis: the direction (sx, sy, 1) is what triangles are tested with.
+EK_FN ShapeHit shape_hit(SceneData scene, const RayLanes* ray, vu id, vu shape, v3 lo, v3 hi) {
+  const vi z_is_x = ray->axis == 0.0f, z_is_y = ray->axis == 1.0f;
+  const vf sign = ray->p_rz < 0.0f ? (vf)(-1.0f) : (vf)(1.0f);
+  const v3 origin = unpermute3(V3(ray->p_ox, ray->p_oy, ray->p_oz), z_is_x, z_is_y);
+  const v3 dir = unpermute3(V3(ray->sx * sign, ray->sy * sign, sign), z_is_x, z_is_y);
+  const ShapeLanes s = load_shape(scene.shapes, shape);
+  const v3 o = shape_vector(s, sub3(origin, s.center)), d = shape_vector(s, dir);
+
+  const vf begin_x = ((ray->rx < 0.0f ? hi.x : lo.x) - ray->nx) * ray->rx, end_x = ((ray->rx < 0.0f ? lo.x : hi.x) - ray->fx) * ray->rx;
+  const vf begin_y = ((ray->ry < 0.0f ? hi.y : lo.y) - ray->ny) * ray->ry, end_y = ((ray->ry < 0.0f ? lo.y : hi.y) - ray->fy) * ray->ry;
+  const vf begin_z = ((ray->rz < 0.0f ? hi.z : lo.z) - ray->nz) * ray->rz, end_z = ((ray->rz < 0.0f ? lo.z : hi.z) - ray->fz) * ray->rz;
+  const vf begin = max_f(max_f(begin_x, begin_y), max_f(begin_z, (vf)(0.0f))), end = min_f(min_f(end_x, end_y), end_z);
+
+  ShapeHit found;
+  found.hit = (vi)(0);
+  found.t = found.part = (vf)(0.0f);
+  vi open = begin <= end;
+  vf after = (vf)(0.0f);
+  for (uint number = 0;; ++number) {
+    const ShapeRoot root = shape_root(s, o, d, after);
+    const vi met = open & root.hit;
+    vi passed = (vi)(0);
+#if EK_HAS_opacity
+    passed = met & ((gather_u((global const uint*)scene.triangles, id * 16u + 15u) & EK_SHAPE_PASSABLE) != 0u);
+    if (ANY(passed)) {
+      const ShapePoint point = shape_point(s, add3(o, scale3(d, root.z)), root.part);
+      passed = passed & shape_passes(scene, id, point, number, ray->key);
+    }
+#endif
+    const vi stops = met & !passed;
+    found.hit = found.hit | stops;
+    found.t = stops ? root.z : found.t;
+    found.part = stops ? root.part : found.part;
+    open = passed;
+    after = root.z;
+    if (!EK_HAS_opacity || !ANY(open)) break;
+  }
+  const vf t = found.t * abs_f(ray->p_rz);
+  found.t = min_f(max_f(t, begin), end);
+  return found;
+}
+
+#endif
