@@ -27,7 +27,10 @@
 
 #include <algorithm>
 #include <atomic>
+#include <bit>
 #include <cmath>
+#include <cstdint>
+#include <cstring>
 #include <limits>
 #include <vector>
 
@@ -61,64 +64,82 @@ struct Estimate {
   double squared_error = 0;  // of the mean, expected
 };
 
-/// The expectations of a row's pixels from those around each that could have the same, to judge by its own noise.
-/// own_share: what its own variance estimate must count less where it multiplies itself.
-/// The window goes over the whole row, neighbour by neighbour: each pixel meets its neighbours in the order of rows, and what is
-/// left out of a sum adds zero, which leaves processors with vectors to do several pixels at a time.
-class RowExpectations {
- public:
-  RowExpectations(const Plane& mean, const Plane& variance, int y, double own_share)
-      : mean_(mean), variance_(variance), y_(y), own_share_(own_share), width_(static_cast<std::size_t>(mean.width)) {
-    for (std::vector<double>* values : {&sum_, &noise_, &squares_, &count_, &candidates_}) values->resize(width_);
-    for (int row = std::max(0, y - kRadius); row <= std::min(mean.height - 1, y + kRadius); ++row)
-      for (int shift = -kRadius; shift <= kRadius; ++shift)
-        if (row != y || shift != 0) add(row, shift);
-  }
+// Two pixels side by side, which every processor that we know has vectors for.
+constexpr int kLanes = 2;
+using Reals = double __attribute__((vector_size(kLanes * sizeof(double))));
+using Masks = std::int64_t __attribute__((vector_size(kLanes * sizeof(double))));
 
-  [[nodiscard]] Estimate at(int x) const {
-    const auto i = static_cast<std::size_t>(x);
-    const double sum = sum_[i], count = count_[i];
-    const double own_weight = std::max(0.0, 1 - count / kEnough), weight = count + own_weight;
-    const double own_part = own_weight / weight;
-    const double own_noise = own_part * own_part * own_share_ * variance_.at(x, y_);
-    // The fewer were chosen, the more the choice follows the pixel's own error.
-    const double pull = 1 - count / candidates_[i];
-    const double pulled_noise = count > 0 ? pull * pull * noise_[i] / count : 0;
-    const double spread = count > 0 ? std::max(0.0, squares_[i] - sum * sum / count) : 0;
-    return {.mean = mean_.at(x, y_) + sum / weight,
-            .squared_error = spread / (weight * weight) + std::max(own_noise, pulled_noise)};
-  }
+/// Sums over those neighbours of a pixel that could have its expectation.
+template <class Real, class Count>
+struct Neighbours {
+  Real sum{}, noise{}, squares{};  // of what they differ by; of their variances; of what they differ by, squared
+  Count count{};
+};
 
- private:
-  const Plane &mean_, &variance_;
-  int y_;
-  double own_share_;
-  std::size_t width_;
-  std::vector<double> sum_, noise_, squares_, count_, candidates_;
-
-  /// Of every pixel the neighbour so far to the right, in that row.
-  void add(int row, int shift) {
-    const auto begin = static_cast<std::size_t>(std::max(0, -shift));
-    const auto end = static_cast<std::size_t>(std::max(0, mean_.width - std::max(0, shift)));
-    const double* const own = &mean_.values[mean_.index(0, y_)];
-    const double* const own_variance = &variance_.values[variance_.index(0, y_)];
-    const double* const means = mean_.values.data() + mean_.index(0, row) + shift;
-    const double* const variances = variance_.values.data() + variance_.index(0, row) + shift;
-    double* __restrict const sum = sum_.data(), * __restrict const noise = noise_.data();
-    double* __restrict const squares = squares_.data(), * __restrict const count = count_.data();
-    double* __restrict const candidates = candidates_.data();
-    for (std::size_t x = begin; x < end; ++x) {
-      const double reach = kReach * kReach * own_variance[x];
-      const double difference = means[x] - own[x], square = difference * difference;
-      const bool outside = square > reach;
-      sum[x] += outside ? 0.0 : difference;
-      noise[x] += outside ? 0.0 : variances[x];
-      squares[x] += outside ? 0.0 : square;
-      count[x] += outside ? 0.0 : 1.0;
-      candidates[x] += 1;
+/// Of pixels x to x + kLanes - 1, whose windows lie within the row. Each meets its neighbours in the order of rows; what is left out
+/// adds zero, so that sums have the bits of those without it.
+Neighbours<Reals, Masks> neighbours_of_lanes(const Plane& mean, const Plane& variance, int x, int y) {
+  const auto load = [](const Plane& plane, std::size_t index) {
+    Reals lanes;
+    std::memcpy(&lanes, &plane.values[index], sizeof lanes);
+    return lanes;
+  };
+  const auto where = [](Masks mask, Reals lanes) { return std::bit_cast<Reals>(mask & std::bit_cast<Masks>(lanes)); };
+  const Reals own = load(mean, mean.index(x, y)), reach = kReach * kReach * load(variance, mean.index(x, y));
+  Neighbours<Reals, Masks> found;
+  for (int j = std::max(0, y - kRadius); j <= std::min(mean.height - 1, y + kRadius); ++j) {
+    for (int i = x - kRadius; i <= x + kRadius; ++i) {
+      if (i == x && j == y) continue;
+      const std::size_t index = mean.index(i, j);
+      const Reals difference = load(mean, index) - own, square = difference * difference;
+      const Masks inside = ~(square > reach);
+      found.sum += where(inside, difference);
+      found.noise += where(inside, load(variance, index));
+      found.squares += where(inside, square);
+      found.count -= inside;  // which is -1
     }
   }
-};
+  return found;
+}
+
+/// The same of one pixel anywhere.
+Neighbours<double, int> neighbours_of(const Plane& mean, const Plane& variance, int x, int y) {
+  const double own = mean.at(x, y), reach = kReach * kReach * variance.at(x, y);
+  Neighbours<double, int> found;
+  for (int j = std::max(0, y - kRadius); j <= std::min(mean.height - 1, y + kRadius); ++j) {
+    for (int i = std::max(0, x - kRadius); i <= std::min(mean.width - 1, x + kRadius); ++i) {
+      const double difference = mean.at(i, j) - own, square = difference * difference;
+      if (square > reach || (i == x && j == y)) continue;
+      found.sum += difference;
+      found.noise += variance.at(i, j);
+      found.squares += square;
+      ++found.count;
+    }
+  }
+  return found;
+}
+
+/// How many neighbours the window of a pixel has.
+int candidates_of(const Plane& mean, int x, int y) {
+  const int columns = std::min(mean.width - 1, x + kRadius) - std::max(0, x - kRadius) + 1;
+  const int rows = std::min(mean.height - 1, y + kRadius) - std::max(0, y - kRadius) + 1;
+  return columns * rows - 1;
+}
+
+/// The pixel's expectation from those around it that could have the same, to judge by its own noise.
+/// own_share: what its own variance estimate must count less where it multiplies itself.
+Estimate expectation(double mean, double variance, const Neighbours<double, int>& near, int candidates,
+                     double own_share) {
+  const double own_weight = std::max(0.0, 1 - near.count / kEnough), weight = near.count + own_weight;
+  const double own_part = own_weight / weight;
+  const double own_noise = own_part * own_part * own_share * variance;
+  // The fewer were chosen, the more the choice follows the pixel's own error.
+  const double pull = 1 - static_cast<double>(near.count) / candidates;
+  const double pulled_noise = near.count > 0 ? pull * pull * near.noise / near.count : 0;
+  const double spread = near.count > 0 ? std::max(0.0, near.squares - near.sum * near.sum / near.count) : 0;
+  return {.mean = mean + near.sum / weight,
+          .squared_error = spread / (weight * weight) + std::max(own_noise, pulled_noise)};
+}
 
 /// Estimate of 1 / (mu^2 + eps), without bias to second order in the error of mu and within 0 and 2 / eps.
 double inverse_scale(const Estimate& mu) {
@@ -148,10 +169,22 @@ PredictedError Film::predicted_error() const {
       }
     });
     if (!known) return {};
+    const auto add = [&](int x, int y, const Neighbours<double, int>& near) {
+      const double noise = variance.at(x, y);
+      const Estimate mu = expectation(mean_of.at(x, y), noise, near, candidates_of(mean_of, x, y), own_share);
+      if (noise > 0) error.at(x, y) += noise * inverse_scale(mu) / 3;
+    };
     tbb::parallel_for(0, height, [&](int y) {
-      const RowExpectations expectations(mean_of, variance, y, own_share);
-      for (int x = 0; x < width; ++x)
-        if (variance.at(x, y) > 0) error.at(x, y) += variance.at(x, y) * inverse_scale(expectations.at(x)) / 3;
+      for (int x = 0; x < width;) {
+        if (x < kRadius || x + kLanes + kRadius > width) {
+          add(x, y, neighbours_of(mean_of, variance, x, y));
+          ++x;
+          continue;
+        }
+        const Neighbours<Reals, Masks> near = neighbours_of_lanes(mean_of, variance, x, y);
+        for (int lane = 0; lane < kLanes; ++lane, ++x)
+          add(x, y, {near.sum[lane], near.noise[lane], near.squares[lane], static_cast<int>(near.count[lane])});
+      }
     });
   }
 
