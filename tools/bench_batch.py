@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a batch saves: small renders as one batch, as processes with an empty kernel cache, and as processes with a warm one.
 
-  tools/bench_batch.py build-release/eikon [--jobs 20] [--rounds 3] [--cold-jobs 20]
+  tools/bench_batch.py build-release/eikon [--jobs 20] [--side 256] [--spp 32] [--rounds 2] [--cold-jobs 6]
 
 Each round runs the batch and the processes with the warm cache in turn, so that what else the machine does meets both; the
 processes with empty caches run once. Rendering alone is, of each job, the least that `render` or a line of the ledger says of
@@ -21,12 +21,13 @@ from pathlib import Path
 SCENES = Path(__file__).resolve().parent.parent / "scenes"
 
 
-def jobs(count, folder):
+def jobs(count, folder, side, spp):
     """`count` small renders: three scenes, and seeds, sizes, sample counts and flags that vary."""
     made = []
     for i in range(count):
         name = ["cornell", "cornell_spheres", "window_room"][i % 3]
-        flags = ["--size", "128x128" if i % 4 else "160x96", "--spp", "16", "--seed", str(i)]
+        size = f"{side}x{side}" if i % 4 else f"{side * 5 // 4}x{side * 3 // 4}"
+        flags = ["--size", size, "--spp", str(spp), "--seed", str(i)]
         if i % 10 == 9:
             flags += ["--aov", "albedo,normal"]
         made.append([str(SCENES / f"{name}.gltf"), "-o", str(folder / f"{i}.exr"), *flags])
@@ -43,13 +44,15 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("eikon", type=Path)
     parser.add_argument("--jobs", type=int, default=20)
-    parser.add_argument("--rounds", type=int, default=3)
-    parser.add_argument("--cold-jobs", type=int, help="of the processes with an empty cache, only so many; the rest is reckoned")
+    parser.add_argument("--side", type=int, default=256, help="of the images, in pixels")
+    parser.add_argument("--spp", type=int, default=32)
+    parser.add_argument("--rounds", type=int, default=2)
+    parser.add_argument("--cold-jobs", type=int, default=6, help="of the processes with an empty cache, only so many; the rest is reckoned")
     arguments = parser.parse_args()
     eikon = str(arguments.eikon.resolve())
     with tempfile.TemporaryDirectory() as work:
         folder = Path(work)
-        lines = jobs(arguments.jobs, folder)
+        lines = jobs(arguments.jobs, folder, arguments.side, arguments.spp)
         file = folder / "jobs.txt"
         file.write_text("".join("render " + shlex.join(line) + "\n" for line in lines))
         stats = folder / "stats.json"
@@ -78,7 +81,7 @@ def main():
         for _ in range(arguments.rounds):
             warm.append(processes())
             batches.append(batch())
-        few = lines[: arguments.cold_jobs or len(lines)]
+        few = lines[: arguments.cold_jobs]
         cold = 0.0
         for i, line in enumerate(few):
             cold += timed([eikon, "render", *line, "--quiet"], POCL_CACHE_DIR=str(folder / f"cache{i}"))

@@ -151,6 +151,16 @@ bool BatchRun::was_begun(const RenderOptions& options, const std::string& key) {
   return last != nullptr && last->state != "done" && last->key == key;
 }
 
+void BatchRun::say_once(const BatchJob& job, const std::string& line) {
+  constexpr std::size_t kMost = 10000;  // beyond, rather twice than that memory grows
+  {
+    const std::lock_guard lock(mutex_);
+    if (said_.count(line) != 0) return;
+    if (said_.size() < kMost) said_.insert(line);
+  }
+  progress_.say(fmt::format("{}: {}", place(job), line));
+}
+
 void BatchRun::prepare(Worker& worker, Staged& staged) {
   const RenderOptions& options = *staged.job.options;
   staged.scene = digest_scene_files(options.scene.scene);
@@ -159,9 +169,7 @@ void BatchRun::prepare(Worker& worker, Staged& staged) {
   if (!settings_.force && is_done(options, staged.key)) return close(staged, JobState::skipped);
   staged.environment = fmt::format("{} {:016x} {} {}", options.scene.env, environment.hash, options.scene.env_scale,
                                    options.scene.env_rotate_deg);
-  const auto say = [this, &job = staged.job](const std::string& line) {
-    progress_.say(fmt::format("{}: {}", place(job), line));
-  };
+  const auto say = [this, &job = staged.job](const std::string& line) { say_once(job, line); };
   RenderOptions own = options;
   if (!own.checkpoint.file.empty() && was_begun(options, staged.key)) own.checkpoint.resume = true;
   staged.render.emplace(std::move(own), say, process_seconds());

@@ -7,6 +7,8 @@
 #include <deque>
 #include <memory>
 #include <mutex>
+#include <set>
+#include <string>
 #include <vector>
 
 #include "batch/ledger.h"
@@ -48,6 +50,7 @@ class BatchRun {
   std::deque<BatchJob*> waiting_;
   std::size_t in_hand_ = 0;
   bool ledger_is_whole_ = true;
+  std::set<std::string> said_;  // notes on jobs: what is true of a scene is so for each of its jobs, and is said once
 
   void work(Worker& worker);
   BatchJob* take(bool wait);
@@ -61,6 +64,7 @@ class BatchRun {
   void fail(Staged& staged);
   void note(const LedgerEntry& entry, bool sync);
   [[nodiscard]] LedgerEntry entry_of(const Staged& staged, const char* state) const;
+  void say_once(const BatchJob& job, const std::string& line);
   [[nodiscard]] std::string place(const BatchJob& job) const;
 };
 

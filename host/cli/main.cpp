@@ -2,6 +2,7 @@
 // Exit codes leave the process here; core/error.h lists them.
 #include <fmt/format.h>
 
+#include <csignal>
 #include <cstdio>
 #include <exception>
 #include <new>
@@ -48,6 +49,7 @@ int run(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  std::signal(SIGXFSZ, SIG_IGN);  // a write beyond the file size limit (ulimit -f) is an error like any other
   try {
     return eikon::leave_process(run(argc, argv));
   } catch (const eikon::Error& error) {

@@ -18,7 +18,8 @@ constexpr double kOpening = 60;     // compilers of some drivers take minutes
 constexpr double kAsk_s = 0.01;     // devices without a unit ask again so often: what others have may be late by then
 constexpr unsigned kFailuresInARow = 3;  // then a device is dropped
 constexpr unsigned kFailures = 10;       // in all
-constexpr double kLeftOut = 0.05;        // of the work: less is the end that comes for every device
+constexpr double kStopped_s = 1;   // without a look at the devices: the whole process was stopped, and they with it
+constexpr double kLeftOut = 0.05;  // of the work: less is the end that comes for every device
 
 std::chrono::duration<double> seconds_of(double seconds) { return std::chrono::duration<double>(seconds); }
 
@@ -285,10 +286,14 @@ void Crew::give_up(std::size_t device, DeviceEvent::Kind kind, const std::string
 
 void Crew::watch() {
   const std::lock_guard lock(mutex_);
+  const double now_s = host_seconds(), gap_s = watched_s_ < 0 ? 0 : now_s - watched_s_;
+  watched_s_ = now_s;
   for (std::size_t i = 0; i < posts_.size(); ++i) {
-    const Post& post = posts_[i];
+    Post& post = posts_[i];
     if (post.lost || post.phase == Phase::ended) continue;
-    const double seconds = host_seconds() - post.since_s;
+    if (std::exchange(post.excused_since_s, post.since_s) != post.since_s) post.excused_s = 0;
+    if (gap_s > kStopped_s) post.excused_s += std::min(gap_s, now_s - post.since_s);
+    const double seconds = now_s - post.since_s - post.excused_s;
     if (seconds <= limit_s(post)) continue;
     const char* const what = post.phase == Phase::opening   ? "opening it"
                              : post.phase == Phase::working ? "a unit of its work"

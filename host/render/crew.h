@@ -52,7 +52,7 @@ class Crew {
   void end();
   /// Until something has changed that the caller may want to know of, or for so long.
   void wait(double seconds);
-  /// Gives up threads that hang.
+  /// Gives up threads that hang; to be called often. While it is not called for long, nobody is late: the process was stopped.
   void watch();
   /// After end(): what is under way comes to its end, or is given up. What no longer counts is not waited for long.
   void wait_for_threads();
@@ -87,6 +87,7 @@ class Crew {
   struct Post {
     Phase phase = Phase::opening;
     double since_s = 0;  // the phase, or the unit in hand
+    double excused_since_s = 0, excused_s = 0;  // of the time since then, while the process was stopped
     bool lost = false, dropped = false;
     std::vector<std::uint64_t> units;  // ids, in the order in which they were dealt
     unsigned failures_in_a_row = 0, failures = 0;
@@ -115,6 +116,7 @@ class Crew {
   bool ended_ = false, news_ = false;
   std::exception_ptr error_;
   double stretch_begin_s_ = -1, rendered_before_s_ = 0;
+  double watched_s_ = -1;  // when watch() was called last
 };
 
 }  // namespace eikon

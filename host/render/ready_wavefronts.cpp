@@ -8,7 +8,7 @@
 namespace eikon {
 namespace {
 
-constexpr std::size_t kMost = 4;                     // of a device; a batch may render several scenes in turn
+constexpr std::size_t kMost = 8;                     // of a device; a batch may render several scenes in turn
 constexpr std::uint64_t kMemoryShare = 8;            // of the device's memory, what they may take while another is made
 constexpr std::uint64_t kUnset = ~std::uint64_t{0};  // of what is chosen by the device
 

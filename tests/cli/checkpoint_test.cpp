@@ -91,6 +91,21 @@ TEST(Checkpoint, SIGUSR1_asks_for_one_and_the_render_goes_on) {
   EXPECT_GE(read_checkpoint(here / "c.exr").record.done.sample_count(), second);
 }
 
+TEST(Checkpoint, a_render_that_was_stopped_for_a_while_goes_on) {
+  const Workplace here;
+  const pid_t child =
+      here.start(cornell(std::string(kEndless) + "--checkpoint c.exr --checkpoint-every 0.03"), "EIKON_WATCHDOG=0.5");
+  EXPECT_TRUE(wait_for_files(child, here / "c.exr", 3));
+  kill(child, SIGSTOP);  // Ctrl-Z: longer than any device may take for a unit
+  std::this_thread::sleep_for(std::chrono::milliseconds(2500));
+  kill(child, SIGCONT);
+  EXPECT_TRUE(wait_for_files(child, here / "c.exr", 3));
+  kill(child, SIGINT);
+  const Outcome outcome = here.wait(child);
+  EXPECT_EQ(outcome.code, 130) << outcome.err;
+  EXPECT_FALSE(contains(outcome.err, "given up")) << outcome.err;
+}
+
 TEST(Checkpoint, is_a_picture_and_a_finished_one_takes_more_samples_but_no_fewer) {
   const Workplace here;
   const std::string keep = "--size 24x20 --quiet --checkpoint c.exr --resume ";
