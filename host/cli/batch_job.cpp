@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <map>
+#include <set>
 
 #include "batch/job_lines.h"
 #include "cli/arguments.h"
@@ -13,7 +14,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-fs::path place(const fs::path& path) { return fs::weakly_canonical(fs::absolute(path)); }
+/// Where a name leads to; as it is written, where that cannot be followed.
+fs::path place(const fs::path& path) {
+  std::error_code error;
+  const fs::path whole = fs::absolute(path, error);
+  fs::path real = fs::weakly_canonical(whole, error);
+  return error ? whole.lexically_normal() : real;
+}
 
 /// What is rendered decides; where the file does not say its size, 1280x720 is a fair guess. The image does not depend on it.
 double estimate_cost(const SceneOptions& scene) {
@@ -29,11 +36,16 @@ double estimate_cost(const SceneOptions& scene) {
   return std::max(1.0, pixels * samples);
 }
 
-/// Without `eikon render`, either word or both of which may be left out.
+/// Without `eikon render`, either word or both of which may be left out. throws UsageError for another command
 std::vector<std::string> arguments_of(std::vector<std::string> words) {
   if (!words.empty() && (words.front() == "eikon" || fs::path(words.front()).filename() == "eikon"))
     words.erase(words.begin());
-  if (!words.empty() && words.front() == "render") words.erase(words.begin());
+  if (words.empty()) return words;
+  static const std::set<std::string> others = {"batch",   "merge",    "info", "devices",
+                                               "compare", "selftest", "bench"};  // no scene is called so
+  if (others.count(words.front()) != 0)
+    throw UsageError(fmt::format("'{}' cannot be in a batch: its lines are renders, SCENE and flags", words.front()));
+  if (words.front() == "render") words.erase(words.begin());
   return words;
 }
 

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 
+#include "cli/tell.h"
 #include "device/profiler.h"
 
 namespace eikon {
@@ -43,7 +44,7 @@ void BatchProgress::again(const BatchJob& job) {
 void BatchProgress::say(const std::string& line) {
   const std::lock_guard lock(mutex_);
   erase();
-  fmt::print(stderr, "eikon: {}\n", line);
+  tell("eikon: {}\n", line);
 }
 
 void BatchProgress::clear() {
@@ -59,7 +60,7 @@ void BatchProgress::close(ExitCode code) {
 }
 
 void BatchProgress::erase() {
-  if (shown_) fmt::print(stderr, "\r\x1b[K");
+  if (shown_) tell("\r\x1b[K");
   shown_ = false;
 }
 
@@ -79,9 +80,9 @@ void BatchProgress::draw() {
   const int filled = std::clamp(int(done * width), 0, width);
   const double rate =
       seconds > 0 ? (rendered_ + now) / seconds : 0;  // samples per second, all costs of a batch included
-  fmt::print(stderr, "\r\x1b[K[{:=<{}}{:{}}] {:3.0f} %  {} of {} jobs  {:.2f} Msamples/s  {} left  {}", "", filled, "",
-             width - filled, 100 * done, jobs_over_, jobs_, 1e-6 * rate,
-             rate > 0 ? fmt::format("{:.0f} s", std::max(0.0, total_ - over_ - now) / rate) : "?", names);
+  tell("\r\x1b[K[{:=<{}}{:{}}] {:3.0f} %  {} of {} jobs  {:.2f} Msamples/s  {} left  {}", "", filled, "",
+       width - filled, 100 * done, jobs_over_, jobs_, 1e-6 * rate,
+       rate > 0 ? fmt::format("{:.0f} s", std::max(0.0, total_ - over_ - now) / rate) : "?", names);
   std::fflush(stderr);
   shown_ = true;
 }

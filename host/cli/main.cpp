@@ -1,19 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
 // Exit codes leave the process here; core/error.h lists them.
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <unistd.h>
 
+#include <cerrno>
 #include <csignal>
 #include <cstdio>
 #include <exception>
 #include <new>
 
 #include "cli/commands.h"
+#include "cli/tell.h"
 #include "core/lost_threads.h"
 
 namespace {
 
 int report(eikon::ExitCode code, const std::string& message) {
-  fmt::print(stderr, "eikon: {}\n", message);
+  eikon::tell("eikon: {}\n", message);
   return int(code);
 }
 
@@ -46,17 +50,33 @@ int run(int argc, char** argv) {
   return int(chosen());
 }
 
+/// A process that was started with a standard stream closed would give its number to the next file that it opens, and then write
+/// its messages there.
+void open_standard_streams() {
+  for (int stream = STDIN_FILENO; stream <= STDERR_FILENO; ++stream)
+    if (fcntl(stream, F_GETFD) < 0 && errno == EBADF) (void)!open("/dev/null", O_RDWR);  // takes the lowest free number
+}
+
+/// Results that did not reach standard output are not there.
+int with_results(int code) {
+  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return code;
+  const int failed = report(eikon::ExitCode::input, "cannot write to standard output: is there space where it goes?");
+  return code == 0 ? failed : code;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
+  open_standard_streams();
   std::signal(SIGXFSZ, SIG_IGN);  // a write beyond the file size limit (ulimit -f) is an error like any other
   try {
-    return eikon::leave_process(run(argc, argv));
+    return eikon::leave_process(with_results(run(argc, argv)));
   } catch (const eikon::Error& error) {
     return eikon::leave_process(report(error.code(), error.what()));
   } catch (const std::bad_alloc&) {
     return eikon::leave_process(report(eikon::ExitCode::internal, "out of memory; try a smaller image or scene"));
   } catch (const std::exception& error) {
+    if (std::ferror(stdout) != 0) return eikon::leave_process(with_results(0));  // fmt::print() throws then
     return eikon::leave_process(report(eikon::ExitCode::internal, fmt::format("internal error: {}", error.what())));
   }
 }

@@ -133,7 +133,10 @@ void write_text(const std::filesystem::path& path, const std::string& text) {
 void require_writable(const std::vector<std::filesystem::path>& outputs, const std::filesystem::path& input) {
   // Of a relative path that does not exist yet, weakly_canonical alone makes no absolute one.
   const auto place = [](const std::filesystem::path& path) {
-    return std::filesystem::weakly_canonical(std::filesystem::absolute(path));
+    std::error_code error;  // a name that is too long, a loop of links: opening the file says so
+    const std::filesystem::path whole = std::filesystem::absolute(path, error);
+    std::filesystem::path real = std::filesystem::weakly_canonical(whole, error);
+    return error ? whole : real;
   };
   std::vector<std::filesystem::path> seen = {place(input)};
   for (const std::filesystem::path& path : outputs) {

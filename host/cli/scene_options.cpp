@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "cli/arguments.h"
+#include "cli/tell.h"
 #include "core/error.h"
 #include "device/profiler.h"
 #include "scene/environment.h"
@@ -151,7 +152,9 @@ void parse_crop(const SceneOptions& options, Settings& settings) {
 }  // namespace
 
 void SceneOptions::add_to(CLI::App& command) {
-  command.add_option("SCENE", scene, "glTF 2.0 file, .gltf or .glb")->required();
+  command.add_option("SCENE", scene, "glTF 2.0 file, .gltf or .glb")->required()->check([](const std::string& name) {
+    return name.empty() ? "a file's name is wanted" : std::string();
+  });
   command.add_option("--size", size, "WxH: image size; without it the camera's aspect at 720 rows");
   command.add_option("--camera", camera, "camera by name or index");
   command.add_option("--look-at", look_at, "EYE:TARGET[:UP], each x,y,z: a perspective camera of your own");
@@ -196,7 +199,7 @@ void SceneOptions::add_to(CLI::App& command) {
 
 Say say_on_stderr(bool quiet) {
   if (quiet) return [](const std::string&) {};
-  return [](const std::string& line) { fmt::print(stderr, "eikon: {}\n", line); };
+  return [](const std::string& line) { tell("eikon: {}\n", line); };
 }
 
 Prepared prepare(const SceneOptions& options, const Say& say) {

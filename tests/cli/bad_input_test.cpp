@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Whatever is wrong: one line that says what, an exit code of its kind, and no file left behind.
 #include "cli/command.h"
+#include "image/image.h"
 
 namespace eikon::testing {
 namespace {
@@ -198,6 +199,22 @@ TEST(BadInput, a_full_disk_leaves_no_half_written_file) {
   EXPECT_EQ(outcome.err.rfind("eikon: ", 0), 0U) << outcome.err;
   EXPECT_TRUE(contains(outcome.err, "out.exr")) << outcome.err;
   EXPECT_TRUE(here.files().empty());
+}
+
+TEST(BadInput, results_that_reach_nobody_are_an_error_and_closed_streams_hit_no_file) {
+  const Workplace here;
+  const std::string info = Workplace::binary() + " info " + scene("cornell.gltf");
+  const Outcome full = here.shell(info + " > /dev/full");
+  EXPECT_EQ(full.code, kInput);
+  EXPECT_TRUE(contains(full.err, "eikon: cannot write to standard output")) << full.err;
+  EXPECT_TRUE(succeeded(here.shell("yes '# nothing' | head -3 > jobs; echo render absent.gltf >> jobs; " +
+                                   Workplace::binary() + " batch jobs 2> /dev/full; test $? = 1")))
+      << "a log on a full disk stops no batch";
+  const std::string render = Workplace::binary() + " " + cornell("--size 16x12 --spp 4 --checkpoint c.exr");
+  ASSERT_TRUE(succeeded(here.shell(render + " --progress openjd <&- >&- 2>&-")));
+  std::filesystem::rename(here / "out.exr", here / "first.exr");
+  ASSERT_TRUE(succeeded(here.shell(render)));
+  EXPECT_EQ(read_exr(here / "first.exr").planes, read_exr(here / "out.exr").planes);
 }
 
 TEST(BadInput, compare_refuses_what_is_no_picture_or_another_size) {

@@ -137,6 +137,23 @@ TEST(BatchLimits, without_space_for_a_picture_the_job_fails_and_leaves_nothing) 
     }
 }
 
+TEST(BatchLimits, lines_that_are_no_renders_are_refused_by_what_they_are) {
+  const Workplace here;
+  std::filesystem::create_symlink("loop.exr", here / "loop.exr");
+  here.write("jobs",
+             fmt::format("merge a.exr -o b.exr\neikon batch others\nrender --help\nrender\n''\nrender {0} -o {1}.exr\n"
+                         "render {1}.gltf -o c.exr\nrender {0} -o loop.exr\nrender loop.exr/a.gltf\n",
+                         scene("cornell.gltf"), std::string(5000, 'x')));
+  const Outcome outcome = here.eikon("batch jobs");
+  EXPECT_EQ(outcome.code, 1);
+  for (int line = 1; line <= 9; ++line) {
+    EXPECT_EQ(states(outcome)[line], "failed") << line;
+    EXPECT_TRUE(contains(outcome.err, fmt::format("eikon: jobs:{}: ", line))) << outcome.err;
+  }
+  EXPECT_TRUE(contains(outcome.err, "'merge' cannot be in a batch") && contains(outcome.err, "'batch' cannot be"))
+      << outcome.err;
+}
+
 TEST(BatchLimits, two_batches_do_not_share_a_ledger) {
   const Workplace here, there;
   here.write("jobs", fmt::format("render {} -o 1.exr --size 64x64 --spp 100000000\n", scene("cornell.gltf")));

@@ -91,6 +91,18 @@ TEST(Checkpoint, SIGUSR1_asks_for_one_and_the_render_goes_on) {
   EXPECT_GE(read_checkpoint(here / "c.exr").record.done.sample_count(), second);
 }
 
+TEST(Checkpoint, a_device_that_disappears_leaves_one_to_go_on_from) {
+  const Workplace here;
+  const Outcome lost = here.eikon(cornell(std::string(kEndless) + "--checkpoint c.exr --devices cpu"),
+                                  "EIKON_FAULT=device:0:after=3:lost");
+  EXPECT_TRUE(refused(lost, 4));
+  EXPECT_TRUE(contains(lost.err, "no device is left") && contains(lost.err, "CL_DEVICE_NOT_AVAILABLE")) << lost.err;
+  EXPECT_EQ(here.files(), std::vector<std::string>{"c.exr"});
+  const std::string finish = just_beyond(read_checkpoint(here / "c.exr"));
+  ASSERT_TRUE(succeeded(here.eikon(cornell(finish + "--checkpoint c.exr --resume"))));
+  expect_undisturbed(here, finish);
+}
+
 TEST(Checkpoint, a_render_that_was_stopped_for_a_while_goes_on) {
   const Workplace here;
   const pid_t child =

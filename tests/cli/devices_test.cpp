@@ -32,6 +32,19 @@ TEST(Devices, two_cores_are_two_devices_and_give_the_bits_of_the_whole) {
   EXPECT_TRUE(succeeded(here.eikon("compare parts.exr whole.exr --fail-above 0")));
 }
 
+TEST(Devices, N5_three_devices_of_unequal_speed_some_of_which_fail_give_the_bits_of_one) {
+  const Workplace here;
+  const std::string three = "POCL_DEVICES='pthread pthread pthread' ";  // of one piece of hardware, which is said
+  const std::string image = "render " + scene("cornell.gltf") + " --size 96x64 --spp 24 --quiet ";
+  if (here.eikon("devices", three).out.find("\n2: ") == std::string::npos) GTEST_SKIP() << "no driver that divides so";
+  ASSERT_TRUE(succeeded(here.eikon(image + "-o one.exr --devices 0")));
+  for (const char* fault : {"device:1:slow=3;device:2:slow=10", "device:0:after=2;device:2:slow=5",
+                            "device:0:after=1:times=1;device:1:lost;device:2:after=3:oom"}) {
+    EXPECT_TRUE(succeeded(here.eikon(image + "-o three.exr --devices 0,1,2", three + "EIKON_FAULT='" + fault + "'")));
+    EXPECT_TRUE(succeeded(here.eikon("compare three.exr one.exr --fail-above 0"))) << fault;
+  }
+}
+
 TEST(Devices, partitions_that_cannot_be_are_refused_in_a_line) {
   const Workplace here;
   const auto refused_with = [&](const std::string& devices, int code, const std::string& why) {
