@@ -9,6 +9,7 @@
 #include "cli/trace_file.h"
 #include "core/process_time.h"
 #include "image/image.h"
+#include "render/error_counter.h"
 
 namespace eikon {
 namespace {
@@ -99,6 +100,7 @@ void RenderJob::write() {
   TraceScope predicting(trace_.get(), Trace::kMain, "predict error");
   error_ = done_->film.predicted_error();
   predicting.end();
+  ErrorCounter::count(trace_.get(), error_);
   const double write_begin = host_seconds();
   TraceScope writing(trace_.get(), Trace::kMain, "write");
   write_image();
@@ -107,7 +109,10 @@ void RenderJob::write() {
   times_.write_s = host_seconds() - write_begin;
   times_.total_s = process_seconds() - begin_s_;
   if (!options_.stats.empty()) write_stats(options_.stats, report(), error_, prepared_, times_);
-  if (trace_) write_trace(options_.profile, *trace_);
+  if (trace_) {
+    trace_->end();
+    write_trace(options_.profile, *trace_);
+  }
 
   if (done_->arithmetic != std::set<std::string>{"exact"})
     say_(fmt::format("arithmetic {}: other devices may give other bits; see `eikon selftest`",

@@ -39,8 +39,14 @@ Trace::Trace(std::size_t most_entries, std::size_t most_points)
   add_track("main");
 }
 
+void Trace::end() {
+  const std::lock_guard lock(mutex_);
+  ended_ = true;
+}
+
 Trace::Track Trace::add_track(const std::string& name) {
   const std::lock_guard lock(mutex_);
+  if (ended_) return kMain;
   tracks_.push_back({name, {}});
   open_.emplace_back();
   return tracks_.size() - 1;
@@ -48,6 +54,7 @@ Trace::Track Trace::add_track(const std::string& name) {
 
 void Trace::span(Track track, std::string_view name, double begin_s, double end_s) {
   const std::lock_guard lock(mutex_);
+  if (ended_) return;
   const std::vector<std::uint64_t>& open = open_[track];
   const std::uint64_t parent = open.empty() ? 0 : open.back();
   add(tracks_[track], open.size(), {begin_s, end_s, parent, {{name_index(name), 1, end_s - begin_s}}});
@@ -55,12 +62,14 @@ void Trace::span(Track track, std::string_view name, double begin_s, double end_
 
 void Trace::open(Track track) {
   const std::lock_guard lock(mutex_);
+  if (ended_) return;
   open_[track].push_back(++opened_);
 }
 
 void Trace::close(Track track, std::string_view name, double begin_s, double end_s) {
   {
     const std::lock_guard lock(mutex_);
+    if (ended_) return;
     open_[track].pop_back();
   }
   span(track, name, begin_s, end_s);
@@ -68,6 +77,7 @@ void Trace::close(Track track, std::string_view name, double begin_s, double end
 
 void Trace::count(const std::string& counter, double begin_s, double end_s, double value) {
   const std::lock_guard lock(mutex_);
+  if (ended_) return;
   std::vector<Point>& points = counters_[counter];
   if (!points.empty()) begin_s = std::max(begin_s, points.back().end_s);
   points.push_back({begin_s, std::max(begin_s, end_s), value});

@@ -61,7 +61,9 @@ class Trace {
   /// = end_s) every second one goes when there are too many.
   void count(const std::string& counter, double begin_s, double end_s, double value);
 
-  /// For the writer, when nobody records any more.
+  /// Nothing is recorded any more, whoever still calls: a thread that hung in a driver may come back at any time.
+  void end();
+  /// For the writer, after end(), or when nobody records any more.
   [[nodiscard]] const std::vector<TrackRecord>& tracks() const { return tracks_; }
   [[nodiscard]] const std::vector<std::string>& names() const { return names_; }
   [[nodiscard]] const std::map<std::string, std::vector<Point>>& counters() const { return counters_; }
@@ -76,6 +78,7 @@ class Trace {
   std::vector<TrackRecord> tracks_;
   std::vector<std::vector<std::uint64_t>> open_;  // of each track: what is open, from the outside
   std::uint64_t opened_ = 0;
+  bool ended_ = false;
   std::vector<std::string> names_;
   std::map<std::string, std::size_t, std::less<>> name_indices_;
   std::map<std::string, std::vector<Point>> counters_;

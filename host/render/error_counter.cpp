@@ -2,17 +2,32 @@
 #include "render/error_counter.h"
 
 namespace eikon {
+namespace {
 
-void ErrorCounter::look(const Film& film, bool at_end) {
-  constexpr double rest = 200;  // times what a look takes
+constexpr double kRest = 200;        // times what a look takes
+constexpr double kPixel_s = 0.5e-6;  // of a look, before one was measured: film.h
+
+}  // namespace
+
+ErrorCounter::ErrorCounter(Trace* trace, std::uint64_t pixel_count)
+    : trace_(trace), next_s_(host_seconds() + kRest * kPixel_s * double(pixel_count)) {}
+
+void ErrorCounter::look_if_due(FilmStore& film) {
   const double begin_s = host_seconds();
-  if (trace_ == nullptr || (begin_s < next_s_ && !at_end)) return;
-  const TraceScope scope(trace_, Trace::kMain, "predict error");
-  const PredictedError error = film.predicted_error();
+  if (trace_ == nullptr || begin_s < next_s_) return;
+  TraceScope scope(trace_, Trace::kMain, "predict error");
+  PredictedError error;
+  film.look([&](const Film& seen) { error = seen.predicted_error(); });
+  scope.end();
   const double end_s = host_seconds();
-  next_s_ = end_s + rest * (end_s - begin_s);
-  if (!error.known) return;
-  trace_->count("predicted relMSE", end_s, end_s, error.relmse);
+  next_s_ = end_s + kRest * (end_s - begin_s);
+  count(trace_, error);
+}
+
+void ErrorCounter::count(Trace* trace, const PredictedError& error) {
+  if (trace == nullptr || !error.known) return;
+  const double now_s = host_seconds();
+  trace->count("predicted relMSE", now_s, now_s, error.relmse);
 }
 
 }  // namespace eikon

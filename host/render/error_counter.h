@@ -1,21 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include "core/trace.h"
-#include "render/film.h"
+#include "render/film_store.h"
 
 namespace eikon {
 
-/// The predicted error over the time of a render, for --profile. The devices wait for the film while it is looked at, so that is
-/// done in a two-hundredth of the time.
+/// The predicted error over the time of a render, for --profile. It takes processors and the film from the devices while it is
+/// computed, so that is done in a two-hundredth of the time.
 class ErrorCounter {
  public:
-  explicit ErrorCounter(Trace* trace) : trace_(trace) {}
-  /// at_end: whatever it takes
-  void look(const Film& film, bool at_end);
+  /// From now on; of so many pixels
+  ErrorCounter(Trace* trace, std::uint64_t pixel_count);
+  void look_if_due(FilmStore& film);
+  static void count(Trace* trace, const PredictedError& error);
 
  private:
   Trace* trace_;
-  double next_s_ = 0;
+  double next_s_;
 };
 
 }  // namespace eikon

@@ -146,7 +146,7 @@ Crew::State conduct(Crew& crew, Stretches& stretches, const RenderHooks& hooks, 
     }
     checkpoints.call_if_due(crew, false);
     progress.call_if_due(crew);
-    if (crew.totals().samples > 0) crew.film().look([&](const Film& film) { errors.look(film, false); });
+    errors.look_if_due(crew.film());
   }
   return Crew::State::working;
 }
@@ -259,7 +259,7 @@ RenderOutput pack_and_render(const Pack& pack, const Features& features, const S
   const auto crew = std::make_shared<Crew>(reports, std::move(begin), execution.block, execution.watchdog_s);
   Stretches stretches(hooks.looks, settings);
   Checkpoints checkpoints(hooks, execution.trace.get());
-  ErrorCounter errors(execution.trace.get());
+  ErrorCounter errors(execution.trace.get(), settings.crop.pixel_count());
   TraceScope rendering(execution.trace.get(), execution.track, "render");
   Threads threads(crew);
   for (std::size_t i = 0; i < reports.size(); ++i)
@@ -269,7 +269,6 @@ RenderOutput pack_and_render(const Pack& pack, const Features& features, const S
       conduct(*crew, stretches, hooks, stop, checkpoints, errors, {hooks.progress, asked - total, asked});
   threads.end();
   checkpoints.call_if_due(*crew, true);
-  if (crew->totals().samples > 0) crew->film().look([&](const Film& film) { errors.look(film, true); });
   rendering.end();
   if (const std::exception_ptr error = crew->error()) std::rethrow_exception(error);
   const Crew::Totals totals = crew->totals();

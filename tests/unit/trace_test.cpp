@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
+#include <chrono>
 #include <numeric>
 #include <thread>
 
@@ -129,6 +131,33 @@ TEST(Trace, of_nobody_costs_no_look_at_the_clock) {
   TraceScope scope(nullptr, Trace::kMain, "nothing");
   scope.end();
   scope.end();
+}
+
+TEST(Trace, takes_nothing_after_its_end) {
+  Trace trace;
+  const Trace::Track queue = trace.add_track("queue");
+  trace.span(queue, "paths", 1, 2);
+  trace.open(queue);
+  std::atomic<bool> go_on{true};
+  std::thread hung([&] {  // comes back while the timeline is written
+    for (double at = 3; go_on; at += 1) {
+      trace.close(queue, "wait", at, at + 0.5);
+      trace.open(queue);
+      trace.span(queue, "film", at, at + 0.5);
+      trace.count("rate", at, at + 0.5, 1);
+      (void)trace.add_track("late");
+    }
+  });
+  trace.end();
+  const std::size_t entries = level_of(trace, queue).entries.size(), counters = trace.counters().size();
+  const std::size_t tracks = trace.tracks().size();
+  std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  EXPECT_EQ(level_of(trace, queue).entries.size(), entries);
+  EXPECT_EQ(trace.counters().size(), counters);
+  EXPECT_EQ(trace.tracks().size(), tracks);
+  EXPECT_EQ(trace.add_track("later"), Trace::kMain);
+  go_on = false;
+  hung.join();
 }
 
 }  // namespace
