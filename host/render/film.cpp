@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "render/film.h"
 
+#include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <limits>
@@ -72,6 +74,7 @@ Film::Film(FilmLayout layout) : layout_(std::move(layout)) {
   const std::size_t cells = crop.pixel_count() * layout_.replicates;
   sums_.assign(cells * channels.size(), 0);
   counts_.assign(cells, 0);
+  limit_ = kMaxSum >> std::countr_zero(layout_.replicates);
 }
 
 std::optional<std::uint32_t> Film::channel_index(std::string_view name) const {
@@ -89,16 +92,16 @@ std::size_t Film::pixel_index(std::uint32_t x, std::uint32_t y) const {
 }
 
 void Film::add_to_sum(std::size_t index, int128 value) {
-  // A replicate may use its share of the range, so that the total over replicates always fits.
-  const int128 limit = kMaxSum >> std::countr_zero(layout_.replicates);
   int128 result = 0;
-  if (__builtin_add_overflow(sums_[index], value, &result) || result > limit || result < -limit) {
-    const std::size_t pixel = index / layout_.channels.size() / layout_.replicates;
-    throw InputError(fmt::format(
-        "film: the radiance of pixel {},{} summed over its samples is beyond 2^63: give the lights less emission",
-        layout_.crop.x0 + pixel % layout_.crop.width(), layout_.crop.y0 + pixel / layout_.crop.width()));
-  }
+  if (__builtin_add_overflow(sums_[index], value, &result) || result > limit_ || result < -limit_) refuse_sum(index);
   sums_[index] = result;
+}
+
+void Film::refuse_sum(std::size_t index) const {
+  const std::size_t pixel = index / layout_.channels.size() / layout_.replicates;
+  throw InputError(fmt::format(
+      "film: the radiance of pixel {},{} summed over its samples is beyond 2^63: give the lights less emission",
+      layout_.crop.x0 + pixel % layout_.crop.width(), layout_.crop.y0 + pixel / layout_.crop.width()));
 }
 
 void Film::add(const UnitSums& unit) {
@@ -111,20 +114,31 @@ void Film::add(const UnitSums& unit) {
         fmt::format("unit of {} pixels, stride {}: {} limbs and {} rejected counts do not fit a film of {} "
                     "replicates and {} channels",
                     unit.pixels.size(), stride, unit.limbs.size(), unit.rejected.size(), replicates, channels));
-  for (std::size_t p = 0; p < unit.pixels.size(); ++p) {
-    const std::size_t pixel = pixel_index(unit.pixels[p] & 0xffffu, unit.pixels[p] >> 16);
+  std::vector<std::uint64_t> drawn(replicates);
+  for (std::uint32_t r = 0; r < replicates; ++r)
+    drawn[r] = samples_below(unit.sample_end, r, replicates) - samples_below(unit.sample_begin, r, replicates);
+  // The unit's arrays are read along the pixels, some of which at a time stay in the first cache of the processor as the film has them.
+  constexpr std::size_t kTogether = 128;
+  std::array<std::size_t, kTogether> film_pixels{};
+  for (std::size_t first = 0; first < unit.pixels.size(); first += kTogether) {
+    const std::size_t count = std::min(kTogether, unit.pixels.size() - first);
+    for (std::size_t i = 0; i < count; ++i)
+      film_pixels[i] = pixel_index(unit.pixels[first + i] & 0xffffu, unit.pixels[first + i] >> 16);
     for (std::uint32_t r = 0; r < replicates; ++r) {
-      const std::uint64_t drawn =
-          samples_below(unit.sample_end, r, replicates) - samples_below(unit.sample_begin, r, replicates);
-      const std::uint64_t rejected = unit.rejected[r * stride + p];
-      if (rejected > drawn)
-        throw InternalError(fmt::format("unit rejects {} of {} samples of a pixel", rejected, drawn));
-      counts_[pixel * replicates + r] += drawn - rejected;
+      const std::uint32_t* const rejected = &unit.rejected[r * stride + first];
+      for (std::size_t i = 0; i < count; ++i) {
+        if (rejected[i] > drawn[r])
+          throw InternalError(fmt::format("unit rejects {} of {} samples of a pixel", rejected[i], drawn[r]));
+        counts_[film_pixels[i] * replicates + r] += drawn[r] - rejected[i];
+      }
       for (std::size_t c = 0; c < channels; ++c) {
-        uint128 bits = 0;
-        for (std::size_t limb = EK_FILM_LIMBS; limb-- > 0;)
-          bits = bits << 32 | unit.limbs[((r * channels + c) * EK_FILM_LIMBS + limb) * stride + p];
-        if (bits != 0) add_to_sum((pixel * replicates + r) * channels + c, static_cast<int128>(bits));
+        const std::uint32_t* const limb = &unit.limbs[(r * channels + c) * EK_FILM_LIMBS * stride + first];
+        for (std::size_t i = 0; i < count; ++i) {
+          static_assert(EK_FILM_LIMBS == 4);
+          const std::uint64_t low = limb[i] | std::uint64_t{limb[stride + i]} << 32;
+          const std::uint64_t high = limb[2 * stride + i] | std::uint64_t{limb[3 * stride + i]} << 32;
+          add_to_sum((film_pixels[i] * replicates + r) * channels + c, static_cast<int128>(uint128{high} << 64 | low));
+        }
       }
     }
   }

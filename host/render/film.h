@@ -119,9 +119,11 @@ class Film {
   FilmLayout layout_;
   std::vector<int128> sums_;           // [(pixel * replicates + replicate) * channels + channel]
   std::vector<std::uint64_t> counts_;  // [pixel * replicates + replicate]
+  int128 limit_ = 0;  // of a replicate's sum: its share of the range, so that the total over replicates always fits
 
   [[nodiscard]] std::size_t pixel_index(std::uint32_t x, std::uint32_t y) const;
   void add_to_sum(std::size_t index, int128 value);
+  [[noreturn]] void refuse_sum(std::size_t index) const;
 };
 
 }  // namespace eikon
