@@ -51,6 +51,8 @@ struct Buffer::Impl {
 
 struct Ticket::Impl {
   ClEvent event;
+  void* data = nullptr;  // where it goes
+  std::size_t bytes = 0;
 };
 
 struct Program::Impl {

@@ -50,13 +50,15 @@ struct Device::Impl {
   cl_device_id id = nullptr;  // of handle
   ClContext context;
   ClQueue queue;
+  ClQueue beside;  // for transfers; null: they go through `queue`
   Profiler profiler;
   double clock_offset_s = 0;  // host_seconds() = device timestamp [s] + offset
 
   struct Pending {
     std::string name;
     ClEvent event;
-    std::uint64_t items, bytes;
+    std::uint64_t items = 0, bytes = 0;
+    bool beside = false;
   };
   std::deque<Pending> pending;
 
@@ -77,10 +79,11 @@ struct Device::Impl {
     return double(nanoseconds) * 1e-9;
   }
 
-  // Events finish in order; called where the host has waited for the device anyway.
-  void resolve() {
+  // Called where the host has waited for the device anyway. Events of a queue finish in order.
+  // last: no event after that one; null: all that there are
+  void resolve(cl_event last) {
     double busy_s = 0;
-    while (!pending.empty()) {
+    for (bool more = true; more && !pending.empty();) {
       const Pending& front = pending.front();
       cl_int status = CL_QUEUED;
       clGetEventInfo(front.event.get(), CL_EVENT_COMMAND_EXECUTION_STATUS, sizeof status, &status, nullptr);
@@ -89,7 +92,11 @@ struct Device::Impl {
       const double begin = timestamp_s(front.event.get(), CL_PROFILING_COMMAND_START);
       const double end = timestamp_s(front.event.get(), CL_PROFILING_COMMAND_END);
       busy_s += end - begin;
-      profiler.record(front.name, begin + clock_offset_s, end + clock_offset_s, front.items, front.bytes);
+      if (front.beside)
+        profiler.record_beside(front.name, begin + clock_offset_s, end + clock_offset_s, front.bytes);
+      else
+        profiler.record(front.name, begin + clock_offset_s, end + clock_offset_s, front.items, front.bytes);
+      more = front.event.get() != last;
       pending.pop_front();
     }
     if (info.fault) info.fault->slow_down(busy_s);
@@ -107,7 +114,37 @@ struct Device::Impl {
   }
 
   void track(const char* name, cl_event event, std::uint64_t items, std::uint64_t bytes) {
-    pending.push_back({name, ClEvent(event), items, bytes});
+    pending.push_back({name, ClEvent(event), items, bytes, false});
+  }
+
+  cl_event enqueue_write(cl_bool blocking, const Buffer& buffer, const void* data, std::size_t bytes,
+                         std::size_t offset) {
+    may_fail(Fault::Call::transfer, "a transfer to the device");
+    cl_event event = nullptr;
+    check(clEnqueueWriteBuffer(queue.get(), buffer.impl_->mem.get(), blocking, offset, bytes, data, 0, nullptr, &event),
+          "a transfer to the device");
+    track("upload", event, 0, bytes);
+    return event;
+  }
+  Ticket enqueue_read(bool on_other_queue, const Buffer& buffer, void* data, std::size_t bytes, std::size_t offset) {
+    may_fail(Fault::Call::transfer, "a transfer from the device");
+    // Behind everything that was enqueued so far; what is pending no longer is done.
+    const cl_event before = on_other_queue && !pending.empty() ? pending.back().event.get() : nullptr;
+    if (before != nullptr) check(clFlush(queue.get()), "submitting work");
+    const cl_command_queue on = on_other_queue ? beside.get() : queue.get();
+    cl_event event = nullptr;
+    check(clEnqueueReadBuffer(on, buffer.impl_->mem.get(), CL_FALSE, offset, bytes, data, before != nullptr ? 1 : 0,
+                              before != nullptr ? &before : nullptr, &event),
+          "a transfer from the device");
+    pending.push_back({"read back", ClEvent(event), 0, bytes, on_other_queue});
+    if (on_other_queue) check(clFlush(on), "submitting work");
+    Ticket ticket;
+    ticket.impl_ = std::make_shared<Ticket::Impl>();
+    clRetainEvent(event);
+    ticket.impl_->event.reset(event);
+    ticket.impl_->data = data;
+    ticket.impl_->bytes = bytes;
+    return ticket;
   }
 };
 
@@ -121,6 +158,10 @@ Device::Device(const DeviceInfo& info) : impl_(std::make_unique<Impl>()) {
   impl_->check(code, "creating a context");
   impl_->queue.reset(clCreateCommandQueue(impl_->context.get(), impl_->id, CL_QUEUE_PROFILING_ENABLE, &code));
   impl_->check(code, "creating a queue");
+  if (!info.cpu) {
+    impl_->beside.reset(clCreateCommandQueue(impl_->context.get(), impl_->id, CL_QUEUE_PROFILING_ENABLE, &code));
+    impl_->check(code, "creating a queue");
+  }
 
   // One small transfer relates the device's clock to the host's.
   const std::uint32_t word = 0;
@@ -191,13 +232,11 @@ Buffer Device::upload(const void* data, std::size_t bytes) {
 }
 
 void Device::write(const Buffer& buffer, const void* data, std::size_t bytes, std::size_t offset) {
-  impl_->may_fail(Fault::Call::transfer, "a transfer to the device");
-  cl_event event = nullptr;
-  impl_->check(clEnqueueWriteBuffer(impl_->queue.get(), buffer.impl_->mem.get(), CL_TRUE, offset, bytes, data, 0,
-                                    nullptr, &event),
-               "a transfer to the device");
-  impl_->track("upload", event, 0, bytes);
-  impl_->resolve();
+  impl_->resolve(impl_->enqueue_write(CL_TRUE, buffer, data, bytes, offset));
+}
+
+void Device::write_later(const Buffer& buffer, const void* data, std::size_t bytes, std::size_t offset) {
+  impl_->enqueue_write(CL_FALSE, buffer, data, bytes, offset);
 }
 
 void Device::fill_zero(const Buffer& buffer) {
@@ -211,28 +250,22 @@ void Device::fill_zero(const Buffer& buffer) {
 
 void Device::read(const Buffer& buffer, void* data, std::size_t bytes, std::size_t offset) {
   wait(read_later(buffer, data, bytes, offset));
-  if (impl_->info.fault) impl_->info.fault->spoil(data, bytes);
 }
 
 Ticket Device::read_later(const Buffer& buffer, void* data, std::size_t bytes, std::size_t offset) {
-  impl_->may_fail(Fault::Call::transfer, "a transfer from the device");
-  cl_event event = nullptr;
-  impl_->check(clEnqueueReadBuffer(impl_->queue.get(), buffer.impl_->mem.get(), CL_FALSE, offset, bytes, data, 0,
-                                   nullptr, &event),
-               "a transfer from the device");
-  Ticket ticket;
-  ticket.impl_ = std::make_shared<Ticket::Impl>();
-  clRetainEvent(event);
-  ticket.impl_->event.reset(event);
-  impl_->track("read back", event, 0, bytes);
-  return ticket;
+  return impl_->enqueue_read(false, buffer, data, bytes, offset);
+}
+
+Ticket Device::read_beside(const Buffer& buffer, void* data, std::size_t bytes, std::size_t offset) {
+  return impl_->enqueue_read(impl_->beside != nullptr, buffer, data, bytes, offset);
 }
 
 void Device::wait(const Ticket& ticket) {
   impl_->may_fail(Fault::Call::wait, "waiting for the device");
   const cl_event event = ticket.impl_->event.get();
   impl_->check(clWaitForEvents(1, &event), "waiting for the device");
-  impl_->resolve();
+  impl_->resolve(event);
+  if (impl_->info.fault) impl_->info.fault->spoil(ticket.impl_->data, ticket.impl_->bytes);
 }
 
 void Device::begin_unit(std::uint64_t paths) {
@@ -259,12 +292,14 @@ void Device::flush() { impl_->check(clFlush(impl_->queue.get()), "submitting wor
 void Device::drain() noexcept {
   if (impl_->info.fault) (void)impl_->info.fault->at(Fault::Call::wait);
   clFinish(impl_->queue.get());
+  if (impl_->beside) clFinish(impl_->beside.get());
 }
 
 void Device::finish() {
   impl_->may_fail(Fault::Call::wait, "waiting for the device");
   impl_->check(clFinish(impl_->queue.get()), "waiting for the device");
-  impl_->resolve();
+  if (impl_->beside) impl_->check(clFinish(impl_->beside.get()), "waiting for the device");
+  impl_->resolve(nullptr);
 }
 
 }  // namespace eikon

@@ -29,6 +29,7 @@ struct DeviceInfo {
   /// Of the whole device's compute units, these are used: compute_units from first_unit on.
   std::uint32_t first_unit = 0, whole_units = 0;
   bool divisible = false;  // the driver makes sub-devices of some compute units
+  bool part = false;       // it was asked for as this part of a device
   [[nodiscard]] bool whole() const { return compute_units == whole_units; }
   /// Why there are not more of them, or not more memory; empty: it is the device that has no more.
   std::string units_limit, memory_limit;
@@ -129,7 +130,8 @@ class Program {
   std::shared_ptr<Impl> impl_;
 };
 
-/// An opened device: one context, one in-order queue, one profiler. One thread at a time.
+/// An opened device: one context, one in-order queue and, where it has memory of its own, another one for what it reads back beside
+/// its work; one profiler. One thread at a time.
 class Device {
  public:
   /// throws DeviceError
@@ -157,13 +159,19 @@ class Device {
   /// it. CPU devices read a DeviceVector's elements where they are; what other devices have, or has other alignment, is a copy.
   Buffer share(const void* data, std::size_t bytes);
 
-  /// Enqueues; returns when `data` may be reused.
+  /// Blocks until everything before it is done, and `data` may be reused.
   void write(const Buffer& buffer, const void* data, std::size_t bytes, std::size_t offset = 0);
+  /// Enqueues; `data` must live, untouched, until something that was enqueued later is done.
+  void write_later(const Buffer& buffer, const void* data, std::size_t bytes, std::size_t offset = 0);
   void fill_zero(const Buffer& buffer);
   /// Blocks until everything before it is done.
   void read(const Buffer& buffer, void* data, std::size_t bytes, std::size_t offset = 0);
   /// Enqueues; `data` must live, untouched, until wait().
   Ticket read_later(const Buffer& buffer, void* data, std::size_t bytes, std::size_t offset = 0);
+  /// The same; where the device has memory of its own, what is enqueued later does not wait for it, and must not write to `buffer`
+  /// before wait().
+  Ticket read_beside(const Buffer& buffer, void* data, std::size_t bytes, std::size_t offset = 0);
+  /// The profile then holds everything up to it, and nothing that was enqueued later.
   void wait(const Ticket& ticket);
   template <class T>
   std::vector<T> read_all(const Buffer& buffer) {

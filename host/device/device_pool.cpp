@@ -26,8 +26,8 @@ struct DevicePool::Lease::Idle {
 namespace {
 
 bool same_device(const DeviceInfo& a, const DeviceInfo& b) {
-  return a.index == b.index && a.platform == b.platform && a.name == b.name && a.first_unit == b.first_unit &&
-         a.compute_units == b.compute_units;
+  return a.index == b.index && a.cpu == b.cpu && a.platform == b.platform && a.name == b.name &&
+         a.first_unit == b.first_unit && a.compute_units == b.compute_units;
 }
 
 }  // namespace

@@ -136,8 +136,11 @@ void plan_faults(std::vector<DeviceInfo>& chosen) {
   if (text == nullptr || *text == '\0') return;
   std::map<std::uint32_t, std::vector<FaultPlan>> plans;
   for (const FaultPlan& plan : parse_faults(text)) plans[plan.device].push_back(plan);
-  for (DeviceInfo& info : chosen)
-    if (plans.count(info.position) != 0) info.fault = std::make_shared<Fault>(plans[info.position]);
+  for (DeviceInfo& info : chosen) {
+    if (plans.count(info.position) == 0) continue;
+    info.fault = std::make_shared<Fault>(plans[info.position]);
+    if (info.fault->acts_as_gpu()) info.cpu = false, info.gpu = true;
+  }
 }
 
 }  // namespace
@@ -180,6 +183,7 @@ std::vector<DeviceInfo> select_devices(const std::string& selection, unsigned th
         "no OpenCL device: no platform is installed; try: apt-get install pocl-opencl-icd, then `eikon devices`");
   Selection chosen = resolve_selection(selection, all, passes_canary);
   plan_faults(chosen.devices);
+  std::ranges::move(leave_cores_to_feeders(chosen.devices, host_limits().threads), std::back_inserter(chosen.notes));
   if (notes != nullptr) *notes = std::move(chosen.notes);
   return std::move(chosen.devices);
 }

@@ -12,6 +12,7 @@
 #include <thread>
 #include <utility>
 
+#include "core/clock.h"
 #include "core/error.h"
 
 namespace eikon {
@@ -29,7 +30,7 @@ std::vector<std::string> pieces(const std::string& text, char separator) {
 
 [[noreturn]] void refuse(const std::string& text, const std::string& why) {
   throw UsageError(fmt::format(
-      "EIKON_FAULT={}: {}; takes device:POSITION[:after=N][:above=N][:times=N][:error|oom|lost|hang|slow=F|wrong]",
+      "EIKON_FAULT={}: {}; takes device:POSITION[:after=N][:above=N][:times=N][:error|oom|lost|hang|slow=F|wrong|gpu]",
       text, why));
 }
 
@@ -45,7 +46,8 @@ Number number(const std::string& text, const std::string& digits) {
 void apply(FaultPlan& plan, const std::string& field, const std::string& text) {
   static const std::map<std::string, FaultPlan::Kind> kinds = {
       {"error", FaultPlan::Kind::error}, {"oom", FaultPlan::Kind::oom},   {"lost", FaultPlan::Kind::lost},
-      {"hang", FaultPlan::Kind::hang},   {"slow", FaultPlan::Kind::slow}, {"wrong", FaultPlan::Kind::wrong}};
+      {"hang", FaultPlan::Kind::hang},   {"slow", FaultPlan::Kind::slow}, {"wrong", FaultPlan::Kind::wrong},
+      {"gpu", FaultPlan::Kind::gpu}};
   const std::size_t equals = field.find('=');
   const std::string name = field.substr(0, equals);
   const auto value = [&] { return equals == std::string::npos ? std::string() : field.substr(equals + 1); };
@@ -88,6 +90,10 @@ std::vector<FaultPlan> parse_faults(const std::string& text) {
 
 Fault::Fault(std::vector<FaultPlan> plans) : plans_(std::move(plans)) {}
 
+bool Fault::acts_as_gpu() const {
+  return std::ranges::any_of(plans_, [](const FaultPlan& plan) { return plan.kind == FaultPlan::Kind::gpu; });
+}
+
 void Fault::begin_unit(std::uint64_t paths) {
   const std::lock_guard lock(mutex_);
   ++units_;
@@ -114,7 +120,8 @@ int Fault::at(Call call) {
       const bool early = !plan.after && ((plan.kind == FaultPlan::Kind::lost && call == Call::open) ||
                                          (plan.kind == FaultPlan::Kind::oom && call == Call::allocate));
       const bool in_unit = first_launch && units_ > plan.after.value_or(0) && paths_ > plan.above;
-      const bool fails = plan.kind != FaultPlan::Kind::slow && plan.kind != FaultPlan::Kind::wrong;
+      const bool fails = plan.kind != FaultPlan::Kind::slow && plan.kind != FaultPlan::Kind::wrong &&
+                         plan.kind != FaultPlan::Kind::gpu;
       if (fails && code == CL_SUCCESS && plan.times > 0 && (early || in_unit)) code = fail(plan);
     }
   }
@@ -122,11 +129,19 @@ int Fault::at(Call call) {
   return code;
 }
 
-void Fault::slow_down(double busy_s) const {
+void Fault::slow_down(double busy_s) {
   double factor = 1;
   for (const FaultPlan& plan : plans_)
     if (plan.kind == FaultPlan::Kind::slow) factor *= plan.factor;
-  if (factor > 1) std::this_thread::sleep_for(std::chrono::duration<double>((factor - 1) * busy_s));
+  if (factor <= 1 || busy_s <= 0) return;
+  double rest_s = 0;
+  {
+    const std::lock_guard lock(mutex_);
+    const double now_s = host_seconds();
+    slow_until_s_ = std::max(slow_until_s_, now_s - busy_s) + factor * busy_s;
+    rest_s = slow_until_s_ - now_s;
+  }
+  if (rest_s > 0) std::this_thread::sleep_for(std::chrono::duration<double>(rest_s));
 }
 
 void Fault::spoil(void* data, std::size_t bytes) const {

@@ -13,6 +13,7 @@
 //             hang    the call that launches the unit never returns, and neither does any later one
 //             slow=F  the device takes F times as long for everything; takes neither after nor above nor times
 //             wrong   what is read back from the device is wrong in one bit of each transfer
+//             gpu     no fault: a CPU device is driven as a GPU is
 //
 // For example device:1:after=3 or device:0:slow=10;device:1:times=1:oom:after=2. Without the variable a device does not
 // even have a Fault.
@@ -29,7 +30,7 @@
 namespace eikon {
 
 struct FaultPlan {
-  enum class Kind { error, oom, lost, hang, slow, wrong };
+  enum class Kind { error, oom, lost, hang, slow, wrong, gpu };
   std::uint32_t device = 0;  // position among those selected
   Kind kind = Kind::error;
   std::optional<std::uint64_t> after;                               // work units
@@ -48,12 +49,15 @@ class Fault {
   enum class Call { open, allocate, launch, transfer, wait };
 
   explicit Fault(std::vector<FaultPlan> plans);
+  /// The device is to be taken for a GPU.
+  [[nodiscard]] bool acts_as_gpu() const;
   /// The next launch begins a work unit of so many paths.
   void begin_unit(std::uint64_t paths);
   /// Every call of the device comes through here first. returns the OpenCL code that it is to fail with, or 0
   [[nodiscard]] int at(Call call);
-  /// The device was busy for so long: sleeps for what it lacks to be as slow as planned.
-  void slow_down(double busy_s) const;
+  /// The device was busy for so long, until now at the latest: sleeps for what it lacks to be as slow as planned. What it did meanwhile
+  /// counts as done after that.
+  void slow_down(double busy_s);
   /// Spoils what was read, if planned.
   void spoil(void* data, std::size_t bytes) const;
 
@@ -65,6 +69,7 @@ class Fault {
   std::uint64_t units_ = 0, paths_ = 0;  // units begun, and of the last one
   bool begins_ = false;                  // a unit, whose first launch is yet to come
   bool lost_ = false;
+  double slow_until_s_ = 0;  // host_seconds(): when a device that slow had done all that was told
   std::atomic<bool> hung_ = false;
 };
 

@@ -44,6 +44,13 @@ void Profiler::record(const std::string& name, double begin_s, double end_s, std
   if (trace_ != nullptr) trace_->span(track_, name, begin_s, end_s);
 }
 
+void Profiler::record_beside(const std::string& name, double begin_s, double end_s, std::uint64_t bytes) {
+  StageTotals& stage = totals_[name];
+  stage.add(end_s - begin_s);
+  stage.bytes += bytes;
+  if (trace_ != nullptr) trace_->span(beside_track_, name, begin_s, end_s);
+}
+
 void Profiler::divide(const std::string& name, const std::map<std::string, double>& shares) {
   const double whole = std::exchange(undivided_s_[name], 0.0);
   for (const auto& [stage_name, share] : shares) {

@@ -32,6 +32,8 @@ class Profiler {
  public:
   /// A finished launch or transfer: seconds on the clock of host_seconds().
   void record(const std::string& name, double begin_s, double end_s, std::uint64_t items, std::uint64_t bytes);
+  /// The same of a transfer that other commands do not wait for.
+  void record_beside(const std::string& name, double begin_s, double end_s, std::uint64_t bytes);
   /// Adds items to a stage whose count became known only after its launch.
   void add_items(const std::string& name, std::uint64_t items) { totals_[name].items += items; }
   /// Books parts of what launches of `name` took since the last call on other stages: those that ran within them.
@@ -42,8 +44,10 @@ class Profiler {
   std::map<std::string, StageTotals> apart(const std::string& name, const std::function<void()>& work);
   /// What came so far opened the device; totals begin anew.
   void restart();
-  /// Also tells `trace` every span, for --profile; null: no more.
-  void follow(Trace* trace, Trace::Track track) { trace_ = trace, track_ = track; }
+  /// Also tells `trace` every span, for --profile; null: no more. beside: the track of transfers that nothing waits for
+  void follow(Trace* trace, Trace::Track track, Trace::Track beside) {
+    trace_ = trace, track_ = track, beside_track_ = beside;
+  }
 
   [[nodiscard]] const std::map<std::string, StageTotals>& totals() const { return totals_; }
   /// The same of what came before restart().
@@ -59,7 +63,7 @@ class Profiler {
   StageTotals gaps_;
   double last_end_s_ = -1;  // of the last command; negative: there was none
   Trace* trace_ = nullptr;
-  Trace::Track track_ = 0;
+  Trace::Track track_ = 0, beside_track_ = 0;
 };
 
 }  // namespace eikon

@@ -80,6 +80,7 @@ DeviceInfo part_of(const DeviceInfo& whole, const SelectionEntry& entry, std::ui
   const std::uint32_t units = entry.parts[number];
   part.first_unit = whole.first_unit + first;
   part.compute_units = units;
+  part.part = true;
   const char* const noun = whole.cpu ? "core" : "unit";
   part.name += units == 1 ? fmt::format(" [{} {} of {}]", noun, first + 1, whole.compute_units)
                           : fmt::format(" [{}s {} to {} of {}]", noun, first + 1, first + units, whole.compute_units);
@@ -213,6 +214,21 @@ Selection resolve_selection(const std::string& selection, const std::vector<Devi
                  fmt::format("devices {} ({}, {}) and {} ({}, {}) are one piece of hardware, and will share it",
                              a.index, a.name, a.platform, b.index, b.name, b.platform));
   return result;
+}
+
+std::vector<std::string> leave_cores_to_feeders(std::vector<DeviceInfo>& chosen, unsigned host_threads) {
+  const auto fed = unsigned(std::ranges::count_if(chosen, [](const DeviceInfo& info) { return !info.cpu; }));
+  const unsigned most = host_threads > fed ? host_threads - fed : 1;
+  std::vector<std::string> notes;
+  for (DeviceInfo& info : chosen) {
+    if (fed == 0 || !info.cpu || info.part || !info.divisible || info.compute_units <= most) continue;
+    notes.push_back(fmt::format("device {} ({}) works with {} of {} cores: the rest is for the thread{} that feed{} {}",
+                                info.selector, info.name, most, info.compute_units, fed > 1 ? "s" : "",
+                                fed > 1 ? "" : "s", fed > 1 ? "the other devices" : "the other device"));
+    info.compute_units = most;
+    info.units_limit = "the threads that feed other devices";
+  }
+  return notes;
 }
 
 void hold_to_limits(DeviceInfo& info, const HostLimits& host, unsigned threads) {

@@ -50,6 +50,11 @@ struct Selection {
     const std::string& selection, const std::vector<DeviceInfo>& all,
     const std::function<bool(const DeviceInfo&)>& trusted = [](const DeviceInfo&) { return true; });
 
+/// Leaves a core for each thread that feeds another device than a CPU: those threads wait for their devices most of the time, in some
+/// drivers without sleeping, and where a CPU device has all cores they get theirs too late. Parts that were asked for stay as they are.
+/// host_threads: that the process may use. returns what to say about it, a line for each device that has less now
+std::vector<std::string> leave_cores_to_feeders(std::vector<DeviceInfo>& chosen, unsigned host_threads);
+
 /// Takes what a CPU device has beyond what the process may use. threads: 0, or at most so many compute units
 void hold_to_limits(DeviceInfo& info, const HostLimits& host, unsigned threads);
 

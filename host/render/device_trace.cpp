@@ -11,6 +11,7 @@ DeviceTrace::DeviceTrace(Trace* trace, const DeviceInfo& info) : trace_(trace) {
   if (trace_ == nullptr) return;
   thread_ = trace_->add_track(fmt::format("device {}: host thread", info.selector));
   queue_ = trace_->add_track(fmt::format("device {}: queue of {}", info.selector, info.name));
+  if (!info.cpu) beside_ = trace_->add_track(fmt::format("device {}: read back beside it", info.selector));
   rate_ = fmt::format("Mrays/s, device {}", info.selector);
 }
 

@@ -8,18 +8,20 @@
 
 namespace eikon {
 
-/// A device's two tracks, its queue and the thread of the host that feeds it, and its rays per second; of a null trace, nothing.
+/// A device's tracks, its queue, the thread of the host that feeds it and, where it has memory of its own, what it reads back beside its
+/// work; and its rays per second. Of a null trace, nothing.
 class DeviceTrace {
  public:
   DeviceTrace(Trace* trace, const DeviceInfo& info);
   [[nodiscard]] Trace::Track thread() const { return thread_; }
   [[nodiscard]] Trace::Track queue() const { return queue_; }
+  [[nodiscard]] Trace::Track beside() const { return beside_; }
   /// so_far  rays of all units; the first one began at begin_s, the last one ended now
   void count_rays(const RayCounts& so_far, double begin_s, double now_s);
 
  private:
   Trace* trace_;
-  Trace::Track thread_ = 0, queue_ = 0;
+  Trace::Track thread_ = 0, queue_ = 0, beside_ = 0;
   std::string rate_;
   double counted_s_ = 0;
   std::uint64_t counted_ = 0;

@@ -43,7 +43,7 @@ class WavefrontRunner : public UnitRunner {
   WavefrontRunner& operator=(const WavefrontRunner&) = delete;
   ~WavefrontRunner() override {
     if (!stay_) lease_.guest().reset();
-    lease_->profiler().follow(nullptr, Trace::kMain);  // which others may take next
+    lease_->profiler().follow(nullptr, Trace::kMain, Trace::kMain);  // which others may take next
   }
 
   [[nodiscard]] UnitLimits limits() const override {
@@ -77,16 +77,19 @@ class WavefrontRunner : public UnitRunner {
   }
   UnitResult finish(const Next& next) override {
     if (failed_) std::rethrow_exception(std::exchange(failed_, nullptr));
+    TraceScope driving = scope("launch");
+    wavefront_.drive();
+    driving.end();
+    try {
+      if (const std::optional<WorkUnit> unit = next()) begin(*unit);
+    } catch (...) {
+      failed_ = std::current_exception();  // the result may be there none the less
+    }
     TraceScope waiting = scope("wait");
     UnitResult result = wavefront_.finish();
     waiting.end();
     rays_ += result.rays;
     trace_.count_rays(rays_, begin_s_, host_seconds());
-    try {
-      if (const std::optional<WorkUnit> unit = next()) begin(*unit);
-    } catch (...) {
-      failed_ = std::current_exception();  // the result is there none the less
-    }
     return result;
   }
 
@@ -95,7 +98,7 @@ class WavefrontRunner : public UnitRunner {
     const TraceScope opening = scope("open");
     const double begin_s = host_seconds();
     DevicePool::Lease lease = pool_.take(info);
-    lease->profiler().follow(timeline_.get(), trace_.queue());
+    lease->profiler().follow(timeline_.get(), trace_.queue(), trace_.beside());
     open_s_ = host_seconds() - begin_s;
     return lease;
   }

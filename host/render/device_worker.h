@@ -26,8 +26,8 @@ class UnitRunner {
   virtual void describe(DeviceReport& report) = 0;
   /// The first unit after a pause. throws DeviceError
   virtual void begin(const WorkUnit& unit) = 0;
-  /// Waits for the unit that was begun, and begins what `next` says as soon as the device has room for it. The result lasts until the next
-  /// call. throws DeviceError for the unit that was begun; what is wrong with the next one is thrown by the next call.
+  /// Begins what `next` says as soon as the device has room for it, and waits for the unit that was begun before that. The result lasts until
+  /// the next call. throws DeviceError for the unit that it waits for; what is wrong with the next one is thrown by the next call.
   virtual UnitResult finish(const Next& next) = 0;
   /// A span of the thread that drives it, for --profile.
   [[nodiscard]] virtual TraceScope scope(const char* name) { return {nullptr, Trace::kMain, name}; }

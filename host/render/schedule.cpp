@@ -14,7 +14,7 @@ constexpr std::size_t kNobody = ~std::size_t{0};
 constexpr std::uint64_t kFirstUnit = 1024;  // paths of a unit while nothing is known: milliseconds even on slow devices
 constexpr std::uint64_t kGrowth = 8;        // a unit is at most so many times the largest that was measured
 constexpr double kShare = 1.0 / 3;          // of what is left, that the units dealt next make up
-constexpr double kLongestUnit_s = 1.0;      // an interruption or a checkpoint waits for that, and a fault loses it
+constexpr double kLongestUnit_s = 0.5;      // an interruption waits for two of them, and a fault loses them
 constexpr double kOverheadShare = 0.04;     // of a unit's time
 constexpr double kShortestUnit_s = 4e-3;    // whatever the overhead: timing and threads are no better than that
 constexpr double kNewWeight = 0.4;          // of a new measurement, against all before it
@@ -80,16 +80,27 @@ std::optional<double> Schedule::expected_s(std::uint64_t id) const {
   return expected_s(devices_[flight->second.device], flight->second.unit.path_count());
 }
 
-// What is late is expected to be late by as much again; where nothing is known, as if it should be there by now.
-double Schedule::free_at(std::size_t device, double now_s) const {
-  const auto flight = flights_.find(devices_[device].flying);
-  return flight == flights_.end() ? now_s : end_s(flight->second, now_s);
+/// When the device will have done its units up to that one. What is late is expected to be late by as much again; where nothing is
+/// known, as if it should be there by now.
+double Schedule::end_s(std::size_t device, std::uint64_t last_id, double now_s) const {
+  const DeviceState& d = devices_[device];
+  double end_s = now_s;
+  bool first = true;
+  for (const auto& [id, flight] : flights_) {
+    if (flight.device != device || id > last_id) continue;
+    const double unit_s = d.path_s > 0 ? expected_s(d, flight.unit.path_count()) : 0;
+    const double due_s = (first ? flight.begin_s : end_s) + unit_s;
+    end_s = now_s < due_s ? due_s : now_s + (now_s - due_s);
+    first = false;
+  }
+  return end_s;
 }
 
-double Schedule::end_s(const Flight& flight, double now_s) const {
-  const DeviceState& d = devices_[flight.device];
-  const double due_s = flight.dealt_s + (d.path_s > 0 ? expected_s(d, flight.unit.path_count()) : 0);
-  return now_s < due_s ? due_s : now_s + (now_s - due_s);
+double Schedule::free_at(std::size_t device, double now_s) const { return end_s(device, next_id_, now_s); }
+
+bool Schedule::is_idle(std::size_t device) const {
+  return std::none_of(flights_.begin(), flights_.end(),
+                      [&](const auto& flight) { return flight.second.device == device; });
 }
 
 /// When all devices of known rate but one have done so many paths, after the units that they have. Infinite: there are none.
@@ -122,10 +133,11 @@ std::uint64_t Schedule::least_size(const DeviceState& device) const {
 std::uint64_t Schedule::unit_size(std::size_t device, double now_s) {
   DeviceState& d = devices_[device];
   const auto left = double(pool_.path_count());
+  const double begin_s = free_at(device, now_s);
   const double others_s = finish_s(left, device, now_s);  // when the others would be done with all of it
   if (d.path_s == 0) {
     // It is not worth waiting for a device of which nothing is known.
-    if (others_s < now_s + kShortestUnit_s) return 0;
+    if (others_s < begin_s + kShortestUnit_s) return 0;
     return others_take_part(device) ? std::min(kFirstUnit, d.limits.capacity) : d.limits.grain;
   }
   const double most_s = kLongestUnit_s / d.path_s;
@@ -135,14 +147,14 @@ std::uint64_t Schedule::unit_size(std::size_t device, double now_s) {
   const double until_s = finish_s(left, kNobody, now_s);
   // The whole device is used where that is not too long for the end.
   const std::uint64_t least = std::min(std::max(least_size(d), d.limits.grain), most);
-  const double share = kShare * (until_s - now_s) / d.path_s;
+  const double share = kShare * std::max(until_s - begin_s, 0.0) / d.path_s;
   std::uint64_t size = std::clamp(share < double(most) ? std::uint64_t(share) : most, least, most);
-  if (now_s + expected_s(d, size) > until_s) {
-    const double fitting = (until_s - now_s - d.overhead_s) / d.path_s;
+  if (begin_s + expected_s(d, size) > until_s) {
+    const double fitting = (until_s - begin_s - d.overhead_s) / d.path_s;
     const std::uint64_t small = std::max<std::uint64_t>(least / 4, 1);
     size = fitting > double(small) ? std::min(std::uint64_t(fitting), size) : small;
   }
-  if (now_s + expected_s(d, size) <= others_s) return size;
+  if (begin_s + expected_s(d, size) <= others_s) return size;
   return flights_.empty() && is_quickest(device, size) ? size : 0;  // if nobody does it, it stays undone
 }
 
@@ -175,16 +187,17 @@ std::optional<WorkUnit> Schedule::take_returned(std::size_t device) {
 /// The unit of another device that this one would have done soonest before that one; 0: none.
 std::uint64_t Schedule::late_flight(std::size_t device, double now_s) const {
   const DeviceState& d = devices_[device];
-  if (d.path_s == 0) return 0;
+  const bool known = d.path_s > 0;  // else it gets what is small, as if that took as long as a unit may
+  const std::uint64_t most = known ? d.limits.capacity : std::min(kFirstUnit, d.limits.capacity);
   std::uint64_t best = 0;
   double best_s = 0;
   for (const auto& [id, flight] : flights_) {
-    if (flight.device == device || flight.twin != 0 || flight.unit.path_count() > d.limits.capacity) continue;
+    if (flight.device == device || flight.twin != 0 || flight.unit.path_count() > most) continue;
     if (!devices_[flight.device].takes_part) continue;
-    const double gain_s = end_s(flight, now_s) - (now_s + expected_s(d, flight.unit.path_count()));
+    const double own_s = known ? expected_s(d, flight.unit.path_count()) : kLongestUnit_s;
+    const double gain_s = end_s(flight.device, id, now_s) - (now_s + own_s);
     // Not for what may be noise of the measurements.
-    if (gain_s > std::max(best_s, kShortestUnit_s + 0.25 * expected_s(d, flight.unit.path_count())))
-      best = id, best_s = gain_s;
+    if (gain_s > std::max(best_s, kShortestUnit_s + 0.25 * own_s)) best = id, best_s = gain_s;
   }
   return best;
 }
@@ -194,8 +207,7 @@ Schedule::Dealt Schedule::deal(std::size_t device, const WorkUnit& unit, double 
   Flight& flight = flights_[id];
   flight.device = device;
   flight.unit = unit;
-  flight.dealt_s = now_s;
-  devices_[device].flying = id;
+  flight.begin_s = now_s;
   return {id, unit};
 }
 
@@ -211,7 +223,8 @@ std::optional<Schedule::Dealt> Schedule::next(std::size_t device, double now_s) 
     }
     return deal(device, *pool_.take(size, most_samples_), now_s);
   }
-  const std::uint64_t late = late_flight(device, now_s);
+  // What comes of it may not count: not behind a unit that does, where nothing could call it off.
+  const std::uint64_t late = is_idle(device) ? late_flight(device, now_s) : 0;
   if (late == 0) return std::nullopt;
   const Dealt twin = deal(device, flights_.at(late).unit, now_s);
   flights_.at(late).twin = twin.id;
@@ -243,6 +256,8 @@ bool Schedule::finished(std::uint64_t id, double begin_s, double now_s) {
   const Flight flight = found->second;
   flights_.erase(found);
   if (flight.twin != 0) flights_.erase(flight.twin);  // what comes of it does not count
+  for (auto& [other_id, other] : flights_)
+    if (other.device == flight.device) other.begin_s = std::max(other.begin_s, now_s);  // only now
   left_ -= flight.unit.path_count();
   measure(devices_[flight.device], flight.unit.path_count(), now_s - begin_s);
   return true;

@@ -43,7 +43,8 @@ class Schedule {
   /// A device takes part no longer. Its units are dealt again; finished() is false for them.
   void leave(std::size_t device);
 
-  /// The next unit of a device that takes part, or nothing: no work for it now. There may be some later, unless complete().
+  /// The next unit of a device that takes part, or nothing: no work for it now. There may be some later, unless complete(). A device
+  /// does its units in the order in which it got them; it may ask before it has done the last.
   [[nodiscard]] std::optional<Dealt> next(std::size_t device, double now_s);
   /// A unit's result is there. begin_s: when the device began it. false: it does not count, since another device's counted,
   /// or the unit was taken away
@@ -75,13 +76,12 @@ class Schedule {
     std::uint64_t largest = 0, smallest = 0;  // units measured; 0: none
     double smallest_s = 0, largest_s = 0;
     bool split_known = false;  // overhead and rate apart
-    std::uint64_t flying = 0;  // id of the unit that it was dealt last, while that counts
     double left_out_at = 0;
   };
   struct Flight {
     std::size_t device = 0;
     WorkUnit unit;
-    double dealt_s = 0;
+    double begin_s = 0;      // dealt, or the one before it came to its end
     std::uint64_t twin = 0;  // id of the same unit on another device
   };
   struct Returned {
@@ -97,8 +97,9 @@ class Schedule {
   std::uint64_t next_id_ = 1, left_ = 0, opened_ = 0, most_samples_ = 1;
 
   [[nodiscard]] double expected_s(const DeviceState& device, std::uint64_t paths) const;
-  [[nodiscard]] double end_s(const Flight& flight, double now_s) const;
+  [[nodiscard]] double end_s(std::size_t device, std::uint64_t last_id, double now_s) const;
   [[nodiscard]] double free_at(std::size_t device, double now_s) const;
+  [[nodiscard]] bool is_idle(std::size_t device) const;
   [[nodiscard]] double finish_s(double paths, std::size_t without, double now_s) const;
   [[nodiscard]] std::uint64_t unit_size(std::size_t device, double now_s);
   [[nodiscard]] bool is_quickest(std::size_t device, std::uint64_t paths) const;

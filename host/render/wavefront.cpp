@@ -12,6 +12,7 @@
 #include "device/canary.h"
 #include "device/kernel_sources.h"
 #include "render/frame.h"
+#include "render/scene_buffers.h"
 #include "render/stage_sampler.h"
 #include "render/stage_shares.h"
 
@@ -20,6 +21,7 @@ namespace {
 
 constexpr std::uint32_t kGroup = 64;  // work-items of a work-group on GPU devices
 constexpr std::uint32_t kMaxBlockPixels = 128 * 128;
+constexpr std::uint32_t kNoPaths = 0;
 
 std::uint32_t divide_up(std::uint64_t a, std::uint64_t b) { return std::uint32_t((a + b - 1) / b); }
 
@@ -43,16 +45,28 @@ struct Wavefront::Impl {
   bool has_environment, has_shadow;
   Arguments arguments;
   std::map<std::string, Kernel> kernels;
-  Buffer frame_buffer, pixels_buffer, state_buffer, counts_buffer, slots_buffer, sums_buffer, rejected_buffer,
-      diagnostics_buffer, next_path_buffer, tallies_buffer;
+  Buffer frame_buffer, pixels_buffer, state_buffer, counts_buffer, slots_buffer, diagnostics_buffer, next_path_buffer,
+      tallies_buffer;
   ArithmeticClass arithmetic;
   ProgramOptions sampled_options;
   std::uint64_t bytes = 0;
   double upload_s = 0;
 
-  WorkUnit unit;  // that was begun
-  std::vector<std::uint32_t> pixels, finished_pixels, sums, rejected;
-  std::vector<WorkerTally> tallies;
+  /// Of a unit under way: what is on its way to the device, and back. Two at a time, so that the device always has the next one.
+  struct Slot {
+    WorkUnit unit;
+    Frame frame;
+    Diagnostics nothing{}, diagnostics{};
+    std::vector<std::uint32_t> pixels, sums, rejected;
+    std::vector<WorkerTally> tallies;
+    Buffer sums_buffer, rejected_buffer;
+    RayCounts rays;
+    Kernel film;
+    Ticket tallied, summed;
+  };
+  std::array<Slot, 2> slots;
+  std::uint64_t begun = 0, driven = 0, finished = 0;         // units so far
+  std::function<void(std::uint32_t depth)> after_intersect;  // for replay; the device is not let run ahead then
   Bounces bounces{};
   Trace* timeline;
   std::string live_counter;               // its name there
@@ -87,7 +101,7 @@ struct Wavefront::Impl {
       upload();
       uploading.end();
       const TraceScope warming = scope("warm up");
-      for (auto& [name, kernel] : kernels) kernel.bind(arguments);
+      bind();
       warm_up();
     } catch (...) {
       device.drain();
@@ -97,7 +111,7 @@ struct Wavefront::Impl {
 
   void restart(const Settings& settings, const Execution& execution) {
     const Frame before = std::exchange(frame, pack_frame(scene, settings));
-    frame.film_stride = before.film_stride, frame.pixel_stride = before.pixel_stride;
+    frame.film_stride = before.film_stride;
     timeline = execution.trace.get();
     bounces = {};
     upload_s = counted_s = 0;
@@ -131,14 +145,18 @@ struct Wavefront::Impl {
     const Program program = device.build(kernel_text(files), options);
     require_canary(device, program);
     arithmetic = probe_arithmetic(device, program);
-    for (const std::string& stage : stages) kernels[stage] = program.kernel(stage);
+    for (const std::string& stage : stages)
+      if (stage != "film") kernels[stage] = program.kernel(stage);
+    slots[0].film = program.kernel("film");
+    slots[1].film = device.info().cpu ? slots[0].film : program.kernel("film");
     sampled_options = std::move(options);
   }
 
   /// Where kernel `paths` cannot tell how its stages share it.
   void make_sampler() {
-    device.read(tallies_buffer, tallies.data(), sizeof(WorkerTally));
-    if ((tallies.front().begin[0] | tallies.front().begin[1]) != 0) return;
+    WorkerTally tally;
+    device.read(tallies_buffer, &tally, sizeof tally);
+    if ((tally.begin[0] | tally.begin[1]) != 0) return;
     std::vector<std::string> stages, files;
     for (const char* stage : {"generate", "intersect", "miss", "shade", "shadow"}) {
       const std::string name = stage;
@@ -160,62 +178,34 @@ struct Wavefront::Impl {
     bytes += size;
     return device.allocate(size);
   }
-  // The arrays are the scene's, which outlives this; a CPU device reads them there.
-  template <class Array>
-  void upload_array(const char* name, const Array& values) {
-    // An argument needs a buffer even where there is nothing: one record of zeros, never read.
-    static const Array nothing(1);
-    const Array& source = values.empty() ? nothing : values;
-    const std::size_t size = source.size() * sizeof(source[0]);
-    bytes += size;
-    arguments.set(name, device.share(source.data(), size));
-  }
-
-  void upload_texels() {
-    const Buffer texels = allocate(4 * std::max<std::size_t>(scene.texel_count(), 1));
-    std::size_t offset = 0;
-    for (const std::span<const std::uint32_t> part : scene.texels) {
-      device.write(texels, part.data(), part.size_bytes(), offset);
-      offset += part.size_bytes();
-    }
-    arguments.set("texels", texels);
+  /// Of the sums of so many pixels.
+  [[nodiscard]] std::size_t sum_words(std::size_t pixel_count) const {
+    return std::size_t{replicates} * channels * EK_FILM_LIMBS * (pixel_count + EK_PAD);
   }
 
   void upload() {
     const double begin = host_seconds();
-    upload_array("accel_nodes", accel().nodes);
-    upload_array("accel_leaves", accel().leaves);
-    upload_array("triangles", scene.triangles);
-    upload_array("shapes", scene.shapes);
-    upload_array("triangle_normals", scene.normals);
-    upload_array("triangle_tangents", scene.tangents);
-    upload_array("triangle_colors", scene.colors);
-    upload_array("materials", scene.materials);
-    upload_array("material_extensions", scene.material_extensions);
-    upload_array("textures", scene.textures);
-    upload_texels();
-    upload_array("lights", scene.lights);
-    upload_array("light_buckets", scene.light_buckets);
-    upload_array("environment_texels", scene.environment_texels);
-    upload_array("environment_buckets", scene.environment_buckets);
-    upload_array("filter_table", filter);
-
-    const std::size_t slots = std::size_t{config.chunk + EK_PAD} * config.held_chunks();
+    bytes += upload_scene(device, scene, accel(), filter, arguments);
+    const std::size_t places = std::size_t{config.chunk + EK_PAD} * config.held_chunks();
     const std::uint32_t capacity = config.capacity();
     frame.film_stride = capacity + EK_PAD;
     const std::uint32_t pixel_capacity = std::min(capacity, kMaxBlockPixels);
-    frame.pixel_stride = pixel_capacity + EK_PAD;
     frame_buffer = allocate(sizeof(Frame));
     pixels_buffer = allocate(4 * std::size_t{pixel_capacity});
-    state_buffer = allocate(4 * slots * state.words);
+    state_buffer = allocate(4 * places * state.words);
     counts_buffer = allocate(16 * std::size_t{config.chunks});
     slots_buffer = allocate(4 * std::size_t{channels} * frame.film_stride + 4 * EK_PAD);
-    sums_buffer = allocate(4 * std::size_t{replicates} * channels * EK_FILM_LIMBS * frame.pixel_stride);
-    rejected_buffer = allocate(4 * std::size_t{replicates} * frame.pixel_stride);
+    for (Slot& slot : slots) {
+      // A device that reads back beside its work writes the next sums meanwhile.
+      const bool shares = device.info().cpu && slots[0].sums_buffer;
+      slot.sums_buffer = shares ? slots[0].sums_buffer : allocate(4 * sum_words(pixel_capacity));
+      slot.rejected_buffer =
+          shares ? slots[0].rejected_buffer : allocate(4 * std::size_t{replicates} * (pixel_capacity + EK_PAD));
+    }
     diagnostics_buffer = allocate(sizeof(Diagnostics));
     next_path_buffer = allocate(4);
-    tallies.resize(config.workers);
-    tallies_buffer = allocate(tallies.size() * sizeof(WorkerTally));
+    for (Slot& slot : slots) slot.tallies.resize(config.workers);
+    tallies_buffer = allocate(config.workers * sizeof(WorkerTally));
     // Lanes without a path read these before anyone wrote them; zeros are valid indices.
     device.fill_zero(state_buffer);
     device.fill_zero(slots_buffer);
@@ -227,8 +217,6 @@ struct Wavefront::Impl {
     arguments.set("path_state", state_buffer);
     arguments.set("counts", counts_buffer);
     arguments.set("film_slots", slots_buffer);
-    arguments.set("film_sums", sums_buffer);
-    arguments.set("film_rejected", rejected_buffer);
     arguments.set("diagnostics", diagnostics_buffer);
     arguments.set("next_path", next_path_buffer);
     arguments.set("tallies", tallies_buffer);
@@ -239,6 +227,16 @@ struct Wavefront::Impl {
     upload_s = host_seconds() - begin;
   }
 
+  void bind() {
+    for (auto& [name, kernel] : kernels) kernel.bind(arguments);
+    for (Slot& slot : slots) {
+      Arguments own = arguments;
+      own.set("film_sums", slot.sums_buffer);
+      own.set("film_rejected", slot.rejected_buffer);
+      slot.film.bind(own);
+    }
+  }
+
   /// Launches every kernel once on a unit without paths: some drivers make machine code at the first launch, and that is
   /// compiling, not rendering.
   void warm_up() {
@@ -246,37 +244,48 @@ struct Wavefront::Impl {
     const double begin = host_seconds(), compiled_s = profiler.compile_s;
     device.write(frame_buffer, &frame, sizeof frame);
     for (const auto& [name, kernel] : kernels) device.run(kernel, 1, config.chunked ? 1 : kGroup);
+    for (const Slot& slot : slots) device.run(slot.film, 1, config.chunked ? 1 : kGroup);
     device.finish();
     if (config.fused) make_sampler();
     profiler.compile_s = compiled_s + (host_seconds() - begin);  // a driver may compile behind the launch
     profiler.restart();
   }
 
-  /// Launches a stage over paths, if this scene needs it: a work-item per chunk, or one for each of `most` queue entries.
-  void run_stage(const char* name, std::uint32_t depth, std::uint64_t most) {
+  /// Launches a stage over the paths of a unit, if this scene needs it: a work-item per chunk, or one for each of `most` queue entries.
+  void run_stage(const char* name, std::uint32_t depth, std::uint64_t most, const Slot& slot) {
     const auto found = kernels.find(name);
     if (found == kernels.end()) return;
     found->second.set("depth", depth);
     if (config.chunked)
-      device.run(found->second, used_chunks(), 1);
+      device.run(found->second, used_chunks(slot), 1);
     else
       device.run(found->second, divide_up(most, kGroup), kGroup);
   }
-  /// The film's work-items own pixels, not paths.
-  void run_film() {
+  [[nodiscard]] std::uint32_t used_chunks(const Slot& slot) const {
+    return config.chunked ? divide_up(slot.frame.path_count, config.chunk) : 1;
+  }
+  /// The film's work-items own pixels, not paths. Its sums are read back behind it.
+  void run_film(Slot& slot) {
+    const std::uint32_t pixel_count = slot.frame.pixel_count;
     if (config.chunked)
-      device.run(kernels.at("film"), divide_up(frame.pixel_count, EK_FILM_PIXELS), 1, frame.path_count);
+      device.run(slot.film, divide_up(pixel_count, EK_FILM_PIXELS), 1, slot.frame.path_count);
     else
-      device.run(kernels.at("film"), divide_up(frame.pixel_count, kGroup), kGroup, frame.path_count);
+      device.run(slot.film, divide_up(pixel_count, kGroup), kGroup, slot.frame.path_count);
+    slot.sums.resize(sum_words(pixel_count));
+    slot.rejected.resize(std::size_t{replicates} * slot.frame.pixel_stride);
+    // In the queue, since the next unit clears it; the last of the large ones is waited for.
+    device.read_later(diagnostics_buffer, &slot.diagnostics, sizeof slot.diagnostics);
+    device.read_beside(slot.rejected_buffer, slot.rejected.data(), 4 * slot.rejected.size());
+    slot.summed = device.read_beside(slot.sums_buffer, slot.sums.data(), 4 * slot.sums.size());
+    device.flush();
   }
 
   /// The whole algorithm, in one launch.
-  void launch_fused() {
-    const std::uint32_t zero = 0;
-    device.write(next_path_buffer, &zero, sizeof zero);
-    device.run(kernels.at("paths"), config.workers, 1, frame.path_count);
-    run_film();
-    device.flush();
+  void launch_fused(Slot& slot) {
+    device.write_later(next_path_buffer, &kNoPaths, sizeof kNoPaths);
+    device.run(kernels.at("paths"), config.workers, 1, slot.frame.path_count);
+    slot.tallied = device.read_later(tallies_buffer, slot.tallies.data(), slot.tallies.size() * sizeof(WorkerTally));
+    run_film(slot);
   }
   /// So many paths were at work since the last call.
   void count_live(double paths) {
@@ -294,79 +303,83 @@ struct Wavefront::Impl {
     bounce.slots += config.chunk;
   }
 
-  /// Waits for it. returns the rays that it traced
-  RayCounts settle_fused() {
-    device.read(tallies_buffer, tallies.data(), tallies.size() * sizeof(WorkerTally));
-    RayCounts rays;
-    rays.camera = frame.path_count;
-    for (const WorkerTally& tally : tallies) {
+  /// Waits for the launch. Counts the rays that it traced.
+  void settle_fused(Slot& slot) {
+    device.wait(slot.tallied);
+    RayCounts& rays = slot.rays;
+    rays.camera = slot.frame.path_count;
+    for (const WorkerTally& tally : slot.tallies) {
       rays.scattered += tally.scattered;
       rays.shadow += tally.shadow;
     }
     Profiler& profiler = device.profiler();
-    profiler.divide("paths", sampler ? sampler->shares() : stage_shares(tallies));
-    add_bounces(bounces, tallies, config.lanes, config.chunk);
-    count_live(double(config.workers) * mean_chunk_paths(tallies));
+    profiler.divide("paths", sampler ? sampler->shares() : stage_shares(slot.tallies));
+    add_bounces(bounces, slot.tallies, config.lanes, config.chunk);
+    count_live(double(config.workers) * mean_chunk_paths(slot.tallies));
     profiler.add_items("generate", rays.camera);
     profiler.add_items("intersect", rays.camera + rays.scattered);
     if (has_environment) profiler.add_items("miss", rays.camera + rays.scattered);
     profiler.add_items("shade", rays.camera + rays.scattered);
     if (has_shadow) profiler.add_items("shadow", rays.shadow);
-    return rays;
   }
 
-  /// The whole algorithm, stage by stage. The host looks at the counts of a depth while the next is already under way; the price is one
-  /// round of empty launches at the end of a unit.
-  RayCounts trace(const std::function<void(std::uint32_t depth)>& after_intersect) {
-    Profiler& profiler = device.profiler();
-    RayCounts rays;
-    rays.camera = frame.path_count;
-    std::uint64_t active = frame.path_count;  // at least the paths that go on
-    under_way.clear();
-    count_live(0);
-    for (std::uint64_t first = 0, chunk = config.chunk; first < active; first += chunk)
-      count_paths(1, std::min(chunk, active - first));
-    run_stage("generate", 1, active);
-    profiler.add_items("generate", active);
-    profiler.add_items("intersect", active);
-    profiler.add_items("shade", active);
-    for (std::uint32_t depth = 1; active > 0; ++depth) {
-      if (!config.chunked) {
-        bounce_at(bounces, depth).lanes += std::uint64_t{divide_up(active, kGroup)} * kGroup;
-        bounce_at(bounces, depth).slots += config.capacity();
-      }
-      run_stage("intersect", depth, active);
-      if (after_intersect) after_intersect(depth);
-      run_stage("miss", depth, active);
-      run_stage("shade", depth, active);
-      run_stage("compact", depth, active);
-      DepthCounts& at = under_way.emplace_back();
-      at.depth = depth;
-      at.counts.resize(4 * std::size_t{config.chunks});
-      at.ticket = device.read_later(counts_buffer, at.counts.data(), 16 * std::size_t{used_chunks()});
-      run_stage("shadow", depth, active);
-      device.flush();
-      const std::size_t ahead = after_intersect ? 0 : 1;
-      while (under_way.size() > ahead) {
-        active = settle(under_way.front(), rays);
-        under_way.pop_front();
-        if (active == 0) break;
-      }
+  /// active  paths at that depth, at most
+  void launch_depth(Slot& slot, std::uint32_t depth, std::uint64_t active) {
+    if (!config.chunked) {
+      bounce_at(bounces, depth).lanes += std::uint64_t{divide_up(active, kGroup)} * kGroup;
+      bounce_at(bounces, depth).slots += config.capacity();
     }
-    for (const DepthCounts& at : under_way) device.wait(at.ticket);
-    run_film();
-    return rays;
+    run_stage("intersect", depth, active, slot);
+    if (after_intersect) after_intersect(depth);
+    run_stage("miss", depth, active, slot);
+    run_stage("shade", depth, active, slot);
+    run_stage("compact", depth, active, slot);
+    DepthCounts& at = under_way.emplace_back();
+    at.depth = depth;
+    at.counts.resize(4 * std::size_t{used_chunks(slot)});
+    at.ticket = device.read_later(counts_buffer, at.counts.data(), 4 * at.counts.size());
+    run_stage("shadow", depth, active, slot);
+    device.flush();
   }
 
-  [[nodiscard]] std::uint32_t used_chunks() const {
-    return config.chunked ? divide_up(frame.path_count, config.chunk) : 1;
+  /// The first depth of a unit, stage by stage.
+  void launch_first(Slot& slot) {
+    const std::uint64_t paths = slot.frame.path_count;
+    Profiler& profiler = device.profiler();
+    slot.rays.camera = paths;
+    count_live(0);
+    for (std::uint64_t first = 0, chunk = config.chunk; first < paths; first += chunk)
+      count_paths(1, std::min(chunk, paths - first));
+    run_stage("generate", 1, paths, slot);
+    profiler.add_items("generate", paths);
+    profiler.add_items("intersect", paths);
+    profiler.add_items("shade", paths);
+    launch_depth(slot, 1, paths);
+  }
+
+  /// The rest of them. The host looks at the counts of a depth while the next is already under way; the price is one round of empty
+  /// launches at the end of a unit.
+  void launch_rest(Slot& slot) {
+    const std::size_t ahead = after_intersect ? 0 : 1;
+    std::uint64_t active = slot.frame.path_count;  // at least the paths that go on
+    for (std::uint32_t depth = 2; active > 0; ++depth) {
+      while (active > 0 && under_way.size() > ahead) {
+        active = settle(slot, under_way.front());
+        under_way.pop_front();
+      }
+      if (active > 0) launch_depth(slot, depth, active);
+    }
+    run_film(slot);
+    // Their counts are zero. They lie before the film in the queue, and with them memory that is written to.
+    for (const DepthCounts& at : under_way) device.wait(at.ticket);
+    under_way.clear();
   }
 
   /// Waits for the counts of a depth; returns how many paths go on.
-  std::uint64_t settle(const DepthCounts& at, RayCounts& rays) {
+  std::uint64_t settle(Slot& slot, const DepthCounts& at) {
     device.wait(at.ticket);
     std::uint64_t next = 0, shadow = 0;
-    for (std::size_t c = 0; c < used_chunks(); ++c) {
+    for (std::size_t c = 0; c < used_chunks(slot); ++c) {
       const std::uint32_t of_chunk = at.counts[4 * c + ((at.depth + 1) & 1)];
       count_paths(at.depth + 1, of_chunk);
       next += of_chunk;
@@ -375,59 +388,77 @@ struct Wavefront::Impl {
     if (!has_shadow) shadow = 0;
     bounce_at(bounces, at.depth).shadow_rays += shadow;
     count_live(double(next));
-    rays.scattered += next;
-    rays.shadow += shadow;
+    slot.rays.scattered += next;
+    slot.rays.shadow += shadow;
     Profiler& profiler = device.profiler();
     if (next > 0) {
       profiler.add_items("intersect", next);
       profiler.add_items("shade", next);
     }
-    if (has_environment) profiler.add_items("miss", at.depth == 1 ? frame.path_count + next : next);
+    if (has_environment) profiler.add_items("miss", at.depth == 1 ? slot.frame.path_count + next : next);
     if (shadow > 0) profiler.add_items("shadow", shadow);
     return next;
   }
 
-  void begin(const WorkUnit& next) {
-    unit = next;
-    pixels = unit_pixels(unit.block);
-    if (unit.path_count() > config.capacity() || pixels.size() > frame.pixel_stride - EK_PAD)
+  void begin(const WorkUnit& unit) {
+    if (begun - finished == slots.size() || (!config.fused && begun != driven))
+      throw InternalError("a unit begins before there is room for it");
+    Slot& slot = slots[begun % slots.size()];
+    slot.unit = unit;
+    slot.pixels = unit_pixels(unit.block);
+    slot.rays = {};
+    if (unit.path_count() > config.capacity() || 4 * slot.pixels.size() > pixels_buffer.size_bytes())
       throw InternalError(
           fmt::format("a unit of {} paths exceeds the pool of {}", unit.path_count(), config.capacity()));
-    frame.pixel_count = std::uint32_t(pixels.size());
-    frame.sample_count = std::uint32_t(unit.sample_end - unit.sample_begin);
-    frame.path_count = frame.pixel_count * frame.sample_count;
-    frame.sample_begin = std::uint32_t(unit.sample_begin);
-    frame.sample_high = std::uint32_t(unit.sample_begin >> 32);
-    device.begin_unit(frame.path_count);
-    device.write(frame_buffer, &frame, sizeof frame);
-    device.write(pixels_buffer, pixels.data(), 4 * pixels.size());
-    if (sampler) sampler->before(frame, pixels);
-    if (config.fused) launch_fused();
+    slot.frame = frame;
+    slot.frame.pixel_count = std::uint32_t(slot.pixels.size());
+    slot.frame.pixel_stride = slot.frame.pixel_count + EK_PAD;
+    slot.frame.sample_count = std::uint32_t(unit.sample_end - unit.sample_begin);
+    slot.frame.path_count = slot.frame.pixel_count * slot.frame.sample_count;
+    slot.frame.sample_begin = std::uint32_t(unit.sample_begin);
+    slot.frame.sample_high = std::uint32_t(unit.sample_begin >> 32);
+    device.begin_unit(slot.frame.path_count);
+    if (sampler) sampler->before(slot.frame, slot.pixels);
+    device.write_later(frame_buffer, &slot.frame, sizeof slot.frame);
+    device.write_later(pixels_buffer, slot.pixels.data(), 4 * slot.pixels.size());
+    device.write_later(diagnostics_buffer, &slot.nothing, sizeof slot.nothing);
+    ++begun;
+    if (config.fused) {
+      launch_fused(slot);
+      driven = begun;
+    } else {
+      launch_first(slot);
+    }
   }
 
-  UnitResult finish(const std::function<void(std::uint32_t)>& after_intersect) {
+  void drive() {
+    if (driven == begun) return;
+    launch_rest(slots[driven % slots.size()]);
+    ++driven;
+  }
+
+  UnitResult finish() {
+    if (finished == begun) throw InternalError("no unit was begun");
+    if (finished == driven) drive();
+    Slot& slot = slots[finished % slots.size()];
+    ++finished;
+    if (config.fused) settle_fused(slot);
+    device.wait(slot.summed);
     UnitResult result;
-    result.rays = config.fused ? settle_fused() : trace(after_intersect);
-    sums.resize(sums_buffer.size_bytes() / 4);
-    rejected.resize(rejected_buffer.size_bytes() / 4);
-    device.read(sums_buffer, sums.data(), sums_buffer.size_bytes());
-    device.read(rejected_buffer, rejected.data(), rejected_buffer.size_bytes());
-    Diagnostics diagnostics;
-    device.read(diagnostics_buffer, &diagnostics, sizeof diagnostics);
-    if (diagnostics.reported > 0) device.fill_zero(diagnostics_buffer);
+    result.rays = slot.rays;
+    const Diagnostics& diagnostics = slot.diagnostics;
     result.nonfinite = diagnostics.nonfinite;
     result.saturated = diagnostics.saturated;
     for (std::uint32_t i = 0; i < std::min<std::uint32_t>(diagnostics.reported, EK_REPORT_COUNT); ++i) {
-      const std::uint32_t xy = pixels[diagnostics.report[2 * i]];
-      result.rejected.push_back({xy & 0xffffU, xy >> 16, unit.sample_begin + diagnostics.report[2 * i + 1]});
+      const std::uint32_t xy = slot.pixels[diagnostics.report[2 * i]];
+      result.rejected.push_back({xy & 0xffffU, xy >> 16, slot.unit.sample_begin + diagnostics.report[2 * i + 1]});
     }
-    finished_pixels.swap(pixels);
-    result.sums.pixels = finished_pixels;
-    result.sums.pixel_stride = frame.pixel_stride;
-    result.sums.sample_begin = unit.sample_begin;
-    result.sums.sample_end = unit.sample_end;
-    result.sums.limbs = sums;
-    result.sums.rejected = rejected;
+    result.sums.pixels = slot.pixels;
+    result.sums.pixel_stride = slot.frame.pixel_stride;
+    result.sums.sample_begin = slot.unit.sample_begin;
+    result.sums.sample_end = slot.unit.sample_end;
+    result.sums.limbs = slot.sums;
+    result.sums.rejected = slot.rejected;
     return result;
   }
 
@@ -453,7 +484,8 @@ const Bounces& Wavefront::bounces() const { return impl_->bounces; }
 void Wavefront::restart(const Settings& settings, const Execution& execution) { impl_->restart(settings, execution); }
 
 void Wavefront::begin(const WorkUnit& unit) { impl_->begin(unit); }
-UnitResult Wavefront::finish() { return impl_->finish({}); }
+void Wavefront::drive() { impl_->drive(); }
+UnitResult Wavefront::finish() { return impl_->finish(); }
 
 glm::vec3 Wavefront::replay(std::uint32_t x, std::uint32_t y, std::uint64_t sample,
                             const std::function<void(const PathVertex&)>& report) {
@@ -463,8 +495,7 @@ glm::vec3 Wavefront::replay(std::uint32_t x, std::uint32_t y, std::uint64_t samp
   unit.block = {x, y, x + 1, y + 1};
   unit.sample_begin = sample;
   unit.sample_end = sample + 1;
-  w.begin(unit);
-  w.finish([&](std::uint32_t depth) {
+  w.after_intersect = [&](std::uint32_t depth) {
     PathVertex vertex;
     vertex.depth = depth;
     vertex.origin = {w.path_float("origin_x"), w.path_float("origin_y"), w.path_float("origin_z")};
@@ -473,7 +504,10 @@ glm::vec3 Wavefront::replay(std::uint32_t x, std::uint32_t y, std::uint64_t samp
     vertex.t = w.path_float("hit_t");
     vertex.triangle = w.path_word("hit_triangle");
     report(vertex);
-  });
+  };
+  w.begin(unit);
+  (void)w.finish();
+  w.after_intersect = nullptr;
   glm::vec3 radiance;
   for (int c = 0; c < 3; ++c)
     w.device.read(w.slots_buffer, &radiance[c], sizeof(float), 4 * std::size_t(c) * w.frame.film_stride);

@@ -65,11 +65,16 @@ class Wavefront {
   /// Of all units so far.
   [[nodiscard]] const Bounces& bounces() const;
 
-  /// Starts a unit (of at most config().capacity() paths); the last one begun must be finished. Where all stages are one launch
-  /// the device is at work when this returns. throws DeviceError
+  // Of a unit: begin(), drive(), finish(). The next one may begin between drive() and finish(): the device then has work while the host
+  // waits for the sums and adds them up.
+
+  /// Starts a unit of at most config().capacity() paths; of those begun at most one may not be finished, and that one is driven.
+  /// throws DeviceError
   void begin(const WorkUnit& unit);
-  /// Waits for the unit that was begun. The result lasts until the next call of this, so that the next unit may begin before
-  /// anyone looks at it. throws DeviceError; InternalError when a kernel reports one.
+  /// Blocks until the device needs no more orders for the unit begun last, which may be at once. throws DeviceError
+  void drive();
+  /// Waits for the oldest unit that was begun. The result lasts until the next begin() but one. throws DeviceError; InternalError when a
+  /// kernel reports one.
   UnitResult finish();
 
   /// Traces one path and reports its vertices. returns its radiance

@@ -101,5 +101,19 @@ TEST(PeakMemory, of_a_render_is_what_its_devices_read_and_no_copy_of_it) {
   EXPECT_LT(double(large - small) / double(triangles_of(side)), 64 + 64 + 4 + 12) << large << " and " << small;
 }
 
+TEST(PeakMemory, does_not_grow_with_samples) {
+  const Workplace here;
+  // Room for so many samples would be 12 bytes each: 3 and 25 MB. Units are as large in both, and the ledger has no more parts.
+  const auto peak = [&](int spp) {
+    return peak_bytes(here, "render --devices cpu " + scene("cornell.gltf") +
+                                " -o out.exr --size 64x64 --quiet --spp " + std::to_string(spp));
+  };
+  (void)peak(4);  // compiles
+  const std::uint64_t few = peak(64), many = peak(512);
+  ASSERT_GT(few, 0U);
+  ASSERT_GT(many, 0U);
+  EXPECT_LT(double(many), 1.02 * double(few) + 2e6);
+}
+
 }  // namespace
 }  // namespace eikon::testing

@@ -64,6 +64,16 @@ TEST_F(Faults, N5_devices_of_unequal_speed_make_the_same_film) {
   EXPECT_GT(output.report.devices[0].units, 0U);
 }
 
+TEST_F(Faults, a_device_with_memory_of_its_own_makes_the_same_film) {
+  const Film expected = undisturbed();
+  for (const char* fault : {"device:0:gpu", "device:0:gpu;device:1:gpu", "device:0:gpu;device:0:slow=5",
+                            "device:1:gpu;device:1:after=2:times=1", "device:1:gpu;device:1:lost:after=3"}) {
+    const RenderOutput output = with(fault);
+    EXPECT_TRUE(same_film(expected, output.film)) << fault;
+    EXPECT_FALSE(output.report.interrupted) << fault;
+  }
+}
+
 TEST_F(Faults, any_fault_at_any_moment_leaves_the_same_film) {
   const Film expected = undisturbed();
   for (const char* kind : {"error", "oom", "lost"})

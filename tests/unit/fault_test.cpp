@@ -109,7 +109,7 @@ TEST(Fault, a_lost_device_stays_lost) {
 }
 
 TEST(Fault, a_slow_device_sleeps_for_what_it_lacks) {
-  const Fault fault(parse_faults("device:0:slow=5;device:0:slow=2"));
+  Fault fault(parse_faults("device:0:slow=5;device:0:slow=2"));
   const double begin = host_seconds();
   fault.slow_down(0.01);
   EXPECT_GE(host_seconds() - begin, 0.09);  // ten times as long, of which 0.01 s were busy

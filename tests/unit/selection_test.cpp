@@ -221,5 +221,27 @@ TEST(Selection, a_device_that_cannot_be_used_is_left_out_of_all_and_refused_by_n
   EXPECT_THROW((void)resolve_selection("0", devices), DeviceError);
 }
 
+TEST(Selection, threads_that_feed_other_devices_have_cores_of_their_own) {
+  const auto units = [](const std::string& selection, unsigned host_threads) {
+    std::vector<DeviceInfo> devices = resolve_selection(selection, machine()).devices;
+    const std::vector<std::string> notes = leave_cores_to_feeders(devices, host_threads);
+    std::uint32_t cpu_units = 0;
+    bool less = false;
+    for (const DeviceInfo& info : devices) {
+      cpu_units += info.cpu ? info.compute_units : 0;
+      less = less || !info.units_limit.empty();
+    }
+    EXPECT_EQ(notes.empty(), !less);
+    return cpu_units;
+  };
+  EXPECT_EQ(units("cpu", 8), 8U) << "nobody is fed";
+  EXPECT_EQ(units("0,1", 8), 7U);
+  EXPECT_EQ(units("all", 8), 6U);
+  EXPECT_EQ(units("all", 64), 8U) << "there are cores enough";
+  EXPECT_EQ(units("all", 2), 1U) << "never none";
+  EXPECT_EQ(units("0,cpu:2x4", 8), 8U) << "parts are as they were asked for";
+  EXPECT_EQ(units("gpu", 8), 0U);
+}
+
 }  // namespace
 }  // namespace eikon

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+// Devices of unequal speed, of one driver and of two, on one image: the bits of one device alone.
+#include <chrono>
+#include <csignal>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "cli/command.h"
+
+namespace eikon::testing {
+namespace {
+
+using nlohmann::json;
+
+struct Mixed {
+  std::vector<std::uint64_t> units;  // of each device
+  std::string names;
+};
+
+/// Renders out.exr on the devices, and compares it with one.exr.
+Mixed render_mixed(const Workplace& here, const std::string& image, const std::string& devices,
+                   const std::string& before) {
+  EXPECT_TRUE(succeeded(here.eikon(image + " -o out.exr --stats stats.json --devices " + devices, before)));
+  Mixed mixed;
+  const json stats = json::parse(read_bytes(here / "stats.json"));
+  for (const json& device : stats.at("devices")) {
+    mixed.units.push_back(device.at("units").get<std::uint64_t>());
+    mixed.names += device.at("name").get<std::string>() + "; ";
+  }
+  EXPECT_TRUE(succeeded(here.eikon("compare out.exr one.exr --fail-above 0"))) << devices << ", " << before;
+  return mixed;
+}
+
+TEST(MixedDevices, N5_three_of_unequal_speed_give_the_bits_of_one) {
+  const Workplace here;
+  // PoCL's device twice: each has threads of its own.
+  const std::string before = "POCL_DEVICES='pthread pthread' POCL_MAX_PTHREAD_COUNT=2";
+  const Outcome there = here.eikon("devices", before);
+  if (!contains(there.out, "\n1: pthread")) GTEST_SKIP() << "PoCL's device cannot be had twice: " << there.out;
+  const std::string image = "render " + scene("cornell_spheres.gltf") + " --size 96x64 --spp 128 --quiet";
+  ASSERT_TRUE(succeeded(here.eikon(image + " -o one.exr --devices 0", before)));
+  for (const char* faults : {"device:1:slow=3;device:2:slow=10", "device:0:slow=4;device:1:slow=2;device:2:gpu"}) {
+    const Mixed mixed = render_mixed(here, image, "0:2x1,1:1x1", before + " EIKON_FAULT='" + faults + "'");
+    ASSERT_EQ(mixed.units.size(), 3U);
+    for (const std::uint64_t units : mixed.units) EXPECT_GT(units, 0U) << faults;
+  }
+}
+
+TEST(MixedDevices, N5_a_slow_device_of_another_driver_gives_the_bits_of_one) {
+  const char* const driver = "/usr/lib/oclgrind/liboclgrind-rt-icd.so";
+  if (!std::filesystem::exists(driver)) GTEST_SKIP() << "Oclgrind is not installed";
+  const Workplace here;
+  std::filesystem::create_directory(here / "drivers");
+  here.write("drivers/oclgrind.icd", std::string(driver) + "\n");
+  for (const auto& entry : std::filesystem::directory_iterator("/etc/OpenCL/vendors"))
+    std::filesystem::copy(entry.path(), here / "drivers" / entry.path().filename());
+  const std::string before = "OCL_ICD_VENDORS=" + (here / "drivers").string() + " EIKON_NO_OPTIMISE=1";
+  const Outcome there = here.eikon("devices", before);
+  if (!contains(there.out, "Oclgrind Simulator") || !contains(there.out, "\n1: "))
+    GTEST_SKIP() << "Oclgrind cannot be had beside another driver: " << there.out;
+  const std::string image = "render " + scene("cornell.gltf") + " --size 16x16 --spp 12 --quiet";
+  ASSERT_TRUE(succeeded(here.eikon(image + " -o one.exr --devices pthread", before)));
+  // The quick one is slowed down, or it would have done everything before the other has its kernels.
+  const Mixed mixed = render_mixed(here, image, "oclgrind,pthread", before + " EIKON_FAULT='device:1:slow=300'");
+  ASSERT_EQ(mixed.units.size(), 2U);
+  EXPECT_GT(mixed.units[0], 0U) << mixed.names;
+  EXPECT_GT(mixed.units[1], 0U) << mixed.names;
+}
+
+TEST(MixedDevices, a_render_that_was_stopped_for_a_while_goes_on) {
+  const Workplace here;
+  const pid_t child = here.start(cornell("--size 160x120 --spp 1024 --quiet --devices cpu"), "EIKON_WATCHDOG=0.4");
+  const auto pause = [](int ms) { std::this_thread::sleep_for(std::chrono::milliseconds(ms)); };
+  pause(1500);
+  ASSERT_EQ(kill(child, SIGSTOP), 0);
+  pause(4000);  // beyond the watchdog's seconds, and 20 times what a unit takes
+  ASSERT_EQ(kill(child, SIGCONT), 0);
+  const Outcome outcome = here.wait(child);
+  EXPECT_TRUE(succeeded(outcome));
+  EXPECT_FALSE(contains(outcome.err, "given up")) << outcome.err;
+}
+
+}  // namespace
+}  // namespace eikon::testing
