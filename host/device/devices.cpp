@@ -9,6 +9,7 @@
 #include <mutex>
 #include <iterator>
 #include <map>
+#include <tuple>
 
 #include "core/host_limits.h"
 #include "device/canary.h"
@@ -188,11 +189,9 @@ std::vector<DeviceInfo> select_devices(const std::string& selection, unsigned th
   return std::move(chosen.devices);
 }
 
-ClDevice open_device(const DeviceInfo& info) {
-  const std::vector<cl_device_id> devices = enumerate_devices();
-  if (info.index >= devices.size()) throw DeviceError(fmt::format("device {} has disappeared", info.index));
-  const cl_device_id whole = devices[info.index];
-  if (info.whole() || !info.divisible) return ClDevice(whole);
+namespace {
+
+cl_device_id make_part(cl_device_id whole, const DeviceInfo& info) {
   std::vector<cl_device_partition_property> counts = {CL_DEVICE_PARTITION_BY_COUNTS};
   if (info.first_unit > 0) counts.push_back(info.first_unit);
   counts.insert(counts.end(),
@@ -202,7 +201,30 @@ ClDevice open_device(const DeviceInfo& info) {
   cl_check(clCreateSubDevices(whole, counts.data(), info.first_unit > 0 ? 2 : 1, parts, &made), "making a sub-device",
            info.name);
   const ClDevice before(info.first_unit > 0 ? parts[0] : nullptr);
-  return ClDevice(parts[info.first_unit > 0 ? 1 : 0]);
+  return parts[info.first_unit > 0 ? 1 : 0];
+}
+
+/// Parts are made once and never given back: a thread of PoCL lets go of a command, and asks its queue's device how, after clFinish()
+/// has returned, and nothing of PoCL's keeps the device until then.
+cl_device_id part_of_device(cl_device_id whole, const DeviceInfo& info) {
+  static std::mutex one_at_a_time;
+  static std::map<std::tuple<cl_device_id, std::uint32_t, std::uint32_t>, cl_device_id> parts;
+  const std::lock_guard lock(one_at_a_time);
+  cl_device_id& part = parts[{whole, info.first_unit, info.compute_units}];
+  if (part == nullptr) part = make_part(whole, info);
+  return part;
+}
+
+}  // namespace
+
+ClDevice open_device(const DeviceInfo& info) {
+  const std::vector<cl_device_id> devices = enumerate_devices();
+  if (info.index >= devices.size()) throw DeviceError(fmt::format("device {} has disappeared", info.index));
+  const cl_device_id whole = devices[info.index];
+  if (info.whole() || !info.divisible) return ClDevice(whole);
+  const cl_device_id part = part_of_device(whole, info);
+  clRetainDevice(part);
+  return ClDevice(part);
 }
 
 }  // namespace eikon
