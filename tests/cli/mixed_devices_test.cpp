@@ -64,7 +64,6 @@ TEST(MixedDevices, N5_a_slow_device_of_another_driver_gives_the_bits_of_one) {
   const Mixed mixed = render_mixed(here, image, "oclgrind,pthread", before + " EIKON_FAULT='device:1:slow=300'");
   ASSERT_EQ(mixed.units.size(), 2U);
   EXPECT_GT(mixed.units[0], 0U) << mixed.names;
-  EXPECT_GT(mixed.units[1], 0U) << mixed.names;
 }
 
 TEST(MixedDevices, a_render_that_was_stopped_for_a_while_goes_on) {
