@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The functions that a formula may name, in lanes; host/formula compiles the same text, so that it computes the same bits.
 // Where a function has no value the result is NaN. Numbers below 2^-126 count as 0: devices differ in them.
+// On wide devices they are called, not copied to where they are used: formulas would take minutes to compile.
 // The error bounds are those that interval.h relies on; the tests hold them against double.
 #ifndef EK_FORMULA_MATH_H
 #define EK_FORMULA_MATH_H
@@ -27,12 +28,12 @@ EK_FN void formula_sincos(vf x, vf* s, vf* c) {
   *s = usable ? ((quadrant & 2) != 0 ? -sine : sine) : FORMULA_NAN;
   *c = usable ? (((quadrant + 1) & 2) != 0 ? -cosine : cosine) : FORMULA_NAN;
 }
-EK_FN vf formula_sin(vf x) {
+EK_FN_ONCE vf formula_sin(vf x) {
   vf s, c;
   formula_sincos(x, &s, &c);
   return s;
 }
-EK_FN vf formula_cos(vf x) {
+EK_FN_ONCE vf formula_cos(vf x) {
   vf s, c;
   formula_sincos(x, &s, &c);
   return c;
@@ -40,7 +41,7 @@ EK_FN vf formula_cos(vf x) {
 
 /// e^x, within 2^-22 of itself; 0 below -87, infinite from 88.722839 on; NaN of NaN.
 /// source  polynomial of cephes' expf
-EK_FN vf formula_exp(vf x) {
+EK_FN_ONCE vf formula_exp(vf x) {
   const vf bounded = max_f(min_f(x, (vf)(89.0f)), (vf)(-88.0f));  // and NaN becomes a number
   const vf k = (bounded * 0x1.715476p+0f + 12582912.0f) - 12582912.0f;
   const vf r = (bounded - k * 0.693359375f) - k * -2.12194440e-4f;
@@ -57,7 +58,7 @@ EK_FN vf formula_exp(vf x) {
 
 /// Natural logarithm, within 2^-22 of itself; minus infinity of 0 (and below 2^-126), NaN of what is less.
 /// source  polynomial of cephes' logf
-EK_FN vf formula_log(vf x) {
+EK_FN_ONCE vf formula_log(vf x) {
   const vi usable = (x >= 0x1p-126f) & (x < EK_INFINITY);
   const vu bits = AS_U(usable ? x : (vf)(1.0f));
   // x = m 2^e with m in [sqrt(1/2), sqrt(2)): the exponent counts from the bits of sqrt(1/2).
@@ -79,7 +80,7 @@ EK_FN vf formula_log(vf x) {
 }
 
 /// Angle in radians, within 2^-21 of itself.
-EK_FN vf formula_atan(vf x) {
+EK_FN_ONCE vf formula_atan(vf x) {
   const vi large = abs_f(x) > 0x1p+100f;
   const vf angle = 0x1.921fb6p+2f * atan2_turns(large ? copysign_f((vf)(0x1p+100f), x) : x, (vf)(1.0f));
   return x == x ? angle : FORMULA_NAN;

@@ -89,7 +89,7 @@ EK_FN int try_shape(Geometry geometry, const RayOne* ray, uint id, const int any
   lanes.sx = (vf)(ray->sx); lanes.sy = (vf)(ray->sy); lanes.p_rz = (vf)(ray->p_rz);
   lanes.axis = (vf)((float)(ray->axis_z / 8u));
   lanes.key = ray_key(ray);
-  const ShapeHit found = shape_hit(geometry.scene, &lanes, (vu)(id), (vu)(as_uint(p[12])), V3((vf)(p[0]), (vf)(p[1]), (vf)(p[2])),
+  const ShapeHit found = shape_hit(geometry.scene, &lanes, LANE_INDEX == (vu)(0u), (vu)(id), (vu)(as_uint(p[12])), V3((vf)(p[0]), (vf)(p[1]), (vf)(p[2])),
                                    V3((vf)(p[3]), (vf)(p[4]), (vf)(p[5])));
   const float t = ((const float*)&found.t)[0];
   if (!ANY(found.hit)) return 0;

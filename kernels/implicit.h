@@ -14,7 +14,6 @@
 #include "interval.h"
 
 #define IMPLICIT_PIECES 0x1000000u  // of the shortest length, in a whole search
-#define IMPLICIT_STEPS 4096u        // pieces that are tried for a ray at most
 
 // Of f, and of its derivative along a direction, on a box.
 typedef struct {
@@ -38,7 +37,7 @@ typedef struct {
 typedef struct {
   vi hit;
   vf s;          // from ImplicitRay.o, in lengths of d; where hit
-  vi given_up;   // after IMPLICIT_STEPS
+  vi given_up;   // after EK_IMPLICIT_STEPS
 } ImplicitRoot;
 
 // o + s d to the last place, however far o is: the product's and the sum's errors are exact [Dekker 1971; Knuth].
@@ -131,7 +130,7 @@ EK_FN ImplicitRoot implicit_root(uint formula, ImplicitRay ray, vi live) {
   root.hit = (vi)(0);
   root.given_up = (vi)(0);
   for (uint step = 0; ANY(open); ++step) {
-    if (step == IMPLICIT_STEPS) {
+    if (step == EK_IMPLICIT_STEPS) {
       root.given_up = open;
       break;
     }
@@ -171,10 +170,10 @@ typedef struct {
   vf error; // how far a ray that leaves must start from p along n or against it, so that it does not meet f = 0 at once
 } ImplicitPoint;
 
-/// The point at root `s` of the ray. noise: what a point may be moved by on each axis on its way to the world and back.
+/// The point at root `s` of the ray, of the lanes of `live`. noise: what a point may be moved by on each axis on its way to the world and back.
 // Starting points are pushed away until intervals say that f is not 0 there: what f's own rounding cannot tell from the surface is
 // different for each formula, and from point to point.
-EK_FN ImplicitPoint implicit_point(uint formula, ImplicitRay ray, vf s, vf noise) {
+EK_FN ImplicitPoint implicit_point(uint formula, ImplicitRay ray, vi live, vf s, vf noise) {
   ImplicitPoint r;
   r.p = along(ray.o, ray.d, s);
   const v3 gradient = implicit_gradient(formula, r.p);
@@ -186,7 +185,7 @@ EK_FN ImplicitPoint implicit_point(uint formula, ImplicitRay ray, vf s, vf noise
   // Twice the pad of a search: a ray that runs along the surface at this height is not to meet it elsewhere either.
   const vf pad = 2.0f * implicit_pad(ray) + noise;
   r.error = pad + pad;
-  vi unsure = r.error > 0.0f;
+  vi unsure = live;
   for (uint i = 0; i < 8u; ++i) {
     const v3 front = along(r.p, r.n, r.error), back = along(r.p, r.n, -r.error);
     const ImplicitBounds f = implicit_bounds(formula, between(front.x, front.x, pad), between(front.y, front.y, pad),

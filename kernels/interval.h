@@ -110,14 +110,14 @@ EK_FN Interval interval_sqrt(Interval a) {
   const vf zero = (vf)(0.0f);
   return interval(max_f(down(sqrt(max_f(a.lo, zero))), zero), up(sqrt(max_f(a.hi, zero))));
 }
-EK_FN Interval interval_exp(Interval a) {
+EK_FN_ONCE Interval interval_exp(Interval a) {
   return interval(max_f(down_by(formula_exp(a.lo), 0x1p-21f), (vf)(0.0f)), up_by(formula_exp(a.hi), 0x1p-21f));
 }
-EK_FN Interval interval_log(Interval a) {
+EK_FN_ONCE Interval interval_log(Interval a) {
   const vf zero = (vf)(0.0f);
   return interval(down_by(formula_log(max_f(a.lo, zero)), 0x1p-21f), up_by(formula_log(max_f(a.hi, (vf)(INTERVAL_TINY))), 0x1p-21f));
 }
-EK_FN Interval interval_atan(Interval a) {
+EK_FN_ONCE Interval interval_atan(Interval a) {
   return interval(down_by(formula_atan(a.lo), 0x1p-20f), up_by(formula_atan(a.hi), 0x1p-20f));
 }
 
@@ -139,8 +139,8 @@ EK_FN Interval interval_wave(Interval a, vf at_lo, vf at_hi, const float shift) 
                                   holds_integer(lo - shift, hi - shift) ? one : most);
   return interval_select(usable, inner, interval_whole());
 }
-EK_FN Interval interval_sin(Interval a) { return interval_wave(a, formula_sin(a.lo), formula_sin(a.hi), 0.25f); }
-EK_FN Interval interval_cos(Interval a) { return interval_wave(a, formula_cos(a.lo), formula_cos(a.hi), 0.0f); }
+EK_FN_ONCE Interval interval_sin(Interval a) { return interval_wave(a, formula_sin(a.lo), formula_sin(a.hi), 0.25f); }
+EK_FN_ONCE Interval interval_cos(Interval a) { return interval_wave(a, formula_cos(a.lo), formula_cos(a.hi), 0.0f); }
 
 // Where the function has no value for any number of a.
 EK_FN vi interval_sqrt_undefined(Interval a) { return a.hi < 0.0f; }

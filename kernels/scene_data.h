@@ -16,10 +16,16 @@ typedef struct {
 #if EK_HAS_shape
   global const ShapeRecord* shapes;
 #endif
+#if EK_HAS_implicit
+  global Diagnostics* diagnostics;
+#endif
 } SceneData;
 
 // The same as arguments of a kernel; they are bound by these names.
-#if EK_HAS_shape
+#if EK_HAS_implicit
+#define EK_SHAPE_ARGUMENTS , global const ShapeRecord *shapes, global Diagnostics *diagnostics
+#define EK_SHAPE_DATA , shapes, diagnostics
+#elif EK_HAS_shape
 #define EK_SHAPE_ARGUMENTS , global const ShapeRecord *shapes
 #define EK_SHAPE_DATA , shapes
 #else

@@ -92,4 +92,8 @@ EK_FN ShapePoint shape_point(ShapeLanes s, v3 near, vf part) {
   return point;
 }
 
+#if EK_HAS_implicit
+#include "shape_implicit.h"
+#endif
+
 #endif

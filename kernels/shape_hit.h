@@ -27,9 +27,9 @@ EK_FN vi shape_passes(SceneData scene, vu id, ShapePoint point, uint number, Opa
 #endif
 
 /// The first place where each ray meets its shape and does not pass it. Reads of `ray` r, n, f, p_o, s, p_rz, axis, and key.
-/// id: the shape's record in scene.triangles; lo, hi: its box
+/// live: lanes that count; id: the shape's record in scene.triangles; lo, hi: its box
 // In the shape's space, by the depth on the ray's longest axis: the direction (sx, sy, 1) is what triangles are tested with.
-EK_FN ShapeHit shape_hit(SceneData scene, const RayLanes* ray, vu id, vu shape, v3 lo, v3 hi) {
+EK_FN ShapeHit shape_hit(SceneData scene, const RayLanes* ray, vi live, vu id, vu shape, v3 lo, v3 hi) {
   const vi z_is_x = ray->axis == 0.0f, z_is_y = ray->axis == 1.0f;
   const vf sign = ray->p_rz < 0.0f ? (vf)(-1.0f) : (vf)(1.0f);
   const v3 origin = unpermute3(V3(ray->p_ox, ray->p_oy, ray->p_oz), z_is_x, z_is_y);
@@ -45,10 +45,16 @@ EK_FN ShapeHit shape_hit(SceneData scene, const RayLanes* ray, vu id, vu shape, 
   ShapeHit found;
   found.hit = (vi)(0);
   found.t = found.part = (vf)(0.0f);
-  vi open = begin <= end;
+  vi open = live & (begin <= end);
   vf after = (vf)(0.0f);
   for (uint number = 0;; ++number) {
+#if EK_HAS_implicit
+    ShapeRoot root = shape_root(s, o, d, after);
+    const vi is_implicit = open & (s.kind == (uint)SHAPE_implicit);
+    if (ANY(is_implicit)) root = implicit_shape_root(scene, s, shape, is_implicit, o, d, root);
+#else
     const ShapeRoot root = shape_root(s, o, d, after);
+#endif
     const vi met = open & root.hit;
     vi passed = (vi)(0);
 #if EK_HAS_opacity

@@ -21,7 +21,14 @@ EK_FN ShapePoint shape_surface(SceneData scene, TriangleLanes corners, vf part, 
   // From a million radii away t may be no better than the shape is large: then the side that is seen will do.
   const v3 seen = shape_vector(s, neg3(dir));
   near = select3(max_component(abs3(near)) > 0x1p-20f, near, scale3(seen, (vf)(1.0f) / max_component(abs3(seen))));
+#if EK_HAS_implicit
+  ShapePoint point = shape_point(s, near, part);
+  const vi is_implicit = is_shape & (s.kind == (uint)SHAPE_implicit);
+  vf clearance = (vf)(0.0f);
+  if (ANY(is_implicit)) point = implicit_shape_point(s, w, is_implicit, origin, dir, part, point, &clearance);
+#else
   const ShapePoint point = shape_point(s, near, part);
+#endif
   const v3 from_center = V3(dot3(V3(w.w0, w.w1, w.w2), point.p), dot3(V3(w.w3, w.w4, w.w5), point.p),
                             dot3(V3(w.w6, w.w7, w.w8), point.p));
   const v3 own = abs3(point.p), out = abs3(point.out);
@@ -33,8 +40,13 @@ EK_FN ShapePoint shape_surface(SceneData scene, TriangleLanes corners, vf part, 
   const v3 n = scale3(normal, (vf)(1.0f) / per_metre);
   const v3 p = add3(s.center, from_center);
   const v3 p_error = add3(scale3(abs3(p), (vf)(0x1p-24f)), scale3(abs3(n), 0x1p-20f * (height / per_metre)));
+#if EK_HAS_implicit
+  const v3 error = add3(p_error, scale3(abs3(n), clearance / per_metre));
+#else
+  const v3 error = p_error;
+#endif
   surface->p = select3(is_shape, p, surface->p);
-  surface->p_error = select3(is_shape, p_error, surface->p_error);
+  surface->p_error = select3(is_shape, error, surface->p_error);
   surface->n_geom = select3(is_shape, n, surface->n_geom);
   return point;
 }

@@ -246,7 +246,7 @@ EK_FN void batch_resolve(Geometry geometry, RayOne* rays, const uint* rows, cons
 #if EK_HAS_opacity
     ray.key = batch_keys(rays, rows);
 #endif
-    const ShapeHit shape = shape_hit(geometry.scene, &ray, *(const vu_unaligned*)triangles, is_shape ? AS_U(record.wc) : (vu)(0u),
+    const ShapeHit shape = shape_hit(geometry.scene, &ray, is_shape & (LANE_INDEX < (vu)(count)), *(const vu_unaligned*)triangles, is_shape ? AS_U(record.wc) : (vu)(0u),
                                      V3(record.w0, record.w1, record.w2), V3(record.w3, record.w4, record.w5));
     found.hit = found.hit | (is_shape & shape.hit);
     found.t = is_shape ? shape.t : found.t;

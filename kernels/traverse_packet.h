@@ -250,7 +250,7 @@ EK_FN int packet_step(Geometry geometry, Packet* p, PacketStack* stack, const in
       if (block[48 + k] != block[48 + k]) {  // never hit as a triangle
         const vu shape = (vu)(as_uint(((global const float*)(geometry.scene.triangles + triangle))[12]));
         const ShapeHit met =
-            shape_hit(geometry.scene, ray, (vu)(triangle), shape, V3((vf)(block[k]), (vf)(block[8 + k]), (vf)(block[16 + k])),
+            shape_hit(geometry.scene, ray, p->valid, (vu)(triangle), shape, V3((vf)(block[k]), (vf)(block[8 + k]), (vf)(block[16 + k])),
                       V3((vf)(block[24 + k]), (vf)(block[32 + k]), (vf)(block[40 + k])));
         found.hit = met.hit;
         found.t = met.t;

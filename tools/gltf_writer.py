@@ -170,6 +170,12 @@ class GltfWriter:
         shape = {"shape": {"type": kind, kind: sizes}, "material": material}
         self._node({"name": name, "extensions": {"EIKON_shape": shape}, **transform})
 
+    def implicit(self, name, f, bounds, material, **transform):
+        """A node with the surface f(x, y, z) = 0 within bounds (least x, y, z, then the largest); f > 0 is outside."""
+        self._use_extension("EIKON_implicit_surface")
+        surface = {"f": f, "bounds": list(bounds), "material": material}
+        self._node({"name": name, "extensions": {"EIKON_implicit_surface": surface}, **transform})
+
     def camera(self, yfov_rad, aspect, name="camera", **transform):
         """A perspective camera, looking along its -Z with +Y up."""
         perspective = {"aspectRatio": aspect, "yfov": yfov_rad, "znear": 1e-6}

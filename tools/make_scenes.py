@@ -12,11 +12,12 @@ import pathlib
 import sys
 
 import scenes_analytic
+import scenes_implicit
 import scenes_lambert
 import scenes_materials
 
 SCENES = pathlib.Path(__file__).resolve().parent.parent / "scenes"
-MAKERS = {**scenes_lambert.MAKERS, **scenes_materials.MAKERS, **scenes_analytic.MAKERS}
+MAKERS = {**scenes_lambert.MAKERS, **scenes_materials.MAKERS, **scenes_analytic.MAKERS, **scenes_implicit.MAKERS}
 
 
 def main():

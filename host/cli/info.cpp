@@ -113,6 +113,14 @@ void print_lights(const PackedScene& packed) {
   if (packed.light_summary.empty()) fmt::print("  none\n");
 }
 
+// What emits without being in the list of lights.
+void print_unsampled_emitters(const Scene& scene) {
+  for (const Shape& shape : scene.shapes)
+    if (shape.kind == ShapeKind::implicit && scene.materials[shape.material].emission != glm::vec3(0.0F))
+      fmt::print("  surface {} by formula emits, but is no light to sample: scattered rays alone find it\n",
+                 in_quotes(shape.name));
+}
+
 ExitCode info_command(const InfoOptions& options) {
   Prepared prepared = prepare(options.scene, say_on_stderr(false));
   const Scene& scene = *prepared.scene;
@@ -129,6 +137,7 @@ ExitCode info_command(const InfoOptions& options) {
   fmt::print("  image {} x {}, camera '{}'\n", prepared.settings.width, prepared.settings.height, prepared.camera_name);
   print_materials(scene);
   print_lights(packed);
+  print_unsampled_emitters(scene);
 
   fmt::print("features\n");
   for (const Feature& feature : features.ledger())

@@ -10,6 +10,7 @@
 #include "core/process_time.h"
 #include "image/image.h"
 #include "render/error_counter.h"
+#include "shared/records.h"
 
 namespace eikon {
 namespace {
@@ -118,6 +119,10 @@ void RenderJob::write() {
     say_(fmt::format("arithmetic {}: other devices may give other bits; see `eikon selftest`",
                      fmt::join(done_->arithmetic, ", ")));
   if (const std::uint64_t all = rejected_samples(); all > 0) say_(rejected_line(report(), all));
+  if (const std::uint64_t searches = report().given_up; searches > 0)
+    say_(fmt::format("{} searches for an implicit surface were given up after {} steps, as if it were not there; tighten its "
+                     "bounds, or write its formula with fewer occurrences of x, y and z",
+                     searches, EK_IMPLICIT_STEPS));
   if (report().interrupted) {
     const Settings& settings = prepared_.settings;
     say_(fmt::format("interrupted: {} of {} samples are in {}", done_->done.sample_count(),

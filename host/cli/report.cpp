@@ -72,6 +72,7 @@ void write_stats(const std::filesystem::path& path, const RenderReport& report, 
   stats["relmse_predicted"] = error.known ? json(error.relmse) : json(nullptr);
   stats["relmse_interval"] = error.known ? json({error.lo, error.hi}) : json(nullptr);
   stats["rejected_samples"] = report.nonfinite + report.saturated;
+  stats["given_up_searches"] = report.given_up;
   stats["interrupted"] = report.interrupted;
   stats["features"] = report.features;
   stats["triangles"] = report.triangles;

@@ -43,7 +43,7 @@ Id Expressions::node(Op op, std::uint32_t number, std::array<Id, 4> operands) {
   const auto found = known_.find(made);
   if (found != known_.end()) return found->second;
   if (nodes_.size() == kMostNodes)
-    throw InputError(fmt::format("is too complex: it and its derivatives take more than {} operations", kMostNodes));
+    throw InputError(fmt::format("too complex: it and its derivatives take more than {} operations", kMostNodes));
   nodes_.push_back(made);
   const Id id = Id(nodes_.size() - 1);
   known_.emplace(made, id);

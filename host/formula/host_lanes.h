@@ -11,6 +11,7 @@
 
 #define EK_WIDTH 1
 #define EK_FN [[maybe_unused]] static inline
+#define EK_FN_ONCE EK_FN
 #define AS_F(x) std::bit_cast<float>(static_cast<std::uint32_t>(x))
 #define AS_U(x) std::bit_cast<std::uint32_t>(x)
 #define AS_I(x) std::bit_cast<std::int32_t>(x)

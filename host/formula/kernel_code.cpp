@@ -129,12 +129,13 @@ std::string interval_lines(const Expressions& e, const std::vector<Id>& roots) {
 }
 
 std::string one(const Formula& f, std::size_t index) {
-  std::string text = fmt::format("EK_FN vf implicit_value_{}(v3 p) {{\n", index);
+  std::string text = fmt::format("EK_FN_ONCE vf implicit_value_{}(v3 p) {{\n", index);
   text += number_lines(f.expressions, {f.value});
-  text += fmt::format("  return {};\n}}\nEK_FN v3 implicit_gradient_{}(v3 p) {{\n", name(f.value), index);
+  text += fmt::format("  return {};\n}}\nEK_FN_ONCE v3 implicit_gradient_{}(v3 p) {{\n", name(f.value), index);
   text += number_lines(f.expressions, {f.gradient.begin(), f.gradient.end()});
   text += fmt::format("  return V3({}, {}, {});\n}}\n", name(f.gradient[0]), name(f.gradient[1]), name(f.gradient[2]));
-  text += fmt::format("EK_FN_ONCE ImplicitBounds implicit_bounds_{}(Interval x, Interval y, Interval z, v3 d) {{\n", index);
+  text +=
+      fmt::format("EK_FN_ONCE ImplicitBounds implicit_bounds_{}(Interval x, Interval y, Interval z, v3 d) {{\n", index);
   text += "  ImplicitBounds r;\n  r.undefined = (vi)(0);\n";
   text += interval_lines(f.expressions, {f.value, f.slope});
   text += fmt::format("  r.value = {};\n  r.slope = {};\n  return r;\n}}\n", name(f.value), name(f.slope));

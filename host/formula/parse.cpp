@@ -224,7 +224,7 @@ class Parser {
 
 Formula parse_formula(std::string_view text) {
   if (text.size() > kMostCharacters)
-    throw InputError(fmt::format("is too long: {} characters; at most {}", text.size(), kMostCharacters));
+    throw InputError(fmt::format("too long: {} characters; at most {}", text.size(), kMostCharacters));
   Formula f;
   Expressions& e = f.expressions;
   f.value = Parser(text, e).whole();

@@ -5,6 +5,9 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <vector>
+
+#include "formula/evaluate.h"
 
 namespace eikon {
 namespace {
@@ -36,8 +39,27 @@ double way_out(const Corners& t, const glm::dvec3& view) {
   return distance > 0 ? distance : infinite;
 }
 
+/// The same of the surface f = 0 within bounds: o and d from the middle of the bounds, in the formula's coordinates. It ends where f
+/// comes above 0 in one of a few thousand places: which of several media is the inner one is all that hangs on it.
+double way_out(const ShapeRecord& r, const formula::Formula& f, const glm::dvec3& o, const glm::dvec3& d) {
+  constexpr int kPlaces = 4096;
+  double end = std::numeric_limits<double>::infinity();
+  const glm::dvec3 extent(r.a, r.b, r.c), middle(r.middle_x, r.middle_y, r.middle_z);
+  for (int axis = 0; axis < 3; ++axis) {
+    if (!(std::abs(o[axis]) < extent[axis])) return 0;
+    if (d[axis] != 0) end = std::min(end, (std::copysign(extent[axis], d[axis]) - o[axis]) / d[axis]);
+  }
+  for (int i = 0; i < kPlaces; ++i) {
+    const double distance = end * i / kPlaces;
+    const glm::dvec3 p = middle + o + distance * d;
+    if (!(formula::evaluate_double(f.expressions, f.value, {p.x, p.y, p.z, 0, 0, 0}) < 0)) return distance;
+  }
+  return end;
+}
+
 /// How far a way along `view` goes inside a shape that holds `eye`; 0 if it does not.
-double way_out(const ShapeRecord& r, const glm::dvec3& eye, const glm::dvec3& view) {
+double way_out(const ShapeRecord& r, const std::vector<formula::Formula>& formulas, const glm::dvec3& eye,
+               const glm::dvec3& view) {
   const glm::dvec3 from = eye - glm::dvec3(r.center_x, r.center_y, r.center_z);
   const auto own = [&](const glm::dvec3& v) {
     return glm::dvec3(glm::dot(glm::dvec3(r.x_x, r.x_y, r.x_z), v), glm::dot(glm::dvec3(r.y_x, r.y_y, r.y_z), v),
@@ -49,6 +71,7 @@ double way_out(const ShapeRecord& r, const glm::dvec3& eye, const glm::dvec3& vi
       const double c = glm::dot(o, o) - 1, b = glm::dot(o, d), a = glm::dot(d, d);
       return c < 0 ? (std::sqrt(b * b - a * c) - b) / a : 0;
     }
+    case ShapeKind::implicit: return way_out(r, formulas.at(r.formula), o, d);
   }
   return 0;
 }
@@ -74,7 +97,7 @@ std::uint32_t camera_medium(const PackedScene& packed, const glm::dvec3& eye, co
   for (std::size_t i = 0; i < packed.shapes.size(); ++i) {
     const std::uint32_t m = packed.triangles[packed.triangle_count() + i].material;
     if ((packed.materials[m].flags & EK_MATERIAL_SOLID) == 0) continue;
-    const double out = way_out(packed.shapes[i], eye, view);
+    const double out = way_out(packed.shapes[i], packed.formulas, eye, view);
     if (!(out > 0)) continue;
     solids[m].turned += 4 * std::numbers::pi;
     solids[m].way_out = std::min(solids[m].way_out, out);

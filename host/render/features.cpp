@@ -6,6 +6,7 @@
 #include <unordered_set>
 
 #include "core/error.h"
+#include "formula/kernel_code.h"
 
 namespace eikon {
 namespace {
@@ -84,6 +85,10 @@ Features::Features(const Scene& scene, const Settings& settings) {
   };
 #define EK_SHAPE_KIND(name, bit) needs[#name] = shape(ShapeKind::name);
 #include "shared/features.def"
+  if (needs["implicit"].on) {
+    formula_code_ = formula::kernel_code(scene.formulas);
+    formula_count_ = scene.formulas.size();
+  }
   needs["shape"] = scene.shapes.empty() ? Need{false, "no shape"} : shape(scene.shapes.front().kind);
   const Material* const emitter = first_emitter(scene);
   needs["area"] = {emitter != nullptr,
@@ -170,6 +175,7 @@ bool Features::has(const std::string& name) const {
 std::map<std::string, std::string> Features::defines() const {
   std::map<std::string, std::string> defines;
   for (const Feature& feature : ledger_) defines["EK_HAS_" + feature.name] = feature.on ? "1" : "0";
+  if (formula_count_ > 0) defines["EK_FORMULA_COUNT"] = std::to_string(formula_count_);
   return defines;
 }
 

@@ -27,8 +27,10 @@ class Features {
 
   [[nodiscard]] const std::vector<Feature>& ledger() const { return ledger_; }
   [[nodiscard]] bool has(const std::string& name) const;
-  /// EK_HAS_<name> = 0 | 1 for every feature there is.
+  /// EK_HAS_<name> = 0 | 1 for every feature there is; and how many formulas, if any.
   [[nodiscard]] std::map<std::string, std::string> defines() const;
+  /// Kernel code of the scene's formulas, for the end of a program; empty if it has none.
+  [[nodiscard]] const std::string& formula_code() const { return formula_code_; }
   /// Channels of the film in order: "R", "G", "B", then those of the layers.
   [[nodiscard]] std::vector<std::string> film_channels() const;
   /// "diffuse area next_event ...": those that are on.
@@ -36,6 +38,8 @@ class Features {
 
  private:
   std::vector<Feature> ledger_;
+  std::string formula_code_;
+  std::size_t formula_count_ = 0;
 };
 
 /// Where the fields of kernels/shared/path_state.def lie with these features: word index by name, and how many there are.

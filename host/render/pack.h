@@ -28,6 +28,7 @@ struct PackedLight {
 struct PackedScene {
   DeviceVector<Triangle> triangles;  // and behind them the records of shapes
   DeviceVector<ShapeRecord> shapes;
+  std::vector<formula::Formula> formulas;  // of implicit surfaces
   // One per triangle, or empty where features.def says that nothing needs them.
   DeviceVector<TriangleNormals> normals;
   DeviceVector<TriangleTangents> tangents;

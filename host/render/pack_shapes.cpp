@@ -39,6 +39,7 @@ ShapeRecord record_of(const OwnShape& own, ShapeKind kind) {
 
 void pack_shapes(const Scene& scene, const Features& features, PackedScene& packed) {
   if (scene.shapes.empty()) return;
+  packed.formulas = scene.formulas;
   const std::uint64_t all = packed.triangles.size() + scene.shapes.size();
   if (all > kMaxSurfaces)
     throw InputError(
@@ -49,7 +50,9 @@ void pack_shapes(const Scene& scene, const Features& features, PackedScene& pack
   for (std::size_t i = 0; i < scene.shapes.size(); ++i) {
     const Shape& shape = scene.shapes[i];
     const OwnShape own = own_shape(shape);
-    const ShapeRecord record = record_of(own, shape.kind);
+    ShapeRecord record = record_of(own, shape.kind);
+    record.middle_x = float(shape.middle.x), record.middle_y = float(shape.middle.y), record.middle_z = float(shape.middle.z);
+    record.formula = shape.formula;
     packed.shapes.push_back(record);
     const glm::dvec3 center(record.center_x, record.center_y, record.center_z);
     const glm::dvec3 lo = center - own.half * (1 + kSlack), hi = center + own.half * (1 + kSlack);
@@ -62,7 +65,7 @@ void pack_shapes(const Scene& scene, const Features& features, PackedScene& pack
     t.material = shape.material;
     t.node = std::uint32_t(scene.nodes.size() + i);
     t.n_x = std::bit_cast<float>(std::uint32_t(i));
-    t.flags = passable.has(shape.material) ? EK_SHAPE_PASSABLE : 0;
+    t.flags = passable.has(shape.material) && shape.kind != ShapeKind::implicit ? EK_SHAPE_PASSABLE : 0;
     packed.triangles.push_back(t);
   }
   // What only triangles have is never read of these, or counts as none.

@@ -45,7 +45,7 @@ RayBench::RayBench(Device& device, const PackedScene& scene, const Features& fea
   options.defines["EK_CHUNK"] = std::to_string(chunk());
   options.defines.merge(accel.defines());
   for (const auto& [name, value] : defines) options.defines[name] = value;
-  const Program program = device.build(kernel_text({"trace_rays.cl", "bench_rays.cl"}), options);
+  const Program program = device.build(kernel_text({"trace_rays.cl", "bench_rays.cl"}) + features.formula_code(), options);
   for (const char* name : {"trace_closest", "trace_any", "bench_camera", "bench_scatter"}) {
     kernels_[name] = program.kernel(name);
   }
@@ -59,6 +59,7 @@ RayBench::RayBench(Device& device, const PackedScene& scene, const Features& fea
   upload("accel_leaves", accel.leaves);
   upload("triangles", scene.triangles);
   upload("shapes", scene.shapes);
+  upload("diagnostics", std::vector<Diagnostics>(1));
   upload("lights", scene.lights);
   upload("light_buckets", scene.light_buckets);
   upload("environment_texels", scene.environment_texels);

@@ -278,6 +278,7 @@ RenderOutput pack_and_render(const Pack& pack, const Features& features, const S
   report.events = crew->events();
   report.rays = totals.rays;
   report.samples = totals.samples;
+  report.given_up = totals.given_up;
   report.nonfinite = totals.nonfinite;
   report.saturated = totals.saturated;
   report.rejected = totals.rejected;

@@ -26,6 +26,7 @@ struct RenderReport {
   RayCounts rays;
   std::uint64_t samples = 0;                   // finished, rejected ones included
   std::uint64_t samples_before = 0;            // those that the render began with
+  std::uint64_t given_up = 0;  // searches of implicit surfaces that took too many steps: the ray went on
   std::uint64_t nonfinite = 0, saturated = 0;  // left out of the film
   std::vector<RejectedSample> rejected;        // the first few
   bool interrupted = false;

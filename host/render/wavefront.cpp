@@ -49,6 +49,7 @@ struct Wavefront::Impl {
       tallies_buffer;
   ArithmeticClass arithmetic;
   ProgramOptions sampled_options;
+  std::string formula_code;
   std::uint64_t bytes = 0;
   double upload_s = 0;
 
@@ -142,7 +143,8 @@ struct Wavefront::Impl {
 #include "shared/stages.def"
     files.push_back("arithmetic.cl");
     files.push_back("canary.cl");
-    const Program program = device.build(kernel_text(files), options);
+    formula_code = features.formula_code();
+    const Program program = device.build(kernel_text(files) + formula_code, options);
     require_canary(device, program);
     arithmetic = probe_arithmetic(device, program);
     for (const std::string& stage : stages)
@@ -163,7 +165,7 @@ struct Wavefront::Impl {
       if ((name == "miss" && !has_environment) || (name == "shadow" && !has_shadow)) continue;
       stages.push_back(name), files.push_back("stages/" + name + ".cl");
     }
-    const Program program = device.build(kernel_text(files), sampled_options);
+    const Program program = device.build(kernel_text(files) + formula_code, sampled_options);
     sampler = std::make_unique<StageSampler>(device, program, stages, arguments, config);
   }
 
@@ -449,6 +451,7 @@ struct Wavefront::Impl {
     const Diagnostics& diagnostics = slot.diagnostics;
     result.nonfinite = diagnostics.nonfinite;
     result.saturated = diagnostics.saturated;
+    result.given_up = diagnostics.given_up;
     for (std::uint32_t i = 0; i < std::min<std::uint32_t>(diagnostics.reported, EK_REPORT_COUNT); ++i) {
       const std::uint32_t xy = slot.pixels[diagnostics.report[2 * i]];
       result.rejected.push_back({xy & 0xffffU, xy >> 16, slot.unit.sample_begin + diagnostics.report[2 * i + 1]});

@@ -35,6 +35,7 @@ struct RejectedSample {
 struct UnitResult {
   UnitSums sums;
   RayCounts rays;
+  std::uint64_t given_up = 0;  // searches of implicit surfaces
   std::uint64_t nonfinite = 0, saturated = 0;
   std::vector<RejectedSample> rejected;  // the first few
 };

@@ -22,7 +22,7 @@ constexpr std::string_view kSupportedExtensions[] = {
     "KHR_materials_specular",     "KHR_materials_transmission",      "KHR_materials_unlit",
     "KHR_materials_volume",       "KHR_texture_transform",           "KHR_mesh_quantization",
     "KHR_draco_mesh_compression", "EXT_meshopt_compression",         "EXT_mesh_gpu_instancing",
-    "KHR_implicit_shapes",        "EIKON_shape",
+    "KHR_implicit_shapes",        "EIKON_shape",                     "EIKON_implicit_surface",
 };
 // Extensions that a file may require and that a tool can take out of it.
 struct Remedy {

@@ -15,6 +15,7 @@
 #include "scene/instances.h"
 #include "scene/lights.h"
 #include "scene/materials.h"
+#include "scene/implicit_surfaces.h"
 #include "scene/meshes.h"
 #include "scene/node_graph.h"
 #include "scene/scene.h"
@@ -32,7 +33,8 @@ constexpr std::size_t kUnread = ~std::size_t{0};
 constexpr std::size_t kMaxPlacedMeshes = std::size_t{1} << 24U;
 const std::vector<glm::dmat4> kOnce{glm::dmat4(1.0)};
 // What nodes may have and all is read of.
-constexpr std::string_view kNodeExtensions[] = {"KHR_lights_punctual", "EXT_mesh_gpu_instancing", kShapeExtension};
+constexpr std::string_view kNodeExtensions[] = {"KHR_lights_punctual", "EXT_mesh_gpu_instancing", kShapeExtension,
+                                                kImplicitExtension};
 
 /// The largest absolute coordinates of a mesh, per axis.
 glm::dvec3 extent_of(const Mesh& mesh) {
@@ -218,10 +220,13 @@ void fill_scene(const tinygltf::Model& model, const Json& document, const std::v
     scene.meshes.push_back(reader.read(mesh));
     extents.push_back(extent_of(scene.meshes.back()));
   }
+  ImplicitSurfaceReader implicit(
+      document, [&](int index) { return materials.use(index); }, scene, notes);
   for (const PlacedNode& placed : placed_nodes) {
     const Json& node = document["nodes"][placed.node];
-    if (!has_shape(node)) continue;
     const Place place{.value = node, .kind = "node", .index = static_cast<std::int64_t>(placed.node)};
+    if (ImplicitSurfaceReader::has(node)) implicit.add(place, model.nodes[placed.node].name, placed.world_from_object);
+    if (!has_shape(node)) continue;
     add_shape(
         document, place, model.nodes[placed.node].name, placed.world_from_object,
         [&](int index) { return materials.use(index); }, scene, notes);

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "formula/parse.h"
 #include "scene/shape.h"
 
 namespace eikon {
@@ -138,6 +139,7 @@ struct Scene {
   std::vector<Mesh> meshes;
   std::vector<Node> nodes;
   std::vector<Shape> shapes;
+  std::vector<formula::Formula> formulas;  // of implicit surfaces, equal ones once
   std::vector<Material> materials;  // at least one (glTF's default) when any primitive needs it
   std::vector<TextureImage> images;  // those that used materials need
   std::vector<PunctualLight> lights;

@@ -36,7 +36,9 @@ struct ShapeKindInfo {
 struct Shape {
   std::string name;  // of the node
   ShapeKind kind{};
-  std::array<double, kShapeParameters> size{};  // metres of the node's space, in the order of shape_kinds()
+  std::array<double, kShapeParameters> size{};  // metres of the node's space, in the order of shape_kinds(); implicit: half the bounds
+  glm::dvec3 middle{0.0};                       // implicit: of the bounds
+  std::uint32_t formula = 0;                    // implicit: index into Scene::formulas
   glm::dmat4 world_from_object{1.0};
   std::uint32_t material = 0;  // index into Scene::materials
 };

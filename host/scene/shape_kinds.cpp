@@ -16,6 +16,17 @@ constexpr std::array kKinds{
 
 glm::dvec3 row(const glm::dmat3& m, int i) { return {m[0][i], m[1][i], m[2][i]}; }
 
+// The formula's coordinates about the middle of its bounds; their box as the world has it.
+OwnShape own_implicit(const Shape& shape) {
+  OwnShape own;
+  own.world_from_own = glm::dmat3(shape.world_from_object);
+  own.center = glm::dvec3(shape.world_from_object * glm::dvec4(shape.middle, 1));
+  for (std::size_t i = 0; i < 3; ++i) own.parameters[i] = shape.size[i];
+  const glm::dvec3 half(shape.size[0], shape.size[1], shape.size[2]);
+  for (int axis = 0; axis < 3; ++axis) own.half[axis] = glm::dot(glm::abs(row(own.world_from_own, axis)), half);
+  return own;
+}
+
 }  // namespace
 
 std::span<const ShapeKindInfo> shape_kinds() { return kKinds; }
@@ -27,12 +38,15 @@ const ShapeKindInfo& shape_kind(ShapeKind kind) {
 }
 
 OwnShape own_shape(const Shape& shape) {
+  if (shape.kind == ShapeKind::implicit) return own_implicit(shape);
   OwnShape own;
   own.center = glm::dvec3(shape.world_from_object[3]);
   glm::dvec3 scale{1.0};
   switch (shape.kind) {
     case ShapeKind::sphere:
       scale = glm::dvec3(shape.size[0]);
+      break;
+    case ShapeKind::implicit:
       break;
   }
   own.world_from_own = glm::dmat3(shape.world_from_object);

@@ -105,6 +105,11 @@ void add_shape(const Json& document, const Place& node, const std::string& name,
   const ShapeKindInfo& info = kind_of(shape_place);
   shape.kind = info.kind;
   read_sizes(shape_place, info, shape);
+  shape.material = use_material(material ? static_cast<int>(*material) : -1);
+  place_shape(node, std::move(shape), scene, notes);
+}
+
+void place_shape(const Place& node, Shape shape, Scene& scene, Notes& notes) {
   const OwnShape own = own_shape(shape);
   if (!is_solid(own))
     return notes.warn(node.label() + ": its shape is left out, the node scales it to nothing or beyond all measure");
@@ -115,7 +120,6 @@ void add_shape(const Json& document, const Place& node, const std::string& name,
           fmt::format("its shape reaches {} = {:g}, beyond 2^40 m, the largest coordinate; scale the scene down",
                       "xyz"[axis], farthest));
   }
-  shape.material = use_material(material ? static_cast<int>(*material) : -1);
   scene.shapes.push_back(std::move(shape));
 }
 

@@ -24,4 +24,8 @@ inline constexpr const char* kShapeListExtension = "KHR_implicit_shapes";
 void add_shape(const Json& document, const Place& node, const std::string& name, const glm::dmat4& world_from_object,
                const std::function<std::uint32_t(int)>& use_material, Scene& scene, Notes& notes);
 
+/// Appends a shape of which all is known; one that its node scales to nothing is left out with a note.
+/// throws InputError: a place beyond kMaxCoordinate
+void place_shape(const Place& node, Shape shape, Scene& scene, Notes& notes);
+
 }  // namespace eikon

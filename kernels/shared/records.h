@@ -101,7 +101,9 @@ typedef struct {
   float a, b, c;                  // parameters of its kind
   uint kind;                      // bit of EK_SHAPE_KIND
   float wx_x, wx_y, wx_z, wy_x, wy_y, wy_z, wz_x, wz_y, wz_z;
-  uint pad0, pad1, pad2, pad3, pad4, pad5, pad6;
+  float middle_x, middle_y, middle_z;  // implicit: of its bounds, in the formula's coordinates
+  uint formula;                   // implicit: which
+  uint pad0, pad1, pad2;
 } ShapeRecord;
 EK_ASSERT_SIZE(ShapeRecord, 128);
 
@@ -186,14 +188,17 @@ typedef struct {
 } LightBucket;
 EK_ASSERT_SIZE(LightBucket, 8);
 
+#define EK_IMPLICIT_STEPS 4096    // pieces of a ray that are tried in an implicit surface at most
+
 // Raised by kernels, read once per unit.
 typedef struct {
   uint nonfinite;                 // samples whose radiance was NaN or infinite
   uint saturated;                 // samples beyond the film's range
   uint reported;                  // entries of `report` that were claimed
   uint report[2 * EK_REPORT_COUNT];  // pixel of the unit, sample of the unit
+  uint given_up;                  // searches of implicit surfaces that took too many steps
 } Diagnostics;
-EK_ASSERT_SIZE(Diagnostics, 76);
+EK_ASSERT_SIZE(Diagnostics, 80);
 
 #define EK_PATH_STAGES 5          // EK_PATH_STAGE of stages.def
 #define EK_TALLY_DEPTHS 16        // depths that are counted apart; what is deeper is counted with the last

@@ -158,7 +158,7 @@ class TraverseProbe {
   TraverseProbe(Device& device, const PackedScene& scene, const Features& features, const Settings& settings,
                 const Options& options)
       : device_(device), accel_(build(scene, options)), coherent_(options.coherent) {
-    compile(features.defines(), options);
+    compile(features.defines(), options, features.formula_code());
     arguments_.set("frame", device.upload(std::vector<Frame>{pack_frame(scene, settings)}));
     const auto upload = [&](const char* name, const auto& records) {
       using Record = typename std::decay_t<decltype(records)>::value_type;
@@ -176,6 +176,7 @@ class TraverseProbe {
     upload("material_extensions", scene.material_extensions);
     upload("textures", scene.textures);
     upload("shapes", scene.shapes);
+    upload("diagnostics", std::vector<Diagnostics>(1));
     std::vector<std::uint32_t> texels(1);
     for (const auto& part : scene.texels) texels.insert(texels.end() - 1, part.begin(), part.end());
     arguments_.set("texels", device.upload(texels));
@@ -204,7 +205,7 @@ class TraverseProbe {
  private:
   static constexpr std::size_t kChunk = 256;
 
-  void compile(std::map<std::string, std::string> defines, const Options& options) {
+  void compile(std::map<std::string, std::string> defines, const Options& options, const std::string& behind = "") {
     ProgramOptions program;
     program.defines = std::move(defines);
     program.defines.merge(accel_.defines());
@@ -212,7 +213,7 @@ class TraverseProbe {
     program.defines["EK_CHUNK"] = std::to_string(kChunk);
     if (options.portable) program.defines["EK_PORTABLE"] = "1";
     for (const auto& [name, value] : options.defines) program.defines[name] = value;
-    const Program built = device_.build(kernel_text({"trace_rays.cl"}), program);
+    const Program built = device_.build(kernel_text({"trace_rays.cl"}) + behind, program);
     closest_ = built.kernel("trace_closest");
     any_ = built.kernel("trace_any");
   }

@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: Apache-2.0
+// Pictures of surfaces by formula: they look as the same surfaces otherwise do, nothing leaks, nothing shadows itself.
+#include <string>
+
+#include "formula/parse.h"
+#include "render/scene_builder.h"
+
+namespace eikon::testing {
+namespace {
+
+Settings sky(std::uint32_t side, std::uint64_t spp) {
+  Settings settings = settings_for(side, side, spp);
+  settings.environment.radiance = glm::vec3(1);
+  return settings;
+}
+
+Shape& add_implicit(Scene& scene, const std::string& f, double half, const glm::dmat4& place,
+                    const Material& material) {
+  scene.materials.push_back(material);
+  scene.formulas.push_back(formula::parse_formula(f));
+  Shape shape;
+  shape.name = f;
+  shape.kind = ShapeKind::implicit;
+  shape.size = {half, half, half};
+  shape.formula = std::uint32_t(scene.formulas.size() - 1);
+  shape.world_from_object = place;
+  shape.material = std::uint32_t(scene.materials.size() - 1);
+  return scene.shapes.emplace_back(shape);
+}
+
+Material glass() {
+  Material m;
+  m.metallic = 0;
+  m.roughness = 0;
+  m.transmission = 1;
+  m.solid = true;
+  return m;
+}
+
+glm::dmat4 askew() {
+  return glm::translate(glm::dmat4(1), {0.1, 0.2, 0.3}) * glm::rotate(glm::dmat4(1), 0.7, glm::dvec3(0.3, 1, 0.2)) *
+         glm::scale(glm::dmat4(1), {1.0, 0.6, 0.8});
+}
+
+void expect_same(const Film& a, const Film& b, const std::string& what) {
+  const Crop& crop = a.layout().crop;
+  for (std::uint32_t y = crop.y0; y < crop.y1; ++y)
+    for (std::uint32_t x = crop.x0; x < crop.x1; ++x)
+      for (std::size_t channel = 0; channel < 3; ++channel)
+        ASSERT_EQ(a.mean(x, y, channel), b.mean(x, y, channel)) << what << ", pixel " << x << "," << y;
+}
+
+const char* const kSphere = "x^2+y^2+z^2-1";
+const char* const kSheet = "max(x^2+y^2+z^2-1, (abs(sin(5*x)*cos(5*y)+sin(5*y)*cos(5*z)+sin(5*z)*cos(5*x))-0.5)/10)";
+
+// A convex body under a constant sky shows its albedo, unless it shadows itself.
+TEST(ImplicitSurface, G7_a_sphere_by_formula_shows_its_albedo_under_the_sky_from_near_and_far_at_every_size) {
+  for (const double radius : {1e-5, 1.0, 1e6})
+    for (const double distance : {1.5, 1e2, 1e5}) {
+      Scene scene;
+      const glm::dmat4 place = glm::scale(glm::dmat4(1), glm::dvec3(radius)) * askew();
+      add_implicit(scene, kSphere, 1.1, place, lambert(0.5F));
+      const glm::dvec3 center(place[3]);
+      Settings settings = sky(16, 16);
+      settings.camera =
+          look_at_camera(center + radius * distance * glm::dvec3(0.1, 0.3, 0.95), center, {0, 1, 0}, 0.5 / distance);
+      const Film film = film_of(scene, settings);
+      for (std::uint32_t y = 0; y < 16; ++y)
+        for (std::uint32_t x = 0; x < 16; ++x)
+          ASSERT_NEAR(film.mean(x, y, 0), 0.5, 2e-6)
+              << "radius " << radius << ", distance " << distance << ", pixel " << x << "," << y;
+    }
+}
+
+TEST(ImplicitSurface, its_picture_is_that_of_the_analytic_sphere) {
+  const auto picture = [](bool by_formula) {
+    Scene scene;
+    Material metal;
+    metal.roughness = 0.3F;
+    metal.base_color = {0.9F, 0.6F, 0.3F};
+    if (by_formula) {
+      add_implicit(scene, kSphere, 1.05, askew(), metal);
+    } else {
+      add_implicit(scene, kSphere, 1.05, askew(), metal).kind = ShapeKind::sphere;
+      scene.shapes[0].size = {1, 0, 0};
+    }
+    Settings settings = sky(32, 32);
+    settings.camera = look_at_camera({0.3, 1, 3.5}, {0.1, 0.2, 0.3}, {0, 1, 0}, 0.8);
+    return film_of(scene, settings);
+  };
+  const Film formula = picture(true), analytic = picture(false);
+  double difference = 0;
+  for (std::uint32_t y = 0; y < 32; ++y)
+    for (std::uint32_t x = 0; x < 32; ++x) difference += std::abs(formula.mean(x, y, 0) - analytic.mean(x, y, 0));
+  // The same samples: only rays within rounding of the rim differ.
+  EXPECT_LT(difference / (32 * 32), 1e-4);
+}
+
+TEST(ImplicitSurface, M12_clear_glass_vanishes_in_a_constant_sky_however_often_a_ray_goes_in_and_out) {
+  for (const char* f : {kSphere, kSheet}) {
+    Scene scene;
+    add_implicit(scene, f, 1.05, askew(), glass());
+    Settings settings = sky(24, 64);
+    settings.camera = look_at_camera({0, 0.5, 4}, {0.1, 0.2, 0.3}, {0, 1, 0}, 0.6);
+    EXPECT_TRUE(agrees(mean_of(film_of(scene, settings)), 1, 1)) << f;
+  }
+}
+
+TEST(ImplicitSurface, a_closed_surface_is_dark_inside) {
+  Scene scene;
+  add_implicit(scene, kSphere, 1.05, askew(), lambert(0.9F));
+  Settings settings = sky(32, 64);
+  settings.camera = look_at_camera({0.1, 0.2, 0.32}, {1, 0.2, 0.3}, {0, 1, 0}, 2.0);
+  const Film film = film_of(scene, settings);
+  for (std::uint32_t y = 0; y < 32; ++y)
+    for (std::uint32_t x = 0; x < 32; ++x) ASSERT_EQ(film.mean(x, y, 0), 0) << "pixel " << x << "," << y;
+}
+
+TEST(ImplicitSurface, G9_a_scene_times_a_power_of_two_gives_the_same_bits) {
+  const auto scaled = [](double factor) {
+    Scene scene;
+    add_implicit(scene, kSheet, 1.05, askew(), lambert({0.7F, 0.5F, 0.3F}));
+    add_implicit(scene, "(x^2+y^2+z^2+0.75)^2-4*(x^2+y^2)", 1.7, glm::translate(glm::dmat4(1), {0, -1, 0}) * askew(),
+                 glass());
+    Settings settings = sky(24, 8);
+    settings.camera = look_at_camera({0, 0.5, 4}, {0.1, 0.2, 0.3}, {0, 1, 0}, 0.8);
+    const auto [big, its] = times({std::move(scene), settings}, factor);
+    return film_of(big, its);
+  };
+  const Film original = scaled(1);
+  for (const int k : {-20, -7, 1, 20}) expect_same(original, scaled(std::ldexp(1.0, k)), "2^" + std::to_string(k));
+}
+
+TEST(ImplicitSurface, emission_is_met_by_scattered_rays_alone_and_in_full) {
+  // Le = 1/2 and albedo 1/2 from every side of the wall: 1.
+  Scene scene;
+  Material wall = lambert(0.5F, 0.5F);
+  wall.double_sided = true;
+  add_implicit(scene, kSphere, 1.05, askew(), wall);
+  Settings settings = settings_for(16, 16, 256);
+  settings.camera = look_at_camera({0.12, 0.21, 0.33}, {1, 0.2, 0.3}, {0, 1, 0}, 2.0);
+  EXPECT_TRUE(agrees(mean_of(film_of(scene, settings)), 1, 1));
+}
+
+}  // namespace
+}  // namespace eikon::testing
