@@ -2,7 +2,8 @@
 // Shapes: surfaces that are not triangles. Each kind is a file shape_<name>.h in the shape's own space, where it has a standard
 // size, with
 //   <name>_span   where a ray goes in and out
-//   <name>_point  a point near the surface moved onto it, which way is out there, and where a texture is looked up
+//   <name>_point  a point near the surface moved onto it, but not within `slack` of an edge, where its error could put it
+//                 beyond the surface that begins there; which way is out there, and where a texture is looked up
 // and a line in each of the two functions below. A kind that is no convex solid gives its roots to shape_root itself.
 #ifndef EK_SHAPE_H
 #define EK_SHAPE_H
@@ -54,7 +55,17 @@ EK_FN ShapePoint select_point(vi m, ShapePoint a, ShapePoint b) {
   return s;
 }
 
+// x within -1 and 1, by a margin.
+EK_FN vf shape_clamp(vf x, vf slack) {
+  const vf limit = max_f(1.0f - slack, (vf)(0.0f));
+  return max_f(min_f(x, limit), -limit);
+}
+
 #include "shape_sphere.h"
+#include "shape_box.h"
+#include "shape_plane.h"
+#include "shape_cylinder.h"
+#include "shape_capsule.h"
 
 // Where the ray o + z d, in the shape's own space, first meets it with z > after.
 typedef struct {
@@ -71,6 +82,10 @@ EK_FN ShapeRoot shape_root(ShapeLanes s, v3 o, v3 d, vf after) {
     if (ANY(is_kind)) span = select_span(is_kind, name##_span(s, o, d), span); \
   }
   EK_SPAN(sphere)
+  EK_SPAN(box)
+  EK_SPAN(plane)
+  EK_SPAN(cylinder)
+  EK_SPAN(capsule)
 #undef EK_SPAN
   const vi enters = span.in > after;
   ShapeRoot root = {span.hit & (enters | (span.out > after)), enters ? span.in : span.out,
@@ -79,15 +94,19 @@ EK_FN ShapeRoot shape_root(ShapeLanes s, v3 o, v3 d, vf after) {
 }
 
 /// near  own space, some way off the surface
-EK_FN ShapePoint shape_point(ShapeLanes s, v3 near, vf part) {
+EK_FN ShapePoint shape_point(ShapeLanes s, v3 near, vf part, v3 slack) {
   const vf zero = (vf)(0.0f);
   ShapePoint point = {V3(zero, zero, zero), V3(zero, zero, zero), zero, zero};
 #define EK_POINT(name)                                                                 \
   if (EK_HAS_##name) {                                                                 \
     const vi is_kind = s.kind == (uint)SHAPE_##name;                                   \
-    if (ANY(is_kind)) point = select_point(is_kind, name##_point(s, near, part), point); \
+    if (ANY(is_kind)) point = select_point(is_kind, name##_point(s, near, part, slack), point); \
   }
   EK_POINT(sphere)
+  EK_POINT(box)
+  EK_POINT(plane)
+  EK_POINT(cylinder)
+  EK_POINT(capsule)
 #undef EK_POINT
   return point;
 }

@@ -60,7 +60,7 @@ EK_FN ShapeHit shape_hit(SceneData scene, const RayLanes* ray, vi live, vu id, v
 #if EK_HAS_opacity
     passed = met & ((gather_u((global const uint*)scene.triangles, id * 16u + 15u) & EK_SHAPE_PASSABLE) != 0u);
     if (ANY(passed)) {
-      const ShapePoint point = shape_point(s, add3(o, scale3(d, root.z)), root.part);
+      const ShapePoint point = shape_point(s, add3(o, scale3(d, root.z)), root.part, V3((vf)(0.0f), (vf)(0.0f), (vf)(0.0f)));
       passed = passed & shape_passes(scene, id, point, number, ray->key);
     }
 #endif

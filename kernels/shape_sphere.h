@@ -7,7 +7,7 @@
 // from afar the discriminant comes from the point of the line next to the centre. Near the sphere it comes from c, whose sign says
 // on which side the ray begins: the error of points (shape_surface.h) keeps that right for rays that leave the surface. From
 // inside one root is positive, whatever is rounded, and no ray gets out unseen; from outside a ray that leads away has none.
-EK_FN ShapeSpan sphere_span(ShapeLanes s, v3 o, v3 d) {
+EK_FN ShapeSpan unit_sphere_span(v3 o, v3 d) {
   const vf a = dot3(d, d), b = -dot3(o, d), c = dot3(o, o) - 1.0f;
   const v3 nearest = add3(o, scale3(d, b / a));
   const vf from_afar = a * (1.0f - dot3(nearest, nearest));
@@ -22,9 +22,10 @@ EK_FN ShapeSpan sphere_span(ShapeLanes s, v3 o, v3 d) {
   span.in_part = span.out_part = (vf)(0.0f);
   return span;
 }
+EK_FN ShapeSpan sphere_span(ShapeLanes s, v3 o, v3 d) { return unit_sphere_span(o, d); }
 
 // u grows to the east seen from outside, with its middle at +Z; v grows from the pole at +Y to that at -Y.
-EK_FN ShapePoint sphere_point(ShapeLanes s, v3 near, vf part) {
+EK_FN ShapePoint sphere_point(ShapeLanes s, v3 near, vf part, v3 slack) {
   ShapePoint point;
   point.p = normalize3(near);
   point.out = point.p;

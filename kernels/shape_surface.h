@@ -21,19 +21,24 @@ EK_FN ShapePoint shape_surface(SceneData scene, TriangleLanes corners, vf part, 
   // From a million radii away t may be no better than the shape is large: then the side that is seen will do.
   const v3 seen = shape_vector(s, neg3(dir));
   near = select3(max_component(abs3(near)) > 0x1p-20f, near, scale3(seen, (vf)(1.0f) / max_component(abs3(seen))));
+  const v3 row_x = V3(w.w0, w.w1, w.w2), row_y = V3(w.w3, w.w4, w.w5), row_z = V3(w.w6, w.w7, w.w8);
+  // What errors of the point and of rays that leave it, some roundings more, are along the axes of own space.
+  const v3 ones = V3((vf)(1.0f), (vf)(1.0f), (vf)(1.0f));
+  const v3 reach = V3(0x1p-18f * dot3(abs3(row_x), ones) + 0x1p-21f * abs_f(s.center.x),
+                      0x1p-18f * dot3(abs3(row_y), ones) + 0x1p-21f * abs_f(s.center.y),
+                      0x1p-18f * dot3(abs3(row_z), ones) + 0x1p-21f * abs_f(s.center.z));
+  const v3 slack = V3(dot3(abs3(s.x), reach), dot3(abs3(s.y), reach), dot3(abs3(s.z), reach));
 #if EK_HAS_implicit
-  ShapePoint point = shape_point(s, near, part);
+  ShapePoint point = shape_point(s, near, part, slack);
   const vi is_implicit = is_shape & (s.kind == (uint)SHAPE_implicit);
   vf clearance = (vf)(0.0f);
   if (ANY(is_implicit)) point = implicit_shape_point(s, w, is_implicit, origin, dir, part, point, &clearance);
 #else
-  const ShapePoint point = shape_point(s, near, part);
+  const ShapePoint point = shape_point(s, near, part, slack);
 #endif
-  const v3 from_center = V3(dot3(V3(w.w0, w.w1, w.w2), point.p), dot3(V3(w.w3, w.w4, w.w5), point.p),
-                            dot3(V3(w.w6, w.w7, w.w8), point.p));
+  const v3 from_center = V3(dot3(row_x, point.p), dot3(row_y, point.p), dot3(row_z, point.p));
   const v3 own = abs3(point.p), out = abs3(point.out);
-  const v3 size = V3(dot3(abs3(V3(w.w0, w.w1, w.w2)), own), dot3(abs3(V3(w.w3, w.w4, w.w5)), own),
-                     dot3(abs3(V3(w.w6, w.w7, w.w8)), own));
+  const v3 size = V3(dot3(abs3(row_x), own), dot3(abs3(row_y), own), dot3(abs3(row_z), own));
   const vf height = (out.x * dot3(abs3(s.x), size) + out.y * dot3(abs3(s.y), size)) + out.z * dot3(abs3(s.z), size);
   const v3 normal = add3(add3(scale3(s.x, point.out.x), scale3(s.y, point.out.y)), scale3(s.z, point.out.z));
   const vf per_metre = sqrt(dot3(normal, normal));

@@ -57,6 +57,30 @@ double way_out(const ShapeRecord& r, const formula::Formula& f, const glm::dvec3
   return end;
 }
 
+/// Whether a solid shape, convex, holds a point of its own space.
+bool holds(const ShapeRecord& r, const glm::dvec3& p) {
+  const double round = std::hypot(p.x, p.z), a = double{r.a}, b = double{r.b}, c = double{r.c};
+  switch (ShapeKind(r.kind)) {
+    case ShapeKind::sphere:
+      return glm::length(p) < 1;
+    case ShapeKind::box:
+      return std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}) < 1;
+    case ShapeKind::plane:
+      return false;
+    case ShapeKind::cylinder:
+      return std::abs(p.y) < 1 && round < a + b * p.y;
+    case ShapeKind::capsule: {
+      if (std::hypot(round, p.y - a) < b || std::hypot(round, p.y + a) < c) return true;
+      const double tilt = (c - b) / (2 * a), flat = std::sqrt(1 - tilt * tilt);  // of the side's normal
+      return std::abs(tilt) < 1 && p.y > c * tilt - a && p.y < b * tilt + a &&
+             round * flat < 0.5 * (b + c) - tilt * p.y;
+    }
+    case ShapeKind::implicit:
+      return false;  // its formula is asked instead
+  }
+  return false;
+}
+
 /// How far a way along `view` goes inside a shape that holds `eye`; 0 if it does not.
 double way_out(const ShapeRecord& r, const std::vector<formula::Formula>& formulas, const glm::dvec3& eye,
                const glm::dvec3& view) {
@@ -66,14 +90,14 @@ double way_out(const ShapeRecord& r, const std::vector<formula::Formula>& formul
                       glm::dot(glm::dvec3(r.z_x, r.z_y, r.z_z), v));
   };
   const glm::dvec3 o = own(from), d = own(view);
-  switch (ShapeKind(r.kind)) {
-    case ShapeKind::sphere: {
-      const double c = glm::dot(o, o) - 1, b = glm::dot(o, d), a = glm::dot(d, d);
-      return c < 0 ? (std::sqrt(b * b - a * c) - b) / a : 0;
-    }
-    case ShapeKind::implicit: return way_out(r, formulas.at(r.formula), o, d);
+  if (ShapeKind(r.kind) == ShapeKind::implicit) return way_out(r, formulas.at(r.formula), o, d);
+  if (!holds(r, o)) return 0;
+  double inside = 0, outside = 4 * (1 + double{r.a}) / glm::length(d);  // no shape is larger than 4 (1 + a) across
+  for (int i = 0; i < 60; ++i) {
+    const double middle = 0.5 * (inside + outside);
+    (holds(r, o + middle * d) ? inside : outside) = middle;
   }
-  return 0;
+  return outside;
 }
 
 bool absorbs(const MaterialExtension& e) { return e.absorption_r != 0 || e.absorption_g != 0 || e.absorption_b != 0; }

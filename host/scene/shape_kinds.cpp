@@ -12,6 +12,20 @@ constexpr ShapeParameter kNone{.name = "", .usual = 0, .count = 0};
 
 constexpr std::array kKinds{
     ShapeKindInfo{ShapeKind::sphere, "sphere", {ShapeParameter{.name = "radius", .usual = 0.5}, kNone, kNone}},
+    ShapeKindInfo{ShapeKind::box, "box", {ShapeParameter{.name = "size", .usual = 1, .count = 3}, kNone, kNone}},
+    ShapeKindInfo{ShapeKind::plane,
+                  "plane",
+                  {ShapeParameter{.name = "sizeX", .usual = 1}, ShapeParameter{.name = "sizeZ", .usual = 1}, kNone}},
+    ShapeKindInfo{ShapeKind::cylinder,
+                  "cylinder",
+                  {ShapeParameter{.name = "height", .usual = 0.5},
+                   ShapeParameter{.name = "radiusTop", .usual = 0.25, .may_be_zero = true},
+                   ShapeParameter{.name = "radiusBottom", .usual = 0.25, .may_be_zero = true}}},
+    ShapeKindInfo{ShapeKind::capsule,
+                  "capsule",
+                  {ShapeParameter{.name = "height", .usual = 0.5, .may_be_zero = true},
+                   ShapeParameter{.name = "radiusTop", .usual = 0.25, .may_be_zero = true},
+                   ShapeParameter{.name = "radiusBottom", .usual = 0.25, .may_be_zero = true}}},
 };
 
 glm::dvec3 row(const glm::dmat3& m, int i) { return {m[0][i], m[1][i], m[2][i]}; }
@@ -25,6 +39,26 @@ OwnShape own_implicit(const Shape& shape) {
   const glm::dvec3 half(shape.size[0], shape.size[1], shape.size[2]);
   for (int axis = 0; axis < 3; ++axis) own.half[axis] = glm::dot(glm::abs(row(own.world_from_own, axis)), half);
   return own;
+}
+
+/// Half the extent of a shape along an axis of the world, whose row of world_from_own is r.
+double half_extent(ShapeKind kind, const std::array<double, 3>& p, const glm::dvec3& r) {
+  const glm::dvec3 size = glm::abs(r);
+  switch (kind) {
+    case ShapeKind::sphere:
+      return glm::length(r);
+    case ShapeKind::box:
+      return size.x + size.y + size.z;
+    case ShapeKind::plane:
+      return size.x + size.z;
+    case ShapeKind::cylinder:
+      return size.y + std::max(p[0] + p[1], p[0] - p[1]) * std::hypot(r.x, r.z);
+    case ShapeKind::capsule:
+      return p[0] * size.y + std::max(p[1], p[2]) * glm::length(r);
+    case ShapeKind::implicit:
+      return p[0] * size.x + p[1] * size.y + p[2] * size.z;
+  }
+  return 0;
 }
 
 }  // namespace
@@ -42,16 +76,32 @@ OwnShape own_shape(const Shape& shape) {
   OwnShape own;
   own.center = glm::dvec3(shape.world_from_object[3]);
   glm::dvec3 scale{1.0};
+  const double top = shape.size[1], bottom = shape.size[2], widest = std::max(top, bottom);  // of cylinder and capsule
   switch (shape.kind) {
     case ShapeKind::sphere:
       scale = glm::dvec3(shape.size[0]);
+      break;
+    case ShapeKind::box:
+      scale = 0.5 * glm::dvec3(shape.size[0], shape.size[1], shape.size[2]);
+      break;
+    case ShapeKind::plane:
+      scale = {0.5 * shape.size[0], 0.5 * std::max(shape.size[0], shape.size[1]), 0.5 * shape.size[1]};
+      break;
+    case ShapeKind::cylinder:
+      scale = {widest, 0.5 * shape.size[0], widest};
+      own.parameters = {0.5 * (top + bottom) / widest, 0.5 * (top - bottom) / widest, 0};
+      break;
+    case ShapeKind::capsule:
+      scale = glm::dvec3(widest);
+      own.parameters = {0.5 * shape.size[0] / widest, top / widest, bottom / widest};
       break;
     case ShapeKind::implicit:
       break;
   }
   own.world_from_own = glm::dmat3(shape.world_from_object);
   for (int axis = 0; axis < 3; ++axis) own.world_from_own[axis] *= scale[axis];
-  for (int axis = 0; axis < 3; ++axis) own.half[axis] = glm::length(row(own.world_from_own, axis));
+  for (int axis = 0; axis < 3; ++axis)
+    own.half[axis] = half_extent(shape.kind, own.parameters, row(own.world_from_own, axis));
   return own;
 }
 

@@ -51,6 +51,21 @@ TEST(SceneShapes, a_sphere_arrives_where_its_node_puts_it) {
   EXPECT_EQ(bounds.hi, glm::dvec3(1.5, 2.75, 4));
 }
 
+TEST(SceneShapes, each_kind_has_the_sizes_of_the_draft) {
+  const auto half = [](const Json& shape) {
+    const Scene scene = with_shape({{"shape", shape}}, {{"name", "one"}, {"scale", {1, 2, 1}}}).load();
+    EXPECT_TRUE(scene.warnings.empty());
+    return own_shape(scene.shapes.at(0)).half;
+  };
+  EXPECT_EQ(half({{"type", "box"}}), glm::dvec3(0.5, 1, 0.5));
+  EXPECT_EQ(half({{"type", "box"}, {"box", {{"size", {2, 3, 4}}}}}), glm::dvec3(1, 3, 2));
+  EXPECT_EQ(half({{"type", "plane"}, {"plane", {{"sizeX", 3}}}}), glm::dvec3(1.5, 0, 0.5));
+  EXPECT_EQ(half({{"type", "cylinder"}, {"cylinder", {{"height", 3}, {"radiusTop", 0}}}}), glm::dvec3(0.25, 3, 0.25));
+  EXPECT_EQ(half({{"type", "capsule"}, {"capsule", {{"height", 3}}}}), glm::dvec3(0.25, 3.5, 0.25));
+  EXPECT_TRUE(mentions(refusal({{"shape", {{"type", "box"}, {"box", {{"size", {1, 2}}}}}}}), "size"));
+  EXPECT_TRUE(mentions(refusal({{"shape", {{"type", "box"}, {"box", {{"size", {1, 2, -3}}}}}}}), "'size' -3"));
+}
+
 TEST(SceneShapes, a_document_may_list_shapes) {
   Builder builder = with_shape({{"shape", 1}});
   builder.json["extensions"]["KHR_implicit_shapes"]["shapes"] = {{{"type", "sphere"}},
