@@ -12,23 +12,25 @@ namespace eikon {
 namespace {
 
 // Every field of every record; the sizes below add up, so none can be forgotten.
-#define FRAME_FIELDS(F)                                                                                             \
-  F(Frame, camera_origin)                                                                                           \
-  F(Frame, camera_x)                                                                                                \
-  F(Frame, camera_y)                                                                                                \
-  F(Frame, camera_corner) F(Frame, environment) F(Frame, scene_center) F(Frame, scene_half) F(Frame, path_count)    \
-      F(Frame, pixel_count) F(Frame, sample_count) F(Frame, sample_begin) F(Frame, sample_high) F(Frame, seed)      \
-          F(Frame, replicate_bits) F(Frame, max_depth) F(Frame, roulette_depth) F(Frame, light_count)               \
-              F(Frame, film_stride) F(Frame, pixel_stride) F(Frame, environment_width) F(Frame, environment_height) \
-                  F(Frame, environment_sin) F(Frame, environment_cos) F(Frame, camera_medium) F(Frame, pad0)        \
+#define FRAME_FIELDS(F)                                                                                           \
+  F(Frame, camera_origin)                                                                                         \
+  F(Frame, camera_x)                                                                                              \
+  F(Frame, camera_y)                                                                                              \
+  F(Frame, camera_corner)                                                                                         \
+  F(Frame, environment) F(Frame, scene_center) F(Frame, scene_half) F(Frame, path_count) F(Frame, pixel_count)    \
+      F(Frame, sample_count) F(Frame, sample_begin) F(Frame, sample_high) F(Frame, seed) F(Frame, replicate_bits) \
+          F(Frame, max_depth) F(Frame, roulette_depth) F(Frame, light_count) F(Frame, film_stride)                \
+              F(Frame, pixel_stride) F(Frame, environment_width) F(Frame, environment_height)                     \
+                  F(Frame, environment_sin) F(Frame, environment_cos) F(Frame, camera_medium) F(Frame, pad0)      \
                       F(Frame, pad1) F(Frame, pad2)
-#define TRIANGLE_FIELDS(F)                                                                                    \
-  F(Triangle, p0_x)                                                                                           \
-  F(Triangle, p0_y)                                                                                           \
-  F(Triangle, p0_z)                                                                                           \
-  F(Triangle, p1_x) F(Triangle, p1_y) F(Triangle, p1_z) F(Triangle, p2_x) F(Triangle, p2_y) F(Triangle, p2_z) \
-      F(Triangle, material) F(Triangle, light_pdf_m2) F(Triangle, node) F(Triangle, n_x) F(Triangle, n_y)     \
-          F(Triangle, n_z) F(Triangle, flags)
+#define TRIANGLE_FIELDS(F)                                                                                        \
+  F(Triangle, p0_x)                                                                                               \
+  F(Triangle, p0_y)                                                                                               \
+  F(Triangle, p0_z)                                                                                               \
+  F(Triangle, p1_x)                                                                                               \
+  F(Triangle, p1_y) F(Triangle, p1_z) F(Triangle, p2_x) F(Triangle, p2_y) F(Triangle, p2_z) F(Triangle, material) \
+      F(Triangle, light_pdf_m2) F(Triangle, node) F(Triangle, n_x) F(Triangle, n_y) F(Triangle, n_z)              \
+          F(Triangle, flags)
 #define NORMALS_FIELDS(F)  \
   F(TriangleNormals, n0_x) \
   F(TriangleNormals, n0_y) \
@@ -131,13 +133,13 @@ namespace {
   F(TextureRecord, pad2)        \
   F(TextureRecord, pad3)        \
   F(TextureRecord, pad4)
-#define LIGHT_FIELDS(F)                                                                                          \
-  F(Light, p0_x)                                                                                                 \
-  F(Light, p0_y)                                                                                                 \
-  F(Light, p0_z)                                                                                                 \
-  F(Light, p1_x) F(Light, p1_y) F(Light, p1_z) F(Light, p2_x) F(Light, p2_y) F(Light, p2_z) F(Light, emission_r) \
-      F(Light, emission_g) F(Light, emission_b) F(Light, pdf_m2) F(Light, double_sided) F(Light, kind)           \
-          F(Light, triangle)
+#define LIGHT_FIELDS(F)                                                                                                \
+  F(Light, p0_x)                                                                                                       \
+  F(Light, p0_y)                                                                                                       \
+  F(Light, p0_z)                                                                                                       \
+  F(Light, p1_x)                                                                                                       \
+  F(Light, p1_y) F(Light, p1_z) F(Light, p2_x) F(Light, p2_y) F(Light, p2_z) F(Light, emission_r) F(Light, emission_g) \
+      F(Light, emission_b) F(Light, pdf_m2) F(Light, double_sided) F(Light, kind) F(Light, triangle)
 #define SHAPE_FIELDS(F)    \
   F(ShapeRecord, x_x)      \
   F(ShapeRecord, x_y)      \
@@ -164,23 +166,25 @@ namespace {
   F(ShapeRecord, wz_x)     \
   F(ShapeRecord, wz_y)     \
   F(ShapeRecord, wz_z)     \
+  F(ShapeRecord, middle_x) \
+  F(ShapeRecord, middle_y) \
+  F(ShapeRecord, middle_z) \
+  F(ShapeRecord, formula)  \
   F(ShapeRecord, pad0)     \
   F(ShapeRecord, pad1)     \
-  F(ShapeRecord, pad2)     \
-  F(ShapeRecord, pad3)     \
-  F(ShapeRecord, pad4)     \
-  F(ShapeRecord, pad5)     \
-  F(ShapeRecord, pad6)
+  F(ShapeRecord, pad2)
 #define BUCKET_FIELDS(F) F(LightBucket, threshold) F(LightBucket, alias)
 #define DIAGNOSTICS_FIELDS(F) \
-  F(Diagnostics, nonfinite) F(Diagnostics, saturated) F(Diagnostics, reported) F(Diagnostics, report)
-#define RECORDS(R)                                                                                         \
-  R(Frame, FRAME_FIELDS)                                                                                   \
-  R(Triangle, TRIANGLE_FIELDS)                                                                             \
-  R(TriangleNormals, NORMALS_FIELDS)                                                                       \
-  R(MaterialRecord, MATERIAL_FIELDS) R(TriangleTangents, TANGENTS_FIELDS) R(TriangleColors, COLORS_FIELDS) \
-      R(MaterialExtension, EXTENSION_FIELDS) R(TextureRecord, TEXTURE_FIELDS) R(Light, LIGHT_FIELDS)       \
-          R(LightBucket, BUCKET_FIELDS) R(Diagnostics, DIAGNOSTICS_FIELDS) R(ShapeRecord, SHAPE_FIELDS)
+  F(Diagnostics, nonfinite)   \
+  F(Diagnostics, saturated) F(Diagnostics, reported) F(Diagnostics, report) F(Diagnostics, given_up)
+#define RECORDS(R)                                                                                             \
+  R(Frame, FRAME_FIELDS)                                                                                       \
+  R(Triangle, TRIANGLE_FIELDS)                                                                                 \
+  R(TriangleNormals, NORMALS_FIELDS)                                                                           \
+  R(MaterialRecord, MATERIAL_FIELDS)                                                                           \
+  R(TriangleTangents, TANGENTS_FIELDS) R(TriangleColors, COLORS_FIELDS) R(MaterialExtension, EXTENSION_FIELDS) \
+      R(TextureRecord, TEXTURE_FIELDS) R(Light, LIGHT_FIELDS) R(LightBucket, BUCKET_FIELDS)                    \
+          R(Diagnostics, DIAGNOSTICS_FIELDS) R(ShapeRecord, SHAPE_FIELDS)
 
 #define FIELD_SIZE(record, field) +sizeof(record::field)
 #define CHECK_COMPLETE(record, fields) \

@@ -182,8 +182,9 @@ struct Oracle {
         return glm::length(p) - 1;
       case ShapeKind::box:
         return std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}) - 1;
-      case ShapeKind::plane:
-        return NAN;  // has no inside
+      case ShapeKind::plane:     // has no inside
+      case ShapeKind::implicit:  // has tests of its own
+        return NAN;
       case ShapeKind::cylinder: {
         const double side = std::hypot(p.x, p.z) - (double(record.a) + double(record.b) * p.y);
         return std::max(side, std::abs(p.y) - 1);

@@ -46,7 +46,7 @@ void expect_same(const Film& a, const Film& b, const std::string& what) {
   const Crop& crop = a.layout().crop;
   for (std::uint32_t y = crop.y0; y < crop.y1; ++y)
     for (std::uint32_t x = crop.x0; x < crop.x1; ++x)
-      for (std::size_t channel = 0; channel < 3; ++channel)
+      for (std::uint32_t channel = 0; channel < 3; ++channel)
         ASSERT_EQ(a.mean(x, y, channel), b.mean(x, y, channel)) << what << ", pixel " << x << "," << y;
 }
 

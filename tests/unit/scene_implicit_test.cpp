@@ -79,7 +79,7 @@ TEST(SceneImplicit, what_is_wrong_is_said_in_a_line) {
   EXPECT_TRUE(mentions(refusal("bounds", {-1, 1, -1, 1, 1, 1}), "'bounds' are empty: y from 1 to 1"));
   EXPECT_TRUE(mentions(refusal("bounds", {-1, -1, -1, 1, 1, 1e300}), "'bounds' reach z = 1e+300"));
   EXPECT_TRUE(mentions(refusal("bounds", {1e6, -1, -1, 1e6 + 0.1, 1, 1}), "too thin for single precision"));
-  EXPECT_TRUE(mentions(refusal("material", 1), "'material' 1 is not one of the 1 materials"));
+  EXPECT_TRUE(mentions(refusal("material", 1), "'material' names material 1, but there are only 1"));
   EXPECT_TRUE(mentions(refusal("material", 0, {{"name", "blob"}, {"translation", {0, 2e12, 0}}}), "beyond 2^40 m"));
 }
 
