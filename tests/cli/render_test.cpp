@@ -11,6 +11,7 @@
 #include "cli/command.h"
 #include "image/image.h"
 #include "render/analytic_scenes.h"
+#include "unit/comma_locale.h"
 
 namespace eikon::testing {
 namespace {
@@ -51,6 +52,21 @@ TEST(Render, writes_the_picture_and_says_how_wrong_it_is) {
   EXPECT_EQ(metadata.matrices.at("worldToCamera").size(), 16U);
   EXPECT_EQ(metadata.matrices.at("worldToNDC").size(), 16U);
   EXPECT_EQ(here.files(), std::vector<std::string>{"out.exr"});
+}
+
+TEST(Render, N14_a_locale_with_decimal_comma_changes_no_byte) {
+  const CommaLocale comma;
+  if (!comma.made()) GTEST_SKIP() << "no locale with a decimal comma can be made";
+  const Workplace place;
+  const std::string flags = "render " + scene("textured.gltf") + " --size 24x16 --spp 2 --exposure -0.5 --quiet";
+  const std::string german = "LOCPATH='" + comma.folder() + "' LC_ALL=" + CommaLocale::name();
+  const Outcome plain = place.eikon(flags + " -o a.exr --png a.png --stats a.json"),
+                with_comma = place.eikon(flags + " -o b.exr --png b.png --stats b.json", german);
+  ASSERT_EQ(with_comma.code, plain.code) << with_comma.err;
+  ASSERT_EQ(plain.code, 0) << plain.err;
+  EXPECT_EQ(read_bytes(place / "a.png"), read_bytes(place / "b.png"));
+  EXPECT_EQ(place.eikon("compare a.exr b.exr --fail-above 1e-9", german).code, 0);
+  EXPECT_TRUE(json::accept(read_bytes(place / "b.json")));
 }
 
 TEST(Render, without_an_output_name_takes_the_scene_s) {
