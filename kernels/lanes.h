@@ -25,7 +25,7 @@
 #endif
 // For the body of a large kernel on CPU devices: PoCL compiles three copies of a kernel's own code, but one of what it calls.
 #if EK_WIDTH > 1
-#define EK_FN_ONCE static __attribute__((noinline))
+#define EK_FN_ONCE static __attribute__((noinline, unused))
 #else
 #define EK_FN_ONCE EK_FN
 #endif

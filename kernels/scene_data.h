@@ -13,7 +13,7 @@ typedef struct {
   global const MaterialExtension* material_extensions;
   global const TextureRecord* textures;
   global const uint* texels;  // EK_TEXEL_TABLE words, then RGBA8
-#if EK_HAS_shape
+#if EK_HAS_shape | EK_HAS_implicit
   global const ShapeRecord* shapes;
 #endif
 #if EK_HAS_implicit

@@ -21,13 +21,13 @@ LAYOUTS = re.findall(r"^EK_(?:LAYOUT|CELLS)\((\w+)\)", (ROOT / "kernels/shared/l
 ARRAYS = ["triangle_normals", "triangle_tangents", "triangle_colors", "material_extensions", "textures", "texels"]
 # Headers of single features; those that are not there yet, or no more, are no error.
 FEATURES = re.compile(r"alpha|bsdf_(?!diffuse).*|environment_map|fresnel|ggx.*|light_punctual|medium|microfacet|normal_map|"
-                      r"shading_normal|texture")
+                      r"shading_normal|shape|shape_(?!triangle|classical|implicit).*|texture")
 
 
 def features_of(eikon, scene):
     """{feature: whether the scene needs it}, as `eikon info` says."""
     text = subprocess.run([eikon, "info", scene], check=True, capture_output=True, text=True).stdout
-    found = re.findall(r"^  (?:lobe|light|option|layer) +(\w+) +(in|out) ", text, re.M)
+    found = re.findall(r"^  (?:lobe|light|shape|option|layer) +(\w+) +(in|out) ", text, re.M)
     return {name: state == "in" for name, state in found}
 
 
