@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a batch saves: small renders as one batch, as processes with an empty kernel cache, and as processes with a warm one.
 
-  tools/bench_batch.py build-release/eikon [--jobs 20] [--side 256] [--spp 32] [--rounds 2] [--cold-jobs 6]
+  tools/bench_batch.py build-release/eikon [--jobs 20] [--side 128] [--spp 16] [--rounds 2] [--cold-jobs 6]
 
 Each round runs the batch and the processes with the warm cache in turn, so that what else the machine does meets both; the
 processes with empty caches run once. Rendering alone is, of each job, the least that `render` or a line of the ledger says of
@@ -44,8 +44,8 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("eikon", type=Path)
     parser.add_argument("--jobs", type=int, default=20)
-    parser.add_argument("--side", type=int, default=256, help="of the images, in pixels")
-    parser.add_argument("--spp", type=int, default=32)
+    parser.add_argument("--side", type=int, default=128, help="of the images, in pixels")
+    parser.add_argument("--spp", type=int, default=16)
     parser.add_argument("--rounds", type=int, default=2)
     parser.add_argument("--cold-jobs", type=int, default=6, help="of the processes with an empty cache, only so many; the rest is reckoned")
     arguments = parser.parse_args()
