@@ -15,91 +15,118 @@ namespace {
 
 using host_lanes::Interval;
 
-Interval apply_op(const Node& node, const std::array<Interval, 4>& v, bool* undefined) {
-  using namespace host_lanes;
-  switch (node.op) {
-    case Op::constant:
-      return interval_point(node.value());
-    case Op::variable:
-      return v[0];
-    case Op::add:
-      return interval_add(v[0], v[1]);
-    case Op::sub:
-      return interval_sub(v[0], v[1]);
-    case Op::mul:
-      return interval_mul(v[0], v[1]);
-    case Op::div:
-      return interval_div(v[0], v[1]);
-    case Op::neg:
-      return interval_neg(v[0]);
-    case Op::power:
-      return interval_power(v[0], node.number);
-    case Op::sqrt:
-      *undefined |= interval_sqrt_undefined(v[0]) != 0;
-      return interval_sqrt(v[0]);
-    case Op::abs:
-      return interval_abs(v[0]);
-    case Op::min:
-      return interval_min(v[0], v[1]);
-    case Op::max:
-      return interval_max(v[0], v[1]);
-    case Op::sin:
-      return interval_sin(v[0]);
-    case Op::cos:
-      return interval_cos(v[0]);
-    case Op::exp:
-      return interval_exp(v[0]);
-    case Op::log:
-      *undefined |= interval_log_undefined(v[0]) != 0;
-      return interval_log(v[0]);
-    case Op::atan:
-      return interval_atan(v[0]);
-    case Op::choose:
-      return interval_choose(v[0], v[1], v[2], v[3]);
-  }
-  return interval_whole();
-}
+// What the operations are, for each kind of value: those of kernels, of the host in double, of kernels on intervals.
 
-double apply_op(const Node& node, const std::array<double, 4>& v) {
+struct FloatOps {
+  static float constant(const Node& node) { return node.value(); }
+  static float add(float a, float b) { return a + b; }
+  static float sub(float a, float b) { return a - b; }
+  static float mul(float a, float b) { return a * b; }
+  static float div(float a, float b) { return a / b; }
+  static float neg(float a) { return -a; }
+  static float power(float a, std::uint32_t n) { return host_lanes::formula_power(a, n); }
+  static float sqrt(float a) { return std::sqrt(a); }
+  static float abs(float a) { return host_lanes::abs_f(a); }
+  static float min(float a, float b) { return host_lanes::min_f(a, b); }
+  static float max(float a, float b) { return host_lanes::max_f(a, b); }
+  static float sin(float a) { return host_lanes::formula_sin(a); }
+  static float cos(float a) { return host_lanes::formula_cos(a); }
+  static float exp(float a) { return host_lanes::formula_exp(a); }
+  static float log(float a) { return host_lanes::formula_log(a); }
+  static float atan(float a) { return host_lanes::formula_atan(a); }
+  static float choose(float a, float b, float below, float rest) { return a < b ? below : rest; }
+};
+
+struct DoubleOps {
+  static double constant(const Node& node) { return double(node.value()); }
+  static double add(double a, double b) { return a + b; }
+  static double sub(double a, double b) { return a - b; }
+  static double mul(double a, double b) { return a * b; }
+  static double div(double a, double b) { return a / b; }
+  static double neg(double a) { return -a; }
+  static double power(double a, std::uint32_t n) { return std::pow(a, double(n)); }
+  static double sqrt(double a) { return std::sqrt(a); }
+  static double abs(double a) { return std::abs(a); }
+  static double min(double a, double b) { return a < b ? a : b; }
+  static double max(double a, double b) { return a > b ? a : b; }
+  static double sin(double a) { return std::sin(a); }
+  static double cos(double a) { return std::cos(a); }
+  static double exp(double a) { return std::exp(a); }
+  static double log(double a) { return std::log(a); }
+  static double atan(double a) { return std::atan(a); }
+  static double choose(double a, double b, double below, double rest) { return a < b ? below : rest; }
+};
+
+struct IntervalOps {
+  bool undefined = false;  // some operation had no value anywhere
+  static Interval constant(const Node& node) { return host_lanes::interval_point(node.value()); }
+  static Interval add(Interval a, Interval b) { return host_lanes::interval_add(a, b); }
+  static Interval sub(Interval a, Interval b) { return host_lanes::interval_sub(a, b); }
+  static Interval mul(Interval a, Interval b) { return host_lanes::interval_mul(a, b); }
+  static Interval div(Interval a, Interval b) { return host_lanes::interval_div(a, b); }
+  static Interval neg(Interval a) { return host_lanes::interval_neg(a); }
+  static Interval power(Interval a, std::uint32_t n) { return host_lanes::interval_power(a, n); }
+  Interval sqrt(Interval a) {
+    undefined |= host_lanes::interval_sqrt_undefined(a) != 0;
+    return host_lanes::interval_sqrt(a);
+  }
+  static Interval abs(Interval a) { return host_lanes::interval_abs(a); }
+  static Interval min(Interval a, Interval b) { return host_lanes::interval_min(a, b); }
+  static Interval max(Interval a, Interval b) { return host_lanes::interval_max(a, b); }
+  static Interval sin(Interval a) { return host_lanes::interval_sin(a); }
+  static Interval cos(Interval a) { return host_lanes::interval_cos(a); }
+  static Interval exp(Interval a) { return host_lanes::interval_exp(a); }
+  Interval log(Interval a) {
+    undefined |= host_lanes::interval_log_undefined(a) != 0;
+    return host_lanes::interval_log(a);
+  }
+  static Interval atan(Interval a) { return host_lanes::interval_atan(a); }
+  static Interval choose(Interval a, Interval b, Interval below, Interval rest) {
+    return host_lanes::interval_choose(a, b, below, rest);
+  }
+};
+
+template <class Ops, class Value>
+Value apply_op(Ops& ops, const Node& node, const std::array<Value, 4>& v) {
   switch (node.op) {
     case Op::constant:
-      return double(node.value());
+      return ops.constant(node);
     case Op::variable:
       return v[0];
     case Op::add:
-      return v[0] + v[1];
+      return ops.add(v[0], v[1]);
     case Op::sub:
-      return v[0] - v[1];
+      return ops.sub(v[0], v[1]);
     case Op::mul:
-      return v[0] * v[1];
+      return ops.mul(v[0], v[1]);
     case Op::div:
-      return v[0] / v[1];
+      return ops.div(v[0], v[1]);
     case Op::neg:
-      return -v[0];
+      return ops.neg(v[0]);
     case Op::power:
-      return std::pow(v[0], double(node.number));
+      return ops.power(v[0], node.number);
     case Op::sqrt:
-      return std::sqrt(v[0]);
+      return ops.sqrt(v[0]);
     case Op::abs:
-      return std::abs(v[0]);
+      return ops.abs(v[0]);
     case Op::min:
-      return v[0] < v[1] ? v[0] : v[1];
+      return ops.min(v[0], v[1]);
     case Op::max:
-      return v[0] > v[1] ? v[0] : v[1];
+      return ops.max(v[0], v[1]);
     case Op::sin:
-      return std::sin(v[0]);
+      return ops.sin(v[0]);
     case Op::cos:
-      return std::cos(v[0]);
+      return ops.cos(v[0]);
     case Op::exp:
-      return std::exp(v[0]);
+      return ops.exp(v[0]);
     case Op::log:
-      return std::log(v[0]);
+      return ops.log(v[0]);
     case Op::atan:
-      return std::atan(v[0]);
+      return ops.atan(v[0]);
     case Op::choose:
-      return v[0] < v[1] ? v[2] : v[3];
+      return ops.choose(v[0], v[1], v[2], v[3]);
   }
-  return 0;
+  return v[0];
 }
 
 // The nodes up to `root` in order; `at` says what a variable is, `apply` what a node is.
@@ -120,47 +147,9 @@ Value walk(const Expressions& expressions, Id root, const At& at, const Apply& a
 
 }  // namespace
 
-float apply_op(const Node& node, const std::array<float, 4>& v) {
-  using namespace host_lanes;
-  switch (node.op) {
-    case Op::constant:
-      return node.value();
-    case Op::variable:
-      return v[0];
-    case Op::add:
-      return v[0] + v[1];
-    case Op::sub:
-      return v[0] - v[1];
-    case Op::mul:
-      return v[0] * v[1];
-    case Op::div:
-      return v[0] / v[1];
-    case Op::neg:
-      return -v[0];
-    case Op::power:
-      return formula_power(v[0], node.number);
-    case Op::sqrt:
-      return std::sqrt(v[0]);
-    case Op::abs:
-      return abs_f(v[0]);
-    case Op::min:
-      return min_f(v[0], v[1]);
-    case Op::max:
-      return max_f(v[0], v[1]);
-    case Op::sin:
-      return formula_sin(v[0]);
-    case Op::cos:
-      return formula_cos(v[0]);
-    case Op::exp:
-      return formula_exp(v[0]);
-    case Op::log:
-      return formula_log(v[0]);
-    case Op::atan:
-      return formula_atan(v[0]);
-    case Op::choose:
-      return v[0] < v[1] ? v[2] : v[3];
-  }
-  return 0;
+float apply_op(const Node& node, const std::array<float, 4>& values) {
+  FloatOps ops;
+  return apply_op(ops, node, values);
 }
 
 float evaluate(const Expressions& expressions, Id root, const Point& point) {
@@ -170,20 +159,21 @@ float evaluate(const Expressions& expressions, Id root, const Point& point) {
 }
 
 RegionValue evaluate(const Expressions& expressions, Id root, const Region& region) {
-  bool undefined = false;
+  IntervalOps ops;
   const Interval value = walk<Interval>(
       expressions, root, [&](std::uint32_t i) { return host_lanes::interval(region[i].lo, region[i].hi); },
       [&](const Node& node, const std::array<Interval, 4>& v) {
         if (is_scaling(expressions, node)) return host_lanes::interval_scale(v[0].lo, v[1]);
-        return apply_op(node, v, &undefined);
+        return apply_op(ops, node, v);
       });
-  return {.bounds = {.lo = value.lo, .hi = value.hi}, .undefined = undefined};
+  return {.bounds = {.lo = value.lo, .hi = value.hi}, .undefined = ops.undefined};
 }
 
 double evaluate_double(const Expressions& expressions, Id root, const std::array<double, kVariables>& point) {
+  DoubleOps ops;
   return walk<double>(
       expressions, root, [&](std::uint32_t i) { return point[i]; },
-      [](const Node& node, const std::array<double, 4>& v) { return apply_op(node, v); });
+      [&](const Node& node, const std::array<double, 4>& v) { return apply_op(ops, node, v); });
 }
 
 }  // namespace eikon::formula
