@@ -119,27 +119,10 @@ struct Wavefront::Impl {
   }
 
   void compile(const Features& features, const Execution& execution) {
-    ProgramOptions options;
-    options.optimise = execution.optimise;
-    options.extra_flags = execution.extra_flags;
-    options.defines = features.defines();
-    options.defines["EK_WIDTH"] = std::to_string(config.lanes);
-    options.defines["EK_CHUNKED"] = config.chunked ? "1" : "0";
-    options.defines["EK_CHUNK"] = std::to_string(config.chunk);
-#if defined(__x86_64__) || defined(__aarch64__)
-    if (device.info().cycle_counter && execution.ticks) options.defines["EK_TICKS"] = "1";  // ticks.h
-#endif
-    options.defines.merge(accel().defines());
-    const auto needed = [&](const std::string& stage) {
-      if (config.fused) return stage == "paths" || stage == "film";
-      return stage == "miss"      ? has_environment
-             : stage == "shadow"  ? has_shadow
-             : stage == "compact" ? !config.chunked
-                                  : stage != "paths";
-    };
+    ProgramOptions options = program_options(device.info(), config, features, accel(), execution);
     std::vector<std::string> stages, files;
 #define EK_STAGE(name) \
-  if (needed(#name)) stages.push_back(#name), files.push_back("stages/" #name ".cl");
+  if (needs_stage(config, features, #name)) stages.push_back(#name), files.push_back("stages/" #name ".cl");
 #include "shared/stages.def"
     files.push_back("arithmetic.cl");
     files.push_back("canary.cl");

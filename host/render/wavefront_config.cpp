@@ -47,6 +47,30 @@ WavefrontConfig configure(const DeviceInfo& device, const Execution& execution) 
   return config;
 }
 
+bool needs_stage(const WavefrontConfig& config, const Features& features, const std::string& stage) {
+  if (config.fused) return stage == "paths" || stage == "film";
+  if (stage == "miss") return features.has("environment") || features.has("environment_map");
+  if (stage == "shadow") return features.has("next_event");
+  if (stage == "compact") return !config.chunked;
+  return stage != "paths";
+}
+
+ProgramOptions program_options(const DeviceInfo& device, const WavefrontConfig& config, const Features& features,
+                               const Accel& accel, const Execution& execution) {
+  ProgramOptions options;
+  options.optimise = execution.optimise;
+  options.extra_flags = execution.extra_flags;
+  options.defines = features.defines();
+  options.defines["EK_WIDTH"] = std::to_string(config.lanes);
+  options.defines["EK_CHUNKED"] = config.chunked ? "1" : "0";
+  options.defines["EK_CHUNK"] = std::to_string(config.chunk);
+#if defined(__x86_64__) || defined(__aarch64__)
+  if (device.cycle_counter && execution.ticks) options.defines["EK_TICKS"] = "1";  // ticks.h
+#endif
+  options.defines.merge(accel.defines());
+  return options;
+}
+
 std::uint64_t path_pool_bytes(const WavefrontConfig& config, const Features& features) {
   const std::uint64_t slots = std::uint64_t{config.chunk + EK_PAD} * config.held_chunks();
   return 4 * (slots * path_state_layout(features, config.chunked).words +

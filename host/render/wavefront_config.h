@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <string>
 
+#include "accel/accel.h"
 #include "device/device.h"
 #include "render/features.h"
 #include "render/settings.h"
@@ -25,6 +26,11 @@ struct WavefrontConfig {
   [[nodiscard]] std::uint32_t held_chunks() const { return fused ? workers : chunks; }
 };
 WavefrontConfig configure(const DeviceInfo& device, const Execution& execution);
+/// Whether a scene's program has that stage (stages.def), run like this.
+bool needs_stage(const WavefrontConfig& config, const Features& features, const std::string& stage);
+/// What that program is compiled with. accel: the tree that its rays meet
+ProgramOptions program_options(const DeviceInfo& device, const WavefrontConfig& config, const Features& features,
+                               const Accel& accel, const Execution& execution);
 /// Device memory for the state and film slots of all paths in flight.
 std::uint64_t path_pool_bytes(const WavefrontConfig& config, const Features& features);
 
