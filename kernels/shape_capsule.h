@@ -55,7 +55,7 @@ EK_FN ShapeSpan capsule_span(ShapeLanes s, v3 o, v3 d) {
 EK_FN ShapePoint capsule_point(ShapeLanes s, v3 near, vf part, v3 slack) {
   const CapsuleSide side = capsule_side(s);
   const vf y = max_f(min_f(near.y, side.high), side.low);
-  const ShapePoint wall = cone_point(near, side.a, side.b, y, (vf)(0.0f));
+  const ShapePoint wall = cone_point(near, side.a, side.b, y);
   const vi upper = part == 2.0f;
   const vf center = upper ? s.a : -s.a, radius = upper ? s.b : s.c;
   ShapePoint ball;

@@ -51,9 +51,9 @@ EK_FN ShapeSpan cylinder_span(ShapeLanes s, v3 o, v3 d) {
   return span;
 }
 
-// Round the Y axis: the point of the side at `y`, where the radius is at least `least`.
-EK_FN ShapePoint cone_point(v3 near, vf a, vf b, vf y, vf least) {
-  const vf distance = sqrt(near.x * near.x + near.z * near.z), radius = max_f(a + b * y, least);
+// Round the Y axis: the point of the side at `y`.
+EK_FN ShapePoint cone_point(v3 near, vf a, vf b, vf y) {
+  const vf distance = sqrt(near.x * near.x + near.z * near.z), radius = max_f(a + b * y, (vf)(0.0f));
   const vi off_axis = distance > 0.0f;
   const vf x = off_axis ? near.x / distance : (vf)(1.0f), z = off_axis ? near.z / distance : (vf)(0.0f);
   ShapePoint point;
@@ -67,7 +67,10 @@ EK_FN ShapePoint cone_point(v3 near, vf a, vf b, vf y, vf least) {
 // The side shows a texture as a sphere does; on the discs it is seen whole in the square around them, +X to the right.
 EK_FN ShapePoint cylinder_point(ShapeLanes s, v3 near, vf part, v3 slack) {
   const vf zero = (vf)(0.0f), one = (vf)(1.0f);
-  ShapePoint side = cone_point(near, s.a, s.b, shape_clamp(near.y, slack.y), slack.x + slack.z);
+  // Off a tip as off an edge: up to where the radius is `slack`, so that the point stays on the side.
+  const vf tip = (min_f(slack.x + slack.z, one) - s.a) / s.b;
+  const vf off_tip = s.b > 0.0f ? max_f(near.y, tip) : s.b < 0.0f ? min_f(near.y, tip) : near.y;
+  ShapePoint side = cone_point(near, s.a, s.b, shape_clamp(off_tip, slack.y));
   side.v = 0.5f - 0.5f * side.p.y;
   const vf y = part == 2.0f ? one : -one;
   const vf distance = sqrt(near.x * near.x + near.z * near.z);

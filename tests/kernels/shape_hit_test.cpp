@@ -383,7 +383,8 @@ TEST(ShapeHits, G4_rays_that_leave_a_convex_shape_do_not_hit_it_and_none_gets_ou
     for (const double size : {1e-6, 0.015, 1.0, 1e8}) {
       for (const double far : {0.0, 30.0, 1e4}) {
         for (const double stretch : {0.0, 1.5, 4.0}) {
-          if (far > 1000 && stretch > 3) continue;  // there are but some tens of coordinates across its shortest axis
+          // Known to fail: the small disc of a cone is narrower there than the floats that its points are rounded to.
+          if (kind.kind == ShapeKind::cylinder && far > 1000 && stretch > 3) continue;
           Random random(9);
           Scene scene;
           scene.materials.emplace_back();
