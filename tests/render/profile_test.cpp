@@ -107,22 +107,22 @@ TEST(Profile, without_a_counter_stages_are_sampled_and_the_bits_stay) {
   ASSERT_EQ(device.stages.count("sampling"), 1U);
   EXPECT_EQ(with.report.devices.at(0).stages.count("sampling"), 0U);
   // As in stage_profile_test.cpp: a stage on its neighbour's account would be 0.2 to 0.6 off, in every render. Other work on the
-  // machine disturbs samples of milliseconds now and then, so one of a few renders must agree.
+  // machine disturbs samples of milliseconds now and then, but not most of five renders.
   const auto share = [](const DeviceReport& of, const std::string& stage) {
     double sum = 0;
     for (const char* name : {"generate", "intersect", "shade", "shadow"}) sum += of.stages.at(name).seconds;
     return of.stages.at(stage).seconds / sum;
   };
-  double least = 1;
-  for (int attempt = 0; attempt < 6 && least > 0.15; ++attempt) {
+  std::vector<double> most;
+  for (int i = 0; i < 5; ++i) {
     const RenderOutput sampled = render_cornell(none, 128, 64), told = render_cornell(ticks, 128, 64);
-    double most = 0;
+    double& off = most.emplace_back(0);
     for (const char* stage : {"intersect", "shade", "shadow"})
-      most = std::max(most,
-                      std::abs(share(sampled.report.devices.at(0), stage) - share(told.report.devices.at(0), stage)));
-    least = std::min(least, most);
+      off =
+          std::max(off, std::abs(share(sampled.report.devices.at(0), stage) - share(told.report.devices.at(0), stage)));
   }
-  EXPECT_LT(least, 0.15);
+  std::ranges::sort(most);
+  EXPECT_LT(most[2], 0.15);
 }
 
 /// Seconds that one span and one point of a counter take to record, best of several.
