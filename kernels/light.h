@@ -83,6 +83,7 @@ EK_FN LightWords light_words(vu key, vu index, uint depth) {
 typedef struct {
   vi is_distant;     // environment, map, directional: light from a direction wi
   vi is_punctual;    // point, spot: light from a point that has no surface
+  vi is_shape;       // shape_light_sample (light_shape.h) has yet to find its point; then pdf is per sr
   vi is_delta;       // no scattered ray can meet it: pdf is the probability of selection
   v3 p, p_error, n;  // of a triangle: world point, bound of its error, unit normal of the front; p of a punctual one
   v3 wi;             // of distant ones: world, unit; of a spot: back along its axis
@@ -91,6 +92,7 @@ typedef struct {
   vf pdf;            // per m^2 for a triangle, per sr for the environment
   vu triangle;       // of an area light, and the weights of its second and third corner
   vf b1, b2;
+  vf u, v;    // of a shape: place on it, [0,1)^2
   vf cone_cos, cone_scale, range2;  // of punctual ones: see spot_falloff, punctual_falloff
 } LightSample;
 
@@ -105,7 +107,7 @@ EK_FN LightSample light_sample(constant Frame* frame, LightData data, Basis basi
   const Rec r = rec16(data.lights, choice.light);
   const vu kind = AS_U(r.we);
   LightSample s;
-  s.is_distant = s.is_punctual = s.is_delta = (vi)(0);
+  s.is_distant = s.is_punctual = s.is_shape = s.is_delta = (vi)(0);
   warp_triangle(choice.u, choice.v, &s.b1, &s.b2);
   const v3 p0 = V3(r.w0, r.w1, r.w2), p1 = V3(r.w3, r.w4, r.w5), p2 = V3(r.w6, r.w7, r.w8);
   s.p = triangle_point(p0, p1, p2, s.b1, s.b2, &s.p_error);
@@ -115,6 +117,11 @@ EK_FN LightSample light_sample(constant Frame* frame, LightData data, Basis basi
   s.pdf = r.wc;
   s.double_sided = AS_U(r.wd) != 0u;
   s.triangle = AS_U(r.wf);
+  if (EK_HAS_shape_light) {
+    s.is_shape = kind == (uint)LIGHT_shape_light;
+    s.u = choice.u;
+    s.v = choice.v;
+  }
   if (EK_HAS_environment) {
     const vi is = kind == (uint)LIGHT_environment;
     if (ANY(is)) {
@@ -184,7 +191,9 @@ EK_FN LightPath light_path(LightSample s, v3 p, v3 p_error, v3 n_geom) {
   LightPath path;
   path.wi = select3(s.is_distant, s.wi, wi_near);
   const vi visible = (distance > 0.0f) & emits_towards(s.n, s.double_sided, wi_near);
-  vf pdf_near = visible ? pdf_sr_from_m2(s.pdf, s.n, wi_near, distance) : (vf)(0.0f);
+  vf pdf_near = pdf_sr_from_m2(s.pdf, s.n, wi_near, distance);
+  if (EK_HAS_shape_light) pdf_near = s.is_shape ? s.pdf : pdf_near;
+  pdf_near = visible ? pdf_near : (vf)(0.0f);
   path.radiance = s.radiance;
   if (EK_HAS_point | EK_HAS_spot) {
     vf falloff = punctual_falloff(distance2, s.range2);

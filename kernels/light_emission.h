@@ -6,13 +6,19 @@
 #include "light.h"
 #include "material.h"
 
-/// The sample's radiance; that of lights other than triangles as it is.
+/// The sample's radiance; that of lights other than surfaces as it is.
 EK_FN v3 light_emission(SceneData scene, LightSample s) {
   if (!(EK_HAS_area & (EK_HAS_emissive_texture | EK_HAS_opacity))) return s.radiance;
   const vi is_area = !(s.is_distant | s.is_punctual);
   const vu triangle = is_area ? s.triangle : (vu)(0u);
   const Rec r = rec16(scene.materials, gather_u((global const uint*)scene.triangles, triangle * 16u + 9u));
-  const HitAttributes at = hit_attributes(scene, triangle, s.b1, s.b2);
+  HitAttributes at = hit_attributes(scene, triangle, s.b1, s.b2);
+  if (EK_HAS_shape_light) {
+    at.uv0_u = s.is_shape ? s.b1 : at.uv0_u;
+    at.uv0_v = s.is_shape ? s.b2 : at.uv0_v;
+    at.uv1_u = s.is_shape ? s.b1 : at.uv1_u;
+    at.uv1_v = s.is_shape ? s.b2 : at.uv1_v;
+  }
   v3 radiance = s.radiance;
   if (EK_HAS_emissive_texture) {
     const v4 c = texture_or(scene, AS_U(r.wf), at, (vf)(1.0f));

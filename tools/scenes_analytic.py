@@ -35,4 +35,33 @@ def balls():
     return gltf
 
 
-MAKERS = {"balls": balls}
+def lamps():
+    """Shapes as lights: sphere, ellipsoid, box, plane, cylinder, cone and capsule light a floor, each in its own colour."""
+    gltf = GltfWriter(lamps.__doc__)
+    checker_floor(gltf, -4.0, 4.0, -4.0, 4.0, 0.5)
+    grey = gltf.material("grey", (0.6, 0.6, 0.6))
+
+    def glow(name, red, green, blue):
+        return gltf.material(name, (0.1, 0.1, 0.1), emission=(red, green, blue))
+
+    gltf.analytic("sphere", "sphere", glow("sphere", 6.0, 1.0, 0.6), {"radius": 0.22}, translation=[-2.0, 0.5, 0.0])
+    gltf.analytic("egg", "sphere", glow("egg", 6.0, 3.0, 0.4), {"radius": 0.3}, translation=[-1.2, 0.45, -0.9],
+                  scale=[0.5, 1.3, 0.4], rotation=[0.0, 0.0, 0.2588, 0.9659])
+    gltf.analytic("box", "box", glow("box", 3.0, 4.0, 0.4), {"size": [0.4, 0.25, 0.3]}, translation=[-0.4, 0.4, 0.2],
+                  rotation=[0.0, 0.2588, 0.0, 0.9659])
+    gltf.analytic("plane", "plane", glow("plane", 2.0, 5.0, 1.5), {"sizeX": 0.5, "sizeZ": 0.5}, translation=[0.4, 0.8, -0.9],
+                  rotation=[0.8660, 0.0, 0.0, 0.5])
+    gltf.analytic("cylinder", "cylinder", glow("cylinder", 0.4, 3.5, 5.0), {"height": 0.6, "radiusTop": 0.12, "radiusBottom": 0.12},
+                  translation=[1.0, 0.4, 0.3], rotation=[0.0, 0.0, 0.5, 0.8660])
+    gltf.analytic("cone", "cylinder", glow("cone", 0.5, 1.2, 7.0), {"height": 0.6, "radiusTop": 0.0, "radiusBottom": 0.25},
+                  translation=[1.6, 0.31, -0.7])
+    gltf.analytic("capsule", "capsule", glow("capsule", 4.0, 0.6, 5.0), {"height": 0.4, "radiusTop": 0.08, "radiusBottom": 0.16},
+                  translation=[2.3, 0.5, 0.1], rotation=[0.2588, 0.0, 0.0, 0.9659])
+    for x in (-1.6, -0.8, 0.2, 0.7, 1.4, 2.0):
+        gltf.analytic("post", "cylinder", grey, {"height": 0.5, "radiusTop": 0.06, "radiusBottom": 0.06},
+                      translation=[x, 0.25, 0.75 - 0.2 * abs(x)])
+    gltf.camera(0.55, 1.8, matrix=look_at((0.2, 2.2, 4.6), (0.1, 0.25, -0.2)))
+    return gltf
+
+
+MAKERS = {"balls": balls, "lamps": lamps}

@@ -53,6 +53,10 @@ EmissiveTextures::Place EmissiveTextures::corner_place(std::uint32_t index, cons
     take(packed_.tangents.at(index));
   else
     take(packed_.normals.at(index));
+  return place_of(texture, u, v);
+}
+
+EmissiveTextures::Place EmissiveTextures::place_of(const TextureRecord& texture, double u, double v) {
   return {.x = (double(texture.u_u) * u + double(texture.u_v) * v + double(texture.u_1)) * texture.width,
           .y = (double(texture.v_u) * u + double(texture.v_v) * v + double(texture.v_1)) * texture.height};
 }
@@ -117,14 +121,34 @@ glm::dvec3 EmissiveTextures::lookup(const TextureRecord& texture, Place place) c
          ty * ((1 - tx) * texel(x, y + 1) + tx * texel(x + 1, y + 1));
 }
 
+namespace {
+double mean_factor(const MaterialRecord& m) {
+  return (double(m.emission_r) + double(m.emission_g) + double(m.emission_b)) / 3;
+}
+}  // namespace
+
 double EmissiveTextures::mean_emission(std::uint32_t index) {
   const MaterialRecord& material = packed_.materials[packed_.triangles[index].material];
-  const glm::dvec3 factor(material.emission_r, material.emission_g, material.emission_b);
-  const double all = (factor.x + factor.y + factor.z) / 3;
-  if (material.emissive_texture == EK_NO_TEXTURE || !(all > 0)) return all;
+  if (material.emissive_texture == EK_NO_TEXTURE || !(mean_factor(material) > 0)) return mean_factor(material);
   const TextureRecord& texture = packed_.textures[material.emissive_texture];
   Place corners[3];
   for (int k = 0; k < 3; ++k) corners[k] = corner_place(index, texture, k);
+  return mean_between(material, corners);
+}
+
+double EmissiveTextures::mean_emission_of_whole_texture(std::uint32_t index) {
+  const MaterialRecord& material = packed_.materials[packed_.triangles[index].material];
+  if (material.emissive_texture == EK_NO_TEXTURE || !(mean_factor(material) > 0)) return mean_factor(material);
+  const TextureRecord& texture = packed_.textures[material.emissive_texture];
+  const Place a = place_of(texture, 0, 0), b = place_of(texture, 1, 0), c = place_of(texture, 0, 1),
+              d = place_of(texture, 1, 1);
+  return 0.5 * (mean_between(material, {a, b, c}) + mean_between(material, {d, c, b}));
+}
+
+double EmissiveTextures::mean_between(const MaterialRecord& material, const Place (&corners)[3]) {
+  const TextureRecord& texture = packed_.textures[material.emissive_texture];
+  const glm::dvec3 factor(material.emission_r, material.emission_g, material.emission_b);
+  const double all = mean_factor(material);
   std::uint32_t channels = 0;
   for (int c = 0; c < 3; ++c) channels |= factor[c] > 0 ? 255U << (8 * c) : 0;
   if (!may_emit(texture, channels, corners)) return 0;

@@ -16,6 +16,8 @@ class EmissiveTextures {
   /// Mean over triangle `index` of its material's emission, mean of R, G and B, W / (sr m^2): an estimate from points spread
   /// over it, but 0 if and only if no texel that a lookup on it can touch emits. So no place that is lit is never sampled.
   [[nodiscard]] double mean_emission(std::uint32_t index);
+  /// The same for a shape's record, as if it showed all of the texture alike.
+  [[nodiscard]] double mean_emission_of_whole_texture(std::uint32_t index);
 
  private:
   /// How many texels of an image, of those above and left of each, are lit in some of the channels of a mask.
@@ -28,6 +30,8 @@ class EmissiveTextures {
   };
 
   [[nodiscard]] Place corner_place(std::uint32_t index, const TextureRecord& texture, int corner) const;
+  [[nodiscard]] static Place place_of(const TextureRecord& texture, double u, double v);
+  [[nodiscard]] double mean_between(const MaterialRecord& material, const Place (&corners)[3]);
   [[nodiscard]] std::span<const std::uint32_t> texels_of(const TextureRecord& texture) const;
   [[nodiscard]] const LitTexels& lit_texels(const TextureRecord& texture, std::uint32_t channels);
   [[nodiscard]] bool may_emit(const TextureRecord& texture, std::uint32_t channels, const Place (&corners)[3]);

@@ -81,7 +81,8 @@ Features::Features(const Scene& scene, const Settings& settings) {
 #include "shared/features.def"
   const auto shape = [&](ShapeKind kind) {
     const auto found = std::ranges::find(scene.shapes, kind, &Shape::kind);
-    return found == scene.shapes.end() ? Need{false, "no such shape"} : Need{true, fmt::format("node '{}'", found->name)};
+    return found == scene.shapes.end() ? Need{false, "no such shape"}
+                                       : Need{true, fmt::format("node '{}'", found->name)};
   };
 #define EK_SHAPE_KIND(name, bit) needs[#name] = shape(ShapeKind::name);
 #include "shared/features.def"
@@ -93,6 +94,14 @@ Features::Features(const Scene& scene, const Settings& settings) {
   const Material* const emitter = first_emitter(scene);
   needs["area"] = {emitter != nullptr,
                    emitter != nullptr ? fmt::format("material '{}'", emitter->name) : "nothing emits"};
+  const auto glows = [&](const Shape& shape_of) {
+    const Material& m = scene.materials[shape_of.material];
+    return shape_of.kind != ShapeKind::implicit && !m.unlit &&
+           (m.emission.x > 0 || m.emission.y > 0 || m.emission.z > 0);
+  };
+  const auto lamp = std::ranges::find_if(scene.shapes, glows);
+  needs["shape_light"] =
+      lamp == scene.shapes.end() ? Need{false, "no shape emits"} : Need{true, fmt::format("node '{}'", lamp->name)};
   const glm::vec3 sky = settings.environment.radiance;
   const EnvironmentMap* const map = settings.environment.map.get();
   const bool has_sky = map == nullptr && (sky.x > 0 || sky.y > 0 || sky.z > 0);

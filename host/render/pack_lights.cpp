@@ -8,6 +8,7 @@
 #include "render/light_table.h"
 #include "render/pack_environment.h"
 #include "render/pack_parts.h"
+#include "scene/shape_area.h"
 
 namespace eikon {
 namespace {
@@ -34,14 +35,14 @@ bool can_be_sampled(const Triangle& t, const glm::dvec3& normal) {
 struct Strength {
   double power = 0;         // selection is proportional to it
   bool distant = false;     // infinitely far away
-  double area_m2 = 0;       // of a triangle
+  double area_m2 = 0;       // of a surface
   std::size_t summary = 0;  // entry of light_summary
 };
 
 class LightPacker {
  public:
   LightPacker(const Scene& scene, const Settings& settings, PackedScene& packed)
-      : scene_(scene), environment_(settings.environment), packed_(packed) {
+      : scene_(scene), environment_(settings.environment), packed_(packed), textures_(packed) {
     // A scene without extent is lit by the environment alone, or by anything: then one is as good as the other.
     if (!packed.bounds.empty()) radius_m_ = 0.5 * glm::length(packed.bounds.hi - packed.bounds.lo);
     section_m2_ = radius_m_ > 0 ? kPi * radius_m_ * radius_m_ : 1;
@@ -49,6 +50,7 @@ class LightPacker {
 
   void pack() {
     add_triangles();
+    add_shapes();
     for (const PunctualLight& light : scene_.lights) add_punctual(light);
     add_environment();
     if (packed_.lights.empty()) return;
@@ -78,9 +80,6 @@ class LightPacker {
   }
 
   void add_triangles() {
-    constexpr std::size_t none = std::numeric_limits<std::size_t>::max();
-    std::vector<std::size_t> summary_of(scene_.materials.size(), none);
-    EmissiveTextures textures(packed_);
     for (std::size_t i = 0; i < packed_.triangle_count(); ++i) {
       const Triangle& t = packed_.triangles[i];
       const Material& material = scene_.materials[t.material];
@@ -88,25 +87,52 @@ class LightPacker {
       const glm::dvec3 normal = triangle_normal(t);
       const double area = 0.5 * glm::length(normal);
       if (!(area > 0) || !can_be_sampled(t, normal)) continue;
-      const double radiance = textures.mean_emission(std::uint32_t(i));
+      const double radiance = textures_.mean_emission(std::uint32_t(i));
       if (!(radiance > 0)) continue;
       Light light{};
       light.p0_x = t.p0_x, light.p0_y = t.p0_y, light.p0_z = t.p0_z;
       light.p1_x = t.p1_x, light.p1_y = t.p1_y, light.p1_z = t.p1_z;
       light.p2_x = t.p2_x, light.p2_y = t.p2_y, light.p2_z = t.p2_z;
-      set_emission(light, material.emission);
-      light.double_sided = material.double_sided ? 1 : 0;
       light.kind = kLight_area;
       light.triangle = std::uint32_t(i);
-      std::size_t& entry = summary_of[t.material];
-      if (entry == none) entry = summarise({.kind = "area", .name = material.name});
-      const double flux = kPi * area * radiance * (material.double_sided ? 2 : 1);
-      add(light, {.power = flux, .area_m2 = area, .summary = entry});
-      PackedLight& summary = packed_.light_summary[entry];
-      summary.strength = (summary.strength * summary.area_m2 + radiance * area) / (summary.area_m2 + area);
-      summary.flux += flux;
-      summary.area_m2 += area;
+      add_surface(light, t.material, area, radiance);
     }
+  }
+
+  void add_shapes() {
+    for (std::size_t i = packed_.triangle_count(); i < packed_.triangles.size(); ++i) {
+      const Triangle& t = packed_.triangles[i];
+      const std::size_t index = i - packed_.triangle_count();
+      const Shape& shape = scene_.shapes[index];
+      const Material& material = scene_.materials[t.material];
+      if (shape.kind == ShapeKind::implicit || material.unlit || !(mean(material.emission) > 0)) continue;
+      const double radiance = textures_.mean_emission_of_whole_texture(std::uint32_t(i));
+      if (!(radiance > 0)) continue;
+      const std::array<double, 3> parts = part_areas_m2(shape.kind, own_shape(shape));
+      ShapeRecord& record = packed_.shapes[index];
+      record.part0_m2 = float(parts[0]), record.part1_m2 = float(parts[1]), record.part2_m2 = float(parts[2]);
+      Light light{};
+      light.kind = kLight_shape_light;
+      light.triangle = std::uint32_t(i);
+      add_surface(light, t.material, parts[0] + parts[1] + parts[2], radiance);
+    }
+  }
+
+  /// radiance: mean over the surface
+  void add_surface(Light light, std::uint32_t material_index, double area, double radiance) {
+    const Material& material = scene_.materials[material_index];
+    set_emission(light, material.emission);
+    light.double_sided = material.double_sided ? 1 : 0;
+    constexpr std::size_t none = std::numeric_limits<std::size_t>::max();
+    summary_of_.resize(scene_.materials.size(), none);
+    std::size_t& entry = summary_of_[material_index];
+    if (entry == none) entry = summarise({.kind = "area", .name = material.name});
+    const double flux = kPi * area * radiance * (material.double_sided ? 2 : 1);
+    add(light, {.power = flux, .area_m2 = area, .summary = entry});
+    PackedLight& summary = packed_.light_summary[entry];
+    summary.strength = (summary.strength * summary.area_m2 + radiance * area) / (summary.area_m2 + area);
+    summary.flux += flux;
+    summary.area_m2 += area;
   }
 
   void add_punctual(const PunctualLight& source) {
@@ -175,6 +201,7 @@ class LightPacker {
       light.pdf_m2 = float(probability / strengths_[i].area_m2);
       packed_.triangles[light.triangle].light_pdf_m2 = light.pdf_m2;
     }
+    if (light.kind == kLight_shape_light) packed_.triangles[light.triangle].light_pdf_m2 = light.pdf_m2;
     if (light.kind == kLight_environment) packed_.environment_probability = light.pdf_m2;
     if (light.kind == kLight_environment_map)
       for (float4& texel : packed_.environment_texels) texel.w = float(probability * double(texel.w));
@@ -188,9 +215,11 @@ class LightPacker {
   const Scene& scene_;
   const Environment& environment_;
   PackedScene& packed_;
-  double radius_m_ = 0;              // of the sphere around the scene
-  double section_m2_ = 1;            // of that sphere, which parallel light meets
-  std::vector<Strength> strengths_;  // as packed_.lights
+  EmissiveTextures textures_;
+  std::vector<std::size_t> summary_of_;  // by material
+  double radius_m_ = 0;                  // of the sphere around the scene
+  double section_m2_ = 1;                // of that sphere, which parallel light meets
+  std::vector<Strength> strengths_;      // as packed_.lights
 };
 
 }  // namespace

@@ -57,7 +57,7 @@ typedef struct {
   float p1_x, p1_y, p1_z;
   float p2_x, p2_y, p2_z;
   uint material;                  // index into materials
-  float light_pdf_m2;             // density of light sampling on its area, 1/m^2; 0: not a light
+  float light_pdf_m2;             // density of light sampling on its area, 1/m^2; of a shape the probability that it is chosen; 0: not a light
   uint node;                      // of the scene; for the id layer
   float n_x, n_y, n_z;            // (p1 - p0) x (p2 - p0), unit, to the front; from doubles, so needles have one too
   uint flags;                     // EK_TRIANGLE_*
@@ -103,7 +103,7 @@ typedef struct {
   float wx_x, wx_y, wx_z, wy_x, wy_y, wy_z, wz_x, wz_y, wz_z;
   float middle_x, middle_y, middle_z;  // implicit: of its bounds, in the formula's coordinates
   uint formula;                   // implicit: which
-  uint pad0, pad1, pad2;
+  float part0_m2, part1_m2, part2_m2;  // world areas of its parts, as its file says, where it is sampled as a light by parts
 } ShapeRecord;
 EK_ASSERT_SIZE(ShapeRecord, 128);
 
@@ -165,7 +165,7 @@ typedef struct {
 } TextureRecord;
 EK_ASSERT_SIZE(TextureRecord, 64);
 
-// An emissive triangle, or another kind of light. Of a point or spot light p0 is its place and p2 holds (cosine of the outer
+// An emissive triangle, or another kind of light. Of a shape `triangle` is the record among the triangles, and places are unset. Of a point or spot light p0 is its place and p2 holds (cosine of the outer
 // cone, 1 / its distance from that of the inner one, range^2 or infinity); of a spot and a directional light p1 is the
 // direction back to the light, unit; emission is the intensity, W / sr, or of a directional light the irradiance, W / m^2.
 // The environment, constant or a map, sets nothing but kind and pdf_m2.
@@ -174,7 +174,7 @@ typedef struct {
   float p1_x, p1_y, p1_z;
   float p2_x, p2_y, p2_z;
   float emission_r, emission_g, emission_b;
-  float pdf_m2;                   // density of light sampling on its area, selection included; else probability of selection
+  float pdf_m2;                   // of a triangle density of light sampling on its area, selection included; else probability of selection
   uint double_sided;
   uint kind;                      // bit of EK_LIGHT
   uint triangle;                  // index into triangles

@@ -13,6 +13,9 @@
 #if EK_HAS_shape
 #include "shape_surface.h"
 #endif
+#if EK_HAS_shape & EK_HAS_shape_light
+#include "light_shape.h"
+#endif
 #include "wavefront.h"
 
 EK_FN void film_set(global float* film_slots, uint film_stride, uint channel, vi live, vu path, vf value) {
@@ -124,7 +127,12 @@ EK_FN Survivors stage_shade(constant Frame* frame, SceneData scene, LightData li
       if (ANY(emits)) {
         vf weight = (vf)(1.0f);
         if (EK_HAS_next_event) {
-          const vf light_pdf = light_pdf_sr_of_hit(corners.light_pdf_m2, surface.n_geom, dir, t);
+          vf light_pdf = light_pdf_sr_of_hit(corners.light_pdf_m2, surface.n_geom, dir, t);
+#if EK_HAS_shape & EK_HAS_shape_light
+          const vi is_shape = corners.p2.x != corners.p2.x;
+          if (ANY(emits & is_shape))
+            light_pdf = is_shape ? shape_light_pdf_sr(scene, corners, is_shape, on_shape, u, origin, dir) : light_pdf;
+#endif
           // A light that is never sampled (pack.cpp) counts in full either way.
           const vf scattered = EK_HAS_bsdf_emission ? power_heuristic(scatter_pdf, light_pdf)
                                : corners.light_pdf_m2 > 0.0f ? (vf)(0.0f) : (vf)(1.0f);
@@ -152,6 +160,9 @@ EK_FN Survivors stage_shade(constant Frame* frame, SceneData scene, LightData li
     v3 arriving;
     if (EK_HAS_next_event) {
       LightSample light = light_sample(frame, light_data, basis, both_sides, light_words(key, index, depth));
+#if EK_HAS_shape & EK_HAS_shape_light
+      light = shape_light_sample(scene, light, surface.p);
+#endif
       light.radiance = light_emission(scene, light);
       shadow = light_path(light, surface.p, surface.p_error, n_geom);
       const v3 wi = to_local(basis, shadow.wi);

@@ -170,9 +170,9 @@ namespace {
   F(ShapeRecord, middle_y) \
   F(ShapeRecord, middle_z) \
   F(ShapeRecord, formula)  \
-  F(ShapeRecord, pad0)     \
-  F(ShapeRecord, pad1)     \
-  F(ShapeRecord, pad2)
+  F(ShapeRecord, part0_m2) \
+  F(ShapeRecord, part1_m2) \
+  F(ShapeRecord, part2_m2)
 #define BUCKET_FIELDS(F) F(LightBucket, threshold) F(LightBucket, alias)
 #define DIAGNOSTICS_FIELDS(F) \
   F(Diagnostics, nonfinite)   \

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "scene/shape_area.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace eikon {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+
+/// A linear map takes an area of unit normal n to one |cofactor * n| times as large.
+glm::dmat3 cofactor_of(const glm::dmat3& m) {
+  return {glm::cross(m[1], m[2]), glm::cross(m[2], m[0]), glm::cross(m[0], m[1])};
+}
+
+/// An area of `own` square units at height y of all normals about the Y axis, (round cos, y, round sin): the mean over the angle.
+/// Points of a periodic integrand, so it converges faster than any power.
+double ring_stretch(const glm::dmat3& cofactor, double round, double y) {
+  constexpr int count = 2048;
+  double sum = 0;
+  for (int i = 0; i < count; ++i) {
+    const double angle = 2 * kPi * (i + 0.5) / count;
+    sum += glm::length(cofactor * glm::dvec3(round * std::cos(angle), y, round * std::sin(angle)));
+  }
+  return sum / count;
+}
+
+/// The mean of the same over the normals of a unit sphere whose y is between lo and hi.
+double zone_stretch(const glm::dmat3& cofactor, double lo, double hi) {
+  constexpr int count = 256;  // Gauss's rule of two points in each
+  double sum = 0;
+  for (int i = 0; i < count; ++i)
+    for (const double place : {0.5 - std::sqrt(1 / 12.0), 0.5 + std::sqrt(1 / 12.0)}) {
+      const double y = lo + (hi - lo) * (i + place) / count;
+      sum += ring_stretch(cofactor, std::sqrt(std::max(0.0, 1 - y * y)), y);
+    }
+  return sum / (2 * count);
+}
+
+/// Whether all lengths change alike; then how much areas do.
+bool keeps_angles(const glm::dmat3& cofactor, double& stretch) {
+  stretch = glm::length(cofactor[0]);
+  for (int i = 0; i < 3; ++i) {
+    const glm::dvec3 &a = cofactor[i], &b = cofactor[(i + 1) % 3];
+    if (std::abs(glm::length(a) - stretch) > 1e-9 * stretch || std::abs(glm::dot(a, b)) > 1e-9 * stretch * stretch)
+      return false;
+  }
+  return true;
+}
+
+std::array<double, 3> capsule_areas(const OwnShape& own, const glm::dmat3& cofactor) {
+  // In floats, as kernels/shape_capsule.h decides it.
+  const auto a = float(own.parameters[0]), b = float(own.parameters[1]), c = float(own.parameters[2]);
+  const float tilt_f = (c - b) / (2.0F * a);
+  const bool there = std::abs(tilt_f) < 0.99999F;
+  const double rim = there ? double(tilt_f) : b > c ? -1 : 1;
+  double uniform = 0;
+  const bool alike = keeps_angles(cofactor, uniform);
+  const auto zone = [&](double lo, double hi) {
+    return hi > lo ? (alike ? uniform : zone_stretch(cofactor, lo, hi)) : 0;
+  };
+  const double lower = 2 * kPi * double(c) * double(c) * (1 + rim) * zone(-1, rim);
+  const double upper = 2 * kPi * double(b) * double(b) * (1 - rim) * zone(rim, 1);
+  if (!there) return {0, lower, upper};
+  const double flat = std::sqrt((1 - rim) * (1 + rim)), length = (2 * double(a) + rim * (double(b) - double(c))) / flat;
+  const double side = kPi * (double(b) + double(c)) * flat * length;  // of radii b and c times flat
+  return {side * (alike ? uniform : ring_stretch(cofactor, flat, rim)), lower, upper};
+}
+
+}  // namespace
+
+std::array<double, 3> part_areas_m2(ShapeKind kind, const OwnShape& own) {
+  const glm::dmat3 cofactor = cofactor_of(own.world_from_own);
+  double uniform = 0;
+  const bool alike = keeps_angles(cofactor, uniform);
+  switch (kind) {
+    case ShapeKind::sphere:
+      return {4 * kPi * (alike ? uniform : zone_stretch(cofactor, -1, 1)), 0, 0};
+    case ShapeKind::box:
+      return {8 * (glm::length(cofactor[0]) + glm::length(cofactor[1]) + glm::length(cofactor[2])), 0, 0};
+    case ShapeKind::plane:
+      return {4 * glm::length(cofactor[1]), 0, 0};
+    case ShapeKind::cylinder: {
+      const double a = own.parameters[0], b = own.parameters[1], slant = std::sqrt(1 + b * b);
+      const double disc = kPi * glm::length(cofactor[1]);
+      return {4 * kPi * a * slant * (alike ? uniform : ring_stretch(cofactor, 1 / slant, -b / slant)),
+              disc * (a - b) * (a - b), disc * (a + b) * (a + b)};
+    }
+    case ShapeKind::capsule:
+      return capsule_areas(own, cofactor);
+    case ShapeKind::implicit:
+      return {};
+  }
+  return {};
+}
+
+}  // namespace eikon
