@@ -39,7 +39,7 @@ std::string time_now() { return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime
 /// What one of the jobs at a time has for itself.
 struct BatchRun::Worker {
   SceneCache scenes;
-  DevicePool devices{};
+  ReadyAhead devices{};
   explicit Worker(std::uint64_t budget_bytes) : scenes(budget_bytes) {}
 };
 
@@ -93,6 +93,7 @@ void BatchRun::work(Worker& worker) {
     render(worker, *staged);
     if (writing.valid()) writing.get();
     if (!staged->over) writing = std::async(std::launch::async, [this, staged] { write(*staged); });
+    if (!next.valid() && is_last()) worker.devices.close_idle();  // while the files are written
   }
 }
 
@@ -110,6 +111,11 @@ BatchJob* BatchRun::take(bool wait) {
     changed_.wait_for(lock, std::chrono::milliseconds(100));  // a signal wakes nobody
   }
   return nullptr;
+}
+
+bool BatchRun::is_last() {
+  const std::lock_guard lock(mutex_);
+  return waiting_.empty();
 }
 
 /// What can be done before it is a job's turn.
@@ -173,11 +179,13 @@ void BatchRun::prepare(Worker& worker, Staged& staged) {
   RenderOptions own = options;
   if (!own.checkpoint.file.empty() && was_begun(options, staged.key)) own.checkpoint.resume = true;
   staged.render.emplace(std::move(own), say, process_seconds());
-  if (!worker.scenes.takes(staged.scene)) return;  // not two large ones at a time
+  if (!worker.scenes.takes(staged.scene))
+    return staged.render->take_turn(worker.devices, stop_);  // not two large ones at a time
   const auto kept = worker.scenes.load(options.scene.scene, staged.scene);
   staged.render->load(kept->scene, kept->load_s);
   staged.render->use(worker.scenes.pack(*kept, staged.render->settings(), staged.environment));
   staged.loaded = true;
+  staged.render->take_turn(worker.devices, stop_);
 }
 
 void BatchRun::render(Worker& worker, Staged& staged) {
@@ -192,7 +200,6 @@ void BatchRun::render(Worker& worker, Staged& staged) {
     note(entry_of(staged, "started"), false);
     progress_.show(staged.job, 0);
     RenderHooks hooks;
-    hooks.devices = &worker.devices;
     hooks.devices_stay_ready = staged.loaded;
     hooks.progress = [&](const Progress& now, const Film&) {
       progress_.show(staged.job, double(now.samples) / double(now.samples_total));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Runs the jobs of a batch: some at a time, each in steps that overlap with its neighbours'. While one renders, the next is
-// loaded and the one before is written.
+// loaded and compiled, and the one before is written.
 #pragma once
 #include <atomic>
 #include <condition_variable>
@@ -15,7 +15,6 @@
 #include "cli/batch_progress.h"
 #include "cli/render_job.h"
 #include "cli/scene_cache.h"
-#include "device/device_pool.h"
 
 namespace eikon {
 
@@ -54,6 +53,7 @@ class BatchRun {
 
   void work(Worker& worker);
   BatchJob* take(bool wait);
+  [[nodiscard]] bool is_last();
   std::unique_ptr<Staged> stage(Worker& worker, BatchJob& job);
   void prepare(Worker& worker, Staged& staged);
   [[nodiscard]] bool is_done(const RenderOptions& options, const std::string& key);

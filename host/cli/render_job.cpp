@@ -54,7 +54,19 @@ void RenderJob::load(std::shared_ptr<Scene> scene, double load_s) {
   checkpoint_.begin(prepared_);
 }
 
+void RenderJob::take_turn(ReadyAhead& devices, const std::atomic<bool>& stop) {
+  const std::shared_ptr<const Scene> scene = prepared_.scene;
+  if (packed_ == nullptr)
+    turn_ = devices.turn();
+  else
+    turn_ = devices.turn({packed_, scene, Features(*scene, settings()), settings(), options_.execution}, stop);
+}
+
 void RenderJob::render(const std::atomic<bool>& stop, RenderHooks hooks) {
+  if (turn_ != nullptr) {
+    hooks.devices = &turn_->pool();
+    hooks.under_way = [this] { turn_->under_way(); };
+  }
   checkpoint_.attach(hooks);
   hooks.keep = prepared_.scene;
   const Settings& settings = prepared_.settings;
@@ -64,6 +76,7 @@ void RenderJob::render(const std::atomic<bool>& stop, RenderHooks hooks) {
     const Features features(*prepared_.scene, settings);
     done_ = render_packed(packed_, features, settings, options_.execution, stop, std::move(hooks));
   }
+  if (turn_ != nullptr) turn_->under_way();
   for (const std::string& note : report().notes) say_(note);
   for (const DeviceEvent& event : report().events)
     say_(fmt::format("device {}: {}", report().devices[event.device].info.selector, event.text));
@@ -120,9 +133,10 @@ void RenderJob::write() {
                      fmt::join(done_->arithmetic, ", ")));
   if (const std::uint64_t all = rejected_samples(); all > 0) say_(rejected_line(report(), all));
   if (const std::uint64_t searches = report().given_up; searches > 0)
-    say_(fmt::format("{} searches for an implicit surface were given up after {} steps, as if it were not there; tighten its "
-                     "bounds, or write its formula with fewer occurrences of x, y and z",
-                     searches, EK_IMPLICIT_STEPS));
+    say_(fmt::format(
+        "{} searches for an implicit surface were given up after {} steps, as if it were not there; tighten its "
+        "bounds, or write its formula with fewer occurrences of x, y and z",
+        searches, EK_IMPLICIT_STEPS));
   if (report().interrupted) {
     const Settings& settings = prepared_.settings;
     say_(fmt::format("interrupted: {} of {} samples are in {}", done_->done.sample_count(),

@@ -1,11 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "device/device_pool.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <exception>
 #include <map>
 #include <mutex>
 #include <utility>
+
+#include "core/error.h"
 
 namespace eikon {
 
@@ -14,13 +19,22 @@ struct DevicePool::Lease::Idle {
     std::unique_ptr<Device> device;
     std::unique_ptr<DeviceGuest> guest;  // ends first
   };
+  std::mutex mutex;
+  std::vector<Kept> devices;
+};
+
+struct DevicePool::Selections {
   struct Selected {
     std::vector<DeviceInfo> devices;
     std::vector<std::string> notes;
   };
+  struct Lost {
+    DeviceInfo info;
+    std::string why;
+  };
   std::mutex mutex;
-  std::vector<Kept> devices;
-  std::map<std::pair<std::string, unsigned>, Selected> selections;
+  std::map<std::pair<std::string, unsigned>, Selected> selected;
+  std::vector<Lost> lost;
 };
 
 namespace {
@@ -46,7 +60,10 @@ DevicePool::Lease::~Lease() {
   pool_->devices.push_back({std::move(device_), std::move(guest_)});
 }
 
-DevicePool::DevicePool() : idle_(std::make_shared<Lease::Idle>()) {}
+DevicePool::DevicePool() : DevicePool(std::make_shared<Selections>()) {}
+DevicePool::DevicePool(std::shared_ptr<Selections> selections)
+    : selections_(std::move(selections)), idle_(std::make_shared<Lease::Idle>()) {}
+DevicePool DevicePool::sibling() const { return DevicePool(selections_); }
 
 DevicePool::Lease DevicePool::take(const DeviceInfo& info) {
   Lease::Idle::Kept kept;
@@ -68,15 +85,35 @@ DevicePool::Lease DevicePool::take(const DeviceInfo& info) {
 
 std::vector<DeviceInfo> DevicePool::select(const std::string& selection, unsigned threads,
                                            std::vector<std::string>* notes) {
-  const std::lock_guard lock(idle_->mutex);
-  auto found = idle_->selections.find({selection, threads});
-  if (found == idle_->selections.end()) {
-    Lease::Idle::Selected selected;
+  const std::lock_guard lock(selections_->mutex);
+  auto found = selections_->selected.find({selection, threads});
+  if (found == selections_->selected.end()) {
+    Selections::Selected selected;
     selected.devices = select_devices(selection, threads, &selected.notes);
-    found = idle_->selections.emplace(std::pair(selection, threads), std::move(selected)).first;
+    found = selections_->selected.emplace(std::pair(selection, threads), std::move(selected)).first;
   }
-  if (notes != nullptr) *notes = found->second.notes;
-  return found->second.devices;
+  std::vector<DeviceInfo> devices;
+  std::vector<std::string> left_out;
+  for (const DeviceInfo& info : found->second.devices) {
+    const auto lost = std::ranges::find_if(
+        selections_->lost, [&](const Selections::Lost& device) { return same_device(device.info, info); });
+    if (lost == selections_->lost.end())
+      devices.push_back(info);
+    else
+      left_out.push_back(fmt::format("device {} is used no more: {}", info.selector, lost->why));
+  }
+  if (devices.empty()) throw DeviceError(fmt::format("{}; start again", fmt::join(left_out, "; ")));
+  if (notes != nullptr) {
+    *notes = found->second.notes;
+    notes->insert(notes->end(), left_out.begin(), left_out.end());
+  }
+  return devices;
+}
+
+void DevicePool::give_up(const DeviceInfo& info, const std::string& why) {
+  const std::lock_guard lock(selections_->mutex);
+  const auto known = [&](const Selections::Lost& device) { return same_device(device.info, info); };
+  if (std::ranges::none_of(selections_->lost, known)) selections_->lost.push_back({info, why});
 }
 
 void DevicePool::close_idle() {

@@ -49,14 +49,22 @@ class DevicePool {
   /// One that is idle, else it is opened; its profiler is fresh. Any thread. throws DeviceError
   [[nodiscard]] Lease take(const DeviceInfo& info);
   /// select_devices(), asked once for each choice: devices that have been lost stay lost, and planned faults go on where they were.
+  /// Those that were given up are left out, with a note for each. throws UsageError; DeviceError, also when none is left
   [[nodiscard]] std::vector<DeviceInfo> select(const std::string& selection, unsigned threads,
                                                std::vector<std::string>* notes = nullptr);
+  /// A device that hangs in its driver: select() leaves it out from now on.
+  void give_up(const DeviceInfo& info, const std::string& why);
+  /// A pool of other devices that is one with this in what select() gives.
+  [[nodiscard]] DevicePool sibling() const;
   /// Closes those that are idle, with their guests.
   void close_idle();
   /// How many are open and idle.
   [[nodiscard]] std::size_t idle_count() const;
 
  private:
+  struct Selections;
+  explicit DevicePool(std::shared_ptr<Selections> selections);
+  std::shared_ptr<Selections> selections_;
   std::shared_ptr<Lease::Idle> idle_;
 };
 

@@ -94,6 +94,10 @@ bool Fault::acts_as_gpu() const {
   return std::ranges::any_of(plans_, [](const FaultPlan& plan) { return plan.kind == FaultPlan::Kind::gpu; });
 }
 
+bool Fault::is_harmless() const {
+  return std::ranges::all_of(plans_, [](const FaultPlan& plan) { return plan.kind == FaultPlan::Kind::gpu; });
+}
+
 void Fault::begin_unit(std::uint64_t paths) {
   const std::lock_guard lock(mutex_);
   ++units_;

@@ -51,6 +51,8 @@ class Fault {
   explicit Fault(std::vector<FaultPlan> plans);
   /// The device is to be taken for a GPU.
   [[nodiscard]] bool acts_as_gpu() const;
+  /// It is nothing but that: the device does not fail.
+  [[nodiscard]] bool is_harmless() const;
   /// The next launch begins a work unit of so many paths.
   void begin_unit(std::uint64_t paths);
   /// Every call of the device comes through here first. returns the OpenCL code that it is to fail with, or 0

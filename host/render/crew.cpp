@@ -14,7 +14,6 @@ namespace {
 
 constexpr double kLate = 20;        // times what is expected
 constexpr double kUnknownUnit = 6;  // times the watchdog's seconds
-constexpr double kOpening = 60;     // compilers of some drivers take minutes
 constexpr double kAsk_s = 0.01;     // devices without a unit ask again so often: what others have may be late by then
 constexpr unsigned kFailuresInARow = 3;  // then a device is dropped
 constexpr unsigned kFailures = 10;       // in all
@@ -339,6 +338,12 @@ Crew::State Crew::state() {
     return !post.lost && !post.dropped && post.phase != Phase::ended;
   });
   return manned || adding_ > 0 ? State::working : State::unmanned;
+}
+
+bool Crew::is_opening() {
+  const std::lock_guard lock(mutex_);
+  return std::any_of(posts_.begin(), posts_.end(),
+                     [](const Post& post) { return !post.lost && post.phase == Phase::opening; });
 }
 
 std::exception_ptr Crew::error() {

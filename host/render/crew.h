@@ -21,6 +21,7 @@ namespace eikon {
 
 class Crew {
  public:
+  static constexpr double kOpening = 60;  // times the watchdog's seconds: compilers of some drivers take minutes
   /// devices: what is known of them; one with an error takes no part, and has no thread
   /// watchdog_s: a unit may take that long, or 20 times what is expected; 6 times that while nothing is known of the device; opening
   /// it may take 60 times that
@@ -64,6 +65,8 @@ class Crew {
     unmanned,  // no device is left
   };
   [[nodiscard]] State state();
+  /// Whether some device is being opened.
+  [[nodiscard]] bool is_opening();
   [[nodiscard]] std::exception_ptr error();
   /// When no device is left: why, for each.
   [[nodiscard]] std::string last_words();

@@ -24,6 +24,9 @@ std::uint64_t samples_below(std::uint64_t end, std::uint32_t replicate, std::uin
   return end > replicate ? (end - replicate - 1) / replicates + 1 : 0;
 }
 
+/// 2^exponent, for exponents of normal numbers.
+double power_of_two(int exponent) { return std::bit_cast<double>(static_cast<std::uint64_t>(1023 + exponent) << 52); }
+
 }  // namespace
 
 bool fits_film(float value) { return std::abs(value) < kFilmSaturation; }  // false for NaN
@@ -42,13 +45,13 @@ int128 to_fixed(float value) {
 
 double to_double(int128 fixed) {
   // The compiler's conversion rounds to nearest even, and scaling is exact: the result is 0 or at least 2^-64.
-  return std::ldexp(static_cast<double>(fixed), -kFractionBits);
+  return static_cast<double>(fixed) * power_of_two(-kFractionBits);
 }
 
 double to_mean(int128 fixed, std::uint64_t count) {
   if (count == 0 || fixed == 0) return 0;
-  if (std::has_single_bit(count))
-    return std::ldexp(static_cast<double>(fixed), -kFractionBits - std::countr_zero(count));
+  if ((count & (count - 1)) == 0)
+    return static_cast<double>(fixed) * power_of_two(-kFractionBits - std::countr_zero(count));
   const uint128 magnitude = fixed < 0 ? ~static_cast<uint128>(fixed) + 1 : static_cast<uint128>(fixed);
   const auto high = static_cast<std::uint64_t>(magnitude >> 64);
   const int shift = high != 0 ? std::countl_zero(high) : 64 + std::countl_zero(static_cast<std::uint64_t>(magnitude));

@@ -27,7 +27,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -64,8 +63,8 @@ struct Estimate {
   double squared_error = 0;  // of the mean, expected
 };
 
-// Two pixels side by side, which every processor that we know has vectors for.
-constexpr int kLanes = 2;
+// Pixels side by side: as many as the widest vectors that we know of have; narrower ones take several steps.
+constexpr int kLanes = 8;
 using Reals = double __attribute__((vector_size(kLanes * sizeof(double))));
 using Masks = std::int64_t __attribute__((vector_size(kLanes * sizeof(double))));
 
@@ -77,29 +76,31 @@ struct Neighbours {
 };
 
 /// Of pixels x to x + kLanes - 1, whose windows lie within the row. Each meets its neighbours in the order of rows; what is left out
-/// adds zero, so that sums have the bits of those without it.
-Neighbours<Reals, Masks> neighbours_of_lanes(const Plane& mean, const Plane& variance, int x, int y) {
-  const auto load = [](const Plane& plane, std::size_t index) {
-    Reals lanes;
-    std::memcpy(&lanes, &plane.values[index], sizeof lanes);
-    return lanes;
-  };
-  const auto where = [](Masks mask, Reals lanes) { return std::bit_cast<Reals>(mask & std::bit_cast<Masks>(lanes)); };
-  const Reals own = load(mean, mean.index(x, y)), reach = kReach * kReach * load(variance, mean.index(x, y));
-  Neighbours<Reals, Masks> found;
+/// adds zero, so that sums have the bits of those without it, whatever the processor's vectors.
+__attribute__((target_clones("avx512f", "avx2", "default"))) void find_neighbours(const Plane& mean,
+                                                                                  const Plane& variance, int x, int y,
+                                                                                  Neighbours<Reals, Masks>& found) {
+  Reals own, reach;
+  std::memcpy(&own, &mean.values[mean.index(x, y)], sizeof own);
+  std::memcpy(&reach, &variance.values[mean.index(x, y)], sizeof reach);
+  reach *= kReach * kReach;
+  Reals sum{}, noise{}, squares{};
+  Masks count{};
   for (int j = std::max(0, y - kRadius); j <= std::min(mean.height - 1, y + kRadius); ++j) {
     for (int i = x - kRadius; i <= x + kRadius; ++i) {
       if (i == x && j == y) continue;
-      const std::size_t index = mean.index(i, j);
-      const Reals difference = load(mean, index) - own, square = difference * difference;
+      Reals other, its_noise;
+      std::memcpy(&other, &mean.values[mean.index(i, j)], sizeof other);
+      std::memcpy(&its_noise, &variance.values[mean.index(i, j)], sizeof its_noise);
+      const Reals difference = other - own, square = difference * difference;
       const Masks inside = ~(square > reach);
-      found.sum += where(inside, difference);
-      found.noise += where(inside, load(variance, index));
-      found.squares += where(inside, square);
-      found.count -= inside;  // which is -1
+      sum += reinterpret_cast<Reals>(inside & reinterpret_cast<Masks>(difference));
+      noise += reinterpret_cast<Reals>(inside & reinterpret_cast<Masks>(its_noise));
+      squares += reinterpret_cast<Reals>(inside & reinterpret_cast<Masks>(square));
+      count -= inside;  // which is -1
     }
   }
-  return found;
+  found.sum = sum, found.noise = noise, found.squares = squares, found.count = count;
 }
 
 /// The same of one pixel anywhere.
@@ -181,7 +182,8 @@ PredictedError Film::predicted_error() const {
           ++x;
           continue;
         }
-        const Neighbours<Reals, Masks> near = neighbours_of_lanes(mean_of, variance, x, y);
+        Neighbours<Reals, Masks> near;
+        find_neighbours(mean_of, variance, x, y, near);
         for (int lane = 0; lane < kLanes; ++lane, ++x)
           add(x, y, {near.sum[lane], near.noise[lane], near.squares[lane], static_cast<int>(near.count[lane])});
       }

@@ -12,16 +12,15 @@ constexpr std::size_t kMost = 8;                     // of a device; a batch may
 constexpr std::uint64_t kMemoryShare = 8;            // of the device's memory, what they may take while another is made
 constexpr std::uint64_t kUnset = ~std::uint64_t{0};  // of what is chosen by the device
 
-/// All that a wavefront's program and buffers depend on, beside scene and device.
-std::string key_of(const Features& features, const Settings& settings, const Execution& execution) {
+}  // namespace
+
+std::string ReadyWavefronts::key_of(const Features& features, const Settings& settings, const Execution& execution) {
   const auto number = [](const auto& value) { return value ? std::uint64_t{*value} : kUnset; };
   return fmt::format("{}\n{} {} {} {} {} {} {} {} {} {} {} {}\n{}", features.summary(), settings.filter.name(),
                      settings.replicate_bits, execution.accel, execution.layout, number(execution.lanes),
                      number(execution.chunked), number(execution.fused), execution.chunk, execution.pool,
                      execution.memory_bytes, execution.ticks, execution.optimise, execution.extra_flags);
 }
-
-}  // namespace
 
 ReadyWavefronts& ReadyWavefronts::of(DevicePool::Lease& lease) {
   auto* found = dynamic_cast<ReadyWavefronts*>(lease.guest().get());

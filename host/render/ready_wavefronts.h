@@ -18,6 +18,9 @@ class ReadyWavefronts : public DeviceGuest {
     std::shared_ptr<const void> keep;  // what `packed` refers to
   };
 
+  /// All that a wavefront's program and buffers depend on, beside scene and device.
+  [[nodiscard]] static std::string key_of(const Features& features, const Settings& settings,
+                                          const Execution& execution);
   /// The wavefronts that stayed with a device, or none yet.
   [[nodiscard]] static ReadyWavefronts& of(DevicePool::Lease& lease);
   /// One for an image: restarted if a render of the same scene with the same needs left one, else made. It lives as long as the lease,

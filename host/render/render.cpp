@@ -130,10 +130,12 @@ Crew::State conduct(Crew& crew, Stretches& stretches, const RenderHooks& hooks, 
                     Checkpoints& checkpoints, ErrorCounter& errors, ProgressTicks progress) {
   // At signals and clocks.
   const double look_s = hooks.checkpoint ? std::clamp(hooks.checkpoint_every_s, 0.01, 0.05) : 0.05;
+  bool told = !hooks.under_way;
   stretches.open_next(crew);
   while (!stop.load()) {
     crew.wait(look_s);
     crew.watch();
+    if (!told && !crew.is_opening()) hooks.under_way(), told = true;
     const Crew::State state = crew.state();
     if (state == Crew::State::done) {
       if (stop.load()) break;
@@ -268,6 +270,8 @@ RenderOutput pack_and_render(const Pack& pack, const Features& features, const S
   const Crew::State state =
       conduct(*crew, stretches, hooks, stop, checkpoints, errors, {hooks.progress, asked - total, asked});
   threads.end();
+  for (const DeviceEvent& event : crew->events())
+    if (event.kind == DeviceEvent::Kind::hung) made->pool.give_up(selected[event.device], event.text);
   checkpoints.call_if_due(*crew, true);
   rendering.end();
   if (const std::exception_ptr error = crew->error()) std::rethrow_exception(error);

@@ -59,6 +59,8 @@ struct RenderHooks {
   Looks looks = {};
   /// What is done already, with the same scene and settings; samples outside the settings' range may be there too and stay.
   std::optional<FilmState> begin_with = {};
+  /// Called once no device is being opened any more, unless the render ends before.
+  std::function<void()> under_way = {};
   /// Called with what is done so far: after every checkpoint_every_s seconds in which there was progress, soon after
   /// *checkpoint_now was set (which is cleared), and at the end, however the render ends, if anything was done since the last call.
   /// The devices go on meanwhile: what is given is a copy. What it throws ends the render.

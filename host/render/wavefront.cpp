@@ -25,6 +25,32 @@ constexpr std::uint32_t kNoPaths = 0;
 
 std::uint32_t divide_up(std::uint64_t a, std::uint64_t b) { return std::uint32_t((a + b - 1) / b); }
 
+const Accel& accel_of(const PackedScene& scene, const WavefrontConfig& config) {
+  const auto found = scene.accels.find(config.layout);
+  if (found == scene.accels.end()) throw InternalError(fmt::format("no tree of layout '{}' was built", config.layout));
+  return found->second;
+}
+
+/// What a wavefront's program is made of.
+struct Source {
+  std::vector<std::string> stages;
+  std::string text, formula_code;
+  ProgramOptions options;
+
+  Source(const DeviceInfo& info, const WavefrontConfig& config, const PackedScene& scene, const Features& features,
+         const Execution& execution)
+      : formula_code(features.formula_code()),
+        options(program_options(info, config, features, accel_of(scene, config), execution)) {
+    std::vector<std::string> files;
+#define EK_STAGE(name) \
+  if (needs_stage(config, features, #name)) stages.push_back(#name), files.push_back("stages/" #name ".cl");
+#include "shared/stages.def"
+    files.push_back("arithmetic.cl");
+    files.push_back("canary.cl");
+    text = kernel_text(files) + formula_code;
+  }
+};
+
 }  // namespace
 
 struct Wavefront::Impl {
@@ -119,22 +145,16 @@ struct Wavefront::Impl {
   }
 
   void compile(const Features& features, const Execution& execution) {
-    ProgramOptions options = program_options(device.info(), config, features, accel(), execution);
-    std::vector<std::string> stages, files;
-#define EK_STAGE(name) \
-  if (needs_stage(config, features, #name)) stages.push_back(#name), files.push_back("stages/" #name ".cl");
-#include "shared/stages.def"
-    files.push_back("arithmetic.cl");
-    files.push_back("canary.cl");
-    formula_code = features.formula_code();
-    const Program program = device.build(kernel_text(files) + formula_code, options);
+    const Source source(device.info(), config, scene, features, execution);
+    const Program program = device.build(source.text, source.options);
     require_canary(device, program);
     arithmetic = probe_arithmetic(device, program);
-    for (const std::string& stage : stages)
+    for (const std::string& stage : source.stages)
       if (stage != "film") kernels[stage] = program.kernel(stage);
     slots[0].film = program.kernel("film");
     slots[1].film = device.info().cpu ? slots[0].film : program.kernel("film");
-    sampled_options = std::move(options);
+    sampled_options = source.options;
+    formula_code = source.formula_code;
   }
 
   /// Where kernel `paths` cannot tell how its stages share it.
@@ -152,13 +172,6 @@ struct Wavefront::Impl {
     sampler = std::make_unique<StageSampler>(device, program, stages, arguments, config);
   }
 
-  [[nodiscard]] const Accel& accel() const {
-    const auto found = scene.accels.find(config.layout);
-    if (found == scene.accels.end())
-      throw InternalError(fmt::format("no tree of layout '{}' was built", config.layout));
-    return found->second;
-  }
-
   Buffer allocate(std::size_t size) {
     bytes += size;
     return device.allocate(size);
@@ -170,7 +183,7 @@ struct Wavefront::Impl {
 
   void upload() {
     const double begin = host_seconds();
-    bytes += upload_scene(device, scene, accel(), filter, arguments);
+    bytes += upload_scene(device, scene, accel_of(scene, config), filter, arguments);
     const std::size_t places = std::size_t{config.chunk + EK_PAD} * config.held_chunks();
     const std::uint32_t capacity = config.capacity();
     frame.film_stride = capacity + EK_PAD;
@@ -460,6 +473,12 @@ Wavefront::Wavefront(Device& device, const PackedScene& scene, const Features& f
                      const Execution& execution)
     : impl_(std::make_unique<Impl>(device, scene, features, settings, execution)) {}
 Wavefront::~Wavefront() = default;
+
+void Wavefront::compile_ahead(Device& device, const PackedScene& scene, const Features& features,
+                              const Execution& execution) {
+  const Source source(device.info(), configure(device.info(), execution), scene, features, execution);
+  (void)device.build(source.text, source.options);
+}
 
 const WavefrontConfig& Wavefront::config() const { return impl_->config; }
 ArithmeticClass Wavefront::arithmetic() const { return impl_->arithmetic; }

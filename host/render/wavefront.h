@@ -54,6 +54,9 @@ class Wavefront {
   Wavefront(Device& device, const PackedScene& scene, const Features& features, const Settings& settings,
             const Execution& execution);
   ~Wavefront();
+  /// Compiles what one needs; the device keeps it for a while. No commands are sent to the device. throws DeviceError
+  static void compile_ahead(Device& device, const PackedScene& scene, const Features& features,
+                            const Execution& execution);
   /// As new for another image of the same scene: camera, seed, samples and depth may differ, but nothing that its program and its
   /// buffers depend on. What was begun must be finished.
   void restart(const Settings& settings, const Execution& execution);

@@ -89,6 +89,35 @@ TEST(BatchFaults, a_lost_device_stays_lost_for_all_jobs) {
   EXPECT_TRUE(contains(outcome.err, "CL_DEVICE_NOT_AVAILABLE")) << outcome.err;
 }
 
+TEST(BatchFaults, a_device_that_hangs_is_waited_for_once) {
+  const Workplace here;
+  const std::string image = "--size 64x48 --spp 64";
+  here.write("jobs", jobs_of(4, image + " --devices cpu:2x1"));
+  // The other one is slow, or it would be done before this one has begun.
+  const Outcome outcome = here.eikon(
+      "batch jobs", std::string(kCores) + " EIKON_WATCHDOG=0.5 EIKON_FAULT='device:0:slow=20;device:1:hang'");
+  EXPECT_TRUE(succeeded(outcome));
+  EXPECT_EQ(states(outcome), (States{{1, "done"}, {2, "done"}, {3, "done"}, {4, "done"}})) << outcome.out;
+  const auto count = [&](const std::string& words) {
+    int times = 0;
+    for (std::size_t at = 0; (at = outcome.err.find(words, at)) != std::string::npos; ++at) ++times;
+    return times;
+  };
+  EXPECT_EQ(count("is used no more"), 1) << outcome.err;
+  EXPECT_EQ(count("did not end within"), 2) << outcome.err;  // as it was found, and in the line above
+  expect_single_renders(here, 4, image);
+}
+
+TEST(BatchFaults, when_the_only_device_hangs_no_other_job_waits_for_it) {
+  const Workplace here;
+  here.write("jobs", jobs_of(3, std::string(kSmall) + " --devices cpu"));
+  const Outcome outcome = here.eikon("batch jobs", "EIKON_WATCHDOG=0.5 EIKON_FAULT=device:0:hang:after=1");
+  EXPECT_EQ(outcome.code, 1);
+  EXPECT_EQ(states(outcome), (States{{1, "done"}, {2, "failed"}, {3, "failed"}})) << outcome.out;
+  EXPECT_TRUE(contains(outcome.err, "jobs:3: device 0 is used no more: ")) << outcome.err;
+  EXPECT_TRUE(contains(outcome.err, "start again")) << outcome.err;
+}
+
 TEST(BatchFaults, killed_within_a_job_it_goes_on_from_the_job_s_checkpoint) {
   const Workplace here;
   const std::string image = "--size 48x48 --spp 400";

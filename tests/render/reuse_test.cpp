@@ -2,6 +2,7 @@
 // Devices, programs and packed scenes serve one render after the other, with the bits of fresh ones.
 #include <stdexcept>
 
+#include "render/ready_ahead.h"
 #include "render/scene_builder.h"
 
 namespace eikon::testing {
@@ -147,6 +148,75 @@ TEST(Reuse, a_program_that_was_built_is_not_built_again) {
   EXPECT_EQ(run("6"), 6U) << "other defines are another program";
   EXPECT_EQ(run("5"), 5U);
   for (int i = 0; i < 20; ++i) EXPECT_EQ(run(std::to_string(i).c_str()), std::uint32_t(i)) << "more than are kept";
+}
+
+TEST(Reuse, what_was_made_ready_ahead_gives_the_bits_of_fresh_ones) {
+  const auto [first, first_settings] = room(64, 48, 8);
+  const Scene second = load_shipped("cornell.gltf");
+  const Settings second_settings = settings_of(second, 40, 4);
+  const std::atomic<bool> stop{false};
+  for (const char* fault : {"", "device:0:gpu"}) {
+    setenv("EIKON_FAULT", fault, 1);
+    Execution execution;
+    execution.devices = std::to_string(select_devices("cpu").front().index);
+    ReadyAhead devices;
+    const auto image = [&](const Scene& scene, const Settings& settings) {
+      const Features features(scene, settings);
+      return ReadyAhead::Image{std::make_shared<PackedScene>(pack_scene(scene, features, settings)), nullptr, features,
+                               settings, execution};
+    };
+    const auto render_on = [&](ReadyAhead::Turn& turn, const ReadyAhead::Image& of) {
+      RenderHooks hooks;
+      hooks.devices = &turn.pool();
+      hooks.devices_stay_ready = true;
+      hooks.under_way = [&] { turn.under_way(); };
+      return render_packed(of.packed, of.features, of.settings, execution, stop, hooks);
+    };
+    const ReadyAhead::Image one = image(first, first_settings), other = image(second, second_settings);
+    const auto first_turn = devices.turn(one, stop);
+    EXPECT_EQ(first_turn->pool().idle_count(), 0U) << "the first has nobody to wait for";
+    const RenderOutput first_output = render_on(*first_turn, one);
+    const auto second_turn = devices.turn(other, stop);
+    EXPECT_EQ(second_turn->pool().idle_count(), 1U) << "it was opened ahead";
+    const RenderOutput second_output = render_on(*second_turn, other);
+    if (*fault != '\0') {
+      EXPECT_EQ(second_output.report.upload_s, 0) << "it was uploaded ahead";
+    }
+    // What is ready on the devices of the turn before is not made ready once more.
+    const auto third_turn = devices.turn(other, stop);
+    EXPECT_EQ(third_turn->pool().idle_count(), 1U);
+    EXPECT_TRUE(same_film(render_on(*third_turn, other).film, second_output.film));
+    const auto fourth_turn = devices.turn(one, stop);
+    const RenderOutput again = render_on(*fourth_turn, one);
+    EXPECT_EQ(again.report.upload_s, 0) << "it was there";
+    setenv("EIKON_FAULT", "", 1);
+    EXPECT_TRUE(same_film(first_output.film, render(first, first_settings, execution, stop).film));
+    EXPECT_TRUE(same_film(second_output.film, render(second, second_settings, execution, stop).film));
+    EXPECT_TRUE(same_film(again.film, first_output.film));
+  }
+  unsetenv("EIKON_FAULT");
+}
+
+TEST(Reuse, nothing_is_made_ready_ahead_beyond_a_limit) {
+  const auto [scene, settings] = room(32, 24, 2);
+  const Scene other = load_shipped("cornell.gltf");
+  const std::atomic<bool> stop{false};
+  Execution limited;
+  limited.devices = std::to_string(select_devices("cpu").front().index);
+  limited.threads = 1;
+  Execution little = limited;
+  little.threads = 0, little.memory_bytes = std::uint64_t{1} << 30;
+  for (const Execution& execution : {limited, little}) {
+    ReadyAhead devices;
+    const auto turn_of = [&](const Scene& of) {
+      const Features features(of, settings);
+      return devices.turn(
+          {std::make_shared<PackedScene>(pack_scene(of, features, settings)), nullptr, features, settings, execution},
+          stop);
+    };
+    (void)turn_of(scene);
+    EXPECT_EQ(turn_of(other)->pool().idle_count(), 0U);
+  }
 }
 
 }  // namespace
