@@ -64,6 +64,13 @@ TEST(MixedDevices, N5_a_slow_device_of_another_driver_gives_the_bits_of_one) {
   const Mixed mixed = render_mixed(here, image, "oclgrind,pthread", before + " EIKON_FAULT='device:1:slow=300'");
   ASSERT_EQ(mixed.units.size(), 2U);
   EXPECT_GT(mixed.units[0], 0U) << mixed.names;
+
+  // Slowed down until it is about as slow, and with some ten units each, both have their part.
+  const std::string shallow = "render " + scene("cornell.gltf") + " --size 32x32 --spp 16 --max-depth 1 --quiet";
+  ASSERT_TRUE(succeeded(here.eikon(shallow + " -o one.exr --devices pthread", before)));
+  const Mixed even = render_mixed(here, shallow, "oclgrind,pthread", before + " EIKON_FAULT='device:1:slow=1000'");
+  ASSERT_EQ(even.units.size(), 2U);
+  for (const std::uint64_t units : even.units) EXPECT_GT(units, 0U) << even.names;
 }
 
 TEST(MixedDevices, a_render_that_was_stopped_for_a_while_goes_on) {
