@@ -28,7 +28,7 @@ kernel void bench_camera(constant Frame* frame, global float* rays, uint ray_cou
   const vu x = (block % blocks_x) * 4u + (ray & 3u), y = (block / blocks_x) * 4u + ((ray >> 2) & 3u);
   vf u, v;
   sample_2d(hash_bits(ray), (vu)(0u), DIM_FILTER, &u, &v);
-  const CameraRay camera = camera_ray(frame, TO_F(AS_I(x)), TO_F(AS_I(y)), u, v);
+  const CameraRay camera = camera_ray(frame, TO_F(AS_I(x)), TO_F(AS_I(y)), u, v, hash_bits(ray), (vu)(0u));
   store_ray(rays, stride, i, camera.origin, camera.dir, EK_INFINITY);
 }
 

@@ -9,6 +9,7 @@
 #include "cli/arguments.h"
 #include "cli/commands.h"
 #include "cli/metadata.h"
+#include "cli/png_options.h"
 #include "cli/report.h"
 #include "image/image.h"
 #include "render/film_record.h"
@@ -18,8 +19,8 @@ namespace {
 
 struct MergeOptions {
   std::vector<std::string> parts;
-  std::string output, png, tone_map = "none";
-  double exposure_ev = 0;
+  std::string output;
+  PngOptions png;
   bool half = false, quiet = false;
 };
 
@@ -156,11 +157,12 @@ void write(const MergeOptions& options, const Film& film, Whole& whole, const Pr
   exr.exact_sums = true;
   exr.record = to_text(whole.record);
   write_exr(options.output, film, whole.metadata, exr);
-  if (!options.png.empty()) write_png(options.png, to_image(film), options.exposure_ev, *tone_map_of(options.tone_map));
+  options.png.write(film);
 }
 
 ExitCode merge_command(const MergeOptions& options) {
-  require_writable({options.output, options.png}, "/");  // a part may be the output: it is replaced when all is done
+  require_writable({options.output, options.png.file},
+                   "/");  // a part may be the output: it is replaced when all is done
   std::vector<Part> parts;
   for (const std::string& file : options.parts) {
     Part part = read_header(file);
@@ -200,14 +202,7 @@ void add_merge(CLI::App& app, Command& chosen) {
   command->add_option("-o,--output", options->output, "OpenEXR file, which can be merged and resumed again")
       ->required();
   command->add_flag("--half", options->half, "16-bit channels of the picture; the sums stay exact");
-  command->add_option("--png", options->png, "also an sRGB picture");
-  command->add_option("--exposure", options->exposure_ev, "of the PNG, in EV")
-      ->check(check_is_finite)
-      ->check(CLI::Range(-64.0, 64.0))
-      ->capture_default_str();
-  command->add_option("--tonemap", options->tone_map, "tone curve of the PNG; see `eikon render --help`")
-      ->check(CLI::IsMember(tone_map_names()))
-      ->capture_default_str();
+  options->png.add_to(*command);
   command->add_flag("--quiet", options->quiet, "nothing on stdout");
   command->footer(
       "The order of the parts does not matter. Exit code 1: samples between those of the parts are missing; the file "

@@ -20,12 +20,13 @@ std::vector<double> row_major(const glm::dmat4& m) {
 glm::dmat4 ndc_from_camera(const Settings& settings) {
   const Camera& camera = settings.camera;
   const double aspect = double(settings.width) / settings.height;
-  const double y = 1.0 / (camera.orthographic ? camera.ymag_m : std::tan(0.5 * camera.yfov_rad));
+  const bool orthographic = camera.projection == Projection::orthographic;
+  const double y = 1.0 / (orthographic ? camera.ymag_m : std::tan(0.5 * camera.yfov_rad));
   glm::dmat4 matrix(0.0);
   matrix[0][0] = y / aspect;
   matrix[1][1] = y;
   matrix[2][2] = -1;
-  if (camera.orthographic) {
+  if (orthographic) {
     matrix[3][3] = 1;  // z is the depth in metres, as there is no far plane
   } else {
     matrix[2][3] = -1;
@@ -58,7 +59,8 @@ Metadata describe_picture(const Prepared& prepared) {
   // Columns of a GLM matrix are columns of the mathematical one; EXR's convention is row vectors, so transposed.
   const glm::dmat4 camera_from_world = glm::inverse(settings.camera.world_from_camera);
   metadata.matrices["worldToCamera"] = row_major(glm::transpose(camera_from_world));
-  metadata.matrices["worldToNDC"] = row_major(glm::transpose(ndc_from_camera(settings) * camera_from_world));
+  if (settings.camera.projection != Projection::panorama)
+    metadata.matrices["worldToNDC"] = row_major(glm::transpose(ndc_from_camera(settings) * camera_from_world));
   return metadata;
 }
 

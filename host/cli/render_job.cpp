@@ -100,8 +100,7 @@ void RenderJob::write_image() {
     write_exr(output_, done_->film, metadata, exr);
     as_asked_ = false;
   }
-  if (!options_.png.empty())
-    write_png(options_.png, to_image(done_->film), options_.exposure_ev, *tone_map_of(options_.tone_map));
+  options_.png.write(done_->film);
 }
 
 std::uint64_t RenderJob::rejected_samples() const { return rejected_in(done_->film, done_->done); }

@@ -13,14 +13,7 @@ void RenderOptions::add_to(CLI::App& command) {
   scene.add_to(command);
   command.add_option("-o,--output", output, "OpenEXR file; SCENE.exr here if not given");
   command.add_flag("--half", half, "16-bit channels");
-  command.add_option("--png", png, "also an sRGB picture; with --transparent an RGBA one");
-  command.add_option("--exposure", exposure_ev, "of the PNG, in EV")
-      ->check(check_is_finite)
-      ->check(CLI::Range(-64.0, 64.0))
-      ->capture_default_str();
-  command.add_option("--tonemap", tone_map, "tone curve of the PNG, after the exposure; none: cut off at white")
-      ->check(CLI::IsMember(tone_map_names()))
-      ->capture_default_str();
+  png.add_to(command);
   add_execution_options(command, execution, true);
   checkpoint.add_to(command);
   command.add_option("--pixel", pixel, "X,Y: with --sample N, trace that one path and print its vertices");
@@ -48,7 +41,7 @@ std::vector<std::filesystem::path> RenderOptions::outputs() const {
 
 std::vector<std::filesystem::path> RenderOptions::results() const {
   std::vector<std::filesystem::path> files = {exr()};
-  for (const std::string& file : {png, stats, profile})
+  for (const std::string& file : {png.file, stats, profile})
     if (!file.empty()) files.emplace_back(file);
   return files;
 }

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "cli/checkpoint.h"
+#include "cli/png_options.h"
 #include "cli/scene_options.h"
 
 namespace eikon {
@@ -15,10 +16,10 @@ struct RenderOptions {
   SceneOptions scene;
   Execution execution;
   CheckpointOptions checkpoint;
-  std::string output, png, stats, profile, pixel;
-  double exposure_ev = 0;
+  std::string output, stats, profile, pixel;
+  PngOptions png;
   bool half = false, quiet = false;
-  std::string sample, tone_map = "none", progress = "bar";
+  std::string sample, progress = "bar";
   std::string settings_text;  // of parse_render: every flag that decides the results, and its value
 
   /// Adds the flags to a subcommand. The object must live as long as the parser.

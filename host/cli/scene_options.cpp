@@ -20,7 +20,45 @@ constexpr std::uint32_t kDefaultRows = 720;
 constexpr double kDefaultAspect = 16.0 / 9.0;
 constexpr std::uint64_t kMaxSide = 65535;  // pixel coordinates travel as two 16-bit halves
 constexpr double kMaxRadiance = 1e30;
+constexpr double kMinFNumber = 1e-3, kMaxFNumber = 1e6;
+constexpr double kMaxFocusDistance = 0x1p40;
 constexpr std::uint64_t kMaxSamples = std::uint64_t{1} << 48;
+
+void require_perspective(const Camera& camera, const std::string& flag, const char* what) {
+  if (camera.projection == Projection::perspective) return;
+  throw UsageError(fmt::format(
+      "{}: camera '{}' is {} and has no {}; leave it out, or choose a perspective with --camera or --look-at", flag,
+      camera.name, camera.projection == Projection::panorama ? "a panorama" : "orthographic", what));
+}
+
+// The file's lens, with what the flags say otherwise.
+void choose_lens(const SceneOptions& options, Camera& camera) {
+  const bool pinhole = options.f_number == "off";
+  if (!options.f_number.empty()) {
+    require_perspective(camera, "--f-number " + options.f_number, "lens");
+    const double f_number = pinhole ? 0 : parse_numbers("--f-number", options.f_number, 1)[0];
+    if (!pinhole && !(f_number >= kMinFNumber && f_number <= kMaxFNumber))
+      throw UsageError(fmt::format("--f-number {}: lies between {:g} and {:g}; off is a pinhole", options.f_number,
+                                   kMinFNumber, kMaxFNumber));
+    if (!pinhole && !camera.lens && options.focus_distance.empty())
+      throw UsageError("--f-number: at which distance is it sharp? Say it with --focus-distance METRES");
+    if (pinhole)
+      camera.lens.reset();
+    else
+      camera.lens.emplace(camera.lens.value_or(Lens{})).radius_m = 0, camera.lens->f_number = f_number;
+  }
+  if (options.focus_distance.empty()) return;
+  require_perspective(camera, "--focus-distance " + options.focus_distance, "lens");
+  if (!camera.lens)
+    throw UsageError(
+        fmt::format("--focus-distance {}: camera '{}' is a pinhole, to which everything is sharp; open it with "
+                    "--f-number N",
+                    options.focus_distance, camera.name));
+  camera.lens->focus_distance_m = parse_numbers("--focus-distance", options.focus_distance, 1)[0];
+  if (!(camera.lens->focus_distance_m > 0 && camera.lens->focus_distance_m <= kMaxFocusDistance))
+    throw UsageError(
+        fmt::format("--focus-distance {}: lies between 0 and {:g} metres", options.focus_distance, kMaxFocusDistance));
+}
 
 Camera choose_camera(const SceneOptions& options, const Scene& scene, double aspect, const Say& say) {
   Camera camera;
@@ -59,14 +97,15 @@ Camera choose_camera(const SceneOptions& options, const Scene& scene, double asp
     camera = frame_camera(bounds.empty() ? Bounds{glm::dvec3(-1), glm::dvec3(1)} : bounds, aspect);
     say("the file has no camera: the whole scene is framed; choose with --look-at EYE:TARGET");
   }
+  if (options.panorama) {
+    camera.projection = Projection::panorama;
+    camera.aspect = 2;
+  }
   if (fov > 0) {
-    if (camera.orthographic)
-      throw UsageError(
-          fmt::format("--fov {}: camera '{}' is orthographic and has no field of view; leave --fov out, or "
-                      "choose a perspective with --camera or --look-at",
-                      options.fov_deg, camera.name));
+    require_perspective(camera, fmt::format("--fov {}", options.fov_deg), "field of view");
     camera.yfov_rad = fov;
   }
+  choose_lens(options, camera);
   return camera;
 }
 
@@ -161,6 +200,11 @@ void SceneOptions::add_to(CLI::App& command) {
   command.add_option("--fov", fov_deg, "vertical field of view in degrees, of a perspective camera")
       ->check(check_is_finite)
       ->check(CLI::Range(0.01, 179.0));
+  command.add_flag("--panorama", panorama,
+                   "every direction around the camera, equirectangular, its view in the middle");
+  command.add_option("--f-number", f_number,
+                     "N: how wide the lens opens, as of a camera for 35 mm film; off: a pinhole");
+  command.add_option("--focus-distance", focus_distance, "METRES ahead of the lens, where it is sharp");
   command.add_option(
       "--env", env, "instead of the file's environment: a map, FILE.exr or .hdr (equirectangular), or constant, R,G,B");
   command.add_option("--env-scale", env_scale, "factor on whichever environment is used")

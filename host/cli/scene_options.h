@@ -14,12 +14,12 @@ namespace eikon {
 struct SceneOptions {
   std::string scene;
   std::string size, camera, look_at, env, integrator = "path", light_sampling = "mis", aovs, samples, crop,
-                                          filter = "box";
+                                          filter = "box", f_number, focus_distance;
   double fov_deg = 0, env_scale = 1, env_rotate_deg = 0;
   std::uint64_t spp = 64;
   std::uint64_t seed = 0;
   std::uint32_t max_depth = 0;
-  bool transparent = false, strict = false;
+  bool transparent = false, strict = false, panorama = false;
 
   /// Adds the flags to a subcommand. The object must live as long as the parser.
   void add_to(CLI::App& command);

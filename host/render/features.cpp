@@ -157,7 +157,10 @@ Features::Features(const Scene& scene, const Settings& settings) {
   needs["bsdf_emission"] = {sampling != LightSampling::light && lit, lit ? "--light-sampling" : "there is no light"};
   needs["uniform_scatter"] = {sampling == LightSampling::hemisphere, "--light-sampling"};
   needs["pixel_filter"] = {!settings.filter.is_pixel_box(), "--filter"};
-  needs["orthographic"] = {settings.camera.orthographic, fmt::format("camera '{}'", settings.camera.name)};
+  const std::string camera = fmt::format("camera '{}'", settings.camera.name);
+  needs["orthographic"] = {settings.camera.projection == Projection::orthographic, camera};
+  needs["panorama"] = {settings.camera.projection == Projection::panorama, camera};
+  needs["lens"] = {lens_radius_m(settings.camera) > 0, camera};
   needs["coverage"] = {settings.transparent, "--transparent"};
   for (const char* layer : {"albedo", "normal", "depth", "id"})
     needs[layer] = {std::find(settings.aovs.begin(), settings.aovs.end(), layer) != settings.aovs.end(), "--aov"};

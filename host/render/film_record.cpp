@@ -74,6 +74,24 @@ void parse_part(std::string_view text, const FilmLayout& layout, SampleLedger& d
   done.add(part);
 }
 
+std::string describe_view(const Camera& camera) {
+  switch (camera.projection) {
+    case Projection::perspective:
+      return fmt::format("{} rad", camera.yfov_rad);
+    case Projection::orthographic:
+      return fmt::format("orthographic, {} m", 2 * camera.ymag_m);
+    case Projection::panorama:
+      return "panorama";
+  }
+  return {};
+}
+
+std::string describe_lens(const Camera& camera) {
+  const double radius_m = lens_radius_m(camera);
+  return radius_m > 0 ? fmt::format("radius {} m, in focus at {} m", radius_m, camera.lens->focus_distance_m)
+                      : "pinhole";
+}
+
 }  // namespace
 
 std::vector<ImageSetting> image_settings(const Scene& scene, const Settings& settings, const FilmLayout& layout) {
@@ -97,8 +115,8 @@ std::vector<ImageSetting> image_settings(const Scene& scene, const Settings& set
           {"camera's position (--camera, --look-at)", triple(pose[3])},
           {"camera's orientation (--camera, --look-at)",
            fmt::format("{} {} {}", triple(pose[0]), triple(pose[1]), triple(pose[2]))},
-          {"field of view (--fov)", camera.orthographic ? fmt::format("orthographic, {} m", 2 * camera.ymag_m)
-                                                        : fmt::format("{} rad", camera.yfov_rad)},
+          {"field of view (--fov)", describe_view(camera)},
+          {"lens (--f-number, --focus-distance)", describe_lens(camera)},
           {"environment (--env, --env-scale, --env-rotate)", describe(environment)}};
 }
 

@@ -26,7 +26,7 @@ Frame pack_frame(const PackedScene& packed, const Settings& settings) {
   const glm::dmat4& m = settings.camera.world_from_camera;
   const glm::dvec3 right = glm::normalize(glm::dvec3(m[0])), up = glm::normalize(glm::dvec3(m[1])),
                    back = glm::normalize(glm::dvec3(m[2]));
-  const bool parallel = settings.camera.orthographic;
+  const bool parallel = settings.camera.projection == Projection::orthographic;
   const double half_height = parallel ? settings.camera.ymag_m : std::tan(0.5 * settings.camera.yfov_rad);
   const double pixel =
       2 * half_height / settings.height;  // side of a pixel; of a perspective on the plane at distance 1
@@ -37,13 +37,22 @@ Frame pack_frame(const PackedScene& packed, const Settings& settings) {
   frame.camera_x = pack(right * pixel);
   frame.camera_y = pack(up * -pixel);
   const glm::dvec3 eye(m[3]);
-  if (parallel) {
+  if (settings.camera.projection == Projection::panorama) {
+    frame.camera_origin = pack(eye);
+    frame.camera_x = pack(right, 1.0 / settings.width);
+    frame.camera_y = pack(up, 1.0 / settings.height);
+    frame.camera_corner = pack(back);
+  } else if (parallel) {
     const double ahead = clear_way(packed.bounds, eye, -back);
     frame.camera_origin = pack(eye + corner - back * ahead, ahead);
     frame.camera_corner = pack(-back);
   } else {
     frame.camera_origin = pack(eye);
     frame.camera_corner = pack(corner - back);
+  }
+  if (const double radius = lens_radius_m(settings.camera); radius > 0) {
+    frame.lens_x = pack(right * radius, 1.0 / settings.camera.lens->focus_distance_m);
+    frame.lens_y = pack(up * radius);
   }
   frame.camera_medium = camera_medium(packed, eye, -back);  // of parallel rays: where their middle begins
   frame.environment = pack(glm::dvec3(settings.environment.radiance), packed.environment_probability);

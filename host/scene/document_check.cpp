@@ -18,11 +18,15 @@ namespace {
 constexpr std::uint64_t kAnyInteger = ~std::uint64_t{0};
 constexpr double kPi = 3.14159265358979;  // rounded down: the tangent of half of it is large but finite
 constexpr std::string_view kSupportedExtensions[] = {
-    "KHR_lights_punctual",        "KHR_materials_emissive_strength", "KHR_materials_ior",
-    "KHR_materials_specular",     "KHR_materials_transmission",      "KHR_materials_unlit",
-    "KHR_materials_volume",       "KHR_texture_transform",           "KHR_mesh_quantization",
-    "KHR_draco_mesh_compression", "EXT_meshopt_compression",         "EXT_mesh_gpu_instancing",
-    "KHR_implicit_shapes",        "EIKON_shape",                     "EIKON_implicit_surface",
+    "KHR_lights_punctual",        "KHR_materials_emissive_strength",
+    "KHR_materials_ior",          "KHR_materials_specular",
+    "KHR_materials_transmission", "KHR_materials_unlit",
+    "KHR_materials_volume",       "KHR_texture_transform",
+    "KHR_mesh_quantization",      "KHR_draco_mesh_compression",
+    "EXT_meshopt_compression",    "EXT_mesh_gpu_instancing",
+    "KHR_implicit_shapes",        "EIKON_shape",
+    "EIKON_implicit_surface",     "EIKON_camera_lens",
+    "EIKON_camera_panorama",
 };
 // Extensions that a file may require and that a tool can take out of it.
 struct Remedy {

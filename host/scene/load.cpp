@@ -9,6 +9,7 @@
 
 #include "core/error.h"
 #include "scene/accessor_table.h"
+#include "scene/cameras.h"
 #include "scene/document.h"
 #include "scene/document_check.h"
 #include "scene/environment.h"
@@ -79,42 +80,6 @@ void place_mesh(const glm::dmat4& world_from_object, std::uint32_t mesh, const g
                          .world_from_object = world_from_object,
                          .mesh = mesh,
                          .mirrored = glm::determinant(glm::dmat3(world_from_object)) < 0});
-}
-
-// A camera's pose: the scale of its node is ignored [glTF 2.0, section 3.10.2], so is a mirror image, which would show
-// the picture reversed. Nothing where the node leaves no direction of view or no up.
-std::optional<glm::dmat4> camera_pose(const glm::dmat4& world_from_object) {
-  const glm::dvec3 up(world_from_object[1]), back(world_from_object[2]);
-  if (!(glm::length(back) > 0) || !(glm::length(up) > 0)) return std::nullopt;
-  const glm::dvec3 z = back / glm::length(back);
-  const glm::dvec3 x = glm::cross(up / glm::length(up), z);
-  if (!(glm::length(x) > 1e-9)) return std::nullopt;
-  const glm::dvec3 x_unit = x / glm::length(x);
-  return glm::dmat4{glm::dvec4(x_unit, 0.0), glm::dvec4(glm::cross(z, x_unit), 0.0), glm::dvec4(z, 0.0),
-                    world_from_object[3]};
-}
-
-void add_camera(const tinygltf::Model& model, const PlacedNode& placed, Scene& scene, Notes& notes) {
-  const auto index = static_cast<std::size_t>(model.nodes[placed.node].camera);
-  const tinygltf::Camera& source = model.cameras[index];
-  const std::string user = label("camera", index, source.name);
-  const auto pose = camera_pose(placed.world_from_object);
-  if (!pose)
-    return notes.warn(user + ": left out, " + node_label(model, placed.node) +
-                      " scales its direction of view to nothing");
-  const std::string& name = source.name.empty() ? model.nodes[placed.node].name : source.name;
-  Camera camera{.name = name, .world_from_camera = *pose};
-  if (source.type == "perspective") {
-    camera.yfov_rad = source.perspective.yfov;
-    camera.aspect = source.perspective.aspectRatio;
-  } else {
-    const tinygltf::OrthographicCamera& lens = source.orthographic;
-    if (lens.xmag < 0 || lens.ymag < 0) notes.warn(user + ": negative xmag or ymag taken as positive");
-    camera.orthographic = true;
-    camera.ymag_m = std::abs(lens.ymag);
-    camera.aspect = std::abs(lens.xmag) / std::abs(lens.ymag);
-  }
-  scene.cameras.push_back(std::move(camera));
 }
 
 void note_document_features(const Json& document, const Json* scene_json, std::size_t scene_index, Notes& notes) {
@@ -236,7 +201,11 @@ void fill_scene(const tinygltf::Model& model, const Json& document, const std::v
   for (const PlacedNode& placed : placed_nodes) {
     const tinygltf::Node& source = model.nodes[placed.node];
     note_node_features(model, document, placed.node, notes);
-    if (source.camera >= 0) add_camera(model, placed, scene, notes);
+    if (source.camera >= 0)
+      add_camera(
+          document, static_cast<std::size_t>(source.camera), placed.world_from_object,
+          {.value = document["nodes"][placed.node], .kind = "node", .index = static_cast<std::int64_t>(placed.node)},
+          source.name, scene, notes);
     if (const std::int64_t light = light_of_node(document["nodes"][placed.node]); light >= 0)
       add_light(document, static_cast<std::size_t>(light), source.name, placed.world_from_object, scene, notes);
     const Place place{

@@ -103,14 +103,32 @@ struct PunctualLight {
   double inner_cone_rad = 0.0, outer_cone_rad = 0.0;  // half angles, inner <= outer
 };
 
+enum class Projection {
+  perspective,
+  orthographic,
+  panorama,  // every direction, equirectangular: the picture's middle is ahead, u grows to the right
+};
+
+/// The opening of a perspective camera with a thin lens. What is `focus_distance_m` ahead, measured along the axis, is sharp.
+struct Lens {
+  double radius_m = 0;         // 0: by f_number
+  double f_number = 0;         // focal length over diameter
+  double sensor_height_m = 0.024;  // of the film, which gives the focal length by the field of view; 35 mm film's
+  double focus_distance_m = 1;
+};
+
 struct Camera {
   std::string name;
   glm::dmat4 world_from_camera{1.0};  // looks along -Z, +Y up; a rotation and a translation, never a scale
-  bool orthographic = false;
+  Projection projection = Projection::perspective;
   double yfov_rad = 0.7;   // of a perspective camera
   double ymag_m = 1.0;     // of an orthographic one: half the height of the picture
   double aspect = 0.0;     // width / height; 0: not said
+  std::optional<Lens> lens{};  // of a perspective camera; none: a pinhole
 };
+
+/// Radius of the lens's opening, metres; 0 of a pinhole.
+[[nodiscard]] double lens_radius_m(const Camera& camera);
 
 /// A picture of the sky, equirectangular: its middle is -Z, +Y is up and u grows towards +X.
 struct EnvironmentMap {

@@ -18,11 +18,14 @@ EK_BEGIN
 // What a work unit and the camera are; changes without a recompile.
 typedef struct {
   // A film point (x, y) in pixels is seen along camera_corner + x * camera_x + y * camera_y from camera_origin; with
-  // EK_HAS_orthographic along camera_corner from camera_origin + x * camera_x + y * camera_y.
+  // EK_HAS_orthographic along camera_corner from camera_origin + x * camera_x + y * camera_y. With EK_HAS_panorama camera_x,
+  // camera_y and camera_corner are the camera's right, up and back, unit, and w of the first two the reciprocal size in pixels.
   float4 camera_origin;           // world, metres; w: from the camera's plane to this one, along the rays
   float4 camera_x;
   float4 camera_y;
   float4 camera_corner;
+  float4 lens_x;                  // of EK_HAS_lens: to the right rim of the lens, metres; w: reciprocal of the distance in focus
+  float4 lens_y;                  // to its upper rim
   float4 environment;             // radiance of the constant environment, W / (sr m^2); w: probability of sampling it
   float4 scene_center;            // of the scene's bounds, world
   float4 scene_half;              // half their extent
@@ -45,7 +48,7 @@ typedef struct {
   uint camera_medium;             // of paths that begin (medium.h)
   uint pad0, pad1, pad2;
 } Frame;
-EK_ASSERT_SIZE(Frame, 192);
+EK_ASSERT_SIZE(Frame, 224);
 
 #define EK_TRIANGLE_PASSABLE 1u   // opacity below 1 somewhere: a ray may pass (alpha.h)
 #define EK_SHAPE_PASSABLE 2u      // the same in a shape's record

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Stage `generate`.   To: all paths of the unit, at depth 1.
-// Starts one path per (pixel, sample): film position by the pixel filter, pinhole or orthographic camera. Writes the path's
+// Starts one path per (pixel, sample): film position by the pixel filter, camera ray. Writes the path's
 // state and clears its film slots.
 #ifndef EK_STAGE_GENERATE_H
 #define EK_STAGE_GENERATE_H
@@ -38,7 +38,7 @@ EK_FN void stage_generate(constant Frame* frame, global const uint* pixels, glob
       v = 0.5f + along_y.offset;
       weight = along_x.weight * along_y.weight;
     }
-    const CameraRay ray = camera_ray(frame, TO_F(AS_I(x)), TO_F(AS_I(y)), u, v);
+    const CameraRay ray = camera_ray(frame, TO_F(AS_I(x)), TO_F(AS_I(y)), u, v, key, index);
 
     state_set_u(state, FIELD_path, slot, path);
     state_set_u(state, FIELD_key, slot, key);

@@ -94,5 +94,38 @@ TEST(Picture, an_orthographic_camera_has_no_field_of_view_and_says_where_its_fil
       succeeded(here.eikon("render plan.gltf -o out.exr --size 8x4 --spp 2 --quiet --look-at 0,0,9:0,0,0 --fov 9")));
 }
 
+TEST(Picture, a_panorama_is_twice_as_wide_as_high_and_has_no_film_to_place) {
+  const Workplace here;
+  const std::string around = "render " + scene("sphere_in_sky.gltf") + " -o out.exr --spp 1 --quiet --panorama";
+  ASSERT_TRUE(succeeded(here.eikon(around + " --crop 0,0,9,9")));
+  const Metadata metadata = read_metadata(here / "out.exr");
+  EXPECT_EQ(metadata.strings.at("size"), "1440x720");
+  EXPECT_EQ(metadata.matrices.count("worldToNDC"), 0U);
+  EXPECT_EQ(metadata.matrices.count("worldToCamera"), 1U);
+}
+
+TEST(Picture, a_lens_by_flags_blurs_and_can_be_taken_off) {
+  const Workplace here;
+  const std::string ball = "render " + scene("sphere_in_sky.gltf") + " --size 32x32 --spp 16 --quiet";
+  ASSERT_TRUE(succeeded(here.eikon(ball + " -o sharp.exr")));
+  ASSERT_TRUE(succeeded(here.eikon(ball + " -o off.exr --f-number off")));
+  ASSERT_TRUE(succeeded(here.eikon(ball + " -o blurred.exr --f-number 0.01 --focus-distance 0.5")));
+  EXPECT_TRUE(succeeded(here.eikon("compare off.exr sharp.exr --fail-above 0")));
+  EXPECT_EQ(here.eikon("compare blurred.exr sharp.exr --fail-above 0.01").exit_code, kNotAsAsked);
+}
+
+// White at EV 15 is 1.2 * 2^15 cd/m2.
+TEST(Picture, the_exposure_of_a_camera_takes_luminance_for_what_it_is) {
+  const Workplace here;
+  const std::string sky = "render " + scene("sphere_in_sky.gltf") +
+                          " -o out.exr --png out.png --size 2x2 --spp 1 --quiet --look-at 0,0,5:0,0,9 --env ";
+  const auto picture_of = [&](const std::string& rest) {
+    EXPECT_TRUE(succeeded(here.eikon(sky + rest)));
+    return read_bytes(here / "out.png");
+  };
+  EXPECT_EQ(picture_of("39321.6,19660.8,0 --ev100 15"), picture_of("1,0.5,0"));
+  EXPECT_NE(picture_of("39321.6,19660.8,0 --ev100 14"), picture_of("1,0.5,0"));
+}
+
 }  // namespace
 }  // namespace eikon::testing

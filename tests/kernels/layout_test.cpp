@@ -17,6 +17,8 @@ namespace {
   F(Frame, camera_x)                                                                                              \
   F(Frame, camera_y)                                                                                              \
   F(Frame, camera_corner)                                                                                         \
+  F(Frame, lens_x)                                                                                                \
+  F(Frame, lens_y)                                                                                                \
   F(Frame, environment) F(Frame, scene_center) F(Frame, scene_half) F(Frame, path_count) F(Frame, pixel_count)    \
       F(Frame, sample_count) F(Frame, sample_begin) F(Frame, sample_high) F(Frame, seed) F(Frame, replicate_bits) \
           F(Frame, max_depth) F(Frame, roulette_depth) F(Frame, light_count) F(Frame, film_stride)                \

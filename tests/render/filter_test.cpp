@@ -22,7 +22,7 @@ double share_below(const PixelFilter& filter, double x) {
 /// An orthographic camera that sees pixels of 1 m; the film's upper left corner lies at the origin, and y goes down.
 Settings flat_settings(std::uint32_t width, std::uint32_t height, std::uint64_t spp) {
   Settings settings = settings_for(width, height, spp);
-  settings.camera.orthographic = true;
+  settings.camera.projection = Projection::orthographic;
   settings.camera.ymag_m = 0.5 * height;
   settings.camera.world_from_camera[3] = glm::dvec4(0.5 * width, -0.5 * height, 5, 1);
   return settings;

@@ -29,7 +29,7 @@ Camera beam(const glm::dvec3& eye, const glm::dvec3& target) {
   const glm::dvec3 up =
       std::abs(target.y - eye.y) > 0.9 * glm::length(target - eye) ? glm::dvec3(0, 0, 1) : glm::dvec3(0, 1, 0);
   Camera camera = look_at_camera(eye, target, up, 1);
-  camera.orthographic = true;
+  camera.projection = Projection::orthographic;
   camera.ymag_m = 1e-4;
   return camera;
 }
@@ -205,7 +205,7 @@ TEST(Materials, M18_facing_mirrors_lose_a_tenth_each_time_and_perfect_ones_stop_
     add_mesh(scene, "a", std::move(a), m);
     add_mesh(scene, "b", std::move(b), m);
     Settings settings = settings_for_beam({0.1, 0.2, 0.5}, {0.1, 0.2, 0}, 4);
-    settings.camera.orthographic = false;  // parallel rays begin outside the scene
+    settings.camera.projection = Projection::perspective;  // parallel rays begin outside the scene
     settings.camera.yfov_rad = 1e-5;
     settings.max_depth = depth;
     return mean_of(film_of(scene, settings)).mean;

@@ -143,7 +143,7 @@ const std::vector<Variant>& variants() {
       {"cornell_spheres.gltf", [](Settings& s) { s.light_sampling = LightSampling::light; }},
       {"cornell.gltf", [](Settings& s) { s.light_sampling = LightSampling::hemisphere, s.roulette_depth = 1; }},
       {"window_room.gltf", [](Settings& s) { s.light_sampling = LightSampling::cosine; }},
-      {"sun_room.gltf", [](Settings& s) { s.camera.orthographic = true; }},
+      {"sun_room.gltf", [](Settings& s) { s.camera.projection = Projection::orthographic; }},
   };
   return all;
 }

@@ -78,7 +78,9 @@ TEST(FilmRecord, every_setting_of_the_image_counts_and_nothing_else_does) {
   EXPECT_NE(changed([](Image9x7& i) { i.settings.transparent = true; }), "");
   EXPECT_NE(changed([](Image9x7& i) { i.settings.filter.width = 1.0000001; }), "");
   EXPECT_NE(changed([](Image9x7& i) { i.settings.camera.yfov_rad = std::nextafter(0.7, 1); }), "");
-  EXPECT_NE(changed([](Image9x7& i) { i.settings.camera.orthographic = true; }), "");
+  EXPECT_NE(changed([](Image9x7& i) { i.settings.camera.projection = Projection::orthographic; }), "");
+  EXPECT_NE(changed([](Image9x7& i) { i.settings.camera.projection = Projection::panorama; }), "");
+  EXPECT_NE(changed([](Image9x7& i) { i.settings.camera.lens = Lens{.radius_m = 1e-9}; }), "");
   EXPECT_NE(changed([](Image9x7& i) { i.settings.camera.world_from_camera[0][2] = 1e-17; }), "");
   EXPECT_NE(changed([](Image9x7& i) { i.settings.camera.world_from_camera[3][1] = 1e-17; }), "");
   EXPECT_NE(changed([](Image9x7& i) { i.settings.environment.radiance.y = 1e-20F; }), "");

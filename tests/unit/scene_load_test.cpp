@@ -307,7 +307,7 @@ TEST(SceneLoad, orthographic_cameras_keep_half_their_height_and_their_aspect) {
     builder.json["cameras"][0]["orthographic"]["xmag"] = sign * 3;
     const Scene scene = builder.load();
     ASSERT_EQ(scene.cameras.size(), 1U);
-    EXPECT_TRUE(scene.cameras[0].orthographic);
+    EXPECT_EQ(scene.cameras[0].projection, eikon::Projection::orthographic);
     EXPECT_EQ(scene.cameras[0].ymag_m, 2.0);  // the scale of its node does not count
     EXPECT_EQ(scene.cameras[0].aspect, 1.5);
     EXPECT_EQ(warns(scene, "camera 'plan': negative xmag or ymag"), sign < 0);
