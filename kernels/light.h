@@ -191,9 +191,8 @@ EK_FN LightPath light_path(LightSample s, v3 p, v3 p_error, v3 n_geom) {
   LightPath path;
   path.wi = select3(s.is_distant, s.wi, wi_near);
   const vi visible = (distance > 0.0f) & emits_towards(s.n, s.double_sided, wi_near);
-  vf pdf_near = pdf_sr_from_m2(s.pdf, s.n, wi_near, distance);
-  if (EK_HAS_shape_light) pdf_near = s.is_shape ? s.pdf : pdf_near;
-  pdf_near = visible ? pdf_near : (vf)(0.0f);
+  vf pdf_near = visible ? pdf_sr_from_m2(s.pdf, s.n, wi_near, distance) : (vf)(0.0f);
+  if (EK_HAS_shape_light) pdf_near = (visible & s.is_shape) ? s.pdf : pdf_near;
   path.radiance = s.radiance;
   if (EK_HAS_point | EK_HAS_spot) {
     vf falloff = punctual_falloff(distance2, s.range2);

@@ -26,26 +26,34 @@ EK_FN vi shape_passes(SceneData scene, vu id, ShapePoint point, uint number, Opa
 }
 #endif
 
-/// The first place where each ray meets its shape and does not pass it. Reads of `ray` r, n, f, p_o, s, p_rz, axis, and key.
-/// live: lanes that count; id: the shape's record in scene.triangles; lo, hi: its box
+// Where each ray's interval in a shape's box begins and ends, by the rule of ray.h.
+typedef struct {
+  vf begin, end;
+} ShapeInterval;
+
+EK_FN ShapeInterval shape_interval(const RayLanes* ray, v3 lo, v3 hi) {
+  const vi falls_x = ray->rx < 0.0f, falls_y = ray->ry < 0.0f, falls_z = ray->rz < 0.0f;
+  const vf begin_x = ((falls_x ? hi.x : lo.x) - ray->nx) * ray->rx, end_x = ((falls_x ? lo.x : hi.x) - ray->fx) * ray->rx;
+  const vf begin_y = ((falls_y ? hi.y : lo.y) - ray->ny) * ray->ry, end_y = ((falls_y ? lo.y : hi.y) - ray->fy) * ray->ry;
+  const vf begin_z = ((falls_z ? hi.z : lo.z) - ray->nz) * ray->rz, end_z = ((falls_z ? lo.z : hi.z) - ray->fz) * ray->rz;
+  const ShapeInterval within = {max_f(max_f(begin_x, begin_y), max_f(begin_z, (vf)(0.0f))), min_f(min_f(end_x, end_y), end_z)};
+  return within;
+}
+
+/// The first place where each ray meets its shape and does not pass it. Reads of `ray` p_o, s, p_rz, axis, and key.
+/// live: lanes that count, all of whose intervals within the shape's box are not empty; id: the shape's record in scene.triangles
 // In the shape's space, by the depth on the ray's longest axis: the direction (sx, sy, 1) is what triangles are tested with.
-EK_FN ShapeHit shape_hit(SceneData scene, const RayLanes* ray, vi live, vu id, vu shape, v3 lo, v3 hi) {
+EK_FN ShapeHit shape_hit_within(SceneData scene, const RayLanes* ray, vi live, vu id, vu shape, ShapeLanes s, ShapeInterval within) {
   const vi z_is_x = ray->axis == 0.0f, z_is_y = ray->axis == 1.0f;
-  const vf sign = ray->p_rz < 0.0f ? (vf)(-1.0f) : (vf)(1.0f);
+  const vf sign = copysign_f((vf)(1.0f), ray->p_rz);
   const v3 origin = unpermute3(V3(ray->p_ox, ray->p_oy, ray->p_oz), z_is_x, z_is_y);
   const v3 dir = unpermute3(V3(ray->sx * sign, ray->sy * sign, sign), z_is_x, z_is_y);
-  const ShapeLanes s = load_shape(scene.shapes, shape);
   const v3 o = shape_vector(s, sub3(origin, s.center)), d = shape_vector(s, dir);
-
-  const vf begin_x = ((ray->rx < 0.0f ? hi.x : lo.x) - ray->nx) * ray->rx, end_x = ((ray->rx < 0.0f ? lo.x : hi.x) - ray->fx) * ray->rx;
-  const vf begin_y = ((ray->ry < 0.0f ? hi.y : lo.y) - ray->ny) * ray->ry, end_y = ((ray->ry < 0.0f ? lo.y : hi.y) - ray->fy) * ray->ry;
-  const vf begin_z = ((ray->rz < 0.0f ? hi.z : lo.z) - ray->nz) * ray->rz, end_z = ((ray->rz < 0.0f ? lo.z : hi.z) - ray->fz) * ray->rz;
-  const vf begin = max_f(max_f(begin_x, begin_y), max_f(begin_z, (vf)(0.0f))), end = min_f(min_f(end_x, end_y), end_z);
 
   ShapeHit found;
   found.hit = (vi)(0);
   found.t = found.part = (vf)(0.0f);
-  vi open = live & (begin <= end);
+  vi open = live;
   vf after = (vf)(0.0f);
   for (uint number = 0;; ++number) {
 #if EK_HAS_implicit
@@ -73,8 +81,29 @@ EK_FN ShapeHit shape_hit(SceneData scene, const RayLanes* ray, vi live, vu id, v
     if (!EK_HAS_opacity || !ANY(open)) break;
   }
   const vf t = found.t * abs_f(ray->p_rz);
-  found.t = min_f(max_f(t, begin), end);
+  found.t = min_f(max_f(t, within.begin), within.end);
   return found;
+}
+
+/// The same of rays of which it is not known whether they meet the box from lo to hi. Reads r, n and f of `ray`, too.
+EK_FN ShapeHit shape_hit(SceneData scene, const RayLanes* ray, vi live, vu id, vu shape, v3 lo, v3 hi) {
+  const ShapeInterval within = shape_interval(ray, lo, hi);
+  return shape_hit_within(scene, ray, live & (within.begin <= within.end), id, shape, load_shape(scene.shapes, shape), within);
+}
+
+/// The same of one shape for all rays; of those that end before its box it is not asked.
+/// t: where each ray ends
+EK_FN ShapeHit shape_hit_one(SceneData scene, const RayLanes* ray, vi live, vf t, uint id, v3 lo, v3 hi) {
+  const ShapeInterval within = shape_interval(ray, lo, hi);
+  const vi meets = live & (within.begin <= min_f(within.end, t));
+  const ShapeHit none = {(vi)(0), (vf)(0.0f), (vf)(0.0f)};
+  if (!ANY(meets)) return none;
+  const uint shape = as_uint(((global const float*)(scene.triangles + id))[12]);
+  global const float* p = (global const float*)(scene.shapes + shape);
+  const ShapeLanes s = {V3((vf)(p[0]), (vf)(p[1]), (vf)(p[2])), V3((vf)(p[3]), (vf)(p[4]), (vf)(p[5])),
+                        V3((vf)(p[6]), (vf)(p[7]), (vf)(p[8])), V3((vf)(p[9]), (vf)(p[10]), (vf)(p[11])),
+                        (vf)(p[12]), (vf)(p[13]), (vf)(p[14]), (vu)(as_uint(p[15]))};
+  return shape_hit_within(scene, ray, meets, (vu)(id), (vu)(shape), s, within);
 }
 
 #endif

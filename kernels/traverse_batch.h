@@ -224,7 +224,13 @@ EK_FN void batch_resolve(Geometry geometry, RayOne* rays, const uint* rows, cons
            b = permute3(V3(record.w3, record.w4, record.w5), z_is_x, z_is_y),
            c = permute3(V3(record.w6, record.w7, record.w8), z_is_x, z_is_y);
   const Corners_lanes corners = {a.x, a.y, a.z, b.x, b.y, b.z, c.x, c.y, c.z};
+#if EK_HAS_shape
+  const vi is_shape = record.w6 != record.w6;
+  TriangleHit_lanes found = {(vi)(0), end, end, end};
+  if (mask_bits(!is_shape) != 0) found = triangle_hit_lanes(&ray, corners);
+#else
   TriangleHit_lanes found = triangle_hit_lanes(&ray, corners);
+#endif
 #if EK_HAS_opacity
   const vi ask = found.hit & (LANE_INDEX < (vu)(count)) & ((AS_U(record.wf) & (vu)(EK_TRIANGLE_PASSABLE)) != 0u);
   if (mask_bits(ask) != 0) {
@@ -233,7 +239,6 @@ EK_FN void batch_resolve(Geometry geometry, RayOne* rays, const uint* rows, cons
   }
 #endif
 #if EK_HAS_shape
-  const vi is_shape = record.w6 != record.w6;  // never hit as triangles
   if (mask_bits(is_shape & (LANE_INDEX < (vu)(count))) != 0) {
     Rec boxes;
 #define BATCH_ROW(vector, lane, offset) boxes.w##vector = *(const vf*)((const float*)(rays + rows[0x##lane]) + offset);

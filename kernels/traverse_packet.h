@@ -176,6 +176,23 @@ EK_FN uint packet_candidates(global const float* block, const Packet* p) {
   return bits;
 }
 
+#if EK_HAS_shape
+// Tests the triangle or shape of a place in a block; of a shape u is the part.
+EK_FN TriangleHit_lanes packet_try(SceneData scene, const Packet* p, global const float* at, uint id) {
+  if (at[48] != at[48]) {
+    const ShapeHit met = shape_hit_one(scene, &p->ray, p->valid, p->hit.t, id, V3((vf)(at[0]), (vf)(at[8]), (vf)(at[16])),
+                                       V3((vf)(at[24]), (vf)(at[32]), (vf)(at[40])));
+    const TriangleHit_lanes found = {met.hit, met.t, met.part, (vf)(0.0f)};
+    return found;
+  }
+  Corners_lanes corners;
+  packet_corner(p->axes, at, &corners.ax, &corners.ay, &corners.az);
+  packet_corner(p->axes, at + 24, &corners.bx, &corners.by, &corners.bz);
+  packet_corner(p->axes, at + 48, &corners.cx, &corners.cy, &corners.cz);
+  return triangle_hit_lanes(&p->ray, corners);
+}
+#endif
+
 EK_FN void packet_push(Geometry geometry, PacketStack* stack, uint base, uint* waiting, ulong entry, uint lanes) {
   // Insertion into the stack's end, nearest last.
   uint at = (*waiting)++;
@@ -241,22 +258,14 @@ EK_FN int packet_step(Geometry geometry, Packet* p, PacketStack* stack, const in
       const uint k = lowest_bit(bits);
       const uint triangle = as_uint(block[72 + k]);
       if (triangle == EK_NO_HIT) break;
+#if EK_HAS_shape
+      TriangleHit_lanes found = packet_try(geometry.scene, p, block + k, triangle);
+#else
       Corners_lanes corners;
       packet_corner(p->axes, block + k, &corners.ax, &corners.ay, &corners.az);
       packet_corner(p->axes, block + 24 + k, &corners.bx, &corners.by, &corners.bz);
       packet_corner(p->axes, block + 48 + k, &corners.cx, &corners.cy, &corners.cz);
       TriangleHit_lanes found = triangle_hit_lanes(ray, corners);
-#if EK_HAS_shape
-      if (block[48 + k] != block[48 + k]) {  // never hit as a triangle
-        const vu shape = (vu)(as_uint(((global const float*)(geometry.scene.triangles + triangle))[12]));
-        const ShapeHit met =
-            shape_hit(geometry.scene, ray, p->valid, (vu)(triangle), shape, V3((vf)(block[k]), (vf)(block[8 + k]), (vf)(block[16 + k])),
-                      V3((vf)(block[24 + k]), (vf)(block[32 + k]), (vf)(block[40 + k])));
-        found.hit = met.hit;
-        found.t = met.t;
-        found.u = met.part;
-        found.v = (vf)(0.0f);
-      }
 #endif
       if (mask_bits(found.hit) == 0) continue;
       if (EK_HAS_opacity && mask_bits(found.hit & (found.t <= hit->t)) != 0 && may_be_passed(geometry.scene, triangle))
