@@ -42,6 +42,12 @@ ExitCode bench_rays_command(BenchOptions options) {
   PackedScene scene = pack_and_release(*prepared.scene, features, prepared.settings);
   if (scene.triangles.empty()) throw InputError(options.scene.scene + ": there is no triangle to trace rays against");
 
+  if (!options.versus.empty() && !scene.shapes.empty())
+    throw UsageError(
+        fmt::format("--versus embree compares triangles alone, and {} has {} shapes by their equations; leave it out, "
+                    "or use a scene of meshes",
+                    options.scene.scene, scene.shapes.size()));
+
   nlohmann::json results = nlohmann::json::array();
   if (options.execution.accel == kEveryAccelerator) {
     if (!options.versus.empty()) throw UsageError("--accel all has no column for --versus; leave out one of them");

@@ -67,6 +67,18 @@ void read_sizes(const Place& place, const ShapeKindInfo& info, Shape& shape) {
   }
 }
 
+/// What parameters say together; those that are missing have their usual values by now.
+void check_together(const Place& sizes_of, const ShapeKindInfo& info, const Shape& shape, const std::string& label,
+                    Notes& notes) {
+  const bool round = info.kind == ShapeKind::cylinder || info.kind == ShapeKind::capsule;
+  if (round && shape.size[1] == 0 && shape.size[2] == 0)
+    sizes_of.refuse("'radiusTop' and 'radiusBottom' are both 0: there is nothing to see");
+  const Json* const said = member(sizes_of.value, info.name);
+  const auto missing = [&](const char* name) { return said == nullptr || member(*said, name) == nullptr; };
+  if (info.kind == ShapeKind::plane && (missing("sizeX") || missing("sizeZ")))
+    notes.unsupported("the rest of a plane without end (sizeX or sizeZ is missing: 1 m of it stays)", label);
+}
+
 /// Whether kernels can hold the matrix and its inverse: finite, and not flat.
 bool is_solid(const OwnShape& own) {
   const glm::dmat3 inverse = glm::inverse(own.world_from_own);
@@ -105,6 +117,7 @@ void add_shape(const Json& document, const Place& node, const std::string& name,
   const ShapeKindInfo& info = kind_of(shape_place);
   shape.kind = info.kind;
   read_sizes(shape_place, info, shape);
+  check_together(shape_place, info, shape, node.label(), notes);
   shape.material = use_material(material ? static_cast<int>(*material) : -1);
   place_shape(node, std::move(shape), scene, notes);
 }

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+// Shapes that make no sense: one line that names the node and the parameter, exit code 3, nothing written.
+#include "cli/command.h"
+
+namespace eikon::testing {
+namespace {
+
+constexpr int kUsage = 2, kInput = 3;
+
+std::string with_shape(const std::string& extension) {
+  return R"({"asset": {"version": "2.0"}, "extensionsUsed": ["EIKON_shape"], "scene": 0, "scenes": [{"nodes": [0]}],
+ "materials": [{}], "nodes": [{"name": "thing", "extensions": {"EIKON_shape": )" +
+         extension + "}}]}\n";
+}
+std::string of(const std::string& type, const std::string& parameters) {
+  return R"({"material": 0, "shape": {"type": ")" + type + R"(", ")" + type + R"(": {)" + parameters + "}}}";
+}
+
+TEST(ShapeInput, malformed_parameters_are_refused_by_node_and_name) {
+  const Workplace here;
+  const std::pair<std::string, std::string> cases[] = {
+      {of("sphere", R"("radius": -1)"), "'radius' -1"},
+      {of("sphere", R"("radius": 0)"), "'radius' 0"},
+      {of("sphere", R"("radius": 1e30)"), "'radius' 1e+30"},
+      {of("sphere", R"("radius": 1e-40)"), "'radius' 1e-40"},
+      {of("sphere", R"("radius": "1")"), "'radius' is not a number"},
+      {of("sphere", R"("radius": null)"), "'radius' is not a number"},
+      {of("box", R"("size": [1, 2])"), "size"},
+      {of("box", R"("size": [1, 0, 1])"), "'size' 0"},
+      {of("box", R"("size": [1, -2, 1])"), "'size' -2"},
+      {of("box", R"("size": 1)"), "size"},
+      {of("plane", R"("sizeX": -1)"), "'sizeX' -1"},
+      {of("plane", R"("sizeX": 1, "sizeZ": 1e20)"), "'sizeZ' 1e+20"},
+      {of("cylinder", R"("height": 0)"), "'height' 0"},
+      {of("cylinder", R"("radiusTop": -0.1)"), "'radiusTop' -0.1"},
+      {of("cylinder", R"("radiusTop": 0, "radiusBottom": 0)"), "'radiusTop' and 'radiusBottom' are both 0"},
+      {of("capsule", R"("height": -1)"), "'height' -1"},
+      {of("capsule", R"("radiusTop": 0, "radiusBottom": 0)"), "'radiusTop' and 'radiusBottom' are both 0"},
+      {of("capsule", R"("radiusBottom": 1e300)"), "'radiusBottom' 1e+300"},
+      {of("torus", ""), "'type' 'torus' is unknown"},
+      {R"({"material": 0, "shape": {}})", "'type' is missing"},
+      {R"({"material": 0})", "'shape' is missing"},
+      {R"({"material": 7, "shape": {"type": "sphere"}})", "'material' names material 7"},
+  };
+  for (const auto& [extension, words] : cases) {
+    here.write("shape.gltf", with_shape(extension));
+    const std::vector<std::string> before = here.files();
+    const Outcome outcome = here.eikon("render shape.gltf -o out.exr");
+    EXPECT_TRUE(refused(outcome, kInput)) << extension;
+    EXPECT_TRUE(contains(outcome.err, "node 'thing'")) << outcome.err;
+    EXPECT_TRUE(contains(outcome.err, words)) << outcome.err;
+    EXPECT_EQ(here.files(), before);
+  }
+}
+
+TEST(ShapeInput, numbers_that_are_none_are_no_JSON) {
+  const Workplace here;
+  for (const char* value : {"NaN", "Infinity", "1e999", "-"}) {
+    here.write("shape.gltf", with_shape(of("sphere", std::string("\"radius\": ") + value)));
+    EXPECT_TRUE(refused(here.eikon("render shape.gltf -o out.exr"), kInput)) << value;
+  }
+}
+
+TEST(ShapeInput, a_plane_without_sizes_is_said_to_be_cut_to_a_metre) {
+  const Workplace here;
+  here.write("shape.gltf", with_shape(of("plane", R"("sizeX": 2)")));
+  EXPECT_TRUE(contains(here.eikon("info shape.gltf").err, "a plane without end")) << here.eikon("info shape.gltf").err;
+  EXPECT_TRUE(refused(here.eikon("render shape.gltf -o out.exr --strict"), kInput));
+  here.write("shape.gltf", with_shape(of("plane", R"("sizeX": 2, "sizeZ": 3)")));
+  EXPECT_FALSE(contains(here.eikon("info shape.gltf").err, "a plane without end"));
+}
+
+TEST(ShapeInput, Embree_is_not_compared_with_where_it_would_see_nothing) {
+  const Workplace here;
+  here.write("shape.gltf", with_shape(of("sphere", R"("radius": 1)")));
+  const Outcome outcome = here.eikon("bench rays shape.gltf --versus embree");
+  EXPECT_TRUE(refused(outcome, kUsage));
+  EXPECT_TRUE(contains(outcome.err, "compares triangles alone")) << outcome.err;
+}
+
+}  // namespace
+}  // namespace eikon::testing
