@@ -17,15 +17,20 @@ using host_lanes::Interval;
 
 // What the operations are, for each kind of value: those of kernels, of the host in double, of kernels on intervals.
 
-struct FloatOps {
-  static float constant(const Node& node) { return node.value(); }
-  static float add(float a, float b) { return a + b; }
-  static float sub(float a, float b) { return a - b; }
-  static float mul(float a, float b) { return a * b; }
-  static float div(float a, float b) { return a / b; }
-  static float neg(float a) { return -a; }
+template <class T>
+struct Arithmetic {
+  static T constant(const Node& node) { return T(node.value()); }
+  static T add(T a, T b) { return a + b; }
+  static T sub(T a, T b) { return a - b; }
+  static T mul(T a, T b) { return a * b; }
+  static T div(T a, T b) { return a / b; }
+  static T neg(T a) { return -a; }
+  static T sqrt(T a) { return std::sqrt(a); }
+  static T choose(T a, T b, T below, T rest) { return a < b ? below : rest; }
+};
+
+struct FloatOps : Arithmetic<float> {
   static float power(float a, std::uint32_t n) { return host_lanes::formula_power(a, n); }
-  static float sqrt(float a) { return std::sqrt(a); }
   static float abs(float a) { return host_lanes::abs_f(a); }
   static float min(float a, float b) { return host_lanes::min_f(a, b); }
   static float max(float a, float b) { return host_lanes::max_f(a, b); }
@@ -34,18 +39,10 @@ struct FloatOps {
   static float exp(float a) { return host_lanes::formula_exp(a); }
   static float log(float a) { return host_lanes::formula_log(a); }
   static float atan(float a) { return host_lanes::formula_atan(a); }
-  static float choose(float a, float b, float below, float rest) { return a < b ? below : rest; }
 };
 
-struct DoubleOps {
-  static double constant(const Node& node) { return double(node.value()); }
-  static double add(double a, double b) { return a + b; }
-  static double sub(double a, double b) { return a - b; }
-  static double mul(double a, double b) { return a * b; }
-  static double div(double a, double b) { return a / b; }
-  static double neg(double a) { return -a; }
+struct DoubleOps : Arithmetic<double> {
   static double power(double a, std::uint32_t n) { return std::pow(a, double(n)); }
-  static double sqrt(double a) { return std::sqrt(a); }
   static double abs(double a) { return std::abs(a); }
   static double min(double a, double b) { return a < b ? a : b; }
   static double max(double a, double b) { return a > b ? a : b; }
@@ -54,7 +51,6 @@ struct DoubleOps {
   static double exp(double a) { return std::exp(a); }
   static double log(double a) { return std::log(a); }
   static double atan(double a) { return std::atan(a); }
-  static double choose(double a, double b, double below, double rest) { return a < b ? below : rest; }
 };
 
 struct IntervalOps {
