@@ -77,7 +77,7 @@ TEST(BadInput, flags_that_make_no_sense_are_usage_errors) {
                             "--f-number 0 --focus-distance 1",
                             "--f-number wide --focus-distance 1",
                             "--focus-distance 2",
-                            "--f-number 2 --focus-distance -1",
+                            "--focus-distance -1 --f-number 2",
                             "--f-number 2 --focus-distance 1 --panorama",
                             "--panorama --fov 30",
                             "--ev100 nan",
