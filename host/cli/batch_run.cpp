@@ -3,6 +3,7 @@
 
 #include <fmt/chrono.h>
 #include <fmt/format.h>
+#include <tbb/task_arena.h>
 
 #include <future>
 #include <new>
@@ -92,7 +93,8 @@ void BatchRun::work(Worker& worker) {
     if (staged->over) continue;
     render(worker, *staged);
     if (writing.valid()) writing.get();
-    if (!staged->over) writing = std::async(std::launch::async, [this, staged] { write(*staged); });
+    if (!staged->over)
+      writing = std::async(std::launch::async, [this, staged, beside = next.valid()] { write(*staged, beside); });
     if (!next.valid() && is_last()) worker.devices.close_idle();  // while the files are written
   }
 }
@@ -210,9 +212,11 @@ void BatchRun::render(Worker& worker, Staged& staged) {
   }
 }
 
-void BatchRun::write(Staged& staged) {
+void BatchRun::write(Staged& staged, bool beside_render) {
   try {
-    staged.render->write();
+    // Beside a render on this thread alone: those that would help, and then look for more to do, take time from it.
+    tbb::task_arena threads(beside_render ? 1 : tbb::task_arena::automatic);
+    threads.execute([&] { staged.render->write(); });
     BatchJob& job = staged.job;
     const RenderReport& report = staged.render->report();
     job.samples = report.samples;

@@ -59,7 +59,7 @@ class BatchRun {
   [[nodiscard]] bool is_done(const RenderOptions& options, const std::string& key);
   [[nodiscard]] bool was_begun(const RenderOptions& options, const std::string& key);
   void render(Worker& worker, Staged& staged);
-  void write(Staged& staged);
+  void write(Staged& staged, bool beside_render);
   void close(Staged& staged, JobState state);
   void fail(Staged& staged);
   void note(const LedgerEntry& entry, bool sync);
