@@ -50,6 +50,7 @@ Crew::Crew(std::vector<DeviceReport> devices, FilmState begin, std::uint32_t blo
     posts_[i].since_s = host_seconds();
     if (reports_[i].error.empty()) continue;
     posts_[i].phase = Phase::ended;
+    schedule_.leave(i);
     note(i, DeviceEvent::Kind::dropped, reports_[i].error);
   }
 }

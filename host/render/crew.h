@@ -90,7 +90,7 @@ class Crew {
   enum class Phase { opening, idle, working, closing, ended };
   struct Post {
     Phase phase = Phase::opening;
-    double since_s = 0;  // the phase, or the unit in hand
+    double since_s = 0;                         // the phase, or the unit in hand
     double excused_since_s = 0, excused_s = 0;  // of the time since then, while the process was stopped
     bool lost = false, dropped = false;
     std::vector<std::uint64_t> units;  // ids, in the order in which they were dealt

@@ -41,6 +41,7 @@ void Schedule::open(const std::vector<WorkUnit>& boxes) {
 void Schedule::join(std::size_t device, const UnitLimits& limits) {
   DeviceState& d = devices_[device];
   d.takes_part = true;
+  d.has_left = false;
   d.limits = limits;
   d.limits.capacity = std::max<std::uint64_t>(limits.capacity, 1);
   d.limits.grain = std::clamp<std::uint64_t>(limits.grain, 1, d.limits.capacity);
@@ -48,6 +49,7 @@ void Schedule::join(std::size_t device, const UnitLimits& limits) {
 
 void Schedule::leave(std::size_t device) {
   devices_[device].takes_part = false;
+  devices_[device].has_left = true;
   for (auto it = flights_.begin(); it != flights_.end();) {
     const auto current = it++;
     if (current->second.device == device) gave_back(current->first);
@@ -61,6 +63,13 @@ bool Schedule::manned() const {
 bool Schedule::others_take_part(std::size_t device) const {
   for (std::size_t i = 0; i < devices_.size(); ++i)
     if (i != device && devices_[i].takes_part) return true;
+  return false;
+}
+
+/// Some take part, or will as soon as they are open.
+bool Schedule::others_are_expected(std::size_t device) const {
+  for (std::size_t i = 0; i < devices_.size(); ++i)
+    if (i != device && !devices_[i].has_left) return true;
   return false;
 }
 
@@ -138,7 +147,7 @@ std::uint64_t Schedule::unit_size(std::size_t device, double now_s) {
   if (d.path_s == 0) {
     // It is not worth waiting for a device of which nothing is known.
     if (others_s < begin_s + kShortestUnit_s) return 0;
-    return others_take_part(device) ? std::min(kFirstUnit, d.limits.capacity) : d.limits.grain;
+    return others_are_expected(device) ? std::min(kFirstUnit, d.limits.capacity) : d.limits.grain;
   }
   const double most_s = kLongestUnit_s / d.path_s;
   std::uint64_t most = std::min(d.limits.capacity, std::max(kGrowth * d.largest, kFirstUnit));

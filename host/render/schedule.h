@@ -69,7 +69,7 @@ class Schedule {
 
  private:
   struct DeviceState {
-    bool takes_part = false;
+    bool takes_part = false, has_left = false;  // neither: it is still expected
     UnitLimits limits;
     double path_s = 0;                        // per path; 0: unknown
     double overhead_s = 0;                    // of a unit
@@ -105,6 +105,7 @@ class Schedule {
   [[nodiscard]] bool is_quickest(std::size_t device, std::uint64_t paths) const;
   [[nodiscard]] std::uint64_t least_size(const DeviceState& device) const;
   [[nodiscard]] bool others_take_part(std::size_t device) const;
+  [[nodiscard]] bool others_are_expected(std::size_t device) const;
   [[nodiscard]] std::optional<WorkUnit> take_returned(std::size_t device);
   [[nodiscard]] std::uint64_t late_flight(std::size_t device, double now_s) const;
   Dealt deal(std::size_t device, const WorkUnit& unit, double now_s);

@@ -108,8 +108,8 @@ TEST(Checkpoint, a_render_that_was_stopped_for_a_while_goes_on) {
   const pid_t child =
       here.start(cornell(std::string(kEndless) + "--checkpoint c.exr --checkpoint-every 0.03"), "EIKON_WATCHDOG=0.5");
   EXPECT_TRUE(wait_for_files(child, here / "c.exr", 3));
-  kill(child, SIGSTOP);  // Ctrl-Z: longer than any device may take for a unit
-  std::this_thread::sleep_for(std::chrono::milliseconds(2500));
+  kill(child, SIGSTOP);  // Ctrl-Z: longer than any device may take for a unit, 20 times what it usually does
+  std::this_thread::sleep_for(std::chrono::milliseconds(4000));
   kill(child, SIGCONT);
   EXPECT_TRUE(wait_for_files(child, here / "c.exr", 3));
   kill(child, SIGINT);

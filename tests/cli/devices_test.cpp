@@ -77,7 +77,7 @@ Times times_of(const Workplace& here, const std::string& arguments, const std::s
 
 TEST(Devices, one_thread_is_one_busy_core) {
   const Workplace here;
-  const std::string image = cornell("--size 256x256 --spp 64 --quiet ");
+  const std::string image = cornell("--size 128x128 --spp 64 --quiet ");
   ASSERT_TRUE(succeeded(here.eikon(image)));  // compiles
   for (const auto& [flags, before] : {std::pair("--threads 1", kCores), {"", "taskset -c 0"}}) {
     const Times times = times_of(here, image + flags, before);

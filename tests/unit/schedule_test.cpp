@@ -314,6 +314,21 @@ TEST(Schedule, the_ledger_stays_small) {
   EXPECT_LT(outcome.ledger_parts, 1000U);
 }
 
+TEST(Schedule, a_device_that_is_open_first_begins_with_little_while_others_are_expected) {
+  constexpr UnitLimits kLimits = {1U << 18, 8192};
+  const auto first_unit = [&](std::size_t devices, bool other_cannot_be_opened) {
+    Schedule schedule(devices, 128);
+    schedule.open({WorkUnit{kImage, 0, 64}});
+    if (other_cannot_be_opened) schedule.leave(1);
+    schedule.join(0, kLimits);
+    return schedule.next(0, 0)->unit.path_count();
+  };
+  // It may be so slow that it would have that unit alone when the others have done all else.
+  EXPECT_LE(first_unit(2, false), 1024U);
+  EXPECT_GT(first_unit(2, true), 4096U);
+  EXPECT_GT(first_unit(1, false), 4096U);
+}
+
 TEST(Schedule, a_single_device_gets_large_units) {
   const Outcome outcome = simulate({{.paths_per_s = 4e6}}, kImage, 64);
   EXPECT_LT(outcome.wall_s, ideal_s({{.paths_per_s = 4e6}}, kImage, 64) + 70 * 1e-3);
