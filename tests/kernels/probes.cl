@@ -332,6 +332,64 @@ kernel void probe_environment_map(PROBE_ARGUMENTS, constant Frame* frame, global
 }
 #endif
 
+#ifdef EK_PROBE_light_shape
+#include "light_shape.h"
+#include "ray.h"
+#include "shape_hit.h"
+
+// Where the ray from p along dir first meets the only shape, and the density with which light sampling chooses that.
+EK_FN vi probe_met(constant Frame* frame, SceneData scene, v3 p, v3 dir, v3* point, v3* normal, vf* pdf) {
+  const OpacityKey key = {(vu)(0u), (vu)(0u)};
+  const RayLanes ray = ray_lanes(frame, p, dir, key);
+  const vu zero = (vu)(0u);
+  const TriangleLanes corners = load_triangle(scene.triangles, zero);
+  const ShapeHit hit = shape_hit(scene, &ray, ALL_LANES, zero, zero, corners.p0, corners.p1);
+  Surface surface = {p, p, p};
+  const ShapePoint at = shape_surface(scene, corners, hit.part, p, dir, hit.t, &surface);
+  *point = surface.p;
+  *normal = surface.n_geom;
+  *pdf = shape_light_pdf_sr(scene, corners, ALL_LANES, at, hit.part, p, dir);
+  return hit.hit;
+}
+
+// Inputs: place on the shape, viewpoint.
+kernel void probe_shape_light(PROBE_ARGUMENTS, constant Frame* frame, EK_SCENE_ARGUMENTS) {
+  const SceneData scene = EK_SCENE_DATA;
+  const v3 p = IN_3(2);
+  LightSample s;
+  s.is_shape = ALL_LANES;
+  s.is_distant = s.is_punctual = s.is_delta = s.double_sided = (vi)(0);
+  s.triangle = (vu)(0u);
+  s.u = IN_F(0);
+  s.v = IN_F(1);
+  s.b1 = s.b2 = (vf)(0.0f);
+  s.p = s.p_error = s.n = s.wi = s.radiance = p;
+  s.pdf = (vf)(1.0f);
+  s = shape_light_sample(scene, s, p);
+  const v3 wi = normalize3(sub3(s.p, p));
+  v3 met, normal;
+  vf pdf;
+  const vi hit = probe_met(frame, scene, p, wi, &met, &normal, &pdf);
+  OUT_3(0, s.p);
+  OUT_3(3, s.n);
+  OUT_F(6, s.pdf);
+  OUT_3(7, wi);
+  OUT_U(10, hit ? (vu)(1u) : (vu)(0u));
+  OUT_3(11, met);
+  OUT_F(14, pdf);
+}
+
+// Inputs: viewpoint, direction.
+kernel void probe_shape_pdf(PROBE_ARGUMENTS, constant Frame* frame, EK_SCENE_ARGUMENTS) {
+  const SceneData scene = EK_SCENE_DATA;
+  v3 met, normal;
+  vf pdf;
+  const vi hit = probe_met(frame, scene, IN_3(0), IN_3(3), &met, &normal, &pdf);
+  OUT_U(0, hit ? (vu)(1u) : (vu)(0u));
+  OUT_F(1, pdf);
+}
+#endif
+
 #ifdef EK_PROBE_filter
 #include "filter.h"
 kernel void probe_filter(PROBE_ARGUMENTS, global const float* filter_table) {
