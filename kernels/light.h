@@ -7,6 +7,7 @@
 #include "environment_map.h"
 #include "light_choice.h"
 #include "light_punctual.h"
+#include "light_tree.h"
 #include "surface.h"
 #include "warp.h"
 
@@ -22,13 +23,23 @@ typedef struct {
   global const LightBucket* light_buckets;
   global const float4* environment_texels;  // radiance; w: density of light sampling, per sr
   global const LightBucket* environment_buckets;
+#if EK_HAS_light_tree
+  global const LightNode* light_nodes;
+#endif
 } LightData;
 
 // The same as arguments of a kernel; they are bound by these names.
+#if EK_HAS_light_tree
+#define EK_TREE_ARGUMENTS , global const LightNode *light_nodes
+#define EK_TREE_DATA , light_nodes
+#else
+#define EK_TREE_ARGUMENTS
+#define EK_TREE_DATA
+#endif
 #define EK_LIGHT_ARGUMENTS                                                                                             \
   global const Light *lights, global const LightBucket *light_buckets, global const float4 *environment_texels,       \
-      global const LightBucket *environment_buckets
-#define EK_LIGHT_DATA {lights, light_buckets, environment_texels, environment_buckets}
+      global const LightBucket *environment_buckets EK_TREE_ARGUMENTS
+#define EK_LIGHT_DATA {lights, light_buckets, environment_texels, environment_buckets EK_TREE_DATA}
 
 /// Weight of a strategy of density a against another of density b [Veach 1995, the power heuristic with exponent 2].
 /// In [0, 1], and the two weights add to 1, whatever the densities are: huge, both zero, infinite.
@@ -96,14 +107,37 @@ typedef struct {
   vf cone_cos, cone_scale, range2;  // of punctual ones: see spot_falloff, punctual_falloff
 } LightSample;
 
+// Entry 0 of the table is the tree, if there is one; lights that have no place stand behind its own.
+EK_FN LightChoice choose_among_all(constant Frame* frame, LightData data, LitPoint lit, vi wanted, LightWords words,
+                                   vf* probability) {
+  LightChoice choice = choose_light(data.light_buckets, frame->light_count, words.a, words.b);
+  *probability = (vf)(1.0f);
+#if EK_HAS_light_tree
+  const vi in_tree = choice.light == 0u;
+  const vu more = hash_bits(words.b);
+  // With nothing beside the tree the whole word is its own, else the 24 bits that are left of it.
+  const vu word = frame->light_count == 1u ? words.a : (AS_U(TO_I(choice.u * 0x1p24f)) << 8) | (more >> 24);
+  const TreeChoice leaf =
+      choose_in_tree(data.light_nodes, frame->tree_light_count, frame->light_scale, lit, in_tree & wanted, word, more);
+  choice.light = in_tree ? leaf.light : choice.light + (frame->tree_light_count - 1u);
+  choice.u = in_tree ? leaf.u : choice.u;
+  *probability = in_tree ? leaf.probability : *probability;
+#endif
+  return choice;
+}
+
 /// Samples a light.
+/// lit         the shading point, as the tree knows it
+/// wanted      mask: lanes whose sample counts
 /// basis       of the shading point, z on the side of wo
 /// both_sides  mask: light from below the surface counts too
 // The constant environment is sampled by the cosine about z: for a constant radiance that is the whole integrand of a
 // diffuse surface but the visibility, so an open sky costs no noise at all. Of a uniform sphere half would be lost below
 // the surface.
-EK_FN LightSample light_sample(constant Frame* frame, LightData data, Basis basis, vi both_sides, LightWords words) {
-  const LightChoice choice = choose_light(data.light_buckets, frame->light_count, words.a, words.b);
+EK_FN LightSample light_sample(constant Frame* frame, LightData data, LitPoint lit, vi wanted, Basis basis, vi both_sides,
+                               LightWords words) {
+  vf probability;
+  const LightChoice choice = choose_among_all(frame, data, lit, wanted, words, &probability);
   const Rec r = rec16(data.lights, choice.light);
   const vu kind = AS_U(r.we);
   LightSample s;
@@ -114,7 +148,7 @@ EK_FN LightSample light_sample(constant Frame* frame, LightData data, Basis basi
   s.n = triangle_normal(p0, p1, p2);
   s.wi = neg3(s.n);
   s.radiance = V3(r.w9, r.wa, r.wb);
-  s.pdf = r.wc;
+  s.pdf = EK_HAS_light_tree ? r.wc * probability : r.wc;
   s.double_sided = AS_U(r.wd) != 0u;
   s.triangle = AS_U(r.wf);
   if (EK_HAS_shape_light) {

@@ -11,12 +11,13 @@ typedef struct {
   vf light_pdf_m2;  // 0: not a light
   vu node;
   v3 n;             // unit, to the front
+  vu flags;
 } TriangleLanes;
 
 EK_FN TriangleLanes load_triangle(global const Triangle* triangles, vu i) {
   const Rec r = rec16(triangles, i);
   TriangleLanes t = {V3(r.w0, r.w1, r.w2), V3(r.w3, r.w4, r.w5), V3(r.w6, r.w7, r.w8), AS_U(r.w9), r.wa, AS_U(r.wb),
-                     V3(r.wc, r.wd, r.we)};
+                     V3(r.wc, r.wd, r.we), AS_U(r.wf)};
   return t;
 }
 

@@ -61,6 +61,24 @@ std::vector<const Texture*> textures_of(const Material& m) {
   return all;
 }
 
+// From so many lights on there is a tree; below, they are chosen by power.
+constexpr std::uint64_t kLightTreeFrom = 4;
+
+// Emissive triangles, shapes, and lights that are not infinitely far away.
+std::uint64_t lights_with_a_place(const Scene& scene) {
+  const auto emits = [&](std::uint32_t material) {
+    const Material& m = scene.materials[material];
+    return !m.unlit && m.emission.x + m.emission.y + m.emission.z > 0;
+  };
+  std::uint64_t count = 0;
+  for (const Node& node : scene.nodes)
+    for (const Primitive& primitive : scene.meshes[node.mesh].primitives)
+      if (emits(primitive.material)) count += primitive.indices.size() / 3;
+  for (const Shape& shape : scene.shapes) count += emits(shape.material) ? 1 : 0;
+  for (const PunctualLight& light : scene.lights) count += light.kind != PunctualLight::Kind::directional ? 1 : 0;
+  return count;
+}
+
 }  // namespace
 
 std::string lobe_of(const Material& material) {
@@ -152,6 +170,9 @@ Features::Features(const Scene& scene, const Settings& settings) {
 #define EK_LIGHT(name, bit) lit = lit || needs[#name].on;
 #include "shared/features.def"
 
+  const std::uint64_t places = lights_with_a_place(scene);
+  needs["light_tree"] = {places >= kLightTreeFrom, fmt::format("{} lights that have a place", places)};
+
   const bool samples_lights = sampling == LightSampling::mis || sampling == LightSampling::light;
   needs["next_event"] = {samples_lights && lit, lit ? "--light-sampling" : "there is no light"};
   needs["bsdf_emission"] = {sampling != LightSampling::light && lit, lit ? "--light-sampling" : "there is no light"};
@@ -221,7 +242,7 @@ PathStateLayout path_state_layout(const Features& features, bool chunked) {
   const bool EK_CHUNKED = chunked;
   const bool EK_HAS_next_event = features.has("next_event"), EK_HAS_environment = features.has("environment"),
              EK_HAS_bsdf_emission = features.has("bsdf_emission"), EK_HAS_absorption = features.has("absorption"),
-             EK_HAS_opacity = features.has("opacity");
+             EK_HAS_opacity = features.has("opacity"), EK_HAS_light_tree = features.has("light_tree");
   PathStateLayout layout;
   const auto add = [&](const char* name, bool needed) {
     if (needed) layout.field[name] = layout.words++;

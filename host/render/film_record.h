@@ -17,7 +17,7 @@ namespace eikon {
 
 /// Raised whenever the bits of some image change: sums of before and after must not be added. A test keeps the bits of a few
 /// images, and fails when they change and this does not.
-inline constexpr int kImageVersion = 4;
+inline constexpr int kImageVersion = 5;
 
 /// Something that decides the image's bits. name: as in "its NAME is VALUE", on one line, without a colon
 struct ImageSetting {

@@ -18,7 +18,7 @@ std::uint64_t PackedScene::bytes(const std::string& layout) const {
          tangents.size() * sizeof(TriangleTangents) + colors.size() * sizeof(TriangleColors) +
          materials.size() * sizeof(MaterialRecord) + material_extensions.size() * sizeof(MaterialExtension) +
          textures.size() * sizeof(TextureRecord) + texel_count() * sizeof(std::uint32_t) +
-         lights.size() * sizeof(Light) + light_buckets.size() * sizeof(LightBucket) +
+         lights.size() * sizeof(Light) + light_nodes.size() * sizeof(LightNode) + light_buckets.size() * sizeof(LightBucket) +
          environment_texels.size() * sizeof(float4) + environment_buckets.size() * sizeof(LightBucket) +
          (accel == accels.end() ? 0 : accel->second.bytes());
 }
@@ -28,7 +28,7 @@ PackedScene pack_scene(const Scene& scene, const Features& features, const Setti
   pack_materials(scene, features, packed);
   pack_geometry(scene, nullptr, features, packed);
   pack_shapes(scene, features, packed);
-  pack_lights(scene, settings, packed);
+  pack_lights(scene, features, settings, packed);
   return packed;
 }
 
@@ -37,7 +37,7 @@ PackedScene pack_and_release(Scene& scene, const Features& features, const Setti
   pack_materials(scene, features, packed);
   pack_geometry(scene, &scene.meshes, features, packed);
   pack_shapes(scene, features, packed);
-  pack_lights(scene, settings, packed);
+  pack_lights(scene, features, settings, packed);
   return packed;
 }
 

@@ -6,6 +6,7 @@
 #include "core/error.h"
 #include "render/emissive_texture.h"
 #include "render/light_table.h"
+#include "render/light_tree.h"
 #include "render/pack_environment.h"
 #include "render/pack_parts.h"
 #include "scene/shape_area.h"
@@ -37,12 +38,36 @@ struct Strength {
   bool distant = false;     // infinitely far away
   double area_m2 = 0;       // of a surface
   std::size_t summary = 0;  // entry of light_summary
+  LightMoments moments{};   // but for the power; of lights that have a place
 };
+
+/// Of a triangle that emits evenly to its front. normal: of any length
+LightMoments moments_of(const Triangle& t, const glm::dvec3& normal) {
+  const glm::dvec3 a(t.p0_x, t.p0_y, t.p0_z), b(t.p1_x, t.p1_y, t.p1_z), c(t.p2_x, t.p2_y, t.p2_z);
+  LightMoments m;
+  m.middle = (a + b + c) / 3.0;
+  m.spread2 = (glm::dot(b - a, b - a) + glm::dot(c - b, c - b) + glm::dot(a - c, a - c)) / 36.0;
+  m.flow = glm::normalize(normal);
+  return m;
+}
+
+/// Of a shape in its box: as if it were closed, and its surface as far from its middle as a sphere's.
+LightMoments moments_of_shape(const Triangle& box) {
+  const glm::dvec3 lo(box.p0_x, box.p0_y, box.p0_z), hi(box.p1_x, box.p1_y, box.p1_z);
+  LightMoments m;
+  m.middle = 0.5 * (lo + hi);
+  m.spread2 = glm::dot(hi - lo, hi - lo) / 12;
+  return m;
+}
 
 class LightPacker {
  public:
-  LightPacker(const Scene& scene, const Settings& settings, PackedScene& packed)
-      : scene_(scene), environment_(settings.environment), packed_(packed), textures_(packed) {
+  LightPacker(const Scene& scene, const Features& features, const Settings& settings, PackedScene& packed)
+      : scene_(scene),
+        environment_(settings.environment),
+        packed_(packed),
+        textures_(packed),
+        has_tree_(features.has("light_tree")) {
     // A scene without extent is lit by the environment alone, or by anything: then one is as good as the other.
     if (!packed.bounds.empty()) radius_m_ = 0.5 * glm::length(packed.bounds.hi - packed.bounds.lo);
     section_m2_ = radius_m_ > 0 ? kPi * radius_m_ * radius_m_ : 1;
@@ -54,21 +79,71 @@ class LightPacker {
     for (const PunctualLight& light : scene_.lights) add_punctual(light);
     add_environment();
     if (packed_.lights.empty()) return;
-    std::vector<double> powers;
-    powers.reserve(strengths_.size());
     // The flux of a distant light is what enters the whole scene, most of which misses what is seen: beside local lights, all of
     // them together count no more than those do, or a lamp under an open sky would hardly ever be chosen.
     double local = 0, distant = 0;
     for (const Strength& s : strengths_) (s.distant ? distant : local) += s.power;
     const double scale = local > 0 && distant > local ? local / distant : 1;
-    for (const Strength& s : strengths_) powers.push_back(s.power * (s.distant ? scale : 1));
+    if (has_tree_) grow_tree();
+    const std::size_t in_tree = packed_.tree_light_count;
+    std::vector<double> powers;
+    powers.reserve(strengths_.size() - in_tree + 1);
+    if (has_tree_) powers.push_back(local);
+    for (std::size_t i = in_tree; i < strengths_.size(); ++i)
+      powers.push_back(strengths_[i].power * (strengths_[i].distant ? scale : 1));
     const LightTable table = build_light_table(powers);
     if (table.buckets.empty()) throw InternalError("lights without power");
     packed_.light_buckets = table.buckets;
-    for (std::size_t i = 0; i < packed_.lights.size(); ++i) set_probability(i, table.probability[i]);
+    for (std::size_t i = 0; i < in_tree; ++i) set_probability(i, table.probability[0]);
+    if (in_tree > 0) share_of_tree(table.probability[0]);
+    for (std::size_t i = in_tree; i < packed_.lights.size(); ++i) {
+      const double probability = table.probability[has_tree_ ? i - in_tree + 1 : i];
+      set_probability(i, probability);
+      packed_.light_summary[strengths_[i].summary].probability += probability;
+    }
   }
 
  private:
+  /// Brings the lights that have a place to the front, in the order of the tree's leaves.
+  void grow_tree() {
+    std::vector<std::size_t> order;
+    std::vector<LightMoments> placed;
+    for (std::size_t i = 0; i < strengths_.size(); ++i) {
+      if (strengths_[i].distant) continue;
+      order.push_back(i);
+      placed.push_back(strengths_[i].moments);
+      placed.back().power = strengths_[i].power;
+    }
+    const LightTree tree = build_light_tree(placed);
+    std::vector<std::size_t> from;
+    for (const std::uint32_t leaf : tree.order) from.push_back(order[leaf]);
+    for (std::size_t i = 0; i < strengths_.size(); ++i)
+      if (strengths_[i].distant) from.push_back(i);
+    DeviceVector<Light> lights;
+    std::vector<Strength> strengths;
+    for (const std::size_t i : from) {
+      lights.push_back(packed_.lights[i]);
+      strengths.push_back(strengths_[i]);
+    }
+    packed_.lights = std::move(lights);
+    strengths_ = std::move(strengths);
+    packed_.light_nodes = tree.nodes;
+    packed_.light_scale = tree.scale;
+    packed_.tree_light_count = std::uint32_t(placed.size());
+    for (std::uint32_t i = 0; i < packed_.tree_light_count; ++i)
+      if (packed_.lights[i].kind == kLight_area || packed_.lights[i].kind == kLight_shape_light)
+        packed_.triangles[packed_.lights[i].triangle].flags |= i << EK_TRIANGLE_LIGHT_SHIFT;
+  }
+
+  /// How often lights in the tree are chosen depends on where; said is their share of the energy.
+  void share_of_tree(double probability) {
+    double flux = 0;
+    for (const PackedLight& light : packed_.light_summary) flux += is_distant(light) ? 0 : light.flux;
+    for (PackedLight& light : packed_.light_summary)
+      if (!is_distant(light)) light.probability = probability * (light.flux / flux);
+  }
+  static bool is_distant(const PackedLight& light) { return light.kind != "area" && light.kind != "point" && light.kind != "spot"; }
+
   void add(const Light& light, const Strength& strength) {
     packed_.lights.push_back(light);
     strengths_.push_back(strength);
@@ -95,7 +170,7 @@ class LightPacker {
       light.p2_x = t.p2_x, light.p2_y = t.p2_y, light.p2_z = t.p2_z;
       light.kind = kLight_area;
       light.triangle = std::uint32_t(i);
-      add_surface(light, t.material, area, radiance);
+      add_surface(light, t.material, area, radiance, moments_of(t, normal));
     }
   }
 
@@ -114,12 +189,12 @@ class LightPacker {
       Light light{};
       light.kind = kLight_shape_light;
       light.triangle = std::uint32_t(i);
-      add_surface(light, t.material, parts[0] + parts[1] + parts[2], radiance);
+      add_surface(light, t.material, parts[0] + parts[1] + parts[2], radiance, moments_of_shape(t));
     }
   }
 
   /// radiance: mean over the surface
-  void add_surface(Light light, std::uint32_t material_index, double area, double radiance) {
+  void add_surface(Light light, std::uint32_t material_index, double area, double radiance, LightMoments moments) {
     const Material& material = scene_.materials[material_index];
     set_emission(light, material.emission);
     light.double_sided = material.double_sided ? 1 : 0;
@@ -128,7 +203,8 @@ class LightPacker {
     std::size_t& entry = summary_of_[material_index];
     if (entry == none) entry = summarise({.kind = "area", .name = material.name});
     const double flux = kPi * area * radiance * (material.double_sided ? 2 : 1);
-    add(light, {.power = flux, .area_m2 = area, .summary = entry});
+    if (material.double_sided) moments.flow = glm::dvec3(0);
+    add(light, {.power = flux, .area_m2 = area, .summary = entry, .moments = moments});
     PackedLight& summary = packed_.light_summary[entry];
     summary.strength = (summary.strength * summary.area_m2 + radiance * area) / (summary.area_m2 + area);
     summary.flux += flux;
@@ -165,9 +241,12 @@ class LightPacker {
     const double steradians = spot ? 2 * kPi * ((1 - top) + std::pow(top - outer, 3) / (3 * ramp * ramp)) : 4 * kPi;
     const double flux = intensity * steradians;
     if (!(flux > 0)) return;  // a cone too narrow for any direction
+    LightMoments moments;
+    moments.middle = source.position;
+    if (spot) moments.flow = glm::dvec3(-back) * (0.5 + 0.5 * top);
     add(light, {.power = flux,
-                .summary = summarise(
-                    {.kind = spot ? "spot" : "point", .name = source.name, .flux = flux, .strength = intensity})});
+                .summary = summarise({.kind = spot ? "spot" : "point", .name = source.name, .flux = flux, .strength = intensity}),
+                .moments = moments});
   }
 
   void add_environment() {
@@ -205,7 +284,6 @@ class LightPacker {
     if (light.kind == kLight_environment) packed_.environment_probability = light.pdf_m2;
     if (light.kind == kLight_environment_map)
       for (float4& texel : packed_.environment_texels) texel.w = float(probability * double(texel.w));
-    packed_.light_summary[strengths_[i].summary].probability += probability;
   }
 
   static void set_emission(Light& light, const glm::vec3& emission) {
@@ -219,13 +297,14 @@ class LightPacker {
   std::vector<std::size_t> summary_of_;  // by material
   double radius_m_ = 0;                  // of the sphere around the scene
   double section_m2_ = 1;                // of that sphere, which parallel light meets
+  bool has_tree_;
   std::vector<Strength> strengths_;      // as packed_.lights
 };
 
 }  // namespace
 
-void pack_lights(const Scene& scene, const Settings& settings, PackedScene& packed) {
-  LightPacker(scene, settings, packed).pack();
+void pack_lights(const Scene& scene, const Features& features, const Settings& settings, PackedScene& packed) {
+  LightPacker(scene, features, settings, packed).pack();
 }
 
 }  // namespace eikon

@@ -36,6 +36,6 @@ void pack_materials(const Scene& scene, const Features& features, PackedScene& p
 
 /// Lights of all kinds, their table, and the environment's map. After the other parts.
 /// throws InputError for an environment that is too large or too bright
-void pack_lights(const Scene& scene, const Settings& settings, PackedScene& packed);
+void pack_lights(const Scene& scene, const Features& features, const Settings& settings, PackedScene& packed);
 
 }  // namespace eikon

@@ -56,6 +56,7 @@ std::uint64_t upload_scene(Device& device, const PackedScene& scene, const Accel
   to.copy_texels(scene);
   to.share("lights", scene.lights);
   to.share("light_buckets", scene.light_buckets);
+  to.share("light_nodes", scene.light_nodes);
   to.share("environment_texels", scene.environment_texels);
   to.share("environment_buckets", scene.environment_buckets);
   to.share("filter_table", filter);

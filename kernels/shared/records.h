@@ -46,12 +46,15 @@ typedef struct {
   float environment_sin;          // of its rotation about +Y
   float environment_cos;
   uint camera_medium;             // of paths that begin (medium.h)
-  uint pad0, pad1, pad2;
+  uint tree_light_count;          // lights that the tree chooses among, the first ones; 0: there is no tree
+  float light_scale;              // metres to the unit of the tree's nodes, a power of two
+  uint pad0;
 } Frame;
 EK_ASSERT_SIZE(Frame, 224);
 
 #define EK_TRIANGLE_PASSABLE 1u   // opacity below 1 somewhere: a ray may pass (alpha.h)
 #define EK_SHAPE_PASSABLE 2u      // the same in a shape's record
+#define EK_TRIANGLE_LIGHT_SHIFT 2 // from here on: index into lights, of those that the tree chooses among
 
 // What shading needs of a triangle. Behind the triangles stand the shapes, a record each: p0 and p1 are their box, p2 is NaN,
 // and n_x has the bits of their index into shapes.
@@ -63,7 +66,7 @@ typedef struct {
   float light_pdf_m2;             // density of light sampling on its area, 1/m^2; of a shape the probability that it is chosen; 0: not a light
   uint node;                      // of the scene; for the id layer
   float n_x, n_y, n_z;            // (p1 - p0) x (p2 - p0), unit, to the front; from doubles, so needles have one too
-  uint flags;                     // EK_TRIANGLE_*
+  uint flags;                     // EK_TRIANGLE_*, and which light it is
 } Triangle;
 EK_ASSERT_SIZE(Triangle, 64);
 
@@ -177,7 +180,8 @@ typedef struct {
   float p1_x, p1_y, p1_z;
   float p2_x, p2_y, p2_z;
   float emission_r, emission_g, emission_b;
-  float pdf_m2;                   // of a triangle density of light sampling on its area, selection included; else probability of selection
+  float pdf_m2;                   // of a triangle density of light sampling on its area, selection included; else probability of selection;
+                                  // of lights in the tree selection is that of the tree as a whole
   uint double_sided;
   uint kind;                      // bit of EK_LIGHT
   uint triangle;                  // index into triangles
@@ -190,6 +194,22 @@ typedef struct {
   uint alias;
 } LightBucket;
 EK_ASSERT_SIZE(LightBucket, 8);
+
+// Two sides of a node of the tree of lights (light_tree.h): moments of the lights there, in the tree's unit. Nodes stand in order of
+// depth: the left side is the next one, the right side as many on as there are lights on the left; lights stand in the same order.
+typedef struct {
+  float left_x, left_y, left_z;   // middle of the emitted energy, world
+  float left_spread2;             // mean square of the distance from it, > 0
+  float left_flow_x, left_flow_y, left_flow_z;  // mean of the normals
+  float left_share;               // of the node's energy
+  float right_x, right_y, right_z;
+  float right_spread2;
+  float right_flow_x, right_flow_y, right_flow_z;
+  uint link;                      // how many lights are on the left, and LIGHT_TREE_RIGHT_IS_LIGHT
+} LightNode;
+EK_ASSERT_SIZE(LightNode, 64);
+#define LIGHT_TREE_RIGHT_IS_LIGHT 0x80000000u
+#define LIGHT_TREE_LEAST 0x1p-10f  // each side of a node is chosen with this probability at least
 
 #define EK_IMPLICIT_STEPS 4096    // pieces of a ray that are tried in an implicit surface at most
 

@@ -133,6 +133,12 @@ EK_FN Survivors stage_shade(constant Frame* frame, SceneData scene, LightData li
           if (ANY(emits & is_shape))
             light_pdf = is_shape ? shape_light_pdf_sr(scene, corners, is_shape, on_shape, u, origin, dir) : light_pdf;
 #endif
+#if EK_HAS_light_tree && EK_HAS_bsdf_emission
+          const LitPoint lit = {state_3(state, FIELD_origin_x, slot), state_u(state, FIELD_facing, slot)};
+          const vi weighted = emits & (scatter_pdf >= 0.0f) & (light_pdf > 0.0f);
+          light_pdf = light_pdf * probability_in_tree(light_data.light_nodes, frame->tree_light_count, frame->light_scale, lit,
+                                                      weighted, corners.flags >> EK_TRIANGLE_LIGHT_SHIFT);
+#endif
           // A light that is never sampled (pack.cpp) counts in full either way.
           const vf scattered = EK_HAS_bsdf_emission ? power_heuristic(scatter_pdf, light_pdf)
                                : corners.light_pdf_m2 > 0.0f ? (vf)(0.0f) : (vf)(1.0f);
@@ -158,8 +164,14 @@ EK_FN Survivors stage_shade(constant Frame* frame, SceneData scene, LightData li
     vi pending = (vi)(0);
     LightPath shadow;
     v3 arriving;
+    LitPoint lit;
     if (EK_HAS_next_event) {
-      LightSample light = light_sample(frame, light_data, basis, both_sides, light_words(key, index, depth));
+      if (EK_HAS_light_tree) {
+        // Where reflected rays begin: the tree gives a light that such a ray meets the probability it has here, bit for bit.
+        lit.p = offset_ray_origin(surface.p, surface.p_error, n_geom, n_geom);
+        lit.facing = pack_facing(n_shade, both_sides);
+      }
+      LightSample light = light_sample(frame, light_data, lit, live, basis, both_sides, light_words(key, index, depth));
 #if EK_HAS_shape & EK_HAS_shape_light
       light = shape_light_sample(scene, light, surface.p);
 #endif
@@ -231,6 +243,7 @@ EK_FN Survivors stage_shade(constant Frame* frame, SceneData scene, LightData li
     EK_KEEP(FIELD_beta_g, AS_U(next_beta.y));
     EK_KEEP(FIELD_beta_b, AS_U(next_beta.z));
     EK_KEEP(FIELD_pdf, AS_U(scattered.delta ? (vf)(-1.0f) : scattered.pdf));
+    if (EK_HAS_light_tree & EK_HAS_next_event & EK_HAS_bsdf_emission) EK_KEEP(FIELD_facing, lit.facing);
     if (EK_HAS_absorption)
       EK_KEEP(FIELD_medium, medium_after(material, medium, corners.material, front, scattered.wi.z < 0.0f));
     if (EK_HAS_environment & EK_HAS_next_event & EK_HAS_bsdf_emission)

@@ -23,8 +23,8 @@ namespace {
       F(Frame, sample_count) F(Frame, sample_begin) F(Frame, sample_high) F(Frame, seed) F(Frame, replicate_bits) \
           F(Frame, max_depth) F(Frame, roulette_depth) F(Frame, light_count) F(Frame, film_stride)                \
               F(Frame, pixel_stride) F(Frame, environment_width) F(Frame, environment_height)                     \
-                  F(Frame, environment_sin) F(Frame, environment_cos) F(Frame, camera_medium) F(Frame, pad0)      \
-                      F(Frame, pad1) F(Frame, pad2)
+                  F(Frame, environment_sin) F(Frame, environment_cos) F(Frame, camera_medium)                     \
+                      F(Frame, tree_light_count) F(Frame, light_scale) F(Frame, pad0)
 #define TRIANGLE_FIELDS(F)                                                                                        \
   F(Triangle, p0_x)                                                                                               \
   F(Triangle, p0_y)                                                                                               \
@@ -176,6 +176,14 @@ namespace {
   F(ShapeRecord, part1_m2) \
   F(ShapeRecord, part2_m2)
 #define BUCKET_FIELDS(F) F(LightBucket, threshold) F(LightBucket, alias)
+#define NODE_FIELDS(F)                                                                                        \
+  F(LightNode, left_x)                                                                                        \
+  F(LightNode, left_y)                                                                                        \
+  F(LightNode, left_z)                                                                                        \
+  F(LightNode, left_spread2)                                                                                  \
+  F(LightNode, left_flow_x) F(LightNode, left_flow_y) F(LightNode, left_flow_z) F(LightNode, left_share)      \
+      F(LightNode, right_x) F(LightNode, right_y) F(LightNode, right_z) F(LightNode, right_spread2)           \
+          F(LightNode, right_flow_x) F(LightNode, right_flow_y) F(LightNode, right_flow_z) F(LightNode, link)
 #define DIAGNOSTICS_FIELDS(F) \
   F(Diagnostics, nonfinite)   \
   F(Diagnostics, saturated) F(Diagnostics, reported) F(Diagnostics, report) F(Diagnostics, given_up)
@@ -185,7 +193,7 @@ namespace {
   R(TriangleNormals, NORMALS_FIELDS)                                                                           \
   R(MaterialRecord, MATERIAL_FIELDS)                                                                           \
   R(TriangleTangents, TANGENTS_FIELDS) R(TriangleColors, COLORS_FIELDS) R(MaterialExtension, EXTENSION_FIELDS) \
-      R(TextureRecord, TEXTURE_FIELDS) R(Light, LIGHT_FIELDS) R(LightBucket, BUCKET_FIELDS)                    \
+      R(TextureRecord, TEXTURE_FIELDS) R(Light, LIGHT_FIELDS) R(LightBucket, BUCKET_FIELDS) R(LightNode, NODE_FIELDS)                    \
           R(Diagnostics, DIAGNOSTICS_FIELDS) R(ShapeRecord, SHAPE_FIELDS)
 
 #define FIELD_SIZE(record, field) +sizeof(record::field)

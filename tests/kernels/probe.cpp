@@ -25,11 +25,14 @@ struct Variant {
 };
 constexpr Variant kVariants[] = {{1, false}, {8, false}, {16, false}, {16, true}};
 
+/// Features that change what other subjects compute or are given.
+bool off_unless_asked(std::string_view name) { return name == "uniform_scatter" || name == "shape" || name == "light_tree"; }
+
 Defines default_defines() {
   return {
 #define EK_LOBE(name, bit) {"EK_HAS_" #name, "1"},
 #define EK_LIGHT(name, bit) {"EK_HAS_" #name, "1"},
-#define EK_OPTION(name) {"EK_HAS_" #name, std::string_view(#name) == "uniform_scatter" || std::string_view(#name) == "shape" ? "0" : "1"},
+#define EK_OPTION(name) {"EK_HAS_" #name, off_unless_asked(#name) ? "0" : "1"},
 #define EK_SHAPE_KIND(name, bit) {"EK_HAS_" #name, "0"},
 #define EK_AOV(name, channels) {"EK_HAS_" #name, "1"},
 #include "shared/features.def"

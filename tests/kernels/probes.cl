@@ -294,7 +294,8 @@ kernel void probe_light(PROBE_ARGUMENTS, constant Frame* frame, EK_LIGHT_ARGUMEN
   const vi both_sides = IN_U(11) != 0u;
   const LightWords words = {IN_U(0), IN_U(1), IN_U(12), IN_U(13)};
   const Basis basis = basis_around(n);
-  const LightSample s = light_sample(frame, data, basis, both_sides, words);
+  const LitPoint lit = {p, pack_facing(n, both_sides)};
+  const LightSample s = light_sample(frame, data, lit, ALL_LANES, basis, both_sides, words);
   const LightPath path = light_path(s, p, p_error, n);
   OUT_U(0, s.is_distant ? (vu)(1u) : (vu)(0u));
   OUT_3(1, s.p);
@@ -318,6 +319,19 @@ kernel void probe_light(PROBE_ARGUMENTS, constant Frame* frame, EK_LIGHT_ARGUMEN
   OUT_3(23, path.radiance);
   OUT_U(26, s.is_delta ? (vu)(1u) : (vu)(0u));
 }
+
+#if EK_HAS_light_tree
+// Inputs: two random words, shading point, its normal, whether light from below counts, a light.
+kernel void probe_light_tree(PROBE_ARGUMENTS, global const LightNode* light_nodes, uint light_count, float scale) {
+  const LitPoint lit = {IN_3(2), pack_facing(IN_3(5), IN_U(8) != 0u)};
+  const TreeChoice c = choose_in_tree(light_nodes, light_count, scale, lit, ALL_LANES, IN_U(0), IN_U(1));
+  OUT_U(0, c.light);
+  OUT_F(1, c.probability);
+  OUT_F(2, c.u);
+  OUT_F(3, probability_in_tree(light_nodes, light_count, scale, lit, ALL_LANES, c.light));
+  OUT_F(4, probability_in_tree(light_nodes, light_count, scale, lit, ALL_LANES, IN_U(9)));
+}
+#endif
 
 // Inputs: a direction.
 kernel void probe_environment_map(PROBE_ARGUMENTS, constant Frame* frame, global const float4* environment_texels) {
