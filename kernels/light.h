@@ -126,6 +126,20 @@ EK_FN LightChoice choose_among_all(constant Frame* frame, LightData data, LitPoi
   return choice;
 }
 
+// The only light's record, and its words as choose_light would leave them.
+EK_FN Rec only_light(global const Light* lights) {
+  global const float* p = (global const float*)lights;
+  const Rec r = {(vf)(p[0]), (vf)(p[1]), (vf)(p[2]),  (vf)(p[3]),  (vf)(p[4]),  (vf)(p[5]),  (vf)(p[6]),  (vf)(p[7]),
+                 (vf)(p[8]), (vf)(p[9]), (vf)(p[10]), (vf)(p[11]), (vf)(p[12]), (vf)(p[13]), (vf)(p[14]), (vf)(p[15])};
+  return r;
+}
+EK_FN LightChoice only_choice(LightWords words) {
+  const LightChoice c = {(vu)(0u), min_f(TO_F(words.a) * 0x1p-32f, (vf)(1.0f - 0x1p-24f)), to_unit_float(words.b)};
+  return c;
+}
+
+#define EK_HAS_near_light (EK_HAS_area | EK_HAS_point | EK_HAS_spot)  // some light has a place
+
 /// Samples a light.
 /// lit         the shading point, as the tree knows it
 /// wanted      mask: lanes whose sample counts
@@ -136,20 +150,29 @@ EK_FN LightChoice choose_among_all(constant Frame* frame, LightData data, LitPoi
 // the surface.
 EK_FN LightSample light_sample(constant Frame* frame, LightData data, LitPoint lit, vi wanted, Basis basis, vi both_sides,
                                LightWords words) {
-  vf probability;
-  const LightChoice choice = choose_among_all(frame, data, lit, wanted, words, &probability);
-  const Rec r = rec16(data.lights, choice.light);
+  vf probability = (vf)(1.0f);
+  const LightChoice choice = EK_HAS_one_light ? only_choice(words) : choose_among_all(frame, data, lit, wanted, words, &probability);
+  const Rec r = EK_HAS_one_light ? only_light(data.lights) : rec16(data.lights, choice.light);
   const vu kind = AS_U(r.we);
   LightSample s;
   s.is_distant = s.is_punctual = s.is_shape = s.is_delta = (vi)(0);
   warp_triangle(choice.u, choice.v, &s.b1, &s.b2);
   const v3 p0 = V3(r.w0, r.w1, r.w2), p1 = V3(r.w3, r.w4, r.w5), p2 = V3(r.w6, r.w7, r.w8);
-  s.p = triangle_point(p0, p1, p2, s.b1, s.b2, &s.p_error);
-  s.n = triangle_normal(p0, p1, p2);
-  s.wi = neg3(s.n);
+  if (EK_HAS_quad_light) {
+    const vi is_quad = (AS_U(r.wd) & EK_LIGHT_QUAD) != 0u;
+    s.b1 = is_quad ? choice.u : s.b1;
+    s.b2 = is_quad ? choice.v : s.b2;
+  }
+  if (EK_HAS_near_light) {
+    s.p = triangle_point(p0, p1, p2, s.b1, s.b2, &s.p_error);
+    s.n = triangle_normal(p0, p1, p2);
+    s.wi = neg3(s.n);
+  } else {
+    s.p = s.p_error = s.n = s.wi = basis.z;
+  }
   s.radiance = V3(r.w9, r.wa, r.wb);
   s.pdf = EK_HAS_light_tree ? r.wc * probability : r.wc;
-  s.double_sided = AS_U(r.wd) != 0u;
+  s.double_sided = (AS_U(r.wd) & EK_LIGHT_DOUBLE_SIDED) != 0u;
   s.triangle = AS_U(r.wf);
   if (EK_HAS_shape_light) {
     s.is_shape = kind == (uint)LIGHT_shape_light;
@@ -218,6 +241,10 @@ typedef struct {
 // it; the ray's own rounding, some 2^-21 of its length over the cosine at the light, is taken off t_max, without scale. A
 // light without extent may be placed on a surface, which is not in its way either.
 EK_FN LightPath light_path(LightSample s, v3 p, v3 p_error, v3 n_geom) {
+  if (!EK_HAS_near_light) {
+    const LightPath far = {s.wi, s.pdf, s.radiance, offset_ray_origin(p, p_error, n_geom, s.wi), s.wi, EK_INFINITY};
+    return far;
+  }
   const v3 to_light = sub3(s.p, p);
   const vf distance2 = dot3(to_light, to_light);
   const vf distance = sqrt(distance2);

@@ -7,6 +7,7 @@
 
 #include "core/error.h"
 #include "formula/kernel_code.h"
+#include "render/light_census.h"
 
 namespace eikon {
 namespace {
@@ -59,24 +60,6 @@ std::vector<const Texture*> textures_of(const Material& m) {
         &m.transmission_texture, &m.specular_texture, &m.specular_color_texture})
     if (*t) all.push_back(&**t);
   return all;
-}
-
-// From so many lights on there is a tree; below, they are chosen by power.
-constexpr std::uint64_t kLightTreeFrom = 4;
-
-// Emissive triangles, shapes, and lights that are not infinitely far away.
-std::uint64_t lights_with_a_place(const Scene& scene) {
-  const auto emits = [&](std::uint32_t material) {
-    const Material& m = scene.materials[material];
-    return !m.unlit && m.emission.x + m.emission.y + m.emission.z > 0;
-  };
-  std::uint64_t count = 0;
-  for (const Node& node : scene.nodes)
-    for (const Primitive& primitive : scene.meshes[node.mesh].primitives)
-      if (emits(primitive.material)) count += primitive.indices.size() / 3;
-  for (const Shape& shape : scene.shapes) count += emits(shape.material) ? 1 : 0;
-  for (const PunctualLight& light : scene.lights) count += light.kind != PunctualLight::Kind::directional ? 1 : 0;
-  return count;
 }
 
 }  // namespace
@@ -170,8 +153,10 @@ Features::Features(const Scene& scene, const Settings& settings) {
 #define EK_LIGHT(name, bit) lit = lit || needs[#name].on;
 #include "shared/features.def"
 
-  const std::uint64_t places = lights_with_a_place(scene);
-  needs["light_tree"] = {places >= kLightTreeFrom, fmt::format("{} lights that have a place", places)};
+  const LightCensus census = count_lights(scene, settings);
+  needs["light_tree"] = {census.wants_tree(), fmt::format("{} lights that have a place", census.places())};
+  needs["quad_light"] = {census.pairs > 0, fmt::format("{} pairs of emissive triangles", census.pairs)};
+  needs["one_light"] = {census.is_one(), fmt::format("{} lights", census.places() + census.distant)};
 
   const bool samples_lights = sampling == LightSampling::mis || sampling == LightSampling::light;
   needs["next_event"] = {samples_lights && lit, lit ? "--light-sampling" : "there is no light"};

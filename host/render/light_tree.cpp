@@ -16,7 +16,7 @@ namespace eikon {
 namespace {
 
 constexpr int kBins = 16;
-constexpr double kLeastShare = 0x1p-20;   // of a node's energy that a side counts with
+constexpr double kLeastShare = 0x1p-20;    // of a node's energy that a side counts with
 constexpr double kLeastSpread2 = 0x1p-40;  // in the nodes' unit: keeps estimates within the range of floats
 
 /// Sums of moments over lights.
@@ -129,12 +129,15 @@ class Builder {
     }
     const auto first = tree_.order.begin() + begin, last = tree_.order.begin() + end;
     if (best_axis >= 0)
-      return std::uint32_t(std::stable_partition(first, last, [&](std::uint32_t light) { return bin_of(light, best_axis) <= best_bin; }) -
+      return std::uint32_t(std::stable_partition(
+                               first, last, [&](std::uint32_t light) { return bin_of(light, best_axis) <= best_bin; }) -
                            tree_.order.begin());
     // All in one place, or too deep: halves along the longest axis.
     const int axis = extent.x >= extent.y ? (extent.x >= extent.z ? 0 : 2) : (extent.y >= extent.z ? 1 : 2);
     const std::uint32_t middle = begin + (end - begin) / 2;
-    std::stable_sort(first, last, [&](std::uint32_t a, std::uint32_t b) { return lights_[a].middle[axis] < lights_[b].middle[axis]; });
+    std::stable_sort(first, last, [&](std::uint32_t a, std::uint32_t b) {
+      return lights_[a].middle[axis] < lights_[b].middle[axis];
+    });
     return middle;
   }
 
@@ -179,11 +182,13 @@ class Builder {
 }  // namespace
 
 LightTree build_light_tree(std::span<const LightMoments> lights) {
-  if (lights.size() > (std::size_t{1} << 28)) throw InternalError(fmt::format("a tree of {} lights: at most 2^28", lights.size()));
+  if (lights.size() > (std::size_t{1} << 28))
+    throw InternalError(fmt::format("a tree of {} lights: at most 2^28", lights.size()));
   for (std::size_t i = 0; i < lights.size(); ++i) {
     const LightMoments& l = lights[i];
     const double sum = l.power + glm::dot(l.middle, l.middle) + l.spread2 + glm::dot(l.flow, l.flow);
-    if (!(l.power > 0) || !std::isfinite(sum)) throw InternalError(fmt::format("light {} has no power, or moments that are not finite", i));
+    if (!(l.power > 0) || !std::isfinite(sum))
+      throw InternalError(fmt::format("light {} has no power, or moments that are not finite", i));
   }
   return Builder(lights).build();
 }

@@ -11,9 +11,9 @@ namespace eikon {
 
 /// What the tree knows of a light that has a place: kernels/light_tree.h.
 struct LightMoments {
-  double power = 0;         // any unit, > 0
-  glm::dvec3 middle{0};     // mean of the places that emit, world, metres
-  double spread2 = 0;       // mean square of their distance from the middle, m^2
+  double power = 0;      // any unit, > 0
+  glm::dvec3 middle{0};  // mean of the places that emit, world, metres
+  double spread2 = 0;    // mean square of their distance from the middle, m^2
   // Mean of the directions that its surface faces, of length 0 (a closed surface, a point, both sides of one) to 1.
   glm::dvec3 flow{0};
 };

@@ -5,6 +5,7 @@
 
 #include "core/error.h"
 #include "render/emissive_texture.h"
+#include "render/light_census.h"
 #include "render/light_table.h"
 #include "render/light_tree.h"
 #include "render/pack_environment.h"
@@ -51,6 +52,12 @@ LightMoments moments_of(const Triangle& t, const glm::dvec3& normal) {
   return m;
 }
 
+std::array<glm::vec3, 3> corners_of(const Triangle& t) {
+  return {glm::vec3(t.p0_x, t.p0_y, t.p0_z), glm::vec3(t.p1_x, t.p1_y, t.p1_z), glm::vec3(t.p2_x, t.p2_y, t.p2_z)};
+}
+
+constexpr double kSlackOfPairs = 0x1p-20;  // parallelogram_of in floats of the world: more than in the file
+
 /// Of a shape in its box: as if it were closed, and its surface as far from its middle as a sphere's.
 LightMoments moments_of_shape(const Triangle& box) {
   const glm::dvec3 lo(box.p0_x, box.p0_y, box.p0_z), hi(box.p1_x, box.p1_y, box.p1_z);
@@ -67,7 +74,9 @@ class LightPacker {
         environment_(settings.environment),
         packed_(packed),
         textures_(packed),
-        has_tree_(features.has("light_tree")) {
+        has_tree_(features.has("light_tree")),
+        has_quads_(features.has("quad_light")),
+        has_one_(features.has("one_light")) {
     // A scene without extent is lit by the environment alone, or by anything: then one is as good as the other.
     if (!packed.bounds.empty()) radius_m_ = 0.5 * glm::length(packed.bounds.hi - packed.bounds.lo);
     section_m2_ = radius_m_ > 0 ? kPi * radius_m_ * radius_m_ : 1;
@@ -79,6 +88,7 @@ class LightPacker {
     for (const PunctualLight& light : scene_.lights) add_punctual(light);
     add_environment();
     if (packed_.lights.empty()) return;
+    if (has_one_ && packed_.lights.size() > 1) throw InternalError("more lights than were counted");
     // The flux of a distant light is what enters the whole scene, most of which misses what is seen: beside local lights, all of
     // them together count no more than those do, or a lamp under an open sky would hardly ever be chosen.
     double local = 0, distant = 0;
@@ -130,9 +140,13 @@ class LightPacker {
     packed_.light_nodes = tree.nodes;
     packed_.light_scale = tree.scale;
     packed_.tree_light_count = std::uint32_t(placed.size());
-    for (std::uint32_t i = 0; i < packed_.tree_light_count; ++i)
-      if (packed_.lights[i].kind == kLight_area || packed_.lights[i].kind == kLight_shape_light)
-        packed_.triangles[packed_.lights[i].triangle].flags |= i << EK_TRIANGLE_LIGHT_SHIFT;
+    for (std::uint32_t i = 0; i < packed_.tree_light_count; ++i) {
+      const Light& light = packed_.lights[i];
+      if (light.kind != kLight_area && light.kind != kLight_shape_light) continue;
+      packed_.triangles[light.triangle].flags |= i << EK_TRIANGLE_LIGHT_SHIFT;
+      if ((light.flags & EK_LIGHT_QUAD) != 0)
+        packed_.triangles[light.triangle + 1].flags |= i << EK_TRIANGLE_LIGHT_SHIFT;
+    }
   }
 
   /// How often lights in the tree are chosen depends on where; said is their share of the energy.
@@ -142,7 +156,9 @@ class LightPacker {
     for (PackedLight& light : packed_.light_summary)
       if (!is_distant(light)) light.probability = probability * (light.flux / flux);
   }
-  static bool is_distant(const PackedLight& light) { return light.kind != "area" && light.kind != "point" && light.kind != "spot"; }
+  static bool is_distant(const PackedLight& light) {
+    return light.kind != "area" && light.kind != "point" && light.kind != "spot";
+  }
 
   void add(const Light& light, const Strength& strength) {
     packed_.lights.push_back(light);
@@ -156,6 +172,10 @@ class LightPacker {
 
   void add_triangles() {
     for (std::size_t i = 0; i < packed_.triangle_count(); ++i) {
+      if (has_quads_ && add_quad(i)) {
+        ++i;
+        continue;
+      }
       const Triangle& t = packed_.triangles[i];
       const Material& material = scene_.materials[t.material];
       if (material.unlit || !(mean(material.emission) > 0)) continue;
@@ -172,6 +192,35 @@ class LightPacker {
       light.triangle = std::uint32_t(i);
       add_surface(light, t.material, area, radiance, moments_of(t, normal));
     }
+  }
+
+  /// Triangles i and i + 1 as one light, if they form a parallelogram that emits evenly.
+  bool add_quad(std::size_t i) {
+    if (i + 1 >= packed_.triangle_count()) return false;
+    const Triangle &a = packed_.triangles[i], &b = packed_.triangles[i + 1];
+    const Material& material = scene_.materials[a.material];
+    if (a.material != b.material || a.node != b.node || !emits_evenly(material)) return false;
+    // What was counted as one light is one, however a node far from its own origin rounds it.
+    const double slack = has_one_ ? std::numeric_limits<double>::infinity() : kSlackOfPairs;
+    const std::optional<Parallelogram> quad = parallelogram_of(corners_of(a), corners_of(b), slack);
+    if (!quad) return false;
+    const glm::dvec3 normal = triangle_normal(a);
+    const double area = glm::length(normal);
+    if (!(area > 0) || !can_be_sampled(a, normal) || !can_be_sampled(b, triangle_normal(b))) return false;
+    Light light{};
+    light.p0_x = quad->p0.x, light.p0_y = quad->p0.y, light.p0_z = quad->p0.z;
+    light.p1_x = quad->p1.x, light.p1_y = quad->p1.y, light.p1_z = quad->p1.z;
+    light.p2_x = quad->p2.x, light.p2_y = quad->p2.y, light.p2_z = quad->p2.z;
+    light.flags = EK_LIGHT_QUAD;
+    light.kind = kLight_area;
+    light.triangle = std::uint32_t(i);
+    const glm::dvec3 p0(quad->p0), p1(quad->p1), p2(quad->p2);
+    LightMoments moments;
+    moments.middle = 0.5 * (p1 + p2);
+    moments.spread2 = (glm::dot(p1 - p0, p1 - p0) + glm::dot(p2 - p0, p2 - p0)) / 12;
+    moments.flow = glm::normalize(normal);
+    add_surface(light, a.material, area, mean(material.emission), moments);
+    return true;
   }
 
   void add_shapes() {
@@ -197,7 +246,7 @@ class LightPacker {
   void add_surface(Light light, std::uint32_t material_index, double area, double radiance, LightMoments moments) {
     const Material& material = scene_.materials[material_index];
     set_emission(light, material.emission);
-    light.double_sided = material.double_sided ? 1 : 0;
+    light.flags |= material.double_sided ? EK_LIGHT_DOUBLE_SIDED : 0;
     constexpr std::size_t none = std::numeric_limits<std::size_t>::max();
     summary_of_.resize(scene_.materials.size(), none);
     std::size_t& entry = summary_of_[material_index];
@@ -245,7 +294,8 @@ class LightPacker {
     moments.middle = source.position;
     if (spot) moments.flow = glm::dvec3(-back) * (0.5 + 0.5 * top);
     add(light, {.power = flux,
-                .summary = summarise({.kind = spot ? "spot" : "point", .name = source.name, .flux = flux, .strength = intensity}),
+                .summary = summarise(
+                    {.kind = spot ? "spot" : "point", .name = source.name, .flux = flux, .strength = intensity}),
                 .moments = moments});
   }
 
@@ -279,6 +329,7 @@ class LightPacker {
     if (light.kind == kLight_area) {
       light.pdf_m2 = float(probability / strengths_[i].area_m2);
       packed_.triangles[light.triangle].light_pdf_m2 = light.pdf_m2;
+      if ((light.flags & EK_LIGHT_QUAD) != 0) packed_.triangles[light.triangle + 1].light_pdf_m2 = light.pdf_m2;
     }
     if (light.kind == kLight_shape_light) packed_.triangles[light.triangle].light_pdf_m2 = light.pdf_m2;
     if (light.kind == kLight_environment) packed_.environment_probability = light.pdf_m2;
@@ -297,8 +348,8 @@ class LightPacker {
   std::vector<std::size_t> summary_of_;  // by material
   double radius_m_ = 0;                  // of the sphere around the scene
   double section_m2_ = 1;                // of that sphere, which parallel light meets
-  bool has_tree_;
-  std::vector<Strength> strengths_;      // as packed_.lights
+  bool has_tree_, has_quads_, has_one_;
+  std::vector<Strength> strengths_;  // as packed_.lights
 };
 
 }  // namespace

@@ -171,7 +171,10 @@ typedef struct {
 } TextureRecord;
 EK_ASSERT_SIZE(TextureRecord, 64);
 
-// An emissive triangle, or another kind of light. Of a shape `triangle` is the record among the triangles, and places are unset. Of a point or spot light p0 is its place and p2 holds (cosine of the outer
+#define EK_LIGHT_DOUBLE_SIDED 1u
+#define EK_LIGHT_QUAD 2u          // the parallelogram with sides p1 - p0 and p2 - p0: `triangle` and the one after it
+
+// An emissive triangle or two, or another kind of light. Of a shape `triangle` is the record among the triangles, and places are unset. Of a point or spot light p0 is its place and p2 holds (cosine of the outer
 // cone, 1 / its distance from that of the inner one, range^2 or infinity); of a spot and a directional light p1 is the
 // direction back to the light, unit; emission is the intensity, W / sr, or of a directional light the irradiance, W / m^2.
 // The environment, constant or a map, sets nothing but kind and pdf_m2.
@@ -182,7 +185,7 @@ typedef struct {
   float emission_r, emission_g, emission_b;
   float pdf_m2;                   // of a triangle density of light sampling on its area, selection included; else probability of selection;
                                   // of lights in the tree selection is that of the tree as a whole
-  uint double_sided;
+  uint flags;                     // EK_LIGHT_DOUBLE_SIDED, EK_LIGHT_QUAD
   uint kind;                      // bit of EK_LIGHT
   uint triangle;                  // index into triangles
 } Light;

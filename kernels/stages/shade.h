@@ -164,7 +164,7 @@ EK_FN Survivors stage_shade(constant Frame* frame, SceneData scene, LightData li
     vi pending = (vi)(0);
     LightPath shadow;
     v3 arriving;
-    LitPoint lit;
+    LitPoint lit = {surface.p, (vu)(0u)};
     if (EK_HAS_next_event) {
       if (EK_HAS_light_tree) {
         // Where reflected rays begin: the tree gives a light that such a ray meets the probability it has here, bit for bit.

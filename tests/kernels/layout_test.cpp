@@ -141,7 +141,7 @@ namespace {
   F(Light, p0_z)                                                                                                       \
   F(Light, p1_x)                                                                                                       \
   F(Light, p1_y) F(Light, p1_z) F(Light, p2_x) F(Light, p2_y) F(Light, p2_z) F(Light, emission_r) F(Light, emission_g) \
-      F(Light, emission_b) F(Light, pdf_m2) F(Light, double_sided) F(Light, kind) F(Light, triangle)
+      F(Light, emission_b) F(Light, pdf_m2) F(Light, flags) F(Light, kind) F(Light, triangle)
 #define SHAPE_FIELDS(F)    \
   F(ShapeRecord, x_x)      \
   F(ShapeRecord, x_y)      \

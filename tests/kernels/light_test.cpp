@@ -227,7 +227,7 @@ Light triangle_light(const Vec& p0, const Vec& p1, const Vec& p2, float radiance
   l.emission_r = radiance;
   l.emission_g = 0.5F * radiance;
   l.emission_b = 0.25F * radiance;
-  l.double_sided = double_sided ? 1 : 0;
+  l.flags = double_sided ? EK_LIGHT_DOUBLE_SIDED : 0;
   l.kind = kArea;
   return l;
 }
@@ -240,7 +240,7 @@ Vec corner(const Light& l, int k) {
 Vec normal_of(const Light& l) { return cross(corner(l, 1) - corner(l, 0), corner(l, 2) - corner(l, 0)); }
 double area_of(const Light& l) { return 0.5 * length(normal_of(l)); }
 double power_of(const Light& l) {
-  return std::numbers::pi * area_of(l) * double(l.emission_r) * (l.double_sided != 0 ? 2 : 1);
+  return std::numbers::pi * area_of(l) * double(l.emission_r) * (l.flags != 0 ? 2 : 1);
 }
 
 /// sky: radiance of the environment, chosen as if it had power sky_power; 0: none
@@ -269,7 +269,8 @@ struct Sample {
 };
 
 std::vector<Sample> sample(const Lights& lights, const Words& a, const Words& b, const std::vector<Vec>& p,
-                           const Vec& p_error, const Vec& n, bool both_sides = false) {
+                           const Vec& p_error, const Vec& n, bool both_sides = false,
+                           const std::string& one_light = "0") {
   std::vector<Words> in{a, b};
   for (std::size_t k = 0; k < 3; ++k) {
     in.emplace_back();
@@ -283,6 +284,7 @@ std::vector<Sample> sample(const Lights& lights, const Words& a, const Words& b,
   frame.environment = {lights.environment[0], lights.environment[1], lights.environment[2], lights.environment[3]};
   frame.light_count = std::uint32_t(lights.table.buckets.size());
   const auto out = Probe("light")
+                       .define("EK_HAS_one_light", one_light)
                        .buffer("lights", lights.records)
                        .buffer("light_buckets", lights.table.buckets)
                        .buffer("frame", std::vector<Frame>{frame})
@@ -346,7 +348,7 @@ TEST(Light, sampled_power_of_emissive_triangles_is_that_of_the_closed_form) {
     ASSERT_NE(light, lights.records.end());
     ASSERT_EQ(s.radiance[1], double(light->emission_g));
     ASSERT_EQ(s.radiance[2], double(light->emission_b));
-    estimates.push_back(std::numbers::pi * s.radiance[0] * (light->double_sided != 0 ? 2 : 1) / s.pdf_m2);
+    estimates.push_back(std::numbers::pi * s.radiance[0] * (light->flags != 0 ? 2 : 1) / s.pdf_m2);
   }
   const Mean mean = mean_of(estimates);
   EXPECT_NEAR(mean.mean, power, 4 * mean.standard_error + 1e-6 * power);
@@ -403,6 +405,39 @@ TEST(Light, L1_irradiance_below_a_unit_square_is_that_of_the_closed_form) {
   const Mean E = mean_of(irradiance(sample_at(lights, random, 1000000, {0, 0, 0}, {0, 0, 1}), {0, 0, 1}));
   EXPECT_NEAR(E.mean, 0.752274688, 4 * E.standard_error);
   EXPECT_LT(E.standard_error, 5e-4);
+}
+
+TEST(Light, L1_two_triangles_as_one_parallelogram_are_sampled_evenly_all_over) {
+  Light square = triangle_light({-0.5, 0.5, 1}, {0.5, 0.5, 1}, {-0.5, -0.5, 1}, 1);  // faces down
+  square.flags = EK_LIGHT_QUAD;
+  Lights lights = with_table({square});
+  lights.records[0].pdf_m2 *= 0.5F;
+  std::mt19937 random(17);
+  const auto samples = sample_at(lights, random, 500000, {0, 0, 0}, {0, 0, 1});
+  const Mean E = mean_of(irradiance(samples, {0, 0, 1}));
+  EXPECT_NEAR(E.mean, 0.752274688, 4 * E.standard_error);
+  std::vector<double> cells(64, 0);
+  for (const Sample& s : samples) {
+    ASSERT_LE(std::abs(s.p[0]), 0.5);
+    ASSERT_LE(std::abs(s.p[1]), 0.5);
+    ++cells[std::size_t(std::min((s.p[0] + 0.5) * 8, 7.0)) * 8 + std::size_t(std::min((s.p[1] + 0.5) * 8, 7.0))];
+  }
+  EXPECT_GT(chi_square(cells, std::vector<double>(64, double(samples.size()) / 64)).p_value, kSignificance);
+}
+
+// Without a choice the same words give the same sample, to the bit.
+TEST(Light, an_only_light_is_sampled_as_if_it_had_been_chosen) {
+  const Lights lights = with_table({triangle_light({0, 0, 1}, {0, 1, 1}, {1, 0, 1}, 1)});
+  std::mt19937 random(18);
+  Words a = random_words(random, 4096), b = random_words(random, 4096);
+  a[0] = 0, a[1] = 0xffffffffU, b[0] = 0xffffffffU;
+  const auto chosen = sample(lights, a, b, {{0, 0, 0}}, {0, 0, 0}, {0, 0, 1});
+  const auto only = sample(lights, a, b, {{0, 0, 0}}, {0, 0, 0}, {0, 0, 1}, false, "1");
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    ASSERT_EQ(chosen[i].p, only[i].p);
+    ASSERT_EQ(chosen[i].pdf, only[i].pdf);
+    ASSERT_EQ(chosen[i].radiance, only[i].radiance);
+  }
 }
 
 TEST(Light, L13_a_constant_environment_gives_the_same_irradiance_from_every_sample) {

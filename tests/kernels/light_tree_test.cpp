@@ -37,8 +37,9 @@ std::vector<LightMoments> lamps(std::size_t count, double decades) {
 /// Among the lights, at one, far from all, and where most are below the horizon.
 std::vector<Place> places(const std::vector<LightMoments>& lights) {
   const glm::dvec3 oblique = glm::normalize(glm::dvec3(1, -2, 0.5));
-  return {{{5, 5, 5}, {0, 0, 1}},  {{5, 5, 5}, oblique, true}, {lights[0].middle, oblique},  {{1e4, -3e3, 2e3}, oblique},
-          {{5, 5, 9.9}, {0, 0, 1}}, {{5, 5, 40}, {0, 0, 1}},    {{0, 0, 0}, {0.6, -0.8, 0}}};
+  return {{{5, 5, 5}, {0, 0, 1}},      {{5, 5, 5}, oblique, true}, {lights[0].middle, oblique},
+          {{1e4, -3e3, 2e3}, oblique}, {{5, 5, 9.9}, {0, 0, 1}},   {{5, 5, 40}, {0, 0, 1}},
+          {{0, 0, 0}, {0.6, -0.8, 0}}};
 }
 
 struct Choices {
@@ -179,9 +180,9 @@ TEST(LightTree, strata_of_the_word_are_strata_of_the_lights) {
 TEST(LightTree, light_that_arrives_is_what_is_chosen) {
   std::vector<LightMoments> lights(4);
   for (LightMoments& l : lights) l.power = 1, l.spread2 = 1e-4, l.flow = {0, 0, -1};
-  lights[0].middle = {0, 0, 1};                              // above, facing down
-  lights[1].middle = {0, 0, 10};                             // the same, ten times as far
-  lights[2].middle = {1, 0, 1}, lights[2].flow = {0, 0, 1};  // facing away
+  lights[0].middle = {0, 0, 1};                               // above, facing down
+  lights[1].middle = {0, 0, 10};                              // the same, ten times as far
+  lights[2].middle = {1, 0, 1}, lights[2].flow = {0, 0, 1};   // facing away
   lights[3].middle = {0, 1, -1}, lights[3].flow = {0, 0, 1};  // below the surface
   const LightTree tree = build_light_tree(lights);
   std::vector<double> p(4);

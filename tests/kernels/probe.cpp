@@ -26,7 +26,9 @@ struct Variant {
 constexpr Variant kVariants[] = {{1, false}, {8, false}, {16, false}, {16, true}};
 
 /// Features that change what other subjects compute or are given.
-bool off_unless_asked(std::string_view name) { return name == "uniform_scatter" || name == "shape" || name == "light_tree"; }
+bool off_unless_asked(std::string_view name) {
+  return name == "uniform_scatter" || name == "shape" || name == "light_tree" || name == "one_light";
+}
 
 Defines default_defines() {
   return {

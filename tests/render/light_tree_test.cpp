@@ -69,7 +69,9 @@ TEST(LightTree, direct_light_of_all_is_the_sum_of_what_each_gives_alone) {
   std::vector<PunctualLight> lights;
   for (int i = 0; i < 24; ++i) {
     PunctualLight light;
-    light.kind = i % 8 == 7 ? PunctualLight::Kind::directional : i % 2 == 0 ? PunctualLight::Kind::spot : PunctualLight::Kind::point;
+    light.kind = i % 8 == 7   ? PunctualLight::Kind::directional
+                 : i % 2 == 0 ? PunctualLight::Kind::spot
+                              : PunctualLight::Kind::point;
     light.position = {2 * uniform(state) - 1, 0.05 + uniform(state), 2 * uniform(state) - 1};
     light.direction = glm::normalize(glm::dvec3(uniform(state) - 0.5, -1, uniform(state) - 0.5));
     light.outer_cone_rad = 0.3 + uniform(state);
@@ -120,7 +122,7 @@ TEST(LightTree, lamps_that_cannot_be_sampled_leave_a_tree_of_fewer_lights_or_of_
     Primitive floor, lamps;
     add_quad(floor, {-1, 0, 1}, {2, 0, 0}, {0, 0, -2});
     for (int i = 0; i < 6; ++i) {
-      const float x = 0.1F * float(i);
+      const float x = 0.3F * float(i);  // as wide as the floor: small lamps need no tree
       if (i < good)
         add_triangle(lamps, {x, 1, 0}, {x + 0.05F, 1, 0}, {x, 1, 0.05F});
       else
@@ -131,6 +133,7 @@ TEST(LightTree, lamps_that_cannot_be_sampled_leave_a_tree_of_fewer_lights_or_of_
     Settings settings = settings_for(8, 8, 64);
     settings.camera = look_at_camera({0, 0.5, 0}, {0, 0, 0}, {0, 0, -1}, 0.3);
     settings.environment.radiance = glm::vec3(0.1F);
+    ASSERT_TRUE(Features(scene, settings).has("light_tree"));
     const MeanAndError all = mean_of(film_of(scene, settings));
     settings.light_sampling = LightSampling::cosine;
     settings.sample_end = 4096;

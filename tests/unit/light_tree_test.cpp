@@ -81,7 +81,8 @@ TEST(LightTree, its_links_lead_to_every_light_once_however_lights_lie) {
     EXPECT_LE(walk.depth, 3 * int(std::bit_width(lights.size())) + 9) << lights.size() << " lights";
     for (const LightNode& n : tree.nodes) {
       ASSERT_TRUE(n.left_share > 0 && n.left_share < 1);
-      ASSERT_TRUE(n.left_spread2 > 0 && std::isfinite(n.left_spread2) && n.right_spread2 > 0 && std::isfinite(n.right_spread2));
+      ASSERT_TRUE(n.left_spread2 > 0 && std::isfinite(n.left_spread2) && n.right_spread2 > 0 &&
+                  std::isfinite(n.right_spread2));
       ASSERT_TRUE(std::isfinite(n.left_x + n.left_y + n.left_z + n.right_x + n.right_y + n.right_z));
     }
   }
