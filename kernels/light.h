@@ -134,7 +134,7 @@ EK_FN Rec only_light(global const Light* lights) {
   return r;
 }
 EK_FN LightChoice only_choice(LightWords words) {
-  const LightChoice c = {(vu)(0u), min_f(TO_F(words.a) * 0x1p-32f, (vf)(1.0f - 0x1p-24f)), to_unit_float(words.b)};
+  const LightChoice c = {(vu)(0u), min_f(word_to_float(words.a) * 0x1p-32f, (vf)(1.0f - 0x1p-24f)), to_unit_float(words.b)};
   return c;
 }
 

@@ -4,6 +4,9 @@
 #define EK_LIGHT_CHOICE_H
 #include "sampler.h"
 
+// A word as the nearest float: both parts are exact. Devices do not agree on converting what does not fit an int.
+EK_FN vf word_to_float(vu x) { return TO_F(AS_I(x >> 16)) * 65536.0f + TO_F(AS_I(x & 0xffffu)); }
+
 typedef struct {
   vu light;
   vf u, v;  // what is left of the sample, [0,1)^2

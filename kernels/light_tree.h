@@ -10,7 +10,7 @@
 //           moments instead of bounds and cones: as cheap, and closer to the mean
 #ifndef EK_LIGHT_TREE_H
 #define EK_LIGHT_TREE_H
-#include "sampler.h"
+#include "light_choice.h"
 
 /// The point that light arrives at.
 typedef struct {
@@ -94,7 +94,12 @@ EK_FN void light_walk_go(LightWalk* w, vi left, vu split, vu link) {
   w->node = w->open ? w->node + (left ? (vu)(1u) : left_count) : w->node;
 }
 
-#define LIGHT_WALK_NARROW 0x1000000u  // below, a range is widened by 8 bits
+#define LIGHT_WALK_NARROW 0x10000u  // below, a range is widened by 16 bits; no split leaves less than 2^5 of it
+
+EK_FN void light_walk_widen(LightWalk* w, vi narrow) {
+  w->range = narrow ? w->range << 16 : w->range;
+  w->unit = narrow ? w->unit * 0x1p-16f : w->unit;
+}
 
 /// One of the tree's lights, by its place in the order of leaves.
 typedef struct {
@@ -112,21 +117,21 @@ EK_FN TreeChoice choose_in_tree(global const LightNode* nodes, uint light_count,
   LightWalk w = light_walk(wanted, light_count);
   vu rest = word == 0xffffffffu ? word - 1u : word;
   while (ANY(w.open)) {
+    const vi walked = w.open;  // lanes that have arrived must not change: others walk on, or none do
     const Rec r = rec16(nodes, w.node);
     const vu split = light_walk_split(w.range, left_share(p, n, both_sides, r));
     const vi left = rest < split;
     rest = (w.open & !left) ? rest - split : rest;
     light_walk_go(&w, left, split, AS_U(r.wf));
-    const vi narrow = w.range < LIGHT_WALK_NARROW;
+    const vi narrow = walked & (w.range < LIGHT_WALK_NARROW);
     if (ANY(narrow)) {
-      more = hash_bits(more + 0x9e3779b9u);
-      rest = narrow ? (rest << 8) | (more & 255u) : rest;
-      w.range = narrow ? w.range << 8 : w.range;
-      w.unit = narrow ? w.unit * 0x1p-8f : w.unit;
+      more = narrow ? hash_bits(more + 0x9e3779b9u) : more;
+      rest = narrow ? (rest << 16) | (more & 0xffffu) : rest;
+      light_walk_widen(&w, narrow);
     }
   }
-  const vf range = TO_F(w.range);
-  TreeChoice c = {w.first, range * w.unit, min_f(TO_F(rest) / range, (vf)(1.0f - 0x1p-24f))};
+  const vf range = word_to_float(w.range);
+  TreeChoice c = {w.first, range * w.unit, min_f(word_to_float(rest) / range, (vf)(1.0f - 0x1p-24f))};
   return c;
 }
 
@@ -136,14 +141,13 @@ EK_FN vf probability_in_tree(global const LightNode* nodes, uint light_count, fl
   const vi both_sides = (lit.facing & FACING_BOTH_SIDES) != 0u;
   LightWalk w = light_walk(wanted, light_count);
   while (ANY(w.open)) {
+    const vi walked = w.open;  // lanes that have arrived must not change: others walk on, or none do
     const Rec r = rec16(nodes, w.node);
     const vu split = light_walk_split(w.range, left_share(p, n, both_sides, r));
     light_walk_go(&w, light < w.first + (AS_U(r.wf) & ~LIGHT_TREE_RIGHT_IS_LIGHT), split, AS_U(r.wf));
-    const vi narrow = w.range < LIGHT_WALK_NARROW;
-    w.range = narrow ? w.range << 8 : w.range;
-    w.unit = narrow ? w.unit * 0x1p-8f : w.unit;
+    light_walk_widen(&w, walked & (w.range < LIGHT_WALK_NARROW));
   }
-  return TO_F(w.range) * w.unit;
+  return word_to_float(w.range) * w.unit;
 }
 
 #endif
