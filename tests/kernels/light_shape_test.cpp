@@ -225,10 +225,11 @@ TEST(LightShapes, M1_densities_integrate_to_one_and_points_come_as_they_say) {
       missed += densities[0][i] == 0 ? pdf * sr : 0;
     }
     EXPECT_LT(missed, 1e-4) << view.name << ": rays at the surface that do not meet it";
-    // The seen part of a round side ends within a column of points, and rays that graze it meet it elsewhere than meant.
+    // The seen part of a round side ends within a column of points, and rays that graze it meet it elsewhere than meant: with 3072
+    // columns the sum is up to 7e-4 too small, with 4096 4e-4.
     const bool flat = view.shape.kind == ShapeKind::box || plane, ball = view.shape.kind == ShapeKind::sphere;
     if (view.seen == 1)
-      EXPECT_NEAR(integral, 1, flat || ball ? 1e-4 : 4e-4) << view.name;
+      EXPECT_NEAR(integral, 1, flat || ball ? 1e-4 : 1e-3) << view.name;
     else
       EXPECT_TRUE(integral > view.seen && integral < 1.0001) << view.name << ": " << integral;
     expected.back() = kSamples * (1 - integral);

@@ -229,6 +229,8 @@ TEST(LightArea, L20_veach_plates_by_bsdf_sampling_and_mis_which_is_no_worse_than
       {LightSampling::mis, 512}, {LightSampling::light, 4096}, {LightSampling::cosine, 16384}};
   MeanAndError found[3][4];
   double per_sample[3][4];
+  std::vector<double> shown(
+      64 * 64);  // 1 + node, by the first strategy: at rims it hangs on the seed, and all are to see the same
   for (int i = 0; i < 3; ++i) {
     Settings with = settings;
     with.light_sampling = strategies[i].sampling;
@@ -236,11 +238,12 @@ TEST(LightArea, L20_veach_plates_by_bsdf_sampling_and_mis_which_is_no_worse_than
     with.seed = std::uint32_t(i);
     const Film film = film_of(scene, with);
     const std::uint32_t id = *film.channel_index("id");
+    for (std::uint32_t k = 0; i == 0 && k < 64 * 64; ++k) shown[k] = to_double(film.total(k % 64, k / 64, id));
     for (std::size_t plate = 0; plate < 4; ++plate) {
       double sum = 0, variance = 0, count = 0;
       for (std::uint32_t k = 0; k < 64 * 64; ++k) {
         const std::uint32_t x = k % 64, y = k / 64;
-        if (to_double(film.total(x, y, id)) != double(plates[plate] + 1)) continue;
+        if (shown[k] != double(plates[plate] + 1)) continue;
         sum += film.mean(x, y, 1);
         variance += film.variance_of_mean(x, y, 1);
         ++count;
