@@ -134,7 +134,8 @@ EK_FN Rec only_light(global const Light* lights) {
   return r;
 }
 EK_FN LightChoice only_choice(LightWords words) {
-  const LightChoice c = {(vu)(0u), min_f(word_to_float(words.a) * 0x1p-32f, (vf)(1.0f - 0x1p-24f)), to_unit_float(words.b)};
+  const vf u = word_to_float(words.a) * 0x1p-32f;
+  const LightChoice c = {(vu)(0u), u < 1.0f ? u : u - 1.0f, to_unit_float(words.b)};
   return c;
 }
 
