@@ -49,7 +49,8 @@ class Stretches {
   std::uint64_t begin_ = 0, end_ = 0;
 };
 
-/// Hands copies of the film to the hook, when they are due.
+/// Hands copies of the film to the hook, when they are due: so early that the one before is never older than an interval when the
+/// hook is done, if it takes as long as it did then; but it has no more than half of the time.
 class Checkpoints {
  public:
   Checkpoints(const RenderHooks& hooks, Trace* trace)
@@ -61,8 +62,10 @@ class Checkpoints {
     if (!asked && !at_end && host_seconds() < next_s_) return;
     samples_ = samples;
     const TraceScope checkpointing(trace_, Trace::kMain, "checkpoint");
+    const double begin_s = host_seconds();
     hooks_.checkpoint(crew.film().copy());
-    next_s_ = host_seconds() + hooks_.checkpoint_every_s;
+    const double end_s = host_seconds(), took_s = end_s - begin_s;
+    next_s_ = std::max(begin_s + hooks_.checkpoint_every_s - took_s, end_s + took_s);
   }
 
  private:

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // A render that goes on from what another has done ends with the bits of one that was never interrupted.
 #include <algorithm>
+#include <chrono>
 #include <stdexcept>
+#include <thread>
 
+#include "core/clock.h"
 #include "render/scene_builder.h"
 
 namespace eikon::testing {
@@ -56,6 +59,27 @@ TEST_F(Resume, from_any_state_the_result_is_the_same) {
     EXPECT_EQ(done.report.samples, whole.done.sample_count() - state.done.sample_count());
     EXPECT_FALSE(done.report.interrupted);
   }
+}
+
+TEST_F(Resume, what_a_kill_would_lose_is_no_older_than_an_interval) {
+  constexpr double kEvery_s = 0.6, kWriting_s = 0.15;
+  settings.sample_end = 1U << 30;
+  std::vector<double> begun, written;
+  RenderHooks hooks;
+  hooks.checkpoint_every_s = kEvery_s;
+  hooks.checkpoint = [&](const FilmState&) {
+    begun.push_back(host_seconds());
+    std::this_thread::sleep_for(std::chrono::duration<double>(kWriting_s));
+    written.push_back(host_seconds());
+    stop = written.size() >= 6;
+  };
+  render(scene, settings, execution, stop, hooks);
+  std::vector<double> oldest;  // that the newest of the files that are there becomes
+  for (std::size_t i = 1; i < 6; ++i) oldest.push_back(written[i] - begun[i - 1]);
+  std::sort(oldest.begin(), oldest.end());
+  // An interval, and the time between two looks at the clock; 0.95 s if each came an interval after the one before was written.
+  EXPECT_LT(oldest[2], kEvery_s + kWriting_s);
+  EXPECT_GT(oldest[2], kEvery_s - 0.05);
 }
 
 TEST_F(Resume, a_hook_that_throws_ends_the_render) {
