@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The rays of `bench rays`, made by the functions that render: one work-item for EK_WIDTH of them. Arrays as in trace_rays.cl.
 #include "camera.h"
+#include "instance_surface.h"
 #include "light.h"
 #include "sampler.h"
 #if EK_HAS_shape
@@ -42,11 +43,16 @@ kernel void bench_scatter(constant Frame* frame, global const Triangle* triangle
   const vu hit = load_u((global const uint*)hits + 3 * stride + i);
   const vi live = hit != EK_NO_HIT;
   const v3 dir = V3(load_f(rays + 3 * stride + i), load_f(rays + 4 * stride + i), load_f(rays + 5 * stride + i));
-  const TriangleLanes corners = load_triangle(triangles, live ? hit : (vu)(0u));
+  TriangleLanes corners = load_triangle(triangles, live ? hit : (vu)(0u));
+#if EK_HAS_shape | EK_HAS_instance
+  const SceneData scene = {triangles, 0, 0, 0, 0, 0, 0, 0 EK_SHAPE_DATA};
+#endif
+#if EK_HAS_instance
+  corners = placed_triangle(hit_place(scene, live ? load_u((global const uint*)hits + 4 * stride + i) : (vu)(0u)), corners);
+#endif
   Surface surface =
       surface_at(corners, load_f(hits + stride + i), load_f(hits + 2 * stride + i), scale3(dir, load_f(hits + i)));
 #if EK_HAS_shape
-  const SceneData scene = {triangles, 0, 0, 0, 0, 0, 0, 0 EK_SHAPE_DATA};
   const v3 from = V3(load_f(rays + i), load_f(rays + stride + i), load_f(rays + 2 * stride + i));
   shape_surface(scene, corners, load_f(hits + stride + i), from, dir, load_f(hits + i), &surface);
 #endif

@@ -4,6 +4,7 @@
 #define EK_HIT_H
 #include "ray.h"
 #include "simd.h"
+#include "traverse_instance.h"
 
 #define EK_SHAPE 1
 #include "shape_triangle.h"
@@ -38,6 +39,9 @@ typedef struct {
 typedef struct {
   float t, u, v;
   uint triangle;
+#if EK_HAS_instance
+  uint instance;  // 0: the triangle is stored in the world; else 1 + its place, and the record is in its mesh's space
+#endif
 #if defined(EK_COUNT) && EK_COUNT
   uint tests, steps;
 #endif
@@ -55,20 +59,32 @@ typedef struct {
 typedef struct {
   float t[EK_ROWS] EK_ROWS_ALIGNED, u[EK_ROWS] EK_ROWS_ALIGNED, v[EK_ROWS] EK_ROWS_ALIGNED;
   uint triangle[EK_ROWS] EK_ROWS_ALIGNED;
+#if EK_HAS_instance
+  uint instance[EK_ROWS] EK_ROWS_ALIGNED;
+#endif
 } HitTable;
 
 EK_FN Hit no_hit(float t_max) {
+  Hit hit;
+  hit.t = t_max;
+  hit.u = hit.v = 0.0f;
+  hit.triangle = EK_NO_HIT;
+#if EK_HAS_instance
+  hit.instance = EK_NO_HIT;
+#endif
 #if defined(EK_COUNT) && EK_COUNT
-  Hit hit = {t_max, 0.0f, 0.0f, EK_NO_HIT, 0u, 0u};
-#else
-  Hit hit = {t_max, 0.0f, 0.0f, EK_NO_HIT};
+  hit.tests = hit.steps = 0u;
 #endif
   return hit;
 }
 
-// The smallest t wins; among equals the smallest index, so that the order of traversal does not show.
-EK_FN int is_closer(const Hit* hit, float t, uint triangle) {
+// The smallest t wins; among equals the smallest index, so that the order of traversal does not show. instance: as Hit's
+EK_FN int is_closer(const Hit* hit, float t, uint triangle, uint instance) {
+#if EK_HAS_instance
+  return (t < hit->t) | ((t == hit->t) & is_before(instance, triangle, hit->instance, hit->triangle));
+#else
   return (t < hit->t) | ((t == hit->t) & (triangle < hit->triangle));
+#endif
 }
 
 // Whether one ray passes a triangle that it would hit.
@@ -94,7 +110,10 @@ EK_FN int try_shape(Geometry geometry, const RayOne* ray, uint id, const int any
   const float t = ((const float*)&found.t)[0];
   if (!ANY(found.hit)) return 0;
   if (any_hit) return t < hit->t;
-  if (is_closer(hit, t, id)) {
+  if (is_closer(hit, t, id, EK_NO_HIT)) {  // shapes are behind all triangles
+#if EK_HAS_instance
+    hit->instance = INSTANCE_SHAPE;
+#endif
     hit->t = t;
     hit->u = ((const float*)&found.part)[0];
     hit->v = 0.0f;
@@ -116,17 +135,32 @@ EK_FN int try_triangle(Geometry geometry, const RayOne* ray, uint triangle, cons
   corners.ax = p[x]; corners.ay = p[y]; corners.az = p[z];
   corners.bx = p[3 + x]; corners.by = p[3 + y]; corners.bz = p[3 + z];
   corners.cx = p[6 + x]; corners.cy = p[6 + y]; corners.cz = p[6 + z];
+#if EK_HAS_instance
+  const uint instance = ray->instance;
+  if (instance != 0u) {
+#define PLACED_CORNER(axis, at) placed_corner(geometry.scene.instances, instance, axis, p[at], p[at + 1], p[at + 2])
+    corners.ax = PLACED_CORNER(x, 0); corners.ay = PLACED_CORNER(y, 0); corners.az = PLACED_CORNER(z, 0);
+    corners.bx = PLACED_CORNER(x, 3); corners.by = PLACED_CORNER(y, 3); corners.bz = PLACED_CORNER(z, 3);
+    corners.cx = PLACED_CORNER(x, 6); corners.cy = PLACED_CORNER(y, 6); corners.cz = PLACED_CORNER(z, 6);
+#undef PLACED_CORNER
+  }
+#else
+  const uint instance = 0u;
+#endif
 #if defined(EK_TRIANGLE_TEST)
   const TriangleHit_one found = triangle_hit_classical(ray, corners);
 #else
   const TriangleHit_one found = triangle_hit_one(ray, corners);
 #endif
   if (any_hit) return (found.hit & (found.t < hit->t)) && !passes_one(geometry, ray, triangle, found.u, found.v);
-  if ((found.hit & is_closer(hit, found.t, triangle)) && !passes_one(geometry, ray, triangle, found.u, found.v)) {
+  if ((found.hit & is_closer(hit, found.t, triangle, instance)) && !passes_one(geometry, ray, triangle, found.u, found.v)) {
     hit->t = found.t;
     hit->u = found.u;
     hit->v = found.v;
     hit->triangle = triangle;
+#if EK_HAS_instance
+    hit->instance = instance;
+#endif
   }
   return 0;
 }

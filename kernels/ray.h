@@ -35,16 +35,20 @@ typedef struct {
 #endif
 
 // One ray, 16 words for boxes and 16 for triangles. near_*: offsets of the planes it meets first in a node; order: shift of the
-// children's order; axis_x, axis_z: 8 times the axes x and z of the triangle test; t: where it ends so far.
+// children's order; axis_x, axis_z: 8 times the axes x and z of the triangle test; t: where it ends so far; instance: 0, or 1 + the place
+// whose mesh it is in (traverse_instance.h), with the words for boxes in the mesh's space, and those of the world kept in `world`.
 typedef struct {
   float rx, ry, rz, nx, ny, nz, fx, fy, fz;
   uint near_x, near_y, near_z, order, axis_x;
   float slack;
   uint pad0;
   float p_ox, p_oy, p_oz, sx, sy, p_rx, p_ry, p_rz, p_nx, p_ny, p_fx, p_fy, reach, t;
-  uint axis_z, pad1;
+  uint axis_z, instance;
 #if EK_HAS_opacity
   uint key, index, pad[14];
+#endif
+#if EK_HAS_instance
+  float world[16];
 #endif
 } __attribute__((aligned(64))) RayOne;
 
@@ -62,6 +66,11 @@ typedef struct {
 // Components of `a` in the axes of the triangle test: z is the longest of d (the last of equals), x and y follow cyclically.
 EK_FN v3 permute3(v3 a, vi z_is_x, vi z_is_y) {
   return V3(z_is_x ? a.y : z_is_y ? a.z : a.x, z_is_x ? a.z : z_is_y ? a.x : a.y, z_is_x ? a.x : z_is_y ? a.y : a.z);
+}
+
+// The vector whose permute3 is `a`.
+EK_FN v3 unpermute3(v3 a, vi z_is_x, vi z_is_y) {
+  return V3(z_is_x ? a.z : z_is_y ? a.y : a.x, z_is_x ? a.x : z_is_y ? a.z : a.y, z_is_x ? a.y : z_is_y ? a.x : a.z);
 }
 
 EK_FN vf reciprocal_component(vf d, vf least) {
@@ -102,27 +111,41 @@ EK_FN RayLanes ray_lanes(constant Frame* frame, v3 o, v3 d, OpacityKey key) {
   return ray;
 }
 
+// What of a RayOne hangs on the signs of its direction alone.
+typedef struct {
+  vu near_x, near_y, near_z, order;
+} RaySigns;
+
+EK_FN RaySigns ray_signs(vf rx, vf ry, vf rz) {
+  const vu one = (vu)(1u), none = (vu)(0u);
+  const vu x = rx < 0.0f ? one : none, y = ry < 0.0f ? one : none, z = rz < 0.0f ? one : none;
+  const RaySigns signs = {x * EK_NODE_WIDTH, (y + 2u) * EK_NODE_WIDTH, (z + 4u) * EK_NODE_WIDTH, (x + y * 2u + z * 4u) * EK_ORDER_BITS};
+  return signs;
+}
+
 // Writes EK_WIDTH rays that end at t.
 EK_FN void ray_store(RayOne* rays, RayLanes ray, vf t) {
-  const vu one = (vu)(1u), none = (vu)(0u);
-  const vu x = ray.rx < 0.0f ? one : none, y = ray.ry < 0.0f ? one : none, z = ray.rz < 0.0f ? one : none;
-  const vu near_x = x * EK_NODE_WIDTH, near_y = (y + 2u) * EK_NODE_WIDTH, near_z = (z + 4u) * EK_NODE_WIDTH;
-  const vu order = (x + y * 2u + z * 4u) * EK_ORDER_BITS;
+  const vu none = (vu)(0u);
+  const RaySigns signs = ray_signs(ray.rx, ray.ry, ray.rz);
   const vu axis_z = AS_U(TO_I(ray.axis)) * 8u, axis_x = axis_z == 16u ? none : axis_z + 8u;
 #if EK_WIDTH == 1
   rays->rx = ray.rx; rays->ry = ray.ry; rays->rz = ray.rz;
   rays->nx = ray.nx; rays->ny = ray.ny; rays->nz = ray.nz;
   rays->fx = ray.fx; rays->fy = ray.fy; rays->fz = ray.fz;
   rays->t = t;
-  rays->near_x = near_x; rays->near_y = near_y; rays->near_z = near_z; rays->order = order;
+  rays->near_x = signs.near_x; rays->near_y = signs.near_y; rays->near_z = signs.near_z; rays->order = signs.order;
   rays->p_ox = ray.p_ox; rays->p_oy = ray.p_oy; rays->p_oz = ray.p_oz; rays->sx = ray.sx; rays->sy = ray.sy;
   rays->p_rx = ray.p_rx; rays->p_ry = ray.p_ry; rays->p_rz = ray.p_rz;
   rays->p_nx = ray.p_nx; rays->p_ny = ray.p_ny; rays->p_fx = ray.p_fx; rays->p_fy = ray.p_fy;
   rays->reach = ray.reach; rays->slack = ray.slack;
   rays->axis_x = axis_x; rays->axis_z = axis_z;
+#if EK_HAS_instance
+  rays->instance = 0u;
+  for (uint i = 0; i < 16u; ++i) rays->world[i] = ((const float*)rays)[i];
+#endif
 #else
-  const Rec boxes = {ray.rx, ray.ry, ray.rz, ray.nx, ray.ny, ray.nz, ray.fx, ray.fy, ray.fz, AS_F(near_x), AS_F(near_y),
-                     AS_F(near_z), AS_F(order), AS_F(axis_x), ray.slack, AS_F(none)};
+  const Rec boxes = {ray.rx, ray.ry, ray.rz, ray.nx, ray.ny, ray.nz, ray.fx, ray.fy, ray.fz, AS_F(signs.near_x), AS_F(signs.near_y),
+                     AS_F(signs.near_z), AS_F(signs.order), AS_F(axis_x), ray.slack, AS_F(none)};
   const Rec shape = {ray.p_ox, ray.p_oy, ray.p_oz, ray.sx, ray.sy, ray.p_rx, ray.p_ry, ray.p_rz, ray.p_nx, ray.p_ny,
                      ray.p_fx, ray.p_fy, ray.reach, t, AS_F(axis_z), AS_F(none)};
   const Rec first = rec_transposed(boxes), second = rec_transposed(shape);
@@ -131,6 +154,11 @@ EK_FN void ray_store(RayOne* rays, RayLanes ray, vf t) {
   *(vf*)((float*)(rays + 0x##lane) + 16 + offset) = second.w##vector;
   EK_REC_ROWS(EK_RAY_ROW)
 #undef EK_RAY_ROW
+#if EK_HAS_instance
+#define EK_RAY_ROW(vector, lane, offset) *(vf*)(rays[0x##lane].world + offset) = first.w##vector;
+  EK_REC_ROWS(EK_RAY_ROW)
+#undef EK_RAY_ROW
+#endif
 #endif
 #if EK_HAS_opacity
   uint key[EK_WIDTH] EK_ROWS_ALIGNED, index[EK_WIDTH] EK_ROWS_ALIGNED;

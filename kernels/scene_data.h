@@ -19,18 +19,28 @@ typedef struct {
 #if EK_HAS_implicit
   global Diagnostics* diagnostics;
 #endif
+#if EK_HAS_instance
+  global const InstanceRecord* instances;
+#endif
 } SceneData;
 
 // The same as arguments of a kernel; they are bound by these names.
-#if EK_HAS_implicit
-#define EK_SHAPE_ARGUMENTS , global const ShapeRecord *shapes, global Diagnostics *diagnostics
-#define EK_SHAPE_DATA , shapes, diagnostics
-#elif EK_HAS_shape
-#define EK_SHAPE_ARGUMENTS , global const ShapeRecord *shapes
-#define EK_SHAPE_DATA , shapes
+#if EK_HAS_instance
+#define EK_INSTANCE_ARGUMENTS , global const InstanceRecord *instances
+#define EK_INSTANCE_DATA , instances
 #else
-#define EK_SHAPE_ARGUMENTS
-#define EK_SHAPE_DATA
+#define EK_INSTANCE_ARGUMENTS
+#define EK_INSTANCE_DATA
+#endif
+#if EK_HAS_implicit
+#define EK_SHAPE_ARGUMENTS , global const ShapeRecord *shapes, global Diagnostics *diagnostics EK_INSTANCE_ARGUMENTS
+#define EK_SHAPE_DATA , shapes, diagnostics EK_INSTANCE_DATA
+#elif EK_HAS_shape
+#define EK_SHAPE_ARGUMENTS , global const ShapeRecord *shapes EK_INSTANCE_ARGUMENTS
+#define EK_SHAPE_DATA , shapes EK_INSTANCE_DATA
+#else
+#define EK_SHAPE_ARGUMENTS EK_INSTANCE_ARGUMENTS
+#define EK_SHAPE_DATA EK_INSTANCE_DATA
 #endif
 #define EK_SCENE_ARGUMENTS                                                                                                \
   global const Triangle *triangles, global const TriangleNormals *triangle_normals,                                      \

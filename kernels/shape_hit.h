@@ -10,19 +10,15 @@ typedef struct {
   vf t, part;
 } ShapeHit;
 
-// The vector whose permute3 (ray.h) is `a`.
-EK_FN v3 unpermute3(v3 a, vi z_is_x, vi z_is_y) {
-  return V3(z_is_x ? a.z : z_is_y ? a.y : a.x, z_is_x ? a.x : z_is_y ? a.z : a.y, z_is_x ? a.y : z_is_y ? a.x : a.z);
-}
-
 #if EK_HAS_opacity
 // Whether the ray passes the root of this number, counted from its origin: each time that it meets a shape it decides anew.
-EK_FN vi shape_passes(SceneData scene, vu id, ShapePoint point, uint number, OpacityKey key) {
+// (By the shape's own number: which record it has hangs on how meshes are stored.)
+EK_FN vi shape_passes(SceneData scene, vu id, vu shape, ShapePoint point, uint number, OpacityKey key) {
   const vf zero = (vf)(0.0f), one = (vf)(1.0f);
   const HitAttributes at = {V3(zero, zero, zero), point.u, point.v, point.u, point.v, V3(zero, zero, zero), one, one, one, one, one};
   const vu material = gather_u((global const uint*)scene.triangles, id * 16u + 9u);
   const vf opacity = material_opacity(scene, rec16(scene.materials, material), at);
-  return opacity_number(key, id ^ (number * 0x9e3779b9u)) >= opacity;
+  return opacity_number(key, (shape | 0x80000000u) ^ (number * 0x9e3779b9u)) >= opacity;
 }
 #endif
 
@@ -69,7 +65,7 @@ EK_FN ShapeHit shape_hit_within(SceneData scene, const RayLanes* ray, vi live, v
     passed = met & ((gather_u((global const uint*)scene.triangles, id * 16u + 15u) & EK_SHAPE_PASSABLE) != 0u);
     if (ANY(passed)) {
       const ShapePoint point = shape_point(s, add3(o, scale3(d, root.z)), root.part, V3((vf)(0.0f), (vf)(0.0f), (vf)(0.0f)));
-      passed = passed & shape_passes(scene, id, point, number, ray->key);
+      passed = passed & shape_passes(scene, id, shape, point, number, ray->key);
     }
 #endif
     const vi stops = met & !passed;

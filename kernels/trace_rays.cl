@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Rays of any origin through the production traversal, for `bench rays` and the tests.
 //   rays  seven arrays of `stride` floats: origin x y z, direction x y z, t_max; at least 16 behind ray_count may be read
-//   hits  four arrays of `stride` words: t, u, v, triangle; trace_any writes the first, 1 or 0. In a program that counts (hit.h),
+//   hits  four arrays of `stride` words: t, u, v, triangle; and with EK_HAS_instance a fifth: instance; trace_any writes the first, 1 or 0. In a program that counts (hit.h),
 //         u and v are numbers of triangle tests and of steps
 // A work-item traces EK_CHUNK rays. With EK_HAS_opacity each ray has decisions of its own.
 #include "traverse.h"
@@ -34,6 +34,9 @@ kernel void trace_closest(TRACE_ARGUMENTS) {
       store_f(p + stride, hit.u);
       store_f(p + 2 * stride, hit.v);
       store_f(p + 3 * stride, AS_F(hit.triangle));
+#if EK_HAS_instance
+      store_f(p + 4 * stride, AS_F(hit.instance));
+#endif
     }
   }
 }

@@ -83,6 +83,9 @@ EK_FN void tracing_store(HitTable* hits, uint row, HitLanes hit) {
   *(vf*)(hits->u + row) = hit.u;
   *(vf*)(hits->v + row) = hit.v;
   *(vu*)(hits->triangle + row) = hit.triangle;
+#if EK_HAS_instance
+  *(vu*)(hits->instance + row) = hit.instance;
+#endif
 }
 
 #if USE_WIDE && EK_WIDTH > 1
@@ -104,9 +107,7 @@ EK_FN Packet tracing_packet(RayLanes ray, vi valid, vf t_max, uint row) {
   Packet packet;
   packet.ray = ray;
   packet.valid = valid;
-  packet.hit.t = valid ? t_max : (vf)(-1.0f);
-  packet.hit.u = packet.hit.v = (vf)(0.0f);
-  packet.hit.triangle = (vu)(EK_NO_HIT);
+  packet.hit = no_hit_lanes(valid ? t_max : (vf)(-1.0f));
   packet.row = row;
   packet_begin_at_root(&packet);
   return packet;
@@ -146,6 +147,9 @@ EK_FN void tracing_run_sorted(constant Frame* frame, Geometry geometry, Tracing*
       hits->t[row] = one.t[lane];
       hits->u[row] = one.u[lane];
       hits->v[row] = one.v[lane];
+#if EK_HAS_instance
+      hits->instance[row] = one.instance[lane];
+#endif
     }
   }
 }
@@ -160,7 +164,7 @@ EK_FN void tracing_begin(constant Frame* frame, Geometry geometry, Tracing* trac
   }
 #endif
   const RayLanes ray = ray_lanes(frame, origin, dir, key);
-  HitLanes hit = {t_max, (vf)(0.0f), (vf)(0.0f), (vu)(EK_NO_HIT)};
+  const HitLanes hit = no_hit_lanes(t_max);
 #if USE_WIDE && EK_WIDTH > 1
   const vi valid = packet_valid(ray, t_max, count);
   if (use_packet(ray, valid, coherent)) {
@@ -218,14 +222,23 @@ EK_FN void tracing_finish(constant Frame* frame, Geometry geometry, Tracing* tra
     hits->v[row] = hit.v;
 #endif
     hits->triangle[row] = any_hit & found ? 0u : hit.triangle;
+#if EK_HAS_instance
+    hits->instance[row] = hit.instance;
+#endif
   }
 #endif
 }
 
 // Results of EK_WIDTH rows from `row`; rows without a ray mean nothing.
 EK_FN HitLanes closest_result(const Tracing* tracing, uint row) {
-  HitLanes hit = {*(const vf*)(tracing->hits.t + row), *(const vf*)(tracing->hits.u + row), *(const vf*)(tracing->hits.v + row),
-                  *(const vu*)(tracing->hits.triangle + row)};
+  HitLanes hit;
+  hit.t = *(const vf*)(tracing->hits.t + row);
+  hit.u = *(const vf*)(tracing->hits.u + row);
+  hit.v = *(const vf*)(tracing->hits.v + row);
+  hit.triangle = *(const vu*)(tracing->hits.triangle + row);
+#if EK_HAS_instance
+  hit.instance = *(const vu*)(tracing->hits.instance + row);
+#endif
   return hit;
 }
 EK_FN vi any_result(const Tracing* tracing, uint row) {

@@ -104,10 +104,16 @@ typedef struct {
 typedef struct {
   BatchList node, leaf, asked;
   uint bits[BATCH_LIST], asked_bits[BATCH_LIST], popped[BATCH_LIST], done[BATCH_LIST];
+#if EK_HAS_instance
+  BatchList place;  // at one, or where a ray leaves it
+#endif
 } BatchLists;
 // How many of each; apart, so that they stay in registers.
 typedef struct {
   uint node, leaf, done, asked;
+#if EK_HAS_instance
+  uint place;
+#endif
 } BatchCounts;
 
 EK_FN void batch_put(uint* words, uint at, vu x) { *(vu_unaligned*)(words + at) = x; }
@@ -125,23 +131,38 @@ EK_FN void batch_distribute(BatchLists* lists, BatchCounts* counts, const BatchL
 #if EK_HAS_COMPRESS
   for (uint i = 0; i < count; i += EK_WIDTH) {
     const vu row = batch_get(from->row, i), child = batch_get(from->child, i), top = batch_get(from->top, i);
-    const vi here = (vu)(i) + LANE_INDEX < (vu)(count), leaf = AS_I(child) < 0, done = child == BATCH_DONE;
+    const vi here = (vu)(i) + LANE_INDEX < (vu)(count), done = child == BATCH_DONE;
+#if EK_HAS_instance
+    const vi place = ((child & (vu)(INSTANCE_CHILD)) == (vu)(INSTANCE_CHILD)) & !done, leaf = (AS_I(child) < 0) & !place;
+    counts->place = batch_append(&lists->place, counts->place, packing(here & place), row, child, top);
+#else
+    const vi leaf = AS_I(child) < 0;
+#endif
     const Packing ends = packing(here & done);
     batch_put(lists->done, counts->done, packed(ends, row));
     counts->done += ends.count;
-    counts->node = batch_append(&lists->node, counts->node, packing(here & !leaf), row, child, top);
+    counts->node = batch_append(&lists->node, counts->node, packing(here & (AS_I(child) >= 0)), row, child, top);
     counts->leaf = batch_append(&lists->leaf, counts->leaf, packing(here & leaf & !done), row, child, top);
   }
 #else
   for (uint i = 0; i < count; ++i) {
     const uint row = from->row[i], child = from->child[i], top = from->top[i];
-    const uint leaf = child >> 31, done = child == BATCH_DONE ? 1u : 0u;
+    const uint done = child == BATCH_DONE ? 1u : 0u;
+#if EK_HAS_instance
+    const uint place = is_instance_child(child) ? 1u - done : 0u, leaf = (child >> 31) - place;
+    lists->place.row[counts->place] = row;
+    lists->place.child[counts->place] = child;
+    lists->place.top[counts->place] = top;
+    counts->place += place;
+#else
+    const uint leaf = child >> 31;
+#endif
     lists->done[counts->done] = row;
     counts->done += done;
     lists->node.row[counts->node] = row;
     lists->node.child[counts->node] = child;
     lists->node.top[counts->node] = top;
-    counts->node += leaf ^ 1u;
+    counts->node += 1u - (child >> 31);
     lists->leaf.row[counts->leaf] = row;
     lists->leaf.child[counts->leaf] = child;
     lists->leaf.top[counts->leaf] = top;
@@ -214,6 +235,25 @@ EK_FN void batch_resolve(Geometry geometry, RayOne* rays, const uint* rows, cons
   EK_REC_ROWS(BATCH_ROW)
 #undef BATCH_ROW
   record = rec_transposed(record);
+#if EK_HAS_instance
+  const vu instance = AS_U(rec.wf);
+  const vi is_placed = instance != 0u;
+  if (mask_bits(is_placed) != 0) {
+    const Rec m = rec16(geometry.scene.instances, is_placed ? 2u * (instance - 1u) : (vu)(0u));
+    const Placing to_world = {V3(m.w0, m.w1, m.w2), V3(m.w4, m.w5, m.w6), V3(m.w8, m.w9, m.wa), V3(m.w3, m.w7, m.wb)};
+#define BATCH_PLACED(i, j, k)                                                   \
+  {                                                                             \
+    const v3 corner = placed_point(to_world, V3(record.i, record.j, record.k)); \
+    record.i = is_placed ? corner.x : record.i;                                 \
+    record.j = is_placed ? corner.y : record.j;                                 \
+    record.k = is_placed ? corner.z : record.k;                                 \
+  }
+    BATCH_PLACED(w0, w1, w2)
+    BATCH_PLACED(w3, w4, w5)
+    BATCH_PLACED(w6, w7, w8)
+#undef BATCH_PLACED
+  }
+#endif
   RayLanes ray;
   ray.p_ox = rec.w0; ray.p_oy = rec.w1; ray.p_oz = rec.w2; ray.sx = rec.w3; ray.sy = rec.w4;
   ray.p_rx = rec.w5; ray.p_ry = rec.w6; ray.p_rz = rec.w7; ray.p_nx = rec.w8; ray.p_ny = rec.w9;
@@ -269,14 +309,30 @@ EK_FN void batch_resolve(Geometry geometry, RayOne* rays, const uint* rows, cons
   *(vf*)t = found.t;
   *(vf*)u = found.u;
   *(vf*)v = found.v;
+#if EK_HAS_instance
+  uint instances[EK_WIDTH] EK_ROWS_ALIGNED;
+#if EK_HAS_shape
+  *(vu*)instances = is_shape ? (vu)(INSTANCE_SHAPE) : instance;
+#else
+  *(vu*)instances = instance;
+#endif
+#endif
   for (; bits != 0; bits &= bits - 1u) {  // several may be of one ray
     const uint lane = lowest_bit(bits), row = rows[lane], triangle = triangles[lane], last = hits->triangle[row];
     const float now = rays[row].t;
-    const int closer = (t[lane] < now) | ((t[lane] == now) & (triangle < last));
+#if EK_HAS_instance
+    const int before = is_before(instances[lane], triangle, hits->instance[row], last);
+#else
+    const int before = triangle < last;
+#endif
+    const int closer = (t[lane] < now) | ((t[lane] == now) & before);
     rays[row].t = closer ? t[lane] : now;
     hits->u[row] = closer ? u[lane] : hits->u[row];
     hits->v[row] = closer ? v[lane] : hits->v[row];
     hits->triangle[row] = closer ? triangle : last;
+#if EK_HAS_instance
+    hits->instance[row] = closer ? instances[lane] : hits->instance[row];
+#endif
   }
 }
 
@@ -318,6 +374,39 @@ EK_FN void batch_answer(Geometry geometry, RayOne* rays, BatchStack* stack, cons
   counts->asked = 0;
 }
 
+#if EK_HAS_instance
+// Takes the rays that stand at a place into its mesh's tree, and those that leave one back to the world.
+EK_FN void batch_place(Geometry geometry, RayOne* rays, BatchStack* stack, BatchLists* lists, BatchCounts* counts, const int any_hit) {
+  BatchList* at = &lists->place;
+  uint rows[BATCH_LIST], places[BATCH_LIST], entering = 0;
+  for (uint i = 0; i < counts->place; ++i) {
+    const uint row = at->row[i], child = at->child[i], top = at->top[i];
+    if (child == INSTANCE_EXIT) {
+      ray_exit(rays + row);
+      at->child[i] = stack->child[top - 1u];
+      at->top[i] = top - 1u;
+    } else {
+      rows[entering] = row;
+      places[entering++] = child & ~INSTANCE_CHILD;
+      stack->child[top] = INSTANCE_EXIT;
+      if (!any_hit) stack->begin[top] = 0.0f;  // not to be culled
+      at->child[i] = geometry.scene.instances[child & ~INSTANCE_CHILD].root;
+      at->top[i] = top + 1u;
+    }
+    wide_prefetch(geometry, at->child[i]);
+  }
+  for (uint i = entering; entering != 0 && i % EK_WIDTH != 0; ++i) {
+    rows[i] = rows[entering - 1u];
+    places[i] = places[entering - 1u];
+  }
+  for (uint first = 0; first < entering; first += EK_WIDTH)
+    rays_enter(geometry.scene.instances, rays, rows + first, places + first);
+  const uint count = counts->place;
+  counts->place = 0;
+  batch_distribute(lists, counts, at, count);
+}
+#endif
+
 // The rays of `rows` (count of them). hits->t: where each ray ends. An any-hit query sets hits->triangle to 0 where something was
 // found.
 EK_FN void traverse_batch(Geometry geometry, RayOne* rays, const uchar* rows, uint count, const int any_hit, HitTable* hits) {
@@ -333,8 +422,13 @@ EK_FN void traverse_batch(Geometry geometry, RayOne* rays, const uchar* rows, ui
     lists.node.child[i] = 0;
     lists.node.top[i] = base + 1u;
   }
+#if EK_HAS_instance
+  BatchCounts counts = {opened, 0, 0, 0, 0};
+  while (counts.node | counts.leaf | counts.asked | counts.place) {
+#else
   BatchCounts counts = {opened, 0, 0, 0};
   while (counts.node | counts.leaf | counts.asked) {
+#endif
     const uint node_count = counts.node;
     for (uint i = 0; i < node_count; ++i) {
       const RayOne* ray = rays + lists.node.row[i];
@@ -348,13 +442,16 @@ EK_FN void traverse_batch(Geometry geometry, RayOne* rays, const uchar* rows, ui
     counts.node = 0;
     batch_distribute(&lists, &counts, &lists.node, node_count);
     for (uint i = 0; i < counts.leaf; ++i) {
-      lists.bits[i] = wide_candidates(wide_block(geometry, lists.leaf.child[i]), rays + lists.leaf.row[i]);
+      lists.bits[i] = wide_candidates(geometry, wide_block(geometry, lists.leaf.child[i]), rays + lists.leaf.row[i]);
       lists.popped[i] = stack.child[lists.leaf.top[i] - 1u];
       wide_prefetch(geometry, lists.popped[i]);
     }
     batch_ask(&lists, &counts);
     if (counts.asked >= EK_WIDTH || (counts.asked != 0 && counts.node + counts.leaf < BATCH_SLOTS / 4))
       batch_answer(geometry, rays, &stack, bases, &lists, &counts, any_hit, hits);
+#if EK_HAS_instance
+    if (counts.place != 0) batch_place(geometry, rays, &stack, &lists, &counts, any_hit);
+#endif
     for (uint i = 0; i < counts.done; ++i) {
       const uint old = lists.done[i], base = bases[old];
       hits->t[old] = rays[old].t;

@@ -18,11 +18,28 @@ EK_FN float bvh2_interval(global const float* p, const RayOne* ray, float* end) 
   return shape_max_one(shape_max_one(shape_max_one(near_x, near_y), near_z), 0.0f);
 }
 
-EK_FN int traverse_bvh2(Geometry geometry, const RayOne* ray, const int any_hit, Hit* hit) {
+EK_FN int traverse_bvh2(Geometry geometry, const RayOne* given, const int any_hit, Hit* hit) {
+#if EK_HAS_instance
+  RayOne placed = *given;
+  RayOne* ray = &placed;
+#else
+  const RayOne* ray = given;
+#endif
   uint stack[EK_STACK_SIZE];
   uint waiting = 0, current = 0;
   for (;;) {
     EK_COUNT_STEP(hit);
+#if EK_HAS_instance
+    if (current == INSTANCE_EXIT) {
+      ray_exit(ray);
+    } else if (is_instance_child(current)) {
+      const uint place = current & ~INSTANCE_CHILD;
+      ray_enter(geometry.scene.instances, ray, place);
+      stack[waiting++] = INSTANCE_EXIT;
+      current = geometry.scene.instances[place].root;
+      continue;
+    } else
+#endif
     if (!(current & 0x80000000u)) {
       global const uint* node = geometry.nodes + (size_t)current * 16;
       float end0, end1;

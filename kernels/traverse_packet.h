@@ -76,7 +76,38 @@ EK_FN wf packet_end(PacketAxis a, global const float* node) {
 typedef struct {
   vf t, u, v;
   vu triangle;
+#if EK_HAS_instance
+  vu instance;  // as Hit's
+#endif
 } HitLanes;
+
+EK_FN HitLanes no_hit_lanes(vf t_max) {
+  HitLanes hit;
+  hit.t = t_max;
+  hit.u = hit.v = (vf)(0.0f);
+  hit.triangle = (vu)(EK_NO_HIT);
+#if EK_HAS_instance
+  hit.instance = (vu)(EK_NO_HIT);
+#endif
+  return hit;
+}
+
+// is_closer() of lanes' hits against one triangle.
+EK_FN vi lanes_closer(const HitLanes* hit, vf t, uint triangle, uint instance) {
+#if EK_HAS_instance
+  const vi before = ((vu)(instance) < hit->instance) | (((vu)(instance) == hit->instance) & ((vu)(triangle) < hit->triangle));
+#else
+  const vi before = (vu)(triangle) < hit->triangle;
+#endif
+  return (t < hit->t) | ((t == hit->t) & before);
+}
+
+// Corners of a block, or what they are at the packet's place.
+#if EK_HAS_instance
+typedef const float* PacketBlock;
+#else
+typedef global const float* PacketBlock;
+#endif
 
 // Which axis is z of each lane's triangle test; `same` if it is one for all, with the offsets of x, y and z in a block.
 typedef struct {
@@ -97,7 +128,7 @@ EK_FN PacketAxes packet_axes(const RayLanes* ray, vi valid) {
   return a;
 }
 
-EK_FN void packet_corner(PacketAxes axes, global const float* p, vf* x, vf* y, vf* z) {
+EK_FN void packet_corner(PacketAxes axes, PacketBlock p, vf* x, vf* y, vf* z) {
   if (axes.same) {
     *x = (vf)(p[axes.x]);
     *y = (vf)(p[axes.y]);
@@ -121,6 +152,11 @@ typedef struct {
   float farthest;  // of hit.t
   uint waiting, current, row;
   uint lanes;  // that meet the current node or block
+#if EK_HAS_instance
+  uint instance;            // 0, or 1 + the place that it is at
+  EntryBoxes world;         // then, what boxes in the world need
+  PacketAxis world_x, world_y, world_z;
+#endif
 } Packet;
 
 EK_FN void packet_begin_at_root(Packet* p) {
@@ -133,7 +169,58 @@ EK_FN void packet_begin_at_root(Packet* p) {
   p->farthest = lanes_max(p->hit.t);
   p->waiting = p->current = 0;
   p->lanes = mask_bits(valid);
+#if EK_HAS_instance
+  p->instance = 0;
+#endif
 }
+
+#if EK_HAS_instance
+EK_FN void packet_set_boxes(Packet* p, EntryBoxes b) {
+  p->ray.rx = b.r.x; p->ray.ry = b.r.y; p->ray.rz = b.r.z;
+  p->ray.nx = b.n.x; p->ray.ny = b.n.y; p->ray.nz = b.n.z;
+  p->ray.fx = b.f.x; p->ray.fy = b.f.y; p->ray.fz = b.f.z;
+}
+
+EK_FN void packet_enter(Geometry geometry, Packet* p, uint place) {
+  const RayLanes* ray = &p->ray;
+  const EntryBoxes world = {V3(ray->rx, ray->ry, ray->rz), V3(ray->nx, ray->ny, ray->nz), V3(ray->fx, ray->fy, ray->fz)};
+  p->world = world;
+  p->world_x = p->x;
+  p->world_y = p->y;
+  p->world_z = p->z;
+  packet_set_boxes(p, entry_boxes(load_entry_one(geometry.scene.instances, place), V3(ray->p_ox, ray->p_oy, ray->p_oz), ray->sx, ray->sy,
+                                  V3(ray->p_rx, ray->p_ry, ray->p_rz), ray->slack, p->axes.z_is_x, p->axes.z_is_y));
+  p->x = packet_axis(p->valid, ray->rx, ray->nx, ray->fx, 0u);
+  p->y = packet_axis(p->valid, ray->ry, ray->ny, ray->fy, 2u * EK_NODE_WIDTH);
+  p->z = packet_axis(p->valid, ray->rz, ray->nz, ray->fz, 4u * EK_NODE_WIDTH);
+  p->instance = place + 1u;
+}
+
+EK_FN void packet_exit(Packet* p) {
+  packet_set_boxes(p, p->world);
+  p->x = p->world_x;
+  p->y = p->world_y;
+  p->z = p->world_z;
+  p->instance = 0;
+}
+
+EK_FN void packet_place_block(Geometry geometry, const Packet* p, global const float* block, float* placed) {
+  for (uint offset = 0; offset < 72u; offset += 24u) {
+    const float8 x = *(global const float8*)(block + offset), y = *(global const float8*)(block + offset + 8),
+                 z = *(global const float8*)(block + offset + 16);
+    if (p->instance == 0u) {
+      *(float8*)(placed + offset) = x;
+      *(float8*)(placed + offset + 8) = y;
+      *(float8*)(placed + offset + 16) = z;
+      continue;
+    }
+    global const float* m = (global const float*)(geometry.scene.instances + (p->instance - 1u));
+    *(float8*)(placed + offset) = ((m[0] * x + m[1] * y) + m[2] * z) + m[3];
+    *(float8*)(placed + offset + 8) = ((m[4] * x + m[5] * y) + m[6] * z) + m[7];
+    *(float8*)(placed + offset + 16) = ((m[8] * x + m[9] * y) + m[10] * z) + m[11];
+  }
+}
+#endif
 
 // Children that wait, and which lanes meet them.
 typedef struct {
@@ -157,19 +244,22 @@ EK_FN RayOne packet_lane(const Packet* p, uint lane) {
   one.near_z = 4u * EK_NODE_WIDTH + (one.rz < 0.0f ? EK_NODE_WIDTH : 0u);
   one.axis_z = 8u * (uint)((const float*)&p->ray.axis)[lane];
   one.axis_x = one.axis_z == 16u ? 0u : one.axis_z + 8u;
+#if EK_HAS_instance
+  one.instance = p->instance;
+#endif
   return one;
 }
 #endif
 
 // Which triangles of a block to try with all rays.
-EK_FN uint packet_candidates(global const float* block, const Packet* p) {
+EK_FN uint packet_candidates(Geometry geometry, global const float* block, const Packet* p) {
   uint bits = 0xffu;
 #if EK_FEW
   if (popcount(p->lanes) <= EK_FEW) {
     bits = 0;
     for (uint lanes = p->lanes; lanes != 0; lanes &= lanes - 1u) {
       const RayOne one = packet_lane(p, lowest_bit(lanes));
-      bits |= wide_candidates(block, &one);
+      bits |= wide_candidates(geometry, block, &one);
     }
   }
 #endif
@@ -177,19 +267,12 @@ EK_FN uint packet_candidates(global const float* block, const Packet* p) {
 }
 
 #if EK_HAS_shape
-// Tests the triangle or shape of a place in a block; of a shape u is the part.
-EK_FN TriangleHit_lanes packet_try(SceneData scene, const Packet* p, global const float* at, uint id) {
-  if (at[48] != at[48]) {
-    const ShapeHit met = shape_hit_one(scene, &p->ray, p->valid, p->hit.t, id, V3((vf)(at[0]), (vf)(at[8]), (vf)(at[16])),
-                                       V3((vf)(at[24]), (vf)(at[32]), (vf)(at[40])));
-    const TriangleHit_lanes found = {met.hit, met.t, met.part, (vf)(0.0f)};
-    return found;
-  }
-  Corners_lanes corners;
-  packet_corner(p->axes, at, &corners.ax, &corners.ay, &corners.az);
-  packet_corner(p->axes, at + 24, &corners.bx, &corners.by, &corners.bz);
-  packet_corner(p->axes, at + 48, &corners.cx, &corners.cy, &corners.cz);
-  return triangle_hit_lanes(&p->ray, corners);
+// Tests the shape of a place in a block; u is its part.
+EK_FN TriangleHit_lanes packet_shape(SceneData scene, const Packet* p, global const float* at, uint id) {
+  const ShapeHit met = shape_hit_one(scene, &p->ray, p->valid, p->hit.t, id, V3((vf)(at[0]), (vf)(at[8]), (vf)(at[16])),
+                                     V3((vf)(at[24]), (vf)(at[32]), (vf)(at[40])));
+  const TriangleHit_lanes found = {met.hit, met.t, met.part, (vf)(0.0f)};
+  return found;
 }
 #endif
 
@@ -215,6 +298,18 @@ EK_FN int packet_step(Geometry geometry, Packet* p, PacketStack* stack, const in
   HitLanes* hit = &p->hit;
   const uint current = p->current;
   uint waiting = p->waiting;
+#if EK_HAS_instance
+  if (current == INSTANCE_EXIT) {
+    packet_exit(p);
+  } else if (is_instance_child(current)) {
+    const uint place = current & ~INSTANCE_CHILD;
+    packet_enter(geometry, p, place);
+    stack->entry[waiting++] = INSTANCE_EXIT;  // where it begins is 0
+    p->waiting = waiting;
+    p->current = geometry.scene.instances[place].root;
+    return 1;
+  } else
+#endif
   if (!(current & WIDE_LEAF)) {
     global const float* node = wide_node(geometry, current);
     global const uint* children = (global const uint*)node + 6u * EK_NODE_WIDTH;
@@ -253,31 +348,48 @@ EK_FN int packet_step(Geometry geometry, Packet* p, PacketStack* stack, const in
       }
     }
   } else {
-    global const float* block = wide_block(geometry, current);
-    for (uint bits = packet_candidates(block, p); bits != 0; bits &= bits - 1u) {
-      const uint k = lowest_bit(bits);
-      const uint triangle = as_uint(block[72 + k]);
-      if (triangle == EK_NO_HIT) break;
-#if EK_HAS_shape
-      TriangleHit_lanes found = packet_try(geometry.scene, p, block + k, triangle);
+    global const float* stored = wide_block(geometry, current);
+#if EK_HAS_instance
+    float block[72] __attribute__((aligned(64)));
+    packet_place_block(geometry, p, stored, block);
+    const uint place = p->instance;
 #else
-      Corners_lanes corners;
-      packet_corner(p->axes, block + k, &corners.ax, &corners.ay, &corners.az);
-      packet_corner(p->axes, block + 24 + k, &corners.bx, &corners.by, &corners.bz);
-      packet_corner(p->axes, block + 48 + k, &corners.cx, &corners.cy, &corners.cz);
-      TriangleHit_lanes found = triangle_hit_lanes(ray, corners);
+    global const float* block = stored;
+    const uint place = 0;
 #endif
+    for (uint bits = packet_candidates(geometry, stored, p); bits != 0; bits &= bits - 1u) {
+      const uint k = lowest_bit(bits);
+      const uint triangle = as_uint(stored[72 + k]);
+      if (triangle == EK_NO_HIT) break;
+      uint instance = place;
+      TriangleHit_lanes found;
+#if EK_HAS_shape
+      if (stored[48 + k] != stored[48 + k]) {
+        found = packet_shape(geometry.scene, p, stored + k, triangle);
+        instance = EK_NO_HIT;  // behind all triangles
+      } else
+#endif
+      {
+        Corners_lanes corners;
+        packet_corner(p->axes, block + k, &corners.ax, &corners.ay, &corners.az);
+        packet_corner(p->axes, block + 24 + k, &corners.bx, &corners.by, &corners.bz);
+        packet_corner(p->axes, block + 48 + k, &corners.cx, &corners.cy, &corners.cz);
+        found = triangle_hit_lanes(ray, corners);
+      }
       if (mask_bits(found.hit) == 0) continue;
       if (EK_HAS_opacity && mask_bits(found.hit & (found.t <= hit->t)) != 0 && may_be_passed(geometry.scene, triangle))
         found.hit = found.hit & !passes(geometry.scene, (vu)(triangle), found.u, found.v, ray->key);
       if (any_hit) {
         hit->t = (found.hit & (found.t < hit->t)) ? (vf)(-1.0f) : hit->t;
       } else {
-        const vi closer = found.hit & ((found.t < hit->t) | ((found.t == hit->t) & ((vu)(triangle) < hit->triangle)));
+        const vi closer = found.hit & lanes_closer(hit, found.t, triangle, instance);
         hit->t = closer ? found.t : hit->t;
         hit->u = closer ? found.u : hit->u;
         hit->v = closer ? found.v : hit->v;
         hit->triangle = closer ? (vu)(triangle) : hit->triangle;
+#if EK_HAS_instance
+        hit->instance = closer ? (vu)(instance) : hit->instance;
+#endif
       }
     }
     p->farthest = lanes_max(hit->t);
@@ -288,6 +400,9 @@ EK_FN int packet_step(Geometry geometry, Packet* p, PacketStack* stack, const in
   do {
     if (waiting == 0) return 0;
     next = stack->entry[--waiting];
+#if EK_HAS_instance
+    if ((uint)next == INSTANCE_EXIT) break;
+#endif
     p->lanes = stack->lanes[waiting] & mask_bits((vf)(as_float((uint)(next >> 32))) <= hit->t);
   } while (p->lanes == 0);
 #else

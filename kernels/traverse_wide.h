@@ -43,6 +43,13 @@ EK_FN global const float* wide_block(Geometry geometry, uint child) {
 // In a tree that is larger than the caches.
 EK_FN void wide_prefetch(Geometry geometry, uint child) {
 #if EK_LARGE_TREE && EK_BUILTIN(__builtin_prefetch)
+#if EK_HAS_instance
+  if (is_instance_child(child)) {
+    __builtin_prefetch(geometry.scene.instances + (child & ~INSTANCE_CHILD));
+    __builtin_prefetch((global const char*)(geometry.scene.instances + (child & ~INSTANCE_CHILD)) + 64);
+    return;
+  }
+#endif
   global const char* p = child & WIDE_LEAF ? (global const char*)wide_block(geometry, child)
                                            : (global const char*)wide_node(geometry, child);
   __builtin_prefetch(p);
@@ -96,9 +103,22 @@ EK_FN uint wide_shapes(global const float* block, const RayOne* ray) {
 }
 #endif
 
-EK_FN uint wide_candidates(global const float* block, const RayOne* ray) {
-  const uint x = ray->axis_x, z = ray->axis_z, y = 24u - x - z;
+#if EK_HAS_instance
+// The same axis of a corner of the eight triangles, at the ray's place if it is at one.
+EK_FN float8 wide_corner(Geometry geometry, const RayOne* ray, global const float* block, uint offset, uint axis) {
+  if (ray->instance == 0u) return *(global const float8*)(block + offset + axis);
+  global const float* m = (global const float*)(geometry.scene.instances + (ray->instance - 1u)) + axis / 2u;
+  const float8 x = *(global const float8*)(block + offset), y = *(global const float8*)(block + offset + 8),
+               z = *(global const float8*)(block + offset + 16);
+  return ((m[0] * x + m[1] * y) + m[2] * z) + m[3];
+}
+#define WIDE_CORNER(axis, offset) (ray->p_o##axis - wide_corner(geometry, ray, block, offset, axis))
+#else
 #define WIDE_CORNER(axis, offset) (ray->p_o##axis - *(global const float8*)(block + offset + axis))
+#endif
+
+EK_FN uint wide_candidates(Geometry geometry, global const float* block, const RayOne* ray) {
+  const uint x = ray->axis_x, z = ray->axis_z, y = 24u - x - z;
   const float8 az = WIDE_CORNER(z, 0), bz = WIDE_CORNER(z, 24), cz = WIDE_CORNER(z, 48);
   const float8 ax = WIDE_CORNER(x, 0) - ray->sx * az, ay = WIDE_CORNER(y, 0) - ray->sy * az;
   const float8 bx = WIDE_CORNER(x, 24) - ray->sx * bz, by = WIDE_CORNER(y, 24) - ray->sy * bz;
@@ -129,6 +149,18 @@ EK_FN int traverse_wide(Geometry geometry, const RayOne* given, const int any_hi
   RayOne ray = *given;
   uint waiting = 0, current = 0;
   for (;;) {
+#if EK_HAS_instance
+    if (current == INSTANCE_EXIT) {
+      ray_exit(&ray);
+      ray.t = hit->t;
+    } else if (is_instance_child(current)) {
+      const uint place = current & ~INSTANCE_CHILD;
+      ray_enter(geometry.scene.instances, &ray, place);
+      stack[waiting++] = INSTANCE_EXIT;  // where it begins is 0
+      current = geometry.scene.instances[place].root;
+      continue;
+    } else
+#endif
     if (!(current & WIDE_LEAF)) {
       global const float* node = wide_node(geometry, current);
       global const uint* children = (global const uint*)node + 6 * EK_NODE_WIDTH;
@@ -147,7 +179,7 @@ EK_FN int traverse_wide(Geometry geometry, const RayOne* given, const int any_hi
       }
     } else {
       global const float* block = wide_block(geometry, current);
-      for (uint bits = wide_candidates(block, &ray); bits != 0; bits &= bits - 1) {
+      for (uint bits = wide_candidates(geometry, block, &ray); bits != 0; bits &= bits - 1) {
         if (try_triangle(geometry, &ray, as_uint(block[72 + lowest_bit(bits)]), any_hit, hit)) return 1;
       }
       ray.t = hit->t;

@@ -163,6 +163,17 @@ class GltfWriter:
         """A node that shows a shape(); transform as of mesh()."""
         self._node({"name": name, "mesh": shape, **transform})
 
+    def instances(self, name, shape, translations, rotations, scales):
+        """A node that shows a shape() at many places (EXT_mesh_gpu_instancing): bytes of float32 vectors of 3, 4 and 3."""
+        self._use_extension("EXT_mesh_gpu_instancing")
+        count = len(translations) // 12
+        attributes = {
+            "TRANSLATION": self._accessor(translations, 5126, "VEC3", count, None),
+            "ROTATION": self._accessor(rotations, 5126, "VEC4", count, None),
+            "SCALE": self._accessor(scales, 5126, "VEC3", count, None),
+        }
+        self._node({"name": name, "mesh": shape, "extensions": {"EXT_mesh_gpu_instancing": {"attributes": attributes}}})
+
     def analytic(self, name, kind, material, sizes, **transform):
         """A node with a surface that is no mesh (EIKON_shape); kind and sizes as in the draft KHR_implicit_shapes:
         "sphere", {"radius": r}. transform as of mesh()."""

@@ -1,11 +1,13 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""Writes the two scenes that part accelerators: `stadium`, a teapot of small triangles on the lawn of a stadium of large ones, most of
-whose cells a grid leaves to one; and `grass`, a field of blades spread evenly, for which a grid is made. The same bytes for the same
+"""Writes scenes that part accelerators: `stadium`, a teapot of small triangles on the lawn of a stadium of large ones, most of
+whose cells a grid leaves to one; and `grass`, a field of blades spread evenly, for which a grid is made; and `meadow`, one tuft of
+grass at many places (EXT_mesh_gpu_instancing), which is stored once. The same bytes for the same
 arguments. Needs numpy (Debian: python3-numpy).
 
   tools/make_accel_scenes.py stadium out/stadium.glb
   tools/make_accel_scenes.py grass out/grass.glb --triangles 200000
+  tools/make_accel_scenes.py meadow out/meadow.glb --triangles 192 --places 100000
 """
 
 import argparse
@@ -132,15 +134,43 @@ def make_grass(triangles):
     return gltf, total
 
 
+def make_meadow(triangles, places):
+    gltf = GltfWriter("A meadow of one tuft of grass at many places: stored once, it takes a hundredth of the memory.")
+    gltf.environment((0.7, 0.85, 1.0))
+    side = 0.25 * math.sqrt(places)
+    total = lawn(gltf, 0.5 * side)
+    positions, normals, indices = blades(triangles // 3, 1)
+    positions = (positions * [0.03, 1.0, 0.03]).astype("<f4")  # a tuft 0.3 m wide
+    bounds = positions.min(axis=0).tolist(), positions.max(axis=0).tolist()
+    tuft = gltf.shape("tuft", [gltf.primitive_arrays(positions.tobytes(), normals.astype("<f4").tobytes(), indices.astype("<u4").tobytes(),
+                                                     bounds, gltf.material("grass", (0.15, 0.5, 0.08)))])
+    random = np.random.Generator(np.random.PCG64(2)).random((places, 4))
+    rows, i = math.ceil(math.sqrt(places)), np.arange(places)
+    zero = np.zeros(places)
+    x, z = ((i % rows + random[:, 0]) / rows - 0.5) * side, ((i // rows + random[:, 1]) / rows - 0.5) * side
+    half, size = math.pi * random[:, 2], 0.6 + 0.8 * random[:, 3]
+    columns = [x, zero, z], [zero, np.sin(half), zero, np.cos(half)], [size, size, size]
+    gltf.instances("tufts", tuft, *(np.stack(c, axis=1).astype("<f4").tobytes() for c in columns))
+    tilt = -0.15
+    gltf.camera(0.8, 16 / 9, translation=[0.0, 1.6, 0.45 * side],
+                rotation=[round(math.sin(tilt / 2), 9), 0.0, 0.0, round(math.cos(tilt / 2), 9)])
+    return gltf, total + len(indices) * places
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("scene", choices=["stadium", "grass"])
+    parser.add_argument("scene", choices=["stadium", "grass", "meadow"])
     parser.add_argument("output", type=pathlib.Path, metavar="OUT.glb", help="or OUT.gltf")
-    parser.add_argument("--triangles", type=int, default=60000, help="about so many (default 60000)")
+    parser.add_argument("--triangles", type=int, default=60000, help="about so many; of a tuft, in a meadow (default 60000)")
+    parser.add_argument("--places", type=int, default=100_000, help="of tufts in a meadow")
     arguments = parser.parse_args()
-    if arguments.triangles < 1000:
-        parser.error("--triangles must be at least 1000")
-    gltf, total = {"stadium": make_stadium, "grass": make_grass}[arguments.scene](arguments.triangles)
+    least = 3 if arguments.scene == "meadow" else 1000
+    if arguments.triangles < least:
+        parser.error(f"--triangles must be at least {least}")
+    if arguments.scene == "meadow":
+        gltf, total = make_meadow(arguments.triangles, arguments.places)
+    else:
+        gltf, total = {"stadium": make_stadium, "grass": make_grass}[arguments.scene](arguments.triangles)
     arguments.output.parent.mkdir(parents=True, exist_ok=True)
     gltf.write(arguments.output)
     print(f"{arguments.output}: {total} triangles, {arguments.output.stat().st_size / 1e6:.1f} MB")

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/device_vector.h"
+#include "shared/records.h"
 
 namespace eikon {
 
@@ -22,6 +23,10 @@ class TriangleSoup {
   [[nodiscard]] std::size_t size() const { return size_; }
   [[nodiscard]] const float* corners(std::size_t i) const { return first_ + stride_ * i; }
   [[nodiscard]] bool is_box(std::size_t i) const { return i >= triangles_; }
+  /// `count` of its triangles.
+  [[nodiscard]] TriangleSoup part(std::size_t first, std::size_t count) const {
+    return {first_ + stride_ * first, count, stride_};
+  }
 
  private:
   const float* first_;
@@ -37,13 +42,14 @@ struct Accel {
   std::string layout;                  // --layout: of tree_layouts(), or the accelerator's own
   DeviceVector<std::uint32_t> nodes;   // words; never empty (a dummy where there is no tree)
   DeviceVector<std::uint32_t> leaves;  // words
+  DeviceVector<InstanceRecord> instances;  // of two levels: where meshes stand that have trees of their own
   std::uint32_t stack_size = 1;        // entries that suffice for any traversal (EK_STACK_SIZE); in coarse steps, so
                                        // that programs are seldom compiled anew for another tree
   bool reinserted = false;             // reinsertion.h improved the tree
   double build_s = 0;
   std::uint64_t node_count = 0;
   double sah_cost = 0;  // expected cost of a random ray through the root's box
-  [[nodiscard]] std::uint64_t bytes() const { return 4 * (nodes.size() + leaves.size()); }
+  [[nodiscard]] std::uint64_t bytes() const { return 4 * (nodes.size() + leaves.size()) + instances.size() * sizeof(InstanceRecord); }
   /// What a program that traces rays through it is compiled with.
   [[nodiscard]] std::map<std::string, std::string> defines() const;
 };

@@ -30,6 +30,17 @@ struct BinaryNode {
 struct BinaryTree {
   BigVector<BinaryNode> nodes;         // nodes[0] is the root; empty when there is no triangle
   BigVector<std::uint32_t> triangles;  // indices into the soup, in the order of the leaves
+  // Of a scene in two levels: from which index on they are places of meshes, which share no leaf with others; and how many of those
+  // lie before each entry of `triangles`, and in all. Empty without.
+  std::uint32_t first_place = 0xffffffffU;
+  BigVector<std::uint32_t> places_before{};
+  [[nodiscard]] bool has_place(const BinaryNode& node) const {
+    return !places_before.empty() && places_before[node.first] != places_before[node.first + node.count];
+  }
+  /// Of a leaf's node with a place: the word that stands for it as a child in every layout (traverse_instance.h).
+  [[nodiscard]] std::uint32_t place_word(const BinaryNode& node) const {
+    return 0xc0000000U | (triangles[node.first] - first_place);
+  }
 };
 
 inline std::uint32_t left_child(std::uint32_t node) { return node + 1; }

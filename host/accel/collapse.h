@@ -38,7 +38,8 @@ class Collapse {
   [[nodiscard]] std::vector<WideChild> children(std::uint32_t n) const;
 
  private:
-  using Row = std::array<float, kWidth>;  // entry k - 1: cost(n, k); the last one is no use
+  static constexpr float kPlaceCost = 4.0F;  // of taking a ray to a place and going on there, in steps
+  using Row = std::array<float, kWidth>;     // entry k - 1: cost(n, k); the last one is no use
   struct Division {
     float cost;
     std::uint32_t left = 0;  // roots that the left child gets
@@ -48,6 +49,8 @@ class Collapse {
   [[nodiscard]] float cost(std::uint32_t n, std::uint32_t k) const { return row(n)[k - 1]; }
   [[nodiscard]] float leaf_cost(std::uint32_t n) const {
     const std::uint32_t count = tree_.nodes[n].count;
+    if (tree_.has_place(tree_.nodes[n]))
+      return count == 1 ? area(n) * kPlaceCost : std::numeric_limits<float>::infinity();
     return count <= unit_.leaf_limit ? area(n) * (unit_.leaf + unit_.triangle * static_cast<float>(count))
                                      : std::numeric_limits<float>::infinity();
   }

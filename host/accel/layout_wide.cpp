@@ -54,6 +54,7 @@ class Emitter {
     children_.insert(children_.end(), children.begin(), children.end());
     std::uint32_t inner = 0;
     for (const WideChild& child : children) {
+      if (child.leaf && tree_.has_place(tree_.nodes[child.binary])) continue;
       if (child.leaf)
         blocks_.push_back({tree_.nodes[child.binary].first, tree_.nodes[child.binary].count});
       else
@@ -78,7 +79,9 @@ class Emitter {
         const WideChild& child = children_[wide.first + i];
         box = tree_.nodes[child.binary].box();
         centers[i] = box.lo + box.hi;
-        word = child.leaf ? kLeafBit | next_block++ : next_node++;
+        word = !child.leaf                                  ? next_node++
+               : tree_.has_place(tree_.nodes[child.binary]) ? tree_.place_word(tree_.nodes[child.binary])
+                                                            : kLeafBit | next_block++;
       }
       for (std::size_t axis = 0; axis < 3; ++axis) {
         node[2 * kWidth * axis + i] = std::bit_cast<std::uint32_t>(float{box.lo[axis]});

@@ -185,7 +185,7 @@ void BatchRun::prepare(Worker& worker, Staged& staged) {
     return staged.render->take_turn(worker.devices, stop_);  // not two large ones at a time
   const auto kept = worker.scenes.load(options.scene.scene, staged.scene);
   staged.render->load(kept->scene, kept->load_s);
-  staged.render->use(worker.scenes.pack(*kept, staged.render->settings(), staged.environment));
+  staged.render->use(worker.scenes.pack(*kept, staged.render->settings(), options.execution, staged.environment));
   staged.loaded = true;
   staged.render->take_turn(worker.devices, stop_);
 }

@@ -18,6 +18,7 @@
 #include "cli/scene_options.h"
 #include "device/device.h"
 #include "render/pack.h"
+#include "render/placed_meshes.h"
 #include "render/ray_bench.h"
 #include "render/wavefront.h"
 
@@ -38,7 +39,7 @@ ExitCode bench_rays_command(BenchOptions options) {
   }
   require_writable({options.json}, options.scene.scene);
   Prepared prepared = prepare(options.scene, say_on_stderr(true));
-  const Features features(*prepared.scene, prepared.settings);
+  const Features features = features_of(*prepared.scene, prepared.settings, options.execution);
   PackedScene scene = pack_and_release(*prepared.scene, features, prepared.settings);
   if (scene.triangles.empty()) throw InputError(options.scene.scene + ": there is no triangle to trace rays against");
 
@@ -74,6 +75,7 @@ ExitCode bench_rays_command(BenchOptions options) {
     if (!options.versus.empty()) embree.emplace(scene.triangles, std::max(info.compute_units, 1U));
     std::vector<std::string> layouts = all ? tree_layouts() : std::vector<std::string>{chosen};
     for (const std::string& layout : layouts) {
+      if (features.has("instance") && !has_two_levels(layout)) continue;
       add_accel(scene, options.execution.accel, layout, options.execution.threads, expected_rays(prepared.settings));
       RayBench bench(device, scene, features, prepared.settings, options.execution, layout);
       for (const RayKind& kind : bench.make_rays(prepared.settings, options.rays)) {

@@ -2,6 +2,7 @@
 #pragma once
 #include <CLI/CLI.hpp>
 #include <cstdlib>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -52,7 +53,20 @@ inline void read_execution_environment(Execution& execution) {
 /// `--accel` takes it beside the names of accelerators in `bench rays`: a table of all.
 inline const char* const kEveryAccelerator = "all";
 
-/// --devices, --threads, --accel, --layout, --memory; they never change the image. `execution` must outlive the parser.
+/// --instances. `execution` must outlive the parser.
+inline void add_instance_option(CLI::App& command, Execution& execution) {
+  static const std::map<std::string, InstanceMode> modes{
+      {"auto", InstanceMode::automatic}, {"two-level", InstanceMode::two_level}, {"flat", InstanceMode::flat}};
+  command
+      .add_option("--instances", execution.instances,
+                  "meshes that stand at several places: stored once (two-level) or for each place (flat); auto: once "
+                  "where that "
+                  "saves much memory. The image is the same")
+      ->transform(CLI::CheckedTransformer(modes))
+      ->default_str("auto");
+}
+
+/// --devices, --threads, --accel, --instances, --layout, --memory; they never change the image. `execution` must outlive the parser.
 /// probe: whether --layout takes kProbeLayouts
 /// every: whether --accel takes kEveryAccelerator
 inline void add_execution_options(CLI::App& command, Execution& execution, bool probe = false, bool every = false) {
@@ -73,6 +87,7 @@ inline void add_execution_options(CLI::App& command, Execution& execution, bool 
   command.add_option("--accel", execution.accel, "how space is searched; bvh, unless another is to be looked at")
       ->check(CLI::IsMember(accels))
       ->capture_default_str();
+  add_instance_option(command, execution);
   std::vector<std::string> layouts = tree_layouts();
   if (probe) layouts.emplace_back(kProbeLayouts);
   command

@@ -14,6 +14,7 @@
 #include "cli/scene_options.h"
 #include "render/choose_layout.h"
 #include "render/pack.h"
+#include "render/placed_meshes.h"
 #include "render/render.h"
 #include "render/wavefront.h"
 #include "scene/text.h"
@@ -23,6 +24,7 @@ namespace {
 
 struct InfoOptions {
   SceneOptions scene;
+  Execution execution;
 };
 
 // "metal of roughness 0.2, masked, textures: base colour, normal"
@@ -86,6 +88,19 @@ void print_materials(const Scene& scene) {
                bytes * 1e-6, largest->width, largest->height, largest->name);
 }
 
+/// How meshes that stand at several places are stored; nothing where there are none.
+void print_instances(const PackedScene& packed, const InstanceChoice& choice) {
+  if (choice.flat_bytes == 0) return;
+  fmt::print("  instances: {} ({}); two levels take about {:.1f} MB, one for each place {:.1f} MB",
+             choice.two_level ? "two levels" : "flattened", choice.why, double(choice.two_level_bytes) * 1e-6,
+             double(choice.flat_bytes) * 1e-6);
+  if (choice.two_level)
+    fmt::print("; {} meshes of {} triangles at {} places, {} triangles stored for each place",
+               packed.stored_meshes.size(), packed.triangle_count() - packed.stored_meshes.front().first,
+               packed.instances.size(), packed.stored_meshes.front().first);
+  fmt::print("\n");
+}
+
 /// "  shapes: 3 sphere, 1 box"; nothing where there are none.
 void print_shapes(const Scene& scene) {
   std::string text;
@@ -124,12 +139,14 @@ void print_unsampled_emitters(const Scene& scene) {
 ExitCode info_command(const InfoOptions& options) {
   Prepared prepared = prepare(options.scene, say_on_stderr(false));
   const Scene& scene = *prepared.scene;
-  const Features features(scene, prepared.settings);
+  InstanceChoice instances;
+  const Features features = features_of(scene, prepared.settings, options.execution, &instances);
   PackedScene packed = pack_and_release(*prepared.scene, features, prepared.settings);
 
   fmt::print("{}: {} bytes, hash {}\n", scene.path.string(), scene.file_bytes, scene.hash);
-  fmt::print("  {} triangles in {} nodes, {} meshes, {} materials, {} cameras\n", packed.triangle_count(),
+  fmt::print("  {} triangles in {} nodes, {} meshes, {} materials, {} cameras\n", packed.seen_triangle_count(),
              scene.nodes.size(), scene.meshes.size(), scene.materials.size(), scene.cameras.size());
+  print_instances(packed, instances);
   print_shapes(scene);
   if (!packed.bounds.empty())
     fmt::print("  bounds ({:g}, {:g}, {:g}) to ({:g}, {:g}, {:g}) m\n", packed.bounds.lo.x, packed.bounds.lo.y,
@@ -145,19 +162,22 @@ ExitCode info_command(const InfoOptions& options) {
 
   fmt::print("memory, of each device and of the host\n");
   for (const std::string& layout : tree_layouts()) {
+    if (features.has("instance") && !has_two_levels(layout)) continue;
     add_accel(packed, "bvh", layout, 0);
     const std::uint64_t bytes = packed.bytes(layout);
     fmt::print("  {}: tree {} bytes, scene {} bytes{}\n", layout, packed.accels.at(layout).bytes(), bytes,
                packed.triangles.empty()
                    ? ""
-                   : fmt::format(" ({:.0f} per triangle)", double(bytes) / double(packed.triangles.size())));
+                   : fmt::format(" ({:.0f} per triangle)",
+                                 double(bytes) / double(packed.seen_triangle_count() + packed.shapes.size())));
     packed.accels.clear();  // one at a time: a tree takes as much as the triangles
   }
-  Execution execution;
+  Execution execution = options.execution;
   read_execution_environment(execution);
   for (const DeviceInfo& info : list_devices()) {
     const WavefrontConfig config = configure(info, execution);
-    const LayoutPlan plan = plan_layout(config, execution, packed.triangles.size(), expected_rays(prepared.settings));
+    const LayoutPlan plan = plan_layout(config, execution, packed.triangles.size(), expected_rays(prepared.settings),
+                                        features.has("instance"));
     fmt::print("  device {}: {} bytes for {} paths in flight, beside the scene as {} ({}{})\n", info.index,
                path_pool_bytes(config, features), config.capacity(), plan.layout, plan.why,
                plan.measure.empty() ? "" : fmt::format("; a render measures {} first", fmt::join(plan.measure, ", ")));
@@ -173,6 +193,7 @@ void add_info(CLI::App& app, Command& chosen) {
   auto options = std::make_shared<InfoOptions>();
   CLI::App* command = app.add_subcommand("info", "what a scene contains, which features it needs, the memory it takes");
   options->scene.add_to(*command);
+  add_instance_option(*command, options->execution);
   command->footer("Example:\n  eikon info scenes/cornell.gltf");
   command->callback([options, &chosen] { chosen = [options] { return info_command(*options); }; });
 }

@@ -10,6 +10,7 @@
 #include "core/process_time.h"
 #include "image/image.h"
 #include "render/error_counter.h"
+#include "render/placed_meshes.h"
 #include "shared/records.h"
 
 namespace eikon {
@@ -73,7 +74,7 @@ void RenderJob::render(const std::atomic<bool>& stop, RenderHooks hooks) {
   if (packed_ == nullptr) {
     done_ = render_and_release(*prepared_.scene, settings, options_.execution, stop, std::move(hooks));
   } else {
-    const Features features(*prepared_.scene, settings);
+    const Features features = features_of(*prepared_.scene, settings, options_.execution);
     done_ = render_packed(packed_, features, settings, options_.execution, stop, std::move(hooks));
   }
   if (turn_ != nullptr) turn_->under_way();

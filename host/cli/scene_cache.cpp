@@ -5,6 +5,7 @@
 
 #include "accel/reinsertion.h"
 #include "device/profiler.h"
+#include "render/placed_meshes.h"
 
 namespace eikon {
 namespace {
@@ -72,9 +73,10 @@ void SceneCache::clear() {
   kept_.clear();
 }
 
-std::shared_ptr<PackedScene> SceneCache::pack(Kept& kept, const Settings& settings, const std::string& environment) {
+std::shared_ptr<PackedScene> SceneCache::pack(Kept& kept, const Settings& settings, const Execution& execution,
+                                              const std::string& environment) {
   const std::lock_guard lock(mutex_);
-  const Features features(*kept.scene, settings);
+  const Features features = features_of(*kept.scene, settings, execution);
   const std::string key = features.summary() + "\n" + environment;
   const double rays = expected_rays(settings);
   for (const Kept::Packed& packed : kept.packed)

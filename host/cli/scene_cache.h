@@ -37,7 +37,8 @@ class SceneCache {
   /// The scene that `digest` is of, from memory or read. throws InputError
   std::shared_ptr<Kept> load(const std::filesystem::path& path, const InputsDigest& digest);
   /// Its layout for these settings. environment: one text, the same whenever the environment is
-  std::shared_ptr<PackedScene> pack(Kept& kept, const Settings& settings, const std::string& environment);
+  std::shared_ptr<PackedScene> pack(Kept& kept, const Settings& settings, const Execution& execution,
+                                    const std::string& environment);
   void clear();
 
  private:

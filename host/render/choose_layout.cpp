@@ -7,6 +7,7 @@
 
 #include "accel/accelerators.h"
 #include "core/error.h"
+#include "render/placed_meshes.h"
 #include "render/ray_bench.h"
 
 namespace eikon {
@@ -63,12 +64,14 @@ Execution without_probe(const Execution& execution) {
   return plain;
 }
 
-LayoutPlan plan_layout(const WavefrontConfig& config, const Execution& execution, std::size_t triangles, double rays) {
+LayoutPlan plan_layout(const WavefrontConfig& config, const Execution& execution, std::size_t triangles, double rays,
+                       bool two_level) {
   LayoutPlan plan{config.layout, "asked for", {}};
   const bool asked_to_probe = execution.layout == kProbeLayouts;
   if (!own_layout(execution.accel).empty() || (!execution.layout.empty() && !asked_to_probe)) return plan;
   plan.why = config.lanes > 1 ? fmt::format("usual for {} lanes", config.lanes) : "usual for one lane";
-  const std::vector<std::string> candidates = candidates_for(config.lanes);
+  std::vector<std::string> candidates = candidates_for(config.lanes);
+  if (two_level) std::erase_if(candidates, [](const std::string& layout) { return !has_two_levels(layout); });
   const bool pays = !config.chunked && probe_pays(candidates.size(), triangles, rays);
   if (triangles > 0 && candidates.size() > 1 && (asked_to_probe || pays)) plan.measure = candidates;
   return plan;
@@ -91,7 +94,8 @@ LayoutChoice choose_layout(const DeviceInfo& info, PackedScene& packed, const Fe
                            const Settings& settings, const Execution& execution) {
   const Execution plain = without_probe(execution);
   const WavefrontConfig config = configure(info, plain);
-  const LayoutPlan plan = plan_layout(config, execution, packed.triangles.size(), expected_rays(settings));
+  const LayoutPlan plan =
+      plan_layout(config, execution, packed.triangles.size(), expected_rays(settings), features.has("instance"));
   const auto add = [&](const std::string& layout) {
     add_accel(packed, execution.accel, layout, execution.threads, expected_rays(settings));
   };

@@ -36,9 +36,10 @@ struct LayoutPlan {
 /// Measured is what was not asked for by name, if `--layout probe` asks for that, or if it is likely to pay: on devices that run
 /// one lane, in renders far longer than the measurement. For CPU devices (in chunks) the usual layout is
 /// within some percent of the best in the scenes that were measured.
+/// two_level: only layouts that have them (placed_meshes.h)
 /// config: of configure(), with execution.layout if it is a layout; rays: that the render is expected to trace
 [[nodiscard]] LayoutPlan plan_layout(const WavefrontConfig& config, const Execution& execution, std::size_t triangles,
-                                     double rays);
+                                     double rays, bool two_level = false);
 
 /// The fastest of `rates`, but `usual` where nothing is faster by more than timing errs.
 [[nodiscard]] LayoutChoice fastest_layout(std::vector<LayoutRate> rates, const std::string& usual);

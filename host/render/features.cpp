@@ -119,6 +119,7 @@ Features::Features(const Scene& scene, const Settings& settings) {
   punctual("point", PunctualLight::Kind::point);
   punctual("spot", PunctualLight::Kind::spot);
   punctual("directional", PunctualLight::Kind::directional);
+  needs["instance"] = {false, "every mesh is stored for each of its places"};
   needs["vertex_normal"] =
       shown.primitive("no mesh has normals", [](const Primitive& p) { return !p.normals_object.empty(); });
   needs["vertex_color"] = shown.primitive("no mesh has colours", [](const Primitive& p) { return !p.colors.empty(); });
@@ -190,6 +191,12 @@ bool Features::has(const std::string& name) const {
   return found->on;
 }
 
+void Features::set_two_level(bool on, const std::string& why) {
+  const auto found = std::ranges::find(ledger_, std::string("instance"), &Feature::name);
+  found->on = on;
+  found->who = why;
+}
+
 std::map<std::string, std::string> Features::defines() const {
   std::map<std::string, std::string> defines;
   for (const Feature& feature : ledger_) defines["EK_HAS_" + feature.name] = feature.on ? "1" : "0";
@@ -227,7 +234,8 @@ PathStateLayout path_state_layout(const Features& features, bool chunked) {
   const bool EK_CHUNKED = chunked;
   const bool EK_HAS_next_event = features.has("next_event"), EK_HAS_environment = features.has("environment"),
              EK_HAS_bsdf_emission = features.has("bsdf_emission"), EK_HAS_absorption = features.has("absorption"),
-             EK_HAS_opacity = features.has("opacity"), EK_HAS_light_tree = features.has("light_tree");
+             EK_HAS_opacity = features.has("opacity"), EK_HAS_light_tree = features.has("light_tree"),
+             EK_HAS_instance = features.has("instance");
   PathStateLayout layout;
   const auto add = [&](const char* name, bool needed) {
     if (needed) layout.field[name] = layout.words++;

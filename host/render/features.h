@@ -27,6 +27,8 @@ class Features {
 
   [[nodiscard]] const std::vector<Feature>& ledger() const { return ledger_; }
   [[nodiscard]] bool has(const std::string& name) const;
+  /// Feature `instance`, which hangs on more than scene and settings (features_of); off at first.
+  void set_two_level(bool on, const std::string& why);
   /// EK_HAS_<name> = 0 | 1 for every feature there is; and how many formulas, if any.
   [[nodiscard]] std::map<std::string, std::string> defines() const;
   /// Kernel code of the scene's formulas, for the end of a program; empty if it has none.

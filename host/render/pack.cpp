@@ -12,6 +12,13 @@ std::uint64_t PackedScene::texel_count() const {
   return count;
 }
 
+std::uint64_t PackedScene::seen_triangle_count() const {
+  std::uint64_t count = triangle_count();
+  for (const StoredMesh& mesh : stored_meshes) count -= mesh.count;
+  for (const InstanceRecord& instance : instances) count += stored_meshes[instance.mesh].count;
+  return count;
+}
+
 std::uint64_t PackedScene::bytes(const std::string& layout) const {
   const auto accel = accels.find(layout);
   return triangles.size() * sizeof(Triangle) + shapes.size() * sizeof(ShapeRecord) + normals.size() * sizeof(TriangleNormals) +
@@ -41,18 +48,26 @@ PackedScene pack_and_release(Scene& scene, const Features& features, const Setti
   return packed;
 }
 
+TriangleSoup soup_of(const PackedScene& packed) {
+  const float* corners = packed.triangles.empty() ? nullptr : &packed.triangles.front().p0_x;
+  return {corners, packed.triangles.size(), sizeof(Triangle) / sizeof(float), packed.shapes.size()};
+}
+
 void add_accel(PackedScene& packed, const std::string& accel, const std::string& layout, unsigned threads,
                double rays) {
   if (packed.accels.count(layout) != 0) return;
   const double begin = host_seconds();
-  const float* corners = packed.triangles.empty() ? nullptr : &packed.triangles.front().p0_x;
-  const TriangleSoup soup(corners, packed.triangles.size(), sizeof(Triangle) / sizeof(float), packed.shapes.size());
   AccelOptions options;
   options.accel = accel;
   options.layout = layout;
   options.threads = threads;
   options.rays = rays;
-  packed.accels.emplace(layout, build_accel(soup, options));
+  if (packed.instances.empty()) {
+    packed.accels.emplace(layout, build_accel(soup_of(packed), options));
+  } else {
+    const TwoLevelScene scene{soup_of(packed), packed.shapes.size(), packed.stored_meshes, packed.instances, packed.place_boxes};
+    packed.accels.emplace(layout, build_two_level(scene, options));
+  }
   packed.build_s += host_seconds() - begin;
 }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "accel/accel.h"
+#include "accel/two_level.h"
 #include "core/device_vector.h"
 #include "render/features.h"
 #include "scene/scene.h"
@@ -26,7 +27,11 @@ struct PackedLight {
 };
 
 struct PackedScene {
-  DeviceVector<Triangle> triangles;  // and behind them the records of shapes
+  // Of the world; behind them of meshes that are stored once, in their own space; behind them the records of shapes.
+  DeviceVector<Triangle> triangles;
+  std::vector<StoredMesh> stored_meshes;    // those meshes,
+  DeviceVector<InstanceRecord> instances;   // and where they stand: all but `root`, which hangs on the tree
+  std::vector<PlaceBox> place_boxes;        // of each instance
   DeviceVector<ShapeRecord> shapes;
   std::vector<formula::Formula> formulas;  // of implicit surfaces
   // One per triangle, or empty where features.def says that nothing needs them.
@@ -54,11 +59,16 @@ struct PackedScene {
 
   [[nodiscard]] std::uint64_t texel_count() const;
   [[nodiscard]] std::size_t triangle_count() const { return triangles.size() - shapes.size(); }
+  /// The triangles of all places of all meshes.
+  [[nodiscard]] std::uint64_t seen_triangle_count() const;
   /// On a device, textures included.
   [[nodiscard]] std::uint64_t bytes(const std::string& layout) const;
 };
 
-/// Lays out everything but the trees. The result refers to pictures of `scene`. throws InputError when the instances of all meshes are more triangles than trees or memory can hold.
+/// The array of the scene's triangles and shapes, for builders.
+[[nodiscard]] TriangleSoup soup_of(const PackedScene& packed);
+
+/// Lays out everything but the trees; with feature `instance` in two levels where that can be (placed_meshes.h). The result refers to pictures of `scene`. throws InputError when the instances of all meshes are more triangles than trees or memory can hold.
 PackedScene pack_scene(const Scene& scene, const Features& features, const Settings& settings);
 PackedScene pack_scene(Scene&& scene, const Features& features, const Settings& settings) = delete;
 

@@ -7,6 +7,7 @@
 
 #include "core/error.h"
 #include "render/pack_parts.h"
+#include "render/pack_places.h"
 
 namespace eikon {
 namespace {
@@ -32,6 +33,7 @@ class GeometryPacker {
         release_(release),
         packed_(packed),
         passable_(scene),
+        two_level_(features.has("instance")),
         has_vertex_normal_(features.has("vertex_normal")),
         has_uv_(features.has("uv")),
         has_normals_(has_vertex_normal_ || has_uv_),
@@ -41,31 +43,48 @@ class GeometryPacker {
         has_colors_(features.has("vertex_color")) {}
 
   void pack() {
-    std::size_t count = 0;
+    placed_ = find_placed_meshes(scene_);
+    const bool two_level = two_level_ && !placed_.places.empty();
+    std::uint64_t count = two_level ? placed_.stored_triangles : placed_.placed_triangles;
     std::vector<std::size_t> last_node(scene_.meshes.size());
     for (std::size_t n = 0; n < scene_.nodes.size(); ++n) {
-      last_node[scene_.nodes[n].mesh] = n;
-      for (const Primitive& primitive : scene_.meshes[scene_.nodes[n].mesh].primitives)
-        count += primitive.indices.size() / 3;
+      // Places come behind all others.
+      last_node[scene_.nodes[n].mesh] = n + (placed_.is_place[n] ? scene_.nodes.size() : 0);
     }
-    const std::uint64_t bytes =
-        count * (sizeof(Triangle) + (has_normals_ ? sizeof(TriangleNormals) : 0) +
-                 (has_tangents_ ? sizeof(TriangleTangents) : 0) + (has_colors_ ? sizeof(TriangleColors) : 0));
-    const std::uint64_t memory = std::uint64_t(sysconf(_SC_PHYS_PAGES)) * std::uint64_t(sysconf(_SC_PAGESIZE));
-    if (count > kMaxTriangles || bytes > memory)
-      throw InputError(fmt::format(
-          "{}: {} triangles in all nodes need {} MB of {} MB and are {} at most; use fewer instances or simpler meshes",
-          scene_.path.string(), count, bytes >> 20, memory >> 20, kMaxTriangles));
+    for (std::size_t n = 0; n < scene_.nodes.size(); ++n) {
+      const std::uint32_t mesh = scene_.nodes[n].mesh;
+      if (placed_.is_place[n]) {
+        last_node[mesh] = std::max(last_node[mesh], n + scene_.nodes.size());
+        continue;
+      }
+      for (const Primitive& primitive : scene_.meshes[mesh].primitives) count += primitive.indices.size() / 3;
+    }
+    require_room(count);
     packed_.triangles.reserve(count + scene_.shapes.size());
     if (has_normals_) packed_.normals.reserve(count);
     if (has_tangents_) packed_.tangents.reserve(count);
     if (has_colors_) packed_.colors.reserve(count);
     for (std::size_t n = 0; n < scene_.nodes.size(); ++n) {
+      if (placed_.is_place[n]) continue;
       const std::uint32_t mesh = scene_.nodes[n].mesh;
-      const bool last = release_ != nullptr && last_node[mesh] == n;
-      for (std::size_t p = 0; p < scene_.meshes[mesh].primitives.size(); ++p)
-        add(std::uint32_t(n), scene_.meshes[mesh].primitives[p], last ? &(*release_)[mesh].primitives[p] : nullptr);
+      for_primitives(mesh, last_node[mesh] == n,
+                     [&](const Primitive& primitive, Primitive* taken) { add(std::uint32_t(n), primitive, taken); });
     }
+    if (two_level) {
+      store_meshes();
+      store_places();
+    } else {
+      for (const Place& place : placed_.places) {
+        const std::uint32_t mesh = scene_.nodes[place.node].mesh;
+        std::size_t number = 0;
+        for_primitives(
+            mesh, last_node[mesh] == place.node + scene_.nodes.size(),
+            [&](const Primitive& primitive, Primitive* taken) { add_placed(place, primitive, taken, number); });
+      }
+    }
+    if (two_level && release_ != nullptr)
+      for (const Place& place : placed_.places)
+        for (Primitive& primitive : (*release_)[scene_.nodes[place.node].mesh].primitives) let_go(primitive);
   }
 
  private:
@@ -105,12 +124,7 @@ class GeometryPacker {
       const std::uint32_t a = primitive.indices[i];
       const std::uint32_t b = primitive.indices[i + (node.mirrored ? 2 : 1)];
       const std::uint32_t c = primitive.indices[i + (node.mirrored ? 1 : 2)];
-      Triangle t{};
-      const glm::vec3 &p0 = world.positions[a], &p1 = world.positions[b], &p2 = world.positions[c];
-      t.p0_x = p0.x, t.p0_y = p0.y, t.p0_z = p0.z;
-      t.p1_x = p1.x, t.p1_y = p1.y, t.p1_z = p1.z;
-      t.p2_x = p2.x, t.p2_y = p2.y, t.p2_z = p2.z;
-      t.material = primitive.material;
+      Triangle t = triangle_of(world, primitive.material, a, b, c);
       t.flags = flags;
       t.node = node_index;
       const glm::dvec3 cross = triangle_normal(t);
@@ -121,10 +135,110 @@ class GeometryPacker {
       if (has_tangents_) packed_.tangents.push_back(tangents_of(world, primitive, node.mirrored, a, b, c));
       if (has_colors_) packed_.colors.push_back(colors_of(primitive, a, b, c));
     }
-    if (released == nullptr) return;
+    if (released != nullptr) let_go(*released);
+  }
+
+  static void let_go(Primitive& primitive) {
     Primitive rest;
     rest.material = primitive.material;
-    *released = std::move(rest);
+    primitive = std::move(rest);
+  }
+
+  /// fn(primitive, the same to take from or null); last: nothing needs the mesh any more
+  template <class Fn>
+  void for_primitives(std::uint32_t mesh, bool last, const Fn& fn) {
+    for (std::size_t p = 0; p < scene_.meshes[mesh].primitives.size(); ++p)
+      fn(scene_.meshes[mesh].primitives[p], release_ != nullptr && last ? &(*release_)[mesh].primitives[p] : nullptr);
+  }
+
+  void require_room(std::uint64_t count) const {
+    const std::uint64_t bytes =
+        count * (sizeof(Triangle) + (has_normals_ ? sizeof(TriangleNormals) : 0) +
+                 (has_tangents_ ? sizeof(TriangleTangents) : 0) + (has_colors_ ? sizeof(TriangleColors) : 0));
+    const std::uint64_t memory = std::uint64_t(sysconf(_SC_PHYS_PAGES)) * std::uint64_t(sysconf(_SC_PAGESIZE));
+    if (count <= kMaxTriangles && bytes <= memory) return;
+    const bool repeats = !two_level_ && placed_.placed_triangles > 2 * placed_.stored_triangles;
+    throw InputError(
+        fmt::format("{}: {} triangles in all nodes need {} MB of {} MB and are {} at most; {}", scene_.path.string(),
+                    count, bytes >> 20, memory >> 20, kMaxTriangles,
+                    repeats ? "store meshes once (--instances two-level)" : "use fewer instances or simpler meshes"));
+  }
+
+  void grow_bounds(const glm::vec3& p) {
+    packed_.bounds.lo = glm::min(packed_.bounds.lo, glm::dvec3(p));
+    packed_.bounds.hi = glm::max(packed_.bounds.hi, glm::dvec3(p));
+  }
+
+  /// Behind vertices that stand where the triangles are: for each place, or once in the mesh's own space.
+  void add_triangles(const WorldVertices& at, const Primitive& primitive, bool mirrored, std::uint32_t node,
+                     const std::vector<bool>& dropped, std::size_t& number, bool in_world) {
+    for (std::size_t i = 0; i + 2 < primitive.indices.size(); i += 3) {
+      if (dropped[number++]) continue;
+      const std::uint32_t a = primitive.indices[i];
+      const std::uint32_t b = primitive.indices[i + (mirrored ? 2 : 1)];
+      const std::uint32_t c = primitive.indices[i + (mirrored ? 1 : 2)];
+      Triangle t = triangle_of(at, primitive.material, a, b, c);
+      t.node = node;
+      if (in_world) {
+        const glm::vec3 n = placed_triangle_normal(at.positions[a], at.positions[b], at.positions[c]);
+        t.n_x = n.x, t.n_y = n.y, t.n_z = n.z;
+      }
+      packed_.triangles.push_back(t);
+      if (has_normals_) packed_.normals.push_back(normals_of(at, primitive, a, b, c));
+      if (has_tangents_) packed_.tangents.push_back(tangents_of(at, primitive, mirrored, a, b, c));
+      if (has_colors_) packed_.colors.push_back(colors_of(primitive, a, b, c));
+    }
+  }
+
+  /// A mesh for one of its places, with the bits that it would have if it were stored once.
+  void add_placed(const Place& place, const Primitive& primitive, Primitive* released, std::size_t& number) {
+    const bool mirrored = placed_.meshes[place.mesh].mirrored;
+    WorldVertices world;
+    world.positions.reserve(primitive.positions_object.size());
+    for (const glm::vec3& p : primitive.positions_object) {
+      world.positions.push_back(placed_point(place.matrix, p));
+      grow_bounds(world.positions.back());
+    }
+    if (has_vertex_normal_)
+      for (const glm::vec3& n : primitive.normals_object)
+        world.normals.push_back(placed_normal(place.matrix, mirrored, n));
+    if (has_normal_texture_)
+      for (const glm::vec4& t : primitive.tangents_object)
+        world.tangents.emplace_back(placed_tangent(place.matrix, glm::vec3(t)), t.w);
+    add_triangles(world, primitive, mirrored, place.node, placed_.meshes[place.mesh].dropped, number, true);
+    if (released != nullptr) let_go(*released);
+  }
+
+  void store_meshes() {
+    for (const PlacedMesh& mesh : placed_.meshes) {
+      packed_.stored_meshes.push_back({packed_.triangles.size(), std::size_t(mesh.triangles)});
+      std::size_t number = 0;
+      for (const Primitive& primitive : scene_.meshes[mesh.mesh].primitives) {
+        WorldVertices own;
+        own.positions = primitive.positions_object;
+        if (has_vertex_normal_) own.normals = primitive.normals_object;
+        if (has_normal_texture_) own.tangents = primitive.tangents_object;
+        add_triangles(own, primitive, mesh.mirrored, 0, mesh.dropped, number, false);
+      }
+    }
+  }
+
+  void store_places() {
+    packed_.instances.reserve(placed_.places.size());
+    for (const Place& place : placed_.places)
+      packed_.instances.push_back(instance_record(place, placed_.meshes[place.mesh]));
+    packed_.place_boxes = place_boxes(scene_, placed_, packed_.bounds);
+  }
+
+  static Triangle triangle_of(const WorldVertices& at, std::uint32_t material, std::uint32_t a, std::uint32_t b,
+                              std::uint32_t c) {
+    Triangle t{};
+    const glm::vec3 &p0 = at.positions[a], &p1 = at.positions[b], &p2 = at.positions[c];
+    t.p0_x = p0.x, t.p0_y = p0.y, t.p0_z = p0.z;
+    t.p1_x = p1.x, t.p1_y = p1.y, t.p1_z = p1.z;
+    t.p2_x = p2.x, t.p2_y = p2.y, t.p2_z = p2.z;
+    t.material = material;
+    return t;
   }
 
   template <class Record>
@@ -173,6 +287,8 @@ class GeometryPacker {
   std::vector<Mesh>* release_;  // scene_'s own, or null
   PackedScene& packed_;
   PassableMaterials passable_;
+  PlacedMeshes placed_;
+  bool two_level_;
   bool has_vertex_normal_, has_uv_, has_normals_, has_normal_texture_, has_uv1_, has_tangents_, has_colors_;
 };
 

@@ -58,6 +58,7 @@ RayBench::RayBench(Device& device, const PackedScene& scene, const Features& fea
   upload("accel_nodes", accel.nodes);
   upload("accel_leaves", accel.leaves);
   upload("triangles", scene.triangles);
+  upload("instances", accel.instances);
   upload("shapes", scene.shapes);
   upload("diagnostics", std::vector<Diagnostics>(1));
   upload("lights", scene.lights);
@@ -70,7 +71,7 @@ std::vector<RayKind> RayBench::make_rays(const Settings& settings, std::uint32_t
   const std::size_t stride = (count + 31) / 16 * 16;
   const std::uint32_t blocks_x = std::max(settings.width / 4, 1U), blocks_y = std::max(settings.height / 4, 1U);
   const Buffer camera = device_.allocate(28 * stride), diffuse = device_.allocate(28 * stride),
-               shadow = device_.allocate(28 * stride), hits = device_.allocate(16 * stride);
+               shadow = device_.allocate(28 * stride), hits = device_.allocate(20 * stride);
   for (const Buffer& buffer : {camera, diffuse, shadow, hits}) device_.fill_zero(buffer);
   arguments_.set("rays", camera);
   arguments_.set("hits", hits);
@@ -93,7 +94,7 @@ std::vector<RayKind> RayBench::make_rays(const Settings& settings, std::uint32_t
 
 void RayBench::load(const RayKind& kind) {
   arguments_.set("rays", device_.upload(kind.rays.words));
-  hits_ = device_.allocate(16 * kind.rays.stride);
+  hits_ = device_.allocate(20 * kind.rays.stride);
   arguments_.set("hits", hits_);
   arguments_.set("stride", std::uint32_t(kind.rays.stride));
   arguments_.set("ray_count", std::uint32_t(kind.rays.count));

@@ -14,6 +14,7 @@
 #include "render/error_counter.h"
 #include "render/memory.h"
 #include "render/pack.h"
+#include "render/placed_meshes.h"
 
 namespace eikon {
 namespace {
@@ -311,14 +312,14 @@ RenderOutput pack_and_render(const Pack& pack, const Features& features, const S
 
 RenderOutput render(const Scene& scene, const Settings& settings, const Execution& execution,
                     const std::atomic<bool>& stop, RenderHooks hooks) {
-  const Features features(scene, settings);
+  const Features features = features_of(scene, settings, execution);
   const auto pack = [&] { return std::make_shared<PackedScene>(pack_scene(scene, features, settings)); };
   return pack_and_render(pack, features, settings, execution, stop, std::move(hooks));
 }
 
 RenderOutput render_and_release(Scene& scene, const Settings& settings, const Execution& execution,
                                 const std::atomic<bool>& stop, RenderHooks hooks) {
-  const Features features(scene, settings);
+  const Features features = features_of(scene, settings, execution);
   const auto pack = [&] { return std::make_shared<PackedScene>(pack_and_release(scene, features, settings)); };
   return pack_and_render(pack, features, settings, execution, stop, std::move(hooks));
 }
@@ -334,7 +335,7 @@ glm::vec3 replay_path(const Scene& scene, const Settings& settings, const Execut
   Execution execution = usual;
   execution.fused = false;
   const DeviceInfo info = select_devices(execution.devices, execution.threads).front();
-  const Features features(scene, settings);
+  const Features features = features_of(scene, settings, execution);
   PackedScene packed = pack_scene(scene, features, settings);
   const Execution own = without_probe(execution);  // one path is too few to measure for
   const WavefrontConfig config = configure(info, own);

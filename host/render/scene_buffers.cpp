@@ -46,6 +46,7 @@ std::uint64_t upload_scene(Device& device, const PackedScene& scene, const Accel
   to.share("accel_nodes", accel.nodes);
   to.share("accel_leaves", accel.leaves);
   to.share("triangles", scene.triangles);
+  to.share("instances", accel.instances);
   to.share("shapes", scene.shapes);
   to.share("triangle_normals", scene.normals);
   to.share("triangle_tangents", scene.tangents);

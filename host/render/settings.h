@@ -49,11 +49,15 @@ inline double expected_rays(const Settings& settings) {
   return static_cast<double>(settings.crop.pixel_count()) * samples * 2 * edges;
 }
 
+/// How meshes that stand at several places are stored.
+enum class InstanceMode { automatic, two_level, flat };
+
 /// How the work is done: never changes the image's bits.
 struct Execution {
   std::string devices = "all";
   std::string accel = "bvh";
   std::string layout;                               // empty: by device; or see choose_layout.h
+  InstanceMode instances = InstanceMode::automatic;
   std::optional<std::uint32_t> lanes;               // 1, 8 or 16; by device when unset
   std::optional<bool> chunked;                      // by device when unset
   std::optional<bool> fused;                        // chunks go through all stages in one launch; by device when unset

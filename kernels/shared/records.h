@@ -113,6 +113,23 @@ typedef struct {
 } ShapeRecord;
 EK_ASSERT_SIZE(ShapeRecord, 128);
 
+// A place of a mesh that is stored once (EK_HAS_instance): its triangles' records are in the mesh's own space, and instance.h takes
+// them to the world, operation by operation as the host does for meshes that are stored for each place.
+typedef struct {
+  float m_xx, m_xy, m_xz, t_x;    // world x = m_xx x + m_xy y + m_xz z + t_x
+  float m_yx, m_yy, m_yz, t_y;
+  float m_zx, m_zy, m_zz, t_z;
+  float middle_x, middle_y, middle_z;  // of the mesh's box, in its own space
+  uint root;                      // of the mesh's tree: what stands for it as a child (traverse_<layout>.h)
+  float i_xx, i_xy, i_xz, i_yx, i_yy, i_yz, i_zx, i_zy, i_zz;  // inverse of m
+  float extent_x, extent_y, extent_z;  // of the largest box of a triangle of the mesh, world
+  float error;                    // world, metres: how far corners may be from where m in real numbers puts them, on any axis
+  float facing;                   // -1 where m mirrors: normals turn
+  uint node;                      // of the scene; for the id layer
+  uint mesh;                      // which of those that are stored once
+} InstanceRecord;
+EK_ASSERT_SIZE(InstanceRecord, 128);
+
 // MaterialRecord.flags: the lobe (a bit of EK_LOBE) in the low byte, then these.
 #define EK_MATERIAL_DOUBLE_SIDED 0x100u  // emits on both sides
 #define EK_MATERIAL_UNLIT 0x200u         // shows its base colour to the camera, and lights nothing

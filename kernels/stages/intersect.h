@@ -26,6 +26,9 @@ EK_FN void stage_intersect(constant Frame* frame, Geometry geometry, global uint
       state_set_f(state, FIELD_hit_u, first + row, hit.u);
       state_set_f(state, FIELD_hit_v, first + row, hit.v);
       state_set_u(state, FIELD_hit_triangle, first + row, hit.triangle);
+#if EK_HAS_instance
+      state_set_u(state, FIELD_hit_instance, first + row, hit.instance);
+#endif
     }
   }
 }

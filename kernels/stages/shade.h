@@ -5,6 +5,7 @@
 #ifndef EK_STAGE_SHADE_H
 #define EK_STAGE_SHADE_H
 #include "alpha.h"
+#include "instance_surface.h"
 #include "light_emission.h"
 #include "material.h"
 #include "medium.h"
@@ -67,7 +68,11 @@ EK_FN Survivors stage_shade(constant Frame* frame, SceneData scene, LightData li
     const vf t = state_f(state, FIELD_hit_t, slot), u = state_f(state, FIELD_hit_u, slot),
              v = state_f(state, FIELD_hit_v, slot), scatter_pdf = state_f(state, FIELD_pdf, slot);
 
-    const TriangleLanes corners = load_triangle(scene.triangles, triangle);
+    TriangleLanes corners = load_triangle(scene.triangles, triangle);
+#if EK_HAS_instance
+    const Place place = hit_place(scene, live ? state_u(state, FIELD_hit_instance, slot) : (vu)(0u));
+    corners = placed_triangle(place, corners);
+#endif
     Surface surface = surface_at(corners, u, v, scale3(dir, t));
 #if EK_HAS_shape
     const v3 origin = state_3(state, FIELD_origin_x, slot);
@@ -75,6 +80,9 @@ EK_FN Survivors stage_shade(constant Frame* frame, SceneData scene, LightData li
 #endif
     const vi front = dot3(surface.n_geom, dir) < 0.0f;
     HitAttributes at = hit_attributes(scene, triangle, u, v);
+#if EK_HAS_instance
+    at = placed_attributes(scene, place, triangle, u, v, at);
+#endif
 #if EK_HAS_shape
     at = shape_attributes(corners, on_shape, at);
 #endif

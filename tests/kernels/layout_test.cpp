@@ -175,6 +175,39 @@ namespace {
   F(ShapeRecord, part0_m2) \
   F(ShapeRecord, part1_m2) \
   F(ShapeRecord, part2_m2)
+#define INSTANCE_FIELDS(F)    \
+  F(InstanceRecord, m_xx)     \
+  F(InstanceRecord, m_xy)     \
+  F(InstanceRecord, m_xz)     \
+  F(InstanceRecord, t_x)      \
+  F(InstanceRecord, m_yx)     \
+  F(InstanceRecord, m_yy)     \
+  F(InstanceRecord, m_yz)     \
+  F(InstanceRecord, t_y)      \
+  F(InstanceRecord, m_zx)     \
+  F(InstanceRecord, m_zy)     \
+  F(InstanceRecord, m_zz)     \
+  F(InstanceRecord, t_z)      \
+  F(InstanceRecord, middle_x) \
+  F(InstanceRecord, middle_y) \
+  F(InstanceRecord, middle_z) \
+  F(InstanceRecord, root)     \
+  F(InstanceRecord, i_xx)     \
+  F(InstanceRecord, i_xy)     \
+  F(InstanceRecord, i_xz)     \
+  F(InstanceRecord, i_yx)     \
+  F(InstanceRecord, i_yy)     \
+  F(InstanceRecord, i_yz)     \
+  F(InstanceRecord, i_zx)     \
+  F(InstanceRecord, i_zy)     \
+  F(InstanceRecord, i_zz)     \
+  F(InstanceRecord, extent_x) \
+  F(InstanceRecord, extent_y) \
+  F(InstanceRecord, extent_z) \
+  F(InstanceRecord, error)    \
+  F(InstanceRecord, facing)   \
+  F(InstanceRecord, node)     \
+  F(InstanceRecord, mesh)
 #define BUCKET_FIELDS(F) F(LightBucket, threshold) F(LightBucket, alias)
 #define NODE_FIELDS(F)                                                                                        \
   F(LightNode, left_x)                                                                                        \
@@ -186,15 +219,17 @@ namespace {
           F(LightNode, right_flow_x) F(LightNode, right_flow_y) F(LightNode, right_flow_z) F(LightNode, link)
 #define DIAGNOSTICS_FIELDS(F) \
   F(Diagnostics, nonfinite)   \
-  F(Diagnostics, saturated) F(Diagnostics, reported) F(Diagnostics, report) F(Diagnostics, given_up)
-#define RECORDS(R)                                                                                             \
-  R(Frame, FRAME_FIELDS)                                                                                       \
-  R(Triangle, TRIANGLE_FIELDS)                                                                                 \
-  R(TriangleNormals, NORMALS_FIELDS)                                                                           \
-  R(MaterialRecord, MATERIAL_FIELDS)                                                                           \
-  R(TriangleTangents, TANGENTS_FIELDS) R(TriangleColors, COLORS_FIELDS) R(MaterialExtension, EXTENSION_FIELDS) \
-      R(TextureRecord, TEXTURE_FIELDS) R(Light, LIGHT_FIELDS) R(LightBucket, BUCKET_FIELDS) R(LightNode, NODE_FIELDS)                    \
-          R(Diagnostics, DIAGNOSTICS_FIELDS) R(ShapeRecord, SHAPE_FIELDS)
+  F(Diagnostics, saturated)   \
+  F(Diagnostics, reported) F(Diagnostics, report) F(Diagnostics, given_up)
+#define RECORDS(R)                                                                                         \
+  R(Frame, FRAME_FIELDS)                                                                                   \
+  R(Triangle, TRIANGLE_FIELDS)                                                                             \
+  R(TriangleNormals, NORMALS_FIELDS)                                                                       \
+  R(MaterialRecord, MATERIAL_FIELDS)                                                                       \
+  R(TriangleTangents, TANGENTS_FIELDS)                                                                     \
+  R(TriangleColors, COLORS_FIELDS) R(MaterialExtension, EXTENSION_FIELDS)                                   \
+      R(TextureRecord, TEXTURE_FIELDS) R(Light, LIGHT_FIELDS) R(LightBucket, BUCKET_FIELDS) R(LightNode, NODE_FIELDS) \
+          R(Diagnostics, DIAGNOSTICS_FIELDS) R(ShapeRecord, SHAPE_FIELDS) R(InstanceRecord, INSTANCE_FIELDS)
 
 #define FIELD_SIZE(record, field) +sizeof(record::field)
 #define CHECK_COMPLETE(record, fields) \

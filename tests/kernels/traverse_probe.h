@@ -27,6 +27,7 @@ struct ProbeRay {
 struct ProbeHit {
   float t = 0, u = 0, v = 0;
   std::uint32_t triangle = 0;
+  std::uint32_t instance = 0;  // 1 + the place, of a scene in two levels; else 0
 };
 
 /// The production frame's part that traversal reads: bounds of the scene.
@@ -176,6 +177,8 @@ class TraverseProbe {
     upload("material_extensions", scene.material_extensions);
     upload("textures", scene.textures);
     upload("shapes", scene.shapes);
+    upload("instances", accel_.instances);
+    two_level_ = features.has("instance");
     upload("diagnostics", std::vector<Diagnostics>(1));
     std::vector<std::uint32_t> texels(1);
     for (const auto& part : scene.texels) texels.insert(texels.end() - 1, part.begin(), part.end());
@@ -185,10 +188,11 @@ class TraverseProbe {
   std::vector<ProbeHit> closest(const std::vector<ProbeRay>& rays) {
     const std::vector<float> words = run(closest_, rays);
     std::vector<ProbeHit> hits(rays.size());
-    const std::size_t stride = words.size() / 4;
+    const std::size_t stride = words.size() / kHitWords;
     for (std::size_t i = 0; i < rays.size(); ++i) {
       hits[i] = {words[i], words[stride + i], words[2 * stride + i],
-                 std::bit_cast<std::uint32_t>(words[3 * stride + i])};
+                 std::bit_cast<std::uint32_t>(words[3 * stride + i]),
+                 two_level_ ? std::bit_cast<std::uint32_t>(words[4 * stride + i]) : 0};
     }
     return hits;
   }
@@ -203,7 +207,7 @@ class TraverseProbe {
   [[nodiscard]] const Accel& accel() const { return accel_; }
 
  private:
-  static constexpr std::size_t kChunk = 256;
+  static constexpr std::size_t kChunk = 256, kHitWords = 5;
 
   void compile(std::map<std::string, std::string> defines, const Options& options, const std::string& behind = "") {
     ProgramOptions program;
@@ -228,9 +232,9 @@ class TraverseProbe {
     return build_accel({soup}, accel_options(probe));
   }
   static Accel build(const PackedScene& scene, const Options& probe) {
-    const float* corners = scene.triangles.empty() ? nullptr : &scene.triangles.front().p0_x;
-    return build_accel(TriangleSoup(corners, scene.triangles.size(), sizeof(Triangle) / sizeof(float), scene.shapes.size()),
-                       accel_options(probe));
+    if (scene.instances.empty()) return build_accel(soup_of(scene), accel_options(probe));
+    return build_two_level({soup_of(scene), scene.shapes.size(), scene.stored_meshes, scene.instances, scene.place_boxes},
+                           accel_options(probe));
   }
 
   std::vector<float> run(Kernel& kernel, const std::vector<ProbeRay>& rays) {
@@ -244,7 +248,7 @@ class TraverseProbe {
       words[6 * stride + i] = rays[i].t_max;
     }
     arguments_.set("rays", device_.upload(words));
-    const Buffer hits = device_.allocate(4 * stride * sizeof(float));
+    const Buffer hits = device_.allocate(kHitWords * stride * sizeof(float));
     arguments_.set("hits", hits);
     arguments_.set("ray_count", static_cast<std::uint32_t>(rays.size()));
     arguments_.set("stride", static_cast<std::uint32_t>(stride));
@@ -257,6 +261,7 @@ class TraverseProbe {
   Device& device_;
   Accel accel_;
   bool coherent_;
+  bool two_level_ = false;
   Arguments arguments_;
   Kernel closest_, any_;
 };
