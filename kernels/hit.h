@@ -42,6 +42,10 @@ typedef struct {
 #if EK_HAS_instance
   uint instance;  // 0: the triangle is stored in the world; else 1 + its place, and the record is in its mesh's space
 #endif
+#if EK_HAS_implicit
+  float gave_up;  // first t at which the search for a surface was given up; infinite: nowhere
+  uint gave_up_surface;  // its number
+#endif
 #if defined(EK_COUNT) && EK_COUNT
   uint tests, steps;
 #endif
@@ -62,6 +66,10 @@ typedef struct {
 #if EK_HAS_instance
   uint instance[EK_ROWS] EK_ROWS_ALIGNED;
 #endif
+#if EK_HAS_implicit
+  float gave_up[EK_ROWS] EK_ROWS_ALIGNED;
+  uint gave_up_surface[EK_ROWS] EK_ROWS_ALIGNED;
+#endif
 } HitTable;
 
 EK_FN Hit no_hit(float t_max) {
@@ -71,6 +79,10 @@ EK_FN Hit no_hit(float t_max) {
   hit.triangle = EK_NO_HIT;
 #if EK_HAS_instance
   hit.instance = EK_NO_HIT;
+#endif
+#if EK_HAS_implicit
+  hit.gave_up = INFINITY;
+  hit.gave_up_surface = EK_NO_HIT;
 #endif
 #if defined(EK_COUNT) && EK_COUNT
   hit.tests = hit.steps = 0u;
@@ -93,6 +105,24 @@ EK_FN int passes_one(Geometry geometry, const RayOne* ray, uint triangle, float 
   return ANY(passes(geometry.scene, (vu)(triangle), (vf)(u), (vf)(v), ray_key(ray)));
 }
 
+#if EK_HAS_implicit
+// Keeps the nearest place at which a ray's search was given up.
+EK_FN void keep_given_up(float t, uint surface, float* nearest, uint* its_surface) {
+  const int nearer = (t < *nearest) | ((t == *nearest) & (surface < *its_surface));
+  *nearest = nearer ? t : *nearest;
+  *its_surface = nearer ? surface : *its_surface;
+}
+
+// Counts a ray that ends at t, unless it was given up behind that. Every traversal searches the surfaces whose boxes begin at or before the
+// end of a ray that reaches its end, and no search hangs on what others found nearer: so which rays count hangs on rays alone, not
+// on the order of traversal, nor on how much of a surface behind the hit was searched for nothing.
+EK_FN void report_given_up(Geometry geometry, float gave_up, uint surface, float t) {
+  if (!(gave_up < INFINITY) || !(gave_up <= t)) return;
+  atomic_add(&geometry.scene.diagnostics->given_up, 1u);
+  atomic_or(&geometry.scene.diagnostics->given_up_surfaces, 1u << min(surface, 31u));
+}
+#endif
+
 #if EK_HAS_shape
 // As try_triangle, of the record of a shape.
 EK_FN int try_shape(Geometry geometry, const RayOne* ray, uint id, const int any_hit, Hit* hit) {
@@ -106,7 +136,10 @@ EK_FN int try_shape(Geometry geometry, const RayOne* ray, uint id, const int any
   lanes.axis = (vf)((float)(ray->axis_z / 8u));
   lanes.key = ray_key(ray);
   const ShapeHit found = shape_hit(geometry.scene, &lanes, LANE_INDEX == (vu)(0u), (vu)(id), (vu)(as_uint(p[12])), V3((vf)(p[0]), (vf)(p[1]), (vf)(p[2])),
-                                   V3((vf)(p[3]), (vf)(p[4]), (vf)(p[5])));
+                                   V3((vf)(p[3]), (vf)(p[4]), (vf)(p[5])), (vf)(hit->t));
+#if EK_HAS_implicit
+  keep_given_up(((const float*)&found.gave_up)[0], as_uint(p[12]), &hit->gave_up, &hit->gave_up_surface);
+#endif
   const float t = ((const float*)&found.t)[0];
   if (!ANY(found.hit)) return 0;
   if (any_hit) return t < hit->t;

@@ -36,7 +36,7 @@ typedef struct {
 
 typedef struct {
   vi hit;
-  vf s;          // from ImplicitRay.o, in lengths of d; where hit
+  vf s;          // from ImplicitRay.o, in lengths of d; where hit, or where it was given up
   vi given_up;   // after EK_IMPLICIT_STEPS
 } ImplicitRoot;
 
@@ -120,8 +120,8 @@ EK_FN vf implicit_narrow(uint formula, ImplicitRay ray, vi live, vf a, vf b) {
   return best;
 }
 
-/// The first root of f on the ray, of the lanes of `live`.
-EK_FN ImplicitRoot implicit_root(uint formula, ImplicitRay ray, vi live) {
+/// The first root of f on the ray, of the lanes of `live`. until: what lies farther, in lengths of d from ImplicitRay.o, is of no use
+EK_FN ImplicitRoot implicit_root(uint formula, ImplicitRay ray, vi live, vf until) {
   const vf unit = ray.length * 0x1p-24f, resolution = ray.reach * 0x1p-23f, pad = implicit_pad(ray);
   vi open = live & (ray.length > 0.0f), crosses = (vi)(0);
   vu at = (vu)(0u), size = (vu)(IMPLICIT_PIECES);
@@ -130,11 +130,13 @@ EK_FN ImplicitRoot implicit_root(uint formula, ImplicitRay ray, vi live) {
   root.hit = (vi)(0);
   root.given_up = (vi)(0);
   for (uint step = 0; ANY(open); ++step) {
+    const vf begin = TO_F(AS_I(at)) * unit;
+    open = open & (begin <= until);
     if (step == EK_IMPLICIT_STEPS) {
       root.given_up = open;
       break;
     }
-    const vf begin = TO_F(AS_I(at)) * unit, end = TO_F(AS_I(at + size)) * unit;
+    const vf end = TO_F(AS_I(at + size)) * unit;
     const v3 p = along(ray.o, ray.d, begin), q = along(ray.o, ray.d, end);
     const ImplicitBounds bounds = implicit_bounds(formula, between(p.x, q.x, pad), between(p.y, q.y, pad), between(p.z, q.z, pad), ray.d);
     const vi rootless = (bounds.value.lo > 0.0f) | (bounds.value.hi < 0.0f) | bounds.undefined;
@@ -156,7 +158,7 @@ EK_FN ImplicitRoot implicit_root(uint formula, ImplicitRay ray, vi live) {
     size = done ? at & (0u - at) : size >> 1;
     open = open & !found & (at < IMPLICIT_PIECES);
   }
-  root.s = a + (b - a) * 0.5f;
+  root.s = root.given_up ? TO_F(AS_I(at)) * unit : a + (b - a) * 0.5f;
   if (ANY(crosses)) {
     const vf s = implicit_narrow(formula, ray, crosses, a, b);
     root.s = crosses ? s : root.s;

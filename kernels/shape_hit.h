@@ -8,6 +8,9 @@
 typedef struct {
   vi hit;
   vf t, part;
+#if EK_HAS_implicit
+  vf gave_up;  // t at which the search for a surface was given up; infinite: it was not
+#endif
 } ShapeHit;
 
 #if EK_HAS_opacity
@@ -37,9 +40,11 @@ EK_FN ShapeInterval shape_interval(const RayLanes* ray, v3 lo, v3 hi) {
 }
 
 /// The first place where each ray meets its shape and does not pass it. Reads of `ray` p_o, s, p_rz, axis, and key.
-/// live: lanes that count, all of whose intervals within the shape's box are not empty; id: the shape's record in scene.triangles
+/// live: lanes that count, all of whose intervals within the shape's box are not empty; id: the shape's record in scene.triangles;
+/// until: hits behind that t are of no use
 // In the shape's space, by the depth on the ray's longest axis: the direction (sx, sy, 1) is what triangles are tested with.
-EK_FN ShapeHit shape_hit_within(SceneData scene, const RayLanes* ray, vi live, vu id, vu shape, ShapeLanes s, ShapeInterval within) {
+EK_FN ShapeHit shape_hit_within(SceneData scene, const RayLanes* ray, vi live, vu id, vu shape, ShapeLanes s, ShapeInterval within,
+                                vf until) {
   const vi z_is_x = ray->axis == 0.0f, z_is_y = ray->axis == 1.0f;
   const vf sign = copysign_f((vf)(1.0f), ray->p_rz);
   const v3 origin = unpermute3(V3(ray->p_ox, ray->p_oy, ray->p_oz), z_is_x, z_is_y);
@@ -50,12 +55,17 @@ EK_FN ShapeHit shape_hit_within(SceneData scene, const RayLanes* ray, vi live, v
   found.hit = (vi)(0);
   found.t = found.part = (vf)(0.0f);
   vi open = live;
+#if EK_HAS_implicit
+  // In depths; what t is clamped by is within the pads, and counts twice.
+  const vf until_z = (until / abs_f(ray->p_rz)) * (1.0f + 0x1p-10f) + abs_f(ray->nx - ray->fx);
+  found.gave_up = EK_INFINITY;
+#endif
   vf after = (vf)(0.0f);
   for (uint number = 0;; ++number) {
 #if EK_HAS_implicit
     ShapeRoot root = shape_root(s, o, d, after);
     const vi is_implicit = open & (s.kind == (uint)SHAPE_implicit);
-    if (ANY(is_implicit)) root = implicit_shape_root(scene, s, shape, is_implicit, o, d, root);
+    if (ANY(is_implicit)) root = implicit_shape_root(scene, s, shape, is_implicit, o, d, until_z, root, &found.gave_up);
 #else
     const ShapeRoot root = shape_root(s, o, d, after);
 #endif
@@ -78,13 +88,17 @@ EK_FN ShapeHit shape_hit_within(SceneData scene, const RayLanes* ray, vi live, v
   }
   const vf t = found.t * abs_f(ray->p_rz);
   found.t = min_f(max_f(t, within.begin), within.end);
+#if EK_HAS_implicit
+  found.gave_up = found.gave_up * abs_f(ray->p_rz);
+#endif
   return found;
 }
 
 /// The same of rays of which it is not known whether they meet the box from lo to hi. Reads r, n and f of `ray`, too.
-EK_FN ShapeHit shape_hit(SceneData scene, const RayLanes* ray, vi live, vu id, vu shape, v3 lo, v3 hi) {
+EK_FN ShapeHit shape_hit(SceneData scene, const RayLanes* ray, vi live, vu id, vu shape, v3 lo, v3 hi, vf until) {
   const ShapeInterval within = shape_interval(ray, lo, hi);
-  return shape_hit_within(scene, ray, live & (within.begin <= within.end), id, shape, load_shape(scene.shapes, shape), within);
+  return shape_hit_within(scene, ray, live & (within.begin <= within.end), id, shape, load_shape(scene.shapes, shape), within,
+                          until);
 }
 
 /// The same of one shape for all rays; of those that end before its box it is not asked.
@@ -92,14 +106,19 @@ EK_FN ShapeHit shape_hit(SceneData scene, const RayLanes* ray, vi live, vu id, v
 EK_FN ShapeHit shape_hit_one(SceneData scene, const RayLanes* ray, vi live, vf t, uint id, v3 lo, v3 hi) {
   const ShapeInterval within = shape_interval(ray, lo, hi);
   const vi meets = live & (within.begin <= min_f(within.end, t));
-  const ShapeHit none = {(vi)(0), (vf)(0.0f), (vf)(0.0f)};
+  ShapeHit none;
+  none.hit = (vi)(0);
+  none.t = none.part = (vf)(0.0f);
+#if EK_HAS_implicit
+  none.gave_up = EK_INFINITY;
+#endif
   if (!ANY(meets)) return none;
   const uint shape = as_uint(((global const float*)(scene.triangles + id))[12]);
   global const float* p = (global const float*)(scene.shapes + shape);
   const ShapeLanes s = {V3((vf)(p[0]), (vf)(p[1]), (vf)(p[2])), V3((vf)(p[3]), (vf)(p[4]), (vf)(p[5])),
                         V3((vf)(p[6]), (vf)(p[7]), (vf)(p[8])), V3((vf)(p[9]), (vf)(p[10]), (vf)(p[11])),
                         (vf)(p[12]), (vf)(p[13]), (vf)(p[14]), (vu)(as_uint(p[15]))};
-  return shape_hit_within(scene, ray, meets, (vu)(id), (vu)(shape), s, within);
+  return shape_hit_within(scene, ray, meets, (vu)(id), (vu)(shape), s, within, t);
 }
 
 #endif

@@ -30,19 +30,20 @@ EK_FN ImplicitRay implicit_own_ray(ShapeLanes s, ImplicitPlace place, v3 o, v3 d
 }
 
 /// Where the ray o + z d, in own space, first meets f = 0 with z > 0; `root` of the lanes that are not `live`. part: the root in
-/// lengths of the clipped ray, from which the point is found again without the error of z.
-EK_FN ShapeRoot implicit_shape_root(SceneData scene, ShapeLanes s, vu shape, vi live, v3 o, v3 d, ShapeRoot root) {
+/// lengths of the clipped ray, from which the point is found again without the error of z. until: how far to look, in z; gave_up: where
+/// a search was given up, in z; infinite where none was
+EK_FN ShapeRoot implicit_shape_root(SceneData scene, ShapeLanes s, vu shape, vi live, v3 o, v3 d, vf until, ShapeRoot root, vf* gave_up) {
   const ImplicitPlace place = implicit_place(rec16(scene.shapes, 2u * shape + 1u));
   const ImplicitRay ray = implicit_own_ray(s, place, o, d);
   EK_FOR_EACH_FORMULA(k, place.formula) {
     const vi mine = live & (place.formula == (vu)(k));
     if (!ANY(mine)) continue;
-    const ImplicitRoot found = implicit_root(k, ray, mine);
+    const ImplicitRoot found = implicit_root(k, ray, mine, until / ray.per_length - ray.begin);
     const vf z = (ray.begin + found.s) * ray.per_length;
     root.hit = mine ? (found.hit & (z > 0.0f)) : root.hit;
     root.z = mine ? z : root.z;
     root.part = mine ? found.s : root.part;
-    if (ANY(found.given_up)) atomic_add(&scene.diagnostics->given_up, (uint)popcount(mask_bits(found.given_up)));
+    *gave_up = (mine & found.given_up) ? z : *gave_up;
   }
   return root;
 }

@@ -86,12 +86,19 @@ EK_FN void tracing_store(HitTable* hits, uint row, HitLanes hit) {
 #if EK_HAS_instance
   *(vu*)(hits->instance + row) = hit.instance;
 #endif
+#if EK_HAS_implicit
+  *(vf*)(hits->gave_up + row) = hit.gave_up;
+  *(vu*)(hits->gave_up_surface + row) = hit.gave_up_surface;
+#endif
 }
 
 #if USE_WIDE && EK_WIDTH > 1
 EK_FN void tracing_run_packets(Geometry geometry, Packet* packets, uint count, const int any_hit, HitTable* hits) {
   traverse_packets(geometry, packets, count, any_hit);
   for (uint i = 0; i < count; ++i) {
+#if EK_HAS_implicit
+    packet_report_given_up(geometry, packets + i);
+#endif
     HitLanes hit = packets[i].hit;
     const vi valid = packets[i].valid;
     if (any_hit) hit.triangle = (valid & (hit.t < 0.0f)) ? (vu)(0u) : hit.triangle;
@@ -135,6 +142,9 @@ EK_FN void tracing_run_sorted(constant Frame* frame, Geometry geometry, Tracing*
     const vi valid = packet_valid(ray, t_max, count);
     Packet packet = tracing_packet(ray, valid, t_max, 0);
     traverse_packets(geometry, &packet, 1u, any_hit);
+#if EK_HAS_implicit
+    packet_report_given_up(geometry, &packet);
+#endif
     HitLanes hit = packet.hit;
     if (any_hit) hit.triangle = (valid & (hit.t < 0.0f)) ? (vu)(0u) : hit.triangle;
     hit.t = valid ? hit.t : (vf)(EK_INFINITY);
@@ -224,6 +234,9 @@ EK_FN void tracing_finish(constant Frame* frame, Geometry geometry, Tracing* tra
     hits->triangle[row] = any_hit & found ? 0u : hit.triangle;
 #if EK_HAS_instance
     hits->instance[row] = hit.instance;
+#endif
+#if EK_HAS_implicit
+    if (!(any_hit & found)) report_given_up(geometry, hit.gave_up, hit.gave_up_surface, hit.t);
 #endif
   }
 #endif

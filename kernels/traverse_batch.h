@@ -292,7 +292,17 @@ EK_FN void batch_resolve(Geometry geometry, RayOne* rays, const uint* rows, cons
     ray.key = batch_keys(rays, rows);
 #endif
     const ShapeHit shape = shape_hit(geometry.scene, &ray, is_shape & (LANE_INDEX < (vu)(count)), *(const vu_unaligned*)triangles, is_shape ? AS_U(record.wc) : (vu)(0u),
-                                     V3(record.w0, record.w1, record.w2), V3(record.w3, record.w4, record.w5));
+                                     V3(record.w0, record.w1, record.w2), V3(record.w3, record.w4, record.w5), end);
+#if EK_HAS_implicit
+    if (mask_bits(shape.gave_up < EK_INFINITY) != 0) {
+      float gave_up[EK_WIDTH] EK_ROWS_ALIGNED;
+      uint surface[EK_WIDTH] EK_ROWS_ALIGNED;
+      *(vf*)gave_up = shape.gave_up;
+      *(vu*)surface = AS_U(record.wc);
+      for (uint lane = 0; lane < count; ++lane)
+        keep_given_up(gave_up[lane], surface[lane], hits->gave_up + rows[lane], hits->gave_up_surface + rows[lane]);
+    }
+#endif
     found.hit = found.hit | (is_shape & shape.hit);
     found.t = is_shape ? shape.t : found.t;
     found.u = is_shape ? shape.part : found.u;
@@ -455,6 +465,10 @@ EK_FN void traverse_batch(Geometry geometry, RayOne* rays, const uchar* rows, ui
     for (uint i = 0; i < counts.done; ++i) {
       const uint old = lists.done[i], base = bases[old];
       hits->t[old] = rays[old].t;
+#if EK_HAS_implicit
+      if (!any_hit || hits->triangle[old] == EK_NO_HIT)
+        report_given_up(geometry, hits->gave_up[old], hits->gave_up_surface[old], rays[old].t);
+#endif
       if (opened == count) continue;
       const uint row = rows[opened++], at = counts.node++;
       bases[row] = base;

@@ -79,6 +79,10 @@ typedef struct {
 #if EK_HAS_instance
   vu instance;  // as Hit's
 #endif
+#if EK_HAS_implicit
+  vf gave_up;
+  vu gave_up_surface;
+#endif
 } HitLanes;
 
 EK_FN HitLanes no_hit_lanes(vf t_max) {
@@ -88,6 +92,10 @@ EK_FN HitLanes no_hit_lanes(vf t_max) {
   hit.triangle = (vu)(EK_NO_HIT);
 #if EK_HAS_instance
   hit.instance = (vu)(EK_NO_HIT);
+#endif
+#if EK_HAS_implicit
+  hit.gave_up = EK_INFINITY;
+  hit.gave_up_surface = (vu)(EK_NO_HIT);
 #endif
   return hit;
 }
@@ -267,10 +275,17 @@ EK_FN uint packet_candidates(Geometry geometry, global const float* block, const
 }
 
 #if EK_HAS_shape
-// Tests the shape of a place in a block; u is its part.
-EK_FN TriangleHit_lanes packet_shape(SceneData scene, const Packet* p, global const float* at, uint id) {
+// Tests the shape of a place in a block, and keeps where its search was given up; u is its part.
+EK_FN TriangleHit_lanes packet_shape(SceneData scene, Packet* p, global const float* at, uint id) {
   const ShapeHit met = shape_hit_one(scene, &p->ray, p->valid, p->hit.t, id, V3((vf)(at[0]), (vf)(at[8]), (vf)(at[16])),
                                      V3((vf)(at[24]), (vf)(at[32]), (vf)(at[40])));
+#if EK_HAS_implicit
+  const vu shape = (vu)(as_uint(((global const float*)(scene.triangles + id))[12]));
+  HitLanes* hit = &p->hit;
+  const vi nearer = (met.gave_up < hit->gave_up) | ((met.gave_up == hit->gave_up) & (shape < hit->gave_up_surface));
+  hit->gave_up = nearer ? met.gave_up : hit->gave_up;
+  hit->gave_up_surface = nearer ? shape : hit->gave_up_surface;
+#endif
   const TriangleHit_lanes found = {met.hit, met.t, met.part, (vf)(0.0f)};
   return found;
 }
@@ -415,6 +430,16 @@ EK_FN int packet_step(Geometry geometry, Packet* p, PacketStack* stack, const in
   p->waiting = waiting;
   return 1;
 }
+
+#if EK_HAS_implicit
+EK_FN void packet_report_given_up(Geometry geometry, const Packet* p) {
+  for (uint bits = mask_bits(p->valid & (p->hit.gave_up < EK_INFINITY)); bits != 0; bits &= bits - 1u) {
+    const uint lane = lowest_bit(bits);
+    report_given_up(geometry, ((const float*)&p->hit.gave_up)[lane], ((const uint*)&p->hit.gave_up_surface)[lane],
+                    ((const float*)&p->hit.t)[lane]);
+  }
+}
+#endif
 
 // Several at once, one step of each in turn: in a large tree the next node of a packet is fetched while the others move.
 EK_FN void traverse_packets(Geometry geometry, Packet* packets, uint count, const int any_hit) {

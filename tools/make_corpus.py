@@ -267,6 +267,66 @@ def graphs(corpus):
         corpus.add("uri_of_a_buffer", "bad", replaced(root, ("buffers", 0, "uri"), uri))
 
 
+def with_formula(f, bounds=(-1, -1, -1, 1, 1, 1)):
+    root = small_document()
+    root["extensionsUsed"] = ["EIKON_implicit_surface"]
+    root["nodes"].append({"name": "surface", "extensions": {"EIKON_implicit_surface": {"f": f, "bounds": list(bounds)}}})
+    root["scenes"][0]["nodes"].append(len(root["nodes"]) - 1)
+    return root
+
+
+def formulas(corpus):
+    seeds = ("x^2+y^2+z^2-1", "(x^2+y^2+z^2+3)^2-16*(x^2+y^2)", "sin(x)*cos(y)+sin(y)*cos(z)+sin(z)*cos(x)",
+             "exp(-(x^2+y^2))+exp(-((x-1)^2+z^2))-0.5", "min(max(x,y),z)-abs(x*y)/sqrt(z^2+1)", "tan(x)-log(y+2)^-3*atan(z)*pi")
+    for seed in seeds:
+        corpus.add("formula_good", "good", with_formula(seed))
+    bad = ("", " ", "x+", "2x", "x)", "(x", "foo(x)", "x+w", "3", "x/0", "x^y^", "sin x", "min(x)", "x;system(1)", "x+1e39", "x + .",
+           "x\u0000+y", "\u00b2x", "\ud83d\ude00", "x" * 5000, "(" * 70 + "x" + ")" * 70, "-" * 5000 + "x", "*".join(["x"] * 3000),
+           "log(0-1)*x", "x*(1e38*1e38)", "__kernel", "get_global_id(0)", "x // y", "/* */ x", "x\n#include y", "nan", "inf*x")
+    for i, text in enumerate(bad):
+        corpus.add(f"formula_bad_{i}", "bad", with_formula(text))
+    for bounds in ((), (-1, -1, -1, 1, 1), (1, -1, -1, -1, 1, 1), (0, 0, 0, 0, 0, 0), (-1e300, -1, -1, 1, 1, 1), (1e6, 0, 0, 1000000.01, 1, 1),
+                   ("a", 0, 0, 1, 1, 1), (None, 0, 0, 1, 1, 1)):
+        corpus.add("formula_bounds", "bad", with_formula("x", bounds))
+    # Characters that come, go, double and change places; the same every time.
+    state = 12345
+
+    def below(n):
+        nonlocal state
+        state = (state * 1103515245 + 12345) & 0x7FFFFFFF
+        return (state >> 8) % n
+
+    letters = "xyz0123456789.+-*/^(),e \t\n_#;=abcdefghijklmnopqrstuvw\u00ff\u0001"
+    for i in range(400):
+        text = seeds[below(len(seeds))]
+        for _ in range(1 + below(5)):
+            at, kind = below(len(text) + 1), below(4)
+            if kind == 0:
+                text = text[:at] + letters[below(len(letters))] + text[at:]
+            elif kind == 1:
+                text = text[:at] + text[at + 1 + below(4):]
+            elif kind == 2:
+                other = seeds[below(len(seeds))]
+                text = text[:at] + other[below(len(other)):][: below(12)] + text[at:]
+            else:
+                text = text + text[at:]
+        corpus.add(f"formula_changed_{i}", "any", with_formula(text))
+
+
+def instances(corpus):
+    root = small_document()
+    translations = len(root["accessors"])
+    root["extensionsUsed"] = ["EXT_mesh_gpu_instancing"]
+    root["nodes"][0]["extensions"] = {"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": translations}}}
+    for count in (0, -1, 4000000000, 1 << 62):
+        claims = copy.deepcopy(root)
+        claims["accessors"].append({"bufferView": 0, "componentType": 5126, "count": count, "type": "VEC3"})
+        corpus.add(f"instances_claim_{count}", "bad", claims)
+        claims = copy.deepcopy(root)
+        claims["accessors"].append({"componentType": 5126, "count": count, "type": "VEC3"})
+        corpus.add(f"instances_of_nothing_{count}", "bad", claims)
+
+
 def compressed(corpus):
     for extension, name, payloads in (
         ("KHR_draco_mesh_compression", "draco", [DRACO]),
@@ -308,6 +368,8 @@ def main():
     environments(corpus)
     containers(corpus)
     graphs(corpus)
+    formulas(corpus)
+    instances(corpus)
     compressed(corpus)
     corpus.write()
     print(f"{len(corpus.cases)} cases in {args.folder}")

@@ -11,12 +11,27 @@
 #include "image/image.h"
 #include "render/error_counter.h"
 #include "render/placed_meshes.h"
+#include "scene/text.h"
 #include "shared/records.h"
 
 namespace eikon {
 namespace {
 
 /// all: also those of the runs before this one, which are in the film's counts alone
+/// "12 rays gave up the search for surface 'gyroid' after 4096 steps, ..."
+std::string given_up_line(const Scene& scene, const RenderReport& report) {
+  std::string names;
+  for (std::size_t i = 0; i < std::min<std::size_t>(scene.shapes.size(), 31); ++i)
+    if ((report.given_up_surfaces >> i & 1U) != 0)
+      names += (names.empty() ? "" : ", ") + in_quotes(scene.shapes[i].name);
+  if ((report.given_up_surfaces >> 31U) != 0) names += names.empty() ? "by formula" : " and others";
+  return fmt::format(
+      "{} rays gave up the search for surface {} after {} steps, and went on as if it were not there; tighten its "
+      "bounds, or "
+      "write its formula with fewer occurrences of x, y and z",
+      report.given_up, names, EK_IMPLICIT_STEPS);
+}
+
 std::string rejected_line(const RenderReport& report, std::uint64_t all) {
   const std::uint64_t now = report.nonfinite + report.saturated;
   std::string line = fmt::format("{} samples were rejected ({} not finite, {} beyond the film's range", all,
@@ -52,6 +67,11 @@ void RenderJob::load() {
 void RenderJob::load(std::shared_ptr<Scene> scene, double load_s) {
   prepared_ = settle(options_.scene, std::move(scene), options_.quiet ? say_on_stderr(true) : say_);
   prepared_.load_s = load_s;
+  if (options_.execution.instances == InstanceMode::two_level) {
+    InstanceChoice choice;
+    (void)features_of(*prepared_.scene, prepared_.settings, options_.execution, &choice);
+    if (choice.refused) say_(fmt::format("--instances two-level: meshes are stored for each place: {}", choice.why));
+  }
   checkpoint_.begin(prepared_);
 }
 
@@ -132,11 +152,7 @@ void RenderJob::write() {
     say_(fmt::format("arithmetic {}: other devices may give other bits; see `eikon selftest`",
                      fmt::join(done_->arithmetic, ", ")));
   if (const std::uint64_t all = rejected_samples(); all > 0) say_(rejected_line(report(), all));
-  if (const std::uint64_t searches = report().given_up; searches > 0)
-    say_(fmt::format(
-        "{} searches for an implicit surface were given up after {} steps, as if it were not there; tighten its "
-        "bounds, or write its formula with fewer occurrences of x, y and z",
-        searches, EK_IMPLICIT_STEPS));
+  if (report().given_up > 0) say_(given_up_line(*prepared_.scene, report()));
   if (report().interrupted) {
     const Settings& settings = prepared_.settings;
     say_(fmt::format("interrupted: {} of {} samples are in {}", done_->done.sample_count(),

@@ -152,6 +152,7 @@ void Crew::finished(std::size_t device, const Schedule::Dealt& dealt, const Unit
   totals_.render_s = rendered_before_s_ + now_s - stretch_begin_s_;
   totals_.rays += result.rays;
   totals_.given_up += result.given_up;
+  totals_.given_up_surfaces |= result.given_up_surfaces;
   totals_.nonfinite += result.nonfinite;
   totals_.saturated += result.saturated;
   for (const RejectedSample& sample : result.rejected)

@@ -76,6 +76,7 @@ class Crew {
     double first_sample_s = 0, render_s = 0;
     RayCounts rays;
     std::uint64_t given_up = 0;
+    std::uint32_t given_up_surfaces = 0;
     std::uint64_t nonfinite = 0, saturated = 0;
     std::vector<RejectedSample> rejected;  // the first few
   };

@@ -17,6 +17,7 @@ MemoryNeed memory_need(const PackedScene& packed, const WavefrontConfig& config,
   need.textures = 4 * packed.texel_count();
   need.geometry = packed.bytes(config.layout) - need.textures;
   need.paths = path_pool_bytes(config, features);
+  need.saved_once = packed.saved_once;
   const auto buffer = [&](const char* name, std::uint64_t bytes) {
     if (bytes > need.largest_bytes) need.largest = name, need.largest_bytes = bytes;
   };
@@ -52,16 +53,21 @@ void require_memory(const MemoryNeed& need, const DeviceInfo& device, const Exec
   const std::uint64_t available = capped ? execution.memory_bytes : device.memory_bytes;
   const std::string figures = fmt::format("textures {}, geometry {}, paths in flight {}", megabytes(need.textures),
                                           megabytes(need.geometry), megabytes(need.paths));
-  const char* const advice = need.paths > need.textures + need.geometry ? "allow more memory"
-                             : need.textures > need.geometry            ? "use smaller images"
-                                                                        : "use simpler meshes or fewer instances";
+  const bool once = need.saved_once > 0 && execution.instances != InstanceMode::two_level;
+  const std::string advice =
+      need.paths > need.textures + need.geometry ? "allow more memory, or make the picture smaller (--size)"
+      : need.textures > need.geometry            ? "use smaller images"
+      : once ? fmt::format("store meshes once (--instances two-level saves about {})", megabytes(need.saved_once))
+      : execution.accel != "bvh" ? "use --accel bvh, which takes the least, simpler meshes or fewer instances"
+                                 : "use simpler meshes or fewer instances";
   if (need.total() > available)
-    throw DeviceError(fmt::format("the scene does not fit device '{}': {}; {} is {}; {}, or another device (--devices)",
-                                  device.name, figures,
-                                  capped                        ? "--memory"
-                                  : device.memory_limit.empty() ? "its memory"
-                                                                : fmt::format("what {} allows", device.memory_limit),
-                                  megabytes(available), advice));
+    throw DeviceError(
+        fmt::format("the scene does not fit device '{}': it needs {} ({}); {} is {}; {}, or another device (--devices)",
+                    device.name, megabytes(need.total()), figures,
+                    capped                        ? "--memory"
+                    : device.memory_limit.empty() ? "its memory"
+                                                  : fmt::format("what {} allows", device.memory_limit),
+                    megabytes(available), advice));
   if (need.largest_bytes > device.max_allocation_bytes)
     throw DeviceError(fmt::format(
         "the scene does not fit device '{}': {}; {} need {} in one buffer, which may have {}; {}, or another device "

@@ -13,6 +13,7 @@ namespace eikon {
 
 struct MemoryNeed {
   std::uint64_t textures = 0, geometry = 0, paths = 0;  // bytes; geometry: triangles, tree, materials and lights
+  std::uint64_t saved_once = 0;  // roughly, if meshes at several places were stored once; 0: they are, or there are none
   std::string largest;                                  // the largest single buffer
   std::uint64_t largest_bytes = 0;
   [[nodiscard]] std::uint64_t total() const { return textures + geometry + paths; }

@@ -53,6 +53,7 @@ struct PackedScene {
   std::vector<LightBucket> environment_buckets;  // choice among them
   std::vector<PackedLight> light_summary;        // one per emissive material, other light, and the environment
   std::map<std::string, Accel> accels;           // by layout
+  std::uint64_t saved_once = 0;                  // bytes that two levels would save, roughly; 0 where there are two
   float environment_probability = 0;             // of light sampling choosing the environment
   Bounds bounds;                                 // of the triangles and shapes; empty when there are none
   double build_s = 0;

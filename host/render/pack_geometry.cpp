@@ -33,6 +33,7 @@ class GeometryPacker {
         release_(release),
         packed_(packed),
         passable_(scene),
+        features_(features),
         two_level_(features.has("instance")),
         has_vertex_normal_(features.has("vertex_normal")),
         has_uv_(features.has("uv")),
@@ -45,6 +46,7 @@ class GeometryPacker {
   void pack() {
     placed_ = find_placed_meshes(scene_);
     const bool two_level = two_level_ && !placed_.places.empty();
+    if (!two_level) packed_.saved_once = bytes_saved_once(placed_, features_);
     std::uint64_t count = two_level ? placed_.stored_triangles : placed_.placed_triangles;
     std::vector<std::size_t> last_node(scene_.meshes.size());
     for (std::size_t n = 0; n < scene_.nodes.size(); ++n) {
@@ -288,6 +290,7 @@ class GeometryPacker {
   PackedScene& packed_;
   PassableMaterials passable_;
   PlacedMeshes placed_;
+  const Features& features_;
   bool two_level_;
   bool has_vertex_normal_, has_uv_, has_normals_, has_normal_texture_, has_uv1_, has_tangents_, has_colors_;
 };

@@ -105,6 +105,29 @@ bool can_be_stored_once(const Scene& scene, const Mesh& mesh, const PassableMate
 
 }  // namespace
 
+namespace {
+
+/// Of places and their meshes, roughly.
+struct StoredBytes {
+  std::uint64_t flat = 0, two_level = 0;
+};
+
+StoredBytes stored_bytes(const PlacedMeshes& placed, const Features& features) {
+  const std::uint64_t bytes = kTreeBytes + sizeof(Triangle) +
+                              (features.has("vertex_normal") || features.has("uv") ? sizeof(TriangleNormals) : 0) +
+                              (features.has("normal_texture") || features.has("uv1") ? sizeof(TriangleTangents) : 0) +
+                              (features.has("vertex_color") ? sizeof(TriangleColors) : 0);
+  return {bytes * placed.placed_triangles,
+          bytes * placed.stored_triangles + (sizeof(InstanceRecord) + kTopBytes) * placed.places.size()};
+}
+
+}  // namespace
+
+std::uint64_t bytes_saved_once(const PlacedMeshes& placed, const Features& features) {
+  const StoredBytes bytes = stored_bytes(placed, features);
+  return bytes.flat > bytes.two_level ? bytes.flat - bytes.two_level : 0;
+}
+
 PlacedMeshes find_placed_meshes(const Scene& scene) {
   PlacedMeshes found;
   found.is_place.resize(scene.nodes.size(), false);
@@ -157,13 +180,9 @@ InstanceChoice choose_instances(const PlacedMeshes& placed, const Features& feat
     return choice;
   };
   if (placed.places.empty()) return flat("no opaque mesh stands at two places");
-  const std::uint64_t bytes = kTreeBytes + sizeof(Triangle) +
-                              (features.has("vertex_normal") || features.has("uv") ? sizeof(TriangleNormals) : 0) +
-                              (features.has("normal_texture") || features.has("uv1") ? sizeof(TriangleTangents) : 0) +
-                              (features.has("vertex_color") ? sizeof(TriangleColors) : 0);
-  choice.flat_bytes = bytes * placed.placed_triangles;
-  choice.two_level_bytes =
-      bytes * placed.stored_triangles + (sizeof(InstanceRecord) + kTopBytes) * placed.places.size();
+  const StoredBytes bytes = stored_bytes(placed, features);
+  choice.flat_bytes = bytes.flat;
+  choice.two_level_bytes = bytes.two_level;
   if (execution.accel != "bvh") return flat(fmt::format("--accel {} has one level", execution.accel));
   if (!execution.layout.empty() && execution.layout != "probe" && !has_two_levels(execution.layout))
     return flat(fmt::format("--layout {} has one level", execution.layout));

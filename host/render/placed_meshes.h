@@ -52,6 +52,9 @@ struct InstanceChoice {
                 two_level_bytes = 0;  // of what the places and their meshes take, trees included, roughly
 };
 
+/// What two levels save of the scene's memory, roughly; 0: nothing.
+[[nodiscard]] std::uint64_t bytes_saved_once(const PlacedMeshes& placed, const Features& features);
+
 /// By --instances; with `automatic`, two levels where they save half of the bytes, and so many that it matters.
 [[nodiscard]] InstanceChoice choose_instances(const PlacedMeshes& placed, const Features& features,
                                               const Execution& execution);

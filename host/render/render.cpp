@@ -287,6 +287,7 @@ RenderOutput pack_and_render(const Pack& pack, const Features& features, const S
   report.rays = totals.rays;
   report.samples = totals.samples;
   report.given_up = totals.given_up;
+  report.given_up_surfaces = totals.given_up_surfaces;
   report.nonfinite = totals.nonfinite;
   report.saturated = totals.saturated;
   report.rejected = totals.rejected;
@@ -297,7 +298,7 @@ RenderOutput pack_and_render(const Pack& pack, const Features& features, const S
     report.upload_s = std::max(report.upload_s, device.upload_s);
   }
   report.features = features.summary();
-  report.triangles = packed.triangle_count();
+  report.triangles = packed.seen_triangle_count();
   report.geometry_bytes = packed.bytes(layout);
   const auto tree = packed.accels.find(layout);
   report.reinserted = tree != packed.accels.end() && tree->second.reinserted;

@@ -26,7 +26,8 @@ struct RenderReport {
   RayCounts rays;
   std::uint64_t samples = 0;                   // finished, rejected ones included
   std::uint64_t samples_before = 0;            // those that the render began with
-  std::uint64_t given_up = 0;  // searches of implicit surfaces that took too many steps: the ray went on
+  std::uint64_t given_up = 0;  // rays whose search for an implicit surface took too many steps, before their hit: they went on
+  std::uint32_t given_up_surfaces = 0;  // for which shapes: bit i of Scene::shapes[i], bit 31 of [31] and all behind it
   std::uint64_t nonfinite = 0, saturated = 0;  // left out of the film
   std::vector<RejectedSample> rejected;        // the first few
   bool interrupted = false;

@@ -448,6 +448,7 @@ struct Wavefront::Impl {
     result.nonfinite = diagnostics.nonfinite;
     result.saturated = diagnostics.saturated;
     result.given_up = diagnostics.given_up;
+    result.given_up_surfaces = diagnostics.given_up_surfaces;
     for (std::uint32_t i = 0; i < std::min<std::uint32_t>(diagnostics.reported, EK_REPORT_COUNT); ++i) {
       const std::uint32_t xy = slot.pixels[diagnostics.report[2 * i]];
       result.rejected.push_back({xy & 0xffffU, xy >> 16, slot.unit.sample_begin + diagnostics.report[2 * i + 1]});

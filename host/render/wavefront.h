@@ -35,7 +35,8 @@ struct RejectedSample {
 struct UnitResult {
   UnitSums sums;
   RayCounts rays;
-  std::uint64_t given_up = 0;  // searches of implicit surfaces
+  std::uint64_t given_up = 0;           // rays that searched implicit surfaces
+  std::uint32_t given_up_surfaces = 0;  // which: Diagnostics
   std::uint64_t nonfinite = 0, saturated = 0;
   std::vector<RejectedSample> rejected;  // the first few
 };

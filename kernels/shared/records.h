@@ -239,9 +239,10 @@ typedef struct {
   uint saturated;                 // samples beyond the film's range
   uint reported;                  // entries of `report` that were claimed
   uint report[2 * EK_REPORT_COUNT];  // pixel of the unit, sample of the unit
-  uint given_up;                  // searches of implicit surfaces that took too many steps
+  uint given_up;                  // rays whose search for an implicit surface took too many steps
+  uint given_up_surfaces;         // of which shapes: bit i of number i; bit 31 of that and all behind it
 } Diagnostics;
-EK_ASSERT_SIZE(Diagnostics, 80);
+EK_ASSERT_SIZE(Diagnostics, 84);
 
 #define EK_PATH_STAGES 5          // EK_PATH_STAGE of stages.def
 #define EK_TALLY_DEPTHS 16        // depths that are counted apart; what is deeper is counted with the last

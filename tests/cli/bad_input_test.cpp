@@ -48,6 +48,57 @@ TEST(BadInput, data_that_lies_is_refused) {
   EXPECT_EQ(here.files(), before);
 }
 
+TEST(BadInput, surfaces_by_formula_that_are_none_are_refused_by_name) {
+  const Workplace here;
+  const std::string torus = read_bytes(scene("implicit_torus.gltf"));
+  const std::size_t at = torus.find("\"f\": \""), bounds = torus.find("\"bounds\": [");
+  ASSERT_NE(at, std::string::npos);
+  ASSERT_NE(bounds, std::string::npos);
+  const auto with = [&](const std::string& f, const std::string& limits) {
+    std::string text = torus;
+    if (!limits.empty()) text.replace(bounds, text.find(']', bounds) + 1 - bounds, limits);
+    const std::size_t from = text.find("\"f\": \"") + 6;
+    if (!f.empty()) text.replace(from, text.find('"', from) - from, f);
+    here.write("surface.gltf", text);
+  };
+  const std::vector<std::pair<std::string, std::string>> formulas = {{"x^2 +", "column 6"},
+                                                                     {"x + radius", "unknown name 'radius'"},
+                                                                     {std::string(5000, 'x'), "too long"},
+                                                                     {"3", "does not depend on x, y or z"},
+                                                                     {"x/0", "division by zero"}};
+  const std::vector<std::pair<std::string, std::string>> limits = {
+      {"\"boundaries\": [-1, -1, -1, 1, 1, 1]", "'bounds' is missing"},
+      {"\"bounds\": [1, -1, -1, 1, 1, 1]", "'bounds' are empty: x from 1 to 1"},
+      {"\"bounds\": [-1, -1, -1, 1, 1, 1e400]", ""},  // infinite: no JSON number
+      {"\"bounds\": [-1, -1, -1, 1, 1, 1e39]", "'bounds' reach z = 1e+39"},
+      {"\"bounds\": [-1, -1, -1, 1, 1, NaN]", ""},
+      {"\"bounds\": [-1, -1, -1, 1, 1, null]", "'bounds'"}};
+  with("x^2+y^2+z^2-1", "");
+  EXPECT_EQ(here.eikon("info surface.gltf").code, 0);
+  const std::vector<std::string> before = here.files();
+  const auto expect_refused = [&](const std::string& says) {
+    const Outcome outcome = here.eikon("render surface.gltf -o out.exr --png out.png");
+    EXPECT_TRUE(refused(outcome, kInput)) << outcome.err;
+    EXPECT_TRUE(contains(outcome.err, says)) << outcome.err;
+    if (!says.empty()) {
+      EXPECT_TRUE(contains(outcome.err, "node '")) << outcome.err;
+      EXPECT_TRUE(contains(outcome.err, "EIKON_implicit_surface")) << outcome.err;
+    }
+    EXPECT_EQ(here.files(), before);
+  };
+  for (const auto& [f, says] : formulas) with(f, ""), expect_refused(says);
+  for (const auto& [limit, says] : limits) with("", limit), expect_refused(says);
+}
+
+TEST(BadInput, more_memory_than_there_is_names_what_would_reduce_it) {
+  const Workplace here;
+  const Outcome outcome = here.eikon("render " + scene("cornell.gltf") + " -o out.exr --memory 100K");
+  EXPECT_TRUE(refused(outcome, kDevice)) << outcome.err;
+  for (const char* part : {"it needs", "MB", "--memory is 0.1 MB", "--size", "--devices"})
+    EXPECT_TRUE(contains(outcome.err, part)) << outcome.err;
+  EXPECT_TRUE(here.files().empty());
+}
+
 TEST(BadInput, flags_that_make_no_sense_are_usage_errors) {
   const Workplace here;
   for (const char* flags : {"--crop 0,0,17,12",

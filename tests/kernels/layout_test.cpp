@@ -220,7 +220,7 @@ namespace {
 #define DIAGNOSTICS_FIELDS(F) \
   F(Diagnostics, nonfinite)   \
   F(Diagnostics, saturated)   \
-  F(Diagnostics, reported) F(Diagnostics, report) F(Diagnostics, given_up)
+  F(Diagnostics, reported) F(Diagnostics, report) F(Diagnostics, given_up) F(Diagnostics, given_up_surfaces)
 #define RECORDS(R)                                                                                         \
   R(Frame, FRAME_FIELDS)                                                                                   \
   R(Triangle, TRIANGLE_FIELDS)                                                                             \

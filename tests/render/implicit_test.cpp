@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Pictures of surfaces by formula: they look as the same surfaces otherwise do, nothing leaks, nothing shadows itself.
+#include <optional>
 #include <string>
 
 #include "formula/parse.h"
@@ -129,6 +130,37 @@ TEST(ImplicitSurface, G9_a_scene_times_a_power_of_two_gives_the_same_bits) {
   };
   const Film original = scaled(1);
   for (const int k : {-20, -7, 1, 20}) expect_same(original, scaled(std::ldexp(1.0, k)), "2^" + std::to_string(k));
+}
+
+// Intervals do not see that the products cancel; behind the surface in front, what is given up does not count.
+TEST(ImplicitSurface, which_rays_give_up_hangs_on_rays_alone) {
+  const auto [scene, settings] = [] {
+    Scene made;
+    const glm::dmat4 place = glm::scale(glm::dmat4(1), glm::dvec3(1.5));
+    add_implicit(made, "x*y - x*y + 1e-5", 1, place, lambert(0.5F));
+    add_implicit(made, kSphere, 1.05, glm::translate(glm::dmat4(1), {0.4, 0.2, 0.3}) * askew(), lambert(0.6F));
+    Primitive floor;
+    add_quad(floor, {-3, -1, 3}, {6, 0, 0}, {0, 0, -6});
+    add_mesh(made, "floor", std::move(floor), lambert(0.7F));
+    made.shapes[0].name = "haze";
+    Settings its = sky(12, 4);
+    its.camera = look_at_camera({0.3, 1, 4}, {0, 0, 0}, {0, 1, 0}, 0.9);
+    return std::pair(std::move(made), its);
+  }();
+  std::optional<RenderOutput> first;
+  for (const Execution& way : ways_to_trace()) {
+    RenderOutput output = output_of(scene, settings, way);
+    if (!first) {
+      first = std::move(output);
+      EXPECT_GT(first->report.given_up, 100U);
+      EXPECT_EQ(first->report.given_up_surfaces, 1U);
+      continue;
+    }
+    EXPECT_EQ(output.report.given_up, first->report.given_up)
+        << way.accel << " " << way.layout << ", " << way.lanes.value_or(0) << " lanes";
+    EXPECT_EQ(output.report.given_up_surfaces, 1U);
+    expect_same(output.film, first->film, way.accel + " " + way.layout);
+  }
 }
 
 TEST(ImplicitSurface, emission_is_met_by_scattered_rays_alone_and_in_full) {

@@ -31,14 +31,14 @@ std::string refusal(const MemoryNeed& need, const DeviceInfo& device, std::uint6
 constexpr std::uint64_t kMega = 1U << 20;
 
 TEST(Memory, what_fits_is_not_refused) {
-  const MemoryNeed need{300 * kMega, 200 * kMega, 100 * kMega, "the textures", 300 * kMega};
+  const MemoryNeed need{300 * kMega, 200 * kMega, 100 * kMega, 0, "the textures", 300 * kMega};
   EXPECT_EQ(refusal(need, device_of(600 * kMega, 300 * kMega)), "");
   EXPECT_EQ(refusal(need, device_of(600 * kMega, 300 * kMega), 600 * kMega), "");
   EXPECT_EQ(refusal(need, device_of(600 * kMega, 300 * kMega), 900 * kMega), "") << "a cap above what there is";
 }
 
 TEST(Memory, what_does_not_fit_is_refused_with_every_figure_in_one_line) {
-  const MemoryNeed need{300 * kMega, 200 * kMega, 100 * kMega, "the textures", 300 * kMega};
+  const MemoryNeed need{300 * kMega, 200 * kMega, 100 * kMega, 0, "the textures", 300 * kMega};
   for (const std::string& line :
        {refusal(need, device_of(599 * kMega, 599 * kMega)), refusal(need, device_of(600 * kMega, 299 * kMega)),
         refusal(need, device_of(900 * kMega, 900 * kMega), 599 * kMega)}) {
@@ -56,7 +56,7 @@ TEST(Memory, what_does_not_fit_is_refused_with_every_figure_in_one_line) {
 TEST(Memory, a_limit_of_the_control_group_is_named) {
   DeviceInfo device = device_of(100 * kMega, 100 * kMega);
   device.memory_limit = "/sys/fs/cgroup/memory.max";
-  const MemoryNeed need{300 * kMega, 200 * kMega, 100 * kMega, "the textures", 300 * kMega};
+  const MemoryNeed need{300 * kMega, 200 * kMega, 100 * kMega, 0, "the textures", 300 * kMega};
   EXPECT_NE(refusal(need, device).find("what /sys/fs/cgroup/memory.max allows is 100.0 MB"), std::string::npos);
 }
 
@@ -83,8 +83,27 @@ TEST(Memory, a_film_beyond_what_the_process_may_have_is_refused) {
 }
 
 TEST(Memory, mostly_geometry_is_told_to_have_less_of_it) {
-  const MemoryNeed need{kMega, 200 * kMega, kMega, "the triangles", 150 * kMega};
+  const MemoryNeed need{kMega, 200 * kMega, kMega, 0, "the triangles", 150 * kMega};
   EXPECT_NE(refusal(need, device_of(100 * kMega, 400 * kMega)).find("simpler meshes"), std::string::npos);
+  EXPECT_NE(refusal(need, device_of(100 * kMega, 400 * kMega)).find("it needs 202.0 MB"), std::string::npos);
+}
+
+TEST(Memory, what_two_levels_or_another_accelerator_or_a_smaller_picture_would_save_is_said) {
+  MemoryNeed need{kMega, 200 * kMega, kMega, 150 * kMega, "the triangles", 150 * kMega};
+  const DeviceInfo device = device_of(100 * kMega, 400 * kMega);
+  EXPECT_NE(refusal(need, device).find("store meshes once (--instances two-level saves about 150.0 MB)"),
+            std::string::npos);
+  need.saved_once = 0;
+  Execution grid;
+  grid.accel = "grid";
+  try {
+    require_memory(need, device, grid);
+    ADD_FAILURE() << "it does not fit";
+  } catch (const DeviceError& error) {
+    EXPECT_NE(std::string(error.what()).find("--accel bvh"), std::string::npos) << error.what();
+  }
+  need.paths = 900 * kMega;
+  EXPECT_NE(refusal(need, device).find("--size"), std::string::npos);
 }
 
 TEST(Memory, textures_count_once_and_with_the_bytes_that_their_images_have) {
