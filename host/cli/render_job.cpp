@@ -80,7 +80,8 @@ void RenderJob::take_turn(ReadyAhead& devices, const std::atomic<bool>& stop) {
   if (packed_ == nullptr)
     turn_ = devices.turn();
   else
-    turn_ = devices.turn({packed_, scene, Features(*scene, settings()), settings(), options_.execution}, stop);
+    turn_ = devices.turn(
+        {packed_, scene, features_of(*scene, settings(), options_.execution), settings(), options_.execution}, stop);
 }
 
 void RenderJob::render(const std::atomic<bool>& stop, RenderHooks hooks) {
