@@ -141,7 +141,9 @@ EK_FN void ray_store(RayOne* rays, RayLanes ray, vf t) {
   rays->axis_x = axis_x; rays->axis_z = axis_z;
 #if EK_HAS_instance
   rays->instance = 0u;
-  for (uint i = 0; i < 16u; ++i) rays->world[i] = ((const float*)rays)[i];
+  rays->world[0] = ray.rx; rays->world[1] = ray.ry; rays->world[2] = ray.rz;
+  rays->world[3] = ray.nx; rays->world[4] = ray.ny; rays->world[5] = ray.nz;
+  rays->world[6] = ray.fx; rays->world[7] = ray.fy; rays->world[8] = ray.fz;
 #endif
 #else
   const Rec boxes = {ray.rx, ray.ry, ray.rz, ray.nx, ray.ny, ray.nz, ray.fx, ray.fy, ray.fz, AS_F(signs.near_x), AS_F(signs.near_y),

@@ -138,8 +138,14 @@ EK_FN void ray_enter(global const InstanceRecord* instances, RayOne* ray, uint p
 }
 
 EK_FN void ray_exit(RayOne* ray) {
-  float* to = (float*)ray;
-  for (uint i = 0; i < 16u; ++i) to[i] = ray->world[i];
+  const float* w = ray->world;
+  ray->rx = w[0]; ray->ry = w[1]; ray->rz = w[2];
+  ray->nx = w[3]; ray->ny = w[4]; ray->nz = w[5];
+  ray->fx = w[6]; ray->fy = w[7]; ray->fz = w[8];
+  // Not as floats: compilers may take it that those leave integers as they are.
+  const uint x = ray->rx < 0.0f ? 1u : 0u, y = ray->ry < 0.0f ? 1u : 0u, z = ray->rz < 0.0f ? 1u : 0u;
+  ray->near_x = x * EK_NODE_WIDTH; ray->near_y = (y + 2u) * EK_NODE_WIDTH; ray->near_z = (z + 4u) * EK_NODE_WIDTH;
+  ray->order = (x + y * 2u + z * 4u) * EK_ORDER_BITS;
   ray->instance = 0u;
 }
 

@@ -357,7 +357,7 @@ EK_FN vi probe_met(constant Frame* frame, SceneData scene, v3 p, v3 dir, v3* poi
   const RayLanes ray = ray_lanes(frame, p, dir, key);
   const vu zero = (vu)(0u);
   const TriangleLanes corners = load_triangle(scene.triangles, zero);
-  const ShapeHit hit = shape_hit(scene, &ray, ALL_LANES, zero, zero, corners.p0, corners.p1);
+  const ShapeHit hit = shape_hit(scene, &ray, ALL_LANES, zero, zero, corners.p0, corners.p1, EK_INFINITY);
   Surface surface = {p, p, p};
   const ShapePoint at = shape_surface(scene, corners, hit.part, p, dir, hit.t, &surface);
   *point = surface.p;

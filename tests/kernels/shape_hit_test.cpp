@@ -295,7 +295,7 @@ const char* const kSource = R"(
 kernel void leave(global const Triangle* triangles, global const ShapeRecord* shapes, global const float* rays,
                   global const float* hits, global const float* dirs, global float* points, uint stride) {
   const uint i = (uint)get_global_id(0);
-  const SceneData scene = {triangles, 0, 0, 0, 0, 0, 0, 0, shapes};
+  const SceneData scene = {.triangles = triangles, .shapes = shapes};
   const TriangleLanes corners = load_triangle(triangles, as_uint(hits[3 * stride + i]));
   const v3 origin = V3(rays[i], rays[stride + i], rays[2 * stride + i]);
   const v3 dir = V3(rays[3 * stride + i], rays[4 * stride + i], rays[5 * stride + i]);
