@@ -16,10 +16,12 @@
 
 #define USE_WIDE (EK_LAYOUT_bvh16 | EK_LAYOUT_bvh8)
 
-// Lanes that hold a ray whose every number is one; no other can hit anything, nor may it widen the bounds of a packet.
-EK_FN vi packet_valid(RayLanes ray, vf t_max, uint count) {
-  return (LANE_INDEX < (vu)(count)) & (t_max > 0.0f) & (ray.p_ox == ray.p_ox) & (ray.p_oy == ray.p_oy) &
-         (ray.p_oz == ray.p_oz) & (ray.sx == ray.sx) & (ray.sy == ray.sy);
+// Lanes that hold a ray: from a finite origin in some direction. No other can hit anything, and none is traced: numbers that are none are
+// within every box, even where a node has no child, and would widen the bounds of a packet. Of a ray, padded origins are finite, and
+// reciprocals finite and not 0: the planes at infinity of a child that is missing are never met.
+EK_FN vi valid_rays(RayLanes ray, vf t_max, uint count) {
+  return (LANE_INDEX < (vu)(count)) & (t_max > 0.0f) & (ray.p_ox == ray.p_ox) & (ray.p_oy == ray.p_oy) & (ray.p_oz == ray.p_oz) &
+         (ray.reach < EK_INFINITY) & (ray.sx == ray.sx) & (ray.sy == ray.sy) & (ray.p_rz != 0.0f);
 }
 
 // Whether a packet is likely to pay. Rays that start together and were meant for the same light may yet go anywhere: those of
@@ -139,7 +141,7 @@ EK_FN void tracing_run_sorted(constant Frame* frame, Geometry geometry, Tracing*
     key.index = AS_U(sorted_f((const float*)s->index, at));
 #endif
     const RayLanes ray = ray_lanes(frame, origin, dir, key);
-    const vi valid = packet_valid(ray, t_max, count);
+    const vi valid = valid_rays(ray, t_max, count);
     Packet packet = tracing_packet(ray, valid, t_max, 0);
     traverse_packets(geometry, &packet, 1u, any_hit);
 #if EK_HAS_implicit
@@ -175,9 +177,9 @@ EK_FN void tracing_begin(constant Frame* frame, Geometry geometry, Tracing* trac
 #endif
   const RayLanes ray = ray_lanes(frame, origin, dir, key);
   const HitLanes hit = no_hit_lanes(t_max);
+  const vi valid = valid_rays(ray, t_max, count);
 #if USE_WIDE && EK_WIDTH > 1
-  const vi valid = packet_valid(ray, t_max, count);
-  if (use_packet(ray, valid, coherent)) {
+  if (ANY(valid) && use_packet(ray, valid, coherent)) {
     Packet packet = tracing_packet(ray, valid, t_max, row);
     if (EK_PACKETS == 1) {
       tracing_run_packets(geometry, &packet, 1u, any_hit, &tracing->hits);
@@ -192,7 +194,11 @@ EK_FN void tracing_begin(constant Frame* frame, Geometry geometry, Tracing* trac
   }
 #endif
   ray_store(tracing->rays + row, ray, t_max);
-  for (uint lane = 0; lane < count; ++lane) tracing->open[tracing->open_count++] = (uchar)(row + lane);
+  const uint bits = mask_bits(valid);
+  for (uint lane = 0; lane < count; ++lane) {
+    tracing->open[tracing->open_count] = (uchar)(row + lane);
+    tracing->open_count += bits >> lane & 1u;
+  }
   tracing_store(&tracing->hits, row, hit);
 }
 

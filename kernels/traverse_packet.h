@@ -307,6 +307,13 @@ EK_FN void packet_push(Geometry geometry, PacketStack* stack, uint base, uint* w
   wide_prefetch(geometry, (uint)entry);
 }
 
+// In the world no ray meets a missing child (valid_rays); in a mesh's space its numbers are whatever the place makes of them.
+#if EK_HAS_instance
+#define PACKET_THERE(children) wide_there(children)
+#else
+#define PACKET_THERE(children) 0xffffffffu
+#endif
+
 // One node or block. returns 0 when the packet is done.
 EK_FN int packet_step(Geometry geometry, Packet* p, PacketStack* stack, const int any_hit) {
   const RayLanes* ray = &p->ray;
@@ -336,7 +343,7 @@ EK_FN int packet_step(Geometry geometry, Packet* p, PacketStack* stack, const in
       const RayOne one = packet_lane(p, lowest_bit(p->lanes));
       const wf begins = wide_begin(node, &one);
       *(wf*)begin = begins;
-      for (uint bits = wide_bits(begins <= wide_end(node, &one)); bits != 0; bits &= bits - 1u)
+      for (uint bits = wide_bits(begins <= wide_end(node, &one)) & PACKET_THERE(children); bits != 0; bits &= bits - 1u)
         packet_push(geometry, stack, base, &waiting, wide_entry(begin, children, lowest_bit(bits)), p->lanes);
     } else
 #endif
@@ -347,7 +354,7 @@ EK_FN int packet_step(Geometry geometry, Packet* p, PacketStack* stack, const in
                                wide_min(packet_end(p->z, node), (wf)(p->farthest)));
       *(wf*)begin = begins;
       const vi negative_x = ray->rx < 0.0f, negative_y = ray->ry < 0.0f, negative_z = ray->rz < 0.0f;
-      for (uint bits = wide_bits(begins <= ends); bits != 0; bits &= bits - 1u) {
+      for (uint bits = wide_bits(begins <= ends) & PACKET_THERE(children); bits != 0; bits &= bits - 1u) {
         const uint k = lowest_bit(bits);
         global const float* plane = node + k;
         const vf lo_x = (vf)(plane[0]), hi_x = (vf)(plane[EK_NODE_WIDTH]), lo_y = (vf)(plane[2u * EK_NODE_WIDTH]),

@@ -138,6 +138,9 @@ EK_FN uint wide_candidates(Geometry geometry, global const float* block, const R
   return mask_bits8(candidates);
 }
 
+// Children that are there: those that are missing are never met, whatever a ray's numbers have become.
+EK_FN uint wide_there(global const uint* children) { return wide_bits(*(global const wu*)children != (wu)(0u)); }
+
 // Child k with the place where the ray enters it: as integers they sort by that place, which is not negative.
 EK_FN ulong wide_entry(const float* begin, global const uint* children, uint k) {
   return (ulong)as_uint(begin[k]) << 32 | children[k];
@@ -168,7 +171,7 @@ EK_FN int traverse_wide(Geometry geometry, const RayOne* given, const int any_hi
       float begin[EK_NODE_WIDTH] __attribute__((aligned(64)));
       *(wf*)begin = begins;
       const uint base = waiting;
-      for (uint bits = wide_bits(begins <= wide_end(node, &ray)); bits != 0; bits &= bits - 1) {
+      for (uint bits = wide_bits(begins <= wide_end(node, &ray)) & wide_there(children); bits != 0; bits &= bits - 1) {
         const ulong entry = wide_entry(begin, children, lowest_bit(bits));
         // Insertion into the stack's end, nearest last.
         uint at = waiting++;

@@ -200,6 +200,33 @@ TEST(TraverseHard, G10_rays_within_the_plane_of_a_wall_end_and_report_finite_hit
   }
 }
 
+// A ray without numbers would be within every box, even those of children that are missing: at the root again, for ever.
+TEST(TraverseHard, G10_rays_that_are_none_end_hit_nothing_and_change_no_others) {
+  Device device = cpu_device();
+  const Soup soup = fixtures::bumpy_sphere(7);
+  std::vector<ProbeRay> rays;
+  std::mt19937 random(77);
+  std::uniform_real_distribution<float> unit(-1.0F, 1.0F);
+  for (int i = 0; i < 30; ++i) {
+    ProbeRay ray;
+    for (std::size_t k = 0; k < 3; ++k) ray.o[k] = 0.2F * unit(random), ray.d[k] = unit(random);
+    rays.push_back(ray);
+    const std::vector<ProbeRay> none = rays_that_are_none(ray);
+    rays.insert(rays.end(), none.begin(), none.end());
+  }
+  const std::size_t each = rays.size() / 30;
+  for (const TraverseProbe::Options& way : TraverseProbe::variants()) {
+    if (way.method != "bvh" && way.width != 1) continue;  // one ray at a time at any width
+    TraverseProbe probe(device, soup, way);
+    const std::vector<ProbeHit> hits = probe.closest(rays);
+    const std::vector<bool> blocked = probe.any(rays);
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+      EXPECT_EQ(hits[i].triangle == EK_NO_HIT, i % each != 0) << TraverseProbe::describe(way) << ": ray " << i % each;
+      EXPECT_EQ(blocked[i], i % each == 0) << TraverseProbe::describe(way) << ": ray " << i % each;
+    }
+  }
+}
+
 TEST(TraverseHard, G11_degenerate_triangles_are_never_hit_and_change_nothing) {
   Device device = cpu_device();
   const Soup clean = fixtures::bumpy_sphere(10);

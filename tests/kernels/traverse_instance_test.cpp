@@ -153,6 +153,7 @@ struct Packed {
   }
   /// The index of each place's first triangle if it were stored for each.
   [[nodiscard]] ProbeHit flat(ProbeHit hit) const {
+    if (hit.triangle == EK_NO_HIT) hit.instance = 0;  // means nothing
     if (scene.instances.empty() || hit.triangle == EK_NO_HIT) return hit;
     const std::size_t stored = scene.stored_meshes.front().first;
     if (hit.triangle >= scene.triangle_count()) {
@@ -167,7 +168,36 @@ struct Packed {
   }
 };
 
-void expect_hits_of_brute_force(const Scene& scene, double size, std::size_t count, std::uint32_t seed) {
+using Ways = std::vector<TraverseProbe::Options>;
+
+/// One ray alone, many in turn, and packets in large and in small trees; with the builtins of the processor, those of a lesser one and
+/// none: of each piece of code that goes down two levels, all that it can be compiled to.
+Ways ways_down(const std::string& layout) {
+  const auto way = [&](int width, std::map<std::string, std::string> defines, bool portable = false,
+                       bool coherent = false) {
+    TraverseProbe::Options o{layout, width, portable, coherent};
+    o.defines = std::move(defines);
+    return o;
+  };
+  if (layout == "bvh2") return {way(1, {}), way(16, {})};
+  if (layout == "bvh8")
+    return {way(1, {}), way(8, {{"EK_SMALL_TREE", "0"}}), way(8, {{"EK_SMALL_TREE", "0"}, {"EK_NO_AVX512", "1"}}),
+            way(8, {{"EK_SMALL_TREE", "0"}, {"EK_LARGE_TREE", "1"}}, false, true)};
+  return {way(1, {}),
+          way(16, {{"EK_SMALL_TREE", "0"}}),
+          way(16, {{"EK_SMALL_TREE", "0"}, {"EK_LARGE_TREE", "1"}}, false, true),
+          way(16, {{"EK_SMALL_TREE", "1"}}),
+          way(16, {{"EK_SMALL_TREE", "0"}}, true),
+          way(16, {{"EK_SMALL_TREE", "0"}, {"EK_LARGE_TREE", "1"}}, true, true)};
+}
+
+/// One of each layout, all different, where it is the scene that matters.
+Ways few_ways_down() {
+  return {ways_down("bvh2")[0], ways_down("bvh8")[3], ways_down("bvh16")[0], ways_down("bvh16")[1]};
+}
+
+void expect_hits_of_brute_force(const Scene& scene, double size, std::size_t count, std::uint32_t seed,
+                                const Ways& ways) {
   const Packed flat(scene, false), two_level(scene, true);
   ASSERT_FALSE(two_level.scene.instances.empty());
   EXPECT_EQ(two_level.scene.seen_triangle_count(), flat.scene.triangle_count());
@@ -184,8 +214,8 @@ void expect_hits_of_brute_force(const Scene& scene, double size, std::size_t cou
     std::size_t hits = 0;
     for (const ProbeHit& hit : expected) hits += hit.triangle != EK_NO_HIT;
     EXPECT_GT(hits, rays.size() / 4);
-    for (const TraverseProbe::Options& options : TraverseProbe::variants()) {
-      if (options.method != "bvh" || !has_two_levels(options.layout)) continue;
+    for (const TraverseProbe::Options& options : ways) {
+      ASSERT_TRUE(has_two_levels(options.layout));
       TraverseProbe probe(device, two_level.scene, two_level.features, two_level.settings, options);
       const std::vector<ProbeHit> found = probe.closest(rays);
       const std::string what = info.name + ": " + TraverseProbe::describe(options);
@@ -203,21 +233,49 @@ void expect_hits_of_brute_force(const Scene& scene, double size, std::size_t cou
   }
 }
 
-TEST(TraverseInstances, G19_every_layout_gives_the_hits_of_brute_force_over_all_places) {
-  expect_hits_of_brute_force(crowd(1, 1, false), 1, 6000, 2);
+class TraverseInstances : public testing::TestWithParam<std::string> {};
+
+TEST_P(TraverseInstances, G19_hits_are_those_of_brute_force_over_all_places) {
+  expect_hits_of_brute_force(crowd(1, 1, false), 1, 6000, 2, ways_down(GetParam()));
 }
 
-TEST(TraverseInstances, beside_shapes_too) { expect_hits_of_brute_force(crowd(1, 3, true), 1, 3000, 4); }
-
-TEST(TraverseInstances, tiny_and_huge_scenes_too) {
-  for (const double size : {0x1p-17, 0x1p20}) expect_hits_of_brute_force(crowd(size, 5, false), size, 1000, 6);
+// In the mesh's space a ray without a direction has no number left, and would meet children that are missing.
+TEST_P(TraverseInstances, rays_that_are_none_hit_nothing_and_end) {
+  std::vector<ProbeRay> rays;
+  ProbeRay ray;
+  ray.d = {0.6F, 0, -0.8F};
+  for (const float x : {-3.0F, 0.0F, 2.0F}) {
+    ray.o = {x, 0.25F, x};
+    const std::vector<ProbeRay> none = rays_that_are_none(ray);
+    rays.insert(rays.end(), none.begin(), none.end());
+  }
+  const Packed two_level(crowd(1, 1, false), true);
+  Device device(select_devices("all").front());
+  for (const TraverseProbe::Options& options : ways_down(GetParam())) {
+    TraverseProbe probe(device, two_level.scene, two_level.features, two_level.settings, options);
+    for (const ProbeHit& hit : probe.closest(rays))
+      EXPECT_EQ(hit.triangle, EK_NO_HIT) << TraverseProbe::describe(options);
+    EXPECT_EQ(probe.any(rays), std::vector<bool>(rays.size(), false)) << TraverseProbe::describe(options);
+  }
 }
 
-TEST(TraverseInstances, far_from_the_origin_too) {
+std::string layout_name(const testing::TestParamInfo<std::string>& info) { return info.param; }
+INSTANTIATE_TEST_SUITE_P(, TraverseInstances, testing::Values("bvh16", "bvh8", "bvh2"), layout_name);
+
+TEST(TraverseInstanceScenes, beside_shapes_too) {
+  expect_hits_of_brute_force(crowd(1, 3, true), 1, 3000, 4, few_ways_down());
+}
+
+TEST(TraverseInstanceScenes, tiny_and_huge_scenes_too) {
+  for (const double size : {0x1p-17, 0x1p20})
+    expect_hits_of_brute_force(crowd(size, 1, false), size, 1000, 6, few_ways_down());
+}
+
+TEST(TraverseInstanceScenes, far_from_the_origin_too) {
   Scene scene = crowd(1, 7, false);
   for (Node& node : scene.nodes)
     node.world_from_object = glm::translate(glm::dmat4(1), glm::dvec3(3e4, -2e4, 1e3)) * node.world_from_object;
-  expect_hits_of_brute_force(scene, 1, 1500, 8);
+  expect_hits_of_brute_force(scene, 1, 1500, 8, few_ways_down());
 }
 
 }  // namespace

@@ -30,6 +30,27 @@ struct ProbeHit {
   std::uint32_t instance = 0;  // 1 + the place, of a scene in two levels; else 0
 };
 
+/// Rays that are none: `from` without a direction, or with numbers that are none or infinite.
+inline std::vector<ProbeRay> rays_that_are_none(const ProbeRay& from) {
+  std::vector<ProbeRay> all;
+  const auto add = [&](const auto& change) {
+    ProbeRay ray = from;
+    change(ray);
+    all.push_back(ray);
+  };
+  for (const float bad : {NAN, INFINITY, -INFINITY}) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      add([&](ProbeRay& ray) { ray.o[k] = bad; });
+      add([&](ProbeRay& ray) { ray.d[k] = bad; });
+    }
+    add([&](ProbeRay& ray) { ray.o.fill(bad); });
+    add([&](ProbeRay& ray) { ray.d.fill(bad); });
+  }
+  add([](ProbeRay& ray) { ray.d.fill(0.0F); });
+  add([](ProbeRay& ray) { ray.d.fill(-0.0F); });
+  return all;
+}
+
 /// The production frame's part that traversal reads: bounds of the scene.
 inline Frame frame_of(const std::vector<float>& soup) {
   float lo[3] = {INFINITY, INFINITY, INFINITY}, hi[3] = {-INFINITY, -INFINITY, -INFINITY};
@@ -74,12 +95,12 @@ class TraverseProbe {
   struct Options {
     std::string layout = "bvh16";
     int width = 16;
-    bool portable = false;                        // without builtins of the host's processor
-    bool coherent = false;                        // as camera rays are traced
-    bool opacity = false;                         // each triangle may be of a material that rays pass
-    std::vector<MaterialRecord> materials = {};   // with opacity
-    std::vector<std::uint32_t> material_of = {};  // per triangle, with opacity
-    std::optional<Accel> accel = {};              // of this layout, instead of one built over the triangles
+    bool portable = false;                            // without builtins of the host's processor
+    bool coherent = false;                            // as camera rays are traced
+    bool opacity = false;                             // each triangle may be of a material that rays pass
+    std::vector<MaterialRecord> materials = {};       // with opacity
+    std::vector<std::uint32_t> material_of = {};      // per triangle, with opacity
+    std::optional<Accel> accel = {};                  // of this layout, instead of one built over the triangles
     std::map<std::string, std::string> defines = {};  // in place of those that tree and processor bring about
     std::string method = "bvh";                       // --accel
   };
@@ -122,16 +143,15 @@ class TraverseProbe {
   }
 
   [[nodiscard]] static std::string describe(const Options& options) {
-    std::string text = (options.method == "bvh" ? "" : options.method + " ") + options.layout + " width " + std::to_string(options.width) +
-                       (options.portable ? ", portable" : "") + (options.coherent ? ", coherent" : "");
+    std::string text = (options.method == "bvh" ? "" : options.method + " ") + options.layout + " width " +
+                       std::to_string(options.width) + (options.portable ? ", portable" : "") +
+                       (options.coherent ? ", coherent" : "");
     for (const auto& [name, value] : options.defines) text += ", " + name + "=" + value;
     return text;
   }
 
   TraverseProbe(Device& device, const std::vector<float>& soup, const Options& options)
-      : device_(device),
-        accel_(options.accel ? *options.accel : build(soup, options)),
-        coherent_(options.coherent) {
+      : device_(device), accel_(options.accel ? *options.accel : build(soup, options)), coherent_(options.coherent) {
     compile(feature_defines(options.opacity), options);
     std::vector<Triangle> triangles(soup.size() / 9 + 1);
     for (std::size_t i = 0; i < soup.size() / 9; ++i) {
@@ -233,8 +253,9 @@ class TraverseProbe {
   }
   static Accel build(const PackedScene& scene, const Options& probe) {
     if (scene.instances.empty()) return build_accel(soup_of(scene), accel_options(probe));
-    return build_two_level({soup_of(scene), scene.shapes.size(), scene.stored_meshes, scene.instances, scene.place_boxes},
-                           accel_options(probe));
+    return build_two_level(
+        {soup_of(scene), scene.shapes.size(), scene.stored_meshes, scene.instances, scene.place_boxes},
+        accel_options(probe));
   }
 
   std::vector<float> run(Kernel& kernel, const std::vector<ProbeRay>& rays) {
