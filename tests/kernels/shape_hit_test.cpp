@@ -8,6 +8,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <random>
 
+#include "formula/parse.h"
 #include "kernels/traverse_probe.h"
 
 namespace eikon {
@@ -125,7 +126,22 @@ struct Packed {
   return ::testing::AssertionSuccess();
 }
 
-void expect_same_hits_everywhere(const Scene& scene, const std::vector<ProbeRay>& rays) {
+std::vector<TraverseProbe::Options> all_ways() { return TraverseProbe::variants(); }
+
+/// Every accelerator and layout once, the wide ones in each way that rays go through them.
+std::vector<TraverseProbe::Options> each_way() {
+  std::vector<TraverseProbe::Options> all = all_ways();
+  std::erase_if(all, [](const TraverseProbe::Options& o) {
+    const bool wide = o.method == "bvh" && (o.layout == "bvh16" || o.layout == "bvh8");
+    return wide ? o.portable || o.defines.contains("EK_NO_AVX512") ||
+                      (o.width != 1 && o.width != (o.layout == "bvh16" ? 16 : 8))
+                : o.width != 1;
+  });
+  return all;
+}
+
+void expect_same_hits_everywhere(const Scene& scene, const std::vector<ProbeRay>& rays,
+                                 const std::vector<TraverseProbe::Options>& ways = all_ways()) {
   const Packed packed(scene);
   for (const DeviceInfo& info : select_devices("all")) {
     Device device(info);
@@ -138,7 +154,7 @@ void expect_same_hits_everywhere(const Scene& scene, const std::vector<ProbeRay>
     for (const ProbeHit& hit : expected)
       hits += hit.triangle != EK_NO_HIT && hit.triangle >= packed.scene.triangle_count();
     EXPECT_GT(hits, rays.size() / 10);
-    for (const TraverseProbe::Options& options : TraverseProbe::variants()) {
+    for (const TraverseProbe::Options& options : ways) {
       TraverseProbe probe(device, packed.scene, packed.features, packed.settings, options);
       EXPECT_TRUE(same_hits(probe.closest(rays), expected)) << info.name << ": " << TraverseProbe::describe(options);
       EXPECT_EQ(probe.any(rays), blocked) << info.name << ": " << TraverseProbe::describe(options);
@@ -149,6 +165,28 @@ void expect_same_hits_everywhere(const Scene& scene, const std::vector<ProbeRay>
 TEST(ShapeHits, every_structure_gives_the_hits_of_brute_force) {
   const Scene scene = cloud(300, 1, 1);
   expect_same_hits_everywhere(scene, rays_at(scene, 4000, 1, 2));
+}
+
+// Formulas beside all kinds of shapes and triangles, overlapping, turned, stretched, some in one place twice; one is given up on most rays.
+TEST(ShapeHits, formulas_among_shapes_and_triangles_have_the_hits_of_brute_force_in_every_structure) {
+  Scene scene = cloud(40, 1, 21);
+  for (const char* text : {"x^2+y^2+z^2-1", "(x^2+y^2+z^2+0.3)^2-1.6*(x^2+y^2)",
+                           "sin(5*x)*cos(5*y)+sin(5*y)*cos(5*z)+sin(5*z)*cos(5*x)", "x*y-x*y+1e-5"})
+    scene.formulas.push_back(formula::parse_formula(text));
+  Random random(22);
+  for (std::uint32_t i = 0; i < 24; ++i) {
+    Shape shape;
+    shape.kind = ShapeKind::implicit;
+    shape.size = {1.1, 1.1, 1.1};
+    shape.formula = i == 23 ? 3 : i % 3;
+    const auto stretch = [&] { return 0.5 * std::exp2(uniform(random, -1.5, 1.5)); };
+    shape.world_from_object = glm::translate(glm::dmat4(1), direction(random) * uniform(random, 0, 4)) *
+                              glm::rotate(glm::dmat4(1), uniform(random, 0, 6), direction(random)) *
+                              glm::scale(glm::dmat4(1), glm::dvec3(stretch(), stretch(), stretch()));
+    scene.shapes.push_back(shape);
+    if (i % 8 == 7) scene.shapes.push_back(shape);
+  }
+  expect_same_hits_everywhere(scene, rays_at(scene, 1500, 1, 23), each_way());
 }
 
 TEST(ShapeHits, tiny_and_huge_scenes_too) {
