@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
 """Writes a cloud of spheres, or the same cloud with two triangles in the place of each, a square of the same area across a random
-axis: what a sphere costs beside the triangles that it replaces. The same bytes for the same arguments. Standard library only.
+axis, or a box of six such squares: what a sphere or a box costs beside the triangles that it replaces. The same bytes for the same arguments. Standard library only.
 
   tools/make_balls.py spheres out/balls.glb
   tools/make_balls.py squares out/squares.glb --count 10000
@@ -18,11 +18,11 @@ from scene_shapes import look_at
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("what", choices=("spheres", "squares"))
+    parser.add_argument("what", choices=("spheres", "boxes", "squares"))
     parser.add_argument("out", type=pathlib.Path, metavar="FILE.glb")
     parser.add_argument("--count", type=int, default=10000, help="of them (default: 10000)")
     arguments = parser.parse_args()
-    gltf = GltfWriter("What a sphere costs beside two triangles.")
+    gltf = GltfWriter("What a sphere or a box costs beside two triangles.")
     gltf.environment((1.0, 1.0, 1.0))
     grey = gltf.material("grey", (0.6, 0.6, 0.6))
     dice = random.Random(1)
@@ -33,6 +33,9 @@ def main():
         axis, half = dice.randrange(3), radius * math.sqrt(math.pi) / 2
         if arguments.what == "spheres":
             gltf.analytic(f"ball {number}", "sphere", grey, {"radius": radius}, translation=centre)
+            continue
+        if arguments.what == "boxes":
+            gltf.analytic(f"box {number}", "box", grey, {"size": [2 * half] * 3}, translation=centre)
             continue
         first = len(points)
         for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1)):
