@@ -75,11 +75,16 @@ struct Neighbours {
   Count count{};
 };
 
+#ifdef __SANITIZE_THREAD__
+#define EK_CLONES  // what chooses among clones runs before ThreadSanitizer is ready for it, and would crash
+#else
+#define EK_CLONES __attribute__((target_clones("avx512f", "avx2", "default")))
+#endif
+
 /// Of pixels x to x + kLanes - 1, whose windows lie within the row. Each meets its neighbours in the order of rows; what is left out
 /// adds zero, so that sums have the bits of those without it, whatever the processor's vectors.
-__attribute__((target_clones("avx512f", "avx2", "default"))) void find_neighbours(const Plane& mean,
-                                                                                  const Plane& variance, int x, int y,
-                                                                                  Neighbours<Reals, Masks>& found) {
+EK_CLONES void find_neighbours(const Plane& mean, const Plane& variance, int x, int y,
+                               Neighbours<Reals, Masks>& found) {
   Reals own, reach;
   std::memcpy(&own, &mean.values[mean.index(x, y)], sizeof own);
   std::memcpy(&reach, &variance.values[mean.index(x, y)], sizeof reach);
