@@ -21,6 +21,12 @@ enum {
 // Slots between two fields: a power of two would put all fields of a path into one cache set.
 #define EK_STRIDE (EK_CHUNK + EK_PAD)
 
+// Layer `scattered`: bit i of EK_SCATTER_BOUNDS ends a bin behind light that was scattered i times; one more bin has the rest.
+#if !EK_HAS_scattered
+#define EK_SCATTER_BOUNDS 0u
+#define EK_SCATTER_BINS 1
+#endif
+
 // Film slots of one path: R, G, B, then the layers that were asked for.
 enum {
   FILM_r, FILM_g, FILM_b,
@@ -99,6 +105,15 @@ EK_FN void film_add(global float* film_slots, uint film_stride, uint channel, vi
     blue[at] += b[lane];
   }
 #endif
+}
+
+// Adds light that was scattered so often between its source and the camera.
+EK_FN void film_add_light(global float* film_slots, uint film_stride, vi live, vu path, uint scattered, v3 radiance) {
+  film_add(film_slots, film_stride, FILM_r, live, path, radiance);
+  if (EK_HAS_scattered) {
+    const uint bin = popcount(EK_SCATTER_BOUNDS & ((1u << min(scattered, 31u)) - 1u));
+    film_add(film_slots, film_stride, FILM_scattered + 3 * bin, live, path, radiance);
+  }
 }
 
 #endif

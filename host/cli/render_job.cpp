@@ -10,6 +10,7 @@
 #include "core/process_time.h"
 #include "image/image.h"
 #include "render/error_counter.h"
+#include "render/layers.h"
 #include "render/placed_meshes.h"
 #include "scene/text.h"
 #include "shared/records.h"
@@ -112,17 +113,37 @@ void RenderJob::write_image() {
   exr.exact_sums = !options_.scene.samples.empty() || !options_.scene.crop.empty();
   if (exr.exact_sums)
     exr.record = to_text(describe_sums(checkpoint_.settings(), prepared_.layers, done_->done, done_->arithmetic));
-  const Metadata metadata = describe_render(prepared_, *done_, error_);
+  write_film(output_, done_->film, describe_render(prepared_, *done_, error_), exr);
+  options_.png.write(done_->film);
+  write_depth_series(exr);
+}
+
+void RenderJob::write_depth_series(ExrOptions exr) {
+  exr.exact_sums = false;
+  exr.layers = {};
+  PngOptions png = options_.png;
+  for (const std::uint32_t most : settings().depth_series) {
+    const Film film = scattered_at_most(done_->film, most);
+    Metadata metadata = describe_render(prepared_, *done_, film.predicted_error());
+    metadata.numbers["scatteredAtMost"] = most;
+    write_film(RenderOptions::partial(output_, most), film, metadata, exr);
+    if (png.file.empty()) continue;
+    png.file = RenderOptions::partial(options_.png.file, most).string();
+    png.write(film);
+  }
+}
+
+void RenderJob::write_film(const std::filesystem::path& file, const Film& film, const Metadata& metadata,
+                           ExrOptions exr) {
   try {
-    write_exr(output_, done_->film, metadata, exr);
+    write_exr(file, film, metadata, exr);
   } catch (const HalfOverflow& overflow) {
     // The work is done; a file in full precision is better than none.
     say_(fmt::format("{}; written with 32-bit channels", overflow.what()));
     exr.half = false;
-    write_exr(output_, done_->film, metadata, exr);
+    write_exr(file, film, metadata, exr);
     as_asked_ = false;
   }
-  options_.png.write(done_->film);
 }
 
 std::uint64_t RenderJob::rejected_samples() const { return rejected_in(done_->film, done_->done); }

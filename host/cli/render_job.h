@@ -10,6 +10,7 @@
 #include "cli/render_options.h"
 #include "cli/report.h"
 #include "core/error.h"
+#include "image/image.h"
 #include "render/ready_ahead.h"
 #include "render/render.h"
 
@@ -66,6 +67,10 @@ class RenderJob {
   CheckpointFile checkpoint_;
 
   void write_image();
+  /// exr: as of the whole picture
+  void write_depth_series(ExrOptions exr);
+  /// In full precision when half floats do not do.
+  void write_film(const std::filesystem::path& file, const Film& film, const Metadata& metadata, ExrOptions exr);
   [[nodiscard]] std::uint64_t rejected_samples() const;  // of this run and those before
 };
 

@@ -2,6 +2,7 @@
 #include "cli/render_options.h"
 
 #include <algorithm>
+#include <fmt/format.h>
 
 #include "cli/arguments.h"
 #include "cli/execution_options.h"
@@ -33,6 +34,13 @@ std::filesystem::path RenderOptions::exr() const {
                         : std::filesystem::path(output);
 }
 
+std::filesystem::path RenderOptions::partial(const std::filesystem::path& file, std::uint32_t most) {
+  std::filesystem::path name = file.stem();
+  name += fmt::format(".depth{}", most);
+  name += file.extension();
+  return file.parent_path() / name;
+}
+
 std::vector<std::filesystem::path> RenderOptions::outputs() const {
   std::vector<std::filesystem::path> files = results();
   if (!checkpoint.file.empty()) files.emplace_back(checkpoint.file);
@@ -43,6 +51,10 @@ std::vector<std::filesystem::path> RenderOptions::results() const {
   std::vector<std::filesystem::path> files = {exr()};
   for (const std::string& file : {png.file, stats, profile})
     if (!file.empty()) files.emplace_back(file);
+  for (const std::uint32_t most : scene.depth_series) {
+    files.push_back(partial(exr(), most));
+    if (!png.file.empty()) files.push_back(partial(png.file, most));
+  }
   return files;
 }
 

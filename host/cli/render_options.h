@@ -26,6 +26,8 @@ struct RenderOptions {
   void add_to(CLI::App& command);
   /// -o, or SCENE.exr in the current folder.
   [[nodiscard]] std::filesystem::path exr() const;
+  /// Beside `file`, for the light that was scattered at most `most` times (--depth-series): "room.exr", 2 -> "room.depth2.exr".
+  [[nodiscard]] static std::filesystem::path partial(const std::filesystem::path& file, std::uint32_t most);
   /// The files that a finished render leaves.
   [[nodiscard]] std::vector<std::filesystem::path> results() const;
   /// Every file that it writes.

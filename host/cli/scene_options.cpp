@@ -11,6 +11,7 @@
 #include "cli/tell.h"
 #include "core/error.h"
 #include "device/profiler.h"
+#include "render/layers.h"
 #include "scene/environment.h"
 
 namespace eikon {
@@ -237,7 +238,13 @@ void SceneOptions::add_to(CLI::App& command) {
   command.add_option("--light-sampling", light_sampling, "how light is found: same mean, other noise")
       ->check(CLI::IsMember({"mis", "light", "cosine", "hemisphere"}))
       ->capture_default_str();
-  command.add_option("--aov", aovs, "layers beside RGB: albedo,normal,depth,id,variance,samples");
+  command.add_option("--aov", aovs, "layers beside RGB, joined by commas, of: " + layer_names());
+  command
+      .add_option(
+          "--depth-series", depth_series,
+          "N,M,...: from the same samples also pictures of the light that was scattered at most N, M, ... times")
+      ->delimiter(',')
+      ->check(CLI::Range(0U, kMaxScatterBound));
   command.add_flag("--strict", strict, "what is not supported, and rejected samples, are errors");
 }
 
@@ -302,15 +309,14 @@ Prepared settle(const SceneOptions& options, std::shared_ptr<Scene> loaded, cons
   if (has_glass && !scene.lights.empty())
     say("light of point, spot and directional lights does not pass through transmissive surfaces: what is behind them "
         "stays in their shadow; area lights and environments light it");
-  static const std::vector<std::string> known = {"albedo", "normal", "depth", "id", "variance", "samples"};
   for (const std::string& layer : split(options.aovs, ',')) {
-    if (std::find(known.begin(), known.end(), layer) == known.end())
-      throw UsageError(fmt::format("--aov {}: no layer '{}'; there is albedo, normal, depth, id, variance, samples",
-                                   options.aovs, layer));
+    if (!is_layer(layer))
+      throw UsageError(fmt::format("--aov {}: no layer '{}'; there is {}", options.aovs, layer, layer_names()));
     if (std::find(prepared.layers.begin(), prepared.layers.end(), layer) == prepared.layers.end())
       prepared.layers.push_back(layer);
   }
   settings.aovs = prepared.layers;
+  settings.depth_series = options.depth_series;
   return prepared;
 }
 

@@ -26,6 +26,7 @@
 #include "image/atomic_file.h"
 #include "image/exr_layout.h"
 #include "image/image.h"
+#include "render/layers.h"
 
 namespace eikon {
 namespace {
@@ -51,53 +52,45 @@ class Stream : public Imf::OStream {
   AtomicFile& file_;
 };
 
-std::uint32_t need_channel(const Film& film, const std::string& name) {
-  const auto index = film.channel_index(name);
-  if (!index) throw InternalError(fmt::format("a layer needs the channel {}, which the film does not have", name));
-  return *index;
-}
-
-Source mean_of(const Film& film, const std::string& name, Imf::PixelType type) {
-  const std::uint32_t channel = need_channel(film, name);
-  return {.name = name, .type = type, .real = [&film, channel](auto x, auto y) { return film.mean(x, y, channel); }};
+Source source_of(const Film& film, const LayerChannel& channel, Imf::PixelType type) {
+  const std::vector<std::uint32_t>& from = channel.film;
+  switch (channel.rule) {
+    case LayerRule::mean:
+      return {.name = channel.name, .type = type, .real = [&film, from](auto x, auto y) {
+                return to_mean(film.total(x, y, from), film.samples(x, y));
+              }};
+    case LayerRule::mean_of_hit:
+      return {.name = channel.name, .type = type, .real = [&film, from](auto x, auto y) {
+                const double hits = to_double(film.total(x, y, from[1]));
+                return hits > 0 ? to_double(film.total(x, y, from[0])) / hits : std::numeric_limits<double>::infinity();
+              }};
+    case LayerRule::word:
+      return {.name = channel.name, .type = Imf::UINT, .word = [&film, from](auto x, auto y) {
+                return static_cast<std::uint32_t>(film.total(x, y, from[0]) >> 64);
+              }};
+    case LayerRule::variance:
+      return {.name = channel.name, .type = type, .real = [&film, from](auto x, auto y) {
+                return film.variance_of_mean(x, y, from[0]);
+              }};
+    case LayerRule::samples:
+      return {.name = channel.name, .type = Imf::UINT, .word = [&film](auto x, auto y) {
+                return static_cast<std::uint32_t>(
+                    std::min<std::uint64_t>(film.samples(x, y), std::numeric_limits<std::uint32_t>::max()));
+              }};
+  }
+  throw InternalError("no such rule of a layer");
 }
 
 std::vector<Source> image_sources(const Film& film, const ExrOptions& options) {
   const Imf::PixelType type = options.half ? Imf::HALF : Imf::FLOAT;
   std::vector<Source> sources;
-  for (const char* name : {"R", "G", "B"}) sources.push_back(mean_of(film, name, type));
-  if (film.channel_index("A")) sources.push_back(mean_of(film, "A", type));
-  for (const std::string& layer : options.layers) {
-    if (layer == "albedo") {
-      for (const char* name : {"albedo.R", "albedo.G", "albedo.B"}) sources.push_back(mean_of(film, name, type));
-    } else if (layer == "normal") {
-      for (const char* name : {"normal.X", "normal.Y", "normal.Z"}) sources.push_back(mean_of(film, name, type));
-    } else if (layer == "depth") {
-      const std::uint32_t sum = need_channel(film, "depth.sum"), hits = need_channel(film, "depth.hits");
-      sources.push_back({.name = "depth.Z", .type = type, .real = [&film, sum, hits](auto x, auto y) {
-                           const double hit_count = to_double(film.total(x, y, hits));
-                           return hit_count > 0 ? to_double(film.total(x, y, sum)) / hit_count
-                                                : std::numeric_limits<double>::infinity();
-                         }});
-    } else if (layer == "id") {
-      const std::uint32_t channel = need_channel(film, "id");
-      sources.push_back({.name = "id", .type = Imf::UINT, .word = [&film, channel](auto x, auto y) {
-                           return static_cast<std::uint32_t>(film.total(x, y, channel) >> 64);
-                         }});
-    } else if (layer == "variance") {
-      for (std::uint32_t c = 0; c < 3; ++c)
-        sources.push_back({.name = "variance." + film.layout().channels[c],
-                           .type = type,
-                           .real = [&film, c](auto x, auto y) { return film.variance_of_mean(x, y, c); }});
-    } else if (layer == "samples") {
-      sources.push_back({.name = "samples", .type = Imf::UINT, .word = [&film](auto x, auto y) {
-                           return static_cast<std::uint32_t>(
-                               std::min<std::uint64_t>(film.samples(x, y), std::numeric_limits<std::uint32_t>::max()));
-                         }});
-    } else {
-      throw InternalError(fmt::format("unknown layer {}", layer));
-    }
-  }
+  for (std::uint32_t c = 0; c < 3; ++c)
+    sources.push_back(source_of(film, {film.layout().channels[c], LayerRule::mean, {c}}, type));
+  if (const auto alpha = film.channel_index("A"))
+    sources.push_back(source_of(film, {"A", LayerRule::mean, {*alpha}}, type));
+  for (const std::string& layer : options.layers)
+    for (const LayerChannel& channel : layer_channels(layer, film.layout()))
+      sources.push_back(source_of(film, channel, type));
   return sources;
 }
 

@@ -7,6 +7,7 @@
 
 #include "core/error.h"
 #include "formula/kernel_code.h"
+#include "render/layers.h"
 #include "render/light_census.h"
 
 namespace eikon {
@@ -169,8 +170,16 @@ Features::Features(const Scene& scene, const Settings& settings) {
   needs["panorama"] = {settings.camera.projection == Projection::panorama, camera};
   needs["lens"] = {lens_radius_m(settings.camera) > 0, camera};
   needs["coverage"] = {settings.transparent, "--transparent"};
-  for (const char* layer : {"albedo", "normal", "depth", "id"})
-    needs[layer] = {std::find(settings.aovs.begin(), settings.aovs.end(), layer) != settings.aovs.end(), "--aov"};
+  scatter_bounds_ = scatter_bounds(settings.aovs, settings.depth_series);
+  for (const LayerInfo& layer : layers()) {
+    const bool asked = std::ranges::find(settings.aovs, layer.name) != settings.aovs.end();
+    for (const std::string_view name : layer.features) {
+      Need& need = needs.try_emplace(std::string(name), Need{false, "--aov"}).first->second;
+      need.on = need.on || asked;
+    }
+  }
+  if (!settings.depth_series.empty()) needs["scattered"] = {true, "--depth-series"};
+  if (needs["texture_place"].on && !needs["uv"].on) needs["uv"] = {true, "--aov"};
 
   const auto add = [&](const char* kind, const char* name, int channels) {
     const auto need = needs.find(name);
@@ -181,6 +190,7 @@ Features::Features(const Scene& scene, const Settings& settings) {
 #define EK_LIGHT(name, bit) add("light", #name, 0);
 #define EK_SHAPE_KIND(name, bit) add("shape", #name, 0);
 #define EK_OPTION(name) add("option", #name, 0);
+  const int EK_SCATTER_BINS = int(scatter_bounds_.size()) + 1;
 #define EK_AOV(name, channels) add("layer", #name, channels);
 #include "shared/features.def"
 }
@@ -200,17 +210,29 @@ void Features::set_two_level(bool on, const std::string& why) {
 std::map<std::string, std::string> Features::defines() const {
   std::map<std::string, std::string> defines;
   for (const Feature& feature : ledger_) defines["EK_HAS_" + feature.name] = feature.on ? "1" : "0";
+  if (has("scattered")) {
+    std::uint32_t bounds = 0;
+    for (const std::uint32_t bound : scatter_bounds_) bounds |= 1U << bound;
+    defines["EK_SCATTER_BOUNDS"] = fmt::format("{}u", bounds);
+    defines["EK_SCATTER_BINS"] = std::to_string(scatter_bounds_.size() + 1);
+  }
   if (formula_count_ > 0) defines["EK_FORMULA_COUNT"] = std::to_string(formula_count_);
   return defines;
 }
 
 std::vector<std::string> Features::film_channels() const {
-  static const std::map<std::string, std::vector<std::string>> names = {
+  const std::map<std::string, std::vector<std::string>> names = {
       {"albedo", {"albedo.R", "albedo.G", "albedo.B"}},
       {"normal", {"normal.X", "normal.Y", "normal.Z"}},
-      {"depth", {"depth.sum", "depth.hits"}},
+      {"geometric_normal", {"geometric_normal.X", "geometric_normal.Y", "geometric_normal.Z"}},
+      {"depth", {"depth.Z"}},
+      {"position", {"position.X", "position.Y", "position.Z"}},
+      {"texture_place", {"uv.U", "uv.V"}},
+      {"hits", {"hits"}},
       {"id", {"id"}},
+      {"material_id", {"material_id"}},
       {"coverage", {"A"}},
+      {"scattered", scatter_channels(scatter_bounds_)},
   };
   std::vector<std::string> channels = {"R", "G", "B"};
   for (const Feature& feature : ledger_) {

@@ -29,7 +29,7 @@ class Features {
   [[nodiscard]] bool has(const std::string& name) const;
   /// Feature `instance`, which hangs on more than scene and settings (features_of); off at first.
   void set_two_level(bool on, const std::string& why);
-  /// EK_HAS_<name> = 0 | 1 for every feature there is; and how many formulas, if any.
+  /// EK_HAS_<name> = 0 | 1 for every feature there is; and the numbers that some of them come with.
   [[nodiscard]] std::map<std::string, std::string> defines() const;
   /// Kernel code of the scene's formulas, for the end of a program; empty if it has none.
   [[nodiscard]] const std::string& formula_code() const { return formula_code_; }
@@ -42,6 +42,7 @@ class Features {
   std::vector<Feature> ledger_;
   std::string formula_code_;
   std::size_t formula_count_ = 0;
+  std::vector<std::uint32_t> scatter_bounds_;  // layers.h
 };
 
 /// Where the fields of kernels/shared/path_state.def lie with these features: word index by name, and how many there are.

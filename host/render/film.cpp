@@ -208,6 +208,14 @@ int128 Film::total(std::uint32_t x, std::uint32_t y, std::uint32_t channel) cons
   return total;
 }
 
+int128 Film::total(std::uint32_t x, std::uint32_t y, std::span<const std::uint32_t> channels) const {
+  int128 all = 0;
+  for (const std::uint32_t channel : channels)
+    if (__builtin_add_overflow(all, total(x, y, channel), &all))
+      throw InputError(fmt::format("film: the channels of pixel {},{} that a layer adds up are beyond 2^63", x, y));
+  return all;
+}
+
 std::uint64_t Film::samples(std::uint32_t x, std::uint32_t y) const {
   const std::size_t first = pixel_index(x, y) * layout_.replicates;
   std::uint64_t samples = 0;

@@ -99,6 +99,8 @@ class Film {
 
   /// Exact sum over replicates.
   [[nodiscard]] int128 total(std::uint32_t x, std::uint32_t y, std::uint32_t channel) const;
+  /// Of several channels together. throws InputError beyond the film's range
+  [[nodiscard]] int128 total(std::uint32_t x, std::uint32_t y, std::span<const std::uint32_t> channels) const;
   /// Mean over all samples of all replicates, correctly rounded to double from the exact sum; 0 where there is no sample.
   [[nodiscard]] double mean(std::uint32_t x, std::uint32_t y, std::uint32_t channel) const;
   /// Estimated variance of mean(): sum_r (n_r / N) (m_r - m)^2 / (R - 1) over the R replicates, n_r samples and mean m_r each,

@@ -33,8 +33,9 @@ struct Settings {
   std::uint32_t max_depth = 0;       // 0: no limit
   std::uint32_t roulette_depth = 4;  // the first edge that roulette decides on
   LightSampling light_sampling = LightSampling::mis;
-  std::vector<std::string>
-      aovs;  // "albedo", "normal", "depth", "id" (the film's); "variance", "samples" need no channel
+  std::vector<std::string> aovs;  // layers of layers.h
+  std::vector<std::uint32_t>
+      depth_series;  // light is summed apart by whether it was scattered more often than each of these
   PixelFilter filter;
   bool transparent = false;  // what the camera sees of the environment is left out, and the film has a channel A
   Camera camera;

@@ -199,7 +199,8 @@ void MeshReader::read_surface(const Source& source, const VertexChoice& vertices
   const std::array<bool, kUvSets> needed = uv_sets_of(material);
   for (std::size_t set = 0; set < kUvSets; ++set) {
     const Accessor* uv = checked(uv_name(set));
-    if (!needed[set]) continue;
+    const bool shown = set == 0 && uv != nullptr;  // by the layer `uv`
+    if (!needed[set] && !shown) continue;
     if (uv != nullptr) {
       primitive.uv[set] = read_texture_coordinates(*uv, vertices, source.user, notes_);
       continue;

@@ -32,8 +32,8 @@ EK_FN void stage_miss(constant Frame* frame, SceneData scene, global const float
         const v3 absorption = medium_absorption(scene, state_u(state, FIELD_medium, slot));
         beta = mul3(beta, transmittance(absorption, EK_INFINITY));
       }
-      film_add(film_slots, frame->film_stride, FILM_r, escaped, state_u(state, FIELD_path, slot),
-               scale3(mul3(beta, sky.radiance), weight));
+      film_add_light(film_slots, frame->film_stride, escaped, state_u(state, FIELD_path, slot), depth - 1,
+                     scale3(mul3(beta, sky.radiance), weight));
     }
   }
 }

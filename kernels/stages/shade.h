@@ -5,6 +5,7 @@
 #ifndef EK_STAGE_SHADE_H
 #define EK_STAGE_SHADE_H
 #include "alpha.h"
+#include "film_layers.h"
 #include "instance_surface.h"
 #include "light_emission.h"
 #include "material.h"
@@ -18,14 +19,6 @@
 #include "light_shape.h"
 #endif
 #include "wavefront.h"
-
-EK_FN void film_set(global float* film_slots, uint film_stride, uint channel, vi live, vu path, vf value) {
-#if EK_WIDTH == 1
-  if (!live) return;
-#endif
-  const vu slot = live ? path : (vu)(film_stride - EK_PAD) + LANE_INDEX;
-  scatter_f(film_slots + (size_t)channel * film_stride, slot, value);
-}
 
 // Reflected light stays on the viewer's side of the surface itself, transmitted light leaves it: else walls would leak.
 // cos_geom  of the direction with n_geom
@@ -106,27 +99,8 @@ EK_FN Survivors stage_shade(constant Frame* frame, SceneData scene, LightData li
     }
 
     if (depth == 1) {
-      // Paths begin with the weight of the pixel filter. Layers are filtered as radiance is; depth is a mean over hits.
-      const vf share = EK_HAS_pixel_filter ? state_f(state, FIELD_beta_r, slot) : (vf)(1.0f);
-      if (EK_HAS_albedo) {
-        film_set(film_slots, film_stride, FILM_albedo, live, path, material.base_color.x * share);
-        film_set(film_slots, film_stride, FILM_albedo + 1, live, path, material.base_color.y * share);
-        film_set(film_slots, film_stride, FILM_albedo + 2, live, path, material.base_color.z * share);
-      }
-      if (EK_HAS_normal) {
-        film_set(film_slots, film_stride, FILM_normal, live, path, n_shade.x * share);
-        film_set(film_slots, film_stride, FILM_normal + 1, live, path, n_shade.y * share);
-        film_set(film_slots, film_stride, FILM_normal + 2, live, path, n_shade.z * share);
-      }
-      if (EK_HAS_depth) {
-        film_set(film_slots, film_stride, FILM_depth, live, path, EK_HAS_orthographic ? t + frame->camera_origin.w : t);
-        film_set(film_slots, film_stride, FILM_depth + 1, live, path, (vf)(1.0f));
-      }
-      if (EK_HAS_coverage) film_set(film_slots, film_stride, FILM_coverage, live, path, share);
-      if (EK_HAS_id) {
-        const vi first = (frame->sample_begin | frame->sample_high) == 0 ? live & (path < frame->pixel_count) : (vi)(0);
-        film_set(film_slots, film_stride, FILM_id, first, path, TO_F(AS_I(corners.node + 1u)));
-      }
+      const FirstHit first = {material.base_color, n_shade, n_geom, surface.p, t, at.uv0_u, at.uv0_v, corners.node, corners.material};
+      film_first_hit(frame, film_slots, live, path, EK_HAS_pixel_filter ? state_f(state, FIELD_beta_r, slot) : (vf)(1.0f), first);
     }
 
     if (EK_HAS_area) {
@@ -152,7 +126,7 @@ EK_FN Survivors stage_shade(constant Frame* frame, SceneData scene, LightData li
                                : corners.light_pdf_m2 > 0.0f ? (vf)(0.0f) : (vf)(1.0f);
           weight = scatter_pdf < 0.0f ? weight : scattered;
         }
-        film_add(film_slots, film_stride, FILM_r, emits, path, scale3(mul3(beta, hit_surface.emission), weight));
+        film_add_light(film_slots, film_stride, emits, path, depth - 1, scale3(mul3(beta, hit_surface.emission), weight));
       }
     }
 
@@ -160,7 +134,7 @@ EK_FN Survivors stage_shade(constant Frame* frame, SceneData scene, LightData li
       // Seen by the camera, directly or through mirrors and windows; no light for anything else.
       const vi shown = live & hit_surface.unlit;
       if (ANY(shown))
-        film_add(film_slots, film_stride, FILM_r, shown & (scatter_pdf < 0.0f), path, mul3(beta, material.base_color));
+        film_add_light(film_slots, film_stride, shown & (scatter_pdf < 0.0f), path, depth - 1, mul3(beta, material.base_color));
       live = live & !hit_surface.unlit;
     }
 

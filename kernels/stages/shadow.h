@@ -25,8 +25,8 @@ EK_FN void stage_shadow(constant Frame* frame, Geometry geometry, global uint* s
     tracing_finish(frame, geometry, &tracing, 1);
     for (uint row = 0; row < rows; row += EK_WIDTH) {
       const vi visible = (LANE_INDEX < (vu)(min(rows - row, (uint)EK_WIDTH))) & !any_result(&tracing, row);
-      film_add(film_slots, frame->film_stride, FILM_r, visible, state_u(state, FIELD_shadow_path, first + row),
-               state_3(state, FIELD_shadow_r, first + row));
+      film_add_light(film_slots, frame->film_stride, visible, state_u(state, FIELD_shadow_path, first + row), depth,
+                     state_3(state, FIELD_shadow_r, first + row));
     }
   }
 }

@@ -48,7 +48,7 @@ TEST(Camera, an_orthographic_picture_does_not_depend_on_the_distance) {
     for (std::uint32_t x = 0; x < 40; ++x) difference += std::abs(near.mean(x, y, 0) - far.mean(x, y, 0)) / 1600;
   EXPECT_LT(difference, 1e-4);
   // Depth counts from the camera, though rays begin near the scene: 10 m to the middle, less the radius.
-  const std::uint32_t sum = near.channel_index("depth.sum").value();
+  const std::uint32_t sum = near.channel_index("depth.Z").value();
   EXPECT_NEAR(near.mean(20, 20, sum), 9, 0.02);
 }
 

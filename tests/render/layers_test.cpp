@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Layers against known geometry, replay of single paths, and samples that are left out.
 #include "image/image.h"
+#include "render/layers.h"
 #include "render/scene_builder.h"
 #include "unit/temporary_folder.h"
 
@@ -67,7 +68,7 @@ TEST(Layers, depth_is_the_mean_over_the_samples_that_hit) {
   auto [scene, settings] = two_squares();
   scene.nodes.pop_back();  // only the small square: its edge pixels see it with some samples
   const Film film = film_of(scene, settings);
-  const std::uint32_t hits = film.channel_index("depth.hits").value();
+  const std::uint32_t hits = film.channel_index("hits").value();
   const Written seen = written(film, settings);
   int edges = 0;
   for (std::uint32_t y = 0; y < 31; ++y)
@@ -80,6 +81,101 @@ TEST(Layers, depth_is_the_mean_over_the_samples_that_hit) {
         EXPECT_TRUE(std::isinf(seen.at("depth.Z", x, y)));
     }
   EXPECT_GT(edges, 4);
+}
+
+TEST(Layers, know_the_point_its_place_in_the_texture_the_flat_normal_and_the_material) {
+  Scene scene;
+  Primitive tilted;
+  add_quad(tilted, {-1, -1, -3}, {2, 0, 0}, {0, 2, -1});
+  tilted.normals_object.assign(4, glm::vec3(0, 0, 1));  // as if it stood upright
+  tilted.uv[0] = {{2, 5}, {4, 5}, {4, 8}, {2, 8}};
+  add_mesh(scene, "unseen", Primitive{tilted}, lambert(0.1F));
+  scene.nodes.back().world_from_object[3].z = 50;  // behind the camera
+  add_mesh(scene, "tilted", std::move(tilted), lambert(0.5F));
+  Settings settings = settings_for(21, 21, 16);
+  settings.camera.yfov_rad = 0.9;
+  settings.aovs = {"position", "uv", "normal", "geometric_normal", "material_id"};
+  const Written seen = written(film_of(scene, settings), settings);
+  const double half = std::tan(0.45);
+  for (const auto& [x, y] : {std::pair{10U, 10U}, {7U, 12U}, {12U, 6U}}) {
+    // The ray (dx, dy, -1) t meets the plane z = -3 - (y + 1) / 2.
+    const double dx = ((x + 0.5) / 10.5 - 1) * half, dy = (1 - (y + 0.5) / 10.5) * half;
+    const double t = 3.5 / (1 - 0.5 * dy);
+    const double pixel_m = 2 * half / 21 * t;
+    EXPECT_NEAR(seen.at("position.X", x, y), dx * t, 0.2 * pixel_m);
+    EXPECT_NEAR(seen.at("position.Y", x, y), dy * t, 0.3 * pixel_m);
+    EXPECT_NEAR(seen.at("position.Z", x, y), -t, 0.3 * pixel_m);
+    EXPECT_NEAR(seen.at("uv.U", x, y), 2 + (dx * t + 1), 0.2 * pixel_m);
+    EXPECT_NEAR(seen.at("uv.V", x, y), 5 + 1.5 * (dy * t + 1), 0.5 * pixel_m);
+    EXPECT_FLOAT_EQ(seen.at("geometric_normal.Y", x, y), 1 / std::sqrt(5.0F));
+    EXPECT_FLOAT_EQ(seen.at("geometric_normal.Z", x, y), 2 / std::sqrt(5.0F));
+    EXPECT_EQ(seen.at("normal.Z", x, y), 1);
+    EXPECT_EQ(seen.at("material_id", x, y), 2);
+  }
+  EXPECT_EQ(seen.at("material_id", 0, 0), 0);
+  EXPECT_TRUE(std::isinf(seen.at("position.X", 0, 0)));
+  EXPECT_TRUE(std::isinf(seen.at("uv.V", 0, 0)));
+}
+
+TEST(Layers, emission_direct_and_indirect_light_are_the_picture) {
+  auto [scene, settings] = room(24, 24, 16);
+  settings.aovs = {"emission", "direct", "indirect"};
+  const Film film = film_of(scene, settings);
+  Settings alone = settings;
+  alone.aovs.clear();
+  const Film plain = film_of(scene, alone);
+  const Written seen = written(film, settings);
+  const auto limited = [&](std::uint32_t edges) {
+    alone.max_depth = edges;
+    return written(film_of(scene, alone), alone);
+  };
+  const Written one = limited(1), two = limited(2);
+  double indirect = 0;
+  for (std::uint32_t y = 0; y < 24; ++y)
+    for (std::uint32_t x = 0; x < 24; ++x)
+      for (std::uint32_t c = 0; c < 3; ++c) {
+        const auto of = [&](const char* layer) { return seen.at(fmt::format("{}.{}", layer, "RGB"[c]), x, y); };
+        // The same samples, whether their light is summed apart or not.
+        ASSERT_EQ(film.total(x, y, c), plain.total(x, y, c));
+        const float all = seen.at(std::string(1, "RGB"[c]), x, y);
+        EXPECT_NEAR(of("emission") + of("direct") + of("indirect"), all, 1e-6F * (1 + all));
+        // A path of one edge is not scattered. Of two edges: its last vertex samples no light, but emits.
+        EXPECT_EQ(of("emission"), one.at(std::string(1, "RGB"[c]), x, y));
+        EXPECT_GE(of("indirect"), 0);
+        indirect += of("indirect");
+      }
+  EXPECT_GT(indirect, 0);
+  // With both weights of the power heuristic direct light has its two halves: light's by shadow rays, and by the second edge.
+  for (std::uint32_t i = 0; i < 24 * 24; ++i) {
+    const std::uint32_t x = i % 24, y = i / 24;
+    EXPECT_NEAR(seen.at("emission.G", x, y) + seen.at("direct.G", x, y), two.at("G", x, y),
+                1e-5F * (1 + two.at("G", x, y)));
+  }
+}
+
+TEST(DepthSeries, has_the_bits_of_renders_that_end_there_up_to_rounding_and_brightens) {
+  auto [scene, settings] = room(24, 24, 16);
+  settings.depth_series = {0, 1, 2, 4, 8};
+  const Film film = film_of(scene, settings);
+  double before = -1;
+  for (const std::uint32_t most : settings.depth_series) {
+    const Film partial = scattered_at_most(film, most);
+    ASSERT_EQ(partial.layout().channels, (std::vector<std::string>{"R", "G", "B"}));
+    Settings limited = settings;
+    limited.depth_series.clear();
+    limited.max_depth = most + 1;
+    const Film ended = film_of(scene, limited);
+    double mean = 0;
+    for (std::uint32_t y = 0; y < 24; ++y)
+      for (std::uint32_t x = 0; x < 24; ++x) {
+        EXPECT_EQ(partial.samples(x, y), film.samples(x, y));
+        EXPECT_NEAR(partial.mean(x, y, 0), ended.mean(x, y, 0), 1e-5 * (1 + ended.mean(x, y, 0))) << most;
+        mean += partial.mean(x, y, 0) / (24 * 24);
+      }
+    EXPECT_GT(mean, before);
+    before = mean;
+    EXPECT_TRUE(partial.predicted_error().known);
+  }
 }
 
 TEST(Replay, of_a_sample_is_what_the_film_has_of_it) {

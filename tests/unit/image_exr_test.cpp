@@ -22,7 +22,7 @@ using testing::TemporaryFolder;
 FilmLayout full_layout() {
   FilmLayout layout{.width = 40, .height = 50, .crop = {3, 7, 31, 44}, .replicates = 2};
   for (const char* name :
-       {"albedo.R", "albedo.G", "albedo.B", "normal.X", "normal.Y", "normal.Z", "depth.sum", "depth.hits", "id"})
+       {"albedo.R", "albedo.G", "albedo.B", "normal.X", "normal.Y", "normal.Z", "depth.Z", "hits", "id"})
     layout.channels.emplace_back(name);
   return layout;
 }
