@@ -101,6 +101,7 @@ typedef struct {
   v3 radiance;       // W / (sr m^2), of a triangle that of its front; punctual: intensity, W / sr; directional: W / m^2
   vi double_sided;
   vf pdf;            // per m^2 for a triangle, per sr for the environment
+  vu group;          // light group
   vu triangle;       // of an area light, and the weights of its second and third corner
   vf b1, b2;
   vf u, v;    // of a shape: place on it, [0,1)^2
@@ -174,6 +175,7 @@ EK_FN LightSample light_sample(constant Frame* frame, LightData data, LitPoint l
   s.radiance = V3(r.w9, r.wa, r.wb);
   s.pdf = EK_HAS_light_tree ? r.wc * probability : r.wc;
   s.double_sided = (AS_U(r.wd) & EK_LIGHT_DOUBLE_SIDED) != 0u;
+  s.group = AS_U(r.wd) >> EK_LIGHT_GROUP_SHIFT;
   s.triangle = AS_U(r.wf);
   if (EK_HAS_shape_light) {
     s.is_shape = kind == (uint)LIGHT_shape_light;

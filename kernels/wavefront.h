@@ -22,9 +22,15 @@ enum {
 #define EK_STRIDE (EK_CHUNK + EK_PAD)
 
 // Layer `scattered`: bit i of EK_SCATTER_BOUNDS ends a bin behind light that was scattered i times; one more bin has the rest.
-#if !EK_HAS_scattered
+#ifndef EK_SCATTER_BOUNDS
 #define EK_SCATTER_BOUNDS 0u
 #define EK_SCATTER_BINS 1
+#endif
+
+// Layer `light_group`; EK_ENVIRONMENT_GROUP is that of the environment.
+#ifndef EK_LIGHT_GROUPS
+#define EK_LIGHT_GROUPS 1
+#define EK_ENVIRONMENT_GROUP 0u
 #endif
 
 // Film slots of one path: R, G, B, then the layers that were asked for.
@@ -108,12 +114,15 @@ EK_FN void film_add(global float* film_slots, uint film_stride, uint channel, vi
 }
 
 // Adds light that was scattered so often between its source and the camera.
-EK_FN void film_add_light(global float* film_slots, uint film_stride, vi live, vu path, uint scattered, v3 radiance) {
+// group  of the source: index of its light group
+EK_FN void film_add_light(global float* film_slots, uint film_stride, vi live, vu path, uint scattered, vu group, v3 radiance) {
   film_add(film_slots, film_stride, FILM_r, live, path, radiance);
   if (EK_HAS_scattered) {
     const uint bin = popcount(EK_SCATTER_BOUNDS & ((1u << min(scattered, 31u)) - 1u));
     film_add(film_slots, film_stride, FILM_scattered + 3 * bin, live, path, radiance);
   }
+  if (EK_HAS_light_group)
+    film_add(film_slots, film_stride, FILM_light_group, live, path + group * (3u * film_stride), radiance);
 }
 
 #endif

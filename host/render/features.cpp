@@ -190,7 +190,9 @@ Features::Features(const Scene& scene, const Settings& settings) {
 #define EK_LIGHT(name, bit) add("light", #name, 0);
 #define EK_SHAPE_KIND(name, bit) add("shape", #name, 0);
 #define EK_OPTION(name) add("option", #name, 0);
-  const int EK_SCATTER_BINS = int(scatter_bounds_.size()) + 1;
+  light_groups_ = scene.light_groups;
+  environment_light_group_ = scene.environment_light_group;
+  const int EK_SCATTER_BINS = int(scatter_bounds_.size()) + 1, EK_LIGHT_GROUPS = int(light_groups_.size());
 #define EK_AOV(name, channels) add("layer", #name, channels);
 #include "shared/features.def"
 }
@@ -216,6 +218,10 @@ std::map<std::string, std::string> Features::defines() const {
     defines["EK_SCATTER_BOUNDS"] = fmt::format("{}u", bounds);
     defines["EK_SCATTER_BINS"] = std::to_string(scatter_bounds_.size() + 1);
   }
+  if (has("light_group")) {
+    defines["EK_LIGHT_GROUPS"] = std::to_string(light_groups_.size());
+    defines["EK_ENVIRONMENT_GROUP"] = fmt::format("{}u", environment_light_group_);
+  }
   if (formula_count_ > 0) defines["EK_FORMULA_COUNT"] = std::to_string(formula_count_);
   return defines;
 }
@@ -233,6 +239,7 @@ std::vector<std::string> Features::film_channels() const {
       {"material_id", {"material_id"}},
       {"coverage", {"A"}},
       {"scattered", scatter_channels(scatter_bounds_)},
+      {"light_group", light_group_channels(light_groups_)},
   };
   std::vector<std::string> channels = {"R", "G", "B"};
   for (const Feature& feature : ledger_) {
@@ -257,7 +264,8 @@ PathStateLayout path_state_layout(const Features& features, bool chunked) {
   const bool EK_HAS_next_event = features.has("next_event"), EK_HAS_environment = features.has("environment"),
              EK_HAS_bsdf_emission = features.has("bsdf_emission"), EK_HAS_absorption = features.has("absorption"),
              EK_HAS_opacity = features.has("opacity"), EK_HAS_light_tree = features.has("light_tree"),
-             EK_HAS_instance = features.has("instance");
+             EK_HAS_instance = features.has("instance"),
+             EK_HAS_light_group = features.has("light_group");
   PathStateLayout layout;
   const auto add = [&](const char* name, bool needed) {
     if (needed) layout.field[name] = layout.words++;

@@ -43,6 +43,8 @@ class Features {
   std::string formula_code_;
   std::size_t formula_count_ = 0;
   std::vector<std::uint32_t> scatter_bounds_;  // layers.h
+  std::vector<std::string> light_groups_;
+  std::uint32_t environment_light_group_ = 0;
 };
 
 /// Where the fields of kernels/shared/path_state.def lie with these features: word index by name, and how many there are.

@@ -17,7 +17,7 @@ namespace eikon {
 namespace {
 
 constexpr std::uint64_t kAnyTimes = std::numeric_limits<std::uint64_t>::max();
-constexpr std::string_view kScattered = "scattered.";
+constexpr std::string_view kScattered = "scattered.", kLightGroup = "light.";
 constexpr std::array<const char*, 3> kColours = {"R", "G", "B"};
 
 std::uint32_t need_channel(const FilmLayout& layout, std::string_view name) {
@@ -80,6 +80,7 @@ std::span<const LayerInfo> layers() {
       {"emission", {"scattered"}},
       {"direct", {"scattered"}},
       {"indirect", {"scattered"}},
+      {"light_groups", {"light_group"}},
       {"variance", {}},
       {"samples", {}},
   };
@@ -105,6 +106,12 @@ std::vector<LayerChannel> layer_channels(std::string_view layer, const FilmLayou
   if (layer == "emission") return scattered_between("emission.", 0, 0, layout);
   if (layer == "direct") return scattered_between("direct.", 1, 1, layout);
   if (layer == "indirect") return scattered_between("indirect.", 2, kAnyTimes, layout);
+  if (layer == "light_groups") {
+    std::vector<LayerChannel> channels;
+    for (std::uint32_t c = 0; c < layout.channels.size(); ++c)
+      if (layout.channels[c].starts_with(kLightGroup)) channels.push_back({layout.channels[c], LayerRule::mean, {c}});
+    return channels;
+  }
   if (layer == "samples") return {{"samples", LayerRule::samples, {}}};
   if (layer != "variance") throw InternalError(fmt::format("unknown layer {}", layer));
   std::vector<LayerChannel> channels;
@@ -128,6 +135,13 @@ std::vector<std::string> scatter_channels(std::span<const std::uint32_t> bounds)
   };
   for (const std::uint32_t bound : bounds) add(std::to_string(bound));
   add("more");
+  return channels;
+}
+
+std::vector<std::string> light_group_channels(std::span<const std::string> names) {
+  std::vector<std::string> channels;
+  for (const std::string& name : names)
+    for (const char* colour : kColours) channels.push_back(fmt::format("{}{}.{}", kLightGroup, name, colour));
   return channels;
 }
 

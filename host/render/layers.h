@@ -46,6 +46,8 @@ inline constexpr std::uint32_t kMaxScatterBound = 30;
                                                         std::span<const std::uint32_t> depth_series);
 /// The film's channels for such bins, bin by bin: "scattered.0.R" up to 0 times, ... "scattered.more.B".
 [[nodiscard]] std::vector<std::string> scatter_channels(std::span<const std::uint32_t> bounds);
+/// The film's channels for light apart by light groups: "light.NAME.R", ...
+[[nodiscard]] std::vector<std::string> light_group_channels(std::span<const std::string> names);
 /// A film of R, G, B, and A where there is one, of the light alone that was scattered at most `most` times, one of the bounds.
 /// throws InternalError when the film does not have that apart
 [[nodiscard]] Film scattered_at_most(const Film& film, std::uint32_t most);

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "render/settings.h"
+#include "shared/records.h"
 
 namespace eikon {
 
@@ -31,7 +32,8 @@ struct LightCensus {
   /// Whether packing will find one light at most.
   [[nodiscard]] bool is_one() const { return places() + distant <= 1; }
   /// Whether choosing among them for each point is worth its time. The parts of one small lamp are as good as each other.
-  [[nodiscard]] bool wants_tree() const { return places() >= 4 && !together; }
+  [[nodiscard]] bool wants_tree() const { return places() >= 4 && placed <= kMostInTree && !together; }
+  static constexpr std::uint64_t kMostInTree = std::uint64_t{1} << (32 - EK_TRIANGLE_LIGHT_SHIFT);
 };
 LightCensus count_lights(const Scene& scene, const Settings& settings);
 

@@ -120,7 +120,9 @@ class GeometryPacker {
 
   void add(std::uint32_t node_index, const Primitive& primitive, Primitive* released) {
     const Node& node = scene_.nodes[node_index];
-    const std::uint32_t flags = passable_.has(primitive) ? EK_TRIANGLE_PASSABLE : 0;
+    const std::uint32_t flags = (passable_.has(primitive) ? EK_TRIANGLE_PASSABLE : 0) |
+                                light_group(node.light_group, scene_.materials[primitive.material])
+                                    << EK_TRIANGLE_GROUP_SHIFT;
     const WorldVertices world = to_world(node, primitive, released);
     for (std::size_t i = 0; i + 2 < primitive.indices.size(); i += 3) {
       const std::uint32_t a = primitive.indices[i];

@@ -190,6 +190,7 @@ class LightPacker {
       light.p2_x = t.p2_x, light.p2_y = t.p2_y, light.p2_z = t.p2_z;
       light.kind = kLight_area;
       light.triangle = std::uint32_t(i);
+      light.flags = group_flag(group_of(t));
       add_surface(light, t.material, area, radiance, moments_of(t, normal));
     }
   }
@@ -211,7 +212,7 @@ class LightPacker {
     light.p0_x = quad->p0.x, light.p0_y = quad->p0.y, light.p0_z = quad->p0.z;
     light.p1_x = quad->p1.x, light.p1_y = quad->p1.y, light.p1_z = quad->p1.z;
     light.p2_x = quad->p2.x, light.p2_y = quad->p2.y, light.p2_z = quad->p2.z;
-    light.flags = EK_LIGHT_QUAD;
+    light.flags = EK_LIGHT_QUAD | group_flag(group_of(a));
     light.kind = kLight_area;
     light.triangle = std::uint32_t(i);
     const glm::dvec3 p0(quad->p0), p1(quad->p1), p2(quad->p2);
@@ -238,6 +239,7 @@ class LightPacker {
       Light light{};
       light.kind = kLight_shape_light;
       light.triangle = std::uint32_t(i);
+      light.flags = group_flag(group_of(t));
       add_surface(light, t.material, parts[0] + parts[1] + parts[2], radiance, moments_of_shape(t));
     }
   }
@@ -264,6 +266,7 @@ class LightPacker {
     const double intensity = mean(source.intensity);
     if (!(intensity > 0)) return;
     Light light{};
+    light.flags = group_flag(source.light_group);
     set_emission(light, source.intensity);
     const glm::vec3 position(source.position), back(-glm::normalize(source.direction));
     light.p0_x = position.x, light.p0_y = position.y, light.p0_z = position.z;
@@ -301,6 +304,7 @@ class LightPacker {
 
   void add_environment() {
     Light light{};
+    light.flags = group_flag(scene_.environment_light_group);
     if (environment_.map) {
       const double integral = pack_environment_map(environment_, packed_);
       if (!(integral > 0)) return;
@@ -337,6 +341,10 @@ class LightPacker {
       for (float4& texel : packed_.environment_texels) texel.w = float(probability * double(texel.w));
   }
 
+  static std::uint32_t group_of(const Triangle& t) {
+    return t.flags >> EK_TRIANGLE_GROUP_SHIFT & (EK_LIGHT_GROUPS_MOST - 1);
+  }
+  static std::uint32_t group_flag(std::uint32_t group) { return group << EK_LIGHT_GROUP_SHIFT; }
   static void set_emission(Light& light, const glm::vec3& emission) {
     light.emission_r = emission.x, light.emission_g = emission.y, light.emission_b = emission.z;
   }

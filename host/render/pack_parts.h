@@ -8,6 +8,11 @@ namespace eikon {
 /// Twice the area of a packed triangle as a vector to its front.
 [[nodiscard]] glm::dvec3 triangle_normal(const Triangle& t);
 
+/// Light group of what a material emits at a place: the place's, if it has one.
+[[nodiscard]] inline std::uint32_t light_group(std::uint32_t of_place, const Material& material) {
+  return of_place != 0 ? of_place : material.light_group;
+}
+
 /// Which primitives have an opacity below 1 somewhere, so that a ray may pass them: materials of alphaMode MASK or BLEND whose
 /// factor, texture or vertex colours say so. Many files have BLEND where everything is opaque.
 class PassableMaterials {

@@ -10,6 +10,7 @@
 #include <numbers>
 
 #include "core/error.h"
+#include "scene/light_groups.h"
 #include "scene/meshes.h"
 
 namespace eikon {
@@ -72,7 +73,7 @@ std::int64_t light_of_node(const Json& node) {
   return light == nullptr ? -1 : light->get<std::int64_t>();
 }
 
-void add_light(const Json& document, std::size_t index, const std::string& node_name,
+void add_light(const Json& document, std::size_t index, const Place& node, const std::string& node_name,
                const glm::dmat4& world_from_object, Scene& scene, Notes& notes) {
   const Json& json = document["extensions"][kExtension]["lights"][index];
   const Place place{.value = json, .kind = "light", .index = static_cast<std::int64_t>(index)};
@@ -103,6 +104,8 @@ void add_light(const Json& document, std::size_t index, const std::string& node_
     light.range_m = std::max(range, 0.0);
   }
   if (light.kind == PunctualLight::Kind::spot && !read_cone(place, light, notes)) return;
+  light.light_group = light_group_of(node, scene);
+  if (light.light_group == 0) light.light_group = light_group_of(place, scene);
   scene.lights.push_back(std::move(light));
 }
 

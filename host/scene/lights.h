@@ -16,7 +16,7 @@ namespace eikon {
 /// neither. Values outside their legal ranges are brought into them and named in `notes`; a light whose node leaves it no
 /// direction, or a spot light without an opening, is left out with a note.
 /// throws InputError: an intensity beyond single precision, a place beyond kMaxCoordinate
-void add_light(const Json& document, std::size_t index, const std::string& node_name,
+void add_light(const Json& document, std::size_t index, const Place& node, const std::string& node_name,
                const glm::dmat4& world_from_object, Scene& scene, Notes& notes);
 
 }  // namespace eikon

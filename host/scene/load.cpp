@@ -14,6 +14,7 @@
 #include "scene/document_check.h"
 #include "scene/environment.h"
 #include "scene/instances.h"
+#include "scene/light_groups.h"
 #include "scene/lights.h"
 #include "scene/materials.h"
 #include "scene/implicit_surfaces.h"
@@ -127,7 +128,11 @@ class MaterialList {
       : document_(document), textures_(textures), scene_(scene), notes_(notes) {
     const std::size_t count = items(document, "materials").size();
     used_.resize(count, false);
-    for (std::size_t i = 0; i < count; ++i) scene_.materials.push_back(convert_material(document, i, notes));
+    for (std::size_t i = 0; i < count; ++i) {
+      scene_.materials.push_back(convert_material(document, i, notes));
+      scene_.materials.back().light_group = light_group_of(
+          {.value = document["materials"][i], .kind = "material", .index = static_cast<std::int64_t>(i)}, scene_);
+    }
   }
 
   std::uint32_t use(int index) {
@@ -158,9 +163,9 @@ void fill_scene(const tinygltf::Model& model, const Json& document, const std::v
   const Json* scene_json = scenes.empty() ? nullptr : &scenes[scene_index];
   note_document_features(document, scene_json, scene_index, notes);
   if (scene_json != nullptr) {
-    scene.environment =
-        read_environment({.value = *scene_json, .kind = "scene", .index = static_cast<std::int64_t>(scene_index)},
-                         folder, digest, notes);
+    const Place place{.value = *scene_json, .kind = "scene", .index = static_cast<std::int64_t>(scene_index)};
+    scene.environment = read_environment(place, folder, digest, notes);
+    scene.environment_light_group = light_group_of(place, scene);
   }
   if (!scene.environment)
     scene.environment = read_environment({.value = document, .kind = "document"}, folder, digest, notes);
@@ -190,11 +195,14 @@ void fill_scene(const tinygltf::Model& model, const Json& document, const std::v
   for (const PlacedNode& placed : placed_nodes) {
     const Json& node = document["nodes"][placed.node];
     const Place place{.value = node, .kind = "node", .index = static_cast<std::int64_t>(placed.node)};
+    const std::size_t before = scene.shapes.size();
     if (ImplicitSurfaceReader::has(node)) implicit.add(place, model.nodes[placed.node].name, placed.world_from_object);
-    if (!has_shape(node)) continue;
-    add_shape(
-        document, place, model.nodes[placed.node].name, placed.world_from_object,
-        [&](int index) { return materials.use(index); }, scene, notes);
+    if (has_shape(node))
+      add_shape(
+          document, place, model.nodes[placed.node].name, placed.world_from_object,
+          [&](int index) { return materials.use(index); }, scene, notes);
+    for (std::size_t i = before; i < scene.shapes.size(); ++i)
+      scene.shapes[i].light_group = light_group_of(place, scene);
   }
   textures.decode();
 
@@ -206,18 +214,21 @@ void fill_scene(const tinygltf::Model& model, const Json& document, const std::v
           document, static_cast<std::size_t>(source.camera), placed.world_from_object,
           {.value = document["nodes"][placed.node], .kind = "node", .index = static_cast<std::int64_t>(placed.node)},
           source.name, scene, notes);
-    if (const std::int64_t light = light_of_node(document["nodes"][placed.node]); light >= 0)
-      add_light(document, static_cast<std::size_t>(light), source.name, placed.world_from_object, scene, notes);
     const Place place{
         .value = document["nodes"][placed.node], .kind = "node", .index = static_cast<std::int64_t>(placed.node)};
+    if (const std::int64_t light = light_of_node(place.value); light >= 0)
+      add_light(document, static_cast<std::size_t>(light), place, source.name, placed.world_from_object, scene, notes);
+    const std::uint32_t light_group = source.mesh >= 0 ? light_group_of(place, scene) : 0;
     const std::optional<std::vector<glm::dmat4>> instances = read_instances(place, accessors);
     if (source.mesh < 0) {
       if (instances) notes.warn(place.label() + ": its instances are of no mesh; left out");
       continue;
     }
     const auto mesh = static_cast<std::uint32_t>(new_index[static_cast<std::size_t>(source.mesh)]);
-    for (const glm::dmat4& instance : instances.value_or(kOnce))
+    for (const glm::dmat4& instance : instances.value_or(kOnce)) {
       place_mesh(placed.world_from_object * instance, mesh, extents[mesh], source.name, place.label(), scene);
+      scene.nodes.back().light_group = light_group;
+    }
   }
 }
 

@@ -36,6 +36,7 @@ struct Node {
   std::string name;
   glm::dmat4 world_from_object{1.0};
   std::uint32_t mesh = 0;
+  std::uint32_t light_group = 0;  // of what its mesh emits; 0: the material's
   bool mirrored = false;  // determinant < 0: two corners of each triangle change places, so that front stays front
 };
 
@@ -82,6 +83,7 @@ struct Material {
   float alpha_cutoff = 0.5F;
   bool double_sided = false;
   bool unlit = false;
+  std::uint32_t light_group = 0;                        // index into Scene::light_groups
   std::optional<Texture> base_color_texture{};          // RGB, and A for opacity
   std::optional<Texture> metallic_roughness_texture{};  // B metallic, G roughness
   std::optional<Texture> normal_texture{};
@@ -101,6 +103,7 @@ struct PunctualLight {
   glm::dvec3 direction{0.0, 0.0, -1.0};  // unit, the way that the light travels; spot and directional
   double range_m = 0.0;                  // 0: no end
   double inner_cone_rad = 0.0, outer_cone_rad = 0.0;  // half angles, inner <= outer
+  std::uint32_t light_group = 0;                      // index into Scene::light_groups
 };
 
 enum class Projection {
@@ -163,6 +166,8 @@ struct Scene {
   std::vector<PunctualLight> lights;
   std::vector<Camera> cameras;
   std::optional<Environment> environment;
+  std::vector<std::string> light_groups{"rest"};  // names of extras.lightGroup; the first is of what names none
+  std::uint32_t environment_light_group = 0;      // of whatever environment is used
   std::vector<Unsupported> unsupported;
   std::vector<std::string> warnings;  // one line each: what was changed or dropped, and why
   std::uint64_t file_bytes = 0;       // of the file and its buffers

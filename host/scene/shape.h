@@ -40,7 +40,8 @@ struct Shape {
   glm::dvec3 middle{0.0};                       // implicit: of the bounds
   std::uint32_t formula = 0;                    // implicit: index into Scene::formulas
   glm::dmat4 world_from_object{1.0};
-  std::uint32_t material = 0;  // index into Scene::materials
+  std::uint32_t material = 0;     // index into Scene::materials
+  std::uint32_t light_group = 0;  // of what it emits; 0: the material's
 };
 
 /// A shape as kernels/shape_<name>.h has it: of standard size in a space of its own.

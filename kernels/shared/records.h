@@ -54,7 +54,9 @@ EK_ASSERT_SIZE(Frame, 224);
 
 #define EK_TRIANGLE_PASSABLE 1u   // opacity below 1 somewhere: a ray may pass (alpha.h)
 #define EK_SHAPE_PASSABLE 2u      // the same in a shape's record
-#define EK_TRIANGLE_LIGHT_SHIFT 2 // from here on: index into lights, of those that the tree chooses among
+#define EK_TRIANGLE_GROUP_SHIFT 2 // then the light group of what it emits, below EK_LIGHT_GROUPS_MOST
+#define EK_TRIANGLE_LIGHT_SHIFT 8 // from here on: index into lights, of those that the tree chooses among
+#define EK_LIGHT_GROUPS_MOST 64
 
 // What shading needs of a triangle. Behind the triangles stand the shapes, a record each: p0 and p1 are their box, p2 is NaN,
 // and n_x has the bits of their index into shapes.
@@ -189,6 +191,7 @@ typedef struct {
 EK_ASSERT_SIZE(TextureRecord, 64);
 
 #define EK_LIGHT_DOUBLE_SIDED 1u
+#define EK_LIGHT_GROUP_SHIFT 8    // from here on: its light group
 #define EK_LIGHT_QUAD 2u          // the parallelogram with sides p1 - p0 and p2 - p0: `triangle` and the one after it
 
 // An emissive triangle or two, or another kind of light. Of a shape `triangle` is the record among the triangles, and places are unset. Of a point or spot light p0 is its place and p2 holds (cosine of the outer
@@ -202,7 +205,7 @@ typedef struct {
   float emission_r, emission_g, emission_b;
   float pdf_m2;                   // of a triangle density of light sampling on its area, selection included; else probability of selection;
                                   // of lights in the tree selection is that of the tree as a whole
-  uint flags;                     // EK_LIGHT_DOUBLE_SIDED, EK_LIGHT_QUAD
+  uint flags;                     // EK_LIGHT_DOUBLE_SIDED, EK_LIGHT_QUAD, group
   uint kind;                      // bit of EK_LIGHT
   uint triangle;                  // index into triangles
 } Light;

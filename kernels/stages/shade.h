@@ -103,6 +103,7 @@ EK_FN Survivors stage_shade(constant Frame* frame, SceneData scene, LightData li
       film_first_hit(frame, film_slots, live, path, EK_HAS_pixel_filter ? state_f(state, FIELD_beta_r, slot) : (vf)(1.0f), first);
     }
 
+    const vu group = (corners.flags >> EK_TRIANGLE_GROUP_SHIFT) & (EK_LIGHT_GROUPS_MOST - 1u);
     if (EK_HAS_area) {
       const vi emits = live & emits_towards(surface.n_geom, hit_surface.double_sided, dir) &
                        (max_component(hit_surface.emission) > 0.0f);
@@ -126,7 +127,7 @@ EK_FN Survivors stage_shade(constant Frame* frame, SceneData scene, LightData li
                                : corners.light_pdf_m2 > 0.0f ? (vf)(0.0f) : (vf)(1.0f);
           weight = scatter_pdf < 0.0f ? weight : scattered;
         }
-        film_add_light(film_slots, film_stride, emits, path, depth - 1, scale3(mul3(beta, hit_surface.emission), weight));
+        film_add_light(film_slots, film_stride, emits, path, depth - 1, group, scale3(mul3(beta, hit_surface.emission), weight));
       }
     }
 
@@ -134,7 +135,7 @@ EK_FN Survivors stage_shade(constant Frame* frame, SceneData scene, LightData li
       // Seen by the camera, directly or through mirrors and windows; no light for anything else.
       const vi shown = live & hit_surface.unlit;
       if (ANY(shown))
-        film_add_light(film_slots, film_stride, shown & (scatter_pdf < 0.0f), path, depth - 1, mul3(beta, material.base_color));
+        film_add_light(film_slots, film_stride, shown & (scatter_pdf < 0.0f), path, depth - 1, group, mul3(beta, material.base_color));
       live = live & !hit_surface.unlit;
     }
 
@@ -145,6 +146,7 @@ EK_FN Survivors stage_shade(constant Frame* frame, SceneData scene, LightData li
     const vi both_sides = (material.lobes & (1u << LOBE_transmission)) != 0u;
     vi pending = (vi)(0);
     LightPath shadow;
+    vu shadow_group;
     v3 arriving;
     LitPoint lit = {surface.p, (vu)(0u)};
     if (EK_HAS_next_event) {
@@ -158,6 +160,7 @@ EK_FN Survivors stage_shade(constant Frame* frame, SceneData scene, LightData li
       light = shape_light_sample(scene, light, surface.p);
 #endif
       light.radiance = light_emission(scene, light);
+      shadow_group = light.group;
       shadow = light_path(light, surface.p, surface.p_error, n_geom);
       const v3 wi = to_local(basis, shadow.wi);
       const BsdfValue bsdf = bsdf_evaluate(material, wo, wi);
@@ -250,6 +253,7 @@ EK_FN Survivors stage_shade(constant Frame* frame, SceneData scene, LightData li
       EK_KEEP_SHADOW(FIELD_shadow_r, AS_U(arriving.x));
       EK_KEEP_SHADOW(FIELD_shadow_g, AS_U(arriving.y));
       EK_KEEP_SHADOW(FIELD_shadow_b, AS_U(arriving.z));
+      if (EK_HAS_light_group) EK_KEEP_SHADOW(FIELD_shadow_group, shadow_group);
 #if EK_CHUNKED
       shadow_count += cast.count;
 #endif

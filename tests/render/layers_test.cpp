@@ -178,6 +178,88 @@ TEST(DepthSeries, has_the_bits_of_renders_that_end_there_up_to_rounding_and_brig
   }
 }
 
+/// The room with its lamp in one group, a glowing ball in another, a bulb in a third and the sky in a fourth.
+std::pair<Scene, Settings> grouped() {
+  auto [scene, settings] = room(16, 16, 64);
+  scene.light_groups = {"rest", "lamp", "ball", "bulb", "sky"};
+  for (Node& node : scene.nodes) {
+    if (node.name == "lamp") node.light_group = 1;
+    if (node.name != "ball") continue;
+    Material& glowing = scene.materials[scene.meshes[node.mesh].primitives[0].material];
+    glowing.emission = {0.2F, 0.5F, 1};
+    glowing.light_group = 2;
+  }
+  PunctualLight bulb;
+  bulb.position = {-0.5, 0.6, 0.5};
+  bulb.intensity = glm::vec3(0.4F, 0.3F, 0.2F);
+  bulb.light_group = 3;
+  scene.lights.push_back(bulb);
+  scene.environment_light_group = 4;
+  settings.aovs = {"light_groups"};
+  return {std::move(scene), settings};
+}
+
+/// The same scene with the lights of one group alone.
+std::pair<Scene, Settings> only_group(std::uint32_t group) {
+  auto [scene, settings] = grouped();
+  if (group != 1)
+    for (const Node& node : scene.nodes)
+      if (node.name == "lamp") scene.materials[scene.meshes[node.mesh].primitives[0].material].emission = glm::vec3(0);
+  if (group != 2)
+    for (Material& material : scene.materials)
+      if (material.light_group == 2) material.emission = glm::vec3(0);
+  if (group != 3) scene.lights.clear();
+  if (group != 4) settings.environment.radiance = glm::vec3(0);
+  settings.aovs.clear();
+  return {std::move(scene), settings};
+}
+
+TEST(LightGroups, without_light_sampling_have_the_bits_of_renders_of_one_group_alone) {
+  auto [scene, settings] = grouped();
+  settings.light_sampling = LightSampling::cosine;  // then no path depends on what shines
+  const Film film = film_of(scene, settings);
+  for (const std::uint32_t group : {1U, 2U, 4U}) {
+    auto [alone, with] = only_group(group);
+    with.light_sampling = LightSampling::cosine;
+    const Film expected = film_of(alone, with);
+    const std::uint32_t channel = film.channel_index("light." + scene.light_groups[group] + ".R").value();
+    for (std::uint32_t i = 0; i < 256; ++i)
+      for (std::uint32_t c = 0; c < 3; ++c)
+        ASSERT_EQ(film.total(i % 16, i / 16, channel + c), expected.total(i % 16, i / 16, c)) << group;
+  }
+}
+
+TEST(LightGroups, with_light_sampling_are_the_light_of_each_and_together_the_picture) {
+  const auto [scene, settings] = grouped();
+  const Film all = film_of(scene, settings);
+  const Written seen = written(all, settings);
+  double lightest = 1e30;
+  for (std::uint32_t group = 0; group < 5; ++group) {
+    double mean = 0, expected = 0, error2 = 0;
+    const auto [alone, with] = only_group(group);
+    const Film alone_film = film_of(alone, with);
+    const std::uint32_t channel = all.channel_index("light." + scene.light_groups[group] + ".G").value();
+    for (std::uint32_t i = 0; i < 256; ++i) {
+      const std::uint32_t x = i % 16, y = i / 16;
+      mean += all.mean(x, y, channel);
+      error2 += all.variance_of_mean(x, y, channel);
+      expected += alone_film.mean(x, y, 1);
+      error2 += alone_film.variance_of_mean(x, y, 1);
+    }
+    // Two replicates give each pixel's variance one degree of freedom, all pixels together 256: five deviations are a
+    // chance of less than 1e-5 for each group.
+    EXPECT_NEAR(mean, expected, 5 * std::sqrt(error2)) << scene.light_groups[group];
+    if (group != 0) lightest = std::min(lightest, mean);
+  }
+  EXPECT_GT(lightest, 1);
+  for (std::uint32_t i = 0; i < 256; ++i) {
+    float sum = 0;
+    for (const std::string& group : scene.light_groups) sum += seen.at("light." + group + ".B", i % 16, i / 16);
+    const float all = seen.at("B", i % 16, i / 16);
+    EXPECT_NEAR(sum, all, 1e-5F * (1 + all));
+  }
+}
+
 TEST(Replay, of_a_sample_is_what_the_film_has_of_it) {
   const auto [scene, base] = room(20, 14, 8);
   for (const bool chunked : {true, false})
