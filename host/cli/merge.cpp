@@ -157,7 +157,7 @@ void write(const MergeOptions& options, const Film& film, Whole& whole, const Pr
   exr.exact_sums = true;
   exr.record = to_text(whole.record);
   write_exr(options.output, film, whole.metadata, exr);
-  options.png.write(film);
+  if (!options.png.file.empty()) options.png.write(to_image(film));
 }
 
 ExitCode merge_command(const MergeOptions& options) {

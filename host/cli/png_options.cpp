@@ -33,9 +33,9 @@ void PngOptions::add_to(CLI::App& command) {
       ->capture_default_str();
 }
 
-void PngOptions::write(const Film& film) const {
+void PngOptions::write(const Image& image) const {
   if (file.empty()) return;
-  write_png(file, to_image(film), ev100 ? exposure_of_camera(*ev100) : exposure_ev, *tone_map_of(tone_map));
+  write_png(file, image, ev100 ? exposure_of_camera(*ev100) : exposure_ev, *tone_map_of(tone_map));
 }
 
 }  // namespace eikon

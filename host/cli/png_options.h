@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "render/film.h"
+#include "image/image.h"
 
 namespace eikon {
 
@@ -18,7 +18,7 @@ struct PngOptions {
   /// Adds --png, --exposure, --ev100 and --tonemap. The object must live as long as the parser.
   void add_to(CLI::App& command);
   /// Writes the file, if one is wanted. throws as write_png
-  void write(const Film& film) const;
+  void write(const Image& image) const;
 };
 
 }  // namespace eikon

@@ -55,6 +55,7 @@ RenderJob::RenderJob(RenderOptions options, Say say, double begin_s)
       checkpoint_(options_.checkpoint, say_) {
   read_execution_environment(options_.execution);
   require_writable(options_.outputs(), options_.scene.scene);
+  if (options_.scene.denoise) denoiser_ = std::make_unique<Denoiser>(options_.execution.threads);
   if (!options_.profile.empty()) trace_ = std::make_shared<Trace>();
   options_.execution.trace = trace_;
 }
@@ -113,14 +114,29 @@ void RenderJob::write_image() {
   exr.exact_sums = !options_.scene.samples.empty() || !options_.scene.crop.empty();
   if (exr.exact_sums)
     exr.record = to_text(describe_sums(checkpoint_.settings(), prepared_.layers, done_->done, done_->arithmetic));
+  std::optional<Image> denoised;
+  if (denoiser_) denoised = denoise();
+  exr.denoised = denoised ? &*denoised : nullptr;
   write_film(output_, done_->film, describe_render(prepared_, *done_, error_), exr);
-  options_.png.write(done_->film);
+  if (!options_.png.file.empty()) options_.png.write(denoised ? *denoised : to_image(done_->film));
   write_depth_series(exr);
+}
+
+std::optional<Image> RenderJob::denoise() {
+  const TraceScope denoising(trace_.get(), Trace::kMain, "denoise");
+  try {
+    return denoiser_->denoise(done_->film);
+  } catch (const InputError& failure) {
+    say_(fmt::format("{}; the picture is written as it is", failure.what()));
+    as_asked_ = false;
+    return std::nullopt;
+  }
 }
 
 void RenderJob::write_depth_series(ExrOptions exr) {
   exr.exact_sums = false;
   exr.layers = {};
+  exr.denoised = nullptr;
   PngOptions png = options_.png;
   for (const std::uint32_t most : settings().depth_series) {
     const Film film = scattered_at_most(done_->film, most);
@@ -129,7 +145,7 @@ void RenderJob::write_depth_series(ExrOptions exr) {
     write_film(RenderOptions::partial(output_, most), film, metadata, exr);
     if (png.file.empty()) continue;
     png.file = RenderOptions::partial(options_.png.file, most).string();
-    png.write(film);
+    png.write(to_image(film));
   }
 }
 

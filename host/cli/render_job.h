@@ -10,6 +10,7 @@
 #include "cli/render_options.h"
 #include "cli/report.h"
 #include "core/error.h"
+#include "image/denoise.h"
 #include "image/image.h"
 #include "render/ready_ahead.h"
 #include "render/render.h"
@@ -61,12 +62,15 @@ class RenderJob {
   Prepared prepared_;
   std::shared_ptr<PackedScene> packed_{};
   std::unique_ptr<ReadyAhead::Turn> turn_{};
+  std::unique_ptr<Denoiser> denoiser_{};  // for --denoise
   std::optional<RenderOutput> done_;
   PredictedError error_;
   bool as_asked_ = true;
   CheckpointFile checkpoint_;
 
   void write_image();
+  /// Nothing, and that is said, when the library fails.
+  [[nodiscard]] std::optional<Image> denoise();
   /// exr: as of the whole picture
   void write_depth_series(ExrOptions exr);
   /// In full precision when half floats do not do.

@@ -245,6 +245,8 @@ void SceneOptions::add_to(CLI::App& command) {
           "N,M,...: from the same samples also pictures of the light that was scattered at most N, M, ... times")
       ->delimiter(',')
       ->check(CLI::Range(0U, kMaxScatterBound));
+  command.add_flag("--denoise", denoise,
+                   "also layers denoised.R/G/B, and the PNG of them, by Open Image Denoise 2 if it is installed");
   command.add_flag("--strict", strict, "what is not supported, and rejected samples, are errors");
 }
 
@@ -316,6 +318,9 @@ Prepared settle(const SceneOptions& options, std::shared_ptr<Scene> loaded, cons
       prepared.layers.push_back(layer);
   }
   settings.aovs = prepared.layers;
+  if (options.denoise)
+    for (const char* guide : {"albedo", "normal"})
+      if (std::ranges::find(settings.aovs, guide) == settings.aovs.end()) settings.aovs.emplace_back(guide);
   settings.depth_series = options.depth_series;
   return prepared;
 }

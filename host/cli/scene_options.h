@@ -20,7 +20,7 @@ struct SceneOptions {
   std::uint64_t seed = 0;
   std::uint32_t max_depth = 0;
   std::vector<std::uint32_t> depth_series;
-  bool transparent = false, strict = false, panorama = false;
+  bool transparent = false, strict = false, panorama = false, denoise = false;
 
   /// Adds the flags to a subcommand. The object must live as long as the parser.
   void add_to(CLI::App& command);

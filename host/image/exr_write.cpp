@@ -91,6 +91,15 @@ std::vector<Source> image_sources(const Film& film, const ExrOptions& options) {
   for (const std::string& layer : options.layers)
     for (const LayerChannel& channel : layer_channels(layer, film.layout()))
       sources.push_back(source_of(film, channel, type));
+  if (options.denoised != nullptr) {
+    const Crop& crop = film.layout().crop;
+    for (std::size_t c = 0; c < 3; ++c)
+      sources.push_back({.name = "denoised." + options.denoised->channels[c],
+                         .type = type,
+                         .real = [&plane = options.denoised->planes[c], crop](auto x, auto y) {
+                           return plane[std::size_t{y - crop.y0} * crop.width() + (x - crop.x0)];
+                         }});
+  }
   return sources;
 }
 

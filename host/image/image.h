@@ -43,6 +43,7 @@ struct HalfOverflow : InputError {
 struct ExrOptions {
   bool half = false;                // R, G, B and layers as half; refused when a value would become infinite
   std::vector<std::string> layers;  // of --aov (render/layers.h)
+  const Image* denoised = nullptr;  // also its R, G, B, as denoised.R/G/B
   bool exact_sums = false;          // second, lossless part with the film's integer sums
   std::string record = {};          // of that part: a text that says what the sums are of; see render/film_record.h
   bool quick = false;               // for a file that will soon be replaced: larger, and written in a tenth of the time

@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "image/denoise.h"
+
+#include <dlfcn.h>
+
+#include <array>
+#include <cstdlib>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "core/error.h"
+
+namespace eikon {
+namespace {
+
+// Of Open Image Denoise's C API, version 2.
+using OidnDevice = void*;
+using OidnFilter = void*;
+constexpr int kDeviceCpu = 1, kFloat3 = 3, kNoError = 0;
+constexpr const char* kUsualName = "libOpenImageDenoise.so.2";
+
+/// Three channels as the library wants them: R, G, B of a pixel side by side.
+std::vector<float> interleaved(const Film& film, std::array<const char*, 3> names) {
+  std::array<std::uint32_t, 3> channels{};
+  for (std::size_t c = 0; c < 3; ++c) {
+    const auto found = film.channel_index(names[c]);
+    if (!found) throw InternalError(fmt::format("denoising needs the channel {}", names[c]));
+    channels[c] = *found;
+  }
+  const Crop& crop = film.layout().crop;
+  std::vector<float> values;
+  values.reserve(3 * crop.pixel_count());
+  for (std::uint32_t y = crop.y0; y < crop.y1; ++y)
+    for (std::uint32_t x = crop.x0; x < crop.x1; ++x)
+      for (const std::uint32_t c : channels) values.push_back(static_cast<float>(film.mean(x, y, c)));
+  return values;
+}
+
+}  // namespace
+
+struct Denoiser::Library {
+  void* handle = nullptr;
+  OidnDevice device = nullptr;
+
+  OidnDevice (*new_device)(int type) = nullptr;
+  void (*set_device_int)(OidnDevice, const char* name, int value) = nullptr;
+  void (*set_device_bool)(OidnDevice, const char* name, bool value) = nullptr;
+  void (*commit_device)(OidnDevice) = nullptr;
+  void (*release_device)(OidnDevice) = nullptr;
+  int (*device_error)(OidnDevice, const char** message) = nullptr;
+  OidnFilter (*new_filter)(OidnDevice, const char* type) = nullptr;
+  void (*set_image)(OidnFilter, const char* name, void* data, int format, std::size_t width, std::size_t height,
+                    std::size_t offset, std::size_t pixel_stride, std::size_t row_stride) = nullptr;
+  void (*set_filter_bool)(OidnFilter, const char* name, bool value) = nullptr;
+  void (*commit_filter)(OidnFilter) = nullptr;
+  void (*execute)(OidnFilter) = nullptr;
+  void (*release_filter)(OidnFilter) = nullptr;
+
+  Library() {
+    const char* const named = std::getenv("EIKON_OIDN");
+    const std::string file = named != nullptr && *named != '\0' ? named : kUsualName;
+    handle = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
+    if (handle == nullptr) {
+      const char* const why = dlerror();
+      throw InputError(
+          fmt::format("--denoise: cannot load Open Image Denoise 2: {}; install it, or name its library "
+                      "by EIKON_OIDN=.../{}",
+                      why != nullptr ? why : file, kUsualName));
+    }
+    const auto find = [&](auto& function, const char* name) {
+      function = reinterpret_cast<std::decay_t<decltype(function)>>(dlsym(handle, name));
+      if (function == nullptr)
+        throw InputError(fmt::format("--denoise: {} is not Open Image Denoise 2: it has no {}", file, name));
+    };
+    try {
+      find(new_device, "oidnNewDevice");
+      find(set_device_int, "oidnSetDeviceInt");
+      find(set_device_bool, "oidnSetDeviceBool");
+      find(commit_device, "oidnCommitDevice");
+      find(release_device, "oidnReleaseDevice");
+      find(device_error, "oidnGetDeviceError");
+      find(new_filter, "oidnNewFilter");
+      find(set_image, "oidnSetSharedFilterImage");
+      find(set_filter_bool, "oidnSetFilterBool");
+      find(commit_filter, "oidnCommitFilter");
+      find(execute, "oidnExecuteFilter");
+      find(release_filter, "oidnReleaseFilter");
+    } catch (...) {
+      dlclose(handle);
+      throw;
+    }
+  }
+  ~Library() {
+    if (device != nullptr) release_device(device);
+    // The library stays loaded: its threads may outlive its devices.
+  }
+  Library(const Library&) = delete;
+  Library& operator=(const Library&) = delete;
+
+  /// throws InputError with the library's words if something went wrong
+  void check(OidnDevice asked) const {
+    const char* message = nullptr;
+    if (device_error(asked, &message) != kNoError)
+      throw InputError(fmt::format("--denoise: Open Image Denoise: {}", message != nullptr ? message : "it failed"));
+  }
+};
+
+Denoiser::Denoiser(unsigned threads) : library_(std::make_unique<Library>()) {
+  Library& oidn = *library_;
+  oidn.device = oidn.new_device(kDeviceCpu);
+  oidn.check(oidn.device);  // a null device asks for the thread's last error
+  if (oidn.device == nullptr) throw InputError("--denoise: Open Image Denoise does not support this processor");
+  oidn.set_device_bool(oidn.device, "setAffinity", false);
+  if (threads > 0) oidn.set_device_int(oidn.device, "numThreads", static_cast<int>(threads));
+  oidn.commit_device(oidn.device);
+  oidn.check(oidn.device);
+}
+
+Denoiser::~Denoiser() = default;
+
+Image Denoiser::denoise(const Film& film) const {
+  const Library& oidn = *library_;
+  const Crop& crop = film.layout().crop;
+  std::vector<float> color = interleaved(film, {"R", "G", "B"});
+  std::vector<float> albedo = interleaved(film, {"albedo.R", "albedo.G", "albedo.B"});
+  std::vector<float> normal = interleaved(film, {"normal.X", "normal.Y", "normal.Z"});
+  std::vector<float> output(color.size());
+  struct Filter {
+    const Library& oidn;
+    OidnFilter filter;
+    ~Filter() {
+      if (filter != nullptr) oidn.release_filter(filter);
+    }
+  } const owned{oidn, oidn.new_filter(oidn.device, "RT")};
+  oidn.check(oidn.device);
+  const auto give = [&](const char* name, std::vector<float>& data) {
+    oidn.set_image(owned.filter, name, data.data(), kFloat3, crop.width(), crop.height(), 0, 0, 0);
+  };
+  give("color", color);
+  give("albedo", albedo);
+  give("normal", normal);
+  give("output", output);
+  oidn.set_filter_bool(owned.filter, "hdr", true);
+  oidn.commit_filter(owned.filter);
+  oidn.execute(owned.filter);
+  oidn.check(oidn.device);
+
+  Image image = to_image(film);
+  for (std::size_t c = 0; c < 3; ++c)
+    for (std::size_t i = 0; i < image.planes[c].size(); ++i) image.planes[c][i] = output[3 * i + c];
+  return image;
+}
+
+}  // namespace eikon
