@@ -232,8 +232,16 @@ void SceneOptions::add_to(CLI::App& command) {
       ->check(CLI::Range(0.0, 4294967295.0));
   command.add_option("--max-depth", max_depth, "longest path in edges from the camera; 0: no limit")
       ->capture_default_str();
-  command.add_option("--integrator", integrator, "path, or direct: emission and direct light only")
-      ->check(CLI::IsMember({"path", "direct"}))
+  command
+      .add_option("--roulette", roulette,
+                  "P: after each scattering a path goes on with this probability, instead of by what it carries")
+      ->check(CLI::Range(0.01F, 1.0F));
+  command
+      .add_option(
+          "--integrator", integrator,
+          "path; direct: emission and direct light only; whitted: light goes on from perfect mirrors and smooth "
+          "glass alone [Whitted 1980]")
+      ->check(CLI::IsMember({"path", "direct", "whitted"}))
       ->capture_default_str();
   command.add_option("--light-sampling", light_sampling, "how light is found: same mean, other noise")
       ->check(CLI::IsMember({"mis", "light", "cosine", "hemisphere"}))
@@ -301,6 +309,18 @@ Prepared settle(const SceneOptions& options, std::shared_ptr<Scene> loaded, cons
                             : options.light_sampling == "light"  ? LightSampling::light
                             : options.light_sampling == "cosine" ? LightSampling::cosine
                                                                  : LightSampling::hemisphere;
+  if (options.roulette == 1 && settings.max_depth == 0)
+    throw UsageError("--roulette 1: no path would ever end; give --max-depth");
+  settings.roulette = options.roulette;
+  if (settings.roulette > 0) settings.roulette_depth = 2;
+  settings.whitted = options.integrator == "whitted";
+  if (settings.whitted) {
+    if (options.light_sampling != "mis" && options.light_sampling != "light")
+      throw UsageError(
+          fmt::format("--integrator whitted finds light by shadow rays alone: leave out --light-sampling {}",
+                      options.light_sampling));
+    settings.light_sampling = LightSampling::light;
+  }
   const bool samples_lights =
       settings.light_sampling == LightSampling::mis || settings.light_sampling == LightSampling::light;
   if (!samples_lights && !scene.lights.empty())

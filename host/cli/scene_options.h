@@ -19,6 +19,7 @@ struct SceneOptions {
   std::uint64_t spp = 64;
   std::uint64_t seed = 0;
   std::uint32_t max_depth = 0;
+  float roulette = 0;
   std::vector<std::uint32_t> depth_series;
   bool transparent = false, strict = false, panorama = false, denoise = false;
 

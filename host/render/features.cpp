@@ -164,6 +164,8 @@ Features::Features(const Scene& scene, const Settings& settings) {
   needs["next_event"] = {samples_lights && lit, lit ? "--light-sampling" : "there is no light"};
   needs["bsdf_emission"] = {sampling != LightSampling::light && lit, lit ? "--light-sampling" : "there is no light"};
   needs["uniform_scatter"] = {sampling == LightSampling::hemisphere, "--light-sampling"};
+  needs["whitted"] = {settings.whitted, "--integrator"};
+  needs["fixed_roulette"] = {settings.roulette > 0, "--roulette"};
   needs["pixel_filter"] = {!settings.filter.is_pixel_box(), "--filter"};
   const std::string camera = fmt::format("camera '{}'", settings.camera.name);
   needs["orthographic"] = {settings.camera.projection == Projection::orthographic, camera};

@@ -96,8 +96,8 @@ std::string describe_lens(const Camera& camera) {
 
 std::vector<ImageSetting> image_settings(const Scene& scene, const Settings& settings, const FilmLayout& layout) {
   // Whoever adds a setting is stopped here by the compiler, and says below whether the image's bits depend on it.
-  const auto& [width, height, crop, sample_begin, sample_end, seed, replicate_bits, max_depth, roulette_depth,
-               light_sampling, aovs, depth_series, filter, transparent, camera, environment] = settings;
+  const auto& [width, height, crop, sample_begin, sample_end, seed, replicate_bits, max_depth, roulette_depth, roulette,
+               whitted, light_sampling, aovs, depth_series, filter, transparent, camera, environment] = settings;
   static_cast<void>(crop), static_cast<void>(sample_begin), static_cast<void>(sample_end);
   static_cast<void>(aovs), static_cast<void>(depth_series);  // the channels say it
   const glm::dmat4& pose = camera.world_from_camera;
@@ -111,6 +111,8 @@ std::vector<ImageSetting> image_settings(const Scene& scene, const Settings& set
           {"filter (--filter)", filter.name()},
           {"depth limit (--max-depth)", fmt::format("{}", max_depth)},
           {"roulette depth", fmt::format("{}", roulette_depth)},
+          {"roulette (--roulette)", roulette > 0 ? fmt::format("{}", roulette) : "by throughput"},
+          {"integrator (--integrator)", whitted ? "whitted" : "path"},
           {"light sampling (--light-sampling)", name_of(light_sampling)},
           {"camera's position (--camera, --look-at)", triple(pose[3])},
           {"camera's orientation (--camera, --look-at)",

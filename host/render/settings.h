@@ -32,6 +32,8 @@ struct Settings {
   std::uint32_t replicate_bits = 1;  // two replicates
   std::uint32_t max_depth = 0;       // 0: no limit
   std::uint32_t roulette_depth = 4;  // the first edge that roulette decides on
+  float roulette = 0;                // probability with which it lets a path go on; 0: by what the path carries
+  bool whitted = false;  // only perfect mirrors and smooth glass scatter light on; with LightSampling::light
   LightSampling light_sampling = LightSampling::mis;
   std::vector<std::string> aovs;  // layers of layers.h
   std::vector<std::uint32_t>

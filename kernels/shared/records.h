@@ -48,7 +48,7 @@ typedef struct {
   uint camera_medium;             // of paths that begin (medium.h)
   uint tree_light_count;          // lights that the tree chooses among, the first ones; 0: there is no tree
   float light_scale;              // metres to the unit of the tree's nodes, a power of two
-  uint pad0;
+  float roulette;                 // of EK_HAS_fixed_roulette: probability that a path goes on
 } Frame;
 EK_ASSERT_SIZE(Frame, 224);
 

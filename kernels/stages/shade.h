@@ -194,12 +194,14 @@ EK_FN Survivors stage_shade(constant Frame* frame, SceneData scene, LightData li
     vi survives = live & (scattered.pdf > 0.0f) & agrees(scattered.wi, dot3(next_dir, n_geom)) &
                   (max_component(abs3(next_beta)) > 0.0f);
     if (!(EK_HAS_bsdf_emission | EK_HAS_next_event)) survives = (vi)(0);
+    if (EK_HAS_whitted) survives = survives & scattered.delta;
     if (may_end) {
       vf worth = max_component(abs3(next_beta));
       // Else a third of the paths that enter glass would end there for nothing.
       if (EK_HAS_transmission) worth = worth * radiance_returned_outside(material, front, scattered.wi.z < 0.0f);
       // Ending paths that carry more adds more error than it saves rays (PERFORMANCE.md).
-      const vf survival = min_f(ROULETTE_GAIN * worth, (vf)(depth < ROULETTE_ALWAYS_DEPTH ? 1.0f : 0.95f));
+      vf survival = min_f(ROULETTE_GAIN * worth, (vf)(depth < ROULETTE_ALWAYS_DEPTH ? 1.0f : 0.95f));
+      if (EK_HAS_fixed_roulette) survival = (vf)(frame->roulette);
       survives = survives & (roulette < survival);
       next_beta = scale3(next_beta, (vf)(1.0f) / survival);
     }

@@ -24,7 +24,7 @@ namespace {
           F(Frame, max_depth) F(Frame, roulette_depth) F(Frame, light_count) F(Frame, film_stride)                \
               F(Frame, pixel_stride) F(Frame, environment_width) F(Frame, environment_height)                     \
                   F(Frame, environment_sin) F(Frame, environment_cos) F(Frame, camera_medium)                     \
-                      F(Frame, tree_light_count) F(Frame, light_scale) F(Frame, pad0)
+                      F(Frame, tree_light_count) F(Frame, light_scale) F(Frame, roulette)
 #define TRIANGLE_FIELDS(F)                                                                                        \
   F(Triangle, p0_x)                                                                                               \
   F(Triangle, p0_y)                                                                                               \
