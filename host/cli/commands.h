@@ -17,6 +17,7 @@ void add_info(CLI::App& app, Command& chosen);
 void add_devices(CLI::App& app, Command& chosen);
 void add_compare(CLI::App& app, Command& chosen);
 void add_selftest(CLI::App& app, Command& chosen);
+void add_meter(CLI::App& app, Command& chosen);
 void add_bench(CLI::App& app, Command& chosen);
 
 }  // namespace eikon

@@ -192,9 +192,7 @@ void parse_crop(const SceneOptions& options, Settings& settings) {
 }  // namespace
 
 void SceneOptions::add_to(CLI::App& command) {
-  command.add_option("SCENE", scene, "glTF 2.0 file, .gltf or .glb")->required()->check([](const std::string& name) {
-    return name.empty() ? "a file's name is wanted" : std::string();
-  });
+  add_scene_to(command);
   command.add_option("--size", size, "WxH: image size; without it the camera's aspect at 720 rows");
   command.add_option("--camera", camera, "camera by name or index");
   command.add_option("--look-at", look_at, "EYE:TARGET[:UP], each x,y,z: a perspective camera of your own");
@@ -206,6 +204,36 @@ void SceneOptions::add_to(CLI::App& command) {
   command.add_option("--f-number", f_number,
                      "N: how wide the lens opens, as of a camera for 35 mm film; off: a pinhole");
   command.add_option("--focus-distance", focus_distance, "METRES ahead of the lens, where it is sharp");
+  add_environment_to(command);
+  command.add_flag("--transparent", transparent,
+                   "the camera does not see the environment: channel A, with R, G, B multiplied by it");
+  command
+      .add_option("--filter", filter,
+                  "NAME[:WIDTH] of the pixel filter; width in pixels from rim to rim. NAME (usual WIDTH): " +
+                      filter_names() + ". Only mitchell sharpens: its rim is negative")
+      ->capture_default_str();
+  command.add_option("--samples", samples, "A:B: only samples A to B-1 of each pixel");
+  command.add_option("--crop", crop, "X0,Y0,X1,Y1: only this window; same bits as in the full image");
+  add_sampling_to(command, "samples per pixel");
+  command.add_option("--aov", aovs, "layers beside RGB, joined by commas, of: " + layer_names());
+  command
+      .add_option(
+          "--depth-series", depth_series,
+          "N,M,...: from the same samples also pictures of the light that was scattered at most N, M, ... times")
+      ->delimiter(',')
+      ->check(CLI::Range(0U, kMaxScatterBound));
+  command.add_flag("--denoise", denoise,
+                   "also layers denoised.R/G/B, and the PNG of them, by Open Image Denoise 2 if it is installed");
+}
+
+void SceneOptions::add_scene_to(CLI::App& command) {
+  command.add_option("SCENE", scene, "glTF 2.0 file, .gltf or .glb")->required()->check([](const std::string& name) {
+    return name.empty() ? "a file's name is wanted" : std::string();
+  });
+  command.add_flag("--strict", strict, "what is not supported, and rejected samples, are errors");
+}
+
+void SceneOptions::add_environment_to(CLI::App& command) {
   command.add_option(
       "--env", env, "instead of the file's environment: a map, FILE.exr or .hdr (equirectangular), or constant, R,G,B");
   command.add_option("--env-scale", env_scale, "factor on whichever environment is used")
@@ -216,18 +244,10 @@ void SceneOptions::add_to(CLI::App& command) {
       ->check(check_is_finite)
       ->check(CLI::Range(-36000.0, 36000.0))
       ->capture_default_str();
-  command.add_flag("--transparent", transparent,
-                   "the camera does not see the environment: channel A, with R, G, B multiplied by it");
-  command
-      .add_option("--filter", filter,
-                  "NAME[:WIDTH] of the pixel filter; width in pixels from rim to rim. NAME (usual WIDTH): " +
-                      filter_names() + ". Only mitchell sharpens: its rim is negative")
-      ->capture_default_str();
-  command.add_option("--spp", spp, "samples per pixel")
-      ->check(CLI::Range(1.0, double(kMaxSamples)))
-      ->capture_default_str();
-  command.add_option("--samples", samples, "A:B: only samples A to B-1 of each pixel");
-  command.add_option("--crop", crop, "X0,Y0,X1,Y1: only this window; same bits as in the full image");
+}
+
+void SceneOptions::add_sampling_to(CLI::App& command, const std::string& spp_means) {
+  command.add_option("--spp", spp, spp_means)->check(CLI::Range(1.0, double(kMaxSamples)))->capture_default_str();
   command.add_option("--seed", seed, "another seed is another, independent image")
       ->check(CLI::Range(0.0, 4294967295.0));
   command.add_option("--max-depth", max_depth, "longest path in edges from the camera; 0: no limit")
@@ -246,16 +266,6 @@ void SceneOptions::add_to(CLI::App& command) {
   command.add_option("--light-sampling", light_sampling, "how light is found: same mean, other noise")
       ->check(CLI::IsMember({"mis", "light", "cosine", "hemisphere"}))
       ->capture_default_str();
-  command.add_option("--aov", aovs, "layers beside RGB, joined by commas, of: " + layer_names());
-  command
-      .add_option(
-          "--depth-series", depth_series,
-          "N,M,...: from the same samples also pictures of the light that was scattered at most N, M, ... times")
-      ->delimiter(',')
-      ->check(CLI::Range(0U, kMaxScatterBound));
-  command.add_flag("--denoise", denoise,
-                   "also layers denoised.R/G/B, and the PNG of them, by Open Image Denoise 2 if it is installed");
-  command.add_flag("--strict", strict, "what is not supported, and rejected samples, are errors");
 }
 
 Say say_on_stderr(bool quiet) {

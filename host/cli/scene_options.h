@@ -25,6 +25,10 @@ struct SceneOptions {
 
   /// Adds the flags to a subcommand. The object must live as long as the parser.
   void add_to(CLI::App& command);
+  /// Some of them: the scene, and how strictly it is read; the environment; how paths are sampled and where they end.
+  void add_scene_to(CLI::App& command);
+  void add_environment_to(CLI::App& command);
+  void add_sampling_to(CLI::App& command, const std::string& spp_means);
 };
 
 /// Everything `render` needs of the flags and the scene, with defaults by the scene.
