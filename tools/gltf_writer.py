@@ -46,9 +46,11 @@ class GltfWriter:
         entry = {"uri": uri, "scale": scale, "rotate": rotate_deg}
         self.root["scenes"][0]["extras"] = {"environment": entry}
 
-    def material(self, name, color, emission=None, double_sided=False):
-        """Exactly Lambert of reflectance `color`; `emission` is the radiance of its front side. Returns its index."""
+    def material(self, name, color, emission=None, double_sided=False, **members):
+        """Exactly Lambert of reflectance `color`; `emission` is the radiance of its front side; members: what else stands in the
+        material (extras=). Returns its index."""
         entry = {
+            **members,
             "name": name,
             "pbrMetallicRoughness": {"baseColorFactor": [*color, 1.0], "metallicFactor": 0.0, "roughnessFactor": 1.0},
             "extensions": {"KHR_materials_specular": {"specularFactor": 0.0}},

@@ -17,10 +17,10 @@ build_packages=(
 
 # For the tests: GoogleTest; Oclgrind, a second OpenCL implementation to compare bits with; clang to check the
 # kernels without a device; Python for the scene generators, numpy as the reference of the image metrics;
-# locales for one whose numbers have a decimal comma.
+# locales for one whose numbers have a decimal comma; venv for what test.sh takes from PyPI.
 test_packages=(
   libgtest-dev
   oclgrind clang-14
-  python3 python3-numpy
+  python3 python3-numpy python3-venv
   locales
 )

@@ -41,21 +41,21 @@ def lamps():
     checker_floor(gltf, -4.0, 4.0, -4.0, 4.0, 0.5)
     grey = gltf.material("grey", (0.6, 0.6, 0.6))
 
-    def glow(name, red, green, blue):
-        return gltf.material(name, (0.1, 0.1, 0.1), emission=(red, green, blue))
+    def glow(name, group, red, green, blue):
+        return gltf.material(name, (0.1, 0.1, 0.1), emission=(red, green, blue), extras={"lightGroup": group})
 
-    gltf.analytic("sphere", "sphere", glow("sphere", 6.0, 1.0, 0.6), {"radius": 0.22}, translation=[-2.0, 0.5, 0.0])
-    gltf.analytic("egg", "sphere", glow("egg", 6.0, 3.0, 0.4), {"radius": 0.3}, translation=[-1.2, 0.45, -0.9],
+    gltf.analytic("sphere", "sphere", glow("sphere", "warm", 6.0, 1.0, 0.6), {"radius": 0.22}, translation=[-2.0, 0.5, 0.0])
+    gltf.analytic("egg", "sphere", glow("egg", "warm", 6.0, 3.0, 0.4), {"radius": 0.3}, translation=[-1.2, 0.45, -0.9],
                   scale=[0.5, 1.3, 0.4], rotation=[0.0, 0.0, 0.2588, 0.9659])
-    gltf.analytic("box", "box", glow("box", 3.0, 4.0, 0.4), {"size": [0.4, 0.25, 0.3]}, translation=[-0.4, 0.4, 0.2],
+    gltf.analytic("box", "box", glow("box", "green", 3.0, 4.0, 0.4), {"size": [0.4, 0.25, 0.3]}, translation=[-0.4, 0.4, 0.2],
                   rotation=[0.0, 0.2588, 0.0, 0.9659])
-    gltf.analytic("plane", "plane", glow("plane", 2.0, 5.0, 1.5), {"sizeX": 0.5, "sizeZ": 0.5}, translation=[0.4, 0.8, -0.9],
+    gltf.analytic("plane", "plane", glow("plane", "green", 2.0, 5.0, 1.5), {"sizeX": 0.5, "sizeZ": 0.5}, translation=[0.4, 0.8, -0.9],
                   rotation=[0.8660, 0.0, 0.0, 0.5])
-    gltf.analytic("cylinder", "cylinder", glow("cylinder", 0.4, 3.5, 5.0), {"height": 0.6, "radiusTop": 0.12, "radiusBottom": 0.12},
+    gltf.analytic("cylinder", "cylinder", glow("cylinder", "cold", 0.4, 3.5, 5.0), {"height": 0.6, "radiusTop": 0.12, "radiusBottom": 0.12},
                   translation=[1.0, 0.4, 0.3], rotation=[0.0, 0.0, 0.5, 0.8660])
-    gltf.analytic("cone", "cylinder", glow("cone", 0.5, 1.2, 7.0), {"height": 0.6, "radiusTop": 0.0, "radiusBottom": 0.25},
+    gltf.analytic("cone", "cylinder", glow("cone", "cold", 0.5, 1.2, 7.0), {"height": 0.6, "radiusTop": 0.0, "radiusBottom": 0.25},
                   translation=[1.6, 0.31, -0.7])
-    gltf.analytic("capsule", "capsule", glow("capsule", 4.0, 0.6, 5.0), {"height": 0.4, "radiusTop": 0.08, "radiusBottom": 0.16},
+    gltf.analytic("capsule", "capsule", glow("capsule", "warm", 4.0, 0.6, 5.0), {"height": 0.4, "radiusTop": 0.08, "radiusBottom": 0.16},
                   translation=[2.3, 0.5, 0.1], rotation=[0.2588, 0.0, 0.0, 0.9659])
     for x in (-1.6, -0.8, 0.2, 0.7, 1.4, 2.0):
         gltf.analytic("post", "cylinder", grey, {"height": 0.5, "radiusTop": 0.06, "radiusBottom": 0.06},

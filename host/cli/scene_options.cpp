@@ -255,6 +255,7 @@ void SceneOptions::add_sampling_to(CLI::App& command, const std::string& spp_mea
   command
       .add_option("--roulette", roulette,
                   "P: after each scattering a path goes on with this probability, instead of by what it carries")
+      ->check(check_is_finite)
       ->check(CLI::Range(0.01F, 1.0F));
   command
       .add_option(

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Layers against known geometry, replay of single paths, and samples that are left out.
+#include <fmt/format.h>
+
 #include "image/image.h"
 #include "render/layers.h"
 #include "render/scene_builder.h"
@@ -255,8 +257,8 @@ TEST(LightGroups, with_light_sampling_are_the_light_of_each_and_together_the_pic
   for (std::uint32_t i = 0; i < 256; ++i) {
     float sum = 0;
     for (const std::string& group : scene.light_groups) sum += seen.at("light." + group + ".B", i % 16, i / 16);
-    const float all = seen.at("B", i % 16, i / 16);
-    EXPECT_NEAR(sum, all, 1e-5F * (1 + all));
+    const float blue = seen.at("B", i % 16, i / 16);
+    EXPECT_NEAR(sum, blue, 1e-5F * (1 + blue));
   }
 }
 

@@ -42,7 +42,7 @@ TEST(Meter, of_a_bulb_follows_the_inverse_square_and_the_cosine) {
 }
 
 TEST(Meter, under_an_even_sky_is_pi_times_its_radiance_however_it_is_turned) {
-  for (const glm::dvec3 normal : {glm::dvec3(0, 1, 0), glm::dvec3(1, -2, 3), glm::dvec3(-1, 0, 0)}) {
+  for (const glm::dvec3& normal : {glm::dvec3(0, 1, 0), glm::dvec3(1, -2, 3), glm::dvec3(-1, 0, 0)}) {
     const Reading reading = measured(Scene{}, facing({3, -2, 7}, normal), {1, 0.5F, 2});
     EXPECT_NEAR(reading.value.x, kPi, 1e-4);
     EXPECT_NEAR(reading.value.y, 0.5 * kPi, 1e-4);
