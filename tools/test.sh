@@ -16,7 +16,7 @@ library="lib/python3*/site-packages/pyoidn/oidn/lib/libOpenImageDenoise.so.2"
 if [[ -z "${EIKON_OIDN-}" ]]; then
   # shellcheck disable=SC2086
   compgen -G "$python"/$library >/dev/null ||
-    { python3 -m venv "$python" && "$python/bin/pip" install --quiet --no-deps pyoidn==2.5.1.0; } ||
+    { python3 -m venv "$python" && "$python/bin/pip" install --quiet --no-deps --retries 1 --timeout 60 pyoidn==2.5.1.0; } ||
     echo "test.sh: pyoidn cannot be installed from PyPI; the test of --denoise is left out" >&2
   # shellcheck disable=SC2086
   EIKON_OIDN="$(compgen -G "$python"/$library || true)"

@@ -7,6 +7,7 @@
 #include "cli/arguments.h"
 #include "cli/execution_options.h"
 #include "image/image.h"
+#include "render/layers.h"
 
 namespace eikon {
 
@@ -14,6 +15,14 @@ void RenderOptions::add_to(CLI::App& command) {
   scene.add_to(command);
   command.add_option("-o,--output", output, "OpenEXR file; SCENE.exr here if not given");
   command.add_flag("--half", half, "16-bit channels");
+  command
+      .add_option(
+          "--depth-series", scene.depth_series,
+          "N,M,...: from the same samples also pictures of the light that was scattered at most N, M, ... times")
+      ->delimiter(',')
+      ->check(CLI::Range(0U, kMaxScatterBound));
+  command.add_flag("--denoise", scene.denoise,
+                   "also layers denoised.R/G/B, and the PNG of them, by Open Image Denoise 2 if it is installed");
   png.add_to(command);
   add_execution_options(command, execution, true);
   checkpoint.add_to(command);

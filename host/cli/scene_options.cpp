@@ -216,14 +216,6 @@ void SceneOptions::add_to(CLI::App& command) {
   command.add_option("--crop", crop, "X0,Y0,X1,Y1: only this window; same bits as in the full image");
   add_sampling_to(command, "samples per pixel");
   command.add_option("--aov", aovs, "layers beside RGB, joined by commas, of: " + layer_names());
-  command
-      .add_option(
-          "--depth-series", depth_series,
-          "N,M,...: from the same samples also pictures of the light that was scattered at most N, M, ... times")
-      ->delimiter(',')
-      ->check(CLI::Range(0U, kMaxScatterBound));
-  command.add_flag("--denoise", denoise,
-                   "also layers denoised.R/G/B, and the PNG of them, by Open Image Denoise 2 if it is installed");
 }
 
 void SceneOptions::add_scene_to(CLI::App& command) {

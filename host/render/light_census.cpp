@@ -4,6 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
+
+#include "render/pack_parts.h"
 
 namespace eikon {
 namespace {
@@ -67,12 +70,18 @@ std::optional<Parallelogram> parallelogram_of(const std::array<glm::vec3, 3>& a,
 }
 
 bool emits_evenly(const Material& material) {
-  return emits(material) && !material.emissive_texture && material.alpha_mode == AlphaMode::opaque;
+  return emits(material) && !material.emissive_texture;
 }
 
 LightCensus count_lights(const Scene& scene, const Settings& settings) {
   LightCensus census;
   std::uint64_t lamps = 0;
+  std::optional<PassableMaterials> passable;  // made when it is asked: it may look at textures
+  const auto is_whole = [&](const Primitive& primitive) {
+    if (scene.materials[primitive.material].alpha_mode == AlphaMode::opaque) return true;
+    if (!passable) passable.emplace(scene);
+    return !passable->has(primitive);
+  };
   for (const Node& node : scene.nodes)
     for (const Primitive& primitive : scene.meshes[node.mesh].primitives) {
       const Material& material = scene.materials[primitive.material];
@@ -80,7 +89,8 @@ LightCensus count_lights(const Scene& scene, const Settings& settings) {
       const std::size_t count = primitive.indices.size() / 3;
       census.placed += count;
       ++lamps;
-      for (std::size_t i = 0; i + 1 < count && emits_evenly(material); ++i)
+      const bool in_pairs = emits_evenly(material) && is_whole(primitive);
+      for (std::size_t i = 0; i + 1 < count && in_pairs; ++i)
         if (parallelogram_of(corners_of(primitive, i), corners_of(primitive, i + 1), kSlackOfFiles))
           ++census.pairs, ++i;
     }

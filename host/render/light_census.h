@@ -19,7 +19,7 @@ struct Parallelogram {
 std::optional<Parallelogram> parallelogram_of(const std::array<glm::vec3, 3>& a, const std::array<glm::vec3, 3>& b,
                                               double slack);
 
-/// Whether a material's triangles may be sampled two at a time: it emits evenly, and is opaque.
+/// Whether a material's triangles may be sampled two at a time, unless a ray may pass them.
 bool emits_evenly(const Material& material);
 
 /// What a scene has of lights, before they are packed.

@@ -56,9 +56,9 @@ TEST(MixedDevices, N5_three_of_two_drivers_give_the_bits_of_one) {
   if (!contains(there.out, "Oclgrind Simulator") || !contains(there.out, "pthread"))
     GTEST_SKIP() << "Oclgrind cannot be had beside PoCL: " << there.out;
   // The two quick ones are slowed down, by sleeping, until a first unit takes them longer than the simulator: each has its part.
-  const std::string image = "render " + scene("cornell.gltf") + " --size 32x32 --spp 8 --max-depth 1 --quiet";
+  const std::string image = "render " + scene("cornell.gltf") + " --size 32x32 --spp 16 --max-depth 1 --quiet";
   ASSERT_TRUE(succeeded(here.eikon(image + " -o one.exr --devices pthread", before)));
-  const std::string slow = before + " EIKON_FAULT='device:1:slow=3000;device:2:slow=3000'";
+  const std::string slow = before + " EIKON_FAULT='device:1:slow=6000;device:2:slow=6000'";
   const Mixed mixed = render_mixed(here, image, "oclgrind,pthread:2x1", slow);
   ASSERT_EQ(mixed.units.size(), 3U) << mixed.names;
   for (const std::uint64_t units : mixed.units) EXPECT_GT(units, 0U) << mixed.names;
