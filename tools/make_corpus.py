@@ -319,12 +319,13 @@ def instances(corpus):
     root["extensionsUsed"] = ["EXT_mesh_gpu_instancing"]
     root["nodes"][0]["extensions"] = {"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": translations}}}
     for count in (0, -1, 4000000000, 1 << 62):
+        kind = "any" if count == 0 else "bad"  # a mesh that stands nowhere is no harm
         claims = copy.deepcopy(root)
         claims["accessors"].append({"bufferView": 0, "componentType": 5126, "count": count, "type": "VEC3"})
-        corpus.add(f"instances_claim_{count}", "bad", claims)
+        corpus.add(f"instances_claim_{count}", kind, claims)
         claims = copy.deepcopy(root)
         claims["accessors"].append({"componentType": 5126, "count": count, "type": "VEC3"})
-        corpus.add(f"instances_of_nothing_{count}", "bad", claims)
+        corpus.add(f"instances_of_nothing_{count}", kind, claims)
 
 
 def compressed(corpus):
