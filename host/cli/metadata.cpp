@@ -74,6 +74,8 @@ Metadata describe_image(const Prepared& prepared) {
   metadata.numbers["replicates"] = double(1U << settings.replicate_bits);
   metadata.numbers["seed"] = settings.seed;
   metadata.numbers["rouletteDepth"] = settings.roulette_depth;
+  if (settings.roulette > 0) metadata.numbers["roulette"] = double(settings.roulette);
+  metadata.strings["integrator"] = settings.whitted ? "whitted" : "path";
   return metadata;
 }
 

@@ -344,7 +344,7 @@ Prepared settle(const SceneOptions& options, std::shared_ptr<Scene> loaded, cons
   if (options.denoise)
     for (const char* guide : {"albedo", "normal"})
       if (std::ranges::find(settings.aovs, guide) == settings.aovs.end()) settings.aovs.emplace_back(guide);
-  settings.depth_series = options.depth_series;
+  settings.depth_series.assign(options.depth_series.begin(), options.depth_series.end());
   return prepared;
 }
 

@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <functional>
 #include <memory>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -20,7 +21,7 @@ struct SceneOptions {
   std::uint64_t seed = 0;
   std::uint32_t max_depth = 0;
   float roulette = 0;
-  std::vector<std::uint32_t> depth_series;  // of `render` alone, as is denoise
+  std::set<std::uint32_t> depth_series;  // of `render` alone, as is denoise
   bool transparent = false, strict = false, panorama = false, denoise = false;
 
   /// Adds the flags to a subcommand. The object must live as long as the parser.

@@ -50,9 +50,9 @@ struct ExrOptions {
 };
 
 /// Writes the film: part 0 "image" with R, G, B, A if the film has it (R, G, B are multiplied by it), and layers over the crop as data window; with exact_sums a part "sums" of UINT
-/// channels, from which read_film restores the film to the bit. Layers: albedo.R/G/B and normal.X/Y/Z are means over samples,
-/// depth.Z the mean over the samples that hit something and +inf where none did, id (UINT) the sum of its channel, variance.R/G/B
-/// the variance of the mean (NaN: unknown), samples (UINT) their number. The same input gives the same bytes.
+/// channels, from which read_film restores the film to the bit. Layers are made as render/layers.h says: means over the samples, means
+/// over those that hit something (+inf where none did), integers (UINT), the variance of the mean (NaN: unknown), the number of
+/// samples (UINT). The same input gives the same bytes.
 /// throws InputError when the file cannot be written (disk full, no such folder, a value too large for half), and leaves
 /// nothing behind; InternalError for a layer whose channels the film does not have.
 void write_exr(const std::filesystem::path& path, const Film& film, const Metadata& metadata,

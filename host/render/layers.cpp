@@ -162,7 +162,9 @@ Film scattered_at_most(const Film& film, std::uint32_t most) {
         partial.set_count(x, y, r, film.count(x, y, r));
         for (std::uint32_t c = 0; c < parts.size(); ++c) {
           int128 sum = 0;
-          for (const std::uint32_t channel : parts[c].film) sum += film.sum(x, y, r, channel);
+          for (const std::uint32_t channel : parts[c].film)
+            if (__builtin_add_overflow(sum, film.sum(x, y, r, channel), &sum))
+              throw InputError(fmt::format("film: the partial sums of pixel {},{} are beyond 2^63", x, y));
           partial.set(x, y, r, c, sum);
         }
       }

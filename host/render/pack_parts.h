@@ -1,12 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 // The parts of pack_scene, one file each.
 #pragma once
+#include <cmath>
+#include <limits>
+
 #include "render/pack.h"
 
 namespace eikon {
 
 /// Twice the area of a packed triangle as a vector to its front.
 [[nodiscard]] glm::dvec3 triangle_normal(const Triangle& t);
+
+/// The nearest float that is not above x, or not below.
+[[nodiscard]] inline float down(double x) {
+  const auto f = float(x);
+  return double(f) <= x ? f : std::nextafterf(f, -std::numeric_limits<float>::infinity());
+}
+[[nodiscard]] inline float up(double x) { return -down(-x); }
 
 /// Light group of what a material emits at a place: the place's, if it has one.
 [[nodiscard]] inline std::uint32_t light_group(std::uint32_t of_place, const Material& material) {

@@ -3,19 +3,14 @@
 
 #include <tbb/parallel_for.h>
 
-#include <cmath>
 #include <limits>
+
+#include "render/pack_parts.h"
 
 namespace eikon {
 namespace {
 
 constexpr std::uint64_t kMostCorners = std::uint64_t{1} << 27;  // that are placed only for tight boxes: about a second
-
-float up(double x) {
-  const auto f = float(x);
-  return double(f) >= x ? f : std::nextafterf(f, std::numeric_limits<float>::infinity());
-}
-float down(double x) { return -up(-x); }
 
 /// From the mesh's box alone: larger, but at once.
 PlaceBox quick_box(const Place& place, const PlacedMesh& mesh) {
@@ -54,14 +49,12 @@ InstanceRecord instance_record(const Place& place, const PlacedMesh& mesh) {
   r.m_zx = rows[2].x, r.m_zy = rows[2].y, r.m_zz = rows[2].z, r.t_z = t.z;
   const glm::vec3 middle(0.5 * (glm::dvec3(mesh.lo) + glm::dvec3(mesh.hi)));
   r.middle_x = middle.x, r.middle_y = middle.y, r.middle_z = middle.z;
-  glm::dmat3 linear;
   glm::vec3 extent;
   for (int i = 0; i < 3; ++i) {
     const glm::dvec3 row(rows[std::size_t(i)]);
-    for (int j = 0; j < 3; ++j) linear[j][i] = row[j];
     extent[i] = up(glm::dot(glm::abs(row), glm::dvec3(mesh.extent)) + 4 * double{place.error});
   }
-  const glm::mat3 inverse(glm::inverse(linear));
+  const glm::mat3 inverse(glm::inverse(linear_part(place.matrix)));
   r.i_xx = inverse[0][0], r.i_xy = inverse[1][0], r.i_xz = inverse[2][0];
   r.i_yx = inverse[0][1], r.i_yy = inverse[1][1], r.i_yz = inverse[2][1];
   r.i_zx = inverse[0][2], r.i_zy = inverse[1][2], r.i_zz = inverse[2][2];

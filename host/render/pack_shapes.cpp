@@ -14,12 +14,6 @@ namespace {
 constexpr std::uint64_t kMaxSurfaces = std::uint64_t{1} << 28;  // what the layouts of the trees can name
 constexpr double kSlack = 0x1p-20;  // of a box's extent: more than its matrix in floats is off by
 
-float down(double x) {
-  const auto f = float(x);
-  return double(f) <= x ? f : std::nextafterf(f, -std::numeric_limits<float>::infinity());
-}
-float up(double x) { return -down(-x); }
-
 ShapeRecord record_of(const OwnShape& own, ShapeKind kind) {
   const glm::dmat3 &w = own.world_from_own, l = glm::inverse(w);
   ShapeRecord r{};

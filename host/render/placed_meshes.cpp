@@ -76,11 +76,10 @@ bool loses_triangles(const Mesh& mesh, const PlacedMesh& placed, const PlacingMa
 bool place_node(const Scene& scene, const Node& node, const PlacedMesh& mesh, Place& place) {
   place.matrix = placing_matrix(node.world_from_object);
   const auto& rows = place.matrix.rows;
-  glm::dmat3 linear;
+  const glm::dmat3 linear = linear_part(place.matrix);
   double largest = 0;
   for (int i = 0; i < 3; ++i) {
     const glm::dvec3 row(rows[std::size_t(i)]);
-    for (int j = 0; j < 3; ++j) linear[j][i] = row[j];
     const glm::dvec3 farthest = glm::max(glm::abs(glm::dvec3(mesh.lo)), glm::abs(glm::dvec3(mesh.hi)));
     largest = std::max(largest, glm::dot(glm::abs(row), farthest) + std::abs(double(place.matrix.translation[i])));
   }
@@ -102,10 +101,6 @@ bool can_be_stored_once(const Scene& scene, const Mesh& mesh, const PassableMate
     return material.emission != glm::vec3(0) || material.solid || passable.has(primitive);
   });
 }
-
-}  // namespace
-
-namespace {
 
 /// Of places and their meshes, roughly.
 struct StoredBytes {

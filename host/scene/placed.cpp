@@ -26,6 +26,10 @@ PlacingMatrix placing_matrix(const glm::dmat4& m) {
   return placing;
 }
 
+glm::dmat3 linear_part(const PlacingMatrix& m) {
+  return glm::transpose(glm::dmat3(glm::dvec3(m.rows[0]), glm::dvec3(m.rows[1]), glm::dvec3(m.rows[2])));
+}
+
 glm::vec3 placed_point(const PlacingMatrix& m, const glm::vec3& p) {
   return vector(host_lanes::placed_point(lanes(m), lanes(p)));
 }

@@ -12,6 +12,8 @@ struct PlacingMatrix {
   glm::vec3 translation{0.0F};
 };
 
+/// m in doubles, as GLM has matrices.
+[[nodiscard]] glm::dmat3 linear_part(const PlacingMatrix& m);
 [[nodiscard]] PlacingMatrix placing_matrix(const glm::dmat4& world_from_object);
 [[nodiscard]] glm::vec3 placed_point(const PlacingMatrix& m, const glm::vec3& p);
 /// Of unit or zero vectors, unit or zero. mirrored: the determinant is negative, and normals turn

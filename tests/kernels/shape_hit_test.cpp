@@ -102,10 +102,7 @@ std::vector<ProbeRay> rays_at(const Scene& scene, std::size_t count, double size
         break;
     }
     const glm::dvec3 d = glm::normalize(target - origin);
-    ProbeRay ray;
-    for (int k = 0; k < 3; ++k) ray.o[std::size_t(k)] = float(origin[k]), ray.d[std::size_t(k)] = float(d[k]);
-    ray.t_max = float(uniform(random, 0, 2) * reach);
-    rays.push_back(ray);
+    rays.push_back(probe_ray(origin, d, uniform(random, 0, 2) * reach));
   }
   return rays;
 }

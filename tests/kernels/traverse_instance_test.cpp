@@ -135,10 +135,7 @@ std::vector<ProbeRay> rays_at(const PackedScene& flat, std::size_t count, double
         break;
     }
     const glm::dvec3 d = (target - origin) / std::max(glm::length(target - origin), 1e-300);
-    ProbeRay ray;
-    for (int k = 0; k < 3; ++k) ray.o[std::size_t(k)] = float(origin[k]), ray.d[std::size_t(k)] = float(d[k]);
-    ray.t_max = float(uniform(random, 0, 2) * reach);
-    rays.push_back(ray);
+    rays.push_back(probe_ray(origin, d, uniform(random, 0, 2) * reach));
   }
   return rays;
 }

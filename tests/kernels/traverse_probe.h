@@ -24,6 +24,13 @@ struct ProbeRay {
   float t_max = INFINITY;
 };
 
+inline ProbeRay probe_ray(const glm::dvec3& origin, const glm::dvec3& dir, double t_max) {
+  ProbeRay ray;
+  for (int k = 0; k < 3; ++k) ray.o[std::size_t(k)] = float(origin[k]), ray.d[std::size_t(k)] = float(dir[k]);
+  ray.t_max = float(t_max);
+  return ray;
+}
+
 struct ProbeHit {
   float t = 0, u = 0, v = 0;
   std::uint32_t triangle = 0;
