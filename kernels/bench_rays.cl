@@ -45,7 +45,7 @@ kernel void bench_scatter(constant Frame* frame, global const Triangle* triangle
   const v3 dir = V3(load_f(rays + 3 * stride + i), load_f(rays + 4 * stride + i), load_f(rays + 5 * stride + i));
   TriangleLanes corners = load_triangle(triangles, live ? hit : (vu)(0u));
 #if EK_HAS_shape | EK_HAS_instance
-  const SceneData scene = {triangles, 0, 0, 0, 0, 0, 0, 0 EK_SHAPE_DATA};
+  const SceneData scene = {triangles, 0, 0, 0, 0, 0, 0, 0, 0 EK_SHAPE_DATA};
 #endif
 #if EK_HAS_instance
   corners = placed_triangle(hit_place(scene, live ? load_u((global const uint*)hits + 4 * stride + i) : (vu)(0u)), corners);

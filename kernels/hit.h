@@ -32,7 +32,7 @@ typedef struct {
 #else
 #define EK_GEOMETRY_ARGUMENTS \
   global const uint *accel_nodes, global const uint *accel_leaves, global const Triangle *triangles EK_SHAPE_ARGUMENTS
-#define EK_GEOMETRY {accel_nodes, accel_leaves, {triangles, 0, 0, 0, 0, 0, 0, 0 EK_SHAPE_DATA}}
+#define EK_GEOMETRY {accel_nodes, accel_leaves, {triangles, 0, 0, 0, 0, 0, 0, 0, 0 EK_SHAPE_DATA}}
 #endif
 
 // Closest hit so far; t is the segment's end while nothing was hit, and stays that for an any-hit query.

@@ -161,6 +161,20 @@ EK_FN void scatter_f(global float* p, vu i, vf x) {
 }
 #endif
 
+// Of a table that is part of the program.
+#if EK_WIDTH == 1
+EK_FN vf table_f(constant const float* p, vu i) { return p[i]; }
+#elif EK_WIDTH == 8
+EK_FN vf table_f(constant const float* p, vu i) {
+  return (vf)(p[i.s0], p[i.s1], p[i.s2], p[i.s3], p[i.s4], p[i.s5], p[i.s6], p[i.s7]);
+}
+#else
+EK_FN vf table_f(constant const float* p, vu i) {
+  return (vf)(p[i.s0], p[i.s1], p[i.s2], p[i.s3], p[i.s4], p[i.s5], p[i.s6], p[i.s7], p[i.s8], p[i.s9], p[i.sa],
+              p[i.sb], p[i.sc], p[i.sd], p[i.se], p[i.sf]);
+}
+#endif
+
 // A 64-byte record per lane, as 16 vectors. Whole records are loaded and transposed: half the time of gathers by field.
 typedef struct { vf w0, w1, w2, w3, w4, w5, w6, w7, w8, w9, wa, wb, wc, wd, we, wf; } Rec;
 

@@ -39,7 +39,41 @@ typedef struct {
   vi double_sided;  // emits on both sides
   vi unlit;
   vu normal_texture;
+  vu clearcoat_normal_texture;
 } HitMaterial;
+
+/// Adds KHR_materials_clearcoat and _sheen of material `index`.
+/// bare  mask: nothing lies on it (the inside of a solid)
+EK_FN void add_layers(SceneData scene, vu index, HitAttributes at, vi bare, HitMaterial* hit) {
+  const Rec e = rec16(scene.material_details, index);
+  const vf one = (vf)(1.0f);
+  vf clearcoat = bare ? (vf)(0.0f) : e.w0, clearcoat_roughness = e.w1, sheen_roughness = e.w5;
+  v3 sheen = V3(bare ? (vf)(0.0f) : e.w2, bare ? (vf)(0.0f) : e.w3, bare ? (vf)(0.0f) : e.w4);
+  if (EK_HAS_clearcoat_texture) {
+    clearcoat = clearcoat * texture_or(scene, AS_U(e.w6), at, one).x;
+    clearcoat_roughness = clearcoat_roughness * texture_or(scene, AS_U(e.w7), at, one).y;
+  }
+  if (EK_HAS_sheen_texture) {
+    const v4 c = texture_or(scene, AS_U(e.w9), at, one);
+    sheen = mul3(sheen, V3(c.x, c.y, c.z));
+    sheen_roughness = sheen_roughness * texture_or(scene, AS_U(e.wa), at, one).w;
+  }
+  if (EK_HAS_clearcoat) {
+    hit->bsdf.clearcoat = clearcoat;
+    hit->bsdf.clearcoat_alpha = clearcoat_roughness * clearcoat_roughness;
+    hit->clearcoat_normal_texture = AS_U(e.w8);
+  }
+  if (EK_HAS_sheen) {
+    hit->bsdf.sheen = sheen;
+    hit->bsdf.sheen_roughness = sheen_roughness;
+  }
+}
+
+/// What a coat lets through of the light that its surface emits [KHR_materials_clearcoat, "Emission"].
+/// cosine  of the direction with the surface itself, without its shading normals: light sampling does not know those
+EK_FN vf clearcoat_passes(vf clearcoat, vf cosine) {
+  return 1.0f - clearcoat * (0.04f + 0.96f * schlick_weight(abs_f(cosine)));
+}
 
 /// Parameters of material `index` where a ray met a triangle that says `at`.
 /// front  mask: the front side was hit
@@ -98,7 +132,13 @@ EK_FN HitMaterial hit_material(SceneData scene, vu index, HitAttributes at, vi f
   m.f0 = add3(scale3(m.f0_dielectric, one - m.metallic), scale3(m.base_color, m.metallic));
   m.f90 = specular * (one - m.metallic) + m.metallic;
   m.eta = front ? ior : one / ior;
+  const v3 up = V3((vf)(0.0f), (vf)(0.0f), one), none = V3((vf)(0.0f), (vf)(0.0f), (vf)(0.0f));
+  m.clearcoat = m.clearcoat_alpha = m.sheen_roughness = (vf)(0.0f);
+  m.clearcoat_normal = up;
+  m.sheen = none;
+  hit.clearcoat_normal_texture = (vu)(EK_NO_TEXTURE);
   hit.bsdf = m;
+  if (EK_HAS_material_detail) add_layers(scene, index, at, m.solid & !front, &hit);
   return hit;
 }
 

@@ -94,4 +94,17 @@ EK_FN vf exp2_f(vf x) {
   return x < -126.0f ? (vf)(0.0f) : y;
 }
 
+/// log2(x) of a normal x > 0, within 3 ulp (of the five roundings that count each is at most half a unit, twice that for small
+/// mantissas); -126 of anything less, zero and denormals included.
+EK_FN vf log2_f(vf x) {
+  const vf bounded = max_f(x, (vf)(0x1p-126f));
+  // x = 2^e m with m in [sqrt(1/2), sqrt(2)), so that neither part cancels the other where the logarithm is small.
+  const vi shifted = AS_I(AS_U(bounded) - 0x3f3504f3u) >> 23;
+  const vf m = AS_F(AS_U(bounded) - AS_U(shifted << 23));
+  const vf f = m - 1.0f;  // exact
+  const vf s = f / (2.0f + f), z = s * s;  // log2(m) = 2 log2(e) artanh(s), |s| < 0.172
+  const vf tail = 0x1.ec709ep-1f + z * (0x1.2776c6p-1f + z * (0x1.a61762p-2f + z * 0x1.484b14p-2f));
+  return TO_F(shifted) + (s * 0x1.715476p+1f + s * (z * tail));
+}
+
 #endif

@@ -11,6 +11,7 @@ typedef struct {
   global const TriangleColors* triangle_colors;
   global const MaterialRecord* materials;
   global const MaterialExtension* material_extensions;
+  global const MaterialDetail* material_details;
   global const TextureRecord* textures;
   global const uint* texels;  // EK_TEXEL_TABLE words, then RGBA8
 #if EK_HAS_shape | EK_HAS_implicit
@@ -46,8 +47,9 @@ typedef struct {
   global const Triangle *triangles, global const TriangleNormals *triangle_normals,                                      \
       global const TriangleTangents *triangle_tangents, global const TriangleColors *triangle_colors,                    \
       global const MaterialRecord *materials, global const MaterialExtension *material_extensions,                       \
-      global const TextureRecord *textures, global const uint *texels EK_SHAPE_ARGUMENTS
+      global const MaterialDetail *material_details, global const TextureRecord *textures, global const uint *texels EK_SHAPE_ARGUMENTS
 #define EK_SCENE_DATA \
-  {triangles, triangle_normals, triangle_tangents, triangle_colors, materials, material_extensions, textures, texels EK_SHAPE_DATA}
+  {triangles, triangle_normals, triangle_tangents, triangle_colors, materials, material_extensions, material_details, textures, \
+   texels EK_SHAPE_DATA}
 
 #endif

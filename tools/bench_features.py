@@ -103,6 +103,13 @@ def features():
                                                                "metallicRoughnessTexture": "metal"}),
         ("specular factor", {**smooth, **rough}, {**smooth, **rough, "extensions": {
             "KHR_materials_specular": {"specularFactor": 0.5}}}),
+        ("clearcoat", {**smooth, **rough}, {**smooth, **rough, "extensions": {
+            "KHR_materials_clearcoat": {"clearcoatFactor": 1.0, "clearcoatRoughnessFactor": 0.2}}}),
+        ("clearcoat of its own normal", {**textured, **rough, "normalTexture": "normal", "extensions": {
+            "KHR_materials_clearcoat": {"clearcoatFactor": 0.0}}}, {**textured, **rough, "normalTexture": "normal", "extensions": {
+                "KHR_materials_clearcoat": {"clearcoatFactor": 1.0, "clearcoatRoughnessFactor": 0.2}}}),
+        ("sheen", {**smooth, **rough}, {**smooth, **rough, "extensions": {
+            "KHR_materials_sheen": {"sheenColorFactor": [0.9, 0.9, 0.9], "sheenRoughnessFactor": 0.4}}}),
         ("transmission, thin", {**smooth, **rough}, {**smooth, **rough, "extensions": glass}),
         ("transmission, solid and rough", {**smooth, **rough}, {**smooth, **rough, "extensions": solid}),
         ("transmission, solid and smooth", {**smooth, **rough}, {**smooth, **rough, "roughness": 0.0, "extensions": solid}),

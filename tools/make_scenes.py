@@ -14,10 +14,11 @@ import sys
 import scenes_analytic
 import scenes_implicit
 import scenes_lambert
+import scenes_layers
 import scenes_materials
 
 SCENES = pathlib.Path(__file__).resolve().parent.parent / "scenes"
-MAKERS = {**scenes_lambert.MAKERS, **scenes_materials.MAKERS, **scenes_analytic.MAKERS, **scenes_implicit.MAKERS}
+MAKERS = {**scenes_lambert.MAKERS, **scenes_materials.MAKERS, **scenes_layers.MAKERS, **scenes_analytic.MAKERS, **scenes_implicit.MAKERS}
 
 
 def main():

@@ -50,17 +50,14 @@ std::string describe(const Material& material) {
   if (emission != glm::vec3(0.0F))
     text += fmt::format(", emits ({:g}, {:g}, {:g}) W/(sr m2)", emission.x, emission.y, emission.z);
   if (material.double_sided) text += ", double-sided";
+  if (material.clearcoat > 0)
+    text += fmt::format(", clearcoat {:g} of roughness {:g}", material.clearcoat, material.clearcoat_roughness);
+  if (const glm::vec3& sheen = material.sheen_color; sheen != glm::vec3(0.0F))
+    text += fmt::format(", sheen ({:g}, {:g}, {:g}) of roughness {:g}", sheen.x, sheen.y, sheen.z,
+                        material.sheen_roughness);
   std::string textures;
-  const auto add = [&](const std::optional<Texture>& texture, const char* name) {
-    if (texture) textures += (textures.empty() ? ", textures: " : ", ") + std::string(name);
-  };
-  add(material.base_color_texture, "base colour");
-  add(material.metallic_roughness_texture, "metal and roughness");
-  add(material.normal_texture, "normal");
-  add(material.emissive_texture, "emission");
-  add(material.transmission_texture, "transmission");
-  add(material.specular_texture, "specular");
-  add(material.specular_color_texture, "specular colour");
+  for (const TextureUse& use : textures_of(material))
+    textures += (textures.empty() ? ", textures: " : ", ") + std::string(use.name);
   return text + textures;
 }
 

@@ -54,15 +54,6 @@ struct Shown {
   std::unordered_set<const void*> known_;
 };
 
-std::vector<const Texture*> textures_of(const Material& m) {
-  std::vector<const Texture*> all;
-  for (const std::optional<Texture>* t :
-       {&m.base_color_texture, &m.metallic_roughness_texture, &m.normal_texture, &m.emissive_texture,
-        &m.transmission_texture, &m.specular_texture, &m.specular_color_texture})
-    if (*t) all.push_back(&**t);
-  return all;
-}
-
 }  // namespace
 
 std::string lobe_of(const Material& material) {
@@ -126,15 +117,16 @@ Features::Features(const Scene& scene, const Settings& settings) {
   needs["vertex_color"] = shown.primitive("no mesh has colours", [](const Primitive& p) { return !p.colors.empty(); });
   needs["uv"] = shown.material("no texture", [](const Material& m) { return !textures_of(m).empty(); });
   needs["uv1"] = shown.material("no texture is placed by TEXCOORD_1", [](const Material& m) {
-    const std::vector<const Texture*> all = textures_of(m);
-    return std::any_of(all.begin(), all.end(), [](const Texture* t) { return t->uv_set == 1; });
+    return std::ranges::any_of(textures_of(m), [](const TextureUse& use) { return use.texture->uv_set == 1; });
   });
   const auto texture = [&](const char* name, auto member) {
     needs[name] = shown.material("no such texture", [&](const Material& m) { return (m.*member).has_value(); });
   };
   texture("base_color_texture", &Material::base_color_texture);
   texture("metallic_roughness_texture", &Material::metallic_roughness_texture);
-  texture("normal_texture", &Material::normal_texture);
+  // Coats' normal maps need what those of materials need.
+  needs["normal_texture"] = shown.material(
+      "no such texture", [](const Material& m) { return m.normal_texture || m.clearcoat_normal_texture; });
   texture("emissive_texture", &Material::emissive_texture);
   texture("transmission_texture", &Material::transmission_texture);
   needs["specular_texture"] = shown.material(
@@ -144,6 +136,19 @@ Features::Features(const Scene& scene, const Settings& settings) {
            (lobe_of(m) != "diffuse" &&
             (m.specular != 1 || m.specular_color != glm::vec3(1) || m.specular_texture || m.specular_color_texture));
   });
+  const auto is_coated = [](const Material& m) { return m.clearcoat > 0; };
+  const auto has_sheen = [](const Material& m) { return m.sheen_color != glm::vec3(0); };
+  needs["material_detail"] =
+      shown.material("no clearcoat or sheen", [&](const Material& m) { return is_coated(m) || has_sheen(m); });
+  needs["clearcoat"] = shown.material("no clearcoat", is_coated);
+  needs["clearcoat_texture"] = shown.material(
+      "no such texture", [](const Material& m) { return m.clearcoat_texture || m.clearcoat_roughness_texture; });
+  needs["clearcoat_normal"] = shown.material("every coat follows its material", [&](const Material& m) {
+    return is_coated(m) && (m.normal_texture || m.clearcoat_normal_texture);
+  });
+  needs["sheen"] = shown.material("no sheen", has_sheen);
+  needs["sheen_texture"] = shown.material(
+      "no such texture", [](const Material& m) { return m.sheen_color_texture || m.sheen_roughness_texture; });
   needs["absorption"] = shown.material("no volume absorbs", [](const Material& m) {
     return lobe_of(m) == "transmission" && m.solid && m.attenuation_distance > 0 && m.attenuation_color != glm::vec3(1);
   });

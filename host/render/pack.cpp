@@ -24,6 +24,7 @@ std::uint64_t PackedScene::bytes(const std::string& layout) const {
   return triangles.size() * sizeof(Triangle) + shapes.size() * sizeof(ShapeRecord) + normals.size() * sizeof(TriangleNormals) +
          tangents.size() * sizeof(TriangleTangents) + colors.size() * sizeof(TriangleColors) +
          materials.size() * sizeof(MaterialRecord) + material_extensions.size() * sizeof(MaterialExtension) +
+         material_details.size() * sizeof(MaterialDetail) +
          textures.size() * sizeof(TextureRecord) + texel_count() * sizeof(std::uint32_t) +
          lights.size() * sizeof(Light) + light_nodes.size() * sizeof(LightNode) + light_buckets.size() * sizeof(LightBucket) +
          environment_texels.size() * sizeof(float4) + environment_buckets.size() * sizeof(LightBucket) +

@@ -40,6 +40,7 @@ struct PackedScene {
   DeviceVector<TriangleColors> colors;
   std::vector<MaterialRecord> materials;
   std::vector<MaterialExtension> material_extensions;  // one per material, or empty
+  std::vector<MaterialDetail> material_details;        // the same
   std::vector<TextureRecord> textures;                 // one per use of an image
   // The words of `texels` in order: EK_TEXEL_TABLE of them, then the images. Views of the Scene, which must live as long: one
   // copy of the pictures is enough. Empty without textures.

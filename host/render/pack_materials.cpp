@@ -56,13 +56,14 @@ std::uint32_t texture_flags(const Texture& texture) {
 
 class MaterialPacker {
  public:
-  MaterialPacker(const Scene& scene, bool with_extensions, PackedScene& packed)
-      : scene_(scene), with_extensions_(with_extensions), packed_(packed) {}
+  MaterialPacker(const Scene& scene, const Features& features, PackedScene& packed)
+      : scene_(scene), features_(features), packed_(packed) {}
 
   void pack() {
     for (const Material& material : scene_.materials) {
       packed_.materials.push_back(record(material));
-      if (with_extensions_) packed_.material_extensions.push_back(extension(material));
+      if (features_.has("material_extension")) packed_.material_extensions.push_back(extension(material));
+      if (features_.has("material_detail")) packed_.material_details.push_back(detail(material));
     }
     if (packed_.materials.empty()) packed_.materials.emplace_back();
   }
@@ -108,6 +109,20 @@ class MaterialPacker {
     return e;
   }
 
+  MaterialDetail detail(const Material& m) {
+    MaterialDetail d{};
+    d.clearcoat = m.clearcoat;
+    d.clearcoat_roughness = m.clearcoat_roughness;
+    d.sheen_r = m.sheen_color.x, d.sheen_g = m.sheen_color.y, d.sheen_b = m.sheen_color.z;
+    d.sheen_roughness = m.sheen_roughness;
+    d.clearcoat_texture = texture(m.clearcoat_texture);
+    d.clearcoat_roughness_texture = texture(m.clearcoat_roughness_texture);
+    d.clearcoat_normal_texture = texture(m.clearcoat_normal_texture, m.clearcoat_normal_scale);
+    d.sheen_color_texture = texture(m.sheen_color_texture);
+    d.sheen_roughness_texture = texture(m.sheen_roughness_texture);
+    return d;
+  }
+
   std::uint32_t texture(const std::optional<Texture>& use, float scale = 1) {
     if (!use) return EK_NO_TEXTURE;
     const TextureImage& image = scene_.images.at(use->image);
@@ -140,7 +155,7 @@ class MaterialPacker {
   }
 
   const Scene& scene_;
-  bool with_extensions_;
+  const Features& features_;
   PackedScene& packed_;
   std::map<std::uint32_t, std::uint32_t> first_texel_of_;  // by image
 };
@@ -148,7 +163,7 @@ class MaterialPacker {
 }  // namespace
 
 void pack_materials(const Scene& scene, const Features& features, PackedScene& packed) {
-  MaterialPacker(scene, features.has("material_extension"), packed).pack();
+  MaterialPacker(scene, features, packed).pack();
 }
 
 }  // namespace eikon

@@ -53,6 +53,7 @@ std::uint64_t upload_scene(Device& device, const PackedScene& scene, const Accel
   to.share("triangle_colors", scene.colors);
   to.share("materials", scene.materials);
   to.share("material_extensions", scene.material_extensions);
+  to.share("material_details", scene.material_details);
   to.share("textures", scene.textures);
   to.copy_texels(scene);
   to.share("lights", scene.lights);

@@ -10,6 +10,7 @@
 #include "core/error.h"
 #include "scene/attributes.h"
 #include "scene/instances.h"
+#include "scene/material_layers.h"
 #include "scene/text.h"
 
 namespace eikon {
@@ -24,6 +25,7 @@ constexpr std::string_view kSupportedExtensions[] = {
     "KHR_materials_volume",       "KHR_texture_transform",
     "KHR_mesh_quantization",      "KHR_draco_mesh_compression",
     "EXT_meshopt_compression",    "EXT_mesh_gpu_instancing",
+    "KHR_materials_clearcoat",    "KHR_materials_sheen",
     "KHR_implicit_shapes",        "EIKON_shape",
     "EIKON_implicit_surface",     "EIKON_camera_lens",
     "EIKON_camera_panorama",
@@ -200,27 +202,9 @@ void check_meshes(const Json& document) {
   });
 }
 
-void check_texture_slot(const Place& owner, const char* key, std::size_t texture_count) {
-  const Json* info = as_object(owner, key);
-  if (info == nullptr) return;
-  const Place place{.value = *info, .kind = key, .parent = &owner};
-  if (!as_index(place, "index", texture_count, "texture")) place.fail("'index' is missing");
-  as_integer(place, "texCoord", kAnyInteger);
-  as_number(place, "scale");
-  const Json* extensions = as_object(place, "extensions");
-  if (extensions == nullptr) return;
-  const Place all{.value = *extensions, .kind = "extensions", .parent = &place};
-  if (const Json* found = as_object(all, "KHR_texture_transform")) {
-    const Place transform{.value = *found, .kind = "KHR_texture_transform", .parent = &place};
-    has_numbers(transform, "offset", 2);
-    as_number(transform, "rotation");
-    has_numbers(transform, "scale", 2);
-    as_integer(transform, "texCoord", kAnyInteger);
-  }
-}
-
 void check_material_extension(const Place& extension, std::size_t texture_count) {
   if (!extension.value.is_object()) extension.fail("is not an object");
+  if (check_layers(extension, texture_count)) return;
   if (extension.kind == "KHR_materials_specular") {
     as_number(extension, "specularFactor");
     has_numbers(extension, "specularColorFactor", 3);
@@ -371,6 +355,25 @@ void check_storage(const Json& document) {
 }
 
 }  // namespace
+
+void check_texture_slot(const Place& owner, const char* key, std::size_t texture_count) {
+  const Json* info = as_object(owner, key);
+  if (info == nullptr) return;
+  const Place place{.value = *info, .kind = key, .parent = &owner};
+  if (!as_index(place, "index", texture_count, "texture")) place.fail("'index' is missing");
+  as_integer(place, "texCoord", kAnyInteger);
+  as_number(place, "scale");
+  const Json* extensions = as_object(place, "extensions");
+  if (extensions == nullptr) return;
+  const Place all{.value = *extensions, .kind = "extensions", .parent = &place};
+  if (const Json* found = as_object(all, "KHR_texture_transform")) {
+    const Place transform{.value = *found, .kind = "KHR_texture_transform", .parent = &place};
+    has_numbers(transform, "offset", 2);
+    as_number(transform, "rotation");
+    has_numbers(transform, "scale", 2);
+    as_integer(transform, "texCoord", kAnyInteger);
+  }
+}
 
 const Json& items(const Json& document, const char* key) {
   static const Json kNone = Json::array();

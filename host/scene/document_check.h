@@ -13,4 +13,7 @@ void check_document(const Json& document);
 /// The array `key` of the document; an empty one if it is absent.
 [[nodiscard]] const Json& items(const Json& document, const char* key);
 
+/// A texture in slot `key` of a material or a part of one, if there is any: its types and its index.
+void check_texture_slot(const Place& owner, const char* key, std::size_t texture_count);
+
 }  // namespace eikon

@@ -11,77 +11,31 @@
 
 #include "core/error.h"
 #include "scene/document_check.h"
+#include "scene/material_factors.h"
+#include "scene/material_layers.h"
 
 namespace eikon {
 namespace {
 
-constexpr double kMaxFloat = std::numeric_limits<float>::max(), kMinFloat = std::numeric_limits<float>::min();
 constexpr const char* kPbr = "pbrMetallicRoughness";
 constexpr double kMaxIor = 1e9;  // reflects all but 4e-9; squares stay finite
 
-constexpr std::array<std::string_view, 6> kKnown{"KHR_materials_specular", "KHR_materials_emissive_strength",
+constexpr std::array<std::string_view, 8> kKnown{"KHR_materials_specular", "KHR_materials_emissive_strength",
                                                  "KHR_materials_ior",      "KHR_materials_transmission",
-                                                 "KHR_materials_volume",   "KHR_materials_unlit"};
+                                                 "KHR_materials_volume",   "KHR_materials_unlit",
+                                                 kClearcoatExtension,      kSheenExtension};
 // Unknown extensions that change nothing while this member of theirs is absent or 0.
 struct Neutral {
   std::string_view extension;
   const char* key;
 };
-constexpr std::array<Neutral, 5> kNeutral{{{"KHR_materials_clearcoat", "clearcoatFactor"},
-                                           {"KHR_materials_sheen", "sheenColorFactor"},
-                                           {"KHR_materials_iridescence", "iridescenceFactor"},
+constexpr std::array<Neutral, 3> kNeutral{{{"KHR_materials_iridescence", "iridescenceFactor"},
                                            {"KHR_materials_anisotropy", "anisotropyStrength"},
                                            {"KHR_materials_dispersion", "dispersion"}}};
 
 Place place_of(const Json& document, std::size_t index) {
   return {.value = items(document, "materials")[index], .kind = "material", .index = static_cast<std::int64_t>(index)};
 }
-
-const Json* extension_of(const Place& material, const char* name) {
-  const Json* extensions = member(material.value, "extensions");
-  return extensions == nullptr ? nullptr : member(*extensions, name);
-}
-
-double number_of(const Json* owner, const char* key, double otherwise) {
-  const Json* number = owner == nullptr ? nullptr : member(*owner, key);
-  return number == nullptr ? otherwise : number->get<double>();
-}
-
-/// Factors of one material in their legal ranges. `owner` is the object that holds `key`, or null for the default.
-class Factors {
- public:
-  Factors(const Place& place, Notes& notes) : place_(place), notes_(notes) {}
-
-  float unit(const Json* owner, const char* key, double otherwise) const {
-    return clamped(number_of(owner, key, otherwise), key, 0.0, 1.0);
-  }
-
-  float clamped(double value, const char* key, double lo, double hi) const {
-    const double legal = std::clamp(value, lo, hi);
-    if (legal != value) notes_.warn(fmt::format("{}: {} {:g} clamped to {:g}", place_.label(), key, value, legal));
-    return static_cast<float>(legal);
-  }
-
-  float not_negative(double value, const char* key) const {
-    if (value > kMaxFloat)
-      place_.refuse(fmt::format("{} {:g} is beyond single precision; use a smaller value", key, value));
-    return clamped(value, key, 0.0, kMaxFloat);
-  }
-
-  glm::vec3 colour(const Json* owner, const char* key, double otherwise, bool unbounded = false) const {
-    const Json* rgb = owner == nullptr ? nullptr : member(*owner, key);
-    glm::vec3 result(static_cast<float>(otherwise));
-    for (int c = 0; rgb != nullptr && c < 3; ++c) {
-      const double value = (*rgb)[static_cast<std::size_t>(c)].get<double>();
-      result[c] = unbounded ? not_negative(value, key) : clamped(value, key, 0.0, 1.0);
-    }
-    return result;
-  }
-
- private:
-  const Place& place_;
-  Notes& notes_;
-};
 
 glm::vec3 emission_of(const Place& place, const Factors& factors) {
   const char* key = "emissiveStrength";
@@ -161,11 +115,14 @@ Material convert_material(const Json& document, std::size_t index, Notes& notes)
   material.specular_color = factors.colour(specular, "specularColorFactor", 1.0, true);
   material.transmission = factors.unit(extension_of(place, "KHR_materials_transmission"), "transmissionFactor", 0.0);
   read_volume(place, factors, material, notes);
+  read_layers(place, factors, material);
   if (extension_of(place, "KHR_materials_unlit") != nullptr) {
     // The base colour and the alpha are all that is left of it [KHR_materials_unlit]; and it lights nothing.
     material.unlit = true;
     material.emission = glm::vec3(0.0F);
     material.transmission = 0.0F;
+    material.clearcoat = 0.0F;
+    material.sheen_color = glm::vec3(0.0F);
   }
   return material;
 }
@@ -194,11 +151,10 @@ void complete_material(const Json& document, std::size_t index, TextureReader& t
   material.specular_color_texture = part("KHR_materials_specular", "specularColorTexture", true,
                                          reflects && material.specular_color != glm::vec3(0.0F));
   if (const Json* normal = member(place.value, "normalTexture")) {
-    const double scale = number_of(normal, "scale", 1.0);
-    if (!(std::abs(scale) <= kMaxFloat)) place.refuse(fmt::format("normalTexture scale {:g} is not finite", scale));
-    material.normal_scale = static_cast<float>(scale);
+    material.normal_scale = normal_scale_of(place, *normal, "normalTexture");
     material.normal_texture = own("normalTexture", false, lit && material.normal_scale != 0);
   }
+  complete_layers(place, textures, material);
   // occlusionTexture is shadow baked for renderers that cannot see it; rays do, so it is left out on purpose and not named.
   // thicknessTexture: see read_volume.
 

@@ -34,11 +34,8 @@ bool uses_extension(const Json& document, std::string_view name) {
 // Which sets of texture coordinates the textures of a material need.
 std::array<bool, kUvSets> uv_sets_of(const Material& material) {
   std::array<bool, kUvSets> needed{};
-  for (const auto* texture : {&material.base_color_texture, &material.metallic_roughness_texture,
-                              &material.normal_texture, &material.emissive_texture, &material.transmission_texture,
-                              &material.specular_texture, &material.specular_color_texture}) {
-    if (texture->has_value() && (*texture)->uv_set < kUvSets) needed[(*texture)->uv_set] = true;
-  }
+  for (const TextureUse& use : textures_of(material))
+    if (use.texture->uv_set < kUvSets) needed[use.texture->uv_set] = true;
   return needed;
 }
 
@@ -212,11 +209,13 @@ void MeshReader::read_surface(const Source& source, const VertexChoice& vertices
   }
 
   const Accessor* tangents = checked("TANGENT");
-  if (!material.normal_texture || material.normal_texture->uv_set >= kUvSets) return;
+  const std::optional<Texture>& bumps =
+      material.normal_texture ? material.normal_texture : material.clearcoat_normal_texture;
+  if (!bumps || bumps->uv_set >= kUvSets) return;
   // Without normals of its own a mesh is flat, and tangents that it brings belong to others [glTF 2.0, section 3.7.2.1].
   if (tangents != nullptr && !primitive.normals_object.empty())
     primitive.tangents_object = read_tangents(*tangents, vertices, primitive.normals_object, source.user, notes_);
-  if (primitive.tangents_object.empty()) make_tangents(primitive, material.normal_texture->uv_set);
+  if (primitive.tangents_object.empty()) make_tangents(primitive, bumps->uv_set);
 }
 
 void MeshReader::check_positions_once(const Source& source, const Accessor& positions) {

@@ -77,6 +77,11 @@ struct Material {
   bool solid = false;                // KHR_materials_volume with a thickness: refracts; else thin-walled
   glm::vec3 attenuation_color{1.0F};
   float attenuation_distance = 0.0F;  // metres; 0: infinite, no absorption
+  float clearcoat = 0.0F;              // KHR_materials_clearcoat
+  float clearcoat_roughness = 0.0F;
+  float clearcoat_normal_scale = 1.0F;
+  glm::vec3 sheen_color{0.0F};         // KHR_materials_sheen, [0, 1]
+  float sheen_roughness = 0.0F;
   glm::vec3 emission{0.0F};          // radiance: emissiveFactor x emissiveStrength, W / (sr m^2); finite
   float normal_scale = 1.0F;
   AlphaMode alpha_mode = AlphaMode::opaque;
@@ -91,7 +96,20 @@ struct Material {
   std::optional<Texture> transmission_texture{};    // R
   std::optional<Texture> specular_texture{};        // A
   std::optional<Texture> specular_color_texture{};  // RGB, sRGB
+  std::optional<Texture> clearcoat_texture{};            // R
+  std::optional<Texture> clearcoat_roughness_texture{};  // G
+  std::optional<Texture> clearcoat_normal_texture{};
+  std::optional<Texture> sheen_color_texture{};      // RGB, sRGB
+  std::optional<Texture> sheen_roughness_texture{};  // A
 };
+
+struct TextureUse {
+  const char* name;  // for lists: "base colour"
+  const Texture* texture;
+};
+
+/// The textures that a material has.
+[[nodiscard]] std::vector<TextureUse> textures_of(const Material& material);
 
 /// KHR_lights_punctual, placed by its node.
 struct PunctualLight {

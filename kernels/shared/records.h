@@ -168,6 +168,19 @@ typedef struct {
 } MaterialExtension;
 EK_ASSERT_SIZE(MaterialExtension, 64);
 
+// What few materials have (EK_HAS_material_detail): KHR_materials_clearcoat, _sheen.
+typedef struct {
+  float clearcoat, clearcoat_roughness;
+  float sheen_r, sheen_g, sheen_b, sheen_roughness;
+  uint clearcoat_texture;         // R
+  uint clearcoat_roughness_texture;  // G
+  uint clearcoat_normal_texture;
+  uint sheen_color_texture;       // RGB
+  uint sheen_roughness_texture;   // A
+  uint pad0, pad1, pad2, pad3, pad4;
+} MaterialDetail;
+EK_ASSERT_SIZE(MaterialDetail, 64);
+
 // TextureRecord.flags
 #define EK_TEXTURE_SRGB 1u        // R, G, B are sRGB-encoded
 #define EK_TEXTURE_NEAREST 2u     // else bilinear

@@ -79,15 +79,19 @@ EK_FN Survivors stage_shade(constant Frame* frame, SceneData scene, LightData li
 #if EK_HAS_shape
     at = shape_attributes(corners, on_shape, at);
 #endif
-    const HitMaterial hit_surface = hit_material(scene, corners.material, at, front);
-    const MaterialLanes material = hit_surface.bsdf;
+    HitMaterial hit_surface = hit_material(scene, corners.material, at, front);
+    if (EK_HAS_clearcoat)
+      hit_surface.emission = scale3(hit_surface.emission, clearcoat_passes(hit_surface.bsdf.clearcoat, dot3(surface.n_geom, dir)));
+    MaterialLanes material = hit_surface.bsdf;
     const v3 n_geom = select3(front, surface.n_geom, neg3(surface.n_geom));  // towards the viewer
     v3 n_shade = n_geom;
     if (EK_HAS_vertex_normal | EK_HAS_normal_texture) {
       n_shade = shading_normal(at, surface.n_geom);
       if (EK_HAS_normal_texture) n_shade = mapped_normal(scene, hit_surface.normal_texture, at, n_shade, surface.n_geom);
       n_shade = select3(front, n_shade, neg3(n_shade));
-      n_shade = usable_normal(n_shade, n_geom, neg3(dir), material.lobes != (1u << LOBE_diffuse));
+      vi glossy = material.lobes != (1u << LOBE_diffuse);
+      if (EK_HAS_clearcoat) glossy = glossy | (material.clearcoat > 0.0f);
+      n_shade = usable_normal(n_shade, n_geom, neg3(dir), glossy);
     }
 
     vu medium = (vu)(0u);
@@ -142,6 +146,11 @@ EK_FN Survivors stage_shade(constant Frame* frame, SceneData scene, LightData li
     live = last ? (vi)(0) : live;
     const Basis basis = basis_around(n_shade);
     const v3 wo = to_local(basis, neg3(dir));
+    if (EK_HAS_clearcoat_normal) {
+      v3 coat = mapped_normal(scene, hit_surface.clearcoat_normal_texture, at, shading_normal(at, surface.n_geom), surface.n_geom);
+      coat = usable_normal(select3(front, coat, neg3(coat)), n_geom, neg3(dir), material.clearcoat > 0.0f);
+      material.clearcoat_normal = to_local(basis, coat);
+    }
 
     const vi both_sides = (material.lobes & (1u << LOBE_transmission)) != 0u;
     vi pending = (vi)(0);
@@ -162,6 +171,7 @@ EK_FN Survivors stage_shade(constant Frame* frame, SceneData scene, LightData li
       light.radiance = light_emission(scene, light);
       shadow_group = light.group;
       shadow = light_path(light, surface.p, surface.p_error, n_geom);
+      if (EK_HAS_clearcoat & EK_HAS_area) shadow.radiance = scale3(shadow.radiance, light_coat(scene, light, shadow.wi));
       const v3 wi = to_local(basis, shadow.wi);
       const BsdfValue bsdf = bsdf_evaluate(material, wo, wi);
       v3 f = bsdf.f;
@@ -184,7 +194,7 @@ EK_FN Survivors stage_shade(constant Frame* frame, SceneData scene, LightData li
     vf scatter_u, scatter_v, choice = (vf)(0.0f), roulette = (vf)(0.0f);
     sample_2d(key, index, bounce_dimension(depth, DIM_SCATTER), &scatter_u, &scatter_v);
     const int may_end = depth + 1u >= frame->roulette_depth;
-    if (EK_HAS_metallic_roughness | EK_HAS_transmission | may_end)  // Lambert's lobe has no choice
+    if (EK_HAS_metallic_roughness | EK_HAS_transmission | EK_LAYERED | may_end)  // Lambert's lobe has no choice
       sample_2d(key, index, bounce_dimension(depth, DIM_CHOICE), &choice, &roulette);
     const BsdfSample scattered = bsdf_sample(material, wo, scatter_u, scatter_v, choice);
     const v3 next_dir = to_world(basis, scattered.wi);

@@ -305,17 +305,17 @@ TEST(BadInput, strict_refuses_what_is_not_supported) {
   const std::size_t at = text.find("\"extensionsUsed\"");
   ASSERT_NE(at, std::string::npos);
   const std::size_t used = text.find(from, at);
-  text.insert(used, "\"KHR_materials_clearcoat\", ");
+  text.insert(used, "\"VENDOR_paint\", ");
   const std::size_t material = text.find("\"extensions\"", text.find("\"materials\""));
   const std::size_t brace = text.find('{', material);
-  text.insert(brace + 1, "\"KHR_materials_clearcoat\": {\"clearcoatFactor\": 1}, ");
-  here.write("coated.gltf", text);
-  const Outcome loose = here.eikon("render coated.gltf -o out.exr --size 4x4 --spp 1");
+  text.insert(brace + 1, "\"VENDOR_paint\": {\"gloss\": 1}, ");
+  here.write("painted.gltf", text);
+  const Outcome loose = here.eikon("render painted.gltf -o out.exr --size 4x4 --spp 1");
   EXPECT_TRUE(succeeded(loose));
-  EXPECT_TRUE(contains(loose.err, "clearcoat") && contains(loose.err, "'body'")) << loose.err;
+  EXPECT_TRUE(contains(loose.err, "VENDOR_paint") && contains(loose.err, "'body'")) << loose.err;
   std::filesystem::remove(here / "out.exr");
-  EXPECT_TRUE(refused(here.eikon("render coated.gltf -o out.exr --size 4x4 --spp 1 --strict"), kInput));
-  EXPECT_EQ(here.files(), std::vector<std::string>{"coated.gltf"});
+  EXPECT_TRUE(refused(here.eikon("render painted.gltf -o out.exr --size 4x4 --spp 1 --strict"), kInput));
+  EXPECT_EQ(here.files(), std::vector<std::string>{"painted.gltf"});
 }
 
 }  // namespace

@@ -48,6 +48,42 @@ std::vector<Specimen> transmission_specimens(unsigned lobe, float roughness) {
           {"water, from inside", lobe, water, false}};
 }
 
+/// Materials of several lobes with layers on them.
+std::vector<Specimen> layered_specimens(float roughness) {
+#define EK_LOBE(name, bit) [[maybe_unused]] constexpr unsigned name = bit;
+#include "shared/features.def"
+  const Look paint{.base_color = {0.6F, 0.1F, 0.05F}, .roughness = 0.5F};
+  Look lacquer = paint, tilted = paint, velvet = paint, white = paint, both = paint, dipped = paint;
+  lacquer.clearcoat = 1;
+  lacquer.clearcoat_roughness = roughness;
+  tilted.clearcoat = 0.8F;
+  tilted.clearcoat_roughness = 0.6F;
+  tilted.clearcoat_normal = {0.36F, 0.48F, 0.8F};
+  velvet.sheen = {0.9F, 0.7F, 1};
+  velvet.sheen_roughness = roughness;
+  velvet.base_color = {0.2F, 0, 0.1F};
+  white.base_color = white.sheen = {1, 1, 1};
+  white.sheen_roughness = roughness;
+  white.specular = 0;
+  both.sheen = {0.5F, 0.2F, 0.1F};
+  both.sheen_roughness = 0.4F;
+  both.clearcoat = 0.5F;
+  both.clearcoat_roughness = roughness;
+  both.metallic = 1;
+  dipped.clearcoat = 1;
+  dipped.clearcoat_roughness = 0.1F;
+  dipped.roughness = roughness;
+  dipped.base_color = {1, 1, 1};
+  dipped.transmission = 1;
+  dipped.solid = true;
+  return {{"lacquer", metallic_roughness, lacquer, true, false},
+          {"lacquer of a normal of its own", metallic_roughness, tilted, true, false},
+          {"velvet", metallic_roughness, velvet},
+          {"white fibres on white", diffuse, white},
+          {"fibres on metal under a coat", metallic_roughness, both, true, false},
+          {"coated glass", transmission, dipped, true, false}};
+}
+
 MaterialRecord record_of(const Specimen& s) {
   MaterialRecord m{};
   m.flags = (1U << s.lobe) | (s.look.solid ? EK_MATERIAL_SOLID : 0U);
@@ -73,13 +109,33 @@ MaterialExtension extension_of(const Specimen& s) {
   return e;
 }
 
+MaterialDetail detail_of(const Specimen& s) {
+  MaterialDetail d{};
+  d.clearcoat = s.look.clearcoat;
+  d.clearcoat_roughness = s.look.clearcoat_roughness;
+  d.sheen_r = s.look.sheen[0];
+  d.sheen_g = s.look.sheen[1];
+  d.sheen_b = s.look.sheen[2];
+  d.sheen_roughness = s.look.sheen_roughness;
+  d.clearcoat_texture = d.clearcoat_roughness_texture = d.clearcoat_normal_texture = EK_NO_TEXTURE;
+  d.sheen_color_texture = d.sheen_roughness_texture = EK_NO_TEXTURE;
+  return d;
+}
+
 }  // namespace
+
+float Specimen::narrowest() const {
+#define EK_LOBE(name, bit) [[maybe_unused]] constexpr unsigned name = bit;
+#include "shared/features.def"
+  return std::min(lobe == diffuse ? 1 : look.roughness, look.clearcoat > 0 ? look.clearcoat_roughness : 1);
+}
 
 std::vector<Specimen> specimens(float roughness) {
   std::vector<Specimen> all;
 #define EK_LOBE(name, bit) \
   for (Specimen & s : name##_specimens(bit, roughness)) all.push_back(std::move(s));
 #include "shared/features.def"
+  for (Specimen& s : layered_specimens(roughness)) all.push_back(std::move(s));
   return all;
 }
 
@@ -93,6 +149,7 @@ void Queries::add(std::uint32_t specimen, const Direction& wo, const Direction& 
   in[8].push_back(as_word(v));
   in[9].push_back(as_word(choice));
   in[10].push_back(1);
+  for (std::size_t k = 0; k < 3; ++k) in[11 + k].push_back(as_word(k == 2 ? 1.0F : 0.0F));
 }
 
 void Queries::add(std::uint32_t specimen, const Direction& wo, std::mt19937& random) {
@@ -108,7 +165,8 @@ Sampled Answers::sample(std::size_t i) const {
 }
 
 std::vector<Words> scatter(const std::vector<MaterialRecord>& materials,
-                           const std::vector<MaterialExtension>& extensions, const Queries& q, bool uniform) {
+                           const std::vector<MaterialExtension>& extensions, const std::vector<MaterialDetail>& details,
+                           const Queries& q, bool uniform) {
   return Probe("bsdf")
       .buffer("materials", materials)
       .buffer("triangles", std::vector<Triangle>(1))
@@ -116,6 +174,7 @@ std::vector<Words> scatter(const std::vector<MaterialRecord>& materials,
       .buffer("triangle_tangents", std::vector<TriangleTangents>(1))
       .buffer("triangle_colors", std::vector<TriangleColors>{{1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 0, 0, 0, 0}})
       .buffer("material_extensions", extensions)
+      .buffer("material_details", details)
       .buffer("textures", std::vector<TextureRecord>(1))
       .buffer("texels", std::vector<std::uint32_t>(EK_TEXEL_TABLE + 1))
       .define("EK_HAS_uniform_scatter", uniform ? "1" : "0")
@@ -125,13 +184,19 @@ std::vector<Words> scatter(const std::vector<MaterialRecord>& materials,
 Answers scatter(const std::vector<Specimen>& specimens, const Queries& q, bool uniform) {
   std::vector<MaterialRecord> materials;
   std::vector<MaterialExtension> extensions;
+  std::vector<MaterialDetail> details;
   for (const Specimen& s : specimens) {
     materials.push_back(record_of(s));
     extensions.push_back(extension_of(s));
+    details.push_back(detail_of(s));
   }
   Queries sided = q;
-  for (std::size_t i = 0; i < q.size(); ++i) sided.in[10][i] = specimens.at(q.in[0][i]).front ? 1 : 0;
-  return {scatter(materials, extensions, sided, uniform)};
+  for (std::size_t i = 0; i < q.size(); ++i) {
+    const Specimen& s = specimens.at(q.in[0][i]);
+    sided.in[10][i] = s.front ? 1 : 0;
+    for (std::size_t k = 0; k < 3; ++k) sided.in[11 + k][i] = as_word(s.look.clearcoat_normal[k]);
+  }
+  return {scatter(materials, extensions, details, sided, uniform)};
 }
 
 }  // namespace eikon::test

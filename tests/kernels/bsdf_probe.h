@@ -33,6 +33,10 @@ struct Look {
   std::array<float, 3> specular_color = {1, 1, 1};
   float transmission = 0;
   bool solid = false;
+  float clearcoat = 0, clearcoat_roughness = 0;
+  Direction clearcoat_normal = {0, 0, 1};
+  std::array<float, 3> sheen = {0, 0, 0};
+  float sheen_roughness = 0;
 };
 
 /// A material of one lobe, of which a surface is hit.
@@ -41,7 +45,10 @@ struct Specimen {
   unsigned lobe = 0;  // bit of features.def
   Look look;
   bool front = true;
+  bool reciprocal = true;  // KHR_materials_clearcoat's mixing is not
   double eta() const { return front ? look.ior : 1 / double(look.ior); }
+  /// The least roughness of what scatters.
+  float narrowest() const;
 };
 
 /// Specimens of every lobe at this roughness, a solid's back included. A lobe without any does not compile.
@@ -49,7 +56,7 @@ std::vector<Specimen> specimens(float roughness);
 
 /// What is asked about specimens: sampling at (u, v, choice), and eval and pdf of wi.
 struct Queries {
-  std::vector<Words> in = std::vector<Words>(11);
+  std::vector<Words> in = std::vector<Words>(14);
   void add(std::uint32_t specimen, const Direction& wo, const Direction& wi, float u, float v, float choice);
   void add(std::uint32_t specimen, const Direction& wo, std::mt19937& random);
   std::size_t size() const { return in[0].size(); }
@@ -72,7 +79,8 @@ Answers scatter(const std::vector<Specimen>& specimens, const Queries& q, bool u
 
 /// The same of records; all fronts.
 std::vector<Words> scatter(const std::vector<MaterialRecord>& materials,
-                           const std::vector<MaterialExtension>& extensions, const Queries& q, bool uniform);
+                           const std::vector<MaterialExtension>& extensions, const std::vector<MaterialDetail>& details,
+                           const Queries& q, bool uniform);
 
 /// [0, 1), multiples of 2^-24, as the sampler's.
 inline float uniform(std::mt19937& random) { return float(random() >> 8) * 0x1p-24F; }

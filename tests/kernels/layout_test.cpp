@@ -118,6 +118,23 @@ namespace {
   F(MaterialExtension, pad2)                   \
   F(MaterialExtension, pad3)                   \
   F(MaterialExtension, pad4)
+#define DETAIL_FIELDS(F)                         \
+  F(MaterialDetail, clearcoat)                   \
+  F(MaterialDetail, clearcoat_roughness)         \
+  F(MaterialDetail, sheen_r)                     \
+  F(MaterialDetail, sheen_g)                     \
+  F(MaterialDetail, sheen_b)                     \
+  F(MaterialDetail, sheen_roughness)             \
+  F(MaterialDetail, clearcoat_texture)           \
+  F(MaterialDetail, clearcoat_roughness_texture) \
+  F(MaterialDetail, clearcoat_normal_texture)    \
+  F(MaterialDetail, sheen_color_texture)         \
+  F(MaterialDetail, sheen_roughness_texture)     \
+  F(MaterialDetail, pad0)                        \
+  F(MaterialDetail, pad1)                        \
+  F(MaterialDetail, pad2)                        \
+  F(MaterialDetail, pad3)                        \
+  F(MaterialDetail, pad4)
 #define TEXTURE_FIELDS(F)       \
   F(TextureRecord, first_texel) \
   F(TextureRecord, width)       \
@@ -227,7 +244,7 @@ namespace {
   R(TriangleNormals, NORMALS_FIELDS)                                                                       \
   R(MaterialRecord, MATERIAL_FIELDS)                                                                       \
   R(TriangleTangents, TANGENTS_FIELDS)                                                                     \
-  R(TriangleColors, COLORS_FIELDS) R(MaterialExtension, EXTENSION_FIELDS)                                   \
+  R(TriangleColors, COLORS_FIELDS) R(MaterialExtension, EXTENSION_FIELDS) R(MaterialDetail, DETAIL_FIELDS)                                   \
       R(TextureRecord, TEXTURE_FIELDS) R(Light, LIGHT_FIELDS) R(LightBucket, BUCKET_FIELDS) R(LightNode, NODE_FIELDS) \
           R(Diagnostics, DIAGNOSTICS_FIELDS) R(ShapeRecord, SHAPE_FIELDS) R(InstanceRecord, INSTANCE_FIELDS)
 

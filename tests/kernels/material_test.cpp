@@ -75,6 +75,7 @@ struct Shelf {
         .buffer("triangle_colors", packed.colors)
         .buffer("materials", packed.materials)
         .buffer("material_extensions", packed.material_extensions)
+        .buffer("material_details", std::vector<MaterialDetail>(packed.materials.size()))
         .buffer("textures", or_one(packed.textures))
         .buffer("texels", or_one(texels));
     if (packed.tangents.empty()) probe.define("EK_HAS_uv1", "0").define("EK_HAS_normal_texture", "0");

@@ -94,6 +94,20 @@ TEST(Math, exp2_beyond_the_range_is_0_or_infinite) {
   EXPECT_EQ(Probe("math").run("probe_exp2", {above}, 1)[0], Words(above.size(), as_word(inf)));
 }
 
+TEST(Math, log2_is_within_3_ulp_next_to_1_too) {
+  std::mt19937 random(4);
+  Words x = as_words({1, 2, 0.5F, 0x1p-126F, 0x1.fffffep+127F, 0x1.fffffep-1F, 0x1.000002p+0F, 1.41421354F, 1.41421366F});
+  for (int i = 0; i < 1 << 19; ++i) x.push_back(0x00800000U + std::uint32_t(random()) % 0x7f000000U);
+  for (int i = 0; i < 1 << 19; ++i) x.push_back(as_word(0.5F + 1.5F * (float(random() >> 8) * 0x1p-24F)));
+  const Words out = Probe("math").run("probe_log2", {x}, 1)[0];
+  double worst = 0;
+  for (std::size_t i = 0; i < x.size(); ++i)
+    worst = std::max(worst, ulp_error(as_float(out[i]), std::log2(double(as_float(x[i])))));
+  EXPECT_LE(worst, 3);
+  for (const float nothing : {0.0F, -0.0F, 1e-40F, -1.0F})
+    EXPECT_EQ(as_float(Probe("math").run("probe_log2", {as_words({nothing})}, 1)[0][0]), -126) << nothing;
+}
+
 double atan2_turns_error(const Words& y, const Words& x) {
   const Words out = Probe("math").run("probe_atan2_turns", {y, x}, 1)[0];
   double worst = 0;

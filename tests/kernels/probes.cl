@@ -77,6 +77,7 @@ kernel void probe_vectors(PROBE_ARGUMENTS) {
 }
 
 kernel void probe_exp2(PROBE_ARGUMENTS) { OUT_F(0, exp2_f(IN_F(0))); }
+kernel void probe_log2(PROBE_ARGUMENTS) { OUT_F(0, log2_f(IN_F(0))); }
 
 kernel void probe_sincos_2pi(PROBE_ARGUMENTS) {
   vf s, c;
@@ -237,12 +238,13 @@ kernel void probe_terminator(PROBE_ARGUMENTS) { OUT_F(0, terminator_factor(IN_F(
 
 #ifdef EK_PROBE_bsdf
 #include "material.h"
-// Inputs: material, wo, wi, u, v, choice, whether the front was hit.
+// Inputs: material, wo, wi, u, v, choice, whether the front was hit, normal of the coat.
 kernel void probe_bsdf(PROBE_ARGUMENTS, EK_SCENE_ARGUMENTS) {
   const SceneData scene = EK_SCENE_DATA;
   const HitAttributes at = hit_attributes(scene, (vu)(0u), (vf)(0.0f), (vf)(0.0f));
   const HitMaterial hit = hit_material(scene, IN_U(0), at, IN_U(10) != 0u);
-  const MaterialLanes m = hit.bsdf;
+  MaterialLanes m = hit.bsdf;
+  m.clearcoat_normal = IN_3(11);
   const v3 wo = IN_3(1);
   const v3 wi = IN_3(4);
   OUT_3(0, bsdf_eval(m, wo, wi));

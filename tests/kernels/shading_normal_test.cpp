@@ -97,6 +97,7 @@ std::vector<Words> look(const Bumps& bumps, const Looks& looks) {
       .buffer("triangle_colors", std::vector<TriangleColors>(bumps.normals.size()))
       .buffer("materials", std::vector<MaterialRecord>(1))
       .buffer("material_extensions", std::vector<MaterialExtension>(1))
+      .buffer("material_details", std::vector<MaterialDetail>(1))
       .buffer("textures", bumps.textures.empty() ? none : bumps.textures)
       .buffer("texels", bumps.texels)
       .run("probe_shading_normal", looks.in, 6);

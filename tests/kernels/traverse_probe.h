@@ -173,7 +173,7 @@ class TraverseProbe {
     if (options.opacity) {
       arguments_.set("materials", device.upload(options.materials));
       for (const char* absent :
-           {"triangle_normals", "triangle_tangents", "triangle_colors", "material_extensions", "textures", "texels"})
+           {"triangle_normals", "triangle_tangents", "triangle_colors", "material_extensions", "material_details", "textures", "texels"})
         arguments_.set(absent, device.upload(std::vector<MaterialRecord>(1)));
     }
     arguments_.set("frame", device.upload(std::vector<Frame>{frame_of(soup)}));
@@ -202,6 +202,7 @@ class TraverseProbe {
     upload("triangle_colors", scene.colors);
     upload("materials", scene.materials);
     upload("material_extensions", scene.material_extensions);
+    upload("material_details", scene.material_details);
     upload("textures", scene.textures);
     upload("shapes", scene.shapes);
     upload("instances", accel_.instances);

@@ -277,6 +277,32 @@ TEST(Materials, M5_no_surface_gives_back_more_than_it_gets) {
   }
 }
 
+TEST(Materials, a_coated_lamp_shines_the_same_however_its_light_is_found) {
+  const auto found_by = [](LightSampling sampling, float clearcoat) {
+    Scene scene;
+    Primitive floor, lamp;
+    add_quad(floor, {-2, 0, 2}, {4, 0, 0}, {0, 0, -4});
+    add_quad(lamp, {-1, 0.5F, -1}, {2, 0, 0}, {0, 0, 2});
+    add_mesh(scene, "floor", std::move(floor), lambert(0.5F));
+    Material shining = lambert(0, 5);
+    shining.clearcoat = clearcoat;
+    add_mesh(scene, "lamp", std::move(lamp), shining);
+    Settings settings = settings_for(16, 16, 1024);
+    settings.camera = look_at_camera({0, 0.8, 3}, {0, 0, 0}, {0, 1, 0}, 0.6);
+    settings.light_sampling = sampling;
+    settings.max_depth = 2;
+    return mean_of(film_of(scene, settings));
+  };
+  const MeanAndError both = found_by(LightSampling::mis, 1), bare = found_by(LightSampling::mis, 0);
+  for (const LightSampling sampling : {LightSampling::light, LightSampling::cosine}) {
+    const MeanAndError one = found_by(sampling, 1);
+    EXPECT_NEAR(one.mean, both.mean, 4 * std::hypot(one.sigma, both.sigma));
+  }
+  // A twenty-fifth stays in the coat straight down, all of it at grazing angles.
+  EXPECT_LT(both.mean, 0.96 * bare.mean);
+  EXPECT_GT(both.mean, 0.7 * bare.mean);
+}
+
 TEST(Materials, an_unlit_surface_shows_its_colour_and_lights_nothing) {
   Scene scene;
   Primitive floor, sign;

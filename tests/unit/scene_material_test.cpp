@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Materials, and that whatever is left out is said once.
+#include <tuple>
+
 #include "scene_builder.h"
 
 namespace {
@@ -97,6 +99,48 @@ TEST(SceneMaterials, glass_arrives_with_its_index_its_volume_and_its_alpha) {
   EXPECT_EQ(builder.load().materials.at(0).alpha_mode, eikon::AlphaMode::blend);
 }
 
+TEST(SceneMaterials, clearcoat_and_sheen_arrive_with_their_textures) {
+  Builder builder;
+  builder.material() = Json::parse(R"({"name": "velvet", "extensions": {
+    "KHR_materials_clearcoat": {"clearcoatFactor": 0.5, "clearcoatRoughnessFactor": 0.25},
+    "KHR_materials_sheen": {"sheenColorFactor": [1, 0.5, 0.25], "sheenRoughnessFactor": 0.75}}})");
+  builder.json["extensionsRequired"] = {"KHR_materials_clearcoat", "KHR_materials_sheen"};
+  const Scene scene = builder.load();
+  const eikon::Material& material = scene.materials.at(0);
+  EXPECT_EQ(material.clearcoat, 0.5F);
+  EXPECT_EQ(material.clearcoat_roughness, 0.25F);
+  EXPECT_EQ(material.sheen_color, glm::vec3(1, 0.5F, 0.25F));
+  EXPECT_EQ(material.sheen_roughness, 0.75F);
+  EXPECT_TRUE(scene.unsupported.empty());
+  EXPECT_TRUE(scene.warnings.empty());
+}
+
+TEST(SceneMaterials, M24_layers_out_of_range_are_clamped_and_of_the_wrong_type_refused) {
+  Builder builder;
+  Json& extensions = builder.material()["extensions"];
+  extensions["KHR_materials_clearcoat"] = {{"clearcoatFactor", 2}, {"clearcoatRoughnessFactor", -1}};
+  extensions["KHR_materials_sheen"] = {{"sheenColorFactor", {3, -1, 0.5}}, {"sheenRoughnessFactor", 7}};
+  const Scene scene = builder.load();
+  EXPECT_EQ(scene.materials.at(0).clearcoat, 1.0F);
+  EXPECT_EQ(scene.materials.at(0).clearcoat_roughness, 0.0F);
+  EXPECT_EQ(scene.materials.at(0).sheen_color, glm::vec3(1, 0, 0.5F));
+  EXPECT_EQ(scene.materials.at(0).sheen_roughness, 1.0F);
+  for (const char* what : {"clearcoatFactor 2", "clearcoatRoughnessFactor -1", "sheenColorFactor 3",
+                           "sheenColorFactor -1", "sheenRoughnessFactor 7"})
+    EXPECT_TRUE(warns(scene, std::string("material 'paint': ") + what)) << what;
+  for (const auto& [extension, key, value] :
+       {std::tuple("KHR_materials_clearcoat", "clearcoatFactor", R"("much")"),
+        std::tuple("KHR_materials_clearcoat", "clearcoatTexture", R"({"index": 9})"),
+        std::tuple("KHR_materials_clearcoat", "clearcoatNormalTexture", R"({})"),
+        std::tuple("KHR_materials_sheen", "sheenColorFactor", "[1, 1]"),
+        std::tuple("KHR_materials_sheen", "sheenRoughnessTexture", "3")}) {
+    Builder broken;
+    broken.material()["extensions"][extension][key] = Json::parse(value);
+    const std::string message = message_of([&] { broken.load(); });
+    EXPECT_TRUE(mentions(message, "material 'paint'") && mentions(message, extension)) << message;
+  }
+}
+
 TEST(SceneMaterials, M13_odd_indices_of_refraction_are_legal_or_clamped) {
   const auto ior = [](const char* text) {
     Builder builder;
@@ -180,18 +224,19 @@ TEST(SceneMaterials, what_is_left_out_is_named_unless_it_changes_nothing) {
   EXPECT_TRUE(Builder().load().unsupported.empty());
   Builder builder;
   builder.material()["name"] = "rich";
-  builder.material()["extensions"] = {{"KHR_materials_clearcoat", {{"clearcoatFactor", 1}}},
-                                      {"KHR_materials_sheen", {{"sheenColorFactor", {0, 0.5, 0}}}},
+  builder.material()["extensions"] = {{"KHR_materials_iridescence", {{"iridescenceFactor", 1}}},
+                                      {"KHR_materials_dispersion", {{"dispersion", 0.5}}},
                                       {"KHR_materials_pbrSpecularGlossiness", Json::object()},
                                       {"VENDOR_\nunheard_of", Json::object()}};
   const Scene scene = builder.load();
-  for (const char* feature : {"KHR_materials_clearcoat", "KHR_materials_sheen", "KHR_materials_pbrSpecularGlossiness",
-                              "VENDOR_ unheard_of"}) {
+  for (const char* feature : {"KHR_materials_iridescence", "KHR_materials_dispersion",
+                              "KHR_materials_pbrSpecularGlossiness", "VENDOR_ unheard_of"}) {
     EXPECT_TRUE(leaves_out(scene, feature, "material 'rich'")) << feature;
   }
   EXPECT_EQ(scene.unsupported.size(), 4U);
   builder.material()["extensions"] = {{"KHR_materials_clearcoat", {{"clearcoatFactor", 0}}},
                                       {"KHR_materials_sheen", {{"sheenColorFactor", {0, 0, 0}}}},
+                                      {"KHR_materials_dispersion", {{"dispersion", 0}}},
                                       {"KHR_materials_iridescence", {{"iridescenceIor", 1.4}}}};
   EXPECT_TRUE(builder.load().unsupported.empty());
 }
@@ -199,8 +244,8 @@ TEST(SceneMaterials, what_is_left_out_is_named_unless_it_changes_nothing) {
 TEST(SceneMaterials, a_feature_is_named_once_with_its_first_user_and_the_number_of_others) {
   Builder builder;
   for (int i = 0; i < 3; ++i) {
-    builder.json["materials"].push_back({{"name", "paint" + std::to_string(i)},
-                                         {"extensions", {{"KHR_materials_clearcoat", {{"clearcoatFactor", 1}}}}}});
+    builder.json["materials"].push_back(
+        {{"name", "paint" + std::to_string(i)}, {"extensions", {{"VENDOR_paint", Json::object()}}}});
     Json primitive = builder.primitive();
     primitive["material"] = i + 1;
     builder.json["meshes"][0]["primitives"].push_back(primitive);
@@ -212,8 +257,7 @@ TEST(SceneMaterials, a_feature_is_named_once_with_its_first_user_and_the_number_
 
 TEST(SceneMaterials, materials_that_nothing_uses_keep_their_number_and_ask_for_nothing) {
   Builder builder;
-  builder.json["materials"].push_back(
-      {{"name", "coat"}, {"extensions", {{"KHR_materials_clearcoat", {{"clearcoatFactor", 1}}}}}});
+  builder.json["materials"].push_back({{"name", "coat"}, {"extensions", {{"VENDOR_paint", Json::object()}}}});
   const Scene scene = builder.load();
   EXPECT_EQ(scene.materials.size(), 2U);
   EXPECT_TRUE(scene.unsupported.empty());
