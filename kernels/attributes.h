@@ -31,9 +31,9 @@ EK_FN HitAttributes hit_attributes(SceneData scene, vu triangle, vf u, vf v) {
       at.uv0_v = interpolate(r.wa, r.wc, r.we, u, v);
     }
   }
-  if (EK_HAS_normal_texture | EK_HAS_uv1) {
+  if (EK_HAS_tangent | EK_HAS_uv1) {
     const Rec r = rec16(scene.triangle_tangents, triangle);
-    if (EK_HAS_normal_texture) {
+    if (EK_HAS_tangent) {
       at.tangent = V3(interpolate(r.w0, r.w3, r.w6, u, v), interpolate(r.w1, r.w4, r.w7, u, v),
                       interpolate(r.w2, r.w5, r.w8, u, v));
       at.bitangent_sign = r.w9;

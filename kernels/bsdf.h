@@ -20,6 +20,7 @@ typedef struct {
   v3 base_color;     // linear, [0, 1]
   vf metallic;       // [0, 1]
   vf ggx_alpha;      // square of glTF's roughness
+  vf ggx_alpha_x;    // the same along x, which is the direction of anisotropy; not less
   v3 f0_dielectric;  // reflectance at normal incidence of the dielectric part
   vf specular;       // its reflectance at grazing incidence: KHR_materials_specular's factor, [0, 1]
   v3 f0;             // the same two of the whole surface, with its metallic part
@@ -33,6 +34,7 @@ typedef struct {
   v3 clearcoat_normal; // local, unit, on wo's side
   v3 sheen;            // colour of the fibres, [0, 1]
   vf sheen_roughness;  // [0, 1]
+  v3 conductor_eta, conductor_k;  // complex index of refraction
 } MaterialLanes;
 
 // Bits of MaterialLanes.lobes.
@@ -74,6 +76,7 @@ EK_FN BsdfSample bsdf_sample_of(BsdfValue value, v3 wi, vi delta) {
 #include "bsdf_diffuse.h"
 #include "bsdf_metallic_roughness.h"
 #include "bsdf_transmission.h"
+#include "bsdf_conductor.h"
 
 #include "bsdf_layers.h"
 

@@ -11,7 +11,8 @@
 typedef struct {
   vf share;      // of light from wo that the coat reflects; the rest is the material's
   vi smooth;     // a mirror: delta
-  vf alpha, length_o;
+  GgxAlpha alpha;
+  vf length_o;
   Basis basis;   // z is the coat's normal
   v3 wo;         // in that basis
 } Coat;
@@ -31,7 +32,7 @@ EK_FN Coat make_coat(vf clearcoat, vf alpha, v3 normal, v3 wo) {
   const vf fresnel = 0.04f + 0.96f * schlick_weight(k.wo.z);
   k.share = ((k.wo.z > 0.0f) & (wo.z > 0.0f)) ? clearcoat * fresnel : (vf)(0.0f);
   k.smooth = alpha < EK_SMOOTH_ALPHA;
-  k.alpha = max_f(alpha, (vf)(EK_SMOOTH_ALPHA));
+  k.alpha = ggx_isotropic(max_f(alpha, (vf)(EK_SMOOTH_ALPHA)));
   k.length_o = ggx_length(k.wo, k.alpha);
   return k;
 }

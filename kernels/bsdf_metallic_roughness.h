@@ -15,39 +15,65 @@
 
 EK_FN vf mean_component(v3 a) { return ((a.x + a.y) + a.z) * (1.0f / 3.0f); }
 
+/// Whether the microfacets of m form a mirror: delta.
+EK_FN vi is_smooth(MaterialLanes m) {
+  const vi smooth = m.ggx_alpha < EK_SMOOTH_ALPHA;
+  return EK_HAS_anisotropy ? smooth & (m.ggx_alpha_x < EK_SMOOTH_ALPHA) : smooth;
+}
+
+/// Their alpha, along x and y; where smooth, of none.
+EK_FN GgxAlpha alpha_of(MaterialLanes m) {
+  GgxAlpha a = ggx_isotropic(max_f(m.ggx_alpha, (vf)(EK_SMOOTH_ALPHA)));
+  if (EK_HAS_anisotropy) a.x = max_f(m.ggx_alpha_x, (vf)(EK_SMOOTH_ALPHA));
+  return a;
+}
+
 // What of a layer over a base depends on wo alone.
 typedef struct {
   vi smooth;       // the layer is a mirror: delta
-  vf alpha;        // of the GGX lobe; where smooth, of none
+  GgxAlpha alpha;  // of the GGX lobe; where smooth, of none
   vf length_o;     // ggx_length(wo)
-  GgxAlbedoFit albedo;
+  GgxAlbedoFit albedo;    // at alpha.y
+  GgxAlbedoFit albedo_x;  // of anisotropic ones
   vf e_f0, e_f90;  // of E: the dielectric's reflectance, its greatest channel
   v3 base;         // f of the base is base (1 - E(wi))
   vf specular, diffuse;  // estimated albedos
 } Layers;
 
+/// What the layer reflects in all at this cosine of microfacets that reflect f0 + (f90 - f0) (1 - cos)^5. No fits are at hand
+/// for two roughnesses at once: the greater of what surfaces of either reflect, which no direction was found to exceed.
+EK_FN vf layer_reflected(Layers k, vf cosine, vf length, vf f0, vf f90) {
+  if (!EK_HAS_anisotropy) return ggx_reflected(ggx_albedo(k.albedo, cosine, length), f0, f90);
+  const vf flat2 = (1.0f - cosine) * (1.0f + cosine), c2 = cosine * cosine;
+  const vf along_x = sqrt((k.alpha.x * k.alpha.x) * flat2 + c2), along_y = sqrt((k.alpha.y * k.alpha.y) * flat2 + c2);
+  return max_f(ggx_reflected(ggx_albedo(k.albedo, cosine, along_y), f0, f90),
+               ggx_reflected(ggx_albedo(k.albedo_x, cosine, along_x), f0, f90));
+}
+
 /// f0, f90  of the layer;  base: albedo of the base by itself
 EK_FN Layers make_layers(MaterialLanes m, v3 wo, v3 f0, vf f90, v3 base) {
   Layers k;
-  k.smooth = m.ggx_alpha < EK_SMOOTH_ALPHA;
-  k.alpha = max_f(m.ggx_alpha, (vf)(EK_SMOOTH_ALPHA));
+  k.smooth = is_smooth(m);
+  k.alpha = alpha_of(m);
   k.length_o = ggx_length(wo, k.alpha);
-  k.albedo = ggx_albedo_fit(k.smooth, k.alpha);
+  k.albedo = ggx_albedo_fit(k.smooth, k.alpha.y);
+  if (EK_HAS_anisotropy) k.albedo_x = ggx_albedo_fit(k.smooth, k.alpha.x);
   k.e_f0 = max_component(m.f0_dielectric);
   k.e_f90 = m.specular;
-  const GgxAlbedo o = ggx_albedo(k.albedo, wo.z, k.length_o);
-  const vf kept = 1.0f - ggx_reflected(o, k.e_f0, k.e_f90);
-  const vf kept_mean = 1.0f - ggx_reflected(k.albedo.mean, k.e_f0, k.e_f90);
+  const vf kept = 1.0f - layer_reflected(k, wo.z, k.length_o, k.e_f0, k.e_f90);
+  vf mean = ggx_reflected(k.albedo.mean, k.e_f0, k.e_f90);
+  if (EK_HAS_anisotropy) mean = max_f(mean, ggx_reflected(k.albedo_x.mean, k.e_f0, k.e_f90));
+  const vf kept_mean = 1.0f - mean;
   k.base = scale3(base, (EK_INV_PI * kept) / max_f(kept_mean, (vf)(0x1p-20f)));
   // A floor, since the layer may reflect far more at other microfacets than on the whole.
-  k.specular = max_f(ggx_reflected(o, mean_component(f0), f90), 0x1p-6f * f90);
+  k.specular = max_f(layer_reflected(k, wo.z, k.length_o, mean_component(f0), f90), 0x1p-6f * f90);
   k.diffuse = mean_component(base) * kept;
   return k;
 }
 
 /// f of the base.
 EK_FN v3 layers_base(Layers k, vf cos_i, vf length_i) {
-  return scale3(k.base, 1.0f - ggx_reflected(ggx_albedo(k.albedo, cos_i, length_i), k.e_f0, k.e_f90));
+  return scale3(k.base, 1.0f - layer_reflected(k, cos_i, length_i, k.e_f0, k.e_f90));
 }
 
 EK_FN Layers metallic_roughness_layers(MaterialLanes m, v3 wo) {

@@ -47,7 +47,7 @@ EK_FN Glass make_glass(MaterialLanes m, v3 wo) {
   // Refraction turns a microfacet's slope into an angle (eta - 1) times as large, eta of the denser side: as narrow as a smooth
   // mirror's lobe, it is delta, from both sides.
   const vf bend = abs_f(g.eta - 1.0f) / min_f(g.eta, (vf)(1.0f));
-  g.passes_delta = g.open.smooth | (m.solid & (g.open.alpha * bend < EK_SMOOTH_ALPHA));
+  g.passes_delta = g.open.smooth | (m.solid & (g.open.alpha.x * bend < EK_SMOOTH_ALPHA));
   return g;
 }
 

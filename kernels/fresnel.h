@@ -42,6 +42,24 @@ EK_FN vf fresnel_dielectric(vf cos_o, vf eta) {
   return (mirror | (g2 < 0.0f)) ? (vf)(1.0f) : min_f(f, (vf)(1.0f));
 }
 
+/// Unpolarised reflectance of a conductor seen from air; eta + i k: its index of refraction, 0 <= eta, k <= 2^14.
+/// cosine  of the light with the normal, [0, 1]
+/// source  [Born and Wolf 1999, section 14.2], with a^2 and b^2 of the complex eta cos_t from a^2 b^2 = eta^2 k^2 and
+///         a^2 - b^2 = eta^2 - k^2 - sin^2; k = 0 gives the dielectric
+EK_FN vf fresnel_conductor(vf cosine, vf eta, vf k) {
+  const vf c2 = cosine * cosine, s2 = (1.0f - cosine) * (1.0f + cosine);
+  const vf difference = (eta - k) * (eta + k) - s2, twice = 2.0f * (eta * k);
+  const vf sum = sqrt(difference * difference + twice * twice);  // a^2 + b^2
+  // a^2 = (sum + difference) / 2; where that cancels, by the product instead.
+  const vf b2 = 0.5f * (sum - difference);
+  const vf a2 = difference >= 0.0f ? 0.5f * (sum + difference) : b2 > 0.0f ? (0.25f * (twice * twice)) / b2 : (vf)(0.0f);
+  const vf across = 2.0f * (sqrt(a2) * cosine);
+  const vf r_s = ((sum + c2) - across) / ((sum + c2) + across);
+  const vf top = c2 * sum + s2 * s2, side = across * s2;
+  const vf ratio = top + side > 0.0f ? (top - side) / (top + side) : (vf)(1.0f);
+  return min_f(max_f(0.5f * (r_s + r_s * ratio), (vf)(0.0f)), (vf)(1.0f));
+}
+
 /// The refracted direction [Walter et al. 2007, eq. 40]; meaningless under total internal reflection.
 /// wo, h  unit, on one side; cos_o: dot(wo, h);  eta: not a mirror's
 EK_FN v3 refract(v3 wo, v3 h, vf cos_o, vf eta) {

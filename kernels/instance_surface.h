@@ -48,7 +48,7 @@ EK_FN HitAttributes placed_attributes(SceneData scene, Place place, vu triangle,
     EK_PLACED(EK_PLACED_NORMAL, r)
     at.normal = select3(place.placed, mean, at.normal);
   }
-  if (EK_HAS_normal_texture) {
+  if (EK_HAS_tangent) {
     const Rec r = rec16(scene.triangle_tangents, triangle);
     EK_PLACED(EK_PLACED_TANGENT, r)
     at.tangent = select3(place.placed, mean, at.tangent);

@@ -40,12 +40,35 @@ typedef struct {
   vi unlit;
   vu normal_texture;
   vu clearcoat_normal_texture;
+  vf ior, spread;   // of a solid that disperses: of G, and what R has less and B more; spread 0 where it does not
+  vf anisotropy_x, anisotropy_y;  // its direction, unit, in terms of tangent and bitangent
 } HitMaterial;
 
-/// Adds KHR_materials_clearcoat and _sheen of material `index`.
+/// Adds KHR_materials_anisotropy: r is the first half of the detail's record. Without a tangent there is no direction for it.
+EK_FN void add_anisotropy(SceneData scene, Rec r, HitAttributes at, HitMaterial* hit) {
+  const vf one = (vf)(1.0f);
+  vf x = one, y = (vf)(0.0f), strength = r.wb;
+  if (EK_HAS_anisotropy_texture) {
+    const vu texture = AS_U(r.we);
+    const vi has = texture != EK_NO_TEXTURE;
+    const v4 c = texture_or(scene, texture, at, one);
+    x = has ? 2.0f * c.x - 1.0f : x;
+    y = has ? 2.0f * c.y - 1.0f : y;
+    strength = strength * c.z;
+  }
+  const vf length2 = x * x + y * y;
+  const vi usable = (dot3(at.tangent, at.tangent) > 0x1p-20f) & (length2 > 0x1p-20f);
+  const vf inverse = 1.0f / sqrt(usable ? length2 : one);
+  hit->anisotropy_x = (r.wc * x - r.wd * y) * inverse;
+  hit->anisotropy_y = (r.wd * x + r.wc * y) * inverse;
+  strength = usable ? strength : (vf)(0.0f);
+  const vf alpha = hit->bsdf.ggx_alpha;
+  hit->bsdf.ggx_alpha_x = alpha + (1.0f - alpha) * (strength * strength);
+}
+
+/// Adds what the first half `e` of the detail's record says of KHR_materials_clearcoat and _sheen.
 /// bare  mask: nothing lies on it (the inside of a solid)
-EK_FN void add_layers(SceneData scene, vu index, HitAttributes at, vi bare, HitMaterial* hit) {
-  const Rec e = rec16(scene.material_details, index);
+EK_FN void add_layers(SceneData scene, Rec e, HitAttributes at, vi bare, HitMaterial* hit) {
   const vf one = (vf)(1.0f);
   vf clearcoat = bare ? (vf)(0.0f) : e.w0, clearcoat_roughness = e.w1, sheen_roughness = e.w5;
   v3 sheen = V3(bare ? (vf)(0.0f) : e.w2, bare ? (vf)(0.0f) : e.w3, bare ? (vf)(0.0f) : e.w4);
@@ -135,10 +158,25 @@ EK_FN HitMaterial hit_material(SceneData scene, vu index, HitAttributes at, vi f
   const v3 up = V3((vf)(0.0f), (vf)(0.0f), one), none = V3((vf)(0.0f), (vf)(0.0f), (vf)(0.0f));
   m.clearcoat = m.clearcoat_alpha = m.sheen_roughness = (vf)(0.0f);
   m.clearcoat_normal = up;
-  m.sheen = none;
+  m.sheen = m.conductor_eta = m.conductor_k = none;
+  m.ggx_alpha_x = m.ggx_alpha;
+  hit.anisotropy_x = one;
+  hit.anisotropy_y = (vf)(0.0f);
   hit.clearcoat_normal_texture = (vu)(EK_NO_TEXTURE);
   hit.bsdf = m;
-  if (EK_HAS_material_detail) add_layers(scene, index, at, m.solid & !front, &hit);
+  if (EK_HAS_clearcoat | EK_HAS_sheen | EK_HAS_anisotropy) {
+    const Rec e = rec16(scene.material_details, index * 2u);
+    if (EK_HAS_clearcoat | EK_HAS_sheen) add_layers(scene, e, at, m.solid & !front, &hit);
+    if (EK_HAS_anisotropy) add_anisotropy(scene, e, at, &hit);
+  }
+  hit.ior = ior;
+  hit.spread = (vf)(0.0f);
+  if (EK_HAS_conductor | EK_HAS_dispersion) {
+    const Rec e = rec16(scene.material_details, index * 2u + 1u);
+    if (EK_HAS_dispersion) hit.spread = m.solid ? e.w6 : (vf)(0.0f);
+    hit.bsdf.conductor_eta = V3(e.w0, e.w1, e.w2);
+    hit.bsdf.conductor_k = V3(e.w3, e.w4, e.w5);
+  }
   return hit;
 }
 

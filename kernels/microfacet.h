@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The GGX distribution of microfacets, its shadowing, and its visible normals. alpha is glTF's roughness squared; w.z > 0.
-// With L(w) = sqrt(alpha^2 (w.x^2 + w.y^2) + w.z^2) = w.z (1 + 2 Lambda(w)) [Heitz 2014, eq. 72] everything below is free of
+// The GGX distribution of microfacets, its shadowing, and its visible normals. alpha is glTF's roughness squared, along x and y;
+// w.z > 0. With L(w) = sqrt((alpha.x w.x)^2 + (alpha.y w.y)^2 + w.z^2) = w.z (1 + 2 Lambda(w)) [Heitz 2014, eq. 72] everything below is free of
 // tangents and of differences of large numbers, from the pole to the horizon.
 #ifndef EK_MICROFACET_H
 #define EK_MICROFACET_H
@@ -9,14 +9,27 @@
 // Below it a surface is a perfect mirror: at 2^-13 the lobe is 0.014 degrees wide, and float directions resolve 2^-23.
 #define EK_SMOOTH_ALPHA 0x1p-13f
 
-EK_FN vf ggx_length(v3 w, vf alpha) { return sqrt((alpha * alpha) * (w.x * w.x + w.y * w.y) + w.z * w.z); }
+typedef struct { vf x, y; } GgxAlpha;
+
+EK_FN GgxAlpha ggx_isotropic(vf alpha) {
+  GgxAlpha a = {alpha, alpha};
+  return a;
+}
+
+EK_FN vf ggx_length(v3 w, GgxAlpha alpha) {
+  if (EK_HAS_anisotropy) {
+    const vf x = alpha.x * w.x, y = alpha.y * w.y;
+    return sqrt((x * x + y * y) + w.z * w.z);
+  }
+  return sqrt((alpha.x * alpha.x) * (w.x * w.x + w.y * w.y) + w.z * w.z);
+}
 
 /// Density of microfacet normals per area and sr [Trowbridge and Reitz 1975; Walter et al. 2007, eq. 33].
 /// h  unit, h.z >= 0
-EK_FN vf ggx_d(v3 h, vf alpha) {
-  const vf x = h.x / alpha, y = h.y / alpha;
+EK_FN vf ggx_d(v3 h, GgxAlpha alpha) {
+  const vf x = h.x / alpha.x, y = h.y / alpha.y;
   const vf q = (x * x + y * y) + h.z * h.z;
-  return (EK_INV_PI / (alpha * alpha)) / (q * q);
+  return (EK_INV_PI / (alpha.x * alpha.y)) / (q * q);
 }
 
 /// G2 / (4 cos_o cos_i) cos_i, with height-correlated shadowing and masking [Heitz 2014, eq. 99]; at most 1 / (2 length_o).
@@ -30,8 +43,8 @@ EK_FN vf ggx_visible_share(vf cos_o, vf length_o) { return 1.0f / (cos_o + lengt
 /// A normal seen from wo, not unit, with density G1(wo) max(0, dot(wo, h)) D(h) / cos_o [Dupuy and Benyoub 2023, listing 3:
 /// the reflection of a spherical cap].
 /// u, v  [0, 1)^2
-EK_FN v3 ggx_visible_normal(v3 wo, vf alpha, vf u, vf v) {
-  const v3 w = normalize3(V3(alpha * wo.x, alpha * wo.y, wo.z));
+EK_FN v3 ggx_visible_normal(v3 wo, GgxAlpha alpha, vf u, vf v) {
+  const v3 w = normalize3(V3(alpha.x * wo.x, alpha.y * wo.y, wo.z));
   // A point of the cap z > -w.z, and w: their sum is the normal. 1 - z and 1 + z without differences of near numbers.
   const vf above = 1.0f + w.z;
   const vf below = (w.x * w.x + w.y * w.y) / above;  // 1 - w.z
@@ -39,7 +52,7 @@ EK_FN v3 ggx_visible_normal(v3 wo, vf alpha, vf u, vf v) {
   const vf r = sqrt((v * above) * (below + z_sum));
   vf s, c;
   sincos_2pi(u, &s, &c);
-  return V3(alpha * (r * c + w.x), alpha * (r * s + w.y), z_sum);
+  return V3(alpha.x * (r * c + w.x), alpha.y * (r * s + w.y), z_sum);
 }
 
 /// wo mirrored about n, which need not be unit.

@@ -12,7 +12,7 @@
 enum {
   DIM_FILTER,  // place in the pixel
   DIM_LENS,
-  DIM_TIME,
+  DIM_TIME,  // and the channel of paths that meet glass with dispersion
   DIM_BOUNCE,  // the first of DIM_PER_BOUNCE pairs of each bounce
   DIM_PER_BOUNCE = 4
 };

@@ -87,12 +87,21 @@ EK_FN vf terminator_factor(vf cos_geom, vf cos_shade, vf cos_between) {
   return ((g - g * g) + 1.0f) * g;
 }
 
+/// World direction of a material's anisotropy at a hit, not unit; zero where the mesh has no tangent.
+/// n_geom  to the front
+EK_FN v3 anisotropy_direction(HitMaterial hit, HitAttributes at, v3 n_geom) {
+  const v3 n = shading_normal(at, n_geom);
+  const v3 flat = sub3(at.tangent, scale3(n, dot3(at.tangent, n)));
+  const v3 across = scale3(cross3(n, flat), at.bitangent_sign);
+  return add3(scale3(flat, hit.anisotropy_x), scale3(across, hit.anisotropy_y));
+}
+
 /// How much of terminator_factor a material wants, [0, 1]. What scatters everywhere wants all of it: a diffuse base, and
 /// reflections as broad as that. A mirror image that usable_normal has bent to the horizon of the surface would only be black:
 /// sharp reflections of metal and glass want none.
 /// source  Cycles fades its diffuse closures alone (bump_shadowing_term); between sharp and rough this leaves no step
 EK_FN vf terminator_share(MaterialLanes m) {
-  if (!(EK_HAS_metallic_roughness | EK_HAS_transmission)) return (vf)(1.0f);
+  if (!(EK_HAS_metallic_roughness | EK_HAS_transmission | EK_HAS_conductor)) return (vf)(1.0f);
   const vf without_base = m.metallic + (1.0f - m.metallic) * m.transmission;
   return 1.0f - without_base * (1.0f - m.ggx_alpha);
 }

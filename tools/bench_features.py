@@ -110,9 +110,14 @@ def features():
                 "KHR_materials_clearcoat": {"clearcoatFactor": 1.0, "clearcoatRoughnessFactor": 0.2}}}),
         ("sheen", {**smooth, **rough}, {**smooth, **rough, "extensions": {
             "KHR_materials_sheen": {"sheenColorFactor": [0.9, 0.9, 0.9], "sheenRoughnessFactor": 0.4}}}),
+        ("anisotropy", {**textured, **rough, "metallic": 1.0}, {**textured, **rough, "metallic": 1.0, "extensions": {
+            "KHR_materials_anisotropy": {"anisotropyStrength": 0.8}}}),
+        ("conductor", smooth, {**smooth, **rough, "extensions": {"EIKON_materials_conductor": {"metal": "Au"}}}),
         ("transmission, thin", {**smooth, **rough}, {**smooth, **rough, "extensions": glass}),
         ("transmission, solid and rough", {**smooth, **rough}, {**smooth, **rough, "extensions": solid}),
         ("transmission, solid and smooth", {**smooth, **rough}, {**smooth, **rough, "roughness": 0.0, "extensions": solid}),
+        ("dispersion", {**smooth, **rough, "roughness": 0.0, "extensions": solid}, {**smooth, **rough, "roughness": 0.0, "extensions": {
+            **solid, "KHR_materials_dispersion": {"dispersion": 1.0}}}),
         ("absorption", {**smooth, **rough, "extensions": solid}, {**smooth, **rough, "extensions": tinted}),
         ("opacity, BLEND of a factor", smooth, {**smooth, "opacity": 0.5, "alphaMode": "BLEND"}),
         ("opacity, MASK of a texture", textured, {**textured, "baseColorTexture": "leaf", "alphaMode": "MASK"}),

@@ -50,6 +50,13 @@ std::string describe(const Material& material) {
   if (emission != glm::vec3(0.0F))
     text += fmt::format(", emits ({:g}, {:g}, {:g}) W/(sr m2)", emission.x, emission.y, emission.z);
   if (material.double_sided) text += ", double-sided";
+  if (material.dispersion > 0 && material.solid) text += fmt::format(", dispersion {:g}", material.dispersion);
+  if (material.anisotropy > 0) text += fmt::format(", anisotropy {:g}", material.anisotropy);
+  if (material.conductor) {
+    const glm::vec3 &eta = material.conductor->eta, &k = material.conductor->k;
+    text += fmt::format(", conductor of eta ({:g}, {:g}, {:g}) and k ({:g}, {:g}, {:g})", eta.x, eta.y, eta.z, k.x, k.y,
+                        k.z);
+  }
   if (material.clearcoat > 0)
     text += fmt::format(", clearcoat {:g} of roughness {:g}", material.clearcoat, material.clearcoat_roughness);
   if (const glm::vec3& sheen = material.sheen_color; sheen != glm::vec3(0.0F))

@@ -58,6 +58,7 @@ struct Shown {
 
 std::string lobe_of(const Material& material) {
   if (material.unlit) return "diffuse";
+  if (material.conductor) return "conductor";
   const bool may_be_dielectric = material.metallic < 1 || material.metallic_roughness_texture;
   if (material.transmission > 0 && may_be_dielectric) return "transmission";
   if (material.metallic > 0 || material.specular > 0) return "metallic_roughness";
@@ -137,9 +138,21 @@ Features::Features(const Scene& scene, const Settings& settings) {
             (m.specular != 1 || m.specular_color != glm::vec3(1) || m.specular_texture || m.specular_color_texture));
   });
   const auto is_coated = [](const Material& m) { return m.clearcoat > 0; };
+  const auto is_anisotropic = [](const Material& m) { return m.anisotropy > 0 && lobe_of(m) != "diffuse"; };
+  const auto disperses = [](const Material& m) {
+    return m.dispersion > 0 && m.solid && m.ior > 1 && lobe_of(m) == "transmission";
+  };
   const auto has_sheen = [](const Material& m) { return m.sheen_color != glm::vec3(0); };
   needs["material_detail"] =
-      shown.material("no clearcoat or sheen", [&](const Material& m) { return is_coated(m) || has_sheen(m); });
+      shown.material("no clearcoat, sheen, anisotropy, dispersion or conductor", [&](const Material& m) {
+        return is_coated(m) || has_sheen(m) || is_anisotropic(m) || disperses(m) || lobe_of(m) == "conductor";
+      });
+  needs["dispersion"] = shown.material("no solid's index disperses", disperses);
+  needs["anisotropy"] = shown.material("no anisotropy", is_anisotropic);
+  texture("anisotropy_texture", &Material::anisotropy_texture);
+  needs["tangent"] = shown.material("no normal map or anisotropy", [&](const Material& m) {
+    return m.normal_texture || m.clearcoat_normal_texture || is_anisotropic(m);
+  });
   needs["clearcoat"] = shown.material("no clearcoat", is_coated);
   needs["clearcoat_texture"] = shown.material(
       "no such texture", [](const Material& m) { return m.clearcoat_texture || m.clearcoat_roughness_texture; });

@@ -38,9 +38,9 @@ class GeometryPacker {
         has_vertex_normal_(features.has("vertex_normal")),
         has_uv_(features.has("uv")),
         has_normals_(has_vertex_normal_ || has_uv_),
-        has_normal_texture_(features.has("normal_texture")),
+        has_tangent_(features.has("tangent")),
         has_uv1_(features.has("uv1")),
-        has_tangents_(has_normal_texture_ || has_uv1_),
+        has_tangents_(has_tangent_ || has_uv1_),
         has_colors_(features.has("vertex_color")) {}
 
   void pack() {
@@ -111,7 +111,7 @@ class GeometryPacker {
       world.normals = taken != nullptr ? std::move(taken->normals_object) : primitive.normals_object;
       for (glm::vec3& n : world.normals) n = world_direction(facing, n);
     }
-    if (has_normal_texture_) {
+    if (has_tangent_) {
       world.tangents = taken != nullptr ? std::move(taken->tangents_object) : primitive.tangents_object;
       for (glm::vec4& t : world.tangents) t = glm::vec4(world_direction(linear, glm::vec3(t)), t.w);
     }
@@ -206,7 +206,7 @@ class GeometryPacker {
     if (has_vertex_normal_)
       for (const glm::vec3& n : primitive.normals_object)
         world.normals.push_back(placed_normal(place.matrix, mirrored, n));
-    if (has_normal_texture_)
+    if (has_tangent_)
       for (const glm::vec4& t : primitive.tangents_object)
         world.tangents.emplace_back(placed_tangent(place.matrix, glm::vec3(t)), t.w);
     add_triangles(world, primitive, mirrored, place.node, placed_.meshes[place.mesh].dropped, number, true);
@@ -221,7 +221,7 @@ class GeometryPacker {
         WorldVertices own;
         own.positions = primitive.positions_object;
         if (has_vertex_normal_) own.normals = primitive.normals_object;
-        if (has_normal_texture_) own.tangents = primitive.tangents_object;
+        if (has_tangent_) own.tangents = primitive.tangents_object;
         add_triangles(own, primitive, mesh.mirrored, 0, mesh.dropped, number, false);
       }
     }
@@ -294,7 +294,7 @@ class GeometryPacker {
   PlacedMeshes placed_;
   const Features& features_;
   bool two_level_;
-  bool has_vertex_normal_, has_uv_, has_normals_, has_normal_texture_, has_uv1_, has_tangents_, has_colors_;
+  bool has_vertex_normal_, has_uv_, has_normals_, has_tangent_, has_uv1_, has_tangents_, has_colors_;
 };
 
 }  // namespace

@@ -120,6 +120,16 @@ class MaterialPacker {
     d.clearcoat_normal_texture = texture(m.clearcoat_normal_texture, m.clearcoat_normal_scale);
     d.sheen_color_texture = texture(m.sheen_color_texture);
     d.sheen_roughness_texture = texture(m.sheen_roughness_texture);
+    d.anisotropy = m.anisotropy;
+    d.anisotropy_cos = float(std::cos(m.anisotropy_rotation_rad));
+    d.anisotropy_sin = float(std::sin(m.anisotropy_rotation_rad));
+    d.anisotropy_texture = texture(m.anisotropy_texture);
+    // [KHR_materials_dispersion]: half of what the index differs by between the Fraunhofer lines F and C.
+    d.spread = m.ior > 1 ? float(0.025 * double(m.dispersion) * (double(m.ior) - 1)) : 0.0F;
+    if (m.conductor) {
+      d.eta_r = m.conductor->eta.x, d.eta_g = m.conductor->eta.y, d.eta_b = m.conductor->eta.z;
+      d.k_r = m.conductor->k.x, d.k_g = m.conductor->k.y, d.k_b = m.conductor->k.z;
+    }
     return d;
   }
 

@@ -68,7 +68,7 @@ void pack_shapes(const Scene& scene, const Features& features, PackedScene& pack
     if (needed) records.resize(all);
   };
   fill(packed.normals, features.has("vertex_normal") || features.has("uv"));
-  fill(packed.tangents, features.has("normal_texture") || features.has("uv1"));
+  fill(packed.tangents, features.has("tangent") || features.has("uv1"));
   if (features.has("vertex_color")) {
     const TriangleColors white{1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 0, 0, 0, 0};
     packed.colors.reserve(all);

@@ -110,7 +110,7 @@ struct StoredBytes {
 StoredBytes stored_bytes(const PlacedMeshes& placed, const Features& features) {
   const std::uint64_t bytes = kTreeBytes + sizeof(Triangle) +
                               (features.has("vertex_normal") || features.has("uv") ? sizeof(TriangleNormals) : 0) +
-                              (features.has("normal_texture") || features.has("uv1") ? sizeof(TriangleTangents) : 0) +
+                              (features.has("tangent") || features.has("uv1") ? sizeof(TriangleTangents) : 0) +
                               (features.has("vertex_color") ? sizeof(TriangleColors) : 0);
   return {bytes * placed.placed_triangles,
           bytes * placed.stored_triangles + (sizeof(InstanceRecord) + kTopBytes) * placed.places.size()};

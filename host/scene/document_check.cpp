@@ -11,6 +11,7 @@
 #include "scene/attributes.h"
 #include "scene/instances.h"
 #include "scene/material_layers.h"
+#include "scene/material_microfacets.h"
 #include "scene/text.h"
 
 namespace eikon {
@@ -19,15 +20,27 @@ namespace {
 constexpr std::uint64_t kAnyInteger = ~std::uint64_t{0};
 constexpr double kPi = 3.14159265358979;  // rounded down: the tangent of half of it is large but finite
 constexpr std::string_view kSupportedExtensions[] = {
-    "KHR_lights_punctual",        "KHR_materials_emissive_strength",
-    "KHR_materials_ior",          "KHR_materials_specular",
-    "KHR_materials_transmission", "KHR_materials_unlit",
-    "KHR_materials_volume",       "KHR_texture_transform",
-    "KHR_mesh_quantization",      "KHR_draco_mesh_compression",
-    "EXT_meshopt_compression",    "EXT_mesh_gpu_instancing",
-    "KHR_materials_clearcoat",    "KHR_materials_sheen",
-    "KHR_implicit_shapes",        "EIKON_shape",
-    "EIKON_implicit_surface",     "EIKON_camera_lens",
+    "KHR_lights_punctual",
+    "KHR_materials_emissive_strength",
+    "KHR_materials_ior",
+    "KHR_materials_specular",
+    "KHR_materials_transmission",
+    "KHR_materials_unlit",
+    "KHR_materials_volume",
+    "KHR_texture_transform",
+    "KHR_mesh_quantization",
+    "KHR_draco_mesh_compression",
+    "EXT_meshopt_compression",
+    "EXT_mesh_gpu_instancing",
+    "KHR_materials_clearcoat",
+    "KHR_materials_sheen",
+    "KHR_materials_anisotropy",
+    "EIKON_materials_conductor",
+    "KHR_materials_dispersion",
+    "KHR_implicit_shapes",
+    "EIKON_shape",
+    "EIKON_implicit_surface",
+    "EIKON_camera_lens",
     "EIKON_camera_panorama",
 };
 // Extensions that a file may require and that a tool can take out of it.
@@ -204,7 +217,7 @@ void check_meshes(const Json& document) {
 
 void check_material_extension(const Place& extension, std::size_t texture_count) {
   if (!extension.value.is_object()) extension.fail("is not an object");
-  if (check_layers(extension, texture_count)) return;
+  if (check_layers(extension, texture_count) || check_microfacets(extension, texture_count)) return;
   if (extension.kind == "KHR_materials_specular") {
     as_number(extension, "specularFactor");
     has_numbers(extension, "specularColorFactor", 3);
@@ -214,6 +227,8 @@ void check_material_extension(const Place& extension, std::size_t texture_count)
     as_number(extension, "emissiveStrength");
   } else if (extension.kind == "KHR_materials_ior") {
     as_number(extension, "ior");
+  } else if (extension.kind == "KHR_materials_dispersion") {
+    as_number(extension, "dispersion");
   } else if (extension.kind == "KHR_materials_transmission") {
     as_number(extension, "transmissionFactor");
     check_texture_slot(extension, "transmissionTexture", texture_count);

@@ -18,7 +18,8 @@ std::vector<TextureUse> textures_of(const Material& m) {
                                       {&m.clearcoat_roughness_texture, "clearcoat roughness"},
                                       {&m.clearcoat_normal_texture, "clearcoat normal"},
                                       {&m.sheen_color_texture, "sheen colour"},
-                                      {&m.sheen_roughness_texture, "sheen roughness"}})
+                                      {&m.sheen_roughness_texture, "sheen roughness"},
+                                      {&m.anisotropy_texture, "anisotropy"}})
     if (*texture) all.push_back({name, &**texture});
   return all;
 }

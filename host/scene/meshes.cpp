@@ -39,6 +39,14 @@ std::array<bool, kUvSets> uv_sets_of(const Material& material) {
   return needed;
 }
 
+// The set of texture coordinates that tangents are made from, if the material needs any.
+std::optional<std::size_t> tangent_set(const Material& material) {
+  for (const auto* texture :
+       {&material.normal_texture, &material.clearcoat_normal_texture, &material.anisotropy_texture})
+    if (*texture) return (*texture)->uv_set;
+  return material.anisotropy > 0 ? std::optional<std::size_t>(0) : std::nullopt;
+}
+
 // Bytes per vertex of what may be read, by attribute.
 double vertex_bytes(const tinygltf::Primitive& primitive) {
   double bytes = sizeof(glm::vec3);
@@ -197,7 +205,8 @@ void MeshReader::read_surface(const Source& source, const VertexChoice& vertices
   for (std::size_t set = 0; set < kUvSets; ++set) {
     const Accessor* uv = checked(uv_name(set));
     const bool shown = set == 0 && uv != nullptr;  // by the layer `uv`
-    if (!needed[set] && !shown) continue;
+    const bool steers = uv != nullptr && tangent_set(material) == set;
+    if (!needed[set] && !shown && !steers) continue;
     if (uv != nullptr) {
       primitive.uv[set] = read_texture_coordinates(*uv, vertices, source.user, notes_);
       continue;
@@ -209,13 +218,16 @@ void MeshReader::read_surface(const Source& source, const VertexChoice& vertices
   }
 
   const Accessor* tangents = checked("TANGENT");
-  const std::optional<Texture>& bumps =
-      material.normal_texture ? material.normal_texture : material.clearcoat_normal_texture;
-  if (!bumps || bumps->uv_set >= kUvSets) return;
+  const std::optional<std::size_t> set = tangent_set(material);
+  if (!set || *set >= kUvSets) return;
   // Without normals of its own a mesh is flat, and tangents that it brings belong to others [glTF 2.0, section 3.7.2.1].
   if (tangents != nullptr && !primitive.normals_object.empty())
     primitive.tangents_object = read_tangents(*tangents, vertices, primitive.normals_object, source.user, notes_);
-  if (primitive.tangents_object.empty()) make_tangents(primitive, bumps->uv_set);
+  if (!primitive.tangents_object.empty()) return;
+  if (!primitive.uv[*set].empty()) return make_tangents(primitive, *set);
+  notes_.warn(
+      fmt::format("{}: material {} is anisotropic, but the primitive has neither TANGENT nor {}; taken as isotropic",
+                  source.user, in_quotes(material.name), uv_name(*set)));
 }
 
 void MeshReader::check_positions_once(const Source& source, const Accessor& positions) {

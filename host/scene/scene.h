@@ -61,6 +61,11 @@ struct Texture {
   glm::vec3 image_from_uv[2] = {{1.0F, 0.0F, 0.0F}, {0.0F, 1.0F, 0.0F}};
 };
 
+/// Complex index of refraction eta + i k over that of air, of R, G and B.
+struct Conductor {
+  glm::vec3 eta{1.0F}, k{0.0F};  // >= 0
+};
+
 enum class AlphaMode { opaque, mask, blend };
 
 /// Factors in their legal ranges; a texture multiplies its factor.
@@ -82,6 +87,10 @@ struct Material {
   float clearcoat_normal_scale = 1.0F;
   glm::vec3 sheen_color{0.0F};         // KHR_materials_sheen, [0, 1]
   float sheen_roughness = 0.0F;
+  float dispersion = 0.0F;             // KHR_materials_dispersion: 20 / Abbe number
+  float anisotropy = 0.0F;             // KHR_materials_anisotropy: strength
+  double anisotropy_rotation_rad = 0.0;  // from the tangent towards the bitangent
+  std::optional<Conductor> conductor{};  // EIKON_materials_conductor: bare metal of this index
   glm::vec3 emission{0.0F};          // radiance: emissiveFactor x emissiveStrength, W / (sr m^2); finite
   float normal_scale = 1.0F;
   AlphaMode alpha_mode = AlphaMode::opaque;
@@ -101,6 +110,7 @@ struct Material {
   std::optional<Texture> clearcoat_normal_texture{};
   std::optional<Texture> sheen_color_texture{};      // RGB, sRGB
   std::optional<Texture> sheen_roughness_texture{};  // A
+  std::optional<Texture> anisotropy_texture{};       // R, G: direction; B: strength
 };
 
 struct TextureUse {

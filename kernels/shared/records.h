@@ -168,7 +168,8 @@ typedef struct {
 } MaterialExtension;
 EK_ASSERT_SIZE(MaterialExtension, 64);
 
-// What few materials have (EK_HAS_material_detail): KHR_materials_clearcoat, _sheen.
+// What few materials have (EK_HAS_material_detail): KHR_materials_clearcoat, _sheen, _anisotropy,
+// _dispersion, EIKON_materials_conductor.
 typedef struct {
   float clearcoat, clearcoat_roughness;
   float sheen_r, sheen_g, sheen_b, sheen_roughness;
@@ -177,9 +178,16 @@ typedef struct {
   uint clearcoat_normal_texture;
   uint sheen_color_texture;       // RGB
   uint sheen_roughness_texture;   // A
-  uint pad0, pad1, pad2, pad3, pad4;
+  float anisotropy;               // strength, [0, 1]
+  float anisotropy_cos, anisotropy_sin;  // of its rotation from the tangent towards the bitangent
+  uint anisotropy_texture;        // R, G: direction, B: strength
+  uint pad0;
+  float eta_r, eta_g, eta_b;      // of a conductor: its index of refraction, eta + i k
+  float k_r, k_g, k_b;
+  float spread;                   // by how much the index of B is larger than that of G, and of R smaller
+  uint pad2, pad3, pad4, pad5, pad6, pad7, pad8, pad9, pad10;
 } MaterialDetail;
-EK_ASSERT_SIZE(MaterialDetail, 64);
+EK_ASSERT_SIZE(MaterialDetail, 128);
 
 // TextureRecord.flags
 #define EK_TEXTURE_SRGB 1u        // R, G, B are sRGB-encoded

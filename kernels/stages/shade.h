@@ -5,6 +5,7 @@
 #ifndef EK_STAGE_SHADE_H
 #define EK_STAGE_SHADE_H
 #include "alpha.h"
+#include "dispersion.h"
 #include "film_layers.h"
 #include "instance_surface.h"
 #include "light_emission.h"
@@ -143,8 +144,15 @@ EK_FN Survivors stage_shade(constant Frame* frame, SceneData scene, LightData li
       live = live & !hit_surface.unlit;
     }
 
+    if (EK_HAS_dispersion) {
+      vf unused, which;
+      sample_2d(key, index, DIM_TIME, &unused, &which);
+      disperse(hit_surface, front, which, &material, &beta);
+    }
+
     live = last ? (vi)(0) : live;
-    const Basis basis = basis_around(n_shade);
+    Basis basis = basis_around(n_shade);
+    if (EK_HAS_anisotropy) basis = basis_along(basis, anisotropy_direction(hit_surface, at, surface.n_geom));
     const v3 wo = to_local(basis, neg3(dir));
     if (EK_HAS_clearcoat_normal) {
       v3 coat = mapped_normal(scene, hit_surface.clearcoat_normal_texture, at, shading_normal(at, surface.n_geom), surface.n_geom);

@@ -48,6 +48,37 @@ std::vector<Specimen> transmission_specimens(unsigned lobe, float roughness) {
           {"water, from inside", lobe, water, false}};
 }
 
+std::vector<Specimen> conductor_specimens(unsigned lobe, float roughness) {
+  Look gold{.metallic = 1, .roughness = roughness};
+  gold.eta = {0.16779F, 0.350409F, 1.508458F};
+  gold.k = {3.137816F, 2.714063F, 1.87885F};
+  Look tinted = gold, brushed = gold;
+  tinted.base_color = {0.9F, 0.5F, 0};
+  tinted.eta = {1.5F, 0.5F, 3};
+  tinted.k = {0, 0, 7};
+  brushed.roughness = roughness < 1 ? roughness : 0.5F;
+  brushed.roughness_x = std::min(1.0F, 1.7F * brushed.roughness);
+  return {{"gold", lobe, gold}, {"tinted conductor", lobe, tinted}, {"brushed gold", lobe, brushed}};
+}
+
+/// glTF's materials with anisotropy.
+std::vector<Specimen> anisotropic_specimens(float roughness) {
+#define EK_LOBE(name, bit) [[maybe_unused]] constexpr unsigned name = bit;
+#include "shared/features.def"
+  Look steel{.base_color = {0.8F, 0.7F, 0.6F}, .metallic = 1, .roughness = roughness < 1 ? roughness : 0.5F};
+  steel.roughness_x = std::min(1.0F, 1.7F * steel.roughness);
+  Look hair = steel, glass = steel;
+  hair.metallic = 0;
+  hair.base_color = {1, 1, 1};
+  glass.metallic = 0;
+  glass.transmission = 1;
+  glass.solid = true;
+  return {{"brushed steel", metallic_roughness, steel},
+          {"brushed plastic", metallic_roughness, hair},
+          {"brushed glass", transmission, glass},
+          {"brushed glass, from inside", transmission, glass, false}};
+}
+
 /// Materials of several lobes with layers on them.
 std::vector<Specimen> layered_specimens(float roughness) {
 #define EK_LOBE(name, bit) [[maybe_unused]] constexpr unsigned name = bit;
@@ -118,7 +149,14 @@ MaterialDetail detail_of(const Specimen& s) {
   d.sheen_b = s.look.sheen[2];
   d.sheen_roughness = s.look.sheen_roughness;
   d.clearcoat_texture = d.clearcoat_roughness_texture = d.clearcoat_normal_texture = EK_NO_TEXTURE;
-  d.sheen_color_texture = d.sheen_roughness_texture = EK_NO_TEXTURE;
+  d.sheen_color_texture = d.sheen_roughness_texture = d.anisotropy_texture = EK_NO_TEXTURE;
+  d.anisotropy_cos = 1;
+  d.eta_r = s.look.eta[0];
+  d.eta_g = s.look.eta[1];
+  d.eta_b = s.look.eta[2];
+  d.k_r = s.look.k[0];
+  d.k_g = s.look.k[1];
+  d.k_b = s.look.k[2];
   return d;
 }
 
@@ -136,6 +174,7 @@ std::vector<Specimen> specimens(float roughness) {
   for (Specimen & s : name##_specimens(bit, roughness)) all.push_back(std::move(s));
 #include "shared/features.def"
   for (Specimen& s : layered_specimens(roughness)) all.push_back(std::move(s));
+  for (Specimen& s : anisotropic_specimens(roughness)) all.push_back(std::move(s));
   return all;
 }
 
@@ -150,6 +189,7 @@ void Queries::add(std::uint32_t specimen, const Direction& wo, const Direction& 
   in[9].push_back(as_word(choice));
   in[10].push_back(1);
   for (std::size_t k = 0; k < 3; ++k) in[11 + k].push_back(as_word(k == 2 ? 1.0F : 0.0F));
+  in[14].push_back(as_word(-1.0F));
 }
 
 void Queries::add(std::uint32_t specimen, const Direction& wo, std::mt19937& random) {
@@ -166,7 +206,7 @@ Sampled Answers::sample(std::size_t i) const {
 
 std::vector<Words> scatter(const std::vector<MaterialRecord>& materials,
                            const std::vector<MaterialExtension>& extensions, const std::vector<MaterialDetail>& details,
-                           const Queries& q, bool uniform) {
+                           const Queries& q, bool uniform, bool anisotropic) {
   return Probe("bsdf")
       .buffer("materials", materials)
       .buffer("triangles", std::vector<Triangle>(1))
@@ -178,10 +218,11 @@ std::vector<Words> scatter(const std::vector<MaterialRecord>& materials,
       .buffer("textures", std::vector<TextureRecord>(1))
       .buffer("texels", std::vector<std::uint32_t>(EK_TEXEL_TABLE + 1))
       .define("EK_HAS_uniform_scatter", uniform ? "1" : "0")
+      .define("EK_HAS_anisotropy", anisotropic ? "1" : "0")
       .run("probe_bsdf", q.in, 20);
 }
 
-Answers scatter(const std::vector<Specimen>& specimens, const Queries& q, bool uniform) {
+Answers scatter(const std::vector<Specimen>& specimens, const Queries& q, bool uniform, bool anisotropic) {
   std::vector<MaterialRecord> materials;
   std::vector<MaterialExtension> extensions;
   std::vector<MaterialDetail> details;
@@ -195,8 +236,9 @@ Answers scatter(const std::vector<Specimen>& specimens, const Queries& q, bool u
     const Specimen& s = specimens.at(q.in[0][i]);
     sided.in[10][i] = s.front ? 1 : 0;
     for (std::size_t k = 0; k < 3; ++k) sided.in[11 + k][i] = as_word(s.look.clearcoat_normal[k]);
+    sided.in[14][i] = as_word(s.look.roughness_x < 0 ? -1 : s.look.roughness_x * s.look.roughness_x);
   }
-  return {scatter(materials, extensions, details, sided, uniform)};
+  return {scatter(materials, extensions, details, sided, uniform, anisotropic)};
 }
 
 }  // namespace eikon::test

@@ -37,6 +37,8 @@ struct Look {
   Direction clearcoat_normal = {0, 0, 1};
   std::array<float, 3> sheen = {0, 0, 0};
   float sheen_roughness = 0;
+  float roughness_x = -1;  // of anisotropic ones
+  std::array<float, 3> eta = {1, 1, 1}, k = {0, 0, 0};
 };
 
 /// A material of one lobe, of which a surface is hit.
@@ -56,7 +58,7 @@ std::vector<Specimen> specimens(float roughness);
 
 /// What is asked about specimens: sampling at (u, v, choice), and eval and pdf of wi.
 struct Queries {
-  std::vector<Words> in = std::vector<Words>(14);
+  std::vector<Words> in = std::vector<Words>(15);
   void add(std::uint32_t specimen, const Direction& wo, const Direction& wi, float u, float v, float choice);
   void add(std::uint32_t specimen, const Direction& wo, std::mt19937& random);
   std::size_t size() const { return in[0].size(); }
@@ -74,13 +76,14 @@ struct Answers {
   Sampled sample(std::size_t i) const;
 };
 
-/// uniform: with EK_HAS_uniform_scatter
-Answers scatter(const std::vector<Specimen>& specimens, const Queries& q, bool uniform = false);
+/// uniform: with EK_HAS_uniform_scatter; anisotropic: with EK_HAS_anisotropy
+Answers scatter(const std::vector<Specimen>& specimens, const Queries& q, bool uniform = false,
+                bool anisotropic = true);
 
 /// The same of records; all fronts.
 std::vector<Words> scatter(const std::vector<MaterialRecord>& materials,
                            const std::vector<MaterialExtension>& extensions, const std::vector<MaterialDetail>& details,
-                           const Queries& q, bool uniform);
+                           const Queries& q, bool uniform, bool anisotropic = true);
 
 /// [0, 1), multiples of 2^-24, as the sampler's.
 inline float uniform(std::mt19937& random) { return float(random() >> 8) * 0x1p-24F; }

@@ -245,7 +245,7 @@ TEST(Bsdf, a_material_without_lobes_is_black_and_still_emits) {
   plain.transmission_texture = plain.specular_texture = plain.specular_color_texture = EK_NO_TEXTURE;
   MaterialDetail bare{};
   bare.clearcoat_texture = bare.clearcoat_roughness_texture = bare.clearcoat_normal_texture = EK_NO_TEXTURE;
-  bare.sheen_color_texture = bare.sheen_roughness_texture = EK_NO_TEXTURE;
+  bare.sheen_color_texture = bare.sheen_roughness_texture = bare.anisotropy_texture = EK_NO_TEXTURE;
   Queries q;
   q.add(0, from_angle(20, 0), from_angle(50, 0.5), 0.2F, 0.9F, 0.5F);
   const auto out = scatter({lamp}, {plain}, {bare}, q, false);

@@ -78,7 +78,7 @@ struct Shelf {
         .buffer("material_details", std::vector<MaterialDetail>(packed.materials.size()))
         .buffer("textures", or_one(packed.textures))
         .buffer("texels", or_one(texels));
-    if (packed.tangents.empty()) probe.define("EK_HAS_uv1", "0").define("EK_HAS_normal_texture", "0");
+    if (packed.tangents.empty()) probe.define("EK_HAS_uv1", "0").define("EK_HAS_normal_texture", "0").define("EK_HAS_tangent", "0");
     return probe;
   }
 

@@ -238,13 +238,14 @@ kernel void probe_terminator(PROBE_ARGUMENTS) { OUT_F(0, terminator_factor(IN_F(
 
 #ifdef EK_PROBE_bsdf
 #include "material.h"
-// Inputs: material, wo, wi, u, v, choice, whether the front was hit, normal of the coat.
+// Inputs: material, wo, wi, u, v, choice, whether the front was hit, normal of the coat, alpha along x or -1.
 kernel void probe_bsdf(PROBE_ARGUMENTS, EK_SCENE_ARGUMENTS) {
   const SceneData scene = EK_SCENE_DATA;
   const HitAttributes at = hit_attributes(scene, (vu)(0u), (vf)(0.0f), (vf)(0.0f));
   const HitMaterial hit = hit_material(scene, IN_U(0), at, IN_U(10) != 0u);
   MaterialLanes m = hit.bsdf;
   m.clearcoat_normal = IN_3(11);
+  m.ggx_alpha_x = IN_F(14) >= 0.0f ? IN_F(14) : m.ggx_alpha;
   const v3 wo = IN_3(1);
   const v3 wi = IN_3(4);
   OUT_3(0, bsdf_eval(m, wo, wi));
@@ -263,12 +264,15 @@ kernel void probe_bsdf(PROBE_ARGUMENTS, EK_SCENE_ARGUMENTS) {
 // Inputs: cosine, eta.
 kernel void probe_fresnel(PROBE_ARGUMENTS) { OUT_F(0, fresnel_dielectric(IN_F(0), IN_F(1))); }
 
+// Inputs: cosine, eta, k.
+kernel void probe_fresnel_conductor(PROBE_ARGUMENTS) { OUT_F(0, fresnel_conductor(IN_F(0), IN_F(1), IN_F(2))); }
+
 // Inputs: alpha, wo.
 kernel void probe_ggx_albedo(PROBE_ARGUMENTS) {
   const vf alpha = IN_F(0);
   const v3 wo = IN_3(1);
   const GgxAlbedoFit fit = ggx_albedo_fit(alpha < EK_SMOOTH_ALPHA, alpha);
-  const GgxAlbedo a = ggx_albedo(fit, wo.z, ggx_length(wo, alpha));
+  const GgxAlbedo a = ggx_albedo(fit, wo.z, ggx_length(wo, ggx_isotropic(alpha)));
   OUT_F(0, a.full);
   OUT_F(1, a.grazing);
   OUT_F(2, fit.mean.full);

@@ -277,6 +277,40 @@ TEST(Materials, M5_no_surface_gives_back_more_than_it_gets) {
   }
 }
 
+// A brushed floor under a lamp, its grooves along x or z.
+Film brushed_floor(bool turned, glm::vec4 tangent) {
+  Scene scene;
+  Primitive floor, lamp;
+  add_quad(floor, {-3, 0, 3}, {6, 0, 0}, {0, 0, -6});
+  floor.tangents_object.assign(floor.positions_object.size(), tangent);
+  add_quad(lamp, {-0.5F, 2, -1.5F}, {1, 0, 0}, {0, 0, 1});
+  Material steel = metal(glm::vec3(0.8F), 0.2F);
+  steel.anisotropy = 1;
+  steel.anisotropy_rotation_rad = turned ? kPi / 2 : 0;
+  add_mesh(scene, "floor", std::move(floor), steel);
+  add_mesh(scene, "lamp", std::move(lamp), lambert(0, 5));
+  Settings settings = settings_for(16, 16, 1024);
+  settings.camera = look_at_camera({0, 1.2, 2.4}, {0, 0, 0}, {0, 1, 0}, 0.8);
+  return film_of(scene, settings);
+}
+
+TEST(Materials, M21_anisotropy_turned_by_90_degrees_is_that_of_turned_tangents) {
+  const Film turned = brushed_floor(true, {1, 0, 0, 1}), tangents = brushed_floor(false, {0, 0, -1, 1}),
+             other = brushed_floor(false, {1, 0, 0, 1});
+  double most = 0, apart = 0;
+  for (std::uint32_t y = 0; y < 16; ++y)
+    for (std::uint32_t x = 0; x < 16; ++x) {
+      const auto sigmas = [&](const Film& b) {
+        const double noise = std::sqrt(turned.variance_of_mean(x, y, 0) + b.variance_of_mean(x, y, 0));
+        return noise > 0 ? std::abs(turned.mean(x, y, 0) - b.mean(x, y, 0)) / noise : 0.0;
+      };
+      most = std::max(most, sigmas(tangents));
+      apart = std::max(apart, sigmas(other));
+    }
+  EXPECT_LT(most, 6);  // few samples per replicate: tails are longer than normal ones
+  EXPECT_GT(apart, 20);
+}
+
 TEST(Materials, a_coated_lamp_shines_the_same_however_its_light_is_found) {
   const auto found_by = [](LightSampling sampling, float clearcoat) {
     Scene scene;
@@ -301,6 +335,58 @@ TEST(Materials, a_coated_lamp_shines_the_same_however_its_light_is_found) {
   // A twenty-fifth stays in the coat straight down, all of it at grazing angles.
   EXPECT_LT(both.mean, 0.96 * bare.mean);
   EXPECT_GT(both.mean, 0.7 * bare.mean);
+}
+
+Material flint(float dispersion) {
+  Material m = glass(1.5F, 0, true);
+  m.dispersion = dispersion;
+  return m;
+}
+
+// Straight into a prism, out of it through a face that is tilted by 30 degrees: sin(out) = n sin(30), with n = 1.4875, 1.5, 1.5125.
+TEST(Materials, a_prism_parts_red_green_and_blue_by_their_indices) {
+  const double across[] = {4.5 * std::tan(std::asin(1.4875 / 2) - kPi / 6),
+                           4.5 * std::tan(std::asin(1.5 / 2) - kPi / 6),
+                           4.5 * std::tan(std::asin(1.5125 / 2) - kPi / 6)};
+  for (int first = 0; first < 3;
+       ++first) {  // a lamp that begins just before where this channel lands, or after the one before
+    Scene scene;
+    Primitive entry, exit, lamp;
+    add_quad(entry, {-1, -1, 0}, {2, 0, 0}, {0, 2, 0});
+    const float s = 0.5F, c = std::sqrt(0.75F);
+    add_quad(exit, {-c, -1, -0.5F - s}, {0, 2, 0}, {2 * c, 0, 2 * s});
+    const double begins = first == 0 ? across[0] - 0.02 : 0.5 * (across[first - 1] + across[first]);
+    add_quad(lamp, {-10, -5, -5}, {float(10 - begins), 0, 0}, {0, 10, 0});
+    add_mesh(scene, "entry", std::move(entry), flint(1));
+    add_mesh(scene, "exit", std::move(exit), flint(1));
+    add_mesh(scene, "lamp", std::move(lamp), lambert(0, 1));
+    Settings settings = settings_for_beam({0, 0, 4}, {0, 0, 0}, 4096);
+    settings.max_depth = 3;
+    const Film film = film_of(scene, settings);
+    for (int channel = 0; channel < 3; ++channel) {
+      double sum = 0;
+      for (std::uint32_t y = 0; y < 4; ++y)
+        for (std::uint32_t x = 0; x < 4; ++x) sum += film.mean(x, y, channel) / 16;
+      // About 0.96 * 0.93 passes; three channels are chosen in turns, which is noise.
+      EXPECT_NEAR(sum, channel >= first ? 0.89 : 0, channel >= first ? 0.04 : 1e-9)
+          << channel << ", lamp from " << first;
+    }
+  }
+}
+
+TEST(Materials, glass_that_disperses_neither_makes_nor_loses_light) {
+  for (const float roughness : {0.0F, 0.1F}) {
+    Scene scene;
+    Material m = flint(3);
+    m.roughness = roughness;
+    add_ball(scene, "ball", 1, m);
+    Settings settings = settings_for(24, 24, 256);
+    settings.environment.radiance = glm::vec3(1);
+    settings.camera = look_at_camera({0, 0, 4}, {0, 0, 0}, {0, 1, 0}, 0.3);
+    const MeanAndError radiance = mean_of(film_of(scene, settings));
+    EXPECT_TRUE(roughness > 0 ? radiance.mean < 1 + 4 * radiance.sigma && radiance.mean > 0.9 : agrees(radiance, 1, 2))
+        << radiance.mean;
+  }
 }
 
 TEST(Materials, an_unlit_surface_shows_its_colour_and_lights_nothing) {

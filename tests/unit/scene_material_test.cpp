@@ -141,6 +141,76 @@ TEST(SceneMaterials, M24_layers_out_of_range_are_clamped_and_of_the_wrong_type_r
   }
 }
 
+TEST(SceneMaterials, anisotropy_and_conductors_arrive) {
+  Builder builder;
+  builder.material() = Json::parse(R"({"name": "brass", "extensions": {
+    "KHR_materials_anisotropy": {"anisotropyStrength": 0.5, "anisotropyRotation": 1.25},
+    "EIKON_materials_conductor": {"eta": [0.5, 1, 1.5], "k": [3, 2, 0]}}})");
+  builder.json["extensionsRequired"] = {"KHR_materials_anisotropy", "EIKON_materials_conductor"};
+  const Scene scene = builder.load();
+  const eikon::Material& material = scene.materials.at(0);
+  EXPECT_EQ(material.anisotropy, 0.5F);
+  EXPECT_EQ(material.anisotropy_rotation_rad, 1.25);
+  ASSERT_TRUE(material.conductor);
+  EXPECT_EQ(material.conductor->eta, glm::vec3(0.5F, 1, 1.5F));
+  EXPECT_EQ(material.conductor->k, glm::vec3(3, 2, 0));
+  EXPECT_TRUE(scene.unsupported.empty());
+
+  Builder gold;
+  gold.material()["extensions"]["EIKON_materials_conductor"] = {{"metal", "Au"}};
+  const Scene named = gold.load();
+  ASSERT_TRUE(named.materials.at(0).conductor);
+  EXPECT_EQ(named.materials.at(0).conductor->eta, glm::vec3(0.16779F, 0.350409F, 1.508458F));
+}
+
+TEST(SceneMaterials, M24_conductors_and_anisotropy_out_of_range_are_clamped_or_refused) {
+  Builder builder;
+  Json& extensions = builder.material()["extensions"];
+  extensions["KHR_materials_anisotropy"] = {{"anisotropyStrength", 2}};
+  extensions["EIKON_materials_conductor"] = {{"eta", {-1, 1, 1e30}}, {"k", {1, -2, 1}}};
+  const Scene scene = builder.load();
+  EXPECT_EQ(scene.materials.at(0).anisotropy, 1.0F);
+  EXPECT_EQ(scene.materials.at(0).conductor->eta, glm::vec3(0, 1, 16384));
+  EXPECT_EQ(scene.materials.at(0).conductor->k, glm::vec3(1, 0, 1));
+  for (const char* what : {"anisotropyStrength 2", "eta -1", "eta 1e+30", "k -2"})
+    EXPECT_TRUE(warns(scene, std::string("material 'paint': ") + what)) << what;
+  for (const auto& [content, says] :
+       {std::pair(R"({"metal": "Unobtainium"})", "use one of Ag, Al, Au"), std::pair(R"({"metal": 3})", "metal"),
+        std::pair(R"({"eta": [1, 1, 1]})", "needs"), std::pair(R"({"eta": [1, 1], "k": [1, 1, 1]})", "eta"),
+        std::pair(R"({"metal": "Au", "k": [1, 1, 1]})", "leave one out"), std::pair("{}", "needs"),
+        std::pair("7", "is not an object")}) {
+    Builder broken;
+    broken.material()["extensions"]["EIKON_materials_conductor"] = Json::parse(content);
+    const std::string message = message_of([&] { broken.load(); });
+    EXPECT_TRUE(mentions(message, "material 'paint'") && mentions(message, says)) << message;
+  }
+}
+
+TEST(SceneMaterials, dispersion_arrives_and_stays_below_what_glass_can_have) {
+  const auto dispersion = [](const char* text) {
+    Builder builder;
+    builder.material()["extensions"]["KHR_materials_dispersion"]["dispersion"] = Json::parse(text);
+    const Scene scene = builder.load();
+    return std::pair(scene.materials.at(0).dispersion, scene.warnings.size());
+  };
+  EXPECT_EQ(dispersion("0.25"), std::pair(0.25F, std::size_t{0}));
+  EXPECT_EQ(dispersion("-1"), std::pair(0.0F, std::size_t{1}));
+  EXPECT_EQ(dispersion("100"), std::pair(39.0F, std::size_t{1}));
+  EXPECT_TRUE(mentions(message_of([&] { dispersion("\"much\""); }), "KHR_materials_dispersion"));
+}
+
+TEST(SceneMaterials, an_anisotropic_mesh_without_directions_is_isotropic_and_says_so) {
+  Builder builder;
+  builder.material()["extensions"]["KHR_materials_anisotropy"] = {{"anisotropyStrength", 1}};
+  const Scene flat = builder.load();
+  EXPECT_TRUE(flat.meshes.at(0).primitives.at(0).tangents_object.empty());
+  EXPECT_TRUE(warns(flat, "mesh 'flat', primitive 0: material 'paint' is anisotropic"));
+  builder.primitive()["attributes"]["TEXCOORD_0"] = builder.add("VEC2", 5126, std::vector<float>{0, 0, 1, 0, 0, 1}, 3);
+  const Scene placed = builder.load();
+  EXPECT_FALSE(placed.meshes.at(0).primitives.at(0).tangents_object.empty());
+  EXPECT_TRUE(placed.warnings.empty());
+}
+
 TEST(SceneMaterials, M13_odd_indices_of_refraction_are_legal_or_clamped) {
   const auto ior = [](const char* text) {
     Builder builder;
@@ -225,11 +295,11 @@ TEST(SceneMaterials, what_is_left_out_is_named_unless_it_changes_nothing) {
   Builder builder;
   builder.material()["name"] = "rich";
   builder.material()["extensions"] = {{"KHR_materials_iridescence", {{"iridescenceFactor", 1}}},
-                                      {"KHR_materials_dispersion", {{"dispersion", 0.5}}},
+                                      {"KHR_materials_diffuse_transmission", {{"diffuseTransmissionFactor", 0.5}}},
                                       {"KHR_materials_pbrSpecularGlossiness", Json::object()},
                                       {"VENDOR_\nunheard_of", Json::object()}};
   const Scene scene = builder.load();
-  for (const char* feature : {"KHR_materials_iridescence", "KHR_materials_dispersion",
+  for (const char* feature : {"KHR_materials_iridescence", "KHR_materials_diffuse_transmission",
                               "KHR_materials_pbrSpecularGlossiness", "VENDOR_ unheard_of"}) {
     EXPECT_TRUE(leaves_out(scene, feature, "material 'rich'")) << feature;
   }
