@@ -26,6 +26,8 @@ typedef struct {
   v3 f0;             // the same two of the whole surface, with its metallic part
   vf f90;
   vf transmission;   // share of what enters the dielectric part that passes through, [0, 1]
+  vf diffuse_transmission;  // share of the diffuse base that light passes, [0, 1], and the colour of what passes
+  v3 diffuse_transmission_color;
   vi solid;          // passes by refraction; else the surface is a thin wall
   vf eta;            // index of refraction of the far side over that of wo's side, for solids
   // What lies on it (bsdf_layers.h).

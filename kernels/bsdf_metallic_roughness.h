@@ -9,6 +9,7 @@
 #ifndef EK_BSDF_METALLIC_ROUGHNESS_H
 #define EK_BSDF_METALLIC_ROUGHNESS_H
 #include "fresnel.h"
+#include "anisotropic_albedo.h"
 #include "ggx_albedo.h"
 #include "microfacet.h"
 #include "warp.h"
@@ -33,21 +34,37 @@ typedef struct {
   vi smooth;       // the layer is a mirror: delta
   GgxAlpha alpha;  // of the GGX lobe; where smooth, of none
   vf length_o;     // ggx_length(wo)
-  GgxAlbedoFit albedo;    // at alpha.y
-  GgxAlbedoFit albedo_x;  // of anisotropic ones
+  GgxAlbedoFit albedo;  // of isotropic lanes
   vf e_f0, e_f90;  // of E: the dielectric's reflectance, its greatest channel
-  v3 base;         // f of the base is base (1 - E(wi))
+  vf kept;         // 1 - E(wo)
+  vf enters;       // f of a base of albedo a is a enters (1 - E(wi))
+  v3 base;         // the same times its albedo
   vf specular, diffuse;  // estimated albedos
 } Layers;
 
-/// What the layer reflects in all at this cosine of microfacets that reflect f0 + (f90 - f0) (1 - cos)^5. No fits are at hand
-/// for two roughnesses at once: the greater of what surfaces of either reflect, which no direction was found to exceed.
-EK_FN vf layer_reflected(Layers k, vf cosine, vf length, vf f0, vf f90) {
-  if (!EK_HAS_anisotropy) return ggx_reflected(ggx_albedo(k.albedo, cosine, length), f0, f90);
-  const vf flat2 = (1.0f - cosine) * (1.0f + cosine), c2 = cosine * cosine;
-  const vf along_x = sqrt((k.alpha.x * k.alpha.x) * flat2 + c2), along_y = sqrt((k.alpha.y * k.alpha.y) * flat2 + c2);
-  return max_f(ggx_reflected(ggx_albedo(k.albedo, cosine, along_y), f0, f90),
-               ggx_reflected(ggx_albedo(k.albedo_x, cosine, along_x), f0, f90));
+// Of which lanes the two alphas differ.
+EK_FN vi is_anisotropic(Layers k) { return EK_HAS_anisotropy ? !k.smooth & (k.alpha.x != k.alpha.y) : (vi)(0); }
+
+EK_FN GgxAlbedo layer_albedo(Layers k, vf cosine, vf length) {
+  GgxAlbedo a = ggx_albedo(k.albedo, cosine, length);
+  const vi differs = is_anisotropic(k);
+  if (!EK_HAS_anisotropy) return a;
+  if (!ANY(differs)) return a;
+  const GgxAlbedo other = anisotropic_albedo(k.alpha, cosine, length);
+  a.full = differs ? other.full : a.full;
+  a.grazing = differs ? other.grazing : a.grazing;
+  return a;
+}
+
+EK_FN GgxAlbedo layer_mean_albedo(Layers k) {
+  GgxAlbedo a = k.albedo.mean;
+  const vi differs = is_anisotropic(k);
+  if (!EK_HAS_anisotropy) return a;
+  if (!ANY(differs)) return a;
+  const GgxAlbedo other = anisotropic_mean_albedo(k.alpha);
+  a.full = differs ? other.full : a.full;
+  a.grazing = differs ? other.grazing : a.grazing;
+  return a;
 }
 
 /// f0, f90  of the layer;  base: albedo of the base by itself
@@ -57,23 +74,22 @@ EK_FN Layers make_layers(MaterialLanes m, v3 wo, v3 f0, vf f90, v3 base) {
   k.alpha = alpha_of(m);
   k.length_o = ggx_length(wo, k.alpha);
   k.albedo = ggx_albedo_fit(k.smooth, k.alpha.y);
-  if (EK_HAS_anisotropy) k.albedo_x = ggx_albedo_fit(k.smooth, k.alpha.x);
   k.e_f0 = max_component(m.f0_dielectric);
   k.e_f90 = m.specular;
-  const vf kept = 1.0f - layer_reflected(k, wo.z, k.length_o, k.e_f0, k.e_f90);
-  vf mean = ggx_reflected(k.albedo.mean, k.e_f0, k.e_f90);
-  if (EK_HAS_anisotropy) mean = max_f(mean, ggx_reflected(k.albedo_x.mean, k.e_f0, k.e_f90));
-  const vf kept_mean = 1.0f - mean;
-  k.base = scale3(base, (EK_INV_PI * kept) / max_f(kept_mean, (vf)(0x1p-20f)));
+  const GgxAlbedo o = layer_albedo(k, wo.z, k.length_o);
+  k.kept = 1.0f - ggx_reflected(o, k.e_f0, k.e_f90);
+  const vf kept_mean = 1.0f - ggx_reflected(layer_mean_albedo(k), k.e_f0, k.e_f90);
+  k.enters = (EK_INV_PI * k.kept) / max_f(kept_mean, (vf)(0x1p-20f));
+  k.base = scale3(base, k.enters);
   // A floor, since the layer may reflect far more at other microfacets than on the whole.
-  k.specular = max_f(layer_reflected(k, wo.z, k.length_o, mean_component(f0), f90), 0x1p-6f * f90);
-  k.diffuse = mean_component(base) * kept;
+  k.specular = max_f(ggx_reflected(o, mean_component(f0), f90), 0x1p-6f * f90);
+  k.diffuse = mean_component(base) * k.kept;
   return k;
 }
 
-/// f of the base.
-EK_FN v3 layers_base(Layers k, vf cos_i, vf length_i) {
-  return scale3(k.base, 1.0f - layer_reflected(k, cos_i, length_i, k.e_f0, k.e_f90));
+/// 1 - E(wi): what of the light that a base sends to wi the layer lets out.
+EK_FN vf layers_let_out(Layers k, vf cos_i, vf length_i) {
+  return 1.0f - ggx_reflected(layer_albedo(k, cos_i, length_i), k.e_f0, k.e_f90);
 }
 
 EK_FN Layers metallic_roughness_layers(MaterialLanes m, v3 wo) {
@@ -91,7 +107,7 @@ EK_FN BsdfValue metallic_roughness_value(MaterialLanes m, Layers k, v3 wo, v3 wi
   const v3 f = schlick(m.f0, m.f90, schlick_weight(cos_h));
   BsdfValue value;
   value.f = add3(scale3(f, d * ggx_visibility(wo.z, k.length_o, wi.z, length_i)),
-                 scale3(layers_base(k, wi.z, length_i), wi.z));
+                 scale3(scale3(k.base, layers_let_out(k, wi.z, length_i)), wi.z));
   value.pdf = (k.specular * (0.5f * d * ggx_visible_share(wo.z, k.length_o)) + k.diffuse * (EK_INV_PI * wi.z)) /
               (k.specular + k.diffuse);
   return bsdf_value_if(valid & (k.specular + k.diffuse > 0.0f), value);

@@ -2,6 +2,8 @@
 // A surface that lets light through [KHR_materials_transmission]: of the dielectric share (1 - metallic) of
 // metallic_roughness, `transmission` is glass rather than a layer over a base.
 //   thin wall  reflects by Schlick; the rest, times the base colour, goes straight on, spread as the reflection is.
+//   diffuse    what of the base KHR_materials_diffuse_transmission says leaves on the other side, as from a sheet of paper; what
+//              enters there and what leaves here meet the same layer, so that paths can be reversed.
 //   solid      a rough dielectric interface [Walter et al. 2007] with exact Fresnel and Snell [KHR_materials_volume]; each
 //              crossing is tinted by the base colour. KHR_materials_specular does not act on it.
 // Radiance is what is carried: crossing into a medium of relative index eta divides it by eta^2.
@@ -15,6 +17,8 @@ typedef struct {
   vf f90;
   vf share;        // of the glass
   vf glass;        // estimated albedo of it
+  v3 leak;         // of what the base passes: its f is leak (1 - E(wi))
+  vf leaks;        // estimated albedo of it
   vf tint;         // mean of the base colour
   vf eta;          // of solids, 1 where it stands for a mirror
   vi passes_delta; // what the glass transmits is delta
@@ -39,7 +43,13 @@ EK_FN Glass make_glass(MaterialLanes m, v3 wo) {
   g.share = dielectric * m.transmission;
   g.f0 = add3(scale3(m.base_color, m.metallic), scale3(m.f0_dielectric, opaque));
   g.f90 = m.metallic + opaque * m.specular;
-  g.open = make_layers(m, wo, g.f0, g.f90, scale3(m.base_color, opaque));
+  vf reflects = opaque;
+  if (EK_HAS_diffuse_transmission) reflects = opaque * (1.0f - m.diffuse_transmission);
+  g.open = make_layers(m, wo, g.f0, g.f90, scale3(m.base_color, reflects));
+  if (EK_HAS_diffuse_transmission) {
+    g.leak = scale3(m.diffuse_transmission_color, (opaque * m.diffuse_transmission) * g.open.enters);
+    g.leaks = mean_component(m.diffuse_transmission_color) * (opaque * m.diffuse_transmission) * g.open.kept;
+  }
   g.tint = mean_component(m.base_color);
   const vf f = mean_component(glass_reflectance(m, wo.z));
   g.glass = g.share * max_f(f + (1.0f - f) * g.tint, (vf)(0x1p-6f));
@@ -49,6 +59,12 @@ EK_FN Glass make_glass(MaterialLanes m, v3 wo) {
   const vf bend = abs_f(g.eta - 1.0f) / min_f(g.eta, (vf)(1.0f));
   g.passes_delta = g.open.smooth | (m.solid & (g.open.alpha.x * bend < EK_SMOOTH_ALPHA));
   return g;
+}
+
+// Sum of the estimated albedos.
+EK_FN vf glass_total(Glass g) {
+  const vf total = (g.open.specular + g.open.diffuse) + g.glass;
+  return EK_HAS_diffuse_transmission ? total + g.leaks : total;
 }
 
 EK_FN BsdfValue transmission_value(MaterialLanes m, Glass g, v3 wo, v3 wi) {
@@ -72,9 +88,10 @@ EK_FN BsdfValue transmission_value(MaterialLanes m, Glass g, v3 wo, v3 wi) {
   const v3 f = glass_reflectance(m, max_f(cos_o_h, (vf)(0.0f)));
   const vf p_reflect = glass_reflects(mean_component(f), g.tint);
   const v3 layer = schlick(g.f0, g.f90, schlick_weight(cos_o_h));
-  const vf total = (g.open.specular + g.open.diffuse) + g.glass;
+  const vf total = glass_total(g);
+  const vf let_out = layers_let_out(g.open, cos_i, length_i);
   BsdfValue above;
-  above.f = add3(scale3(add3(layer, scale3(f, g.share)), spread), scale3(layers_base(g.open, cos_i, length_i), cos_i));
+  above.f = add3(scale3(add3(layer, scale3(f, g.share)), spread), scale3(scale3(g.open.base, let_out), cos_i));
   above.pdf = ((g.open.specular + g.glass * p_reflect) * visible + g.open.diffuse * (EK_INV_PI * cos_i)) / total;
 
   // [Walter et al. 2007, eq. 21 and 17] over eta^2: there n_i, n_o are of the light's and the viewer's side, and the
@@ -88,6 +105,10 @@ EK_FN BsdfValue transmission_value(MaterialLanes m, Glass g, v3 wo, v3 wi) {
   BsdfValue through;
   through.f = scale3(mul3(m.base_color, V3(1.0f - f.x, 1.0f - f.y, 1.0f - f.z)), g.share * passed);
   through.pdf = (g.glass * (1.0f - p_reflect)) * passed_pdf / total;
+  if (EK_HAS_diffuse_transmission) {
+    through.f = add3(through.f, scale3(g.leak, let_out * cos_i));
+    through.pdf = through.pdf + g.leaks * (EK_INV_PI * cos_i) / total;
+  }
 
   BsdfValue value = {select3(below, through.f, above.f), below ? through.pdf : above.pdf};
   return bsdf_value_if((wo.z > 0.0f) & (wi.z != 0.0f) & (total > 0.0f), value);
@@ -99,11 +120,18 @@ EK_FN BsdfValue transmission_evaluate(MaterialLanes m, v3 wo, v3 wi) {
 
 EK_FN BsdfSample transmission_sample(MaterialLanes m, v3 wo, vf u, vf v, vf choice) {
   const Glass g = make_glass(m, wo);
-  const vf total = (g.open.specular + g.open.diffuse) + g.glass;
+  const vf total = glass_total(g);
   const vf p_layer = g.open.specular / total, p_base = g.open.diffuse / total, p_glass = g.glass / total;
   const vi from_base = (choice >= p_layer) & (choice < p_layer + p_base);
-  const vi from_glass = (choice >= p_layer + p_base) & (p_glass > 0.0f);
-  const vf rest = (choice - (p_layer + p_base)) / p_glass;
+  vi from_glass = (choice >= p_layer + p_base) & (p_glass > 0.0f);
+  vf rest = (choice - (p_layer + p_base)) / p_glass;
+  vi from_leak = (vi)(0);
+  if (EK_HAS_diffuse_transmission) {  // after the base, before the glass
+    const vf p_leak = g.leaks / total, p_before = (p_layer + p_base) + p_leak;
+    from_leak = (choice >= p_layer + p_base) & ((choice < p_before) | !from_glass) & (p_leak > 0.0f);
+    from_glass = from_glass & !from_leak;
+    rest = max_f(choice - p_before, (vf)(0.0f)) / p_glass;
+  }
 
   v3 h = normalize3(ggx_visible_normal(wo, g.open.alpha, u, v));
   h = select3(g.open.smooth, V3((vf)(0.0f), (vf)(0.0f), (vf)(1.0f)), h);
@@ -111,7 +139,7 @@ EK_FN BsdfSample transmission_sample(MaterialLanes m, v3 wo, vf u, vf v, vf choi
   const v3 f = glass_reflectance(m, cos_h);
   const vf p_reflect = glass_reflects(mean_component(f), g.tint);
   const vi passes = from_glass & (rest >= p_reflect);
-  const vi from_layer = !from_base & !passes;
+  const vi from_layer = !(from_base | from_leak) & !passes;
 
   const v3 reflected = normalize3(mirrored(wo, h));
   v3 wi = select3(from_base, warp_cosine_hemisphere(u, v), reflected);
@@ -125,6 +153,7 @@ EK_FN BsdfSample transmission_sample(MaterialLanes m, v3 wo, vf u, vf v, vf choi
   wi = select3(mirror, V3(-wo.x, -wo.y, wo.z), wi);
   wi = select3(straight & !m.solid, neg3(wo), wi);
   wi = select3(straight & m.solid, refract(wo, up, wo.z, g.eta), wi);
+  if (EK_HAS_diffuse_transmission) wi = select3(from_leak, neg3(warp_cosine_hemisphere(u, v)), wi);
 
   BsdfValue value = transmission_value(m, g, wo, wi);
   const v3 layer = schlick(g.f0, g.f90, schlick_weight(wo.z));
@@ -134,7 +163,7 @@ EK_FN BsdfSample transmission_sample(MaterialLanes m, v3 wo, vf u, vf v, vf choi
   value.f = select3(straight, scale3(kept, g.share / (m.solid ? g.eta * g.eta : (vf)(1.0f))), value.f);
   value.pdf = straight ? p_glass * (1.0f - p_reflect) : value.pdf;
   // A reflection below the surface, or a refraction above it, is lost.
-  const vi valid = (wo.z > 0.0f) & (total > 0.0f) & (passes ? wi.z < 0.0f : wi.z > 0.0f);
+  const vi valid = (wo.z > 0.0f) & (total > 0.0f) & ((passes | from_leak) ? wi.z < 0.0f : wi.z > 0.0f);
   return bsdf_sample_of(bsdf_value_if(valid, value), wi, mirror | straight);
 }
 

@@ -98,6 +98,17 @@ EK_FN vf clearcoat_passes(vf clearcoat, vf cosine) {
   return 1.0f - clearcoat * (0.04f + 0.96f * schlick_weight(abs_f(cosine)));
 }
 
+/// Adds KHR_materials_diffuse_transmission: r is the second half of the detail's record.
+EK_FN void add_translucence(SceneData scene, Rec r, HitAttributes at, MaterialLanes* m) {
+  m->diffuse_transmission = r.w7;
+  m->diffuse_transmission_color = V3(r.w8, r.w9, r.wa);
+  if (EK_HAS_diffuse_transmission_texture) {
+    const v4 c = texture_or(scene, AS_U(r.wc), at, (vf)(1.0f));
+    m->diffuse_transmission = r.w7 * texture_or(scene, AS_U(r.wb), at, (vf)(1.0f)).w;
+    m->diffuse_transmission_color = mul3(m->diffuse_transmission_color, V3(c.x, c.y, c.z));
+  }
+}
+
 /// Parameters of material `index` where a ray met a triangle that says `at`.
 /// front  mask: the front side was hit
 EK_FN HitMaterial hit_material(SceneData scene, vu index, HitAttributes at, vi front) {
@@ -160,6 +171,8 @@ EK_FN HitMaterial hit_material(SceneData scene, vu index, HitAttributes at, vi f
   m.clearcoat_normal = up;
   m.sheen = m.conductor_eta = m.conductor_k = none;
   m.ggx_alpha_x = m.ggx_alpha;
+  m.diffuse_transmission = (vf)(0.0f);
+  m.diffuse_transmission_color = none;
   hit.anisotropy_x = one;
   hit.anisotropy_y = (vf)(0.0f);
   hit.clearcoat_normal_texture = (vu)(EK_NO_TEXTURE);
@@ -171,8 +184,9 @@ EK_FN HitMaterial hit_material(SceneData scene, vu index, HitAttributes at, vi f
   }
   hit.ior = ior;
   hit.spread = (vf)(0.0f);
-  if (EK_HAS_conductor | EK_HAS_dispersion) {
+  if (EK_HAS_conductor | EK_HAS_dispersion | EK_HAS_diffuse_transmission) {
     const Rec e = rec16(scene.material_details, index * 2u + 1u);
+    if (EK_HAS_diffuse_transmission) add_translucence(scene, e, at, &hit.bsdf);
     if (EK_HAS_dispersion) hit.spread = m.solid ? e.w6 : (vf)(0.0f);
     hit.bsdf.conductor_eta = V3(e.w0, e.w1, e.w2);
     hit.bsdf.conductor_k = V3(e.w3, e.w4, e.w5);

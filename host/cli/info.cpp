@@ -50,6 +50,11 @@ std::string describe(const Material& material) {
   if (emission != glm::vec3(0.0F))
     text += fmt::format(", emits ({:g}, {:g}, {:g}) W/(sr m2)", emission.x, emission.y, emission.z);
   if (material.double_sided) text += ", double-sided";
+  if (material.diffuse_transmission > 0) {
+    const glm::vec3& c = material.diffuse_transmission_color;
+    text += fmt::format(", diffuse transmission {:g} of colour ({:g}, {:g}, {:g})", material.diffuse_transmission, c.x,
+                        c.y, c.z);
+  }
   if (material.dispersion > 0 && material.solid) text += fmt::format(", dispersion {:g}", material.dispersion);
   if (material.anisotropy > 0) text += fmt::format(", anisotropy {:g}", material.anisotropy);
   if (material.conductor) {

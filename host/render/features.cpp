@@ -60,7 +60,7 @@ std::string lobe_of(const Material& material) {
   if (material.unlit) return "diffuse";
   if (material.conductor) return "conductor";
   const bool may_be_dielectric = material.metallic < 1 || material.metallic_roughness_texture;
-  if (material.transmission > 0 && may_be_dielectric) return "transmission";
+  if ((material.transmission > 0 || material.diffuse_transmission > 0) && may_be_dielectric) return "transmission";
   if (material.metallic > 0 || material.specular > 0) return "metallic_roughness";
   return "diffuse";
 }
@@ -139,14 +139,22 @@ Features::Features(const Scene& scene, const Settings& settings) {
   });
   const auto is_coated = [](const Material& m) { return m.clearcoat > 0; };
   const auto is_anisotropic = [](const Material& m) { return m.anisotropy > 0 && lobe_of(m) != "diffuse"; };
+  const auto is_translucent = [](const Material& m) {
+    return m.diffuse_transmission > 0 && lobe_of(m) == "transmission";
+  };
   const auto disperses = [](const Material& m) {
     return m.dispersion > 0 && m.solid && m.ior > 1 && lobe_of(m) == "transmission";
   };
   const auto has_sheen = [](const Material& m) { return m.sheen_color != glm::vec3(0); };
-  needs["material_detail"] =
-      shown.material("no clearcoat, sheen, anisotropy, dispersion or conductor", [&](const Material& m) {
-        return is_coated(m) || has_sheen(m) || is_anisotropic(m) || disperses(m) || lobe_of(m) == "conductor";
+  needs["material_detail"] = shown.material(
+      "no clearcoat, sheen, diffuse transmission, anisotropy, dispersion or conductor", [&](const Material& m) {
+        return is_coated(m) || has_sheen(m) || is_translucent(m) || is_anisotropic(m) || disperses(m) ||
+               lobe_of(m) == "conductor";
       });
+  needs["diffuse_transmission"] = shown.material("nothing scatters light that passes it", is_translucent);
+  needs["diffuse_transmission_texture"] = shown.material("no such texture", [](const Material& m) {
+    return m.diffuse_transmission_texture || m.diffuse_transmission_color_texture;
+  });
   needs["dispersion"] = shown.material("no solid's index disperses", disperses);
   needs["anisotropy"] = shown.material("no anisotropy", is_anisotropic);
   texture("anisotropy_texture", &Material::anisotropy_texture);

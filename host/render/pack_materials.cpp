@@ -126,6 +126,11 @@ class MaterialPacker {
     d.anisotropy_texture = texture(m.anisotropy_texture);
     // [KHR_materials_dispersion]: half of what the index differs by between the Fraunhofer lines F and C.
     d.spread = m.ior > 1 ? float(0.025 * double(m.dispersion) * (double(m.ior) - 1)) : 0.0F;
+    d.diffuse_transmission = m.diffuse_transmission;
+    const glm::vec3& through = m.diffuse_transmission_color;
+    d.diffuse_transmission_r = through.x, d.diffuse_transmission_g = through.y, d.diffuse_transmission_b = through.z;
+    d.diffuse_transmission_texture = texture(m.diffuse_transmission_texture);
+    d.diffuse_transmission_color_texture = texture(m.diffuse_transmission_color_texture);
     if (m.conductor) {
       d.eta_r = m.conductor->eta.x, d.eta_g = m.conductor->eta.y, d.eta_b = m.conductor->eta.z;
       d.k_r = m.conductor->k.x, d.k_g = m.conductor->k.y, d.k_b = m.conductor->k.z;

@@ -12,6 +12,7 @@
 #include "scene/instances.h"
 #include "scene/material_layers.h"
 #include "scene/material_microfacets.h"
+#include "scene/material_translucence.h"
 #include "scene/text.h"
 
 namespace eikon {
@@ -37,6 +38,7 @@ constexpr std::string_view kSupportedExtensions[] = {
     "KHR_materials_anisotropy",
     "EIKON_materials_conductor",
     "KHR_materials_dispersion",
+    "KHR_materials_diffuse_transmission",
     "KHR_implicit_shapes",
     "EIKON_shape",
     "EIKON_implicit_surface",
@@ -217,7 +219,9 @@ void check_meshes(const Json& document) {
 
 void check_material_extension(const Place& extension, std::size_t texture_count) {
   if (!extension.value.is_object()) extension.fail("is not an object");
-  if (check_layers(extension, texture_count) || check_microfacets(extension, texture_count)) return;
+  if (check_layers(extension, texture_count) || check_microfacets(extension, texture_count) ||
+      check_translucence(extension, texture_count))
+    return;
   if (extension.kind == "KHR_materials_specular") {
     as_number(extension, "specularFactor");
     has_numbers(extension, "specularColorFactor", 3);

@@ -19,6 +19,8 @@ std::vector<TextureUse> textures_of(const Material& m) {
                                       {&m.clearcoat_normal_texture, "clearcoat normal"},
                                       {&m.sheen_color_texture, "sheen colour"},
                                       {&m.sheen_roughness_texture, "sheen roughness"},
+                                      {&m.diffuse_transmission_texture, "diffuse transmission"},
+                                      {&m.diffuse_transmission_color_texture, "diffuse transmission colour"},
                                       {&m.anisotropy_texture, "anisotropy"}})
     if (*texture) all.push_back({name, &**texture});
   return all;

@@ -14,6 +14,7 @@
 #include "scene/material_factors.h"
 #include "scene/material_layers.h"
 #include "scene/material_microfacets.h"
+#include "scene/material_translucence.h"
 
 namespace eikon {
 namespace {
@@ -23,19 +24,18 @@ constexpr const char* kDispersionExtension = "KHR_materials_dispersion";
 constexpr double kMaxDispersion = 39;  // from 40 on the index of R would be 1 or less
 constexpr double kMaxIor = 1e9;        // reflects all but 4e-9; squares stay finite
 
-constexpr std::array<std::string_view, 11> kKnown{"KHR_materials_specular", "KHR_materials_emissive_strength",
+constexpr std::array<std::string_view, 12> kKnown{"KHR_materials_specular", "KHR_materials_emissive_strength",
                                                   "KHR_materials_ior",      "KHR_materials_transmission",
                                                   "KHR_materials_volume",   "KHR_materials_unlit",
                                                   kClearcoatExtension,      kSheenExtension,
                                                   kAnisotropyExtension,     kConductorExtension,
-                                                  kDispersionExtension};
+                                                  kDispersionExtension,     kTranslucenceExtension};
 // Unknown extensions that change nothing while this member of theirs is absent or 0.
 struct Neutral {
   std::string_view extension;
   const char* key;
 };
-constexpr std::array<Neutral, 2> kNeutral{{{"KHR_materials_iridescence", "iridescenceFactor"},
-                                           {"KHR_materials_diffuse_transmission", "diffuseTransmissionFactor"}}};
+constexpr std::array<Neutral, 1> kNeutral{{{"KHR_materials_iridescence", "iridescenceFactor"}}};
 
 Place place_of(const Json& document, std::size_t index) {
   return {.value = items(document, "materials")[index], .kind = "material", .index = static_cast<std::int64_t>(index)};
@@ -123,15 +123,16 @@ Material convert_material(const Json& document, std::size_t index, Notes& notes)
                                         "dispersion", 0.0, kMaxDispersion);
   read_layers(place, factors, material);
   read_microfacets(place, factors, material);
+  read_translucence(place, factors, material);
   if (material.conductor) {
     material.metallic = 1.0F;
-    material.transmission = 0.0F;
+    material.transmission = material.diffuse_transmission = 0.0F;
   }
   if (extension_of(place, "KHR_materials_unlit") != nullptr) {
     // The base colour and the alpha are all that is left of it [KHR_materials_unlit]; and it lights nothing.
     material.unlit = true;
     material.emission = glm::vec3(0.0F);
-    material.transmission = 0.0F;
+    material.transmission = material.diffuse_transmission = 0.0F;
     material.clearcoat = 0.0F;
     material.anisotropy = 0.0F;
     material.conductor.reset();
@@ -168,6 +169,7 @@ void complete_material(const Json& document, std::size_t index, TextureReader& t
     material.normal_texture = own("normalTexture", false, lit && material.normal_scale != 0);
   }
   complete_layers(place, textures, material);
+  complete_translucence(place, textures, material);
   if (lit) complete_microfacets(place, textures, material);
   // occlusionTexture is shadow baked for renderers that cannot see it; rays do, so it is left out on purpose and not named.
   // thicknessTexture: see read_volume.

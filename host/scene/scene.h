@@ -87,6 +87,8 @@ struct Material {
   float clearcoat_normal_scale = 1.0F;
   glm::vec3 sheen_color{0.0F};         // KHR_materials_sheen, [0, 1]
   float sheen_roughness = 0.0F;
+  float diffuse_transmission = 0.0F;   // KHR_materials_diffuse_transmission: share of the diffuse base that light passes
+  glm::vec3 diffuse_transmission_color{1.0F};  // of what passes, [0, 1]
   float dispersion = 0.0F;             // KHR_materials_dispersion: 20 / Abbe number
   float anisotropy = 0.0F;             // KHR_materials_anisotropy: strength
   double anisotropy_rotation_rad = 0.0;  // from the tangent towards the bitangent
@@ -110,6 +112,8 @@ struct Material {
   std::optional<Texture> clearcoat_normal_texture{};
   std::optional<Texture> sheen_color_texture{};      // RGB, sRGB
   std::optional<Texture> sheen_roughness_texture{};  // A
+  std::optional<Texture> diffuse_transmission_texture{};        // A
+  std::optional<Texture> diffuse_transmission_color_texture{};  // RGB, sRGB
   std::optional<Texture> anisotropy_texture{};       // R, G: direction; B: strength
 };
 

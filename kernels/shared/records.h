@@ -168,8 +168,8 @@ typedef struct {
 } MaterialExtension;
 EK_ASSERT_SIZE(MaterialExtension, 64);
 
-// What few materials have (EK_HAS_material_detail): KHR_materials_clearcoat, _sheen, _anisotropy,
-// _dispersion, EIKON_materials_conductor.
+// What few materials have (EK_HAS_material_detail): KHR_materials_clearcoat, _sheen, _anisotropy, _dispersion,
+// _diffuse_transmission, EIKON_materials_conductor.
 typedef struct {
   float clearcoat, clearcoat_roughness;
   float sheen_r, sheen_g, sheen_b, sheen_roughness;
@@ -185,7 +185,11 @@ typedef struct {
   float eta_r, eta_g, eta_b;      // of a conductor: its index of refraction, eta + i k
   float k_r, k_g, k_b;
   float spread;                   // by how much the index of B is larger than that of G, and of R smaller
-  uint pad2, pad3, pad4, pad5, pad6, pad7, pad8, pad9, pad10;
+  float diffuse_transmission;
+  float diffuse_transmission_r, diffuse_transmission_g, diffuse_transmission_b;
+  uint diffuse_transmission_texture;  // A
+  uint diffuse_transmission_color_texture;  // RGB
+  uint pad1, pad2, pad3;
 } MaterialDetail;
 EK_ASSERT_SIZE(MaterialDetail, 128);
 

@@ -38,7 +38,21 @@ std::vector<Specimen> transmission_specimens(unsigned lobe, float roughness) {
   water.solid = true;
   water.ior = 1.33F;
   water.base_color = {0.4F, 0.7F, 0.9F};
-  return {{"clear pane", lobe, clear},
+  Look paper{.roughness = roughness, .diffuse_transmission = 0.5F};
+  Look leaf = paper, wax = paper, frosted = paper;
+  leaf.base_color = {0.2F, 0.6F, 0.1F};
+  leaf.diffuse_transmission = 0.8F;
+  leaf.diffuse_transmission_color = {0.7F, 0.9F, 0};
+  wax.solid = true;
+  wax.diffuse_transmission = 1;
+  frosted.transmission = 0.4F;
+  frosted.metallic = 0.1F;
+  return {{"paper", lobe, paper},
+          {"leaf", lobe, leaf},
+          {"wax", lobe, wax},
+          {"wax, from inside", lobe, wax, false},
+          {"frosted pane", lobe, frosted},
+          {"clear pane", lobe, clear},
           {"tinted pane", lobe, pane},
           {"half transparent pane", lobe, mixed},
           {"glass", lobe, glass},
@@ -151,6 +165,11 @@ MaterialDetail detail_of(const Specimen& s) {
   d.clearcoat_texture = d.clearcoat_roughness_texture = d.clearcoat_normal_texture = EK_NO_TEXTURE;
   d.sheen_color_texture = d.sheen_roughness_texture = d.anisotropy_texture = EK_NO_TEXTURE;
   d.anisotropy_cos = 1;
+  d.diffuse_transmission = s.look.diffuse_transmission;
+  d.diffuse_transmission_r = s.look.diffuse_transmission_color[0];
+  d.diffuse_transmission_g = s.look.diffuse_transmission_color[1];
+  d.diffuse_transmission_b = s.look.diffuse_transmission_color[2];
+  d.diffuse_transmission_texture = d.diffuse_transmission_color_texture = EK_NO_TEXTURE;
   d.eta_r = s.look.eta[0];
   d.eta_g = s.look.eta[1];
   d.eta_b = s.look.eta[2];

@@ -38,6 +38,8 @@ struct Look {
   std::array<float, 3> sheen = {0, 0, 0};
   float sheen_roughness = 0;
   float roughness_x = -1;  // of anisotropic ones
+  float diffuse_transmission = 0;
+  std::array<float, 3> diffuse_transmission_color = {1, 1, 1};
   std::array<float, 3> eta = {1, 1, 1}, k = {0, 0, 0};
 };
 
@@ -48,6 +50,8 @@ struct Specimen {
   Look look;
   bool front = true;
   bool reciprocal = true;  // KHR_materials_clearcoat's mixing is not
+  bool lets_through() const { return look.transmission > 0 || look.diffuse_transmission > 0; }
+  bool refracts() const { return look.solid && look.transmission > 0; }
   double eta() const { return front ? look.ior : 1 / double(look.ior); }
   /// The least roughness of what scatters.
   float narrowest() const;

@@ -81,7 +81,7 @@ TEST(Bsdf, M2_light_paths_can_be_reversed) {
       const bool through = uniform(random) < 0.5F;
       const Direction wo = from_cosine(1 - uniform(random), uniform(random));
       Direction wi = from_cosine(1 - uniform(random), uniform(random));
-      if (through && all[which].look.transmission > 0) {  // seen from the other side, in its frame
+      if (through && all[which].lets_through()) {  // seen from the other side, in its frame
         Direction back_wo = wi, back_wi = wo;
         wi[2] = -wi[2];
         back_wi[2] = -back_wi[2];
@@ -96,7 +96,7 @@ TEST(Bsdf, M2_light_paths_can_be_reversed) {
     for (std::size_t i = 0; i < forward.size(); ++i) {
       const Specimen& specimen = all[forward.in[0][i]];
       const double cos_o = as_float(forward.in[3][i]), cos_i = as_float(forward.in[6][i]);
-      const bool bends = cos_i < 0 && specimen.look.solid;
+      const bool bends = cos_i < 0 && specimen.refracts();
       const double scale = bends ? specimen.eta() * specimen.eta() : 1;  // f eta^2 is what can be reversed
       for (std::size_t c = 0; c < 3; ++c) {
         const double f = there.eval(i, c) * cos_o * scale, g = back.eval(i, c) * std::abs(cos_i);
@@ -126,7 +126,7 @@ TEST(Bsdf, M5_no_more_light_leaves_than_arrives) {
         Queries q;
         for (int i = 0; i < kSamples; ++i) q.add(which, from_angle(angle, 0.7), random);
         const Answers answers = scatter(all, q);
-        const double eta2 = all[which].look.solid ? all[which].eta() * all[which].eta() : 1;
+        const double eta2 = all[which].refracts() ? all[which].eta() * all[which].eta() : 1;
         for (std::size_t c = 0; c < 3; ++c) {
           std::vector<double> power;  // radiance changes by eta^2 across an interface, power does not
           for (std::size_t i = 0; i < q.size(); ++i) {
@@ -200,7 +200,7 @@ TEST(Bsdf, M19_directions_in_or_below_the_surface_scatter_nothing_and_stay_finit
         for (std::size_t k = 0; k < 15; ++k) ASSERT_TRUE(std::isfinite(as_float(answers.out[k][i]))) << "output " << k;
         for (std::size_t k = 0; k < 4; ++k) {
           ASSERT_GE(as_float(answers.out[k][i]), 0);
-          if (wo_z <= 0 || wi_z == 0 || (wi_z < 0 && specimen.look.transmission == 0)) {
+          if (wo_z <= 0 || wi_z == 0 || (wi_z < 0 && !specimen.lets_through())) {
             ASSERT_EQ(as_float(answers.out[k][i]), 0);
           }
         }
@@ -208,7 +208,7 @@ TEST(Bsdf, M19_directions_in_or_below_the_surface_scatter_nothing_and_stay_finit
         if (wo_z <= 0) {
           ASSERT_EQ(s.pdf, 0);
         }
-        if (s.pdf > 0 && specimen.look.transmission == 0) {
+        if (s.pdf > 0 && !specimen.lets_through()) {
           ASSERT_GT(s.wi[2], 0);
         }
       }
@@ -246,6 +246,7 @@ TEST(Bsdf, a_material_without_lobes_is_black_and_still_emits) {
   MaterialDetail bare{};
   bare.clearcoat_texture = bare.clearcoat_roughness_texture = bare.clearcoat_normal_texture = EK_NO_TEXTURE;
   bare.sheen_color_texture = bare.sheen_roughness_texture = bare.anisotropy_texture = EK_NO_TEXTURE;
+  bare.diffuse_transmission_texture = bare.diffuse_transmission_color_texture = EK_NO_TEXTURE;
   Queries q;
   q.add(0, from_angle(20, 0), from_angle(50, 0.5), 0.2F, 0.9F, 0.5F);
   const auto out = scatter({lamp}, {plain}, {bare}, q, false);

@@ -118,39 +118,39 @@ namespace {
   F(MaterialExtension, pad2)                   \
   F(MaterialExtension, pad3)                   \
   F(MaterialExtension, pad4)
-#define DETAIL_FIELDS(F)                         \
-  F(MaterialDetail, clearcoat)                   \
-  F(MaterialDetail, clearcoat_roughness)         \
-  F(MaterialDetail, sheen_r)                     \
-  F(MaterialDetail, sheen_g)                     \
-  F(MaterialDetail, sheen_b)                     \
-  F(MaterialDetail, sheen_roughness)             \
-  F(MaterialDetail, clearcoat_texture)           \
-  F(MaterialDetail, clearcoat_roughness_texture) \
-  F(MaterialDetail, clearcoat_normal_texture)    \
-  F(MaterialDetail, sheen_color_texture)         \
-  F(MaterialDetail, sheen_roughness_texture)     \
-  F(MaterialDetail, anisotropy)                  \
-  F(MaterialDetail, anisotropy_cos)              \
-  F(MaterialDetail, anisotropy_sin)              \
-  F(MaterialDetail, anisotropy_texture)          \
-  F(MaterialDetail, pad0)                        \
-  F(MaterialDetail, eta_r)                       \
-  F(MaterialDetail, eta_g)                       \
-  F(MaterialDetail, eta_b)                       \
-  F(MaterialDetail, k_r)                         \
-  F(MaterialDetail, k_g)                         \
-  F(MaterialDetail, k_b)                         \
-  F(MaterialDetail, spread)                      \
-  F(MaterialDetail, pad2)                        \
-  F(MaterialDetail, pad3)                        \
-  F(MaterialDetail, pad4)                        \
-  F(MaterialDetail, pad5)                        \
-  F(MaterialDetail, pad6)                        \
-  F(MaterialDetail, pad7)                        \
-  F(MaterialDetail, pad8)                        \
-  F(MaterialDetail, pad9)                        \
-  F(MaterialDetail, pad10)
+#define DETAIL_FIELDS(F)                                \
+  F(MaterialDetail, clearcoat)                          \
+  F(MaterialDetail, clearcoat_roughness)                \
+  F(MaterialDetail, sheen_r)                            \
+  F(MaterialDetail, sheen_g)                            \
+  F(MaterialDetail, sheen_b)                            \
+  F(MaterialDetail, sheen_roughness)                    \
+  F(MaterialDetail, clearcoat_texture)                  \
+  F(MaterialDetail, clearcoat_roughness_texture)        \
+  F(MaterialDetail, clearcoat_normal_texture)           \
+  F(MaterialDetail, sheen_color_texture)                \
+  F(MaterialDetail, sheen_roughness_texture)            \
+  F(MaterialDetail, anisotropy)                         \
+  F(MaterialDetail, anisotropy_cos)                     \
+  F(MaterialDetail, anisotropy_sin)                     \
+  F(MaterialDetail, anisotropy_texture)                 \
+  F(MaterialDetail, pad0)                               \
+  F(MaterialDetail, eta_r)                              \
+  F(MaterialDetail, eta_g)                              \
+  F(MaterialDetail, eta_b)                              \
+  F(MaterialDetail, k_r)                                \
+  F(MaterialDetail, k_g)                                \
+  F(MaterialDetail, k_b)                                \
+  F(MaterialDetail, spread)                             \
+  F(MaterialDetail, diffuse_transmission)               \
+  F(MaterialDetail, diffuse_transmission_r)             \
+  F(MaterialDetail, diffuse_transmission_g)             \
+  F(MaterialDetail, diffuse_transmission_b)             \
+  F(MaterialDetail, diffuse_transmission_texture)       \
+  F(MaterialDetail, diffuse_transmission_color_texture) \
+  F(MaterialDetail, pad1)                               \
+  F(MaterialDetail, pad2)                               \
+  F(MaterialDetail, pad3)
 #define TEXTURE_FIELDS(F)       \
   F(TextureRecord, first_texel) \
   F(TextureRecord, width)       \

@@ -186,6 +186,35 @@ TEST(SceneMaterials, M24_conductors_and_anisotropy_out_of_range_are_clamped_or_r
   }
 }
 
+TEST(SceneMaterials, diffuse_transmission_arrives_clamped_or_refused) {
+  Builder builder;
+  builder.json["extensionsRequired"] = {"KHR_materials_diffuse_transmission"};
+  Json& extension = builder.material()["extensions"]["KHR_materials_diffuse_transmission"];
+  extension = Json::parse(R"({"diffuseTransmissionFactor": 0.25, "diffuseTransmissionColorFactor": [0.5, 1, 0]})");
+  const Scene scene = builder.load();
+  EXPECT_EQ(scene.materials.at(0).diffuse_transmission, 0.25F);
+  EXPECT_EQ(scene.materials.at(0).diffuse_transmission_color, glm::vec3(0.5F, 1, 0));
+  EXPECT_TRUE(scene.unsupported.empty() && scene.warnings.empty());
+
+  extension = Json::parse(R"({"diffuseTransmissionFactor": 2, "diffuseTransmissionColorFactor": [-1, 1, 3]})");
+  const Scene clamped = builder.load();
+  EXPECT_EQ(clamped.materials.at(0).diffuse_transmission, 1.0F);
+  EXPECT_EQ(clamped.materials.at(0).diffuse_transmission_color, glm::vec3(0, 1, 1));
+  for (const char* what :
+       {"diffuseTransmissionFactor 2", "diffuseTransmissionColorFactor -1", "diffuseTransmissionColorFactor 3"})
+    EXPECT_TRUE(warns(clamped, std::string("material 'paint': ") + what)) << what;
+
+  for (const auto& [content, says] :
+       {std::pair(R"({"diffuseTransmissionFactor": "half"})", "diffuseTransmissionFactor"),
+        std::pair(R"({"diffuseTransmissionColorFactor": [1, 1]})", "diffuseTransmissionColorFactor"),
+        std::pair(R"({"diffuseTransmissionTexture": {"index": 7}})", "diffuseTransmissionTexture"),
+        std::pair("7", "is not an object")}) {
+    extension = Json::parse(content);
+    const std::string message = message_of([&] { builder.load(); });
+    EXPECT_TRUE(mentions(message, "material 'paint'") && mentions(message, says)) << message;
+  }
+}
+
 TEST(SceneMaterials, dispersion_arrives_and_stays_below_what_glass_can_have) {
   const auto dispersion = [](const char* text) {
     Builder builder;
@@ -295,11 +324,11 @@ TEST(SceneMaterials, what_is_left_out_is_named_unless_it_changes_nothing) {
   Builder builder;
   builder.material()["name"] = "rich";
   builder.material()["extensions"] = {{"KHR_materials_iridescence", {{"iridescenceFactor", 1}}},
-                                      {"KHR_materials_diffuse_transmission", {{"diffuseTransmissionFactor", 0.5}}},
+                                      {"KHR_materials_volume_scatter", Json::object()},
                                       {"KHR_materials_pbrSpecularGlossiness", Json::object()},
                                       {"VENDOR_\nunheard_of", Json::object()}};
   const Scene scene = builder.load();
-  for (const char* feature : {"KHR_materials_iridescence", "KHR_materials_diffuse_transmission",
+  for (const char* feature : {"KHR_materials_iridescence", "KHR_materials_volume_scatter",
                               "KHR_materials_pbrSpecularGlossiness", "VENDOR_ unheard_of"}) {
     EXPECT_TRUE(leaves_out(scene, feature, "material 'rich'")) << feature;
   }
@@ -307,6 +336,7 @@ TEST(SceneMaterials, what_is_left_out_is_named_unless_it_changes_nothing) {
   builder.material()["extensions"] = {{"KHR_materials_clearcoat", {{"clearcoatFactor", 0}}},
                                       {"KHR_materials_sheen", {{"sheenColorFactor", {0, 0, 0}}}},
                                       {"KHR_materials_dispersion", {{"dispersion", 0}}},
+                                      {"KHR_materials_diffuse_transmission", {{"diffuseTransmissionFactor", 0}}},
                                       {"KHR_materials_iridescence", {{"iridescenceIor", 1.4}}}};
   EXPECT_TRUE(builder.load().unsupported.empty());
 }
