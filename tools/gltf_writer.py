@@ -219,6 +219,18 @@ class GltfWriter:
         return b"".join([struct.pack("<III", 0x46546C67, 2, total), struct.pack("<II", len(text), 0x4E4F534A), text,
                          struct.pack("<II", len(data), 0x004E4942), data])
 
+    def variants(self, names):
+        """Names of KHR_materials_variants, for variant_of()."""
+        self._use_extension("KHR_materials_variants")
+        entry = {"variants": [{"name": name} for name in names]}
+        self.root.setdefault("extensions", {})["KHR_materials_variants"] = entry
+
+    @staticmethod
+    def variant_of(primitive, materials):
+        """`primitive` with materials by variant, in the order of variants(); its own is shown without any."""
+        mappings = [{"material": material, "variants": [i]} for i, material in enumerate(materials)]
+        return {**primitive, "extensions": {"KHR_materials_variants": {"mappings": mappings}}}
+
     def _emission(self, entry, emission):
         if emission is None or max(emission) <= 0:
             return

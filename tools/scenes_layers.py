@@ -133,4 +133,34 @@ def brushed_metal():
     return gltf
 
 
-MAKERS = {"velvet": velvet, "lacquer": lacquer, "brushed_metal": brushed_metal, "prism": prism}
+def paper():
+    """Diffuse transmission: a lantern, sheets that pass 0, 0.25, ... 1 of the light behind them; variants: white, coloured."""
+    gltf = GltfWriter(paper.__doc__)
+    gltf.variants(("white", "coloured"))
+    gltf.environment((0.06, 0.07, 0.09))
+    checker_floor(gltf, -6, 6, -6, 6, 0.4)
+    back = quad((-3.2, 2.6, -2.0), (3.2, 2.6, -2.0), (3.2, 3.2, -1.2), (-3.2, 3.2, -1.2))
+    gltf.mesh("lamp behind", [gltf.primitive(back[0], [t[::-1] for t in back[1]], gltf.material("lamp", (0, 0, 0), (9.0, 8.5, 8.0), True))])
+
+    def sheet(name, share, color, through):
+        return gltf.surface(name, color, roughness=0.7, extensions={"KHR_materials_diffuse_transmission": {
+            "diffuseTransmissionFactor": share, "diffuseTransmissionColorFactor": list(through)}})
+
+    for i in range(5):
+        share = 0.25 * i
+        white = sheet(f"white {share:g}", share, (0.85, 0.85, 0.85), (0.85, 0.85, 0.85))
+        leaf = sheet(f"leaf {share:g}", share, (0.15, 0.35, 0.05), (0.45, 0.75, 0.05))
+        x = -2.2 + 1.1 * i
+        corners = quad((x - 0.45, 0.05, 0.0), (x + 0.45, 0.05, 0.0), (x + 0.45, 1.25, -0.3), (x - 0.45, 1.25, -0.3))
+        gltf.mesh(f"sheet {share:g}", [gltf.variant_of(gltf.primitive(*corners, white), (white, leaf))])
+    rice = sheet("rice paper", 0.5, (0.9, 0.9, 0.9), (0.9, 0.9, 0.9))
+    red = sheet("red paper", 0.5, (0.6, 0.1, 0.05), (0.9, 0.15, 0.05))
+    ball = smooth_sphere(gltf, 4, rice)
+    gltf.mesh("lantern", [gltf.variant_of(ball, (rice, red))], translation=[0.6, 0.45, 1.5], scale=[0.45, 0.45, 0.45])
+    bulb = gltf.material("bulb", (0, 0, 0), (40.0, 34.0, 26.0))
+    place(gltf, "bulb", ball, bulb, (0.6, 0.45, 1.5), 0.1)
+    gltf.camera(0.5, 2.0, matrix=look_at((0.0, 1.5, 6.2), (0.0, 0.55, 0.0)))
+    return gltf
+
+
+MAKERS = {"velvet": velvet, "lacquer": lacquer, "brushed_metal": brushed_metal, "prism": prism, "paper": paper}

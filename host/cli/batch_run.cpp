@@ -183,7 +183,7 @@ void BatchRun::prepare(Worker& worker, Staged& staged) {
   staged.render.emplace(std::move(own), say, process_seconds());
   if (!worker.scenes.takes(staged.scene))
     return staged.render->take_turn(worker.devices, stop_);  // not two large ones at a time
-  const auto kept = worker.scenes.load(options.scene.scene, staged.scene);
+  const auto kept = worker.scenes.load(options.scene.scene, options.scene.variant, staged.scene);
   staged.render->load(kept->scene, kept->load_s);
   staged.render->use(worker.scenes.pack(*kept, staged.render->settings(), options.execution, staged.environment));
   staged.loaded = true;

@@ -161,6 +161,11 @@ ExitCode info_command(const InfoOptions& options) {
     fmt::print("  bounds ({:g}, {:g}, {:g}) to ({:g}, {:g}, {:g}) m\n", packed.bounds.lo.x, packed.bounds.lo.y,
                packed.bounds.lo.z, packed.bounds.hi.x, packed.bounds.hi.y, packed.bounds.hi.z);
   fmt::print("  image {} x {}, camera '{}'\n", prepared.settings.width, prepared.settings.height, prepared.camera_name);
+  if (!scene.variants.empty()) {
+    std::vector<std::string> names;
+    for (const std::string& name : scene.variants) names.push_back(in_quotes(name));
+    fmt::print("variants (--variant NAME)\n  {}\n", fmt::join(names, ", "));
+  }
   print_materials(scene);
   print_lights(packed);
   print_unsampled_emitters(scene);

@@ -20,6 +20,7 @@ class SceneCache {
   struct Kept {
     InputsDigest digest{};
     std::shared_ptr<Scene> scene{};  // its meshes are there
+    std::string variant{};
     double load_s = 0;
     struct Packed {
       std::string key{};
@@ -34,8 +35,8 @@ class SceneCache {
 
   /// Whether a scene of such files may stay; what is larger is loaded for one job, and freed as it is packed.
   [[nodiscard]] bool takes(const InputsDigest& digest) const { return digest.bytes < budget_bytes_ / 8; }
-  /// The scene that `digest` is of, from memory or read. throws InputError
-  std::shared_ptr<Kept> load(const std::filesystem::path& path, const InputsDigest& digest);
+  /// The scene that `digest` is of, in this variant (see load_scene), from memory or read. throws InputError
+  std::shared_ptr<Kept> load(const std::filesystem::path& path, const std::string& variant, const InputsDigest& digest);
   /// Its layout for these settings. environment: one text, the same whenever the environment is
   std::shared_ptr<PackedScene> pack(Kept& kept, const Settings& settings, const Execution& execution,
                                     const std::string& environment);

@@ -222,6 +222,9 @@ void SceneOptions::add_scene_to(CLI::App& command) {
   command.add_option("SCENE", scene, "glTF 2.0 file, .gltf or .glb")->required()->check([](const std::string& name) {
     return name.empty() ? "a file's name is wanted" : std::string();
   });
+  command
+      .add_option("--variant", variant, "materials of this variant of the file's (KHR_materials_variants); see info")
+      ->check([](const std::string& name) { return name.empty() ? "a variant's name is wanted" : std::string(); });
   command.add_flag("--strict", strict, "what is not supported, and rejected samples, are errors");
 }
 
@@ -268,7 +271,7 @@ Say say_on_stderr(bool quiet) {
 
 Prepared prepare(const SceneOptions& options, const Say& say) {
   const double begin = host_seconds();
-  auto scene = std::make_shared<Scene>(load_scene(options.scene));
+  auto scene = std::make_shared<Scene>(load_scene(options.scene, options.variant));
   const double load_s = host_seconds() - begin;
   Prepared prepared = settle(options, std::move(scene), say);
   prepared.load_s = load_s;
@@ -280,6 +283,8 @@ Prepared settle(const SceneOptions& options, std::shared_ptr<Scene> loaded, cons
   prepared.scene = std::move(loaded);
   const Scene& scene = *prepared.scene;
   for (const std::string& warning : scene.warnings) say(warning);
+  if (options.strict && !scene.out_of_range.empty())
+    throw InputError(fmt::format("{}: {} (--strict)", options.scene, scene.out_of_range.front()));
   for (const Unsupported& feature : scene.unsupported) {
     const std::string line = fmt::format("{}: {}: not supported, left out", feature.user, feature.feature);
     if (options.strict) throw InputError(fmt::format("{}: {} (--strict)", options.scene, line));

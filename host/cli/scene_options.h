@@ -14,7 +14,7 @@ namespace eikon {
 
 struct SceneOptions {
   std::string scene;
-  std::string size, camera, look_at, env, integrator = "path", light_sampling = "mis", aovs, samples, crop,
+  std::string size, camera, look_at, env, variant, integrator = "path", light_sampling = "mis", aovs, samples, crop,
                                           filter = "box", f_number, focus_distance;
   double fov_deg = 0, env_scale = 1, env_rotate_deg = 0;
   std::uint64_t spp = 64;

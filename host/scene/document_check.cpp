@@ -14,6 +14,7 @@
 #include "scene/material_microfacets.h"
 #include "scene/material_translucence.h"
 #include "scene/text.h"
+#include "scene/variants.h"
 
 namespace eikon {
 namespace {
@@ -39,6 +40,7 @@ constexpr std::string_view kSupportedExtensions[] = {
     "EIKON_materials_conductor",
     "KHR_materials_dispersion",
     "KHR_materials_diffuse_transmission",
+    "KHR_materials_variants",
     "KHR_implicit_shapes",
     "EIKON_shape",
     "EIKON_implicit_surface",
@@ -201,6 +203,8 @@ void check_nodes(const Json& document) {
 void check_meshes(const Json& document) {
   const std::size_t accessor_count = items(document, "accessors").size(),
                     material_count = items(document, "materials").size();
+  check_variants(document);
+  const std::size_t variant_count = variants_of(document).size();
   for_each(document, "meshes", "mesh", [&](const Place& mesh) {
     if (as_array(mesh, "primitives") == nullptr) mesh.fail("'primitives' is missing");
     for_each_part(mesh, "primitives", "primitive", [&](const Place& primitive) {
@@ -211,6 +215,7 @@ void check_meshes(const Json& document) {
       as_index(primitive, "material", material_count, "material");
       as_integer(primitive, "mode", 6);
       as_object(primitive, "extensions");
+      check_variant_mappings(primitive, material_count, variant_count);
       for_each_part(primitive, "targets", "target",
                     [&](const Place& target) { check_index_map(target, accessor_count, "accessor"); });
     });

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <new>
+#include <span>
 #include <nlohmann/json.hpp>
 
 #include "core/error.h"
@@ -26,6 +27,7 @@
 #include "scene/text.h"
 #include "scene/textures.h"
 #include "scene/transform.h"
+#include "scene/variants.h"
 
 namespace eikon {
 namespace {
@@ -86,8 +88,9 @@ void place_mesh(const glm::dmat4& world_from_object, std::uint32_t mesh, const g
 void note_document_features(const Json& document, const Json* scene_json, std::size_t scene_index, Notes& notes) {
   if (const Json* extensions = member(document, "extensions")) {
     for (const auto& entry : extensions->items()) {
-      // Lights and shapes are read where a node places one.
-      if (entry.key() != "KHR_lights_punctual" && entry.key() != kShapeListExtension)
+      // Lights and shapes are read where a node places one, variants where one is asked for.
+      if (entry.key() != "KHR_lights_punctual" && entry.key() != kShapeListExtension &&
+          entry.key() != kVariantsExtension)
         notes.unsupported(one_line(entry.key()), "the document");
     }
   }
@@ -232,7 +235,7 @@ void fill_scene(const tinygltf::Model& model, const Json& document, const std::v
   }
 }
 
-Scene load(const std::filesystem::path& path) {
+Scene load(const std::filesystem::path& path, const std::string& variant) {
   Scene scene;
   scene.path = path;
   Notes notes;
@@ -244,6 +247,8 @@ Scene load(const std::filesystem::path& path) {
 
   Json document = parse_json(container.json);
   check_document(document);
+  scene.variants = variants_of(document);
+  if (!variant.empty()) choose_variant(document, variant);
   const Buffers buffers(document, container, path.parent_path());
   const BufferViews views(document, buffers);
   const std::vector<Accessor> accessors = check_accessors(document, views);
@@ -252,18 +257,20 @@ Scene load(const std::filesystem::path& path) {
   digest.add(file.span());
   for (const Bytes& bytes : buffers.files()) digest.add(bytes.span());
   fill_scene(model, document, accessors, views, digest, scene, notes);
-  scene.hash = fmt::format("{:016x}", digest.hash);
+  // Another variant is another scene, whose parts are not to be merged with this one's.
   scene.file_bytes = digest.bytes;
+  if (!variant.empty()) digest.add(std::as_bytes(std::span(variant)));
+  scene.hash = fmt::format("{:016x}", digest.hash);
   notes.finish(scene);
   return scene;
 }
 
 }  // namespace
 
-Scene load_scene(const std::filesystem::path& path) {
+Scene load_scene(const std::filesystem::path& path, const std::string& variant) {
   const std::string what = "cannot load scene " + in_quotes(path.string()) + ": ";
   try {
-    return load(path);
+    return load(path, variant);
   } catch (const InputError& e) {
     throw InputError(what + e.what());
   } catch (const Error&) {

@@ -38,7 +38,7 @@ class Factors {
 
   [[nodiscard]] float clamped(double value, const char* key, double lo, double hi) const {
     const double legal = std::clamp(value, lo, hi);
-    if (legal != value) notes_.warn(fmt::format("{}: {} {:g} clamped to {:g}", place_.label(), key, value, legal));
+    if (legal != value) notes_.clamped(fmt::format("{}: {} {:g} clamped to {:g}", place_.label(), key, value, legal));
     return static_cast<float>(legal);
   }
 

@@ -11,6 +11,7 @@
 #include "scene/document_check.h"
 #include "scene/tangents.h"
 #include "scene/triangles.h"
+#include "scene/variants.h"
 
 namespace eikon {
 namespace {
@@ -140,7 +141,8 @@ void MeshReader::note_features(const Source& source, const std::string& mesh_lab
   }
   if (const Json* extensions = member(source.json, "extensions")) {
     for (const auto& entry : extensions->items()) {
-      if (entry.key() != "KHR_draco_mesh_compression") notes_.unsupported(one_line(entry.key()), mesh_label);
+      if (entry.key() != "KHR_draco_mesh_compression" && entry.key() != kVariantsExtension)
+        notes_.unsupported(one_line(entry.key()), mesh_label);
     }
   }
 }

@@ -201,13 +201,16 @@ struct Scene {
   std::vector<std::string> light_groups{"rest"};  // names of extras.lightGroup; the first is of what names none
   std::uint32_t environment_light_group = 0;      // of whatever environment is used
   std::vector<Unsupported> unsupported;
+  std::vector<std::string> variants;      // names that load_scene takes
+  std::vector<std::string> out_of_range;  // those of the warnings that say what number was clamped
   std::vector<std::string> warnings;  // one line each: what was changed or dropped, and why
   std::uint64_t file_bytes = 0;       // of the file and its buffers
 };
 
 /// Reads a .gltf or .glb file and everything it names, every offset, index and value checked before it is used.
 /// throws InputError: what, where (accessor, node, ...), why, what to try; UsageError never
-Scene load_scene(const std::filesystem::path& path);
+/// variant  name of one of its variants [KHR_materials_variants]; empty: materials as they are without any
+Scene load_scene(const std::filesystem::path& path, const std::string& variant = {});
 
 struct Bounds {
   glm::dvec3 lo{1e300}, hi{-1e300};

@@ -46,12 +46,18 @@ void Notes::unsupported(const std::string& feature, const std::string& user) {
 
 void Notes::warn(std::string warning) { warnings_.push_back(std::move(warning)); }
 
+void Notes::clamped(const std::string& warning) {
+  clamped_.push_back(warning);
+  warn(warning);
+}
+
 void Notes::finish(Scene& scene) {
   for (Feature& feature : features_) {
     std::string user = std::move(feature.first_user);
     if (feature.users.size() > 1) user += fmt::format(" and {} more", feature.users.size() - 1);
     scene.unsupported.push_back({.feature = std::move(feature.name), .user = std::move(user)});
   }
+  for (std::string& warning : clamped_) scene.out_of_range.push_back(std::move(warning));
   for (std::string& warning : warnings_) scene.warnings.push_back(std::move(warning));
 }
 

@@ -26,6 +26,8 @@ class Notes {
  public:
   void unsupported(const std::string& feature, const std::string& user);
   void warn(std::string warning);
+  /// Warns of a number that was brought into its range; an error under --strict.
+  void clamped(const std::string& warning);
   /// Moves everything into `scene`.
   void finish(Scene& scene);
 
@@ -36,7 +38,7 @@ class Notes {
   };
   std::vector<Feature> features_;  // in the order in which they were met
   std::map<std::string, std::size_t> feature_index_;
-  std::vector<std::string> warnings_;
+  std::vector<std::string> warnings_, clamped_;
 };
 
 }  // namespace eikon

@@ -318,5 +318,27 @@ TEST(BadInput, strict_refuses_what_is_not_supported) {
   EXPECT_EQ(here.files(), std::vector<std::string>{"painted.gltf"});
 }
 
+TEST(BadInput, M24_strict_refuses_numbers_out_of_range_and_names_the_material) {
+  const Workplace here;
+  std::string text = read_bytes(scene("sphere_in_sky.gltf"));
+  const std::size_t material = text.find("\"extensions\"", text.find("\"materials\""));
+  ASSERT_NE(material, std::string::npos);
+  text.insert(text.find('{', material) + 1, "\"KHR_materials_sheen\": {\"sheenRoughnessFactor\": 2}, ");
+  here.write("painted.gltf", text);
+  const Outcome loose = here.eikon("render painted.gltf -o out.exr --size 4x4 --spp 1");
+  EXPECT_TRUE(succeeded(loose));
+  EXPECT_TRUE(contains(loose.err, "'body': sheenRoughnessFactor 2 clamped to 1")) << loose.err;
+  std::filesystem::remove(here / "out.exr");
+  const Outcome strict = here.eikon("render painted.gltf -o out.exr --size 4x4 --spp 1 --strict");
+  EXPECT_TRUE(refused(strict, kInput) && contains(strict.err, "'body': sheenRoughnessFactor 2")) << strict.err;
+  EXPECT_EQ(here.files(), std::vector<std::string>{"painted.gltf"});
+}
+
+TEST(BadInput, a_variant_that_the_file_has_not_is_refused_in_a_line) {
+  const Workplace here;
+  EXPECT_TRUE(refused(here.eikon("render " + scene("cornell.gltf") + " -o out.exr --variant red"), kInput));
+  EXPECT_TRUE(here.files().empty());
+}
+
 }  // namespace
 }  // namespace eikon::testing
