@@ -36,6 +36,8 @@ typedef struct {
   v3 clearcoat_normal; // local, unit, on wo's side
   v3 sheen;            // colour of the fibres, [0, 1]
   vf sheen_roughness;  // [0, 1]
+  vf phong_shininess;
+  v3 phong_specular;   // [0, 1]
   v3 conductor_eta, conductor_k;  // complex index of refraction
 } MaterialLanes;
 
@@ -79,6 +81,7 @@ EK_FN BsdfSample bsdf_sample_of(BsdfValue value, v3 wi, vi delta) {
 #include "bsdf_metallic_roughness.h"
 #include "bsdf_transmission.h"
 #include "bsdf_conductor.h"
+#include "bsdf_phong.h"
 
 #include "bsdf_layers.h"
 

@@ -169,7 +169,8 @@ EK_FN HitMaterial hit_material(SceneData scene, vu index, HitAttributes at, vi f
   const v3 up = V3((vf)(0.0f), (vf)(0.0f), one), none = V3((vf)(0.0f), (vf)(0.0f), (vf)(0.0f));
   m.clearcoat = m.clearcoat_alpha = m.sheen_roughness = (vf)(0.0f);
   m.clearcoat_normal = up;
-  m.sheen = m.conductor_eta = m.conductor_k = none;
+  m.sheen = m.conductor_eta = m.conductor_k = m.phong_specular = none;
+  m.phong_shininess = (vf)(0.0f);
   m.ggx_alpha_x = m.ggx_alpha;
   m.diffuse_transmission = (vf)(0.0f);
   m.diffuse_transmission_color = none;
@@ -177,16 +178,18 @@ EK_FN HitMaterial hit_material(SceneData scene, vu index, HitAttributes at, vi f
   hit.anisotropy_y = (vf)(0.0f);
   hit.clearcoat_normal_texture = (vu)(EK_NO_TEXTURE);
   hit.bsdf = m;
-  if (EK_HAS_clearcoat | EK_HAS_sheen | EK_HAS_anisotropy) {
+  if (EK_HAS_clearcoat | EK_HAS_sheen | EK_HAS_anisotropy | EK_HAS_phong) {
     const Rec e = rec16(scene.material_details, index * 2u);
     if (EK_HAS_clearcoat | EK_HAS_sheen) add_layers(scene, e, at, m.solid & !front, &hit);
     if (EK_HAS_anisotropy) add_anisotropy(scene, e, at, &hit);
+    if (EK_HAS_phong) hit.bsdf.phong_shininess = e.wf;
   }
   hit.ior = ior;
   hit.spread = (vf)(0.0f);
-  if (EK_HAS_conductor | EK_HAS_dispersion | EK_HAS_diffuse_transmission) {
+  if (EK_HAS_conductor | EK_HAS_dispersion | EK_HAS_diffuse_transmission | EK_HAS_phong) {
     const Rec e = rec16(scene.material_details, index * 2u + 1u);
     if (EK_HAS_diffuse_transmission) add_translucence(scene, e, at, &hit.bsdf);
+    if (EK_HAS_phong) hit.bsdf.phong_specular = V3(e.wd, e.we, e.wf);
     if (EK_HAS_dispersion) hit.spread = m.solid ? e.w6 : (vf)(0.0f);
     hit.bsdf.conductor_eta = V3(e.w0, e.w1, e.w2);
     hit.bsdf.conductor_k = V3(e.w3, e.w4, e.w5);

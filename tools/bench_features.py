@@ -116,6 +116,9 @@ def features():
         ("transmission, thin", {**smooth, **rough}, {**smooth, **rough, "extensions": glass}),
         ("transmission, solid and rough", {**smooth, **rough}, {**smooth, **rough, "extensions": solid}),
         ("transmission, solid and smooth", {**smooth, **rough}, {**smooth, **rough, "roughness": 0.0, "extensions": solid}),
+        ("diffuse transmission", {**smooth, **rough}, {**smooth, **rough, "extensions": {
+            "KHR_materials_diffuse_transmission": {"diffuseTransmissionFactor": 0.5}}}),
+        ("Blinn's highlights", smooth, {**smooth, "extensions": {"EIKON_materials_phong": {"specular": [0.3, 0.3, 0.3]}}}),
         ("dispersion", {**smooth, **rough, "roughness": 0.0, "extensions": solid}, {**smooth, **rough, "roughness": 0.0, "extensions": {
             **solid, "KHR_materials_dispersion": {"dispersion": 1.0}}}),
         ("absorption", {**smooth, **rough, "extensions": solid}, {**smooth, **rough, "extensions": tinted}),

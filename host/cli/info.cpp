@@ -57,6 +57,11 @@ std::string describe(const Material& material) {
   }
   if (material.dispersion > 0 && material.solid) text += fmt::format(", dispersion {:g}", material.dispersion);
   if (material.anisotropy > 0) text += fmt::format(", anisotropy {:g}", material.anisotropy);
+  if (material.phong) {
+    const glm::vec3& specular = material.phong->specular;
+    text += fmt::format(", highlights ({:g}, {:g}, {:g}) of shininess {:g}", specular.x, specular.y, specular.z,
+                        material.phong->shininess);
+  }
   if (material.conductor) {
     const glm::vec3 &eta = material.conductor->eta, &k = material.conductor->k;
     text += fmt::format(", conductor of eta ({:g}, {:g}, {:g}) and k ({:g}, {:g}, {:g})", eta.x, eta.y, eta.z, k.x, k.y,

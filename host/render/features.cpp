@@ -59,6 +59,7 @@ struct Shown {
 std::string lobe_of(const Material& material) {
   if (material.unlit) return "diffuse";
   if (material.conductor) return "conductor";
+  if (material.phong) return "phong";
   const bool may_be_dielectric = material.metallic < 1 || material.metallic_roughness_texture;
   if ((material.transmission > 0 || material.diffuse_transmission > 0) && may_be_dielectric) return "transmission";
   if (material.metallic > 0 || material.specular > 0) return "metallic_roughness";
@@ -138,7 +139,9 @@ Features::Features(const Scene& scene, const Settings& settings) {
             (m.specular != 1 || m.specular_color != glm::vec3(1) || m.specular_texture || m.specular_color_texture));
   });
   const auto is_coated = [](const Material& m) { return m.clearcoat > 0; };
-  const auto is_anisotropic = [](const Material& m) { return m.anisotropy > 0 && lobe_of(m) != "diffuse"; };
+  const auto is_anisotropic = [](const Material& m) {
+    return m.anisotropy > 0 && lobe_of(m) != "diffuse" && lobe_of(m) != "phong";
+  };
   const auto is_translucent = [](const Material& m) {
     return m.diffuse_transmission > 0 && lobe_of(m) == "transmission";
   };
@@ -146,11 +149,12 @@ Features::Features(const Scene& scene, const Settings& settings) {
     return m.dispersion > 0 && m.solid && m.ior > 1 && lobe_of(m) == "transmission";
   };
   const auto has_sheen = [](const Material& m) { return m.sheen_color != glm::vec3(0); };
-  needs["material_detail"] = shown.material(
-      "no clearcoat, sheen, diffuse transmission, anisotropy, dispersion or conductor", [&](const Material& m) {
-        return is_coated(m) || has_sheen(m) || is_translucent(m) || is_anisotropic(m) || disperses(m) ||
-               lobe_of(m) == "conductor";
-      });
+  needs["material_detail"] =
+      shown.material("no clearcoat, sheen, diffuse transmission, anisotropy, dispersion, conductor or highlight",
+                     [&](const Material& m) {
+                       return is_coated(m) || has_sheen(m) || is_translucent(m) || is_anisotropic(m) || disperses(m) ||
+                              lobe_of(m) == "conductor" || lobe_of(m) == "phong";
+                     });
   needs["diffuse_transmission"] = shown.material("nothing scatters light that passes it", is_translucent);
   needs["diffuse_transmission_texture"] = shown.material("no such texture", [](const Material& m) {
     return m.diffuse_transmission_texture || m.diffuse_transmission_color_texture;

@@ -131,6 +131,10 @@ class MaterialPacker {
     d.diffuse_transmission_r = through.x, d.diffuse_transmission_g = through.y, d.diffuse_transmission_b = through.z;
     d.diffuse_transmission_texture = texture(m.diffuse_transmission_texture);
     d.diffuse_transmission_color_texture = texture(m.diffuse_transmission_color_texture);
+    if (m.phong) {
+      d.phong_shininess = m.phong->shininess;
+      d.phong_r = m.phong->specular.x, d.phong_g = m.phong->specular.y, d.phong_b = m.phong->specular.z;
+    }
     if (m.conductor) {
       d.eta_r = m.conductor->eta.x, d.eta_g = m.conductor->eta.y, d.eta_b = m.conductor->eta.z;
       d.k_r = m.conductor->k.x, d.k_g = m.conductor->k.y, d.k_b = m.conductor->k.z;

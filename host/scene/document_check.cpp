@@ -38,6 +38,7 @@ constexpr std::string_view kSupportedExtensions[] = {
     "KHR_materials_sheen",
     "KHR_materials_anisotropy",
     "EIKON_materials_conductor",
+    "EIKON_materials_phong",
     "KHR_materials_dispersion",
     "KHR_materials_diffuse_transmission",
     "KHR_materials_variants",

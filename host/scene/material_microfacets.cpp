@@ -8,7 +8,8 @@
 namespace eikon {
 namespace {
 
-constexpr double kMaxIndex = 0x1p14;  // its fourth power stays finite in the kernels
+constexpr double kMaxShininess = 1e4;  // floats resolve no narrower highlights
+constexpr double kMaxIndex = 0x1p14;   // its fourth power stays finite in the kernels
 
 // Indices of refraction at 650, 550 and 450 nm, which stand for R, G and B: the middles of what the three primaries see. One
 // wavelength each, so that the reflectance is a metal's own there; a mean over each primary's band would be of no wavelength.
@@ -61,6 +62,11 @@ bool check_microfacets(const Place& extension, std::size_t texture_count) {
     check_texture_slot(extension, "anisotropyTexture", texture_count);
     return true;
   }
+  if (extension.kind == kPhongExtension) {
+    as_number(extension, "shininess");
+    has_numbers(extension, "specular", 3);
+    return true;
+  }
   if (extension.kind != kConductorExtension) return false;
   check_conductor(extension);
   return true;
@@ -72,6 +78,12 @@ void read_microfacets(const Place& place, const Factors& factors, Material& mate
   // The angle within a turn first: floats of many turns are coarse.
   material.anisotropy_rotation_rad =
       std::remainder(number_of(anisotropy, "anisotropyRotation", 0.0), 2 * std::numbers::pi);
+  if (const Json* phong = extension_of(place, kPhongExtension)) {
+    const Phong usual;
+    material.phong = Phong{.shininess = factors.clamped(number_of(phong, "shininess", double(usual.shininess)),
+                                                        "shininess", 0.0, kMaxShininess),
+                           .specular = factors.colour(phong, "specular", double(usual.specular.x))};
+  }
   const Json* conductor = extension_of(place, kConductorExtension);
   if (conductor == nullptr) return;
   if (const Metal* metal = metal_of(*conductor)) {

@@ -10,8 +10,9 @@ namespace eikon {
 
 inline constexpr std::string_view kAnisotropyExtension = "KHR_materials_anisotropy";
 inline constexpr std::string_view kConductorExtension = "EIKON_materials_conductor";
+inline constexpr std::string_view kPhongExtension = "EIKON_materials_phong";
 
-/// Whether `extension` is one of the two; if so its types are checked, and the name of its metal.
+/// Whether `extension` is one of the three; if so its types are checked, and the name of its metal.
 /// throws InputError naming what is wrong with it
 bool check_microfacets(const Place& extension, std::size_t texture_count);
 

@@ -24,12 +24,13 @@ constexpr const char* kDispersionExtension = "KHR_materials_dispersion";
 constexpr double kMaxDispersion = 39;  // from 40 on the index of R would be 1 or less
 constexpr double kMaxIor = 1e9;        // reflects all but 4e-9; squares stay finite
 
-constexpr std::array<std::string_view, 12> kKnown{"KHR_materials_specular", "KHR_materials_emissive_strength",
+constexpr std::array<std::string_view, 13> kKnown{"KHR_materials_specular", "KHR_materials_emissive_strength",
                                                   "KHR_materials_ior",      "KHR_materials_transmission",
                                                   "KHR_materials_volume",   "KHR_materials_unlit",
                                                   kClearcoatExtension,      kSheenExtension,
                                                   kAnisotropyExtension,     kConductorExtension,
-                                                  kDispersionExtension,     kTranslucenceExtension};
+                                                  kDispersionExtension,     kTranslucenceExtension,
+                                                  kPhongExtension};
 // Unknown extensions that change nothing while this member of theirs is absent or 0.
 struct Neutral {
   std::string_view extension;
@@ -124,6 +125,9 @@ Material convert_material(const Json& document, std::size_t index, Notes& notes)
   read_layers(place, factors, material);
   read_microfacets(place, factors, material);
   read_translucence(place, factors, material);
+  if (material.phong && material.conductor)
+    place.refuse("it has EIKON_materials_phong and EIKON_materials_conductor; leave one out");
+  if (material.phong) material.metallic = material.transmission = material.diffuse_transmission = 0.0F;
   if (material.conductor) {
     material.metallic = 1.0F;
     material.transmission = material.diffuse_transmission = 0.0F;
@@ -136,6 +140,7 @@ Material convert_material(const Json& document, std::size_t index, Notes& notes)
     material.clearcoat = 0.0F;
     material.anisotropy = 0.0F;
     material.conductor.reset();
+    material.phong.reset();
     material.sheen_color = glm::vec3(0.0F);
   }
   return material;

@@ -66,6 +66,12 @@ struct Conductor {
   glm::vec3 eta{1.0F}, k{0.0F};  // >= 0
 };
 
+/// Blinn's highlights over Lambert's base.
+struct Phong {
+  float shininess = 32.0F;  // of the cosine's power, [0, 10^4]
+  glm::vec3 specular{0.04F};  // [0, 1]
+};
+
 enum class AlphaMode { opaque, mask, blend };
 
 /// Factors in their legal ranges; a texture multiplies its factor.
@@ -92,6 +98,7 @@ struct Material {
   float dispersion = 0.0F;             // KHR_materials_dispersion: 20 / Abbe number
   float anisotropy = 0.0F;             // KHR_materials_anisotropy: strength
   double anisotropy_rotation_rad = 0.0;  // from the tangent towards the bitangent
+  std::optional<Phong> phong{};          // EIKON_materials_phong, instead of metal and roughness
   std::optional<Conductor> conductor{};  // EIKON_materials_conductor: bare metal of this index
   glm::vec3 emission{0.0F};          // radiance: emissiveFactor x emissiveStrength, W / (sr m^2); finite
   float normal_scale = 1.0F;

@@ -169,7 +169,7 @@ typedef struct {
 EK_ASSERT_SIZE(MaterialExtension, 64);
 
 // What few materials have (EK_HAS_material_detail): KHR_materials_clearcoat, _sheen, _anisotropy, _dispersion,
-// _diffuse_transmission, EIKON_materials_conductor.
+// _diffuse_transmission, EIKON_materials_conductor, _phong.
 typedef struct {
   float clearcoat, clearcoat_roughness;
   float sheen_r, sheen_g, sheen_b, sheen_roughness;
@@ -181,7 +181,7 @@ typedef struct {
   float anisotropy;               // strength, [0, 1]
   float anisotropy_cos, anisotropy_sin;  // of its rotation from the tangent towards the bitangent
   uint anisotropy_texture;        // R, G: direction, B: strength
-  uint pad0;
+  float phong_shininess;
   float eta_r, eta_g, eta_b;      // of a conductor: its index of refraction, eta + i k
   float k_r, k_g, k_b;
   float spread;                   // by how much the index of B is larger than that of G, and of R smaller
@@ -189,7 +189,7 @@ typedef struct {
   float diffuse_transmission_r, diffuse_transmission_g, diffuse_transmission_b;
   uint diffuse_transmission_texture;  // A
   uint diffuse_transmission_color_texture;  // RGB
-  uint pad1, pad2, pad3;
+  float phong_r, phong_g, phong_b;  // highlight
 } MaterialDetail;
 EK_ASSERT_SIZE(MaterialDetail, 128);
 

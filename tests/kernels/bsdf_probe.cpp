@@ -75,6 +75,20 @@ std::vector<Specimen> conductor_specimens(unsigned lobe, float roughness) {
   return {{"gold", lobe, gold}, {"tinted conductor", lobe, tinted}, {"brushed gold", lobe, brushed}};
 }
 
+/// Shininess goes with the roughness: alpha^2 = 2 / (n + 2) makes highlights as wide as GGX's.
+std::vector<Specimen> phong_specimens(unsigned lobe, float roughness) {
+  const double alpha2 = std::pow(double(roughness), 4);
+  Look plastic{.base_color = {0.7F, 0.3F, 0.1F}, .roughness = std::max(roughness, 0.15F)};
+  plastic.shininess = float(std::clamp(2 / std::max(alpha2, 1e-9) - 2, 0.0, 1e4));
+  plastic.highlight = {0.2F, 0.3F, 0.1F};
+  Look white = plastic, bare = plastic;
+  white.base_color = {1, 1, 1};
+  white.highlight = {0.5F, 0.5F, 0.5F};
+  bare.highlight = {1, 1, 1};
+  return {
+      {"Blinn's plastic", lobe, plastic}, {"white under highlights", lobe, white}, {"highlights alone", lobe, bare}};
+}
+
 /// glTF's materials with anisotropy.
 std::vector<Specimen> anisotropic_specimens(float roughness) {
 #define EK_LOBE(name, bit) [[maybe_unused]] constexpr unsigned name = bit;
@@ -170,6 +184,10 @@ MaterialDetail detail_of(const Specimen& s) {
   d.diffuse_transmission_g = s.look.diffuse_transmission_color[1];
   d.diffuse_transmission_b = s.look.diffuse_transmission_color[2];
   d.diffuse_transmission_texture = d.diffuse_transmission_color_texture = EK_NO_TEXTURE;
+  d.phong_shininess = s.look.shininess;
+  d.phong_r = s.look.highlight[0];
+  d.phong_g = s.look.highlight[1];
+  d.phong_b = s.look.highlight[2];
   d.eta_r = s.look.eta[0];
   d.eta_g = s.look.eta[1];
   d.eta_b = s.look.eta[2];

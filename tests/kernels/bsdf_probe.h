@@ -38,6 +38,8 @@ struct Look {
   std::array<float, 3> sheen = {0, 0, 0};
   float sheen_roughness = 0;
   float roughness_x = -1;  // of anisotropic ones
+  float shininess = 0;
+  std::array<float, 3> highlight = {0, 0, 0};
   float diffuse_transmission = 0;
   std::array<float, 3> diffuse_transmission_color = {1, 1, 1};
   std::array<float, 3> eta = {1, 1, 1}, k = {0, 0, 0};

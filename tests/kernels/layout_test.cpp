@@ -12,6 +12,7 @@ namespace eikon {
 namespace {
 
 // Every field of every record; the sizes below add up, so none can be forgotten.
+// clang-format off: it breaks the lists anew when one field is added.
 #define FRAME_FIELDS(F)                                                                                           \
   F(Frame, camera_origin)                                                                                         \
   F(Frame, camera_x)                                                                                              \
@@ -134,7 +135,7 @@ namespace {
   F(MaterialDetail, anisotropy_cos)                     \
   F(MaterialDetail, anisotropy_sin)                     \
   F(MaterialDetail, anisotropy_texture)                 \
-  F(MaterialDetail, pad0)                               \
+  F(MaterialDetail, phong_shininess)                    \
   F(MaterialDetail, eta_r)                              \
   F(MaterialDetail, eta_g)                              \
   F(MaterialDetail, eta_b)                              \
@@ -148,9 +149,9 @@ namespace {
   F(MaterialDetail, diffuse_transmission_b)             \
   F(MaterialDetail, diffuse_transmission_texture)       \
   F(MaterialDetail, diffuse_transmission_color_texture) \
-  F(MaterialDetail, pad1)                               \
-  F(MaterialDetail, pad2)                               \
-  F(MaterialDetail, pad3)
+  F(MaterialDetail, phong_r)                            \
+  F(MaterialDetail, phong_g)                            \
+  F(MaterialDetail, phong_b)
 #define TEXTURE_FIELDS(F)       \
   F(TextureRecord, first_texel) \
   F(TextureRecord, width)       \
@@ -263,6 +264,7 @@ namespace {
   R(TriangleColors, COLORS_FIELDS) R(MaterialExtension, EXTENSION_FIELDS) R(MaterialDetail, DETAIL_FIELDS)                                   \
       R(TextureRecord, TEXTURE_FIELDS) R(Light, LIGHT_FIELDS) R(LightBucket, BUCKET_FIELDS) R(LightNode, NODE_FIELDS) \
           R(Diagnostics, DIAGNOSTICS_FIELDS) R(ShapeRecord, SHAPE_FIELDS) R(InstanceRecord, INSTANCE_FIELDS)
+// clang-format on
 
 #define FIELD_SIZE(record, field) +sizeof(record::field)
 #define CHECK_COMPLETE(record, fields) \

@@ -186,6 +186,36 @@ TEST(SceneMaterials, M24_conductors_and_anisotropy_out_of_range_are_clamped_or_r
   }
 }
 
+TEST(SceneMaterials, highlights_arrive_clamped_or_refused) {
+  Builder builder;
+  builder.json["extensionsRequired"] = {"EIKON_materials_phong"};
+  Json& extensions = builder.material()["extensions"];
+  extensions["EIKON_materials_phong"] = Json::parse(R"({"shininess": 8, "specular": [0.5, 0.25, 0]})");
+  const Scene scene = builder.load();
+  ASSERT_TRUE(scene.materials.at(0).phong);
+  EXPECT_EQ(scene.materials.at(0).phong->shininess, 8.0F);
+  EXPECT_EQ(scene.materials.at(0).phong->specular, glm::vec3(0.5F, 0.25F, 0));
+  EXPECT_TRUE(scene.unsupported.empty() && scene.warnings.empty());
+
+  extensions["EIKON_materials_phong"] = Json::parse(R"({"shininess": 1e9, "specular": [2, -1, 0]})");
+  const Scene clamped = builder.load();
+  EXPECT_EQ(clamped.materials.at(0).phong->shininess, 1e4F);
+  EXPECT_EQ(clamped.materials.at(0).phong->specular, glm::vec3(1, 0, 0));
+  EXPECT_EQ(clamped.out_of_range.size(), 3U);
+  EXPECT_TRUE(warns(clamped, "material 'paint': shininess 1e+09 clamped to 10000"));
+
+  for (const auto& [content, says] :
+       {std::pair(R"({"shininess": "much"})", "shininess"), std::pair(R"({"specular": 1})", "specular"),
+        std::pair("[]", "is not an object")}) {
+    extensions["EIKON_materials_phong"] = Json::parse(content);
+    const std::string message = message_of([&] { builder.load(); });
+    EXPECT_TRUE(mentions(message, "material 'paint'") && mentions(message, says)) << message;
+  }
+  extensions["EIKON_materials_phong"] = Json::object();
+  extensions["EIKON_materials_conductor"] = {{"metal", "Au"}};
+  EXPECT_TRUE(mentions(message_of([&] { builder.load(); }), "leave one out"));
+}
+
 TEST(SceneMaterials, diffuse_transmission_arrives_clamped_or_refused) {
   Builder builder;
   builder.json["extensionsRequired"] = {"KHR_materials_diffuse_transmission"};
