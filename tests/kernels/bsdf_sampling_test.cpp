@@ -18,17 +18,22 @@ Vector normalized(const Vector& a) {
 }
 
 /// A partition of the sphere into bins that are fine where a lobe is narrow: the directions above the surface in polar
-/// coordinates about one axis, those below about another; polar angles by 1 - cos = scale t^6.
+/// coordinates about one axis, those below about another; polar angles by 1 - cos = scale t^6. Along a meridian a side ends at
+/// the surface's horizon, where densities jump: bins are integrated up to there.
 class Bins {
  public:
-  /// The middle of a cell of the grid, and what of the sphere it stands for.
+  /// What of a bin an integral looks at: parts of its columns and of what its rows have on their side of the horizon, in 0 .. 1.
+  struct Cell {
+    std::size_t bin;
+    double row = 0, column = 0, size = 1;
+  };
+  /// A node of a cell's rule, and what of the sphere it stands for.
   struct Point {
     Direction w;
     double solid_angle;
-    std::size_t bin;
   };
 
-  static constexpr unsigned kRows = 16, kColumns = 24, kStrip = 48;
+  static constexpr unsigned kRows = 16, kColumns = 24, kNodes = 4;
   static constexpr std::size_t kCount = std::size_t{2} * kRows * kColumns;
 
   /// axes of the upper and the lower half; whole: polar angles up to 180 degrees (a tilted axis), else up to the horizon
@@ -56,27 +61,28 @@ class Bins {
     return (std::size_t{side} * kRows + row) * kColumns + column;
   }
 
-  /// Points of a bin, steps x steps, but for those across the horizon, which are another bin's.
-  /// returns how far halving the steps must go at least: densities end at the horizon, some within a strip along it
-  unsigned add_points(std::size_t bin, unsigned steps, std::vector<Point>& points) const {
-    const auto side = unsigned(bin / (std::size_t{kRows} * kColumns)), row = unsigned(bin / kColumns % kRows),
-               column = unsigned(bin % kColumns);
-    bool cut = false, low = false;
-    const std::size_t before = points.size();
-    for (unsigned i = 0; i < steps; ++i)
-      for (unsigned j = 0; j < steps; ++j) {
-        const double t = (row + (i + 0.5) / steps) / kRows, turn = (column + (j + 0.5) / steps) / kColumns;
+  /// The kNodes x kNodes nodes of a cell by Gauss and Legendre's rule; none where all of the cell is another side's.
+  /// returns whether the cell lies low along the horizon, within a strip of which some densities live
+  bool add_points(const Cell& cell, std::vector<Point>& points) const {
+    constexpr double kAt[] = {0.0694318442029737, 0.330009478207572, 0.669990521792428, 0.930568155797026};
+    constexpr double kWeight[] = {0.173927422568727, 0.326072577431273, 0.326072577431273, 0.173927422568727};
+    const auto side = unsigned(cell.bin / (std::size_t{kRows} * kColumns)), row = unsigned(cell.bin / kColumns % kRows),
+               column = unsigned(cell.bin % kColumns);
+    bool low = false;
+    for (unsigned j = 0; j < kNodes; ++j) {
+      const double turn = (column + cell.column + kAt[j] * cell.size) / kColumns;
+      const double begin = double(row) / kRows, length = std::min((row + 1.0) / kRows, horizon(side, turn)) - begin;
+      if (length <= 0) continue;
+      for (unsigned i = 0; i < kNodes; ++i) {
+        const double t = begin + length * (cell.row + kAt[i] * cell.size);
         const Vector w = direction(side, t, turn);
         low = low || std::abs(w[2]) < 0.05;
-        if ((w[2] > 0) != (side == 0)) {
-          cut = true;
-          continue;
-        }
-        const double area = scale_ * 6 * std::pow(t, 5) / (kRows * steps) * 2 * std::numbers::pi / (kColumns * steps);
-        points.push_back({{float(w[0]), float(w[1]), float(w[2])}, area, bin});
+        const double area = scale_ * 6 * std::pow(t, 5) * length * kWeight[i] * 2 * std::numbers::pi / kColumns *
+                            kWeight[j] * cell.size * cell.size;
+        points.push_back({{float(w[0]), float(w[1]), float(w[2])}, area});
       }
-    const bool mixed = cut && points.size() > before;
-    return mixed || (cut && low) ? 2 * kStrip : low ? kStrip : 0;
+    }
+    return low;
   }
 
  private:
@@ -87,6 +93,15 @@ class Bins {
     for (std::size_t k = 0; k < 3; ++k)
       w[k] = r * (std::cos(phi) * x_[side][k] + std::sin(phi) * y_[side][k]) + z * axes_[side][k];
     return w;
+  }
+
+  /// t at which a meridian meets the surface; what is beyond is the other side's
+  double horizon(unsigned side, double turn) const {
+    const double phi = (turn - 0.5) * 2 * std::numbers::pi;
+    const double along = std::cos(phi) * x_[side][2] + std::sin(phi) * y_[side][2];
+    // cos * axis + sin * along = 0; both sides begin at their axis, which is theirs.
+    const double theta = std::atan2(std::abs(axes_[side][2]), axes_[side][2] > 0 ? -along : along);
+    return std::pow((1 - std::cos(theta)) / scale_, 1.0 / 6);
   }
 
   std::array<Vector, 2> axes_, x_{}, y_{};
@@ -116,33 +131,62 @@ Bins bins_for(const Specimen& s, const Direction& wo) {
   return {{-wo[0], -wo[1], wo[2]}, below, true};
 }
 
-/// What pdf integrates to over each bin, by the midpoint rule: the steps are halved where that still matters, as at the horizons
-/// of the surface, of its coat and of upright microfacets, where densities jump.
+/// What pdf integrates to over each bin: cells are quartered where that still matters, as at the horizons of a coat and of
+/// upright microfacets, where densities jump, and at least kLow times along the surface's own.
 std::vector<double> integrals(const std::vector<Specimen>& all, std::uint32_t which, const Direction& wo,
                               const Bins& bins) {
-  constexpr unsigned kFirst = 6, kLast = 96;
-  // Halving the steps leaves a third of the difference: of kCount bins half of what is allowed.
-  constexpr double kResolved = 4e-6;
-  std::vector<std::size_t> open(Bins::kCount);
-  for (std::size_t i = 0; i < open.size(); ++i) open[i] = i;
+  constexpr unsigned kLow = 3, kDeepest = 6;
+  // A cell that is cut by a jump is off by less than quartering changes it; some hundred are, to either side.
+  constexpr double kResolved = 3e-6;
+  const auto children = [](const Bins::Cell& c) {
+    const double h = c.size / 2;
+    return std::array<Bins::Cell, 4>{{{c.bin, c.row, c.column, h},
+                                      {c.bin, c.row + h, c.column, h},
+                                      {c.bin, c.row, c.column + h, h},
+                                      {c.bin, c.row + h, c.column + h, h}}};
+  };
   std::vector<double> value(Bins::kCount, 0);
-  for (unsigned steps = kFirst; steps <= kLast && !open.empty(); steps *= 2) {
+  std::vector<Bins::Cell> cells;
+  for (std::size_t bin = 0; bin < Bins::kCount; ++bin) cells.push_back({bin});
+  std::vector<double> coarse;  // of every four cells: of what they are quarters
+  for (unsigned depth = 0; !cells.empty(); ++depth) {
     std::vector<Bins::Point> points;
-    std::vector<unsigned> least;
-    for (const std::size_t bin : open) least.push_back(bins.add_points(bin, steps, points));
-    Queries grid;
-    for (const auto& point : points) grid.add(which, wo, point.w, 0, 0, 0);
-    const Answers stated = scatter(all, grid);
-    std::vector<double> finer(Bins::kCount, 0);
-    for (std::size_t i = 0; i < points.size(); ++i) finer[points[i].bin] += stated.pdf(i) * points[i].solid_angle;
-    std::vector<std::size_t> still;
-    for (std::size_t i = 0; i < open.size(); ++i) {
-      const std::size_t bin = open[i];
-      const bool resolved = steps > kFirst && steps >= least[i] && std::abs(finer[bin] - value[bin]) <= kResolved;
-      if (!resolved) still.push_back(bin);
-      value[bin] = finer[bin];
+    std::vector<std::size_t> ends;
+    std::vector<bool> low;
+    for (const Bins::Cell& cell : cells) {
+      low.push_back(bins.add_points(cell, points));
+      ends.push_back(points.size());
     }
-    open = std::move(still);
+    std::vector<double> part(cells.size(), 0);
+    if (!points.empty()) {
+      Queries grid;
+      for (const auto& point : points) grid.add(which, wo, point.w, 0, 0, 0);
+      const Answers stated = scatter(all, grid);
+      for (std::size_t cell = 0, i = 0; cell < cells.size(); ++cell)
+        for (; i < ends[cell]; ++i) part[cell] += stated.pdf(i) * points[i].solid_angle;
+    }
+    std::vector<Bins::Cell> next;
+    std::vector<double> next_coarse;
+    const auto quarter = [&](std::size_t cell) {
+      for (const Bins::Cell& child : children(cells[cell])) next.push_back(child);
+      next_coarse.push_back(part[cell]);
+    };
+    if (depth == 0) {
+      for (std::size_t cell = 0; cell < cells.size(); ++cell) quarter(cell);
+    } else {
+      for (std::size_t first = 0; first < cells.size(); first += 4) {
+        const double finer = part[first] + part[first + 1] + part[first + 2] + part[first + 3];
+        const bool resolved = std::abs(finer - coarse[first / 4]) <= kResolved;
+        for (std::size_t cell = first; cell < first + 4; ++cell) {
+          if (depth < kDeepest && (!resolved || (low[cell] && depth < kLow)))
+            quarter(cell);
+          else
+            value[cells[cell].bin] += part[cell];
+        }
+      }
+    }
+    cells = std::move(next);
+    coarse = std::move(next_coarse);
   }
   return value;
 }
@@ -235,9 +279,11 @@ TEST(BsdfSampling, M1_uniform_scattering_of_lambert_has_its_density) {
   for (unsigned i = 0; i < kSamples; ++i) q.add(0, wo, random);
   const Answers sampled = scatter(all, q, true);
   std::vector<double> observed(Bins::kCount, 0), expected(Bins::kCount, 0);
-  std::vector<Bins::Point> points;
-  for (std::size_t bin = 0; bin < Bins::kCount / 2; ++bin) bins.add_points(bin, 12, points);
-  for (const auto& point : points) expected[point.bin] += kSamples * point.solid_angle / (2 * std::numbers::pi);
+  for (std::size_t bin = 0; bin < Bins::kCount / 2; ++bin) {
+    std::vector<Bins::Point> points;
+    bins.add_points({bin}, points);
+    for (const auto& point : points) expected[bin] += kSamples * point.solid_angle / (2 * std::numbers::pi);
+  }
   for (unsigned i = 0; i < kSamples; ++i) {
     const Sampled s = sampled.sample(i);
     ++observed[bins.index(s.wi)];
