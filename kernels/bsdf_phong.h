@@ -44,8 +44,11 @@ EK_FN BsdfValue phong_evaluate(MaterialLanes m, v3 wo, v3 wi) { return phong_val
 
 EK_FN BsdfSample phong_sample(MaterialLanes m, v3 wo, vf u, vf v, vf choice) {
   const Phong k = make_phong(m);
-  const vf cos_h = exp2_f(log2_f(1.0f - v) / (m.phong_shininess + 1.0f));
-  const vf sin_h = sqrt(max_f((1.0f - cos_h) * (1.0f + cos_h), (vf)(0.0f)));
+  // 1 - cos_h, by its series where it is small: the cosines that floats have make rings of sharp highlights.
+  const vf power = log2_f(1.0f - v) / (m.phong_shininess + 1.0f), y = -0.693147181f * power;
+  const vf series = y * (1.0f - y * (0.5f - y * (0.166666667f - y * (0.0416666667f - y * 0.00833333333f))));
+  const vf rest = y < 0.25f ? series : 1.0f - exp2_f(power);
+  const vf cos_h = 1.0f - rest, sin_h = sqrt(rest * (2.0f - rest));
   vf s, c;
   sincos_2pi(u, &s, &c);
   const v3 reflected = normalize3(mirrored(wo, V3(sin_h * c, sin_h * s, cos_h)));

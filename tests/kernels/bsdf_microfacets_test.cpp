@@ -10,10 +10,6 @@
 namespace eikon::test {
 namespace {
 
-#define constant [[maybe_unused]] static const
-#include "anisotropy_table.h"
-#undef constant
-
 enum : unsigned {
 #define EK_LOBE(name, bit) kLobe_##name = bit,
 #include "shared/features.def"
@@ -186,18 +182,8 @@ TEST(Anisotropy, M21_samples_at_a_ratio_of_1000_to_1_bring_back_what_the_lobe_re
     }
 }
 
-// The layer takes no more of what arrives than its albedo, plus the lifts by which kernels/anisotropy_table.h bounds that from
-// above, of its Fresnel reflectance .04: (1 - cos)^5 goes with the grazing one. What leaves is cut by a mean of the same lifts.
-double lift_of_layer(double alpha_x, double alpha_y, double cosine, double turn) {
-  const double p = std::hypot(alpha_x * std::cos(turn), alpha_y * std::sin(turn)),
-               q = std::hypot(alpha_x * std::sin(turn), alpha_y * std::cos(turn));
-  const double rho2 = 1 - std::pow(alpha_x * alpha_y / (p * q), 2), g = 1 - cosine;
-  const double full = EK_ANISOTROPY_LIFT_FULL + EK_ANISOTROPY_SHARP_FULL * std::pow(g, 8) + EK_ANISOTROPY_SKEW_FULL * rho2 * g;
-  const double grazing = EK_ANISOTROPY_LIFT_GRAZING + EK_ANISOTROPY_SHARP_GRAZING * std::pow(g, 8) +
-                         EK_ANISOTROPY_SKEW_GRAZING * rho2 * rho2 * g * g;
-  return 0.04 * full + 0.96 * grazing;
-}
-
+// Of a layer of reflectance .04 the tables say at most .04 * .109 + .96 * .169 more than the truth, and the mean over all directions
+// at most .0125 less than that of what they say (tools/make_anisotropy_table.py --check): both at grazing angles.
 TEST(Anisotropy, a_white_base_under_a_brushed_layer_gives_back_no_more_than_arrives) {
   std::mt19937 random(5);
   for (const auto& [x, y] : {std::pair(1.0F, 0.0F), std::pair(1.0F, 0.1F), std::pair(0.7F, 0.2F),
@@ -212,10 +198,8 @@ TEST(Anisotropy, a_white_base_under_a_brushed_layer_gives_back_no_more_than_arri
           weights.push_back(answers.sample(i).pdf > 0 ? answers.sample(i).weight[0] : 0);
         const Mean m = mean_of(weights);
         EXPECT_LE(m.mean, 1 + 4 * m.standard_error + 1e-6) << x << " " << y << " " << angle << " " << turn;
-        const double cosine = std::cos(angle * std::numbers::pi / 180), low = 1.0 / 8192;
-        const double lift = lift_of_layer(std::max<double>(x * x, low), std::max<double>(y * y, low), cosine,
-                                          turn * 2 * std::numbers::pi);
-        EXPECT_GE(m.mean, 1 - lift - 0.02 - 4 * m.standard_error) << x << " " << y << " " << angle << " " << turn;
+        EXPECT_GE(m.mean, (angle > 80 ? 0.82 : 0.9) - 4 * m.standard_error)
+            << x << " " << y << " " << angle << " " << turn;
       }
 }
 

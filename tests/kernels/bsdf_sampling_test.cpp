@@ -62,16 +62,19 @@ class Bins {
   }
 
   /// The kNodes x kNodes nodes of a cell by Gauss and Legendre's rule; none where all of the cell is another side's.
-  /// returns whether the cell lies low along the horizon, within a strip of which some densities live
+  /// returns whether the cell lies low along the horizon, within a strip of which some densities live, or only a part of it, perhaps
+  /// without a node, is on its side
   bool add_points(const Cell& cell, std::vector<Point>& points) const {
     constexpr double kAt[] = {0.0694318442029737, 0.330009478207572, 0.669990521792428, 0.930568155797026};
     constexpr double kWeight[] = {0.173927422568727, 0.326072577431273, 0.326072577431273, 0.173927422568727};
     const auto side = unsigned(cell.bin / (std::size_t{kRows} * kColumns)), row = unsigned(cell.bin / kColumns % kRows),
                column = unsigned(cell.bin % kColumns);
-    bool low = false;
+    const auto rest = [&](double at) { return horizon(side, (column + at) / kColumns) - double(row) / kRows; };
+    bool low = (rest(cell.column) > 0) != (rest(cell.column + cell.size) > 0);
     for (unsigned j = 0; j < kNodes; ++j) {
       const double turn = (column + cell.column + kAt[j] * cell.size) / kColumns;
       const double begin = double(row) / kRows, length = std::min((row + 1.0) / kRows, horizon(side, turn)) - begin;
+      low = low || length < 1.0 / kRows;
       if (length <= 0) continue;
       for (unsigned i = 0; i < kNodes; ++i) {
         const double t = begin + length * (cell.row + kAt[i] * cell.size);
