@@ -282,14 +282,17 @@ Prepared settle(const SceneOptions& options, std::shared_ptr<Scene> loaded, cons
   Prepared prepared;
   prepared.scene = std::move(loaded);
   const Scene& scene = *prepared.scene;
-  for (const std::string& warning : scene.warnings) say(warning);
-  if (options.strict && !scene.out_of_range.empty())
-    throw InputError(fmt::format("{}: {} (--strict)", options.scene, scene.out_of_range.front()));
-  for (const Unsupported& feature : scene.unsupported) {
-    const std::string line = fmt::format("{}: {}: not supported, left out", feature.user, feature.feature);
-    if (options.strict) throw InputError(fmt::format("{}: {} (--strict)", options.scene, line));
-    say(line);
+  const auto left_out = [](const Unsupported& feature) {
+    return fmt::format("{}: {}: not supported, left out", feature.user, feature.feature);
+  };
+  if (options.strict) {
+    if (!scene.out_of_range.empty())
+      throw InputError(fmt::format("{}: {} (--strict)", options.scene, scene.out_of_range.front()));
+    if (!scene.unsupported.empty())
+      throw InputError(fmt::format("{}: {} (--strict)", options.scene, left_out(scene.unsupported.front())));
   }
+  for (const std::string& warning : scene.warnings) say(warning);
+  for (const Unsupported& feature : scene.unsupported) say(left_out(feature));
 
   Settings& settings = prepared.settings;
   double aspect = 0;
