@@ -120,7 +120,7 @@ EK_FN_ONCE LightSample shape_light_sample(SceneData scene, LightSample sample, v
   const v3 ones = V3((vf)(1.0f), (vf)(1.0f), (vf)(1.0f));
   const ShapeChoice choice = shape_choose(view, sample.u, sample.v);
   const ShapePoint point = shape_point(s, choice.p, choice.part, shape_slack(s, world, ones));
-  const Surface surface = shape_placed(s, world, point, (vf)(0.0f));
+  const Surface surface = shape_placed(s, world, point);
   const vf pdf = shape_density(view, point, choice.part) * own_sr_per_sr(s, normalize3(sub3(surface.p, p)));
   sample.p = select3(is_shape, surface.p, sample.p);
   sample.p_error = select3(is_shape, surface.p_error, sample.p_error);

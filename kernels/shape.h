@@ -40,10 +40,12 @@ typedef struct {
   vf in_part, out_part;
 } ShapeSpan;
 
-// The surface near a point. p: on it, to some roundings; out: any length; u, v: texture coordinates.
+// The surface near a point. p: on it, to some roundings; out: any length; u, v: texture coordinates; right: along the surface, where u
+// grows and v stays, zero at a pole; seen from outside v grows a quarter of a turn clockwise from there. clearance: how far p may be
+// off the surface, along `out` in own space, beside roundings.
 typedef struct {
-  v3 p, out;
-  vf u, v;
+  v3 p, out, right;
+  vf u, v, clearance;
 } ShapePoint;
 
 EK_FN ShapeSpan select_span(vi m, ShapeSpan a, ShapeSpan b) {
@@ -51,9 +53,13 @@ EK_FN ShapeSpan select_span(vi m, ShapeSpan a, ShapeSpan b) {
   return s;
 }
 EK_FN ShapePoint select_point(vi m, ShapePoint a, ShapePoint b) {
-  ShapePoint s = {select3(m, a.p, b.p), select3(m, a.out, b.out), m ? a.u : b.u, m ? a.v : b.v};
+  ShapePoint s = {select3(m, a.p, b.p), select3(m, a.out, b.out), select3(m, a.right, b.right), m ? a.u : b.u, m ? a.v : b.v,
+                  m ? a.clearance : b.clearance};
   return s;
 }
+
+// `right` where u goes round the Y axis.
+EK_FN v3 east_of(v3 p) { return V3(p.z, (vf)(0.0f), -p.x); }
 
 // x within -1 and 1, by a margin.
 EK_FN vf shape_clamp(vf x, vf slack) {
@@ -96,7 +102,7 @@ EK_FN ShapeRoot shape_root(ShapeLanes s, v3 o, v3 d, vf after) {
 /// near  own space, some way off the surface
 EK_FN ShapePoint shape_point(ShapeLanes s, v3 near, vf part, v3 slack) {
   const vf zero = (vf)(0.0f);
-  ShapePoint point = {V3(zero, zero, zero), V3(zero, zero, zero), zero, zero};
+  ShapePoint point = {V3(zero, zero, zero), V3(zero, zero, zero), V3(zero, zero, zero), zero, zero, zero};
 #define EK_POINT(name)                                                                 \
   if (EK_HAS_##name) {                                                                 \
     const vi is_kind = s.kind == (uint)SHAPE_##name;                                   \

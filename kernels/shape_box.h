@@ -38,6 +38,8 @@ EK_FN ShapePoint box_point(ShapeLanes s, v3 near, vf part, v3 slack) {
   const v3 inside = V3(shape_clamp(near.x, slack.x), shape_clamp(near.y, slack.y), shape_clamp(near.z, slack.z));
   point.p = V3(across_x ? side : inside.x, across_y ? side : inside.y, across_z ? side : inside.z);
   point.out = V3(across_x ? side : zero, across_y ? side : zero, across_z ? side : zero);
+  point.clearance = zero;
+  point.right = V3(across_x ? zero : across_y ? one : side, zero, across_x ? -side : zero);
   const vf right = across_x ? -side * point.p.z : across_y ? point.p.x : side * point.p.x;
   const vf down = across_y ? side * point.p.z : -point.p.y;
   point.u = 0.5f + 0.5f * right;

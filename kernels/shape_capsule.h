@@ -65,6 +65,8 @@ EK_FN ShapePoint capsule_point(ShapeLanes s, v3 near, vf part, v3 slack) {
   const vf round = sqrt(toward.x * toward.x + toward.z * toward.z);
   const vf shrink = round > 0.0f ? side.flat / round : (vf)(0.0f);
   ball.out = select3(beside, V3(toward.x * shrink, side.tilt, toward.z * shrink), toward);
+  ball.right = east_of(ball.out);
+  ball.clearance = (vf)(0.0f);
   ball.p = scale3(ball.out, radius);
   ball.p.y = ball.p.y + center;
   ball.u = EK_HAS_uv ? 0.5f + atan2_turns(near.x, near.z) : (vf)(0.0f);

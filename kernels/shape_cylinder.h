@@ -59,8 +59,9 @@ EK_FN ShapePoint cone_point(v3 near, vf a, vf b, vf y) {
   ShapePoint point;
   point.p = V3(radius * x, y, radius * z);
   point.out = V3(x, -b, z);
+  point.right = east_of(point.out);
   point.u = EK_HAS_uv ? 0.5f + atan2_turns(x, z) : (vf)(0.0f);
-  point.v = (vf)(0.0f);
+  point.v = point.clearance = (vf)(0.0f);
   return point;
 }
 
@@ -68,17 +69,24 @@ EK_FN ShapePoint cone_point(v3 near, vf a, vf b, vf y) {
 EK_FN ShapePoint cylinder_point(ShapeLanes s, v3 near, vf part, v3 slack) {
   const vf zero = (vf)(0.0f), one = (vf)(1.0f);
   // Off a tip as off an edge: up to where the radius is `slack`, so that the point stays on the side.
-  const vf tip = (min_f(slack.x + slack.z, one) - s.a) / s.b;
+  const vf tip = (min_f(slack.x + slack.z, one) - s.a) / s.b;  // of no use where s.b is 0
   const vf off_tip = s.b > 0.0f ? max_f(near.y, tip) : s.b < 0.0f ? min_f(near.y, tip) : near.y;
   ShapePoint side = cone_point(near, s.a, s.b, shape_clamp(off_tip, slack.y));
   side.v = 0.5f - 0.5f * side.p.y;
+  // A disc that is narrower than `slack` stands for the section inwards that is wide enough, as far as there is one: rays that enter
+  // begin inside of that, those that leave beyond the disc.
   const vf y = part == 2.0f ? one : -one;
-  const vf distance = sqrt(near.x * near.x + near.z * near.z);
-  const vf widest = max_f((s.a + s.b * y) - (slack.x + slack.z), zero);
+  const vf distance = sqrt(near.x * near.x + near.z * near.z), round = slack.x + slack.z;
+  const vi narrow = (s.a + s.b * y < round) & (s.b * y < 0.0f);
+  const vf section = narrow ? max_f(min_f(tip, one), -one) : y;
+  // Where the cone narrows inwards, a point that goes in by slack.y must still be within it.
+  const vf widest = max_f((s.a + s.b * section) - (round + max_f(s.b * y, zero) * slack.y), zero);
   const vf shrink = distance > widest ? widest / distance : one;
   ShapePoint disc;
-  disc.p = V3(near.x * shrink, y, near.z * shrink);
+  disc.p = V3(near.x * shrink, section, near.z * shrink);
+  disc.clearance = abs_f(y - section);
   disc.out = V3(zero, y, zero);
+  disc.right = V3(one, zero, zero);
   disc.u = 0.5f + 0.5f * disc.p.x;
   disc.v = 0.5f + 0.5f * (y * disc.p.z);
   return select_point(part == 0.0f, side, disc);

@@ -48,10 +48,9 @@ EK_FN ShapeRoot implicit_shape_root(SceneData scene, ShapeLanes s, vu shape, vi 
   return root;
 }
 
-/// The point of root `part` of the ray origin + t dir, as ShapePoint has it. second: of the shape's record; error: how far along its
-/// normal, in own space, rays that leave must start
+/// The point of root `part` of the ray origin + t dir, as ShapePoint has it. second: of the shape's record
 // The ray is the one that was searched: shape_hit divides directions by their longest component.
-EK_FN ShapePoint implicit_shape_point(ShapeLanes s, Rec second, vi live, v3 origin, v3 dir, vf part, ShapePoint point, vf* error) {
+EK_FN ShapePoint implicit_shape_point(ShapeLanes s, Rec second, vi live, v3 origin, v3 dir, vf part, ShapePoint point) {
   const ImplicitPlace place = implicit_place(second);
   const vf longest = max_component(abs3(dir));
   const v3 o = shape_vector(s, sub3(origin, s.center));
@@ -68,7 +67,7 @@ EK_FN ShapePoint implicit_shape_point(ShapeLanes s, Rec second, vi live, v3 orig
     const ImplicitPoint at = implicit_point(k, ray, mine, part, noise);
     point.p = select3(mine, sub3(at.p, place.middle), point.p);
     point.out = select3(mine, at.n, point.out);
-    *error = mine ? at.error : *error;
+    point.clearance = mine ? at.error : point.clearance;
   }
   return point;
 }

@@ -17,6 +17,8 @@ EK_FN ShapePoint plane_point(ShapeLanes s, v3 near, vf part, v3 slack) {
   ShapePoint point;
   point.p = V3(shape_clamp(near.x, slack.x), (vf)(0.0f), shape_clamp(near.z, slack.z));
   point.out = V3((vf)(0.0f), (vf)(1.0f), (vf)(0.0f));
+  point.right = V3((vf)(1.0f), (vf)(0.0f), (vf)(0.0f));
+  point.clearance = (vf)(0.0f);
   point.u = 0.5f + 0.5f * point.p.x;
   point.v = 0.5f + 0.5f * point.p.z;
   return point;

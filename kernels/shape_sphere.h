@@ -29,6 +29,8 @@ EK_FN ShapePoint sphere_point(ShapeLanes s, v3 near, vf part, v3 slack) {
   ShapePoint point;
   point.p = normalize3(near);
   point.out = point.p;
+  point.right = east_of(point.p);
+  point.clearance = (vf)(0.0f);
   point.u = point.v = (vf)(0.0f);
   if (EK_HAS_uv) {
     const v3 p = point.p;

@@ -28,12 +28,11 @@ EK_FN v3 shape_slack(ShapeLanes s, ShapeWorld world, v3 own) {
 }
 
 /// A point of a shape in the world.
-/// clearance  beside the error of the point, how far along its normal in own space rays that leave must start
 // The bound of the error. In own space the point is on the surface but for some roundings, and goes through two products of a
 // matrix and its inverse until a ray that starts there is tested: with L the matrix, W its inverse and g the gradient, what
 // the test makes of its height is off by at most 16 u |g| |L| |W| |p|, u = 2^-24 (of the factors 9 to 15 were counted, by kind), and
 // a metre along the normal is a height of |L^T g|. The last sum in world space rounds by u |p|.
-EK_FN Surface shape_placed(ShapeLanes s, ShapeWorld world, ShapePoint point, vf clearance) {
+EK_FN Surface shape_placed(ShapeLanes s, ShapeWorld world, ShapePoint point) {
   const v3 from_center = V3(dot3(world.x, point.p), dot3(world.y, point.p), dot3(world.z, point.p));
   const v3 own = abs3(point.p), out = abs3(point.out);
   const v3 size = V3(dot3(abs3(world.x), own), dot3(abs3(world.y), own), dot3(abs3(world.z), own));
@@ -43,7 +42,8 @@ EK_FN Surface shape_placed(ShapeLanes s, ShapeWorld world, ShapePoint point, vf 
   const v3 n = scale3(normal, (vf)(1.0f) / per_metre);
   const v3 p = add3(s.center, from_center);
   const v3 p_error = add3(scale3(abs3(p), (vf)(0x1p-24f)), scale3(abs3(n), 0x1p-20f * (height / per_metre)));
-  const Surface surface = {p, EK_HAS_implicit ? add3(p_error, scale3(abs3(n), clearance / per_metre)) : p_error, n};
+  const int may_be_off = EK_HAS_implicit | EK_HAS_cylinder;  // of the kinds that set a clearance
+  const Surface surface = {p, may_be_off ? add3(p_error, scale3(abs3(n), point.clearance / per_metre)) : p_error, n};
   return surface;
 }
 
@@ -60,24 +60,36 @@ EK_FN ShapePoint shape_surface(SceneData scene, TriangleLanes corners, vf part, 
   const v3 seen = shape_vector(s, neg3(dir));
   near = select3(max_component(abs3(near)) > 0x1p-20f, near, scale3(seen, (vf)(1.0f) / max_component(abs3(seen))));
   const v3 slack = shape_slack(s, world, V3((vf)(1.0f), (vf)(1.0f), (vf)(1.0f)));
-  vf clearance = (vf)(0.0f);
 #if EK_HAS_implicit
   ShapePoint point = shape_point(s, near, part, slack);
   const vi is_implicit = is_shape & (s.kind == (uint)SHAPE_implicit);
-  if (ANY(is_implicit)) point = implicit_shape_point(s, w, is_implicit, origin, dir, part, point, &clearance);
+  if (ANY(is_implicit)) point = implicit_shape_point(s, w, is_implicit, origin, dir, part, point);
 #else
   const ShapePoint point = shape_point(s, near, part, slack);
 #endif
-  const Surface placed = shape_placed(s, world, point, clearance);
+  const Surface placed = shape_placed(s, world, point);
   surface->p = select3(is_shape, placed.p, surface->p);
   surface->p_error = select3(is_shape, placed.p_error, surface->p_error);
   surface->n_geom = select3(is_shape, placed.n_geom, surface->n_geom);
   return point;
 }
 
-/// The same for what a triangle's corners say: a shape has texture coordinates of its own, for either set, and no more.
-EK_FN HitAttributes shape_attributes(TriangleLanes corners, ShapePoint point, HitAttributes at) {
+/// The same for what a triangle's corners say: a shape has texture coordinates of its own, for either set, and a tangent along them.
+/// n_geom  of shape_surface()
+// In own space `right`, upwards in the texture and `out` are right-handed. A node that mirrors turns out the other way round, but not
+// what lies along the surface.
+EK_FN HitAttributes shape_attributes(SceneData scene, TriangleLanes corners, ShapePoint point, v3 n_geom, HitAttributes at) {
   const vi is_shape = corners.p2.x != corners.p2.x;
+  if (EK_HAS_tangent) {
+    const ShapeWorld world = shape_world(rec16(scene.shapes, 2u * (is_shape ? AS_U(corners.n.x) : (vu)(0u)) + 1u));
+    const v3 up = cross3(point.out, point.right), right = point.right;
+    const v3 along = V3(dot3(world.x, right), dot3(world.y, right), dot3(world.z, right));
+    const v3 upward = V3(dot3(world.x, up), dot3(world.y, up), dot3(world.z, up));
+    const vf length2 = dot3(along, along);
+    const v3 tangent = scale3(along, length2 > 0.0f ? (vf)(1.0f) / sqrt(length2) : (vf)(0.0f));
+    at.tangent = select3(is_shape, tangent, at.tangent);
+    at.bitangent_sign = is_shape ? (dot3(cross3(n_geom, tangent), upward) < 0.0f ? (vf)(-1.0f) : (vf)(1.0f)) : at.bitangent_sign;
+  }
   at.uv0_u = is_shape ? point.u : at.uv0_u;
   at.uv0_v = is_shape ? point.v : at.uv0_v;
   at.uv1_u = is_shape ? point.u : at.uv1_u;

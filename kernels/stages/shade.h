@@ -78,7 +78,7 @@ EK_FN Survivors stage_shade(constant Frame* frame, SceneData scene, LightData li
     at = placed_attributes(scene, place, triangle, u, v, at);
 #endif
 #if EK_HAS_shape
-    at = shape_attributes(corners, on_shape, at);
+    at = shape_attributes(scene, corners, on_shape, surface.n_geom, at);
 #endif
     HitMaterial hit_surface = hit_material(scene, corners.material, at, front);
     if (EK_HAS_clearcoat)

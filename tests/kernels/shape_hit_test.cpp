@@ -338,26 +338,31 @@ kernel void leave(global const Triangle* triangles, global const ShapeRecord* sh
   const ShapePoint at = shape_surface(scene, corners, hits[stride + i], origin, dir, hits[i], &surface);
   const v3 w = V3(dirs[3 * i], dirs[3 * i + 1], dirs[3 * i + 2]);
   const v3 from = offset_ray_origin(surface.p, surface.p_error, surface.n_geom, w);
-  global float* out = points + 16 * i;
+  const HitAttributes none = {from, 0, 0, 0, 0, from, 0, 0, 0, 0, 0};
+  const HitAttributes said = shape_attributes(scene, corners, at, surface.n_geom, none);
+  global float* out = points + 18 * i;
   out[0] = surface.p.x; out[1] = surface.p.y; out[2] = surface.p.z;
   out[3] = surface.n_geom.x; out[4] = surface.n_geom.y; out[5] = surface.n_geom.z;
   out[6] = surface.p_error.x; out[7] = surface.p_error.y; out[8] = surface.p_error.z;
   out[9] = from.x; out[10] = from.y; out[11] = from.z;
-  out[12] = at.u; out[13] = at.v;
+  out[12] = said.uv0_u; out[13] = said.uv0_v;
+  out[14] = said.tangent.x; out[15] = said.tangent.y; out[16] = said.tangent.z; out[17] = said.bitangent_sign;
 }
 )";
 
 struct Point {
   glm::dvec3 p, n, error, origin;
   double u, v;
+  glm::dvec3 tangent;
+  double bitangent_sign;
 };
 
 std::vector<Point> points_of(Device& device, const Packed& packed, const std::vector<ProbeRay>& rays,
                              const std::vector<ProbeHit>& hits, const std::vector<glm::dvec3>& dirs) {
   ProgramOptions options;
   options.defines = packed.features.defines();
-  for (const auto& [name, value] :
-       std::map<std::string, std::string>{{"EK_WIDTH", "1"}, {"EK_CHUNKED", "1"}, {"EK_HAS_uv", "1"}})
+  for (const auto& [name, value] : std::map<std::string, std::string>{
+           {"EK_WIDTH", "1"}, {"EK_CHUNKED", "1"}, {"EK_HAS_uv", "1"}, {"EK_HAS_tangent", "1"}})
     options.defines[name] = value;
   Accel none;
   none.layout = "none";
@@ -380,7 +385,7 @@ std::vector<Point> points_of(Device& device, const Packed& packed, const std::ve
   arguments.set("rays", device.upload(ray_words));
   arguments.set("hits", device.upload(hit_words));
   arguments.set("dirs", device.upload(dir_words));
-  arguments.set("points", device.upload(std::vector<float>(16 * stride)));
+  arguments.set("points", device.upload(std::vector<float>(18 * stride)));
   arguments.set("stride", std::uint32_t(stride));
   kernel.bind(arguments);
   device.run(kernel, stride, 1, stride);
@@ -388,10 +393,17 @@ std::vector<Point> points_of(Device& device, const Packed& packed, const std::ve
   std::vector<Point> points(stride);
   for (std::size_t i = 0; i < stride; ++i) {
     const auto vector = [&](std::size_t at) {
-      const float* w = &words[16 * i + at];
+      const float* w = &words[18 * i + at];
       return glm::dvec3(w[0], w[1], w[2]);
     };
-    points[i] = {vector(0), vector(3), vector(6), vector(9), double(words[16 * i + 12]), double(words[16 * i + 13])};
+    points[i] = {vector(0),
+                 vector(3),
+                 vector(6),
+                 vector(9),
+                 double(words[18 * i + 12]),
+                 double(words[18 * i + 13]),
+                 vector(14),
+                 double(words[18 * i + 17])};
   }
   return points;
 }
@@ -418,8 +430,6 @@ TEST(ShapeHits, G4_rays_that_leave_a_convex_shape_do_not_hit_it_and_none_gets_ou
     for (const double size : {1e-6, 0.015, 1.0, 1e8}) {
       for (const double far : {0.0, 30.0, 1e4}) {
         for (const double stretch : {0.0, 1.5, 4.0}) {
-          // Known to fail: the small disc of a cone is narrower there than the floats that its points are rounded to.
-          if (kind.kind == ShapeKind::cylinder && far > 1000 && stretch > 3) continue;
           Random random(9);
           Scene scene;
           scene.materials.emplace_back();
@@ -440,13 +450,13 @@ TEST(ShapeHits, G4_rays_that_leave_a_convex_shape_do_not_hit_it_and_none_gets_ou
           }
           points = points_of(device, packed, met.rays, met.hits, dirs);
           for (std::size_t i = 0; i < dirs.size(); ++i) {
-            // The point is on the surface within its error, and the normal is its gradient's.
+            // The surface is on both sides of the point within its error along the normal, and the normal is unit.
             const Point& at = points[i];
             const glm::dvec3 own = oracle.l * (at.p - oracle.center), out = oracle.l * at.n;
-            const double step = 1e-6 / glm::length(out);
-            const double per_metre = (oracle.height(own + step * out) - oracle.height(own - step * out)) / (2 * step);
-            ASSERT_LE(std::abs(oracle.height(oracle.l * (at.p - oracle.center))),
-                      1.01 * per_metre * glm::dot(glm::abs(at.n), at.error))
+            const double error = 1.01 * glm::dot(glm::abs(at.n), at.error);
+            ASSERT_GE(oracle.height(own + error * out), 0)
+                << kind.name << " size " << size << " far " << far << " stretch " << stretch;
+            ASSERT_LE(oracle.height(own - error * out), 0)
                 << kind.name << " size " << size << " far " << far << " stretch " << stretch;
             ASSERT_NEAR(glm::length(at.n), 1, 1e-6);
             for (std::size_t k = 0; k < 3; ++k) {
@@ -498,6 +508,67 @@ TEST(ShapeHits, textures_are_looked_up_as_on_a_globe) {
     EXPECT_NEAR(at.u, each.u, 1e-4);
     EXPECT_NEAR(at.v, each.v, 2e-4);
   }
+}
+
+// A little way along the tangent u grows and v stays; along the bitangent v falls, for pictures are read from the top. On shapes of all
+// kinds, turned, stretched and mirrored.
+TEST(ShapeHits, tangents_point_where_u_grows_and_bitangents_up_the_picture) {
+  Device device(select_devices("all").front());
+  for (const ShapeKindInfo& kind : shape_kinds())
+    for (const double mirrored : {1.0, -1.0}) {
+      Random random(11);
+      Scene scene;
+      scene.materials.emplace_back();
+      Shape shape = shape_of(kind.kind, {0.3, -0.7, 2}, 1, 0.7, random);
+      shape.world_from_object = shape.world_from_object * glm::scale(glm::dmat4(1), {1, 1, mirrored});
+      scene.shapes.push_back(shape);
+      const Packed packed(scene);
+      TraverseProbe probe(device, packed.scene, packed.features, packed.settings, {"bvh8", 8});
+      const Met met = rays_that_meet(probe, scene, 2000, 1, 12);
+      const std::vector<glm::dvec3> unused(met.rays.size());
+      const std::vector<Point> points = points_of(device, packed, met.rays, met.hits, unused);
+
+      // Points next to each, found again from outside along its normal: before and behind it along the tangent, then the bitangent.
+      constexpr double kStep = 4e-3;
+      std::vector<ProbeRay> near;
+      for (const Point& at : points) {
+        const glm::dvec3 bitangent = at.bitangent_sign * glm::cross(at.n, at.tangent);
+        for (const glm::dvec3& along : {at.tangent, bitangent})
+          for (const double sign : {-1.0, 1.0})
+            near.push_back(probe_ray(at.p + sign * kStep * along + 0.02 * at.n, -at.n, 10));
+      }
+      const std::vector<ProbeHit> hits = probe.closest(near);
+      std::vector<ProbeRay> met_near;
+      std::vector<ProbeHit> hits_near;
+      std::vector<std::size_t> whose;
+      for (std::size_t i = 0; i < points.size(); ++i) {
+        bool same = true;  // all four on the part where the point is
+        for (std::size_t k = 0; k < 4; ++k)
+          same = same && hits[4 * i + k].triangle != EK_NO_HIT && hits[4 * i + k].u == met.hits[i].u;
+        if (!same) continue;
+        whose.push_back(i);
+        for (std::size_t k = 0; k < 4; ++k) met_near.push_back(near[4 * i + k]), hits_near.push_back(hits[4 * i + k]);
+      }
+      const std::vector<Point> beside =
+          points_of(device, packed, met_near, hits_near, std::vector<glm::dvec3>(met_near.size()));
+      std::size_t judged = 0;
+      for (std::size_t i = 0; i < whose.size(); ++i) {
+        const Point& at = points[whose[i]];
+        ASSERT_NEAR(glm::length(at.tangent), 1, 1e-6) << kind.name;
+        ASSERT_NEAR(glm::dot(at.tangent, at.n), 0, 1e-5) << kind.name;
+        const Point* const four = &beside[4 * i];
+        const double u = four[1].u - four[0].u, v = four[1].v - four[0].v;
+        if (std::abs(u) > 0.05) continue;  // across the seam, or about a pole
+        ASSERT_GT(u, 1e-4) << kind.name << " mirrored " << mirrored << " at " << at.u << ", " << at.v;
+        // The square of the step over the radius of the curve; and the floats that u and v are.
+        ASSERT_LE(std::abs(v), 0.05 * u + 4e-6)
+            << kind.name << " mirrored " << mirrored << " at " << at.u << ", " << at.v;
+        ASSERT_LT(four[3].v - four[2].v, -1e-4)
+            << kind.name << " mirrored " << mirrored << " at " << at.u << ", " << at.v;
+        ++judged;
+      }
+      EXPECT_GT(judged, points.size() / 2) << kind.name;
+    }
 }
 
 }  // namespace
