@@ -12,6 +12,7 @@
 #include "cli/commands.h"
 #include "cli/execution_options.h"
 #include "cli/scene_options.h"
+#include "render/camera_medium.h"
 #include "render/choose_layout.h"
 #include "render/pack.h"
 #include "render/placed_meshes.h"
@@ -142,6 +143,19 @@ void print_lights(const PackedScene& packed) {
   if (packed.light_summary.empty()) fmt::print("  none\n");
 }
 
+/// Lights without extent in a solid: paths from the camera find them by aiming alone, and no ray is aimed through a refracting surface.
+void print_enclosed_lights(const Scene& scene, const PackedScene& packed) {
+  for (const PunctualLight& light : scene.lights) {
+    if (light.kind == PunctualLight::Kind::directional) continue;
+    const std::uint32_t solid = solid_around(packed, light.position, light.direction);
+    if (solid != 0)
+      fmt::print(
+          "  light {} stands in the solid {}: a point lights what is in there with it, and beyond a smooth surface "
+          "nothing\n",
+          in_quotes(light.name), in_quotes(scene.materials[solid - 1].name));
+  }
+}
+
 // What emits without being in the list of lights.
 void print_unsampled_emitters(const Scene& scene) {
   for (const Shape& shape : scene.shapes)
@@ -173,6 +187,7 @@ ExitCode info_command(const InfoOptions& options) {
   }
   print_materials(scene);
   print_lights(packed);
+  print_enclosed_lights(scene, packed);
   print_unsampled_emitters(scene);
 
   fmt::print("features\n");

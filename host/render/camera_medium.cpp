@@ -104,8 +104,7 @@ bool absorbs(const MaterialExtension& e) { return e.absorption_r != 0 || e.absor
 
 }  // namespace
 
-std::uint32_t camera_medium(const PackedScene& packed, const glm::dvec3& eye, const glm::dvec3& view) {
-  if (std::none_of(packed.material_extensions.begin(), packed.material_extensions.end(), absorbs)) return 0;
+std::uint32_t solid_around(const PackedScene& packed, const glm::dvec3& eye, const glm::dvec3& view) {
   struct Solid {
     double turned = 0;  // steradians
     double way_out = std::numeric_limits<double>::infinity();
@@ -132,6 +131,11 @@ std::uint32_t camera_medium(const PackedScene& packed, const glm::dvec3& eye, co
     if (inside && (medium == 0 || solids[m].way_out < solids[medium - 1].way_out)) medium = m + 1;
   }
   return medium;
+}
+
+std::uint32_t camera_medium(const PackedScene& packed, const glm::dvec3& eye, const glm::dvec3& view) {
+  if (std::none_of(packed.material_extensions.begin(), packed.material_extensions.end(), absorbs)) return 0;
+  return solid_around(packed, eye, view);
 }
 
 }  // namespace eikon

@@ -31,6 +31,26 @@ TEST(InfoLights, each_light_has_its_flux_and_strength_and_815_lumens_all_around_
   EXPECT_FALSE(contains(outcome.err, "neutral")) << "it has lights of its own: " << outcome.err;
 }
 
+TEST(InfoLights, a_bulb_in_glass_is_named_with_the_solid_around_it) {
+  const Workplace here;
+  std::ofstream(here / "bulb.gltf") << R"({
+    "asset": {"version": "2.0"},
+    "extensionsUsed": ["KHR_lights_punctual", "EIKON_shape", "KHR_materials_transmission", "KHR_materials_volume"],
+    "extensions": {"KHR_lights_punctual": {"lights": [
+      {"name": "inside", "type": "point", "intensity": 1}, {"name": "outside", "type": "point", "intensity": 1}]}},
+    "materials": [{"name": "glass", "pbrMetallicRoughness": {"metallicFactor": 0, "roughnessFactor": 0},
+                   "extensions": {"KHR_materials_transmission": {"transmissionFactor": 1},
+                   "KHR_materials_volume": {"thicknessFactor": 1}}}],
+    "nodes": [{"extensions": {"EIKON_shape": {"shape": {"type": "sphere", "sphere": {"radius": 1}}, "material": 0}}},
+              {"translation": [0.5, 0.5, 0.5], "extensions": {"KHR_lights_punctual": {"light": 0}}},
+              {"translation": [0.6, 0.6, 0.6], "extensions": {"KHR_lights_punctual": {"light": 1}}}],
+    "scenes": [{"nodes": [0, 1, 2]}], "scene": 0})";
+  const Outcome outcome = here.eikon("info bulb.gltf");
+  ASSERT_TRUE(succeeded(outcome)) << outcome.err;
+  EXPECT_TRUE(contains(outcome.out, "light 'inside' stands in the solid 'glass'")) << outcome.out;
+  EXPECT_FALSE(contains(outcome.out, "light 'outside' stands")) << outcome.out;
+}
+
 TEST(InfoLights, surfaces_say_their_area) {
   const Workplace here;
   const Outcome outcome = here.eikon("info " + scene("square_light.gltf"));

@@ -116,6 +116,15 @@ TEST(CameraMedium, nothing_is_asked_where_nothing_absorbs_or_nothing_is_solid) {
   EXPECT_EQ(camera_medium(packed, {0, 0, 0}, {0, 0, -1}), 0U);
 }
 
+TEST(CameraMedium, lights_are_in_a_solid_whether_it_absorbs_or_not) {
+  PackedScene packed = with_solids(1);
+  add_sphere(packed, 0, {0, 0, 0}, 1, 8, kWhole);
+  packed.material_extensions[0].absorption_r = 0;
+  EXPECT_EQ(solid_around(packed, {0.3, 0.2, 0.1}, {0, 0, -1}), 1U);
+  EXPECT_EQ(solid_around(packed, {1.3, 0.2, 0.1}, {0, 0, -1}), 0U);
+  EXPECT_EQ(camera_medium(packed, {0.3, 0.2, 0.1}, {0, 0, -1}), 0U);
+}
+
 TEST(CameraMedium, is_the_same_at_every_scale_and_on_a_corner) {
   for (const double scale : {1e-6, 1.0, 1e6}) {
     PackedScene packed = with_solids(1);
