@@ -77,6 +77,8 @@ EK_FN vf reciprocal_component(vf d, vf least) {
   return (vf)(1.0f) / (abs_f(d) < least ? (d < 0.0f ? -least : least) : d);
 }
 
+EK_FN vf ray_pad(vf reach, vf farthest) { return reach * 0x1p-19f + farthest * 0x1p-23f; }
+
 // `d` need not be unit; t counts in its lengths.
 EK_FN RayLanes ray_lanes(constant Frame* frame, v3 o, v3 d, OpacityKey key) {
   const v3 size = abs3(d);
@@ -85,7 +87,7 @@ EK_FN RayLanes ray_lanes(constant Frame* frame, v3 o, v3 d, OpacityKey key) {
 
   const v3 extent = add3(abs3(sub3(o, splat3(frame->scene_center))), splat3(frame->scene_half));
   const vf reach = max_component(extent);
-  const vf pad = reach * 0x1p-19f + max_component(abs3(o)) * 0x1p-23f;
+  const vf pad = ray_pad(reach, max_component(abs3(o)));
   const v3 along = V3(r.x < 0.0f ? -pad : pad, r.y < 0.0f ? -pad : pad, r.z < 0.0f ? -pad : pad);
   const v3 n = add3(o, along), f = sub3(o, along);
 

@@ -39,6 +39,22 @@ EK_FN ShapeInterval shape_interval(const RayLanes* ray, v3 lo, v3 hi) {
   return within;
 }
 
+// The same bits from what triangles are tested with. lo, hi: in the axes of that test; sets nx and fx of `ray`, which say how far apart o_near
+// and o_far are.
+EK_FN ShapeInterval shape_interval_permuted(RayLanes* ray, v3 lo, v3 hi) {
+  const vf farthest = max_f(max_f(abs_f(ray->p_ox), abs_f(ray->p_oy)), abs_f(ray->p_oz));
+  const vf pad = ray_pad(ray->reach, farthest);
+  const vf along = ray->p_rz < 0.0f ? -pad : pad;
+  ray->nx = ray->p_oz + along;
+  ray->fx = ray->p_oz - along;
+  const vi falls_x = ray->p_rx < 0.0f, falls_y = ray->p_ry < 0.0f, falls_z = ray->p_rz < 0.0f;
+  const vf begin_x = ((falls_x ? hi.x : lo.x) - ray->p_nx) * ray->p_rx, end_x = ((falls_x ? lo.x : hi.x) - ray->p_fx) * ray->p_rx;
+  const vf begin_y = ((falls_y ? hi.y : lo.y) - ray->p_ny) * ray->p_ry, end_y = ((falls_y ? lo.y : hi.y) - ray->p_fy) * ray->p_ry;
+  const vf begin_z = ((falls_z ? hi.z : lo.z) - ray->nx) * ray->p_rz, end_z = ((falls_z ? lo.z : hi.z) - ray->fx) * ray->p_rz;
+  const ShapeInterval within = {max_f(max_f(begin_x, begin_y), max_f(begin_z, (vf)(0.0f))), min_f(min_f(end_x, end_y), end_z)};
+  return within;
+}
+
 /// The first place where each ray meets its shape and does not pass it. Reads of `ray` p_o, s, p_rz, axis, and key.
 /// live: lanes that count, all of whose intervals within the shape's box are not empty; id: the shape's record in scene.triangles;
 /// until: hits behind that t are of no use
@@ -87,7 +103,7 @@ EK_FN ShapeHit shape_hit_within(SceneData scene, const RayLanes* ray, vi live, v
     if (!EK_HAS_opacity || !ANY(open)) break;
   }
   const vf t = found.t * abs_f(ray->p_rz);
-  found.t = min_f(max_f(t, within.begin), within.end);
+  found.t = min_f(max_f(t, within.begin), within.end) + 0.0f;  // which zero an interval ends in would hang on the order of axes
 #if EK_HAS_implicit
   found.gave_up = found.gave_up * abs_f(ray->p_rz);
 #endif

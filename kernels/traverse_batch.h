@@ -280,19 +280,15 @@ EK_FN void batch_resolve(Geometry geometry, RayOne* rays, const uint* rows, cons
 #endif
 #if EK_HAS_shape
   if (mask_bits(is_shape & (LANE_INDEX < (vu)(count))) != 0) {
-    Rec boxes;
-#define BATCH_ROW(vector, lane, offset) boxes.w##vector = *(const vf*)((const float*)(rays + rows[0x##lane]) + offset);
-    EK_REC_ROWS(BATCH_ROW)
-#undef BATCH_ROW
-    boxes = rec_transposed(boxes);
-    ray.rx = boxes.w0; ray.ry = boxes.w1; ray.rz = boxes.w2; ray.nx = boxes.w3; ray.ny = boxes.w4; ray.nz = boxes.w5;
-    ray.fx = boxes.w6; ray.fy = boxes.w7; ray.fz = boxes.w8;
     ray.axis = z_is_x ? (vf)(0.0f) : z_is_y ? (vf)(1.0f) : (vf)(2.0f);
 #if EK_HAS_opacity
     ray.key = batch_keys(rays, rows);
 #endif
-    const ShapeHit shape = shape_hit(geometry.scene, &ray, is_shape & (LANE_INDEX < (vu)(count)), *(const vu_unaligned*)triangles, is_shape ? AS_U(record.wc) : (vu)(0u),
-                                     V3(record.w0, record.w1, record.w2), V3(record.w3, record.w4, record.w5), end);
+    const ShapeInterval within = shape_interval_permuted(&ray, a, b);
+    const vu number = is_shape ? AS_U(record.wc) : (vu)(0u);
+    const ShapeHit shape =
+        shape_hit_within(geometry.scene, &ray, is_shape & (LANE_INDEX < (vu)(count)) & (within.begin <= within.end),
+                         *(const vu_unaligned*)triangles, number, load_shape(geometry.scene.shapes, number), within, end);
 #if EK_HAS_implicit
     if (mask_bits(shape.gave_up < EK_INFINITY) != 0) {
       float gave_up[EK_WIDTH] EK_ROWS_ALIGNED;

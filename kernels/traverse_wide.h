@@ -84,11 +84,28 @@ EK_FN wf wide_end(global const float* node, const RayOne* ray) {
 // most A (1 + 2u), u = 2^-24, and the box of the triangle begins at or behind A (1 - 2u) - 1.51 pad |rz|, pad being 2u |o| and more;
 // A is at most reach |rz|, so that 4u A is an eighth of pad |rz|. Twice pad |rz| covers both, and the rounding of the sum.)
 #if EK_HAS_shape
-// The shapes of a block, marked by a third corner that is NaN, whose boxes the ray meets.
-EK_FN uint wide_shapes(global const float* block, const RayOne* ray) {
-  const float8 lo_x = *(global const float8*)block, mark = *(global const float8*)(block + 48);
-  const uint shapes = mask_bits8((mark != mark) & (lo_x == lo_x));
-  if (shapes == 0) return 0;
+#if EK_HAS_sphere
+// Lanes whose box may hold a sphere that the ray meets: false only where the line passes the middle of the box by more than half its
+// width and what arithmetic can err by. With v from the origin to the middle, the line's direction (sx, sy, 1), r the radius and u = 2^-24,
+// shape_sphere.h accepts lines up to r + 30 u |v| + 10 u r from the middle (the products with the sphere's matrix shift the origin by
+// 12 u |v|, turn the line by as much, and the point next to the middle is rounded by 4 u |v|); what is computed here is off by
+// 6 u |v| + 3 u |middle| and a share of 12 u. |v| is at most sqrt(3) reach, |middle| that and |o| more. So 68 u reach + 3 u |o| + 22 u r is
+// enough; o_near and o_far are apart by 32 u reach + u |o| or more (ray.h), four times which is taken, and 2^-17 r.
+EK_FN int8 wide_near_middle(global const float* block, const RayOne* ray) {
+  const uint x = ray->axis_x, z = ray->axis_z, y = 24u - x - z;
+#define WIDE_MIDDLE(axis) (0.5f * (*(global const float8*)(block + axis) + *(global const float8*)(block + 24u + axis)) - ray->p_o##axis)
+  const float8 cz = WIDE_MIDDLE(z), cx = WIDE_MIDDLE(x) - ray->sx * cz, cy = WIDE_MIDDLE(y) - ray->sy * cz;
+#undef WIDE_MIDDLE
+  const float8 across = cx * ray->sy - cy * ray->sx, square = (cx * cx + cy * cy) + across * across;
+  const float8 half_width = 0.5f * (*(global const float8*)(block + 24) - *(global const float8*)block);
+  const float8 least = half_width * (1.0f + 0x1p-17f) + 4.0f * as_float(as_uint(ray->nx - ray->fx) & 0x7fffffffu);
+  return !(square > (least * least) * ((1.0f + ray->sx * ray->sx) + ray->sy * ray->sy));
+}
+#endif
+
+// The shapes of a block, marked by a third corner that is NaN, whose boxes the ray meets; of spheres, which have their sign set, those
+// that it may meet.
+EK_FN uint wide_shapes(global const float* block, const RayOne* ray, uint shapes) {
   const uint near_x = ray->rx < 0.0f ? 24u : 0u, near_y = ray->ry < 0.0f ? 32u : 8u, near_z = ray->rz < 0.0f ? 40u : 16u;
 #define WIDE_SHAPE(at, o, r) ((*(global const float8*)(block + (at)) - ray->o) * ray->r)
   const float8 begin_x = WIDE_SHAPE(near_x, nx, rx), begin_y = WIDE_SHAPE(near_y, ny, ry), begin_z = WIDE_SHAPE(near_z, nz, rz);
@@ -99,7 +116,12 @@ EK_FN uint wide_shapes(global const float* block, const RayOne* ray) {
   const float8 begin_xy = begin_x > begin_y ? begin_x : begin_y, begin_0 = begin_z > zero ? begin_z : zero;
   const float8 end_xy = end_x < end_y ? end_x : end_y, end_t = end_z < t ? end_z : t;
   const float8 begin = begin_xy > begin_0 ? begin_xy : begin_0, end = end_xy < end_t ? end_xy : end_t;
+#if EK_HAS_sphere
+  const int8 mark = *(global const int8*)(block + 48);
+  return shapes & mask_bits8((begin <= end) & ((mark >= 0) | wide_near_middle(block, ray)));
+#else
   return shapes & mask_bits8(begin <= end);
+#endif
 }
 #endif
 
@@ -118,6 +140,11 @@ EK_FN float8 wide_corner(Geometry geometry, const RayOne* ray, global const floa
 #endif
 
 EK_FN uint wide_candidates(Geometry geometry, global const float* block, const RayOne* ray) {
+#if EK_HAS_shape
+  const float8 lo_x = *(global const float8*)block, mark = *(global const float8*)(block + 48);
+  const uint here = mask_bits8(lo_x == lo_x), shapes = mask_bits8(mark != mark) & here;
+  if (shapes == here) return wide_shapes(block, ray, shapes);
+#endif
   const uint x = ray->axis_x, z = ray->axis_z, y = 24u - x - z;
   const float8 az = WIDE_CORNER(z, 0), bz = WIDE_CORNER(z, 24), cz = WIDE_CORNER(z, 48);
   const float8 ax = WIDE_CORNER(x, 0) - ray->sx * az, ay = WIDE_CORNER(y, 0) - ray->sy * az;
@@ -133,7 +160,7 @@ EK_FN uint wide_candidates(Geometry geometry, global const float* block, const R
   const float8 first_t = first < ct ? first : ct, last_t = last > ct ? last : ct;
   const int8 candidates = ((least >= zero) | (most <= zero)) & (last_t > zero) & !(first_t > (float8)(ray->t + ray->slack));
 #if EK_HAS_shape
-  return mask_bits8(candidates) | wide_shapes(block, ray);
+  if (shapes != 0) return mask_bits8(candidates) | wide_shapes(block, ray, shapes);
 #endif
   return mask_bits8(candidates);
 }

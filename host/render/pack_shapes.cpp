@@ -29,6 +29,17 @@ ShapeRecord record_of(const OwnShape& own, ShapeKind kind) {
   return r;
 }
 
+/// Whether it is a sphere in the world: then it fills its box, and its middle says early which rays miss it (traverse_wide.h). What its axes
+/// differ by is within what a box is larger by.
+bool is_round(ShapeKind kind, const glm::dmat3& world_from_own) {
+  if (kind != ShapeKind::sphere) return false;
+  const glm::dmat3 squares = glm::transpose(world_from_own) * world_from_own;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j)
+      if (!(std::abs(squares[i][j] - (i == j ? squares[0][0] : 0)) <= 0x1p-24 * squares[0][0])) return false;
+  return true;
+}
+
 }  // namespace
 
 void pack_shapes(const Scene& scene, const Features& features, PackedScene& packed) {
@@ -45,7 +56,8 @@ void pack_shapes(const Scene& scene, const Features& features, PackedScene& pack
     const Shape& shape = scene.shapes[i];
     const OwnShape own = own_shape(shape);
     ShapeRecord record = record_of(own, shape.kind);
-    record.middle_x = float(shape.middle.x), record.middle_y = float(shape.middle.y), record.middle_z = float(shape.middle.z);
+    record.middle_x = float(shape.middle.x), record.middle_y = float(shape.middle.y),
+    record.middle_z = float(shape.middle.z);
     record.formula = shape.formula;
     packed.shapes.push_back(record);
     const glm::dvec3 center(record.center_x, record.center_y, record.center_z);
@@ -55,7 +67,8 @@ void pack_shapes(const Scene& scene, const Features& features, PackedScene& pack
     Triangle t{};
     t.p0_x = down(lo.x), t.p0_y = down(lo.y), t.p0_z = down(lo.z);
     t.p1_x = up(hi.x), t.p1_y = up(hi.y), t.p1_z = up(hi.z);
-    t.p2_x = t.p2_y = t.p2_z = nan;
+    t.p2_x = std::copysign(nan, is_round(shape.kind, own.world_from_own) ? -1.0F : 1.0F);
+    t.p2_y = t.p2_z = nan;
     t.material = shape.material;
     t.node = std::uint32_t(scene.nodes.size() + i);
     t.n_x = std::bit_cast<float>(std::uint32_t(i));

@@ -59,7 +59,7 @@ EK_ASSERT_SIZE(Frame, 224);
 #define EK_LIGHT_GROUPS_MOST 64
 
 // What shading needs of a triangle. Behind the triangles stand the shapes, a record each: p0 and p1 are their box, p2 is NaN,
-// and n_x has the bits of their index into shapes.
+// of a sphere with p2_x's sign bit set, and n_x has the bits of their index into shapes.
 typedef struct {
   float p0_x, p0_y, p0_z;         // world, metres
   float p1_x, p1_y, p1_z;
