@@ -55,7 +55,7 @@ class Lamp {
         .buffer("triangles", packed_.triangles)
         .buffer("shapes", packed_.shapes);
     for (const char* name : {"triangle_normals", "triangle_tangents", "triangle_colors", "materials",
-                             "material_extensions", "textures", "texels"})
+                             "material_extensions", "material_details", "textures", "texels"})
       probe_->buffer(name, std::vector<std::uint32_t>(64));
   }
   std::vector<Words> run(const std::string& kernel, const std::vector<Words>& in, unsigned outputs) const {
