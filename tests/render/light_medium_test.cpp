@@ -109,7 +109,7 @@ TEST(LightMedium, M16_each_way_of_sampling_a_lamp_in_rough_glass_agrees) {
     add_ball(scene, {0, 1.5, 0}, 1, amber(per_metre, 1.3F, 0.5F));
     add_ball(scene, {0.1, 1.6, 0}, 0.5, lambert(0.5F, 2));
     add_floor(scene, 0.5F);
-    Settings settings = settings_for(8, 8, 1024);
+    Settings settings = settings_for(8, 8, 3072);
     settings.camera = eye_inside ? look_at_camera({0.7, 1.5, 0.3}, {0, 0.9, 0.2}, {0, 1, 0}, 0.6)
                                  : look_at_camera({2, 1.5, 3}, {0, 0.9, 0}, {0, 1, 0}, 0.6);
     settings.light_sampling = way;

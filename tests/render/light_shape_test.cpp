@@ -147,6 +147,57 @@ TEST(LightShapes, L7_irradiance_goes_on_where_the_way_of_sampling_changes) {
   }
 }
 
+/// Irradiance at the origin, facing +Y, by a polygon that is all above it and emits 1 [Lambert 1760]; and its solid angle.
+std::pair<double, double> seen_of_triangle(const std::array<glm::dvec3, 3>& corners) {
+  double sum = 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const glm::dvec3 a = corners[i], b = corners[(i + 1) % 3], across = glm::cross(a, b);
+    const double length = glm::length(across);
+    sum += std::atan2(length, glm::dot(a, b)) * across.y / length;
+  }
+  const glm::dvec3 a = glm::normalize(corners[0]), b = glm::normalize(corners[1]), c = glm::normalize(corners[2]);
+  const double solid =
+      2 * std::atan2(std::abs(glm::dot(a, glm::cross(b, c))), 1 + glm::dot(a, b) + glm::dot(b, c) + glm::dot(c, a));
+  return {0.5 * std::abs(sum), solid};
+}
+
+// From a speck to the whole sky, about where others change between ways of sampling a triangle.
+TEST(LightShapes, L7_a_triangle_of_any_solid_angle_lights_as_it_should) {
+  const struct {
+    double side, height, solid;
+  } cases[] = {{4.8e-5, 1, 1e-9},    {0.02631, 1, 2.9997e-4}, {0.02635, 1, 3.006e-4}, {1, 0.5, 1.195},
+               {1, 0.00352, 6.2197}, {1, 0.0035, 6.2201},     {1, 1e-5, 6.2831}};
+  double last = 0;
+  for (const auto& each : cases) {
+    std::array<glm::dvec3, 3> corners;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const double phi = 2 * kPi * double(i) / 3 + 0.3;
+      corners[i] =
+          each.side / std::sqrt(3.0) * glm::dvec3(std::cos(phi), 0, std::sin(phi)) + glm::dvec3(0, each.height, 0);
+    }
+    const auto [expected, solid] = seen_of_triangle(corners);
+    ASSERT_NEAR(solid, each.solid, 0.01 * each.solid) << "the case is what it says";
+    for (const LightSampling way : {LightSampling::mis, LightSampling::light, LightSampling::cosine}) {
+      // By chance alone specks are not found; points chosen over all of a triangle that is next to the eye are mostly far away.
+      if (way == LightSampling::cosine ? solid < 0.1 : way == LightSampling::light && solid > 1) continue;
+      auto [scene, settings] = patch(0, 1e-4 * each.height, 4096, way);
+      Primitive triangle;
+      for (std::size_t i = 0; i < 3; ++i) {
+        triangle.indices.push_back(std::uint32_t(i));
+        triangle.positions_object.emplace_back(corners[i]);
+      }
+      add_mesh(scene, "triangle", std::move(triangle), lambert(0, 1));
+      const MeanAndError found = mean_of(film_of(scene, settings));
+      if (way == LightSampling::mis) {
+        EXPECT_LT(found.sigma, 5e-4 * expected / kPi) << solid;
+      }
+      EXPECT_TRUE(agrees(found, expected / kPi, 16, 1e-4)) << solid << ", way " << int(way);
+    }
+    EXPECT_GT(expected, last);
+    last = expected;
+  }
+}
+
 TEST(LightShapes, L9_a_furnace_of_each_shape_is_constant) {
   for (const ShapeKindInfo& kind : shape_kinds()) {
     if (kind.kind == ShapeKind::plane) continue;
