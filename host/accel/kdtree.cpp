@@ -19,6 +19,7 @@ constexpr double kStepCost = 1, kTriangleCost = 2,
 constexpr std::size_t kBins = 32, kExactLimit = 48;  // of so few triangles all planes are tried
 constexpr std::size_t kRotateLeaf = 6, kParallelLimit = 4096;
 constexpr int kRotateDepth = 48;
+constexpr double kRotateMost = 1.8;  // as octrees: of three splits in turn, 6 of the 8 children
 constexpr std::uint64_t kMostNodes = std::uint64_t{1} << 30;
 constexpr int kBadSplits = 3;  // splits in a row that seem not to pay, in the hope of one below
 
@@ -61,19 +62,17 @@ class Builder {
   [[nodiscard]] int max_depth() const { return max_depth_; }
 
   void build(Part& part, CellReferences&& references, const Cell& cell, CellBudget budget, int depth, int bad) const {
-    const Plane plane = depth < max_depth_ && references.size() > 1 ? choose(references, cell, depth) : Plane{};
+    std::array<CellReferences, 2> side;
+    Plane plane;
+    if (depth < max_depth_ && references.size() > 1)
+      plane = split_ == KdSplit::sah ? choose(references, cell) : halve(references, cell, depth, side);
     const double as_leaf = kTriangleCost * static_cast<double>(references.size());
     if (plane.cost > as_leaf) ++bad;
     const bool hopeless =
         split_ == KdSplit::sah && (bad > kBadSplits || (plane.cost > 4 * as_leaf && references.size() < 16));
     if (plane.axis == 3 || hopeless) return leaf(part, references);
 
-    std::array<CellReferences, 2> side;
-    for (std::size_t i = 0; i < 2; ++i) {
-      CellReference cut_off;
-      for (const CellReference& each : references)
-        if (cut(scene_, each, plane.axis, plane.at, i, cut_off)) side[i].push_back(cut_off);
-    }
+    if (split_ == KdSplit::sah) divide(references, plane, side);
     const std::size_t below = side[0].size(), both = below + side[1].size();
     if (!budget.allows(both) || std::min(below, both - below) >= references.size()) return leaf(part, references);
     if (both == 0) return leaf(part, {});
@@ -109,15 +108,34 @@ class Builder {
     for (const CellReference& each : references) part.leaves.push_back(scene_.id(each.triangle));
   }
 
-  [[nodiscard]] Plane choose(const CellReferences& references, const Cell& cell, int depth) const {
-    Plane best;
-    if (split_ == KdSplit::rotate) {
-      if (references.size() <= kRotateLeaf) return best;
-      const auto axis = static_cast<std::size_t>(depth % 3);
-      const float middle = 0.5F * cell.lo[axis] + 0.5F * cell.hi[axis];
-      if (middle > cell.lo[axis] && middle < cell.hi[axis]) best = {0, middle, axis};
-      return best;
+  void divide(const CellReferences& references, const Plane& plane, std::array<CellReferences, 2>& side) const {
+    for (std::size_t i = 0; i < 2; ++i) {
+      side[i].clear();
+      CellReference cut_off;
+      for (const CellReference& each : references)
+        if (cut(scene_, each, plane.axis, plane.at, i, cut_off)) side[i].push_back(cut_off);
     }
+  }
+
+  /// The middle across the axis whose turn it is, with what lies on its sides. An axis along which most triangles are in both halves is
+  /// passed over: entries would be spent on what is told apart along another.
+  [[nodiscard]] Plane halve(const CellReferences& references, const Cell& cell, int depth,
+                            std::array<CellReferences, 2>& side) const {
+    if (references.size() <= kRotateLeaf) return {};
+    for (std::size_t turn = 0; turn < 3; ++turn) {
+      const std::size_t axis = (static_cast<std::size_t>(depth) + turn) % 3;
+      const float middle = 0.5F * cell.lo[axis] + 0.5F * cell.hi[axis];
+      if (!(middle > cell.lo[axis] && middle < cell.hi[axis])) continue;
+      const Plane plane{0, middle, axis};
+      divide(references, plane, side);
+      const auto both = static_cast<double>(side[0].size() + side[1].size());
+      if (both < kRotateMost * static_cast<double>(references.size())) return plane;
+    }
+    return {};
+  }
+
+  [[nodiscard]] Plane choose(const CellReferences& references, const Cell& cell) const {
+    Plane best;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       if (references.size() <= kExactLimit)
         sweep(references, cell, axis, best);
