@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Bare metal by its complex index of refraction (EIKON_materials_conductor): GGX microfacets that reflect by Fresnel's equations,
-// times the base colour. What microfacets reflect to each other is lost, as of glTF's metals.
+// times the base colour. What microfacets reflect to each other is lost, as of glTF's metals, but for --energy-compensation.
 #ifndef EK_BSDF_CONDUCTOR_H
 #define EK_BSDF_CONDUCTOR_H
 #include "bsdf_metallic_roughness.h"
@@ -11,27 +11,62 @@ EK_FN v3 conductor_reflectance(MaterialLanes m, vf cosine) {
                                fresnel_conductor(cosine, m.conductor_eta.z, m.conductor_k.z)));
 }
 
-EK_FN BsdfValue conductor_evaluate(MaterialLanes m, v3 wo, v3 wi) {
-  const vi valid = (wo.z > 0.0f) & (wi.z > 0.0f) & !is_smooth(m);
-  const GgxAlpha alpha = alpha_of(m);
+// What depends on wo alone.
+typedef struct {
+  vi smooth;
+  GgxAlpha alpha;
+  vf length_o;
+#if EK_HAS_energy_compensation
+  v3 again;      // f of light that is reflected more than once is again mirrors_lose(wi)
+#endif
+  vf p_once;     // probability of sampling a microfacet
+} Conductor;
+
+EK_FN Conductor make_conductor(MaterialLanes m, v3 wo) {
+  Conductor k;
+  k.smooth = is_smooth(m);
+  k.alpha = alpha_of(m);
+  k.length_o = ggx_length(wo, k.alpha);
+  k.p_once = (vf)(1.0f);
+#if EK_HAS_energy_compensation
+  // 2 times the integral of the reflectance over the cosine times the cosine: over its square, by three of Gauss's nodes.
+  const v3 once = add3(scale3(add3(conductor_reflectance(m, (vf)(0.335710687f)), conductor_reflectance(m, (vf)(0.941965058f))), 5.0f / 18.0f),
+                       scale3(conductor_reflectance(m, (vf)(0.707106781f)), 8.0f / 18.0f));
+  const vf lost_mean = max_f(mirrors_lose_mean(k.alpha), (vf)(0x1p-30f));
+  const vf lost = mirrors_lose(seen_alpha(k.alpha, wo.z, k.length_o), wo.z);
+  const v3 more = scale3(reflected_again3(once, lost_mean), k.smooth ? (vf)(0.0f) : lost);
+  k.again = scale3(more, EK_INV_PI / lost_mean);
+  const vf single = max_f(mean_component(once) * (1.0f - lost), (vf)(0x1p-20f));
+  k.p_once = single / (single + mean_component(more));
+#endif
+  return k;
+}
+
+EK_FN BsdfValue conductor_value(MaterialLanes m, Conductor k, v3 wo, v3 wi) {
+  const vi valid = (wo.z > 0.0f) & (wi.z > 0.0f) & !k.smooth;
   const v3 sum = add3(wo, wi);
   const vf sum2 = dot3(sum, sum);
-  const vf d = ggx_d(direction_of(sum, sum2), alpha), length_o = ggx_length(wo, alpha);
+  const vf d = ggx_d(direction_of(sum, sum2), k.alpha), length_i = ggx_length(wi, k.alpha);
   const v3 f = conductor_reflectance(m, min_f(0.5f * sqrt(sum2), (vf)(1.0f)));
-  BsdfValue value = {scale3(f, d * ggx_visibility(wo.z, length_o, wi.z, ggx_length(wi, alpha))),
-                     0.5f * d * ggx_visible_share(wo.z, length_o)};
+  BsdfValue value = {scale3(f, d * ggx_visibility(wo.z, k.length_o, wi.z, length_i)), 0.5f * d * ggx_visible_share(wo.z, k.length_o)};
+#if EK_HAS_energy_compensation
+  value.f = add3(value.f, scale3(k.again, mirrors_lose(seen_alpha(k.alpha, wi.z, length_i), wi.z) * wi.z));
+  value.pdf = k.p_once * value.pdf + (1.0f - k.p_once) * (EK_INV_PI * wi.z);
+#endif
   return bsdf_value_if(valid, value);
 }
 
+EK_FN BsdfValue conductor_evaluate(MaterialLanes m, v3 wo, v3 wi) { return conductor_value(m, make_conductor(m, wo), wo, wi); }
+
 EK_FN BsdfSample conductor_sample(MaterialLanes m, v3 wo, vf u, vf v, vf choice) {
-  (void)choice;
-  const vi mirror = is_smooth(m);
-  const v3 rough = normalize3(mirrored(wo, ggx_visible_normal(wo, alpha_of(m), u, v)));
-  const v3 wi = select3(mirror, V3(-wo.x, -wo.y, wo.z), rough);
-  BsdfValue value = conductor_evaluate(m, wo, wi);
-  value.f = select3(mirror, conductor_reflectance(m, wo.z), value.f);
-  value.pdf = (mirror & (wo.z > 0.0f)) ? (vf)(1.0f) : value.pdf;
-  return bsdf_sample_of(value, wi, mirror);
+  const Conductor k = make_conductor(m, wo);
+  const v3 rough = normalize3(mirrored(wo, ggx_visible_normal(wo, k.alpha, u, v)));
+  v3 wi = select3(k.smooth, V3(-wo.x, -wo.y, wo.z), rough);
+  if (EK_HAS_energy_compensation) wi = select3(!k.smooth & (choice >= k.p_once), warp_cosine_hemisphere(u, v), wi);
+  BsdfValue value = conductor_value(m, k, wo, wi);
+  value.f = select3(k.smooth, conductor_reflectance(m, wo.z), value.f);
+  value.pdf = (k.smooth & (wo.z > 0.0f)) ? (vf)(1.0f) : value.pdf;
+  return bsdf_sample_of(value, wi, k.smooth);
 }
 
 #endif

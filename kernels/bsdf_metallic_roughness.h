@@ -12,6 +12,9 @@
 #include "anisotropic_albedo.h"
 #include "ggx_albedo.h"
 #include "microfacet.h"
+#if EK_HAS_energy_compensation
+#include "multiple_scattering.h"
+#endif
 #include "warp.h"
 
 EK_FN vf mean_component(v3 a) { return ((a.x + a.y) + a.z) * (1.0f / 3.0f); }
@@ -39,6 +42,9 @@ typedef struct {
   vf kept;         // 1 - E(wo)
   vf enters;       // f of a base of albedo a is a enters (1 - E(wi))
   v3 base;         // the same times its albedo
+#if EK_HAS_energy_compensation
+  v3 again;        // f of light that metal reflects more than once is again metal_loses(wi)
+#endif
   vf specular, diffuse;  // estimated albedos
 } Layers;
 
@@ -67,6 +73,14 @@ EK_FN GgxAlbedo layer_mean_albedo(Layers k) {
   return a;
 }
 
+#if EK_HAS_energy_compensation
+// What metal of these layers loses along a direction; smooth, nothing.
+EK_FN vf metal_loses(Layers k, vf cosine, vf length) {
+  const vf lost = mirrors_lose(seen_alpha(k.alpha, cosine, length), cosine);
+  return k.smooth ? (vf)(0.0f) : lost;
+}
+#endif
+
 /// f0, f90  of the layer;  base: albedo of the base by itself
 EK_FN Layers make_layers(MaterialLanes m, v3 wo, v3 f0, vf f90, v3 base) {
   Layers k;
@@ -84,12 +98,30 @@ EK_FN Layers make_layers(MaterialLanes m, v3 wo, v3 f0, vf f90, v3 base) {
   // A floor, since the layer may reflect far more at other microfacets than on the whole.
   k.specular = max_f(ggx_reflected(o, mean_component(f0), f90), 0x1p-6f * f90);
   k.diffuse = mean_component(base) * k.kept;
+#if EK_HAS_energy_compensation
+  // Of the metal alone: what a dielectric layer does not reflect, for whatever reason, its base receives.
+  const vf lost = metal_loses(k, wo.z, k.length_o), lost_mean = max_f(mirrors_lose_mean(k.alpha), (vf)(0x1p-30f));
+  const v3 once = add3(scale3(m.base_color, 20.0f / 21.0f), V3((vf)(1.0f / 21.0f), (vf)(1.0f / 21.0f), (vf)(1.0f / 21.0f)));
+  const v3 more = scale3(reflected_again3(once, lost_mean), m.metallic * lost);
+  k.again = scale3(more, EK_INV_PI / lost_mean);
+  k.diffuse = k.diffuse + mean_component(more);
+#endif
   return k;
 }
 
 /// 1 - E(wi): what of the light that a base sends to wi the layer lets out.
 EK_FN vf layers_let_out(Layers k, vf cos_i, vf length_i) {
   return 1.0f - ggx_reflected(layer_albedo(k, cos_i, length_i), k.e_f0, k.e_f90);
+}
+
+/// f cos_i of what leaves as from a diffuse surface: the base, and metal's light of several reflections.
+EK_FN v3 layers_diffuse(Layers k, vf cos_i, vf length_i) {
+  const vf let_out = layers_let_out(k, cos_i, length_i);
+#if EK_HAS_energy_compensation
+  return scale3(add3(scale3(k.base, let_out), scale3(k.again, metal_loses(k, cos_i, length_i))), cos_i);
+#else
+  return scale3(scale3(k.base, let_out), cos_i);
+#endif
 }
 
 EK_FN Layers metallic_roughness_layers(MaterialLanes m, v3 wo) {
@@ -107,7 +139,7 @@ EK_FN BsdfValue metallic_roughness_value(MaterialLanes m, Layers k, v3 wo, v3 wi
   const v3 f = schlick(m.f0, m.f90, schlick_weight(cos_h));
   BsdfValue value;
   value.f = add3(scale3(f, d * ggx_visibility(wo.z, k.length_o, wi.z, length_i)),
-                 scale3(scale3(k.base, layers_let_out(k, wi.z, length_i)), wi.z));
+                 layers_diffuse(k, wi.z, length_i));
   value.pdf = (k.specular * (0.5f * d * ggx_visible_share(wo.z, k.length_o)) + k.diffuse * (EK_INV_PI * wi.z)) /
               (k.specular + k.diffuse);
   return bsdf_value_if(valid & (k.specular + k.diffuse > 0.0f), value);

@@ -22,7 +22,60 @@ typedef struct {
   vf tint;         // mean of the base colour
   vf eta;          // of solids, 1 where it stands for a mirror
   vi passes_delta; // what the glass transmits is delta
+#if EK_HAS_energy_compensation
+  GlassPlace place;            // of solids
+  vf again;                    // f of light that microfacets of glass pass to each other: on wo's side again glass_loses(wi),
+  v3 again_through;            // on the other
+  vf returns, crosses;         // their estimated albedos
+#endif
 } Glass;
+
+// Some light leaves to the other side as from a diffuse surface.
+#define EK_LEAKS (EK_HAS_diffuse_transmission | EK_HAS_energy_compensation)
+
+#if EK_HAS_energy_compensation
+// What the glass of g loses along a direction of cosine c, on wo's side or the other one.
+EK_FN vf glass_loses_along(MaterialLanes m, Glass g, vi other_side, vf c, vf length) {
+  const vf alpha = seen_alpha(g.open.alpha, c, length);
+  vf lost = mirrors_lose(alpha, c);  // a thin wall reflects and passes in one lobe
+  if (ANY(m.solid)) {
+    const vf solid = glass_loses(g.place, other_side ? g.place.there : g.place.here, alpha, c);
+    lost = m.solid ? solid : lost;
+  }
+  return lost;
+}
+
+// Light that single scattering loses leaves on either side in lobes of what the directions there lose. How much crosses is free but for
+// reciprocity: with n the index of the inside, (1 - r_out) / (lost_in n^2) = (1 - r_in) / lost_out, and as much as leaves of an even light
+// at the surface itself, as far as both r are then in [0, 1].
+EK_FN Glass with_glass_again(MaterialLanes m, Glass g, v3 wo) {
+  g.place = glass_place(g.eta);
+  const vi none = g.open.smooth | g.passes_delta | (m.solid & fresnel_is_mirror(m.eta));
+  const vf lost = glass_loses_along(m, g, (vi)(0), wo.z, g.open.length_o);
+  vf here = mirrors_lose_mean(g.open.alpha), there = here;
+  const v3 f = schlick(m.f0_dielectric, m.specular, (vf)(1.0f / 21.0f));
+  vf crosses_here = 1.0f - mean_component(f), crosses_there = crosses_here;
+  if (ANY(m.solid)) {
+    const vf solid_here = glass_loses_mean(g.place, g.place.here, g.open.alpha), solid_there = glass_loses_mean(g.place, g.place.there, g.open.alpha);
+    const vf n = max_f(g.eta, 1.0f / g.eta), n2 = n * n;
+    // The reflectance of an even light from outside, by Kulla and Conty's fit.
+    const vf passes = 1.0f - (n - 1.0f) / (4.08567f + 1.00071f * n);
+    const vf scale = passes / (n2 * max_f(max_f(solid_here, solid_there), (vf)(0x1p-30f)));
+    const vi outside = g.eta > 1.0f;
+    here = m.solid ? solid_here : here;
+    there = m.solid ? solid_there : there;
+    crosses_here = m.solid ? scale * there * (outside ? n2 : (vf)(1.0f)) : crosses_here;
+    crosses_there = m.solid ? scale * here * (outside ? (vf)(1.0f) : n2) : crosses_there;
+  }
+  const vf share = none ? (vf)(0.0f) : g.share * lost;
+  const vf spread = share * EK_INV_PI / max_f(here, (vf)(0x1p-30f));
+  g.again = spread * (1.0f - crosses_here);
+  g.again_through = scale3(m.base_color, spread * crosses_there);
+  g.returns = share * (1.0f - crosses_here);
+  g.crosses = (share * crosses_here) * g.tint;
+  return g;
+}
+#endif
 
 /// Reflectance of the glass; cos_h: of wo with the microfacet.
 EK_FN v3 glass_reflectance(MaterialLanes m, vf cos_h) {
@@ -58,13 +111,19 @@ EK_FN Glass make_glass(MaterialLanes m, v3 wo) {
   // mirror's lobe, it is delta, from both sides.
   const vf bend = abs_f(g.eta - 1.0f) / min_f(g.eta, (vf)(1.0f));
   g.passes_delta = g.open.smooth | (m.solid & (g.open.alpha.x * bend < EK_SMOOTH_ALPHA));
+#if EK_HAS_energy_compensation
+  if (!EK_HAS_diffuse_transmission) g.leaks = (vf)(0.0f);
+  g = with_glass_again(m, g, wo);
+  g.open.diffuse = g.open.diffuse + g.returns;
+  g.leaks = g.leaks + g.crosses;
+#endif
   return g;
 }
 
 // Sum of the estimated albedos.
 EK_FN vf glass_total(Glass g) {
   const vf total = (g.open.specular + g.open.diffuse) + g.glass;
-  return EK_HAS_diffuse_transmission ? total + g.leaks : total;
+  return EK_LEAKS ? total + g.leaks : total;
 }
 
 EK_FN BsdfValue transmission_value(MaterialLanes m, Glass g, v3 wo, v3 wi) {
@@ -89,9 +148,12 @@ EK_FN BsdfValue transmission_value(MaterialLanes m, Glass g, v3 wo, v3 wi) {
   const vf p_reflect = glass_reflects(mean_component(f), g.tint);
   const v3 layer = schlick(g.f0, g.f90, schlick_weight(cos_o_h));
   const vf total = glass_total(g);
-  const vf let_out = layers_let_out(g.open, cos_i, length_i);
   BsdfValue above;
-  above.f = add3(scale3(add3(layer, scale3(f, g.share)), spread), scale3(scale3(g.open.base, let_out), cos_i));
+  above.f = add3(scale3(add3(layer, scale3(f, g.share)), spread), layers_diffuse(g.open, cos_i, length_i));
+#if EK_HAS_energy_compensation
+  const vf lost = glass_loses_along(m, g, below, cos_i, length_i) * cos_i;
+  above.f = add3(above.f, V3(g.again * lost, g.again * lost, g.again * lost));
+#endif
   above.pdf = ((g.open.specular + g.glass * p_reflect) * visible + g.open.diffuse * (EK_INV_PI * cos_i)) / total;
 
   // [Walter et al. 2007, eq. 21 and 17] over eta^2: there n_i, n_o are of the light's and the viewer's side, and the
@@ -105,10 +167,11 @@ EK_FN BsdfValue transmission_value(MaterialLanes m, Glass g, v3 wo, v3 wi) {
   BsdfValue through;
   through.f = scale3(mul3(m.base_color, V3(1.0f - f.x, 1.0f - f.y, 1.0f - f.z)), g.share * passed);
   through.pdf = (g.glass * (1.0f - p_reflect)) * passed_pdf / total;
-  if (EK_HAS_diffuse_transmission) {
-    through.f = add3(through.f, scale3(g.leak, let_out * cos_i));
-    through.pdf = through.pdf + g.leaks * (EK_INV_PI * cos_i) / total;
-  }
+  if (EK_HAS_diffuse_transmission) through.f = add3(through.f, scale3(g.leak, layers_let_out(g.open, cos_i, length_i) * cos_i));
+#if EK_HAS_energy_compensation
+  through.f = add3(through.f, scale3(g.again_through, lost));
+#endif
+  if (EK_LEAKS) through.pdf = through.pdf + g.leaks * (EK_INV_PI * cos_i) / total;
 
   BsdfValue value = {select3(below, through.f, above.f), below ? through.pdf : above.pdf};
   return bsdf_value_if((wo.z > 0.0f) & (wi.z != 0.0f) & (total > 0.0f), value);
@@ -126,7 +189,7 @@ EK_FN BsdfSample transmission_sample(MaterialLanes m, v3 wo, vf u, vf v, vf choi
   vi from_glass = (choice >= p_layer + p_base) & (p_glass > 0.0f);
   vf rest = (choice - (p_layer + p_base)) / p_glass;
   vi from_leak = (vi)(0);
-  if (EK_HAS_diffuse_transmission) {  // after the base, before the glass
+  if (EK_LEAKS) {  // after the base, before the glass
     const vf p_leak = g.leaks / total, p_before = (p_layer + p_base) + p_leak;
     from_leak = (choice >= p_layer + p_base) & ((choice < p_before) | !from_glass) & (p_leak > 0.0f);
     from_glass = from_glass & !from_leak;
@@ -153,7 +216,7 @@ EK_FN BsdfSample transmission_sample(MaterialLanes m, v3 wo, vf u, vf v, vf choi
   wi = select3(mirror, V3(-wo.x, -wo.y, wo.z), wi);
   wi = select3(straight & !m.solid, neg3(wo), wi);
   wi = select3(straight & m.solid, refract(wo, up, wo.z, g.eta), wi);
-  if (EK_HAS_diffuse_transmission) wi = select3(from_leak, neg3(warp_cosine_hemisphere(u, v)), wi);
+  if (EK_LEAKS) wi = select3(from_leak, neg3(warp_cosine_hemisphere(u, v)), wi);
 
   BsdfValue value = transmission_value(m, g, wo, wi);
   const v3 layer = schlick(g.f0, g.f90, schlick_weight(wo.z));

@@ -75,6 +75,7 @@ Metadata describe_image(const Prepared& prepared) {
   metadata.numbers["seed"] = settings.seed;
   metadata.numbers["rouletteDepth"] = settings.roulette_depth;
   if (settings.roulette > 0) metadata.numbers["roulette"] = double(settings.roulette);
+  if (settings.energy_compensation) metadata.strings["energyCompensation"] = "on";
   metadata.strings["integrator"] = settings.whitted ? "whitted" : "path";
   return metadata;
 }

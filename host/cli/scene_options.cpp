@@ -259,6 +259,13 @@ void SceneOptions::add_sampling_to(CLI::App& command, const std::string& spp_mea
           "glass alone [Whitted 1980]")
       ->check(CLI::IsMember({"path", "direct", "whitted"}))
       ->capture_default_str();
+  command
+      .add_option(
+          "--energy-compensation", energy_compensation,
+          "on: rough metal and glass give back the light that their microfacets pass to each other, which single "
+          "scattering loses")
+      ->check(CLI::IsMember({"on", "off"}))
+      ->capture_default_str();
   command.add_option("--light-sampling", light_sampling, "how light is found: same mean, other noise")
       ->check(CLI::IsMember({"mis", "light", "cosine", "hemisphere"}))
       ->capture_default_str();
@@ -323,6 +330,7 @@ Prepared settle(const SceneOptions& options, std::shared_ptr<Scene> loaded, cons
   if (options.roulette == 1 && settings.max_depth == 0)
     throw UsageError("--roulette 1: no path would ever end; give --max-depth");
   settings.roulette = options.roulette;
+  settings.energy_compensation = options.energy_compensation == "on";
   if (settings.roulette > 0) settings.roulette_depth = 2;
   settings.whitted = options.integrator == "whitted";
   if (settings.whitted) {

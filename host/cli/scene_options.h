@@ -21,6 +21,7 @@ struct SceneOptions {
   std::uint64_t seed = 0;
   std::uint32_t max_depth = 0;
   float roulette = 0;
+  std::string energy_compensation = "off";
   std::set<std::uint32_t> depth_series;  // of `render` alone, as is denoise
   bool transparent = false, strict = false, panorama = false, denoise = false;
 

@@ -177,6 +177,13 @@ Features::Features(const Scene& scene, const Settings& settings) {
   needs["absorption"] = shown.material("no volume absorbs", [](const Material& m) {
     return lobe_of(m) == "transmission" && m.solid && m.attenuation_distance > 0 && m.attenuation_color != glm::vec3(1);
   });
+  needs["energy_compensation"] = {false, "--energy-compensation"};
+  if (settings.energy_compensation)
+    needs["energy_compensation"] = shown.material("no rough metal or glass", [](const Material& m) {
+      const std::string lobe = lobe_of(m);
+      return (m.roughness > 0 || m.metallic_roughness_texture) &&
+             (lobe == "conductor" || lobe == "transmission" || (lobe == "metallic_roughness" && m.metallic > 0));
+    });
   needs["opacity"] =
       shown.material("every material is opaque", [](const Material& m) { return m.alpha_mode != AlphaMode::opaque; });
   needs["unlit"] = shown.material("no material is unlit", [](const Material& m) { return m.unlit; });

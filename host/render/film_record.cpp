@@ -97,7 +97,8 @@ std::string describe_lens(const Camera& camera) {
 std::vector<ImageSetting> image_settings(const Scene& scene, const Settings& settings, const FilmLayout& layout) {
   // Whoever adds a setting is stopped here by the compiler, and says below whether the image's bits depend on it.
   const auto& [width, height, crop, sample_begin, sample_end, seed, replicate_bits, max_depth, roulette_depth, roulette,
-               whitted, light_sampling, aovs, depth_series, filter, transparent, camera, environment] = settings;
+               whitted, energy_compensation, light_sampling, aovs, depth_series, filter, transparent, camera,
+               environment] = settings;
   static_cast<void>(crop), static_cast<void>(sample_begin), static_cast<void>(sample_end);
   static_cast<void>(aovs), static_cast<void>(depth_series);  // the channels say it
   const glm::dmat4& pose = camera.world_from_camera;
@@ -113,6 +114,7 @@ std::vector<ImageSetting> image_settings(const Scene& scene, const Settings& set
           {"roulette depth", fmt::format("{}", roulette_depth)},
           {"roulette (--roulette)", roulette > 0 ? fmt::format("{}", roulette) : "by throughput"},
           {"integrator (--integrator)", whitted ? "whitted" : "path"},
+          {"energy compensation (--energy-compensation)", energy_compensation ? "on" : "off"},
           {"light sampling (--light-sampling)", name_of(light_sampling)},
           {"camera's position (--camera, --look-at)", triple(pose[3])},
           {"camera's orientation (--camera, --look-at)",

@@ -34,6 +34,7 @@ struct Settings {
   std::uint32_t roulette_depth = 4;  // the first edge that roulette decides on
   float roulette = 0;                // probability with which it lets a path go on; 0: by what the path carries
   bool whitted = false;  // only perfect mirrors and smooth glass scatter light on; with LightSampling::light
+  bool energy_compensation = false;  // rough metal and glass give back what single scattering loses
   LightSampling light_sampling = LightSampling::mis;
   std::vector<std::string> aovs;  // layers of layers.h
   std::vector<std::uint32_t>

@@ -243,7 +243,7 @@ Sampled Answers::sample(std::size_t i) const {
 
 std::vector<Words> scatter(const std::vector<MaterialRecord>& materials,
                            const std::vector<MaterialExtension>& extensions, const std::vector<MaterialDetail>& details,
-                           const Queries& q, bool uniform, bool anisotropic) {
+                           const Queries& q, bool uniform, bool anisotropic, bool compensated) {
   return Probe("bsdf")
       .buffer("materials", materials)
       .buffer("triangles", std::vector<Triangle>(1))
@@ -256,10 +256,12 @@ std::vector<Words> scatter(const std::vector<MaterialRecord>& materials,
       .buffer("texels", std::vector<std::uint32_t>(EK_TEXEL_TABLE + 1))
       .define("EK_HAS_uniform_scatter", uniform ? "1" : "0")
       .define("EK_HAS_anisotropy", anisotropic ? "1" : "0")
+      .define("EK_HAS_energy_compensation", compensated ? "1" : "0")
       .run("probe_bsdf", q.in, 20);
 }
 
-Answers scatter(const std::vector<Specimen>& specimens, const Queries& q, bool uniform, bool anisotropic) {
+Answers scatter(const std::vector<Specimen>& specimens, const Queries& q, bool uniform, bool anisotropic,
+                bool compensated) {
   std::vector<MaterialRecord> materials;
   std::vector<MaterialExtension> extensions;
   std::vector<MaterialDetail> details;
@@ -275,7 +277,7 @@ Answers scatter(const std::vector<Specimen>& specimens, const Queries& q, bool u
     for (std::size_t k = 0; k < 3; ++k) sided.in[11 + k][i] = as_word(s.look.clearcoat_normal[k]);
     sided.in[14][i] = as_word(s.look.roughness_x < 0 ? -1 : s.look.roughness_x * s.look.roughness_x);
   }
-  return {scatter(materials, extensions, details, sided, uniform, anisotropic)};
+  return {scatter(materials, extensions, details, sided, uniform, anisotropic, compensated)};
 }
 
 }  // namespace eikon::test

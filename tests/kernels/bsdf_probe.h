@@ -82,14 +82,14 @@ struct Answers {
   Sampled sample(std::size_t i) const;
 };
 
-/// uniform: with EK_HAS_uniform_scatter; anisotropic: with EK_HAS_anisotropy
-Answers scatter(const std::vector<Specimen>& specimens, const Queries& q, bool uniform = false,
-                bool anisotropic = true);
+/// uniform: with EK_HAS_uniform_scatter; anisotropic: with EK_HAS_anisotropy; compensated: with EK_HAS_energy_compensation
+Answers scatter(const std::vector<Specimen>& specimens, const Queries& q, bool uniform = false, bool anisotropic = true,
+                bool compensated = false);
 
 /// The same of records; all fronts.
 std::vector<Words> scatter(const std::vector<MaterialRecord>& materials,
                            const std::vector<MaterialExtension>& extensions, const std::vector<MaterialDetail>& details,
-                           const Queries& q, bool uniform, bool anisotropic = true);
+                           const Queries& q, bool uniform, bool anisotropic = true, bool compensated = false);
 
 /// [0, 1), multiples of 2^-24, as the sampler's.
 inline float uniform(std::mt19937& random) { return float(random() >> 8) * 0x1p-24F; }

@@ -137,7 +137,7 @@ Bins bins_for(const Specimen& s, const Direction& wo) {
 /// What pdf integrates to over each bin: cells are quartered where that still matters, as at the horizons of a coat and of
 /// upright microfacets, where densities jump, and at least kLow times along the surface's own.
 std::vector<double> integrals(const std::vector<Specimen>& all, std::uint32_t which, const Direction& wo,
-                              const Bins& bins) {
+                              const Bins& bins, bool compensated) {
   constexpr unsigned kLow = 3, kDeepest = 6;
   // A cell that is cut by a jump is off by less than quartering changes it; some hundred are, to either side.
   constexpr double kResolved = 3e-6;
@@ -164,7 +164,7 @@ std::vector<double> integrals(const std::vector<Specimen>& all, std::uint32_t wh
     if (!points.empty()) {
       Queries grid;
       for (const auto& point : points) grid.add(which, wo, point.w, 0, 0, 0);
-      const Answers stated = scatter(all, grid);
+      const Answers stated = scatter(all, grid, false, true, compensated);
       for (std::size_t cell = 0, i = 0; cell < cells.size(); ++cell)
         for (; i < ends[cell]; ++i) part[cell] += stated.pdf(i) * points[i].solid_angle;
     }
@@ -194,16 +194,18 @@ std::vector<double> integrals(const std::vector<Specimen>& all, std::uint32_t wh
   return value;
 }
 
-constexpr int kRoughnesses = 4;
+constexpr int kRoughnesses = 6;  // two of them with energy compensation
 constexpr double kAngles[] = {0, 45, 85, 89};
 constexpr unsigned kSamples = 250000;
 
-void check_sampling(float roughness) {
+void check_sampling(float roughness, bool compensated = false) {
   const double alpha = sidak(specimens(0).size() * kRoughnesses * std::size(kAngles));
   std::mt19937 random(1);
   double worst_total = 0;
   {
-    const auto all = specimens(roughness);
+    auto all = specimens(roughness);
+    if (compensated)
+      std::erase_if(all, [](const Specimen& s) { return s.look.metallic == 0 && s.look.transmission == 0; });
     for (std::uint32_t which = 0; which < all.size(); ++which)
       for (const double angle : kAngles) {
         const Specimen& specimen = all[which];
@@ -213,8 +215,8 @@ void check_sampling(float roughness) {
         const Bins bins = bins_for(specimen, wo);
         Queries q;
         for (unsigned i = 0; i < kSamples; ++i) q.add(which, wo, random);
-        const Answers sampled = scatter(all, q);
-        std::vector<double> observed(Bins::kCount, 0), expected = integrals(all, which, wo, bins);
+        const Answers sampled = scatter(all, q, false, true, compensated);
+        std::vector<double> observed(Bins::kCount, 0), expected = integrals(all, which, wo, bins, compensated);
         double total = 0;
         for (double& share : expected) {
           total += share;
@@ -272,6 +274,11 @@ TEST(BsdfSampling, M1_samples_of_smooth_surfaces_have_the_density_that_pdf_state
 TEST(BsdfSampling, M1_samples_of_roughness_05_have_the_density_that_pdf_states) { check_sampling(0.05F); }
 TEST(BsdfSampling, M1_samples_of_roughness_3_have_the_density_that_pdf_states) { check_sampling(0.3F); }
 TEST(BsdfSampling, M1_samples_of_the_roughest_surfaces_have_the_density_that_pdf_states) { check_sampling(1); }
+
+TEST(BsdfSampling, M1_samples_with_energy_compensation_have_the_density_that_pdf_states) {
+  check_sampling(0.3F, true);
+  check_sampling(1, true);
+}
 
 TEST(BsdfSampling, M1_uniform_scattering_of_lambert_has_its_density) {
   const auto all = specimens(1);

@@ -64,7 +64,7 @@ TEST(Bsdf, delta_samples_go_exactly_where_mirrors_and_interfaces_send_them) {
   EXPECT_GT(refracted, 1000U);
 }
 
-TEST(Bsdf, M2_light_paths_can_be_reversed) {
+void check_reversal(bool compensated) {
   std::mt19937 random(3);
   double worst_reflected = 0, worst_transmitted = 0;
   for (const float roughness : kRoughnesses) {
@@ -92,7 +92,8 @@ TEST(Bsdf, M2_light_paths_can_be_reversed) {
         backward.add(which, wi, wo, 0, 0, 0);
       }
     }
-    const Answers there = scatter(all, forward), back = scatter(all, backward);
+    const Answers there = scatter(all, forward, false, true, compensated),
+                  back = scatter(all, backward, false, true, compensated);
     for (std::size_t i = 0; i < forward.size(); ++i) {
       const Specimen& specimen = all[forward.in[0][i]];
       const double cos_o = as_float(forward.in[3][i]), cos_i = as_float(forward.in[6][i]);
@@ -110,10 +111,13 @@ TEST(Bsdf, M2_light_paths_can_be_reversed) {
       }
     }
   }
-  RecordProperty("worst_reflected", std::to_string(worst_reflected));
-  RecordProperty("worst_transmitted", std::to_string(worst_transmitted));
+  ::testing::Test::RecordProperty("worst_reflected", std::to_string(worst_reflected));
+  ::testing::Test::RecordProperty("worst_transmitted", std::to_string(worst_transmitted));
   std::printf("reciprocity: reflected within %.2g, refracted within %.2g\n", worst_reflected, worst_transmitted);
 }
+
+TEST(Bsdf, M2_light_paths_can_be_reversed) { check_reversal(false); }
+TEST(Bsdf, M2_light_paths_with_energy_compensation_can_be_reversed) { check_reversal(true); }
 
 TEST(Bsdf, M5_no_more_light_leaves_than_arrives) {
   constexpr int kSamples = 50000;

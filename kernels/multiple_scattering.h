@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+// --energy-compensation: light that GGX microfacets lose because it meets a second one leaves as from a diffuse surface whose
+// lobe is what either direction loses [Kulla and Conty 2017, "Revisiting Physically Based Shading at Imageworks"]:
+//   f = F lost(wo) lost(wi) / (pi lost_mean)
+// with lost(w) = 1 - albedo of microfacets that reflect everything, and F what is left of light after some more reflections:
+// reciprocal, and exactly as much as the table says is lost. Of two alphas each direction counts with the one that it sees, and the
+// mean is that of two turns.
+#ifndef EK_MULTIPLE_SCATTERING_H
+#define EK_MULTIPLE_SCATTERING_H
+#include "anisotropic_albedo.h"
+#include "energy_table.h"
+#include "fresnel.h"
+#include "microfacet.h"
+
+/// The alpha of the slopes along a direction of cosine c. length: its ggx_length, which is sqrt((alpha sin)^2 + c^2)
+EK_FN vf seen_alpha(GgxAlpha alpha, vf c, vf length) {
+  if (!EK_HAS_anisotropy) return alpha.y;
+  const vf x2 = alpha.x * alpha.x, y2 = alpha.y * alpha.y;
+  const vf sin2 = max_f((1.0f - c) * (1.0f + c), (vf)(0x1p-20f));
+  return sqrt(min_f(max_f((length - c) * (length + c) / sin2, min_f(x2, y2)), max_f(x2, y2)));
+}
+
+/// The share that microfacets which reflect everything lose of light along a direction of cosine c.
+EK_FN vf mirrors_lose(vf alpha, vf c) {
+  const TablePlace row = table_place(sqrt(alpha), EK_ENERGY_ROWS), column = table_place(sqrt(max_f(c, (vf)(0.0f))), EK_ENERGY_COLUMNS);
+  constant const float* table = energy_lost_table;
+  const vu i = row.low * EK_ENERGY_COLUMNS + column.low;
+  const vf here = mix_f(table_f(table, i), table_f(table, i + 1u), column.weight),
+           next = mix_f(table_f(table, i + EK_ENERGY_COLUMNS), table_f(table, i + (EK_ENERGY_COLUMNS + 1u)), column.weight);
+  return mix_f(here, next, row.weight);
+}
+
+EK_FN vf mirrors_lose_at(vf alpha) {
+  const TablePlace row = table_place(sqrt(alpha), EK_ENERGY_ROWS);
+  return mix_f(table_f(energy_lost_mean_table, row.low), table_f(energy_lost_mean_table, row.low + 1u), row.weight);
+}
+
+// The alphas seen at turns of 22.5 and 67.5 degrees.
+EK_FN GgxAlpha turned_alphas(GgxAlpha alpha) {
+  const vf x2 = alpha.x * alpha.x, y2 = alpha.y * alpha.y;
+  const GgxAlpha two = {sqrt(0.853553391f * x2 + 0.146446609f * y2), sqrt(0.146446609f * x2 + 0.853553391f * y2)};
+  return two;
+}
+
+/// 2 times the integral over c of mirrors_lose times c.
+EK_FN vf mirrors_lose_mean(GgxAlpha alpha) {
+  if (!EK_HAS_anisotropy) return mirrors_lose_at(alpha.y);
+  const GgxAlpha two = turned_alphas(alpha);
+  return 0.5f * (mirrors_lose_at(two.x) + mirrors_lose_at(two.y));
+}
+
+/// What leaves of light that microfacets of mean reflectance f lose to each other, if they lose `lost` of all light at a time
+/// [Kulla and Conty 2017, "Fresnel"]; 1 for f = 1, whatever is lost.
+EK_FN vf reflected_again(vf f, vf lost) { return (f * f) * (1.0f - lost) / max_f(1.0f - f * lost, (vf)(0x1p-20f)); }
+EK_FN v3 reflected_again3(v3 f, vf lost) {
+  return V3(reflected_again(f.x, lost), reflected_again(f.y, lost), reflected_again(f.z, lost));
+}
+
+// A dielectric's table: which layers, for light on either side.
+typedef struct {
+  TablePlace layer;
+  vu here, there;  // where the tables of wo's side and of the other side begin, in layers
+} GlassPlace;
+
+/// eta: index of the far side over that of wo's; beyond the tables' range the nearest of theirs
+EK_FN GlassPlace glass_place(vf eta) {
+  const vf root = abs_f(eta - 1.0f) / (eta + 1.0f);
+  GlassPlace at;
+  at.layer = table_place((root - EK_ENERGY_GLASS_FIRST) * (1.0f / (EK_ENERGY_GLASS_LAST - EK_ENERGY_GLASS_FIRST)), EK_ENERGY_GLASS_LAYERS);
+  const vi outside = eta > 1.0f;
+  at.here = outside ? (vu)(0u) : (vu)(EK_ENERGY_GLASS_LAYERS);
+  at.there = outside ? (vu)(EK_ENERGY_GLASS_LAYERS) : (vu)(0u);
+  return at;
+}
+
+/// side: at.here or at.there
+EK_FN vf glass_loses(GlassPlace at, vu side, vf alpha, vf c) {
+  const TablePlace row = table_place(sqrt(alpha), EK_ENERGY_GLASS_ROWS),
+                   column = table_place(sqrt(max_f(c, (vf)(0.0f))), EK_ENERGY_GLASS_COLUMNS);
+  constant const float* table = energy_glass_table;
+  const uint down = EK_ENERGY_GLASS_COLUMNS, deep = EK_ENERGY_GLASS_ROWS * EK_ENERGY_GLASS_COLUMNS;
+  const vu i = (side + at.layer.low) * deep + row.low * down + column.low;
+  vf two[2];
+  for (uint k = 0; k < 2; ++k) {
+    const vu j = i + k * deep;
+    const vf here = mix_f(table_f(table, j), table_f(table, j + 1u), column.weight),
+             next = mix_f(table_f(table, j + down), table_f(table, j + (down + 1u)), column.weight);
+    two[k] = mix_f(here, next, row.weight);
+  }
+  return mix_f(two[0], two[1], at.layer.weight);
+}
+
+EK_FN vf glass_loses_at(GlassPlace at, vu side, vf alpha) {
+  const TablePlace row = table_place(sqrt(alpha), EK_ENERGY_GLASS_ROWS);
+  constant const float* table = energy_glass_mean_table;
+  const vu i = (side + at.layer.low) * EK_ENERGY_GLASS_ROWS + row.low;
+  const vf here = mix_f(table_f(table, i), table_f(table, i + 1u), row.weight),
+           next = mix_f(table_f(table, i + EK_ENERGY_GLASS_ROWS), table_f(table, i + (EK_ENERGY_GLASS_ROWS + 1u)), row.weight);
+  return mix_f(here, next, at.layer.weight);
+}
+
+EK_FN vf glass_loses_mean(GlassPlace at, vu side, GgxAlpha alpha) {
+  if (!EK_HAS_anisotropy) return glass_loses_at(at, side, alpha.y);
+  const GgxAlpha two = turned_alphas(alpha);
+  return 0.5f * (glass_loses_at(at, side, two.x) + glass_loses_at(at, side, two.y));
+}
+
+#endif
