@@ -30,7 +30,9 @@ PICTURES = {"color": scene_pictures.tiles_color, "metal": scene_pictures.tiles_m
 class Variant:
     """One scene: what its spheres are made of, and what lights it."""
 
-    def __init__(self, smooth=False, coordinates=False, colors=False, lights=(), sky_map=False, materials=None, **surface):
+    def __init__(self, smooth=False, coordinates=False, colors=False, lights=(), sky_map=False, materials=None, flags=(),
+                 **surface):
+        self.flags = list(flags)  # of eikon render
         self.smooth, self.coordinates, self.colors = smooth, coordinates, colors
         self.lights, self.sky_map = lights, sky_map
         self.materials = materials or [surface]
@@ -89,6 +91,7 @@ def features():
     everything = {**textured, **rough, "metallic": 1.0, "metallicRoughnessTexture": "metal", "normalTexture": "normal"}
     twelve = [{**{k: v for k, v in everything.items() if k not in ("smooth", "coordinates")},
                "roughness": 0.2 + 0.05 * i, "color": (1 - 0.05 * i, 0.5 + 0.04 * i, 0.7)} for i in range(12)]
+    compensated = ["--energy-compensation", "on"]
     return [
         ("normals of the mesh", lambert, smooth),
         ("vertex colours", lambert, {"colors": True}),
@@ -121,6 +124,10 @@ def features():
         ("Blinn's highlights", smooth, {**smooth, "extensions": {"EIKON_materials_phong": {"specular": [0.3, 0.3, 0.3]}}}),
         ("dispersion", {**smooth, **rough, "roughness": 0.0, "extensions": solid}, {**smooth, **rough, "roughness": 0.0, "extensions": {
             **solid, "KHR_materials_dispersion": {"dispersion": 1.0}}}),
+        ("energy compensation of metal", {**smooth, **rough, "metallic": 1.0}, {**smooth, **rough, "metallic": 1.0,
+                                                                               "flags": compensated}),
+        ("energy compensation of glass", {**smooth, **rough, "extensions": solid}, {**smooth, **rough, "extensions": solid,
+                                                                                   "flags": compensated}),
         ("absorption", {**smooth, **rough, "extensions": solid}, {**smooth, **rough, "extensions": tinted}),
         ("opacity, BLEND of a factor", smooth, {**smooth, "opacity": 0.5, "alphaMode": "BLEND"}),
         ("opacity, MASK of a texture", textured, {**textured, "baseColorTexture": "leaf", "alphaMode": "MASK"}),
@@ -133,11 +140,11 @@ def features():
     ]
 
 
-def render(options, scene, folder):
+def render(options, scene, flags, folder):
     """(ns per sample, rays per sample) of one render."""
     stats = folder / "stats.json"
     command = [options.eikon, "render", str(scene), "-o", str(folder / "out.exr"), "--size", options.size, "--spp",
-               str(options.spp), "--max-depth", "4", "--stats", str(stats), "--quiet", "--strict"]
+               str(options.spp), "--max-depth", "4", "--stats", str(stats), "--quiet", "--strict", *flags]
     if options.devices:
         command += ["--devices", options.devices]
     done = subprocess.run(command, capture_output=True, text=True)
@@ -152,13 +159,14 @@ def measure(options, off, on):
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         scenes = [folder / "off.gltf", folder / "on.gltf"]
-        for scene, variant in zip(scenes, (off, on)):
-            Variant(**variant).write(scene)
-            render(options, scene, folder)  # compiles
+        variants = [Variant(**off), Variant(**on)]
+        for scene, variant in zip(scenes, variants):
+            variant.write(scene)
+            render(options, scene, variant.flags, folder)  # compiles
         best, rays, device = [1e30, 1e30], [0.0, 0.0], ""
         for _ in range(options.rounds):
             for i in (0, 1):
-                time_ns, rays[i], device = render(options, scenes[i], folder)
+                time_ns, rays[i], device = render(options, scenes[i], variants[i].flags, folder)
                 best[i] = min(best[i], time_ns)
     return best, rays, device
 
