@@ -36,6 +36,9 @@ typedef struct {
   v3 clearcoat_normal; // local, unit, on wo's side
   v3 sheen;            // colour of the fibres, [0, 1]
   vf sheen_roughness;  // [0, 1]
+  vf iridescence;      // share of the surface under a thin film, [0, 1]
+  vf film_index;       // of the film over that of air
+  vf film_thickness;   // metres
   vf phong_shininess;
   v3 phong_specular;   // [0, 1]
   v3 conductor_eta, conductor_k;  // complex index of refraction

@@ -15,7 +15,34 @@
 #if EK_HAS_energy_compensation
 #include "multiple_scattering.h"
 #endif
+#if EK_HAS_iridescence
+#include "thin_film.h"
+#endif
 #include "warp.h"
+
+#if EK_HAS_iridescence
+// Of the share of a surface that is under a film; f0: of the surface without it. plain: what the rest reflects at that angle.
+EK_FN v3 with_film(MaterialLanes m, v3 plain, v3 f0, vf cosine) {
+  const ThinFilm film = {m.film_index, m.film_thickness};
+  const v3 f = film_reflectance(film, f0, cosine);
+  return add3(scale3(plain, 1.0f - m.iridescence), scale3(f, m.iridescence));
+}
+#endif
+
+/// Schlick's law, under a film as far as the material has one; share: of the surface that f0 and f90 are for, as their factor
+EK_FN v3 surface_reflectance(MaterialLanes m, v3 f0, vf f90, vf share, vf cosine) {
+  const v3 plain = schlick(f0, f90, schlick_weight(cosine));
+#if EK_HAS_iridescence
+  if (!ANY(m.iridescence > 0.0f)) return plain;
+  const vf all = max_f(share, (vf)(0x1p-20f));
+  const v3 under = with_film(m, scale3(plain, 1.0f / all), scale3(f0, 1.0f / all), cosine);
+  return select3((m.iridescence > 0.0f) & (share > 0.0f), scale3(under, all), plain);
+#else
+  (void)m;
+  (void)share;
+  return plain;
+#endif
+}
 
 EK_FN vf mean_component(v3 a) { return ((a.x + a.y) + a.z) * (1.0f / 3.0f); }
 
@@ -81,8 +108,8 @@ EK_FN vf metal_loses(Layers k, vf cosine, vf length) {
 }
 #endif
 
-/// f0, f90  of the layer;  base: albedo of the base by itself
-EK_FN Layers make_layers(MaterialLanes m, v3 wo, v3 f0, vf f90, v3 base) {
+/// f0, f90  of the layer;  share: of the surface that is such a layer;  base: albedo of the base by itself
+EK_FN Layers make_layers(MaterialLanes m, v3 wo, v3 f0, vf f90, vf share, v3 base) {
   Layers k;
   k.smooth = is_smooth(m);
   k.alpha = alpha_of(m);
@@ -90,6 +117,11 @@ EK_FN Layers make_layers(MaterialLanes m, v3 wo, v3 f0, vf f90, v3 base) {
   k.albedo = ggx_albedo_fit(k.smooth, k.alpha.y);
   k.e_f0 = max_component(m.f0_dielectric);
   k.e_f90 = m.specular;
+#if EK_HAS_iridescence
+  const ThinFilm film = {m.film_index, m.film_thickness};
+  k.e_f0 = k.e_f0 + (film_most(film, k.e_f0) - k.e_f0) * m.iridescence;
+  k.e_f90 = k.e_f90 + (1.0f - k.e_f90) * m.iridescence;
+#endif
   const GgxAlbedo o = layer_albedo(k, wo.z, k.length_o);
   k.kept = 1.0f - ggx_reflected(o, k.e_f0, k.e_f90);
   const vf kept_mean = 1.0f - ggx_reflected(layer_mean_albedo(k), k.e_f0, k.e_f90);
@@ -97,6 +129,11 @@ EK_FN Layers make_layers(MaterialLanes m, v3 wo, v3 f0, vf f90, v3 base) {
   k.base = scale3(base, k.enters);
   // A floor, since the layer may reflect far more at other microfacets than on the whole.
   k.specular = max_f(ggx_reflected(o, mean_component(f0), f90), 0x1p-6f * f90);
+#if EK_HAS_iridescence
+  k.specular = m.iridescence > 0.0f ? max_f(o.full * mean_component(surface_reflectance(m, f0, f90, share, wo.z)), k.specular) : k.specular;
+#else
+  (void)share;
+#endif
   k.diffuse = mean_component(base) * k.kept;
 #if EK_HAS_energy_compensation
   // Of the metal alone: what a dielectric layer does not reflect, for whatever reason, its base receives.
@@ -125,7 +162,7 @@ EK_FN v3 layers_diffuse(Layers k, vf cos_i, vf length_i) {
 }
 
 EK_FN Layers metallic_roughness_layers(MaterialLanes m, v3 wo) {
-  return make_layers(m, wo, m.f0, m.f90, scale3(m.base_color, 1.0f - m.metallic));
+  return make_layers(m, wo, m.f0, m.f90, (vf)(1.0f), scale3(m.base_color, 1.0f - m.metallic));
 }
 
 EK_FN BsdfValue metallic_roughness_value(MaterialLanes m, Layers k, v3 wo, v3 wi) {
@@ -136,7 +173,7 @@ EK_FN BsdfValue metallic_roughness_value(MaterialLanes m, Layers k, v3 wo, v3 wi
   const v3 h = direction_of(sum, sum2);
   const vf length_i = ggx_length(wi, k.alpha);
   const vf d = k.smooth ? (vf)(0.0f) : ggx_d(h, k.alpha);
-  const v3 f = schlick(m.f0, m.f90, schlick_weight(cos_h));
+  const v3 f = surface_reflectance(m, m.f0, m.f90, (vf)(1.0f), cos_h);
   BsdfValue value;
   value.f = add3(scale3(f, d * ggx_visibility(wo.z, k.length_o, wi.z, length_i)),
                  layers_diffuse(k, wi.z, length_i));
@@ -158,7 +195,7 @@ EK_FN BsdfSample metallic_roughness_sample(MaterialLanes m, v3 wo, vf u, vf v, v
   v3 wi = select3(reflect, reflected, warp_cosine_hemisphere(u, v));
   wi = select3(mirror, V3(-wo.x, -wo.y, wo.z), wi);
   BsdfValue value = metallic_roughness_value(m, k, wo, wi);
-  value.f = select3(mirror, schlick(m.f0, m.f90, schlick_weight(wo.z)), value.f);
+  value.f = select3(mirror, surface_reflectance(m, m.f0, m.f90, (vf)(1.0f), wo.z), value.f);
   value.pdf = (mirror & (wo.z > 0.0f)) ? p_specular : value.pdf;
   return bsdf_sample_of(value, wi, mirror);
 }

@@ -16,6 +16,7 @@ typedef struct {
   v3 f0;           // of its layer
   vf f90;
   vf share;        // of the glass
+  vf closed;       // of the rest
   vf glass;        // estimated albedo of it
   v3 leak;         // of what the base passes: its f is leak (1 - E(wi))
   vf leaks;        // estimated albedo of it
@@ -80,7 +81,20 @@ EK_FN Glass with_glass_again(MaterialLanes m, Glass g, v3 wo) {
 /// Reflectance of the glass; cos_h: of wo with the microfacet.
 EK_FN v3 glass_reflectance(MaterialLanes m, vf cos_h) {
   const vf exact = fresnel_dielectric(cos_h, m.eta);
-  return select3(m.solid, V3(exact, exact, exact), schlick(m.f0_dielectric, m.specular, schlick_weight(cos_h)));
+  v3 f = select3(m.solid, V3(exact, exact, exact), schlick(m.f0_dielectric, m.specular, schlick_weight(cos_h)));
+#if EK_HAS_iridescence
+  // From inside of a solid as from outside along the refracted direction: what a film reflects is the same both ways.
+  const vi some = (m.iridescence > 0.0f) & !(m.solid & (fresnel_is_mirror(m.eta) | (m.eta == 1.0f)));
+  if (ANY(some)) {
+    const vf outside2 = 1.0f - ((1.0f - cos_h) * (1.0f + cos_h)) / (m.eta * m.eta);
+    const vi inside = m.solid & (m.eta < 1.0f);
+    const vf cosine = inside ? sqrt(max_f(outside2, (vf)(0.0f))) : cos_h;
+    const vf r = (m.eta - 1.0f) / (m.eta + 1.0f), f0 = r * r;
+    const v3 under = with_film(m, f, select3(m.solid, V3(f0, f0, f0), m.f0_dielectric), min_f(max_f(cosine, (vf)(0.0f)), (vf)(1.0f)));
+    f = select3(some & !(inside & (outside2 <= 0.0f)), under, f);
+  }
+#endif
+  return f;
 }
 
 /// The probability of reflecting rather than transmitting, at a microfacet of mean reflectance f: by what leaves either way.
@@ -94,11 +108,12 @@ EK_FN Glass make_glass(MaterialLanes m, v3 wo) {
   const vf dielectric = 1.0f - m.metallic;
   const vf opaque = dielectric * (1.0f - m.transmission);
   g.share = dielectric * m.transmission;
+  g.closed = m.metallic + opaque;
   g.f0 = add3(scale3(m.base_color, m.metallic), scale3(m.f0_dielectric, opaque));
   g.f90 = m.metallic + opaque * m.specular;
   vf reflects = opaque;
   if (EK_HAS_diffuse_transmission) reflects = opaque * (1.0f - m.diffuse_transmission);
-  g.open = make_layers(m, wo, g.f0, g.f90, scale3(m.base_color, reflects));
+  g.open = make_layers(m, wo, g.f0, g.f90, g.closed, scale3(m.base_color, reflects));
   if (EK_HAS_diffuse_transmission) {
     g.leak = scale3(m.diffuse_transmission_color, (opaque * m.diffuse_transmission) * g.open.enters);
     g.leaks = mean_component(m.diffuse_transmission_color) * (opaque * m.diffuse_transmission) * g.open.kept;
@@ -146,7 +161,7 @@ EK_FN BsdfValue transmission_value(MaterialLanes m, Glass g, v3 wo, v3 wi) {
 
   const v3 f = glass_reflectance(m, max_f(cos_o_h, (vf)(0.0f)));
   const vf p_reflect = glass_reflects(mean_component(f), g.tint);
-  const v3 layer = schlick(g.f0, g.f90, schlick_weight(cos_o_h));
+  const v3 layer = surface_reflectance(m, g.f0, g.f90, g.closed, cos_o_h);
   const vf total = glass_total(g);
   BsdfValue above;
   above.f = add3(scale3(add3(layer, scale3(f, g.share)), spread), layers_diffuse(g.open, cos_i, length_i));
@@ -219,7 +234,7 @@ EK_FN BsdfSample transmission_sample(MaterialLanes m, v3 wo, vf u, vf v, vf choi
   if (EK_LEAKS) wi = select3(from_leak, neg3(warp_cosine_hemisphere(u, v)), wi);
 
   BsdfValue value = transmission_value(m, g, wo, wi);
-  const v3 layer = schlick(g.f0, g.f90, schlick_weight(wo.z));
+  const v3 layer = surface_reflectance(m, g.f0, g.f90, g.closed, wo.z);
   value.f = select3(mirror, add3(layer, scale3(f, g.share)), value.f);
   value.pdf = mirror ? p_layer + p_glass * p_reflect : value.pdf;
   const v3 kept = mul3(m.base_color, V3(1.0f - f.x, 1.0f - f.y, 1.0f - f.z));

@@ -98,6 +98,18 @@ EK_FN vf clearcoat_passes(vf clearcoat, vf cosine) {
   return 1.0f - clearcoat * (0.04f + 0.96f * schlick_weight(abs_f(cosine)));
 }
 
+/// Adds KHR_materials_iridescence: r is the third part of the detail's record.
+EK_FN void add_iridescence(SceneData scene, Rec r, HitAttributes at, MaterialLanes* m) {
+  vf share = r.w0, place = (vf)(1.0f);
+  if (EK_HAS_iridescence_texture) {
+    share = share * texture_or(scene, AS_U(r.w4), at, (vf)(1.0f)).x;
+    place = texture_or(scene, AS_U(r.w5), at, (vf)(1.0f)).y;
+  }
+  m->iridescence = share;
+  m->film_index = r.w1;
+  m->film_thickness = (r.w2 + (r.w3 - r.w2) * place) * 1e-9f;
+}
+
 /// Adds KHR_materials_diffuse_transmission: r is the second half of the detail's record.
 EK_FN void add_translucence(SceneData scene, Rec r, HitAttributes at, MaterialLanes* m) {
   m->diffuse_transmission = r.w7;
@@ -170,7 +182,8 @@ EK_FN HitMaterial hit_material(SceneData scene, vu index, HitAttributes at, vi f
   m.clearcoat = m.clearcoat_alpha = m.sheen_roughness = (vf)(0.0f);
   m.clearcoat_normal = up;
   m.sheen = m.conductor_eta = m.conductor_k = m.phong_specular = none;
-  m.phong_shininess = (vf)(0.0f);
+  m.phong_shininess = m.iridescence = m.film_thickness = (vf)(0.0f);
+  m.film_index = one;
   m.ggx_alpha_x = m.ggx_alpha;
   m.diffuse_transmission = (vf)(0.0f);
   m.diffuse_transmission_color = none;
@@ -179,7 +192,7 @@ EK_FN HitMaterial hit_material(SceneData scene, vu index, HitAttributes at, vi f
   hit.clearcoat_normal_texture = (vu)(EK_NO_TEXTURE);
   hit.bsdf = m;
   if (EK_HAS_clearcoat | EK_HAS_sheen | EK_HAS_anisotropy | EK_HAS_phong) {
-    const Rec e = rec16(scene.material_details, index * 2u);
+    const Rec e = rec16(scene.material_details, index * EK_DETAIL_PARTS);
     if (EK_HAS_clearcoat | EK_HAS_sheen) add_layers(scene, e, at, m.solid & !front, &hit);
     if (EK_HAS_anisotropy) add_anisotropy(scene, e, at, &hit);
     if (EK_HAS_phong) hit.bsdf.phong_shininess = e.wf;
@@ -187,13 +200,14 @@ EK_FN HitMaterial hit_material(SceneData scene, vu index, HitAttributes at, vi f
   hit.ior = ior;
   hit.spread = (vf)(0.0f);
   if (EK_HAS_conductor | EK_HAS_dispersion | EK_HAS_diffuse_transmission | EK_HAS_phong) {
-    const Rec e = rec16(scene.material_details, index * 2u + 1u);
+    const Rec e = rec16(scene.material_details, index * EK_DETAIL_PARTS + 1u);
     if (EK_HAS_diffuse_transmission) add_translucence(scene, e, at, &hit.bsdf);
     if (EK_HAS_phong) hit.bsdf.phong_specular = V3(e.wd, e.we, e.wf);
     if (EK_HAS_dispersion) hit.spread = m.solid ? e.w6 : (vf)(0.0f);
     hit.bsdf.conductor_eta = V3(e.w0, e.w1, e.w2);
     hit.bsdf.conductor_k = V3(e.w3, e.w4, e.w5);
   }
+  if (EK_HAS_iridescence) add_iridescence(scene, rec16(scene.material_details, index * EK_DETAIL_PARTS + 2u), at, &hit.bsdf);
   return hit;
 }
 

@@ -62,7 +62,7 @@ std::string lobe_of(const Material& material) {
   if (material.phong) return "phong";
   const bool may_be_dielectric = material.metallic < 1 || material.metallic_roughness_texture;
   if ((material.transmission > 0 || material.diffuse_transmission > 0) && may_be_dielectric) return "transmission";
-  if (material.metallic > 0 || material.specular > 0) return "metallic_roughness";
+  if (material.metallic > 0 || material.specular > 0 || material.iridescence > 0) return "metallic_roughness";
   return "diffuse";
 }
 
@@ -148,13 +148,20 @@ Features::Features(const Scene& scene, const Settings& settings) {
   const auto disperses = [](const Material& m) {
     return m.dispersion > 0 && m.solid && m.ior > 1 && lobe_of(m) == "transmission";
   };
+  const auto is_filmy = [](const Material& m) {
+    const std::string kind = lobe_of(m);
+    return m.iridescence > 0 && (kind == "metallic_roughness" || kind == "transmission");
+  };
   const auto has_sheen = [](const Material& m) { return m.sheen_color != glm::vec3(0); };
   needs["material_detail"] =
-      shown.material("no clearcoat, sheen, diffuse transmission, anisotropy, dispersion, conductor or highlight",
+      shown.material("no clearcoat, sheen, diffuse transmission, anisotropy, dispersion, iridescence, conductor or highlight",
                      [&](const Material& m) {
-                       return is_coated(m) || has_sheen(m) || is_translucent(m) || is_anisotropic(m) || disperses(m) ||
+                       return is_coated(m) || has_sheen(m) || is_translucent(m) || is_anisotropic(m) || disperses(m) || is_filmy(m) ||
                               lobe_of(m) == "conductor" || lobe_of(m) == "phong";
                      });
+  needs["iridescence"] = shown.material("no thin film", is_filmy);
+  needs["iridescence_texture"] = shown.material(
+      "no such texture", [](const Material& m) { return m.iridescence_texture || m.film_thickness_texture; });
   needs["diffuse_transmission"] = shown.material("nothing scatters light that passes it", is_translucent);
   needs["diffuse_transmission_texture"] = shown.material("no such texture", [](const Material& m) {
     return m.diffuse_transmission_texture || m.diffuse_transmission_color_texture;
@@ -180,9 +187,9 @@ Features::Features(const Scene& scene, const Settings& settings) {
   needs["energy_compensation"] = {false, "--energy-compensation"};
   if (settings.energy_compensation)
     needs["energy_compensation"] = shown.material("no rough metal or glass", [](const Material& m) {
-      const std::string lobe = lobe_of(m);
+      const std::string kind = lobe_of(m);
       return (m.roughness > 0 || m.metallic_roughness_texture) &&
-             (lobe == "conductor" || lobe == "transmission" || (lobe == "metallic_roughness" && m.metallic > 0));
+             (kind == "conductor" || kind == "transmission" || (kind == "metallic_roughness" && m.metallic > 0));
     });
   needs["opacity"] =
       shown.material("every material is opaque", [](const Material& m) { return m.alpha_mode != AlphaMode::opaque; });

@@ -120,6 +120,11 @@ class MaterialPacker {
     d.clearcoat_normal_texture = texture(m.clearcoat_normal_texture, m.clearcoat_normal_scale);
     d.sheen_color_texture = texture(m.sheen_color_texture);
     d.sheen_roughness_texture = texture(m.sheen_roughness_texture);
+    d.iridescence = m.iridescence;
+    d.film_index = m.film_index;
+    d.film_least = m.film_thickness_nm[0], d.film_most = m.film_thickness_nm[1];
+    d.iridescence_texture = texture(m.iridescence_texture);
+    d.film_texture = texture(m.film_thickness_texture);
     d.anisotropy = m.anisotropy;
     d.anisotropy_cos = float(std::cos(m.anisotropy_rotation_rad));
     d.anisotropy_sin = float(std::sin(m.anisotropy_rotation_rad));

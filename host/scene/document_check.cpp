@@ -36,6 +36,7 @@ constexpr std::string_view kSupportedExtensions[] = {
     "EXT_mesh_gpu_instancing",
     "KHR_materials_clearcoat",
     "KHR_materials_sheen",
+    "KHR_materials_iridescence",
     "KHR_materials_anisotropy",
     "EIKON_materials_conductor",
     "EIKON_materials_phong",

@@ -16,6 +16,12 @@ bool check_layers(const Place& extension, std::size_t texture_count) {
     textures({"clearcoatTexture", "clearcoatRoughnessTexture", "clearcoatNormalTexture"});
     return true;
   }
+  if (extension.kind == kIridescenceExtension) {
+    for (const char* number : {"iridescenceFactor", "iridescenceIor", "iridescenceThicknessMinimum", "iridescenceThicknessMaximum"})
+      as_number(extension, number);
+    textures({"iridescenceTexture", "iridescenceThicknessTexture"});
+    return true;
+  }
   if (extension.kind != kSheenExtension) return false;
   has_numbers(extension, "sheenColorFactor", 3);
   as_number(extension, "sheenRoughnessFactor");
@@ -30,6 +36,12 @@ void read_layers(const Place& place, const Factors& factors, Material& material)
   const Json* sheen = extension_of(place, kSheenExtension);
   material.sheen_color = factors.colour(sheen, "sheenColorFactor", 0.0);
   material.sheen_roughness = factors.unit(sheen, "sheenRoughnessFactor", 0.0);
+  const Json* film = extension_of(place, kIridescenceExtension);
+  constexpr double kThickest_nm = 1e5;  // colours have faded long before
+  material.iridescence = factors.unit(film, "iridescenceFactor", 0.0);
+  material.film_index = factors.clamped(number_of(film, "iridescenceIor", 1.3), "iridescenceIor", 1.0, 1e3);
+  material.film_thickness_nm[0] = factors.clamped(number_of(film, "iridescenceThicknessMinimum", 100.0), "iridescenceThicknessMinimum", 0.0, kThickest_nm);
+  material.film_thickness_nm[1] = factors.clamped(number_of(film, "iridescenceThicknessMaximum", 400.0), "iridescenceThicknessMaximum", 0.0, kThickest_nm);
 }
 
 void complete_layers(const Place& place, TextureReader& textures, Material& material) {
@@ -52,6 +64,11 @@ void complete_layers(const Place& place, TextureReader& textures, Material& mate
   material.sheen_color_texture = texture(kSheenExtension, "sheenColorTexture", true, fuzzy);
   material.sheen_roughness_texture =
       texture(kSheenExtension, "sheenRoughnessTexture", false, fuzzy && material.sheen_roughness > 0);
+  const bool filmy = material.iridescence > 0;
+  material.iridescence_texture = texture(kIridescenceExtension, "iridescenceTexture", false, filmy);
+  material.film_thickness_texture =
+      texture(kIridescenceExtension, "iridescenceThicknessTexture", false,
+              filmy && material.film_thickness_nm[0] != material.film_thickness_nm[1]);
 }
 
 }  // namespace eikon

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What lies on a material: KHR_materials_clearcoat, KHR_materials_sheen.
+// What lies on a material: KHR_materials_clearcoat, KHR_materials_sheen, KHR_materials_iridescence.
 #pragma once
 #include <string_view>
 
@@ -10,8 +10,9 @@ namespace eikon {
 
 inline constexpr std::string_view kClearcoatExtension = "KHR_materials_clearcoat";
 inline constexpr std::string_view kSheenExtension = "KHR_materials_sheen";
+inline constexpr std::string_view kIridescenceExtension = "KHR_materials_iridescence";
 
-/// Whether `extension` is one of the two; if so its types are checked. throws InputError naming what is wrong with it
+/// Whether `extension` is one of the three; if so its types are checked. throws InputError naming what is wrong with it
 bool check_layers(const Place& extension, std::size_t texture_count);
 
 /// Factors of a checked material.

@@ -21,6 +21,8 @@ std::vector<TextureUse> textures_of(const Material& m) {
                                       {&m.sheen_roughness_texture, "sheen roughness"},
                                       {&m.diffuse_transmission_texture, "diffuse transmission"},
                                       {&m.diffuse_transmission_color_texture, "diffuse transmission colour"},
+                                      {&m.iridescence_texture, "iridescence"},
+                                      {&m.film_thickness_texture, "iridescence thickness"},
                                       {&m.anisotropy_texture, "anisotropy"}})
     if (*texture) all.push_back({name, &**texture});
   return all;

@@ -24,20 +24,13 @@ constexpr const char* kDispersionExtension = "KHR_materials_dispersion";
 constexpr double kMaxDispersion = 39;  // from 40 on the index of R would be 1 or less
 constexpr double kMaxIor = 1e9;        // reflects all but 4e-9; squares stay finite
 
-constexpr std::array<std::string_view, 13> kKnown{"KHR_materials_specular", "KHR_materials_emissive_strength",
+constexpr std::array<std::string_view, 14> kKnown{"KHR_materials_specular", "KHR_materials_emissive_strength",
                                                   "KHR_materials_ior",      "KHR_materials_transmission",
                                                   "KHR_materials_volume",   "KHR_materials_unlit",
                                                   kClearcoatExtension,      kSheenExtension,
                                                   kAnisotropyExtension,     kConductorExtension,
                                                   kDispersionExtension,     kTranslucenceExtension,
-                                                  kPhongExtension};
-// Unknown extensions that change nothing while this member of theirs is absent or 0.
-struct Neutral {
-  std::string_view extension;
-  const char* key;
-};
-constexpr std::array<Neutral, 1> kNeutral{{{"KHR_materials_iridescence", "iridescenceFactor"}}};
-
+                                                  kPhongExtension,          kIridescenceExtension};
 Place place_of(const Json& document, std::size_t index) {
   return {.value = items(document, "materials")[index], .kind = "material", .index = static_cast<std::int64_t>(index)};
 }
@@ -83,18 +76,6 @@ void read_volume(const Place& place, const Factors& factors, Material& material,
   }
 }
 
-bool is_zero(const Json* value) {
-  if (value == nullptr) return true;
-  if (value->is_array()) return std::all_of(value->begin(), value->end(), [](const Json& x) { return is_zero(&x); });
-  return value->is_number() && value->get<double>() == 0;
-}
-
-bool changes_nothing(std::string_view extension, const Json& content) {
-  const auto found =
-      std::find_if(kNeutral.begin(), kNeutral.end(), [&](const Neutral& n) { return n.extension == extension; });
-  return found != kNeutral.end() && is_zero(member(content, found->key));
-}
-
 }  // namespace
 
 Material convert_material(const Json& document, std::size_t index, Notes& notes) {
@@ -137,7 +118,7 @@ Material convert_material(const Json& document, std::size_t index, Notes& notes)
     material.unlit = true;
     material.emission = glm::vec3(0.0F);
     material.transmission = material.diffuse_transmission = 0.0F;
-    material.clearcoat = 0.0F;
+    material.clearcoat = material.iridescence = 0.0F;
     material.anisotropy = 0.0F;
     material.conductor.reset();
     material.phong.reset();
@@ -183,7 +164,7 @@ void complete_material(const Json& document, std::size_t index, TextureReader& t
   if (extensions == nullptr) return;
   for (const auto& entry : extensions->items()) {
     if (std::find(kKnown.begin(), kKnown.end(), entry.key()) != kKnown.end()) continue;
-    if (!changes_nothing(entry.key(), entry.value())) notes.unsupported(one_line(entry.key()), place.label());
+    notes.unsupported(one_line(entry.key()), place.label());
   }
 }
 

@@ -169,7 +169,7 @@ typedef struct {
 EK_ASSERT_SIZE(MaterialExtension, 64);
 
 // What few materials have (EK_HAS_material_detail): KHR_materials_clearcoat, _sheen, _anisotropy, _dispersion,
-// _diffuse_transmission, EIKON_materials_conductor, _phong.
+// _diffuse_transmission, _iridescence, EIKON_materials_conductor, _phong.
 typedef struct {
   float clearcoat, clearcoat_roughness;
   float sheen_r, sheen_g, sheen_b, sheen_roughness;
@@ -190,8 +190,15 @@ typedef struct {
   uint diffuse_transmission_texture;  // A
   uint diffuse_transmission_color_texture;  // RGB
   float phong_r, phong_g, phong_b;  // highlight
+  float iridescence;              // share of the surface under a thin film
+  float film_index;               // of refraction, >= 1
+  float film_least, film_most;    // thickness, nm, for 0 and 1 of its texture
+  uint iridescence_texture;       // R
+  uint film_texture;              // G
+  uint pad0, pad1, pad2, pad3, pad4, pad5, pad6, pad7, pad8, pad9;
 } MaterialDetail;
-EK_ASSERT_SIZE(MaterialDetail, 128);
+EK_ASSERT_SIZE(MaterialDetail, 192);
+#define EK_DETAIL_PARTS 3u        // of 64 bytes
 
 // TextureRecord.flags
 #define EK_TEXTURE_SRGB 1u        // R, G, B are sRGB-encoded

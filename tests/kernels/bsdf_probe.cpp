@@ -107,6 +107,32 @@ std::vector<Specimen> anisotropic_specimens(float roughness) {
           {"brushed glass, from inside", transmission, glass, false}};
 }
 
+/// glTF's materials under thin films.
+std::vector<Specimen> filmy_specimens(float roughness) {
+#define EK_LOBE(name, bit) [[maybe_unused]] constexpr unsigned name = bit;
+#include "shared/features.def"
+  Look soap{.base_color = {1, 1, 1}, .roughness = roughness};
+  soap.iridescence = 1;
+  soap.film_nm = 380;
+  Look steel = soap, bubble = soap, glass = soap, half = soap;
+  steel.base_color = {0.6F, 0.55F, 0.5F};
+  steel.metallic = 1;
+  steel.film_index = 2.2F;
+  bubble.transmission = 1;
+  glass.transmission = 1;
+  glass.solid = true;
+  glass.film_index = 1.8F;
+  half.metallic = 0.3F;
+  half.transmission = 0.5F;
+  half.iridescence = 0.6F;
+  return {{"white under soap", metallic_roughness, soap},
+          {"tempered steel", metallic_roughness, steel},
+          {"soap bubble", transmission, bubble},
+          {"coated lens", transmission, glass},
+          {"coated lens, from inside", transmission, glass, false},
+          {"half transparent under oil", transmission, half}};
+}
+
 /// Materials of several lobes with layers on them.
 std::vector<Specimen> layered_specimens(float roughness) {
 #define EK_LOBE(name, bit) [[maybe_unused]] constexpr unsigned name = bit;
@@ -191,6 +217,10 @@ MaterialDetail detail_of(const Specimen& s) {
   d.eta_r = s.look.eta[0];
   d.eta_g = s.look.eta[1];
   d.eta_b = s.look.eta[2];
+  d.iridescence = s.look.iridescence;
+  d.film_index = s.look.film_index;
+  d.film_least = d.film_most = s.look.film_nm;
+  d.iridescence_texture = d.film_texture = EK_NO_TEXTURE;
   d.k_r = s.look.k[0];
   d.k_g = s.look.k[1];
   d.k_b = s.look.k[2];
@@ -212,6 +242,7 @@ std::vector<Specimen> specimens(float roughness) {
 #include "shared/features.def"
   for (Specimen& s : layered_specimens(roughness)) all.push_back(std::move(s));
   for (Specimen& s : anisotropic_specimens(roughness)) all.push_back(std::move(s));
+  for (Specimen& s : filmy_specimens(roughness)) all.push_back(std::move(s));
   return all;
 }
 

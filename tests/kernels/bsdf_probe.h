@@ -43,6 +43,7 @@ struct Look {
   float diffuse_transmission = 0;
   std::array<float, 3> diffuse_transmission_color = {1, 1, 1};
   std::array<float, 3> eta = {1, 1, 1}, k = {0, 0, 0};
+  float iridescence = 0, film_index = 1.3F, film_nm = 0;
 };
 
 /// A material of one lobe, of which a surface is hit.

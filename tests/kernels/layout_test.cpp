@@ -120,6 +120,22 @@ namespace {
   F(MaterialExtension, pad3)                   \
   F(MaterialExtension, pad4)
 #define DETAIL_FIELDS(F)                                \
+  F(MaterialDetail, iridescence)                        \
+  F(MaterialDetail, film_index)                         \
+  F(MaterialDetail, film_least)                         \
+  F(MaterialDetail, film_most)                          \
+  F(MaterialDetail, iridescence_texture)                \
+  F(MaterialDetail, film_texture)                       \
+  F(MaterialDetail, pad0)                               \
+  F(MaterialDetail, pad1)                               \
+  F(MaterialDetail, pad2)                               \
+  F(MaterialDetail, pad3)                               \
+  F(MaterialDetail, pad4)                               \
+  F(MaterialDetail, pad5)                               \
+  F(MaterialDetail, pad6)                               \
+  F(MaterialDetail, pad7)                               \
+  F(MaterialDetail, pad8)                               \
+  F(MaterialDetail, pad9)                               \
   F(MaterialDetail, clearcoat)                          \
   F(MaterialDetail, clearcoat_roughness)                \
   F(MaterialDetail, sheen_r)                            \

@@ -267,6 +267,15 @@ kernel void probe_fresnel(PROBE_ARGUMENTS) { OUT_F(0, fresnel_dielectric(IN_F(0)
 // Inputs: cosine, eta, k.
 kernel void probe_fresnel_conductor(PROBE_ARGUMENTS) { OUT_F(0, fresnel_conductor(IN_F(0), IN_F(1), IN_F(2))); }
 
+// Inputs: index and thickness of a film, reflectance of its base, cosine.
+kernel void probe_film_reflectance(PROBE_ARGUMENTS) {
+  const ThinFilm film = {IN_F(0), IN_F(1)};
+  const v3 f = film_reflectance(film, V3(IN_F(2), IN_F(2), IN_F(2)), IN_F(3));
+  OUT_F(0, f.x);
+  OUT_F(1, f.y);
+  OUT_F(2, f.z);
+}
+
 // Inputs: alpha, wo.
 kernel void probe_ggx_albedo(PROBE_ARGUMENTS) {
   const vf alpha = IN_F(0);

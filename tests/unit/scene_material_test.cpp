@@ -353,22 +353,40 @@ TEST(SceneMaterials, what_is_left_out_is_named_unless_it_changes_nothing) {
   EXPECT_TRUE(Builder().load().unsupported.empty());
   Builder builder;
   builder.material()["name"] = "rich";
-  builder.material()["extensions"] = {{"KHR_materials_iridescence", {{"iridescenceFactor", 1}}},
-                                      {"KHR_materials_volume_scatter", Json::object()},
+  builder.material()["extensions"] = {{"KHR_materials_volume_scatter", Json::object()},
                                       {"KHR_materials_pbrSpecularGlossiness", Json::object()},
                                       {"VENDOR_\nunheard_of", Json::object()}};
   const Scene scene = builder.load();
-  for (const char* feature : {"KHR_materials_iridescence", "KHR_materials_volume_scatter",
-                              "KHR_materials_pbrSpecularGlossiness", "VENDOR_ unheard_of"}) {
+  for (const char* feature : {"KHR_materials_volume_scatter", "KHR_materials_pbrSpecularGlossiness", "VENDOR_ unheard_of"}) {
     EXPECT_TRUE(leaves_out(scene, feature, "material 'rich'")) << feature;
   }
-  EXPECT_EQ(scene.unsupported.size(), 4U);
+  EXPECT_EQ(scene.unsupported.size(), 3U);
   builder.material()["extensions"] = {{"KHR_materials_clearcoat", {{"clearcoatFactor", 0}}},
                                       {"KHR_materials_sheen", {{"sheenColorFactor", {0, 0, 0}}}},
                                       {"KHR_materials_dispersion", {{"dispersion", 0}}},
                                       {"KHR_materials_diffuse_transmission", {{"diffuseTransmissionFactor", 0}}},
                                       {"KHR_materials_iridescence", {{"iridescenceIor", 1.4}}}};
   EXPECT_TRUE(builder.load().unsupported.empty());
+}
+
+TEST(SceneMaterials, thin_films_are_read_in_their_units_and_held_to_their_range) {
+  Builder builder;
+  EXPECT_EQ(builder.load().materials.at(0).iridescence, 0);
+  builder.material()["extensions"] = {{"KHR_materials_iridescence", {{"iridescenceFactor", 1}}}};
+  const eikon::Material plain = builder.load().materials.at(0);
+  EXPECT_EQ(plain.iridescence, 1);
+  EXPECT_EQ(plain.film_index, 1.3F);
+  EXPECT_EQ(plain.film_thickness_nm[0], 100);
+  EXPECT_EQ(plain.film_thickness_nm[1], 400);
+  builder.material()["extensions"] = {{"KHR_materials_iridescence",
+                                       {{"iridescenceFactor", 2}, {"iridescenceIor", 0.5}, {"iridescenceThicknessMaximum", -3}}}};
+  const Scene scene = builder.load();
+  EXPECT_EQ(scene.materials.at(0).iridescence, 1);
+  EXPECT_EQ(scene.materials.at(0).film_index, 1);
+  EXPECT_EQ(scene.materials.at(0).film_thickness_nm[1], 0);
+  EXPECT_EQ(scene.out_of_range.size(), 3U);
+  builder.material()["extensions"]["KHR_materials_iridescence"] = {{"iridescenceIor", "thick"}};
+  EXPECT_TRUE(mentions(message_of([&] { builder.load(); }), "iridescenceIor"));
 }
 
 TEST(SceneMaterials, a_feature_is_named_once_with_its_first_user_and_the_number_of_others) {
