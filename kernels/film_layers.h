@@ -41,6 +41,9 @@ EK_FN void film_first_hit(constant Frame* frame, global float* film_slots, vi li
   }
   if (EK_HAS_hits) film_set(film_slots, stride, FILM_hits, live, path, (vf)(1.0f));
   if (EK_HAS_coverage) film_set(film_slots, stride, FILM_coverage, live, path, share);
+  // The bits of whole numbers, which nothing computes with: 0 stays where a ray met nothing.
+  if (EK_HAS_matte_object) film_set(film_slots, stride, FILM_matte_object, live, path, AS_F(hit.node + 1u));
+  if (EK_HAS_matte_material) film_set(film_slots, stride, FILM_matte_material, live, path, AS_F(hit.material + 1u));
   if (EK_HAS_id | EK_HAS_material_id) {
     const vi first = (frame->sample_begin | frame->sample_high) == 0 ? live & (path < frame->pixel_count) : (vi)(0);
     if (EK_HAS_id) film_set(film_slots, stride, FILM_id, first, path, TO_F(AS_I(hit.node + 1u)));

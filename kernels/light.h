@@ -82,10 +82,23 @@ EK_FN vi emits_towards(v3 n_geom, vi double_sided, v3 dir) {
 typedef struct {
   vu a, b;  // light, and the point on it
   vu c, d;  // texel of the map and place in it; unset without a map
+  uint which;  // light, of EK_HAS_each_light
 } LightWords;
 
-EK_FN LightWords light_words(vu key, vu index, uint depth) {
+// Of how many samples the estimate of a vertex is the mean. The lights that are each sampled add up instead.
+#define EK_LIGHT_MEAN (EK_HAS_each_light ? 1.0f : (float)EK_LIGHT_SAMPLES)
+
+/// which  sample of the vertex, below EK_LIGHT_SAMPLES
+EK_FN LightWords light_words(vu key, vu index, uint depth, uint which) {
   LightWords words;
+  words.which = which;
+  if (EK_HAS_each_light) {
+    key = key + which * 0x632be5abu;  // lights are strangers to each other
+  } else if (EK_LIGHT_SAMPLES > 1) {
+    // The samples of a vertex stand beside each other in one sequence, so that they share out the lights between them.
+    key = key + mul_hi(index, (vu)(EK_LIGHT_SAMPLES)) * 0x632be5abu;
+    index = index * (uint)EK_LIGHT_SAMPLES + which;
+  }
   sample_2d_bits(key, index, bounce_dimension(depth, DIM_LIGHT), &words.a, &words.b);
   if (EK_HAS_environment_map) sample_2d_bits(key, index, bounce_dimension(depth, DIM_ENVIRONMENT), &words.c, &words.d);
   return words;
@@ -140,6 +153,12 @@ EK_FN LightChoice only_choice(LightWords words) {
   return c;
 }
 
+EK_FN LightChoice own_choice(LightWords words, uint light_count) {
+  LightChoice c = only_choice(words);
+  c.light = (vu)(min(words.which, max(light_count, 1u) - 1u));
+  return c;
+}
+
 #define EK_HAS_near_light (EK_HAS_area | EK_HAS_point | EK_HAS_spot)  // some light has a place
 
 /// Samples a light.
@@ -153,7 +172,9 @@ EK_FN LightChoice only_choice(LightWords words) {
 EK_FN LightSample light_sample(constant Frame* frame, LightData data, LitPoint lit, vi wanted, Basis basis, vi both_sides,
                                LightWords words) {
   vf probability = (vf)(1.0f);
-  const LightChoice choice = EK_HAS_one_light ? only_choice(words) : choose_among_all(frame, data, lit, wanted, words, &probability);
+  const LightChoice choice = EK_HAS_one_light    ? only_choice(words)
+                             : EK_HAS_each_light ? own_choice(words, frame->light_count)
+                                                 : choose_among_all(frame, data, lit, wanted, words, &probability);
   const Rec r = EK_HAS_one_light ? only_light(data.lights) : rec16(data.lights, choice.light);
   const vu kind = AS_U(r.we);
   LightSample s;

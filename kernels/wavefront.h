@@ -5,15 +5,22 @@
 //   EK_CHUNKED 0 (GPU devices): one chunk of EK_CHUNK slots for all; a path stays in its slot; queues hold the slots of the
 //     paths that go on (compact.cl), and one work-item serves one entry.
 // counts: four words per chunk: [depth & 1] paths at this depth, [(depth + 1) & 1] at the next, [2] pending shadow rays.
+// The words of shadow rays have EK_LIGHT_SAMPLES slots for each path: on chunks they are packed from the first on; else ray k of
+// the path in a slot is k * EK_CHUNK slots behind it.
 #ifndef EK_WAVEFRONT_H
 #define EK_WAVEFRONT_H
 #include "math.h"
 #include "simd.h"
 
+// Shadow rays of a vertex.
+#ifndef EK_LIGHT_SAMPLES
+#define EK_LIGHT_SAMPLES 1
+#endif
+
 // Words of state per path; a field that this program does not need has no place.
 enum {
 #define EK_FIELD(name, needed) FIELD_##name, FIELD_LAST_##name = FIELD_##name + (needed) - 1,
-#define EK_SHADOW(name, needed) FIELD_##name, FIELD_LAST_##name = FIELD_##name + (needed) - 1,
+#define EK_SHADOW(name, needed) FIELD_##name, FIELD_LAST_##name = FIELD_##name + (needed) * EK_LIGHT_SAMPLES - 1,
 #include "shared/path_state.def"
   FIELD_COUNT
 };
@@ -38,7 +45,11 @@ enum {
   FILM_r, FILM_g, FILM_b,
 #define EK_AOV(name, channels) FILM_##name, FILM_LAST_##name = FILM_##name + (channels) * EK_HAS_##name - 1,
 #include "shared/features.def"
-  FILM_CHANNELS
+  FILM_CHANNELS,
+  // Planes behind them that are not summed: bits of numbers (film_layers.h).
+  FILM_matte_object = FILM_CHANNELS,
+  FILM_matte_material = FILM_matte_object + EK_HAS_matte_object,
+  FILM_PLANES = FILM_matte_material + EK_HAS_matte_material
 };
 
 #if EK_CHUNKED
@@ -82,6 +93,12 @@ EK_FN void state_set_3(global uint* state, uint field, uint slot, v3 a) {
   state_set_f(state, field, slot, a.x);
   state_set_f(state, field + 1, slot, a.y);
   state_set_f(state, field + 2, slot, a.z);
+}
+
+// Three words of a shadow ray; each has room for EK_LIGHT_SAMPLES rays of every path.
+EK_FN v3 shadow_state_3(global const uint* state, uint field, uint slot) {
+  return V3(state_f(state, field, slot), state_f(state, field + EK_LIGHT_SAMPLES, slot),
+            state_f(state, field + 2 * EK_LIGHT_SAMPLES, slot));
 }
 
 // Of one path, for stages that are scalar over paths.

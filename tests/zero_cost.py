@@ -20,7 +20,7 @@ CLANG = os.environ.get("CLANG", "clang-14")
 LAYOUTS = re.findall(r"^EK_(?:LAYOUT|CELLS)\((\w+)\)", (ROOT / "kernels/shared/layouts.def").read_text(), re.M)
 ARRAYS = ["triangle_normals", "triangle_tangents", "triangle_colors", "material_extensions", "material_details", "textures", "texels"]
 # Headers of single features; those that are not there yet, or no more, are no error.
-FEATURES = re.compile(r"alpha|bsdf_(?!diffuse).*|dispersion|environment_map|fresnel|ggx.*|light_punctual|light_shape.*|light_tree|medium|microfacet|normal_map|"
+FEATURES = re.compile(r"alpha|bsdf_(?!diffuse).*|dispersion|environment_map|fresnel|ggx.*|light_punctual|light_shape.*|light_tree|medium|microfacet|normal_map|raycast|"
                       r"shading_normal|shape|shape_(?!triangle|classical|implicit).*|texture")
 
 
@@ -74,7 +74,7 @@ def main():
     lambert = features_of(sys.argv[1], scene)
     if not lambert or lambert["metallic_roughness"] or lambert["uv"]:
         sys.exit(f"zero_cost: {scene} is not a Lambert-only scene: {lambert}")
-    everything = {name: name not in ("uniform_scatter", "one_light") for name in lambert}
+    everything = {name: name not in ("uniform_scatter", "one_light", "each_light", "raycast") for name in lambert}
     failures = []
     with tempfile.TemporaryDirectory() as folder:
         plain, marked = ROOT / "kernels", pathlib.Path(folder) / "kernels"
@@ -89,9 +89,10 @@ def main():
                 if left or used:
                     failures.append(f"stage {stage}, {shape[0]} lanes: code of {left}, arrays {used}")
             if stage in ("intersect", "shade", "shadow"):
-                text = compiled(marked, stage, everything, 1, 0, "bvh2")
-                seen.update(re.findall(r"@ek_marker_(\w+)", text))
-                arrays.update(touched(text, stage))
+                for features in (everything, {**everything, "raycast": True}):  # which takes the place of other lobes
+                    text = compiled(marked, stage, features, 1, 0, "bvh2")
+                    seen.update(re.findall(r"@ek_marker_(\w+)", text))
+                    arrays.update(touched(text, stage))
     missing = sorted(set(headers) - seen) + sorted(set(ARRAYS) - arrays)
     if missing:
         failures.append(f"with all features there is no sign of {missing}: the test is blind")

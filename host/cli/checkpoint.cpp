@@ -38,11 +38,6 @@ void CheckpointOptions::add_to(CLI::App& command) {
   command.add_flag("--resume", resume, "go on from the checkpoint, if there is one; also with a larger --spp");
 }
 
-FilmRecord describe_sums(std::vector<ImageSetting> settings, const std::vector<std::string>& layers,
-                         const SampleLedger& done, const std::set<std::string>& arithmetic) {
-  return {std::move(settings), arithmetic, {layers.begin(), layers.end()}, done};
-}
-
 CheckpointFile::CheckpointFile(CheckpointOptions options, Say say)
     : options_(std::move(options)), say_(std::move(say)) {
   if (options_.resume && options_.file.empty())
@@ -52,7 +47,9 @@ CheckpointFile::CheckpointFile(CheckpointOptions options, Say say)
 
 void CheckpointFile::begin(const Prepared& prepared) {
   const Settings& settings = prepared.settings;
-  const FilmLayout layout = film_layout(Features(*prepared.scene, settings), settings);
+  const Features features(*prepared.scene, settings);
+  const FilmLayout layout = film_layout(features, settings);
+  manifests_ = features.mattes().manifests;
   settings_ = image_settings(*prepared.scene, settings, layout);
   layers_ = prepared.layers;
   if (options_.file.empty()) return;
@@ -83,7 +80,8 @@ void CheckpointFile::read(const Prepared& prepared) {
   if (!encloses(layout.crop, reader.layout().crop))
     refuse(fmt::format("it holds the window {}, which does not lie within this render's {}: see --crop",
                        in_words(reader.layout().crop), in_words(layout.crop)));
-  if (reader.layout().channels != layout.channels || reader.layout().replicates != layout.replicates)
+  if (reader.layout().channels != layout.channels || reader.layout().mattes != layout.mattes ||
+      reader.layout().replicates != layout.replicates)
     refuse("its sums do not have the form that its settings say: the file is damaged");
 
   begin_with_.emplace(FilmState{Film(layout), std::move(record.done), std::move(record.arithmetic)});
@@ -112,6 +110,10 @@ void CheckpointFile::attach(RenderHooks& hooks) {
   };
 }
 
+FilmRecord CheckpointFile::record(const SampleLedger& done, const std::set<std::string>& arithmetic) const {
+  return {settings_, arithmetic, {layers_.begin(), layers_.end()}, manifests_, done};
+}
+
 std::string CheckpointFile::saved() const {
   return there_is_one_ ? fmt::format("{} holds {} samples", options_.file, saved_samples_) : "there is none yet";
 }
@@ -120,7 +122,7 @@ void CheckpointFile::write(const Film& film, const SampleLedger& done, const std
   ExrOptions exr;
   exr.exact_sums = true;
   exr.quick = true;
-  exr.record = to_text(describe_sums(settings_, layers_, done, arithmetic));
+  exr.record = to_text(record(done, arithmetic));
   Metadata metadata = metadata_;
   add_sample_counts(metadata, film, done, arithmetic);
   try {

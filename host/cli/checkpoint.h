@@ -22,10 +22,6 @@ struct CheckpointOptions {
   void add_to(CLI::App& command);
 };
 
-/// What is said of a film's samples beside its sums. layers: of --aov
-[[nodiscard]] FilmRecord describe_sums(std::vector<ImageSetting> settings, const std::vector<std::string>& layers,
-                                       const SampleLedger& done, const std::set<std::string>& arithmetic);
-
 class CheckpointFile {
  public:
   /// From now on SIGUSR1 asks for a checkpoint, if there is a file for it.
@@ -40,8 +36,10 @@ class CheckpointFile {
   /// Once the render has ended: whether the last checkpoint is whole, with another try if it is not.
   void end(const RenderOutput& done);
 
-  /// After begin(): what the sums of this image are of, for any output that carries them.
-  [[nodiscard]] const std::vector<ImageSetting>& settings() const { return settings_; }
+  /// After begin(): what is said beside sums of such samples, in any output that carries them.
+  [[nodiscard]] FilmRecord record(const SampleLedger& done, const std::set<std::string>& arithmetic) const;
+  /// After begin(): of the mattes among the layers (render/mattes.h).
+  [[nodiscard]] const std::map<std::string, std::string>& manifests() const { return manifests_; }
   /// After end(): false when the last checkpoint could not be written, or holds more samples than were asked for.
   [[nodiscard]] bool as_asked() const { return last_failure_.empty() && extra_samples_ == 0; }
 
@@ -49,7 +47,8 @@ class CheckpointFile {
   CheckpointOptions options_;
   Say say_;
   std::vector<ImageSetting> settings_;
-  std::vector<std::string> layers_;
+  std::vector<std::string> layers_;  // of --aov
+  std::map<std::string, std::string> manifests_;
   Metadata metadata_;
   std::optional<FilmState> begin_with_;
   std::uint64_t asked_samples_ = 0, extra_samples_ = 0, saved_samples_ = 0;

@@ -14,6 +14,7 @@
 #include "cli/scene_options.h"
 #include "render/camera_medium.h"
 #include "render/choose_layout.h"
+#include "render/memory.h"
 #include "render/pack.h"
 #include "render/placed_meshes.h"
 #include "render/render.h"
@@ -220,7 +221,7 @@ ExitCode info_command(const InfoOptions& options) {
                plan.measure.empty() ? "" : fmt::format("; a render measures {} first", fmt::join(plan.measure, ", ")));
   }
   const FilmLayout film = film_layout(features, prepared.settings);
-  fmt::print("  film: {} bytes\n", film.crop.pixel_count() * film.replicates * (16 * film.channels.size() + 8));
+  fmt::print("  film: {} bytes\n", film_bytes(film));
   return ExitCode::done;
 }
 

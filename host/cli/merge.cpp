@@ -55,7 +55,8 @@ void refuse_difference(const Part& first, const Part& part) {
   };
   if (const auto what = difference(first.record.settings, part.record.settings)) refuse(*what);
   const FilmLayout &a = first.layout, &b = part.layout;
-  if (a.width != b.width || a.height != b.height || a.replicates != b.replicates || a.channels != b.channels)
+  if (a.width != b.width || a.height != b.height || a.replicates != b.replicates || a.channels != b.channels ||
+      a.mattes != b.mattes)
     refuse("its sums do not have the form that its settings say: the file is damaged");
 }
 
@@ -94,6 +95,7 @@ Whole join(const std::vector<Part>& parts) {
     whole.record.done.add(part.record.done);
     whole.record.arithmetic.insert(part.record.arithmetic.begin(), part.record.arithmetic.end());
     whole.record.layers.insert(part.record.layers.begin(), part.record.layers.end());
+    whole.record.manifests.insert(part.record.manifests.begin(), part.record.manifests.end());
     keep_common(whole.metadata.strings, part.metadata.strings);
     keep_common(whole.metadata.numbers, part.metadata.numbers);
     keep_common(whole.metadata.matrices, part.metadata.matrices);
@@ -154,6 +156,7 @@ void write(const MergeOptions& options, const Film& film, Whole& whole, const Pr
   ExrOptions exr;
   exr.half = options.half;
   exr.layers = {whole.record.layers.begin(), whole.record.layers.end()};
+  exr.manifests = whole.record.manifests;
   exr.exact_sums = true;
   exr.record = to_text(whole.record);
   write_exr(options.output, film, whole.metadata, exr);

@@ -4,8 +4,11 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
+
+#include "render/mattes.h"
 
 namespace eikon {
 namespace {
@@ -76,7 +79,13 @@ Metadata describe_image(const Prepared& prepared) {
   metadata.numbers["rouletteDepth"] = settings.roulette_depth;
   if (settings.roulette > 0) metadata.numbers["roulette"] = double(settings.roulette);
   if (settings.energy_compensation) metadata.strings["energyCompensation"] = "on";
-  metadata.strings["integrator"] = settings.whitted ? "whitted" : "path";
+  metadata.strings["integrator"] = settings.raycast ? "raycast" : settings.whitted ? "whitted" : "path";
+  if (settings.light_samples > 1) metadata.numbers["lightSamples"] = settings.light_samples;
+  const auto has = [&](const char* layer) {
+    return std::ranges::find(prepared.layers, layer) != prepared.layers.end();
+  };
+  if (has("id") || has("object_id")) metadata.strings["objectNames"] = to_json(object_names(*prepared.scene));
+  if (has("material_id")) metadata.strings["materialNames"] = to_json(material_names(*prepared.scene));
   return metadata;
 }
 

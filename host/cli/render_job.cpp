@@ -111,9 +111,9 @@ void RenderJob::write_image() {
   ExrOptions exr;
   exr.half = options_.half;
   exr.layers = prepared_.layers;
+  exr.manifests = checkpoint_.manifests();
   exr.exact_sums = !options_.scene.samples.empty() || !options_.scene.crop.empty();
-  if (exr.exact_sums)
-    exr.record = to_text(describe_sums(checkpoint_.settings(), prepared_.layers, done_->done, done_->arithmetic));
+  if (exr.exact_sums) exr.record = to_text(checkpoint_.record(done_->done, done_->arithmetic));
   std::optional<Image> denoised;
   if (denoiser_) denoised = denoise();
   exr.denoised = denoised ? &*denoised : nullptr;

@@ -256,8 +256,8 @@ void SceneOptions::add_sampling_to(CLI::App& command, const std::string& spp_mea
       .add_option(
           "--integrator", integrator,
           "path; direct: emission and direct light only; whitted: light goes on from perfect mirrors and smooth "
-          "glass alone [Whitted 1980]")
-      ->check(CLI::IsMember({"path", "direct", "whitted"}))
+          "glass alone [Whitted 1980]; raycast: a shadow ray to each light, and Blinn's highlights [Appel 1968]")
+      ->check(CLI::IsMember({"path", "direct", "whitted", "raycast"}))
       ->capture_default_str();
   command
       .add_option(
@@ -268,6 +268,9 @@ void SceneOptions::add_sampling_to(CLI::App& command, const std::string& spp_mea
       ->capture_default_str();
   command.add_option("--light-sampling", light_sampling, "how light is found: same mean, other noise")
       ->check(CLI::IsMember({"mis", "light", "cosine", "hemisphere"}))
+      ->capture_default_str();
+  command.add_option("--light-samples", light_samples, "N: shadow rays of each sample, with --integrator direct")
+      ->check(CLI::Range(1U, kMostLightSamples))
       ->capture_default_str();
 }
 
@@ -333,15 +336,25 @@ Prepared settle(const SceneOptions& options, std::shared_ptr<Scene> loaded, cons
   settings.energy_compensation = options.energy_compensation == "on";
   if (settings.roulette > 0) settings.roulette_depth = 2;
   settings.whitted = options.integrator == "whitted";
-  if (settings.whitted) {
+  settings.raycast = options.integrator == "raycast";
+  if (settings.raycast) settings.max_depth = settings.max_depth == 0 ? 2 : std::min(settings.max_depth, 2U);
+  if (settings.whitted || settings.raycast) {
     if (options.light_sampling != "mis" && options.light_sampling != "light")
-      throw UsageError(
-          fmt::format("--integrator whitted finds light by shadow rays alone: leave out --light-sampling {}",
-                      options.light_sampling));
+      throw UsageError(fmt::format("--integrator {} finds light by shadow rays alone: leave out --light-sampling {}",
+                                   options.integrator, options.light_sampling));
     settings.light_sampling = LightSampling::light;
   }
   const bool samples_lights =
       settings.light_sampling == LightSampling::mis || settings.light_sampling == LightSampling::light;
+  settings.light_samples = options.light_samples;
+  if (options.light_samples > 1 && options.integrator != "direct")
+    throw UsageError(
+        fmt::format("--light-samples {}: {}; leave it out, or choose --integrator direct", options.light_samples,
+                    settings.raycast ? "raycast has a shadow ray for each light as it is"
+                                     : "a path goes on with one ray, and is best with one light at each vertex"));
+  if (options.light_samples > 1 && !samples_lights)
+    throw UsageError(fmt::format("--light-samples {}: --light-sampling {} samples no light; leave one of them out",
+                                 options.light_samples, options.light_sampling));
   if (!samples_lights && !scene.lights.empty())
     say(fmt::format("--light-sampling {}: no ray can meet a point, spot or directional light: they give no light",
                     options.light_sampling));

@@ -15,11 +15,11 @@ namespace eikon {
 struct SceneOptions {
   std::string scene;
   std::string size, camera, look_at, env, variant, integrator = "path", light_sampling = "mis", aovs, samples, crop,
-                                          filter = "box", f_number, focus_distance;
+                                                   filter = "box", f_number, focus_distance;
   double fov_deg = 0, env_scale = 1, env_rotate_deg = 0;
   std::uint64_t spp = 64;
   std::uint64_t seed = 0;
-  std::uint32_t max_depth = 0;
+  std::uint32_t max_depth = 0, light_samples = 1;
   float roulette = 0;
   std::string energy_compensation = "off";
   std::set<std::uint32_t> depth_series;  // of `render` alone, as is denoise

@@ -25,19 +25,24 @@ inline constexpr const char* kChannels = "eikon.channels";  // string attribute 
 inline constexpr const char* kFormat = "eikon.format";      // int: kSumsFormat of who wrote it
 inline constexpr const char* kRecord = "eikon.record";      // string: what the sums are of; see ExrOptions::record
 inline constexpr const char* kSumsHash = "eikon.sumsHash";  // string, 16 hexadecimal digits: SumsHash of all the rest
-inline constexpr int kSumsFormat = 1;                       // raised by whatever an older reader would misread
+inline constexpr const char* kMattes = "eikon.mattes";  // string: FilmLayout::mattes joined by commas; absent if none
+inline constexpr int kSumsFormat = 2;                   // raised by whatever an older reader would misread
 inline constexpr std::size_t kMaxRecordBytes = std::size_t{64} << 20U;
 inline constexpr int kRowsPerBlock = 16;                        // of ZIP compression; rows converted at a time
 inline constexpr std::uint32_t kSumLimbs = 4, kCountLimbs = 2;  // 32-bit words, low first
+
+/// Of a file with such sums: older readers know those without mattes.
+inline int sums_format(const FilmLayout& layout) { return layout.mattes.empty() ? 1 : 2; }
 
 /// Checksum of a sums part: of what it is of, and of its numbers row by row, so that it can be made and checked as they pass.
 class SumsHash {
  public:
   SumsHash(const FilmLayout& layout, const std::string& record)
-      : hash_(add(fmt::format("{} {}x{} {},{},{},{} {} {}", kSumsFormat, layout.width, layout.height, layout.crop.x0,
-                              layout.crop.y0, layout.crop.x1, layout.crop.y1, layout.replicates,
+      : hash_(add(fmt::format("{} {}x{} {},{},{},{} {} {}", sums_format(layout), layout.width, layout.height,
+                              layout.crop.x0, layout.crop.y0, layout.crop.x1, layout.crop.y1, layout.replicates,
                               fmt::join(layout.channels, ",")),
                   0)) {
+    if (!layout.mattes.empty()) hash_ = add(fmt::format("{}", fmt::join(layout.mattes, ",")), hash_);
     hash_ = add(record, hash_);
   }
   void add_row(std::span<const int128> sums, std::span<const std::uint64_t> counts) {

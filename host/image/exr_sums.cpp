@@ -11,6 +11,7 @@
 
 #include "image/exr_file.h"
 #include "image/exr_layout.h"
+#include "image/exr_mattes.h"
 #include "image/image.h"
 
 namespace eikon {
@@ -19,6 +20,18 @@ namespace {
 using exr::Reader, exr::reading, exr::refuse;
 
 constexpr std::uint64_t kMaxSumsBytes = std::uint64_t{1} << 38;  // 2 GPixel; it is read a few rows at a time
+
+constexpr std::size_t kMostMattes = 16;
+
+std::vector<std::string> split_at_commas(const std::string& names) {
+  std::vector<std::string> parts;
+  for (std::size_t at = 0; at <= names.size();) {
+    const std::size_t comma = std::min(names.find(',', at), names.size());
+    parts.push_back(names.substr(at, comma - at));
+    at = comma + 1;
+  }
+  return parts;
+}
 
 void read_channels(const std::filesystem::path& path, const Imf::Header& header, FilmLayout& layout) {
   const auto* replicates = header.findTypedAttribute<Imf::IntAttribute>(exr::kReplicates);
@@ -29,13 +42,10 @@ void read_channels(const std::filesystem::path& path, const Imf::Header& header,
     refuse(path, fmt::format("{} replicates", replicates->value()));
   layout.replicates = static_cast<std::uint32_t>(replicates->value());
 
-  layout.channels.clear();
-  const std::string& names = channels->value();
-  for (std::size_t at = 0; at <= names.size();) {
-    const std::size_t comma = std::min(names.find(',', at), names.size());
-    layout.channels.push_back(names.substr(at, comma - at));
-    at = comma + 1;
-  }
+  layout.channels = split_at_commas(channels->value());
+  const auto* mattes = header.findTypedAttribute<Imf::StringAttribute>(exr::kMattes);
+  layout.mattes = mattes == nullptr ? std::vector<std::string>() : split_at_commas(mattes->value());
+  if (layout.mattes.size() > kMostMattes) refuse(path, fmt::format("{} mattes", layout.mattes.size()));
   if (layout.channels.size() < 3 || layout.channels[0] != "R" || layout.channels[1] != "G" || layout.channels[2] != "B")
     refuse(path, "its sums are not of R, G, B");
   for (const std::string& name : exr::sums_channels(layout)) {
@@ -159,6 +169,7 @@ void SumsReader::add_to(Film& film) {
       }
     }
     if (hash.text() != impl_->hash) refuse(impl_->path, "its checksum is wrong: the file is damaged");
+    if (!layout.mattes.empty()) exr::read_mattes(impl_->path, impl_->reader, layout, impl_->hash, film);
   });
 }
 

@@ -18,15 +18,19 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <memory>
 #include <span>
 
 #include <fmt/ranges.h>
 
 #include "core/error.h"
 #include "image/atomic_file.h"
+#include "image/cryptomatte.h"
 #include "image/exr_layout.h"
+#include "image/exr_mattes.h"
 #include "image/image.h"
 #include "render/layers.h"
+#include "render/mattes.h"
 
 namespace eikon {
 namespace {
@@ -81,6 +85,17 @@ Source source_of(const Film& film, const LayerChannel& channel, Imf::PixelType t
   throw InternalError("no such rule of a layer");
 }
 
+/// In full precision whatever the rest has: half of an id is another one.
+void add_matte(const Film& film, const std::string& layer, std::vector<Source>& sources) {
+  const auto& mattes = film.layout().mattes;
+  const auto found = std::ranges::find(mattes, layer);
+  if (found == mattes.end()) throw InternalError(fmt::format("the film does not have the matte {}", layer));
+  const auto ranks = std::make_shared<MatteRanks>(film, static_cast<std::size_t>(found - mattes.begin()));
+  const std::vector<std::string> names = matte_channels(layer);
+  for (std::size_t c = 0; c < names.size(); ++c)
+    sources.push_back({.name = names[c], .real = [ranks, c](auto x, auto y) { return double(ranks->value(x, y, c)); }});
+}
+
 std::vector<Source> image_sources(const Film& film, const ExrOptions& options) {
   const Imf::PixelType type = options.half ? Imf::HALF : Imf::FLOAT;
   std::vector<Source> sources;
@@ -88,9 +103,14 @@ std::vector<Source> image_sources(const Film& film, const ExrOptions& options) {
     sources.push_back(source_of(film, {film.layout().channels[c], LayerRule::mean, {c}}, type));
   if (const auto alpha = film.channel_index("A"))
     sources.push_back(source_of(film, {"A", LayerRule::mean, {*alpha}}, type));
-  for (const std::string& layer : options.layers)
+  for (const std::string& layer : options.layers) {
+    if (is_matte(layer)) {
+      add_matte(film, layer, sources);
+      continue;
+    }
     for (const LayerChannel& channel : layer_channels(layer, film.layout()))
       sources.push_back(source_of(film, channel, type));
+  }
   if (options.denoised != nullptr) {
     const Crop& crop = film.layout().crop;
     for (std::size_t c = 0; c < 3; ++c)
@@ -128,9 +148,11 @@ Imf::Header sums_header(const Film& film, const ExrOptions& options) {
                     options.record.size(), exr::kMaxRecordBytes));
   Imf::Header header = make_header(film, exr::kSumsPart, options.quick);
   for (const std::string& name : exr::sums_channels(layout)) header.channels().insert(name, Imf::Channel(Imf::UINT));
-  header.insert(exr::kFormat, Imf::IntAttribute(exr::kSumsFormat));
+  header.insert(exr::kFormat, Imf::IntAttribute(exr::sums_format(layout)));
   header.insert(exr::kReplicates, Imf::IntAttribute(static_cast<int>(layout.replicates)));
   header.insert(exr::kChannels, Imf::StringAttribute(fmt::format("{}", fmt::join(layout.channels, ","))));
+  if (!layout.mattes.empty())
+    header.insert(exr::kMattes, Imf::StringAttribute(fmt::format("{}", fmt::join(layout.mattes, ","))));
   header.insert(exr::kRecord, Imf::StringAttribute(options.record));
   exr::SumsHash hash(layout, options.record);
   for (std::uint32_t y = layout.crop.y0; y < layout.crop.y1; ++y) hash.add_row(film.row_sums(y), film.row_counts(y));
@@ -232,7 +254,18 @@ void write_exr(const std::filesystem::path& path, const Film& film, const Metada
   std::vector<Imf::Header> headers{make_header(film, exr::kImagePart, options.quick)};
   for (const Source& source : sources) headers[0].channels().insert(source.name, Imf::Channel(source.type));
   add_metadata(headers[0], metadata);
+  for (const std::string& layer : options.layers) {
+    if (!is_matte(layer)) continue;
+    const auto manifest = options.manifests.find(layer);
+    for (const auto& [key, value] :
+         matte_attributes(layer, manifest == options.manifests.end() ? "{}" : manifest->second))
+      headers[0].insert(key, Imf::StringAttribute(value));
+  }
   if (options.exact_sums) headers.push_back(sums_header(film, options));
+  const bool has_mattes = options.exact_sums && !film.layout().mattes.empty();
+  if (has_mattes)
+    headers.push_back(exr::mattes_header(film, make_header(film, "", options.quick),
+                                         headers[1].typedAttribute<Imf::StringAttribute>(exr::kSumsHash).value()));
 
   AtomicFile file(path);
   try {
@@ -243,6 +276,10 @@ void write_exr(const std::filesystem::path& path, const Film& film, const Metada
     if (options.exact_sums) {
       Imf::OutputPart sums(output, 1);
       write_sums(sums, film);
+    }
+    if (has_mattes) {
+      Imf::OutputPart mattes(output, 2);
+      exr::write_mattes(mattes, film);
     }
   } catch (const Error&) {
     throw;

@@ -45,14 +45,15 @@ struct ExrOptions {
   std::vector<std::string> layers;  // of --aov (render/layers.h)
   const Image* denoised = nullptr;  // also its R, G, B, as denoised.R/G/B
   bool exact_sums = false;          // second, lossless part with the film's integer sums
-  std::string record = {};          // of that part: a text that says what the sums are of; see render/film_record.h
-  bool quick = false;               // for a file that will soon be replaced: larger, and written in a tenth of the time
+  std::map<std::string, std::string> manifests = {};  // of the mattes among the layers (render/mattes.h)
+  std::string record = {};  // of that part: a text that says what the sums are of; see render/film_record.h
+  bool quick = false;       // for a file that will soon be replaced: larger, and written in a tenth of the time
 };
 
 /// Writes the film: part 0 "image" with R, G, B, A if the film has it (R, G, B are multiplied by it), and layers over the crop as data window; with exact_sums a part "sums" of UINT
 /// channels, from which read_film restores the film to the bit. Layers are made as render/layers.h says: means over the samples, means
 /// over those that hit something (+inf where none did), integers (UINT), the variance of the mean (NaN: unknown), the number of
-/// samples (UINT). The same input gives the same bytes.
+/// samples (UINT); mattes as cryptomatte.h says, in full precision. With exact_sums their counts are a part "mattes". The same input gives the same bytes.
 /// throws InputError when the file cannot be written (disk full, no such folder, a value too large for half), and leaves
 /// nothing behind; InternalError for a layer whose channels the film does not have.
 void write_exr(const std::filesystem::path& path, const Film& film, const Metadata& metadata,

@@ -93,6 +93,10 @@ bool same_bits(const Film& a, const Film& b) {
         for (std::uint32_t c = 0; c < a.layout().channels.size(); ++c)
           if (a.sum(x, y, r, c) != b.sum(x, y, r, c)) return false;
       }
+  for (std::size_t m = 0; m < a.layout().mattes.size(); ++m)
+    for (std::uint32_t y = crop.y0; y < crop.y1; ++y)
+      for (std::uint32_t x = crop.x0; x < crop.x1; ++x)
+        if (a.matte(m, x, y) != b.matte(m, x, y)) return false;
   return true;
 }
 

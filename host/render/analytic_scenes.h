@@ -35,7 +35,7 @@ struct MeanAndError {
 /// every pixel expects the same, too large elsewhere.
 MeanAndError mean_between_pixels(const Film& film, std::uint32_t channel);
 
-/// Every sum and every count is the same integer.
+/// Every sum and every count, of mattes too, is the same integer.
 bool same_bits(const Film& a, const Film& b);
 
 }  // namespace eikon

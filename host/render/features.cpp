@@ -54,6 +54,16 @@ struct Shown {
   std::unordered_set<const void*> known_;
 };
 
+/// What reflects as raycast.h has it takes the code of one lobe, and what that reads of materials.
+void use_raycast(std::map<std::string, Need>& needs) {
+  const Need unused{false, "--integrator"};
+#define EK_LOBE(name, bit) needs[#name] = unused;
+#include "shared/features.def"
+  for (const char* name : {"dispersion", "diffuse_transmission", "diffuse_transmission_texture", "sheen", "anisotropy"})
+    needs[name] = unused;
+  needs["phong"] = needs["material_detail"] = {true, "--integrator"};
+}
+
 }  // namespace
 
 std::string lobe_of(const Material& material) {
@@ -208,6 +218,13 @@ Features::Features(const Scene& scene, const Settings& settings) {
   needs["next_event"] = {samples_lights && lit, lit ? "--light-sampling" : "there is no light"};
   needs["bsdf_emission"] = {sampling != LightSampling::light && lit, lit ? "--light-sampling" : "there is no light"};
   needs["uniform_scatter"] = {sampling == LightSampling::hemisphere, "--light-sampling"};
+  needs["raycast"] = {settings.raycast, "--integrator"};
+  const std::uint64_t light_count = census.places() + census.distant;
+  const bool each_light = settings.raycast && lit && light_count <= kMostLightSamples;
+  needs["each_light"] = {each_light, settings.raycast ? fmt::format("{} lights", light_count) : "--integrator"};
+  if (each_light) needs["light_tree"] = {false, "each light is sampled"};
+  if (settings.raycast) use_raycast(needs);
+  light_samples_ = each_light ? std::uint32_t(light_count) : needs["next_event"].on ? settings.light_samples : 1;
   needs["whitted"] = {settings.whitted, "--integrator"};
   needs["fixed_roulette"] = {settings.roulette > 0, "--roulette"};
   needs["pixel_filter"] = {!settings.filter.is_pixel_box(), "--filter"};
@@ -225,6 +242,7 @@ Features::Features(const Scene& scene, const Settings& settings) {
     }
   }
   if (!settings.depth_series.empty()) needs["scattered"] = {true, "--depth-series"};
+  mattes_ = std::make_shared<const Mattes>(make_mattes(scene, settings.aovs));
   if (needs["texture_place"].on && !needs["uv"].on) needs["uv"] = {true, "--aov"};
 
   const auto add = [&](const char* kind, const char* name, int channels) {
@@ -268,6 +286,7 @@ std::map<std::string, std::string> Features::defines() const {
     defines["EK_LIGHT_GROUPS"] = std::to_string(light_groups_.size());
     defines["EK_ENVIRONMENT_GROUP"] = fmt::format("{}u", environment_light_group_);
   }
+  defines["EK_LIGHT_SAMPLES"] = std::to_string(light_samples_);
   if (formula_count_ > 0) defines["EK_FORMULA_COUNT"] = std::to_string(formula_count_);
   return defines;
 }
@@ -310,14 +329,17 @@ PathStateLayout path_state_layout(const Features& features, bool chunked) {
   const bool EK_HAS_next_event = features.has("next_event"), EK_HAS_environment = features.has("environment"),
              EK_HAS_bsdf_emission = features.has("bsdf_emission"), EK_HAS_absorption = features.has("absorption"),
              EK_HAS_opacity = features.has("opacity"), EK_HAS_light_tree = features.has("light_tree"),
-             EK_HAS_instance = features.has("instance"),
-             EK_HAS_light_group = features.has("light_group");
+             EK_HAS_instance = features.has("instance"), EK_HAS_light_group = features.has("light_group");
   PathStateLayout layout;
   const auto add = [&](const char* name, bool needed) {
     if (needed) layout.field[name] = layout.words++;
   };
+  const auto add_shadow = [&](const char* name, bool needed) {
+    add(name, needed);
+    if (needed) layout.words += features.light_samples() - 1;
+  };
 #define EK_FIELD(name, needed) add(#name, needed);
-#define EK_SHADOW(name, needed) add(#name, needed);
+#define EK_SHADOW(name, needed) add_shadow(#name, needed);
 #include "shared/path_state.def"
   return layout;
 }

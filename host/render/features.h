@@ -3,9 +3,11 @@
 #pragma once
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <string>
 #include <vector>
 
+#include "render/mattes.h"
 #include "render/settings.h"
 
 namespace eikon {
@@ -35,6 +37,10 @@ class Features {
   [[nodiscard]] const std::string& formula_code() const { return formula_code_; }
   /// Channels of the film in order: "R", "G", "B", then those of the layers.
   [[nodiscard]] std::vector<std::string> film_channels() const;
+  /// Layers that count what samples meet, behind the film's channels; none of them unless asked for.
+  [[nodiscard]] const Mattes& mattes() const { return *mattes_; }
+  /// Shadow rays of each vertex where lights are sampled.
+  [[nodiscard]] std::uint32_t light_samples() const { return light_samples_; }
   /// "diffuse area next_event ...": those that are on.
   [[nodiscard]] std::string summary() const;
 
@@ -45,6 +51,8 @@ class Features {
   std::vector<std::uint32_t> scatter_bounds_;  // layers.h
   std::vector<std::string> light_groups_;
   std::uint32_t environment_light_group_ = 0;
+  std::shared_ptr<const Mattes> mattes_;  // large, and of no copy's own
+  std::uint32_t light_samples_ = 1;
 };
 
 /// Where the fields of kernels/shared/path_state.def lie with these features: word index by name, and how many there are.

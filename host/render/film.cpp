@@ -77,6 +77,7 @@ Film::Film(FilmLayout layout) : layout_(std::move(layout)) {
   const std::size_t cells = crop.pixel_count() * layout_.replicates;
   sums_.assign(cells * channels.size(), 0);
   counts_.assign(cells, 0);
+  mattes_.assign(layout_.mattes.size(), MatteCounts(crop.width(), crop.height()));
   limit_ = kMaxSum >> std::countr_zero(layout_.replicates);
 }
 
@@ -145,6 +146,7 @@ void Film::add(const UnitSums& unit) {
       }
     }
   }
+  add_mattes(unit);
 }
 
 std::span<const int128> Film::row_sums(std::uint32_t y) const {
@@ -176,10 +178,48 @@ void Film::add_row(std::uint32_t x, std::uint32_t y, std::span<const int128> sum
 void Film::add(const Film& other) {
   const FilmLayout& theirs = other.layout_;
   if (theirs.width != layout_.width || theirs.height != layout_.height || theirs.replicates != layout_.replicates ||
-      theirs.channels != layout_.channels)
-    throw InternalError("films of different size, replicates or channels cannot be added");
+      theirs.channels != layout_.channels || theirs.mattes != layout_.mattes)
+    throw InternalError("films of different size, replicates, channels or mattes cannot be added");
   for (std::uint32_t y = theirs.crop.y0; y < theirs.crop.y1; ++y)
     add_row(theirs.crop.x0, y, other.row_sums(y), other.row_counts(y));
+  for (std::size_t m = 0; m < mattes_.size(); ++m)
+    for (std::uint32_t y = theirs.crop.y0; y < theirs.crop.y1; ++y)
+      for (std::uint32_t x = theirs.crop.x0; x < theirs.crop.x1; ++x)
+        for (const MatteCount& count : other.matte(m, x, y)) add_to_matte(m, x, y, count);
+}
+
+void Film::add_to_matte(std::size_t matte, std::uint32_t x, std::uint32_t y, const MatteCount& count) {
+  (void)pixel_index(x, y);
+  mattes_.at(matte).add(x - layout_.crop.x0, y - layout_.crop.y0, count);
+}
+
+std::vector<MatteCount> Film::matte(std::size_t matte, std::uint32_t x, std::uint32_t y) const {
+  (void)pixel_index(x, y);
+  return mattes_.at(matte).of(x - layout_.crop.x0, y - layout_.crop.y0);
+}
+
+void Film::add_mattes(const UnitSums& unit) {
+  const std::size_t pixels = unit.pixels.size(), samples = unit.sample_end - unit.sample_begin;
+  if (unit.met.size() != mattes_.size() * samples * pixels || unit.matte_ids.size() != mattes_.size())
+    throw InternalError(
+        fmt::format("unit of {} pixels and {} samples: {} numbers and {} lists of ids do not fit {} mattes", pixels,
+                    samples, unit.met.size(), unit.matte_ids.size(), mattes_.size()));
+  for (std::size_t m = 0; m < mattes_.size(); ++m) {
+    const std::vector<std::uint32_t>& ids = unit.matte_ids[m];
+    for (std::size_t i = 0; i < pixels; ++i) {
+      const std::uint32_t x = unit.pixels[i] & 0xffffu, y = unit.pixels[i] >> 16;
+      const std::uint32_t* number = &unit.met[m * samples * pixels + i];
+      // Most samples of a pixel meet what the one before met.
+      for (std::size_t s = 0; s < samples;) {
+        const std::uint32_t first = number[s * pixels];
+        if (first >= ids.size()) throw InternalError(fmt::format("a ray met number {} of {}", first, ids.size()));
+        std::size_t end = s + 1;
+        while (end < samples && number[end * pixels] == first) ++end;
+        add_to_matte(m, x, y, {ids[first], end - s});
+        s = end;
+      }
+    }
+  }
 }
 
 int128 Film::sum(std::uint32_t x, std::uint32_t y, std::uint32_t replicate, std::uint32_t channel) const {

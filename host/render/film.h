@@ -11,6 +11,7 @@
 #include <string_view>
 #include <vector>
 
+#include "render/matte_counts.h"
 #include "shared/records.h"
 
 namespace eikon {
@@ -31,6 +32,7 @@ struct FilmLayout {
   Crop crop;
   std::uint32_t replicates = 2;                      // power of two
   std::vector<std::string> channels{"R", "G", "B"};  // then the AOV channels in the order of features.def: albedo.R ...
+  std::vector<std::string> mattes{};                 // layers that count what each sample meets (mattes.h)
   bool operator==(const FilmLayout&) const = default;
 };
 
@@ -54,6 +56,10 @@ struct UnitSums {
   std::span<const std::uint32_t>
       limbs;  // [((replicate * channels + channel) * EK_FILM_LIMBS + limb) * pixel_stride + pixel]
   std::span<const std::uint32_t> rejected;  // [replicate * pixel_stride + pixel]: samples left out
+  /// Number of what each sample's camera ray met, [(matte * samples + sample - sample_begin) * pixels.size() + pixel], and what ids
+  /// the mattes give these numbers, [matte][number].
+  std::span<const std::uint32_t> met = {};
+  std::span<const std::vector<std::uint32_t>> matte_ids = {};
 };
 
 /// Predicted relative mean squared error of the image, and its 95 % confidence interval, from the spread between replicates.
@@ -77,7 +83,7 @@ class Film {
   /// throws InternalError for a pixel outside the crop, arrays of the wrong size or more rejected samples than there are, and
   /// InputError when a pixel grows beyond the film's range (a mean radiance times samples of 2^63); the film is then unusable.
   void add(const UnitSums& unit);
-  /// Adds another film of the same image size, replicates and channels whose crop lies inside this one's; the samples of the
+  /// Adds another film of the same image size, replicates, channels and mattes whose crop lies inside this one's; the samples of the
   /// two must be disjoint (the caller's business). throws as above.
   void add(const Film& other);
 
@@ -96,6 +102,11 @@ class Film {
   /// Adds such arrays of the pixels from x on. throws InternalError when they are no whole pixels of the row, InputError beyond
   /// the film's range; the film is then unusable.
   void add_row(std::uint32_t x, std::uint32_t y, std::span<const int128> sums, std::span<const std::uint64_t> counts);
+
+  /// Adds samples of a pixel to a matte, by index into FilmLayout::mattes. throws InputError beyond 2^64 of them
+  void add_to_matte(std::size_t matte, std::uint32_t x, std::uint32_t y, const MatteCount& count);
+  /// What the samples of a pixel met, rejected ones among them: ids with their numbers, which add up to the samples that were drawn.
+  [[nodiscard]] std::vector<MatteCount> matte(std::size_t matte, std::uint32_t x, std::uint32_t y) const;
 
   /// Exact sum over replicates.
   [[nodiscard]] int128 total(std::uint32_t x, std::uint32_t y, std::uint32_t channel) const;
@@ -121,8 +132,10 @@ class Film {
   FilmLayout layout_;
   std::vector<int128> sums_;           // [(pixel * replicates + replicate) * channels + channel]
   std::vector<std::uint64_t> counts_;  // [pixel * replicates + replicate]
+  std::vector<MatteCounts> mattes_;
   int128 limit_ = 0;  // of a replicate's sum: its share of the range, so that the total over replicates always fits
 
+  void add_mattes(const UnitSums& unit);
   [[nodiscard]] std::size_t pixel_index(std::uint32_t x, std::uint32_t y) const;
   void add_to_sum(std::size_t index, int128 value);
   [[noreturn]] void refuse_sum(std::size_t index) const;

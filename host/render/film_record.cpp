@@ -74,6 +74,12 @@ void parse_part(std::string_view text, const FilmLayout& layout, SampleLedger& d
   done.add(part);
 }
 
+std::string channels_and_mattes(const FilmLayout& layout) {
+  std::vector<std::string> names = layout.channels;
+  names.insert(names.end(), layout.mattes.begin(), layout.mattes.end());
+  return fmt::format("{}", fmt::join(names, ","));
+}
+
 std::string describe_view(const Camera& camera) {
   switch (camera.projection) {
     case Projection::perspective:
@@ -97,7 +103,8 @@ std::string describe_lens(const Camera& camera) {
 std::vector<ImageSetting> image_settings(const Scene& scene, const Settings& settings, const FilmLayout& layout) {
   // Whoever adds a setting is stopped here by the compiler, and says below whether the image's bits depend on it.
   const auto& [width, height, crop, sample_begin, sample_end, seed, replicate_bits, max_depth, roulette_depth, roulette,
-               whitted, energy_compensation, light_sampling, aovs, depth_series, filter, transparent, camera,
+               whitted, energy_compensation, raycast, light_samples, light_sampling, aovs, depth_series, filter, transparent,
+               camera,
                environment] = settings;
   static_cast<void>(crop), static_cast<void>(sample_begin), static_cast<void>(sample_end);
   static_cast<void>(aovs), static_cast<void>(depth_series);  // the channels say it
@@ -107,15 +114,19 @@ std::vector<ImageSetting> image_settings(const Scene& scene, const Settings& set
           {"size (--size)", fmt::format("{}x{}", width, height)},
           {"seed (--seed)", fmt::format("{}", seed)},
           {"number of replicates", fmt::format("{}", 1U << replicate_bits)},
-          {"set of channels (--aov, --transparent)", fmt::format("{}", fmt::join(layout.channels, ","))},
+          {"set of channels (--aov, --transparent)", channels_and_mattes(layout)},
           {"transparency (--transparent)", transparent ? "on" : "off"},
           {"filter (--filter)", filter.name()},
           {"depth limit (--max-depth)", fmt::format("{}", max_depth)},
           {"roulette depth", fmt::format("{}", roulette_depth)},
           {"roulette (--roulette)", roulette > 0 ? fmt::format("{}", roulette) : "by throughput"},
-          {"integrator (--integrator)", whitted ? "whitted" : "path"},
+          {"integrator (--integrator)", raycast   ? "raycast"
+                                        : whitted ? "whitted"
+                                                  : "path"},
           {"energy compensation (--energy-compensation)", energy_compensation ? "on" : "off"},
-          {"light sampling (--light-sampling)", name_of(light_sampling)},
+          {"light sampling (--light-sampling, --light-samples)",
+           light_samples == 1 ? name_of(light_sampling)
+                              : fmt::format("{}, {} times", name_of(light_sampling), light_samples)},
           {"camera's position (--camera, --look-at)", triple(pose[3])},
           {"camera's orientation (--camera, --look-at)",
            fmt::format("{} {} {}", triple(pose[0]), triple(pose[1]), triple(pose[2]))},
@@ -143,6 +154,7 @@ std::string to_text(const FilmRecord& record) {
     text += fmt::format("setting {}: {}\n", setting.name, setting.value);
   for (const std::string& name : record.arithmetic) text += fmt::format("arithmetic {}\n", name);
   for (const std::string& layer : record.layers) text += fmt::format("layer {}\n", layer);
+  for (const auto& [layer, manifest] : record.manifests) text += fmt::format("manifest {} {}\n", layer, manifest);
   for (const WorkUnit& part : record.done.parts())
     text += fmt::format("part {} {} {} {} {} {}\n", part.block.x0, part.block.y0, part.block.x1, part.block.y1,
                         part.sample_begin, part.sample_end);
@@ -165,6 +177,8 @@ FilmRecord parse_film_record(std::string_view text, const FilmLayout& layout) {
       record.arithmetic.emplace(rest);
     else if (kind == "layer")
       record.layers.emplace(rest);
+    else if (kind == "manifest" && rest.find(' ') != std::string_view::npos)
+      record.manifests.emplace(rest.substr(0, rest.find(' ')), rest.substr(rest.find(' ') + 1));
     else if (kind == "part")
       parse_part(rest, layout, record.done);
     else

@@ -2,6 +2,7 @@
 // What a film's sums are of: the text that checkpoints, parts and merged files carry beside them, so that what belongs together
 // can be added, and what does not is refused with a reason. Pure.
 #pragma once
+#include <map>
 #include <optional>
 #include <set>
 #include <string>
@@ -36,8 +37,9 @@ struct ImageSetting {
 
 struct FilmRecord {
   std::vector<ImageSetting> settings;
-  std::set<std::string> arithmetic;  // classes of the devices that the samples are from
-  std::set<std::string> layers;      // of --aov, for the picture of a merged file
+  std::set<std::string> arithmetic;              // classes of the devices that the samples are from
+  std::set<std::string> layers;                  // of --aov, for the picture of a merged file
+  std::map<std::string, std::string> manifests;  // of its mattes, by layer (mattes.h)
   SampleLedger done;
   bool operator==(const FilmRecord&) const = default;
 };

@@ -76,7 +76,10 @@ std::span<const LayerInfo> layers() {
       {"position", {"position", "hits"}},
       {"uv", {"texture_place", "hits"}},
       {"id", {"id"}},
+      {"object_id", {"id"}},
       {"material_id", {"material_id"}},
+      {"cryptomatte_object", {"matte_object"}},
+      {"cryptomatte_material", {"matte_material"}},
       {"emission", {"scattered"}},
       {"direct", {"scattered"}},
       {"indirect", {"scattered"}},
@@ -103,6 +106,7 @@ std::vector<LayerChannel> layer_channels(std::string_view layer, const FilmLayou
   if (layer == "uv") return each(layer, "UV", LayerRule::mean_of_hit, layout);
   if (layer == "id" || layer == "material_id")
     return {{std::string(layer), LayerRule::word, {need_channel(layout, layer)}}};
+  if (layer == "object_id") return {{"object_id", LayerRule::word, {need_channel(layout, "id")}}};
   if (layer == "emission") return scattered_between("emission.", 0, 0, layout);
   if (layer == "direct") return scattered_between("direct.", 1, 1, layout);
   if (layer == "indirect") return scattered_between("indirect.", 2, kAnyTimes, layout);
@@ -149,6 +153,7 @@ Film scattered_at_most(const Film& film, std::uint32_t most) {
   const FilmLayout& from = film.layout();
   FilmLayout layout = from;
   layout.channels = {"R", "G", "B"};
+  layout.mattes.clear();
   std::vector<LayerChannel> parts = scattered_between("", 0, most, from);
   if (const auto alpha = film.channel_index("A")) {
     layout.channels.emplace_back("A");

@@ -36,7 +36,7 @@ struct LayerChannel {
   std::vector<std::uint32_t> film;  // channels of the film
 };
 
-/// The channels of a layer. throws InternalError when the film lacks what it is made of, or there is no such layer
+/// The channels of a layer that is no matte (mattes.h). throws InternalError when the film lacks what it is made of, or there is no such layer
 [[nodiscard]] std::vector<LayerChannel> layer_channels(std::string_view layer, const FilmLayout& layout);
 
 /// Radiance apart by how often light was scattered between its source and the camera: partial sums of the Neumann series.

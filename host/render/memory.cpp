@@ -35,7 +35,8 @@ MemoryNeed memory_need(const PackedScene& packed, const WavefrontConfig& config,
 
 std::uint64_t film_bytes(const FilmLayout& layout) {
   return layout.crop.pixel_count() * layout.replicates *
-         (layout.channels.size() * sizeof(int128) + sizeof(std::uint64_t));
+             (layout.channels.size() * sizeof(int128) + sizeof(std::uint64_t)) +
+         layout.crop.pixel_count() * layout.mattes.size() * MatteCounts::kBytesPerPixel;
 }
 
 void require_host_memory(const FilmLayout& layout, bool copied, std::uint64_t packed_bytes, const HostLimits& host) {

@@ -76,7 +76,8 @@ class LightPacker {
         textures_(packed),
         has_tree_(features.has("light_tree")),
         has_quads_(features.has("quad_light")),
-        has_one_(features.has("one_light")) {
+        has_one_(features.has("one_light")),
+        each_(features.has("each_light")) {
     // A scene without extent is lit by the environment alone, or by anything: then one is as good as the other.
     if (!packed.bounds.empty()) radius_m_ = 0.5 * glm::length(packed.bounds.hi - packed.bounds.lo);
     section_m2_ = radius_m_ > 0 ? kPi * radius_m_ * radius_m_ : 1;
@@ -108,7 +109,7 @@ class LightPacker {
     if (in_tree > 0) share_of_tree(table.probability[0]);
     for (std::size_t i = in_tree; i < packed_.lights.size(); ++i) {
       const double probability = table.probability[has_tree_ ? i - in_tree + 1 : i];
-      set_probability(i, probability);
+      set_probability(i, each_ ? 1 : probability);
       packed_.light_summary[strengths_[i].summary].probability += probability;
     }
   }
@@ -357,7 +358,7 @@ class LightPacker {
   std::vector<std::size_t> summary_of_;  // by material
   double radius_m_ = 0;                  // of the sphere around the scene
   double section_m2_ = 1;                // of that sphere, which parallel light meets
-  bool has_tree_, has_quads_, has_one_;
+  bool has_tree_, has_quads_, has_one_, each_;
   std::vector<Strength> strengths_;  // as packed_.lights
 };
 

@@ -16,7 +16,9 @@ constexpr std::uint64_t kUnset = ~std::uint64_t{0};  // of what is chosen by the
 
 std::string ReadyWavefronts::key_of(const Features& features, const Settings& settings, const Execution& execution) {
   const auto number = [](const auto& value) { return value ? std::uint64_t{*value} : kUnset; };
-  return fmt::format("{}\n{} {} {} {} {} {} {} {} {} {} {} {}\n{}", features.summary(), settings.filter.name(),
+  std::string needs;  // by name, and with the numbers that some of them come with
+  for (const auto& [name, value] : features.defines()) needs += fmt::format("{}={} ", name, value);
+  return fmt::format("{}\n{} {} {} {} {} {} {} {} {} {} {} {}\n{}", needs, settings.filter.name(),
                      settings.replicate_bits, execution.accel, execution.layout, number(execution.lanes),
                      number(execution.chunked), number(execution.fused), execution.chunk, execution.pool,
                      execution.memory_bytes, execution.ticks, execution.optimise, execution.extra_flags);

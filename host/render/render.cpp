@@ -175,6 +175,7 @@ FilmLayout film_layout(const Features& features, const Settings& settings) {
   layout.crop = settings.crop;
   layout.replicates = 1U << settings.replicate_bits;
   layout.channels = features.film_channels();
+  layout.mattes = features.mattes().layers;
   return layout;
 }
 

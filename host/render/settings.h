@@ -23,6 +23,8 @@ enum class LightSampling {
   hemisphere,  // scattered uniformly, pdf 1 / 2 pi; no light sampling
 };
 
+inline constexpr std::uint32_t kMostLightSamples = 16;  // memory of paths in flight grows with them
+
 /// Everything that decides the image, devices apart.
 struct Settings {
   std::uint32_t width = 0, height = 0;
@@ -35,6 +37,8 @@ struct Settings {
   float roulette = 0;                // probability with which it lets a path go on; 0: by what the path carries
   bool whitted = false;  // only perfect mirrors and smooth glass scatter light on; with LightSampling::light
   bool energy_compensation = false;  // rough metal and glass give back what single scattering loses
+  bool raycast = false;  // nothing does, and every surface reflects as Blinn has it; with LightSampling::light
+  std::uint32_t light_samples = 1;  // shadow rays of each vertex, 1 to kMostLightSamples; of raycast the lights decide
   LightSampling light_sampling = LightSampling::mis;
   std::vector<std::string> aovs;  // layers of layers.h
   std::vector<std::uint32_t>
@@ -60,7 +64,7 @@ enum class InstanceMode { automatic, two_level, flat };
 struct Execution {
   std::string devices = "all";
   std::string accel = "bvh";
-  std::string layout;                               // empty: by device; or see choose_layout.h
+  std::string layout;  // empty: by device; or see choose_layout.h
   InstanceMode instances = InstanceMode::automatic;
   std::optional<std::uint32_t> lanes;               // 1, 8 or 16; by device when unset
   std::optional<bool> chunked;                      // by device when unset

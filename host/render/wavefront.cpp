@@ -67,7 +67,8 @@ struct Wavefront::Impl {
   PathStateLayout state;
   Frame frame;
   std::vector<float> filter;
-  std::uint32_t replicates, channels;
+  std::uint32_t replicates, channels, light_samples;
+  Mattes mattes;
   bool has_environment, has_shadow;
   Arguments arguments;
   std::map<std::string, Kernel> kernels;
@@ -84,7 +85,7 @@ struct Wavefront::Impl {
     WorkUnit unit;
     Frame frame;
     Diagnostics nothing{}, diagnostics{};
-    std::vector<std::uint32_t> pixels, sums, rejected;
+    std::vector<std::uint32_t> pixels, sums, rejected, met;
     std::vector<WorkerTally> tallies;
     Buffer sums_buffer, rejected_buffer;
     RayCounts rays;
@@ -116,6 +117,8 @@ struct Wavefront::Impl {
     filter = filter_table(settings.filter);
     replicates = 1U << settings.replicate_bits;
     channels = std::uint32_t(features.film_channels().size());
+    light_samples = features.light_samples();
+    mattes = features.mattes();
     has_environment = features.has("environment") || features.has("environment_map");
     has_shadow = features.has("next_event");
     const auto scope = [&](const char* name) { return TraceScope(timeline, execution.track, name); };
@@ -192,7 +195,7 @@ struct Wavefront::Impl {
     pixels_buffer = allocate(4 * std::size_t{pixel_capacity});
     state_buffer = allocate(4 * places * state.words);
     counts_buffer = allocate(16 * std::size_t{config.chunks});
-    slots_buffer = allocate(4 * std::size_t{channels} * frame.film_stride + 4 * EK_PAD);
+    slots_buffer = allocate(4 * (channels + mattes.ids.size()) * frame.film_stride + 4 * EK_PAD);
     for (Slot& slot : slots) {
       // A device that reads back beside its work writes the next sums meanwhile.
       const bool shares = device.info().cpu && slots[0].sums_buffer;
@@ -219,7 +222,7 @@ struct Wavefront::Impl {
     arguments.set("next_path", next_path_buffer);
     arguments.set("tallies", tallies_buffer);
     arguments.set("queue_rays", allocate(config.chunked ? 4 : 8 * std::size_t{capacity}));
-    arguments.set("queue_shadow", allocate(config.chunked ? 4 : 4 * std::size_t{capacity}));
+    arguments.set("queue_shadow", allocate(config.chunked ? 4 : 4 * std::size_t{light_samples} * capacity));
     arguments.set("depth", 1U);
     device.finish();
     upload_s = host_seconds() - begin;
@@ -271,8 +274,13 @@ struct Wavefront::Impl {
       device.run(slot.film, divide_up(pixel_count, kGroup), kGroup, slot.frame.path_count);
     slot.sums.resize(sum_words(pixel_count));
     slot.rejected.resize(std::size_t{replicates} * slot.frame.pixel_stride);
+    const std::size_t path_count = slot.frame.path_count;
+    slot.met.resize(mattes.ids.size() * path_count);
     // In the queue, since the next unit clears it; the last of the large ones is waited for.
     device.read_later(diagnostics_buffer, &slot.diagnostics, sizeof slot.diagnostics);
+    for (std::size_t m = 0; m < mattes.ids.size(); ++m)
+      device.read_later(slots_buffer, &slot.met[m * path_count], 4 * path_count,
+                        4 * (channels + m) * std::size_t{frame.film_stride});
     device.read_beside(slot.rejected_buffer, slot.rejected.data(), 4 * slot.rejected.size());
     slot.summed = device.read_beside(slot.sums_buffer, slot.sums.data(), 4 * slot.sums.size());
     device.flush();
@@ -336,7 +344,7 @@ struct Wavefront::Impl {
     at.depth = depth;
     at.counts.resize(4 * std::size_t{used_chunks(slot)});
     at.ticket = device.read_later(counts_buffer, at.counts.data(), 4 * at.counts.size());
-    run_stage("shadow", depth, active, slot);
+    run_stage("shadow", depth, active * light_samples, slot);
     device.flush();
   }
 
@@ -459,6 +467,8 @@ struct Wavefront::Impl {
     result.sums.sample_end = slot.unit.sample_end;
     result.sums.limbs = slot.sums;
     result.sums.rejected = slot.rejected;
+    result.sums.met = slot.met;
+    result.sums.matte_ids = mattes.ids;
     return result;
   }
 

@@ -74,7 +74,8 @@ ProgramOptions program_options(const DeviceInfo& device, const WavefrontConfig& 
 std::uint64_t path_pool_bytes(const WavefrontConfig& config, const Features& features) {
   const std::uint64_t slots = std::uint64_t{config.chunk + EK_PAD} * config.held_chunks();
   return 4 * (slots * path_state_layout(features, config.chunked).words +
-              (std::uint64_t{config.capacity()} + EK_PAD) * features.film_channels().size());
+              (std::uint64_t{config.capacity()} + EK_PAD) *
+                  (features.film_channels().size() + features.mattes().layers.size()));
 }
 
 }  // namespace eikon

@@ -18,7 +18,7 @@ kernel void compact(global uint* path_state, global uint* counts, global uint* q
   const uint next = entry < count ? path_u(path_state, FIELD_next, slot) : 0u;
   uint place[2] = {0, 0};
   if (next & 1) place[0] = atomic_inc(&group_count[0]);
-  if (next & 2) place[1] = atomic_inc(&group_count[1]);
+  if (next >> 1) place[1] = atomic_add(&group_count[1], popcount(next >> 1));
   barrier(CLK_LOCAL_MEM_FENCE);
   if (get_local_id(0) == 0) {
     group_base[0] = atomic_add(&counts[next_half], group_count[0]);
@@ -26,6 +26,7 @@ kernel void compact(global uint* path_state, global uint* counts, global uint* q
   }
   barrier(CLK_LOCAL_MEM_FENCE);
   if (next & 1) queue_rays[next_half * EK_CHUNK + group_base[0] + place[0]] = slot;
-  if (next & 2) queue_shadow[group_base[1] + place[1]] = slot;
+  for (uint k = 0; k < EK_LIGHT_SAMPLES; ++k)
+    if (next >> (k + 1u) & 1u) queue_shadow[group_base[1] + place[1]++] = slot + k * EK_CHUNK;
 #endif
 }

@@ -24,7 +24,7 @@ EK_FN void stage_miss(constant Frame* frame, SceneData scene, global const float
       vf weight = (vf)(1.0f);
       if (EK_HAS_next_event) {
         vf scattered = (vf)(0.0f);
-        if (EK_HAS_bsdf_emission) scattered = power_heuristic(pdf, sky.pdf);
+        if (EK_HAS_bsdf_emission) scattered = power_heuristic(pdf, sky.pdf * EK_LIGHT_MEAN);
         weight = pdf < 0.0f ? weight : scattered;
       }
       v3 beta = state_3(state, FIELD_beta_r, slot);

@@ -11,6 +11,7 @@
 #include "light_emission.h"
 #include "material.h"
 #include "medium.h"
+#include "raycast.h"
 #include "sampler.h"
 #include "shading_normal.h"
 #if EK_HAS_shape
@@ -128,7 +129,7 @@ EK_FN Survivors stage_shade(constant Frame* frame, SceneData scene, LightData li
                                                       weighted, corners.flags >> EK_TRIANGLE_LIGHT_SHIFT);
 #endif
           // A light that is never sampled (pack.cpp) counts in full either way.
-          const vf scattered = EK_HAS_bsdf_emission ? power_heuristic(scatter_pdf, light_pdf)
+          const vf scattered = EK_HAS_bsdf_emission ? power_heuristic(scatter_pdf, light_pdf * EK_LIGHT_MEAN)
                                : corners.light_pdf_m2 > 0.0f ? (vf)(0.0f) : (vf)(1.0f);
           weight = scatter_pdf < 0.0f ? weight : scattered;
         }
@@ -150,6 +151,7 @@ EK_FN Survivors stage_shade(constant Frame* frame, SceneData scene, LightData li
       disperse(hit_surface, front, which, &material, &beta);
     }
 
+    if (EK_HAS_raycast) material = raycast_material(material);
     live = last ? (vi)(0) : live;
     Basis basis = basis_around(n_shade);
     if (EK_HAS_anisotropy) basis = basis_along(basis, anisotropy_direction(hit_surface, at, surface.n_geom));
@@ -161,10 +163,9 @@ EK_FN Survivors stage_shade(constant Frame* frame, SceneData scene, LightData li
     }
 
     const vi both_sides = (material.lobes & (1u << LOBE_transmission)) != 0u;
-    vi pending = (vi)(0);
-    LightPath shadow;
-    vu shadow_group;
-    v3 arriving;
+#if !EK_CHUNKED
+    uint pending_rays = 0;  // bit 1 + k: ray k, for compact.cl
+#endif
     LitPoint lit = {surface.p, (vu)(0u)};
     if (EK_HAS_next_event) {
       if (EK_HAS_light_tree) {
@@ -172,31 +173,60 @@ EK_FN Survivors stage_shade(constant Frame* frame, SceneData scene, LightData li
         lit.p = offset_ray_origin(surface.p, surface.p_error, n_geom, n_geom);
         lit.facing = pack_facing(n_shade, both_sides);
       }
-      LightSample light = light_sample(frame, light_data, lit, live, basis, both_sides, light_words(key, index, depth));
+      for (uint k = 0; k < EK_LIGHT_SAMPLES; ++k) {
+        LightSample light = light_sample(frame, light_data, lit, live, basis, both_sides, light_words(key, index, depth, k));
 #if EK_HAS_shape & EK_HAS_shape_light
-      light = shape_light_sample(scene, light, surface.p);
+        light = shape_light_sample(scene, light, surface.p);
 #endif
-      light.radiance = light_emission(scene, light);
-      shadow_group = light.group;
-      shadow = light_path(light, surface.p, surface.p_error, n_geom);
-      if (EK_HAS_clearcoat & EK_HAS_area) shadow.radiance = scale3(shadow.radiance, light_coat(scene, light, shadow.wi));
-      const v3 wi = to_local(basis, shadow.wi);
-      const BsdfValue bsdf = bsdf_evaluate(material, wo, wi);
-      v3 f = bsdf.f;
-      if (EK_HAS_vertex_normal | EK_HAS_normal_texture) f = scale3(f, fade(material, wi, shadow.wi, n_geom, n_shade));
-      vf weight = (vf)(1.0f);
-      if (EK_HAS_bsdf_emission) {
-        weight = power_heuristic(shadow.pdf, bsdf.pdf);
-        weight = light.is_delta ? (vf)(1.0f) : weight;
+        light.radiance = light_emission(scene, light);
+        LightPath shadow = light_path(light, surface.p, surface.p_error, n_geom);
+        if (EK_HAS_clearcoat & EK_HAS_area) shadow.radiance = scale3(shadow.radiance, light_coat(scene, light, shadow.wi));
+        const v3 wi = to_local(basis, shadow.wi);
+        const BsdfValue bsdf = bsdf_evaluate(material, wo, wi);
+        v3 f = bsdf.f;
+        if (EK_HAS_vertex_normal | EK_HAS_normal_texture) f = scale3(f, fade(material, wi, shadow.wi, n_geom, n_shade));
+        vf weight = (vf)(1.0f);
+        if (EK_HAS_bsdf_emission) {
+          weight = power_heuristic(shadow.pdf * EK_LIGHT_MEAN, bsdf.pdf);
+          weight = light.is_delta ? (vf)(1.0f) : weight;
+        }
+        v3 arriving = scale3(mul3(mul3(beta, f), shadow.radiance), weight / (shadow.pdf * EK_LIGHT_MEAN));
+        if (EK_HAS_absorption) {
+          const vu towards = medium_after(material, medium, corners.material, front, wi.z < 0.0f);
+          const vf distance = shadow.t_max < EK_INFINITY ? sqrt(dot3(shadow.dir, shadow.dir)) : EK_INFINITY;
+          arriving = mul3(arriving, transmittance(medium_absorption(scene, towards), distance));
+        }
+        vi pending = live & agrees(wi, dot3(shadow.wi, n_geom)) & (shadow.pdf > 0.0f) & (max_component(f) > 0.0f) &
+                     (max_component(shadow.radiance) > 0.0f);
+        if (EK_HAS_each_light) pending = k < frame->light_count ? pending : (vi)(0);
+
+#if EK_CHUNKED
+        // shadow_count <= slot * EK_LIGHT_SAMPLES + k * EK_WIDTH: there is room for whole vectors.
+        const Packing cast = packing(pending);
+#define EK_KEEP_SHADOW(field, x) state_set_u(state, field, shadow_count, packed(cast, x))
+#else
+        pending_rays |= (pending ? 2u : 0u) << k;
+#define EK_KEEP_SHADOW(field, x) state_set_u(state, field, slot + k * EK_CHUNK, x)
+#endif
+#define EK_KEEP_SHADOW_3(field, a)                               \
+  EK_KEEP_SHADOW(field, AS_U((a).x));                            \
+  EK_KEEP_SHADOW(field + EK_LIGHT_SAMPLES, AS_U((a).y));         \
+  EK_KEEP_SHADOW(field + 2 * EK_LIGHT_SAMPLES, AS_U((a).z))
+        EK_KEEP_SHADOW(FIELD_shadow_path, path);
+        if (EK_HAS_opacity) {
+          const OpacityKey decisions = opacity_key(key + k * 0x632be5abu, index, depth, 1u);
+          EK_KEEP_SHADOW(FIELD_shadow_key, decisions.key);
+          EK_KEEP_SHADOW(FIELD_shadow_index, decisions.index);
+        }
+        EK_KEEP_SHADOW_3(FIELD_shadow_origin_x, shadow.origin);
+        EK_KEEP_SHADOW_3(FIELD_shadow_dir_x, shadow.dir);
+        EK_KEEP_SHADOW(FIELD_shadow_t, AS_U(shadow.t_max));
+        EK_KEEP_SHADOW_3(FIELD_shadow_r, arriving);
+        if (EK_HAS_light_group) EK_KEEP_SHADOW(FIELD_shadow_group, light.group);
+#if EK_CHUNKED
+        shadow_count += cast.count;
+#endif
       }
-      arriving = scale3(mul3(mul3(beta, f), shadow.radiance), weight / shadow.pdf);
-      if (EK_HAS_absorption) {
-        const vu towards = medium_after(material, medium, corners.material, front, wi.z < 0.0f);
-        const vf distance = shadow.t_max < EK_INFINITY ? sqrt(dot3(shadow.dir, shadow.dir)) : EK_INFINITY;
-        arriving = mul3(arriving, transmittance(medium_absorption(scene, towards), distance));
-      }
-      pending = live & agrees(wi, dot3(shadow.wi, n_geom)) & (shadow.pdf > 0.0f) & (max_component(f) > 0.0f) &
-                (max_component(shadow.radiance) > 0.0f);
     }
 
     vf scatter_u, scatter_v, choice = (vf)(0.0f), roulette = (vf)(0.0f);
@@ -213,6 +243,7 @@ EK_FN Survivors stage_shade(constant Frame* frame, SceneData scene, LightData li
                   (max_component(abs3(next_beta)) > 0.0f);
     if (!(EK_HAS_bsdf_emission | EK_HAS_next_event)) survives = (vi)(0);
     if (EK_HAS_whitted) survives = survives & scattered.delta;
+    if (EK_HAS_raycast) survives = (vi)(0);
     if (may_end) {
       vf worth = max_component(abs3(next_beta));
       // Else a third of the paths that enter glass would end there for nothing.
@@ -226,14 +257,12 @@ EK_FN Survivors stage_shade(constant Frame* frame, SceneData scene, LightData li
     const v3 next_origin = offset_ray_origin(surface.p, surface.p_error, n_geom, next_dir);
 
 #if EK_CHUNKED
-    // [slot, slot + width) has been read, and next_count, shadow_count <= slot: whole vectors may be written there.
+    // [slot, slot + width) has been read, and next_count <= slot: whole vectors may be written there.
     const Packing go = packing(survives);
 #define EK_KEEP(field, x) state_set_u(state, field, next_count, packed(go, x))
-#define EK_KEEP_SHADOW(field, x) state_set_u(state, field, shadow_count, packed(cast, x))
 #else
 #define EK_KEEP(field, x) state_set_u(state, field, slot, x)
-#define EK_KEEP_SHADOW(field, x) state_set_u(state, field, slot, x)
-    state_set_u(state, FIELD_next, slot, (survives ? 1u : 0u) | (pending ? 2u : 0u));
+    state_set_u(state, FIELD_next, slot, (survives ? 1u : 0u) | pending_rays);
 #endif
     EK_KEEP(FIELD_path, path);
     EK_KEEP(FIELD_key, key);
@@ -253,31 +282,6 @@ EK_FN Survivors stage_shade(constant Frame* frame, SceneData scene, LightData li
       EK_KEEP(FIELD_medium, medium_after(material, medium, corners.material, front, scattered.wi.z < 0.0f));
     if (EK_HAS_environment & EK_HAS_next_event & EK_HAS_bsdf_emission)
       EK_KEEP(FIELD_pdf_environment, AS_U(environment_pdf_sr(frame->environment.w, scattered.wi.z, both_sides)));
-    if (EK_HAS_next_event) {
-#if EK_CHUNKED
-      const Packing cast = packing(pending);
-#endif
-      EK_KEEP_SHADOW(FIELD_shadow_path, path);
-      if (EK_HAS_opacity) {
-        const OpacityKey decisions = opacity_key(key, index, depth, 1u);
-        EK_KEEP_SHADOW(FIELD_shadow_key, decisions.key);
-        EK_KEEP_SHADOW(FIELD_shadow_index, decisions.index);
-      }
-      EK_KEEP_SHADOW(FIELD_shadow_origin_x, AS_U(shadow.origin.x));
-      EK_KEEP_SHADOW(FIELD_shadow_origin_y, AS_U(shadow.origin.y));
-      EK_KEEP_SHADOW(FIELD_shadow_origin_z, AS_U(shadow.origin.z));
-      EK_KEEP_SHADOW(FIELD_shadow_dir_x, AS_U(shadow.dir.x));
-      EK_KEEP_SHADOW(FIELD_shadow_dir_y, AS_U(shadow.dir.y));
-      EK_KEEP_SHADOW(FIELD_shadow_dir_z, AS_U(shadow.dir.z));
-      EK_KEEP_SHADOW(FIELD_shadow_t, AS_U(shadow.t_max));
-      EK_KEEP_SHADOW(FIELD_shadow_r, AS_U(arriving.x));
-      EK_KEEP_SHADOW(FIELD_shadow_g, AS_U(arriving.y));
-      EK_KEEP_SHADOW(FIELD_shadow_b, AS_U(arriving.z));
-      if (EK_HAS_light_group) EK_KEEP_SHADOW(FIELD_shadow_group, shadow_group);
-#if EK_CHUNKED
-      shadow_count += cast.count;
-#endif
-    }
 #if EK_CHUNKED
     next_count += go.count;
 #endif

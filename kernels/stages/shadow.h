@@ -18,8 +18,8 @@ EK_FN void stage_shadow(constant Frame* frame, Geometry geometry, global uint* s
         key.key = state_u(state, FIELD_shadow_key, first + row);
         key.index = state_u(state, FIELD_shadow_index, first + row);
       }
-      any_begin(frame, geometry, &tracing, row, state_3(state, FIELD_shadow_origin_x, first + row),
-                state_3(state, FIELD_shadow_dir_x, first + row), state_f(state, FIELD_shadow_t, first + row), key,
+      any_begin(frame, geometry, &tracing, row, shadow_state_3(state, FIELD_shadow_origin_x, first + row),
+                shadow_state_3(state, FIELD_shadow_dir_x, first + row), state_f(state, FIELD_shadow_t, first + row), key,
                 min(rows - row, (uint)EK_WIDTH), depth == 1);
     }
     tracing_finish(frame, geometry, &tracing, 1);
@@ -27,7 +27,7 @@ EK_FN void stage_shadow(constant Frame* frame, Geometry geometry, global uint* s
       const vi visible = (LANE_INDEX < (vu)(min(rows - row, (uint)EK_WIDTH))) & !any_result(&tracing, row);
       film_add_light(film_slots, frame->film_stride, visible, state_u(state, FIELD_shadow_path, first + row), depth,
                      EK_HAS_light_group ? state_u(state, FIELD_shadow_group, first + row) : (vu)(0u),
-                     state_3(state, FIELD_shadow_r, first + row));
+                     shadow_state_3(state, FIELD_shadow_r, first + row));
     }
   }
 }

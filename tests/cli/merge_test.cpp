@@ -33,10 +33,12 @@ class Merge : public ::testing::Test {
   }
 };
 
+const std::string kLayers = "albedo,variance,object_id,cryptomatte_object,cryptomatte_material";
+
 TEST_F(Merge, three_uneven_parts_in_any_order_and_grouping_are_the_whole_image) {
-  part("a.exr", "--samples 0:3 --aov albedo,variance");
-  part("b.exr", "--samples 3:4 --aov albedo,variance");
-  part("c.exr", "--samples 4:16 --aov albedo,variance");
+  part("a.exr", "--samples 0:3 --aov " + kLayers);
+  part("b.exr", "--samples 3:4 --aov " + kLayers);
+  part("c.exr", "--samples 4:16 --aov " + kLayers);
   std::vector<std::string> names = {"a.exr", "b.exr", "c.exr"};
   std::string first;
   do {
@@ -48,14 +50,14 @@ TEST_F(Merge, three_uneven_parts_in_any_order_and_grouping_are_the_whole_image) 
     EXPECT_EQ(bytes("abc.exr"), first);
   } while (std::next_permutation(names.begin(), names.end()));
 
-  part("whole.exr", "--spp 16 --aov albedo,variance");
+  part("whole.exr", "--spp 16 --aov " + kLayers);
   const Image whole = read_exr(here / "whole.exr"), merged = read_exr(here / "abc.exr");
   EXPECT_EQ(merged.channels, whole.channels);
   EXPECT_EQ(merged.planes, whole.planes);
   for (const char* key : {"samples", "sampleRange", "relmsePredicted", "relmsePredictedHigh", "seed", "scene",
-                          "sceneHash", "filter", "features", "arithmetic", "camera", "environment"})
+                          "objectNames", "sceneHash", "filter", "features", "arithmetic", "camera", "environment"})
     EXPECT_EQ(merged.metadata.at(key), whole.metadata.at(key)) << key;
-  part("sums.exr", "--samples 0:16 --aov albedo,variance");
+  part("sums.exr", "--samples 0:16 --aov " + kLayers);
   EXPECT_TRUE(same_bits(read_film(here / "abc.exr"), read_film(here / "sums.exr")));
 }
 

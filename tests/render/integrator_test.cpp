@@ -95,5 +95,179 @@ TEST(Roulette, of_probability_one_is_none) {
   EXPECT_TRUE(same_bits(without, film_of(scene, settings)));
 }
 
+/// A floor under many bulbs, of which each point sees some near and most far.
+std::pair<Scene, Settings> bulbs(std::uint32_t count) {
+  Scene scene;
+  Primitive floor;
+  add_quad(floor, {-4, 0, 4}, {8, 0, 0}, {0, 0, -8});
+  add_mesh(scene, "floor", std::move(floor), lambert({0.8F, 0.5F, 0.3F}));
+  for (std::uint32_t i = 0; i < count; ++i) {
+    PunctualLight bulb;
+    bulb.position = {-3 + 6 * std::fmod(0.618034 * i, 1.0), 0.7 + 0.3 * (i % 4), -3 + 6 * (i + 0.5) / count};
+    bulb.intensity = glm::vec3(float(1 + i % 3), 1, float(1 + i % 5));
+    scene.lights.push_back(bulb);
+  }
+  Settings settings = settings_for(20, 20, 2);
+  settings.camera = look_at_camera({0, 6, 0}, {0, 0, 0}, {0, 0, -1}, 0.9);
+  settings.max_depth = 2;
+  return {std::move(scene), settings};
+}
+
+/// Mean over the pixels of the variance of their means.
+double noise_of(const Film& film) {
+  double sum = 0;
+  const Crop& crop = film.layout().crop;
+  for (std::uint32_t y = crop.y0; y < crop.y1; ++y)
+    for (std::uint32_t x = crop.x0; x < crop.x1; ++x) sum += film.variance_of_mean(x, y, 0);
+  return sum / double(crop.pixel_count());
+}
+
+TEST(LightSamples, of_many_lights_divide_the_variance_and_keep_the_mean) {
+  auto [scene, settings] = bulbs(64);
+  const Film one = film_of(scene, settings);
+  for (const std::uint32_t count : {2U, 5U, 16U}) {
+    settings.light_samples = count;
+    settings.seed = count;
+    const Film several = film_of(scene, settings);
+    // The variance of 400 pixels, a degree of freedom each, is known to about a tenth; samples of one vertex share out the
+    // lights, which makes it fall faster than 1 / N rather than more slowly.
+    const double ratio = noise_of(one) / noise_of(several);
+    EXPECT_GT(ratio, 0.75 * count) << count;
+    EXPECT_LT(ratio, 6.0 * count) << count;
+    settings.sample_end = 128;
+    Settings single = settings;
+    single.light_samples = 1;
+    single.seed = 99;
+    EXPECT_TRUE(agree(mean_of(film_of(scene, settings)), mean_of(film_of(scene, single)), 3)) << count;
+    settings.sample_end = 2;
+  }
+}
+
+TEST(LightSamples, beside_scattered_rays_keep_the_mean_of_lamps_and_sky) {
+  auto [scene, settings] = room(24, 24, 256);
+  settings.max_depth = 2;
+  Material& ball = scene.materials[scene.meshes[scene.nodes[3].mesh].primitives[0].material];
+  ball.metallic = 1, ball.roughness = 0.2F, ball.specular = 1;  // which rays find light better than light finds rays
+  const MeanAndError expected = mean_of(film_of(scene, settings));
+  for (const LightSampling sampling : {LightSampling::mis, LightSampling::light})
+    for (const std::uint32_t count : {3U, 8U}) {
+      settings.seed = 7 + count;
+      settings.light_sampling = sampling;
+      settings.light_samples = count;
+      EXPECT_TRUE(agree(mean_of(film_of(scene, settings)), expected, 4)) << count;
+    }
+}
+
+TEST(LightSamples, have_the_same_bits_on_every_way_to_trace) {
+  auto [scene, settings] = room(17, 13, 3);
+  settings.max_depth = 2;
+  settings.light_samples = 3;
+  scene.materials[0].alpha_mode = AlphaMode::blend;  // decided for each shadow ray
+  scene.materials[0].opacity = 0.6F;
+  const Film expected = film_of(scene, settings);
+  for (const Execution& execution : ways_to_trace())
+    EXPECT_TRUE(same_film(film_of(scene, settings, execution), expected)) << describe(execution);
+}
+
+Settings raycast(Settings settings) {
+  settings.raycast = true;
+  settings.light_sampling = LightSampling::light;
+  settings.max_depth = 2;
+  return settings;
+}
+
+/// One point of the floor, seen from afar through a keyhole: a pixel of some 3e-5 m.
+Settings keyhole(Settings settings, const glm::dvec3& at, const glm::dvec3& eye) {
+  settings.camera = look_at_camera(eye, at, {0, 1, 0}, 1e-5);
+  settings.width = settings.height = 1;
+  settings.crop = {0, 0, 1, 1};
+  return raycast(settings);
+}
+
+TEST(Raycast, irradiance_of_a_bulb_is_its_flux_over_the_sphere_times_the_cosine) {
+  auto [scene, settings] = bulbs(1);
+  constexpr double kFlux = 50;  // W
+  const glm::dvec3 bulb(0.5, 1.25, -0.25);
+  scene.lights[0].position = bulb;
+  scene.lights[0].intensity = glm::vec3(float(kFlux / (4 * std::numbers::pi)));
+  for (int i = 0; i < 12; ++i) {
+    const glm::dvec3 at(-3 + 0.5 * i, 0, 2 - 0.4 * i), to = bulb - at;
+    const RenderOutput output = output_of(scene, keyhole(settings, at, at + glm::dvec3(0.3, 3, 1)));
+    EXPECT_EQ(output.report.rays.scattered, 0U);
+    EXPECT_EQ(output.report.rays.shadow, output.report.rays.camera);
+    const double r2 = glm::dot(to, to), irradiance = kFlux / (4 * std::numbers::pi * r2) * (to.y / std::sqrt(r2));
+    // E goes as r^-3 at most, and the pixel reaches 1.6e-5 m from its middle: 3 / 1.25 * 1.6e-5.
+    const double expected = irradiance * double(0.8F) / std::numbers::pi;
+    EXPECT_NEAR(output.film.mean(0, 0, 0), expected, 5e-5 * expected) << i;
+  }
+}
+
+TEST(Raycast, adds_up_all_bulbs_without_noise_and_samples_them_when_they_are_many) {
+  auto [scene, settings] = bulbs(16);
+  const Film all = film_of(scene, raycast(settings));
+  std::vector<double> sum(400);
+  for (const PunctualLight& bulb : std::vector<PunctualLight>(scene.lights)) {
+    scene.lights = {bulb};
+    const Film one = film_of(scene, raycast(settings));
+    for (std::uint32_t i = 0; i < 400; ++i) sum[i] += one.mean(i % 20, i / 20, 2);
+  }
+  for (std::uint32_t i = 0; i < 400; ++i) EXPECT_NEAR(all.mean(i % 20, i / 20, 2), sum[i], 1e-5 * sum[i]) << i;
+
+  auto [many, with] = bulbs(17);
+  with.sample_end = 256;
+  const Film sampled = film_of(many, raycast(with));
+  EXPECT_TRUE(agree(mean_of(sampled), mean_of(film_of(many, with)), 1));
+}
+
+TEST(Raycast, of_lambert_surfaces_is_direct_light_of_lamps_and_sky) {
+  auto [scene, settings] = room(24, 24, 256);
+  settings.max_depth = 2;
+  const Film direct = film_of(scene, settings);
+  settings.seed = 1;
+  const Film cast = film_of(scene, raycast(settings));
+  EXPECT_TRUE(agree(mean_of(cast), mean_of(direct), 2));
+  EXPECT_TRUE(agree(mean_of(cast, 2), mean_of(direct, 2), 2));
+  settings = raycast(settings);
+  settings.sample_end = 3;
+  const Film expected = film_of(scene, settings);
+  for (const Execution& execution : ways_to_trace())
+    EXPECT_TRUE(same_film(film_of(scene, settings, execution), expected)) << describe(execution);
+}
+
+TEST(Raycast, highlights_are_blinns_of_the_material_or_of_its_roughness) {
+  struct Case {
+    Material material;
+    double base, highlight, shininess;
+  };
+  std::vector<Case> cases;
+  Material phong = lambert(0.5F);
+  phong.phong = Phong{.shininess = 40, .specular = glm::vec3(0.3F)};
+  cases.push_back({phong, 0.5, 0.3, 40});
+  for (const float metallic : {0.0F, 1.0F, 0.5F}) {
+    Material m = lambert(0.5F);
+    m.metallic = metallic;
+    m.specular = 1;
+    m.roughness = 0.4F;
+    const double alpha = 0.4 * 0.4;
+    cases.push_back({m, 0.5 * (1 - metallic), 0.04 * (1 - metallic) + 0.5 * metallic, 2 / (alpha * alpha) - 2});
+  }
+  Material glass = clear_glass();
+  cases.push_back({glass, 0.9, 0.04, 65536});
+  for (const Case& c : cases) {
+    auto [scene, settings] = bulbs(1);
+    scene.materials[0] = c.material;
+    scene.lights[0].position = {0.1, 2, -2};
+    scene.lights[0].intensity = glm::vec3(10);
+    const glm::dvec3 eye(0, 2, 2.2);
+    const Film film = film_of(scene, keyhole(settings, glm::dvec3(0), eye));
+    const glm::dvec3 to = scene.lights[0].position, wi = glm::normalize(to), wo = glm::normalize(eye);
+    const double cos_h = glm::normalize(wi + wo).y, n = c.shininess;
+    const double scale = (n + 2) * (n + 4) / (8 * std::numbers::pi * (std::exp2(-n / 2) + n));
+    const double f = c.base * (1 - c.highlight) / std::numbers::pi + c.highlight * scale * std::pow(cos_h, n);
+    const double expected = f * wi.y * 10 / glm::dot(to, to);
+    EXPECT_NEAR(film.mean(0, 0, 0), expected, 1e-3 * expected) << c.shininess << ' ' << c.base;
+  }
+}
+
 }  // namespace
 }  // namespace eikon::testing

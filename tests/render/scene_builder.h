@@ -141,6 +141,12 @@ inline std::string describe(const Execution& execution) {
 inline ::testing::AssertionResult same_window(const Film& whole, const Film& part) {
   const Crop& crop = part.layout().crop;
   if (whole.layout().channels != part.layout().channels) return ::testing::AssertionFailure() << "other channels";
+  if (whole.layout().mattes != part.layout().mattes) return ::testing::AssertionFailure() << "other mattes";
+  for (std::size_t m = 0; m < part.layout().mattes.size(); ++m)
+    for (std::uint32_t y = crop.y0; y < crop.y1; ++y)
+      for (std::uint32_t x = crop.x0; x < crop.x1; ++x)
+        if (whole.matte(m, x, y) != part.matte(m, x, y))
+          return ::testing::AssertionFailure() << "pixel " << x << "," << y << ": other counts in matte " << m;
   for (std::uint32_t y = crop.y0; y < crop.y1; ++y)
     for (std::uint32_t x = crop.x0; x < crop.x1; ++x)
       for (std::uint32_t r = 0; r < part.layout().replicates; ++r) {
