@@ -9,7 +9,7 @@
 /// Leaves one channel of beta where the surface disperses, and gives the material its index there.
 /// u  [0, 1); front: the surface's front was hit
 EK_FN void disperse(HitMaterial hit, vi front, vf u, MaterialLanes* m, v3* beta) {
-  const vi disperses = hit.spread > 0.0f;
+  const vi disperses = (hit.spread > 0.0f) | (hit.other_spread > 0.0f);
   const v3 carried = abs3(*beta);
   const vf sum = (carried.x + carried.y) + carried.z, place = u * sum;
   // Rounding must not choose a channel that carries nothing.
@@ -20,8 +20,9 @@ EK_FN void disperse(HitMaterial hit, vi front, vf u, MaterialLanes* m, v3* beta)
   const v3 one_channel = V3(red ? copysign_f(sum, beta->x) : zero, green ? copysign_f(sum, beta->y) : zero,
                             blue ? copysign_f(sum, beta->z) : zero);
   const vf ior = hit.ior + (blue ? hit.spread : red ? -hit.spread : zero);
+  const vf other = hit.other_ior + (blue ? hit.other_spread : red ? -hit.other_spread : zero);
   *beta = select3(disperses, one_channel, *beta);
-  m->eta = disperses ? (front ? ior : 1.0f / ior) : m->eta;
+  m->eta = disperses ? (front ? ior / other : other / ior) : m->eta;
 }
 
 #endif

@@ -40,7 +40,10 @@ typedef struct {
   vi unlit;
   vu normal_texture;
   vu clearcoat_normal_texture;
-  vf ior, spread;   // of a solid that disperses: of G, and what R has less and B more; spread 0 where it does not
+  vf ior, spread;   // index of refraction: of G, and what R has less and B more; spread 0 where a solid does not disperse
+  vf other_ior, other_spread;  // of the medium that it is met in, or left for
+  v3 specular_color;
+  vu medium_rank;   // nested_media.h
   vf anisotropy_x, anisotropy_y;  // its direction, unit, in terms of tangent and bitangent
 } HitMaterial;
 
@@ -121,6 +124,14 @@ EK_FN void add_translucence(SceneData scene, Rec r, HitAttributes at, MaterialLa
   }
 }
 
+/// Reflectance at normal incidence of the dielectric part [KHR_materials_ior, KHR_materials_specular]: an index of 0 stands for infinity.
+EK_FN v3 dielectric_f0(vf ior, vf other_ior, v3 specular_color, vf specular) {
+  const vf one = (vf)(1.0f), ratio = (ior - other_ior) / (ior + other_ior);
+  return scale3(V3(min_f(ratio * ratio * specular_color.x, one), min_f(ratio * ratio * specular_color.y, one),
+                   min_f(ratio * ratio * specular_color.z, one)),
+                specular);
+}
+
 /// Parameters of material `index` where a ray met a triangle that says `at`.
 /// front  mask: the front side was hit
 EK_FN HitMaterial hit_material(SceneData scene, vu index, HitAttributes at, vi front) {
@@ -157,8 +168,10 @@ EK_FN HitMaterial hit_material(SceneData scene, vu index, HitAttributes at, vi f
   v3 specular_color = V3(one, one, one);
   m.transmission = (vf)(0.0f);
   m.solid = (flags & EK_MATERIAL_SOLID) != 0u;
+  hit.medium_rank = (vu)(0u);
   if (EK_HAS_material_extension) {
     const Rec e = rec16(scene.material_extensions, index);
+    hit.medium_rank = AS_U(e.wb);
     specular = e.w0;
     specular_color = V3(e.w1, e.w2, e.w3);
     m.transmission = e.w4;
@@ -169,11 +182,7 @@ EK_FN HitMaterial hit_material(SceneData scene, vu index, HitAttributes at, vi f
       specular_color = mul3(specular_color, V3(c.x, c.y, c.z));
     }
   }
-  // Normal incidence of the dielectric [KHR_materials_ior, KHR_materials_specular]; ior 0 stands for infinity.
-  const vf ratio = (ior - 1.0f) / (ior + 1.0f);
-  m.f0_dielectric = scale3(V3(min_f(ratio * ratio * specular_color.x, one), min_f(ratio * ratio * specular_color.y, one),
-                              min_f(ratio * ratio * specular_color.z, one)),
-                           specular);
+  m.f0_dielectric = dielectric_f0(ior, one, specular_color, specular);
   m.specular = specular;
   m.f0 = add3(scale3(m.f0_dielectric, one - m.metallic), scale3(m.base_color, m.metallic));
   m.f90 = specular * (one - m.metallic) + m.metallic;
@@ -198,7 +207,9 @@ EK_FN HitMaterial hit_material(SceneData scene, vu index, HitAttributes at, vi f
     if (EK_HAS_phong) hit.bsdf.phong_shininess = e.wf;
   }
   hit.ior = ior;
-  hit.spread = (vf)(0.0f);
+  hit.other_ior = one;
+  hit.spread = hit.other_spread = (vf)(0.0f);
+  hit.specular_color = specular_color;
   if (EK_HAS_conductor | EK_HAS_dispersion | EK_HAS_diffuse_transmission | EK_HAS_phong) {
     const Rec e = rec16(scene.material_details, index * EK_DETAIL_PARTS + 1u);
     if (EK_HAS_diffuse_transmission) add_translucence(scene, e, at, &hit.bsdf);

@@ -102,13 +102,26 @@ double way_out(const ShapeRecord& r, const std::vector<formula::Formula>& formul
 
 bool absorbs(const MaterialExtension& e) { return e.absorption_r != 0 || e.absorption_g != 0 || e.absorption_b != 0; }
 
-}  // namespace
+struct Solid {
+  double turned = 0;  // steradians
+  double way_out = std::numeric_limits<double>::infinity();
+};
 
-std::uint32_t solid_around(const PackedScene& packed, const glm::dvec3& eye, const glm::dvec3& view) {
-  struct Solid {
-    double turned = 0;  // steradians
-    double way_out = std::numeric_limits<double>::infinity();
-  };
+/// As nested_media.h has them: the highest ranks of solids that hold the eye, each as often as it is around it.
+std::uint32_t nested_media(const PackedScene& packed, const std::vector<Solid>& solids) {
+  std::uint32_t media = 0;
+  int free = EK_MEDIA_MOST;
+  for (std::size_t rank = packed.material_extensions.size(); rank-- > 0;) {
+    const std::uint32_t m = packed.material_extensions[rank].medium_of_rank;
+    if (packed.material_extensions[m].medium_rank != rank + 1) continue;  // no solid has this rank
+    for (double around = solids[m].turned; around > 2 * std::numbers::pi && free > 0; around -= 4 * std::numbers::pi)
+      media |= std::uint32_t(rank + 1) << (8 * --free);
+  }
+  return media;
+}
+
+/// By material.
+std::vector<Solid> solids_around(const PackedScene& packed, const glm::dvec3& eye, const glm::dvec3& view) {
   std::vector<Solid> solids(packed.materials.size());
   for (std::size_t i = 0; i < packed.triangle_count(); ++i) {
     const Triangle& t = packed.triangles[i];
@@ -125,17 +138,26 @@ std::uint32_t solid_around(const PackedScene& packed, const glm::dvec3& eye, con
     solids[m].turned += 4 * std::numbers::pi;
     solids[m].way_out = std::min(solids[m].way_out, out);
   }
-  std::uint32_t medium = 0;
+  return solids;
+}
+
+}  // namespace
+
+std::uint32_t solid_around(const PackedScene& packed, const glm::dvec3& eye, const glm::dvec3& view) {
+  const std::vector<Solid> solids = solids_around(packed, eye, view);
+  std::uint32_t innermost = 0;
   for (std::uint32_t m = 0; m < solids.size(); ++m) {
     const bool inside = solids[m].turned > 2 * std::numbers::pi;
-    if (inside && (medium == 0 || solids[m].way_out < solids[medium - 1].way_out)) medium = m + 1;
+    if (inside && (innermost == 0 || solids[m].way_out < solids[innermost - 1].way_out)) innermost = m + 1;
   }
-  return medium;
+  return innermost;
 }
 
 std::uint32_t camera_medium(const PackedScene& packed, const glm::dvec3& eye, const glm::dvec3& view) {
-  if (std::none_of(packed.material_extensions.begin(), packed.material_extensions.end(), absorbs)) return 0;
-  return solid_around(packed, eye, view);
+  const auto& extensions = packed.material_extensions;
+  if (std::ranges::any_of(extensions, [](const MaterialExtension& e) { return e.medium_rank != 0; }))
+    return nested_media(packed, solids_around(packed, eye, view));
+  return std::ranges::any_of(extensions, absorbs) ? solid_around(packed, eye, view) : 0;
 }
 
 }  // namespace eikon

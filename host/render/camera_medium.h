@@ -15,7 +15,8 @@ namespace eikon {
 ///         section 3]; solid angles: [van Oosterom, Strackee 1983, "The Solid Angle of a Plane Triangle"]
 [[nodiscard]] std::uint32_t solid_around(const PackedScene& packed, const glm::dvec3& eye, const glm::dvec3& view);
 
-/// The same as a path's medium (medium.h): 0 also where nothing absorbs and it does not matter.
+/// The same as a path's medium (medium.h): 0 also where nothing absorbs and it does not matter; of solids that have ranks, a list of
+/// those that hold the eye (nested_media.h).
 [[nodiscard]] std::uint32_t camera_medium(const PackedScene& packed, const glm::dvec3& eye, const glm::dvec3& view);
 
 }  // namespace eikon

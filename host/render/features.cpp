@@ -76,6 +76,8 @@ std::string lobe_of(const Material& material) {
   return "diffuse";
 }
 
+bool is_solid(const Material& material) { return material.solid && lobe_of(material) == "transmission"; }
+
 Features::Features(const Scene& scene, const Settings& settings) {
   std::map<std::string, Need> needs;
   const Shown shown(scene);
@@ -192,7 +194,11 @@ Features::Features(const Scene& scene, const Settings& settings) {
   needs["sheen_texture"] = shown.material(
       "no such texture", [](const Material& m) { return m.sheen_color_texture || m.sheen_roughness_texture; });
   needs["absorption"] = shown.material("no volume absorbs", [](const Material& m) {
-    return lobe_of(m) == "transmission" && m.solid && m.attenuation_distance > 0 && m.attenuation_color != glm::vec3(1);
+    return is_solid(m) && m.attenuation_distance > 0 && m.attenuation_color != glm::vec3(1);
+  });
+  // One solid can need it too: its own parts may overlap.
+  needs["nested_media"] = shown.material("no solid says mediumPriority", [](const Material& m) {
+    return is_solid(m) && m.medium_priority.has_value();
   });
   needs["energy_compensation"] = {false, "--energy-compensation"};
   if (settings.energy_compensation)
@@ -329,7 +335,8 @@ PathStateLayout path_state_layout(const Features& features, bool chunked) {
   const bool EK_HAS_next_event = features.has("next_event"), EK_HAS_environment = features.has("environment"),
              EK_HAS_bsdf_emission = features.has("bsdf_emission"), EK_HAS_absorption = features.has("absorption"),
              EK_HAS_opacity = features.has("opacity"), EK_HAS_light_tree = features.has("light_tree"),
-             EK_HAS_instance = features.has("instance"), EK_HAS_light_group = features.has("light_group");
+             EK_HAS_instance = features.has("instance"), EK_HAS_nested_media = features.has("nested_media"),
+             EK_HAS_light_group = features.has("light_group");
   PathStateLayout layout;
   const auto add = [&](const char* name, bool needed) {
     if (needed) layout.field[name] = layout.words++;

@@ -23,6 +23,9 @@ struct Feature {
 /// The lobe of features.def that scatters as this material does.
 [[nodiscard]] std::string lobe_of(const Material& material);
 
+/// Whether its surfaces are the boundary of something that light goes into.
+[[nodiscard]] bool is_solid(const Material& material);
+
 class Features {
  public:
   Features(const Scene& scene, const Settings& settings);

@@ -7,6 +7,7 @@
 #include <map>
 
 #include "core/error.h"
+#include "render/medium_ranks.h"
 #include "render/pack_parts.h"
 
 namespace eikon {
@@ -66,6 +67,13 @@ class MaterialPacker {
       if (features_.has("material_detail")) packed_.material_details.push_back(detail(material));
     }
     if (packed_.materials.empty()) packed_.materials.emplace_back();
+    if (features_.has("nested_media")) {
+      const std::vector<std::uint32_t> ranks = medium_ranks(scene_);
+      for (std::uint32_t i = 0; i < ranks.size(); ++i) {
+        packed_.material_extensions[i].medium_rank = ranks[i];
+        if (ranks[i] != 0) packed_.material_extensions[ranks[i] - 1].medium_of_rank = i;
+      }
+    }
   }
 
  private:
@@ -76,7 +84,7 @@ class MaterialPacker {
     r.flags = lobe_bit(m) | (m.double_sided ? EK_MATERIAL_DOUBLE_SIDED : 0) | (m.unlit ? EK_MATERIAL_UNLIT : 0) |
               (m.alpha_mode == AlphaMode::mask ? EK_MATERIAL_MASK : 0) |
               (m.alpha_mode == AlphaMode::blend ? EK_MATERIAL_BLEND : 0) |
-              (m.solid && lobe_of(m) == "transmission" ? EK_MATERIAL_SOLID : 0);
+              (is_solid(m) ? EK_MATERIAL_SOLID : 0);
     r.metallic = m.metallic;
     r.roughness = m.roughness;
     r.ior = m.ior;

@@ -23,6 +23,7 @@ constexpr const char* kPbr = "pbrMetallicRoughness";
 constexpr const char* kDispersionExtension = "KHR_materials_dispersion";
 constexpr double kMaxDispersion = 39;  // from 40 on the index of R would be 1 or less
 constexpr double kMaxIor = 1e9;        // reflects all but 4e-9; squares stay finite
+constexpr double kMaxPriority = 1e6;
 
 constexpr std::array<std::string_view, 14> kKnown{"KHR_materials_specular", "KHR_materials_emissive_strength",
                                                   "KHR_materials_ior",      "KHR_materials_transmission",
@@ -76,6 +77,18 @@ void read_volume(const Place& place, const Factors& factors, Material& material,
   }
 }
 
+void read_priority(const Place& place, Material& material, Notes& notes) {
+  const char* key = "mediumPriority";
+  const Json* extras = member(place.value, "extras");
+  if (extras == nullptr || !extras->is_object() || member(*extras, key) == nullptr) return;
+  const double value = *as_number({.value = *extras, .kind = "extras", .parent = &place}, key);
+  const double whole = std::nearbyint(std::clamp(value, -kMaxPriority, kMaxPriority));
+  if (whole != value)
+    notes.clamped(fmt::format("{}: {} {:g} is no integer within +-{:g}; taken as {:g}", place.label(), key, value,
+                              kMaxPriority, whole));
+  material.medium_priority = static_cast<std::int32_t>(whole);
+}
+
 }  // namespace
 
 Material convert_material(const Json& document, std::size_t index, Notes& notes) {
@@ -101,6 +114,7 @@ Material convert_material(const Json& document, std::size_t index, Notes& notes)
   material.specular_color = factors.colour(specular, "specularColorFactor", 1.0, true);
   material.transmission = factors.unit(extension_of(place, "KHR_materials_transmission"), "transmissionFactor", 0.0);
   read_volume(place, factors, material, notes);
+  read_priority(place, material, notes);
   material.dispersion = factors.clamped(number_of(extension_of(place, kDispersionExtension), "dispersion", 0.0),
                                         "dispersion", 0.0, kMaxDispersion);
   read_layers(place, factors, material);

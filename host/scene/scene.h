@@ -88,6 +88,7 @@ struct Material {
   bool solid = false;                // KHR_materials_volume with a thickness: refracts; else thin-walled
   glm::vec3 attenuation_color{1.0F};
   float attenuation_distance = 0.0F;  // metres; 0: infinite, no absorption
+  std::optional<std::int32_t> medium_priority{};  // extras.mediumPriority: where solids overlap, the highest counts
   float clearcoat = 0.0F;              // KHR_materials_clearcoat
   float clearcoat_roughness = 0.0F;
   float clearcoat_normal_scale = 1.0F;

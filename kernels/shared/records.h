@@ -139,6 +139,8 @@ EK_ASSERT_SIZE(InstanceRecord, 128);
 #define EK_MATERIAL_BLEND 0x800u         // opacity is the probability of a hit
 #define EK_MATERIAL_SOLID 0x1000u        // transmits by refraction; else thin-walled
 #define EK_NO_TEXTURE 0xffffffffu
+#define EK_MEDIA_MOST 4           // solids that a path knows to be in at once (nested_media.h)
+#define EK_MEDIA_RANKS 255        // solids that a scene may have where priorities say how they overlap
 
 // A material's factors; textures (indices into textures, or EK_NO_TEXTURE) multiply them.
 typedef struct {
@@ -164,7 +166,9 @@ typedef struct {
   uint transmission_texture;      // R
   uint specular_texture;          // A
   uint specular_color_texture;    // RGB
-  uint pad0, pad1, pad2, pad3, pad4;
+  uint medium_rank;               // of EK_HAS_nested_media: rank of this solid, 1 to 255; 0: it is none
+  uint medium_of_rank;            // and, of record i, the material that has rank i + 1
+  uint pad0, pad1, pad2;
 } MaterialExtension;
 EK_ASSERT_SIZE(MaterialExtension, 64);
 

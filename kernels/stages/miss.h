@@ -28,7 +28,9 @@ EK_FN void stage_miss(constant Frame* frame, SceneData scene, global const float
         weight = pdf < 0.0f ? weight : scattered;
       }
       v3 beta = state_3(state, FIELD_beta_r, slot);
-      if (EK_HAS_absorption) {  // out of an open solid: it goes on for ever
+      if (EK_HAS_nested_media) {  // Solids are closed, so it has left them, also those whose surface it stepped over.
+        beta = scale3(beta, media_radiance_outside(scene, state_u(state, FIELD_medium, slot)));
+      } else if (EK_HAS_absorption) {  // out of an open solid: it goes on for ever
         const v3 absorption = medium_absorption(scene, state_u(state, FIELD_medium, slot));
         beta = mul3(beta, transmittance(absorption, EK_INFINITY));
       }

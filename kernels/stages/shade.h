@@ -82,6 +82,13 @@ EK_FN Survivors stage_shade(constant Frame* frame, SceneData scene, LightData li
     at = shape_attributes(scene, corners, on_shape, surface.n_geom, at);
 #endif
     HitMaterial hit_surface = hit_material(scene, corners.material, at, front);
+    vu medium = (vu)(0u), beyond = (vu)(0u);  // on this side of the surface, and on the other
+    vi hidden = (vi)(0);
+    if (EK_HAS_MEDIUM) {
+      medium = state_u(state, FIELD_medium, slot);
+      beyond = medium_beyond(hit_surface, medium, corners.material, front);
+    }
+    if (EK_HAS_nested_media) hidden = media_meet(scene, medium, beyond, front, &hit_surface);
     if (EK_HAS_clearcoat)
       hit_surface.emission = scale3(hit_surface.emission, clearcoat_passes(hit_surface.bsdf.clearcoat, dot3(surface.n_geom, dir)));
     MaterialLanes material = hit_surface.bsdf;
@@ -96,13 +103,7 @@ EK_FN Survivors stage_shade(constant Frame* frame, SceneData scene, LightData li
       n_shade = usable_normal(n_shade, n_geom, neg3(dir), glossy);
     }
 
-    vu medium = (vu)(0u);
-    v3 absorption;  // log2 of a metre's transmittance
-    if (EK_HAS_absorption) {
-      medium = state_u(state, FIELD_medium, slot);
-      absorption = medium_absorption(scene, medium);
-      beta = mul3(beta, transmittance(absorption, t));
-    }
+    if (EK_HAS_absorption) beta = mul3(beta, transmittance(medium_absorption(scene, medium), t));
 
     if (depth == 1) {
       const FirstHit first = {material.base_color, n_shade, n_geom, surface.p, t, at.uv0_u, at.uv0_v, corners.node, corners.material};
@@ -192,12 +193,13 @@ EK_FN Survivors stage_shade(constant Frame* frame, SceneData scene, LightData li
         }
         v3 arriving = scale3(mul3(mul3(beta, f), shadow.radiance), weight / (shadow.pdf * EK_LIGHT_MEAN));
         if (EK_HAS_absorption) {
-          const vu towards = medium_after(material, medium, corners.material, front, wi.z < 0.0f);
+          const vu towards = wi.z < 0.0f ? beyond : medium;
           const vf distance = shadow.t_max < EK_INFINITY ? sqrt(dot3(shadow.dir, shadow.dir)) : EK_INFINITY;
           arriving = mul3(arriving, transmittance(medium_absorption(scene, towards), distance));
         }
         vi pending = live & agrees(wi, dot3(shadow.wi, n_geom)) & (shadow.pdf > 0.0f) & (max_component(f) > 0.0f) &
                      (max_component(shadow.radiance) > 0.0f);
+        if (EK_HAS_nested_media) pending = pending & !hidden;
         if (EK_HAS_each_light) pending = k < frame->light_count ? pending : (vi)(0);
 
 #if EK_CHUNKED
@@ -234,8 +236,13 @@ EK_FN Survivors stage_shade(constant Frame* frame, SceneData scene, LightData li
     const int may_end = depth + 1u >= frame->roulette_depth;
     if (EK_HAS_metallic_roughness | EK_HAS_transmission | EK_HAS_phong | EK_LAYERED | EK_HAS_energy_compensation | may_end)  // Lambert's lobe has no choice
       sample_2d(key, index, bounce_dimension(depth, DIM_CHOICE), &choice, &roulette);
-    const BsdfSample scattered = bsdf_sample(material, wo, scatter_u, scatter_v, choice);
-    const v3 next_dir = to_world(basis, scattered.wi);
+    BsdfSample scattered = bsdf_sample(material, wo, scatter_u, scatter_v, choice);
+    v3 next_dir = to_world(basis, scattered.wi);
+    if (EK_HAS_nested_media) {
+      scattered = media_pass(hidden, scattered);
+      next_dir = select3(hidden, dir, next_dir);
+    }
+    const vu next_medium = scattered.wi.z < 0.0f ? beyond : medium;
     v3 next_beta = mul3(beta, scattered.weight);
     if (EK_HAS_vertex_normal | EK_HAS_normal_texture)
       next_beta = scale3(next_beta, fade(material, scattered.wi, next_dir, n_geom, n_shade));
@@ -247,10 +254,13 @@ EK_FN Survivors stage_shade(constant Frame* frame, SceneData scene, LightData li
     if (may_end) {
       vf worth = max_component(abs3(next_beta));
       // Else a third of the paths that enter glass would end there for nothing.
-      if (EK_HAS_transmission) worth = worth * radiance_returned_outside(material, front, scattered.wi.z < 0.0f);
+      if (EK_HAS_transmission)
+        worth = worth * (EK_HAS_nested_media ? media_radiance_outside(scene, next_medium)
+                                             : radiance_returned_outside(material, front, scattered.wi.z < 0.0f));
       // Ending paths that carry more adds more error than it saves rays (PERFORMANCE.md).
       vf survival = min_f(ROULETTE_GAIN * worth, (vf)(depth < ROULETTE_ALWAYS_DEPTH ? 1.0f : 0.95f));
       if (EK_HAS_fixed_roulette) survival = (vf)(frame->roulette);
+      if (EK_HAS_nested_media) survival = hidden ? (vf)(1.0f) : survival;
       survives = survives & (roulette < survival);
       next_beta = scale3(next_beta, (vf)(1.0f) / survival);
     }
@@ -278,8 +288,7 @@ EK_FN Survivors stage_shade(constant Frame* frame, SceneData scene, LightData li
     EK_KEEP(FIELD_beta_b, AS_U(next_beta.z));
     EK_KEEP(FIELD_pdf, AS_U(scattered.delta ? (vf)(-1.0f) : scattered.pdf));
     if (EK_HAS_light_tree & EK_HAS_next_event & EK_HAS_bsdf_emission) EK_KEEP(FIELD_facing, lit.facing);
-    if (EK_HAS_absorption)
-      EK_KEEP(FIELD_medium, medium_after(material, medium, corners.material, front, scattered.wi.z < 0.0f));
+    if (EK_HAS_MEDIUM) EK_KEEP(FIELD_medium, next_medium);
     if (EK_HAS_environment & EK_HAS_next_event & EK_HAS_bsdf_emission)
       EK_KEEP(FIELD_pdf_environment, AS_U(environment_pdf_sr(frame->environment.w, scattered.wi.z, both_sides)));
 #if EK_CHUNKED

@@ -114,11 +114,11 @@ namespace {
   F(MaterialExtension, transmission_texture)   \
   F(MaterialExtension, specular_texture)       \
   F(MaterialExtension, specular_color_texture) \
+  F(MaterialExtension, medium_rank)            \
+  F(MaterialExtension, medium_of_rank)         \
   F(MaterialExtension, pad0)                   \
   F(MaterialExtension, pad1)                   \
-  F(MaterialExtension, pad2)                   \
-  F(MaterialExtension, pad3)                   \
-  F(MaterialExtension, pad4)
+  F(MaterialExtension, pad2)
 #define DETAIL_FIELDS(F)                                \
   F(MaterialDetail, iridescence)                        \
   F(MaterialDetail, film_index)                         \

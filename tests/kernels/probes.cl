@@ -211,7 +211,32 @@ kernel void probe_medium(PROBE_ARGUMENTS, EK_SCENE_ARGUMENTS) {
   OUT_3(0, transmittance(medium_absorption(scene, IN_U(0)), IN_F(1)));
   const HitAttributes at = hit_attributes(scene, (vu)(0u), (vf)(0.0f), (vf)(0.0f));
   const vi front = IN_U(2) != 0u;
-  OUT_U(3, medium_after(hit_material(scene, IN_U(4), at, front).bsdf, IN_U(0), IN_U(4), front, IN_U(3) != 0u));
+  const vu beyond = medium_beyond(hit_material(scene, IN_U(4), at, front), IN_U(0), IN_U(4), front);
+  OUT_U(3, IN_U(3) != 0u ? beyond : IN_U(0));
+}
+
+// Inputs: list of media, rank.
+kernel void probe_media_list(PROBE_ARGUMENTS) {
+  OUT_U(0, media_with(IN_U(0), IN_U(1)));
+  OUT_U(1, media_without(IN_U(0), IN_U(1)));
+}
+
+// Inputs: list of media that the ray is in, material that it hit, whether its front.
+kernel void probe_media_meet(PROBE_ARGUMENTS, EK_SCENE_ARGUMENTS) {
+  const SceneData scene = EK_SCENE_DATA;
+  const HitAttributes at = hit_attributes(scene, (vu)(0u), (vf)(0.0f), (vf)(0.0f));
+  const vi front = IN_U(2) != 0u;
+  HitMaterial hit = hit_material(scene, IN_U(1), at, front);
+  const vu beyond = medium_beyond(hit, IN_U(0), IN_U(1), front);
+  const vi hidden = media_meet(scene, IN_U(0), beyond, front, &hit);
+  OUT_U(0, beyond);
+  OUT_U(1, hidden ? (vu)(1u) : (vu)(0u));
+  OUT_F(2, hit.bsdf.eta);
+  OUT_3(3, hit.bsdf.f0_dielectric);
+  OUT_F(6, hit.spread);
+  OUT_F(7, hit.other_spread);
+  OUT_F(8, media_radiance_outside(scene, IN_U(0)));
+  OUT_3(9, medium_absorption(scene, IN_U(0)));
 }
 #endif
 

@@ -125,6 +125,30 @@ TEST(CameraMedium, lights_are_in_a_solid_whether_it_absorbs_or_not) {
   EXPECT_EQ(camera_medium(packed, {0.3, 0.2, 0.1}, {0, 0, -1}), 0U);
 }
 
+TEST(CameraMedium, of_solids_with_ranks_all_that_hold_the_eye_are_listed_each_as_often_as_it_does) {
+  PackedScene packed = with_solids(4);
+  packed.material_extensions[0].absorption_r = 0;  // it matters even if nothing absorbs
+  const std::uint32_t ranks[] = {3, 1, 0, 2};      // the third is no solid
+  packed.materials[2].flags = 0;
+  for (std::uint32_t m = 0; m < 4; ++m) {
+    packed.material_extensions[m].medium_rank = ranks[m];
+    if (ranks[m] != 0) packed.material_extensions[ranks[m] - 1].medium_of_rank = m;
+  }
+  add_sphere(packed, 0, {0, 0, 0}, 2, 16, kWhole);
+  add_sphere(packed, 3, {1.5, 0, 0}, 1, 16, kWhole);
+  add_sphere(packed, 3, {1.5, 0.3, 0}, 1, 16, kWhole);
+  add_sphere(packed, 2, {1.5, 0, 0}, 1, 16, kWhole);
+  const auto media = [&](double x) { return camera_medium(packed, {x, 0.1, 0.05}, {0, 0, -1}); };
+  EXPECT_EQ(media(-3), 0U);
+  EXPECT_EQ(media(-1), 0x03000000U);
+  EXPECT_EQ(media(1.5), 0x03020200U);
+  EXPECT_EQ(media(2.2), 0x02020000U);
+  add_sphere(packed, 1, {1.5, 0, 0}, 1, 16, kWhole);
+  EXPECT_EQ(media(1.5), 0x03020201U);
+  add_sphere(packed, 0, {1.5, 0, 0}, 1, 16, kWhole);
+  EXPECT_EQ(media(1.5), 0x03030202U);  // the lowest of five is left out
+}
+
 TEST(CameraMedium, is_the_same_at_every_scale_and_on_a_corner) {
   for (const double scale : {1e-6, 1.0, 1e6}) {
     PackedScene packed = with_solids(1);

@@ -99,6 +99,37 @@ TEST(SceneMaterials, glass_arrives_with_its_index_its_volume_and_its_alpha) {
   EXPECT_EQ(builder.load().materials.at(0).alpha_mode, eikon::AlphaMode::blend);
 }
 
+TEST(SceneMaterials, the_priority_of_a_medium_arrives) {
+  Builder builder;
+  EXPECT_FALSE(builder.load().materials.at(0).medium_priority.has_value());
+  builder.material()["extras"] = 5;  // extras may be anything
+  EXPECT_FALSE(builder.load().materials.at(0).medium_priority.has_value());
+  for (const int priority : {0, -7, 1000000}) {
+    builder.material()["extras"] = {{"mediumPriority", priority}, {"other", "thing"}};
+    const Scene scene = builder.load();
+    EXPECT_EQ(scene.materials.at(0).medium_priority, priority);
+    EXPECT_TRUE(scene.warnings.empty());
+  }
+}
+
+TEST(SceneMaterials, M24_priorities_that_are_no_integer_or_out_of_range_are_brought_there_and_of_the_wrong_type_refused) {
+  Builder builder;
+  for (const auto& [value, taken, warning] : {std::tuple(1.25, 1, "mediumPriority 1.25 is no integer within +-1e+06; taken as 1"),
+                                              std::tuple(2e6, 1000000, "mediumPriority 2e+06"),
+                                              std::tuple(-1e300, -1000000, "mediumPriority -1e+300")}) {
+    builder.material()["extras"] = {{"mediumPriority", value}};
+    const Scene scene = builder.load();
+    EXPECT_EQ(scene.materials.at(0).medium_priority, taken);
+    ASSERT_EQ(scene.out_of_range.size(), 1U);  // an error under --strict
+    EXPECT_TRUE(warns(scene, std::string("material 'paint': ") + warning)) << scene.out_of_range.back();
+  }
+  for (const char* value : {R"("high")", "[1]", "true", "null", "{}"}) {
+    builder.material()["extras"] = {{"mediumPriority", Json::parse(value)}};
+    const std::string message = message_of([&] { builder.load(); });
+    EXPECT_TRUE(mentions(message, "material 'paint'") && mentions(message, "mediumPriority")) << message;
+  }
+}
+
 TEST(SceneMaterials, clearcoat_and_sheen_arrive_with_their_textures) {
   Builder builder;
   builder.material() = Json::parse(R"({"name": "velvet", "extensions": {
