@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Metal and glass in scenes of known answer. Judged at significance 1 % per test.
-#include "render/scene_builder.h"
+#include "render/glass_builder.h"
 
 namespace eikon::testing {
 namespace {
@@ -12,41 +12,6 @@ Material metal(glm::vec3 color, float roughness) {
   m.base_color = color;
   m.roughness = roughness;
   return m;
-}
-
-Material glass(float ior, float roughness, bool solid) {
-  Material m;
-  m.metallic = 0;
-  m.roughness = roughness;
-  m.ior = ior;
-  m.transmission = 1;
-  m.solid = solid;
-  return m;
-}
-
-/// Parallel rays from `eye` to `target`, so close together that all of them are one.
-Camera beam(const glm::dvec3& eye, const glm::dvec3& target) {
-  const glm::dvec3 up =
-      std::abs(target.y - eye.y) > 0.9 * glm::length(target - eye) ? glm::dvec3(0, 0, 1) : glm::dvec3(0, 1, 0);
-  Camera camera = look_at_camera(eye, target, up, 1);
-  camera.projection = Projection::orthographic;
-  camera.ymag_m = 1e-4;
-  return camera;
-}
-
-/// A few samples of one beam, without roulette: delta surfaces alone give each sample the same value but for their choices.
-Settings settings_for_beam(const glm::dvec3& eye, const glm::dvec3& target, std::uint64_t spp) {
-  Settings settings = settings_for(4, 4, spp);
-  settings.camera = beam(eye, target);
-  settings.roulette_depth = 1000;
-  return settings;
-}
-
-/// A wall at z = -5 that emits 1 towards +z.
-void add_lamp(Scene& scene) {
-  Primitive wall;
-  add_quad(wall, {-50, -50, -5}, {100, 0, 0}, {0, 100, 0});
-  add_mesh(scene, "lamp", std::move(wall), lambert(0, 1));
 }
 
 Scene slab(const Material& material, float half_thickness) {
@@ -149,13 +114,6 @@ TEST(Materials, M15_a_thing_inside_a_medium_is_seen_through_the_medium) {
 /// A ball of `m` around the origin.
 void add_ball(Scene& scene, const char* name, float radius, const Material& m) {
   add_mesh(scene, name, sphere({0, 0, 0}, radius, 32, false), m);
-}
-
-Material amber(float per_metre, float ior) {
-  Material m = glass(ior, 0, true);
-  m.attenuation_color = glm::vec3(per_metre);
-  m.attenuation_distance = 1;
-  return m;
 }
 
 TEST(Materials, M16_a_camera_in_glass_sees_the_whole_sky_at_the_square_of_its_index) {
