@@ -129,6 +129,8 @@ def features():
         ("energy compensation of glass", {**smooth, **rough, "extensions": solid}, {**smooth, **rough, "extensions": solid,
                                                                                    "flags": compensated}),
         ("absorption", {**smooth, **rough, "extensions": solid}, {**smooth, **rough, "extensions": tinted}),
+        ("absorption by priority", {**smooth, **rough, "extensions": tinted}, {**smooth, **rough, "extensions": tinted, "extras": {
+            "mediumPriority": 1}}),
         ("opacity, BLEND of a factor", smooth, {**smooth, "opacity": 0.5, "alphaMode": "BLEND"}),
         ("opacity, MASK of a texture", textured, {**textured, "baseColorTexture": "leaf", "alphaMode": "MASK"}),
         ("unlit", smooth, {**smooth, "extensions": {"KHR_materials_unlit": {}}}),

@@ -16,9 +16,10 @@ import scenes_implicit
 import scenes_lambert
 import scenes_layers
 import scenes_materials
+import scenes_media
 
 SCENES = pathlib.Path(__file__).resolve().parent.parent / "scenes"
-MAKERS = {**scenes_lambert.MAKERS, **scenes_materials.MAKERS, **scenes_layers.MAKERS, **scenes_analytic.MAKERS, **scenes_implicit.MAKERS}
+MAKERS = {**scenes_lambert.MAKERS, **scenes_materials.MAKERS, **scenes_layers.MAKERS, **scenes_media.MAKERS, **scenes_analytic.MAKERS, **scenes_implicit.MAKERS}
 
 
 def main():
