@@ -42,6 +42,8 @@ typedef struct {
   vf phong_shininess;
   v3 phong_specular;   // [0, 1]
   v3 conductor_eta, conductor_k;  // complex index of refraction
+  global const float* measured;   // tables of all materials; the same for all lanes
+  vu measured_table;              // where this one's begins
 } MaterialLanes;
 
 // Bits of MaterialLanes.lobes.
@@ -85,6 +87,7 @@ EK_FN BsdfSample bsdf_sample_of(BsdfValue value, v3 wi, vi delta) {
 #include "bsdf_transmission.h"
 #include "bsdf_conductor.h"
 #include "bsdf_phong.h"
+#include "bsdf_measured.h"
 
 #include "bsdf_layers.h"
 

@@ -167,6 +167,8 @@ EK_FN HitMaterial hit_material(SceneData scene, vu index, HitAttributes at, vi f
   vf specular = one;
   v3 specular_color = V3(one, one, one);
   m.transmission = (vf)(0.0f);
+  m.measured = (global const float*)scene.texels;
+  m.measured_table = (vu)(0u);
   m.solid = (flags & EK_MATERIAL_SOLID) != 0u;
   hit.medium_rank = (vu)(0u);
   if (EK_HAS_material_extension) {
@@ -175,6 +177,7 @@ EK_FN HitMaterial hit_material(SceneData scene, vu index, HitAttributes at, vi f
     specular = e.w0;
     specular_color = V3(e.w1, e.w2, e.w3);
     m.transmission = e.w4;
+    m.measured_table = AS_U(e.wb);
     if (EK_HAS_transmission_texture) m.transmission = m.transmission * texture_or(scene, AS_U(e.w8), at, one).x;
     if (EK_HAS_specular_texture) {
       specular = specular * texture_or(scene, AS_U(e.w9), at, one).w;

@@ -13,7 +13,7 @@ typedef struct {
   global const MaterialExtension* material_extensions;
   global const MaterialDetail* material_details;
   global const TextureRecord* textures;
-  global const uint* texels;  // EK_TEXEL_TABLE words, then RGBA8
+  global const uint* texels;  // EK_TEXEL_TABLE words, then RGBA8; and measured tables
 #if EK_HAS_shape | EK_HAS_implicit
   global const ShapeRecord* shapes;
 #endif

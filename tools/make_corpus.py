@@ -182,6 +182,27 @@ def pictures(corpus):
     mutate_bytes(corpus, "jpeg", JPEG, lambda d: {"root": textured(d, "image/jpeg")}, 9)
 
 
+def tables(corpus):
+    """Measured materials; only damaged ones, since a good table is 35 MB."""
+    def by_table(uri):
+        root = small_document()
+        root["materials"] = [{"extensions": {"EIKON_materials_measured": {"uri": uri}}}]
+        root["meshes"][0]["primitives"][0]["material"] = 0
+        return root
+
+    header = struct.pack("<3i", 90, 90, 180)
+    for name, uri in (("missing", "x.binary"), ("outside", "../x.binary"), ("absolute", "/etc/passwd"), ("number", 7),
+                      ("list", ["x.binary"]), ("long", "x" * 100000)):
+        corpus.add(f"table_{name}", "bad", by_table(uri))
+    for sizes in ((90, 90, 180), (0, 0, 0), (-1, -1, -1), (65536, 65536, 65536), (2147483647, 2147483647, 2147483647),
+                  (-90, -90, 180), (180, 90, 90)):
+        for rest in (b"", bytes(8), b"\xff" * 4096):
+            corpus.add(f"table_{'_'.join(map(str, sizes))}_and_{len(rest)}", "bad", by_table("x.binary"),
+                       files={"x.binary": struct.pack("<3i", *sizes) + rest})
+    for length in range(12):
+        corpus.add(f"table_header_of_{length}", "bad", by_table("x.binary"), files={"x.binary": header[:length]})
+
+
 def environments(corpus):
     corpus.add("hdr_good", "good", with_environment("sky.hdr"), files={"sky.hdr": hdr()})
     corpus.add("exr_good", "good", with_environment("sky.exr"), files={"sky.exr": exr()})
@@ -367,6 +388,7 @@ def main():
     mutate_document(corpus, "all", everything, 1)
     pictures(corpus)
     environments(corpus)
+    tables(corpus)
     containers(corpus)
     graphs(corpus)
     formulas(corpus)

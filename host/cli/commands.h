@@ -18,6 +18,7 @@ void add_devices(CLI::App& app, Command& chosen);
 void add_compare(CLI::App& app, Command& chosen);
 void add_selftest(CLI::App& app, Command& chosen);
 void add_meter(CLI::App& app, Command& chosen);
+void add_measure(CLI::App& app, Command& chosen);
 void add_bench(CLI::App& app, Command& chosen);
 
 }  // namespace eikon

@@ -6,6 +6,7 @@
 #include <iterator>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -19,6 +20,7 @@
 #include "render/placed_meshes.h"
 #include "render/render.h"
 #include "render/wavefront.h"
+#include "scene/measured_table.h"
 #include "scene/text.h"
 
 namespace eikon {
@@ -34,6 +36,8 @@ std::string describe(const Material& material) {
   std::string text;
   if (material.unlit) {
     text = "unlit";
+  } else if (material.measured) {
+    text = "measured by " + material.measured->name;
   } else {
     const bool metal = material.metallic == 1 && !material.metallic_roughness_texture;
     const bool transmits = material.transmission > 0 && !metal;
@@ -105,6 +109,16 @@ void print_materials(const Scene& scene) {
   else
     fmt::print("  {} images, {:.1f} MB decoded; the largest has {} x {} pixels: {}\n", scene.images.size(),
                bytes * 1e-6, largest->width, largest->height, largest->name);
+}
+
+/// Files that materials are measured by; nothing where there are none.
+void print_tables(const Scene& scene) {
+  std::set<const MeasuredTable*> tables;
+  for (const Material& material : scene.materials)
+    if (material.measured) tables.insert(material.measured.get());
+  if (!tables.empty())
+    fmt::print("measured tables\n  {} of {:.1f} MB each, as single precision, on the host and each device\n",
+               tables.size(), 4e-6 * EK_MEASURED_WORDS);
 }
 
 /// How meshes that stand at several places are stored; nothing where there are none.
@@ -190,6 +204,7 @@ ExitCode info_command(const InfoOptions& options) {
     fmt::print("variants (--variant NAME)\n  {}\n", fmt::join(names, ", "));
   }
   print_materials(scene);
+  print_tables(scene);
   print_lights(packed);
   print_enclosed_lights(scene, packed);
   print_unsampled_emitters(scene);

@@ -40,6 +40,7 @@ int run(int argc, char** argv) {
   eikon::add_compare(app, chosen);
   eikon::add_selftest(app, chosen);
   eikon::add_meter(app, chosen);
+  eikon::add_measure(app, chosen);
   eikon::add_bench(app, chosen);
   try {
     app.parse(argc, argv);

@@ -2,10 +2,12 @@
 #include "cli/scene_cache.h"
 
 #include <algorithm>
+#include <set>
 
 #include "accel/reinsertion.h"
 #include "device/profiler.h"
 #include "render/placed_meshes.h"
+#include "scene/measured_table.h"
 
 namespace eikon {
 namespace {
@@ -22,6 +24,9 @@ std::uint64_t bytes_of(const Scene& scene) {
       bytes += bytes_of(p.positions_object) + bytes_of(p.normals_object) + bytes_of(p.uv[0]) + bytes_of(p.uv[1]) +
                bytes_of(p.colors) + bytes_of(p.tangents_object) + bytes_of(p.indices);
   for (const TextureImage& image : scene.images) bytes += bytes_of(image.rgba8);
+  std::set<const MeasuredTable*> tables;
+  for (const Material& material : scene.materials)
+    if (material.measured && tables.insert(material.measured.get()).second) bytes += bytes_of(material.measured->words);
   if (scene.environment && scene.environment->map) bytes += bytes_of(scene.environment->map->radiance);
   return bytes;
 }

@@ -70,6 +70,7 @@ std::string lobe_of(const Material& material) {
   if (material.unlit) return "diffuse";
   if (material.conductor) return "conductor";
   if (material.phong) return "phong";
+  if (material.measured) return "measured";
   const bool may_be_dielectric = material.metallic < 1 || material.metallic_roughness_texture;
   if ((material.transmission > 0 || material.diffuse_transmission > 0) && may_be_dielectric) return "transmission";
   if (material.metallic > 0 || material.specular > 0 || material.iridescence > 0) return "metallic_roughness";
@@ -145,14 +146,14 @@ Features::Features(const Scene& scene, const Settings& settings) {
   texture("transmission_texture", &Material::transmission_texture);
   needs["specular_texture"] = shown.material(
       "no such texture", [](const Material& m) { return m.specular_texture || m.specular_color_texture; });
-  needs["material_extension"] = shown.material("no specular, transmission or volume", [](const Material& m) {
-    return lobe_of(m) == "transmission" ||
+  needs["material_extension"] = shown.material("no specular, transmission, volume or table", [](const Material& m) {
+    return lobe_of(m) == "transmission" || lobe_of(m) == "measured" ||
            (lobe_of(m) != "diffuse" &&
             (m.specular != 1 || m.specular_color != glm::vec3(1) || m.specular_texture || m.specular_color_texture));
   });
   const auto is_coated = [](const Material& m) { return m.clearcoat > 0; };
   const auto is_anisotropic = [](const Material& m) {
-    return m.anisotropy > 0 && lobe_of(m) != "diffuse" && lobe_of(m) != "phong";
+    return m.anisotropy > 0 && lobe_of(m) != "diffuse" && lobe_of(m) != "phong" && lobe_of(m) != "measured";
   };
   const auto is_translucent = [](const Material& m) {
     return m.diffuse_transmission > 0 && lobe_of(m) == "transmission";

@@ -42,8 +42,8 @@ struct PackedScene {
   std::vector<MaterialExtension> material_extensions;  // one per material, or empty
   std::vector<MaterialDetail> material_details;        // the same
   std::vector<TextureRecord> textures;                 // one per use of an image
-  // The words of `texels` in order: EK_TEXEL_TABLE of them, then the images. Views of the Scene, which must live as long: one
-  // copy of the pictures is enough. Empty without textures.
+  // The words of `texels` in order: EK_TEXEL_TABLE of them, then the images and measured tables. Views of the Scene, which must live as long: one
+  // copy of the pictures is enough. Empty without textures and tables.
   std::vector<std::span<const std::uint32_t>> texels;
   DeviceVector<Light> lights;
   std::vector<LightBucket> light_buckets;        // with a tree: the tree, then lights that have no place

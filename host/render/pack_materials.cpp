@@ -9,6 +9,7 @@
 #include "core/error.h"
 #include "render/medium_ranks.h"
 #include "render/pack_parts.h"
+#include "scene/measured_table.h"
 
 namespace eikon {
 namespace {
@@ -114,6 +115,7 @@ class MaterialPacker {
     e.transmission_texture = texture(m.transmission_texture);
     e.specular_texture = texture(m.specular_texture);
     e.specular_color_texture = texture(m.specular_color_texture);
+    if (m.measured) e.measured_table = first_word(*m.measured);
     return e;
   }
 
@@ -174,22 +176,30 @@ class MaterialPacker {
   std::uint32_t first_texel(std::uint32_t image) {
     const auto known = first_texel_of_.find(image);
     if (known != first_texel_of_.end()) return known->second;
+    return first_texel_of_[image] = append(scene_.images[image].rgba8);
+  }
+
+  std::uint32_t first_word(const MeasuredTable& table) {
+    const auto known = first_word_of_.find(&table);
+    if (known != first_word_of_.end()) return known->second;
+    return first_word_of_[&table] = append(table.words);
+  }
+
+  std::uint32_t append(const std::vector<std::uint32_t>& words) {
     if (packed_.texels.empty()) packed_.texels.push_back(texel_table());
-    const std::vector<std::uint32_t>& source = scene_.images[image].rgba8;
-    const std::uint64_t first_word = packed_.texel_count();
-    if (first_word + source.size() > std::uint64_t{0xffffffff})
-      throw InputError(
-          fmt::format("{}: the textures are more than 2^32 texels; use smaller images", scene_.path.string()));
-    const auto first = std::uint32_t(first_word);
-    packed_.texels.emplace_back(source);
-    first_texel_of_[image] = first;
-    return first;
+    const std::uint64_t first = packed_.texel_count();
+    if (first + words.size() > std::uint64_t{0xffffffff})
+      throw InputError(fmt::format("{}: the textures and tables are more than 2^32 texels; use smaller images",
+                                   scene_.path.string()));
+    packed_.texels.emplace_back(words);
+    return std::uint32_t(first);
   }
 
   const Scene& scene_;
   const Features& features_;
   PackedScene& packed_;
   std::map<std::uint32_t, std::uint32_t> first_texel_of_;  // by image
+  std::map<const MeasuredTable*, std::uint32_t> first_word_of_;
 };
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include "scene/attributes.h"
 #include "scene/instances.h"
 #include "scene/material_layers.h"
+#include "scene/material_measured.h"
 #include "scene/material_microfacets.h"
 #include "scene/material_translucence.h"
 #include "scene/text.h"
@@ -40,6 +41,7 @@ constexpr std::string_view kSupportedExtensions[] = {
     "KHR_materials_anisotropy",
     "EIKON_materials_conductor",
     "EIKON_materials_phong",
+    "EIKON_materials_measured",
     "KHR_materials_dispersion",
     "KHR_materials_diffuse_transmission",
     "KHR_materials_variants",
@@ -227,7 +229,7 @@ void check_meshes(const Json& document) {
 void check_material_extension(const Place& extension, std::size_t texture_count) {
   if (!extension.value.is_object()) extension.fail("is not an object");
   if (check_layers(extension, texture_count) || check_microfacets(extension, texture_count) ||
-      check_translucence(extension, texture_count))
+      check_translucence(extension, texture_count) || check_measured(extension))
     return;
   if (extension.kind == "KHR_materials_specular") {
     as_number(extension, "specularFactor");

@@ -17,6 +17,7 @@
 #include "scene/instances.h"
 #include "scene/light_groups.h"
 #include "scene/lights.h"
+#include "scene/material_measured.h"
 #include "scene/materials.h"
 #include "scene/implicit_surfaces.h"
 #include "scene/meshes.h"
@@ -127,14 +128,13 @@ void note_node_features(const tinygltf::Model& model, const Json& document, std:
 // [glTF 2.0, section 3.9].
 class MaterialList {
  public:
-  MaterialList(const Json& document, TextureReader& textures, Scene& scene, Notes& notes)
-      : document_(document), textures_(textures), scene_(scene), notes_(notes) {
+  MaterialList(const Json& document, TextureReader& textures, MeasuredReader& measured, Scene& scene, Notes& notes)
+      : document_(document), textures_(textures), measured_(measured), scene_(scene), notes_(notes) {
     const std::size_t count = items(document, "materials").size();
     used_.resize(count, false);
     for (std::size_t i = 0; i < count; ++i) {
       scene_.materials.push_back(convert_material(document, i, notes));
-      scene_.materials.back().light_group = light_group_of(
-          {.value = document["materials"][i], .kind = "material", .index = static_cast<std::int64_t>(i)}, scene_);
+      scene_.materials.back().light_group = light_group_of(place_of(i), scene_);
     }
   }
 
@@ -144,14 +144,22 @@ class MaterialList {
       return static_cast<std::uint32_t>(used_.size());
     }
     const auto material = static_cast<std::size_t>(index);
-    if (!used_[material]) complete_material(document_, material, textures_, scene_.materials[material], notes_);
+    if (!used_[material]) {
+      complete_material(document_, material, textures_, scene_.materials[material], notes_);
+      measured_.complete(place_of(material), scene_.materials[material]);
+    }
     used_[material] = true;
     return static_cast<std::uint32_t>(index);
   }
 
  private:
+  [[nodiscard]] Place place_of(std::size_t index) const {
+    return {.value = document_["materials"][index], .kind = "material", .index = static_cast<std::int64_t>(index)};
+  }
+
   const Json& document_;
   TextureReader& textures_;
+  MeasuredReader& measured_;
   Scene& scene_;
   Notes& notes_;
   std::vector<bool> used_;
@@ -184,7 +192,8 @@ void fill_scene(const tinygltf::Model& model, const Json& document, const std::v
   TextureReader textures(
       {.document = document, .views = views, .folder = folder, .budget_bytes = texture_budget_bytes()}, scene, digest,
       notes);
-  MaterialList materials(document, textures, scene, notes);
+  MeasuredReader measured(folder, digest, notes);
+  MaterialList materials(document, textures, measured, scene, notes);
   MeshReader reader(
       model, document, accessors, views, scene.materials, [&](int index) { return materials.use(index); }, notes);
   reader.check_memory(mesh_order);

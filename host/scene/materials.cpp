@@ -13,6 +13,7 @@
 #include "scene/document_check.h"
 #include "scene/material_factors.h"
 #include "scene/material_layers.h"
+#include "scene/material_measured.h"
 #include "scene/material_microfacets.h"
 #include "scene/material_translucence.h"
 
@@ -25,13 +26,15 @@ constexpr double kMaxDispersion = 39;  // from 40 on the index of R would be 1 o
 constexpr double kMaxIor = 1e9;        // reflects all but 4e-9; squares stay finite
 constexpr double kMaxPriority = 1e6;
 
-constexpr std::array<std::string_view, 14> kKnown{"KHR_materials_specular", "KHR_materials_emissive_strength",
+constexpr std::array<std::string_view, 15> kKnown{"KHR_materials_specular", "KHR_materials_emissive_strength",
                                                   "KHR_materials_ior",      "KHR_materials_transmission",
                                                   "KHR_materials_volume",   "KHR_materials_unlit",
                                                   kClearcoatExtension,      kSheenExtension,
                                                   kAnisotropyExtension,     kConductorExtension,
                                                   kDispersionExtension,     kTranslucenceExtension,
-                                                  kPhongExtension,          kIridescenceExtension};
+                                                  kPhongExtension,          kIridescenceExtension,
+                                                  kMeasuredExtension};
+
 Place place_of(const Json& document, std::size_t index) {
   return {.value = items(document, "materials")[index], .kind = "material", .index = static_cast<std::int64_t>(index)};
 }
@@ -127,6 +130,7 @@ Material convert_material(const Json& document, std::size_t index, Notes& notes)
     material.metallic = 1.0F;
     material.transmission = material.diffuse_transmission = 0.0F;
   }
+  read_measured(place, material);
   if (extension_of(place, "KHR_materials_unlit") != nullptr) {
     // The base colour and the alpha are all that is left of it [KHR_materials_unlit]; and it lights nothing.
     material.unlit = true;

@@ -72,6 +72,8 @@ struct Phong {
   glm::vec3 specular{0.04F};  // [0, 1]
 };
 
+struct MeasuredTable;  // measured_table.h
+
 enum class AlphaMode { opaque, mask, blend };
 
 /// Factors in their legal ranges; a texture multiplies its factor.
@@ -104,6 +106,7 @@ struct Material {
   double anisotropy_rotation_rad = 0.0;  // from the tangent towards the bitangent
   std::optional<Phong> phong{};          // EIKON_materials_phong, instead of metal and roughness
   std::optional<Conductor> conductor{};  // EIKON_materials_conductor: bare metal of this index
+  std::shared_ptr<const MeasuredTable> measured{};  // EIKON_materials_measured, instead of metal and roughness
   glm::vec3 emission{0.0F};          // radiance: emissiveFactor x emissiveStrength, W / (sr m^2); finite
   float normal_scale = 1.0F;
   AlphaMode alpha_mode = AlphaMode::opaque;

@@ -157,7 +157,7 @@ typedef struct {
 } MaterialRecord;
 EK_ASSERT_SIZE(MaterialRecord, 64);
 
-// What few materials have (EK_HAS_material_extension): KHR_materials_specular, _transmission, _volume.
+// What few materials have (EK_HAS_material_extension): KHR_materials_specular, _transmission, _volume, EIKON_materials_measured.
 typedef struct {
   float specular;
   float specular_color_r, specular_color_g, specular_color_b;
@@ -168,7 +168,8 @@ typedef struct {
   uint specular_color_texture;    // RGB
   uint medium_rank;               // of EK_HAS_nested_media: rank of this solid, 1 to 255; 0: it is none
   uint medium_of_rank;            // and, of record i, the material that has rank i + 1
-  uint pad0, pad1, pad2;
+  uint measured_table;            // word of texels where it begins (measured.h)
+  uint pad0, pad1;
 } MaterialExtension;
 EK_ASSERT_SIZE(MaterialExtension, 64);
 

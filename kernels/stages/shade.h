@@ -234,7 +234,7 @@ EK_FN Survivors stage_shade(constant Frame* frame, SceneData scene, LightData li
     vf scatter_u, scatter_v, choice = (vf)(0.0f), roulette = (vf)(0.0f);
     sample_2d(key, index, bounce_dimension(depth, DIM_SCATTER), &scatter_u, &scatter_v);
     const int may_end = depth + 1u >= frame->roulette_depth;
-    if (EK_HAS_metallic_roughness | EK_HAS_transmission | EK_HAS_phong | EK_LAYERED | EK_HAS_energy_compensation | may_end)  // Lambert's lobe has no choice
+    if (EK_HAS_metallic_roughness | EK_HAS_transmission | EK_HAS_phong | EK_HAS_measured | EK_LAYERED | EK_HAS_energy_compensation | may_end)  // Lambert's lobe has no choice
       sample_2d(key, index, bounce_dimension(depth, DIM_CHOICE), &choice, &roulette);
     BsdfSample scattered = bsdf_sample(material, wo, scatter_u, scatter_v, choice);
     v3 next_dir = to_world(basis, scattered.wi);

@@ -87,10 +87,11 @@ struct Answers {
 Answers scatter(const std::vector<Specimen>& specimens, const Queries& q, bool uniform = false, bool anisotropic = true,
                 bool compensated = false);
 
-/// The same of records; all fronts.
+/// The same of records; all fronts. texels: of textures and measured tables, or empty
 std::vector<Words> scatter(const std::vector<MaterialRecord>& materials,
                            const std::vector<MaterialExtension>& extensions, const std::vector<MaterialDetail>& details,
-                           const Queries& q, bool uniform, bool anisotropic = true, bool compensated = false);
+                           const Queries& q, bool uniform, bool anisotropic = true, const Words& texels = {},
+                           bool compensated = false);
 
 /// [0, 1), multiples of 2^-24, as the sampler's.
 inline float uniform(std::mt19937& random) { return float(random() >> 8) * 0x1p-24F; }

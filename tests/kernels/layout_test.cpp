@@ -116,9 +116,9 @@ namespace {
   F(MaterialExtension, specular_color_texture) \
   F(MaterialExtension, medium_rank)            \
   F(MaterialExtension, medium_of_rank)         \
+  F(MaterialExtension, measured_table)         \
   F(MaterialExtension, pad0)                   \
-  F(MaterialExtension, pad1)                   \
-  F(MaterialExtension, pad2)
+  F(MaterialExtension, pad1)
 #define DETAIL_FIELDS(F)                                \
   F(MaterialDetail, iridescence)                        \
   F(MaterialDetail, film_index)                         \

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+// A measured material as kernels read it: values without holes, and what half vectors are sampled by.
+#pragma once
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <string>
+#include <vector>
+
+#include "shared/measured.h"
+
+namespace eikon {
+
+struct MeasuredTable {
+  std::string name;                  // of its file, in quotes
+  std::vector<std::uint32_t> words;  // EK_MEASURED_WORDS floats: shared/measured.h
+  std::size_t holes = 0;             // entries above the surface without a measurement: they reflect nothing
+  /// What is reflected of light from the middle of each view's cosines, by the midpoint rule over the cells: within about 1 %.
+  std::array<glm::dvec3, EK_MEASURED_VIEWS> albedos{};
+
+  [[nodiscard]] static double cosine(std::size_t view) { return (double(view) + 0.5) / EK_MEASURED_VIEWS; }
+  /// The view of which most is reflected, in some channel.
+  [[nodiscard]] std::size_t brightest_view() const;
+};
+
+/// Of values as read_merl gives them. Those for which a direction lies below the surface, and which interpolation at grazing angles
+/// meets all the same, are those of the next smaller theta_d above it. What is negative above the surface is 0.
+[[nodiscard]] MeasuredTable make_measured_table(std::vector<float> rgb);
+
+}  // namespace eikon
