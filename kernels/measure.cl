@@ -39,9 +39,9 @@ kernel void measure(EK_SCENE_ARGUMENTS, global float* measured_values, global ui
     sample_2d(hash_bits(cell), 0u, 0u, &u, &v);
     sample_2d(hash_bits(cell), 0u, 2u, &choice, &unused);
     const BsdfSample s = bsdf_sample(m, wo, u, v, choice);
-    found |= (s.pdf > 0.0f) & s.delta ? EK_FOUND_DELTA : 0u;
-    found |= (s.pdf > 0.0f) & (s.wi.z < 0.0f) ? EK_FOUND_TRANSMISSION : 0u;
-    found |= is_finite(f.x) & is_finite(f.y) & is_finite(f.z) ? 0u : EK_FOUND_NOT_FINITE;
+    found |= ((s.pdf > 0.0f) & s.delta) != 0 ? EK_FOUND_DELTA : 0u;
+    found |= ((s.pdf > 0.0f) & (s.wi.z < 0.0f)) != 0 ? EK_FOUND_TRANSMISSION : 0u;
+    found |= (is_finite(f.x) & is_finite(f.y) & is_finite(f.z)) != 0 ? 0u : EK_FOUND_NOT_FINITE;
   }
   if (found != 0u) atomic_or(measured_findings, found);
   measured_values[3u * cell] = f.x;

@@ -86,7 +86,7 @@ Answers scatter(const MeasuredTable& table, const Queries& q, const std::array<f
   d.diffuse_transmission_texture = d.diffuse_transmission_color_texture = EK_NO_TEXTURE;
   Words texels(EK_TEXEL_TABLE);
   texels.insert(texels.end(), table.words.begin(), table.words.end());
-  return {scatter({m}, {e}, {d}, q, false, true, texels)};
+  return {scatter({m}, {e}, {d}, q, false, false, texels)};
 }
 
 TEST(MeasuredLobe, M23_a_table_of_rho_over_pi_is_lambert_within_rounding) {
