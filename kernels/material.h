@@ -177,7 +177,7 @@ EK_FN HitMaterial hit_material(SceneData scene, vu index, HitAttributes at, vi f
     specular = e.w0;
     specular_color = V3(e.w1, e.w2, e.w3);
     m.transmission = e.w4;
-    m.measured_table = AS_U(e.wb);
+    m.measured_table = AS_U(e.wd);
     if (EK_HAS_transmission_texture) m.transmission = m.transmission * texture_or(scene, AS_U(e.w8), at, one).x;
     if (EK_HAS_specular_texture) {
       specular = specular * texture_or(scene, AS_U(e.w9), at, one).w;
