@@ -249,8 +249,7 @@ TEST(MeasuredLobe, M1_samples_have_the_density_that_pdf_states) {
         ++scattered;
         ++observed[bin({wo[0] + s.wi[0], wo[1] + s.wi[1], wo[2] + s.wi[2]})];
       }
-      // By the midpoint rule: densities are constant over a cell in the half vector, times smooth factors; where the horizon cuts a
-      // bin, the rule is off by what a step across it holds.
+      // By the midpoint rule: densities are constant over a cell in the half vector, times smooth factors, up to the horizon.
       constexpr int kSteps = 16;
       Queries grid;
       std::vector<std::size_t> bins;
@@ -258,18 +257,24 @@ TEST(MeasuredLobe, M1_samples_have_the_density_that_pdf_states) {
       for (int i = 0; i < kH; ++i) {
         const auto versine = [](double cell) { return 2 * std::pow(std::sin(cell * cell / kH / kH * kPi / 4), 2); };
         const double inner = versine(i), width = (versine(i + 1) - inner) / kSteps;
-        for (int a = 0; a < kSteps; ++a)
-          for (int b = 0; b < kSectors * kSteps; ++b) {
-            const double v = inner + (a + 0.5) * width, r = std::sqrt(v * (2 - v)),
-                         phi = ((b + 0.5) / (kSectors * kSteps) - 0.5) * 2 * kPi;
-            const std::array<double, 3> h{r * std::cos(phi), r * std::sin(phi), 1 - v};
-            const double cos_d = wo[0] * h[0] + wo[1] * h[1] + wo[2] * h[2];
-            const double z = 2 * cos_d * h[2] - wo[2];
-            if (!(cos_d > 0 && z > 0)) continue;
-            grid.add(0, wo, {float(2 * cos_d * h[0] - wo[0]), float(2 * cos_d * h[1] - wo[1]), float(z)}, 0, 0, 0);
-            bins.push_back(std::size_t(i * kSectors + b / kSteps));
-            measures.push_back(4 * cos_d * width * 2 * kPi / (kSectors * kSteps));
+        for (int a = 0; a < kSteps; ++a) {
+          const double v = inner + (a + 0.5) * width, r = std::sqrt(v * (2 - v)), z = 1 - v, x_o = wo[0], z_o = wo[2];
+          // wi is above the surface for half vectors whose azimuth is below this one.
+          const double cut = std::acos(std::clamp((z_o / (2 * z) - z * z_o) / std::max(r * x_o, 1e-30), -1.0, 1.0));
+          for (int sector = 0; sector < kSectors; ++sector) {
+            const double lo = std::max((sector / double(kSectors) - 0.5) * 2 * kPi, -cut),
+                         hi = std::min(((sector + 1) / double(kSectors) - 0.5) * 2 * kPi, cut);
+            for (int b = 0; b < kSteps && lo < hi; ++b) {
+              const double phi = lo + (b + 0.5) / kSteps * (hi - lo);
+              const std::array<double, 3> h{r * std::cos(phi), r * std::sin(phi), z};
+              const double cos_d = x_o * h[0] + z_o * z, up = 2 * cos_d * z - z_o;
+              if (!(up > 0)) continue;
+              grid.add(0, wo, {float(2 * cos_d * h[0] - x_o), float(2 * cos_d * h[1]), float(up)}, 0, 0, 0);
+              bins.push_back(std::size_t(i * kSectors + sector));
+              measures.push_back(4 * cos_d * width * (hi - lo) / kSteps);
+            }
           }
+        }
       }
       const Answers stated = scatter(table, grid);
       double total = 0;
