@@ -39,7 +39,7 @@ std::pair<Scene, Settings> ball_of(const Material& material, bool lamp_lit) {
   return {std::move(scene), settings};
 }
 
-// Radiance is linear in f. Under the sky each pixel is off by what bsdf_measured_test.cpp bounds for all views, |f - f'| over the
+// Radiance is linear in f. Under the sky each pixel is off by what bsdf_measured_test.cpp bounds for views from 2 degrees above it, |f - f'| over the
 // cosine-weighted hemisphere: 1 % of f. The lamp picks single directions, of which those with neighbours on all sides in the table are
 // bounded there too, and by less; light that the floor returns to the ball is off by that twice, of a part that is below a quarter.
 constexpr double kResolution = 0.01;
