@@ -16,7 +16,9 @@ constexpr double kLate = 20;        // times what is expected
 constexpr double kUnknownUnit = 6;  // times the watchdog's seconds
 constexpr double kAsk_s = 0.01;     // devices without a unit ask again so often: what others have may be late by then
 constexpr unsigned kFailuresInARow = 3;  // then a device is dropped
-constexpr unsigned kFailures = 10;       // in all
+constexpr unsigned kFailures = 10;       // with fewer than that many units between them:
+constexpr unsigned kForgiven = 16;       // then it has had a bad moment, and all before is forgiven
+constexpr unsigned kNoted = 32;          // failures of a device that events tell of; the report counts all
 constexpr double kStopped_s = 1;   // without a look at the devices: the whole process was stopped, and they with it
 constexpr double kLeftOut = 0.05;  // of the work: less is the end that comes for every device
 
@@ -133,6 +135,7 @@ void Crew::finished(std::size_t device, const Schedule::Dealt& dealt, const Unit
     std::erase(post.units, dealt.id);
     post.since_s = now_s;
     post.failures_in_a_row = 0;
+    if (++post.successes >= kForgiven) post.failures = 0;
     if (!counts) return;
     arithmetic = reports_[device].arithmetic.name();
     ++adding_;
@@ -180,12 +183,14 @@ bool Crew::failed(std::size_t device, const std::string& why) {
   reports_[device].failures += units;
   schedule_.leave(device);
   post.units.clear();
+  post.successes = 0;
+  post.why = why;
   // What cannot be opened may lack memory, once more with less; a compiler would only say the same again.
   const unsigned most = post.was_open ? kFailuresInARow : 2;
   const bool again = ++post.failures_in_a_row < most && ++post.failures < kFailures && !ended_ && !error_;
   if (again) {
-    note(device, DeviceEvent::Kind::failed, why + "; it is tried again, with smaller units");
-    enter(device, Phase::opening);
+    if (++post.noted <= kNoted)
+      note(device, DeviceEvent::Kind::failed, why + "; it is tried again, with smaller units");
   } else {
     post.dropped = true;
     reports_[device].error = why;
@@ -193,10 +198,18 @@ bool Crew::failed(std::size_t device, const std::string& why) {
          post.failures_in_a_row > 1
              ? fmt::format("{}; it was dropped after it had failed {} times in a row", why, post.failures_in_a_row)
              : why + "; it was dropped");
-    enter(device, Phase::closing);
   }
+  enter(device, Phase::closing);
   work_.notify_all();
   return again;
+}
+
+bool Crew::reopening(std::size_t device) {
+  const std::lock_guard lock(mutex_);
+  if (posts_[device].lost || ended_) return false;
+  schedule_.leave(device);  // until it is open
+  enter(device, Phase::opening);
+  return true;
 }
 
 void Crew::broke(std::exception_ptr error) {
@@ -214,7 +227,7 @@ void Crew::closing(std::size_t device, const DeviceReport& totals) {
   for (const auto& [name, stage] : totals.stages) report.stages[name] += stage;
   report.gaps += totals.gaps;
   add_bounces(report.bounces, totals.bounces);
-  if (post.phase == Phase::idle) enter(device, Phase::closing);
+  if (post.units.empty()) enter(device, Phase::closing);
 }
 
 void Crew::ended(std::size_t device) {
@@ -282,7 +295,7 @@ void Crew::give_up(std::size_t device, DeviceEvent::Kind kind, const std::string
   post.lost = true;
   if (kind == DeviceEvent::Kind::hung) reports_[device].error = text;
   thread_is_lost();
-  note(device, kind, text);
+  if (!text.empty()) note(device, kind, text);
   work_.notify_all();
 }
 
@@ -300,7 +313,10 @@ void Crew::watch() {
     const char* const what = post.phase == Phase::opening   ? "opening it"
                              : post.phase == Phase::working ? "a unit of its work"
                                                             : "closing it";
-    give_up(i, DeviceEvent::Kind::hung, fmt::format("{} did not end within {:.3g} s: it was given up", what, seconds));
+    const bool after_failure = post.phase == Phase::closing && post.failures_in_a_row > 0;
+    give_up(i, DeviceEvent::Kind::hung,
+            fmt::format("{}{} did not end within {:.3g} s: it was given up", after_failure ? post.why + "; then " : "",
+                        what, seconds));
   }
 }
 
@@ -324,8 +340,8 @@ void Crew::wait_for_threads() {
     for (std::size_t i = 0; i < posts_.size(); ++i) {
       const Post& post = posts_[i];
       if (post.lost || post.dropped) continue;
-      if (complete && post.phase == Phase::opening)
-        give_up(i, DeviceEvent::Kind::late, "the others had done everything before it was ready");
+      if (post.phase == Phase::opening)  // a compiler may take long, and nothing is lost with it
+        give_up(i, DeviceEvent::Kind::late, complete ? "the others had done everything before it was ready" : "");
       if (post.phase == Phase::working && !counts(post))
         give_up(i, DeviceEvent::Kind::late, "it was so late with a unit that another device did it");
     }

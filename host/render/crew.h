@@ -36,12 +36,15 @@ class Crew {
   [[nodiscard]] std::optional<Schedule::Dealt> next_unit(std::size_t device);
   /// Adds a unit to the film, if it counts.
   void finished(std::size_t device, const Schedule::Dealt& dealt, const UnitResult& result);
-  /// The device threw a DeviceError: what it had is dealt again. returns whether to open it again, for smaller units
+  /// The device threw a DeviceError: what it had is dealt again, and it is to be closed. returns whether to open it again, for smaller
+  /// units
   [[nodiscard]] bool failed(std::size_t device, const std::string& why);
   /// Something that is not the device's fault: the render ends with it.
   void broke(std::exception_ptr error);
   /// The device will be closed: the last that can be said of it.
   void closing(std::size_t device, const DeviceReport& totals);
+  /// It is closed, and will be opened again. false: it is needed no more
+  [[nodiscard]] bool reopening(std::size_t device);
   /// The thread ends.
   void ended(std::size_t device);
 
@@ -94,8 +97,10 @@ class Crew {
     double since_s = 0;                         // the phase, or the unit in hand
     double excused_since_s = 0, excused_s = 0;  // of the time since then, while the process was stopped
     bool lost = false, dropped = false;
-    std::vector<std::uint64_t> units;  // ids, in the order in which they were dealt
-    unsigned failures_in_a_row = 0, failures = 0;
+    std::vector<std::uint64_t> units;              // ids, in the order in which they were dealt
+    unsigned failures_in_a_row = 0, failures = 0;  // failures: since the last that was forgiven
+    std::string why;                               // it failed last
+    unsigned successes = 0, noted = 0;             // units since it failed; failures that events tell of
     bool was_open = false;
     double stretch_begin_s = -1, busy_before_s = 0;  // of the work opened last; before that
   };

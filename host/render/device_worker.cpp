@@ -7,25 +7,61 @@
 #include "core/error.h"
 #include "render/device_trace.h"
 #include "render/ready_wavefronts.h"
+#include "render/unit_shrink.h"
 
 namespace eikon {
 namespace {
 
-/// Units until there are none.
-void drive(Crew& crew, std::size_t device, UnitRunner& runner) {
+/// Units until there are none, or larger ones are to be tried. returns whether that is so
+bool drive(Crew& crew, std::size_t device, UnitRunner& runner, UnitShrink& shrink) {
   while (std::optional<Schedule::Dealt> unit = crew.wait_for_unit(device)) {
     const TraceScope rendering = runner.scope("render");
     runner.begin(unit->unit);
     while (unit) {
       std::optional<Schedule::Dealt> next;
       const UnitResult result = runner.finish([&]() -> std::optional<WorkUnit> {
-        next = crew.next_unit(device);
+        if (!shrink.is_over(host_seconds())) next = crew.next_unit(device);
         return next ? std::optional(next->unit) : std::nullopt;
       });
       const TraceScope adding = runner.scope("add to film");
       crew.finished(device, *unit, result);  // while the device works on the next
+      shrink.finished();
       unit = next;
     }
+    if (shrink.is_over(host_seconds())) return true;
+  }
+  return false;
+}
+
+/// From opening a device to closing it. returns whether it is to be opened again
+bool attend(Crew& crew, std::size_t device, const OpenRunner& open, UnitShrink& shrink) {
+  std::unique_ptr<UnitRunner> runner;
+  const auto describe = [&] {
+    DeviceReport found;
+    runner->describe(found);
+    return found;
+  };
+  try {
+    const double begin_s = host_seconds();
+    runner = open(device, shrink.times());
+    crew.opened(device, runner->limits(), describe());
+    shrink.opened(begin_s, host_seconds());
+    const bool again = drive(crew, device, *runner, shrink);
+    if (again) {
+      runner->discard();  // what is open takes memory
+      shrink.grow();
+    }
+    crew.closing(device, describe());
+    return again;
+  } catch (const DeviceError& error) {
+    if (runner) {
+      runner->discard();
+      crew.closing(device, describe());
+    }
+    shrink.failed();
+    const bool again = crew.failed(device, error.what());
+    runner.reset();  // watched as closing
+    return again;
   }
 }
 
@@ -122,27 +158,8 @@ class WavefrontRunner : public UnitRunner {
 
 void run_device(const std::shared_ptr<Crew>& crew, std::size_t device, const OpenRunner& open) noexcept {
   try {
-    for (unsigned shrink = 0;; ++shrink) {
-      std::unique_ptr<UnitRunner> runner;
-      try {
-        runner = open(device, shrink);
-        DeviceReport found;
-        runner->describe(found);
-        crew->opened(device, runner->limits(), found);
-        drive(*crew, device, *runner);
-        found = {};
-        runner->describe(found);
-        crew->closing(device, found);
-        break;
-      } catch (const DeviceError& error) {
-        if (runner) {
-          runner->discard();
-          DeviceReport found;
-          runner->describe(found);
-          crew->closing(device, found);
-        }
-        if (!crew->failed(device, error.what())) break;
-      }
+    UnitShrink shrink;
+    while (attend(*crew, device, open, shrink) && crew->reopening(device)) {
     }
   } catch (...) {
     crew->broke(std::current_exception());

@@ -35,7 +35,7 @@ class UnitRunner {
   virtual void discard() {}
 };
 
-/// Opens a device. shrink: times that it failed; units should be a quarter as large for each.
+/// Opens a device. shrink: units should be a quarter as large for each; see unit_shrink.h
 /// throws DeviceError
 using OpenRunner = std::function<std::unique_ptr<UnitRunner>(std::size_t device, unsigned shrink)>;
 

@@ -37,16 +37,20 @@ using Behaviour = std::function<void(std::uint64_t n, const WorkUnit& unit)>;
 struct FakeDevice {
   Behaviour unit = [](std::uint64_t, const WorkUnit&) {};
   std::function<void(unsigned shrink)> open = [](unsigned) {};
+  std::function<void()> close = [] {};
   double path_s = 2e-7;
+  std::uint64_t capacity = 1U << 14, grain = 64;
   std::uint64_t units = 0;  // over all openings
 };
 
 class FakeRunner : public UnitRunner {
  public:
-  FakeRunner(FakeDevice& device, unsigned shrink) : device_(device), capacity_((1U << 14) >> (2 * shrink)) {
+  FakeRunner(FakeDevice& device, unsigned shrink)
+      : device_(device), capacity_(std::max<std::uint64_t>(1, device.capacity >> (2 * shrink))) {
     device.open(shrink);
   }
-  [[nodiscard]] UnitLimits limits() const override { return {capacity_, 64}; }
+  ~FakeRunner() override { device_.close(); }
+  [[nodiscard]] UnitLimits limits() const override { return {capacity_, device_.grain}; }
   void describe(DeviceReport& report) override { report.device_bytes = capacity_; }
   void begin(const WorkUnit& unit) override { unit_ = unit; }
   UnitResult finish(const Next& next) override {
@@ -212,6 +216,83 @@ TEST(Crew, units_become_smaller_where_large_ones_fail) {
   const Outcome outcome = run(one);
   expect_complete(outcome);
   EXPECT_EQ(outcome.devices[0].device_bytes, 4096U) << "a quarter of what it began with";
+}
+
+TEST(Crew, single_faults_are_forgiven_and_units_grow_again) {
+  auto one = devices(1);
+  (*one)[0].capacity = 512;  // 288 units, undisturbed
+  (*one)[0].unit = [](std::uint64_t n, const WorkUnit&) {
+    if (n % 20 == 19) fail();
+  };
+  const Outcome outcome = run(one);
+  expect_complete(outcome);
+  EXPECT_GT(outcome.devices[0].failures, 12U) << "more than are borne in a row, or near each other";
+  // Of 20 units, one fails, and 8 are of a quarter's size: 3/2 times as many as undisturbed, and the last of them smaller.
+  EXPECT_LT(outcome.devices[0].units, 2 * 288U);
+}
+
+TEST(Crew, a_device_that_fails_too_often_is_dropped) {
+  auto one = devices(1);
+  (*one)[0].capacity = 512;
+  (*one)[0].unit = [](std::uint64_t n, const WorkUnit&) {
+    if (n % 3 == 2) fail();
+  };
+  const Outcome outcome = run(one);
+  EXPECT_EQ(outcome.state, Crew::State::unmanned);
+  EXPECT_EQ(outcome.devices[0].failures, 10U);
+}
+
+TEST(Crew, a_device_that_failed_and_hangs_when_it_is_closed_is_given_up_in_time) {
+  const Hang hang;
+  auto one = devices(1);
+  (*one)[0].unit = [](std::uint64_t n, const WorkUnit&) {
+    if (n == 2) fail();
+  };
+  (*one)[0].close = hang.call();
+  const auto begin = std::chrono::steady_clock::now();
+  const Outcome outcome = run(one, 0.2);
+  EXPECT_EQ(outcome.state, Crew::State::unmanned);
+  EXPECT_NE(outcome.last_words.find("it is broken; then closing it did not end within"), std::string::npos)
+      << outcome.last_words;
+  EXPECT_LT(std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(),
+            0.5 * Crew::kOpening * 0.2);
+}
+
+TEST(Crew, when_it_is_stopped_nobody_waits_for_a_device_that_is_being_opened) {
+  const Hang hang;  // a compiler
+  auto crew = std::make_shared<Crew>(std::vector<DeviceReport>(1), FilmState{Film(layout()), SampleLedger()}, 32, 5);
+  const auto one = devices(1);
+  (*one)[0].open = [hangs = hang.call()](unsigned) { hangs(); };
+  crew->open({WorkUnit{kImage, 0, kSpp}});
+  std::thread thread([crew, one] {
+    run_device(crew, 0,
+               [one](std::size_t, unsigned shrink) { return std::make_unique<FakeRunner>((*one)[0], shrink); });
+  });
+  EXPECT_EQ(crew->state(), Crew::State::working);
+  const auto begin = std::chrono::steady_clock::now();
+  crew->end();
+  crew->wait_for_threads();
+  EXPECT_LT(std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count(), 5);
+  ASSERT_TRUE(crew->is_lost(0));
+  EXPECT_TRUE(crew->events().empty());
+  thread.detach();
+}
+
+TEST(Crew, a_device_too_slow_for_the_rest_is_left_out_and_that_is_said) {
+  auto two = devices(2);
+  (*two)[0].path_s = 2e-6;  // 0.3 s for all
+  (*two)[1].path_s =
+      1e-4;  // 0.1 s for its first unit of 1024 paths, and for a quarter of its grain: the last third is too short
+  (*two)[1].grain = 4096;
+  const Outcome outcome = run(two, 60);
+  expect_complete(outcome);
+  ASSERT_TRUE(outcome.has(1, DeviceEvent::Kind::left_out));
+  for (const DeviceEvent& event : outcome.events)
+    if (event.kind == DeviceEvent::Kind::left_out) {
+      EXPECT_EQ(event.text.rfind("it was left out of the last ", 0), 0U) << event.text;
+      EXPECT_NE(event.text.find(" % of the work: its units would have been late"), std::string::npos) << event.text;
+    }
+  EXPECT_FALSE(outcome.has(0, DeviceEvent::Kind::left_out));
 }
 
 TEST(Crew, a_device_that_cannot_be_opened_is_dropped) {
