@@ -3,26 +3,15 @@
 
 #include <fmt/format.h>
 
-#include <nlohmann/json.hpp>
-#include <set>
+#include <map>
 
 #include "core/error.h"
 #include "scene/digest.h"
-#include "scene/json_text.h"
+#include "scene/scene_files.h"
 #include "scene/source_file.h"
 
 namespace eikon {
 namespace {
-
-/// Every text under the name "uri", wherever it stands: extensions have some too.
-void collect_uris(const Json& value, std::set<std::string>& uris) {
-  for (const auto& [name, member] : value.items()) {
-    if (name == "uri" && member.is_string())
-      uris.insert(member.get<std::string>());
-    else if (member.is_structured())
-      collect_uris(member, uris);
-  }
-}
 
 std::span<const std::byte> bytes_of(const std::string& text) {
   return std::as_bytes(std::span(text.data(), text.size()));
@@ -42,26 +31,15 @@ InputsDigest digest_file(const std::filesystem::path& path) {
 
 InputsDigest digest_scene_files(const std::filesystem::path& scene) {
   Digest digest;
-  std::set<std::string> uris;
+  std::map<std::string, std::filesystem::path> named;
   try {
     const Bytes file = read_regular_file(scene, physical_memory_bytes());
     digest.add(file.span());
-    try {
-      collect_uris(parse_json(open_container(file.span(), scene.extension() == ".glb").json), uris);
-    } catch (const InputError&) {
-      // The loader says what is broken.
-    }
+    named = named_files(scene.parent_path(), file.span(), scene.extension() == ".glb");
   } catch (const InputError& error) {
     throw InputError(fmt::format("{}: {}", scene.string(), error.what()));
   }
-  for (const std::string& uri : uris) {
-    if (uri.rfind("data:", 0) == 0) continue;
-    std::filesystem::path file;
-    try {
-      file = resolve_uri(scene.parent_path(), uri);
-    } catch (const InputError&) {
-      continue;  // the loader refuses it, or does not need it
-    }
+  for (const auto& [uri, file] : named) {
     digest.add(bytes_of(uri));
     std::error_code unreadable;
     if (!std::filesystem::is_regular_file(file, unreadable)) continue;

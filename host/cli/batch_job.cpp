@@ -3,24 +3,19 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <map>
 #include <set>
 
 #include "batch/job_lines.h"
 #include "cli/arguments.h"
+#include "cli/file_identity.h"
+#include "scene/scene_files.h"
 
 namespace eikon {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// Where a name leads to; as it is written, where that cannot be followed.
-fs::path place(const fs::path& path) {
-  std::error_code error;
-  const fs::path whole = fs::absolute(path, error);
-  fs::path real = fs::weakly_canonical(whole, error);
-  return error ? whole.lexically_normal() : real;
-}
 
 /// What is rendered decides; where the file does not say its size, 1280x720 is a fair guess. The image does not depend on it.
 double estimate_cost(const SceneOptions& scene) {
@@ -41,13 +36,26 @@ std::vector<std::string> arguments_of(std::vector<std::string> words) {
   if (!words.empty() && (words.front() == "eikon" || fs::path(words.front()).filename() == "eikon"))
     words.erase(words.begin());
   if (words.empty()) return words;
-  static const std::set<std::string> others = {"batch",   "merge",    "info", "devices",
-                                               "compare", "selftest", "bench"};  // no scene is called so
+  static const std::set<std::string> others = {"batch",    "merge", "info",  "devices", "compare",
+                                               "selftest", "bench", "meter", "measure"};  // no scene is called so
   if (others.count(words.front()) != 0)
     throw UsageError(fmt::format("'{}' cannot be in a batch: its lines are renders, SCENE and flags", words.front()));
   if (words.front() == "render") words.erase(words.begin());
   return words;
 }
+
+/// What a render of a scene reads, beside the environment that a flag names.
+struct SceneInputs {
+  std::vector<fs::path> places;
+  FileTable files;
+
+  explicit SceneInputs(const std::string& scene) {
+    for (const fs::path& file : scene_files(scene)) {
+      places.push_back(place_of(file));
+      files.put(file, 0);
+    }
+  }
+};
 
 BatchJob read_job(const JobLine& line) {
   BatchJob job;
@@ -92,9 +100,11 @@ std::vector<BatchJob> read_jobs(std::string_view text) {
 }
 
 void check_outputs(std::vector<BatchJob>& jobs, const std::string& name, const std::vector<fs::path>& reserved) {
-  std::map<fs::path, std::size_t> writers;  // file -> line
+  std::map<fs::path, std::size_t> writers;  // file -> line; to replace a file leaves the other names that it has alone
   for (const fs::path& file : reserved)
-    if (!file.empty()) writers[place(file)] = 0;
+    if (!file.empty()) writers[place_of(file)] = 0;
+  FileTable readers;
+  std::map<std::string, SceneInputs> scenes;  // by name
   for (BatchJob& job : jobs) {
     if (!job.options) continue;
     const auto clash = [&](const fs::path& file, const std::string& what) {
@@ -102,12 +112,19 @@ void check_outputs(std::vector<BatchJob>& jobs, const std::string& name, const s
           fmt::format("{}:{}: cannot write {}: {}; nothing was rendered", name, job.line, file.string(), what));
     };
     const SceneOptions& scene = job.options->scene;
-    for (const std::string& input : {scene.scene, scene.env})
-      job.after_others = job.after_others || (!input.empty() && writers.count(place(input)) > 0);
+    const auto [inputs, is_first] = scenes.try_emplace(scene.scene, scene.scene);
+    if (is_first)
+      for (const fs::path& input : inputs->second.places) readers.put(input, job.line);
+    if (!scene.env.empty()) readers.put(scene.env, job.line);
+    const auto is_written = [&](const fs::path& input) { return writers.count(input) > 0; };
+    job.after_others = std::ranges::any_of(inputs->second.places, is_written) ||
+                       (!scene.env.empty() && is_written(place_of(scene.env)));
     for (const fs::path& file : job.options->outputs()) {
-      const auto [at, is_new] = writers.emplace(place(file), job.line);
-      if (at->first == place(scene.scene) || (!scene.env.empty() && at->first == place(scene.env)))
-        clash(file, "it is the input; choose another name");
+      if (inputs->second.files.find(file) || (!scene.env.empty() && is_same_file(file, scene.env)))
+        clash(file, "it is an input of that line; choose another name");
+      const auto [at, is_new] = writers.emplace(place_of(file), job.line);
+      if (const auto line = readers.find(file); is_new && line)
+        clash(file, fmt::format("line {} reads it; choose another name", *line));
       if (is_new) continue;
       clash(file, at->second == 0          ? "it belongs to the batch itself; choose another name"
                   : at->second == job.line ? "two outputs have that name; choose another for one of them"
@@ -117,7 +134,7 @@ void check_outputs(std::vector<BatchJob>& jobs, const std::string& name, const s
 }
 
 std::string ledger_name(const fs::path& file) {
-  const fs::path real = place(file), here = fs::current_path();
+  const fs::path real = place_of(file), here = fs::current_path();
   const bool below = std::mismatch(here.begin(), here.end(), real.begin(), real.end()).first == here.end();
   return (below ? real.lexically_relative(here) : real).string();
 }

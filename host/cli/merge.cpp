@@ -8,6 +8,7 @@
 
 #include "cli/arguments.h"
 #include "cli/commands.h"
+#include "cli/file_identity.h"
 #include "cli/metadata.h"
 #include "cli/png_options.h"
 #include "cli/report.h"
@@ -148,6 +149,27 @@ bool is_complete(const Whole& whole, const std::string& output) {
   return false;
 }
 
+std::string lines_of(std::uint32_t begin, std::uint32_t end) {
+  return end == begin + 1 ? fmt::format("{}", begin) : fmt::format("{} to {}", begin, end - 1);
+}
+
+/// What lies before and around all parts may belong to others, or be lost.
+void say_what_is_outside(const Whole& whole) {
+  const auto begin = sample_range(whole.record.done).first;
+  if (begin > 0)
+    fmt::print(stderr, "eikon: the parts begin with sample {}: samples 0 to {} are in none of them\n", begin,
+               begin - 1);
+  const FilmLayout& layout = whole.layout;
+  std::vector<std::string> missing;
+  if (layout.crop.y0 > 0) missing.push_back("rows " + lines_of(0, layout.crop.y0));
+  if (layout.crop.y1 < layout.height) missing.push_back("rows " + lines_of(layout.crop.y1, layout.height));
+  if (layout.crop.x0 > 0) missing.push_back("columns " + lines_of(0, layout.crop.x0));
+  if (layout.crop.x1 < layout.width) missing.push_back("columns " + lines_of(layout.crop.x1, layout.width));
+  if (!missing.empty())
+    fmt::print(stderr, "eikon: the image has {} x {} pixels: {} are in no part\n", layout.width, layout.height,
+               fmt::join(missing, ", "));
+}
+
 void write(const MergeOptions& options, const Film& film, Whole& whole, const PredictedError& error) {
   add_sample_counts(whole.metadata, film, whole.record.done, whole.record.arithmetic);
   add_error(whole.metadata, error);
@@ -166,6 +188,9 @@ void write(const MergeOptions& options, const Film& film, Whole& whole, const Pr
 ExitCode merge_command(const MergeOptions& options) {
   require_writable({options.output, options.png.file},
                    "/");  // a part may be the output: it is replaced when all is done
+  for (const std::string& part : options.parts)
+    if (!options.png.file.empty() && is_same_file(options.png.file, part))
+      throw UsageError(fmt::format("cannot write {}: it is one of the parts; choose another name", options.png.file));
   std::vector<Part> parts;
   for (const std::string& file : options.parts) {
     Part part = read_header(file);
@@ -181,6 +206,7 @@ ExitCode merge_command(const MergeOptions& options) {
   const Crop& crop = whole.layout.crop;
   const auto [begin, end] = sample_range(whole.record.done);
   const bool complete = is_complete(whole, options.output);
+  say_what_is_outside(whole);
   if (whole.record.arithmetic != std::set<std::string>{"exact"} && !whole.record.arithmetic.empty())
     fmt::print(stderr, "eikon: arithmetic {}: other devices may give other bits; see `eikon selftest`\n",
                fmt::join(whole.record.arithmetic, ", "));

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "cli/file_identity.h"
 #include "core/error.h"
 #include "image/atomic_file.h"
 
@@ -132,19 +133,12 @@ void write_text(const std::filesystem::path& path, const std::string& text) {
 }
 
 void require_writable(const std::vector<std::filesystem::path>& outputs, const std::filesystem::path& input) {
-  // Of a relative path that does not exist yet, weakly_canonical alone makes no absolute one.
-  const auto place = [](const std::filesystem::path& path) {
-    std::error_code error;  // a name that is too long, a loop of links: opening the file says so
-    const std::filesystem::path whole = std::filesystem::absolute(path, error);
-    std::filesystem::path real = std::filesystem::weakly_canonical(whole, error);
-    return error ? whole : real;
-  };
-  std::vector<std::filesystem::path> seen = {place(input)};
+  std::vector<std::filesystem::path> seen;
   for (const std::filesystem::path& path : outputs) {
     if (path.empty()) continue;
     const AtomicFile asked(path);  // made under its temporary name, and removed again
-    const std::filesystem::path real = place(path);
-    if (real == seen.front())
+    const std::filesystem::path real = place_of(path);
+    if (is_same_file(path, input))
       throw UsageError(fmt::format("cannot write {}: it is the input; choose another name", path.string()));
     if (std::find(seen.begin(), seen.end(), real) != seen.end())
       throw UsageError(

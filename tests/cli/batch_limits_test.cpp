@@ -142,15 +142,17 @@ TEST(BatchLimits, lines_that_are_no_renders_are_refused_by_what_they_are) {
   std::filesystem::create_symlink("loop.exr", here / "loop.exr");
   here.write("jobs",
              fmt::format("merge a.exr -o b.exr\neikon batch others\nrender --help\nrender\n''\nrender {0} -o {1}.exr\n"
-                         "render {1}.gltf -o c.exr\nrender {0} -o loop.exr\nrender loop.exr/a.gltf\n",
+                         "render {1}.gltf -o c.exr\nrender {0} -o loop.exr\nrender loop.exr/a.gltf\n"
+                         "meter {0} --at 0,1,0 --facing 0,1,0\nmeasure {0}\n",
                          scene("cornell.gltf"), std::string(5000, 'x')));
   const Outcome outcome = here.eikon("batch jobs");
   EXPECT_EQ(outcome.code, 1);
-  for (int line = 1; line <= 9; ++line) {
+  for (int line = 1; line <= 11; ++line) {
     EXPECT_EQ(states(outcome)[line], "failed") << line;
     EXPECT_TRUE(contains(outcome.err, fmt::format("eikon: jobs:{}: ", line))) << outcome.err;
   }
-  EXPECT_TRUE(contains(outcome.err, "'merge' cannot be in a batch") && contains(outcome.err, "'batch' cannot be"))
+  EXPECT_TRUE(contains(outcome.err, "'merge' cannot be in a batch") && contains(outcome.err, "'batch' cannot be") &&
+              contains(outcome.err, "'meter' cannot be") && contains(outcome.err, "'measure' cannot be"))
       << outcome.err;
 }
 

@@ -25,7 +25,7 @@ TEST(Batch, runs_every_line_with_the_bits_of_single_renders) {
                          "a\\ scene.gltf {0} \\\n  --aov albedo\r\n"
                          "render {1} {0} -o out/four.exr --stats out/four.json",
                          kSmall, scene("window_room.gltf")));
-  const Outcome outcome = here.eikon("batch jobs/list.txt", "LC_ALL=de_DE.UTF-8");
+  const Outcome outcome = here.eikon("batch jobs/list.txt");
   EXPECT_TRUE(succeeded(outcome));
   EXPECT_TRUE(outcome.err.empty()) << outcome.err;
   EXPECT_EQ(states(outcome), (States{{3, "done"}, {4, "done"}, {5, "done"}, {7, "done"}})) << outcome.out;
@@ -152,7 +152,7 @@ TEST(Batch, jobs_that_would_overwrite_each_other_are_refused) {
   refuse("-o ./x/../a.exr", "line 1");
   refuse("-o b.exr --stats a.exr", "line 1");
   refuse("-o b.exr --png b.exr", "two outputs");
-  refuse("-o cornell.gltf", "the input");
+  refuse("-o cornell.gltf", "an input");
   refuse("-o jobs", "the batch itself");
   refuse("-o jobs.ledger", "the batch itself");
 }

@@ -99,6 +99,60 @@ TEST_F(Merge, gaps_are_said_with_the_flags_that_fill_them) {
   EXPECT_EQ(read_exr(here / "resumed.exr").planes, read_exr(here / "whole.exr").planes);
 }
 
+TEST_F(Merge, parts_that_are_lost_before_or_around_the_others_are_mentioned) {
+  part("first.exr", "--samples 0:4");
+  part("second.exr", "--samples 4:8");
+  part("third.exr", "--samples 8:12");
+  const Outcome whole = merge("first.exr second.exr", "out.exr");
+  EXPECT_TRUE(succeeded(whole));
+  EXPECT_EQ(whole.err, "");
+  const Outcome late = merge("second.exr third.exr", "out.exr");
+  EXPECT_EQ(late.code, 0) << "they may be meant so, and be merged with others later";
+  EXPECT_EQ(late.err, "eikon: the parts begin with sample 4: samples 0 to 3 are in none of them\n");
+
+  part("left.exr", "--crop 3,1,9,17 --spp 8");
+  part("right.exr", "--crop 9,1,24,17 --spp 8");
+  EXPECT_EQ(merge("left.exr right.exr", "out.exr").err,
+            "eikon: the image has 24 x 20 pixels: rows 0, rows 17 to 19, columns 0 to 2 are in no part\n");
+  part("corner.exr", "--crop 0,0,23,20 --spp 8");
+  EXPECT_EQ(merge("corner.exr", "out.exr").err, "eikon: the image has 24 x 20 pixels: columns 23 are in no part\n");
+}
+
+TEST_F(Merge, a_part_is_not_replaced_by_the_picture) {
+  part("a.exr", "--samples 0:1");
+  const std::string before = bytes("a.exr");
+  EXPECT_TRUE(refused(here.eikon("merge a.exr -o out.exr --png ./a.exr"), 2));
+  EXPECT_EQ(bytes("a.exr"), before);
+}
+
+TEST_F(Merge, arithmetic_that_other_devices_do_not_have_is_said) {
+  // Kernels whose probe finds another sum; of the picture's they change nothing.
+  std::filesystem::copy(std::string(EIKON_SOURCE_DIR) + "/kernels", here / "kernels",
+                        std::filesystem::copy_options::recursive);
+  std::string probe = bytes("kernels/arithmetic.cl");
+  const std::string sum = "AS_U(a * b + c)";
+  ASSERT_TRUE(contains(probe, sum));
+  here.write("kernels/arithmetic.cl", probe.replace(probe.find(sum), sum.size(), "AS_U(a * b - c)"));
+  const auto render = [&](const std::string& output, const std::string& flags, const std::string& before) {
+    const Outcome outcome =
+        here.eikon("render " + scene("cornell.gltf") + " -o " + output + " --size 24x20 --quiet " + flags, before);
+    EXPECT_TRUE(succeeded(outcome));
+    return outcome.err;
+  };
+  const std::string other = "EIKON_KERNEL_DIR=" + (here / "kernels").string();
+  const std::string line = render("a.exr", "--samples 0:2", other);
+  const std::string begin = "eikon: arithmetic other-",
+                    end = ": other devices may give other bits; see `eikon selftest`\n";
+  ASSERT_EQ(line.rfind(begin, 0), 0U) << line;
+  EXPECT_EQ(line.find(end), begin.size() + 8) << line;
+  EXPECT_EQ(render("b.exr", "--samples 2:4", ""), "");
+  const Outcome both = merge("a.exr b.exr", "out.exr");
+  EXPECT_TRUE(succeeded(both));
+  EXPECT_EQ(both.err, "eikon: arithmetic exact, " + line.substr(std::string("eikon: arithmetic ").size()));
+  EXPECT_EQ(merge("b.exr", "out.exr").err,
+            "eikon: the parts begin with sample 2: samples 0 to 1 are in none of them\n");
+}
+
 TEST_F(Merge, what_does_not_belong_together_is_refused_by_name) {
   part("a.exr", "--samples 0:4");
   part("again.exr", "--samples 3:6 --crop 20,0,24,4");
