@@ -35,18 +35,28 @@ std::string read_text(const std::string& file) {
   }
 }
 
-/// From now on paths are relative to the folder of the jobs file. Those that drivers read from the environment stay what they were.
+/// From now on paths are relative to the folder of the jobs file. Those of the environment stay what they were.
 void enter_folder(const fs::path& jobs) {
   const fs::path folder = fs::absolute(jobs).parent_path();
+  const auto make_absolute = [](const char* name, const char* path) {
+    setenv(name, fs::absolute(path).lexically_normal().c_str(), 1);
+  };
   for (const char* name : {"EIKON_KERNEL_DIR", "POCL_CACHE_DIR", "XDG_CACHE_HOME"})
-    if (const char* path = std::getenv(name); path != nullptr && *path != '\0')
-      setenv(name, fs::absolute(path).c_str(), 1);
+    if (const char* path = std::getenv(name); path != nullptr && *path != '\0') make_absolute(name, path);
   std::error_code error;
+  // These may also be names that are looked for elsewhere.
+  for (const char* name : {"OCL_ICD_VENDORS", "OCL_ICD_FILENAMES", "EIKON_OIDN"}) {
+    const char* const path = std::getenv(name);
+    if (path == nullptr || !fs::exists(path, error)) continue;
+    if (fs::is_directory(path, error) || std::string_view(path).find('/') != std::string_view::npos)
+      make_absolute(name, path);
+  }
   fs::current_path(folder, error);
   if (error) throw InputError(fmt::format("{}: cannot enter its folder: {}", jobs.string(), error.message()));
 }
 
 ExitCode batch_command(const BatchOptions& options) {
+  receive_signals();
   const bool from_pipe = options.jobs == "-";
   const std::string name = from_pipe ? "stdin" : options.jobs;
   std::vector<BatchJob> jobs = read_jobs(read_text(options.jobs));

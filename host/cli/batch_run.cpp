@@ -40,8 +40,8 @@ std::string time_now() { return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime
 /// What one of the jobs at a time has for itself.
 struct BatchRun::Worker {
   SceneCache scenes;
-  ReadyAhead devices{};
-  explicit Worker(std::uint64_t budget_bytes) : scenes(budget_bytes) {}
+  ReadyAhead devices;
+  Worker(std::uint64_t budget_bytes, const DevicePool& known) : scenes(budget_bytes), devices(known) {}
 };
 
 /// A job on its way.
@@ -68,8 +68,9 @@ std::string BatchRun::place(const BatchJob& job) const { return fmt::format("{}:
 void BatchRun::run() {
   const std::size_t count = std::clamp<std::size_t>(waiting_.size(), 1, settings_.parallel);
   const std::uint64_t budget = scene_budget(jobs_, count);
+  const DevicePool known;  // a device that hangs for one of them does so for all
   std::deque<Worker> workers;
-  for (std::size_t i = 0; i < count; ++i) workers.emplace_back(budget);
+  for (std::size_t i = 0; i < count; ++i) workers.emplace_back(budget, known);
   std::vector<std::jthread> threads;
   for (Worker& worker : workers) threads.emplace_back([&] { work(worker); });
 }
@@ -152,7 +153,7 @@ bool BatchRun::is_done(const RenderOptions& options, const std::string& key) {
   return true;
 }
 
-/// Whether it ended before it was done: its checkpoint, if there is one, is of this very image.
+/// Whether it ended before it was done: its checkpoint may be of this image, unless it ended before the first.
 bool BatchRun::was_begun(const RenderOptions& options, const std::string& key) {
   const std::lock_guard lock(mutex_);
   const LedgerEntry* const last = ledger_.last(ledger_name(options.exr()));
@@ -179,7 +180,8 @@ void BatchRun::prepare(Worker& worker, Staged& staged) {
                                    options.scene.env_rotate_deg);
   const auto say = [this, &job = staged.job](const std::string& line) { say_once(job, line); };
   RenderOptions own = options;
-  if (!own.checkpoint.file.empty() && was_begun(options, staged.key)) own.checkpoint.resume = true;
+  if (!own.checkpoint.file.empty() && was_begun(options, staged.key))
+    own.checkpoint.resume = true, own.checkpoint.implied = !options.checkpoint.resume;
   staged.render.emplace(std::move(own), say, process_seconds());
   if (!worker.scenes.takes(staged.scene))
     return staged.render->take_turn(worker.devices, stop_);  // not two large ones at a time
@@ -216,7 +218,7 @@ void BatchRun::write(Staged& staged, bool beside_render) {
   try {
     // Beside a render on this thread alone: those that would help, and then look for more to do, take time from it.
     tbb::task_arena threads(beside_render ? 1 : tbb::task_arena::automatic);
-    threads.execute([&] { staged.render->write(); });
+    threads.execute([&] { staged.render->write(false); });  // a batch that is started again renders it again
     BatchJob& job = staged.job;
     const RenderReport& report = staged.render->report();
     job.samples = report.samples;

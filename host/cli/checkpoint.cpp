@@ -3,22 +3,16 @@
 
 #include <fmt/format.h>
 
-#include <csignal>
 #include <utility>
 
 #include "cli/arguments.h"
 #include "cli/metadata.h"
+#include "cli/stop_signals.h"
 #include "image/image.h"
 #include "render/features.h"
 
 namespace eikon {
 namespace {
-
-std::atomic<bool> checkpoint_requested{false};
-
-void on_request(int) { checkpoint_requested = true; }
-
-void listen_for_requests() { std::signal(SIGUSR1, on_request); }
 
 std::string in_words(const Crop& crop) { return fmt::format("{},{},{},{}", crop.x0, crop.y0, crop.x1, crop.y1); }
 
@@ -29,8 +23,9 @@ bool encloses(const Crop& outer, const Crop& inner) {
 }  // namespace
 
 void CheckpointOptions::add_to(CLI::App& command) {
-  command.add_option("--checkpoint", file,
-                     "FILE.exr that keeps what is done: every so often, at the end, and upon SIGINT, SIGTERM, SIGUSR1");
+  command.add_option(
+      "--checkpoint", file,
+      "FILE.exr that keeps what is done: every so often, at the end, and upon SIGINT, SIGTERM, SIGHUP, SIGUSR1");
   command.add_option("--checkpoint-every", every_s, "seconds between checkpoints")
       ->check(check_is_finite)
       ->check(CLI::Range(0.01, 1e9))
@@ -42,7 +37,7 @@ CheckpointFile::CheckpointFile(CheckpointOptions options, Say say)
     : options_(std::move(options)), say_(std::move(say)) {
   if (options_.resume && options_.file.empty())
     throw UsageError("--resume goes on from a checkpoint: name it with --checkpoint FILE");
-  if (!options_.file.empty()) listen_for_requests();
+  requests_ = checkpoint_signals();
 }
 
 void CheckpointFile::begin(const Prepared& prepared) {
@@ -57,7 +52,9 @@ void CheckpointFile::begin(const Prepared& prepared) {
   asked_samples_ = settings.crop.pixel_count() * (settings.sample_end - settings.sample_begin);
   std::error_code ignored;
   if (!std::filesystem::exists(options_.file, ignored)) return;
-  if (options_.resume)
+  if (options_.implied)
+    read_if_it_fits(prepared);
+  else if (options_.resume)
     read(prepared);
   else
     say_(fmt::format("the first checkpoint replaces what is in {}; --resume would go on from it", options_.file));
@@ -92,9 +89,25 @@ void CheckpointFile::read(const Prepared& prepared) {
   for (const WorkUnit& part : begin_with_->done.missing(layout.crop, settings.sample_begin, settings.sample_end))
     missing += part.path_count();
   extra_samples_ = saved_samples_ - (asked_samples_ - missing);
-  if (extra_samples_ > 0)
+  if (extra_samples_ > 0 && !options_.implied)
     say_(fmt::format("{} holds {} samples beyond what --spp or --samples ask for; they stay in the picture",
                      options_.file, extra_samples_));
+}
+
+/// What lies there may be of an image that the same line rendered before it was edited.
+void CheckpointFile::read_if_it_fits(const Prepared& prepared) {
+  std::string why;
+  try {
+    read(prepared);
+    if (extra_samples_ > 0) why = fmt::format("{} holds more samples than are asked for", options_.file);
+  } catch (const InputError& error) {
+    why = error.what();
+  }
+  if (why.empty()) return;
+  begin_with_.reset();
+  saved_samples_ = extra_samples_ = 0;
+  there_is_one_ = false;
+  say_(fmt::format("{}; the first checkpoint replaces it", why));
 }
 
 void CheckpointFile::attach(RenderHooks& hooks) {
@@ -102,11 +115,12 @@ void CheckpointFile::attach(RenderHooks& hooks) {
   hooks.begin_with = std::exchange(begin_with_, std::nullopt);
   hooks.checkpoint = [this](const FilmState& state) { write(state.film, state.done, state.arithmetic); };
   hooks.checkpoint_every_s = options_.every_s;
-  hooks.checkpoint_now = &checkpoint_requested;
-  // LLVM, in drivers that compile within the process, takes the signal for itself whenever it compiles.
-  hooks.progress = [usual = std::move(hooks.progress)](const Progress& now, const Film& film) {
-    listen_for_requests();
-    if (usual) usual(now, film);
+  hooks.checkpoint_now = asked_.get();
+  // Every render of the process looks for itself: a signal asks all of them.
+  hooks.progress = [this, usual = std::move(hooks.progress)](const Progress& progress, const Film& film) {
+    const std::uint64_t now = checkpoint_signals();
+    if (std::exchange(requests_, now) != now) *asked_ = true;
+    if (usual) usual(progress, film);
   };
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 #include <CLI/CLI.hpp>
 #include <atomic>
+#include <memory>
 #include <optional>
 #include <string>
 
@@ -17,6 +18,7 @@ struct CheckpointOptions {
   std::string file;  // empty: none
   double every_s = 60;
   bool resume = false;
+  bool implied = false;  // --resume was not asked for: what cannot be gone on from is replaced rather than refused
 
   /// Adds the flags to a subcommand. The object must live as long as the parser.
   void add_to(CLI::App& command);
@@ -24,7 +26,7 @@ struct CheckpointOptions {
 
 class CheckpointFile {
  public:
-  /// From now on SIGUSR1 asks for a checkpoint, if there is a file for it.
+  /// From now on SIGUSR1 asks for a checkpoint, if there is a file for it; see stop_signals.h
   /// say: takes what the user should know. throws UsageError when the options do not go together
   CheckpointFile(CheckpointOptions options, Say say);
 
@@ -42,6 +44,9 @@ class CheckpointFile {
   [[nodiscard]] const std::map<std::string, std::string>& manifests() const { return manifests_; }
   /// After end(): false when the last checkpoint could not be written, or holds more samples than were asked for.
   [[nodiscard]] bool as_asked() const { return last_failure_.empty() && extra_samples_ == 0; }
+  /// After end(): whether there is a file, and it holds all that was done.
+  [[nodiscard]] bool is_whole() const { return !options_.file.empty() && there_is_one_ && last_failure_.empty(); }
+  [[nodiscard]] const std::string& file() const { return options_.file; }
 
  private:
   CheckpointOptions options_;
@@ -52,10 +57,13 @@ class CheckpointFile {
   Metadata metadata_;
   std::optional<FilmState> begin_with_;
   std::uint64_t asked_samples_ = 0, extra_samples_ = 0, saved_samples_ = 0;
-  bool there_is_one_ = false;  // a checkpoint of this render lies in the file
-  std::string last_failure_;   // of the last try; empty when it went well
+  bool there_is_one_ = false;   // a checkpoint of this render lies in the file
+  std::string last_failure_;    // of the last try; empty when it went well
+  std::uint64_t requests_ = 0;  // SIGUSR1s that were seen
+  std::unique_ptr<std::atomic<bool>> asked_ = std::make_unique<std::atomic<bool>>(false);  // by one of them
 
   void read(const Prepared& prepared);
+  void read_if_it_fits(const Prepared& prepared);
   void write(const Film& film, const SampleLedger& done, const std::set<std::string>& arithmetic);
   [[nodiscard]] std::string saved() const;
 };

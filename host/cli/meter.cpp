@@ -47,6 +47,7 @@ Meter meter_of(const MeterOptions& options) {
 }
 
 ExitCode meter_command(MeterOptions options) {
+  receive_signals();
   read_execution_environment(options.execution);
   const Meter meter = meter_of(options);
   Prepared prepared = prepare(options.scene, say_on_stderr(options.json));

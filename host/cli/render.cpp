@@ -13,6 +13,7 @@
 #include "cli/openjd.h"
 #include "cli/render_job.h"
 #include "cli/stop_signals.h"
+#include "cli/tell.h"
 
 namespace eikon {
 namespace {
@@ -37,14 +38,14 @@ class ProgressBar {
     const int filled = int(done * width);
     const double left =
         now.samples_per_second > 0 ? double(now.samples_total - now.samples) / now.samples_per_second : 0;
-    fmt::print(stderr, "\r\x1b[K[{:=<{}}{:{}}] {:3.0f} %  {:.2f} Msamples/s  {:.0f} s left  relMSE {}", "", filled, "",
-               width - filled, 100 * done, 1e-6 * now.samples_per_second, left,
-               error_.known ? fmt::format("{:.2e}", error_.relmse) : "?");
+    tell("\r\x1b[K[{:=<{}}{:{}}] {:3.0f} %  {:.2f} Msamples/s  {:.0f} s left  relMSE {}", "", filled, "",
+         width - filled, 100 * done, 1e-6 * now.samples_per_second, left,
+         error_.known ? fmt::format("{:.2e}", error_.relmse) : "?");
     std::fflush(stderr);
     shown_ = true;
   }
   void clear() {
-    if (shown_) fmt::print(stderr, "\r\x1b[K");
+    if (shown_) tell("\r\x1b[K");
     shown_ = false;
   }
 
@@ -107,6 +108,7 @@ ExitCode render_command(RenderOptions options) {
     read_execution_environment(options.execution);
     return replay(options);
   }
+  receive_signals();
   OpenJdLines lines(options.progress == "openjd");
   try {
     return render_with_progress(std::move(options), lines);

@@ -3,14 +3,17 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <unistd.h>
 
 #include "cli/execution_options.h"
+#include "cli/file_identity.h"
 #include "cli/metadata.h"
 #include "cli/trace_file.h"
 #include "core/process_time.h"
 #include "image/image.h"
 #include "render/error_counter.h"
 #include "render/layers.h"
+#include "render/no_device_left.h"
 #include "render/placed_meshes.h"
 #include "scene/text.h"
 #include "shared/records.h"
@@ -55,6 +58,7 @@ RenderJob::RenderJob(RenderOptions options, Say say, double begin_s)
       checkpoint_(options_.checkpoint, say_) {
   read_execution_environment(options_.execution);
   require_writable(options_.outputs(), options_.scene.scene);
+  refuse_to_replace_inputs(options_.outputs(), options_.scene.scene, options_.scene.env);
   if (options_.scene.denoise) denoiser_ = std::make_unique<Denoiser>(options_.execution.threads);
   if (!options_.profile.empty()) trace_ = std::make_shared<Trace>();
   options_.execution.trace = trace_;
@@ -94,32 +98,68 @@ void RenderJob::render(const std::atomic<bool>& stop, RenderHooks hooks) {
   checkpoint_.attach(hooks);
   hooks.keep = prepared_.scene;
   const Settings& settings = prepared_.settings;
-  if (packed_ == nullptr) {
-    done_ = render_and_release(*prepared_.scene, settings, options_.execution, stop, std::move(hooks));
-  } else {
-    const Features features = features_of(*prepared_.scene, settings, options_.execution);
-    done_ = render_packed(packed_, features, settings, options_.execution, stop, std::move(hooks));
+  try {
+    if (packed_ == nullptr) {
+      done_ = render_and_release(*prepared_.scene, settings, options_.execution, stop, std::move(hooks));
+    } else {
+      const Features features = features_of(*prepared_.scene, settings, options_.execution);
+      done_ = render_packed(packed_, features, settings, options_.execution, stop, std::move(hooks));
+    }
+  } catch (const NoDeviceLeft& error) {
+    done_ = std::move(*error.done);
+    failure_ = error.what();
   }
   if (turn_ != nullptr) turn_->under_way();
   for (const std::string& note : report().notes) say_(note);
+  const bool failed = !failure_.empty();  // which tells why each of them was dropped
   for (const DeviceEvent& event : report().events)
-    say_(fmt::format("device {}: {}", report().devices[event.device].info.selector, event.text));
+    if (!failed) say_(fmt::format("device {}: {}", report().devices[event.device].info.selector, event.text));
   checkpoint_.end(*done_);
+  if (failed && checkpoint_.is_whole())
+    throw DeviceError(fmt::format("{}; {} holds what is done: --resume goes on from it", failure_, checkpoint_.file()));
 }
 
-void RenderJob::write_image() {
+void RenderJob::write_image(bool elsewhere) {
   ExrOptions exr;
   exr.half = options_.half;
   exr.layers = prepared_.layers;
   exr.manifests = checkpoint_.manifests();
-  exr.exact_sums = !options_.scene.samples.empty() || !options_.scene.crop.empty();
-  if (exr.exact_sums) exr.record = to_text(checkpoint_.record(done_->done, done_->arithmetic));
+  exr.record = to_text(checkpoint_.record(done_->done, done_->arithmetic));
+  // What a failure left is to be gone on from.
+  exr.exact_sums = !options_.scene.samples.empty() || !options_.scene.crop.empty() || !failure_.empty();
   std::optional<Image> denoised;
   if (denoiser_) denoised = denoise();
   exr.denoised = denoised ? &*denoised : nullptr;
-  write_film(output_, done_->film, describe_render(prepared_, *done_, error_), exr);
+  write_picture(exr, elsewhere);
   if (!options_.png.file.empty()) options_.png.write(denoised ? *denoised : to_image(done_->film));
   write_depth_series(exr);
+}
+
+void RenderJob::write_picture(const ExrOptions& exr, bool elsewhere) {
+  try {
+    write_film(output_, done_->film, describe_render(prepared_, *done_, error_), exr);
+  } catch (const InputError& error) {
+    throw InputError(error.what() + (elsewhere ? keep_elsewhere(exr) : ""));
+  }
+}
+
+std::string RenderJob::keep_elsewhere(ExrOptions exr) {
+  if (checkpoint_.is_whole())
+    return fmt::format("; {} holds what is done: --resume goes on from it", checkpoint_.file());
+  exr.half = false;
+  exr.denoised = nullptr;
+  exr.exact_sums = true;
+  std::error_code none;
+  const std::filesystem::path folder = std::filesystem::temp_directory_path(none);
+  if (folder.empty()) return "";
+  const std::filesystem::path file = folder / fmt::format("{}.{}.exr", output_.stem().string(), getpid());
+  try {
+    write_exr(file, done_->film, describe_render(prepared_, *done_, error_), exr);
+  } catch (const InputError&) {
+    return "";
+  }
+  return fmt::format("; what is done was kept in \"{}\": --checkpoint {} --resume goes on from it", file.string(),
+                     file.string());
 }
 
 std::optional<Image> RenderJob::denoise() {
@@ -164,7 +204,18 @@ void RenderJob::write_film(const std::filesystem::path& file, const Film& film, 
 
 std::uint64_t RenderJob::rejected_samples() const { return rejected_in(done_->film, done_->done); }
 
-void RenderJob::write() {
+void RenderJob::write(bool elsewhere) {
+  if (failure_.empty()) return write_files(elsewhere);
+  try {
+    write_files(elsewhere);
+  } catch (const InputError& error) {
+    throw DeviceError(fmt::format("{}; and {}", failure_, error.what()));
+  }
+  throw DeviceError(fmt::format("{}; what is done is in {}: --checkpoint {} --resume, and another -o, go on from it",
+                                failure_, output_.string(), output_.string()));
+}
+
+void RenderJob::write_files(bool elsewhere) {
   if (!has_samples()) {
     say_("interrupted before the first sample: nothing was written");
     return;
@@ -175,7 +226,7 @@ void RenderJob::write() {
   ErrorCounter::count(trace_.get(), error_);
   const double write_begin = host_seconds();
   TraceScope writing(trace_.get(), Trace::kMain, "write");
-  write_image();
+  write_image(elsewhere);
   writing.end();
   times_.load_s = prepared_.load_s;
   times_.write_s = host_seconds() - write_begin;
@@ -191,7 +242,7 @@ void RenderJob::write() {
                      fmt::join(done_->arithmetic, ", ")));
   if (const std::uint64_t all = rejected_samples(); all > 0) say_(rejected_line(report(), all));
   if (report().given_up > 0) say_(given_up_line(*prepared_.scene, report()));
-  if (report().interrupted) {
+  if (report().interrupted && failure_.empty()) {
     const Settings& settings = prepared_.settings;
     say_(fmt::format("interrupted: {} of {} samples are in {}", done_->done.sample_count(),
                      settings.crop.pixel_count() * (settings.sample_end - settings.sample_begin), output_.string()));

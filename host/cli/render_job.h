@@ -35,8 +35,10 @@ class RenderJob {
   void take_turn(ReadyAhead& devices, const std::atomic<bool>& stop);
   /// Renders until all is done or `stop` is set. throws Error
   void render(const std::atomic<bool>& stop, RenderHooks hooks);
-  /// Writes every output, also of a render that was stopped; nothing when that was before its first sample. throws InputError
-  void write();
+  /// Writes every output, also of a render that was stopped; nothing when that was before its first sample.
+  /// elsewhere: whether what is done is kept in the folder for temporary files where the picture cannot be written
+  /// throws InputError; DeviceError, when all is written, if that is all that was done before no device was left
+  void write(bool elsewhere = true);
 
   [[nodiscard]] const RenderOptions& options() const { return options_; }
   [[nodiscard]] const std::filesystem::path& output() const { return output_; }
@@ -66,9 +68,14 @@ class RenderJob {
   std::optional<RenderOutput> done_;
   PredictedError error_;
   bool as_asked_ = true;
+  std::string failure_{};  // why no device was left, once render() has something to keep for write()
   CheckpointFile checkpoint_;
 
-  void write_image();
+  void write_files(bool elsewhere);
+  void write_image(bool elsewhere);
+  void write_picture(const ExrOptions& exr, bool elsewhere);
+  /// Where what is done was kept instead, and how to get at it; empty: it could not be.
+  [[nodiscard]] std::string keep_elsewhere(ExrOptions exr);
   /// Nothing, and that is said, when the library fails.
   [[nodiscard]] std::optional<Image> denoise();
   /// exr: as of the whole picture

@@ -100,7 +100,9 @@ void make_ready_within(const std::shared_ptr<Work>& work, double seconds, const 
 
 }  // namespace
 
-ReadyAhead::ReadyAhead() { lanes_[1].pool = lanes_[0].pool.sibling(); }
+ReadyAhead::ReadyAhead(const DevicePool& pool) {
+  for (Lane& lane : lanes_) lane.pool = pool.sibling();
+}
 
 /// The lane for an image. prepare: whether it is to be made ready there
 std::size_t ReadyAhead::choose(const Image& image, const std::string& key, bool& prepare) {

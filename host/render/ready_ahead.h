@@ -45,7 +45,8 @@ class ReadyAhead {
     bool told_ = false;
   };
 
-  ReadyAhead();
+  /// pool: what is known of its devices is shared, as with DevicePool::sibling()
+  explicit ReadyAhead(const DevicePool& pool = DevicePool());
   /// The turn of a render; it must not outlive this. Called once for each, in their order, when the one before it has its turn and may be
   /// rendering, but the one before that has ended.
   ///

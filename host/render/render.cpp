@@ -13,6 +13,7 @@
 #include "render/device_worker.h"
 #include "render/error_counter.h"
 #include "render/memory.h"
+#include "render/no_device_left.h"
 #include "render/pack.h"
 #include "render/placed_meshes.h"
 
@@ -281,7 +282,8 @@ RenderOutput pack_and_render(const Pack& pack, const Features& features, const S
   rendering.end();
   if (const std::exception_ptr error = crew->error()) std::rethrow_exception(error);
   const Crew::Totals totals = crew->totals();
-  if (state == Crew::State::unmanned) throw DeviceError(no_device_is_left(*crew, totals.samples, total));
+  const bool unmanned = state == Crew::State::unmanned;
+  if (unmanned && totals.samples == 0) throw DeviceError(no_device_is_left(*crew, 0, total));
 
   report.devices = crew->device_reports();
   report.events = crew->events();
@@ -307,7 +309,9 @@ RenderOutput pack_and_render(const Pack& pack, const Features& features, const S
   report.build_s = packed.build_s - built_before_s;
   FilmState done = crew->film().take();
   report.interrupted = !done.done.missing(settings.crop, settings.sample_begin, settings.sample_end).empty();
-  return {std::move(done.film), std::move(report), std::move(done.done), std::move(done.arithmetic)};
+  RenderOutput output{std::move(done.film), std::move(report), std::move(done.done), std::move(done.arithmetic)};
+  if (unmanned) throw NoDeviceLeft(no_device_is_left(*crew, totals.samples, total), std::move(output));
+  return output;
 }
 
 }  // namespace

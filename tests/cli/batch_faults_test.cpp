@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <csignal>
+#include <functional>
 #include <thread>
 
 #include "cli/batch_outcome.h"
@@ -138,6 +139,90 @@ TEST(BatchFaults, killed_within_a_job_it_goes_on_from_the_job_s_checkpoint) {
   EXPECT_EQ(told(here / "jobs.ledger").at(1), (std::vector<std::string>{"started", "started", "started", "done"}));
   // All that is done stays done, and skipped.
   EXPECT_EQ(states(here.eikon("batch jobs")), (States{{1, "skipped"}}));
+}
+
+/// The job of a line that is edited after it was done, and rendered to the end with the new one's bits whatever happens on the way.
+void expect_edited_job_ends(const std::function<void(const Workplace&)>& disturb) {
+  const Workplace here;
+  const std::string job =
+      "render " + scene("cornell.gltf") + " -o 1.exr --size 48x48 --devices cpu --checkpoint c.exr ";
+  here.write("jobs", job + "--spp 16 --seed 1\n");
+  ASSERT_TRUE(succeeded(here.eikon("batch jobs")));
+  here.write("jobs", job + "--spp 400 --seed 2 --checkpoint-every 1000\n");
+  disturb(here);
+  const Outcome outcome = here.eikon("batch jobs");
+  EXPECT_TRUE(succeeded(outcome));
+  EXPECT_EQ(states(outcome), (States{{1, "done"}}));
+  EXPECT_TRUE(contains(outcome.err, "its seed is 1, not 2; the first checkpoint replaces it") ||
+              contains(outcome.err, "its seed (--seed) is 1, not 2; the first checkpoint replaces it"))
+      << outcome.err;
+  ASSERT_TRUE(
+      succeeded(here.eikon("render " + scene("cornell.gltf") + " -o s.exr --size 48x48 --spp 400 --seed 2 --quiet")));
+  EXPECT_TRUE(same_picture(here / "s.exr", here / "1.exr"));
+  EXPECT_EQ(read_checkpoint(here / "c.exr").record.done.sample_count(), 48U * 48U * 400U);
+}
+
+TEST(BatchFaults, a_job_killed_before_its_first_checkpoint_begins_anew_whatever_its_file_holds) {
+  expect_edited_job_ends([](const Workplace& here) {
+    const pid_t child = here.start("batch jobs", "EIKON_FAULT=device:0:slow=40");
+    wait_for_lines(here / "jobs.ledger", 3);
+    kill(child, SIGKILL);
+    EXPECT_EQ(here.wait(child).code, 1000 + SIGKILL);
+    EXPECT_EQ(told(here / "jobs.ledger").at(1).back(), "started");
+  });
+}
+
+TEST(BatchFaults, a_job_that_failed_before_its_first_checkpoint_begins_anew_whatever_its_file_holds) {
+  expect_edited_job_ends([](const Workplace& here) {
+    const Outcome failed = here.eikon("batch jobs", "EIKON_FAULT=device:0");
+    EXPECT_EQ(states(failed), (States{{1, "failed"}})) << failed.out;
+  });
+}
+
+TEST(BatchFaults, a_job_that_is_tried_again_begins_anew_whatever_its_checkpoint_holds) {
+  const Workplace here;
+  const std::string job =
+      "render " + scene("cornell.gltf") + " -o 1.exr --size 48x48 --devices cpu --checkpoint c.exr ";
+  here.write("jobs", job + "--spp 16 --seed 1\n");
+  ASSERT_TRUE(succeeded(here.eikon("batch jobs")));
+  here.write("jobs", job + "--spp 8 --seed 1\n");  // fewer samples than the checkpoint has
+  const Outcome outcome = here.eikon("batch jobs --retry 1", "EIKON_FAULT=device:0:times=3");
+  EXPECT_TRUE(succeeded(outcome));
+  EXPECT_EQ(states(outcome), (States{{1, "done"}})) << outcome.err;
+  EXPECT_EQ(read_checkpoint(here / "c.exr").record.done.sample_count(), 48U * 48U * 8U);
+}
+
+TEST(BatchFaults, what_was_done_before_a_job_s_only_device_failed_is_in_its_picture) {
+  const Workplace here;
+  here.write("jobs", jobs_of(1, "--size 64x48 --spp 400 --devices cpu"));
+  const Outcome outcome = here.eikon("batch jobs", "EIKON_FAULT=device:0:after=4:lost");
+  EXPECT_EQ(outcome.code, 1);
+  EXPECT_EQ(states(outcome), (States{{1, "failed"}}));
+  EXPECT_TRUE(contains(outcome.err, "what is done is in 1.exr")) << outcome.err;
+  EXPECT_GT(read_checkpoint(here / "1.exr").record.done.sample_count(), 0U);
+  const Outcome again = here.eikon("batch jobs");
+  EXPECT_EQ(states(again), (States{{1, "done"}})) << "it is not taken for done";
+  expect_single_renders(here, 1, "--size 64x48 --spp 400");
+}
+
+TEST(BatchFaults, jobs_at_a_time_know_of_a_device_that_hung_for_one_of_them) {
+  const Workplace here;
+  // The second job uses half of the machine, until the first has met a device that hangs; the fourth, which follows it, must not.
+  const std::string two = " --devices cpu:2x1 --size 64x48 --spp 64\n", one = " --devices cpu:1x1 --size 64x48 --spp ";
+  const std::string render = "render " + scene("cornell.gltf") + " -o ";
+  here.write("jobs", render + "1.exr" + two + render + "2.exr" + one + "400\n" + render + "3.exr" + one + "4\n" +
+                         render + "4.exr" + two);
+  const Outcome outcome =
+      here.eikon("batch jobs --jobs-parallel 2",
+                 std::string(kCores) + " EIKON_WATCHDOG=0.5 EIKON_FAULT='device:0:slow=20;device:1:hang'");
+  EXPECT_TRUE(succeeded(outcome));
+  EXPECT_TRUE(contains(outcome.err, "jobs:1: device")) << outcome.err;
+  for (const char* line : {"jobs:2: ", "jobs:3: ", "jobs:4: "}) {
+    const std::size_t at = outcome.err.find(line), end = outcome.err.find('\n', at);
+    if (at != std::string::npos) {
+      EXPECT_TRUE(contains(outcome.err.substr(at, end - at), "is used no more")) << outcome.err;
+    }
+  }
 }
 
 TEST(BatchFaults, interrupted_while_its_device_hangs_it_ends_with_a_checkpoint) {

@@ -27,6 +27,13 @@ inline Checkpoint read_checkpoint(const std::filesystem::path& path) {
   return checkpoint;
 }
 
+/// Whether the process has begun to receive it on a thread of its own; before that the signal would end it.
+inline bool listens_to(pid_t process, int signal) {
+  const std::string status = read_bytes("/proc/" + std::to_string(process) + "/status");
+  const std::size_t at = status.find("SigBlk:");
+  return at != std::string::npos && (std::stoull(status.substr(at + 7), nullptr, 16) >> (signal - 1) & 1) != 0;
+}
+
 /// Changes with every new file of that name.
 inline ino_t identity(const std::filesystem::path& path) {
   struct stat status {};

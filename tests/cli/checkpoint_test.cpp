@@ -63,13 +63,6 @@ TEST(Checkpoint, N9_a_signal_that_ends_a_render_leaves_a_checkpoint_to_go_on_fro
   }
 }
 
-/// Whether the process has a handler for it; before that the signal would end it.
-bool listens_to(pid_t process, int signal) {
-  const std::string status = read_bytes("/proc/" + std::to_string(process) + "/status");
-  const std::size_t at = status.find("SigCgt:");
-  return at != std::string::npos && (std::stoull(status.substr(at + 7), nullptr, 16) >> (signal - 1) & 1) != 0;
-}
-
 TEST(Checkpoint, SIGUSR1_asks_for_one_and_the_render_goes_on) {
   const Workplace here;
   const pid_t child =
