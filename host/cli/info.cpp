@@ -64,8 +64,8 @@ std::string describe(const Material& material) {
   if (material.dispersion > 0 && material.solid) text += fmt::format(", dispersion {:g}", material.dispersion);
   if (material.anisotropy > 0) text += fmt::format(", anisotropy {:g}", material.anisotropy);
   if (material.iridescence > 0)
-    text += fmt::format(", iridescence {:g} by a film of index {:g}, {:g} to {:g} nm", material.iridescence, material.film_index,
-                        material.film_thickness_nm[0], material.film_thickness_nm[1]);
+    text += fmt::format(", iridescence {:g} by a film of index {:g}, {:g} to {:g} nm", material.iridescence,
+                        material.film_index, material.film_thickness_nm[0], material.film_thickness_nm[1]);
   if (material.phong) {
     const glm::vec3& specular = material.phong->specular;
     text += fmt::format(", highlights ({:g}, {:g}, {:g}) of shininess {:g}", specular.x, specular.y, specular.z,

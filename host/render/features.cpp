@@ -166,12 +166,12 @@ Features::Features(const Scene& scene, const Settings& settings) {
     return m.iridescence > 0 && (kind == "metallic_roughness" || kind == "transmission");
   };
   const auto has_sheen = [](const Material& m) { return m.sheen_color != glm::vec3(0); };
-  needs["material_detail"] =
-      shown.material("no clearcoat, sheen, diffuse transmission, anisotropy, dispersion, iridescence, conductor or highlight",
-                     [&](const Material& m) {
-                       return is_coated(m) || has_sheen(m) || is_translucent(m) || is_anisotropic(m) || disperses(m) || is_filmy(m) ||
-                              lobe_of(m) == "conductor" || lobe_of(m) == "phong";
-                     });
+  needs["material_detail"] = shown.material(
+      "no clearcoat, sheen, diffuse transmission, anisotropy, dispersion, iridescence, conductor or highlight",
+      [&](const Material& m) {
+        return is_coated(m) || has_sheen(m) || is_translucent(m) || is_anisotropic(m) || disperses(m) || is_filmy(m) ||
+               lobe_of(m) == "conductor" || lobe_of(m) == "phong";
+      });
   needs["iridescence"] = shown.material("no thin film", is_filmy);
   needs["iridescence_texture"] = shown.material(
       "no such texture", [](const Material& m) { return m.iridescence_texture || m.film_thickness_texture; });
@@ -198,9 +198,8 @@ Features::Features(const Scene& scene, const Settings& settings) {
     return is_solid(m) && m.attenuation_distance > 0 && m.attenuation_color != glm::vec3(1);
   });
   // One solid can need it too: its own parts may overlap.
-  needs["nested_media"] = shown.material("no solid says mediumPriority", [](const Material& m) {
-    return is_solid(m) && m.medium_priority.has_value();
-  });
+  needs["nested_media"] = shown.material(
+      "no solid says mediumPriority", [](const Material& m) { return is_solid(m) && m.medium_priority.has_value(); });
   needs["energy_compensation"] = {false, "--energy-compensation"};
   if (settings.energy_compensation)
     needs["energy_compensation"] = shown.material("no rough metal or glass", [](const Material& m) {

@@ -103,9 +103,8 @@ std::string describe_lens(const Camera& camera) {
 std::vector<ImageSetting> image_settings(const Scene& scene, const Settings& settings, const FilmLayout& layout) {
   // Whoever adds a setting is stopped here by the compiler, and says below whether the image's bits depend on it.
   const auto& [width, height, crop, sample_begin, sample_end, seed, replicate_bits, max_depth, roulette_depth, roulette,
-               whitted, energy_compensation, raycast, light_samples, light_sampling, aovs, depth_series, filter, transparent,
-               camera,
-               environment] = settings;
+               whitted, energy_compensation, raycast, light_samples, light_sampling, aovs, depth_series, filter,
+               transparent, camera, environment] = settings;
   static_cast<void>(crop), static_cast<void>(sample_begin), static_cast<void>(sample_end);
   static_cast<void>(aovs), static_cast<void>(depth_series);  // the channels say it
   const glm::dmat4& pose = camera.world_from_camera;

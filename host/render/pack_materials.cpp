@@ -84,8 +84,7 @@ class MaterialPacker {
     if (!m.unlit) r.emission_r = m.emission.x, r.emission_g = m.emission.y, r.emission_b = m.emission.z;
     r.flags = lobe_bit(m) | (m.double_sided ? EK_MATERIAL_DOUBLE_SIDED : 0) | (m.unlit ? EK_MATERIAL_UNLIT : 0) |
               (m.alpha_mode == AlphaMode::mask ? EK_MATERIAL_MASK : 0) |
-              (m.alpha_mode == AlphaMode::blend ? EK_MATERIAL_BLEND : 0) |
-              (is_solid(m) ? EK_MATERIAL_SOLID : 0);
+              (m.alpha_mode == AlphaMode::blend ? EK_MATERIAL_BLEND : 0) | (is_solid(m) ? EK_MATERIAL_SOLID : 0);
     r.metallic = m.metallic;
     r.roughness = m.roughness;
     r.ior = m.ior;

@@ -17,7 +17,8 @@ bool check_layers(const Place& extension, std::size_t texture_count) {
     return true;
   }
   if (extension.kind == kIridescenceExtension) {
-    for (const char* number : {"iridescenceFactor", "iridescenceIor", "iridescenceThicknessMinimum", "iridescenceThicknessMaximum"})
+    for (const char* number :
+         {"iridescenceFactor", "iridescenceIor", "iridescenceThicknessMinimum", "iridescenceThicknessMaximum"})
       as_number(extension, number);
     textures({"iridescenceTexture", "iridescenceThicknessTexture"});
     return true;
@@ -40,8 +41,10 @@ void read_layers(const Place& place, const Factors& factors, Material& material)
   constexpr double kThickest_nm = 1e5;  // colours have faded long before
   material.iridescence = factors.unit(film, "iridescenceFactor", 0.0);
   material.film_index = factors.clamped(number_of(film, "iridescenceIor", 1.3), "iridescenceIor", 1.0, 1e3);
-  material.film_thickness_nm[0] = factors.clamped(number_of(film, "iridescenceThicknessMinimum", 100.0), "iridescenceThicknessMinimum", 0.0, kThickest_nm);
-  material.film_thickness_nm[1] = factors.clamped(number_of(film, "iridescenceThicknessMaximum", 400.0), "iridescenceThicknessMaximum", 0.0, kThickest_nm);
+  material.film_thickness_nm[0] = factors.clamped(number_of(film, "iridescenceThicknessMinimum", 100.0),
+                                                  "iridescenceThicknessMinimum", 0.0, kThickest_nm);
+  material.film_thickness_nm[1] = factors.clamped(number_of(film, "iridescenceThicknessMaximum", 400.0),
+                                                  "iridescenceThicknessMaximum", 0.0, kThickest_nm);
 }
 
 void complete_layers(const Place& place, TextureReader& textures, Material& material) {
@@ -66,9 +69,8 @@ void complete_layers(const Place& place, TextureReader& textures, Material& mate
       texture(kSheenExtension, "sheenRoughnessTexture", false, fuzzy && material.sheen_roughness > 0);
   const bool filmy = material.iridescence > 0;
   material.iridescence_texture = texture(kIridescenceExtension, "iridescenceTexture", false, filmy);
-  material.film_thickness_texture =
-      texture(kIridescenceExtension, "iridescenceThicknessTexture", false,
-              filmy && material.film_thickness_nm[0] != material.film_thickness_nm[1]);
+  material.film_thickness_texture = texture(kIridescenceExtension, "iridescenceThicknessTexture", false,
+                                            filmy && material.film_thickness_nm[0] != material.film_thickness_nm[1]);
 }
 
 }  // namespace eikon

@@ -277,15 +277,13 @@ Sampled Answers::sample(std::size_t i) const {
 
 std::vector<Words> scatter(const std::vector<MaterialRecord>& materials,
                            const std::vector<MaterialExtension>& extensions, const std::vector<MaterialDetail>& details,
-                           const Queries& q, bool uniform, bool anisotropic, const Words& texels,
-                           bool compensated) {
+                           const Queries& q, bool uniform, bool anisotropic, const Words& texels, bool compensated) {
   Probe probe("bsdf");
   // Beside a table, what compiles longest is left out.
   if (!texels.empty())
     for (const char* name : {"transmission", "clearcoat", "clearcoat_normal", "sheen", "dispersion"})
       probe.define(std::string("EK_HAS_") + name, "0");
-  return probe
-      .buffer("materials", materials)
+  return probe.buffer("materials", materials)
       .buffer("triangles", std::vector<Triangle>(1))
       .buffer("triangle_normals", std::vector<TriangleNormals>(1))
       .buffer("triangle_tangents", std::vector<TriangleTangents>(1))

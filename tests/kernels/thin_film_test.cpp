@@ -35,13 +35,17 @@ double airy(const Film& film, double cosine, double lambda_nm) {
   const double sine2 = 1 - cosine * cosine;
   const double cos_film = std::sqrt(1 - sine2 / (film.index * film.index)),
                cos_base = std::sqrt(1 - sine2 / (film.base * film.base));
-  const auto across = [](double n1, double c1, double n2, double c2) { return (n1 * c1 - n2 * c2) / (n1 * c1 + n2 * c2); };
+  const auto across = [](double n1, double c1, double n2, double c2) {
+    return (n1 * c1 - n2 * c2) / (n1 * c1 + n2 * c2);
+  };
   const double phase = 2 * std::numbers::pi * 2 * film.index * film.nm * cos_film / lambda_nm;
   const std::complex<double> turn = std::polar(1.0, phase);
   double sum = 0;
   // Across the plane of incidence, and along it, where cosines change places (and both signs turn).
   for (const bool along : {false, true}) {
-    const auto r = [&](double n1, double c1, double n2, double c2) { return along ? across(n1, c2, n2, c1) : across(n1, c1, n2, c2); };
+    const auto r = [&](double n1, double c1, double n2, double c2) {
+      return along ? across(n1, c2, n2, c1) : across(n1, c1, n2, c2);
+    };
     const double top = r(1, cosine, film.index, cos_film), bottom = r(film.index, cos_film, film.base, cos_base);
     sum += 0.5 * std::norm((top + bottom * turn) / (1.0 + top * bottom * turn));
   }
@@ -72,7 +76,8 @@ std::array<double, 3> colour(const Film& film, double cosine) {
     xyz[g.channel] += scale * sum / all;
     white[g.channel] += scale;
   }
-  constexpr double kRgb[3][3] = {{3.2404542, -1.5371385, -0.4985314}, {-0.9692660, 1.8760108, 0.0415560}, {0.0556434, -0.2040259, 1.0572252}};
+  constexpr double kRgb[3][3] = {
+      {3.2404542, -1.5371385, -0.4985314}, {-0.9692660, 1.8760108, 0.0415560}, {0.0556434, -0.2040259, 1.0572252}};
   std::array<double, 3> rgb{};
   for (int c = 0; c < 3; ++c) {
     double of_film = 0, of_white = 0;
@@ -95,12 +100,14 @@ TEST(ThinFilm, reflects_at_normal_incidence_what_interference_does_at_every_wave
       // The third order is left out: below both amplitudes to the third, twice, in colours that amplify by at most 4.4; and what is out
       // of gamut, or above the bound of any wave length, is cut.
       const double top = (queries[i].first.index - 1) / (queries[i].first.index + 1),
-                   bottom = (queries[i].first.base - queries[i].first.index) / (queries[i].first.base + queries[i].first.index);
+                   bottom = (queries[i].first.base - queries[i].first.index) /
+                            (queries[i].first.base + queries[i].first.index);
       const double left_out = 2 * 4.4 * std::pow(std::abs(top * bottom), 3) / (1 - std::abs(top * bottom));
       const double most = std::pow((std::abs(top) + std::abs(bottom)) / (1 + std::abs(top * bottom)), 2);
       const double cut = std::clamp(expected[c], 0.0, most);
-      EXPECT_NEAR(found[i][c], cut, left_out + 2e-4) << "index " << queries[i].first.index << ", " << queries[i].first.nm << " nm on "
-                                                     << queries[i].first.base << ", channel " << c;
+      EXPECT_NEAR(found[i][c], cut, left_out + 2e-4)
+          << "index " << queries[i].first.index << ", " << queries[i].first.nm << " nm on " << queries[i].first.base
+          << ", channel " << c;
       worst = std::max(worst, std::abs(found[i][c] - cut));
     }
   }
@@ -125,7 +132,9 @@ TEST(ThinFilm, never_reflects_more_than_all_or_less_than_nothing) {
   std::vector<std::pair<Film, double>> queries;
   for (int i = 0; i < 50000; ++i) {
     const double grazing = std::pow(uniform(random), 4);
-    queries.push_back({{1 + 2 * uniform(random), 3000 * std::pow(uniform(random), 2), 1 + 9 * std::pow(uniform(random), 3)}, grazing});
+    queries.push_back(
+        {{1 + 2 * uniform(random), 3000 * std::pow(uniform(random), 2), 1 + 9 * std::pow(uniform(random), 3)},
+         grazing});
   }
   for (const auto& rgb : film(queries))
     for (const double channel : rgb) {

@@ -112,11 +112,12 @@ TEST(SceneMaterials, the_priority_of_a_medium_arrives) {
   }
 }
 
-TEST(SceneMaterials, M24_priorities_that_are_no_integer_or_out_of_range_are_brought_there_and_of_the_wrong_type_refused) {
+TEST(SceneMaterials,
+     M24_priorities_that_are_no_integer_or_out_of_range_are_brought_there_and_of_the_wrong_type_refused) {
   Builder builder;
-  for (const auto& [value, taken, warning] : {std::tuple(1.25, 1, "mediumPriority 1.25 is no integer within +-1e+06; taken as 1"),
-                                              std::tuple(2e6, 1000000, "mediumPriority 2e+06"),
-                                              std::tuple(-1e300, -1000000, "mediumPriority -1e+300")}) {
+  for (const auto& [value, taken, warning] :
+       {std::tuple(1.25, 1, "mediumPriority 1.25 is no integer within +-1e+06; taken as 1"),
+        std::tuple(2e6, 1000000, "mediumPriority 2e+06"), std::tuple(-1e300, -1000000, "mediumPriority -1e+300")}) {
     builder.material()["extras"] = {{"mediumPriority", value}};
     const Scene scene = builder.load();
     EXPECT_EQ(scene.materials.at(0).medium_priority, taken);
@@ -388,7 +389,8 @@ TEST(SceneMaterials, what_is_left_out_is_named_unless_it_changes_nothing) {
                                       {"KHR_materials_pbrSpecularGlossiness", Json::object()},
                                       {"VENDOR_\nunheard_of", Json::object()}};
   const Scene scene = builder.load();
-  for (const char* feature : {"KHR_materials_volume_scatter", "KHR_materials_pbrSpecularGlossiness", "VENDOR_ unheard_of"}) {
+  for (const char* feature :
+       {"KHR_materials_volume_scatter", "KHR_materials_pbrSpecularGlossiness", "VENDOR_ unheard_of"}) {
     EXPECT_TRUE(leaves_out(scene, feature, "material 'rich'")) << feature;
   }
   EXPECT_EQ(scene.unsupported.size(), 3U);
@@ -409,8 +411,9 @@ TEST(SceneMaterials, thin_films_are_read_in_their_units_and_held_to_their_range)
   EXPECT_EQ(plain.film_index, 1.3F);
   EXPECT_EQ(plain.film_thickness_nm[0], 100);
   EXPECT_EQ(plain.film_thickness_nm[1], 400);
-  builder.material()["extensions"] = {{"KHR_materials_iridescence",
-                                       {{"iridescenceFactor", 2}, {"iridescenceIor", 0.5}, {"iridescenceThicknessMaximum", -3}}}};
+  builder.material()["extensions"] = {
+      {"KHR_materials_iridescence",
+       {{"iridescenceFactor", 2}, {"iridescenceIor", 0.5}, {"iridescenceThicknessMaximum", -3}}}};
   const Scene scene = builder.load();
   EXPECT_EQ(scene.materials.at(0).iridescence, 1);
   EXPECT_EQ(scene.materials.at(0).film_index, 1);
