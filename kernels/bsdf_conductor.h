@@ -33,7 +33,7 @@ EK_FN Conductor make_conductor(MaterialLanes m, v3 wo) {
   const v3 once = add3(scale3(add3(conductor_reflectance(m, (vf)(0.335710687f)), conductor_reflectance(m, (vf)(0.941965058f))), 5.0f / 18.0f),
                        scale3(conductor_reflectance(m, (vf)(0.707106781f)), 8.0f / 18.0f));
   const vf lost_mean = max_f(mirrors_lose_mean(k.alpha), (vf)(0x1p-30f));
-  const vf lost = mirrors_lose(seen_alpha(k.alpha, wo.z, k.length_o), wo.z);
+  const vf lost = mirrors_lose(k.alpha, wo.z, k.length_o);
   const v3 more = scale3(reflected_again3(once, lost_mean), k.smooth ? (vf)(0.0f) : lost);
   k.again = scale3(more, EK_INV_PI / lost_mean);
   const vf single = max_f(mean_component(once) * (1.0f - lost), (vf)(0x1p-20f));
@@ -50,7 +50,7 @@ EK_FN BsdfValue conductor_value(MaterialLanes m, Conductor k, v3 wo, v3 wi) {
   const v3 f = conductor_reflectance(m, min_f(0.5f * sqrt(sum2), (vf)(1.0f)));
   BsdfValue value = {scale3(f, d * ggx_visibility(wo.z, k.length_o, wi.z, length_i)), 0.5f * d * ggx_visible_share(wo.z, k.length_o)};
 #if EK_HAS_energy_compensation
-  value.f = add3(value.f, scale3(k.again, mirrors_lose(seen_alpha(k.alpha, wi.z, length_i), wi.z) * wi.z));
+  value.f = add3(value.f, scale3(k.again, mirrors_lose(k.alpha, wi.z, length_i) * wi.z));
   value.pdf = k.p_once * value.pdf + (1.0f - k.p_once) * (EK_INV_PI * wi.z);
 #endif
   return bsdf_value_if(valid, value);

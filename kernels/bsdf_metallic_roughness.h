@@ -103,7 +103,7 @@ EK_FN GgxAlbedo layer_mean_albedo(Layers k) {
 #if EK_HAS_energy_compensation
 // What metal of these layers loses along a direction; smooth, nothing.
 EK_FN vf metal_loses(Layers k, vf cosine, vf length) {
-  const vf lost = mirrors_lose(seen_alpha(k.alpha, cosine, length), cosine);
+  const vf lost = mirrors_lose(k.alpha, cosine, length);
   return k.smooth ? (vf)(0.0f) : lost;
 }
 #endif

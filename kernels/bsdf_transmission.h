@@ -37,10 +37,9 @@ typedef struct {
 #if EK_HAS_energy_compensation
 // What the glass of g loses along a direction of cosine c, on wo's side or the other one.
 EK_FN vf glass_loses_along(MaterialLanes m, Glass g, vi other_side, vf c, vf length) {
-  const vf alpha = seen_alpha(g.open.alpha, c, length);
-  vf lost = mirrors_lose(alpha, c);  // a thin wall reflects and passes in one lobe
+  vf lost = mirrors_lose(g.open.alpha, c, length);  // a thin wall reflects and passes in one lobe
   if (ANY(m.solid)) {
-    const vf solid = glass_loses(g.place, other_side ? g.place.there : g.place.here, alpha, c);
+    const vf solid = glass_loses(g.place, other_side ? g.place.there : g.place.here, glass_alpha(g.open.alpha), c);
     lost = m.solid ? solid : lost;
   }
   return lost;
@@ -57,7 +56,7 @@ EK_FN Glass with_glass_again(MaterialLanes m, Glass g, v3 wo) {
   const v3 f = schlick(m.f0_dielectric, m.specular, (vf)(1.0f / 21.0f));
   vf crosses_here = 1.0f - mean_component(f), crosses_there = crosses_here;
   if (ANY(m.solid)) {
-    const vf solid_here = glass_loses_mean(g.place, g.place.here, g.open.alpha), solid_there = glass_loses_mean(g.place, g.place.there, g.open.alpha);
+    const vf solid_here = glass_loses_mean(g.place, g.place.here, glass_alpha(g.open.alpha)), solid_there = glass_loses_mean(g.place, g.place.there, glass_alpha(g.open.alpha));
     const vf n = max_f(g.eta, 1.0f / g.eta), n2 = n * n;
     // The reflectance of an even light from outside, by Kulla and Conty's fit.
     const vf passes = 1.0f - (n - 1.0f) / (4.08567f + 1.00071f * n);

@@ -8,22 +8,20 @@
 #include "fresnel.h"
 #include "math.h"
 
-// [Belcour and Barla 2017, supplement]: XYZ of cos(2 pi path / lambda + shift), in integrals of the sensitivities themselves. path in
-// metres, shift in turns.
-EK_FN vf film_gauss(vf path, vf shift, float weight, float middle, float variance) {
+// [Belcour and Barla 2017, supplement]: XYZ of cos(2 pi path / lambda), in integrals of the sensitivities themselves. path in metres.
+EK_FN vf film_gauss(vf path, float weight, float middle, float variance) {
   // exp(-variance (2 pi path)^2) as a power of two; middle * path in turns.
   const vf phase = 2.0f * EK_PI * path;
   vf s, c;
-  sincos_2pi(middle * path + shift, &s, &c);
+  sincos_2pi(middle * path, &s, &c);
   return weight * (c * exp2_f((-1.44269504f * variance) * (phase * phase)));
 }
 
-/// shift  in turns, of R, G and B
-EK_FN vf film_x(vf path, vf shift) {
-  return film_gauss(path, shift, 0.846590002f, 1.6810e6f, 4.3278e9f) + film_gauss(path, shift, 0.153868307f, 2.2399e6f, 4.5282e9f);
+EK_FN vf film_x(vf path) {
+  return film_gauss(path, 0.846590002f, 1.6810e6f, 4.3278e9f) + film_gauss(path, 0.153868307f, 2.2399e6f, 4.5282e9f);
 }
-EK_FN vf film_y(vf path, vf shift) { return film_gauss(path, shift, 1.00022189f, 1.7953e6f, 9.3046e9f); }
-EK_FN vf film_z(vf path, vf shift) { return film_gauss(path, shift, 1.00112249f, 2.2084e6f, 6.6121e9f); }
+EK_FN vf film_y(vf path) { return film_gauss(path, 1.00022189f, 1.7953e6f, 9.3046e9f); }
+EK_FN vf film_z(vf path) { return film_gauss(path, 1.00112249f, 2.2084e6f, 6.6121e9f); }
 
 /// Linear sRGB of XYZ [IEC 61966-2-1], over that of an even spectrum, which is what (1, 1, 1) stands for as a reflectance. (The formula of
 /// KHR_materials_iridescence leaves that out, and a film of no thickness is pink there.)
@@ -70,18 +68,18 @@ EK_FN v3 film_reflectance(ThinFilm film, v3 f0, vf cosine) {
   const vf cos2 = 1.0f - ((1.0f - cosine) * (1.0f + cosine)) / (index * index);  // within the film; index >= 1: no total reflection
   const vf cos_film = sqrt(max_f(cos2, (vf)(0.0f)));
   const vf weight = schlick_weight(cosine);
-  const vf top0 = film_f0(index), top = top0 + (1.0f - top0) * weight;
+  // Not by Schlick: what does not reflect straight on, of the index of air, does not at grazing angles either.
+  const vf top = fresnel_dielectric(cosine, index);
   const vf passes = 1.0f - top;
   const vf path = 2.0f * (index * film.thickness) * cos_film;
-  // Of each channel's base: reflectance seen from the film, and half a turn where the base is the thinner medium. From the film the
-  // other side reflects half a turn later.
+  // Of each channel's base: its reflectance seen from the film.
   const v3 base = V3(film_base_index(f0.x), film_base_index(f0.y), film_base_index(f0.z));
   const vf weight_film = schlick_weight(cos_film);
   const v3 f0_film = V3(film_f0(base.x / index), film_f0(base.y / index), film_f0(base.z / index));
   const v3 bottom = schlick(f0_film, (vf)(1.0f), weight_film);
-  const vf half_turn = (vf)(0.5f), none = (vf)(0.0f);
-  const v3 shift = V3(half_turn + (base.x < index ? half_turn : none), half_turn + (base.y < index ? half_turn : none),
-                      half_turn + (base.z < index ? half_turn : none));
+  // From the film the other side reflects half a turn later, and so does the base where it is the thinner medium: two half turns are none.
+  const vf one = (vf)(1.0f), none = (vf)(0.0f);
+  const v3 sign = V3(base.x < index ? one : -one, base.y < index ? one : -one, base.z < index ? one : -one);
   const v3 both = V3(min_f(top * bottom.x, (vf)(0.9999f)), min_f(top * bottom.y, (vf)(0.9999f)),
                      min_f(top * bottom.z, (vf)(0.9999f)));
   const v3 again = V3(passes * passes * bottom.x / (1.0f - both.x), passes * passes * bottom.y / (1.0f - both.y),
@@ -90,14 +88,9 @@ EK_FN v3 film_reflectance(ThinFilm film, v3 f0, vf cosine) {
   const v3 step = V3(sqrt(both.x), sqrt(both.y), sqrt(both.z));
   v3 order = V3(again.x - passes, again.y - passes, again.z - passes);
   for (int m = 1; m <= 2; ++m) {
-    order = mul3(order, step);
+    order = mul3(order, mul3(step, sign));
     const vf far = (float)m * path;
-    const v3 turns = scale3(shift, (vf)((float)m));
-    // A colour for each shift; the channel that has it counts.
-    const v3 r = film_rgb(film_x(far, turns.x), film_y(far, turns.x), film_z(far, turns.x));
-    const v3 g = film_rgb(film_x(far, turns.y), film_y(far, turns.y), film_z(far, turns.y));
-    const v3 b = film_rgb(film_x(far, turns.z), film_y(far, turns.z), film_z(far, turns.z));
-    sum = add3(sum, scale3(V3(order.x * r.x, order.y * g.y, order.z * b.z), (vf)(2.0f)));
+    sum = add3(sum, scale3(mul3(order, film_rgb(film_x(far), film_y(far), film_z(far))), (vf)(2.0f)));
   }
   const v3 most = V3(film_most(film, f0.x), film_most(film, f0.y), film_most(film, f0.z));
   const v3 bound = schlick(most, (vf)(1.0f), weight);

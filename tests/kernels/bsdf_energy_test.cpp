@@ -86,8 +86,12 @@ TEST(EnergyCompensation, brushed_metal_is_nearly_as_bright_as_its_surroundings) 
         Look look{.metallic = 1, .roughness = y};
         look.roughness_x = x;
         const Mean m = furnace({"brushed", kLobe_metallic_roughness, look}, from_angle(angle, turn), true, 7);
-        // One alpha stands for two: the table knows the slopes along a direction, not those across.
-        EXPECT_NEAR(m.mean, 1, 4 * m.standard_error + 0.06) << x << " " << y << " " << angle << " " << turn;
+        // The tables say at most .11 too little is lost, and the mean at most .0055 too little, in parts of what is lost
+        // (tools/make_anisotropy_table.py --check).
+        SCOPED_TRACE(std::to_string(x) + " " + std::to_string(y) + ", " + std::to_string(angle) +
+                     " degrees, turned by " + std::to_string(turn));
+        EXPECT_LE(m.mean, 1 + 4 * m.standard_error + 0.012);
+        EXPECT_GE(m.mean, 1 - 0.11 - 4 * m.standard_error);
       }
 }
 

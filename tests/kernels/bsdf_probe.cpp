@@ -277,8 +277,10 @@ Sampled Answers::sample(std::size_t i) const {
 
 std::vector<Words> scatter(const std::vector<MaterialRecord>& materials,
                            const std::vector<MaterialExtension>& extensions, const std::vector<MaterialDetail>& details,
-                           const Queries& q, bool uniform, bool anisotropic, const Words& texels, bool compensated) {
+                           const Queries& q, bool uniform, bool anisotropic, const Words& texels, bool compensated,
+                           const std::vector<std::string>& without) {
   Probe probe("bsdf");
+  for (const std::string& name : without) probe.define("EK_HAS_" + name, "0");
   // Beside a table, what compiles longest is left out.
   if (!texels.empty())
     for (const char* name : {"transmission", "clearcoat", "clearcoat_normal", "sheen", "dispersion"})
@@ -298,6 +300,25 @@ std::vector<Words> scatter(const std::vector<MaterialRecord>& materials,
       .run("probe_bsdf", q.in, 20);
 }
 
+/// What no specimen has. A program of everything takes a minute to compile, and there are several.
+static std::vector<std::string> not_needed(const std::vector<Specimen>& specimens) {
+  std::vector<std::string> without = {
+      "base_color_texture", "metallic_roughness_texture",   "emissive_texture",   "transmission_texture",
+      "specular_texture",   "diffuse_transmission_texture", "anisotropy_texture", "clearcoat_texture",
+      "sheen_texture",      "iridescence_texture",          "dispersion"};
+  const auto unless = [&](const char* name, auto has) {
+    if (std::none_of(specimens.begin(), specimens.end(), has)) without.emplace_back(name);
+  };
+#define EK_LOBE(name, bit) unless(#name, [](const Specimen& s) { return s.lobe == bit; });
+#include "shared/features.def"
+  unless("clearcoat", [](const Specimen& s) { return s.look.clearcoat > 0; });
+  unless("clearcoat_normal", [](const Specimen& s) { return s.look.clearcoat_normal[2] != 1; });
+  unless("sheen", [](const Specimen& s) { return s.look.sheen != std::array<float, 3>{0, 0, 0}; });
+  unless("iridescence", [](const Specimen& s) { return s.look.iridescence > 0; });
+  unless("diffuse_transmission", [](const Specimen& s) { return s.look.diffuse_transmission > 0; });
+  return without;
+}
+
 Answers scatter(const std::vector<Specimen>& specimens, const Queries& q, bool uniform, bool anisotropic,
                 bool compensated) {
   std::vector<MaterialRecord> materials;
@@ -315,7 +336,7 @@ Answers scatter(const std::vector<Specimen>& specimens, const Queries& q, bool u
     for (std::size_t k = 0; k < 3; ++k) sided.in[11 + k][i] = as_word(s.look.clearcoat_normal[k]);
     sided.in[14][i] = as_word(s.look.roughness_x < 0 ? -1 : s.look.roughness_x * s.look.roughness_x);
   }
-  return {scatter(materials, extensions, details, sided, uniform, anisotropic, {}, compensated)};
+  return {scatter(materials, extensions, details, sided, uniform, anisotropic, {}, compensated, not_needed(specimens))};
 }
 
 }  // namespace eikon::test

@@ -91,7 +91,7 @@ Answers scatter(const std::vector<Specimen>& specimens, const Queries& q, bool u
 std::vector<Words> scatter(const std::vector<MaterialRecord>& materials,
                            const std::vector<MaterialExtension>& extensions, const std::vector<MaterialDetail>& details,
                            const Queries& q, bool uniform, bool anisotropic = true, const Words& texels = {},
-                           bool compensated = false);
+                           bool compensated = false, const std::vector<std::string>& without = {});
 
 /// [0, 1), multiples of 2^-24, as the sampler's.
 inline float uniform(std::mt19937& random) { return float(random() >> 8) * 0x1p-24F; }

@@ -273,14 +273,16 @@ kernel void probe_bsdf(PROBE_ARGUMENTS, EK_SCENE_ARGUMENTS) {
   m.ggx_alpha_x = IN_F(14) >= 0.0f ? IN_F(14) : m.ggx_alpha;
   const v3 wo = IN_3(1);
   const v3 wi = IN_3(4);
-  OUT_3(0, bsdf_eval(m, wo, wi));
-  OUT_F(3, bsdf_pdf(m, wo, wi));
+  const BsdfValue stated = bsdf_evaluate(m, wo, wi);
+  OUT_3(0, stated.f);
+  OUT_F(3, stated.pdf);
   const BsdfSample s = bsdf_sample(m, wo, IN_F(7), IN_F(8), IN_F(9));
   OUT_3(4, s.weight);
   OUT_3(7, s.wi);
   OUT_F(10, s.pdf);
-  OUT_3(11, bsdf_eval(m, wo, s.wi));
-  OUT_F(14, bsdf_pdf(m, wo, s.wi));
+  const BsdfValue again = bsdf_evaluate(m, wo, s.wi);
+  OUT_3(11, again.f);
+  OUT_F(14, again.pdf);
   OUT_3(15, hit.emission);
   OUT_U(18, hit.double_sided ? (vu)(1u) : (vu)(0u));
   OUT_U(19, s.delta ? (vu)(1u) : (vu)(0u));
@@ -292,6 +294,7 @@ kernel void probe_fresnel(PROBE_ARGUMENTS) { OUT_F(0, fresnel_dielectric(IN_F(0)
 // Inputs: cosine, eta, k.
 kernel void probe_fresnel_conductor(PROBE_ARGUMENTS) { OUT_F(0, fresnel_conductor(IN_F(0), IN_F(1), IN_F(2))); }
 
+#if EK_HAS_iridescence
 // Inputs: index and thickness of a film, reflectance of its base, cosine.
 kernel void probe_film_reflectance(PROBE_ARGUMENTS) {
   const ThinFilm film = {IN_F(0), IN_F(1)};
@@ -300,6 +303,7 @@ kernel void probe_film_reflectance(PROBE_ARGUMENTS) {
   OUT_F(1, f.y);
   OUT_F(2, f.z);
 }
+#endif
 
 // Inputs: alpha, wo.
 kernel void probe_ggx_albedo(PROBE_ARGUMENTS) {
