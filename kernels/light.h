@@ -7,6 +7,7 @@
 #include "environment_map.h"
 #include "light_choice.h"
 #include "light_punctual.h"
+#include "light_samples.h"
 #include "light_tree.h"
 #include "surface.h"
 #include "warp.h"

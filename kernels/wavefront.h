@@ -9,13 +9,9 @@
 // the path in a slot is k * EK_CHUNK slots behind it.
 #ifndef EK_WAVEFRONT_H
 #define EK_WAVEFRONT_H
+#include "light_samples.h"
 #include "math.h"
 #include "simd.h"
-
-// Shadow rays of a vertex.
-#ifndef EK_LIGHT_SAMPLES
-#define EK_LIGHT_SAMPLES 1
-#endif
 
 // Words of state per path; a field that this program does not need has no place.
 enum {

@@ -20,8 +20,8 @@ CLANG = os.environ.get("CLANG", "clang-14")
 LAYOUTS = re.findall(r"^EK_(?:LAYOUT|CELLS)\((\w+)\)", (ROOT / "kernels/shared/layouts.def").read_text(), re.M)
 ARRAYS = ["triangle_normals", "triangle_tangents", "triangle_colors", "material_extensions", "material_details", "textures", "texels"]
 # Headers of single features; those that are not there yet, or no more, are no error.
-FEATURES = re.compile(r"alpha|bsdf_(?!diffuse).*|dispersion|environment_map|fresnel|ggx.*|light_punctual|light_shape.*|light_tree|medium|microfacet|nested_media|normal_map|raycast|"
-                      r"shading_normal|shape|shape_(?!triangle|classical|implicit).*|texture")
+FEATURES = re.compile(r"alpha|bsdf_(?!diffuse).*|dispersion|environment_map|fresnel|ggx.*|light_punctual|light_shape.*|light_tree|medium|microfacet|multiple_scattering|nested_media|normal_map|raycast|"
+                      r"shading_normal|shape|thin_film|shape_(?!triangle|classical|implicit).*|texture")
 
 
 def features_of(eikon, scene):

@@ -1,0 +1,8 @@
+// SPDX-License-Identifier: Apache-2.0
+// How many shadow rays a vertex has: one, unless the host asks for more.
+#ifndef EK_LIGHT_SAMPLES_H
+#define EK_LIGHT_SAMPLES_H
+#ifndef EK_LIGHT_SAMPLES
+#define EK_LIGHT_SAMPLES 1
+#endif
+#endif
