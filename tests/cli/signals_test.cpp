@@ -76,6 +76,7 @@ TEST(Signals, SIGTERM_during_a_cold_compile_ends_it_without_the_compiler) {
 
 TEST(Signals, SIGHUP_leaves_a_checkpoint_to_go_on_from_however_often_it_comes) {
   const Workplace here;
+  std::signal(SIGHUP, SIG_DFL);  // inherited; these tests may themselves run under nohup
   const pid_t child = here.start(cornell(std::string(kEndless) + "--checkpoint c.exr --checkpoint-every 0.03"));
   EXPECT_TRUE(wait_for_files(child, here / "c.exr", 1));
   kill(child, SIGHUP);  // the terminal's
