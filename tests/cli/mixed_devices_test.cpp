@@ -34,7 +34,7 @@ TEST(MixedDevices, N5_three_of_unequal_speed_give_the_bits_of_one) {
   const std::string before = "POCL_DEVICES='pthread pthread' POCL_MAX_PTHREAD_COUNT=2";
   const Outcome there = here.eikon("devices", before);
   if (!contains(there.out, "\n1: pthread")) GTEST_SKIP() << "PoCL's device cannot be had twice: " << there.out;
-  const std::string image = "render " + scene("cornell_spheres.gltf") + " --size 96x64 --spp 256 --quiet";
+  const std::string image = "render " + scene("cornell_spheres.gltf") + " --size 96x64 --spp 768 --quiet";  // long enough to begin late
   ASSERT_TRUE(succeeded(here.eikon(image + " -o one.exr --devices 0", before)));
   for (const char* faults : {"device:1:slow=2;device:2:slow=4", "device:0:slow=4;device:1:slow=2;device:2:gpu"}) {
     const Mixed mixed = render_mixed(here, image, "0:2x1,1:1x1", before + " EIKON_FAULT='" + faults + "'");
