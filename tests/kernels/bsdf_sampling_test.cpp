@@ -275,8 +275,10 @@ TEST(BsdfSampling, M1_samples_of_roughness_05_have_the_density_that_pdf_states) 
 TEST(BsdfSampling, M1_samples_of_roughness_3_have_the_density_that_pdf_states) { check_sampling(0.3F); }
 TEST(BsdfSampling, M1_samples_of_the_roughest_surfaces_have_the_density_that_pdf_states) { check_sampling(1); }
 
-TEST(BsdfSampling, M1_samples_with_energy_compensation_have_the_density_that_pdf_states) {
+TEST(BsdfSampling, M1_samples_of_roughness_3_with_energy_compensation_have_the_density_that_pdf_states) {
   check_sampling(0.3F, true);
+}
+TEST(BsdfSampling, M1_samples_of_the_roughest_surfaces_with_energy_compensation_have_the_density_that_pdf_states) {
   check_sampling(1, true);
 }
 
