@@ -114,7 +114,7 @@ EK_FN BsdfValue lobe_evaluate(MaterialLanes m, v3 wo, v3 wi) {
   return value;
 }
 
-/// eval and pdf of m.
+/// eval and pdf of m: the density with which bsdf_sample chooses wi.
 EK_FN BsdfValue bsdf_evaluate(MaterialLanes m, v3 wo, v3 wi) {
   BsdfValue value = lobe_evaluate(m, wo, wi);
   if (EK_LAYERED) {
@@ -130,9 +130,6 @@ EK_FN BsdfValue bsdf_evaluate(MaterialLanes m, v3 wo, v3 wi) {
 
 /// f |cos theta_i|.
 EK_FN v3 bsdf_eval(MaterialLanes m, v3 wo, v3 wi) { return bsdf_evaluate(m, wo, wi).f; }
-
-/// Density with which bsdf_sample chooses wi.
-EK_FN vf bsdf_pdf(MaterialLanes m, v3 wo, v3 wi) { return bsdf_evaluate(m, wo, wi).pdf; }
 
 // As bsdf_sample, without what lies on the lobes.
 EK_FN BsdfSample lobe_sample(MaterialLanes m, v3 wo, vf u, vf v, vf choice) {

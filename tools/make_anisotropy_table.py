@@ -19,6 +19,8 @@ import sys
 
 import numpy as np
 
+from c_numbers import lines_of
+
 HEADER = pathlib.Path(__file__).resolve().parent.parent / "kernels" / "anisotropy_table.h"
 ROWS, COLUMNS = 11, 20
 STEPS = 128
@@ -157,14 +159,7 @@ def check(values, lift, mean):
 
 
 def numbers(array):
-    lines, line = [], "   "
-    for x in array.ravel():
-        number = f"{x:.5f}f"
-        if len(line) + len(number) + 2 > 120:
-            lines.append(line)
-            line = "   "
-        line += " " + number + ","
-    return "\n".join([*lines, line])
+    return lines_of(f"{x:.5f}f" for x in array.ravel())
 
 
 def text(values, lift, mean):

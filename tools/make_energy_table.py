@@ -19,6 +19,8 @@ import sys
 
 import numpy as np
 
+from c_numbers import lines_of
+
 HEADER = pathlib.Path(__file__).resolve().parent.parent / "kernels" / "energy_table.h"
 ROWS, COLUMNS = 32, 32
 GLASS_LAYERS, GLASS_ROWS, GLASS_COLUMNS = 10, 14, 18
@@ -127,14 +129,7 @@ def check(mirror, glass):
 
 
 def numbers(array, form=".6f"):
-    lines, line = [], "   "
-    for x in array.ravel():
-        number = f"{x:{form}}f"
-        if len(line) + len(number) + 2 > 120:
-            lines.append(line)
-            line = "   "
-        line += " " + number + ","
-    return "\n".join([*lines, line])
+    return lines_of(f"{x:{form}}f" for x in array.ravel())
 
 
 def text(mirror, glass):

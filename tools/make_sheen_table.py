@@ -17,6 +17,8 @@ import sys
 
 import numpy as np
 
+from c_numbers import lines_of
+
 HEADER = pathlib.Path(__file__).resolve().parent.parent / "kernels" / "sheen_table.h"
 LEAST_ROUGHNESS = 0.09375
 ROWS, COLUMNS = 30, 48
@@ -89,14 +91,7 @@ def text():
 
     def numbers(array):
         flat = [f"{x:.6g}" for x in array.ravel()]
-        flat = [x + "f" if "." in x or "e" in x else x + ".0f" for x in flat]
-        lines, line = [], "   "
-        for number in flat:
-            if len(line) + len(number) + 2 > 120:
-                lines.append(line)
-                line = "   "
-            line += " " + number + ","
-        return "\n".join([*lines, line])
+        return lines_of(x + "f" if "." in x or "e" in x else x + ".0f" for x in flat)
 
     return f"""// SPDX-License-Identifier: Apache-2.0
 // Written by tools/make_sheen_table.py, which says what it is.
