@@ -41,7 +41,7 @@ EK_FN vf light_coat(SceneData scene, LightSample s, v3 wi) {
   const vi is_area = !(s.is_distant | s.is_punctual);
   const vu triangle = is_area ? s.triangle : (vu)(0u);
   const vu material = gather_u((global const uint*)scene.triangles, triangle * 16u + 9u);
-  const Rec r = rec16(scene.material_details, material * 2u);
+  const Rec r = material_detail(scene, material, 0u);
   vf clearcoat = r.w0;
   if (EK_HAS_clearcoat_texture)
     clearcoat = clearcoat * texture_or(scene, AS_U(r.w6), light_attributes(scene, s, triangle), (vf)(1.0f)).x;

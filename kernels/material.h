@@ -69,7 +69,17 @@ EK_FN void add_anisotropy(SceneData scene, Rec r, HitAttributes at, HitMaterial*
   hit->bsdf.ggx_alpha_x = alpha + (1.0f - alpha) * (strength * strength);
 }
 
-/// Adds what the first half `e` of the detail's record says of KHR_materials_clearcoat and _sheen.
+/// One of the EK_DETAIL_PARTS parts of a material's detail.
+EK_FN Rec material_detail(SceneData scene, vu material, uint part) {
+  return rec16(scene.material_details, material * EK_DETAIL_PARTS + part);
+}
+
+/// What is added to the index of a solid for blue and taken from it for red (`spread` of its detail).
+EK_FN vf material_spread(SceneData scene, vu material) {
+  return gather_f((global const float*)scene.material_details, (material * EK_DETAIL_PARTS + 1u) * 16u + 6u);
+}
+
+/// Adds what the first part `e` of the detail's record says of KHR_materials_clearcoat and _sheen.
 /// bare  mask: nothing lies on it (the inside of a solid)
 EK_FN void add_layers(SceneData scene, Rec e, HitAttributes at, vi bare, HitMaterial* hit) {
   const vf one = (vf)(1.0f);
@@ -204,7 +214,7 @@ EK_FN HitMaterial hit_material(SceneData scene, vu index, HitAttributes at, vi f
   hit.clearcoat_normal_texture = (vu)(EK_NO_TEXTURE);
   hit.bsdf = m;
   if (EK_HAS_clearcoat | EK_HAS_sheen | EK_HAS_anisotropy | EK_HAS_phong) {
-    const Rec e = rec16(scene.material_details, index * EK_DETAIL_PARTS);
+    const Rec e = material_detail(scene, index, 0u);
     if (EK_HAS_clearcoat | EK_HAS_sheen) add_layers(scene, e, at, m.solid & !front, &hit);
     if (EK_HAS_anisotropy) add_anisotropy(scene, e, at, &hit);
     if (EK_HAS_phong) hit.bsdf.phong_shininess = e.wf;
@@ -214,14 +224,14 @@ EK_FN HitMaterial hit_material(SceneData scene, vu index, HitAttributes at, vi f
   hit.spread = hit.other_spread = (vf)(0.0f);
   hit.specular_color = specular_color;
   if (EK_HAS_conductor | EK_HAS_dispersion | EK_HAS_diffuse_transmission | EK_HAS_phong) {
-    const Rec e = rec16(scene.material_details, index * EK_DETAIL_PARTS + 1u);
+    const Rec e = material_detail(scene, index, 1u);
     if (EK_HAS_diffuse_transmission) add_translucence(scene, e, at, &hit.bsdf);
     if (EK_HAS_phong) hit.bsdf.phong_specular = V3(e.wd, e.we, e.wf);
     if (EK_HAS_dispersion) hit.spread = m.solid ? e.w6 : (vf)(0.0f);
     hit.bsdf.conductor_eta = V3(e.w0, e.w1, e.w2);
     hit.bsdf.conductor_k = V3(e.w3, e.w4, e.w5);
   }
-  if (EK_HAS_iridescence) add_iridescence(scene, rec16(scene.material_details, index * EK_DETAIL_PARTS + 2u), at, &hit.bsdf);
+  if (EK_HAS_iridescence) add_iridescence(scene, material_detail(scene, index, 2u), at, &hit.bsdf);
   return hit;
 }
 

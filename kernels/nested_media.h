@@ -73,7 +73,7 @@ EK_FN vi media_meet(SceneData scene, vu media, vu beyond, vi front, HitMaterial*
   hit->bsdf.eta = solid ? (front ? hit->ior / ior : ior / hit->ior) : hit->bsdf.eta;
   hit->bsdf.f0_dielectric = select3(solid & (ior + hit->ior > 0.0f), f0, hit->bsdf.f0_dielectric);
   if (EK_HAS_dispersion) {
-    const vf spread = gather_f((global const float*)scene.material_details, media_material(scene, other) * 32u + 22u);
+    const vf spread = material_spread(scene, media_material(scene, other));
     hit->other_spread = (solid & !hidden & (other != 0u)) ? spread : zero;
     hit->spread = hidden ? zero : hit->spread;
   }
