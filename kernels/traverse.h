@@ -43,7 +43,7 @@ EK_FN int traverse_one(Geometry geometry, const RayOne* ray, const int any_hit, 
   if (EK_LAYOUT_bvh4) return traverse_bvh4(geometry, ray, any_hit, hit);
   if (EK_LAYOUT_cwbvh) return traverse_cwbvh(geometry, ray, any_hit, hit);
 #if USE_CELLS
-  return traverse_cells(geometry, ray, any_hit, hit);
+  return traverse_space(geometry, ray, any_hit, hit);
 #endif
   return traverse_none(geometry, ray, any_hit, hit);
 }

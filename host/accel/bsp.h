@@ -5,9 +5,9 @@
 
 namespace eikon {
 
-/// Planes are chosen by the surface area heuristic among some across each axis and, where few triangles are left, those of triangles and
-/// through their edges. A bounded number of planes is tried on a bounded number of triangles per node, so that the time to build is
-/// O(n log n) with some tens of microseconds per node. The same tree for any number of threads. A triangle is listed in each
+/// A kd-tree where many triangles are left. Below, planes are chosen by the surface area heuristic among the kd-tree's best across an axis
+/// and those of some triangles and through their edges, whose steps count more. A bounded number of those is tried on a bounded
+/// number of triangles per node, so that the time to build is O(n log n) with some tens of microseconds per node. The same tree for any number of threads. A triangle is listed in each
 /// leaf where it may be hit; all lists together have at most 16 entries per triangle and 4096 more. Depth is at most
 /// 8 + 1.3 log2(n).
 /// throws InputError for more than 2^26 triangles

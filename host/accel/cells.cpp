@@ -10,14 +10,13 @@
 #include <utility>
 
 #include "core/error.h"
+#include "scene/endless.h"
 
 namespace eikon {
 namespace {
 
 constexpr std::size_t kMostTriangles = std::size_t{1} << 26;  // lists of 16 entries for each are numbered in 31 bits
-constexpr double kUnit = 0x1p-24;                             // u
-constexpr double kReachLimit = 8;       // in halves of the scene's longest side: a camera at three times its size
-constexpr double kConditionLimit = 64;  // k: a needle beyond
+constexpr double kReachLimit = 8;  // in halves of the scene's longest side: a camera at three times its size
 
 }  // namespace
 
@@ -28,6 +27,10 @@ CellScene::CellScene(TriangleSoup triangles) : triangles_(triangles) {
   }
   for (std::size_t i = 0; i < triangles.size(); ++i) {
     if (is_degenerate(triangles, i)) continue;
+    if (triangles.is_box(i) && is_endless_box(triangles.corners(i))) {
+      endless_.push_back(static_cast<std::uint32_t>(i));
+      continue;
+    }
     ids_.push_back(static_cast<std::uint32_t>(i));
     boxes_.push_back(triangle_box(triangles, i));
     box_.add(boxes_.back());
@@ -41,26 +44,48 @@ CellScene::CellScene(TriangleSoup triangles) : triangles_(triangles) {
   for (const std::uint32_t id : ids_) planes_.push_back(plane_of(triangles.corners(id)));
 }
 
+namespace {
+
+Point3 minus(const Point3& a, const Point3& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
+Point3 cross(const Point3& a, const Point3& b) {
+  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+double dot(const Point3& a, const Point3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+/// The largest sum of the weights' sizes by which a point within `around` of the box is a mean of the corners, along the normal.
+/// normal: of any length
+double most_weights(const std::array<Point3, 3>& p, const Point3& normal, const Box& box, double around) {
+  double most = 0;
+  for (std::size_t corner = 0; corner < 8; ++corner) {
+    Point3 x{};
+    for (std::size_t k = 0; k < 3; ++k)
+      x[k] = (corner >> k & 1U) != 0 ? double{box.hi[k]} + around : double{box.lo[k]} - around;
+    double sum = 0;
+    for (std::size_t i = 0; i < 3; ++i) sum += std::abs(dot(cross(minus(p[i], x), minus(p[(i + 1) % 3], x)), normal));
+    most = std::max(most, sum);
+  }
+  return most / dot(normal, normal);
+}
+
+}  // namespace
+
 CellScene::Plane CellScene::plane_of(const float* corners) const {
-  std::array<double, 3> p{}, q{};
-  double longest = 0;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    p[axis] = double{corners[3 + axis]} - double{corners[axis]};
-    q[axis] = double{corners[6 + axis]} - double{corners[axis]};
-    longest = std::max({longest, std::abs(p[axis]), std::abs(q[axis]), std::abs(p[axis] - q[axis])});
-  }
+  std::array<Point3, 3> p{};
+  for (std::size_t i = 0; i < 9; ++i) p[i / 3][i % 3] = double{corners[i]};
   // Of a box, whose third corner is NaN, the plane means nothing either.
-  Plane plane{{p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0]}, 0, 0};
-  const double length = std::hypot(plane.normal[0], plane.normal[1], plane.normal[2]);
-  const double condition = longest * longest / length;
-  if (!(condition <= kConditionLimit)) {
-    plane.slack = std::numeric_limits<double>::infinity();
-    return plane;
-  }
+  Plane plane{cross(minus(p[1], p[0]), minus(p[2], p[0])), 0, std::numeric_limits<double>::infinity()};
+  const Box box = triangle_box(corners);
+  double longest = 0;  // s
+  for (std::size_t axis = 0; axis < 3; ++axis) longest = std::max(longest, double{box.hi[axis]} - double{box.lo[axis]});
+  const double length = std::hypot(plane.normal[0], plane.normal[1], plane.normal[2]);  // |M|
+  if (!(664 * kUnit * reach_limit_ * (longest + 2 * error()) <= length)) return plane;
+  const double weights = most_weights(p, plane.normal, box, error());
   for (double& n : plane.normal) n /= length;
-  for (std::size_t axis = 0; axis < 3; ++axis) plane.offset += plane.normal[axis] * double{corners[axis]};
-  // u E (416 k + 24), and sqrt(3) (40 u E + 4 u |o|), |o| at most largest_ + E; rounded up, which covers double precision too.
-  plane.slack = kUnit * (reach_limit_ * (512 * condition + 110) + 7 * largest_);
+  plane.offset = dot(plane.normal, p[0]);
+  // Item 2 of traverse_cells.h, and sqrt(3) (40 u E + 4 u |o|), |o| at most largest_ + E; rounded up, which covers double precision too.
+  plane.slack =
+      1.01 * kUnit * (reach_limit_ * (14 * (weights + 1) + 20) + 200 * (longest * longest / length) * longest) +
+      error();
   return plane;
 }
 
@@ -143,6 +168,13 @@ Accel CellScene::begin(const char* name, const char* layout) const {
     set(4 + axis, double{box_.hi[axis]});
   }
   return accel;
+}
+
+void CellScene::finish(Accel& accel) const {
+  accel.nodes[13] = static_cast<std::uint32_t>(accel.leaves.size());
+  accel.nodes[14] = static_cast<std::uint32_t>(endless_.size());
+  accel.leaves.insert(accel.leaves.end(), endless_.begin(), endless_.end());
+  if (accel.leaves.empty()) accel.leaves.push_back(0);
 }
 
 bool cut(const CellScene& scene, const CellReference& parent, std::size_t axis, float plane, std::size_t side,

@@ -25,7 +25,7 @@ using CellReferences = std::vector<CellReference>;
 
 class CellScene {
  public:
-  /// Degenerate triangles are left out. throws InputError for more than 2^26 triangles
+  /// Degenerate triangles are left out, and what has no end is kept apart. throws InputError for more than 2^26 triangles
   explicit CellScene(TriangleSoup triangles);
 
   [[nodiscard]] std::size_t size() const { return ids_.size(); }
@@ -44,11 +44,17 @@ class CellScene {
     double slack;
   };
   [[nodiscard]] Region region(std::uint32_t number) const;
+  /// How far from the triangle's plane it may be hit; infinite for a needle.
+  [[nodiscard]] double slack(std::uint32_t number) const { return planes_[number].slack; }
+  /// How far from a part of its box a ray up to the limit of reach may be given a hit within it.
+  [[nodiscard]] double error() const { return kUnit * (77 * reach_limit_ + 7 * largest_); }
   [[nodiscard]] Polygon corners(std::uint32_t number) const;
   [[nodiscard]] const Box& box_of(std::uint32_t number) const { return boxes_[number]; }
 
   /// Name, layout, header and counts; nodes hold no more than the header.
   [[nodiscard]] Accel begin(const char* name, const char* layout) const;
+  /// Adds what has no end, and is in no cell.
+  void finish(Accel& accel) const;
 
  private:
   struct Plane {
@@ -56,10 +62,11 @@ class CellScene {
     double offset, slack;          // slack is infinite where the plane means nothing
   };
   [[nodiscard]] Plane plane_of(const float* corners) const;
+  static constexpr double kUnit = 0x1p-24;  // u
 
   TriangleSoup triangles_;
   Box box_;
-  std::vector<std::uint32_t> ids_;
+  std::vector<std::uint32_t> ids_, endless_;
   std::vector<Plane> planes_;
   std::vector<Box> boxes_;
   double reach_limit_ = 0, largest_ = 0;  // metres; of the coordinates

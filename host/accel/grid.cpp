@@ -156,12 +156,13 @@ Accel build_grid(TriangleSoup triangles) {
   for (std::size_t k = 0; k < 3; ++k)
     for (const float plane : grid->planes(k)) accel.nodes.push_back(std::bit_cast<std::uint32_t>(plane));
   accel.nodes.insert(accel.nodes.end(), begins->begin(), begins->end());
-  accel.leaves.resize(std::max<std::uint32_t>(entries, 1), 0);
+  accel.leaves.resize(entries, 0);
   // In the order of the triangles, whatever the threads do.
   std::vector<std::uint32_t>& next = *begins;
   for (const CellReference& each : references)
     grid->for_each_cell(each, [&](std::size_t cell) { accel.leaves[next[cell]++] = scene.id(each.triangle); });
   accel.node_count = grid->cells();
+  scene.finish(accel);
   return accel;
 }
 

@@ -130,7 +130,7 @@ Accel build_octree(TriangleSoup triangles) {
   const Part tree = Builder(scene).build(scene.references(), cube, CellBudget::of(scene.size()), 0);
   accel.nodes.insert(accel.nodes.end(), tree.nodes.begin(), tree.nodes.end());
   accel.leaves.assign(tree.leaves.begin(), tree.leaves.end());
-  if (accel.leaves.empty()) accel.leaves.push_back(0);
+  scene.finish(accel);
   accel.node_count = tree.nodes.size() / kNodeWords;
   accel.stack_size = 7 * kMaxDepth + 1;
   return accel;
