@@ -61,11 +61,12 @@ EK_FN ShapePoint select_point(vi m, ShapePoint a, ShapePoint b) {
 // `right` where u goes round the Y axis.
 EK_FN v3 east_of(v3 p) { return V3(p.z, (vf)(0.0f), -p.x); }
 
-// x within -1 and 1, by a margin.
-EK_FN vf shape_clamp(vf x, vf slack) {
-  const vf limit = max_f(1.0f - slack, (vf)(0.0f));
+// x within -most and most, by a margin.
+EK_FN vf shape_clamp_to(vf most, vf x, vf slack) {
+  const vf limit = max_f(most - slack, (vf)(0.0f));
   return max_f(min_f(x, limit), -limit);
 }
+EK_FN vf shape_clamp(vf x, vf slack) { return shape_clamp_to((vf)(1.0f), x, slack); }
 
 #include "shape_sphere.h"
 #include "shape_box.h"

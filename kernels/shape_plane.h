@@ -1,21 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
-// Kind `plane`: the square from -1 to 1 on X and Z at y = 0; +Y is its front.
+// Kind `plane`: the rectangle from -a to a on X and from -b to b on Z at y = 0; +Y is its front. a and b are 1, or so large that there is no
+// end to be seen.
 #ifndef EK_SHAPE_PLANE_H
 #define EK_SHAPE_PLANE_H
 
 EK_FN ShapeSpan plane_span(ShapeLanes s, v3 o, v3 d) {
   const vf z = -o.y / d.y;
   ShapeSpan span;
-  span.hit = (abs_f(o.x + z * d.x) <= 1.0f) & (abs_f(o.z + z * d.z) <= 1.0f);  // not where z is no number
+  span.hit = (abs_f(o.x + z * d.x) <= s.a) & (abs_f(o.z + z * d.z) <= s.b);  // not where z is no number
   span.in = span.out = z;
   span.in_part = span.out_part = (vf)(0.0f);
   return span;
 }
 
-// A texture is seen whole from above, +X to the right.
+// A texture is seen whole from above, +X to the right; where there is no end it repeats.
 EK_FN ShapePoint plane_point(ShapeLanes s, v3 near, vf part, v3 slack) {
   ShapePoint point;
-  point.p = V3(shape_clamp(near.x, slack.x), (vf)(0.0f), shape_clamp(near.z, slack.z));
+  point.p = V3(shape_clamp_to(s.a, near.x, slack.x), (vf)(0.0f), shape_clamp_to(s.b, near.z, slack.z));
   point.out = V3((vf)(0.0f), (vf)(1.0f), (vf)(0.0f));
   point.right = V3((vf)(1.0f), (vf)(0.0f), (vf)(0.0f));
   point.clearance = (vf)(0.0f);

@@ -9,6 +9,7 @@
 #include "formula/kernel_code.h"
 #include "render/layers.h"
 #include "render/light_census.h"
+#include "scene/endless.h"
 
 namespace eikon {
 namespace {
@@ -104,7 +105,7 @@ Features::Features(const Scene& scene, const Settings& settings) {
                    emitter != nullptr ? fmt::format("material '{}'", emitter->name) : "nothing emits"};
   const auto glows = [&](const Shape& shape_of) {
     const Material& m = scene.materials[shape_of.material];
-    return shape_of.kind != ShapeKind::implicit && !m.unlit &&
+    return shape_of.kind != ShapeKind::implicit && !is_endless(shape_of) && !m.unlit &&
            (m.emission.x > 0 || m.emission.y > 0 || m.emission.z > 0);
   };
   const auto lamp = std::ranges::find_if(scene.shapes, glows);

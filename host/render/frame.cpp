@@ -5,14 +5,18 @@
 #include <cmath>
 
 #include "render/camera_medium.h"
+#include "scene/endless.h"
 
 namespace eikon {
 namespace {
 
 // How far the plane at `eye` may move along `dir`, unit, and stay before all of the scene. Rays that begin near the scene have
 // origins as fine as its own coordinates, however far away the camera stands.
-double clear_way(const Bounds& bounds, const glm::dvec3& eye, const glm::dvec3& dir) {
+double clear_way(const PackedScene& packed, const glm::dvec3& eye, const glm::dvec3& dir) {
+  const Bounds& bounds = packed.bounds;
   if (bounds.empty()) return 0;
+  for (std::size_t i = packed.triangle_count(); i < packed.triangles.size(); ++i)
+    if (is_endless_box(&packed.triangles[i].p0_x)) return 0;  // there may be something anywhere
   const glm::dvec3 half = 0.5 * (bounds.hi - bounds.lo), center = 0.5 * (bounds.hi + bounds.lo);
   const double size = glm::length(half);
   // A sixteenth of the scene's size is left, so that roundings do not matter; float, as the kernels add it.
@@ -43,7 +47,7 @@ Frame pack_frame(const PackedScene& packed, const Settings& settings) {
     frame.camera_y = pack(up, 1.0 / settings.height);
     frame.camera_corner = pack(back);
   } else if (parallel) {
-    const double ahead = clear_way(packed.bounds, eye, -back);
+    const double ahead = clear_way(packed, eye, -back);
     frame.camera_origin = pack(eye + corner - back * ahead, ahead);
     frame.camera_corner = pack(-back);
   } else {

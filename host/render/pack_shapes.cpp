@@ -7,6 +7,7 @@
 
 #include "core/error.h"
 #include "render/pack_parts.h"
+#include "scene/endless.h"
 
 namespace eikon {
 namespace {
@@ -62,8 +63,9 @@ void pack_shapes(const Scene& scene, const Features& features, PackedScene& pack
     packed.shapes.push_back(record);
     const glm::dvec3 center(record.center_x, record.center_y, record.center_z);
     const glm::dvec3 lo = center - own.half * (1 + kSlack), hi = center + own.half * (1 + kSlack);
-    packed.bounds.lo = glm::min(packed.bounds.lo, lo);
-    packed.bounds.hi = glm::max(packed.bounds.hi, hi);
+    const glm::dvec3 extent = is_endless(shape) ? own_shape(bounded_piece(shape)).half * (1 + kSlack) : hi - center;
+    packed.bounds.lo = glm::min(packed.bounds.lo, center - extent);
+    packed.bounds.hi = glm::max(packed.bounds.hi, center + extent);
     Triangle t{};
     t.p0_x = down(lo.x), t.p0_y = down(lo.y), t.p0_z = down(lo.z);
     t.p1_x = up(hi.x), t.p1_y = up(hi.y), t.p1_z = up(hi.z);

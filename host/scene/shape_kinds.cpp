@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "core/error.h"
+#include "scene/endless.h"
 #include "scene/shape.h"
 
 namespace eikon {
@@ -50,7 +51,7 @@ double half_extent(ShapeKind kind, const std::array<double, 3>& p, const glm::dv
     case ShapeKind::box:
       return size.x + size.y + size.z;
     case ShapeKind::plane:
-      return size.x + size.z;
+      return p[0] * size.x + p[1] * size.z;
     case ShapeKind::cylinder:
       return size.y + std::max(p[0] + p[1], p[0] - p[1]) * std::hypot(r.x, r.z);
     case ShapeKind::capsule:
@@ -84,9 +85,16 @@ OwnShape own_shape(const Shape& shape) {
     case ShapeKind::box:
       scale = 0.5 * glm::dvec3(shape.size[0], shape.size[1], shape.size[2]);
       break;
-    case ShapeKind::plane:
-      scale = {0.5 * shape.size[0], 0.5 * std::max(shape.size[0], shape.size[1]), 0.5 * shape.size[1]};
+    case ShapeKind::plane: {
+      const Shape piece = bounded_piece(shape);  // textures repeat every metre
+      scale = {0.5 * piece.size[0], 0.5 * std::max(piece.size[0], piece.size[1]), 0.5 * piece.size[1]};
+      const auto limit = [&](double size, int axis) {
+        return std::isinf(size) ? kEndlessReach / (scale[axis] * glm::length(glm::dmat3(shape.world_from_object)[axis]))
+                                : 1;
+      };
+      own.parameters = {limit(shape.size[0], 0), limit(shape.size[1], 2), 0};
       break;
+    }
     case ShapeKind::cylinder:
       scale = {widest, 0.5 * shape.size[0], widest};
       own.parameters = {0.5 * (top + bottom) / widest, 0.5 * (top - bottom) / widest, 0};

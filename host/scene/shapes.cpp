@@ -11,6 +11,7 @@
 
 #include "core/error.h"
 #include "scene/document_check.h"
+#include "scene/endless.h"
 #include "scene/meshes.h"
 
 namespace eikon {
@@ -57,7 +58,9 @@ void read_sizes(const Place& place, const ShapeKindInfo& info, Shape& shape) {
   std::size_t at = 0;
   for (const ShapeParameter& parameter : info.parameters) {
     if (parameter.count == 1) {
-      shape.size[at++] = checked_size(sizes, parameter, as_number(sizes, parameter.name).value_or(parameter.usual));
+      const auto said = as_number(sizes, parameter.name);
+      const bool endless = info.kind == ShapeKind::plane && !said;
+      shape.size[at++] = endless ? kEndlessSize : checked_size(sizes, parameter, said.value_or(parameter.usual));
     } else if (parameter.count > 1) {
       const bool said = has_numbers(sizes, parameter.name, parameter.count);
       for (std::size_t i = 0; i < parameter.count; ++i)
@@ -68,15 +71,10 @@ void read_sizes(const Place& place, const ShapeKindInfo& info, Shape& shape) {
 }
 
 /// What parameters say together; those that are missing have their usual values by now.
-void check_together(const Place& sizes_of, const ShapeKindInfo& info, const Shape& shape, const std::string& label,
-                    Notes& notes) {
+void check_together(const Place& sizes_of, const ShapeKindInfo& info, const Shape& shape) {
   const bool round = info.kind == ShapeKind::cylinder || info.kind == ShapeKind::capsule;
   if (round && shape.size[1] == 0 && shape.size[2] == 0)
     sizes_of.refuse("'radiusTop' and 'radiusBottom' are both 0: there is nothing to see");
-  const Json* const said = member(sizes_of.value, info.name);
-  const auto missing = [&](const char* name) { return said == nullptr || member(*said, name) == nullptr; };
-  if (info.kind == ShapeKind::plane && (missing("sizeX") || missing("sizeZ")))
-    notes.unsupported("the rest of a plane without end (sizeX or sizeZ is missing: 1 m of it stays)", label);
 }
 
 /// Whether kernels can hold the matrix and its inverse: finite, and not flat.
@@ -117,7 +115,7 @@ void add_shape(const Json& document, const Place& node, const std::string& name,
   const ShapeKindInfo& info = kind_of(shape_place);
   shape.kind = info.kind;
   read_sizes(shape_place, info, shape);
-  check_together(shape_place, info, shape, node.label(), notes);
+  check_together(shape_place, info, shape);
   shape.material = use_material(material ? static_cast<int>(*material) : -1);
   place_shape(node, std::move(shape), scene, notes);
 }
@@ -126,8 +124,9 @@ void place_shape(const Place& node, Shape shape, Scene& scene, Notes& notes) {
   const OwnShape own = own_shape(shape);
   if (!is_solid(own))
     return notes.warn(node.label() + ": its shape is left out, the node scales it to nothing or beyond all measure");
+  const OwnShape bounded = own_shape(bounded_piece(shape));
   for (int axis = 0; axis < 3; ++axis) {
-    const double farthest = std::abs(own.center[axis]) + own.half[axis];
+    const double farthest = std::abs(own.center[axis]) + bounded.half[axis];
     if (!(farthest <= kMaxCoordinate))
       node.refuse(
           fmt::format("its shape reaches {} = {:g}, beyond 2^40 m, the largest coordinate; scale the scene down",

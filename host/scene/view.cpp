@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/error.h"
+#include "scene/endless.h"
 #include "scene/scene.h"
 
 namespace eikon {
@@ -64,7 +65,7 @@ Bounds world_bounds(const Scene& scene) {
     }
   }
   for (const Shape& shape : scene.shapes) {
-    const OwnShape own = own_shape(shape);
+    const OwnShape own = own_shape(bounded_piece(shape));
     bounds.lo = glm::min(bounds.lo, own.center - own.half);
     bounds.hi = glm::max(bounds.hi, own.center + own.half);
   }

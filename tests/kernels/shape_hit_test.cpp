@@ -10,6 +10,7 @@
 
 #include "formula/parse.h"
 #include "kernels/traverse_probe.h"
+#include "scene/endless.h"
 
 namespace eikon {
 namespace {
@@ -184,6 +185,26 @@ TEST(ShapeHits, formulas_among_shapes_and_triangles_have_the_hits_of_brute_force
     if (i % 8 == 7) scene.shapes.push_back(shape);
   }
   expect_same_hits_everywhere(scene, rays_at(scene, 1500, 1, 23), each_way());
+}
+
+TEST(ShapeHits, planes_without_end_have_the_hits_of_brute_force_in_every_structure) {
+  Scene scene = cloud(100, 1, 31);
+  Random random(32);
+  for (const double other : {kEndlessSize, 2.0}) {
+    for (int i = 0; i < 3; ++i) {  // level, twice in one place, and askew
+      Shape plane;
+      plane.kind = ShapeKind::plane;
+      plane.size = {kEndlessSize, other, 0};
+      plane.world_from_object = glm::translate(glm::dmat4(1), glm::dvec3(0.25, other > 2 ? -1.5 : 1.0, -0.5));
+      if (i == 2) plane.world_from_object = plane.world_from_object * glm::rotate(glm::dmat4(1), uniform(random, 0, 6), direction(random));
+      scene.shapes.push_back(plane);
+    }
+  }
+  expect_same_hits_everywhere(scene, rays_at(scene, 1500, 1, 33), each_way());
+  scene.meshes.clear();  // and nothing else
+  scene.nodes.clear();
+  scene.shapes.erase(scene.shapes.begin(), scene.shapes.end() - 6);
+  expect_same_hits_everywhere(scene, rays_at(scene, 500, 1, 34), each_way());
 }
 
 TEST(ShapeHits, tiny_and_huge_scenes_too) {

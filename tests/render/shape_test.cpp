@@ -4,6 +4,7 @@
 
 #include "render/pack.h"
 #include "render/scene_builder.h"
+#include "scene/endless.h"
 
 namespace eikon::testing {
 namespace {
@@ -63,6 +64,49 @@ TEST(Shapes, G8_a_sphere_far_from_the_origin_has_no_dark_limb) {
   Settings settings = sky(32, 16);
   settings.camera = look_at_camera({8e5, 0, 3200}, {8e5, 0, 0}, {0, 1, 0}, 0.7);
   expect_constant(film_of(scene, settings), 0.5, "at 8e5");
+}
+
+/// A plane without end; its front is +Y of the place.
+void add_endless_plane(Scene& scene, const glm::dmat4& place, const Material& material) {
+  Shape& plane = add_sphere(scene, place, 1, material);
+  plane.kind = ShapeKind::plane;
+  plane.size = {kEndlessSize, kEndlessSize, 0};
+}
+
+TEST(Shapes, a_plane_without_end_is_seen_up_to_the_horizon) {
+  for (const bool tilted : {false, true}) {
+    const glm::dmat4 turn = tilted ? glm::rotate(glm::dmat4(1), 0.7, glm::dvec3(0.3, 1, 0.2)) : glm::dmat4(1);
+    Scene scene;
+    add_endless_plane(scene, turn, lambert(0.5F));
+    const glm::dvec3 up(turn[1]), eye = glm::dvec3(turn * glm::dvec4(0.1, 1, 0.2, 1));
+    // The narrowest has its lowest row 10^9 m away. Floats know the direction of what is askew less well.
+    for (const double fov : tilted ? std::vector<double>{1.0, 0.01} : std::vector<double>{1.0, 0.01, 1e-5, 2e-9}) {
+      Settings settings = sky(16, 16);
+      settings.camera = look_at_camera(eye, eye - glm::dvec3(turn[2]), up, fov);
+      const Film film = film_of(scene, settings);
+      for (std::uint32_t y = 0; y < 16; ++y)
+        for (std::uint32_t x = 0; x < 16; ++x)
+          if (y < 6 || y > 9) {
+            ASSERT_NEAR(film.mean(x, y, 0), y < 6 ? 1 : 0.5, 4e-6) << tilted << " " << fov << ", pixel " << x << "," << y;
+          }
+    }
+    // From straight above, as parallel rays and from far away.
+    Settings settings = sky(8, 16);
+    settings.camera = look_at_camera(eye + 1e5 * up, eye, glm::dvec3(turn[2]), 1.0);
+    expect_constant(film_of(scene, settings), 0.5, "from above");
+    settings.camera.projection = Projection::orthographic;
+    settings.camera.ymag_m = 1e6;
+    expect_constant(film_of(scene, settings), 0.5, "parallel rays");
+  }
+}
+
+TEST(Shapes, a_plane_without_end_lights_what_is_above_it) {
+  Scene scene;
+  add_endless_plane(scene, at(0, -1, 0), lambert(0.0F, 1.0F));
+  add_endless_plane(scene, at(0, 1, 0) * glm::rotate(glm::dmat4(1), 3.14159265358979, glm::dvec3(1, 0, 0)), lambert(0.5F));
+  Settings settings = settings_for(8, 8, 16);
+  settings.camera = look_at_camera({0, 0, 0}, {0.1, 1, 0}, {0, 0, 1}, 0.9);
+  expect_constant(film_of(scene, settings), 0.5, "above");
 }
 
 TEST(Shapes, a_closed_sphere_is_dark_inside) {

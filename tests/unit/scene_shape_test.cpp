@@ -59,7 +59,9 @@ TEST(SceneShapes, each_kind_has_the_sizes_of_the_draft) {
   };
   EXPECT_EQ(half({{"type", "box"}}), glm::dvec3(0.5, 1, 0.5));
   EXPECT_EQ(half({{"type", "box"}, {"box", {{"size", {2, 3, 4}}}}}), glm::dvec3(1, 3, 2));
-  EXPECT_EQ(half({{"type", "plane"}, {"plane", {{"sizeX", 3}}}}), glm::dvec3(1.5, 0, 0.5));
+  EXPECT_EQ(half({{"type", "plane"}, {"plane", {{"sizeX", 3}, {"sizeZ", 1}}}}), glm::dvec3(1.5, 0, 0.5));
+  EXPECT_EQ(half({{"type", "plane"}, {"plane", {{"sizeX", 3}}}}), glm::dvec3(1.5, 0, 0x1p42));
+  EXPECT_EQ(half({{"type", "plane"}}), glm::dvec3(0x1p42, 0, 0x1p42));
   EXPECT_EQ(half({{"type", "cylinder"}, {"cylinder", {{"height", 3}, {"radiusTop", 0}}}}), glm::dvec3(0.25, 3, 0.25));
   EXPECT_EQ(half({{"type", "capsule"}, {"capsule", {{"height", 3}}}}), glm::dvec3(0.25, 3.5, 0.25));
   EXPECT_TRUE(mentions(refusal({{"shape", {{"type", "box"}, {"box", {{"size", {1, 2}}}}}}}), "size"));
