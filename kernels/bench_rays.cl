@@ -21,9 +21,9 @@ EK_FN void store_ray(global float* rays, uint stride, uint i, v3 origin, v3 dir,
 }
 
 // Camera rays, 16 for a block of 4 x 4 pixels; the blocks are spread over the whole picture, however many rays there are.
-// blocks_x: blocks per row; blocks: in all.
-kernel void bench_camera(constant Frame* frame, global float* rays, uint ray_count, uint stride, uint blocks_x, uint blocks) {
-  const uint i = (uint)get_global_id(0) * EK_WIDTH;
+// blocks_x: blocks per row; blocks: in all; i: of the first ray of EK_WIDTH.
+EK_FN_ONCE void bench_camera_run(constant Frame* frame, global float* rays, uint ray_count, uint stride, uint blocks_x, uint blocks,
+                                 uint i) {
   const uint groups = (ray_count + 15u) / 16u, block = (uint)((ulong)(i / 16u) * blocks / groups);
   const vu ray = (vu)(i) + LANE_INDEX;
   const vu x = (block % blocks_x) * 4u + (ray & 3u), y = (block / blocks_x) * 4u + ((ray >> 2) & 3u);
@@ -33,20 +33,18 @@ kernel void bench_camera(constant Frame* frame, global float* rays, uint ray_cou
   store_ray(rays, stride, i, camera.origin, camera.dir, EK_INFINITY);
 }
 
+kernel void bench_camera(constant Frame* frame, global float* rays, uint ray_count, uint stride, uint blocks_x, uint blocks) {
+  bench_camera_run(frame, rays, ray_count, stride, blocks_x, blocks, (uint)get_global_id(0) * EK_WIDTH);
+}
+
 // From each hit a ray by the cosine, and a shadow ray to a light; in a scene without lights in any direction. A shadow ray with
 // t_max 0 is none; where nothing was hit, neither is one.
-kernel void bench_scatter(constant Frame* frame, global const Triangle* triangles EK_SHAPE_ARGUMENTS, EK_LIGHT_ARGUMENTS,
-                          global const float* rays, global const float* hits, global float* diffuse_rays,
-                          global float* shadow_rays, uint stride) {
-  const LightData light_data = EK_LIGHT_DATA;
-  const uint i = (uint)get_global_id(0) * EK_WIDTH;
+EK_FN_ONCE void bench_scatter_run(constant Frame* frame, SceneData scene, LightData light_data, global const float* rays,
+                                  global const float* hits, global float* diffuse_rays, global float* shadow_rays, uint stride, uint i) {
   const vu hit = load_u((global const uint*)hits + 3 * stride + i);
   const vi live = hit != EK_NO_HIT;
   const v3 dir = V3(load_f(rays + 3 * stride + i), load_f(rays + 4 * stride + i), load_f(rays + 5 * stride + i));
-  TriangleLanes corners = load_triangle(triangles, live ? hit : (vu)(0u));
-#if EK_HAS_shape | EK_HAS_instance
-  const SceneData scene = {triangles, 0, 0, 0, 0, 0, 0, 0, 0 EK_SHAPE_DATA};
-#endif
+  TriangleLanes corners = load_triangle(scene.triangles, live ? hit : (vu)(0u));
 #if EK_HAS_instance
   corners = placed_triangle(hit_place(scene, live ? load_u((global const uint*)hits + 4 * stride + i) : (vu)(0u)), corners);
 #endif
@@ -77,4 +75,12 @@ kernel void bench_scatter(constant Frame* frame, global const Triangle* triangle
     store_ray(shadow_rays, stride, i, offset_ray_origin(surface.p, surface.p_error, n, away), away,
               live ? EK_INFINITY : (vf)(0.0f));
   }
+}
+
+kernel void bench_scatter(constant Frame* frame, global const Triangle* triangles EK_SHAPE_ARGUMENTS, EK_LIGHT_ARGUMENTS,
+                          global const float* rays, global const float* hits, global float* diffuse_rays,
+                          global float* shadow_rays, uint stride) {
+  const LightData light_data = EK_LIGHT_DATA;
+  const SceneData scene = {triangles, 0, 0, 0, 0, 0, 0, 0, 0 EK_SHAPE_DATA};
+  bench_scatter_run(frame, scene, light_data, rays, hits, diffuse_rays, shadow_rays, stride, (uint)get_global_id(0) * EK_WIDTH);
 }

@@ -23,11 +23,14 @@
 #else
 #define EK_FN static inline __attribute__((always_inline))
 #endif
-// For the body of a large kernel on CPU devices: PoCL compiles three copies of a kernel's own code, but one of what it calls.
-#if EK_WIDTH > 1
+// For the body of a kernel on CPU devices: PoCL compiles three copies of a kernel's own code, but one of what it calls, unless that
+// asks for the work-item's place: such functions are inlined whatever they say, so bodies are given what follows from the place.
+#ifndef EK_FN_ONCE
+#if EK_WIDTH > 1 || defined(__x86_64__) || defined(__aarch64__)
 #define EK_FN_ONCE static __attribute__((noinline, unused))
 #else
 #define EK_FN_ONCE EK_FN
+#endif
 #endif
 #define EK_CAT_(a, b) a##b
 #define EK_CAT(a, b) EK_CAT_(a, b)

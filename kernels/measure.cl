@@ -8,12 +8,10 @@
 #include "sampler.h"
 
 // The exchange of wo and wi is one cell: of coated surfaces, whose model is not reciprocal, it holds the mean of both.
-EK_FN v3 measure_one_way(MaterialLanes m, v3 wo, v3 wi) { return scale3(bsdf_eval(m, wo, wi), 1.0f / wi.z); }
+EK_FN_ONCE v3 measure_one_way(MaterialLanes m, v3 wo, v3 wi) { return scale3(bsdf_eval(m, wo, wi), 1.0f / wi.z); }
 
-kernel void measure(EK_SCENE_ARGUMENTS, global float* measured_values, global uint* measured_findings, uint measured_material,
-                    uint measured_u, uint measured_v) {
-  const SceneData scene = EK_SCENE_DATA;
-  const uint cell = (uint)get_global_id(0);
+EK_FN_ONCE void measure_run(SceneData scene, global float* measured_values, global uint* measured_findings, uint measured_material,
+                            uint measured_u, uint measured_v, uint cell) {
   if (cell >= EK_MEASURED_CELLS) return;
   const float share = ((float)(cell / (EK_MEASURED_PHI_D * EK_MEASURED_THETA_D)) + 0.5f) / EK_MEASURED_THETA_H;
   const float theta_d = ((float)(cell / EK_MEASURED_PHI_D % EK_MEASURED_THETA_D) + 0.5f) / EK_MEASURED_THETA_D;
@@ -47,4 +45,10 @@ kernel void measure(EK_SCENE_ARGUMENTS, global float* measured_values, global ui
   measured_values[3u * cell] = f.x;
   measured_values[3u * cell + 1u] = f.y;
   measured_values[3u * cell + 2u] = f.z;
+}
+
+kernel void measure(EK_SCENE_ARGUMENTS, global float* measured_values, global uint* measured_findings, uint measured_material,
+                    uint measured_u, uint measured_v) {
+  const SceneData scene = EK_SCENE_DATA;
+  measure_run(scene, measured_values, measured_findings, measured_material, measured_u, measured_v, (uint)get_global_id(0));
 }

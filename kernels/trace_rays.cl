@@ -14,9 +14,9 @@ EK_FN v3 trace_load3(global const float* p, uint stride) { return V3(load_f(p), 
 
 EK_FN OpacityKey trace_key(uint first) { return opacity_key(hash_bits((vu)(first) + LANE_INDEX), (vu)(0u), 1u, 0u); }
 
-kernel void trace_closest(TRACE_ARGUMENTS) {
-  const Geometry geometry = EK_GEOMETRY;
-  const uint begin = (uint)get_global_id(0) * EK_CHUNK, end = min(begin + EK_CHUNK, ray_count);
+// The rays [begin, end).
+EK_FN_ONCE void trace_closest_run(constant Frame* frame, Geometry geometry, global const float* rays, global float* hits, uint begin,
+                                  uint end, uint stride, uint coherent) {
   Tracing tracing;
   for (uint first = begin; first < end; first += EK_ROWS) {
     const uint rows = min(end - first, (uint)EK_ROWS);
@@ -41,9 +41,8 @@ kernel void trace_closest(TRACE_ARGUMENTS) {
   }
 }
 
-kernel void trace_any(TRACE_ARGUMENTS) {
-  const Geometry geometry = EK_GEOMETRY;
-  const uint begin = (uint)get_global_id(0) * EK_CHUNK, end = min(begin + EK_CHUNK, ray_count);
+EK_FN_ONCE void trace_any_run(constant Frame* frame, Geometry geometry, global const float* rays, global float* hits, uint begin,
+                              uint end, uint stride, uint coherent) {
   Tracing tracing;
   for (uint first = begin; first < end; first += EK_ROWS) {
     const uint rows = min(end - first, (uint)EK_ROWS);
@@ -63,4 +62,16 @@ kernel void trace_any(TRACE_ARGUMENTS) {
 #endif
     }
   }
+}
+
+kernel void trace_closest(TRACE_ARGUMENTS) {
+  const Geometry geometry = EK_GEOMETRY;
+  const uint begin = (uint)get_global_id(0) * EK_CHUNK;
+  trace_closest_run(frame, geometry, rays, hits, begin, min(begin + EK_CHUNK, ray_count), stride, coherent);
+}
+
+kernel void trace_any(TRACE_ARGUMENTS) {
+  const Geometry geometry = EK_GEOMETRY;
+  const uint begin = (uint)get_global_id(0) * EK_CHUNK;
+  trace_any_run(frame, geometry, rays, hits, begin, min(begin + EK_CHUNK, ray_count), stride, coherent);
 }

@@ -48,30 +48,35 @@ enum {
   FILM_PLANES = FILM_matte_material + EK_HAS_matte_material
 };
 
+// Kernels know their work-item's place; stages are given what follows from it (EK_FN_ONCE).
 #if EK_CHUNKED
 #define EK_CHUNK_INDEX ((uint)get_global_id(0))
+#define EK_ENTRY 0u
 // Walks over the paths [0, count) of this chunk, EK_WIDTH at a time; the last lanes may lie beyond count.
 #define EK_FOR_EACH(slot, count, queue) for (uint slot = 0; slot < (count); slot += EK_WIDTH)
-// Walks over the slots that a chunk's new paths are put into.
-#define EK_FOR_EACH_NEW(slot, count) EK_FOR_EACH(slot, count, 0)
 #else
 #define EK_CHUNK_INDEX 0u
-#define EK_FOR_EACH(slot, count, queue)                                                                 \
-  for (uint entry_ = (uint)get_global_id(0), slot = entry_ < (count) ? (queue)[entry_] : 0u; entry_ < (count); \
-       entry_ = 0xffffffffu)
-#define EK_FOR_EACH_NEW(slot, count) \
-  for (uint slot = (uint)get_global_id(0); slot < (count); slot = 0xffffffffu)
+#define EK_ENTRY ((uint)get_global_id(0))  // of the queue
+// The path of this work-item's entry, the first of the queue that a stage is given; count: 1, or 0 beyond the queue's end.
+#define EK_FOR_EACH(slot, count, queue) \
+  for (uint left_ = (count), slot = left_ != 0u ? (queue)[0] : 0u; left_ != 0u; left_ = 0u)
 #endif
+// Walks over the slots that new paths are put into.
+#define EK_FOR_EACH_NEW(slot, count) for (uint slot = 0; slot < (count); slot += EK_WIDTH)
 
 // First word of this work-item's chunk.
 EK_FN global uint* chunk_state(global uint* path_state) {
   return path_state + (size_t)EK_CHUNK_INDEX * FIELD_COUNT * EK_STRIDE;
 }
 
-// Paths of this work-item's chunk at a depth, and the queue that they stand in (not on chunks).
-EK_FN uint depth_count(global const uint* counts, uint depth) { return counts[4 * EK_CHUNK_INDEX + (depth & 1)]; }
+// Of so many paths of the chunk, or of the queue, those that are this work-item's.
+EK_FN uint own_count(uint count) { return EK_CHUNKED ? count : EK_ENTRY < count ? 1u : 0u; }
+// This work-item's paths at a depth, and where they stand in the queue (not on chunks).
+EK_FN uint depth_count(global const uint* counts, uint depth) {
+  return own_count(counts[4 * EK_CHUNK_INDEX + (depth & 1)]);
+}
 EK_FN global const uint* depth_queue(global const uint* queue_rays, uint depth) {
-  return queue_rays + (depth & 1) * EK_CHUNK;
+  return queue_rays + (depth & 1) * EK_CHUNK + EK_ENTRY;
 }
 
 EK_FN vf state_f(global const uint* state, uint field, uint slot) {

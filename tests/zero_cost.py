@@ -54,6 +54,7 @@ def compiled(kernels, stage, defines, width, chunked, layout):
     flags = [f"-D{name}={value}" for name, value in shape.items()]
     flags += [f"-DEK_HAS_{name}={int(on)}" for name, on in defines.items()]
     command = [CLANG, "-x", "cl", "-cl-std=CL1.2", "-Xclang", "-finclude-default-header", "-fno-discard-value-names", "-O2",
+               "-DEK_FN_ONCE=EK_FN",  # all in the kernel, where what it touches is seen
                "-w", "-S", "-emit-llvm", "-o", "-", "-I", str(kernels), *flags, str(kernels / "stages" / (stage + ".cl"))]
     return subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True).stdout
 

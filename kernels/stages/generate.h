@@ -9,7 +9,7 @@
 #include "sampler.h"
 #include "wavefront.h"
 
-// first  path of slot 0: paths first + 0 .. first + count - 1 of the unit
+// first  path of slot 0 of `state`: paths first + 0 .. first + count - 1 of the unit
 EK_FN void stage_generate(constant Frame* frame, global const uint* pixels, global uint* state, global float* film_slots,
                           global const float* filter_table, uint first, uint count) {
   EK_FOR_EACH_NEW(slot, count) {

@@ -1,27 +1,35 @@
 // SPDX-License-Identifier: Apache-2.0
 // Production functions applied to arrays (probe.h). Item i of input k is word k * count + i of in_words, and the same
-// for outputs. A program holds the probes of one subject.
+// for outputs. A program holds the probes of one subject. Bodies are functions of their own: a kernel's own code takes three times
+// as long to compile (EK_FN_ONCE).
 #include "math.h"
 
-#define ITEM ((uint)get_global_id(0) * EK_WIDTH)
-#define IN_U(k) load_u(in_words + (k) * count + ITEM)
+#define IN_U(k) load_u(in_words + (k) * count + item)
 #define IN_F(k) AS_F(IN_U(k))
 #define IN_3(k) V3(IN_F(k), IN_F((k) + 1), IN_F((k) + 2))
-#define OUT_U(k, x) store_u(out_words + (k) * count + ITEM, (x))
+#define OUT_U(k, x) store_u(out_words + (k) * count + item, (x))
 #define OUT_F(k, x) OUT_U(k, AS_U(x))
 #define PROBE_ARGUMENTS global const uint *in_words, global uint *out_words, uint count
+// Of a body: item is the first of EK_WIDTH.
+#define PROBE_ITEMS PROBE_ARGUMENTS, uint item
+#define PROBE_PASSED in_words, out_words, count, (uint)get_global_id(0) * EK_WIDTH
+// A kernel that is given no more than that, and the head of its body.
+#define PROBE(name)                                                   \
+  EK_FN_ONCE void name##_run(PROBE_ITEMS);                            \
+  kernel void name(PROBE_ARGUMENTS) { name##_run(PROBE_PASSED); } \
+  EK_FN_ONCE void name##_run(PROBE_ITEMS)
 
-EK_FN void out_3(global uint* out_words, uint count, uint k, v3 a) {
+EK_FN void out_3(global uint* out_words, uint count, uint item, uint k, v3 a) {
   OUT_F(k, a.x);
   OUT_F(k + 1, a.y);
   OUT_F(k + 2, a.z);
 }
-#define OUT_3(k, a) out_3(out_words, count, (k), (a))
+#define OUT_3(k, a) out_3(out_words, count, item, (k), (a))
 
 #ifdef EK_PROBE_lanes
 // Keeps the words whose flag is set, in order, as a chunked stage does; the rest of the output is 0.
-kernel void probe_compaction(PROBE_ARGUMENTS) {
-  if (get_global_id(0) != 0) return;
+PROBE(probe_compaction) {
+  if (item != 0) return;
   uint kept = 0;
   for (uint i = 0; i < count; i += EK_WIDTH) {
     const Packing p = packing(load_u(in_words + i) != 0u);
@@ -31,30 +39,33 @@ kernel void probe_compaction(PROBE_ARGUMENTS) {
   for (uint i = kept; i < count; ++i) out_words[i] = 0;
 }
 
-kernel void probe_any(PROBE_ARGUMENTS) {
+PROBE(probe_any) {
   // Lanes of one group of 16 see the same flag, so that the answer does not depend on the width.
   const vi m = IN_U(0) != 0u;
   OUT_U(0, (vu)(ANY(m) ? 1u : 0u));
 }
 
-kernel void probe_records(PROBE_ARGUMENTS, global const uint* records) {
+EK_FN_ONCE void probe_records_run(PROBE_ITEMS, global const uint* records) {
   const Rec r = rec16(records, IN_U(0));
   OUT_F(0, r.w0); OUT_F(1, r.w1); OUT_F(2, r.w2); OUT_F(3, r.w3); OUT_F(4, r.w4); OUT_F(5, r.w5); OUT_F(6, r.w6);
   OUT_F(7, r.w7); OUT_F(8, r.w8); OUT_F(9, r.w9); OUT_F(10, r.wa); OUT_F(11, r.wb); OUT_F(12, r.wc); OUT_F(13, r.wd);
   OUT_F(14, r.we); OUT_F(15, r.wf);
 }
+kernel void probe_records(PROBE_ARGUMENTS, global const uint* records) {
+  probe_records_run(PROBE_PASSED, records);
+}
 
-kernel void probe_gather_scatter(PROBE_ARGUMENTS) {
+PROBE(probe_gather_scatter) {
   const vu from = IN_U(0);
   const vu to = IN_U(1);
   scatter_f((global float*)out_words, to, gather_f((global const float*)(in_words + 2 * count), from));
   OUT_U(1, gather_u(in_words + 2 * count, from));
-  OUT_U(2, LANE_INDEX + ITEM);
+  OUT_U(2, LANE_INDEX + item);
 }
 #endif
 
 #ifdef EK_PROBE_math
-kernel void probe_vectors(PROBE_ARGUMENTS) {
+PROBE(probe_vectors) {
   const v3 a = IN_3(0);
   const v3 b = IN_3(3);
   OUT_3(0, add3(a, b));
@@ -76,22 +87,22 @@ kernel void probe_vectors(PROBE_ARGUMENTS) {
   OUT_F(29, sqrt(abs_f(a.z)));
 }
 
-kernel void probe_exp2(PROBE_ARGUMENTS) { OUT_F(0, exp2_f(IN_F(0))); }
-kernel void probe_log2(PROBE_ARGUMENTS) { OUT_F(0, log2_f(IN_F(0))); }
+PROBE(probe_exp2) { OUT_F(0, exp2_f(IN_F(0))); }
+PROBE(probe_log2) { OUT_F(0, log2_f(IN_F(0))); }
 
-kernel void probe_sincos_2pi(PROBE_ARGUMENTS) {
+PROBE(probe_sincos_2pi) {
   vf s, c;
   sincos_2pi(IN_F(0), &s, &c);
   OUT_F(0, s);
   OUT_F(1, c);
 }
 
-kernel void probe_atan2_turns(PROBE_ARGUMENTS) { OUT_F(0, atan2_turns(IN_F(0), IN_F(1))); }
+PROBE(probe_atan2_turns) { OUT_F(0, atan2_turns(IN_F(0), IN_F(1))); }
 #endif
 
 #ifdef EK_PROBE_sampler
 #include "sampler.h"
-kernel void probe_words(PROBE_ARGUMENTS) {
+PROBE(probe_words) {
   const vu x = IN_U(0);
   OUT_U(0, hash_bits(x));
   OUT_U(1, reverse_bits(x));
@@ -100,7 +111,7 @@ kernel void probe_words(PROBE_ARGUMENTS) {
   OUT_F(4, to_unit_float(x));
 }
 
-kernel void probe_samples(PROBE_ARGUMENTS, uint seed, uint index_high, uint dimension) {
+EK_FN_ONCE void probe_samples_run(PROBE_ITEMS, uint seed, uint index_high, uint dimension) {
   const vu key = sample_key(IN_U(0), IN_U(1), IN_U(2), seed, index_high);
   vu a, b;
   sample_2d_bits(key, IN_U(3), dimension, &a, &b);
@@ -112,16 +123,19 @@ kernel void probe_samples(PROBE_ARGUMENTS, uint seed, uint index_high, uint dime
   OUT_F(3, y);
   OUT_U(4, key);
 }
+kernel void probe_samples(PROBE_ARGUMENTS, uint seed, uint index_high, uint dimension) {
+  probe_samples_run(PROBE_PASSED, seed, index_high, dimension);
+}
 
-kernel void probe_dimensions(PROBE_ARGUMENTS) {
+PROBE(probe_dimensions) {
   // Depth and decision are scalars of a stage, so lane by lane.
-  for (uint i = ITEM; i < ITEM + EK_WIDTH; ++i) out_words[i] = bounce_dimension(in_words[i], in_words[count + i]);
+  for (uint i = item; i < item + EK_WIDTH; ++i) out_words[i] = bounce_dimension(in_words[i], in_words[count + i]);
 }
 #endif
 
 #ifdef EK_PROBE_warp
 #include "warp.h"
-kernel void probe_warps(PROBE_ARGUMENTS) {
+PROBE(probe_warps) {
   const vf u = IN_F(0);
   const vf v = IN_F(1);
   OUT_3(0, warp_cosine_hemisphere(u, v));
@@ -140,7 +154,7 @@ kernel void probe_warps(PROBE_ARGUMENTS) {
 #ifdef EK_PROBE_surface
 #include "surface.h"
 // Inputs: triangle, weights u and v, a direction w, the way from the ray's origin.
-kernel void probe_surface(PROBE_ARGUMENTS, global const Triangle* triangles) {
+EK_FN_ONCE void probe_surface_run(PROBE_ITEMS, global const Triangle* triangles) {
   const TriangleLanes t = load_triangle(triangles, IN_U(0));
   const Surface s = surface_at(t, IN_F(1), IN_F(2), IN_3(6));
   OUT_3(0, s.p);
@@ -151,8 +165,11 @@ kernel void probe_surface(PROBE_ARGUMENTS, global const Triangle* triangles) {
   OUT_F(13, t.light_pdf_m2);
   OUT_U(14, t.node);
 }
+kernel void probe_surface(PROBE_ARGUMENTS, global const Triangle* triangles) {
+  probe_surface_run(PROBE_PASSED, triangles);
+}
 
-kernel void probe_basis(PROBE_ARGUMENTS) {
+PROBE(probe_basis) {
   const Basis basis = basis_around(IN_3(0));
   OUT_3(0, basis.x);
   OUT_3(3, basis.y);
@@ -161,13 +178,13 @@ kernel void probe_basis(PROBE_ARGUMENTS) {
   OUT_3(12, to_world(basis, IN_3(3)));
 }
 
-kernel void probe_next_float(PROBE_ARGUMENTS) { OUT_F(0, next_float_towards(IN_F(0), IN_F(1))); }
+PROBE(probe_next_float) { OUT_F(0, next_float_towards(IN_F(0), IN_F(1))); }
 #endif
 
 #ifdef EK_PROBE_texture
 #include "texture.h"
 // Inputs: texture, TEXCOORD_0, TEXCOORD_1.
-kernel void probe_texture(PROBE_ARGUMENTS, global const TextureRecord* textures, global const uint* texels) {
+EK_FN_ONCE void probe_texture_run(PROBE_ITEMS, global const TextureRecord* textures, global const uint* texels) {
   const vf zero = (vf)(0.0f);
   const v3 none = V3(zero, zero, zero);
   const HitAttributes at = {none, IN_F(1), IN_F(2), IN_F(3), IN_F(4), none, zero, zero, zero, zero, zero};
@@ -177,14 +194,16 @@ kernel void probe_texture(PROBE_ARGUMENTS, global const TextureRecord* textures,
   OUT_F(2, c.z);
   OUT_F(3, c.w);
 }
+kernel void probe_texture(PROBE_ARGUMENTS, global const TextureRecord* textures, global const uint* texels) {
+  probe_texture_run(PROBE_PASSED, textures, texels);
+}
 #endif
 
 #ifdef EK_PROBE_material
 #include "material.h"
 #include "medium.h"
 // Inputs: material, triangle, weights u and v, whether the front was hit.
-kernel void probe_material(PROBE_ARGUMENTS, EK_SCENE_ARGUMENTS) {
-  const SceneData scene = EK_SCENE_DATA;
+EK_FN_ONCE void probe_material_run(PROBE_ITEMS, SceneData scene) {
   const vu one = (vu)(1u), zero = (vu)(0u);
   const HitAttributes at = hit_attributes(scene, IN_U(1), IN_F(2), IN_F(3));
   const HitMaterial hit = hit_material(scene, IN_U(0), at, IN_U(4) != 0u);
@@ -202,28 +221,34 @@ kernel void probe_material(PROBE_ARGUMENTS, EK_SCENE_ARGUMENTS) {
   OUT_U(19, hit.bsdf.lobes);
   OUT_U(20, hit.double_sided ? one : zero);
   OUT_U(21, hit.unlit ? one : zero);
-  OUT_F(22, material_opacity(scene, rec16(materials, IN_U(0)), at));
+  OUT_F(22, material_opacity(scene, rec16(scene.materials, IN_U(0)), at));
+}
+kernel void probe_material(PROBE_ARGUMENTS, EK_SCENE_ARGUMENTS) {
+  const SceneData scene = EK_SCENE_DATA;
+  probe_material_run(PROBE_PASSED, scene);
 }
 
 // Inputs: medium that the ray is in, distance; whether it hit a front and was transmitted; material that it hit.
-kernel void probe_medium(PROBE_ARGUMENTS, EK_SCENE_ARGUMENTS) {
-  const SceneData scene = EK_SCENE_DATA;
+EK_FN_ONCE void probe_medium_run(PROBE_ITEMS, SceneData scene) {
   OUT_3(0, transmittance(medium_absorption(scene, IN_U(0)), IN_F(1)));
   const HitAttributes at = hit_attributes(scene, (vu)(0u), (vf)(0.0f), (vf)(0.0f));
   const vi front = IN_U(2) != 0u;
   const vu beyond = medium_beyond(hit_material(scene, IN_U(4), at, front), IN_U(0), IN_U(4), front);
   OUT_U(3, IN_U(3) != 0u ? beyond : IN_U(0));
 }
+kernel void probe_medium(PROBE_ARGUMENTS, EK_SCENE_ARGUMENTS) {
+  const SceneData scene = EK_SCENE_DATA;
+  probe_medium_run(PROBE_PASSED, scene);
+}
 
 // Inputs: list of media, rank.
-kernel void probe_media_list(PROBE_ARGUMENTS) {
+PROBE(probe_media_list) {
   OUT_U(0, media_with(IN_U(0), IN_U(1)));
   OUT_U(1, media_without(IN_U(0), IN_U(1)));
 }
 
 // Inputs: list of media that the ray is in, material that it hit, whether its front.
-kernel void probe_media_meet(PROBE_ARGUMENTS, EK_SCENE_ARGUMENTS) {
-  const SceneData scene = EK_SCENE_DATA;
+EK_FN_ONCE void probe_media_meet_run(PROBE_ITEMS, SceneData scene) {
   const HitAttributes at = hit_attributes(scene, (vu)(0u), (vf)(0.0f), (vf)(0.0f));
   const vi front = IN_U(2) != 0u;
   HitMaterial hit = hit_material(scene, IN_U(1), at, front);
@@ -238,34 +263,42 @@ kernel void probe_media_meet(PROBE_ARGUMENTS, EK_SCENE_ARGUMENTS) {
   OUT_F(8, media_radiance_outside(scene, IN_U(0)));
   OUT_3(9, medium_absorption(scene, IN_U(0)));
 }
+kernel void probe_media_meet(PROBE_ARGUMENTS, EK_SCENE_ARGUMENTS) {
+  const SceneData scene = EK_SCENE_DATA;
+  probe_media_meet_run(PROBE_PASSED, scene);
+}
 #endif
 
 #ifdef EK_PROBE_shading_normal
 #include "shading_normal.h"
 // Inputs: triangle, weights u and v, n_geom; index of a normal texture.
-kernel void probe_shading_normal(PROBE_ARGUMENTS, EK_SCENE_ARGUMENTS) {
-  const SceneData scene = EK_SCENE_DATA;
+EK_FN_ONCE void probe_shading_normal_run(PROBE_ITEMS, SceneData scene) {
   const HitAttributes at = hit_attributes(scene, IN_U(0), IN_F(1), IN_F(2));
   const v3 n_geom = IN_3(3);
   const v3 n_shade = shading_normal(at, n_geom);
   OUT_3(0, n_shade);
   OUT_3(3, mapped_normal(scene, IN_U(6), at, n_shade, n_geom));
 }
+kernel void probe_shading_normal(PROBE_ARGUMENTS, EK_SCENE_ARGUMENTS) {
+  const SceneData scene = EK_SCENE_DATA;
+  probe_shading_normal_run(PROBE_PASSED, scene);
+}
 
 // Inputs: n_shade, n_geom, wo, whether the surface reflects.
-kernel void probe_usable_normal(PROBE_ARGUMENTS) {
+PROBE(probe_usable_normal) {
   OUT_3(0, usable_normal(IN_3(0), IN_3(3), IN_3(6), IN_U(9) != 0u));
 }
 
 // Inputs: cosines of the light with n_geom, with n_shade, and of the two.
-kernel void probe_terminator(PROBE_ARGUMENTS) { OUT_F(0, terminator_factor(IN_F(0), IN_F(1), IN_F(2))); }
+PROBE(probe_terminator) { OUT_F(0, terminator_factor(IN_F(0), IN_F(1), IN_F(2))); }
 #endif
 
 #ifdef EK_PROBE_bsdf
 #include "material.h"
+EK_FN_ONCE BsdfValue probe_evaluate(MaterialLanes m, v3 wo, v3 wi) { return bsdf_evaluate(m, wo, wi); }
+
 // Inputs: material, wo, wi, u, v, choice, whether the front was hit, normal of the coat, alpha along x or -1.
-kernel void probe_bsdf(PROBE_ARGUMENTS, EK_SCENE_ARGUMENTS) {
-  const SceneData scene = EK_SCENE_DATA;
+EK_FN_ONCE void probe_bsdf_run(PROBE_ITEMS, SceneData scene) {
   const HitAttributes at = hit_attributes(scene, (vu)(0u), (vf)(0.0f), (vf)(0.0f));
   const HitMaterial hit = hit_material(scene, IN_U(0), at, IN_U(10) != 0u);
   MaterialLanes m = hit.bsdf;
@@ -273,30 +306,34 @@ kernel void probe_bsdf(PROBE_ARGUMENTS, EK_SCENE_ARGUMENTS) {
   m.ggx_alpha_x = IN_F(14) >= 0.0f ? IN_F(14) : m.ggx_alpha;
   const v3 wo = IN_3(1);
   const v3 wi = IN_3(4);
-  const BsdfValue stated = bsdf_evaluate(m, wo, wi);
+  const BsdfValue stated = probe_evaluate(m, wo, wi);
   OUT_3(0, stated.f);
   OUT_F(3, stated.pdf);
   const BsdfSample s = bsdf_sample(m, wo, IN_F(7), IN_F(8), IN_F(9));
   OUT_3(4, s.weight);
   OUT_3(7, s.wi);
   OUT_F(10, s.pdf);
-  const BsdfValue again = bsdf_evaluate(m, wo, s.wi);
+  const BsdfValue again = probe_evaluate(m, wo, s.wi);
   OUT_3(11, again.f);
   OUT_F(14, again.pdf);
   OUT_3(15, hit.emission);
   OUT_U(18, hit.double_sided ? (vu)(1u) : (vu)(0u));
   OUT_U(19, s.delta ? (vu)(1u) : (vu)(0u));
 }
+kernel void probe_bsdf(PROBE_ARGUMENTS, EK_SCENE_ARGUMENTS) {
+  const SceneData scene = EK_SCENE_DATA;
+  probe_bsdf_run(PROBE_PASSED, scene);
+}
 
 // Inputs: cosine, eta.
-kernel void probe_fresnel(PROBE_ARGUMENTS) { OUT_F(0, fresnel_dielectric(IN_F(0), IN_F(1))); }
+PROBE(probe_fresnel) { OUT_F(0, fresnel_dielectric(IN_F(0), IN_F(1))); }
 
 // Inputs: cosine, eta, k.
-kernel void probe_fresnel_conductor(PROBE_ARGUMENTS) { OUT_F(0, fresnel_conductor(IN_F(0), IN_F(1), IN_F(2))); }
+PROBE(probe_fresnel_conductor) { OUT_F(0, fresnel_conductor(IN_F(0), IN_F(1), IN_F(2))); }
 
 #if EK_HAS_iridescence
 // Inputs: index and thickness of a film, reflectance of its base, cosine.
-kernel void probe_film_reflectance(PROBE_ARGUMENTS) {
+PROBE(probe_film_reflectance) {
   const ThinFilm film = {IN_F(0), IN_F(1)};
   const v3 f = film_reflectance(film, V3(IN_F(2), IN_F(2), IN_F(2)), IN_F(3));
   OUT_F(0, f.x);
@@ -306,7 +343,7 @@ kernel void probe_film_reflectance(PROBE_ARGUMENTS) {
 #endif
 
 // Inputs: alpha, wo.
-kernel void probe_ggx_albedo(PROBE_ARGUMENTS) {
+PROBE(probe_ggx_albedo) {
   const vf alpha = IN_F(0);
   const v3 wo = IN_3(1);
   const GgxAlbedoFit fit = ggx_albedo_fit(alpha < EK_SMOOTH_ALPHA, alpha);
@@ -320,18 +357,20 @@ kernel void probe_ggx_albedo(PROBE_ARGUMENTS) {
 
 #ifdef EK_PROBE_light
 #include "light.h"
-kernel void probe_power_heuristic(PROBE_ARGUMENTS) { OUT_F(0, power_heuristic(IN_F(0), IN_F(1))); }
+PROBE(probe_power_heuristic) { OUT_F(0, power_heuristic(IN_F(0), IN_F(1))); }
 
-kernel void probe_choose_light(PROBE_ARGUMENTS, global const LightBucket* light_buckets, uint light_count) {
+EK_FN_ONCE void probe_choose_light_run(PROBE_ITEMS, global const LightBucket* light_buckets, uint light_count) {
   const LightChoice c = choose_light(light_buckets, light_count, IN_U(0), IN_U(1));
   OUT_U(0, c.light);
   OUT_F(1, c.u);
   OUT_F(2, c.v);
 }
+kernel void probe_choose_light(PROBE_ARGUMENTS, global const LightBucket* light_buckets, uint light_count) {
+  probe_choose_light_run(PROBE_PASSED, light_buckets, light_count);
+}
 
 // Inputs: two random words, shading point, its error per axis, its normal, whether light from below counts, two more words.
-kernel void probe_light(PROBE_ARGUMENTS, constant Frame* frame, EK_LIGHT_ARGUMENTS) {
-  const LightData data = EK_LIGHT_DATA;
+EK_FN_ONCE void probe_light_run(PROBE_ITEMS, constant Frame* frame, LightData data) {
   const v3 p = IN_3(2);
   const v3 p_error = IN_3(5);
   const v3 n = IN_3(8);
@@ -356,17 +395,21 @@ kernel void probe_light(PROBE_ARGUMENTS, constant Frame* frame, EK_LIGHT_ARGUMEN
   vf asked = light_pdf_sr_of_hit(s.pdf, s.n, path.wi, sqrt(dot3(d, d)));
   const vf constant_sky = environment_pdf_sr(frame->environment.w, dot3(path.wi, basis.z), both_sides);
   const vf sky = frame->environment_width > 0
-                     ? environment_map_value(frame, environment_texels, path.wi).pdf
+                     ? environment_map_value(frame, data.environment_texels, path.wi).pdf
                      : constant_sky;
   asked = s.is_distant ? sky : asked;
   OUT_F(22, asked);
   OUT_3(23, path.radiance);
   OUT_U(26, s.is_delta ? (vu)(1u) : (vu)(0u));
 }
+kernel void probe_light(PROBE_ARGUMENTS, constant Frame* frame, EK_LIGHT_ARGUMENTS) {
+  const LightData data = EK_LIGHT_DATA;
+  probe_light_run(PROBE_PASSED, frame, data);
+}
 
 #if EK_HAS_light_tree
 // Inputs: two random words, shading point, its normal, whether light from below counts, a light.
-kernel void probe_light_tree(PROBE_ARGUMENTS, global const LightNode* light_nodes, uint light_count, float scale) {
+EK_FN_ONCE void probe_light_tree_run(PROBE_ITEMS, global const LightNode* light_nodes, uint light_count, float scale) {
   const LitPoint lit = {IN_3(2), pack_facing(IN_3(5), IN_U(8) != 0u)};
   const TreeChoice c = choose_in_tree(light_nodes, light_count, scale, lit, ALL_LANES, IN_U(0), IN_U(1));
   OUT_U(0, c.light);
@@ -375,10 +418,13 @@ kernel void probe_light_tree(PROBE_ARGUMENTS, global const LightNode* light_node
   OUT_F(3, probability_in_tree(light_nodes, light_count, scale, lit, ALL_LANES, c.light));
   OUT_F(4, probability_in_tree(light_nodes, light_count, scale, lit, ALL_LANES, IN_U(9)));
 }
+kernel void probe_light_tree(PROBE_ARGUMENTS, global const LightNode* light_nodes, uint light_count, float scale) {
+  probe_light_tree_run(PROBE_PASSED, light_nodes, light_count, scale);
+}
 #endif
 
 // Inputs: a direction.
-kernel void probe_environment_map(PROBE_ARGUMENTS, constant Frame* frame, global const float4* environment_texels) {
+EK_FN_ONCE void probe_environment_map_run(PROBE_ITEMS, constant Frame* frame, global const float4* environment_texels) {
   const v3 dir = IN_3(0);
   const MapPlace place = map_place(frame, dir);
   const MapValue value = environment_map_value(frame, environment_texels, dir);
@@ -387,6 +433,9 @@ kernel void probe_environment_map(PROBE_ARGUMENTS, constant Frame* frame, global
   OUT_F(4, place.x);
   OUT_F(5, place.y);
   OUT_U(6, map_texel(frame, place));
+}
+kernel void probe_environment_map(PROBE_ARGUMENTS, constant Frame* frame, global const float4* environment_texels) {
+  probe_environment_map_run(PROBE_PASSED, frame, environment_texels);
 }
 #endif
 
@@ -411,8 +460,7 @@ EK_FN vi probe_met(constant Frame* frame, SceneData scene, v3 p, v3 dir, v3* poi
 }
 
 // Inputs: place on the shape, viewpoint.
-kernel void probe_shape_light(PROBE_ARGUMENTS, constant Frame* frame, EK_SCENE_ARGUMENTS) {
-  const SceneData scene = EK_SCENE_DATA;
+EK_FN_ONCE void probe_shape_light_run(PROBE_ITEMS, constant Frame* frame, SceneData scene) {
   const v3 p = IN_3(2);
   LightSample s;
   s.is_shape = ALL_LANES;
@@ -436,39 +484,52 @@ kernel void probe_shape_light(PROBE_ARGUMENTS, constant Frame* frame, EK_SCENE_A
   OUT_3(11, met);
   OUT_F(14, pdf);
 }
+kernel void probe_shape_light(PROBE_ARGUMENTS, constant Frame* frame, EK_SCENE_ARGUMENTS) {
+  const SceneData scene = EK_SCENE_DATA;
+  probe_shape_light_run(PROBE_PASSED, frame, scene);
+}
 
 // Inputs: viewpoint, direction.
-kernel void probe_shape_pdf(PROBE_ARGUMENTS, constant Frame* frame, EK_SCENE_ARGUMENTS) {
-  const SceneData scene = EK_SCENE_DATA;
+EK_FN_ONCE void probe_shape_pdf_run(PROBE_ITEMS, constant Frame* frame, SceneData scene) {
   v3 met, normal;
   vf pdf;
   const vi hit = probe_met(frame, scene, IN_3(0), IN_3(3), &met, &normal, &pdf);
   OUT_U(0, hit ? (vu)(1u) : (vu)(0u));
   OUT_F(1, pdf);
 }
+kernel void probe_shape_pdf(PROBE_ARGUMENTS, constant Frame* frame, EK_SCENE_ARGUMENTS) {
+  const SceneData scene = EK_SCENE_DATA;
+  probe_shape_pdf_run(PROBE_PASSED, frame, scene);
+}
 #endif
 
 #ifdef EK_PROBE_filter
 #include "filter.h"
-kernel void probe_filter(PROBE_ARGUMENTS, global const float* filter_table) {
+EK_FN_ONCE void probe_filter_run(PROBE_ITEMS, global const float* filter_table) {
   const FilterSample s = filter_sample(filter_table, IN_F(0));
   OUT_F(0, s.offset);
   OUT_F(1, s.weight);
+}
+kernel void probe_filter(PROBE_ARGUMENTS, global const float* filter_table) {
+  probe_filter_run(PROBE_PASSED, filter_table);
 }
 #endif
 
 #ifdef EK_PROBE_opacity
 #include "alpha.h"
 // Inputs: key of a path, index of its sample, triangle.
-kernel void probe_opacity_number(PROBE_ARGUMENTS, uint depth, uint kind) {
+EK_FN_ONCE void probe_opacity_number_run(PROBE_ITEMS, uint depth, uint kind) {
   OUT_F(0, opacity_number(opacity_key(IN_U(0), IN_U(1), depth, kind), IN_U(2)));
+}
+kernel void probe_opacity_number(PROBE_ARGUMENTS, uint depth, uint kind) {
+  probe_opacity_number_run(PROBE_PASSED, depth, kind);
 }
 #endif
 
 #ifdef EK_PROBE_implicit
 #include "implicit.h"
 // Inputs: a point, a direction; the same region as low and high ends of a point.
-kernel void probe_implicit_values(PROBE_ARGUMENTS, uint formula) {
+EK_FN_ONCE void probe_implicit_values_run(PROBE_ITEMS, uint formula) {
   OUT_F(0, implicit_value(formula, IN_3(0)));
   OUT_3(1, implicit_gradient(formula, IN_3(0)));
   const ImplicitBounds b = implicit_bounds(formula, interval(IN_F(6), IN_F(9)), interval(IN_F(7), IN_F(10)),
@@ -479,9 +540,12 @@ kernel void probe_implicit_values(PROBE_ARGUMENTS, uint formula) {
   OUT_F(7, b.slope.hi);
   OUT_U(8, b.undefined ? (vu)(1u) : (vu)(0u));
 }
+kernel void probe_implicit_values(PROBE_ARGUMENTS, uint formula) {
+  probe_implicit_values_run(PROBE_PASSED, formula);
+}
 
 // Inputs: a ray, and the bounds. Where there is no hit only the first word and the last mean something.
-kernel void probe_implicit_hits(PROBE_ARGUMENTS, uint formula) {
+EK_FN_ONCE void probe_implicit_hits_run(PROBE_ITEMS, uint formula) {
   const ImplicitRay ray = implicit_ray(IN_3(0), IN_3(3), IN_3(6), IN_3(9));
   const ImplicitRoot root = implicit_root(formula, ray, (vi)(ALL_LANES), EK_INFINITY);
   const ImplicitPoint at = implicit_point(formula, ray, (vi)(ALL_LANES), root.hit ? root.s : (vf)(0.0f), (vf)(0.0f));
@@ -491,5 +555,8 @@ kernel void probe_implicit_hits(PROBE_ARGUMENTS, uint formula) {
   OUT_3(5, select3(root.hit, at.n, V3((vf)(0.0f), (vf)(0.0f), (vf)(0.0f))));
   OUT_F(8, root.hit ? at.error : (vf)(0.0f));
   OUT_U(9, root.given_up ? (vu)(1u) : (vu)(0u));
+}
+kernel void probe_implicit_hits(PROBE_ARGUMENTS, uint formula) {
+  probe_implicit_hits_run(PROBE_PASSED, formula);
 }
 #endif
