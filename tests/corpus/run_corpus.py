@@ -2,46 +2,50 @@
 # SPDX-License-Identifier: Apache-2.0
 """Loads every scene of a corpus (tools/make_corpus.py), each in a process of its own, and judges how that ended.
 
-    run_corpus.py EIKON CORPUS [--jobs N]
+    run_corpus.py RUNNER CORPUS [--jobs N]
 
-A scene that loads ends with 0; one that does not with 3 and one line on stderr that begins with "eikon: ". Neither a signal,
-nor a sanitizer's report, nor more than 10 s or 2 GB is ever right, and no message quotes what lies outside the scene's folder.
+RUNNER: each_in_a_child.cpp with eikon in it. A scene that loads ends with 0; one that does not with 3 and one line on stderr that
+begins with "eikon: ". Neither a signal, nor a sanitizer's report, nor more than 10 s or 2 GB is ever right, and no message quotes
+what lies outside the scene's folder.
 """
 
 import argparse
 import concurrent.futures
 import os
+import queue
 import subprocess
 import sys
 import tempfile
-import time
 
 SECONDS = 10
 BYTES = 2 << 30
 
 
-def run(eikon, scene):
-    """(exit code or negative signal, stdout, stderr, seconds, peak bytes); exit code None: out of time."""
-    with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err:
-        begin = time.monotonic()
-        process = subprocess.Popen([eikon, "info", scene], stdin=subprocess.DEVNULL, stdout=out, stderr=err)
-        deadline = begin + SECONDS
-        while True:
-            pid, status, usage = os.wait4(process.pid, os.WNOHANG)
-            if pid != 0:
-                code = os.waitstatus_to_exitcode(status)
-                break
-            if time.monotonic() > deadline:
-                process.kill()
-                _, _, usage = os.wait4(process.pid, 0)
-                code = None
-                break
-            time.sleep(0.002)
-        process.returncode = code
-        out.seek(0)
-        err.seek(0)
-        text = [f.read().decode("utf-8", "replace") for f in (out, err)]
-        return code, text[0], text[1], time.monotonic() - begin, usage.ru_maxrss * 1024
+class Runner:
+    """A process that runs one scene after another."""
+
+    def __init__(self, program, folder):
+        self.process = subprocess.Popen([program], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+        self.files = [tempfile.NamedTemporaryFile(dir=folder) for _ in range(2)]
+
+    def run(self, scene):
+        """(exit code or negative signal, stdout, stderr, seconds, peak bytes); exit code None: out of time."""
+        self.process.stdin.write("\t".join([*(file.name for file in self.files), str(SECONDS), scene]) + "\n")
+        self.process.stdin.flush()
+        answer = self.process.stdout.readline().split()
+        if len(answer) != 3:
+            raise RuntimeError(f"the runner ended at {scene}")
+        text = []
+        for file in self.files:
+            with open(file.name, "rb") as written:
+                text.append(written.read().decode("utf-8", "replace"))
+        status = int(answer[0])
+        code = None if status < 0 else os.waitstatus_to_exitcode(status)
+        return code, text[0], text[1], float(answer[1]), int(answer[2]) * 1024
+
+    def end(self):
+        self.process.stdin.close()
+        return self.process.wait()
 
 
 def judge(expect, code, out, err, peak):
@@ -70,16 +74,25 @@ def judge(expect, code, out, err, peak):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("eikon")
+    parser.add_argument("runner")
     parser.add_argument("corpus")
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
     args = parser.parse_args()
     with open(os.path.join(args.corpus, "cases.txt"), encoding="utf-8") as file:
         cases = [line.rstrip("\n").split("\t") for line in file]
 
+    folder = tempfile.TemporaryDirectory()
+    runners = queue.SimpleQueue()
+    for _ in range(args.jobs):
+        runners.put(Runner(args.runner, folder.name))
+
     def attempt(case):
         name, scene, expect = case
-        code, out, err, seconds, peak = run(args.eikon, os.path.join(args.corpus, scene))
+        runner = runners.get()
+        try:
+            code, out, err, seconds, peak = runner.run(os.path.join(args.corpus, scene))
+        finally:
+            runners.put(runner)
         return name, judge(expect, code, out, err, peak), code, err, seconds, peak
 
     wrong = refused = 0
@@ -94,7 +107,10 @@ def main():
     print(
         f"{len(cases)} cases, {refused} refused, {wrong} wrong; slowest {slowest:.2f} s, largest {largest / 2**20:.0f} MB"
     )
-    sys.exit(1 if wrong or len(cases) < 500 else 0)
+    failed = [runner.end() for runner in (runners.get() for _ in range(args.jobs))]
+    if any(failed):
+        print(f"the runners ended with {failed}")
+    sys.exit(1 if wrong or any(failed) or len(cases) < 500 else 0)
 
 
 if __name__ == "__main__":

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What else than a whole path tracer the settings make: against the path tracer, and closed forms.
 #include "render/scene_builder.h"
+#include "render/ways_to_shade.h"
 
 namespace eikon::testing {
 namespace {
@@ -165,7 +166,7 @@ TEST(LightSamples, have_the_same_bits_on_every_way_to_trace) {
   scene.materials[0].alpha_mode = AlphaMode::blend;  // decided for each shadow ray
   scene.materials[0].opacity = 0.6F;
   const Film expected = film_of(scene, settings);
-  for (const Execution& execution : ways_to_trace())
+  for (const Execution& execution : ways_to_shade())
     EXPECT_TRUE(same_film(film_of(scene, settings, execution), expected)) << describe(execution);
 }
 
@@ -230,7 +231,7 @@ TEST(Raycast, of_lambert_surfaces_is_direct_light_of_lamps_and_sky) {
   settings = raycast(settings);
   settings.sample_end = 3;
   const Film expected = film_of(scene, settings);
-  for (const Execution& execution : ways_to_trace())
+  for (const Execution& execution : ways_to_shade())
     EXPECT_TRUE(same_film(film_of(scene, settings, execution), expected)) << describe(execution);
 }
 

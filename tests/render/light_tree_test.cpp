@@ -3,6 +3,7 @@
 #include "render/features.h"
 #include "render/pack.h"
 #include "render/scene_builder.h"
+#include "render/ways_to_shade.h"
 
 namespace eikon::testing {
 namespace {
@@ -96,7 +97,7 @@ TEST(LightTree, direct_light_of_all_is_the_sum_of_what_each_gives_alone) {
 TEST(LightTree, N6_a_film_has_the_same_bits_however_it_is_traced) {
   auto [scene, settings] = lamp_room(300, 19, 6);
   const Film once = film_of(scene, settings);
-  for (const Execution& execution : ways_to_trace())
+  for (const Execution& execution : ways_to_shade())
     ASSERT_TRUE(same_film(once, film_of(scene, settings, execution))) << describe(execution);
 }
 

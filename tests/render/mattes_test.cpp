@@ -5,6 +5,7 @@
 #include <map>
 
 #include "render/scene_builder.h"
+#include "render/ways_to_shade.h"
 
 namespace eikon::testing {
 namespace {
@@ -68,7 +69,7 @@ TEST(Mattes, of_a_half_covered_pixel_have_half_of_its_samples) {
 TEST(Mattes, have_the_same_counts_on_every_way_to_trace_and_in_units_of_any_size) {
   const auto [scene, settings] = matted(33, 21, 5);
   const Film expected = film_of(scene, settings);
-  for (const Execution& execution : ways_to_trace())
+  for (const Execution& execution : ways_to_shade())
     EXPECT_TRUE(same_film(film_of(scene, settings, execution), expected)) << describe(execution);
   Execution small;
   small.pool = 1U << 10;

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+// eikon's main() in a process of its own for each of many scenes. Starting a program with its libraries under sanitizers takes
+// several times as long as judging a damaged scene; here it is done once, and every scene gets a child that begins behind it.
+//   stdin   a line for each scene: file for its stdout, file for its stderr, SECONDS it may take, scene; tabs between them
+//   stdout  a line for each when it has ended: how (wait status of wait4(), or -1: killed after SECONDS), seconds, peak in KB
+#include <fcntl.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <iostream>
+#include <sstream>
+#include <string>
+
+int eikon_main(int argc, char** argv);  // host/cli/main.cpp
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+struct Case {
+  std::string out, err, scene;
+  double seconds = 0;
+};
+
+bool read_case(std::istream& in, Case& next) {
+  std::string line, seconds;
+  if (!std::getline(in, line)) return false;
+  std::istringstream fields(line);
+  std::getline(fields, next.out, '\t');
+  std::getline(fields, next.err, '\t');
+  std::getline(fields, seconds, '\t');
+  std::getline(fields, next.scene);
+  next.seconds = std::strtod(seconds.c_str(), nullptr);
+  return !next.scene.empty();
+}
+
+void redirect(const std::string& file, int flags, int stream) {
+  const int opened = open(file.c_str(), flags, 0600);
+  if (opened < 0 || dup2(opened, stream) < 0) std::_Exit(99);
+  close(opened);
+}
+
+[[noreturn]] void run(const Case& one, const sigset_t& signals) {
+  sigprocmask(SIG_SETMASK, &signals, nullptr);
+  redirect("/dev/null", O_RDONLY, STDIN_FILENO);
+  redirect(one.out, O_WRONLY | O_CREAT | O_TRUNC, STDOUT_FILENO);
+  redirect(one.err, O_WRONLY | O_CREAT | O_TRUNC, STDERR_FILENO);
+  std::string program = "eikon", command = "info", scene = one.scene;
+  std::array<char*, 4> arguments = {program.data(), command.data(), scene.data(), nullptr};
+  std::exit(eikon_main(3, arguments.data()));
+}
+
+/// Waits for SIGCHLD, which is blocked, until then. returns whether it came
+bool child_ended(Clock::time_point until) {
+  sigset_t ended;
+  sigemptyset(&ended);
+  sigaddset(&ended, SIGCHLD);
+  for (;;) {
+    const auto left = std::chrono::duration_cast<std::chrono::nanoseconds>(until - Clock::now()).count();
+    const timespec most = {left > 0 ? left / 1000000000 : 0, left > 0 ? left % 1000000000 : 0};
+    if (sigtimedwait(&ended, nullptr, &most) == SIGCHLD) return true;
+    if (errno == EAGAIN) return false;
+  }
+}
+
+}  // namespace
+
+int main() {
+  sigset_t ended, before;
+  sigemptyset(&ended);
+  sigaddset(&ended, SIGCHLD);
+  sigprocmask(SIG_BLOCK, &ended, &before);
+  for (Case next; read_case(std::cin, next);) {
+    const auto begin = Clock::now();
+    const pid_t child = fork();
+    if (child < 0) return 1;
+    if (child == 0) run(next, before);
+    const auto until = begin + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(next.seconds));
+    const bool in_time = child_ended(until);
+    if (!in_time) kill(child, SIGKILL);
+    int status = 0;
+    rusage usage{};
+    if (wait4(child, &status, 0, &usage) != child) return 1;
+    if (!in_time) child_ended(Clock::now());  // of the one that was killed
+    const double seconds = std::chrono::duration<double>(Clock::now() - begin).count();
+    std::printf("%d %.4f %ld\n", in_time ? status : -1, seconds, usage.ru_maxrss);
+    std::fflush(stdout);
+  }
+  return 0;
+}
