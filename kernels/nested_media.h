@@ -5,12 +5,16 @@
 // other side, and is passed straight on, as if it were not there, where it is the same.
 //   - What is entered twice stands in the list twice: two drops of one material that overlap are one.
 //   - What is left without having been entered changes nothing: at surfaces that coincide a path may meet one of the two.
+//   - What does not show ends no edge: paths count what they crossed (path_state.def), and take it off their depth.
 //   - A fifth pushes out the lowest, which then is left unseen.
 // Radiance over the square of the index of refraction is the same along a path, whatever the order in which boundaries are met:
 // each boundary that shows takes the path from the one index to the other, and no other event changes it.
 #ifndef EK_NESTED_MEDIA_H
 #define EK_NESTED_MEDIA_H
 #include "material.h"
+
+// Boundaries that a path passes unseen before they count as any others: far more than lie on any ray, so that every path ends.
+#define EK_CROSSED_MOST 4096u
 
 /// The rank of the medium that counts; 0 outside of all.
 EK_FN vu media_top(vu media) { return media >> 24; }

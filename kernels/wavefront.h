@@ -131,11 +131,19 @@ EK_FN void film_add(global float* film_slots, uint film_stride, uint channel, vi
 #endif
 }
 
-// Adds light that was scattered so often between its source and the camera.
-// group  of the source: index of its light group
-EK_FN void film_add_light(global float* film_slots, uint film_stride, vi live, vu path, uint scattered, vu group, v3 radiance) {
+// Adds light that met so many surfaces between its source and the camera.
+// crossed  of them do not show, and scattered nothing;  group  of the source: index of its light group
+EK_FN void film_add_light(global float* film_slots, uint film_stride, vi live, vu path, uint scattered, vu crossed, vu group,
+                          v3 radiance) {
   film_add(film_slots, film_stride, FILM_r, live, path, radiance);
-  if (EK_HAS_scattered) {
+  if (EK_HAS_scattered & EK_HAS_nested_media) {
+    vu bin = (vu)(0u);
+    for (uint bits = EK_SCATTER_BOUNDS; bits != 0u; bits &= bits - 1u) {
+      const uint bound = lowest_bit(bits);
+      bin = bin + (((vu)(scattered) - crossed > bound) ? (vu)(1u) : (vu)(0u));
+    }
+    film_add(film_slots, film_stride, FILM_scattered, live, path + bin * (3u * film_stride), radiance);
+  } else if (EK_HAS_scattered) {
     const uint bin = popcount(EK_SCATTER_BOUNDS & ((1u << min(scattered, 31u)) - 1u));
     film_add(film_slots, film_stride, FILM_scattered + 3 * bin, live, path, radiance);
   }

@@ -35,7 +35,8 @@ EK_FN void stage_miss(constant Frame* frame, SceneData scene, global const float
         beta = mul3(beta, transmittance(absorption, EK_INFINITY));
       }
       film_add_light(film_slots, frame->film_stride, escaped, state_u(state, FIELD_path, slot), depth - 1,
-                     (vu)(EK_ENVIRONMENT_GROUP), scale3(mul3(beta, sky.radiance), weight));
+                     EK_HAS_nested_media ? state_u(state, FIELD_crossed, slot) : (vu)(0u), (vu)(EK_ENVIRONMENT_GROUP),
+                     scale3(mul3(beta, sky.radiance), weight));
     }
   }
 }

@@ -83,12 +83,17 @@ EK_FN Survivors stage_shade(constant Frame* frame, SceneData scene, LightData li
 #endif
     HitMaterial hit_surface = hit_material(scene, corners.material, at, front);
     vu medium = (vu)(0u), beyond = (vu)(0u);  // on this side of the surface, and on the other
-    vi hidden = (vi)(0);
+    vi hidden = (vi)(0), unseen = (vi)(0);  // a boundary that does not show; and one that no more counts as an edge
     if (EK_HAS_MEDIUM) {
       medium = state_u(state, FIELD_medium, slot);
       beyond = medium_beyond(hit_surface, medium, corners.material, front);
     }
-    if (EK_HAS_nested_media) hidden = media_meet(scene, medium, beyond, front, &hit_surface);
+    vu crossed = (vu)(0u);
+    if (EK_HAS_nested_media) {
+      hidden = media_meet(scene, medium, beyond, front, &hit_surface);
+      crossed = state_u(state, FIELD_crossed, slot);
+      unseen = hidden & (crossed < EK_CROSSED_MOST);
+    }
     if (EK_HAS_clearcoat)
       hit_surface.emission = scale3(hit_surface.emission, clearcoat_passes(hit_surface.bsdf.clearcoat, dot3(surface.n_geom, dir)));
     MaterialLanes material = hit_surface.bsdf;
@@ -134,7 +139,7 @@ EK_FN Survivors stage_shade(constant Frame* frame, SceneData scene, LightData li
                                : corners.light_pdf_m2 > 0.0f ? (vf)(0.0f) : (vf)(1.0f);
           weight = scatter_pdf < 0.0f ? weight : scattered;
         }
-        film_add_light(film_slots, film_stride, emits, path, depth - 1, group, scale3(mul3(beta, hit_surface.emission), weight));
+        film_add_light(film_slots, film_stride, emits, path, depth - 1, crossed, group, scale3(mul3(beta, hit_surface.emission), weight));
       }
     }
 
@@ -142,7 +147,8 @@ EK_FN Survivors stage_shade(constant Frame* frame, SceneData scene, LightData li
       // Seen by the camera, directly or through mirrors and windows; no light for anything else.
       const vi shown = live & hit_surface.unlit;
       if (ANY(shown))
-        film_add_light(film_slots, film_stride, shown & (scatter_pdf < 0.0f), path, depth - 1, group, mul3(beta, material.base_color));
+        film_add_light(film_slots, film_stride, shown & (scatter_pdf < 0.0f), path, depth - 1, crossed, group,
+                       mul3(beta, material.base_color));
       live = live & !hit_surface.unlit;
     }
 
@@ -153,7 +159,11 @@ EK_FN Survivors stage_shade(constant Frame* frame, SceneData scene, LightData li
     }
 
     if (EK_HAS_raycast) material = raycast_material(material);
-    live = last ? (vi)(0) : live;
+    // What does not show ends no edge.
+    if (EK_HAS_nested_media)
+      live = live & (unseen | (frame->max_depth == 0 ? (vi)(-1) : (vu)(depth) - crossed < (vu)(frame->max_depth)));
+    else
+      live = last ? (vi)(0) : live;
     Basis basis = basis_around(n_shade);
     if (EK_HAS_anisotropy) basis = basis_along(basis, anisotropy_direction(hit_surface, at, surface.n_geom));
     const v3 wo = to_local(basis, neg3(dir));
@@ -225,6 +235,7 @@ EK_FN Survivors stage_shade(constant Frame* frame, SceneData scene, LightData li
         EK_KEEP_SHADOW(FIELD_shadow_t, AS_U(shadow.t_max));
         EK_KEEP_SHADOW_3(FIELD_shadow_r, arriving);
         if (EK_HAS_light_group) EK_KEEP_SHADOW(FIELD_shadow_group, light.group);
+        if (EK_HAS_nested_media & EK_HAS_scattered) EK_KEEP_SHADOW(FIELD_shadow_crossed, crossed);
 #if EK_CHUNKED
         shadow_count += cast.count;
 #endif
@@ -246,11 +257,11 @@ EK_FN Survivors stage_shade(constant Frame* frame, SceneData scene, LightData li
     v3 next_beta = mul3(beta, scattered.weight);
     if (EK_HAS_vertex_normal | EK_HAS_normal_texture)
       next_beta = scale3(next_beta, fade(material, scattered.wi, next_dir, n_geom, n_shade));
-    vi survives = live & (scattered.pdf > 0.0f) & agrees(scattered.wi, dot3(next_dir, n_geom)) &
+    vi survives = live & (scattered.pdf > 0.0f) & (hidden | agrees(scattered.wi, dot3(next_dir, n_geom))) &
                   (max_component(abs3(next_beta)) > 0.0f);
     if (!(EK_HAS_bsdf_emission | EK_HAS_next_event)) survives = (vi)(0);
     if (EK_HAS_whitted) survives = survives & scattered.delta;
-    if (EK_HAS_raycast) survives = (vi)(0);
+    if (EK_HAS_raycast) survives = survives & hidden;
     if (may_end) {
       vf worth = max_component(abs3(next_beta));
       // Else a third of the paths that enter glass would end there for nothing.
@@ -260,7 +271,7 @@ EK_FN Survivors stage_shade(constant Frame* frame, SceneData scene, LightData li
       // Ending paths that carry more adds more error than it saves rays (PERFORMANCE.md).
       vf survival = min_f(ROULETTE_GAIN * worth, (vf)(depth < ROULETTE_ALWAYS_DEPTH ? 1.0f : 0.95f));
       if (EK_HAS_fixed_roulette) survival = (vf)(frame->roulette);
-      if (EK_HAS_nested_media) survival = hidden ? (vf)(1.0f) : survival;
+      if (EK_HAS_nested_media) survival = unseen ? (vf)(1.0f) : survival;
       survives = survives & (roulette < survival);
       next_beta = scale3(next_beta, (vf)(1.0f) / survival);
     }
@@ -289,6 +300,7 @@ EK_FN Survivors stage_shade(constant Frame* frame, SceneData scene, LightData li
     EK_KEEP(FIELD_pdf, AS_U(scattered.delta ? (vf)(-1.0f) : scattered.pdf));
     if (EK_HAS_light_tree & EK_HAS_next_event & EK_HAS_bsdf_emission) EK_KEEP(FIELD_facing, lit.facing);
     if (EK_HAS_MEDIUM) EK_KEEP(FIELD_medium, next_medium);
+    if (EK_HAS_nested_media) EK_KEEP(FIELD_crossed, crossed + (unseen ? (vu)(1u) : (vu)(0u)));
     if (EK_HAS_environment & EK_HAS_next_event & EK_HAS_bsdf_emission)
       EK_KEEP(FIELD_pdf_environment, AS_U(environment_pdf_sr(frame->environment.w, scattered.wi.z, both_sides)));
 #if EK_CHUNKED

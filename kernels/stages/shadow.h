@@ -26,6 +26,7 @@ EK_FN void stage_shadow(constant Frame* frame, Geometry geometry, global uint* s
     for (uint row = 0; row < rows; row += EK_WIDTH) {
       const vi visible = (LANE_INDEX < (vu)(min(rows - row, (uint)EK_WIDTH))) & !any_result(&tracing, row);
       film_add_light(film_slots, frame->film_stride, visible, state_u(state, FIELD_shadow_path, first + row), depth,
+                     (EK_HAS_nested_media & EK_HAS_scattered) ? state_u(state, FIELD_shadow_crossed, first + row) : (vu)(0u),
                      EK_HAS_light_group ? state_u(state, FIELD_shadow_group, first + row) : (vu)(0u),
                      shadow_state_3(state, FIELD_shadow_r, first + row));
     }
