@@ -1,15 +1,50 @@
 // SPDX-License-Identifier: Apache-2.0
 // Bare metal by its complex index of refraction (EIKON_materials_conductor): GGX microfacets that reflect by Fresnel's equations,
-// times the base colour. What microfacets reflect to each other is lost, as of glTF's metals, but for --energy-compensation.
+// times the base colour, under a thin film as far as the material has one. What microfacets reflect to each other is lost, as of glTF's metals, but for --energy-compensation.
 #ifndef EK_BSDF_CONDUCTOR_H
 #define EK_BSDF_CONDUCTOR_H
 #include "bsdf_metallic_roughness.h"
+#if EK_HAS_iridescence
+#include "thin_film_metal.h"
+#endif
 
-EK_FN v3 conductor_reflectance(MaterialLanes m, vf cosine) {
+// Without a film.
+EK_FN v3 bare_reflectance(MaterialLanes m, vf cosine) {
   return mul3(m.base_color, V3(fresnel_conductor(cosine, m.conductor_eta.x, m.conductor_k.x),
                                fresnel_conductor(cosine, m.conductor_eta.y, m.conductor_k.y),
                                fresnel_conductor(cosine, m.conductor_eta.z, m.conductor_k.z)));
 }
+
+EK_FN v3 conductor_reflectance(MaterialLanes m, vf cosine) {
+  const v3 bare = bare_reflectance(m, cosine);
+#if EK_HAS_iridescence
+  if (ANY(m.iridescence > 0.0f)) {
+    const ThinFilm film = {m.film_index, m.film_thickness};
+    const v3 under = film_conductor_reflectance(film, m.conductor_eta, m.conductor_k, min_f(cosine, (vf)(1.0f)));
+    const v3 both = add3(scale3(bare, 1.0f - m.iridescence), scale3(mul3(m.base_color, under), m.iridescence));
+    return select3(m.iridescence > 0.0f, both, bare);
+  }
+#endif
+  return bare;
+}
+
+#if EK_HAS_energy_compensation
+// 2 times the integral of the reflectance over the cosine times the cosine: over its square, by three of Gauss's nodes, and by more
+// under a film.
+EK_FN v3 conductor_mean_reflectance(MaterialLanes m) {
+  v3 mean = add3(scale3(add3(bare_reflectance(m, (vf)(0.335710687f)), bare_reflectance(m, (vf)(0.941965058f))), 5.0f / 18.0f),
+                 scale3(bare_reflectance(m, (vf)(0.707106781f)), 8.0f / 18.0f));
+#if EK_HAS_iridescence
+  if (ANY(m.iridescence > 0.0f)) {
+    v3 under = V3((vf)(0.0f), (vf)(0.0f), (vf)(0.0f));
+    for (uint i = 0; i < EK_FILM_NODES; ++i)
+      under = add3(under, scale3(conductor_reflectance(m, (vf)(film_cosines[i])), (vf)(film_weights[i])));
+    mean = select3(m.iridescence > 0.0f, under, mean);
+  }
+#endif
+  return mean;
+}
+#endif
 
 // What depends on wo alone.
 typedef struct {
@@ -29,9 +64,7 @@ EK_FN Conductor make_conductor(MaterialLanes m, v3 wo) {
   k.length_o = ggx_length(wo, k.alpha);
   k.p_once = (vf)(1.0f);
 #if EK_HAS_energy_compensation
-  // 2 times the integral of the reflectance over the cosine times the cosine: over its square, by three of Gauss's nodes.
-  const v3 once = add3(scale3(add3(conductor_reflectance(m, (vf)(0.335710687f)), conductor_reflectance(m, (vf)(0.941965058f))), 5.0f / 18.0f),
-                       scale3(conductor_reflectance(m, (vf)(0.707106781f)), 8.0f / 18.0f));
+  const v3 once = conductor_mean_reflectance(m);
   const vf lost_mean = max_f(mirrors_lose_mean(k.alpha), (vf)(0x1p-30f));
   const vf lost = mirrors_lose(k.alpha, wo.z, k.length_o);
   const v3 more = scale3(reflected_again3(once, lost_mean), k.smooth ? (vf)(0.0f) : lost);

@@ -108,6 +108,23 @@ EK_FN vf metal_loses(Layers k, vf cosine, vf length) {
 }
 #endif
 
+#if EK_HAS_energy_compensation
+// 2 times the integral of metal's reflectance over the cosine times the cosine; under a film by Gauss's nodes.
+EK_FN v3 metal_mean_reflectance(MaterialLanes m) {
+  const v3 bare = add3(scale3(m.base_color, 20.0f / 21.0f), V3((vf)(1.0f / 21.0f), (vf)(1.0f / 21.0f), (vf)(1.0f / 21.0f)));
+#if EK_HAS_iridescence
+  if (ANY(m.iridescence > 0.0f)) {
+    const vf one = (vf)(1.0f);
+    v3 mean = V3((vf)(0.0f), (vf)(0.0f), (vf)(0.0f));
+    for (uint i = 0; i < EK_FILM_NODES; ++i)
+      mean = add3(mean, scale3(surface_reflectance(m, m.base_color, one, one, (vf)(film_cosines[i])), (vf)(film_weights[i])));
+    return select3(m.iridescence > 0.0f, mean, bare);
+  }
+#endif
+  return bare;
+}
+#endif
+
 /// f0, f90  of the layer;  share: of the surface that is such a layer;  base: albedo of the base by itself
 EK_FN Layers make_layers(MaterialLanes m, v3 wo, v3 f0, vf f90, vf share, v3 base) {
   Layers k;
@@ -138,7 +155,7 @@ EK_FN Layers make_layers(MaterialLanes m, v3 wo, v3 f0, vf f90, vf share, v3 bas
 #if EK_HAS_energy_compensation
   // Of the metal alone: what a dielectric layer does not reflect, for whatever reason, its base receives.
   const vf lost = metal_loses(k, wo.z, k.length_o), lost_mean = max_f(mirrors_lose_mean(k.alpha), (vf)(0x1p-30f));
-  const v3 once = add3(scale3(m.base_color, 20.0f / 21.0f), V3((vf)(1.0f / 21.0f), (vf)(1.0f / 21.0f), (vf)(1.0f / 21.0f)));
+  const v3 once = metal_mean_reflectance(m);
   const v3 more = scale3(reflected_again3(once, lost_mean), m.metallic * lost);
   k.again = scale3(more, EK_INV_PI / lost_mean);
   k.diffuse = k.diffuse + mean_component(more);

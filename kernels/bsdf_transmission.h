@@ -31,10 +31,40 @@ typedef struct {
 #endif
 } Glass;
 
+/// Reflectance of the glass; cos_h: of wo with the microfacet.
+EK_FN v3 glass_reflectance(MaterialLanes m, vf cos_h) {
+  const vf exact = fresnel_dielectric(cos_h, m.eta);
+  v3 f = select3(m.solid, V3(exact, exact, exact), schlick(m.f0_dielectric, m.specular, schlick_weight(cos_h)));
+#if EK_HAS_iridescence
+  // From inside of a solid as from outside along the refracted direction: what a film reflects is the same both ways.
+  const vi some = (m.iridescence > 0.0f) & !(m.solid & (fresnel_is_mirror(m.eta) | (m.eta == 1.0f)));
+  if (ANY(some)) {
+    const vf outside2 = 1.0f - ((1.0f - cos_h) * (1.0f + cos_h)) / (m.eta * m.eta);
+    const vi inside = m.solid & (m.eta < 1.0f);
+    const vf cosine = inside ? sqrt(max_f(outside2, (vf)(0.0f))) : cos_h;
+    const vf r = (m.eta - 1.0f) / (m.eta + 1.0f), f0 = r * r;
+    const v3 under = with_film(m, f, select3(m.solid, V3(f0, f0, f0), m.f0_dielectric), min_f(max_f(cosine, (vf)(0.0f)), (vf)(1.0f)));
+    f = select3(some & !(inside & (outside2 <= 0.0f)), under, f);
+  }
+#endif
+  return f;
+}
+
 // Some light leaves to the other side as from a diffuse surface.
 #define EK_LEAKS (EK_HAS_diffuse_transmission | EK_HAS_energy_compensation)
 
 #if EK_HAS_energy_compensation
+// What glass under a film reflects of an even light in the thinner medium.
+EK_FN vf filmy_glass_mean_reflectance(MaterialLanes m, Glass g) {
+  vf mean = (vf)(0.0f);
+#if EK_HAS_iridescence
+  m.eta = max_f(g.eta, 1.0f / g.eta);
+  for (uint i = 0; i < EK_FILM_NODES; ++i)
+    mean = mean + film_weights[i] * mean_component(glass_reflectance(m, (vf)(film_cosines[i])));
+#endif
+  return mean;
+}
+
 // What the glass of g loses along a direction of cosine c, on wo's side or the other one.
 EK_FN vf glass_loses_along(MaterialLanes m, Glass g, vi other_side, vf c, vf length) {
   vf lost = mirrors_lose(g.open.alpha, c, length);  // a thin wall reflects and passes in one lobe
@@ -54,12 +84,14 @@ EK_FN Glass with_glass_again(MaterialLanes m, Glass g, v3 wo) {
   const vf lost = glass_loses_along(m, g, (vi)(0), wo.z, g.open.length_o);
   vf here = mirrors_lose_mean(g.open.alpha), there = here;
   const v3 f = schlick(m.f0_dielectric, m.specular, (vf)(1.0f / 21.0f));
-  vf crosses_here = 1.0f - mean_component(f), crosses_there = crosses_here;
+  const vi filmy = EK_HAS_iridescence ? m.iridescence > 0.0f : (vi)(0);
+  const vf reflects_film = ANY(filmy) ? filmy_glass_mean_reflectance(m, g) : (vf)(0.0f);
+  vf crosses_here = 1.0f - (filmy ? reflects_film : mean_component(f)), crosses_there = crosses_here;
   if (ANY(m.solid)) {
     const vf solid_here = glass_loses_mean(g.place, g.place.here, glass_alpha(g.open.alpha)), solid_there = glass_loses_mean(g.place, g.place.there, glass_alpha(g.open.alpha));
     const vf n = max_f(g.eta, 1.0f / g.eta), n2 = n * n;
-    // The reflectance of an even light from outside, by Kulla and Conty's fit.
-    const vf passes = 1.0f - (n - 1.0f) / (4.08567f + 1.00071f * n);
+    // The reflectance of an even light from outside, by Kulla and Conty's fit; what is lost is the table's also under a film.
+    const vf reflects = (n - 1.0f) / (4.08567f + 1.00071f * n), passes = 1.0f - (filmy ? reflects_film : reflects);
     const vf scale = passes / (n2 * max_f(max_f(solid_here, solid_there), (vf)(0x1p-30f)));
     const vi outside = g.eta > 1.0f;
     here = m.solid ? solid_here : here;
@@ -76,25 +108,6 @@ EK_FN Glass with_glass_again(MaterialLanes m, Glass g, v3 wo) {
   return g;
 }
 #endif
-
-/// Reflectance of the glass; cos_h: of wo with the microfacet.
-EK_FN v3 glass_reflectance(MaterialLanes m, vf cos_h) {
-  const vf exact = fresnel_dielectric(cos_h, m.eta);
-  v3 f = select3(m.solid, V3(exact, exact, exact), schlick(m.f0_dielectric, m.specular, schlick_weight(cos_h)));
-#if EK_HAS_iridescence
-  // From inside of a solid as from outside along the refracted direction: what a film reflects is the same both ways.
-  const vi some = (m.iridescence > 0.0f) & !(m.solid & (fresnel_is_mirror(m.eta) | (m.eta == 1.0f)));
-  if (ANY(some)) {
-    const vf outside2 = 1.0f - ((1.0f - cos_h) * (1.0f + cos_h)) / (m.eta * m.eta);
-    const vi inside = m.solid & (m.eta < 1.0f);
-    const vf cosine = inside ? sqrt(max_f(outside2, (vf)(0.0f))) : cos_h;
-    const vf r = (m.eta - 1.0f) / (m.eta + 1.0f), f0 = r * r;
-    const v3 under = with_film(m, f, select3(m.solid, V3(f0, f0, f0), m.f0_dielectric), min_f(max_f(cosine, (vf)(0.0f)), (vf)(1.0f)));
-    f = select3(some & !(inside & (outside2 <= 0.0f)), under, f);
-  }
-#endif
-  return f;
-}
 
 /// The probability of reflecting rather than transmitting, at a microfacet of mean reflectance f: by what leaves either way.
 EK_FN vf glass_reflects(vf f, vf tint) {

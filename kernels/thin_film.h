@@ -53,6 +53,12 @@ EK_FN vf film_index(ThinFilm film) {
   return 1.0f + (film.index - 1.0f) * ((t * t) * (3.0f - 2.0f * t));
 }
 
+// 2 times the integral over a cosine of something times the cosine: Gauss and Legendre's nodes for the square of the cosine. Up to two
+// fringes lie between the horizon and the normal of films that still have colours.
+#define EK_FILM_NODES 5u
+constant float film_cosines[EK_FILM_NODES] = {0.216587343f, 0.480380417f, 0.707106781f, 0.877060235f, 0.976263245f};
+constant float film_weights[EK_FILM_NODES] = {0.118463443f, 0.239314335f, 0.284444444f, 0.239314335f, 0.118463443f};
+
 /// What a base of reflectance f0 (at normal incidence, without the film) can reflect at most with it at normal incidence, at any wave length.
 EK_FN vf film_most(ThinFilm film, vf f0) {
   const vf index = film_index(film);
@@ -63,7 +69,7 @@ EK_FN vf film_most(ThinFilm film, vf f0) {
 
 /// Reflectance, R, G and B, [0, 1]; never more than Schlick's law from film_most on, so that what a base below is left with is right.
 /// cosine  of the light with the normal, in the air, [0, 1];  f0  of the base without the film, R, G and B
-EK_FN v3 film_reflectance(ThinFilm film, v3 f0, vf cosine) {
+EK_FN_ONCE v3 film_reflectance(ThinFilm film, v3 f0, vf cosine) {
   const vf index = film_index(film);
   const vf cos2 = 1.0f - ((1.0f - cosine) * (1.0f + cosine)) / (index * index);  // within the film; index >= 1: no total reflection
   const vf cos_film = sqrt(max_f(cos2, (vf)(0.0f)));

@@ -21,7 +21,7 @@ LAYOUTS = re.findall(r"^EK_(?:LAYOUT|CELLS)\((\w+)\)", (ROOT / "kernels/shared/l
 ARRAYS = ["triangle_normals", "triangle_tangents", "triangle_colors", "material_extensions", "material_details", "textures", "texels"]
 # Headers of single features; those that are not there yet, or no more, are no error.
 FEATURES = re.compile(r"alpha|bsdf_(?!diffuse).*|dispersion|environment_map|fresnel|ggx.*|light_punctual|light_shape.*|light_tree|medium|microfacet|multiple_scattering|nested_media|normal_map|raycast|"
-                      r"shading_normal|shape|thin_film|shape_(?!triangle|classical|implicit).*|texture")
+                      r"shading_normal|shape|thin_film.*|shape_(?!triangle|classical|implicit).*|texture")
 
 
 def features_of(eikon, scene):

@@ -164,7 +164,7 @@ Features::Features(const Scene& scene, const Settings& settings) {
   };
   const auto is_filmy = [](const Material& m) {
     const std::string kind = lobe_of(m);
-    return m.iridescence > 0 && (kind == "metallic_roughness" || kind == "transmission");
+    return m.iridescence > 0 && (kind == "metallic_roughness" || kind == "transmission" || kind == "conductor");
   };
   const auto has_sheen = [](const Material& m) { return m.sheen_color != glm::vec3(0); };
   needs["material_detail"] = shown.material(

@@ -128,12 +128,20 @@ std::vector<Specimen> filmy_specimens(float roughness) {
   half.metallic = 0.3F;
   half.transmission = 0.5F;
   half.iridescence = 0.6F;
+  Look copper = half;
+  copper.base_color = {1, 0.9F, 0.8F};
+  copper.metallic = 1;
+  copper.transmission = 0;
+  copper.film_index = 1.7F;
+  copper.eta = {0.216561F, 0.958162F, 1.165808F};
+  copper.k = {3.637741F, 2.577065F, 2.393857F};
   return {{"white under soap", metallic_roughness, soap},
           {"tempered steel", metallic_roughness, steel},
           {"soap bubble", transmission, bubble},
           {"coated lens", transmission, glass},
           {"coated lens, from inside", transmission, glass, false},
-          {"half transparent under oil", transmission, half}};
+          {"half transparent under oil", transmission, half},
+          {"copper under lacquer", conductor, copper}};
 }
 
 /// Materials of several lobes with layers on them.
@@ -247,6 +255,18 @@ std::vector<Specimen> specimens(float roughness) {
   for (Specimen& s : anisotropic_specimens(roughness)) all.push_back(std::move(s));
   for (Specimen& s : filmy_specimens(roughness)) all.push_back(std::move(s));
   return all;
+}
+
+Probe film_probe() {
+  Probe probe("bsdf");
+#define EK_LOBE(name, bit) probe.define("EK_HAS_" #name, "0");
+#define EK_LIGHT(name, bit) probe.define("EK_HAS_" #name, "0");
+#define EK_OPTION(name) probe.define("EK_HAS_" #name, "0");
+#define EK_AOV(name, channels) probe.define("EK_HAS_" #name, "0");
+#include "shared/features.def"
+  return probe.define("EK_HAS_iridescence", "1")
+      .define("EK_HAS_metallic_roughness", "1")
+      .define("EK_HAS_conductor", "1");
 }
 
 void Queries::add(std::uint32_t specimen, const Direction& wo, const Direction& wi, float u, float v, float choice) {

@@ -340,6 +340,12 @@ PROBE(probe_film_reflectance) {
   OUT_F(1, f.y);
   OUT_F(2, f.z);
 }
+
+// Inputs: index and thickness of a film, eta and k of the conductor below, cosine.
+kernel void probe_film_conductor(PROBE_ARGUMENTS) {
+  const ThinFilm film = {IN_F(0), IN_F(1)};
+  OUT_3(0, film_conductor_reflectance(film, IN_3(2), IN_3(5), IN_F(8)));
+}
 #endif
 
 // Inputs: alpha, wo.

@@ -23,30 +23,31 @@ std::vector<std::array<double, 3>> film(const std::vector<std::pair<Film, double
     in[2].push_back(as_word(float(r * r)));
     in[3].push_back(as_word(float(cosine)));
   }
-  const auto out = Probe("bsdf").run("probe_film_reflectance", in, 3);
+  const auto out = film_probe().run("probe_film_reflectance", in, 3);
   std::vector<std::array<double, 3>> all;
   for (std::size_t i = 0; i < queries.size(); ++i)
     all.push_back({as_float(out[0][i]), as_float(out[1][i]), as_float(out[2][i])});
   return all;
 }
 
-/// [Airy 1833]: all orders, at one wave length, unpolarised, of a film between air and a base.
-double airy(const Film& film, double cosine, double lambda_nm) {
+using Complex = std::complex<double>;
+
+/// [Airy 1833]: all orders, at one wave length, unpolarised, of a film between air and a base, which may absorb: index n + i k.
+double airy(double index, double nm, Complex base, double cosine, double lambda_nm) {
   const double sine2 = 1 - cosine * cosine;
-  const double cos_film = std::sqrt(1 - sine2 / (film.index * film.index)),
-               cos_base = std::sqrt(1 - sine2 / (film.base * film.base));
-  const auto across = [](double n1, double c1, double n2, double c2) {
+  const Complex cos_film = std::sqrt(1 - sine2 / (index * index)), cos_base = std::sqrt(1.0 - sine2 / (base * base));
+  const auto across = [](Complex n1, Complex c1, Complex n2, Complex c2) {
     return (n1 * c1 - n2 * c2) / (n1 * c1 + n2 * c2);
   };
-  const double phase = 2 * std::numbers::pi * 2 * film.index * film.nm * cos_film / lambda_nm;
-  const std::complex<double> turn = std::polar(1.0, phase);
+  const double phase = 2 * std::numbers::pi * 2 * index * nm * cos_film.real() / lambda_nm;
+  const Complex turn = std::polar(1.0, phase);
   double sum = 0;
   // Across the plane of incidence, and along it, where cosines change places (and both signs turn).
   for (const bool along : {false, true}) {
-    const auto r = [&](double n1, double c1, double n2, double c2) {
+    const auto r = [&](Complex n1, Complex c1, Complex n2, Complex c2) {
       return along ? across(n1, c2, n2, c1) : across(n1, c1, n2, c2);
     };
-    const double top = r(1, cosine, film.index, cos_film), bottom = r(film.index, cos_film, film.base, cos_base);
+    const Complex top = r(1, cosine, index, cos_film), bottom = r(index, cos_film, base, cos_base);
     sum += 0.5 * std::norm((top + bottom * turn) / (1.0 + top * bottom * turn));
   }
   return sum;
@@ -54,7 +55,7 @@ double airy(const Film& film, double cosine, double lambda_nm) {
 
 /// Sensitivities of the eye, in Gaussians as of the kernel (their fit to those of the CIE is not what is tested): linear sRGB
 /// over that of an even spectrum.
-std::array<double, 3> colour(const Film& film, double cosine) {
+std::array<double, 3> colour(double index, double nm, Complex base, double cosine) {
   struct Gauss {
     int channel;
     double weight, middle, variance;
@@ -70,7 +71,7 @@ std::array<double, 3> colour(const Film& film, double cosine) {
     double sum = 0, all = 0;
     for (int i = -400; i <= 400; ++i) {
       const double x = 0.0125 * i, number = g.middle + width * x, weight = std::exp(-x * x / 2);
-      sum += weight * airy(film, cosine, 1e9 / number);
+      sum += weight * airy(index, nm, base, cosine, 1e9 / number);
       all += weight;
     }
     xyz[g.channel] += scale * sum / all;
@@ -95,7 +96,8 @@ TEST(ThinFilm, reflects_at_normal_incidence_what_interference_does_at_every_wave
   const auto found = film(queries);
   double worst = 0;
   for (std::size_t i = 0; i < queries.size(); ++i) {
-    const auto expected = colour(queries[i].first, 1);
+    const Film& at = queries[i].first;
+    const auto expected = colour(at.index, at.nm, at.base, 1);
     for (std::size_t c = 0; c < 3; ++c) {
       // The third order is left out: below both amplitudes to the third, twice, in colours that amplify by at most 4.4; and what is out
       // of gamut, or above the bound of any wave length, is cut.
@@ -137,6 +139,114 @@ TEST(ThinFilm, never_reflects_more_than_all_or_less_than_nothing) {
          grazing});
   }
   for (const auto& rgb : film(queries))
+    for (const double channel : rgb) {
+      ASSERT_GE(channel, 0);
+      ASSERT_LE(channel, 1);
+    }
+}
+
+/// A film on metal: index n + i k of R, G and B.
+struct MetalFilm {
+  double index, nm, cosine;
+  std::array<Complex, 3> base;
+};
+
+std::vector<std::array<double, 3>> metal_film(const std::vector<MetalFilm>& queries) {
+  std::vector<Words> in(9);
+  for (const MetalFilm& q : queries) {
+    in[0].push_back(as_word(float(q.index)));
+    in[1].push_back(as_word(float(q.nm * 1e-9)));
+    for (std::size_t c = 0; c < 3; ++c) {
+      in[2 + c].push_back(as_word(float(q.base[c].real())));
+      in[5 + c].push_back(as_word(float(q.base[c].imag())));
+    }
+    in[8].push_back(as_word(float(q.cosine)));
+  }
+  const auto out = film_probe().run("probe_film_conductor", in, 3);
+  std::vector<std::array<double, 3>> all;
+  for (std::size_t i = 0; i < queries.size(); ++i)
+    all.push_back({as_float(out[0][i]), as_float(out[1][i]), as_float(out[2][i])});
+  return all;
+}
+
+const std::array<Complex, 3> kGold{Complex(0.16779, 3.137816), Complex(0.350409, 2.714063), Complex(1.508458, 1.87885)},
+    kAluminium{Complex(1.3, 7.5), Complex(0.96, 6.69), Complex(0.63, 5.5)},
+    kOdd{Complex(2.9, 3.1), Complex(1.5, 0), Complex(0.2, 0.4)};  // chromium, glass, what is thinner than air
+
+/// What the orders beyond the eighth can add: 2 A |q|^m each, of either polarisation, in colours that amplify by at most 4.4.
+double beyond_eighth_order(double index, Complex base, double cosine) {
+  const double sine2 = 1 - cosine * cosine;
+  const Complex cos_film = std::sqrt(1 - sine2 / (index * index)), cos_base = std::sqrt(1.0 - sine2 / (base * base));
+  double sum = 0;
+  for (const bool along : {false, true}) {
+    const auto r2 = [&](Complex n1, Complex c1, Complex n2, Complex c2) {
+      if (along) std::swap(c1, c2);
+      return std::norm((n1 * c1 - n2 * c2) / (n1 * c1 + n2 * c2));
+    };
+    const double top = r2(1, cosine, index, cos_film), bottom = std::min(r2(index, cos_film, base, cos_base), 1.0);
+    const double q = std::sqrt(top * bottom), absorbed = (1 - top) * (1 - bottom) / (1 - top * bottom);
+    sum += 0.5 * 2 * 4.4 * absorbed * std::pow(q, 9) / (1 - q);
+  }
+  return sum;
+}
+
+TEST(ThinFilm, on_metal_reflects_at_every_angle_what_interference_does_at_every_wave_length) {
+  std::vector<MetalFilm> queries;
+  for (const auto& base : {kGold, kAluminium, kOdd})
+    for (const double index : {1.3, 1.7, 2.4})
+      for (const double cosine : {1.0, 0.75, 0.4, 0.1})
+        for (const double nm : {5.0, 60.0, 130.0, 250.0, 420.0, 900.0}) queries.push_back({index, nm, cosine, base});
+  const auto found = metal_film(queries);
+  double worst = 0;
+  for (std::size_t i = 0; i < queries.size(); ++i) {
+    const MetalFilm& q = queries[i];
+    for (std::size_t c = 0; c < 3; ++c) {
+      const double expected = std::clamp(colour(q.index, q.nm, q.base[c], q.cosine)[c], 0.0, 1.0);
+      // Floats: the angle of reflection within a film of q.nm is known to 1e-7 of some turns.
+      EXPECT_NEAR(found[i][c], expected, beyond_eighth_order(q.index, q.base[c], q.cosine) + 2e-4)
+          << "index " << q.index << ", " << q.nm << " nm on " << q.base[c] << ", cosine " << q.cosine << ", channel "
+          << c;
+      worst = std::max(worst, std::abs(found[i][c] - expected));
+    }
+  }
+  std::printf("thin films on metal: within %.2g of interference\n", worst);
+}
+
+TEST(ThinFilm, on_metal_without_thickness_or_of_the_index_of_air_is_not_there) {
+  std::vector<MetalFilm> queries;
+  for (const auto& base : {kGold, kAluminium, kOdd})
+    for (const double cosine : {1.0, 0.6, 0.2, 0.01, 0.0}) {
+      queries.push_back({1.5, 0, cosine, base});
+      queries.push_back({1, 400, cosine, base});
+    }
+  const auto found = metal_film(queries);
+  for (std::size_t i = 0; i < queries.size(); ++i)
+    for (std::size_t c = 0; c < 3; ++c) {
+      const Complex n2 = queries[i].base[c] * queries[i].base[c];
+      const double cosine = queries[i].cosine;
+      const Complex g = std::sqrt(n2 - (1 - cosine * cosine));
+      const double bare =
+          0.5 * (std::norm((cosine - g) / (cosine + g)) + std::norm((n2 * cosine - g) / (n2 * cosine + g)));
+      EXPECT_NEAR(found[i][c], bare, 3e-6) << i << ", channel " << c;
+    }
+}
+
+TEST(ThinFilm, on_metal_reflects_no_more_than_all_and_no_less_than_nothing) {
+  std::mt19937 random(4);
+  std::vector<MetalFilm> queries;
+  for (int i = 0; i < 50000; ++i) {
+    const auto index = [&] {
+      const double n = std::exp(12 * uniform(random) - 6), k = i % 4 == 0 ? 0 : std::exp(12 * uniform(random) - 6);
+      return Complex(n, k);
+    };
+    queries.push_back({1 + 2 * uniform(random),
+                       3000 * std::pow(uniform(random), 2),
+                       std::pow(uniform(random), 3),
+                       {index(), index(), index()}});
+  }
+  queries.push_back({1000, 1e5, 0, {Complex(0, 0), Complex(16384, 16384), Complex(0, 16384)}});
+  queries.push_back({1000, 1e5, 1, {Complex(0, 0), Complex(16384, 16384), Complex(0, 16384)}});
+  for (const auto& rgb : metal_film(queries))
     for (const double channel : rgb) {
       ASSERT_GE(channel, 0);
       ASSERT_LE(channel, 1);
