@@ -14,9 +14,9 @@
 namespace eikon {
 namespace {
 
-constexpr std::size_t kRotateLeaf = 3, kParallelLimit = 4096;
+constexpr std::size_t kRotateLeaf = 4, kParallelLimit = 4096;
 constexpr int kRotateDepth = 48;
-constexpr double kRotateMost = 1.5;  // of what is parted, on both sides together
+constexpr double kRotateMost = 1.7;  // of what is parted, on both sides together
 
 // Words of a node, two for an index (kernels/traverse_kdtree.h).
 constexpr std::uint32_t kLeaf = 3, kOblique = 4, kKindBits = 3, kKindMask = 7;
