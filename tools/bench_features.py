@@ -28,11 +28,13 @@ PICTURES = {"color": scene_pictures.tiles_color, "metal": scene_pictures.tiles_m
 
 
 class Variant:
-    """One scene: what its spheres are made of, and what lights it."""
+    """One scene: what its spheres are made of, and what lights it. measured: the surface that table.binary beside it is measured
+    from."""
 
     def __init__(self, smooth=False, coordinates=False, colors=False, lights=(), sky_map=False, materials=None, flags=(),
-                 **surface):
+                 measured=None, **surface):
         self.flags = list(flags)  # of eikon render
+        self.measured = measured
         self.smooth, self.coordinates, self.colors = smooth, coordinates, colors
         self.lights, self.sky_map = lights, sky_map
         self.materials = materials or [surface]
@@ -81,6 +83,7 @@ class Variant:
 
 def features():
     """[(name, off, on)]"""
+    compensated = ["--energy-compensation", "on"]
     lambert, smooth = {}, {"smooth": True}
     textured = {"smooth": True, "coordinates": True, "baseColorTexture": "color"}
     rough = {"extensions": {}, "metallic": 0.0, "roughness": 0.4}
@@ -89,9 +92,19 @@ def features():
     tinted = {**glass, "KHR_materials_volume": {"thicknessFactor": 1.0, "attenuationColor": [0.5, 0.8, 0.9],
                                                 "attenuationDistance": 0.5}}
     everything = {**textured, **rough, "metallic": 1.0, "metallicRoughnessTexture": "metal", "normalTexture": "normal"}
+    metal = {**smooth, **rough, "metallic": 1.0}
+    gold = {"EIKON_materials_conductor": {"metal": "Au"}}
+    film = {"KHR_materials_iridescence": {"iridescenceFactor": 1.0, "iridescenceThicknessMaximum": 380.0}}
+    brushed = {"KHR_materials_anisotropy": {"anisotropyStrength": 0.8}}
+
+    def under_film(surface):
+        return {**surface, "extensions": {**surface.get("extensions", {}), **film}}
+
+    def with_flags(surface):
+        return {**surface, "flags": compensated}
+
     twelve = [{**{k: v for k, v in everything.items() if k not in ("smooth", "coordinates")},
                "roughness": 0.2 + 0.05 * i, "color": (1 - 0.05 * i, 0.5 + 0.04 * i, 0.7)} for i in range(12)]
-    compensated = ["--energy-compensation", "on"]
     return [
         ("normals of the mesh", lambert, smooth),
         ("vertex colours", lambert, {"colors": True}),
@@ -113,9 +126,15 @@ def features():
                 "KHR_materials_clearcoat": {"clearcoatFactor": 1.0, "clearcoatRoughnessFactor": 0.2}}}),
         ("sheen", {**smooth, **rough}, {**smooth, **rough, "extensions": {
             "KHR_materials_sheen": {"sheenColorFactor": [0.9, 0.9, 0.9], "sheenRoughnessFactor": 0.4}}}),
-        ("anisotropy", {**textured, **rough, "metallic": 1.0}, {**textured, **rough, "metallic": 1.0, "extensions": {
-            "KHR_materials_anisotropy": {"anisotropyStrength": 0.8}}}),
-        ("conductor", smooth, {**smooth, **rough, "extensions": {"EIKON_materials_conductor": {"metal": "Au"}}}),
+        ("anisotropy", {**textured, **rough, "metallic": 1.0}, {**textured, **rough, "metallic": 1.0, "extensions": brushed}),
+        ("conductor", smooth, {**smooth, **rough, "extensions": gold}),
+        ("measured", {**smooth, **rough, "extensions": gold}, {
+            **smooth, "extensions": {"EIKON_materials_measured": {"uri": "table.binary"}},
+            "measured": {**rough, "extensions": gold}}),
+        ("iridescence of plastic", {**smooth, **rough}, under_film({**smooth, **rough})),
+        ("iridescence of metal", metal, under_film(metal)),
+        ("iridescence of a conductor", {**smooth, **rough, "extensions": gold}, under_film({**smooth, **rough, "extensions": gold})),
+        ("iridescence of rough glass", {**smooth, **rough, "extensions": solid}, under_film({**smooth, **rough, "extensions": solid})),
         ("transmission, thin", {**smooth, **rough}, {**smooth, **rough, "extensions": glass}),
         ("transmission, solid and rough", {**smooth, **rough}, {**smooth, **rough, "extensions": solid}),
         ("transmission, solid and smooth", {**smooth, **rough}, {**smooth, **rough, "roughness": 0.0, "extensions": solid}),
@@ -124,10 +143,18 @@ def features():
         ("Blinn's highlights", smooth, {**smooth, "extensions": {"EIKON_materials_phong": {"specular": [0.3, 0.3, 0.3]}}}),
         ("dispersion", {**smooth, **rough, "roughness": 0.0, "extensions": solid}, {**smooth, **rough, "roughness": 0.0, "extensions": {
             **solid, "KHR_materials_dispersion": {"dispersion": 1.0}}}),
-        ("energy compensation of metal", {**smooth, **rough, "metallic": 1.0}, {**smooth, **rough, "metallic": 1.0,
-                                                                               "flags": compensated}),
-        ("energy compensation of glass", {**smooth, **rough, "extensions": solid}, {**smooth, **rough, "extensions": solid,
-                                                                                   "flags": compensated}),
+        ("energy compensation of metal", metal, with_flags(metal)),
+        ("energy compensation of brushed metal", {**textured, **metal, "extensions": brushed},
+         with_flags({**textured, **metal, "extensions": brushed})),
+        ("energy compensation of a conductor", {**smooth, **rough, "extensions": gold},
+         with_flags({**smooth, **rough, "extensions": gold})),
+        ("energy compensation of a thin wall", {**smooth, **rough, "extensions": glass},
+         with_flags({**smooth, **rough, "extensions": glass})),
+        ("energy compensation of glass", {**smooth, **rough, "extensions": solid},
+         with_flags({**smooth, **rough, "extensions": solid})),
+        ("energy compensation of metal under a film", under_film(metal), with_flags(under_film(metal))),
+        ("energy compensation of a conductor under a film", under_film({**smooth, **rough, "extensions": gold}),
+         with_flags(under_film({**smooth, **rough, "extensions": gold}))),
         ("absorption", {**smooth, **rough, "extensions": solid}, {**smooth, **rough, "extensions": tinted}),
         ("absorption by priority", {**smooth, **rough, "extensions": tinted}, {**smooth, **rough, "extensions": tinted, "extras": {
             "mediumPriority": 1}}),
@@ -156,6 +183,16 @@ def render(options, scene, flags, folder):
     return 1e9 / found["samples_per_second"], found["rays"]["total"] / found["samples"], found["devices"][0]["name"]
 
 
+def make_table(options, surface, folder):
+    """table.binary in that folder, measured from a ball of this surface."""
+    scene = folder / "known.gltf"
+    Variant(**surface).write(scene)
+    command = [options.eikon, "measure", str(scene), "--material", "ball 0", "-o", str(folder / "table.binary")]
+    done = subprocess.run(command, capture_output=True, text=True)
+    if done.returncode != 0:
+        sys.exit(f"{' '.join(command)}: exit code {done.returncode}: {done.stderr.strip()}")
+
+
 def measure(options, off, on):
     """Best times of both, taken in turns, so that what else the machine does falls on both."""
     with tempfile.TemporaryDirectory() as name:
@@ -163,6 +200,8 @@ def measure(options, off, on):
         scenes = [folder / "off.gltf", folder / "on.gltf"]
         variants = [Variant(**off), Variant(**on)]
         for scene, variant in zip(scenes, variants):
+            if variant.measured:
+                make_table(options, variant.measured, folder)
             variant.write(scene)
             render(options, scene, variant.flags, folder)  # compiles
         best, rays, device = [1e30, 1e30], [0.0, 0.0], ""
