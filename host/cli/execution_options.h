@@ -60,10 +60,9 @@ inline void add_instance_option(CLI::App& command, Execution& execution) {
   command
       .add_option("--instances", execution.instances,
                   "meshes that stand at several places: stored once (two-level) or for each place (flat); auto: once "
-                  "where that "
-                  "saves much memory. The image is the same")
+                  "where that saves much memory. The image is the same")
       ->transform(CLI::CheckedTransformer(modes))
-      ->default_str("auto");
+      ->option_text("TEXT:{auto,flat,two-level}=auto");
 }
 
 /// --devices, --threads, --accel, --instances, --layout, --memory; they never change the image. `execution` must outlive the parser.
