@@ -342,7 +342,7 @@ PROBE(probe_film_reflectance) {
 }
 
 // Inputs: index and thickness of a film, eta and k of the conductor below, cosine.
-kernel void probe_film_conductor(PROBE_ARGUMENTS) {
+PROBE(probe_film_conductor) {
   const ThinFilm film = {IN_F(0), IN_F(1)};
   OUT_3(0, film_conductor_reflectance(film, IN_3(2), IN_3(5), IN_F(8)));
 }
