@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <fstream>
 #include <memory>
 #include <sstream>
@@ -23,7 +24,9 @@ struct Variant {
   unsigned width;
   bool portable;  // without the processor's own instructions
 };
-constexpr Variant kVariants[] = {{1, false}, {8, false}, {16, false}, {16, true}};
+constexpr Variant kVariants[] = {{16, false}, {1, false}, {8, false}, {16, true}};  // the fastest first
+// So many items are asked of every variant. Of the rest, which statistics need but their bits do not, the first alone is asked.
+constexpr std::size_t kCompared = 65536;
 
 /// Features that change what other subjects compute or are given.
 bool off_unless_asked(std::string_view name) {
@@ -138,7 +141,8 @@ std::vector<Words> Probe::run(const std::string& name, const std::vector<Words>&
       arguments.set("out_words", out);
       Kernel kernel = program(d, defines, appended_).kernel(name);
       kernel.bind(arguments);
-      device.run(kernel, padded / variant.width, 1, padded);
+      const std::size_t asked = first.empty() ? padded : std::min(padded, kCompared);
+      device.run(kernel, asked / variant.width, 1, asked);
       Words result = device.read_all<std::uint32_t>(out);
       const std::string label =
           device.info().name + ", width " + std::to_string(variant.width) + (variant.portable ? ", portable" : "");
@@ -149,7 +153,7 @@ std::vector<Words> Probe::run(const std::string& name, const std::vector<Words>&
       }
       std::size_t different = 0, example = 0;
       for (std::size_t i = 0; i < result.size(); ++i)
-        if (result[i] != first[i] && different++ == 0) example = i;
+        if (i % padded < asked && result[i] != first[i] && different++ == 0) example = i;
       EXPECT_EQ(different, 0U) << name << ": words differ between " << label << " and " << first_label
                                << "; first: output " << example / padded << " of item " << example % padded << ": "
                                << as_float(result[example]) << " and " << as_float(first[example]) << std::hex << " (0x"
