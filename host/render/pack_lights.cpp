@@ -233,7 +233,8 @@ class LightPacker {
       const std::size_t index = i - packed_.triangle_count();
       const Shape& shape = scene_.shapes[index];
       const Material& material = scene_.materials[t.material];
-      if (shape.kind == ShapeKind::implicit || is_endless(shape) || material.unlit || !(mean(material.emission) > 0)) continue;
+      if (shape.kind == ShapeKind::implicit || is_endless(shape) || material.unlit || !(mean(material.emission) > 0))
+        continue;
       const double radiance = textures_.mean_emission_of_whole_texture(std::uint32_t(i));
       if (!(radiance > 0)) continue;
       const std::array<double, 3> parts = part_areas_m2(shape.kind, own_shape(shape));

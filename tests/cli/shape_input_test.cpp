@@ -66,7 +66,8 @@ TEST(ShapeInput, a_plane_without_sizes_has_no_end_and_frames_no_camera) {
   here.write("shape.gltf", with_shape(of("plane", R"("sizeX": 2)")));
   const Outcome info = here.eikon("info shape.gltf --strict");
   EXPECT_TRUE(succeeded(info));
-  EXPECT_TRUE(contains(info.out, "bounds (-1, -0, -0.5) to (1, 0, 0.5) m") || contains(info.out, "bounds (-1, 0, -0.5) to (1, 0, 0.5) m"))
+  EXPECT_TRUE(contains(info.out, "bounds (-1, -0, -0.5) to (1, 0, 0.5) m") ||
+              contains(info.out, "bounds (-1, 0, -0.5) to (1, 0, 0.5) m"))
       << info.out;
   EXPECT_TRUE(succeeded(here.eikon("render shape.gltf -o out.exr --strict --size 8x8 --spp 1")));
 }

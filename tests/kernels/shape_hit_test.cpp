@@ -196,7 +196,9 @@ TEST(ShapeHits, planes_without_end_have_the_hits_of_brute_force_in_every_structu
       plane.kind = ShapeKind::plane;
       plane.size = {kEndlessSize, other, 0};
       plane.world_from_object = glm::translate(glm::dmat4(1), glm::dvec3(0.25, other > 2 ? -1.5 : 1.0, -0.5));
-      if (i == 2) plane.world_from_object = plane.world_from_object * glm::rotate(glm::dmat4(1), uniform(random, 0, 6), direction(random));
+      if (i == 2)
+        plane.world_from_object =
+            plane.world_from_object * glm::rotate(glm::dmat4(1), uniform(random, 0, 6), direction(random));
       scene.shapes.push_back(plane);
     }
   }

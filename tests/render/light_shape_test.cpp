@@ -2,7 +2,6 @@
 // Emissive shapes: closed forms, and the same light by each way of finding it.
 #include "render/pack.h"
 #include "render/scene_builder.h"
-#include "render/ways_to_shade.h"
 #include "scene/shape_area.h"
 
 namespace eikon::testing {
@@ -283,7 +282,7 @@ TEST(LightShapes, every_way_to_trace_and_every_scale_give_the_same_film) {
               lambert(0.2F, 2));
     ++number;
   }
-  const std::vector<Execution> ways = ways_to_shade();
+  const std::vector<Execution> ways = ways_to_trace();
   const Film first = film_of(made.first, made.second, ways.front());
   for (std::size_t i = 1; i < ways.size(); ++i)
     EXPECT_TRUE(same_film(first, film_of(made.first, made.second, ways[i]))) << describe(ways[i]);

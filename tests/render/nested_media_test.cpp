@@ -252,7 +252,8 @@ TEST(NestedMedia, refraction_through_a_stack_is_Snells) {
       add_quad(lamp, {float(lands - before), -5, -5}, {10, 0, 0}, {0, 10, 0});
       add_mesh(scene, "lamp", std::move(lamp), lambert(0, 1));
       Settings settings = settings_for_beam({-4 * std::tan(kAngle), 0, 4}, {0, 0, 0}, 1024);
-      settings.max_depth = 4;  // straight through: glass, where it or the water ends and shows, the water's end, the lamp
+      // Straight through: glass, where it or the water ends and shows, the water's end, the lamp.
+      settings.max_depth = 4;
       const MeanAndError seen = mean_of(film_of(scene, settings));
       if (before > 0) {
         EXPECT_NEAR(seen.mean, 0.92, 0.04) << glass_higher;

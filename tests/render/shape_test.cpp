@@ -87,7 +87,8 @@ TEST(Shapes, a_plane_without_end_is_seen_up_to_the_horizon) {
       for (std::uint32_t y = 0; y < 16; ++y)
         for (std::uint32_t x = 0; x < 16; ++x)
           if (y < 6 || y > 9) {
-            ASSERT_NEAR(film.mean(x, y, 0), y < 6 ? 1 : 0.5, 4e-6) << tilted << " " << fov << ", pixel " << x << "," << y;
+            ASSERT_NEAR(film.mean(x, y, 0), y < 6 ? 1 : 0.5, 4e-6)
+                << tilted << " " << fov << ", pixel " << x << "," << y;
           }
     }
     // From straight above, as parallel rays and from far away.
@@ -103,7 +104,8 @@ TEST(Shapes, a_plane_without_end_is_seen_up_to_the_horizon) {
 TEST(Shapes, a_plane_without_end_lights_what_is_above_it) {
   Scene scene;
   add_endless_plane(scene, at(0, -1, 0), lambert(0.0F, 1.0F));
-  add_endless_plane(scene, at(0, 1, 0) * glm::rotate(glm::dmat4(1), 3.14159265358979, glm::dvec3(1, 0, 0)), lambert(0.5F));
+  add_endless_plane(scene, at(0, 1, 0) * glm::rotate(glm::dmat4(1), 3.14159265358979, glm::dvec3(1, 0, 0)),
+                    lambert(0.5F));
   Settings settings = settings_for(8, 8, 16);
   settings.camera = look_at_camera({0, 0, 0}, {0.1, 1, 0}, {0, 0, 1}, 0.9);
   expect_constant(film_of(scene, settings), 0.5, "above");
