@@ -16,9 +16,7 @@ namespace eikon {
 
 namespace {
 
-// Of nodes and leaves. Up to the first any rays share most of the way through the tree, and tracing them together pays;
-// beyond the second it is seldom in the cache.
-constexpr std::uint64_t kSmallBytes = 8'000, kLargeBytes = 16'000'000;
+constexpr std::uint64_t kLargeBytes = 16'000'000;  // of nodes and leaves: beyond that they are seldom in the cache
 
 }  // namespace
 
@@ -47,7 +45,7 @@ const std::vector<std::string>& cell_layouts() {
 std::map<std::string, std::string> Accel::defines() const {
   std::map<std::string, std::string> all{{"EK_LAYOUT_none", layout == "none" ? "1" : "0"},
                                          {"EK_STACK_SIZE", std::to_string(stack_size)},
-                                         {"EK_SMALL_TREE", bytes() <= kSmallBytes ? "1" : "0"},
+                                         {"EK_SMALL_TREE", together ? "1" : "0"},
                                          {"EK_LARGE_TREE", bytes() > kLargeBytes ? "1" : "0"}};
   for (const auto* names : {&tree_layouts(), &cell_layouts()})
     for (const std::string& each : *names) all["EK_LAYOUT_" + each] = layout == each ? "1" : "0";

@@ -46,6 +46,7 @@ struct Accel {
   std::uint32_t stack_size = 1;        // entries that suffice for any traversal (EK_STACK_SIZE); in coarse steps, so
                                        // that programs are seldom compiled anew for another tree
   bool reinserted = false;             // reinsertion.h improved the tree
+  bool together = false;               // a tree so small that any rays share most of the way: they are traced together
   double build_s = 0;
   std::uint64_t node_count = 0;
   double sah_cost = 0;  // expected cost of a random ray through the root's box

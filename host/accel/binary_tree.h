@@ -34,6 +34,7 @@ struct BinaryTree {
   // lie before each entry of `triangles`, and in all. Empty without.
   std::uint32_t first_place = 0xffffffffU;
   BigVector<std::uint32_t> places_before{};
+  bool is_part = false;  // of a scene in two levels
   [[nodiscard]] bool has_place(const BinaryNode& node) const {
     return !places_before.empty() && places_before[node.first] != places_before[node.first + node.count];
   }

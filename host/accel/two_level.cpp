@@ -75,6 +75,7 @@ std::uint32_t append(Accel& all, const Accel& tree, const Words& words) {
 
 BinaryTree improved_tree(TriangleSoup soup, double rays, bool& reinserted) {
   BinaryTree tree = build_binary_tree(soup);
+  tree.is_part = true;
   if (reinsertion_pays(tree.triangles.size(), rays) && reinsert(tree)) reinserted = true;
   return tree;
 }
