@@ -17,10 +17,16 @@ typedef struct {
 // u, v: weights of b and c. What is the same at all corners comes out exactly.
 EK_FN vf interpolate(vf a, vf b, vf c, vf u, vf v) { return a + (u * (b - a) + v * (c - a)); }
 
-/// u, v: weights of the second and third corner of `triangle`.
-EK_FN HitAttributes hit_attributes(SceneData scene, vu triangle, vf u, vf v) {
+/// Of a triangle whose corners say nothing.
+EK_FN HitAttributes no_attributes(void) {
   const vf zero = (vf)(0.0f), one = (vf)(1.0f);
   HitAttributes at = {V3(zero, zero, zero), zero, zero, zero, zero, V3(zero, zero, zero), one, one, one, one, one};
+  return at;
+}
+
+/// u, v: weights of the second and third corner of `triangle`.
+EK_FN HitAttributes hit_attributes(SceneData scene, vu triangle, vf u, vf v) {
+  HitAttributes at = no_attributes();
   if (EK_HAS_vertex_normal | EK_HAS_uv) {
     const Rec r = rec16(scene.triangle_normals, triangle);
     if (EK_HAS_vertex_normal)

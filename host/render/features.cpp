@@ -7,6 +7,7 @@
 
 #include "core/error.h"
 #include "formula/kernel_code.h"
+#include "render/hit_class.h"
 #include "render/layers.h"
 #include "render/light_census.h"
 #include "scene/endless.h"
@@ -127,6 +128,17 @@ Features::Features(const Scene& scene, const Settings& settings) {
   punctual("point", PunctualLight::Kind::point);
   punctual("spot", PunctualLight::Kind::spot);
   punctual("directional", PunctualLight::Kind::directional);
+  const auto hits = [&](const char* name, std::uint32_t of_class) {
+    needs[name] = shown.primitive("no such surface", [&](const Primitive& primitive) {
+      return hit_class(scene.materials[primitive.material], &primitive) == of_class;
+    });
+    for (const Shape& each : scene.shapes)
+      if (!needs[name].on && hit_class(scene.materials[each.material], nullptr) == of_class)
+        needs[name] = {true, fmt::format("node '{}'", each.name)};
+  };
+  hits("plain_hits", EK_CLASS_PLAIN);
+  hits("opaque_hits", EK_CLASS_OPAQUE);
+  hits("clear_hits", EK_CLASS_CLEAR);
   needs["instance"] = {false, "every mesh is stored for each of its places"};
   needs["vertex_normal"] =
       shown.primitive("no mesh has normals", [](const Primitive& p) { return !p.normals_object.empty(); });

@@ -18,7 +18,7 @@ namespace eikon {
 
 /// Raised whenever the bits of some image change: sums of before and after must not be added. A test keeps the bits of a few
 /// images, and fails when they change and this does not.
-inline constexpr int kImageVersion = 6;
+inline constexpr int kImageVersion = 7;
 
 /// Something that decides the image's bits. name: as in "its NAME is VALUE", on one line, without a colon
 struct ImageSetting {

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "core/error.h"
+#include "render/hit_class.h"
 #include "render/pack_parts.h"
 #include "render/pack_places.h"
 
@@ -121,6 +122,7 @@ class GeometryPacker {
   void add(std::uint32_t node_index, const Primitive& primitive, Primitive* released) {
     const Node& node = scene_.nodes[node_index];
     const std::uint32_t flags = (passable_.has(primitive) ? EK_TRIANGLE_PASSABLE : 0) |
+                                hit_class_flags(scene_.materials[primitive.material], &primitive) |
                                 light_group(node.light_group, scene_.materials[primitive.material])
                                     << EK_TRIANGLE_GROUP_SHIFT;
     const WorldVertices world = to_world(node, primitive, released);
@@ -176,6 +178,7 @@ class GeometryPacker {
   /// Behind vertices that stand where the triangles are: for each place, or once in the mesh's own space.
   void add_triangles(const WorldVertices& at, const Primitive& primitive, bool mirrored, std::uint32_t node,
                      const std::vector<bool>& dropped, std::size_t& number, bool in_world) {
+    const std::uint32_t flags = hit_class_flags(scene_.materials[primitive.material], &primitive);
     for (std::size_t i = 0; i + 2 < primitive.indices.size(); i += 3) {
       if (dropped[number++]) continue;
       const std::uint32_t a = primitive.indices[i];
@@ -183,6 +186,7 @@ class GeometryPacker {
       const std::uint32_t c = primitive.indices[i + (mirrored ? 1 : 2)];
       Triangle t = triangle_of(at, primitive.material, a, b, c);
       t.node = node;
+      t.flags = flags;
       if (in_world) {
         const glm::vec3 n = placed_triangle_normal(at.positions[a], at.positions[b], at.positions[c]);
         t.n_x = n.x, t.n_y = n.y, t.n_z = n.z;

@@ -8,7 +8,7 @@ EK_BEGIN
 
 #define EK_NO_HIT 0xffffffffu
 #define EK_FILM_LIMBS 4           // 32-bit limbs of a film sum: two's complement, unit 2^-64
-#define EK_PAD 16                 // slots behind arrays that whole vectors may touch
+#define EK_PAD 112                // slots behind arrays that whole vectors may touch, and where hits wait (hit_classes.h)
 #define EK_FILM_PIXELS 64         // of one work-item of stage film on CPU devices
 #define EK_ARITHMETIC_WORDS 256   // of the arithmetic probe
 #define EK_FILTER_BINS 512        // per side of a pixel filter's table (filter.h)
@@ -55,7 +55,12 @@ EK_ASSERT_SIZE(Frame, 224);
 #define EK_TRIANGLE_PASSABLE 1u   // opacity below 1 somewhere: a ray may pass (alpha.h)
 #define EK_SHAPE_PASSABLE 2u      // the same in a shape's record
 #define EK_TRIANGLE_GROUP_SHIFT 2 // then the light group of what it emits, below EK_LIGHT_GROUPS_MOST
-#define EK_TRIANGLE_LIGHT_SHIFT 8 // from here on: index into lights, of those that the tree chooses among
+#define EK_TRIANGLE_CLASS_SHIFT 8 // then one of EK_CLASS_*, two bits: what shading it takes (hit_classes.h)
+#define EK_TRIANGLE_LIGHT_SHIFT 10  // from here on: index into lights, of those that the tree chooses among
+#define EK_CLASS_PLAIN 0u         // flat and exactly Lambert, without textures, colours at the corners or layers
+#define EK_CLASS_OPAQUE 1u        // any other that lets no light through
+#define EK_CLASS_CLEAR 2u         // of the lobe `transmission`
+#define EK_CLASS_COUNT 3u
 #define EK_LIGHT_GROUPS_MOST 64
 
 // What shading needs of a triangle. Behind the triangles stand the shapes, a record each: p0 and p1 are their box, p2 is NaN,

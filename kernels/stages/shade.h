@@ -7,6 +7,7 @@
 #include "alpha.h"
 #include "dispersion.h"
 #include "film_layers.h"
+#include "hit_classes.h"
 #include "instance_surface.h"
 #include "light_emission.h"
 #include "material.h"
@@ -30,11 +31,11 @@ EK_FN vi agrees(v3 wi, vf cos_geom) {
   return reflected | ((wi.z < 0.0f) & (cos_geom < 0.0f));
 }
 
-// terminator_factor of reflected light, as far as the material wants it; wi: local and world.
-EK_FN vf fade(MaterialLanes material, v3 wi, v3 wi_world, v3 n_geom, v3 n_shade) {
+// terminator_factor of reflected light, as far as the material wants it; plain: mask of hits that are flat; wi: local and world.
+EK_FN vf fade(MaterialLanes material, vi plain, v3 wi, v3 wi_world, v3 n_geom, v3 n_shade) {
   const vf factor = terminator_factor(dot3(wi_world, n_geom), wi.z, dot3(n_geom, n_shade));
   const vf share = terminator_share(material);
-  return wi.z > 0.0f ? (1.0f - share) + share * factor : (vf)(1.0f);
+  return ((wi.z > 0.0f) & !plain) ? (1.0f - share) + share * factor : (vf)(1.0f);
 }
 
 #define ROULETTE_GAIN 3.0f        // survival over throughput: paths that carry more than a third go on
@@ -52,9 +53,10 @@ EK_FN Survivors stage_shade(constant Frame* frame, SceneData scene, LightData li
   const int last = frame->max_depth != 0 && depth >= frame->max_depth;  // no edge may follow
   uint next_count = 0, shadow_count = 0;
 
-  EK_FOR_EACH(slot, count, queue) {
+  uint slot, lanes;
+  EK_FOR_EACH_HIT(slot, lanes, scene, state, count, queue) {
     const vu hit = state_u(state, FIELD_hit_triangle, slot);
-    vi live = ((vu)(slot) + LANE_INDEX < (vu)(EK_CHUNKED ? count : slot + 1u)) & (hit != EK_NO_HIT);
+    vi live = (LANE_INDEX < (vu)(lanes)) & (hit != EK_NO_HIT);
     const vu triangle = live ? hit : (vu)(0u);
     const vu path = state_u(state, FIELD_path, slot), key = state_u(state, FIELD_key, slot),
              index = state_u(state, FIELD_index, slot);
@@ -74,7 +76,10 @@ EK_FN Survivors stage_shade(constant Frame* frame, SceneData scene, LightData li
     const ShapePoint on_shape = shape_surface(scene, corners, u, origin, dir, t, &surface);
 #endif
     const vi front = dot3(surface.n_geom, dir) < 0.0f;
-    HitAttributes at = hit_attributes(scene, triangle, u, v);
+    const vi plain = is_plain(corners.flags);
+    const int detailed = (1 - EK_HAS_plain_hits) | EK_HAS_texture_place | (ANY(live & !plain) != 0);  // else: all are plain
+    HitAttributes at = no_attributes();
+    if (detailed) at = hit_attributes(scene, triangle, u, v);
 #if EK_HAS_instance
     at = placed_attributes(scene, place, triangle, u, v, at);
 #endif
@@ -99,7 +104,7 @@ EK_FN Survivors stage_shade(constant Frame* frame, SceneData scene, LightData li
     MaterialLanes material = hit_surface.bsdf;
     const v3 n_geom = select3(front, surface.n_geom, neg3(surface.n_geom));  // towards the viewer
     v3 n_shade = n_geom;
-    if (EK_HAS_vertex_normal | EK_HAS_normal_texture) {
+    if ((EK_HAS_vertex_normal | EK_HAS_normal_texture) & detailed) {
       n_shade = shading_normal(at, surface.n_geom);
       if (EK_HAS_normal_texture) n_shade = mapped_normal(scene, hit_surface.normal_texture, at, n_shade, surface.n_geom);
       n_shade = select3(front, n_shade, neg3(n_shade));
@@ -195,7 +200,8 @@ EK_FN Survivors stage_shade(constant Frame* frame, SceneData scene, LightData li
         const v3 wi = to_local(basis, shadow.wi);
         const BsdfValue bsdf = bsdf_evaluate(material, wo, wi);
         v3 f = bsdf.f;
-        if (EK_HAS_vertex_normal | EK_HAS_normal_texture) f = scale3(f, fade(material, wi, shadow.wi, n_geom, n_shade));
+        if ((EK_HAS_vertex_normal | EK_HAS_normal_texture) & detailed)
+          f = scale3(f, fade(material, plain, wi, shadow.wi, n_geom, n_shade));
         vf weight = (vf)(1.0f);
         if (EK_HAS_bsdf_emission) {
           weight = power_heuristic(shadow.pdf * EK_LIGHT_MEAN, bsdf.pdf);
@@ -255,8 +261,8 @@ EK_FN Survivors stage_shade(constant Frame* frame, SceneData scene, LightData li
     }
     const vu next_medium = scattered.wi.z < 0.0f ? beyond : medium;
     v3 next_beta = mul3(beta, scattered.weight);
-    if (EK_HAS_vertex_normal | EK_HAS_normal_texture)
-      next_beta = scale3(next_beta, fade(material, scattered.wi, next_dir, n_geom, n_shade));
+    if ((EK_HAS_vertex_normal | EK_HAS_normal_texture) & detailed)
+      next_beta = scale3(next_beta, fade(material, plain, scattered.wi, next_dir, n_geom, n_shade));
     vi survives = live & (scattered.pdf > 0.0f) & (hidden | agrees(scattered.wi, dot3(next_dir, n_geom))) &
                   (max_component(abs3(next_beta)) > 0.0f);
     if (!(EK_HAS_bsdf_emission | EK_HAS_next_event)) survives = (vi)(0);
