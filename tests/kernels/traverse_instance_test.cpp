@@ -5,23 +5,14 @@
 #include <cmath>
 #include <cstring>
 #include <glm/gtc/matrix_transform.hpp>
-#include <random>
 
 #include "accel_fixtures.h"
+#include "kernels/random_rays.h"
 #include "kernels/traverse_probe.h"
 #include "render/placed_meshes.h"
 
 namespace eikon {
 namespace {
-
-using Random = std::mt19937;
-
-double uniform(Random& random, double lo, double hi) { return std::uniform_real_distribution<double>(lo, hi)(random); }
-
-glm::dvec3 direction(Random& random) {
-  const double z = uniform(random, -1, 1), phi = uniform(random, 0, 6.283185307), s = std::sqrt(1 - z * z);
-  return {s * std::cos(phi), s * std::sin(phi), z};
-}
 
 Primitive primitive_of(const fixtures::Soup& soup) {
   Primitive primitive;
