@@ -10,7 +10,7 @@
 #include "render/hit_class.h"
 #include "render/layers.h"
 #include "render/light_census.h"
-#include "scene/endless.h"
+#include "scene/emission.h"
 
 namespace eikon {
 namespace {
@@ -104,12 +104,8 @@ Features::Features(const Scene& scene, const Settings& settings) {
   const Material* const emitter = first_emitter(scene);
   needs["area"] = {emitter != nullptr,
                    emitter != nullptr ? fmt::format("material '{}'", emitter->name) : "nothing emits"};
-  const auto glows = [&](const Shape& shape_of) {
-    const Material& m = scene.materials[shape_of.material];
-    return shape_of.kind != ShapeKind::implicit && !is_endless(shape_of) && !m.unlit &&
-           (m.emission.x > 0 || m.emission.y > 0 || m.emission.z > 0);
-  };
-  const auto lamp = std::ranges::find_if(scene.shapes, glows);
+  const auto lamp = std::ranges::find_if(
+      scene.shapes, [&](const Shape& each) { return is_sampled_light(each, scene.materials[each.material]); });
   needs["shape_light"] =
       lamp == scene.shapes.end() ? Need{false, "no shape emits"} : Need{true, fmt::format("node '{}'", lamp->name)};
   const glm::vec3 sky = settings.environment.radiance;

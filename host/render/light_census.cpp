@@ -7,13 +7,12 @@
 #include <optional>
 
 #include "render/pack_parts.h"
+#include "scene/emission.h"
 
 namespace eikon {
 namespace {
 
 constexpr double kSlackOfFiles = 0x1p-22;  // numbers of a file are rounded; packing allows more, for its own rounding
-
-bool emits(const Material& m) { return !m.unlit && (m.emission.x > 0 || m.emission.y > 0 || m.emission.z > 0); }
 
 std::array<glm::vec3, 3> corners_of(const Primitive& primitive, std::size_t triangle) {
   const auto at = [&](std::size_t k) { return primitive.positions_object[primitive.indices[3 * triangle + k]]; };

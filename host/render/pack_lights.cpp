@@ -10,7 +10,7 @@
 #include "render/light_tree.h"
 #include "render/pack_environment.h"
 #include "render/pack_parts.h"
-#include "scene/endless.h"
+#include "scene/emission.h"
 #include "scene/shape_area.h"
 
 namespace eikon {
@@ -180,7 +180,7 @@ class LightPacker {
       }
       const Triangle& t = packed_.triangles[i];
       const Material& material = scene_.materials[t.material];
-      if (material.unlit || !(mean(material.emission) > 0)) continue;
+      if (!emits(material)) continue;
       const glm::dvec3 normal = triangle_normal(t);
       const double area = 0.5 * glm::length(normal);
       if (!(area > 0) || !can_be_sampled(t, normal)) continue;
@@ -233,8 +233,7 @@ class LightPacker {
       const std::size_t index = i - packed_.triangle_count();
       const Shape& shape = scene_.shapes[index];
       const Material& material = scene_.materials[t.material];
-      if (shape.kind == ShapeKind::implicit || is_endless(shape) || material.unlit || !(mean(material.emission) > 0))
-        continue;
+      if (!is_sampled_light(shape, material)) continue;
       const double radiance = textures_.mean_emission_of_whole_texture(std::uint32_t(i));
       if (!(radiance > 0)) continue;
       const std::array<double, 3> parts = part_areas_m2(shape.kind, own_shape(shape));

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/error.h"
+#include "scene/emission.h"
 #include "scene/endless.h"
 #include "scene/scene.h"
 
@@ -24,15 +25,11 @@ bool is_finite(const glm::dvec3& v) { return std::isfinite(v.x) && std::isfinite
 }  // namespace
 
 const Material* first_emitter(const Scene& scene) {
-  const auto emits = [&](std::uint32_t index) {
-    const Material& material = scene.materials[index];
-    return !material.unlit && (material.emission.x > 0 || material.emission.y > 0 || material.emission.z > 0);
-  };
   for (const Node& node : scene.nodes)
     for (const Primitive& primitive : scene.meshes[node.mesh].primitives)
-      if (emits(primitive.material)) return &scene.materials[primitive.material];
+      if (emits(scene.materials[primitive.material])) return &scene.materials[primitive.material];
   for (const Shape& shape : scene.shapes)
-    if (emits(shape.material)) return &scene.materials[shape.material];
+    if (emits(scene.materials[shape.material])) return &scene.materials[shape.material];
   return nullptr;
 }
 
