@@ -15,41 +15,16 @@
 #include "render/scene_buffers.h"
 #include "render/stage_sampler.h"
 #include "render/stage_shares.h"
+#include "render/wavefront_memory.h"
+#include "render/wavefront_program.h"
 
 namespace eikon {
 namespace {
 
 constexpr std::uint32_t kGroup = 64;  // work-items of a work-group on GPU devices
-constexpr std::uint32_t kMaxBlockPixels = 128 * 128;
 constexpr std::uint32_t kNoPaths = 0;
 
 std::uint32_t divide_up(std::uint64_t a, std::uint64_t b) { return std::uint32_t((a + b - 1) / b); }
-
-const Accel& accel_of(const PackedScene& scene, const WavefrontConfig& config) {
-  const auto found = scene.accels.find(config.layout);
-  if (found == scene.accels.end()) throw InternalError(fmt::format("no tree of layout '{}' was built", config.layout));
-  return found->second;
-}
-
-/// What a wavefront's program is made of.
-struct Source {
-  std::vector<std::string> stages;
-  std::string text, formula_code;
-  ProgramOptions options;
-
-  Source(const DeviceInfo& info, const WavefrontConfig& config, const PackedScene& scene, const Features& features,
-         const Execution& execution)
-      : formula_code(features.formula_code()),
-        options(program_options(info, config, features, accel_of(scene, config), execution)) {
-    std::vector<std::string> files;
-#define EK_STAGE(name) \
-  if (needs_stage(config, features, #name)) stages.push_back(#name), files.push_back("stages/" #name ".cl");
-#include "shared/stages.def"
-    files.push_back("arithmetic.cl");
-    files.push_back("canary.cl");
-    text = kernel_text(files) + formula_code;
-  }
-};
 
 }  // namespace
 
@@ -67,17 +42,17 @@ struct Wavefront::Impl {
   PathStateLayout state;
   Frame frame;
   std::vector<float> filter;
-  std::uint32_t replicates, channels, light_samples;
+  FilmShape film_shape;
+  std::uint32_t light_samples;
   Mattes mattes;
   bool has_environment, has_shadow;
   Arguments arguments;
   std::map<std::string, Kernel> kernels;
-  Buffer frame_buffer, pixels_buffer, state_buffer, counts_buffer, slots_buffer, diagnostics_buffer, next_path_buffer,
-      tallies_buffer;
+  WavefrontMemory memory;
   ArithmeticClass arithmetic;
   ProgramOptions sampled_options;
   std::string formula_code;
-  std::uint64_t bytes = 0;
+  std::uint64_t scene_bytes = 0;
   double upload_s = 0;
 
   /// Of a unit under way: what is on its way to the device, and back. Two at a time, so that the device always has the next one.
@@ -87,7 +62,6 @@ struct Wavefront::Impl {
     Diagnostics nothing{}, diagnostics{};
     std::vector<std::uint32_t> pixels, sums, rejected, met;
     std::vector<WorkerTally> tallies;
-    Buffer sums_buffer, rejected_buffer;
     RayCounts rays;
     Kernel film;
     Ticket tallied, summed;
@@ -95,11 +69,9 @@ struct Wavefront::Impl {
   std::array<Slot, 2> slots;
   std::uint64_t begun = 0, driven = 0, finished = 0;         // units so far
   std::function<void(std::uint32_t depth)> after_intersect;  // for replay; the device is not let run ahead then
-  Bounces bounces{};
+  RayCensus census;
   Trace* timeline;
-  std::string live_counter;               // its name there
   std::unique_ptr<StageSampler> sampler;  // where one launch runs all stages, and has no counter to tell them apart
-  double counted_s = 0;                   // up to when
   std::deque<DepthCounts> under_way;      // a member, so that it outlives the transfers when something throws
 
   // Work under way reads and writes what is freed below; after an error too.
@@ -110,15 +82,16 @@ struct Wavefront::Impl {
       : device(on),
         scene(packed),
         config(configure(on.info(), execution)),
-        timeline(execution.trace.get()),
-        live_counter(fmt::format("live paths, device {}", on.info().selector)) {
+        census(on, config, features, execution.trace.get()),
+        timeline(execution.trace.get()) {
     state = path_state_layout(features, config.chunked);
     frame = pack_frame(packed, settings);
     filter = filter_table(settings.filter);
-    replicates = 1U << settings.replicate_bits;
-    channels = std::uint32_t(features.film_channels().size());
     light_samples = features.light_samples();
     mattes = features.mattes();
+    film_shape = {.replicates = 1U << settings.replicate_bits,
+                  .channels = std::uint32_t(features.film_channels().size()),
+                  .mattes = std::uint32_t(mattes.ids.size())};
     has_environment = features.has("environment") || features.has("environment_map");
     has_shadow = features.has("next_event");
     const auto scope = [&](const char* name) { return TraceScope(timeline, execution.track, name); };
@@ -143,12 +116,12 @@ struct Wavefront::Impl {
     const Frame before = std::exchange(frame, pack_frame(scene, settings));
     frame.film_stride = before.film_stride;
     timeline = execution.trace.get();
-    bounces = {};
-    upload_s = counted_s = 0;
+    census.restart(timeline);
+    upload_s = 0;
   }
 
   void compile(const Features& features, const Execution& execution) {
-    const Source source(device.info(), config, scene, features, execution);
+    const WavefrontProgram source(device.info(), config, scene, features, execution);
     const Program program = device.build(source.text, source.options);
     require_canary(device, program);
     arithmetic = probe_arithmetic(device, program);
@@ -163,7 +136,7 @@ struct Wavefront::Impl {
   /// Where kernel `paths` cannot tell how its stages share it.
   void make_sampler() {
     WorkerTally tally;
-    device.read(tallies_buffer, &tally, sizeof tally);
+    device.read(memory.tallies, &tally, sizeof tally);
     if ((tally.begin[0] | tally.begin[1]) != 0) return;
     std::vector<std::string> stages, files;
     for (const char* stage : {"generate", "intersect", "miss", "shade", "shadow"}) {
@@ -175,54 +148,13 @@ struct Wavefront::Impl {
     sampler = std::make_unique<StageSampler>(device, program, stages, arguments, config);
   }
 
-  Buffer allocate(std::size_t size) {
-    bytes += size;
-    return device.allocate(size);
-  }
-  /// Of the sums of so many pixels.
-  [[nodiscard]] std::size_t sum_words(std::size_t pixel_count) const {
-    return std::size_t{replicates} * channels * EK_FILM_LIMBS * (pixel_count + EK_PAD);
-  }
-
   void upload() {
     const double begin = host_seconds();
-    bytes += upload_scene(device, scene, accel_of(scene, config), filter, arguments);
-    const std::size_t places = std::size_t{config.chunk + EK_PAD} * config.held_chunks();
-    const std::uint32_t capacity = config.capacity();
-    frame.film_stride = capacity + EK_PAD;
-    const std::uint32_t pixel_capacity = std::min(capacity, kMaxBlockPixels);
-    frame_buffer = allocate(sizeof(Frame));
-    pixels_buffer = allocate(4 * std::size_t{pixel_capacity});
-    state_buffer = allocate(4 * places * state.words);
-    counts_buffer = allocate(16 * std::size_t{config.chunks});
-    slots_buffer = allocate(4 * (channels + mattes.ids.size()) * frame.film_stride + 4 * EK_PAD);
-    for (Slot& slot : slots) {
-      // A device that reads back beside its work writes the next sums meanwhile.
-      const bool shares = device.info().cpu && slots[0].sums_buffer;
-      slot.sums_buffer = shares ? slots[0].sums_buffer : allocate(4 * sum_words(pixel_capacity));
-      slot.rejected_buffer =
-          shares ? slots[0].rejected_buffer : allocate(4 * std::size_t{replicates} * (pixel_capacity + EK_PAD));
-    }
-    diagnostics_buffer = allocate(sizeof(Diagnostics));
-    next_path_buffer = allocate(4);
+    scene_bytes = upload_scene(device, scene, accel_of(scene, config), filter, arguments);
+    const MemoryPlan plan{.film = film_shape, .state_words = state.words, .light_samples = light_samples};
+    memory = WavefrontMemory(device, config, plan, arguments);
+    frame.film_stride = config.capacity() + EK_PAD;
     for (Slot& slot : slots) slot.tallies.resize(config.workers);
-    tallies_buffer = allocate(config.workers * sizeof(WorkerTally));
-    // Lanes without a path read these before anyone wrote them; zeros are valid indices.
-    device.fill_zero(state_buffer);
-    device.fill_zero(slots_buffer);
-    device.fill_zero(counts_buffer);
-    device.fill_zero(diagnostics_buffer);
-    device.fill_zero(next_path_buffer);
-    arguments.set("frame", frame_buffer);
-    arguments.set("pixels", pixels_buffer);
-    arguments.set("path_state", state_buffer);
-    arguments.set("counts", counts_buffer);
-    arguments.set("film_slots", slots_buffer);
-    arguments.set("diagnostics", diagnostics_buffer);
-    arguments.set("next_path", next_path_buffer);
-    arguments.set("tallies", tallies_buffer);
-    arguments.set("queue_rays", allocate(config.chunked ? 4 : 8 * std::size_t{capacity}));
-    arguments.set("queue_shadow", allocate(config.chunked ? 4 : 4 * std::size_t{light_samples} * capacity));
     arguments.set("depth", 1U);
     device.finish();
     upload_s = host_seconds() - begin;
@@ -230,11 +162,11 @@ struct Wavefront::Impl {
 
   void bind() {
     for (auto& [name, kernel] : kernels) kernel.bind(arguments);
-    for (Slot& slot : slots) {
+    for (std::size_t i = 0; i < slots.size(); ++i) {
       Arguments own = arguments;
-      own.set("film_sums", slot.sums_buffer);
-      own.set("film_rejected", slot.rejected_buffer);
-      slot.film.bind(own);
+      own.set("film_sums", memory.sums[i]);
+      own.set("film_rejected", memory.rejected[i]);
+      slots[i].film.bind(own);
     }
   }
 
@@ -243,7 +175,7 @@ struct Wavefront::Impl {
   void warm_up() {
     Profiler& profiler = device.profiler();
     const double begin = host_seconds(), compiled_s = profiler.compile_s;
-    device.write(frame_buffer, &frame, sizeof frame);
+    device.write(memory.frame, &frame, sizeof frame);
     for (const auto& [name, kernel] : kernels) device.run(kernel, 1, config.chunked ? 1 : kGroup);
     for (const Slot& slot : slots) device.run(slot.film, 1, config.chunked ? 1 : kGroup);
     device.finish();
@@ -267,74 +199,43 @@ struct Wavefront::Impl {
   }
   /// The film's work-items own pixels, not paths. Its sums are read back behind it.
   void run_film(Slot& slot) {
+    const auto which = std::size_t(&slot - slots.data());
     const std::uint32_t pixel_count = slot.frame.pixel_count;
     if (config.chunked)
       device.run(slot.film, divide_up(pixel_count, EK_FILM_PIXELS), 1, slot.frame.path_count);
     else
       device.run(slot.film, divide_up(pixel_count, kGroup), kGroup, slot.frame.path_count);
-    slot.sums.resize(sum_words(pixel_count));
-    slot.rejected.resize(std::size_t{replicates} * slot.frame.pixel_stride);
+    slot.sums.resize(film_shape.sum_words(pixel_count));
+    slot.rejected.resize(film_shape.rejected_words(pixel_count));
     const std::size_t path_count = slot.frame.path_count;
-    slot.met.resize(mattes.ids.size() * path_count);
+    slot.met.resize(std::size_t{film_shape.mattes} * path_count);
     // In the queue, since the next unit clears it; the last of the large ones is waited for.
-    device.read_later(diagnostics_buffer, &slot.diagnostics, sizeof slot.diagnostics);
-    for (std::size_t m = 0; m < mattes.ids.size(); ++m)
-      device.read_later(slots_buffer, &slot.met[m * path_count], 4 * path_count,
-                        4 * (channels + m) * std::size_t{frame.film_stride});
-    device.read_beside(slot.rejected_buffer, slot.rejected.data(), 4 * slot.rejected.size());
-    slot.summed = device.read_beside(slot.sums_buffer, slot.sums.data(), 4 * slot.sums.size());
+    device.read_later(memory.diagnostics, &slot.diagnostics, sizeof slot.diagnostics);
+    for (std::size_t m = 0; m < film_shape.mattes; ++m)
+      device.read_later(memory.film_slots, &slot.met[m * path_count], 4 * path_count,
+                        4 * (film_shape.channels + m) * std::size_t{frame.film_stride});
+    device.read_beside(memory.rejected[which], slot.rejected.data(), 4 * slot.rejected.size());
+    slot.summed = device.read_beside(memory.sums[which], slot.sums.data(), 4 * slot.sums.size());
     device.flush();
   }
 
   /// The whole algorithm, in one launch.
   void launch_fused(Slot& slot) {
-    device.write_later(next_path_buffer, &kNoPaths, sizeof kNoPaths);
+    device.write_later(memory.next_path, &kNoPaths, sizeof kNoPaths);
     device.run(kernels.at("paths"), config.workers, 1, slot.frame.path_count);
-    slot.tallied = device.read_later(tallies_buffer, slot.tallies.data(), slot.tallies.size() * sizeof(WorkerTally));
+    slot.tallied = device.read_later(memory.tallies, slot.tallies.data(), slot.tallies.size() * sizeof(WorkerTally));
     run_film(slot);
   }
-  /// So many paths were at work since the last call.
-  void count_live(double paths) {
-    if (timeline == nullptr) return;
-    const double now = host_seconds();
-    if (counted_s > 0) timeline->count(live_counter, counted_s, now, paths);
-    counted_s = now;
-  }
-  /// paths  that came to a depth, of one chunk or of the queue
-  void count_paths(std::uint32_t depth, std::uint64_t paths) {
-    Bounce& bounce = bounce_at(bounces, depth);
-    bounce.paths += paths;
-    if (!config.chunked || paths == 0) return;
-    bounce.lanes += std::uint64_t{divide_up(paths, config.lanes)} * config.lanes;
-    bounce.slots += config.chunk;
-  }
-
   /// Waits for the launch. Counts the rays that it traced.
   void settle_fused(Slot& slot) {
     device.wait(slot.tallied);
-    RayCounts& rays = slot.rays;
-    rays.camera = slot.frame.path_count;
-    for (const WorkerTally& tally : slot.tallies) {
-      rays.scattered += tally.scattered;
-      rays.shadow += tally.shadow;
-    }
-    Profiler& profiler = device.profiler();
-    profiler.divide("paths", sampler ? sampler->shares() : stage_shares(slot.tallies));
-    add_bounces(bounces, slot.tallies, config.lanes, config.chunk);
-    count_live(double(config.workers) * mean_chunk_paths(slot.tallies));
-    profiler.add_items("generate", rays.camera);
-    profiler.add_items("intersect", rays.camera + rays.scattered);
-    if (has_environment) profiler.add_items("miss", rays.camera + rays.scattered);
-    profiler.add_items("shade", rays.camera + rays.scattered);
-    if (has_shadow) profiler.add_items("shadow", rays.shadow);
+    slot.rays = census.add_launch(slot.frame.path_count, slot.tallies,
+                                  sampler ? sampler->shares() : stage_shares(slot.tallies));
   }
 
   /// active  paths at that depth, at most
   void launch_depth(Slot& slot, std::uint32_t depth, std::uint64_t active) {
-    if (!config.chunked) {
-      bounce_at(bounces, depth).lanes += std::uint64_t{divide_up(active, kGroup)} * kGroup;
-      bounce_at(bounces, depth).slots += config.capacity();
-    }
+    census.add_depth(depth, std::uint64_t{divide_up(active, kGroup)} * kGroup);
     run_stage("intersect", depth, active, slot);
     if (after_intersect) after_intersect(depth);
     run_stage("miss", depth, active, slot);
@@ -343,7 +244,7 @@ struct Wavefront::Impl {
     DepthCounts& at = under_way.emplace_back();
     at.depth = depth;
     at.counts.resize(4 * std::size_t{used_chunks(slot)});
-    at.ticket = device.read_later(counts_buffer, at.counts.data(), 4 * at.counts.size());
+    at.ticket = device.read_later(memory.counts, at.counts.data(), 4 * at.counts.size());
     run_stage("shadow", depth, active * light_samples, slot);
     device.flush();
   }
@@ -351,15 +252,9 @@ struct Wavefront::Impl {
   /// The first depth of a unit, stage by stage.
   void launch_first(Slot& slot) {
     const std::uint64_t paths = slot.frame.path_count;
-    Profiler& profiler = device.profiler();
     slot.rays.camera = paths;
-    count_live(0);
-    for (std::uint64_t first = 0, chunk = config.chunk; first < paths; first += chunk)
-      count_paths(1, std::min(chunk, paths - first));
+    census.begin_unit(paths);
     run_stage("generate", 1, paths, slot);
-    profiler.add_items("generate", paths);
-    profiler.add_items("intersect", paths);
-    profiler.add_items("shade", paths);
     launch_depth(slot, 1, paths);
   }
 
@@ -384,26 +279,10 @@ struct Wavefront::Impl {
   /// Waits for the counts of a depth; returns how many paths go on.
   std::uint64_t settle(Slot& slot, const DepthCounts& at) {
     device.wait(at.ticket);
-    std::uint64_t next = 0, shadow = 0;
-    for (std::size_t c = 0; c < used_chunks(slot); ++c) {
-      const std::uint32_t of_chunk = at.counts[4 * c + ((at.depth + 1) & 1)];
-      count_paths(at.depth + 1, of_chunk);
-      next += of_chunk;
-      shadow += at.counts[4 * c + 2];
-    }
-    if (!has_shadow) shadow = 0;
-    bounce_at(bounces, at.depth).shadow_rays += shadow;
-    count_live(double(next));
-    slot.rays.scattered += next;
-    slot.rays.shadow += shadow;
-    Profiler& profiler = device.profiler();
-    if (next > 0) {
-      profiler.add_items("intersect", next);
-      profiler.add_items("shade", next);
-    }
-    if (has_environment) profiler.add_items("miss", at.depth == 1 ? slot.frame.path_count + next : next);
-    if (shadow > 0) profiler.add_items("shadow", shadow);
-    return next;
+    const RayCounts on = census.end_depth(at.depth, std::span(at.counts).first(4 * std::size_t{used_chunks(slot)}),
+                                          slot.frame.path_count);
+    slot.rays += on;
+    return on.scattered;
   }
 
   void begin(const WorkUnit& unit) {
@@ -413,7 +292,7 @@ struct Wavefront::Impl {
     slot.unit = unit;
     slot.pixels = unit_pixels(unit.block);
     slot.rays = {};
-    if (unit.path_count() > config.capacity() || 4 * slot.pixels.size() > pixels_buffer.size_bytes())
+    if (unit.path_count() > config.capacity() || 4 * slot.pixels.size() > memory.pixels.size_bytes())
       throw InternalError(
           fmt::format("a unit of {} paths exceeds the pool of {}", unit.path_count(), config.capacity()));
     slot.frame = frame;
@@ -425,9 +304,9 @@ struct Wavefront::Impl {
     slot.frame.sample_high = std::uint32_t(unit.sample_begin >> 32);
     device.begin_unit(slot.frame.path_count);
     if (sampler) sampler->before(slot.frame, slot.pixels);
-    device.write_later(frame_buffer, &slot.frame, sizeof slot.frame);
-    device.write_later(pixels_buffer, slot.pixels.data(), 4 * slot.pixels.size());
-    device.write_later(diagnostics_buffer, &slot.nothing, sizeof slot.nothing);
+    device.write_later(memory.frame, &slot.frame, sizeof slot.frame);
+    device.write_later(memory.pixels, slot.pixels.data(), 4 * slot.pixels.size());
+    device.write_later(memory.diagnostics, &slot.nothing, sizeof slot.nothing);
     ++begun;
     if (config.fused) {
       launch_fused(slot);
@@ -474,7 +353,7 @@ struct Wavefront::Impl {
 
   [[nodiscard]] std::uint32_t path_word(const char* field) {
     std::uint32_t word = 0;
-    device.read(state_buffer, &word, sizeof word, 4 * std::size_t{state.field.at(field)} * (config.chunk + EK_PAD));
+    device.read(memory.state, &word, sizeof word, 4 * std::size_t{state.field.at(field)} * (config.chunk + EK_PAD));
     return word;
   }
   [[nodiscard]] float path_float(const char* field) { return std::bit_cast<float>(path_word(field)); }
@@ -487,15 +366,15 @@ Wavefront::~Wavefront() = default;
 
 void Wavefront::compile_ahead(Device& device, const PackedScene& scene, const Features& features,
                               const Execution& execution) {
-  const Source source(device.info(), configure(device.info(), execution), scene, features, execution);
+  const WavefrontProgram source(device.info(), configure(device.info(), execution), scene, features, execution);
   (void)device.build(source.text, source.options);
 }
 
 const WavefrontConfig& Wavefront::config() const { return impl_->config; }
 ArithmeticClass Wavefront::arithmetic() const { return impl_->arithmetic; }
 double Wavefront::upload_s() const { return impl_->upload_s; }
-std::uint64_t Wavefront::device_bytes() const { return impl_->bytes; }
-const Bounces& Wavefront::bounces() const { return impl_->bounces; }
+std::uint64_t Wavefront::device_bytes() const { return impl_->scene_bytes + impl_->memory.bytes; }
+const Bounces& Wavefront::bounces() const { return impl_->census.bounces(); }
 
 void Wavefront::restart(const Settings& settings, const Execution& execution) { impl_->restart(settings, execution); }
 
@@ -526,7 +405,7 @@ glm::vec3 Wavefront::replay(std::uint32_t x, std::uint32_t y, std::uint64_t samp
   w.after_intersect = nullptr;
   glm::vec3 radiance;
   for (int c = 0; c < 3; ++c)
-    w.device.read(w.slots_buffer, &radiance[c], sizeof(float), 4 * std::size_t(c) * w.frame.film_stride);
+    w.device.read(w.memory.film_slots, &radiance[c], sizeof(float), 4 * std::size_t(c) * w.frame.film_stride);
   return radiance;
 }
 

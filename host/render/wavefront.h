@@ -10,21 +10,12 @@
 #include "render/arithmetic.h"
 #include "render/bounces.h"
 #include "render/pack.h"
+#include "render/ray_census.h"
 #include "render/settings.h"
 #include "render/units.h"
 #include "render/wavefront_config.h"
 
 namespace eikon {
-
-/// Rays of each kind.
-struct RayCounts {
-  std::uint64_t camera = 0, scattered = 0, shadow = 0;
-  [[nodiscard]] std::uint64_t total() const { return camera + scattered + shadow; }
-  RayCounts& operator+=(const RayCounts& more) {
-    camera += more.camera, scattered += more.scattered, shadow += more.shadow;
-    return *this;
-  }
-};
 
 struct RejectedSample {
   std::uint32_t x = 0, y = 0;
