@@ -20,6 +20,7 @@
 #include "render/placed_meshes.h"
 #include "render/render.h"
 #include "render/wavefront.h"
+#include "scene/emission.h"
 #include "scene/measured_table.h"
 #include "scene/text.h"
 
@@ -176,10 +177,12 @@ void print_enclosed_lights(const Scene& scene, const PackedScene& packed) {
 
 // What emits without being in the list of lights.
 void print_unsampled_emitters(const Scene& scene) {
-  for (const Shape& shape : scene.shapes)
-    if (shape.kind == ShapeKind::implicit && scene.materials[shape.material].emission != glm::vec3(0.0F))
-      fmt::print("  surface {} by formula emits, but is no light to sample: scattered rays alone find it\n",
-                 in_quotes(shape.name));
+  for (const Shape& shape : scene.shapes) {
+    const Material& material = scene.materials[shape.material];
+    if (!emits(material) || is_sampled_light(shape, material)) continue;
+    fmt::print("  surface {} {} emits, but is no light to sample: scattered rays alone find it\n",
+               in_quotes(shape.name), shape.kind == ShapeKind::implicit ? "by formula" : "without end");
+  }
 }
 
 ExitCode info_command(const InfoOptions& options) {
