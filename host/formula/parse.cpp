@@ -49,10 +49,12 @@ class Parser {
     throw InputError(fmt::format("column {}: {}", at + 1, what));
   }
 
-  // What stands at at_, for messages.
+  // What stands at at_, for messages: a whole character, of which UTF-8 may take several bytes.
   [[nodiscard]] std::string here() const {
     if (at_ >= text_.size()) return "the end";
-    return in_quotes(text_.substr(at_, 1));
+    std::size_t end = at_ + 1;
+    while (end < text_.size() && (static_cast<unsigned char>(text_[end]) & 0xC0U) == 0x80U) ++end;
+    return in_quotes(text_.substr(at_, end - at_));
   }
 
   // The next character after blanks; 0 at the end.

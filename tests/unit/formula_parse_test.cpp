@@ -109,6 +109,8 @@ TEST(FormulaParse, what_does_not_parse_is_refused_with_its_column) {
             "column 7: unknown name 'foo'; known: x y z pi e sqrt abs min max sin cos tan exp log atan sinh cosh tanh");
   EXPECT_EQ(refusal("2x"), "column 2: expected an operator before 'x'");
   EXPECT_EQ(refusal("x+"), "column 3: expected a number, a name or '(', not the end");
+  EXPECT_EQ(refusal("x \u00b2"), "column 3: expected an operator before '\u00b2'");
+  EXPECT_EQ(refusal("\u6f22"), "column 1: expected a number, a name or '(', not '\u6f22'");
   EXPECT_EQ(refusal(""), "column 1: expected a number, a name or '(', not the end");
   EXPECT_EQ(refusal("(x+y"), "column 5: expected ')' for the '(' of column 1, not the end");
   EXPECT_EQ(refusal("x)"), "column 2: expected an operator before ')'");
