@@ -82,10 +82,12 @@ LedgerOutput describe_output(const std::filesystem::path& path) {
 Ledger::Ledger(std::filesystem::path path) : path_(std::move(path)) {
   if (path_.empty()) return;
   descriptor_ = open(path_.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC | O_NONBLOCK, 0666);
-  if (descriptor_ < 0) fail(path_, fmt::format("cannot open the ledger: {}", std::strerror(errno)));
+  if (descriptor_ < 0)
+    fail(path_, fmt::format("cannot open the ledger: {}; choose another with --ledger", std::strerror(errno)));
   try {
     struct stat found {};
-    if (fstat(descriptor_, &found) != 0 || !S_ISREG(found.st_mode)) fail(path_, "the ledger is not a regular file");
+    if (fstat(descriptor_, &found) != 0 || !S_ISREG(found.st_mode))
+      fail(path_, "the ledger is not a regular file; choose another with --ledger");
     if (flock(descriptor_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
       fail(path_, "another batch is at work with this ledger; wait for it, or choose another with --ledger");
     read();

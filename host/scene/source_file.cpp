@@ -90,7 +90,7 @@ Bytes read_regular_file(const std::filesystem::path& path, std::uint64_t max_byt
   }
   struct stat status {};
   if (::fstat(file.get(), &status) != 0) throw InputError("cannot be examined: " + reason(errno));
-  if (S_ISDIR(status.st_mode)) throw InputError("is a directory; name the .gltf or .glb file in it");
+  if (S_ISDIR(status.st_mode)) throw InputError("is a directory; name a file in it");
   if (!S_ISREG(status.st_mode)) throw InputError("is not a regular file (a pipe or device); save it to a file first");
   const auto size = static_cast<std::uint64_t>(std::max<off_t>(status.st_size, 0));
   if (size == 0) throw InputError("is empty (0 bytes); write or copy it again");

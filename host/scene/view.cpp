@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/error.h"
+#include "scene/attributes.h"
 #include "scene/emission.h"
 #include "scene/endless.h"
 #include "scene/scene.h"
@@ -19,8 +20,6 @@ glm::dmat4 pose(const glm::dvec3& eye, const glm::dvec3& back_unit, const glm::d
   return {glm::dvec4(right_unit, 0.0), glm::dvec4(glm::cross(back_unit, right_unit), 0.0), glm::dvec4(back_unit, 0.0),
           glm::dvec4(eye, 1.0)};
 }
-
-bool is_finite(const glm::dvec3& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
 
 }  // namespace
 
@@ -85,7 +84,10 @@ Camera frame_camera(const Bounds& bounds, double aspect) {
 }
 
 Camera look_at_camera(const glm::dvec3& eye, const glm::dvec3& target, const glm::dvec3& up, double yfov_rad) {
-  if (!is_finite(eye) || !is_finite(target) || !is_finite(up)) throw UsageError("look-at: a coordinate is not finite");
+  for (const glm::dvec3& place : {eye, target, up})
+    for (int axis = 0; axis < 3; ++axis)
+      if (!(std::abs(place[axis]) <= kMaxCoordinate))
+        throw UsageError("look-at: a coordinate is not within +-2^40 m, the largest; name a nearer one");
   if (!(yfov_rad > 0 && yfov_rad < 3.14159265358979)) {
     throw UsageError("look-at: the vertical field of view is not between 0 and 180 degrees");
   }
