@@ -11,6 +11,7 @@
 #include <new>
 
 #include "cli/commands.h"
+#include "cli/empty_values.h"
 #include "cli/tell.h"
 #include "core/lost_threads.h"
 
@@ -44,6 +45,7 @@ int run(int argc, char** argv) {
   eikon::add_bench(app, chosen);
   try {
     app.parse(argc, argv);
+    eikon::require_values(app);
   } catch (const CLI::Success& success) {
     return app.exit(success);
   } catch (const CLI::ParseError& error) {

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "cli/arguments.h"
+#include "cli/empty_values.h"
 #include "cli/execution_options.h"
 #include "image/image.h"
 #include "render/layers.h"
@@ -99,6 +100,7 @@ RenderOptions parse_render(std::vector<std::string> words) {
   std::reverse(words.begin(), words.end());  // as CLI11 takes them
   try {
     app.parse(std::move(words));
+    require_values(app);
   } catch (const CLI::ParseError& error) {
     throw UsageError(error.what());
   }

@@ -219,12 +219,9 @@ void SceneOptions::add_to(CLI::App& command) {
 }
 
 void SceneOptions::add_scene_to(CLI::App& command) {
-  command.add_option("SCENE", scene, "glTF 2.0 file, .gltf or .glb")->required()->check([](const std::string& name) {
-    return name.empty() ? "a file's name is wanted" : std::string();
-  });
-  command
-      .add_option("--variant", variant, "materials of this variant of the file's (KHR_materials_variants); see info")
-      ->check([](const std::string& name) { return name.empty() ? "a variant's name is wanted" : std::string(); });
+  command.add_option("SCENE", scene, "glTF 2.0 file, .gltf or .glb")->required();
+  command.add_option("--variant", variant,
+                     "materials of this variant of the file's (KHR_materials_variants); see info");
   command.add_flag("--strict", strict, "what is not supported, and rejected samples, are errors");
 }
 

@@ -121,6 +121,7 @@ TEST(BadInput, flags_that_make_no_sense_are_usage_errors) {
                             "--look-at 0,0,0:0,0,0",
                             "--look-at 0,0,0",
                             "--look-at 0,0,0:0,1,0",
+                            "--look-at 1e300,0,0:0,0,0",
                             "--fov 180",
                             "--fov 0",
                             "--fov nan",
@@ -183,6 +184,38 @@ TEST(BadInput, flags_that_make_no_sense_are_usage_errors) {
   EXPECT_TRUE(refused(here.eikon(""), kUsage));
   EXPECT_TRUE(refused(here.eikon("compare one.exr"), kUsage));
   EXPECT_TRUE(here.files().empty());
+}
+
+// A script's "$OUT" with nothing in OUT.
+TEST(BadInput, empty_values_are_refused_rather_than_taken_for_defaults) {
+  const Workplace here;
+  const std::string render = "render " + scene("cornell.gltf") + " --size 4x4 --spp 1 ";
+  for (const char* flag : {"-o", "--png", "--checkpoint", "--stats", "--profile", "--camera", "--samples", "--crop",
+                           "--env", "--aov", "--variant", "--devices"}) {
+    const Outcome outcome = here.eikon(render + flag + " ''");
+    EXPECT_TRUE(refused(outcome, kUsage)) << flag;
+    EXPECT_TRUE(contains(outcome.err, flag) && contains(outcome.err, "empty")) << flag << ": " << outcome.err;
+  }
+  for (const char* command : {"render ''", "info ''", "info one.gltf --size ''", "batch ''", "compare '' one.exr",
+                              "merge one.exr '' -o two.exr", "merge one.exr -o ''", "bench rays ''"}) {
+    const Outcome outcome = here.eikon(command);
+    EXPECT_TRUE(refused(outcome, kUsage)) << command;
+    EXPECT_TRUE(contains(outcome.err, "empty")) << command << ": " << outcome.err;
+  }
+  here.write("jobs.txt", render + "-o ''\n");
+  const Outcome batch = here.eikon("batch jobs.txt --quiet");
+  EXPECT_EQ(batch.code, 1);
+  EXPECT_TRUE(contains(batch.err, "jobs.txt:1: --output: its value is empty")) << batch.err;
+  EXPECT_EQ(here.files(), (std::vector<std::string>{"jobs.txt", "jobs.txt.ledger"}));
+}
+
+TEST(BadInput, a_view_from_beyond_the_largest_coordinate_is_told_so) {
+  const Workplace here;
+  for (const char* view : {"1e300,0,0:1,1,1", "0,0,0:0,0,-1e13", "0,0,0:0,0,1:0,1e200,0"}) {
+    const Outcome outcome = here.eikon("info " + scene("cornell.gltf") + " --look-at " + view);
+    EXPECT_TRUE(refused(outcome, kUsage)) << view;
+    EXPECT_TRUE(contains(outcome.err, "2^40")) << outcome.err;
+  }
 }
 
 TEST(BadInput, devices_that_are_not_there) {
