@@ -30,14 +30,17 @@ std::string one_line(std::string text) {
 Reader::Reader(const std::filesystem::path& path) : path_(path) {
   std::error_code error;
   const auto status = std::filesystem::status(path, error);
-  if (!std::filesystem::exists(status)) refuse(path, "no such file");
-  if (!std::filesystem::is_regular_file(status)) refuse(path, "not a regular file");
+  if (!std::filesystem::exists(status)) refuse(path, "no such file; check the name");
+  if (std::filesystem::is_directory(status)) refuse(path, "is a directory; name a file in it");
+  if (!std::filesystem::is_regular_file(status))
+    refuse(path, "is not a regular file (a pipe or device); save it to a file first");
   size_bytes_ = std::filesystem::file_size(path, error);
+  if (!error && size_bytes_ == 0) refuse(path, "is empty (0 bytes); write or copy it again");
   std::ifstream file(path, std::ios::binary);
   char magic[4] = {};
   if (!file) refuse(path, "it cannot be opened: are you allowed to read it?");
   if (!file.read(magic, 4) || magic[0] != 0x76 || magic[1] != 0x2f || magic[2] != 0x31 || magic[3] != 0x01)
-    refuse(path, "not an OpenEXR file (wrong magic number)");
+    refuse(path, "is no OpenEXR file (wrong magic number); name one");
   // Process-wide limits of OpenEXR, checked by it before it allocates anything for a header.
   Imf::Header::setMaxImageSize(kMaxSide, kMaxSide);
   Imf::Header::setMaxTileSize(kMaxTileSide, kMaxTileSide);

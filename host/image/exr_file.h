@@ -52,7 +52,7 @@ auto reading(const std::filesystem::path& path, Body body) {
   } catch (const std::bad_alloc&) {
     refuse(path, "not enough memory for it");
   } catch (const std::exception& error) {
-    refuse(path, one_line(error.what()));
+    refuse(path, one_line(error.what()) + " It may be cut off or damaged: copy or render it again");
   }
 }
 

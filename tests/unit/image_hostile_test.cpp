@@ -111,9 +111,17 @@ TEST(HostileExr, what_is_no_exr_is_named) {
   write_bytes(folder / "text.exr", "not an image at all");
   write_bytes(folder / "empty.exr", "");
   write_bytes(folder / "magic.exr", "\x76\x2f\x31\x01");
-  for (const char* name : {"text.exr", "empty.exr", "magic.exr", "missing.exr", "."}) {
-    EXPECT_THROW(read_exr(folder / name), InputError) << name;
+  for (const auto& [name, says] :
+       {std::pair("text.exr", "no OpenEXR file"), std::pair("empty.exr", "is empty (0 bytes)"),
+        std::pair("magic.exr", "cut off or damaged: copy or render it again"),
+        std::pair("missing.exr", "no such file; check the name"), std::pair(".", "is a directory")}) {
     EXPECT_THROW(read_film(folder / name), InputError) << name;
+    try {
+      static_cast<void>(read_exr(folder / name));
+      ADD_FAILURE() << name << " was read";
+    } catch (const InputError& error) {
+      EXPECT_NE(std::string(error.what()).find(says), std::string::npos) << error.what();
+    }
   }
 }
 
