@@ -14,11 +14,12 @@
 #include "cli/empty_values.h"
 #include "cli/tell.h"
 #include "core/lost_threads.h"
+#include "scene/text.h"
 
 namespace {
 
 int report(eikon::ExitCode code, const std::string& message) {
-  eikon::tell("eikon: {}\n", message);
+  eikon::tell("eikon: {}\n", eikon::one_line(message));  // names of files may hold anything
   return int(code);
 }
 

@@ -209,6 +209,14 @@ TEST(BadInput, empty_values_are_refused_rather_than_taken_for_defaults) {
   EXPECT_EQ(here.files(), (std::vector<std::string>{"jobs.txt", "jobs.txt.ledger"}));
 }
 
+TEST(BadInput, a_name_of_several_lines_makes_a_message_of_one) {
+  const Workplace here;
+  for (const char* command : {"compare 'a\nb.exr' c.exr", "render 'a\nb.gltf' -o c.exr", "merge 'a\nb' -o c.exr"})
+    EXPECT_TRUE(refused(here.eikon(command), kInput)) << command;
+  EXPECT_TRUE(refused(here.eikon("render " + scene("cornell.gltf") + " -o 'a\nb/c.exr'"), kInput));
+  EXPECT_TRUE(here.files().empty());
+}
+
 TEST(BadInput, a_view_from_beyond_the_largest_coordinate_is_told_so) {
   const Workplace here;
   for (const char* view : {"1e300,0,0:1,1,1", "0,0,0:0,0,-1e13", "0,0,0:0,0,1:0,1e200,0"}) {
