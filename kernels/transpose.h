@@ -11,8 +11,8 @@
 #define EK_REC_ROWS(F)                                                                                \
   F(0, 0, 0) F(1, 1, 0) F(2, 2, 0) F(3, 3, 0) F(4, 4, 0) F(5, 5, 0) F(6, 6, 0) F(7, 7, 0) F(8, 0, 8) \
   F(9, 1, 8) F(a, 2, 8) F(b, 3, 8) F(c, 4, 8) F(d, 5, 8) F(e, 6, 8) F(f, 7, 8)
-#define EK_INTERLEAVE_LO(a, b) ((vf)(a.s0, b.s0, a.s1, b.s1, a.s2, b.s2, a.s3, b.s3))
-#define EK_INTERLEAVE_HI(a, b) ((vf)(a.s4, b.s4, a.s5, b.s5, a.s6, b.s6, a.s7, b.s7))
+#define EK_INTERLEAVE_LO(a, b) __builtin_shufflevector(a, b, 0, 8, 1, 9, 2, 10, 3, 11)
+#define EK_INTERLEAVE_HI(a, b) __builtin_shufflevector(a, b, 4, 12, 5, 13, 6, 14, 7, 15)
 // One round of the perfect shuffle; three of them transpose 8 x 8.
 #define EK_ROUND(o, i)                                                                          \
   vf o##0 = EK_INTERLEAVE_LO(i##0, i##4), o##1 = EK_INTERLEAVE_HI(i##0, i##4), o##2 = EK_INTERLEAVE_LO(i##1, i##5),   \
@@ -37,8 +37,8 @@ EK_FN Rec rec_transposed(Rec m) {
   F(0, 0, 0) F(1, 1, 0) F(2, 2, 0) F(3, 3, 0) F(4, 4, 0) F(5, 5, 0) F(6, 6, 0) F(7, 7, 0) F(8, 8, 0) \
   F(9, 9, 0) F(a, a, 0) F(b, b, 0) F(c, c, 0) F(d, d, 0) F(e, e, 0) F(f, f, 0)
 // 16 x 16 in steps that processors have: words, then pairs of words within quarters, then quarters.
-#define EK_EVEN_QUARTERS(a, b) ((vf)(a.s0123, a.s89ab, b.s0123, b.s89ab))
-#define EK_ODD_QUARTERS(a, b) ((vf)(a.s4567, a.scdef, b.s4567, b.scdef))
+#define EK_EVEN_QUARTERS(a, b) __builtin_shufflevector(a, b, 0, 1, 2, 3, 8, 9, 10, 11, 16, 17, 18, 19, 24, 25, 26, 27)
+#define EK_ODD_QUARTERS(a, b) __builtin_shufflevector(a, b, 4, 5, 6, 7, 12, 13, 14, 15, 20, 21, 22, 23, 28, 29, 30, 31)
 // Rows p q r s of m: quarter k of o0 .. o3 is their columns 4 k .. 4 k + 3.
 #define EK_FOUR_ROWS(o, p, q, r, s)                                                                                \
   const vf o##_l = EK_ZIP_LO(p, q), o##_h = EK_ZIP_HI(p, q), o##_m = EK_ZIP_LO(r, s), o##_n = EK_ZIP_HI(r, s); \
