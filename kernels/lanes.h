@@ -62,7 +62,7 @@ typedef vu __attribute__((aligned(4))) vu_unaligned;
 #define AS_F EK_CAT(as_float, EK_WIDTH)
 #define AS_I EK_CAT(as_int, EK_WIDTH)
 #define AS_U EK_CAT(as_uint, EK_WIDTH)
-#define TO_F(x) EK_CAT(convert_float, EK_WIDTH)(x)
+#define TO_F(x) __builtin_convertvector((x), vf)
 #define TO_I(x) __builtin_convertvector((x), vi)
 #define ANY(m) lanes_any(m)
 #endif
