@@ -193,11 +193,13 @@ EK_FN void tracing_begin(constant Frame* frame, Geometry geometry, Tracing* trac
     return;
   }
 #endif
-  ray_store(tracing->rays + row, ray, t_max);
-  const uint bits = mask_bits(valid);
-  for (uint lane = 0; lane < count; ++lane) {
-    tracing->open[tracing->open_count] = (uchar)(row + lane);
-    tracing->open_count += bits >> lane & 1u;
+  if (!EK_SORTS) {  // else none is left: what is not sorted went in a packet
+    ray_store(tracing->rays + row, ray, t_max);
+    const uint bits = mask_bits(valid);
+    for (uint lane = 0; lane < count; ++lane) {
+      tracing->open[tracing->open_count] = (uchar)(row + lane);
+      tracing->open_count += bits >> lane & 1u;
+    }
   }
   tracing_store(&tracing->hits, row, hit);
 }
@@ -222,7 +224,7 @@ EK_FN void tracing_finish(constant Frame* frame, Geometry geometry, Tracing* tra
   tracing_run_sorted(frame, geometry, tracing, any_hit);
 #endif
 #if USE_WIDE && EK_WIDTH > 1
-  tracing_run_packets(geometry, tracing->packets, tracing->packet_count, any_hit, hits);
+  if (EK_PACKETS > 1) tracing_run_packets(geometry, tracing->packets, tracing->packet_count, any_hit, hits);
   if (!EK_SORTS && tracing->open_count != 0) traverse_batch(geometry, tracing->rays, tracing->open, tracing->open_count, any_hit, hits);
 #else
   for (uint i = 0; i < tracing->open_count; ++i) {
