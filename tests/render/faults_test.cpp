@@ -35,7 +35,7 @@ class Faults : public ::testing::Test {
     execution.devices = pair + parts;
     const ::testing::ScopedTrace of(__FILE__, __LINE__, fault);
     try {
-      RenderOutput output = render(scene, settings, execution, stop, std::move(hooks));
+      RenderOutput output = render(scene, settings, as_tested(execution), stop, std::move(hooks));
       plan(kNone);
       return output;
     } catch (const DeviceError& error) {

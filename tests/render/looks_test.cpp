@@ -25,7 +25,7 @@ TEST(Looks, film_holds_exactly_the_samples_below_and_seconds_grow) {
   looks.at = {2, 5, 10};
   looks.look = [&](std::uint64_t end, double seconds, const Film& film) { seen.push_back({end, seconds, film}); };
   const std::atomic<bool> stop{false};
-  const RenderOutput done = render(scene, settings, Execution(), stop, {.looks = looks});
+  const RenderOutput done = render(scene, settings, as_tested({}), stop, {.looks = looks});
   ASSERT_EQ(seen.size(), 3U);
   double before = 0;
   for (std::size_t i = 0; i < seen.size(); ++i) {
@@ -34,7 +34,7 @@ TEST(Looks, film_holds_exactly_the_samples_below_and_seconds_grow) {
     before = seen[i].seconds;
     Settings fewer = settings;
     fewer.sample_end = looks.at[i];
-    EXPECT_TRUE(same_film(seen[i].film, render(scene, fewer, Execution(), stop).film)) << i;
+    EXPECT_TRUE(same_film(seen[i].film, render(scene, fewer, as_tested({}), stop).film)) << i;
   }
   EXPECT_TRUE(same_film(seen.back().film, done.film));
   EXPECT_DOUBLE_EQ(seen.back().seconds, done.report.render_s);
@@ -48,7 +48,7 @@ TEST(Looks, time_that_a_look_takes_is_no_rendering) {
   looks.look = [](std::uint64_t, double, const Film&) { std::this_thread::sleep_for(std::chrono::seconds(3)); };
   const std::atomic<bool> stop{false};
   // 128 paths: milliseconds.
-  EXPECT_LT(render(scene, settings, Execution(), stop, {.looks = looks}).report.render_s, 2.0);
+  EXPECT_LT(render(scene, settings, as_tested({}), stop, {.looks = looks}).report.render_s, 2.0);
 }
 
 TEST(Looks, stop_set_by_a_look_ends_the_render_there) {
@@ -61,7 +61,7 @@ TEST(Looks, stop_set_by_a_look_ends_the_render_there) {
     ++count;
     stop = end == 2;
   };
-  const RenderOutput done = render(scene, settings, Execution(), stop, {.looks = looks});
+  const RenderOutput done = render(scene, settings, as_tested({}), stop, {.looks = looks});
   EXPECT_EQ(count, 2U);
   EXPECT_EQ(done.report.samples, 2U * 16 * 16);
   EXPECT_TRUE(done.report.interrupted);
@@ -73,7 +73,7 @@ TEST(Looks, a_look_that_throws_ends_the_render_with_its_error) {
   looks.at = {1, 2};
   looks.look = [](std::uint64_t, double, const Film&) { throw InputError("seen enough"); };
   const std::atomic<bool> stop{false};
-  EXPECT_THROW(render(scene, settings, Execution(), stop, {.looks = looks}), InputError);
+  EXPECT_THROW(render(scene, settings, as_tested({}), stop, {.looks = looks}), InputError);
 }
 
 TEST(Looks, out_of_order_or_beyond_the_samples_are_refused) {
@@ -83,7 +83,7 @@ TEST(Looks, out_of_order_or_beyond_the_samples_are_refused) {
     Looks looks;
     looks.at = at;
     looks.look = [](std::uint64_t, double, const Film&) {};
-    EXPECT_THROW(render(scene, settings, Execution(), stop, {.looks = looks}), InternalError);
+    EXPECT_THROW(render(scene, settings, as_tested({}), stop, {.looks = looks}), InternalError);
   }
 }
 

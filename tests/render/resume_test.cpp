@@ -25,13 +25,13 @@ class Resume : public ::testing::Test {
 };
 
 TEST_F(Resume, from_any_state_the_result_is_the_same) {
-  const RenderOutput whole = render(scene, settings, execution, stop);
+  const RenderOutput whole = render(scene, settings, as_tested(execution), stop);
   EXPECT_EQ(whole.done.sample_count(), 80U * 60U * 24U);
   std::vector<FilmState> states;
   RenderHooks hooks;
   hooks.checkpoint = [&](const FilmState& state) { states.push_back(state); };
   hooks.checkpoint_every_s = 0;
-  render(scene, settings, execution, stop, hooks);
+  render(scene, settings, as_tested(execution), stop, hooks);
   ASSERT_FALSE(states.empty());
   EXPECT_TRUE(same_film(states.back().film, whole.film));
   EXPECT_TRUE(states.back().done == whole.done);
@@ -42,7 +42,7 @@ TEST_F(Resume, from_any_state_the_result_is_the_same) {
   window.sample_end = 9;
   FilmState begun{Film(whole.film.layout()), SampleLedger()};
   window.crop = {16, 8, 50, 41};
-  const RenderOutput part = render(scene, window, execution, stop);
+  const RenderOutput part = render(scene, window, as_tested(execution), stop);
   begun.film.add(part.film);
   begun.done.add(part.done);
   begun.arithmetic = {"other-12345678"};
@@ -50,7 +50,7 @@ TEST_F(Resume, from_any_state_the_result_is_the_same) {
   for (const FilmState& state : states) {
     RenderHooks go_on;
     go_on.begin_with = state;
-    const RenderOutput done = render(scene, settings, execution, stop, go_on);
+    const RenderOutput done = render(scene, settings, as_tested(execution), stop, go_on);
     EXPECT_TRUE(same_film(done.film, whole.film));
     EXPECT_TRUE(done.done == whole.done);
     EXPECT_EQ(done.report.samples_before, state.done.sample_count());
@@ -73,7 +73,7 @@ TEST_F(Resume, what_a_kill_would_lose_is_no_older_than_an_interval) {
     written.push_back(host_seconds());
     stop = written.size() >= 6;
   };
-  render(scene, settings, execution, stop, hooks);
+  render(scene, settings, as_tested(execution), stop, hooks);
   std::vector<double> oldest;  // that the newest of the files that are there becomes
   for (std::size_t i = 1; i < 6; ++i) oldest.push_back(written[i] - begun[i - 1]);
   std::sort(oldest.begin(), oldest.end());
@@ -86,7 +86,7 @@ TEST_F(Resume, a_hook_that_throws_ends_the_render) {
   RenderHooks hooks;
   hooks.checkpoint = [](const FilmState&) { throw std::runtime_error("no space"); };
   hooks.checkpoint_every_s = 0;
-  EXPECT_THROW(render(scene, settings, execution, stop, hooks), std::runtime_error);
+  EXPECT_THROW(render(scene, settings, as_tested(execution), stop, hooks), std::runtime_error);
 }
 
 }  // namespace

@@ -13,7 +13,7 @@ TEST(Reuse, devices_and_packed_scenes_give_the_bits_of_fresh_ones) {
   Settings other = settings;
   other.seed = 7;
   other.sample_end = 5;
-  const Execution execution;
+  const Execution execution = as_tested({});
   const std::atomic<bool> stop{false};
   const Film first = render(scene, settings, execution, stop).film;
   const Film second = render(scene, other, execution, stop).film;
@@ -53,7 +53,7 @@ TEST(Reuse, wavefronts_that_stay_ready_give_the_bits_of_fresh_ones) {
   layered.aovs = {"albedo", "depth"};
   const Scene other = load_shipped("cornell.gltf");
   const Settings of_other = settings_of(other, 40, 4);
-  Execution execution;
+  Execution execution = as_tested({});
   execution.devices = std::to_string(select_devices("cpu").front().index);
   const std::atomic<bool> stop{false};
 
@@ -157,7 +157,7 @@ TEST(Reuse, what_was_made_ready_ahead_gives_the_bits_of_fresh_ones) {
   const std::atomic<bool> stop{false};
   for (const char* fault : {"", "device:0:gpu"}) {
     setenv("EIKON_FAULT", fault, 1);
-    Execution execution;
+    Execution execution = as_tested({});
     execution.devices = std::to_string(select_devices("cpu").front().index);
     ReadyAhead devices;
     const auto image = [&](const Scene& scene, const Settings& settings) {

@@ -121,7 +121,9 @@ TEST(SameBits, any_number_of_build_threads) {
 
 TEST(SameBits, any_lane_width_order_of_paths_and_tree) {
   const auto [scene, settings] = subject();
-  const Film expected = film_of(scene, settings);
+  Execution shipped;
+  shipped.extra_flags = kAsShipped;
+  const Film expected = film_of(scene, settings, shipped);
   for (const Execution& execution : ways_to_trace())
     EXPECT_TRUE(same_film(expected, film_of(scene, settings, execution))) << describe(execution);
 }
@@ -148,7 +150,7 @@ const std::vector<Variant>& variants() {
   return all;
 }
 
-TEST(SameBits, all_stages_in_one_launch_or_each_in_its_own_with_every_feature) {
+TEST(SameBits, all_stages_in_one_launch_as_shipped_or_each_in_its_own_and_out_of_line_with_every_feature) {
   for (const Variant& variant : variants()) {
     const Scene scene = load_shipped(variant.scene);
     Settings settings = settings_of(scene, 27, 6);
@@ -156,6 +158,7 @@ TEST(SameBits, all_stages_in_one_launch_or_each_in_its_own_with_every_feature) {
     Execution fused, unfused;
     fused.chunked = unfused.chunked = true;
     fused.fused = true, unfused.fused = false;
+    fused.extra_flags = kAsShipped;
     fused.pool = 1200, fused.chunk = 400;  // portions of unequal size
     EXPECT_TRUE(same_film(film_of(scene, settings, unfused), film_of(scene, settings, fused))) << variant.scene;
   }
@@ -163,9 +166,10 @@ TEST(SameBits, all_stages_in_one_launch_or_each_in_its_own_with_every_feature) {
 
 TEST(SameBits, kernels_without_optimisation) {
   const auto [scene, settings] = subject();
-  Execution execution;
+  Execution shipped, execution;
+  shipped.extra_flags = kAsShipped;
   execution.optimise = false;
-  EXPECT_TRUE(same_film(film_of(scene, settings), film_of(scene, settings, execution)));
+  EXPECT_TRUE(same_film(film_of(scene, settings, shipped), film_of(scene, settings, execution)));
 }
 
 TEST(SameBits, G9_scene_times_a_power_of_two) {
