@@ -6,8 +6,6 @@
 namespace eikon::testing {
 namespace {
 
-constexpr int kUsage = 2, kInput = 3, kDevice = 4;
-
 TEST(BadInput, scenes_that_cannot_be_read_are_refused_by_name) {
   const Workplace here;
   const std::string cornell = read_bytes(scene("cornell.gltf"));

@@ -14,6 +14,8 @@
 
 namespace eikon::testing {
 
+inline constexpr int kUsage = 2, kInput = 3, kDevice = 4;  // exit codes
+
 struct Outcome {
   int code = -1;  // exit code, or 1000 + the signal that ended it
   std::string out, err;

@@ -11,8 +11,6 @@ namespace {
 
 using nlohmann::json;
 
-constexpr int kUsage = 2, kInput = 3;
-
 double mean_of(const Image& image, const std::string& channel) {
   const std::vector<float>* plane = image.plane(channel);
   if (plane == nullptr) throw std::runtime_error("no channel " + channel);

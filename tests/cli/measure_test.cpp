@@ -8,7 +8,6 @@
 namespace eikon::testing {
 namespace {
 
-constexpr int kUsage = 2, kInput = 3;
 constexpr std::uintmax_t kTableBytes = 34992012;
 
 /// A sphere of each material under a white sky. materials: a JSON array

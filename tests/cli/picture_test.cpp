@@ -10,8 +10,6 @@ namespace {
 
 using nlohmann::json;
 
-constexpr int kUsage = 2, kInput = 3;
-
 TEST(Picture, a_tone_curve_changes_the_png_and_not_the_exr) {
   const Workplace here;
   ASSERT_TRUE(succeeded(here.eikon(cornell("--size 16x12 --spp 4 --quiet --png plain.png"))));

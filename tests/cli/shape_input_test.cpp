@@ -7,8 +7,6 @@
 namespace eikon::testing {
 namespace {
 
-constexpr int kUsage = 2, kInput = 3;
-
 std::string with_shape(const std::string& extension) {
   return R"({"asset": {"version": "2.0"}, "extensionsUsed": ["EIKON_shape"], "scene": 0, "scenes": [{"nodes": [0]}],
  "materials": [{}], "nodes": [{"name": "thing", "extensions": {"EIKON_shape": )" +

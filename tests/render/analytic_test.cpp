@@ -5,8 +5,6 @@
 namespace eikon::testing {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-
 constexpr LightSampling kAll[] = {LightSampling::mis, LightSampling::light, LightSampling::cosine,
                                   LightSampling::hemisphere};
 const char* name_of(LightSampling sampling) {

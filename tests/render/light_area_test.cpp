@@ -7,8 +7,6 @@
 namespace eikon::testing {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-
 TEST(LightArea, L3_disk_above_a_floor) {
   Scene scene;
   Primitive floor, disk;

@@ -5,8 +5,6 @@
 namespace eikon::testing {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-
 Environment sky_of(std::uint32_t width, std::uint32_t height, std::vector<glm::vec3> radiance, double rotation = 0) {
   auto map = std::make_shared<EnvironmentMap>();
   map->name = "sky";

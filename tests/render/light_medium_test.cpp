@@ -5,8 +5,6 @@
 namespace eikon::testing {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-
 /// A solid of which a metre lets `per_metre` through.
 Material amber(float per_metre, float ior = 1, float roughness = 0) {
   Material m;

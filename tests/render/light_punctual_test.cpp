@@ -5,8 +5,6 @@
 namespace eikon::testing {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-
 PunctualLight point_light(glm::dvec3 position, float intensity) {
   PunctualLight light;
   light.name = "bulb";

@@ -7,7 +7,6 @@
 namespace eikon::testing {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 constexpr LightSampling kWays[] = {LightSampling::mis, LightSampling::light, LightSampling::cosine};
 
 Shape shape_of(ShapeKind kind, std::array<double, 3> size, const glm::dmat4& place = glm::dmat4(1)) {

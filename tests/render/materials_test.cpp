@@ -5,8 +5,6 @@
 namespace eikon::testing {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-
 Material metal(glm::vec3 color, float roughness) {
   Material m;
   m.base_color = color;

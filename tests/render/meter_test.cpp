@@ -6,8 +6,6 @@
 namespace eikon::testing {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-
 Reading measured(Scene scene, const Meter& meter, const glm::vec3& sky = glm::vec3(0), std::uint64_t spp = 64) {
   Settings settings = settings_for(16, 16, spp);
   settings.environment.radiance = sky;

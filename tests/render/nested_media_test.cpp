@@ -8,8 +8,6 @@
 namespace eikon::testing {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-
 Material ranked(Material m, int priority) {
   m.medium_priority = priority;
   return m;

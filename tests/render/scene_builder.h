@@ -16,6 +16,8 @@
 
 namespace eikon::testing {
 
+inline constexpr double kPi = std::numbers::pi;
+
 // ---- shapes ---------------------------------------------------------------------------------------------------------
 
 inline void add_triangle(Primitive& primitive, glm::vec3 a, glm::vec3 b, glm::vec3 c) {
