@@ -2,7 +2,6 @@
 # Read by ctest: the tests that take longest, in seconds of a slow core with nothing compiled yet. They start first, so that at the end
 # no core waits for one long test. A name that is no more does no harm.
 foreach(entry
-    "Corpus.every_damaged_scene_gets_one_line_or_loads 200"
     "EnergyCompensation.M4_clear_glass_cannot_be_seen_in_the_white_furnace_from_either_side 100"
     "Tools.every_stage_compiles_offline_without_a_warning_for_each_feature_alone 95"
     "Opacity.M22_any_lane_width_order_of_paths_tree_and_device_give_the_same_bits 75"
@@ -28,8 +27,7 @@ foreach(entry
     "LightShapes.every_way_to_trace_and_every_scale_give_the_same_film 35"
     "Instances.G19_G17_stored_once_or_for_each_place_the_picture_has_the_same_bits 30"
     "OpacityTraverse.M22_of_coincident_triangles_the_first_that_is_there_wins 30"
-    "OpacityTraverse.M22_hits_are_the_same_bits_in_every_layout 30"
-    "zero_cost 30")
+    "OpacityTraverse.M22_hits_are_the_same_bits_in_every_layout 30")
   string(REPLACE " " ";" entry "${entry}")
   list(GET entry 0 test)
   list(GET entry 1 seconds)
