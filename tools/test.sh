@@ -7,7 +7,7 @@ root="$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)"
 build="$root/build-tests"
 
 "$root/tools/setup.sh" tests
-cmake --log-level=WARNING -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DEIKON_TESTS=ON
+cmake --log-level=WARNING -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DEIKON_TESTS=ON -DEIKON_UNITY=ON
 cmake --build "$build"
 
 # Open Image Denoise, which no package of Debian 12 has. Without it one test is left out, and says so.
