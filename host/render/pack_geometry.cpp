@@ -77,7 +77,7 @@ class GeometryPacker {
       store_meshes();
       store_places();
     } else {
-      for (const Place& place : placed_.places) {
+      for (const MeshPlace& place : placed_.places) {
         const std::uint32_t mesh = scene_.nodes[place.node].mesh;
         std::size_t number = 0;
         for_primitives(
@@ -86,7 +86,7 @@ class GeometryPacker {
       }
     }
     if (two_level && release_ != nullptr)
-      for (const Place& place : placed_.places)
+      for (const MeshPlace& place : placed_.places)
         for (Primitive& primitive : (*release_)[scene_.nodes[place.node].mesh].primitives) let_go(primitive);
   }
 
@@ -199,7 +199,7 @@ class GeometryPacker {
   }
 
   /// A mesh for one of its places, with the bits that it would have if it were stored once.
-  void add_placed(const Place& place, const Primitive& primitive, Primitive* released, std::size_t& number) {
+  void add_placed(const MeshPlace& place, const Primitive& primitive, Primitive* released, std::size_t& number) {
     const bool mirrored = placed_.meshes[place.mesh].mirrored;
     WorldVertices world;
     world.positions.reserve(primitive.positions_object.size());
@@ -233,7 +233,7 @@ class GeometryPacker {
 
   void store_places() {
     packed_.instances.reserve(placed_.places.size());
-    for (const Place& place : placed_.places)
+    for (const MeshPlace& place : placed_.places)
       packed_.instances.push_back(instance_record(place, placed_.meshes[place.mesh]));
     packed_.place_boxes = place_boxes(scene_, placed_, packed_.bounds);
   }

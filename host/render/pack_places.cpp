@@ -13,7 +13,7 @@ namespace {
 constexpr std::uint64_t kMostCorners = std::uint64_t{1} << 27;  // that are placed only for tight boxes: about a second
 
 /// From the mesh's box alone: larger, but at once.
-PlaceBox quick_box(const Place& place, const PlacedMesh& mesh) {
+PlaceBox quick_box(const MeshPlace& place, const PlacedMesh& mesh) {
   const glm::dvec3 middle = 0.5 * (glm::dvec3(mesh.lo) + glm::dvec3(mesh.hi)), half = glm::dvec3(mesh.hi) - middle;
   PlaceBox box;
   for (int i = 0; i < 3; ++i) {
@@ -26,7 +26,7 @@ PlaceBox quick_box(const Place& place, const PlacedMesh& mesh) {
   return box;
 }
 
-PlaceBox exact_box(const Scene& scene, const Place& place) {
+PlaceBox exact_box(const Scene& scene, const MeshPlace& place) {
   PlaceBox box{glm::vec3(std::numeric_limits<float>::infinity()), glm::vec3(-std::numeric_limits<float>::infinity())};
   for (const Primitive& primitive : scene.meshes[scene.nodes[place.node].mesh].primitives) {
     for (const glm::vec3& p : primitive.positions_object) {
@@ -40,7 +40,7 @@ PlaceBox exact_box(const Scene& scene, const Place& place) {
 
 }  // namespace
 
-InstanceRecord instance_record(const Place& place, const PlacedMesh& mesh) {
+InstanceRecord instance_record(const MeshPlace& place, const PlacedMesh& mesh) {
   const auto& rows = place.matrix.rows;
   const glm::vec3& t = place.matrix.translation;
   InstanceRecord r{};
@@ -69,13 +69,13 @@ InstanceRecord instance_record(const Place& place, const PlacedMesh& mesh) {
 std::vector<PlaceBox> place_boxes(const Scene& scene, const PlacedMeshes& placed, Bounds& bounds) {
   const std::size_t count = placed.places.size();
   std::uint64_t corners = 0;
-  for (const Place& place : placed.places)
+  for (const MeshPlace& place : placed.places)
     for (const Primitive& primitive : scene.meshes[scene.nodes[place.node].mesh].primitives)
       corners += primitive.positions_object.size();
   std::vector<PlaceBox> boxes(count);
   std::vector<char> exact(count, corners <= kMostCorners ? 1 : 0);
   tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) {
-    const Place& place = placed.places[i];
+    const MeshPlace& place = placed.places[i];
     boxes[i] = exact[i] != 0 ? exact_box(scene, place) : quick_box(place, placed.meshes[place.mesh]);
   });
   // A box whose outermost side is larger than its corners' does not count as it is.

@@ -9,7 +9,7 @@
 namespace eikon {
 
 /// All but `root`.
-[[nodiscard]] InstanceRecord instance_record(const Place& place, const PlacedMesh& mesh);
+[[nodiscard]] InstanceRecord instance_record(const MeshPlace& place, const PlacedMesh& mesh);
 
 /// A box around all corners at each place; and `bounds` grows to hold them all, to the bit as if each had been added.
 [[nodiscard]] std::vector<PlaceBox> place_boxes(const Scene& scene, const PlacedMeshes& placed, Bounds& bounds);

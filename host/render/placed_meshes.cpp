@@ -73,7 +73,7 @@ bool loses_triangles(const Mesh& mesh, const PlacedMesh& placed, const PlacingMa
 }
 
 /// Where the mesh can be stored once for this node; false if it cannot.
-bool place_node(const Scene& scene, const Node& node, const PlacedMesh& mesh, Place& place) {
+bool place_node(const Scene& scene, const Node& node, const PlacedMesh& mesh, MeshPlace& place) {
   place.matrix = placing_matrix(node.world_from_object);
   const auto& rows = place.matrix.rows;
   const glm::dmat3 linear = linear_part(place.matrix);
@@ -145,7 +145,7 @@ PlacedMeshes find_placed_meshes(const Scene& scene) {
   for (std::size_t n = 0; n < scene.nodes.size(); ++n) {
     const Node& node = scene.nodes[n];
     if (measured[node.mesh] == kNone) continue;
-    Place place;
+    MeshPlace place;
     const PlacedMesh& mesh = measures[measured[node.mesh]];
     if (!place_node(scene, node, mesh, place)) continue;
     std::uint32_t& to = entry[node.mirrored ? 1 : 0][node.mesh];

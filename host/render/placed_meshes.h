@@ -25,7 +25,7 @@ struct PlacedMesh {
 };
 
 /// A node whose mesh could be stored once.
-struct Place {
+struct MeshPlace {
   std::uint32_t node = 0, mesh = 0;  // mesh: of PlacedMeshes::meshes
   PlacingMatrix matrix;
   float error = 0;  // InstanceRecord's
@@ -33,7 +33,7 @@ struct Place {
 
 struct PlacedMeshes {
   std::vector<PlacedMesh> meshes;
-  std::vector<Place> places;           // in the order of the nodes
+  std::vector<MeshPlace> places;           // in the order of the nodes
   std::vector<bool> is_place;          // per node
   std::uint64_t placed_triangles = 0;  // of all places
   std::uint64_t stored_triangles = 0;  // of all meshes here
