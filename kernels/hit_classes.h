@@ -33,7 +33,10 @@ EK_FN vu class_of(vu flags) { return (flags >> EK_TRIANGLE_CLASS_SHIFT) & 3u; }
 EK_FN vi is_plain(vu flags) { return class_of(flags) == EK_CLASS_PLAIN; }
 
 #if EK_SPLITS
-// Where paths of class k wait: behind the chunk, room for two vectors each.
+#if EK_PAD < 16 + 2 * EK_WIDTH * EK_CLASS_COUNT
+#error "EK_PAD has no room for the paths that wait"
+#endif
+// Where paths of class k wait: behind the chunk and what vectors that are written there may touch, room for two vectors each.
 EK_FN uint waiting_slot(uint k) { return EK_CHUNK + 16u + k * (2u * EK_WIDTH); }
 
 // Moves EK_WIDTH paths from `slot` to where those of their class wait, which are fewer than EK_WIDTH each.
