@@ -9,14 +9,14 @@
 namespace eikon::testing {
 namespace {
 
-Primitive triangle() {
+Primitive one_triangle() {
   Primitive primitive;
   primitive.positions_object = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
   primitive.indices = {0, 1, 2};
   return primitive;
 }
 
-Material lambert() {
+Material flat_lambert() {
   Material material;
   material.metallic = 0;
   material.specular = 0;
@@ -24,20 +24,21 @@ Material lambert() {
 }
 
 TEST(HitClass, plain_is_what_is_flat_and_exactly_lambert) {
-  const Primitive flat = triangle();
-  EXPECT_EQ(hit_class(lambert(), &flat), EK_CLASS_PLAIN);
-  EXPECT_EQ(hit_class(lambert(), nullptr), EK_CLASS_PLAIN) << "a shape";
+  const Primitive flat = one_triangle();
+  EXPECT_EQ(hit_class(flat_lambert(), &flat), EK_CLASS_PLAIN);
+  EXPECT_EQ(hit_class(flat_lambert(), nullptr), EK_CLASS_PLAIN) << "a shape";
   Primitive round = flat, colored = flat, brushed = flat;
   round.normals_object.assign(3, {0, 0, 1});
   colored.colors.assign(3, glm::vec4(1));
   brushed.tangents_object.assign(3, {1, 0, 0, 1});
   for (const Primitive* primitive : {&round, &colored, &brushed})
-    EXPECT_EQ(hit_class(lambert(), primitive), EK_CLASS_OPAQUE);
+    EXPECT_EQ(hit_class(flat_lambert(), primitive), EK_CLASS_OPAQUE);
 }
 
 TEST(HitClass, is_by_what_the_material_takes) {
-  const Primitive flat = triangle();
-  Material shiny = lambert(), coated = lambert(), velvet = lambert(), textured = lambert(), glass = lambert();
+  const Primitive flat = one_triangle();
+  Material shiny = flat_lambert(), coated = flat_lambert(), velvet = flat_lambert(), textured = flat_lambert(),
+           glass = flat_lambert();
   shiny.specular = 1;
   coated.clearcoat = 1;
   velvet.sheen_color = glm::vec3(1);
