@@ -33,7 +33,7 @@ struct MeshPlace {
 
 struct PlacedMeshes {
   std::vector<PlacedMesh> meshes;
-  std::vector<MeshPlace> places;           // in the order of the nodes
+  std::vector<MeshPlace> places;       // in the order of the nodes
   std::vector<bool> is_place;          // per node
   std::uint64_t placed_triangles = 0;  // of all places
   std::uint64_t stored_triangles = 0;  // of all meshes here

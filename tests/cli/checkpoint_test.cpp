@@ -182,7 +182,8 @@ TEST(Checkpoint, that_cannot_be_read_is_refused_and_left_as_it_is) {
   newer[at + name.size()] = 3;  // 2 has mattes
   const std::pair<std::string, std::string> cases[] = {{whole.substr(0, whole.size() / 2), "d.exr"},
                                                        {whole.substr(0, whole.size() - 1), "d.exr"},
-                                                       {"", "not an OpenEXR file"},
+                                                       {"", "is empty (0 bytes)"},
+                                                       {"some text that is no image at all\n", "no OpenEXR file"},
                                                        {newer, "newer eikon"},
                                                        {read_bytes(here / "out.exr"), "plain picture"}};
   for (const auto& [bytes, what] : cases) {
