@@ -5,6 +5,7 @@
 
 #include "device/kernel_sources.h"
 #include "render/frame.h"
+#include "render/scene_buffers.h"
 
 namespace eikon {
 namespace {
@@ -50,21 +51,8 @@ RayBench::RayBench(Device& device, const PackedScene& scene, const Features& fea
     kernels_[name] = program.kernel(name);
   }
   arguments_.set("frame", device.upload(std::vector<Frame>{pack_frame(scene, settings)}));
-  const auto upload = [&](const char* name, const auto& values) {
-    using Record = typename std::decay_t<decltype(values)>::value_type;
-    arguments_.set(name, values.empty() ? device.upload(std::vector<Record>(1))
-                                        : device.share(values.data(), values.size() * sizeof(Record)));
-  };
-  upload("accel_nodes", accel.nodes);
-  upload("accel_leaves", accel.leaves);
-  upload("triangles", scene.triangles);
-  upload("instances", accel.instances);
-  upload("shapes", scene.shapes);
-  upload("diagnostics", std::vector<Diagnostics>(1));
-  upload("lights", scene.lights);
-  upload("light_buckets", scene.light_buckets);
-  upload("environment_texels", scene.environment_texels);
-  upload("environment_buckets", scene.environment_buckets);
+  arguments_.set("diagnostics", device.upload(std::vector<Diagnostics>(1)));
+  upload_tree_and_lights(device, scene, accel, arguments_);
 }
 
 std::vector<RayKind> RayBench::make_rays(const Settings& settings, std::uint32_t count) {

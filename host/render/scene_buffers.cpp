@@ -38,16 +38,30 @@ class Uploader {
   std::uint64_t bytes_ = 0;
 };
 
-}  // namespace
-
-std::uint64_t upload_scene(Device& device, const PackedScene& scene, const Accel& accel,
-                           const std::vector<float>& filter, Arguments& arguments) {
-  Uploader to(device, arguments);
+void share_tree_and_lights(Uploader& to, const PackedScene& scene, const Accel& accel) {
   to.share("accel_nodes", accel.nodes);
   to.share("accel_leaves", accel.leaves);
   to.share("triangles", scene.triangles);
   to.share("instances", accel.instances);
   to.share("shapes", scene.shapes);
+  to.share("lights", scene.lights);
+  to.share("light_buckets", scene.light_buckets);
+  to.share("light_nodes", scene.light_nodes);
+  to.share("environment_texels", scene.environment_texels);
+  to.share("environment_buckets", scene.environment_buckets);
+}
+
+}  // namespace
+
+void upload_tree_and_lights(Device& device, const PackedScene& scene, const Accel& accel, Arguments& arguments) {
+  Uploader to(device, arguments);
+  share_tree_and_lights(to, scene, accel);
+}
+
+std::uint64_t upload_scene(Device& device, const PackedScene& scene, const Accel& accel,
+                           const std::vector<float>& filter, Arguments& arguments) {
+  Uploader to(device, arguments);
+  share_tree_and_lights(to, scene, accel);
   to.share("triangle_normals", scene.normals);
   to.share("triangle_tangents", scene.tangents);
   to.share("triangle_colors", scene.colors);
@@ -56,11 +70,6 @@ std::uint64_t upload_scene(Device& device, const PackedScene& scene, const Accel
   to.share("material_details", scene.material_details);
   to.share("textures", scene.textures);
   to.copy_texels(scene);
-  to.share("lights", scene.lights);
-  to.share("light_buckets", scene.light_buckets);
-  to.share("light_nodes", scene.light_nodes);
-  to.share("environment_texels", scene.environment_texels);
-  to.share("environment_buckets", scene.environment_buckets);
   to.share("filter_table", filter);
   return to.bytes();
 }

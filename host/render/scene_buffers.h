@@ -14,4 +14,7 @@ namespace eikon {
 std::uint64_t upload_scene(Device& device, const PackedScene& scene, const Accel& accel,
                            const std::vector<float>& filter, Arguments& arguments);
 
+/// Only what tracing rays and sampling lights read of it. throws DeviceError
+void upload_tree_and_lights(Device& device, const PackedScene& scene, const Accel& accel, Arguments& arguments);
+
 }  // namespace eikon
