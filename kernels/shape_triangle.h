@@ -65,13 +65,26 @@ EK_FN ShapeF SHAPE(equal_products_difference)(ShapeF a, ShapeF b, ShapeF c, Shap
   return SHAPE(product_error)(a, b, a * b) - SHAPE(product_error)(c, d, c * d);
 }
 
+// The corners seen along the ray, and the signed areas opposite to them.
+typedef struct {
+  ShapeF ax, ay, az, bx, by, bz, cx, cy, cz, ea, eb, ec;
+} SHAPE(Edges);
+
+EK_FN SHAPE(Edges) SHAPE(triangle_edges)(const ShapeRay* ray, SHAPE(Corners) p) {
+  SHAPE(Edges) e;
+  e.az = p.az - ray->p_oz; e.bz = p.bz - ray->p_oz; e.cz = p.cz - ray->p_oz;
+  e.ax = (p.ax - ray->p_ox) - ray->sx * e.az; e.ay = (p.ay - ray->p_oy) - ray->sy * e.az;
+  e.bx = (p.bx - ray->p_ox) - ray->sx * e.bz; e.by = (p.by - ray->p_oy) - ray->sy * e.bz;
+  e.cx = (p.cx - ray->p_ox) - ray->sx * e.cz; e.cy = (p.cy - ray->p_oy) - ray->sy * e.cz;
+  e.ea = e.cx * e.by - e.cy * e.bx; e.eb = e.ax * e.cy - e.ay * e.cx; e.ec = e.bx * e.ay - e.by * e.ax;
+  return e;
+}
+
 EK_FN SHAPE(TriangleHit) SHAPE(triangle_hit)(const ShapeRay* ray, SHAPE(Corners) p) {
   SHAPE(TriangleHit) r;
-  const ShapeF az = p.az - ray->p_oz, bz = p.bz - ray->p_oz, cz = p.cz - ray->p_oz;
-  const ShapeF ax = (p.ax - ray->p_ox) - ray->sx * az, ay = (p.ay - ray->p_oy) - ray->sy * az;
-  const ShapeF bx = (p.bx - ray->p_ox) - ray->sx * bz, by = (p.by - ray->p_oy) - ray->sy * bz;
-  const ShapeF cx = (p.cx - ray->p_ox) - ray->sx * cz, cy = (p.cy - ray->p_oy) - ray->sy * cz;
-  ShapeF ea = cx * by - cy * bx, eb = ax * cy - ay * cx, ec = bx * ay - by * ax;
+  const SHAPE(Edges) e = SHAPE(triangle_edges)(ray, p);
+  const ShapeF ax = e.ax, ay = e.ay, az = e.az, bx = e.bx, by = e.by, bz = e.bz, cx = e.cx, cy = e.cy, cz = e.cz;
+  ShapeF ea = e.ea, eb = e.eb, ec = e.ec;
   const ShapeF zero = (ShapeF)(0.0f);
   r.t = zero;
   r.u = zero;
@@ -153,6 +166,18 @@ EK_FN SHAPE(TriangleHit) SHAPE(triangle_hit)(const ShapeRay* ray, SHAPE(Corners)
   }
   return r;
 }
+
+#if EK_SHAPE == 0
+// Lanes that may hit the triangle before `end`: false where triangle_hit would say so after its cheap questions.
+EK_FN vi triangle_may_be_hit_lanes(const RayLanes* ray, Corners_lanes p, vf end) {
+  const Edges_lanes e = triangle_edges_lanes(ray, p);
+  const vf zero = (vf)(0.0f), least = shape_min_lanes(shape_min_lanes(e.ea, e.eb), e.ec),
+           most = shape_max_lanes(shape_max_lanes(e.ea, e.eb), e.ec);
+  const vf at = e.az * ray->p_rz, bt = e.bz * ray->p_rz, ct = e.cz * ray->p_rz;
+  const vf first_t = shape_min_lanes(shape_min_lanes(at, bt), ct), last_t = shape_max_lanes(shape_max_lanes(at, bt), ct);
+  return ((least >= zero) | (most <= zero)) & (last_t > zero) & !(first_t > end + ray->slack);
+}
+#endif
 
 #undef SHAPE
 #undef ShapeRay

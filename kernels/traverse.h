@@ -57,9 +57,9 @@ EK_FN int traverse_one(Geometry geometry, const RayOne* ray, const int any_hit, 
 
 // EK_ROWS rays on their way: begin for each vector of them, finish, then read the results.
 typedef struct {
-  RayOne rays[EK_ROWS];
+  RayOne rays[EK_SORTS ? 1 : EK_ROWS];
   HitTable hits;
-  uchar open[EK_ROWS];  // rows that wait for finish
+  uchar open[EK_SORTS ? 1 : EK_ROWS];  // rows that wait for finish
   uint open_count;
 #if USE_WIDE && EK_WIDTH > 1
   Packet packets[EK_PACKETS];  // that wait until there are enough of them
@@ -96,7 +96,7 @@ EK_FN void tracing_store(HitTable* hits, uint row, HitLanes hit) {
 
 #if USE_WIDE && EK_WIDTH > 1
 EK_FN void tracing_run_packets(Geometry geometry, Packet* packets, uint count, const int any_hit, HitTable* hits) {
-  traverse_packets(geometry, packets, count, any_hit);
+  traverse_packets(geometry, packets, count, any_hit, 0);
   for (uint i = 0; i < count; ++i) {
 #if EK_HAS_implicit
     packet_report_given_up(geometry, packets + i);
@@ -143,7 +143,7 @@ EK_FN void tracing_run_sorted(constant Frame* frame, Geometry geometry, Tracing*
     const RayLanes ray = ray_lanes(frame, origin, dir, key);
     const vi valid = valid_rays(ray, t_max, count);
     Packet packet = tracing_packet(ray, valid, t_max, 0);
-    traverse_packets(geometry, &packet, 1u, any_hit);
+    traverse_packets(geometry, &packet, 1u, any_hit, 1);
 #if EK_HAS_implicit
     packet_report_given_up(geometry, &packet);
 #endif
@@ -171,7 +171,7 @@ EK_FN void tracing_begin(constant Frame* frame, Geometry geometry, Tracing* trac
                          OpacityKey key, uint count, int coherent, const int any_hit) {
 #if EK_SORTS
   if (!coherent) {
-    sorted_add(&tracing->sorted, row, origin, dir, t_max, key, count);
+    sorted_add(frame, &tracing->sorted, row, origin, dir, t_max, key, count);
     return;
   }
 #endif

@@ -100,12 +100,12 @@ EK_FN HitLanes no_hit_lanes(vf t_max) {
   return hit;
 }
 
-// is_closer() of lanes' hits against one triangle.
-EK_FN vi lanes_closer(const HitLanes* hit, vf t, uint triangle, uint instance) {
+// is_closer() of lanes.
+EK_FN vi lanes_closer(const HitLanes* hit, vf t, vu triangle, vu instance) {
 #if EK_HAS_instance
-  const vi before = ((vu)(instance) < hit->instance) | (((vu)(instance) == hit->instance) & ((vu)(triangle) < hit->triangle));
+  const vi before = (instance < hit->instance) | ((instance == hit->instance) & (triangle < hit->triangle));
 #else
-  const vi before = (vu)(triangle) < hit->triangle;
+  const vi before = triangle < hit->triangle;
 #endif
   return (t < hit->t) | ((t == hit->t) & before);
 }
@@ -149,6 +149,19 @@ EK_FN void packet_corner(PacketAxes axes, PacketBlock p, vf* x, vf* y, vf* z) {
   }
 }
 
+// A triangle for each lane, the same or its own, in the axes of its test. here: lanes that may hit it.
+typedef struct {
+  vi here;
+  Corners_lanes corners;
+  vu triangle;
+#if EK_HAS_instance
+  vu instance;
+#endif
+#if EK_HAS_opacity
+  vi passable;
+#endif
+} PacketTriangles;
+
 // A packet on its way. hit.t: where each ray ends, -1 for a lane without a valid ray; an any-hit query leaves -1 where something
 // was found.
 typedef struct {
@@ -156,6 +169,7 @@ typedef struct {
   HitLanes hit;
   PacketAxis x, y, z;
   PacketAxes axes;
+  PacketTriangles waits;  // for the exact test (packet_wait)
   vi valid;
   float farthest;  // of hit.t
   uint waiting, current, row;
@@ -175,6 +189,7 @@ EK_FN void packet_begin_at_root(Packet* p) {
   p->z = packet_axis(valid, ray->rz, ray->nz, ray->fz, 4u * EK_NODE_WIDTH);
   p->axes = packet_axes(ray, valid);
   p->farthest = lanes_max(p->hit.t);
+  p->waits.here = (vi)(0);
   p->waiting = p->current = 0;
   p->lanes = mask_bits(valid);
 #if EK_HAS_instance
@@ -291,6 +306,82 @@ EK_FN TriangleHit_lanes packet_shape(SceneData scene, Packet* p, global const fl
 }
 #endif
 
+// Keeps hits that are nearer than those so far.
+EK_FN void packet_keep(Packet* p, TriangleHit_lanes found, vu triangle, vu instance, const int any_hit) {
+  HitLanes* hit = &p->hit;
+  if (any_hit) {
+    hit->t = (found.hit & (found.t < hit->t)) ? (vf)(-1.0f) : hit->t;
+    return;
+  }
+  const vi closer = found.hit & lanes_closer(hit, found.t, triangle, instance);
+  hit->t = closer ? found.t : hit->t;
+  hit->u = closer ? found.u : hit->u;
+  hit->v = closer ? found.v : hit->v;
+  hit->triangle = closer ? triangle : hit->triangle;
+#if EK_HAS_instance
+  hit->instance = closer ? instance : hit->instance;
+#endif
+}
+
+// Triangle `triangle`, at `corners` in a block, for all lanes.
+EK_FN PacketTriangles packet_triangle(Geometry geometry, const Packet* p, PacketBlock corners, uint triangle) {
+  PacketTriangles all;
+  all.here = p->valid;
+  packet_corner(p->axes, corners, &all.corners.ax, &all.corners.ay, &all.corners.az);
+  packet_corner(p->axes, corners + 24, &all.corners.bx, &all.corners.by, &all.corners.bz);
+  packet_corner(p->axes, corners + 48, &all.corners.cx, &all.corners.cy, &all.corners.cz);
+  all.triangle = (vu)(triangle);
+#if EK_HAS_instance
+  all.instance = (vu)(p->instance);
+#endif
+#if EK_HAS_opacity
+  all.passable = (vi)(may_be_passed(geometry.scene, triangle) ? -1 : 0);
+#endif
+  return all;
+}
+
+// Tests each ray of `here` with its triangle.
+EK_FN void packet_test(Geometry geometry, Packet* p, const PacketTriangles* each, const int any_hit) {
+  TriangleHit_lanes found = triangle_hit_lanes(&p->ray, each->corners);
+  found.hit = found.hit & each->here;
+  if (mask_bits(found.hit) == 0) return;
+#if EK_HAS_opacity
+  const vi ask = found.hit & (found.t <= p->hit.t) & each->passable;
+  if (mask_bits(ask) != 0) found.hit = found.hit & !(ask & passes(geometry.scene, each->triangle, found.u, found.v, p->ray.key));
+#endif
+#if EK_HAS_instance
+  packet_keep(p, found, each->triangle, each->instance, any_hit);
+#else
+  packet_keep(p, found, each->triangle, (vu)(0u), any_hit);
+#endif
+}
+
+// The triangles that wait.
+EK_FN void packet_test_waiting(Geometry geometry, Packet* p, const int any_hit) {
+  if (mask_bits(p->waits.here) == 0) return;
+  packet_test(geometry, p, &p->waits, any_hit);
+  p->waits.here = (vi)(0);
+}
+
+// Where rays share little, each may hit few of the triangles that the packet meets, and not the same ones: the exact test
+// waits until a ray has a second.
+EK_FN void packet_wait(Geometry geometry, Packet* p, const PacketTriangles* each, const int any_hit) {
+  PacketTriangles* waits = &p->waits;
+  const vi may = each->here & triangle_may_be_hit_lanes(&p->ray, each->corners, p->hit.t);
+  if (mask_bits(may & waits->here) != 0) packet_test_waiting(geometry, p, any_hit);
+  waits->here = waits->here | may;
+#define PACKET_WAITS(name) waits->name = may ? each->name : waits->name;
+  PACKET_WAITS(corners.ax) PACKET_WAITS(corners.ay) PACKET_WAITS(corners.az) PACKET_WAITS(corners.bx) PACKET_WAITS(corners.by)
+  PACKET_WAITS(corners.bz) PACKET_WAITS(corners.cx) PACKET_WAITS(corners.cy) PACKET_WAITS(corners.cz) PACKET_WAITS(triangle)
+#if EK_HAS_instance
+  PACKET_WAITS(instance)
+#endif
+#if EK_HAS_opacity
+  PACKET_WAITS(passable)
+#endif
+#undef PACKET_WAITS
+}
+
 EK_FN void packet_push(Geometry geometry, PacketStack* stack, uint base, uint* waiting, ulong entry, uint lanes) {
   // Insertion into the stack's end, nearest last.
   uint at = (*waiting)++;
@@ -314,8 +405,8 @@ EK_FN void packet_push(Geometry geometry, PacketStack* stack, uint base, uint* w
 #define PACKET_THERE(children) 0xffffffffu
 #endif
 
-// One node or block. returns 0 when the packet is done.
-EK_FN int packet_step(Geometry geometry, Packet* p, PacketStack* stack, const int any_hit) {
+// One node or block. apart: the rays share little (packet_wait). returns 0 when the packet is done.
+EK_FN int packet_step(Geometry geometry, Packet* p, PacketStack* stack, const int any_hit, const int apart) {
   const RayLanes* ray = &p->ray;
   HitLanes* hit = &p->hit;
   const uint current = p->current;
@@ -351,7 +442,7 @@ EK_FN int packet_step(Geometry geometry, Packet* p, PacketStack* stack, const in
       const wf begins = wide_max(wide_max(packet_begin(p->x, node), packet_begin(p->y, node)),
                                  wide_max(packet_begin(p->z, node), (wf)(0.0f)));
       const wf ends = wide_min(wide_min(packet_end(p->x, node), packet_end(p->y, node)),
-                               wide_min(packet_end(p->z, node), (wf)(p->farthest)));
+                               wide_min(packet_end(p->z, node), (wf)(lanes_max(hit->t))));
       *(wf*)begin = begins;
       const vi negative_x = ray->rx < 0.0f, negative_y = ray->ry < 0.0f, negative_z = ray->rz < 0.0f;
       for (uint bits = wide_bits(begins <= ends) & PACKET_THERE(children); bits != 0; bits &= bits - 1u) {
@@ -374,48 +465,27 @@ EK_FN int packet_step(Geometry geometry, Packet* p, PacketStack* stack, const in
 #if EK_HAS_instance
     float block[72] __attribute__((aligned(64)));
     packet_place_block(geometry, p, stored, block);
-    const uint place = p->instance;
 #else
     global const float* block = stored;
-    const uint place = 0;
 #endif
     for (uint bits = packet_candidates(geometry, stored, p); bits != 0; bits &= bits - 1u) {
       const uint k = lowest_bit(bits);
       const uint triangle = as_uint(stored[72 + k]);
       if (triangle == EK_NO_HIT) break;
-      uint instance = place;
-      TriangleHit_lanes found;
 #if EK_HAS_shape
       if (stored[48 + k] != stored[48 + k]) {
-        found = packet_shape(geometry.scene, p, stored + k, triangle);
-        instance = EK_NO_HIT;  // behind all triangles
-      } else
-#endif
-      {
-        Corners_lanes corners;
-        packet_corner(p->axes, block + k, &corners.ax, &corners.ay, &corners.az);
-        packet_corner(p->axes, block + 24 + k, &corners.bx, &corners.by, &corners.bz);
-        packet_corner(p->axes, block + 48 + k, &corners.cx, &corners.cy, &corners.cz);
-        found = triangle_hit_lanes(ray, corners);
+        // Behind all triangles, by its instance.
+        packet_keep(p, packet_shape(geometry.scene, p, stored + k, triangle), (vu)(triangle), (vu)(EK_NO_HIT), any_hit);
+        continue;
       }
-      if (mask_bits(found.hit) == 0) continue;
-      if (EK_HAS_opacity && mask_bits(found.hit & (found.t <= hit->t)) != 0 && may_be_passed(geometry.scene, triangle))
-        found.hit = found.hit & !passes(geometry.scene, (vu)(triangle), found.u, found.v, ray->key);
-      if (any_hit) {
-        hit->t = (found.hit & (found.t < hit->t)) ? (vf)(-1.0f) : hit->t;
-      } else {
-        const vi closer = found.hit & lanes_closer(hit, found.t, triangle, instance);
-        hit->t = closer ? found.t : hit->t;
-        hit->u = closer ? found.u : hit->u;
-        hit->v = closer ? found.v : hit->v;
-        hit->triangle = closer ? (vu)(triangle) : hit->triangle;
-#if EK_HAS_instance
-        hit->instance = closer ? (vu)(instance) : hit->instance;
 #endif
-      }
+      const PacketTriangles all = packet_triangle(geometry, p, block + k, triangle);
+      if (apart)
+        packet_wait(geometry, p, &all, any_hit);
+      else
+        packet_test(geometry, p, &all, any_hit);
     }
-    p->farthest = lanes_max(hit->t);
-    if (any_hit && p->farthest < 0.0f) return 0;
+    if (any_hit && mask_bits(hit->t >= 0.0f) == 0) return 0;
   }
   ulong next;
 #if EK_FEW
@@ -431,7 +501,7 @@ EK_FN int packet_step(Geometry geometry, Packet* p, PacketStack* stack, const in
   do {
     if (waiting == 0) return 0;
     next = stack->entry[--waiting];
-  } while (as_float((uint)(next >> 32)) > p->farthest);
+  } while (mask_bits((vf)(as_float((uint)(next >> 32))) <= hit->t) == 0);
 #endif
   p->current = (uint)next;
   p->waiting = waiting;
@@ -449,7 +519,7 @@ EK_FN void packet_report_given_up(Geometry geometry, const Packet* p) {
 #endif
 
 // Several at once, one step of each in turn: in a large tree the next node of a packet is fetched while the others move.
-EK_FN void traverse_packets(Geometry geometry, Packet* packets, uint count, const int any_hit) {
+EK_FN void traverse_packets(Geometry geometry, Packet* packets, uint count, const int any_hit, const int apart) {
 #if EK_LARGE_TREE
   PacketStack stacks[EK_PACKETS];
   uint open[EK_PACKETS], open_count = count;
@@ -459,7 +529,7 @@ EK_FN void traverse_packets(Geometry geometry, Packet* packets, uint count, cons
     for (uint i = 0; i < open_count; ++i) {
       const uint k = open[i];
       open[still] = k;
-      still += packet_step(geometry, packets + k, stacks + k, any_hit) ? 1u : 0u;
+      still += packet_step(geometry, packets + k, stacks + k, any_hit, apart) ? 1u : 0u;
     }
     open_count = still;
   }
@@ -467,8 +537,9 @@ EK_FN void traverse_packets(Geometry geometry, Packet* packets, uint count, cons
   PacketStack stack;
   for (uint i = 0; i < count; ++i) {
     Packet packet = packets[i];
-    while (packet_step(geometry, &packet, &stack, any_hit)) {
+    while (packet_step(geometry, &packet, &stack, any_hit, apart)) {
     }
+    if (apart) packet_test_waiting(geometry, &packet, any_hit);
     packets[i].hit = packet.hit;
   }
 #endif

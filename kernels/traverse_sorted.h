@@ -1,14 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rays of any origin for packets, in the smallest trees: kept until there are many, sorted by direction, and traced sixteen
-// neighbours of that order at a time. Those agree on the axis of the triangle test, so that its corners need no choice by lane,
-// and mostly on the signs of the direction, so that the packet has bounds on each axis: it meets the boxes and triangles on one
-// side of the scene, not all of them. The order shows in no hit.
+// Rays of any origin for packets, in the smallest trees: kept until there are many, sorted by where they begin and by direction, and
+// traced sixteen neighbours of that order at a time. Those agree on the axis of the triangle test, so that its corners need no
+// choice by lane, and mostly on the signs of the direction, so that the packet has bounds on each axis: it meets the boxes and
+// triangles on one side of the scene, not all of them. And they mostly begin at one wall, if the scene is a room. The order
+// shows in no hit.
 #ifndef EK_TRAVERSE_SORTED_H
 #define EK_TRAVERSE_SORTED_H
 #include "traverse_packet.h"
 
 #if EK_SORTS
-#define SORTED_CLASSES 32u  // axis of the longest component (3 of 4), and octant
+// Side of the scene's box that the origin is nearest to (6 of 8), axis of the direction's longest component (3 of 4), and octant.
+#define SORTED_CLASSES 256u
 
 // Rows that wait, in the order of coming.
 typedef struct {
@@ -23,7 +25,7 @@ typedef struct {
 } SortedRays;
 
 // Puts `count` rays (at most EK_WIDTH) of row `row` and those behind it to the others.
-EK_FN void sorted_add(SortedRays* s, uint row, v3 origin, v3 dir, vf t_max, OpacityKey key, uint count) {
+EK_FN void sorted_add(constant Frame* frame, SortedRays* s, uint row, v3 origin, v3 dir, vf t_max, OpacityKey key, uint count) {
   const uint at = s->count;
   *(vf_unaligned*)(s->origin_x + at) = origin.x;
   *(vf_unaligned*)(s->origin_y + at) = origin.y;
@@ -41,7 +43,13 @@ EK_FN void sorted_add(SortedRays* s, uint row, v3 origin, v3 dir, vf t_max, Opac
   const vi longest_x = (size.x > size.y) & (size.x > size.z), longest_y = size.y > size.z;
   const vu axis = longest_x ? (vu)(16u) : longest_y ? (vu)(8u) : none;
   const vu octant = (dir.x < 0.0f ? (vu)(1u) : none) + (dir.y < 0.0f ? (vu)(2u) : none) + (dir.z < 0.0f ? (vu)(4u) : none);
-  *(vu_unaligned*)(s->class_of + at) = axis + octant;
+  const v3 away = sub3(origin, splat3(frame->scene_center));
+  const float4 half_size = frame->scene_half;
+  const v3 share = V3(abs_f(away.x) * (1.0f / half_size.x), abs_f(away.y) * (1.0f / half_size.y), abs_f(away.z) * (1.0f / half_size.z));
+  const vi side_x = (share.x > share.y) & (share.x > share.z), side_y = share.y > share.z;
+  const vf side = side_x ? away.x : side_y ? away.y : away.z;
+  const vu wall = (side_x ? (vu)(128u) : side_y ? (vu)(64u) : none) + (side < 0.0f ? (vu)(32u) : none);
+  *(vu_unaligned*)(s->class_of + at) = wall + axis + octant;
   *(vu_unaligned*)(s->row + at) = (vu)(row) + LANE_INDEX;
   s->count = at + count;
 }
