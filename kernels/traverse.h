@@ -59,7 +59,7 @@ EK_FN int traverse_one(Geometry geometry, const RayOne* ray, const int any_hit, 
 typedef struct {
   RayOne rays[EK_SORTS ? 1 : EK_ROWS];
   HitTable hits;
-  uchar open[EK_SORTS ? 1 : EK_ROWS];  // rows that wait for finish
+  ushort open[EK_SORTS ? 1 : EK_ROWS];  // rows that wait for finish
   uint open_count;
 #if USE_WIDE && EK_WIDTH > 1
   Packet packets[EK_PACKETS];  // that wait until there are enough of them
@@ -197,7 +197,7 @@ EK_FN void tracing_begin(constant Frame* frame, Geometry geometry, Tracing* trac
     ray_store(tracing->rays + row, ray, t_max);
     const uint bits = mask_bits(valid);
     for (uint lane = 0; lane < count; ++lane) {
-      tracing->open[tracing->open_count] = (uchar)(row + lane);
+      tracing->open[tracing->open_count] = (ushort)(row + lane);
       tracing->open_count += bits >> lane & 1u;
     }
   }

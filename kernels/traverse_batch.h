@@ -415,7 +415,7 @@ EK_FN void batch_place(Geometry geometry, RayOne* rays, BatchStack* stack, Batch
 
 // The rays of `rows` (count of them). hits->t: where each ray ends. An any-hit query sets hits->triangle to 0 where something was
 // found.
-EK_FN void traverse_batch(Geometry geometry, RayOne* rays, const uchar* rows, uint count, const int any_hit, HitTable* hits) {
+EK_FN void traverse_batch(Geometry geometry, RayOne* rays, const ushort* rows, uint count, const int any_hit, HitTable* hits) {
   BatchStack stack;
   BatchLists lists;
   uint bases[EK_ROWS];
