@@ -23,6 +23,7 @@ EK_FN Sum film_fixed(vf x) {
   // -(m + fraction) rounds down to ~m when there is a fraction, and is ~m + 1 when there is none.
   vu carry = (negative & !inexact) ? (vu)(1u) : (vu)(0u);
   Sum sum;
+#pragma unroll
   for (int i = 0; i < EK_FILM_LIMBS; ++i) {
     const vi left = shift - 32 * i;
     const vu up = left < 32 ? mantissa << AS_U(left & 31) : (vu)(0u);
@@ -37,6 +38,7 @@ EK_FN Sum film_fixed(vf x) {
 
 EK_FN Sum film_sum(Sum a, Sum b) {
   vu carry = (vu)(0u);
+#pragma unroll
   for (int i = 0; i < EK_FILM_LIMBS; ++i) {
     const vu partial = a.limb[i] + b.limb[i];
     const vu word = partial + carry;

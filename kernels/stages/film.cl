@@ -5,6 +5,7 @@
 //   film_sums      [((replicate * channels + channel) * limbs + limb) * pixel_stride + pixel]
 //   film_rejected  [replicate * pixel_stride + pixel]
 #include "film.h"
+#include "simd.h"
 #include "wavefront.h"
 
 // Rare, so lane by lane.
@@ -27,6 +28,13 @@ EK_FN void film_report(global Diagnostics* diagnostics, vi nonfinite, vi saturat
   }
 }
 
+// A pixel's samples lie too far apart for the processor to fetch ahead by itself; those of the next pixels lie beside them.
+EK_FN void film_fetch_ahead(global const float* slots, uint film_stride) {
+#if EK_CHUNKED && EK_BUILTIN(__builtin_prefetch)
+  for (uint c = 0; c < FILM_CHANNELS; ++c) __builtin_prefetch(slots + (size_t)c * film_stride + EK_WIDTH);
+#endif
+}
+
 // The pixels [first, end).
 EK_FN_ONCE void film_run(constant Frame* frame, global const float* film_slots, global uint* film_sums,
                          global uint* film_rejected, global Diagnostics* diagnostics, uint first, uint end) {
@@ -41,6 +49,7 @@ EK_FN_ONCE void film_run(constant Frame* frame, global const float* film_slots, 
       vu rejected = (vu)(0u);
       for (uint s = (replicate - frame->sample_begin) & (replicates - 1u); s < frame->sample_count; s += replicates) {
         global const float* slots = film_slots + (size_t)s * pixel_count + pixel;
+        film_fetch_ahead(slots, frame->film_stride);
         vi finite = ALL_LANES, in_range = ALL_LANES;
         for (uint c = 0; c < FILM_CHANNELS; ++c) {
           const vf x = load_f(slots + (size_t)c * frame->film_stride);
