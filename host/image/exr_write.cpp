@@ -12,6 +12,9 @@
 #include <ImfPartType.h>
 #include <ImfStandardAttributes.h>
 #include <ImfStringAttribute.h>
+#include <ImfThreading.h>
+#include <tbb/global_control.h>
+#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <bit>
@@ -43,6 +46,7 @@ struct Source {
   Imf::PixelType type = Imf::FLOAT;
   std::function<double(std::uint32_t x, std::uint32_t y)> real = {};
   std::function<std::uint32_t(std::uint32_t x, std::uint32_t y)> word = {};
+  bool in_order = false;  // asked for one row after the other, by one thread
 };
 
 class Stream : public Imf::OStream {
@@ -93,7 +97,9 @@ void add_matte(const Film& film, const std::string& layer, std::vector<Source>& 
   const auto ranks = std::make_shared<MatteRanks>(film, static_cast<std::size_t>(found - mattes.begin()));
   const std::vector<std::string> names = matte_channels(layer);
   for (std::size_t c = 0; c < names.size(); ++c)
-    sources.push_back({.name = names[c], .real = [ranks, c](auto x, auto y) { return double(ranks->value(x, y, c)); }});
+    sources.push_back({.name = names[c],
+                       .real = [ranks, c](auto x, auto y) { return double(ranks->value(x, y, c)); },
+                       .in_order = true});
 }
 
 std::vector<Source> image_sources(const Film& film, const ExrOptions& options) {
@@ -173,6 +179,17 @@ void add_metadata(Imf::Header& header, const Metadata& metadata) {
   }
 }
 
+/// Threads of OpenEXR's that compress: what host-side work may use when the first image is written, and not more than 8.
+unsigned compressing_threads() {
+  static const unsigned count = [] {
+    const auto most = tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
+    const auto threads = static_cast<unsigned>(std::min<std::size_t>(most, 8));  // rows of each take memory
+    Imf::setGlobalThreadCount(static_cast<int>(threads));
+    return threads;
+  }();
+  return count;
+}
+
 /// 65520 = 65504 + half a step is the smallest magnitude that rounds to infinity as half.
 void refuse_overflow(const Source& source, float value, std::uint32_t x, std::uint32_t y) {
   if (source.type == Imf::HALF && std::isfinite(value) && std::abs(value) >= 65520.0f)
@@ -182,18 +199,23 @@ void refuse_overflow(const Source& source, float value, std::uint32_t x, std::ui
                     value, x, y, source.name));
 }
 
-/// Converts and writes 16 rows at a time, so that the memory needed does not grow with the height of the image.
+/// Converts and writes a few blocks of rows for each thread at a time, so that the memory needed does not grow with the height of the
+/// image.
 void write_part(Imf::OutputPart& part, const Crop& crop, const std::vector<Source>& sources) {
   const std::size_t width = crop.width();
-  const std::size_t plane = width * exr::kRowsPerBlock;
+  constexpr std::uint32_t kBlocks = 2;
+  const bool in_order = std::ranges::any_of(sources, [](const Source& source) {
+    return source.in_order || source.type == Imf::HALF;  // it is the first overflow that is told
+  });
+  const std::uint32_t most = std::min(exr::kRowsPerBlock * kBlocks * compressing_threads(), crop.height());
+  const std::size_t plane = width * most;
   std::vector<std::uint32_t> words(plane * sources.size());  // floats as their bits, halves in the low bytes
-  for (std::uint32_t first = crop.y0; first < crop.y1; first += exr::kRowsPerBlock) {
-    const std::uint32_t last = std::min(first + exr::kRowsPerBlock, crop.y1);
-    Imf::FrameBuffer buffer;
-    for (std::size_t s = 0; s < sources.size(); ++s) {
-      const Source& source = sources[s];
-      std::uint32_t* out = &words[s * plane];
-      for (std::uint32_t y = first; y < last; ++y) {
+  for (std::uint32_t first = crop.y0; first < crop.y1; first += most) {
+    const std::uint32_t last = std::min(first + most, crop.y1);
+    const auto convert = [&](std::uint32_t y) {
+      for (std::size_t s = 0; s < sources.size(); ++s) {
+        const Source& source = sources[s];
+        std::uint32_t* out = &words[s * plane + (y - first) * width];
         for (std::uint32_t x = crop.x0; x < crop.x1; ++x) {
           if (source.word) {
             *out++ = source.word(x, y);
@@ -204,11 +226,18 @@ void write_part(Imf::OutputPart& part, const Crop& crop, const std::vector<Sourc
           }
         }
       }
+    };
+    if (in_order)
+      for (std::uint32_t y = first; y < last; ++y) convert(y);
+    else
+      tbb::parallel_for(first, last, convert);
+    Imf::FrameBuffer buffer;
+    for (std::size_t s = 0; s < sources.size(); ++s) {
       // A slice's base is where pixel (0, 0) of the full image would lie.
       const Imath::Box2i window(Imath::V2i(static_cast<int>(crop.x0), static_cast<int>(first)),
                                 Imath::V2i(static_cast<int>(crop.x1 - 1), static_cast<int>(last - 1)));
-      buffer.insert(source.name, Imf::Slice::Make(source.type, &words[s * plane], window, sizeof(std::uint32_t),
-                                                  sizeof(std::uint32_t) * width));
+      buffer.insert(sources[s].name, Imf::Slice::Make(sources[s].type, &words[s * plane], window, sizeof(std::uint32_t),
+                                                      sizeof(std::uint32_t) * width));
     }
     part.setFrameBuffer(buffer);
     part.writePixels(static_cast<int>(last - first));
@@ -270,7 +299,8 @@ void write_exr(const std::filesystem::path& path, const Film& film, const Metada
   AtomicFile file(path);
   try {
     Stream stream(file, path.string());
-    Imf::MultiPartOutputFile output(stream, headers.data(), static_cast<int>(headers.size()));
+    Imf::MultiPartOutputFile output(stream, headers.data(), static_cast<int>(headers.size()), false,
+                                    static_cast<int>(compressing_threads()));
     Imf::OutputPart image(output, 0);
     write_part(image, film.layout().crop, sources);
     if (options.exact_sums) {
