@@ -268,17 +268,34 @@ double Film::mean(std::uint32_t x, std::uint32_t y, std::uint32_t channel) const
 }
 
 double Film::variance_of_mean(std::uint32_t x, std::uint32_t y, std::uint32_t channel) const {
-  const std::uint32_t replicates = layout_.replicates;
-  if (replicates < 2) return std::numeric_limits<double>::quiet_NaN();
-  const double all = static_cast<double>(samples(x, y)), mean_of_all = mean(x, y, channel);
+  return spread_of(pixel_index(x, y), channel).variance;
+}
+
+Film::Spread Film::spread_of(std::size_t pixel, std::uint32_t channel) const {
+  const std::size_t replicates = layout_.replicates, channels = layout_.channels.size();
+  const std::uint64_t* const counts = &counts_[pixel * replicates];
+  const int128* const sums = &sums_[pixel * replicates * channels + channel];
+  std::uint64_t all = 0;
+  int128 total = 0;
+  for (std::size_t r = 0; r < replicates; ++r) all += counts[r], total += sums[r * channels];
+  Spread found{.mean = to_mean(total, all), .variance = std::numeric_limits<double>::quiet_NaN()};
+  if (replicates < 2) return found;
   double spread = 0;
-  for (std::uint32_t r = 0; r < replicates; ++r) {
-    const std::uint64_t n = count(x, y, r);
-    if (n == 0) return std::numeric_limits<double>::quiet_NaN();
-    const double difference = to_mean(sum(x, y, r, channel), n) - mean_of_all;
-    spread += static_cast<double>(n) / all * difference * difference;
+  for (std::size_t r = 0; r < replicates; ++r) {
+    if (counts[r] == 0) return found;
+    const double difference = to_mean(sums[r * channels], counts[r]) - found.mean;
+    spread += static_cast<double>(counts[r]) / static_cast<double>(all) * difference * difference;
   }
-  return spread / (replicates - 1);
+  found.variance = spread / static_cast<double>(replicates - 1);
+  return found;
+}
+
+void Film::row_spread(std::uint32_t y, std::uint32_t channel, double* means, double* variances) const {
+  const std::size_t first = pixel_index(layout_.crop.x0, y);
+  for (std::size_t i = 0; i < layout_.crop.width(); ++i) {
+    const Spread found = spread_of(first + i, channel);
+    means[i] = found.mean, variances[i] = found.variance;
+  }
 }
 
 }  // namespace eikon

@@ -11,6 +11,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/big_vector.h"
 #include "render/matte_counts.h"
 #include "shared/records.h"
 
@@ -121,6 +122,8 @@ class Film {
   /// by a factor that is 1 for equal counts (the renderer's counts differ by one at most). NaN when unknown: R = 1, or a
   /// replicate without samples.
   [[nodiscard]] double variance_of_mean(std::uint32_t x, std::uint32_t y, std::uint32_t channel) const;
+  /// mean() and variance_of_mean() of all pixels of a row of the crop.
+  void row_spread(std::uint32_t y, std::uint32_t channel, double* means, double* variances) const;
   /// Over all replicates.
   [[nodiscard]] std::uint64_t samples(std::uint32_t x, std::uint32_t y) const;
 
@@ -130,11 +133,15 @@ class Film {
 
  private:
   FilmLayout layout_;
-  std::vector<int128> sums_;           // [(pixel * replicates + replicate) * channels + channel]
-  std::vector<std::uint64_t> counts_;  // [pixel * replicates + replicate]
+  BigVector<int128> sums_;           // [(pixel * replicates + replicate) * channels + channel]
+  BigVector<std::uint64_t> counts_;  // [pixel * replicates + replicate]
   std::vector<MatteCounts> mattes_;
   int128 limit_ = 0;  // of a replicate's sum: its share of the range, so that the total over replicates always fits
 
+  struct Spread {
+    double mean, variance;
+  };
+  [[nodiscard]] Spread spread_of(std::size_t pixel, std::uint32_t channel) const;
   void add_mattes(const UnitSums& unit);
   [[nodiscard]] std::size_t pixel_index(std::uint32_t x, std::uint32_t y) const;
   void add_to_sum(std::size_t index, int128 value);

@@ -31,8 +31,8 @@
 #include <cstdint>
 #include <cstring>
 #include <limits>
-#include <vector>
 
+#include "core/big_vector.h"
 #include "render/film.h"
 
 namespace eikon {
@@ -48,7 +48,7 @@ constexpr double kEnough = 8;     // neighbours that make the pixel's own mean u
 
 struct Plane {
   int width = 0, height = 0;
-  std::vector<double> values;
+  BigVector<double> values;  // unset
 
   Plane(int w, int h) : width(w), height(h), values(static_cast<std::size_t>(w) * static_cast<std::size_t>(h)) {}
   [[nodiscard]] std::size_t index(int x, int y) const {
@@ -163,16 +163,14 @@ PredictedError Film::predicted_error() const {
   // E[V^2] = (k + 2) / k s^4 for normal replicates, k = R - 1: what V itself adds to the correction must be less by that.
   const double own_share = (layout_.replicates - 1.0) / (layout_.replicates + 1.0);
   Plane error(width, height), mean_of(width, height), variance(width, height);
+  std::ranges::fill(error.values, 0.0);
   std::atomic<bool> known{true};
   for (std::uint32_t c = 0; c < 3; ++c) {
     // Pixels write their own places only, so threads change no bit.
     tbb::parallel_for(crop.y0, crop.y1, [&](std::uint32_t y) {
-      for (std::uint32_t x = crop.x0; x < crop.x1; ++x) {
-        const std::size_t index = pixel_index(x, y);
-        mean_of.values[index] = mean(x, y, c);
-        variance.values[index] = variance_of_mean(x, y, c);
-        if (std::isnan(variance.values[index])) known = false;
-      }
+      double* const row = &variance.values[pixel_index(crop.x0, y)];
+      row_spread(y, c, &mean_of.values[pixel_index(crop.x0, y)], row);
+      if (std::any_of(row, row + width, [](double value) { return std::isnan(value); })) known = false;
     });
     if (!known) return {};
     const auto add = [&](int x, int y, const Neighbours<double, int>& near) {
