@@ -122,23 +122,56 @@ typedef struct {
   vf cone_cos, cone_scale, range2;  // of punctual ones: see spot_falloff, punctual_falloff
 } LightSample;
 
+/// A light that was chosen, and with what probability among those that are chosen by the tree.
+typedef struct {
+  LightChoice choice;
+  vf probability;
+} PickedLight;
+
 // Entry 0 of the table is the tree, if there is one; lights that have no place stand behind its own.
-EK_FN LightChoice choose_among_all(constant Frame* frame, LightData data, LitPoint lit, vi wanted, LightWords words,
-                                   vf* probability) {
-  LightChoice choice = choose_light(data.light_buckets, frame->light_count, words.a, words.b);
-  *probability = (vf)(1.0f);
 #if EK_HAS_light_tree
-  const vi in_tree = choice.light == 0u;
+// Where the table leaves it to the tree.
+EK_FN TreeSearch search_of(constant Frame* frame, LitPoint lit, vi wanted, LightWords words, LightChoice choice) {
   const vu more = hash_bits(words.b);
   // With nothing beside the tree the whole word is its own, else the 24 bits that are left of it.
   const vu word = frame->light_count == 1u ? words.a : (AS_U(TO_I(choice.u * 0x1p24f)) << 8) | (more >> 24);
-  const TreeChoice leaf =
-      choose_in_tree(data.light_nodes, frame->tree_light_count, frame->light_scale, lit, in_tree & wanted, word, more);
+  return tree_search(frame->tree_light_count, frame->light_scale, lit, (choice.light == 0u) & wanted, word, more);
+}
+
+EK_FN PickedLight picked_by(constant Frame* frame, TreeSearch search, LightChoice choice) {
+  const TreeChoice leaf = tree_search_end(search);
+  const vi in_tree = choice.light == 0u;
   choice.light = in_tree ? leaf.light : choice.light + (frame->tree_light_count - 1u);
   choice.u = in_tree ? leaf.u : choice.u;
-  *probability = in_tree ? leaf.probability : *probability;
+  const PickedLight picked = {choice, in_tree ? leaf.probability : (vf)(1.0f)};
+  return picked;
+}
+
+/// pick_light for two at a time: each waits for its nodes and its arithmetic while the other goes on.
+EK_FN void pick_two_lights(constant Frame* frame, LightData data, LitPoint lit_a, vi wanted_a, LightWords words_a, LitPoint lit_b,
+                           vi wanted_b, LightWords words_b, PickedLight* picked) {
+  const LightChoice a = choose_light(data.light_buckets, frame->light_count, words_a.a, words_a.b),
+                    b = choose_light(data.light_buckets, frame->light_count, words_b.a, words_b.b);
+  TreeSearch of_a = search_of(frame, lit_a, wanted_a, words_a, a), of_b = search_of(frame, lit_b, wanted_b, words_b, b);
+  while (ANY(of_a.walk.open | of_b.walk.open)) {
+    tree_search_step(data.light_nodes, &of_a);
+    tree_search_step(data.light_nodes, &of_b);
+  }
+  picked[0] = picked_by(frame, of_a, a);
+  picked[1] = picked_by(frame, of_b, b);
+}
 #endif
-  return choice;
+
+EK_FN PickedLight pick_among_all(constant Frame* frame, LightData data, LitPoint lit, vi wanted, LightWords words) {
+  const LightChoice choice = choose_light(data.light_buckets, frame->light_count, words.a, words.b);
+#if EK_HAS_light_tree
+  TreeSearch search = search_of(frame, lit, wanted, words, choice);
+  while (ANY(search.walk.open)) tree_search_step(data.light_nodes, &search);
+  return picked_by(frame, search, choice);
+#else
+  const PickedLight picked = {choice, (vf)(1.0f)};
+  return picked;
+#endif
 }
 
 // The only light's record, and its words as choose_light would leave them.
@@ -162,20 +195,24 @@ EK_FN LightChoice own_choice(LightWords words, uint light_count) {
 
 #define EK_HAS_near_light (EK_HAS_area | EK_HAS_point | EK_HAS_spot)  // some light has a place
 
-/// Samples a light.
-/// lit         the shading point, as the tree knows it
-/// wanted      mask: lanes whose sample counts
+/// Chooses a light.
+/// lit     the shading point, as the tree knows it
+/// wanted  mask: lanes whose sample counts
+EK_FN PickedLight pick_light(constant Frame* frame, LightData data, LitPoint lit, vi wanted, LightWords words) {
+  if (!EK_HAS_one_light & !EK_HAS_each_light) return pick_among_all(frame, data, lit, wanted, words);
+  const PickedLight picked = {EK_HAS_one_light ? only_choice(words) : own_choice(words, frame->light_count), (vf)(1.0f)};
+  return picked;
+}
+
+/// Samples the light that was chosen.
 /// basis       of the shading point, z on the side of wo
 /// both_sides  mask: light from below the surface counts too
 // The constant environment is sampled by the cosine about z: for a constant radiance that is the whole integrand of a
 // diffuse surface but the visibility, so an open sky costs no noise at all. Of a uniform sphere half would be lost below
 // the surface.
-EK_FN LightSample light_sample(constant Frame* frame, LightData data, LitPoint lit, vi wanted, Basis basis, vi both_sides,
+EK_FN LightSample light_sample(constant Frame* frame, LightData data, PickedLight picked, Basis basis, vi both_sides,
                                LightWords words) {
-  vf probability = (vf)(1.0f);
-  const LightChoice choice = EK_HAS_one_light    ? only_choice(words)
-                             : EK_HAS_each_light ? own_choice(words, frame->light_count)
-                                                 : choose_among_all(frame, data, lit, wanted, words, &probability);
+  const LightChoice choice = picked.choice;
   const Rec r = EK_HAS_one_light ? only_light(data.lights) : rec16(data.lights, choice.light);
   const vu kind = AS_U(r.we);
   LightSample s;
@@ -195,7 +232,7 @@ EK_FN LightSample light_sample(constant Frame* frame, LightData data, LitPoint l
     s.p = s.p_error = s.n = s.wi = basis.z;
   }
   s.radiance = V3(r.w9, r.wa, r.wb);
-  s.pdf = EK_HAS_light_tree ? r.wc * probability : r.wc;
+  s.pdf = EK_HAS_light_tree ? r.wc * picked.probability : r.wc;
   s.double_sided = (AS_U(r.wd) & EK_LIGHT_DOUBLE_SIDED) != 0u;
   s.group = AS_U(r.wd) >> EK_LIGHT_GROUP_SHIFT;
   s.triangle = AS_U(r.wf);

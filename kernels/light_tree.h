@@ -108,31 +108,48 @@ typedef struct {
   vf u;  // what is left of the random word, [0, 1)
 } TreeChoice;
 
-/// Chooses a light for each wanted lane.
+// A walk that chooses: at each node by what is left of a random word.
+typedef struct {
+  v3 p, n;
+  vi both_sides;
+  vu rest, more;
+  LightWalk walk;
+} TreeSearch;
+
+/// Search for a light for each wanted lane.
 /// word  random; more: random bits, independent of it as far as these reach
+EK_FN TreeSearch tree_search(uint light_count, float scale, LitPoint lit, vi wanted, vu word, vu more) {
+  const TreeSearch t = {scale3(lit.p, (vf)(scale)), facing_normal(lit.facing), (lit.facing & FACING_BOTH_SIDES) != 0u,
+                        word == 0xffffffffu ? word - 1u : word, more, light_walk(wanted, light_count)};
+  return t;
+}
+
+EK_FN void tree_search_step(global const LightNode* nodes, TreeSearch* t) {
+  LightWalk* w = &t->walk;
+  const vi walked = w->open;  // lanes that have arrived must not change: others walk on, or none do
+  const Rec r = rec16(nodes, w->node);
+  const vu split = light_walk_split(w->range, left_share(t->p, t->n, t->both_sides, r));
+  const vi left = t->rest < split;
+  t->rest = (walked & !left) ? t->rest - split : t->rest;
+  light_walk_go(w, left, split, AS_U(r.wf));
+  const vi narrow = walked & (w->range < LIGHT_WALK_NARROW);
+  t->more = narrow ? hash_bits(t->more + 0x9e3779b9u) : t->more;
+  t->rest = narrow ? (t->rest << 16) | (t->more & 0xffffu) : t->rest;
+  light_walk_widen(w, narrow);
+}
+
+EK_FN TreeChoice tree_search_end(TreeSearch t) {
+  const vf range = word_to_float(t.walk.range);
+  TreeChoice c = {t.walk.first, range * t.walk.unit, min_f(word_to_float(t.rest) / range, (vf)(1.0f - 0x1p-24f))};
+  return c;
+}
+
+/// Chooses a light for each wanted lane, as tree_search.
 EK_FN TreeChoice choose_in_tree(global const LightNode* nodes, uint light_count, float scale, LitPoint lit, vi wanted, vu word,
                                 vu more) {
-  const v3 p = scale3(lit.p, (vf)(scale)), n = facing_normal(lit.facing);
-  const vi both_sides = (lit.facing & FACING_BOTH_SIDES) != 0u;
-  LightWalk w = light_walk(wanted, light_count);
-  vu rest = word == 0xffffffffu ? word - 1u : word;
-  while (ANY(w.open)) {
-    const vi walked = w.open;  // lanes that have arrived must not change: others walk on, or none do
-    const Rec r = rec16(nodes, w.node);
-    const vu split = light_walk_split(w.range, left_share(p, n, both_sides, r));
-    const vi left = rest < split;
-    rest = (w.open & !left) ? rest - split : rest;
-    light_walk_go(&w, left, split, AS_U(r.wf));
-    const vi narrow = walked & (w.range < LIGHT_WALK_NARROW);
-    if (ANY(narrow)) {
-      more = narrow ? hash_bits(more + 0x9e3779b9u) : more;
-      rest = narrow ? (rest << 16) | (more & 0xffffu) : rest;
-      light_walk_widen(&w, narrow);
-    }
-  }
-  const vf range = word_to_float(w.range);
-  TreeChoice c = {w.first, range * w.unit, min_f(word_to_float(rest) / range, (vf)(1.0f - 0x1p-24f))};
-  return c;
+  TreeSearch t = tree_search(light_count, scale, lit, wanted, word, more);
+  while (ANY(t.walk.open)) tree_search_step(nodes, &t);
+  return tree_search_end(t);
 }
 
 /// Probability that choose_in_tree takes that light.

@@ -41,6 +41,98 @@ EK_FN vf fade(MaterialLanes material, vi plain, v3 wi, v3 wi_world, v3 n_geom, v
 #define ROULETTE_GAIN 3.0f        // survival over throughput: paths that carry more than a third go on
 #define ROULETTE_ALWAYS_DEPTH 8u  // from here on every path may end: else those between perfect mirrors never do
 
+// What sampling a light wants to know of a hit.
+typedef struct {
+  vi live, plain, both_sides, hidden;
+  int detailed;
+  vu path, key, index, medium, beyond, crossed;
+  v3 beta, p, p_error, n_geom, n_shade, wo;
+  Basis basis;
+  MaterialLanes material;
+  LitPoint lit;
+} LitHit;
+
+// Of each lane: a sample of the light that was picked for it, as a pending shadow ray.
+// k      which of the vertex's samples
+// place  of the chunk's next shadow rays; without chunks, of the path
+// returns how many there are; without chunks, bit 1 + k if there is one
+EK_FN uint shade_light(constant Frame* frame, SceneData scene, LightData light_data, global uint* state, LitHit at, PickedLight picked,
+                       LightWords words, uint depth, uint k, uint place) {
+  LightSample light = light_sample(frame, light_data, picked, at.basis, at.both_sides, words);
+#if EK_HAS_shape & EK_HAS_shape_light
+  light = shape_light_sample(scene, light, at.p);
+#endif
+  light.radiance = light_emission(scene, light);
+  LightPath shadow = light_path(light, at.p, at.p_error, at.n_geom);
+  if (EK_HAS_clearcoat & EK_HAS_area) shadow.radiance = scale3(shadow.radiance, light_coat(scene, light, shadow.wi));
+  const v3 wi = to_local(at.basis, shadow.wi);
+  const BsdfValue bsdf = bsdf_evaluate(at.material, at.wo, wi);
+  v3 f = bsdf.f;
+  if ((EK_HAS_vertex_normal | EK_HAS_normal_texture) & at.detailed)
+    f = scale3(f, fade(at.material, at.plain, wi, shadow.wi, at.n_geom, at.n_shade));
+  vf weight = (vf)(1.0f);
+  if (EK_HAS_bsdf_emission) {
+    weight = power_heuristic(shadow.pdf * EK_LIGHT_MEAN, bsdf.pdf);
+    weight = light.is_delta ? (vf)(1.0f) : weight;
+  }
+  v3 arriving = scale3(mul3(mul3(at.beta, f), shadow.radiance), weight / (shadow.pdf * EK_LIGHT_MEAN));
+  if (EK_HAS_absorption) {
+    const vu towards = wi.z < 0.0f ? at.beyond : at.medium;
+    const vf distance = shadow.t_max < EK_INFINITY ? sqrt(dot3(shadow.dir, shadow.dir)) : EK_INFINITY;
+    arriving = mul3(arriving, transmittance(medium_absorption(scene, towards), distance));
+  }
+  vi pending = at.live & agrees(wi, dot3(shadow.wi, at.n_geom)) & (shadow.pdf > 0.0f) & (max_component(f) > 0.0f) &
+               (max_component(shadow.radiance) > 0.0f);
+  if (EK_HAS_nested_media) pending = pending & !at.hidden;
+  if (EK_HAS_each_light) pending = k < frame->light_count ? pending : (vi)(0);
+
+#if EK_CHUNKED
+  const Packing cast = packing(pending);
+#define EK_KEEP_SHADOW(field, x) state_set_u(state, field, place, packed(cast, x))
+#else
+#define EK_KEEP_SHADOW(field, x) state_set_u(state, field, place + k * EK_CHUNK, x)
+#endif
+#define EK_KEEP_SHADOW_3(field, a)                               \
+  EK_KEEP_SHADOW(field, AS_U((a).x));                            \
+  EK_KEEP_SHADOW(field + EK_LIGHT_SAMPLES, AS_U((a).y));         \
+  EK_KEEP_SHADOW(field + 2 * EK_LIGHT_SAMPLES, AS_U((a).z))
+  EK_KEEP_SHADOW(FIELD_shadow_path, at.path);
+  if (EK_HAS_opacity) {
+    const OpacityKey decisions = opacity_key(at.key + k * 0x632be5abu, at.index, depth, 1u);
+    EK_KEEP_SHADOW(FIELD_shadow_key, decisions.key);
+    EK_KEEP_SHADOW(FIELD_shadow_index, decisions.index);
+  }
+  EK_KEEP_SHADOW_3(FIELD_shadow_origin_x, shadow.origin);
+  EK_KEEP_SHADOW_3(FIELD_shadow_dir_x, shadow.dir);
+  EK_KEEP_SHADOW(FIELD_shadow_t, AS_U(shadow.t_max));
+  EK_KEEP_SHADOW_3(FIELD_shadow_r, arriving);
+  if (EK_HAS_light_group) EK_KEEP_SHADOW(FIELD_shadow_group, light.group);
+  if (EK_HAS_nested_media & EK_HAS_scattered) EK_KEEP_SHADOW(FIELD_shadow_crossed, at.crossed);
+#if EK_CHUNKED
+  return cast.count;
+#else
+  return (pending ? 2u : 0u) << k;
+#endif
+}
+
+#define EK_LIT_IN_PAIRS (EK_CHUNKED & EK_HAS_next_event & EK_HAS_light_tree)
+#if EK_LIT_IN_PAIRS
+// The light samples of two vectors of hits, whose lights are picked together. returns how many shadow rays there are
+EK_FN_ONCE uint shade_lights(constant Frame* frame, SceneData scene, LightData light_data, global uint* state, const LitHit* hits,
+                             uint depth, uint shadow_count) {
+  for (uint k = 0; k < EK_LIGHT_SAMPLES; ++k) {
+    LightWords words[2];
+    PickedLight picked[2];
+    for (uint i = 0; i < 2; ++i) words[i] = light_words(hits[i].key, hits[i].index, depth, k);
+    pick_two_lights(frame, light_data, hits[0].lit, hits[0].live, words[0], hits[1].lit, hits[1].live, words[1], picked);
+#pragma unroll 1
+    for (uint i = 0; i < 2; ++i)
+      shadow_count += shade_light(frame, scene, light_data, state, hits[i], picked[i], words[i], depth, k, shadow_count);
+  }
+  return shadow_count;
+}
+#endif
+
 // What a chunk has after shading; without chunks, 0.
 typedef struct {
   uint next;    // paths of the next depth
@@ -52,6 +144,10 @@ EK_FN Survivors stage_shade(constant Frame* frame, SceneData scene, LightData li
   const uint film_stride = frame->film_stride;
   const int last = frame->max_depth != 0 && depth >= frame->max_depth;  // no edge may follow
   uint next_count = 0, shadow_count = 0;
+#if EK_LIT_IN_PAIRS
+  LitHit lit_hits[2];  // the first of which may wait for the second
+  uint lit_count = 0;
+#endif
 
   uint slot, lanes;
   EK_FOR_EACH_HIT(slot, lanes, scene, state, count, queue) {
@@ -189,63 +285,26 @@ EK_FN Survivors stage_shade(constant Frame* frame, SceneData scene, LightData li
         lit.p = offset_ray_origin(surface.p, surface.p_error, n_geom, n_geom);
         lit.facing = pack_facing(n_shade, both_sides);
       }
-      for (uint k = 0; k < EK_LIGHT_SAMPLES; ++k) {
-        LightSample light = light_sample(frame, light_data, lit, live, basis, both_sides, light_words(key, index, depth, k));
-#if EK_HAS_shape & EK_HAS_shape_light
-        light = shape_light_sample(scene, light, surface.p);
-#endif
-        light.radiance = light_emission(scene, light);
-        LightPath shadow = light_path(light, surface.p, surface.p_error, n_geom);
-        if (EK_HAS_clearcoat & EK_HAS_area) shadow.radiance = scale3(shadow.radiance, light_coat(scene, light, shadow.wi));
-        const v3 wi = to_local(basis, shadow.wi);
-        const BsdfValue bsdf = bsdf_evaluate(material, wo, wi);
-        v3 f = bsdf.f;
-        if ((EK_HAS_vertex_normal | EK_HAS_normal_texture) & detailed)
-          f = scale3(f, fade(material, plain, wi, shadow.wi, n_geom, n_shade));
-        vf weight = (vf)(1.0f);
-        if (EK_HAS_bsdf_emission) {
-          weight = power_heuristic(shadow.pdf * EK_LIGHT_MEAN, bsdf.pdf);
-          weight = light.is_delta ? (vf)(1.0f) : weight;
-        }
-        v3 arriving = scale3(mul3(mul3(beta, f), shadow.radiance), weight / (shadow.pdf * EK_LIGHT_MEAN));
-        if (EK_HAS_absorption) {
-          const vu towards = wi.z < 0.0f ? beyond : medium;
-          const vf distance = shadow.t_max < EK_INFINITY ? sqrt(dot3(shadow.dir, shadow.dir)) : EK_INFINITY;
-          arriving = mul3(arriving, transmittance(medium_absorption(scene, towards), distance));
-        }
-        vi pending = live & agrees(wi, dot3(shadow.wi, n_geom)) & (shadow.pdf > 0.0f) & (max_component(f) > 0.0f) &
-                     (max_component(shadow.radiance) > 0.0f);
-        if (EK_HAS_nested_media) pending = pending & !hidden;
-        if (EK_HAS_each_light) pending = k < frame->light_count ? pending : (vi)(0);
-
-#if EK_CHUNKED
-        // shadow_count <= slot * EK_LIGHT_SAMPLES + k * EK_WIDTH: there is room for whole vectors.
-        const Packing cast = packing(pending);
-#define EK_KEEP_SHADOW(field, x) state_set_u(state, field, shadow_count, packed(cast, x))
+      // Of shadow rays there are never more than of hits before, times EK_LIGHT_SAMPLES: there is room for whole vectors.
+      const LitHit lit_hit = {live, plain, both_sides, hidden, detailed, path, key, index, medium, beyond, crossed, beta, surface.p,
+                              surface.p_error, n_geom, n_shade, wo, basis, material, lit};
+#if EK_LIT_IN_PAIRS
+      lit_hits[lit_count++] = lit_hit;
+      if (lit_count == 2) {
+        shadow_count = shade_lights(frame, scene, light_data, state, lit_hits, depth, shadow_count);
+        lit_count = 0;
+      }
 #else
-        pending_rays |= (pending ? 2u : 0u) << k;
-#define EK_KEEP_SHADOW(field, x) state_set_u(state, field, slot + k * EK_CHUNK, x)
-#endif
-#define EK_KEEP_SHADOW_3(field, a)                               \
-  EK_KEEP_SHADOW(field, AS_U((a).x));                            \
-  EK_KEEP_SHADOW(field + EK_LIGHT_SAMPLES, AS_U((a).y));         \
-  EK_KEEP_SHADOW(field + 2 * EK_LIGHT_SAMPLES, AS_U((a).z))
-        EK_KEEP_SHADOW(FIELD_shadow_path, path);
-        if (EK_HAS_opacity) {
-          const OpacityKey decisions = opacity_key(key + k * 0x632be5abu, index, depth, 1u);
-          EK_KEEP_SHADOW(FIELD_shadow_key, decisions.key);
-          EK_KEEP_SHADOW(FIELD_shadow_index, decisions.index);
-        }
-        EK_KEEP_SHADOW_3(FIELD_shadow_origin_x, shadow.origin);
-        EK_KEEP_SHADOW_3(FIELD_shadow_dir_x, shadow.dir);
-        EK_KEEP_SHADOW(FIELD_shadow_t, AS_U(shadow.t_max));
-        EK_KEEP_SHADOW_3(FIELD_shadow_r, arriving);
-        if (EK_HAS_light_group) EK_KEEP_SHADOW(FIELD_shadow_group, light.group);
-        if (EK_HAS_nested_media & EK_HAS_scattered) EK_KEEP_SHADOW(FIELD_shadow_crossed, crossed);
+      for (uint k = 0; k < EK_LIGHT_SAMPLES; ++k) {
+        const LightWords words = light_words(key, index, depth, k);
+        const PickedLight picked = pick_light(frame, light_data, lit, live, words);
 #if EK_CHUNKED
-        shadow_count += cast.count;
+        shadow_count += shade_light(frame, scene, light_data, state, lit_hit, picked, words, depth, k, shadow_count);
+#else
+        pending_rays |= shade_light(frame, scene, light_data, state, lit_hit, picked, words, depth, k, slot);
 #endif
       }
+#endif
     }
 
     vf scatter_u, scatter_v, choice = (vf)(0.0f), roulette = (vf)(0.0f);
@@ -313,6 +372,13 @@ EK_FN Survivors stage_shade(constant Frame* frame, SceneData scene, LightData li
     next_count += go.count;
 #endif
   }
+#if EK_LIT_IN_PAIRS
+  if (lit_count == 1) {
+    lit_hits[1] = lit_hits[0];
+    lit_hits[1].live = (vi)(0);
+    shadow_count = shade_lights(frame, scene, light_data, state, lit_hits, depth, shadow_count);
+  }
+#endif
   const Survivors survivors = {next_count, shadow_count};
   return survivors;
 }

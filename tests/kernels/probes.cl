@@ -384,7 +384,7 @@ EK_FN_ONCE void probe_light_run(PROBE_ITEMS, constant Frame* frame, LightData da
   const LightWords words = {IN_U(0), IN_U(1), IN_U(12), IN_U(13)};
   const Basis basis = basis_around(n);
   const LitPoint lit = {p, pack_facing(n, both_sides)};
-  const LightSample s = light_sample(frame, data, lit, ALL_LANES, basis, both_sides, words);
+  const LightSample s = light_sample(frame, data, pick_light(frame, data, lit, ALL_LANES, words), basis, both_sides, words);
   const LightPath path = light_path(s, p, p_error, n);
   OUT_U(0, s.is_distant ? (vu)(1u) : (vu)(0u));
   OUT_3(1, s.p);
