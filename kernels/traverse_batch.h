@@ -204,9 +204,9 @@ EK_FN void batch_ask(BatchLists* lists, BatchCounts* counts) {
   batch_distribute(lists, counts, leaf, kept);
 }
 
-// What passed the first questions: `triangle` may be hit by ray `row`.
+// What passed the first questions: `triangle` may be hit by ray `row`. Of all that are asked.
 typedef struct {
-  uint row[8 * BATCH_SLOTS + EK_WIDTH], triangle[8 * BATCH_SLOTS + EK_WIDTH];
+  uint row[8 * BATCH_SLOTS + EK_WIDTH], triangle[8 * BATCH_SLOTS + EK_WIDTH], count;
 } BatchCandidates;
 
 #if EK_HAS_opacity
@@ -342,28 +342,36 @@ EK_FN void batch_resolve(Geometry geometry, RayOne* rays, const uint* rows, cons
   }
 }
 
-// Tests what the blocks of the asked rays have left, and sends these rays on. bases: of the rows' stacks.
-EK_FN void batch_answer(Geometry geometry, RayOne* rays, BatchStack* stack, const uint* bases, BatchLists* lists,
-                        BatchCounts* counts, const int any_hit, HitTable* hits) {
-  BatchCandidates candidates;
-  BatchList* asked = &lists->asked;
-  uint count = 0;
-  for (uint i = 0; i < counts->asked; ++i) {
-    global const uint* triangles = (global const uint*)wide_block(geometry, asked->child[i]) + 72;
+// Adds what the asked rays from `first` on have left to the candidates.
+EK_FN void batch_gather(Geometry geometry, const BatchLists* lists, uint first, uint count, BatchCandidates* candidates) {
+  for (uint i = first; i < count; ++i) {
+    global const uint* triangles = (global const uint*)wide_block(geometry, lists->asked.child[i]) + 72;
     uint bits = lists->asked_bits[i];
     do {
-      candidates.row[count] = asked->row[i];
-      candidates.triangle[count++] = triangles[lowest_bit(bits)];
+      const uint triangle = triangles[lowest_bit(bits)];
+      candidates->row[candidates->count] = lists->asked.row[i];
+      candidates->triangle[candidates->count++] = triangle;
+#if EK_LARGE_TREE && EK_BUILTIN(__builtin_prefetch)
+      __builtin_prefetch(geometry.scene.triangles + triangle);
+#endif
       bits &= bits - 1u;
     } while (bits != 0);
   }
+}
+
+// Tests the candidates, and sends the asked rays on. bases: of the rows' stacks.
+EK_FN void batch_answer(Geometry geometry, RayOne* rays, BatchStack* stack, const uint* bases, BatchLists* lists,
+                        BatchCounts* counts, BatchCandidates* candidates, const int any_hit, HitTable* hits) {
+  BatchList* asked = &lists->asked;
+  const uint count = candidates->count;
   for (uint i = count; i % EK_WIDTH != 0; ++i) {
-    candidates.row[i] = candidates.row[0];
-    candidates.triangle[i] = candidates.triangle[0];
+    candidates->row[i] = candidates->row[0];
+    candidates->triangle[i] = candidates->triangle[0];
   }
   for (uint first = 0; first < count; first += EK_WIDTH)
-    batch_resolve(geometry, rays, candidates.row + first, candidates.triangle + first, min(count - first, (uint)EK_WIDTH),
+    batch_resolve(geometry, rays, candidates->row + first, candidates->triangle + first, min(count - first, (uint)EK_WIDTH),
                   any_hit, hits);
+  candidates->count = 0;
   for (uint i = 0; i < counts->asked; ++i) {
     const uint row = asked->row[i], base = bases[row];
     uint top = asked->top[i];
@@ -413,11 +421,18 @@ EK_FN void batch_place(Geometry geometry, RayOne* rays, BatchStack* stack, Batch
 }
 #endif
 
+// In a large tree nodes come between, so that the triangles can be fetched meanwhile.
+#define BATCH_ANSWER                                                                                          \
+  if (counts.asked >= EK_WIDTH || (counts.asked != 0 && counts.node + counts.leaf < BATCH_SLOTS / 4)) \
+    batch_answer(geometry, rays, &stack, bases, &lists, &counts, &candidates, any_hit, hits);
+
 // The rays of `rows` (count of them). hits->t: where each ray ends. An any-hit query sets hits->triangle to 0 where something was
 // found.
 EK_FN void traverse_batch(Geometry geometry, RayOne* rays, const ushort* rows, uint count, const int any_hit, HitTable* hits) {
   BatchStack stack;
   BatchLists lists;
+  BatchCandidates candidates;
+  candidates.count = 0;
   uint bases[EK_ROWS];
   uint opened = min(count, (uint)BATCH_SLOTS);
   for (uint i = 0; i < opened; ++i) {
@@ -430,33 +445,27 @@ EK_FN void traverse_batch(Geometry geometry, RayOne* rays, const ushort* rows, u
   }
 #if EK_HAS_instance
   BatchCounts counts = {opened, 0, 0, 0, 0};
-  while (counts.node | counts.leaf | counts.asked | counts.place) {
+  while (counts.node | counts.leaf | counts.asked | counts.place | counts.done) {
 #else
   BatchCounts counts = {opened, 0, 0, 0};
-  while (counts.node | counts.leaf | counts.asked) {
+  while (counts.node | counts.leaf | counts.asked | counts.done) {
 #endif
-    const uint node_count = counts.node;
-    for (uint i = 0; i < node_count; ++i) {
-      const RayOne* ray = rays + lists.node.row[i];
-      global const float* node = wide_node(geometry, lists.node.child[i]);
-      const uint top = batch_push(&stack, lists.node.top[i], node, wide_begin(node, ray), wide_end(node, ray), ray, any_hit) - 1u;
-      const uint next = stack.child[top];
-      wide_prefetch(geometry, next);
-      lists.node.child[i] = next;
-      lists.node.top[i] = top;
-    }
-    counts.node = 0;
-    batch_distribute(&lists, &counts, &lists.node, node_count);
-    for (uint i = 0; i < counts.leaf; ++i) {
-      lists.bits[i] = wide_candidates(geometry, wide_block(geometry, lists.leaf.child[i]), rays + lists.leaf.row[i]);
+    for (uint i = 0; i < counts.leaf; i += WIDE_TOGETHER) {
+      const uint j = min(i + WIDE_TOGETHER, counts.leaf) - 1u;  // one that is left over goes beside itself
+      const uint bits = wide_candidates(geometry, wide_block(geometry, lists.leaf.child[i]), rays + lists.leaf.row[i],
+                                        wide_block(geometry, lists.leaf.child[j]), rays + lists.leaf.row[j]);
+      lists.bits[j] = bits >> (8u * (WIDE_TOGETHER - 1u));
+      lists.bits[i] = bits & 0xffu;
       lists.popped[i] = stack.child[lists.leaf.top[i] - 1u];
+      lists.popped[j] = stack.child[lists.leaf.top[j] - 1u];
       wide_prefetch(geometry, lists.popped[i]);
+      if (WIDE_TOGETHER == 2u) wide_prefetch(geometry, lists.popped[j]);
     }
+    const uint asked = counts.asked;
     batch_ask(&lists, &counts);
-    if (counts.asked >= EK_WIDTH || (counts.asked != 0 && counts.node + counts.leaf < BATCH_SLOTS / 4))
-      batch_answer(geometry, rays, &stack, bases, &lists, &counts, any_hit, hits);
-#if EK_HAS_instance
-    if (counts.place != 0) batch_place(geometry, rays, &stack, &lists, &counts, any_hit);
+    batch_gather(geometry, &lists, asked, counts.asked, &candidates);
+#if !EK_LARGE_TREE
+    BATCH_ANSWER
 #endif
     for (uint i = 0; i < counts.done; ++i) {
       const uint old = lists.done[i], base = bases[old];
@@ -473,6 +482,24 @@ EK_FN void traverse_batch(Geometry geometry, RayOne* rays, const ushort* rows, u
       lists.node.top[at] = base + 1u;
     }
     counts.done = 0;
+    const uint node_count = counts.node;
+    for (uint i = 0; i < node_count; ++i) {
+      const RayOne* ray = rays + lists.node.row[i];
+      global const float* node = wide_node(geometry, lists.node.child[i]);
+      const uint top = batch_push(&stack, lists.node.top[i], node, wide_begin(node, ray), wide_end(node, ray), ray, any_hit) - 1u;
+      const uint next = stack.child[top];
+      wide_prefetch(geometry, next);
+      lists.node.child[i] = next;
+      lists.node.top[i] = top;
+    }
+    counts.node = 0;
+    batch_distribute(&lists, &counts, &lists.node, node_count);
+#if EK_LARGE_TREE
+    BATCH_ANSWER
+#endif
+#if EK_HAS_instance
+    if (counts.place != 0) batch_place(geometry, rays, &stack, &lists, &counts, any_hit);
+#endif
   }
 }
 

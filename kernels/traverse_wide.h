@@ -18,12 +18,16 @@
 #if EK_LAYOUT_bvh16
 typedef float16 wf;
 typedef uint16 wu;
+#define WIDE_TOGETHER 2u  // blocks that fill a vector
+#define WIDE_BOTH(a, b) ((wf)(a, b))
 #define wide_bits mask_bits16
 #define wide_words as_uint16
 #define wide_floats as_float16
 #else
 typedef float8 wf;
 typedef uint8 wu;
+#define WIDE_TOGETHER 1u
+#define WIDE_BOTH(a, b) (a)
 #define wide_bits mask_bits8
 #define wide_words as_uint8
 #define wide_floats as_float8
@@ -58,9 +62,10 @@ EK_FN void wide_prefetch(Geometry geometry, uint child) {
   __builtin_prefetch(p + 192);
   __builtin_prefetch(p + 256);
 #if EK_LAYOUT_bvh16
-  __builtin_prefetch(p + 320);
-  __builtin_prefetch(p + 384);
-  __builtin_prefetch(p + 448);
+  global const char* rest = child & WIDE_LEAF ? p : p + 320;  // a block has no more
+  __builtin_prefetch(rest);
+  __builtin_prefetch(rest + 64);
+  __builtin_prefetch(rest + 128);
 #endif
 #endif
 }
@@ -78,11 +83,6 @@ EK_FN wf wide_end(global const float* node, const RayOne* ray) {
   return wide_min(wide_min(x, y), wide_min(z, (wf)(ray->t)));
 }
 
-// The triangles of a block that the ray may hit: those that pass the first questions of shape_triangle.h, in the same bits,
-// and do not lie wholly behind the ray's end. (Corners are negated, which does not show in the signs of products: as second
-// operand of a difference they need no load of their own. With A the distance to the first corner on z, its t first_t is at
-// most A (1 + 2u), u = 2^-24, and the box of the triangle begins at or behind A (1 - 2u) - 1.51 pad |rz|, pad being 2u |o| and more;
-// A is at most reach |rz|, so that 4u A is an eighth of pad |rz|. Twice pad |rz| covers both, and the rounding of the sum.)
 #if EK_HAS_shape
 #if EK_HAS_sphere
 // Lanes whose box may hold a sphere that the ray meets: false only where the line passes the middle of the box by more than half its
@@ -104,8 +104,12 @@ EK_FN int8 wide_near_middle(global const float* block, const RayOne* ray) {
 #endif
 
 // The shapes of a block, marked by a third corner that is NaN, whose boxes the ray meets; of spheres, which have their sign set, those
-// that it may meet.
-EK_FN uint wide_shapes(global const float* block, const RayOne* ray, uint shapes) {
+// that it may meet. triangles: whether the block has others.
+EK_FN uint wide_shapes(global const float* block, const RayOne* ray, int* triangles) {
+  const float8 lo_x = *(global const float8*)block, third_x = *(global const float8*)(block + 48);
+  const uint here = mask_bits8(lo_x == lo_x), shapes = mask_bits8(third_x != third_x) & here;
+  *triangles = shapes != here;
+  if (shapes == 0) return 0;
   const uint near_x = ray->rx < 0.0f ? 24u : 0u, near_y = ray->ry < 0.0f ? 32u : 8u, near_z = ray->rz < 0.0f ? 40u : 16u;
 #define WIDE_SHAPE(at, o, r) ((*(global const float8*)(block + (at)) - ray->o) * ray->r)
   const float8 begin_x = WIDE_SHAPE(near_x, nx, rx), begin_y = WIDE_SHAPE(near_y, ny, ry), begin_z = WIDE_SHAPE(near_z, nz, rz);
@@ -125,44 +129,59 @@ EK_FN uint wide_shapes(global const float* block, const RayOne* ray, uint shapes
 }
 #endif
 
-#if EK_HAS_instance
-// The same axis of a corner of the eight triangles, at the ray's place if it is at one.
+// An axis of a corner of the eight triangles, at the ray's place if it is at one.
 EK_FN float8 wide_corner(Geometry geometry, const RayOne* ray, global const float* block, uint offset, uint axis) {
-  if (ray->instance == 0u) return *(global const float8*)(block + offset + axis);
-  global const float* m = (global const float*)(geometry.scene.instances + (ray->instance - 1u)) + axis / 2u;
-  const float8 x = *(global const float8*)(block + offset), y = *(global const float8*)(block + offset + 8),
-               z = *(global const float8*)(block + offset + 16);
-  return ((m[0] * x + m[1] * y) + m[2] * z) + m[3];
+#if EK_HAS_instance
+  if (ray->instance != 0u) {
+    global const float* m = (global const float*)(geometry.scene.instances + (ray->instance - 1u)) + axis / 2u;
+    const float8 x = *(global const float8*)(block + offset), y = *(global const float8*)(block + offset + 8),
+                 z = *(global const float8*)(block + offset + 16);
+    return ((m[0] * x + m[1] * y) + m[2] * z) + m[3];
+  }
+#endif
+  return *(global const float8*)(block + offset + axis);
 }
-#define WIDE_CORNER(axis, offset) (ray->p_o##axis - wide_corner(geometry, ray, block, offset, axis))
-#else
-#define WIDE_CORNER(axis, offset) (ray->p_o##axis - *(global const float8*)(block + offset + axis))
-#endif
 
-EK_FN uint wide_candidates(Geometry geometry, global const float* block, const RayOne* ray) {
+// The triangles of a block that the ray may hit, and in bits 8 to 15, where WIDE_TOGETHER is 2, those of the second block and ray:
+// those that pass the first questions of shape_triangle.h, in the same bits, and do not lie wholly behind the ray's end. (Corners
+// are negated, which does not show in the signs of products: as second operand of a difference they need no load of their own. With A the distance to the first corner on z, its t first_t is at
+// most A (1 + 2u), u = 2^-24, and the box of the triangle begins at or behind A (1 - 2u) - 1.51 pad |rz|, pad being 2u |o| and more;
+// A is at most reach |rz|, so that 4u A is an eighth of pad |rz|. Twice pad |rz| covers both, and the rounding of the sum.)
+EK_FN uint wide_candidates(Geometry geometry, global const float* block, const RayOne* ray, global const float* block_2,
+                           const RayOne* ray_2) {
 #if EK_HAS_shape
-  const float8 lo_x = *(global const float8*)block, mark = *(global const float8*)(block + 48);
-  const uint here = mask_bits8(lo_x == lo_x), shapes = mask_bits8(mark != mark) & here;
-  if (shapes == here) return wide_shapes(block, ray, shapes);
+  int triangles, triangles_2 = 0;
+  uint shapes = wide_shapes(block, ray, &triangles);
+  if (WIDE_TOGETHER == 2u) shapes |= wide_shapes(block_2, ray_2, &triangles_2) << 8;
+  if (!(triangles | triangles_2)) return shapes;
+#else
+  const uint shapes = 0;
 #endif
-  const uint x = ray->axis_x, z = ray->axis_z, y = 24u - x - z;
-  const float8 az = WIDE_CORNER(z, 0), bz = WIDE_CORNER(z, 24), cz = WIDE_CORNER(z, 48);
-  const float8 ax = WIDE_CORNER(x, 0) - ray->sx * az, ay = WIDE_CORNER(y, 0) - ray->sy * az;
-  const float8 bx = WIDE_CORNER(x, 24) - ray->sx * bz, by = WIDE_CORNER(y, 24) - ray->sy * bz;
-  const float8 cx = WIDE_CORNER(x, 48) - ray->sx * cz, cy = WIDE_CORNER(y, 48) - ray->sy * cz;
+  const uint x = ray->axis_x, z = ray->axis_z, y = 24u - x - z, x_2 = ray_2->axis_x, z_2 = ray_2->axis_z, y_2 = 24u - x_2 - z_2;
+#if EK_LAYOUT_bvh16  // one instruction for both rays, which the compiler does not see by itself
+  const wf words = *(const wf*)((const float*)ray + 16), words_2 = *(const wf*)((const float*)ray_2 + 16);
+#define WIDE_OF_RAY(name, k) \
+  __builtin_shufflevector(words, words_2, k, k, k, k, k, k, k, k, 16 + k, 16 + k, 16 + k, 16 + k, 16 + k, 16 + k, 16 + k, 16 + k)
+#else
+#define WIDE_OF_RAY(name, k) ((wf)(ray->name))
+#endif
+#define WIDE_CORNER(axis, offset)                                            \
+  (o##axis - WIDE_BOTH(wide_corner(geometry, ray, block, offset, axis), \
+                       wide_corner(geometry, ray_2, block_2, offset, axis##_2)))
+  const wf ox = WIDE_OF_RAY(p_ox, 0), oy = WIDE_OF_RAY(p_oy, 1), oz = WIDE_OF_RAY(p_oz, 2), sx = WIDE_OF_RAY(sx, 3),
+           sy = WIDE_OF_RAY(sy, 4), rz = -WIDE_OF_RAY(p_rz, 7);
+#undef WIDE_OF_RAY
+  const wf az = WIDE_CORNER(z, 0), bz = WIDE_CORNER(z, 24), cz = WIDE_CORNER(z, 48);
+  const wf ax = WIDE_CORNER(x, 0) - sx * az, ay = WIDE_CORNER(y, 0) - sy * az;
+  const wf bx = WIDE_CORNER(x, 24) - sx * bz, by = WIDE_CORNER(y, 24) - sy * bz;
+  const wf cx = WIDE_CORNER(x, 48) - sx * cz, cy = WIDE_CORNER(y, 48) - sy * cz;
 #undef WIDE_CORNER
-  const float8 ea = cx * by - cy * bx, eb = ax * cy - ay * cx, ec = bx * ay - by * ax;
-  const float8 zero = (float8)(0.0f);
-  const float8 less = ea < eb ? ea : eb, more = ea > eb ? ea : eb;
-  const float8 least = less < ec ? less : ec, most = more > ec ? more : ec;
-  const float8 at = az * -ray->p_rz, bt = bz * -ray->p_rz, ct = cz * -ray->p_rz;
-  const float8 first = at < bt ? at : bt, last = at > bt ? at : bt;
-  const float8 first_t = first < ct ? first : ct, last_t = last > ct ? last : ct;
-  const int8 candidates = ((least >= zero) | (most <= zero)) & (last_t > zero) & !(first_t > (float8)(ray->t + ray->slack));
-#if EK_HAS_shape
-  if (shapes != 0) return mask_bits8(candidates) | wide_shapes(block, ray, shapes);
-#endif
-  return mask_bits8(candidates);
+  const wf ea = cx * by - cy * bx, eb = ax * cy - ay * cx, ec = bx * ay - by * ax;
+  const wf zero = (wf)(0.0f), least = wide_min(wide_min(ea, eb), ec), most = wide_max(wide_max(ea, eb), ec);
+  const wf at = az * rz, bt = bz * rz, ct = cz * rz;
+  const wf first_t = wide_min(wide_min(at, bt), ct), last_t = wide_max(wide_max(at, bt), ct);
+  const wf end = WIDE_BOTH((float8)(ray->t + ray->slack), (float8)(ray_2->t + ray_2->slack));
+  return shapes | wide_bits(((least >= zero) | (most <= zero)) & (last_t > zero) & !(first_t > end));
 }
 
 // Children that are there: those that are missing are never met, whatever a ray's numbers have become.
@@ -209,7 +228,7 @@ EK_FN int traverse_wide(Geometry geometry, const RayOne* given, const int any_hi
       }
     } else {
       global const float* block = wide_block(geometry, current);
-      for (uint bits = wide_candidates(geometry, block, &ray); bits != 0; bits &= bits - 1) {
+      for (uint bits = wide_candidates(geometry, block, &ray, block, &ray) & 0xffu; bits != 0; bits &= bits - 1) {
         if (try_triangle(geometry, &ray, as_uint(block[72 + lowest_bit(bits)]), any_hit, hit)) return 1;
       }
       ray.t = hit->t;
