@@ -5,6 +5,7 @@
 #ifndef EK_HIT_CLASSES_H
 #define EK_HIT_CLASSES_H
 #include "scene_data.h"
+#include "simd.h"
 #include "wavefront.h"
 
 #define EK_CLASSES_HERE (EK_HAS_plain_hits | EK_HAS_opaque_hits << 1 | EK_HAS_clear_hits << 2)  // bit k: class k
@@ -70,6 +71,19 @@ EK_FN void hits_wait(HitWalk* walk, SceneData scene, global uint* state) {
 }
 #endif
 
+// In meshes larger than the caches the next hits' records are fetched while these are shaded.
+EK_FN void hits_fetch_ahead(const HitWalk* walk, SceneData scene, global const uint* state) {
+#if EK_CHUNKED && EK_LARGE_TREE && EK_BUILTIN(__builtin_prefetch)
+  global const uint* hits = state + FIELD_hit_triangle * EK_STRIDE + walk->slot + EK_WIDTH;
+  const uint count = min(walk->count, walk->slot + 2u * EK_WIDTH);
+  for (uint i = 0; walk->slot + EK_WIDTH + i < count; ++i) {
+    if (hits[i] == EK_NO_HIT) continue;
+    __builtin_prefetch(scene.triangles + hits[i]);
+    if (EK_HAS_vertex_normal) __builtin_prefetch(scene.triangle_normals + hits[i]);
+  }
+#endif
+}
+
 // The next hits to shade: of *lanes paths, at most EK_WIDTH, from slot *from on. returns 0 when there are no more
 EK_FN int next_hits(HitWalk* walk, SceneData scene, global uint* state, uint* from, uint* lanes) {
 #if EK_SPLITS
@@ -85,10 +99,12 @@ EK_FN int next_hits(HitWalk* walk, SceneData scene, global uint* state, uint* fr
       }
     }
     if (ends) return 0;
+    hits_fetch_ahead(walk, scene, state);
     hits_wait(walk, scene, state);
   }
 #else
   if (walk->slot >= walk->count) return 0;
+  hits_fetch_ahead(walk, scene, state);
   *from = walk->slot;
   *lanes = min(walk->count - walk->slot, (uint)EK_WIDTH);
   walk->slot += EK_WIDTH;
