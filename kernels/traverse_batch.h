@@ -171,6 +171,32 @@ EK_FN void batch_distribute(BatchLists* lists, BatchCounts* counts, const BatchL
 #endif
 }
 
+// Asks the first questions at the blocks.
+EK_FN void batch_candidates(Geometry geometry, const RayOne* rays, const BatchStack* stack, BatchLists* lists, uint count) {
+  const BatchList* leaf = &lists->leaf;
+#define BATCH_POP(i)                                       \
+  lists->popped[i] = stack->child[leaf->top[i] - 1u]; \
+  wide_prefetch(geometry, lists->popped[i]);
+#define BATCH_AT(i) wide_block(geometry, leaf->child[i]), rays + leaf->row[i]
+#if EK_LAYOUT_bvh16
+  for (uint i = 0; i < count; i += 2u) {
+    const uint j = min(i + 1u, count - 1u);  // one that is left over goes beside itself
+    const uint bits = wide_candidates_2(geometry, BATCH_AT(i), BATCH_AT(j));
+    lists->bits[i] = bits & 0xffu;
+    lists->bits[j] = bits >> 8;
+    BATCH_POP(i)
+    BATCH_POP(j)
+  }
+#else
+  for (uint i = 0; i < count; ++i) {
+    lists->bits[i] = wide_candidates(geometry, BATCH_AT(i));
+    BATCH_POP(i)
+  }
+#endif
+#undef BATCH_AT
+#undef BATCH_POP
+}
+
 // The rays at blocks, by whether triangles are left to test: those are asked, the others go on.
 EK_FN void batch_ask(BatchLists* lists, BatchCounts* counts) {
   const uint count = counts->leaf;
@@ -450,17 +476,7 @@ EK_FN void traverse_batch(Geometry geometry, RayOne* rays, const ushort* rows, u
   BatchCounts counts = {opened, 0, 0, 0};
   while (counts.node | counts.leaf | counts.asked | counts.done) {
 #endif
-    for (uint i = 0; i < counts.leaf; i += WIDE_TOGETHER) {
-      const uint j = min(i + WIDE_TOGETHER, counts.leaf) - 1u;  // one that is left over goes beside itself
-      const uint bits = wide_candidates(geometry, wide_block(geometry, lists.leaf.child[i]), rays + lists.leaf.row[i],
-                                        wide_block(geometry, lists.leaf.child[j]), rays + lists.leaf.row[j]);
-      lists.bits[j] = bits >> (8u * (WIDE_TOGETHER - 1u));
-      lists.bits[i] = bits & 0xffu;
-      lists.popped[i] = stack.child[lists.leaf.top[i] - 1u];
-      lists.popped[j] = stack.child[lists.leaf.top[j] - 1u];
-      wide_prefetch(geometry, lists.popped[i]);
-      if (WIDE_TOGETHER == 2u) wide_prefetch(geometry, lists.popped[j]);
-    }
+    batch_candidates(geometry, rays, &stack, &lists, counts.leaf);
     const uint asked = counts.asked;
     batch_ask(&lists, &counts);
     batch_gather(geometry, &lists, asked, counts.asked, &candidates);

@@ -282,7 +282,7 @@ EK_FN uint packet_candidates(Geometry geometry, global const float* block, const
     bits = 0;
     for (uint lanes = p->lanes; lanes != 0; lanes &= lanes - 1u) {
       const RayOne one = packet_lane(p, lowest_bit(lanes));
-      bits |= wide_candidates(geometry, block, &one, block, &one) & 0xffu;
+      bits |= wide_candidates(geometry, block, &one);
     }
   }
 #endif

@@ -18,16 +18,12 @@
 #if EK_LAYOUT_bvh16
 typedef float16 wf;
 typedef uint16 wu;
-#define WIDE_TOGETHER 2u  // blocks that fill a vector
-#define WIDE_BOTH(a, b) ((wf)(a, b))
 #define wide_bits mask_bits16
 #define wide_words as_uint16
 #define wide_floats as_float16
 #else
 typedef float8 wf;
 typedef uint8 wu;
-#define WIDE_TOGETHER 1u
-#define WIDE_BOTH(a, b) (a)
 #define wide_bits mask_bits8
 #define wide_words as_uint8
 #define wide_floats as_float8
@@ -142,47 +138,12 @@ EK_FN float8 wide_corner(Geometry geometry, const RayOne* ray, global const floa
   return *(global const float8*)(block + offset + axis);
 }
 
-// The triangles of a block that the ray may hit, and in bits 8 to 15, where WIDE_TOGETHER is 2, those of the second block and ray:
-// those that pass the first questions of shape_triangle.h, in the same bits, and do not lie wholly behind the ray's end. (Corners
-// are negated, which does not show in the signs of products: as second operand of a difference they need no load of their own. With A the distance to the first corner on z, its t first_t is at
-// most A (1 + 2u), u = 2^-24, and the box of the triangle begins at or behind A (1 - 2u) - 1.51 pad |rz|, pad being 2u |o| and more;
-// A is at most reach |rz|, so that 4u A is an eighth of pad |rz|. Twice pad |rz| covers both, and the rounding of the sum.)
-EK_FN uint wide_candidates(Geometry geometry, global const float* block, const RayOne* ray, global const float* block_2,
-                           const RayOne* ray_2) {
-#if EK_HAS_shape
-  int triangles, triangles_2 = 0;
-  uint shapes = wide_shapes(block, ray, &triangles);
-  if (WIDE_TOGETHER == 2u) shapes |= wide_shapes(block_2, ray_2, &triangles_2) << 8;
-  if (!(triangles | triangles_2)) return shapes;
-#else
-  const uint shapes = 0;
+#define EK_BLOCKS 1
+#include "traverse_block.h"
+#if EK_LAYOUT_bvh16
+#define EK_BLOCKS 2
+#include "traverse_block.h"
 #endif
-  const uint x = ray->axis_x, z = ray->axis_z, y = 24u - x - z, x_2 = ray_2->axis_x, z_2 = ray_2->axis_z, y_2 = 24u - x_2 - z_2;
-#if EK_LAYOUT_bvh16  // one instruction for both rays, which the compiler does not see by itself
-  const wf words = *(const wf*)((const float*)ray + 16), words_2 = *(const wf*)((const float*)ray_2 + 16);
-#define WIDE_OF_RAY(name, k) \
-  __builtin_shufflevector(words, words_2, k, k, k, k, k, k, k, k, 16 + k, 16 + k, 16 + k, 16 + k, 16 + k, 16 + k, 16 + k, 16 + k)
-#else
-#define WIDE_OF_RAY(name, k) ((wf)(ray->name))
-#endif
-#define WIDE_CORNER(axis, offset)                                            \
-  (o##axis - WIDE_BOTH(wide_corner(geometry, ray, block, offset, axis), \
-                       wide_corner(geometry, ray_2, block_2, offset, axis##_2)))
-  const wf ox = WIDE_OF_RAY(p_ox, 0), oy = WIDE_OF_RAY(p_oy, 1), oz = WIDE_OF_RAY(p_oz, 2), sx = WIDE_OF_RAY(sx, 3),
-           sy = WIDE_OF_RAY(sy, 4), rz = -WIDE_OF_RAY(p_rz, 7);
-#undef WIDE_OF_RAY
-  const wf az = WIDE_CORNER(z, 0), bz = WIDE_CORNER(z, 24), cz = WIDE_CORNER(z, 48);
-  const wf ax = WIDE_CORNER(x, 0) - sx * az, ay = WIDE_CORNER(y, 0) - sy * az;
-  const wf bx = WIDE_CORNER(x, 24) - sx * bz, by = WIDE_CORNER(y, 24) - sy * bz;
-  const wf cx = WIDE_CORNER(x, 48) - sx * cz, cy = WIDE_CORNER(y, 48) - sy * cz;
-#undef WIDE_CORNER
-  const wf ea = cx * by - cy * bx, eb = ax * cy - ay * cx, ec = bx * ay - by * ax;
-  const wf zero = (wf)(0.0f), least = wide_min(wide_min(ea, eb), ec), most = wide_max(wide_max(ea, eb), ec);
-  const wf at = az * rz, bt = bz * rz, ct = cz * rz;
-  const wf first_t = wide_min(wide_min(at, bt), ct), last_t = wide_max(wide_max(at, bt), ct);
-  const wf end = WIDE_BOTH((float8)(ray->t + ray->slack), (float8)(ray_2->t + ray_2->slack));
-  return shapes | wide_bits(((least >= zero) | (most <= zero)) & (last_t > zero) & !(first_t > end));
-}
 
 // Children that are there: those that are missing are never met, whatever a ray's numbers have become.
 EK_FN uint wide_there(global const uint* children) { return wide_bits(*(global const wu*)children != (wu)(0u)); }
@@ -228,7 +189,7 @@ EK_FN int traverse_wide(Geometry geometry, const RayOne* given, const int any_hi
       }
     } else {
       global const float* block = wide_block(geometry, current);
-      for (uint bits = wide_candidates(geometry, block, &ray, block, &ray) & 0xffu; bits != 0; bits &= bits - 1) {
+      for (uint bits = wide_candidates(geometry, block, &ray); bits != 0; bits &= bits - 1) {
         if (try_triangle(geometry, &ray, as_uint(block[72 + lowest_bit(bits)]), any_hit, hit)) return 1;
       }
       ray.t = hit->t;
