@@ -40,8 +40,8 @@ TEST(BenchRays, json_has_a_row_per_layout_and_kind_of_ray) {
 
 TEST(BenchRays, rays_to_lights_chosen_by_a_tree_are_measured) {
   const Workplace workplace;
-  const Outcome outcome =
-      workplace.eikon("bench rays " + scene("lamps.gltf") + " --devices 0 --rays 1024 --rounds 1 --layout bvh8 --json rays.json");
+  const Outcome outcome = workplace.eikon("bench rays " + scene("lamps.gltf") +
+                                          " --devices 0 --rays 1024 --rounds 1 --layout bvh8 --json rays.json");
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   std::ifstream file(workplace / "rays.json");
   EXPECT_EQ(nlohmann::json::parse(file).size(), 3U);
