@@ -347,7 +347,10 @@ EK_FN void packet_test(Geometry geometry, Packet* p, const PacketTriangles* each
   if (mask_bits(found.hit) == 0) return;
 #if EK_HAS_opacity
   const vi ask = found.hit & (found.t <= p->hit.t) & each->passable;
-  if (mask_bits(ask) != 0) found.hit = found.hit & !(ask & passes(geometry.scene, each->triangle, found.u, found.v, p->ray.key));
+  if (mask_bits(ask) != 0) {
+    const vu triangle = ask ? each->triangle : (vu)(0u);  // where none has waited yet there is none
+    found.hit = found.hit & !(ask & passes(geometry.scene, triangle, found.u, found.v, p->ray.key));
+  }
 #endif
 #if EK_HAS_instance
   packet_keep(p, found, each->triangle, each->instance, any_hit);
