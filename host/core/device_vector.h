@@ -12,6 +12,9 @@ namespace eikon {
 [[nodiscard]] void* allocate_device_memory(std::size_t bytes) noexcept;
 void free_device_memory(void* memory) noexcept;
 
+/// Asks for huge pages in memory that was not touched yet, where there is room for some.
+void prefer_huge_pages(void* memory, std::size_t bytes) noexcept;
+
 inline constexpr std::size_t kDeviceAlignment = 64;
 
 template <class T>

@@ -11,7 +11,6 @@
 #include <string_view>
 #include <vector>
 
-#include "core/big_vector.h"
 #include "render/matte_counts.h"
 #include "shared/records.h"
 
@@ -133,8 +132,8 @@ class Film {
 
  private:
   FilmLayout layout_;
-  BigVector<int128> sums_;           // [(pixel * replicates + replicate) * channels + channel]
-  BigVector<std::uint64_t> counts_;  // [pixel * replicates + replicate]
+  std::vector<int128> sums_;           // [(pixel * replicates + replicate) * channels + channel]
+  std::vector<std::uint64_t> counts_;  // [pixel * replicates + replicate]
   std::vector<MatteCounts> mattes_;
   int128 limit_ = 0;  // of a replicate's sum: its share of the range, so that the total over replicates always fits
 
