@@ -42,6 +42,7 @@ struct BatchRun::Worker {
   SceneCache scenes;
   ReadyAhead devices;
   Worker(std::uint64_t budget_bytes, const DevicePool& known) : scenes(budget_bytes), devices(known) {}
+  bool busy = false;  // has a job
 };
 
 /// A job on its way.
@@ -71,6 +72,7 @@ void BatchRun::run() {
   const DevicePool known;  // a device that hangs for one of them does so for all
   std::deque<Worker> workers;
   for (std::size_t i = 0; i < count; ++i) workers.emplace_back(budget, known);
+  idle_ = count;
   std::vector<std::jthread> threads;
   for (Worker& worker : workers) threads.emplace_back([&] { work(worker); });
 }
@@ -85,12 +87,12 @@ void BatchRun::work(Worker& worker) {
   for (;;) {
     if (!next.valid()) {
       if (writing.valid()) writing.get();  // it may have to be tried again, or be what the next one reads
-      BatchJob* const job = take(true);
+      BatchJob* const job = take(worker);
       if (job == nullptr) return;
       next = begin_stage(job);
     }
     std::shared_ptr<Staged> staged = next.get();
-    next = begin_stage(take(false));
+    next = begin_stage(take_ahead());
     if (staged->over) continue;
     render(worker, *staged);
     if (writing.valid()) writing.get();
@@ -100,20 +102,36 @@ void BatchRun::work(Worker& worker) {
   }
 }
 
-/// The next job; nullptr when there is none, or, unless `wait`, it has to wait for others.
-BatchJob* BatchRun::take(bool wait) {
+/// The next job, for a worker without one; nullptr when there is none.
+BatchJob* BatchRun::take(Worker& worker) {
   std::unique_lock lock(mutex_);
+  idle_ += worker.busy ? 1 : 0;
+  worker.busy = false;
   while (!stop_ && !waiting_.empty()) {
-    BatchJob* const job = waiting_.front();
-    if (!job->after_others || in_hand_ == 0) {
-      waiting_.pop_front();
-      ++in_hand_;
-      return job;
+    if (may_begin()) {
+      worker.busy = true;
+      --idle_;
+      return take_first();
     }
-    if (!wait) return nullptr;
     changed_.wait_for(lock, std::chrono::milliseconds(100));  // a signal wakes nobody
   }
   return nullptr;
+}
+
+/// The next job, to be made ready beside one in hand; nullptr when there is none, it has to wait for others, or a worker without one can
+/// have it.
+BatchJob* BatchRun::take_ahead() {
+  const std::lock_guard lock(mutex_);
+  return !stop_ && waiting_.size() > idle_ && may_begin() ? take_first() : nullptr;
+}
+
+bool BatchRun::may_begin() const { return !waiting_.front()->after_others || in_hand_ == 0; }
+
+BatchJob* BatchRun::take_first() {
+  BatchJob* const job = waiting_.front();
+  waiting_.pop_front();
+  ++in_hand_;
+  return job;
 }
 
 bool BatchRun::is_last() {

@@ -48,11 +48,15 @@ class BatchRun {
   std::condition_variable changed_;
   std::deque<BatchJob*> waiting_;
   std::size_t in_hand_ = 0;
+  std::size_t idle_ = 0;  // workers that have no job, those included that have not begun to look for one
   bool ledger_is_whole_ = true;
   std::set<std::string> said_;  // notes on jobs: what is true of a scene is so for each of its jobs, and is said once
 
   void work(Worker& worker);
-  BatchJob* take(bool wait);
+  BatchJob* take(Worker& worker);
+  BatchJob* take_ahead();
+  [[nodiscard]] bool may_begin() const;
+  BatchJob* take_first();
   [[nodiscard]] bool is_last();
   std::unique_ptr<Staged> stage(Worker& worker, BatchJob& job);
   void prepare(Worker& worker, Staged& staged);
