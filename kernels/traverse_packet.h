@@ -117,7 +117,6 @@ typedef struct {
   PacketAxes axes;
   PacketTriangles waits;  // for the exact test (packet_wait)
   vi valid;
-  float farthest;  // of hit.t
   uint waiting, current, row;
   uint lanes;  // that meet the current node or block
 #if EK_HAS_instance
@@ -134,7 +133,6 @@ EK_FN void packet_begin_at_root(Packet* p) {
   p->y = packet_axis(valid, ray->ry, ray->ny, ray->fy, 2u * EK_NODE_WIDTH);
   p->z = packet_axis(valid, ray->rz, ray->nz, ray->fz, 4u * EK_NODE_WIDTH);
   p->axes = packet_axes(ray, valid);
-  p->farthest = lanes_max(p->hit.t);
   p->waits.here = (vi)(0);
   p->waiting = p->current = 0;
   p->lanes = mask_bits(valid);
