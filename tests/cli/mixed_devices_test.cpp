@@ -55,11 +55,12 @@ TEST(MixedDevices, N5_three_of_two_drivers_give_the_bits_of_one) {
   const Outcome there = here.eikon("devices", before);
   if (!contains(there.out, "Oclgrind Simulator") || !contains(there.out, "pthread"))
     GTEST_SKIP() << "Oclgrind cannot be had beside PoCL: " << there.out;
-  // The two quick ones are slowed down, by sleeping, to about the simulator's speed: quicker, they would do all before it has
-  // compiled; slower, it would do their units over again.
-  const std::string image = "render " + scene("cornell.gltf") + " --size 32x32 --spp 32 --max-depth 1 --quiet";
+  // The two quick ones have work for seconds, so that the simulator compiles and does units meanwhile. They are slowed down, by
+  // sleeping, but not to its speed: what the machine loses once would be slept over as many times. A device that hangs is given up
+  // long before the test is.
+  const std::string image = "render " + scene("cornell.gltf") + " --size 32x32 --spp 2048 --max-depth 1 --quiet";
   ASSERT_TRUE(succeeded(here.eikon(image + " -o one.exr --devices pthread", before)));
-  const std::string slow = before + " EIKON_FAULT='device:1:slow=1000;device:2:slow=1000'";
+  const std::string slow = before + " EIKON_WATCHDOG=4 EIKON_FAULT='device:1:slow=20;device:2:slow=20'";
   const Mixed mixed = render_mixed(here, image, "oclgrind,pthread:2x1", slow);
   ASSERT_EQ(mixed.units.size(), 3U) << mixed.names;
   for (const std::uint64_t units : mixed.units) EXPECT_GT(units, 0U) << mixed.names;
