@@ -163,6 +163,7 @@ EK_FN int try_triangle(Geometry geometry, const RayOne* ray, uint triangle, cons
 #if EK_HAS_shape
   if (p[6] != p[6]) return try_shape(geometry, ray, triangle, any_hit, hit);
 #endif
+  if (triangle == ray->left) return 0;
   const uint z = ray->axis_z / 8u, x = ray->axis_x / 8u, y = 3u - z - x;
   Corners_one corners;
   corners.ax = p[x]; corners.ay = p[y]; corners.az = p[z];

@@ -71,9 +71,9 @@ EK_FN void hits_wait(HitWalk* walk, SceneData scene, global uint* state) {
 }
 #endif
 
-// In meshes larger than the caches the next hits' records are fetched while these are shaded.
+// In meshes larger than a core's caches the next hits' records are fetched while these are shaded.
 EK_FN void hits_fetch_ahead(const HitWalk* walk, SceneData scene, global const uint* state) {
-#if EK_CHUNKED && EK_LARGE_TREE && EK_BUILTIN(__builtin_prefetch)
+#if EK_CHUNKED && EK_MEDIUM_TREE && EK_BUILTIN(__builtin_prefetch)
   global const uint* hits = state + FIELD_hit_triangle * EK_STRIDE + walk->slot + EK_WIDTH;
   const uint count = min(walk->count, walk->slot + 2u * EK_WIDTH);
   for (uint i = 0; walk->slot + EK_WIDTH + i < count; ++i) {

@@ -17,12 +17,14 @@
 
 // o: origin, d's reciprocal r, padded origins n (near) and f (far), in world axes; the same with p_ in the axes of the
 // triangle test, whose z is the longest component of d; s: shear; slack: what a corner's t on z alone may exceed the t of a hit
-// by; axis: which axis that z is; key: for opacity.
+// by; axis: which axis that z is; key: for opacity; left: the triangle that the ray leaves, which it does not meet again, EK_NO_HIT for
+// none. (The test nearly always says so itself; this spares it.)
 typedef struct {
   vf rx, ry, rz, nx, ny, nz, fx, fy, fz;
   vf p_ox, p_oy, p_oz, sx, sy, p_rx, p_ry, p_rz, p_nx, p_ny, p_fx, p_fy, reach;
   vf slack, axis;
   OpacityKey key;
+  vu left;
 } RayLanes;
 
 // Boxes of a node in the trees that store them in vectors (traverse_wide.h).
@@ -41,7 +43,7 @@ typedef struct {
   float rx, ry, rz, nx, ny, nz, fx, fy, fz;
   uint near_x, near_y, near_z, order, axis_x;
   float slack;
-  uint pad0;
+  uint left;
   float p_ox, p_oy, p_oz, sx, sy, p_rx, p_ry, p_rz, p_nx, p_ny, p_fx, p_fy, reach, t;
   uint axis_z, instance;
 #if EK_HAS_opacity
@@ -79,7 +81,7 @@ EK_FN vf reciprocal_component(vf d, vf least) {
 
 EK_FN vf ray_pad(vf reach, vf farthest) { return reach * 0x1p-19f + farthest * 0x1p-23f; }
 
-// `d` need not be unit; t counts in its lengths.
+// `d` need not be unit; t counts in its lengths. It leaves no triangle that is known.
 EK_FN RayLanes ray_lanes(constant Frame* frame, v3 o, v3 d, OpacityKey key) {
   const v3 size = abs3(d);
   const vf least = max_f(max_component(size) * 0x1p-80f, (vf)(0x1p-126f));
@@ -98,6 +100,7 @@ EK_FN RayLanes ray_lanes(constant Frame* frame, v3 o, v3 d, OpacityKey key) {
 
   RayLanes ray;
   ray.key = key;
+  ray.left = (vu)(EK_NO_HIT);
   ray.rx = r.x; ray.ry = r.y; ray.rz = r.z;
   ray.nx = n.x; ray.ny = n.y; ray.nz = n.z;
   ray.fx = f.x; ray.fy = f.y; ray.fz = f.z;
@@ -141,6 +144,7 @@ EK_FN void ray_store(RayOne* rays, RayLanes ray, vf t) {
   rays->p_nx = ray.p_nx; rays->p_ny = ray.p_ny; rays->p_fx = ray.p_fx; rays->p_fy = ray.p_fy;
   rays->reach = ray.reach; rays->slack = ray.slack;
   rays->axis_x = axis_x; rays->axis_z = axis_z;
+  rays->left = ray.left;
 #if EK_HAS_instance
   rays->instance = 0u;
   rays->world[0] = ray.rx; rays->world[1] = ray.ry; rays->world[2] = ray.rz;
@@ -149,7 +153,7 @@ EK_FN void ray_store(RayOne* rays, RayLanes ray, vf t) {
 #endif
 #else
   const Rec boxes = {ray.rx, ray.ry, ray.rz, ray.nx, ray.ny, ray.nz, ray.fx, ray.fy, ray.fz, AS_F(signs.near_x), AS_F(signs.near_y),
-                     AS_F(signs.near_z), AS_F(signs.order), AS_F(axis_x), ray.slack, AS_F(none)};
+                     AS_F(signs.near_z), AS_F(signs.order), AS_F(axis_x), ray.slack, AS_F(ray.left)};
   const Rec shape = {ray.p_ox, ray.p_oy, ray.p_oz, ray.sx, ray.sy, ray.p_rx, ray.p_ry, ray.p_rz, ray.p_nx, ray.p_ny,
                      ray.p_fx, ray.p_fy, ray.reach, t, AS_F(axis_z), AS_F(none)};
   const Rec first = rec_transposed(boxes), second = rec_transposed(shape);

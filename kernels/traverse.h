@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Rays against the scene, in lanes. EK_LAYOUT_<name> (shared/layouts.def) or EK_LAYOUT_none: which tree this program is for
-// (one of them 1); EK_STACK_SIZE: entries that its deepest path can leave waiting; EK_SMALL_TREE, EK_LARGE_TREE: 1 where rays of
-// any kind go together best, and where the tree is larger than the caches. All give the same bits (ray.h).
+// (one of them 1); EK_STACK_SIZE: entries that its deepest path can leave waiting; EK_SMALL_TREE: 1 where rays of any kind go
+// together best; EK_MEDIUM_TREE, EK_LARGE_TREE: 1 where the tree is larger than a core's caches, and than all caches. All give the
+// same bits (ray.h).
 #ifndef EK_TRAVERSE_H
 #define EK_TRAVERSE_H
 #include "traverse_batch.h"
@@ -140,7 +141,8 @@ EK_FN void tracing_run_sorted(constant Frame* frame, Geometry geometry, Tracing*
     key.key = AS_U(sorted_f((const float*)s->key, at));
     key.index = AS_U(sorted_f((const float*)s->index, at));
 #endif
-    const RayLanes ray = ray_lanes(frame, origin, dir, key);
+    RayLanes ray = ray_lanes(frame, origin, dir, key);
+    ray.left = AS_U(sorted_f((const float*)s->left, at));
     const vi valid = valid_rays(ray, t_max, count);
     Packet packet = tracing_packet(ray, valid, t_max, 0);
     traverse_packets(geometry, &packet, 1u, any_hit, 1);
@@ -167,15 +169,16 @@ EK_FN void tracing_run_sorted(constant Frame* frame, Geometry geometry, Tracing*
 }
 #endif
 
-EK_FN void tracing_begin(constant Frame* frame, Geometry geometry, Tracing* tracing, uint row, v3 origin, v3 dir, vf t_max,
+EK_FN void tracing_begin(constant Frame* frame, Geometry geometry, Tracing* tracing, uint row, v3 origin, v3 dir, vf t_max, vu left,
                          OpacityKey key, uint count, int coherent, const int any_hit) {
 #if EK_SORTS
   if (!coherent) {
-    sorted_add(frame, &tracing->sorted, row, origin, dir, t_max, key, count);
+    sorted_add(frame, &tracing->sorted, row, origin, dir, t_max, left, key, count);
     return;
   }
 #endif
-  const RayLanes ray = ray_lanes(frame, origin, dir, key);
+  RayLanes ray = ray_lanes(frame, origin, dir, key);
+  ray.left = left;
   const HitLanes hit = no_hit_lanes(t_max);
   const vi valid = valid_rays(ray, t_max, count);
 #if USE_WIDE && EK_WIDTH > 1
@@ -205,17 +208,17 @@ EK_FN void tracing_begin(constant Frame* frame, Geometry geometry, Tracing* trac
 }
 
 // Row `row` and those behind it are to find the closest hit with t > 0 of `count` rays (at most EK_WIDTH). coherent: the rays are
-// neighbours, as camera rays are, and tracing them together may pay; it does not change the hits. key: of opacity's decisions;
-// unused without EK_HAS_opacity.
-EK_FN void closest_begin(constant Frame* frame, Geometry geometry, Tracing* tracing, uint row, v3 origin, v3 dir, OpacityKey key,
-                         uint count, int coherent) {
-  tracing_begin(frame, geometry, tracing, row, origin, dir, EK_INFINITY, key, count, coherent, 0);
+// neighbours, as camera rays are, and tracing them together may pay; it does not change the hits. left: as RayLanes'. key: of
+// opacity's decisions; unused without EK_HAS_opacity.
+EK_FN void closest_begin(constant Frame* frame, Geometry geometry, Tracing* tracing, uint row, v3 origin, v3 dir, vu left,
+                         OpacityKey key, uint count, int coherent) {
+  tracing_begin(frame, geometry, tracing, row, origin, dir, EK_INFINITY, left, key, count, coherent, 0);
 }
 
 // The same for whether anything lies in 0 < t < t_max.
-EK_FN void any_begin(constant Frame* frame, Geometry geometry, Tracing* tracing, uint row, v3 origin, v3 dir, vf t_max,
+EK_FN void any_begin(constant Frame* frame, Geometry geometry, Tracing* tracing, uint row, v3 origin, v3 dir, vf t_max, vu left,
                      OpacityKey key, uint count, int coherent) {
-  tracing_begin(frame, geometry, tracing, row, origin, dir, t_max, key, count, coherent, 1);
+  tracing_begin(frame, geometry, tracing, row, origin, dir, t_max, left, key, count, coherent, 1);
 }
 
 EK_FN void tracing_finish(constant Frame* frame, Geometry geometry, Tracing* tracing, const int any_hit) {

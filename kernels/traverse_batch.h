@@ -87,26 +87,32 @@ EK_FN void batch_distribute(BatchLists* lists, BatchCounts* counts, const BatchL
 #endif
 }
 
-// Asks the first questions at the blocks.
-EK_FN void batch_candidates(Geometry geometry, const RayOne* rays, const BatchStack* stack, BatchLists* lists, uint count) {
+// Asks the first questions at the blocks. A ray of an any-hit query that surely hits something is done.
+EK_FN void batch_candidates(Geometry geometry, const RayOne* rays, const BatchStack* stack, BatchLists* lists, uint count,
+                            const int any_hit, HitTable* hits) {
   const BatchList* leaf = &lists->leaf;
-#define BATCH_POP(i)                                       \
-  lists->popped[i] = stack->child[leaf->top[i] - 1u]; \
+// Without branches: what comes cannot be foreseen. done: all ones, or 0.
+#define BATCH_POP(i, candidates, done)                                     \
+  lists->bits[i] = (candidates) & ~(done);                                 \
+  lists->popped[i] = stack->child[leaf->top[i] - 1u] | (done);             \
+  if (any_hit) hits->triangle[leaf->row[i]] &= ~(done);                    \
   wide_prefetch(geometry, lists->popped[i]);
 #define BATCH_AT(i) wide_block(geometry, leaf->child[i]), rays + leaf->row[i]
 #if EK_LAYOUT_bvh16
   for (uint i = 0; i < count; i += 2u) {
     const uint j = min(i + 1u, count - 1u);  // one that is left over goes beside itself
-    const uint bits = wide_candidates_2(geometry, BATCH_AT(i), BATCH_AT(j));
-    lists->bits[i] = bits & 0xffu;
-    lists->bits[j] = bits >> 8;
-    BATCH_POP(i)
-    BATCH_POP(j)
+    uint sure;
+    const uint bits = wide_candidates_2(geometry, BATCH_AT(i), BATCH_AT(j), any_hit, &sure);
+    const uint done = 0u - (uint)((sure & 0xffu) != 0u), done_2 = 0u - (uint)(sure > 0xffu);
+    BATCH_POP(i, bits & 0xffu, done)
+    BATCH_POP(j, bits >> 8, done_2)
   }
 #else
   for (uint i = 0; i < count; ++i) {
-    lists->bits[i] = wide_candidates(geometry, BATCH_AT(i));
-    BATCH_POP(i)
+    uint sure;
+    const uint bits = wide_candidates(geometry, BATCH_AT(i), any_hit, &sure);
+    const uint done = 0u - (uint)(sure != 0u);
+    BATCH_POP(i, bits, done)
   }
 #endif
 #undef BATCH_AT
@@ -293,7 +299,7 @@ EK_FN void batch_gather(Geometry geometry, const BatchLists* lists, uint first, 
       const uint triangle = triangles[lowest_bit(bits)];
       candidates->row[candidates->count] = lists->asked.row[i];
       candidates->triangle[candidates->count++] = triangle;
-#if EK_LARGE_TREE && EK_BUILTIN(__builtin_prefetch)
+#if EK_MEDIUM_TREE && EK_BUILTIN(__builtin_prefetch)
       __builtin_prefetch(geometry.scene.triangles + triangle);
 #endif
       bits &= bits - 1u;
@@ -363,7 +369,7 @@ EK_FN void batch_place(Geometry geometry, RayOne* rays, BatchStack* stack, Batch
 }
 #endif
 
-// In a large tree nodes come between, so that the triangles can be fetched meanwhile.
+// In a tree larger than a core's caches nodes come between, so that the triangles can be fetched meanwhile.
 #define BATCH_ANSWER                                                                                          \
   if (counts.asked >= EK_WIDTH || (counts.asked != 0 && counts.node + counts.leaf < BATCH_SLOTS / 4)) \
     batch_answer(geometry, rays, &stack, bases, &lists, &counts, &candidates, any_hit, hits);
@@ -392,11 +398,11 @@ EK_FN void traverse_batch(Geometry geometry, RayOne* rays, const ushort* rows, u
   BatchCounts counts = {opened, 0, 0, 0};
   while (counts.node | counts.leaf | counts.asked | counts.done) {
 #endif
-    batch_candidates(geometry, rays, &stack, &lists, counts.leaf);
+    batch_candidates(geometry, rays, &stack, &lists, counts.leaf, any_hit, hits);
     const uint asked = counts.asked;
     batch_ask(&lists, &counts);
     batch_gather(geometry, &lists, asked, counts.asked, &candidates);
-#if !EK_LARGE_TREE
+#if !EK_MEDIUM_TREE
     BATCH_ANSWER
 #endif
     for (uint i = 0; i < counts.done; ++i) {
@@ -426,7 +432,7 @@ EK_FN void traverse_batch(Geometry geometry, RayOne* rays, const ushort* rows, u
     }
     counts.node = 0;
     batch_distribute(&lists, &counts, &lists.node, node_count);
-#if EK_LARGE_TREE
+#if EK_MEDIUM_TREE
     BATCH_ANSWER
 #endif
 #if EK_HAS_instance

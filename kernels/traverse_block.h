@@ -3,16 +3,19 @@
 //   EK_BLOCKS 1  one ray at a block                          -> wide_candidates
 //   EK_BLOCKS 2  two rays, each at a block, in one vector  -> wide_candidates_2, the second's triangles in bits 8 to 15
 // The triangles that the ray may hit: those that pass the first questions of shape_triangle.h, in the same bits,
-// and do not lie wholly behind the ray's end. (Corners are negated, which does not show in the signs of products: as second
+// and do not lie wholly behind the ray's end; never the one that the ray leaves. (Corners are negated, which does not show in the signs of products: as second
 // operand of a difference they need no load of their own. With A the distance to the first corner on z, its t first_t is at
 // most A (1 + 2u), u = 2^-24, and the box of the triangle begins at or behind A (1 - 2u) - 1.51 pad |rz|, pad being 2u |o| and more;
 // A is at most reach |rz|, so that 4u A is an eighth of pad |rz|. Twice pad |rz| covers both, and the rounding of the sum.)
+// sure, for an any-hit query: those of them that the ray hits for certain before its end. Their edges have one sign and none is zero, and
+// all corners lie in front of the origin beyond error and before the end: all that the whole test asks then is true. (Its box's
+// intervals on x and y have the ray's true t in common, which lies between those of the corners but for less than the pad.)
 #if EK_BLOCKS == 1
 #define BlockF float8
 #define BLOCK_BITS mask_bits8
 #define BLOCK_RAY(name, k) ((float8)(ray->name))
 #define BLOCK_CORNER(axis, offset) (o##axis - wide_corner(geometry, ray, block, offset, axis))
-EK_FN uint wide_candidates(Geometry geometry, global const float* block, const RayOne* ray) {
+EK_FN uint wide_candidates(Geometry geometry, global const float* block, const RayOne* ray, const int any_hit, uint* sure) {
 #else
 #define BlockF float16
 #define BLOCK_BITS mask_bits16
@@ -23,10 +26,11 @@ EK_FN uint wide_candidates(Geometry geometry, global const float* block, const R
   (o##axis - (float16)(wide_corner(geometry, ray, block, offset, axis), \
                        wide_corner(geometry, ray_2, block_2, offset, axis##_2)))
 EK_FN uint wide_candidates_2(Geometry geometry, global const float* block, const RayOne* ray, global const float* block_2,
-                             const RayOne* ray_2) {
+                             const RayOne* ray_2, const int any_hit, uint* sure) {
   const float16 words = *(const float16*)((const float*)ray + 16), words_2 = *(const float16*)((const float*)ray_2 + 16);
   const uint x_2 = ray_2->axis_x, z_2 = ray_2->axis_z, y_2 = 24u - x_2 - z_2;
 #endif
+  *sure = 0;
   uint shapes = 0;
 #if EK_HAS_shape
   int triangles, triangles_2 = 0;
@@ -52,10 +56,18 @@ EK_FN uint wide_candidates_2(Geometry geometry, global const float* block, const
   const BlockF first_t = first < ct ? first : ct, last_t = last > ct ? last : ct;
 #if EK_BLOCKS == 1
   const BlockF end = (float8)(ray->t + ray->slack);
+  const BlockF before = (float8)(ray->t - ray->slack);
+  const uint left = wide_left(block, ray);
 #else
   const BlockF end = (float16)((float8)(ray->t + ray->slack), (float8)(ray_2->t + ray_2->slack));
+  const BlockF before = (float16)((float8)(ray->t - ray->slack), (float8)(ray_2->t - ray_2->slack));
+  const uint left = wide_left(block, ray) | wide_left(block_2, ray_2) << 8;
 #endif
-  return shapes | BLOCK_BITS(((least >= zero) | (most <= zero)) & (last_t > zero) & !(first_t > end));
+  if (any_hit & !EK_HAS_opacity) {
+    const BlockF tiny = (BlockF)(0x1p-126f);
+    *sure = BLOCK_BITS(((least >= tiny) | (most <= -tiny)) & (first_t > 0x1p-22f * last_t) & (last_t < before)) & ~left;
+  }
+  return shapes | (BLOCK_BITS(((least >= zero) | (most <= zero)) & (last_t > zero) & !(first_t > end)) & ~left);
 }
 
 #undef BlockF

@@ -205,6 +205,7 @@ EK_FN RayOne packet_lane(const Packet* p, uint lane) {
   PACKET_LANE(fz) PACKET_LANE(p_ox) PACKET_LANE(p_oy) PACKET_LANE(p_oz) PACKET_LANE(sx) PACKET_LANE(sy) PACKET_LANE(p_rz)
   PACKET_LANE(slack)
 #undef PACKET_LANE
+  one.left = ((const uint*)&p->ray.left)[lane];
   one.t = ((const float*)&p->hit.t)[lane];
   one.near_x = one.rx < 0.0f ? EK_NODE_WIDTH : 0u;
   one.near_y = 2u * EK_NODE_WIDTH + (one.ry < 0.0f ? EK_NODE_WIDTH : 0u);
@@ -226,7 +227,8 @@ EK_FN uint packet_candidates(Geometry geometry, global const float* block, const
     bits = 0;
     for (uint lanes = p->lanes; lanes != 0; lanes &= lanes - 1u) {
       const RayOne one = packet_lane(p, lowest_bit(lanes));
-      bits |= wide_candidates(geometry, block, &one);
+      uint sure;
+      bits |= wide_candidates(geometry, block, &one, 0, &sure);
     }
   }
 #endif
@@ -270,7 +272,7 @@ EK_FN void packet_keep(Packet* p, TriangleHit_lanes found, vu triangle, vu insta
 // Triangle `triangle`, at `corners` in a block, for all lanes.
 EK_FN PacketTriangles packet_triangle(Geometry geometry, const Packet* p, PacketBlock corners, uint triangle) {
   PacketTriangles all;
-  all.here = p->valid;
+  all.here = p->valid & (p->ray.left != (vu)(triangle));
   packet_corner(p->axes, corners, &all.corners.ax, &all.corners.ay, &all.corners.az);
   packet_corner(p->axes, corners + 24, &all.corners.bx, &all.corners.by, &all.corners.bz);
   packet_corner(p->axes, corners + 48, &all.corners.cx, &all.corners.cy, &all.corners.cz);

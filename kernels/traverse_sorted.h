@@ -17,6 +17,7 @@ typedef struct {
   float origin_x[EK_ROWS] EK_ROWS_ALIGNED, origin_y[EK_ROWS] EK_ROWS_ALIGNED, origin_z[EK_ROWS] EK_ROWS_ALIGNED;
   float dir_x[EK_ROWS] EK_ROWS_ALIGNED, dir_y[EK_ROWS] EK_ROWS_ALIGNED, dir_z[EK_ROWS] EK_ROWS_ALIGNED;
   float t_max[EK_ROWS] EK_ROWS_ALIGNED;
+  uint left[EK_ROWS] EK_ROWS_ALIGNED;
 #if EK_HAS_opacity
   uint key[EK_ROWS] EK_ROWS_ALIGNED, index[EK_ROWS] EK_ROWS_ALIGNED;
 #endif
@@ -25,7 +26,8 @@ typedef struct {
 } SortedRays;
 
 // Puts `count` rays (at most EK_WIDTH) of row `row` and those behind it to the others.
-EK_FN void sorted_add(constant Frame* frame, SortedRays* s, uint row, v3 origin, v3 dir, vf t_max, OpacityKey key, uint count) {
+EK_FN void sorted_add(constant Frame* frame, SortedRays* s, uint row, v3 origin, v3 dir, vf t_max, vu left, OpacityKey key,
+                      uint count) {
   const uint at = s->count;
   *(vf_unaligned*)(s->origin_x + at) = origin.x;
   *(vf_unaligned*)(s->origin_y + at) = origin.y;
@@ -34,6 +36,7 @@ EK_FN void sorted_add(constant Frame* frame, SortedRays* s, uint row, v3 origin,
   *(vf_unaligned*)(s->dir_y + at) = dir.y;
   *(vf_unaligned*)(s->dir_z + at) = dir.z;
   *(vf_unaligned*)(s->t_max + at) = t_max;
+  *(vu_unaligned*)(s->left + at) = left;
 #if EK_HAS_opacity
   *(vu_unaligned*)(s->key + at) = key.key;
   *(vu_unaligned*)(s->index + at) = key.index;

@@ -138,6 +138,11 @@ EK_FN float8 wide_corner(Geometry geometry, const RayOne* ray, global const floa
   return *(global const float8*)(block + offset + axis);
 }
 
+// Which of them the ray leaves: no shape.
+EK_FN uint wide_left(global const float* block, const RayOne* ray) {
+  return mask_bits8(*(global const uint8*)(block + 72) == (uint8)(ray->left));
+}
+
 #define EK_BLOCKS 1
 #include "traverse_block.h"
 #if EK_LAYOUT_bvh16
@@ -189,7 +194,8 @@ EK_FN int traverse_wide(Geometry geometry, const RayOne* given, const int any_hi
       }
     } else {
       global const float* block = wide_block(geometry, current);
-      for (uint bits = wide_candidates(geometry, block, &ray); bits != 0; bits &= bits - 1) {
+      uint sure;
+      for (uint bits = wide_candidates(geometry, block, &ray, any_hit, &sure); bits != 0; bits &= bits - 1) {
         if (try_triangle(geometry, &ray, as_uint(block[72 + lowest_bit(bits)]), any_hit, hit)) return 1;
       }
       ray.t = hit->t;

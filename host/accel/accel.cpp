@@ -16,7 +16,9 @@ namespace eikon {
 
 namespace {
 
-constexpr std::uint64_t kLargeBytes = 16'000'000;  // of nodes and leaves: beyond that they are seldom in the cache
+// Of nodes and leaves: beyond these they are not all in a core's own caches, and seldom in any cache.
+constexpr std::uint64_t kMediumBytes = 1'500'000;
+constexpr std::uint64_t kLargeBytes = 16'000'000;
 
 }  // namespace
 
@@ -46,6 +48,7 @@ std::map<std::string, std::string> Accel::defines() const {
   std::map<std::string, std::string> all{{"EK_LAYOUT_none", layout == "none" ? "1" : "0"},
                                          {"EK_STACK_SIZE", std::to_string(stack_size)},
                                          {"EK_SMALL_TREE", together ? "1" : "0"},
+                                         {"EK_MEDIUM_TREE", bytes() > kMediumBytes ? "1" : "0"},
                                          {"EK_LARGE_TREE", bytes() > kLargeBytes ? "1" : "0"}};
   for (const auto* names : {&tree_layouts(), &cell_layouts()})
     for (const std::string& each : *names) all["EK_LAYOUT_" + each] = layout == each ? "1" : "0";

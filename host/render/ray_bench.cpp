@@ -11,10 +11,11 @@ namespace eikon {
 namespace {
 
 constexpr std::size_t kChunk = 4096;  // rays per work-item on CPU devices, as in a render
+constexpr std::size_t kArrays = 8;    // of a ray (RayArrays)
 
 /// Drops rays with t_max 0, which stand for none, and pads for full vectors.
 RayArrays packed(const std::vector<float>& words, std::size_t count) {
-  const std::size_t from = words.size() / 7;
+  const std::size_t from = words.size() / kArrays;
   std::vector<std::size_t> kept;
   for (std::size_t i = 0; i < count; ++i) {
     if (words[6 * from + i] > 0) kept.push_back(i);
@@ -22,8 +23,8 @@ RayArrays packed(const std::vector<float>& words, std::size_t count) {
   RayArrays rays;
   rays.count = kept.size();
   rays.stride = (rays.count + 31) / 16 * 16;
-  rays.words.resize(7 * rays.stride, 0.0F);
-  for (std::size_t k = 0; k < 7; ++k) {
+  rays.words.resize(kArrays * rays.stride, 0.0F);
+  for (std::size_t k = 0; k < kArrays; ++k) {
     for (std::size_t i = 0; i < kept.size(); ++i) rays.words[k * rays.stride + i] = words[k * from + kept[i]];
   }
   return rays;
@@ -58,8 +59,9 @@ RayBench::RayBench(Device& device, const PackedScene& scene, const Features& fea
 std::vector<RayKind> RayBench::make_rays(const Settings& settings, std::uint32_t count) {
   const std::size_t stride = (count + 31) / 16 * 16;
   const std::uint32_t blocks_x = std::max(settings.width / 4, 1U), blocks_y = std::max(settings.height / 4, 1U);
-  const Buffer camera = device_.allocate(28 * stride), diffuse = device_.allocate(28 * stride),
-               shadow = device_.allocate(28 * stride), hits = device_.allocate(20 * stride);
+  const std::size_t bytes = kArrays * sizeof(float) * stride;
+  const Buffer camera = device_.allocate(bytes), diffuse = device_.allocate(bytes), shadow = device_.allocate(bytes),
+               hits = device_.allocate(20 * stride);
   for (const Buffer& buffer : {camera, diffuse, shadow, hits}) device_.fill_zero(buffer);
   arguments_.set("rays", camera);
   arguments_.set("hits", hits);

@@ -47,6 +47,7 @@ EK_FN void stage_generate(constant Frame* frame, global const uint* pixels, glob
     state_set_3(state, FIELD_dir_x, slot, ray.dir);
     state_set_3(state, FIELD_beta_r, slot, V3(weight, weight, weight));
     state_set_f(state, FIELD_pdf, slot, -one);
+    state_set_u(state, FIELD_hit_triangle, slot, (vu)(EK_NO_HIT));
     if (EK_HAS_absorption | EK_HAS_nested_media) state_set_u(state, FIELD_medium, slot, (vu)(frame->camera_medium));
     if (EK_HAS_nested_media) state_set_u(state, FIELD_crossed, slot, (vu)(0u));
     for (uint c = 0; c < FILM_PLANES; ++c)

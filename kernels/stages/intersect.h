@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Stage `intersect`.   From: paths of this depth.   To: the same paths, with their hits.
-// Finds the closest hit of each path's ray. Reads origin and dir, writes hit_*; no shading, and no randomness but opacity's.
+// Finds the closest hit of each path's ray. Reads origin, dir, and the triangle that was hit before; writes hit_*; no shading, and no randomness but opacity's.
 #ifndef EK_STAGE_INTERSECT_H
 #define EK_STAGE_INTERSECT_H
 #include "traverse.h"
@@ -17,7 +17,8 @@ EK_FN void stage_intersect(constant Frame* frame, Geometry geometry, global uint
       if (EK_HAS_opacity)
         key = opacity_key(state_u(state, FIELD_key, first + row), state_u(state, FIELD_index, first + row), depth, 0u);
       closest_begin(frame, geometry, &tracing, row, state_3(state, FIELD_origin_x, first + row),
-                    state_3(state, FIELD_dir_x, first + row), key, min(rows - row, (uint)EK_WIDTH), depth == 1);
+                    state_3(state, FIELD_dir_x, first + row), state_u(state, FIELD_hit_triangle, first + row), key,
+                    min(rows - row, (uint)EK_WIDTH), depth == 1);
     }
     tracing_finish(frame, geometry, &tracing, 0);
     for (uint row = 0; row < rows; row += EK_WIDTH) {

@@ -45,7 +45,7 @@ EK_FN vf fade(MaterialLanes material, vi plain, v3 wi, v3 wi_world, v3 n_geom, v
 typedef struct {
   vi live, plain, both_sides, hidden;
   int detailed;
-  vu path, key, index, medium, beyond, crossed;
+  vu triangle, path, key, index, medium, beyond, crossed;
   v3 beta, p, p_error, n_geom, n_shade, wo;
   Basis basis;
   MaterialLanes material;
@@ -105,6 +105,7 @@ EK_FN uint shade_light(constant Frame* frame, SceneData scene, LightData light_d
   EK_KEEP_SHADOW_3(FIELD_shadow_origin_x, shadow.origin);
   EK_KEEP_SHADOW_3(FIELD_shadow_dir_x, shadow.dir);
   EK_KEEP_SHADOW(FIELD_shadow_t, AS_U(shadow.t_max));
+  if (!EK_HAS_instance) EK_KEEP_SHADOW(FIELD_shadow_left, at.triangle);
   EK_KEEP_SHADOW_3(FIELD_shadow_r, arriving);
   if (EK_HAS_light_group) EK_KEEP_SHADOW(FIELD_shadow_group, light.group);
   if (EK_HAS_nested_media & EK_HAS_scattered) EK_KEEP_SHADOW(FIELD_shadow_crossed, at.crossed);
@@ -286,7 +287,7 @@ EK_FN Survivors stage_shade(constant Frame* frame, SceneData scene, LightData li
         lit.facing = pack_facing(n_shade, both_sides);
       }
       // Of shadow rays there are never more than of hits before, times EK_LIGHT_SAMPLES: there is room for whole vectors.
-      const LitHit lit_hit = {live, plain, both_sides, hidden, detailed, path, key, index, medium, beyond, crossed, beta, surface.p,
+      const LitHit lit_hit = {live, plain, both_sides, hidden, detailed, triangle, path, key, index, medium, beyond, crossed, beta, surface.p,
                               surface.p_error, n_geom, n_shade, wo, basis, material, lit};
 #if EK_LIT_IN_PAIRS
       lit_hits[lit_count++] = lit_hit;
@@ -362,6 +363,7 @@ EK_FN Survivors stage_shade(constant Frame* frame, SceneData scene, LightData li
     EK_KEEP(FIELD_beta_r, AS_U(next_beta.x));
     EK_KEEP(FIELD_beta_g, AS_U(next_beta.y));
     EK_KEEP(FIELD_beta_b, AS_U(next_beta.z));
+    EK_KEEP(FIELD_hit_triangle, EK_HAS_instance ? (vu)(EK_NO_HIT) : triangle);
     EK_KEEP(FIELD_pdf, AS_U(scattered.delta ? (vf)(-1.0f) : scattered.pdf));
     if (EK_HAS_light_tree & EK_HAS_next_event & EK_HAS_bsdf_emission) EK_KEEP(FIELD_facing, lit.facing);
     if (EK_HAS_MEDIUM) EK_KEEP(FIELD_medium, next_medium);

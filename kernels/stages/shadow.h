@@ -19,7 +19,8 @@ EK_FN void stage_shadow(constant Frame* frame, Geometry geometry, global uint* s
         key.index = state_u(state, FIELD_shadow_index, first + row);
       }
       any_begin(frame, geometry, &tracing, row, shadow_state_3(state, FIELD_shadow_origin_x, first + row),
-                shadow_state_3(state, FIELD_shadow_dir_x, first + row), state_f(state, FIELD_shadow_t, first + row), key,
+                shadow_state_3(state, FIELD_shadow_dir_x, first + row), state_f(state, FIELD_shadow_t, first + row),
+                EK_HAS_instance ? (vu)(EK_NO_HIT) : state_u(state, FIELD_shadow_left, first + row), key,
                 min(rows - row, (uint)EK_WIDTH), depth == 1);
     }
     tracing_finish(frame, geometry, &tracing, 1);

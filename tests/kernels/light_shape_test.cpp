@@ -44,7 +44,10 @@ class Lamp {
     packed_ = pack_scene(scene_, features_, settings_);
     probe_.emplace("light_shape");
     for (const auto& [name, value] : features_.defines()) probe_->define(name, value);
-    probe_->define("EK_SMALL_TREE", "1").define("EK_LARGE_TREE", "0").define("EK_STACK_SIZE", "64");
+    probe_->define("EK_SMALL_TREE", "1")
+        .define("EK_MEDIUM_TREE", "0")
+        .define("EK_LARGE_TREE", "0")
+        .define("EK_STACK_SIZE", "64");
     for (const char* name : {"none", "bvh16", "bvh8", "bvh2", "bvh4", "cwbvh", "grid", "octree", "kdtree", "bsp"})
       probe_->define(std::string("EK_LAYOUT_") + name, std::string(name) == "none" ? "1" : "0");
     const glm::dvec3 center = 0.5 * (packed_.bounds.lo + packed_.bounds.hi), half = packed_.bounds.hi - center;

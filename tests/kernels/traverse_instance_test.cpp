@@ -170,13 +170,13 @@ Ways ways_down(const std::string& layout) {
   if (layout == "bvh2") return {way(1, {}), way(16, {})};
   if (layout == "bvh8")
     return {way(1, {}), way(8, {{"EK_SMALL_TREE", "0"}}), way(8, {{"EK_SMALL_TREE", "0"}, {"EK_NO_AVX512", "1"}}),
-            way(8, {{"EK_SMALL_TREE", "0"}, {"EK_LARGE_TREE", "1"}}, false, true)};
+            way(8, {{"EK_SMALL_TREE", "0"}, {"EK_MEDIUM_TREE", "1"}, {"EK_LARGE_TREE", "1"}}, false, true)};
   return {way(1, {}),
           way(16, {{"EK_SMALL_TREE", "0"}}),
-          way(16, {{"EK_SMALL_TREE", "0"}, {"EK_LARGE_TREE", "1"}}, false, true),
+          way(16, {{"EK_SMALL_TREE", "0"}, {"EK_MEDIUM_TREE", "1"}, {"EK_LARGE_TREE", "1"}}, false, true),
           way(16, {{"EK_SMALL_TREE", "1"}}),
           way(16, {{"EK_SMALL_TREE", "0"}}, true),
-          way(16, {{"EK_SMALL_TREE", "0"}, {"EK_LARGE_TREE", "1"}}, true, true)};
+          way(16, {{"EK_SMALL_TREE", "0"}, {"EK_MEDIUM_TREE", "1"}, {"EK_LARGE_TREE", "1"}}, true, true)};
 }
 
 /// One of each layout, all different, where it is the scene that matters.

@@ -109,11 +109,22 @@ void expect_all_agree(const Soup& soup, const std::vector<ProbeRay>& rays, const
     }
     EXPECT_GT(hit_count, rays.size() / 50) << what;  // the comparison below is of hits, not of misses
     EXPECT_LT(blocked_count, rays.size()) << what;
+    // Rays that end at what they hit, one unit before and one behind.
+    std::vector<ProbeRay> ending = rays;
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+      const float t = closest[i].t;
+      if (std::isfinite(t)) ending[i].t_max = i % 3 == 0 ? t : std::nextafter(t, i % 3 == 1 ? 0.0F : INFINITY);
+    }
+    const auto any_ending = brute.any(ending);
+    for (std::size_t i = 0; i < rays.size(); ++i)
+      EXPECT_EQ(any_ending[i], closest[i].triangle != EK_NO_HIT && closest[i].t < ending[i].t_max)
+          << what << " ray " << i;
     for (const auto& variant : TraverseProbe::variants()) {
       TraverseProbe probe(device, soup, variant);
       const std::string name = what + ", " + TraverseProbe::describe(variant);
       EXPECT_TRUE(same_bits(probe.closest(rays), closest, rays)) << name;
       EXPECT_EQ(probe.any(rays), any) << name;
+      EXPECT_EQ(probe.any(ending), any_ending) << name;
     }
   }
 }
@@ -128,6 +139,47 @@ TEST(Traverse, adversarial_rays_hit_the_same_bits_in_every_layout) {
   const Soup scattered = fixtures::scattered(1000, 1.0F, 4), sphere = fixtures::bumpy_sphere(24);
   expect_all_agree(scattered, adversarial_rays(scattered, 20'000, 1.0F, 5), "scattered");
   expect_all_agree(sphere, adversarial_rays(sphere, 20'000, 1.0F, 6), "sphere");
+}
+
+TEST(Traverse, a_ray_does_not_meet_the_triangle_that_it_leaves) {
+  Soup soup = fixtures::scattered(500, 1.0F, 61);
+  for (const float corner : {-4.0F, 4.0F})  // nothing else bounds the scene
+    for (int i = 0; i < 9; ++i) soup.push_back(corner + (i == 4 ? 0.001F : i == 8 ? 0.002F : 0.0F));
+  std::vector<ProbeRay> rays = random_rays(20'000, 1.0F, 62);
+  Device device(select_devices("0").at(0));
+  const TraverseProbe::Options brute_force{"none", 16};
+  const std::vector<ProbeHit> first = TraverseProbe(device, soup, brute_force).closest(rays);
+  std::map<std::uint32_t, std::size_t> hits;
+  for (const ProbeHit& hit : first) ++hits[hit.triangle];
+  hits.erase(EK_NO_HIT);
+  ASSERT_GT(hits.size(), 50U);
+  const std::uint32_t gone = std::max_element(hits.begin(), hits.end(), [](const auto& a, const auto& b) {
+                               return a.second < b.second;
+                             })->first;
+  Soup without = soup;
+  for (std::size_t i = 3; i < 9; ++i) without[9 * gone + i] = without[9 * gone + i % 3];
+  TraverseProbe other(device, without, brute_force);
+  const std::vector<ProbeHit> behind = other.closest(rays);
+  const std::vector<bool> any_behind = other.any(rays);
+  EXPECT_FALSE(same_bits(first, behind, rays));
+
+  for (ProbeRay& ray : rays) ray.left = gone;
+  for (const auto& variant : TraverseProbe::variants()) {
+    TraverseProbe probe(device, soup, variant);
+    EXPECT_TRUE(same_bits(probe.closest(rays), behind, rays)) << TraverseProbe::describe(variant);
+    EXPECT_EQ(probe.any(rays), any_behind) << TraverseProbe::describe(variant);
+  }
+  // Each its own: where it goes on is behind.
+  for (std::size_t i = 0; i < rays.size(); ++i) rays[i].left = first[i].triangle;
+  const std::vector<ProbeHit> second = TraverseProbe(device, soup, brute_force).closest(rays);
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    if (first[i].triangle == EK_NO_HIT) continue;
+    EXPECT_NE(second[i].triangle, first[i].triangle);
+    EXPECT_GE(second[i].t, first[i].t);
+  }
+  for (const auto& variant : TraverseProbe::variants())
+    EXPECT_TRUE(same_bits(TraverseProbe(device, soup, variant).closest(rays), second, rays))
+        << TraverseProbe::describe(variant);
 }
 
 TEST(Traverse, scenes_far_from_the_origin_hit_the_same_bits_in_every_layout) {

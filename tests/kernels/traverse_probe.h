@@ -22,6 +22,7 @@ namespace eikon {
 struct ProbeRay {
   std::array<float, 3> o{}, d{};
   float t_max = INFINITY;
+  std::uint32_t left = EK_NO_HIT;  // the triangle that it leaves
 };
 
 inline ProbeRay probe_ray(const glm::dvec3& origin, const glm::dvec3& dir, double t_max) {
@@ -139,12 +140,13 @@ class TraverseProbe {
       // Small trees would be traced as packets, with the rays of any kind; so each way is asked for by its defines.
       for (const int width : {8, 16}) {
         add(layout, width, {{"EK_SMALL_TREE", "0"}});
-        add(layout, width, {{"EK_SMALL_TREE", "0"}, {"EK_LARGE_TREE", "1"}}, false, true);
+        add(layout, width, {{"EK_SMALL_TREE", "0"}, {"EK_MEDIUM_TREE", "1"}, {"EK_LARGE_TREE", "1"}}, false, true);
       }
       add(layout, 16, {{"EK_SMALL_TREE", "1"}});
+      add(layout, 16, {{"EK_SMALL_TREE", "0"}, {"EK_MEDIUM_TREE", "1"}});
       add(layout, 8, {{"EK_SMALL_TREE", "0"}, {"EK_NO_AVX512", "1"}});
       add(layout, 16, {{"EK_SMALL_TREE", "0"}}, true, false);
-      add(layout, 16, {{"EK_SMALL_TREE", "0"}, {"EK_LARGE_TREE", "1"}}, true, true);
+      add(layout, 16, {{"EK_SMALL_TREE", "0"}, {"EK_MEDIUM_TREE", "1"}, {"EK_LARGE_TREE", "1"}}, true, true);
     }
     return all;
   }
@@ -269,13 +271,14 @@ class TraverseProbe {
 
   std::vector<float> run(Kernel& kernel, const std::vector<ProbeRay>& rays) {
     const std::size_t stride = (rays.size() + 31) / 16 * 16;
-    std::vector<float> words(7 * stride, 0.0F);
+    std::vector<float> words(8 * stride, 0.0F);
     for (std::size_t i = 0; i < rays.size(); ++i) {
       for (std::size_t k = 0; k < 3; ++k) {
         words[k * stride + i] = rays[i].o[k];
         words[(3 + k) * stride + i] = rays[i].d[k];
       }
       words[6 * stride + i] = rays[i].t_max;
+      words[7 * stride + i] = std::bit_cast<float>(rays[i].left);
     }
     arguments_.set("rays", device_.upload(words));
     const Buffer hits = device_.allocate(kHitWords * stride * sizeof(float));
