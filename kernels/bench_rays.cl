@@ -10,7 +10,7 @@
 #include "surface.h"
 #include "warp.h"
 
-EK_FN void store_ray(global float* rays, uint stride, uint i, v3 origin, v3 dir, vf t_max, vu left) {
+EK_FN void store_ray(global float* rays, uint stride, uint i, v3 origin, v3 dir, vf t_max, RayEnds ends) {
   store_f(rays + i, origin.x);
   store_f(rays + stride + i, origin.y);
   store_f(rays + 2 * stride + i, origin.z);
@@ -18,7 +18,8 @@ EK_FN void store_ray(global float* rays, uint stride, uint i, v3 origin, v3 dir,
   store_f(rays + 4 * stride + i, dir.y);
   store_f(rays + 5 * stride + i, dir.z);
   store_f(rays + 6 * stride + i, t_max);
-  store_f(rays + 7 * stride + i, AS_F(left));
+  store_f(rays + 7 * stride + i, AS_F(ends.left));
+  store_f(rays + 8 * stride + i, AS_F(ends.goal));
 }
 
 // Camera rays, 16 for a block of 4 x 4 pixels; the blocks are spread over the whole picture, however many rays there are.
@@ -31,7 +32,7 @@ EK_FN_ONCE void bench_camera_run(constant Frame* frame, global float* rays, uint
   vf u, v;
   sample_2d(hash_bits(ray), (vu)(0u), DIM_FILTER, &u, &v);
   const CameraRay camera = camera_ray(frame, TO_F(AS_I(x)), TO_F(AS_I(y)), u, v, hash_bits(ray), (vu)(0u));
-  store_ray(rays, stride, i, camera.origin, camera.dir, EK_INFINITY, (vu)(EK_NO_HIT));
+  store_ray(rays, stride, i, camera.origin, camera.dir, EK_INFINITY, unknown_ends());
 }
 
 kernel void bench_camera(constant Frame* frame, global float* rays, uint ray_count, uint stride, uint blocks_x, uint blocks) {
@@ -44,7 +45,8 @@ EK_FN_ONCE void bench_scatter_run(constant Frame* frame, SceneData scene, LightD
                                   global const float* hits, global float* diffuse_rays, global float* shadow_rays, uint stride, uint i) {
   const vu hit = load_u((global const uint*)hits + 3 * stride + i);
   const vi live = hit != EK_NO_HIT;
-  const vu left = EK_HAS_instance ? (vu)(EK_NO_HIT) : hit;
+  RayEnds ends = unknown_ends();
+  if (!EK_HAS_instance) ends.left = hit;
   const v3 dir = V3(load_f(rays + 3 * stride + i), load_f(rays + 4 * stride + i), load_f(rays + 5 * stride + i));
   TriangleLanes corners = load_triangle(scene.triangles, live ? hit : (vu)(0u));
 #if EK_HAS_instance
@@ -64,7 +66,7 @@ EK_FN_ONCE void bench_scatter_run(constant Frame* frame, SceneData scene, LightD
   sample_2d(key, (vu)(0u), bounce_dimension(1, DIM_SCATTER), &u, &v);
   const v3 scattered = to_world(basis, warp_cosine_hemisphere(u, v));
   store_ray(diffuse_rays, stride, i, offset_ray_origin(surface.p, surface.p_error, n, scattered), scattered,
-            live ? EK_INFINITY : (vf)(0.0f), left);
+            live ? EK_INFINITY : (vf)(0.0f), ends);
 
   if (frame->light_count > 0) {
     const LitPoint lit = {offset_ray_origin(surface.p, surface.p_error, n, n), pack_facing(n, (vi)(0))};
@@ -72,11 +74,12 @@ EK_FN_ONCE void bench_scatter_run(constant Frame* frame, SceneData scene, LightD
     const LightSample light = light_sample(frame, light_data, pick_light(frame, light_data, lit, live, words), basis, (vi)(0), words);
     const LightPath path = light_path(light, surface.p, surface.p_error, n);
     const vi arrives = live & (path.pdf > 0.0f) & (dot3(path.wi, n) > 0.0f);
-    store_ray(shadow_rays, stride, i, path.origin, path.dir, arrives ? path.t_max : (vf)(0.0f), left);
+    if (!EK_HAS_instance) ends.goal = path.goal;
+    store_ray(shadow_rays, stride, i, path.origin, path.dir, arrives ? path.t_max : (vf)(0.0f), ends);
   } else {
     const v3 away = warp_uniform_sphere(u, v);
     store_ray(shadow_rays, stride, i, offset_ray_origin(surface.p, surface.p_error, n, away), away,
-              live ? EK_INFINITY : (vf)(0.0f), left);
+              live ? EK_INFINITY : (vf)(0.0f), ends);
   }
 }
 

@@ -123,6 +123,14 @@ EK_FN void report_given_up(Geometry geometry, float gave_up, uint surface, float
 }
 #endif
 
+// Whether a triangle is one of the ray's ends.
+EK_FN int is_end(const RayOne* ray, uint triangle, const int any_hit) {
+#if !EK_HAS_instance
+  if (any_hit && triangle == ray->goal) return 1;
+#endif
+  return triangle == ray->left;
+}
+
 #if EK_HAS_shape
 // As try_triangle, of the record of a shape.
 EK_FN int try_shape(Geometry geometry, const RayOne* ray, uint id, const int any_hit, Hit* hit) {
@@ -163,7 +171,7 @@ EK_FN int try_triangle(Geometry geometry, const RayOne* ray, uint triangle, cons
 #if EK_HAS_shape
   if (p[6] != p[6]) return try_shape(geometry, ray, triangle, any_hit, hit);
 #endif
-  if (triangle == ray->left) return 0;
+  if (is_end(ray, triangle, any_hit)) return 0;
   const uint z = ray->axis_z / 8u, x = ray->axis_x / 8u, y = 3u - z - x;
   Corners_one corners;
   corners.ax = p[x]; corners.ay = p[y]; corners.az = p[z];

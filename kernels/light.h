@@ -296,6 +296,7 @@ typedef struct {
   v3 origin;    // shadow ray: off the surface
   v3 dir;       // not unit: the light is at t = 1
   vf t_max;     // a little less than 1, or infinity towards distant lights
+  vu goal;      // RayEnds: the triangle that it goes to
 } LightPath;
 
 /// p, p_error, n_geom  of the shading point
@@ -304,7 +305,7 @@ typedef struct {
 // light without extent may be placed on a surface, which is not in its way either.
 EK_FN LightPath light_path(LightSample s, v3 p, v3 p_error, v3 n_geom) {
   if (!EK_HAS_near_light) {
-    const LightPath far = {s.wi, s.pdf, s.radiance, offset_ray_origin(p, p_error, n_geom, s.wi), s.wi, EK_INFINITY};
+    const LightPath far = {s.wi, s.pdf, s.radiance, offset_ray_origin(p, p_error, n_geom, s.wi), s.wi, EK_INFINITY, (vu)(EK_NO_HIT)};
     return far;
   }
   const v3 to_light = sub3(s.p, p);
@@ -333,6 +334,7 @@ EK_FN LightPath light_path(LightSample s, v3 p, v3 p_error, v3 n_geom) {
     margin = s.is_punctual ? (vf)(0x1p-17f) : margin;
   }
   path.dir = select3(s.is_distant, s.wi, sub3(target, path.origin));
+  path.goal = (s.is_distant | s.is_punctual | s.is_shape) ? (vu)(EK_NO_HIT) : s.triangle;
   path.t_max = s.is_distant ? EK_INFINITY : 1.0f - margin;
   return path;
 }

@@ -15,16 +15,26 @@
 #include "alpha.h"
 #include "transpose.h"
 
+// The triangles that a ray does not meet, so that they need no test, which would nearly always say the same: the one that it leaves,
+// and of an any-hit query the one that it goes to, just before which it ends. EK_NO_HIT: none; with EK_HAS_instance, none is known.
+typedef struct {
+  vu left, goal;
+} RayEnds;
+
+EK_FN RayEnds unknown_ends(void) {
+  const RayEnds ends = {(vu)(EK_NO_HIT), (vu)(EK_NO_HIT)};
+  return ends;
+}
+
 // o: origin, d's reciprocal r, padded origins n (near) and f (far), in world axes; the same with p_ in the axes of the
 // triangle test, whose z is the longest component of d; s: shear; slack: what a corner's t on z alone may exceed the t of a hit
-// by; axis: which axis that z is; key: for opacity; left: the triangle that the ray leaves, which it does not meet again, EK_NO_HIT for
-// none. (The test nearly always says so itself; this spares it.)
+// by; axis: which axis that z is; key: for opacity.
 typedef struct {
   vf rx, ry, rz, nx, ny, nz, fx, fy, fz;
   vf p_ox, p_oy, p_oz, sx, sy, p_rx, p_ry, p_rz, p_nx, p_ny, p_fx, p_fy, reach;
   vf slack, axis;
   OpacityKey key;
-  vu left;
+  RayEnds ends;
 } RayLanes;
 
 // Boxes of a node in the trees that store them in vectors (traverse_wide.h).
@@ -38,14 +48,20 @@ typedef struct {
 
 // One ray, 16 words for boxes and 16 for triangles. near_*: offsets of the planes it meets first in a node; order: shift of the
 // children's order; axis_x, axis_z: 8 times the axes x and z of the triangle test; t: where it ends so far; instance: 0, or 1 + the place
-// whose mesh it is in (traverse_instance.h), with the words for boxes in the mesh's space, and those of the world kept in `world`.
+// whose mesh it is in (traverse_instance.h), with the words for boxes in the mesh's space, and those of the world kept in `world`;
+// left, goal: RayEnds.
 typedef struct {
   float rx, ry, rz, nx, ny, nz, fx, fy, fz;
   uint near_x, near_y, near_z, order, axis_x;
   float slack;
   uint left;
   float p_ox, p_oy, p_oz, sx, sy, p_rx, p_ry, p_rz, p_nx, p_ny, p_fx, p_fy, reach, t;
-  uint axis_z, instance;
+  uint axis_z;
+#if EK_HAS_instance
+  uint instance;
+#else
+  uint goal;
+#endif
 #if EK_HAS_opacity
   uint key, index, pad[14];
 #endif
@@ -81,7 +97,7 @@ EK_FN vf reciprocal_component(vf d, vf least) {
 
 EK_FN vf ray_pad(vf reach, vf farthest) { return reach * 0x1p-19f + farthest * 0x1p-23f; }
 
-// `d` need not be unit; t counts in its lengths. It leaves no triangle that is known.
+// `d` need not be unit; t counts in its lengths. Its ends are unknown.
 EK_FN RayLanes ray_lanes(constant Frame* frame, v3 o, v3 d, OpacityKey key) {
   const v3 size = abs3(d);
   const vf least = max_f(max_component(size) * 0x1p-80f, (vf)(0x1p-126f));
@@ -100,7 +116,7 @@ EK_FN RayLanes ray_lanes(constant Frame* frame, v3 o, v3 d, OpacityKey key) {
 
   RayLanes ray;
   ray.key = key;
-  ray.left = (vu)(EK_NO_HIT);
+  ray.ends = unknown_ends();
   ray.rx = r.x; ray.ry = r.y; ray.rz = r.z;
   ray.nx = n.x; ray.ny = n.y; ray.nz = n.z;
   ray.fx = f.x; ray.fy = f.y; ray.fz = f.z;
@@ -144,8 +160,10 @@ EK_FN void ray_store(RayOne* rays, RayLanes ray, vf t) {
   rays->p_nx = ray.p_nx; rays->p_ny = ray.p_ny; rays->p_fx = ray.p_fx; rays->p_fy = ray.p_fy;
   rays->reach = ray.reach; rays->slack = ray.slack;
   rays->axis_x = axis_x; rays->axis_z = axis_z;
-  rays->left = ray.left;
-#if EK_HAS_instance
+  rays->left = ray.ends.left;
+#if !EK_HAS_instance
+  rays->goal = ray.ends.goal;
+#else
   rays->instance = 0u;
   rays->world[0] = ray.rx; rays->world[1] = ray.ry; rays->world[2] = ray.rz;
   rays->world[3] = ray.nx; rays->world[4] = ray.ny; rays->world[5] = ray.nz;
@@ -153,9 +171,9 @@ EK_FN void ray_store(RayOne* rays, RayLanes ray, vf t) {
 #endif
 #else
   const Rec boxes = {ray.rx, ray.ry, ray.rz, ray.nx, ray.ny, ray.nz, ray.fx, ray.fy, ray.fz, AS_F(signs.near_x), AS_F(signs.near_y),
-                     AS_F(signs.near_z), AS_F(signs.order), AS_F(axis_x), ray.slack, AS_F(ray.left)};
+                     AS_F(signs.near_z), AS_F(signs.order), AS_F(axis_x), ray.slack, AS_F(ray.ends.left)};
   const Rec shape = {ray.p_ox, ray.p_oy, ray.p_oz, ray.sx, ray.sy, ray.p_rx, ray.p_ry, ray.p_rz, ray.p_nx, ray.p_ny,
-                     ray.p_fx, ray.p_fy, ray.reach, t, AS_F(axis_z), AS_F(none)};
+                     ray.p_fx, ray.p_fy, ray.reach, t, AS_F(axis_z), EK_HAS_instance ? AS_F(none) : AS_F(ray.ends.goal)};
   const Rec first = rec_transposed(boxes), second = rec_transposed(shape);
 #define EK_RAY_ROW(vector, lane, offset)                          \
   *(vf*)((float*)(rays + 0x##lane) + offset) = first.w##vector;       \

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Rays of any origin through the production traversal, for `bench rays` and the tests.
-//   rays  eight arrays of `stride` words: origin x y z, direction x y z, t_max, and the triangle that the ray leaves (EK_NO_HIT: none);
-//         at least 16 behind ray_count may be read
+//   rays  nine arrays of `stride` words: origin x y z, direction x y z, t_max, and the triangles that the ray leaves and goes to
+//         (EK_NO_HIT: none); at least 16 behind ray_count may be read
 //   hits  four arrays of `stride` words: t, u, v, triangle; and with EK_HAS_instance a fifth: instance; trace_any writes the first, 1 or 0. In a program that counts (hit.h),
 //         u and v are numbers of triangle tests and of steps
 // A work-item traces EK_CHUNK rays. With EK_HAS_opacity each ray has decisions of its own.
@@ -13,7 +13,10 @@
 
 EK_FN v3 trace_load3(global const float* p, uint stride) { return V3(load_f(p), load_f(p + stride), load_f(p + 2 * stride)); }
 
-EK_FN vu trace_left(global const float* p, uint stride) { return load_u((global const uint*)(p + 7 * stride)); }
+EK_FN RayEnds trace_ends(global const float* p, uint stride) {
+  const RayEnds ends = {load_u((global const uint*)(p + 7 * stride)), load_u((global const uint*)(p + 8 * stride))};
+  return ends;
+}
 
 EK_FN OpacityKey trace_key(uint first) { return opacity_key(hash_bits((vu)(first) + LANE_INDEX), (vu)(0u), 1u, 0u); }
 
@@ -27,7 +30,7 @@ EK_FN_ONCE void trace_closest_run(constant Frame* frame, Geometry geometry, glob
     for (uint row = 0; row < rows; row += EK_WIDTH) {
       global const float* p = rays + first + row;
       closest_begin(frame, geometry, &tracing, row, trace_load3(p, stride), trace_load3(p + 3 * stride, stride),
-                    trace_left(p, stride), trace_key(first + row), min(rows - row, (uint)EK_WIDTH), coherent);
+                    trace_ends(p, stride), trace_key(first + row), min(rows - row, (uint)EK_WIDTH), coherent);
     }
     tracing_finish(frame, geometry, &tracing, 0);
     for (uint row = 0; row < rows; row += EK_WIDTH) {
@@ -53,7 +56,7 @@ EK_FN_ONCE void trace_any_run(constant Frame* frame, Geometry geometry, global c
     for (uint row = 0; row < rows; row += EK_WIDTH) {
       global const float* p = rays + first + row;
       any_begin(frame, geometry, &tracing, row, trace_load3(p, stride), trace_load3(p + 3 * stride, stride),
-                load_f(p + 6 * stride), trace_left(p, stride), trace_key(first + row), min(rows - row, (uint)EK_WIDTH), coherent);
+                load_f(p + 6 * stride), trace_ends(p, stride), trace_key(first + row), min(rows - row, (uint)EK_WIDTH), coherent);
     }
     tracing_finish(frame, geometry, &tracing, 1);
     for (uint row = 0; row < rows; row += EK_WIDTH) {

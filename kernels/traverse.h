@@ -142,7 +142,8 @@ EK_FN void tracing_run_sorted(constant Frame* frame, Geometry geometry, Tracing*
     key.index = AS_U(sorted_f((const float*)s->index, at));
 #endif
     RayLanes ray = ray_lanes(frame, origin, dir, key);
-    ray.left = AS_U(sorted_f((const float*)s->left, at));
+    ray.ends.left = AS_U(sorted_f((const float*)s->left, at));
+    if (any_hit) ray.ends.goal = AS_U(sorted_f((const float*)s->goal, at));
     const vi valid = valid_rays(ray, t_max, count);
     Packet packet = tracing_packet(ray, valid, t_max, 0);
     traverse_packets(geometry, &packet, 1u, any_hit, 1);
@@ -169,16 +170,16 @@ EK_FN void tracing_run_sorted(constant Frame* frame, Geometry geometry, Tracing*
 }
 #endif
 
-EK_FN void tracing_begin(constant Frame* frame, Geometry geometry, Tracing* tracing, uint row, v3 origin, v3 dir, vf t_max, vu left,
-                         OpacityKey key, uint count, int coherent, const int any_hit) {
+EK_FN void tracing_begin(constant Frame* frame, Geometry geometry, Tracing* tracing, uint row, v3 origin, v3 dir, vf t_max,
+                         RayEnds ends, OpacityKey key, uint count, int coherent, const int any_hit) {
 #if EK_SORTS
   if (!coherent) {
-    sorted_add(frame, &tracing->sorted, row, origin, dir, t_max, left, key, count);
+    sorted_add(frame, &tracing->sorted, row, origin, dir, t_max, ends, key, count);
     return;
   }
 #endif
   RayLanes ray = ray_lanes(frame, origin, dir, key);
-  ray.left = left;
+  ray.ends = ends;
   const HitLanes hit = no_hit_lanes(t_max);
   const vi valid = valid_rays(ray, t_max, count);
 #if USE_WIDE && EK_WIDTH > 1
@@ -208,17 +209,17 @@ EK_FN void tracing_begin(constant Frame* frame, Geometry geometry, Tracing* trac
 }
 
 // Row `row` and those behind it are to find the closest hit with t > 0 of `count` rays (at most EK_WIDTH). coherent: the rays are
-// neighbours, as camera rays are, and tracing them together may pay; it does not change the hits. left: as RayLanes'. key: of
-// opacity's decisions; unused without EK_HAS_opacity.
-EK_FN void closest_begin(constant Frame* frame, Geometry geometry, Tracing* tracing, uint row, v3 origin, v3 dir, vu left,
+// neighbours, as camera rays are, and tracing them together may pay; it does not change the hits. key: of opacity's decisions;
+// unused without EK_HAS_opacity.
+EK_FN void closest_begin(constant Frame* frame, Geometry geometry, Tracing* tracing, uint row, v3 origin, v3 dir, RayEnds ends,
                          OpacityKey key, uint count, int coherent) {
-  tracing_begin(frame, geometry, tracing, row, origin, dir, EK_INFINITY, left, key, count, coherent, 0);
+  tracing_begin(frame, geometry, tracing, row, origin, dir, EK_INFINITY, ends, key, count, coherent, 0);
 }
 
 // The same for whether anything lies in 0 < t < t_max.
-EK_FN void any_begin(constant Frame* frame, Geometry geometry, Tracing* tracing, uint row, v3 origin, v3 dir, vf t_max, vu left,
+EK_FN void any_begin(constant Frame* frame, Geometry geometry, Tracing* tracing, uint row, v3 origin, v3 dir, vf t_max, RayEnds ends,
                      OpacityKey key, uint count, int coherent) {
-  tracing_begin(frame, geometry, tracing, row, origin, dir, t_max, left, key, count, coherent, 1);
+  tracing_begin(frame, geometry, tracing, row, origin, dir, t_max, ends, key, count, coherent, 1);
 }
 
 EK_FN void tracing_finish(constant Frame* frame, Geometry geometry, Tracing* tracing, const int any_hit) {

@@ -3,7 +3,7 @@
 //   EK_BLOCKS 1  one ray at a block                          -> wide_candidates
 //   EK_BLOCKS 2  two rays, each at a block, in one vector  -> wide_candidates_2, the second's triangles in bits 8 to 15
 // The triangles that the ray may hit: those that pass the first questions of shape_triangle.h, in the same bits,
-// and do not lie wholly behind the ray's end; never the one that the ray leaves. (Corners are negated, which does not show in the signs of products: as second
+// and do not lie wholly behind the ray's end; never those that it leaves or goes to. (Corners are negated, which does not show in the signs of products: as second
 // operand of a difference they need no load of their own. With A the distance to the first corner on z, its t first_t is at
 // most A (1 + 2u), u = 2^-24, and the box of the triangle begins at or behind A (1 - 2u) - 1.51 pad |rz|, pad being 2u |o| and more;
 // A is at most reach |rz|, so that 4u A is an eighth of pad |rz|. Twice pad |rz| covers both, and the rounding of the sum.)
@@ -57,17 +57,17 @@ EK_FN uint wide_candidates_2(Geometry geometry, global const float* block, const
 #if EK_BLOCKS == 1
   const BlockF end = (float8)(ray->t + ray->slack);
   const BlockF before = (float8)(ray->t - ray->slack);
-  const uint left = wide_left(block, ray);
+  const uint ends = wide_ends(block, ray, any_hit);
 #else
   const BlockF end = (float16)((float8)(ray->t + ray->slack), (float8)(ray_2->t + ray_2->slack));
   const BlockF before = (float16)((float8)(ray->t - ray->slack), (float8)(ray_2->t - ray_2->slack));
-  const uint left = wide_left(block, ray) | wide_left(block_2, ray_2) << 8;
+  const uint ends = wide_ends(block, ray, any_hit) | wide_ends(block_2, ray_2, any_hit) << 8;
 #endif
   if (any_hit & !EK_HAS_opacity) {
     const BlockF tiny = (BlockF)(0x1p-126f);
-    *sure = BLOCK_BITS(((least >= tiny) | (most <= -tiny)) & (first_t > 0x1p-22f * last_t) & (last_t < before)) & ~left;
+    *sure = BLOCK_BITS(((least >= tiny) | (most <= -tiny)) & (first_t > 0x1p-22f * last_t) & (last_t < before)) & ~ends;
   }
-  return shapes | (BLOCK_BITS(((least >= zero) | (most <= zero)) & (last_t > zero) & !(first_t > end)) & ~left);
+  return shapes | (BLOCK_BITS(((least >= zero) | (most <= zero)) & (last_t > zero) & !(first_t > end)) & ~ends);
 }
 
 #undef BlockF

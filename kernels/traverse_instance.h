@@ -111,11 +111,7 @@ EK_FN void rays_enter(global const InstanceRecord* instances, RayOne* rays, cons
 #undef ENTRY_ROW
   rec = rec_transposed(rec);
   float slacks[EK_WIDTH] EK_ROWS_ALIGNED;
-  uint left[EK_WIDTH] EK_ROWS_ALIGNED;
-  for (uint lane = 0; lane < EK_WIDTH; ++lane) {
-    slacks[lane] = rays[rows[lane]].slack;
-    left[lane] = rays[rows[lane]].left;
-  }
+  for (uint lane = 0; lane < EK_WIDTH; ++lane) slacks[lane] = rays[rows[lane]].slack;
   const vf slack = *(const vf*)slacks;
   const vu axis_z = AS_U(rec.we);
   const EntryBoxes b = entry_boxes(load_entry(instances, *(const vu_unaligned*)places), V3(rec.w0, rec.w1, rec.w2), rec.w3, rec.w4,
@@ -123,7 +119,7 @@ EK_FN void rays_enter(global const InstanceRecord* instances, RayOne* rays, cons
   const RaySigns signs = ray_signs(b.r.x, b.r.y, b.r.z);
   const vu none = (vu)(0u), axis_x = axis_z == 16u ? none : axis_z + 8u;
   const Rec boxes = {b.r.x, b.r.y, b.r.z, b.n.x, b.n.y, b.n.z, b.f.x, b.f.y, b.f.z, AS_F(signs.near_x), AS_F(signs.near_y),
-                     AS_F(signs.near_z), AS_F(signs.order), AS_F(axis_x), slack, AS_F(*(const vu*)left)};
+                     AS_F(signs.near_z), AS_F(signs.order), AS_F(axis_x), slack, AS_F((vu)(EK_NO_HIT))};
   const Rec words = rec_transposed(boxes);
 #define ENTRY_ROW(vector, lane, offset) *(vf*)((float*)(rays + rows[0x##lane]) + offset) = words.w##vector;
   EK_REC_ROWS(ENTRY_ROW)

@@ -205,7 +205,10 @@ EK_FN RayOne packet_lane(const Packet* p, uint lane) {
   PACKET_LANE(fz) PACKET_LANE(p_ox) PACKET_LANE(p_oy) PACKET_LANE(p_oz) PACKET_LANE(sx) PACKET_LANE(sy) PACKET_LANE(p_rz)
   PACKET_LANE(slack)
 #undef PACKET_LANE
-  one.left = ((const uint*)&p->ray.left)[lane];
+  one.left = ((const uint*)&p->ray.ends.left)[lane];
+#if !EK_HAS_instance
+  one.goal = ((const uint*)&p->ray.ends.goal)[lane];
+#endif
   one.t = ((const float*)&p->hit.t)[lane];
   one.near_x = one.rx < 0.0f ? EK_NODE_WIDTH : 0u;
   one.near_y = 2u * EK_NODE_WIDTH + (one.ry < 0.0f ? EK_NODE_WIDTH : 0u);
@@ -270,9 +273,10 @@ EK_FN void packet_keep(Packet* p, TriangleHit_lanes found, vu triangle, vu insta
 }
 
 // Triangle `triangle`, at `corners` in a block, for all lanes.
-EK_FN PacketTriangles packet_triangle(Geometry geometry, const Packet* p, PacketBlock corners, uint triangle) {
+EK_FN PacketTriangles packet_triangle(Geometry geometry, const Packet* p, PacketBlock corners, uint triangle, const int any_hit) {
   PacketTriangles all;
-  all.here = p->valid & (p->ray.left != (vu)(triangle));
+  all.here = p->valid & (p->ray.ends.left != (vu)(triangle));
+  if (any_hit) all.here = all.here & (p->ray.ends.goal != (vu)(triangle));
   packet_corner(p->axes, corners, &all.corners.ax, &all.corners.ay, &all.corners.az);
   packet_corner(p->axes, corners + 24, &all.corners.bx, &all.corners.by, &all.corners.bz);
   packet_corner(p->axes, corners + 48, &all.corners.cx, &all.corners.cy, &all.corners.cz);
@@ -428,7 +432,7 @@ EK_FN int packet_step(Geometry geometry, Packet* p, PacketStack* stack, const in
         continue;
       }
 #endif
-      const PacketTriangles all = packet_triangle(geometry, p, block + k, triangle);
+      const PacketTriangles all = packet_triangle(geometry, p, block + k, triangle, any_hit);
       if (apart)
         packet_wait(geometry, p, &all, any_hit);
       else

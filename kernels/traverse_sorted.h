@@ -17,7 +17,7 @@ typedef struct {
   float origin_x[EK_ROWS] EK_ROWS_ALIGNED, origin_y[EK_ROWS] EK_ROWS_ALIGNED, origin_z[EK_ROWS] EK_ROWS_ALIGNED;
   float dir_x[EK_ROWS] EK_ROWS_ALIGNED, dir_y[EK_ROWS] EK_ROWS_ALIGNED, dir_z[EK_ROWS] EK_ROWS_ALIGNED;
   float t_max[EK_ROWS] EK_ROWS_ALIGNED;
-  uint left[EK_ROWS] EK_ROWS_ALIGNED;
+  uint left[EK_ROWS] EK_ROWS_ALIGNED, goal[EK_ROWS] EK_ROWS_ALIGNED;
 #if EK_HAS_opacity
   uint key[EK_ROWS] EK_ROWS_ALIGNED, index[EK_ROWS] EK_ROWS_ALIGNED;
 #endif
@@ -26,7 +26,7 @@ typedef struct {
 } SortedRays;
 
 // Puts `count` rays (at most EK_WIDTH) of row `row` and those behind it to the others.
-EK_FN void sorted_add(constant Frame* frame, SortedRays* s, uint row, v3 origin, v3 dir, vf t_max, vu left, OpacityKey key,
+EK_FN void sorted_add(constant Frame* frame, SortedRays* s, uint row, v3 origin, v3 dir, vf t_max, RayEnds ends, OpacityKey key,
                       uint count) {
   const uint at = s->count;
   *(vf_unaligned*)(s->origin_x + at) = origin.x;
@@ -36,7 +36,8 @@ EK_FN void sorted_add(constant Frame* frame, SortedRays* s, uint row, v3 origin,
   *(vf_unaligned*)(s->dir_y + at) = dir.y;
   *(vf_unaligned*)(s->dir_z + at) = dir.z;
   *(vf_unaligned*)(s->t_max + at) = t_max;
-  *(vu_unaligned*)(s->left + at) = left;
+  *(vu_unaligned*)(s->left + at) = ends.left;
+  *(vu_unaligned*)(s->goal + at) = ends.goal;
 #if EK_HAS_opacity
   *(vu_unaligned*)(s->key + at) = key.key;
   *(vu_unaligned*)(s->index + at) = key.index;

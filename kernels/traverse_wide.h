@@ -138,9 +138,13 @@ EK_FN float8 wide_corner(Geometry geometry, const RayOne* ray, global const floa
   return *(global const float8*)(block + offset + axis);
 }
 
-// Which of them the ray leaves: no shape.
-EK_FN uint wide_left(global const float* block, const RayOne* ray) {
-  return mask_bits8(*(global const uint8*)(block + 72) == (uint8)(ray->left));
+// Which of them are the ray's ends; no shape is.
+EK_FN uint wide_ends(global const float* block, const RayOne* ray, const int any_hit) {
+  const uint8 triangles = *(global const uint8*)(block + 72);
+#if !EK_HAS_instance
+  if (any_hit) return mask_bits8((triangles == (uint8)(ray->left)) | (triangles == (uint8)(ray->goal)));
+#endif
+  return mask_bits8(triangles == (uint8)(ray->left));
 }
 
 #define EK_BLOCKS 1

@@ -344,8 +344,9 @@ PathStateLayout path_state_layout(const Features& features, bool chunked) {
   const bool EK_HAS_next_event = features.has("next_event"), EK_HAS_environment = features.has("environment"),
              EK_HAS_bsdf_emission = features.has("bsdf_emission"), EK_HAS_absorption = features.has("absorption"),
              EK_HAS_opacity = features.has("opacity"), EK_HAS_light_tree = features.has("light_tree"),
-             EK_HAS_instance = features.has("instance"), EK_HAS_nested_media = features.has("nested_media"),
-             EK_HAS_light_group = features.has("light_group"), EK_HAS_scattered = features.has("scattered");
+             EK_HAS_area = features.has("area"), EK_HAS_instance = features.has("instance"),
+             EK_HAS_nested_media = features.has("nested_media"), EK_HAS_light_group = features.has("light_group"),
+             EK_HAS_scattered = features.has("scattered");
   PathStateLayout layout;
   const auto add = [&](const char* name, bool needed) {
     if (needed) layout.field[name] = layout.words++;

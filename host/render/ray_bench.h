@@ -13,7 +13,7 @@
 
 namespace eikon {
 
-/// Rays as kernels/trace_rays.cl takes them: eight arrays of `stride` words.
+/// Rays as kernels/trace_rays.cl takes them: nine arrays of `stride` words.
 struct RayArrays {
   std::vector<float> words;
   std::size_t count = 0, stride = 0;

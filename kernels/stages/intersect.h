@@ -13,12 +13,13 @@ EK_FN void stage_intersect(constant Frame* frame, Geometry geometry, global uint
     const uint rows = EK_CHUNKED ? min(count - first, (uint)EK_ROWS) : 1u;
     tracing_clear(&tracing);
     for (uint row = 0; row < rows; row += EK_WIDTH) {
+      RayEnds ends = unknown_ends();
+      ends.left = state_u(state, FIELD_hit_triangle, first + row);
       OpacityKey key = {(vu)(0u), (vu)(0u)};
       if (EK_HAS_opacity)
         key = opacity_key(state_u(state, FIELD_key, first + row), state_u(state, FIELD_index, first + row), depth, 0u);
       closest_begin(frame, geometry, &tracing, row, state_3(state, FIELD_origin_x, first + row),
-                    state_3(state, FIELD_dir_x, first + row), state_u(state, FIELD_hit_triangle, first + row), key,
-                    min(rows - row, (uint)EK_WIDTH), depth == 1);
+                    state_3(state, FIELD_dir_x, first + row), ends, key, min(rows - row, (uint)EK_WIDTH), depth == 1);
     }
     tracing_finish(frame, geometry, &tracing, 0);
     for (uint row = 0; row < rows; row += EK_WIDTH) {

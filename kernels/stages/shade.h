@@ -106,6 +106,7 @@ EK_FN uint shade_light(constant Frame* frame, SceneData scene, LightData light_d
   EK_KEEP_SHADOW_3(FIELD_shadow_dir_x, shadow.dir);
   EK_KEEP_SHADOW(FIELD_shadow_t, AS_U(shadow.t_max));
   if (!EK_HAS_instance) EK_KEEP_SHADOW(FIELD_shadow_left, at.triangle);
+  if (EK_HAS_area & !EK_HAS_instance) EK_KEEP_SHADOW(FIELD_shadow_goal, shadow.goal);
   EK_KEEP_SHADOW_3(FIELD_shadow_r, arriving);
   if (EK_HAS_light_group) EK_KEEP_SHADOW(FIELD_shadow_group, light.group);
   if (EK_HAS_nested_media & EK_HAS_scattered) EK_KEEP_SHADOW(FIELD_shadow_crossed, at.crossed);

@@ -13,6 +13,9 @@ EK_FN void stage_shadow(constant Frame* frame, Geometry geometry, global uint* s
     const uint rows = EK_CHUNKED ? min(count - first, (uint)EK_ROWS) : 1u;
     tracing_clear(&tracing);
     for (uint row = 0; row < rows; row += EK_WIDTH) {
+      RayEnds ends = unknown_ends();
+      if (!EK_HAS_instance) ends.left = state_u(state, FIELD_shadow_left, first + row);
+      if (EK_HAS_area & !EK_HAS_instance) ends.goal = state_u(state, FIELD_shadow_goal, first + row);
       OpacityKey key = {(vu)(0u), (vu)(0u)};
       if (EK_HAS_opacity) {
         key.key = state_u(state, FIELD_shadow_key, first + row);
@@ -20,8 +23,7 @@ EK_FN void stage_shadow(constant Frame* frame, Geometry geometry, global uint* s
       }
       any_begin(frame, geometry, &tracing, row, shadow_state_3(state, FIELD_shadow_origin_x, first + row),
                 shadow_state_3(state, FIELD_shadow_dir_x, first + row), state_f(state, FIELD_shadow_t, first + row),
-                EK_HAS_instance ? (vu)(EK_NO_HIT) : state_u(state, FIELD_shadow_left, first + row), key,
-                min(rows - row, (uint)EK_WIDTH), depth == 1);
+                ends, key, min(rows - row, (uint)EK_WIDTH), depth == 1);
     }
     tracing_finish(frame, geometry, &tracing, 1);
     for (uint row = 0; row < rows; row += EK_WIDTH) {

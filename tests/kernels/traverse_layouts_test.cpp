@@ -141,7 +141,7 @@ TEST(Traverse, adversarial_rays_hit_the_same_bits_in_every_layout) {
   expect_all_agree(sphere, adversarial_rays(sphere, 20'000, 1.0F, 6), "sphere");
 }
 
-TEST(Traverse, a_ray_does_not_meet_the_triangle_that_it_leaves) {
+TEST(Traverse, a_ray_does_not_meet_the_triangle_that_it_leaves_nor_the_one_that_it_goes_to) {
   Soup soup = fixtures::scattered(500, 1.0F, 61);
   for (const float corner : {-4.0F, 4.0F})  // nothing else bounds the scene
     for (int i = 0; i < 9; ++i) soup.push_back(corner + (i == 4 ? 0.001F : i == 8 ? 0.002F : 0.0F));
@@ -163,11 +163,17 @@ TEST(Traverse, a_ray_does_not_meet_the_triangle_that_it_leaves) {
   const std::vector<bool> any_behind = other.any(rays);
   EXPECT_FALSE(same_bits(first, behind, rays));
 
-  for (ProbeRay& ray : rays) ray.left = gone;
+  // The ends of a ray: left, or the goal, which counts for any-hit queries alone.
+  std::vector<ProbeRay> leaving = rays, arriving = rays;
+  for (ProbeRay& ray : leaving) ray.left = gone;
+  for (ProbeRay& ray : arriving) ray.goal = gone;
   for (const auto& variant : TraverseProbe::variants()) {
     TraverseProbe probe(device, soup, variant);
-    EXPECT_TRUE(same_bits(probe.closest(rays), behind, rays)) << TraverseProbe::describe(variant);
-    EXPECT_EQ(probe.any(rays), any_behind) << TraverseProbe::describe(variant);
+    const std::string name = TraverseProbe::describe(variant);
+    EXPECT_TRUE(same_bits(probe.closest(leaving), behind, rays)) << name;
+    EXPECT_TRUE(same_bits(probe.closest(arriving), first, rays)) << name;
+    EXPECT_EQ(probe.any(leaving), any_behind) << name;
+    EXPECT_EQ(probe.any(arriving), any_behind) << name;
   }
   // Each its own: where it goes on is behind.
   for (std::size_t i = 0; i < rays.size(); ++i) rays[i].left = first[i].triangle;

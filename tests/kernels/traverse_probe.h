@@ -22,7 +22,7 @@ namespace eikon {
 struct ProbeRay {
   std::array<float, 3> o{}, d{};
   float t_max = INFINITY;
-  std::uint32_t left = EK_NO_HIT;  // the triangle that it leaves
+  std::uint32_t left = EK_NO_HIT, goal = EK_NO_HIT;  // the triangles that it leaves and goes to
 };
 
 inline ProbeRay probe_ray(const glm::dvec3& origin, const glm::dvec3& dir, double t_max) {
@@ -271,7 +271,7 @@ class TraverseProbe {
 
   std::vector<float> run(Kernel& kernel, const std::vector<ProbeRay>& rays) {
     const std::size_t stride = (rays.size() + 31) / 16 * 16;
-    std::vector<float> words(8 * stride, 0.0F);
+    std::vector<float> words(9 * stride, 0.0F);
     for (std::size_t i = 0; i < rays.size(); ++i) {
       for (std::size_t k = 0; k < 3; ++k) {
         words[k * stride + i] = rays[i].o[k];
@@ -279,6 +279,7 @@ class TraverseProbe {
       }
       words[6 * stride + i] = rays[i].t_max;
       words[7 * stride + i] = std::bit_cast<float>(rays[i].left);
+      words[8 * stride + i] = std::bit_cast<float>(rays[i].goal);
     }
     arguments_.set("rays", device_.upload(words));
     const Buffer hits = device_.allocate(kHitWords * stride * sizeof(float));
