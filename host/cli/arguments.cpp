@@ -35,12 +35,14 @@ std::vector<double> parse_numbers(const std::string& flag, const std::string& te
   return numbers;
 }
 
-std::string check_is_finite(const std::string& text) {
-  double value = 0;
-  const auto [end, code] = std::from_chars(text.data(), text.data() + text.size(), value);
-  return code == std::errc() && end == text.data() + text.size() && std::isfinite(value)
-             ? ""
-             : "'" + text + "' is not a number";
+CLI::Validator between(double least, double most) {
+  const std::string range = fmt::format("{} to {}", least, most);
+  const auto check = [=](const std::string& text) {
+    double value = 0;
+    const bool within = CLI::detail::lexical_cast(text, value) && value >= least && value <= most;
+    return within ? "" : fmt::format("'{}' is not a number from {}", text, range);
+  };
+  return {check, range};
 }
 
 std::uint64_t parse_unsigned(const std::string& flag, const std::string& text, std::uint64_t most) {

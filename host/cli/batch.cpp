@@ -5,6 +5,7 @@
 #include <iterator>
 #include <memory>
 
+#include "cli/arguments.h"
 #include "cli/batch_run.h"
 #include "cli/commands.h"
 #include "cli/stop_signals.h"
@@ -99,10 +100,10 @@ void add_batch(CLI::App& app, Command& chosen) {
   command->add_option("--ledger", options->ledger,
                       "JSON lines of what became of the jobs; JOBS.ledger if not given, and none for standard input");
   command->add_option("--jobs-parallel", options->parallel, "jobs at a time, each with memory for a scene of its own")
-      ->check(CLI::Range(1U, 64U))
+      ->check(between(1U, 64U))
       ->capture_default_str();
   command->add_option("--retry", options->retries, "times that a job that failed is tried again, after the others")
-      ->check(CLI::Range(0U, 1000U))
+      ->check(between(0U, 1000U))
       ->capture_default_str();
   command->add_flag("--force", options->force, "render what is done as well");
   command

@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "cli/arguments.h"
 #include "cli/bench.h"
 #include "cli/bench_accels.h"
 #include "cli/bench_embree.h"
@@ -123,9 +124,9 @@ void add_bench_rays(CLI::App& bench, Command& chosen) {
   rays->add_option("--versus", options->versus,
                    "embree: its rtcIntersect1 and rtcOccluded1 on the same rays, as many threads");
   rays->add_option("--json", options->json, "write the results to a file");
-  rays->add_option("--rays", options->rays, "of each kind")->check(CLI::Range(16U, 1U << 26))->capture_default_str();
+  rays->add_option("--rays", options->rays, "of each kind")->check(between(16U, 1U << 26))->capture_default_str();
   rays->add_option("--rounds", options->rounds, "the best of which counts")
-      ->check(CLI::Range(1U, 1000U))
+      ->check(between(1U, 1000U))
       ->capture_default_str();
   rays->footer(
       "Example:\n  eikon bench rays scenes/cornell.gltf --versus embree --json rays.json\n  eikon bench rays "

@@ -230,8 +230,7 @@ void add_bench_scene(CLI::App& bench, Command& chosen) {
   command->add_option("--ref", options->reference,
                       "converged OpenEXR image of the same picture, of another seed; without it the predicted error");
   command->add_option("--time", options->time_s, "seconds of rendering that no point exceeds (but the first)")
-      ->check(check_is_finite)
-      ->check(CLI::Range(1e-3, 1e9));
+      ->check(between(1e-3, 1e9));
   command->add_option("--json", options->json, "write the results to a file");
   command->add_option("--plot", options->plot, "write an SVG of error against seconds and against samples per pixel");
   command->footer(

@@ -27,8 +27,7 @@ void CheckpointOptions::add_to(CLI::App& command) {
       "--checkpoint", file,
       "FILE.exr that keeps what is done: every so often, at the end, and upon SIGINT, SIGTERM, SIGHUP, SIGUSR1");
   command.add_option("--checkpoint-every", every_s, "seconds between checkpoints")
-      ->check(check_is_finite)
-      ->check(CLI::Range(0.01, 1e9))
+      ->check(between(0.01, 1e9))
       ->capture_default_str();
   command.add_flag("--resume", resume, "go on from the checkpoint, if there is one; also with a larger --spp");
 }

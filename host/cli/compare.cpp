@@ -56,8 +56,7 @@ void add_compare(CLI::App& app, Command& chosen) {
   command->add_flag("--json", options->json, "one line of JSON");
   command->add_option("--png", options->png, "picture of the difference");
   command->add_option("--fail-above", options->fail_above, "exit code 1 when relMSE is larger")
-      ->check(check_is_finite)
-      ->check(CLI::Range(0.0, 1e30));
+      ->check(between(0.0, 1e30));
   command->footer("Example:\n  eikon compare test.exr reference.exr --png difference.png --fail-above 0.01");
   command->callback([options, &chosen] { chosen = [options] { return compare_command(*options); }; });
 }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "accel/accelerators.h"
+#include "cli/arguments.h"
 #include "core/error.h"
 #include "core/thread_limit.h"
 #include "render/choose_layout.h"
@@ -80,7 +81,7 @@ inline void add_execution_options(CLI::App& command, Execution& execution, bool 
           "--threads", execution.threads,
           "at most so many threads of the host, and so many compute units of each CPU device; what the affinity "
           "mask and the control group allow if not given")
-      ->check(CLI::Range(1, 65536));
+      ->check(between(1, 65536));
   std::vector<std::string> accels = accelerator_names();
   if (every) accels.emplace_back(kEveryAccelerator);
   command.add_option("--accel", execution.accel, "how space is searched; bvh, unless another is to be looked at")

@@ -18,15 +18,13 @@ double exposure_of_camera(double ev100) { return -(ev100 + std::log2(1.2)); }
 void PngOptions::add_to(CLI::App& command) {
   command.add_option("--png", file, "also an sRGB picture; of an image with channel A an RGBA one");
   CLI::Option* const exposure = command.add_option("--exposure", exposure_ev, "of the PNG, in EV")
-                                    ->check(check_is_finite)
-                                    ->check(CLI::Range(-64.0, 64.0))
+                                    ->check(between(-64.0, 64.0))
                                     ->capture_default_str();
   command
       .add_option(
           "--ev100", ev100,
           "EV: instead, as a camera that is set to it, of a scene in lm, lx and cd/m2; sunlight: 15, a lit room: 7")
-      ->check(check_is_finite)
-      ->check(CLI::Range(-32.0, 32.0))
+      ->check(between(-32.0, 32.0))
       ->excludes(exposure);
   command.add_option("--tonemap", tone_map, "tone curve of the PNG, after the exposure; none: cut off at white")
       ->check(CLI::IsMember(tone_map_names()))

@@ -21,7 +21,7 @@ void RenderOptions::add_to(CLI::App& command) {
           "--depth-series", scene.depth_series,
           "N,M,...: from the same samples also pictures of the light that was scattered at most N, M, ... times")
       ->delimiter(',')
-      ->check(CLI::Range(0U, kMaxScatterBound));
+      ->check(between(0U, kMaxScatterBound));
   command.add_flag("--denoise", scene.denoise,
                    "also layers denoised.R/G/B, and the PNG of them, by Open Image Denoise 2 if it is installed");
   png.add_to(command);

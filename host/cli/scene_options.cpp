@@ -197,8 +197,7 @@ void SceneOptions::add_to(CLI::App& command) {
   command.add_option("--camera", camera, "camera by name or index");
   command.add_option("--look-at", look_at, "EYE:TARGET[:UP], each x,y,z: a perspective camera of your own");
   command.add_option("--fov", fov_deg, "vertical field of view in degrees, of a perspective camera")
-      ->check(check_is_finite)
-      ->check(CLI::Range(0.01, 179.0));
+      ->check(between(0.01, 179.0));
   command.add_flag("--panorama", panorama,
                    "every direction around the camera, equirectangular, its view in the middle");
   command.add_option("--f-number", f_number,
@@ -229,26 +228,22 @@ void SceneOptions::add_environment_to(CLI::App& command) {
   command.add_option(
       "--env", env, "instead of the file's environment: a map, FILE.exr or .hdr (equirectangular), or constant, R,G,B");
   command.add_option("--env-scale", env_scale, "factor on whichever environment is used")
-      ->check(check_is_finite)
-      ->check(CLI::Range(0.0, 1e9))
+      ->check(between(0.0, 1e9))
       ->capture_default_str();
   command.add_option("--env-rotate", env_rotate_deg, "DEG: turns it about +Y, what is ahead (-Z) to the left (-X)")
-      ->check(check_is_finite)
-      ->check(CLI::Range(-36000.0, 36000.0))
+      ->check(between(-36000.0, 36000.0))
       ->capture_default_str();
 }
 
 void SceneOptions::add_sampling_to(CLI::App& command, const std::string& spp_means) {
-  command.add_option("--spp", spp, spp_means)->check(CLI::Range(1.0, double(kMaxSamples)))->capture_default_str();
-  command.add_option("--seed", seed, "another seed is another, independent image")
-      ->check(CLI::Range(0.0, 4294967295.0));
+  command.add_option("--spp", spp, spp_means)->check(between(1.0, double(kMaxSamples)))->capture_default_str();
+  command.add_option("--seed", seed, "another seed is another, independent image")->check(between(0.0, 4294967295.0));
   command.add_option("--max-depth", max_depth, "longest path in edges from the camera; 0: no limit")
       ->capture_default_str();
   command
       .add_option("--roulette", roulette,
                   "P: after each scattering a path goes on with this probability, instead of by what it carries")
-      ->check(check_is_finite)
-      ->check(CLI::Range(0.01F, 1.0F));
+      ->check(between(0.01, 1));
   command
       .add_option(
           "--integrator", integrator,
@@ -267,7 +262,7 @@ void SceneOptions::add_sampling_to(CLI::App& command, const std::string& spp_mea
       ->check(CLI::IsMember({"mis", "light", "cosine", "hemisphere"}))
       ->capture_default_str();
   command.add_option("--light-samples", light_samples, "N: shadow rays of each sample, with --integrator direct")
-      ->check(CLI::Range(1U, kMostLightSamples))
+      ->check(between(1U, kMostLightSamples))
       ->capture_default_str();
 }
 
