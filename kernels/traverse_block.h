@@ -2,9 +2,9 @@
 // The first questions to blocks of eight triangles, written once and included by traverse_wide.h for
 //   EK_BLOCKS 1  one ray at a block                          -> wide_candidates
 //   EK_BLOCKS 2  two rays, each at a block, in one vector  -> wide_candidates_2, the second's triangles in bits 8 to 15
-// The triangles that the ray may hit: those that pass the first questions of shape_triangle.h, in the same bits,
-// and do not lie wholly behind the ray's end; never those that it leaves or goes to. (Corners are negated, which does not show in the signs of products: as second
-// operand of a difference they need no load of their own. With A the distance to the first corner on z, its t first_t is at
+// The triangles that the ray may hit: those that pass the first questions of shape_triangle.h, in the same bits, and do not lie wholly
+// behind the ray's end; never those that it leaves or goes to. (Corners are negated, which does not show in the signs of products: as
+// second operand of a difference they need no load of their own. With A the distance to the first corner on z, its t first_t is at
 // most A (1 + 2u), u = 2^-24, and the box of the triangle begins at or behind A (1 - 2u) - 1.51 pad |rz|, pad being 2u |o| and more;
 // A is at most reach |rz|, so that 4u A is an eighth of pad |rz|. Twice pad |rz| covers both, and the rounding of the sum.)
 // sure, for an any-hit query: those of them that the ray hits for certain before its end. Their edges have one sign and none is zero, and
