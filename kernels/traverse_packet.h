@@ -206,9 +206,6 @@ EK_FN RayOne packet_lane(const Packet* p, uint lane) {
   PACKET_LANE(slack)
 #undef PACKET_LANE
   one.left = ((const uint*)&p->ray.ends.left)[lane];
-#if !EK_HAS_instance
-  one.goal = ((const uint*)&p->ray.ends.goal)[lane];
-#endif
   one.t = ((const float*)&p->hit.t)[lane];
   one.near_x = one.rx < 0.0f ? EK_NODE_WIDTH : 0u;
   one.near_y = 2u * EK_NODE_WIDTH + (one.ry < 0.0f ? EK_NODE_WIDTH : 0u);
@@ -217,6 +214,8 @@ EK_FN RayOne packet_lane(const Packet* p, uint lane) {
   one.axis_x = one.axis_z == 16u ? 0u : one.axis_z + 8u;
 #if EK_HAS_instance
   one.instance = p->instance;
+#else
+  one.goal = ((const uint*)&p->ray.ends.goal)[lane];
 #endif
   return one;
 }
