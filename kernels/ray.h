@@ -15,8 +15,9 @@
 #include "alpha.h"
 #include "transpose.h"
 
-// The triangles that a ray does not meet, so that they need no test, which would nearly always say the same: the one that it leaves,
-// and of an any-hit query the one that it goes to, just before which it ends. EK_NO_HIT: none; with EK_HAS_instance, none is known.
+// The triangles that a ray does not meet, so that they need no test: the one that it leaves, and of an any-hit query the one that it
+// goes to, just before which it ends. (The test says the same but of rays along their plane, where rounding decides.) EK_NO_HIT: none;
+// with EK_HAS_instance, none is known.
 typedef struct {
   vu left, goal;
 } RayEnds;
