@@ -49,7 +49,8 @@ def mark(kernels):
 
 def compiled(kernels, stage, defines, width, chunked, layout):
     """LLVM's text of a stage, optimised."""
-    shape = {"EK_WIDTH": width, "EK_CHUNKED": chunked, "EK_CHUNK": 1024, "EK_STACK_SIZE": 64, "EK_SMALL_TREE": 0, "EK_MEDIUM_TREE": 1, "EK_LARGE_TREE": 1}
+    shape = {"EK_WIDTH": width, "EK_CHUNKED": chunked, "EK_CHUNK": 1024, "EK_STACK_SIZE": 64,
+             "EK_SMALL_TREE": 0, "EK_MEDIUM_TREE": 1, "EK_LARGE_TREE": 1}
     shape.update({f"EK_LAYOUT_{name}": int(name == layout) for name in [*LAYOUTS, "none"]})
     flags = [f"-D{name}={value}" for name, value in shape.items()]
     flags += [f"-DEK_HAS_{name}={int(on)}" for name, on in defines.items()]

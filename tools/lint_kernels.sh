@@ -19,7 +19,8 @@ lint() {
   done
   "$clang" -x cl -cl-std=CL1.2 -Xclang -finclude-default-header -fsyntax-only -Wall -Wextra -Wundef -Werror \
     -Wno-unused-parameter -Wno-bitwise-instead-of-logical -I kernels "-DEK_WIDTH=$2" "-DEK_CHUNKED=$3" -DEK_CHUNK=1024 \
-    -DEK_STACK_SIZE=64 "-DEK_SMALL_TREE=$6" "-DEK_MEDIUM_TREE=$((1 - $6))" "-DEK_LARGE_TREE=$((1 - $6))" "${defines[@]}" "kernels/stages/$1.cl"
+    -DEK_STACK_SIZE=64 "-DEK_SMALL_TREE=$6" "-DEK_MEDIUM_TREE=$((1 - $6))" "-DEK_LARGE_TREE=$((1 - $6))" \
+    "${defines[@]}" "kernels/stages/$1.cl"
 }
 
 count=0

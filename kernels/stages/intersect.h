@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Stage `intersect`.   From: paths of this depth.   To: the same paths, with their hits.
-// Finds the closest hit of each path's ray. Reads origin, dir, and the triangle that was hit before; writes hit_*; no shading, and no randomness but opacity's.
+// Finds the closest hit of each path's ray. Reads origin, dir, and the triangle that was hit before; writes hit_*; no shading, and no
+// randomness but opacity's.
 #ifndef EK_STAGE_INTERSECT_H
 #define EK_STAGE_INTERSECT_H
 #include "traverse.h"

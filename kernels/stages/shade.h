@@ -288,8 +288,8 @@ EK_FN Survivors stage_shade(constant Frame* frame, SceneData scene, LightData li
         lit.facing = pack_facing(n_shade, both_sides);
       }
       // Of shadow rays there are never more than of hits before, times EK_LIGHT_SAMPLES: there is room for whole vectors.
-      const LitHit lit_hit = {live, plain, both_sides, hidden, detailed, triangle, path, key, index, medium, beyond, crossed, beta, surface.p,
-                              surface.p_error, n_geom, n_shade, wo, basis, material, lit};
+      const LitHit lit_hit = {live, plain, both_sides, hidden, detailed, triangle, path, key, index, medium, beyond, crossed, beta,
+                              surface.p, surface.p_error, n_geom, n_shade, wo, basis, material, lit};
 #if EK_LIT_IN_PAIRS
       lit_hits[lit_count++] = lit_hit;
       if (lit_count == 2) {
