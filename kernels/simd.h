@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The bits of vector masks as an integer, for traversal. The builtins only shorten what the portable forms say.
+// The bits of vector masks as an integer, and lanes by their index, for traversal. The builtins only shorten what the portable forms say.
 #ifndef EK_SIMD_H
 #define EK_SIMD_H
 #include "lanes.h"
@@ -47,5 +47,18 @@ EK_FN uint lowest_bit(uint bits) {
   return 31u - clz(bits & (0u - bits));
 #endif
 }
+
+#if EK_WIDTH > 1
+// Lane i: x[index[i]].
+EK_FN vf lanes_of(vf x, vu index) {
+#if EK_HAS_COMPRESS
+  return AS_F(__builtin_ia32_permvarsi512(AS_I(x), AS_I(index)));
+#elif defined(__AVX2__) && EK_WIDTH == 8 && EK_BUILTIN(__builtin_ia32_permvarsf256)
+  return __builtin_ia32_permvarsf256(x, AS_I(index));
+#else
+  return shuffle(x, index);
+#endif
+}
+#endif
 
 #endif
