@@ -25,6 +25,7 @@
 #endif
 // For the body of a kernel on CPU devices: PoCL compiles three copies of a kernel's own code, but one of what it calls, unless that
 // asks for the work-item's place: such functions are inlined whatever they say, so bodies are given what follows from the place.
+// For the stages in it, too, which run over thousands of paths at a call: a compiler takes longer over one large body.
 #ifndef EK_FN_ONCE
 #if EK_WIDTH > 1 || defined(__x86_64__) || defined(__aarch64__)
 #define EK_FN_ONCE static __attribute__((noinline, unused))

@@ -29,8 +29,8 @@ EK_FN_ONCE void trace_closest_run(constant Frame* frame, Geometry geometry, glob
     tracing_clear(&tracing);
     for (uint row = 0; row < rows; row += EK_WIDTH) {
       global const float* p = rays + first + row;
-      closest_begin(frame, geometry, &tracing, row, trace_load3(p, stride), trace_load3(p + 3 * stride, stride),
-                    trace_ends(p, stride), trace_key(first + row), min(rows - row, (uint)EK_WIDTH), coherent);
+      tracing_begin(frame, geometry, &tracing, row, trace_load3(p, stride), trace_load3(p + 3 * stride, stride), EK_INFINITY,
+                    trace_ends(p, stride), trace_key(first + row), min(rows - row, (uint)EK_WIDTH), coherent, 0);
     }
     tracing_finish(frame, geometry, &tracing, 0);
     for (uint row = 0; row < rows; row += EK_WIDTH) {
@@ -55,8 +55,8 @@ EK_FN_ONCE void trace_any_run(constant Frame* frame, Geometry geometry, global c
     tracing_clear(&tracing);
     for (uint row = 0; row < rows; row += EK_WIDTH) {
       global const float* p = rays + first + row;
-      any_begin(frame, geometry, &tracing, row, trace_load3(p, stride), trace_load3(p + 3 * stride, stride),
-                load_f(p + 6 * stride), trace_ends(p, stride), trace_key(first + row), min(rows - row, (uint)EK_WIDTH), coherent);
+      tracing_begin(frame, geometry, &tracing, row, trace_load3(p, stride), trace_load3(p + 3 * stride, stride),
+                    load_f(p + 6 * stride), trace_ends(p, stride), trace_key(first + row), min(rows - row, (uint)EK_WIDTH), coherent, 1);
     }
     tracing_finish(frame, geometry, &tracing, 1);
     for (uint row = 0; row < rows; row += EK_WIDTH) {

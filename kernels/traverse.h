@@ -170,6 +170,9 @@ EK_FN void tracing_run_sorted(constant Frame* frame, Geometry geometry, Tracing*
 }
 #endif
 
+// Row `row` and those behind it are to find the closest hit in 0 < t < t_max of `count` rays (at most EK_WIDTH), or with any_hit whether
+// there is one. coherent: the rays are neighbours, as camera rays are, and tracing them together may pay; it does not change the hits.
+// key: of opacity's decisions; unused without EK_HAS_opacity.
 EK_FN void tracing_begin(constant Frame* frame, Geometry geometry, Tracing* tracing, uint row, v3 origin, v3 dir, vf t_max,
                          RayEnds ends, OpacityKey key, uint count, int coherent, const int any_hit) {
 #if EK_SORTS
@@ -206,20 +209,6 @@ EK_FN void tracing_begin(constant Frame* frame, Geometry geometry, Tracing* trac
     }
   }
   tracing_store(&tracing->hits, row, hit);
-}
-
-// Row `row` and those behind it are to find the closest hit with t > 0 of `count` rays (at most EK_WIDTH). coherent: the rays are
-// neighbours, as camera rays are, and tracing them together may pay; it does not change the hits. key: of opacity's decisions;
-// unused without EK_HAS_opacity.
-EK_FN void closest_begin(constant Frame* frame, Geometry geometry, Tracing* tracing, uint row, v3 origin, v3 dir, RayEnds ends,
-                         OpacityKey key, uint count, int coherent) {
-  tracing_begin(frame, geometry, tracing, row, origin, dir, EK_INFINITY, ends, key, count, coherent, 0);
-}
-
-// The same for whether anything lies in 0 < t < t_max.
-EK_FN void any_begin(constant Frame* frame, Geometry geometry, Tracing* tracing, uint row, v3 origin, v3 dir, vf t_max, RayEnds ends,
-                     OpacityKey key, uint count, int coherent) {
-  tracing_begin(frame, geometry, tracing, row, origin, dir, t_max, ends, key, count, coherent, 1);
 }
 
 EK_FN void tracing_finish(constant Frame* frame, Geometry geometry, Tracing* tracing, const int any_hit) {

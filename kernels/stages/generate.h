@@ -10,8 +10,8 @@
 #include "wavefront.h"
 
 // first  path of slot 0 of `state`: paths first + 0 .. first + count - 1 of the unit
-EK_FN void stage_generate(constant Frame* frame, global const uint* pixels, global uint* state, global float* film_slots,
-                          global const float* filter_table, uint first, uint count) {
+EK_FN_ONCE void stage_generate(constant Frame* frame, global const uint* pixels, global uint* state, global float* film_slots,
+                               global const float* filter_table, uint first, uint count) {
   EK_FOR_EACH_NEW(slot, count) {
     const vu path = (vu)(first + slot) + LANE_INDEX;
     // path = sample * pixel_count + pixel. The quotient is exact: below 2^23 the float error is less than half a step.

@@ -7,8 +7,8 @@
 #include "traverse.h"
 #include "wavefront.h"
 
-EK_FN void stage_intersect(constant Frame* frame, Geometry geometry, global uint* state, global const uint* queue, uint count,
-                           uint depth) {
+EK_FN_ONCE void stage_intersect(constant Frame* frame, Geometry geometry, global uint* state, global const uint* queue, uint count,
+                                uint depth) {
   Tracing tracing;
   EK_FOR_EACH_ROWS(first, count, queue) {
     const uint rows = EK_CHUNKED ? min(count - first, (uint)EK_ROWS) : 1u;
@@ -19,8 +19,8 @@ EK_FN void stage_intersect(constant Frame* frame, Geometry geometry, global uint
       OpacityKey key = {(vu)(0u), (vu)(0u)};
       if (EK_HAS_opacity)
         key = opacity_key(state_u(state, FIELD_key, first + row), state_u(state, FIELD_index, first + row), depth, 0u);
-      closest_begin(frame, geometry, &tracing, row, state_3(state, FIELD_origin_x, first + row),
-                    state_3(state, FIELD_dir_x, first + row), ends, key, min(rows - row, (uint)EK_WIDTH), depth == 1);
+      tracing_begin(frame, geometry, &tracing, row, state_3(state, FIELD_origin_x, first + row),
+                    state_3(state, FIELD_dir_x, first + row), EK_INFINITY, ends, key, min(rows - row, (uint)EK_WIDTH), depth == 1, 0);
     }
     tracing_finish(frame, geometry, &tracing, 0);
     for (uint row = 0; row < rows; row += EK_WIDTH) {

@@ -8,8 +8,8 @@
 #include "medium.h"
 #include "wavefront.h"
 
-EK_FN void stage_miss(constant Frame* frame, SceneData scene, global const float4* environment_texels, global uint* state,
-                      global float* film_slots, global const uint* queue, uint count, uint depth) {
+EK_FN_ONCE void stage_miss(constant Frame* frame, SceneData scene, global const float4* environment_texels, global uint* state,
+                           global float* film_slots, global const uint* queue, uint count, uint depth) {
   if (EK_HAS_coverage && depth == 1) return;
   EK_FOR_EACH(slot, count, queue) {
     const vi escaped = ((vu)(slot) + LANE_INDEX < (vu)(EK_CHUNKED ? count : slot + 1u)) &

@@ -141,8 +141,8 @@ typedef struct {
   uint shadow;  // pending shadow rays
 } Survivors;
 
-EK_FN Survivors stage_shade(constant Frame* frame, SceneData scene, LightData light_data, global uint* state,
-                            global float* film_slots, global const uint* queue, uint count, uint depth) {
+EK_FN_ONCE Survivors stage_shade(constant Frame* frame, SceneData scene, LightData light_data, global uint* state,
+                                 global float* film_slots, global const uint* queue, uint count, uint depth) {
   const uint film_stride = frame->film_stride;
   const int last = frame->max_depth != 0 && depth >= frame->max_depth;  // no edge may follow
   uint next_count = 0, shadow_count = 0;

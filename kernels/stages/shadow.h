@@ -6,8 +6,8 @@
 #include "traverse.h"
 #include "wavefront.h"
 
-EK_FN void stage_shadow(constant Frame* frame, Geometry geometry, global uint* state, global float* film_slots,
-                        global const uint* queue, uint count, uint depth) {
+EK_FN_ONCE void stage_shadow(constant Frame* frame, Geometry geometry, global uint* state, global float* film_slots,
+                             global const uint* queue, uint count, uint depth) {
   Tracing tracing;
   EK_FOR_EACH_ROWS(first, count, queue) {
     const uint rows = EK_CHUNKED ? min(count - first, (uint)EK_ROWS) : 1u;
@@ -21,9 +21,9 @@ EK_FN void stage_shadow(constant Frame* frame, Geometry geometry, global uint* s
         key.key = state_u(state, FIELD_shadow_key, first + row);
         key.index = state_u(state, FIELD_shadow_index, first + row);
       }
-      any_begin(frame, geometry, &tracing, row, shadow_state_3(state, FIELD_shadow_origin_x, first + row),
-                shadow_state_3(state, FIELD_shadow_dir_x, first + row), state_f(state, FIELD_shadow_t, first + row),
-                ends, key, min(rows - row, (uint)EK_WIDTH), depth == 1);
+      tracing_begin(frame, geometry, &tracing, row, shadow_state_3(state, FIELD_shadow_origin_x, first + row),
+                    shadow_state_3(state, FIELD_shadow_dir_x, first + row), state_f(state, FIELD_shadow_t, first + row),
+                    ends, key, min(rows - row, (uint)EK_WIDTH), depth == 1, 1);
     }
     tracing_finish(frame, geometry, &tracing, 1);
     for (uint row = 0; row < rows; row += EK_WIDTH) {
