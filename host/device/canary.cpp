@@ -22,18 +22,23 @@ constexpr std::uint32_t mix(std::uint32_t x) {
 constexpr std::uint32_t record(std::uint32_t x) { return x & (EK_CANARY_RECORDS - 1U); }
 
 /// Different in each buffer; finite floats, which no driver has a reason to change.
-std::vector<std::uint32_t> contents(std::uint32_t buffer, std::uint32_t words) {
+std::vector<std::uint32_t> finite_words(std::uint32_t buffer, std::uint32_t words) {
   std::vector<std::uint32_t> out(words);
   for (std::uint32_t i = 0; i < words; ++i) out[i] = 0x3f800000U | (mix(i + buffer * 0x01000193U) & 0x7fffffU);
   return out;
 }
 
 struct Contents {
-  std::vector<std::uint32_t> triangles = contents(1, kRecordWords* EK_CANARY_RECORDS);
-  std::vector<std::uint32_t> other = contents(2, kRecordWords* EK_CANARY_RECORDS);
-  std::vector<std::uint32_t> words = contents(3, EK_CANARY_RECORDS);
-  std::vector<std::uint32_t> floats = contents(4, EK_CANARY_RECORDS);
+  std::vector<std::uint32_t> triangles = finite_words(1, kRecordWords* EK_CANARY_RECORDS);
+  std::vector<std::uint32_t> other = finite_words(2, kRecordWords* EK_CANARY_RECORDS);
+  std::vector<std::uint32_t> words = finite_words(3, EK_CANARY_RECORDS);
+  std::vector<std::uint32_t> floats = finite_words(4, EK_CANARY_RECORDS);
 };
+
+const Contents& contents() {
+  static const Contents in;
+  return in;
+}
 
 /// What the kernel does, one lane at a time.
 std::uint32_t expected_word(std::uint32_t i, const Contents& in) {
@@ -53,26 +58,33 @@ std::uint32_t expected_word(std::uint32_t i, const Contents& in) {
 
 }  // namespace
 
-void require_canary(Device& device, const Program& program) {
-  static const Contents in;
-  Arguments arguments;
-  const Buffer out = device.allocate(4 * EK_CANARY_WORDS);
-  arguments.set("canary_out", out);
+Canary::Canary(Device& device, Arguments& arguments) : out_(device.allocate(4 * EK_CANARY_WORDS)) {
+  const Contents& in = contents();
+  arguments.set("canary_out", out_);
   arguments.set("canary_triangles", device.upload(in.triangles));
   arguments.set("canary_other", device.upload(in.other));
   arguments.set("canary_words", device.upload(in.words));
   arguments.set("canary_floats", device.upload(in.floats));
-  Kernel kernel = program.kernel("canary");
-  kernel.bind(arguments);
-  device.run(kernel, 1, 1);
-  const std::vector<std::uint32_t> found = device.read_all<std::uint32_t>(out);
+}
+
+void Canary::require(Device& device) const {
+  const std::vector<std::uint32_t> found = device.read_all<std::uint32_t>(out_);
   std::size_t wrong = 0;
-  for (std::uint32_t i = 0; i < EK_CANARY_WORDS; ++i) wrong += found[i] != expected_word(i, in) ? 1 : 0;
+  for (std::uint32_t i = 0; i < EK_CANARY_WORDS; ++i) wrong += found[i] != expected_word(i, contents()) ? 1 : 0;
   if (wrong > 0)
     throw UntrustedDevice(fmt::format(
         "device '{}' is not to be trusted: its driver ({} {}) reads memory wrongly ({} of {} words of a probe); choose "
         "another device (--devices), or another driver for it",
         device.info().name, device.info().platform, device.info().driver, wrong, found.size()));
+}
+
+void require_canary(Device& device, const Program& program) {
+  Arguments arguments;
+  const Canary canary(device, arguments);
+  Kernel kernel = program.kernel("canary");
+  kernel.bind(arguments);
+  device.run(kernel, 1, 1);
+  canary.require(device);
 }
 
 bool passes_canary(const DeviceInfo& info) {

@@ -13,7 +13,19 @@ struct UntrustedDevice : DeviceError {
   explicit UntrustedDevice(const std::string& message) : DeviceError(message) {}
 };
 
-/// Runs the probe of kernels/canary.cl, which `program` holds. throws UntrustedDevice, and DeviceError when it cannot be run
+/// What the memory probe reads and writes (kernels/canary.h).
+class Canary {
+ public:
+  /// Puts its buffers among `arguments`. throws DeviceError
+  Canary(Device& device, Arguments& arguments);
+  /// After a kernel with the probe in it has run. throws UntrustedDevice, and DeviceError when nothing can be read
+  void require(Device& device) const;
+
+ private:
+  Buffer out_;
+};
+
+/// Runs kernel `canary`, which `program` holds. throws UntrustedDevice, and DeviceError when it cannot be run
 void require_canary(Device& device, const Program& program);
 
 /// Whether the device of that description can be opened and passes the probe, compiled on its own with the lanes that fit it.

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "core/error.h"
+#include "device/canary.h"
 #include "device/kernel_sources.h"
 #include "shared/records.h"
 
@@ -21,28 +22,45 @@ ProgramOptions probe_options(std::uint32_t lanes, bool optimise) {
   return options;
 }
 
+/// Puts what the probe of arithmetic reads and writes among `arguments`. returns what it writes
+Buffer arithmetic_buffers(Device& device, Arguments& arguments) {
+  const Buffer out = device.allocate(4 * EK_ARITHMETIC_WORDS);
+  arguments.set("arithmetic_out", out);
+  std::vector<std::uint32_t> records(64 * 16);
+  for (std::uint32_t i = 0; i < records.size(); ++i) records[i] = 0x3f800000U + i * 2654435761U % 0x100000U;
+  arguments.set("arithmetic_records", device.upload(records));
+  return out;
+}
+
+ArithmeticClass class_of(const std::vector<std::uint32_t>& words) {
+  std::uint32_t hash = 2166136261U;  // FNV-1a
+  for (const std::uint32_t word : words) hash = (hash ^ word) * 16777619U;
+  return {hash};
+}
+
 }  // namespace
 
 bool ArithmeticClass::exact() const { return hash == kExact; }
 std::string ArithmeticClass::name() const { return exact() ? "exact" : fmt::format("other-{:08x}", hash); }
 
 ArithmeticClass probe_arithmetic(Device& device, std::uint32_t lanes, bool optimise) {
-  return probe_arithmetic(device, device.build(kernel_text({"arithmetic.cl"}), probe_options(lanes, optimise)));
-}
-
-ArithmeticClass probe_arithmetic(Device& device, const Program& program) {
   Arguments arguments;
-  const Buffer out = device.allocate(4 * EK_ARITHMETIC_WORDS);
-  arguments.set("arithmetic_out", out);
-  std::vector<std::uint32_t> records(64 * 16);
-  for (std::uint32_t i = 0; i < records.size(); ++i) records[i] = 0x3f800000U + i * 2654435761U % 0x100000U;
-  arguments.set("arithmetic_records", device.upload(records));
-  Kernel kernel = program.kernel("arithmetic");
+  const Buffer out = arithmetic_buffers(device, arguments);
+  Kernel kernel = device.build(kernel_text({"arithmetic.cl"}), probe_options(lanes, optimise)).kernel("arithmetic");
   kernel.bind(arguments);
   device.run(kernel, 1, 1);
-  std::uint32_t hash = 2166136261U;  // FNV-1a over the words
-  for (std::uint32_t word : device.read_all<std::uint32_t>(out)) hash = (hash ^ word) * 16777619U;
-  return {hash};
+  return class_of(device.read_all<std::uint32_t>(out));
+}
+
+ArithmeticClass trusted_arithmetic(Device& device, const Program& program) {
+  Arguments arguments;
+  const Canary canary(device, arguments);
+  const Buffer out = arithmetic_buffers(device, arguments);
+  Kernel kernel = program.kernel("probes");
+  kernel.bind(arguments);
+  device.run(kernel, 1, 1);
+  canary.require(device);
+  return class_of(device.read_all<std::uint32_t>(out));
 }
 
 void check_record_layout(Device& device, bool optimise) {

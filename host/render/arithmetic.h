@@ -16,9 +16,10 @@ struct ArithmeticClass {
   bool operator==(const ArithmeticClass&) const = default;
 };
 
-/// Runs the probe of kernels/arithmetic.cl, which `program` holds. throws DeviceError
-ArithmeticClass probe_arithmetic(Device& device, const Program& program);
-/// The same, compiled on its own, `lanes` wide.
+/// Runs kernel `probes`, which `program` holds: what a device is asked before a render trusts it.
+/// throws UntrustedDevice where its driver reads memory wrongly (device/canary.h), DeviceError
+ArithmeticClass trusted_arithmetic(Device& device, const Program& program);
+/// Runs the probe of arithmetic alone, compiled on its own, `lanes` wide. throws DeviceError
 ArithmeticClass probe_arithmetic(Device& device, std::uint32_t lanes, bool optimise = true);
 
 /// Compares record sizes and offsets with the host's. throws InternalError naming the first that differs.

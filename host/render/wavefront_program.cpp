@@ -22,8 +22,7 @@ WavefrontProgram::WavefrontProgram(const DeviceInfo& info, const WavefrontConfig
 #define EK_STAGE(name) \
   if (needs_stage(config, features, #name)) stages.push_back(#name), files.push_back("stages/" #name ".cl");
 #include "shared/stages.def"
-  files.push_back("arithmetic.cl");
-  files.push_back("canary.cl");
+  files.push_back("probes.cl");
   text = kernel_text(files) + formula_code;
 }
 
