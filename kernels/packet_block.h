@@ -127,15 +127,11 @@ EK_FN void packet_wait(Geometry geometry, Packet* p, const PacketTriangles* each
 #define PACKET_EIGHTS(row) (row)
 #endif
 
-// Where few rays meet a block, and not the same triangles: those of p->lanes are asked the first questions, as many rays at a time as
-// there are eights in a vector, and what is left is tested together, each ray with its own triangle. All rays have the same axes.
-// stored: the block; block: its corners at the packet's place. returns which places hold no triangles, but shapes
-EK_FN uint packet_each(Geometry geometry, Packet* p, global const float* stored, PacketBlock block, const int any_hit) {
+// Lanes of p->lanes: bit k where the ray may hit triangle k of eight. As many rays are asked the first questions at a time as there are
+// eights in a vector. corners: the eight triangles, once for each, in the axes that all rays have.
+EK_FN vu packet_candidates(const Packet* p, const Corners_lanes* corners) {
   const RayLanes* ray = &p->ray;
-  const PacketRow x = (PacketRow)(block + p->axes.x), y = (PacketRow)(block + p->axes.y), z = (PacketRow)(block + p->axes.z);
-  const Corners_lanes corners = {PACKET_EIGHTS(x[0]), PACKET_EIGHTS(y[0]), PACKET_EIGHTS(z[0]), PACKET_EIGHTS(x[3]), PACKET_EIGHTS(y[3]),
-                                 PACKET_EIGHTS(z[3]), PACKET_EIGHTS(x[6]), PACKET_EIGHTS(y[6]), PACKET_EIGHTS(z[6])};
-  vu left = (vu)(0u);  // bit k: triangle k of the block
+  vu candidates = (vu)(0u);
   for (uint lanes = p->lanes; lanes != 0;) {
     const uint first = lowest_bit(lanes);
     lanes &= lanes - 1u;
@@ -149,10 +145,21 @@ EK_FN uint packet_each(Geometry geometry, Packet* p, global const float* stored,
     of.p_ox = lanes_of(ray->p_ox, lane); of.p_oy = lanes_of(ray->p_oy, lane); of.p_oz = lanes_of(ray->p_oz, lane);
     of.sx = lanes_of(ray->sx, lane); of.sy = lanes_of(ray->sy, lane); of.p_rz = lanes_of(ray->p_rz, lane);
     of.slack = lanes_of(ray->slack, lane);
-    const uint bits = mask_bits(triangle_may_be_hit_lanes(&of, corners, lanes_of(p->hit.t, lane)));
-    left = LANE_INDEX == second ? (vu)(bits >> 8) : left;
-    left = LANE_INDEX == first ? (vu)(bits & 0xffu) : left;
+    const uint bits = mask_bits(triangle_may_be_hit_lanes(&of, *corners, lanes_of(p->hit.t, lane)));
+    candidates = LANE_INDEX == second ? (vu)(bits >> 8) : candidates;
+    candidates = LANE_INDEX == first ? (vu)(bits & 0xffu) : candidates;
   }
+  return candidates;
+}
+
+// Where few rays meet a block, and not the same triangles: what the first questions leave is tested together, each ray with its own
+// triangle. All rays have the same axes.
+// stored: the block; block: its corners at the packet's place. returns which places hold no triangles, but shapes
+EK_FN uint packet_each(Geometry geometry, Packet* p, global const float* stored, PacketBlock block, const int any_hit) {
+  const PacketRow x = (PacketRow)(block + p->axes.x), y = (PacketRow)(block + p->axes.y), z = (PacketRow)(block + p->axes.z);
+  const Corners_lanes corners = {PACKET_EIGHTS(x[0]), PACKET_EIGHTS(y[0]), PACKET_EIGHTS(z[0]), PACKET_EIGHTS(x[3]), PACKET_EIGHTS(y[3]),
+                                 PACKET_EIGHTS(z[3]), PACKET_EIGHTS(x[6]), PACKET_EIGHTS(y[6]), PACKET_EIGHTS(z[6])};
+  vu left = packet_candidates(p, &corners);
   while (ANY(left != 0u)) {
     const vu next = left != 0u ? left & (0u - left) : (vu)(1u);
     const vu k = (AS_U(TO_F(AS_I(next))) >> 23) - 127u;  // of 2^k
