@@ -15,8 +15,9 @@ namespace {
 /// The rows of the JSON of `bench rays` on a scene with so many rays of each kind; none where it fails.
 nlohmann::json rows_of(const std::string& name, int rays, const std::string& flags = "") {
   const Workplace workplace;
-  const Outcome outcome = workplace.eikon("bench rays " + scene(name) + " --devices 0 --rounds 1 --json rays.json --rays " +
-                                          std::to_string(rays) + " " + flags);
+  const Outcome outcome =
+      workplace.eikon("bench rays " + scene(name) + " --devices 0 --rounds 1 --json rays.json --rays " +
+                      std::to_string(rays) + " " + flags);
   EXPECT_EQ(outcome.code, 0) << outcome.err;
   std::ifstream file(workplace / "rays.json");
   return outcome.code == 0 ? nlohmann::json::parse(file) : nlohmann::json::array();
