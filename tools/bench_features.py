@@ -18,9 +18,9 @@ import subprocess
 import sys
 import tempfile
 
-import scene_pictures
-from gltf_writer import GltfWriter
-from scene_shapes import look_at, quad, sphere
+from scene_builders import scene_pictures
+from scene_builders.gltf_writer import GltfWriter
+from scene_builders.scene_shapes import look_at, quad, sphere
 
 FLAT_SPECULAR = {"KHR_materials_specular": {"specularFactor": 0.0}}
 PICTURES = {"color": scene_pictures.tiles_color, "metal": scene_pictures.tiles_metallic_roughness,

@@ -14,8 +14,8 @@ import math
 import pathlib
 import random
 
-from gltf_writer import GltfWriter
-from scene_shapes import look_at
+from scene_builders.gltf_writer import GltfWriter
+from scene_builders.scene_shapes import look_at
 
 
 def main():

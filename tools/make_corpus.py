@@ -21,7 +21,7 @@ import struct
 import sys
 import zlib
 
-from corpus_files import (
+from scene_builders.corpus_files import (
     compressed_document,
     data_uri,
     Document,

@@ -12,7 +12,7 @@ import pathlib
 
 import numpy as np
 
-from gltf_writer import GltfWriter
+from scene_builders.gltf_writer import GltfWriter
 
 
 def waves(points, seed, octaves, frequency):

@@ -12,8 +12,8 @@ import math
 import pathlib
 import random
 
-from gltf_writer import GltfWriter
-from scene_shapes import box, inside_out, look_at, sphere
+from scene_builders.gltf_writer import GltfWriter
+from scene_builders.scene_shapes import box, inside_out, look_at, sphere
 
 SIDE, HEIGHT = 18.0, 4.0  # of the hall, metres
 BALLS = 9                 # along each side

@@ -11,12 +11,12 @@ import argparse
 import pathlib
 import sys
 
-import scenes_analytic
-import scenes_implicit
-import scenes_lambert
-import scenes_layers
-import scenes_materials
-import scenes_media
+from scene_builders import scenes_analytic
+from scene_builders import scenes_implicit
+from scene_builders import scenes_lambert
+from scene_builders import scenes_layers
+from scene_builders import scenes_materials
+from scene_builders import scenes_media
 
 SCENES = pathlib.Path(__file__).resolve().parent.parent / "scenes"
 MAKERS = {**scenes_lambert.MAKERS, **scenes_materials.MAKERS, **scenes_layers.MAKERS, **scenes_media.MAKERS, **scenes_analytic.MAKERS, **scenes_implicit.MAKERS}

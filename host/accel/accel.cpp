@@ -9,7 +9,7 @@
 #include <chrono>
 
 #include "accel/accelerators.h"
-#include "accel/layouts.h"
+#include "accel/layouts/layouts.h"
 #include "core/error.h"
 
 namespace eikon {

@@ -7,12 +7,12 @@
 #include <algorithm>
 #include <array>
 
-#include "accel/bsp.h"
-#include "accel/grid.h"
-#include "accel/kdtree.h"
-#include "accel/layouts.h"
-#include "accel/median_tree.h"
-#include "accel/octree.h"
+#include "accel/classic/bsp.h"
+#include "accel/classic/grid.h"
+#include "accel/classic/kdtree.h"
+#include "accel/layouts/layouts.h"
+#include "accel/classic/median_tree.h"
+#include "accel/classic/octree.h"
 #include "accel/reinsertion.h"
 #include "core/error.h"
 

@@ -12,7 +12,7 @@
 #include <utility>
 
 #include "accel/bins.h"
-#include "accel/small_tree.h"
+#include "accel/layouts/small_tree.h"
 #include "core/error.h"
 
 namespace eikon {

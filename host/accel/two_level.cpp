@@ -11,7 +11,7 @@
 #include <limits>
 #include <vector>
 
-#include "accel/layouts.h"
+#include "accel/layouts/layouts.h"
 #include "accel/reinsertion.h"
 #include "core/error.h"
 
@@ -19,7 +19,7 @@ namespace eikon {
 namespace {
 
 constexpr std::uint32_t kLeafBit = 0x80000000U;
-constexpr std::size_t kBlockWords = 80, kBlockIds = 72;  // traverse_wide.h
+constexpr std::size_t kBlockWords = 80, kBlockIds = 72;  // traverse/wide/wide.h
 constexpr std::uint64_t kMaxEntries = std::uint64_t{1} << 28;
 
 /// How words of a tree refer to its own nodes and leaves, so that it can stand behind others.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Trees in two levels: one for each mesh that is stored once, in its own space, and one of the scene over its places and all other
-// triangles and shapes. kernels/traverse_instance.h says how rays go through them.
+// triangles and shapes. kernels/traverse/traverse_instance.h says how rays go through them.
 #pragma once
 #include <glm/glm.hpp>
 #include <span>

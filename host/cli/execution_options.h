@@ -11,8 +11,8 @@
 #include "cli/arguments.h"
 #include "core/error.h"
 #include "core/thread_limit.h"
-#include "render/choose_layout.h"
-#include "render/settings.h"
+#include "wavefront/layout/choose_layout.h"
+#include "pack/settings.h"
 
 namespace eikon {
 

@@ -12,9 +12,9 @@
 
 #include "cli/commands.h"
 #include "cli/empty_values.h"
-#include "cli/tell.h"
+#include "job/tell.h"
 #include "core/lost_threads.h"
-#include "scene/text.h"
+#include "io/text.h"
 
 namespace {
 

@@ -8,7 +8,7 @@
 #include "cli/empty_values.h"
 #include "cli/execution_options.h"
 #include "image/image.h"
-#include "render/layers.h"
+#include "film/layers.h"
 
 namespace eikon {
 

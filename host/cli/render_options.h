@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "cli/checkpoint.h"
+#include "job/checkpoint.h"
 #include "cli/png_options.h"
 #include "cli/scene_options.h"
 

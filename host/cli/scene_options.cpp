@@ -8,10 +8,10 @@
 #include <numbers>
 
 #include "cli/arguments.h"
-#include "cli/tell.h"
+#include "job/tell.h"
 #include "core/error.h"
 #include "device/profiler.h"
-#include "render/layers.h"
+#include "film/layers.h"
 #include "scene/environment.h"
 
 namespace eikon {

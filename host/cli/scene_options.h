@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "render/settings.h"
+#include "pack/settings.h"
 
 namespace eikon {
 

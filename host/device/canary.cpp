@@ -92,7 +92,7 @@ bool passes_canary(const DeviceInfo& info) {
     Device device(info);
     ProgramOptions options;
     options.defines["EK_WIDTH"] = !info.cpu ? "1" : info.native_float_lanes >= 16 ? "16" : "8";
-    require_canary(device, device.build(kernel_text({"canary.cl"}), options));
+    require_canary(device, device.build(kernel_text({"probe/canary.cl"}), options));
     return true;
   } catch (const DeviceError&) {
     return false;

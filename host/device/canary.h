@@ -13,7 +13,7 @@ struct UntrustedDevice : DeviceError {
   explicit UntrustedDevice(const std::string& message) : DeviceError(message) {}
 };
 
-/// What the memory probe reads and writes (kernels/canary.h).
+/// What the memory probe reads and writes (kernels/probe/canary.h).
 class Canary {
  public:
   /// Puts its buffers among `arguments`. throws DeviceError

@@ -7,7 +7,7 @@
 
 namespace eikon::host_lanes {
 // By path: a plain "math.h" would be the system's.
-#include "../../kernels/interval.h"
+#include "lanes/interval.h"
 }  // namespace eikon::host_lanes
 
 namespace eikon::formula {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The values of expressions on the host, with the bits that kernels compute: both compile kernels/formula_math.h and interval.h.
+// The values of expressions on the host, with the bits that kernels compute: both compile kernels/lanes/formula_math.h and interval.h.
 #pragma once
 #include <array>
 

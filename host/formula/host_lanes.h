@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The kernels' dialect one lane wide in C++, as far as kernels/interval.h and what it includes need it: for evaluate.cpp, which
-// thereby compiles the kernels' own text. Stands in for kernels/lanes.h.
+// The kernels' dialect one lane wide in C++, as far as kernels/lanes/interval.h and what it includes need it: for evaluate.cpp, which
+// thereby compiles the kernels' own text. Stands in for kernels/lanes/lanes.h.
 #pragma once
 #define EK_LANES_H
 #include <bit>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Formulas as straight-line kernel code (for kernels/implicit.h), each shared subexpression once.
+// Formulas as straight-line kernel code (for kernels/shapes/implicit_root.h), each shared subexpression once.
 #pragma once
 #include <string>
 #include <vector>
@@ -8,7 +8,7 @@
 
 namespace eikon::formula {
 
-/// The functions that kernels/implicit.h wants, for formulas numbered by their places:
+/// The functions that kernels/shapes/implicit_root.h wants, for formulas numbered by their places:
 ///   vf implicit_value(uint formula, v3 p)            f
 ///   v3 implicit_gradient(uint formula, v3 p)
 ///   ImplicitBounds implicit_bounds(uint formula, Interval x, Interval y, Interval z, v3 d)  f and its slope along d

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "core/error.h"
-#include "scene/text.h"
+#include "io/text.h"
 
 namespace eikon::formula {
 namespace {

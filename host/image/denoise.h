@@ -5,7 +5,7 @@
 #include <memory>
 
 #include "image/image.h"
-#include "render/film.h"
+#include "film/film.h"
 
 namespace eikon {
 

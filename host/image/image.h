@@ -12,7 +12,7 @@
 
 #include "core/error.h"
 #include "image/tonemap.h"
-#include "render/film.h"
+#include "film/film.h"
 
 namespace eikon {
 

@@ -11,7 +11,7 @@
 #include <stb/stb_image_write.h>
 
 #include "core/error.h"
-#include "image/atomic_file.h"
+#include "io/atomic_file.h"
 #include "image/image.h"
 
 namespace eikon {

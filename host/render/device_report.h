@@ -6,9 +6,9 @@
 #include <string>
 
 #include "device/device.h"
-#include "render/bounces.h"
-#include "render/choose_layout.h"
-#include "render/wavefront.h"
+#include "wavefront/bounces.h"
+#include "wavefront/layout/choose_layout.h"
+#include "wavefront/wavefront.h"
 
 namespace eikon {
 

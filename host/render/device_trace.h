@@ -4,7 +4,7 @@
 
 #include "core/trace.h"
 #include "device/device.h"
-#include "render/wavefront.h"
+#include "wavefront/wavefront.h"
 
 namespace eikon {
 

@@ -7,7 +7,7 @@
 #include "core/error.h"
 #include "render/device_trace.h"
 #include "render/ready_wavefronts.h"
-#include "render/unit_shrink.h"
+#include "wavefront/unit_shrink.h"
 
 namespace eikon {
 namespace {

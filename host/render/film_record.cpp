@@ -10,7 +10,7 @@
 #include <fmt/ranges.h>
 
 #include "core/error.h"
-#include "scene/xxhash64.h"
+#include "io/xxhash64.h"
 
 namespace eikon {
 namespace {

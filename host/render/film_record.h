@@ -9,9 +9,9 @@
 #include <string_view>
 #include <vector>
 
-#include "render/film.h"
-#include "render/sample_ledger.h"
-#include "render/settings.h"
+#include "film/film.h"
+#include "film/sample_ledger.h"
+#include "pack/settings.h"
 #include "scene/scene.h"
 
 namespace eikon {

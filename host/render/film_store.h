@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "render/film.h"
-#include "render/sample_ledger.h"
+#include "film/film.h"
+#include "film/sample_ledger.h"
 
 namespace eikon {
 

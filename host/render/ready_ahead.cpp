@@ -14,9 +14,9 @@
 #include "core/clock.h"
 #include "core/lost_threads.h"
 #include "device/fault.h"
-#include "render/choose_layout.h"
+#include "wavefront/layout/choose_layout.h"
 #include "render/crew.h"
-#include "render/memory.h"
+#include "wavefront/memory.h"
 
 namespace eikon {
 namespace {

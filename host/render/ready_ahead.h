@@ -14,7 +14,7 @@
 
 #include "device/device_pool.h"
 #include "render/ready_wavefronts.h"
-#include "render/settings.h"
+#include "pack/settings.h"
 
 namespace eikon {
 

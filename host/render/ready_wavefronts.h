@@ -6,7 +6,7 @@
 #include <string>
 
 #include "device/device_pool.h"
-#include "render/wavefront.h"
+#include "wavefront/wavefront.h"
 
 namespace eikon {
 

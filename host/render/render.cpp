@@ -12,10 +12,10 @@
 #include "render/crew.h"
 #include "render/device_worker.h"
 #include "render/error_counter.h"
-#include "render/memory.h"
+#include "wavefront/memory.h"
 #include "render/no_device_left.h"
-#include "render/pack.h"
-#include "render/placed_meshes.h"
+#include "pack/pack.h"
+#include "pack/geometry/placed_meshes.h"
 
 namespace eikon {
 namespace {

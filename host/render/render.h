@@ -12,7 +12,7 @@
 #include "device/device_pool.h"
 #include "render/device_report.h"
 #include "render/film_store.h"
-#include "render/settings.h"
+#include "pack/settings.h"
 
 namespace eikon {
 

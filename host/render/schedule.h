@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "render/units.h"
+#include "film/units.h"
 
 namespace eikon {
 

@@ -12,7 +12,7 @@
 #include "core/error.h"
 #include "image/decode_hdr.h"
 #include "image/image.h"
-#include "scene/source_file.h"
+#include "io/source_file.h"
 
 namespace eikon {
 namespace {

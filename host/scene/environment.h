@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
-#include "scene/digest.h"
-#include "scene/json_text.h"
+#include "io/digest.h"
+#include "io/json_text.h"
 #include "scene/scene.h"
-#include "scene/text.h"
+#include "io/text.h"
 
 namespace eikon {
 

@@ -9,7 +9,7 @@
 #include <cstring>
 
 #include "core/error.h"
-#include "image/atomic_file.h"
+#include "io/atomic_file.h"
 
 namespace eikon {
 namespace {

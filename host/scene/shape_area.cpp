@@ -51,7 +51,7 @@ bool keeps_angles(const glm::dmat3& cofactor, double& stretch) {
 }
 
 std::array<double, 3> capsule_areas(const OwnShape& own, const glm::dmat3& cofactor) {
-  // In floats, as kernels/shape_capsule.h decides it.
+  // In floats, as kernels/shapes/capsule.h decides it.
   const auto a = float(own.parameters[0]), b = float(own.parameters[1]), c = float(own.parameters[2]);
   const float tilt_f = (c - b) / (2.0F * a);
   const bool there = std::abs(tilt_f) < 0.99999F;

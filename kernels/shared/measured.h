@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // How a measured material's table lies in memory: floats, behind those of the textures, from MaterialExtension.measured_table on.
-// Host (scene/measured_table.cpp) and kernels (bsdf_measured.h) share it.
+// Host (scene/measured_table.cpp) and kernels (bsdf/measured.h) share it.
 #ifndef EK_SHARED_MEASURED_H
 #define EK_SHARED_MEASURED_H
 

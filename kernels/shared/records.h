@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Records that host and kernels share. 64-byte records are read whole by rec16 (lanes.h). tests/kernels/layout_test.cpp
+// Records that host and kernels share. 64-byte records are read whole by rec16 (lanes.h). tests/kernels/probe/layout_test.cpp
 // compares sizes and offsets on every device.
 #ifndef EK_SHARED_RECORDS_H
 #define EK_SHARED_RECORDS_H

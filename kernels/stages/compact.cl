@@ -3,7 +3,7 @@
 // From: paths of this depth.   To: queue_rays of the next depth, queue_shadow.
 // Work-groups count their survivors in local memory and reserve places with one atomic each. The order in the queues is not
 // deterministic, and nothing depends on it.
-#include "wavefront.h"
+#include "stages/wavefront.h"
 
 kernel void compact(global uint* path_state, global uint* counts, global uint* queue_rays, global uint* queue_shadow,
                     uint depth) {

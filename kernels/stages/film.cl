@@ -4,9 +4,9 @@
 // value that is not finite or beyond the range is left out as a whole, counted and reported.
 //   film_sums      [((replicate * channels + channel) * limbs + limb) * pixel_stride + pixel]
 //   film_rejected  [replicate * pixel_stride + pixel]
-#include "film.h"
-#include "simd.h"
-#include "wavefront.h"
+#include "film/fixed_point.h"
+#include "lanes/simd.h"
+#include "stages/wavefront.h"
 
 // Rare, so lane by lane.
 EK_FN void film_report(global Diagnostics* diagnostics, vi nonfinite, vi saturated, uint pixel, uint sample) {

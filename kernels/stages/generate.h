@@ -4,10 +4,10 @@
 // state and clears its film slots.
 #ifndef EK_STAGE_GENERATE_H
 #define EK_STAGE_GENERATE_H
-#include "camera.h"
-#include "filter.h"
-#include "sampler.h"
-#include "wavefront.h"
+#include "film/camera.h"
+#include "film/filter.h"
+#include "lanes/sampler.h"
+#include "stages/wavefront.h"
 
 // first  path of slot 0 of `state`: paths first + 0 .. first + count - 1 of the unit
 EK_FN_ONCE void stage_generate(constant Frame* frame, global const uint* pixels, global uint* state, global float* film_slots,

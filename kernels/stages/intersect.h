@@ -4,8 +4,8 @@
 // randomness but opacity's.
 #ifndef EK_STAGE_INTERSECT_H
 #define EK_STAGE_INTERSECT_H
-#include "traverse.h"
-#include "wavefront.h"
+#include "traverse/traverse.h"
+#include "stages/wavefront.h"
 
 EK_FN_ONCE void stage_intersect(constant Frame* frame, Geometry geometry, global uint* state, global const uint* queue, uint count,
                                 uint depth) {

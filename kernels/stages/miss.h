@@ -4,9 +4,9 @@
 // shade.cl drops them.
 #ifndef EK_STAGE_MISS_H
 #define EK_STAGE_MISS_H
-#include "light.h"
-#include "medium.h"
-#include "wavefront.h"
+#include "lights/light.h"
+#include "surface/medium.h"
+#include "stages/wavefront.h"
 
 EK_FN_ONCE void stage_miss(constant Frame* frame, SceneData scene, global const float4* environment_texels, global uint* state,
                            global float* film_slots, global const uint* queue, uint count, uint depth) {

@@ -9,7 +9,7 @@
 #include "stages/miss.h"
 #include "stages/shade.h"
 #include "stages/shadow.h"
-#include "ticks.h"
+#include "probe/ticks.h"
 
 #define EK_LEAST_PORTION 256  // paths, a multiple of every width: fewer leave lanes and rows of rays empty
 

@@ -4,24 +4,24 @@
 // decide. CPU devices pack survivors in place; GPU devices leave that to compact.cl.
 #ifndef EK_STAGE_SHADE_H
 #define EK_STAGE_SHADE_H
-#include "alpha.h"
-#include "dispersion.h"
-#include "film_layers.h"
-#include "hit_classes.h"
-#include "instance_surface.h"
-#include "light_emission.h"
-#include "material.h"
-#include "medium.h"
-#include "raycast.h"
-#include "sampler.h"
-#include "shading_normal.h"
+#include "surface/alpha.h"
+#include "bsdf/dispersion.h"
+#include "film/film_layers.h"
+#include "stages/hit_classes.h"
+#include "surface/instance_surface.h"
+#include "lights/emission.h"
+#include "surface/material.h"
+#include "surface/medium.h"
+#include "stages/raycast.h"
+#include "lanes/sampler.h"
+#include "surface/shading_normal.h"
 #if EK_HAS_shape
-#include "shape_surface.h"
+#include "shapes/shape_surface.h"
 #endif
 #if EK_HAS_shape & EK_HAS_shape_light
-#include "light_shape.h"
+#include "lights/shape_light.h"
 #endif
-#include "wavefront.h"
+#include "stages/wavefront.h"
 
 // Reflected light stays on the viewer's side of the surface itself, transmitted light leaves it: else walls would leak.
 // cos_geom  of the direction with n_geom

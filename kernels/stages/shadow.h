@@ -3,8 +3,8 @@
 // Adds what a shadow ray carries to its path's film slots, if nothing is in the way.
 #ifndef EK_STAGE_SHADOW_H
 #define EK_STAGE_SHADOW_H
-#include "traverse.h"
-#include "wavefront.h"
+#include "traverse/traverse.h"
+#include "stages/wavefront.h"
 
 EK_FN_ONCE void stage_shadow(constant Frame* frame, Geometry geometry, global uint* state, global float* film_slots,
                              global const uint* queue, uint count, uint depth) {

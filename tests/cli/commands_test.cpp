@@ -58,10 +58,10 @@ TEST(Commands, selftest_tells_a_driver_that_is_wrong) {
     std::filesystem::create_directories((here / "kernels" / name).parent_path());
     here.write("kernels/" + name, text);
   }
-  std::string film = read_bytes(here / "kernels/film.h");
+  std::string film = read_bytes(here / "kernels/film/fixed_point.h");
   const std::string exact = "- 86;";  // the film's unit
   ASSERT_NE(film.find(exact), std::string::npos);
-  std::ofstream(here / "kernels/film.h") << film.replace(film.find(exact), exact.size(), "- 85;");
+  std::ofstream(here / "kernels/film/fixed_point.h") << film.replace(film.find(exact), exact.size(), "- 85;");
   const Outcome outcome = here.eikon("selftest", "EIKON_KERNEL_DIR=" + (here / "kernels").string());
   EXPECT_EQ(outcome.code, 4);
   EXPECT_TRUE(contains(outcome.out, "FAIL")) << outcome.out;

@@ -7,7 +7,7 @@
 
 #include "cli/command.h"
 #include "image/image.h"
-#include "render/analytic_scenes.h"
+#include "instruments/analytic_scenes.h"
 
 namespace eikon::testing {
 namespace {
@@ -129,10 +129,10 @@ TEST_F(Merge, arithmetic_that_other_devices_do_not_have_is_said) {
   // Kernels whose probe finds another sum; of the picture's they change nothing.
   std::filesystem::copy(std::string(EIKON_SOURCE_DIR) + "/kernels", here / "kernels",
                         std::filesystem::copy_options::recursive);
-  std::string probe = bytes("kernels/arithmetic.h");
+  std::string probe = bytes("kernels/probe/arithmetic.h");
   const std::string sum = "AS_U(a * b + c)";
   ASSERT_TRUE(contains(probe, sum));
-  here.write("kernels/arithmetic.h", probe.replace(probe.find(sum), sum.size(), "AS_U(a * b - c)"));
+  here.write("kernels/probe/arithmetic.h", probe.replace(probe.find(sum), sum.size(), "AS_U(a * b - c)"));
   const auto render = [&](const std::string& output, const std::string& flags, const std::string& before) {
     const Outcome outcome =
         here.eikon("render " + scene("cornell.gltf") + " -o " + output + " --size 24x20 --quiet " + flags, before);

@@ -2,7 +2,7 @@
 // Production functions applied to arrays (probe.h). Item i of input k is word k * count + i of in_words, and the same
 // for outputs. A program holds the probes of one subject. Bodies are functions of their own: a kernel's own code takes three times
 // as long to compile (EK_FN_ONCE).
-#include "math.h"
+#include "lanes/math.h"
 
 #define IN_U(k) load_u(in_words + (k) * count + item)
 #define IN_F(k) AS_F(IN_U(k))
@@ -101,7 +101,7 @@ PROBE(probe_atan2_turns) { OUT_F(0, atan2_turns(IN_F(0), IN_F(1))); }
 #endif
 
 #ifdef EK_PROBE_sampler
-#include "sampler.h"
+#include "lanes/sampler.h"
 PROBE(probe_words) {
   const vu x = IN_U(0);
   OUT_U(0, hash_bits(x));
@@ -134,7 +134,7 @@ PROBE(probe_dimensions) {
 #endif
 
 #ifdef EK_PROBE_warp
-#include "warp.h"
+#include "lanes/warp.h"
 PROBE(probe_warps) {
   const vf u = IN_F(0);
   const vf v = IN_F(1);
@@ -152,7 +152,7 @@ PROBE(probe_warps) {
 #endif
 
 #ifdef EK_PROBE_surface
-#include "surface.h"
+#include "surface/surface.h"
 // Inputs: triangle, weights u and v, a direction w, the way from the ray's origin.
 EK_FN_ONCE void probe_surface_run(PROBE_ITEMS, global const Triangle* triangles) {
   const TriangleLanes t = load_triangle(triangles, IN_U(0));
@@ -182,7 +182,7 @@ PROBE(probe_next_float) { OUT_F(0, next_float_towards(IN_F(0), IN_F(1))); }
 #endif
 
 #ifdef EK_PROBE_texture
-#include "texture.h"
+#include "surface/texture.h"
 // Inputs: texture, TEXCOORD_0, TEXCOORD_1.
 EK_FN_ONCE void probe_texture_run(PROBE_ITEMS, global const TextureRecord* textures, global const uint* texels) {
   const vf zero = (vf)(0.0f);
@@ -200,8 +200,8 @@ kernel void probe_texture(PROBE_ARGUMENTS, global const TextureRecord* textures,
 #endif
 
 #ifdef EK_PROBE_material
-#include "material.h"
-#include "medium.h"
+#include "surface/material.h"
+#include "surface/medium.h"
 // Inputs: material, triangle, weights u and v, whether the front was hit.
 EK_FN_ONCE void probe_material_run(PROBE_ITEMS, SceneData scene) {
   const vu one = (vu)(1u), zero = (vu)(0u);
@@ -270,7 +270,7 @@ kernel void probe_media_meet(PROBE_ARGUMENTS, EK_SCENE_ARGUMENTS) {
 #endif
 
 #ifdef EK_PROBE_shading_normal
-#include "shading_normal.h"
+#include "surface/shading_normal.h"
 // Inputs: triangle, weights u and v, n_geom; index of a normal texture.
 EK_FN_ONCE void probe_shading_normal_run(PROBE_ITEMS, SceneData scene) {
   const HitAttributes at = hit_attributes(scene, IN_U(0), IN_F(1), IN_F(2));
@@ -294,7 +294,7 @@ PROBE(probe_terminator) { OUT_F(0, terminator_factor(IN_F(0), IN_F(1), IN_F(2)))
 #endif
 
 #ifdef EK_PROBE_bsdf
-#include "material.h"
+#include "surface/material.h"
 EK_FN_ONCE BsdfValue probe_evaluate(MaterialLanes m, v3 wo, v3 wi) { return bsdf_evaluate(m, wo, wi); }
 
 // Inputs: material, wo, wi, u, v, choice, whether the front was hit, normal of the coat, alpha along x or -1.
@@ -362,7 +362,7 @@ PROBE(probe_ggx_albedo) {
 #endif
 
 #ifdef EK_PROBE_light
-#include "light.h"
+#include "lights/light.h"
 PROBE(probe_power_heuristic) { OUT_F(0, power_heuristic(IN_F(0), IN_F(1))); }
 
 EK_FN_ONCE void probe_choose_light_run(PROBE_ITEMS, global const LightBucket* light_buckets, uint light_count) {
@@ -446,9 +446,9 @@ kernel void probe_environment_map(PROBE_ARGUMENTS, constant Frame* frame, global
 #endif
 
 #ifdef EK_PROBE_light_shape
-#include "light_shape.h"
-#include "ray.h"
-#include "shape_hit.h"
+#include "lights/shape_light.h"
+#include "traverse/ray.h"
+#include "shapes/shape_hit.h"
 
 // Where the ray from p along dir first meets the only shape, and the density with which light sampling chooses that.
 EK_FN vi probe_met(constant Frame* frame, SceneData scene, v3 p, v3 dir, v3* point, v3* normal, vf* pdf) {
@@ -510,7 +510,7 @@ kernel void probe_shape_pdf(PROBE_ARGUMENTS, constant Frame* frame, EK_SCENE_ARG
 #endif
 
 #ifdef EK_PROBE_filter
-#include "filter.h"
+#include "film/filter.h"
 EK_FN_ONCE void probe_filter_run(PROBE_ITEMS, global const float* filter_table) {
   const FilterSample s = filter_sample(filter_table, IN_F(0));
   OUT_F(0, s.offset);
@@ -522,7 +522,7 @@ kernel void probe_filter(PROBE_ARGUMENTS, global const float* filter_table) {
 #endif
 
 #ifdef EK_PROBE_opacity
-#include "alpha.h"
+#include "surface/alpha.h"
 // Inputs: key of a path, index of its sample, triangle.
 EK_FN_ONCE void probe_opacity_number_run(PROBE_ITEMS, uint depth, uint kind) {
   OUT_F(0, opacity_number(opacity_key(IN_U(0), IN_U(1), depth, kind), IN_U(2)));
@@ -533,7 +533,7 @@ kernel void probe_opacity_number(PROBE_ARGUMENTS, uint depth, uint kind) {
 #endif
 
 #ifdef EK_PROBE_implicit
-#include "implicit.h"
+#include "shapes/implicit_root.h"
 // Inputs: a point, a direction; the same region as low and high ends of a point.
 EK_FN_ONCE void probe_implicit_values_run(PROBE_ITEMS, uint formula) {
   OUT_F(0, implicit_value(formula, IN_3(0)));

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "accel/accelerators.h"
-#include "render/analytic_scenes.h"
+#include "instruments/analytic_scenes.h"
 #include "render/render.h"
 
 namespace eikon::testing {

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "accel/classic/median_tree.h"
+
+#include <fmt/format.h>
+#include <tbb/parallel_invoke.h>
+
+#include <algorithm>
+
+#include "accel/reference.h"
+#include "core/error.h"
+
+namespace eikon {
+namespace {
+
+constexpr std::size_t kParallelLimit = 4096;
+
+class Builder {
+ public:
+  explicit Builder(BinaryTree& tree) : tree_(tree) {}
+
+  /// Writes the subtree of references [begin, end), whose nodes begin at `node`. returns its box
+  Box build(std::vector<Reference>& references, std::size_t begin, std::size_t end, std::size_t node) {
+    const std::size_t count = end - begin;
+    Box box;
+    if (count == 1) {
+      box = references[begin].box();
+      tree_.triangles[begin] = references[begin].triangle();
+    } else {
+      const std::size_t middle = begin + count / 2, right = node + 2 * (count / 2);
+      select(references, begin, middle, end);
+      Box other;
+      const auto first = [&] { box = build(references, begin, middle, node + 1); };
+      const auto second = [&] { other = build(references, middle, end, right); };
+      if (count >= kParallelLimit)
+        tbb::parallel_invoke(first, second);
+      else
+        first(), second();
+      box.add(other);
+    }
+    tree_.nodes[node] = BinaryNode(box, count, begin);
+    return box;
+  }
+
+ private:
+  /// Order among equals is by index, so that nothing but the triangles decides.
+  static void select(std::vector<Reference>& references, std::size_t begin, std::size_t middle, std::size_t end) {
+    Box centres;
+    for (std::size_t i = begin; i < end; ++i) centres.add(centroid2(references[i]));
+    const Float4 size = centres.hi - centres.lo;
+    std::size_t axis = 0;
+    for (std::size_t k = 1; k < 3; ++k) axis = size[k] > size[axis] ? k : axis;
+    const auto at = [&](std::size_t i) { return references.begin() + static_cast<std::ptrdiff_t>(i); };
+    std::nth_element(at(begin), at(middle), at(end), [&](const Reference& a, const Reference& b) {
+      const float x = centroid2(a)[axis], y = centroid2(b)[axis];
+      return x < y || (x == y && a.triangle() < b.triangle());
+    });
+  }
+
+  BinaryTree& tree_;
+};
+
+}  // namespace
+
+BinaryTree build_median_tree(TriangleSoup triangles) {
+  if (triangles.size() > Reference::kLimit) {
+    throw InputError(fmt::format("cannot build a tree over {} triangles: the limit is {}; split the scene",
+                                 triangles.size(), Reference::kLimit));
+  }
+  std::vector<Reference> references;
+  for (std::size_t i = 0; i < triangles.size(); ++i) {
+    if (is_degenerate(triangles, i)) continue;
+    references.emplace_back();
+    references.back().set(triangle_box(triangles, i), static_cast<std::uint32_t>(i));
+  }
+  BinaryTree tree;
+  if (references.empty()) return tree;
+  tree.nodes.resize(2 * references.size() - 1);
+  tree.triangles.resize(references.size());
+  Builder(tree).build(references, 0, references.size(), 0);
+  return tree;
+}
+
+}  // namespace eikon

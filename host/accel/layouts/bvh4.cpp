@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <bit>
+
+#include "accel/layouts/collapse.h"
+#include "accel/layouts/layouts.h"
+#include "accel/layouts/quantised.h"
+
+namespace eikon {
+namespace {
+
+constexpr std::uint32_t kWidth = 4;
+constexpr std::size_t kPlaneWord = 4, kChildWord = 12;
+constexpr std::uint32_t kLeafBit = 0x80000000U;
+constexpr std::uint32_t kCountShift = 28;  // 3 bits: triangles of a leaf - 1; below: its first entry in the list
+// A node's four boxes against a triangle: in between what bvh2 and cwbvh count.
+constexpr CollapseCosts kCosts{.leaf_limit = 4, .node = 1.0F, .leaf = 0.0F, .triangle = 0.5F};
+
+class Emitter {
+ public:
+  static constexpr std::size_t kNodeWords = 16;
+  Emitter(const BinaryTree& tree, Accel& accel) : tree_(tree), collapse_(tree, kCosts), accel_(accel) {
+    accel_.nodes.resize(kNodeWords);
+    accel_.leaves.assign(tree.triangles.begin(), tree.triangles.end());
+    accel_.stack_size = 1 + emit(0, 0);
+    const float root = tree.nodes[0].box().half_area();
+    accel_.sah_cost = root > 0 ? static_cast<double>(collapse_.cost() / root) : 0.0;
+  }
+
+ private:
+  /// Writes node `to` and all below. returns how many entries the stack can hold below this node.
+  std::uint32_t emit(std::uint32_t binary, std::size_t to) {
+    const std::vector<WideChild> children = collapse_.children(binary);
+    Box around;
+    for (const WideChild& child : children) around.add(tree_.nodes[child.binary].box());
+    const QuantisedFrame frame(around);
+    std::uint32_t* node = accel_.nodes.data() + to * kNodeWords;
+    std::ranges::copy(frame.words((1U << children.size()) - 1), node);
+    auto next = static_cast<std::uint32_t>(accel_.nodes.size() / kNodeWords);
+    for (std::uint32_t i = 0; i < children.size(); ++i) {
+      const std::uint32_t child = children[i].binary;
+      const QuantisedBox box = frame.quantise(tree_.nodes[child].box());
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        node[kPlaneWord + 2 * axis] |= std::uint32_t{box.lo[axis]} << 8 * i;
+        node[kPlaneWord + 2 * axis + 1] |= std::uint32_t{box.hi[axis]} << 8 * i;
+      }
+      node[kChildWord + i] = children[i].leaf
+                                 ? kLeafBit | (tree_.nodes[child].count - 1) << kCountShift | tree_.nodes[child].first
+                                 : next++;
+    }
+    const std::uint32_t own = static_cast<std::uint32_t>(accel_.nodes.size() / kNodeWords);
+    accel_.nodes.resize(std::size_t{next} * kNodeWords);  // `node` is gone
+    std::uint32_t below = 0, inner = own;
+    for (std::size_t i = 0; i < children.size(); ++i)
+      if (!children[i].leaf) below = std::max(below, emit(children[i].binary, inner++));
+    return below + static_cast<std::uint32_t>(children.size()) - 1;
+  }
+
+  const BinaryTree& tree_;
+  Collapse<kWidth> collapse_;
+  Accel& accel_;
+};
+
+}  // namespace
+
+Accel layout_bvh4(const BinaryTree& tree) { return quantised_accel<Emitter>("bvh4", tree); }
+
+}  // namespace eikon

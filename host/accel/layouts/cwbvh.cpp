@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <bit>
+#include <limits>
+#include <utility>
+
+#include "accel/layouts/collapse.h"
+#include "accel/layouts/layouts.h"
+#include "accel/layouts/quantised.h"
+
+namespace eikon {
+namespace {
+
+constexpr std::uint32_t kWidth = 8;
+constexpr std::size_t kKindWord = 6, kPlaneWord = 8;
+// Three triangles a child, so that those of a node are named by 24 bits. Costs as in the paper.
+constexpr CollapseCosts kCosts{.leaf_limit = 3, .node = 1.0F, .leaf = 0.0F, .triangle = 0.3F};
+
+/// Which child goes to which slot; -1: none. Child k is to be the first that rays of octant k meet, so the sum over the children
+/// of how far they lie along the diagonal of their octant is made small: the best pair first, then exchanges while they help.
+std::array<int, kWidth> slots_of(const std::vector<Float4>& offsets) {
+  const auto along = [&](int child, std::size_t slot) {
+    float sum = 0;
+    if (child < 0) return sum;
+    for (int axis = 0; axis < 3; ++axis) {
+      const float x = offsets[static_cast<std::size_t>(child)][axis];
+      sum += (slot >> axis & 1U) != 0 ? -x : x;
+    }
+    return sum;
+  };
+  std::array<int, kWidth> at;
+  at.fill(-1);
+  std::uint32_t placed = 0;
+  for (std::size_t n = 0; n < offsets.size(); ++n) {
+    float best = std::numeric_limits<float>::infinity();
+    int chosen = -1;
+    std::size_t slot = 0;
+    for (int child = 0; child < static_cast<int>(offsets.size()); ++child) {
+      if ((placed >> child & 1U) != 0) continue;
+      for (std::size_t s = 0; s < kWidth; ++s) {
+        if (at[s] >= 0 || (chosen >= 0 && !(along(child, s) < best))) continue;
+        best = along(child, s), chosen = child, slot = s;
+      }
+    }
+    at[slot] = chosen;
+    placed |= 1U << chosen;
+  }
+  // Each exchange lowers the sum of rounded numbers by more than its rounding; some rounds are enough, and they end.
+  for (int round = 0; round < 4; ++round) {
+    for (std::size_t a = 0; a < kWidth; ++a) {
+      for (std::size_t b = a + 1; b < kWidth; ++b)
+        if (along(at[a], b) + along(at[b], a) < along(at[a], a) + along(at[b], b)) std::swap(at[a], at[b]);
+    }
+  }
+  return at;
+}
+
+class Emitter {
+ public:
+  static constexpr std::size_t kNodeWords = 20;
+  Emitter(const BinaryTree& tree, Accel& accel) : tree_(tree), collapse_(tree, kCosts), accel_(accel) {
+    accel_.nodes.resize(kNodeWords);
+    accel_.leaves.reserve(tree.triangles.size());
+    accel_.stack_size = 1 + emit(0, 0);
+    const float root = tree.nodes[0].box().half_area();
+    accel_.sah_cost = root > 0 ? static_cast<double>(collapse_.cost() / root) : 0.0;
+  }
+
+ private:
+  /// Writes node `to` and all below. returns the levels of nodes below: each leaves at most one entry on the stack.
+  std::uint32_t emit(std::uint32_t binary, std::size_t to) {
+    const std::vector<WideChild> children = collapse_.children(binary);
+    Box around;
+    for (const WideChild& child : children) around.add(tree_.nodes[child.binary].box());
+    // Halves before they are added, or boxes of the largest numbers had no middle.
+    const auto middle = [](const Box& box) { return 0.5F * box.lo + 0.5F * box.hi; };
+    std::vector<Float4> offsets;
+    for (const WideChild& child : children) offsets.push_back(middle(tree_.nodes[child.binary].box()) - middle(around));
+    const std::array<int, kWidth> slots = slots_of(offsets);
+
+    const QuantisedFrame frame(around);
+    std::uint32_t* node = accel_.nodes.data() + to * kNodeWords;
+    const auto own = static_cast<std::uint32_t>(accel_.nodes.size() / kNodeWords);
+    const auto own_triangles = static_cast<std::uint32_t>(accel_.leaves.size());
+    std::uint32_t inner = 0, are_nodes = 0;
+    for (std::size_t slot = 0; slot < kWidth; ++slot) {
+      if (slots[slot] < 0) continue;
+      const WideChild& child = children[static_cast<std::size_t>(slots[slot])];
+      const QuantisedBox box = frame.quantise(tree_.nodes[child.binary].box());
+      const std::size_t half = slot / 4, shift = 8 * (slot % 4);
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        node[kPlaneWord + 2 * axis + half] |= std::uint32_t{box.lo[axis]} << shift;
+        node[kPlaneWord + 6 + 2 * axis + half] |= std::uint32_t{box.hi[axis]} << shift;
+      }
+      std::uint32_t kind = 1U << 5 | 24U | static_cast<std::uint32_t>(slot);
+      if (child.leaf) {
+        const auto [first, count] = std::pair(tree_.nodes[child.binary].first, tree_.nodes[child.binary].count);
+        kind = ((1U << count) - 1) << 5 | (static_cast<std::uint32_t>(accel_.leaves.size()) - own_triangles);
+        for (std::uint32_t i = 0; i < count; ++i) accel_.leaves.push_back(tree_.triangles[first + i]);
+      } else {
+        are_nodes |= 1U << slot;
+        ++inner;
+      }
+      node[kKindWord + half] |= kind << shift;
+    }
+    std::ranges::copy(frame.words(are_nodes), node);
+    node[4] = own;
+    node[5] = own_triangles;
+    accel_.nodes.resize(std::size_t{own + inner} * kNodeWords);  // `node` is gone
+    std::uint32_t below = 0, next = own;
+    for (std::size_t slot = 0; slot < kWidth; ++slot) {
+      if ((are_nodes >> slot & 1U) == 0) continue;
+      below = std::max(below, 1 + emit(children[static_cast<std::size_t>(slots[slot])].binary, next++));
+    }
+    return below;
+  }
+
+  const BinaryTree& tree_;
+  Collapse<kWidth> collapse_;
+  Accel& accel_;
+};
+
+}  // namespace
+
+Accel layout_cwbvh(const BinaryTree& tree) { return quantised_accel<Emitter>("cwbvh", tree); }
+
+}  // namespace eikon

@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <iostream>
+#include <iterator>
+#include <memory>
+
+#include "cli/arguments.h"
+#include "job/batch/batch_run.h"
+#include "cli/commands.h"
+#include "job/stop_signals.h"
+#include "io/source_file.h"
+
+namespace eikon {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct BatchOptions {
+  std::string jobs, ledger, progress = "bar";
+  std::uint32_t parallel = 1, retries = 0;
+  bool force = false, quiet = false;
+};
+
+constexpr std::uint64_t kMaxJobsBytes = std::uint64_t{256} << 20;
+
+std::string read_text(const std::string& file) {
+  if (file == "-") return {std::istreambuf_iterator<char>(std::cin), {}};
+  try {
+    const Bytes bytes = read_regular_file(file, kMaxJobsBytes);
+    return {reinterpret_cast<const char*>(bytes.data.get()), bytes.size};
+  } catch (const InputError& error) {
+    std::error_code none;
+    if (fs::is_regular_file(file, none) && fs::file_size(file, none) == 0) return {};  // no jobs
+    throw InputError(fmt::format("{}: {}", file, error.what()));
+  }
+}
+
+/// From now on paths are relative to the folder of the jobs file. Those of the environment stay what they were.
+void enter_folder(const fs::path& jobs) {
+  const fs::path folder = fs::absolute(jobs).parent_path();
+  const auto make_absolute = [](const char* name, const char* path) {
+    setenv(name, fs::absolute(path).lexically_normal().c_str(), 1);
+  };
+  for (const char* name : {"EIKON_KERNEL_DIR", "POCL_CACHE_DIR", "XDG_CACHE_HOME"})
+    if (const char* path = std::getenv(name); path != nullptr && *path != '\0') make_absolute(name, path);
+  std::error_code error;
+  // These may also be names that are looked for elsewhere.
+  for (const char* name : {"OCL_ICD_VENDORS", "OCL_ICD_FILENAMES", "EIKON_OIDN"}) {
+    const char* const path = std::getenv(name);
+    if (path == nullptr || !fs::exists(path, error)) continue;
+    if (fs::is_directory(path, error) || std::string_view(path).find('/') != std::string_view::npos)
+      make_absolute(name, path);
+  }
+  fs::current_path(folder, error);
+  if (error) throw InputError(fmt::format("{}: cannot enter its folder: {}", jobs.string(), error.message()));
+}
+
+ExitCode batch_command(const BatchOptions& options) {
+  receive_signals();
+  const bool from_pipe = options.jobs == "-";
+  const std::string name = from_pipe ? "stdin" : options.jobs;
+  std::vector<BatchJob> jobs = read_jobs(read_text(options.jobs));
+  const fs::path jobs_file = from_pipe ? fs::path() : fs::absolute(options.jobs);
+  fs::path ledger_file;
+  if (!options.ledger.empty())
+    ledger_file = fs::absolute(options.ledger);
+  else if (!from_pipe)
+    ledger_file = jobs_file.string() + ".ledger";
+  if (!from_pipe) enter_folder(jobs_file);
+  check_outputs(jobs, name, {jobs_file, ledger_file});
+
+  Ledger ledger(ledger_file);
+  BatchProgress progress(jobs, !options.quiet && options.progress == "bar", options.progress == "openjd");
+  if (ledger.unreadable() > 0)
+    progress.say(fmt::format("{}: {} lines cannot be read and do not count: their jobs run again", ledger_file.string(),
+                             ledger.unreadable()));
+  for (const BatchJob& job : jobs)
+    if (!job.options) progress.say(fmt::format("{}:{}: {}", name, job.line, job.message));
+
+  const BatchSettings settings = {name, options.parallel, int(options.retries), options.force};
+  const std::atomic<bool>& stop = catch_stop_signals();
+  const double begin = host_seconds();
+  BatchRun run(jobs, settings, ledger, progress, stop);
+  run.run();
+  const auto failed = [](const BatchJob& job) { return job.state == JobState::failed; };
+  const bool as_asked = std::none_of(jobs.begin(), jobs.end(), failed) && run.ledger_is_whole();
+  const ExitCode code = stop ? stop_exit_code() : as_asked ? ExitCode::done : ExitCode::not_as_asked;
+  progress.close(code);
+  print_summary(jobs, host_seconds() - begin);
+  return code;
+}
+
+}  // namespace
+
+void add_batch(CLI::App& app, Command& chosen) {
+  auto options = std::make_shared<BatchOptions>();
+  CLI::App* command = app.add_subcommand("batch", "render many images: a render command on each line of a file");
+  command->add_option("JOBS", options->jobs, "text file; - is standard input")->required();
+  command->add_option("--ledger", options->ledger,
+                      "JSON lines of what became of the jobs; JOBS.ledger if not given, and none for standard input");
+  command->add_option("--jobs-parallel", options->parallel, "jobs at a time, each with memory for a scene of its own")
+      ->check(between(1U, 64U))
+      ->capture_default_str();
+  command->add_option("--retry", options->retries, "times that a job that failed is tried again, after the others")
+      ->check(between(0U, 1000U))
+      ->capture_default_str();
+  command->add_flag("--force", options->force, "render what is done as well");
+  command
+      ->add_option("--progress", options->progress,
+                   "bar: on a terminal; openjd: lines for queues that speak Open Job Description, on stdout")
+      ->check(CLI::IsMember({"bar", "openjd"}));
+  command->add_flag("--quiet", options->quiet, "no progress");
+  command->footer(
+      "A line is what follows `eikon` on a command line: render SCENE [flags], quoted as for a shell; nothing is "
+      "expanded.\n"
+      "# begins a comment. Paths are relative to the file's folder. A job whose inputs, settings and outputs are as "
+      "they\n"
+      "were when it was done is skipped. One that fails, or does not parse, does not stop the others: exit code 1.\n"
+      "An interrupted batch goes on where it was, when it is started again.\n\n"
+      "Example:\n  eikon batch scenes/jobs.txt --retry 1");
+  command->callback([options, &chosen] { chosen = [options] { return batch_command(*options); }; });
+}
+
+}  // namespace eikon

@@ -1,0 +1,249 @@
+// SPDX-License-Identifier: Apache-2.0
+// `bench scene`: error against time. One growing render, looked at whenever the samples per pixel have doubled: the film's
+// bits then are those of a render of so many samples, and scene, tree and kernels are made once.
+// --json: {scene, scene_hash, size, seed, max_depth, features, devices: [..], reference: {path, relmse_predicted} | null,
+// points: [{spp, relmse | null, relmse_predicted | null, relmse_interval | null, ratio_of_means | null, seconds,
+// seconds_from_start, samples_per_second, efficiency | null}]}; seconds: of rendering alone; relmse: against the reference;
+// efficiency: 1 / (error x seconds), of the measured error, else of the predicted one.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "cli/arguments.h"
+#include "cli/commands/bench.h"
+#include "cli/execution_options.h"
+#include "job/metadata.h"
+#include "job/report.h"
+#include "core/process_time.h"
+#include "image/image.h"
+#include "image/plot.h"
+
+namespace eikon {
+namespace {
+
+struct BenchOptions {
+  SceneOptions scene;
+  Execution execution;
+  std::string reference, json, plot;
+  double time_s = 0;  // 0: no limit
+};
+
+struct Reference {
+  Image image;
+  Metadata metadata;
+  std::string path;
+};
+
+struct Point {
+  std::uint64_t spp = 0;
+  std::optional<Comparison> measured;
+  PredictedError predicted;
+  double seconds = 0, from_start_s = 0;
+
+  [[nodiscard]] std::optional<double> error() const {
+    if (measured) return measured->relmse;
+    return predicted.known ? std::optional(predicted.relmse) : std::nullopt;
+  }
+};
+
+bool same_matrix(const std::vector<double>& a, const std::vector<double>& b) {
+  // The file has single precision.
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [](double x, double y) { return std::abs(x - y) <= 1e-6 * (1 + std::abs(x)); });
+}
+
+/// throws InputError unless, as far as its header says, the reference is the picture that is rendered; UsageError when it is
+/// made of the same samples, whose error it would hide.
+void require_same_picture(const Prepared& prepared, const Reference& reference) {
+  const Settings& settings = prepared.settings;
+  if (reference.image.width != settings.crop.width() || reference.image.height != settings.crop.height())
+    throw InputError(fmt::format("{}: the reference has {} x {} pixels, the render {} x {}; give its --size or --crop",
+                                 reference.path, reference.image.width, reference.image.height, settings.crop.width(),
+                                 settings.crop.height()));
+  for (const char* channel : {"R", "G", "B"})
+    if (reference.image.plane(channel) == nullptr)
+      throw InputError(fmt::format("{}: the reference has no channel {}", reference.path, channel));
+  const Metadata ours = describe_picture(prepared);
+  const auto differs = [&](const std::string& key, const std::string& theirs, const std::string& here) {
+    return InputError(
+        fmt::format("{}: the reference shows another picture: {} '{}', here '{}'", reference.path, key, theirs, here));
+  };
+  for (const auto& [key, value] : ours.strings) {
+    const auto theirs = reference.metadata.strings.find(key);
+    // A scene is known by its content, wherever it lies; a camera by where it stands.
+    if (key == "scene" || key == "camera" || theirs == reference.metadata.strings.end()) continue;
+    if (theirs->second != value) throw differs(key, theirs->second, value);
+  }
+  for (const auto& [key, value] : ours.numbers) {
+    const auto theirs = reference.metadata.numbers.find(key);
+    if (theirs != reference.metadata.numbers.end() && theirs->second != value)
+      throw differs(key, fmt::format("{}", theirs->second), fmt::format("{}", value));
+  }
+  for (const auto& [key, value] : ours.matrices) {
+    const auto theirs = reference.metadata.matrices.find(key);
+    if (theirs != reference.metadata.matrices.end() && !same_matrix(value, theirs->second))
+      throw InputError(fmt::format("{}: the reference shows another picture: its camera stands or looks otherwise ({})",
+                                   reference.path, key));
+  }
+  const auto seed = reference.metadata.numbers.find("seed");
+  const auto range = reference.metadata.strings.find("sampleRange");
+  if (seed == reference.metadata.numbers.end() || range == reference.metadata.strings.end()) return;
+  const std::vector<std::string> ends = split(range->second, ':');
+  if (seed->second == settings.seed && ends.size() == 2 &&
+      std::max(settings.sample_begin, std::uint64_t(std::stoull(ends[0]))) <
+          std::min(settings.sample_end, std::uint64_t(std::stoull(ends[1]))))
+    throw UsageError(fmt::format("{}: the reference is made of the same samples, seed {}: give another --seed",
+                                 reference.path, settings.seed));
+}
+
+/// After 1, 2, 4, ... samples per pixel, and after the last.
+std::vector<std::uint64_t> doubling(std::uint64_t begin, std::uint64_t end) {
+  std::vector<std::uint64_t> at;
+  for (std::uint64_t spp = 1; spp < end - begin; spp *= 2) at.push_back(begin + spp);
+  at.push_back(end);
+  return at;
+}
+
+nlohmann::json to_json(const Point& point, std::uint64_t pixels) {
+  using nlohmann::json;
+  const auto error = point.error();
+  const PredictedError& predicted = point.predicted;
+  return {{"spp", point.spp},
+          {"relmse", point.measured ? json(point.measured->relmse) : json(nullptr)},
+          {"relmse_predicted", predicted.known ? json(predicted.relmse) : json(nullptr)},
+          {"relmse_interval", predicted.known ? json({predicted.lo, predicted.hi}) : json(nullptr)},
+          {"ratio_of_means", point.measured ? json(point.measured->ratio_of_means) : json(nullptr)},
+          {"seconds", point.seconds},
+          {"seconds_from_start", point.from_start_s},
+          {"samples_per_second", double(point.spp * pixels) / point.seconds},
+          {"efficiency", error && *error > 0 ? json(1 / (*error * point.seconds)) : json(nullptr)}};
+}
+
+void print_row(const nlohmann::json& row) {
+  const auto number = [&](const char* key) {
+    return row[key].is_null() ? std::string("-") : fmt::format("{:.3e}", row[key].get<double>());
+  };
+  fmt::print("{:>9} {:>11} {:>11} {:>11.3f} {:>11.3f} {:>12.3f} {:>11}\n", row["spp"].get<std::uint64_t>(),
+             number("relmse"), number("relmse_predicted"), row["seconds"].get<double>(),
+             row["seconds_from_start"].get<double>(), 1e-6 * row["samples_per_second"].get<double>(),
+             number("efficiency"));
+  std::fflush(stdout);
+}
+
+/// relMSE against seconds, and against samples per pixel.
+std::string plot_of(const std::string& title, const std::vector<Point>& points, bool measured) {
+  const std::string error = measured ? "relMSE" : "predicted relMSE";
+  PlotSeries alone{"rendering alone", {}}, from_start{"from process start", {}}, per_pixel{error, {}};
+  for (const Point& point : points) {
+    if (!point.error()) continue;
+    alone.points.push_back({point.seconds, *point.error()});
+    from_start.points.push_back({point.from_start_s, *point.error()});
+    per_pixel.points.push_back({double(point.spp), *point.error()});
+  }
+  return log_log_svg(title, {{"seconds", error, {alone, from_start}}, {"samples per pixel", error, {per_pixel}}});
+}
+
+ExitCode bench_scene_command(const BenchOptions& options) {
+  require_writable({options.json, options.plot}, options.scene.scene);
+  const Prepared prepared = prepare(options.scene, say_on_stderr(true));
+  const Settings& settings = prepared.settings;
+  std::optional<Reference> reference;
+  if (!options.reference.empty()) {
+    require_writable({options.json, options.plot}, options.reference);  // nor over the reference
+    reference = Reference{read_exr(options.reference), read_metadata(options.reference), options.reference};
+    require_same_picture(prepared, *reference);
+  } else {
+    fmt::print(stderr, "eikon: no --ref: the error is the one that the render predicts of itself\n");
+  }
+
+  fmt::print("{:>9} {:>11} {:>11} {:>11} {:>11} {:>12} {:>11}\n", "spp", "relMSE", "predicted", "seconds", "from start",
+             "Msamples/s", "1/(err s)");
+  std::vector<Point> points;
+  nlohmann::json rows = nlohmann::json::array();
+  std::atomic<bool> stop{false};
+  double looking_s = 0;
+  Looks looks;
+  looks.at = doubling(settings.sample_begin, settings.sample_end);
+  looks.look = [&](std::uint64_t sample_end, double render_s, const Film& film) {
+    const double begin_s = process_seconds();
+    Point point;
+    point.spp = sample_end - settings.sample_begin;
+    point.seconds = render_s;
+    point.from_start_s = begin_s - looking_s;
+    if (reference) point.measured = compare_images(to_image(film), reference->image);
+    point.predicted = film.predicted_error();
+    rows.push_back(to_json(point, settings.crop.pixel_count()));
+    print_row(rows.back());
+    points.push_back(point);
+    // The next point takes about twice as long.
+    if (options.time_s > 0 && 2 * render_s > options.time_s) stop = true;
+    looking_s += process_seconds() - begin_s;
+  };
+  const RenderOutput done = render(*prepared.scene, settings, options.execution, stop, {.looks = looks});
+
+  std::optional<double> own_error;  // of the reference, as it says itself
+  if (reference && reference->metadata.numbers.contains("relmsePredicted"))
+    own_error = reference->metadata.numbers.at("relmsePredicted");
+  if (!options.json.empty()) {
+    nlohmann::json devices = nlohmann::json::array();
+    for (const DeviceReport& device : done.report.devices) devices.push_back(device.info.name);
+    nlohmann::json out = {{"scene", prepared.scene->path.filename().string()},
+                          {"scene_hash", prepared.scene->hash},
+                          {"size", {settings.crop.width(), settings.crop.height()}},
+                          {"seed", settings.seed},
+                          {"max_depth", settings.max_depth},
+                          {"features", done.report.features},
+                          {"devices", devices},
+                          {"reference", nullptr},
+                          {"points", rows}};
+    if (reference)
+      out["reference"] = {{"path", reference->path},
+                          {"relmse_predicted", own_error ? nlohmann::json(*own_error) : nlohmann::json(nullptr)}};
+    // Paths on disk need not be UTF-8.
+    write_text(options.json, out.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+  }
+  if (!options.plot.empty())
+    write_text(options.plot, plot_of(prepared.scene->path.filename().string(), points, reference.has_value()));
+
+  if (own_error && points.back().measured->relmse < 10 * *own_error)
+    fmt::print(stderr, "eikon: the reference's own relMSE is {:.1e}: errors below {:.0e} are partly its noise\n",
+               *own_error, 10 * *own_error);
+  const std::uint64_t nonfinite = reference ? points.back().measured->nonfinite : 0;
+  if (nonfinite > 0)
+    fmt::print(stderr, "eikon: {} values of render or reference are not finite and were left out\n", nonfinite);
+  return nonfinite > 0 ? ExitCode::not_as_asked : ExitCode::done;
+}
+
+}  // namespace
+
+void add_bench_scene(CLI::App& bench, Command& chosen) {
+  auto options = std::make_shared<BenchOptions>();
+  CLI::App* command = bench.add_subcommand(
+      "scene", "error against time: a growing render, compared with a reference at 1, 2, 4, ... samples per pixel");
+  options->scene.add_to(*command);
+  add_execution_options(*command, options->execution);
+  command->add_option("--ref", options->reference,
+                      "converged OpenEXR image of the same picture, of another seed; without it the predicted error");
+  command->add_option("--time", options->time_s, "seconds of rendering that no point exceeds (but the first)")
+      ->check(between(1e-3, 1e9));
+  command->add_option("--json", options->json, "write the results to a file");
+  command->add_option("--plot", options->plot, "write an SVG of error against seconds and against samples per pixel");
+  command->footer(
+      "Example:\n  eikon render scenes/cornell.gltf -o ref.exr --size 256x256 --spp 16384 --seed 1\n"
+      "  eikon bench scene scenes/cornell.gltf --size 256x256 --ref ref.exr --spp 512 --json e.json --plot e.svg");
+  command->callback([options, command, &chosen] {
+    if (options->time_s > 0 && command->count("--spp") == 0) options->scene.spp = std::uint64_t{1} << 24;
+    chosen = [options] {
+      BenchOptions read = *options;
+      read_execution_environment(read.execution);
+      return bench_scene_command(read);
+    };
+  });
+}
+
+}  // namespace eikon

@@ -1,0 +1,257 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <iterator>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "cli/commands.h"
+#include "cli/execution_options.h"
+#include "cli/scene_options.h"
+#include "pack/materials/camera_medium.h"
+#include "wavefront/layout/choose_layout.h"
+#include "wavefront/memory.h"
+#include "pack/pack.h"
+#include "pack/geometry/placed_meshes.h"
+#include "render/render.h"
+#include "wavefront/wavefront.h"
+#include "scene/emission.h"
+#include "scene/measured_table.h"
+#include "io/text.h"
+
+namespace eikon {
+namespace {
+
+struct InfoOptions {
+  SceneOptions scene;
+  Execution execution;
+};
+
+// "metal of roughness 0.2, masked, textures: base colour, normal"
+std::string describe(const Material& material) {
+  std::string text;
+  if (material.unlit) {
+    text = "unlit";
+  } else if (material.measured) {
+    text = "measured by " + material.measured->name;
+  } else {
+    const bool metal = material.metallic == 1 && !material.metallic_roughness_texture;
+    const bool transmits = material.transmission > 0 && !metal;
+    const bool mirrorless = material.specular == 0 || material.ior == 1;
+    const std::string other =
+        transmits    ? fmt::format("{} of index {:g}", material.solid ? "glass" : "thin glass", material.ior)
+        : mirrorless ? "diffuse"
+                     : "dielectric";
+    text = metal ? "metal" : material.metallic > 0 ? other + " and metal" : other;
+    if (metal || transmits || !mirrorless || material.metallic > 0)
+      text += fmt::format(", roughness {:g}", material.roughness);
+  }
+  if (material.alpha_mode == AlphaMode::mask) text += fmt::format(", masked at {:g}", material.alpha_cutoff);
+  if (material.alpha_mode == AlphaMode::blend) text += fmt::format(", blended with opacity {:g}", material.opacity);
+  const glm::vec3& emission = material.emission;
+  if (emission != glm::vec3(0.0F))
+    text += fmt::format(", emits ({:g}, {:g}, {:g}) W/(sr m2)", emission.x, emission.y, emission.z);
+  if (material.double_sided) text += ", double-sided";
+  if (material.diffuse_transmission > 0) {
+    const glm::vec3& c = material.diffuse_transmission_color;
+    text += fmt::format(", diffuse transmission {:g} of colour ({:g}, {:g}, {:g})", material.diffuse_transmission, c.x,
+                        c.y, c.z);
+  }
+  if (material.dispersion > 0 && material.solid) text += fmt::format(", dispersion {:g}", material.dispersion);
+  if (material.anisotropy > 0) text += fmt::format(", anisotropy {:g}", material.anisotropy);
+  if (material.iridescence > 0)
+    text += fmt::format(", iridescence {:g} by a film of index {:g}, {:g} to {:g} nm", material.iridescence,
+                        material.film_index, material.film_thickness_nm[0], material.film_thickness_nm[1]);
+  if (material.phong) {
+    const glm::vec3& specular = material.phong->specular;
+    text += fmt::format(", highlights ({:g}, {:g}, {:g}) of shininess {:g}", specular.x, specular.y, specular.z,
+                        material.phong->shininess);
+  }
+  if (material.conductor) {
+    const glm::vec3 &eta = material.conductor->eta, &k = material.conductor->k;
+    text += fmt::format(", conductor of eta ({:g}, {:g}, {:g}) and k ({:g}, {:g}, {:g})", eta.x, eta.y, eta.z, k.x, k.y,
+                        k.z);
+  }
+  if (material.clearcoat > 0)
+    text += fmt::format(", clearcoat {:g} of roughness {:g}", material.clearcoat, material.clearcoat_roughness);
+  if (const glm::vec3& sheen = material.sheen_color; sheen != glm::vec3(0.0F))
+    text += fmt::format(", sheen ({:g}, {:g}, {:g}) of roughness {:g}", sheen.x, sheen.y, sheen.z,
+                        material.sheen_roughness);
+  std::string textures;
+  for (const TextureUse& use : textures_of(material))
+    textures += (textures.empty() ? ", textures: " : ", ") + std::string(use.name);
+  return text + textures;
+}
+
+void print_materials(const Scene& scene) {
+  std::vector<bool> used(scene.materials.size(), false);
+  for (const Node& node : scene.nodes)
+    for (const Primitive& primitive : scene.meshes[node.mesh].primitives) used[primitive.material] = true;
+  for (const Shape& shape : scene.shapes) used[shape.material] = true;
+  fmt::print("materials\n");
+  for (std::size_t i = 0; i < used.size(); ++i)
+    if (used[i]) fmt::print("  {}: {}\n", label("material", i, scene.materials[i].name), describe(scene.materials[i]));
+  if (const auto unused = std::count(used.begin(), used.end(), false); unused > 0)
+    fmt::print("  {}{} that nothing uses\n", unused == std::ssize(used) ? "" : "and ", unused);
+  fmt::print("textures\n");
+  const TextureImage* largest = nullptr;
+  double bytes = 0;
+  for (const TextureImage& image : scene.images) {
+    bytes += double(image.rgba8.size() * sizeof(std::uint32_t));
+    if (largest == nullptr || image.rgba8.size() > largest->rgba8.size()) largest = &image;
+  }
+  if (largest == nullptr)
+    fmt::print("  none\n");
+  else
+    fmt::print("  {} images, {:.1f} MB decoded; the largest has {} x {} pixels: {}\n", scene.images.size(),
+               bytes * 1e-6, largest->width, largest->height, largest->name);
+}
+
+/// Files that materials are measured by; nothing where there are none.
+void print_tables(const Scene& scene) {
+  std::set<const MeasuredTable*> tables;
+  for (const Material& material : scene.materials)
+    if (material.measured) tables.insert(material.measured.get());
+  if (!tables.empty())
+    fmt::print("measured tables\n  {} of {:.1f} MB each, as single precision, on the host and each device\n",
+               tables.size(), 4e-6 * EK_MEASURED_WORDS);
+}
+
+/// How meshes that stand at several places are stored; nothing where there are none.
+void print_instances(const PackedScene& packed, const InstanceChoice& choice) {
+  if (choice.flat_bytes == 0) return;
+  fmt::print("  instances: {} ({}); two levels take about {:.1f} MB, one for each place {:.1f} MB",
+             choice.two_level ? "two levels" : "flattened", choice.why, double(choice.two_level_bytes) * 1e-6,
+             double(choice.flat_bytes) * 1e-6);
+  if (choice.two_level)
+    fmt::print("; {} meshes of {} triangles at {} places, {} triangles stored for each place",
+               packed.stored_meshes.size(), packed.triangle_count() - packed.stored_meshes.front().first,
+               packed.instances.size(), packed.stored_meshes.front().first);
+  fmt::print("\n");
+}
+
+/// "  shapes: 3 sphere, 1 box"; nothing where there are none.
+void print_shapes(const Scene& scene) {
+  std::string text;
+  for (const ShapeKindInfo& kind : shape_kinds()) {
+    const auto count = std::ranges::count(scene.shapes, kind.kind, &Shape::kind);
+    if (count > 0) text += fmt::format("{}{} {}", text.empty() ? "" : ", ", count, kind.name);
+  }
+  if (!text.empty()) fmt::print("  shapes: {}\n", text);
+}
+
+/// One line per light. Flux is in watts, or in lumens where the file means photometric units, and the others follow.
+void print_lights(const PackedScene& packed) {
+  fmt::print("lights (means of R, G and B; W stands for lm if the file means photometric units)\n");
+  for (const PackedLight& light : packed.light_summary) {
+    const bool area = light.kind == "area", directional = light.kind == "directional";
+    const bool point = light.kind == "point" || light.kind == "spot";
+    const char* const unit = directional ? "W/m^2 (lx)" : point ? "W/sr (cd)" : "W/(sr m^2)";
+    fmt::print("  {:<15} {}{:.6g} W (lm), {} {:.6g} {}{}, chosen with probability {:.4f}\n", light.kind,
+               light.name.empty() ? "" : fmt::format("'{}': ", light.name), light.flux,
+               directional ? "irradiance"
+               : point     ? "intensity"
+                           : "mean radiance",
+               light.strength, unit, area ? fmt::format(", area {:.6g} m^2", light.area_m2) : "", light.probability);
+  }
+  if (packed.light_summary.empty()) fmt::print("  none\n");
+}
+
+/// Lights without extent in a solid: paths from the camera find them by aiming alone, and no ray is aimed through a refracting surface.
+void print_enclosed_lights(const Scene& scene, const PackedScene& packed) {
+  for (const PunctualLight& light : scene.lights) {
+    if (light.kind == PunctualLight::Kind::directional) continue;
+    const std::uint32_t solid = solid_around(packed, light.position, light.direction);
+    if (solid != 0)
+      fmt::print(
+          "  light {} stands in the solid {}: a point lights what is in there with it, and beyond a smooth surface "
+          "nothing\n",
+          in_quotes(light.name), in_quotes(scene.materials[solid - 1].name));
+  }
+}
+
+// What emits without being in the list of lights.
+void print_unsampled_emitters(const Scene& scene) {
+  for (const Shape& shape : scene.shapes) {
+    const Material& material = scene.materials[shape.material];
+    if (!emits(material) || is_sampled_light(shape, material)) continue;
+    fmt::print("  surface {} {} emits, but is no light to sample: scattered rays alone find it\n",
+               in_quotes(shape.name), shape.kind == ShapeKind::implicit ? "by formula" : "without end");
+  }
+}
+
+ExitCode info_command(const InfoOptions& options) {
+  Prepared prepared = prepare(options.scene, say_on_stderr(false));
+  const Scene& scene = *prepared.scene;
+  InstanceChoice instances;
+  const Features features = features_of(scene, prepared.settings, options.execution, &instances);
+  PackedScene packed = pack_and_release(*prepared.scene, features, prepared.settings);
+
+  fmt::print("{}: {} bytes, hash {}\n", scene.path.string(), scene.file_bytes, scene.hash);
+  fmt::print("  {} triangles in {} nodes, {} meshes, {} materials, {} cameras\n", packed.seen_triangle_count(),
+             scene.nodes.size(), scene.meshes.size(), scene.materials.size(), scene.cameras.size());
+  print_instances(packed, instances);
+  print_shapes(scene);
+  if (!packed.bounds.empty())
+    fmt::print("  bounds ({:g}, {:g}, {:g}) to ({:g}, {:g}, {:g}) m\n", packed.bounds.lo.x, packed.bounds.lo.y,
+               packed.bounds.lo.z, packed.bounds.hi.x, packed.bounds.hi.y, packed.bounds.hi.z);
+  fmt::print("  image {} x {}, camera '{}'\n", prepared.settings.width, prepared.settings.height, prepared.camera_name);
+  if (!scene.variants.empty()) {
+    std::vector<std::string> names;
+    for (const std::string& name : scene.variants) names.push_back(in_quotes(name));
+    fmt::print("variants (--variant NAME)\n  {}\n", fmt::join(names, ", "));
+  }
+  print_materials(scene);
+  print_tables(scene);
+  print_lights(packed);
+  print_enclosed_lights(scene, packed);
+  print_unsampled_emitters(scene);
+
+  fmt::print("features\n");
+  for (const Feature& feature : features.ledger())
+    fmt::print("  {:<7} {:<16} {:<3}  {}\n", feature.kind, feature.name, feature.on ? "in" : "out", feature.who);
+
+  fmt::print("memory, of each device and of the host\n");
+  for (const std::string& layout : tree_layouts()) {
+    if (features.has("instance") && !has_two_levels(layout)) continue;
+    add_accel(packed, "bvh", layout, 0);
+    const std::uint64_t bytes = packed.bytes(layout);
+    fmt::print("  {}: tree {} bytes, scene {} bytes{}\n", layout, packed.accels.at(layout).bytes(), bytes,
+               packed.triangles.empty()
+                   ? ""
+                   : fmt::format(" ({:.0f} per triangle)",
+                                 double(bytes) / double(packed.seen_triangle_count() + packed.shapes.size())));
+    packed.accels.clear();  // one at a time: a tree takes as much as the triangles
+  }
+  Execution execution = options.execution;
+  read_execution_environment(execution);
+  for (const DeviceInfo& info : list_devices()) {
+    const WavefrontConfig config = configure(info, execution);
+    const LayoutPlan plan = plan_layout(config, execution, packed.triangles.size(), expected_rays(prepared.settings),
+                                        features.has("instance"));
+    fmt::print("  device {}: {} bytes for {} paths in flight, beside the scene as {} ({}{})\n", info.index,
+               path_pool_bytes(config, features), config.capacity(), plan.layout, plan.why,
+               plan.measure.empty() ? "" : fmt::format("; a render measures {} first", fmt::join(plan.measure, ", ")));
+  }
+  const FilmLayout film = film_layout(features, prepared.settings);
+  fmt::print("  film: {} bytes\n", film_bytes(film));
+  return ExitCode::done;
+}
+
+}  // namespace
+
+void add_info(CLI::App& app, Command& chosen) {
+  auto options = std::make_shared<InfoOptions>();
+  CLI::App* command = app.add_subcommand("info", "what a scene contains, which features it needs, the memory it takes");
+  options->scene.add_to(*command);
+  add_instance_option(*command, options->execution);
+  command->footer("Example:\n  eikon info scenes/cornell.gltf");
+  command->callback([options, &chosen] { chosen = [options] { return info_command(*options); }; });
+}
+
+}  // namespace eikon

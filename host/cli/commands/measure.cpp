@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <charconv>
+#include <cmath>
+#include <memory>
+#include <numbers>
+#include <optional>
+#include <string>
+
+#include "cli/arguments.h"
+#include "cli/commands.h"
+#include "cli/execution_options.h"
+#include "job/report.h"
+#include "cli/scene_options.h"
+#include "device/device.h"
+#include "instruments/measure.h"
+#include "scene/measured_table.h"
+#include "scene/merl.h"
+#include "io/text.h"
+
+namespace eikon {
+namespace {
+
+constexpr double kFarthest = 1e9;  // on a texture
+
+struct MeasureOptions {
+  SceneOptions scene;
+  std::string material, output, uv, devices = "all";
+};
+
+std::vector<bool> shown_materials(const Scene& scene) {
+  std::vector<bool> shown(scene.materials.size(), false);
+  for (const Node& node : scene.nodes)
+    for (const Primitive& primitive : scene.meshes[node.mesh].primitives) shown[primitive.material] = true;
+  for (const Shape& shape : scene.shapes) shown[shape.material] = true;
+  return shown;
+}
+
+/// The material of that name, or else of that number, if some node shows it: others are not read.
+std::uint32_t choose_material(const std::string& wanted, const Scene& scene) {
+  const std::vector<bool> shown = shown_materials(scene);
+  std::uint32_t number = 0;
+  const auto [end, error] = std::from_chars(wanted.data(), wanted.data() + wanted.size(), number);
+  const bool is_number = error == std::errc() && end == wanted.data() + wanted.size();
+  std::string known;
+  for (std::uint32_t i = 0; i < shown.size(); ++i) {
+    if (!shown[i]) continue;
+    if (scene.materials[i].name == wanted) return i;
+    known += (known.empty() ? "" : ", ") + label("material", i, scene.materials[i].name);
+  }
+  if (is_number && number < shown.size() && shown[number]) return number;
+  throw UsageError(fmt::format("--material {}: no node shows such a material; there is {}", in_quotes(wanted),
+                               known.empty() ? "none" : known));
+}
+
+glm::vec2 place_on_textures(const MeasureOptions& options, const Material& material) {
+  if (!options.uv.empty()) {
+    const std::vector<double> uv = parse_numbers("--uv", options.uv, 2);
+    for (const double x : uv)
+      if (std::abs(x) > kFarthest) throw UsageError(fmt::format("--uv {}: takes numbers of 1e9 at most", options.uv));
+    return {float(uv[0]), float(uv[1])};
+  }
+  const auto is = [](const TextureUse& use, const std::optional<Texture>& one) { return one && use.texture == &*one; };
+  for (const TextureUse& use : textures_of(material))
+    if (!is(use, material.normal_texture) && !is(use, material.clearcoat_normal_texture) &&
+        !is(use, material.emissive_texture))
+      throw UsageError(fmt::format("material {} has a texture ({}): say by --uv U,V where to measure it",
+                                   in_quotes(material.name), use.name));
+  return glm::vec2(0);
+}
+
+void print_summary(const MeasureOptions& options, const std::string& name, std::vector<float> rgb) {
+  const MeasuredTable table = make_measured_table(std::move(rgb));
+  fmt::print("{}: material {}, {} x {} x {} cells\n", options.output, in_quotes(name), EK_MEASURED_THETA_H,
+             EK_MEASURED_THETA_D, EK_MEASURED_PHI_D);
+  const std::size_t brightest = table.brightest_view();
+  for (const std::size_t view : {std::size_t{EK_MEASURED_VIEWS - 1}, brightest}) {
+    const glm::dvec3& albedo = table.albedos[view];
+    fmt::print("  reflects ({:.3f}, {:.3f}, {:.3f}) of the light at {:.0f} degrees{}\n", albedo.x, albedo.y, albedo.z,
+               std::acos(MeasuredTable::cosine(view)) * 180 / std::numbers::pi, view == brightest ? ", the most" : "");
+    if (view == brightest) break;
+  }
+}
+
+ExitCode measure_command(const MeasureOptions& options) {
+  Execution execution;
+  read_execution_environment(execution);
+  require_writable({options.output}, options.scene.scene);
+  Scene scene = load_scene(options.scene.scene, options.scene.variant);
+  for (const std::string& warning : scene.warnings) say_on_stderr(false)(warning);
+  if (options.scene.strict && !scene.out_of_range.empty())
+    throw InputError(fmt::format("{}: {} (--strict)", options.scene.scene, scene.out_of_range.front()));
+  const std::uint32_t material = choose_material(options.material, scene);
+  const glm::vec2 uv = place_on_textures(options, scene.materials[material]);
+  Device device(select_devices(options.devices).front());
+  std::vector<float> rgb = measure(scene, material, uv, device, execution.optimise);
+  write_merl(options.output, rgb);
+  print_summary(options, scene.materials[material].name, std::move(rgb));
+  return ExitCode::done;
+}
+
+}  // namespace
+
+void add_measure(CLI::App& app, Command& chosen) {
+  auto options = std::make_shared<MeasureOptions>();
+  CLI::App* command = app.add_subcommand(
+      "measure", "a virtual gonioreflectometer: a material of a scene to a MERL table (EIKON_materials_measured)");
+  options->scene.add_scene_to(*command);
+  command->add_option("--material", options->material, "its name, or its number in the file")->required();
+  command->add_option("-o,--output", options->output, "the table, 35 MB")->required();
+  command->add_option("--uv", options->uv, "U,V: where on its textures");
+  command->add_option("--devices", options->devices, "as in `eikon render`; the first of them measures")
+      ->capture_default_str();
+  command->footer("Example:\n  eikon measure scenes/brushed_metal.gltf --material aluminium -o aluminium.binary");
+  command->callback([options, &chosen] { chosen = [options] { return measure_command(*options); }; });
+}
+
+}  // namespace eikon

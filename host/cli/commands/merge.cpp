@@ -1,0 +1,242 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <limits>
+#include <memory>
+
+#include "cli/arguments.h"
+#include "cli/commands.h"
+#include "job/file_identity.h"
+#include "job/metadata.h"
+#include "cli/png_options.h"
+#include "job/report.h"
+#include "image/image.h"
+#include "render/film_record.h"
+
+namespace eikon {
+namespace {
+
+struct MergeOptions {
+  std::vector<std::string> parts;
+  std::string output;
+  PngOptions png;
+  bool half = false, quiet = false;
+};
+
+/// What a part's header says.
+struct Part {
+  std::string file, text;  // text: the record, as it stands in the file
+  FilmLayout layout;
+  FilmRecord record;
+  Metadata metadata;
+};
+
+Part read_header(const std::string& file) {
+  const SumsReader reader(file);
+  Part part{file, reader.record(), reader.layout(), {}, read_metadata(file)};
+  try {
+    part.record = parse_film_record(part.text, part.layout);
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("cannot read \"{}\": {}", file, error.what()));
+  }
+  return part;
+}
+
+std::string in_words(const WorkUnit& part) {
+  const Crop& b = part.block;
+  return fmt::format("samples {}:{} of the pixels {},{} to {},{}", part.sample_begin, part.sample_end, b.x0, b.y0,
+                     b.x1 - 1, b.y1 - 1);
+}
+
+void refuse_difference(const Part& first, const Part& part) {
+  const auto refuse = [&](const std::string& why) {
+    throw InputError(fmt::format("cannot merge \"{}\" with \"{}\": {}", part.file, first.file, why));
+  };
+  if (const auto what = difference(first.record.settings, part.record.settings)) refuse(*what);
+  const FilmLayout &a = first.layout, &b = part.layout;
+  if (a.width != b.width || a.height != b.height || a.replicates != b.replicates || a.channels != b.channels ||
+      a.mattes != b.mattes)
+    refuse("its sums do not have the form that its settings say: the file is damaged");
+}
+
+void refuse_overlap(const std::vector<Part>& before, const Part& part) {
+  for (const Part& other : before)
+    if (const auto twice = other.record.done.overlap(part.record.done))
+      throw InputError(
+          fmt::format("cannot merge \"{}\" with \"{}\": both hold {}, which would count twice: leave one out",
+                      part.file, other.file, in_words(*twice)));
+}
+
+/// Keeps what both say. Commutative and associative, so that neither order nor grouping shows.
+template <class Map>
+void keep_common(Map& ours, const Map& theirs) {
+  std::erase_if(ours, [&](const auto& entry) {
+    const auto found = theirs.find(entry.first);
+    return found == theirs.end() || found->second != entry.second;
+  });
+}
+
+/// All headers joined: what the merged file will say, and what it must have room for.
+struct Whole {
+  FilmLayout layout;
+  FilmRecord record;
+  Metadata metadata;
+};
+
+Whole join(const std::vector<Part>& parts) {
+  Whole whole{parts.front().layout, {}, parts.front().metadata};
+  whole.record.settings = parts.front().record.settings;
+  Crop& crop = whole.layout.crop;
+  for (const Part& part : parts) {
+    const Crop& other = part.layout.crop;
+    crop = {std::min(crop.x0, other.x0), std::min(crop.y0, other.y0), std::max(crop.x1, other.x1),
+            std::max(crop.y1, other.y1)};
+    whole.record.done.add(part.record.done);
+    whole.record.arithmetic.insert(part.record.arithmetic.begin(), part.record.arithmetic.end());
+    whole.record.layers.insert(part.record.layers.begin(), part.record.layers.end());
+    whole.record.manifests.insert(part.record.manifests.begin(), part.record.manifests.end());
+    keep_common(whole.metadata.strings, part.metadata.strings);
+    keep_common(whole.metadata.numbers, part.metadata.numbers);
+    keep_common(whole.metadata.matrices, part.metadata.matrices);
+  }
+  return whole;
+}
+
+/// The half-open range of samples from the first to the last that some pixel has.
+std::pair<std::uint64_t, std::uint64_t> sample_range(const SampleLedger& done) {
+  std::uint64_t begin = std::numeric_limits<std::uint64_t>::max(), end = 0;
+  for (const WorkUnit& part : done.parts()) {
+    begin = std::min(begin, part.sample_begin);
+    end = std::max(end, part.sample_end);
+  }
+  return {std::min(begin, end), end};
+}
+
+/// Sums of all parts; of each, a few rows are in memory at a time.
+Film add_up(const std::vector<Part>& parts, const FilmLayout& layout) {
+  Film film(layout);
+  for (const Part& part : parts) {
+    SumsReader reader(part.file);
+    if (reader.record() != part.text || reader.layout() != part.layout)
+      throw InputError(fmt::format("\"{}\" changed while it was merged: do it again", part.file));
+    reader.add_to(film);
+  }
+  return film;
+}
+
+/// Says what is not there, and how a render makes it. Returns whether that is nothing.
+bool is_complete(const Whole& whole, const std::string& output) {
+  constexpr std::size_t kMostLines = 8;
+  const auto [begin, end] = sample_range(whole.record.done);
+  const std::vector<WorkUnit> gaps = whole.record.done.missing(whole.layout.crop, begin, end);
+  if (gaps.empty()) return true;
+  std::uint64_t count = 0;
+  for (const WorkUnit& gap : gaps) count += gap.path_count();
+  fmt::print(stderr, "eikon: {} samples are missing between those of the parts; these flags render them:\n", count);
+  for (std::size_t i = 0; i < std::min(gaps.size(), kMostLines); ++i) {
+    const Crop& b = gaps[i].block;
+    const bool whole_image = b == Crop{0, 0, whole.layout.width, whole.layout.height};
+    fmt::print(stderr, "eikon:   --samples {}:{}{}\n", gaps[i].sample_begin, gaps[i].sample_end,
+               whole_image ? "" : fmt::format(" --crop {},{},{},{}", b.x0, b.y0, b.x1, b.y1));
+  }
+  if (gaps.size() > kMostLines) fmt::print(stderr, "eikon:   and {} more\n", gaps.size() - kMostLines);
+  const Crop& crop = whole.layout.crop;
+  const bool whole_image = crop == Crop{0, 0, whole.layout.width, whole.layout.height};
+  fmt::print(stderr, "eikon: or all at once: --checkpoint {} --resume --samples {}:{}{}\n", output, begin, end,
+             whole_image ? "" : fmt::format(" --crop {},{},{},{}", crop.x0, crop.y0, crop.x1, crop.y1));
+  return false;
+}
+
+std::string lines_of(std::uint32_t begin, std::uint32_t end) {
+  return end == begin + 1 ? fmt::format("{}", begin) : fmt::format("{} to {}", begin, end - 1);
+}
+
+/// What lies before and around all parts may belong to others, or be lost.
+void say_what_is_outside(const Whole& whole) {
+  const auto begin = sample_range(whole.record.done).first;
+  if (begin > 0)
+    fmt::print(stderr, "eikon: the parts begin with sample {}: samples 0 to {} are in none of them\n", begin,
+               begin - 1);
+  const FilmLayout& layout = whole.layout;
+  std::vector<std::string> missing;
+  if (layout.crop.y0 > 0) missing.push_back("rows " + lines_of(0, layout.crop.y0));
+  if (layout.crop.y1 < layout.height) missing.push_back("rows " + lines_of(layout.crop.y1, layout.height));
+  if (layout.crop.x0 > 0) missing.push_back("columns " + lines_of(0, layout.crop.x0));
+  if (layout.crop.x1 < layout.width) missing.push_back("columns " + lines_of(layout.crop.x1, layout.width));
+  if (!missing.empty())
+    fmt::print(stderr, "eikon: the image has {} x {} pixels: {} are in no part\n", layout.width, layout.height,
+               fmt::join(missing, ", "));
+}
+
+void write(const MergeOptions& options, const Film& film, Whole& whole, const PredictedError& error) {
+  add_sample_counts(whole.metadata, film, whole.record.done, whole.record.arithmetic);
+  add_error(whole.metadata, error);
+  const auto [begin, end] = sample_range(whole.record.done);
+  whole.metadata.strings["sampleRange"] = fmt::format("{}:{}", begin, end);
+  ExrOptions exr;
+  exr.half = options.half;
+  exr.layers = {whole.record.layers.begin(), whole.record.layers.end()};
+  exr.manifests = whole.record.manifests;
+  exr.exact_sums = true;
+  exr.record = to_text(whole.record);
+  write_exr(options.output, film, whole.metadata, exr);
+  if (!options.png.file.empty()) options.png.write(to_image(film));
+}
+
+ExitCode merge_command(const MergeOptions& options) {
+  require_writable({options.output, options.png.file},
+                   "/");  // a part may be the output: it is replaced when all is done
+  for (const std::string& part : options.parts)
+    if (!options.png.file.empty() && is_same_file(options.png.file, part))
+      throw UsageError(fmt::format("cannot write {}: it is one of the parts; choose another name", options.png.file));
+  std::vector<Part> parts;
+  for (const std::string& file : options.parts) {
+    Part part = read_header(file);
+    if (!parts.empty()) refuse_difference(parts.front(), part);
+    refuse_overlap(parts, part);
+    parts.push_back(std::move(part));
+  }
+  Whole whole = join(parts);
+  const Film film = add_up(parts, whole.layout);
+  const PredictedError error = film.predicted_error();
+  write(options, film, whole, error);
+
+  const Crop& crop = whole.layout.crop;
+  const auto [begin, end] = sample_range(whole.record.done);
+  const bool complete = is_complete(whole, options.output);
+  say_what_is_outside(whole);
+  if (whole.record.arithmetic != std::set<std::string>{"exact"} && !whole.record.arithmetic.empty())
+    fmt::print(stderr, "eikon: arithmetic {}: other devices may give other bits; see `eikon selftest`\n",
+               fmt::join(whole.record.arithmetic, ", "));
+  if (!options.quiet) {
+    fmt::print("{}: {} parts, {} x {} pixels of {} x {}, samples {}:{}{}\n", options.output, parts.size(), crop.width(),
+               crop.height(), whole.layout.width, whole.layout.height, begin, end, complete ? "" : " with gaps");
+    if (error.known)
+      fmt::print("predicted relMSE {:.3e} (95 %: {:.3e} to {:.3e})\n", error.relmse, error.lo, error.hi);
+    else
+      fmt::print("predicted relMSE unknown: it takes two samples per pixel\n");
+  }
+  return complete ? ExitCode::done : ExitCode::not_as_asked;
+}
+
+}  // namespace
+
+void add_merge(CLI::App& app, Command& chosen) {
+  auto options = std::make_shared<MergeOptions>();
+  CLI::App* command = app.add_subcommand(
+      "merge", "add up checkpoints, merged files, and outputs of renders with --samples or --crop, exactly");
+  command->add_option("PART", options->parts, "OpenEXR files of one image, no sample of it in two of them")->required();
+  command->add_option("-o,--output", options->output, "OpenEXR file, which can be merged and resumed again")
+      ->required();
+  command->add_flag("--half", options->half, "16-bit channels of the picture; the sums stay exact");
+  options->png.add_to(*command);
+  command->add_flag("--quiet", options->quiet, "nothing on stdout");
+  command->footer(
+      "The order of the parts does not matter. Exit code 1: samples between those of the parts are missing; the file "
+      "is written.\n\nExample:\n  eikon merge part0.exr part1.exr part2.exr -o whole.exr --png whole.png");
+  command->callback([options, &chosen] { chosen = [options] { return merge_command(*options); }; });
+}
+
+}  // namespace eikon

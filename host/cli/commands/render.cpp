@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "render/render.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <memory>
+
+#include "cli/arguments.h"
+#include "cli/commands.h"
+#include "cli/execution_options.h"
+#include "job/batch/openjd.h"
+#include "job/render_job.h"
+#include "job/stop_signals.h"
+#include "job/tell.h"
+
+namespace eikon {
+namespace {
+
+/// One line on a terminal, rewritten in place.
+class ProgressBar {
+ public:
+  explicit ProgressBar(bool wanted) : on_(wanted && isatty(STDERR_FILENO) != 0) {}
+  ~ProgressBar() { clear(); }
+
+  void show(const Progress& now, const Film& film) {
+    if (!on_) return;
+    // The devices wait for the film meanwhile: at most a twentieth of the time goes into the estimate.
+    const double begin = host_seconds();
+    if (begin >= next_error_s_) {
+      error_ = film.predicted_error();
+      const double end = host_seconds();
+      next_error_s_ = end + std::max(1.0, 20 * (end - begin));
+    }
+    const double done = double(now.samples) / double(now.samples_total);
+    constexpr int width = 24;
+    const int filled = int(done * width);
+    const double left =
+        now.samples_per_second > 0 ? double(now.samples_total - now.samples) / now.samples_per_second : 0;
+    tell("\r\x1b[K[{:=<{}}{:{}}] {:3.0f} %  {:.2f} Msamples/s  {:.0f} s left  relMSE {}", "", filled, "",
+         width - filled, 100 * done, 1e-6 * now.samples_per_second, left,
+         error_.known ? fmt::format("{:.2e}", error_.relmse) : "?");
+    std::fflush(stderr);
+    shown_ = true;
+  }
+  void clear() {
+    if (shown_) tell("\r\x1b[K");
+    shown_ = false;
+  }
+
+ private:
+  bool on_, shown_ = false;
+  double next_error_s_ = 0;
+  PredictedError error_;
+};
+
+ExitCode replay(const RenderOptions& options) {
+  if (options.pixel.empty() || options.sample.empty()) throw UsageError("--pixel X,Y and --sample N go together");
+  const Prepared prepared = prepare(options.scene, say_on_stderr(options.quiet));
+  const std::vector<std::string> xy = split(options.pixel, ',');
+  if (xy.size() != 2) throw UsageError(fmt::format("--pixel {}: takes X,Y", options.pixel));
+  const auto x = std::uint32_t(parse_unsigned("--pixel", xy[0], prepared.settings.width - 1));
+  const auto y = std::uint32_t(parse_unsigned("--pixel", xy[1], prepared.settings.height - 1));
+  const std::uint64_t sample = parse_unsigned("--sample", options.sample, (std::uint64_t{1} << 48) - 1);
+  fmt::print("pixel {},{} sample {}\n", x, y, sample);
+  const glm::vec3 radiance =
+      replay_path(*prepared.scene, prepared.settings, options.execution, x, y, sample, [&](const PathVertex& v) {
+        fmt::print(
+            "  edge {:>2}: from ({:.9g}, {:.9g}, {:.9g}) towards ({:.9g}, {:.9g}, {:.9g}), throughput ({:.6g}, {:.6g}, "
+            "{:.6g})",
+            v.depth, v.origin.x, v.origin.y, v.origin.z, v.dir.x, v.dir.y, v.dir.z, v.beta.x, v.beta.y, v.beta.z);
+        if (v.triangle == EK_NO_HIT)
+          fmt::print(": leaves the scene\n");
+        else
+          fmt::print(": hits triangle {} at {:.9g} m\n", v.triangle, v.t);
+      });
+  fmt::print("  radiance ({:.9g}, {:.9g}, {:.9g})\n", radiance.x, radiance.y, radiance.z);
+  return ExitCode::done;
+}
+
+ExitCode render_with_progress(RenderOptions options, OpenJdLines& lines) {
+  ProgressBar bar(!options.quiet && options.progress == "bar");
+  RenderJob job(std::move(options), say_on_stderr(false));
+  lines.status("loading the scene");
+  job.load();
+  const std::atomic<bool>& stop = catch_stop_signals();
+  RenderHooks hooks;
+  hooks.progress = [&](const Progress& now, const Film& film) {
+    bar.show(now, film);
+    lines.status("rendering");
+    lines.progress(double(now.samples) / double(now.samples_total));
+  };
+  lines.status("preparing the devices");
+  job.render(stop, std::move(hooks));
+  bar.clear();
+  lines.status("writing the image");
+  job.write();
+  job.print();
+  const bool stopped = job.code() == ExitCode::interrupted;
+  if (!stopped) lines.progress(1);
+  lines.status(stopped ? "interrupted" : "done");
+  return stopped ? stop_exit_code() : job.code();
+}
+
+ExitCode render_command(RenderOptions options) {
+  if (options.is_replay()) {
+    read_execution_environment(options.execution);
+    return replay(options);
+  }
+  receive_signals();
+  OpenJdLines lines(options.progress == "openjd");
+  try {
+    return render_with_progress(std::move(options), lines);
+  } catch (const Error& error) {
+    lines.fail(error.what());
+    throw;
+  }
+}
+
+}  // namespace
+
+void add_render(CLI::App& app, Command& chosen) {
+  auto options = std::make_shared<RenderOptions>();
+  CLI::App* command = app.add_subcommand("render", "render a scene to an OpenEXR image");
+  options->add_to(*command);
+  command->footer(
+      "Example:\n  eikon render scenes/cornell.gltf -o cornell.exr --png cornell.png --size 512x512 --spp 256 --aov "
+      "albedo,normal");
+  command->callback([options, &chosen] { chosen = [options] { return render_command(*options); }; });
+}
+
+}  // namespace eikon

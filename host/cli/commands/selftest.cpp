@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "instruments/selftest.h"
+
+#include <fmt/format.h>
+
+#include <memory>
+
+#include "cli/commands.h"
+#include "cli/execution_options.h"
+
+namespace eikon {
+namespace {
+
+ExitCode selftest_command(const std::string& devices) {
+  Execution execution;
+  read_execution_environment(execution);
+  bool passed = true;
+  for (const DeviceInfo& info : select_devices(devices)) {
+    fmt::print("device {} {}\n", info.index, info.name);
+    for (const Check& check : selftest(info, execution)) {
+      fmt::print("  {:<22} {:<4}  {}\n", check.name, check.passed ? "ok" : "FAIL", check.detail);
+      passed = passed && check.passed;
+    }
+  }
+  if (passed) return ExitCode::done;
+  fmt::print(stderr,
+             "eikon: selftest failed: images from this device are not to be trusted; update its driver or leave it out "
+             "with --devices\n");
+  return ExitCode::device;
+}
+
+}  // namespace
+
+void add_selftest(CLI::App& app, Command& chosen) {
+  auto devices = std::make_shared<std::string>("all");
+  CLI::App* command = app.add_subcommand("selftest", "probes and scenes with known answers on every device");
+  command->add_option("--devices", *devices, "as in `eikon render`")->capture_default_str();
+  command->footer("Example:\n  eikon selftest");
+  command->callback([devices, &chosen] { chosen = [devices] { return selftest_command(*devices); }; });
+}
+
+}  // namespace eikon

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+// Names and forms that the EXR writer and reader share.
+#pragma once
+#include <ImfFrameBuffer.h>
+
+#include <bit>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "film/film.h"
+#include "io/xxhash64.h"
+
+namespace eikon::exr {
+
+inline constexpr const char* kImagePart = "image";
+inline constexpr const char* kSumsPart = "sums";
+inline constexpr const char* kPrefix = "eikon.";
+inline constexpr const char* kReplicates = "eikon.replicates";  // int attribute of the sums part
+inline constexpr const char* kChannels = "eikon.channels";  // string attribute of the sums part: names joined by commas
+inline constexpr const char* kFormat = "eikon.format";      // int: kSumsFormat of who wrote it
+inline constexpr const char* kRecord = "eikon.record";      // string: what the sums are of; see ExrOptions::record
+inline constexpr const char* kSumsHash = "eikon.sumsHash";  // string, 16 hexadecimal digits: SumsHash of all the rest
+inline constexpr const char* kMattes = "eikon.mattes";  // string: FilmLayout::mattes joined by commas; absent if none
+inline constexpr int kSumsFormat = 2;                   // raised by whatever an older reader would misread
+inline constexpr std::size_t kMaxRecordBytes = std::size_t{64} << 20U;
+inline constexpr int kRowsPerBlock = 16;                        // of ZIP compression; rows converted at a time
+inline constexpr std::uint32_t kSumLimbs = 4, kCountLimbs = 2;  // 32-bit words, low first
+
+/// Of a file with such sums: older readers know those without mattes.
+inline int sums_format(const FilmLayout& layout) { return layout.mattes.empty() ? 1 : 2; }
+
+/// Checksum of a sums part: of what it is of, and of its numbers row by row, so that it can be made and checked as they pass.
+class SumsHash {
+ public:
+  SumsHash(const FilmLayout& layout, const std::string& record)
+      : hash_(add(fmt::format("{} {}x{} {},{},{},{} {} {}", sums_format(layout), layout.width, layout.height,
+                              layout.crop.x0, layout.crop.y0, layout.crop.x1, layout.crop.y1, layout.replicates,
+                              fmt::join(layout.channels, ",")),
+                  0)) {
+    if (!layout.mattes.empty()) hash_ = add(fmt::format("{}", fmt::join(layout.mattes, ",")), hash_);
+    hash_ = add(record, hash_);
+  }
+  void add_row(std::span<const int128> sums, std::span<const std::uint64_t> counts) {
+    static_assert(std::endian::native == std::endian::little, "the checksum is of the numbers' bytes in memory");
+    hash_ = xxhash64(std::as_bytes(counts), xxhash64(std::as_bytes(sums), hash_));
+  }
+  [[nodiscard]] std::string text() const { return fmt::format("{:016x}", hash_); }
+
+ private:
+  std::uint64_t hash_;
+
+  static std::uint64_t add(const std::string& text, std::uint64_t seed) {
+    return xxhash64(std::as_bytes(std::span(text)), seed);
+  }
+};
+
+/// Channels of the sums part, a pixel's in the order of Film::row_sums, each replicate's counts after its sums.
+inline std::vector<std::string> sums_channels(const FilmLayout& layout) {
+  std::vector<std::string> names;
+  for (std::uint32_t r = 0; r < layout.replicates; ++r) {
+    for (const std::string& channel : layout.channels)
+      for (std::uint32_t limb = 0; limb < kSumLimbs; ++limb)
+        names.push_back(fmt::format("r{}.{}.{}", r, channel, limb));
+    for (std::uint32_t limb = 0; limb < kCountLimbs; ++limb) names.push_back(fmt::format("r{}.count.{}", r, limb));
+  }
+  return names;
+}
+
+/// Rows [first, last), at most kRowsPerBlock, of those channels: words[channel][row - first][x - crop.x0], each channel
+/// crop.width() * kRowsPerBlock long.
+inline Imf::FrameBuffer sums_buffer(const Crop& crop, std::uint32_t first, std::uint32_t last,
+                                    const std::vector<std::string>& names, std::vector<std::uint32_t>& words) {
+  const Imath::Box2i window(Imath::V2i(static_cast<int>(crop.x0), static_cast<int>(first)),
+                            Imath::V2i(static_cast<int>(crop.x1) - 1, static_cast<int>(last) - 1));
+  const std::size_t plane = std::size_t{crop.width()} * kRowsPerBlock;
+  Imf::FrameBuffer buffer;
+  for (std::size_t i = 0; i < names.size(); ++i)
+    buffer.insert(names[i], Imf::Slice::Make(Imf::UINT, &words[i * plane], window, sizeof(std::uint32_t),
+                                             sizeof(std::uint32_t) * crop.width()));
+  return buffer;
+}
+
+}  // namespace eikon::exr

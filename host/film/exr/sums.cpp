@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <ImfChannelList.h>
+#include <ImfInputPart.h>
+#include <ImfIntAttribute.h>
+#include <ImfStringAttribute.h>
+
+#include <algorithm>
+#include <bit>
+
+#include <fmt/format.h>
+
+#include "image/exr_file.h"
+#include "film/exr/layout.h"
+#include "film/exr/mattes.h"
+#include "image/image.h"
+
+namespace eikon {
+namespace {
+
+using exr::Reader, exr::reading, exr::refuse;
+
+constexpr std::uint64_t kMaxSumsBytes = std::uint64_t{1} << 38;  // 2 GPixel; it is read a few rows at a time
+
+constexpr std::size_t kMostMattes = 16;
+
+std::vector<std::string> split_at_commas(const std::string& names) {
+  std::vector<std::string> parts;
+  for (std::size_t at = 0; at <= names.size();) {
+    const std::size_t comma = std::min(names.find(',', at), names.size());
+    parts.push_back(names.substr(at, comma - at));
+    at = comma + 1;
+  }
+  return parts;
+}
+
+void read_channels(const std::filesystem::path& path, const Imf::Header& header, FilmLayout& layout) {
+  const auto* replicates = header.findTypedAttribute<Imf::IntAttribute>(exr::kReplicates);
+  const auto* channels = header.findTypedAttribute<Imf::StringAttribute>(exr::kChannels);
+  if (replicates == nullptr || channels == nullptr) refuse(path, "its part \"sums\" was not written by eikon");
+  if (replicates->value() < 1 || replicates->value() > 64 ||
+      !std::has_single_bit(static_cast<unsigned>(replicates->value())))
+    refuse(path, fmt::format("{} replicates", replicates->value()));
+  layout.replicates = static_cast<std::uint32_t>(replicates->value());
+
+  layout.channels = split_at_commas(channels->value());
+  const auto* mattes = header.findTypedAttribute<Imf::StringAttribute>(exr::kMattes);
+  layout.mattes = mattes == nullptr ? std::vector<std::string>() : split_at_commas(mattes->value());
+  if (layout.mattes.size() > kMostMattes) refuse(path, fmt::format("{} mattes", layout.mattes.size()));
+  if (layout.channels.size() < 3 || layout.channels[0] != "R" || layout.channels[1] != "G" || layout.channels[2] != "B")
+    refuse(path, "its sums are not of R, G, B");
+  for (const std::string& name : exr::sums_channels(layout)) {
+    const Imf::Channel* channel = header.channels().findChannel(name);
+    if (channel == nullptr || channel->type != Imf::UINT)
+      refuse(path, fmt::format("the integer channel {} is missing", name));
+  }
+}
+
+void read_windows(const std::filesystem::path& path, const Imf::Header& header, FilmLayout& layout) {
+  const Imath::Box2i &display = header.displayWindow(), &data = header.dataWindow();
+  const bool inside = display.min == Imath::V2i(0, 0) && data.min.x >= 0 && data.min.y >= 0 &&
+                      data.max.x <= display.max.x && data.max.y <= display.max.y && display.max.x < exr::kMaxSide &&
+                      display.max.y < exr::kMaxSide;
+  if (!inside) refuse(path, "its data window lies outside its display window");
+  const auto end = [](int last) { return static_cast<std::uint32_t>(last) + 1; };
+  layout.width = end(display.max.x);
+  layout.height = end(display.max.y);
+  layout.crop = {static_cast<std::uint32_t>(data.min.x), static_cast<std::uint32_t>(data.min.y), end(data.max.x),
+                 end(data.max.y)};
+}
+
+/// Numbers of some rows, in the order in which a film has them.
+struct Rows {
+  std::vector<std::uint32_t> words;
+  std::vector<int128> sums;  // of one row
+  std::vector<std::uint64_t> counts;
+};
+
+/// Row `row` of what was read -> rows.sums, rows.counts
+void join_words(const FilmLayout& layout, std::uint32_t row, Rows& rows) {
+  const std::size_t width = layout.crop.width(), plane = width * exr::kRowsPerBlock;
+  int128* sum = rows.sums.data();
+  std::uint64_t* count = rows.counts.data();
+  for (std::size_t x = 0; x < width; ++x) {
+    const std::uint32_t* word = &rows.words[row * width + x];
+    const auto take = [&] {
+      const std::uint64_t value = *word;
+      word += plane;
+      return value;
+    };
+    for (std::uint32_t r = 0; r < layout.replicates; ++r) {
+      for (std::size_t c = 0; c < layout.channels.size(); ++c) {
+        const std::uint64_t w0 = take(), w1 = take(), w2 = take(), w3 = take();
+        *sum++ = static_cast<int128>(static_cast<std::int64_t>(w3 << 32 | w2)) << 64 | (w1 << 32 | w0);
+      }
+      const std::uint64_t low = take(), high = take();
+      *count++ = high << 32 | low;
+    }
+  }
+}
+
+}  // namespace
+
+struct SumsReader::Impl {
+  std::filesystem::path path;
+  Reader reader;
+  int part = 0;
+  FilmLayout layout;
+  std::string record, hash;
+
+  explicit Impl(const std::filesystem::path& file) : path(file), reader(file) {
+    while (part < reader.file().parts() &&
+           !(reader.header(part).hasName() && reader.header(part).name() == exr::kSumsPart))
+      ++part;
+    if (part == reader.file().parts())
+      refuse(path,
+             "a plain picture without exact sums, which only checkpoints, merged files and outputs of renders "
+             "with --samples or --crop have");
+    const Imf::Header& header = reader.header(part);
+    read_format(header);
+    reader.check(part, kMaxSumsBytes);
+    read_channels(path, header, layout);
+    read_windows(path, header, layout);
+  }
+
+  void read_format(const Imf::Header& header) {
+    const auto* format = header.findTypedAttribute<Imf::IntAttribute>(exr::kFormat);
+    if (format == nullptr)
+      refuse(path, "it does not say what its sums are of: an older eikon wrote it, render it again");
+    if (format->value() > exr::kSumsFormat)
+      refuse(path, fmt::format("a newer eikon wrote it (format {}, this one reads up to {}): use that one",
+                               format->value(), exr::kSumsFormat));
+    const auto* text = header.findTypedAttribute<Imf::StringAttribute>(exr::kRecord);
+    const auto* checksum = header.findTypedAttribute<Imf::StringAttribute>(exr::kSumsHash);
+    if (format->value() < 1 || text == nullptr || checksum == nullptr || text->value().size() > exr::kMaxRecordBytes)
+      refuse(path, "the header of its sums is damaged");
+    record = text->value();
+    hash = checksum->value();
+  }
+};
+
+SumsReader::SumsReader(const std::filesystem::path& path)
+    : impl_(reading(path, [&] { return std::make_unique<Impl>(path); })) {}
+SumsReader::~SumsReader() = default;
+const FilmLayout& SumsReader::layout() const { return impl_->layout; }
+const std::string& SumsReader::record() const { return impl_->record; }
+
+void SumsReader::add_to(Film& film) {
+  const FilmLayout& layout = impl_->layout;
+  const Crop& crop = layout.crop;
+  const std::vector<std::string> names = exr::sums_channels(layout);
+  const std::size_t cells = std::size_t{crop.width()} * layout.replicates;
+  Rows rows{std::vector<std::uint32_t>(std::size_t{crop.width()} * exr::kRowsPerBlock * names.size()),
+            std::vector<int128>(cells * layout.channels.size()), std::vector<std::uint64_t>(cells)};
+  exr::SumsHash hash(layout, impl_->record);
+  reading(impl_->path, [&] {
+    Imf::InputPart part(impl_->reader.file(), impl_->part);
+    for (std::uint32_t first = crop.y0; first < crop.y1; first += exr::kRowsPerBlock) {
+      const std::uint32_t last = std::min(first + exr::kRowsPerBlock, crop.y1);
+      part.setFrameBuffer(exr::sums_buffer(crop, first, last, names, rows.words));
+      part.readPixels(static_cast<int>(first), static_cast<int>(last) - 1);
+      for (std::uint32_t y = first; y < last; ++y) {
+        join_words(layout, y - first, rows);
+        hash.add_row(rows.sums, rows.counts);
+        try {
+          film.add_row(crop.x0, y, rows.sums, rows.counts);
+        } catch (const InputError& error) {
+          refuse(impl_->path, fmt::format("{}; or the file is damaged", error.what()));
+        }
+      }
+    }
+    if (hash.text() != impl_->hash) refuse(impl_->path, "its checksum is wrong: the file is damaged");
+    if (!layout.mattes.empty()) exr::read_mattes(impl_->path, impl_->reader, layout, impl_->hash, film);
+  });
+}
+
+Film read_film(const std::filesystem::path& path) {
+  return reading(path, [&] {
+    SumsReader reader(path);
+    Film film(reader.layout());
+    reader.add_to(film);
+    return film;
+  });
+}
+
+}  // namespace eikon

@@ -1,0 +1,304 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "film/film.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <limits>
+
+#include <fmt/format.h>
+
+#include "core/device_vector.h"
+#include "core/error.h"
+
+namespace eikon {
+namespace {
+
+__extension__ typedef unsigned __int128 uint128;
+
+constexpr int kFractionBits = 64;
+constexpr int128 kMaxSum = static_cast<int128>(~uint128{0} >> 1);
+
+/// Samples i of [0, end) with i mod replicates == replicate.
+std::uint64_t samples_below(std::uint64_t end, std::uint32_t replicate, std::uint32_t replicates) {
+  return end > replicate ? (end - replicate - 1) / replicates + 1 : 0;
+}
+
+/// 2^exponent, for exponents of normal numbers.
+double power_of_two(int exponent) { return std::bit_cast<double>(static_cast<std::uint64_t>(1023 + exponent) << 52); }
+
+}  // namespace
+
+bool fits_film(float value) { return std::abs(value) < kFilmSaturation; }  // false for NaN
+
+int128 to_fixed(float value) {
+  if (!fits_film(value)) throw InternalError(fmt::format("the film cannot hold the sample {}", value));
+  const auto bits = std::bit_cast<std::uint32_t>(value);
+  const std::uint32_t exponent = (bits >> 23) & 0xffu;
+  const std::uint32_t mantissa = exponent == 0 ? bits & 0x7fffffu : (bits & 0x7fffffu) | 0x800000u;
+  // |value| = mantissa * 2^(max(exponent, 1) - 150)
+  const int shift = static_cast<int>(exponent == 0 ? 1 : exponent) - 150 + kFractionBits;
+  const int128 signed_mantissa = bits >> 31 ? -static_cast<int128>(mantissa) : static_cast<int128>(mantissa);
+  return shift >= 0 ? signed_mantissa << shift
+                    : signed_mantissa >> -shift;  // arithmetic shift: floor; at most 85 places
+}
+
+double to_double(int128 fixed) {
+  // The compiler's conversion rounds to nearest even, and scaling is exact: the result is 0 or at least 2^-64.
+  return static_cast<double>(fixed) * power_of_two(-kFractionBits);
+}
+
+double to_mean(int128 fixed, std::uint64_t count) {
+  if (count == 0 || fixed == 0) return 0;
+  if ((count & (count - 1)) == 0)
+    return static_cast<double>(fixed) * power_of_two(-kFractionBits - std::countr_zero(count));
+  const uint128 magnitude = fixed < 0 ? ~static_cast<uint128>(fixed) + 1 : static_cast<uint128>(fixed);
+  const auto high = static_cast<std::uint64_t>(magnitude >> 64);
+  const int shift = high != 0 ? std::countl_zero(high) : 64 + std::countl_zero(static_cast<std::uint64_t>(magnitude));
+  // The dividend has its top bit set and the divisor at most 64 bits, so the quotient has at least 64: more than the 53 of the
+  // result and the rounding bit. Whatever the division leaves goes into the last bit, which then breaks ties the right way.
+  const uint128 dividend = magnitude << shift;
+  const uint128 quotient = dividend / count;
+  const uint128 sticky = quotient * count != dividend ? 1 : 0;
+  const double mean = std::ldexp(static_cast<double>(quotient | sticky), -kFractionBits - shift);
+  return fixed < 0 ? -mean : mean;
+}
+
+Film::Film(FilmLayout layout) : layout_(std::move(layout)) {
+  const Crop& crop = layout_.crop;
+  if (crop.x0 >= crop.x1 || crop.y0 >= crop.y1 || crop.x1 > layout_.width || crop.y1 > layout_.height)
+    throw InternalError(fmt::format("film crop {},{},{},{} is empty or outside the image of {}x{}", crop.x0, crop.y0,
+                                    crop.x1, crop.y1, layout_.width, layout_.height));
+  if (!std::has_single_bit(layout_.replicates))
+    throw InternalError(fmt::format("{} film replicates: not a power of two", layout_.replicates));
+  const auto& channels = layout_.channels;
+  if (channels.size() < 3 || channels[0] != "R" || channels[1] != "G" || channels[2] != "B")
+    throw InternalError("the film's channels do not begin with R, G, B");
+  const std::size_t cells = crop.pixel_count() * layout_.replicates;
+  sums_.reserve(cells * channels.size());
+  prefer_huge_pages(sums_.data(), sums_.capacity() * sizeof(int128));  // to fault in small ones takes 10 ms at 512x512
+  sums_.assign(cells * channels.size(), 0);
+  counts_.assign(cells, 0);
+  mattes_.assign(layout_.mattes.size(), MatteCounts(crop.width(), crop.height()));
+  limit_ = kMaxSum >> std::countr_zero(layout_.replicates);
+}
+
+std::optional<std::uint32_t> Film::channel_index(std::string_view name) const {
+  for (std::uint32_t c = 0; c < layout_.channels.size(); ++c)
+    if (layout_.channels[c] == name) return c;
+  return std::nullopt;
+}
+
+std::size_t Film::pixel_index(std::uint32_t x, std::uint32_t y) const {
+  const Crop& crop = layout_.crop;
+  if (x < crop.x0 || x >= crop.x1 || y < crop.y0 || y >= crop.y1)
+    throw InternalError(
+        fmt::format("pixel {},{} is outside the film's crop {},{},{},{}", x, y, crop.x0, crop.y0, crop.x1, crop.y1));
+  return std::size_t{y - crop.y0} * crop.width() + (x - crop.x0);
+}
+
+void Film::add_to_sum(std::size_t index, int128 value) {
+  int128 result = 0;
+  if (__builtin_add_overflow(sums_[index], value, &result) || result > limit_ || result < -limit_) refuse_sum(index);
+  sums_[index] = result;
+}
+
+void Film::refuse_sum(std::size_t index) const {
+  const std::size_t pixel = index / layout_.channels.size() / layout_.replicates;
+  throw InputError(fmt::format(
+      "film: the radiance of pixel {},{} summed over its samples is beyond 2^63: give the lights less emission",
+      layout_.crop.x0 + pixel % layout_.crop.width(), layout_.crop.y0 + pixel / layout_.crop.width()));
+}
+
+void Film::add(const UnitSums& unit) {
+  const std::uint32_t replicates = layout_.replicates;
+  const std::size_t channels = layout_.channels.size();
+  const std::size_t stride = unit.pixel_stride;
+  if (unit.pixels.size() > stride || unit.limbs.size() != replicates * channels * EK_FILM_LIMBS * stride ||
+      unit.rejected.size() != replicates * stride || unit.sample_begin > unit.sample_end)
+    throw InternalError(
+        fmt::format("unit of {} pixels, stride {}: {} limbs and {} rejected counts do not fit a film of {} "
+                    "replicates and {} channels",
+                    unit.pixels.size(), stride, unit.limbs.size(), unit.rejected.size(), replicates, channels));
+  std::vector<std::uint64_t> drawn(replicates);
+  for (std::uint32_t r = 0; r < replicates; ++r)
+    drawn[r] = samples_below(unit.sample_end, r, replicates) - samples_below(unit.sample_begin, r, replicates);
+  // The unit's arrays are read along the pixels, some of which at a time stay in the first cache of the processor as the film has them.
+  constexpr std::size_t kTogether = 128;
+  std::array<std::size_t, kTogether> film_pixels{};
+  for (std::size_t first = 0; first < unit.pixels.size(); first += kTogether) {
+    const std::size_t count = std::min(kTogether, unit.pixels.size() - first);
+    for (std::size_t i = 0; i < count; ++i)
+      film_pixels[i] = pixel_index(unit.pixels[first + i] & 0xffffu, unit.pixels[first + i] >> 16);
+    for (std::uint32_t r = 0; r < replicates; ++r) {
+      const std::uint32_t* const rejected = &unit.rejected[r * stride + first];
+      for (std::size_t i = 0; i < count; ++i) {
+        if (rejected[i] > drawn[r])
+          throw InternalError(fmt::format("unit rejects {} of {} samples of a pixel", rejected[i], drawn[r]));
+        counts_[film_pixels[i] * replicates + r] += drawn[r] - rejected[i];
+      }
+      for (std::size_t c = 0; c < channels; ++c) {
+        const std::uint32_t* const limb = &unit.limbs[(r * channels + c) * EK_FILM_LIMBS * stride + first];
+        for (std::size_t i = 0; i < count; ++i) {
+          static_assert(EK_FILM_LIMBS == 4);
+          const std::uint64_t low = limb[i] | std::uint64_t{limb[stride + i]} << 32;
+          const std::uint64_t high = limb[2 * stride + i] | std::uint64_t{limb[3 * stride + i]} << 32;
+          add_to_sum((film_pixels[i] * replicates + r) * channels + c, static_cast<int128>(uint128{high} << 64 | low));
+        }
+      }
+    }
+  }
+  add_mattes(unit);
+}
+
+std::span<const int128> Film::row_sums(std::uint32_t y) const {
+  const std::size_t cells = layout_.replicates * layout_.channels.size();
+  return {&sums_[pixel_index(layout_.crop.x0, y) * cells], layout_.crop.width() * cells};
+}
+
+std::span<const std::uint64_t> Film::row_counts(std::uint32_t y) const {
+  return {&counts_[pixel_index(layout_.crop.x0, y) * layout_.replicates],
+          std::size_t{layout_.crop.width()} * layout_.replicates};
+}
+
+void Film::add_row(std::uint32_t x, std::uint32_t y, std::span<const int128> sums,
+                   std::span<const std::uint64_t> counts) {
+  const std::size_t pixels = counts.size() / layout_.replicates, cells = layout_.replicates * layout_.channels.size();
+  const std::size_t first = pixel_index(x, y);
+  if (counts.size() != pixels * layout_.replicates || sums.size() != pixels * cells || pixels > layout_.crop.x1 - x)
+    throw InternalError(
+        fmt::format("{} sums and {} counts do not fit the film from pixel {},{} on", sums.size(), counts.size(), x, y));
+  for (std::size_t i = 0; i < sums.size(); ++i)
+    if (sums[i] != 0) add_to_sum(first * cells + i, sums[i]);
+  for (std::size_t i = 0; i < counts.size(); ++i) {
+    std::uint64_t& count = counts_[first * layout_.replicates + i];
+    if (__builtin_add_overflow(count, counts[i], &count))
+      throw InputError(fmt::format("film: more than 2^64 samples in row {}", y));
+  }
+}
+
+void Film::add(const Film& other) {
+  const FilmLayout& theirs = other.layout_;
+  if (theirs.width != layout_.width || theirs.height != layout_.height || theirs.replicates != layout_.replicates ||
+      theirs.channels != layout_.channels || theirs.mattes != layout_.mattes)
+    throw InternalError("films of different size, replicates, channels or mattes cannot be added");
+  for (std::uint32_t y = theirs.crop.y0; y < theirs.crop.y1; ++y)
+    add_row(theirs.crop.x0, y, other.row_sums(y), other.row_counts(y));
+  for (std::size_t m = 0; m < mattes_.size(); ++m)
+    for (std::uint32_t y = theirs.crop.y0; y < theirs.crop.y1; ++y)
+      for (std::uint32_t x = theirs.crop.x0; x < theirs.crop.x1; ++x)
+        for (const MatteCount& count : other.matte(m, x, y)) add_to_matte(m, x, y, count);
+}
+
+void Film::add_to_matte(std::size_t matte, std::uint32_t x, std::uint32_t y, const MatteCount& count) {
+  (void)pixel_index(x, y);
+  mattes_.at(matte).add(x - layout_.crop.x0, y - layout_.crop.y0, count);
+}
+
+std::vector<MatteCount> Film::matte(std::size_t matte, std::uint32_t x, std::uint32_t y) const {
+  (void)pixel_index(x, y);
+  return mattes_.at(matte).of(x - layout_.crop.x0, y - layout_.crop.y0);
+}
+
+void Film::add_mattes(const UnitSums& unit) {
+  const std::size_t pixels = unit.pixels.size(), samples = unit.sample_end - unit.sample_begin;
+  if (unit.met.size() != mattes_.size() * samples * pixels || unit.matte_ids.size() != mattes_.size())
+    throw InternalError(
+        fmt::format("unit of {} pixels and {} samples: {} numbers and {} lists of ids do not fit {} mattes", pixels,
+                    samples, unit.met.size(), unit.matte_ids.size(), mattes_.size()));
+  for (std::size_t m = 0; m < mattes_.size(); ++m) {
+    const std::vector<std::uint32_t>& ids = unit.matte_ids[m];
+    for (std::size_t i = 0; i < pixels; ++i) {
+      const std::uint32_t x = unit.pixels[i] & 0xffffu, y = unit.pixels[i] >> 16;
+      const std::uint32_t* number = &unit.met[m * samples * pixels + i];
+      // Most samples of a pixel meet what the one before met.
+      for (std::size_t s = 0; s < samples;) {
+        const std::uint32_t first = number[s * pixels];
+        if (first >= ids.size()) throw InternalError(fmt::format("a ray met number {} of {}", first, ids.size()));
+        std::size_t end = s + 1;
+        while (end < samples && number[end * pixels] == first) ++end;
+        add_to_matte(m, x, y, {ids[first], end - s});
+        s = end;
+      }
+    }
+  }
+}
+
+int128 Film::sum(std::uint32_t x, std::uint32_t y, std::uint32_t replicate, std::uint32_t channel) const {
+  return sums_[(pixel_index(x, y) * layout_.replicates + replicate) * layout_.channels.size() + channel];
+}
+
+std::uint64_t Film::count(std::uint32_t x, std::uint32_t y, std::uint32_t replicate) const {
+  return counts_[pixel_index(x, y) * layout_.replicates + replicate];
+}
+
+void Film::set(std::uint32_t x, std::uint32_t y, std::uint32_t replicate, std::uint32_t channel, int128 sum) {
+  const std::size_t index = (pixel_index(x, y) * layout_.replicates + replicate) * layout_.channels.size() + channel;
+  sums_[index] = 0;
+  add_to_sum(index, sum);
+}
+
+void Film::set_count(std::uint32_t x, std::uint32_t y, std::uint32_t replicate, std::uint64_t count) {
+  counts_[pixel_index(x, y) * layout_.replicates + replicate] = count;
+}
+
+int128 Film::total(std::uint32_t x, std::uint32_t y, std::uint32_t channel) const {
+  const std::size_t channels = layout_.channels.size();
+  const std::size_t first = pixel_index(x, y) * layout_.replicates * channels + channel;
+  int128 total = 0;
+  for (std::size_t r = 0; r < layout_.replicates; ++r) total += sums_[first + r * channels];
+  return total;
+}
+
+int128 Film::total(std::uint32_t x, std::uint32_t y, std::span<const std::uint32_t> channels) const {
+  int128 all = 0;
+  for (const std::uint32_t channel : channels)
+    if (__builtin_add_overflow(all, total(x, y, channel), &all))
+      throw InputError(fmt::format("film: the channels of pixel {},{} that a layer adds up are beyond 2^63", x, y));
+  return all;
+}
+
+std::uint64_t Film::samples(std::uint32_t x, std::uint32_t y) const {
+  const std::size_t first = pixel_index(x, y) * layout_.replicates;
+  std::uint64_t samples = 0;
+  for (std::size_t r = 0; r < layout_.replicates; ++r) samples += counts_[first + r];
+  return samples;
+}
+
+double Film::mean(std::uint32_t x, std::uint32_t y, std::uint32_t channel) const {
+  return to_mean(total(x, y, channel), samples(x, y));
+}
+
+double Film::variance_of_mean(std::uint32_t x, std::uint32_t y, std::uint32_t channel) const {
+  return spread_of(pixel_index(x, y), channel).variance;
+}
+
+Film::Spread Film::spread_of(std::size_t pixel, std::uint32_t channel) const {
+  const std::size_t replicates = layout_.replicates, channels = layout_.channels.size();
+  const std::uint64_t* const counts = &counts_[pixel * replicates];
+  const int128* const sums = &sums_[pixel * replicates * channels + channel];
+  std::uint64_t all = 0;
+  int128 total = 0;
+  for (std::size_t r = 0; r < replicates; ++r) all += counts[r], total += sums[r * channels];
+  Spread found{.mean = to_mean(total, all), .variance = std::numeric_limits<double>::quiet_NaN()};
+  if (replicates < 2) return found;
+  double spread = 0;
+  for (std::size_t r = 0; r < replicates; ++r) {
+    if (counts[r] == 0) return found;
+    const double difference = to_mean(sums[r * channels], counts[r]) - found.mean;
+    spread += static_cast<double>(counts[r]) / static_cast<double>(all) * difference * difference;
+  }
+  found.variance = spread / static_cast<double>(replicates - 1);
+  return found;
+}
+
+void Film::row_spread(std::uint32_t y, std::uint32_t channel, double* means, double* variances) const {
+  const std::size_t first = pixel_index(layout_.crop.x0, y);
+  for (std::size_t i = 0; i < layout_.crop.width(); ++i) {
+    const Spread found = spread_of(first + i, channel);
+    means[i] = found.mean, variances[i] = found.variance;
+  }
+}
+
+}  // namespace eikon

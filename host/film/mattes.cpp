@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "film/mattes.h"
+
+#include <algorithm>
+#include <bit>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+namespace eikon {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::string_view kObject = "cryptomatte_object", kMaterial = "cryptomatte_material";
+
+/// One line; bytes that are no UTF-8 become the replacement character.
+std::string text_of(const json& value) { return value.dump(-1, ' ', false, json::error_handler_t::replace); }
+
+/// Names without those bytes: what is hashed is what the manifest says.
+std::string in_utf8(const std::string& name) { return json::parse(text_of(json(name))).get<std::string>(); }
+
+std::uint32_t murmur_hash(std::string_view key) {
+  const auto byte = [&](std::size_t i) { return std::uint32_t{static_cast<unsigned char>(key[i])}; };
+  const auto mixed = [](std::uint32_t k) { return std::rotl(k * 0xcc9e2d51U, 15) * 0x1b873593U; };
+  std::uint32_t hash = 0;
+  std::size_t i = 0;
+  for (; i + 4 <= key.size(); i += 4) {
+    hash ^= mixed(byte(i) | byte(i + 1) << 8U | byte(i + 2) << 16U | byte(i + 3) << 24U);
+    hash = std::rotl(hash, 13) * 5 + 0xe6546b64U;
+  }
+  std::uint32_t rest = 0;
+  for (std::size_t k = 0; i + k < key.size(); ++k) rest |= byte(i + k) << (8 * k);
+  hash ^= mixed(rest);
+  hash ^= static_cast<std::uint32_t>(key.size());
+  hash = (hash ^ hash >> 16U) * 0x85ebca6bU;
+  hash = (hash ^ hash >> 13U) * 0xc2b2ae35U;
+  return hash ^ hash >> 16U;
+}
+
+void add(Mattes& mattes, std::string_view layer, const std::vector<std::string>& names) {
+  std::vector<std::uint32_t> ids{0};
+  json manifest = json::object();
+  for (const std::string& name : names) {
+    const std::string known = in_utf8(name);
+    ids.push_back(matte_id(known));
+    manifest[known] = matte_hex(ids.back());
+  }
+  mattes.layers.emplace_back(layer);
+  mattes.ids.push_back(std::move(ids));
+  mattes.manifests.emplace(layer, text_of(manifest));
+}
+
+}  // namespace
+
+std::uint32_t matte_id(std::string_view name) {
+  const std::uint32_t hash = murmur_hash(name), exponent = hash >> 23U & 0xffU;
+  return exponent == 0 || exponent == 0xff ? hash ^ 1U << 23U : hash;  // neither denormal nor infinite nor no number
+}
+
+std::string matte_hex(std::uint32_t id) { return fmt::format("{:08x}", id); }
+
+bool is_matte(std::string_view layer) { return layer == kObject || layer == kMaterial; }
+
+Mattes make_mattes(const Scene& scene, const std::vector<std::string>& layers) {
+  Mattes mattes;
+  if (std::ranges::find(layers, kObject) != layers.end()) add(mattes, kObject, object_names(scene));
+  if (std::ranges::find(layers, kMaterial) != layers.end()) add(mattes, kMaterial, material_names(scene));
+  return mattes;
+}
+
+std::vector<std::string> object_names(const Scene& scene) {
+  std::vector<std::string> names;
+  const auto add_name = [&](const std::string& name) {
+    names.push_back(name.empty() ? fmt::format("node {}", names.size() + 1) : name);
+  };
+  for (const Node& node : scene.nodes) add_name(node.name);
+  for (const Shape& shape : scene.shapes) add_name(shape.name);
+  return names;
+}
+
+std::vector<std::string> material_names(const Scene& scene) {
+  std::vector<std::string> names;
+  for (const Material& material : scene.materials)
+    names.push_back(material.name.empty() ? fmt::format("material {}", names.size() + 1) : material.name);
+  return names;
+}
+
+std::string to_json(const std::vector<std::string>& names) { return text_of(json(names)); }
+
+}  // namespace eikon

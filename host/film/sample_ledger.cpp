@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "film/sample_ledger.h"
+
+#include <algorithm>
+#include <fmt/format.h>
+#include <tuple>
+#include <utility>
+
+#include "core/error.h"
+
+namespace eikon {
+namespace {
+
+/// Cuts the interval that holds `at` in two, if it does so in its inside. begin, end: members of an interval
+template <class Interval>
+void cut(std::vector<Interval>& intervals, std::uint32_t Interval::*begin, std::uint32_t Interval::*end,
+         std::uint32_t at) {
+  for (std::size_t i = 0; i < intervals.size(); ++i) {
+    if (!(intervals[i].*begin < at && at < intervals[i].*end)) continue;
+    Interval rest = intervals[i];
+    rest.*begin = at;
+    intervals[i].*end = at;
+    intervals.insert(intervals.begin() + std::ptrdiff_t(i) + 1, std::move(rest));
+    return;
+  }
+}
+
+/// Makes every part of [from, to) an interval, empty ones where there was none; nothing may cross from or to.
+template <class Interval>
+void fill(std::vector<Interval>& intervals, std::uint32_t Interval::*begin, std::uint32_t Interval::*end,
+          std::uint32_t from, std::uint32_t to) {
+  std::vector<Interval> gaps;
+  std::uint32_t at = from;
+  const auto gap = [&](std::uint32_t until) {
+    if (at >= until) return;
+    Interval& added = gaps.emplace_back();
+    added.*begin = at;
+    added.*end = until;
+  };
+  for (const Interval& interval : intervals) {
+    if (interval.*end <= from || interval.*begin >= to) continue;
+    gap(interval.*begin);
+    at = interval.*end;
+  }
+  gap(to);
+  intervals.insert(intervals.end(), gaps.begin(), gaps.end());
+  std::sort(intervals.begin(), intervals.end(),
+            [&](const Interval& a, const Interval& b) { return a.*begin < b.*begin; });
+}
+
+/// Joins neighbours that touch and hold the same.
+template <class Interval, class Content>
+void join(std::vector<Interval>& intervals, std::uint32_t Interval::*begin, std::uint32_t Interval::*end,
+          Content Interval::*content) {
+  std::vector<Interval> joined;
+  for (Interval& interval : intervals) {
+    if (!joined.empty() && joined.back().*end == interval.*begin && joined.back().*content == interval.*content)
+      joined.back().*end = interval.*end;
+    else
+      joined.push_back(std::move(interval));
+  }
+  intervals = std::move(joined);
+}
+
+bool is_empty(const WorkUnit& unit) {
+  return unit.block.x0 >= unit.block.x1 || unit.block.y0 >= unit.block.y1 || unit.sample_begin >= unit.sample_end;
+}
+
+WorkUnit box(std::uint32_t x0, std::uint32_t x1, std::uint32_t y0, std::uint32_t y1, std::uint64_t begin,
+             std::uint64_t end) {
+  WorkUnit unit;
+  unit.block = {x0, y0, x1, y1};
+  unit.sample_begin = begin;
+  unit.sample_end = end;
+  return unit;
+}
+
+}  // namespace
+
+void SampleLedger::insert(Ranges& ranges, Range range) {
+  const auto after = std::find_if(ranges.begin(), ranges.end(), [&](const Range& r) { return r.begin >= range.begin; });
+  auto at = ranges.insert(after, range);
+  if (const auto next = at + 1; next != ranges.end() && next->begin == at->end) {
+    at->end = next->end;
+    ranges.erase(next);
+  }
+  if (at != ranges.begin() && (at - 1)->end == at->begin) {
+    (at - 1)->end = at->end;
+    ranges.erase(at);
+  }
+}
+
+void SampleLedger::insert(std::vector<Column>& columns, std::uint32_t x0, std::uint32_t x1, Range range) {
+  cut(columns, &Column::x0, &Column::x1, x0);
+  cut(columns, &Column::x0, &Column::x1, x1);
+  fill(columns, &Column::x0, &Column::x1, x0, x1);
+  for (Column& column : columns)
+    if (column.x0 >= x0 && column.x1 <= x1) insert(column.samples, range);
+  join(columns, &Column::x0, &Column::x1, &Column::samples);
+}
+
+void SampleLedger::add(const WorkUnit& unit) {
+  if (is_empty(unit)) return;
+  if (const std::optional<WorkUnit> twice = overlap(unit))
+    throw InternalError(fmt::format("samples {} to {} of pixel {},{} are in the film twice", twice->sample_begin,
+                                    twice->sample_end - 1, twice->block.x0, twice->block.y0));
+  const Crop& b = unit.block;
+  cut(slabs_, &Slab::y0, &Slab::y1, b.y0);
+  cut(slabs_, &Slab::y0, &Slab::y1, b.y1);
+  fill(slabs_, &Slab::y0, &Slab::y1, b.y0, b.y1);
+  for (Slab& slab : slabs_)
+    if (slab.y0 >= b.y0 && slab.y1 <= b.y1) insert(slab.columns, b.x0, b.x1, {unit.sample_begin, unit.sample_end});
+  join(slabs_, &Slab::y0, &Slab::y1, &Slab::columns);
+}
+
+void SampleLedger::add(const SampleLedger& other) {
+  for (const WorkUnit& part : other.parts()) add(part);
+}
+
+std::optional<WorkUnit> SampleLedger::overlap(const WorkUnit& unit) const {
+  const Crop& b = unit.block;
+  if (is_empty(unit)) return std::nullopt;
+  for (const Slab& slab : slabs_) {
+    if (slab.y1 <= b.y0 || slab.y0 >= b.y1) continue;
+    for (const Column& column : slab.columns) {
+      if (column.x1 <= b.x0 || column.x0 >= b.x1) continue;
+      for (const Range& range : column.samples)
+        if (range.begin < unit.sample_end && range.end > unit.sample_begin)
+          return box(std::max(column.x0, b.x0), std::min(column.x1, b.x1), std::max(slab.y0, b.y0),
+                     std::min(slab.y1, b.y1), std::max(range.begin, unit.sample_begin),
+                     std::min(range.end, unit.sample_end));
+    }
+  }
+  return std::nullopt;
+}
+
+std::optional<WorkUnit> SampleLedger::overlap(const SampleLedger& other) const {
+  for (const WorkUnit& part : other.parts())
+    if (const std::optional<WorkUnit> found = overlap(part)) return found;
+  return std::nullopt;
+}
+
+std::vector<WorkUnit> SampleLedger::missing(const Crop& crop, std::uint64_t begin, std::uint64_t end) const {
+  std::vector<WorkUnit> missing;
+  if (is_empty(box(crop.x0, crop.x1, crop.y0, crop.y1, begin, end))) return missing;
+  // Slabs and columns over the whole window, those without samples too.
+  std::vector<Slab> slabs = slabs_;
+  cut(slabs, &Slab::y0, &Slab::y1, crop.y0);
+  cut(slabs, &Slab::y0, &Slab::y1, crop.y1);
+  fill(slabs, &Slab::y0, &Slab::y1, crop.y0, crop.y1);
+  for (Slab& slab : slabs) {
+    if (slab.y0 < crop.y0 || slab.y1 > crop.y1) continue;
+    cut(slab.columns, &Column::x0, &Column::x1, crop.x0);
+    cut(slab.columns, &Column::x0, &Column::x1, crop.x1);
+    fill(slab.columns, &Column::x0, &Column::x1, crop.x0, crop.x1);
+    for (const Column& column : slab.columns) {
+      if (column.x0 < crop.x0 || column.x1 > crop.x1) continue;
+      std::uint64_t at = begin;
+      const auto gap = [&](std::uint64_t until) {
+        if (at < until) missing.push_back(box(column.x0, column.x1, slab.y0, slab.y1, at, until));
+      };
+      for (const Range& range : column.samples) {
+        gap(std::min(range.begin, end));
+        at = std::max(at, range.end);
+      }
+      gap(end);
+    }
+  }
+  std::sort(missing.begin(), missing.end(), [](const WorkUnit& a, const WorkUnit& b) {
+    return std::tie(a.sample_begin, a.block.y0, a.block.x0) < std::tie(b.sample_begin, b.block.y0, b.block.x0);
+  });
+  return missing;
+}
+
+std::vector<WorkUnit> SampleLedger::parts() const {
+  std::vector<WorkUnit> parts;
+  for (const Slab& slab : slabs_)
+    for (const Column& column : slab.columns)
+      for (const Range& range : column.samples)
+        parts.push_back(box(column.x0, column.x1, slab.y0, slab.y1, range.begin, range.end));
+  return parts;
+}
+
+std::uint64_t SampleLedger::sample_count() const {
+  std::uint64_t count = 0;
+  for (const WorkUnit& part : parts()) count += part.path_count();
+  return count;
+}
+
+}  // namespace eikon

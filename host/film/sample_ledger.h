@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which samples of which pixels a film holds. Pure data: a render takes from it what is left to do, a checkpoint keeps it, and
+// a merge refuses what would count twice.
+#pragma once
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "film/units.h"
+
+namespace eikon {
+
+/// A set of (pixel, sample), whatever the order in which it was put together: equal sets have equal parts.
+class SampleLedger {
+ public:
+  /// Samples of `unit` that are in the set already, one such box; nothing when there are none.
+  [[nodiscard]] std::optional<WorkUnit> overlap(const WorkUnit& unit) const;
+  [[nodiscard]] std::optional<WorkUnit> overlap(const SampleLedger& other) const;
+  /// Adds samples, none of which is in the set. throws InternalError otherwise
+  void add(const WorkUnit& unit);
+  void add(const SampleLedger& other);
+
+  /// What is left of a window's samples [begin, end), as disjoint boxes in the order of their first samples, then of rows.
+  [[nodiscard]] std::vector<WorkUnit> missing(const Crop& crop, std::uint64_t begin, std::uint64_t end) const;
+  /// The set as disjoint boxes, in the order of rows: the fewest rows of boxes, each as wide as can be.
+  [[nodiscard]] std::vector<WorkUnit> parts() const;
+  [[nodiscard]] std::uint64_t sample_count() const;
+  [[nodiscard]] bool empty() const { return slabs_.empty(); }
+  bool operator==(const SampleLedger&) const = default;
+
+ private:
+  struct Range {
+    std::uint64_t begin = 0, end = 0;
+    bool operator==(const Range&) const = default;
+  };
+  using Ranges = std::vector<Range>;  // increasing, with gaps between them
+  struct Column {
+    std::uint32_t x0 = 0, x1 = 0;
+    Ranges samples;
+    bool operator==(const Column&) const = default;
+  };
+  // Rows y0 to y1 that hold the same samples. Neighbours that touch differ, in rows and in columns; none is empty.
+  struct Slab {
+    std::uint32_t y0 = 0, y1 = 0;
+    std::vector<Column> columns;
+    bool operator==(const Slab&) const = default;
+  };
+  std::vector<Slab> slabs_;
+
+  static void insert(Ranges& ranges, Range range);
+  static void insert(std::vector<Column>& columns, std::uint32_t x0, std::uint32_t x1, Range range);
+};
+
+}  // namespace eikon

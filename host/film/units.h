@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+// How an image is cut into work units: pure data and plain numbers.
+#pragma once
+#include <cstdint>
+#include <optional>
+#include <set>
+#include <vector>
+
+#include "film/film.h"
+
+namespace eikon {
+
+/// A block of pixels and a half-open range of sample indices, the same for each of them.
+struct WorkUnit {
+  Crop block;
+  std::uint64_t sample_begin = 0, sample_end = 0;
+  [[nodiscard]] std::uint64_t path_count() const { return block.pixel_count() * (sample_end - sample_begin); }
+  bool operator==(const WorkUnit&) const = default;
+};
+
+/// What is still to be dealt: disjoint boxes of (pixels x samples), from which units of any size are cut. Units come in the
+/// order of their first samples, all blocks before the next samples, so that an interrupted image is noisy rather than full of
+/// holes. Every (pixel, sample) that was added comes out exactly once for each time that it was added.
+class UnitPool {
+ public:
+  /// block: largest side of a unit's block, in pixels
+  explicit UnitPool(std::uint32_t block) : block_(block < 1 ? 1 : block) {}
+
+  /// Cuts the pixels of `box` into a grid of nearly equal blocks; what touches a box that is left, and makes one box with it, does.
+  void add(const WorkUnit& box);
+
+  /// A unit of at most `most_paths` >= 1, with at most `most_samples` >= 1 of each pixel; as near to that as the next block
+  /// allows: fewer samples first, then fewer pixels. Units end at samples that are multiples of about a quarter of a unit, so
+  /// that blocks which were cut in pieces become whole again. No unit crosses a multiple of 2^32 samples. Nothing
+  /// when nothing is left.
+  [[nodiscard]] std::optional<WorkUnit> take(std::uint64_t most_paths, std::uint64_t most_samples);
+
+  [[nodiscard]] std::uint64_t path_count() const { return paths_; }
+  [[nodiscard]] bool empty() const { return boxes_.empty(); }
+  [[nodiscard]] std::size_t box_count() const { return boxes_.size(); }
+
+ private:
+  struct Earlier {
+    bool operator()(const WorkUnit& a, const WorkUnit& b) const;
+  };
+  using Boxes = std::set<WorkUnit, Earlier>;
+  std::uint32_t block_;
+  Boxes boxes_;
+  std::uint64_t paths_ = 0;
+
+  [[nodiscard]] std::optional<WorkUnit> joined(const WorkUnit& a, const WorkUnit& b) const;
+  void put(WorkUnit box);
+  [[nodiscard]] Boxes::iterator choose(std::uint64_t most_paths) const;
+};
+
+/// Pixels of a block as x | y << 16, in 4 x 4 tiles: neighbouring lanes start with neighbouring rays.
+[[nodiscard]] std::vector<std::uint32_t> unit_pixels(const Crop& block);
+
+}  // namespace eikon

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the file's accessors give access to, every byte of it checked to lie inside its buffer.
+#pragma once
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <string>
+#include <vector>
+
+#include "io/json_text.h"
+#include "gltf/document/buffer_views.h"
+
+namespace eikon {
+
+enum class ComponentType : std::uint32_t { i8 = 5120, u8 = 5121, i16 = 5122, u16 = 5123, u32 = 5125, f32 = 5126 };
+
+/// A checked accessor: element i of `count` can be read, whatever the file says.
+struct Accessor {
+  const std::byte* data = nullptr;  // null: zeros, as glTF has it where there is no bufferView
+  std::uint64_t count = 0;          // elements
+  std::uint32_t stride_bytes = 0;
+  ComponentType component = ComponentType::f32;
+  std::uint32_t component_count = 0;  // 1: SCALAR, 3: VEC3, ...
+  bool is_matrix = false;
+  bool normalized = false;
+
+  // Elements that replace those of `data`: where, ascending strictly and below `count`, and with what, tightly packed.
+  std::uint64_t sparse_count = 0;
+  const std::byte* sparse_indices = nullptr;
+  ComponentType sparse_index_type = ComponentType::u8;
+  const std::byte* sparse_values = nullptr;
+
+  std::string label;  // "accessor 3 'positions'"
+
+  [[nodiscard]] std::uint64_t element_bytes() const;  // of one element, without the gap to the next
+  [[nodiscard]] bool is(ComponentType type, std::uint32_t components) const {
+    return component == type && component_count == components && !is_matrix;
+  }
+  /// Element i of a SCALAR or VEC: integers as they are, or divided where `normalized` [glTF 2.0, section 3.11]; 0 in the
+  /// components that it does not have.
+  [[nodiscard]] glm::vec4 vector_at(std::uint64_t i) const;
+  /// Element i of a SCALAR of u8, u16 or u32.
+  [[nodiscard]] std::uint32_t index_at(std::uint64_t i) const;
+
+ private:
+  [[nodiscard]] const std::byte* element(std::uint64_t i, std::size_t bytes) const;
+};
+
+/// Elements of an accessor with nothing behind it cost the file nothing, so their number needs a bound of its own.
+inline constexpr std::uint64_t kMaxZeroCount = std::uint64_t{1} << 24U;
+
+/// Checks all accessors of a checked document against its bufferViews.
+/// throws InputError with the accessor and the numbers that do not fit
+std::vector<Accessor> check_accessors(const Json& document, const BufferViews& views);
+
+}  // namespace eikon

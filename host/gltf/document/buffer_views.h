@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+// The bytes of a document: its buffers, and the parts of them that accessors and images name.
+#pragma once
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <vector>
+
+#include "io/json_text.h"
+#include "io/source_file.h"
+
+namespace eikon {
+
+/// Sizes and offsets of a file stay below this, so that sums of them fit in 64 bits.
+inline constexpr std::uint64_t kMaxFileOffset = std::uint64_t{1} << 48U;
+
+/// The buffers of a document: the binary chunk, files beside the scene, or base64 inside it. One that only stands in for
+/// compressed data (EXT_meshopt_compression: "fallback") and has none of its own is empty.
+class Buffers {
+ public:
+  /// `container` outlives the buffers; base64 text is taken out of `document`.
+  /// throws InputError: a URI that may not be followed, a file that cannot be read or is shorter than byteLength
+  Buffers(Json& document, const Container& container, const std::filesystem::path& folder);
+
+  [[nodiscard]] std::span<const std::byte> operator[](std::size_t buffer) const { return views_[buffer]; }
+  [[nodiscard]] std::size_t size() const { return views_.size(); }
+  /// Bytes read from files beside the scene, in the order of the buffers; what the scene's hash has to cover.
+  [[nodiscard]] const std::vector<Bytes>& files() const { return files_; }
+
+ private:
+  std::vector<Bytes> files_, decoded_;
+  std::vector<std::span<const std::byte>> views_;  // byteLength bytes each, or none
+};
+
+/// The bufferViews of a checked document. Those that accessors use are decompressed (EXT_meshopt_compression).
+class BufferViews {
+ public:
+  /// The buffers outlive the views.
+  /// throws InputError with the bufferView: outside its buffer, an illegal stride, compressed data that do not decode
+  BufferViews(const Json& document, const Buffers& buffers);
+
+  [[nodiscard]] std::span<const std::byte> operator[](std::size_t view) const { return views_[view].bytes; }
+  [[nodiscard]] std::uint32_t stride_bytes(std::size_t view) const { return views_[view].stride_bytes; }  // 0: packed
+  [[nodiscard]] std::size_t size() const { return views_.size(); }
+
+ private:
+  struct View {
+    std::span<const std::byte> bytes;
+    std::uint32_t stride_bytes = 0;
+  };
+  std::vector<View> views_;
+  std::vector<Bytes> decompressed_;
+};
+
+}  // namespace eikon

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <cstdint>
+#include <functional>
+#include <set>
+#include <utility>
+#include <vector>
+
+#include "gltf/document/accessor_table.h"
+#include "gltf/geometry/attributes.h"
+#include "gltf/document/document.h"
+#include "gltf/geometry/draco_mesh.h"
+#include "io/text.h"
+
+namespace eikon {
+
+/// Reads the triangles of meshes. Several primitives may share accessors; each gets only the vertices it uses, so every
+/// position of a Primitive belongs to one of its triangles. Degenerate triangles stay: renderers never hit them.
+class MeshReader {
+ public:
+  /// `material_of` gives the index in `materials` for a primitive's material (-1: none), which may append to them;
+  /// called once per primitive. All arguments outlive the reader.
+  MeshReader(const tinygltf::Model& model, const Json& document, const std::vector<Accessor>& accessors,
+             const BufferViews& views, const std::vector<Material>& materials,
+             std::function<std::uint32_t(int)> material_of, Notes& notes);
+
+  /// throws InputError when the meshes need more memory than this machine has
+  void check_memory(const std::vector<std::size_t>& meshes) const;
+
+  /// Triangles of mesh `index` of the document; primitives without any are left out. Texture coordinates and tangents
+  /// are read or made only where the primitive's material asks for them.
+  /// throws InputError: positions that are not finite or beyond kMaxCoordinate, indices out of range, types that do not
+  /// fit, compressed data that do not decode
+  Mesh read(std::size_t index);
+
+ private:
+  /// A primitive while it is read.
+  struct Source {
+    const tinygltf::Primitive& primitive;
+    const Json& json;
+    std::string user;  // "mesh 'box', primitive 2"
+    DracoMesh draco;   // empty where it is not compressed
+  };
+  Primitive read_primitive(Source& source);
+  void note_features(const Source& source, const std::string& mesh_label);
+  [[nodiscard]] const Accessor* attribute(const Source& source, const std::string& name) const;
+  [[nodiscard]] std::vector<std::uint32_t> read_triangles(Source& source, std::uint64_t vertex_count);
+  void read_surface(const Source& source, const VertexChoice& vertices, std::uint64_t position_count,
+                    Primitive& primitive);
+  void check_positions_once(const Source& source, const Accessor& positions);
+  /// Renumbers `indices` to the vertices they use; returns those, or nothing when they use all of them.
+  std::vector<std::uint32_t> compact(std::vector<std::uint32_t>& indices, std::uint64_t vertex_count);
+
+  const tinygltf::Model& model_;
+  const Json& document_;
+  const std::vector<Accessor>& accessors_;
+  const std::vector<Material>& materials_;
+  std::function<std::uint32_t(int)> material_of_;
+  Notes& notes_;
+  DracoDecoder draco_;
+  bool quantized_ = false;                                      // the document uses KHR_mesh_quantization
+  std::vector<bool> positions_checked_;                         // per accessor
+  std::vector<std::uint32_t> slot_of_vertex_;                   // scratch of compact(); all kNoSlot between calls
+  std::set<std::pair<std::uint32_t, std::size_t>> uv_missing_;  // material and set, each said once
+};
+
+}  // namespace eikon

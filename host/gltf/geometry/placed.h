@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+// A mesh at its place by the operations of kernels/traverse/instance.h: the bits that devices get where the mesh is stored once.
+#pragma once
+#include <array>
+#include <glm/glm.hpp>
+
+namespace eikon {
+
+/// A matrix in floats: rows of world = m (x, y, z) + t.
+struct PlacingMatrix {
+  std::array<glm::vec3, 3> rows{};
+  glm::vec3 translation{0.0F};
+};
+
+/// m in doubles, as GLM has matrices.
+[[nodiscard]] glm::dmat3 linear_part(const PlacingMatrix& m);
+[[nodiscard]] PlacingMatrix placing_matrix(const glm::dmat4& world_from_object);
+[[nodiscard]] glm::vec3 placed_point(const PlacingMatrix& m, const glm::vec3& p);
+/// Of unit or zero vectors, unit or zero. mirrored: the determinant is negative, and normals turn
+[[nodiscard]] glm::vec3 placed_normal(const PlacingMatrix& m, bool mirrored, const glm::vec3& n);
+[[nodiscard]] glm::vec3 placed_tangent(const PlacingMatrix& m, const glm::vec3& t);
+/// Of corners in the world, unit; zero where they have no area.
+[[nodiscard]] glm::vec3 placed_triangle_normal(const glm::vec3& p0, const glm::vec3& p1, const glm::vec3& p2);
+
+}  // namespace eikon

@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "io/atomic_file.h"
+
+#include <fcntl.h>
+#include <pthread.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cerrno>
+#include <charconv>
+#include <csignal>
+#include <ctime>
+#include <system_error>
+
+#include <fmt/format.h>
+
+#include "core/error.h"
+
+namespace eikon {
+namespace {
+
+/// A write beyond the file size limit (ulimit -f) raises SIGXFSZ, which would end the process and leave the temporary file.
+/// While this lives, the calling thread alone does not see it, and write() returns EFBIG.
+class FileSizeSignalBlocked {
+ public:
+  FileSizeSignalBlocked() {
+    sigemptyset(&signals_);
+    sigaddset(&signals_, SIGXFSZ);
+    pthread_sigmask(SIG_BLOCK, &signals_, &before_);
+  }
+  ~FileSizeSignalBlocked() {
+    if (sigismember(&before_, SIGXFSZ) == 0) {
+      const timespec now{};
+      sigtimedwait(&signals_, nullptr, &now);
+      pthread_sigmask(SIG_SETMASK, &before_, nullptr);
+    }
+  }
+  FileSizeSignalBlocked(const FileSizeSignalBlocked&) = delete;
+  FileSizeSignalBlocked& operator=(const FileSizeSignalBlocked&) = delete;
+
+ private:
+  sigset_t signals_{}, before_{};
+};
+
+std::string advice(int error) {
+  switch (error) {
+    case ENOENT:
+    case ENOTDIR:
+      return "create the folder first";
+    case EACCES:
+    case EPERM:
+    case EROFS:
+      return "choose a folder that you may write to";
+    case ENOSPC:
+    case EDQUOT:
+      return "free some space or choose another disk";
+    case EFBIG:
+      return "raise the file size limit (ulimit -f)";
+    default:
+      return "choose another path";
+  }
+}
+
+[[noreturn]] void fail_with(const std::filesystem::path& path, int error) {
+  throw InputError(
+      fmt::format("cannot write \"{}\": {}: {}", path.string(), std::generic_category().message(error), advice(error)));
+}
+
+std::filesystem::path behind_links(const std::filesystem::path& path) {
+  std::error_code ignored;
+  return std::filesystem::is_symlink(path, ignored) ? std::filesystem::weakly_canonical(path, ignored) : path;
+}
+
+/// What the temporary names of a file begin with; the process and a number follow. File names are 255 bytes at most.
+std::string temporary_prefix(const std::filesystem::path& path) {
+  const std::string name = path.filename().string();
+  return fmt::format(".{}.eikon-", name.substr(0, std::min<std::size_t>(name.size(), 200)));
+}
+
+/// Temporary files of this file whose process is no more; where it may not, it leaves them.
+void remove_left_behind(const std::filesystem::path& real) {
+  const std::string prefix = temporary_prefix(real);
+  std::error_code error;
+  const auto folder = real.has_parent_path() ? real.parent_path() : std::filesystem::path(".");
+  for (std::filesystem::directory_iterator file(folder, error), end; !error && file != end; file.increment(error)) {
+    const std::string name = file->path().filename().string();
+    if (!name.starts_with(prefix) || !name.ends_with(".tmp")) continue;
+    const std::string process = name.substr(prefix.size(), name.find('-', prefix.size()) - prefix.size());
+    pid_t id = 0;
+    const auto [rest, code] = std::from_chars(process.data(), process.data() + process.size(), id);
+    if (code != std::errc() || rest != process.data() + process.size() || id <= 0) continue;
+    std::error_code ignored;
+    if (kill(id, 0) != 0 && errno == ESRCH) std::filesystem::remove(file->path(), ignored);
+  }
+}
+
+}  // namespace
+
+AtomicFile::AtomicFile(const std::filesystem::path& path) : path_(behind_links(path)) {
+  std::error_code ignored;
+  const auto status = std::filesystem::status(path_, ignored);
+  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
+    throw InputError(
+        fmt::format("cannot write \"{}\": it exists and is not a regular file: choose another path", path.string()));
+  if (!path_.has_filename()) throw InputError(fmt::format("cannot write \"{}\": that is no file name", path.string()));
+
+  remove_left_behind(path_);
+  // Unique among processes by the id, within the process by the counter; O_EXCL guards what is left.
+  static std::atomic<unsigned> counter{0};
+  for (int attempt = 0; attempt < 100; ++attempt) {
+    temporary_ = path_;
+    temporary_.replace_filename(fmt::format("{}{}-{}.tmp", temporary_prefix(path_), getpid(), counter++));
+    descriptor_ = open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    if (descriptor_ >= 0) return;
+    if (errno != EEXIST) break;
+  }
+  fail_with(path_, errno);
+}
+
+AtomicFile::~AtomicFile() {
+  if (descriptor_ < 0) return;
+  close(descriptor_);
+  unlink(temporary_.c_str());
+}
+
+void AtomicFile::fail() const { fail_with(path_, error_); }
+
+void AtomicFile::write(const void* data, std::size_t size_bytes) {
+  if (error_ != 0) fail();
+  const FileSizeSignalBlocked blocked;
+  const char* bytes = static_cast<const char*>(data);
+  while (size_bytes > 0) {
+    const ssize_t written = pwrite(descriptor_, bytes, size_bytes, static_cast<off_t>(position_));
+    if (written < 0) {
+      if (errno == EINTR) continue;
+      error_ = errno;
+      fail();
+    }
+    bytes += written;
+    size_bytes -= static_cast<std::size_t>(written);
+    position_ += static_cast<std::uint64_t>(written);
+  }
+}
+
+void AtomicFile::commit() {
+  // EINVAL, ENOTSUP: a file system without fsync; the rename still keeps half-written files out of sight.
+  if (error_ == 0 && fsync(descriptor_) != 0 && errno != EINVAL && errno != ENOTSUP) error_ = errno;
+  if (error_ == 0 && rename(temporary_.c_str(), path_.c_str()) != 0) error_ = errno;
+  if (error_ != 0) fail();
+  close(descriptor_);
+  descriptor_ = -1;
+  // The new name is safe against a power cut once the folder is on the disk; not every file system allows it.
+  const auto folder = path_.has_parent_path() ? path_.parent_path() : std::filesystem::path(".");
+  const int folder_descriptor = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (folder_descriptor >= 0) {
+    static_cast<void>(fsync(folder_descriptor));
+    close(folder_descriptor);
+  }
+}
+
+}  // namespace eikon

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "io/text.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace eikon {
+
+std::string in_quotes(std::string_view text) {
+  constexpr std::size_t kMaxBytes = 80;
+  std::string out = "'";
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const auto c = static_cast<unsigned char>(text[i]);
+    const bool continues = (c & 0xC0U) == 0x80U;  // never cut inside a UTF-8 sequence
+    if (i >= kMaxBytes && !continues) {
+      out += "...";
+      break;
+    }
+    if (c < 0x20 || c == 0x7F || c == '\'') {
+      out += fmt::format("\\x{:02x}", c);
+    } else {
+      out += static_cast<char>(c);
+    }
+  }
+  return out + "'";
+}
+
+std::string label(std::string_view kind, std::uint64_t index, std::string_view name) {
+  return name.empty() ? fmt::format("{} {}", kind, index) : fmt::format("{} {}", kind, in_quotes(name));
+}
+
+std::string one_line(std::string_view text) {
+  std::string out(text);
+  std::replace_if(
+      out.begin(), out.end(), [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7F; }, ' ');
+  while (!out.empty() && out.back() == ' ') out.pop_back();
+  return out;
+}
+
+void Notes::unsupported(const std::string& feature, const std::string& user) {
+  const auto [entry, is_new] = feature_index_.try_emplace(feature, features_.size());
+  if (is_new) features_.push_back({.name = feature, .first_user = user, .users = {}});
+  features_[entry->second].users.insert(user);
+}
+
+void Notes::warn(std::string warning) { warnings_.push_back(std::move(warning)); }
+
+void Notes::clamped(const std::string& warning) {
+  clamped_.push_back(warning);
+  warn(warning);
+}
+
+void Notes::finish(Scene& scene) {
+  for (Feature& feature : features_) {
+    std::string user = std::move(feature.first_user);
+    if (feature.users.size() > 1) user += fmt::format(" and {} more", feature.users.size() - 1);
+    scene.unsupported.push_back({.feature = std::move(feature.name), .user = std::move(user)});
+  }
+  for (std::string& warning : clamped_) scene.out_of_range.push_back(std::move(warning));
+  for (std::string& warning : warnings_) scene.warnings.push_back(std::move(warning));
+}
+
+}  // namespace eikon

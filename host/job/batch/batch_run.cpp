@@ -1,0 +1,332 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "job/batch/batch_run.h"
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+#include <tbb/task_arena.h>
+
+#include <future>
+#include <new>
+#include <thread>
+
+#include "job/batch/job_key.h"
+#include "core/process_time.h"
+#include "io/source_file.h"
+
+namespace eikon {
+namespace {
+
+// Of the machine's memory, what scenes that may be needed again may take.
+constexpr std::uint64_t kMemoryShare = 8;
+
+std::uint64_t scene_budget(const std::vector<BatchJob>& jobs, std::size_t workers) {
+  std::uint64_t budget = physical_memory_bytes() / kMemoryShare;
+  for (const BatchJob& job : jobs)
+    if (job.options && job.options->execution.memory_bytes > 0)
+      budget = std::min(budget, job.options->execution.memory_bytes / kMemoryShare);
+  return budget / std::max<std::size_t>(1, workers);
+}
+
+/// A map that --env names, or nothing where it is R,G,B.
+InputsDigest digest_environment(const std::string& env) {
+  std::error_code none;
+  return !env.empty() && std::filesystem::is_regular_file(env, none) ? digest_file(env) : InputsDigest{};
+}
+
+std::string time_now() { return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr))); }
+
+}  // namespace
+
+/// What one of the jobs at a time has for itself.
+struct BatchRun::Worker {
+  SceneCache scenes;
+  ReadyAhead devices;
+  Worker(std::uint64_t budget_bytes, const DevicePool& known) : scenes(budget_bytes), devices(known) {}
+  bool busy = false;  // has a job
+};
+
+/// A job on its way.
+struct BatchRun::Staged {
+  BatchJob& job;
+  double begin_s = host_seconds();  // less the time that it waited for its turn
+  double staged_s = 0;              // that it took until then
+  std::string key{};
+  std::string environment{};  // see SceneCache::pack
+  InputsDigest scene{};
+  std::optional<RenderJob> render{};
+  bool loaded = false, over = false;
+};
+
+BatchRun::BatchRun(std::vector<BatchJob>& jobs, const BatchSettings& settings, Ledger& ledger, BatchProgress& progress,
+                   const std::atomic<bool>& stop)
+    : jobs_(jobs), settings_(settings), ledger_(ledger), progress_(progress), stop_(stop) {
+  for (BatchJob& job : jobs_)
+    if (job.state == JobState::waiting) waiting_.push_back(&job);
+}
+
+std::string BatchRun::place(const BatchJob& job) const { return fmt::format("{}:{}", settings_.name, job.line); }
+
+void BatchRun::run() {
+  const std::size_t count = std::clamp<std::size_t>(waiting_.size(), 1, settings_.parallel);
+  const std::uint64_t budget = scene_budget(jobs_, count);
+  const DevicePool known;  // a device that hangs for one of them does so for all
+  std::deque<Worker> workers;
+  for (std::size_t i = 0; i < count; ++i) workers.emplace_back(budget, known);
+  idle_ = count;
+  std::vector<std::jthread> threads;
+  for (Worker& worker : workers) threads.emplace_back([&] { work(worker); });
+}
+
+void BatchRun::work(Worker& worker) {
+  const auto begin_stage = [&](BatchJob* job) {
+    return job == nullptr ? std::future<std::unique_ptr<Staged>>()
+                          : std::async(std::launch::async, [this, &worker, job] { return stage(worker, *job); });
+  };
+  std::future<std::unique_ptr<Staged>> next;
+  std::future<void> writing;
+  for (;;) {
+    if (!next.valid()) {
+      if (writing.valid()) writing.get();  // it may have to be tried again, or be what the next one reads
+      BatchJob* const job = take(worker);
+      if (job == nullptr) return;
+      next = begin_stage(job);
+    }
+    std::shared_ptr<Staged> staged = next.get();
+    next = begin_stage(take_ahead());
+    if (staged->over) continue;
+    render(worker, *staged);
+    if (writing.valid()) writing.get();
+    if (!staged->over)
+      writing = std::async(std::launch::async, [this, staged, beside = next.valid()] { write(*staged, beside); });
+    if (!next.valid() && is_last()) worker.devices.close_idle();  // while the files are written
+  }
+}
+
+/// The next job, for a worker without one; nullptr when there is none.
+BatchJob* BatchRun::take(Worker& worker) {
+  std::unique_lock lock(mutex_);
+  idle_ += worker.busy ? 1 : 0;
+  worker.busy = false;
+  while (!stop_ && !waiting_.empty()) {
+    if (may_begin()) {
+      worker.busy = true;
+      --idle_;
+      return take_first();
+    }
+    changed_.wait_for(lock, std::chrono::milliseconds(100));  // a signal wakes nobody
+  }
+  return nullptr;
+}
+
+/// The next job, to be made ready beside one in hand; nullptr when there is none, it has to wait for others, or a worker without one can
+/// have it.
+BatchJob* BatchRun::take_ahead() {
+  const std::lock_guard lock(mutex_);
+  return !stop_ && waiting_.size() > idle_ && may_begin() ? take_first() : nullptr;
+}
+
+bool BatchRun::may_begin() const { return !waiting_.front()->after_others || in_hand_ == 0; }
+
+BatchJob* BatchRun::take_first() {
+  BatchJob* const job = waiting_.front();
+  waiting_.pop_front();
+  ++in_hand_;
+  return job;
+}
+
+bool BatchRun::is_last() {
+  const std::lock_guard lock(mutex_);
+  return waiting_.empty();
+}
+
+/// What can be done before it is a job's turn.
+std::unique_ptr<BatchRun::Staged> BatchRun::stage(Worker& worker, BatchJob& job) {
+  auto staged = std::make_unique<Staged>(Staged{.job = job});
+  ++job.attempts;
+  try {
+    prepare(worker, *staged);
+  } catch (...) {
+    fail(*staged);
+  }
+  staged->staged_s = host_seconds() - staged->begin_s;
+  return staged;
+}
+
+bool BatchRun::is_done(const RenderOptions& options, const std::string& key) {
+  std::vector<LedgerOutput> written;
+  {
+    const std::lock_guard lock(mutex_);
+    const LedgerEntry* const last = ledger_.last(ledger_name(options.exr()));
+    if (last == nullptr || last->state != "done" || last->key != key) return false;
+    written = last->outputs;
+  }
+  for (const LedgerOutput& output : written) {
+    try {
+      const LedgerOutput now = describe_output(output.path);
+      if (now.bytes != output.bytes || now.hash != output.hash) return false;
+    } catch (const InputError&) {
+      return false;
+    }
+  }
+  return true;
+}
+
+/// Whether it ended before it was done: its checkpoint may be of this image, unless it ended before the first.
+bool BatchRun::was_begun(const RenderOptions& options, const std::string& key) {
+  const std::lock_guard lock(mutex_);
+  const LedgerEntry* const last = ledger_.last(ledger_name(options.exr()));
+  return last != nullptr && last->state != "done" && last->key == key;
+}
+
+void BatchRun::say_once(const BatchJob& job, const std::string& line) {
+  constexpr std::size_t kMost = 10000;  // beyond, rather twice than that memory grows
+  {
+    const std::lock_guard lock(mutex_);
+    if (said_.count(line) != 0) return;
+    if (said_.size() < kMost) said_.insert(line);
+  }
+  progress_.say(fmt::format("{}: {}", place(job), line));
+}
+
+void BatchRun::prepare(Worker& worker, Staged& staged) {
+  const RenderOptions& options = *staged.job.options;
+  staged.scene = digest_scene_files(options.scene.scene);
+  const InputsDigest environment = digest_environment(options.scene.env);
+  staged.key = job_key(staged.scene, environment, options.settings_text);
+  if (!settings_.force && is_done(options, staged.key)) return close(staged, JobState::skipped);
+  staged.environment = fmt::format("{} {:016x} {} {}", options.scene.env, environment.hash, options.scene.env_scale,
+                                   options.scene.env_rotate_deg);
+  const auto say = [this, &job = staged.job](const std::string& line) { say_once(job, line); };
+  RenderOptions own = options;
+  if (!own.checkpoint.file.empty() && was_begun(options, staged.key))
+    own.checkpoint.resume = true, own.checkpoint.implied = !options.checkpoint.resume;
+  staged.render.emplace(std::move(own), say, process_seconds());
+  if (!worker.scenes.takes(staged.scene))
+    return staged.render->take_turn(worker.devices, stop_);  // not two large ones at a time
+  const auto kept = worker.scenes.load(options.scene.scene, options.scene.variant, staged.scene);
+  staged.render->load(kept->scene, kept->load_s);
+  staged.render->use(worker.scenes.pack(*kept, staged.render->settings(), options.execution, staged.environment));
+  staged.loaded = true;
+  staged.render->take_turn(worker.devices, stop_);
+}
+
+void BatchRun::render(Worker& worker, Staged& staged) {
+  staged.begin_s = host_seconds() - staged.staged_s;
+  try {
+    if (!staged.loaded) {
+      worker.scenes.clear();
+      worker.devices.close_idle();  // with what is ready on them
+      staged.render->load();
+    }
+    if (stop_) return close(staged, JobState::waiting);
+    note(entry_of(staged, "started"), false);
+    progress_.show(staged.job, 0);
+    RenderHooks hooks;
+    hooks.devices_stay_ready = staged.loaded;
+    hooks.progress = [&](const Progress& now, const Film&) {
+      progress_.show(staged.job, double(now.samples) / double(now.samples_total));
+    };
+    staged.render->render(stop_, std::move(hooks));
+  } catch (...) {
+    fail(staged);
+  }
+}
+
+void BatchRun::write(Staged& staged, bool beside_render) {
+  try {
+    // Beside a render on this thread alone: those that would help, and then look for more to do, take time from it.
+    tbb::task_arena threads(beside_render ? 1 : tbb::task_arena::automatic);
+    threads.execute([&] { staged.render->write(false); });  // a batch that is started again renders it again
+    BatchJob& job = staged.job;
+    const RenderReport& report = staged.render->report();
+    job.samples = report.samples;
+    job.render_s = report.render_s;
+    if (staged.render->error().known) job.relmse = staged.render->error().relmse;
+    job.code = staged.render->code();
+    if (job.code == ExitCode::not_as_asked) throw Error(job.code, "done, but not as asked; see above");
+    close(staged, job.code == ExitCode::done ? JobState::done : JobState::interrupted);
+  } catch (...) {
+    fail(staged);
+  }
+}
+
+LedgerEntry BatchRun::entry_of(const Staged& staged, const char* state) const {
+  const BatchJob& job = staged.job;
+  LedgerEntry entry;
+  entry.state = state;
+  entry.time = time_now();
+  entry.job = job.text;
+  entry.key = staged.key;
+  entry.message = job.message;
+  entry.line = job.line;
+  entry.exit_code = int(job.code);
+  entry.seconds = job.seconds;
+  entry.render_seconds = job.render_s;
+  entry.samples = job.samples;
+  entry.relmse = job.relmse;
+  for (const std::filesystem::path& file : job.options->results()) {
+    LedgerOutput output;
+    if (entry.state == "done") output = describe_output(file);
+    output.path = ledger_name(file);
+    entry.outputs.push_back(std::move(output));
+  }
+  return entry;
+}
+
+void BatchRun::note(const LedgerEntry& entry, bool sync) {
+  const std::lock_guard lock(mutex_);
+  try {
+    ledger_.add(entry, sync);
+  } catch (const InputError& error) {
+    if (ledger_is_whole_) progress_.say(fmt::format("{}; what is done from here on will be done again", error.what()));
+    ledger_is_whole_ = false;
+  }
+}
+
+void BatchRun::close(Staged& staged, JobState state) {
+  BatchJob& job = staged.job;
+  job.seconds += host_seconds() - staged.begin_s;
+  job.state = state;
+  staged.over = true;
+  if (state == JobState::done || state == JobState::failed || state == JobState::interrupted)
+    note(entry_of(staged, name_of(state)), true);
+  if (state != JobState::waiting) progress_.end(job);
+  staged.render.reset();
+  const std::lock_guard lock(mutex_);
+  --in_hand_;
+  changed_.notify_all();
+}
+
+/// Of the exception in hand: the job goes to the end of the queue again, or has failed.
+void BatchRun::fail(Staged& staged) {
+  BatchJob& job = staged.job;
+  try {
+    throw;
+  } catch (const Error& error) {
+    job.code = error.code();
+    job.message = error.what();
+  } catch (const std::bad_alloc&) {
+    job.code = ExitCode::internal;
+    job.message = "out of memory; try a smaller image or scene";
+  } catch (const std::exception& error) {
+    job.code = ExitCode::internal;
+    job.message = fmt::format("internal error: {}", error.what());
+  }
+  // What was typed wrong stays wrong, and what was rendered is there.
+  const bool again =
+      job.attempts <= settings_.retries && job.code != ExitCode::usage && job.code != ExitCode::not_as_asked && !stop_;
+  progress_.say(fmt::format("{}: {}{}", place(job), job.message, again ? "; it will be tried again" : ""));
+  if (!again) return close(staged, JobState::failed);
+  job.seconds += host_seconds() - staged.begin_s;
+  job.code = ExitCode::done;
+  job.message.clear();
+  progress_.again(job);
+  staged.over = true;
+  staged.render.reset();
+  const std::lock_guard lock(mutex_);
+  waiting_.push_back(&job);
+  --in_hand_;
+  changed_.notify_all();
+}
+
+}  // namespace eikon

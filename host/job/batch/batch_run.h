@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+// Runs the jobs of a batch: some at a time, each in steps that overlap with its neighbours'. While one renders, the next is
+// loaded and compiled, and the one before is written.
+#pragma once
+#include <atomic>
+#include <condition_variable>
+#include <deque>
+#include <memory>
+#include <mutex>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "job/batch/ledger.h"
+#include "job/batch/batch_progress.h"
+#include "job/render_job.h"
+#include "job/scene_cache.h"
+
+namespace eikon {
+
+struct BatchSettings {
+  std::string name;          // of the jobs file, for messages
+  std::size_t parallel = 1;  // jobs at a time
+  int retries = 0;           // of a job that failed
+  bool force = false;        // what is done is rendered again
+};
+
+class BatchRun {
+ public:
+  BatchRun(std::vector<BatchJob>& jobs, const BatchSettings& settings, Ledger& ledger, BatchProgress& progress,
+           const std::atomic<bool>& stop);
+  /// Returns when every job is over, or the running ones have ended after `stop`.
+  void run();
+  /// Whether the ledger has all that happened.
+  [[nodiscard]] bool ledger_is_whole() const { return ledger_is_whole_; }
+
+ private:
+  struct Worker;
+  struct Staged;
+
+  std::vector<BatchJob>& jobs_;
+  const BatchSettings& settings_;
+  Ledger& ledger_;
+  BatchProgress& progress_;
+  const std::atomic<bool>& stop_;
+
+  std::mutex mutex_;  // of all below, and the ledger
+  std::condition_variable changed_;
+  std::deque<BatchJob*> waiting_;
+  std::size_t in_hand_ = 0;
+  std::size_t idle_ = 0;  // workers that have no job, those included that have not begun to look for one
+  bool ledger_is_whole_ = true;
+  std::set<std::string> said_;  // notes on jobs: what is true of a scene is so for each of its jobs, and is said once
+
+  void work(Worker& worker);
+  BatchJob* take(Worker& worker);
+  BatchJob* take_ahead();
+  [[nodiscard]] bool may_begin() const;
+  BatchJob* take_first();
+  [[nodiscard]] bool is_last();
+  std::unique_ptr<Staged> stage(Worker& worker, BatchJob& job);
+  void prepare(Worker& worker, Staged& staged);
+  [[nodiscard]] bool is_done(const RenderOptions& options, const std::string& key);
+  [[nodiscard]] bool was_begun(const RenderOptions& options, const std::string& key);
+  void render(Worker& worker, Staged& staged);
+  void write(Staged& staged, bool beside_render);
+  void close(Staged& staged, JobState state);
+  void fail(Staged& staged);
+  void note(const LedgerEntry& entry, bool sync);
+  [[nodiscard]] LedgerEntry entry_of(const Staged& staged, const char* state) const;
+  void say_once(const BatchJob& job, const std::string& line);
+  [[nodiscard]] std::string place(const BatchJob& job) const;
+};
+
+}  // namespace eikon

@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "job/checkpoint.h"
+
+#include <fmt/format.h>
+
+#include <utility>
+
+#include "cli/arguments.h"
+#include "job/metadata.h"
+#include "job/stop_signals.h"
+#include "image/image.h"
+#include "pack/features.h"
+
+namespace eikon {
+namespace {
+
+std::string in_words(const Crop& crop) { return fmt::format("{},{},{},{}", crop.x0, crop.y0, crop.x1, crop.y1); }
+
+bool encloses(const Crop& outer, const Crop& inner) {
+  return inner.x0 >= outer.x0 && inner.x1 <= outer.x1 && inner.y0 >= outer.y0 && inner.y1 <= outer.y1;
+}
+
+}  // namespace
+
+void CheckpointOptions::add_to(CLI::App& command) {
+  command.add_option(
+      "--checkpoint", file,
+      "FILE.exr that keeps what is done: every so often, at the end, and upon SIGINT, SIGTERM, SIGHUP, SIGUSR1");
+  command.add_option("--checkpoint-every", every_s, "seconds between checkpoints")
+      ->check(between(0.01, 1e9))
+      ->capture_default_str();
+  command.add_flag("--resume", resume, "go on from the checkpoint, if there is one; also with a larger --spp");
+}
+
+CheckpointFile::CheckpointFile(CheckpointOptions options, Say say)
+    : options_(std::move(options)), say_(std::move(say)) {
+  if (options_.resume && options_.file.empty())
+    throw UsageError("--resume goes on from a checkpoint: name it with --checkpoint FILE");
+  requests_ = checkpoint_signals();
+}
+
+void CheckpointFile::begin(const Prepared& prepared) {
+  const Settings& settings = prepared.settings;
+  const Features features(*prepared.scene, settings);
+  const FilmLayout layout = film_layout(features, settings);
+  manifests_ = features.mattes().manifests;
+  settings_ = image_settings(*prepared.scene, settings, layout);
+  layers_ = prepared.layers;
+  if (options_.file.empty()) return;
+  metadata_ = describe_image(prepared);
+  asked_samples_ = settings.crop.pixel_count() * (settings.sample_end - settings.sample_begin);
+  std::error_code ignored;
+  if (!std::filesystem::exists(options_.file, ignored)) return;
+  if (options_.implied)
+    read_if_it_fits(prepared);
+  else if (options_.resume)
+    read(prepared);
+  else
+    say_(fmt::format("the first checkpoint replaces what is in {}; --resume would go on from it", options_.file));
+}
+
+void CheckpointFile::read(const Prepared& prepared) {
+  const Settings& settings = prepared.settings;
+  const auto refuse = [&](const std::string& why) {
+    throw InputError(fmt::format("cannot resume from \"{}\": {}", options_.file, why));
+  };
+  SumsReader reader(options_.file);
+  FilmRecord record;
+  try {
+    record = parse_film_record(reader.record(), reader.layout());
+  } catch (const InputError& error) {
+    refuse(error.what());
+  }
+  if (const auto what = difference(settings_, record.settings)) refuse(*what);
+  const FilmLayout layout = film_layout(Features(*prepared.scene, settings), settings);
+  if (!encloses(layout.crop, reader.layout().crop))
+    refuse(fmt::format("it holds the window {}, which does not lie within this render's {}: see --crop",
+                       in_words(reader.layout().crop), in_words(layout.crop)));
+  if (reader.layout().channels != layout.channels || reader.layout().mattes != layout.mattes ||
+      reader.layout().replicates != layout.replicates)
+    refuse("its sums do not have the form that its settings say: the file is damaged");
+
+  begin_with_.emplace(FilmState{Film(layout), std::move(record.done), std::move(record.arithmetic)});
+  reader.add_to(begin_with_->film);
+  saved_samples_ = begin_with_->done.sample_count();
+  there_is_one_ = true;
+  std::uint64_t missing = 0;
+  for (const WorkUnit& part : begin_with_->done.missing(layout.crop, settings.sample_begin, settings.sample_end))
+    missing += part.path_count();
+  extra_samples_ = saved_samples_ - (asked_samples_ - missing);
+  if (extra_samples_ > 0 && !options_.implied)
+    say_(fmt::format("{} holds {} samples beyond what --spp or --samples ask for; they stay in the picture",
+                     options_.file, extra_samples_));
+}
+
+/// What lies there may be of an image that the same line rendered before it was edited.
+void CheckpointFile::read_if_it_fits(const Prepared& prepared) {
+  std::string why;
+  try {
+    read(prepared);
+    if (extra_samples_ > 0) why = fmt::format("{} holds more samples than are asked for", options_.file);
+  } catch (const InputError& error) {
+    why = error.what();
+  }
+  if (why.empty()) return;
+  begin_with_.reset();
+  saved_samples_ = extra_samples_ = 0;
+  there_is_one_ = false;
+  say_(fmt::format("{}; the first checkpoint replaces it", why));
+}
+
+void CheckpointFile::attach(RenderHooks& hooks) {
+  if (options_.file.empty()) return;
+  hooks.begin_with = std::exchange(begin_with_, std::nullopt);
+  hooks.checkpoint = [this](const FilmState& state) { write(state.film, state.done, state.arithmetic); };
+  hooks.checkpoint_every_s = options_.every_s;
+  hooks.checkpoint_now = asked_.get();
+  // Every render of the process looks for itself: a signal asks all of them.
+  hooks.progress = [this, usual = std::move(hooks.progress)](const Progress& progress, const Film& film) {
+    const std::uint64_t now = checkpoint_signals();
+    if (std::exchange(requests_, now) != now) *asked_ = true;
+    if (usual) usual(progress, film);
+  };
+}
+
+FilmRecord CheckpointFile::record(const SampleLedger& done, const std::set<std::string>& arithmetic) const {
+  return {settings_, arithmetic, {layers_.begin(), layers_.end()}, manifests_, done};
+}
+
+std::string CheckpointFile::saved() const {
+  return there_is_one_ ? fmt::format("{} holds {} samples", options_.file, saved_samples_) : "there is none yet";
+}
+
+void CheckpointFile::write(const Film& film, const SampleLedger& done, const std::set<std::string>& arithmetic) {
+  ExrOptions exr;
+  exr.exact_sums = true;
+  exr.quick = true;
+  exr.record = to_text(record(done, arithmetic));
+  Metadata metadata = metadata_;
+  add_sample_counts(metadata, film, done, arithmetic);
+  try {
+    write_exr(options_.file, film, metadata, exr);
+  } catch (const InputError& error) {
+    if (last_failure_.empty())
+      say_(fmt::format("{}; the render goes on and tries again (of the checkpoint, {})", error.what(), saved()));
+    last_failure_ = error.what();
+    return;
+  }
+  saved_samples_ = done.sample_count();
+  there_is_one_ = true;
+  if (!std::exchange(last_failure_, {}).empty()) say_(fmt::format("the checkpoint can be written again: {}", saved()));
+}
+
+void CheckpointFile::end(const RenderOutput& done) {
+  if (options_.file.empty() || last_failure_.empty()) return;
+  write(done.film, done.done, done.arithmetic);
+  if (!last_failure_.empty()) say_(fmt::format("{}; of the checkpoint, {}", last_failure_, saved()));
+}
+
+}  // namespace eikon

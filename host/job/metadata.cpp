@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "job/metadata.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "film/mattes.h"
+
+namespace eikon {
+namespace {
+
+std::vector<double> row_major(const glm::dmat4& m) {
+  std::vector<double> values;
+  for (int row = 0; row < 4; ++row)
+    for (int column = 0; column < 4; ++column) values.push_back(m[column][row]);
+  return values;
+}
+
+glm::dmat4 ndc_from_camera(const Settings& settings) {
+  const Camera& camera = settings.camera;
+  const double aspect = double(settings.width) / settings.height;
+  const bool orthographic = camera.projection == Projection::orthographic;
+  const double y = 1.0 / (orthographic ? camera.ymag_m : std::tan(0.5 * camera.yfov_rad));
+  glm::dmat4 matrix(0.0);
+  matrix[0][0] = y / aspect;
+  matrix[1][1] = y;
+  matrix[2][2] = -1;
+  if (orthographic) {
+    matrix[3][3] = 1;  // z is the depth in metres, as there is no far plane
+  } else {
+    matrix[2][3] = -1;
+    matrix[3][2] = -0.02;  // near plane at 0.01 m, no far plane
+  }
+  return matrix;
+}
+
+/// "r,g,b", or a map's file with what was done to it.
+std::string describe(const Environment& environment) {
+  if (environment.map)
+    return fmt::format("{}, scale {}, rotation {:.6g} degrees", environment.map->name, environment.scale,
+                       environment.rotation_rad * 180.0 / std::numbers::pi);
+  const glm::vec3& sky = environment.radiance;
+  return fmt::format("{},{},{}", sky.x, sky.y, sky.z);
+}
+
+}  // namespace
+
+Metadata describe_picture(const Prepared& prepared) {
+  const Settings& settings = prepared.settings;
+  Metadata metadata;
+  metadata.strings["scene"] = prepared.scene->path.filename().string();
+  metadata.strings["sceneHash"] = prepared.scene->hash;
+  metadata.strings["camera"] = prepared.camera_name;
+  metadata.strings["size"] = fmt::format("{}x{}", settings.width, settings.height);
+  metadata.strings["environment"] = describe(settings.environment);
+  metadata.strings["filter"] = settings.filter.name();
+  metadata.numbers["maxDepth"] = settings.max_depth;
+  // Columns of a GLM matrix are columns of the mathematical one; EXR's convention is row vectors, so transposed.
+  const glm::dmat4 camera_from_world = glm::inverse(settings.camera.world_from_camera);
+  metadata.matrices["worldToCamera"] = row_major(glm::transpose(camera_from_world));
+  if (settings.camera.projection != Projection::panorama)
+    metadata.matrices["worldToNDC"] = row_major(glm::transpose(ndc_from_camera(settings) * camera_from_world));
+  return metadata;
+}
+
+Metadata describe_image(const Prepared& prepared) {
+  const Settings& settings = prepared.settings;
+  Metadata metadata = describe_picture(prepared);
+  metadata.strings["version"] = "eikon " EIKON_VERSION;
+  metadata.strings["sampleRange"] = fmt::format("{}:{}", settings.sample_begin, settings.sample_end);
+  static const char* const sampling[] = {"mis", "light", "cosine", "hemisphere"};
+  metadata.strings["lightSampling"] = sampling[int(settings.light_sampling)];
+  metadata.numbers["replicates"] = double(1U << settings.replicate_bits);
+  metadata.numbers["seed"] = settings.seed;
+  metadata.numbers["rouletteDepth"] = settings.roulette_depth;
+  if (settings.roulette > 0) metadata.numbers["roulette"] = double(settings.roulette);
+  if (settings.energy_compensation) metadata.strings["energyCompensation"] = "on";
+  metadata.strings["integrator"] = settings.raycast ? "raycast" : settings.whitted ? "whitted" : "path";
+  if (settings.light_samples > 1) metadata.numbers["lightSamples"] = settings.light_samples;
+  const auto has = [&](const char* layer) {
+    return std::ranges::find(prepared.layers, layer) != prepared.layers.end();
+  };
+  if (has("id") || has("object_id")) metadata.strings["objectNames"] = to_json(object_names(*prepared.scene));
+  if (has("material_id")) metadata.strings["materialNames"] = to_json(material_names(*prepared.scene));
+  return metadata;
+}
+
+std::uint64_t rejected_in(const Film& film, const SampleLedger& done) {
+  std::uint64_t in_sums = 0;
+  const Crop& crop = film.layout().crop;
+  for (std::uint32_t y = crop.y0; y < crop.y1; ++y)
+    for (const std::uint64_t count : film.row_counts(y)) in_sums += count;
+  return done.sample_count() - in_sums;
+}
+
+void add_sample_counts(Metadata& metadata, const Film& film, const SampleLedger& done,
+                       const std::set<std::string>& arithmetic) {
+  metadata.strings["arithmetic"] = fmt::format("{}", fmt::join(arithmetic, ", "));
+  metadata.numbers["samples"] = double(done.sample_count());  // in all; fewer than the range says when interrupted
+  metadata.numbers["rejectedSamples"] = double(rejected_in(film, done));
+}
+
+void add_error(Metadata& metadata, const PredictedError& error) {
+  for (const char* key : {"relmsePredicted", "relmsePredictedLow", "relmsePredictedHigh"}) metadata.numbers.erase(key);
+  if (!error.known) return;
+  metadata.numbers["relmsePredicted"] = error.relmse;
+  metadata.numbers["relmsePredictedLow"] = error.lo;
+  metadata.numbers["relmsePredictedHigh"] = error.hi;
+}
+
+Metadata describe_render(const Prepared& prepared, const RenderOutput& done, const PredictedError& error) {
+  const RenderReport& report = done.report;
+  Metadata metadata = describe_image(prepared);
+  add_sample_counts(metadata, done.film, done.done, done.arithmetic);
+  add_error(metadata, error);
+  metadata.strings["features"] = report.features;
+  std::string devices;
+  for (const DeviceReport& device : report.devices)
+    devices += fmt::format("{}{} ({})", devices.empty() ? "" : "; ", device.info.name, device.info.driver);
+  metadata.strings["devices"] = devices;
+  metadata.numbers["interrupted"] = report.interrupted ? 1 : 0;
+  metadata.numbers["renderSeconds"] = report.render_s;
+  return metadata;
+}
+
+}  // namespace eikon

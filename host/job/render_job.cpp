@@ -1,0 +1,277 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "job/render_job.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <unistd.h>
+
+#include "cli/execution_options.h"
+#include "job/file_identity.h"
+#include "job/metadata.h"
+#include "job/trace_file.h"
+#include "core/process_time.h"
+#include "image/image.h"
+#include "render/error_counter.h"
+#include "film/layers.h"
+#include "render/no_device_left.h"
+#include "pack/geometry/placed_meshes.h"
+#include "io/text.h"
+#include "shared/records.h"
+
+namespace eikon {
+namespace {
+
+/// all: also those of the runs before this one, which are in the film's counts alone
+/// "12 rays gave up the search for surface 'gyroid' after 4096 steps, ..."
+std::string given_up_line(const Scene& scene, const RenderReport& report) {
+  std::string names;
+  for (std::size_t i = 0; i < std::min<std::size_t>(scene.shapes.size(), 31); ++i)
+    if ((report.given_up_surfaces >> i & 1U) != 0)
+      names += (names.empty() ? "" : ", ") + in_quotes(scene.shapes[i].name);
+  if ((report.given_up_surfaces >> 31U) != 0) names += names.empty() ? "by formula" : " and others";
+  return fmt::format(
+      "{} rays gave up the search for surface {} after {} steps, and went on as if it were not there; tighten its "
+      "bounds, or "
+      "write its formula with fewer occurrences of x, y and z",
+      report.given_up, names, EK_IMPLICIT_STEPS);
+}
+
+std::string rejected_line(const RenderReport& report, std::uint64_t all) {
+  const std::uint64_t now = report.nonfinite + report.saturated;
+  std::string line = fmt::format("{} samples were rejected ({} not finite, {} beyond the film's range", all,
+                                 report.nonfinite, report.saturated);
+  line += all > now ? fmt::format(", {} before this run)", all - now) : ")";
+  if (!report.rejected.empty()) {
+    const RejectedSample& first = report.rejected.front();
+    line += fmt::format("; replay the first with --pixel {},{} --sample {}", first.x, first.y, first.sample);
+  }
+  return line;
+}
+
+}  // namespace
+
+RenderJob::RenderJob(RenderOptions options, Say say, double begin_s)
+    : options_(std::move(options)),
+      say_(std::move(say)),
+      output_(options_.exr()),
+      begin_s_(begin_s),
+      checkpoint_(options_.checkpoint, say_) {
+  read_execution_environment(options_.execution);
+  require_writable(options_.outputs(), options_.scene.scene);
+  refuse_to_replace_inputs(options_.outputs(), options_.scene.scene, options_.scene.env);
+  if (options_.scene.denoise) denoiser_ = std::make_unique<Denoiser>(options_.execution.threads);
+  if (!options_.profile.empty()) trace_ = std::make_shared<Trace>();
+  options_.execution.trace = trace_;
+}
+
+void RenderJob::load() {
+  const TraceScope loading(trace_.get(), Trace::kMain, "load");
+  prepared_ = prepare(options_.scene, options_.quiet ? say_on_stderr(true) : say_);
+  checkpoint_.begin(prepared_);
+}
+
+void RenderJob::load(std::shared_ptr<Scene> scene, double load_s) {
+  prepared_ = settle(options_.scene, std::move(scene), options_.quiet ? say_on_stderr(true) : say_);
+  prepared_.load_s = load_s;
+  if (options_.execution.instances == InstanceMode::two_level) {
+    InstanceChoice choice;
+    (void)features_of(*prepared_.scene, prepared_.settings, options_.execution, &choice);
+    if (choice.refused) say_(fmt::format("--instances two-level: meshes are stored for each place: {}", choice.why));
+  }
+  checkpoint_.begin(prepared_);
+}
+
+void RenderJob::take_turn(ReadyAhead& devices, const std::atomic<bool>& stop) {
+  const std::shared_ptr<const Scene> scene = prepared_.scene;
+  if (packed_ == nullptr)
+    turn_ = devices.turn();
+  else
+    turn_ = devices.turn(
+        {packed_, scene, features_of(*scene, settings(), options_.execution), settings(), options_.execution}, stop);
+}
+
+void RenderJob::render(const std::atomic<bool>& stop, RenderHooks hooks) {
+  if (turn_ != nullptr) {
+    hooks.devices = &turn_->pool();
+    hooks.under_way = [this] { turn_->under_way(); };
+  }
+  checkpoint_.attach(hooks);
+  hooks.keep = prepared_.scene;
+  const Settings& settings = prepared_.settings;
+  try {
+    if (packed_ == nullptr) {
+      done_ = render_and_release(*prepared_.scene, settings, options_.execution, stop, std::move(hooks));
+    } else {
+      const Features features = features_of(*prepared_.scene, settings, options_.execution);
+      done_ = render_packed(packed_, features, settings, options_.execution, stop, std::move(hooks));
+    }
+  } catch (const NoDeviceLeft& error) {
+    done_ = std::move(*error.done);
+    failure_ = error.what();
+  }
+  if (turn_ != nullptr) turn_->under_way();
+  for (const std::string& note : report().notes) say_(note);
+  const bool failed = !failure_.empty();  // which tells why each of them was dropped
+  for (const DeviceEvent& event : report().events)
+    if (!failed) say_(fmt::format("device {}: {}", report().devices[event.device].info.selector, event.text));
+  checkpoint_.end(*done_);
+  if (failed && checkpoint_.is_whole())
+    throw DeviceError(fmt::format("{}; {} holds what is done: --resume goes on from it", failure_, checkpoint_.file()));
+}
+
+void RenderJob::write_image(bool elsewhere) {
+  ExrOptions exr;
+  exr.half = options_.half;
+  exr.layers = prepared_.layers;
+  exr.manifests = checkpoint_.manifests();
+  exr.record = to_text(checkpoint_.record(done_->done, done_->arithmetic));
+  // What a failure left is to be gone on from.
+  exr.exact_sums = !options_.scene.samples.empty() || !options_.scene.crop.empty() || !failure_.empty();
+  std::optional<Image> denoised;
+  if (denoiser_) denoised = denoise();
+  exr.denoised = denoised ? &*denoised : nullptr;
+  write_picture(exr, elsewhere);
+  if (!options_.png.file.empty()) options_.png.write(denoised ? *denoised : to_image(done_->film));
+  write_depth_series(exr);
+}
+
+void RenderJob::write_picture(const ExrOptions& exr, bool elsewhere) {
+  try {
+    write_film(output_, done_->film, describe_render(prepared_, *done_, error_), exr);
+  } catch (const InputError& error) {
+    throw InputError(error.what() + (elsewhere ? keep_elsewhere(exr) : ""));
+  }
+}
+
+std::string RenderJob::keep_elsewhere(ExrOptions exr) {
+  if (checkpoint_.is_whole())
+    return fmt::format("; {} holds what is done: --resume goes on from it", checkpoint_.file());
+  exr.half = false;
+  exr.denoised = nullptr;
+  exr.exact_sums = true;
+  std::error_code none;
+  const std::filesystem::path folder = std::filesystem::temp_directory_path(none);
+  if (folder.empty()) return "";
+  const std::filesystem::path file = folder / fmt::format("{}.{}.exr", output_.stem().string(), getpid());
+  try {
+    write_exr(file, done_->film, describe_render(prepared_, *done_, error_), exr);
+  } catch (const InputError&) {
+    return "";
+  }
+  return fmt::format("; what is done was kept in \"{}\": --checkpoint {} --resume goes on from it", file.string(),
+                     file.string());
+}
+
+std::optional<Image> RenderJob::denoise() {
+  const TraceScope denoising(trace_.get(), Trace::kMain, "denoise");
+  try {
+    return denoiser_->denoise(done_->film);
+  } catch (const InputError& failure) {
+    say_(fmt::format("{}; the picture is written as it is", failure.what()));
+    as_asked_ = false;
+    return std::nullopt;
+  }
+}
+
+void RenderJob::write_depth_series(ExrOptions exr) {
+  exr.exact_sums = false;
+  exr.layers = {};
+  exr.denoised = nullptr;
+  PngOptions png = options_.png;
+  for (const std::uint32_t most : settings().depth_series) {
+    const Film film = scattered_at_most(done_->film, most);
+    Metadata metadata = describe_render(prepared_, *done_, film.predicted_error());
+    metadata.numbers["scatteredAtMost"] = most;
+    write_film(RenderOptions::partial(output_, most), film, metadata, exr);
+    if (png.file.empty()) continue;
+    png.file = RenderOptions::partial(options_.png.file, most).string();
+    png.write(to_image(film));
+  }
+}
+
+void RenderJob::write_film(const std::filesystem::path& file, const Film& film, const Metadata& metadata,
+                           ExrOptions exr) {
+  try {
+    write_exr(file, film, metadata, exr);
+  } catch (const HalfOverflow& overflow) {
+    // The work is done; a file in full precision is better than none.
+    say_(fmt::format("{}; written with 32-bit channels", overflow.what()));
+    exr.half = false;
+    write_exr(file, film, metadata, exr);
+    as_asked_ = false;
+  }
+}
+
+std::uint64_t RenderJob::rejected_samples() const { return rejected_in(done_->film, done_->done); }
+
+void RenderJob::write(bool elsewhere) {
+  if (failure_.empty()) return write_files(elsewhere);
+  try {
+    write_files(elsewhere);
+  } catch (const InputError& error) {
+    throw DeviceError(fmt::format("{}; and {}", failure_, error.what()));
+  }
+  throw DeviceError(fmt::format("{}; what is done is in {}: --checkpoint {} --resume, and another -o, go on from it",
+                                failure_, output_.string(), output_.string()));
+}
+
+void RenderJob::write_files(bool elsewhere) {
+  if (!has_samples()) {
+    say_("interrupted before the first sample: nothing was written");
+    return;
+  }
+  TraceScope predicting(trace_.get(), Trace::kMain, "predict error");
+  error_ = done_->film.predicted_error();
+  predicting.end();
+  ErrorCounter::count(trace_.get(), error_);
+  const double write_begin = host_seconds();
+  TraceScope writing(trace_.get(), Trace::kMain, "write");
+  write_image(elsewhere);
+  writing.end();
+  times_.load_s = prepared_.load_s;
+  times_.write_s = host_seconds() - write_begin;
+  times_.total_s = process_seconds() - begin_s_;
+  if (!options_.stats.empty()) write_stats(options_.stats, report(), error_, prepared_, times_);
+  if (trace_) {
+    trace_->end();
+    write_trace(options_.profile, *trace_);
+  }
+
+  if (done_->arithmetic != std::set<std::string>{"exact"})
+    say_(fmt::format("arithmetic {}: other devices may give other bits; see `eikon selftest`",
+                     fmt::join(done_->arithmetic, ", ")));
+  if (const std::uint64_t all = rejected_samples(); all > 0) say_(rejected_line(report(), all));
+  if (report().given_up > 0) say_(given_up_line(*prepared_.scene, report()));
+  if (report().interrupted && failure_.empty()) {
+    const Settings& settings = prepared_.settings;
+    say_(fmt::format("interrupted: {} of {} samples are in {}", done_->done.sample_count(),
+                     settings.crop.pixel_count() * (settings.sample_end - settings.sample_begin), output_.string()));
+  }
+}
+
+void RenderJob::print() const {
+  if (!has_samples()) return;
+  if (!options_.quiet) {
+    print_stage_table(report());
+    print_times(report(), times_);
+  }
+  const double rate = report().render_s > 0 ? double(report().samples) / report().render_s : 0;
+  const std::uint64_t before = report().samples_before;
+  fmt::print("{}: {} x {}, {}{} samples in {:.2f} s ({:.2f} Msamples/s)\n", output_.string(),
+             prepared_.settings.crop.width(), prepared_.settings.crop.height(),
+             before > 0 ? fmt::format("{} samples before and ", before) : "", report().samples, report().render_s,
+             1e-6 * rate);
+  if (error_.known)
+    fmt::print("predicted relMSE {:.3e} (95 %: {:.3e} to {:.3e})\n", error_.relmse, error_.lo, error_.hi);
+  else
+    fmt::print("predicted relMSE unknown: it takes two samples per pixel\n");
+}
+
+ExitCode RenderJob::code() const {
+  if (report().interrupted) return ExitCode::interrupted;
+  return (rejected_samples() > 0 && options_.scene.strict) || !as_asked_ || !checkpoint_.as_asked()
+             ? ExitCode::not_as_asked
+             : ExitCode::done;
+}
+
+}  // namespace eikon

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "job/scene_cache.h"
+
+#include <algorithm>
+#include <set>
+
+#include "accel/reinsertion.h"
+#include "device/profiler.h"
+#include "pack/geometry/placed_meshes.h"
+#include "scene/measured_table.h"
+
+namespace eikon {
+namespace {
+
+template <class T>
+std::uint64_t bytes_of(const T& values) {
+  return values.size() * sizeof(values[0]);
+}
+
+std::uint64_t bytes_of(const Scene& scene) {
+  std::uint64_t bytes = 0;
+  for (const Mesh& mesh : scene.meshes)
+    for (const Primitive& p : mesh.primitives)
+      bytes += bytes_of(p.positions_object) + bytes_of(p.normals_object) + bytes_of(p.uv[0]) + bytes_of(p.uv[1]) +
+               bytes_of(p.colors) + bytes_of(p.tangents_object) + bytes_of(p.indices);
+  for (const TextureImage& image : scene.images) bytes += bytes_of(image.rgba8);
+  std::set<const MeasuredTable*> tables;
+  for (const Material& material : scene.materials)
+    if (material.measured && tables.insert(material.measured.get()).second) bytes += bytes_of(material.measured->words);
+  if (scene.environment && scene.environment->map) bytes += bytes_of(scene.environment->map->radiance);
+  return bytes;
+}
+
+// Not PackedScene::bytes(): a render may be adding trees to it. They take about as much as the triangles.
+std::uint64_t bytes_of(const PackedScene& packed) {
+  return 3 * bytes_of(packed.triangles) + bytes_of(packed.shapes) + bytes_of(packed.normals) + bytes_of(packed.tangents) +
+         bytes_of(packed.colors) + bytes_of(packed.lights) + bytes_of(packed.environment_texels);
+}
+
+std::uint64_t bytes_of(const SceneCache::Kept& kept) {
+  std::uint64_t bytes = bytes_of(*kept.scene);
+  for (const SceneCache::Kept::Packed& packed : kept.packed) bytes += bytes_of(*packed.scene);
+  return bytes;
+}
+
+constexpr std::size_t kScenes = 8, kLayouts = 4;  // at most, whatever their size
+
+}  // namespace
+
+std::shared_ptr<SceneCache::Kept> SceneCache::load(const std::filesystem::path& path, const std::string& variant,
+                                                    const InputsDigest& digest) {
+  const std::lock_guard lock(mutex_);
+  const auto found = std::find_if(kept_.begin(), kept_.end(), [&](const auto& kept) {
+    return kept->digest.hash == digest.hash && kept->scene->path == path && kept->variant == variant;
+  });
+  if (found != kept_.end()) {
+    kept_.splice(kept_.end(), kept_, found);
+    (*found)->load_s = 0;
+    return *found;
+  }
+  const auto total = [&] {
+    std::uint64_t bytes = 0;
+    for (const auto& kept : kept_) bytes += bytes_of(*kept);
+    return bytes;
+  };
+  // What comes may be several times its files.
+  while (!kept_.empty() && (kept_.size() >= kScenes || total() + 4 * digest.bytes > budget_bytes_)) kept_.pop_front();
+  auto kept = std::make_shared<Kept>();
+  const double begin = host_seconds();
+  kept->scene = std::make_shared<Scene>(load_scene(path, variant));
+  kept->variant = variant;
+  kept->load_s = host_seconds() - begin;
+  kept->digest = digest;
+  if (bytes_of(*kept) <= budget_bytes_) kept_.push_back(kept);
+  return kept;
+}
+
+void SceneCache::clear() {
+  const std::lock_guard lock(mutex_);
+  kept_.clear();
+}
+
+std::shared_ptr<PackedScene> SceneCache::pack(Kept& kept, const Settings& settings, const Execution& execution,
+                                              const std::string& environment) {
+  const std::lock_guard lock(mutex_);
+  const Features features = features_of(*kept.scene, settings, execution);
+  const std::string key = features.summary() + "\n" + environment;
+  const double rays = expected_rays(settings);
+  for (const Kept::Packed& packed : kept.packed)
+    if (packed.key == key && (packed.improved || !reinsertion_pays(packed.scene->triangles.size(), rays)))
+      return packed.scene;
+  auto packed = std::make_shared<PackedScene>(pack_scene(*kept.scene, features, settings));
+  if (kept.packed.size() >= kLayouts) kept.packed.pop_front();
+  kept.packed.push_back({key, reinsertion_pays(packed->triangles.size(), rays), packed});
+  return packed;
+}
+
+}  // namespace eikon

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+// Scenes that stay in memory from one job to the next.
+#pragma once
+#include <cstdint>
+#include <list>
+#include <memory>
+#include <mutex>
+#include <string>
+
+#include "job/batch/job_key.h"
+#include "cli/scene_options.h"
+#include "pack/pack.h"
+
+namespace eikon {
+
+/// Any thread may call it.
+class SceneCache {
+ public:
+  /// A scene as loaded, and as laid out for different settings.
+  struct Kept {
+    InputsDigest digest{};
+    std::shared_ptr<Scene> scene{};  // its meshes are there
+    std::string variant{};
+    double load_s = 0;
+    struct Packed {
+      std::string key{};
+      bool improved = false;  // rays enough to improve its trees are expected
+      std::shared_ptr<PackedScene> scene{};
+    };
+    std::list<Packed> packed{};
+  };
+
+  /// budget_bytes: of all that is kept, roughly
+  explicit SceneCache(std::uint64_t budget_bytes) : budget_bytes_(budget_bytes) {}
+
+  /// Whether a scene of such files may stay; what is larger is loaded for one job, and freed as it is packed.
+  [[nodiscard]] bool takes(const InputsDigest& digest) const { return digest.bytes < budget_bytes_ / 8; }
+  /// The scene that `digest` is of, in this variant (see load_scene), from memory or read. throws InputError
+  std::shared_ptr<Kept> load(const std::filesystem::path& path, const std::string& variant, const InputsDigest& digest);
+  /// Its layout for these settings. environment: one text, the same whenever the environment is
+  std::shared_ptr<PackedScene> pack(Kept& kept, const Settings& settings, const Execution& execution,
+                                    const std::string& environment);
+  void clear();
+
+ private:
+  std::mutex mutex_;
+  std::uint64_t budget_bytes_;
+  std::list<std::shared_ptr<Kept>> kept_;  // the one used last at the end
+};
+
+}  // namespace eikon

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pack/frame.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "pack/materials/camera_medium.h"
+#include "scene/endless.h"
+
+namespace eikon {
+namespace {
+
+// How far the plane at `eye` may move along `dir`, unit, and stay before all of the scene. Rays that begin near the scene have
+// origins as fine as its own coordinates, however far away the camera stands.
+double clear_way(const PackedScene& packed, const glm::dvec3& eye, const glm::dvec3& dir) {
+  const Bounds& bounds = packed.bounds;
+  if (bounds.empty()) return 0;
+  for (std::size_t i = packed.triangle_count(); i < packed.triangles.size(); ++i)
+    if (is_endless_box(&packed.triangles[i].p0_x)) return 0;  // there may be something anywhere
+  const glm::dvec3 half = 0.5 * (bounds.hi - bounds.lo), center = 0.5 * (bounds.hi + bounds.lo);
+  const double size = glm::length(half);
+  // A sixteenth of the scene's size is left, so that roundings do not matter; float, as the kernels add it.
+  return double(float(std::max(0.0, glm::dot(center - eye, dir) - glm::dot(half, glm::abs(dir)) - 0x1p-4 * size)));
+}
+
+}  // namespace
+
+Frame pack_frame(const PackedScene& packed, const Settings& settings) {
+  Frame frame{};
+  const glm::dmat4& m = settings.camera.world_from_camera;
+  const glm::dvec3 right = glm::normalize(glm::dvec3(m[0])), up = glm::normalize(glm::dvec3(m[1])),
+                   back = glm::normalize(glm::dvec3(m[2]));
+  const bool parallel = settings.camera.projection == Projection::orthographic;
+  const double half_height = parallel ? settings.camera.ymag_m : std::tan(0.5 * settings.camera.yfov_rad);
+  const double pixel =
+      2 * half_height / settings.height;  // side of a pixel; of a perspective on the plane at distance 1
+  const glm::dvec3 corner = up * half_height - right * (0.5 * pixel * settings.width);
+  const auto pack = [](const glm::dvec3& v, double w = 0) {
+    return float4{float(v.x), float(v.y), float(v.z), float(w)};
+  };
+  frame.camera_x = pack(right * pixel);
+  frame.camera_y = pack(up * -pixel);
+  const glm::dvec3 eye(m[3]);
+  if (settings.camera.projection == Projection::panorama) {
+    frame.camera_origin = pack(eye);
+    frame.camera_x = pack(right, 1.0 / settings.width);
+    frame.camera_y = pack(up, 1.0 / settings.height);
+    frame.camera_corner = pack(back);
+  } else if (parallel) {
+    const double ahead = clear_way(packed, eye, -back);
+    frame.camera_origin = pack(eye + corner - back * ahead, ahead);
+    frame.camera_corner = pack(-back);
+  } else {
+    frame.camera_origin = pack(eye);
+    frame.camera_corner = pack(corner - back);
+  }
+  if (const double radius = lens_radius_m(settings.camera); radius > 0) {
+    frame.lens_x = pack(right * radius, 1.0 / settings.camera.lens->focus_distance_m);
+    frame.lens_y = pack(up * radius);
+  }
+  frame.camera_medium = camera_medium(packed, eye, -back);  // of parallel rays: where their middle begins
+  frame.environment = pack(glm::dvec3(settings.environment.radiance), packed.environment_probability);
+  if (const EnvironmentMap* const map = settings.environment.map.get()) {
+    frame.environment = {};
+    frame.environment_width = map->width;
+    frame.environment_height = map->height;
+  }
+  frame.environment_sin = float(std::sin(settings.environment.rotation_rad));
+  frame.environment_cos = float(std::cos(settings.environment.rotation_rad));
+  if (!packed.bounds.empty()) {
+    // Half the extent, seen from the rounded centre, rounded up: the box that they span encloses the scene.
+    const glm::vec3 center = glm::vec3(0.5 * (packed.bounds.lo + packed.bounds.hi));
+    const glm::dvec3 half = glm::max(packed.bounds.hi - glm::dvec3(center), glm::dvec3(center) - packed.bounds.lo);
+    frame.scene_center = pack(center);
+    frame.scene_half = pack(half * (1.0 + 0x1p-20));
+  }
+  frame.seed = settings.seed;
+  frame.replicate_bits = settings.replicate_bits;
+  frame.max_depth = settings.max_depth;
+  frame.roulette_depth = settings.roulette_depth;
+  frame.roulette = settings.roulette;
+  frame.light_count = std::uint32_t(packed.light_buckets.size());
+  frame.tree_light_count = packed.tree_light_count;
+  frame.light_scale = packed.light_scale;
+  return frame;
+}
+
+}  // namespace eikon

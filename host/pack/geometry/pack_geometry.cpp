@@ -1,0 +1,315 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+
+#include "core/error.h"
+#include "pack/materials/hit_class.h"
+#include "pack/pack_parts.h"
+#include "pack/geometry/pack_places.h"
+
+namespace eikon {
+namespace {
+
+constexpr std::uint64_t kMaxTriangles = std::uint64_t{1} << 28;  // what the layouts of the trees can name
+
+/// A primitive's vertices in world space; what nothing needs is empty.
+struct WorldVertices {
+  std::vector<glm::vec3> positions, normals;
+  std::vector<glm::vec4> tangents;  // w: as in the file
+};
+
+glm::vec3 world_direction(const glm::dmat3& linear, const glm::vec3& direction) {
+  const glm::dvec3 turned = linear * glm::dvec3(direction);
+  const double length = glm::length(turned);
+  return length > 0 ? glm::vec3(turned / length) : glm::vec3(0);
+}
+
+class GeometryPacker {
+ public:
+  GeometryPacker(const Scene& scene, std::vector<Mesh>* release, const Features& features, PackedScene& packed)
+      : scene_(scene),
+        release_(release),
+        packed_(packed),
+        passable_(scene),
+        features_(features),
+        two_level_(features.has("instance")),
+        has_vertex_normal_(features.has("vertex_normal")),
+        has_uv_(features.has("uv")),
+        has_normals_(has_vertex_normal_ || has_uv_),
+        has_tangent_(features.has("tangent")),
+        has_uv1_(features.has("uv1")),
+        has_tangents_(has_tangent_ || has_uv1_),
+        has_colors_(features.has("vertex_color")) {}
+
+  void pack() {
+    placed_ = find_placed_meshes(scene_);
+    const bool two_level = two_level_ && !placed_.places.empty();
+    if (!two_level) packed_.saved_once = bytes_saved_once(placed_, features_);
+    std::uint64_t count = two_level ? placed_.stored_triangles : placed_.placed_triangles;
+    std::vector<std::size_t> last_node(scene_.meshes.size());
+    for (std::size_t n = 0; n < scene_.nodes.size(); ++n) {
+      // Places come behind all others.
+      last_node[scene_.nodes[n].mesh] = n + (placed_.is_place[n] ? scene_.nodes.size() : 0);
+    }
+    for (std::size_t n = 0; n < scene_.nodes.size(); ++n) {
+      const std::uint32_t mesh = scene_.nodes[n].mesh;
+      if (placed_.is_place[n]) {
+        last_node[mesh] = std::max(last_node[mesh], n + scene_.nodes.size());
+        continue;
+      }
+      for (const Primitive& primitive : scene_.meshes[mesh].primitives) count += primitive.indices.size() / 3;
+    }
+    require_room(count);
+    packed_.triangles.reserve(count + scene_.shapes.size());
+    if (has_normals_) packed_.normals.reserve(count);
+    if (has_tangents_) packed_.tangents.reserve(count);
+    if (has_colors_) packed_.colors.reserve(count);
+    for (std::size_t n = 0; n < scene_.nodes.size(); ++n) {
+      if (placed_.is_place[n]) continue;
+      const std::uint32_t mesh = scene_.nodes[n].mesh;
+      for_primitives(mesh, last_node[mesh] == n,
+                     [&](const Primitive& primitive, Primitive* taken) { add(std::uint32_t(n), primitive, taken); });
+    }
+    if (two_level) {
+      store_meshes();
+      store_places();
+    } else {
+      for (const MeshPlace& place : placed_.places) {
+        const std::uint32_t mesh = scene_.nodes[place.node].mesh;
+        std::size_t number = 0;
+        for_primitives(
+            mesh, last_node[mesh] == place.node + scene_.nodes.size(),
+            [&](const Primitive& primitive, Primitive* taken) { add_placed(place, primitive, taken, number); });
+      }
+    }
+    if (two_level && release_ != nullptr)
+      for (const MeshPlace& place : placed_.places)
+        for (Primitive& primitive : (*release_)[scene_.nodes[place.node].mesh].primitives) let_go(primitive);
+  }
+
+ private:
+  /// `taken`: null, or the same primitive, whose vertices may be moved.
+  WorldVertices to_world(const Node& node, const Primitive& primitive, Primitive* taken) {
+    const glm::dmat4& m = node.world_from_object;
+    const glm::dmat3 linear(m);
+    WorldVertices world;
+    world.positions = taken != nullptr ? std::move(taken->positions_object) : primitive.positions_object;
+    for (glm::vec3& p : world.positions) {
+      p = glm::vec3(glm::dvec3(m * glm::dvec4(glm::dvec3(p), 1.0)));
+      for (int axis = 0; axis < 3; ++axis) {
+        packed_.bounds.lo[axis] = std::min(packed_.bounds.lo[axis], double(p[axis]));
+        packed_.bounds.hi[axis] = std::max(packed_.bounds.hi[axis], double(p[axis]));
+      }
+    }
+    if (has_vertex_normal_) {
+      // The cofactor matrix is the inverse transpose times the determinant: defined for flat scales too.
+      const glm::dmat3 cofactor(glm::cross(linear[1], linear[2]), glm::cross(linear[2], linear[0]),
+                                glm::cross(linear[0], linear[1]));
+      const glm::dmat3 facing = cofactor * (node.mirrored ? -1.0 : 1.0);
+      world.normals = taken != nullptr ? std::move(taken->normals_object) : primitive.normals_object;
+      for (glm::vec3& n : world.normals) n = world_direction(facing, n);
+    }
+    if (has_tangent_) {
+      world.tangents = taken != nullptr ? std::move(taken->tangents_object) : primitive.tangents_object;
+      for (glm::vec4& t : world.tangents) t = glm::vec4(world_direction(linear, glm::vec3(t)), t.w);
+    }
+    return world;
+  }
+
+  void add(std::uint32_t node_index, const Primitive& primitive, Primitive* released) {
+    const Node& node = scene_.nodes[node_index];
+    const std::uint32_t flags = (passable_.has(primitive) ? EK_TRIANGLE_PASSABLE : 0) |
+                                hit_class_flags(scene_.materials[primitive.material], &primitive) |
+                                light_group(node.light_group, scene_.materials[primitive.material])
+                                    << EK_TRIANGLE_GROUP_SHIFT;
+    const WorldVertices world = to_world(node, primitive, released);
+    for (std::size_t i = 0; i + 2 < primitive.indices.size(); i += 3) {
+      const std::uint32_t a = primitive.indices[i];
+      const std::uint32_t b = primitive.indices[i + (node.mirrored ? 2 : 1)];
+      const std::uint32_t c = primitive.indices[i + (node.mirrored ? 1 : 2)];
+      Triangle t = triangle_of(world, primitive.material, a, b, c);
+      t.flags = flags;
+      t.node = node_index;
+      const glm::dvec3 cross = triangle_normal(t);
+      const double length = glm::length(cross);
+      if (length > 0) t.n_x = float(cross.x / length), t.n_y = float(cross.y / length), t.n_z = float(cross.z / length);
+      packed_.triangles.push_back(t);
+      if (has_normals_) packed_.normals.push_back(normals_of(world, primitive, a, b, c));
+      if (has_tangents_) packed_.tangents.push_back(tangents_of(world, primitive, node.mirrored, a, b, c));
+      if (has_colors_) packed_.colors.push_back(colors_of(primitive, a, b, c));
+    }
+    if (released != nullptr) let_go(*released);
+  }
+
+  static void let_go(Primitive& primitive) {
+    Primitive rest;
+    rest.material = primitive.material;
+    primitive = std::move(rest);
+  }
+
+  /// fn(primitive, the same to take from or null); last: nothing needs the mesh any more
+  template <class Fn>
+  void for_primitives(std::uint32_t mesh, bool last, const Fn& fn) {
+    for (std::size_t p = 0; p < scene_.meshes[mesh].primitives.size(); ++p)
+      fn(scene_.meshes[mesh].primitives[p], release_ != nullptr && last ? &(*release_)[mesh].primitives[p] : nullptr);
+  }
+
+  void require_room(std::uint64_t count) const {
+    const std::uint64_t bytes =
+        count * (sizeof(Triangle) + (has_normals_ ? sizeof(TriangleNormals) : 0) +
+                 (has_tangents_ ? sizeof(TriangleTangents) : 0) + (has_colors_ ? sizeof(TriangleColors) : 0));
+    const std::uint64_t memory = std::uint64_t(sysconf(_SC_PHYS_PAGES)) * std::uint64_t(sysconf(_SC_PAGESIZE));
+    if (count <= kMaxTriangles && bytes <= memory) return;
+    const bool repeats = !two_level_ && placed_.placed_triangles > 2 * placed_.stored_triangles;
+    throw InputError(
+        fmt::format("{}: {} triangles in all nodes need {} MB of {} MB and are {} at most; {}", scene_.path.string(),
+                    count, bytes >> 20, memory >> 20, kMaxTriangles,
+                    repeats ? "store meshes once (--instances two-level)" : "use fewer instances or simpler meshes"));
+  }
+
+  void grow_bounds(const glm::vec3& p) {
+    packed_.bounds.lo = glm::min(packed_.bounds.lo, glm::dvec3(p));
+    packed_.bounds.hi = glm::max(packed_.bounds.hi, glm::dvec3(p));
+  }
+
+  /// Behind vertices that stand where the triangles are: for each place, or once in the mesh's own space.
+  void add_triangles(const WorldVertices& at, const Primitive& primitive, bool mirrored, std::uint32_t node,
+                     const std::vector<bool>& dropped, std::size_t& number, bool in_world) {
+    const std::uint32_t flags = hit_class_flags(scene_.materials[primitive.material], &primitive);
+    for (std::size_t i = 0; i + 2 < primitive.indices.size(); i += 3) {
+      if (dropped[number++]) continue;
+      const std::uint32_t a = primitive.indices[i];
+      const std::uint32_t b = primitive.indices[i + (mirrored ? 2 : 1)];
+      const std::uint32_t c = primitive.indices[i + (mirrored ? 1 : 2)];
+      Triangle t = triangle_of(at, primitive.material, a, b, c);
+      t.node = node;
+      t.flags = flags;
+      if (in_world) {
+        const glm::vec3 n = placed_triangle_normal(at.positions[a], at.positions[b], at.positions[c]);
+        t.n_x = n.x, t.n_y = n.y, t.n_z = n.z;
+      }
+      packed_.triangles.push_back(t);
+      if (has_normals_) packed_.normals.push_back(normals_of(at, primitive, a, b, c));
+      if (has_tangents_) packed_.tangents.push_back(tangents_of(at, primitive, mirrored, a, b, c));
+      if (has_colors_) packed_.colors.push_back(colors_of(primitive, a, b, c));
+    }
+  }
+
+  /// A mesh for one of its places, with the bits that it would have if it were stored once.
+  void add_placed(const MeshPlace& place, const Primitive& primitive, Primitive* released, std::size_t& number) {
+    const bool mirrored = placed_.meshes[place.mesh].mirrored;
+    WorldVertices world;
+    world.positions.reserve(primitive.positions_object.size());
+    for (const glm::vec3& p : primitive.positions_object) {
+      world.positions.push_back(placed_point(place.matrix, p));
+      grow_bounds(world.positions.back());
+    }
+    if (has_vertex_normal_)
+      for (const glm::vec3& n : primitive.normals_object)
+        world.normals.push_back(placed_normal(place.matrix, mirrored, n));
+    if (has_tangent_)
+      for (const glm::vec4& t : primitive.tangents_object)
+        world.tangents.emplace_back(placed_tangent(place.matrix, glm::vec3(t)), t.w);
+    add_triangles(world, primitive, mirrored, place.node, placed_.meshes[place.mesh].dropped, number, true);
+    if (released != nullptr) let_go(*released);
+  }
+
+  void store_meshes() {
+    for (const PlacedMesh& mesh : placed_.meshes) {
+      packed_.stored_meshes.push_back({packed_.triangles.size(), std::size_t(mesh.triangles)});
+      std::size_t number = 0;
+      for (const Primitive& primitive : scene_.meshes[mesh.mesh].primitives) {
+        WorldVertices own;
+        own.positions = primitive.positions_object;
+        if (has_vertex_normal_) own.normals = primitive.normals_object;
+        if (has_tangent_) own.tangents = primitive.tangents_object;
+        add_triangles(own, primitive, mesh.mirrored, 0, mesh.dropped, number, false);
+      }
+    }
+  }
+
+  void store_places() {
+    packed_.instances.reserve(placed_.places.size());
+    for (const MeshPlace& place : placed_.places)
+      packed_.instances.push_back(instance_record(place, placed_.meshes[place.mesh]));
+    packed_.place_boxes = place_boxes(scene_, placed_, packed_.bounds);
+  }
+
+  static Triangle triangle_of(const WorldVertices& at, std::uint32_t material, std::uint32_t a, std::uint32_t b,
+                              std::uint32_t c) {
+    Triangle t{};
+    const glm::vec3 &p0 = at.positions[a], &p1 = at.positions[b], &p2 = at.positions[c];
+    t.p0_x = p0.x, t.p0_y = p0.y, t.p0_z = p0.z;
+    t.p1_x = p1.x, t.p1_y = p1.y, t.p1_z = p1.z;
+    t.p2_x = p2.x, t.p2_y = p2.y, t.p2_z = p2.z;
+    t.material = material;
+    return t;
+  }
+
+  template <class Record>
+  static void set_uv(Record& r, const std::vector<glm::vec2>& uv, std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+    if (uv.empty()) return;
+    r.u0 = uv[a].x, r.v0 = uv[a].y, r.u1 = uv[b].x, r.v1 = uv[b].y, r.u2 = uv[c].x, r.v2 = uv[c].y;
+  }
+
+  TriangleNormals normals_of(const WorldVertices& world, const Primitive& primitive, std::uint32_t a, std::uint32_t b,
+                             std::uint32_t c) const {
+    TriangleNormals r{};
+    if (!world.normals.empty()) {
+      const glm::vec3 &n0 = world.normals[a], &n1 = world.normals[b], &n2 = world.normals[c];
+      r.n0_x = n0.x, r.n0_y = n0.y, r.n0_z = n0.z;
+      r.n1_x = n1.x, r.n1_y = n1.y, r.n1_z = n1.z;
+      r.n2_x = n2.x, r.n2_y = n2.y, r.n2_z = n2.z;
+    }
+    if (has_uv_) set_uv(r, primitive.uv[0], a, b, c);
+    return r;
+  }
+
+  TriangleTangents tangents_of(const WorldVertices& world, const Primitive& primitive, bool mirrored, std::uint32_t a,
+                               std::uint32_t b, std::uint32_t c) const {
+    TriangleTangents r{};
+    if (!world.tangents.empty()) {
+      const glm::vec4 &t0 = world.tangents[a], &t1 = world.tangents[b], &t2 = world.tangents[c];
+      r.t0_x = t0.x, r.t0_y = t0.y, r.t0_z = t0.z;
+      r.t1_x = t1.x, r.t1_y = t1.y, r.t1_z = t1.z;
+      r.t2_x = t2.x, r.t2_y = t2.y, r.t2_z = t2.z;
+      // The cross product of normal and tangent does not turn with a mirror.
+      r.bitangent_sign = t0.w * (mirrored ? -1.0F : 1.0F);
+    }
+    if (has_uv1_) set_uv(r, primitive.uv[1], a, b, c);
+    return r;
+  }
+
+  static TriangleColors colors_of(const Primitive& primitive, std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+    const bool has = !primitive.colors.empty();
+    const glm::vec4 white(1.0F);
+    const glm::vec4 c0 = has ? primitive.colors[a] : white, c1 = has ? primitive.colors[b] : white,
+                    c2 = has ? primitive.colors[c] : white;
+    return {c0.x, c0.y, c0.z, c0.w, c1.x, c1.y, c1.z, c1.w, c2.x, c2.y, c2.z, c2.w, 0, 0, 0, 0};
+  }
+
+  const Scene& scene_;
+  std::vector<Mesh>* release_;  // scene_'s own, or null
+  PackedScene& packed_;
+  PassableMaterials passable_;
+  PlacedMeshes placed_;
+  const Features& features_;
+  bool two_level_;
+  bool has_vertex_normal_, has_uv_, has_normals_, has_tangent_, has_uv1_, has_tangents_, has_colors_;
+};
+
+}  // namespace
+
+glm::dvec3 triangle_normal(const Triangle& t) {
+  const glm::dvec3 p0(t.p0_x, t.p0_y, t.p0_z), p1(t.p1_x, t.p1_y, t.p1_z), p2(t.p2_x, t.p2_y, t.p2_z);
+  return glm::cross(p1 - p0, p2 - p0);
+}
+
+void pack_geometry(const Scene& scene, std::vector<Mesh>* release, const Features& features, PackedScene& packed) {
+  GeometryPacker(scene, release, features, packed).pack();
+}
+
+}  // namespace eikon

@@ -1,0 +1,201 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pack/geometry/placed_meshes.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "accel/binary_tree.h"
+#include "pack/pack_parts.h"
+#include "shared/records.h"
+
+namespace eikon {
+namespace {
+
+constexpr double kLeastSaving = 0x1p24;   // bytes: what fits the caches anyway costs nothing to repeat
+constexpr std::uint64_t kTreeBytes = 80;  // of a triangle, in any of the trees
+constexpr std::uint64_t kTopBytes = 64;   // of a place in the scene's tree
+constexpr double kMostCondition = 1e6;    // of a place's matrix
+
+/// Frobenius norm: at least the largest singular value.
+double norm(const glm::dmat3& m) {
+  return std::sqrt(glm::dot(m[0], m[0]) + glm::dot(m[1], m[1]) + glm::dot(m[2], m[2]));
+}
+
+/// fn(first corner's index into primitive.indices, number of the triangle in the mesh) for each triangle.
+template <class Fn>
+void for_each_triangle(const Mesh& mesh, const Fn& fn) {
+  std::size_t number = 0;
+  for (const Primitive& primitive : mesh.primitives)
+    for (std::size_t i = 0; i + 2 < primitive.indices.size(); i += 3) fn(primitive, i, number++);
+}
+
+PlacedMesh measure(const Mesh& mesh, std::uint32_t index) {
+  PlacedMesh m;
+  m.mesh = index;
+  m.lo = glm::vec3(std::numeric_limits<float>::max());
+  m.hi = -m.lo;
+  m.least_height = std::numeric_limits<double>::max();
+  for (const Primitive& primitive : mesh.primitives)
+    for (const glm::vec3& p : primitive.positions_object) m.lo = glm::min(m.lo, p), m.hi = glm::max(m.hi, p);
+  for_each_triangle(mesh, [&](const Primitive& primitive, std::size_t i, std::size_t) {
+    const glm::vec3 &a = primitive.positions_object[primitive.indices[i]],
+                    &b = primitive.positions_object[primitive.indices[i + 1]],
+                    &c = primitive.positions_object[primitive.indices[i + 2]];
+    const float corners[9] = {a.x, a.y, a.z, b.x, b.y, b.z, c.x, c.y, c.z};
+    const bool dropped = is_degenerate(corners);
+    m.dropped.push_back(dropped);
+    if (dropped) return;
+    ++m.triangles;
+    m.extent = glm::max(m.extent, glm::max(a, glm::max(b, c)) - glm::min(a, glm::min(b, c)));
+    const glm::dvec3 ab = glm::dvec3(b) - glm::dvec3(a), ac = glm::dvec3(c) - glm::dvec3(a), bc = ac - ab;
+    const double longest = std::sqrt(std::max({glm::dot(ab, ab), glm::dot(ac, ac), glm::dot(bc, bc)}));
+    m.least_height = std::min(m.least_height, glm::length(glm::cross(ab, ac)) / longest);
+  });
+  return m;
+}
+
+/// Whether some triangle that has an area has none at this place.
+bool loses_triangles(const Mesh& mesh, const PlacedMesh& placed, const PlacingMatrix& matrix) {
+  bool loses = false;
+  for_each_triangle(mesh, [&](const Primitive& primitive, std::size_t i, std::size_t number) {
+    if (loses || placed.dropped[number]) return;
+    float corners[9];
+    for (std::size_t k = 0; k < 3; ++k) {
+      const glm::vec3 p = placed_point(matrix, primitive.positions_object[primitive.indices[i + k]]);
+      corners[3 * k] = p.x, corners[3 * k + 1] = p.y, corners[3 * k + 2] = p.z;
+    }
+    loses = is_degenerate(corners);
+  });
+  return loses;
+}
+
+/// Where the mesh can be stored once for this node; false if it cannot.
+bool place_node(const Scene& scene, const Node& node, const PlacedMesh& mesh, MeshPlace& place) {
+  place.matrix = placing_matrix(node.world_from_object);
+  const auto& rows = place.matrix.rows;
+  const glm::dmat3 linear = linear_part(place.matrix);
+  double largest = 0;
+  for (int i = 0; i < 3; ++i) {
+    const glm::dvec3 row(rows[std::size_t(i)]);
+    const glm::dvec3 farthest = glm::max(glm::abs(glm::dvec3(mesh.lo)), glm::abs(glm::dvec3(mesh.hi)));
+    largest = std::max(largest, glm::dot(glm::abs(row), farthest) + std::abs(double(place.matrix.translation[i])));
+  }
+  const glm::dmat3 inverse = glm::inverse(linear);
+  const double scale = norm(linear), inverse_scale = norm(inverse);
+  if (!(scale * inverse_scale < kMostCondition) || !(largest < 0x1p100) || !(scale > 0x1p-60) ||
+      (glm::determinant(linear) < 0) != node.mirrored)
+    return false;
+  // Three products, two sums and the translation, each off by half a unit at most; with room to spare.
+  place.error = float(largest * 0x1p-21);
+  const double least = 1 / (inverse_scale * inverse_scale * scale);  // what heights shrink by, at most
+  return least * mesh.least_height > 32 * double{place.error} ||
+         !loses_triangles(scene.meshes[node.mesh], mesh, place.matrix);
+}
+
+bool can_be_stored_once(const Scene& scene, const Mesh& mesh, const PassableMaterials& passable) {
+  return std::ranges::none_of(mesh.primitives, [&](const Primitive& primitive) {
+    const Material& material = scene.materials[primitive.material];
+    return material.emission != glm::vec3(0) || material.solid || passable.has(primitive);
+  });
+}
+
+/// Of places and their meshes, roughly.
+struct StoredBytes {
+  std::uint64_t flat = 0, two_level = 0;
+};
+
+StoredBytes stored_bytes(const PlacedMeshes& placed, const Features& features) {
+  const std::uint64_t bytes = kTreeBytes + sizeof(Triangle) +
+                              (features.has("vertex_normal") || features.has("uv") ? sizeof(TriangleNormals) : 0) +
+                              (features.has("tangent") || features.has("uv1") ? sizeof(TriangleTangents) : 0) +
+                              (features.has("vertex_color") ? sizeof(TriangleColors) : 0);
+  return {bytes * placed.placed_triangles,
+          bytes * placed.stored_triangles + (sizeof(InstanceRecord) + kTopBytes) * placed.places.size()};
+}
+
+}  // namespace
+
+std::uint64_t bytes_saved_once(const PlacedMeshes& placed, const Features& features) {
+  const StoredBytes bytes = stored_bytes(placed, features);
+  return bytes.flat > bytes.two_level ? bytes.flat - bytes.two_level : 0;
+}
+
+PlacedMeshes find_placed_meshes(const Scene& scene) {
+  PlacedMeshes found;
+  found.is_place.resize(scene.nodes.size(), false);
+  std::vector<std::uint32_t> uses(scene.meshes.size(), 0);
+  for (const Node& node : scene.nodes) ++uses[node.mesh];
+  if (std::ranges::none_of(uses, [](std::uint32_t n) { return n > 1; })) return found;
+  const PassableMaterials passable(scene);
+  constexpr std::uint32_t kNone = 0xffffffffU;
+  std::vector<std::uint32_t> entry[2] = {std::vector(scene.meshes.size(), kNone),
+                                         std::vector(scene.meshes.size(), kNone)};
+  std::vector<std::uint32_t> measured(scene.meshes.size(), kNone);
+  std::vector<PlacedMesh> measures;
+  for (std::size_t m = 0; m < scene.meshes.size(); ++m) {
+    if (uses[m] < 2 || !can_be_stored_once(scene, scene.meshes[m], passable)) continue;
+    PlacedMesh mesh = measure(scene.meshes[m], std::uint32_t(m));
+    if (mesh.triangles == 0) continue;
+    measured[m] = std::uint32_t(measures.size());
+    measures.push_back(std::move(mesh));
+  }
+  for (std::size_t n = 0; n < scene.nodes.size(); ++n) {
+    const Node& node = scene.nodes[n];
+    if (measured[node.mesh] == kNone) continue;
+    MeshPlace place;
+    const PlacedMesh& mesh = measures[measured[node.mesh]];
+    if (!place_node(scene, node, mesh, place)) continue;
+    std::uint32_t& to = entry[node.mirrored ? 1 : 0][node.mesh];
+    if (to == kNone) {
+      to = std::uint32_t(found.meshes.size());
+      found.meshes.push_back(mesh);
+      found.meshes.back().mirrored = node.mirrored;
+      found.stored_triangles += mesh.triangles;
+    }
+    place.node = std::uint32_t(n);
+    place.mesh = to;
+    found.places.push_back(place);
+    found.is_place[n] = true;
+    found.placed_triangles += mesh.triangles;
+  }
+  return found;
+}
+
+bool has_two_levels(const std::string& layout) { return layout == "bvh16" || layout == "bvh8" || layout == "bvh2"; }
+
+InstanceChoice choose_instances(const PlacedMeshes& placed, const Features& features, const Execution& execution) {
+  InstanceChoice choice;
+  const bool asked = execution.instances == InstanceMode::two_level;
+  const auto flat = [&](std::string why) {
+    choice.why = std::move(why);
+    choice.refused = asked;
+    return choice;
+  };
+  if (placed.places.empty()) return flat("no opaque mesh stands at two places");
+  const StoredBytes bytes = stored_bytes(placed, features);
+  choice.flat_bytes = bytes.flat;
+  choice.two_level_bytes = bytes.two_level;
+  if (execution.accel != "bvh") return flat(fmt::format("--accel {} has one level", execution.accel));
+  if (!execution.layout.empty() && execution.layout != "probe" && !has_two_levels(execution.layout))
+    return flat(fmt::format("--layout {} has one level", execution.layout));
+  if (execution.instances == InstanceMode::flat) return flat("asked for");
+  const double saved = double(choice.flat_bytes) - double(choice.two_level_bytes);
+  choice.two_level = asked || (saved >= kLeastSaving && 2 * choice.two_level_bytes <= choice.flat_bytes);
+  choice.why = asked              ? "asked for"
+               : choice.two_level ? fmt::format("saves {:.0f} MB", saved * 1e-6)
+                                  : "two levels would save too little";
+  return choice;
+}
+
+Features features_of(const Scene& scene, const Settings& settings, const Execution& execution, InstanceChoice* choice) {
+  Features features(scene, settings);
+  InstanceChoice chosen = choose_instances(find_placed_meshes(scene), features, execution);
+  features.set_two_level(chosen.two_level, chosen.why);
+  if (choice != nullptr) *choice = std::move(chosen);
+  return features;
+}
+
+}  // namespace eikon

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pack/lights/light_census.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "pack/pack_parts.h"
+#include "scene/emission.h"
+
+namespace eikon {
+namespace {
+
+constexpr double kSlackOfFiles = 0x1p-22;  // numbers of a file are rounded; packing allows more, for its own rounding
+
+std::array<glm::vec3, 3> corners_of(const Primitive& primitive, std::size_t triangle) {
+  const auto at = [&](std::size_t k) { return primitive.positions_object[primitive.indices[3 * triangle + k]]; };
+  return {at(0), at(1), at(2)};
+}
+
+struct Extent {
+  glm::dvec3 lo{std::numeric_limits<double>::infinity()}, hi{-std::numeric_limits<double>::infinity()};
+  void add(const glm::dvec3& p) {
+    lo = glm::min(lo, p);
+    hi = glm::max(hi, p);
+  }
+  [[nodiscard]] double diagonal() const { return glm::length(hi - lo); }
+};
+
+void add_primitive(const Node& node, const Primitive& primitive, Extent& extent) {
+  Extent own;
+  for (const glm::vec3& p : primitive.positions_object) own.add(glm::dvec3(p));
+  if (primitive.positions_object.empty()) return;
+  for (int corner = 0; corner < 8; ++corner) {
+    const glm::dvec3 at((corner & 1) != 0 ? own.hi.x : own.lo.x, (corner & 2) != 0 ? own.hi.y : own.lo.y,
+                        (corner & 4) != 0 ? own.hi.z : own.lo.z);
+    extent.add(glm::dvec3(node.world_from_object * glm::dvec4(at, 1)));
+  }
+}
+
+// Whether the extent of what emits is small beside that of all meshes.
+bool is_small(const Scene& scene) {
+  Extent lamp, all;
+  for (const Node& node : scene.nodes)
+    for (const Primitive& primitive : scene.meshes[node.mesh].primitives) {
+      add_primitive(node, primitive, all);
+      if (emits(scene.materials[primitive.material])) add_primitive(node, primitive, lamp);
+    }
+  return lamp.diagonal() < 0.25 * all.diagonal();
+}
+
+}  // namespace
+
+std::optional<Parallelogram> parallelogram_of(const std::array<glm::vec3, 3>& a, const std::array<glm::vec3, 3>& b,
+                                              double slack) {
+  for (std::size_t i = 0; i < 3; ++i)
+    for (std::size_t k = 0; k < 3; ++k) {
+      const glm::vec3 &own = a[i], &s = a[(i + 1) % 3], &t = a[(i + 2) % 3], &other = b[k];
+      if (b[(k + 1) % 3] != t || b[(k + 2) % 3] != s || own == other) continue;
+      const glm::dvec3 off = glm::dvec3(s) + glm::dvec3(t) - glm::dvec3(own) - glm::dvec3(other);
+      double largest = 0;
+      for (const glm::vec3& p : {own, s, t, other})
+        largest = std::max({largest, std::abs(double(p.x)), std::abs(double(p.y)), std::abs(double(p.z))});
+      if (std::max({std::abs(off.x), std::abs(off.y), std::abs(off.z)}) <= slack * largest)
+        return Parallelogram{own, s, t};
+    }
+  return std::nullopt;
+}
+
+bool emits_evenly(const Material& material) {
+  return emits(material) && !material.emissive_texture;
+}
+
+LightCensus count_lights(const Scene& scene, const Settings& settings) {
+  LightCensus census;
+  std::uint64_t lamps = 0;
+  std::optional<PassableMaterials> passable;  // made when it is asked: it may look at textures
+  const auto is_whole = [&](const Primitive& primitive) {
+    if (scene.materials[primitive.material].alpha_mode == AlphaMode::opaque) return true;
+    if (!passable) passable.emplace(scene);
+    return !passable->has(primitive);
+  };
+  for (const Node& node : scene.nodes)
+    for (const Primitive& primitive : scene.meshes[node.mesh].primitives) {
+      const Material& material = scene.materials[primitive.material];
+      if (!emits(material)) continue;
+      const std::size_t count = primitive.indices.size() / 3;
+      census.placed += count;
+      ++lamps;
+      const bool in_pairs = emits_evenly(material) && is_whole(primitive);
+      for (std::size_t i = 0; i + 1 < count && in_pairs; ++i)
+        if (parallelogram_of(corners_of(primitive, i), corners_of(primitive, i + 1), kSlackOfFiles))
+          ++census.pairs, ++i;
+    }
+  const std::uint64_t triangles = census.placed;
+  for (const Shape& shape : scene.shapes) census.placed += emits(scene.materials[shape.material]) ? 1 : 0;
+  for (const PunctualLight& light : scene.lights)
+    ++(light.kind == PunctualLight::Kind::directional ? census.distant : census.placed);
+  const glm::vec3 sky = settings.environment.radiance;
+  if (settings.environment.map || sky.x > 0 || sky.y > 0 || sky.z > 0) ++census.distant;
+  census.together = lamps == 1 && census.placed == triangles && is_small(scene);
+  return census;
+}
+
+}  // namespace eikon

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pack/materials/hit_class.h"
+
+#include "pack/features.h"
+
+namespace eikon {
+
+std::uint32_t hit_class(const Material& material, const Primitive* primitive) {
+  const std::string lobe = lobe_of(material);
+  if (lobe == "transmission") return EK_CLASS_CLEAR;
+  const bool bare = material.clearcoat == 0 && material.sheen_color == glm::vec3(0) && textures_of(material).empty();
+  const bool flat = primitive == nullptr || (primitive->normals_object.empty() && primitive->tangents_object.empty() &&
+                                             primitive->colors.empty());
+  return lobe == "diffuse" && bare && flat ? EK_CLASS_PLAIN : EK_CLASS_OPAQUE;
+}
+
+std::uint32_t hit_class_flags(const Material& material, const Primitive* primitive) {
+  return hit_class(material, primitive) << EK_TRIANGLE_CLASS_SHIFT;
+}
+
+}  // namespace eikon

@@ -1,0 +1,210 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <fmt/format.h>
+#include <map>
+
+#include "core/error.h"
+#include "pack/materials/medium_ranks.h"
+#include "pack/pack_parts.h"
+#include "scene/measured_table.h"
+
+namespace eikon {
+namespace {
+
+// Bits of MaterialRecord.flags.
+enum : std::uint32_t {
+#define EK_LOBE(name, bit) kLobe_##name = 1U << bit,
+#include "shared/features.def"
+};
+
+// What log2 of a transmittance of 0 stands as: absorbs everything within any distance, but nothing at 0 [0 * infinity].
+constexpr double kOpaque = -0x1p100;
+
+std::uint32_t lobe_bit(const Material& material) {
+  const std::string lobe = lobe_of(material);
+#define EK_LOBE(name, bit) \
+  if (lobe == #name) return kLobe_##name;
+#include "shared/features.def"
+  throw InternalError("no lobe '" + lobe + "'");
+}
+
+double srgb_to_linear(int code) {
+  const double x = code / 255.0;
+  return x <= 0.04045 ? x / 12.92 : std::pow((x + 0.055) / 1.055, 2.4);  // IEC 61966-2-1
+}
+
+std::span<const std::uint32_t> texel_table() {
+  static const auto table = [] {
+    std::array<std::uint32_t, EK_TEXEL_TABLE> words{};
+    for (int code = 0; code < int(EK_TEXEL_TABLE); ++code)
+      words[std::size_t(code)] = std::bit_cast<std::uint32_t>(float(srgb_to_linear(code)));
+    return words;
+  }();
+  return table;
+}
+
+std::uint32_t texture_flags(const Texture& texture) {
+  std::uint32_t flags = 0;
+  if (texture.srgb) flags |= EK_TEXTURE_SRGB;
+  if (texture.filter == TextureFilter::nearest) flags |= EK_TEXTURE_NEAREST;
+  if (texture.uv_set == 1) flags |= EK_TEXTURE_UV1;
+  if (texture.wrap_u != Wrap::repeat) flags |= texture.wrap_u == Wrap::clamp ? EK_TEXTURE_CLAMP_U : EK_TEXTURE_MIRROR_U;
+  if (texture.wrap_v != Wrap::repeat) flags |= texture.wrap_v == Wrap::clamp ? EK_TEXTURE_CLAMP_V : EK_TEXTURE_MIRROR_V;
+  return flags;
+}
+
+class MaterialPacker {
+ public:
+  MaterialPacker(const Scene& scene, const Features& features, PackedScene& packed)
+      : scene_(scene), features_(features), packed_(packed) {}
+
+  void pack() {
+    for (const Material& material : scene_.materials) {
+      packed_.materials.push_back(record(material));
+      if (features_.has("material_extension")) packed_.material_extensions.push_back(extension(material));
+      if (features_.has("material_detail")) packed_.material_details.push_back(detail(material));
+    }
+    if (packed_.materials.empty()) packed_.materials.emplace_back();
+    if (features_.has("nested_media")) {
+      const std::vector<std::uint32_t> ranks = medium_ranks(scene_);
+      for (std::uint32_t i = 0; i < ranks.size(); ++i) {
+        packed_.material_extensions[i].medium_rank = ranks[i];
+        if (ranks[i] != 0) packed_.material_extensions[ranks[i] - 1].medium_of_rank = i;
+      }
+    }
+  }
+
+ private:
+  MaterialRecord record(const Material& m) {
+    MaterialRecord r{};
+    r.base_color_r = m.base_color.x, r.base_color_g = m.base_color.y, r.base_color_b = m.base_color.z;
+    if (!m.unlit) r.emission_r = m.emission.x, r.emission_g = m.emission.y, r.emission_b = m.emission.z;
+    r.flags = lobe_bit(m) | (m.double_sided ? EK_MATERIAL_DOUBLE_SIDED : 0) | (m.unlit ? EK_MATERIAL_UNLIT : 0) |
+              (m.alpha_mode == AlphaMode::mask ? EK_MATERIAL_MASK : 0) |
+              (m.alpha_mode == AlphaMode::blend ? EK_MATERIAL_BLEND : 0) | (is_solid(m) ? EK_MATERIAL_SOLID : 0);
+    r.metallic = m.metallic;
+    r.roughness = m.roughness;
+    r.ior = m.ior;
+    r.opacity = m.opacity;
+    r.alpha_cutoff = m.alpha_cutoff;
+    r.base_color_texture = texture(m.base_color_texture);
+    r.metallic_roughness_texture = texture(m.metallic_roughness_texture);
+    r.normal_texture = texture(m.normal_texture, m.normal_scale);
+    r.emissive_texture = texture(m.emissive_texture);
+    return r;
+  }
+
+  MaterialExtension extension(const Material& m) {
+    MaterialExtension e{};
+    e.specular = m.specular;
+    e.specular_color_r = m.specular_color.x, e.specular_color_g = m.specular_color.y,
+    e.specular_color_b = m.specular_color.z;
+    e.transmission = m.transmission;
+    if (m.solid && m.attenuation_distance > 0 && std::isfinite(m.attenuation_distance)) {
+      const auto absorption = [&](float color) {
+        return float(std::max(kOpaque, std::log2(double(color)) / double(m.attenuation_distance)));
+      };
+      e.absorption_r = absorption(m.attenuation_color.x);
+      e.absorption_g = absorption(m.attenuation_color.y);
+      e.absorption_b = absorption(m.attenuation_color.z);
+    }
+    e.transmission_texture = texture(m.transmission_texture);
+    e.specular_texture = texture(m.specular_texture);
+    e.specular_color_texture = texture(m.specular_color_texture);
+    if (m.measured) e.measured_table = first_word(*m.measured);
+    return e;
+  }
+
+  MaterialDetail detail(const Material& m) {
+    MaterialDetail d{};
+    d.clearcoat = m.clearcoat;
+    d.clearcoat_roughness = m.clearcoat_roughness;
+    d.sheen_r = m.sheen_color.x, d.sheen_g = m.sheen_color.y, d.sheen_b = m.sheen_color.z;
+    d.sheen_roughness = m.sheen_roughness;
+    d.clearcoat_texture = texture(m.clearcoat_texture);
+    d.clearcoat_roughness_texture = texture(m.clearcoat_roughness_texture);
+    d.clearcoat_normal_texture = texture(m.clearcoat_normal_texture, m.clearcoat_normal_scale);
+    d.sheen_color_texture = texture(m.sheen_color_texture);
+    d.sheen_roughness_texture = texture(m.sheen_roughness_texture);
+    d.iridescence = m.iridescence;
+    d.film_index = m.film_index;
+    d.film_least = m.film_thickness_nm[0], d.film_most = m.film_thickness_nm[1];
+    d.iridescence_texture = texture(m.iridescence_texture);
+    d.film_texture = texture(m.film_thickness_texture);
+    d.anisotropy = m.anisotropy;
+    d.anisotropy_cos = float(std::cos(m.anisotropy_rotation_rad));
+    d.anisotropy_sin = float(std::sin(m.anisotropy_rotation_rad));
+    d.anisotropy_texture = texture(m.anisotropy_texture);
+    // [KHR_materials_dispersion]: half of what the index differs by between the Fraunhofer lines F and C.
+    d.spread = m.ior > 1 ? float(0.025 * double(m.dispersion) * (double(m.ior) - 1)) : 0.0F;
+    d.diffuse_transmission = m.diffuse_transmission;
+    const glm::vec3& through = m.diffuse_transmission_color;
+    d.diffuse_transmission_r = through.x, d.diffuse_transmission_g = through.y, d.diffuse_transmission_b = through.z;
+    d.diffuse_transmission_texture = texture(m.diffuse_transmission_texture);
+    d.diffuse_transmission_color_texture = texture(m.diffuse_transmission_color_texture);
+    if (m.phong) {
+      d.phong_shininess = m.phong->shininess;
+      d.phong_r = m.phong->specular.x, d.phong_g = m.phong->specular.y, d.phong_b = m.phong->specular.z;
+    }
+    if (m.conductor) {
+      d.eta_r = m.conductor->eta.x, d.eta_g = m.conductor->eta.y, d.eta_b = m.conductor->eta.z;
+      d.k_r = m.conductor->k.x, d.k_g = m.conductor->k.y, d.k_b = m.conductor->k.z;
+    }
+    return d;
+  }
+
+  std::uint32_t texture(const std::optional<Texture>& use, float scale = 1) {
+    if (!use) return EK_NO_TEXTURE;
+    const TextureImage& image = scene_.images.at(use->image);
+    TextureRecord r{};
+    r.first_texel = first_texel(use->image);
+    r.width = image.width;
+    r.height = image.height;
+    r.flags = texture_flags(*use);
+    const glm::vec3 &u = use->image_from_uv[0], &v = use->image_from_uv[1];
+    r.u_u = u.x, r.u_v = u.y, r.u_1 = u.z;
+    r.v_u = v.x, r.v_v = v.y, r.v_1 = v.z;
+    r.scale = scale;
+    packed_.textures.push_back(r);
+    return std::uint32_t(packed_.textures.size() - 1);
+  }
+
+  std::uint32_t first_texel(std::uint32_t image) {
+    const auto known = first_texel_of_.find(image);
+    if (known != first_texel_of_.end()) return known->second;
+    return first_texel_of_[image] = append(scene_.images[image].rgba8);
+  }
+
+  std::uint32_t first_word(const MeasuredTable& table) {
+    const auto known = first_word_of_.find(&table);
+    if (known != first_word_of_.end()) return known->second;
+    return first_word_of_[&table] = append(table.words);
+  }
+
+  std::uint32_t append(const std::vector<std::uint32_t>& words) {
+    if (packed_.texels.empty()) packed_.texels.push_back(texel_table());
+    const std::uint64_t first = packed_.texel_count();
+    if (first + words.size() > std::uint64_t{0xffffffff})
+      throw InputError(fmt::format("{}: the textures and tables are more than 2^32 texels; use smaller images",
+                                   scene_.path.string()));
+    packed_.texels.emplace_back(words);
+    return std::uint32_t(first);
+  }
+
+  const Scene& scene_;
+  const Features& features_;
+  PackedScene& packed_;
+  std::map<std::uint32_t, std::uint32_t> first_texel_of_;  // by image
+  std::map<const MeasuredTable*, std::uint32_t> first_word_of_;
+};
+
+}  // namespace
+
+void pack_materials(const Scene& scene, const Features& features, PackedScene& packed) {
+  MaterialPacker(scene, features, packed).pack();
+}
+
+}  // namespace eikon

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pack/pack.h"
+
+#include "device/profiler.h"
+#include "pack/pack_parts.h"
+
+namespace eikon {
+
+std::uint64_t PackedScene::texel_count() const {
+  std::uint64_t count = 0;
+  for (const std::span<const std::uint32_t> part : texels) count += part.size();
+  return count;
+}
+
+std::uint64_t PackedScene::seen_triangle_count() const {
+  std::uint64_t count = triangle_count();
+  for (const StoredMesh& mesh : stored_meshes) count -= mesh.count;
+  for (const InstanceRecord& instance : instances) count += stored_meshes[instance.mesh].count;
+  return count;
+}
+
+std::uint64_t PackedScene::bytes(const std::string& layout) const {
+  const auto accel = accels.find(layout);
+  return triangles.size() * sizeof(Triangle) + shapes.size() * sizeof(ShapeRecord) + normals.size() * sizeof(TriangleNormals) +
+         tangents.size() * sizeof(TriangleTangents) + colors.size() * sizeof(TriangleColors) +
+         materials.size() * sizeof(MaterialRecord) + material_extensions.size() * sizeof(MaterialExtension) +
+         material_details.size() * sizeof(MaterialDetail) +
+         textures.size() * sizeof(TextureRecord) + texel_count() * sizeof(std::uint32_t) +
+         lights.size() * sizeof(Light) + light_nodes.size() * sizeof(LightNode) + light_buckets.size() * sizeof(LightBucket) +
+         environment_texels.size() * sizeof(float4) + environment_buckets.size() * sizeof(LightBucket) +
+         (accel == accels.end() ? 0 : accel->second.bytes());
+}
+
+PackedScene pack_scene(const Scene& scene, const Features& features, const Settings& settings) {
+  PackedScene packed;
+  pack_materials(scene, features, packed);
+  pack_geometry(scene, nullptr, features, packed);
+  pack_shapes(scene, features, packed);
+  pack_lights(scene, features, settings, packed);
+  return packed;
+}
+
+PackedScene pack_and_release(Scene& scene, const Features& features, const Settings& settings) {
+  PackedScene packed;
+  pack_materials(scene, features, packed);
+  pack_geometry(scene, &scene.meshes, features, packed);
+  pack_shapes(scene, features, packed);
+  pack_lights(scene, features, settings, packed);
+  return packed;
+}
+
+TriangleSoup soup_of(const PackedScene& packed) {
+  const float* corners = packed.triangles.empty() ? nullptr : &packed.triangles.front().p0_x;
+  return {corners, packed.triangles.size(), sizeof(Triangle) / sizeof(float), packed.shapes.size()};
+}
+
+void add_accel(PackedScene& packed, const std::string& accel, const std::string& layout, unsigned threads,
+               double rays) {
+  if (packed.accels.count(layout) != 0) return;
+  const double begin = host_seconds();
+  AccelOptions options;
+  options.accel = accel;
+  options.layout = layout;
+  options.threads = threads;
+  options.rays = rays;
+  if (packed.instances.empty()) {
+    packed.accels.emplace(layout, build_accel(soup_of(packed), options));
+  } else {
+    const TwoLevelScene scene{soup_of(packed), packed.shapes.size(), packed.stored_meshes, packed.instances, packed.place_boxes};
+    packed.accels.emplace(layout, build_two_level(scene, options));
+  }
+  packed.build_s += host_seconds() - begin;
+}
+
+}  // namespace eikon

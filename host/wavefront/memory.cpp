@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "wavefront/memory.h"
+
+#include <fmt/format.h>
+
+#include "core/error.h"
+
+namespace eikon {
+namespace {
+
+std::string megabytes(std::uint64_t bytes) { return fmt::format("{:.1f} MB", double(bytes) / 0x1p20); }
+
+}  // namespace
+
+MemoryNeed memory_need(const PackedScene& packed, const WavefrontConfig& config, const Features& features) {
+  MemoryNeed need;
+  need.textures = 4 * packed.texel_count();
+  need.geometry = packed.bytes(config.layout) - need.textures;
+  need.paths = path_pool_bytes(config, features);
+  need.saved_once = packed.saved_once;
+  const auto buffer = [&](const char* name, std::uint64_t bytes) {
+    if (bytes > need.largest_bytes) need.largest = name, need.largest_bytes = bytes;
+  };
+  buffer("the textures", need.textures);
+  buffer("the triangles", packed.triangles.size() * sizeof(Triangle));
+  buffer("the shapes", packed.shapes.size() * sizeof(ShapeRecord));
+  buffer("the environment map's texels", packed.environment_texels.size() * sizeof(float4));
+  const auto tree = packed.accels.find(config.layout);
+  if (tree != packed.accels.end()) {
+    buffer("the tree", tree->second.nodes.size() * sizeof(tree->second.nodes[0]));
+    buffer("the tree's leaves", tree->second.leaves.size() * sizeof(tree->second.leaves[0]));
+  }
+  return need;
+}
+
+std::uint64_t film_bytes(const FilmLayout& layout) {
+  return layout.crop.pixel_count() * layout.replicates *
+             (layout.channels.size() * sizeof(int128) + sizeof(std::uint64_t)) +
+         layout.crop.pixel_count() * layout.mattes.size() * MatteCounts::kBytesPerPixel;
+}
+
+void require_host_memory(const FilmLayout& layout, bool copied, std::uint64_t packed_bytes, const HostLimits& host) {
+  const std::uint64_t film = film_bytes(layout) * (copied ? 2 : 1);
+  if (host.memory_bytes == 0 || film + packed_bytes <= host.memory_bytes) return;
+  throw DeviceError(fmt::format(
+      "the image does not fit the memory that this process may use: the film{} {}, the scene {}; there is {} ({}); "
+      "render it in parts (--crop) or smaller (--size)",
+      copied ? " and its copy for checkpoints" : "", megabytes(film), megabytes(packed_bytes),
+      megabytes(host.memory_bytes), host.memory_why));
+}
+
+void require_memory(const MemoryNeed& need, const DeviceInfo& device, const Execution& execution) {
+  const bool capped = execution.memory_bytes != 0 && execution.memory_bytes < device.memory_bytes;
+  const std::uint64_t available = capped ? execution.memory_bytes : device.memory_bytes;
+  const std::string figures = fmt::format("textures {}, geometry {}, paths in flight {}", megabytes(need.textures),
+                                          megabytes(need.geometry), megabytes(need.paths));
+  const bool once = need.saved_once > 0 && execution.instances != InstanceMode::two_level;
+  const std::string advice =
+      need.paths > need.textures + need.geometry ? "allow more memory, or make the picture smaller (--size)"
+      : need.textures > need.geometry            ? "use smaller images"
+      : once ? fmt::format("store meshes once (--instances two-level saves about {})", megabytes(need.saved_once))
+      : execution.accel != "bvh" ? "use --accel bvh, which takes the least, simpler meshes or fewer instances"
+                                 : "use simpler meshes or fewer instances";
+  if (need.total() > available)
+    throw DeviceError(
+        fmt::format("the scene does not fit device '{}': it needs {} ({}); {} is {}; {}, or another device (--devices)",
+                    device.name, megabytes(need.total()), figures,
+                    capped                        ? "--memory"
+                    : device.memory_limit.empty() ? "its memory"
+                                                  : fmt::format("what {} allows", device.memory_limit),
+                    megabytes(available), advice));
+  if (need.largest_bytes > device.max_allocation_bytes)
+    throw DeviceError(fmt::format(
+        "the scene does not fit device '{}': {}; {} need {} in one buffer, which may have {}; {}, or another device "
+        "(--devices)",
+        device.name, figures, need.largest, megabytes(need.largest_bytes), megabytes(device.max_allocation_bytes),
+        advice));
+}
+
+}  // namespace eikon

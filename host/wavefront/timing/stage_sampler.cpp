@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "wavefront/timing/stage_sampler.h"
+
+#include <algorithm>
+
+namespace eikon {
+namespace {
+
+constexpr std::uint64_t kOfFirstUnit = 32, kOfAll = 256;
+constexpr std::uint64_t kLeast = 256;  // paths: fewer do not fill the lanes
+constexpr std::size_t kRun = 16;       // pixels; of unit_pixels a 4 x 4 tile
+
+}  // namespace
+
+StageSampler::StageSampler(Device& device, const Program& program, const std::vector<std::string>& stages,
+                           const Arguments& arguments, const WavefrontConfig& config)
+    : device_(device), config_(config) {
+  frame_ = device.allocate(sizeof(Frame));
+  pixels_ = device.allocate(4 * std::size_t{config.chunk} * config.workers);
+  counts_ = arguments.buffers().at("counts");
+  Arguments own = arguments;
+  own.set("frame", frame_);
+  own.set("pixels", pixels_);
+  for (const std::string& stage : stages) {
+    stages_.emplace_back(stage, program.kernel(stage));
+    stages_.back().second.bind(own);
+  }
+  // Some drivers make the machine code at the first launch.
+  const Frame nothing{};
+  device.write(frame_, &nothing, sizeof nothing);
+  for (const auto& [stage, kernel] : stages_) device.run(kernel, 1, 1);
+  device.finish();
+}
+
+std::vector<std::uint32_t> StageSampler::spread(std::span<const std::uint32_t> pixels, std::size_t count) {
+  std::vector<std::uint32_t> chosen;
+  const std::size_t runs = (count + kRun - 1) / kRun, there = (pixels.size() + kRun - 1) / kRun;
+  for (std::size_t run = 0; run < runs && chosen.size() < count; ++run) {
+    const std::size_t begin = (2 * run + 1) * there / (2 * runs) * kRun;
+    const std::size_t end = std::min({begin + kRun, pixels.size(), begin + count - chosen.size()});
+    for (std::size_t i = begin; i < end; ++i) chosen.push_back(pixels[i]);
+  }
+  return chosen;
+}
+
+void StageSampler::before(const Frame& frame, std::span<const std::uint32_t> pixels) {
+  const std::uint64_t paths = frame.path_count;
+  const std::uint64_t most = std::min(paths / kOfFirstUnit, std::uint64_t{config_.chunk} * config_.workers);
+  const bool due = most >= kLeast && (sampled_ == 0 || (sampled_ + most) * kOfAll <= rendered_ + paths);
+  rendered_ += paths;
+  if (!due) return;
+  const std::vector<std::uint32_t> chosen = spread(pixels, std::min<std::size_t>(pixels.size(), most));
+  Frame part = frame;
+  part.pixel_count = std::uint32_t(chosen.size());
+  part.sample_count = std::min(frame.sample_count, std::uint32_t(most / chosen.size()));
+  part.path_count = part.pixel_count * part.sample_count;
+  sampled_ += part.path_count;
+  device_.finish();  // else what is under way would count here
+  const auto taken = device_.profiler().apart("sampling", [&] {
+    device_.write(frame_, &part, sizeof part);
+    device_.write(pixels_, chosen.data(), 4 * chosen.size());
+    run(part.path_count);
+    device_.finish();
+  });
+  double sum = 0;
+  for (const auto& [stage, kernel] : stages_) sum += seconds_[stage] += taken.at(stage).seconds;
+  for (const auto& [stage, seconds] : seconds_) shares_[stage] = sum > 0 ? seconds / sum : 0;
+}
+
+void StageSampler::run(std::uint32_t path_count) {
+  const std::size_t chunks = (path_count + config_.chunk - 1) / config_.chunk;
+  std::vector<std::uint32_t> counts(4 * chunks);
+  std::uint64_t active = path_count;
+  for (std::uint32_t depth = 1; active > 0; ++depth) {
+    for (auto& [stage, kernel] : stages_) {
+      if (stage == "generate" && depth > 1) continue;
+      kernel.set("depth", depth);
+      device_.run(kernel, chunks, 1);
+    }
+    device_.read(counts_, counts.data(), 4 * counts.size());
+    active = 0;
+    for (std::size_t c = 0; c < chunks; ++c) active += counts[4 * c + ((depth + 1) & 1)];
+  }
+}
+
+}  // namespace eikon

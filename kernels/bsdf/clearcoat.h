@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+// A coat of lacquer on a surface, with a normal of its own [KHR_materials_clearcoat]: a GGX lobe that reflects everything, of which
+// the coat's Schlick reflectance at the angle of view, index 1.5, gives the share. As the extension has it, the light's angle
+// does not count for that share: under a coat a material is not reciprocal.
+#ifndef EK_BSDF_CLEARCOAT_H
+#define EK_BSDF_CLEARCOAT_H
+#include "bsdf/fresnel.h"
+#include "bsdf/microfacet.h"
+#include "surface/surface.h"
+
+typedef struct {
+  vf share;      // of light from wo that the coat reflects; the rest is the material's
+  vi smooth;     // a mirror: delta
+  GgxAlpha alpha;
+  vf length_o;
+  Basis basis;   // z is the coat's normal
+  v3 wo;         // in that basis
+} Coat;
+
+/// clearcoat, alpha  of the material;  normal: local, unit, on wo's side
+EK_FN Coat make_coat(vf clearcoat, vf alpha, v3 normal, v3 wo) {
+  Coat k;
+  const v3 up = V3((vf)(0.0f), (vf)(0.0f), (vf)(1.0f));
+  k.basis.x = V3((vf)(1.0f), (vf)(0.0f), (vf)(0.0f));
+  k.basis.y = V3((vf)(0.0f), (vf)(1.0f), (vf)(0.0f));
+  k.basis.z = up;
+  k.wo = wo;
+  if (EK_HAS_clearcoat_normal) {
+    k.basis = basis_around(normal);
+    k.wo = to_local(k.basis, wo);
+  }
+  const vf fresnel = 0.04f + 0.96f * schlick_weight(k.wo.z);
+  k.share = ((k.wo.z > 0.0f) & (wo.z > 0.0f)) ? clearcoat * fresnel : (vf)(0.0f);
+  k.smooth = alpha < EK_SMOOTH_ALPHA;
+  k.alpha = ggx_isotropic(max_f(alpha, (vf)(EK_SMOOTH_ALPHA)));
+  k.length_o = ggx_length(k.wo, k.alpha);
+  return k;
+}
+
+/// eval and pdf of the lobe, before `share`; in value.f.x.
+EK_FN BsdfValue coat_value(Coat k, v3 wi_local) {
+  const v3 wi = EK_HAS_clearcoat_normal ? to_local(k.basis, wi_local) : wi_local;
+  const v3 sum = add3(k.wo, wi);
+  const v3 h = direction_of(sum, dot3(sum, sum));
+  const vf d = ggx_d(h, k.alpha);
+  BsdfValue value;
+  const vf f = d * ggx_visibility(k.wo.z, k.length_o, wi.z, ggx_length(wi, k.alpha));
+  value.f = V3(f, f, f);
+  value.pdf = 0.5f * d * ggx_visible_share(k.wo.z, k.length_o);
+  return bsdf_value_if((k.wo.z > 0.0f) & (wi.z > 0.0f) & (wi_local.z > 0.0f) & !k.smooth, value);
+}
+
+/// The direction of a sample; below the surface where there is none.
+EK_FN v3 coat_direction(Coat k, v3 wo, vf u, vf v) {
+  v3 wi = normalize3(mirrored(k.wo, ggx_visible_normal(k.wo, k.alpha, u, v)));
+  wi = select3(k.smooth, V3(-k.wo.x, -k.wo.y, k.wo.z), wi);
+  if (!EK_HAS_clearcoat_normal) return wi;
+  // What falls below the coat's own horizon may be above that of the surface, where other parts send light with other densities.
+  const v3 nowhere = V3((vf)(0.0f), (vf)(0.0f), (vf)(-1.0f));
+  return select3(wi.z > 0.0f, to_world(k.basis, wi), nowhere);
+}
+
+#endif

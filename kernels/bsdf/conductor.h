@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: Apache-2.0
+// Bare metal by its complex index of refraction (EIKON_materials_conductor): GGX microfacets that reflect by Fresnel's equations,
+// times the base colour, under a thin film as far as the material has one. What microfacets reflect to each other is lost, as of glTF's metals, but for --energy-compensation.
+#ifndef EK_BSDF_CONDUCTOR_H
+#define EK_BSDF_CONDUCTOR_H
+#include "bsdf/metallic_roughness.h"
+#if EK_HAS_iridescence
+#include "bsdf/thin_film_metal.h"
+#endif
+
+// Without a film.
+EK_FN v3 bare_reflectance(MaterialLanes m, vf cosine) {
+  return mul3(m.base_color, V3(fresnel_conductor(cosine, m.conductor_eta.x, m.conductor_k.x),
+                               fresnel_conductor(cosine, m.conductor_eta.y, m.conductor_k.y),
+                               fresnel_conductor(cosine, m.conductor_eta.z, m.conductor_k.z)));
+}
+
+EK_FN v3 conductor_reflectance(MaterialLanes m, vf cosine) {
+  const v3 bare = bare_reflectance(m, cosine);
+#if EK_HAS_iridescence
+  if (ANY(m.iridescence > 0.0f)) {
+    const ThinFilm film = {m.film_index, m.film_thickness};
+    const v3 under = film_conductor_reflectance(film, m.conductor_eta, m.conductor_k, min_f(cosine, (vf)(1.0f)));
+    const v3 both = add3(scale3(bare, 1.0f - m.iridescence), scale3(mul3(m.base_color, under), m.iridescence));
+    return select3(m.iridescence > 0.0f, both, bare);
+  }
+#endif
+  return bare;
+}
+
+#if EK_HAS_energy_compensation
+// 2 times the integral of the reflectance over the cosine times the cosine: over its square, by three of Gauss's nodes, and by more
+// under a film.
+EK_FN v3 conductor_mean_reflectance(MaterialLanes m) {
+  v3 mean = add3(scale3(add3(bare_reflectance(m, (vf)(0.335710687f)), bare_reflectance(m, (vf)(0.941965058f))), 5.0f / 18.0f),
+                 scale3(bare_reflectance(m, (vf)(0.707106781f)), 8.0f / 18.0f));
+#if EK_HAS_iridescence
+  if (ANY(m.iridescence > 0.0f)) {
+    v3 under = V3((vf)(0.0f), (vf)(0.0f), (vf)(0.0f));
+    for (uint i = 0; i < EK_FILM_NODES; ++i)
+      under = add3(under, scale3(conductor_reflectance(m, (vf)(film_cosines[i])), (vf)(film_weights[i])));
+    mean = select3(m.iridescence > 0.0f, under, mean);
+  }
+#endif
+  return mean;
+}
+#endif
+
+// What depends on wo alone.
+typedef struct {
+  vi smooth;
+  GgxAlpha alpha;
+  vf length_o;
+#if EK_HAS_energy_compensation
+  v3 again;      // f of light that is reflected more than once is again mirrors_lose(wi)
+#endif
+  vf p_once;     // probability of sampling a microfacet
+} Conductor;
+
+EK_FN Conductor make_conductor(MaterialLanes m, v3 wo) {
+  Conductor k;
+  k.smooth = is_smooth(m);
+  k.alpha = alpha_of(m);
+  k.length_o = ggx_length(wo, k.alpha);
+  k.p_once = (vf)(1.0f);
+#if EK_HAS_energy_compensation
+  const v3 once = conductor_mean_reflectance(m);
+  const vf lost_mean = max_f(mirrors_lose_mean(k.alpha), (vf)(0x1p-30f));
+  const vf lost = mirrors_lose(k.alpha, wo.z, k.length_o);
+  const v3 more = scale3(reflected_again3(once, lost_mean), k.smooth ? (vf)(0.0f) : lost);
+  k.again = scale3(more, EK_INV_PI / lost_mean);
+  const vf single = max_f(mean_component(once) * (1.0f - lost), (vf)(0x1p-20f));
+  k.p_once = single / (single + mean_component(more));
+#endif
+  return k;
+}
+
+EK_FN BsdfValue conductor_value(MaterialLanes m, Conductor k, v3 wo, v3 wi) {
+  const vi valid = (wo.z > 0.0f) & (wi.z > 0.0f) & !k.smooth;
+  const v3 sum = add3(wo, wi);
+  const vf sum2 = dot3(sum, sum);
+  const vf d = ggx_d(direction_of(sum, sum2), k.alpha), length_i = ggx_length(wi, k.alpha);
+  const v3 f = conductor_reflectance(m, min_f(0.5f * sqrt(sum2), (vf)(1.0f)));
+  BsdfValue value = {scale3(f, d * ggx_visibility(wo.z, k.length_o, wi.z, length_i)), 0.5f * d * ggx_visible_share(wo.z, k.length_o)};
+#if EK_HAS_energy_compensation
+  value.f = add3(value.f, scale3(k.again, mirrors_lose(k.alpha, wi.z, length_i) * wi.z));
+  value.pdf = k.p_once * value.pdf + (1.0f - k.p_once) * (EK_INV_PI * wi.z);
+#endif
+  return bsdf_value_if(valid, value);
+}
+
+EK_FN BsdfValue conductor_evaluate(MaterialLanes m, v3 wo, v3 wi) { return conductor_value(m, make_conductor(m, wo), wo, wi); }
+
+EK_FN BsdfSample conductor_sample(MaterialLanes m, v3 wo, vf u, vf v, vf choice) {
+  const Conductor k = make_conductor(m, wo);
+  const v3 rough = normalize3(mirrored(wo, ggx_visible_normal(wo, k.alpha, u, v)));
+  v3 wi = select3(k.smooth, V3(-wo.x, -wo.y, wo.z), rough);
+  if (EK_HAS_energy_compensation) wi = select3(!k.smooth & (choice >= k.p_once), warp_cosine_hemisphere(u, v), wi);
+  BsdfValue value = conductor_value(m, k, wo, wi);
+  value.f = select3(k.smooth, conductor_reflectance(m, wo.z), value.f);
+  value.pdf = (k.smooth & (wo.z > 0.0f)) ? (vf)(1.0f) : value.pdf;
+  return bsdf_sample_of(value, wi, k.smooth);
+}
+
+#endif

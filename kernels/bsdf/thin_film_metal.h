@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: Apache-2.0
+// A thin film on a conductor of index eta + i k, by Airy's sum with both polarisations and the phase that metal adds
+// [Belcour and Barla 2017, "A Practical Extension to Microfacet Theory for the Modeling of Varying Iridescence"]. At one wave length
+// light comes back as
+//   R = |r12 + r23 E|^2 / |1 + r12 r23 E|^2 = 1 - A (1 + 2 sum Re q^m),   q = -r12 r23 E,   A = (1 - R12) (1 - R23) / (1 - R12 R23)
+// with r12 of the film's upper side, r23 of the metal seen from the film, and E = exp(2 pi i path / lambda). A is small where metal
+// reflects much, and with it all that the orders beyond the last would add.
+#ifndef EK_THIN_FILM_METAL_H
+#define EK_THIN_FILM_METAL_H
+#include "bsdf/thin_film.h"
+
+#define EK_FILM_METAL_ORDERS 8u
+
+// Of one polarisation, R, G and B apart: A, and q without E.
+typedef struct { v3 absorbed, re, im; } FilmEcho;
+
+// Of one channel and one polarisation.
+typedef struct { vf absorbed, re, im; } FilmEchoChannel;
+
+// top, passes  r12 and 1 - R12;  re, im, kept  of r23, and 1 - R23
+EK_FN FilmEchoChannel film_echo(vf top, vf passes, vf re, vf im, vf kept) {
+  // 1 - R12 R23 without a difference of near numbers.
+  const vf under = max_f(passes + (top * top) * kept, (vf)(0x1p-60f));
+  FilmEchoChannel e = {passes * kept / under, -top * re, -top * im};
+  return e;
+}
+
+// What of Fresnel's equations at both sides of a film its index and the angle decide; along: in the plane of incidence.
+typedef struct {
+  vf index2, cosine;  // square of its index; of the light in the air
+  vf g;               // index times the cosine within the film
+  vf top_across, passes_across, top_along, passes_along;
+} FilmTop;
+
+EK_FN FilmTop film_top(vf index, vf cosine) {
+  FilmTop t;
+  t.index2 = index * index;
+  t.cosine = cosine;
+  const vf k = (index - 1.0f) * (index + 1.0f), tiny = (vf)(0x1p-30f);
+  t.g = sqrt(cosine * cosine + k);
+  const vf sum = max_f(cosine + t.g, tiny), sum_along = max_f(t.index2 * cosine + t.g, tiny);
+  t.top_across = -(k / sum) / sum;
+  t.passes_across = 4.0f * (cosine * t.g) / (sum * sum);
+  t.top_along = (t.g - t.index2 * cosine) / sum_along;
+  t.passes_along = 4.0f * (t.index2 * cosine * t.g) / (sum_along * sum_along);
+  return t;
+}
+
+// eta, k  of the metal, of one channel; across, along: of the two polarisations
+EK_FN void film_echoes(FilmTop t, vf eta, vf k, FilmEchoChannel* across, FilmEchoChannel* along) {
+  const vf s2 = (1.0f - t.cosine) * (1.0f + t.cosine);
+  // a + i b = sqrt((eta + i k)^2 - sin^2), as in fresnel_conductor.
+  const vf square = (eta - k) * (eta + k), difference = square - s2, twice = 2.0f * (eta * k);
+  const vf sum = sqrt(difference * difference + twice * twice);
+  const vf half_less = 0.5f * (sum - difference), half_more = 0.5f * (sum + difference);
+  const vf smaller2 = sum > 0.0f ? (0.25f * (twice * twice)) / max_f(0.5f * (sum + abs_f(difference)), (vf)(0x1p-100f)) : (vf)(0.0f);
+  const vf a = sqrt(difference >= 0.0f ? half_more : smaller2), b = sqrt(difference >= 0.0f ? smaller2 : half_less);
+  const vf tiny = (vf)(0x1p-100f);
+  const vf under = 1.0f / max_f((t.g + a) * (t.g + a) + b * b, tiny);
+  *across = film_echo(t.top_across, t.passes_across, ((t.g * t.g - b * b) - a * a) * under, -2.0f * (t.g * b) * under,
+                      4.0f * (t.g * a) * under);
+  // Along: (U - V) / (U + V) with U = n^2 (a + i b) and V = g (eta + i k)^2.
+  const vf ur = t.index2 * a, ui = t.index2 * b, vr = t.g * square, vi_ = t.g * twice;
+  const vf under_along = 1.0f / max_f((ur + vr) * (ur + vr) + (ui + vi_) * (ui + vi_), tiny);
+  *along = film_echo(t.top_along, t.passes_along, ((ur * ur + ui * ui) - (vr * vr + vi_ * vi_)) * under_along,
+                     2.0f * (ui * vr - ur * vi_) * under_along, 4.0f * (t.index2 * t.g * (a * (sum + s2))) * under_along);
+}
+
+// exp(2 pi i m path / lambda) over one of the Gaussians of thin_film.h, from one order m to the next: d^(m m) exp(i m phase), where d is
+// what the Gaussian's width leaves of the first order.
+typedef struct { vf re, im, step_re, step_im, shrink; } FilmWave;
+
+EK_FN FilmWave film_wave(vf path, float middle, float variance) {
+  const vf phase = 2.0f * EK_PI * path, d = exp2_f((-1.44269504f * variance) * (phase * phase));
+  vf s, c;
+  sincos_2pi(middle * path, &s, &c);
+  const FilmWave w = {(vf)(1.0f), (vf)(0.0f), d * c, d * s, d * d};
+  return w;
+}
+
+EK_FN FilmWave film_wave_next(FilmWave w) {
+  const FilmWave next = {w.re * w.step_re - w.im * w.step_im, w.re * w.step_im + w.im * w.step_re, w.step_re * w.shrink,
+                         w.step_im * w.shrink, w.shrink};
+  return next;
+}
+
+// 2 A Re q^m of one polarisation; power: q^(m - 1), and then q^m.
+EK_FN v3 film_echo_order(FilmEcho e, v3* power_re, v3* power_im, v3 wave_re, v3 wave_im) {
+  const v3 re = sub3(mul3(*power_re, e.re), mul3(*power_im, e.im)), im = add3(mul3(*power_re, e.im), mul3(*power_im, e.re));
+  *power_re = re;
+  *power_im = im;
+  return mul3(scale3(e.absorbed, (vf)(2.0f)), sub3(mul3(re, wave_re), mul3(im, wave_im)));
+}
+
+EK_FN FilmEcho film_echo3(FilmEchoChannel r, FilmEchoChannel g, FilmEchoChannel b) {
+  const FilmEcho e = {V3(r.absorbed, g.absorbed, b.absorbed), V3(r.re, g.re, b.re), V3(r.im, g.im, b.im)};
+  return e;
+}
+
+/// Reflectance, R, G and B, [0, 1].
+/// cosine  of the light with the normal, in the air, [0, 1];  eta, k  of the conductor, R, G and B, <= 2^14
+EK_FN_ONCE v3 film_conductor_reflectance(ThinFilm film, v3 eta, v3 k, vf cosine) {
+  const FilmTop top = film_top(film_index(film), cosine);
+  FilmEchoChannel across[3], along[3];
+  film_echoes(top, eta.x, k.x, &across[0], &along[0]);
+  film_echoes(top, eta.y, k.y, &across[1], &along[1]);
+  film_echoes(top, eta.z, k.z, &across[2], &along[2]);
+  const FilmEcho s = film_echo3(across[0], across[1], across[2]), p = film_echo3(along[0], along[1], along[2]);
+  const vf one = (vf)(1.0f), none = (vf)(0.0f), path = 2.0f * (film.thickness * top.g);
+  v3 s_re = V3(one, one, one), s_im = V3(none, none, none), p_re = s_re, p_im = s_im;
+  v3 absorbed = add3(s.absorbed, p.absorbed);
+  FilmWave red = film_wave(path, 1.6810e6f, 4.3278e9f), violet = film_wave(path, 2.2399e6f, 4.5282e9f),
+           green = film_wave(path, 1.7953e6f, 9.3046e9f), blue = film_wave(path, 2.2084e6f, 6.6121e9f);
+  for (uint m = 1; m <= EK_FILM_METAL_ORDERS; ++m) {
+    red = film_wave_next(red);
+    violet = film_wave_next(violet);
+    green = film_wave_next(green);
+    blue = film_wave_next(blue);
+    const v3 re = film_rgb(0.846590002f * red.re + 0.153868307f * violet.re, 1.00022189f * green.re, 1.00112249f * blue.re),
+             im = film_rgb(0.846590002f * red.im + 0.153868307f * violet.im, 1.00022189f * green.im, 1.00112249f * blue.im);
+    absorbed = add3(absorbed, add3(film_echo_order(s, &s_re, &s_im, re, im), film_echo_order(p, &p_re, &p_im, re, im)));
+  }
+  const v3 r = V3(one - 0.5f * absorbed.x, one - 0.5f * absorbed.y, one - 0.5f * absorbed.z);
+  return V3(min_f(max_f(r.x, none), one), min_f(max_f(r.y, none), one), min_f(max_f(r.z, none), one));
+}
+
+#endif

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+// What an area light's material does to its radiance at the point that light_sample chose, as hit_material does for rays that
+// meet the light: its emissive texture, and its opacity, of which a shadow ray that ends before the light knows nothing.
+#ifndef EK_LIGHT_EMISSION_H
+#define EK_LIGHT_EMISSION_H
+#include "lights/light.h"
+#include "surface/material.h"
+
+// What the surface of an area light says of the sample's point; triangle: s.triangle, or any other where there is none.
+EK_FN HitAttributes light_attributes(SceneData scene, LightSample s, vu triangle) {
+  HitAttributes at = hit_attributes(scene, triangle, s.b1, s.b2);
+  if (EK_HAS_shape_light) {
+    at.uv0_u = s.is_shape ? s.b1 : at.uv0_u;
+    at.uv0_v = s.is_shape ? s.b2 : at.uv0_v;
+    at.uv1_u = s.is_shape ? s.b1 : at.uv1_u;
+    at.uv1_v = s.is_shape ? s.b2 : at.uv1_v;
+  }
+  return at;
+}
+
+/// The sample's radiance; that of lights other than surfaces as it is.
+EK_FN v3 light_emission(SceneData scene, LightSample s) {
+  if (!(EK_HAS_area & (EK_HAS_emissive_texture | EK_HAS_opacity))) return s.radiance;
+  const vi is_area = !(s.is_distant | s.is_punctual);
+  const vu triangle = is_area ? s.triangle : (vu)(0u);
+  const Rec r = rec16(scene.materials, gather_u((global const uint*)scene.triangles, triangle * 16u + 9u));
+  const HitAttributes at = light_attributes(scene, s, triangle);
+  v3 radiance = s.radiance;
+  if (EK_HAS_emissive_texture) {
+    const v4 c = texture_or(scene, AS_U(r.wf), at, (vf)(1.0f));
+    radiance = mul3(radiance, V3(c.x, c.y, c.z));
+  }
+  if (EK_HAS_opacity) radiance = scale3(radiance, material_opacity(scene, r, at));
+  return select3(is_area, radiance, s.radiance);
+}
+
+/// What the coat of a light's surface lets through on the way to a point; 1 for lights other than surfaces, and for the inside of
+/// solids, which have none.
+/// wi  world, unit: from the point to the light
+EK_FN vf light_coat(SceneData scene, LightSample s, v3 wi) {
+  const vi is_area = !(s.is_distant | s.is_punctual);
+  const vu triangle = is_area ? s.triangle : (vu)(0u);
+  const vu material = gather_u((global const uint*)scene.triangles, triangle * 16u + 9u);
+  const Rec r = material_detail(scene, material, 0u);
+  vf clearcoat = r.w0;
+  if (EK_HAS_clearcoat_texture)
+    clearcoat = clearcoat * texture_or(scene, AS_U(r.w6), light_attributes(scene, s, triangle), (vf)(1.0f)).x;
+  const vf cosine = dot3(s.n, wi);
+  const vi solid = (gather_u((global const uint*)scene.materials, material * 16u + 6u) & EK_MATERIAL_SOLID) != 0u;
+  return (is_area & !(solid & (cosine > 0.0f))) ? clearcoat_passes(clearcoat, cosine) : (vf)(1.0f);
+}
+
+#endif

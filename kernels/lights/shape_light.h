@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: Apache-2.0
+// Emissive shapes as lights. A point of the shape is chosen in its own space, where it is of standard size; the density is that of
+// the direction towards it, per steradian of that space. Lines are lines in both spaces, so what is seen from a point is the same,
+// and a linear map L takes the solid angle d_own of a direction d to d_own = |det L| / |L d|^3 d_world: one way for turned, stretched
+// and sheared shapes alike. Each kind that can be sampled has, in light_shape_<what>.h,
+//   <name>_choose   a point of the surface, and its part (shape.h)
+//   <name>_density  of the direction towards a point, whether it was chosen or met by a scattered ray
+// and a line in each of the two functions below.
+#ifndef EK_LIGHT_SHAPE_H
+#define EK_LIGHT_SHAPE_H
+#include "lights/light.h"
+#include "shapes/shape_surface.h"
+
+// A shape as it is seen from a point.
+typedef struct {
+  ShapeLanes shape;
+  v3 from;     // the point, own space
+  v3 slack;    // from is inside of a face that it is nearer to than this: what it lies on may be rounded to either side
+  v3 part_m2;  // area of the parts in the world
+} ShapeView;
+
+typedef struct {
+  v3 p;
+  vf part;
+} ShapeChoice;
+
+// Of the direction from `from` to p, where points near p are chosen with a density per area; out: the normal, any length.
+EK_FN vf density_sr_from_area(ShapeView view, v3 p, v3 out, vf density) {
+  const v3 d = sub3(p, view.from);
+  const vf across = abs_f(dot3(out, d)), distance2 = dot3(d, d);
+  const vf per_sr = (density * distance2) * sqrt(distance2 * dot3(out, out)) / across;
+  return across > 0.0f ? per_sr : (vf)(0.0f);
+}
+
+// What is left of u, uniform again, where it lies in [begin, begin + share).
+EK_FN vf rest_of(vf u, vf begin, vf share) { return max_f(min_f((u - begin) / share, (vf)(1.0f - 0x1p-24f)), (vf)(0.0f)); }
+
+#include "lights/shape_sphere.h"
+#include "lights/shape_flat.h"
+#include "lights/shape_round.h"
+
+EK_FN ShapeChoice shape_choose(ShapeView view, vf u, vf v) {
+  const vf zero = (vf)(0.0f);
+  ShapeChoice choice = {V3(zero, zero, zero), zero};
+#define EK_CHOOSE(name)                                            \
+  if (EK_HAS_##name) {                                             \
+    const vi is_kind = view.shape.kind == (uint)SHAPE_##name;      \
+    if (ANY(is_kind)) {                                            \
+      const ShapeChoice c = name##_choose(view, u, v);             \
+      choice.p = select3(is_kind, c.p, choice.p);                  \
+      choice.part = is_kind ? c.part : choice.part;                \
+    }                                                              \
+  }
+  EK_CHOOSE(sphere)
+  EK_CHOOSE(box)
+  EK_CHOOSE(plane)
+  EK_CHOOSE(cylinder)
+  EK_CHOOSE(capsule)
+#undef EK_CHOOSE
+  return choice;
+}
+
+EK_FN vf shape_density(ShapeView view, ShapePoint at, vf part) {
+  vf density = (vf)(0.0f);
+#define EK_DENSITY(name)                                                                \
+  if (EK_HAS_##name) {                                                                  \
+    const vi is_kind = view.shape.kind == (uint)SHAPE_##name;                           \
+    if (ANY(is_kind)) density = is_kind ? name##_density(view, at, part) : density;     \
+  }
+  EK_DENSITY(sphere)
+  EK_DENSITY(box)
+  EK_DENSITY(plane)
+  EK_DENSITY(cylinder)
+  EK_DENSITY(capsule)
+#undef EK_DENSITY
+  return density;
+}
+
+// Steradians of own space per steradian of the world about the unit direction dir.
+EK_FN vf own_sr_per_sr(ShapeLanes s, v3 dir) {
+  // Rows are as small as 2^-60: scaled by a power of two, which is exact.
+  const vf largest = max_f(max_f(max_component(abs3(s.x)), max_component(abs3(s.y))), max_component(abs3(s.z)));
+  const vf scale = AS_F(0x7f000000u - (AS_U(largest) & 0x7f800000u));
+  const v3 x = scale3(s.x, scale), y = scale3(s.y, scale), z = scale3(s.z, scale);
+  const v3 d = V3(dot3(x, dir), dot3(y, dir), dot3(z, dir));
+  const vf length2 = dot3(d, d);
+  return abs_f(dot3(x, cross3(y, z))) / (length2 * sqrt(length2));
+}
+
+EK_FN ShapeView shape_view(ShapeLanes s, ShapeWorld world, v3 p) {
+  const v3 ones = V3((vf)(1.0f), (vf)(1.0f), (vf)(1.0f));
+  const v3 rounding = scale3(abs3(p), (vf)(0x1p-20f));
+  const v3 of_p = V3(dot3(abs3(s.x), rounding), dot3(abs3(s.y), rounding), dot3(abs3(s.z), rounding));
+  const ShapeView view = {s, shape_vector(s, sub3(p, s.center)), add3(scale3(shape_slack(s, world, ones), (vf)(4.0f)), of_p),
+                          world.part_m2};
+  return view;
+}
+
+/// Density with which shape_light_sample chooses a point of a shape that a ray met, per sr as seen from the ray's origin, the choice
+/// of the shape included.
+/// corners  the record that was met, of a shape; at, part: the point in own space (shape_surface); origin, dir: of the ray, dir unit
+EK_FN_ONCE vf shape_light_pdf_sr(SceneData scene, TriangleLanes corners, vi is_shape, ShapePoint at, vf part, v3 origin, v3 dir) {
+  const vu index = is_shape ? AS_U(corners.n.x) : (vu)(0u);
+  const ShapeLanes s = load_shape(scene.shapes, index);
+  const ShapeView view = shape_view(s, shape_world(rec16(scene.shapes, 2u * index + 1u)), origin);
+  const vf pdf = shape_density(view, at, part) * own_sr_per_sr(s, dir);
+  return corners.light_pdf_m2 > 0.0f ? pdf * corners.light_pdf_m2 : (vf)(0.0f);
+}
+
+/// Puts what is of a triangle in a sample right where the light that was chosen is a shape: the point on it as p sees it, its
+/// error, its normal, the density per sr, and in b1 and b2 the texture coordinates.
+EK_FN_ONCE LightSample shape_light_sample(SceneData scene, LightSample sample, v3 p) {
+  const vi is_shape = sample.is_shape;
+  if (!ANY(is_shape)) return sample;
+  const vu index = gather_u((global const uint*)scene.triangles, (is_shape ? sample.triangle : (vu)(0u)) * 16u + 12u);
+  const vu shape = is_shape ? index : (vu)(0u);
+  const ShapeLanes s = load_shape(scene.shapes, shape);
+  const ShapeWorld world = shape_world(rec16(scene.shapes, 2u * shape + 1u));
+  const ShapeView view = shape_view(s, world, p);
+  const v3 ones = V3((vf)(1.0f), (vf)(1.0f), (vf)(1.0f));
+  const ShapeChoice choice = shape_choose(view, sample.u, sample.v);
+  const ShapePoint point = shape_point(s, choice.p, choice.part, shape_slack(s, world, ones));
+  const Surface surface = shape_placed(s, world, point);
+  const vf pdf = shape_density(view, point, choice.part) * own_sr_per_sr(s, normalize3(sub3(surface.p, p)));
+  sample.p = select3(is_shape, surface.p, sample.p);
+  sample.p_error = select3(is_shape, surface.p_error, sample.p_error);
+  sample.n = select3(is_shape, surface.n_geom, sample.n);
+  sample.pdf = is_shape ? sample.pdf * pdf : sample.pdf;
+  sample.b1 = is_shape ? point.u : sample.b1;
+  sample.b2 = is_shape ? point.v : sample.b2;
+  return sample;
+}
+
+#endif

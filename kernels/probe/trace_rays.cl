@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+// Rays of any origin through the production traversal, for `bench rays` and the tests.
+//   rays  nine arrays of `stride` words: origin x y z, direction x y z, t_max, and the triangles that the ray leaves and goes to
+//         (EK_NO_HIT: none); at least 16 behind ray_count may be read
+//   hits  four arrays of `stride` words: t, u, v, triangle; and with EK_HAS_instance a fifth: instance; trace_any writes the first, 1 or 0. In a program that counts (hit.h),
+//         u and v are numbers of triangle tests and of steps
+// A work-item traces EK_CHUNK rays. With EK_HAS_opacity each ray has decisions of its own.
+#include "traverse/traverse.h"
+
+#define TRACE_ARGUMENTS                                                                                              \
+  constant Frame* frame, EK_GEOMETRY_ARGUMENTS, global const float* rays, global float* hits, uint ray_count, \
+      uint stride, uint coherent
+
+EK_FN v3 trace_load3(global const float* p, uint stride) { return V3(load_f(p), load_f(p + stride), load_f(p + 2 * stride)); }
+
+EK_FN RayEnds trace_ends(global const float* p, uint stride) {
+  const RayEnds ends = {load_u((global const uint*)(p + 7 * stride)), load_u((global const uint*)(p + 8 * stride))};
+  return ends;
+}
+
+EK_FN OpacityKey trace_key(uint first) { return opacity_key(hash_bits((vu)(first) + LANE_INDEX), (vu)(0u), 1u, 0u); }
+
+// The rays [begin, end).
+EK_FN_ONCE void trace_closest_run(constant Frame* frame, Geometry geometry, global const float* rays, global float* hits, uint begin,
+                                  uint end, uint stride, uint coherent) {
+  Tracing tracing;
+  for (uint first = begin; first < end; first += EK_ROWS) {
+    const uint rows = min(end - first, (uint)EK_ROWS);
+    tracing_clear(&tracing);
+    for (uint row = 0; row < rows; row += EK_WIDTH) {
+      global const float* p = rays + first + row;
+      tracing_begin(frame, geometry, &tracing, row, trace_load3(p, stride), trace_load3(p + 3 * stride, stride), EK_INFINITY,
+                    trace_ends(p, stride), trace_key(first + row), min(rows - row, (uint)EK_WIDTH), coherent, 0);
+    }
+    tracing_finish(frame, geometry, &tracing, 0);
+    for (uint row = 0; row < rows; row += EK_WIDTH) {
+      const HitLanes hit = closest_result(&tracing, row);
+      global float* p = hits + first + row;
+      store_f(p, hit.t);
+      store_f(p + stride, hit.u);
+      store_f(p + 2 * stride, hit.v);
+      store_f(p + 3 * stride, AS_F(hit.triangle));
+#if EK_HAS_instance
+      store_f(p + 4 * stride, AS_F(hit.instance));
+#endif
+    }
+  }
+}
+
+EK_FN_ONCE void trace_any_run(constant Frame* frame, Geometry geometry, global const float* rays, global float* hits, uint begin,
+                              uint end, uint stride, uint coherent) {
+  Tracing tracing;
+  for (uint first = begin; first < end; first += EK_ROWS) {
+    const uint rows = min(end - first, (uint)EK_ROWS);
+    tracing_clear(&tracing);
+    for (uint row = 0; row < rows; row += EK_WIDTH) {
+      global const float* p = rays + first + row;
+      tracing_begin(frame, geometry, &tracing, row, trace_load3(p, stride), trace_load3(p + 3 * stride, stride),
+                    load_f(p + 6 * stride), trace_ends(p, stride), trace_key(first + row), min(rows - row, (uint)EK_WIDTH), coherent, 1);
+    }
+    tracing_finish(frame, geometry, &tracing, 1);
+    for (uint row = 0; row < rows; row += EK_WIDTH) {
+      store_f(hits + first + row, any_result(&tracing, row) ? (vf)(1.0f) : (vf)(0.0f));
+#if defined(EK_COUNT) && EK_COUNT
+      const HitLanes counts = closest_result(&tracing, row);
+      store_f(hits + first + row + stride, counts.u);
+      store_f(hits + first + row + 2 * stride, counts.v);
+#endif
+    }
+  }
+}
+
+kernel void trace_closest(TRACE_ARGUMENTS) {
+  const Geometry geometry = EK_GEOMETRY;
+  const uint begin = (uint)get_global_id(0) * EK_CHUNK;
+  trace_closest_run(frame, geometry, rays, hits, begin, min(begin + EK_CHUNK, ray_count), stride, coherent);
+}
+
+kernel void trace_any(TRACE_ARGUMENTS) {
+  const Geometry geometry = EK_GEOMETRY;
+  const uint begin = (uint)get_global_id(0) * EK_CHUNK;
+  trace_any_run(frame, geometry, rays, hits, begin, min(begin + EK_CHUNK, ray_count), stride, coherent);
+}

@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: Apache-2.0
+// Rays against shapes. As a triangle does, a shape accepts t only inside the interval of its own box (ray.h), so that every
+// structure gives the same hits; its id is its record's in the array of triangles, behind all of those.
+#ifndef EK_SHAPE_HIT_H
+#define EK_SHAPE_HIT_H
+#include "shapes/shape.h"
+
+typedef struct {
+  vi hit;
+  vf t, part;
+#if EK_HAS_implicit
+  vf gave_up;  // t at which the search for a surface was given up; infinite: it was not
+#endif
+} ShapeHit;
+
+#if EK_HAS_opacity
+// Whether the ray passes the root of this number, counted from its origin: each time that it meets a shape it decides anew.
+// (By the shape's own number: which record it has hangs on how meshes are stored.)
+EK_FN vi shape_passes(SceneData scene, vu id, vu shape, ShapePoint point, uint number, OpacityKey key) {
+  const vf zero = (vf)(0.0f), one = (vf)(1.0f);
+  const HitAttributes at = {V3(zero, zero, zero), point.u, point.v, point.u, point.v, V3(zero, zero, zero), one, one, one, one, one};
+  const vu material = gather_u((global const uint*)scene.triangles, id * 16u + 9u);
+  const vf opacity = material_opacity(scene, rec16(scene.materials, material), at);
+  return opacity_number(key, (shape | 0x80000000u) ^ (number * 0x9e3779b9u)) >= opacity;
+}
+#endif
+
+// Where each ray's interval in a shape's box begins and ends, by the rule of ray.h.
+typedef struct {
+  vf begin, end;
+} ShapeInterval;
+
+EK_FN ShapeInterval shape_interval(const RayLanes* ray, v3 lo, v3 hi) {
+  const vi falls_x = ray->rx < 0.0f, falls_y = ray->ry < 0.0f, falls_z = ray->rz < 0.0f;
+  const vf begin_x = ((falls_x ? hi.x : lo.x) - ray->nx) * ray->rx, end_x = ((falls_x ? lo.x : hi.x) - ray->fx) * ray->rx;
+  const vf begin_y = ((falls_y ? hi.y : lo.y) - ray->ny) * ray->ry, end_y = ((falls_y ? lo.y : hi.y) - ray->fy) * ray->ry;
+  const vf begin_z = ((falls_z ? hi.z : lo.z) - ray->nz) * ray->rz, end_z = ((falls_z ? lo.z : hi.z) - ray->fz) * ray->rz;
+  const ShapeInterval within = {max_f(max_f(begin_x, begin_y), max_f(begin_z, (vf)(0.0f))), min_f(min_f(end_x, end_y), end_z)};
+  return within;
+}
+
+// The same bits from what triangles are tested with. lo, hi: in the axes of that test; sets nx and fx of `ray`, which say how far apart o_near
+// and o_far are.
+EK_FN ShapeInterval shape_interval_permuted(RayLanes* ray, v3 lo, v3 hi) {
+  const vf farthest = max_f(max_f(abs_f(ray->p_ox), abs_f(ray->p_oy)), abs_f(ray->p_oz));
+  const vf pad = ray_pad(ray->reach, farthest);
+  const vf along = ray->p_rz < 0.0f ? -pad : pad;
+  ray->nx = ray->p_oz + along;
+  ray->fx = ray->p_oz - along;
+  const vi falls_x = ray->p_rx < 0.0f, falls_y = ray->p_ry < 0.0f, falls_z = ray->p_rz < 0.0f;
+  const vf begin_x = ((falls_x ? hi.x : lo.x) - ray->p_nx) * ray->p_rx, end_x = ((falls_x ? lo.x : hi.x) - ray->p_fx) * ray->p_rx;
+  const vf begin_y = ((falls_y ? hi.y : lo.y) - ray->p_ny) * ray->p_ry, end_y = ((falls_y ? lo.y : hi.y) - ray->p_fy) * ray->p_ry;
+  const vf begin_z = ((falls_z ? hi.z : lo.z) - ray->nx) * ray->p_rz, end_z = ((falls_z ? lo.z : hi.z) - ray->fx) * ray->p_rz;
+  const ShapeInterval within = {max_f(max_f(begin_x, begin_y), max_f(begin_z, (vf)(0.0f))), min_f(min_f(end_x, end_y), end_z)};
+  return within;
+}
+
+/// The first place where each ray meets its shape and does not pass it. Reads of `ray` p_o, s, p_rz, axis, and key.
+/// live: lanes that count, all of whose intervals within the shape's box are not empty; id: the shape's record in scene.triangles;
+/// until: hits behind that t are of no use
+// In the shape's space, by the depth on the ray's longest axis: the direction (sx, sy, 1) is what triangles are tested with.
+EK_FN ShapeHit shape_hit_within(SceneData scene, const RayLanes* ray, vi live, vu id, vu shape, ShapeLanes s, ShapeInterval within,
+                                vf until) {
+  const vi z_is_x = ray->axis == 0.0f, z_is_y = ray->axis == 1.0f;
+  const vf sign = copysign_f((vf)(1.0f), ray->p_rz);
+  const v3 origin = unpermute3(V3(ray->p_ox, ray->p_oy, ray->p_oz), z_is_x, z_is_y);
+  const v3 dir = unpermute3(V3(ray->sx * sign, ray->sy * sign, sign), z_is_x, z_is_y);
+  const v3 o = shape_vector(s, sub3(origin, s.center)), d = shape_vector(s, dir);
+
+  ShapeHit found;
+  found.hit = (vi)(0);
+  found.t = found.part = (vf)(0.0f);
+  vi open = live;
+#if EK_HAS_implicit
+  // In depths; what t is clamped by is within the pads, and counts twice.
+  const vf until_z = (until / abs_f(ray->p_rz)) * (1.0f + 0x1p-10f) + abs_f(ray->nx - ray->fx);
+  found.gave_up = EK_INFINITY;
+#endif
+  vf after = (vf)(0.0f);
+  for (uint number = 0;; ++number) {
+#if EK_HAS_implicit
+    ShapeRoot root = shape_root(s, o, d, after);
+    const vi is_implicit = open & (s.kind == (uint)SHAPE_implicit);
+    if (ANY(is_implicit)) root = implicit_shape_root(scene, s, shape, is_implicit, o, d, until_z, root, &found.gave_up);
+#else
+    const ShapeRoot root = shape_root(s, o, d, after);
+#endif
+    const vi met = open & root.hit;
+    vi passed = (vi)(0);
+#if EK_HAS_opacity
+    passed = met & ((gather_u((global const uint*)scene.triangles, id * 16u + 15u) & EK_SHAPE_PASSABLE) != 0u);
+    if (ANY(passed)) {
+      const ShapePoint point = shape_point(s, add3(o, scale3(d, root.z)), root.part, V3((vf)(0.0f), (vf)(0.0f), (vf)(0.0f)));
+      passed = passed & shape_passes(scene, id, shape, point, number, ray->key);
+    }
+#endif
+    const vi stops = met & !passed;
+    found.hit = found.hit | stops;
+    found.t = stops ? root.z : found.t;
+    found.part = stops ? root.part : found.part;
+    open = passed;
+    after = root.z;
+    if (!EK_HAS_opacity || !ANY(open)) break;
+  }
+  const vf t = found.t * abs_f(ray->p_rz);
+  found.t = min_f(max_f(t, within.begin), within.end) + 0.0f;  // which zero an interval ends in would hang on the order of axes
+#if EK_HAS_implicit
+  found.gave_up = found.gave_up * abs_f(ray->p_rz);
+#endif
+  return found;
+}
+
+/// The same of rays of which it is not known whether they meet the box from lo to hi. Reads r, n and f of `ray`, too.
+EK_FN ShapeHit shape_hit(SceneData scene, const RayLanes* ray, vi live, vu id, vu shape, v3 lo, v3 hi, vf until) {
+  const ShapeInterval within = shape_interval(ray, lo, hi);
+  return shape_hit_within(scene, ray, live & (within.begin <= within.end), id, shape, load_shape(scene.shapes, shape), within,
+                          until);
+}
+
+/// The same of one shape for all rays; of those that end before its box it is not asked.
+/// t: where each ray ends
+EK_FN ShapeHit shape_hit_one(SceneData scene, const RayLanes* ray, vi live, vf t, uint id, v3 lo, v3 hi) {
+  const ShapeInterval within = shape_interval(ray, lo, hi);
+  const vi meets = live & (within.begin <= min_f(within.end, t));
+  ShapeHit none;
+  none.hit = (vi)(0);
+  none.t = none.part = (vf)(0.0f);
+#if EK_HAS_implicit
+  none.gave_up = EK_INFINITY;
+#endif
+  if (!ANY(meets)) return none;
+  const uint shape = as_uint(((global const float*)(scene.triangles + id))[12]);
+  global const float* p = (global const float*)(scene.shapes + shape);
+  const ShapeLanes s = {V3((vf)(p[0]), (vf)(p[1]), (vf)(p[2])), V3((vf)(p[3]), (vf)(p[4]), (vf)(p[5])),
+                        V3((vf)(p[6]), (vf)(p[7]), (vf)(p[8])), V3((vf)(p[9]), (vf)(p[10]), (vf)(p[11])),
+                        (vf)(p[12]), (vf)(p[13]), (vf)(p[14]), (vu)(as_uint(p[15]))};
+  return shape_hit_within(scene, ray, meets, (vu)(id), (vu)(shape), s, within, t);
+}
+
+#endif

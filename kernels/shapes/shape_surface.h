@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: Apache-2.0
+// Where a ray meets a shape: the point, moved onto the surface, how far off it may be, and the normal.
+#ifndef EK_SHAPE_SURFACE_H
+#define EK_SHAPE_SURFACE_H
+#include "surface/attributes.h"
+#include "shapes/shape.h"
+#include "surface/surface.h"
+
+// Second half of a ShapeRecord: the world from own space, about the centre, by rows; and of shapes that are sampled as lights the
+// areas of the parts in the world.
+typedef struct {
+  v3 x, y, z;
+  v3 part_m2;
+} ShapeWorld;
+
+EK_FN ShapeWorld shape_world(Rec second) {
+  const ShapeWorld world = {V3(second.w0, second.w1, second.w2), V3(second.w3, second.w4, second.w5),
+                            V3(second.w6, second.w7, second.w8), V3(second.wd, second.we, second.wf)};
+  return world;
+}
+
+// What errors of a point and of rays that leave it, some roundings more, are along the axes of own space. own: how far out it is there.
+EK_FN v3 shape_slack(ShapeLanes s, ShapeWorld world, v3 own) {
+  const v3 reach = V3(0x1p-18f * dot3(abs3(world.x), own) + 0x1p-21f * abs_f(s.center.x),
+                      0x1p-18f * dot3(abs3(world.y), own) + 0x1p-21f * abs_f(s.center.y),
+                      0x1p-18f * dot3(abs3(world.z), own) + 0x1p-21f * abs_f(s.center.z));
+  return V3(dot3(abs3(s.x), reach), dot3(abs3(s.y), reach), dot3(abs3(s.z), reach));
+}
+
+/// A point of a shape in the world.
+// The bound of the error. In own space the point is on the surface but for some roundings, and goes through two products of a
+// matrix and its inverse until a ray that starts there is tested: with L the matrix, W its inverse and g the gradient, what
+// the test makes of its height is off by at most 16 u |g| |L| |W| |p|, u = 2^-24 (of the factors 9 to 15 were counted, by kind), and
+// a metre along the normal is a height of |L^T g|. The last sum in world space rounds by u |p|.
+EK_FN Surface shape_placed(ShapeLanes s, ShapeWorld world, ShapePoint point) {
+  const v3 from_center = V3(dot3(world.x, point.p), dot3(world.y, point.p), dot3(world.z, point.p));
+  const v3 own = abs3(point.p), out = abs3(point.out);
+  const v3 size = V3(dot3(abs3(world.x), own), dot3(abs3(world.y), own), dot3(abs3(world.z), own));
+  const vf height = (out.x * dot3(abs3(s.x), size) + out.y * dot3(abs3(s.y), size)) + out.z * dot3(abs3(s.z), size);
+  const v3 normal = add3(add3(scale3(s.x, point.out.x), scale3(s.y, point.out.y)), scale3(s.z, point.out.z));
+  const vf per_metre = sqrt(dot3(normal, normal));
+  const v3 n = scale3(normal, (vf)(1.0f) / per_metre);
+  const v3 p = add3(s.center, from_center);
+  const v3 p_error = add3(scale3(abs3(p), (vf)(0x1p-24f)), scale3(abs3(n), 0x1p-20f * (height / per_metre)));
+  const int may_be_off = EK_HAS_implicit | EK_HAS_cylinder;  // of the kinds that set a clearance
+  const Surface surface = {p, may_be_off ? add3(p_error, scale3(abs3(n), point.clearance / per_metre)) : p_error, n};
+  return surface;
+}
+
+/// Puts what is of a triangle in `surface` right for the lanes that met a shape; returns the point in own space, for shape_attributes.
+/// corners  the record that was met; part: the hit's u; origin, dir, t: of the ray
+EK_FN ShapePoint shape_surface(SceneData scene, TriangleLanes corners, vf part, v3 origin, v3 dir, vf t, Surface* surface) {
+  const vi is_shape = corners.p2.x != corners.p2.x;
+  const vu index = is_shape ? AS_U(corners.n.x) : (vu)(0u);
+  const ShapeLanes s = load_shape(scene.shapes, index);
+  const Rec w = rec16(scene.shapes, 2u * index + 1u);
+  const ShapeWorld world = shape_world(w);
+  v3 near = shape_vector(s, add3(sub3(origin, s.center), scale3(dir, t)));
+  // From a million radii away t may be no better than the shape is large: then the side that is seen will do.
+  const v3 seen = shape_vector(s, neg3(dir));
+  near = select3(max_component(abs3(near)) > 0x1p-20f, near, scale3(seen, (vf)(1.0f) / max_component(abs3(seen))));
+  const v3 slack = shape_slack(s, world, V3((vf)(1.0f), (vf)(1.0f), (vf)(1.0f)));
+#if EK_HAS_implicit
+  ShapePoint point = shape_point(s, near, part, slack);
+  const vi is_implicit = is_shape & (s.kind == (uint)SHAPE_implicit);
+  if (ANY(is_implicit)) point = implicit_shape_point(s, w, is_implicit, origin, dir, part, point);
+#else
+  const ShapePoint point = shape_point(s, near, part, slack);
+#endif
+  const Surface placed = shape_placed(s, world, point);
+  surface->p = select3(is_shape, placed.p, surface->p);
+  surface->p_error = select3(is_shape, placed.p_error, surface->p_error);
+  surface->n_geom = select3(is_shape, placed.n_geom, surface->n_geom);
+  return point;
+}
+
+/// The same for what a triangle's corners say: a shape has texture coordinates of its own, for either set, and a tangent along them.
+/// n_geom  of shape_surface()
+// In own space `right`, upwards in the texture and `out` are right-handed. A node that mirrors turns out the other way round, but not
+// what lies along the surface.
+EK_FN HitAttributes shape_attributes(SceneData scene, TriangleLanes corners, ShapePoint point, v3 n_geom, HitAttributes at) {
+  const vi is_shape = corners.p2.x != corners.p2.x;
+  if (EK_HAS_tangent) {
+    const ShapeWorld world = shape_world(rec16(scene.shapes, 2u * (is_shape ? AS_U(corners.n.x) : (vu)(0u)) + 1u));
+    const v3 up = cross3(point.out, point.right), right = point.right;
+    const v3 along = V3(dot3(world.x, right), dot3(world.y, right), dot3(world.z, right));
+    const v3 upward = V3(dot3(world.x, up), dot3(world.y, up), dot3(world.z, up));
+    const vf length2 = dot3(along, along);
+    const v3 tangent = scale3(along, length2 > 0.0f ? (vf)(1.0f) / sqrt(length2) : (vf)(0.0f));
+    at.tangent = select3(is_shape, tangent, at.tangent);
+    at.bitangent_sign = is_shape ? (dot3(cross3(n_geom, tangent), upward) < 0.0f ? (vf)(-1.0f) : (vf)(1.0f)) : at.bitangent_sign;
+  }
+  at.uv0_u = is_shape ? point.u : at.uv0_u;
+  at.uv0_v = is_shape ? point.v : at.uv0_v;
+  at.uv1_u = is_shape ? point.u : at.uv1_u;
+  at.uv1_v = is_shape ? point.v : at.uv1_v;
+  return at;
+}
+
+#endif

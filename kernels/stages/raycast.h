@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a ray caster makes of a material: Blinn's highlight over Lambert's base, and nothing else [Appel 1968; Blinn 1977].
+#ifndef EK_RAYCAST_H
+#define EK_RAYCAST_H
+#include "bsdf/bsdf.h"
+
+/// Reflectance of a conductor at normal incidence: |(eta + i k - 1) / (eta + i k + 1)|^2.
+EK_FN vf conductor_normal_reflectance(vf eta, vf k) {
+  const vf below = eta - 1.0f, above = eta + 1.0f;
+  return (below * below + k * k) / (above * above + k * k);
+}
+
+/// EIKON_materials_phong as it is. Of others the highlight has the colour that the surface reflects at normal incidence, and the
+/// shininess whose lobe is as wide as that of their roughness, 2 / alpha^2 - 2 [Walter et al. 2007, section 5.2], [1, 2^16]; the
+/// base is what is left of the base colour. What glass lets through is not: it looks like plastic.
+EK_FN MaterialLanes raycast_material(MaterialLanes m) {
+  const vu phong = (vu)(1u << LOBE_phong);
+  const vi own = m.lobes == phong, lambert = m.lobes == (1u << LOBE_diffuse), metal = m.lobes == (1u << LOBE_conductor);
+  const vf zero = (vf)(0.0f);
+  const v3 conductor = V3(conductor_normal_reflectance(m.conductor_eta.x, m.conductor_k.x),
+                          conductor_normal_reflectance(m.conductor_eta.y, m.conductor_k.y),
+                          conductor_normal_reflectance(m.conductor_eta.z, m.conductor_k.z));
+  const v3 highlight = select3(lambert, V3(zero, zero, zero), select3(metal, conductor, m.f0));
+  const vf alpha2 = max_f(m.ggx_alpha * m.ggx_alpha, (vf)(0x1p-20f));
+  const vf shininess = min_f(max_f(2.0f / alpha2 - 2.0f, (vf)(1.0f)), (vf)(0x1p16f));
+  m.phong_specular = select3(own, m.phong_specular, highlight);
+  m.phong_shininess = own ? m.phong_shininess : shininess;
+  m.base_color = scale3(m.base_color, own | lambert ? (vf)(1.0f) : metal ? zero : 1.0f - m.metallic);
+  m.lobes = phong;
+  m.clearcoat = m.sheen_roughness = zero;
+  m.sheen = V3(zero, zero, zero);
+  return m;
+}
+
+#endif

@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: Apache-2.0
+// Where a ray meets a surface, how far off that point may be, and how rays leave it.
+#ifndef EK_SURFACE_H
+#define EK_SURFACE_H
+#include "lanes/math.h"
+
+// Record Triangle, one per lane.
+typedef struct {
+  v3 p0, p1, p2;    // world, metres
+  vu material;
+  vf light_pdf_m2;  // 0: not a light
+  vu node;
+  v3 n;             // unit, to the front
+  vu flags;
+} TriangleLanes;
+
+EK_FN TriangleLanes load_triangle(global const Triangle* triangles, vu i) {
+  const Rec r = rec16(triangles, i);
+  TriangleLanes t = {V3(r.w0, r.w1, r.w2), V3(r.w3, r.w4, r.w5), V3(r.w6, r.w7, r.w8), AS_U(r.w9), r.wa, AS_U(r.wb),
+                     V3(r.wc, r.wd, r.we), AS_U(r.wf)};
+  return t;
+}
+
+/// (p1 - p0) x (p2 - p0), unit, off by some 2^-23 over the sine of the angle at p0: for lights, whose records are full;
+/// hits have a better one in the triangle's record. Not finite where the product in floats vanishes. Exact under scaling
+/// by powers of two, for edges from 2^-60 to 2^60 m.
+EK_FN v3 triangle_normal(v3 p0, v3 p1, v3 p2) {
+  const v3 n = cross3(sub3(p1, p0), sub3(p2, p0));
+  // n is a squared length: its own square would leave the range of float. So scale by a power of two, which is exact.
+  const vu exponent = AS_U(max_component(abs3(n))) & 0x7f800000u;
+  return normalize3(scale3(n, AS_F(0x7f000000u - exponent)));
+}
+
+/// The point of weights 1 - u - v, u, v, and a bound on how far it is from the exact triangle, per axis.
+/// source  [Pharr, Jakob, Humphreys 2023, section 6.8.5], whose third weight comes without error; ours, 1 - u - v, adds
+///         two roundings of 2^-25 of the first corner.
+EK_FN v3 triangle_point(v3 p0, v3 p1, v3 p2, vf u, vf v, v3* p_error) {
+  const v3 a = scale3(p0, (1.0f - u) - v);
+  const v3 b = scale3(p1, u);
+  const v3 c = scale3(p2, v);
+  const float gamma_7 = 7.0f * 0x1p-24f / (1.0f - 7.0f * 0x1p-24f);
+  *p_error = add3(scale3(add3(add3(abs3(a), abs3(b)), abs3(c)), (vf)(gamma_7)), scale3(abs3(p0), (vf)(0x1p-24f)));
+  return add3(add3(a, b), c);
+}
+
+// Towards where the ray came from, on one axis.
+EK_FN vf moved_back(vf p, vf error, vf travelled) {
+  return p - copysign_f(min_f(2.0f * error, 0.5f * abs_f(travelled)), travelled);
+}
+
+typedef struct {
+  v3 p;        // world, metres
+  v3 p_error;  // bound of its error per axis
+  v3 n_geom;   // unit, to the front side
+} Surface;
+
+/// The point of a hit. u and v are the hit's weights of p1 and p2; travelled: from the ray's origin to the hit, along the ray.
+// The point is moved back by twice its error, since u and v have theirs, but by half of the way at most: rounding could else put it
+// beyond a wall that crosses this one, which the ray has not reached, and rays that leave from there would see the other side.
+// Each weight counts as 2^-20 at least, which moves the point by a millionth of the triangle: closer to an edge than that,
+// rounding could put it beyond the wall that meets the triangle there, and closed boxes would leak.
+EK_FN Surface surface_at(TriangleLanes t, vf u, vf v, v3 travelled) {
+  const vf least = (vf)(0x1p-20f);
+  u = max_f(u, least);
+  v = max_f(v, least);
+  const vf excess = max_f((u + v) - (1.0f - least), (vf)(0.0f));
+  const vi from_u = u > v;
+  u = from_u ? u - excess : u;
+  v = from_u ? v : v - excess;
+  v3 error;
+  const v3 p = triangle_point(t.p0, t.p1, t.p2, u, v, &error);
+  Surface s;
+  s.p = V3(moved_back(p.x, error.x, travelled.x), moved_back(p.y, error.y, travelled.y),
+           moved_back(p.z, error.z, travelled.z));
+  s.p_error = scale3(error, (vf)(3.25f));  // and 2^-24 of p, a seventh of `error`, for the rounding of the move
+  s.n_geom = t.n;
+  return s;
+}
+
+// x moved by one float in the direction of `step`'s sign; not if that is zero or x too small to matter.
+EK_FN vf next_float_towards(vf x, vf step) {
+  const vu bits = AS_U(x);
+  const vi outward = ((bits ^ AS_U(step)) & 0x80000000u) == 0u;
+  const vi moves = (step != 0.0f) & ((bits & 0x7fffffffu) > 0x00800000u);
+  const vu moved = outward ? bits + 1u : bits - 1u;
+  return AS_F(moves ? moved : bits);
+}
+
+/// Origin of a ray that leaves `p` towards w (of any length): on w's side of the triangle, however p was rounded.
+/// Every ray that leaves a surface starts here; no constant is in it, so a scene scaled by 2^k gives the same picture.
+/// source  [Pharr, Jakob, Humphreys 2023, section 6.8.6]
+EK_FN v3 offset_ray_origin(v3 p, v3 p_error, v3 n_geom, v3 w) {
+  const vf distance = dot3(abs3(n_geom), p_error);
+  const v3 offset = scale3(n_geom, dot3(w, n_geom) < 0.0f ? -distance : distance);
+  return V3(next_float_towards(p.x + offset.x, offset.x), next_float_towards(p.y + offset.y, offset.y),
+            next_float_towards(p.z + offset.z, offset.z));
+}
+
+typedef struct { v3 x, y, z; } Basis;  // orthonormal, right-handed, world
+
+/// A basis whose z is n (unit). source  [Duff et al. 2017, "Building an Orthonormal Basis, Revisited", JCGT 6(1)]
+EK_FN Basis basis_around(v3 n) {
+  const vf sign = copysign_f((vf)(1.0f), n.z);
+  const vf a = -1.0f / (sign + n.z);
+  const vf b = (n.x * n.y) * a;
+  Basis basis = {V3(1.0f + (sign * n.x) * (n.x * a), sign * b, -sign * n.x), V3(b, sign + n.y * (n.y * a), -n.y), n};
+  return basis;
+}
+/// The same basis turned about z until x lies in the direction of `along`; as it is where that has none across z.
+EK_FN Basis basis_along(Basis basis, v3 along) {
+  const vf x = dot3(basis.x, along), y = dot3(basis.y, along);
+  const vf length2 = x * x + y * y;
+  const vi usable = length2 > 0x1p-40f;
+  const vf inverse = 1.0f / sqrt(usable ? length2 : (vf)(1.0f));
+  const vf c = x * inverse, s = y * inverse;
+  Basis turned = basis;
+  turned.x = select3(usable, add3(scale3(basis.x, c), scale3(basis.y, s)), basis.x);
+  turned.y = select3(usable, sub3(scale3(basis.y, c), scale3(basis.x, s)), basis.y);
+  return turned;
+}
+EK_FN v3 to_local(Basis basis, v3 a) { return V3(dot3(basis.x, a), dot3(basis.y, a), dot3(basis.z, a)); }
+EK_FN v3 to_world(Basis basis, v3 a) {
+  return add3(add3(scale3(basis.x, a.x), scale3(basis.y, a.y)), scale3(basis.z, a.z));
+}
+
+#endif

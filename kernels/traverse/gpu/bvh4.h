@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+// Layout `bvh4`, for GPU devices: nodes of 16 words with four children, whose boxes are quantised.
+//   words 0-3    origin and exponents of the boxes (quantised.h); highest byte of word 3: bit k, there is a child k
+//   words 4-9    planes lo x, hi x, lo y, hi y, lo z, hi z: a byte per child, that of child 0 lowest
+//   words 10, 11 unused
+//   words 12-15  child: index of its node, or bit 31 | (count - 1) << 28 | first entry of its triangles in `leaves`. The children
+//                come smallest first: an any-hit ray tries the largest, the likeliest, first.
+#ifndef EK_TRAVERSE_BVH4_H
+#define EK_TRAVERSE_BVH4_H
+#include "traverse/quantised.h"
+
+#define BVH4_LEAF 0x80000000u
+#define BVH4_NONE 0xffffffffu  // no child; as the place where one begins: behind all others
+
+// Puts the nearer of two children first.
+EK_FN void bvh4_order(uint2* a, uint2* b) {
+  const uint2 first = a->x <= b->x ? *a : *b, second = a->x <= b->x ? *b : *a;
+  *a = first;
+  *b = second;
+}
+
+EK_FN int traverse_bvh4(Geometry geometry, const RayOne* ray, const int any_hit, Hit* hit) {
+  uint stack[EK_STACK_SIZE];
+  float begins[EK_STACK_SIZE];  // where the ray enters what waits; of a closest-hit query
+  uint waiting = 0, current = 0;
+  for (;;) {
+    EK_COUNT_STEP(hit);
+    if (!(current & BVH4_LEAF)) {
+      global const uint4* node = (global const uint4*)geometry.nodes + (size_t)current * 4;
+      const uint4 frame = node[0], planes = node[1], children = node[3];
+      const uint2 z = node[2].xy;
+      float4 end;
+      const float4 begin = quantised_boxes(frame, planes.xy, planes.zw, z, ray, &end);
+      const int4 in = begin <= min_plane(end, (float4)(hit->t));
+      const uint there = frame.w >> 24;
+      const int in0 = (in.x != 0) & ((there & 1u) != 0), in1 = (in.y != 0) & ((there & 2u) != 0);
+      const int in2 = (in.z != 0) & ((there & 4u) != 0), in3 = (in.w != 0) & ((there & 8u) != 0);
+      if (any_hit) {
+        const uint before = waiting;
+        if (in0) stack[waiting++] = children.x;
+        if (in1) stack[waiting++] = children.y;
+        if (in2) stack[waiting++] = children.z;
+        if (in3) stack[waiting++] = children.w;
+        if (waiting != before) {
+          current = stack[--waiting];
+          continue;
+        }
+      } else {
+        // Places are not negative: their bits sort as they do.
+        uint2 c0 = (uint2)(in0 ? as_uint(begin.x) : BVH4_NONE, children.x);
+        uint2 c1 = (uint2)(in1 ? as_uint(begin.y) : BVH4_NONE, children.y);
+        uint2 c2 = (uint2)(in2 ? as_uint(begin.z) : BVH4_NONE, children.z);
+        uint2 c3 = (uint2)(in3 ? as_uint(begin.w) : BVH4_NONE, children.w);
+        bvh4_order(&c0, &c1);
+        bvh4_order(&c2, &c3);
+        bvh4_order(&c0, &c2);
+        bvh4_order(&c1, &c3);
+        bvh4_order(&c1, &c2);
+        if (c0.x != BVH4_NONE) {
+          if (c3.x != BVH4_NONE) {
+            stack[waiting] = c3.y;
+            begins[waiting++] = as_float(c3.x);
+          }
+          if (c2.x != BVH4_NONE) {
+            stack[waiting] = c2.y;
+            begins[waiting++] = as_float(c2.x);
+          }
+          if (c1.x != BVH4_NONE) {
+            stack[waiting] = c1.y;
+            begins[waiting++] = as_float(c1.x);
+          }
+          current = c0.y;
+          continue;
+        }
+      }
+    } else {
+      const uint first = current & 0x0fffffffu, count = ((current >> 28) & 7u) + 1u;
+      for (uint i = 0; i < count; ++i) {
+        if (try_triangle(geometry, ray, geometry.leaves[first + i], any_hit, hit)) return 1;
+      }
+    }
+    do {
+      if (waiting == 0) return 0;
+      --waiting;
+    } while (!any_hit && begins[waiting] > hit->t);
+    current = stack[waiting];
+  }
+}
+
+#endif

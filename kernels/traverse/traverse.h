@@ -1,0 +1,262 @@
+// SPDX-License-Identifier: Apache-2.0
+// Rays against the scene, in lanes. EK_LAYOUT_<name> (shared/layouts.def) or EK_LAYOUT_none: which tree this program is for
+// (one of them 1); EK_STACK_SIZE: entries that its deepest path can leave waiting; EK_SMALL_TREE: 1 where rays of any kind go
+// together best; EK_MEDIUM_TREE, EK_LARGE_TREE: 1 where the tree is larger than a core's caches, and than all caches. All give the
+// same bits (ray.h).
+#ifndef EK_TRAVERSE_H
+#define EK_TRAVERSE_H
+#include "traverse/wide/batch.h"
+#include "traverse/gpu/bvh2.h"
+#include "traverse/gpu/bvh4.h"
+#include "traverse/classic/cells.h"
+#include "traverse/gpu/cwbvh.h"
+#include "traverse/classic/none.h"
+#include "traverse/wide/packet.h"
+#include "traverse/wide/sorted.h"
+#include "traverse/wide/wide.h"
+
+#define USE_WIDE (EK_LAYOUT_bvh16 | EK_LAYOUT_bvh8)
+
+// Lanes that hold a ray: from a finite origin in some direction. No other can hit anything, and none is traced: numbers that are none are
+// within every box, even where a node has no child, and would widen the bounds of a packet. Of a ray, padded origins are finite, and
+// reciprocals finite and not 0: the planes at infinity of a child that is missing are never met.
+EK_FN vi valid_rays(RayLanes ray, vf t_max, uint count) {
+  return (LANE_INDEX < (vu)(count)) & (t_max > 0.0f) & (ray.p_ox == ray.p_ox) & (ray.p_oy == ray.p_oy) & (ray.p_oz == ray.p_oz) &
+         (ray.reach < EK_INFINITY) & (ray.sx == ray.sx) & (ray.sy == ray.sy) & (ray.p_rz != 0.0f);
+}
+
+// Whether a packet is likely to pay. Rays that start together and were meant for the same light may yet go anywhere: those of
+// a packet must agree on their longest axis, its sign, and on the slopes to it within a quarter.
+EK_FN int use_packet(RayLanes ray, vi valid, int coherent) {
+  if (!USE_WIDE | (EK_WIDTH == 1)) return 0;
+  if (EK_SMALL_TREE) return 1;
+  if (!coherent) return 0;
+  const vf least = -EK_INFINITY, most = EK_INFINITY;
+  const vf axis = ray.axis + (ray.p_rz < 0.0f ? (vf)(4.0f) : (vf)(0.0f));
+  return lanes_max(valid ? axis : least) <= lanes_min(valid ? axis : most) &&
+         lanes_max(valid ? ray.sx : least) - lanes_min(valid ? ray.sx : most) < 0.25f &&
+         lanes_max(valid ? ray.sy : least) - lanes_min(valid ? ray.sy : most) < 0.25f;
+}
+
+EK_FN int traverse_one(Geometry geometry, const RayOne* ray, const int any_hit, Hit* hit) {
+  if (USE_WIDE) return traverse_wide(geometry, ray, any_hit, hit);
+  if (EK_LAYOUT_bvh2) return traverse_bvh2(geometry, ray, any_hit, hit);
+  if (EK_LAYOUT_bvh4) return traverse_bvh4(geometry, ray, any_hit, hit);
+  if (EK_LAYOUT_cwbvh) return traverse_cwbvh(geometry, ray, any_hit, hit);
+#if USE_CELLS
+  return traverse_space(geometry, ray, any_hit, hit);
+#endif
+  return traverse_none(geometry, ray, any_hit, hit);
+}
+
+// Walks over the paths of a stage that traces rays, EK_ROWS at a time; otherwise as EK_FOR_EACH (wavefront.h).
+#if defined(EK_CHUNKED) && EK_CHUNKED
+#define EK_FOR_EACH_ROWS(slot, count, queue) for (uint slot = 0; slot < (count); slot += EK_ROWS)
+#else
+#define EK_FOR_EACH_ROWS(slot, count, queue) EK_FOR_EACH(slot, count, queue)
+#endif
+
+// EK_ROWS rays on their way: begin for each vector of them, finish, then read the results.
+typedef struct {
+  RayOne rays[EK_SORTS ? 1 : EK_ROWS];
+  HitTable hits;
+  ushort open[EK_SORTS ? 1 : EK_ROWS];  // rows that wait for finish
+  uint open_count;
+#if USE_WIDE && EK_WIDTH > 1
+  Packet packets[EK_PACKETS];  // that wait until there are enough of them
+  uint packet_count;
+#endif
+#if EK_SORTS
+  SortedRays sorted;
+#endif
+} Tracing;
+
+EK_FN void tracing_clear(Tracing* tracing) {
+  tracing->open_count = 0;
+#if USE_WIDE && EK_WIDTH > 1
+  tracing->packet_count = 0;
+#endif
+#if EK_SORTS
+  tracing->sorted.count = 0;
+#endif
+}
+
+EK_FN void tracing_store(HitTable* hits, uint row, HitLanes hit) {
+  *(vf*)(hits->t + row) = hit.t;
+  *(vf*)(hits->u + row) = hit.u;
+  *(vf*)(hits->v + row) = hit.v;
+  *(vu*)(hits->triangle + row) = hit.triangle;
+#if EK_HAS_instance
+  *(vu*)(hits->instance + row) = hit.instance;
+#endif
+#if EK_HAS_implicit
+  *(vf*)(hits->gave_up + row) = hit.gave_up;
+  *(vu*)(hits->gave_up_surface + row) = hit.gave_up_surface;
+#endif
+}
+
+#if USE_WIDE && EK_WIDTH > 1
+EK_FN void tracing_run_packets(Geometry geometry, Packet* packets, uint count, const int any_hit, HitTable* hits) {
+  traverse_packets(geometry, packets, count, any_hit, 0);
+  for (uint i = 0; i < count; ++i) {
+#if EK_HAS_implicit
+    packet_report_given_up(geometry, packets + i);
+#endif
+    HitLanes hit = packets[i].hit;
+    const vi valid = packets[i].valid;
+    if (any_hit) hit.triangle = (valid & (hit.t < 0.0f)) ? (vu)(0u) : hit.triangle;
+    hit.t = valid ? hit.t : (vf)(EK_INFINITY);
+    tracing_store(hits, packets[i].row, hit);
+  }
+}
+#endif
+
+#if USE_WIDE && EK_WIDTH > 1
+// A packet of these rays (at most EK_WIDTH, those of `valid`) that ends at t_max.
+EK_FN Packet tracing_packet(RayLanes ray, vi valid, vf t_max, uint row) {
+  Packet packet;
+  packet.ray = ray;
+  packet.valid = valid;
+  packet.hit = no_hit_lanes(valid ? t_max : (vf)(-1.0f));
+  packet.row = row;
+  packet_begin_at_root(&packet);
+  return packet;
+}
+#endif
+
+#if EK_SORTS
+EK_FN void tracing_run_sorted(constant Frame* frame, Geometry geometry, Tracing* tracing, const int any_hit) {
+  const SortedRays* s = &tracing->sorted;
+  HitTable* hits = &tracing->hits;
+  uint order[EK_ROWS + EK_WIDTH];
+  sorted_order(s, order);
+  for (uint first = 0; first < s->count; first += EK_WIDTH) {
+    const uint* at = order + first;
+    const uint count = min(s->count - first, (uint)EK_WIDTH);
+    const v3 origin = V3(sorted_f(s->origin_x, at), sorted_f(s->origin_y, at), sorted_f(s->origin_z, at));
+    const v3 dir = V3(sorted_f(s->dir_x, at), sorted_f(s->dir_y, at), sorted_f(s->dir_z, at));
+    const vf t_max = any_hit ? sorted_f(s->t_max, at) : (vf)(EK_INFINITY);
+    OpacityKey key = {(vu)(0u), (vu)(0u)};
+#if EK_HAS_opacity
+    key.key = AS_U(sorted_f((const float*)s->key, at));
+    key.index = AS_U(sorted_f((const float*)s->index, at));
+#endif
+    RayLanes ray = ray_lanes(frame, origin, dir, key);
+    ray.ends.left = AS_U(sorted_f((const float*)s->left, at));
+    if (any_hit) ray.ends.goal = AS_U(sorted_f((const float*)s->goal, at));
+    const vi valid = valid_rays(ray, t_max, count);
+    Packet packet = tracing_packet(ray, valid, t_max, 0);
+    traverse_packets(geometry, &packet, 1u, any_hit, 1);
+#if EK_HAS_implicit
+    packet_report_given_up(geometry, &packet);
+#endif
+    HitLanes hit = packet.hit;
+    if (any_hit) hit.triangle = (valid & (hit.t < 0.0f)) ? (vu)(0u) : hit.triangle;
+    hit.t = valid ? hit.t : (vf)(EK_INFINITY);
+    HitTable one;
+    tracing_store(&one, 0, hit);
+    for (uint lane = 0; lane < count; ++lane) {
+      const uint row = s->row[at[lane]];
+      hits->triangle[row] = one.triangle[lane];
+      if (any_hit) continue;
+      hits->t[row] = one.t[lane];
+      hits->u[row] = one.u[lane];
+      hits->v[row] = one.v[lane];
+#if EK_HAS_instance
+      hits->instance[row] = one.instance[lane];
+#endif
+    }
+  }
+}
+#endif
+
+// Row `row` and those behind it are to find the closest hit in 0 < t < t_max of `count` rays (at most EK_WIDTH), or with any_hit whether
+// there is one. coherent: the rays are neighbours, as camera rays are, and tracing them together may pay; it does not change the hits.
+// key: of opacity's decisions; unused without EK_HAS_opacity.
+EK_FN void tracing_begin(constant Frame* frame, Geometry geometry, Tracing* tracing, uint row, v3 origin, v3 dir, vf t_max,
+                         RayEnds ends, OpacityKey key, uint count, int coherent, const int any_hit) {
+#if EK_SORTS
+  if (!coherent) {
+    sorted_add(frame, &tracing->sorted, row, origin, dir, t_max, ends, key, count);
+    return;
+  }
+#endif
+  RayLanes ray = ray_lanes(frame, origin, dir, key);
+  ray.ends = ends;
+  const HitLanes hit = no_hit_lanes(t_max);
+  const vi valid = valid_rays(ray, t_max, count);
+#if USE_WIDE && EK_WIDTH > 1
+  if (ANY(valid) && use_packet(ray, valid, coherent)) {
+    Packet packet = tracing_packet(ray, valid, t_max, row);
+    if (EK_PACKETS == 1) {
+      tracing_run_packets(geometry, &packet, 1u, any_hit, &tracing->hits);
+    } else {
+      tracing->packets[tracing->packet_count++] = packet;
+      if (tracing->packet_count == EK_PACKETS) {
+        tracing_run_packets(geometry, tracing->packets, EK_PACKETS, any_hit, &tracing->hits);
+        tracing->packet_count = 0;
+      }
+    }
+    return;
+  }
+#endif
+  if (!EK_SORTS) {  // else none is left: what is not sorted went in a packet
+    ray_store(tracing->rays + row, ray, t_max);
+    const uint bits = mask_bits(valid);
+    for (uint lane = 0; lane < count; ++lane) {
+      tracing->open[tracing->open_count] = (ushort)(row + lane);
+      tracing->open_count += bits >> lane & 1u;
+    }
+  }
+  tracing_store(&tracing->hits, row, hit);
+}
+
+EK_FN void tracing_finish(constant Frame* frame, Geometry geometry, Tracing* tracing, const int any_hit) {
+  HitTable* hits = &tracing->hits;
+#if EK_SORTS
+  tracing_run_sorted(frame, geometry, tracing, any_hit);
+#endif
+#if USE_WIDE && EK_WIDTH > 1
+  if (EK_PACKETS > 1) tracing_run_packets(geometry, tracing->packets, tracing->packet_count, any_hit, hits);
+  if (!EK_SORTS && tracing->open_count != 0) traverse_batch(geometry, tracing->rays, tracing->open, tracing->open_count, any_hit, hits);
+#else
+  for (uint i = 0; i < tracing->open_count; ++i) {
+    const uint row = tracing->open[i];
+    Hit hit = no_hit(hits->t[row]);
+    const int found = traverse_one(geometry, tracing->rays + row, any_hit, &hit);
+    hits->t[row] = hit.t;
+#if defined(EK_COUNT) && EK_COUNT
+    hits->u[row] = (float)hit.tests;
+    hits->v[row] = (float)hit.steps;
+#else
+    hits->u[row] = hit.u;
+    hits->v[row] = hit.v;
+#endif
+    hits->triangle[row] = any_hit & found ? 0u : hit.triangle;
+#if EK_HAS_instance
+    hits->instance[row] = hit.instance;
+#endif
+#if EK_HAS_implicit
+    if (!(any_hit & found)) report_given_up(geometry, hit.gave_up, hit.gave_up_surface, hit.t);
+#endif
+  }
+#endif
+}
+
+// Results of EK_WIDTH rows from `row`; rows without a ray mean nothing.
+EK_FN HitLanes closest_result(const Tracing* tracing, uint row) {
+  HitLanes hit;
+  hit.t = *(const vf*)(tracing->hits.t + row);
+  hit.u = *(const vf*)(tracing->hits.u + row);
+  hit.v = *(const vf*)(tracing->hits.v + row);
+  hit.triangle = *(const vu*)(tracing->hits.triangle + row);
+#if EK_HAS_instance
+  hit.instance = *(const vu*)(tracing->hits.instance + row);
+#endif
+  return hit;
+}
+EK_FN vi any_result(const Tracing* tracing, uint row) {
+  return *(const vu*)(tracing->hits.triangle + row) != (vu)(EK_NO_HIT);
+}
+
+#endif

@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: Apache-2.0
+// `eikon batch` and what its jobs read: files that earlier jobs write, files that none may write, the environment's.
+#include <fmt/format.h>
+
+#include "cli/batch/batch_outcome.h"
+#include "support/comma_locale.h"
+
+namespace eikon::testing {
+namespace {
+
+using nlohmann::json;
+
+void copy_textured(const Workplace& here) {
+  for (const char* file : {"cornell.gltf", "textured.gltf", "tiles_color.png", "tiles_metallic_roughness.png",
+                           "tiles_normal.png", "sky.hdr"})
+    copy_scene(here, file);
+}
+
+TEST(BatchInputs, a_texture_that_an_earlier_job_writes_is_waited_for) {
+  const Workplace here;
+  copy_textured(here);
+  const auto jobs = [&](int seed) {
+    here.write("jobs", fmt::format("render cornell.gltf -o 1.exr --png tiles_color.png {0} --seed {1}\n"
+                                   "render textured.gltf -o 2.exr {0}\n",
+                                   kSmall, seed));
+  };
+  const auto expect_current = [&] {
+    ASSERT_TRUE(succeeded(here.eikon(fmt::format("render textured.gltf -o single.exr {} --quiet", kSmall))));
+    EXPECT_TRUE(same_picture(here / "single.exr", here / "2.exr"));
+  };
+  for (const int seed : {1, 2}) {
+    jobs(seed);
+    const Outcome outcome = here.eikon(fmt::format("batch jobs --jobs-parallel {}", seed));
+    EXPECT_TRUE(succeeded(outcome));
+    EXPECT_EQ(states(outcome), (States{{1, "done"}, {2, "done"}})) << seed << outcome.out;
+    expect_current();
+  }
+  EXPECT_EQ(states(here.eikon("batch jobs")), (States{{1, "skipped"}, {2, "skipped"}}));
+}
+
+TEST(BatchInputs, no_job_writes_what_it_or_an_earlier_one_reads) {
+  const Workplace here;
+  copy_textured(here);
+  std::filesystem::create_symlink("tiles_normal.png", here / "link.png");
+  std::filesystem::create_hard_link(here / "sky.hdr", here / "other.hdr");
+  const std::vector<std::string> before = here.files();
+  const auto refuse = [&](const std::string& second, const std::string& why) {
+    here.write("jobs", fmt::format("render textured.gltf -o a.exr {0}\nrender {1} {0}\n", kSmall, second));
+    const Outcome outcome = here.eikon("batch jobs");
+    EXPECT_TRUE(refused(outcome, 2)) << second;
+    EXPECT_TRUE(contains(outcome.err, "jobs:2:") && contains(outcome.err, why)) << outcome.err;
+    std::filesystem::remove(here / "jobs");
+    EXPECT_EQ(here.files(), before);
+  };
+  refuse("textured.gltf -o b.exr --png tiles_normal.png", "an input of that line");
+  refuse("textured.gltf -o b.exr --png link.png", "an input of that line");
+  refuse("cornell.gltf -o b.exr --png tiles_normal.png", "line 1 reads it");
+  refuse("cornell.gltf -o textured.gltf", "line 1 reads it");
+  refuse("cornell.gltf --env sky.hdr -o sky.hdr", "an input of that line");
+  refuse("cornell.gltf --env sky.hdr -o b.exr --checkpoint other.hdr", "an input of that line");
+}
+
+TEST(RenderInputs, are_never_replaced) {
+  const Workplace here;
+  copy_textured(here);
+  std::filesystem::create_symlink("tiles_color.png", here / "link.png");
+  std::filesystem::create_hard_link(here / "tiles_color.png", here / "hard.png");
+  std::filesystem::create_hard_link(here / "textured.gltf", here / "hard.gltf");
+  std::map<std::string, std::string> before;
+  for (const std::string& file : here.files()) before[file] = read_bytes(here / file);
+  for (const char* flags :
+       {"textured.gltf -o o.exr --png tiles_color.png", "textured.gltf -o o.exr --png link.png",
+        "textured.gltf -o o.exr --png hard.png", "textured.gltf -o o.exr --stats ./tiles_normal.png",
+        "textured.gltf -o textured.gltf", "textured.gltf -o hard.gltf", "cornell.gltf --env sky.hdr -o sky.hdr",
+        "cornell.gltf --env sky.hdr -o o.exr --checkpoint sky.hdr"}) {
+    const Outcome outcome = here.eikon(fmt::format("render {} {} --quiet", flags, kSmall));
+    EXPECT_TRUE(refused(outcome, 2)) << flags;
+    EXPECT_TRUE(contains(outcome.err, "input")) << outcome.err;
+  }
+  std::map<std::string, std::string> after;
+  for (const std::string& file : here.files()) after[file] = read_bytes(here / file);
+  EXPECT_EQ(after, before);
+  // Of another render they are no inputs.
+  EXPECT_TRUE(succeeded(here.eikon(fmt::format("render cornell.gltf -o o.exr --png link.png {} --quiet", kSmall))));
+}
+
+TEST(BatchInputs, paths_of_the_environment_stay_where_they_were) {
+  const Workplace here;
+  std::filesystem::create_directory(here / "vendors");
+  for (const auto& entry : std::filesystem::directory_iterator("/etc/OpenCL/vendors"))
+    std::filesystem::copy(entry.path(), here / "vendors" / entry.path().filename());
+  std::filesystem::create_directory(here / "jobs");
+  copy_scene(here, "cornell.gltf", "jobs/cornell.gltf");
+  here.write("jobs/list", fmt::format("render cornell.gltf -o 1.exr {}\n", kSmall));
+  for (const char* folder : {"vendors", "./vendors"}) {
+    const Outcome outcome = here.eikon("batch --force jobs/list", fmt::format("OCL_ICD_VENDORS={}", folder));
+    EXPECT_EQ(states(outcome), (States{{1, "done"}})) << outcome.err;
+  }
+  here.write("jobs/list", fmt::format("render cornell.gltf -o 1.exr {} --denoise\n", kSmall));
+  here.write("library.so", "none");
+  const Outcome outcome = here.eikon("batch jobs/list", "EIKON_OIDN=./library.so");
+  EXPECT_TRUE(contains(outcome.err, (here / "library.so").string())) << outcome.err;
+}
+
+TEST(BatchInputs, a_locale_with_decimal_comma_changes_nothing) {
+  const CommaLocale comma;
+  if (!comma.made()) GTEST_SKIP() << "no locale with a decimal comma can be made";
+  const Workplace here;
+  here.write("jobs", fmt::format("render {} -o 1.exr {} --exposure -0.5 --png 1.png --stats 1.json\n",
+                                 scene("textured.gltf"), kSmall));
+  const Outcome outcome =
+      here.eikon("batch jobs", fmt::format("LOCPATH='{}' LC_ALL={}", comma.folder(), CommaLocale::name()));
+  EXPECT_TRUE(succeeded(outcome));
+  EXPECT_EQ(states(outcome), (States{{1, "done"}}));
+  const std::vector<json> told = entries(here / "jobs.ledger");
+  ASSERT_EQ(told.size(), 2U) << "lines that are JSON";
+  EXPECT_GT(told.back().at("relmse_predicted").get<double>(), 0);
+  EXPECT_TRUE(json::accept(read_bytes(here / "1.json")));
+  EXPECT_EQ(outcome.out.find(','), std::string::npos) << outcome.out;
+  const std::string png = read_bytes(here / "1.png");
+  ASSERT_TRUE(succeeded(here.eikon("batch jobs --force")));
+  EXPECT_EQ(read_bytes(here / "1.png"), png);
+}
+
+}  // namespace
+}  // namespace eikon::testing

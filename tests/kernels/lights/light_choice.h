@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+// What chooses a light, after the definition.
+#pragma once
+#include <random>
+
+#include "kernels/probe.h"
+#include "pack/lights/light_table.h"
+
+namespace eikon::test {
+
+inline Words random_words(std::mt19937& random, std::size_t count) {
+  Words words(count);
+  for (auto& word : words) word = std::uint32_t(random());
+  return words;
+}
+
+/// What kernels/lights/light.h chooses for the word a, after the definition.
+inline std::uint32_t choose(const LightTable& table, std::uint32_t a) {
+  const std::uint64_t product = std::uint64_t{a} * table.buckets.size();
+  const auto bucket = std::uint32_t(product >> 32);
+  return std::uint32_t(product) < table.buckets[bucket].threshold ? bucket : table.buckets[bucket].alias;
+}
+
+}  // namespace eikon::test

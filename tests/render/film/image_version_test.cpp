@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+// Sums of versions whose images differ must not be added: kImageVersion tells them apart, and this test says when to raise it.
+#include "render/film_record.h"
+
+#include "cli/command.h"
+#include "film/exr/layout.h"
+#include "image/image.h"
+
+namespace eikon::testing {
+namespace {
+
+std::string hash_of(const std::string& scene_name, const std::string& flags) {
+  const Workplace here;
+  const Outcome outcome =
+      here.eikon("render " + scene(scene_name) + " -o a.exr --size 24x16 --samples 0:8 --quiet " + flags);
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  if (outcome.code != 0) return "";
+  const Film film = read_film(here / "a.exr");
+  exr::SumsHash hash(film.layout(), "");
+  for (std::uint32_t y = 0; y < film.layout().height; ++y) hash.add_row(film.row_sums(y), film.row_counts(y));
+  return hash.text();
+}
+
+struct Known {
+  std::string scene, flags, hash;
+};
+
+TEST(ImageVersion, is_raised_when_the_bits_of_images_change) {
+  ASSERT_EQ(kImageVersion, 7) << "put the new version here, and the new hashes below";
+  const Known known[] = {
+      {"cornell.gltf", "", "bf55a6571028179f"},
+      {"cornell_spheres.gltf", "--filter gaussian", "f29f06e5dae8995c"},
+      {"textured.gltf", "--aov albedo,normal", "994e122bd30efbad"},
+      {"window_room.gltf", "--transparent", "d96bcd9ad1f23baa"},
+      {"veach_plates.gltf", "", "7df15bfca89bf34f"},
+      {"sun_room.gltf", "--light-sampling cosine", "652603bbdb98ace8"},
+  };
+  for (const Known& image : known)
+    EXPECT_EQ(hash_of(image.scene, image.flags), image.hash)
+        << image.scene
+        << ": the bits of images have changed: raise kImageVersion in render/film_record.h, and keep the "
+        << "new hashes here";
+}
+
+}  // namespace
+}  // namespace eikon::testing

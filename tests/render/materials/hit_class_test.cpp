@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+// Paths that hit surfaces of one class are shaded together, and wait until there are enough of them: none is lost, and the bits do not
+// tell which went together.
+#include "pack/materials/hit_class.h"
+
+#include "pack/features.h"
+#include "render/scene_builder.h"
+
+namespace eikon::testing {
+namespace {
+
+Primitive one_triangle() {
+  Primitive primitive;
+  primitive.positions_object = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  primitive.indices = {0, 1, 2};
+  return primitive;
+}
+
+Material flat_lambert() {
+  Material material;
+  material.metallic = 0;
+  material.specular = 0;
+  return material;
+}
+
+TEST(HitClass, plain_is_what_is_flat_and_exactly_lambert) {
+  const Primitive flat = one_triangle();
+  EXPECT_EQ(hit_class(flat_lambert(), &flat), EK_CLASS_PLAIN);
+  EXPECT_EQ(hit_class(flat_lambert(), nullptr), EK_CLASS_PLAIN) << "a shape";
+  Primitive round = flat, colored = flat, brushed = flat;
+  round.normals_object.assign(3, {0, 0, 1});
+  colored.colors.assign(3, glm::vec4(1));
+  brushed.tangents_object.assign(3, {1, 0, 0, 1});
+  for (const Primitive* primitive : {&round, &colored, &brushed})
+    EXPECT_EQ(hit_class(flat_lambert(), primitive), EK_CLASS_OPAQUE);
+}
+
+TEST(HitClass, is_by_what_the_material_takes) {
+  const Primitive flat = one_triangle();
+  Material shiny = flat_lambert(), coated = flat_lambert(), velvet = flat_lambert(), textured = flat_lambert(),
+           glass = flat_lambert();
+  shiny.specular = 1;
+  coated.clearcoat = 1;
+  velvet.sheen_color = glm::vec3(1);
+  textured.base_color_texture.emplace();
+  glass.transmission = 1;
+  for (const Material* material : {&shiny, &coated, &velvet, &textured})
+    EXPECT_EQ(hit_class(*material, &flat), EK_CLASS_OPAQUE);
+  EXPECT_EQ(hit_class(glass, &flat), EK_CLASS_CLEAR);
+  EXPECT_EQ(hit_class(glass, nullptr), EK_CLASS_CLEAR);
+}
+
+TEST(HitClass, a_box_with_a_mirror_and_glass_has_all) {
+  const Scene scene = load_shipped("cornell_spheres.gltf");
+  const Features features(scene, settings_of(scene, 8, 1));
+  for (const char* name : {"plain_hits", "opaque_hits", "clear_hits"}) EXPECT_TRUE(features.has(name)) << name;
+  const Scene box = load_shipped("cornell.gltf");
+  const Features of_box(box, settings_of(box, 8, 1));
+  EXPECT_TRUE(of_box.has("plain_hits"));
+  EXPECT_FALSE(of_box.has("opaque_hits") || of_box.has("clear_hits"));
+}
+
+TEST(HitClass, which_paths_wait_together_shows_in_no_bit) {
+  const Scene scene = load_shipped("cornell_spheres.gltf");
+  Settings settings = settings_of(scene, 37, 6);  // vectors and chunks with lanes left over
+  settings.aovs = {"uv", "normal", "albedo"};
+  Execution one_by_one;
+  one_by_one.chunked = false;
+  const Film expected = film_of(scene, settings, one_by_one);
+  struct Chunks {
+    std::uint32_t lanes, chunk;
+  };
+  for (const Chunks chunks : {Chunks{16, 4096}, Chunks{16, 16}, Chunks{16, 48}, Chunks{8, 64}}) {
+    Execution execution;
+    execution.chunked = true;
+    execution.lanes = chunks.lanes;
+    execution.chunk = chunks.chunk, execution.pool = 3 * chunks.chunk;
+    EXPECT_TRUE(same_film(expected, film_of(scene, settings, execution)))
+        << chunks.lanes << " lanes, chunks of " << chunks.chunk;
+  }
+}
+
+}  // namespace
+}  // namespace eikon::testing

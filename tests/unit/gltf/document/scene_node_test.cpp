@@ -1,0 +1,246 @@
+// SPDX-License-Identifier: Apache-2.0
+// The graph of nodes, and looking at what it places.
+#include <cmath>
+#include <glm/gtc/matrix_transform.hpp>
+
+#include "support/gltf_builder.h"
+
+namespace {
+
+using eikon::Scene;
+using scene_test::Builder;
+using scene_test::Json;
+using scene_test::mentions;
+using scene_test::message_of;
+using scene_test::warns;
+
+const glm::dmat4& transform(const Scene& scene, std::size_t node = 0) { return scene.nodes.at(node).world_from_object; }
+
+double largest_difference(const glm::dmat4& a, const glm::dmat4& b) {
+  double largest = 0;
+  for (int c = 0; c < 4; ++c) {
+    for (int r = 0; r < 4; ++r) largest = std::max(largest, std::abs(a[c][r] - b[c][r]));
+  }
+  return largest;
+}
+
+// (p1 - p0) x (p2 - p0) of the first triangle in the world, with the corners in the order that `mirrored` asks for.
+glm::dvec3 world_normal(const Scene& scene) {
+  const eikon::Node& node = scene.nodes.at(0);
+  const eikon::Primitive& primitive = scene.meshes.at(node.mesh).primitives.at(0);
+  glm::dvec3 p[3];
+  for (std::size_t k = 0; k < 3; ++k) {
+    p[k] = glm::dvec3(node.world_from_object * glm::dvec4(primitive.positions_object[primitive.indices[k]], 1.0));
+  }
+  if (node.mirrored) std::swap(p[1], p[2]);
+  return glm::cross(p[1] - p[0], p[2] - p[0]);
+}
+
+TEST(SceneNodes, translation_rotation_and_scale_apply_in_the_order_of_gltf) {
+  Builder builder;
+  builder.node()["translation"] = {1, 2, 3};
+  builder.node()["rotation"] = {0, 0, std::sqrt(0.5), std::sqrt(0.5)};  // a quarter turn about z
+  builder.node()["scale"] = {2, 3, 4};
+  const Scene scene = builder.load();
+  EXPECT_EQ(transform(scene) * glm::dvec4(1, 1, 1, 1), glm::dvec4(1 - 3, 2 + 2, 3 + 4, 1));  // exact: a quarter turn
+}
+
+TEST(SceneNodes, rotations_agree_with_their_matrix_about_any_axis) {
+  for (const glm::dvec3& axis : {glm::dvec3(1, 0, 0), glm::dvec3(0, 1, 0), glm::dvec3(1, -2, 3)}) {
+    const double angle = 0.7;
+    const glm::dvec3 imaginary = glm::normalize(axis) * std::sin(angle / 2);
+    Builder builder;
+    builder.node()["rotation"] = {imaginary.x, imaginary.y, imaginary.z, std::cos(angle / 2)};
+    EXPECT_LT(largest_difference(transform(builder.load()), glm::rotate(glm::dmat4(1.0), angle, axis)), 1e-15);
+  }
+}
+
+TEST(SceneNodes, matrices_are_stored_by_columns_and_parents_apply_last) {
+  Builder builder;
+  builder.json["nodes"] = {{{"children", {1}}, {"matrix", {1, 0, 0, 0, 0.5, 1, 0, 0, 0, 0, 1, 0, 10, 0, 0, 1}}},
+                           {{"mesh", 0}, {"scale", {1, 2, 1}}}};
+  const Scene scene = builder.load();
+  const glm::dvec4 moved = transform(scene) * glm::dvec4(0, 1, 0, 1);  // scaled to y = 2, sheared by 1, moved by 10
+  EXPECT_EQ(moved, glm::dvec4(11, 2, 0, 1));
+}
+
+TEST(SceneNodes, G16_extreme_scales_and_shear_through_parents_keep_normals_across_their_triangles) {
+  Builder builder;
+  builder.json["nodes"] = {{{"children", {1}}, {"scale", {1, 1e-3, 1e3}}},
+                           {{"children", {2}}, {"rotation", {0.1, 0.2, 0.3, 0.9}}},
+                           {{"mesh", 0}, {"scale", {1, 5, 0.2}}}};
+  const Scene scene = builder.load();
+  const glm::dmat3 linear(transform(scene));
+  // The object-space normal is z; it maps by the inverse transpose and must stand on both edges.
+  const glm::dvec3 normal = glm::normalize(glm::transpose(glm::inverse(linear)) * glm::dvec3(0, 0, 1));
+  EXPECT_LT(std::abs(glm::dot(normal, glm::normalize(linear[0]))), 1e-5);
+  EXPECT_LT(std::abs(glm::dot(normal, glm::normalize(linear[1]))), 1e-5);
+  EXPECT_GT(glm::dot(normal, world_normal(scene)), 0.0);
+  EXPECT_FALSE(scene.nodes[0].mirrored);
+}
+
+TEST(SceneNodes, G17_a_negative_determinant_keeps_the_front_in_front) {
+  Builder builder;
+  builder.node()["scale"] = {-1, 1, 1};
+  const Scene mirrored = builder.load();
+  EXPECT_TRUE(mirrored.nodes[0].mirrored);
+  EXPECT_GT(world_normal(mirrored).z, 0.0);  // as in object space
+  builder.node()["scale"] = {-1, -1, 1};
+  EXPECT_FALSE(builder.load().nodes[0].mirrored);
+  builder.node()["scale"] = {-1, -1, -1};
+  const Scene turned = builder.load();
+  EXPECT_TRUE(turned.nodes[0].mirrored);
+  EXPECT_LT(world_normal(turned).z, 0.0);  // the mesh is seen from its other side of z
+}
+
+TEST(SceneNodes, G18_scale_zero_flattens_and_odd_quaternions_are_normalised_or_refused) {
+  Builder flat;
+  flat.node()["scale"] = {1, 0, 1};
+  const Scene scene = flat.load();
+  EXPECT_FALSE(scene.nodes.at(0).mirrored);
+  EXPECT_EQ(eikon::world_bounds(scene).hi, glm::dvec3(1, 0, 0));
+
+  Builder twice;
+  twice.node()["rotation"] = {0, 0, 0, 2};
+  const Scene normalised = twice.load();
+  EXPECT_EQ(transform(normalised), glm::dmat4(1.0));
+  EXPECT_TRUE(warns(normalised, "node 'triangle': rotation of length 2"));
+  twice.node()["rotation"] = {0, 0, 1e-200, 1e-200};
+  EXPECT_NEAR(transform(twice.load())[0][1], 1.0, 1e-15);
+
+  Builder none;
+  none.node()["rotation"] = {0, 0, 0, 0};
+  EXPECT_TRUE(mentions(message_of([&] { none.load(); }), "node 'triangle': rotation (0, 0, 0, 0)"));
+}
+
+TEST(SceneNodes, G20_a_cycle_is_called_NODE_LOOP_with_the_names_in_it) {
+  Builder builder;
+  builder.json["nodes"] = {{{"name", "root"}, {"children", {1}}},
+                           {{"name", "hen"}, {"children", {2}}, {"mesh", 0}},
+                           {{"name", "egg"}, {"children", {1}}}};
+  std::string message = message_of([&] { builder.load(); });
+  EXPECT_TRUE(mentions(message, "NODE_LOOP: node 'hen' -> node 'egg' -> node 'hen'")) << message;
+  // Out of reach of the scene, it is still a broken file.
+  builder.json["nodes"][0].erase("children");
+  EXPECT_TRUE(mentions(message_of([&] { builder.load(); }), "NODE_LOOP"));
+  builder.json["nodes"][1]["children"] = {1};
+  builder.json["nodes"][2].erase("children");
+  message = message_of([&] { builder.load(); });
+  EXPECT_TRUE(mentions(message, "NODE_LOOP: node 'hen' -> node 'hen'")) << message;
+}
+
+TEST(SceneNodes, G20_a_chain_of_ten_thousand_nodes_loads_and_one_of_a_loop_is_refused) {
+  Builder builder;
+  builder.json["nodes"] = Json::array();
+  constexpr std::size_t kDepth = 10000;
+  for (std::size_t i = 0; i < kDepth; ++i) {
+    builder.json["nodes"].push_back({{"translation", {0.5, 0, 0}}});
+    if (i + 1 < kDepth) builder.json["nodes"][i]["children"] = {i + 1};
+  }
+  builder.json["nodes"][kDepth - 1]["mesh"] = 0;
+  EXPECT_EQ(transform(builder.load())[3].x, 5000.0);
+  builder.json["nodes"][kDepth - 1]["children"] = {0};
+  EXPECT_TRUE(mentions(message_of([&] { builder.load(); }), "NODE_LOOP"));
+}
+
+TEST(SceneNodes, two_parents_listed_children_and_repeats_are_refused_by_name) {
+  Builder shared;
+  shared.json["nodes"] = {
+      {{"name", "a"}, {"children", {2}}}, {{"name", "b"}, {"children", {2}}}, {{"name", "c"}, {"mesh", 0}}};
+  shared.json["scenes"][0]["nodes"] = {0, 1};
+  EXPECT_TRUE(mentions(message_of([&] { shared.load(); }), "node 'c' is a child of both node 'a' and node 'b'"));
+  Builder listed;
+  listed.json["nodes"] = {{{"name", "a"}, {"children", {1}}}, {{"name", "b"}, {"mesh", 0}}};
+  listed.json["scenes"][0]["nodes"] = {0, 1};
+  EXPECT_TRUE(mentions(message_of([&] { listed.load(); }), "node 'b', a child of node 'a'"));
+  Builder repeated;
+  repeated.json["scenes"][0]["nodes"] = {0, 0};
+  EXPECT_TRUE(mentions(message_of([&] { repeated.load(); }), "node 'triangle' twice"));
+}
+
+TEST(SceneNodes, the_default_scene_counts_else_the_first_else_all_roots) {
+  Builder builder;
+  builder.json["nodes"] = {{{"name", "one"}, {"mesh", 0}},
+                           {{"name", "two"}, {"mesh", 0}, {"children", {2}}},
+                           {{"name", "three"}, {"mesh", 0}}};
+  builder.json["scenes"] = {{{"nodes", {0}}}, {{"nodes", {1}}}};
+  builder.json["scene"] = 1;
+  Scene scene = builder.load();
+  ASSERT_EQ(scene.nodes.size(), 2U);
+  EXPECT_EQ(scene.nodes[0].name, "two");
+  builder.json.erase("scene");
+  scene = builder.load();
+  ASSERT_EQ(scene.nodes.size(), 1U);
+  EXPECT_EQ(scene.nodes[0].name, "one");
+  builder.json.erase("scenes");
+  EXPECT_EQ(builder.load().nodes.size(), 3U);
+}
+
+TEST(SceneNodes, a_matrix_beside_other_transforms_wins_with_a_warning) {
+  Builder builder;
+  builder.node()["matrix"] = {2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 1};
+  builder.node()["translation"] = {5, 5, 5};
+  const Scene scene = builder.load();
+  EXPECT_EQ(transform(scene)[3], glm::dvec4(0, 0, 0, 1));
+  EXPECT_TRUE(warns(scene, "node 'triangle': has a matrix"));
+}
+
+TEST(SceneView, bounds_enclose_the_triangles_in_the_world) {
+  Builder builder;
+  builder.node()["translation"] = {1, 2, 3};
+  builder.node()["scale"] = {-2, 1, 1};
+  const eikon::Bounds bounds = eikon::world_bounds(builder.load());
+  EXPECT_EQ(bounds.lo, glm::dvec3(-1, 2, 3));
+  EXPECT_EQ(bounds.hi, glm::dvec3(1, 3, 3));
+}
+
+TEST(SceneView, framing_sees_every_corner_of_the_bounds_at_any_aspect) {
+  const eikon::Bounds bounds{.lo = glm::dvec3(-1, 10, 3), .hi = glm::dvec3(4, 11, 9)};
+  for (const double aspect : {0.2, 1.0, 3.0}) {
+    const eikon::Camera camera = eikon::frame_camera(bounds, aspect);
+    EXPECT_NEAR(camera.yfov_rad, 40 * M_PI / 180, 1e-12);
+    const glm::dmat4 camera_from_world = glm::inverse(camera.world_from_camera);
+    for (int corner = 0; corner < 8; ++corner) {
+      const glm::dvec3 p((corner & 1) != 0 ? bounds.hi.x : bounds.lo.x, (corner & 2) != 0 ? bounds.hi.y : bounds.lo.y,
+                         (corner & 4) != 0 ? bounds.hi.z : bounds.lo.z);
+      const glm::dvec3 seen(camera_from_world * glm::dvec4(p, 1.0));
+      ASSERT_LT(seen.z, 0.0);
+      EXPECT_LE(std::abs(seen.y / seen.z), std::tan(camera.yfov_rad / 2));
+      EXPECT_LE(std::abs(seen.x / seen.z), std::tan(camera.yfov_rad / 2) * aspect);
+    }
+  }
+}
+
+TEST(SceneView, framing_scales_exactly_with_the_scene_and_survives_a_point_or_nothing) {
+  const eikon::Bounds bounds{.lo = glm::dvec3(-1, 0.3, 3), .hi = glm::dvec3(4, 11, 9)};
+  const eikon::Bounds scaled{.lo = bounds.lo * 0x1p-20, .hi = bounds.hi * 0x1p-20};
+  const glm::dvec4 eye = eikon::frame_camera(bounds, 1.5).world_from_camera[3];
+  const glm::dvec4 scaled_eye = eikon::frame_camera(scaled, 1.5).world_from_camera[3];
+  EXPECT_EQ(glm::dvec3(eye) * 0x1p-20, glm::dvec3(scaled_eye));
+  const eikon::Bounds point{.lo = glm::dvec3(1), .hi = glm::dvec3(1)};
+  for (const eikon::Bounds& odd : {point, eikon::Bounds{}}) {
+    const glm::dmat4 pose = eikon::frame_camera(odd, 1).world_from_camera;
+    for (int c = 0; c < 4; ++c) {
+      for (int r = 0; r < 4; ++r) EXPECT_TRUE(std::isfinite(pose[c][r]));
+    }
+  }
+}
+
+TEST(SceneView, look_at_looks_along_minus_z_with_up_upwards) {
+  const eikon::Camera camera = eikon::look_at_camera({1, 2, 3}, {1, 2, -5}, {0, 7, 1}, 0.6);
+  EXPECT_EQ(camera.world_from_camera[3], glm::dvec4(1, 2, 3, 1));
+  EXPECT_EQ(camera.world_from_camera[2], glm::dvec4(0, 0, 1, 0));
+  EXPECT_EQ(camera.world_from_camera[1], glm::dvec4(0, 1, 0, 0));
+  EXPECT_EQ(camera.world_from_camera[0], glm::dvec4(1, 0, 0, 0));
+  EXPECT_EQ(camera.yfov_rad, 0.6);
+}
+
+TEST(SceneView, look_at_refuses_what_gives_no_view) {
+  EXPECT_THROW((void)eikon::look_at_camera({1, 2, 3}, {1, 2, 3}, {0, 1, 0}, 0.6), eikon::UsageError);
+  EXPECT_THROW((void)eikon::look_at_camera({0, 0, 0}, {0, 5, 0}, {0, 1, 0}, 0.6), eikon::UsageError);
+  EXPECT_THROW((void)eikon::look_at_camera({0, 0, 0}, {0, 0, 1}, {0, 0, 0}, 0.6), eikon::UsageError);
+  EXPECT_THROW((void)eikon::look_at_camera({NAN, 0, 0}, {0, 0, 1}, {0, 1, 0}, 0.6), eikon::UsageError);
+  EXPECT_THROW((void)eikon::look_at_camera({0, 0, 0}, {0, 0, 1}, {0, 1, 0}, 4), eikon::UsageError);
+}
+
+}  // namespace

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+// Surfaces by formula, as nodes of a file place them.
+#include <string>
+
+#include "support/gltf_builder.h"
+
+namespace {
+
+using eikon::Scene;
+using eikon::Shape;
+using eikon::ShapeKind;
+using scene_test::Builder;
+using scene_test::Json;
+using scene_test::mentions;
+using scene_test::message_of;
+
+Json sphere() { return {{"f", "x^2+y^2+z^2-1"}, {"bounds", {-1, -2, -3, 3, 2, 1}}, {"material", 0}}; }
+
+Builder with(const Json& extension, const Json& node = {{"name", "blob"}}) {
+  Builder builder;
+  builder.json["extensionsRequired"] = {"EIKON_implicit_surface"};
+  Json placed = node;
+  placed["extensions"]["EIKON_implicit_surface"] = extension;
+  builder.json["nodes"].push_back(placed);
+  builder.json["scenes"][0]["nodes"] = {0, 1};
+  return builder;
+}
+
+std::string refusal(const char* member, const Json& value, const Json& node = {{"name", "blob"}}) {
+  Json extension = sphere();
+  if (value.is_discarded())
+    extension.erase(member);
+  else
+    extension[member] = value;
+  return message_of([&] { (void)with(extension, node).load(); });
+}
+
+TEST(SceneImplicit, a_surface_arrives_with_its_formula_and_bounds_where_its_node_puts_it) {
+  const Scene scene = with(sphere(), {{"name", "blob"}, {"translation", {10, 0, 0}}, {"scale", {2, 3, 4}}}).load();
+  EXPECT_TRUE(scene.unsupported.empty());
+  ASSERT_EQ(scene.shapes.size(), 1U);
+  ASSERT_EQ(scene.formulas.size(), 1U);
+  const Shape& shape = scene.shapes[0];
+  EXPECT_EQ(shape.kind, ShapeKind::implicit);
+  EXPECT_EQ(scene.materials.at(shape.material).name, "paint");
+  const eikon::OwnShape own = own_shape(shape);
+  EXPECT_EQ(own.center, glm::dvec3(12, 0, -4));
+  EXPECT_EQ(own.half, glm::dvec3(4, 6, 8));
+}
+
+TEST(SceneImplicit, equal_formulas_are_kept_once) {
+  Builder builder = with(sphere());
+  Json other = builder.json["nodes"][1];
+  builder.json["nodes"].push_back(other);
+  other["extensions"]["EIKON_implicit_surface"]["f"] = "x";
+  builder.json["nodes"].push_back(other);
+  builder.json["scenes"][0]["nodes"] = {0, 1, 2, 3};
+  const Scene scene = builder.load();
+  ASSERT_EQ(scene.shapes.size(), 3U);
+  EXPECT_EQ(scene.formulas.size(), 2U);
+  EXPECT_EQ(scene.shapes[1].formula, scene.shapes[0].formula);
+  EXPECT_NE(scene.shapes[2].formula, scene.shapes[0].formula);
+}
+
+TEST(SceneImplicit, what_is_wrong_is_said_in_a_line) {
+  const Json none(Json::value_t::discarded);
+  EXPECT_TRUE(mentions(refusal("f", none), "node 'blob', EIKON_implicit_surface: 'f' is missing"));
+  EXPECT_TRUE(mentions(refusal("f", 3), "'f' is not a string"));
+  EXPECT_TRUE(mentions(refusal("f", "x + foo"), "f: column 5: unknown name 'foo'; known: x y z pi"));
+  EXPECT_TRUE(mentions(refusal("f", ""), "f: column 1: expected"));
+  EXPECT_TRUE(mentions(refusal("f", "3"), "f: does not depend on x, y or z"));
+  EXPECT_TRUE(mentions(refusal("f", std::string(5000, 'x')), "f: too long: 5000 characters"));
+  EXPECT_TRUE(mentions(refusal("f", std::string(70, '(') + "x"), "f: column 65: nested more than 64 deep"));
+  EXPECT_TRUE(mentions(refusal("bounds", none), "'bounds' is missing; six numbers"));
+  EXPECT_TRUE(mentions(refusal("bounds", {-1, -1, -1, 1, 1}), "'bounds'"));
+  EXPECT_TRUE(mentions(refusal("bounds", {-1, -1, -1, 1, 1, "1"}), "'bounds'"));
+  EXPECT_TRUE(mentions(refusal("bounds", {-1, -1, -1, 1, 1, nullptr}), "'bounds'"));  // as JSON has NaN and infinity
+  EXPECT_TRUE(mentions(refusal("bounds", {-1, 2, -1, 1, 1, 1}), "'bounds' are empty: y from 2 to 1"));
+  EXPECT_TRUE(mentions(refusal("bounds", {-1, 1, -1, 1, 1, 1}), "'bounds' are empty: y from 1 to 1"));
+  EXPECT_TRUE(mentions(refusal("bounds", {-1, -1, -1, 1, 1, 1e300}), "'bounds' reach z = 1e+300"));
+  EXPECT_TRUE(mentions(refusal("bounds", {1e6, -1, -1, 1e6 + 0.1, 1, 1}), "too thin for single precision"));
+  EXPECT_TRUE(mentions(refusal("material", 1), "'material' names material 1, but there are only 1"));
+  EXPECT_TRUE(mentions(refusal("material", 0, {{"name", "blob"}, {"translation", {0, 2e12, 0}}}), "beyond 2^40 m"));
+}
+
+}  // namespace

@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: Apache-2.0
+// What does not fit a device is said before it is uploaded.
+#include "wavefront/memory.h"
+
+#include <gtest/gtest.h>
+
+#include "core/error.h"
+
+namespace eikon {
+namespace {
+
+DeviceInfo device_of(std::uint64_t memory, std::uint64_t one_buffer) {
+  DeviceInfo device;
+  device.name = "toaster";
+  device.memory_bytes = memory;
+  device.max_allocation_bytes = one_buffer;
+  return device;
+}
+
+std::string refusal(const MemoryNeed& need, const DeviceInfo& device, std::uint64_t cap = 0) {
+  Execution execution;
+  execution.memory_bytes = cap;
+  try {
+    require_memory(need, device, execution);
+  } catch (const DeviceError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+constexpr std::uint64_t kMega = 1U << 20;
+
+TEST(Memory, what_fits_is_not_refused) {
+  const MemoryNeed need{300 * kMega, 200 * kMega, 100 * kMega, 0, "the textures", 300 * kMega};
+  EXPECT_EQ(refusal(need, device_of(600 * kMega, 300 * kMega)), "");
+  EXPECT_EQ(refusal(need, device_of(600 * kMega, 300 * kMega), 600 * kMega), "");
+  EXPECT_EQ(refusal(need, device_of(600 * kMega, 300 * kMega), 900 * kMega), "") << "a cap above what there is";
+}
+
+TEST(Memory, what_does_not_fit_is_refused_with_every_figure_in_one_line) {
+  const MemoryNeed need{300 * kMega, 200 * kMega, 100 * kMega, 0, "the textures", 300 * kMega};
+  for (const std::string& line :
+       {refusal(need, device_of(599 * kMega, 599 * kMega)), refusal(need, device_of(600 * kMega, 299 * kMega)),
+        refusal(need, device_of(900 * kMega, 900 * kMega), 599 * kMega)}) {
+    for (const char* part :
+         {"'toaster'", "textures 300.0 MB", "geometry 200.0 MB", "paths in flight 100.0 MB", "smaller images"})
+      EXPECT_NE(line.find(part), std::string::npos) << part << " is not in: " << line;
+    EXPECT_EQ(line.find('\n'), std::string::npos);
+  }
+  EXPECT_NE(refusal(need, device_of(599 * kMega, 599 * kMega)).find("its memory is 599.0 MB"), std::string::npos);
+  EXPECT_NE(refusal(need, device_of(600 * kMega, 299 * kMega)).find("which may have 299.0 MB"), std::string::npos);
+  EXPECT_NE(refusal(need, device_of(900 * kMega, 900 * kMega), 599 * kMega).find("--memory is 599.0 MB"),
+            std::string::npos);
+}
+
+TEST(Memory, a_limit_of_the_control_group_is_named) {
+  DeviceInfo device = device_of(100 * kMega, 100 * kMega);
+  device.memory_limit = "/sys/fs/cgroup/memory.max";
+  const MemoryNeed need{300 * kMega, 200 * kMega, 100 * kMega, 0, "the textures", 300 * kMega};
+  EXPECT_NE(refusal(need, device).find("what /sys/fs/cgroup/memory.max allows is 100.0 MB"), std::string::npos);
+}
+
+TEST(Memory, a_film_beyond_what_the_process_may_have_is_refused) {
+  FilmLayout layout;
+  layout.width = layout.height = 1024;
+  layout.crop = {0, 0, 1024, 1024};
+  ASSERT_EQ(film_bytes(layout), kMega * 2 * (3 * 16 + 8));
+  const auto refused = [&](bool copied, std::uint64_t packed, std::uint64_t limit) -> std::string {
+    try {
+      require_host_memory(layout, copied, packed, {1, "", limit, "/sys/fs/cgroup/memory.max"});
+    } catch (const DeviceError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_EQ(refused(false, 8 * kMega, 120 * kMega), "");
+  EXPECT_EQ(refused(true, 8 * kMega, 232 * kMega), "");
+  EXPECT_EQ(refused(true, 8 * kMega, 0), "") << "not known";
+  for (const std::string& line : {refused(false, 9 * kMega, 120 * kMega), refused(true, 8 * kMega, 231 * kMega)}) {
+    EXPECT_NE(line.find("/sys/fs/cgroup/memory.max"), std::string::npos) << line;
+    EXPECT_NE(line.find("--crop"), std::string::npos);
+  }
+}
+
+TEST(Memory, mostly_geometry_is_told_to_have_less_of_it) {
+  const MemoryNeed need{kMega, 200 * kMega, kMega, 0, "the triangles", 150 * kMega};
+  EXPECT_NE(refusal(need, device_of(100 * kMega, 400 * kMega)).find("simpler meshes"), std::string::npos);
+  EXPECT_NE(refusal(need, device_of(100 * kMega, 400 * kMega)).find("it needs 202.0 MB"), std::string::npos);
+}
+
+TEST(Memory, what_two_levels_or_another_accelerator_or_a_smaller_picture_would_save_is_said) {
+  MemoryNeed need{kMega, 200 * kMega, kMega, 150 * kMega, "the triangles", 150 * kMega};
+  const DeviceInfo device = device_of(100 * kMega, 400 * kMega);
+  EXPECT_NE(refusal(need, device).find("store meshes once (--instances two-level saves about 150.0 MB)"),
+            std::string::npos);
+  need.saved_once = 0;
+  Execution grid;
+  grid.accel = "grid";
+  try {
+    require_memory(need, device, grid);
+    ADD_FAILURE() << "it does not fit";
+  } catch (const DeviceError& error) {
+    EXPECT_NE(std::string(error.what()).find("--accel bvh"), std::string::npos) << error.what();
+  }
+  need.paths = 900 * kMega;
+  EXPECT_NE(refusal(need, device).find("--size"), std::string::npos);
+}
+
+TEST(Memory, textures_count_once_and_with_the_bytes_that_their_images_have) {
+  Scene scene;
+  Material material;
+  for (std::uint32_t i = 0; i < 2; ++i) {
+    TextureImage image;
+    image.width = 64, image.height = 32;
+    image.rgba8.resize(64 * 32);
+    scene.images.push_back(image);
+  }
+  material.base_color_texture = Texture{};
+  material.emissive_texture = Texture{};  // the same image
+  material.metallic_roughness_texture = Texture{};
+  material.metallic_roughness_texture->image = 1;
+  scene.materials = {material, material};
+  Primitive primitive;
+  primitive.positions_object = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  primitive.uv[0].assign(3, {0, 0});
+  primitive.indices = {0, 1, 2};
+  scene.meshes.push_back({"mesh", {primitive}});
+  scene.nodes.emplace_back();
+  const Settings settings;
+  const Features features(scene, settings);
+  PackedScene packed = pack_scene(scene, features, settings);
+  add_accel(packed, "bvh", "bvh8", 1);
+  WavefrontConfig config;
+  config.layout = "bvh8";
+  const MemoryNeed need = memory_need(packed, config, features);
+  EXPECT_EQ(need.textures, 4U * (EK_TEXEL_TABLE + 2 * 64 * 32));
+  EXPECT_EQ(need.total(), packed.bytes("bvh8") + need.paths);
+  // The pictures themselves are not copied.
+  ASSERT_EQ(packed.texels.size(), 3U);
+  EXPECT_EQ(packed.texels[1].data(), scene.images[0].rgba8.data());
+}
+
+}  // namespace
+}  // namespace eikon

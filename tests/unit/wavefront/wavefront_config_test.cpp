@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+// Decisions by device, without one.
+#include "wavefront/wavefront_config.h"
+
+#include <gtest/gtest.h>
+
+namespace eikon::testing {
+namespace {
+
+DeviceInfo processor(std::uint32_t cores) {
+  DeviceInfo info;
+  info.cpu = true;
+  info.compute_units = cores;
+  info.native_float_lanes = 16;
+  info.memory_bytes = std::uint64_t{16} << 30;
+  return info;
+}
+
+TEST(WavefrontConfig, a_cpu_runs_chunks_through_all_stages_with_one_work_item_per_core) {
+  const WavefrontConfig config = configure(processor(2), {});
+  EXPECT_TRUE(config.chunked && config.fused);
+  EXPECT_EQ(config.lanes, 16U);
+  EXPECT_EQ(config.workers, 2U);
+  EXPECT_EQ(config.held_chunks(), 2U);
+  EXPECT_GE(config.chunks, 32 * config.workers);
+}
+
+TEST(WavefrontConfig, many_cores_have_enough_chunks_each_and_paths_keep_exact_numbers) {
+  for (const std::uint32_t cores : {1U, 4U, 16U, 64U, 256U}) {
+    const WavefrontConfig config = configure(processor(cores), {});
+    EXPECT_EQ(config.workers, cores);
+    EXPECT_GE(config.capacity(), 1U << 18);
+    EXPECT_LE(config.capacity(), 1U << 22);
+    const std::uint32_t each = cores <= 32 ? 32 : 4;
+    EXPECT_GE(config.chunks, each * cores) << cores << " cores";
+  }
+}
+
+TEST(WavefrontConfig, unfused_the_state_of_all_paths_is_held) {
+  Execution execution;
+  execution.fused = false;
+  const WavefrontConfig config = configure(processor(2), execution);
+  EXPECT_FALSE(config.fused);
+  EXPECT_EQ(config.held_chunks(), config.chunks);
+}
+
+TEST(WavefrontConfig, a_gpu_has_queues_and_launches_each_stage) {
+  DeviceInfo info = processor(100);
+  info.cpu = false, info.gpu = true, info.native_float_lanes = 1;
+  Execution execution;
+  for (const auto& fused : {std::optional<bool>(), std::optional<bool>(true)}) {
+    execution.fused = fused;
+    const WavefrontConfig config = configure(info, execution);
+    EXPECT_FALSE(config.chunked || config.fused);
+    EXPECT_EQ(config.lanes, 1U);
+    EXPECT_EQ(config.capacity(), 1U << 20);
+  }
+}
+
+TEST(WavefrontConfig, what_is_asked_for_is_given_and_little_memory_makes_the_pool_small) {
+  Execution execution;
+  execution.pool = 3000, execution.chunk = 50;
+  WavefrontConfig config = configure(processor(8), execution);
+  EXPECT_EQ(config.chunk, 48U);
+  EXPECT_EQ(config.chunks, 62U);
+  execution = {};
+  execution.memory_bytes = std::uint64_t{32} << 20;
+  config = configure(processor(8), execution);
+  EXPECT_LE(config.capacity(), 1U << 15);
+  execution.pool = 64;
+  EXPECT_EQ(configure(processor(8), execution).capacity(), 64U) << "a chunk is not larger than the pool";
+}
+
+}  // namespace
+}  // namespace eikon::testing
