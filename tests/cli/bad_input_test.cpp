@@ -2,6 +2,7 @@
 // Whatever is wrong: one line that says what, an exit code of its kind, and no file left behind.
 #include "cli/command.h"
 #include "image/image.h"
+#include "support/paths.h"
 
 namespace eikon::testing {
 namespace {

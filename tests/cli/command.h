@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "support/temporary_folder.h"
+#include "support/paths.h"
 
 namespace eikon::testing {
 

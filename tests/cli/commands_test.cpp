@@ -4,6 +4,7 @@
 
 #include "cli/command.h"
 #include "device/kernel_sources.h"
+#include "support/paths.h"
 
 namespace eikon::testing {
 namespace {

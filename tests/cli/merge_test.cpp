@@ -8,6 +8,7 @@
 #include "cli/command.h"
 #include "image/image.h"
 #include "instruments/analytic_scenes.h"
+#include "support/paths.h"
 
 namespace eikon::testing {
 namespace {

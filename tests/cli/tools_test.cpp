@@ -5,6 +5,8 @@
 #include <cstdlib>
 #include <string>
 
+#include "support/paths.h"
+
 namespace {
 
 TEST(Tools, shipped_scenes_are_what_make_scenes_writes_and_the_readme_names_each) {

@@ -44,6 +44,7 @@ Defines default_defines() {
 #define EK_SHAPE_KIND(name, bit) {"EK_HAS_" #name, "0"},
 #define EK_AOV(name, channels) {"EK_HAS_" #name, "1"},
 #include "shared/features.def"
+#include "support/paths.h"
   };
 }
 

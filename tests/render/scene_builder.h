@@ -13,6 +13,7 @@
 #include "accel/accelerators.h"
 #include "instruments/analytic_scenes.h"
 #include "render/render.h"
+#include "support/paths.h"
 
 namespace eikon::testing {
 

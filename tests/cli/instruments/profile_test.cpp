@@ -2,6 +2,7 @@
 // --profile and --stats of real renders: a reader of trace events and the schema of the statistics.
 #include "cli/command.h"
 #include "cli/instruments/json_schema.h"
+#include "support/paths.h"
 
 #include <map>
 #include <nlohmann/json.hpp>
