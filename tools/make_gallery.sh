@@ -1,0 +1,20 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
+# Renders the pictures of README.md into scenes/gallery/:  tools/make_gallery.sh [EIKON]
+set -euo pipefail
+root="$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)"
+eikon="${1:-$root/build-release/eikon}"
+image="$(mktemp --suffix=.exr)"
+trap 'rm -f "$image"' EXIT
+mkdir -p "$root/scenes/gallery"
+
+# picture SCENE FLAG...
+picture() {
+  "$eikon" render "$root/scenes/$1.gltf" -o "$image" --png "$root/scenes/gallery/$1.png" --size 240x160 --quiet "${@:2}"
+}
+picture cornell_spheres --spp 1024 --exposure 1
+picture sun_room --spp 2048 --tonemap agx
+picture lacquer --spp 512
+picture tumbler --spp 1024
+picture implicit_gyroid --spp 256
+picture textured --spp 512
