@@ -10,7 +10,7 @@
 #include "cli/arguments.h"
 #include "job/tell.h"
 #include "core/error.h"
-#include "device/profiler.h"
+#include "core/clock.h"
 #include "film/layers.h"
 #include "scene/environment.h"
 

@@ -3,8 +3,11 @@
 
 #include <dlfcn.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdlib>
+#include <span>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -22,19 +25,13 @@ constexpr int kDeviceCpu = 1, kFloat3 = 3, kNoError = 0;
 constexpr const char* kUsualName = "libOpenImageDenoise.so.2";
 
 /// Three channels as the library wants them: R, G, B of a pixel side by side.
-std::vector<float> interleaved(const Film& film, std::array<const char*, 3> names) {
-  std::array<std::uint32_t, 3> channels{};
+std::vector<float> interleaved(const Image& picture, std::span<const std::string_view, 3> names) {
+  std::vector<float> values(std::size_t{3} * picture.width * picture.height);
   for (std::size_t c = 0; c < 3; ++c) {
-    const auto found = film.channel_index(names[c]);
-    if (!found) throw InternalError(fmt::format("denoising needs the channel {}", names[c]));
-    channels[c] = *found;
+    const std::vector<float>* const plane = picture.plane(std::string(names[c]));
+    if (plane == nullptr) throw InternalError(fmt::format("denoising needs the channel {}", names[c]));
+    for (std::size_t i = 0; i < plane->size(); ++i) values[3 * i + c] = (*plane)[i];
   }
-  const Crop& crop = film.layout().crop;
-  std::vector<float> values;
-  values.reserve(3 * crop.pixel_count());
-  for (std::uint32_t y = crop.y0; y < crop.y1; ++y)
-    for (std::uint32_t x = crop.x0; x < crop.x1; ++x)
-      for (const std::uint32_t c : channels) values.push_back(static_cast<float>(film.mean(x, y, c)));
   return values;
 }
 
@@ -120,12 +117,12 @@ Denoiser::Denoiser(unsigned threads) : library_(std::make_unique<Library>()) {
 
 Denoiser::~Denoiser() = default;
 
-Image Denoiser::denoise(const Film& film) const {
+void Denoiser::denoise(Image& picture) const {
   const Library& oidn = *library_;
-  const Crop& crop = film.layout().crop;
-  std::vector<float> color = interleaved(film, {"R", "G", "B"});
-  std::vector<float> albedo = interleaved(film, {"albedo.R", "albedo.G", "albedo.B"});
-  std::vector<float> normal = interleaved(film, {"normal.X", "normal.Y", "normal.Z"});
+  constexpr std::array<std::string_view, 3> kRgb{"R", "G", "B"};
+  std::vector<float> color = interleaved(picture, kRgb);
+  std::vector<float> albedo = interleaved(picture, std::span(kGuides).first<3>());
+  std::vector<float> normal = interleaved(picture, std::span(kGuides).last<3>());
   std::vector<float> output(color.size());
   struct Filter {
     const Library& oidn;
@@ -136,7 +133,7 @@ Image Denoiser::denoise(const Film& film) const {
   } const owned{oidn, oidn.new_filter(oidn.device, "RT")};
   oidn.check(oidn.device);
   const auto give = [&](const char* name, std::vector<float>& data) {
-    oidn.set_image(owned.filter, name, data.data(), kFloat3, crop.width(), crop.height(), 0, 0, 0);
+    oidn.set_image(owned.filter, name, data.data(), kFloat3, picture.width, picture.height, 0, 0, 0);
   };
   give("color", color);
   give("albedo", albedo);
@@ -147,10 +144,11 @@ Image Denoiser::denoise(const Film& film) const {
   oidn.execute(owned.filter);
   oidn.check(oidn.device);
 
-  Image image = to_image(film);
-  for (std::size_t c = 0; c < 3; ++c)
-    for (std::size_t i = 0; i < image.planes[c].size(); ++i) image.planes[c][i] = output[3 * i + c];
-  return image;
+  for (std::size_t c = 0; c < 3; ++c) {
+    const auto at = std::ranges::find(picture.channels, kRgb[c]) - picture.channels.begin();
+    std::vector<float>& plane = picture.planes[static_cast<std::size_t>(at)];
+    for (std::size_t i = 0; i < plane.size(); ++i) plane[i] = output[3 * i + c];
+  }
 }
 
 }  // namespace eikon

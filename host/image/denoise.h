@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// A guess at the picture without noise, by Intel's Open Image Denoise, which is loaded when it is asked for: eikon neither needs
-// it nor ships it. For eyes only: what it adds is not unbiased, so no measurement uses it.
+// Estimates the picture without noise by Intel's Open Image Denoise 2. The library is loaded when a user asks for it; eikon neither
+// needs nor ships it. Its result is biased, so it serves for viewing only and no measurement uses it.
 #pragma once
+#include <array>
 #include <memory>
+#include <string_view>
 
 #include "image/image.h"
-#include "film/film.h"
 
 namespace eikon {
 
@@ -18,9 +19,12 @@ class Denoiser {
   Denoiser(const Denoiser&) = delete;
   Denoiser& operator=(const Denoiser&) = delete;
 
-  /// R, G, B of the film (and its A as it is), guided by its layers albedo and normal.
-  /// throws InputError when the library fails, InternalError when the film lacks the layers
-  [[nodiscard]] Image denoise(const Film& film) const;
+  /// Channels that guide the library, beside R, G, B; they should be as noisy as the picture or less.
+  static constexpr std::array<std::string_view, 6> kGuides{"albedo.R", "albedo.G", "albedo.B",
+                                                           "normal.X", "normal.Y", "normal.Z"};
+  /// Replaces R, G, B of a picture that has the guides by their estimate without noise; the other channels stay.
+  /// throws InputError when the library fails, InternalError when the picture lacks a channel
+  void denoise(Image& picture) const;
 
  private:
   struct Library;

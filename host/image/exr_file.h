@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// An EXR that is open for reading; for the .cpp files beside this one.
+// An EXR file that is open for reading: shared by the readers of pictures (here) and of exact films (film/exr).
 #pragma once
 #include <ImfHeader.h>
 #include <ImfMultiPartInputFile.h>
@@ -16,6 +16,7 @@
 
 namespace eikon::exr {
 
+inline constexpr const char* kPrefix = "eikon.";  // of our header attributes
 inline constexpr int kMaxSide = 65536;
 inline constexpr std::uint64_t kMaxBytes = std::uint64_t{16} << 30;
 

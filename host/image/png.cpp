@@ -76,19 +76,4 @@ void write_png(const std::filesystem::path& path, const Image& image, double exp
   file.commit();
 }
 
-Image to_image(const Film& film) {
-  const Crop& crop = film.layout().crop;
-  Image image{
-      .width = crop.width(), .height = crop.height(), .channels = {"R", "G", "B"}, .planes = {}, .metadata = {}};
-  if (film.channel_index("A")) image.channels.emplace_back("A");
-  for (const std::string& channel : image.channels) {
-    const std::uint32_t c = *film.channel_index(channel);
-    std::vector<float>& plane = image.planes.emplace_back();
-    plane.reserve(crop.pixel_count());
-    for (std::uint32_t y = crop.y0; y < crop.y1; ++y)
-      for (std::uint32_t x = crop.x0; x < crop.x1; ++x) plane.push_back(static_cast<float>(film.mean(x, y, c)));
-  }
-  return image;
-}
-
 }  // namespace eikon

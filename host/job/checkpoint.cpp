@@ -8,6 +8,7 @@
 #include "cli/arguments.h"
 #include "job/metadata.h"
 #include "job/stop_signals.h"
+#include "film/exr/film_file.h"
 #include "image/image.h"
 #include "pack/features.h"
 

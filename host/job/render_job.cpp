@@ -10,6 +10,7 @@
 #include "job/metadata.h"
 #include "job/trace_file.h"
 #include "core/process_time.h"
+#include "film/exr/film_file.h"
 #include "image/image.h"
 #include "render/error_counter.h"
 #include "film/layers.h"
@@ -165,7 +166,9 @@ std::string RenderJob::keep_elsewhere(ExrOptions exr) {
 std::optional<Image> RenderJob::denoise() {
   const TraceScope denoising(trace_.get(), Trace::kMain, "denoise");
   try {
-    return denoiser_->denoise(done_->film);
+    Image picture = to_image(done_->film, Denoiser::kGuides);
+    denoiser_->denoise(picture);
+    return picture;
   } catch (const InputError& failure) {
     say_(fmt::format("{}; the picture is written as it is", failure.what()));
     as_asked_ = false;

@@ -11,6 +11,7 @@
 #include "job/report.h"
 #include "core/error.h"
 #include "image/denoise.h"
+#include "film/exr/film_file.h"
 #include "image/image.h"
 #include "render/ready_ahead.h"
 #include "render/render.h"

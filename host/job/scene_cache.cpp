@@ -5,7 +5,7 @@
 #include <set>
 
 #include "accel/reinsertion.h"
-#include "device/profiler.h"
+#include "core/clock.h"
 #include "pack/geometry/placed_meshes.h"
 #include "scene/measured_table.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pack/pack.h"
 
-#include "device/profiler.h"
+#include "core/clock.h"
 #include "pack/pack_parts.h"
 
 namespace eikon {

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "core/lost_threads.h"
-#include "device/profiler.h"
+#include "core/clock.h"
 
 namespace eikon {
 namespace {

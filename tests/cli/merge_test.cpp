@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "cli/command.h"
+#include "film/exr/film_file.h"
 #include "image/image.h"
 #include "instruments/analytic_scenes.h"
 #include "support/paths.h"

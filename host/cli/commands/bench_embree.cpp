@@ -9,7 +9,7 @@
 #include <tbb/task_arena.h>
 
 #include "core/error.h"
-#include "device/profiler.h"
+#include "core/clock.h"
 
 namespace eikon {
 

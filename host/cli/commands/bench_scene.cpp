@@ -20,6 +20,7 @@
 #include "job/metadata.h"
 #include "job/report.h"
 #include "core/process_time.h"
+#include "film/exr/film_file.h"
 #include "image/image.h"
 #include "image/plot.h"
 

@@ -12,6 +12,7 @@
 #include "job/metadata.h"
 #include "cli/png_options.h"
 #include "job/report.h"
+#include "film/exr/film_file.h"
 #include "image/image.h"
 #include "render/film_record.h"
 

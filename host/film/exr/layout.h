@@ -19,7 +19,6 @@ namespace eikon::exr {
 
 inline constexpr const char* kImagePart = "image";
 inline constexpr const char* kSumsPart = "sums";
-inline constexpr const char* kPrefix = "eikon.";
 inline constexpr const char* kReplicates = "eikon.replicates";  // int attribute of the sums part
 inline constexpr const char* kChannels = "eikon.channels";  // string attribute of the sums part: names joined by commas
 inline constexpr const char* kFormat = "eikon.format";      // int: kSumsFormat of who wrote it

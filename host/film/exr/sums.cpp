@@ -12,7 +12,7 @@
 #include "image/exr_file.h"
 #include "film/exr/layout.h"
 #include "film/exr/mattes.h"
-#include "image/image.h"
+#include "film/exr/film_file.h"
 
 namespace eikon {
 namespace {

@@ -31,7 +31,8 @@
 #include "film/exr/cryptomatte.h"
 #include "film/exr/layout.h"
 #include "film/exr/mattes.h"
-#include "image/image.h"
+#include "film/exr/film_file.h"
+#include "image/exr_file.h"
 #include "film/layers.h"
 #include "film/mattes.h"
 

@@ -7,7 +7,7 @@
 #include <algorithm>
 
 #include "job/tell.h"
-#include "device/profiler.h"
+#include "core/clock.h"
 
 namespace eikon {
 

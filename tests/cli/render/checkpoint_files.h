@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "cli/command.h"
+#include "film/exr/film_file.h"
 #include "image/image.h"
 #include "instruments/analytic_scenes.h"
 #include "render/film_record.h"

@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/command.h"
+#include "film/exr/film_file.h"
 #include "image/image.h"
 #include "instruments/analytic_scenes.h"
 

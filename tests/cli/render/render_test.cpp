@@ -9,6 +9,7 @@
 
 #include "accel/accel.h"
 #include "cli/command.h"
+#include "film/exr/film_file.h"
 #include "image/image.h"
 #include "instruments/analytic_scenes.h"
 #include "support/comma_locale.h"

@@ -4,7 +4,7 @@
 
 #include "cli/command.h"
 #include "film/exr/layout.h"
-#include "image/image.h"
+#include "film/exr/film_file.h"
 
 namespace eikon::testing {
 namespace {

@@ -2,6 +2,7 @@
 // Layers against known geometry, replay of single paths, and samples that are left out.
 #include <fmt/format.h>
 
+#include "film/exr/film_file.h"
 #include "image/image.h"
 #include "film/layers.h"
 #include "render/scene_builder.h"

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Area lights: closed forms, and textures that say where they emit.
+#include "film/exr/film_file.h"
 #include "image/image.h"
 #include "pack/pack.h"
 #include "render/scene_builder.h"

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Ways of finding light differ in variance alone; error falls as it should, and the image knows its own.
+#include "film/exr/film_file.h"
 #include "image/image.h"
 #include "render/scene_builder.h"
 

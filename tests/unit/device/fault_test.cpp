@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "core/error.h"
-#include "device/profiler.h"
+#include "core/clock.h"
 
 namespace eikon {
 namespace {

@@ -16,6 +16,7 @@
 
 #include "core/error.h"
 #include "support/film_builder.h"
+#include "film/exr/film_file.h"
 #include "image/image.h"
 #include "support/temporary_folder.h"
 

@@ -5,7 +5,7 @@
 
 #include "core/error.h"
 #include "support/film_builder.h"
-#include "image/image.h"
+#include "film/exr/film_file.h"
 #include "support/temporary_folder.h"
 
 namespace eikon {

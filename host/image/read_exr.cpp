@@ -14,7 +14,6 @@
 #include <fmt/format.h>
 
 #include "image/exr_file.h"
-#include "film/exr/layout.h"
 #include "image/image.h"
 
 namespace eikon {
