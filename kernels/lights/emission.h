@@ -23,11 +23,11 @@ EK_FN v3 light_emission(SceneData scene, LightSample s) {
   if (!(EK_HAS_area & (EK_HAS_emissive_texture | EK_HAS_opacity))) return s.radiance;
   const vi is_area = !(s.is_distant | s.is_punctual);
   const vu triangle = is_area ? s.triangle : (vu)(0u);
-  const Rec r = rec16(scene.materials, gather_u((global const uint*)scene.triangles, triangle * 16u + 9u));
+  const MaterialRecordLanes r = load_material(scene.materials, load_word_u(Triangle, scene.triangles, triangle, material));
   const HitAttributes at = light_attributes(scene, s, triangle);
   v3 radiance = s.radiance;
   if (EK_HAS_emissive_texture) {
-    const v4 c = texture_or(scene, AS_U(r.wf), at, (vf)(1.0f));
+    const v4 c = texture_or(scene, r.emissive_texture, at, (vf)(1.0f));
     radiance = mul3(radiance, V3(c.x, c.y, c.z));
   }
   if (EK_HAS_opacity) radiance = scale3(radiance, material_opacity(scene, r, at));
@@ -40,13 +40,13 @@ EK_FN v3 light_emission(SceneData scene, LightSample s) {
 EK_FN vf light_coat(SceneData scene, LightSample s, v3 wi) {
   const vi is_area = !(s.is_distant | s.is_punctual);
   const vu triangle = is_area ? s.triangle : (vu)(0u);
-  const vu material = gather_u((global const uint*)scene.triangles, triangle * 16u + 9u);
-  const Rec r = material_detail(scene, material, 0u);
-  vf clearcoat = r.w0;
+  const vu material = load_word_u(Triangle, scene.triangles, triangle, material);
+  const LayerDetailLanes r = load_layer_detail(scene.material_details, material);
+  vf clearcoat = r.clearcoat;
   if (EK_HAS_clearcoat_texture)
-    clearcoat = clearcoat * texture_or(scene, AS_U(r.w6), light_attributes(scene, s, triangle), (vf)(1.0f)).x;
+    clearcoat = clearcoat * texture_or(scene, r.clearcoat_texture, light_attributes(scene, s, triangle), (vf)(1.0f)).x;
   const vf cosine = dot3(s.n, wi);
-  const vi solid = (gather_u((global const uint*)scene.materials, material * 16u + 6u) & EK_MATERIAL_SOLID) != 0u;
+  const vi solid = (load_word_u(MaterialRecord, scene.materials, material, flags) & EK_MATERIAL_SOLID) != 0u;
   return (is_area & !(solid & (cosine > 0.0f))) ? clearcoat_passes(clearcoat, cosine) : (vf)(1.0f);
 }
 

@@ -174,13 +174,7 @@ EK_FN PickedLight pick_among_all(constant Frame* frame, LightData data, LitPoint
 #endif
 }
 
-// The only light's record, and its words as choose_light would leave them.
-EK_FN Rec only_light(global const Light* lights) {
-  global const float* p = (global const float*)lights;
-  const Rec r = {(vf)(p[0]), (vf)(p[1]), (vf)(p[2]),  (vf)(p[3]),  (vf)(p[4]),  (vf)(p[5]),  (vf)(p[6]),  (vf)(p[7]),
-                 (vf)(p[8]), (vf)(p[9]), (vf)(p[10]), (vf)(p[11]), (vf)(p[12]), (vf)(p[13]), (vf)(p[14]), (vf)(p[15])};
-  return r;
-}
+// The words of the only light as choose_light would leave them.
 EK_FN LightChoice only_choice(LightWords words) {
   const vf u = word_to_float(words.a) * 0x1p-32f;
   const LightChoice c = {(vu)(0u), u < 1.0f ? u : u - 1.0f, to_unit_float(words.b)};
@@ -213,14 +207,14 @@ EK_FN PickedLight pick_light(constant Frame* frame, LightData data, LitPoint lit
 EK_FN LightSample light_sample(constant Frame* frame, LightData data, PickedLight picked, Basis basis, vi both_sides,
                                LightWords words) {
   const LightChoice choice = picked.choice;
-  const Rec r = EK_HAS_one_light ? only_light(data.lights) : rec16(data.lights, choice.light);
-  const vu kind = AS_U(r.we);
+  const LightLanes r = EK_HAS_one_light ? broadcast_light(data.lights) : load_light(data.lights, choice.light);
+  const vu kind = r.kind;
   LightSample s;
   s.is_distant = s.is_punctual = s.is_shape = s.is_delta = (vi)(0);
   warp_triangle(choice.u, choice.v, &s.b1, &s.b2);
-  const v3 p0 = V3(r.w0, r.w1, r.w2), p1 = V3(r.w3, r.w4, r.w5), p2 = V3(r.w6, r.w7, r.w8);
+  const v3 p0 = r.p0, p1 = r.p1, p2 = r.p2;
   if (EK_HAS_quad_light) {
-    const vi is_quad = (AS_U(r.wd) & EK_LIGHT_QUAD) != 0u;
+    const vi is_quad = (r.flags & EK_LIGHT_QUAD) != 0u;
     s.b1 = is_quad ? choice.u : s.b1;
     s.b2 = is_quad ? choice.v : s.b2;
   }
@@ -231,11 +225,11 @@ EK_FN LightSample light_sample(constant Frame* frame, LightData data, PickedLigh
   } else {
     s.p = s.p_error = s.n = s.wi = basis.z;
   }
-  s.radiance = V3(r.w9, r.wa, r.wb);
-  s.pdf = EK_HAS_light_tree ? r.wc * picked.probability : r.wc;
-  s.double_sided = (AS_U(r.wd) & EK_LIGHT_DOUBLE_SIDED) != 0u;
-  s.group = AS_U(r.wd) >> EK_LIGHT_GROUP_SHIFT;
-  s.triangle = AS_U(r.wf);
+  s.radiance = r.emission;
+  s.pdf = EK_HAS_light_tree ? r.pdf_m2 * picked.probability : r.pdf_m2;
+  s.double_sided = (r.flags & EK_LIGHT_DOUBLE_SIDED) != 0u;
+  s.group = r.flags >> EK_LIGHT_GROUP_SHIFT;
+  s.triangle = r.triangle;
   if (EK_HAS_shape_light) {
     s.is_shape = kind == (uint)LIGHT_shape_light;
     s.u = choice.u;

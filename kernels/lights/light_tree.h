@@ -10,6 +10,8 @@
 //           moments instead of bounds and cones: as cheap, and closer to the mean
 #ifndef EK_LIGHT_TREE_H
 #define EK_LIGHT_TREE_H
+#include "lanes/math.h"
+#include "lanes/record_lanes.h"
 #include "lights/light_choice.h"
 
 /// The point that light arrives at.
@@ -58,11 +60,11 @@ EK_FN LightEstimate light_estimate(v3 p, v3 n, vi both_sides, v3 middle, vf spre
 }
 
 // Probability of the left side of a node.
-EK_FN vf left_share(v3 p, v3 n, vi both_sides, Rec r) {
-  const LightEstimate left = light_estimate(p, n, both_sides, V3(r.w0, r.w1, r.w2), r.w3, V3(r.w4, r.w5, r.w6));
-  const LightEstimate right = light_estimate(p, n, both_sides, V3(r.w8, r.w9, r.wa), r.wb, V3(r.wc, r.wd, r.we));
+EK_FN vf left_share(v3 p, v3 n, vi both_sides, LightNodeLanes r) {
+  const LightEstimate left = light_estimate(p, n, both_sides, r.left, r.left_spread2, r.left_flow);
+  const LightEstimate right = light_estimate(p, n, both_sides, r.right, r.right_spread2, r.right_flow);
   const vf nearer = left.distance2 / right.distance2;
-  const vf a = left.numerator * r.w7, b = (right.numerator * (1.0f - r.w7)) * (nearer * nearer);
+  const vf a = left.numerator * r.left_share, b = (right.numerator * (1.0f - r.left_share)) * (nearer * nearer);
   const vf share = a / (a + b);
   const vf bounded = min_f(max_f(share, (vf)(LIGHT_TREE_LEAST)), (vf)(1.0f - LIGHT_TREE_LEAST));
   return share == share ? bounded : (vf)(0.5f);
@@ -127,11 +129,11 @@ EK_FN TreeSearch tree_search(uint light_count, float scale, LitPoint lit, vi wan
 EK_FN void tree_search_step(global const LightNode* nodes, TreeSearch* t) {
   LightWalk* w = &t->walk;
   const vi walked = w->open;  // lanes that have arrived must not change: others walk on, or none do
-  const Rec r = rec16(nodes, w->node);
+  const LightNodeLanes r = load_light_node(nodes, w->node);
   const vu split = light_walk_split(w->range, left_share(t->p, t->n, t->both_sides, r));
   const vi left = t->rest < split;
   t->rest = (walked & !left) ? t->rest - split : t->rest;
-  light_walk_go(w, left, split, AS_U(r.wf));
+  light_walk_go(w, left, split, r.link);
   const vi narrow = walked & (w->range < LIGHT_WALK_NARROW);
   t->more = narrow ? hash_bits(t->more + 0x9e3779b9u) : t->more;
   t->rest = narrow ? (t->rest << 16) | (t->more & 0xffffu) : t->rest;
@@ -159,9 +161,9 @@ EK_FN vf probability_in_tree(global const LightNode* nodes, uint light_count, fl
   LightWalk w = light_walk(wanted, light_count);
   while (ANY(w.open)) {
     const vi walked = w.open;  // lanes that have arrived must not change: others walk on, or none do
-    const Rec r = rec16(nodes, w.node);
+    const LightNodeLanes r = load_light_node(nodes, w.node);
     const vu split = light_walk_split(w.range, left_share(p, n, both_sides, r));
-    light_walk_go(&w, light < w.first + (AS_U(r.wf) & ~LIGHT_TREE_RIGHT_IS_LIGHT), split, AS_U(r.wf));
+    light_walk_go(&w, light < w.first + (r.link & ~LIGHT_TREE_RIGHT_IS_LIGHT), split, r.link);
     light_walk_widen(&w, walked & (w.range < LIGHT_WALK_NARROW));
   }
   return word_to_float(w.range) * w.unit;

@@ -87,7 +87,7 @@ EK_FN vf own_sr_per_sr(ShapeLanes s, v3 dir) {
   return abs_f(dot3(x, cross3(y, z))) / (length2 * sqrt(length2));
 }
 
-EK_FN ShapeView shape_view(ShapeLanes s, ShapeWorld world, v3 p) {
+EK_FN ShapeView shape_view(ShapeLanes s, ShapeWorldLanes world, v3 p) {
   const v3 ones = V3((vf)(1.0f), (vf)(1.0f), (vf)(1.0f));
   const v3 rounding = scale3(abs3(p), (vf)(0x1p-20f));
   const v3 of_p = V3(dot3(abs3(s.x), rounding), dot3(abs3(s.y), rounding), dot3(abs3(s.z), rounding));
@@ -102,7 +102,7 @@ EK_FN ShapeView shape_view(ShapeLanes s, ShapeWorld world, v3 p) {
 EK_FN_ONCE vf shape_light_pdf_sr(SceneData scene, TriangleLanes corners, vi is_shape, ShapePoint at, vf part, v3 origin, v3 dir) {
   const vu index = is_shape ? AS_U(corners.n.x) : (vu)(0u);
   const ShapeLanes s = load_shape(scene.shapes, index);
-  const ShapeView view = shape_view(s, shape_world(rec16(scene.shapes, 2u * index + 1u)), origin);
+  const ShapeView view = shape_view(s, load_shape_world(scene.shapes, index), origin);
   const vf pdf = shape_density(view, at, part) * own_sr_per_sr(s, dir);
   return corners.light_pdf_m2 > 0.0f ? pdf * corners.light_pdf_m2 : (vf)(0.0f);
 }
@@ -112,10 +112,10 @@ EK_FN_ONCE vf shape_light_pdf_sr(SceneData scene, TriangleLanes corners, vi is_s
 EK_FN_ONCE LightSample shape_light_sample(SceneData scene, LightSample sample, v3 p) {
   const vi is_shape = sample.is_shape;
   if (!ANY(is_shape)) return sample;
-  const vu index = gather_u((global const uint*)scene.triangles, (is_shape ? sample.triangle : (vu)(0u)) * 16u + 12u);
+  const vu index = load_word_u(Triangle, scene.triangles, is_shape ? sample.triangle : (vu)(0u), n_x);
   const vu shape = is_shape ? index : (vu)(0u);
   const ShapeLanes s = load_shape(scene.shapes, shape);
-  const ShapeWorld world = shape_world(rec16(scene.shapes, 2u * shape + 1u));
+  const ShapeWorldLanes world = load_shape_world(scene.shapes, shape);
   const ShapeView view = shape_view(s, world, p);
   const v3 ones = V3((vf)(1.0f), (vf)(1.0f), (vf)(1.0f));
   const ShapeChoice choice = shape_choose(view, sample.u, sample.v);

@@ -7,7 +7,7 @@
 //   canary_out                      EK_CANARY_WORDS words, written by one work-item
 #ifndef EK_CANARY_H
 #define EK_CANARY_H
-#include "lanes/lanes.h"
+#include "lanes/record_lanes.h"
 #include "shared/canary.h"
 #include "shared/records.h"
 
@@ -25,7 +25,7 @@ EK_FN_ONCE void canary_run(global uint* canary_out, global const Triangle* canar
     for (uint round = 0; round < 4; ++round) {
       const Rec r = rec16(canary_triangles, canary_record(fold));
       fold = canary_mix(fold ^ AS_U(r.w0) ^ (AS_U(r.w6) << 3) ^ (AS_U(r.wf) << 6));
-      fold = canary_mix(fold ^ gather_u((global const uint*)canary_triangles, canary_record(fold) * 16u + 9u));
+      fold = canary_mix(fold ^ load_word_u(Triangle, canary_triangles, canary_record(fold), material));
       fold = canary_mix(fold ^ gather_u(canary_words, canary_record(fold)));
       fold = canary_mix(fold ^ AS_U(gather_f(canary_floats, canary_record(fold))));
       const Rec s = rec16(canary_other, canary_record(fold));

@@ -13,18 +13,7 @@
 #define EK_FOR_EACH_FORMULA(k, formula) for (uint k = 0; k < EK_FORMULA_COUNT; ++k)
 #endif
 
-// Second half of a ShapeRecord, from word 9.
-typedef struct {
-  v3 middle;
-  vu formula;
-} ImplicitPlace;
-
-EK_FN ImplicitPlace implicit_place(Rec second) {
-  const ImplicitPlace place = {V3(second.w9, second.wa, second.wb), AS_U(second.wc)};
-  return place;
-}
-
-EK_FN ImplicitRay implicit_own_ray(ShapeLanes s, ImplicitPlace place, v3 o, v3 d) {
+EK_FN ImplicitRay implicit_own_ray(ShapeLanes s, ShapeWorldLanes place, v3 o, v3 d) {
   const v3 extent = V3(s.a, s.b, s.c);
   return implicit_ray(add3(o, place.middle), d, sub3(place.middle, extent), add3(place.middle, extent));
 }
@@ -33,7 +22,7 @@ EK_FN ImplicitRay implicit_own_ray(ShapeLanes s, ImplicitPlace place, v3 o, v3 d
 /// lengths of the clipped ray, from which the point is found again without the error of z. until: how far to look, in z; gave_up: where
 /// a search was given up, in z; infinite where none was
 EK_FN ShapeRoot implicit_shape_root(SceneData scene, ShapeLanes s, vu shape, vi live, v3 o, v3 d, vf until, ShapeRoot root, vf* gave_up) {
-  const ImplicitPlace place = implicit_place(rec16(scene.shapes, 2u * shape + 1u));
+  const ShapeWorldLanes place = load_shape_world(scene.shapes, shape);
   const ImplicitRay ray = implicit_own_ray(s, place, o, d);
   EK_FOR_EACH_FORMULA(k, place.formula) {
     const vi mine = live & (place.formula == (vu)(k));
@@ -48,17 +37,15 @@ EK_FN ShapeRoot implicit_shape_root(SceneData scene, ShapeLanes s, vu shape, vi 
   return root;
 }
 
-/// The point of root `part` of the ray origin + t dir, as ShapePoint has it. second: of the shape's record
+/// The point of root `part` of the ray origin + t dir, as ShapePoint has it.
 // The ray is the one that was searched: shape_hit divides directions by their longest component.
-EK_FN ShapePoint implicit_shape_point(ShapeLanes s, Rec second, vi live, v3 origin, v3 dir, vf part, ShapePoint point) {
-  const ImplicitPlace place = implicit_place(second);
+EK_FN ShapePoint implicit_shape_point(ShapeLanes s, ShapeWorldLanes place, vi live, v3 origin, v3 dir, vf part, ShapePoint point) {
   const vf longest = max_component(abs3(dir));
   const v3 o = shape_vector(s, sub3(origin, s.center));
   const ImplicitRay ray = implicit_own_ray(s, place, o, shape_vector(s, V3(dir.x / longest, dir.y / longest, dir.z / longest)));
   // To the world and back: two products of matrices, as in shape_surface, and the rounding of a place in the world.
   const v3 extent = V3(s.a, s.b, s.c), center = abs3(s.center);
-  const v3 size = V3(dot3(abs3(V3(second.w0, second.w1, second.w2)), extent), dot3(abs3(V3(second.w3, second.w4, second.w5)), extent),
-                     dot3(abs3(V3(second.w6, second.w7, second.w8)), extent));
+  const v3 size = V3(dot3(abs3(place.x), extent), dot3(abs3(place.y), extent), dot3(abs3(place.z), extent));
   const v3 moved = add3(scale3(size, (vf)(0x1p-20f)), scale3(center, (vf)(0x1p-23f)));
   const vf noise = max_f(max_f(dot3(abs3(s.x), moved), dot3(abs3(s.y), moved)), dot3(abs3(s.z), moved)) + ray.reach * 0x1p-23f;
   EK_FOR_EACH_FORMULA(k, place.formula) {

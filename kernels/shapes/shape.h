@@ -16,21 +16,6 @@ enum {
 #include "shared/features.def"
 };
 
-// The first half of a ShapeRecord, which is what rays need.
-typedef struct {
-  v3 x, y, z;  // rows: own space from the world, about the centre
-  v3 center;
-  vf a, b, c;
-  vu kind;
-} ShapeLanes;
-
-EK_FN ShapeLanes load_shape(global const ShapeRecord* shapes, vu i) {
-  const Rec r = rec16(shapes, 2u * i);
-  ShapeLanes s = {V3(r.w0, r.w1, r.w2), V3(r.w3, r.w4, r.w5), V3(r.w6, r.w7, r.w8), V3(r.w9, r.wa, r.wb), r.wc, r.wd, r.we,
-                  AS_U(r.wf)};
-  return s;
-}
-
 EK_FN v3 shape_vector(ShapeLanes s, v3 world) { return V3(dot3(s.x, world), dot3(s.y, world), dot3(s.z, world)); }
 
 // The line o + z d is inside for `in` < z < `out`, wherever it begins. part: of the surface, a small whole number.

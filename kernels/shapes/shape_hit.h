@@ -19,8 +19,8 @@ typedef struct {
 EK_FN vi shape_passes(SceneData scene, vu id, vu shape, ShapePoint point, uint number, OpacityKey key) {
   const vf zero = (vf)(0.0f), one = (vf)(1.0f);
   const HitAttributes at = {V3(zero, zero, zero), point.u, point.v, point.u, point.v, V3(zero, zero, zero), one, one, one, one, one};
-  const vu material = gather_u((global const uint*)scene.triangles, id * 16u + 9u);
-  const vf opacity = material_opacity(scene, rec16(scene.materials, material), at);
+  const vu material = load_word_u(Triangle, scene.triangles, id, material);
+  const vf opacity = material_opacity(scene, load_material(scene.materials, material), at);
   return opacity_number(key, (shape | 0x80000000u) ^ (number * 0x9e3779b9u)) >= opacity;
 }
 #endif
@@ -88,7 +88,7 @@ EK_FN ShapeHit shape_hit_within(SceneData scene, const RayLanes* ray, vi live, v
     const vi met = open & root.hit;
     vi passed = (vi)(0);
 #if EK_HAS_opacity
-    passed = met & ((gather_u((global const uint*)scene.triangles, id * 16u + 15u) & EK_SHAPE_PASSABLE) != 0u);
+    passed = met & ((load_word_u(Triangle, scene.triangles, id, flags) & EK_SHAPE_PASSABLE) != 0u);
     if (ANY(passed)) {
       const ShapePoint point = shape_point(s, add3(o, scale3(d, root.z)), root.part, V3((vf)(0.0f), (vf)(0.0f), (vf)(0.0f)));
       passed = passed & shape_passes(scene, id, shape, point, number, ray->key);

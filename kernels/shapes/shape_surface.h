@@ -6,21 +6,8 @@
 #include "shapes/shape.h"
 #include "surface/surface.h"
 
-// Second half of a ShapeRecord: the world from own space, about the centre, by rows; and of shapes that are sampled as lights the
-// areas of the parts in the world.
-typedef struct {
-  v3 x, y, z;
-  v3 part_m2;
-} ShapeWorld;
-
-EK_FN ShapeWorld shape_world(Rec second) {
-  const ShapeWorld world = {V3(second.w0, second.w1, second.w2), V3(second.w3, second.w4, second.w5),
-                            V3(second.w6, second.w7, second.w8), V3(second.wd, second.we, second.wf)};
-  return world;
-}
-
 // What errors of a point and of rays that leave it, some roundings more, are along the axes of own space. own: how far out it is there.
-EK_FN v3 shape_slack(ShapeLanes s, ShapeWorld world, v3 own) {
+EK_FN v3 shape_slack(ShapeLanes s, ShapeWorldLanes world, v3 own) {
   const v3 reach = V3(0x1p-18f * dot3(abs3(world.x), own) + 0x1p-21f * abs_f(s.center.x),
                       0x1p-18f * dot3(abs3(world.y), own) + 0x1p-21f * abs_f(s.center.y),
                       0x1p-18f * dot3(abs3(world.z), own) + 0x1p-21f * abs_f(s.center.z));
@@ -32,7 +19,7 @@ EK_FN v3 shape_slack(ShapeLanes s, ShapeWorld world, v3 own) {
 // matrix and its inverse until a ray that starts there is tested: with L the matrix, W its inverse and g the gradient, what
 // the test makes of its height is off by at most 16 u |g| |L| |W| |p|, u = 2^-24 (of the factors 9 to 15 were counted, by kind), and
 // a metre along the normal is a height of |L^T g|. The last sum in world space rounds by u |p|.
-EK_FN Surface shape_placed(ShapeLanes s, ShapeWorld world, ShapePoint point) {
+EK_FN Surface shape_placed(ShapeLanes s, ShapeWorldLanes world, ShapePoint point) {
   const v3 from_center = V3(dot3(world.x, point.p), dot3(world.y, point.p), dot3(world.z, point.p));
   const v3 own = abs3(point.p), out = abs3(point.out);
   const v3 size = V3(dot3(abs3(world.x), own), dot3(abs3(world.y), own), dot3(abs3(world.z), own));
@@ -53,8 +40,7 @@ EK_FN ShapePoint shape_surface(SceneData scene, TriangleLanes corners, vf part, 
   const vi is_shape = corners.p2.x != corners.p2.x;
   const vu index = is_shape ? AS_U(corners.n.x) : (vu)(0u);
   const ShapeLanes s = load_shape(scene.shapes, index);
-  const Rec w = rec16(scene.shapes, 2u * index + 1u);
-  const ShapeWorld world = shape_world(w);
+  const ShapeWorldLanes world = load_shape_world(scene.shapes, index);
   v3 near = shape_vector(s, add3(sub3(origin, s.center), scale3(dir, t)));
   // From a million radii away t may be no better than the shape is large: then the side that is seen will do.
   const v3 seen = shape_vector(s, neg3(dir));
@@ -63,7 +49,7 @@ EK_FN ShapePoint shape_surface(SceneData scene, TriangleLanes corners, vf part, 
 #if EK_HAS_implicit
   ShapePoint point = shape_point(s, near, part, slack);
   const vi is_implicit = is_shape & (s.kind == (uint)SHAPE_implicit);
-  if (ANY(is_implicit)) point = implicit_shape_point(s, w, is_implicit, origin, dir, part, point);
+  if (ANY(is_implicit)) point = implicit_shape_point(s, world, is_implicit, origin, dir, part, point);
 #else
   const ShapePoint point = shape_point(s, near, part, slack);
 #endif
@@ -81,7 +67,7 @@ EK_FN ShapePoint shape_surface(SceneData scene, TriangleLanes corners, vf part, 
 EK_FN HitAttributes shape_attributes(SceneData scene, TriangleLanes corners, ShapePoint point, v3 n_geom, HitAttributes at) {
   const vi is_shape = corners.p2.x != corners.p2.x;
   if (EK_HAS_tangent) {
-    const ShapeWorld world = shape_world(rec16(scene.shapes, 2u * (is_shape ? AS_U(corners.n.x) : (vu)(0u)) + 1u));
+    const ShapeWorldLanes world = load_shape_world(scene.shapes, is_shape ? AS_U(corners.n.x) : (vu)(0u));
     const v3 up = cross3(point.out, point.right), right = point.right;
     const v3 along = V3(dot3(world.x, right), dot3(world.y, right), dot3(world.z, right));
     const v3 upward = V3(dot3(world.x, up), dot3(world.y, up), dot3(world.z, up));

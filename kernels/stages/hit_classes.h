@@ -45,7 +45,7 @@ EK_FN void hits_wait(HitWalk* walk, SceneData scene, global uint* state) {
   const uint slot = walk->slot;
   const vu hit = state_u(state, FIELD_hit_triangle, slot);
   const vi some = ((vu)(slot) + LANE_INDEX < (vu)(walk->count)) & (hit != EK_NO_HIT);
-  const vu which = class_of(gather_u((global const uint*)scene.triangles, (some ? hit : (vu)(0u)) * 16u + 15u));
+  const vu which = class_of(load_word_u(Triangle, scene.triangles, some ? hit : (vu)(0u), flags));
 #if EK_HAS_COMPRESS
   for (uint k = 0; k < EK_CLASS_COUNT; ++k) {
     if ((EK_CLASSES_HERE >> k & 1) == 0) continue;

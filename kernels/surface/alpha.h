@@ -30,8 +30,8 @@ EK_FN vf opacity_number(OpacityKey ray, vu triangle) {
 
 /// Opacity of `triangle` where its second and third corner have weights u and v, [0, 1].
 EK_FN vf opacity_at(SceneData scene, vu triangle, vf u, vf v) {
-  const vu material = gather_u((global const uint*)scene.triangles, triangle * 16u + 9u);
-  return material_opacity(scene, rec16(scene.materials, material), hit_attributes(scene, triangle, u, v));
+  const vu material = load_word_u(Triangle, scene.triangles, triangle, material);
+  return material_opacity(scene, load_material(scene.materials, material), hit_attributes(scene, triangle, u, v));
 }
 
 /// Whether the ray passes `triangle` at u, v. Lanes without a ray need a valid triangle, no more.

@@ -14,8 +14,11 @@ typedef struct {
   vf color_r, color_g, color_b, color_a;  // COLOR_0: linear, and opacity; 1 where the mesh has none
 } HitAttributes;
 
-// u, v: weights of b and c. What is the same at all corners comes out exactly.
+// u, v: weights of b and c. A value that is the same at all corners comes out exactly.
 EK_FN vf interpolate(vf a, vf b, vf c, vf u, vf v) { return a + (u * (b - a) + v * (c - a)); }
+EK_FN v3 interpolate3(v3 a, v3 b, v3 c, vf u, vf v) {
+  return V3(interpolate(a.x, b.x, c.x, u, v), interpolate(a.y, b.y, c.y, u, v), interpolate(a.z, b.z, c.z, u, v));
+}
 
 /// Of a triangle whose corners say nothing.
 EK_FN HitAttributes no_attributes(void) {
@@ -28,33 +31,30 @@ EK_FN HitAttributes no_attributes(void) {
 EK_FN HitAttributes hit_attributes(SceneData scene, vu triangle, vf u, vf v) {
   HitAttributes at = no_attributes();
   if (EK_HAS_vertex_normal | EK_HAS_uv) {
-    const Rec r = rec16(scene.triangle_normals, triangle);
-    if (EK_HAS_vertex_normal)
-      at.normal = V3(interpolate(r.w0, r.w3, r.w6, u, v), interpolate(r.w1, r.w4, r.w7, u, v),
-                     interpolate(r.w2, r.w5, r.w8, u, v));
+    const TriangleNormalsLanes r = load_triangle_normals(scene.triangle_normals, triangle);
+    if (EK_HAS_vertex_normal) at.normal = interpolate3(r.n0, r.n1, r.n2, u, v);
     if (EK_HAS_uv) {
-      at.uv0_u = interpolate(r.w9, r.wb, r.wd, u, v);
-      at.uv0_v = interpolate(r.wa, r.wc, r.we, u, v);
+      at.uv0_u = interpolate(r.u0, r.u1, r.u2, u, v);
+      at.uv0_v = interpolate(r.v0, r.v1, r.v2, u, v);
     }
   }
   if (EK_HAS_tangent | EK_HAS_uv1) {
-    const Rec r = rec16(scene.triangle_tangents, triangle);
+    const TriangleTangentsLanes r = load_triangle_tangents(scene.triangle_tangents, triangle);
     if (EK_HAS_tangent) {
-      at.tangent = V3(interpolate(r.w0, r.w3, r.w6, u, v), interpolate(r.w1, r.w4, r.w7, u, v),
-                      interpolate(r.w2, r.w5, r.w8, u, v));
-      at.bitangent_sign = r.w9;
+      at.tangent = interpolate3(r.t0, r.t1, r.t2, u, v);
+      at.bitangent_sign = r.bitangent_sign;
     }
     if (EK_HAS_uv1) {
-      at.uv1_u = interpolate(r.wa, r.wc, r.we, u, v);
-      at.uv1_v = interpolate(r.wb, r.wd, r.wf, u, v);
+      at.uv1_u = interpolate(r.u0, r.u1, r.u2, u, v);
+      at.uv1_v = interpolate(r.v0, r.v1, r.v2, u, v);
     }
   }
   if (EK_HAS_vertex_color) {
-    const Rec r = rec16(scene.triangle_colors, triangle);
-    at.color_r = interpolate(r.w0, r.w4, r.w8, u, v);
-    at.color_g = interpolate(r.w1, r.w5, r.w9, u, v);
-    at.color_b = interpolate(r.w2, r.w6, r.wa, u, v);
-    at.color_a = interpolate(r.w3, r.w7, r.wb, u, v);
+    const TriangleColorsLanes r = load_triangle_colors(scene.triangle_colors, triangle);
+    at.color_r = interpolate(r.rgb0.x, r.rgb1.x, r.rgb2.x, u, v);
+    at.color_g = interpolate(r.rgb0.y, r.rgb1.y, r.rgb2.y, u, v);
+    at.color_b = interpolate(r.rgb0.z, r.rgb1.z, r.rgb2.z, u, v);
+    at.color_a = interpolate(r.a0, r.a1, r.a2, u, v);
   }
   return at;
 }

@@ -22,12 +22,12 @@ EK_FN v4 texture_or(SceneData scene, vu texture, HitAttributes at, vf otherwise)
 
 /// The probability that a ray meets the surface at this point rather than passing, [0, 1]; 0 or 1 for alphaMode MASK.
 /// record  of the material
-EK_FN vf material_opacity(SceneData scene, Rec record, HitAttributes at) {
-  const vu flags = AS_U(record.w6);
-  vf opacity = record.wa;
-  if (EK_HAS_base_color_texture) opacity = opacity * texture_or(scene, AS_U(record.wc), at, (vf)(1.0f)).w;
+EK_FN vf material_opacity(SceneData scene, MaterialRecordLanes record, HitAttributes at) {
+  const vu flags = record.flags;
+  vf opacity = record.opacity;
+  if (EK_HAS_base_color_texture) opacity = opacity * texture_or(scene, record.base_color_texture, at, (vf)(1.0f)).w;
   if (EK_HAS_vertex_color) opacity = opacity * at.color_a;
-  const vf masked = opacity >= record.wb ? (vf)(1.0f) : (vf)(0.0f);
+  const vf masked = opacity >= record.alpha_cutoff ? (vf)(1.0f) : (vf)(0.0f);
   const vf chosen = (flags & EK_MATERIAL_MASK) != 0u ? masked : opacity;
   return (flags & (EK_MATERIAL_MASK | EK_MATERIAL_BLEND)) != 0u ? chosen : (vf)(1.0f);
 }
@@ -47,12 +47,12 @@ typedef struct {
   vf anisotropy_x, anisotropy_y;  // its direction, unit, in terms of tangent and bitangent
 } HitMaterial;
 
-/// Adds KHR_materials_anisotropy: r is the first half of the detail's record. Without a tangent there is no direction for it.
-EK_FN void add_anisotropy(SceneData scene, Rec r, HitAttributes at, HitMaterial* hit) {
+/// Adds KHR_materials_anisotropy. Without a tangent there is no direction for it.
+EK_FN void add_anisotropy(SceneData scene, LayerDetailLanes r, HitAttributes at, HitMaterial* hit) {
   const vf one = (vf)(1.0f);
-  vf x = one, y = (vf)(0.0f), strength = r.wb;
+  vf x = one, y = (vf)(0.0f), strength = r.anisotropy;
   if (EK_HAS_anisotropy_texture) {
-    const vu texture = AS_U(r.we);
+    const vu texture = r.anisotropy_texture;
     const vi has = texture != EK_NO_TEXTURE;
     const v4 c = texture_or(scene, texture, at, one);
     x = has ? 2.0f * c.x - 1.0f : x;
@@ -62,42 +62,37 @@ EK_FN void add_anisotropy(SceneData scene, Rec r, HitAttributes at, HitMaterial*
   const vf length2 = x * x + y * y;
   const vi usable = (dot3(at.tangent, at.tangent) > 0x1p-20f) & (length2 > 0x1p-20f);
   const vf inverse = 1.0f / sqrt(usable ? length2 : one);
-  hit->anisotropy_x = (r.wc * x - r.wd * y) * inverse;
-  hit->anisotropy_y = (r.wd * x + r.wc * y) * inverse;
+  hit->anisotropy_x = (r.anisotropy_cos * x - r.anisotropy_sin * y) * inverse;
+  hit->anisotropy_y = (r.anisotropy_sin * x + r.anisotropy_cos * y) * inverse;
   strength = usable ? strength : (vf)(0.0f);
   const vf alpha = hit->bsdf.ggx_alpha;
   hit->bsdf.ggx_alpha_x = alpha + (1.0f - alpha) * (strength * strength);
 }
 
-/// One of the EK_DETAIL_PARTS parts of a material's detail.
-EK_FN Rec material_detail(SceneData scene, vu material, uint part) {
-  return rec16(scene.material_details, material * EK_DETAIL_PARTS + part);
-}
-
 /// What is added to the index of a solid for blue and taken from it for red (`spread` of its detail).
 EK_FN vf material_spread(SceneData scene, vu material) {
-  return gather_f((global const float*)scene.material_details, (material * EK_DETAIL_PARTS + 1u) * 16u + 6u);
+  return load_word_f(MaterialDetail, scene.material_details, material, spread);
 }
 
-/// Adds what the first part `e` of the detail's record says of KHR_materials_clearcoat and _sheen.
+/// Adds KHR_materials_clearcoat and _sheen.
 /// bare  mask: nothing lies on it (the inside of a solid)
-EK_FN void add_layers(SceneData scene, Rec e, HitAttributes at, vi bare, HitMaterial* hit) {
+EK_FN void add_layers(SceneData scene, LayerDetailLanes e, HitAttributes at, vi bare, HitMaterial* hit) {
   const vf one = (vf)(1.0f);
-  vf clearcoat = bare ? (vf)(0.0f) : e.w0, clearcoat_roughness = e.w1, sheen_roughness = e.w5;
-  v3 sheen = V3(bare ? (vf)(0.0f) : e.w2, bare ? (vf)(0.0f) : e.w3, bare ? (vf)(0.0f) : e.w4);
+  vf clearcoat = bare ? (vf)(0.0f) : e.clearcoat, clearcoat_roughness = e.clearcoat_roughness, sheen_roughness = e.sheen_roughness;
+  v3 sheen = V3(bare ? (vf)(0.0f) : e.sheen.x, bare ? (vf)(0.0f) : e.sheen.y, bare ? (vf)(0.0f) : e.sheen.z);
   if (EK_HAS_clearcoat_texture) {
-    clearcoat = clearcoat * texture_or(scene, AS_U(e.w6), at, one).x;
-    clearcoat_roughness = clearcoat_roughness * texture_or(scene, AS_U(e.w7), at, one).y;
+    clearcoat = clearcoat * texture_or(scene, e.clearcoat_texture, at, one).x;
+    clearcoat_roughness = clearcoat_roughness * texture_or(scene, e.clearcoat_roughness_texture, at, one).y;
   }
   if (EK_HAS_sheen_texture) {
-    const v4 c = texture_or(scene, AS_U(e.w9), at, one);
+    const v4 c = texture_or(scene, e.sheen_color_texture, at, one);
     sheen = mul3(sheen, V3(c.x, c.y, c.z));
-    sheen_roughness = sheen_roughness * texture_or(scene, AS_U(e.wa), at, one).w;
+    sheen_roughness = sheen_roughness * texture_or(scene, e.sheen_roughness_texture, at, one).w;
   }
   if (EK_HAS_clearcoat) {
     hit->bsdf.clearcoat = clearcoat;
     hit->bsdf.clearcoat_alpha = clearcoat_roughness * clearcoat_roughness;
-    hit->clearcoat_normal_texture = AS_U(e.w8);
+    hit->clearcoat_normal_texture = e.clearcoat_normal_texture;
   }
   if (EK_HAS_sheen) {
     hit->bsdf.sheen = sheen;
@@ -111,25 +106,25 @@ EK_FN vf clearcoat_passes(vf clearcoat, vf cosine) {
   return 1.0f - clearcoat * (0.04f + 0.96f * schlick_weight(abs_f(cosine)));
 }
 
-/// Adds KHR_materials_iridescence: r is the third part of the detail's record.
-EK_FN void add_iridescence(SceneData scene, Rec r, HitAttributes at, MaterialLanes* m) {
-  vf share = r.w0, place = (vf)(1.0f);
+/// Adds KHR_materials_iridescence.
+EK_FN void add_iridescence(SceneData scene, FilmDetailLanes r, HitAttributes at, MaterialLanes* m) {
+  vf share = r.iridescence, place = (vf)(1.0f);
   if (EK_HAS_iridescence_texture) {
-    share = share * texture_or(scene, AS_U(r.w4), at, (vf)(1.0f)).x;
-    place = texture_or(scene, AS_U(r.w5), at, (vf)(1.0f)).y;
+    share = share * texture_or(scene, r.iridescence_texture, at, (vf)(1.0f)).x;
+    place = texture_or(scene, r.film_texture, at, (vf)(1.0f)).y;
   }
   m->iridescence = share;
-  m->film_index = r.w1;
-  m->film_thickness = (r.w2 + (r.w3 - r.w2) * place) * 1e-9f;
+  m->film_index = r.film_index;
+  m->film_thickness = (r.film_least + (r.film_most - r.film_least) * place) * 1e-9f;
 }
 
-/// Adds KHR_materials_diffuse_transmission: r is the second half of the detail's record.
-EK_FN void add_translucence(SceneData scene, Rec r, HitAttributes at, MaterialLanes* m) {
-  m->diffuse_transmission = r.w7;
-  m->diffuse_transmission_color = V3(r.w8, r.w9, r.wa);
+/// Adds KHR_materials_diffuse_transmission.
+EK_FN void add_translucence(SceneData scene, BaseDetailLanes r, HitAttributes at, MaterialLanes* m) {
+  m->diffuse_transmission = r.diffuse_transmission;
+  m->diffuse_transmission_color = r.diffuse_transmission_color;
   if (EK_HAS_diffuse_transmission_texture) {
-    const v4 c = texture_or(scene, AS_U(r.wc), at, (vf)(1.0f));
-    m->diffuse_transmission = r.w7 * texture_or(scene, AS_U(r.wb), at, (vf)(1.0f)).w;
+    const v4 c = texture_or(scene, r.diffuse_transmission_color_texture, at, (vf)(1.0f));
+    m->diffuse_transmission = r.diffuse_transmission * texture_or(scene, r.diffuse_transmission_texture, at, (vf)(1.0f)).w;
     m->diffuse_transmission_color = mul3(m->diffuse_transmission_color, V3(c.x, c.y, c.z));
   }
 }
@@ -145,35 +140,35 @@ EK_FN v3 dielectric_f0(vf ior, vf other_ior, v3 specular_color, vf specular) {
 /// Parameters of material `index` where a ray met a triangle that says `at`.
 /// front  mask: the front side was hit
 EK_FN HitMaterial hit_material(SceneData scene, vu index, HitAttributes at, vi front) {
-  const Rec r = rec16(scene.materials, index);
+  const MaterialRecordLanes r = load_material(scene.materials, index);
   const vf one = (vf)(1.0f);
   HitMaterial hit;
   MaterialLanes m;
-  m.base_color = V3(r.w0, r.w1, r.w2);
-  hit.emission = V3(r.w3, r.w4, r.w5);
-  const vu flags = AS_U(r.w6);
+  m.base_color = r.base_color;
+  hit.emission = r.emission;
+  const vu flags = r.flags;
   m.lobes = flags & 0xffu;
   hit.double_sided = (flags & EK_MATERIAL_DOUBLE_SIDED) != 0u;
   hit.unlit = (flags & EK_MATERIAL_UNLIT) != 0u;
-  hit.normal_texture = AS_U(r.we);
+  hit.normal_texture = r.normal_texture;
   if (EK_HAS_base_color_texture) {
-    const v4 c = texture_or(scene, AS_U(r.wc), at, one);
+    const v4 c = texture_or(scene, r.base_color_texture, at, one);
     m.base_color = mul3(m.base_color, V3(c.x, c.y, c.z));
   }
   if (EK_HAS_vertex_color) m.base_color = mul3(m.base_color, V3(at.color_r, at.color_g, at.color_b));
   if (EK_HAS_emissive_texture) {
-    const v4 c = texture_or(scene, AS_U(r.wf), at, one);
+    const v4 c = texture_or(scene, r.emissive_texture, at, one);
     hit.emission = mul3(hit.emission, V3(c.x, c.y, c.z));
   }
-  m.metallic = r.w7;
-  vf roughness = r.w8;
+  m.metallic = r.metallic;
+  vf roughness = r.roughness;
   if (EK_HAS_metallic_roughness_texture) {
-    const v4 c = texture_or(scene, AS_U(r.wd), at, one);
+    const v4 c = texture_or(scene, r.metallic_roughness_texture, at, one);
     roughness = roughness * c.y;
     m.metallic = m.metallic * c.z;
   }
   m.ggx_alpha = roughness * roughness;
-  const vf ior = r.w9;
+  const vf ior = r.ior;
   vf specular = one;
   v3 specular_color = V3(one, one, one);
   m.transmission = (vf)(0.0f);
@@ -182,16 +177,16 @@ EK_FN HitMaterial hit_material(SceneData scene, vu index, HitAttributes at, vi f
   m.solid = (flags & EK_MATERIAL_SOLID) != 0u;
   hit.medium_rank = (vu)(0u);
   if (EK_HAS_material_extension) {
-    const Rec e = rec16(scene.material_extensions, index);
-    hit.medium_rank = AS_U(e.wb);
-    specular = e.w0;
-    specular_color = V3(e.w1, e.w2, e.w3);
-    m.transmission = e.w4;
-    m.measured_table = AS_U(e.wd);
-    if (EK_HAS_transmission_texture) m.transmission = m.transmission * texture_or(scene, AS_U(e.w8), at, one).x;
+    const MaterialExtensionLanes e = load_material_extension(scene.material_extensions, index);
+    hit.medium_rank = e.medium_rank;
+    specular = e.specular;
+    specular_color = e.specular_color;
+    m.transmission = e.transmission;
+    m.measured_table = e.measured_table;
+    if (EK_HAS_transmission_texture) m.transmission = m.transmission * texture_or(scene, e.transmission_texture, at, one).x;
     if (EK_HAS_specular_texture) {
-      specular = specular * texture_or(scene, AS_U(e.w9), at, one).w;
-      const v4 c = texture_or(scene, AS_U(e.wa), at, one);
+      specular = specular * texture_or(scene, e.specular_texture, at, one).w;
+      const v4 c = texture_or(scene, e.specular_color_texture, at, one);
       specular_color = mul3(specular_color, V3(c.x, c.y, c.z));
     }
   }
@@ -214,31 +209,30 @@ EK_FN HitMaterial hit_material(SceneData scene, vu index, HitAttributes at, vi f
   hit.clearcoat_normal_texture = (vu)(EK_NO_TEXTURE);
   hit.bsdf = m;
   if (EK_HAS_clearcoat | EK_HAS_sheen | EK_HAS_anisotropy | EK_HAS_phong) {
-    const Rec e = material_detail(scene, index, 0u);
+    const LayerDetailLanes e = load_layer_detail(scene.material_details, index);
     if (EK_HAS_clearcoat | EK_HAS_sheen) add_layers(scene, e, at, m.solid & !front, &hit);
     if (EK_HAS_anisotropy) add_anisotropy(scene, e, at, &hit);
-    if (EK_HAS_phong) hit.bsdf.phong_shininess = e.wf;
+    if (EK_HAS_phong) hit.bsdf.phong_shininess = e.phong_shininess;
   }
   hit.ior = ior;
   hit.other_ior = one;
   hit.spread = hit.other_spread = (vf)(0.0f);
   hit.specular_color = specular_color;
   if (EK_HAS_conductor | EK_HAS_dispersion | EK_HAS_diffuse_transmission | EK_HAS_phong) {
-    const Rec e = material_detail(scene, index, 1u);
+    const BaseDetailLanes e = load_base_detail(scene.material_details, index);
     if (EK_HAS_diffuse_transmission) add_translucence(scene, e, at, &hit.bsdf);
-    if (EK_HAS_phong) hit.bsdf.phong_specular = V3(e.wd, e.we, e.wf);
-    if (EK_HAS_dispersion) hit.spread = m.solid ? e.w6 : (vf)(0.0f);
-    hit.bsdf.conductor_eta = V3(e.w0, e.w1, e.w2);
-    hit.bsdf.conductor_k = V3(e.w3, e.w4, e.w5);
+    if (EK_HAS_phong) hit.bsdf.phong_specular = e.phong;
+    if (EK_HAS_dispersion) hit.spread = m.solid ? e.spread : (vf)(0.0f);
+    hit.bsdf.conductor_eta = e.eta;
+    hit.bsdf.conductor_k = e.k;
   }
-  if (EK_HAS_iridescence) add_iridescence(scene, material_detail(scene, index, 2u), at, &hit.bsdf);
+  if (EK_HAS_iridescence) add_iridescence(scene, load_film_detail(scene.material_details, index), at, &hit.bsdf);
   return hit;
 }
 
 /// log2 of the transmittance of a metre of material `index`, <= 0 per channel.
 EK_FN v3 material_absorption(SceneData scene, vu index) {
-  const Rec e = rec16(scene.material_extensions, index);
-  return V3(e.w5, e.w6, e.w7);
+  return load_material_extension(scene.material_extensions, index).absorption;
 }
 
 #endif

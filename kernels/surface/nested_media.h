@@ -48,12 +48,12 @@ EK_FN vu media_without(vu media, vu rank) {
 /// The material of the medium that counts, of a list that is not empty; some material where it is.
 EK_FN vu media_material(SceneData scene, vu media) {
   const vu rank = media_top(media);
-  return gather_u((global const uint*)scene.material_extensions, (rank != 0u ? rank - 1u : (vu)(0u)) * 16u + 12u);
+  return load_word_u(MaterialExtension, scene.material_extensions, rank != 0u ? rank - 1u : (vu)(0u), medium_of_rank);
 }
 
 /// Index of refraction there; 1 outside, 0 where it stands for infinity.
 EK_FN vf media_index(SceneData scene, vu media) {
-  const vf ior = gather_f((global const float*)scene.materials, media_material(scene, media) * 16u + 9u);
+  const vf ior = load_word_f(MaterialRecord, scene.materials, media_material(scene, media), ior);
   return media != 0u ? ior : (vf)(1.0f);
 }
 

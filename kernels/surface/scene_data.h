@@ -2,7 +2,7 @@
 // The arrays of a scene that say what a surface looks like, as one argument. What a scene does not need is there as a dummy.
 #ifndef EK_SCENE_DATA_H
 #define EK_SCENE_DATA_H
-#include "lanes/lanes.h"
+#include "lanes/record_lanes.h"
 
 typedef struct {
   global const Triangle* triangles;

@@ -3,23 +3,7 @@
 #ifndef EK_SURFACE_H
 #define EK_SURFACE_H
 #include "lanes/math.h"
-
-// Record Triangle, one per lane.
-typedef struct {
-  v3 p0, p1, p2;    // world, metres
-  vu material;
-  vf light_pdf_m2;  // 0: not a light
-  vu node;
-  v3 n;             // unit, to the front
-  vu flags;
-} TriangleLanes;
-
-EK_FN TriangleLanes load_triangle(global const Triangle* triangles, vu i) {
-  const Rec r = rec16(triangles, i);
-  TriangleLanes t = {V3(r.w0, r.w1, r.w2), V3(r.w3, r.w4, r.w5), V3(r.w6, r.w7, r.w8), AS_U(r.w9), r.wa, AS_U(r.wb),
-                     V3(r.wc, r.wd, r.we), AS_U(r.wf)};
-  return t;
-}
+#include "lanes/record_lanes.h"
 
 /// (p1 - p0) x (p2 - p0), unit, off by some 2^-23 over the sine of the angle at p0: for lights, whose records are full;
 /// hits have a better one in the triangle's record. Not finite where the product in floats vanishes. Exact under scaling

@@ -7,19 +7,6 @@
 
 typedef struct { vf x, y, z, w; } v4;
 
-// Record TextureRecord, one per lane.
-typedef struct {
-  vu first_texel, width, height, flags;
-  vf u_u, u_v, u_1, v_u, v_v, v_1;
-  vf scale;
-} TextureLanes;
-
-EK_FN TextureLanes load_texture(global const TextureRecord* textures, vu i) {
-  const Rec r = rec16(textures, i);
-  TextureLanes t = {AS_U(r.w0), AS_U(r.w1), AS_U(r.w2), AS_U(r.w3), r.w4, r.w5, r.w6, r.w7, r.w8, r.w9, r.wa};
-  return t;
-}
-
 // |x| < 2^31.
 EK_FN vf floor_f(vf x) {
   const vf whole = TO_F(TO_I(x));

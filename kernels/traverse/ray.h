@@ -71,6 +71,26 @@ typedef struct {
 #endif
 } __attribute__((aligned(64))) RayOne;
 
+// The two halves of a RayOne in lanes.
+typedef struct {
+  v3 r, n, f;
+  vu near_x, near_y, near_z, order, axis_x;
+  vf slack;
+  vu left;
+} RayBoxLanes;
+typedef struct {
+  v3 p_o;
+  vf sx, sy;
+  v3 p_r;
+  vf p_nx, p_ny, p_fx, p_fy, reach, t;
+  vu axis_z;
+  vu goal;  // or `instance`
+} RayTestLanes;
+typedef union { Rec words; RayBoxLanes fields; } RayBoxWords;
+typedef union { Rec words; RayTestLanes fields; } RayTestWords;
+EK_ASSERT_SIZE(RayBoxLanes, sizeof(Rec));
+EK_ASSERT_SIZE(RayTestLanes, sizeof(Rec));
+
 // Whether rays are sorted before they go in packets (traverse/wide/sorted.h).
 #define EK_SORTS (EK_SMALL_TREE && (EK_LAYOUT_bvh16 || EK_LAYOUT_bvh8) && EK_WIDTH > 1)
 
@@ -171,11 +191,29 @@ EK_FN void ray_store(RayOne* rays, RayLanes ray, vf t) {
   rays->world[6] = ray.fx; rays->world[7] = ray.fy; rays->world[8] = ray.fz;
 #endif
 #else
-  const Rec boxes = {ray.rx, ray.ry, ray.rz, ray.nx, ray.ny, ray.nz, ray.fx, ray.fy, ray.fz, AS_F(signs.near_x), AS_F(signs.near_y),
-                     AS_F(signs.near_z), AS_F(signs.order), AS_F(axis_x), ray.slack, AS_F(ray.ends.left)};
-  const Rec shape = {ray.p_ox, ray.p_oy, ray.p_oz, ray.sx, ray.sy, ray.p_rx, ray.p_ry, ray.p_rz, ray.p_nx, ray.p_ny,
-                     ray.p_fx, ray.p_fy, ray.reach, t, AS_F(axis_z), EK_HAS_instance ? AS_F(none) : AS_F(ray.ends.goal)};
-  const Rec first = rec_transposed(boxes), second = rec_transposed(shape);
+  const RayBoxWords boxes = {.fields = {.r = V3(ray.rx, ray.ry, ray.rz),
+                                        .n = V3(ray.nx, ray.ny, ray.nz),
+                                        .f = V3(ray.fx, ray.fy, ray.fz),
+                                        .near_x = signs.near_x,
+                                        .near_y = signs.near_y,
+                                        .near_z = signs.near_z,
+                                        .order = signs.order,
+                                        .axis_x = axis_x,
+                                        .slack = ray.slack,
+                                        .left = ray.ends.left}};
+  const RayTestWords test = {.fields = {.p_o = V3(ray.p_ox, ray.p_oy, ray.p_oz),
+                                        .sx = ray.sx,
+                                        .sy = ray.sy,
+                                        .p_r = V3(ray.p_rx, ray.p_ry, ray.p_rz),
+                                        .p_nx = ray.p_nx,
+                                        .p_ny = ray.p_ny,
+                                        .p_fx = ray.p_fx,
+                                        .p_fy = ray.p_fy,
+                                        .reach = ray.reach,
+                                        .t = t,
+                                        .axis_z = axis_z,
+                                        .goal = EK_HAS_instance ? none : ray.ends.goal}};
+  const Rec first = rec_transposed(boxes.words), second = rec_transposed(test.words);
 #define EK_RAY_ROW(vector, lane, offset)                          \
   *(vf*)((float*)(rays + 0x##lane) + offset) = first.w##vector;       \
   *(vf*)((float*)(rays + 0x##lane) + 16 + offset) = second.w##vector;
@@ -197,6 +235,18 @@ EK_FN void ray_store(RayOne* rays, RayLanes ray, vf t) {
   }
 #endif
 }
+
+#if EK_WIDTH > 1
+// The words for triangles of EK_WIDTH of the rays.
+EK_FN RayTestLanes ray_test_lanes(const RayOne* rays, const uint* rows) {
+  RayTestWords ray;
+#define EK_RAY_ROW(vector, lane, offset) ray.words.w##vector = *(const vf*)((const float*)(rays + rows[0x##lane]) + 16 + offset);
+  EK_REC_ROWS(EK_RAY_ROW)
+#undef EK_RAY_ROW
+  ray.words = rec_transposed(ray.words);
+  return ray.fields;
+}
+#endif
 
 EK_FN OpacityKey ray_key(const RayOne* ray) {  // in all lanes
 #if EK_HAS_opacity

@@ -14,7 +14,7 @@
 // Child words of places have bits 31 and 30; below them is the place's number.
 #ifndef EK_TRAVERSE_INSTANCE_H
 #define EK_TRAVERSE_INSTANCE_H
-#include "traverse/instance.h"
+#include "traverse/instance_record.h"
 #include "traverse/ray.h"
 #include "lanes/simd.h"
 
@@ -34,30 +34,16 @@ typedef struct {
   vf error;
 } EntryLanes;
 
-EK_FN EntryLanes load_entry(global const InstanceRecord* instances, vu i) {
-  const Rec m = rec16(instances, 2u * i), r = rec16(instances, 2u * i + 1u);
-  const EntryLanes e = {{V3(m.w0, m.w1, m.w2), V3(m.w4, m.w5, m.w6), V3(m.w8, m.w9, m.wa), V3(m.w3, m.w7, m.wb)},
-                        V3(m.wc, m.wd, m.we),
-                        V3(r.w0, r.w1, r.w2),
-                        V3(r.w3, r.w4, r.w5),
-                        V3(r.w6, r.w7, r.w8),
-                        V3(r.w9, r.wa, r.wb),
-                        r.wc};
+EK_FN EntryLanes entry_of(InstanceMatrixLanes m, InstanceInverseLanes r) {
+  const EntryLanes e = {instance_placing(m), m.middle, r.i_x, r.i_y, r.i_z, r.extent, r.error};
   return e;
+}
+EK_FN EntryLanes load_entry(global const InstanceRecord* instances, vu i) {
+  return entry_of(load_instance_matrix(instances, i), load_instance_inverse(instances, i));
 }
 // The same of one place for all lanes.
 EK_FN EntryLanes load_entry_one(global const InstanceRecord* instances, uint i) {
-  global const float* p = (global const float*)(instances + i);
-#define ENTRY_3(a, b, c) V3((vf)(p[a]), (vf)(p[b]), (vf)(p[c]))
-  const EntryLanes e = {{ENTRY_3(0, 1, 2), ENTRY_3(4, 5, 6), ENTRY_3(8, 9, 10), ENTRY_3(3, 7, 11)},
-                        ENTRY_3(12, 13, 14),
-                        ENTRY_3(16, 17, 18),
-                        ENTRY_3(19, 20, 21),
-                        ENTRY_3(22, 23, 24),
-                        ENTRY_3(25, 26, 27),
-                        (vf)(p[28])};
-#undef ENTRY_3
-  return e;
+  return entry_of(broadcast_instance_matrix(instances + i), broadcast_instance_inverse(instances + i));
 }
 
 // What boxes need of a ray, as in RayLanes, in the mesh's space.
@@ -105,22 +91,24 @@ EK_FN void rays_enter(global const InstanceRecord* instances, RayOne* rays, cons
   ray->near_x = signs.near_x; ray->near_y = signs.near_y; ray->near_z = signs.near_z; ray->order = signs.order;
   ray->instance = places[0] + 1u;
 #else
-  Rec rec;
-#define ENTRY_ROW(vector, lane, offset) rec.w##vector = *(const vf*)((const float*)(rays + rows[0x##lane]) + 16 + offset);
-  EK_REC_ROWS(ENTRY_ROW)
-#undef ENTRY_ROW
-  rec = rec_transposed(rec);
+  const RayTestLanes ray = ray_test_lanes(rays, rows);
   float slacks[EK_WIDTH] EK_ROWS_ALIGNED;
   for (uint lane = 0; lane < EK_WIDTH; ++lane) slacks[lane] = rays[rows[lane]].slack;
   const vf slack = *(const vf*)slacks;
-  const vu axis_z = AS_U(rec.we);
-  const EntryBoxes b = entry_boxes(load_entry(instances, *(const vu_unaligned*)places), V3(rec.w0, rec.w1, rec.w2), rec.w3, rec.w4,
-                                   V3(rec.w5, rec.w6, rec.w7), slack, axis_z == 0u, axis_z == 8u);
+  const EntryBoxes b = entry_boxes(load_entry(instances, *(const vu_unaligned*)places), ray.p_o, ray.sx, ray.sy, ray.p_r, slack,
+                                   ray.axis_z == 0u, ray.axis_z == 8u);
   const RaySigns signs = ray_signs(b.r.x, b.r.y, b.r.z);
-  const vu none = (vu)(0u), axis_x = axis_z == 16u ? none : axis_z + 8u;
-  const Rec boxes = {b.r.x, b.r.y, b.r.z, b.n.x, b.n.y, b.n.z, b.f.x, b.f.y, b.f.z, AS_F(signs.near_x), AS_F(signs.near_y),
-                     AS_F(signs.near_z), AS_F(signs.order), AS_F(axis_x), slack, AS_F((vu)(EK_NO_HIT))};
-  const Rec words = rec_transposed(boxes);
+  const RayBoxWords boxes = {.fields = {.r = b.r,
+                                        .n = b.n,
+                                        .f = b.f,
+                                        .near_x = signs.near_x,
+                                        .near_y = signs.near_y,
+                                        .near_z = signs.near_z,
+                                        .order = signs.order,
+                                        .axis_x = ray.axis_z == 16u ? (vu)(0u) : ray.axis_z + 8u,
+                                        .slack = slack,
+                                        .left = (vu)(EK_NO_HIT)}};
+  const Rec words = rec_transposed(boxes.words);
 #define ENTRY_ROW(vector, lane, offset) *(vf*)((float*)(rays + rows[0x##lane]) + offset) = words.w##vector;
   EK_REC_ROWS(ENTRY_ROW)
 #undef ENTRY_ROW

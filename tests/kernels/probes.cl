@@ -221,7 +221,7 @@ EK_FN_ONCE void probe_material_run(PROBE_ITEMS, SceneData scene) {
   OUT_U(19, hit.bsdf.lobes);
   OUT_U(20, hit.double_sided ? one : zero);
   OUT_U(21, hit.unlit ? one : zero);
-  OUT_F(22, material_opacity(scene, rec16(scene.materials, IN_U(0)), at));
+  OUT_F(22, material_opacity(scene, load_material(scene.materials, IN_U(0)), at));
 }
 kernel void probe_material(PROBE_ARGUMENTS, EK_SCENE_ARGUMENTS) {
   const SceneData scene = EK_SCENE_DATA;

@@ -172,55 +172,43 @@ EK_FN OpacityKey batch_keys(const RayOne* rays, const uint* rows) {
 // Tests EK_WIDTH candidates, the first `count` of which count, and leaves in `rays` and `hits` what traverse_batch leaves.
 EK_FN void batch_resolve(Geometry geometry, RayOne* rays, const uint* rows, const uint* triangles, uint count, const int any_hit,
                          HitTable* hits) {
-  Rec rec;
-#define BATCH_ROW(vector, lane, offset) rec.w##vector = *(const vf*)((const float*)(rays + rows[0x##lane]) + 16 + offset);
-  EK_REC_ROWS(BATCH_ROW)
-#undef BATCH_ROW
-  rec = rec_transposed(rec);
-  Rec record;
+  const RayTestLanes test = ray_test_lanes(rays, rows);
+  Rec record_words;
 #define BATCH_ROW(vector, lane, offset) \
-  record.w##vector = *(global const vf*)((global const float*)(geometry.scene.triangles + triangles[0x##lane]) + offset);
+  record_words.w##vector = *(global const vf*)((global const float*)(geometry.scene.triangles + triangles[0x##lane]) + offset);
   EK_REC_ROWS(BATCH_ROW)
 #undef BATCH_ROW
-  record = rec_transposed(record);
+  TriangleLanes record = triangle_lanes(rec_transposed(record_words));
 #if EK_HAS_instance
-  const vu instance = AS_U(rec.wf);
+  const vu instance = test.goal;
   const vi is_placed = instance != 0u;
   if (mask_bits(is_placed) != 0) {
-    const Rec m = rec16(geometry.scene.instances, is_placed ? 2u * (instance - 1u) : (vu)(0u));
-    const Placing to_world = {V3(m.w0, m.w1, m.w2), V3(m.w4, m.w5, m.w6), V3(m.w8, m.w9, m.wa), V3(m.w3, m.w7, m.wb)};
-#define BATCH_PLACED(i, j, k)                                                   \
-  {                                                                             \
-    const v3 corner = placed_point(to_world, V3(record.i, record.j, record.k)); \
-    record.i = is_placed ? corner.x : record.i;                                 \
-    record.j = is_placed ? corner.y : record.j;                                 \
-    record.k = is_placed ? corner.z : record.k;                                 \
-  }
-    BATCH_PLACED(w0, w1, w2)
-    BATCH_PLACED(w3, w4, w5)
-    BATCH_PLACED(w6, w7, w8)
-#undef BATCH_PLACED
+    const Placing to_world =
+        instance_placing(load_instance_matrix(geometry.scene.instances, is_placed ? instance - 1u : (vu)(0u)));
+    record.p0 = select3(is_placed, placed_point(to_world, record.p0), record.p0);
+    record.p1 = select3(is_placed, placed_point(to_world, record.p1), record.p1);
+    record.p2 = select3(is_placed, placed_point(to_world, record.p2), record.p2);
   }
 #endif
   RayLanes ray;
-  ray.p_ox = rec.w0; ray.p_oy = rec.w1; ray.p_oz = rec.w2; ray.sx = rec.w3; ray.sy = rec.w4;
-  ray.p_rx = rec.w5; ray.p_ry = rec.w6; ray.p_rz = rec.w7; ray.p_nx = rec.w8; ray.p_ny = rec.w9;
-  ray.p_fx = rec.wa; ray.p_fy = rec.wb; ray.reach = rec.wc;
-  const vf end = rec.wd;
-  const vi z_is_x = AS_U(rec.we) == 0u, z_is_y = AS_U(rec.we) == 8u;
-  const v3 a = permute3(V3(record.w0, record.w1, record.w2), z_is_x, z_is_y),
-           b = permute3(V3(record.w3, record.w4, record.w5), z_is_x, z_is_y),
-           c = permute3(V3(record.w6, record.w7, record.w8), z_is_x, z_is_y);
+  ray.p_ox = test.p_o.x; ray.p_oy = test.p_o.y; ray.p_oz = test.p_o.z; ray.sx = test.sx; ray.sy = test.sy;
+  ray.p_rx = test.p_r.x; ray.p_ry = test.p_r.y; ray.p_rz = test.p_r.z; ray.p_nx = test.p_nx; ray.p_ny = test.p_ny;
+  ray.p_fx = test.p_fx; ray.p_fy = test.p_fy; ray.reach = test.reach;
+  const vf end = test.t;
+  const vi z_is_x = test.axis_z == 0u, z_is_y = test.axis_z == 8u;
+  const v3 a = permute3(record.p0, z_is_x, z_is_y),
+           b = permute3(record.p1, z_is_x, z_is_y),
+           c = permute3(record.p2, z_is_x, z_is_y);
   const Corners_lanes corners = {a.x, a.y, a.z, b.x, b.y, b.z, c.x, c.y, c.z};
 #if EK_HAS_shape
-  const vi is_shape = record.w6 != record.w6;
+  const vi is_shape = record.p2.x != record.p2.x;
   TriangleHit_lanes found = {(vi)(0), end, end, end};
   if (mask_bits(!is_shape) != 0) found = triangle_hit_lanes(&ray, corners);
 #else
   TriangleHit_lanes found = triangle_hit_lanes(&ray, corners);
 #endif
 #if EK_HAS_opacity
-  const vi ask = found.hit & (LANE_INDEX < (vu)(count)) & ((AS_U(record.wf) & (vu)(EK_TRIANGLE_PASSABLE)) != 0u);
+  const vi ask = found.hit & (LANE_INDEX < (vu)(count)) & ((record.flags & (vu)(EK_TRIANGLE_PASSABLE)) != 0u);
   if (mask_bits(ask) != 0) {
     const OpacityKey keys = batch_keys(rays, rows);
     found.hit = found.hit & !(ask & passes(geometry.scene, *(const vu_unaligned*)triangles, found.u, found.v, keys));
@@ -233,7 +221,7 @@ EK_FN void batch_resolve(Geometry geometry, RayOne* rays, const uint* rows, cons
     ray.key = batch_keys(rays, rows);
 #endif
     const ShapeInterval within = shape_interval_permuted(&ray, a, b);
-    const vu number = is_shape ? AS_U(record.wc) : (vu)(0u);
+    const vu number = is_shape ? AS_U(record.n.x) : (vu)(0u);
     const ShapeHit shape =
         shape_hit_within(geometry.scene, &ray, is_shape & (LANE_INDEX < (vu)(count)) & (within.begin <= within.end),
                          *(const vu_unaligned*)triangles, number, load_shape(geometry.scene.shapes, number), within, end);
@@ -242,7 +230,7 @@ EK_FN void batch_resolve(Geometry geometry, RayOne* rays, const uint* rows, cons
       float gave_up[EK_WIDTH] EK_ROWS_ALIGNED;
       uint surface[EK_WIDTH] EK_ROWS_ALIGNED;
       *(vf*)gave_up = shape.gave_up;
-      *(vu*)surface = AS_U(record.wc);
+      *(vu*)surface = AS_U(record.n.x);
       for (uint lane = 0; lane < count; ++lane)
         keep_given_up(gave_up[lane], surface[lane], hits->gave_up + rows[lane], hits->gave_up_surface + rows[lane]);
     }
