@@ -2,14 +2,14 @@
 # shellcheck shell=bash disable=SC2034
 # The one list of Debian packages (names of Debian 12). Sourced by setup.sh; nothing else names a package.
 
-# To configure, build and run eikon. Of these, libtinygltf-dev pulls in neither the JSON nor the image headers it
-# includes (nlohmann-json3-dev, libstb-dev), so both are named. pocl-opencl-icd is an OpenCL device for any CPU;
-# drivers of other devices are found through /etc/OpenCL/vendors and are not ours to install.
+# To configure, build and run eikon. libtinygltf-dev does not pull in the JSON header that it includes, so
+# nlohmann-json3-dev is named too. pocl-opencl-icd is an OpenCL device for any CPU; drivers of other devices are
+# found through /etc/OpenCL/vendors and are not ours to install.
 build_packages=(
   ca-certificates git
   g++ cmake ninja-build
   ocl-icd-opencl-dev opencl-headers pocl-opencl-icd
-  libopenexr-dev libpng-dev libjpeg-dev libglm-dev libtinygltf-dev nlohmann-json3-dev libstb-dev
+  libopenexr-dev libpng-dev libjpeg-dev libglm-dev libtinygltf-dev nlohmann-json3-dev
   libcli11-dev libtbb-dev libfmt-dev
   libdraco-dev libmeshoptimizer-dev
   libembree-dev

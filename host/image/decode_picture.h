@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// 8-bit pictures from bytes that may be hostile. The only users of libpng and libjpeg are the .cpp files beside this one.
-// Formats are told by their first bytes alone, never by names or declared types. Both libraries leave on an error by
-// longjmp; that never crosses a frame with a destructor, and nothing is printed.
+// Decodes 8-bit pictures from bytes that may be hostile. Only .cpp files of this folder use libpng and libjpeg. The first bytes
+// alone tell the format, never a name or a declared type. Both libraries leave by longjmp on an error; the jump never crosses a
+// frame with a destructor, and nothing is printed.
 #pragma once
 #include <cstddef>
 #include <cstdint>

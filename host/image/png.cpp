@@ -1,14 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <png.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 
 #include <fmt/format.h>
-
-#define STB_IMAGE_WRITE_IMPLEMENTATION
-#define STB_IMAGE_WRITE_STATIC
-#define STBI_WRITE_NO_STDIO
-#include <stb/stb_image_write.h>
 
 #include "core/error.h"
 #include "io/atomic_file.h"
@@ -21,14 +18,14 @@ constexpr std::array<const char*, 3> kRgb{"R", "G", "B"};
 
 unsigned char to_byte(double unit) { return static_cast<unsigned char>(std::floor(255 * unit + 0.5)); }
 
-/// IEC 61966-2-1, both pieces; 0 for what is negative or not finite.
+/// Encodes by IEC 61966-2-1; negative and non-finite values give 0.
 unsigned char to_srgb8(double linear) {
   if (!std::isfinite(linear) || linear <= 0) return 0;
   const double encoded = linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1 / 2.4) - 0.055;
   return to_byte(std::min(encoded, 1.0));
 }
 
-/// In [0, 1]: a filter with negative parts leaves values beyond. Not a number counts as nothing there.
+/// Clamps alpha to [0, 1], because a pixel filter with negative parts leaves values beyond; NaN gives 0.
 double to_opacity(float alpha) { return alpha > 0 ? std::min(static_cast<double>(alpha), 1.0) : 0; }
 
 }  // namespace
@@ -61,18 +58,17 @@ void write_png(const std::filesystem::path& path, const Image& image, double exp
     for (int c = 0; c < 3; ++c) bytes[channels * i + std::size_t(c)] = to_srgb8(shown[c]);
     if (alpha != nullptr) bytes[channels * i + 3] = to_byte(opacity);
   }
-  // stb hands over everything in one call, which must not throw through its C code: the file is written afterwards.
-  std::vector<char> encoded;
-  const auto append = [](void* context, void* data, int size) {
-    const char* first = static_cast<const char*>(data);
-    static_cast<std::vector<char>*>(context)->assign(first, first + size);
-  };
-  const int width = static_cast<int>(image.width), height = static_cast<int>(image.height);
-  const int components = static_cast<int>(channels);
-  if (stbi_write_png_to_func(append, &encoded, width, height, components, bytes.data(), components * width) == 0)
-    throw InputError(fmt::format("cannot write \"{}\": not enough memory to compress it", path.string()));
+  png_image header{};  // what libpng calls an image is its description
+  header.version = PNG_IMAGE_VERSION;
+  header.width = image.width;
+  header.height = image.height;
+  header.format = alpha != nullptr ? PNG_FORMAT_RGBA : PNG_FORMAT_RGB;
+  png_alloc_size_t size_bytes = PNG_IMAGE_PNG_SIZE_MAX(header);
+  std::vector<std::byte> encoded(size_bytes);
+  if (png_image_write_to_memory(&header, encoded.data(), &size_bytes, 0, bytes.data(), 0, nullptr) == 0)
+    throw InputError(fmt::format("cannot write \"{}\": {}", path.string(), header.message));
   AtomicFile file(path);
-  file.write(encoded.data(), encoded.size());
+  file.write(encoded.data(), size_bytes);
   file.commit();
 }
 

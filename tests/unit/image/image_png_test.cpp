@@ -1,16 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
-#define STB_IMAGE_IMPLEMENTATION
-#define STB_IMAGE_STATIC
-#define STBI_ONLY_PNG
-#include <stb/stb_image.h>
-
 #include <cmath>
+#include <cstddef>
+#include <fstream>
+#include <iterator>
 #include <limits>
-#include <memory>
+#include <span>
 
 #include "core/error.h"
+#include "image/decode_picture.h"
 #include "image/image.h"
 #include "support/temporary_folder.h"
 
@@ -27,15 +26,19 @@ Image grey(std::uint32_t width, const std::vector<float>& values) {
           .metadata = {}};
 }
 
-std::vector<int> read_png(const std::filesystem::path& path, int expected_width) {
-  int width = 0, height = 0, channels = 0;
-  const std::unique_ptr<stbi_uc, void (*)(void*)> data(stbi_load(path.c_str(), &width, &height, &channels, 3),
-                                                       stbi_image_free);
-  EXPECT_TRUE(data);
-  EXPECT_EQ(width, expected_width);
-  EXPECT_EQ(channels, 3);
-  if (!data) return {};
-  return {data.get(), data.get() + 3 * width * height};
+/// R, G, B, and A if `has_alpha`, of all pixels; checks the width and the colour type that the file states.
+std::vector<int> read_png(const std::filesystem::path& path, std::uint32_t expected_width, bool has_alpha = false) {
+  std::ifstream file(path, std::ios::binary);
+  const std::string text{std::istreambuf_iterator<char>(file), {}};
+  const auto bytes = std::as_bytes(std::span(text));
+  const PictureHeader header = read_picture_header(bytes);
+  EXPECT_EQ(header.format, PictureFormat::png);
+  EXPECT_EQ(header.width, expected_width);
+  EXPECT_EQ(bytes[25], has_alpha ? std::byte{6} : std::byte{2});  // colour type of IHDR: RGBA or RGB
+  std::vector<int> codes;
+  for (const std::uint32_t rgba : decode_picture(bytes, header))
+    for (unsigned c = 0; c < (has_alpha ? 4U : 3U); ++c) codes.push_back(static_cast<int>(rgba >> 8 * c & 255));
+  return codes;
 }
 
 TEST(Png, M25_every_srgb_code_comes_back) {
@@ -85,15 +88,11 @@ TEST(Png, with_alpha_has_colours_that_are_not_multiplied_by_it) {
   image.channels.emplace_back("A");
   image.planes.push_back({0.5f, 1.0f, 0.0f, 1.25f});
   write_png(folder / "a.png", image, 0);
-  int width = 0, height = 0, channels = 0;
-  const std::unique_ptr<stbi_uc, void (*)(void*)> data(
-      stbi_load((folder / "a.png").c_str(), &width, &height, &channels, 0), stbi_image_free);
-  ASSERT_TRUE(data);
-  ASSERT_EQ(channels, 4);
+  const std::vector<int> codes = read_png(folder / "a.png", 4, true);
   const int quarter = 137;  // 255 (1.055 0.25^(1/2.4) - 0.055) = 136.96
   const std::vector<int> expected{quarter, quarter, quarter, 128, quarter, quarter, quarter, 255, 0, 0, 0, 0};
-  for (std::size_t i = 0; i < expected.size(); ++i) EXPECT_EQ(int(data.get()[i]), expected[i]) << i;
-  EXPECT_EQ(int(data.get()[15]), 255);  // a filter with negative parts goes beyond 1
+  for (std::size_t i = 0; i < expected.size(); ++i) EXPECT_EQ(codes.at(i), expected[i]) << i;
+  EXPECT_EQ(codes.at(15), 255);  // a filter with negative parts goes beyond 1
 }
 
 TEST(Png, an_output_that_cannot_be_written_is_an_error_that_leaves_nothing_behind) {
