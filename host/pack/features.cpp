@@ -132,9 +132,9 @@ Features::Features(const Scene& scene, const Settings& settings) {
       if (!needs[name].on && hit_class(scene.materials[each.material], nullptr) == of_class)
         needs[name] = {true, fmt::format("node '{}'", each.name)};
   };
-  hits("plain_hits", EK_CLASS_PLAIN);
-  hits("opaque_hits", EK_CLASS_OPAQUE);
-  hits("clear_hits", EK_CLASS_CLEAR);
+  hits("plain_hits", SHADING_LAMBERT);
+  hits("opaque_hits", SHADING_OPAQUE);
+  hits("clear_hits", SHADING_TRANSMISSIVE);
   needs["instance"] = {false, "every mesh is stored for each of its places"};
   needs["vertex_normal"] =
       shown.primitive("no mesh has normals", [](const Primitive& p) { return !p.normals_object.empty(); });
@@ -348,15 +348,12 @@ PathStateLayout path_state_layout(const Features& features, bool chunked) {
              EK_HAS_nested_media = features.has("nested_media"), EK_HAS_light_group = features.has("light_group"),
              EK_HAS_scattered = features.has("scattered");
   PathStateLayout layout;
-  const auto add = [&](const char* name, bool needed) {
-    if (needed) layout.field[name] = layout.words++;
+  const auto add = [&](const char* name, std::uint32_t words) {
+    if (words > 0) layout.field[name] = layout.words;
+    layout.words += words;
   };
-  const auto add_shadow = [&](const char* name, bool needed) {
-    add(name, needed);
-    if (needed) layout.words += features.light_samples() - 1;
-  };
-#define EK_FIELD(name, needed) add(#name, needed);
-#define EK_SHADOW(name, needed) add_shadow(#name, needed);
+#define EK_FIELD(type, name, needed) add(#name, std::uint32_t(EK_WORDS_##type * (needed)));
+#define EK_SHADOW(type, name, needed) add("shadow_" #name, std::uint32_t(EK_WORDS_##type * (needed)) * features.light_samples());
 #include "shared/path_state.def"
   return layout;
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rays through the film: a pinhole's, those of a thin lens (EK_HAS_lens), the parallel ones of an orthographic camera
-// (EK_HAS_orthographic), or all around (EK_HAS_panorama).
+// Rays through the film: a pinhole's, those of a thin lens (EK_HAS_lens), the parallel ones of an
+// orthographic camera (EK_HAS_orthographic), or all around (EK_HAS_panorama).
 #ifndef EK_CAMERA_H
 #define EK_CAMERA_H
 #include "lanes/math.h"
@@ -22,7 +22,8 @@ EK_FN CameraRay panorama_ray(constant Frame* frame, vf x, vf y) {
   return ray;
 }
 
-// Moves a pinhole's ray to a point of the lens, so that all rays of a film point meet where it is in focus.
+// Moves a pinhole's ray to a point of the lens, so that all rays of a film point meet where it is
+// in focus.
 // film_point  from the middle of the lens, one metre ahead
 EK_FN CameraRay lens_ray(constant Frame* frame, v3 film_point, vf u, vf v) {
   const DiskPoint p = warp_disk(u, v);
@@ -33,7 +34,8 @@ EK_FN CameraRay lens_ray(constant Frame* frame, v3 film_point, vf u, vf v) {
   return ray;
 }
 
-/// x, y        pixel; u, v  place in it, from its upper left corner: [0, 1]^2, or beyond it with a wide filter
+/// x, y        pixel; u, v  place in it, from its upper left corner: [0, 1]^2, or beyond it with a
+///             wide filter
 /// key, index  of the sample, for the place on the lens
 EK_FN CameraRay camera_ray(constant Frame* frame, vf x, vf y, vf u, vf v, vu key, vu index) {
   if (EK_HAS_panorama) return panorama_ray(frame, x + u, y + v);

@@ -118,6 +118,11 @@ EK_FN Packing packing(vi m) {
 #endif
   return p;
 }
+/// The packing that leaves every lane where it is.
+EK_FN Packing packing_all(void) {
+  const Packing p = {EK_WIDTH, (1u << EK_WIDTH) - 1u, LANE_INDEX};
+  return p;
+}
 EK_FN vu packed(Packing p, vu x) {
 #if EK_HAS_COMPRESS
   return AS_U(__builtin_ia32_compresssi512_mask(AS_I(x), AS_I(x), (ushort)p.bits));

@@ -19,12 +19,12 @@ EK_BEGIN
 #define EK_TRIANGLE_PASSABLE 1u   // opacity is below 1 somewhere, so a ray may pass (surface/alpha.h)
 #define EK_SHAPE_PASSABLE 2u      // the same in a shape's record
 #define EK_TRIANGLE_GROUP_SHIFT 2 // six bits: light group of its emission, below EK_LIGHT_GROUPS_MOST
-#define EK_TRIANGLE_CLASS_SHIFT 8 // two bits: EK_CLASS_*, the shading that it takes
+#define EK_TRIANGLE_CLASS_SHIFT 8 // two bits: SHADING_*, the shading that it takes
 #define EK_TRIANGLE_LIGHT_SHIFT 10  // the rest: index of its light, if the light tree has it
-#define EK_CLASS_PLAIN 0u         // flat and exactly Lambert, without textures, vertex colours or layers
-#define EK_CLASS_OPAQUE 1u        // any other surface that transmits no light
-#define EK_CLASS_CLEAR 2u         // of the lobe `transmission`
-#define EK_CLASS_COUNT 3u
+#define SHADING_LAMBERT 0u        // flat and exactly Lambert, without textures, vertex colours or layers
+#define SHADING_OPAQUE 1u         // any other surface that transmits no light
+#define SHADING_TRANSMISSIVE 2u   // of the lobe `transmission`
+#define SHADING_CLASS_COUNT 3u
 #define EK_LIGHT_GROUPS_MOST 64
 
 // MaterialRecord.flags, above the byte of the lobe

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Stage `compact` (GPU devices; CPU devices pack in place where roulette decides, in shade.cl).
+// Stage `compact`, on GPU devices; CPU devices pack the survivors in place, in stage shade.
 // From: paths of this depth.   To: queue_rays of the next depth, queue_shadow.
-// Work-groups count their survivors in local memory and reserve places with one atomic each. The order in the queues is not
-// deterministic, and nothing depends on it.
+// Work-groups count their survivors in local memory and reserve places with one atomic each. The
+// order in the queues is not deterministic, and nothing depends on it.
 #include "stages/wavefront.h"
 
 kernel void compact(global uint* path_state, global uint* counts, global uint* queue_rays, global uint* queue_shadow,
@@ -15,7 +15,7 @@ kernel void compact(global uint* path_state, global uint* counts, global uint* q
   if (get_local_id(0) < 2) group_count[get_local_id(0)] = 0;
   barrier(CLK_LOCAL_MEM_FENCE);
   const uint slot = entry < count ? queue_rays[(depth & 1) * EK_CHUNK + entry] : 0u;
-  const uint next = entry < count ? path_u(path_state, FIELD_next, slot) : 0u;
+  const uint next = entry < count ? path_state[FIELD_next * EK_STRIDE + slot] : 0u;
   uint place[2] = {0, 0};
   if (next & 1) place[0] = atomic_inc(&group_count[0]);
   if (next >> 1) place[1] = atomic_add(&group_count[1], popcount(next >> 1));

@@ -1,11 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "stages/generate.h"
 
-EK_FN_ONCE void generate_run(constant Frame* frame, global const uint* pixels, global uint* state, global float* film_slots,
-                             global const float* filter_table, uint first, uint count) {
-  stage_generate(frame, pixels, state, film_slots, filter_table, first, count);
-}
-
 kernel void generate(constant Frame* frame, global const uint* pixels, global uint* path_state, global uint* counts,
                      global uint* queue_rays, global float* film_slots, global const float* filter_table) {
   const uint begin = EK_CHUNK_INDEX * EK_CHUNK;
@@ -16,6 +11,8 @@ kernel void generate(constant Frame* frame, global const uint* pixels, global ui
   if (EK_ENTRY == 0) counts[1] = count;
   if (EK_ENTRY < count) queue_rays[EK_CHUNK + EK_ENTRY] = EK_ENTRY;  // the half of odd depths
 #endif
-  generate_run(frame, pixels, chunk_state(path_state) + EK_ENTRY, film_slots, filter_table, begin + EK_ENTRY,
-               own_count(count));
+  const PathSource source = {pixels, filter_table};
+  const StageContext stage = {
+      .frame = frame, .state = chunk_state(path_state) + EK_ENTRY, .film = {film_slots, frame->film_stride}};
+  stage_generate(stage, source, begin + EK_ENTRY, own_count(count));
 }

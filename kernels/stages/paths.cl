@@ -1,17 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-// All stages from the camera to the end of the last path, for CPU devices.   From: chunks of the unit.   To: film slots.
-// A work-item takes chunk after chunk and runs the stages over one until none of its paths goes on. Their state is that of one
-// chunk and stays in the cache; nothing is launched or read back in between. One work-item per core is enough, and the host
-// cannot know which of them is slow today, so they take paths from one counter, fewer at a time towards the end. Who takes what
-// does not show in the picture.
+// All stages from the camera to the end of the last path, for CPU devices.   From: chunks of the
+// unit.   To: film slots. A work-item takes chunk after chunk and runs the stages over one until
+// none of its paths goes on. The state is that of one chunk and stays in the cache; nothing is
+// launched or read back in between. One work-item per core is enough. The host cannot know which of
+// them is slow today, so they take paths from one counter, fewer at a time towards the end. Who
+// takes which path changes no result.
+#include "stages/ticks.h"
 #include "stages/generate.h"
 #include "stages/intersect.h"
 #include "stages/miss.h"
 #include "stages/shade.h"
 #include "stages/shadow.h"
-#include "probe/ticks.h"
 
-#define EK_LEAST_PORTION 256  // paths, a multiple of every width: fewer leave lanes and rows of rays empty
+#if EK_CHUNKED
+// Paths; a multiple of every width, since fewer leave lanes and rows of rays empty.
+#define EK_LEAST_PORTION 256
 
 // Places in WorkerTally.ticks.
 enum {
@@ -20,83 +23,116 @@ enum {
   TICKS_COUNT
 };
 
-// Runs a stage and adds the ticks since the last one to its account.
-#define EK_TIMED(name, call)               \
-  do {                                     \
-    call;                                  \
-    const ulong now_ = ticks_now();        \
-    ticks[TICKS_##name] += now_ - time;    \
-    time = now_;                           \
-  } while (0)
+/// Splits the time of a work-item between the stages.
+typedef struct {
+  ulong begin, last;
+  ulong stage_ticks[TICKS_COUNT];
+} StageClock;
 
-#if EK_CHUNKED
-// Reserves the next paths of the unit for this work-item. returns how many; first: index of the first
-EK_FN uint paths_take(global uint* next_path, uint path_count, uint workers, uint* first) {
-  // The look ahead only sizes the portion; what others take in between does no harm.
-  const uint seen = *(volatile global uint*)next_path;
-  const uint left = seen < path_count ? path_count - seen : 0u;
-  const uint share = left / (4u * workers) / EK_LEAST_PORTION * EK_LEAST_PORTION;
-  const uint portion = clamp(share, min((uint)EK_LEAST_PORTION, (uint)EK_CHUNK), (uint)EK_CHUNK);
-  *first = atomic_add(next_path, portion);
-  return *first < path_count ? min(path_count - *first, portion) : 0u;
+EK_FN StageClock stage_clock(void) {
+  const ulong now = ticks_now();
+  const StageClock clock = {.begin = now, .last = now};
+  return clock;
 }
 
-// workers  work-items of the launch
-EK_FN_ONCE void paths_run(constant Frame* frame, global const uint* pixels, global uint* state, global float* film_slots,
-                          global const float* filter_table, Geometry geometry, SceneData scene, LightData light_data,
-                          global uint* next_path, global WorkerTally* tally, uint workers) {
-  const uint path_count = frame->path_count;
-  ulong time = ticks_now(), ticks[TICKS_COUNT] = {0};
-  const ulong begin = time;
-  uint scattered = 0, shadow_rays = 0;
-  uint depth_paths[EK_TALLY_DEPTHS] = {0}, depth_shadow[EK_TALLY_DEPTHS] = {0}, depth_chunks[EK_TALLY_DEPTHS] = {0},
-       depth_vectors[EK_TALLY_DEPTHS] = {0};
+/// Adds the ticks since the last call to the account of a stage.
+EK_FN void stage_clock_lap(StageClock* clock, uint stage) {
+  const ulong now = ticks_now();
+  clock->stage_ticks[stage] += now - clock->last;
+  clock->last = now;
+}
+
+/// What a work-item counts: see WorkerTally.
+typedef struct {
+  uint scattered, shadow;
+  uint depth_paths[EK_TALLY_DEPTHS], depth_shadow[EK_TALLY_DEPTHS];
+  uint depth_chunks[EK_TALLY_DEPTHS], depth_vectors[EK_TALLY_DEPTHS];
+} PathTally;
+
+EK_FN void tally_add(PathTally* tally, uint depth, uint count, Survivors survivors) {
+  const uint at = min(depth, (uint)EK_TALLY_DEPTHS) - 1u;
+  tally->depth_paths[at] += count;
+  tally->depth_shadow[at] += survivors.shadow_rays;
+  tally->depth_chunks[at] += 1u;
+  tally->depth_vectors[at] += (count + (EK_WIDTH - 1u)) / EK_WIDTH;
+  tally->scattered += survivors.paths;
+  tally->shadow += survivors.shadow_rays;
+}
+
+EK_FN void tally_store(global WorkerTally* out, PathTally tally, StageClock clock) {
+  out->scattered = tally.scattered;
+  out->shadow = tally.shadow;
+  ticks_store(out->begin, clock.begin);
+  ticks_store(out->end, clock.last);
+  for (uint i = 0; i < TICKS_COUNT; ++i) ticks_store(out->ticks + 2 * i, clock.stage_ticks[i]);
+  for (uint i = 0; i < EK_TALLY_DEPTHS; ++i) {
+    out->depth_paths[i] = tally.depth_paths[i];
+    out->depth_shadow[i] = tally.depth_shadow[i];
+    out->depth_chunks[i] = tally.depth_chunks[i];
+    out->depth_vectors[i] = tally.depth_vectors[i];
+  }
+}
+
+/// The counter from which all work-items of the launch take paths; 0 before the launch.
+typedef struct {
+  global uint* next_path;
+  uint path_count, workers;
+} PathCounter;
+
+/// Reserves the next paths of the unit for this work-item. returns how many; first: index of the
+/// first
+EK_FN uint paths_take(PathCounter counter, uint* first) {
+  // The look ahead only sizes the portion; what others take in between does no harm.
+  const uint seen = *(volatile global uint*)counter.next_path;
+  const uint left = seen < counter.path_count ? counter.path_count - seen : 0u;
+  const uint share = left / (4u * counter.workers) / EK_LEAST_PORTION * EK_LEAST_PORTION;
+  const uint portion = clamp(share, min((uint)EK_LEAST_PORTION, (uint)EK_CHUNK), (uint)EK_CHUNK);
+  *first = atomic_add(counter.next_path, portion);
+  return *first < counter.path_count ? min(counter.path_count - *first, portion) : 0u;
+}
+
+EK_FN_ONCE void paths_run(StageContext stage, PathSource source, Geometry geometry, LightData light_data,
+                          PathCounter counter, global WorkerTally* out) {
+  StageClock clock = stage_clock();
+  PathTally tally = {0};
   for (;;) {
     uint first;
-    uint count = paths_take(next_path, path_count, workers, &first);
+    uint count = paths_take(counter, &first);
     if (count == 0) break;
-    EK_TIMED(generate, stage_generate(frame, pixels, state, film_slots, filter_table, first, count));
+    stage_generate(stage, source, first, count);
+    stage_clock_lap(&clock, TICKS_generate);
     for (uint depth = 1; count != 0; ++depth) {
-      EK_TIMED(intersect, stage_intersect(frame, geometry, state, 0, count, depth));
-      if (EK_HAS_environment | EK_HAS_environment_map)
-        EK_TIMED(miss, stage_miss(frame, scene, light_data.environment_texels, state, film_slots, 0, count, depth));
-      Survivors survivors;
-      EK_TIMED(shade, survivors = stage_shade(frame, scene, light_data, state, film_slots, 0, count, depth));
-      if (EK_HAS_next_event)
-        EK_TIMED(shadow, stage_shadow(frame, geometry, state, film_slots, 0, survivors.shadow, depth));
-      const uint at = min(depth, (uint)EK_TALLY_DEPTHS) - 1u;
-      depth_paths[at] += count;
-      depth_shadow[at] += survivors.shadow;
-      depth_chunks[at] += 1u;
-      depth_vectors[at] += (count + (EK_WIDTH - 1u)) / EK_WIDTH;
-      count = survivors.next;
-      scattered += survivors.next;
-      shadow_rays += survivors.shadow;
+      stage_intersect(stage, geometry, count, depth);
+      stage_clock_lap(&clock, TICKS_intersect);
+      if (EK_HAS_environment | EK_HAS_environment_map) {
+        stage_miss(stage, geometry.scene, light_data.environment_texels, count, depth);
+        stage_clock_lap(&clock, TICKS_miss);
+      }
+      const Survivors survivors = stage_shade(stage, geometry.scene, light_data, count, depth);
+      stage_clock_lap(&clock, TICKS_shade);
+      if (EK_HAS_next_event) {
+        stage_shadow(stage, geometry, survivors.shadow_rays, depth);
+        stage_clock_lap(&clock, TICKS_shadow);
+      }
+      tally_add(&tally, depth, count, survivors);
+      count = survivors.paths;
     }
   }
-  tally->scattered = scattered;
-  tally->shadow = shadow_rays;
-  ticks_store(tally->begin, begin);
-  ticks_store(tally->end, time);
-  for (uint i = 0; i < TICKS_COUNT; ++i) ticks_store(tally->ticks + 2 * i, ticks[i]);
-  for (uint i = 0; i < EK_TALLY_DEPTHS; ++i) {
-    tally->depth_paths[i] = depth_paths[i];
-    tally->depth_shadow[i] = depth_shadow[i];
-    tally->depth_chunks[i] = depth_chunks[i];
-    tally->depth_vectors[i] = depth_vectors[i];
-  }
+  tally_store(out, tally, clock);
 }
 #endif
 
-// next_path  0 before the launch
+// Its arguments are the buffers of all stages, bound by their names.
 kernel void paths(constant Frame* frame, global const uint* pixels, global uint* path_state, global float* film_slots,
                   global const float* filter_table, global const uint* accel_nodes, global const uint* accel_leaves,
                   EK_SCENE_ARGUMENTS, EK_LIGHT_ARGUMENTS, global uint* next_path, global WorkerTally* tallies) {
 #if EK_CHUNKED
-  const SceneData scene = EK_SCENE_DATA;
+  const StageContext stage = {
+      .frame = frame, .state = chunk_state(path_state), .film = {film_slots, frame->film_stride}};
+  const PathSource source = {pixels, filter_table};
   const LightData light_data = EK_LIGHT_DATA;
   const Geometry geometry = {accel_nodes, accel_leaves, EK_SCENE_DATA};
-  paths_run(frame, pixels, chunk_state(path_state), film_slots, filter_table, geometry, scene, light_data, next_path,
-            tallies + EK_CHUNK_INDEX, (uint)get_global_size(0));
+  const PathCounter counter = {next_path, frame->path_count, (uint)get_global_size(0)};
+  paths_run(stage, source, geometry, light_data, counter, tallies + EK_CHUNK_INDEX);
 #endif
 }

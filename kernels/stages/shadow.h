@@ -3,35 +3,38 @@
 // Adds what a shadow ray carries to its path's film slots, if nothing is in the way.
 #ifndef EK_STAGE_SHADOW_H
 #define EK_STAGE_SHADOW_H
-#include "traverse/traverse.h"
 #include "stages/wavefront.h"
+#include "traverse/traverse.h"
 
-EK_FN_ONCE void stage_shadow(constant Frame* frame, Geometry geometry, global uint* state, global float* film_slots,
-                             global const uint* queue, uint count, uint depth) {
+EK_FN_ONCE void stage_shadow(StageContext stage, Geometry geometry, uint count, uint depth) {
   Tracing tracing;
-  EK_FOR_EACH_ROWS(first, count, queue) {
-    const uint rows = EK_CHUNKED ? min(count - first, (uint)EK_ROWS) : 1u;
+  PathWalk walk = path_walk(count);
+  while (path_walk_next(&walk, stage.queue, EK_ROWS)) {
     tracing_clear(&tracing);
-    for (uint row = 0; row < rows; row += EK_WIDTH) {
+    for (uint row = 0; row < walk.lanes; row += EK_WIDTH) {
+      const ShadowRay ray = shadow_load(stage.state, walk.slot + row);
       RayEnds ends = unknown_ends();
-      if (!EK_HAS_instance) ends.left = state_u(state, FIELD_shadow_left, first + row);
-      if (EK_HAS_area & !EK_HAS_instance) ends.goal = state_u(state, FIELD_shadow_goal, first + row);
+      if (!EK_HAS_instance) ends.left = ray.origin_prim;
+      if (EK_HAS_area & !EK_HAS_instance) ends.goal = ray.target_prim;
       OpacityKey key = {(vu)(0u), (vu)(0u)};
       if (EK_HAS_opacity) {
-        key.key = state_u(state, FIELD_shadow_key, first + row);
-        key.index = state_u(state, FIELD_shadow_index, first + row);
+        key.key = ray.opacity_key;
+        key.index = ray.opacity_index;
       }
-      tracing_begin(frame, geometry, &tracing, row, shadow_state_3(state, FIELD_shadow_origin_x, first + row),
-                    shadow_state_3(state, FIELD_shadow_dir_x, first + row), state_f(state, FIELD_shadow_t, first + row),
-                    ends, key, min(rows - row, (uint)EK_WIDTH), depth == 1, 1);
+      tracing_begin(stage.frame, geometry, &tracing, row, ray.origin, ray.dir, ray.t_max, ends, key,
+                    min(walk.lanes - row, (uint)EK_WIDTH), depth == 1, 1);
     }
-    tracing_finish(frame, geometry, &tracing, 1);
-    for (uint row = 0; row < rows; row += EK_WIDTH) {
-      const vi visible = (LANE_INDEX < (vu)(min(rows - row, (uint)EK_WIDTH))) & !any_result(&tracing, row);
-      film_add_light(film_slots, frame->film_stride, visible, state_u(state, FIELD_shadow_path, first + row), depth,
-                     (EK_HAS_nested_media & EK_HAS_scattered) ? state_u(state, FIELD_shadow_crossed, first + row) : (vu)(0u),
-                     EK_HAS_light_group ? state_u(state, FIELD_shadow_group, first + row) : (vu)(0u),
-                     shadow_state_3(state, FIELD_shadow_r, first + row));
+    tracing_finish(stage.frame, geometry, &tracing, 1);
+    for (uint row = 0; row < walk.lanes; row += EK_WIDTH) {
+      const ShadowRay ray = shadow_load(stage.state, walk.slot + row);
+      const vi in_use = LANE_INDEX < (vu)(min(walk.lanes - row, (uint)EK_WIDTH));
+      const Contribution light = {
+          .live = in_use & !any_result(&tracing, row),
+          .path = ray.path,
+          .null_interface_count = (EK_HAS_nested_media & EK_HAS_scattered) ? ray.null_interface_count : (vu)(0u),
+          .group = EK_HAS_light_group ? ray.light_group : (vu)(0u),
+          .radiance = ray.radiance};
+      film_add_light(stage.film, depth, light);
     }
   }
 }

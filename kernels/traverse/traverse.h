@@ -49,13 +49,6 @@ EK_FN int traverse_one(Geometry geometry, const RayOne* ray, const int any_hit, 
   return traverse_none(geometry, ray, any_hit, hit);
 }
 
-// Walks over the paths of a stage that traces rays, EK_ROWS at a time; otherwise as EK_FOR_EACH (wavefront.h).
-#if defined(EK_CHUNKED) && EK_CHUNKED
-#define EK_FOR_EACH_ROWS(slot, count, queue) for (uint slot = 0; slot < (count); slot += EK_ROWS)
-#else
-#define EK_FOR_EACH_ROWS(slot, count, queue) EK_FOR_EACH(slot, count, queue)
-#endif
-
 // EK_ROWS rays on their way: begin for each vector of them, finish, then read the results.
 typedef struct {
   RayOne rays[EK_SORTS ? 1 : EK_ROWS];

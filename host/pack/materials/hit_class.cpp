@@ -7,11 +7,11 @@ namespace eikon {
 
 std::uint32_t hit_class(const Material& material, const Primitive* primitive) {
   const std::string lobe = lobe_of(material);
-  if (lobe == "transmission") return EK_CLASS_CLEAR;
+  if (lobe == "transmission") return SHADING_TRANSMISSIVE;
   const bool bare = material.clearcoat == 0 && material.sheen_color == glm::vec3(0) && textures_of(material).empty();
   const bool flat = primitive == nullptr || (primitive->normals_object.empty() && primitive->tangents_object.empty() &&
                                              primitive->colors.empty());
-  return lobe == "diffuse" && bare && flat ? EK_CLASS_PLAIN : EK_CLASS_OPAQUE;
+  return lobe == "diffuse" && bare && flat ? SHADING_LAMBERT : SHADING_OPAQUE;
 }
 
 std::uint32_t hit_class_flags(const Material& material, const Primitive* primitive) {

@@ -7,7 +7,7 @@
 
 namespace eikon {
 
-/// One of EK_CLASS_* (records.h). primitive: null for shapes
+/// One of SHADING_* (records.h). primitive: null for shapes
 [[nodiscard]] std::uint32_t hit_class(const Material& material, const Primitive* primitive);
 
 /// The same as bits of a triangle's flags.

@@ -25,14 +25,14 @@ Material flat_lambert() {
 
 TEST(HitClass, plain_is_what_is_flat_and_exactly_lambert) {
   const Primitive flat = one_triangle();
-  EXPECT_EQ(hit_class(flat_lambert(), &flat), EK_CLASS_PLAIN);
-  EXPECT_EQ(hit_class(flat_lambert(), nullptr), EK_CLASS_PLAIN) << "a shape";
+  EXPECT_EQ(hit_class(flat_lambert(), &flat), SHADING_LAMBERT);
+  EXPECT_EQ(hit_class(flat_lambert(), nullptr), SHADING_LAMBERT) << "a shape";
   Primitive round = flat, colored = flat, brushed = flat;
   round.normals_object.assign(3, {0, 0, 1});
   colored.colors.assign(3, glm::vec4(1));
   brushed.tangents_object.assign(3, {1, 0, 0, 1});
   for (const Primitive* primitive : {&round, &colored, &brushed})
-    EXPECT_EQ(hit_class(flat_lambert(), primitive), EK_CLASS_OPAQUE);
+    EXPECT_EQ(hit_class(flat_lambert(), primitive), SHADING_OPAQUE);
 }
 
 TEST(HitClass, is_by_what_the_material_takes) {
@@ -45,9 +45,9 @@ TEST(HitClass, is_by_what_the_material_takes) {
   textured.base_color_texture.emplace();
   glass.transmission = 1;
   for (const Material* material : {&shiny, &coated, &velvet, &textured})
-    EXPECT_EQ(hit_class(*material, &flat), EK_CLASS_OPAQUE);
-  EXPECT_EQ(hit_class(glass, &flat), EK_CLASS_CLEAR);
-  EXPECT_EQ(hit_class(glass, nullptr), EK_CLASS_CLEAR);
+    EXPECT_EQ(hit_class(*material, &flat), SHADING_OPAQUE);
+  EXPECT_EQ(hit_class(glass, &flat), SHADING_TRANSMISSIVE);
+  EXPECT_EQ(hit_class(glass, nullptr), SHADING_TRANSMISSIVE);
 }
 
 TEST(HitClass, a_box_with_a_mirror_and_glass_has_all) {

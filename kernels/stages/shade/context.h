@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the steps of stage `shade` are given, and what they hand to each other. A step is an inlined
+// function; its arguments are pointers so that nothing is copied before the compiler has inlined
+// it.
+#ifndef EK_SHADE_CONTEXT_H
+#define EK_SHADE_CONTEXT_H
+#include "lights/light.h"
+#include "stages/wavefront.h"
+#include "surface/material.h"
+#include "surface/surface.h"
+#if EK_HAS_shape
+#include "shapes/shape_surface.h"
+#endif
+
+/// The same for all vectors of paths.
+typedef struct {
+  StageContext stage;
+  SceneData scene;
+  LightData lights;
+  uint depth;
+} ShadeContext;
+
+/// A vector of paths, and the point of a surface that each has hit.
+typedef struct {
+  vi live;         // mask of the lanes that hit something
+  PathState path;  // as it arrives
+  vf t, u;         // distance along path.dir, and the hit's weight of corner p1
+  vu triangle;     // some valid one where a lane hit nothing
+  TriangleLanes corners;
+  Surface surface;
+  vi front;        // mask: the front side was hit
+  vi is_lambert;   // mask: the surface is of class SHADING_LAMBERT
+  int detailed;    // 0: all live lanes are, so attributes and shading normals say nothing
+  HitAttributes attributes;
+#if EK_HAS_shape
+  ShapePoint on_shape;
+#endif
+} PathHit;
+
+/// The media at a hit (medium.h); all 0 where no solid of the scene absorbs or overlaps another.
+typedef struct {
+  vu medium;                // on this side of the surface
+  vu transmitted_medium;    // on the other side
+  vi is_null;               // mask: the path passes straight on (nested_media.h)
+  vi skips_depth;           // mask: a null interface that does not count towards max_depth
+  vu null_interface_count;  // of the path so far
+} MediumInterface;
+
+/// The point of a hit as direct light and scattering see it; all lies on the viewer's side of the
+/// surface.
+typedef struct {
+  vi live;         // mask of the lanes whose path may scatter here
+  vi is_lambert;
+  int detailed;
+  vi both_sides;   // mask: light from below the surface counts too
+  vu path, key, index, triangle;
+  v3 beta;         // throughput up to this point
+  v3 p, p_error, n_geom, n_shade;  // world; bound of p's error per axis
+  Basis basis;     // around n_shade
+  v3 wo;           // to the viewer, local
+  MaterialLanes material;
+  MediumInterface interface;
+  LitPoint lit;    // what the tree of lights knows of the point
+} ShadingPoint;
+
+#endif

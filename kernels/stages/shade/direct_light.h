@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: Apache-2.0
+// Step of stage `shade`: next-event estimation. Samples lights for each shading point, and leaves a
+// shadow ray for each sample that could bring light; the ray carries what arrives if nothing is in
+// the way.
+#ifndef EK_SHADE_DIRECT_LIGHT_H
+#define EK_SHADE_DIRECT_LIGHT_H
+#include "lights/emission.h"
+#include "stages/shade/shading_frame.h"
+#include "surface/alpha.h"
+#if EK_HAS_shape & EK_HAS_shape_light
+#include "lights/shape_light.h"
+#endif
+
+// The tree of lights is walked for two vectors of points at a time: each waits for its nodes and
+// its arithmetic while the other goes on.
+#define EK_LIGHTS_IN_PAIRS (EK_CHUNKED & EK_HAS_next_event & EK_HAS_light_tree)
+
+/// The shadow rays of a chunk so far.
+typedef struct {
+  uint shadow_count;       // on chunks
+  ShadingPoint points[2];  // with EK_LIGHTS_IN_PAIRS: the first one may wait for the second
+  uint point_count;
+} DirectLight;
+
+/// The sampled light as it arrives at a shading point.
+EK_FN LightSample direct_light_sample(const ShadeContext* c, const ShadingPoint* point, PickedLight picked,
+                                      LightWords words) {
+  LightSample light = light_sample(c->stage.frame, c->lights, picked, point->basis, point->both_sides, words);
+#if EK_HAS_shape & EK_HAS_shape_light
+  light = shape_light_sample(c->scene, light, point->p);
+#endif
+  light.radiance = light_emission(c->scene, light);
+  return light;
+}
+
+/// The radiance that a sample brings to the camera if nothing is in the way. f: eval of the BSDF
+/// towards wi
+EK_FN v3 direct_light_radiance(const ShadeContext* c, const ShadingPoint* point, LightPath shadow, vf weight,
+                               v3 wi, v3 f) {
+  const v3 arriving = scale3(mul3(mul3(point->beta, f), shadow.radiance), weight / (shadow.pdf * EK_LIGHT_MEAN));
+  if (!EK_HAS_absorption) return arriving;
+  const vu medium = wi.z < 0.0f ? point->interface.transmitted_medium : point->interface.medium;
+  const vf distance = shadow.t_max < EK_INFINITY ? sqrt(dot3(shadow.dir, shadow.dir)) : EK_INFINITY;
+  return mul3(arriving, transmittance(medium_absorption(c->scene, medium), distance));
+}
+
+/// Samples the light that was picked for each lane, and stores a pending shadow ray for each lane
+/// where that could bring light.
+/// k      which of the vertex's samples
+/// place  on chunks, slot of the chunk's next shadow rays, of which there are never more than
+///        EK_LIGHT_SAMPLES for each hit before, so there is room for whole vectors; else the path's
+///        slot
+/// returns the mask of those lanes, as bits
+EK_FN uint direct_light_cast(const ShadeContext* c, const ShadingPoint* point, PickedLight picked, LightWords words,
+                             uint k, uint place) {
+  const LightSample light = direct_light_sample(c, point, picked, words);
+  LightPath shadow = light_path(light, point->p, point->p_error, point->n_geom);
+  if (EK_HAS_clearcoat & EK_HAS_area)
+    shadow.radiance = scale3(shadow.radiance, light_coat(c->scene, light, shadow.wi));
+  const v3 wi = to_local(point->basis, shadow.wi);
+  const BsdfValue bsdf = bsdf_evaluate(point->material, point->wo, wi);
+  v3 f = bsdf.f;
+  if (EK_HAS_SHADING_NORMAL & point->detailed) f = scale3(f, shadow_terminator(point, wi, shadow.wi));
+  vf weight = (vf)(1.0f);
+  if (EK_HAS_bsdf_emission) {
+    weight = power_heuristic(shadow.pdf * EK_LIGHT_MEAN, bsdf.pdf);
+    weight = light.is_delta ? (vf)(1.0f) : weight;
+  }
+  vi pending = point->live & is_on_geometric_side(wi, dot3(shadow.wi, point->n_geom)) & (shadow.pdf > 0.0f) &
+               (max_component(f) > 0.0f) & (max_component(shadow.radiance) > 0.0f);
+  if (EK_HAS_nested_media) pending = pending & !point->interface.is_null;
+  if (EK_HAS_each_light) pending = k < c->stage.frame->light_count ? pending : (vi)(0);
+
+  const OpacityKey opacity = opacity_key(point->key + k * 0x632be5abu, point->index, c->depth, 1u);
+  const ShadowRay ray = {.path = point->path,
+                         .opacity_key = opacity.key,
+                         .opacity_index = opacity.index,
+                         .origin = shadow.origin,
+                         .dir = shadow.dir,
+                         .t_max = shadow.t_max,
+                         .origin_prim = point->triangle,
+                         .target_prim = shadow.goal,
+                         .radiance = direct_light_radiance(c, point, shadow, weight, wi, f),
+                         .light_group = light.group,
+                         .null_interface_count = point->interface.null_interface_count};
+  shadow_store(c->stage.state, EK_CHUNKED ? place : place + k * EK_CHUNK, packing(pending), ray);
+  return mask_bits(pending);
+}
+
+#if EK_LIGHTS_IN_PAIRS
+/// The light samples of two vectors of points, whose lights are picked together. returns the number
+/// of shadow rays
+EK_FN_ONCE uint direct_light_pair(const ShadeContext* c, const ShadingPoint* points, uint shadow_count) {
+  for (uint k = 0; k < EK_LIGHT_SAMPLES; ++k) {
+    LightWords words[2];
+    PickedLight picked[2];
+    for (uint i = 0; i < 2; ++i) words[i] = light_words(points[i].key, points[i].index, c->depth, k);
+    pick_two_lights(c->stage.frame, c->lights, points[0].lit, points[0].live, words[0], points[1].lit,
+                    points[1].live, words[1], picked);
+#pragma unroll 1
+    for (uint i = 0; i < 2; ++i)
+      shadow_count += popcount(direct_light_cast(c, points + i, picked[i], words[i], k, shadow_count));
+  }
+  return shadow_count;
+}
+#endif
+
+/// Adds the shadow rays of a vector of points; with EK_LIGHTS_IN_PAIRS, maybe later.
+/// slot  of the paths
+/// returns, without chunks, bit k: shadow ray k of the path is pending
+EK_FN uint direct_light_add(const ShadeContext* c, DirectLight* direct, const ShadingPoint* point, uint slot) {
+#if EK_LIGHTS_IN_PAIRS
+  direct->points[direct->point_count++] = *point;
+  if (direct->point_count == 2) {
+    direct->shadow_count = direct_light_pair(c, direct->points, direct->shadow_count);
+    direct->point_count = 0;
+  }
+  return 0;
+#else
+  uint pending = 0;
+  for (uint k = 0; k < EK_LIGHT_SAMPLES; ++k) {
+    const LightWords words = light_words(point->key, point->index, c->depth, k);
+    const PickedLight picked = pick_light(c->stage.frame, c->lights, point->lit, point->live, words);
+    const uint cast = direct_light_cast(c, point, picked, words, k, EK_CHUNKED ? direct->shadow_count : slot);
+    direct->shadow_count += popcount(cast);
+    pending |= cast << k;
+  }
+  return pending;
+#endif
+}
+
+/// Adds the shadow rays of the points that still wait. returns the number of shadow rays of the
+/// chunk
+EK_FN uint direct_light_finish(const ShadeContext* c, DirectLight* direct) {
+#if EK_LIGHTS_IN_PAIRS
+  if (direct->point_count == 1) {
+    direct->points[1] = direct->points[0];
+    direct->points[1].live = (vi)(0);
+    direct->shadow_count = direct_light_pair(c, direct->points, direct->shadow_count);
+  }
+#endif
+  return direct->shadow_count;
+}
+
+#endif

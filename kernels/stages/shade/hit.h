@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+// Step of stage `shade`: loads a vector of paths and finds the points of the surfaces that they
+// hit.
+#ifndef EK_SHADE_HIT_H
+#define EK_SHADE_HIT_H
+#include "stages/hit_classes.h"
+#include "stages/shade/context.h"
+#include "surface/instance_surface.h"
+
+/// slot, lanes  of the paths (HitWalk)
+EK_FN PathHit hit_load(const ShadeContext* c, uint slot, uint lanes) {
+  global const uint* state = c->stage.state;
+  PathHit hit;
+  hit.path = path_load(state, slot);
+  hit.live = (LANE_INDEX < (vu)(lanes)) & (hit.path.hit_triangle != EK_NO_HIT);
+  hit.triangle = hit.live ? hit.path.hit_triangle : (vu)(0u);
+  hit.t = state_vf(state, FIELD_hit_t, slot);
+  hit.u = state_vf(state, FIELD_hit_u, slot);
+  const vf v = state_vf(state, FIELD_hit_v, slot);
+  const v3 dir = hit.path.dir;
+
+  hit.corners = load_triangle(c->scene.triangles, hit.triangle);
+#if EK_HAS_instance
+  const Place place = hit_place(c->scene, hit.live ? state_vu(state, FIELD_hit_instance, slot) : (vu)(0u));
+  hit.corners = placed_triangle(place, hit.corners);
+#endif
+  hit.surface = surface_at(hit.corners, hit.u, v, scale3(dir, hit.t));
+#if EK_HAS_shape
+  hit.on_shape = shape_surface(c->scene, hit.corners, hit.u, hit.path.origin, dir, hit.t, &hit.surface);
+#endif
+  hit.front = dot3(hit.surface.n_geom, dir) < 0.0f;
+  hit.is_lambert = class_of(hit.corners.flags) == SHADING_LAMBERT;
+  hit.detailed = (1 - EK_HAS_plain_hits) | EK_HAS_texture_place | (ANY(hit.live & !hit.is_lambert) != 0);
+
+  hit.attributes = no_attributes();
+  if (hit.detailed) hit.attributes = hit_attributes(c->scene, hit.triangle, hit.u, v);
+#if EK_HAS_instance
+  hit.attributes = placed_attributes(c->scene, place, hit.triangle, hit.u, v, hit.attributes);
+#endif
+#if EK_HAS_shape
+  hit.attributes = shape_attributes(c->scene, hit.corners, hit.on_shape, hit.surface.n_geom, hit.attributes);
+#endif
+  return hit;
+}
+
+#endif

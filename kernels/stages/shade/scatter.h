@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+// Steps of stage `shade`: samples the BSDF for the direction in which a path goes on, and Russian
+// roulette.
+#ifndef EK_SHADE_SCATTER_H
+#define EK_SHADE_SCATTER_H
+#include "stages/shade/shading_frame.h"
+
+// Some lobe has several parts to choose from.
+#define EK_HAS_LOBE_CHOICE                                                                      \
+  (EK_HAS_metallic_roughness | EK_HAS_transmission | EK_HAS_phong | EK_HAS_measured | EK_LAYERED | \
+   EK_HAS_energy_compensation)
+// Survival over throughput: paths that carry more than a third go on.
+#define EK_ROULETTE_GAIN 3.0f
+// From this depth on every path may end, because those between perfect mirrors would not otherwise.
+#define EK_ROULETTE_ALWAYS_DEPTH 8u
+
+/// How a path goes on.
+typedef struct {
+  vi survives;  // mask; nothing else is of use where it is not set
+  v3 dir;       // world, unit
+  v3 wi;        // the same, local
+  v3 beta;
+  vf pdf;       // as PathState's
+  vu medium;
+} ScatteredPath;
+
+/// Samples the BSDF; null interfaces are passed straight on.
+EK_FN ScatteredPath scatter(const ShadeContext* c, const PathHit* hit, const ShadingPoint* point) {
+  const vi is_null = point->interface.is_null;
+  vf u, v, choice = (vf)(0.0f), unused;
+  sample_2d(point->key, point->index, bounce_dimension(c->depth, DIM_SCATTER), &u, &v);
+  if (EK_HAS_LOBE_CHOICE) sample_2d(point->key, point->index, bounce_dimension(c->depth, DIM_CHOICE), &choice, &unused);
+  BsdfSample sample = bsdf_sample(point->material, point->wo, u, v, choice);
+  ScatteredPath next;
+  next.dir = to_world(point->basis, sample.wi);
+  if (EK_HAS_nested_media) {
+    sample = media_pass(is_null, sample);
+    next.dir = select3(is_null, hit->path.dir, next.dir);
+  }
+  next.wi = sample.wi;
+  next.medium = sample.wi.z < 0.0f ? point->interface.transmitted_medium : point->interface.medium;
+  next.pdf = sample.delta ? (vf)(-1.0f) : sample.pdf;
+  next.beta = mul3(point->beta, sample.weight);
+  if (EK_HAS_SHADING_NORMAL & point->detailed)
+    next.beta = scale3(next.beta, shadow_terminator(point, sample.wi, next.dir));
+  next.survives = point->live & (sample.pdf > 0.0f) &
+                  (is_null | is_on_geometric_side(sample.wi, dot3(next.dir, point->n_geom))) &
+                  (max_component(abs3(next.beta)) > 0.0f);
+  if (!(EK_HAS_bsdf_emission | EK_HAS_next_event)) next.survives = (vi)(0);
+  if (EK_HAS_whitted) next.survives = next.survives & sample.delta;
+  if (EK_HAS_raycast) next.survives = next.survives & is_null;
+  return next;
+}
+
+/// Russian roulette: ends paths with a probability that falls with their throughput, and scales up
+/// the others.
+EK_FN void roulette(const ShadeContext* c, const PathHit* hit, const ShadingPoint* point, ScatteredPath* next) {
+  vf unused, number;
+  sample_2d(point->key, point->index, bounce_dimension(c->depth, DIM_CHOICE), &unused, &number);
+  vf rr_throughput = max_component(abs3(next->beta));
+  // Throughput is compared as it would be outside of all solids: a third of the paths that enter
+  // glass would end there for nothing.
+  if (EK_HAS_transmission)
+    rr_throughput = rr_throughput * (EK_HAS_nested_media
+                                         ? media_radiance_outside(c->scene, next->medium)
+                                         : radiance_returned_outside(point->material, hit->front, next->wi.z < 0.0f));
+  // Ending paths that carry more adds more error than it saves rays (PERFORMANCE.md).
+  vf survival = min_f(EK_ROULETTE_GAIN * rr_throughput, (vf)(c->depth < EK_ROULETTE_ALWAYS_DEPTH ? 1.0f : 0.95f));
+  if (EK_HAS_fixed_roulette) survival = (vf)(c->stage.frame->roulette);
+  if (EK_HAS_nested_media) survival = point->interface.skips_depth ? (vf)(1.0f) : survival;
+  next->survives = next->survives & (number < survival);
+  next->beta = scale3(next->beta, (vf)(1.0f) / survival);
+}
+
+#endif

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+// Steps of stage `shade`: the normals of a hit, and the local frame in which its BSDF is evaluated.
+#ifndef EK_SHADE_SHADING_FRAME_H
+#define EK_SHADE_SHADING_FRAME_H
+#include "stages/shade/context.h"
+#include "surface/medium.h"
+#include "surface/shading_normal.h"
+
+#define EK_HAS_SHADING_NORMAL (EK_HAS_vertex_normal | EK_HAS_normal_texture)
+
+/// The shading normal of a hit, on the viewer's side. n_geom: the surface's own, on that side
+EK_FN v3 hit_shading_normal(const ShadeContext* c, const PathHit* hit, const HitMaterial* material, v3 n_geom) {
+  v3 n = shading_normal(hit->attributes, hit->surface.n_geom);
+  if (EK_HAS_normal_texture)
+    n = mapped_normal(c->scene, material->normal_texture, hit->attributes, n, hit->surface.n_geom);
+  n = select3(hit->front, n, neg3(n));
+  vi glossy = material->bsdf.lobes != (1u << LOBE_diffuse);
+  if (EK_HAS_clearcoat) glossy = glossy | (material->bsdf.clearcoat > 0.0f);
+  return usable_normal(n, n_geom, neg3(hit->path.dir), glossy);
+}
+
+/// The shading point of a hit, without its basis and wo. The medium on the way has taken its share
+/// of the throughput.
+EK_FN ShadingPoint shading_point(const ShadeContext* c, const PathHit* hit, const HitMaterial* material,
+                                 const MediumInterface* interface) {
+  ShadingPoint point;
+  point.live = hit->live;
+  point.is_lambert = hit->is_lambert;
+  point.detailed = hit->detailed;
+  point.path = hit->path.path;
+  point.key = hit->path.key;
+  point.index = hit->path.index;
+  point.triangle = hit->triangle;
+  point.material = material->bsdf;
+  point.interface = *interface;
+  point.p = hit->surface.p;
+  point.p_error = hit->surface.p_error;
+  point.n_geom = select3(hit->front, hit->surface.n_geom, neg3(hit->surface.n_geom));
+  point.n_shade = point.n_geom;
+  if (EK_HAS_SHADING_NORMAL & hit->detailed) point.n_shade = hit_shading_normal(c, hit, material, point.n_geom);
+  point.beta = hit->path.beta;
+  if (EK_HAS_absorption)
+    point.beta = mul3(point.beta, transmittance(medium_absorption(c->scene, interface->medium), hit->t));
+  return point;
+}
+
+/// Sets the basis of a shading point, and what is measured in it.
+EK_FN void shading_frame(const ShadeContext* c, const PathHit* hit, const HitMaterial* material, ShadingPoint* point) {
+  const v3 wo_world = neg3(hit->path.dir), n_front = hit->surface.n_geom;
+  point->basis = basis_around(point->n_shade);
+  if (EK_HAS_anisotropy)
+    point->basis = basis_along(point->basis, anisotropy_direction(*material, hit->attributes, n_front));
+  point->wo = to_local(point->basis, wo_world);
+  if (EK_HAS_clearcoat_normal) {
+    const v3 n_vertex = shading_normal(hit->attributes, n_front);
+    v3 n_coat = mapped_normal(c->scene, material->clearcoat_normal_texture, hit->attributes, n_vertex, n_front);
+    n_coat = select3(hit->front, n_coat, neg3(n_coat));
+    n_coat = usable_normal(n_coat, point->n_geom, wo_world, point->material.clearcoat > 0.0f);
+    point->material.clearcoat_normal = to_local(point->basis, n_coat);
+  }
+  point->both_sides = (point->material.lobes & (1u << LOBE_transmission)) != 0u;
+  // Reflected rays begin at this point, so the tree gives a light that such a ray meets the
+  // probability it has here, bit for bit.
+  point->lit.p = point->p;
+  if (EK_HAS_light_tree)
+    point->lit.p = offset_ray_origin(point->p, point->p_error, point->n_geom, point->n_geom);
+  point->lit.facing = EK_HAS_light_tree ? pack_facing(point->n_shade, point->both_sides) : (vu)(0u);
+}
+
+/// Tells directions that lie on the same side of the surface itself as of its shading normal:
+/// reflected light stays on the viewer's side, and transmitted light leaves it. Walls would leak
+/// light otherwise.
+/// wi  local; cos_geom  of the direction with n_geom
+EK_FN vi is_on_geometric_side(v3 wi, vf cos_geom) {
+  const vi reflected = (wi.z > 0.0f) & (cos_geom > 0.0f);
+  if (!EK_HAS_transmission) return reflected;
+  return reflected | ((wi.z < 0.0f) & (cos_geom < 0.0f));
+}
+
+/// Factor of light that is reflected from or to wi, which hides the terminator of the shading
+/// normals (terminator_factor) as far as the material wants it; 1 for transmitted light.
+EK_FN vf shadow_terminator(const ShadingPoint* point, v3 wi, v3 wi_world) {
+  const vf factor = terminator_factor(dot3(wi_world, point->n_geom), wi.z, dot3(point->n_geom, point->n_shade));
+  const vf share = terminator_share(point->material);
+  return ((wi.z > 0.0f) & !point->is_lambert) ? (1.0f - share) + share * factor : (vf)(1.0f);
+}
+
+#endif
