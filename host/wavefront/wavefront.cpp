@@ -349,12 +349,14 @@ struct Wavefront::Impl {
     return result;
   }
 
-  [[nodiscard]] std::uint32_t path_word(const char* field) {
+  [[nodiscard]] std::uint32_t path_word(const char* field, std::uint32_t part = 0) {
     std::uint32_t word = 0;
-    device.read(memory.state, &word, sizeof word, 4 * std::size_t{state.field.at(field)} * (config.chunk + EK_PAD));
+    device.read(memory.state, &word, sizeof word, 4 * std::size_t{state.field.at(field) + part} * (config.chunk + EK_PAD));
     return word;
   }
-  [[nodiscard]] float path_float(const char* field) { return std::bit_cast<float>(path_word(field)); }
+  [[nodiscard]] float path_float(const char* field, std::uint32_t part = 0) {
+    return std::bit_cast<float>(path_word(field, part));
+  }
 };
 
 Wavefront::Wavefront(Device& device, const PackedScene& scene, const Features& features, const Settings& settings,
@@ -391,9 +393,9 @@ glm::vec3 Wavefront::replay(std::uint32_t x, std::uint32_t y, std::uint64_t samp
   w.after_intersect = [&](std::uint32_t depth) {
     PathVertex vertex;
     vertex.depth = depth;
-    vertex.origin = {w.path_float("origin_x"), w.path_float("origin_y"), w.path_float("origin_z")};
-    vertex.dir = {w.path_float("dir_x"), w.path_float("dir_y"), w.path_float("dir_z")};
-    vertex.beta = {w.path_float("beta_r"), w.path_float("beta_g"), w.path_float("beta_b")};
+    vertex.origin = {w.path_float("origin", 0), w.path_float("origin", 1), w.path_float("origin", 2)};
+    vertex.dir = {w.path_float("dir", 0), w.path_float("dir", 1), w.path_float("dir", 2)};
+    vertex.beta = {w.path_float("beta", 0), w.path_float("beta", 1), w.path_float("beta", 2)};
     vertex.t = w.path_float("hit_t");
     vertex.triangle = w.path_word("hit_triangle");
     report(vertex);

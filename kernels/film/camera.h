@@ -9,7 +9,7 @@
 
 typedef struct { v3 origin, dir; } CameraRay;  // world; dir: unit
 
-// Equirectangular, as environment maps are. x, y: place on the film, pixels.
+/// A ray of the equirectangular panorama, as environment maps are. x, y: place on the film, pixels
 EK_FN CameraRay panorama_ray(constant Frame* frame, vf x, vf y) {
   vf sin_azimuth, cos_azimuth, sin_polar, cos_polar;
   sincos_2pi(x * frame->camera_x.w - 0.5f, &sin_azimuth, &cos_azimuth);
@@ -22,9 +22,9 @@ EK_FN CameraRay panorama_ray(constant Frame* frame, vf x, vf y) {
   return ray;
 }
 
-// Moves a pinhole's ray to a point of the lens, so that all rays of a film point meet where it is
+/// Moves a pinhole's ray to a point of the lens, so that all rays of a film point meet where it is
 // in focus.
-// film_point  from the middle of the lens, one metre ahead
+/// film_point  from the middle of the lens, one metre ahead
 EK_FN CameraRay lens_ray(constant Frame* frame, v3 film_point, vf u, vf v) {
   const DiskPoint p = warp_disk(u, v);
   const v3 on_lens = add3(scale3(splat3(frame->lens_x), p.x), scale3(splat3(frame->lens_y), p.y));

@@ -2,9 +2,9 @@
 // Places of samples on the film, drawn from a separable pixel filter (host/film/pixel_filter.h).
 // filter_table holds the inverse of the distribution of |f| on one side: entry m is the distance
 // from the pixel's middle beyond which lies the share (m / EK_FILTER_BINS)^2 of that side; between
-// entries the density is constant. Squares, so that the thin rims of filters get bins as fine as
-// the middle. Then: the distance beyond which f is negative, and the factor that makes the mean
-// weight 1.
+// entries the density is constant. Shares are squares so that the thin rims of filters get bins as
+// fine as the middle. Two more entries follow: the distance beyond which f is negative, and the
+// factor that makes the mean weight 1.
 #ifndef EK_FILTER_H
 #define EK_FILTER_H
 #include "lanes/math.h"

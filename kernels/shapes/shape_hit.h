@@ -88,7 +88,7 @@ EK_FN ShapeHit shape_hit_within(SceneData scene, const RayLanes* ray, vi live, v
     const vi met = open & root.hit;
     vi passed = (vi)(0);
 #if EK_HAS_opacity
-    passed = met & ((load_word_u(Triangle, scene.triangles, id, flags) & EK_SHAPE_PASSABLE) != 0u);
+    passed = met & ((load_word_u(Triangle, scene.triangles, id, flags) & EK_SHAPE_ALPHA_TESTED) != 0u);
     if (ANY(passed)) {
       const ShapePoint point = shape_point(s, add3(o, scale3(d, root.z)), root.part, V3((vf)(0.0f), (vf)(0.0f), (vf)(0.0f)));
       passed = passed & shape_passes(scene, id, shape, point, number, ray->key);

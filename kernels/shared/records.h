@@ -16,8 +16,8 @@ EK_BEGIN
 #define EK_REPORT_COUNT 8         // rejected samples of a unit that are reported one by one
 
 // Triangle.flags
-#define EK_TRIANGLE_PASSABLE 1u   // opacity is below 1 somewhere, so a ray may pass (surface/alpha.h)
-#define EK_SHAPE_PASSABLE 2u      // the same in a shape's record
+#define EK_TRIANGLE_ALPHA_TESTED 1u   // opacity is below 1 somewhere, so a ray may pass (surface/alpha.h)
+#define EK_SHAPE_ALPHA_TESTED 2u      // the same in a shape's record
 #define EK_TRIANGLE_GROUP_SHIFT 2 // six bits: light group of its emission, below EK_LIGHT_GROUPS_MOST
 #define EK_TRIANGLE_CLASS_SHIFT 8 // two bits: SHADING_*, the shading that it takes
 #define EK_TRIANGLE_LIGHT_SHIFT 10  // the rest: index of its light, if the light tree has it

@@ -11,10 +11,11 @@ EK_FN vf conductor_normal_reflectance(vf eta, vf k) {
   return (below * below + k * k) / (above * above + k * k);
 }
 
-/// EIKON_materials_phong as it is. Of others the highlight has the colour that the surface reflects
-/// at normal incidence, and the shininess whose lobe is as wide as that of their roughness, 2 /
-/// alpha^2 - 2 [Walter et al. 2007, section 5.2], [1, 2^16]; the base is what is left of the base
-/// colour. What glass lets through is not: it looks like plastic.
+/// The material of a ray caster. EIKON_materials_phong stays as it is. The highlight of any other
+/// material has the colour that the surface reflects at normal incidence, and the shininess whose
+/// lobe is as wide as that of its roughness, 2 / alpha^2 - 2 [Walter et al. 2007, section 5.2],
+/// [1, 2^16]; the base has the share of the base colour that is not metallic. Nothing is
+/// transmitted, so glass looks like plastic.
 EK_FN MaterialLanes raycast_material(MaterialLanes m) {
   const vu phong = (vu)(1u << LOBE_phong);
   const vi own = m.lobes == phong, lambert = m.lobes == (1u << LOBE_diffuse), metal = m.lobes == (1u << LOBE_conductor);

@@ -5,10 +5,11 @@
 #define EK_TICKS_H
 #include "lanes/simd.h"
 
-// EK_TICKS: the host says that programs of this processor may read its counter (on some, the
-// instruction is an error). Constant rate, and the same on all cores: x86's on processors of the
-// last ten years, ARM's virtual counter everywhere (its cycle counter is not for programs). 0 where
-// there is none: stage_sampler.h.
+/// Ticks of a counter of constant rate that is the same on all cores: x86's on processors of the
+/// last ten years, and ARM's virtual counter on all (its cycle counter is not for programs). The
+/// host sets EK_TICKS where programs may read it, since on some processors the instruction is an
+/// error. Where there is none this returns 0, and the host samples stages instead
+/// (stage_sampler.h).
 EK_FN ulong ticks_now(void) {
 #if defined(EK_TICKS) && EK_TICKS && defined(__x86_64__) && EK_BUILTIN(__builtin_readcyclecounter)
   return __builtin_readcyclecounter();

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // The wavefront: which paths a work-item of a stage serves, and how it walks over them.
-// - EK_CHUNKED 1 (CPU devices): a work-item owns a chunk of EK_CHUNK slots in every stage. Paths lie
-//   in slots 0 .. count - 1 of their chunk and move down in place when others end (stage shade), so
-//   stages read and write whole vectors.
+// - EK_CHUNKED 1 (CPU devices): a work-item owns a chunk of EK_CHUNK slots in every stage. Paths
+//   lie in slots 0 .. count - 1 of their chunk and move down in place when others end (stage
+//   shade), so stages read and write whole vectors.
 // - EK_CHUNKED 0 (GPU devices): all paths share one chunk of EK_CHUNK slots. A path stays in its
 //   slot, queues hold the slots of the paths that go on (compact.cl), and a work-item serves one
 //   entry of a queue.
-// counts holds four words per chunk: [depth & 1] paths at this depth, [(depth + 1) & 1] paths at the
-// next, [2] pending shadow rays.
+// counts holds four words per chunk: [depth & 1] paths at this depth, [(depth + 1) & 1] paths at
+// the next, [2] pending shadow rays.
 #ifndef EK_WAVEFRONT_H
 #define EK_WAVEFRONT_H
 #include "film/slots.h"

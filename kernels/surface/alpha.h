@@ -1,25 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
-// Opacity [glTF 2.0, section 3.9.4]: whether a ray meets a surface of alphaMode MASK or BLEND or passes it. The decision is a
-// pure function of the ray and the triangle, so the order in which a tree is traversed does not show.
+// The alpha test [glTF 2.0, section 3.9.4]: it decides whether a ray meets a surface of alphaMode
+// MASK or BLEND or passes through. The decision is a pure function of the ray and the triangle, so
+// it does not depend on the order in which a tree is traversed.
 #ifndef EK_ALPHA_H
 #define EK_ALPHA_H
 #include "surface/material.h"
 #include "lanes/sampler.h"
 
-// What a ray's decisions are made of.
+/// The random numbers of a ray's decisions depend on these.
 typedef struct {
   vu key;    // of pixel, replicate, depth and kind of ray
   vu index;  // of the sample in its replicate
 } OpacityKey;
 
-/// Key of one ray's decisions. key, index: of its path (sampler.h); kind: 0 the path's own ray of that depth, 1 its shadow ray
+/// Key of one ray's decisions. key, index: of its path (sampler.h); kind: 0 the path's own ray of
+/// that depth, 1 its shadow ray
 EK_FN OpacityKey opacity_key(vu key, vu index, uint depth, uint kind) {
   OpacityKey k = {hash_bits(key ^ ((2u * depth + kind) * 0x85ebca6bu + 0x68bc21ebu)), index};
   return k;
 }
 
-/// What the ray's decision about `triangle` is held against: uniform in [0, 1). Each triangle has a dimension of its own, padded
-/// as those of sample_2d_bits are: independent of every other, and over the samples of a pixel a sequence of low discrepancy.
+/// Random number that decides about `triangle`, uniform in [0, 1). Each triangle has a dimension of
+/// its own, padded as those of sample_2d_bits are: it is independent of every other, and over the
+/// samples of a pixel it is a low-discrepancy sequence.
 EK_FN vf opacity_number(OpacityKey ray, vu triangle) {
   const vu seed = hash_bits(ray.key ^ hash_bits(triangle + 0x9e3779b9u));
   vu seed_a = (seed ^ 0x6a09e667u) * 0x2c1b3c6du;
@@ -34,17 +37,18 @@ EK_FN vf opacity_at(SceneData scene, vu triangle, vf u, vf v) {
   return material_opacity(scene, load_material(scene.materials, material), hit_attributes(scene, triangle, u, v));
 }
 
-/// Whether the ray passes `triangle` at u, v. Lanes without a ray need a valid triangle, no more.
-EK_FN vi passes(SceneData scene, vu triangle, vf u, vf v, OpacityKey ray) {
+/// Mask of the lanes whose ray passes through `triangle` at u, v. Lanes without a ray need no more
+/// than a valid triangle.
+EK_FN vi alpha_test_rejects(SceneData scene, vu triangle, vf u, vf v, OpacityKey ray) {
   const vf opacity = opacity_at(scene, triangle, u, v);
-  vf number = (vf)(0.0f);  // decides well for opacity 0 and 1
+  vf number = (vf)(0.0f);  // the right decision for opacity 0 and 1
   if (ANY((opacity > 0.0f) & (opacity < 1.0f))) number = opacity_number(ray, triangle);
   return number >= opacity;
 }
 
-/// Whether any ray may pass the triangle: the cheap question to ask first.
-EK_FN int may_be_passed(SceneData scene, uint triangle) {
-  return (scene.triangles[triangle].flags & EK_TRIANGLE_PASSABLE) != 0u;
+/// Tells triangles that rays may pass through; cheap, so to be asked first.
+EK_FN int is_alpha_tested(SceneData scene, uint triangle) {
+  return (scene.triangles[triangle].flags & EK_TRIANGLE_ALPHA_TESTED) != 0u;
 }
 
 #endif

@@ -1,17 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the corners of a triangle say about a point of it. Each record of the triangle is loaded once; what nothing reads of
-// the result costs nothing.
+// Vertex attributes of a triangle, interpolated at a point of it. Each record of the triangle is
+// loaded once; a field of the result that nothing reads costs nothing.
 #ifndef EK_ATTRIBUTES_H
 #define EK_ATTRIBUTES_H
 #include "lanes/math.h"
 #include "surface/scene_data.h"
 
 typedef struct {
-  v3 normal;                            // of the vertex normals, not unit; zero: the triangle is flat
-  vf uv0_u, uv0_v, uv1_u, uv1_v;        // TEXCOORD_0 and TEXCOORD_1
-  v3 tangent;                           // not unit; zero: none
+  v3 normal;                      // of the vertex normals, not unit; zero: the triangle is flat
+  vf uv0_u, uv0_v, uv1_u, uv1_v;  // TEXCOORD_0 and TEXCOORD_1
+  v3 tangent;                     // not unit; zero: none
   vf bitangent_sign;
-  vf color_r, color_g, color_b, color_a;  // COLOR_0: linear, and opacity; 1 where the mesh has none
+  // COLOR_0, linear, and opacity; 1 where the mesh has none.
+  vf color_r, color_g, color_b, color_a;
 } HitAttributes;
 
 // u, v: weights of b and c. A value that is the same at all corners comes out exactly.
@@ -20,14 +21,14 @@ EK_FN v3 interpolate3(v3 a, v3 b, v3 c, vf u, vf v) {
   return V3(interpolate(a.x, b.x, c.x, u, v), interpolate(a.y, b.y, c.y, u, v), interpolate(a.z, b.z, c.z, u, v));
 }
 
-/// Of a triangle whose corners say nothing.
+/// The attributes of a triangle without vertex attributes.
 EK_FN HitAttributes no_attributes(void) {
   const vf zero = (vf)(0.0f), one = (vf)(1.0f);
   HitAttributes at = {V3(zero, zero, zero), zero, zero, zero, zero, V3(zero, zero, zero), one, one, one, one, one};
   return at;
 }
 
-/// u, v: weights of the second and third corner of `triangle`.
+/// The attributes of `triangle` where its second and third corner have weights u and v.
 EK_FN HitAttributes hit_attributes(SceneData scene, vu triangle, vf u, vf v) {
   HitAttributes at = no_attributes();
   if (EK_HAS_vertex_normal | EK_HAS_uv) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What shading is told of a hit on a mesh that is stored once: its triangle at the place that was hit.
+// Hits on instanced meshes, which are stored once: the triangle and its attributes in the instance
+// that was hit.
 #ifndef EK_INSTANCE_SURFACE_H
 #define EK_INSTANCE_SURFACE_H
 #include "surface/attributes.h"
@@ -14,7 +15,7 @@ typedef struct {
   vu node;
 } Place;
 
-/// instance  of the hit (hit.h): the places are counted from 1
+/// The instance of a hit. instance: as Hit's (traverse/hit.h), counted from 1; 0 for others
 EK_FN Place hit_place(SceneData scene, vu instance) {
   Place place;
   place.placed = AS_I(instance) > 0;
@@ -35,7 +36,8 @@ EK_FN TriangleLanes placed_triangle(Place place, TriangleLanes t) {
   return t;
 }
 
-/// Normal and tangent of hit_attributes() at the place: those of the corners are placed, then interpolated.
+/// The attributes with normal and tangent in the world: those of the corners are transformed, then
+/// interpolated.
 EK_FN HitAttributes placed_attributes(SceneData scene, Place place, vu triangle, vf u, vf v, HitAttributes at) {
   if (EK_HAS_vertex_normal) {
     const TriangleNormalsLanes r = load_triangle_normals(scene.triangle_normals, triangle);

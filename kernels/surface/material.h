@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a hit's material is: the record's factors, its textures at the hit, the mesh's vertex colour [glTF 2.0, section 3.9].
+// The material of a hit: the record's factors times its textures at the hit and the mesh's vertex
+// colour [glTF 2.0, section 3.9].
 #ifndef EK_MATERIAL_H
 #define EK_MATERIAL_H
 #include "surface/attributes.h"
 #include "bsdf/bsdf.h"
 #include "surface/texture.h"
 
-/// The value of a texture that a material may not have: `otherwise` in each channel where it has none.
+/// The value of a texture; `otherwise` in each channel of materials that have none.
 EK_FN v4 texture_or(SceneData scene, vu texture, HitAttributes at, vf otherwise) {
   const vi has = texture != EK_NO_TEXTURE;
   v4 c = {otherwise, otherwise, otherwise, otherwise};
@@ -20,7 +21,8 @@ EK_FN v4 texture_or(SceneData scene, vu texture, HitAttributes at, vf otherwise)
   return c;
 }
 
-/// The probability that a ray meets the surface at this point rather than passing, [0, 1]; 0 or 1 for alphaMode MASK.
+/// The probability that a ray meets the surface at this point rather than passing, [0, 1]; 0 or 1
+/// for alphaMode MASK.
 /// record  of the material
 EK_FN vf material_opacity(SceneData scene, MaterialRecordLanes record, HitAttributes at) {
   const vu flags = record.flags;
@@ -32,7 +34,7 @@ EK_FN vf material_opacity(SceneData scene, MaterialRecordLanes record, HitAttrib
   return (flags & (EK_MATERIAL_MASK | EK_MATERIAL_BLEND)) != 0u ? chosen : (vf)(1.0f);
 }
 
-// What shading needs besides the BSDF's parameters.
+/// The parameters of the BSDF, and what else shading needs of a material.
 typedef struct {
   MaterialLanes bsdf;
   v3 emission;      // radiance, W / (sr m^2)
@@ -40,14 +42,15 @@ typedef struct {
   vi unlit;
   vu normal_texture;
   vu clearcoat_normal_texture;
-  vf ior, spread;   // index of refraction: of G, and what R has less and B more; spread 0 where a solid does not disperse
-  vf other_ior, other_spread;  // of the medium that it is met in, or left for
+  vf ior;           // index of refraction of G
+  vf spread;        // that of R is so much less, and of B more; 0 where a solid does not disperse
+  vf other_ior, other_spread;  // the same of the medium on the other side
   v3 specular_color;
   vu medium_rank;   // nested_media.h
-  vf anisotropy_x, anisotropy_y;  // its direction, unit, in terms of tangent and bitangent
+  vf anisotropy_x, anisotropy_y;  // direction of anisotropy along tangent and bitangent, unit
 } HitMaterial;
 
-/// Adds KHR_materials_anisotropy. Without a tangent there is no direction for it.
+/// Adds KHR_materials_anisotropy; surfaces without a tangent have none.
 EK_FN void add_anisotropy(SceneData scene, LayerDetailLanes r, HitAttributes at, HitMaterial* hit) {
   const vf one = (vf)(1.0f);
   vf x = one, y = (vf)(0.0f), strength = r.anisotropy;
@@ -69,7 +72,8 @@ EK_FN void add_anisotropy(SceneData scene, LayerDetailLanes r, HitAttributes at,
   hit->bsdf.ggx_alpha_x = alpha + (1.0f - alpha) * (strength * strength);
 }
 
-/// What is added to the index of a solid for blue and taken from it for red (`spread` of its detail).
+/// What is added to the index of a solid for blue and taken from it for red (`spread` of its
+/// detail).
 EK_FN vf material_spread(SceneData scene, vu material) {
   return load_word_f(MaterialDetail, scene.material_details, material, spread);
 }
@@ -100,8 +104,10 @@ EK_FN void add_layers(SceneData scene, LayerDetailLanes e, HitAttributes at, vi 
   }
 }
 
-/// What a coat lets through of the light that its surface emits [KHR_materials_clearcoat, "Emission"].
-/// cosine  of the direction with the surface itself, without its shading normals: light sampling does not know those
+/// What a coat lets through of the light that its surface emits [KHR_materials_clearcoat,
+/// "Emission"].
+/// cosine  of the direction with the surface itself, without its shading normals: light sampling
+///         does not know those
 EK_FN vf clearcoat_passes(vf clearcoat, vf cosine) {
   return 1.0f - clearcoat * (0.04f + 0.96f * schlick_weight(abs_f(cosine)));
 }
@@ -129,7 +135,8 @@ EK_FN void add_translucence(SceneData scene, BaseDetailLanes r, HitAttributes at
   }
 }
 
-/// Reflectance at normal incidence of the dielectric part [KHR_materials_ior, KHR_materials_specular]: an index of 0 stands for infinity.
+/// Reflectance at normal incidence of the dielectric part [KHR_materials_ior,
+/// KHR_materials_specular]: an index of 0 stands for infinity.
 EK_FN v3 dielectric_f0(vf ior, vf other_ior, v3 specular_color, vf specular) {
   const vf one = (vf)(1.0f), ratio = (ior - other_ior) / (ior + other_ior);
   return scale3(V3(min_f(ratio * ratio * specular_color.x, one), min_f(ratio * ratio * specular_color.y, one),
@@ -137,96 +144,97 @@ EK_FN v3 dielectric_f0(vf ior, vf other_ior, v3 specular_color, vf specular) {
                 specular);
 }
 
-/// Parameters of material `index` where a ray met a triangle that says `at`.
-/// front  mask: the front side was hit
-EK_FN HitMaterial hit_material(SceneData scene, vu index, HitAttributes at, vi front) {
-  const MaterialRecordLanes r = load_material(scene.materials, index);
+/// What a material's record, its textures and the vertex colour say; what it does not name is 0.
+EK_FN HitMaterial base_material(SceneData scene, MaterialRecordLanes r, HitAttributes at) {
   const vf one = (vf)(1.0f);
-  HitMaterial hit;
-  MaterialLanes m;
-  m.base_color = r.base_color;
-  hit.emission = r.emission;
-  const vu flags = r.flags;
-  m.lobes = flags & 0xffu;
-  hit.double_sided = (flags & EK_MATERIAL_DOUBLE_SIDED) != 0u;
-  hit.unlit = (flags & EK_MATERIAL_UNLIT) != 0u;
-  hit.normal_texture = r.normal_texture;
+  const v3 white = V3(one, one, one);
+  HitMaterial hit = {.bsdf = {.lobes = r.flags & 0xffu,
+                              .base_color = r.base_color,
+                              .metallic = r.metallic,
+                              .specular = one,
+                              .solid = (r.flags & EK_MATERIAL_SOLID) != 0u,
+                              .clearcoat_normal = V3((vf)(0.0f), (vf)(0.0f), one),
+                              .film_index = one,
+                              .measured = (global const float*)scene.texels},
+                     .emission = r.emission,
+                     .double_sided = (r.flags & EK_MATERIAL_DOUBLE_SIDED) != 0u,
+                     .unlit = (r.flags & EK_MATERIAL_UNLIT) != 0u,
+                     .normal_texture = r.normal_texture,
+                     .clearcoat_normal_texture = (vu)(EK_NO_TEXTURE),
+                     .ior = r.ior,
+                     .other_ior = one,
+                     .specular_color = white,
+                     .anisotropy_x = one};
+  vf roughness = r.roughness;
   if (EK_HAS_base_color_texture) {
     const v4 c = texture_or(scene, r.base_color_texture, at, one);
-    m.base_color = mul3(m.base_color, V3(c.x, c.y, c.z));
+    hit.bsdf.base_color = mul3(hit.bsdf.base_color, V3(c.x, c.y, c.z));
   }
-  if (EK_HAS_vertex_color) m.base_color = mul3(m.base_color, V3(at.color_r, at.color_g, at.color_b));
+  if (EK_HAS_vertex_color)
+    hit.bsdf.base_color = mul3(hit.bsdf.base_color, V3(at.color_r, at.color_g, at.color_b));
   if (EK_HAS_emissive_texture) {
     const v4 c = texture_or(scene, r.emissive_texture, at, one);
     hit.emission = mul3(hit.emission, V3(c.x, c.y, c.z));
   }
-  m.metallic = r.metallic;
-  vf roughness = r.roughness;
   if (EK_HAS_metallic_roughness_texture) {
     const v4 c = texture_or(scene, r.metallic_roughness_texture, at, one);
     roughness = roughness * c.y;
-    m.metallic = m.metallic * c.z;
+    hit.bsdf.metallic = hit.bsdf.metallic * c.z;
   }
-  m.ggx_alpha = roughness * roughness;
-  const vf ior = r.ior;
-  vf specular = one;
-  v3 specular_color = V3(one, one, one);
-  m.transmission = (vf)(0.0f);
-  m.measured = (global const float*)scene.texels;
-  m.measured_table = (vu)(0u);
-  m.solid = (flags & EK_MATERIAL_SOLID) != 0u;
-  hit.medium_rank = (vu)(0u);
-  if (EK_HAS_material_extension) {
-    const MaterialExtensionLanes e = load_material_extension(scene.material_extensions, index);
-    hit.medium_rank = e.medium_rank;
-    specular = e.specular;
-    specular_color = e.specular_color;
-    m.transmission = e.transmission;
-    m.measured_table = e.measured_table;
-    if (EK_HAS_transmission_texture) m.transmission = m.transmission * texture_or(scene, e.transmission_texture, at, one).x;
-    if (EK_HAS_specular_texture) {
-      specular = specular * texture_or(scene, e.specular_texture, at, one).w;
-      const v4 c = texture_or(scene, e.specular_color_texture, at, one);
-      specular_color = mul3(specular_color, V3(c.x, c.y, c.z));
-    }
+  hit.bsdf.ggx_alpha = hit.bsdf.ggx_alpha_x = roughness * roughness;
+  return hit;
+}
+
+/// Adds KHR_materials_specular, _transmission, _volume and EIKON_materials_measured.
+EK_FN void add_extension(SceneData scene, MaterialExtensionLanes e, HitAttributes at, HitMaterial* hit) {
+  const vf one = (vf)(1.0f);
+  hit->medium_rank = e.medium_rank;
+  hit->bsdf.specular = e.specular;
+  hit->specular_color = e.specular_color;
+  hit->bsdf.transmission = e.transmission;
+  hit->bsdf.measured_table = e.measured_table;
+  if (EK_HAS_transmission_texture)
+    hit->bsdf.transmission = hit->bsdf.transmission * texture_or(scene, e.transmission_texture, at, one).x;
+  if (EK_HAS_specular_texture) {
+    hit->bsdf.specular = hit->bsdf.specular * texture_or(scene, e.specular_texture, at, one).w;
+    const v4 c = texture_or(scene, e.specular_color_texture, at, one);
+    hit->specular_color = mul3(hit->specular_color, V3(c.x, c.y, c.z));
   }
-  m.f0_dielectric = dielectric_f0(ior, one, specular_color, specular);
-  m.specular = specular;
-  m.f0 = add3(scale3(m.f0_dielectric, one - m.metallic), scale3(m.base_color, m.metallic));
-  m.f90 = specular * (one - m.metallic) + m.metallic;
-  m.eta = front ? ior : one / ior;
-  const v3 up = V3((vf)(0.0f), (vf)(0.0f), one), none = V3((vf)(0.0f), (vf)(0.0f), (vf)(0.0f));
-  m.clearcoat = m.clearcoat_alpha = m.sheen_roughness = (vf)(0.0f);
-  m.clearcoat_normal = up;
-  m.sheen = m.conductor_eta = m.conductor_k = m.phong_specular = none;
-  m.phong_shininess = m.iridescence = m.film_thickness = (vf)(0.0f);
-  m.film_index = one;
-  m.ggx_alpha_x = m.ggx_alpha;
-  m.diffuse_transmission = (vf)(0.0f);
-  m.diffuse_transmission_color = none;
-  hit.anisotropy_x = one;
-  hit.anisotropy_y = (vf)(0.0f);
-  hit.clearcoat_normal_texture = (vu)(EK_NO_TEXTURE);
-  hit.bsdf = m;
+}
+
+/// Adds what the details of material `index` say. front  mask: the front side was hit
+EK_FN void add_details(SceneData scene, vu index, HitAttributes at, vi front, HitMaterial* hit) {
   if (EK_HAS_clearcoat | EK_HAS_sheen | EK_HAS_anisotropy | EK_HAS_phong) {
     const LayerDetailLanes e = load_layer_detail(scene.material_details, index);
-    if (EK_HAS_clearcoat | EK_HAS_sheen) add_layers(scene, e, at, m.solid & !front, &hit);
-    if (EK_HAS_anisotropy) add_anisotropy(scene, e, at, &hit);
-    if (EK_HAS_phong) hit.bsdf.phong_shininess = e.phong_shininess;
+    if (EK_HAS_clearcoat | EK_HAS_sheen) add_layers(scene, e, at, hit->bsdf.solid & !front, hit);
+    if (EK_HAS_anisotropy) add_anisotropy(scene, e, at, hit);
+    if (EK_HAS_phong) hit->bsdf.phong_shininess = e.phong_shininess;
   }
-  hit.ior = ior;
-  hit.other_ior = one;
-  hit.spread = hit.other_spread = (vf)(0.0f);
-  hit.specular_color = specular_color;
   if (EK_HAS_conductor | EK_HAS_dispersion | EK_HAS_diffuse_transmission | EK_HAS_phong) {
     const BaseDetailLanes e = load_base_detail(scene.material_details, index);
-    if (EK_HAS_diffuse_transmission) add_translucence(scene, e, at, &hit.bsdf);
-    if (EK_HAS_phong) hit.bsdf.phong_specular = e.phong;
-    if (EK_HAS_dispersion) hit.spread = m.solid ? e.spread : (vf)(0.0f);
-    hit.bsdf.conductor_eta = e.eta;
-    hit.bsdf.conductor_k = e.k;
+    if (EK_HAS_diffuse_transmission) add_translucence(scene, e, at, &hit->bsdf);
+    if (EK_HAS_phong) hit->bsdf.phong_specular = e.phong;
+    if (EK_HAS_dispersion) hit->spread = hit->bsdf.solid ? e.spread : (vf)(0.0f);
+    hit->bsdf.conductor_eta = e.eta;
+    hit->bsdf.conductor_k = e.k;
   }
-  if (EK_HAS_iridescence) add_iridescence(scene, load_film_detail(scene.material_details, index), at, &hit.bsdf);
+  if (EK_HAS_iridescence)
+    add_iridescence(scene, load_film_detail(scene.material_details, index), at, &hit->bsdf);
+}
+
+/// Parameters of material `index` where a ray met a triangle with the attributes `at`.
+/// front  mask: the front side was hit
+EK_FN HitMaterial hit_material(SceneData scene, vu index, HitAttributes at, vi front) {
+  HitMaterial hit = base_material(scene, load_material(scene.materials, index), at);
+  if (EK_HAS_material_extension)
+    add_extension(scene, load_material_extension(scene.material_extensions, index), at, &hit);
+  MaterialLanes* m = &hit.bsdf;
+  const vf one = (vf)(1.0f);
+  m->f0_dielectric = dielectric_f0(hit.ior, one, hit.specular_color, m->specular);
+  m->f0 = add3(scale3(m->f0_dielectric, one - m->metallic), scale3(m->base_color, m->metallic));
+  m->f90 = m->specular * (one - m->metallic) + m->metallic;
+  m->eta = front ? hit.ior : one / hit.ior;
+  add_details(scene, index, at, front, &hit);
   return hit;
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The arrays of a scene that say what a surface looks like, as one argument. What a scene does not need is there as a dummy.
+// The arrays of a scene that describe its surfaces, as one argument. An array that the scene does
+// not need is a dummy.
 #ifndef EK_SCENE_DATA_H
 #define EK_SCENE_DATA_H
 #include "lanes/record_lanes.h"

@@ -1,33 +1,38 @@
 // SPDX-License-Identifier: Apache-2.0
-// The normal that a surface is shaded with: interpolated, turned by a normal map, and kept where both are of use.
+// The normal that a surface is shaded with: interpolated, turned by a normal map, and bent where
+// the viewer would see its back.
 #ifndef EK_SHADING_NORMAL_H
 #define EK_SHADING_NORMAL_H
 #include "surface/material.h"
 #include "surface/surface.h"
 
-// Least cosine between the shading normal and the viewer, where the surface itself allows it.
+// The least cosine between the shading normal and the viewer, where the surface itself allows it.
 #define EK_LEAST_COSINE 0x1p-7f
 
-// a where it is on n_geom's side, else its mirror image in the surface: continuous where a crosses it.
+/// The vector a if it is on n_geom's side, or else its mirror image in the surface; this is
+/// continuous where a crosses the surface.
 EK_FN v3 to_front(v3 a, v3 n_geom) {
   const vf depth = dot3(a, n_geom);
   return select3(depth < 0.0f, sub3(a, scale3(n_geom, 2.0f * depth)), a);
 }
 
-/// The vertex normals' interpolation, unit and in the hemisphere of n_geom: normals that dip below the triangle, as on coarse
-/// silhouettes, come back out as they went in, without an edge. n_geom itself where they say nothing, or cancel.
+/// The interpolated vertex normal, unit and in the hemisphere of n_geom. Normals that dip below the
+/// triangle, as on coarse silhouettes, are mirrored in it, which leaves no edge. Where vertex
+/// normals are missing or cancel, it is n_geom itself.
 EK_FN v3 shading_normal(HitAttributes at, v3 n_geom) {
   if (!EK_HAS_vertex_normal) return n_geom;
   const vf length2 = dot3(at.normal, at.normal);
-  // Opposite unit normals cancel to rounding errors, of which no direction is to be made; NaN fails the comparison.
+  // Opposite unit normals cancel to rounding errors, whose direction means nothing; NaN fails the
+  // comparison.
   const v3 unit = scale3(at.normal, (vf)(1.0f) / sqrt(length2));
   return select3(length2 > 0x1p-20f, to_front(unit, n_geom), n_geom);
 }
 
-/// `n_shade` turned by a normal map: x along the mesh's tangent, y along its bitangent [glTF 2.0, section 3.9.3].
+/// `n_shade` turned by a normal map: x along the mesh's tangent, y along its bitangent [glTF 2.0,
+/// section 3.9.3].
 /// normal_texture  index, or EK_NO_TEXTURE
-/// returns unit, in the hemisphere of n_geom; n_shade where there is no map, no tangent, or the map points inwards, which
-///         glTF does not allow
+/// returns unit, in the hemisphere of n_geom; n_shade where there is no map, no tangent, or the map
+///         points inwards, which glTF does not allow
 EK_FN v3 mapped_normal(SceneData scene, vu normal_texture, HitAttributes at, v3 n_shade, v3 n_geom) {
   const vi has = normal_texture != EK_NO_TEXTURE;
   if (!ANY(has)) return n_shade;
@@ -35,7 +40,7 @@ EK_FN v3 mapped_normal(SceneData scene, vu normal_texture, HitAttributes at, v3 
   const v4 texel = texture_sample(scene.texels, texture, at);
   const v3 mapped =
       V3((texel.x * 2.0f - 1.0f) * texture.scale, (texel.y * 2.0f - 1.0f) * texture.scale, texel.z * 2.0f - 1.0f);
-  // Gram-Schmidt: interpolation takes the tangent out of the plane of the normal.
+  // Gram-Schmidt, because interpolation moves the tangent out of the plane of the normal.
   const v3 flat = sub3(at.tangent, scale3(n_shade, dot3(at.tangent, n_shade)));
   const vf length2 = dot3(flat, flat);
   const v3 tangent = scale3(flat, (vf)(1.0f) / sqrt(length2));
@@ -46,10 +51,12 @@ EK_FN v3 mapped_normal(SceneData scene, vu normal_texture, HitAttributes at, v3 
   return select3(good, to_front(scale3(turned, (vf)(1.0f) / sqrt(turned2)), n_geom), n_shade);
 }
 
-/// Bends a shading normal that the viewer sees from behind just far enough towards him: silhouettes would be black.
-/// Normals of surfaces that reflect (mask `glossy`) are bent until the mirror direction leaves the surface too.
-/// All on the viewer's side: n_geom and n_shade in one hemisphere, wo in that of n_geom. Flat shading is never changed.
-/// source  [Keller et al. 2017, "The Iray Light Transport Simulation and Rendering System", section A.3]
+/// Bends a shading normal that the viewer sees from behind just far enough towards the viewer;
+/// silhouettes would be black otherwise. Normals of surfaces that reflect (mask `glossy`) are bent
+/// until the mirror direction leaves the surface, too. All vectors are on the viewer's side:
+/// n_shade and wo are in the hemisphere of n_geom. Flat shading is never changed.
+/// source  [Keller et al. 2017, "The Iray Light Transport Simulation and Rendering System", section
+///         A.3]
 EK_FN v3 usable_normal(v3 n_shade, v3 n_geom, v3 wo, vi glossy) {
   const vf cos_geom = dot3(wo, n_geom);
   const vf least = min_f(cos_geom, (vf)(EK_LEAST_COSINE));
@@ -63,7 +70,8 @@ EK_FN v3 usable_normal(v3 n_shade, v3 n_geom, v3 wo, vi glossy) {
   const vf above = dot3(mirrored, n_geom);
   const vi sinks = glossy & differs & (above < least);
   if (ANY(sinks)) {
-    // The half vector of wo and `lifted`, made unit; wo + mirrored is put as 2 (wo . n) n, which does not cancel at grazing views.
+    // This is the half vector of wo and the unit vector along `lifted`. wo + mirrored is written as
+    // 2 (wo . n) n, which does not cancel at grazing views.
     const v3 lifted = add3(mirrored, scale3(n_geom, least - above));
     const vf shorter = above * above - least * least;  // 1 - |lifted|^2
     const vf norm = sqrt(max_f(1.0f - shorter, (vf)(0x1p-40f)));
@@ -71,12 +79,12 @@ EK_FN v3 usable_normal(v3 n_shade, v3 n_geom, v3 wo, vi glossy) {
     const v3 half_vector = add3(add3(scale3(n, twice), scale3(n_geom, least - above)), scale3(lifted, stretch));
     n = select3(sinks, normalize3(half_vector), n);
   }
-  // Along the surface itself the vectors above are made of rounding errors.
+  // For directions along the surface itself the vectors above consist of rounding errors.
   return select3(cos_geom > 0x1p-20f, n, n_geom);
 }
 
-/// Fades light that reaches a shading hemisphere from near the surface's own horizon, where it would end abruptly. [0, 1];
-/// 1 where the two normals are one.
+/// Factor in [0, 1] of light that reaches a shading hemisphere from near the horizon of the surface
+/// itself, where it would end abruptly; 1 where the two normals are one.
 /// cos_geom, cos_shade  of the light's direction with the two normals; the latter positive
 /// cos_between          of the two normals
 /// source  [Chiang, Li, Burley 2019, "Taming the Shadow Terminator", equation 3]
@@ -87,7 +95,8 @@ EK_FN vf terminator_factor(vf cos_geom, vf cos_shade, vf cos_between) {
   return ((g - g * g) + 1.0f) * g;
 }
 
-/// World direction of a material's anisotropy at a hit, not unit; zero where the mesh has no tangent.
+/// World direction of a material's anisotropy at a hit, not unit; zero where the mesh has no
+/// tangent.
 /// n_geom  to the front
 EK_FN v3 anisotropy_direction(HitMaterial hit, HitAttributes at, v3 n_geom) {
   const v3 n = shading_normal(at, n_geom);
@@ -96,10 +105,11 @@ EK_FN v3 anisotropy_direction(HitMaterial hit, HitAttributes at, v3 n_geom) {
   return add3(scale3(flat, hit.anisotropy_x), scale3(across, hit.anisotropy_y));
 }
 
-/// How much of terminator_factor a material wants, [0, 1]. What scatters everywhere wants all of it: a diffuse base, and
-/// reflections as broad as that. A mirror image that usable_normal has bent to the horizon of the surface would only be black:
-/// sharp reflections of metal and glass want none.
-/// source  Cycles fades its diffuse closures alone (bump_shadowing_term); between sharp and rough this leaves no step
+/// The share of terminator_factor that applies to a material, [0, 1]. It is 1 for a diffuse base
+/// and for reflections as broad as that, and 0 for sharp reflections of metal and glass: there a
+/// mirror image that usable_normal has bent to the horizon of the surface would only turn black.
+/// source  Cycles applies its factor to diffuse closures alone (bump_shadowing_term); here there is
+///         no step between sharp and rough
 EK_FN vf terminator_share(MaterialLanes m) {
   if (!(EK_HAS_metallic_roughness | EK_HAS_transmission | EK_HAS_conductor)) return (vf)(1.0f);
   const vf without_base = m.metallic + (1.0f - m.metallic) * m.transmission;

@@ -1,23 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where a ray meets a surface, how far off that point may be, and how rays leave it.
+// The point where a ray meets a surface, a bound on the error of that point, and the origins of
+// rays that leave it.
 #ifndef EK_SURFACE_H
 #define EK_SURFACE_H
 #include "lanes/math.h"
 #include "lanes/record_lanes.h"
 
-/// (p1 - p0) x (p2 - p0), unit, off by some 2^-23 over the sine of the angle at p0: for lights, whose records are full;
-/// hits have a better one in the triangle's record. Not finite where the product in floats vanishes. Exact under scaling
+/// (p1 - p0) x (p2 - p0), unit; its error is some 2^-23 over the sine of the angle at p0. It serves
+/// lights, whose records have no room for a normal; triangles have a better one in their record.
+/// The result is not finite where the product in floats vanishes, and does not change under scaling
 /// by powers of two, for edges from 2^-60 to 2^60 m.
 EK_FN v3 triangle_normal(v3 p0, v3 p1, v3 p2) {
   const v3 n = cross3(sub3(p1, p0), sub3(p2, p0));
-  // n is a squared length: its own square would leave the range of float. So scale by a power of two, which is exact.
+  // n has the size of a squared length, whose square would leave the range of float, so it is
+  // scaled by a power of two first.
   const vu exponent = AS_U(max_component(abs3(n))) & 0x7f800000u;
   return normalize3(scale3(n, AS_F(0x7f000000u - exponent)));
 }
 
-/// The point of weights 1 - u - v, u, v, and a bound on how far it is from the exact triangle, per axis.
-/// source  [Pharr, Jakob, Humphreys 2023, section 6.8.5], whose third weight comes without error; ours, 1 - u - v, adds
-///         two roundings of 2^-25 of the first corner.
+/// The point of weights 1 - u - v, u, v, and a bound on how far it is from the exact triangle, per
+/// axis.
+/// source  [Pharr, Jakob, Humphreys 2023, section 6.8.5]. Their third weight has no error; ours, 1
+///         - u - v, adds two roundings of 2^-25 of the first corner.
 EK_FN v3 triangle_point(v3 p0, v3 p1, v3 p2, vf u, vf v, v3* p_error) {
   const v3 a = scale3(p0, (1.0f - u) - v);
   const v3 b = scale3(p1, u);
@@ -27,7 +31,7 @@ EK_FN v3 triangle_point(v3 p0, v3 p1, v3 p2, vf u, vf v, v3* p_error) {
   return add3(add3(a, b), c);
 }
 
-// Towards where the ray came from, on one axis.
+/// p, moved on one axis towards the origin of the ray.
 EK_FN vf moved_back(vf p, vf error, vf travelled) {
   return p - copysign_f(min_f(2.0f * error, 0.5f * abs_f(travelled)), travelled);
 }
@@ -38,11 +42,15 @@ typedef struct {
   v3 n_geom;   // unit, to the front side
 } Surface;
 
-/// The point of a hit. u and v are the hit's weights of p1 and p2; travelled: from the ray's origin to the hit, along the ray.
-// The point is moved back by twice its error, since u and v have theirs, but by half of the way at most: rounding could else put it
-// beyond a wall that crosses this one, which the ray has not reached, and rays that leave from there would see the other side.
-// Each weight counts as 2^-20 at least, which moves the point by a millionth of the triangle: closer to an edge than that,
-// rounding could put it beyond the wall that meets the triangle there, and closed boxes would leak.
+/// The point of a hit.
+/// u, v       the hit's weights of p1 and p2
+/// travelled  from the ray's origin to the hit, along the ray
+// The point is moved back by twice its error, because u and v have errors too, but by half of the
+// way at most. Rounding could otherwise put it beyond a wall that crosses this triangle and that
+// the ray has not reached, and rays that leave from there would see the other side of that wall.
+// Each weight is 2^-20 at least, which moves the point by a millionth of the triangle. Closer to an
+// edge than that, rounding could put it beyond the wall that meets the triangle there, and closed
+// boxes would leak.
 EK_FN Surface surface_at(TriangleLanes t, vf u, vf v, v3 travelled) {
   const vf least = (vf)(0x1p-20f);
   u = max_f(u, least);
@@ -56,12 +64,14 @@ EK_FN Surface surface_at(TriangleLanes t, vf u, vf v, v3 travelled) {
   Surface s;
   s.p = V3(moved_back(p.x, error.x, travelled.x), moved_back(p.y, error.y, travelled.y),
            moved_back(p.z, error.z, travelled.z));
-  s.p_error = scale3(error, (vf)(3.25f));  // and 2^-24 of p, a seventh of `error`, for the rounding of the move
+  // Includes 2^-24 of p, a seventh of `error`, for the rounding of the move.
+  s.p_error = scale3(error, (vf)(3.25f));
   s.n_geom = t.n;
   return s;
 }
 
-// x moved by one float in the direction of `step`'s sign; not if that is zero or x too small to matter.
+// x moved by one float in the direction of `step`'s sign; not if that is zero or x too small to
+// matter.
 EK_FN vf next_float_towards(vf x, vf step) {
   const vu bits = AS_U(x);
   const vi outward = ((bits ^ AS_U(step)) & 0x80000000u) == 0u;
@@ -70,8 +80,9 @@ EK_FN vf next_float_towards(vf x, vf step) {
   return AS_F(moves ? moved : bits);
 }
 
-/// Origin of a ray that leaves `p` towards w (of any length): on w's side of the triangle, however p was rounded.
-/// Every ray that leaves a surface starts here; no constant is in it, so a scene scaled by 2^k gives the same picture.
+/// Origin of a ray that leaves `p` towards w (of any length): on w's side of the triangle, however
+/// p was rounded. Every ray that leaves a surface starts here; no constant is in it, so a scene
+/// scaled by 2^k gives the same picture.
 /// source  [Pharr, Jakob, Humphreys 2023, section 6.8.6]
 EK_FN v3 offset_ray_origin(v3 p, v3 p_error, v3 n_geom, v3 w) {
   const vf distance = dot3(abs3(n_geom), p_error);
@@ -82,7 +93,8 @@ EK_FN v3 offset_ray_origin(v3 p, v3 p_error, v3 n_geom, v3 w) {
 
 typedef struct { v3 x, y, z; } Basis;  // orthonormal, right-handed, world
 
-/// A basis whose z is n (unit). source  [Duff et al. 2017, "Building an Orthonormal Basis, Revisited", JCGT 6(1)]
+/// A basis whose z is n (unit). source  [Duff et al. 2017, "Building an Orthonormal Basis,
+/// Revisited", JCGT 6(1)]
 EK_FN Basis basis_around(v3 n) {
   const vf sign = copysign_f((vf)(1.0f), n.z);
   const vf a = -1.0f / (sign + n.z);
@@ -90,7 +102,8 @@ EK_FN Basis basis_around(v3 n) {
   Basis basis = {V3(1.0f + (sign * n.x) * (n.x * a), sign * b, -sign * n.x), V3(b, sign + n.y * (n.y * a), -n.y), n};
   return basis;
 }
-/// The same basis turned about z until x lies in the direction of `along`; as it is where that has none across z.
+/// The same basis turned about z until x lies in the direction of `along`; as it is where that has
+/// none across z.
 EK_FN Basis basis_along(Basis basis, v3 along) {
   const vf x = dot3(basis.x, along), y = dot3(basis.y, along);
   const vf length2 = x * x + y * y;

@@ -1,25 +1,26 @@
 // SPDX-License-Identifier: Apache-2.0
-// Images: 8 bits per channel as their files have them, decoded where they are looked up. There are no mipmaps: the many
-// samples of a pixel are the filter, and a blurred level would be an error that no number of samples removes.
+// Textures. Texels have 8 bits per channel, as in their files, and are decoded when they are looked
+// up. There are no mipmaps: the many samples of a pixel filter the texture, and a blurred level
+// would be an error that no number of samples removes.
 #ifndef EK_TEXTURE_H
 #define EK_TEXTURE_H
 #include "surface/attributes.h"
 
 typedef struct { vf x, y, z, w; } v4;
 
-// |x| < 2^31.
+/// The largest integer that is not above x, |x| < 2^31.
 EK_FN vf floor_f(vf x) {
   const vf whole = TO_F(TO_I(x));
   return whole > x ? whole - 1.0f : whole;
 }
 
-// The two texels along one axis that a coordinate lies between, and the weight of the second.
+/// The two texels along one axis that a coordinate lies between, and the weight of the second.
 typedef struct {
   vu first, second;
   vf weight;
 } TexelPair;
 
-// The texel that index i, at most one period away, stands for.
+/// The texel of index i, which may lie up to one period outside of the image.
 EK_FN vu texel_wrap(vi i, vi size, vi clamp, vi mirror) {
   const vi before = clamp | mirror ? i : i + size;
   const vi inside = clamp ? size - 1 : i - size;
@@ -28,15 +29,17 @@ EK_FN vu texel_wrap(vi i, vi size, vi clamp, vi mirror) {
   return AS_U(k < 0 ? (vi)(0) : k);
 }
 
-/// x in turns of the image, any float; what is not finite is 0 where the image repeats.
-/// source  [OpenGL 4.6 core profile, section 8.14.2], with the whole periods taken off first: far from 0 the fraction of a
-///         float stays exact, but not its product with the size
+/// The texels on both sides of coordinate x, in units of the image's extent. x may be any float;
+/// one that is not finite counts as 0 where the image repeats.
+/// source  [OpenGL 4.6 core profile, section 8.14.2]. Whole periods are taken off first, because
+///         far from 0 the fraction of a float is exact, but its product with the size is not.
 EK_FN TexelPair texels_along(vf x, vu texels, vi clamp, vi mirror, vi nearest) {
   const vi size = AS_I(texels);
   const vf turns = mirror ? (vf)(2.0f) : (vf)(1.0f);
   const vf near = abs_f(x) < 0x1p24f ? x : (vf)(0.0f);  // beyond, every float is even
   const vf rest = near - turns * floor_f(mirror ? 0.5f * near : near);
-  const vf within = rest < turns ? rest : turns * 0x1.fffffep-1f;  // from just below 0 it rounds to the whole period
+  // From just below 0 the rest rounds to the whole period.
+  const vf within = rest < turns ? rest : turns * 0x1.fffffep-1f;
   const vf bounded = x > 0.0f ? (x < 1.0f ? x : (vf)(1.0f)) : (vf)(0.0f);
   const vf place = (clamp ? bounded : within) * TO_F(size) - (nearest ? (vf)(0.0f) : (vf)(0.5f));
   const vf whole = floor_f(place);
@@ -46,8 +49,9 @@ EK_FN TexelPair texels_along(vf x, vu texels, vi clamp, vi mirror, vi nearest) {
   return pair;
 }
 
-// R, G, B linear in [0, 1] of sRGB textures; else, and A always, as the codes. The table is exact, and not slower on CPUs than a
-// polynomial of degree 9, which is off by 4e-6.
+/// Linear values in [0, 1] for R, G, B of sRGB textures; the codes, 0 to 255, for others, and
+/// always for A. The table is exact, and on CPUs no slower than a polynomial of degree 9, whose
+/// error is 4e-6.
 EK_FN v4 texel_decode(global const uint* texels, vu word, vi srgb) {
   const vu r = word & 255u, g = (word >> 8) & 255u, b = (word >> 16) & 255u, a = word >> 24;
   v4 c = {TO_F(AS_I(r)), TO_F(AS_I(g)), TO_F(AS_I(b)), TO_F(AS_I(a))};
@@ -65,8 +69,8 @@ EK_FN v4 texture_mix(v4 a, v4 b, vf t) {
   return c;
 }
 
-/// Value of a texture at the mesh's coordinates: linear, [0, 1]. The texture says which coordinates count, and how they are
-/// transformed.
+/// Value of a texture at the mesh's coordinates, linear, [0, 1]. The texture says which of the two
+/// coordinates it uses, and how it transforms them.
 EK_FN v4 texture_sample(global const uint* texels, TextureLanes t, HitAttributes at) {
   vf mesh_u = at.uv0_u, mesh_v = at.uv0_v;
   if (EK_HAS_uv1) {

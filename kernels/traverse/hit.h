@@ -101,8 +101,8 @@ EK_FN int is_closer(const Hit* hit, float t, uint triangle, uint instance) {
 
 // Whether one ray passes a triangle that it would hit.
 EK_FN int passes_one(Geometry geometry, const RayOne* ray, uint triangle, float u, float v) {
-  if (!EK_HAS_opacity || !may_be_passed(geometry.scene, triangle)) return 0;
-  return ANY(passes(geometry.scene, (vu)(triangle), (vf)(u), (vf)(v), ray_key(ray)));
+  if (!EK_HAS_opacity || !is_alpha_tested(geometry.scene, triangle)) return 0;
+  return ANY(alpha_test_rejects(geometry.scene, (vu)(triangle), (vf)(u), (vf)(v), ray_key(ray)));
 }
 
 #if EK_HAS_implicit

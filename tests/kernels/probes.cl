@@ -233,7 +233,7 @@ EK_FN_ONCE void probe_medium_run(PROBE_ITEMS, SceneData scene) {
   OUT_3(0, transmittance(medium_absorption(scene, IN_U(0)), IN_F(1)));
   const HitAttributes at = hit_attributes(scene, (vu)(0u), (vf)(0.0f), (vf)(0.0f));
   const vi front = IN_U(2) != 0u;
-  const vu beyond = medium_beyond(hit_material(scene, IN_U(4), at, front), IN_U(0), IN_U(4), front);
+  const vu beyond = transmitted_medium(hit_material(scene, IN_U(4), at, front), IN_U(0), IN_U(4), front);
   OUT_U(3, IN_U(3) != 0u ? beyond : IN_U(0));
 }
 kernel void probe_medium(PROBE_ARGUMENTS, EK_SCENE_ARGUMENTS) {
@@ -252,8 +252,8 @@ EK_FN_ONCE void probe_media_meet_run(PROBE_ITEMS, SceneData scene) {
   const HitAttributes at = hit_attributes(scene, (vu)(0u), (vf)(0.0f), (vf)(0.0f));
   const vi front = IN_U(2) != 0u;
   HitMaterial hit = hit_material(scene, IN_U(1), at, front);
-  const vu beyond = medium_beyond(hit, IN_U(0), IN_U(1), front);
-  const vi hidden = media_meet(scene, IN_U(0), beyond, front, &hit);
+  const vu beyond = transmitted_medium(hit, IN_U(0), IN_U(1), front);
+  const vi hidden = resolve_interface(scene, IN_U(0), beyond, front, &hit);
   OUT_U(0, beyond);
   OUT_U(1, hidden ? (vu)(1u) : (vu)(0u));
   OUT_F(2, hit.bsdf.eta);

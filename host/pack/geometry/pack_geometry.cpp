@@ -121,7 +121,7 @@ class GeometryPacker {
 
   void add(std::uint32_t node_index, const Primitive& primitive, Primitive* released) {
     const Node& node = scene_.nodes[node_index];
-    const std::uint32_t flags = (passable_.has(primitive) ? EK_TRIANGLE_PASSABLE : 0) |
+    const std::uint32_t flags = (passable_.has(primitive) ? EK_TRIANGLE_ALPHA_TESTED : 0) |
                                 hit_class_flags(scene_.materials[primitive.material], &primitive) |
                                 light_group(node.light_group, scene_.materials[primitive.material])
                                     << EK_TRIANGLE_GROUP_SHIFT;

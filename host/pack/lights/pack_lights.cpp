@@ -203,7 +203,7 @@ class LightPacker {
     const Triangle &a = packed_.triangles[i], &b = packed_.triangles[i + 1];
     const Material& material = scene_.materials[a.material];
     if (a.material != b.material || a.node != b.node || !emits_evenly(material)) return false;
-    if (((a.flags | b.flags) & EK_TRIANGLE_PASSABLE) != 0) return false;
+    if (((a.flags | b.flags) & EK_TRIANGLE_ALPHA_TESTED) != 0) return false;
     // What was counted as one light is one, however a node far from its own origin rounds it.
     const double slack = has_one_ ? std::numeric_limits<double>::infinity() : kSlackOfPairs;
     const std::optional<Parallelogram> quad = parallelogram_of(corners_of(a), corners_of(b), slack);

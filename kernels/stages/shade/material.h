@@ -12,13 +12,13 @@ EK_FN HitMaterial shade_material(const ShadeContext* c, const PathHit* hit, Medi
   *interface = none;
   if (EK_HAS_MEDIUM) {
     interface->medium = hit->path.medium;
-    interface->transmitted_medium = medium_beyond(material, hit->path.medium, hit->corners.material, hit->front);
+    interface->transmitted_medium = transmitted_medium(material, hit->path.medium, hit->corners.material, hit->front);
   }
   if (EK_HAS_nested_media) {
     interface->is_null =
-        media_meet(c->scene, interface->medium, interface->transmitted_medium, hit->front, &material);
+        resolve_interface(c->scene, interface->medium, interface->transmitted_medium, hit->front, &material);
     interface->null_interface_count = hit->path.null_interface_count;
-    interface->skips_depth = interface->is_null & (interface->null_interface_count < EK_CROSSED_MOST);
+    interface->skips_depth = interface->is_null & (interface->null_interface_count < EK_NULL_INTERFACES_MOST);
   }
   if (EK_HAS_clearcoat) {
     const vf cosine = dot3(hit->surface.n_geom, hit->path.dir);

@@ -34,7 +34,7 @@ EK_FN ScatteredPath scatter(const ShadeContext* c, const PathHit* hit, const Sha
   ScatteredPath next;
   next.dir = to_world(point->basis, sample.wi);
   if (EK_HAS_nested_media) {
-    sample = media_pass(is_null, sample);
+    sample = pass_null_interface(is_null, sample);
     next.dir = select3(is_null, hit->path.dir, next.dir);
   }
   next.wi = sample.wi;

@@ -208,10 +208,10 @@ EK_FN void batch_resolve(Geometry geometry, RayOne* rays, const uint* rows, cons
   TriangleHit_lanes found = triangle_hit_lanes(&ray, corners);
 #endif
 #if EK_HAS_opacity
-  const vi ask = found.hit & (LANE_INDEX < (vu)(count)) & ((record.flags & (vu)(EK_TRIANGLE_PASSABLE)) != 0u);
+  const vi ask = found.hit & (LANE_INDEX < (vu)(count)) & ((record.flags & (vu)(EK_TRIANGLE_ALPHA_TESTED)) != 0u);
   if (mask_bits(ask) != 0) {
     const OpacityKey keys = batch_keys(rays, rows);
-    found.hit = found.hit & !(ask & passes(geometry.scene, *(const vu_unaligned*)triangles, found.u, found.v, keys));
+    found.hit = found.hit & !(ask & alpha_test_rejects(geometry.scene, *(const vu_unaligned*)triangles, found.u, found.v, keys));
   }
 #endif
 #if EK_HAS_shape

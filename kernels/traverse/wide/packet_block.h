@@ -70,7 +70,7 @@ EK_FN PacketTriangles packet_triangle(Geometry geometry, const Packet* p, Packet
   all.instance = (vu)(p->instance);
 #endif
 #if EK_HAS_opacity
-  all.passable = (vi)(may_be_passed(geometry.scene, triangle) ? -1 : 0);
+  all.passable = (vi)(is_alpha_tested(geometry.scene, triangle) ? -1 : 0);
 #endif
   return all;
 }
@@ -84,7 +84,7 @@ EK_FN void packet_test(Geometry geometry, Packet* p, const PacketTriangles* each
   const vi ask = found.hit & (found.t <= p->hit.t) & each->passable;
   if (mask_bits(ask) != 0) {
     const vu triangle = ask ? each->triangle : (vu)(0u);  // where none has waited yet there is none
-    found.hit = found.hit & !(ask & passes(geometry.scene, triangle, found.u, found.v, p->ray.key));
+    found.hit = found.hit & !(ask & alpha_test_rejects(geometry.scene, triangle, found.u, found.v, p->ray.key));
   }
 #endif
 #if EK_HAS_instance
@@ -180,7 +180,7 @@ EK_FN uint packet_each(Geometry geometry, Packet* p, global const float* stored,
     *(vi*)passable = (vi)(0);
     for (uint lanes = mask_bits(each.here); lanes != 0; lanes &= lanes - 1u) {
       const uint lane = lowest_bit(lanes);
-      passable[lane] = may_be_passed(geometry.scene, triangle[lane]) ? -1 : 0;
+      passable[lane] = is_alpha_tested(geometry.scene, triangle[lane]) ? -1 : 0;
     }
     each.passable = *(const vi*)passable;
 #endif

@@ -169,7 +169,7 @@ class TraverseProbe {
       triangles[i].material = options.material_of.at(i);
       triangles[i].flags =
           (options.materials.at(options.material_of[i]).flags & (EK_MATERIAL_MASK | EK_MATERIAL_BLEND)) != 0
-              ? EK_TRIANGLE_PASSABLE
+              ? EK_TRIANGLE_ALPHA_TESTED
               : 0;
     }
     if (options.opacity) {
