@@ -16,6 +16,7 @@
 
 #include "device/device.h"
 #include "device/kernel_sources.h"
+#include "support/paths.h"
 
 namespace eikon::test {
 namespace {
@@ -44,7 +45,6 @@ Defines default_defines() {
 #define EK_SHAPE_KIND(name, bit) {"EK_HAS_" #name, "0"},
 #define EK_AOV(name, channels) {"EK_HAS_" #name, "1"},
 #include "shared/features.def"
-#include "support/paths.h"
   };
 }
 

@@ -80,11 +80,15 @@ TEST(BenchScene, without_a_reference_the_error_is_the_predicted_one_and_that_is_
 
 TEST(BenchScene, time_ends_it) {
   const Workplace here;
+  constexpr double kTime_s = 0.2;
   ASSERT_TRUE(succeeded(here.eikon(bench("--time 0.2 --json e.json"))));
   const nlohmann::json points = read_json(here / "e.json").at("points");
-  EXPECT_GT(points.size(), 1U);
-  // More than half the time is used. What exceeds it may be noise of the machine, so that is not judged.
-  EXPECT_GT(points.back().at("seconds").get<double>(), 0.1);
+  ASSERT_FALSE(points.empty());
+  // The next point takes as long again as all before it, so the first that used more than half of the time is the last.
+  for (std::size_t i = 0; i < points.size(); ++i)
+    EXPECT_EQ(2 * points[i].at("seconds").get<double>() > kTime_s, i + 1 == points.size()) << "point " << i;
+  ASSERT_TRUE(succeeded(here.eikon(bench("--time 1e6 --spp 4 --json e.json"))));
+  EXPECT_EQ(read_json(here / "e.json").at("points").size(), 3U) << "samples end it before the time does";
 }
 
 TEST(BenchScene, a_reference_of_another_picture_is_refused_in_one_line) {

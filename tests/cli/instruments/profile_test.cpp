@@ -86,33 +86,32 @@ double seconds_of(const std::vector<Span>& spans, const std::string& name, doubl
   return sum;
 }
 
-double covered_s(const std::vector<Span>& spans) {
-  double sum = 0;
-  for (const Span& span : spans)
-    if (span.depth == 0) sum += 1e-6 * (span.end_us - span.begin_us);
-  return sum;
-}
-
+// How much time lies between spans depends on what else the machine does, so structure and sums are judged: the steps are all
+// there, in their order, and agree with the seconds of the statistics as far as one reading of the clock encloses the other.
 void expect_timeline_of(const Timeline& timeline, const json& stats, std::size_t device) {
   const json& seconds = stats.at("seconds");
   const std::vector<Span>& main = timeline.track("main");
-  for (const char* step : {"load", "pack", "render", "write"}) EXPECT_GT(seconds_of(main, step), 0) << step;
-  EXPECT_NEAR(seconds_of(main, "load"), seconds.at("load").get<double>(), 0.1 * seconds_of(main, "load") + 0.005);
-  EXPECT_NEAR(seconds_of(main, "write"), seconds.at("write").get<double>(), 0.1 * seconds_of(main, "write") + 0.005);
-  // From the first span to the last one hardly anything is nobody's.
-  const double whole_s = 1e-6 * (main.back().end_us - main.front().begin_us);
-  EXPECT_GT(covered_s(main), 0.9 * whole_s);
+  std::vector<std::string> steps;
+  for (const Span& span : main)
+    if (span.depth == 0) steps.push_back(span.name);
+  EXPECT_EQ(steps, (std::vector<std::string>{"load", "pack", "choose layout, build tree", "render", "predict error",
+                                             "write"}));
+  constexpr double kRound_s = 2e-6 * kRound_us;
+  EXPECT_GE(seconds_of(main, "load") + kRound_s, seconds.at("load").get<double>()) << "the span holds the reading";
+  EXPECT_LE(seconds_of(main, "write"), seconds.at("write").get<double>() + kRound_s) << "the statistics hold the span";
 
   const json& told = stats.at("devices").at(device);
   const std::string prefix = "device " + told.at("selector").get<std::string>() + ": ";
   const std::vector<Span>& thread = timeline.track(prefix + "host");
   for (const char* step : {"open", "compile", "upload", "warm up", "render", "begin unit", "wait", "add to film"})
     EXPECT_GT(seconds_of(thread, step), 0) << step;
-  const double render_s = seconds_of(thread, "render"), told_s = told.at("seconds");
-  EXPECT_NEAR(render_s, told_s, 0.05 * told_s + 0.01);
-  EXPECT_GT(seconds_of(thread, "begin unit") + seconds_of(thread, "wait") + seconds_of(thread, "add to film"),
-            0.9 * told_s)
-      << "what the host's thread did while the device rendered";
+  EXPECT_GE(seconds_of(main, "render") + kRound_s, told.at("seconds").get<double>());
+  std::map<std::string, std::size_t> during_render;
+  for (const Span& span : thread)
+    if (span.depth == 1) ++during_render[span.name];
+  for (const char* step : {"begin unit", "wait", "add to film"})
+    EXPECT_EQ(during_render[step], told.at("units").get<std::size_t>())
+        << step << ": what the host's thread did for each unit while the device rendered";
 
   // The queue: every launch and transfer of the table, and nothing else.
   const std::vector<Span>& queue = timeline.track(prefix + "queue");

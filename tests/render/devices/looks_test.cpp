@@ -4,6 +4,7 @@
 #include <chrono>
 #include <thread>
 
+#include "core/clock.h"
 #include "core/error.h"
 #include "render/scene_builder.h"
 
@@ -41,14 +42,23 @@ TEST(Looks, film_holds_exactly_the_samples_below_and_seconds_grow) {
   EXPECT_FALSE(done.report.interrupted);
 }
 
+// Between the end of one look and the begin of the next no more seconds of rendering can have passed than seconds of the clock.
 TEST(Looks, time_that_a_look_takes_is_no_rendering) {
   auto [scene, settings] = room(8, 8, 2);
+  std::vector<double> begun, ended, told;
   Looks looks;
-  looks.at = {1};
-  looks.look = [](std::uint64_t, double, const Film&) { std::this_thread::sleep_for(std::chrono::seconds(3)); };
+  looks.at = {1, 2};
+  looks.look = [&](std::uint64_t, double seconds, const Film&) {
+    begun.push_back(host_seconds());
+    told.push_back(seconds);
+    std::this_thread::sleep_for(std::chrono::milliseconds(500));
+    ended.push_back(host_seconds());
+  };
   const std::atomic<bool> stop{false};
-  // 128 paths: milliseconds.
-  EXPECT_LT(render(scene, settings, as_tested({}), stop, {.looks = looks}).report.render_s, 2.0);
+  const double render_s = render(scene, settings, as_tested({}), stop, {.looks = looks}).report.render_s;
+  ASSERT_EQ(told.size(), 2U);
+  EXPECT_LE(told[1] - told[0], begun[1] - ended[0]);
+  EXPECT_EQ(render_s, told[1]) << "what the last look takes is not counted either";
 }
 
 TEST(Looks, stop_set_by_a_look_ends_the_render_there) {

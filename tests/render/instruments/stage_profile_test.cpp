@@ -25,11 +25,11 @@ std::pair<std::map<std::string, double>, DeviceReport> profile_of(bool fused) {
   return {shares, device};
 }
 
-// A stage whose time is booked on its neighbour moves a share by its whole size, 0.2 to 0.6 here; fusing itself moves them by
-// 0.03, and other work on the machine by as much again, so the best of five pairs counts.
+// A stage whose time is booked on its neighbour moves a share by its whole size, 0.2 to 0.6 here, in every attempt. Fusing itself
+// moves them by 0.03; other work on the machine moves them by more now and then, and then the pair is rendered again.
 TEST(StageProfile, one_launch_and_many_agree_on_the_shares) {
   double least = 1;
-  for (int attempt = 0; attempt < 5 && least > 0.1; ++attempt) {
+  for (int attempt = 0; attempt < 30 && least > 0.1; ++attempt) {
     const auto fused = profile_of(true).first, unfused = profile_of(false).first;
     double most = 0;
     for (const std::string& stage : kStages) most = std::max(most, std::abs(fused.at(stage) - unfused.at(stage)));
