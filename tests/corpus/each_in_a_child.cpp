@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// eikon's main() in a process of its own for each of many scenes. Starting a program with its libraries under sanitizers takes
-// several times as long as judging a damaged scene; here it is done once, and every scene gets a child that begins behind it.
+// Reads many scenes, each in a child process. Starting a program with its libraries under sanitizers takes several times as
+// long as judging a damaged scene, so the program starts once and forks for each scene.
 //   stdin   a line for each scene: file for its stdout, file for its stderr, SECONDS it may take, scene; tabs between them
 //   stdout  a line for each when it has ended: how (wait status of wait4(), or -1: killed after SECONDS), seconds, peak in KB
 #include <fcntl.h>
@@ -8,7 +8,6 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <array>
 #include <cerrno>
 #include <chrono>
 #include <csignal>
@@ -18,7 +17,7 @@
 #include <sstream>
 #include <string>
 
-int eikon_main(int argc, char** argv);  // host/cli/main.cpp
+int read_scene(const std::string& path);  // read_scene.cpp
 
 namespace {
 
@@ -52,9 +51,7 @@ void redirect(const std::string& file, int flags, int stream) {
   redirect("/dev/null", O_RDONLY, STDIN_FILENO);
   redirect(one.out, O_WRONLY | O_CREAT | O_TRUNC, STDOUT_FILENO);
   redirect(one.err, O_WRONLY | O_CREAT | O_TRUNC, STDERR_FILENO);
-  std::string program = "eikon", command = "info", scene = one.scene;
-  std::array<char*, 4> arguments = {program.data(), command.data(), scene.data(), nullptr};
-  std::exit(eikon_main(3, arguments.data()));
+  std::exit(read_scene(one.scene));
 }
 
 /// Waits for SIGCHLD, which is blocked, until then. returns whether it came

@@ -4,7 +4,7 @@
 
     run_corpus.py RUNNER CORPUS [--jobs N]
 
-RUNNER: each_in_a_child.cpp with eikon in it. A scene that loads ends with 0; one that does not with 3 and one line on stderr that
+RUNNER: the program corpus_reader, built with sanitizers. A scene that loads ends with 0; one that does not with 3 and one line on stderr that
 begins with "eikon: ". Neither a signal, nor a sanitizer's report, nor more than 10 s or 2 GB is ever right, and no message quotes
 what lies outside the scene's folder.
 """
