@@ -86,8 +86,8 @@ void check_record_layout(Device& device, bool optimise) {
       {"MaterialRecord.emissive_texture", offsetof(MaterialRecord, emissive_texture)},
       {"size of Light", sizeof(Light)},
       {"Light.triangle", offsetof(Light, triangle)},
-      {"size of LightBucket", sizeof(LightBucket)},
-      {"LightBucket.alias", offsetof(LightBucket, alias)},
+      {"size of AliasEntry", sizeof(AliasEntry)},
+      {"AliasEntry.alias", offsetof(AliasEntry, alias)},
       {"size of Diagnostics", sizeof(Diagnostics)},
       {"Diagnostics.report", offsetof(Diagnostics, report)},
   };

@@ -79,7 +79,7 @@ Frame pack_frame(const PackedScene& packed, const Settings& settings) {
   frame.max_depth = settings.max_depth;
   frame.roulette_depth = settings.roulette_depth;
   frame.roulette = settings.roulette;
-  frame.light_count = std::uint32_t(packed.light_buckets.size());
+  frame.light_count = std::uint32_t(packed.light_alias_table.size());
   frame.tree_light_count = packed.tree_light_count;
   frame.light_scale = packed.light_scale;
   return frame;

@@ -26,8 +26,8 @@ std::uint64_t PackedScene::bytes(const std::string& layout) const {
          materials.size() * sizeof(MaterialRecord) + material_extensions.size() * sizeof(MaterialExtension) +
          material_details.size() * sizeof(MaterialDetail) +
          textures.size() * sizeof(TextureRecord) + texel_count() * sizeof(std::uint32_t) +
-         lights.size() * sizeof(Light) + light_nodes.size() * sizeof(LightNode) + light_buckets.size() * sizeof(LightBucket) +
-         environment_texels.size() * sizeof(float4) + environment_buckets.size() * sizeof(LightBucket) +
+         lights.size() * sizeof(Light) + light_nodes.size() * sizeof(LightNode) + light_alias_table.size() * sizeof(AliasEntry) +
+         environment_texels.size() * sizeof(float4) + environment_alias_table.size() * sizeof(AliasEntry) +
          (accel == accels.end() ? 0 : accel->second.bytes());
 }
 

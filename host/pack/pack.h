@@ -46,12 +46,12 @@ struct PackedScene {
   // copy of the pictures is enough. Empty without textures and tables.
   std::vector<std::span<const std::uint32_t>> texels;
   DeviceVector<Light> lights;
-  std::vector<LightBucket> light_buckets;        // with a tree: the tree, then lights that have no place
+  std::vector<AliasEntry> light_alias_table;        // with a tree: the tree, then lights that have no place
   std::vector<LightNode> light_nodes;            // of the tree, if there is one, over the first lights
   std::uint32_t tree_light_count = 0;            // how many those are
   float light_scale = 1;                         // metres to the unit of the nodes
   DeviceVector<float4> environment_texels;       // of a map: radiance; density of light sampling per sr
-  std::vector<LightBucket> environment_buckets;  // choice among them
+  std::vector<AliasEntry> environment_alias_table;  // choice among them
   std::vector<PackedLight> light_summary;        // one per emissive material, other light, and the environment
   std::map<std::string, Accel> accels;           // by layout
   std::uint64_t saved_once = 0;                  // bytes that two levels would save, roughly; 0 where there are two

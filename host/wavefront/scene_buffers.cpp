@@ -45,10 +45,10 @@ void share_tree_and_lights(Uploader& to, const PackedScene& scene, const Accel& 
   to.share("instances", accel.instances);
   to.share("shapes", scene.shapes);
   to.share("lights", scene.lights);
-  to.share("light_buckets", scene.light_buckets);
+  to.share("light_alias_table", scene.light_alias_table);
   to.share("light_nodes", scene.light_nodes);
   to.share("environment_texels", scene.environment_texels);
-  to.share("environment_buckets", scene.environment_buckets);
+  to.share("environment_alias_table", scene.environment_alias_table);
 }
 
 }  // namespace

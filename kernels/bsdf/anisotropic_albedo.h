@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// How much light GGX microfacets of two alphas reflect in all: never less than the truth, and for a dielectric of reflectance 0.04
-// in the mean 0.04 more (tools/tables/make_anisotropy_table.py, which says how).
+// Directional albedo of anisotropic GGX microfacets, interpolated in a table
+// (tools/tables/make_anisotropy_table.py explains it): never less than the truth, and for a
+// dielectric of reflectance 0.04 on average 0.04 more.
 #ifndef EK_ANISOTROPIC_ALBEDO_H
 #define EK_ANISOTROPIC_ALBEDO_H
 #include "bsdf/tables/anisotropy_table.h"
 #include "bsdf/ggx_albedo.h"
 #include "bsdf/microfacet.h"
 
-// A place among evenly spaced values: the one below, and the weight of the one above.
+// A position among evenly spaced values: the index below it, and the weight of the value above.
 typedef struct { vu low; vf weight; } TablePlace;
 
 /// x  [0, 1]
@@ -20,7 +21,7 @@ EK_FN TablePlace table_place(vf x, uint count) {
 
 EK_FN vf mix_f(vf a, vf b, vf weight) { return a + (b - a) * weight; }
 
-// Both albedos of a table at i.
+// Both albedos of entry i of a table.
 EK_FN GgxAlbedo load_albedo(constant const float* table, vu i) {
   const GgxAlbedo a = {table_f(table, i * 2u), table_f(table, i * 2u + 1u)};
   return a;
@@ -33,9 +34,9 @@ EK_FN GgxAlbedo albedo_between(constant const float* table, vu i, vu next, vf we
   return mix_albedo(load_albedo(table, i), load_albedo(table, i + next), weight);
 }
 
-/// c: cosine of a direction, (0, 1], length: its ggx_length
+/// c, length  cosine, (0, 1], and ggx_length of the direction
 EK_FN GgxAlbedo anisotropic_albedo(GgxAlpha alpha, vf c, vf length) {
-  // The squares of p and q, which the tool explains: length^2 = p^2 sin^2 + c^2.
+  // The table's coordinates p and q have length^2 = p^2 sin^2 + c^2 and p^2 + q^2 = x^2 + y^2.
   const vf x2 = alpha.x * alpha.x, y2 = alpha.y * alpha.y;
   const vf sin2 = max_f((1.0f - c) * (1.0f + c), (vf)(0x1p-20f));
   const vf p2 = min_f(max_f((length - c) * (length + c) / sin2, min_f(x2, y2)), max_f(x2, y2)), q2 = (x2 + y2) - p2;
@@ -61,7 +62,8 @@ EK_FN GgxAlbedo anisotropic_albedo(GgxAlpha alpha, vf c, vf length) {
   return a;
 }
 
-/// 2 times the integral over the cosine of the albedo times the cosine; never more than that of anisotropic_albedo.
+/// 2 times the integral over the cosine of the albedo times the cosine; at most that of
+/// anisotropic_albedo.
 EK_FN GgxAlbedo anisotropic_mean_albedo(GgxAlpha alpha) {
   const TablePlace x = table_place(sqrt(alpha.x), EK_ANISOTROPY_ROWS), y = table_place(sqrt(alpha.y), EK_ANISOTROPY_ROWS);
   const vu i = x.low * EK_ANISOTROPY_ROWS + y.low, next = (vu)(EK_ANISOTROPY_ROWS);

@@ -1,16 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// A coat of lacquer on a surface, with a normal of its own [KHR_materials_clearcoat]: a GGX lobe that reflects everything, of which
-// the coat's Schlick reflectance at the angle of view, index 1.5, gives the share. As the extension has it, the light's angle
-// does not count for that share: under a coat a material is not reciprocal.
+// A coat of lacquer on a surface, with a normal of its own [KHR_materials_clearcoat]: a GGX lobe
+// that reflects everything, weighted by the coat's Schlick reflectance (index 1.5) at the angle of
+// view. The extension leaves the light's angle out of that weight, so a coated material is not
+// reciprocal.
 #ifndef EK_BSDF_CLEARCOAT_H
 #define EK_BSDF_CLEARCOAT_H
 #include "bsdf/fresnel.h"
+#include "bsdf/lobe.h"
 #include "bsdf/microfacet.h"
-#include "surface/surface.h"
+#include "lanes/basis.h"
 
 typedef struct {
-  vf share;      // of light from wo that the coat reflects; the rest is the material's
-  vi smooth;     // a mirror: delta
+  vf share;      // of light from wo that the coat reflects; the material below has the rest
+  vi smooth;     // the coat is a mirror, which is delta
   GgxAlpha alpha;
   vf length_o;
   Basis basis;   // z is the coat's normal
@@ -37,7 +39,7 @@ EK_FN Coat make_coat(vf clearcoat, vf alpha, v3 normal, v3 wo) {
   return k;
 }
 
-/// eval and pdf of the lobe, before `share`; in value.f.x.
+/// eval and pdf of the coat, before it is weighted by `share`.
 EK_FN BsdfValue coat_value(Coat k, v3 wi_local) {
   const v3 wi = EK_HAS_clearcoat_normal ? to_local(k.basis, wi_local) : wi_local;
   const v3 sum = add3(k.wo, wi);
@@ -50,12 +52,13 @@ EK_FN BsdfValue coat_value(Coat k, v3 wi_local) {
   return bsdf_value_if((k.wo.z > 0.0f) & (wi.z > 0.0f) & (wi_local.z > 0.0f) & !k.smooth, value);
 }
 
-/// The direction of a sample; below the surface where there is none.
+/// The direction of a sample, which lies below the surface where the sample fails.
 EK_FN v3 coat_direction(Coat k, v3 wo, vf u, vf v) {
   v3 wi = normalize3(mirrored(k.wo, ggx_visible_normal(k.wo, k.alpha, u, v)));
   wi = select3(k.smooth, V3(-k.wo.x, -k.wo.y, k.wo.z), wi);
   if (!EK_HAS_clearcoat_normal) return wi;
-  // What falls below the coat's own horizon may be above that of the surface, where other parts send light with other densities.
+  // A direction below the coat's own horizon may be above that of the surface, where other parts of
+  // the material scatter with other densities: it counts as a failure.
   const v3 nowhere = V3((vf)(0.0f), (vf)(0.0f), (vf)(-1.0f));
   return select3(wi.z > 0.0f, to_world(k.basis, wi), nowhere);
 }

@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bare metal by its complex index of refraction (EIKON_materials_conductor): GGX microfacets that reflect by Fresnel's equations,
-// times the base colour, under a thin film as far as the material has one. What microfacets reflect to each other is lost, as of glTF's metals, but for --energy-compensation.
+// Bare metal with a complex index of refraction (EIKON_materials_conductor): GGX microfacets that
+// reflect by Fresnel's equations, times the base colour, under a thin film where the material has
+// one. Light that microfacets reflect to each other is lost, as with glTF's metals, unless
+// --energy-compensation is set.
 #ifndef EK_BSDF_CONDUCTOR_H
 #define EK_BSDF_CONDUCTOR_H
+#include "bsdf/lobe.h"
 #include "bsdf/metallic_roughness.h"
 #if EK_HAS_iridescence
 #include "bsdf/thin_film_metal.h"
 #endif
 
-// Without a film.
+// Reflectance without a thin film.
 EK_FN v3 bare_reflectance(MaterialLanes m, vf cosine) {
   return mul3(m.base_color, V3(fresnel_conductor(cosine, m.conductor_eta.x, m.conductor_k.x),
                                fresnel_conductor(cosine, m.conductor_eta.y, m.conductor_k.y),
@@ -29,8 +32,8 @@ EK_FN v3 conductor_reflectance(MaterialLanes m, vf cosine) {
 }
 
 #if EK_HAS_energy_compensation
-// 2 times the integral of the reflectance over the cosine times the cosine: over its square, by three of Gauss's nodes, and by more
-// under a film.
+// 2 times the integral of the reflectance over the cosine times the cosine, by Gaussian quadrature
+// over the squared cosine: three nodes, and EK_FILM_NODES under a film.
 EK_FN v3 conductor_mean_reflectance(MaterialLanes m) {
   v3 mean = add3(scale3(add3(bare_reflectance(m, (vf)(0.335710687f)), bare_reflectance(m, (vf)(0.941965058f))), 5.0f / 18.0f),
                  scale3(bare_reflectance(m, (vf)(0.707106781f)), 8.0f / 18.0f));
@@ -46,13 +49,13 @@ EK_FN v3 conductor_mean_reflectance(MaterialLanes m) {
 }
 #endif
 
-// What depends on wo alone.
+// The terms that depend on wo alone.
 typedef struct {
   vi smooth;
   GgxAlpha alpha;
   vf length_o;
 #if EK_HAS_energy_compensation
-  v3 again;      // f of light that is reflected more than once is again mirrors_lose(wi)
+  v3 ms_lobe;    // f of multiple scattering is ms_lobe one_minus_E(wi)
 #endif
   vf p_once;     // probability of sampling a microfacet
 } Conductor;
@@ -65,10 +68,10 @@ EK_FN Conductor make_conductor(MaterialLanes m, v3 wo) {
   k.p_once = (vf)(1.0f);
 #if EK_HAS_energy_compensation
   const v3 once = conductor_mean_reflectance(m);
-  const vf lost_mean = max_f(mirrors_lose_mean(k.alpha), (vf)(0x1p-30f));
-  const vf lost = mirrors_lose(k.alpha, wo.z, k.length_o);
-  const v3 more = scale3(reflected_again3(once, lost_mean), k.smooth ? (vf)(0.0f) : lost);
-  k.again = scale3(more, EK_INV_PI / lost_mean);
+  const vf one_minus_avg = max_f(one_minus_E_avg(k.alpha), (vf)(0x1p-30f));
+  const vf lost = one_minus_E(k.alpha, wo.z, k.length_o);
+  const v3 more = scale3(ms_fresnel3(once, one_minus_avg), k.smooth ? (vf)(0.0f) : lost);
+  k.ms_lobe = scale3(more, EK_INV_PI / one_minus_avg);
   const vf single = max_f(mean_component(once) * (1.0f - lost), (vf)(0x1p-20f));
   k.p_once = single / (single + mean_component(more));
 #endif
@@ -83,7 +86,7 @@ EK_FN BsdfValue conductor_value(MaterialLanes m, Conductor k, v3 wo, v3 wi) {
   const v3 f = conductor_reflectance(m, min_f(0.5f * sqrt(sum2), (vf)(1.0f)));
   BsdfValue value = {scale3(f, d * ggx_visibility(wo.z, k.length_o, wi.z, length_i)), 0.5f * d * ggx_visible_share(wo.z, k.length_o)};
 #if EK_HAS_energy_compensation
-  value.f = add3(value.f, scale3(k.again, mirrors_lose(k.alpha, wi.z, length_i) * wi.z));
+  value.f = add3(value.f, scale3(k.ms_lobe, one_minus_E(k.alpha, wi.z, length_i) * wi.z));
   value.pdf = k.p_once * value.pdf + (1.0f - k.p_once) * (EK_INV_PI * wi.z);
 #endif
   return bsdf_value_if(valid, value);

@@ -2,6 +2,7 @@
 // Lambert's lobe: f = base_color / pi.
 #ifndef EK_BSDF_DIFFUSE_H
 #define EK_BSDF_DIFFUSE_H
+#include "bsdf/lobe.h"
 #include "lanes/warp.h"
 
 EK_FN BsdfValue diffuse_evaluate(MaterialLanes m, v3 wo, v3 wi) {
@@ -11,7 +12,7 @@ EK_FN BsdfValue diffuse_evaluate(MaterialLanes m, v3 wo, v3 wi) {
   return value;
 }
 
-// Sampled by the cosine, so that eval / pdf is the base colour itself.
+// Directions are sampled by the cosine, so eval / pdf is the base colour itself.
 EK_FN BsdfSample diffuse_sample(MaterialLanes m, v3 wo, vf u, vf v, vf choice) {
   (void)choice;
   const v3 wi = warp_cosine_hemisphere(u, v);

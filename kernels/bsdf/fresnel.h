@@ -1,32 +1,35 @@
 // SPDX-License-Identifier: Apache-2.0
-// How much of the light that meets a smooth interface is reflected.
+// Reflectance and refraction at a smooth interface.
 #ifndef EK_FRESNEL_H
 #define EK_FRESNEL_H
 #include "lanes/math.h"
 
-// Outside of this range an index of refraction stands for a perfect mirror: 0 is glTF's special mode
-// [KHR_materials_ior], and beyond 2^27 the reflectance is 1 in float.
+// Outside of [1 / limit, limit] an index of refraction stands for a perfect mirror: 0 is glTF's
+// special mode [KHR_materials_ior], and beyond 2^27 the reflectance is 1 in float.
 #define EK_IOR_LIMIT 0x1p27f
 
 EK_FN vi fresnel_is_mirror(vf eta) { return !((eta > 1.0f / EK_IOR_LIMIT) & (eta < EK_IOR_LIMIT)); }
 
-/// (1 - cos)^5, what Schlick's approximation adds towards grazing incidence [Schlick 1994, eq. 15].
+/// (1 - cos)^5, the weight of f90 in Schlick's approximation [Schlick 1994, eq. 15].
 EK_FN vf schlick_weight(vf cosine) {
   const vf m = max_f(1.0f - cosine, (vf)(0.0f));
   const vf m2 = m * m;
   return (m2 * m2) * m;
 }
 
-/// f0 + (f90 - f0) weight [glTF 2.0, appendix B.3.2]; weight: schlick_weight of the angle to the microfacet.
+/// f0 + (f90 - f0) weight [glTF 2.0, appendix B.3.2]; weight: schlick_weight of the angle to the
+/// microfacet.
 EK_FN v3 schlick(v3 f0, vf f90, vf weight) {
   return V3(f0.x + (f90 - f0.x) * weight, f0.y + (f90 - f0.y) * weight, f0.z + (f90 - f0.z) * weight);
 }
 
-/// Unpolarised reflectance of a dielectric interface.
-/// cos_o  of the light with the normal, (0, 1];  eta: index of refraction of the far side over that of the near side
-/// 1 under total internal reflection, and for indices that stand for a mirror; 0 for eta = 1.
-// [Born and Wolf 1999, section 1.5.2] with g = eta cos_t. The differences cos_o - g and eta^2 cos_o - g are multiplied by their
-// sums, which takes (eta - 1)(eta + 1) out as a factor: nothing cancels, however close eta is to 1.
+/// Unpolarised reflectance of a dielectric interface: 1 under total internal reflection, and for
+/// indices that stand for a mirror; 0 for eta = 1.
+/// cos_o  of the light with the normal, (0, 1]
+/// eta    index of refraction of the far side over that of the near side
+// [Born and Wolf 1999, section 1.5.2] with g = eta cos_t. The differences cos_o - g and eta^2 cos_o
+// - g are multiplied by their sums, which takes (eta - 1)(eta + 1) out as a factor: nothing
+// cancels, however close eta is to 1.
 EK_FN vf fresnel_dielectric(vf cos_o, vf eta) {
   const vi mirror = fresnel_is_mirror(eta);
   const vf n = mirror ? (vf)(1.0f) : eta;
@@ -42,15 +45,16 @@ EK_FN vf fresnel_dielectric(vf cos_o, vf eta) {
   return (mirror | (g2 < 0.0f)) ? (vf)(1.0f) : min_f(f, (vf)(1.0f));
 }
 
-/// Unpolarised reflectance of a conductor seen from air; eta + i k: its index of refraction, 0 <= eta, k <= 2^14.
+/// Unpolarised reflectance of a conductor seen from air.
 /// cosine  of the light with the normal, [0, 1]
-/// source  [Born and Wolf 1999, section 14.2], with a^2 and b^2 of the complex eta cos_t from a^2 b^2 = eta^2 k^2 and
-///         a^2 - b^2 = eta^2 - k^2 - sin^2; k = 0 gives the dielectric
+/// eta, k  its index of refraction is eta + i k; 0 <= eta, k <= 2^14
+/// source  [Born and Wolf 1999, section 14.2], with a^2 and b^2 of the complex eta cos_t from
+///         a^2 b^2 = eta^2 k^2 and a^2 - b^2 = eta^2 - k^2 - sin^2; k = 0 gives the dielectric
 EK_FN vf fresnel_conductor(vf cosine, vf eta, vf k) {
   const vf c2 = cosine * cosine, s2 = (1.0f - cosine) * (1.0f + cosine);
   const vf difference = (eta - k) * (eta + k) - s2, twice = 2.0f * (eta * k);
   const vf sum = sqrt(difference * difference + twice * twice);  // a^2 + b^2
-  // a^2 = (sum + difference) / 2; where that cancels, by the product instead.
+  // a^2 = (sum + difference) / 2; where that would cancel, it comes from the product.
   const vf b2 = 0.5f * (sum - difference);
   const vf a2 = difference >= 0.0f ? 0.5f * (sum + difference) : b2 > 0.0f ? (0.25f * (twice * twice)) / b2 : (vf)(0.0f);
   const vf across = 2.0f * (sqrt(a2) * cosine);
@@ -60,7 +64,7 @@ EK_FN vf fresnel_conductor(vf cosine, vf eta, vf k) {
   return min_f(max_f(0.5f * (r_s + r_s * ratio), (vf)(0.0f)), (vf)(1.0f));
 }
 
-/// The refracted direction [Walter et al. 2007, eq. 40]; meaningless under total internal reflection.
+/// Refracted direction [Walter et al. 2007, eq. 40]; meaningless under total internal reflection.
 /// wo, h  unit, on one side; cos_o: dot(wo, h);  eta: not a mirror's
 EK_FN v3 refract(v3 wo, v3 h, vf cos_o, vf eta) {
   const vf k = (eta - 1.0f) * (eta + 1.0f);

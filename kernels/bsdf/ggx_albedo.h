@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// How much light the GGX lobe reflects in all, which has no closed form: fits by tools/tables/fit_albedo.py, which explains and
-// checks them. Never less than the truth, so that what a base below is left with never adds up to more than 1; at most 5e-3
-// more for a dielectric of reflectance 0.04, and 0.022 for one that reflects everything. A mirror's is exact.
+// Directional albedo of the GGX lobe, which has no closed form: fits by tools/tables/fit_albedo.py,
+// which explains and checks them. They are never less than the truth, so that a layer and the base
+// below never reflect more than 1; they are at most 5e-3 more for a dielectric of reflectance 0.04,
+// and 0.022 more for microfacets that reflect everything. A mirror's albedo is exact.
 #ifndef EK_GGX_ALBEDO_H
 #define EK_GGX_ALBEDO_H
 #include "lanes/math.h"
@@ -52,10 +53,10 @@
 #define EK_ALBEDO_LIFT_FULL 0.0104f
 #define EK_ALBEDO_LIFT_GRAZING 0.0019f
 
-// Albedos of the lobe whose microfacets reflect all light, and of the one whose microfacets reflect (1 - cos)^5.
+// `full`: microfacets reflect all light; `grazing`: they reflect (1 - cos)^5.
 typedef struct { vf full, grazing; } GgxAlbedo;
 
-/// Of microfacets that reflect f0 + (f90 - f0) (1 - cos)^5, f0 <= f90; [0, 1].
+/// Albedo of microfacets that reflect f0 + (f90 - f0) (1 - cos)^5, f0 <= f90; [0, 1].
 EK_FN vf ggx_reflected(GgxAlbedo a, vf f0, vf f90) { return f0 * a.full + (f90 - f0) * a.grazing; }
 
 // The fits at one alpha: rational functions of the direction.
@@ -66,7 +67,7 @@ typedef struct {
   GgxAlbedo mean;  // 2 times the integral over c of albedo(c) c
 } GgxAlbedoFit;
 
-/// mirror: mask, alpha does not matter there
+/// mirror  mask; alpha does not matter there
 EK_FN GgxAlbedoFit ggx_albedo_fit(vi mirror, vf alpha) {
   const vf a = alpha, a2 = alpha * alpha, r = sqrt(alpha);
   GgxAlbedoFit k;
@@ -93,7 +94,7 @@ EK_FN GgxAlbedoFit ggx_albedo_fit(vi mirror, vf alpha) {
   return k;
 }
 
-/// c: cosine, length: ggx_length of the direction
+/// c, length  cosine and ggx_length of the direction
 EK_FN GgxAlbedo ggx_albedo(GgxAlbedoFit k, vf c, vf length) {
   const vf q = c / length;
   const vf p = sqrt(max_f((1.0f - q) * (1.0f + q), (vf)(0.0f)));

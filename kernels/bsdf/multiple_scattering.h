@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// --energy-compensation: light that GGX microfacets lose because it meets a second one leaves as from a diffuse surface whose
-// lobe is what either direction loses [Kulla and Conty 2017, "Revisiting Physically Based Shading at Imageworks"]:
-//   f = F lost(wo) lost(wi) / (pi lost_mean)
-// with lost(w) = 1 - albedo of microfacets that reflect everything, and F what is left of light after some more reflections:
-// reciprocal, and exactly as much as the table says is lost. Metal of two alphas has the tables of layers, which say at most 0.11 too
-// little is lost, 0.03 in the mean; glass of two alphas that of their geometric mean, which is a guess.
+// --energy-compensation: the light that GGX microfacets reflect to each other, which single
+// scattering loses, leaves in a diffuse lobe [Kulla and Conty 2017, "Revisiting Physically Based
+// Shading at Imageworks"]:
+//   f = F_ms (1 - E(wo)) (1 - E(wi)) / (pi (1 - E_avg))
+// with E the directional albedo of microfacets that reflect all light, E_avg its cosine-weighted
+// mean, and F_ms the colour that more reflections leave. The lobe is reciprocal, and has exactly
+// the energy that the table says is lost. Anisotropic metal uses the albedo tables of specular
+// layers, which give at most 0.11 too little, 0.03 on average. Anisotropic glass uses the geometric
+// mean of its alphas, a guess.
 #ifndef EK_MULTIPLE_SCATTERING_H
 #define EK_MULTIPLE_SCATTERING_H
 #include "bsdf/anisotropic_albedo.h"
@@ -12,8 +15,8 @@
 #include "bsdf/fresnel.h"
 #include "bsdf/microfacet.h"
 
-// Of one alpha: along a direction of cosine c, and 2 times the integral over c of that times c.
-EK_FN vf isotropic_lose(vf alpha, vf c) {
+// 1 - E of isotropic microfacets for a direction of cosine c, and its cosine-weighted mean.
+EK_FN vf isotropic_one_minus_E(vf alpha, vf c) {
   const TablePlace row = table_place(sqrt(alpha), EK_ENERGY_ROWS), column = table_place(sqrt(max_f(c, (vf)(0.0f))), EK_ENERGY_COLUMNS);
   constant const float* table = energy_lost_table;
   const vu i = row.low * EK_ENERGY_COLUMNS + column.low;
@@ -21,44 +24,45 @@ EK_FN vf isotropic_lose(vf alpha, vf c) {
            next = mix_f(table_f(table, i + EK_ENERGY_COLUMNS), table_f(table, i + (EK_ENERGY_COLUMNS + 1u)), column.weight);
   return mix_f(here, next, row.weight);
 }
-EK_FN vf isotropic_lose_mean(vf alpha) {
+EK_FN vf isotropic_one_minus_E_avg(vf alpha) {
   const TablePlace row = table_place(sqrt(alpha), EK_ENERGY_ROWS);
   return mix_f(table_f(energy_lost_mean_table, row.low), table_f(energy_lost_mean_table, row.low + 1u), row.weight);
 }
 
-/// The share that microfacets which reflect everything lose of light along a direction of cosine c; length: its ggx_length
-EK_FN vf mirrors_lose(GgxAlpha alpha, vf c, vf length) {
-  const vf lost = isotropic_lose(alpha.y, c);
+/// 1 - E, with E the albedo of microfacets that reflect all light.
+/// c, length  cosine and ggx_length of the direction
+EK_FN vf one_minus_E(GgxAlpha alpha, vf c, vf length) {
+  const vf lost = isotropic_one_minus_E(alpha.y, c);
   if (!EK_HAS_anisotropy) return lost;
   const vi differs = alpha.x != alpha.y;
   return ANY(differs) ? (differs ? 1.0f - anisotropic_albedo(alpha, c, length).full : lost) : lost;
 }
 
-/// 2 times the integral over c of mirrors_lose times c.
-EK_FN vf mirrors_lose_mean(GgxAlpha alpha) {
-  const vf lost = isotropic_lose_mean(alpha.y);
+/// 1 - E_avg: 2 times the integral over c of one_minus_E times c.
+EK_FN vf one_minus_E_avg(GgxAlpha alpha) {
+  const vf lost = isotropic_one_minus_E_avg(alpha.y);
   if (!EK_HAS_anisotropy) return lost;
   const vi differs = alpha.x != alpha.y;
   return ANY(differs) ? (differs ? 1.0f - anisotropic_mean_albedo(alpha).full : lost) : lost;
 }
 
-/// What leaves of light that microfacets of mean reflectance f lose to each other, if they lose `lost` of all light at a time
+/// F_ms of microfacets of mean reflectance f that lose `lost` of the light at each reflection
 /// [Kulla and Conty 2017, "Fresnel"]; 1 for f = 1, whatever is lost.
-EK_FN vf reflected_again(vf f, vf lost) { return (f * f) * (1.0f - lost) / max_f(1.0f - f * lost, (vf)(0x1p-20f)); }
-EK_FN v3 reflected_again3(v3 f, vf lost) {
-  return V3(reflected_again(f.x, lost), reflected_again(f.y, lost), reflected_again(f.z, lost));
+EK_FN vf ms_fresnel(vf f, vf lost) { return (f * f) * (1.0f - lost) / max_f(1.0f - f * lost, (vf)(0x1p-20f)); }
+EK_FN v3 ms_fresnel3(v3 f, vf lost) {
+  return V3(ms_fresnel(f.x, lost), ms_fresnel(f.y, lost), ms_fresnel(f.z, lost));
 }
 
-// A dielectric's table: which layers, for light on either side.
+// The layers of the glass tables that an index of refraction falls between.
 typedef struct {
   TablePlace layer;
-  vu here, there;  // where the tables of wo's side and of the other side begin, in layers
-} GlassPlace;
+  vu here, there;  // first layer of the tables of wo's side and of the other side
+} GlassTable;
 
-/// eta: index of the far side over that of wo's; beyond the tables' range the nearest of theirs
-EK_FN GlassPlace glass_place(vf eta) {
+/// eta  index of the far side over that of wo's side, clamped to the range of the tables
+EK_FN GlassTable glass_table(vf eta) {
   const vf root = abs_f(eta - 1.0f) / (eta + 1.0f);
-  GlassPlace at;
+  GlassTable at;
   at.layer = table_place((root - EK_ENERGY_GLASS_FIRST) * (1.0f / (EK_ENERGY_GLASS_LAST - EK_ENERGY_GLASS_FIRST)), EK_ENERGY_GLASS_LAYERS);
   const vi outside = eta > 1.0f;
   at.here = outside ? (vu)(0u) : (vu)(EK_ENERGY_GLASS_LAYERS);
@@ -66,8 +70,9 @@ EK_FN GlassPlace glass_place(vf eta) {
   return at;
 }
 
-/// side: at.here or at.there
-EK_FN vf glass_loses(GlassPlace at, vu side, vf alpha, vf c) {
+/// 1 - E of a solid's interface.
+/// side  at.here or at.there
+EK_FN vf glass_one_minus_E(GlassTable at, vu side, vf alpha, vf c) {
   const TablePlace row = table_place(sqrt(alpha), EK_ENERGY_GLASS_ROWS),
                    column = table_place(sqrt(max_f(c, (vf)(0.0f))), EK_ENERGY_GLASS_COLUMNS);
   constant const float* table = energy_glass_table;
@@ -83,8 +88,8 @@ EK_FN vf glass_loses(GlassPlace at, vu side, vf alpha, vf c) {
   return mix_f(two[0], two[1], at.layer.weight);
 }
 
-/// 2 times the integral over c of glass_loses times c.
-EK_FN vf glass_loses_mean(GlassPlace at, vu side, vf alpha) {
+/// 1 - E_avg: 2 times the integral over c of glass_one_minus_E times c.
+EK_FN vf glass_one_minus_E_avg(GlassTable at, vu side, vf alpha) {
   const TablePlace row = table_place(sqrt(alpha), EK_ENERGY_GLASS_ROWS);
   constant const float* table = energy_glass_mean_table;
   const vu i = (side + at.layer.low) * EK_ENERGY_GLASS_ROWS + row.low;
@@ -93,7 +98,7 @@ EK_FN vf glass_loses_mean(GlassPlace at, vu side, vf alpha) {
   return mix_f(here, next, at.layer.weight);
 }
 
-/// The one alpha that stands for both.
+/// The isotropic alpha that stands for both.
 EK_FN vf glass_alpha(GgxAlpha alpha) { return EK_HAS_anisotropy ? sqrt(alpha.x * alpha.y) : alpha.y; }
 
 #endif

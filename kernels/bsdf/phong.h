@@ -1,17 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 // Blinn's highlights over Lambert's base (EIKON_materials_phong) [Blinn 1977]:
-//   f = base (1 - max(specular)) / pi + specular N cos(theta_h)^n,   N = (n + 2)(n + 4) / (8 pi (2^(-n/2) + n))
-// N makes a white highlight reflect everything at normal incidence, where it reflects most [Giesen 2009, "Phong and Blinn-Phong
-// normalization factors"]; what it may reflect is taken off the base, so that no more leaves than arrives. Reciprocal.
+//   f = base (1 - max(specular)) / pi + specular N cos(theta_h)^n,   N = (n + 2)(n + 4) / (8 pi
+//   (2^(-n/2) + n))
+// N makes a white highlight reflect all light at normal incidence, where it reflects most [Giesen
+// 2009, "Phong and Blinn-Phong normalization factors"]. The base is reduced by as much as the
+// highlight can reflect, so no more light leaves than arrives. The lobe is reciprocal.
 #ifndef EK_BSDF_PHONG_H
 #define EK_BSDF_PHONG_H
+#include "bsdf/lobe.h"
+#include "bsdf/microfacet.h"
 #include "lanes/warp.h"
 
 typedef struct {
   v3 base;         // f of the base
   vf scale;        // N
   vf p_highlight;  // probability of choosing the highlight
-  vi any;          // the material reflects something
+  vi any;          // the material reflects some light
 } Phong;
 
 EK_FN Phong make_phong(MaterialLanes m) {
@@ -30,7 +34,7 @@ EK_FN BsdfValue phong_value(MaterialLanes m, Phong k, v3 wo, v3 wi) {
   const vi valid = (wo.z > 0.0f) & (wi.z > 0.0f) & k.any;
   const v3 sum = add3(wo, wi);
   const vf flat2 = sum.x * sum.x + sum.y * sum.y, z2 = max_f(sum.z * sum.z, (vf)(0x1p-100f));
-  // cos^n by the tangent, of which small ones keep all their digits.
+  // cos^n is computed from the tangent, which keeps all its digits where it is small.
   const vf power = exp2_f((-0.5f * m.phong_shininess) * log2_f(1.0f + flat2 / z2));
   const vf twice_cos = sqrt(flat2 + z2);  // |wo + wi| = 2 wo . h
   BsdfValue value;
@@ -44,7 +48,8 @@ EK_FN BsdfValue phong_evaluate(MaterialLanes m, v3 wo, v3 wi) { return phong_val
 
 EK_FN BsdfSample phong_sample(MaterialLanes m, v3 wo, vf u, vf v, vf choice) {
   const Phong k = make_phong(m);
-  // 1 - cos_h, by its series where it is small: the cosines that floats have make rings of sharp highlights.
+  // 1 - cos_h comes from its series where it is small: rounded cosines would turn sharp highlights
+  // into rings.
   const vf power = log2_f(1.0f - v) / (m.phong_shininess + 1.0f), y = -0.693147181f * power;
   const vf series = y * (1.0f - y * (0.5f - y * (0.166666667f - y * (0.0416666667f - y * 0.00833333333f))));
   const vf rest = y < 0.25f ? series : 1.0f - exp2_f(power);

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fibres that stand off a surface, as of velvet [KHR_materials_sheen]: the Charlie distribution of microfacets with fitted
-// shadowing [Estevez and Kulla 2017, "Production Friendly Microfacet Sheen BRDF"]. Below a roughness of 0.25 it would reflect more
-// than it gets at grazing angles, and is scaled down (tools/tables/make_sheen_table.py); its cosines count as 2^-10 at least.
+// Fibres that stand off a surface, as on velvet [KHR_materials_sheen]: the Charlie distribution of
+// microfacets with fitted shadowing [Estevez and Kulla 2017, "Production Friendly Microfacet Sheen
+// BRDF"]. Below a roughness of 0.25 the lobe would reflect more than it receives at grazing angles,
+// so it is scaled down (tools/tables/make_sheen_table.py). Its cosines are clamped to 2^-10 at
+// least.
 #ifndef EK_BSDF_SHEEN_H
 #define EK_BSDF_SHEEN_H
-#include "lanes/math.h"
 #include "bsdf/tables/sheen_table.h"
 #include "lanes/warp.h"
 
-// What of the lobe depends on its roughness alone.
+// The terms that depend on the roughness alone.
 typedef struct {
   vf alpha;
   vf scale;             // of the distribution
@@ -62,7 +63,7 @@ EK_FN vf sheen_f(Sheen k, v3 wo, v3 wi) {
   return d / ((4.0f * (cos_o * cos_i)) * (1.0f + (sheen_shadowing(k, cos_o) + sheen_shadowing(k, cos_i))));
 }
 
-/// What the white lobe reflects in all, [0, 1]; never less than the truth, and at most 0.02 more.
+/// Directional albedo of the white lobe, [0, 1]; never less than the truth, and at most 0.02 more.
 EK_FN vf sheen_albedo(Sheen k, vf cosine) {
   const vf place = sqrt(max_f(cosine, (vf)(0.0f))) * (EK_SHEEN_COLUMNS - 1u);
   const vi column = TO_I(min_f(place, (vf)(EK_SHEEN_COLUMNS - 2u)));

@@ -1,16 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-// Iridescence: the reflectance of a surface under a film so thin that light reflected on its two sides interferes
-// [Belcour and Barla 2017, "A Practical Extension to Microfacet Theory for the Modeling of Varying Iridescence"; in the form of
-// KHR_materials_iridescence, "Theory, Documentation and Implementations"]. Reflections within the film are summed up to the second order; each
-// order's spectrum is turned into a colour by Gaussians fitted to the sensitivities of the eye, in closed form.
+// Iridescence: the reflectance of a surface under a film so thin that light reflected on its two
+// sides interferes [Belcour and Barla 2017, "A Practical Extension to Microfacet Theory for the
+// Modeling of Varying Iridescence"; in the form of KHR_materials_iridescence, "Theory,
+// Documentation and Implementations"]. Reflections within the film are summed up to the second
+// order. The spectrum of each order becomes a colour in closed form, by Gaussians fitted to the
+// sensitivities of the eye.
 #ifndef EK_THIN_FILM_H
 #define EK_THIN_FILM_H
 #include "bsdf/fresnel.h"
 #include "lanes/math.h"
 
-// [Belcour and Barla 2017, supplement]: XYZ of cos(2 pi path / lambda), in integrals of the sensitivities themselves. path in metres.
+// One Gaussian's part of the XYZ of cos(2 pi path / lambda), relative to the integral of the
+// sensitivity [Belcour and Barla 2017, supplement]. path: metres
 EK_FN vf film_gauss(vf path, float weight, float middle, float variance) {
-  // exp(-variance (2 pi path)^2) as a power of two; middle * path in turns.
+  // exp(-variance (2 pi path)^2) is written as a power of two; middle * path is in turns.
   const vf phase = 2.0f * EK_PI * path;
   vf s, c;
   sincos_2pi(middle * path, &s, &c);
@@ -23,20 +26,22 @@ EK_FN vf film_x(vf path) {
 EK_FN vf film_y(vf path) { return film_gauss(path, 1.00022189f, 1.7953e6f, 9.3046e9f); }
 EK_FN vf film_z(vf path) { return film_gauss(path, 1.00112249f, 2.2084e6f, 6.6121e9f); }
 
-/// Linear sRGB of XYZ [IEC 61966-2-1], over that of an even spectrum, which is what (1, 1, 1) stands for as a reflectance. (The formula of
-/// KHR_materials_iridescence leaves that out, and a film of no thickness is pink there.)
+/// Linear sRGB of XYZ [IEC 61966-2-1], divided by that of a flat spectrum, since a reflectance of
+/// (1, 1, 1) means a flat spectrum. (The formula of KHR_materials_iridescence omits the division,
+/// so that a film of no thickness is pink there.)
 EK_FN v3 film_rgb(vf x, vf y, vf z) {
   return V3((3.2404542f * x - 1.5371385f * y - 0.4985314f * z) * 0.829621636f, (-0.9692660f * x + 1.8760108f * y + 0.0415560f * z) * 1.05449694f,
             (0.0556434f * x - 0.2040259f * y + 1.0572252f * z) * 1.09888944f);
 }
 
-// Of a boundary between indices of this ratio, at normal incidence.
+// Reflectance at normal incidence of a boundary between indices of this ratio.
 EK_FN vf film_f0(vf ratio) {
   const vf r = (ratio - 1.0f) / (ratio + 1.0f);
   return r * r;
 }
 
-// The index, over that of air, of what has this reflectance at normal incidence; below 1e4.
+// The relative index, at most 1e4, of a dielectric with this reflectance at normal incidence in
+// air.
 EK_FN vf film_base_index(vf f0) {
   const vf r = sqrt(min_f(max_f(f0, (vf)(0.0f)), (vf)(0.9996f)));
   return (1.0f + r) / (1.0f - r);
@@ -47,19 +52,20 @@ typedef struct {
   vf thickness;  // metres
 } ThinFilm;
 
-/// Its index, fading to that of air below 0.03 nm.
+/// Index of the film, which fades to that of air below a thickness of 0.03 nm.
 EK_FN vf film_index(ThinFilm film) {
   const vf t = min_f(max_f(film.thickness * (1.0f / 0.03e-9f), (vf)(0.0f)), (vf)(1.0f));
   return 1.0f + (film.index - 1.0f) * ((t * t) * (3.0f - 2.0f * t));
 }
 
-// 2 times the integral over a cosine of something times the cosine: Gauss and Legendre's nodes for the square of the cosine. Up to two
-// fringes lie between the horizon and the normal of films that still have colours.
+// Gauss-Legendre nodes over the squared cosine, for 2 times the integral of f(cosine) cosine. Films
+// that still have colours show at most two fringes between the horizon and the normal.
 #define EK_FILM_NODES 5u
 constant float film_cosines[EK_FILM_NODES] = {0.216587343f, 0.480380417f, 0.707106781f, 0.877060235f, 0.976263245f};
 constant float film_weights[EK_FILM_NODES] = {0.118463443f, 0.239314335f, 0.284444444f, 0.239314335f, 0.118463443f};
 
-/// What a base of reflectance f0 (at normal incidence, without the film) can reflect at most with it at normal incidence, at any wave length.
+/// Upper bound over wavelengths of the reflectance at normal incidence of a base under the film.
+/// f0  reflectance of the base at normal incidence without the film
 EK_FN vf film_most(ThinFilm film, vf f0) {
   const vf index = film_index(film);
   const vf a = sqrt(film_f0(index)), b = sqrt(film_f0(film_base_index(f0) / index));
@@ -67,23 +73,28 @@ EK_FN vf film_most(ThinFilm film, vf f0) {
   return r * r;
 }
 
-/// Reflectance, R, G and B, [0, 1]; never more than Schlick's law from film_most on, so that what a base below is left with is right.
-/// cosine  of the light with the normal, in the air, [0, 1];  f0  of the base without the film, R, G and B
+/// Reflectance, R, G and B, [0, 1]; never more than Schlick's law with film_most as f0, on which
+/// the share of a diffuse base below relies.
+/// cosine  of the light with the normal, in air, [0, 1]
+/// f0      of the base without the film, R, G and B
 EK_FN_ONCE v3 film_reflectance(ThinFilm film, v3 f0, vf cosine) {
   const vf index = film_index(film);
-  const vf cos2 = 1.0f - ((1.0f - cosine) * (1.0f + cosine)) / (index * index);  // within the film; index >= 1: no total reflection
+  // Within the film; index >= 1, so there is no total reflection.
+  const vf cos2 = 1.0f - ((1.0f - cosine) * (1.0f + cosine)) / (index * index);
   const vf cos_film = sqrt(max_f(cos2, (vf)(0.0f)));
   const vf weight = schlick_weight(cosine);
-  // Not by Schlick: what does not reflect straight on, of the index of air, does not at grazing angles either.
+  // The exact equation, since Schlick's would let a film of the index of air reflect at grazing
+  // angles.
   const vf top = fresnel_dielectric(cosine, index);
   const vf passes = 1.0f - top;
   const vf path = 2.0f * (index * film.thickness) * cos_film;
-  // Of each channel's base: its reflectance seen from the film.
+  // Reflectance of each channel's base as seen from the film.
   const v3 base = V3(film_base_index(f0.x), film_base_index(f0.y), film_base_index(f0.z));
   const vf weight_film = schlick_weight(cos_film);
   const v3 f0_film = V3(film_f0(base.x / index), film_f0(base.y / index), film_f0(base.z / index));
   const v3 bottom = schlick(f0_film, (vf)(1.0f), weight_film);
-  // From the film the other side reflects half a turn later, and so does the base where it is the thinner medium: two half turns are none.
+  // Reflection within the film at its upper side shifts the phase by half a turn, and so does the
+  // base where its index is lower than the film's: two half turns cancel.
   const vf one = (vf)(1.0f), none = (vf)(0.0f);
   const v3 sign = V3(base.x < index ? one : -one, base.y < index ? one : -one, base.z < index ? one : -one);
   const v3 both = V3(min_f(top * bottom.x, (vf)(0.9999f)), min_f(top * bottom.y, (vf)(0.9999f)),

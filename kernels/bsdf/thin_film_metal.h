@@ -1,31 +1,34 @@
 // SPDX-License-Identifier: Apache-2.0
-// A thin film on a conductor of index eta + i k, by Airy's sum with both polarisations and the phase that metal adds
-// [Belcour and Barla 2017, "A Practical Extension to Microfacet Theory for the Modeling of Varying Iridescence"]. At one wave length
-// light comes back as
-//   R = |r12 + r23 E|^2 / |1 + r12 r23 E|^2 = 1 - A (1 + 2 sum Re q^m),   q = -r12 r23 E,   A = (1 - R12) (1 - R23) / (1 - R12 R23)
-// with r12 of the film's upper side, r23 of the metal seen from the film, and E = exp(2 pi i path / lambda). A is small where metal
-// reflects much, and with it all that the orders beyond the last would add.
+// A thin film on a conductor of index eta + i k, by Airy's sum with both polarisations and the
+// phase shift of metal [Belcour and Barla 2017, "A Practical Extension to Microfacet Theory for the
+// Modeling of Varying Iridescence"]. The reflectance at one wavelength is
+//   R = |r12 + r23 E|^2 / |1 + r12 r23 E|^2 = 1 - A (1 + 2 sum Re q^m),   q = -r12 r23 E,   A = (1
+//   - R12) (1 - R23) / (1 - R12 R23)
+// with r12 of the film's upper side, r23 of the metal seen from the film, and E = exp(2 pi i path /
+// lambda). A is small where the metal reflects much, and so are the orders beyond the last that is
+// summed.
 #ifndef EK_THIN_FILM_METAL_H
 #define EK_THIN_FILM_METAL_H
 #include "bsdf/thin_film.h"
 
 #define EK_FILM_METAL_ORDERS 8u
 
-// Of one polarisation, R, G and B apart: A, and q without E.
+// A, and q without E, of one polarisation in R, G and B.
 typedef struct { v3 absorbed, re, im; } FilmEcho;
 
-// Of one channel and one polarisation.
+// The same of one channel.
 typedef struct { vf absorbed, re, im; } FilmEchoChannel;
 
 // top, passes  r12 and 1 - R12;  re, im, kept  of r23, and 1 - R23
 EK_FN FilmEchoChannel film_echo(vf top, vf passes, vf re, vf im, vf kept) {
-  // 1 - R12 R23 without a difference of near numbers.
+  // 1 - R12 R23 without a difference of nearly equal numbers.
   const vf under = max_f(passes + (top * top) * kept, (vf)(0x1p-60f));
   FilmEchoChannel e = {passes * kept / under, -top * re, -top * im};
   return e;
 }
 
-// What of Fresnel's equations at both sides of a film its index and the angle decide; along: in the plane of incidence.
+// The terms of Fresnel's equations that the film's index and the angle determine.
+// across, along: polarisation perpendicular and parallel to the plane of incidence
 typedef struct {
   vf index2, cosine;  // square of its index; of the light in the air
   vf g;               // index times the cosine within the film
@@ -46,7 +49,7 @@ EK_FN FilmTop film_top(vf index, vf cosine) {
   return t;
 }
 
-// eta, k  of the metal, of one channel; across, along: of the two polarisations
+// eta, k  of the metal in one channel; across, along: the two polarisations
 EK_FN void film_echoes(FilmTop t, vf eta, vf k, FilmEchoChannel* across, FilmEchoChannel* along) {
   const vf s2 = (1.0f - t.cosine) * (1.0f + t.cosine);
   // a + i b = sqrt((eta + i k)^2 - sin^2), as in fresnel_conductor.
@@ -66,8 +69,9 @@ EK_FN void film_echoes(FilmTop t, vf eta, vf k, FilmEchoChannel* across, FilmEch
                      2.0f * (ui * vr - ur * vi_) * under_along, 4.0f * (t.index2 * t.g * (a * (sum + s2))) * under_along);
 }
 
-// exp(2 pi i m path / lambda) over one of the Gaussians of thin_film.h, from one order m to the next: d^(m m) exp(i m phase), where d is
-// what the Gaussian's width leaves of the first order.
+// exp(2 pi i m path / lambda) averaged over one of the Gaussians of thin_film.h, stepped from one
+// order m to the next: d^(m m) exp(i m phase), where the Gaussian's width damps the first order to
+// d.
 typedef struct { vf re, im, step_re, step_im, shrink; } FilmWave;
 
 EK_FN FilmWave film_wave(vf path, float middle, float variance) {
@@ -84,7 +88,7 @@ EK_FN FilmWave film_wave_next(FilmWave w) {
   return next;
 }
 
-// 2 A Re q^m of one polarisation; power: q^(m - 1), and then q^m.
+// 2 A Re q^m of one polarisation; power: q^(m - 1) before the call, q^m after it.
 EK_FN v3 film_echo_order(FilmEcho e, v3* power_re, v3* power_im, v3 wave_re, v3 wave_im) {
   const v3 re = sub3(mul3(*power_re, e.re), mul3(*power_im, e.im)), im = add3(mul3(*power_re, e.im), mul3(*power_im, e.re));
   *power_re = re;
@@ -98,7 +102,8 @@ EK_FN FilmEcho film_echo3(FilmEchoChannel r, FilmEchoChannel g, FilmEchoChannel 
 }
 
 /// Reflectance, R, G and B, [0, 1].
-/// cosine  of the light with the normal, in the air, [0, 1];  eta, k  of the conductor, R, G and B, <= 2^14
+/// cosine  of the light with the normal, in air, [0, 1]
+/// eta, k  of the conductor, R, G and B, <= 2^14
 EK_FN_ONCE v3 film_conductor_reflectance(ThinFilm film, v3 eta, v3 k, vf cosine) {
   const FilmTop top = film_top(film_index(film), cosine);
   FilmEchoChannel across[3], along[3];

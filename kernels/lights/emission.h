@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// What an area light's material does to its radiance at the point that light_sample chose, as hit_material does for rays that
-// meet the light: its emissive texture, and its opacity, of which a shadow ray that ends before the light knows nothing.
+// Radiance of an area light at the point that light_sample chose: its emissive texture, and its
+// opacity, which a shadow ray cannot see since it ends before the light. hit_material does the same
+// for rays that meet the light.
 #ifndef EK_LIGHT_EMISSION_H
 #define EK_LIGHT_EMISSION_H
 #include "lights/light.h"
 #include "surface/material.h"
 
-// What the surface of an area light says of the sample's point; triangle: s.triangle, or any other where there is none.
+// Attributes of an area light's surface at the sample's point.
+// triangle  s.triangle, or any other index where the light is no surface
 EK_FN HitAttributes light_attributes(SceneData scene, LightSample s, vu triangle) {
   HitAttributes at = hit_attributes(scene, triangle, s.b1, s.b2);
   if (EK_HAS_shape_light) {
@@ -18,7 +20,7 @@ EK_FN HitAttributes light_attributes(SceneData scene, LightSample s, vu triangle
   return at;
 }
 
-/// The sample's radiance; that of lights other than surfaces as it is.
+/// The sample's radiance with texture and opacity; unchanged for lights that are no surfaces.
 EK_FN v3 light_emission(SceneData scene, LightSample s) {
   if (!(EK_HAS_area & (EK_HAS_emissive_texture | EK_HAS_opacity))) return s.radiance;
   const vi is_area = !(s.is_distant | s.is_punctual);
@@ -34,8 +36,8 @@ EK_FN v3 light_emission(SceneData scene, LightSample s) {
   return select3(is_area, radiance, s.radiance);
 }
 
-/// What the coat of a light's surface lets through on the way to a point; 1 for lights other than surfaces, and for the inside of
-/// solids, which have none.
+/// Transmittance of the clearcoat of a light's surface towards a point; 1 for lights that are no
+/// surfaces, and for the inside of solids, which have no coat.
 /// wi  world, unit: from the point to the light
 EK_FN vf light_coat(SceneData scene, LightSample s, v3 wi) {
   const vi is_area = !(s.is_distant | s.is_punctual);

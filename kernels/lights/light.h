@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// Light sampling: emissive triangles, the environment, and lights without extent, chosen through an alias table. All
-// densities include the probability of that choice, and every density of a light that rays can meet can be asked for
-// without sampling.
+// Sampling of lights: emissive surfaces, the environment, and lights without extent, chosen by an
+// alias table or by the light tree. All densities include the probability of that choice. The
+// density of any light that rays can meet is available without sampling.
 #ifndef EK_LIGHT_H
 #define EK_LIGHT_H
+#include "lanes/basis.h"
+#include "lanes/warp.h"
+#include "lights/alias_table.h"
 #include "lights/environment_map.h"
-#include "lights/light_choice.h"
-#include "lights/punctual.h"
 #include "lights/light_samples.h"
 #include "lights/light_tree.h"
+#include "lights/punctual.h"
 #include "surface/surface.h"
-#include "lanes/warp.h"
 
 // Kinds of lights: Light.kind.
 enum {
@@ -18,18 +19,18 @@ enum {
 #include "shared/features.def"
 };
 
-// The arrays that lights are sampled from; without a map its two are dummies.
+// The arrays that lights are sampled from. Without an environment map its two are dummies.
 typedef struct {
   global const Light* lights;
-  global const LightBucket* light_buckets;
+  global const AliasEntry* light_alias_table;
   global const float4* environment_texels;  // radiance; w: density of light sampling, per sr
-  global const LightBucket* environment_buckets;
+  global const AliasEntry* environment_alias_table;
 #if EK_HAS_light_tree
   global const LightNode* light_nodes;
 #endif
 } LightData;
 
-// The same as arguments of a kernel; they are bound by these names.
+// The same as arguments of a kernel, which are bound by these names.
 #if EK_HAS_light_tree
 #define EK_TREE_ARGUMENTS , global const LightNode *light_nodes
 #define EK_TREE_DATA , light_nodes
@@ -38,55 +39,59 @@ typedef struct {
 #define EK_TREE_DATA
 #endif
 #define EK_LIGHT_ARGUMENTS                                                                                             \
-  global const Light *lights, global const LightBucket *light_buckets, global const float4 *environment_texels,       \
-      global const LightBucket *environment_buckets EK_TREE_ARGUMENTS
-#define EK_LIGHT_DATA {lights, light_buckets, environment_texels, environment_buckets EK_TREE_DATA}
+  global const Light *lights, global const AliasEntry *light_alias_table, global const float4 *environment_texels,       \
+      global const AliasEntry *environment_alias_table EK_TREE_ARGUMENTS
+#define EK_LIGHT_DATA {lights, light_alias_table, environment_texels, environment_alias_table EK_TREE_DATA}
 
-/// Weight of a strategy of density a against another of density b [Veach 1995, the power heuristic with exponent 2].
-/// In [0, 1], and the two weights add to 1, whatever the densities are: huge, both zero, infinite.
+/// Weight of a strategy of density a against another of density b [Veach 1995, the power heuristic
+/// with exponent 2]. In [0, 1], and the two weights add to 1, whatever the densities are: huge,
+/// both zero, infinite.
 EK_FN vf power_heuristic(vf a, vf b) {
   vf ratio = b / a;
   ratio = ratio == ratio ? ratio : (vf)(1.0f);  // 0 / 0, inf / inf: no preference
   return 1.0f / (1.0f + ratio * ratio);
 }
 
-/// Density per sr, seen from the ray's origin, of a density per m^2 at the point where the unit direction dir meets a
-/// surface of normal n_geom at distance t; 0 edge on.
+/// Density per sr, seen from the ray's origin, of a density per m^2 at the point where the unit
+/// direction dir meets a surface of normal n_geom at distance t; 0 edge on.
 EK_FN vf pdf_sr_from_m2(vf pdf_m2, v3 n_geom, v3 dir, vf t) {
   const vf cos_light = abs_f(dot3(n_geom, dir));
   return cos_light > 0.0f ? (pdf_m2 * (t * t)) / cos_light : (vf)(0.0f);
 }
 
-/// Density with which light_sample chooses the point of an emissive triangle that a ray met, as seen from its origin.
-/// light_pdf_m2  of the triangle (load_triangle); dir: unit; t: distance
+/// Density with which light_sample chooses the point where a ray met an emissive triangle, per sr
+/// from the ray's origin.
+/// light_pdf_m2  of the triangle's record
+/// dir, t        of the ray: unit direction, distance
 EK_FN vf light_pdf_sr_of_hit(vf light_pdf_m2, v3 n_geom, v3 dir, vf t) {
   return pdf_sr_from_m2(light_pdf_m2, n_geom, dir, t);
 }
 
 /// Density with which light_sample chooses a direction towards the constant environment.
 /// probability  of choosing the environment (Frame.environment.w)
-/// cos_n        of the direction with the z of the basis that light_sample was given (wi.z of the BSDF sample, if its
-///              basis was the same; the miss of a scattered ray needs it)
-/// both_sides   mask, as light_sample was given it
+/// cos_n        cosine of the direction with the z of light_sample's basis: wi.z of a BSDF sample
+///              in the same basis
+/// both_sides   mask, as for light_sample
 EK_FN vf environment_pdf_sr(float probability, vf cos_n, vi both_sides) {
   const vf one_side = max_f(cos_n, (vf)(0.0f)) * (EK_INV_PI * probability);
   if (!EK_HAS_transmission) return one_side;
   return both_sides ? abs_f(cos_n) * (EK_INV_PI * 0.5f * probability) : one_side;
 }
 
-/// Whether a light of normal n_geom emits towards a viewer who looks along dir: from its front, or from both sides.
+/// Mask of the lights of normal n_geom that emit towards a viewer who looks along dir.
 EK_FN vi emits_towards(v3 n_geom, vi double_sided, v3 dir) {
   return double_sided | (dot3(n_geom, dir) < 0.0f);
 }
 
 // The random words of one light sample.
 typedef struct {
-  vu a, b;  // light, and the point on it
-  vu c, d;  // texel of the map and place in it; unset without a map
-  uint which;  // light, of EK_HAS_each_light
+  vu a, b;     // for the light, and the point on it
+  vu c, d;     // for the texel of the environment map, and the point in it; unset without a map
+  uint which;  // EK_HAS_each_light: index of the light
 } LightWords;
 
-// Of how many samples the estimate of a vertex is the mean. The lights that are each sampled add up instead.
+// The estimate at a vertex is a mean of this many samples. With EK_HAS_each_light it is a sum over
+// lights.
 #define EK_LIGHT_MEAN (EK_HAS_each_light ? 1.0f : (float)EK_LIGHT_SAMPLES)
 
 /// which  sample of the vertex, below EK_LIGHT_SAMPLES
@@ -94,9 +99,11 @@ EK_FN LightWords light_words(vu key, vu index, uint depth, uint which) {
   LightWords words;
   words.which = which;
   if (EK_HAS_each_light) {
-    key = key + which * 0x632be5abu;  // lights are strangers to each other
+    // Each light has its own scramble, so their samples are independent.
+    key = key + which * 0x632be5abu;
   } else if (EK_LIGHT_SAMPLES > 1) {
-    // The samples of a vertex stand beside each other in one sequence, so that they share out the lights between them.
+    // The samples of a vertex are consecutive in one sequence, so that they are stratified over the
+    // lights.
     key = key + mul_hi(index, (vu)(EK_LIGHT_SAMPLES)) * 0x632be5abu;
     index = index * (uint)EK_LIGHT_SAMPLES + which;
   }
@@ -107,52 +114,62 @@ EK_FN LightWords light_words(vu key, vu index, uint depth, uint which) {
 
 typedef struct {
   vi is_distant;     // environment, map, directional: light from a direction wi
-  vi is_punctual;    // point, spot: light from a point that has no surface
-  vi is_shape;       // shape_light_sample (lights/shape_light.h) has yet to find its point; then pdf is per sr
-  vi is_delta;       // no scattered ray can meet it: pdf is the probability of selection
-  v3 p, p_error, n;  // of a triangle: world point, bound of its error, unit normal of the front; p of a punctual one
-  v3 wi;             // of distant ones: world, unit; of a spot: back along its axis
-  v3 radiance;       // W / (sr m^2), of a triangle that of its front; punctual: intensity, W / sr; directional: W / m^2
+  vi is_punctual;    // point, spot: light from a point without a surface
+  vi is_shape;       // shape_light_sample has still to find the point; then pdf is per sr
+  vi is_delta;       // no scattered ray can meet the light; pdf is the probability of selection
+  v3 p, p_error, n;  // triangle: world point, bound of its error, normal of the front; punctual: p
+  v3 wi;             // distant: world, unit; spot: back along its axis
+  v3 radiance;       // W / (sr m^2), on the front; punctual: W / sr; directional: W / m^2
   vi double_sided;
   vf pdf;            // per m^2 for a triangle, per sr for the environment
   vu group;          // light group
-  vu triangle;       // of an area light, and the weights of its second and third corner
-  vf b1, b2;
-  vf u, v;    // of a shape: place on it, [0,1)^2
-  vf cone_cos, cone_scale, range2;  // of punctual ones: see spot_falloff, punctual_falloff
+  vu triangle;       // of an area light,
+  vf b1, b2;         // and the weights of its second and third corner
+  vf u, v;           // shape: random numbers for the point, [0,1)^2
+  vf cone_cos, cone_scale, range2;  // punctual: see spot_falloff, punctual_falloff
 } LightSample;
 
-/// A light that was chosen, and with what probability among those that are chosen by the tree.
+/// A chosen light, and the probability with which the tree chose it; 1 where the tree did not
+/// choose.
 typedef struct {
-  LightChoice choice;
+  AliasSample choice;
   vf probability;
 } PickedLight;
 
-// Entry 0 of the table is the tree, if there is one; lights that have no place stand behind its own.
+/// A shading point that wants a light.
+typedef struct {
+  LightSampleContext context;
+  vi wanted;  // mask: lanes whose sample counts
+  LightWords words;
+} LightQuery;
+
+// With a tree, entry 0 of the alias table stands for the tree, and the other entries for the lights
+// that are not in it: their records are behind those of the tree.
 #if EK_HAS_light_tree
-// Where the table leaves it to the tree.
-EK_FN TreeSearch search_of(constant Frame* frame, LitPoint lit, vi wanted, LightWords words, LightChoice choice) {
-  const vu more = hash_bits(words.b);
-  // With nothing beside the tree the whole word is its own, else the 24 bits that are left of it.
-  const vu word = frame->light_count == 1u ? words.a : (AS_U(TO_I(choice.u * 0x1p24f)) << 8) | (more >> 24);
-  return tree_search(frame->tree_light_count, frame->light_scale, lit, (choice.light == 0u) & wanted, word, more);
+// The walk through the tree for the lanes for which the table chose the tree.
+EK_FN TreeSearch search_of(constant Frame* frame, LightQuery query, AliasSample choice) {
+  const vu more = hash_bits(query.words.b);
+  // If the tree is the only entry it has the whole word, else the 24 bits that the table left.
+  const vu word = frame->light_count == 1u ? query.words.a : (AS_U(TO_I(choice.u * 0x1p24f)) << 8) | (more >> 24);
+  return tree_search(frame->tree_light_count, frame->light_scale, query.context, (choice.index == 0u) & query.wanted, word, more);
 }
 
-EK_FN PickedLight picked_by(constant Frame* frame, TreeSearch search, LightChoice choice) {
+EK_FN PickedLight picked_by(constant Frame* frame, TreeSearch search, AliasSample choice) {
   const TreeChoice leaf = tree_search_end(search);
-  const vi in_tree = choice.light == 0u;
-  choice.light = in_tree ? leaf.light : choice.light + (frame->tree_light_count - 1u);
+  const vi in_tree = choice.index == 0u;
+  choice.index = in_tree ? leaf.light : choice.index + (frame->tree_light_count - 1u);
   choice.u = in_tree ? leaf.u : choice.u;
   const PickedLight picked = {choice, in_tree ? leaf.probability : (vf)(1.0f)};
   return picked;
 }
 
-/// pick_light for two at a time: each waits for its nodes and its arithmetic while the other goes on.
-EK_FN void pick_two_lights(constant Frame* frame, LightData data, LitPoint lit_a, vi wanted_a, LightWords words_a, LitPoint lit_b,
-                           vi wanted_b, LightWords words_b, PickedLight* picked) {
-  const LightChoice a = choose_light(data.light_buckets, frame->light_count, words_a.a, words_a.b),
-                    b = choose_light(data.light_buckets, frame->light_count, words_b.a, words_b.b);
-  TreeSearch of_a = search_of(frame, lit_a, wanted_a, words_a, a), of_b = search_of(frame, lit_b, wanted_b, words_b, b);
+/// pick_light for two queries at once: each waits for its nodes and its arithmetic while the other
+/// goes on.
+EK_FN void pick_two_lights(constant Frame* frame, LightData data, const LightQuery* queries, PickedLight* picked) {
+  const LightWords words_a = queries[0].words, words_b = queries[1].words;
+  const AliasSample a = alias_table_sample(data.light_alias_table, frame->light_count, words_a.a, words_a.b),
+                    b = alias_table_sample(data.light_alias_table, frame->light_count, words_b.a, words_b.b);
+  TreeSearch of_a = search_of(frame, queries[0], a), of_b = search_of(frame, queries[1], b);
   while (ANY(of_a.walk.open | of_b.walk.open)) {
     tree_search_step(data.light_nodes, &of_a);
     tree_search_step(data.light_nodes, &of_b);
@@ -162,10 +179,10 @@ EK_FN void pick_two_lights(constant Frame* frame, LightData data, LitPoint lit_a
 }
 #endif
 
-EK_FN PickedLight pick_among_all(constant Frame* frame, LightData data, LitPoint lit, vi wanted, LightWords words) {
-  const LightChoice choice = choose_light(data.light_buckets, frame->light_count, words.a, words.b);
+EK_FN PickedLight pick_among_all(constant Frame* frame, LightData data, LightQuery query) {
+  const AliasSample choice = alias_table_sample(data.light_alias_table, frame->light_count, query.words.a, query.words.b);
 #if EK_HAS_light_tree
-  TreeSearch search = search_of(frame, lit, wanted, words, choice);
+  TreeSearch search = search_of(frame, query, choice);
   while (ANY(search.walk.open)) tree_search_step(data.light_nodes, &search);
   return picked_by(frame, search, choice);
 #else
@@ -174,53 +191,84 @@ EK_FN PickedLight pick_among_all(constant Frame* frame, LightData data, LitPoint
 #endif
 }
 
-// The words of the only light as choose_light would leave them.
-EK_FN LightChoice only_choice(LightWords words) {
+// The choice of the only light, with the random words as alias_table_sample would leave them.
+EK_FN AliasSample only_choice(LightWords words) {
   const vf u = word_to_float(words.a) * 0x1p-32f;
-  const LightChoice c = {(vu)(0u), u < 1.0f ? u : u - 1.0f, to_unit_float(words.b)};
+  const AliasSample c = {(vu)(0u), u < 1.0f ? u : u - 1.0f, to_unit_float(words.b)};
   return c;
 }
 
-EK_FN LightChoice own_choice(LightWords words, uint light_count) {
-  LightChoice c = only_choice(words);
-  c.light = (vu)(min(words.which, max(light_count, 1u) - 1u));
+EK_FN AliasSample own_choice(LightWords words, uint light_count) {
+  AliasSample c = only_choice(words);
+  c.index = (vu)(min(words.which, max(light_count, 1u) - 1u));
   return c;
 }
 
 #define EK_HAS_near_light (EK_HAS_area | EK_HAS_point | EK_HAS_spot)  // some light has a place
 
 /// Chooses a light.
-/// lit     the shading point, as the tree knows it
-/// wanted  mask: lanes whose sample counts
-EK_FN PickedLight pick_light(constant Frame* frame, LightData data, LitPoint lit, vi wanted, LightWords words) {
-  if (!EK_HAS_one_light & !EK_HAS_each_light) return pick_among_all(frame, data, lit, wanted, words);
-  const PickedLight picked = {EK_HAS_one_light ? only_choice(words) : own_choice(words, frame->light_count), (vf)(1.0f)};
+EK_FN PickedLight pick_light(constant Frame* frame, LightData data, LightQuery query) {
+  if (!EK_HAS_one_light & !EK_HAS_each_light) return pick_among_all(frame, data, query);
+  const PickedLight picked = {EK_HAS_one_light ? only_choice(query.words) : own_choice(query.words, frame->light_count), (vf)(1.0f)};
   return picked;
+}
+
+// The constant environment is sampled by the cosine about z: for a constant radiance that is the
+// whole integrand of a diffuse surface but for visibility, so an open sky has no variance at all.
+// Of a uniform sphere half the samples would be lost below the surface.
+EK_FN void sample_environment(constant Frame* frame, AliasSample choice, Basis basis, vi both_sides, vi is, LightSample* s) {
+  vf u = choice.u;
+  vi below = (vi)(0);
+  if (EK_HAS_transmission) {
+    below = both_sides & (u >= 0.5f);
+    u = both_sides ? 2.0f * (below ? u - 0.5f : u) : u;
+  }
+  v3 wi_local = warp_cosine_hemisphere(u, choice.v);
+  wi_local.z = below ? -wi_local.z : wi_local.z;
+  s->is_distant = is;
+  s->wi = select3(is, to_world(basis, wi_local), s->wi);
+  s->radiance = select3(is, splat3(frame->environment), s->radiance);
+  s->pdf = is ? environment_pdf_sr(frame->environment.w, wi_local.z, both_sides) : s->pdf;
+}
+
+EK_FN void sample_environment_map(constant Frame* frame, LightData data, LightWords words, vi is, LightSample* s) {
+  MapValue value;
+  const v3 wi =
+      environment_map_sample(frame, data.environment_texels, data.environment_alias_table, words.c, words.d, &value);
+  s->is_distant = s->is_distant | is;
+  s->wi = select3(is, wi, s->wi);
+  s->radiance = select3(is, value.radiance, s->radiance);
+  s->pdf = is ? value.pdf : s->pdf;
+}
+
+EK_FN void sample_punctual(LightLanes r, LightSample* s) {
+  s->is_punctual = (r.kind == (uint)LIGHT_point) | (r.kind == (uint)LIGHT_spot);
+  s->is_delta = s->is_delta | s->is_punctual;
+  s->p = select3(s->is_punctual, r.p0, s->p);
+  s->wi = select3(s->is_punctual, r.p1, s->wi);
+  s->cone_cos = r.p2.x;
+  s->cone_scale = r.p2.y;
+  s->range2 = r.p2.z;
 }
 
 /// Samples the light that was chosen.
 /// basis       of the shading point, z on the side of wo
 /// both_sides  mask: light from below the surface counts too
-// The constant environment is sampled by the cosine about z: for a constant radiance that is the whole integrand of a
-// diffuse surface but the visibility, so an open sky costs no noise at all. Of a uniform sphere half would be lost below
-// the surface.
 EK_FN LightSample light_sample(constant Frame* frame, LightData data, PickedLight picked, Basis basis, vi both_sides,
                                LightWords words) {
-  const LightChoice choice = picked.choice;
-  const LightLanes r = EK_HAS_one_light ? broadcast_light(data.lights) : load_light(data.lights, choice.light);
-  const vu kind = r.kind;
+  const AliasSample choice = picked.choice;
+  const LightLanes r = EK_HAS_one_light ? broadcast_light(data.lights) : load_light(data.lights, choice.index);
   LightSample s;
   s.is_distant = s.is_punctual = s.is_shape = s.is_delta = (vi)(0);
   warp_triangle(choice.u, choice.v, &s.b1, &s.b2);
-  const v3 p0 = r.p0, p1 = r.p1, p2 = r.p2;
   if (EK_HAS_quad_light) {
     const vi is_quad = (r.flags & EK_LIGHT_QUAD) != 0u;
     s.b1 = is_quad ? choice.u : s.b1;
     s.b2 = is_quad ? choice.v : s.b2;
   }
   if (EK_HAS_near_light) {
-    s.p = triangle_point(p0, p1, p2, s.b1, s.b2, &s.p_error);
-    s.n = triangle_normal(p0, p1, p2);
+    s.p = triangle_point(r.p0, r.p1, r.p2, s.b1, s.b2, &s.p_error);
+    s.n = triangle_normal(r.p0, r.p1, r.p2);
     s.wi = neg3(s.n);
   } else {
     s.p = s.p_error = s.n = s.wi = basis.z;
@@ -231,72 +279,45 @@ EK_FN LightSample light_sample(constant Frame* frame, LightData data, PickedLigh
   s.group = r.flags >> EK_LIGHT_GROUP_SHIFT;
   s.triangle = r.triangle;
   if (EK_HAS_shape_light) {
-    s.is_shape = kind == (uint)LIGHT_shape_light;
+    s.is_shape = r.kind == (uint)LIGHT_shape_light;
     s.u = choice.u;
     s.v = choice.v;
   }
   if (EK_HAS_environment) {
-    const vi is = kind == (uint)LIGHT_environment;
-    if (ANY(is)) {
-      vf u = choice.u;
-      vi below = (vi)(0);
-      if (EK_HAS_transmission) {
-        below = both_sides & (u >= 0.5f);
-        u = both_sides ? 2.0f * (below ? u - 0.5f : u) : u;
-      }
-      v3 wi_local = warp_cosine_hemisphere(u, choice.v);
-      wi_local.z = below ? -wi_local.z : wi_local.z;
-      s.is_distant = is;
-      s.wi = select3(is, to_world(basis, wi_local), s.wi);
-      s.radiance = select3(is, splat3(frame->environment), s.radiance);
-      s.pdf = is ? environment_pdf_sr(frame->environment.w, wi_local.z, both_sides) : s.pdf;
-    }
+    const vi is = r.kind == (uint)LIGHT_environment;
+    if (ANY(is)) sample_environment(frame, choice, basis, both_sides, is, &s);
   }
   if (EK_HAS_environment_map) {
-    const vi is = kind == (uint)LIGHT_environment_map;
-    if (ANY(is)) {
-      MapValue value;
-      const v3 wi =
-          environment_map_sample(frame, data.environment_texels, data.environment_buckets, words.c, words.d, &value);
-      s.is_distant = s.is_distant | is;
-      s.wi = select3(is, wi, s.wi);
-      s.radiance = select3(is, value.radiance, s.radiance);
-      s.pdf = is ? value.pdf : s.pdf;
-    }
+    const vi is = r.kind == (uint)LIGHT_environment_map;
+    if (ANY(is)) sample_environment_map(frame, data, words, is, &s);
   }
   if (EK_HAS_directional) {
-    const vi is = kind == (uint)LIGHT_directional;
+    const vi is = r.kind == (uint)LIGHT_directional;
     s.is_distant = s.is_distant | is;
     s.is_delta = s.is_delta | is;
-    s.wi = select3(is, p1, s.wi);
+    s.wi = select3(is, r.p1, s.wi);
   }
-  if (EK_HAS_point | EK_HAS_spot) {
-    s.is_punctual = (kind == (uint)LIGHT_point) | (kind == (uint)LIGHT_spot);
-    s.is_delta = s.is_delta | s.is_punctual;
-    s.p = select3(s.is_punctual, p0, s.p);
-    s.wi = select3(s.is_punctual, p1, s.wi);
-    s.cone_cos = p2.x;
-    s.cone_scale = p2.y;
-    s.range2 = p2.z;
-  }
+  if (EK_HAS_point | EK_HAS_spot) sample_punctual(r, &s);
   return s;
 }
 
-// A sampled light as the shading point sees it, and the shadow ray towards it.
+// A sampled light as seen from the shading point, and the shadow ray towards it.
 typedef struct {
   v3 wi;        // world, unit
-  vf pdf;       // per sr; 0: nothing arrives (edge on, the back of a one-sided light, no distance)
-  v3 radiance;  // that arrives; of a delta light the irradiance at normal incidence, and pdf the probability of selection
+  vf pdf;       // per sr; 0: nothing arrives (edge on, the back of a one-sided light, no distance);
+                // of a delta light the probability of selection
+  v3 radiance;  // that arrives; of a delta light the irradiance at normal incidence
   v3 origin;    // shadow ray: off the surface
   v3 dir;       // not unit: the light is at t = 1
   vf t_max;     // a little less than 1, or infinity towards distant lights
-  vu goal;      // RayEnds: the triangle that it goes to
+  vu goal;      // RayEnds: the triangle at which it ends
 } LightPath;
 
 /// p, p_error, n_geom  of the shading point
-// The shadow ray must not meet the light itself. The target is moved off the light's plane by the error of the point on
-// it; the ray's own rounding, some 2^-21 of its length over the cosine at the light, is taken off t_max, without scale. A
-// light without extent may be placed on a surface, which is not in its way either.
+// The shadow ray must not meet the light itself. So its target is moved off the light's plane by
+// the error of the point, and t_max is reduced by the ray's own rounding, some 2^-21 of its length
+// over the cosine at the light, which does not depend on the scene's scale. A light without extent
+// may lie on a surface, which must not block it either.
 EK_FN LightPath light_path(LightSample s, v3 p, v3 p_error, v3 n_geom) {
   if (!EK_HAS_near_light) {
     const LightPath far = {s.wi, s.pdf, s.radiance, offset_ray_origin(p, p_error, n_geom, s.wi), s.wi, EK_INFINITY, (vu)(EK_NO_HIT)};
@@ -316,7 +337,7 @@ EK_FN LightPath light_path(LightSample s, v3 p, v3 p_error, v3 n_geom) {
     vf falloff = punctual_falloff(distance2, s.range2);
     if (EK_HAS_spot) falloff = falloff * spot_falloff(dot3(s.wi, wi_near), s.cone_cos, s.cone_scale);
     path.radiance = select3(s.is_punctual, scale3(s.radiance, falloff), path.radiance);
-    const vf pdf_punctual = distance2 > 0x1p-100f ? s.pdf : (vf)(0.0f);  // nearer there is no inverse square
+    const vf pdf_punctual = distance2 > 0x1p-100f ? s.pdf : (vf)(0.0f);  // 1 / d^2 is finite
     pdf_near = s.is_punctual ? pdf_punctual : pdf_near;
   }
   path.pdf = s.is_distant ? s.pdf : pdf_near;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How many shadow rays a vertex has: one, unless the host asks for more.
+// The number of shadow rays per vertex: one, unless the host asks for more.
 #ifndef EK_LIGHT_SAMPLES_H
 #define EK_LIGHT_SAMPLES_H
 #ifndef EK_LIGHT_SAMPLES

@@ -1,68 +1,73 @@
 // SPDX-License-Identifier: Apache-2.0
-// Choosing among many lights by what each may give to a point: a binary tree over them (host/pack/lights/light_tree.h), from whose
-// root a path leads to one light, at every node to that side with the probability of its share of the estimated light.
-//   An estimate is of the energy of a side times the cosines at both ends over the squared distance, from three moments: the
-//   middle of its energy, the mean square of the distance from it, and the mean of the directions that it is emitted to. Each is
-//   smoothed by what the moments leave open, so that no light has an estimate of zero, near, behind, or below the horizon.
-//   Paths are walked in integers [arithmetic coding]: a node splits a range of random words, and what is left of the range over
-//   all words is the probability, exactly; asking for a light's probability splits the same ranges.
-//   source  after Conty Estevez and Kulla ["Importance Sampling of Many Lights with Adaptive Tree Splitting", 2018], with
-//           moments instead of bounds and cones: as cheap, and closer to the mean
+// Importance sampling of many lights by a binary tree over them (host/pack/lights/light_tree.h). A
+// walk goes from the root to one light, and takes each side of a node with the probability of its
+// share of the light that the node is estimated to give to the shading point.
+//   An estimate is the energy of a side times the cosines at both ends over the squared distance.
+//   It is made of three moments: the centroid of the energy, the variance about it, and the mean
+//   direction of emission. Each factor is smoothed by what the moments leave uncertain, so that no
+//   light has an estimate of zero, be it near, behind, or below the horizon.
+//   Walks split integers [arithmetic coding]: a node splits a range of random words, and the final
+//   range over all words is the probability, exactly. The probability of a given light comes from
+//   the same splits.
+//   source  after [Conty Estevez and Kulla 2018, "Importance Sampling of Many Lights with Adaptive
+//           Tree Splitting"], with moments instead of bounds and cones: as cheap, and closer to the
+//           mean
 #ifndef EK_LIGHT_TREE_H
 #define EK_LIGHT_TREE_H
 #include "lanes/math.h"
 #include "lanes/record_lanes.h"
-#include "lights/light_choice.h"
+#include "lights/alias_table.h"
 
-/// The point that light arrives at.
+/// A point for which the tree chooses a light.
 typedef struct {
-  v3 p;      // world, metres
-  vu facing;  // its normal (pack_facing)
-} LitPoint;
+  v3 p;              // world, metres
+  vu packed_normal;  // pack_normal of its normal
+} LightSampleContext;
 
-#define FACING_BOTH_SIDES 0x40000000u  // light from below counts as that from above
+#define PACKED_NORMAL_BOTH_SIDES 0x40000000u  // light from below counts like light from above
 
-/// A unit normal in ten bits per axis, and whether light from both sides counts: whoever asks for a probability must know the
-/// same normal as who chose by it, bit for bit, and a path has to carry it.
-EK_FN vu pack_facing(v3 n, vi both_sides) {
+/// Packs a unit normal into ten bits per axis, with a flag for light from both sides. A path
+/// carries the result, since the probability of a choice must be computed from the same bits as the
+/// choice.
+EK_FN vu pack_normal(v3 n, vi both_sides) {
   const vu x = AS_U(TO_I(n.x * 511.0f + 512.0f)), y = AS_U(TO_I(n.y * 511.0f + 512.0f)), z = AS_U(TO_I(n.z * 511.0f + 512.0f));
-  const vu facing = (x & 1023u) | ((y & 1023u) << 10) | ((z & 1023u) << 20);
-  return both_sides ? facing | FACING_BOTH_SIDES : facing;
+  const vu packed = (x & 1023u) | ((y & 1023u) << 10) | ((z & 1023u) << 20);
+  return both_sides ? packed | PACKED_NORMAL_BOTH_SIDES : packed;
 }
 
-// Of nearly unit length.
-EK_FN v3 facing_normal(vu facing) {
+// The normal, of nearly unit length.
+EK_FN v3 unpack_normal(vu packed) {
   const float unit = 1.0f / 511.0f;
-  return V3((TO_F(AS_I(facing & 1023u)) - 512.0f) * unit, (TO_F(AS_I((facing >> 10) & 1023u)) - 512.0f) * unit,
-            (TO_F(AS_I((facing >> 20) & 1023u)) - 512.0f) * unit);
+  return V3((TO_F(AS_I(packed & 1023u)) - 512.0f) * unit, (TO_F(AS_I((packed >> 10) & 1023u)) - 512.0f) * unit,
+            (TO_F(AS_I((packed >> 20) & 1023u)) - 512.0f) * unit);
 }
 
-// What a side of a node is estimated to give, times the square of `distance2`.
+// Estimated light of a side of a node, times the square of `distance2`.
 typedef struct { vf numerator, distance2; } LightEstimate;
 
-// What x may be on average, where it is off by an unknown amount of mean square spread2, if less than 0 counts as 0; twice that.
-EK_FN vf positive_part(vf x, vf spread2) {
-  const vf root = sqrt(x * x + spread2);
+// Twice the expected positive part of a number with mean x and about this variance.
+EK_FN vf positive_part(vf x, vf variance) {
+  const vf root = sqrt(x * x + variance);
   return max_f(x + root, root * 0x1p-10f);
 }
 
-// middle, spread2, flow  moments of the side, in units of the lights' extent, as p
-EK_FN LightEstimate light_estimate(v3 p, v3 n, vi both_sides, v3 middle, vf spread2, v3 flow) {
-  const v3 d = sub3(middle, p);
+// centroid, variance, mean_direction  moments of the side, in the tree's unit, as p
+EK_FN LightEstimate light_estimate(v3 p, v3 n, vi both_sides, v3 centroid, vf variance, v3 mean_direction) {
+  const v3 d = sub3(centroid, p);
   const vf d2 = dot3(d, d);
   const vf height = dot3(n, d);
-  const vf above = positive_part(both_sides ? abs_f(height) : height, spread2);
-  // Light that flows evenly to all sides is a quarter of what the same energy gives ahead of a surface.
-  const vf even = 0.25f * max_f(1.0f - dot3(flow, flow), (vf)(0.0f));
-  const vf ahead = positive_part(-dot3(flow, d), even * d2 + spread2);
-  LightEstimate e = {above * ahead, d2 + spread2};
+  const vf above = positive_part(both_sides ? abs_f(height) : height, variance);
+  // Isotropic emission gives a quarter of what the same energy gives in front of a surface.
+  const vf isotropic = 0.25f * max_f(1.0f - dot3(mean_direction, mean_direction), (vf)(0.0f));
+  const vf ahead = positive_part(-dot3(mean_direction, d), isotropic * d2 + variance);
+  LightEstimate e = {above * ahead, d2 + variance};
   return e;
 }
 
 // Probability of the left side of a node.
 EK_FN vf left_share(v3 p, v3 n, vi both_sides, LightNodeLanes r) {
-  const LightEstimate left = light_estimate(p, n, both_sides, r.left, r.left_spread2, r.left_flow);
-  const LightEstimate right = light_estimate(p, n, both_sides, r.right, r.right_spread2, r.right_flow);
+  const LightEstimate left = light_estimate(p, n, both_sides, r.left_centroid, r.left_variance, r.left_mean_direction);
+  const LightEstimate right = light_estimate(p, n, both_sides, r.right_centroid, r.right_variance, r.right_mean_direction);
   const vf nearer = left.distance2 / right.distance2;
   const vf a = left.numerator * r.left_share, b = (right.numerator * (1.0f - r.left_share)) * (nearer * nearer);
   const vf share = a / (a + b);
@@ -70,7 +75,8 @@ EK_FN vf left_share(v3 p, v3 n, vi both_sides, LightNodeLanes r) {
   return share == share ? bounded : (vf)(0.5f);
 }
 
-// What a walk knows: the node, the first of its lights, the range of words left, and its unit as a power of two.
+// State of a walk: the node, the first of its lights, the remaining range of words, and the range's
+// unit, a power of two.
 typedef struct {
   vi open;  // mask: not yet at a light
   vu node, first, range;
@@ -85,7 +91,8 @@ EK_FN LightWalk light_walk(vi wanted, uint light_count) {
 // Words of the range that lead to the left.
 EK_FN vu light_walk_split(vu range, vf share) { return mul_hi(range, AS_U(TO_I(share * 0x1p30f)) << 2); }
 
-// To the side that was chosen; the node's record says how many lights are on its left, and whether one is on its right.
+// Goes to the chosen side.
+// link  of the node: the number of lights on its left, and a flag for a single light on its right
 EK_FN void light_walk_go(LightWalk* w, vi left, vu split, vu link) {
   const vu left_count = link & ~LIGHT_TREE_RIGHT_IS_LIGHT;
   const vi arrived = left ? left_count == 1u : (link & LIGHT_TREE_RIGHT_IS_LIGHT) != 0u;
@@ -96,21 +103,22 @@ EK_FN void light_walk_go(LightWalk* w, vi left, vu split, vu link) {
   w->node = w->open ? w->node + (left ? (vu)(1u) : left_count) : w->node;
 }
 
-#define LIGHT_WALK_NARROW 0x10000u  // below, a range is widened by 16 bits; no split leaves less than 2^5 of it
+// A range below this is widened by 16 bits; no split leaves less than 2^5 of it.
+#define LIGHT_WALK_NARROW 0x10000u
 
 EK_FN void light_walk_widen(LightWalk* w, vi narrow) {
   w->range = narrow ? w->range << 16 : w->range;
   w->unit = narrow ? w->unit * 0x1p-16f : w->unit;
 }
 
-/// One of the tree's lights, by its place in the order of leaves.
+/// One of the tree's lights, by its position in the order of leaves.
 typedef struct {
   vu light;
   vf probability;
-  vf u;  // what is left of the random word, [0, 1)
+  vf u;  // the rest of the random word, uniform again, [0, 1)
 } TreeChoice;
 
-// A walk that chooses: at each node by what is left of a random word.
+// A walk that chooses at each node by the rest of a random word.
 typedef struct {
   v3 p, n;
   vi both_sides;
@@ -119,16 +127,17 @@ typedef struct {
 } TreeSearch;
 
 /// Search for a light for each wanted lane.
-/// word  random; more: random bits, independent of it as far as these reach
-EK_FN TreeSearch tree_search(uint light_count, float scale, LitPoint lit, vi wanted, vu word, vu more) {
-  const TreeSearch t = {scale3(lit.p, (vf)(scale)), facing_normal(lit.facing), (lit.facing & FACING_BOTH_SIDES) != 0u,
+/// word  random word
+/// more  seed of further random bits, for when those of `word` are used up
+EK_FN TreeSearch tree_search(uint light_count, float scale, LightSampleContext lit, vi wanted, vu word, vu more) {
+  const TreeSearch t = {scale3(lit.p, (vf)(scale)), unpack_normal(lit.packed_normal), (lit.packed_normal & PACKED_NORMAL_BOTH_SIDES) != 0u,
                         word == 0xffffffffu ? word - 1u : word, more, light_walk(wanted, light_count)};
   return t;
 }
 
 EK_FN void tree_search_step(global const LightNode* nodes, TreeSearch* t) {
   LightWalk* w = &t->walk;
-  const vi walked = w->open;  // lanes that have arrived must not change: others walk on, or none do
+  const vi walked = w->open;  // lanes that have arrived must not change while others walk on
   const LightNodeLanes r = load_light_node(nodes, w->node);
   const vu split = light_walk_split(w->range, left_share(t->p, t->n, t->both_sides, r));
   const vi left = t->rest < split;
@@ -146,21 +155,13 @@ EK_FN TreeChoice tree_search_end(TreeSearch t) {
   return c;
 }
 
-/// Chooses a light for each wanted lane, as tree_search.
-EK_FN TreeChoice choose_in_tree(global const LightNode* nodes, uint light_count, float scale, LitPoint lit, vi wanted, vu word,
-                                vu more) {
-  TreeSearch t = tree_search(light_count, scale, lit, wanted, word, more);
-  while (ANY(t.walk.open)) tree_search_step(nodes, &t);
-  return tree_search_end(t);
-}
-
-/// Probability that choose_in_tree takes that light.
-EK_FN vf probability_in_tree(global const LightNode* nodes, uint light_count, float scale, LitPoint lit, vi wanted, vu light) {
-  const v3 p = scale3(lit.p, (vf)(scale)), n = facing_normal(lit.facing);
-  const vi both_sides = (lit.facing & FACING_BOTH_SIDES) != 0u;
+/// Probability that a search ends at `light`.
+EK_FN vf light_tree_probability(global const LightNode* nodes, uint light_count, float scale, LightSampleContext lit, vi wanted, vu light) {
+  const v3 p = scale3(lit.p, (vf)(scale)), n = unpack_normal(lit.packed_normal);
+  const vi both_sides = (lit.packed_normal & PACKED_NORMAL_BOTH_SIDES) != 0u;
   LightWalk w = light_walk(wanted, light_count);
   while (ANY(w.open)) {
-    const vi walked = w.open;  // lanes that have arrived must not change: others walk on, or none do
+    const vi walked = w.open;  // lanes that have arrived must not change while others walk on
     const LightNodeLanes r = load_light_node(nodes, w.node);
     const vu split = light_walk_split(w.range, left_share(p, n, both_sides, r));
     light_walk_go(&w, light < w.first + (r.link & ~LIGHT_TREE_RIGHT_IS_LIGHT), split, r.link);

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sampling boxes and bounded planes by area: of a box the faces that are seen, or all from inside.
+// Sampling of boxes and bounded planes by area: of a box the visible faces, or all from inside.
 #ifndef EK_LIGHT_SHAPE_FLAT_H
 #define EK_LIGHT_SHAPE_FLAT_H
+#include "lights/shape_view.h"
 
-// The area that is seen of the faces at -1 and at +1 on each axis, in proportion: the faces across x have |det W| |L_x| in the
-// world, whatever the transform.
+// Visible areas of the faces at -1 and at +1 on each axis, up to a common factor: the faces across
+// x have |det W| |L_x| in the world, whatever the transform.
 typedef struct {
   v3 low, high;
   vf all;
@@ -31,7 +32,7 @@ EK_FN ShapeChoice box_choose(ShapeView view, vf u, vf v) {
   const vf at = u * faces.all;
   vf begin = (vf)(0.0f), part = begin, first = begin, mine = begin;
   vi found = (vi)(0);
-  for (uint i = 0; i < 6; ++i) {  // the last that has a share takes what rounding leaves
+  for (uint i = 0; i < 6; ++i) {  // the last face with a share also takes what rounding leaves
     const vi here = (share[i] > 0.0f) & !found;
     part = here ? (vf)((float)i) : part;
     first = here ? begin : first;

@@ -1,43 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
-// Emissive shapes as lights. A point of the shape is chosen in its own space, where it is of standard size; the density is that of
-// the direction towards it, per steradian of that space. Lines are lines in both spaces, so what is seen from a point is the same,
-// and a linear map L takes the solid angle d_own of a direction d to d_own = |det L| / |L d|^3 d_world: one way for turned, stretched
-// and sheared shapes alike. Each kind that can be sampled has, in light_shape_<what>.h,
-//   <name>_choose   a point of the surface, and its part (shape.h)
-//   <name>_density  of the direction towards a point, whether it was chosen or met by a scattered ray
+// Emissive shapes as lights. A point of the shape is chosen in its own space, where it has a
+// standard size; the density is that of the direction towards it, per steradian of that space.
+// Lines stay lines, so what is visible from a point is the same in both spaces, and a linear map L
+// takes the solid angle d_own of a direction d to d_own = |det L| / |L d|^3 d_world, whether it
+// turns, stretches or shears. Each kind that can be sampled has, in shape_sphere.h, shape_flat.h or
+// shape_round.h,
+//   <name>_choose   a point of the surface, and its part (shapes/shape.h)
+//   <name>_density  of the direction towards a point, whether it was chosen or met by a scattered
+//   ray
 // and a line in each of the two functions below.
 #ifndef EK_LIGHT_SHAPE_H
 #define EK_LIGHT_SHAPE_H
 #include "lights/light.h"
-#include "shapes/shape_surface.h"
-
-// A shape as it is seen from a point.
-typedef struct {
-  ShapeLanes shape;
-  v3 from;     // the point, own space
-  v3 slack;    // from is inside of a face that it is nearer to than this: what it lies on may be rounded to either side
-  v3 part_m2;  // area of the parts in the world
-} ShapeView;
-
-typedef struct {
-  v3 p;
-  vf part;
-} ShapeChoice;
-
-// Of the direction from `from` to p, where points near p are chosen with a density per area; out: the normal, any length.
-EK_FN vf density_sr_from_area(ShapeView view, v3 p, v3 out, vf density) {
-  const v3 d = sub3(p, view.from);
-  const vf across = abs_f(dot3(out, d)), distance2 = dot3(d, d);
-  const vf per_sr = (density * distance2) * sqrt(distance2 * dot3(out, out)) / across;
-  return across > 0.0f ? per_sr : (vf)(0.0f);
-}
-
-// What is left of u, uniform again, where it lies in [begin, begin + share).
-EK_FN vf rest_of(vf u, vf begin, vf share) { return max_f(min_f((u - begin) / share, (vf)(1.0f - 0x1p-24f)), (vf)(0.0f)); }
-
-#include "lights/shape_sphere.h"
 #include "lights/shape_flat.h"
 #include "lights/shape_round.h"
+#include "lights/shape_sphere.h"
+#include "lights/shape_view.h"
+#include "shapes/shape_surface.h"
 
 EK_FN ShapeChoice shape_choose(ShapeView view, vf u, vf v) {
   const vf zero = (vf)(0.0f);
@@ -76,9 +55,9 @@ EK_FN vf shape_density(ShapeView view, ShapePoint at, vf part) {
   return density;
 }
 
-// Steradians of own space per steradian of the world about the unit direction dir.
+// Steradians of own space per steradian of the world, about the unit direction dir.
 EK_FN vf own_sr_per_sr(ShapeLanes s, v3 dir) {
-  // Rows are as small as 2^-60: scaled by a power of two, which is exact.
+  // Rows may be as small as 2^-60, so they are scaled by a power of two, which is exact.
   const vf largest = max_f(max_f(max_component(abs3(s.x)), max_component(abs3(s.y))), max_component(abs3(s.z)));
   const vf scale = AS_F(0x7f000000u - (AS_U(largest) & 0x7f800000u));
   const v3 x = scale3(s.x, scale), y = scale3(s.y, scale), z = scale3(s.z, scale);
@@ -96,19 +75,28 @@ EK_FN ShapeView shape_view(ShapeLanes s, ShapeWorldLanes world, v3 p) {
   return view;
 }
 
-/// Density with which shape_light_sample chooses a point of a shape that a ray met, per sr as seen from the ray's origin, the choice
-/// of the shape included.
-/// corners  the record that was met, of a shape; at, part: the point in own space (shape_surface); origin, dir: of the ray, dir unit
-EK_FN_ONCE vf shape_light_pdf_sr(SceneData scene, TriangleLanes corners, vi is_shape, ShapePoint at, vf part, v3 origin, v3 dir) {
-  const vu index = is_shape ? AS_U(corners.n.x) : (vu)(0u);
+// A ray's hit of a shape.
+typedef struct {
+  vi is_shape;  // mask: the lane has one
+  ShapePoint at;
+  vf part;
+} ShapeLightHit;
+
+/// Density with which shape_light_sample chooses the point where a ray met a shape, per sr from the
+/// ray's origin; the choice of the shape is included.
+/// corners      record that was met
+/// hit          the point in own space (shape_surface)
+/// origin, dir  of the ray; dir unit
+EK_FN_ONCE vf shape_light_pdf_sr(SceneData scene, TriangleLanes corners, ShapeLightHit hit, v3 origin, v3 dir) {
+  const vu index = hit.is_shape ? AS_U(corners.n.x) : (vu)(0u);
   const ShapeLanes s = load_shape(scene.shapes, index);
   const ShapeView view = shape_view(s, load_shape_world(scene.shapes, index), origin);
-  const vf pdf = shape_density(view, at, part) * own_sr_per_sr(s, dir);
+  const vf pdf = shape_density(view, hit.at, hit.part) * own_sr_per_sr(s, dir);
   return corners.light_pdf_m2 > 0.0f ? pdf * corners.light_pdf_m2 : (vf)(0.0f);
 }
 
-/// Puts what is of a triangle in a sample right where the light that was chosen is a shape: the point on it as p sees it, its
-/// error, its normal, the density per sr, and in b1 and b2 the texture coordinates.
+/// Completes a sample whose light is a shape: the point on it as seen from p, its error, its
+/// normal, the density per sr, and in b1 and b2 the texture coordinates.
 EK_FN_ONCE LightSample shape_light_sample(SceneData scene, LightSample sample, v3 p) {
   const vi is_shape = sample.is_shape;
   if (!ANY(is_shape)) return sample;

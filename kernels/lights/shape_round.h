@@ -1,15 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sampling cylinders, cones and capsules by area: a part by its area in the world, of the side what is seen of it from outside.
+// Sampling of cylinders, cones and capsules by area: a part by its area in the world, where the
+// side counts with what is visible of it from outside.
 #ifndef EK_LIGHT_SHAPE_ROUND_H
 #define EK_LIGHT_SHAPE_ROUND_H
+#include "lights/shape_view.h"
 
-// A side of radius a + b y between low and high, and what is seen of it: `seen` the angle about the Y axis in turns, to both sides of
-// where the viewpoint is.
+// A side of radius a + b y between low and high. `seen`: the visible angle about the Y axis, in
+// turns, to each side of the direction to the viewpoint.
 typedef struct {
   vf a, b, low, high, seen;
 } SideView;
 
-// The side's plane at the angle phi from the viewpoint faces it where distance * cos phi > a + b y, y being the viewpoint's.
+// The tangent plane at the angle phi faces the viewpoint where distance * cos phi > a + b y, with y
+// of the viewpoint.
 EK_FN vf side_seen(ShapeView view, vf a, vf b) {
   const vf radius = a + b * view.from.y;
   const vf distance = sqrt(view.from.x * view.from.x + view.from.z * view.from.z);
@@ -22,7 +25,7 @@ EK_FN vi side_holds(ShapeView view, vf a, vf b, vf low, vf high) {
   return (distance <= a + b * view.from.y + slack) & (view.from.y >= low - view.slack.y) & (view.from.y <= high + view.slack.y);
 }
 
-// Even by area: the square of the radius is even between the ends'.
+// Uniform by area: the squared radius is uniform between those of the ends.
 EK_FN v3 side_choose(ShapeView view, SideView side, vf u, vf v) {
   const vf first = max_f(side.a + side.b * side.low, (vf)(0.0f)), last = max_f(side.a + side.b * side.high, (vf)(0.0f));
   const vf radius = sqrt((first * first) * (1.0f - v) + (last * last) * v), sum = radius + first;
@@ -40,7 +43,7 @@ EK_FN vf side_density(SideView side) {
   return EK_INV_2PI / (side.seen * ends * (side.high - side.low) * sqrt(1.0f + side.b * side.b));
 }
 
-// Which of three parts u falls to, by their shares. u: what is left of it
+// The one of three parts that u selects by their shares. u: rescaled to [0, 1) for reuse
 EK_FN vf part_chosen(v3 share, vf* u) {
   const vf at = *u * ((share.x + share.y) + share.z), two = share.x + share.y;
   const vi first = (at < share.x) | !((share.y > 0.0f) | (share.z > 0.0f));
@@ -83,8 +86,8 @@ EK_FN vf cylinder_density(ShapeView view, ShapePoint at, vf part) {
   return mine > 0.0f ? density_sr_from_area(view, at.p, at.out, mine * density) : (vf)(0.0f);
 }
 
-// Normals of the upper sphere's cap have y above this, those of the lower one's below it; where one sphere holds the other, the
-// smaller has none.
+// Normals on the upper sphere's cap have y above this, those on the lower one's cap below it. Where
+// one sphere contains the other, the smaller has no cap.
 EK_FN vf capsule_rim(ShapeLanes s, CapsuleSide side) {
   return side.there ? side.tilt : s.b > s.c ? (vf)(-1.0f) : (vf)(1.0f);
 }

@@ -1,22 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sampling spheres: directions evenly within the cone that sees one, from inside points evenly over it. On the surface that is the
-// cosine about its normal, in the middle of the sphere every direction alike.
+// Sampling of spheres: from outside directions uniform in the cone that the sphere fills, from
+// inside points uniform over its area, which at the surface is the cosine about its normal, and at
+// the centre every direction alike.
 #ifndef EK_LIGHT_SHAPE_SPHERE_H
 #define EK_LIGHT_SHAPE_SPHERE_H
+#include "lanes/basis.h"
+#include "lights/shape_view.h"
 
 EK_FN vi sphere_holds(ShapeView view) {
   return dot3(view.from, view.from) < 1.0f + 2.0f * max_component(view.slack);
 }
 
-// 1 - cos of half the cone's angle: sin^2 / (1 + cos) has no difference of nearly equal numbers, however far away the sphere is.
+// 1 - cos of half the cone's angle. sin^2 / (1 + cos) has no difference of nearly equal numbers,
+// however far away the sphere is.
 EK_FN vf sphere_cone(v3 from) {
   const vf sin2 = 1.0f / dot3(from, from);
   return sin2 / (1.0f + sqrt(1.0f - sin2));
 }
 
-// The concentric map of the square to the disc is the map to the cone, with 1 - cos as r^2. A line at the angle theta to the axis
-// passes the middle at the distance h = D sin theta and meets the sphere at asin h - theta from the axis, seen from the middle.
-// source [Pharr, Jakob, Humphreys 2023, section 6.2.4], without its difference of squares of distances
+// The concentric map to the disc gives the map to the cone, with 1 - cos as r^2. A line at the
+// angle theta to the axis passes the centre at the distance h = D sin theta, and meets the sphere at
+// the angle asin h - theta from the axis, seen from the centre.
+// source  [Pharr, Jakob, Humphreys 2023, section 6.2.4], without its difference of squares
 EK_FN ShapeChoice sphere_choose(ShapeView view, vf u, vf v) {
   const vf zero = (vf)(0.0f), one = (vf)(1.0f);
   const vi inside = sphere_holds(view);

@@ -20,6 +20,6 @@ kernel void record_layout(global uint* layout_out) {
   EK_LAYOUT(4, TriangleNormals, v2)
   EK_LAYOUT(6, MaterialRecord, emissive_texture)
   EK_LAYOUT(8, Light, triangle)
-  EK_LAYOUT(10, LightBucket, alias)
+  EK_LAYOUT(10, AliasEntry, alias)
   EK_LAYOUT(12, Diagnostics, report)
 }

@@ -5,9 +5,10 @@
 //   arithmetic_records  64 records of 16 words, any bits: whether records arrive whole
 #ifndef EK_ARITHMETIC_H
 #define EK_ARITHMETIC_H
+#include "lanes/basis.h"
 #include "lanes/sampler.h"
-#include "surface/surface.h"
 #include "lanes/warp.h"
+#include "surface/surface.h"
 
 // A float of random mantissa and sign and an exponent from -16 to 15: no result below is a denormal, which devices may flush.
 EK_FN vf arithmetic_operand(vu bits) {

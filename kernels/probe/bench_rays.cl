@@ -69,9 +69,11 @@ EK_FN_ONCE void bench_scatter_run(constant Frame* frame, SceneData scene, LightD
             live ? EK_INFINITY : (vf)(0.0f), ends);
 
   if (frame->light_count > 0) {
-    const LitPoint lit = {offset_ray_origin(surface.p, surface.p_error, n, n), pack_facing(n, (vi)(0))};
     const LightWords words = light_words(key, (vu)(0u), 1, 0);
-    const LightSample light = light_sample(frame, light_data, pick_light(frame, light_data, lit, live, words), basis, (vi)(0), words);
+    const LightQuery query = {.context = {offset_ray_origin(surface.p, surface.p_error, n, n), pack_normal(n, (vi)(0))},
+                              .wanted = live,
+                              .words = words};
+    const LightSample light = light_sample(frame, light_data, pick_light(frame, light_data, query), basis, (vi)(0), words);
     const LightPath path = light_path(light, surface.p, surface.p_error, n);
     const vi arrives = live & (path.pdf > 0.0f) & (dot3(path.wi, n) > 0.0f);
     if (!EK_HAS_instance) ends.goal = path.goal;

@@ -16,7 +16,7 @@ typedef struct {
 #if EK_HAS_opacity
 // Whether the ray passes the root of this number, counted from its origin: each time that it meets a shape it decides anew.
 // (By the shape's own number: which record it has hangs on how meshes are stored.)
-EK_FN vi shape_passes(SceneData scene, vu id, vu shape, ShapePoint point, uint number, OpacityKey key) {
+EK_FN vi shape_alpha_test_rejects(SceneData scene, vu id, vu shape, ShapePoint point, uint number, OpacityKey key) {
   const vf zero = (vf)(0.0f), one = (vf)(1.0f);
   const HitAttributes at = {V3(zero, zero, zero), point.u, point.v, point.u, point.v, V3(zero, zero, zero), one, one, one, one, one};
   const vu material = load_word_u(Triangle, scene.triangles, id, material);
@@ -91,7 +91,7 @@ EK_FN ShapeHit shape_hit_within(SceneData scene, const RayLanes* ray, vi live, v
     passed = met & ((load_word_u(Triangle, scene.triangles, id, flags) & EK_SHAPE_ALPHA_TESTED) != 0u);
     if (ANY(passed)) {
       const ShapePoint point = shape_point(s, add3(o, scale3(d, root.z)), root.part, V3((vf)(0.0f), (vf)(0.0f), (vf)(0.0f)));
-      passed = passed & shape_passes(scene, id, shape, point, number, ray->key);
+      passed = passed & shape_alpha_test_rejects(scene, id, shape, point, number, ray->key);
     }
 #endif
     const vi stops = met & !passed;

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// The only file that knows which language reads it. Shared records use uint, int, float and float4 alone: float3 is
-// 16 bytes in OpenCL and 12 in GLM, and bool, size_t, enums and pointers differ between device and host.
+// The only file that knows which language reads it. Shared records use uint, int, float and float4
+// alone: float3 has 16 bytes in OpenCL and 12 in GLM, and bool, size_t, enums and pointers differ
+// between device and host.
 #ifndef EK_SHARED_ABI_H
 #define EK_SHARED_ABI_H
 
-#ifdef __OPENCL_C_VERSION__  // not __OPENCL_VERSION__: an offline clang -x cl leaves that one undefined
+#ifdef __OPENCL_C_VERSION__  // offline clang -x cl does not define __OPENCL_VERSION__
 #define EK_BEGIN
 #define EK_END
 #define EK_ASSERT_SIZE(T, n) typedef char ek_size_of_##T[(sizeof(T) == (n)) ? 1 : -1]

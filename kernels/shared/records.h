@@ -7,7 +7,7 @@ EK_BEGIN
 
 #define EK_NO_HIT 0xffffffffu
 #define EK_FILM_LIMBS 4           // 32-bit limbs of a film sum: two's complement, unit 2^-64
-#define EK_PAD 112                // slots behind arrays that whole vectors may touch, and where hits
+#define EK_PAD 112  // slots behind arrays that whole vectors may touch, and where hits
                                   // wait (stages/hit_classes.h)
 #define EK_FILM_PIXELS 64         // pixels of one work-item of stage `film` on CPU devices
 #define EK_ARITHMETIC_WORDS 256   // of the arithmetic probe
@@ -16,12 +16,12 @@ EK_BEGIN
 #define EK_REPORT_COUNT 8         // rejected samples of a unit that are reported one by one
 
 // Triangle.flags
-#define EK_TRIANGLE_ALPHA_TESTED 1u   // opacity is below 1 somewhere, so a ray may pass (surface/alpha.h)
-#define EK_SHAPE_ALPHA_TESTED 2u      // the same in a shape's record
-#define EK_TRIANGLE_GROUP_SHIFT 2 // six bits: light group of its emission, below EK_LIGHT_GROUPS_MOST
-#define EK_TRIANGLE_CLASS_SHIFT 8 // two bits: SHADING_*, the shading that it takes
-#define EK_TRIANGLE_LIGHT_SHIFT 10  // the rest: index of its light, if the light tree has it
-#define SHADING_LAMBERT 0u        // flat and exactly Lambert, without textures, vertex colours or layers
+#define EK_TRIANGLE_ALPHA_TESTED 1u  // opacity is below 1 somewhere (surface/alpha.h)
+#define EK_SHAPE_ALPHA_TESTED 2u     // the same in a shape's record
+#define EK_TRIANGLE_GROUP_SHIFT 2    // six bits: light group of its emission
+#define EK_TRIANGLE_CLASS_SHIFT 8    // two bits: SHADING_*, the shading that it takes
+#define EK_TRIANGLE_LIGHT_SHIFT 10   // the rest: index of its light, if the light tree has it
+#define SHADING_LAMBERT 0u        // flat and exactly Lambert, without textures, colours or layers
 #define SHADING_OPAQUE 1u         // any other surface that transmits no light
 #define SHADING_TRANSMISSIVE 2u   // of the lobe `transmission`
 #define SHADING_CLASS_COUNT 3u
@@ -35,7 +35,7 @@ EK_BEGIN
 #define EK_MATERIAL_SOLID 0x1000u        // transmits by refraction; else it is thin-walled
 #define EK_NO_TEXTURE 0xffffffffu
 #define EK_MEDIA_MOST 4           // solids that a path can be inside of at once (nested_media.h)
-#define EK_MEDIA_RANKS 255        // solids that a scene may have where priorities say how they overlap
+#define EK_MEDIA_RANKS 255  // solids that a scene may have where priorities say how they overlap
 
 // TextureRecord.flags
 #define EK_TEXTURE_SRGB 1u        // R, G, B are sRGB-encoded
@@ -45,11 +45,11 @@ EK_BEGIN
 #define EK_TEXTURE_MIRROR_U 16u
 #define EK_TEXTURE_CLAMP_V 32u
 #define EK_TEXTURE_MIRROR_V 64u
-#define EK_TEXEL_TABLE 256u       // first words of texels: linear value of each sRGB code, as floats
+#define EK_TEXEL_TABLE 256u  // first words of texels: linear value of each sRGB code, as floats
 
 // Light.flags
 #define EK_LIGHT_DOUBLE_SIDED 1u
-#define EK_LIGHT_QUAD 2u          // the parallelogram with sides p1 - p0 and p2 - p0: `triangle` and the
+#define EK_LIGHT_QUAD 2u  // the parallelogram with sides p1 - p0 and p2 - p0: `triangle` and the
                                   // one after it
 #define EK_LIGHT_GROUP_SHIFT 8    // the rest: its light group
 
@@ -59,7 +59,7 @@ EK_BEGIN
 
 #define EK_IMPLICIT_STEPS 4096    // most pieces of a ray that are tried in an implicit surface
 #define EK_PATH_STAGES 5          // number of EK_PATH_STAGE in stages.def
-#define EK_TALLY_DEPTHS 16        // depths that are counted apart; the last one counts all deeper ones
+#define EK_TALLY_DEPTHS 16  // depths that are counted apart; the last one counts all deeper ones
 
 #define EK_RECORD(T) typedef struct {
 #define EK_RECORD_END(T, bytes) } T; EK_ASSERT_SIZE(T, bytes);

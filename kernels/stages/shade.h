@@ -6,7 +6,7 @@
 // paths go on. CPU devices pack the survivors in place; GPU devices leave that to stage compact.
 #ifndef EK_STAGE_SHADE_H
 #define EK_STAGE_SHADE_H
-#include "bsdf/dispersion.h"
+#include "surface/dispersion.h"
 #include "film/first_hit.h"
 #include "stages/raycast.h"
 #include "stages/shade/direct_light.h"
@@ -57,7 +57,7 @@ EK_FN PathState shade_next_path(const ShadeContext* c, const ShadingPoint* point
       .beta = next->beta,
       .pdf = next->pdf,
       .pdf_environment = environment_pdf_sr(c->stage.frame->environment.w, next->wi.z, point->both_sides),
-      .packed_normal = point->lit.facing,
+      .packed_normal = point->light_context.packed_normal,
       .medium = next->medium,
       .null_interface_count = point->interface.null_interface_count + skipped,
       .hit_triangle = EK_HAS_instance ? (vu)(EK_NO_HIT) : point->triangle};

@@ -4,7 +4,7 @@
 #ifndef EK_INSTANCE_SURFACE_H
 #define EK_INSTANCE_SURFACE_H
 #include "surface/attributes.h"
-#include "traverse/instance_record.h"
+#include "surface/instance_record.h"
 #include "surface/surface.h"
 
 #if EK_HAS_instance

@@ -14,7 +14,7 @@
 // Child words of places have bits 31 and 30; below them is the place's number.
 #ifndef EK_TRAVERSE_INSTANCE_H
 #define EK_TRAVERSE_INSTANCE_H
-#include "traverse/instance_record.h"
+#include "surface/instance_record.h"
 #include "traverse/ray.h"
 #include "lanes/simd.h"
 

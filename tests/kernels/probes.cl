@@ -365,14 +365,14 @@ PROBE(probe_ggx_albedo) {
 #include "lights/light.h"
 PROBE(probe_power_heuristic) { OUT_F(0, power_heuristic(IN_F(0), IN_F(1))); }
 
-EK_FN_ONCE void probe_choose_light_run(PROBE_ITEMS, global const LightBucket* light_buckets, uint light_count) {
-  const LightChoice c = choose_light(light_buckets, light_count, IN_U(0), IN_U(1));
-  OUT_U(0, c.light);
+EK_FN_ONCE void probe_alias_table_run(PROBE_ITEMS, global const AliasEntry* light_alias_table, uint light_count) {
+  const AliasSample c = alias_table_sample(light_alias_table, light_count, IN_U(0), IN_U(1));
+  OUT_U(0, c.index);
   OUT_F(1, c.u);
   OUT_F(2, c.v);
 }
-kernel void probe_choose_light(PROBE_ARGUMENTS, global const LightBucket* light_buckets, uint light_count) {
-  probe_choose_light_run(PROBE_PASSED, light_buckets, light_count);
+kernel void probe_alias_table(PROBE_ARGUMENTS, global const AliasEntry* light_alias_table, uint light_count) {
+  probe_alias_table_run(PROBE_PASSED, light_alias_table, light_count);
 }
 
 // Inputs: two random words, shading point, its error per axis, its normal, whether light from below counts, two more words.
@@ -383,8 +383,8 @@ EK_FN_ONCE void probe_light_run(PROBE_ITEMS, constant Frame* frame, LightData da
   const vi both_sides = IN_U(11) != 0u;
   const LightWords words = {IN_U(0), IN_U(1), IN_U(12), IN_U(13)};
   const Basis basis = basis_around(n);
-  const LitPoint lit = {p, pack_facing(n, both_sides)};
-  const LightSample s = light_sample(frame, data, pick_light(frame, data, lit, ALL_LANES, words), basis, both_sides, words);
+  const LightQuery query = {.context = {p, pack_normal(n, both_sides)}, .wanted = ALL_LANES, .words = words};
+  const LightSample s = light_sample(frame, data, pick_light(frame, data, query), basis, both_sides, words);
   const LightPath path = light_path(s, p, p_error, n);
   OUT_U(0, s.is_distant ? (vu)(1u) : (vu)(0u));
   OUT_3(1, s.p);
@@ -416,13 +416,15 @@ kernel void probe_light(PROBE_ARGUMENTS, constant Frame* frame, EK_LIGHT_ARGUMEN
 #if EK_HAS_light_tree
 // Inputs: two random words, shading point, its normal, whether light from below counts, a light.
 EK_FN_ONCE void probe_light_tree_run(PROBE_ITEMS, global const LightNode* light_nodes, uint light_count, float scale) {
-  const LitPoint lit = {IN_3(2), pack_facing(IN_3(5), IN_U(8) != 0u)};
-  const TreeChoice c = choose_in_tree(light_nodes, light_count, scale, lit, ALL_LANES, IN_U(0), IN_U(1));
+  const LightSampleContext lit = {IN_3(2), pack_normal(IN_3(5), IN_U(8) != 0u)};
+  TreeSearch search = tree_search(light_count, scale, lit, ALL_LANES, IN_U(0), IN_U(1));
+  while (ANY(search.walk.open)) tree_search_step(light_nodes, &search);
+  const TreeChoice c = tree_search_end(search);
   OUT_U(0, c.light);
   OUT_F(1, c.probability);
   OUT_F(2, c.u);
-  OUT_F(3, probability_in_tree(light_nodes, light_count, scale, lit, ALL_LANES, c.light));
-  OUT_F(4, probability_in_tree(light_nodes, light_count, scale, lit, ALL_LANES, IN_U(9)));
+  OUT_F(3, light_tree_probability(light_nodes, light_count, scale, lit, ALL_LANES, c.light));
+  OUT_F(4, light_tree_probability(light_nodes, light_count, scale, lit, ALL_LANES, IN_U(9)));
 }
 kernel void probe_light_tree(PROBE_ARGUMENTS, global const LightNode* light_nodes, uint light_count, float scale) {
   probe_light_tree_run(PROBE_PASSED, light_nodes, light_count, scale);
@@ -461,7 +463,8 @@ EK_FN vi probe_met(constant Frame* frame, SceneData scene, v3 p, v3 dir, v3* poi
   const ShapePoint at = shape_surface(scene, corners, hit.part, p, dir, hit.t, &surface);
   *point = surface.p;
   *normal = surface.n_geom;
-  *pdf = shape_light_pdf_sr(scene, corners, ALL_LANES, at, hit.part, p, dir);
+  const ShapeLightHit shape_hit = {.is_shape = ALL_LANES, .at = at, .part = hit.part};
+  *pdf = shape_light_pdf_sr(scene, corners, shape_hit, p, dir);
   return hit.hit;
 }
 

@@ -5,7 +5,7 @@
 
 namespace eikon::host_lanes {
 // By path: a plain "math.h" would be the system's.
-#include "traverse/instance.h"
+#include "surface/instance.h"
 }  // namespace eikon::host_lanes
 
 namespace eikon {

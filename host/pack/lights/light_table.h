@@ -7,9 +7,9 @@
 
 namespace eikon {
 
-/// How light sampling chooses among lights: kernels/lights/light.h, choose_light.
+/// How light sampling chooses among lights: kernels/lights/light.h, alias_table_sample.
 struct LightTable {
-  std::vector<LightBucket> buckets;  // one per light; empty if no light has power
+  std::vector<AliasEntry> buckets;  // one per light; empty if no light has power
   /// Of choosing each light: the number of 32-bit words that choose it, divided by 2^32, so exactly what the table
   /// does. 0 if and only if the light has no power.
   std::vector<double> probability;

@@ -160,13 +160,13 @@ class Builder {
   LightNode record(const LightMoments& a, const LightMoments& b, std::uint32_t left_count, bool right_is_light) const {
     LightNode n{};
     const glm::dvec3 left = a.middle + center_, right = b.middle + center_;
-    n.left_x = float(left.x), n.left_y = float(left.y), n.left_z = float(left.z);
-    n.left_spread2 = float(std::max(a.spread2, kLeastSpread2));
-    n.left_flow_x = float(a.flow.x), n.left_flow_y = float(a.flow.y), n.left_flow_z = float(a.flow.z);
+    n.left_centroid_x = float(left.x), n.left_centroid_y = float(left.y), n.left_centroid_z = float(left.z);
+    n.left_variance = float(std::max(a.spread2, kLeastSpread2));
+    n.left_mean_direction_x = float(a.flow.x), n.left_mean_direction_y = float(a.flow.y), n.left_mean_direction_z = float(a.flow.z);
     n.left_share = float(std::clamp(a.power / (a.power + b.power), kLeastShare, 1 - kLeastShare));
-    n.right_x = float(right.x), n.right_y = float(right.y), n.right_z = float(right.z);
-    n.right_spread2 = float(std::max(b.spread2, kLeastSpread2));
-    n.right_flow_x = float(b.flow.x), n.right_flow_y = float(b.flow.y), n.right_flow_z = float(b.flow.z);
+    n.right_centroid_x = float(right.x), n.right_centroid_y = float(right.y), n.right_centroid_z = float(right.z);
+    n.right_variance = float(std::max(b.spread2, kLeastSpread2));
+    n.right_mean_direction_x = float(b.flow.x), n.right_mean_direction_y = float(b.flow.y), n.right_mean_direction_z = float(b.flow.z);
     n.link = left_count | (right_is_light ? LIGHT_TREE_RIGHT_IS_LIGHT : 0);
     return n;
   }

@@ -97,8 +97,8 @@ double pack_environment_map(const Environment& environment, PackedScene& packed)
   double integral = 0;
   for (const double power : powers) integral += power;
   LightTable table = build_light_table(powers);
-  packed.environment_buckets = std::move(table.buckets);
-  if (packed.environment_buckets.empty()) return 0;
+  packed.environment_alias_table = std::move(table.buckets);
+  if (packed.environment_alias_table.empty()) return 0;
   tbb::parallel_for(std::uint32_t{0}, height, [&](std::uint32_t j) {
     const double solid_angle = texel_solid_angle(j, width, height);
     for (std::size_t k = std::size_t{j} * width; k < (std::size_t{j} + 1) * width; ++k)

@@ -5,7 +5,7 @@
 
 namespace eikon {
 
-/// Fills packed.environment_texels (w: density per sr given that the map is chosen) and packed.environment_buckets.
+/// Fills packed.environment_texels (w: density per sr given that the map is chosen) and packed.environment_alias_table.
 /// returns  the integral over all directions of its radiance, mean of R, G and B: W / m^2; 0 where it is black
 /// throws   InputError for more than 2^28 texels, or a scale that takes its radiance beyond 1e30
 double pack_environment_map(const Environment& environment, PackedScene& packed);

@@ -105,7 +105,7 @@ class LightPacker {
       powers.push_back(strengths_[i].power * (strengths_[i].distant ? scale : 1));
     const LightTable table = build_light_table(powers);
     if (table.buckets.empty()) throw InternalError("lights without power");
-    packed_.light_buckets = table.buckets;
+    packed_.light_alias_table = table.buckets;
     for (std::size_t i = 0; i < in_tree; ++i) set_probability(i, table.probability[0]);
     if (in_tree > 0) share_of_tree(table.probability[0]);
     for (std::size_t i = in_tree; i < packed_.lights.size(); ++i) {

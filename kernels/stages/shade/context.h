@@ -60,7 +60,7 @@ typedef struct {
   v3 wo;           // to the viewer, local
   MaterialLanes material;
   MediumInterface interface;
-  LitPoint lit;    // what the tree of lights knows of the point
+  LightSampleContext light_context;  // the point as the light tree knows it
 } ShadingPoint;
 
 #endif

@@ -87,19 +87,26 @@ EK_FN uint direct_light_cast(const ShadeContext* c, const ShadingPoint* point, P
   return mask_bits(pending);
 }
 
+/// Light sample k of a vector of points.
+EK_FN LightQuery direct_light_query(const ShadeContext* c, const ShadingPoint* point, uint k) {
+  const LightQuery query = {.context = point->light_context,
+                            .wanted = point->live,
+                            .words = light_words(point->key, point->index, c->depth, k)};
+  return query;
+}
+
 #if EK_LIGHTS_IN_PAIRS
 /// The light samples of two vectors of points, whose lights are picked together. returns the number
 /// of shadow rays
 EK_FN_ONCE uint direct_light_pair(const ShadeContext* c, const ShadingPoint* points, uint shadow_count) {
   for (uint k = 0; k < EK_LIGHT_SAMPLES; ++k) {
-    LightWords words[2];
+    LightQuery queries[2];
     PickedLight picked[2];
-    for (uint i = 0; i < 2; ++i) words[i] = light_words(points[i].key, points[i].index, c->depth, k);
-    pick_two_lights(c->stage.frame, c->lights, points[0].lit, points[0].live, words[0], points[1].lit,
-                    points[1].live, words[1], picked);
+    for (uint i = 0; i < 2; ++i) queries[i] = direct_light_query(c, points + i, k);
+    pick_two_lights(c->stage.frame, c->lights, queries, picked);
 #pragma unroll 1
     for (uint i = 0; i < 2; ++i)
-      shadow_count += popcount(direct_light_cast(c, points + i, picked[i], words[i], k, shadow_count));
+      shadow_count += popcount(direct_light_cast(c, points + i, picked[i], queries[i].words, k, shadow_count));
   }
   return shadow_count;
 }
@@ -119,9 +126,9 @@ EK_FN uint direct_light_add(const ShadeContext* c, DirectLight* direct, const Sh
 #else
   uint pending = 0;
   for (uint k = 0; k < EK_LIGHT_SAMPLES; ++k) {
-    const LightWords words = light_words(point->key, point->index, c->depth, k);
-    const PickedLight picked = pick_light(c->stage.frame, c->lights, point->lit, point->live, words);
-    const uint cast = direct_light_cast(c, point, picked, words, k, EK_CHUNKED ? direct->shadow_count : slot);
+    const LightQuery query = direct_light_query(c, point, k);
+    const PickedLight picked = pick_light(c->stage.frame, c->lights, query);
+    const uint cast = direct_light_cast(c, point, picked, query.words, k, EK_CHUNKED ? direct->shadow_count : slot);
     direct->shadow_count += popcount(cast);
     pending |= cast << k;
   }

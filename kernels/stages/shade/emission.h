@@ -16,18 +16,18 @@ EK_FN vf emission_light_pdf_sr(const ShadeContext* c, const PathHit* hit, uint s
 #if EK_HAS_shape & EK_HAS_shape_light
   const vi is_shape = hit->corners.p2.x != hit->corners.p2.x;
   if (ANY(emits & is_shape)) {
-    const vf of_shape =
-        shape_light_pdf_sr(c->scene, hit->corners, is_shape, hit->on_shape, hit->u, hit->path.origin, hit->path.dir);
+    const ShapeLightHit shape_hit = {.is_shape = is_shape, .at = hit->on_shape, .part = hit->u};
+    const vf of_shape = shape_light_pdf_sr(c->scene, hit->corners, shape_hit, hit->path.origin, hit->path.dir);
     pdf = is_shape ? of_shape : pdf;
   }
 #endif
 #if EK_HAS_light_tree && EK_HAS_bsdf_emission
   const PathState path = path_load(c->stage.state, slot);  // again, because few vectors come here
-  const LitPoint lit = {path.origin, path.packed_normal};
+  const LightSampleContext context = {path.origin, path.packed_normal};
   const vi weighted = emits & (hit->path.pdf >= 0.0f) & (pdf > 0.0f);
   const vu light = hit->corners.flags >> EK_TRIANGLE_LIGHT_SHIFT;
-  pdf = pdf * probability_in_tree(c->lights.light_nodes, c->stage.frame->tree_light_count,
-                                  c->stage.frame->light_scale, lit, weighted, light);
+  pdf = pdf * light_tree_probability(c->lights.light_nodes, c->stage.frame->tree_light_count,
+                                     c->stage.frame->light_scale, context, weighted, light);
 #endif
   return pdf;
 }

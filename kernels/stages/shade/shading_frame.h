@@ -61,10 +61,10 @@ EK_FN void shading_frame(const ShadeContext* c, const PathHit* hit, const HitMat
   point->both_sides = (point->material.lobes & (1u << LOBE_transmission)) != 0u;
   // Reflected rays begin at this point, so the tree gives a light that such a ray meets the
   // probability it has here, bit for bit.
-  point->lit.p = point->p;
+  point->light_context.p = point->p;
   if (EK_HAS_light_tree)
-    point->lit.p = offset_ray_origin(point->p, point->p_error, point->n_geom, point->n_geom);
-  point->lit.facing = EK_HAS_light_tree ? pack_facing(point->n_shade, point->both_sides) : (vu)(0u);
+    point->light_context.p = offset_ray_origin(point->p, point->p_error, point->n_geom, point->n_geom);
+  point->light_context.packed_normal = EK_HAS_light_tree ? pack_normal(point->n_shade, point->both_sides) : (vu)(0u);
 }
 
 /// Tells directions that lie on the same side of the surface itself as of its shading normal:

@@ -124,9 +124,9 @@ std::vector<Sample> sample(const Sky& sky, std::mt19937& random, std::size_t cou
   const auto out = Probe("light")
                        .buffer("frame", std::vector<Frame>{sky.frame})
                        .buffer("lights", std::vector<Light>{light})
-                       .buffer("light_buckets", build_light_table(std::vector<double>{1}).buckets)
+                       .buffer("light_alias_table", build_light_table(std::vector<double>{1}).buckets)
                        .buffer("environment_texels", sky.packed.environment_texels)
-                       .buffer("environment_buckets", sky.packed.environment_buckets)
+                       .buffer("environment_alias_table", sky.packed.environment_alias_table)
                        .run("probe_light", in, 27);
   std::vector<Sample> samples;
   for (std::size_t i = 0; i < count; ++i) {
@@ -312,7 +312,7 @@ TEST(EnvironmentMap, the_mean_of_the_interpolation_over_the_sphere_is_what_selec
 TEST(EnvironmentMap, L15_black_and_half_black_maps_and_the_range_of_halves) {
   const Sky black(4, 2, std::vector<glm::vec3>(8, glm::vec3(0)));
   EXPECT_EQ(black.integral, 0);
-  EXPECT_TRUE(black.packed.environment_buckets.empty());
+  EXPECT_TRUE(black.packed.environment_alias_table.empty());
   for (const float4& texel : black.packed.environment_texels) EXPECT_EQ(texel.w, 0);
   const Sky bright(4, 2, one_lit(4, 2, 1, 1, 65504));
   EXPECT_TRUE(std::isfinite(bright.integral) && bright.integral > 0);

@@ -51,7 +51,7 @@ struct Arrival {
 std::vector<Arrival> arrivals(const PunctualLight& light, const std::vector<glm::dvec3>& points) {
   const PackedScene packed = packed_with({light});
   Frame frame{};
-  frame.light_count = std::uint32_t(packed.light_buckets.size());
+  frame.light_count = std::uint32_t(packed.light_alias_table.size());
   std::vector<Words> in(14, Words(points.size(), 0x12345678U));
   for (std::size_t i = 0; i < points.size(); ++i)
     for (int k = 0; k < 3; ++k) {
@@ -62,9 +62,9 @@ std::vector<Arrival> arrivals(const PunctualLight& light, const std::vector<glm:
   const auto out = Probe("light")
                        .buffer("frame", std::vector<Frame>{frame})
                        .buffer("lights", packed.lights)
-                       .buffer("light_buckets", packed.light_buckets)
+                       .buffer("light_alias_table", packed.light_alias_table)
                        .buffer("environment_texels", std::vector<float4>(1))
-                       .buffer("environment_buckets", std::vector<LightBucket>(1))
+                       .buffer("environment_alias_table", std::vector<AliasEntry>(1))
                        .run("probe_light", in, 27);
   std::vector<Arrival> list;
   for (std::size_t i = 0; i < points.size(); ++i) {

@@ -7,7 +7,7 @@
 #include <random>
 #include <set>
 
-#include "kernels/lights/light_choice.h"
+#include "kernels/lights/alias_table.h"
 #include "kernels/statistics.h"
 
 namespace eikon::test {
@@ -97,9 +97,9 @@ struct Choices {
 
 Choices choose_on_devices(const LightTable& table, const Words& a, const Words& b) {
   const auto out = Probe("light")
-                       .buffer("light_buckets", table.buckets)
+                       .buffer("light_alias_table", table.buckets)
                        .value("light_count", std::uint32_t(table.buckets.size()))
-                       .run("probe_choose_light", {a, b}, 3);
+                       .run("probe_alias_table", {a, b}, 3);
   Choices c{.light = out[0], .u = {}, .v = {}};
   for (std::size_t i = 0; i < a.size(); ++i) {
     c.u.push_back(as_float(out[1][i]));

@@ -9,7 +9,7 @@
 #include <numbers>
 #include <random>
 
-#include "kernels/lights/light_choice.h"
+#include "kernels/lights/alias_table.h"
 #include "kernels/statistics.h"
 
 namespace eikon::test {
@@ -100,10 +100,10 @@ std::vector<Sample> sample(const Lights& lights, const Words& a, const Words& b,
   const auto out = Probe("light")
                        .define("EK_HAS_one_light", one_light)
                        .buffer("lights", lights.records)
-                       .buffer("light_buckets", lights.table.buckets)
+                       .buffer("light_alias_table", lights.table.buckets)
                        .buffer("frame", std::vector<Frame>{frame})
                        .buffer("environment_texels", std::vector<float4>(1))
-                       .buffer("environment_buckets", std::vector<LightBucket>(1))
+                       .buffer("environment_alias_table", std::vector<AliasEntry>(1))
                        .run("probe_light", in, 27);
   std::vector<Sample> samples;
   const auto f = [&](std::size_t k, std::size_t i) { return double(as_float(out[k][i])); };

@@ -110,7 +110,7 @@ TEST(LightTree, is_for_more_than_a_few_lights_that_have_a_place) {
   const PackedScene packed = pack_scene(scene, features, settings);
   EXPECT_EQ(packed.tree_light_count, 4U);
   EXPECT_EQ(packed.light_nodes.size(), 3U);
-  EXPECT_EQ(packed.light_buckets.size(), 2U) << "the tree, and the sky";
+  EXPECT_EQ(packed.light_alias_table.size(), 2U) << "the tree, and the sky";
   double sum = 0;
   for (const PackedLight& light : packed.light_summary) sum += light.probability;
   EXPECT_NEAR(sum, 1, 1e-9);

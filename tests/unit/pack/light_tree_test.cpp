@@ -81,9 +81,9 @@ TEST(LightTree, its_links_lead_to_every_light_once_however_lights_lie) {
     EXPECT_LE(walk.depth, 3 * int(std::bit_width(lights.size())) + 9) << lights.size() << " lights";
     for (const LightNode& n : tree.nodes) {
       ASSERT_TRUE(n.left_share > 0 && n.left_share < 1);
-      ASSERT_TRUE(n.left_spread2 > 0 && std::isfinite(n.left_spread2) && n.right_spread2 > 0 &&
-                  std::isfinite(n.right_spread2));
-      ASSERT_TRUE(std::isfinite(n.left_x + n.left_y + n.left_z + n.right_x + n.right_y + n.right_z));
+      ASSERT_TRUE(n.left_variance > 0 && std::isfinite(n.left_variance) && n.right_variance > 0 &&
+                  std::isfinite(n.right_variance));
+      ASSERT_TRUE(std::isfinite(n.left_centroid_x + n.left_centroid_y + n.left_centroid_z + n.right_centroid_x + n.right_centroid_y + n.right_centroid_z));
     }
   }
 }
@@ -111,11 +111,11 @@ TEST(LightTree, the_moments_of_its_root_are_those_of_the_lights) {
   }
   const double scale = double(tree.scale);
   EXPECT_NEAR(double(root.left_share), power / all, 1e-6);
-  EXPECT_NEAR(double(root.left_x), middle.x * scale, 1e-6);
-  EXPECT_NEAR(double(root.left_y), middle.y * scale, 1e-6);
-  EXPECT_NEAR(double(root.left_z), middle.z * scale, 1e-6);
-  EXPECT_NEAR(double(root.left_spread2), spread2 * scale * scale, 1e-6);
-  EXPECT_NEAR(double(root.left_flow_x), flow.x / power, 1e-6);
+  EXPECT_NEAR(double(root.left_centroid_x), middle.x * scale, 1e-6);
+  EXPECT_NEAR(double(root.left_centroid_y), middle.y * scale, 1e-6);
+  EXPECT_NEAR(double(root.left_centroid_z), middle.z * scale, 1e-6);
+  EXPECT_NEAR(double(root.left_variance), spread2 * scale * scale, 1e-6);
+  EXPECT_NEAR(double(root.left_mean_direction_x), flow.x / power, 1e-6);
 }
 
 TEST(LightTree, is_the_same_for_a_scene_twice_and_for_one_scaled_by_a_power_of_two) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What chooses a light, after the definition.
+// The choice of an alias table by its definition.
 #pragma once
 #include <random>
 
@@ -14,7 +14,7 @@ inline Words random_words(std::mt19937& random, std::size_t count) {
   return words;
 }
 
-/// What kernels/lights/light.h chooses for the word a, after the definition.
+/// The entry that an alias table gives for the word a.
 inline std::uint32_t choose(const LightTable& table, std::uint32_t a) {
   const std::uint64_t product = std::uint64_t{a} * table.buckets.size();
   const auto bucket = std::uint32_t(product >> 32);

@@ -3,7 +3,7 @@
 #ifndef EK_INSTANCE_RECORD_H
 #define EK_INSTANCE_RECORD_H
 #include "lanes/record_lanes.h"
-#include "traverse/instance.h"
+#include "surface/instance.h"
 
 EK_FN Placing instance_placing(InstanceMatrixLanes m) {
   const Placing to_world = {m.m_x, m.m_y, m.m_z, V3(m.t_x, m.t_y, m.t_z)};

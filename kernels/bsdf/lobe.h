@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+// The types that every lobe takes and returns (contract: bsdf.h).
+#ifndef EK_LOBE_H
+#define EK_LOBE_H
+#include "lanes/math.h"
+
+// The parameters of a material at a hit, one per lane (surface/material.h fills them in).
+typedef struct {
+  vu lobes;          // bit set of EK_LOBE
+  v3 base_color;     // linear, [0, 1]
+  vf metallic;       // [0, 1]
+  vf ggx_alpha;      // square of glTF's roughness
+  vf ggx_alpha_x;    // the same along x, which is the direction of anisotropy; not less
+  v3 f0_dielectric;  // reflectance at normal incidence of the dielectric part
+  vf specular;  // its reflectance at grazing incidence: KHR_materials_specular's factor, [0, 1]
+  v3 f0;             // both reflectances of the whole surface, with its metallic part
+  vf f90;
+  vf transmission;   // share of what enters the dielectric part that passes through, [0, 1]
+  vf diffuse_transmission;  // share of the diffuse base that transmits, [0, 1]
+  v3 diffuse_transmission_color;
+  vi solid;          // transmits by refraction; else the surface is a thin wall
+  vf eta;            // solids: index of refraction of the far side over that of wo's side
+  // The layers on it (bsdf/layers.h):
+  vf clearcoat;        // [0, 1]
+  vf clearcoat_alpha;  // square of glTF's roughness
+  v3 clearcoat_normal; // local, unit, on wo's side
+  v3 sheen;            // colour of the fibres, [0, 1]
+  vf sheen_roughness;  // [0, 1]
+  vf iridescence;      // share of the surface under a thin film, [0, 1]
+  vf film_index;       // of the film over that of air
+  vf film_thickness;   // metres
+  vf phong_shininess;
+  v3 phong_specular;   // [0, 1]
+  v3 conductor_eta, conductor_k;  // complex index of refraction
+  global const float* measured;   // tables of all materials, the same for all lanes
+  vu measured_table;              // word at which the lane's own table begins
+} MaterialLanes;
+
+// Bits of MaterialLanes.lobes.
+enum {
+#define EK_LOBE(name, bit) LOBE_##name = bit,
+#include "shared/features.def"
+};
+
+typedef struct {
+  v3 weight;  // eval / pdf
+  v3 wi;      // local, unit
+  vf pdf;     // per sr; 0: nothing sampled
+  vi delta;   // mask
+} BsdfSample;
+
+// eval and pdf of one pair of directions. A lobe's `evaluate` gives both: they share most of their
+// work.
+typedef struct {
+  v3 f;    // f |cos theta_i|
+  vf pdf;  // per sr
+} BsdfValue;
+
+// value where m is set, else zero.
+EK_FN BsdfValue bsdf_value_if(vi m, BsdfValue value) {
+  const vf zero = (vf)(0.0f);
+  BsdfValue r = {select3(m, value.f, V3(zero, zero, zero)), m ? value.pdf : zero};
+  return r;
+}
+
+/// The sample of direction wi.
+/// value  of wi, or of the delta part where `delta` is set
+EK_FN BsdfSample bsdf_sample_of(BsdfValue value, v3 wi, vi delta) {
+  const vi some = value.pdf > 0x1p-100f;
+  const vf zero = (vf)(0.0f);
+  BsdfSample s = {select3(some, scale3(value.f, (vf)(1.0f) / value.pdf), V3(zero, zero, zero)),
+                  select3(some, wi, V3(zero, zero, (vf)(1.0f))),
+                  some ? value.pdf : zero, some & delta};
+  return s;
+}
+
+EK_FN vf mean_component(v3 a) { return ((a.x + a.y) + a.z) * (1.0f / 3.0f); }
+
+#endif
