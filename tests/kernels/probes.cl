@@ -152,6 +152,7 @@ PROBE(probe_warps) {
 #endif
 
 #ifdef EK_PROBE_surface
+#include "lanes/basis.h"
 #include "surface/surface.h"
 // Inputs: triangle, weights u and v, a direction w, the way from the ray's origin.
 EK_FN_ONCE void probe_surface_run(PROBE_ITEMS, global const Triangle* triangles) {
