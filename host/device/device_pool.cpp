@@ -17,7 +17,7 @@ namespace eikon {
 struct DevicePool::Lease::Idle {
   struct Kept {
     std::unique_ptr<Device> device;
-    std::unique_ptr<DeviceGuest> guest;  // ends first
+    std::unique_ptr<DeviceGuest> guest;  // destroyed before the device
   };
   std::mutex mutex;
   std::vector<Kept> devices;
@@ -110,7 +110,7 @@ std::vector<DeviceInfo> DevicePool::select(const std::string& selection, unsigne
   return devices;
 }
 
-void DevicePool::give_up(const DeviceInfo& info, const std::string& why) {
+void DevicePool::abandon(const DeviceInfo& info, const std::string& why) {
   const std::lock_guard lock(selections_->mutex);
   const auto known = [&](const Selections::Lost& device) { return same_device(device.info, info); };
   if (std::ranges::none_of(selections_->lost, known)) selections_->lost.push_back({info, why});

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Devices that stay open from one render to the next, with the programs that they have compiled.
+// Keeps devices open from one render to the next, with the programs that they have compiled.
 #pragma once
 #include <memory>
 #include <string>
@@ -9,7 +9,8 @@
 
 namespace eikon {
 
-/// What stays with a device from one lease to the next, and ends before the device does.
+/// An object that stays with a device from one lease to the next, and is destroyed before the
+/// device.
 struct DeviceGuest {
   DeviceGuest() = default;
   DeviceGuest(const DeviceGuest&) = delete;
@@ -17,12 +18,13 @@ struct DeviceGuest {
   virtual ~DeviceGuest() = default;
 };
 
-/// Copies are one and the same pool.
+/// Copies share one pool.
 class DevicePool {
  public:
   DevicePool();
 
-  /// An open device for one render; goes back to the pool at the end of its life, unless something was thrown meanwhile.
+  /// An open device for one render. Its destructor gives the device back to the pool, unless an
+  /// exception was thrown meanwhile.
   class Lease {
    public:
     Lease(Lease&&) noexcept;
@@ -30,35 +32,39 @@ class DevicePool {
     ~Lease();
     Device& operator*() const { return *device_; }
     Device* operator->() const { return device_.get(); }
-    /// Whoever has the lease may put one there, and finds what those before left.
+    /// The guest that an earlier lease left, if any; the holder may replace it.
     [[nodiscard]] std::unique_ptr<DeviceGuest>& guest() { return guest_; }
-    /// It failed: whoever takes it next opens it anew.
+    /// The device failed, so it does not go back to the pool.
     void discard() { broken_ = true; }
 
    private:
     friend class DevicePool;
     struct Idle;
     Lease(std::shared_ptr<Idle> pool, std::unique_ptr<Device> device, std::unique_ptr<DeviceGuest> guest);
-    std::shared_ptr<Idle> pool_;  // not of the DevicePool alone: a device that hangs may come back after its end
+    // Shared, because a device that hangs may come back after the pool's end.
+    std::shared_ptr<Idle> pool_;
     std::unique_ptr<Device> device_;
-    std::unique_ptr<DeviceGuest> guest_;  // ends before device_
+    std::unique_ptr<DeviceGuest> guest_;  // destroyed before device_
     int exceptions_;
     bool broken_ = false;
   };
 
-  /// One that is idle, else it is opened; its profiler is fresh. Any thread. throws DeviceError
+  /// Takes an idle device, or opens it; its profiler is reset. Any thread may call it. throws
+  /// DeviceError
   [[nodiscard]] Lease take(const DeviceInfo& info);
-  /// select_devices(), asked once for each choice: devices that have been lost stay lost, and planned faults go on where they were.
-  /// Those that were given up are left out, with a note for each. throws UsageError; DeviceError, also when none is left
+  /// Calls select_devices() once for each choice and remembers the result, so that lost devices
+  /// stay lost and planned faults continue. Abandoned devices are left out, with a note for each.
+  /// throws UsageError; DeviceError, also when no device is left
   [[nodiscard]] std::vector<DeviceInfo> select(const std::string& selection, unsigned threads,
                                                std::vector<std::string>* notes = nullptr);
-  /// A device that hangs in its driver: select() leaves it out from now on.
-  void give_up(const DeviceInfo& info, const std::string& why);
-  /// A pool of other devices that is one with this in what select() gives.
+  /// The device hangs in its driver: select() leaves it out from now on.
+  void abandon(const DeviceInfo& info, const std::string& why);
+  /// Returns a pool that opens devices of its own but shares the selections and the abandoned
+  /// devices.
   [[nodiscard]] DevicePool sibling() const;
-  /// Closes those that are idle, with their guests.
+  /// Closes idle devices and their guests.
   void close_idle();
-  /// How many are open and idle.
+  /// Returns the number of open, idle devices.
   [[nodiscard]] std::size_t idle_count() const;
 
  private:

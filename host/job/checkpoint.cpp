@@ -124,7 +124,7 @@ void CheckpointFile::attach(RenderHooks& hooks) {
   };
 }
 
-FilmRecord CheckpointFile::record(const SampleLedger& done, const std::set<std::string>& arithmetic) const {
+FilmRecord CheckpointFile::record(const SampleSet& done, const std::set<std::string>& arithmetic) const {
   return {settings_, arithmetic, {layers_.begin(), layers_.end()}, manifests_, done};
 }
 
@@ -132,7 +132,7 @@ std::string CheckpointFile::saved() const {
   return there_is_one_ ? fmt::format("{} holds {} samples", options_.file, saved_samples_) : "there is none yet";
 }
 
-void CheckpointFile::write(const Film& film, const SampleLedger& done, const std::set<std::string>& arithmetic) {
+void CheckpointFile::write(const Film& film, const SampleSet& done, const std::set<std::string>& arithmetic) {
   ExrOptions exr;
   exr.exact_sums = true;
   exr.quick = true;

@@ -39,7 +39,7 @@ class CheckpointFile {
   void end(const RenderOutput& done);
 
   /// After begin(): what is said beside sums of such samples, in any output that carries them.
-  [[nodiscard]] FilmRecord record(const SampleLedger& done, const std::set<std::string>& arithmetic) const;
+  [[nodiscard]] FilmRecord record(const SampleSet& done, const std::set<std::string>& arithmetic) const;
   /// After begin(): of the mattes among the layers (render/mattes.h).
   [[nodiscard]] const std::map<std::string, std::string>& manifests() const { return manifests_; }
   /// After end(): false when the last checkpoint could not be written, or holds more samples than were asked for.
@@ -64,7 +64,7 @@ class CheckpointFile {
 
   void read(const Prepared& prepared);
   void read_if_it_fits(const Prepared& prepared);
-  void write(const Film& film, const SampleLedger& done, const std::set<std::string>& arithmetic);
+  void write(const Film& film, const SampleSet& done, const std::set<std::string>& arithmetic);
   [[nodiscard]] std::string saved() const;
 };
 

@@ -89,7 +89,7 @@ Metadata describe_image(const Prepared& prepared) {
   return metadata;
 }
 
-std::uint64_t rejected_in(const Film& film, const SampleLedger& done) {
+std::uint64_t rejected_in(const Film& film, const SampleSet& done) {
   std::uint64_t in_sums = 0;
   const Crop& crop = film.layout().crop;
   for (std::uint32_t y = crop.y0; y < crop.y1; ++y)
@@ -97,7 +97,7 @@ std::uint64_t rejected_in(const Film& film, const SampleLedger& done) {
   return done.sample_count() - in_sums;
 }
 
-void add_sample_counts(Metadata& metadata, const Film& film, const SampleLedger& done,
+void add_sample_counts(Metadata& metadata, const Film& film, const SampleSet& done,
                        const std::set<std::string>& arithmetic) {
   metadata.strings["arithmetic"] = fmt::format("{}", fmt::join(arithmetic, ", "));
   metadata.numbers["samples"] = double(done.sample_count());  // in all; fewer than the range says when interrupted

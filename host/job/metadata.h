@@ -15,10 +15,10 @@ namespace eikon {
 [[nodiscard]] Metadata describe_image(const Prepared& prepared);
 
 /// Samples that a film should hold by its ledger, and that were left out.
-[[nodiscard]] std::uint64_t rejected_in(const Film& film, const SampleLedger& done);
+[[nodiscard]] std::uint64_t rejected_in(const Film& film, const SampleSet& done);
 
 /// What a film holds: samples, those of them that were rejected, and the classes of arithmetic that they come from.
-void add_sample_counts(Metadata& metadata, const Film& film, const SampleLedger& done,
+void add_sample_counts(Metadata& metadata, const Film& film, const SampleSet& done,
                        const std::set<std::string>& arithmetic);
 void add_error(Metadata& metadata, const PredictedError& error);
 

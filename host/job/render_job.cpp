@@ -82,19 +82,19 @@ void RenderJob::load(std::shared_ptr<Scene> scene, double load_s) {
   checkpoint_.begin(prepared_);
 }
 
-void RenderJob::take_turn(ReadyAhead& devices, const std::atomic<bool>& stop) {
+void RenderJob::take_devices(DevicePrefetcher& devices, const std::atomic<bool>& stop) {
   const std::shared_ptr<const Scene> scene = prepared_.scene;
   if (packed_ == nullptr)
-    turn_ = devices.turn();
+    device_slot_ = devices.slot();
   else
-    turn_ = devices.turn(
+    device_slot_ = devices.slot(
         {packed_, scene, features_of(*scene, settings(), options_.execution), settings(), options_.execution}, stop);
 }
 
 void RenderJob::render(const std::atomic<bool>& stop, RenderHooks hooks) {
-  if (turn_ != nullptr) {
-    hooks.devices = &turn_->pool();
-    hooks.under_way = [this] { turn_->under_way(); };
+  if (device_slot_ != nullptr) {
+    hooks.devices = &device_slot_->pool();
+    hooks.under_way = [this] { device_slot_->under_way(); };
   }
   checkpoint_.attach(hooks);
   hooks.keep = prepared_.scene;
@@ -110,7 +110,7 @@ void RenderJob::render(const std::atomic<bool>& stop, RenderHooks hooks) {
     done_ = std::move(*error.done);
     failure_ = error.what();
   }
-  if (turn_ != nullptr) turn_->under_way();
+  if (device_slot_ != nullptr) device_slot_->under_way();
   for (const std::string& note : report().notes) say_(note);
   const bool failed = !failure_.empty();  // which tells why each of them was dropped
   for (const DeviceEvent& event : report().events)

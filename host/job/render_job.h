@@ -13,7 +13,7 @@
 #include "image/denoise.h"
 #include "film/exr/film_file.h"
 #include "image/image.h"
-#include "render/ready_ahead.h"
+#include "render/device_prefetcher.h"
 #include "render/render.h"
 
 namespace eikon {
@@ -32,8 +32,8 @@ class RenderJob {
   void load(std::shared_ptr<Scene> scene, double load_s);
   /// The scene's layout for settings(): render() takes that, and leaves the scene as it is.
   void use(std::shared_ptr<PackedScene> packed) { packed_ = std::move(packed); }
-  /// Its turn of `devices`, which is where render() has them from. After use(). stop: see ReadyAhead
-  void take_turn(ReadyAhead& devices, const std::atomic<bool>& stop);
+  /// Its turn of `devices`, which is where render() has them from. After use(). stop: see DevicePrefetcher
+  void take_devices(DevicePrefetcher& devices, const std::atomic<bool>& stop);
   /// Renders until all is done or `stop` is set. throws Error
   void render(const std::atomic<bool>& stop, RenderHooks hooks);
   /// Writes every output, also of a render that was stopped; nothing when that was before its first sample.
@@ -64,7 +64,7 @@ class RenderJob {
   CommandTimes times_;
   Prepared prepared_;
   std::shared_ptr<PackedScene> packed_{};
-  std::unique_ptr<ReadyAhead::Turn> turn_{};
+  std::unique_ptr<DevicePrefetcher::Slot> device_slot_{};
   std::unique_ptr<Denoiser> denoiser_{};  // for --denoise
   std::optional<RenderOutput> done_;
   PredictedError error_;

@@ -78,7 +78,7 @@ struct Execution {
   bool ticks = true;                                // false: as on a processor without a counter for the profile
   bool optimise = true;                             // false: -cl-opt-disable
   std::string extra_flags = "";                     // see ProgramOptions
-  double watchdog_s = 10;        // a device that takes longer for a unit, and than expected, is given up; see crew.h
+  double watchdog_s = 10;        // a device that takes longer for a unit, and than expected, is given up; see device_sessions.h
   std::shared_ptr<Trace> trace;  // for --profile: told what happens when
   Trace::Track track = Trace::kMain;  // there, of the thread at work
 };

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a device did in a render, where its time went, and what became of it.
+// The numbers of a render: what all devices did together, and for each device what it did, where
+// its time went and what became of it. All times are seconds; points in time are host_seconds().
 #pragma once
 #include <cstdint>
 #include <map>
 #include <string>
+#include <vector>
 
 #include "device/device.h"
 #include "wavefront/bounces.h"
@@ -12,41 +14,71 @@
 
 namespace eikon {
 
+/// Totals over the units that are in the film.
+struct RenderTotals {
+  std::uint64_t samples = 0;  // finished, rejected ones included
+  double first_sample_s = 0;  // when the first unit was in the film
+  double render_s = 0;        // duration of rendering, without snapshots
+  RayCounts rays;
+  // Rays that ended their search for an implicit surface after too many steps, and passed through.
+  std::uint64_t given_up = 0;
+  // For which shapes: bit i of Scene::shapes[i], bit 31 of [31] and all behind it.
+  std::uint32_t given_up_surfaces = 0;
+  std::uint64_t nonfinite = 0, saturated = 0;  // samples left out of the film
+  std::vector<RejectedSample> rejected;        // the first few of them
+};
+
 struct DeviceReport {
   DeviceInfo info;
   WavefrontConfig config;
-  LayoutChoice layout;  // and why
+  LayoutChoice layout;  // with the reason
   ArithmeticClass arithmetic;
   std::uint64_t samples = 0, units = 0, device_bytes = 0;
   RayCounts rays;
   double open_s = 0, compile_s = 0, upload_s = 0;
-  double busy_s = 0;                          // from its first unit to its last, without looks
-  double wait_s = 0;                          // for a unit, while there was work that others had
-  double rate = 0;                            // samples per second, as measured at last; 0: unknown
-  double begin_s = 0;                         // its first unit began; host_seconds()
-  double end_s = 0;                           // its last unit was in the film; host_seconds()
-  std::uint64_t upload_bytes = 0;             // before the first unit; what a CPU device reads in place is not moved
+  double busy_s = 0;  // from its first unit to its last, without snapshots
+  double wait_s = 0;  // without a unit, while other devices had work
+  // Samples per second by the last measurement; 0: unknown.
+  double rate = 0;
+  double begin_s = 0;  // its first unit began
+  double end_s = 0;    // its last unit was in the film
+  // Before the first unit; a CPU device reads some buffers in place.
+  std::uint64_t upload_bytes = 0;
   std::uint64_t failures = 0;                 // units that it lost
   std::map<std::string, StageTotals> stages;  // from the first unit on
   StageTotals gaps;                           // of the queue, between two commands
   Bounces bounces{};
-  std::string error;  // why it took no part, or no longer; empty: nothing is wrong
+  std::string error;  // the reason why it took no part, or stopped; empty: none
 };
 
 /// Something about a device that was not as it should be.
 struct DeviceEvent {
   enum class Kind {
-    failed,    // it lost its units, and is tried again with smaller ones
+    failed,    // it lost its units and is tried again with smaller ones
     dropped,   // it failed for good, or could not be opened
-    hung,      // a call did not come back
-    late,      // all was done before it had finished, or was ready
-    left_out,  // its units would have been late
+    hung,      // a call did not return
+    late,      // all work was done before it had finished, or was ready
+    left_out,  // it got no more units because they would have been late
   };
-  double at_s = 0;         // host_seconds()
+  double at_s = 0;
   std::size_t device = 0;  // index into RenderReport::devices
   Kind kind = Kind::failed;
   std::string text;  // one line, without the device's name
 };
-[[nodiscard]] const char* name_of(DeviceEvent::Kind kind);
+[[nodiscard]] inline const char* name_of(DeviceEvent::Kind kind) {
+  switch (kind) {
+    case DeviceEvent::Kind::failed:
+      return "failed";
+    case DeviceEvent::Kind::dropped:
+      return "dropped";
+    case DeviceEvent::Kind::hung:
+      return "hung";
+    case DeviceEvent::Kind::late:
+      return "late";
+    case DeviceEvent::Kind::left_out:
+      break;
+  }
+  return "left_out";
+}
 
 }  // namespace eikon

@@ -8,15 +8,16 @@
 
 namespace eikon {
 
-/// A device's tracks, its queue, the thread of the host that feeds it and, where it has memory of its own, what it reads back beside its
-/// work; and its rays per second. Of a null trace, nothing.
+/// The tracks of one device in a trace: its queue, the host thread that feeds it and, where it has
+/// memory of its own, the transfers beside its work; and its rays per second. With a null trace it
+/// does nothing.
 class DeviceTrace {
  public:
   DeviceTrace(Trace* trace, const DeviceInfo& info);
   [[nodiscard]] Trace::Track thread() const { return thread_; }
   [[nodiscard]] Trace::Track queue() const { return queue_; }
   [[nodiscard]] Trace::Track beside() const { return beside_; }
-  /// so_far  rays of all units; the first one began at begin_s, the last one ended now
+  /// so_far: rays of all units so far; the first unit began at begin_s, the last one ended at now_s
   void count_rays(const RayCounts& so_far, double begin_s, double now_s);
 
  private:

@@ -12,19 +12,20 @@
 namespace eikon {
 namespace {
 
-/// Units until there are none, or larger ones are to be tried. returns whether that is so
-bool drive(Crew& crew, std::size_t device, UnitRunner& runner, UnitShrink& shrink) {
-  while (std::optional<Schedule::Dealt> unit = crew.wait_for_unit(device)) {
+/// Processes units until there are none, or until larger ones are to be tried. returns whether the
+/// latter is so
+bool process_units(DeviceSessions& sessions, std::size_t device, UnitRunner& runner, UnitShrink& shrink) {
+  while (std::optional<Schedule::Assignment> unit = sessions.wait_for_unit(device)) {
     const TraceScope rendering = runner.scope("render");
     runner.begin(unit->unit);
     while (unit) {
-      std::optional<Schedule::Dealt> next;
+      std::optional<Schedule::Assignment> next;
       const UnitResult result = runner.finish([&]() -> std::optional<WorkUnit> {
-        if (!shrink.is_over(host_seconds())) next = crew.next_unit(device);
+        if (!shrink.is_over(host_seconds())) next = sessions.next_unit(device);
         return next ? std::optional(next->unit) : std::nullopt;
       });
       const TraceScope adding = runner.scope("add to film");
-      crew.finished(device, *unit, result);  // while the device works on the next
+      sessions.finished(device, *unit, result);  // while the device works on the next
       shrink.finished();
       unit = next;
     }
@@ -33,8 +34,8 @@ bool drive(Crew& crew, std::size_t device, UnitRunner& runner, UnitShrink& shrin
   return false;
 }
 
-/// From opening a device to closing it. returns whether it is to be opened again
-bool attend(Crew& crew, std::size_t device, const OpenRunner& open, UnitShrink& shrink) {
+/// Opens a device, processes units and closes it. returns  whether it is to be opened again
+bool serve(DeviceSessions& sessions, std::size_t device, const OpenRunner& open, UnitShrink& shrink) {
   std::unique_ptr<UnitRunner> runner;
   const auto describe = [&] {
     DeviceReport found;
@@ -44,47 +45,49 @@ bool attend(Crew& crew, std::size_t device, const OpenRunner& open, UnitShrink& 
   try {
     const double begin_s = host_seconds();
     runner = open(device, shrink.times());
-    crew.opened(device, runner->limits(), describe());
+    sessions.opened(device, runner->limits(), describe());
     shrink.opened(begin_s, host_seconds());
-    const bool again = drive(crew, device, *runner, shrink);
+    const bool again = process_units(sessions, device, *runner, shrink);
     if (again) {
-      runner->discard();  // what is open takes memory
+      runner->discard();  // it holds memory that the next opening needs
       shrink.grow();
     }
-    crew.closing(device, describe());
+    sessions.closing(device, describe());
     return again;
   } catch (const DeviceError& error) {
     if (runner) {
       runner->discard();
-      crew.closing(device, describe());
+      sessions.closing(device, describe());
     }
     shrink.failed();
-    const bool again = crew.failed(device, error.what());
-    runner.reset();  // watched as closing
+    const bool again = sessions.failed(device, error.what());
+    runner.reset();  // the watchdog counts this as closing
     return again;
   }
 }
 
 class WavefrontRunner : public UnitRunner {
  public:
-  WavefrontRunner(const WavefrontCrew& crew, std::size_t device, Execution execution)
+  WavefrontRunner(const WavefrontDevices& devices, std::size_t device, Execution execution)
       : timeline_(execution.trace),
-        trace_(timeline_.get(), crew.devices[device]),
-        pool_(crew.pool),
-        lease_(open(crew.devices[device])),
-        stay_(crew.stay),
-        wavefront_(ReadyWavefronts::of(lease_).get(*lease_, {crew.packed, crew.keep}, crew.features, crew.settings,
-                                                   on_track(std::move(execution)))) {}
+        trace_(timeline_.get(), devices.devices[device]),
+        pool_(devices.pool),
+        lease_(open(devices.devices[device])),
+        stay_(devices.stay),
+        wavefront_(ReadyWavefronts::of(lease_).get(*lease_, {devices.packed, devices.keep}, devices.features,
+                                                   devices.settings, on_track(std::move(execution)))) {}
   WavefrontRunner(const WavefrontRunner&) = delete;
   WavefrontRunner& operator=(const WavefrontRunner&) = delete;
   ~WavefrontRunner() override {
     if (!stay_) lease_.guest().reset();
-    lease_->profiler().follow(nullptr, Trace::kMain, Trace::kMain);  // which others may take next
+    // Other renders may take the device next.
+    lease_->profiler().follow(nullptr, Trace::kMain, Trace::kMain);
   }
 
   [[nodiscard]] UnitLimits limits() const override {
     const WavefrontConfig& config = wavefront_.config();
-    // Of a CPU device every work-item gets a chunk; a GPU hides the latency of memory behind many work-items per unit.
+    // On a CPU every work-item gets a chunk; a GPU hides the latency of memory behind many
+    // work-items per compute unit.
     constexpr std::uint64_t kItemsPerUnit = 1024;
     const std::uint64_t grain = config.chunked ? std::uint64_t{config.chunk} * config.workers
                                                : kItemsPerUnit * std::max(lease_->info().compute_units, 1U);
@@ -119,7 +122,7 @@ class WavefrontRunner : public UnitRunner {
     try {
       if (const std::optional<WorkUnit> unit = next()) begin(*unit);
     } catch (...) {
-      failed_ = std::current_exception();  // the result may be there none the less
+      failed_ = std::current_exception();  // the result of the unit before may be good all the same
     }
     TraceScope waiting = scope("wait");
     UnitResult result = wavefront_.finish();
@@ -150,32 +153,32 @@ class WavefrontRunner : public UnitRunner {
   DevicePool pool_;
   DevicePool::Lease lease_;
   bool stay_;
-  Wavefront& wavefront_;  // of the lease's guest
+  Wavefront& wavefront_;  // owned by the lease's guest
   std::exception_ptr failed_;
 };
 
 }  // namespace
 
-void run_device(const std::shared_ptr<Crew>& crew, std::size_t device, const OpenRunner& open) noexcept {
+void run_device(const std::shared_ptr<DeviceSessions>& sessions, std::size_t device, const OpenRunner& open) noexcept {
   try {
     UnitShrink shrink;
-    while (attend(*crew, device, open, shrink) && crew->reopening(device)) {
+    while (serve(*sessions, device, open, shrink) && sessions->reopening(device)) {
     }
   } catch (...) {
-    crew->broke(std::current_exception());
+    sessions->broke(std::current_exception());
   }
-  crew->ended(device);
+  sessions->ended(device);
 }
 
-OpenRunner open_wavefronts(std::shared_ptr<const WavefrontCrew> crew) {
-  return [crew = std::move(crew)](std::size_t device, unsigned shrink) -> std::unique_ptr<UnitRunner> {
+OpenRunner open_wavefronts(std::shared_ptr<const WavefrontDevices> devices) {
+  return [devices = std::move(devices)](std::size_t device, unsigned shrink) -> std::unique_ptr<UnitRunner> {
     constexpr std::uint32_t kLeastPool = 1U << 10;
-    Execution execution = crew->executions[device];
+    Execution execution = devices->executions[device];
     if (shrink > 0) {
-      const std::uint32_t pool = configure(crew->devices[device], execution).capacity();
+      const std::uint32_t pool = configure(devices->devices[device], execution).capacity();
       execution.pool = std::max(pool >> std::min(2 * shrink, 31U), std::min(pool, kLeastPool));
     }
-    return std::make_unique<WavefrontRunner>(*crew, device, execution);
+    return std::make_unique<WavefrontRunner>(*devices, device, execution);
   };
 }
 

@@ -4,20 +4,20 @@
 namespace eikon {
 namespace {
 
-constexpr double kRest = 200;        // times what a look takes
-constexpr double kPixel_s = 0.5e-6;  // of a look, before one was measured: film.h
+constexpr double kRest = 200;        // times the duration of a prediction pass until the next one
+constexpr double kPixel_s = 0.5e-6;  // duration per pixel before one was measured (film.h)
 
 }  // namespace
 
 ErrorCounter::ErrorCounter(Trace* trace, std::uint64_t pixel_count)
     : trace_(trace), next_s_(host_seconds() + kRest * kPixel_s * double(pixel_count)) {}
 
-void ErrorCounter::look_if_due(FilmStore& film) {
+void ErrorCounter::update_if_due(FilmStore& film) {
   const double begin_s = host_seconds();
   if (trace_ == nullptr || begin_s < next_s_) return;
   TraceScope scope(trace_, Trace::kMain, "predict error");
   PredictedError error;
-  film.look([&](const Film& seen) { error = seen.predicted_error(); });
+  film.read([&](const Film& seen) { error = seen.predicted_error(); });
   scope.end();
   const double end_s = host_seconds();
   next_s_ = end_s + kRest * (end_s - begin_s);

@@ -5,13 +5,13 @@
 
 namespace eikon {
 
-/// The predicted error over the time of a render, for --profile. It takes processors and the film from the devices while it is
-/// computed, so that is done in a two-hundredth of the time.
+/// Records the predicted error over the time of a render, for --profile. Predicting keeps
+/// processors and the film from the devices, so it takes at most a two-hundredth of the time.
 class ErrorCounter {
  public:
-  /// From now on; of so many pixels
+  /// pixel_count: of the film
   ErrorCounter(Trace* trace, std::uint64_t pixel_count);
-  void look_if_due(FilmStore& film);
+  void update_if_due(FilmStore& film);
   static void count(Trace* trace, const PredictedError& error);
 
  private:

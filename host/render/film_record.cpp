@@ -20,7 +20,8 @@ constexpr const char* kVersionName = "version of image bits";
 
 std::string triple(const glm::dvec4& v) { return fmt::format("{},{},{}", v.x, v.y, v.z); }
 
-/// The map's pixels count, not its file or name. `rotation`, of a sky that is the same everywhere, does not.
+/// Describes the environment by its pixels, not by its file or name. The rotation of a uniform sky
+/// does not count.
 std::string describe(const Environment& environment) {
   if (!environment.map)
     return fmt::format("{},{},{}", environment.radiance.x, environment.radiance.y, environment.radiance.z);
@@ -44,7 +45,7 @@ const char* name_of(LightSampling sampling) {
   return "";
 }
 
-/// "a b c" -> a, b, c as unsigned numbers; nothing when there are others than `count`.
+/// Parses `count` unsigned numbers from "a b c"; returns nothing for any other text.
 template <std::size_t count>
 std::optional<std::array<std::uint64_t, count>> numbers(std::string_view text) {
   std::array<std::uint64_t, count> values{};
@@ -59,7 +60,7 @@ std::optional<std::array<std::uint64_t, count>> numbers(std::string_view text) {
   return values;
 }
 
-void parse_part(std::string_view text, const FilmLayout& layout, SampleLedger& done) {
+void parse_part(std::string_view text, const FilmLayout& layout, SampleSet& done) {
   const auto n = numbers<6>(text);
   const Crop& crop = layout.crop;
   if (!n || (*n)[0] < crop.x0 || (*n)[0] >= (*n)[2] || (*n)[2] > crop.x1 || (*n)[1] < crop.y0 || (*n)[1] >= (*n)[3] ||
@@ -101,12 +102,13 @@ std::string describe_lens(const Camera& camera) {
 }  // namespace
 
 std::vector<ImageSetting> image_settings(const Scene& scene, const Settings& settings, const FilmLayout& layout) {
-  // Whoever adds a setting is stopped here by the compiler, and says below whether the image's bits depend on it.
+  // A new member of Settings fails to compile here. Its author then decides whether image bits
+  // depend on it, and adds it below if so.
   const auto& [width, height, crop, sample_begin, sample_end, seed, replicate_bits, max_depth, roulette_depth, roulette,
                whitted, energy_compensation, raycast, light_samples, light_sampling, aovs, depth_series, filter,
                transparent, camera, environment] = settings;
   static_cast<void>(crop), static_cast<void>(sample_begin), static_cast<void>(sample_end);
-  static_cast<void>(aovs), static_cast<void>(depth_series);  // the channels say it
+  static_cast<void>(aovs), static_cast<void>(depth_series);  // the channels depend on them
   const glm::dmat4& pose = camera.world_from_camera;
   return {{kVersionName, fmt::format("{}", kImageVersion)},
           {"scene's hash", scene.hash},

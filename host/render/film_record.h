@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a film's sums are of: the text that checkpoints, parts and merged files carry beside them, so that what belongs together
-// can be added, and what does not is refused with a reason. Pure.
+// The record of a film: a text in checkpoints, parts and merged files that states the scene,
+// settings and samples of the sums beside it. Sums that belong together can be added; others are
+// refused with a reason.
 #pragma once
 #include <map>
 #include <optional>
@@ -10,42 +11,45 @@
 #include <vector>
 
 #include "film/film.h"
-#include "film/sample_ledger.h"
+#include "film/sample_set.h"
 #include "pack/settings.h"
 #include "scene/scene.h"
 
 namespace eikon {
 
-/// Raised whenever the bits of some image change: sums of before and after must not be added. A test keeps the bits of a few
-/// images, and fails when they change and this does not.
+/// Raised whenever the bits of some image change, because sums from before and after must not be
+/// added. A test holds the bits of a few images, and fails when they change and this does not.
 inline constexpr int kImageVersion = 7;
 
-/// Something that decides the image's bits. name: as in "its NAME is VALUE", on one line, without a colon
+/// A setting that decides the bits of the image.
+/// name: as in "its NAME is VALUE", on one line, without a colon
 struct ImageSetting {
   std::string name, value;
   bool operator==(const ImageSetting&) const = default;
 };
 
-/// All that decides the bits of an image's samples, numbers in full. What of them a film holds (crop, range of samples) is none of
-/// it, nor is how the work was done.
+/// Lists every setting that decides the bits of an image's samples, with numbers in full. The crop
+/// and the range of samples do not, and neither does the way in which the work was done.
 [[nodiscard]] std::vector<ImageSetting> image_settings(const Scene& scene, const Settings& settings,
                                                        const FilmLayout& layout);
 
-/// Nothing when the two are the same, else the first that differs: "its seed (--seed) is 1, not 0".
+/// Returns the first difference, e.g. "its seed (--seed) is 1, not 0", or nothing.
 [[nodiscard]] std::optional<std::string> difference(const std::vector<ImageSetting>& expected,
                                                     const std::vector<ImageSetting>& found);
 
 struct FilmRecord {
   std::vector<ImageSetting> settings;
-  std::set<std::string> arithmetic;              // classes of the devices that the samples are from
+  // Arithmetic classes of the devices that rendered the samples.
+  std::set<std::string> arithmetic;
   std::set<std::string> layers;                  // of --aov, for the picture of a merged file
-  std::map<std::string, std::string> manifests;  // of its mattes, by layer (mattes.h)
-  SampleLedger done;
+  std::map<std::string, std::string> manifests;  // of its mattes, by layer (film/mattes.h)
+  SampleSet done;
   bool operator==(const FilmRecord&) const = default;
 };
 
 [[nodiscard]] std::string to_text(const FilmRecord& record);
-/// layout: of the film that the text belongs to. throws InputError: what in the text is wrong, without the file's name
+/// layout: of the film that the text belongs to
+/// throws InputError that states the fault in the text, without the file's name
 [[nodiscard]] FilmRecord parse_film_record(std::string_view text, const FilmLayout& layout);
 
 }  // namespace eikon

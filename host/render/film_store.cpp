@@ -21,7 +21,8 @@ void FilmStore::add(const WorkUnit& unit, const UnitSums& sums, const std::strin
   const Rows rows(*this, first, last - first + 1);
   try {
     state_.film.add(sums);
-    const std::lock_guard lock(ledger_);  // while the rows are held: a copy has both or neither
+    // While the rows are held, so that a copy has both or neither.
+    const std::lock_guard lock(done_mutex_);
     state_.done.add(unit);
     state_.arithmetic.insert(arithmetic);
   } catch (...) {
@@ -32,12 +33,12 @@ void FilmStore::add(const WorkUnit& unit, const UnitSums& sums, const std::strin
 
 FilmState FilmStore::copy() {
   const Rows all(*this, 0, kBands);
-  const std::lock_guard lock(ledger_);
+  const std::lock_guard lock(done_mutex_);
   return state_;
 }
 
 std::vector<WorkUnit> FilmStore::missing(const Crop& crop, std::uint64_t begin, std::uint64_t end) {
-  const std::lock_guard lock(ledger_);
+  const std::lock_guard lock(done_mutex_);
   return state_.done.missing(crop, begin, end);
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The film that several devices add to at once, and the ledger that goes with it.
+// The film that several devices add to at once, with the set of samples that it holds.
 #pragma once
 #include <array>
 #include <atomic>
@@ -10,41 +10,43 @@
 #include <vector>
 
 #include "film/film.h"
-#include "film/sample_ledger.h"
+#include "film/sample_set.h"
 
 namespace eikon {
 
-/// Sums, the samples that they are of, and the arithmetic classes of the devices that these are from.
+/// A film, the samples that it holds, and the arithmetic classes of the devices that rendered them.
 struct FilmState {
   Film film;
-  SampleLedger done;
+  SampleSet done;
   std::set<std::string> arithmetic = {};
 };
 
-/// Units whose rows lie apart are added at the same time: at hundreds of millions of samples per second, one at a time would hold up
-/// the devices.
+/// Adds units whose rows lie apart at the same time. At hundreds of millions of samples per second,
+/// adding one after the other would hold up the devices.
 class FilmStore {
  public:
   explicit FilmStore(FilmState begin) : state_(std::move(begin)) {}
 
-  /// throws as Film::add and SampleLedger::add do; the film is then spoiled: sums may be there without their samples
+  /// throws as Film::add and SampleSet::add do. The film is then spoiled: it may hold sums without
+  /// their samples.
   void add(const WorkUnit& unit, const UnitSums& sums, const std::string& arithmetic);
-  /// Film and ledger of one moment.
+  /// Film and samples of one moment.
   [[nodiscard]] FilmState copy();
-  /// Calls look(film) while nobody adds to it.
-  template <class Look>
-  void look(const Look& look) {
+  /// Calls reader(film) while nobody adds to it.
+  template <class Reader>
+  void read(const Reader& reader) {
     const Rows all(*this, 0, kBands);
-    look(static_cast<const Film&>(state_.film));
+    reader(static_cast<const Film&>(state_.film));
   }
   [[nodiscard]] std::vector<WorkUnit> missing(const Crop& crop, std::uint64_t begin, std::uint64_t end);
   [[nodiscard]] bool spoiled() const { return spoiled_.load(); }
-  /// The end: the store is empty afterwards.
+  /// Moves the film out; the store is empty afterwards.
   [[nodiscard]] FilmState take() { return std::move(state_); }
 
  private:
   static constexpr std::uint32_t kBands = 64, kBandRows = 32;
-  /// Locks bands [begin, begin + count), modulo their number, in one order for all.
+  /// Locks bands [begin, begin + count), modulo their number. All threads lock in the same order,
+  /// so there is no deadlock.
   class Rows {
    public:
     Rows(FilmStore& store, std::uint32_t begin, std::uint32_t count);
@@ -59,8 +61,9 @@ class FilmStore {
   };
 
   FilmState state_;
-  std::array<std::mutex, kBands> bands_;  // rows y with y / kBandRows mod kBands; taken before ledger_
-  std::mutex ledger_;
+  // Band b guards rows y with y / kBandRows mod kBands = b; taken before done_mutex_.
+  std::array<std::mutex, kBands> bands_;
+  std::mutex done_mutex_;
   std::atomic<bool> spoiled_{false};
 };
 

@@ -9,7 +9,8 @@
 
 namespace eikon {
 
-/// What render() throws when no device is left, if samples were done by then: as of a render that was interrupted.
+/// render() throws this when no device is left but some samples are done; `done` is as of an
+/// interrupted render.
 struct NoDeviceLeft : DeviceError {
   NoDeviceLeft(const std::string& why, RenderOutput output)
       : DeviceError(why), done(std::make_shared<RenderOutput>(std::move(output))) {}

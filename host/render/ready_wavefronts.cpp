@@ -8,15 +8,17 @@
 namespace eikon {
 namespace {
 
-constexpr std::size_t kMost = 8;                     // of a device; a batch may render several scenes in turn
-constexpr std::uint64_t kMemoryShare = 8;            // of the device's memory, what they may take while another is made
-constexpr std::uint64_t kUnset = ~std::uint64_t{0};  // of what is chosen by the device
+// Wavefronts of a device; a batch may render several scenes in turn.
+constexpr std::size_t kMost = 8;
+// They take at most one part in so many of its memory while another is made.
+constexpr std::uint64_t kMemoryParts = 8;
+constexpr std::uint64_t kUnset = ~std::uint64_t{0};  // stands for what the device chooses
 
 }  // namespace
 
 std::string ReadyWavefronts::key_of(const Features& features, const Settings& settings, const Execution& execution) {
   const auto number = [](const auto& value) { return value ? std::uint64_t{*value} : kUnset; };
-  std::string needs;  // by name, and with the numbers that some of them come with
+  std::string needs;  // names, with the numbers that some of them have
   for (const auto& [name, value] : features.defines()) needs += fmt::format("{}={} ", name, value);
   return fmt::format("{}\n{} {} {} {} {} {} {} {} {} {} {} {}\n{}", needs, settings.filter.name(),
                      settings.replicate_bits, execution.accel, execution.layout, number(execution.lanes),
@@ -35,33 +37,36 @@ ReadyWavefronts& ReadyWavefronts::of(DevicePool::Lease& lease) {
 }
 
 void ReadyWavefronts::make_room(const Device& device, const Execution& execution) {
-  // A scene that nobody but wavefronts has any more will not come again.
+  // A scene that only wavefronts still hold will not come again.
   const auto held_here = [this](const std::shared_ptr<const PackedScene>& packed) {
-    return std::count_if(ready_.begin(), ready_.end(), [&](const Ready& ready) { return ready.of.packed == packed; });
+    return std::count_if(ready_.begin(), ready_.end(),
+                         [&](const Ready& ready) { return ready.scene.packed == packed; });
   };
   for (auto at = ready_.begin(); at != ready_.end();)
-    at = at->of.packed.use_count() <= held_here(at->of.packed) ? ready_.erase(at) : std::next(at);
+    at = at->scene.packed.use_count() <= held_here(at->scene.packed) ? ready_.erase(at) : std::next(at);
   const auto bytes = [this] {
     std::uint64_t sum = 0;
     for (const Ready& ready : ready_) sum += ready.wavefront->device_bytes();
     return sum;
   };
-  const std::size_t most = execution.memory_bytes != 0 ? 0 : kMost - 1;  // a limit is for one render
-  while (ready_.size() > most || (!ready_.empty() && bytes() > device.info().memory_bytes / kMemoryShare))
+  // A memory limit is meant for one render.
+  const std::size_t most = execution.memory_bytes != 0 ? 0 : kMost - 1;
+  while (ready_.size() > most || (!ready_.empty() && bytes() > device.info().memory_bytes / kMemoryParts))
     ready_.pop_front();
 }
 
-Wavefront& ReadyWavefronts::get(Device& device, const Of& of, const Features& features, const Settings& settings,
-                                const Execution& execution) {
+Wavefront& ReadyWavefronts::get(Device& device, const SharedScene& scene, const Features& features,
+                                const Settings& settings, const Execution& execution) {
   const std::string key = key_of(features, settings, execution);
-  const auto found = std::find_if(ready_.begin(), ready_.end(),
-                                  [&](const Ready& ready) { return ready.of.packed == of.packed && ready.key == key; });
+  const auto found = std::find_if(ready_.begin(), ready_.end(), [&](const Ready& ready) {
+    return ready.scene.packed == scene.packed && ready.key == key;
+  });
   if (found != ready_.end()) {
     ready_.splice(ready_.end(), ready_, found);
     found->wavefront->restart(settings, execution);
   } else {
     make_room(device, execution);
-    ready_.push_back({of, key, std::make_unique<Wavefront>(device, *of.packed, features, settings, execution)});
+    ready_.push_back({scene, key, std::make_unique<Wavefront>(device, *scene.packed, features, settings, execution)});
   }
   return *ready_.back().wavefront;
 }

@@ -9,63 +9,66 @@
 #include <utility>
 
 #include "core/error.h"
-#include "render/crew.h"
+#include "pack/geometry/placed_meshes.h"
+#include "pack/pack.h"
+#include "render/device_sessions.h"
 #include "render/device_worker.h"
 #include "render/error_counter.h"
-#include "wavefront/memory.h"
 #include "render/no_device_left.h"
-#include "pack/pack.h"
-#include "pack/geometry/placed_meshes.h"
+#include "wavefront/memory.h"
 
 namespace eikon {
 namespace {
 
-/// What is left of the range of samples, cut where the film is to be looked at.
-class Stretches {
+/// Cuts the render's range of samples where snapshots are due, and opens what is left of it range
+/// by range.
+class SampleRanges {
  public:
-  Stretches(const Looks& looks, const Settings& settings) : looks_(looks), settings_(settings) {
+  SampleRanges(const Snapshots& snapshots, const Settings& settings) : snapshots_(snapshots), settings_(settings) {
     std::uint64_t begin = settings.sample_begin;
-    for (const std::uint64_t end : looks.at) {
-      if (end <= begin || end > settings.sample_end) throw InternalError("looks out of order, or beyond the samples");
+    for (const std::uint64_t end : snapshots.at) {
+      if (end <= begin || end > settings.sample_end)
+        throw InternalError("snapshots out of order, or beyond the samples");
       begin = end;
     }
     begin_ = settings.sample_begin;
   }
   [[nodiscard]] bool at_end() const { return begin_ >= settings_.sample_end; }
-  void open_next(Crew& crew) {
-    end_ = index_ < looks_.at.size() ? looks_.at[index_] : settings_.sample_end;
-    crew.open(crew.film().missing(settings_.crop, begin_, end_));
+  void open_next(DeviceSessions& sessions) {
+    end_ = index_ < snapshots_.at.size() ? snapshots_.at[index_] : settings_.sample_end;
+    sessions.open(sessions.film().missing(settings_.crop, begin_, end_));
   }
-  /// All of it is done.
-  void close(Crew& crew) {
-    if (index_ < looks_.at.size())
-      crew.film().look([&](const Film& film) { looks_.look(end_, crew.totals().render_s, film); });
+  /// The range that was opened last is done.
+  void close(DeviceSessions& sessions) {
+    if (index_ < snapshots_.at.size())
+      sessions.film().read([&](const Film& film) { snapshots_.take(end_, sessions.totals().render_s, film); });
     ++index_;
     begin_ = end_;
   }
 
  private:
-  const Looks& looks_;
+  const Snapshots& snapshots_;
   const Settings& settings_;
   std::size_t index_ = 0;
   std::uint64_t begin_ = 0, end_ = 0;
 };
 
-/// Hands copies of the film to the hook, when they are due: so early that the one before is never older than an interval when the
-/// hook is done, if it takes as long as it did then; but it has no more than half of the time.
+/// Hands copies of the film to the hook when they are due. A call begins so early that the previous
+/// copy is never older than an interval when this call ends, if it takes as long as that one did;
+/// but calls take at most half of the time.
 class Checkpoints {
  public:
   Checkpoints(const RenderHooks& hooks, Trace* trace)
       : hooks_(hooks), trace_(trace), next_s_(host_seconds() + hooks.checkpoint_every_s) {}
-  void call_if_due(Crew& crew, bool at_end) {
-    const std::uint64_t samples = crew.totals().samples;
-    if (!hooks_.checkpoint || samples == samples_ || crew.film().spoiled()) return;
+  void call_if_due(DeviceSessions& sessions, bool at_end) {
+    const std::uint64_t samples = sessions.totals().samples;
+    if (!hooks_.checkpoint || samples == samples_ || sessions.film().spoiled()) return;
     const bool asked = hooks_.checkpoint_now != nullptr && hooks_.checkpoint_now->exchange(false);
     if (!asked && !at_end && host_seconds() < next_s_) return;
     samples_ = samples;
     const TraceScope checkpointing(trace_, Trace::kMain, "checkpoint");
     const double begin_s = host_seconds();
-    hooks_.checkpoint(crew.film().copy());
+    hooks_.checkpoint(sessions.film().copy());
     const double end_s = host_seconds(), took_s = end_s - begin_s;
     next_s_ = std::max(begin_s + hooks_.checkpoint_every_s - took_s, end_s + took_s);
   }
@@ -77,47 +80,49 @@ class Checkpoints {
   std::uint64_t samples_ = 0;
 };
 
-/// Tells how far it is, about four times a second.
+/// Reports progress about four times a second.
 class ProgressTicks {
  public:
-  /// before, total: samples that are done already, and all that was asked for
-  ProgressTicks(const ProgressCallback& tell, std::uint64_t before, std::uint64_t total)
-      : tell_(tell), before_(before), total_(total) {}
-  void call_if_due(Crew& crew) {
-    if (!tell_ || host_seconds() < next_s_) return;
-    const Crew::Totals totals = crew.totals();
+  /// before, total: samples that were done when the render began, and all that were asked for
+  ProgressTicks(const ProgressCallback& callback, std::uint64_t before, std::uint64_t total)
+      : callback_(callback), before_(before), total_(total) {}
+  void call_if_due(DeviceSessions& sessions) {
+    if (!callback_ || host_seconds() < next_s_) return;
+    const RenderTotals totals = sessions.totals();
     if (totals.samples == 0) return;
     Progress now;
     now.samples = before_ + totals.samples;
     now.samples_total = total_;
     now.seconds = host_seconds() - totals.first_sample_s;
     now.samples_per_second = now.seconds > 0 ? double(totals.samples) / now.seconds : 0;
-    crew.film().look([&](const Film& film) { tell_(now, film); });
+    sessions.film().read([&](const Film& film) { callback_(now, film); });
     next_s_ = host_seconds() + 0.25;
   }
 
  private:
-  const ProgressCallback& tell_;
+  const ProgressCallback& callback_;
   std::uint64_t before_, total_;
   double next_s_ = 0;
 };
 
-/// The devices' threads. Whatever happens, they end before what they do not own goes, or are left alone.
+/// The threads of the devices. They end before anything goes that they do not own, whatever
+/// happens; a thread that hangs is detached.
 class Threads {
  public:
-  explicit Threads(std::shared_ptr<Crew> crew) : crew_(std::move(crew)) {}
+  explicit Threads(std::shared_ptr<DeviceSessions> sessions) : sessions_(std::move(sessions)) {}
   Threads(const Threads&) = delete;
   Threads& operator=(const Threads&) = delete;
   ~Threads() { end(); }
   void start(std::size_t device, const OpenRunner& open) {
-    threads_.emplace_back(device, std::thread([crew = crew_, open, device] { run_device(crew, device, open); }));
+    threads_.emplace_back(device,
+                          std::thread([sessions = sessions_, open, device] { run_device(sessions, device, open); }));
   }
   void end() {
     if (threads_.empty()) return;
-    crew_->end();
-    crew_->wait_for_threads();
+    sessions_->end();
+    sessions_->wait_for_threads();
     for (auto& [device, thread] : threads_) {
-      if (crew_->is_lost(device))
+      if (sessions_->is_lost(device))
         thread.detach();
       else
         thread.join();
@@ -126,37 +131,64 @@ class Threads {
   }
 
  private:
-  std::shared_ptr<Crew> crew_;
+  std::shared_ptr<DeviceSessions> sessions_;
   std::vector<std::pair<std::size_t, std::thread>> threads_;  // with their devices
 };
 
-/// Until all is done, somebody says stop, or nobody is there to do it.
-Crew::State conduct(Crew& crew, Stretches& stretches, const RenderHooks& hooks, const std::atomic<bool>& stop,
-                    Checkpoints& checkpoints, ErrorCounter& errors, ProgressTicks progress) {
-  // At signals and clocks.
-  const double look_s = hooks.checkpoint ? std::clamp(hooks.checkpoint_every_s, 0.01, 0.05) : 0.05;
-  bool told = !hooks.under_way;
-  stretches.open_next(crew);
-  while (!stop.load()) {
-    crew.wait(look_s);
-    crew.watch();
-    if (!told && !crew.is_opening()) hooks.under_way(), told = true;
-    const Crew::State state = crew.state();
-    if (state == Crew::State::done) {
-      if (stop.load()) break;
-      stretches.close(crew);
-      if (stretches.at_end()) return state;
-      if (stop.load()) break;
-      stretches.open_next(crew);
-    } else if (state != Crew::State::working) {
-      return state;
+/// The part of the calling thread: it opens ranges of samples and calls hooks while the devices
+/// work.
+class RenderLoop {
+ public:
+  /// left: samples that are still to be done
+  RenderLoop(DeviceSessions& sessions, const RenderHooks& hooks, const Settings& settings, Trace* trace,
+             std::uint64_t left)
+      : sessions_(sessions),
+        hooks_(hooks),
+        ranges_(hooks.snapshots, settings),
+        checkpoints_(hooks, trace),
+        errors_(trace, settings.crop.pixel_count()),
+        progress_(hooks.progress, total_of(settings) - left, total_of(settings)) {}
+
+  /// Returns when all is done, `stop` is set (the state is then `working`), or no device is left.
+  DeviceSessions::State run_to_completion(const std::atomic<bool>& stop) {
+    // The thread wakes so often to see signals and clocks.
+    const double wake_s = hooks_.checkpoint ? std::clamp(hooks_.checkpoint_every_s, 0.01, 0.05) : 0.05;
+    bool told = !hooks_.under_way;
+    ranges_.open_next(sessions_);
+    while (!stop.load()) {
+      sessions_.wait(wake_s);
+      sessions_.watch();
+      if (!told && !sessions_.is_opening()) hooks_.under_way(), told = true;
+      const DeviceSessions::State state = sessions_.state();
+      if (state == DeviceSessions::State::done) {
+        if (stop.load()) break;
+        ranges_.close(sessions_);
+        if (ranges_.at_end()) return state;
+        if (stop.load()) break;
+        ranges_.open_next(sessions_);
+      } else if (state != DeviceSessions::State::working) {
+        return state;
+      }
+      checkpoints_.call_if_due(sessions_, false);
+      progress_.call_if_due(sessions_);
+      errors_.update_if_due(sessions_.film());
     }
-    checkpoints.call_if_due(crew, false);
-    progress.call_if_due(crew);
-    errors.look_if_due(crew.film());
+    return DeviceSessions::State::working;
   }
-  return Crew::State::working;
-}
+  void last_checkpoint() { checkpoints_.call_if_due(sessions_, true); }
+
+ private:
+  static std::uint64_t total_of(const Settings& settings) {
+    return settings.crop.pixel_count() * (settings.sample_end - settings.sample_begin);
+  }
+
+  DeviceSessions& sessions_;
+  const RenderHooks& hooks_;
+  SampleRanges ranges_;
+  Checkpoints checkpoints_;
+  ErrorCounter errors_;
+  ProgressTicks progress_;
+};
 
 }  // namespace
 
@@ -182,20 +214,23 @@ FilmLayout film_layout(const Features& features, const Settings& settings) {
 
 namespace {
 
-/// The layout that each device is to use, and its tree; or why it cannot take part. throws DeviceError when none can
-std::vector<DeviceReport> prepare_devices(WavefrontCrew& crew, const Execution& execution) {
+/// Chooses each device's layout and builds its tree; a report with an error says why a device
+/// cannot take part.
+/// throws DeviceError when none can
+std::vector<DeviceReport> prepare_devices(WavefrontDevices& devices, const Execution& execution) {
+  const TraceScope building(execution.trace.get(), execution.track, "choose layout, build tree");
   std::vector<DeviceReport> reports;
   std::string errors;
-  for (const DeviceInfo& info : crew.devices) {
+  for (const DeviceInfo& info : devices.devices) {
     DeviceReport& report = reports.emplace_back();
-    Execution& own = crew.executions.emplace_back(execution);
+    Execution& own = devices.executions.emplace_back(execution);
     report.info = info;
     try {
-      report.layout = choose_layout(info, *crew.packed, crew.features, crew.settings, execution);
+      report.layout = choose_layout(info, *devices.packed, devices.features, devices.settings, execution);
       own.layout = report.layout.layout;
-      require_memory(memory_need(*crew.packed, configure(info, own), crew.features), info, execution);
+      require_memory(memory_need(*devices.packed, configure(info, own), devices.features), info, execution);
     } catch (const DeviceError& error) {
-      if (crew.devices.size() == 1) throw;
+      if (devices.devices.size() == 1) throw;
       errors += fmt::format("{}device {}: {}", errors.empty() ? "" : "; ", info.selector, error.what());
       report.error = error.what();
     }
@@ -205,16 +240,16 @@ std::vector<DeviceReport> prepare_devices(WavefrontCrew& crew, const Execution& 
   return reports;
 }
 
-std::string no_device_is_left(Crew& crew, std::uint64_t samples, std::uint64_t total) {
-  const std::string why = crew.last_words();
+std::string no_device_is_left(DeviceSessions& sessions, std::uint64_t samples, std::uint64_t total) {
+  const std::string why = sessions.failure_summary();
   if (samples == 0) return why;
   return fmt::format("no device is left, with {:.1f} % of {} samples done: {}", 100 * double(samples) / double(total),
                      total, why);
 }
 
-/// Whether all that is asked for is done before the render begins: it takes no device then.
+/// All that is asked for was done before the render began, so it takes no device.
 bool is_nothing_left(const RenderHooks& hooks, const Settings& settings) {
-  return hooks.begin_with && hooks.looks.at.empty() &&
+  return hooks.begin_with && hooks.snapshots.at.empty() &&
          hooks.begin_with->done.missing(settings.crop, settings.sample_begin, settings.sample_end).empty();
 }
 
@@ -225,7 +260,73 @@ RenderOutput output_of(FilmState done, const Features& features) {
   return {std::move(done.film), std::move(report), std::move(done.done), std::move(done.arithmetic)};
 }
 
-/// `pack` gives the PackedScene; it is called once it is certain that there are devices.
+/// The film that the render begins with. throws DeviceError when the host lacks the memory for it
+FilmState first_film(RenderHooks& hooks, const WavefrontDevices& devices, const std::string& layout) {
+  const FilmLayout wanted = film_layout(devices.features, devices.settings);
+  require_host_memory(wanted, bool(hooks.checkpoint), devices.packed->bytes(layout), host_limits());
+  FilmState begin = hooks.begin_with ? std::move(*hooks.begin_with) : FilmState{Film(wanted), SampleSet()};
+  if (begin.film.layout() != wanted) throw InternalError("a render goes on with a film of other layout");
+  return begin;
+}
+
+/// layout: of the first device that took part
+void fill_report(RenderReport& report, DeviceSessions& sessions, const WavefrontDevices& devices,
+                 const std::string& layout) {
+  static_cast<RenderTotals&>(report) = sessions.totals();
+  report.devices = sessions.device_reports();
+  report.events = sessions.events();
+  for (const DeviceReport& device : report.devices) {
+    report.compile_s = std::max(report.compile_s, device.compile_s);
+    report.upload_s = std::max(report.upload_s, device.upload_s);
+  }
+  report.features = devices.features.summary();
+  report.triangles = devices.packed->seen_triangle_count();
+  report.geometry_bytes = devices.packed->bytes(layout);
+  const auto tree = devices.packed->accels.find(layout);
+  report.reinserted = tree != devices.packed->accels.end() && tree->second.reinserted;
+}
+
+/// report: has what is known before the devices begin
+RenderOutput render_on(const std::shared_ptr<WavefrontDevices>& devices, const Execution& execution,
+                       const std::vector<DeviceReport>& prepared, const std::atomic<bool>& stop, RenderHooks& hooks,
+                       RenderReport report) {
+  const Settings& settings = devices->settings;
+  const auto first =
+      std::find_if(prepared.begin(), prepared.end(), [](const DeviceReport& r) { return r.error.empty(); });
+  const std::string& layout = first->layout.layout;
+  FilmState begin = first_film(hooks, *devices, layout);
+  report.samples_before = begin.done.sample_count();
+  std::uint64_t left = 0;
+  for (const WorkUnit& box : begin.done.missing(settings.crop, settings.sample_begin, settings.sample_end))
+    left += box.path_count();
+
+  const auto sessions =
+      std::make_shared<DeviceSessions>(prepared, std::move(begin), execution.block, execution.watchdog_s);
+  RenderLoop loop(*sessions, hooks, settings, execution.trace.get(), left);
+  TraceScope rendering(execution.trace.get(), execution.track, "render");
+  Threads threads(sessions);
+  for (std::size_t i = 0; i < prepared.size(); ++i)
+    if (left > 0 && prepared[i].error.empty()) threads.start(i, open_wavefronts(devices));
+  const DeviceSessions::State state = loop.run_to_completion(stop);
+  threads.end();
+  for (const DeviceEvent& event : sessions->events())
+    if (event.kind == DeviceEvent::Kind::hung) devices->pool.abandon(devices->devices[event.device], event.text);
+  loop.last_checkpoint();
+  rendering.end();
+  if (const std::exception_ptr error = sessions->error()) std::rethrow_exception(error);
+  const bool no_device_left = state == DeviceSessions::State::no_device_left;
+  fill_report(report, *sessions, *devices, layout);
+  const std::uint64_t samples = report.samples;
+  if (no_device_left && samples == 0) throw DeviceError(no_device_is_left(*sessions, 0, left));
+
+  FilmState done = sessions->film().take();
+  report.interrupted = !done.done.missing(settings.crop, settings.sample_begin, settings.sample_end).empty();
+  RenderOutput output{std::move(done.film), std::move(report), std::move(done.done), std::move(done.arithmetic)};
+  if (no_device_left) throw NoDeviceLeft(no_device_is_left(*sessions, samples, left), std::move(output));
+  return output;
+}
+
+/// `pack` returns the PackedScene; it is called once it is certain that there are devices.
 template <class Pack>
 RenderOutput pack_and_render(const Pack& pack, const Features& features, const Settings& settings,
                              const Execution& execution, const std::atomic<bool>& stop, RenderHooks hooks) {
@@ -233,85 +334,23 @@ RenderOutput pack_and_render(const Pack& pack, const Features& features, const S
   RenderReport report;
   DevicePool pool = hooks.devices != nullptr ? *hooks.devices : DevicePool();
   const std::vector<DeviceInfo> selected = pool.select(execution.devices, execution.threads, &report.notes);
-  const double pack_begin = host_seconds();
+  const double pack_begin_s = host_seconds();
   TraceScope packing(execution.trace.get(), execution.track, "pack");
-  const std::shared_ptr<PackedScene> packed_scene = pack();
+  const std::shared_ptr<PackedScene> packed = pack();
   packing.end();
-  PackedScene& packed = *packed_scene;
-  const double pack_s = host_seconds() - pack_begin, built_before_s = packed.build_s;
-  const auto made = std::make_shared<WavefrontCrew>(WavefrontCrew{.devices = selected,
-                                                                  .executions = {},
-                                                                  .packed = packed_scene,
-                                                                  .features = features,
-                                                                  .settings = settings,
-                                                                  .pool = std::move(pool),
-                                                                  .keep = hooks.keep,
-                                                                  .stay = hooks.devices_stay_ready});
-  TraceScope building(execution.trace.get(), execution.track, "choose layout, build tree");
-  const std::vector<DeviceReport> reports = prepare_devices(*made, execution);
-  building.end();
-
-  const auto first =
-      std::find_if(reports.begin(), reports.end(), [](const DeviceReport& r) { return r.error.empty(); });
-  const std::string& layout = first->layout.layout;
-  require_host_memory(film_layout(features, settings), bool(hooks.checkpoint), packed.bytes(layout), host_limits());
-  FilmState begin = hooks.begin_with ? std::move(*hooks.begin_with)
-                                     : FilmState{Film(film_layout(features, settings)), SampleLedger()};
-  if (begin.film.layout() != film_layout(features, settings))
-    throw InternalError("a render goes on with a film of other layout");
-  report.samples_before = begin.done.sample_count();
-  const std::vector<WorkUnit> missing = begin.done.missing(settings.crop, settings.sample_begin, settings.sample_end);
-  std::uint64_t total = 0;
-  for (const WorkUnit& box : missing) total += box.path_count();
-
-  const auto crew = std::make_shared<Crew>(reports, std::move(begin), execution.block, execution.watchdog_s);
-  Stretches stretches(hooks.looks, settings);
-  Checkpoints checkpoints(hooks, execution.trace.get());
-  ErrorCounter errors(execution.trace.get(), settings.crop.pixel_count());
-  TraceScope rendering(execution.trace.get(), execution.track, "render");
-  Threads threads(crew);
-  for (std::size_t i = 0; i < reports.size(); ++i)
-    if (total > 0 && reports[i].error.empty()) threads.start(i, open_wavefronts(made));
-  const std::uint64_t asked = settings.crop.pixel_count() * (settings.sample_end - settings.sample_begin);
-  const Crew::State state =
-      conduct(*crew, stretches, hooks, stop, checkpoints, errors, {hooks.progress, asked - total, asked});
-  threads.end();
-  for (const DeviceEvent& event : crew->events())
-    if (event.kind == DeviceEvent::Kind::hung) made->pool.give_up(selected[event.device], event.text);
-  checkpoints.call_if_due(*crew, true);
-  rendering.end();
-  if (const std::exception_ptr error = crew->error()) std::rethrow_exception(error);
-  const Crew::Totals totals = crew->totals();
-  const bool unmanned = state == Crew::State::unmanned;
-  if (unmanned && totals.samples == 0) throw DeviceError(no_device_is_left(*crew, 0, total));
-
-  report.devices = crew->device_reports();
-  report.events = crew->events();
-  report.rays = totals.rays;
-  report.samples = totals.samples;
-  report.given_up = totals.given_up;
-  report.given_up_surfaces = totals.given_up_surfaces;
-  report.nonfinite = totals.nonfinite;
-  report.saturated = totals.saturated;
-  report.rejected = totals.rejected;
-  report.first_sample_s = totals.first_sample_s;
-  report.render_s = totals.render_s;
-  for (const DeviceReport& device : report.devices) {
-    report.compile_s = std::max(report.compile_s, device.compile_s);
-    report.upload_s = std::max(report.upload_s, device.upload_s);
-  }
-  report.features = features.summary();
-  report.triangles = packed.seen_triangle_count();
-  report.geometry_bytes = packed.bytes(layout);
-  const auto tree = packed.accels.find(layout);
-  report.reinserted = tree != packed.accels.end() && tree->second.reinserted;
-  report.pack_s = pack_s;
-  report.build_s = packed.build_s - built_before_s;
-  FilmState done = crew->film().take();
-  report.interrupted = !done.done.missing(settings.crop, settings.sample_begin, settings.sample_end).empty();
-  RenderOutput output{std::move(done.film), std::move(report), std::move(done.done), std::move(done.arithmetic)};
-  if (unmanned) throw NoDeviceLeft(no_device_is_left(*crew, totals.samples, total), std::move(output));
-  return output;
+  report.pack_s = host_seconds() - pack_begin_s;
+  const double built_before_s = packed->build_s;
+  const auto devices = std::make_shared<WavefrontDevices>(WavefrontDevices{.devices = selected,
+                                                                           .executions = {},
+                                                                           .packed = packed,
+                                                                           .features = features,
+                                                                           .settings = settings,
+                                                                           .pool = std::move(pool),
+                                                                           .keep = hooks.keep,
+                                                                           .stay = hooks.devices_stay_ready});
+  const std::vector<DeviceReport> prepared = prepare_devices(*devices, execution);
+  report.build_s = packed->build_s - built_before_s;
+  return render_on(devices, execution, prepared, stop, hooks, std::move(report));
 }
 
 }  // namespace

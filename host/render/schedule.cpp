@@ -11,15 +11,30 @@ namespace eikon {
 namespace {
 
 constexpr std::size_t kNobody = ~std::size_t{0};
-constexpr std::uint64_t kFirstUnit = 1024;  // paths of a unit while nothing is known: milliseconds even on slow devices
-constexpr std::uint64_t kGrowth = 8;        // a unit is at most so many times the largest that was measured
-constexpr double kShare = 1.0 / 3;          // of what is left, that the units dealt next make up
-constexpr double kLongestUnit_s = 0.5;      // an interruption waits for two of them, and a fault loses them
-constexpr double kOverheadShare = 0.04;     // of a unit's time
-constexpr double kShortestUnit_s = 4e-3;    // whatever the overhead: timing and threads are no better than that
-constexpr double kNewWeight = 0.4;          // of a new measurement, against all before it
-constexpr std::uint64_t kLeastSamples = 16;  // of a pixel that a unit may have, however few there are
-constexpr std::uint64_t kPasses = 4;         // over the image, at least, where a pixel has more samples than that
+
+// Sizes of units. Factoring: the units that devices get next make up this share of what is left
+// [Hummel et al. 1992].
+constexpr double kFactoringShare = 1.0 / 3;
+// Paths, while no rate is known: milliseconds even on slow devices.
+constexpr std::uint64_t kFirstUnit = 1024;
+// A unit is at most so many times the largest that was measured.
+constexpr std::uint64_t kGrowth = 8;
+// An interruption waits for two of them, and a failure loses them.
+constexpr double kLongestUnit_s = 0.5;
+constexpr double kShortestUnit_s = 4e-3;  // clocks and threads are no more precise than that
+// The fixed cost of a unit is at most this share of its duration.
+constexpr double kOverheadShare = 0.04;
+
+// Order of samples: a unit has at most 1/kPasses of a pixel's samples, so that an interrupted image
+// is noisy everywhere, but kLeastSamples where a pixel has few.
+constexpr std::uint64_t kLeastSamples = 16, kPasses = 4;
+
+// Rates: the weight of a new measurement against all before it.
+constexpr double kNewWeight = 0.4;
+
+// Speculative copies: a device repeats another one's late unit if it expects to be done sooner by
+// kShortestUnit_s and this share of its own time; less may be noise of the measurements.
+constexpr double kSpeculationMargin = 0.25;
 
 }  // namespace
 
@@ -50,14 +65,10 @@ void Schedule::join(std::size_t device, const UnitLimits& limits) {
 void Schedule::leave(std::size_t device) {
   devices_[device].takes_part = false;
   devices_[device].has_left = true;
-  for (auto it = flights_.begin(); it != flights_.end();) {
+  for (auto it = in_flight_.begin(); it != in_flight_.end();) {
     const auto current = it++;
     if (current->second.device == device) gave_back(current->first);
   }
-}
-
-bool Schedule::manned() const {
-  return std::any_of(devices_.begin(), devices_.end(), [](const DeviceState& d) { return d.takes_part; });
 }
 
 bool Schedule::others_take_part(std::size_t device) const {
@@ -66,7 +77,7 @@ bool Schedule::others_take_part(std::size_t device) const {
   return false;
 }
 
-/// Some take part, or will as soon as they are open.
+/// Other devices take part, or will as soon as they are open.
 bool Schedule::others_are_expected(std::size_t device) const {
   for (std::size_t i = 0; i < devices_.size(); ++i)
     if (i != device && !devices_[i].has_left) return true;
@@ -79,26 +90,26 @@ double Schedule::rate(std::size_t device) const {
 
 double Schedule::expected_s(const DeviceState& device, std::uint64_t paths) const {
   const double seconds = device.overhead_s + double(paths) * device.path_s;
-  // While all units were about as large, all of their time may be overhead.
+  // While all units were about equally large, all of their time may be overhead.
   return device.split_known ? seconds : std::max(seconds, device.smallest_s);
 }
 
 std::optional<double> Schedule::expected_s(std::uint64_t id) const {
-  const auto flight = flights_.find(id);
-  if (flight == flights_.end() || devices_[flight->second.device].path_s == 0) return std::nullopt;
-  return expected_s(devices_[flight->second.device], flight->second.unit.path_count());
+  const auto in_flight = in_flight_.find(id);
+  if (in_flight == in_flight_.end() || devices_[in_flight->second.device].path_s == 0) return std::nullopt;
+  return expected_s(devices_[in_flight->second.device], in_flight->second.unit.path_count());
 }
 
-/// When the device will have done its units up to that one. What is late is expected to be late by as much again; where nothing is
-/// known, as if it should be there by now.
+/// The time at which the device will have done its units up to `last_id`. A late unit is expected
+/// to be late by as much again; while no rate is known, a unit counts as due now.
 double Schedule::end_s(std::size_t device, std::uint64_t last_id, double now_s) const {
   const DeviceState& d = devices_[device];
   double end_s = now_s;
   bool first = true;
-  for (const auto& [id, flight] : flights_) {
-    if (flight.device != device || id > last_id) continue;
-    const double unit_s = d.path_s > 0 ? expected_s(d, flight.unit.path_count()) : 0;
-    const double due_s = (first ? flight.begin_s : end_s) + unit_s;
+  for (const auto& [id, in_flight] : in_flight_) {
+    if (in_flight.device != device || id > last_id) continue;
+    const double unit_s = d.path_s > 0 ? expected_s(d, in_flight.unit.path_count()) : 0;
+    const double due_s = (first ? in_flight.begin_s : end_s) + unit_s;
     end_s = now_s < due_s ? due_s : now_s + (now_s - due_s);
     first = false;
   }
@@ -108,13 +119,15 @@ double Schedule::end_s(std::size_t device, std::uint64_t last_id, double now_s) 
 double Schedule::free_at(std::size_t device, double now_s) const { return end_s(device, next_id_, now_s); }
 
 bool Schedule::is_idle(std::size_t device) const {
-  return std::none_of(flights_.begin(), flights_.end(),
-                      [&](const auto& flight) { return flight.second.device == device; });
+  return std::none_of(in_flight_.begin(), in_flight_.end(),
+                      [&](const auto& in_flight) { return in_flight.second.device == device; });
 }
 
-/// When all devices of known rate but one have done so many paths, after the units that they have. Infinite: there are none.
+/// The time at which the devices of known rate, except `without`, will have done so many paths
+/// after the units that they have; infinite when there is no such device.
 double Schedule::finish_s(double paths, std::size_t without, double now_s) const {
-  std::vector<std::pair<double, double>> from;  // from that time on, paths per second
+  // Time from which a device is free, and its paths per second.
+  std::vector<std::pair<double, double>> from;
   for (std::size_t i = 0; i < devices_.size(); ++i)
     if (i != without && devices_[i].takes_part && devices_[i].path_s > 0)
       from.emplace_back(free_at(i, now_s) + devices_[i].overhead_s, 1 / devices_[i].path_s);
@@ -131,21 +144,22 @@ double Schedule::finish_s(double paths, std::size_t without, double now_s) const
   return at_s + paths / rate;
 }
 
-/// Paths of a unit of which the overhead is a small part, if it is not that of the whole device.
+/// Paths of the smallest unit whose fixed cost is a small share of its duration.
 std::uint64_t Schedule::least_size(const DeviceState& device) const {
   const double seconds = std::min(std::max(kShortestUnit_s, device.overhead_s / kOverheadShare), kLongestUnit_s);
   const auto paths = std::uint64_t(seconds / device.path_s);
   return std::clamp<std::uint64_t>(paths, 1, device.limits.capacity);
 }
 
-/// Of the next unit, from the pool; 0: the device is better left out.
+/// Paths of the next unit from the pool; 0: the image is done sooner without this device.
 std::uint64_t Schedule::unit_size(std::size_t device, double now_s) {
   DeviceState& d = devices_[device];
   const auto left = double(pool_.path_count());
   const double begin_s = free_at(device, now_s);
-  const double others_s = finish_s(left, device, now_s);  // when the others would be done with all of it
+  // When the others would have done all of it.
+  const double others_s = finish_s(left, device, now_s);
   if (d.path_s == 0) {
-    // It is not worth waiting for a device of which nothing is known.
+    // A device whose rate is unknown gets nothing if the others are done before it could be.
     if (others_s < begin_s + kShortestUnit_s) return 0;
     return others_are_expected(device) ? std::min(kFirstUnit, d.limits.capacity) : d.limits.grain;
   }
@@ -154,9 +168,9 @@ std::uint64_t Schedule::unit_size(std::size_t device, double now_s) {
   if (most_s < double(most)) most = std::max<std::uint64_t>(std::uint64_t(most_s), 1);
   if (!others_take_part(device)) return most;
   const double until_s = finish_s(left, kNobody, now_s);
-  // The whole device is used where that is not too long for the end.
+  // A unit occupies the whole device where that does not delay the end.
   const std::uint64_t least = std::min(std::max(least_size(d), d.limits.grain), most);
-  const double share = kShare * std::max(until_s - begin_s, 0.0) / d.path_s;
+  const double share = kFactoringShare * std::max(until_s - begin_s, 0.0) / d.path_s;
   std::uint64_t size = std::clamp(share < double(most) ? std::uint64_t(share) : most, least, most);
   if (begin_s + expected_s(d, size) > until_s) {
     const double fitting = (until_s - begin_s - d.overhead_s) / d.path_s;
@@ -164,7 +178,7 @@ std::uint64_t Schedule::unit_size(std::size_t device, double now_s) {
     size = fitting > double(small) ? std::min(std::uint64_t(fitting), size) : small;
   }
   if (begin_s + expected_s(d, size) <= others_s) return size;
-  return flights_.empty() && is_quickest(device, size) ? size : 0;  // if nobody does it, it stays undone
+  return in_flight_.empty() && is_quickest(device, size) ? size : 0;  // else nobody would do it
 }
 
 bool Schedule::is_quickest(std::size_t device, std::uint64_t paths) const {
@@ -193,58 +207,61 @@ std::optional<WorkUnit> Schedule::take_returned(std::size_t device) {
   return std::nullopt;
 }
 
-/// The unit of another device that this one would have done soonest before that one; 0: none.
-std::uint64_t Schedule::late_flight(std::size_t device, double now_s) const {
+/// The unit of another device whose result would come sooner by the largest margin if this device
+/// repeated it; 0: none.
+std::uint64_t Schedule::latest_unit(std::size_t device, double now_s) const {
   const DeviceState& d = devices_[device];
-  const bool known = d.path_s > 0;  // else it gets what is small, as if that took as long as a unit may
+  // Else it gets a small unit, which is taken to need as long as a unit may.
+  const bool known = d.path_s > 0;
   const std::uint64_t most = known ? d.limits.capacity : std::min(kFirstUnit, d.limits.capacity);
   std::uint64_t best = 0;
   double best_s = 0;
-  for (const auto& [id, flight] : flights_) {
-    if (flight.device == device || flight.twin != 0 || flight.unit.path_count() > most) continue;
-    if (!devices_[flight.device].takes_part) continue;
-    const double own_s = known ? expected_s(d, flight.unit.path_count()) : kLongestUnit_s;
-    const double gain_s = end_s(flight.device, id, now_s) - (now_s + own_s);
-    // Not for what may be noise of the measurements.
-    if (gain_s > std::max(best_s, kShortestUnit_s + 0.25 * own_s)) best = id, best_s = gain_s;
+  for (const auto& [id, in_flight] : in_flight_) {
+    if (in_flight.device == device || in_flight.speculative_copy != 0 || in_flight.unit.path_count() > most) continue;
+    if (!devices_[in_flight.device].takes_part) continue;
+    const double own_s = known ? expected_s(d, in_flight.unit.path_count()) : kLongestUnit_s;
+    const double gain_s = end_s(in_flight.device, id, now_s) - (now_s + own_s);
+    if (gain_s > std::max(best_s, kShortestUnit_s + kSpeculationMargin * own_s)) best = id, best_s = gain_s;
   }
   return best;
 }
 
-Schedule::Dealt Schedule::deal(std::size_t device, const WorkUnit& unit, double now_s) {
+Schedule::Assignment Schedule::assign(std::size_t device, const WorkUnit& unit, double now_s) {
   const std::uint64_t id = next_id_++;
-  Flight& flight = flights_[id];
-  flight.device = device;
-  flight.unit = unit;
-  flight.begin_s = now_s;
+  InFlight& in_flight = in_flight_[id];
+  in_flight.device = device;
+  in_flight.unit = unit;
+  in_flight.begin_s = now_s;
   return {id, unit};
 }
 
-std::optional<Schedule::Dealt> Schedule::next(std::size_t device, double now_s) {
+std::optional<Schedule::Assignment> Schedule::next(std::size_t device, double now_s) {
   DeviceState& d = devices_[device];
   if (!d.takes_part) return std::nullopt;
-  if (const std::optional<WorkUnit> again = take_returned(device)) return deal(device, *again, now_s);
+  if (const std::optional<WorkUnit> again = take_returned(device)) return assign(device, *again, now_s);
   if (!pool_.empty()) {
     const std::uint64_t size = unit_size(device, now_s);
     if (size == 0) {
       d.left_out_at = std::max(d.left_out_at, double(pool_.path_count()) / double(std::max<std::uint64_t>(opened_, 1)));
       return std::nullopt;
     }
-    return deal(device, *pool_.take(size, most_samples_), now_s);
+    return assign(device, *pool_.take(size, most_samples_), now_s);
   }
-  // What comes of it may not count: not behind a unit that does, where nothing could call it off.
-  const std::uint64_t late = is_idle(device) ? late_flight(device, now_s) : 0;
+  // The result of a copy may not count, and nothing can call it off. So only an idle device makes
+  // one.
+  const std::uint64_t late = is_idle(device) ? latest_unit(device, now_s) : 0;
   if (late == 0) return std::nullopt;
-  const Dealt twin = deal(device, flights_.at(late).unit, now_s);
-  flights_.at(late).twin = twin.id;
-  flights_.at(twin.id).twin = late;
-  return twin;
+  const Assignment copy = assign(device, in_flight_.at(late).unit, now_s);
+  in_flight_.at(late).speculative_copy = copy.id;
+  in_flight_.at(copy.id).speculative_copy = late;
+  return copy;
 }
 
-/// Takes t = overhead + paths * path_s, through the smallest and the largest unit that were measured.
+/// Fits t = overhead + paths * path_s through the smallest and the largest unit that were measured.
 void Schedule::measure(DeviceState& d, std::uint64_t paths, double seconds) {
   seconds = std::max(seconds, 1e-9);
-  const bool larger = paths > d.largest + d.largest / 2;  // a better measurement than all before
+  // More precise than all measurements before.
+  const bool larger = paths > d.largest + d.largest / 2;
   if (d.smallest == 0 || paths < d.smallest) d.smallest = paths, d.smallest_s = seconds;
   if (paths >= d.largest) d.largest = paths, d.largest_s = seconds;
   d.split_known = 2 * d.largest > 3 * d.smallest;
@@ -260,27 +277,29 @@ void Schedule::measure(DeviceState& d, std::uint64_t paths, double seconds) {
 }
 
 bool Schedule::finished(std::uint64_t id, double begin_s, double now_s) {
-  const auto found = flights_.find(id);
-  if (found == flights_.end()) return false;
-  const Flight flight = found->second;
-  flights_.erase(found);
-  if (flight.twin != 0) flights_.erase(flight.twin);  // what comes of it does not count
-  for (auto& [other_id, other] : flights_)
-    if (other.device == flight.device) other.begin_s = std::max(other.begin_s, now_s);  // only now
-  left_ -= flight.unit.path_count();
-  measure(devices_[flight.device], flight.unit.path_count(), now_s - begin_s);
+  const auto found = in_flight_.find(id);
+  if (found == in_flight_.end()) return false;
+  const InFlight in_flight = found->second;
+  in_flight_.erase(found);
+  // Its result will not count.
+  if (in_flight.speculative_copy != 0) in_flight_.erase(in_flight.speculative_copy);
+  for (auto& [other_id, other] : in_flight_)
+    // It begins only now.
+    if (other.device == in_flight.device) other.begin_s = std::max(other.begin_s, now_s);
+  left_ -= in_flight.unit.path_count();
+  measure(devices_[in_flight.device], in_flight.unit.path_count(), now_s - begin_s);
   return true;
 }
 
 void Schedule::gave_back(std::uint64_t id) {
-  const auto found = flights_.find(id);
-  if (found == flights_.end()) return;
-  const Flight flight = found->second;
-  flights_.erase(found);
-  if (flight.twin != 0)
-    flights_.at(flight.twin).twin = 0;
+  const auto found = in_flight_.find(id);
+  if (found == in_flight_.end()) return;
+  const InFlight in_flight = found->second;
+  in_flight_.erase(found);
+  if (in_flight.speculative_copy != 0)
+    in_flight_.at(in_flight.speculative_copy).speculative_copy = 0;
   else
-    returned_.push_back({flight.unit, flight.device});
+    returned_.push_back({in_flight.unit, in_flight.device});
 }
 
 }  // namespace eikon

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which device gets which samples: plain numbers, no device and no clock of its own, so that it can be tried with invented rates.
+// Decides which device gets which samples. It has plain numbers and no clock of its own, so that
+// tests can simulate devices of any rate.
 #pragma once
 #include <cstdint>
 #include <map>
@@ -10,24 +11,25 @@
 
 namespace eikon {
 
-/// What a device takes, in paths.
+/// Sizes of units that a device can take, in paths.
 struct UnitLimits {
-  std::uint64_t capacity = 1;  // of one unit, at most
-  std::uint64_t grain = 1;     // fewer leave part of the device without work
+  std::uint64_t capacity = 1;  // most paths of one unit
+  std::uint64_t grain = 1;     // fewer paths leave a part of the device without work
 };
 
-/// Deals units to devices so that all finish together: each gets its part, by measured rate, of a third of what is left, so that units
-/// shrink towards the end, down to a size at which what a unit costs besides its paths is a few percent. [Hummel, Schonberg,
-/// Flynn 1992, CACM 35(8): factoring; Dean, Ghemawat 2004, OSDI: backup tasks]
+/// Assigns units to devices so that all finish together. Each device gets its share, by measured
+/// rate, of a third of what is left (factoring [Hummel, Schonberg, Flynn 1992, CACM 35(8)]). So
+/// units shrink towards the end, down to a size at which the fixed cost of a unit is a few percent.
 ///
-/// A unit counts once, whatever happens: one that a device gave back, or was lost with its device, is dealt again, to another
-/// device first; and when nothing else is left, a unit of a device that would need longer for it than another one from now on
-/// is dealt to that one too, and whoever is first counts.
+/// A unit counts once, whatever happens. A unit that a device gave back or lost goes to a device
+/// again, if possible to another one. When nothing else is left, an idle device gets a speculative
+/// copy of a unit that it would have done sooner than the device that has it, and the first result
+/// counts (backup tasks [Dean, Ghemawat 2004, OSDI]).
 ///
-/// Times are seconds on any one clock, which never goes back. Not synchronised.
+/// Times are seconds on one clock, which never goes back. Not synchronised.
 class Schedule {
  public:
-  struct Dealt {
+  struct Assignment {
     std::uint64_t id = 0;
     WorkUnit unit;
   };
@@ -35,54 +37,56 @@ class Schedule {
   /// block: largest side of a unit's block, in pixels
   Schedule(std::size_t devices, std::uint32_t block);
 
-  /// Adds work. What was left out for want of work before may take part again.
+  /// Adds work. Devices that were left out before may take part again.
   void open(const std::vector<WorkUnit>& boxes);
 
-  /// A device takes part from now on, or again, with other limits; what was measured of it stays.
+  /// From now on the device takes part, with these limits; measurements of an earlier opening stay.
   void join(std::size_t device, const UnitLimits& limits);
-  /// A device takes part no longer. Its units are dealt again; finished() is false for them.
+  /// The device takes part no longer. Its units go to other devices; finished() returns false for
+  /// them.
   void leave(std::size_t device);
 
-  /// The next unit of a device that takes part, or nothing: no work for it now. There may be some later, unless complete(). A device
-  /// does its units in the order in which it got them; it may ask before it has done the last.
-  [[nodiscard]] std::optional<Dealt> next(std::size_t device, double now_s);
-  /// A unit's result is there. begin_s: when the device began it. false: it does not count, since another device's counted,
-  /// or the unit was taken away
+  /// The next unit of a device that takes part. Nothing means that there is no work for it now;
+  /// unless complete(), there may be some later. A device does its units in the order of
+  /// assignment; it may ask before it has done the last.
+  [[nodiscard]] std::optional<Assignment> next(std::size_t device, double now_s);
+  /// The result of a unit is there; the device began it at begin_s.
+  /// returns  false when it does not count, because the copy of another device did or because the
+  ///          device had left
   bool finished(std::uint64_t id, double begin_s, double now_s);
-  /// A unit failed on its device.
+  /// The device failed to do a unit.
   void gave_back(std::uint64_t id);
 
-  /// The unit is still somebody's, and not done.
-  [[nodiscard]] bool counts(std::uint64_t id) const { return flights_.count(id) != 0; }
+  /// A device has the unit and its result would count.
+  [[nodiscard]] bool counts(std::uint64_t id) const { return in_flight_.count(id) != 0; }
   /// Everything that was opened has been finished.
   [[nodiscard]] bool complete() const { return left_ == 0; }
-  [[nodiscard]] std::uint64_t paths_left() const { return left_; }  // dealt ones included
-  /// Somebody takes part.
-  [[nodiscard]] bool manned() const;
-  /// Seconds that the unit should take; nothing while the device's rate is not known, or the unit is none.
+  [[nodiscard]] std::uint64_t paths_left() const { return left_; }  // assigned ones included
+  /// Seconds that the unit should take; nothing while the device's rate is unknown or when no
+  /// device has the unit.
   [[nodiscard]] std::optional<double> expected_s(std::uint64_t id) const;
-  /// Paths per second as measured; 0: unknown
+  /// Paths per second as measured; 0 while unknown.
   [[nodiscard]] double rate(std::size_t device) const;
-  /// The share of the work opened last that was left when the device was last refused some of it: any unit of it would have been
-  /// late. 0: never
+  /// The largest share of the work opened last that was left when the device was refused a unit
+  /// because any would have been late; 0: never.
   [[nodiscard]] double left_out_at(std::size_t device) const { return devices_[device].left_out_at; }
 
  private:
   struct DeviceState {
-    bool takes_part = false, has_left = false;  // neither: it is still expected
+    bool takes_part = false, has_left = false;  // neither: it is still being opened
     UnitLimits limits;
-    double path_s = 0;                        // per path; 0: unknown
-    double overhead_s = 0;                    // of a unit
-    std::uint64_t largest = 0, smallest = 0;  // units measured; 0: none
+    double path_s = 0;                        // seconds per path; 0: unknown
+    double overhead_s = 0;                    // fixed cost of a unit
+    std::uint64_t largest = 0, smallest = 0;  // paths of units that were measured; 0: none
     double smallest_s = 0, largest_s = 0;
-    bool split_known = false;  // overhead and rate apart
+    bool split_known = false;  // overhead and rate are known apart
     double left_out_at = 0;
   };
-  struct Flight {
+  struct InFlight {
     std::size_t device = 0;
     WorkUnit unit;
-    double begin_s = 0;      // dealt, or the one before it came to its end
-    std::uint64_t twin = 0;  // id of the same unit on another device
+    double begin_s = 0;                  // when it was assigned, or when the unit before it ended
+    std::uint64_t speculative_copy = 0;  // id of the same unit on another device; 0: none
   };
   struct Returned {
     WorkUnit unit;
@@ -93,7 +97,7 @@ class Schedule {
   std::uint32_t block_;
   UnitPool pool_;
   std::vector<Returned> returned_;
-  std::map<std::uint64_t, Flight> flights_;
+  std::map<std::uint64_t, InFlight> in_flight_;
   std::uint64_t next_id_ = 1, left_ = 0, opened_ = 0, most_samples_ = 1;
 
   [[nodiscard]] double expected_s(const DeviceState& device, std::uint64_t paths) const;
@@ -107,8 +111,8 @@ class Schedule {
   [[nodiscard]] bool others_take_part(std::size_t device) const;
   [[nodiscard]] bool others_are_expected(std::size_t device) const;
   [[nodiscard]] std::optional<WorkUnit> take_returned(std::size_t device);
-  [[nodiscard]] std::uint64_t late_flight(std::size_t device, double now_s) const;
-  Dealt deal(std::size_t device, const WorkUnit& unit, double now_s);
+  [[nodiscard]] std::uint64_t latest_unit(std::size_t device, double now_s) const;
+  Assignment assign(std::size_t device, const WorkUnit& unit, double now_s);
   void measure(DeviceState& device, std::uint64_t paths, double seconds);
 };
 

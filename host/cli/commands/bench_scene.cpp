@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// `bench scene`: error against time. One growing render, looked at whenever the samples per pixel have doubled: the film's
+// `bench scene`: error against time. One growing render, with a snapshot whenever the samples per pixel have doubled: the film's
 // bits then are those of a render of so many samples, and scene, tree and kernels are made once.
 // --json: {scene, scene_hash, size, seed, max_depth, features, devices: [..], reference: {path, relmse_predicted} | null,
 // points: [{spp, relmse | null, relmse_predicted | null, relmse_interval | null, ratio_of_means | null, seconds,
@@ -167,15 +167,15 @@ ExitCode bench_scene_command(const BenchOptions& options) {
   std::vector<Point> points;
   nlohmann::json rows = nlohmann::json::array();
   std::atomic<bool> stop{false};
-  double looking_s = 0;
-  Looks looks;
-  looks.at = doubling(settings.sample_begin, settings.sample_end);
-  looks.look = [&](std::uint64_t sample_end, double render_s, const Film& film) {
+  double snapshots_s = 0;
+  Snapshots snapshots;
+  snapshots.at = doubling(settings.sample_begin, settings.sample_end);
+  snapshots.take = [&](std::uint64_t sample_end, double render_s, const Film& film) {
     const double begin_s = process_seconds();
     Point point;
     point.spp = sample_end - settings.sample_begin;
     point.seconds = render_s;
-    point.from_start_s = begin_s - looking_s;
+    point.from_start_s = begin_s - snapshots_s;
     if (reference) point.measured = compare_images(to_image(film), reference->image);
     point.predicted = film.predicted_error();
     rows.push_back(to_json(point, settings.crop.pixel_count()));
@@ -183,9 +183,9 @@ ExitCode bench_scene_command(const BenchOptions& options) {
     points.push_back(point);
     // The next point takes about twice as long.
     if (options.time_s > 0 && 2 * render_s > options.time_s) stop = true;
-    looking_s += process_seconds() - begin_s;
+    snapshots_s += process_seconds() - begin_s;
   };
-  const RenderOutput done = render(*prepared.scene, settings, options.execution, stop, {.looks = looks});
+  const RenderOutput done = render(*prepared.scene, settings, options.execution, stop, {.snapshots = snapshots});
 
   std::optional<double> own_error;  // of the reference, as it says itself
   if (reference && reference->metadata.numbers.contains("relmsePredicted"))

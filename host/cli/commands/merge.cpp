@@ -106,7 +106,7 @@ Whole join(const std::vector<Part>& parts) {
 }
 
 /// The half-open range of samples from the first to the last that some pixel has.
-std::pair<std::uint64_t, std::uint64_t> sample_range(const SampleLedger& done) {
+std::pair<std::uint64_t, std::uint64_t> sample_range(const SampleSet& done) {
   std::uint64_t begin = std::numeric_limits<std::uint64_t>::max(), end = 0;
   for (const WorkUnit& part : done.parts()) {
     begin = std::min(begin, part.sample_begin);

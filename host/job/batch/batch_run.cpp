@@ -40,7 +40,7 @@ std::string time_now() { return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime
 /// What one of the jobs at a time has for itself.
 struct BatchRun::Worker {
   SceneCache scenes;
-  ReadyAhead devices;
+  DevicePrefetcher devices;
   Worker(std::uint64_t budget_bytes, const DevicePool& known) : scenes(budget_bytes), devices(known) {}
   bool busy = false;  // has a job
 };
@@ -202,12 +202,12 @@ void BatchRun::prepare(Worker& worker, Staged& staged) {
     own.checkpoint.resume = true, own.checkpoint.implied = !options.checkpoint.resume;
   staged.render.emplace(std::move(own), say, process_seconds());
   if (!worker.scenes.takes(staged.scene))
-    return staged.render->take_turn(worker.devices, stop_);  // not two large ones at a time
+    return staged.render->take_devices(worker.devices, stop_);  // not two large ones at a time
   const auto kept = worker.scenes.load(options.scene.scene, options.scene.variant, staged.scene);
   staged.render->load(kept->scene, kept->load_s);
   staged.render->use(worker.scenes.pack(*kept, staged.render->settings(), options.execution, staged.environment));
   staged.loaded = true;
-  staged.render->take_turn(worker.devices, stop_);
+  staged.render->take_devices(worker.devices, stop_);
 }
 
 void BatchRun::render(Worker& worker, Staged& staged) {

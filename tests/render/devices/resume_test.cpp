@@ -40,7 +40,7 @@ TEST_F(Resume, from_any_state_the_result_is_the_same) {
   Settings window = settings;
   window.sample_begin = 4;
   window.sample_end = 9;
-  FilmState begun{Film(whole.film.layout()), SampleLedger()};
+  FilmState begun{Film(whole.film.layout()), SampleSet()};
   window.crop = {16, 8, 50, 41};
   const RenderOutput part = render(scene, window, as_tested(execution), stop);
   begun.film.add(part.film);

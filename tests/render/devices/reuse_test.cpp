@@ -2,7 +2,7 @@
 // Devices, programs and packed scenes serve one render after the other, with the bits of fresh ones.
 #include <stdexcept>
 
-#include "render/ready_ahead.h"
+#include "render/device_prefetcher.h"
 #include "render/scene_builder.h"
 
 namespace eikon::testing {
@@ -159,34 +159,34 @@ TEST(Reuse, what_was_made_ready_ahead_gives_the_bits_of_fresh_ones) {
     setenv("EIKON_FAULT", fault, 1);
     Execution execution = as_tested({});
     execution.devices = std::to_string(select_devices("cpu").front().index);
-    ReadyAhead devices;
+    DevicePrefetcher devices;
     const auto image = [&](const Scene& scene, const Settings& settings) {
       const Features features(scene, settings);
-      return ReadyAhead::Image{std::make_shared<PackedScene>(pack_scene(scene, features, settings)), nullptr, features,
+      return DevicePrefetcher::Image{std::make_shared<PackedScene>(pack_scene(scene, features, settings)), nullptr, features,
                                settings, execution};
     };
-    const auto render_on = [&](ReadyAhead::Turn& turn, const ReadyAhead::Image& of) {
+    const auto render_on = [&](DevicePrefetcher::Slot& turn, const DevicePrefetcher::Image& of) {
       RenderHooks hooks;
       hooks.devices = &turn.pool();
       hooks.devices_stay_ready = true;
       hooks.under_way = [&] { turn.under_way(); };
       return render_packed(of.packed, of.features, of.settings, execution, stop, hooks);
     };
-    const ReadyAhead::Image one = image(first, first_settings), other = image(second, second_settings);
-    const auto first_turn = devices.turn(one, stop);
+    const DevicePrefetcher::Image one = image(first, first_settings), other = image(second, second_settings);
+    const auto first_turn = devices.slot(one, stop);
     EXPECT_EQ(first_turn->pool().idle_count(), 0U) << "the first has nobody to wait for";
     const RenderOutput first_output = render_on(*first_turn, one);
-    const auto second_turn = devices.turn(other, stop);
+    const auto second_turn = devices.slot(other, stop);
     EXPECT_EQ(second_turn->pool().idle_count(), 1U) << "it was opened ahead";
     const RenderOutput second_output = render_on(*second_turn, other);
     if (*fault != '\0') {
       EXPECT_EQ(second_output.report.upload_s, 0) << "it was uploaded ahead";
     }
     // What is ready on the devices of the turn before is not made ready once more.
-    const auto third_turn = devices.turn(other, stop);
+    const auto third_turn = devices.slot(other, stop);
     EXPECT_EQ(third_turn->pool().idle_count(), 1U);
     EXPECT_TRUE(same_film(render_on(*third_turn, other).film, second_output.film));
-    const auto fourth_turn = devices.turn(one, stop);
+    const auto fourth_turn = devices.slot(one, stop);
     const RenderOutput again = render_on(*fourth_turn, one);
     EXPECT_EQ(again.report.upload_s, 0) << "it was there";
     setenv("EIKON_FAULT", "", 1);
@@ -207,10 +207,10 @@ TEST(Reuse, nothing_is_made_ready_ahead_beyond_a_limit) {
   Execution little = limited;
   little.threads = 0, little.memory_bytes = std::uint64_t{1} << 30;
   for (const Execution& execution : {limited, little}) {
-    ReadyAhead devices;
+    DevicePrefetcher devices;
     const auto turn_of = [&](const Scene& of) {
       const Features features(of, settings);
-      return devices.turn(
+      return devices.slot(
           {std::make_shared<PackedScene>(pack_scene(of, features, settings)), nullptr, features, settings, execution},
           stop);
     };

@@ -10,7 +10,7 @@
 #include <functional>
 #include <random>
 
-#include "film/sample_ledger.h"
+#include "film/sample_set.h"
 
 namespace eikon {
 namespace {
@@ -40,13 +40,13 @@ struct Outcome {
 Outcome simulate(const std::vector<FakeDevice>& devices, const Crop& crop, std::uint64_t spp, unsigned seed = 1) {
   struct Flying {
     bool fails = false;
-    Schedule::Dealt dealt;
+    Schedule::Assignment assignment;
     double begin_s = 0, end_s = 0;
   };
   std::mt19937 random(seed);
   Schedule schedule(devices.size(), 128);
   schedule.open({WorkUnit{crop, 0, spp}});
-  SampleLedger done;
+  SampleSet done;
   Outcome outcome;
   outcome.last_s.resize(devices.size());
   outcome.paths.resize(devices.size());
@@ -59,7 +59,7 @@ Outcome simulate(const std::vector<FakeDevice>& devices, const Crop& crop, std::
     const FakeDevice& d = devices[i];
     const double noise = std::exp(d.spread * std::normal_distribution<>()(random));
     f.begin_s = now;
-    f.end_s = now + d.overhead_s + double(f.dealt.unit.path_count()) / (d.paths_per_s * d.speed(now)) * noise;
+    f.end_s = now + d.overhead_s + double(f.assignment.unit.path_count()) / (d.paths_per_s * d.speed(now)) * noise;
   };
   std::uint64_t rounds = 0;
   while (!schedule.complete()) {
@@ -83,11 +83,11 @@ Outcome simulate(const std::vector<FakeDevice>& devices, const Crop& crop, std::
         flying[i].pop_front();
         if (!flying[i].empty()) begin(i, flying[i].front());
         if (f.fails) {
-          schedule.gave_back(f.dealt.id);
-        } else if (schedule.finished(f.dealt.id, f.begin_s, now)) {
-          done.add(f.dealt.unit);
+          schedule.gave_back(f.assignment.id);
+        } else if (schedule.finished(f.assignment.id, f.begin_s, now)) {
+          done.add(f.assignment.unit);
           outcome.ledger_parts = std::max(outcome.ledger_parts, done.parts().size());
-          outcome.paths[i] += f.dealt.unit.path_count();
+          outcome.paths[i] += f.assignment.unit.path_count();
           outcome.last_s[i] = now;
         }
       }
@@ -95,12 +95,12 @@ Outcome simulate(const std::vector<FakeDevice>& devices, const Crop& crop, std::
     for (std::size_t i = 0; i < devices.size(); ++i) {
       const FakeDevice& d = devices[i];
       while (flying[i].size() < 2 && !dead[i] && joined[i]) {
-        const auto dealt = schedule.next(i, now);
-        if (!dealt) break;
-        EXPECT_LE(dealt->unit.path_count(), d.capacity);
+        const auto assignment = schedule.next(i, now);
+        if (!assignment) break;
+        EXPECT_LE(assignment->unit.path_count(), d.capacity);
         const bool fails = d.fails_every != 0 && ++outcome.units[i] % d.fails_every == 0;
         if (d.fails_every == 0) ++outcome.units[i];
-        flying[i].push_back({fails, *dealt, 0, 0});
+        flying[i].push_back({fails, *assignment, 0, 0});
         if (flying[i].size() == 1) begin(i, flying[i].front());
       }
     }
@@ -260,10 +260,10 @@ TEST(Schedule, the_first_of_two_that_have_the_same_unit_counts) {
     const auto slow = schedule.next(0, 0), quick = schedule.next(1, 0);
     ASSERT_TRUE(schedule.finished(quick->id, 0, 0.01));
     EXPECT_FALSE(schedule.next(1, 0.011)) << "too early to say that it is late";
-    const auto twin = schedule.next(1, 0.5);
-    ASSERT_TRUE(twin);
-    EXPECT_EQ(twin->unit, slow->unit);
-    const std::uint64_t first = late_one_first ? slow->id : twin->id, second = late_one_first ? twin->id : slow->id;
+    const auto copy = schedule.next(1, 0.5);
+    ASSERT_TRUE(copy);
+    EXPECT_EQ(copy->unit, slow->unit);
+    const std::uint64_t first = late_one_first ? slow->id : copy->id, second = late_one_first ? copy->id : slow->id;
     EXPECT_TRUE(schedule.finished(first, 0.5, 0.6));
     EXPECT_TRUE(schedule.complete());
     EXPECT_FALSE(schedule.finished(second, 0, 0.7));
@@ -278,9 +278,9 @@ TEST(Schedule, a_device_of_which_nothing_is_known_takes_what_is_long_overdue) {
   schedule.join(1, {1U << 16, 1024});
   const auto slow = schedule.next(0, 0);
   EXPECT_FALSE(schedule.next(1, 0.3)) << "it may come soon";
-  const auto twin = schedule.next(1, 3);
-  ASSERT_TRUE(twin);
-  EXPECT_EQ(twin->unit, slow->unit);
+  const auto copy = schedule.next(1, 3);
+  ASSERT_TRUE(copy);
+  EXPECT_EQ(copy->unit, slow->unit);
 }
 
 TEST(Schedule, a_unit_is_done_twice_only_by_a_device_that_is_idle) {
@@ -291,13 +291,13 @@ TEST(Schedule, a_unit_is_done_twice_only_by_a_device_that_is_idle) {
   const auto slow = schedule.next(0, 0), quick = schedule.next(1, 0);
   ASSERT_TRUE(schedule.finished(quick->id, 0, 0.01));
   std::vector<std::uint64_t> own;  // all that is left
-  while (const auto dealt = schedule.next(1, 0.01)) own.push_back(dealt->id);
+  while (const auto assignment = schedule.next(1, 0.01)) own.push_back(assignment->id);
   ASSERT_FALSE(own.empty());
   EXPECT_FALSE(schedule.next(1, 5)) << "nothing could call it off behind the one in hand";
   for (const std::uint64_t id : own) ASSERT_TRUE(schedule.finished(id, 0.01, 0.02));
-  const auto twin = schedule.next(1, 5);
-  ASSERT_TRUE(twin);
-  EXPECT_EQ(twin->unit, slow->unit);
+  const auto copy = schedule.next(1, 5);
+  ASSERT_TRUE(copy);
+  EXPECT_EQ(copy->unit, slow->unit);
 }
 
 TEST(Schedule, any_device_may_die_at_any_time) {

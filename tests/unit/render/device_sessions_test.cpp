@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Device threads with invented devices: what fails, hangs or dawdles changes nothing of the film.
-#include "render/crew.h"
+#include "render/device_sessions.h"
 
 #include <gtest/gtest.h>
 
@@ -85,13 +85,13 @@ class FakeRunner : public UnitRunner {
 };
 
 struct Outcome {
-  Crew::State state = Crew::State::working;
+  DeviceSessions::State state = DeviceSessions::State::working;
   std::optional<FilmState> film;
-  Crew::Totals totals;
+  RenderTotals totals;
   std::vector<DeviceReport> devices;
   std::vector<DeviceEvent> events;
   std::exception_ptr error;
-  std::string last_words;
+  std::string failure_summary;
 
   [[nodiscard]] bool has(std::size_t device, DeviceEvent::Kind kind) const {
     return std::any_of(events.begin(), events.end(),
@@ -102,29 +102,30 @@ struct Outcome {
 /// As render() does. The devices outlive threads that are lost.
 Outcome run(const std::shared_ptr<std::vector<FakeDevice>>& devices, double watchdog_s = 5) {
   std::vector<DeviceReport> reports(devices->size());
-  const auto crew = std::make_shared<Crew>(reports, FilmState{Film(layout()), SampleLedger()}, 32, watchdog_s);
-  crew->open({WorkUnit{kImage, 0, kSpp}});
+  const auto sessions =
+      std::make_shared<DeviceSessions>(reports, FilmState{Film(layout()), SampleSet()}, 32, watchdog_s);
+  sessions->open({WorkUnit{kImage, 0, kSpp}});
   std::vector<std::thread> threads;
   for (std::size_t i = 0; i < devices->size(); ++i)
-    threads.emplace_back([crew, devices, i] {
-      run_device(crew, i, [devices](std::size_t device, unsigned shrink) {
+    threads.emplace_back([sessions, devices, i] {
+      run_device(sessions, i, [devices](std::size_t device, unsigned shrink) {
         return std::make_unique<FakeRunner>((*devices)[device], shrink);
       });
     });
   Outcome outcome;
-  while ((outcome.state = crew->state()) == Crew::State::working) {
-    crew->wait(0.01);
-    crew->watch();
+  while ((outcome.state = sessions->state()) == DeviceSessions::State::working) {
+    sessions->wait(0.01);
+    sessions->watch();
   }
-  crew->end();
-  crew->wait_for_threads();
-  for (std::size_t i = 0; i < threads.size(); ++i) crew->is_lost(i) ? threads[i].detach() : threads[i].join();
-  outcome.totals = crew->totals();
-  outcome.devices = crew->device_reports();
-  outcome.events = crew->events();
-  outcome.error = crew->error();
-  outcome.last_words = crew->last_words();
-  outcome.film = crew->film().copy();
+  sessions->end();
+  sessions->wait_for_threads();
+  for (std::size_t i = 0; i < threads.size(); ++i) sessions->is_lost(i) ? threads[i].detach() : threads[i].join();
+  outcome.totals = sessions->totals();
+  outcome.devices = sessions->device_reports();
+  outcome.events = sessions->events();
+  outcome.error = sessions->error();
+  outcome.failure_summary = sessions->failure_summary();
+  outcome.film = sessions->film().copy();
   return outcome;
 }
 
@@ -133,7 +134,7 @@ std::shared_ptr<std::vector<FakeDevice>> devices(std::size_t count) {
 }
 
 void expect_complete(const Outcome& outcome) {
-  ASSERT_EQ(outcome.state, Crew::State::done);
+  ASSERT_EQ(outcome.state, DeviceSessions::State::done);
   EXPECT_EQ(outcome.totals.samples, kImage.pixel_count() * kSpp);
   EXPECT_TRUE(outcome.film->done.missing(kImage, 0, kSpp).empty());
   std::uint64_t samples = 0;
@@ -171,7 +172,7 @@ class Hang {
   std::shared_ptr<std::atomic<bool>> released_ = std::make_shared<std::atomic<bool>>(false);
 };
 
-TEST(Crew, devices_of_unequal_speed_make_one_film) {
+TEST(DeviceSessions, devices_of_unequal_speed_make_one_film) {
   auto three = devices(3);
   (*three)[1].path_s = 1e-6;
   (*three)[2].path_s = 2e-5;
@@ -182,7 +183,7 @@ TEST(Crew, devices_of_unequal_speed_make_one_film) {
   EXPECT_TRUE(outcome.totals.render_s > 0);
 }
 
-TEST(Crew, a_unit_that_fails_at_any_moment_is_done_by_another_device) {
+TEST(DeviceSessions, a_unit_that_fails_at_any_moment_is_done_by_another_device) {
   for (std::uint64_t after : {0U, 1U, 2U, 5U}) {
     auto two = devices(2);
     (*two)[1].unit = [&](std::uint64_t n, const WorkUnit&) {
@@ -197,7 +198,7 @@ TEST(Crew, a_unit_that_fails_at_any_moment_is_done_by_another_device) {
   }
 }
 
-TEST(Crew, a_device_that_fails_now_and_then_stays) {
+TEST(DeviceSessions, a_device_that_fails_now_and_then_stays) {
   auto one = devices(1);
   (*one)[0].unit = [](std::uint64_t n, const WorkUnit&) {
     if (n % 5 == 3 && n < 30) fail();
@@ -208,7 +209,7 @@ TEST(Crew, a_device_that_fails_now_and_then_stays) {
   EXPECT_FALSE(outcome.has(0, DeviceEvent::Kind::dropped));
 }
 
-TEST(Crew, units_become_smaller_where_large_ones_fail) {
+TEST(DeviceSessions, units_become_smaller_where_large_ones_fail) {
   auto one = devices(1);
   (*one)[0].unit = [](std::uint64_t, const WorkUnit& unit) {
     if (unit.path_count() > 4096) fail();  // as out of memory would
@@ -218,7 +219,7 @@ TEST(Crew, units_become_smaller_where_large_ones_fail) {
   EXPECT_EQ(outcome.devices[0].device_bytes, 4096U) << "a quarter of what it began with";
 }
 
-TEST(Crew, single_faults_are_forgiven_and_units_grow_again) {
+TEST(DeviceSessions, single_faults_are_forgiven_and_units_grow_again) {
   auto one = devices(1);
   (*one)[0].capacity = 512;  // 288 units, undisturbed
   (*one)[0].unit = [](std::uint64_t n, const WorkUnit&) {
@@ -231,20 +232,20 @@ TEST(Crew, single_faults_are_forgiven_and_units_grow_again) {
   EXPECT_LT(outcome.devices[0].units, 2 * 288U);
 }
 
-TEST(Crew, a_device_that_fails_too_often_is_dropped) {
+TEST(DeviceSessions, a_device_that_fails_too_often_is_dropped) {
   auto one = devices(1);
   (*one)[0].capacity = 512;
   (*one)[0].unit = [](std::uint64_t n, const WorkUnit&) {
     if (n % 3 == 2) fail();
   };
   const Outcome outcome = run(one);
-  EXPECT_EQ(outcome.state, Crew::State::unmanned);
+  EXPECT_EQ(outcome.state, DeviceSessions::State::no_device_left);
   EXPECT_EQ(outcome.devices[0].failures, 10U);
 }
 
-TEST(Crew, a_device_that_failed_and_hangs_when_it_is_closed_is_given_up_in_time) {
+TEST(DeviceSessions, a_device_that_failed_and_hangs_when_it_is_closed_is_given_up_in_time) {
   // Half of what opening it may take; a busy machine may need longer, but not in every attempt.
-  constexpr double kWatchdog_s = 0.2, kInTime_s = 0.5 * Crew::kOpening * kWatchdog_s;
+  constexpr double kWatchdog_s = 0.2, kInTime_s = 0.5 * DeviceSessions::kOpeningWatchdogs * kWatchdog_s;
   double least_s = kInTime_s;
   for (int attempt = 0; attempt < 5 && least_s >= kInTime_s; ++attempt) {
     const Hang hang;
@@ -256,32 +257,33 @@ TEST(Crew, a_device_that_failed_and_hangs_when_it_is_closed_is_given_up_in_time)
     const auto begin = std::chrono::steady_clock::now();
     const Outcome outcome = run(one, kWatchdog_s);
     least_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-    EXPECT_EQ(outcome.state, Crew::State::unmanned);
-    EXPECT_NE(outcome.last_words.find("it is broken; then closing it did not end within"), std::string::npos)
-        << outcome.last_words;
+    EXPECT_EQ(outcome.state, DeviceSessions::State::no_device_left);
+    EXPECT_NE(outcome.failure_summary.find("it is broken; then closing it did not end within"), std::string::npos)
+        << outcome.failure_summary;
   }
   EXPECT_LT(least_s, kInTime_s);
 }
 
-TEST(Crew, when_it_is_stopped_nobody_waits_for_a_device_that_is_being_opened) {
+TEST(DeviceSessions, when_it_is_stopped_nobody_waits_for_a_device_that_is_being_opened) {
   const Hang hang;  // a compiler
-  auto crew = std::make_shared<Crew>(std::vector<DeviceReport>(1), FilmState{Film(layout()), SampleLedger()}, 32, 5);
+  auto sessions =
+      std::make_shared<DeviceSessions>(std::vector<DeviceReport>(1), FilmState{Film(layout()), SampleSet()}, 32, 5);
   const auto one = devices(1);
   (*one)[0].open = [hangs = hang.call()](unsigned) { hangs(); };
-  crew->open({WorkUnit{kImage, 0, kSpp}});
-  std::thread thread([crew, one] {
-    run_device(crew, 0,
+  sessions->open({WorkUnit{kImage, 0, kSpp}});
+  std::thread thread([sessions, one] {
+    run_device(sessions, 0,
                [one](std::size_t, unsigned shrink) { return std::make_unique<FakeRunner>((*one)[0], shrink); });
   });
-  EXPECT_EQ(crew->state(), Crew::State::working);
-  crew->end();
-  crew->wait_for_threads();  // returns, though the call hangs until the end of the test
-  ASSERT_TRUE(crew->is_lost(0));
-  EXPECT_TRUE(crew->events().empty());
+  EXPECT_EQ(sessions->state(), DeviceSessions::State::working);
+  sessions->end();
+  sessions->wait_for_threads();  // returns, though the call hangs until the end of the test
+  ASSERT_TRUE(sessions->is_lost(0));
+  EXPECT_TRUE(sessions->events().empty());
   thread.detach();
 }
 
-TEST(Crew, a_device_too_slow_for_the_rest_is_left_out_and_that_is_said) {
+TEST(DeviceSessions, a_device_too_slow_for_the_rest_is_left_out_and_that_is_said) {
   auto two = devices(2);
   (*two)[0].path_s = 2e-6;  // 0.3 s for all
   (*two)[1].path_s =
@@ -298,7 +300,7 @@ TEST(Crew, a_device_too_slow_for_the_rest_is_left_out_and_that_is_said) {
   EXPECT_FALSE(outcome.has(0, DeviceEvent::Kind::left_out));
 }
 
-TEST(Crew, a_device_that_cannot_be_opened_is_dropped) {
+TEST(DeviceSessions, a_device_that_cannot_be_opened_is_dropped) {
   auto two = devices(2);
   (*two)[0].open = [](unsigned) { fail(); };
   (*two)[1].path_s = 2e-6;
@@ -308,29 +310,29 @@ TEST(Crew, a_device_that_cannot_be_opened_is_dropped) {
   EXPECT_EQ(outcome.devices[0].error, "it is broken");
 }
 
-TEST(Crew, when_all_devices_fail_what_is_done_stays) {
+TEST(DeviceSessions, when_all_devices_fail_what_is_done_stays) {
   auto two = devices(2);
   for (FakeDevice& device : *two)
     device.unit = [](std::uint64_t n, const WorkUnit&) {
       if (n >= 3) fail();
     };
   const Outcome outcome = run(two);
-  EXPECT_EQ(outcome.state, Crew::State::unmanned);
+  EXPECT_EQ(outcome.state, DeviceSessions::State::no_device_left);
   EXPECT_GT(outcome.totals.samples, 0U);
   EXPECT_EQ(outcome.film->done.sample_count(), outcome.totals.samples);
-  EXPECT_NE(outcome.last_words.find("it is broken"), std::string::npos);
+  EXPECT_NE(outcome.failure_summary.find("it is broken"), std::string::npos);
 }
 
-TEST(Crew, an_error_that_is_not_the_devices_ends_it) {
+TEST(DeviceSessions, an_error_that_is_not_the_devices_ends_it) {
   auto two = devices(2);
   (*two)[1].unit = [](std::uint64_t, const WorkUnit&) { throw InternalError("impossible"); };
   (*two)[0].path_s = 1e-6;
   const Outcome outcome = run(two);
-  EXPECT_EQ(outcome.state, Crew::State::broken);
+  EXPECT_EQ(outcome.state, DeviceSessions::State::broken);
   EXPECT_THROW(std::rethrow_exception(outcome.error), InternalError);
 }
 
-TEST(Crew, a_device_that_hangs_is_given_up_and_what_it_brings_later_does_not_count) {
+TEST(DeviceSessions, a_device_that_hangs_is_given_up_and_what_it_brings_later_does_not_count) {
   for (std::uint64_t at : {0U, 2U}) {
     const Hang hang;
     auto two = devices(2);
@@ -349,20 +351,20 @@ TEST(Crew, a_device_that_hangs_is_given_up_and_what_it_brings_later_does_not_cou
   }
 }
 
-TEST(Crew, the_only_device_that_hangs_ends_it_in_time) {
+TEST(DeviceSessions, the_only_device_that_hangs_ends_it_in_time) {
   const Hang hang;
   auto one = devices(1);
   (*one)[0].unit = [hangs = hang.call()](std::uint64_t n, const WorkUnit&) {
     if (n == 2) hangs();
   };
   const Outcome outcome = run(one, 0.1);  // returns, though the call hangs until the end of the test
-  EXPECT_EQ(outcome.state, Crew::State::unmanned);
+  EXPECT_EQ(outcome.state, DeviceSessions::State::no_device_left);
   EXPECT_GT(outcome.totals.samples, 0U);
   EXPECT_TRUE(outcome.has(0, DeviceEvent::Kind::hung));
-  EXPECT_NE(outcome.last_words.find("did not end within"), std::string::npos);
+  EXPECT_NE(outcome.failure_summary.find("did not end within"), std::string::npos);
 }
 
-TEST(Crew, opening_that_hangs_is_given_up_when_the_others_are_done) {
+TEST(DeviceSessions, opening_that_hangs_is_given_up_when_the_others_are_done) {
   const Hang hang;
   auto two = devices(2);
   (*two)[1].open = [hangs = hang.call()](unsigned) { hangs(); };
@@ -372,18 +374,19 @@ TEST(Crew, opening_that_hangs_is_given_up_when_the_others_are_done) {
   EXPECT_EQ(lost_threads(), 1);
 }
 
-TEST(Crew, a_device_that_dawdles_keeps_nobody_waiting) {
+TEST(DeviceSessions, a_device_that_dawdles_keeps_nobody_waiting) {
   const Hang hang;
   auto two = devices(2);
   (*two)[1].unit = [hangs = hang.call()](std::uint64_t n, const WorkUnit&) {
     if (n == 1) hangs();  // far from what the watchdog would call hung
   };
-  const Outcome outcome = run(two, 3600);  // the call hangs until the end of the test, which comes only if nobody waits for it
+  const Outcome outcome =
+      run(two, 3600);  // the call hangs until the end of the test, which comes only if nobody waits for it
   expect_complete(outcome);
   EXPECT_TRUE(outcome.has(1, DeviceEvent::Kind::late));
 }
 
-TEST(Crew, watchdog_leaves_slow_devices_alone) {
+TEST(DeviceSessions, watchdog_leaves_slow_devices_alone) {
   // 0.44 s in all, far beyond the watchdog's seconds, but no unit takes 20 times what it should. On a machine so busy that one
   // does, the watchdog is right; one that goes by its own seconds alone would be wrong in every attempt.
   bool left_alone = false;

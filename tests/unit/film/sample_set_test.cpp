@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "film/sample_ledger.h"
+#include "film/sample_set.h"
 
 #include <gtest/gtest.h>
 
@@ -15,8 +15,8 @@ namespace {
 
 WorkUnit unit(Crop block, std::uint64_t begin, std::uint64_t end) { return {block, begin, end}; }
 
-TEST(SampleLedger, what_is_missing_of_nothing_is_everything) {
-  const SampleLedger ledger;
+TEST(SampleSet, what_is_missing_of_nothing_is_everything) {
+  const SampleSet ledger;
   const std::vector<WorkUnit> missing = ledger.missing({1, 2, 5, 7}, 3, 9);
   ASSERT_EQ(missing.size(), 1U);
   EXPECT_EQ(missing[0].block, (Crop{1, 2, 5, 7}));
@@ -26,8 +26,8 @@ TEST(SampleLedger, what_is_missing_of_nothing_is_everything) {
   EXPECT_EQ(ledger.sample_count(), 0U);
 }
 
-TEST(SampleLedger, neighbours_become_one_part) {
-  SampleLedger ledger;
+TEST(SampleSet, neighbours_become_one_part) {
+  SampleSet ledger;
   ledger.add(unit({0, 0, 4, 4}, 0, 8));
   ledger.add(unit({4, 0, 8, 4}, 0, 4));
   ledger.add(unit({0, 4, 8, 8}, 0, 8));
@@ -40,8 +40,8 @@ TEST(SampleLedger, neighbours_become_one_part) {
   EXPECT_TRUE(ledger.missing({2, 2, 5, 5}, 1, 3).empty());
 }
 
-TEST(SampleLedger, refuses_what_it_holds) {
-  SampleLedger ledger;
+TEST(SampleSet, refuses_what_it_holds) {
+  SampleSet ledger;
   ledger.add(unit({0, 0, 4, 4}, 0, 8));
   const auto twice = ledger.overlap(unit({3, 3, 6, 6}, 7, 12));
   ASSERT_TRUE(twice);
@@ -55,7 +55,7 @@ TEST(SampleLedger, refuses_what_it_holds) {
 }
 
 // Against a set of single samples, in random order; the parts depend on the set alone.
-TEST(SampleLedger, is_a_set_of_samples) {
+TEST(SampleSet, is_a_set_of_samples) {
   constexpr std::uint32_t kSide = 6, kSamples = 5;
   using Sample = std::tuple<std::uint32_t, std::uint32_t, std::uint64_t>;
   const auto samples_of = [](const std::vector<WorkUnit>& boxes) {
@@ -69,7 +69,7 @@ TEST(SampleLedger, is_a_set_of_samples) {
   std::mt19937 random(7);
   const auto below = [&](std::uint32_t n) { return std::uint32_t(random() % n); };
   for (int round = 0; round < 300; ++round) {
-    SampleLedger ledger;
+    SampleSet ledger;
     std::vector<WorkUnit> added;
     for (int i = 0; i < 12; ++i) {
       const std::uint32_t x = below(kSide), y = below(kSide), s = below(kSamples);
@@ -92,7 +92,7 @@ TEST(SampleLedger, is_a_set_of_samples) {
         for (std::uint64_t s = 1; s < 5; ++s)
           if (held.count({x, y, s}) == 0) expected.insert({x, y, s});
     ASSERT_EQ(missing, expected);
-    SampleLedger other;
+    SampleSet other;
     std::shuffle(added.begin(), added.end(), random);
     for (const WorkUnit& box : added) other.add(box);
     ASSERT_TRUE(ledger == other);

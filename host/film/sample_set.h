@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which samples of which pixels a film holds. Pure data: a render takes from it what is left to do, a checkpoint keeps it, and
-// a merge refuses what would count twice.
+// The set of samples of each pixel that a film holds. A render computes from it what is left to do,
+// a checkpoint stores it, and a merge refuses samples that would count twice.
 #pragma once
 #include <cstdint>
 #include <optional>
@@ -10,23 +10,26 @@
 
 namespace eikon {
 
-/// A set of (pixel, sample), whatever the order in which it was put together: equal sets have equal parts.
-class SampleLedger {
+/// A set of (pixel, sample) pairs. Its representation does not depend on the order of additions, so
+/// equal sets have equal parts().
+class SampleSet {
  public:
-  /// Samples of `unit` that are in the set already, one such box; nothing when there are none.
+  /// One box of samples of `unit` that are in the set already, or nothing when there are none.
   [[nodiscard]] std::optional<WorkUnit> overlap(const WorkUnit& unit) const;
-  [[nodiscard]] std::optional<WorkUnit> overlap(const SampleLedger& other) const;
-  /// Adds samples, none of which is in the set. throws InternalError otherwise
+  [[nodiscard]] std::optional<WorkUnit> overlap(const SampleSet& other) const;
+  /// Adds samples. throws InternalError when one of them is in the set already
   void add(const WorkUnit& unit);
-  void add(const SampleLedger& other);
+  void add(const SampleSet& other);
 
-  /// What is left of a window's samples [begin, end), as disjoint boxes in the order of their first samples, then of rows.
+  /// The samples [begin, end) of a window that are not in the set, as disjoint boxes in the order
+  /// of their first samples, then of rows.
   [[nodiscard]] std::vector<WorkUnit> missing(const Crop& crop, std::uint64_t begin, std::uint64_t end) const;
-  /// The set as disjoint boxes, in the order of rows: the fewest rows of boxes, each as wide as can be.
+  /// The set as disjoint boxes in the order of rows: the fewest rows of boxes, each as wide as
+  /// possible.
   [[nodiscard]] std::vector<WorkUnit> parts() const;
   [[nodiscard]] std::uint64_t sample_count() const;
   [[nodiscard]] bool empty() const { return slabs_.empty(); }
-  bool operator==(const SampleLedger&) const = default;
+  bool operator==(const SampleSet&) const = default;
 
  private:
   struct Range {
@@ -39,7 +42,8 @@ class SampleLedger {
     Ranges samples;
     bool operator==(const Column&) const = default;
   };
-  // Rows y0 to y1 that hold the same samples. Neighbours that touch differ, in rows and in columns; none is empty.
+  // Rows y0 to y1 that hold the same samples. Touching neighbours differ, in rows and in columns,
+  // and none is empty.
   struct Slab {
     std::uint32_t y0 = 0, y1 = 0;
     std::vector<Column> columns;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "film/sample_ledger.h"
+#include "film/sample_set.h"
 
 #include <algorithm>
 #include <fmt/format.h>
@@ -11,7 +11,8 @@
 namespace eikon {
 namespace {
 
-/// Cuts the interval that holds `at` in two, if it does so in its inside. begin, end: members of an interval
+/// Cuts the interval that contains `at` in two, unless `at` is its end. begin, end: members of
+/// Interval
 template <class Interval>
 void cut(std::vector<Interval>& intervals, std::uint32_t Interval::*begin, std::uint32_t Interval::*end,
          std::uint32_t at) {
@@ -25,7 +26,7 @@ void cut(std::vector<Interval>& intervals, std::uint32_t Interval::*begin, std::
   }
 }
 
-/// Makes every part of [from, to) an interval, empty ones where there was none; nothing may cross from or to.
+/// Adds empty intervals for the gaps in [from, to). No interval may cross `from` or `to`.
 template <class Interval>
 void fill(std::vector<Interval>& intervals, std::uint32_t Interval::*begin, std::uint32_t Interval::*end,
           std::uint32_t from, std::uint32_t to) {
@@ -48,7 +49,7 @@ void fill(std::vector<Interval>& intervals, std::uint32_t Interval::*begin, std:
             [&](const Interval& a, const Interval& b) { return a.*begin < b.*begin; });
 }
 
-/// Joins neighbours that touch and hold the same.
+/// Joins touching neighbours of equal content.
 template <class Interval, class Content>
 void join(std::vector<Interval>& intervals, std::uint32_t Interval::*begin, std::uint32_t Interval::*end,
           Content Interval::*content) {
@@ -77,7 +78,7 @@ WorkUnit box(std::uint32_t x0, std::uint32_t x1, std::uint32_t y0, std::uint32_t
 
 }  // namespace
 
-void SampleLedger::insert(Ranges& ranges, Range range) {
+void SampleSet::insert(Ranges& ranges, Range range) {
   const auto after = std::find_if(ranges.begin(), ranges.end(), [&](const Range& r) { return r.begin >= range.begin; });
   auto at = ranges.insert(after, range);
   if (const auto next = at + 1; next != ranges.end() && next->begin == at->end) {
@@ -90,7 +91,7 @@ void SampleLedger::insert(Ranges& ranges, Range range) {
   }
 }
 
-void SampleLedger::insert(std::vector<Column>& columns, std::uint32_t x0, std::uint32_t x1, Range range) {
+void SampleSet::insert(std::vector<Column>& columns, std::uint32_t x0, std::uint32_t x1, Range range) {
   cut(columns, &Column::x0, &Column::x1, x0);
   cut(columns, &Column::x0, &Column::x1, x1);
   fill(columns, &Column::x0, &Column::x1, x0, x1);
@@ -99,7 +100,7 @@ void SampleLedger::insert(std::vector<Column>& columns, std::uint32_t x0, std::u
   join(columns, &Column::x0, &Column::x1, &Column::samples);
 }
 
-void SampleLedger::add(const WorkUnit& unit) {
+void SampleSet::add(const WorkUnit& unit) {
   if (is_empty(unit)) return;
   if (const std::optional<WorkUnit> twice = overlap(unit))
     throw InternalError(fmt::format("samples {} to {} of pixel {},{} are in the film twice", twice->sample_begin,
@@ -113,11 +114,11 @@ void SampleLedger::add(const WorkUnit& unit) {
   join(slabs_, &Slab::y0, &Slab::y1, &Slab::columns);
 }
 
-void SampleLedger::add(const SampleLedger& other) {
+void SampleSet::add(const SampleSet& other) {
   for (const WorkUnit& part : other.parts()) add(part);
 }
 
-std::optional<WorkUnit> SampleLedger::overlap(const WorkUnit& unit) const {
+std::optional<WorkUnit> SampleSet::overlap(const WorkUnit& unit) const {
   const Crop& b = unit.block;
   if (is_empty(unit)) return std::nullopt;
   for (const Slab& slab : slabs_) {
@@ -134,16 +135,16 @@ std::optional<WorkUnit> SampleLedger::overlap(const WorkUnit& unit) const {
   return std::nullopt;
 }
 
-std::optional<WorkUnit> SampleLedger::overlap(const SampleLedger& other) const {
+std::optional<WorkUnit> SampleSet::overlap(const SampleSet& other) const {
   for (const WorkUnit& part : other.parts())
     if (const std::optional<WorkUnit> found = overlap(part)) return found;
   return std::nullopt;
 }
 
-std::vector<WorkUnit> SampleLedger::missing(const Crop& crop, std::uint64_t begin, std::uint64_t end) const {
+std::vector<WorkUnit> SampleSet::missing(const Crop& crop, std::uint64_t begin, std::uint64_t end) const {
   std::vector<WorkUnit> missing;
   if (is_empty(box(crop.x0, crop.x1, crop.y0, crop.y1, begin, end))) return missing;
-  // Slabs and columns over the whole window, those without samples too.
+  // The slabs and columns of the whole window, with those that have no samples.
   std::vector<Slab> slabs = slabs_;
   cut(slabs, &Slab::y0, &Slab::y1, crop.y0);
   cut(slabs, &Slab::y0, &Slab::y1, crop.y1);
@@ -172,7 +173,7 @@ std::vector<WorkUnit> SampleLedger::missing(const Crop& crop, std::uint64_t begi
   return missing;
 }
 
-std::vector<WorkUnit> SampleLedger::parts() const {
+std::vector<WorkUnit> SampleSet::parts() const {
   std::vector<WorkUnit> parts;
   for (const Slab& slab : slabs_)
     for (const Column& column : slab.columns)
@@ -181,7 +182,7 @@ std::vector<WorkUnit> SampleLedger::parts() const {
   return parts;
 }
 
-std::uint64_t SampleLedger::sample_count() const {
+std::uint64_t SampleSet::sample_count() const {
   std::uint64_t count = 0;
   for (const WorkUnit& part : parts()) count += part.path_count();
   return count;

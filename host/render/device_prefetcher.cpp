@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "render/device_prefetcher.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <condition_variable>
+#include <memory>
+#include <optional>
+#include <thread>
+#include <utility>
+
+#include "core/clock.h"
+#include "core/lost_threads.h"
+#include "device/fault.h"
+#include "render/device_sessions.h"
+#include "wavefront/layout/choose_layout.h"
+#include "wavefront/memory.h"
+
+namespace eikon {
+namespace {
+
+// Images of a pool that are remembered; ReadyWavefronts keeps no more.
+constexpr std::size_t kMostKnown = 8;
+// An image may take one part in so many of a device's memory, beside the image that is being
+// rendered.
+constexpr std::uint64_t kMemoryParts = 16;
+
+std::string key_of(const DevicePrefetcher::Image& image) {
+  return fmt::format("{} {} {}\n{}", static_cast<const void*>(image.packed.get()), image.execution.devices,
+                     image.execution.threads, ReadyWavefronts::key_of(image.features, image.settings, image.execution));
+}
+
+/// Limits and tests leave room for more than the render that is under way.
+bool is_allowed(const Execution& execution) {
+  return execution.memory_bytes == 0 && execution.threads == 0 && execution.layout != kProbeLayouts;
+}
+
+/// State that the thread which makes devices ready shares with the thread that waits for it. The
+/// former may outlive the latter.
+struct Work {
+  const DevicePrefetcher::Image image;
+  DevicePool pool;
+  std::mutex mutex;
+  std::condition_variable changed;
+  bool ended = false, lost = false;
+  std::optional<DeviceInfo> at{};  // the device in hand
+
+  Work(DevicePrefetcher::Image of, DevicePool from) : image(std::move(of)), pool(std::move(from)) {}
+};
+
+void make_ready(Work& work) {
+  const DevicePrefetcher::Image& image = work.image;
+  for (const DeviceInfo& info : work.pool.select(image.execution.devices, image.execution.threads)) {
+    if (info.fault && !info.fault->is_harmless()) return;
+    {
+      const std::lock_guard lock(work.mutex);
+      if (work.lost) return;
+      work.at = info;
+    }
+    Execution own = image.execution;
+    own.trace = nullptr;  // the timeline of a job shows its own render only
+    own.layout = choose_layout(info, *image.packed, image.features, image.settings, own).layout;
+    const MemoryNeed need = memory_need(*image.packed, configure(info, own), image.features);
+    if (need.total() > info.memory_bytes / kMemoryParts) return;
+    DevicePool::Lease lease = work.pool.take(info);
+    // All contexts of a CPU device may share one queue, where commands would wait for each unit
+    // that is under way. So nothing is uploaded to a CPU device; its programs are compiled.
+    if (info.cpu)
+      Wavefront::compile_ahead(*lease, *image.packed, image.features, own);
+    else
+      (void)ReadyWavefronts::of(lease).get(*lease, {image.packed, image.keep}, image.features, image.settings, own);
+  }
+}
+
+/// Runs make_ready() on a thread of its own, because drivers may hang, and abandons it after so
+/// many seconds.
+void make_ready_within(const std::shared_ptr<Work>& work, double seconds, const std::atomic<bool>& stop) {
+  std::thread thread([work] {
+    try {
+      make_ready(*work);
+    } catch (...) {
+      // The render meets the same error and reports it.
+    }
+    const std::lock_guard lock(work->mutex);
+    work->ended = true;
+    if (work->lost) lost_thread_ended();
+    work->changed.notify_all();
+  });
+  std::unique_lock lock(work->mutex);
+  const double until_s = host_seconds() + seconds;
+  while (!work->ended && !stop && host_seconds() < until_s)
+    // Polls, because a signal handler that sets `stop` cannot notify.
+    work->changed.wait_for(lock, std::chrono::milliseconds(50));
+  if (work->ended) {
+    lock.unlock();
+    return thread.join();
+  }
+  work->lost = true;
+  thread_is_lost();
+  if (!stop && work->at)
+    work->pool.abandon(*work->at, fmt::format("opening it did not end within {:.3g} s: it was given up", seconds));
+  thread.detach();
+}
+
+}  // namespace
+
+DevicePrefetcher::DevicePrefetcher(const DevicePool& pool) {
+  for (PreparedPool& prepared : pools_) prepared.pool = pool.sibling();
+}
+
+DevicePrefetcher::Choice DevicePrefetcher::choose(const Image& image, const std::string& key) const {
+  const auto has = [&](const PreparedPool& pool) { return std::ranges::find(pool.ready, key) != pool.ready.end(); };
+  const std::size_t other = 1 - last_;
+  if (has(pools_[last_])) return {last_, false};
+  if (has(pools_[other])) return {other, false};
+  // A scene that is being rendered may get trees of other layouts meanwhile.
+  const bool alone = slots_ == 0 || packed_ == nullptr || packed_ == image.packed.get();
+  if (alone || !is_allowed(image.execution)) return {last_, false};
+  return {other, true};
+}
+
+std::unique_ptr<DevicePrefetcher::Slot> DevicePrefetcher::slot(const Image& image, const std::atomic<bool>& stop) {
+  const std::string key = key_of(image);
+  std::unique_lock lock(mutex_);
+  const Choice choice = choose(image, key);
+  last_ = choice.pool;
+  packed_ = image.packed.get();
+  PreparedPool& pool = pools_[last_];
+  std::erase(pool.ready, key);
+  pool.ready.push_back(key);
+  if (pool.ready.size() > kMostKnown) pool.ready.pop_front();
+  while (choice.prepare && under_way_ < slots_ && !stop) changed_.wait_for(lock, std::chrono::milliseconds(50));
+  ++slots_;
+  auto slot = std::make_unique<Slot>(*this, pool.pool);
+  lock.unlock();
+  if (choice.prepare && !stop)
+    make_ready_within(std::make_shared<Work>(image, slot->pool()),
+                      DeviceSessions::kOpeningWatchdogs * image.execution.watchdog_s, stop);
+  return slot;
+}
+
+std::unique_ptr<DevicePrefetcher::Slot> DevicePrefetcher::slot() {
+  const std::lock_guard lock(mutex_);
+  packed_ = nullptr;
+  ++slots_;
+  return std::make_unique<Slot>(*this, pools_[last_].pool);
+}
+
+void DevicePrefetcher::Slot::under_way() {
+  const std::lock_guard lock(owner_.mutex_);
+  if (!std::exchange(told_, true)) ++owner_.under_way_;
+  owner_.changed_.notify_all();
+}
+
+void DevicePrefetcher::close_idle() {
+  const std::lock_guard lock(mutex_);
+  for (PreparedPool& prepared : pools_) {
+    prepared.pool.close_idle();
+    prepared.ready.clear();
+  }
+}
+
+}  // namespace eikon
