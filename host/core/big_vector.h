@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Vectors of megabytes whose elements are written before they are read.
+// Vectors for megabytes of elements that are written before they are read.
 #pragma once
 #include <memory>
 #include <new>
@@ -11,8 +11,8 @@
 
 namespace eikon {
 
-/// Leaves new elements of trivial types unset, in huge pages where there are many: zeroing a tree's arrays and faulting in
-/// their small pages was a fifth of the time to build it.
+/// Leaves new elements of trivial types unset, and puts many of them in huge pages: zeroing the
+/// arrays of a tree and faulting in small pages took a fifth of the time to build it.
 template <class T>
 struct BigAllocator : DeviceAllocator<T> {
   BigAllocator() = default;

@@ -3,7 +3,7 @@
 
 namespace eikon {
 
-/// Monotonic seconds since the process first asked.
+/// Monotonic seconds since the first call in this process.
 [[nodiscard]] double host_seconds();
 
 }  // namespace eikon

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Arrays that lie in memory as devices want it, so that a CPU device can read them where they are (Device::share).
+// Arrays with the alignment that devices want, so that a CPU device can read them in place
+// (Device::share).
 #pragma once
 #include <cstddef>
 #include <new>
@@ -7,12 +8,13 @@
 
 namespace eikon {
 
-/// Memory for a device's buffer: whole vectors of the widest CPU are aligned, and what is large lies in huge pages (trees of
-/// millions of triangles would miss the TLB at every node). nullptr where there is no such memory.
+/// Allocates memory for a device's buffer, aligned for the widest CPU vectors. Large blocks lie in
+/// huge pages, because trees of millions of triangles would miss the TLB at every node. Returns
+/// nullptr when there is no memory.
 [[nodiscard]] void* allocate_device_memory(std::size_t bytes) noexcept;
 void free_device_memory(void* memory) noexcept;
 
-/// Asks for huge pages in memory that was not touched yet, where there is room for some.
+/// Asks for huge pages in memory that has not been touched yet, if a whole one fits.
 void prefer_huge_pages(void* memory, std::size_t bytes) noexcept;
 
 inline constexpr std::size_t kDeviceAlignment = 64;

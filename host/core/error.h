@@ -17,7 +17,7 @@ enum class ExitCode {
   terminated = 143
 };
 
-/// Everything that goes wrong because of input, files or devices. `what()` is one line: what failed, on what, why, what to try.
+/// An error of input, files or devices. what() is one line: what failed, on what, why, what to try.
 class Error : public std::runtime_error {
  public:
   Error(ExitCode code, const std::string& message) : std::runtime_error(message), code_(code) {}

@@ -27,7 +27,7 @@ bool has(const std::vector<std::string>& words, const std::string& word) {
   return std::find(words.begin(), words.end(), word) != words.end();
 }
 
-/// The number that a file of one line holds.
+/// Returns the number in a file of one line.
 template <class Number>
 std::optional<Number> number_of(const std::string& text) {
   const std::size_t end = text.find_last_not_of(" \t\n") + 1;
@@ -37,7 +37,7 @@ std::optional<Number> number_of(const std::string& text) {
   return value;
 }
 
-/// Mount points have spaces and the like as \040.
+/// Decodes \040 and the like, which stand for spaces in mount points.
 std::string unescape(const std::string& text) {
   std::string out;
   for (std::size_t i = 0; i < text.size(); ++i) {
@@ -52,12 +52,12 @@ std::string unescape(const std::string& text) {
   return out;
 }
 
-/// The group `path` and those above it, below a mount whose top is the group `root`.
+/// Returns the directories of group `path` and of the groups above it, in a mount of group `root`.
 std::vector<std::string> upwards(const std::string& mount, const std::string& root, std::string path) {
   const std::string prefix = root == "/" ? "" : root;
   const bool below =
       path.compare(0, prefix.size(), prefix) == 0 && (path.size() == prefix.size() || path[prefix.size()] == '/');
-  // A group that the mount does not show (another namespace's): the top is what can be seen.
+  // The mount does not show a group of another namespace, so only its top can be read.
   path = below ? path.substr(prefix.size()) : "";
   std::vector<std::string> directories;
   while (!path.empty() && path != "/") {
@@ -76,7 +76,7 @@ std::optional<std::string> read_file(const std::string& path) {
 }
 
 unsigned count_affinity_mask(unsigned processors) {
-  // The kernel's mask may be longer than the usual type's; it says so by failing.
+  // The call fails while the kernel's mask is longer than this one.
   for (int size = 1024; size <= 1 << 20; size *= 2) {
     cpu_set_t* const set = CPU_ALLOC(size);
     if (set == nullptr) break;
@@ -90,7 +90,7 @@ unsigned count_affinity_mask(unsigned processors) {
 }
 
 void apply_cpu(HostLimits& limits, double granted, const std::string& file) {
-  // Rounded up: with 1.5 processors two threads use what is granted, one cannot.
+  // The quota is rounded up: with 1.5 processors, two threads can use all of it and one cannot.
   const auto threads = unsigned(std::clamp(std::ceil(granted), 1.0, 65536.0));
   if (threads >= limits.threads) return;
   limits.threads = threads;

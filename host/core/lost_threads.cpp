@@ -11,7 +11,7 @@
 namespace eikon {
 namespace {
 
-std::atomic<int> lost{0};  // of the process, as threads are
+std::atomic<int> lost{0};  // of the whole process
 
 }  // namespace
 

@@ -13,12 +13,13 @@
 namespace eikon {
 namespace {
 
-/// Field 22 of /proc/self/stat, seconds since boot [man proc].
+/// Reads field 22 of /proc/self/stat: the start of the process in seconds since boot [man proc].
 double process_start() {
   std::ifstream file("/proc/self/stat");
   std::string text;
   std::getline(file, text);
-  // The second field is the program's name in parentheses, which may hold anything.
+  // The second field is the name of the program in parentheses. It may contain spaces and
+  // parentheses.
   const std::size_t name_end = text.rfind(')');
   if (name_end == std::string::npos) throw InternalError("cannot read /proc/self/stat: no time of the process's start");
   std::istringstream fields(text.substr(name_end + 1));

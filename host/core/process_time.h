@@ -3,9 +3,8 @@
 
 namespace eikon {
 
-/// Seconds since the system started this process, before any of its code ran: linking the libraries counts. In steps of a
-/// clock tick (10 ms).
-/// throws InternalError where /proc is missing
+/// Seconds since the system started this process, in steps of a clock tick (10 ms). The time to
+/// link its libraries counts. throws InternalError when /proc is missing
 [[nodiscard]] double process_seconds();
 
 }  // namespace eikon

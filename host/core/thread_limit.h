@@ -4,8 +4,9 @@
 
 namespace eikon {
 
-/// As long as it lives, host-side work of the whole process uses at most so many threads at once (the least of several
-/// limits holds). 0: what the machine, the affinity mask and the quota of the control group allow.
+/// While it lives, host-side work of the whole process uses at most so many threads at once; the
+/// least of several such limits holds. 0 stands for what the machine, the affinity mask and the
+/// quota of the control group allow.
 class ThreadLimit {
  public:
   explicit ThreadLimit(unsigned threads);

@@ -110,7 +110,7 @@ void Trace::add(TrackRecord& track, std::size_t depth, Entry entry) {
   }
   if (level.entries.size() == most_entries_) coarsen(level);
   if (level.entries.size() == most_entries_)
-    ++level.left_out;  // every one of them has a parent of its own
+    ++level.left_out;  // merging needs a common parent, and each of these has its own
   else
     level.entries.push_back(std::move(entry));
 }

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// What happened when, for --profile: spans on tracks (a device's queue, a thread of the host), and counters over time. Memory is
-// bounded however long it goes on: a track that is full keeps all its time, but neighbours become one span that says what is in it.
-// Whoever has something to tell takes a pointer that may be null, and then nothing is measured.
+// Records the timeline of --profile: spans on tracks (the queue of a device, a thread of the host)
+// and counters over time. Its memory is bounded. A full track keeps its whole time, but
+// neighbouring spans are merged into one that lists its parts. Code that records takes a Trace
+// pointer; with a null pointer it measures nothing.
 #pragma once
 #include <cstdint>
 #include <map>
@@ -17,53 +18,55 @@ namespace eikon {
 class Trace {
  public:
   using Track = std::size_t;
-  static constexpr Track kMain = 0;  // the thread that made the trace
+  static constexpr Track kMain = 0;  // the thread that created the trace
 
-  /// What was recorded as one, or of one piece.
+  /// Time under one name within an entry.
   struct Part {
     std::size_t name = 0;  // index into names()
     std::uint64_t count = 0;
     double seconds = 0;
   };
-  /// One span, or several that follow each other, with what lies between them. Seconds of host_seconds().
+  /// One span, or several neighbours with the gaps between them. Times are host_seconds().
   struct Entry {
     double begin_s = 0, end_s = 0;
-    std::uint64_t parent = 0;  // 0: none; else only to tell the children of one span from those of another
-    std::vector<Part> parts;   // by name; one part of count 1: a single span
+    std::uint64_t parent = 0;  // id that the children of one span share; 0: none
+    std::vector<Part> parts;   // by name; a single span has one part of count 1
   };
-  /// Spans of one depth of nesting, one after the other.
+  /// Spans of one depth of nesting, in the order of time.
   struct Level {
     std::vector<Entry> entries;
-    std::uint64_t grain = 1;     // spans that become one entry
-    std::uint64_t left_out = 0;  // for which there was no place
+    std::uint64_t grain = 1;     // spans that are merged into one entry
+    std::uint64_t left_out = 0;  // spans for which there was no place
   };
   struct TrackRecord {
     std::string name;
-    std::vector<Level> levels;  // those of a level lie within those of the level before
+    std::vector<Level> levels;  // spans of a level lie within spans of the level before
   };
-  /// A value's mean over a stretch of time, or what it was at one moment.
+  /// The mean of a value over a stretch of time, or the value at one moment.
   struct Point {
     double begin_s = 0, end_s = 0, value = 0;
   };
 
-  /// most_*: of each level of each track, and of each counter; at least 2
+  /// most_*: limits for each level of each track and for each counter; at least 2
   explicit Trace(std::size_t most_entries = 8192, std::size_t most_points = 2048);
 
-  /// A new track. Its spans come from one thread at a time.
+  /// Adds a track. Its spans come from one thread at a time.
   Track add_track(const std::string& name);
-  /// A span that has ended, below those that are open on the track. Not before the last one of the same level: what overlaps with
-  /// it is cut off.
+  /// Records a span that has ended, below the spans that are open on the track. The part that
+  /// overlaps with the last span of the same level is cut off.
   void span(Track track, std::string_view name, double begin_s, double end_s);
-  /// Opens and closes spans that others lie in; see TraceScope.
+  /// Opens and closes spans that enclose others; see TraceScope.
   void open(Track track);
   void close(Track track, std::string_view name, double begin_s, double end_s);
-  /// A value that held on the average from begin_s to end_s, not before the end of the last one; of values at one moment (begin_s
-  /// = end_s) every second one goes when there are too many.
+  /// Records the mean of a value from begin_s to end_s, which begins at the end of the last one or
+  /// later. Of values at one moment (begin_s = end_s), every second one goes when there are too
+  /// many.
   void count(const std::string& counter, double begin_s, double end_s, double value);
 
-  /// Nothing is recorded any more, whoever still calls: a thread that hung in a driver may come back at any time.
+  /// Ends recording for all callers, because a thread that hung in a driver may come back at any
+  /// time.
   void end();
-  /// For the writer, after end(), or when nobody records any more.
+  /// For the writer; to be called after end(), or when nobody records any more.
   [[nodiscard]] const std::vector<TrackRecord>& tracks() const { return tracks_; }
   [[nodiscard]] const std::vector<std::string>& names() const { return names_; }
   [[nodiscard]] const std::map<std::string, std::vector<Point>>& counters() const { return counters_; }
@@ -76,7 +79,7 @@ class Trace {
   const std::size_t most_entries_, most_points_;
   std::mutex mutex_;
   std::vector<TrackRecord> tracks_;
-  std::vector<std::vector<std::uint64_t>> open_;  // of each track: what is open, from the outside
+  std::vector<std::vector<std::uint64_t>> open_;  // for each track: its open spans, outermost first
   std::uint64_t opened_ = 0;
   bool ended_ = false;
   std::vector<std::string> names_;
@@ -84,7 +87,8 @@ class Trace {
   std::map<std::string, std::vector<Point>> counters_;
 };
 
-/// A span as long as the object lives, or until end(). Of a null trace, nothing.
+/// Records a span for as long as the object lives, or until end(). With a null trace it does
+/// nothing.
 class TraceScope {
  public:
   TraceScope(Trace* trace, Trace::Track track, const char* name) : trace_(trace), track_(track), name_(name) {

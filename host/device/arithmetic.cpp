@@ -12,7 +12,7 @@
 namespace eikon {
 namespace {
 
-// What PoCL, Oclgrind and every conforming device give; tests/kernels hold PoCL to it at each width.
+// The hash that PoCL, Oclgrind and every conforming device give. A test checks PoCL at each width.
 constexpr std::uint32_t kExact = 0xbc69bd64;
 
 ProgramOptions probe_options(std::uint32_t lanes, bool optimise) {
@@ -22,7 +22,7 @@ ProgramOptions probe_options(std::uint32_t lanes, bool optimise) {
   return options;
 }
 
-/// Puts what the probe of arithmetic reads and writes among `arguments`. returns what it writes
+/// Adds the input and output of the arithmetic probe to `arguments`. returns  the output buffer
 Buffer arithmetic_buffers(Device& device, Arguments& arguments) {
   const Buffer out = device.allocate(4 * EK_ARITHMETIC_WORDS);
   arguments.set("arithmetic_out", out);

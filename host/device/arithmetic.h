@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Is a device's arithmetic the one that gives everybody's bits?
+// Probes the arithmetic of a device: devices of one class give the same image bits.
 #pragma once
 #include <cstdint>
 #include <string>
@@ -8,21 +8,24 @@
 
 namespace eikon {
 
-/// The class of a device's arithmetic: a hash over the probe's results. Devices of one class give the same image bits.
+/// The class of a device's arithmetic, which is a hash of the probe's results.
 struct ArithmeticClass {
   std::uint32_t hash = 0;
-  [[nodiscard]] bool exact() const;        // IEEE single precision, uncontracted: the class of every conforming device
+  // IEEE single precision, uncontracted: the class of every conforming device.
+  [[nodiscard]] bool exact() const;
   [[nodiscard]] std::string name() const;  // "exact", or "other-1a2b3c4d"
   bool operator==(const ArithmeticClass&) const = default;
 };
 
-/// Runs kernel `probes`, which `program` holds: what a device is asked before a render trusts it.
-/// throws UntrustedDevice where its driver reads memory wrongly (device/canary.h), DeviceError
+/// Runs kernel `probes` of `program`: the probes of arithmetic and memory before a render trusts a
+/// device.
+/// throws UntrustedDevice when the driver reads memory wrongly (device/canary.h), DeviceError
 ArithmeticClass trusted_arithmetic(Device& device, const Program& program);
-/// Runs the probe of arithmetic alone, compiled on its own, `lanes` wide. throws DeviceError
+/// Compiles and runs the probe of arithmetic alone, `lanes` wide. throws DeviceError
 ArithmeticClass probe_arithmetic(Device& device, std::uint32_t lanes, bool optimise = true);
 
-/// Compares record sizes and offsets with the host's. throws InternalError naming the first that differs.
+/// Compares sizes and offsets of records with the host's.
+/// throws InternalError with the name of the first that differs
 void check_record_layout(Device& device, bool optimise = true);
 
 }  // namespace eikon

@@ -21,7 +21,8 @@ constexpr std::uint32_t mix(std::uint32_t x) {
 }
 constexpr std::uint32_t record(std::uint32_t x) { return x & (EK_CANARY_RECORDS - 1U); }
 
-/// Different in each buffer; finite floats, which no driver has a reason to change.
+/// A value that differs in each buffer. It is a finite float, which no driver has a reason to
+/// change.
 std::vector<std::uint32_t> finite_words(std::uint32_t buffer, std::uint32_t words) {
   std::vector<std::uint32_t> out(words);
   for (std::uint32_t i = 0; i < words; ++i) out[i] = 0x3f800000U | (mix(i + buffer * 0x01000193U) & 0x7fffffU);
@@ -40,7 +41,7 @@ const Contents& contents() {
   return in;
 }
 
-/// What the kernel does, one lane at a time.
+/// Computes what the kernel computes, one lane at a time.
 std::uint32_t expected_word(std::uint32_t i, const Contents& in) {
   std::uint32_t fold = mix(i);
   for (std::uint32_t round = 0; round < 4; ++round) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Is what a device reads what lies in its memory? Asked of every device before a render trusts it; costs about a millisecond.
+// Probes whether a device reads what lies in its memory. Every device is probed before a render
+// trusts it, which takes about a millisecond.
 #pragma once
 #include <string>
 
@@ -8,27 +9,29 @@
 
 namespace eikon {
 
-/// The driver gives wrong results; trying again is of no use.
+/// The driver gives wrong results, so trying again is of no use.
 struct UntrustedDevice : DeviceError {
   explicit UntrustedDevice(const std::string& message) : DeviceError(message) {}
 };
 
-/// What the memory probe reads and writes (kernels/probe/canary.h).
+/// The buffers of the memory probe (kernels/probe/canary.h).
 class Canary {
  public:
-  /// Puts its buffers among `arguments`. throws DeviceError
+  /// Adds its buffers to `arguments`. throws DeviceError
   Canary(Device& device, Arguments& arguments);
-  /// After a kernel with the probe in it has run. throws UntrustedDevice, and DeviceError when nothing can be read
+  /// To be called after a kernel with the probe has run.
+  /// throws UntrustedDevice; DeviceError when the results cannot be read
   void require(Device& device) const;
 
  private:
   Buffer out_;
 };
 
-/// Runs kernel `canary`, which `program` holds. throws UntrustedDevice, and DeviceError when it cannot be run
+/// Runs kernel `canary` of `program`. throws UntrustedDevice; DeviceError when it cannot run
 void require_canary(Device& device, const Program& program);
 
-/// Whether the device of that description can be opened and passes the probe, compiled on its own with the lanes that fit it.
+/// Opens a device and runs the probe alone, with the lanes that fit the device.
+/// returns  whether both succeeded
 [[nodiscard]] bool passes_canary(const DeviceInfo& info);
 
 }  // namespace eikon

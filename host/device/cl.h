@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Private to host/device: OpenCL handles and what is behind the classes of device.h.
+// Private to host/device: OpenCL handles, and the implementation of the classes in device.h.
 #pragma once
 #include <CL/cl.h>
 
@@ -13,12 +13,12 @@
 
 namespace eikon {
 
-/// "CL_OUT_OF_RESOURCES (-5)", for messages.
+/// Returns e.g. "CL_OUT_OF_RESOURCES (-5)", for messages.
 [[nodiscard]] std::string cl_error_name(cl_int code);
-/// throws DeviceError: `what` failed on `device`: name of the code
+/// throws DeviceError "`what` failed on `device`: name of the code" unless the code is CL_SUCCESS
 void cl_check(cl_int code, const std::string& what, const std::string& device);
 
-/// Every device of every platform in list_devices' order.
+/// Returns every device of every platform, in the order of list_devices().
 std::vector<cl_device_id> enumerate_devices();
 
 template <class Handle, cl_int (*Release)(Handle)>
@@ -28,7 +28,7 @@ struct ClRelease {
 };
 template <class Handle, cl_int (*Release)(Handle)>
 using ClOwned = std::unique_ptr<std::remove_pointer_t<Handle>, ClRelease<Handle, Release>>;
-using ClDevice = ClOwned<cl_device_id, clReleaseDevice>;  // does nothing to whole devices
+using ClDevice = ClOwned<cl_device_id, clReleaseDevice>;  // releasing a whole device does nothing
 using ClContext = ClOwned<cl_context, clReleaseContext>;
 using ClQueue = ClOwned<cl_command_queue, clReleaseCommandQueue>;
 using ClProgram = ClOwned<cl_program, clReleaseProgram>;
@@ -36,7 +36,7 @@ using ClKernel = ClOwned<cl_kernel, clReleaseKernel>;
 using ClMem = ClOwned<cl_mem, clReleaseMemObject>;
 using ClEvent = ClOwned<cl_event, clReleaseEvent>;
 
-/// The device, or the sub-device of it, that `info` describes. throws DeviceError
+/// Finds the device, or creates the sub-device, that `info` describes. throws DeviceError
 ClDevice open_device(const DeviceInfo& info);
 
 struct FreeHost {
@@ -44,14 +44,15 @@ struct FreeHost {
 };
 
 struct Buffer::Impl {
-  std::unique_ptr<void, FreeHost> host;  // backing memory on CPU devices, see Device::allocate; released after `mem`
+  // Backing memory on CPU devices, see Device::allocate; released after `mem`.
+  std::unique_ptr<void, FreeHost> host;
   ClMem mem;
   std::size_t bytes = 0;
 };
 
 struct Ticket::Impl {
   ClEvent event;
-  void* data = nullptr;  // where it goes
+  void* data = nullptr;  // destination
   std::size_t bytes = 0;
 };
 

@@ -50,7 +50,7 @@ struct Device::Impl {
   cl_device_id id = nullptr;  // of handle
   ClContext context;
   ClQueue queue;
-  ClQueue beside;  // for transfers; null: they go through `queue`
+  ClQueue beside;  // for transfers beside the work; null: they go through `queue`
   Profiler profiler;
   double clock_offset_s = 0;  // host_seconds() = device timestamp [s] + offset
 
@@ -62,13 +62,14 @@ struct Device::Impl {
   };
   std::deque<Pending> pending;
 
-  // Programs by flags and text, the one used last at the end. Each holds some megabytes of the driver's.
+  // Programs by flags and text, in the order of their last use. Each holds megabytes of the
+  // driver's.
   static constexpr std::size_t kPrograms = 16;
   std::deque<std::pair<std::string, std::shared_ptr<Program::Impl>>> programs;
 
   void check(cl_int code, const std::string& what) const { cl_check(code, what, info.name); }
 
-  /// throws DeviceError where a fault is planned
+  /// throws DeviceError when a fault is planned for this call
   void may_fail(Fault::Call call, const std::string& what) const {
     if (info.fault) check(info.fault->at(call), what);
   }
@@ -79,8 +80,8 @@ struct Device::Impl {
     return double(nanoseconds) * 1e-9;
   }
 
-  // Called where the host has waited for the device anyway. Events of a queue finish in order.
-  // last: no event after that one; null: all that there are
+  // Records the events up to `last` (null: all) that are complete. It is called where the host has
+  // waited for the device anyway; events of a queue finish in order.
   void resolve(cl_event last) {
     double busy_s = 0;
     for (bool more = true; more && !pending.empty();) {
@@ -102,7 +103,7 @@ struct Device::Impl {
     if (info.fault) info.fault->slow_down(busy_s);
   }
 
-  /// Makes buffer.mem, of memory of the host unless `host` is null. throws DeviceError
+  /// Creates buffer.mem, in memory of the host unless `host` is null. throws DeviceError
   void create(Buffer::Impl& buffer, cl_mem_flags flags, void* host) const {
     if (host != nullptr) flags |= CL_MEM_USE_HOST_PTR;
     cl_int code = info.fault ? info.fault->at(Fault::Call::allocate) : CL_SUCCESS;
@@ -128,7 +129,7 @@ struct Device::Impl {
   }
   Ticket enqueue_read(bool on_other_queue, const Buffer& buffer, void* data, std::size_t bytes, std::size_t offset) {
     may_fail(Fault::Call::transfer, "a transfer from the device");
-    // Behind everything that was enqueued so far; what is pending no longer is done.
+    // The marker comes after everything that was enqueued so far, so all of that is done with it.
     const cl_event before = on_other_queue && !pending.empty() ? pending.back().event.get() : nullptr;
     if (before != nullptr) check(clFlush(queue.get()), "submitting work");
     const cl_command_queue on = on_other_queue ? beside.get() : queue.get();
@@ -206,7 +207,8 @@ Program Device::build(const std::string& text, const ProgramOptions& options) {
 }
 
 Buffer Device::allocate(std::size_t bytes) {
-  constexpr std::size_t large = std::size_t{4} << 20;  // left to the driver, it would lie in small pages
+  // The driver would put such a buffer in small pages.
+  constexpr std::size_t large = std::size_t{4} << 20;
   Buffer buffer;
   buffer.impl_ = std::make_shared<Buffer::Impl>();
   buffer.impl_->bytes = std::max<std::size_t>(bytes, 4);
@@ -221,7 +223,8 @@ Buffer Device::share(const void* data, std::size_t bytes) {
   Buffer buffer;
   buffer.impl_ = std::make_shared<Buffer::Impl>();
   buffer.impl_->bytes = bytes;
-  impl_->create(*buffer.impl_, CL_MEM_READ_ONLY, const_cast<void*>(data));  // OpenCL's call knows no pointer to const
+  // The call of OpenCL takes no pointer to const.
+  impl_->create(*buffer.impl_, CL_MEM_READ_ONLY, const_cast<void*>(data));
   return buffer;
 }
 

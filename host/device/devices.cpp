@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which devices there are, and which of them a selection means.
+// Lists the devices of this machine and chooses those that a selection names.
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -20,12 +20,13 @@
 namespace eikon {
 namespace {
 
-// PoCL caches what it compiles below HOME; where that cannot be written it would compile everything anew each time.
+// PoCL caches what it compiles below HOME. When that cannot be written, it would compile everything
+// in every run.
 void give_pocl_a_cache() {
   if (std::getenv("POCL_CACHE_DIR") != nullptr || std::getenv("XDG_CACHE_HOME") != nullptr) return;
   const char* home = std::getenv("HOME");
   if (home != nullptr && access(home, W_OK) == 0) return;
-  // PoCL loads code from there: it must be ours and closed to others.
+  // PoCL loads code from the cache, so the folder must be ours and closed to others.
   const std::string cache = fmt::format("/tmp/eikon-pocl-{}", getuid());
   mkdir(cache.c_str(), 0700);
   struct stat found {};
@@ -59,12 +60,13 @@ bool divides_by_counts(cl_device_id device) {
   return std::ranges::find(known, cl_device_partition_property(CL_DEVICE_PARTITION_BY_COUNTS)) != known.end();
 }
 
-constexpr cl_device_info kPciBusInfo = 0x410F;  // cl_khr_pci_bus_info: domain, bus, device, function
+// cl_khr_pci_bus_info: domain, bus, device, function.
+constexpr cl_device_info kPciBusInfo = 0x410F;
 constexpr cl_device_info kUuid = 0x106A;        // cl_khr_device_uuid: 16 bytes
 constexpr cl_device_info kNvidiaBus = 0x4008, kNvidiaSlot = 0x4009,
                          kNvidiaDomain = 0x400A;  // cl_nv_device_attribute_query
 
-/// "0000:65:00.0", or "" where the driver does not say.
+/// Returns e.g. "0000:65:00.0", or "" when the driver does not state it.
 std::string pci_address(cl_device_id device, const std::string& extensions) {
   if (extensions.find("cl_khr_pci_bus_info") != std::string::npos) {
     cl_uint where[4] = {};
@@ -131,7 +133,7 @@ DeviceInfo describe(cl_device_id device, std::uint32_t index) {
   return info;
 }
 
-/// What EIKON_FAULT plans for the devices chosen. throws UsageError
+/// Gives the chosen devices the faults of EIKON_FAULT. throws UsageError
 void plan_faults(std::vector<DeviceInfo>& chosen) {
   const char* const text = std::getenv("EIKON_FAULT");
   if (text == nullptr || *text == '\0') return;
@@ -147,7 +149,7 @@ void plan_faults(std::vector<DeviceInfo>& chosen) {
 }  // namespace
 
 std::vector<cl_device_id> enumerate_devices() {
-  // Loaders of drivers set themselves up in the first call, and crash when two threads make it at a time.
+  // The loader initialises itself in the first call, and crashes when two threads make it at once.
   static std::mutex one_at_a_time;
   const std::lock_guard lock(one_at_a_time);
   give_pocl_a_cache();
@@ -204,8 +206,9 @@ cl_device_id make_part(cl_device_id whole, const DeviceInfo& info) {
   return parts[info.first_unit > 0 ? 1 : 0];
 }
 
-/// Parts are made once and never given back: a thread of PoCL lets go of a command, and asks its queue's device how, after clFinish()
-/// has returned, and nothing of PoCL's keeps the device until then.
+/// Sub-devices are made once and never released. A thread of PoCL releases a command, and asks the
+/// queue's device for that, after clFinish() has returned; nothing in PoCL keeps the device until
+/// then.
 cl_device_id part_of_device(cl_device_id whole, const DeviceInfo& info) {
   static std::mutex one_at_a_time;
   static std::map<std::tuple<cl_device_id, std::uint32_t, std::uint32_t>, cl_device_id> parts;

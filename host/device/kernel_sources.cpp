@@ -23,8 +23,9 @@ std::string source(const std::string& file) {
   return found->second;
 }
 
-// Whether a text opens with `#ifndef X` and `#define X`: once in a program is enough, and a program's headers include each
-// other so often that every time would be megabytes. X-macro files define with arguments, and are repeated.
+// Returns whether a text opens with `#ifndef X` and `#define X`. Such a header is expanded once per
+// program: headers include each other so often that the text would grow to megabytes otherwise.
+// X-macro files define macros with arguments; they are expanded every time.
 bool is_guarded(const std::string& text) {
   const std::size_t begin = text.rfind("#ifndef ", 0) == 0 ? 0 : text.find("\n#ifndef ") + 1;
   const std::size_t first = text.find('#');
@@ -42,13 +43,14 @@ void expand(const std::string& text, const std::string& name, int depth, std::se
   out += "#line 1 \"" + name + "\"\n";
   std::istringstream lines(text);
   std::string line;
-  int conditions = is_guarded(text) ? -1 : 0;  // #if around the line, but the guard's own
+  // Depth of #if around the line, without the guard's own.
+  int conditions = is_guarded(text) ? -1 : 0;
   for (int number = 1; std::getline(lines, line); ++number) {
     conditions += line.rfind("#if", 0) == 0 ? 1 : line.rfind("#endif", 0) == 0 ? -1 : 0;
     if (line.compare(0, directive.size(), directive) == 0) {
       const std::string file = line.substr(directive.size(), line.find('"', directive.size()) - directive.size());
       const std::string included = source(file);
-      // What stands under a condition may not be there for those who come later.
+      // A header that is included under a condition may be absent for later includes.
       std::set<std::string> conditional = seen;
       std::set<std::string>& known = conditions > 0 ? conditional : seen;
       if (!is_guarded(included) || known.insert(file).second) expand(included, file, depth + 1, known, out);

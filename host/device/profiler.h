@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Times of launches and transfers from the events that the queue records anyway; resolving them happens where the host
-// waits for the device for other reasons, so that profiling adds no synchronisation [pbrt-v4, gpu/util.cpp].
+// Adds up the times of launches and transfers from the events that a queue records anyway. They are
+// read where the host waits for the device for other reasons, so that profiling adds no
+// synchronisation [pbrt-v4, gpu/util.cpp].
 #pragma once
 #include <cstdint>
 #include <functional>
@@ -16,52 +17,54 @@ struct StageTotals {
   std::uint64_t launches = 0;
   std::uint64_t items = 0;
   std::uint64_t bytes = 0;   // of transfers
-  std::uint64_t pieces = 0;  // of other stages' launches that it ran within
+  std::uint64_t pieces = 0;  // parts of other stages' launches in which it ran
   double seconds = 0;
-  double seconds_min = 0, seconds_max = 0;  // of a launch or piece
+  double seconds_min = 0, seconds_max = 0;  // shortest and longest launch or piece
 
-  /// Adds a launch, or another stretch of time.
+  /// Adds a launch, or another duration.
   void add(double duration_s);
   void add_piece(double duration_s);
-  /// Adds what was measured apart from it.
+  /// Adds totals that were measured separately.
   StageTotals& operator+=(const StageTotals& more);
   [[nodiscard]] double seconds_mean() const;
 };
 
 class Profiler {
  public:
-  /// A finished launch or transfer: seconds on the clock of host_seconds().
+  /// Records a finished launch or transfer; times are host_seconds().
   void record(const std::string& name, double begin_s, double end_s, std::uint64_t items, std::uint64_t bytes);
-  /// The same of a transfer that other commands do not wait for.
+  /// Records a transfer that other commands do not wait for.
   void record_beside(const std::string& name, double begin_s, double end_s, std::uint64_t bytes);
-  /// Adds items to a stage whose count became known only after its launch.
+  /// Adds items to a stage when their number became known only after its launch.
   void add_items(const std::string& name, std::uint64_t items) { totals_[name].items += items; }
-  /// Books parts of what launches of `name` took since the last call on other stages: those that ran within them.
-  /// shares  of that time, by stage; the rest stays with `name`
+  /// Moves parts of the time of launches of `name` since the last call to the stages that ran
+  /// within.
+  /// shares: of that time, by stage; the rest stays with `name`
   void divide(const std::string& name, const std::map<std::string, double>& shares);
-  /// What `work` takes, by stage; in the totals it is one launch of `name`. Commands before it must be finished, and its own when it
-  /// returns.
+  /// Runs `work` and returns its times by stage; in the totals it is one launch of `name`. Commands
+  /// before it must be finished, and its own commands must be when it returns.
   std::map<std::string, StageTotals> apart(const std::string& name, const std::function<void()>& work);
-  /// What came so far opened the device; totals begin anew.
+  /// Moves the totals so far to setup(), and begins new ones.
   void restart();
-  /// Also tells `trace` every span, for --profile; null: no more. beside: the track of transfers that nothing waits for
+  /// Records every span in `trace` too, for --profile; null ends that.
+  /// beside: the track of transfers that nothing waits for
   void follow(Trace* trace, Trace::Track track, Trace::Track beside) {
     trace_ = trace, track_ = track, beside_track_ = beside;
   }
 
   [[nodiscard]] const std::map<std::string, StageTotals>& totals() const { return totals_; }
-  /// The same of what came before restart().
+  /// Totals of everything before restart().
   [[nodiscard]] const std::map<std::string, StageTotals>& setup() const { return setup_; }
-  /// The times between a command and the next, in which the queue was empty or the device getting ready.
+  /// Times between two commands, in which the queue was empty or the device prepared the next one.
   [[nodiscard]] const StageTotals& gaps() const { return gaps_; }
-  /// Host seconds spent compiling: building programs, and first launches (where some drivers make the machine code).
+  /// Host seconds for building programs and for first launches, in which some drivers compile.
   double compile_s = 0;
 
  private:
   std::map<std::string, StageTotals> totals_, setup_;
   std::map<std::string, double> undivided_s_;
   StageTotals gaps_;
-  double last_end_s_ = -1;  // of the last command; negative: there was none
+  double last_end_s_ = -1;  // end of the last command; negative: there was none
   Trace* trace_ = nullptr;
   Trace::Track track_ = 0, beside_track_ = 0;
 };

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Programs and kernels. Drivers keep what they compiled (PoCL by content), so there is no cache of ours on top.
+// Programs and kernels. Drivers cache what they compile (PoCL by content), so eikon has no cache on
+// disk.
 #include <fmt/format.h>
 
 #include <sstream>
@@ -23,7 +24,7 @@ std::string first_error(const std::string& log) {
 
 std::shared_ptr<Program::Impl> build_program(cl_context context, cl_device_id device, const DeviceInfo& info,
                                              const std::string& text, const ProgramOptions& options) {
-  // FP_CONTRACT is switched off in the text; no flag may loosen the arithmetic.
+  // The text switches FP_CONTRACT off; no flag may loosen the arithmetic.
   std::string flags = "-cl-std=CL1.2 -cl-kernel-arg-info";
   if (info.correctly_rounded_divide_sqrt) flags += " -cl-fp32-correctly-rounded-divide-sqrt";
   if (!options.optimise) flags += " -cl-opt-disable -DEK_OUT_OF_LINE -DEK_PORTABLE";

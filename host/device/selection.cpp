@@ -14,7 +14,7 @@
 namespace eikon {
 namespace {
 
-constexpr std::uint32_t kMostParts = 1024;  // more is a mistake, and would be listed in messages
+constexpr std::uint32_t kMostParts = 1024;  // more are a mistake, and messages would list them all
 
 std::string lower(std::string text) {
   std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return char(std::tolower(c)); });
@@ -25,7 +25,7 @@ bool is_digits(const std::string& text) {
   return !text.empty() && text.find_first_not_of("0123456789") == std::string::npos;
 }
 
-/// A number from 1 on, or 0 for what is none.
+/// Returns a number from 1 on, or 0 when the text is none.
 std::uint32_t count_of(const std::string& text) {
   std::uint32_t value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
@@ -74,7 +74,7 @@ bool names(const SelectionEntry& entry, const DeviceInfo& info) {
                            : !device.empty() && lower(info.name).find(device) != std::string::npos;
 }
 
-/// The part of a device that has so many compute units from `first` on.
+/// Returns the part of a device with so many compute units from `first` on.
 DeviceInfo part_of(const DeviceInfo& whole, const SelectionEntry& entry, std::uint32_t number, std::uint32_t first) {
   DeviceInfo part = whole;
   const std::uint32_t units = entry.parts[number];
@@ -107,7 +107,7 @@ std::vector<DeviceInfo> divide(const DeviceInfo& whole, const SelectionEntry& en
   return parts;
 }
 
-/// Adds a device unless it is there.
+/// Adds a device unless it is in the list.
 void choose(std::vector<DeviceInfo>& chosen, const DeviceInfo& info, const std::string& selection) {
   for (DeviceInfo& other : chosen) {
     if (other.index != info.index) continue;
@@ -129,7 +129,7 @@ void add_note(std::vector<std::string>& notes, const std::string& note) {
   if (std::find(notes.begin(), notes.end(), note) == notes.end()) notes.push_back(note);
 }
 
-/// The devices that are other devices' hardware, and what to say about them, by index.
+/// Returns the devices that show the hardware of other devices, by index, with a note for each.
 std::map<std::uint32_t, std::string> duplicates(const std::vector<DeviceInfo>& all,
                                                 const std::function<bool(const DeviceInfo&)>& trusted) {
   std::map<std::uint32_t, std::string> left_out;
@@ -176,7 +176,7 @@ bool same_hardware(const DeviceInfo& a, const DeviceInfo& b) {
   if (a.cpu || b.cpu) return a.cpu && b.cpu;
   if (!a.pci.empty() && !b.pci.empty()) return a.pci == b.pci;
   if (!a.uuid.empty() && !b.uuid.empty()) return a.uuid == b.uuid;
-  // Two cards of a kind have the same name on their platform.
+  // Two cards of one kind have the same name on their platform.
   const std::string of_a = lower(a.name), of_b = lower(b.name);
   return a.platform != b.platform && a.vendor_id == b.vendor_id && !of_a.empty() && !of_b.empty() &&
          (of_a.find(of_b) != std::string::npos || of_b.find(of_a) != std::string::npos);

@@ -20,12 +20,12 @@ __extension__ typedef unsigned __int128 uint128;
 constexpr int kFractionBits = 64;
 constexpr int128 kMaxSum = static_cast<int128>(~uint128{0} >> 1);
 
-/// Samples i of [0, end) with i mod replicates == replicate.
+/// Returns the number of samples i in [0, end) with i mod replicates == replicate.
 std::uint64_t samples_below(std::uint64_t end, std::uint32_t replicate, std::uint32_t replicates) {
   return end > replicate ? (end - replicate - 1) / replicates + 1 : 0;
 }
 
-/// 2^exponent, for exponents of normal numbers.
+/// Returns 2^exponent, for exponents of normal numbers.
 double power_of_two(int exponent) { return std::bit_cast<double>(static_cast<std::uint64_t>(1023 + exponent) << 52); }
 
 }  // namespace
@@ -45,7 +45,7 @@ int128 to_fixed(float value) {
 }
 
 double to_double(int128 fixed) {
-  // The compiler's conversion rounds to nearest even, and scaling is exact: the result is 0 or at least 2^-64.
+  // The conversion rounds to nearest even, and scaling is exact: the result is 0 or at least 2^-64.
   return static_cast<double>(fixed) * power_of_two(-kFractionBits);
 }
 
@@ -56,8 +56,10 @@ double to_mean(int128 fixed, std::uint64_t count) {
   const uint128 magnitude = fixed < 0 ? ~static_cast<uint128>(fixed) + 1 : static_cast<uint128>(fixed);
   const auto high = static_cast<std::uint64_t>(magnitude >> 64);
   const int shift = high != 0 ? std::countl_zero(high) : 64 + std::countl_zero(static_cast<std::uint64_t>(magnitude));
-  // The dividend has its top bit set and the divisor at most 64 bits, so the quotient has at least 64: more than the 53 of the
-  // result and the rounding bit. Whatever the division leaves goes into the last bit, which then breaks ties the right way.
+  // The dividend has its top bit set and the divisor at most 64 bits, so the quotient has at least
+  // 64
+  // bits: more than the 53 of the result and the rounding bit. A remainder of the division sets the
+  // last bit, which then breaks ties the right way.
   const uint128 dividend = magnitude << shift;
   const uint128 quotient = dividend / count;
   const uint128 sticky = quotient * count != dividend ? 1 : 0;
@@ -77,7 +79,8 @@ Film::Film(FilmLayout layout) : layout_(std::move(layout)) {
     throw InternalError("the film's channels do not begin with R, G, B");
   const std::size_t cells = crop.pixel_count() * layout_.replicates;
   sums_.reserve(cells * channels.size());
-  prefer_huge_pages(sums_.data(), sums_.capacity() * sizeof(int128));  // to fault in small ones takes 10 ms at 512x512
+  // Small pages take 10 ms at 512x512.
+  prefer_huge_pages(sums_.data(), sums_.capacity() * sizeof(int128));
   sums_.assign(cells * channels.size(), 0);
   counts_.assign(cells, 0);
   mattes_.assign(layout_.mattes.size(), MatteCounts(crop.width(), crop.height()));
@@ -124,7 +127,7 @@ void Film::add(const UnitSums& unit) {
   std::vector<std::uint64_t> drawn(replicates);
   for (std::uint32_t r = 0; r < replicates; ++r)
     drawn[r] = samples_below(unit.sample_end, r, replicates) - samples_below(unit.sample_begin, r, replicates);
-  // The unit's arrays are read along the pixels, some of which at a time stay in the first cache of the processor as the film has them.
+  // The unit's arrays are read along the pixels, in groups whose film sums fit into the L1 cache.
   constexpr std::size_t kTogether = 128;
   std::array<std::size_t, kTogether> film_pixels{};
   for (std::size_t first = 0; first < unit.pixels.size(); first += kTogether) {
@@ -212,7 +215,7 @@ void Film::add_mattes(const UnitSums& unit) {
     for (std::size_t i = 0; i < pixels; ++i) {
       const std::uint32_t x = unit.pixels[i] & 0xffffu, y = unit.pixels[i] >> 16;
       const std::uint32_t* number = &unit.met[m * samples * pixels + i];
-      // Most samples of a pixel meet what the one before met.
+      // Most samples of a pixel hit the same as the sample before.
       for (std::size_t s = 0; s < samples;) {
         const std::uint32_t first = number[s * pixels];
         if (first >= ids.size()) throw InternalError(fmt::format("a ray met number {} of {}", first, ids.size()));

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The exact film: sums of samples as 128-bit two's-complement fixed-point integers of unit 2^-64, per pixel, replicate and
-// channel. Integer addition commutes, so devices, work units, restarts and machines may share an image in any way and the
-// merged sums have the same bits as an unbroken render.
+// The exact film: sums of samples as 128-bit two's-complement fixed-point integers of unit 2^-64,
+// per pixel, replicate and channel. Integer addition commutes, so devices, work units, restarts and
+// machines may share an image in any way, and the merged sums have the bits of an unbroken render.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -18,7 +18,7 @@ namespace eikon {
 
 __extension__ typedef __int128 int128;
 
-/// Window of the full image that a film holds, in pixels; x1 and y1 exclusive.
+/// The window of the full image that a film holds, in pixels; x1 and y1 are exclusive.
 struct Crop {
   std::uint32_t x0 = 0, y0 = 0, x1 = 0, y1 = 0;
   [[nodiscard]] std::uint32_t width() const { return x1 - x0; }
@@ -31,103 +31,117 @@ struct FilmLayout {
   std::uint32_t width = 0, height = 0;  // of the full image
   Crop crop;
   std::uint32_t replicates = 2;                      // power of two
-  std::vector<std::string> channels{"R", "G", "B"};  // then the AOV channels in the order of features.def: albedo.R ...
-  std::vector<std::string> mattes{};                 // layers that count what each sample meets (mattes.h)
+  std::vector<std::string> channels{"R", "G", "B"};  // then AOV channels (albedo.R, ...) in the order of features.def
+  // Layers that count what each sample hits (mattes.h)
+  std::vector<std::string> mattes{};
   bool operator==(const FilmLayout&) const = default;
 };
 
-/// A sample takes part in a film when it is finite and |value| < kFilmSaturation: 2^24 such samples do not overflow a sum.
-/// Whoever adds samples (the film stage) counts the others as rejected.
+/// A film takes samples that are finite and below kFilmSaturation in magnitude: 2^24 of them do not
+/// overflow a sum. The film stage counts the others as rejected.
 inline constexpr float kFilmSaturation = 0x1p38f;
 [[nodiscard]] bool fits_film(float value);
-/// floor(value * 2^64): exact for |value| >= 2^-41, else truncated towards minus infinity (by less than 2^-64, the same for
-/// every device). throws InternalError unless fits_film(value). The film stage does the same; tests use this as its oracle.
+/// floor(value * 2^64). It is exact for |value| >= 2^-41; a smaller value is rounded towards minus
+/// infinity, by less than 2^-64 and alike on every device. The film stage computes the same, and
+/// tests use this as its oracle. throws InternalError unless fits_film(value)
 [[nodiscard]] int128 to_fixed(float value);
 /// fixed * 2^-64, correctly rounded (to nearest, ties to even).
 [[nodiscard]] double to_double(int128 fixed);
 /// fixed * 2^-64 / count, correctly rounded; 0 when count is 0.
 [[nodiscard]] double to_mean(int128 fixed, std::uint64_t count);
 
-/// The sums of one finished work unit, as a device wrote them.
+/// The sums of one finished work unit, in the fixed-point limbs that a device writes.
 struct UnitSums {
-  std::span<const std::uint32_t> pixels;  // x | y << 16 of the full image, one per pixel of the unit
+  // x | y << 16 in the full image, one per pixel of the unit.
+  std::span<const std::uint32_t> pixels;
   std::uint32_t pixel_stride = 0;
-  std::uint64_t sample_begin = 0, sample_end = 0;  // half-open range of sample indices, the same for every pixel
+  // Half-open range of sample indices, the same for every pixel.
+  std::uint64_t sample_begin = 0, sample_end = 0;
   std::span<const std::uint32_t>
       limbs;  // [((replicate * channels + channel) * EK_FILM_LIMBS + limb) * pixel_stride + pixel]
   std::span<const std::uint32_t> rejected;  // [replicate * pixel_stride + pixel]: samples left out
-  /// Number of what each sample's camera ray met, [(matte * samples + sample - sample_begin) * pixels.size() + pixel], and what ids
-  /// the mattes give these numbers, [matte][number].
+  /// Number of the object or material that each sample's camera ray hit, [(matte * samples + sample
+  /// - sample_begin) * pixels.size() + pixel], and the ids that the mattes give to these numbers,
+  /// [matte][number].
   std::span<const std::uint32_t> met = {};
   std::span<const std::vector<std::uint32_t>> matte_ids = {};
 };
 
-/// Predicted relative mean squared error of the image, and its 95 % confidence interval, from the spread between replicates.
+/// The relative mean squared error of the image, predicted from the spread between replicates, and
+/// its 95 % confidence interval.
 struct PredictedError {
   double relmse = 0, lo = 0, hi = 0;
-  bool known = false;  // false when there is one replicate, or some replicate of some pixel has no sample
+  // False for one replicate, or when some replicate of some pixel has no sample.
+  bool known = false;
 };
 
 /// Not synchronised: one writer at a time, and no reader beside it.
 class Film {
  public:
-  /// Zero sums and counts. throws InternalError unless the crop is inside the image and not empty, the number of replicates is
-  /// a power of two, and the channels begin with R, G, B.
+  /// Makes a film of zero sums and counts. throws InternalError unless the crop is inside the image
+  /// and not empty, the number of replicates is a power of two, and the channels begin with R, G, B
   explicit Film(FilmLayout layout);
 
   [[nodiscard]] const FilmLayout& layout() const { return layout_; }
-  /// Index of a channel by name ("albedo.R"), nothing when the film does not have it.
+  /// The index of a channel ("albedo.R"), or nothing when the film does not have it.
   [[nodiscard]] std::optional<std::uint32_t> channel_index(std::string_view name) const;
 
   /// Adds a unit's sums and counts; sample i belongs to replicate i mod replicates.
-  /// throws InternalError for a pixel outside the crop, arrays of the wrong size or more rejected samples than there are, and
-  /// InputError when a pixel grows beyond the film's range (a mean radiance times samples of 2^63); the film is then unusable.
+  /// throws InternalError for a pixel outside the crop, arrays of the wrong size, or more rejected
+  /// samples than samples; InputError when a pixel leaves the film's range (mean radiance times
+  /// number of samples reaches 2^63). The film is then unusable.
   void add(const UnitSums& unit);
-  /// Adds another film of the same image size, replicates, channels and mattes whose crop lies inside this one's; the samples of the
-  /// two must be disjoint (the caller's business). throws as above.
+  /// Adds another film of the same image size, replicates, channels and mattes, whose crop lies
+  /// inside this one's. The caller must know that their samples are disjoint. throws as above
   void add(const Film& other);
 
-  /// Exact sum and count; x, y in the full image and inside the crop.
+  /// Exact sum and count; x and y are coordinates of the full image, inside the crop.
   [[nodiscard]] int128 sum(std::uint32_t x, std::uint32_t y, std::uint32_t replicate, std::uint32_t channel) const;
   [[nodiscard]] std::uint64_t count(std::uint32_t x, std::uint32_t y, std::uint32_t replicate) const;
 
-  /// Sets them; for reading checkpoints and parts. throws InputError beyond the film's range.
+  /// Sets them, for reading checkpoints and parts. throws InputError beyond the film's range
   void set(std::uint32_t x, std::uint32_t y, std::uint32_t replicate, std::uint32_t channel, int128 sum);
   void set_count(std::uint32_t x, std::uint32_t y, std::uint32_t replicate, std::uint64_t count);
 
-  /// All sums of a row of the crop, [((x - crop.x0) * replicates + replicate) * channels + channel], and all its counts,
-  /// [(x - crop.x0) * replicates + replicate]; until the film changes.
+  /// All sums of a row of the crop, [((x - crop.x0) * replicates + replicate) * channels +
+  /// channel], and all its counts, [(x - crop.x0) * replicates + replicate]. Valid until the film
+  /// changes.
   [[nodiscard]] std::span<const int128> row_sums(std::uint32_t y) const;
   [[nodiscard]] std::span<const std::uint64_t> row_counts(std::uint32_t y) const;
-  /// Adds such arrays of the pixels from x on. throws InternalError when they are no whole pixels of the row, InputError beyond
-  /// the film's range; the film is then unusable.
+  /// Adds such arrays to the pixels from x on. throws InternalError unless they are whole pixels of
+  /// the row; InputError beyond the film's range. The film is then unusable.
   void add_row(std::uint32_t x, std::uint32_t y, std::span<const int128> sums, std::span<const std::uint64_t> counts);
 
-  /// Adds samples of a pixel to a matte, by index into FilmLayout::mattes. throws InputError beyond 2^64 of them
+  /// Adds samples of a pixel to a matte (an index into FilmLayout::mattes).
+  /// throws InputError beyond 2^64 samples
   void add_to_matte(std::size_t matte, std::uint32_t x, std::uint32_t y, const MatteCount& count);
-  /// What the samples of a pixel met, rejected ones among them: ids with their numbers, which add up to the samples that were drawn.
+  /// The ids that the samples of a pixel hit, with their counts. Rejected samples count too, so the
+  /// counts add up to the number of samples drawn.
   [[nodiscard]] std::vector<MatteCount> matte(std::size_t matte, std::uint32_t x, std::uint32_t y) const;
 
-  /// Exact sum over replicates.
+  /// The exact sum over replicates.
   [[nodiscard]] int128 total(std::uint32_t x, std::uint32_t y, std::uint32_t channel) const;
-  /// Of several channels together. throws InputError beyond the film's range
+  /// The exact sum over replicates and several channels. throws InputError beyond the film's range
   [[nodiscard]] int128 total(std::uint32_t x, std::uint32_t y, std::span<const std::uint32_t> channels) const;
-  /// Mean over all samples of all replicates, correctly rounded to double from the exact sum; 0 where there is no sample.
+  /// The mean over all samples, correctly rounded to double from the exact sum; 0 without samples.
   [[nodiscard]] double mean(std::uint32_t x, std::uint32_t y, std::uint32_t channel) const;
-  /// Estimated variance of mean(): sum_r (n_r / N) (m_r - m)^2 / (R - 1) over the R replicates, n_r samples and mean m_r each,
-  /// N samples and mean m together. Replicates are independent and m_r is unbiased, so for equal n_r its expectation is the
-  /// variance of m, whatever the samples of one replicate have to do with each other. For unequal n_r it is so when the
-  /// variance of m_r goes as 1 / n_r; where low discrepancy makes it fall faster, the estimate is slightly too large or small
-  /// by a factor that is 1 for equal counts (the renderer's counts differ by one at most). NaN when unknown: R = 1, or a
+  /// Estimates the variance of mean() as sum_r (n_r / N) (m_r - m)^2 / (R - 1). Each of the R
+  /// replicates has n_r samples and mean m_r; all together have N samples and mean m. Replicates
+  /// are independent and m_r is unbiased, so for equal n_r the expectation is the variance of m,
+  /// however the samples within a replicate depend on each other. For unequal n_r this holds when
+  /// the variance of m_r goes as 1 / n_r. Where low discrepancy makes it fall faster, the estimate
+  /// is slightly too large or too small, by a factor that is 1 for equal counts (the renderer's
+  /// counts differ by at most one). The result is NaN when the variance is unknown: for R = 1, or a
   /// replicate without samples.
   [[nodiscard]] double variance_of_mean(std::uint32_t x, std::uint32_t y, std::uint32_t channel) const;
-  /// mean() and variance_of_mean() of all pixels of a row of the crop.
+  /// Computes mean() and variance_of_mean() for all pixels of a row of the crop.
   void row_spread(std::uint32_t y, std::uint32_t channel, double* means, double* variances) const;
-  /// Over all replicates.
+  /// The number of samples over all replicates.
   [[nodiscard]] std::uint64_t samples(std::uint32_t x, std::uint32_t y) const;
 
-  /// relMSE with eps 1e-2 in the denominator, over R, G, B and all pixels, as `compare` would find it against the truth;
-  /// film_error.cpp says what is assumed. About 0.5 us per pixel: for reports, not for every unit.
+  /// Predicts the relMSE (eps 1e-2) over R, G, B and all pixels that `compare` would find against
+  /// the true image; film_error.cpp states the assumptions. It takes about 0.5 us per pixel, so it
+  /// is for reports and not for every unit.
   [[nodiscard]] PredictedError predicted_error() const;
 
  private:
@@ -135,7 +149,7 @@ class Film {
   std::vector<int128> sums_;           // [(pixel * replicates + replicate) * channels + channel]
   std::vector<std::uint64_t> counts_;  // [pixel * replicates + replicate]
   std::vector<MatteCounts> mattes_;
-  int128 limit_ = 0;  // of a replicate's sum: its share of the range, so that the total over replicates always fits
+  int128 limit_ = 0;  // bound of a replicate's sum, so that the total over replicates always fits
 
   struct Spread {
     double mean, variance;

@@ -1,28 +1,36 @@
 // SPDX-License-Identifier: Apache-2.0
 // The predicted relMSE of an image from the spread between replicates.
 //
-// Wanted: T = mean over pixels and R, G, B of s^2 / (mu^2 + eps), where s^2 is the variance of the pixel's mean m and mu its
-// expectation: what `compare` finds on average against the truth. s^2 has an unbiased estimate V (Film::variance_of_mean), but
-// mu is unknown, and V / (m^2 + eps) is wrong in two ways:
-//   - a bright outlier raises V and m together, which hides it: with two replicates and samples >= 0 the quotient never
-//     exceeds 1. To first order in s the relative error is -2 skewness s / mu.
+// The quantity. T is the mean over pixels and R, G, B of s^2 / (mu^2 + eps), where s^2 is the
+// variance of the pixel's mean m, and mu is the expectation of m. It is what `compare` finds on
+// average against the true image. s^2 has an unbiased estimate V (Film::variance_of_mean), but mu
+// is unknown, and V / (m^2 + eps) is wrong in two ways:
+//   - A bright outlier raises V and m together, which hides it. With two replicates and samples >= 0
+//     the quotient never exceeds 1. To first order in s the relative error is -2 skewness s / mu.
 //   - 1 / (m^2 + eps) is curved, which adds 3 s^2 / mu^2 even without skewness.
-// Against the first, mu is the mean of those neighbours in a window of 7x7 that lie within 1.5 sqrt(V) of m, as in the sigma
-// filter [Lee 1983]. An outlier has a large V, takes in its whole surroundings and no longer hides itself; a pixel that is
-// exact keeps to itself, and edges stay. The pixel's own m counts only where it has few such neighbours. The second is taken out
+//
+// Against the first, mu is estimated by the mean of those neighbours in a window of 7x7 that lie
+// within 1.5 sqrt(V) of m, as in the sigma filter [Lee 1983]. An outlier has a large V, so it takes
+// in its whole surroundings and no longer hides itself. An exact pixel takes in no other, and edges
+// stay. The pixel's own m counts only where it has few such neighbours. The second error is removed
 // to second order by the expected squared error of mu.
-// What is left of the bias, on synthetic pixels (tests/unit/film/film_error_test.cpp): about 5 % for normal and for log-normal samples on
-// gradients and edges, 11 to 13 % when neighbours have nothing to do with each other; -11 % for samples of standard deviation 7 times
-// their mean at a relMSE of 0.8, -40 % for 23 times at a relMSE of 8.
 //
-// The interval: pixels are independent (each has its own scramble), the three channels of a pixel are not, so the pixel's mean
-// over channels T_p is the unit. The variance of their sum comes from successive differences [von Neumann et al. 1941] along a
-// path that goes left and right through the rows: no assumption on the distribution, and too large, never too small, by the
-// contrast of T_p between neighbours. It is symmetric for log T, because a mean of squares is skewed; the bias above is allowed
-// for in it, since it does not shrink with the number of pixels.
+// The remaining bias, measured on synthetic pixels (tests/unit/film/film_error_test.cpp), is about
+// 5 % for normal and for log-normal samples on gradients and edges, 11 to 13 % when neighbours are
+// unrelated, -11 % for samples of standard deviation 7 times their mean at a relMSE of 0.8, and
+// -40 % for 23 times at a relMSE of 8.
 //
-// Assumed, then: independent replicates and pixels, and enough pixels that the worst of them do not carry the whole error. Rare
-// outliers that no replicate has met are in no estimate; until they are met, the interval lies too low.
+// The interval. Pixels are independent, because each has its own scramble; the three channels of a
+// pixel are not. So the unit is T_p, the mean over the channels of a pixel. The variance of the sum
+// of T_p comes from successive differences [von Neumann et al. 1941] along a path that goes left
+// and right through the rows. This assumes nothing about the distribution, and it is too large,
+// never too small, by the contrast of T_p between neighbours. The interval is symmetric for log T,
+// because a mean of squares is skewed. It allows for the bias above, which does not shrink with the
+// number of pixels.
+//
+// The assumptions are independent replicates and pixels, and enough pixels that the worst of them
+// do not carry the whole error. No estimate contains rare outliers that no replicate has met; until
+// one is met, the interval lies too low.
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -39,16 +47,17 @@ namespace eikon {
 namespace {
 
 constexpr double kEpsilon = 1e-2;
-constexpr double kQuantile = 1.959964;  // of the normal distribution, for 95 %
-constexpr int kRadius = 3;              // of the window of neighbours
-constexpr double kReach = 1.5;  // standard deviations of a pixel within which its neighbours may have its expectation
-constexpr double kBias = 0.3,
-                 kMaxBias = 0.1;  // what the tests find left of the bias: below 0.3 sqrt(T) and below 0.1 of T
-constexpr double kEnough = 8;     // neighbours that make the pixel's own mean unnecessary
+constexpr double kQuantile = 1.959964;  // quantile of the normal distribution for 95 %
+constexpr int kRadius = 3;              // radius of the window of neighbours
+// Neighbours within so many standard deviations of a pixel may have its expectation.
+constexpr double kReach = 1.5;
+// Bounds of the remaining bias that the tests find: 0.3 sqrt(T) and 0.1, relative to T.
+constexpr double kBias = 0.3, kMaxBias = 0.1;
+constexpr double kEnough = 8;  // with so many neighbours the own mean of a pixel is not needed
 
 struct Plane {
   int width = 0, height = 0;
-  BigVector<double> values;  // unset
+  BigVector<double> values;  // not initialised
 
   Plane(int w, int h) : width(w), height(h), values(static_cast<std::size_t>(w) * static_cast<std::size_t>(h)) {}
   [[nodiscard]] std::size_t index(int x, int y) const {
@@ -60,29 +69,33 @@ struct Plane {
 
 struct Estimate {
   double mean = 0;
-  double squared_error = 0;  // of the mean, expected
+  double squared_error = 0;  // expected squared error of the mean
 };
 
-// Pixels side by side: as many as the widest vectors that we know of have; narrower ones take several steps.
+// Pixels that are processed together: as many as the widest vectors hold. Narrower vectors take
+// several steps.
 constexpr int kLanes = 8;
 using Reals = double __attribute__((vector_size(kLanes * sizeof(double))));
 using Masks = std::int64_t __attribute__((vector_size(kLanes * sizeof(double))));
 
-/// Sums over those neighbours of a pixel that could have its expectation.
+/// Sums over the neighbours of a pixel that may have its expectation.
 template <class Real, class Count>
 struct Neighbours {
-  Real sum{}, noise{}, squares{};  // of what they differ by; of their variances; of what they differ by, squared
+  // Sums of the differences to the pixel, of the variances, and of the squared differences.
+  Real sum{}, noise{}, squares{};
   Count count{};
 };
 
 #ifdef __SANITIZE_THREAD__
-#define EK_CLONES  // what chooses among clones runs before ThreadSanitizer is ready for it, and would crash
+// The resolver that chooses a clone runs before ThreadSanitizer is ready, and would crash.
+#define EK_CLONES
 #else
 #define EK_CLONES __attribute__((target_clones("avx512f", "avx2", "default")))
 #endif
 
-/// Of pixels x to x + kLanes - 1, whose windows lie within the row. Each meets its neighbours in the order of rows; what is left out
-/// adds zero, so that sums have the bits of those without it, whatever the processor's vectors.
+/// Sums for pixels x to x + kLanes - 1, whose windows lie within the row. Neighbours are added in
+/// the order of rows. A neighbour that is left out adds zero, so sums have the same bits for any
+/// width of the processor's vectors.
 EK_CLONES void find_neighbours(const Plane& mean, const Plane& variance, int x, int y,
                                Neighbours<Reals, Masks>& found) {
   Reals own, reach;
@@ -108,7 +121,7 @@ EK_CLONES void find_neighbours(const Plane& mean, const Plane& variance, int x, 
   found.sum = sum, found.noise = noise, found.squares = squares, found.count = count;
 }
 
-/// The same of one pixel anywhere.
+/// The same sums for one pixel anywhere.
 Neighbours<double, int> neighbours_of(const Plane& mean, const Plane& variance, int x, int y) {
   const double own = mean.at(x, y), reach = kReach * kReach * variance.at(x, y);
   Neighbours<double, int> found;
@@ -125,21 +138,22 @@ Neighbours<double, int> neighbours_of(const Plane& mean, const Plane& variance, 
   return found;
 }
 
-/// How many neighbours the window of a pixel has.
+/// Returns the number of neighbours in the window of a pixel.
 int candidates_of(const Plane& mean, int x, int y) {
   const int columns = std::min(mean.width - 1, x + kRadius) - std::max(0, x - kRadius) + 1;
   const int rows = std::min(mean.height - 1, y + kRadius) - std::max(0, y - kRadius) + 1;
   return columns * rows - 1;
 }
 
-/// The pixel's expectation from those around it that could have the same, to judge by its own noise.
-/// own_share: what its own variance estimate must count less where it multiplies itself.
+/// Estimates the expectation of a pixel from the neighbours that may have the same, given its
+/// noise.
+/// own_share: factor for its own variance estimate where that multiplies itself
 Estimate expectation(double mean, double variance, const Neighbours<double, int>& near, int candidates,
                      double own_share) {
   const double own_weight = std::max(0.0, 1 - near.count / kEnough), weight = near.count + own_weight;
   const double own_part = own_weight / weight;
   const double own_noise = own_part * own_part * own_share * variance;
-  // The fewer were chosen, the more the choice follows the pixel's own error.
+  // The fewer neighbours were chosen, the more the choice follows the error of the pixel itself.
   const double pull = 1 - static_cast<double>(near.count) / candidates;
   const double pulled_noise = near.count > 0 ? pull * pull * near.noise / near.count : 0;
   const double spread = near.count > 0 ? std::max(0.0, near.squares - near.sum * near.sum / near.count) : 0;
@@ -147,11 +161,14 @@ Estimate expectation(double mean, double variance, const Neighbours<double, int>
           .squared_error = spread / (weight * weight) + std::max(own_noise, pulled_noise)};
 }
 
-/// Estimate of 1 / (mu^2 + eps), without bias to second order in the error of mu and within 0 and 2 / eps.
+/// Estimates 1 / (mu^2 + eps), without bias to second order in the error of mu, and within 0 and
+/// 2 / eps.
 double inverse_scale(const Estimate& mu) {
   const double f = 1 / (mu.mean * mu.mean + kEpsilon), relative = mu.squared_error * f;
-  const double square = mu.mean * mu.mean + mu.squared_error;  // where the error is large, a small mean is no evidence
-  const double c = (3 * square - kEpsilon) / (square + kEpsilon);  // f'' / 2 = c f^2, between -1 and 3
+  // Where the error is large, a small mean is no evidence of a small mu.
+  const double square = mu.mean * mu.mean + mu.squared_error;
+  // f'' / 2 = c f^2 for f = 1 / (mu^2 + eps); c is between -1 and 3.
+  const double c = (3 * square - kEpsilon) / (square + kEpsilon);
   return c > 0 ? f / (1 + c * relative) : f * (1 - c * relative / (1 + relative));
 }
 
@@ -160,13 +177,13 @@ double inverse_scale(const Estimate& mu) {
 PredictedError Film::predicted_error() const {
   const Crop& crop = layout_.crop;
   const int width = static_cast<int>(crop.width()), height = static_cast<int>(crop.height());
-  // E[V^2] = (k + 2) / k s^4 for normal replicates, k = R - 1: what V itself adds to the correction must be less by that.
+  // For normal replicates E[V^2] = (k + 2) / k s^4 with k = R - 1, so V counts less by that factor.
   const double own_share = (layout_.replicates - 1.0) / (layout_.replicates + 1.0);
   Plane error(width, height), mean_of(width, height), variance(width, height);
   std::ranges::fill(error.values, 0.0);
   std::atomic<bool> known{true};
   for (std::uint32_t c = 0; c < 3; ++c) {
-    // Pixels write their own places only, so threads change no bit.
+    // Each pixel writes only its own element, so the number of threads changes no bit.
     tbb::parallel_for(crop.y0, crop.y1, [&](std::uint32_t y) {
       double* const row = &variance.values[pixel_index(crop.x0, y)];
       row_spread(y, c, &mean_of.values[pixel_index(crop.x0, y)], row);
@@ -206,7 +223,7 @@ PredictedError Film::predicted_error() const {
   PredictedError result{.relmse = sum / pixels, .lo = 0, .hi = 0, .known = true};
   if (sum == 0) return result;
   if (pixels < 2) {
-    result.hi = std::numeric_limits<double>::infinity();  // one value says nothing of its spread
+    result.hi = std::numeric_limits<double>::infinity();  // one value has no spread
     return result;
   }
   const double deviation = std::sqrt(differences / 2 / (pixels * (pixels - 1)));

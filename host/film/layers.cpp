@@ -38,7 +38,7 @@ std::vector<LayerChannel> each(std::string_view layer, std::string_view parts, L
   return channels;
 }
 
-/// How often the light of a channel "scattered.N.R" was scattered at most; nothing of other channels.
+/// Returns the bound N of a channel "scattered.N.R", or nothing for other channels.
 std::optional<std::uint64_t> bound_of(std::string_view channel) {
   if (!channel.starts_with(kScattered)) return std::nullopt;
   const std::string_view text = channel.substr(kScattered.size());
@@ -47,7 +47,8 @@ std::optional<std::uint64_t> bound_of(std::string_view channel) {
   return code == std::errc() ? bound : kAnyTimes;
 }
 
-/// Light that was scattered [least, most] times, where the film's bounds include least - 1 and most.
+/// Sums the light that was scattered [least, most] times; least - 1 and most must be bounds of the
+/// film.
 std::vector<LayerChannel> scattered_between(std::string_view prefix, std::uint64_t least, std::uint64_t most,
                                             const FilmLayout& layout) {
   std::vector<LayerChannel> channels;

@@ -20,7 +20,7 @@ void MatteCounts::add(std::uint32_t x, std::uint32_t y, const MatteCount& count)
   while (at->id != count.id && at->next != 0) at = &row[at->next];
   if (at->id != count.id) {
     at->next = static_cast<std::uint32_t>(row.size());
-    row.push_back({count.samples, count.id, 0});  // `at` is not valid any more
+    row.push_back({count.samples, count.id, 0});  // this invalidates `at`
   } else if (__builtin_add_overflow(at->samples, count.samples, &at->samples)) {
     throw InputError("film: more than 2^64 samples of a pixel met one thing");
   }

@@ -14,10 +14,10 @@ using nlohmann::json;
 
 constexpr std::string_view kObject = "cryptomatte_object", kMaterial = "cryptomatte_material";
 
-/// One line; bytes that are no UTF-8 become the replacement character.
+/// Formats JSON on one line; bytes that are not UTF-8 become the replacement character.
 std::string text_of(const json& value) { return value.dump(-1, ' ', false, json::error_handler_t::replace); }
 
-/// Names without those bytes: what is hashed is what the manifest says.
+/// Replaces such bytes in names, so that the hashed name is the name in the manifest.
 std::string in_utf8(const std::string& name) { return json::parse(text_of(json(name))).get<std::string>(); }
 
 std::uint32_t murmur_hash(std::string_view key) {
@@ -55,7 +55,8 @@ void add(Mattes& mattes, std::string_view layer, const std::vector<std::string>&
 
 std::uint32_t matte_id(std::string_view name) {
   const std::uint32_t hash = murmur_hash(name), exponent = hash >> 23U & 0xffU;
-  return exponent == 0 || exponent == 0xff ? hash ^ 1U << 23U : hash;  // neither denormal nor infinite nor no number
+  // Neither denormal nor infinite nor NaN.
+  return exponent == 0 || exponent == 0xff ? hash ^ 1U << 23U : hash;
 }
 
 std::string matte_hex(std::uint32_t id) { return fmt::format("{:08x}", id); }

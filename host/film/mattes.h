@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Cryptomatte [Friedman and Jones 2015; specification 1.2]: ids that are hashes of names, and of which a picture keeps those that
-// each of its pixels shows, with the share of its samples.
+// Cryptomatte [Friedman and Jones 2015; specification 1.2]. Ids are hashes of names. A picture
+// stores for each pixel the ids that it shows, each with its share of the samples.
 #pragma once
 #include <cstdint>
 #include <map>
@@ -12,26 +12,28 @@
 
 namespace eikon {
 
-/// Of a name in UTF-8: MurmurHash3_32 with seed 0 as the bits of a float, of which the exponent is made that of a normal number,
-/// as the specification says.
+/// The id of a name in UTF-8: MurmurHash3_32 with seed 0, whose bits are changed to those of a
+/// normal float as the specification demands.
 [[nodiscard]] std::uint32_t matte_id(std::string_view name);
-/// "0a1b2c3d", as manifests and the keys of a file's header have it.
+/// Formats an id as "0a1b2c3d", the form in manifests and in keys of a file's header.
 [[nodiscard]] std::string matte_hex(std::uint32_t id);
 
-/// The mattes of a render, in the order in which the kernels have them (features.def: matte_object, matte_material).
+/// The mattes of a render, in the order in which the kernels have them (features.def: matte_object,
+/// matte_material).
 struct Mattes {
   std::vector<std::string> layers;                 // "cryptomatte_object", ...
-  std::vector<std::vector<std::uint32_t>> ids;     // [matte][number of what a ray met]; number 0: nothing, id 0
+  // [matte][number of the hit object or material]; number 0: a miss, id 0.
+  std::vector<std::vector<std::uint32_t>> ids;
   std::map<std::string, std::string> manifests{};  // by layer: JSON, {"name": "id", ...}
 };
 [[nodiscard]] Mattes make_mattes(const Scene& scene, const std::vector<std::string>& layers);
 [[nodiscard]] bool is_matte(std::string_view layer);
 
-/// What the numbers of layers object_id and material_id stand for, from number 1 on: names, or "node 3" where there is none.
-/// Nodes stand for what they place; shapes come behind those with meshes.
+/// The names for the numbers in layers object_id and material_id, from number 1 on; "node 3"
+/// replaces a missing name. An object is a node; nodes with shapes come after those with meshes.
 [[nodiscard]] std::vector<std::string> object_names(const Scene& scene);
 [[nodiscard]] std::vector<std::string> material_names(const Scene& scene);
-/// ["name", ...], on one line, in UTF-8 whatever the names are.
+/// Formats names as a JSON array on one line, in valid UTF-8 even when a name is not.
 [[nodiscard]] std::string to_json(const std::vector<std::string>& names);
 
 }  // namespace eikon

@@ -18,12 +18,13 @@ struct Known {
   const char* name;
   double width;
 };
-// In the order of FilterKind. Widths: triangle and mitchell as published, gaussian and Blackman-Harris such that they blur
-// about as much as each other.
+// In the order of FilterKind, with default widths. Triangle and Mitchell have the published widths;
+// Gaussian and Blackman-Harris blur about as much as each other.
 constexpr std::array<Known, 5> kKnown = {
     {{"box", 1}, {"triangle", 2}, {"gaussian", 3}, {"mitchell", 4}, {"blackman-harris", 3}}};
 constexpr double kLeastWidth = 0.01, kMostWidth = 100;
-constexpr std::size_t kCells = std::size_t{1} << 16;  // of the integral over half the filter
+// Cells of the integral over half of the filter.
+constexpr std::size_t kCells = std::size_t{1} << 16;
 
 double mitchell(double x) {  // x in [0, 2]
   constexpr double B = 1.0 / 3.0, C = 1.0 / 3.0;
@@ -86,7 +87,8 @@ PixelFilter parse_filter(std::string_view text) {
 
 std::vector<float> filter_table(const PixelFilter& filter) {
   const double r = 0.5 * filter.width, cell = r / kCells;
-  // Integral of |f| from the rim inwards, by Simpson's rule: exact for cubics, and their knots are ends of cells.
+  // Integrates |f| from the rim inwards by Simpson's rule, which is exact for cubics between their
+  // knots.
   std::vector<double> mass(kCells + 1, 0.0);
   for (std::size_t i = 0; i < kCells; ++i) {
     const double x = r - double(i) * cell;
@@ -103,7 +105,8 @@ std::vector<float> filter_table(const PixelFilter& filter) {
         mass[i + 1] > mass[i] ? std::clamp((target - mass[i]) / (mass[i + 1] - mass[i]), 0.0, 1.0) : 0;
     table.push_back(m == 0 ? float(r) : m == EK_FILTER_BINS ? 0.0F : float(r - (double(i) + within) * cell));
   }
-  // Mitchell's outer lobe: where it begins, and by how much |f| outweighs f.
+  // The begin of Mitchell's negative outer lobe, and the excess of the integral of |f| over that of
+  // f.
   double rim = 2 * r, negative = 0;
   if (filter.kind == FilterKind::mitchell) {
     rim = r * 4 / 7;  // 6 f = (2 - x)^2 (8 - 7 x) / 3 on the outer piece

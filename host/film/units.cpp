@@ -9,9 +9,10 @@ namespace eikon {
 namespace {
 
 constexpr std::uint64_t kPeriod = std::uint64_t{1} << 32;
-constexpr std::uint32_t kTile = 4;  // side, in pixels, of what neighbouring lanes start with
+constexpr std::uint32_t kTile = 4;  // side in pixels of a tile that neighbouring lanes start with
 
-/// Where the i-th of `parts` nearly equal parts of [begin, end) begins: whole tiles from `begin` where there is room for that.
+/// Returns the begin of the i-th of `parts` nearly equal parts of [begin, end), at whole tiles from
+/// `begin` if the parts are long enough.
 std::uint32_t cut_at(std::uint32_t begin, std::uint32_t end, std::uint32_t i, std::uint32_t parts) {
   const std::uint32_t length = end - begin;
   const auto at = std::uint32_t(std::uint64_t{length} * i / parts);
@@ -19,7 +20,7 @@ std::uint32_t cut_at(std::uint32_t begin, std::uint32_t end, std::uint32_t i, st
   return i == parts ? end : begin + at / grain * grain;
 }
 
-/// The least count of parts of which none is longer than `most`.
+/// Returns the least number of parts such that none is longer than `most`.
 std::uint32_t parts_of(std::uint32_t length, std::uint32_t most) {
   std::uint32_t parts = (length + most - 1) / most;
   const auto longest = [&] {
@@ -32,7 +33,7 @@ std::uint32_t parts_of(std::uint32_t length, std::uint32_t most) {
   return parts;
 }
 
-/// How many of the samples from `begin` on a unit of at most `most` takes.
+/// Returns how many samples from `begin` on a unit of at most `most` takes.
 std::uint64_t sample_count(std::uint64_t begin, std::uint64_t end, std::uint64_t most) {
   most = std::clamp<std::uint64_t>(most, 1, kPeriod);
   const std::uint64_t until = begin + std::min({most, end - begin, kPeriod - begin % kPeriod});
@@ -84,7 +85,7 @@ void UnitPool::put(WorkUnit box) {
 void UnitPool::add(const WorkUnit& box) {
   const Crop& b = box.block;
   if (box.path_count() == 0) return;
-  const bool first = boxes_.empty();  // then nothing touches anything but what it was cut from
+  const bool first = boxes_.empty();  // then no block touches another box
   const std::uint32_t columns = parts_of(b.width(), block_), rows = parts_of(b.height(), block_);
   for (std::uint32_t row = 0; row < rows; ++row)
     for (std::uint32_t column = 0; column < columns; ++column) {
@@ -100,9 +101,9 @@ void UnitPool::add(const WorkUnit& box) {
     }
 }
 
-// Among boxes of the same first sample: one that need not be cut, as large as can be; else the smallest that must be.
+// Chooses among the boxes of the lowest first sample: the largest that fits, else the smallest.
 UnitPool::Boxes::iterator UnitPool::choose(std::uint64_t most_paths) const {
-  constexpr int kLook = 64;  // boxes looked at: with more, the order of rows is as good
+  constexpr int kLook = 64;  // boxes that are compared; beyond them the order of rows is as good
   auto best = boxes_.begin();
   int looked = 0;
   for (auto it = boxes_.begin(); it != boxes_.end() && looked < kLook; ++it, ++looked) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How an image is cut into work units: pure data and plain numbers.
+// Cuts an image into work units; plain numbers only.
 #pragma once
 #include <cstdint>
 #include <optional>
@@ -18,21 +18,24 @@ struct WorkUnit {
   bool operator==(const WorkUnit&) const = default;
 };
 
-/// What is still to be dealt: disjoint boxes of (pixels x samples), from which units of any size are cut. Units come in the
-/// order of their first samples, all blocks before the next samples, so that an interrupted image is noisy rather than full of
-/// holes. Every (pixel, sample) that was added comes out exactly once for each time that it was added.
+/// The samples that no device has yet: disjoint boxes of (pixels x samples), from which units of
+/// any size are cut. Units come in the order of their first samples, and all blocks come before the
+/// next samples, so that an interrupted image is noisy and has no holes. Every (pixel, sample)
+/// comes out exactly as often as it was added.
 class UnitPool {
  public:
   /// block: largest side of a unit's block, in pixels
   explicit UnitPool(std::uint32_t block) : block_(block < 1 ? 1 : block) {}
 
-  /// Cuts the pixels of `box` into a grid of nearly equal blocks; what touches a box that is left, and makes one box with it, does.
+  /// Cuts the pixels of `box` into a grid of nearly equal blocks. A block is joined with an
+  /// adjacent box of the pool where the two form one box.
   void add(const WorkUnit& box);
 
-  /// A unit of at most `most_paths` >= 1, with at most `most_samples` >= 1 of each pixel; as near to that as the next block
-  /// allows: fewer samples first, then fewer pixels. Units end at samples that are multiples of about a quarter of a unit, so
-  /// that blocks which were cut in pieces become whole again. No unit crosses a multiple of 2^32 samples. Nothing
-  /// when nothing is left.
+  /// Takes a unit of at most `most_paths` >= 1 paths with at most `most_samples` >= 1 of each
+  /// pixel, as large as the next block allows: samples are reduced first, then pixels. Units end at
+  /// samples that are multiples of about a quarter of a unit, so that blocks which were cut in
+  /// pieces become whole again. No unit crosses a multiple of 2^32 samples. Returns nothing when
+  /// the pool is empty.
   [[nodiscard]] std::optional<WorkUnit> take(std::uint64_t most_paths, std::uint64_t most_samples);
 
   [[nodiscard]] std::uint64_t path_count() const { return paths_; }
@@ -53,7 +56,8 @@ class UnitPool {
   [[nodiscard]] Boxes::iterator choose(std::uint64_t most_paths) const;
 };
 
-/// Pixels of a block as x | y << 16, in 4 x 4 tiles: neighbouring lanes start with neighbouring rays.
+/// Returns the pixels of a block as x | y << 16, in tiles of 4 x 4, so that neighbouring lanes
+/// start with neighbouring rays.
 [[nodiscard]] std::vector<std::uint32_t> unit_pixels(const Crop& block);
 
 }  // namespace eikon

@@ -34,7 +34,8 @@ std::array<Pair, 3> paired_planes(const Image& test, const Image& reference) {
   return pairs;
 }
 
-/// sRGB-encoded anchors of a perceptually ordered ramp, close to matplotlib's "inferno" with white at the end.
+/// sRGB-encoded anchors of a perceptually ordered ramp, close to matplotlib's "inferno" with white
+/// at the end.
 constexpr std::array<std::array<double, 3>, 8> kRamp{{{0.00, 0.00, 0.01},
                                                       {0.16, 0.04, 0.33},
                                                       {0.40, 0.08, 0.43},
@@ -66,7 +67,8 @@ Comparison compare_images(const Image& test, const Image& reference) {
   std::uint64_t kept = 0;
   for (const Pair& pair : pairs) {
     for (std::size_t row = 0; row < pair.test->size(); row += test.width) {
-      // A sum per row and one over rows: the rounding error grows with the sides of the image, not with its area.
+      // Rows are summed first, so that the rounding error grows with the sides of the image and not
+      // with its area.
       double row_squares = 0, row_relative_squares = 0, row_relative = 0, row_test = 0, row_reference = 0;
       for (std::size_t i = row; i < row + test.width; ++i) {
         const auto x = static_cast<double>((*pair.test)[i]), r = static_cast<double>((*pair.reference)[i]);

@@ -16,9 +16,10 @@ namespace eikon {
 namespace {
 
 constexpr std::uint64_t kMaxSide = 65536;
-// A run of the new coding makes 127 pixels of 8 bytes; a file that claims far more than that lies about its size.
+// A run of the new coding makes 127 pixels of 8 bytes, so a file that claims far more lies about
+// its size.
 constexpr std::uint64_t kMaxExpansion = 4096, kAlwaysCredibleBytes = std::uint64_t{64} << 20U;
-constexpr std::size_t kMaxLine = 2048;  // Radiance's own limit of a header line
+constexpr std::size_t kMaxLine = 2048;  // limit of a header line in Radiance
 
 using Rgbe = std::array<std::uint8_t, 4>;
 
@@ -29,7 +30,7 @@ std::string printable(std::string_view text) {
   return out;
 }
 
-/// The file from the front; every read is checked.
+/// Reads the file from the front and checks every read.
 class Input {
  public:
   explicit Input(std::span<const std::byte> bytes) : bytes_(bytes) {}
@@ -71,10 +72,10 @@ double positive_number(std::string_view line, std::string_view& rest) {
 struct Header {
   std::uint32_t width = 0, height = 0;
   bool from_bottom = false, from_right = false;
-  glm::dvec3 divisor{1.0};  // of all EXPOSURE and COLORCORR lines
+  glm::dvec3 divisor{1.0};  // product of all EXPOSURE and COLORCORR lines
 };
 
-// "-Y 512 +X 1024": the slow axis first; -Y is downwards.
+// Parses "-Y 512 +X 1024": the slow axis comes first, and -Y means downwards.
 void read_resolution(std::string_view line, Header& header) {
   const auto fail = [&] [[noreturn]] (const char* why) {
     throw InputError(fmt::format("its resolution line '{}' {}", printable(line), why));
@@ -130,7 +131,7 @@ Header read_header(Input& input) {
   return header;
 }
 
-// Each of the four parts of a row by itself, as runs and literals.
+// Decodes the four components of a row one after the other, each as runs and literals.
 void read_new_row(Input& input, std::vector<Rgbe>& row) {
   for (std::size_t part = 0; part < 4; ++part) {
     for (std::size_t x = 0; x < row.size();) {
@@ -147,7 +148,8 @@ void read_new_row(Input& input, std::vector<Rgbe>& row) {
   }
 }
 
-// Whole pixels; (1, 1, 1, n) repeats the last one n times, and n << 8 times, n << 16 times where such follow each other.
+// Decodes whole pixels. (1, 1, 1, n) repeats the last pixel n times; consecutive ones repeat it n
+// << 8, then n << 16 times.
 void read_old_row(Input& input, const Rgbe& first, std::vector<Rgbe>& row) {
   row[0] = first;
   unsigned shift = 0;
@@ -190,7 +192,8 @@ HdrImage decode_hdr(std::span<const std::byte> bytes, std::uint64_t max_bytes) {
                                  header.width, header.height, needed >> 20U, max_bytes >> 20U));
   HdrImage image{.width = header.width, .height = header.height, .rgb = {}};
   image.rgb.resize(std::size_t{header.width} * header.height);
-  // Mantissas m mean m / 256, as in most readers, and not Radiance's own (m + 0.5) / 256: black stays black.
+  // A mantissa m stands for m / 256 as in most readers, so that black stays black; Radiance itself
+  // uses (m + 0.5) / 256.
   std::vector<Rgbe> row(header.width);
   for (std::uint32_t i = 0; i < header.height; ++i) {
     read_row(input, row);

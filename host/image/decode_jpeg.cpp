@@ -12,12 +12,14 @@
 namespace eikon {
 namespace {
 
-// A block of 64 pixels takes at least one bit of Huffman code; twice that for headroom.
+// A block of 64 pixels takes at least one bit of Huffman code; this allows twice as many pixels.
 constexpr std::uint64_t kMaxPixelsPerByte = 1024, kAlwaysCrediblePixels = 65536;
-// Every scan of a progressive file visits all pixels; files in use have about ten, hostile ones thousands.
+// Every scan of a progressive file visits all pixels; files in use have about ten, hostile ones
+// thousands.
 constexpr int kMaxScans = 256;
 
-// All that a longjmp may leave behind; no destructors. `manager` and `progress` come back as pointers to themselves.
+// The only state that a longjmp may leave behind; it has no destructors. Callbacks get pointers to
+// `manager` and `progress`.
 struct JpegState {
   jpeg_error_mgr manager{};
   jpeg_progress_mgr progress{};
@@ -34,7 +36,8 @@ void on_error(j_common_ptr decoder) {
   std::longjmp(state.escape, 1);
 }
 
-// Below 0: the data are damaged, and the library would fill in grey. Stray bytes between segments harm nothing.
+// A level below 0 means damaged data, which the library would fill with grey. Stray bytes between
+// segments are harmless.
 void on_message(j_common_ptr decoder, int level) {
   const int code = decoder->err->msg_code;
   if (level < 0 && code != JWRN_EXTRANEOUS_DATA && code != JWRN_ADOBE_XFORM) on_error(decoder);
@@ -47,7 +50,7 @@ void on_progress(j_common_ptr decoder) {
   std::longjmp(state.escape, 1);
 }
 
-// A frame of its own below setjmp, so that no variable of it is asked for after the jump.
+// It has a frame of its own below setjmp, so that no variable of it is read after the jump.
 bool read_rows(JpegState& state, std::span<const std::byte> bytes, const PictureHeader& header, std::uint32_t* rgba8) {
   jpeg_decompress_struct& decoder = state.decoder;
   jpeg_create_decompress(&decoder);
@@ -117,7 +120,7 @@ void decode_jpeg(std::span<const std::byte> bytes, const PictureHeader& header, 
   state.manager.error_exit = on_error;
   state.manager.emit_message = on_message;
   state.progress.progress_monitor = on_progress;
-  // jpeg_create_decompress keeps err and client_data and may itself fail.
+  // jpeg_create_decompress() keeps err and client_data, and may fail itself.
   state.decoder.client_data = &state;
   const bool good = run(state, bytes, header, rgba8);
   jpeg_destroy_decompress(&state.decoder);

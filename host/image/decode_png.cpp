@@ -12,8 +12,8 @@
 namespace eikon {
 namespace {
 
-constexpr std::size_t kHeaderBytes = 33;  // magic, and the chunk IHDR
-// Deflate shrinks by 1032 at most: a file that claims more than that lies about its size.
+constexpr std::size_t kHeaderBytes = 33;  // the magic number and the chunk IHDR
+// Deflate shrinks data by a factor of at most 1032, so a file that claims more lies about its size.
 constexpr std::uint64_t kMaxExpansion = 1032;
 
 std::uint32_t big_endian(std::span<const std::byte> bytes, std::size_t at) {
@@ -38,7 +38,7 @@ std::uint64_t channels_of(std::uint32_t colour_type) {
   }
 }
 
-// All that a longjmp may leave behind; no destructors.
+// The only state that a longjmp may leave behind; it has no destructors.
 struct PngState {
   const std::byte* next = nullptr;
   std::size_t left = 0;
@@ -54,7 +54,8 @@ void on_error(png_structp png, png_const_charp message) {
   png_longjmp(png, 1);
 }
 
-void on_warning(png_structp, png_const_charp) {}  // of chunks that say nothing about the pixels
+// Warnings concern chunks that do not change pixels.
+void on_warning(png_structp, png_const_charp) {}
 
 void on_read(png_structp png, png_bytep out, std::size_t count) {
   auto* state = static_cast<PngState*>(png_get_io_ptr(png));
@@ -64,11 +65,12 @@ void on_read(png_structp png, png_bytep out, std::size_t count) {
   state->left -= count;
 }
 
-// A frame of its own below setjmp, so that no variable of it is asked for after the jump.
+// It has a frame of its own below setjmp, so that no variable of it is read after the jump.
 void read_rows(PngState& state, std::uint32_t* rgba8) {
   png_structp png = state.png;
   png_set_read_fn(png, &state, on_read);
-  // Nothing but IHDR, PLTE, tRNS, IDAT and IEND is looked at: no gamma, no profiles, no compressed texts that explode.
+  // Only IHDR, PLTE, tRNS, IDAT and IEND are read: no gamma, no profiles, no compressed texts that
+  // could expand to gigabytes.
   png_set_keep_unknown_chunks(png, PNG_HANDLE_CHUNK_NEVER, nullptr, -1);
   png_read_info(png, state.info);
   if (png_get_image_width(png, state.info) != state.width || png_get_image_height(png, state.info) != state.height)
@@ -106,7 +108,7 @@ PictureHeader png_header(std::span<const std::byte> bytes) {
                              .deep = bytes[24] == std::byte{16}};
   const auto bits = std::to_integer<std::uint64_t>(bytes[24]) * channels_of(std::to_integer<std::uint32_t>(bytes[25]));
   if (header.width == 0 || header.height == 0) throw InputError("is a PNG of no pixels: damaged");
-  // At most 2^32 * 4 * 255 / 8 bytes a row and 2^32 rows: in double, as only the order counts.
+  // A row may claim 2^32 * 4 * 255 / 8 bytes, and there may be 2^32 of them, so this is in double.
   const double claimed = static_cast<double>(header.height) * (1 + static_cast<double>(header.width * bits) / 8);
   if (claimed > static_cast<double>(bytes.size() * kMaxExpansion))
     throw InputError(fmt::format("its header claims {} x {} pixels, which {} bytes cannot hold", header.width,

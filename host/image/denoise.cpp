@@ -18,13 +18,13 @@
 namespace eikon {
 namespace {
 
-// Of Open Image Denoise's C API, version 2.
+// Types and constants of the C API of Open Image Denoise 2.
 using OidnDevice = void*;
 using OidnFilter = void*;
 constexpr int kDeviceCpu = 1, kFloat3 = 3, kNoError = 0;
 constexpr const char* kUsualName = "libOpenImageDenoise.so.2";
 
-/// Three channels as the library wants them: R, G, B of a pixel side by side.
+/// Interleaves three channels, as the library needs them: R, G, B of a pixel side by side.
 std::vector<float> interleaved(const Image& picture, std::span<const std::string_view, 3> names) {
   std::vector<float> values(std::size_t{3} * picture.width * picture.height);
   for (std::size_t c = 0; c < 3; ++c) {
@@ -91,12 +91,12 @@ struct Denoiser::Library {
   }
   ~Library() {
     if (device != nullptr) release_device(device);
-    // The library stays loaded: its threads may outlive its devices.
+    // The library stays loaded because its threads may outlive its devices.
   }
   Library(const Library&) = delete;
   Library& operator=(const Library&) = delete;
 
-  /// throws InputError with the library's words if something went wrong
+  /// throws InputError with the library's message after an error
   void check(OidnDevice asked) const {
     const char* message = nullptr;
     if (device_error(asked, &message) != kNoError)
@@ -107,7 +107,7 @@ struct Denoiser::Library {
 Denoiser::Denoiser(unsigned threads) : library_(std::make_unique<Library>()) {
   Library& oidn = *library_;
   oidn.device = oidn.new_device(kDeviceCpu);
-  oidn.check(oidn.device);  // a null device asks for the thread's last error
+  oidn.check(oidn.device);  // a null device returns the last error of the thread
   if (oidn.device == nullptr) throw InputError("--denoise: Open Image Denoise does not support this processor");
   oidn.set_device_bool(oidn.device, "setAffinity", false);
   if (threads > 0) oidn.set_device_int(oidn.device, "numThreads", static_cast<int>(threads));

@@ -13,7 +13,8 @@ namespace eikon::exr {
 namespace {
 
 constexpr int kMaxTileSide = 8192, kMaxParts = 16, kMaxChannels = 4096;
-// Deflate shrinks by 1032 at most and the other codecs by less; a file that claims far more than that lies about its size.
+// Deflate shrinks data by a factor of at most 1032, and the other codecs by less, so a file that
+// claims far more lies about its size.
 constexpr std::uint64_t kMaxExpansion = 4096, kAlwaysCredibleBytes = std::uint64_t{64} << 20;
 
 }  // namespace
@@ -41,10 +42,10 @@ Reader::Reader(const std::filesystem::path& path) : path_(path) {
   if (!file) refuse(path, "it cannot be opened: are you allowed to read it?");
   if (!file.read(magic, 4) || magic[0] != 0x76 || magic[1] != 0x2f || magic[2] != 0x31 || magic[3] != 0x01)
     refuse(path, "is no OpenEXR file (wrong magic number); name one");
-  // Process-wide limits of OpenEXR, checked by it before it allocates anything for a header.
+  // OpenEXR checks these process-wide limits before it allocates anything for a header.
   Imf::Header::setMaxImageSize(kMaxSide, kMaxSide);
   Imf::Header::setMaxTileSize(kMaxTileSide, kMaxTileSide);
-  // An incomplete chunk table is an error, not something to be guessed from the rest of the file.
+  // An incomplete chunk table is an error; OpenEXR is not to reconstruct it.
   file_ = std::make_unique<Imf::MultiPartInputFile>(path.c_str(), 0, false);
   if (file_->parts() > kMaxParts) refuse(path, fmt::format("it has {} parts, more than {}", file_->parts(), kMaxParts));
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// An EXR file that is open for reading: shared by the readers of pictures (here) and of exact films (film/exr).
+// An EXR file that is open for reading, for the readers of pictures (here) and of films (film/exr).
 #pragma once
 #include <ImfHeader.h>
 #include <ImfMultiPartInputFile.h>
@@ -20,21 +20,21 @@ inline constexpr const char* kPrefix = "eikon.";  // of our header attributes
 inline constexpr int kMaxSide = 65536;
 inline constexpr std::uint64_t kMaxBytes = std::uint64_t{16} << 30;
 
-/// throws InputError: cannot read that file, and why.
+/// throws InputError "cannot read ...", with the reason
 [[noreturn]] void refuse(const std::filesystem::path& path, const std::string& why);
 [[nodiscard]] std::string one_line(std::string text);
 
-/// An open EXR whose parts are known to be of bearable size.
+/// An open EXR file; check() limits the size of its parts.
 class Reader {
  public:
-  /// throws InputError, and what OpenEXR throws: see reading()
+  /// throws InputError and the exceptions of OpenEXR; see reading()
   explicit Reader(const std::filesystem::path& path);
 
   [[nodiscard]] Imf::MultiPartInputFile& file() { return *file_; }
   [[nodiscard]] const Imf::Header& header(int part) const { return file_->header(part); }
-  /// Checks what the part claims before anything is allocated for it. throws InputError
+  /// Checks the claimed size of a part before anything is allocated for it. throws InputError
   void check(int part, std::uint64_t max_bytes = kMaxBytes) const;
-  /// Of the data window. throws InputError
+  /// The size of the data window. throws InputError
   [[nodiscard]] std::pair<std::uint32_t, std::uint32_t> size(int part) const;
 
  private:
@@ -43,7 +43,7 @@ class Reader {
   std::unique_ptr<Imf::MultiPartInputFile> file_;
 };
 
-/// Whatever OpenEXR or the allocator throws becomes an InputError of one line.
+/// Calls `body` and turns exceptions of OpenEXR and the allocator into an InputError of one line.
 template <std::invocable Body>
 auto reading(const std::filesystem::path& path, Body body) {
   try {

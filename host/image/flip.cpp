@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// HDR-FLIP by the Python package flip-evaluator, in a child process without a shell. The images go to the child's standard
-// input as raw floats, so neither side depends on what the other can read of OpenEXR.
+// HDR-FLIP by the Python package flip-evaluator, in a child process without a shell. The images go
+// to the child's standard input as raw floats, so neither side depends on what the other can read
+// of OpenEXR.
 #include <fcntl.h>
 #include <poll.h>
 #include <spawn.h>
@@ -60,7 +61,8 @@ std::optional<std::string> read_all(int descriptor) {
   return std::nullopt;
 }
 
-/// Runs `python -c kProgram arguments...` with the file as its input. Nothing when it cannot be started or fails.
+/// Runs `python -c kProgram arguments...` with the file as its input. Nothing when it cannot be
+/// started or fails.
 std::optional<std::string> run_python(std::FILE* input, std::span<const std::string> arguments) {
   const char* chosen = std::getenv("EIKON_PYTHON");
   std::string python = chosen != nullptr && *chosen != '\0' ? chosen : "python3", option = "-c", program = kProgram;

@@ -25,7 +25,8 @@ unsigned char to_srgb8(double linear) {
   return to_byte(std::min(encoded, 1.0));
 }
 
-/// Clamps alpha to [0, 1], because a pixel filter with negative parts leaves values beyond; NaN gives 0.
+/// Clamps alpha to [0, 1], because a pixel filter with negative parts leaves values beyond; NaN
+/// gives 0.
 double to_opacity(float alpha) { return alpha > 0 ? std::min(static_cast<double>(alpha), 1.0) : 0; }
 
 }  // namespace
@@ -46,7 +47,8 @@ void write_png(const std::filesystem::path& path, const Image& image, double exp
   const std::size_t channels = alpha != nullptr ? 4 : 3;
   std::vector<unsigned char> bytes(channels * pixels);
   for (std::size_t i = 0; i < pixels; ++i) {
-    // A PNG's colours are not multiplied by its alpha; an EXR's are [PNG specification, section 12.8].
+    // Colours of a PNG are straight, those of an EXR premultiplied [PNG specification, section
+    // 12.8].
     const double opacity = alpha != nullptr ? to_opacity((*alpha)[i]) : 1;
     const double gain = opacity > 0 ? scale / opacity : 0;
     glm::dvec3 linear;
@@ -58,7 +60,7 @@ void write_png(const std::filesystem::path& path, const Image& image, double exp
     for (int c = 0; c < 3; ++c) bytes[channels * i + std::size_t(c)] = to_srgb8(shown[c]);
     if (alpha != nullptr) bytes[channels * i + 3] = to_byte(opacity);
   }
-  png_image header{};  // what libpng calls an image is its description
+  png_image header{};  // png_image is the description of an image
   header.version = PNG_IMAGE_VERSION;
   header.width = image.width;
   header.height = image.height;

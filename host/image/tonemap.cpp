@@ -7,7 +7,7 @@
 namespace eikon {
 namespace {
 
-/// From its rows, as papers print matrices.
+/// Makes a matrix from its rows.
 glm::dmat3 rows(const glm::dvec3& r0, const glm::dvec3& r1, const glm::dvec3& r2) {
   return glm::transpose(glm::dmat3(r0, r1, r2));
 }
@@ -19,7 +19,7 @@ glm::dvec3 reinhard(const glm::dvec3& linear) {
   return linear / (1.0 + luminance);
 }
 
-// Hill's own scale, without the 1/0.6 that three.js puts before it: white, 1, becomes 0.62.
+// This is Hill's scale, without the factor 1/0.6 of three.js: white, 1, becomes 0.62.
 glm::dvec3 aces(const glm::dvec3& linear) {
   const glm::dmat3 rrt_from_rec709 =  // sRGB => XYZ => D65 to D60 => AP1 => saturation of the RRT
       rows({0.59719, 0.35458, 0.04823}, {0.07600, 0.90834, 0.01566}, {0.02840, 0.13383, 0.83777});
@@ -42,10 +42,12 @@ glm::dvec3 agx(const glm::dvec3& linear) {
   const glm::dmat3 outset = rows({1.1271005818144368, -0.11060664309660323, -0.016493938717834573},
                                  {-0.1413297634984383, 1.157823702216272, -0.016493938717834257},
                                  {-0.14132976349843826, -0.11060664309660294, 1.2519364065950405});
-  constexpr double least_ev = -12.47393, most_ev = 4.026069;  // 10 stops below middle grey, 0.18, and 6.5 above
+  // 10 stops below middle grey, 0.18, and 6.5 above.
+  constexpr double least_ev = -12.47393, most_ev = 4.026069;
   const glm::dvec3 stops = glm::log2(glm::max(inset * (rec2020_from_rec709 * linear), 1e-10));
   const glm::dvec3 x = to_unit((stops - least_ev) / (most_ev - least_ev));
-  // The default contrast, a fit [Benjamin Wrensch, "Minimal AgX Implementation"]: mean squared error 3.7e-6.
+  // The default contrast, a fit [Benjamin Wrensch, "Minimal AgX Implementation"]: mean squared
+  // error 3.7e-6.
   const glm::dvec3 contrast =
       -0.00232 + x * (0.1191 + x * (0.4298 + x * (-6.868 + x * (31.96 + x * (-40.14 + x * 15.5)))));
   const glm::dvec3 display = glm::pow(glm::max(outset * contrast, 0.0), glm::dvec3(2.2));

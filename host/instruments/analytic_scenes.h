@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Small scenes with known answers, made in code, and how their films are judged: for `eikon selftest` and the tests.
+// Small scenes with known answers, and functions that judge their films, for `eikon selftest` and
+// tests.
 #pragma once
 #include <string>
 
@@ -8,34 +9,37 @@
 
 namespace eikon {
 
-/// Adds the corners p, p + a, p + a + b, p + b as two triangles; the front is where they turn anticlockwise: along a x b.
+/// Adds the corners p, p + a, p + a + b, p + b as two triangles; the front faces along a x b.
 void add_quad(Primitive& primitive, glm::vec3 p, glm::vec3 a, glm::vec3 b);
-/// Adds the six faces of an axis-parallel box, fronts outside or inside.
+/// Adds the six faces of an axis-parallel box, with their fronts outside or inside.
 void add_box(Primitive& primitive, glm::vec3 lo, glm::vec3 hi, bool inwards);
-/// Adds a mesh of one primitive, its material and a node without a transform, all of that name. returns the node, until the next is added
+/// Adds a mesh of one primitive, its material and a node without a transform, all of that name.
+/// returns  the node, valid until the next one is added
 Node& add_mesh(Scene& scene, const std::string& name, Primitive primitive, const Material& material);
 
-/// Exactly Lambert; emission in W / (sr m^2), on the front.
+/// An exactly Lambertian material; emission in W / (sr m^2), on the front.
 Material lambert(glm::vec3 albedo, glm::vec3 emission = glm::vec3(0));
 inline Material lambert(float albedo, float emission = 0) { return lambert(glm::vec3(albedo), glm::vec3(emission)); }
 
-/// Closed cube of side 2 around the origin, fronts inside; every point has radiance emission / (1 - albedo).
+/// A closed cube of side 2 around the origin, fronts inside. Every point has the radiance
+/// emission / (1 - albedo).
 Scene furnace(float albedo, float emission);
-/// White floor y = 0 under a black unit square at height 1 that emits 1 downwards: E / L = 0.752274688 below its middle.
+/// A white floor at y = 0 under a black unit square at height 1 that emits 1 downwards. Below its
+/// middle E / L = 0.752274688.
 Scene square_light();
 inline constexpr double kSquareLightIrradiance = 0.752274688;
 
-/// The whole image, samples [0, spp).
+/// Settings for the whole image and samples [0, spp).
 Settings settings_for(std::uint32_t width, std::uint32_t height, std::uint64_t spp);
 
 struct MeanAndError {
   double mean = 0, sigma = 0;
 };
-/// Mean of a channel over the film's pixels, and its standard deviation as the spread between pixels tells it: right where
-/// every pixel expects the same, too large elsewhere.
+/// The mean of a channel over the film's pixels, and its standard deviation from the spread between
+/// pixels, which is right if all pixels have the same expectation, else too large.
 MeanAndError mean_between_pixels(const Film& film, std::uint32_t channel);
 
-/// Every sum and every count, of mattes too, is the same integer.
+/// All sums and counts of the two films, also of mattes, are the same integers.
 bool same_bits(const Film& a, const Film& b);
 
 }  // namespace eikon

@@ -36,7 +36,7 @@ void check_findings(std::uint32_t found, const Scene& scene, std::uint32_t mater
 std::vector<float> measure(Scene& scene, std::uint32_t material, const glm::vec2& uv, Device& device, bool optimise) {
   const Material& m = scene.materials.at(material);
   if (m.unlit) refuse(scene, material, "is unlit: it shows its base colour and reflects nothing");
-  // One triangle of that material, so that the program has what it needs and nothing else.
+  // One triangle of the material makes the program have the features that it needs and no other.
   scene.shapes.clear();
   scene.meshes.assign(1, {});
   scene.meshes.front().primitives.emplace_back().material = material;

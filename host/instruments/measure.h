@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A virtual gonioreflectometer.
+// A virtual gonioreflectometer: it tabulates the BRDF of a material.
 #pragma once
 #include <cstdint>
 #include <glm/glm.hpp>
@@ -10,11 +10,14 @@
 
 namespace eikon {
 
-/// f of a material of the scene in every cell of a MERL table, as the kernels have it: R, G, B in the order of read_merl, negative
-/// where a direction lies below the surface. The front is measured, without its normal maps, opacity and emission; where it has
-/// textures, at `uv`. Nodes, meshes and shapes of the scene are dropped.
-/// optimise  of the kernel's compilation
-/// throws InputError with the material: unlit, anisotropic, a perfect mirror in part, or light passes: no such table holds that
+/// Evaluates the BRDF of a material of the scene, as the kernels compute it, in every cell of a
+/// MERL
+/// table: R, G, B in the order of read_merl(), negative where a direction lies below the surface.
+/// It measures the front, without normal maps, opacity and emission, with textures at `uv`. Nodes,
+/// meshes and shapes of the scene are dropped.
+/// optimise  compile the kernel with optimisation
+/// throws InputError with the material when no such table can hold it: an unlit, anisotropic or
+/// partly perfectly specular material, or one that transmits light
 [[nodiscard]] std::vector<float> measure(Scene& scene, std::uint32_t material, const glm::vec2& uv, Device& device,
                                          bool optimise = true);
 

@@ -12,12 +12,13 @@
 namespace eikon {
 namespace {
 
-// Side of the receiver as a share of the scene's size. Irradiance over it differs from that at its middle by the square of the
-// ratio of this to the distance of what lights it.
+// Side of the receiver as a share of the scene's size. The mean irradiance over the receiver
+// differs from that at its middle by the square of the ratio of its side to the distance of the
+// light.
 constexpr double kShareOfScene = 0x1p-14;
-// And of its largest coordinate at least, so that rounding leaves its shape.
+// Least side as a share of its largest coordinate, so that rounding keeps its shape.
 constexpr double kShareOfCoordinate = 0x1p-12;
-// Above the surface that it may lie on, of its side.
+// Height above a surface on which it may lie, as a share of its side.
 constexpr double kLift = 0x1p-3;
 
 double largest(const glm::dvec3& v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); }
@@ -29,13 +30,13 @@ double side_of_receiver(const Meter& meter, const Scene& scene) {
   return side > 0 ? side : kShareOfScene;
 }
 
-/// A direction square to another.
+/// Returns a direction perpendicular to another.
 glm::dvec3 across(const glm::dvec3& direction) {
   const glm::dvec3 axis = std::abs(direction.x) < 0.6 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0);
   return glm::normalize(glm::cross(direction, axis));
 }
 
-/// Parallel rays from `eye` along `towards`, over a square of that side.
+/// A camera of parallel rays from `eye` along `towards`, over a square of this side.
 Camera parallel_camera(const glm::dvec3& eye, const glm::dvec3& towards, double side) {
   Camera camera = look_at_camera(eye, eye + towards, across(towards), 1);
   camera.name = "meter";
@@ -60,9 +61,11 @@ void aim(const Meter& meter, Scene& scene, Settings& settings) {
   Primitive square;
   add_quad(square, glm::vec3(0), glm::vec3(x), glm::vec3(y));
   add_mesh(scene, "meter", std::move(square), lambert(1)).world_from_object[3] = glm::dvec4(corner, 1);
-  // From close above its middle quarter: nothing else of the scene's is that small.
+  // The camera is close above the middle quarter of the receiver: nothing else in the scene is so
+  // small.
   settings.camera = parallel_camera(meter.at + 2 * kLift * side * n, -n, 0.5 * side);
-  if (settings.max_depth > 0) ++settings.max_depth;  // the edge from the camera to the receiver is none of the light's
+  // The edge from the camera to the receiver does not belong to the light's path.
+  if (settings.max_depth > 0) ++settings.max_depth;
 }
 
 Reading read(const Meter& meter, const Film& film) {

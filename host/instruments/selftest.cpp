@@ -14,7 +14,7 @@
 namespace eikon {
 namespace {
 
-// Within five standard deviations, and never stricter than what float radiance can hold.
+// A value passes within five standard deviations, but never stricter than the precision of float.
 Check compare(const std::string& name, const Film& film, double expected) {
   const MeanAndError found = mean_between_pixels(film, 0);
   const double tolerance = 5 * found.sigma + 1e-5 * expected;

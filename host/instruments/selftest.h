@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Is this driver to be trusted? Probes and scenes with known answers, on one device.
+// Tests whether a driver can be trusted: probes and scenes with known answers, on one device.
 #pragma once
 #include <string>
 #include <vector>
@@ -12,11 +12,12 @@ namespace eikon {
 struct Check {
   std::string name;
   bool passed = false;
-  std::string detail;  // what was found, against what
+  std::string detail;  // the result and the expected value
 };
 
-/// Record layout, arithmetic at each width, the furnace, an irradiance in closed form, and the same bits from wide and
-/// narrow kernels. A check that throws has failed with the error's text; nothing escapes.
+/// Checks the layout of records, the arithmetic at each width, a furnace, an irradiance of closed
+/// form, and that wide and narrow kernels give the same bits. A check that throws has failed with
+/// the error's text; nothing is thrown to the caller.
 std::vector<Check> selftest(const DeviceInfo& device, const Execution& execution);
 
 }  // namespace eikon

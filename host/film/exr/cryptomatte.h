@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Mattes as a picture has them, by the Cryptomatte specification, version 1.2 [Psyop, github.com/Psyop/Cryptomatte].
+// Mattes in the form of the Cryptomatte specification, version 1.2 [github.com/Psyop/Cryptomatte].
 #pragma once
 #include <array>
 #include <cstdint>
@@ -11,14 +11,15 @@
 
 namespace eikon {
 
-/// Of each pixel the ids that most samples met, most of them first (of as many, the smaller id), with the share of samples that
-/// did. What met nothing has no id, but counts: the shares then do not add up to 1.
+/// Ranks the ids of each pixel by their share of the samples, largest first (smaller id first among
+/// equals). Samples that miss have no id but count, so the shares may add up to less than 1.
 class MatteRanks {
  public:
   static constexpr std::size_t kRanks = 6, kChannels = 2 * kRanks;
-  /// The film must live as long as this.
+  /// The film must outlive this.
   MatteRanks(const Film& film, std::size_t matte) : film_(film), matte_(matte) {}
-  /// Channel 2 r is the id of rank r, as the float of its bits; 2 r + 1 its share. Quick along the channels of a few rows.
+  /// Channel 2 r is the id of rank r, as a float of the same bits; channel 2 r + 1 is its share.
+  /// Rows are ranked a few at a time, so calls should go along rows.
   [[nodiscard]] float value(std::uint32_t x, std::uint32_t y, std::size_t channel);
 
  private:
@@ -26,14 +27,14 @@ class MatteRanks {
   using Ranks = std::array<float, kChannels>;
   const Film& film_;
   std::size_t matte_;
-  std::vector<Ranks> block_;           // of some rows
-  std::uint32_t begin_ = 0, end_ = 0;  // which
+  std::vector<Ranks> block_;           // ranks of rows [begin_, end_)
+  std::uint32_t begin_ = 0, end_ = 0;
   [[nodiscard]] Ranks ranks(std::uint32_t x, std::uint32_t y) const;
 };
 
-/// "LAYER00.R", ..., in the order of MatteRanks::value.
+/// The channel names "LAYER00.R", ..., in the order of MatteRanks::value().
 [[nodiscard]] std::vector<std::string> matte_channels(const std::string& layer);
-/// Attributes of the header: "cryptomatte/<key>/name" and so on.
+/// The attributes of the header: "cryptomatte/<key>/name" and so on.
 [[nodiscard]] std::map<std::string, std::string> matte_attributes(const std::string& layer,
                                                                   const std::string& manifest);
 

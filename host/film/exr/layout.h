@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Names and forms that the EXR writer and reader share.
+// Names and formats that the EXR writer and reader share.
 #pragma once
 #include <ImfFrameBuffer.h>
 
@@ -19,21 +19,24 @@ namespace eikon::exr {
 
 inline constexpr const char* kImagePart = "image";
 inline constexpr const char* kSumsPart = "sums";
-inline constexpr const char* kReplicates = "eikon.replicates";  // int attribute of the sums part
-inline constexpr const char* kChannels = "eikon.channels";  // string attribute of the sums part: names joined by commas
-inline constexpr const char* kFormat = "eikon.format";      // int: kSumsFormat of who wrote it
-inline constexpr const char* kRecord = "eikon.record";      // string: what the sums are of; see ExrOptions::record
-inline constexpr const char* kSumsHash = "eikon.sumsHash";  // string, 16 hexadecimal digits: SumsHash of all the rest
-inline constexpr const char* kMattes = "eikon.mattes";  // string: FilmLayout::mattes joined by commas; absent if none
-inline constexpr int kSumsFormat = 2;                   // raised by whatever an older reader would misread
+inline constexpr const char* kReplicates = "eikon.replicates";  // int, as an attribute of the sums part
+inline constexpr const char* kChannels = "eikon.channels";      // string: names joined by commas
+inline constexpr const char* kFormat = "eikon.format";          // int: sums_format() of the writer
+inline constexpr const char* kRecord = "eikon.record";          // string: ExrOptions::record
+inline constexpr const char* kSumsHash = "eikon.sumsHash";      // string: SumsHash of the rest
+inline constexpr const char* kMattes = "eikon.mattes";          // string: joined by commas; absent if none
+// Raised when an older reader would misread the file.
+inline constexpr int kSumsFormat = 2;
 inline constexpr std::size_t kMaxRecordBytes = std::size_t{64} << 20U;
-inline constexpr int kRowsPerBlock = 16;                        // of ZIP compression; rows converted at a time
+// Rows of a block of ZIP compression; converted at a time.
+inline constexpr int kRowsPerBlock = 16;
 inline constexpr std::uint32_t kSumLimbs = 4, kCountLimbs = 2;  // 32-bit words, low first
 
-/// Of a file with such sums: older readers know those without mattes.
+/// The format of a file with these sums. Readers of format 1 know no mattes.
 inline int sums_format(const FilmLayout& layout) { return layout.mattes.empty() ? 1 : 2; }
 
-/// Checksum of a sums part: of what it is of, and of its numbers row by row, so that it can be made and checked as they pass.
+/// Checksum of a sums part: of its layout and record, then of its numbers row by row, so that
+/// writer and reader compute it as rows pass.
 class SumsHash {
  public:
   SumsHash(const FilmLayout& layout, const std::string& record)
@@ -58,7 +61,8 @@ class SumsHash {
   }
 };
 
-/// Channels of the sums part, a pixel's in the order of Film::row_sums, each replicate's counts after its sums.
+/// The channels of the sums part. Those of a pixel are in the order of Film::row_sums(), with the
+/// counts of each replicate after its sums.
 inline std::vector<std::string> sums_channels(const FilmLayout& layout) {
   std::vector<std::string> names;
   for (std::uint32_t r = 0; r < layout.replicates; ++r) {
@@ -70,8 +74,9 @@ inline std::vector<std::string> sums_channels(const FilmLayout& layout) {
   return names;
 }
 
-/// Rows [first, last), at most kRowsPerBlock, of those channels: words[channel][row - first][x - crop.x0], each channel
-/// crop.width() * kRowsPerBlock long.
+/// The frame buffer for rows [first, last), at most kRowsPerBlock, of these channels:
+/// words[channel][row - first][x - crop.x0], where each channel has crop.width() * kRowsPerBlock
+/// words.
 inline Imf::FrameBuffer sums_buffer(const Crop& crop, std::uint32_t first, std::uint32_t last,
                                     const std::vector<std::string>& names, std::vector<std::uint32_t>& words) {
   const Imath::Box2i window(Imath::V2i(static_cast<int>(crop.x0), static_cast<int>(first)),

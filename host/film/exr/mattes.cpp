@@ -18,12 +18,12 @@ namespace eikon::exr {
 namespace {
 
 constexpr const char* kMattesPart = "mattes";
-constexpr const char* kEntries = "eikon.entries";         // string attribute: how many there are
-constexpr const char* kEntriesHash = "eikon.mattesHash";  // string, 16 hexadecimal digits: of the seal and all of them
+constexpr const char* kEntries = "eikon.entries";         // string attribute: number of entries
+constexpr const char* kEntriesHash = "eikon.mattesHash";  // string: hash of the seal and entries
 constexpr std::size_t kWords = 5;
 constexpr std::array<const char*, kWords> kChannels = {"matte", "pixel", "id", "count.0", "count.1"};
 constexpr std::size_t kMostColumns = 8192;
-constexpr std::size_t kRows = 16;  // of ZIP compression; rows converted at a time
+constexpr std::size_t kRows = 16;  // rows of a block of ZIP compression
 constexpr std::uint64_t kMaxMattesBytes = std::uint64_t{1} << 38;
 
 using Entry = std::array<std::uint32_t, kWords>;  // in the order of kChannels
@@ -56,7 +56,7 @@ std::size_t columns_for(std::uint64_t entries) {
   return static_cast<std::size_t>(std::clamp<std::uint64_t>(entries, 1, kMostColumns));
 }
 
-/// Rows [first, last) of the table: words[channel][row - first][column].
+/// The frame buffer for rows [first, last) of the table: words[channel][row - first][column].
 Imf::FrameBuffer table_buffer(std::size_t columns, int first, int last, std::vector<std::uint32_t>& words) {
   const Imath::Box2i window(Imath::V2i(0, first), Imath::V2i(static_cast<int>(columns) - 1, last - 1));
   Imf::FrameBuffer buffer;

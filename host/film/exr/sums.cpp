@@ -19,7 +19,8 @@ namespace {
 
 using exr::Reader, exr::reading, exr::refuse;
 
-constexpr std::uint64_t kMaxSumsBytes = std::uint64_t{1} << 38;  // 2 GPixel; it is read a few rows at a time
+// 2 GPixel; it is read a few rows at a time.
+constexpr std::uint64_t kMaxSumsBytes = std::uint64_t{1} << 38;
 
 constexpr std::size_t kMostMattes = 16;
 
@@ -68,14 +69,14 @@ void read_windows(const std::filesystem::path& path, const Imf::Header& header, 
                  end(data.max.y)};
 }
 
-/// Numbers of some rows, in the order in which a film has them.
+/// Numbers of some rows, in the order of a film.
 struct Rows {
   std::vector<std::uint32_t> words;
-  std::vector<int128> sums;  // of one row
+  std::vector<int128> sums;  // one row
   std::vector<std::uint64_t> counts;
 };
 
-/// Row `row` of what was read -> rows.sums, rows.counts
+/// Joins the words of row `row` to rows.sums and rows.counts.
 void join_words(const FilmLayout& layout, std::uint32_t row, Rows& rows) {
   const std::size_t width = layout.crop.width(), plane = width * exr::kRowsPerBlock;
   int128* sum = rows.sums.data();

@@ -41,13 +41,14 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "write_part keeps a half in the first bytes of a word");
 
-/// One channel of a part and where its values come from. HALF and FLOAT channels give floats, UINT channels words.
+/// One channel of a part and the function that computes its values: `real` for HALF and FLOAT
+/// channels, `word` for UINT channels.
 struct Source {
   std::string name;
   Imf::PixelType type = Imf::FLOAT;
   std::function<double(std::uint32_t x, std::uint32_t y)> real = {};
   std::function<std::uint32_t(std::uint32_t x, std::uint32_t y)> word = {};
-  bool in_order = false;  // asked for one row after the other, by one thread
+  bool in_order = false;  // values must be asked for row by row, by one thread
 };
 
 class Stream : public Imf::OStream {
@@ -90,7 +91,7 @@ Source source_of(const Film& film, const LayerChannel& channel, Imf::PixelType t
   throw InternalError("no such rule of a layer");
 }
 
-/// In full precision whatever the rest has: half of an id is another one.
+/// Adds a matte, always in full precision because rounding an id to half would change it.
 void add_matte(const Film& film, const std::string& layer, std::vector<Source>& sources) {
   const auto& mattes = film.layout().mattes;
   const auto found = std::ranges::find(mattes, layer);
@@ -142,7 +143,8 @@ Imf::Header make_header(const Film& film, const char* part, bool quick) {
   header.setName(part);
   header.setType(Imf::SCANLINEIMAGE);
   Imf::addChromaticities(header,
-                         Imf::Chromaticities());  // the default: Rec. 709 primaries, D65; the same in every part
+                         // The default: Rec. 709 primaries, D65; the same in every part.
+                         Imf::Chromaticities());
   return header;
 }
 
@@ -180,18 +182,21 @@ void add_metadata(Imf::Header& header, const Metadata& metadata) {
   }
 }
 
-/// Threads of OpenEXR's that compress: what host-side work may use when the first image is written, and not more than 8.
+/// The number of OpenEXR's compressing threads: at most 8, and at most what host-side work may use
+/// when the first image is written.
 unsigned compressing_threads() {
   static const unsigned count = [] {
     const auto most = tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
-    const auto threads = static_cast<unsigned>(std::min<std::size_t>(most, 8));  // rows of each take memory
+    // Each thread needs memory for rows.
+    const auto threads = static_cast<unsigned>(std::min<std::size_t>(most, 8));
     Imf::setGlobalThreadCount(static_cast<int>(threads));
     return threads;
   }();
   return count;
 }
 
-/// 65520 = 65504 + half a step is the smallest magnitude that rounds to infinity as half.
+/// Throws if a value becomes infinite as half. 65520 (65504 plus half a step) is the least
+/// magnitude that does.
 void refuse_overflow(const Source& source, float value, std::uint32_t x, std::uint32_t y) {
   if (source.type == Imf::HALF && std::isfinite(value) && std::abs(value) >= 65520.0f)
     throw HalfOverflow(
@@ -200,17 +205,19 @@ void refuse_overflow(const Source& source, float value, std::uint32_t x, std::ui
                     value, x, y, source.name));
 }
 
-/// Converts and writes a few blocks of rows for each thread at a time, so that the memory needed does not grow with the height of the
-/// image.
+/// Converts and writes a few blocks of rows per thread at a time, so that memory does not grow with
+/// the height of the image.
 void write_part(Imf::OutputPart& part, const Crop& crop, const std::vector<Source>& sources) {
   const std::size_t width = crop.width();
   constexpr std::uint32_t kBlocks = 2;
   const bool in_order = std::ranges::any_of(sources, [](const Source& source) {
-    return source.in_order || source.type == Imf::HALF;  // it is the first overflow that is told
+    // So that the error names the first overflow.
+    return source.in_order || source.type == Imf::HALF;
   });
   const std::uint32_t most = std::min(exr::kRowsPerBlock * kBlocks * compressing_threads(), crop.height());
   const std::size_t plane = width * most;
-  std::vector<std::uint32_t> words(plane * sources.size());  // floats as their bits, halves in the low bytes
+  // Floats as their bits, halves in the low bytes.
+  std::vector<std::uint32_t> words(plane * sources.size());
   for (std::uint32_t first = crop.y0; first < crop.y1; first += most) {
     const std::uint32_t last = std::min(first + most, crop.y1);
     const auto convert = [&](std::uint32_t y) {
@@ -234,7 +241,7 @@ void write_part(Imf::OutputPart& part, const Crop& crop, const std::vector<Sourc
       tbb::parallel_for(first, last, convert);
     Imf::FrameBuffer buffer;
     for (std::size_t s = 0; s < sources.size(); ++s) {
-      // A slice's base is where pixel (0, 0) of the full image would lie.
+      // The base of a slice is the address of pixel (0, 0) of the full image.
       const Imath::Box2i window(Imath::V2i(static_cast<int>(crop.x0), static_cast<int>(first)),
                                 Imath::V2i(static_cast<int>(crop.x1 - 1), static_cast<int>(last - 1)));
       buffer.insert(sources[s].name, Imf::Slice::Make(sources[s].type, &words[s * plane], window, sizeof(std::uint32_t),
@@ -245,7 +252,7 @@ void write_part(Imf::OutputPart& part, const Crop& crop, const std::vector<Sourc
   }
 }
 
-/// Splits 16 rows at a time into words.
+/// Splits sums into words and writes them, 16 rows at a time.
 void write_sums(Imf::OutputPart& part, const Film& film) {
   const FilmLayout& layout = film.layout();
   const Crop& crop = layout.crop;
@@ -317,7 +324,8 @@ void write_exr(const std::filesystem::path& path, const Film& film, const Metada
   } catch (const std::exception& error) {
     throw InputError(fmt::format("cannot write \"{}\": {}", path.string(), error.what()));
   }
-  file.commit();  // after OpenEXR's destructor, which writes the chunk table and swallows what goes wrong
+  // After OpenEXR's destructor, which writes the chunk table and swallows what goes wrong.
+  file.commit();
 }
 
 }  // namespace eikon
