@@ -13,24 +13,19 @@ namespace eikon {
 namespace {
 
 // The watchdog abandons a device that takes longer than these limits.
-constexpr double kLateFactor = 20;  // times the expected duration of its units
-// Times the watchdog's seconds, while the device's rate is unknown.
-constexpr double kUnknownUnitWatchdogs = 6;
-// A longer gap between two calls of watch() means that the process was stopped.
-constexpr double kStoppedProcess_s = 1;
-// At the end, threads whose units no longer count get this share of the rendering time to come
-// back, or this minimum.
+constexpr double kLateFactor = 20;           // times the expected duration of its units
+constexpr double kUnknownUnitWatchdogs = 6;  // times the watchdog's seconds, with its rate unknown
+constexpr double kStoppedProcess_s = 1;      // a longer gap in watch() means a stopped process
+// At the end, threads whose units do not count get this share of the rendering time to come back.
 constexpr double kPatienceShare = 0.02, kLeastPatience_s = 0.1;
 // A device that fails is opened again, up to these limits.
 constexpr unsigned kMostFailuresInARow = 3;
-// With fewer than kForgivingUnits good units since each.
-constexpr unsigned kMostFailures = 10;
+constexpr unsigned kMostFailures = 10;       // with fewer than kForgivingUnits good units since each
 constexpr unsigned kForgivingUnits = 16;     // so many good units clear the count of failures
 constexpr unsigned kMostFailureEvents = 32;  // of one device; its report counts all
 // A device without a unit asks again so often, because units of other devices may be late by then.
 constexpr double kAskInterval_s = 0.01;
-// Being left out of a smaller share of the work is not reported: every device runs out of work at
-// the end.
+// A smaller share of the work is not reported: every device runs out of work at the end.
 constexpr double kReportedLeftOutShare = 0.05;
 
 std::chrono::duration<double> seconds_of(double seconds) { return std::chrono::duration<double>(seconds); }
@@ -187,8 +182,7 @@ bool DeviceSessions::failed(std::size_t device, const std::string& why) {
   session.units.clear();
   session.successes = 0;
   session.why = why;
-  // A device that could not be opened may lack memory, so it gets one more try with smaller units;
-  // an error of the compiler would only repeat.
+  // Opening may have failed for want of memory, so it gets one more try with smaller units.
   const unsigned most = session.was_open ? kMostFailuresInARow : 2;
   const bool again = ++session.failures_in_a_row < most && ++session.failures < kMostFailures && !ended_ && !error_;
   if (again) {
@@ -356,10 +350,10 @@ DeviceSessions::State DeviceSessions::state() {
   const std::lock_guard lock(mutex_);
   if (error_) return State::broken;
   if (adding_ == 0 && schedule_.complete()) return State::done;
-  const bool manned = std::any_of(sessions_.begin(), sessions_.end(), [](const Session& session) {
+  const bool some_left = std::any_of(sessions_.begin(), sessions_.end(), [](const Session& session) {
     return !session.lost && !session.dropped && session.phase != Phase::ended;
   });
-  return manned || adding_ > 0 ? State::working : State::no_device_left;
+  return some_left || adding_ > 0 ? State::working : State::no_device_left;
 }
 
 bool DeviceSessions::is_opening() {

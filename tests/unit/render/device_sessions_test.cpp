@@ -19,12 +19,7 @@ namespace {
 constexpr Crop kImage{0, 0, 96, 64};
 constexpr std::uint64_t kSpp = 24;
 
-FilmLayout layout() {
-  FilmLayout made;
-  made.width = kImage.x1, made.height = kImage.y1;
-  made.crop = kImage;
-  return made;
-}
+FilmLayout layout() { return {.width = kImage.x1, .height = kImage.y1, .crop = kImage}; }
 
 /// What a sample of a pixel is worth, in the film's smallest step.
 std::uint32_t value(std::uint32_t x, std::uint32_t y, std::uint64_t sample, std::size_t channel) {
