@@ -170,9 +170,9 @@ TEST_F(Faults, a_fault_during_checkpoints_changes_none_of_them) {
 TEST_F(Faults, looks_hold_exactly_their_samples) {
   RenderHooks hooks;
   const std::vector<std::uint64_t> at = {2, 9, 32};
-  hooks.looks.at = at;
+  hooks.snapshots.at = at;
   std::vector<Film> seen;
-  hooks.looks.look = [&](std::uint64_t, double, const Film& film) { seen.push_back(film); };
+  hooks.snapshots.take = [&](std::uint64_t, double, const Film& film) { seen.push_back(film); };
   (void)with("device:1:after=2:times=1", hooks);
   ASSERT_EQ(seen.size(), 3U);
   for (std::size_t i = 0; i < seen.size(); ++i) {
@@ -184,8 +184,8 @@ TEST_F(Faults, looks_hold_exactly_their_samples) {
 TEST_F(Faults, an_interrupted_render_goes_on_elsewhere) {
   const Film expected = undisturbed();
   RenderHooks hooks;
-  hooks.looks.at = {7};
-  hooks.looks.look = [&](std::uint64_t, double, const Film&) { stop = true; };
+  hooks.snapshots.at = {7};
+  hooks.snapshots.take = [&](std::uint64_t, double, const Film&) { stop = true; };
   const RenderOutput part = with("device:1:after=1:times=1", hooks);
   EXPECT_TRUE(part.report.interrupted);
   stop = false;
