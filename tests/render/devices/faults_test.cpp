@@ -167,7 +167,7 @@ TEST_F(Faults, a_fault_during_checkpoints_changes_none_of_them) {
   EXPECT_TRUE(same_film(expected, with("device:1:after=1", go_on).film));
 }
 
-TEST_F(Faults, looks_hold_exactly_their_samples) {
+TEST_F(Faults, snapshots_hold_exactly_their_samples) {
   RenderHooks hooks;
   const std::vector<std::uint64_t> at = {2, 9, 32};
   hooks.snapshots.at = at;
