@@ -71,67 +71,21 @@ typedef vu __attribute__((aligned(4))) vu_unaligned;
 typedef struct { vf x, y, z; } v3;
 
 // ---- masks ----------------------------------------------------------------------------------------------------------
-// The builtins below only shorten what the portable forms say; the bits are the same.
-#if defined(__AVX512F__) && defined(__AVX512DQ__) && EK_WIDTH == 16 && !defined(EK_PORTABLE)
-#define EK_HAS_COMPRESS 1
-EK_FN uint lanes_bits(vi m) { return (uint)(ushort)__builtin_ia32_cvtd2mask512(m); }
-EK_FN int lanes_any(vi m) { return lanes_bits(m) != 0; }
+// EK_BUILTIN(name): this compiler has the builtin, and EK_PORTABLE does not forbid it. Builtins only shorten what the portable
+// forms say; the bits are the same.
+#if defined(__has_builtin) && !defined(EK_PORTABLE)
+#define EK_BUILTIN(name) __has_builtin(name)
 #else
-#define EK_HAS_COMPRESS 0
-#if EK_WIDTH > 1
-EK_FN int lanes_any(vi m) { return any(m); }
+#define EK_BUILTIN(name) 0
 #endif
+
+#if EK_WIDTH == 16 && defined(__AVX512F__) && defined(__AVX512DQ__) && EK_BUILTIN(__builtin_ia32_cvtd2mask512)
+EK_FN int lanes_any(vi m) { return __builtin_ia32_cvtd2mask512(m) != 0; }
+#elif EK_WIDTH > 1
+EK_FN int lanes_any(vi m) { return any(m); }
 #endif
 
 #define ALL_LANES (LANE_INDEX == LANE_INDEX)
-
-// How the lanes of a mask move together: lane k of the packed vector is the k-th set lane.
-typedef struct {
-  uint count;
-  uint bits;  // of the mask, with EK_HAS_COMPRESS
-  vu source;  // lane that goes to k, without it
-} Packing;
-
-EK_FN Packing packing(vi m) {
-  Packing p;
-#if EK_HAS_COMPRESS
-  p.bits = lanes_bits(m);
-  p.count = (uint)popcount(p.bits);
-  p.source = (vu)(0);
-#elif EK_WIDTH == 1
-  p.bits = 0;
-  p.count = m ? 1u : 0u;
-  p.source = 0;
-#else
-  int flags[EK_WIDTH];
-  uint source[EK_WIDTH];
-  *(vi*)flags = m;
-  *(vu*)source = (vu)(0);
-  p.count = 0;
-  for (uint lane = 0; lane < EK_WIDTH; ++lane) {
-    source[p.count] = lane;
-    p.count += flags[lane] != 0 ? 1u : 0u;
-    if (p.count == EK_WIDTH) break;
-  }
-  p.source = *(vu*)source;
-  p.bits = 0;
-#endif
-  return p;
-}
-/// The packing that leaves every lane where it is.
-EK_FN Packing packing_all(void) {
-  const Packing p = {EK_WIDTH, (1u << EK_WIDTH) - 1u, LANE_INDEX};
-  return p;
-}
-EK_FN vu packed(Packing p, vu x) {
-#if EK_HAS_COMPRESS
-  return AS_U(__builtin_ia32_compresssi512_mask(AS_I(x), AS_I(x), (ushort)p.bits));
-#elif EK_WIDTH == 1
-  return x;
-#else
-  return shuffle(x, p.source);
-#endif
-}
 
 // ---- memory ---------------------------------------------------------------------------------------------------------
 EK_FN vf load_f(global const float* p) { return *(global const vf_unaligned*)p; }

@@ -1,14 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The bits of vector masks as an integer, and lanes by their index, for traversal. The builtins only shorten what the portable forms say.
+// The bits of vector masks as an integer. The builtins only shorten what the portable forms say.
 #ifndef EK_SIMD_H
 #define EK_SIMD_H
 #include "lanes/lanes.h"
-
-#if defined(__has_builtin) && !defined(EK_PORTABLE)
-#define EK_BUILTIN(name) __has_builtin(name)
-#else
-#define EK_BUILTIN(name) 0
-#endif
 
 // Bit k: lane k of the mask is set.
 EK_FN uint mask_bits8(int8 m) {
@@ -47,18 +41,5 @@ EK_FN uint lowest_bit(uint bits) {
   return 31u - clz(bits & (0u - bits));
 #endif
 }
-
-#if EK_WIDTH > 1
-// Lane i: x[index[i]].
-EK_FN vf lanes_of(vf x, vu index) {
-#if EK_HAS_COMPRESS
-  return AS_F(__builtin_ia32_permvarsi512(AS_I(x), AS_I(index)));
-#elif defined(__AVX2__) && EK_WIDTH == 8 && EK_BUILTIN(__builtin_ia32_permvarsf256)
-  return __builtin_ia32_permvarsf256(x, AS_I(index));
-#else
-  return shuffle(x, index);
-#endif
-}
-#endif
 
 #endif

@@ -18,8 +18,8 @@ EK_FN void store_ray(global float* rays, uint stride, uint i, v3 origin, v3 dir,
   store_f(rays + 4 * stride + i, dir.y);
   store_f(rays + 5 * stride + i, dir.z);
   store_f(rays + 6 * stride + i, t_max);
-  store_f(rays + 7 * stride + i, AS_F(ends.left));
-  store_f(rays + 8 * stride + i, AS_F(ends.goal));
+  store_f(rays + 7 * stride + i, AS_F(ends.origin_prim));
+  store_f(rays + 8 * stride + i, AS_F(ends.target_prim));
 }
 
 // Camera rays, 16 for a block of 4 x 4 pixels; the blocks are spread over the whole picture, however many rays there are.
@@ -46,7 +46,7 @@ EK_FN_ONCE void bench_scatter_run(constant Frame* frame, SceneData scene, LightD
   const vu hit = load_u((global const uint*)hits + 3 * stride + i);
   const vi live = hit != EK_NO_HIT;
   RayEnds ends = unknown_ends();
-  if (!EK_HAS_instance) ends.left = hit;
+  if (!EK_HAS_instance) ends.origin_prim = hit;
   const v3 dir = V3(load_f(rays + 3 * stride + i), load_f(rays + 4 * stride + i), load_f(rays + 5 * stride + i));
   TriangleLanes corners = load_triangle(scene.triangles, live ? hit : (vu)(0u));
 #if EK_HAS_instance
@@ -76,7 +76,7 @@ EK_FN_ONCE void bench_scatter_run(constant Frame* frame, SceneData scene, LightD
     const LightSample light = light_sample(frame, light_data, pick_light(frame, light_data, query), basis, (vi)(0), words);
     const LightPath path = light_path(light, surface.p, surface.p_error, n);
     const vi arrives = live & (path.pdf > 0.0f) & (dot3(path.wi, n) > 0.0f);
-    if (!EK_HAS_instance) ends.goal = path.goal;
+    if (!EK_HAS_instance) ends.target_prim = path.goal;
     store_ray(shadow_rays, stride, i, path.origin, path.dir, arrives ? path.t_max : (vf)(0.0f), ends);
   } else {
     const v3 away = warp_uniform_sphere(u, v);
@@ -89,6 +89,6 @@ kernel void bench_scatter(constant Frame* frame, global const Triangle* triangle
                           global const float* rays, global const float* hits, global float* diffuse_rays,
                           global float* shadow_rays, uint stride) {
   const LightData light_data = EK_LIGHT_DATA;
-  const SceneData scene = {triangles, 0, 0, 0, 0, 0, 0, 0, 0 EK_SHAPE_DATA};
+  const SceneData scene = {.triangles = triangles EK_SHAPE_DATA};
   bench_scatter_run(frame, scene, light_data, rays, hits, diffuse_rays, shadow_rays, stride, (uint)get_global_id(0) * EK_WIDTH);
 }

@@ -18,7 +18,19 @@ EK_FN RayEnds trace_ends(global const float* p, uint stride) {
   return ends;
 }
 
-EK_FN OpacityKey trace_key(uint first) { return opacity_key(hash_bits((vu)(first) + LANE_INDEX), (vu)(0u), 1u, 0u); }
+// The rays from `first` on, which are row `row` of `rows`.
+EK_FN TracedRays trace_rays(global const float* rays, uint stride, uint first, uint row, uint rows, uint coherent) {
+  global const float* p = rays + first + row;
+  const TracedRays traced = {.row = row,
+                             .count = min(rows - row, (uint)EK_WIDTH),
+                             .coherent = (int)coherent,
+                             .origin = trace_load3(p, stride),
+                             .dir = trace_load3(p + 3 * stride, stride),
+                             .t_max = load_f(p + 6 * stride),
+                             .ends = trace_ends(p, stride),
+                             .key = opacity_key(hash_bits((vu)(first + row) + LANE_INDEX), (vu)(0u), 1u, 0u)};
+  return traced;
+}
 
 // The rays [begin, end).
 EK_FN_ONCE void trace_closest_run(constant Frame* frame, Geometry geometry, global const float* rays, global float* hits, uint begin,
@@ -28,9 +40,9 @@ EK_FN_ONCE void trace_closest_run(constant Frame* frame, Geometry geometry, glob
     const uint rows = min(end - first, (uint)EK_ROWS);
     tracing_clear(&tracing);
     for (uint row = 0; row < rows; row += EK_WIDTH) {
-      global const float* p = rays + first + row;
-      tracing_begin(frame, geometry, &tracing, row, trace_load3(p, stride), trace_load3(p + 3 * stride, stride), EK_INFINITY,
-                    trace_ends(p, stride), trace_key(first + row), min(rows - row, (uint)EK_WIDTH), coherent, 0);
+      TracedRays traced = trace_rays(rays, stride, first, row, rows, coherent);
+      traced.t_max = EK_INFINITY;
+      tracing_begin(frame, geometry, &tracing, traced, 0);
     }
     tracing_finish(frame, geometry, &tracing, 0);
     for (uint row = 0; row < rows; row += EK_WIDTH) {
@@ -40,9 +52,7 @@ EK_FN_ONCE void trace_closest_run(constant Frame* frame, Geometry geometry, glob
       store_f(p + stride, hit.u);
       store_f(p + 2 * stride, hit.v);
       store_f(p + 3 * stride, AS_F(hit.triangle));
-#if EK_HAS_instance
-      store_f(p + 4 * stride, AS_F(hit.instance));
-#endif
+      if (EK_HAS_instance) store_f(p + 4 * stride, AS_F(hit.instance));
     }
   }
 }
@@ -54,9 +64,7 @@ EK_FN_ONCE void trace_any_run(constant Frame* frame, Geometry geometry, global c
     const uint rows = min(end - first, (uint)EK_ROWS);
     tracing_clear(&tracing);
     for (uint row = 0; row < rows; row += EK_WIDTH) {
-      global const float* p = rays + first + row;
-      tracing_begin(frame, geometry, &tracing, row, trace_load3(p, stride), trace_load3(p + 3 * stride, stride),
-                    load_f(p + 6 * stride), trace_ends(p, stride), trace_key(first + row), min(rows - row, (uint)EK_WIDTH), coherent, 1);
+      tracing_begin(frame, geometry, &tracing, trace_rays(rays, stride, first, row, rows, coherent), 1);
     }
     tracing_finish(frame, geometry, &tracing, 1);
     for (uint row = 0; row < rows; row += EK_WIDTH) {

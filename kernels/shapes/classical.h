@@ -13,7 +13,7 @@ EK_FN float classical_dot(float3 a, float3 b) { return (a.x * b.x + a.y * b.y) +
 EK_FN TriangleHit_one triangle_hit_classical(const RayOne* ray, Corners_one p) {
   TriangleHit_one r = {0, 0.0f, 0.0f, 0.0f};
   const float3 a = (float3)(p.ax, p.ay, p.az), b = (float3)(p.bx, p.by, p.bz), c = (float3)(p.cx, p.cy, p.cz);
-  const float3 o = (float3)(ray->p_ox, ray->p_oy, ray->p_oz), d = (float3)(ray->sx, ray->sy, 1.0f);
+  const float3 o = (float3)(ray->p_o.x, ray->p_o.y, ray->p_o.z), d = (float3)(ray->sx, ray->sy, 1.0f);
   const float3 ab = b - a, ac = c - a;
 #if EK_TRIANGLE_TEST == 1
   const float3 s = classical_cross(d, ac), from_a = o - a;
@@ -25,13 +25,13 @@ EK_FN TriangleHit_one triangle_hit_classical(const RayOne* ray, Corners_one p) {
   const float3 q = classical_cross(from_a, ab);
   r.v = classical_dot(d, q) * inverse;
   if ((r.v < 0.0f) | (r.u + r.v > 1.0f)) return r;
-  r.t = classical_dot(ac, q) * inverse * ray->p_rz;
+  r.t = classical_dot(ac, q) * inverse * ray->p_rcp_d.z;
 #else
   const float3 n = classical_cross(ab, ac);
   const float across = classical_dot(n, d);
   if (across == 0.0f) return r;
   const float z = classical_dot(n, a - o) / across;
-  r.t = z * ray->p_rz;
+  r.t = z * ray->p_rcp_d.z;
   if (!(r.t > 0.0f)) return r;
   const float3 x = o + z * d;
   const float in_c = classical_dot(classical_cross(ab, x - a), n), in_a = classical_dot(classical_cross(c - b, x - b), n);

@@ -18,16 +18,23 @@ EK_FN ImplicitRay implicit_own_ray(ShapeLanes s, ShapeWorldLanes place, v3 o, v3
   return implicit_ray(add3(o, place.middle), d, sub3(place.middle, extent), add3(place.middle, extent));
 }
 
-/// Where the ray o + z d, in own space, first meets f = 0 with z > 0; `root` of the lanes that are not `live`. part: the root in
-/// lengths of the clipped ray, from which the point is found again without the error of z. until: how far to look, in z; gave_up: where
-/// a search was given up, in z; infinite where none was
-EK_FN ShapeRoot implicit_shape_root(SceneData scene, ShapeLanes s, vu shape, vi live, v3 o, v3 d, vf until, ShapeRoot root, vf* gave_up) {
-  const ShapeWorldLanes place = load_shape_world(scene.shapes, shape);
-  const ImplicitRay ray = implicit_own_ray(s, place, o, d);
+// A search for where the ray o + z d, in the shape's own space, first meets f = 0 with z > 0, in lanes that have an implicit shape.
+typedef struct {
+  vu shape;
+  vi lanes;
+  v3 o, d;
+  vf until;  // how far to search, in z
+} ImplicitSearch;
+
+/// The root of each searching lane, and `root` in the others. Its part is the root in lengths of the clipped ray, from which the
+/// point is found again without the error of z. gave_up: set to the z at which a search was given up
+EK_FN ShapeRoot implicit_shape_root(SceneData scene, ShapeLanes s, const ImplicitSearch* search, ShapeRoot root, vf* gave_up) {
+  const ShapeWorldLanes place = load_shape_world(scene.shapes, search->shape);
+  const ImplicitRay ray = implicit_own_ray(s, place, search->o, search->d);
   EK_FOR_EACH_FORMULA(k, place.formula) {
-    const vi mine = live & (place.formula == (vu)(k));
+    const vi mine = search->lanes & (place.formula == (vu)(k));
     if (!ANY(mine)) continue;
-    const ImplicitRoot found = implicit_root(k, ray, mine, until / ray.per_length - ray.begin);
+    const ImplicitRoot found = implicit_root(k, ray, mine, search->until / ray.per_length - ray.begin);
     const vf z = (ray.begin + found.s) * ray.per_length;
     root.hit = mine ? (found.hit & (z > 0.0f)) : root.hit;
     root.z = mine ? z : root.z;

@@ -8,9 +8,7 @@
 typedef struct {
   vi hit;
   vf t, part;
-#if EK_HAS_implicit
-  vf gave_up;  // t at which the search for a surface was given up; infinite: it was not
-#endif
+  vf gave_up;  // with EK_HAS_implicit the t at which the search for a surface was given up, or infinity
 } ShapeHit;
 
 #if EK_HAS_opacity
@@ -31,10 +29,10 @@ typedef struct {
 } ShapeInterval;
 
 EK_FN ShapeInterval shape_interval(const RayLanes* ray, v3 lo, v3 hi) {
-  const vi falls_x = ray->rx < 0.0f, falls_y = ray->ry < 0.0f, falls_z = ray->rz < 0.0f;
-  const vf begin_x = ((falls_x ? hi.x : lo.x) - ray->nx) * ray->rx, end_x = ((falls_x ? lo.x : hi.x) - ray->fx) * ray->rx;
-  const vf begin_y = ((falls_y ? hi.y : lo.y) - ray->ny) * ray->ry, end_y = ((falls_y ? lo.y : hi.y) - ray->fy) * ray->ry;
-  const vf begin_z = ((falls_z ? hi.z : lo.z) - ray->nz) * ray->rz, end_z = ((falls_z ? lo.z : hi.z) - ray->fz) * ray->rz;
+  const vi falls_x = ray->rcp_d.x < 0.0f, falls_y = ray->rcp_d.y < 0.0f, falls_z = ray->rcp_d.z < 0.0f;
+  const vf begin_x = ((falls_x ? hi.x : lo.x) - ray->o_near.x) * ray->rcp_d.x, end_x = ((falls_x ? lo.x : hi.x) - ray->o_far.x) * ray->rcp_d.x;
+  const vf begin_y = ((falls_y ? hi.y : lo.y) - ray->o_near.y) * ray->rcp_d.y, end_y = ((falls_y ? lo.y : hi.y) - ray->o_far.y) * ray->rcp_d.y;
+  const vf begin_z = ((falls_z ? hi.z : lo.z) - ray->o_near.z) * ray->rcp_d.z, end_z = ((falls_z ? lo.z : hi.z) - ray->o_far.z) * ray->rcp_d.z;
   const ShapeInterval within = {max_f(max_f(begin_x, begin_y), max_f(begin_z, (vf)(0.0f))), min_f(min_f(end_x, end_y), end_z)};
   return within;
 }
@@ -42,15 +40,15 @@ EK_FN ShapeInterval shape_interval(const RayLanes* ray, v3 lo, v3 hi) {
 // The same bits from what triangles are tested with. lo, hi: in the axes of that test; sets nx and fx of `ray`, which say how far apart o_near
 // and o_far are.
 EK_FN ShapeInterval shape_interval_permuted(RayLanes* ray, v3 lo, v3 hi) {
-  const vf farthest = max_f(max_f(abs_f(ray->p_ox), abs_f(ray->p_oy)), abs_f(ray->p_oz));
-  const vf pad = ray_pad(ray->reach, farthest);
-  const vf along = ray->p_rz < 0.0f ? -pad : pad;
-  ray->nx = ray->p_oz + along;
-  ray->fx = ray->p_oz - along;
-  const vi falls_x = ray->p_rx < 0.0f, falls_y = ray->p_ry < 0.0f, falls_z = ray->p_rz < 0.0f;
-  const vf begin_x = ((falls_x ? hi.x : lo.x) - ray->p_nx) * ray->p_rx, end_x = ((falls_x ? lo.x : hi.x) - ray->p_fx) * ray->p_rx;
-  const vf begin_y = ((falls_y ? hi.y : lo.y) - ray->p_ny) * ray->p_ry, end_y = ((falls_y ? lo.y : hi.y) - ray->p_fy) * ray->p_ry;
-  const vf begin_z = ((falls_z ? hi.z : lo.z) - ray->nx) * ray->p_rz, end_z = ((falls_z ? lo.z : hi.z) - ray->fx) * ray->p_rz;
+  const vf farthest = max_f(max_f(abs_f(ray->p_o.x), abs_f(ray->p_o.y)), abs_f(ray->p_o.z));
+  const vf pad = ray_pad(ray->extent, farthest);
+  const vf along = ray->p_rcp_d.z < 0.0f ? -pad : pad;
+  ray->o_near.x = ray->p_o.z + along;
+  ray->o_far.x = ray->p_o.z - along;
+  const vi falls_x = ray->p_rcp_d.x < 0.0f, falls_y = ray->p_rcp_d.y < 0.0f, falls_z = ray->p_rcp_d.z < 0.0f;
+  const vf begin_x = ((falls_x ? hi.x : lo.x) - ray->p_near_x) * ray->p_rcp_d.x, end_x = ((falls_x ? lo.x : hi.x) - ray->p_far_x) * ray->p_rcp_d.x;
+  const vf begin_y = ((falls_y ? hi.y : lo.y) - ray->p_near_y) * ray->p_rcp_d.y, end_y = ((falls_y ? lo.y : hi.y) - ray->p_far_y) * ray->p_rcp_d.y;
+  const vf begin_z = ((falls_z ? hi.z : lo.z) - ray->o_near.x) * ray->p_rcp_d.z, end_z = ((falls_z ? lo.z : hi.z) - ray->o_far.x) * ray->p_rcp_d.z;
   const ShapeInterval within = {max_f(max_f(begin_x, begin_y), max_f(begin_z, (vf)(0.0f))), min_f(min_f(end_x, end_y), end_z)};
   return within;
 }
@@ -62,8 +60,8 @@ EK_FN ShapeInterval shape_interval_permuted(RayLanes* ray, v3 lo, v3 hi) {
 EK_FN ShapeHit shape_hit_within(SceneData scene, const RayLanes* ray, vi live, vu id, vu shape, ShapeLanes s, ShapeInterval within,
                                 vf until) {
   const vi z_is_x = ray->axis == 0.0f, z_is_y = ray->axis == 1.0f;
-  const vf sign = copysign_f((vf)(1.0f), ray->p_rz);
-  const v3 origin = unpermute3(V3(ray->p_ox, ray->p_oy, ray->p_oz), z_is_x, z_is_y);
+  const vf sign = copysign_f((vf)(1.0f), ray->p_rcp_d.z);
+  const v3 origin = unpermute3(V3(ray->p_o.x, ray->p_o.y, ray->p_o.z), z_is_x, z_is_y);
   const v3 dir = unpermute3(V3(ray->sx * sign, ray->sy * sign, sign), z_is_x, z_is_y);
   const v3 o = shape_vector(s, sub3(origin, s.center)), d = shape_vector(s, dir);
 
@@ -71,19 +69,18 @@ EK_FN ShapeHit shape_hit_within(SceneData scene, const RayLanes* ray, vi live, v
   found.hit = (vi)(0);
   found.t = found.part = (vf)(0.0f);
   vi open = live;
-#if EK_HAS_implicit
-  // In depths; what t is clamped by is within the pads, and counts twice.
-  const vf until_z = (until / abs_f(ray->p_rz)) * (1.0f + 0x1p-10f) + abs_f(ray->nx - ray->fx);
   found.gave_up = EK_INFINITY;
-#endif
   vf after = (vf)(0.0f);
   for (uint number = 0;; ++number) {
-#if EK_HAS_implicit
     ShapeRoot root = shape_root(s, o, d, after);
+#if EK_HAS_implicit
     const vi is_implicit = open & (s.kind == (uint)SHAPE_implicit);
-    if (ANY(is_implicit)) root = implicit_shape_root(scene, s, shape, is_implicit, o, d, until_z, root, &found.gave_up);
-#else
-    const ShapeRoot root = shape_root(s, o, d, after);
+    if (ANY(is_implicit)) {
+      // The root is searched by depth. What t is clamped by lies within the pads, and counts twice.
+      const vf until_z = (until / abs_f(ray->p_rcp_d.z)) * (1.0f + 0x1p-10f) + abs_f(ray->o_near.x - ray->o_far.x);
+      const ImplicitSearch search = {.shape = shape, .lanes = is_implicit, .o = o, .d = d, .until = until_z};
+      root = implicit_shape_root(scene, s, &search, root, &found.gave_up);
+    }
 #endif
     const vi met = open & root.hit;
     vi passed = (vi)(0);
@@ -102,11 +99,9 @@ EK_FN ShapeHit shape_hit_within(SceneData scene, const RayLanes* ray, vi live, v
     after = root.z;
     if (!EK_HAS_opacity || !ANY(open)) break;
   }
-  const vf t = found.t * abs_f(ray->p_rz);
+  const vf t = found.t * abs_f(ray->p_rcp_d.z);
   found.t = min_f(max_f(t, within.begin), within.end) + 0.0f;  // which zero an interval ends in would hang on the order of axes
-#if EK_HAS_implicit
-  found.gave_up = found.gave_up * abs_f(ray->p_rz);
-#endif
+  found.gave_up = found.gave_up * abs_f(ray->p_rcp_d.z);
   return found;
 }
 
@@ -125,9 +120,7 @@ EK_FN ShapeHit shape_hit_one(SceneData scene, const RayLanes* ray, vi live, vf t
   ShapeHit none;
   none.hit = (vi)(0);
   none.t = none.part = (vf)(0.0f);
-#if EK_HAS_implicit
   none.gave_up = EK_INFINITY;
-#endif
   if (!ANY(meets)) return none;
   const uint shape = as_uint(((global const float*)(scene.triangles + id))[12]);
   global const float* p = (global const float*)(scene.shapes + shape);

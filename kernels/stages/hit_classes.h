@@ -6,7 +6,7 @@
 // independently.
 #ifndef EK_HIT_CLASSES_H
 #define EK_HIT_CLASSES_H
-#include "lanes/simd.h"
+#include "lanes/compact.h"
 #include "stages/wavefront.h"
 #include "surface/scene_data.h"
 
@@ -47,7 +47,6 @@ EK_FN void hits_wait(HitWalk* walk, SceneData scene, global uint* state) {
   const vu hit = state_vu(state, FIELD_hit_triangle, slot);
   const vi some = (LANE_INDEX < (vu)(walk->paths.lanes)) & (hit != EK_NO_HIT);
   const vu classes = class_of(load_word_u(Triangle, scene.triangles, some ? hit : (vu)(0u), flags));
-#if EK_HAS_COMPRESS
   for (uint k = 0; k < SHADING_CLASS_COUNT; ++k) {
     if ((EK_CLASSES_HERE >> k & 1) == 0) continue;
     const Packing own = packing(some & (classes == k));
@@ -57,16 +56,6 @@ EK_FN void hits_wait(HitWalk* walk, SceneData scene, global uint* state) {
       state_pack_vu(state, word, to, own, state_vu(state, word, slot));
     walk->waiting[k] += own.count;
   }
-#else
-  uint class_of_lane[EK_WIDTH];
-  *(vu_unaligned*)class_of_lane = classes;
-  for (uint bits = mask_bits(some); bits != 0; bits &= bits - 1u) {
-    const uint lane = lowest_bit(bits), k = class_of_lane[lane], to = waiting_slot(k) + walk->waiting[k];
-#pragma unroll
-    for (uint word = 0; word < PATH_WORDS; ++word) state[word * EK_STRIDE + to] = state[word * EK_STRIDE + slot + lane];
-    ++walk->waiting[k];
-  }
-#endif
 }
 
 /// Takes a vector of paths of a class that has enough of them, or any at all when no more will

@@ -14,12 +14,16 @@ EK_FN_ONCE void stage_intersect(StageContext stage, Geometry geometry, uint coun
     tracing_clear(&tracing);
     for (uint row = 0; row < walk.lanes; row += EK_WIDTH) {
       const PathState path = path_load(stage.state, walk.slot + row);
-      RayEnds ends = unknown_ends();
-      ends.left = path.hit_triangle;
-      OpacityKey key = {(vu)(0u), (vu)(0u)};
-      if (EK_HAS_opacity) key = opacity_key(path.key, path.index, depth, 0u);
-      tracing_begin(stage.frame, geometry, &tracing, row, path.origin, path.dir, EK_INFINITY, ends, key,
-                    min(walk.lanes - row, (uint)EK_WIDTH), depth == 1, 0);
+      TracedRays rays = {.row = row,
+                         .count = min(walk.lanes - row, (uint)EK_WIDTH),
+                         .coherent = depth == 1,
+                         .origin = path.origin,
+                         .dir = path.dir,
+                         .t_max = EK_INFINITY,
+                         .ends = unknown_ends()};
+      rays.ends.origin_prim = path.hit_triangle;
+      if (EK_HAS_opacity) rays.key = opacity_key(path.key, path.index, depth, 0u);
+      tracing_begin(stage.frame, geometry, &tracing, rays, 0);
     }
     tracing_finish(stage.frame, geometry, &tracing, 0);
     for (uint row = 0; row < walk.lanes; row += EK_WIDTH) {

@@ -3,6 +3,7 @@
 // them.
 #ifndef EK_PATH_STATE_H
 #define EK_PATH_STATE_H
+#include "lanes/compact.h"
 #include "lanes/math.h"
 #include "lights/light_samples.h"
 

@@ -13,16 +13,20 @@ EK_FN_ONCE void stage_shadow(StageContext stage, Geometry geometry, uint count, 
     tracing_clear(&tracing);
     for (uint row = 0; row < walk.lanes; row += EK_WIDTH) {
       const ShadowRay ray = shadow_load(stage.state, walk.slot + row);
-      RayEnds ends = unknown_ends();
-      if (!EK_HAS_instance) ends.left = ray.origin_prim;
-      if (EK_HAS_area & !EK_HAS_instance) ends.goal = ray.target_prim;
-      OpacityKey key = {(vu)(0u), (vu)(0u)};
+      TracedRays rays = {.row = row,
+                         .count = min(walk.lanes - row, (uint)EK_WIDTH),
+                         .coherent = depth == 1,
+                         .origin = ray.origin,
+                         .dir = ray.dir,
+                         .t_max = ray.t_max,
+                         .ends = unknown_ends()};
+      if (!EK_HAS_instance) rays.ends.origin_prim = ray.origin_prim;
+      if (EK_HAS_area & !EK_HAS_instance) rays.ends.target_prim = ray.target_prim;
       if (EK_HAS_opacity) {
-        key.key = ray.opacity_key;
-        key.index = ray.opacity_index;
+        rays.key.key = ray.opacity_key;
+        rays.key.index = ray.opacity_index;
       }
-      tracing_begin(stage.frame, geometry, &tracing, row, ray.origin, ray.dir, ray.t_max, ends, key,
-                    min(walk.lanes - row, (uint)EK_WIDTH), depth == 1, 1);
+      tracing_begin(stage.frame, geometry, &tracing, rays, 1);
     }
     tracing_finish(stage.frame, geometry, &tracing, 1);
     for (uint row = 0; row < walk.lanes; row += EK_WIDTH) {

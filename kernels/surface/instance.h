@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// A mesh that stands at many places and is stored once: how its corners, normals and tangents get to a place. The host compiles this
-// file too (host/gltf/geometry/placed.cpp), for meshes that may be stored once but are stored for each place after all: the same operations in the
-// same order, so that every number of a hit has the same bits either way.
+// The transformation of the corners, normals and tangents of a mesh that has many instances and is stored once. The host compiles this
+// file too (host/gltf/geometry/placed.cpp), for meshes that could be stored once but are stored for each instance after all. The
+// operations and their order are the same, so every number of a hit has the same bits either way.
 #ifndef EK_INSTANCE_H
 #define EK_INSTANCE_H
 #include "lanes/math.h"
 
-// Rows of the matrix, and the translation.
+// The rows of the matrix, and the translation.
 typedef struct {
   v3 x, y, z, t;
 } Placing;
@@ -14,7 +14,7 @@ typedef struct {
 EK_FN v3 placed_direction(Placing m, v3 d) { return V3(dot3(m.x, d), dot3(m.y, d), dot3(m.z, d)); }
 EK_FN v3 placed_point(Placing m, v3 p) { return add3(placed_direction(m, p), m.t); }
 
-// a / |a| for any finite a: a power of two keeps the square in range. Zero for zero.
+// a / |a| for any finite a, and zero for zero. Scaling by a power of two keeps the square in range.
 EK_FN v3 unit_or_zero(v3 a) {
   const vf size = max_component(abs3(a));
   const vi some = (size > 0x1p-100f) & (size < 0x1p+100f);
@@ -22,14 +22,15 @@ EK_FN v3 unit_or_zero(v3 a) {
   return select3(some, unit, V3((vf)(0.0f), (vf)(0.0f), (vf)(0.0f)));
 }
 
-/// A normal of the mesh, unit or zero, at its place. facing: InstanceRecord's
-/// The matrix of cofactors is the inverse transpose times the determinant: defined for flat places too.
+/// A normal of the mesh, unit or zero, in the world. facing: InstanceRecord's
+/// The matrix of cofactors is the inverse transpose times the determinant, and is defined for flat instances too.
 EK_FN v3 placed_normal(Placing m, vf facing, v3 n) {
   const v3 turned = V3(dot3(cross3(m.y, m.z), n), dot3(cross3(m.z, m.x), n), dot3(cross3(m.x, m.y), n));
   return unit_or_zero(scale3(turned, facing));
 }
 
-// a b - c d with an error of some 2^-24 of itself, however near the products are: their own errors are exact [Dekker 1971].
+// a b - c d, whose relative error is some 2^-24 however near the products are, because their rounding errors are found exactly
+// [Dekker 1971].
 EK_FN vf exact_product_error(vf a, vf b, vf product) {
   const vf a_hi = AS_F(AS_U(a) & 0xfffff000u), b_hi = AS_F(AS_U(b) & 0xfffff000u), a_lo = a - a_hi, b_lo = b - b_hi;
   return (((a_hi * b_hi - product) + a_hi * b_lo) + a_lo * b_hi) + a_lo * b_lo;
@@ -39,7 +40,7 @@ EK_FN vf products_difference(vf a, vf b, vf c, vf d) {
   return (ab - cd) + (exact_product_error(a, b, ab) - exact_product_error(c, d, cd));
 }
 
-/// (p1 - p0) x (p2 - p0), unit, of corners in the world; zero where they have no area.
+/// (p1 - p0) x (p2 - p0), unit, for corners in the world; zero where they have no area.
 EK_FN v3 placed_triangle_normal(v3 p0, v3 p1, v3 p2) {
   const v3 a = sub3(p1, p0), b = sub3(p2, p0);
   return unit_or_zero(V3(products_difference(a.y, b.z, a.z, b.y), products_difference(a.z, b.x, a.x, b.z),

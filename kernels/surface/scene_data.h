@@ -15,31 +15,26 @@ typedef struct {
   global const MaterialDetail* material_details;
   global const TextureRecord* textures;
   global const uint* texels;  // EK_TEXEL_TABLE words, then RGBA8; and measured tables
-#if EK_HAS_shape | EK_HAS_implicit
-  global const ShapeRecord* shapes;
-#endif
-#if EK_HAS_implicit
-  global Diagnostics* diagnostics;
-#endif
-#if EK_HAS_instance
-  global const InstanceRecord* instances;
-#endif
+  // Null where the feature is absent.
+  global const ShapeRecord* shapes;         // shape
+  global Diagnostics* diagnostics;          // implicit
+  global const InstanceRecord* instances;   // instance
 } SceneData;
 
 // The same as arguments of a kernel; they are bound by these names.
 #if EK_HAS_instance
 #define EK_INSTANCE_ARGUMENTS , global const InstanceRecord *instances
-#define EK_INSTANCE_DATA , instances
+#define EK_INSTANCE_DATA , .instances = instances
 #else
 #define EK_INSTANCE_ARGUMENTS
 #define EK_INSTANCE_DATA
 #endif
 #if EK_HAS_implicit
 #define EK_SHAPE_ARGUMENTS , global const ShapeRecord *shapes, global Diagnostics *diagnostics EK_INSTANCE_ARGUMENTS
-#define EK_SHAPE_DATA , shapes, diagnostics EK_INSTANCE_DATA
+#define EK_SHAPE_DATA , .shapes = shapes, .diagnostics = diagnostics EK_INSTANCE_DATA
 #elif EK_HAS_shape
 #define EK_SHAPE_ARGUMENTS , global const ShapeRecord *shapes EK_INSTANCE_ARGUMENTS
-#define EK_SHAPE_DATA , shapes EK_INSTANCE_DATA
+#define EK_SHAPE_DATA , .shapes = shapes EK_INSTANCE_DATA
 #else
 #define EK_SHAPE_ARGUMENTS EK_INSTANCE_ARGUMENTS
 #define EK_SHAPE_DATA EK_INSTANCE_DATA
@@ -49,8 +44,15 @@ typedef struct {
       global const TriangleTangents *triangle_tangents, global const TriangleColors *triangle_colors,                    \
       global const MaterialRecord *materials, global const MaterialExtension *material_extensions,                       \
       global const MaterialDetail *material_details, global const TextureRecord *textures, global const uint *texels EK_SHAPE_ARGUMENTS
-#define EK_SCENE_DATA \
-  {triangles, triangle_normals, triangle_tangents, triangle_colors, materials, material_extensions, material_details, textures, \
-   texels EK_SHAPE_DATA}
+#define EK_SCENE_DATA                         \
+  {.triangles = triangles,                     \
+   .triangle_normals = triangle_normals,       \
+   .triangle_tangents = triangle_tangents,     \
+   .triangle_colors = triangle_colors,         \
+   .materials = materials,                     \
+   .material_extensions = material_extensions, \
+   .material_details = material_details,       \
+   .textures = textures,                       \
+   .texels = texels EK_SHAPE_DATA}
 
 #endif

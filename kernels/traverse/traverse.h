@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rays against the scene, in lanes. EK_LAYOUT_<name> (shared/layouts.def) or EK_LAYOUT_none: which tree this program is for
-// (one of them 1); EK_STACK_SIZE: entries that its deepest path can leave waiting; EK_SMALL_TREE: 1 where rays of any kind go
-// together best; EK_MEDIUM_TREE, EK_LARGE_TREE: 1 where the tree is larger than a core's caches, and than all caches. All give the
-// same bits (ray.h).
+// Tracing of rays through the scene, in lanes. The host defines
+//   EK_LAYOUT_<name> (shared/layouts.def), EK_LAYOUT_none  1 for the tree of this program, 0 for the others
+//   EK_STACK_SIZE   the most entries that a ray can leave on its stack
+//   EK_SMALL_TREE   1 where packets are best for rays of any kind
+//   EK_MEDIUM_TREE  1 where the tree is larger than a core's caches
+//   EK_LARGE_TREE   1 where it is larger than all caches
+// All trees give the same bits (ray.h).
 #ifndef EK_TRAVERSE_H
 #define EK_TRAVERSE_H
 #include "traverse/wide/batch.h"
@@ -17,22 +20,22 @@
 
 #define USE_WIDE (EK_LAYOUT_bvh16 | EK_LAYOUT_bvh8)
 
-// Lanes that hold a ray: from a finite origin in some direction. No other can hit anything, and none is traced: numbers that are none are
-// within every box, even where a node has no child, and would widen the bounds of a packet. Of a ray, padded origins are finite, and
-// reciprocals finite and not 0: the planes at infinity of a child that is missing are never met.
+// The lanes that hold a ray: from a finite origin in some direction. Others can hit nothing and must not be traced, because a NaN
+// is within every box, even where a node has no child, and would widen the bounds of a packet. The padded origins of a ray are finite,
+// and its reciprocals are finite and not 0, so it never meets the planes at infinity of a missing child.
 EK_FN vi valid_rays(RayLanes ray, vf t_max, uint count) {
-  return (LANE_INDEX < (vu)(count)) & (t_max > 0.0f) & (ray.p_ox == ray.p_ox) & (ray.p_oy == ray.p_oy) & (ray.p_oz == ray.p_oz) &
-         (ray.reach < EK_INFINITY) & (ray.sx == ray.sx) & (ray.sy == ray.sy) & (ray.p_rz != 0.0f);
+  return (LANE_INDEX < (vu)(count)) & (t_max > 0.0f) & (ray.p_o.x == ray.p_o.x) & (ray.p_o.y == ray.p_o.y) & (ray.p_o.z == ray.p_o.z) &
+         (ray.extent < EK_INFINITY) & (ray.sx == ray.sx) & (ray.sy == ray.sy) & (ray.p_rcp_d.z != 0.0f);
 }
 
-// Whether a packet is likely to pay. Rays that start together and were meant for the same light may yet go anywhere: those of
-// a packet must agree on their longest axis, its sign, and on the slopes to it within a quarter.
+// 1 if a packet is likely to pay. Even rays that start together and lead to the same light may go anywhere, so those of a packet must
+// agree on their longest axis, its sign, and on the slopes to it within a quarter.
 EK_FN int use_packet(RayLanes ray, vi valid, int coherent) {
   if (!USE_WIDE | (EK_WIDTH == 1)) return 0;
   if (EK_SMALL_TREE) return 1;
   if (!coherent) return 0;
   const vf least = -EK_INFINITY, most = EK_INFINITY;
-  const vf axis = ray.axis + (ray.p_rz < 0.0f ? (vf)(4.0f) : (vf)(0.0f));
+  const vf axis = ray.axis + (ray.p_rcp_d.z < 0.0f ? (vf)(4.0f) : (vf)(0.0f));
   return lanes_max(valid ? axis : least) <= lanes_min(valid ? axis : most) &&
          lanes_max(valid ? ray.sx : least) - lanes_min(valid ? ray.sx : most) < 0.25f &&
          lanes_max(valid ? ray.sy : least) - lanes_min(valid ? ray.sy : most) < 0.25f;
@@ -49,14 +52,14 @@ EK_FN int traverse_one(Geometry geometry, const RayOne* ray, const int any_hit, 
   return traverse_none(geometry, ray, any_hit, hit);
 }
 
-// EK_ROWS rays on their way: begin for each vector of them, finish, then read the results.
+// EK_ROWS rays on their way: tracing_begin for each vector of them, then tracing_finish, then closest_result or any_result.
 typedef struct {
   RayOne rays[EK_SORTS ? 1 : EK_ROWS];
   HitTable hits;
-  ushort open[EK_SORTS ? 1 : EK_ROWS];  // rows that wait for finish
+  ushort open[EK_SORTS ? 1 : EK_ROWS];  // rows that tracing_finish is to trace
   uint open_count;
 #if USE_WIDE && EK_WIDTH > 1
-  Packet packets[EK_PACKETS];  // that wait until there are enough of them
+  Packet packets[EK_PACKETS];  // they wait until there are enough of them
   uint packet_count;
 #endif
 #if EK_SORTS
@@ -79,22 +82,18 @@ EK_FN void tracing_store(HitTable* hits, uint row, HitLanes hit) {
   *(vf*)(hits->u + row) = hit.u;
   *(vf*)(hits->v + row) = hit.v;
   *(vu*)(hits->triangle + row) = hit.triangle;
-#if EK_HAS_instance
-  *(vu*)(hits->instance + row) = hit.instance;
-#endif
-#if EK_HAS_implicit
-  *(vf*)(hits->gave_up + row) = hit.gave_up;
-  *(vu*)(hits->gave_up_surface + row) = hit.gave_up_surface;
-#endif
+  if (EK_HAS_instance) *(vu*)(hits->instance + row) = hit.instance;
+  if (EK_HAS_implicit) {
+    *(vf*)(hits->gave_up + row) = hit.gave_up;
+    *(vu*)(hits->gave_up_surface + row) = hit.gave_up_surface;
+  }
 }
 
 #if USE_WIDE && EK_WIDTH > 1
 EK_FN void tracing_run_packets(Geometry geometry, Packet* packets, uint count, const int any_hit, HitTable* hits) {
   traverse_packets(geometry, packets, count, any_hit, 0);
   for (uint i = 0; i < count; ++i) {
-#if EK_HAS_implicit
-    packet_report_given_up(geometry, packets + i);
-#endif
+    if (EK_HAS_implicit) packet_report_given_up(geometry, packets + i);
     HitLanes hit = packets[i].hit;
     const vi valid = packets[i].valid;
     if (any_hit) hit.triangle = (valid & (hit.t < 0.0f)) ? (vu)(0u) : hit.triangle;
@@ -135,14 +134,12 @@ EK_FN void tracing_run_sorted(constant Frame* frame, Geometry geometry, Tracing*
     key.index = AS_U(sorted_f((const float*)s->index, at));
 #endif
     RayLanes ray = ray_lanes(frame, origin, dir, key);
-    ray.ends.left = AS_U(sorted_f((const float*)s->left, at));
-    if (any_hit) ray.ends.goal = AS_U(sorted_f((const float*)s->goal, at));
+    ray.ends.origin_prim = AS_U(sorted_f((const float*)s->origin_prim, at));
+    if (any_hit) ray.ends.target_prim = AS_U(sorted_f((const float*)s->target_prim, at));
     const vi valid = valid_rays(ray, t_max, count);
     Packet packet = tracing_packet(ray, valid, t_max, 0);
     traverse_packets(geometry, &packet, 1u, any_hit, 1);
-#if EK_HAS_implicit
-    packet_report_given_up(geometry, &packet);
-#endif
+    if (EK_HAS_implicit) packet_report_given_up(geometry, &packet);
     HitLanes hit = packet.hit;
     if (any_hit) hit.triangle = (valid & (hit.t < 0.0f)) ? (vu)(0u) : hit.triangle;
     hit.t = valid ? hit.t : (vf)(EK_INFINITY);
@@ -155,32 +152,26 @@ EK_FN void tracing_run_sorted(constant Frame* frame, Geometry geometry, Tracing*
       hits->t[row] = one.t[lane];
       hits->u[row] = one.u[lane];
       hits->v[row] = one.v[lane];
-#if EK_HAS_instance
-      hits->instance[row] = one.instance[lane];
-#endif
+      if (EK_HAS_instance) hits->instance[row] = one.instance[lane];
     }
   }
 }
 #endif
 
-// Row `row` and those behind it are to find the closest hit in 0 < t < t_max of `count` rays (at most EK_WIDTH), or with any_hit whether
-// there is one. coherent: the rays are neighbours, as camera rays are, and tracing them together may pay; it does not change the hits.
-// key: of opacity's decisions; unused without EK_HAS_opacity.
-EK_FN void tracing_begin(constant Frame* frame, Geometry geometry, Tracing* tracing, uint row, v3 origin, v3 dir, vf t_max,
-                         RayEnds ends, OpacityKey key, uint count, int coherent, const int any_hit) {
+// Begins rays. For each, tracing_finish finds the closest hit in 0 < t < t_max, or with any_hit whether there is one.
+EK_FN void tracing_begin(constant Frame* frame, Geometry geometry, Tracing* tracing, TracedRays rays, const int any_hit) {
 #if EK_SORTS
-  if (!coherent) {
-    sorted_add(frame, &tracing->sorted, row, origin, dir, t_max, ends, key, count);
+  if (!rays.coherent) {
+    sorted_add(frame, &tracing->sorted, rays);
     return;
   }
 #endif
-  RayLanes ray = ray_lanes(frame, origin, dir, key);
-  ray.ends = ends;
-  const HitLanes hit = no_hit_lanes(t_max);
-  const vi valid = valid_rays(ray, t_max, count);
+  RayLanes ray = ray_lanes(frame, rays.origin, rays.dir, rays.key);
+  ray.ends = rays.ends;
+  const vi valid = valid_rays(ray, rays.t_max, rays.count);
 #if USE_WIDE && EK_WIDTH > 1
-  if (ANY(valid) && use_packet(ray, valid, coherent)) {
-    Packet packet = tracing_packet(ray, valid, t_max, row);
+  if (ANY(valid) && use_packet(ray, valid, rays.coherent)) {
+    Packet packet = tracing_packet(ray, valid, rays.t_max, rays.row);
     if (EK_PACKETS == 1) {
       tracing_run_packets(geometry, &packet, 1u, any_hit, &tracing->hits);
     } else {
@@ -193,15 +184,15 @@ EK_FN void tracing_begin(constant Frame* frame, Geometry geometry, Tracing* trac
     return;
   }
 #endif
-  if (!EK_SORTS) {  // else none is left: what is not sorted went in a packet
-    ray_store(tracing->rays + row, ray, t_max);
+  if (!EK_SORTS) {  // else no ray is left: what was not sorted went in a packet
+    ray_store(tracing->rays + rays.row, ray, rays.t_max);
     const uint bits = mask_bits(valid);
-    for (uint lane = 0; lane < count; ++lane) {
-      tracing->open[tracing->open_count] = (ushort)(row + lane);
+    for (uint lane = 0; lane < rays.count; ++lane) {
+      tracing->open[tracing->open_count] = (ushort)(rays.row + lane);
       tracing->open_count += bits >> lane & 1u;
     }
   }
-  tracing_store(&tracing->hits, row, hit);
+  tracing_store(&tracing->hits, rays.row, no_hit_lanes(rays.t_max));
 }
 
 EK_FN void tracing_finish(constant Frame* frame, Geometry geometry, Tracing* tracing, const int any_hit) {
@@ -226,26 +217,20 @@ EK_FN void tracing_finish(constant Frame* frame, Geometry geometry, Tracing* tra
     hits->v[row] = hit.v;
 #endif
     hits->triangle[row] = any_hit & found ? 0u : hit.triangle;
-#if EK_HAS_instance
-    hits->instance[row] = hit.instance;
-#endif
-#if EK_HAS_implicit
-    if (!(any_hit & found)) report_given_up(geometry, hit.gave_up, hit.gave_up_surface, hit.t);
-#endif
+    if (EK_HAS_instance) hits->instance[row] = hit.instance;
+    if (EK_HAS_implicit && !(any_hit & found)) report_given_up(geometry, hit.gave_up, hit.gave_up_surface, hit.t);
   }
 #endif
 }
 
-// Results of EK_WIDTH rows from `row`; rows without a ray mean nothing.
+// The results of EK_WIDTH rows from `row`; those of rows without a ray are arbitrary.
 EK_FN HitLanes closest_result(const Tracing* tracing, uint row) {
   HitLanes hit;
   hit.t = *(const vf*)(tracing->hits.t + row);
   hit.u = *(const vf*)(tracing->hits.u + row);
   hit.v = *(const vf*)(tracing->hits.v + row);
   hit.triangle = *(const vu*)(tracing->hits.triangle + row);
-#if EK_HAS_instance
-  hit.instance = *(const vu*)(tracing->hits.instance + row);
-#endif
+  if (EK_HAS_instance) hit.instance = *(const vu*)(tracing->hits.instance + row);
   return hit;
 }
 EK_FN vi any_result(const Tracing* tracing, uint row) {

@@ -2,6 +2,7 @@
 // Production functions applied to arrays (probe.h). Item i of input k is word k * count + i of in_words, and the same
 // for outputs. A program holds the probes of one subject. Bodies are functions of their own: a kernel's own code takes three times
 // as long to compile (EK_FN_ONCE).
+#include "lanes/compact.h"
 #include "lanes/math.h"
 
 #define IN_U(k) load_u(in_words + (k) * count + item)

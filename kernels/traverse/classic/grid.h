@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Layout `grid`: equal cells. Words of the header from 7: cells on x, y, z; then cells per metre on them. After the header: the planes of
-// x, of y, of z, one more than cells; then where the triangles of each cell begin in `leaves`, x fastest, and where the last ones end.
-// 3D-DDA [Amanatides, Woo 1987] by slices: one slice of cells after another along the longest axis of the direction, and in it the few
-// cells that the ray can pass there, whose range moves along with it [Wald, Ize, Kensler, Knoll, Parker 2006, "Ray tracing animated
-// scenes using coherent grid traversal", for one ray]. Unlike steps to the nearest plane, that meets all cells at a face, edge or
-// corner that the ray runs along, as traverse/classic/cells.h asks; planes are read from a table, so that no error adds up.
+// Layout `grid`: equal cells. The header has from word 7 the numbers of cells on x, y, z, and the cells per metre on them. After it come
+// the planes of x, of y, of z, one more than cells; then where the triangles of each cell begin in `leaves`, x fastest, and where the
+// last ones end. Traversal is 3D-DDA [Amanatides, Woo 1987] by slices: one slice of cells after another along the longest axis of the
+// direction, and in it the few cells that the ray can pass there, whose range moves along with it [Wald, Ize, Kensler, Knoll, Parker 2006, "Ray tracing animated
+// scenes using coherent grid traversal", for one ray]. Unlike steps to the nearest plane, this meets all cells at a face, edge or
+// corner that the ray runs along, as cells.h demands. Planes are read from a table, so that no error adds up.
 #ifndef EK_TRAVERSE_GRID_H
 #define EK_TRAVERSE_GRID_H
 
-// An axis as the ray goes along it: number q counts its cells in that order.
+// One axis. The numbers q count its cells in the order in which the ray meets them.
 typedef struct {
   global const float* planes;
   int count, backward;
@@ -40,7 +40,7 @@ EK_FN int grid_skip(const GridAxis* a, int q, float t) {
   while ((q + 1 < a->count) && grid_end(a, q) < t) ++q;
   return q;
 }
-// The same from any q, which should be near.
+// The same for t alone: a guess at the cell, which steps then correct.
 EK_FN int grid_find(const GridAxis* a, float t) {
   const float x = ((a->f + t / a->r) - a->lo) * a->per_metre, most = (float)(a->count - 1);
   const int cell = x > 0.0f ? (int)(x < most ? x : most) : 0;

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Layouts `kdtree`, space parted by planes across one axis each, and `bsp`, by those and by oblique ones. After the header, nodes; an
-// index counts them in two words:
+// Layouts `kdtree`, space divided by planes across one axis each, and `bsp`, divided by those and by oblique ones. After the header
+// come nodes, whose indices count in units of two words:
 //   across   plane; axis | index of the child above it << 3
 //   leaf     first entry of its triangles in `leaves`; 3 | their number << 3
 //   oblique  d; 4 | index of the child in front << 3; n, 0 (traverse/classic/bsp.h)
-// The child below or behind comes next. Front to back with a stack [Hapala, Havran 2011, "Review: kd-tree traversal algorithms for ray
-// tracing", algorithm TA-B rec]. What is in the first child ends no earlier than what is in the second begins, as computed, so that
-// a ray passes one of them at least, and a step needs no branch but those on the kind of node.
+// The child below or behind comes next in memory. Traversal goes front to back with a stack [Hapala, Havran 2011, "Review: kd-tree traversal algorithms for ray
+// tracing", algorithm TA-B rec]. As computed, the first child ends no earlier than the second begins. So a ray passes at
+// least one of them, and a step needs no branch but those on the kind of node.
 #ifndef EK_TRAVERSE_KDTREE_H
 #define EK_TRAVERSE_KDTREE_H
 #if EK_LAYOUT_bsp
@@ -24,7 +24,7 @@ EK_FN int traverse_cells(Geometry geometry, const RayOne* ray, const int any_hit
 #endif
   uint node[EK_STACK_SIZE];
   float begins[EK_STACK_SIZE], ends[EK_STACK_SIZE];
-  uint waiting = 0, current = 0;
+  uint stack_size = 0, current = 0;
   float begin = c.begin, end = c.end;
   if (!(begin <= end)) return 0;
   for (;;) {
@@ -50,21 +50,21 @@ EK_FN int traverse_cells(Geometry geometry, const RayOne* ray, const int any_hit
       const uint first = parts.falls ? above : below, second = parts.falls ? below : above;
       const float second_begin = shape_max_one(begin, parts.second_begin);
       const int in_first = begin <= parts.first_end;
-      node[waiting] = second;
-      begins[waiting] = second_begin;
-      ends[waiting] = end;
-      waiting += (in_first & (second_begin <= end)) ? 1u : 0u;
+      node[stack_size] = second;
+      begins[stack_size] = second_begin;
+      ends[stack_size] = end;
+      stack_size += (in_first & (second_begin <= end)) ? 1u : 0u;
       current = in_first ? first : second;
       end = in_first ? shape_min_one(end, parts.first_end) : end;
       continue;
     }
     if (try_list(geometry, ray, p[0], word >> 3, any_hit, hit)) return 1;
     do {
-      if (waiting == 0) return 0;
-      begin = begins[--waiting];
+      if (stack_size == 0) return 0;
+      begin = begins[--stack_size];
     } while (is_behind(&c, hit, begin));
-    current = node[waiting];
-    end = ends[waiting];
+    current = node[stack_size];
+    end = ends[stack_size];
   }
 }
 

@@ -6,41 +6,35 @@
 #define EK_TRAVERSE_BVH2_H
 #include "traverse/hit.h"
 
-// Where the ray enters child `p`; *end is where it leaves it.
+// The t at which the ray enters child `p`; *end: the t at which it leaves it
 EK_FN float bvh2_interval(global const float* p, const RayOne* ray, float* end) {
-  const float near_x = ((ray->rx < 0.0f ? p[3] : p[0]) - ray->nx) * ray->rx;
-  const float near_y = ((ray->ry < 0.0f ? p[4] : p[1]) - ray->ny) * ray->ry;
-  const float near_z = ((ray->rz < 0.0f ? p[5] : p[2]) - ray->nz) * ray->rz;
-  const float far_x = ((ray->rx < 0.0f ? p[0] : p[3]) - ray->fx) * ray->rx;
-  const float far_y = ((ray->ry < 0.0f ? p[1] : p[4]) - ray->fy) * ray->ry;
-  const float far_z = ((ray->rz < 0.0f ? p[2] : p[5]) - ray->fz) * ray->rz;
+  const float near_x = ((ray->rcp_d.x < 0.0f ? p[3] : p[0]) - ray->o_near.x) * ray->rcp_d.x;
+  const float near_y = ((ray->rcp_d.y < 0.0f ? p[4] : p[1]) - ray->o_near.y) * ray->rcp_d.y;
+  const float near_z = ((ray->rcp_d.z < 0.0f ? p[5] : p[2]) - ray->o_near.z) * ray->rcp_d.z;
+  const float far_x = ((ray->rcp_d.x < 0.0f ? p[0] : p[3]) - ray->o_far.x) * ray->rcp_d.x;
+  const float far_y = ((ray->rcp_d.y < 0.0f ? p[1] : p[4]) - ray->o_far.y) * ray->rcp_d.y;
+  const float far_z = ((ray->rcp_d.z < 0.0f ? p[2] : p[5]) - ray->o_far.z) * ray->rcp_d.z;
   *end = shape_min_one(shape_min_one(far_x, far_y), far_z);
   return shape_max_one(shape_max_one(shape_max_one(near_x, near_y), near_z), 0.0f);
 }
 
 EK_FN int traverse_bvh2(Geometry geometry, const RayOne* given, const int any_hit, Hit* hit) {
-#if EK_HAS_instance
-  RayOne placed = *given;
-  RayOne* ray = &placed;
-#else
-  const RayOne* ray = given;
-#endif
+  RayOne in_mesh;  // the copy that changes when the ray enters an instance
+  if (EK_HAS_instance) in_mesh = *given;
+  const RayOne* ray = EK_HAS_instance ? &in_mesh : given;
   uint stack[EK_STACK_SIZE];
-  uint waiting = 0, current = 0;
+  uint stack_size = 0, current = 0;
   for (;;) {
     EK_COUNT_STEP(hit);
-#if EK_HAS_instance
-    if (current == INSTANCE_EXIT) {
-      ray_exit(ray);
-    } else if (is_instance_child(current)) {
-      const uint place = current & ~INSTANCE_CHILD;
-      ray_enter(geometry.scene.instances, ray, place);
-      stack[waiting++] = INSTANCE_EXIT;
-      current = geometry.scene.instances[place].root;
+    if (EK_HAS_instance && current == INSTANCE_EXIT) {
+      ray_exit(&in_mesh);
+    } else if (EK_HAS_instance && is_instance_child(current)) {
+      const uint instance = current & ~INSTANCE_CHILD;
+      ray_enter(geometry.scene.instances, &in_mesh, instance);
+      stack[stack_size++] = INSTANCE_EXIT;
+      current = geometry.scene.instances[instance].root;
       continue;
-    } else
-#endif
-    if (!(current & 0x80000000u)) {
+    } else if (!(current & 0x80000000u)) {
       global const uint* node = geometry.nodes + (size_t)current * 16;
       float end0, end1;
       const float begin0 = bvh2_interval((global const float*)node, ray, &end0);
@@ -48,7 +42,7 @@ EK_FN int traverse_bvh2(Geometry geometry, const RayOne* given, const int any_hi
       const int in0 = begin0 <= shape_min_one(end0, hit->t), in1 = begin1 <= shape_min_one(end1, hit->t);
       if (in0 | in1) {
         const int first0 = in0 & ((!in1) | (begin0 <= begin1));
-        if (in0 & in1) stack[waiting++] = node[first0 ? 13 : 12];
+        if (in0 & in1) stack[stack_size++] = node[first0 ? 13 : 12];
         current = node[first0 ? 12 : 13];
         continue;
       }
@@ -58,8 +52,8 @@ EK_FN int traverse_bvh2(Geometry geometry, const RayOne* given, const int any_hi
         if (try_triangle(geometry, ray, geometry.leaves[first + i], any_hit, hit)) return 1;
       }
     }
-    if (waiting == 0) return 0;
-    current = stack[--waiting];
+    if (stack_size == 0) return 0;
+    current = stack[--stack_size];
   }
 }
 

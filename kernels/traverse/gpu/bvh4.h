@@ -4,13 +4,13 @@
 //   words 4-9    planes lo x, hi x, lo y, hi y, lo z, hi z: a byte per child, that of child 0 lowest
 //   words 10, 11 unused
 //   words 12-15  child: index of its node, or bit 31 | (count - 1) << 28 | first entry of its triangles in `leaves`. The children
-//                come smallest first: an any-hit ray tries the largest, the likeliest, first.
+//                come smallest first, because an any-hit ray takes the last first, and the largest is the likeliest to be hit.
 #ifndef EK_TRAVERSE_BVH4_H
 #define EK_TRAVERSE_BVH4_H
 #include "traverse/quantised.h"
 
 #define BVH4_LEAF 0x80000000u
-#define BVH4_NONE 0xffffffffu  // no child; as the place where one begins: behind all others
+#define BVH4_NONE 0xffffffffu  // the begin of a child that is not met: behind all others
 
 // Puts the nearer of two children first.
 EK_FN void bvh4_order(uint2* a, uint2* b) {
@@ -21,8 +21,8 @@ EK_FN void bvh4_order(uint2* a, uint2* b) {
 
 EK_FN int traverse_bvh4(Geometry geometry, const RayOne* ray, const int any_hit, Hit* hit) {
   uint stack[EK_STACK_SIZE];
-  float begins[EK_STACK_SIZE];  // where the ray enters what waits; of a closest-hit query
-  uint waiting = 0, current = 0;
+  float begins[EK_STACK_SIZE];  // where the ray enters the entries of the stack; for closest hits only
+  uint stack_size = 0, current = 0;
   for (;;) {
     EK_COUNT_STEP(hit);
     if (!(current & BVH4_LEAF)) {
@@ -36,17 +36,17 @@ EK_FN int traverse_bvh4(Geometry geometry, const RayOne* ray, const int any_hit,
       const int in0 = (in.x != 0) & ((there & 1u) != 0), in1 = (in.y != 0) & ((there & 2u) != 0);
       const int in2 = (in.z != 0) & ((there & 4u) != 0), in3 = (in.w != 0) & ((there & 8u) != 0);
       if (any_hit) {
-        const uint before = waiting;
-        if (in0) stack[waiting++] = children.x;
-        if (in1) stack[waiting++] = children.y;
-        if (in2) stack[waiting++] = children.z;
-        if (in3) stack[waiting++] = children.w;
-        if (waiting != before) {
-          current = stack[--waiting];
+        const uint before = stack_size;
+        if (in0) stack[stack_size++] = children.x;
+        if (in1) stack[stack_size++] = children.y;
+        if (in2) stack[stack_size++] = children.z;
+        if (in3) stack[stack_size++] = children.w;
+        if (stack_size != before) {
+          current = stack[--stack_size];
           continue;
         }
       } else {
-        // Places are not negative: their bits sort as they do.
+        // Begins are not negative, so their bits sort as they do.
         uint2 c0 = (uint2)(in0 ? as_uint(begin.x) : BVH4_NONE, children.x);
         uint2 c1 = (uint2)(in1 ? as_uint(begin.y) : BVH4_NONE, children.y);
         uint2 c2 = (uint2)(in2 ? as_uint(begin.z) : BVH4_NONE, children.z);
@@ -58,16 +58,16 @@ EK_FN int traverse_bvh4(Geometry geometry, const RayOne* ray, const int any_hit,
         bvh4_order(&c1, &c2);
         if (c0.x != BVH4_NONE) {
           if (c3.x != BVH4_NONE) {
-            stack[waiting] = c3.y;
-            begins[waiting++] = as_float(c3.x);
+            stack[stack_size] = c3.y;
+            begins[stack_size++] = as_float(c3.x);
           }
           if (c2.x != BVH4_NONE) {
-            stack[waiting] = c2.y;
-            begins[waiting++] = as_float(c2.x);
+            stack[stack_size] = c2.y;
+            begins[stack_size++] = as_float(c2.x);
           }
           if (c1.x != BVH4_NONE) {
-            stack[waiting] = c1.y;
-            begins[waiting++] = as_float(c1.x);
+            stack[stack_size] = c1.y;
+            begins[stack_size++] = as_float(c1.x);
           }
           current = c0.y;
           continue;
@@ -80,10 +80,10 @@ EK_FN int traverse_bvh4(Geometry geometry, const RayOne* ray, const int any_hit,
       }
     }
     do {
-      if (waiting == 0) return 0;
-      --waiting;
-    } while (!any_hit && begins[waiting] > hit->t);
-    current = stack[waiting];
+      if (stack_size == 0) return 0;
+      --stack_size;
+    } while (!any_hit && begins[stack_size] > hit->t);
+    current = stack[stack_size];
   }
 }
 

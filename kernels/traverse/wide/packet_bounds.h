@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bounds of all rays of a packet, against which a node's boxes are held at once (traverse/wide/packet.h).
+// Bounds of all rays of a packet, against which all boxes of a node are tested at once (packet.h).
 #ifndef EK_PACKET_BOUNDS_H
 #define EK_PACKET_BOUNDS_H
 #include "traverse/wide/wide.h"
@@ -27,7 +27,7 @@ EK_FN float lanes_max(vf a) { return lanes_max8(a.lo > a.hi ? a.lo : a.hi); }
 #endif
 #endif
 
-// Bounds of a packet on one axis. Where the signs of the directions differ the axis bounds nothing: r is 0, open infinite.
+// Bounds of a packet on one axis. Where the signs of the directions differ the axis bounds nothing: r is then 0, and open infinite.
 typedef struct {
   float r_lo, r_hi, near_o, far_o, open;
   uint near, far;  // offsets of the planes in a node
@@ -48,7 +48,8 @@ EK_FN PacketAxis packet_axis(vi valid, vf r, vf n, vf f, uint planes) {
   a.far = planes + (negative ? 0u : EK_NODE_WIDTH);
   return a;
 }
-// At most what any ray of the packet finds for the begin of its interval on this axis, at least what it finds for the end.
+// packet_begin is at most what any ray of the packet finds for the begin of its interval on this axis; packet_end is at least what
+// it finds for the end.
 EK_FN wf packet_begin(PacketAxis a, global const float* node) {
   const wf d = wide_load(node + a.near) - a.near_o;
   return wide_min(d * a.r_lo, d * a.r_hi);

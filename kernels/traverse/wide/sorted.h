@@ -1,23 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rays of any origin for packets, in the smallest trees: kept until there are many, sorted by where they begin and by direction, and
-// traced sixteen neighbours of that order at a time. Those agree on the axis of the triangle test, so that its corners need no
-// choice by lane, and mostly on the signs of the direction, so that the packet has bounds on each axis: it meets the boxes and
-// triangles on one side of the scene, not all of them. And they mostly begin at one wall, if the scene is a room. The order
-// shows in no hit.
+// Packets of rays of any origin, for the smallest trees. Rays are kept until there are many, sorted by where they begin and by
+// direction, and traced as packets of neighbours in that order. Neighbours agree on the axis of the triangle test, so its corners
+// need no selection by lane. They mostly agree on the signs of the direction, so the packet has bounds on each axis and meets the
+// boxes and triangles on one side of the scene, not all of them. In a room they mostly begin at one wall. The order changes no hit.
 #ifndef EK_TRAVERSE_SORTED_H
 #define EK_TRAVERSE_SORTED_H
 #include "traverse/wide/packet.h"
 
 #if EK_SORTS
-// Side of the scene's box that the origin is nearest to (6 of 8), axis of the direction's longest component (3 of 4), and octant.
+// A class is the side of the scene's box that the origin is nearest to (6 of 8), the axis of the direction's longest component
+// (3 of 4), and the octant.
 #define SORTED_CLASSES 256u
 
-// Rows that wait, in the order of coming.
+// The rays that wait, in the order in which they came.
 typedef struct {
   float origin_x[EK_ROWS] EK_ROWS_ALIGNED, origin_y[EK_ROWS] EK_ROWS_ALIGNED, origin_z[EK_ROWS] EK_ROWS_ALIGNED;
   float dir_x[EK_ROWS] EK_ROWS_ALIGNED, dir_y[EK_ROWS] EK_ROWS_ALIGNED, dir_z[EK_ROWS] EK_ROWS_ALIGNED;
   float t_max[EK_ROWS] EK_ROWS_ALIGNED;
-  uint left[EK_ROWS] EK_ROWS_ALIGNED, goal[EK_ROWS] EK_ROWS_ALIGNED;
+  uint origin_prim[EK_ROWS] EK_ROWS_ALIGNED, target_prim[EK_ROWS] EK_ROWS_ALIGNED;
 #if EK_HAS_opacity
   uint key[EK_ROWS] EK_ROWS_ALIGNED, index[EK_ROWS] EK_ROWS_ALIGNED;
 #endif
@@ -25,22 +25,22 @@ typedef struct {
   uint count;
 } SortedRays;
 
-// Puts `count` rays (at most EK_WIDTH) of row `row` and those behind it to the others.
-EK_FN void sorted_add(constant Frame* frame, SortedRays* s, uint row, v3 origin, v3 dir, vf t_max, RayEnds ends, OpacityKey key,
-                      uint count) {
+// Adds rays to those that wait.
+EK_FN void sorted_add(constant Frame* frame, SortedRays* s, TracedRays rays) {
   const uint at = s->count;
+  const v3 origin = rays.origin, dir = rays.dir;
   *(vf_unaligned*)(s->origin_x + at) = origin.x;
   *(vf_unaligned*)(s->origin_y + at) = origin.y;
   *(vf_unaligned*)(s->origin_z + at) = origin.z;
   *(vf_unaligned*)(s->dir_x + at) = dir.x;
   *(vf_unaligned*)(s->dir_y + at) = dir.y;
   *(vf_unaligned*)(s->dir_z + at) = dir.z;
-  *(vf_unaligned*)(s->t_max + at) = t_max;
-  *(vu_unaligned*)(s->left + at) = ends.left;
-  *(vu_unaligned*)(s->goal + at) = ends.goal;
+  *(vf_unaligned*)(s->t_max + at) = rays.t_max;
+  *(vu_unaligned*)(s->origin_prim + at) = rays.ends.origin_prim;
+  *(vu_unaligned*)(s->target_prim + at) = rays.ends.target_prim;
 #if EK_HAS_opacity
-  *(vu_unaligned*)(s->key + at) = key.key;
-  *(vu_unaligned*)(s->index + at) = key.index;
+  *(vu_unaligned*)(s->key + at) = rays.key.key;
+  *(vu_unaligned*)(s->index + at) = rays.key.index;
 #endif
   const v3 size = abs3(dir);
   const vu none = (vu)(0u);
@@ -54,11 +54,11 @@ EK_FN void sorted_add(constant Frame* frame, SortedRays* s, uint row, v3 origin,
   const vf side = side_x ? away.x : side_y ? away.y : away.z;
   const vu wall = (side_x ? (vu)(128u) : side_y ? (vu)(64u) : none) + (side < 0.0f ? (vu)(32u) : none);
   *(vu_unaligned*)(s->class_of + at) = wall + axis + octant;
-  *(vu_unaligned*)(s->row + at) = (vu)(row) + LANE_INDEX;
-  s->count = at + count;
+  *(vu_unaligned*)(s->row + at) = (vu)(rays.row) + LANE_INDEX;
+  s->count = at + rays.count;
 }
 
-// The order by class, in `order`; [count, count + EK_WIDTH) repeats an entry.
+// Writes the order by class to `order`, of which [count, count + EK_WIDTH) repeats an entry.
 EK_FN void sorted_order(const SortedRays* s, uint* order) {
   uint next[SORTED_CLASSES] = {0};
   for (uint i = 0; i < s->count; ++i) ++next[s->class_of[i]];

@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: Apache-2.0
+// The whole test of a batch's candidates (batch.h): in each lane one ray and one triangle or shape.
+#ifndef EK_BATCH_TEST_H
+#define EK_BATCH_TEST_H
+#include "traverse/wide/wide.h"
+
+#if EK_WIDTH > 1
+#ifndef BATCH_SLOTS
+#define BATCH_SLOTS 64
+#endif
+
+// What the pre-test left of all rays: the ray of row `row` may hit `triangle`.
+typedef struct {
+  uint row[8 * BATCH_SLOTS + EK_WIDTH], triangle[8 * BATCH_SLOTS + EK_WIDTH], count;
+} BatchCandidates;
+
+EK_FN OpacityKey candidate_keys(const RayOne* rays, const uint* rows) {
+  OpacityKey keys = {(vu)(0u), (vu)(0u)};
+#if EK_HAS_opacity
+  uint key[EK_WIDTH] EK_ROWS_ALIGNED, index[EK_WIDTH] EK_ROWS_ALIGNED;
+  for (uint lane = 0; lane < EK_WIDTH; ++lane) {
+    key[lane] = rays[rows[lane]].key;
+    index[lane] = rays[rows[lane]].index;
+  }
+  keys.key = *(const vu*)key;
+  keys.index = *(const vu*)index;
+#endif
+  return keys;
+}
+
+// The stored corners of each lane's triangle. Those of an instance's triangles are in the space of its mesh, and are moved to the world.
+EK_FN void candidate_corners(Geometry geometry, const TriangleLanes* record, vu instance, v3 corners[3]) {
+  corners[0] = record->p0;
+  corners[1] = record->p1;
+  corners[2] = record->p2;
+  const vi is_placed = instance != 0u;
+  if (!EK_HAS_instance || mask_bits(is_placed) == 0) return;
+  const Placing to_world =
+      instance_placing(load_instance_matrix(geometry.scene.instances, is_placed ? instance - 1u : (vu)(0u)));
+  for (uint k = 0; k < 3u; ++k) corners[k] = select3(is_placed, placed_point(to_world, corners[k]), corners[k]);
+}
+
+// Tests EK_WIDTH candidates from `first` on, of which those below candidates->count count, and leaves in `rays` and `hits` what
+// traverse_batch leaves.
+EK_FN void test_candidates(Geometry geometry, RayOne* rays, const BatchCandidates* candidates, uint first, const int any_hit,
+                           HitTable* hits) {
+  const uint *rows = candidates->row + first, *triangles = candidates->triangle + first;
+  const uint count = min(candidates->count - first, (uint)EK_WIDTH);
+  const vi here = LANE_INDEX < (vu)(count);
+  const RayTestLanes test = ray_test_lanes(rays, rows);
+  Rec words;
+#define CANDIDATE_ROW(vector, lane, offset) \
+  words.w##vector = *(global const vf*)((global const float*)(geometry.scene.triangles + triangles[0x##lane]) + offset);
+  EK_REC_ROWS(CANDIDATE_ROW)
+#undef CANDIDATE_ROW
+  const TriangleLanes record = triangle_lanes(rec_transposed(words));
+  RayLanes ray;
+  ray.p_o = test.p_o; ray.sx = test.sx; ray.sy = test.sy; ray.p_rcp_d = test.p_rcp_d;
+  ray.p_near_x = test.p_near_x; ray.p_near_y = test.p_near_y; ray.p_far_x = test.p_far_x; ray.p_far_y = test.p_far_y;
+  ray.extent = test.extent;
+  const vf end = test.t;
+  const vi z_is_x = test.axis_z == 0u, z_is_y = test.axis_z == 8u;
+  const vu instance = EK_HAS_instance ? test.instance_or_target : (vu)(0u);
+  v3 stored[3];
+  candidate_corners(geometry, &record, instance, stored);
+  const v3 a = permute3(stored[0], z_is_x, z_is_y), b = permute3(stored[1], z_is_x, z_is_y), c = permute3(stored[2], z_is_x, z_is_y);
+  const Corners_lanes corners = {a.x, a.y, a.z, b.x, b.y, b.z, c.x, c.y, c.z};
+  const vi is_shape = EK_HAS_shape ? record.p2.x != record.p2.x : (vi)(0);
+  TriangleHit_lanes found = {(vi)(0), end, end, end};
+  if (!EK_HAS_shape || mask_bits(!is_shape) != 0) found = triangle_hit_lanes(&ray, corners);
+  if (EK_HAS_opacity) {
+    const vi ask = found.hit & here & ((record.flags & (vu)(EK_TRIANGLE_ALPHA_TESTED)) != 0u);
+    if (mask_bits(ask) != 0) {
+      const OpacityKey keys = candidate_keys(rays, rows);
+      found.hit = found.hit & !(ask & alpha_test_rejects(geometry.scene, *(const vu_unaligned*)triangles, found.u, found.v, keys));
+    }
+  }
+#if EK_HAS_shape
+  if (mask_bits(is_shape & here) != 0) {
+    ray.axis = z_is_x ? (vf)(0.0f) : z_is_y ? (vf)(1.0f) : (vf)(2.0f);
+    ray.key = candidate_keys(rays, rows);
+    const ShapeInterval within = shape_interval_permuted(&ray, a, b);
+    const vu number = is_shape ? AS_U(record.n.x) : (vu)(0u);
+    const ShapeHit shape = shape_hit_within(geometry.scene, &ray, is_shape & here & (within.begin <= within.end),
+                                            *(const vu_unaligned*)triangles, number, load_shape(geometry.scene.shapes, number),
+                                            within, end);
+    if (EK_HAS_implicit && mask_bits(shape.gave_up < EK_INFINITY) != 0) {
+      float gave_up[EK_WIDTH] EK_ROWS_ALIGNED;
+      uint surface[EK_WIDTH] EK_ROWS_ALIGNED;
+      *(vf*)gave_up = shape.gave_up;
+      *(vu*)surface = AS_U(record.n.x);
+      for (uint lane = 0; lane < count; ++lane)
+        keep_given_up(gave_up[lane], surface[lane], hits->gave_up + rows[lane], hits->gave_up_surface + rows[lane]);
+    }
+    found.hit = found.hit | (is_shape & shape.hit);
+    found.t = is_shape ? shape.t : found.t;
+    found.u = is_shape ? shape.part : found.u;
+    found.v = is_shape ? (vf)(0.0f) : found.v;
+  }
+#endif
+  uint bits = mask_bits(found.hit & here & (any_hit ? found.t < end : found.t <= end));
+  if (any_hit) {
+    for (; bits != 0; bits &= bits - 1u) hits->triangle[rows[lowest_bit(bits)]] = 0u;
+    return;
+  }
+  float t[EK_WIDTH] EK_ROWS_ALIGNED, u[EK_WIDTH] EK_ROWS_ALIGNED, v[EK_WIDTH] EK_ROWS_ALIGNED;
+  uint instances[EK_WIDTH] EK_ROWS_ALIGNED;
+  *(vf*)t = found.t;
+  *(vf*)u = found.u;
+  *(vf*)v = found.v;
+  *(vu*)instances = is_shape ? (vu)(INSTANCE_SHAPE) : instance;
+  for (; bits != 0; bits &= bits - 1u) {  // several lanes may be of one ray
+    const uint lane = lowest_bit(bits), row = rows[lane];
+    Hit best = table_hit(hits, row, rays[row].t);
+    const int closer = is_closer(&best, t[lane], triangles[lane], instances[lane]);
+    rays[row].t = closer ? t[lane] : best.t;
+    hits->u[row] = closer ? u[lane] : hits->u[row];
+    hits->v[row] = closer ? v[lane] : hits->v[row];
+    hits->triangle[row] = closer ? triangles[lane] : best.triangle;
+    if (EK_HAS_instance) hits->instance[row] = closer ? instances[lane] : best.instance;
+  }
+}
+
+#endif
+#endif
