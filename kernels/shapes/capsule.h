@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Kind `capsule`: what two spheres on the Y axis span, at y = a of radius b and at y = -a of radius c, the larger of which is 1.
-// Parts: 0 the side, 1 the lower sphere, 2 the upper one.
+// Shape kind `capsule`: the convex hull of two spheres on the Y axis, at y = a of radius b and at y = -a of radius c, the larger of which is 1.
+// Part 0 is the side, 1 the lower sphere, 2 the upper one.
 #ifndef EK_SHAPE_CAPSULE_H
 #define EK_SHAPE_CAPSULE_H
+#include "shapes/cylinder.h"
+#include "shapes/sphere.h"
 
-// The side, a cone that touches both spheres: `tilt` is the y of its unit normal, beyond -1 or 1 where one sphere holds the other.
+// The side, a cone that touches both spheres. `tilt` is the y of its unit normal; it is beyond -1 or 1 where one sphere contains
+// the other.
 typedef struct {
   vf tilt, flat;     // flat: the length of the normal's rest
   vf a, b;           // radius a + b y
@@ -25,7 +28,8 @@ EK_FN CapsuleSide capsule_side(ShapeLanes s) {
   return side;
 }
 
-// All three are convex, and so is what they make together: its span reaches from the first way in to the last way out.
+// Joins a part to the whole. All three parts are convex, and so is their union: its span reaches from the first entry to the last
+// exit.
 EK_FN void capsule_join(ShapeSpan* whole, vi hit, vf in, vf out, vf part) {
   const vi first = hit & (!whole->hit | (in < whole->in)), last = hit & (!whole->hit | (out > whole->out));
   whole->in = first ? in : whole->in;

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Kind `cylinder`: about the Y axis from y = -1 to 1, of radius a + b y, the larger of which is 1; a cone where one is 0. Parts:
-// 0 the side, 1 the disc at y = -1, 2 that at +1.
+// Shape kind `cylinder`: about the Y axis from y = -1 to 1, of radius a + b y, the larger of which is 1; a cone where one is 0.
+// Part 0 is the side, 1 the disc at y = -1, 2 that at +1.
 #ifndef EK_SHAPE_CYLINDER_H
 #define EK_SHAPE_CYLINDER_H
+#include "shapes/box.h"
 
-// What lies within a radius a + b y, >= 0, of the Y axis.
+// The interval of the line within a radius a + b y, >= 0, of the Y axis.
 EK_FN void cone_span(v3 o, v3 d, vf a, vf b, vi* hit, vf* in, vf* out) {
   const vf size = dot3(d, d), radius = a + b * o.y, infinite = EK_INFINITY;
-  // From afar the quadratic loses its digits; so it is solved from the point of the line next to the origin.
+  // From afar the quadratic loses its digits, so it is solved from the point of the line next to the origin.
   const vf shift = dot3(o, o) > 4.0f ? -dot3(o, d) / size : (vf)(0.0f);
   const v3 from = add3(o, scale3(d, shift));
   const vf from_radius = shift == 0.0f ? radius : a + b * from.y;
@@ -22,7 +23,7 @@ EK_FN void cone_span(v3 o, v3 d, vf a, vf b, vi* hit, vf* in, vf* out) {
   const vf q = b_half < 0.0f ? b_half - root : b_half + root;
   const vf z0 = rest / q, z1 = q / quadratic;
   const vf first = shift + min_f(z0, z1), last = shift + max_f(z0, z1);
-  // A line steeper than the cone is within it up to one root, or from the other on, and in the cone's mirror image between.
+  // A line steeper than the cone is within it up to one root, or from the other on; the rest is in the cone's mirror image.
   const vi steep = quadratic < 0.0f;
   *hit = steep | (discriminant > 0.0f);
   *in = steep ? (grows > 0.0f ? last : -infinite) : first;
@@ -51,7 +52,7 @@ EK_FN ShapeSpan cylinder_span(ShapeLanes s, v3 o, v3 d) {
   return span;
 }
 
-// Round the Y axis: the point of the side at `y`.
+// The point of the side at `y`, in the direction of `near` from the Y axis.
 EK_FN ShapePoint cone_point(v3 near, vf a, vf b, vf y) {
   const vf distance = sqrt(near.x * near.x + near.z * near.z), radius = max_f(a + b * y, (vf)(0.0f));
   const vi off_axis = distance > 0.0f;
@@ -65,21 +66,21 @@ EK_FN ShapePoint cone_point(v3 near, vf a, vf b, vf y) {
   return point;
 }
 
-// The side shows a texture as a sphere does; on the discs it is seen whole in the square around them, +X to the right.
+// The side shows a texture as a sphere does. The discs show it in the square around them, with +X to the right.
 EK_FN ShapePoint cylinder_point(ShapeLanes s, v3 near, vf part, v3 slack) {
   const vf zero = (vf)(0.0f), one = (vf)(1.0f);
-  // Off a tip as off an edge: up to where the radius is `slack`, so that the point stays on the side.
+  // A point keeps off a tip as off an edge, up to where the radius is `slack`, so that it stays on the side.
   const vf tip = (min_f(slack.x + slack.z, one) - s.a) / s.b;  // of no use where s.b is 0
   const vf off_tip = s.b > 0.0f ? max_f(near.y, tip) : s.b < 0.0f ? min_f(near.y, tip) : near.y;
   ShapePoint side = cone_point(near, s.a, s.b, shape_clamp(off_tip, slack.y));
   side.v = 0.5f - 0.5f * side.p.y;
-  // A disc that is narrower than `slack` stands for the section inwards that is wide enough, as far as there is one: rays that enter
-  // begin inside of that, those that leave beyond the disc.
+  // A disc that is narrower than `slack` is replaced by the section inwards that is wide enough, as far as there is one. Rays that
+  // enter begin inside of that section, and rays that leave begin beyond the disc.
   const vf y = part == 2.0f ? one : -one;
   const vf distance = sqrt(near.x * near.x + near.z * near.z), round = slack.x + slack.z;
   const vi narrow = (s.a + s.b * y < round) & (s.b * y < 0.0f);
   const vf section = narrow ? max_f(min_f(tip, one), -one) : y;
-  // Where the cone narrows inwards, a point that goes in by slack.y must still be within it.
+  // Where the cone narrows inwards, a point must still be inside after it goes in by slack.y.
   const vf widest = max_f((s.a + s.b * section) - (round + max_f(s.b * y, zero) * slack.y), zero);
   const vf shrink = distance > widest ? widest / distance : one;
   ShapePoint disc;

@@ -4,6 +4,7 @@
 #ifndef EK_SHAPE_IMPLICIT_H
 #define EK_SHAPE_IMPLICIT_H
 #include "shapes/implicit_root.h"
+#include "shapes/span.h"
 #include "lanes/simd.h"
 
 // Runs what follows for each formula with the lanes that have it; one lane has one.

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Kind `plane`: the rectangle from -a to a on X and from -b to b on Z at y = 0; +Y is its front. a and b are 1, or so large that there is no
-// end to be seen.
+// Shape kind `plane`: the rectangle from -a to a on X and from -b to b on Z at y = 0; +Y is its front. a and b are 1, or so large that the
+// plane seems to have no end.
 #ifndef EK_SHAPE_PLANE_H
 #define EK_SHAPE_PLANE_H
+#include "shapes/span.h"
 
 EK_FN ShapeSpan plane_span(ShapeLanes s, v3 o, v3 d) {
   const vf z = -o.y / d.y;
@@ -13,7 +14,7 @@ EK_FN ShapeSpan plane_span(ShapeLanes s, v3 o, v3 d) {
   return span;
 }
 
-// A texture is seen whole from above, +X to the right; where there is no end it repeats.
+// From above the whole of a texture is seen, with +X to the right. On a plane without end it repeats.
 EK_FN ShapePoint plane_point(ShapeLanes s, v3 near, vf part, v3 slack) {
   ShapePoint point;
   point.p = V3(shape_clamp_to(s.a, near.x, slack.x), (vf)(0.0f), shape_clamp_to(s.b, near.z, slack.z));

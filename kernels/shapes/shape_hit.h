@@ -4,6 +4,7 @@
 #ifndef EK_SHAPE_HIT_H
 #define EK_SHAPE_HIT_H
 #include "shapes/shape.h"
+#include "traverse/ray.h"
 
 typedef struct {
   vi hit;
@@ -12,8 +13,8 @@ typedef struct {
 } ShapeHit;
 
 #if EK_HAS_opacity
-// Whether the ray passes the root of this number, counted from its origin: each time that it meets a shape it decides anew.
-// (By the shape's own number: which record it has hangs on how meshes are stored.)
+// The lanes whose ray passes root `number`, counted from its origin. Each root is decided anew. (The decision depends on the shape's
+// own number, because the number of its record depends on how meshes are stored.)
 EK_FN vi shape_alpha_test_rejects(SceneData scene, vu id, vu shape, ShapePoint point, uint number, OpacityKey key) {
   const vf zero = (vf)(0.0f), one = (vf)(1.0f);
   const HitAttributes at = {V3(zero, zero, zero), point.u, point.v, point.u, point.v, V3(zero, zero, zero), one, one, one, one, one};
@@ -23,7 +24,7 @@ EK_FN vi shape_alpha_test_rejects(SceneData scene, vu id, vu shape, ShapePoint p
 }
 #endif
 
-// Where each ray's interval in a shape's box begins and ends, by the rule of ray.h.
+// The interval of each ray in a shape's box, by the rule of ray.h.
 typedef struct {
   vf begin, end;
 } ShapeInterval;
@@ -37,8 +38,8 @@ EK_FN ShapeInterval shape_interval(const RayLanes* ray, v3 lo, v3 hi) {
   return within;
 }
 
-// The same bits from what triangles are tested with. lo, hi: in the axes of that test; sets nx and fx of `ray`, which say how far apart o_near
-// and o_far are.
+// The same interval, to the bit, from the numbers of the triangle test. lo, hi: in the axes of that test. It sets o_near.x and
+// o_far.x of `ray`, from which shape_hit_within takes how far the two are apart.
 EK_FN ShapeInterval shape_interval_permuted(RayLanes* ray, v3 lo, v3 hi) {
   const vf farthest = max_f(max_f(abs_f(ray->p_o.x), abs_f(ray->p_o.y)), abs_f(ray->p_o.z));
   const vf pad = ray_pad(ray->extent, farthest);

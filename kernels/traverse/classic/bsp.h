@@ -8,6 +8,7 @@
 // [Ize, Wald, Parker 2008, "Ray tracing with the BSP tree"].
 #ifndef EK_TRAVERSE_BSP_H
 #define EK_TRAVERSE_BSP_H
+#include "traverse/classic/cells.h"
 
 // In world axes: the origin from c, and the direction scaled to 1 along the ray's longest axis.
 typedef struct {

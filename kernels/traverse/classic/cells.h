@@ -33,9 +33,6 @@
 #define EK_TRAVERSE_CELLS_H
 #include "traverse/hit.h"
 
-#define USE_CELLS (EK_LAYOUT_grid | EK_LAYOUT_octree | EK_LAYOUT_kdtree | EK_LAYOUT_bsp)
-#if USE_CELLS
-
 // The first words of accel_nodes: the limit of extent; lo and hi of the box around all triangles; from 7 the words of each structure; at
 // 13 and 14 the place and length of the list in `leaves` of planes without end, which are in no cell.
 #define CELLS_HEADER 16u
@@ -80,21 +77,5 @@ EK_FN int try_list(Geometry geometry, const RayOne* ray, uint first, uint count,
   }
   return 0;
 }
-
-#if EK_LAYOUT_grid
-#include "traverse/classic/grid.h"
-#elif EK_LAYOUT_octree
-#include "traverse/classic/octree.h"
-#else
-#include "traverse/classic/kdtree.h"
-#endif
-
-EK_FN int traverse_space(Geometry geometry, const RayOne* ray, const int any_hit, Hit* hit) {
-#if EK_HAS_plane
-  if (try_list(geometry, ray, geometry.nodes[13], geometry.nodes[14], any_hit, hit)) return 1;
-#endif
-  return traverse_cells(geometry, ray, any_hit, hit);
-}
-#endif
 
 #endif

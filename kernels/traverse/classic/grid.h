@@ -7,6 +7,7 @@
 // corner that the ray runs along, as cells.h demands. Planes are read from a table, so that no error adds up.
 #ifndef EK_TRAVERSE_GRID_H
 #define EK_TRAVERSE_GRID_H
+#include "traverse/classic/cells.h"
 
 // One axis. The numbers q count its cells in the order in which the ray meets them.
 typedef struct {

@@ -9,6 +9,7 @@
 // least one of them, and a step needs no branch but those on the kind of node.
 #ifndef EK_TRAVERSE_KDTREE_H
 #define EK_TRAVERSE_KDTREE_H
+#include "traverse/classic/cells.h"
 #if EK_LAYOUT_bsp
 #include "traverse/classic/bsp.h"
 #endif

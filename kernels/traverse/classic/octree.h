@@ -7,6 +7,7 @@
 // comes before those whose bits are among its own [Revelles, Urena, Lastra 2000, "An efficient parametric algorithm for octree traversal"].
 #ifndef EK_TRAVERSE_OCTREE_H
 #define EK_TRAVERSE_OCTREE_H
+#include "traverse/classic/cells.h"
 
 EK_FN int traverse_cells(Geometry geometry, const RayOne* ray, const int any_hit, Hit* hit) {
   const CellRay c = cell_ray(geometry, ray, hit);
