@@ -62,7 +62,7 @@ EK_FN uint16 compress16(uint16 x, uint bits) {
 }
 #endif
 
-// How the lanes of a mask move together: bit k says that lane k is one of them.
+// The lanes of a mask that are to move together: bit k says that lane k is one of them.
 typedef struct {
   uint bits, count;
 } Packing;

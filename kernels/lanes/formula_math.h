@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The functions that a formula may name, in lanes; host/formula compiles the same text, so that it computes the same bits.
-// Where a function has no value the result is NaN. Numbers below 2^-126 count as 0: devices differ in them.
-// On wide devices they are called, not copied to where they are used: formulas would take minutes to compile.
+// A function without a value results in NaN. Numbers below 2^-126 count as 0, because devices differ in them.
+// On wide devices these functions are called, not inlined, because formulas would take minutes to compile.
 // The error bounds are those that interval.h relies on; the tests hold them against double.
 #ifndef EK_FORMULA_MATH_H
 #define EK_FORMULA_MATH_H

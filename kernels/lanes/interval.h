@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Interval arithmetic in lanes: what a function of numbers in the operands' intervals may be, lies in the result; the exact value
-// and the value that formula_math.h computes alike. Rounding is to the nearest, so every bound is moved outwards afterwards:
+// Interval arithmetic in lanes. The result contains every value that a function of numbers in the operands' intervals has, both the
+// exact value and the one that formula_math.h computes. Rounding is to the nearest, so every bound is moved outwards afterwards:
 // by more than half a unit of the last place [Rump, Zimmermann, Boldo, Melquiond 2009, "Computing predecessor and successor in
 // rounding to nearest", BIT 49(2)], or by the error of the function. Also by 2^-100, which covers what lies below 2^-126 whether
 // or not a device keeps it, and makes the bits the same.
@@ -41,7 +41,7 @@ EK_FN Interval interval_neg(Interval a) { return interval(-a.hi, -a.lo); }
 EK_FN Interval interval_add(Interval a, Interval b) { return interval(down(a.lo + b.lo), up(a.hi + b.hi)); }
 EK_FN Interval interval_sub(Interval a, Interval b) { return interval(down(a.lo - b.hi), up(a.hi - b.lo)); }
 
-// Of the four products or quotients of the ends. A sum that is not finite tells of one that is not.
+// The interval of the four products or quotients of the ends. Their sum is not finite if one of them is not.
 EK_FN Interval interval_of_four(vf p, vf q, vf r, vf s) {
   const vi finite = is_finite((p + q) + (r + s));
   return interval_select(finite, interval(down(min_f(min_f(p, q), min_f(r, s))), up(max_f(max_f(p, q), max_f(r, s)))),
@@ -105,7 +105,7 @@ EK_FN Interval interval_power(Interval a, const uint n) {
   return interval(a.lo < 0.0f ? -above : power_down(abs_f(a.lo), n), a.hi < 0.0f ? -below : power_up(abs_f(a.hi), n));
 }
 
-/// Where a has no number >= 0 the caller knows that there is no value (interval_sqrt_undefined).
+/// If a has no number >= 0, there is no value, which the caller knows from interval_sqrt_undefined.
 EK_FN Interval interval_sqrt(Interval a) {
   const vf zero = (vf)(0.0f);
   return interval(max_f(down(sqrt(max_f(a.lo, zero))), zero), up(sqrt(max_f(a.hi, zero))));
@@ -126,10 +126,10 @@ EK_FN vf floor_small(vf x) {
   const vf nearest = (x + 12582912.0f) - 12582912.0f;
   return nearest > x ? nearest - 1.0f : nearest;
 }
-// Whether [a, b] holds an integer; rather yes than no.
+// The lanes whose [a, b] contains an integer; true in doubt.
 EK_FN vi holds_integer(vf a, vf b) { return floor_small(b + (abs_f(b) * 0x1p-21f + 0x1p-20f)) >= a - (abs_f(a) * 0x1p-21f + 0x1p-20f); }
 
-// `shift` is where, in turns, the function has its maxima; at_lo and at_hi what it is at the ends.
+// Bounds of a sine wave. shift: the place of its maxima, in turns; at_lo, at_hi: its values at the ends of a
 EK_FN Interval interval_wave(Interval a, vf at_lo, vf at_hi, const float shift) {
   const vi usable = (a.lo >= -FORMULA_ANGLE_LIMIT) & (a.hi <= FORMULA_ANGLE_LIMIT);
   const vf lo = usable ? a.lo * 0x1.45f306p-3f : (vf)(0.0f), hi = usable ? a.hi * 0x1.45f306p-3f : (vf)(0.0f);
@@ -142,7 +142,7 @@ EK_FN Interval interval_wave(Interval a, vf at_lo, vf at_hi, const float shift) 
 EK_FN_ONCE Interval interval_sin(Interval a) { return interval_wave(a, formula_sin(a.lo), formula_sin(a.hi), 0.25f); }
 EK_FN_ONCE Interval interval_cos(Interval a) { return interval_wave(a, formula_cos(a.lo), formula_cos(a.hi), 0.0f); }
 
-// Where the function has no value for any number of a.
+// The lanes in which the function has no value for any number of a.
 EK_FN vi interval_sqrt_undefined(Interval a) { return a.hi < 0.0f; }
 EK_FN vi interval_log_undefined(Interval a) { return a.hi < 0.0f; }
 

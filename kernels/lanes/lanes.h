@@ -124,7 +124,7 @@ EK_FN void scatter_f(global float* p, vu i, vf x) {
 }
 #endif
 
-// Of a table that is part of the program.
+// Gathers from a table that is part of the program.
 #if EK_WIDTH == 1
 EK_FN vf table_f(constant const float* p, vu i) { return p[i]; }
 #elif EK_WIDTH == 8

@@ -8,7 +8,7 @@
 #define EK_SAMPLER_H
 #include "lanes/math.h"
 
-// Which pair serves which decision. Places for lens and time are kept, so that scenes without them keep their numbers.
+// The pairs of each decision. Lens and time have pairs in every scene, so that scenes without them keep their numbers.
 enum {
   DIM_FILTER,  // place in the pixel
   DIM_LENS,

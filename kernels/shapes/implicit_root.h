@@ -6,16 +6,16 @@
 //     pieces compute the same sign for the point between them, and intervals enclose what is computed, so no root is lost or found
 //     twice;
 //   - neither: its halves, the nearer one first.
-// A piece as short as floats can tell in which f may be 0 counts as a root: there f touches 0, or all but does.
-// Halves go in the order of a depth-first walk without a stack: behind a piece that is done lies the largest one that begins there
-// and is aligned to its size. Nothing is absolute: the ray begins where it enters the bounds, and d is scaled by a power of two.
+// A piece in which f may be 0, and which is as short as floats can resolve, counts as a root: there f touches 0, or nearly does.
+// Halves are visited depth first without a stack: behind a piece that is done follows the largest one that begins there and is aligned
+// to its size. Nothing is absolute: the ray begins where it enters the bounds, and d is scaled by a power of two.
 #ifndef EK_IMPLICIT_H
 #define EK_IMPLICIT_H
 #include "lanes/interval.h"
 
 #define IMPLICIT_PIECES 0x1000000u  // of the shortest length, in a whole search
 
-// Of f, and of its derivative along a direction, on a box.
+// Bounds of f, and of its derivative along a direction, on a box.
 typedef struct {
   Interval value, slope;
   vi undefined;  // f has no value anywhere in it
@@ -51,7 +51,7 @@ EK_FN vf exact_step(vf o, vf d, vf s) {
 
 EK_FN v3 along(v3 o, v3 d, vf s) { return V3(o.x + d.x * s, o.y + d.y * s, o.z + d.z * s); }
 
-// Where the ray is within [lo, hi] on one axis.
+// Narrows [begin, end] to where the ray is within [lo, hi] on one axis.
 EK_FN void clip_axis(vf o, vf d, vf lo, vf hi, vf* begin, vf* end) {
   const vf least = (vf)(0x1p-80f);
   const vf r = (vf)(1.0f) / (abs_f(d) < least ? (d < 0.0f ? -least : least) : d);
@@ -72,7 +72,7 @@ EK_FN ImplicitRay implicit_ray(v3 o, v3 d, v3 lo, v3 hi) {
   clip_axis(o.x, ray.d.x, lo.x, hi.x, &begin, &end);
   clip_axis(o.y, ray.d.y, lo.y, hi.y, &begin, &end);
   clip_axis(o.z, ray.d.z, lo.z, hi.z, &begin, &end);
-  // A surface that lies in a side of its bounds is not to flicker by their rounding.
+  // The slack keeps a surface that lies in a side of its bounds from flickering by their rounding.
   const vf slack = ray.reach * 0x1p-21f + max_component(abs3(o)) * 0x1p-22f;
   const vi passes = begin - slack <= end + slack;
   ray.begin = max_f(begin - slack, (vf)(0.0f));
@@ -81,7 +81,7 @@ EK_FN ImplicitRay implicit_ray(v3 o, v3 d, v3 lo, v3 hi) {
   return ray;
 }
 
-// By what rounding may move a point of the ray on each axis: half a unit of a product of at most 2 reach and of a sum of reach.
+// The most by which rounding moves a point of the ray on each axis: half a unit of a product of at most 2 reach and of a sum of reach.
 EK_FN vf implicit_pad(ImplicitRay ray) { return ray.reach * 0x1p-22f; }
 
 EK_FN Interval between(vf a, vf b, vf pad) { return interval(min_f(a, b) - pad, max_f(a, b) + pad); }
@@ -166,7 +166,7 @@ EK_FN ImplicitRoot implicit_root(uint formula, ImplicitRay ray, vi live, vf unti
   return root;
 }
 
-// Where the ray meets the surface, in the formula's coordinates.
+// The point where the ray meets the surface, in the formula's coordinates.
 typedef struct {
   v3 p, n;  // n: unit, to where f > 0
   vf error; // how far a ray that leaves must start from p along n or against it, so that it does not meet f = 0 at once
@@ -181,7 +181,7 @@ EK_FN ImplicitPoint implicit_point(uint formula, ImplicitRay ray, vi live, vf s,
   const v3 gradient = implicit_gradient(formula, r.p);
   const vf size = max_component(abs3(gradient));
   const vi usable = is_finite(gradient.x) & is_finite(gradient.y) & is_finite(gradient.z) & (size > 0x1p-100f);
-  // Where f has no slope there is no side; the viewer's is as good as any. Scaled by a power of two: squares stay in range.
+  // Where f has no slope no side is outwards, and the viewer's is as good as any. Scaling by a power of two keeps squares in range.
   const vf down_scale = AS_F(0x7f000000u - (AS_U(usable ? min_f(size, (vf)(0x1p+100f)) : (vf)(1.0f)) & 0x7f800000u));
   r.n = normalize3(select3(usable, scale3(gradient, down_scale), neg3(ray.d)));
   // Twice the pad of a search: a ray that runs along the surface at this height is not to meet it elsewhere either.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What traversals take and return, and the test of one ray against one triangle or shape.
+// The arguments and results of traversals, and the test of one ray against one triangle or shape.
 #ifndef EK_HIT_H
 #define EK_HIT_H
 #include "traverse/ray.h"

@@ -25,7 +25,7 @@
 
 EK_FN int is_instance_child(uint child) { return (child & INSTANCE_CHILD) == INSTANCE_CHILD; }
 
-// What a ray needs to know of an instance.
+// The numbers of an instance that a ray enters it by.
 typedef struct {
   Placing to_world;
   v3 middle;

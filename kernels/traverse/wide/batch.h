@@ -31,7 +31,7 @@ typedef struct {
   uint node, leaf, pretested, instance, done;
 } BatchCounts;
 
-// What all functions of a batch work on. stack_base: where the stack of each row's ray begins in `stack`.
+// The state that all functions of a batch share. stack_base: the place where the stack of each row's ray begins in `stack`.
 typedef struct {
   Geometry geometry;
   RayOne* rays;
@@ -145,7 +145,7 @@ EK_FN void batch_gather(const Batch* b, uint first, uint count) {
   }
 }
 
-// Whether there are enough pre-tested rays to test their candidates now, or too few other rays to wait for more.
+// 1 if there are enough pre-tested rays to test their candidates now, or too few other rays to wait for more.
 EK_FN int batch_should_test(const BatchCounts* counts) {
   return counts->pretested >= EK_WIDTH || (counts->pretested != 0 && counts->node + counts->leaf < BATCH_SLOTS / 4);
 }

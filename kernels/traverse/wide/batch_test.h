@@ -9,7 +9,7 @@
 #define BATCH_SLOTS 64
 #endif
 
-// What the pre-test left of all rays: the ray of row `row` may hit `triangle`.
+// The candidates that the pre-test left of all rays: the ray of row `row` may hit `triangle`.
 typedef struct {
   uint row[8 * BATCH_SLOTS + EK_WIDTH], triangle[8 * BATCH_SLOTS + EK_WIDTH], count;
 } BatchCandidates;

@@ -74,7 +74,7 @@ EK_FN void wide_prefetch(Geometry geometry, uint child) {
 #endif
 }
 
-// Where the ray's interval in each child begins and ends.
+// The begin and the end of the ray's interval in each child.
 EK_FN wf wide_begin(global const float* node, const RayOne* ray) {
   const wf x = (wide_load(node + ray->near_x) - ray->o_near.x) * ray->rcp_d.x, y = (wide_load(node + ray->near_y) - ray->o_near.y) * ray->rcp_d.y,
            z = (wide_load(node + ray->near_z) - ray->o_near.z) * ray->rcp_d.z;
