@@ -8,6 +8,7 @@
 #include "shapes/shape_surface.h"
 #endif
 #include "surface/surface.h"
+#include "traverse/ray.h"
 #include "lanes/warp.h"
 
 EK_FN void store_ray(global float* rays, uint stride, uint i, v3 origin, v3 dir, vf t_max, RayEnds ends) {
