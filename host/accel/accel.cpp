@@ -16,7 +16,8 @@ namespace eikon {
 
 namespace {
 
-// Of nodes and leaves: beyond these they are not all in a core's own caches, and seldom in any cache.
+// Sizes of nodes and leaves beyond which a core's own caches, or any caches, do not hold all of
+// them.
 constexpr std::uint64_t kMediumBytes = 1'500'000;
 constexpr std::uint64_t kLargeBytes = 16'000'000;
 
@@ -32,7 +33,7 @@ const std::vector<std::string>& tree_layouts() {
 
 namespace {
 
-/// The structures of layouts.def that are no trees of boxes.
+/// Builds the structures of layouts.def that are not trees of boxes.
 const std::vector<std::string>& cell_layouts() {
   static const std::vector<std::string> names{
 #define EK_LAYOUT(name)

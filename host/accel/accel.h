@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Trees over triangles: pure functions from geometry to arrays, no OpenCL. The same tree comes out for any number of threads.
+// Acceleration structures over triangles: pure functions from geometry to arrays, without OpenCL.
+// The result does not depend on the number of threads.
 #pragma once
 #include <cstdint>
 #include <map>
@@ -12,8 +13,9 @@
 
 namespace eikon {
 
-/// A view of world-space corners, metres: nine floats p0, p1, p2 for each triangle, which lie `stride` floats apart. Behind the
-/// triangles there may be boxes, of what else a ray can hit: p0 and p1 are their corners, and p2 is NaN.
+/// A view of world-space corners, metres: nine floats p0, p1, p2 for each triangle, which lie
+/// `stride` floats apart. The triangles may be followed by boxes of other things that a ray can
+/// hit: p0 and p1 are their corners, and p2 is NaN.
 class TriangleSoup {
  public:
   TriangleSoup(std::span<const float> positions)
@@ -23,7 +25,7 @@ class TriangleSoup {
   [[nodiscard]] std::size_t size() const { return size_; }
   [[nodiscard]] const float* corners(std::size_t i) const { return first_ + stride_ * i; }
   [[nodiscard]] bool is_box(std::size_t i) const { return i >= triangles_; }
-  /// `count` of its triangles.
+  /// The triangles [first, first + count).
   [[nodiscard]] TriangleSoup part(std::size_t first, std::size_t count) const {
     return {first_ + stride_ * first, count, stride_};
   }
@@ -36,33 +38,37 @@ class TriangleSoup {
 /// The names of kernels/shared/layouts.def.
 const std::vector<std::string>& tree_layouts();
 
-/// A flattened accelerator, ready for upload: what kernels/traverse_<layout>.h reads as `accel_nodes` and `accel_leaves`.
+/// A flattened accelerator, ready for upload: kernels read it as `accel_nodes` and `accel_leaves`.
 struct Accel {
   std::string name;                    // --accel: of accelerator_names()
   std::string layout;                  // --layout: of tree_layouts(), or the accelerator's own
   DeviceVector<std::uint32_t> nodes;   // words; never empty (a dummy where there is no tree)
   DeviceVector<std::uint32_t> leaves;  // words
-  DeviceVector<InstanceRecord> instances;  // of two levels: where meshes stand that have trees of their own
-  std::uint32_t stack_size = 1;        // entries that suffice for any traversal (EK_STACK_SIZE); in coarse steps, so
-                                       // that programs are seldom compiled anew for another tree
-  bool reinserted = false;             // reinsertion.h improved the tree
-  bool together = false;               // a tree so small that any rays share most of the way: they are traced together
+  DeviceVector<InstanceRecord> instances;  // of meshes that have trees of their own (two_level.h)
+  // Entries that suffice for any traversal (EK_STACK_SIZE). They grow in coarse steps, so that
+  // programs are seldom compiled anew for another tree.
+  std::uint32_t stack_size = 1;
+  bool reinserted = false;  // reinsertion.h improved the tree
+  bool together = false;    // the tree is so small that any rays share most of their way, and are traced together
   double build_s = 0;
   std::uint64_t node_count = 0;
   double sah_cost = 0;  // expected cost of a random ray through the root's box
-  [[nodiscard]] std::uint64_t bytes() const { return 4 * (nodes.size() + leaves.size()) + instances.size() * sizeof(InstanceRecord); }
-  /// What a program that traces rays through it is compiled with.
+  [[nodiscard]] std::uint64_t bytes() const {
+    return 4 * (nodes.size() + leaves.size()) + instances.size() * sizeof(InstanceRecord);
+  }
+  /// The defines of a program that traces rays through it.
   [[nodiscard]] std::map<std::string, std::string> defines() const;
 };
 
 struct AccelOptions {
   std::string accel = "bvh";    // of accelerator_names()
-  std::string layout = "bvh8";  // of tree_layouts(); ignored by those that have their own. "none": as by that accelerator
+  std::string layout = "bvh8";  // of tree_layouts(), or "none"; ignored by accelerators with a layout of their own
   unsigned threads = 0;         // 0: all; the result does not depend on it
-  double rays = 0;              // expected to be traced: for many a better tree is made, which takes longer
+  double rays = 0;              // expected to be traced; for many rays a better tree is built, which takes longer
 };
 
-/// throws UsageError for an unknown accel or layout. Degenerate triangles (zero area) are left out of the tree.
+/// throws UsageError for an unknown accel or layout. Degenerate triangles (zero area) are left out
+/// of the tree.
 Accel build_accel(TriangleSoup triangles, const AccelOptions& options);
 
 }  // namespace eikon

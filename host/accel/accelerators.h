@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The accelerators that --accel names: one line of the table in accelerators.cpp for each.
+// The accelerators that --accel names. The table in accelerators.cpp has one line for each.
 #pragma once
 #include <span>
 #include <string>
@@ -11,7 +11,7 @@ namespace eikon {
 
 struct Accelerator {
   const char* name;    // --accel
-  const char* layout;  // what programs are compiled for; nullptr: one of tree_layouts(), chosen by device or --layout
+  const char* layout;  // that programs are compiled for; nullptr: any of tree_layouts(), by device or --layout
   Accel (*build)(TriangleSoup triangles, const AccelOptions& options);
   const char* about;  // a few words for --help and tables
 };
@@ -22,7 +22,7 @@ struct Accelerator {
 /// throws UsageError for a name that is not in the table
 [[nodiscard]] const Accelerator& find_accelerator(const std::string& name);
 
-/// The layout that `accel` has to itself; empty where it takes any of tree_layouts(), or is unknown.
+/// The layout that only `accel` has; empty if it takes any of tree_layouts(), or is unknown.
 [[nodiscard]] std::string own_layout(const std::string& accel);
 
 }  // namespace eikon

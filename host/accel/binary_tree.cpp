@@ -18,10 +18,10 @@
 namespace eikon {
 namespace {
 
-constexpr std::size_t kTaskLimit = 4096;          // below, a subtree is one task
-constexpr std::size_t kParallelLimit = 1U << 16;  // above, binning and partition of one node run in parallel
-constexpr std::size_t kChunk = 1U << 14;          // of these; fixed, so that threads do not show
-constexpr std::uint32_t kMedianDepth = 64;        // from here on nodes are halved, which bounds the depth
+constexpr std::size_t kTaskLimit = 4096;          // references of a subtree that is one task
+constexpr std::size_t kParallelLimit = 1U << 16;  // beyond it, one node is binned and partitioned in parallel
+constexpr std::size_t kChunk = 1U << 14;          // of that work; fixed, so that the tree is the same with any threads
+constexpr std::uint32_t kMedianDepth = 64;        // deeper nodes are halved, which bounds the depth
 
 using References = BigVector<Reference>;
 
@@ -29,7 +29,8 @@ using References = BigVector<Reference>;
 struct Sides {
   std::array<Box, 2> centroids;
   void add(Float4 c, bool right) {
-    // A lane of ones is NaN, which min4 and max4 ignore: cheaper than a branch that is guessed wrong.
+    // A lane of ones is NaN, which min4 and max4 ignore. This costs less than a mispredicted
+    // branch.
     const Int4 mask = Int4{} - static_cast<std::int32_t>(right);
     const auto to_left = std::bit_cast<Float4>(std::bit_cast<Int4>(c) | mask);
     const auto to_right = std::bit_cast<Float4>(std::bit_cast<Int4>(c) | ~mask);
@@ -53,7 +54,8 @@ class Builder {
  public:
   explicit Builder(BinaryTree& tree) : tree_(tree) {}
 
-  /// `from` holds the references, `to` is as large and unset; large nodes move them from one to the other.
+  /// `from` holds the references. `to` is as large and unset; large nodes move references between
+  /// the two.
   void build(const Job& job, Reference* from, Reference* to) {
     if (job.count() <= SmallTree::kLimit && job.depth < kMedianDepth) {
       SmallTree(from + job.begin, job.count(), tree_.triangles.data())
@@ -74,7 +76,7 @@ class Builder {
   }
 
  private:
-  /// Reorders the references, and swaps `from` and `to` where they have moved.
+  /// Reorders the references, and swaps `from` and `to` if they have moved.
   std::array<Job, 2> split(const Job& job, Reference*& from, Reference*& to) {
     if (job.depth < kMedianDepth) {
       const BinMap map(job.centroids, job.count());
@@ -112,7 +114,8 @@ class Builder {
             Job{right, middle, job.end, boxes[1], centroids[1], job.depth + 1}};
   }
 
-  /// Swaps each reference to where the right side begins, whichever side it is on: no branch to guess.
+  /// Swaps each reference with the first of the right side, whichever side it is on, which avoids a
+  /// branch.
   static std::size_t partition(Reference* references, std::size_t begin, std::size_t end, const BinPlane& plane,
                                Sides& sides) {
     std::size_t middle = begin;
@@ -127,7 +130,7 @@ class Builder {
     return middle;
   }
 
-  /// False, and nothing done, when no plane separates the centroids.
+  /// Returns false, and does nothing, if no plane separates the centroids.
   static bool split_parallel(const Job& job, const BinMap& map, const Reference* from, Reference* to,
                              std::array<Job, 2>& children) {
     const std::size_t chunks = (job.count() + kChunk - 1) / kChunk;
@@ -201,7 +204,8 @@ BinaryTree build_binary_tree(TriangleSoup triangles) {
         fmt::format("cannot build a tree over {} triangles: the limit is {}; split the scene", all, Reference::kLimit));
   }
   const std::size_t chunks = (all + kChunk - 1) / kChunk;
-  // Degenerate triangles drop out; the others keep their order: count per chunk, then fill.
+  // Leaves out degenerate triangles and keeps the order of the others: counts per chunk first, then
+  // fills.
   std::vector<std::size_t> first(chunks + 1, 0);
   tbb::parallel_for(std::size_t{0}, chunks, [&](std::size_t chunk) {
     for (std::size_t i = chunk * kChunk; i < std::min(all, (chunk + 1) * kChunk); ++i) {
@@ -214,7 +218,7 @@ BinaryTree build_binary_tree(TriangleSoup triangles) {
   if (count == 0) return tree;
 
   References references(count), scratch(count > kParallelLimit ? count : 0);
-  std::vector<std::array<Box, 2>> boxes(chunks);  // of the triangles, of twice their centroids
+  std::vector<std::array<Box, 2>> boxes(chunks);  // of the triangles, and of twice their centroids
   tbb::parallel_for(std::size_t{0}, chunks, [&](std::size_t chunk) {
     std::size_t to = first[chunk];
     for (std::size_t i = chunk * kChunk; i < std::min(all, (chunk + 1) * kChunk); ++i) {

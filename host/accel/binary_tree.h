@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The tree from which every layout is made: binary, one triangle per leaf, split by the surface area heuristic.
+// The tree from which every layout is made: binary, one triangle per leaf, split by the surface
+// area heuristic.
 #pragma once
 #include <cstdint>
 #include <vector>
@@ -10,9 +11,10 @@
 
 namespace eikon {
 
-/// Nodes lie depth first: the left child of node i is i + 1, the right one i + 2 * (count of the left child), since a
-/// subtree of n triangles has 2n - 1 nodes. A node's triangles are the entries [first, first + count) of
-/// BinaryTree::triangles; as many leaves as `first` lie before it, so that it is inner node i - first.
+/// Nodes lie depth first: the left child of node i is i + 1, the right one i + 2 * (count of the
+/// left child), since a subtree of n triangles has 2n - 1 nodes. A node's triangles are the entries
+/// [first, first + count) of BinaryTree::triangles; as many leaves as `first` lie before it, so
+/// that it is inner node i - first.
 struct BinaryNode {
   float lo[3];
   std::uint32_t count;
@@ -30,15 +32,16 @@ struct BinaryNode {
 struct BinaryTree {
   BigVector<BinaryNode> nodes;         // nodes[0] is the root; empty when there is no triangle
   BigVector<std::uint32_t> triangles;  // indices into the soup, in the order of the leaves
-  // Of a scene in two levels: from which index on they are places of meshes, which share no leaf with others; and how many of those
-  // lie before each entry of `triangles`, and in all. Empty without.
+  // Of a scene in two levels: indices from first_place on are instances, which share no leaf with
+  // triangles; places_before counts the instances before each entry of `triangles`, and in all. It
+  // is empty otherwise.
   std::uint32_t first_place = 0xffffffffU;
   BigVector<std::uint32_t> places_before{};
-  bool is_part = false;  // of a scene in two levels
+  bool is_part = false;  // the tree is one of a scene in two levels
   [[nodiscard]] bool has_place(const BinaryNode& node) const {
     return !places_before.empty() && places_before[node.first] != places_before[node.first + node.count];
   }
-  /// Of a leaf's node with a place: the word that stands for it as a child in every layout (traverse_instance.h).
+  /// The child word, in every layout, of a leaf that is an instance (traverse_instance.h).
   [[nodiscard]] std::uint32_t place_word(const BinaryNode& node) const {
     return 0xc0000000U | (triangles[node.first] - first_place);
   }
@@ -49,13 +52,15 @@ inline std::uint32_t right_child(const BinaryTree& tree, std::uint32_t node) {
   return node + 2 * tree.nodes[node + 1].count;
 }
 
-/// True when the triangle has no area, or a corner that is not finite: no ray may hit it, in any layout.
+/// True when the triangle has no area, or a corner that is not finite: no ray may hit it, in any
+/// layout.
 [[nodiscard]] bool is_degenerate(const float corners[9]);
 
-/// Box of a triangle's corners; -0 becomes +0, so that the order of unions does not show in the bits.
+/// Box of a triangle's corners. -0 becomes +0, so that the bits of unions do not depend on their
+/// order.
 [[nodiscard]] Box triangle_box(const float corners[9]);
 
-/// The same of entry `i` of a soup: a box can be hit.
+/// The same for entry `i` of a soup; boxes can be hit.
 [[nodiscard]] inline bool is_degenerate(const TriangleSoup& soup, std::size_t i) {
   return !soup.is_box(i) && is_degenerate(soup.corners(i));
 }
@@ -64,8 +69,8 @@ inline std::uint32_t right_child(const BinaryTree& tree, std::uint32_t node) {
 /// Builds with the threads of the current TBB arena; the tree does not depend on their number.
 /// Depth is at most 64 + log2(n), whatever the geometry. Degenerate triangles are left out.
 /// throws InputError for more than 2^28 triangles
-/// source [Wald 2007, "On fast construction of SAH-based bounding volume hierarchies"], with 32 bins, and a full sweep
-/// for small nodes
+/// source [Wald 2007, "On fast construction of SAH-based bounding volume hierarchies"], with 32
+/// bins, and a full sweep for small nodes
 [[nodiscard]] BinaryTree build_binary_tree(TriangleSoup triangles);
 
 }  // namespace eikon

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where to split many triangles: boxes and counts of the centroids' bins, along the three axes at once.
+// Binned splits of many triangles: boxes and counts of the bins of centroids, along the three axes
+// at once.
 #pragma once
 #include <algorithm>
 #include <array>
@@ -32,7 +33,7 @@ struct BinMap {
   }
 };
 
-/// A plane between two bins: the same side as the bins say, from one axis of the centroid.
+/// A plane between two bins. It gives the same side as the bins, from one axis of the centroid.
 struct BinPlane {
   std::size_t axis;
   float base, scale, first_right;
@@ -95,7 +96,7 @@ class Bins {
       for (std::size_t axis = 0; axis < 3; ++axis) boxes[axis].add(boxes_[b - 1][axis]);
       count += counts_[b - 1];
       const Float4 cost = half_areas(boxes) * count_costs(count) + right_cost[b];
-      const Int4 better = cost < best_cost;  // never where a side is empty: its area is infinite
+      const Int4 better = cost < best_cost;  // false if a side is empty, because its area is infinite
       best_cost = better ? cost : best_cost;
       best_bin = better ? Int4{} + static_cast<std::int32_t>(b) : best_bin;
     }

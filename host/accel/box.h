@@ -8,7 +8,7 @@
 
 namespace eikon {
 
-/// x, y, z and a fourth lane that is carried along and means nothing to a box.
+/// x, y, z and a fourth lane, which boxes carry along and ignore.
 using Float4 = float __attribute__((vector_size(16)));
 using Int4 = std::int32_t __attribute__((vector_size(16)));
 
@@ -41,10 +41,11 @@ struct Box {
   }
 };
 
-/// A box for each of three axes, such as what lies left of a plane across it.
+/// A box for each of three axes, such as the box of everything left of a plane across the axis.
 using Box3 = std::array<Box, 3>;
 
-/// Half the surface of each in the first three lanes, to the bit as half_area(); infinite for an empty box.
+/// Half the surface of each in the first three lanes, to the bit as half_area(); infinite for an
+/// empty box.
 inline Float4 half_areas(const Box3& boxes) {
   const Float4 a = boxes[0].hi - boxes[0].lo, b = boxes[1].hi - boxes[1].lo, c = boxes[2].hi - boxes[2].lo;
   const Float4 xy = __builtin_shufflevector(a, b, 0, 4, 1, 5);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the builder of trees moves about: the triangles' boxes.
+// The references to triangles that the builder of trees sorts.
 #pragma once
 #include <bit>
 #include <cstddef>
@@ -9,8 +9,9 @@
 
 namespace eikon {
 
-/// A triangle's box, its index in the fourth lane of `lo`. The index travels as the bits of a normal float, so that vector
-/// arithmetic on whole registers meets neither denormals nor NaN there. Fresh ones are unset: there are millions.
+/// A triangle's box, with the triangle's index in the fourth lane of `lo`. The index is stored as
+/// the bits of a normal float, so that vector arithmetic on whole registers meets neither denormals
+/// nor NaN. New references are unset, as there are millions.
 struct Reference {
   Float4 lo, hi;
   static constexpr std::uint32_t kNormal = 0x40000000;
@@ -27,8 +28,8 @@ struct Reference {
 /// Twice the centre of a box. Never NaN; it may overflow to an infinity.
 inline Float4 centroid2(const Reference& r) { return r.lo + r.hi; }
 
-/// What n triangles below a child are expected to cost, for choosing a split: leaves hold 8 that are tested at once, the
-/// second term favours small numbers among equals. Of three counts at once.
+/// The expected cost of n triangles below a child, for three counts at once. Leaves hold 8
+/// triangles that are tested at once; the second term favours small numbers among equals.
 inline Float4 count_costs(Int4 n) {
   return 8.0F * __builtin_convertvector((n + 7) >> 3, Float4) + 0.5F * __builtin_convertvector(n, Float4);
 }

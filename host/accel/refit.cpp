@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::uint32_t kTaskLimit = 4096;
 
-/// The subtree of `n`; false when one of its triangles has no area.
+/// Refits the subtree of `n`. Returns false if one of its triangles has no area.
 bool refit(BinaryTree& tree, TriangleSoup moved, std::uint32_t n) {
   const auto refit_one = [&](std::uint32_t i) {
     BinaryNode& node = tree.nodes[i];
@@ -31,7 +31,7 @@ bool refit(BinaryTree& tree, TriangleSoup moved, std::uint32_t n) {
   const std::uint32_t count = tree.nodes[n].count;
   if (count <= kTaskLimit) {
     bool all = true;
-    for (std::uint32_t i = n + 2 * count - 1; i-- > n;) all = refit_one(i) && all;  // children lie behind their parents
+    for (std::uint32_t i = n + 2 * count - 1; i-- > n;) all = refit_one(i) && all;  // children come after their parents
     return all;
   }
   bool left = false, right = false;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A tree follows triangles that move, without being built anew; it grows worse the further they go.
+// Fits a tree to triangles that have moved, without building it anew. It gets worse the further
+// they have moved.
 #pragma once
 #include <optional>
 
@@ -7,9 +8,11 @@
 
 namespace eikon {
 
-/// The tree with boxes of the triangles as they are now: hits are those of a tree built anew, to the bit. `moved` are the
-/// triangles it was built over, in their order. Empty where triangles that were left out of the tree have gained area, or
-/// others have lost theirs: build anew. Whether a new tree would pay shows in Accel::sah_cost of the layout made of it.
+/// The tree with the boxes of the moved triangles. Hits are those of a tree built anew, to the bit.
+/// moved    the triangles that the tree was built over, in the same order
+/// returns  nothing if triangles outside the tree have gained area, or triangles in it have lost
+///          theirs: build anew then Accel::sah_cost of the new layout tells whether a new tree
+///          would pay.
 [[nodiscard]] std::optional<BinaryTree> refitted(BinaryTree tree, TriangleSoup moved);
 
 }  // namespace eikon

@@ -14,20 +14,20 @@ namespace eikon {
 namespace {
 
 constexpr std::uint32_t kUnit = 8;    // triangles of a subtree that stays whole
-constexpr std::size_t kPart = 10;     // one in so many nodes is tried in a round
-constexpr int kRounds = 8;            // at most
+constexpr std::size_t kPart = 10;     // a round tries one of this many nodes
+constexpr int kRounds = 8;            // most rounds
 constexpr double kRoundGain = 0.005;  // of the area: a round that gains less is the last
-constexpr double kLeastGain = 0.01;   // below, the tree stays as it was
+constexpr double kLeastGain = 0.01;   // of the area: with less the tree stays as it was
 constexpr std::uint32_t kDepth = 64;  // + log2(triangles)
 
-constexpr std::size_t kVisits = 1024;  // of a search: overlapping subtrees defeat its bounds
-constexpr double kLargestArea = 1e30;  // float sums of areas stay finite
+constexpr std::size_t kVisits = 1024;  // most nodes of a search, because overlapping subtrees defeat its bounds
+constexpr double kLargestArea = 1e30;  // up to here float sums of areas stay finite
 
 /// A node of a tree that changes: siblings lie at 2k + 1 and 2k + 2, the root at 0.
 struct Link {
   static constexpr std::uint32_t kUnitBit = 0x80000000U;
   float lo[3];
-  std::uint32_t down;  // the first child, or with kUnitBit a node of the binary tree, whose subtree stays whole
+  std::uint32_t down;  // the first child, or kUnitBit and a node of the binary tree whose subtree stays whole
   float hi[3];
   std::uint32_t up;
   [[nodiscard]] bool is_unit() const { return (down & kUnitBit) != 0; }
@@ -45,7 +45,7 @@ struct Link {
 std::uint32_t sibling(std::uint32_t n) { return ((n - 1) ^ 1U) + 1; }
 
 struct Move {
-  std::uint32_t from = 0, to = 0;  // the subtree, and who becomes its sibling
+  std::uint32_t from = 0, to = 0;  // the subtree, and its new sibling
   float gain = 0;                  // area saved
 };
 
@@ -73,7 +73,7 @@ class Reinsertion {
     }
   }
 
-  /// Sum of the areas: what is minimised.
+  /// The sum of the areas, which is minimised.
   [[nodiscard]] double area() const {
     double sum = 0;
     for (const Link& link : links_) sum += static_cast<double>(link.area());
@@ -89,7 +89,7 @@ class Reinsertion {
     std::erase_if(moves, [](const Move& move) { return !(move.gain > 0); });
     std::sort(moves.begin(), moves.end(),
               [](const Move& a, const Move& b) { return a.gain > b.gain || (a.gain == b.gain && a.from < b.from); });
-    std::vector<bool> touched(links_.size());  // a move is stale where an earlier one changed a neighbour
+    std::vector<bool> touched(links_.size());  // an earlier move makes those next to it stale
     for (const Move& move : moves) {
       const std::array<std::uint32_t, 5> near{move.to, move.from, sibling(move.from), links_[move.to].up,
                                               links_[move.from].up};
@@ -99,7 +99,7 @@ class Reinsertion {
     }
   }
 
-  /// The tree as it is now; empty when it is deeper than it may be.
+  /// The tree in its present form; empty if it is too deep.
   [[nodiscard]] BinaryTree tree() const {
     std::vector<std::uint32_t> order{0}, depth(links_.size(), 0), count(links_.size());
     for (std::size_t i = 0; i < order.size(); ++i) {  // parents first
@@ -152,7 +152,7 @@ class Reinsertion {
  private:
   using Stack = std::vector<std::pair<float, std::uint32_t>>;
 
-  /// The largest nodes, in order of their places.
+  /// The largest nodes, in the order of their numbers.
   [[nodiscard]] std::vector<Move> candidates() const {
     std::vector<std::pair<float, std::uint32_t>> all(links_.size() - 1);
     for (std::uint32_t n = 1; n < links_.size(); ++n) all[n - 1] = {-links_[n].area(), n};
@@ -165,16 +165,17 @@ class Reinsertion {
     return moves;
   }
 
-  /// Searches the siblings' subtrees of all ancestors, with bounds. `saved`: what the removal saves, less what the
-  /// insertion costs down to the node at hand. [Meister, Bittner 2018, algorithm 1]
+  /// Searches the siblings' subtrees of all ancestors, with bounds. `saved` is the area that the
+  /// removal saves, less the area that the insertion costs down to the current node. [Meister,
+  /// Bittner 2018, algorithm 1]
   [[nodiscard]] Move best_move(std::uint32_t from, Stack& stack) const {
     Move best{from, 0, 0};
     const Box box = links_[from].box();
-    const float own = box.half_area();  // no insertion costs less
+    const float own = box.half_area();  // every insertion costs this at least
     const std::uint32_t parent = links_[from].up;
     float saved = links_[parent].area();
     std::uint32_t other = sibling(from), pivot = parent;
-    Box pivot_box = links_[other].box();  // as it is without the subtree
+    Box pivot_box = links_[other].box();  // without the subtree
     std::size_t visits = 0;
     while (visits < kVisits) {
       stack.clear();
@@ -204,7 +205,7 @@ class Reinsertion {
       other = sibling(pivot);
       pivot = links_[pivot].up;
     }
-    if (best.to == sibling(from) || best.to == parent) best.gain = 0;  // where it is
+    if (best.to == sibling(from) || best.to == parent) best.gain = 0;  // the subtree is there already
     return best;
   }
 
@@ -217,7 +218,7 @@ class Reinsertion {
       links_[at].up = up;
       if (!link.is_unit()) links_[link.down].up = links_[link.down + 1].up = at;
     };
-    put(parent, other_link);  // the sibling moves up, which frees its place for the new one
+    put(parent, other_link);  // the sibling moves up and leaves its slot to the new one
     put(other, to_link);
     links_[move.to].down = std::min(other, move.from);
     links_[other].up = links_[move.from].up = move.to;
@@ -240,8 +241,9 @@ class Reinsertion {
   BigVector<Link> links_;
 };
 
-// Measured on one core: a round tries at least 4096 subtrees, so that reinsertion takes 350 ns for each of the first 40,000
-// triangles and 60 ns for others; a ray takes 50 to 150 ns, of which 0 to 7 % are saved. Both shrink alike with more cores.
+// Measured on one core. A round tries at least 4096 subtrees, so that reinsertion takes 350 ns for
+// each of the first 40,000 triangles and 60 ns for others. A ray takes 50 to 150 ns, of which 0 to
+// 7 % are saved. More cores shorten both alike.
 constexpr double kFirst = 40'000, kFirstNs = 350, kOtherNs = 60, kSavedNs = 3;
 
 }  // namespace

@@ -22,11 +22,12 @@ constexpr std::uint32_t kLeafBit = 0x80000000U;
 constexpr std::size_t kBlockWords = 80, kBlockIds = 72;  // traverse/wide/wide.h
 constexpr std::uint64_t kMaxEntries = std::uint64_t{1} << 28;
 
-/// How words of a tree refer to its own nodes and leaves, so that it can stand behind others.
+/// Describes the words by which a tree refers to its own nodes and leaves, so that it can be
+/// appended to others.
 struct Words {
-  std::size_t node, children, child_count;  // words of a node; where its child words begin, and how many there are
-  std::size_t leaf;                         // words of `leaves` that one leaf number stands for
-  std::uint32_t number;                     // mask of the bits of a leaf's child word that are its number
+  std::size_t node, children, child_count;  // words of a node; first of its child words, and their number
+  std::size_t leaf;                         // words of `leaves` per leaf number
+  std::uint32_t number;                     // mask of the leaf number in a child word
 };
 
 Words words_of(const std::string& layout) {
@@ -35,7 +36,7 @@ Words words_of(const std::string& layout) {
   return {8 * width, 6 * width, width, kBlockWords, 0x7fffffffU};
 }
 
-/// Adds to the triangle numbers of all leaves: `to(number)` is the record.
+/// Replaces the triangle numbers of all leaves by those of their records, to(number).
 template <class To>
 void number_records(Accel& accel, const To& to) {
   const bool blocks = accel.layout != "bvh2";
@@ -46,13 +47,14 @@ void number_records(Accel& accel, const To& to) {
   }
 }
 
-/// Puts `tree` behind `all`. returns what stands for its root as a child
+/// Appends `tree` to `all`. Returns the child word of its root.
 std::uint32_t append(Accel& all, const Accel& tree, const Words& words) {
   const auto nodes = std::uint32_t(all.nodes.size() / words.node),
              leaves = std::uint32_t(all.leaves.size() / words.leaf);
   const auto moved = [&](std::uint32_t word) { return (word & kLeafBit) != 0 ? word + leaves : word + nodes; };
   const std::uint32_t* const children = tree.nodes.data() + words.children;
-  // A root with one leaf and nothing else is no node worth a step: places are entered through their own boxes.
+  // A root with one leaf and nothing else is left out, because rays enter an instance through its
+  // own box.
   const bool wide = words.child_count > 2;
   const auto used = [&](std::size_t i) {
     const auto lo = std::bit_cast<float>(tree.nodes[wide ? i : 6 * i]);
@@ -80,7 +82,7 @@ BinaryTree improved_tree(TriangleSoup soup, double rays, bool& reinserted) {
   return tree;
 }
 
-/// The scene's own tree, with the places behind its triangles and shapes.
+/// Builds the tree of the scene, with the instances behind its triangles and shapes.
 Accel build_top(const TwoLevelScene& scene, std::size_t flat, const AccelOptions& options) {
   const std::size_t stored = scene.records.size() - scene.shapes - flat, first_place = flat + scene.shapes;
   const std::size_t entries = first_place + scene.boxes.size();
@@ -135,7 +137,7 @@ Accel build(const TwoLevelScene& scene, const AccelOptions& options) {
   const std::uint64_t leaves = accel.leaves.size() / words.leaf;
   if (leaves > std::min<std::uint64_t>(words.number, (1U << 28) - 1))
     throw InputError(fmt::format("trees of {} leaves are more than can be named; use simpler meshes", leaves));
-  accel.stack_size += below + 1;  // and where the ray leaves the mesh
+  accel.stack_size += below + 1;  // one more entry marks the end of an instance
   accel.instances.assign(scene.instances.begin(), scene.instances.end());
   for (InstanceRecord& instance : accel.instances) instance.root = roots[instance.mesh];
   return accel;

@@ -259,7 +259,7 @@ void SceneOptions::add_sampling_to(CLI::App& command, const std::string& spp_mea
       ->check(CLI::IsMember({"on", "off"}))
       ->capture_default_str();
   command.add_option("--light-sampling", light_sampling, "how light is found: same mean, other noise")
-      ->check(CLI::IsMember({"mis", "light", "cosine", "hemisphere"}))
+      ->check(CLI::IsMember({"mis", "light", "bsdf", "cosine", "hemisphere"}))
       ->capture_default_str();
   command.add_option("--light-samples", light_samples, "N: shadow rays of each sample, with --integrator direct")
       ->check(between(1U, kMostLightSamples))
@@ -318,36 +318,35 @@ Prepared settle(const SceneOptions& options, std::shared_ptr<Scene> loaded, cons
   settings.max_depth = options.max_depth;
   if (options.integrator == "direct")
     settings.max_depth = settings.max_depth == 0 ? 2 : std::min(settings.max_depth, 2U);
-  settings.light_sampling = options.light_sampling == "mis"      ? LightSampling::mis
-                            : options.light_sampling == "light"  ? LightSampling::light
-                            : options.light_sampling == "cosine" ? LightSampling::cosine
-                                                                 : LightSampling::hemisphere;
+  settings.light_sampling = options.light_sampling == "mis"          ? LightSampling::mis
+                            : options.light_sampling == "light"      ? LightSampling::light
+                            : options.light_sampling == "hemisphere" ? LightSampling::hemisphere
+                                                                     : LightSampling::bsdf;
   if (options.roulette == 1 && settings.max_depth == 0)
     throw UsageError("--roulette 1: no path would ever end; give --max-depth");
   settings.roulette = options.roulette;
   settings.energy_compensation = options.energy_compensation == "on";
   if (settings.roulette > 0) settings.roulette_depth = 2;
-  settings.whitted = options.integrator == "whitted";
-  settings.raycast = options.integrator == "raycast";
-  if (settings.raycast) settings.max_depth = settings.max_depth == 0 ? 2 : std::min(settings.max_depth, 2U);
-  if (settings.whitted || settings.raycast) {
+  const bool raycast = options.integrator == "raycast", whitted = options.integrator == "whitted";
+  settings.integrator = raycast ? Integrator::raycast : whitted ? Integrator::whitted : Integrator::path;
+  if (raycast) settings.max_depth = settings.max_depth == 0 ? 2 : std::min(settings.max_depth, 2U);
+  if (raycast || whitted) {
     if (options.light_sampling != "mis" && options.light_sampling != "light")
       throw UsageError(fmt::format("--integrator {} finds light by shadow rays alone: leave out --light-sampling {}",
                                    options.integrator, options.light_sampling));
     settings.light_sampling = LightSampling::light;
   }
-  const bool samples_lights =
-      settings.light_sampling == LightSampling::mis || settings.light_sampling == LightSampling::light;
+  const bool samples = samples_lights(settings.light_sampling);
   settings.light_samples = options.light_samples;
   if (options.light_samples > 1 && options.integrator != "direct")
     throw UsageError(
         fmt::format("--light-samples {}: {}; leave it out, or choose --integrator direct", options.light_samples,
-                    settings.raycast ? "raycast has a shadow ray for each light as it is"
+                    raycast ? "raycast has a shadow ray for each light as it is"
                                      : "a path goes on with one ray, and is best with one light at each vertex"));
-  if (options.light_samples > 1 && !samples_lights)
+  if (options.light_samples > 1 && !samples)
     throw UsageError(fmt::format("--light-samples {}: --light-sampling {} samples no light; leave one of them out",
                                  options.light_samples, options.light_sampling));
-  if (!samples_lights && !scene.lights.empty())
+  if (!samples && !scene.lights.empty())
     say(fmt::format("--light-sampling {}: no ray can meet a point, spot or directional light: they give no light",
                     options.light_sampling));
   const bool has_glass =

@@ -12,12 +12,13 @@
 #include <fmt/ranges.h>
 
 #include "core/error.h"
+#include "film/mattes.h"
 
 namespace eikon {
 namespace {
 
 constexpr std::uint64_t kAnyTimes = std::numeric_limits<std::uint64_t>::max();
-constexpr std::string_view kScattered = "scattered.", kLightGroup = "light.";
+constexpr std::string_view kScattered = "scattered.", kLightGroup = "light.", kHitCount = "hits";
 constexpr std::array<const char*, 3> kColours = {"R", "G", "B"};
 
 std::uint32_t need_channel(const FilmLayout& layout, std::string_view name) {
@@ -27,18 +28,22 @@ std::uint32_t need_channel(const FilmLayout& layout, std::string_view name) {
   return static_cast<std::uint32_t>(found - layout.channels.begin());
 }
 
-std::vector<LayerChannel> each(std::string_view layer, std::string_view parts, LayerRule rule,
-                               const FilmLayout& layout) {
-  std::vector<LayerChannel> channels;
-  for (const char part : parts) {
-    const std::string name = fmt::format("{}.{}", layer, part);
-    channels.push_back({name, rule, {need_channel(layout, name)}});
-    if (rule == LayerRule::mean_of_hit) channels.back().film.push_back(need_channel(layout, "hits"));
-  }
+/// The first layer that is made of a sum, which names the film's channels of the sum.
+const LayerInfo& row_of(FilmSum sum) {
+  const auto layer = std::ranges::find(layers(), sum, &LayerInfo::sum);
+  if (layer == layers().end()) throw InternalError("a sum of the film that no layer is made of");
+  return *layer;
+}
+
+std::vector<std::string> channels_of(const LayerInfo& layer) {
+  if (layer.letters.empty()) return {std::string(layer.name)};
+  std::vector<std::string> channels;
+  for (const char letter : layer.letters) channels.push_back(fmt::format("{}.{}", layer.name, letter));
   return channels;
 }
 
-/// Returns the bound N of a channel "scattered.N.R", or nothing for other channels.
+/// The most times that the light of a channel "scattered.N.R" was scattered; nothing for other
+/// channels.
 std::optional<std::uint64_t> bound_of(std::string_view channel) {
   if (!channel.starts_with(kScattered)) return std::nullopt;
   const std::string_view text = channel.substr(kScattered.size());
@@ -47,8 +52,8 @@ std::optional<std::uint64_t> bound_of(std::string_view channel) {
   return code == std::errc() ? bound : kAnyTimes;
 }
 
-/// Sums the light that was scattered [least, most] times; least - 1 and most must be bounds of the
-/// film.
+/// Channels of light that was scattered [least, most] times. The film's bounds must include least -
+/// 1 and most.
 std::vector<LayerChannel> scattered_between(std::string_view prefix, std::uint64_t least, std::uint64_t most,
                                             const FilmLayout& layout) {
   std::vector<LayerChannel> channels;
@@ -69,26 +74,27 @@ std::vector<LayerChannel> scattered_between(std::string_view prefix, std::uint64
 }  // namespace
 
 std::span<const LayerInfo> layers() {
-  static const std::vector<LayerInfo> all = {
-      {"albedo", {"albedo"}},
-      {"normal", {"normal"}},
-      {"geometric_normal", {"geometric_normal"}},
-      {"depth", {"depth", "hits"}},
-      {"position", {"position", "hits"}},
-      {"uv", {"texture_place", "hits"}},
-      {"id", {"id"}},
-      {"object_id", {"id"}},
-      {"material_id", {"material_id"}},
-      {"cryptomatte_object", {"matte_object"}},
-      {"cryptomatte_material", {"matte_material"}},
-      {"emission", {"scattered"}},
-      {"direct", {"scattered"}},
-      {"indirect", {"scattered"}},
-      {"light_groups", {"light_group"}},
-      {"variance", {}},
-      {"samples", {}},
+  using enum LayerRule;
+  static constexpr LayerInfo kLayers[] = {
+      {"albedo", FilmSum::albedo, mean, "RGB"},
+      {"normal", FilmSum::normal, mean, "XYZ"},
+      {"geometric_normal", FilmSum::geometric_normal, mean, "XYZ"},
+      {"depth", FilmSum::depth, mean_of_hit, "Z"},
+      {"position", FilmSum::position, mean_of_hit, "XYZ"},
+      {"uv", FilmSum::texcoord, mean_of_hit, "UV"},
+      {"id", FilmSum::id, word, ""},
+      {"object_id", FilmSum::id, word, ""},
+      {"material_id", FilmSum::material_id, word, ""},
+      {"cryptomatte_object", FilmSum::matte_object, word, ""},
+      {"cryptomatte_material", FilmSum::matte_material, word, ""},
+      {"emission", FilmSum::bounce_bins, mean, "RGB", 0, 0},
+      {"direct", FilmSum::bounce_bins, mean, "RGB", 1, 1},
+      {"indirect", FilmSum::bounce_bins, mean, "RGB", 2, kAnyTimes},
+      {"light_groups", FilmSum::light_group, mean, "RGB"},
+      {"variance", std::nullopt, variance, "RGB"},
+      {"samples", std::nullopt, samples, ""},
   };
-  return all;
+  return kLayers;
 }
 
 std::string layer_names() {
@@ -99,29 +105,33 @@ std::string layer_names() {
 
 bool is_layer(std::string_view name) { return std::ranges::find(layers(), name, &LayerInfo::name) != layers().end(); }
 
-std::vector<LayerChannel> layer_channels(std::string_view layer, const FilmLayout& layout) {
-  if (layer == "albedo") return each(layer, "RGB", LayerRule::mean, layout);
-  if (layer == "normal" || layer == "geometric_normal") return each(layer, "XYZ", LayerRule::mean, layout);
-  if (layer == "depth") return each(layer, "Z", LayerRule::mean_of_hit, layout);
-  if (layer == "position") return each(layer, "XYZ", LayerRule::mean_of_hit, layout);
-  if (layer == "uv") return each(layer, "UV", LayerRule::mean_of_hit, layout);
-  if (layer == "id" || layer == "material_id")
-    return {{std::string(layer), LayerRule::word, {need_channel(layout, layer)}}};
-  if (layer == "object_id") return {{"object_id", LayerRule::word, {need_channel(layout, "id")}}};
-  if (layer == "emission") return scattered_between("emission.", 0, 0, layout);
-  if (layer == "direct") return scattered_between("direct.", 1, 1, layout);
-  if (layer == "indirect") return scattered_between("indirect.", 2, kAnyTimes, layout);
-  if (layer == "light_groups") {
-    std::vector<LayerChannel> channels;
+bool needs_sum(std::span<const std::string> asked, FilmSum sum) {
+  return std::ranges::any_of(layers(), [&](const LayerInfo& layer) {
+    const bool made_of_it = layer.sum == sum || (sum == FilmSum::hit_count && layer.rule == LayerRule::mean_of_hit);
+    return made_of_it && std::ranges::find(asked, layer.name) != asked.end();
+  });
+}
+
+std::vector<LayerChannel> layer_channels(std::string_view name, const FilmLayout& layout) {
+  const auto layer = std::ranges::find(layers(), name, &LayerInfo::name);
+  if (layer == layers().end() || is_matte(name))
+    throw InternalError(fmt::format("unknown layer {}", name));
+  if (layer->sum == FilmSum::bounce_bins)
+    return scattered_between(fmt::format("{}.", name), layer->least_bounces, layer->most_bounces, layout);
+  std::vector<LayerChannel> channels;
+  if (layer->sum == FilmSum::light_group) {
     for (std::uint32_t c = 0; c < layout.channels.size(); ++c)
-      if (layout.channels[c].starts_with(kLightGroup)) channels.push_back({layout.channels[c], LayerRule::mean, {c}});
+      if (layout.channels[c].starts_with(kLightGroup)) channels.push_back({layout.channels[c], layer->rule, {c}});
     return channels;
   }
-  if (layer == "samples") return {{"samples", LayerRule::samples, {}}};
-  if (layer != "variance") throw InternalError(fmt::format("unknown layer {}", layer));
-  std::vector<LayerChannel> channels;
-  for (std::uint32_t c = 0; c < kColours.size(); ++c)
-    channels.push_back({fmt::format("variance.{}", kColours[c]), LayerRule::variance, {c}});
+  const std::vector<std::string> names = channels_of(*layer);
+  const std::vector<std::string> sums = layer->sum ? channels_of(row_of(*layer->sum)) : names;
+  for (std::uint32_t c = 0; c < names.size(); ++c) {
+    LayerChannel& channel = channels.emplace_back(LayerChannel{names[c], layer->rule, {}});
+    if (layer->rule == LayerRule::variance) channel.film.push_back(c);
+    if (layer->sum) channel.film.push_back(need_channel(layout, sums[c]));
+    if (layer->rule == LayerRule::mean_of_hit) channel.film.push_back(need_channel(layout, kHitCount));
+  }
   return channels;
 }
 
@@ -133,21 +143,24 @@ std::vector<std::uint32_t> scatter_bounds(std::span<const std::string> layers,
   return {bounds.begin(), bounds.end()};
 }
 
-std::vector<std::string> scatter_channels(std::span<const std::uint32_t> bounds) {
+std::vector<std::string> film_channels_of(FilmSum sum, std::span<const std::uint32_t> bounds,
+                                          std::span<const std::string> light_groups) {
+  if (sum == FilmSum::hit_count) return {std::string(kHitCount)};
+  if (sum == FilmSum::coverage) return {"A"};
   std::vector<std::string> channels;
-  const auto add = [&](const std::string& bin) {
-    for (const char* colour : kColours) channels.push_back(fmt::format("{}{}.{}", kScattered, bin, colour));
+  const auto add = [&](std::string_view prefix, std::string_view bin) {
+    for (const char* colour : kColours) channels.push_back(fmt::format("{}{}.{}", prefix, bin, colour));
   };
-  for (const std::uint32_t bound : bounds) add(std::to_string(bound));
-  add("more");
-  return channels;
-}
-
-std::vector<std::string> light_group_channels(std::span<const std::string> names) {
-  std::vector<std::string> channels;
-  for (const std::string& name : names)
-    for (const char* colour : kColours) channels.push_back(fmt::format("{}{}.{}", kLightGroup, name, colour));
-  return channels;
+  if (sum == FilmSum::bounce_bins) {
+    for (const std::uint32_t bound : bounds) add(kScattered, std::to_string(bound));
+    add(kScattered, "more");
+    return channels;
+  }
+  if (sum == FilmSum::light_group) {
+    for (const std::string& name : light_groups) add(kLightGroup, name);
+    return channels;
+  }
+  return channels_of(row_of(sum));
 }
 
 Film scattered_at_most(const Film& film, std::uint32_t most) {

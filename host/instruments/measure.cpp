@@ -43,7 +43,7 @@ std::vector<float> measure(Scene& scene, std::uint32_t material, const glm::vec2
   scene.nodes.assign(1, {});
   const Settings settings;
   const Features features(scene, settings);
-  if (features.has("anisotropy"))
+  if (features.has(Feature::anisotropy))
     refuse(scene, material, "is anisotropic, and a table of three angles is not; measure it with anisotropyStrength 0");
   PackedScene packed;
   pack_materials(scene, features, packed);

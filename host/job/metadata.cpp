@@ -72,14 +72,13 @@ Metadata describe_image(const Prepared& prepared) {
   Metadata metadata = describe_picture(prepared);
   metadata.strings["version"] = "eikon " EIKON_VERSION;
   metadata.strings["sampleRange"] = fmt::format("{}:{}", settings.sample_begin, settings.sample_end);
-  static const char* const sampling[] = {"mis", "light", "cosine", "hemisphere"};
-  metadata.strings["lightSampling"] = sampling[int(settings.light_sampling)];
+  metadata.strings["lightSampling"] = name_of(settings.light_sampling);
   metadata.numbers["replicates"] = double(1U << settings.replicate_bits);
   metadata.numbers["seed"] = settings.seed;
   metadata.numbers["rouletteDepth"] = settings.roulette_depth;
   if (settings.roulette > 0) metadata.numbers["roulette"] = double(settings.roulette);
   if (settings.energy_compensation) metadata.strings["energyCompensation"] = "on";
-  metadata.strings["integrator"] = settings.raycast ? "raycast" : settings.whitted ? "whitted" : "path";
+  metadata.strings["integrator"] = name_of(settings.integrator);
   if (settings.light_samples > 1) metadata.numbers["lightSamples"] = settings.light_samples;
   const auto has = [&](const char* layer) {
     return std::ranges::find(prepared.layers, layer) != prepared.layers.end();

@@ -10,16 +10,18 @@
 namespace eikon {
 namespace {
 
-// How far the plane at `eye` may move along `dir`, unit, and stay before all of the scene. Rays that begin near the scene have
-// origins as fine as its own coordinates, however far away the camera stands.
+// The distance by which the plane at `eye` can move along the unit vector `dir` and stay in front
+// of the whole scene. Rays that begin near the scene have origins as precise as its own
+// coordinates, however far away the camera is.
 double clear_way(const PackedScene& packed, const glm::dvec3& eye, const glm::dvec3& dir) {
   const Bounds& bounds = packed.bounds;
   if (bounds.empty()) return 0;
   for (std::size_t i = packed.triangle_count(); i < packed.triangles.size(); ++i)
-    if (is_endless_box(&packed.triangles[i].p0_x)) return 0;  // there may be something anywhere
+    if (is_endless_box(&packed.triangles[i].p0_x)) return 0;  // an endless shape may be anywhere
   const glm::dvec3 half = 0.5 * (bounds.hi - bounds.lo), center = 0.5 * (bounds.hi + bounds.lo);
   const double size = glm::length(half);
-  // A sixteenth of the scene's size is left, so that roundings do not matter; float, as the kernels add it.
+  // A sixteenth of the scene's size is left, so that rounding does not matter. It is a float
+  // because the kernels add it.
   return double(float(std::max(0.0, glm::dot(center - eye, dir) - glm::dot(half, glm::abs(dir)) - 0x1p-4 * size)));
 }
 
@@ -33,7 +35,7 @@ Frame pack_frame(const PackedScene& packed, const Settings& settings) {
   const bool parallel = settings.camera.projection == Projection::orthographic;
   const double half_height = parallel ? settings.camera.ymag_m : std::tan(0.5 * settings.camera.yfov_rad);
   const double pixel =
-      2 * half_height / settings.height;  // side of a pixel; of a perspective on the plane at distance 1
+      2 * half_height / settings.height;  // side of a pixel; perspective: on the plane at distance 1
   const glm::dvec3 corner = up * half_height - right * (0.5 * pixel * settings.width);
   const auto pack = [](const glm::dvec3& v, double w = 0) {
     return float4{float(v.x), float(v.y), float(v.z), float(w)};
@@ -58,7 +60,7 @@ Frame pack_frame(const PackedScene& packed, const Settings& settings) {
     frame.lens_x = pack(right * radius, 1.0 / settings.camera.lens->focus_distance_m);
     frame.lens_y = pack(up * radius);
   }
-  frame.camera_medium = camera_medium(packed, eye, -back);  // of parallel rays: where their middle begins
+  frame.camera_medium = camera_medium(packed, eye, -back);  // of parallel rays: at the origin of the middle one
   frame.environment = pack(glm::dvec3(settings.environment.radiance), packed.environment_probability);
   if (const EnvironmentMap* const map = settings.environment.map.get()) {
     frame.environment = {};
@@ -68,7 +70,8 @@ Frame pack_frame(const PackedScene& packed, const Settings& settings) {
   frame.environment_sin = float(std::sin(settings.environment.rotation_rad));
   frame.environment_cos = float(std::cos(settings.environment.rotation_rad));
   if (!packed.bounds.empty()) {
-    // Half the extent, seen from the rounded centre, rounded up: the box that they span encloses the scene.
+    // Half the extent is measured from the rounded centre and rounded up, so that the box contains
+    // the scene.
     const glm::vec3 center = glm::vec3(0.5 * (packed.bounds.lo + packed.bounds.hi));
     const glm::dvec3 half = glm::max(packed.bounds.hi - glm::dvec3(center), glm::dvec3(center) - packed.bounds.lo);
     frame.scene_center = pack(center);
@@ -82,6 +85,16 @@ Frame pack_frame(const PackedScene& packed, const Settings& settings) {
   frame.light_count = std::uint32_t(packed.light_alias_table.size());
   frame.tree_light_count = packed.tree_light_count;
   frame.light_scale = packed.light_scale;
+  return frame;
+}
+
+Frame unit_frame(Frame frame, std::uint64_t sample_begin, std::uint64_t sample_end, std::uint32_t pixel_count) {
+  frame.pixel_count = pixel_count;
+  frame.pixel_stride = pixel_count + EK_PAD;
+  frame.sample_count = std::uint32_t(sample_end - sample_begin);
+  frame.path_count = frame.pixel_count * frame.sample_count;
+  frame.sample_begin = std::uint32_t(sample_begin);
+  frame.sample_high = std::uint32_t(sample_begin >> 32);
   return frame;
 }
 

@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a camera sees, as kernels take it.
+// The record of a unit that says what the camera sees.
 #pragma once
 #include "pack/pack.h"
 
 namespace eikon {
 
-/// Camera, environment and bounds; the unit's own fields are left 0.
-Frame pack_frame(const PackedScene& packed, const Settings& settings);
+/// Fills in camera, environment and bounds. The fields that differ from unit to unit are left 0.
+[[nodiscard]] Frame pack_frame(const PackedScene& packed, const Settings& settings);
+
+/// The frame of a unit with these samples of each of its pixels.
+[[nodiscard]] Frame unit_frame(Frame frame, std::uint64_t sample_begin, std::uint64_t sample_end,
+                               std::uint32_t pixel_count);
 
 }  // namespace eikon

@@ -8,28 +8,29 @@
 
 namespace eikon {
 
-/// Twice the area of a packed triangle as a vector to its front.
+/// The vector with twice a triangle's area for its length, and to the triangle's front.
 [[nodiscard]] glm::dvec3 triangle_normal(const Triangle& t);
 
-/// The nearest float that is not above x, or not below.
+/// down: the largest float that is not above x; up: the smallest that is not below.
 [[nodiscard]] inline float down(double x) {
   const auto f = float(x);
   return double(f) <= x ? f : std::nextafterf(f, -std::numeric_limits<float>::infinity());
 }
 [[nodiscard]] inline float up(double x) { return -down(-x); }
 
-/// Light group of what a material emits at a place: the place's, if it has one.
+/// Light group of what a material emits on a node: that of the node, if it has one.
 [[nodiscard]] inline std::uint32_t light_group(std::uint32_t of_place, const Material& material) {
   return of_place != 0 ? of_place : material.light_group;
 }
 
-/// Which primitives have an opacity below 1 somewhere, so that a ray may pass them: materials of alphaMode MASK or BLEND whose
-/// factor, texture or vertex colours say so. Many files have BLEND where everything is opaque.
+/// Tells which primitives have an opacity below 1 somewhere, so that a ray may pass them: those
+/// with alphaMode MASK or BLEND whose factor, texture or vertex colours are below 1. Many files say
+/// BLEND where everything is opaque.
 class PassableMaterials {
  public:
   explicit PassableMaterials(const Scene& scene);
   [[nodiscard]] bool has(const Primitive& primitive) const;
-  /// Of a surface without colours of its own.
+  /// The same for a surface without vertex colours.
   [[nodiscard]] bool has(std::uint32_t material) const { return by_material_.at(material) == Passable::always; }
 
  private:
@@ -37,19 +38,24 @@ class PassableMaterials {
   std::vector<Passable> by_material_;
 };
 
-/// Triangles of all nodes in world space with what their materials need at the corners, and the bounds.
-/// `release`: null, or scene.meshes; each primitive of those is freed, but for its material, once no node needs it any more.
+/// Packs the triangles of all nodes in world space, with the data that materials need at the
+/// corners, and the bounds.
+/// release: null, or scene.meshes, whose primitives are freed, but for their materials, once no
+/// node needs them any more
 /// throws InputError when they are more than trees or memory can hold
 void pack_geometry(const Scene& scene, std::vector<Mesh>* release, const Features& features, PackedScene& packed);
 
-/// Shapes, their records behind the triangles', and the bounds of all. After pack_geometry.
+/// Packs the shapes, with their records behind the triangles, and extends the bounds. Runs after
+/// pack_geometry.
 /// throws InputError when they are more than trees can name
 void pack_shapes(const Scene& scene, const Features& features, PackedScene& packed);
 
-/// Material records with their textures. throws InputError when those are more than an index can name
+/// Packs the material records with their textures. throws InputError when those are more than an
+/// index can name
 void pack_materials(const Scene& scene, const Features& features, PackedScene& packed);
 
-/// Lights of all kinds, their table, and the environment's map. After the other parts.
+/// Packs lights of all kinds, the table that chooses among them, and the environment's map. Runs
+/// after the other parts.
 /// throws InputError for an environment that is too large or too bright
 void pack_lights(const Scene& scene, const Features& features, const Settings& settings, PackedScene& packed);
 

@@ -16,7 +16,7 @@
 #include "device/fault.h"
 #include "render/device_sessions.h"
 #include "wavefront/layout/choose_layout.h"
-#include "wavefront/memory.h"
+#include "wavefront/memory_need.h"
 
 namespace eikon {
 namespace {

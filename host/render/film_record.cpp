@@ -31,20 +31,6 @@ std::string describe(const Environment& environment) {
                      environment.scale, environment.rotation_rad);
 }
 
-const char* name_of(LightSampling sampling) {
-  switch (sampling) {
-    case LightSampling::mis:
-      return "mis";
-    case LightSampling::light:
-      return "light";
-    case LightSampling::cosine:
-      return "cosine";
-    case LightSampling::hemisphere:
-      return "hemisphere";
-  }
-  return "";
-}
-
 /// Parses `count` unsigned numbers from "a b c"; returns nothing for any other text.
 template <std::size_t count>
 std::optional<std::array<std::uint64_t, count>> numbers(std::string_view text) {
@@ -104,8 +90,8 @@ std::string describe_lens(const Camera& camera) {
 std::vector<ImageSetting> image_settings(const Scene& scene, const Settings& settings, const FilmLayout& layout) {
   // A new member of Settings fails to compile here. Its author then decides whether image bits
   // depend on it, and adds it below if so.
-  const auto& [width, height, crop, sample_begin, sample_end, seed, replicate_bits, max_depth, roulette_depth, roulette,
-               whitted, energy_compensation, raycast, light_samples, light_sampling, aovs, depth_series, filter,
+  const auto& [width, height, crop, sample_begin, sample_end, seed, replicate_bits, max_depth, integrator,
+               roulette_depth, roulette, energy_compensation, light_sampling, light_samples, aovs, depth_series, filter,
                transparent, camera, environment] = settings;
   static_cast<void>(crop), static_cast<void>(sample_begin), static_cast<void>(sample_end);
   static_cast<void>(aovs), static_cast<void>(depth_series);  // the channels depend on them
@@ -121,9 +107,7 @@ std::vector<ImageSetting> image_settings(const Scene& scene, const Settings& set
           {"depth limit (--max-depth)", fmt::format("{}", max_depth)},
           {"roulette depth", fmt::format("{}", roulette_depth)},
           {"roulette (--roulette)", roulette > 0 ? fmt::format("{}", roulette) : "by throughput"},
-          {"integrator (--integrator)", raycast   ? "raycast"
-                                        : whitted ? "whitted"
-                                                  : "path"},
+          {"integrator (--integrator)", name_of(integrator)},
           {"energy compensation (--energy-compensation)", energy_compensation ? "on" : "off"},
           {"light sampling (--light-sampling, --light-samples)",
            light_samples == 1 ? name_of(light_sampling)

@@ -15,7 +15,7 @@
 #include "render/device_worker.h"
 #include "render/error_counter.h"
 #include "render/no_device_left.h"
-#include "wavefront/memory.h"
+#include "wavefront/memory_need.h"
 
 namespace eikon {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How full the lanes and the queues are at each bounce.
+// Occupancy of lanes and queues at each bounce.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -9,15 +9,15 @@
 
 namespace eikon {
 
-/// What was traced at a depth, and the places that were held for it.
+/// Rays that were traced at a depth, and the lanes and slots that were held for them.
 struct Bounce {
   std::uint64_t paths = 0;        // that reached it: camera and scattered rays
   std::uint64_t shadow_rays = 0;  // cast there
-  std::uint64_t lanes = 0;  // that ran, with a path or without: whole vectors of a chunk, whole work-groups of a queue
-  std::uint64_t slots = 0;  // of the chunks that still had paths, or of the pool that the queue is of
+  std::uint64_t lanes = 0;        // that ran, with or without a path: whole vectors of a chunk, or whole work-groups
+  std::uint64_t slots = 0;        // of the chunks that still had paths, or of the whole pool
 };
 
-/// By depth - 1; what is deeper is with the last.
+/// Indexed by depth - 1; the last entry sums up all deeper bounces.
 using Bounces = std::array<Bounce, EK_TALLY_DEPTHS>;
 
 inline Bounce& bounce_at(Bounces& bounces, std::uint32_t depth) {
@@ -33,10 +33,10 @@ inline void add_bounces(Bounces& bounces, const Bounces& more) {
   }
 }
 
-/// Adds what the work-items of a launch of kernel `paths` counted.
+/// Adds the counts of the work-items of a launch of kernel `paths`.
 void add_bounces(Bounces& bounces, std::span<const WorkerTally> tallies, std::uint32_t width, std::uint32_t chunk);
 
-/// Paths of a chunk at work, on the average over the bounces that its work-items took it through; 0 where there were none.
+/// Mean number of live paths in a chunk, over all bounces of all chunks; 0 if there were none.
 double mean_chunk_paths(std::span<const WorkerTally> tallies);
 
 }  // namespace eikon

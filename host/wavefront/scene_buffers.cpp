@@ -13,7 +13,8 @@ class Uploader {
 
   template <class Array>
   void share(const char* name, const Array& values) {
-    // An argument needs a buffer even where there is nothing: one record of zeros, never read.
+    // An argument needs a buffer even if it is empty. Then it is one record of zeros, which is
+    // never read.
     static const Array nothing(1);
     const Array& source = values.empty() ? nothing : values;
     const std::size_t size = source.size() * sizeof(source[0]);

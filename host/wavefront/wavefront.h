@@ -10,10 +10,10 @@
 #include "device/arithmetic.h"
 #include "wavefront/bounces.h"
 #include "pack/pack.h"
-#include "wavefront/ray_census.h"
+#include "wavefront/ray_counters.h"
 #include "pack/settings.h"
 #include "film/units.h"
-#include "wavefront/wavefront_config.h"
+#include "wavefront/config.h"
 
 namespace eikon {
 
@@ -22,12 +22,12 @@ struct RejectedSample {
   std::uint64_t sample = 0;
 };
 
-/// What a unit gave; the arrays belong to the wavefront: see Wavefront::finish.
+/// The result of a unit. The arrays belong to the wavefront: see Wavefront::finish.
 struct UnitResult {
   UnitSums sums;
   RayCounts rays;
-  std::uint64_t given_up = 0;           // rays that searched implicit surfaces
-  std::uint32_t given_up_surfaces = 0;  // which: Diagnostics
+  std::uint64_t given_up = 0;           // rays that exceeded the steps allowed in implicit surfaces
+  std::uint32_t given_up_surfaces = 0;  // in which surfaces: see Diagnostics
   std::uint64_t nonfinite = 0, saturated = 0;
   std::vector<RejectedSample> rejected;  // the first few
 };
@@ -46,34 +46,39 @@ class Wavefront {
   Wavefront(Device& device, const PackedScene& scene, const Features& features, const Settings& settings,
             const Execution& execution);
   ~Wavefront();
-  /// Compiles what one needs; the device keeps it for a while. No commands are sent to the device. throws DeviceError
+  /// Compiles the program of such a wavefront, which the device keeps for a while. Nothing runs on
+  /// the device.
+  /// throws DeviceError
   static void compile_ahead(Device& device, const PackedScene& scene, const Features& features,
                             const Execution& execution);
-  /// As new for another image of the same scene: camera, seed, samples and depth may differ, but nothing that its program and its
-  /// buffers depend on. What was begun must be finished.
+  /// Prepares for another image of the same scene. Camera, seed, samples and depth may differ, but
+  /// nothing that the program and the buffers depend on. All units that were begun must be
+  /// finished.
   void restart(const Settings& settings, const Execution& execution);
 
   [[nodiscard]] const WavefrontConfig& config() const;
-  /// What this device's arithmetic was found to be, with the program that renders.
+  /// The class of this device's arithmetic, measured with the program that renders.
   [[nodiscard]] ArithmeticClass arithmetic() const;
   [[nodiscard]] double upload_s() const;
   [[nodiscard]] std::uint64_t device_bytes() const;
-  /// Of all units so far.
+  /// The counts of all units so far.
   [[nodiscard]] const Bounces& bounces() const;
 
-  // Of a unit: begin(), drive(), finish(). The next one may begin between drive() and finish(): the device then has work while the host
-  // waits for the sums and adds them up.
+  // A unit is rendered by begin(), drive(), finish(). The next one may begin between drive() and
+  // finish(), so that the device has work while the host waits for the sums and adds them up.
 
-  /// Starts a unit of at most config().capacity() paths; of those begun at most one may not be finished, and that one is driven.
+  /// Starts a unit of at most config().capacity() paths. At most one earlier unit may be
+  /// unfinished, and that one is driven.
   /// throws DeviceError
   void begin(const WorkUnit& unit);
-  /// Blocks until the device needs no more orders for the unit begun last, which may be at once. throws DeviceError
+  /// Launches the rest of the unit that was begun last. Blocks while the host has to look at
+  /// counts. throws DeviceError
   void drive();
-  /// Waits for the oldest unit that was begun. The result lasts until the next begin() but one. throws DeviceError; InternalError when a
-  /// kernel reports one.
+  /// Waits for the oldest unit that was begun. The result lasts until the next begin() but one.
+  /// throws DeviceError; InternalError when a kernel reports one
   UnitResult finish();
 
-  /// Traces one path and reports its vertices. returns its radiance
+  /// Traces one path, reports its vertices, and returns its radiance.
   glm::vec3 replay(std::uint32_t x, std::uint32_t y, std::uint64_t sample,
                    const std::function<void(const PathVertex&)>& report);
 

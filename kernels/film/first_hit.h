@@ -23,11 +23,11 @@ EK_FN void film_first_hit(constant Frame* frame, FilmSlots film, vi live, vu pat
   const vf depth = EK_HAS_orthographic ? hit.t + frame->camera_origin.w : hit.t;
   if (EK_HAS_depth) film_set(film, SLOT_depth, live, path, depth);
   if (EK_HAS_position) film_set_3(film, SLOT_position, live, path, hit.p);
-  if (EK_HAS_texture_place) {
-    film_set(film, SLOT_texture_place, live, path, hit.uv_u);
-    film_set(film, SLOT_texture_place + 1, live, path, hit.uv_v);
+  if (EK_HAS_texcoord) {
+    film_set(film, SLOT_texcoord, live, path, hit.uv_u);
+    film_set(film, SLOT_texcoord + 1, live, path, hit.uv_v);
   }
-  if (EK_HAS_hits) film_set(film, SLOT_hits, live, path, (vf)(1.0f));
+  if (EK_HAS_hit_count) film_set(film, SLOT_hit_count, live, path, (vf)(1.0f));
   if (EK_HAS_coverage) film_set(film, SLOT_coverage, live, path, weight);
   // The mattes hold the bits of integers, with which nothing computes; paths that hit nothing keep
   // 0.

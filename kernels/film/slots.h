@@ -11,11 +11,11 @@
 #include "lanes/math.h"
 #include "lanes/simd.h"
 
-// Bit i of EK_SCATTER_BOUNDS ends a bin of layer `scattered` after light that was scattered i
+// Bit i of EK_BOUNCE_BOUNDS ends a bin of layer `bounce_bins` after light that was scattered i
 // times; one more bin has the rest.
-#ifndef EK_SCATTER_BOUNDS
-#define EK_SCATTER_BOUNDS 0u
-#define EK_SCATTER_BINS 1
+#ifndef EK_BOUNCE_BOUNDS
+#define EK_BOUNCE_BOUNDS 0u
+#define EK_BOUNCE_BINS 1
 #endif
 
 // Layer `light_group` has EK_LIGHT_GROUPS groups; the environment belongs to EK_ENVIRONMENT_GROUP.
@@ -100,16 +100,16 @@ typedef struct {
 /// surface_count  surfaces that the light met between its source and the camera
 EK_FN void film_add_light(FilmSlots film, uint surface_count, Contribution light) {
   film_add_3(film, SLOT_r, light.live, light.path, light.radiance);
-  if (EK_HAS_scattered & EK_HAS_nested_media) {
+  if (EK_HAS_bounce_bins & EK_HAS_nested_media) {
     vu bin = (vu)(0u);
-    for (uint bits = EK_SCATTER_BOUNDS; bits != 0u; bits &= bits - 1u) {
+    for (uint bits = EK_BOUNCE_BOUNDS; bits != 0u; bits &= bits - 1u) {
       const uint bound = lowest_bit(bits);
       bin = bin + (((vu)(surface_count) - light.null_interface_count > bound) ? (vu)(1u) : (vu)(0u));
     }
-    film_add_3(film, SLOT_scattered, light.live, light.path + bin * (3u * film.stride), light.radiance);
-  } else if (EK_HAS_scattered) {
-    const uint bin = popcount(EK_SCATTER_BOUNDS & ((1u << min(surface_count, 31u)) - 1u));
-    film_add_3(film, SLOT_scattered + 3 * bin, light.live, light.path, light.radiance);
+    film_add_3(film, SLOT_bounce_bins, light.live, light.path + bin * (3u * film.stride), light.radiance);
+  } else if (EK_HAS_bounce_bins) {
+    const uint bin = popcount(EK_BOUNCE_BOUNDS & ((1u << min(surface_count, 31u)) - 1u));
+    film_add_3(film, SLOT_bounce_bins + 3 * bin, light.live, light.path, light.radiance);
   }
   if (EK_HAS_light_group)
     film_add_3(film, SLOT_light_group, light.live, light.path + light.group * (3u * film.stride), light.radiance);

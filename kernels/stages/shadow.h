@@ -35,7 +35,7 @@ EK_FN_ONCE void stage_shadow(StageContext stage, Geometry geometry, uint count, 
       const Contribution light = {
           .live = in_use & !any_result(&tracing, row),
           .path = ray.path,
-          .null_interface_count = (EK_HAS_nested_media & EK_HAS_scattered) ? ray.null_interface_count : (vu)(0u),
+          .null_interface_count = (EK_HAS_nested_media & EK_HAS_bounce_bins) ? ray.null_interface_count : (vu)(0u),
           .group = EK_HAS_light_group ? ray.light_group : (vu)(0u),
           .radiance = ray.radiance};
       film_add_light(stage.film, depth, light);

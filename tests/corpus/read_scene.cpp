@@ -29,7 +29,7 @@ void read_and_pack(const std::string& path) {
   const Features features = features_of(scene, settings, Execution{}, nullptr);
   PackedScene packed = pack_and_release(scene, features, settings);
   for (const std::string& layout : tree_layouts()) {
-    if (features.has("instance") && !has_two_levels(layout)) continue;
+    if (features.has(Feature::instance) && !has_two_levels(layout)) continue;
     add_accel(packed, "bvh", layout, 0);
     packed.accels.clear();
   }

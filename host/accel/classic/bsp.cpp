@@ -13,11 +13,11 @@
 namespace eikon {
 namespace {
 
-// Relative time of a step across an oblique plane, beside the others of kd_builder.h.
+// Relative time of a step across an oblique plane; kd_builder.h has the others.
 constexpr double kObliqueCost = 2.5;
-// Oblique planes are tried where there are so few triangles, of so many of them.
+// Oblique planes are tried in nodes of at most this many triangles, and for this many of them.
 constexpr std::size_t kObliqueLimit = 64, kObliqueTriangles = 4;
-constexpr double kMostSlack = 0.25;  // of a triangle's size: a plane beside it would have to keep that away
+constexpr double kMostSlack = 0.25;  // largest slack, per size of a triangle, with which its plane is tried
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 Point3 minus(const Point3& a, const Point3& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
@@ -38,14 +38,14 @@ HalfSpace across(const KdPlane& plane) {
   return above;
 }
 
-/// What a cell holds of a triangle: it is hit within `box`, and within `slack` of the polygon, which lies in its plane; no polygon where
-/// that would say nothing.
+/// The part of a triangle in a cell: hits are within `box`, and within `slack` of the polygon,
+/// which lies in the triangle's plane. There is no polygon if it would not restrict them further.
 struct Piece {
   CellReference box;
   double slack = 0;
   Polygon polygon;
 
-  /// Leaves of the box what is within slack of the polygon.
+  /// Shrinks the box to the points within slack of the polygon.
   void shrink() {
     for (std::size_t k = 0; k < 3; ++k) {
       double lo = kInfinity, hi = -kInfinity;
@@ -59,7 +59,8 @@ struct Piece {
 };
 using Pieces = std::vector<Piece>;
 
-/// Across an axis, or an oblique plane as the traversal reads it and the same in double precision.
+/// A plane across an axis, or an oblique plane: in the words that the traversal reads, and in
+/// double precision.
 struct Split {
   double cost = kInfinity;
   KdPlane across;
@@ -148,14 +149,14 @@ class Builder {
     return piece;
   }
 
-  /// Whether it may be hit in the half space.
+  /// True if the piece may be hit in the half space.
   [[nodiscard]] bool is_in(const Piece& piece, const HalfSpace& half) const {
     if (!(top_of(piece.box, half) >= -scene_.error())) return false;
     return piece.polygon.empty() || std::any_of(piece.polygon.begin(), piece.polygon.end(),
                                                 [&](const Point3& p) { return half.height(p) >= -piece.slack; });
   }
 
-  /// What of the pieces is behind (`side` 0) or in front of a plane.
+  /// The parts of the pieces behind (side 0) or in front of a plane.
   [[nodiscard]] Pieces pieces_on(const Pieces& pieces, const Split& split, std::size_t side) const {
     const HalfSpace front = split.is_oblique() ? split.front : across(split.across);
     const HalfSpace half = side == 0 ? front.opposite() : front;
@@ -197,7 +198,7 @@ class Builder {
     if (!(area > 0) || !std::isfinite(area)) return best;
     if (best.across.axis != 3) {
       const auto count = [&](std::size_t side) { return pieces_on(task.pieces, best, side).size(); };
-      best.cost = cost_of(task.solid, area, across(best.across), kKdStepCost, count(0), count(1), kInfinity);
+      best.cost = cost_of(task.solid, area, across(best.across), kKdStepCost, {count(0), count(1)}, kInfinity);
     }
     const auto flat = static_cast<std::size_t>(
         std::count_if(task.pieces.begin(), task.pieces.end(), [](const Piece& each) { return !each.polygon.empty(); }));
@@ -208,7 +209,8 @@ class Builder {
     return best;
   }
 
-  /// The plane of a triangle, moved off it to either side so that it is on one alone, and planes through its edges.
+  /// Tries the plane of a triangle, moved to either side so that the triangle is on one side alone,
+  /// and planes through its edges.
   void consider_triangle(const Task& task, double area, const Piece& piece, Split& best) const {
     const Polygon p = scene_.corners(piece.box.triangle);
     const Point3 normal = cross(minus(p[1], p[0]), minus(p[2], p[0]));
@@ -233,15 +235,19 @@ class Builder {
       in_front += is_in(each, split.front) ? 1 : 0;
       are_behind += is_in(each, behind) ? 1 : 0;
     }
-    split.cost = cost_of(task.solid, area, split.front, kObliqueCost, are_behind, in_front, best.cost);
+    split.cost = cost_of(task.solid, area, split.front, kObliqueCost, {are_behind, in_front}, best.cost);
     if (split.cost < best.cost) best = split;
   }
 
-  /// By the surface area heuristic; infinite if it is no less than `least` for sure.
-  static double cost_of(const Solid& solid, double area, const HalfSpace& front, double step, std::size_t are_behind,
-                        std::size_t in_front, double least) {
+  struct Counts {
+    std::size_t are_behind, in_front;
+  };
+  /// The cost by the surface area heuristic; infinite if it is certainly no less than `least`.
+  static double cost_of(const Solid& solid, double area, const HalfSpace& front, double step, const Counts& counts,
+                        double least) {
+    const auto [are_behind, in_front] = counts;
     const double gain = are_behind == 0 || in_front == 0 ? kKdEmptyGain : 1.0;
-    // Both areas together are at least the whole.
+    // The sum of both areas is at least the area of the whole.
     if (step + kKdTriangleCost * gain * static_cast<double>(std::min(are_behind, in_front)) >= least) return kInfinity;
     const CutAreas cut = cut_areas(solid, front);
     const double hits = cut.behind * static_cast<double>(are_behind) + cut.front * static_cast<double>(in_front);

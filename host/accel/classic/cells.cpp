@@ -16,7 +16,8 @@ namespace eikon {
 namespace {
 
 constexpr std::size_t kMostTriangles = std::size_t{1} << 26;  // lists of 16 entries for each are numbered in 31 bits
-constexpr double kReachLimit = 8;  // in halves of the scene's longest side: a camera at three times its size
+// In halves of the scene's longest side. It allows a camera at three times the scene's size.
+constexpr double kReachLimit = 8;
 
 }  // namespace
 
@@ -52,8 +53,8 @@ Point3 cross(const Point3& a, const Point3& b) {
 }
 double dot(const Point3& a, const Point3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
-/// The largest sum of the weights' sizes by which a point within `around` of the box is a mean of the corners, along the normal.
-/// normal: of any length
+/// A point within `around` of the box, projected along the normal, is a weighted mean of the
+/// corners. Returns the largest sum of the absolute weights. normal: of any length
 double most_weights(const std::array<Point3, 3>& p, const Point3& normal, const Box& box, double around) {
   double most = 0;
   for (std::size_t corner = 0; corner < 8; ++corner) {
@@ -72,7 +73,7 @@ double most_weights(const std::array<Point3, 3>& p, const Point3& normal, const 
 CellScene::Plane CellScene::plane_of(const float* corners) const {
   std::array<Point3, 3> p{};
   for (std::size_t i = 0; i < 9; ++i) p[i / 3][i % 3] = double{corners[i]};
-  // Of a box, whose third corner is NaN, the plane means nothing either.
+  // A box has NaN for its third corner, and has no plane either.
   Plane plane{cross(minus(p[1], p[0]), minus(p[2], p[0])), 0, std::numeric_limits<double>::infinity()};
   const Box box = triangle_box(corners);
   double longest = 0;  // s
@@ -82,7 +83,8 @@ CellScene::Plane CellScene::plane_of(const float* corners) const {
   const double weights = most_weights(p, plane.normal, box, error());
   for (double& n : plane.normal) n /= length;
   plane.offset = dot(plane.normal, p[0]);
-  // Item 2 of traverse/classic/cells.h, and sqrt(3) (40 u E + 4 u |o|), |o| at most largest_ + E; rounded up, which covers double precision too.
+  // Item 2 of traverse/classic/cells.h, and sqrt(3) (40 u E + 4 u |o|) with |o| <= largest_ + E.
+  // Rounding up covers the errors of double precision too.
   plane.slack =
       1.01 * kUnit * (reach_limit_ * (14 * (weights + 1) + 20) + 200 * (longest * longest / length) * longest) +
       error();
@@ -120,8 +122,8 @@ CellScene::Region CellScene::region(std::uint32_t number) const {
   const Plane& plane = planes_[number];
   Region region{{}, plane.slack};
   if (!std::isfinite(plane.slack)) return region;
-  // A square of the plane around the box, then cut to the box and as much around it: whatever is within slack of the plane and in the
-  // box has its foot there.
+  // Begins with a square of the plane around the box, and cuts it to the box grown by slack. The
+  // foot of every point that is in the box and within slack of the plane lies in this polygon.
   const Box& box = boxes_[number];
   Point3 middle{}, u{}, v{};
   double radius = 0, height = -plane.offset;
@@ -161,7 +163,7 @@ Accel CellScene::begin(const char* name, const char* layout) const {
   const auto set = [&](std::size_t word, double value) {
     accel.nodes[word] = std::bit_cast<std::uint32_t>(static_cast<float>(value));
   };
-  // Rounded down, so that no ray beyond passes for one within.
+  // The limit is rounded down, so that no ray beyond it counts as one within.
   set(0, std::min(reach_limit_ * (1 - 0x1p-20), double{std::numeric_limits<float>::max()}));
   for (std::size_t axis = 0; axis < 3; ++axis) {
     set(1 + axis, double{box_.lo[axis]});

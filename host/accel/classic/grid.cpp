@@ -40,7 +40,7 @@ class Grid {
       size[k] = double{scene.box().hi[k]} - double{scene.box().lo[k]};
       longest = std::max(longest, size[k]);
     }
-    // Flat scenes count as a little thick: their cells are squares, no dust.
+    // Flat scenes count as a little thick, so that their cells are squares and not too small.
     double volume = 1;
     for (const double s : size) volume *= std::max(s, longest / std::cbrt(cells));
     const double width = std::cbrt(volume / cells);
@@ -70,12 +70,12 @@ class Grid {
     }
   }
 
-  /// How many entries the lists have, or none if more than `most`.
+  /// The number of entries of all lists; nothing if there are more than `most`.
   [[nodiscard]] std::optional<std::vector<std::uint32_t>> list_sizes(const CellReferences& references,
                                                                      std::size_t most) const {
     std::vector<std::uint32_t> sizes(cells() + 1, 0);
     std::atomic<std::size_t> all{0}, visited{0};
-    const std::size_t most_visited = 64 * most;  // cells of boxes that no triangle is in take time
+    const std::size_t most_visited = 64 * most;  // cells of boxes take time even if no triangle is in them
     tbb::parallel_for(std::size_t{0}, (references.size() + kChunk - 1) / kChunk, [&](std::size_t chunk) {
       for (std::size_t i = chunk * kChunk; i < std::min(references.size(), (chunk + 1) * kChunk); ++i) {
         if (all > most || visited > most_visited) return;
@@ -107,13 +107,13 @@ class Grid {
     }
     return range;
   }
-  /// A cell that x is in: the one above where it lies on a plane, but for the last plane.
+  /// The cell of x. On a plane it is the one above, except on the last plane.
   [[nodiscard]] std::size_t cell_of(std::size_t axis, float x) const {
     const std::vector<float>& p = planes_[axis];
     const auto above = static_cast<std::size_t>(std::upper_bound(p.begin(), p.end(), x) - p.begin());
     return std::clamp<std::size_t>(above, 1, count(axis)) - 1;
   }
-  /// The same, but the one below.
+  /// The cell of x. On a plane it is the one below.
   [[nodiscard]] std::size_t cell_before(std::size_t axis, float x) const {
     const std::vector<float>& p = planes_[axis];
     const auto above = static_cast<std::size_t>(std::lower_bound(p.begin(), p.end(), x) - p.begin());
@@ -157,7 +157,7 @@ Accel build_grid(TriangleSoup triangles) {
     for (const float plane : grid->planes(k)) accel.nodes.push_back(std::bit_cast<std::uint32_t>(plane));
   accel.nodes.insert(accel.nodes.end(), begins->begin(), begins->end());
   accel.leaves.resize(entries, 0);
-  // In the order of the triangles, whatever the threads do.
+  // Lists are in the order of the triangles, whatever the threads do.
   std::vector<std::uint32_t>& next = *begins;
   for (const CellReference& each : references)
     grid->for_each_cell(each, [&](std::size_t cell) { accel.leaves[next[cell]++] = scene.id(each.triangle); });

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What kd-trees and BSP trees have in common: planes across an axis, and the nodes of kernels/traverse/classic/kdtree.h.
+// The common part of kd-trees and BSP trees: planes across an axis, and the nodes of
+// kernels/traverse/classic/kdtree.h.
 #pragma once
 #include <cstdint>
 #include <functional>
@@ -11,32 +12,34 @@
 
 namespace eikon {
 
-// Relative times of a step across an axis and of a test, and what cutting off space gains.
+// Relative times of a step across an axis and of a triangle test; factor of the cost if a side is
+// empty.
 inline constexpr double kKdStepCost = 1, kKdTriangleCost = 3, kKdEmptyGain = 0.8;
-inline constexpr int kKdBadSplits = 3;  // splits in a row that seem not to pay, in the hope of one below
+inline constexpr int kKdBadSplits = 3;  // splits in a row that may seem not to pay, because one below them may
 
 struct KdCell {
   std::array<float, 3> lo, hi;
 };
 
-/// Across an axis; 3: none.
+/// A plane across an axis; axis 3 means no plane.
 struct KdPlane {
   double cost = std::numeric_limits<double>::infinity();
   float at = 0;
   std::size_t axis = 3;
 };
 
-/// The plane that the surface area heuristic finds best for what is in a cell: from bins or, of few triangles, all planes.
+/// The best plane of a cell by the surface area heuristic, of bins, or of all planes if triangles
+/// are few.
 [[nodiscard]] KdPlane cheapest_plane(const CellReferences& references, const KdCell& cell);
 
-/// Nodes and leaves of a part of a tree, numbered from its own beginning. The first child of a node comes next, the other where link()
-/// is called.
+/// Nodes and leaves of a part of a tree, numbered from its own beginning. The first child of a node
+/// comes next, the other one comes where link() is called.
 struct KdPart {
   std::vector<std::uint32_t> nodes, leaves;
 
-  /// returns the node, for link()
+  /// Returns the node, for link().
   std::size_t add_axis(const KdPlane& plane);
-  /// words: n, d of n (x - c) = d
+  /// words: n and d of the plane n (x - c) = d
   std::size_t add_oblique(const std::array<float, 4>& words);
   void link(std::size_t node);
   void add_leaf(const std::vector<std::uint32_t>& triangles);
@@ -44,7 +47,8 @@ struct KdPart {
   [[nodiscard]] std::size_t node_count() const;
 };
 
-/// What is still to be built of a tree. bad: splits above in a row that seem not to pay.
+/// A part of a tree that is still to be built. bad: number of splits in a row above it that seem
+/// not to pay
 struct KdTask {
   CellReferences references;
   KdCell cell;
@@ -52,18 +56,19 @@ struct KdTask {
   int depth = 0, bad = 0;
 };
 
-/// Whether a split of this cost is given up for a leaf; counts it in `bad`.
+/// True if a leaf is better than a split of this cost. Counts the split in `bad` if it seems not to
+/// pay.
 [[nodiscard]] bool is_hopeless(double cost, std::size_t references, int& bad);
 
 class KdBuilder {
  public:
   KdBuilder(const CellScene& scene, KdSplit split);
-  /// Parts of at most `limit` references are built by `below` instead.
+  /// Lets `below` build parts of at most `limit` references.
   void set_below(std::size_t limit, std::function<void(KdPart&, KdTask&&)> below);
   [[nodiscard]] int max_depth() const { return max_depth_; }
   void build(KdPart& part, KdTask&& task) const;
 
-  /// The whole tree as the traversal reads it.
+  /// Builds the whole tree for the traversal.
   /// throws InputError if it has more nodes than can be numbered
   [[nodiscard]] Accel build(const char* name, const char* layout) const;
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which plane across an axis parts what is in a cell best.
+// Finds the best plane across an axis of a cell.
 #include <algorithm>
 #include <cmath>
 
@@ -8,7 +8,7 @@
 namespace eikon {
 namespace {
 
-constexpr std::size_t kBins = 32, kExactLimit = 48;  // of so few triangles all planes are tried
+constexpr std::size_t kBins = 32, kExactLimit = 48;  // up to this many triangles all planes are tried
 
 double half_area(const std::array<double, 3>& size) { return size[0] * (size[1] + size[2]) + size[1] * size[2]; }
 
@@ -58,7 +58,7 @@ void sweep(const CellReferences& references, const KdCell& cell, std::size_t axi
   for (std::size_t i = 0; i < count; ++i) begins[i] = references[i].lo[axis], ends[i] = references[i].hi[axis];
   std::sort(begins.begin(), begins.begin() + static_cast<std::ptrdiff_t>(count));
   std::sort(ends.begin(), ends.begin() + static_cast<std::ptrdiff_t>(count));
-  std::size_t begun = 0, ended = 0;  // with a beginning before the plane, with an end at it or before
+  std::size_t begun = 0, ended = 0;  // that begin before the plane; that end at it or before
   while (begun < count || ended < count) {
     const float at = begun < count ? std::min(begins[begun], ends[ended]) : ends[ended];
     while (ended < count && ends[ended] <= at) ++ended;

@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::size_t kRotateLeaf = 4, kParallelLimit = 4096;
 constexpr int kRotateDepth = 48;
-constexpr double kRotateMost = 1.7;  // of what is parted, on both sides together
+constexpr double kRotateMost = 1.7;  // most references on both sides, per reference of the node
 
 // Words of a node, two for an index (kernels/traverse/classic/kdtree.h).
 constexpr std::uint32_t kLeaf = 3, kOblique = 4, kKindBits = 3, kKindMask = 7;
@@ -76,7 +76,7 @@ bool is_hopeless(double cost, std::size_t references, int& bad) {
 }
 
 KdBuilder::KdBuilder(const CellScene& scene, KdSplit split) : scene_(scene), split_(split) {
-  // Middles come to a small object in a large scene by halves alone.
+  // Splits in the middle need many levels to reach a small object in a large scene.
   max_depth_ = split == KdSplit::rotate ? kRotateDepth
                                         : 8 + static_cast<int>(1.3 * std::log2(static_cast<double>(scene.size()) + 1));
 }
@@ -139,8 +139,9 @@ void KdBuilder::divide(const CellReferences& references, const KdPlane& plane,
   }
 }
 
-/// The middle across the axis whose turn it is, with what lies on its sides. An axis along which most triangles are in both halves is
-/// passed over: entries would be spent on what is told apart along another.
+/// Splits in the middle across the axis whose turn it is. An axis along which most triangles are in
+/// both halves is passed over, because it would spend entries on triangles that another axis
+/// separates.
 KdPlane KdBuilder::halve(const KdTask& task, std::array<CellReferences, 2>& side) const {
   if (task.references.size() <= kRotateLeaf) return {};
   for (std::size_t turn = 0; turn < 3; ++turn) {

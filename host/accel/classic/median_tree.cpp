@@ -42,7 +42,7 @@ class Builder {
   }
 
  private:
-  /// Order among equals is by index, so that nothing but the triangles decides.
+  /// Equals are ordered by index, so that the triangles alone decide.
   static void select(std::vector<Reference>& references, std::size_t begin, std::size_t middle, std::size_t end) {
     Box centres;
     for (std::size_t i = begin; i < end; ++i) centres.add(centroid2(references[i]));

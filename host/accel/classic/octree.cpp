@@ -16,12 +16,12 @@ constexpr std::size_t kLeaf = 6, kParallelLimit = 4096, kNodeWords = 12;
 constexpr int kMaxDepth = 16;
 constexpr std::uint32_t kLeafBit = 0x80000000U;
 
-/// What the traversal reads, of a part of the tree: `nodes` and `leaves` are numbered from its own beginning.
+/// A part of the tree for the traversal. `nodes` and `leaves` are numbered from its own beginning.
 struct Part {
   std::vector<std::uint32_t> nodes, leaves;
-  std::uint32_t root = 0;  // word of the child that it is
+  std::uint32_t root = 0;  // its child word
 
-  /// returns the word of `other`'s root within this.
+  /// Returns the child word of `other`'s root within this.
   std::uint32_t append(const Part& other) {
     const auto node = static_cast<std::uint32_t>(nodes.size() / kNodeWords),
                leaf = static_cast<std::uint32_t>(leaves.size());
@@ -44,7 +44,7 @@ class Builder {
  public:
   explicit Builder(const CellScene& scene) : scene_(scene) {}
 
-  /// references: at least one, but for the root
+  /// references: at least one, except for the root
   [[nodiscard]] Part build(CellReferences&& references, const Cell& cell, CellBudget budget, int depth) const {
     Part part;
     std::array<float, 3> middle{};
@@ -58,7 +58,8 @@ class Builder {
     std::size_t all = 0;
     for (const CellReference& each : references) divide(each, middle, children);
     for (const CellReferences& each : children) all += each.size();
-    // Nothing is gained where most triangles are in most children, as where many share a corner.
+    // Dividing gains nothing if most triangles are in most children, such as around a corner that
+    // many share.
     if (depth > 0 && (!budget.allows(all) || all >= 6 * references.size())) return leaf(references);
 
     const std::size_t count = references.size();
@@ -116,7 +117,7 @@ class Builder {
 Accel build_octree(TriangleSoup triangles) {
   const CellScene scene(triangles);
   Accel accel = scene.begin("octree", "octree");
-  // A cube around the scene, but no larger than floats are. Where it is not, nothing is lost but shape.
+  // The root is a cube around the scene, cut off at the largest float; then it is merely no cube.
   Cell cube{};
   float half = 0;
   const Box& box = scene.box();

@@ -23,7 +23,8 @@ double polygon_area(const Polygon& p) {
   return 0.5 * length(sum);
 }
 
-/// The same as clipped(), and where the polygon's border passes the height, if it does: there and back.
+/// Does the same as clipped(), and finds the two points where the polygon's border passes the
+/// height, if it does.
 Polygon clipped(const Polygon& polygon, const HalfSpace& half, double least, Polygon* passes) {
   Polygon kept;
   for (std::size_t i = 0; i < polygon.size(); ++i) {
@@ -76,7 +77,8 @@ CutAreas cut_areas(const Solid& solid, const HalfSpace& half) {
     all += polygon_area(face);
     front += polygon_area(clipped(face, half, 0, &border));
   }
-  // Each face gives a segment of the cut's border; the triangles from one point of it to them all fill the cut.
+  // Each face gives a segment of the cut's border; the triangles from one point of it to them all
+  // fill the cut.
   double cut = 0;
   for (std::size_t i = 0; i + 1 < border.size(); i += 2)
     cut += 0.5 * length(cross(minus(border[i], border[0]), minus(border[i + 1], border[0])));
@@ -94,7 +96,7 @@ Solid clipped(const Solid& solid, const HalfSpace& half) {
   Point3 middle{};
   for (const Point3& p : border)
     for (std::size_t k = 0; k < 3; ++k) middle[k] += p[k] / static_cast<double>(border.size());
-  std::size_t most = 0;  // axis that the plane is least along
+  std::size_t most = 0;  // axis of the largest component of the normal
   for (std::size_t k = 1; k < 3; ++k) most = std::abs(half.normal[k]) > std::abs(half.normal[most]) ? k : most;
   const std::size_t u = (most + 1) % 3, v = (most + 2) % 3;
   std::sort(border.begin(), border.end(), [&](const Point3& a, const Point3& b) {

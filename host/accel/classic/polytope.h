@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Convex polygons and solids in double precision, cut by planes: the cells of a BSP tree and what lies in them.
+// Convex polygons and solids in double precision that are cut by planes: the cells of a BSP tree
+// and their triangles.
 #pragma once
 #include <array>
 #include <vector>
@@ -18,10 +19,10 @@ struct HalfSpace {  // normal * x >= offset
   [[nodiscard]] HalfSpace opposite() const { return {{-normal[0], -normal[1], -normal[2]}, -offset}; }
 };
 
-/// What of a convex polygon is at least as high as `least`; empty if nothing is.
+/// The part of a convex polygon whose height is at least `least`; may be empty.
 [[nodiscard]] Polygon clipped(const Polygon& polygon, const HalfSpace& half, double least);
 
-/// A convex solid: its faces, in one sense of rotation.
+/// A convex solid, given by its faces, all with the same sense of rotation.
 struct Solid {
   std::vector<Polygon> faces;
   [[nodiscard]] double area() const;
@@ -29,13 +30,13 @@ struct Solid {
 
 [[nodiscard]] Solid box_solid(const Point3& lo, const Point3& hi);
 
-/// Surfaces of the parts in front of the plane and behind it, the cut included.
+/// Surface areas of the parts in front of a plane and behind it, both with the cut.
 struct CutAreas {
   double front, behind;
 };
 [[nodiscard]] CutAreas cut_areas(const Solid& solid, const HalfSpace& half);
 
-/// The part in front.
+/// The part in front of the plane.
 [[nodiscard]] Solid clipped(const Solid& solid, const HalfSpace& half);
 
 }  // namespace eikon

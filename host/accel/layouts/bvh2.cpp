@@ -32,11 +32,12 @@ class Emitter {
   }
 
  private:
-  /// Writes node `n` and all below it behind what is there. returns how many entries the stack can hold below this node.
+  /// Appends node `n` and all nodes below it. Returns the most entries of the stack below this
+  /// node.
   std::uint32_t emit(std::uint32_t n, std::uint32_t first) {
     const std::size_t to = accel_.nodes.size();
     accel_.nodes.resize(to + kNodeWords, 0);
-    if (leaf_[n]) {  // the root is one leaf: the other child is empty
+    if (leaf_[n]) {  // the root is one leaf, so its other child is empty
       write_child(to, 0, tree_.nodes[n].box(), leaf_word(n, first));
       write_child(to, 1, Box{}, kLeafBit);
       return 0;
@@ -78,7 +79,7 @@ Accel layout_bvh2(const BinaryTree& tree) {
   accel.name = "bvh";
   accel.layout = "bvh2";
   if (tree.nodes.empty()) {
-    // One node whose two children are empty boxes.
+    // A single node with two empty boxes.
     accel.nodes.resize(kNodeWords, 0);
     for (std::size_t i = 0; i < 12; ++i) accel.nodes[i] = i % 6 < 3 ? 0x7f800000U : 0xff800000U;
     accel.nodes[12] = accel.nodes[13] = kLeafBit;

@@ -13,22 +13,19 @@ constexpr std::uint32_t kWidth = 4;
 constexpr std::size_t kPlaneWord = 4, kChildWord = 12;
 constexpr std::uint32_t kLeafBit = 0x80000000U;
 constexpr std::uint32_t kCountShift = 28;  // 3 bits: triangles of a leaf - 1; below: its first entry in the list
-// A node's four boxes against a triangle: in between what bvh2 and cwbvh count.
+// The cost of a node's four boxes relative to a triangle is between those of bvh2 and cwbvh.
 constexpr CollapseCosts kCosts{.leaf_limit = 4, .node = 1.0F, .leaf = 0.0F, .triangle = 0.5F};
 
 class Emitter {
  public:
   static constexpr std::size_t kNodeWords = 16;
   Emitter(const BinaryTree& tree, Accel& accel) : tree_(tree), collapse_(tree, kCosts), accel_(accel) {
-    accel_.nodes.resize(kNodeWords);
     accel_.leaves.assign(tree.triangles.begin(), tree.triangles.end());
-    accel_.stack_size = 1 + emit(0, 0);
-    const float root = tree.nodes[0].box().half_area();
-    accel_.sah_cost = root > 0 ? static_cast<double>(collapse_.cost() / root) : 0.0;
   }
+  [[nodiscard]] float cost() const { return collapse_.cost(); }
 
- private:
-  /// Writes node `to` and all below. returns how many entries the stack can hold below this node.
+  /// Writes node `to` and all nodes below it. Returns the most entries of the stack below this
+  /// node.
   std::uint32_t emit(std::uint32_t binary, std::size_t to) {
     const std::vector<WideChild> children = collapse_.children(binary);
     Box around;
@@ -49,13 +46,14 @@ class Emitter {
                                  : next++;
     }
     const std::uint32_t own = static_cast<std::uint32_t>(accel_.nodes.size() / kNodeWords);
-    accel_.nodes.resize(std::size_t{next} * kNodeWords);  // `node` is gone
+    accel_.nodes.resize(std::size_t{next} * kNodeWords);  // `node` is invalid from here on
     std::uint32_t below = 0, inner = own;
     for (std::size_t i = 0; i < children.size(); ++i)
       if (!children[i].leaf) below = std::max(below, emit(children[i].binary, inner++));
     return below + static_cast<std::uint32_t>(children.size()) - 1;
   }
 
+ private:
   const BinaryTree& tree_;
   Collapse<kWidth> collapse_;
   Accel& accel_;

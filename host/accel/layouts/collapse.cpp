@@ -24,13 +24,13 @@ std::vector<WideChild> Collapse<kWidth>::children(std::uint32_t n) const {
   std::vector<WideChild> list;
   list.reserve(kWidth);
   if (is_leaf(n)) {
-    list.push_back({n, true});  // only a root that is itself one leaf
+    list.push_back({n, true});  // a root that is itself one leaf
   } else {
     const Division d = divide(n, kWidth);
     collect(left_child(n), d.left, list);
     collect(right_child(tree_, n), kWidth - d.left, list);
   }
-  for (std::size_t i = 1; i < list.size(); ++i) {  // insertion: stable, and std::stable_sort would allocate
+  for (std::size_t i = 1; i < list.size(); ++i) {  // insertion sort, because std::stable_sort allocates
     const WideChild each = list[i];
     std::size_t at = i;
     for (; at > 0 && area(each.binary) < area(list[at - 1].binary); --at) list[at] = list[at - 1];
@@ -57,7 +57,7 @@ void Collapse<kWidth>::solve(std::uint32_t n) {
     tbb::parallel_invoke([&] { solve(left_child(n)); }, [&] { solve(right_child(tree_, n)); });
     solve_one(n);
   } else {
-    // Depth-first order: every child lies behind its parent.
+    // In depth-first order every child comes after its parent.
     for (std::uint32_t i = n + 2 * count - 1; i-- > n;) solve_one(i);
   }
 }
@@ -71,7 +71,8 @@ void Collapse<kWidth>::solve_one(std::uint32_t n) {
   if (node.count == 2) {
     best.fill(leaf_cost(l) + leaf_cost(r));
   } else {
-    // Every division for every k at once: with i roots on the left the right child's row moves by i entries.
+    // Tries every division for every k at once: with i roots on the left the right child's row is
+    // shifted by i entries.
     constexpr float infinity = std::numeric_limits<float>::infinity();
     const Row left = row(l), right = row(r);
     std::array<float, 2 * kWidth> moved;

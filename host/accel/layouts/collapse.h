@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which nodes of a binary tree become the nodes and leaves of a wide one: the choice of least SAH cost over all ways to
-// collapse it [Ylitie, Karras, Laine 2017, "Efficient incoherent ray traversal on GPUs through compressed wide BVHs",
-// section 3.1].
+// Chooses the nodes of a binary tree that become the nodes and leaves of a wide one, with the least
+// SAH cost of all ways to collapse it [Ylitie, Karras, Laine 2017, "Efficient incoherent ray
+// traversal on GPUs through compressed wide BVHs", section 3.1].
 #pragma once
 #include <array>
 #include <cstdint>
@@ -12,7 +12,8 @@
 
 namespace eikon {
 
-/// What steps cost, in any unit: a node, a leaf, and each triangle of a leaf; leaves hold at most `leaf_limit` triangles.
+/// Costs in any unit: of a node, of a leaf, and of each triangle in a leaf. Leaves hold at most
+/// `leaf_limit` triangles.
 struct CollapseCosts {
   std::uint32_t leaf_limit = 8;
   float node = 1.0F, leaf = 1.0F, triangle = 0.0F;
@@ -23,8 +24,8 @@ struct WideChild {
   bool leaf = false;
 };
 
-/// cost(n, k): the least cost of covering the subtree of binary node n by at most k roots, each a wide node or a leaf.
-/// kWidth: children of a node; there are 4, 8 and 16.
+/// cost(n, k): the least cost of covering the subtree of binary node n by at most k roots, each a
+/// wide node or a leaf. kWidth: children of a node, 4, 8 or 16
 template <std::uint32_t kWidth>
 class Collapse {
  public:
@@ -34,12 +35,13 @@ class Collapse {
   [[nodiscard]] float cost() const { return cost(0, 1); }
   [[nodiscard]] bool is_leaf(std::uint32_t n) const { return leaf_cost(n) <= cost(n, 1); }
 
-  /// The children of the wide node made of binary node n, smallest first: an any-hit ray tries the last, likeliest, first.
+  /// The children of the wide node made of binary node n, smallest first: an any-hit ray tries the
+  /// last, likeliest, first.
   [[nodiscard]] std::vector<WideChild> children(std::uint32_t n) const;
 
  private:
-  static constexpr float kPlaceCost = 4.0F;  // of taking a ray to a place and going on there, in steps
-  using Row = std::array<float, kWidth>;     // entry k - 1: cost(n, k); the last one is no use
+  static constexpr float kPlaceCost = 4.0F;  // of taking a ray into an instance, in steps
+  using Row = std::array<float, kWidth>;     // entry k - 1: cost(n, k); the last one is not used
   struct Division {
     float cost;
     std::uint32_t left = 0;  // roots that the left child gets

@@ -13,11 +13,13 @@ namespace {
 
 constexpr std::uint32_t kWidth = 8;
 constexpr std::size_t kKindWord = 6, kPlaneWord = 8;
-// Three triangles a child, so that those of a node are named by 24 bits. Costs as in the paper.
+// A child has at most three triangles, so that 24 bits name those of a node. The costs are the
+// paper's.
 constexpr CollapseCosts kCosts{.leaf_limit = 3, .node = 1.0F, .leaf = 0.0F, .triangle = 0.3F};
 
-/// Which child goes to which slot; -1: none. Child k is to be the first that rays of octant k meet, so the sum over the children
-/// of how far they lie along the diagonal of their octant is made small: the best pair first, then exchanges while they help.
+/// Assigns children to slots; -1: none. Rays of octant k should meet the child in slot k first, so
+/// this minimises the sum over children of their offset along the diagonal of their slot's octant:
+/// it takes the best pair first, then exchanges pairs while that helps.
 std::array<int, kWidth> slots_of(const std::vector<Float4>& offsets) {
   const auto along = [&](int child, std::size_t slot) {
     float sum = 0;
@@ -45,7 +47,8 @@ std::array<int, kWidth> slots_of(const std::vector<Float4>& offsets) {
     at[slot] = chosen;
     placed |= 1U << chosen;
   }
-  // Each exchange lowers the sum of rounded numbers by more than its rounding; some rounds are enough, and they end.
+  // An exchange lowers a sum of rounded numbers, so rounding could make exchanges go on for ever;
+  // four rounds are enough.
   for (int round = 0; round < 4; ++round) {
     for (std::size_t a = 0; a < kWidth; ++a) {
       for (std::size_t b = a + 1; b < kWidth; ++b)
@@ -59,20 +62,17 @@ class Emitter {
  public:
   static constexpr std::size_t kNodeWords = 20;
   Emitter(const BinaryTree& tree, Accel& accel) : tree_(tree), collapse_(tree, kCosts), accel_(accel) {
-    accel_.nodes.resize(kNodeWords);
     accel_.leaves.reserve(tree.triangles.size());
-    accel_.stack_size = 1 + emit(0, 0);
-    const float root = tree.nodes[0].box().half_area();
-    accel_.sah_cost = root > 0 ? static_cast<double>(collapse_.cost() / root) : 0.0;
   }
+  [[nodiscard]] float cost() const { return collapse_.cost(); }
 
- private:
-  /// Writes node `to` and all below. returns the levels of nodes below: each leaves at most one entry on the stack.
+  /// Writes node `to` and all nodes below it. Returns the levels of nodes below, which leave at
+  /// most one entry each on the stack.
   std::uint32_t emit(std::uint32_t binary, std::size_t to) {
     const std::vector<WideChild> children = collapse_.children(binary);
     Box around;
     for (const WideChild& child : children) around.add(tree_.nodes[child.binary].box());
-    // Halves before they are added, or boxes of the largest numbers had no middle.
+    // Halving comes before the addition, because the sum of two large numbers may overflow.
     const auto middle = [](const Box& box) { return 0.5F * box.lo + 0.5F * box.hi; };
     std::vector<Float4> offsets;
     for (const WideChild& child : children) offsets.push_back(middle(tree_.nodes[child.binary].box()) - middle(around));
@@ -106,7 +106,7 @@ class Emitter {
     std::ranges::copy(frame.words(are_nodes), node);
     node[4] = own;
     node[5] = own_triangles;
-    accel_.nodes.resize(std::size_t{own + inner} * kNodeWords);  // `node` is gone
+    accel_.nodes.resize(std::size_t{own + inner} * kNodeWords);  // `node` is invalid from here on
     std::uint32_t below = 0, next = own;
     for (std::size_t slot = 0; slot < kWidth; ++slot) {
       if ((are_nodes >> slot & 1U) == 0) continue;
@@ -115,6 +115,7 @@ class Emitter {
     return below;
   }
 
+ private:
   const BinaryTree& tree_;
   Collapse<kWidth> collapse_;
   Accel& accel_;

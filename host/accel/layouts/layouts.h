@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A binary tree becomes what a traversal kernel reads. Each layout is described at the top of kernels/traverse_<name>.h.
+// Lays a binary tree out for a traversal kernel. The kernel's header describes the layout.
 #pragma once
 #include <string>
 
@@ -8,8 +8,9 @@
 
 namespace eikon {
 
-/// 8- or 16-wide nodes and blocks of up to 8 triangles, chosen to minimise the SAH cost over all ways to collapse the tree
-/// [Ylitie, Karras, Laine 2017, "Efficient incoherent ray traversal on GPUs through compressed wide BVHs", section 3.1].
+/// 8- or 16-wide nodes and blocks of up to 8 triangles, chosen to minimise the SAH cost over all
+/// ways to collapse the tree [Ylitie, Karras, Laine 2017, "Efficient incoherent ray traversal on
+/// GPUs through compressed wide BVHs", section 3.1].
 [[nodiscard]] Accel layout_bvh8(const BinaryTree& tree, TriangleSoup triangles);
 [[nodiscard]] Accel layout_bvh16(const BinaryTree& tree, TriangleSoup triangles);
 
@@ -22,10 +23,10 @@ namespace eikon {
 /// 8-wide nodes with boxes in a byte per plane, leaves of up to 3 triangles [as bvh8's source].
 [[nodiscard]] Accel layout_cwbvh(const BinaryTree& tree);
 
-/// The layout of this name (of tree_layouts()).
+/// Lays out by name (of tree_layouts()).
 [[nodiscard]] Accel lay_out(const BinaryTree& tree, TriangleSoup triangles, const std::string& layout);
 
-/// No tree: the list of triangles that can be hit.
+/// Makes no tree, but the list of triangles that can be hit.
 [[nodiscard]] Accel layout_none(TriangleSoup triangles);
 
 }  // namespace eikon

@@ -29,7 +29,8 @@ QuantisedFrame::QuantisedFrame(const Box& around) {
 QuantisedBox QuantisedFrame::quantise(const Box& box) const {
   QuantisedBox q{};
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    // A guess, then steps: rounded planes may be equal, or lie on the other side of where they would.
+    // Begins with a guess and corrects it by steps, because rounded planes may be equal, or lie on
+    // the wrong side of the box.
     const auto guess = [&](double x) {
       return static_cast<int>(std::clamp((x - double{origin_[axis]}) / double{step(exponent_[axis])}, 0.0, 255.0));
     };

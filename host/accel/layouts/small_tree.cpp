@@ -7,7 +7,7 @@ namespace eikon {
 
 SmallTree::SmallTree(const Reference* references, std::size_t count, std::uint32_t* triangles)
     : references_(references), count_(count), triangles_(triangles) {
-  // Each one's rank along the three axes at once, by counting; equals keep their order.
+  // Counts the rank of each reference along the three axes at once. Equals keep their order.
   std::array<Float4, kLimit> centroids;
   std::array<Int4, kLimit> rank;
   for (std::size_t i = 0; i < count; ++i) {
@@ -69,7 +69,8 @@ void SmallTree::build(BinaryNode* nodes, std::size_t begin, std::size_t end, con
   build(nodes + 2 * (middle - begin), middle, end, right);
 }
 
-/// What the order along `axis` has before `middle` comes first in the other orders too; within both sides they stay sorted.
+/// References before `middle` in the order along `axis` come first in the other orders too, which
+/// stay sorted on both sides.
 void SmallTree::divide(std::size_t begin, std::size_t end, std::size_t axis, std::size_t middle) {
   std::uint32_t is_left = 0;
   for (std::size_t i = begin; i < middle; ++i) is_left |= 1U << order_[axis][i];

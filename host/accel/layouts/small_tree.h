@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Subtrees of a few triangles: every split of every axis in sorted order, since bins are too coarse there.
+// Builds subtrees of a few triangles from every split of every axis in sorted order, because bins
+// are too coarse for them.
 #pragma once
 #include "accel/binary_tree.h"
 #include "accel/reference.h"
@@ -10,10 +11,11 @@ class SmallTree {
  public:
   static constexpr std::size_t kLimit = 32;
 
-  /// Sorts references[0, count), count <= kLimit, along each axis. `triangles`: the tree's.
+  /// Sorts references[0, count), count <= kLimit, along each axis. triangles: the tree's
   SmallTree(const Reference* references, std::size_t count, std::uint32_t* triangles);
 
-  /// Writes the subtree of all of them, whose box is `box`, to nodes[0, 2 * count - 1); its triangles begin at `first`.
+  /// Writes the subtree of all references to nodes[0, 2 * count - 1). box: of all; first: index of
+  /// its first triangle
   void build(BinaryNode* nodes, std::size_t first, const Box& box) {
     first_ = first;
     build(nodes, 0, count_, box);

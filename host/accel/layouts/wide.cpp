@@ -12,14 +12,16 @@
 namespace eikon {
 namespace {
 
-constexpr std::uint32_t kBlock = 8;  // triangles, whatever the width of a node
+constexpr std::uint32_t kBlock = 8;  // triangles of a leaf block, for nodes of any width
 constexpr std::size_t kBlockWords = 10 * kBlock;
 constexpr std::uint32_t kLeafBit = 0x80000000U;
-// In units of one step: all boxes of a node, or 8 triangles, are tested at once with one ray.
+// Costs in steps. One step tests one ray with all boxes of a node, or with 8 triangles, at once.
 constexpr CollapseCosts kCosts{.leaf_limit = kBlock, .node = 1.0F, .leaf = 1.0F, .triangle = 0.0F};
-// Where all lanes' rays go together, each triangle is a test of its own, and so is each box that the rays meet (measured).
+// If the rays of all lanes go together, each triangle takes a test, and so does each box that the
+// rays meet (measured).
 constexpr CollapseCosts kCostsTogether{.leaf_limit = kBlock, .node = 1.0F, .leaf = 0.7F, .triangle = 0.3F};
-// Of triangles and shapes. Going together pays for 38 of them, and not for 444 (measured); in between this is a guess.
+// Most triangles and shapes for which rays go together. It pays for 38 and not for 444 (measured);
+// this is a guess in between.
 constexpr std::size_t kTogether = 100;
 
 bool go_together(const BinaryTree& tree) { return !tree.is_part && tree.triangles.size() <= kTogether; }
@@ -47,13 +49,15 @@ class Emitter {
   [[nodiscard]] const std::vector<Block>& blocks() const { return blocks_; }
 
  private:
-  /// Where a wide node's children stand in `children_`, and the numbers of the first node and block among them.
+  /// First of a wide node's children in `children_`, and the numbers of the first node and block
+  /// among them.
   struct WideNode {
     std::size_t first = 0;
     std::uint32_t count = 0, first_node = 0, first_block = 0;
   };
 
-  /// Numbers what lies below wide node `to`, made of a binary node. returns how many entries the stack can hold below it.
+  /// Numbers everything below wide node `to`, which is made of a binary node. Returns the most
+  /// entries of the stack below it.
   std::uint32_t number(std::uint32_t binary, std::size_t to) {
     const std::vector<WideChild> children = collapse_.children(binary);
     const auto first_node = static_cast<std::uint32_t>(nodes_.size());
@@ -100,7 +104,8 @@ class Emitter {
     store_orders(node + 7 * kWidth, centers, wide.count);
   }
 
-  /// For each octant of directions the children from far to near, by their centres; missing children come first.
+  /// Orders the children from far to near by their centres, for each octant of directions. Missing
+  /// children come first.
   static void store_orders(std::uint32_t* words, const std::array<Float4, kWidth>& centers, std::uint32_t count) {
     const std::uint32_t missing = kWidth - count;
     for (std::uint32_t octant = 0; octant < 8; ++octant) {
@@ -137,7 +142,7 @@ Accel layout(const char* name, const BinaryTree& tree, TriangleSoup triangles) {
   accel.name = "bvh";
   accel.layout = name;
   if (tree.nodes.empty()) {
-    // One node without children: lo = +inf, hi = -inf in every slot.
+    // A node without children has lo = +inf and hi = -inf in every slot.
     accel.nodes.resize(8 * kWidth, 0);
     for (std::size_t i = 0; i < 6 * kWidth; ++i) accel.nodes[i] = (i & kWidth) != 0 ? 0xff800000U : 0x7f800000U;
     accel.leaves.resize(kBlockWords, 0);

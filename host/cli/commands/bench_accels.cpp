@@ -60,7 +60,7 @@ void bench_accels(Device& device, PackedScene& scene, const AccelBench& bench, n
     scene.accels.clear();
     add_accel(scene, row.accel, row.layout, bench.execution.threads, expected_rays(bench.settings));
     const Accel& accel = scene.accels.at(row.layout);
-    RayBench timed(device, scene, bench.features, bench.settings, plain, row.layout, row.defines);
+    RayBench timed(device, scene, bench.features, bench.settings, plain, {row.layout, row.defines});
     if (kinds.empty()) kinds = timed.make_rays(bench.settings, bench.rays);
     fmt::print("{:<14} {:<7} {:<16} {:>8.3f} {:>9} {:>12}", row.accel, row.layout,
                row.test.empty() ? "watertight" : row.test, accel.build_s, accel.node_count, accel.bytes());
@@ -68,7 +68,7 @@ void bench_accels(Device& device, PackedScene& scene, const AccelBench& bench, n
     if (counts(row.layout)) {
       std::map<std::string, std::string> defines = row.defines;
       defines["EK_COUNT"] = "1";
-      counting.emplace(device, scene, bench.features, bench.settings, plain, row.layout, defines);
+      counting.emplace(device, scene, bench.features, bench.settings, plain, RayProgram{row.layout, defines});
     }
     for (const RayKind& kind : kinds) {
       timed.load(kind);

@@ -76,9 +76,9 @@ ExitCode bench_rays_command(BenchOptions options) {
     if (!options.versus.empty()) embree.emplace(scene.triangles, std::max(info.compute_units, 1U));
     std::vector<std::string> layouts = all ? tree_layouts() : std::vector<std::string>{chosen};
     for (const std::string& layout : layouts) {
-      if (features.has("instance") && !has_two_levels(layout)) continue;
+      if (features.has(Feature::instance) && !has_two_levels(layout)) continue;
       add_accel(scene, options.execution.accel, layout, options.execution.threads, expected_rays(prepared.settings));
-      RayBench bench(device, scene, features, prepared.settings, options.execution, layout);
+      RayBench bench(device, scene, features, prepared.settings, options.execution, {layout, {}});
       for (const RayKind& kind : bench.make_rays(prepared.settings, options.rays)) {
         double seconds = 1e300, embree_seconds = 1e300;  // of the best round
         bench.load(kind);

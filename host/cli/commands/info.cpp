@@ -15,7 +15,7 @@
 #include "cli/scene_options.h"
 #include "pack/materials/camera_medium.h"
 #include "wavefront/layout/choose_layout.h"
-#include "wavefront/memory.h"
+#include "wavefront/memory_need.h"
 #include "pack/pack.h"
 #include "pack/geometry/placed_meshes.h"
 #include "render/render.h"
@@ -149,15 +149,10 @@ void print_shapes(const Scene& scene) {
 void print_lights(const PackedScene& packed) {
   fmt::print("lights (means of R, G and B; W stands for lm if the file means photometric units)\n");
   for (const PackedLight& light : packed.light_summary) {
-    const bool area = light.kind == "area", directional = light.kind == "directional";
-    const bool point = light.kind == "point" || light.kind == "spot";
-    const char* const unit = directional ? "W/m^2 (lx)" : point ? "W/sr (cd)" : "W/(sr m^2)";
-    fmt::print("  {:<15} {}{:.6g} W (lm), {} {:.6g} {}{}, chosen with probability {:.4f}\n", light.kind,
-               light.name.empty() ? "" : fmt::format("'{}': ", light.name), light.flux,
-               directional ? "irradiance"
-               : point     ? "intensity"
-                           : "mean radiance",
-               light.strength, unit, area ? fmt::format(", area {:.6g} m^2", light.area_m2) : "", light.probability);
+    const LightKindInfo& kind = light_kind(light.kind);
+    fmt::print("  {:<15} {}{:.6g} W (lm), {} {:.6g} {}{}, chosen with probability {:.4f}\n", kind.name,
+               light.name.empty() ? "" : fmt::format("'{}': ", light.name), light.flux, kind.strength, light.strength,
+               kind.unit, light.area_m2 > 0 ? fmt::format(", area {:.6g} m^2", light.area_m2) : "", light.probability);
   }
   if (packed.light_summary.empty()) fmt::print("  none\n");
 }
@@ -213,12 +208,12 @@ ExitCode info_command(const InfoOptions& options) {
   print_unsampled_emitters(scene);
 
   fmt::print("features\n");
-  for (const Feature& feature : features.ledger())
-    fmt::print("  {:<7} {:<16} {:<3}  {}\n", feature.kind, feature.name, feature.on ? "in" : "out", feature.who);
+  for (const FeatureEntry& feature : features.ledger())
+    fmt::print("  {:<7} {:<16} {:<3}  {}\n", feature.kind, feature.name, feature.on ? "in" : "out", feature.reason);
 
   fmt::print("memory, of each device and of the host\n");
   for (const std::string& layout : tree_layouts()) {
-    if (features.has("instance") && !has_two_levels(layout)) continue;
+    if (features.has(Feature::instance) && !has_two_levels(layout)) continue;
     add_accel(packed, "bvh", layout, 0);
     const std::uint64_t bytes = packed.bytes(layout);
     fmt::print("  {}: tree {} bytes, scene {} bytes{}\n", layout, packed.accels.at(layout).bytes(), bytes,
@@ -233,7 +228,7 @@ ExitCode info_command(const InfoOptions& options) {
   for (const DeviceInfo& info : list_devices()) {
     const WavefrontConfig config = configure(info, execution);
     const LayoutPlan plan = plan_layout(config, execution, packed.triangles.size(), expected_rays(prepared.settings),
-                                        features.has("instance"));
+                                        features.has(Feature::instance));
     fmt::print("  device {}: {} bytes for {} paths in flight, beside the scene as {} ({}{})\n", info.index,
                path_pool_bytes(config, features), config.capacity(), plan.layout, plan.why,
                plan.measure.empty() ? "" : fmt::format("; a render measures {} first", fmt::join(plan.measure, ", ")));

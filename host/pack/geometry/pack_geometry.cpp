@@ -13,12 +13,12 @@
 namespace eikon {
 namespace {
 
-constexpr std::uint64_t kMaxTriangles = std::uint64_t{1} << 28;  // what the layouts of the trees can name
+constexpr std::uint64_t kMaxTriangles = std::uint64_t{1} << 28;  // that layouts of trees can number
 
-/// A primitive's vertices in world space; what nothing needs is empty.
+/// A primitive's vertices in world space; data that no feature needs is empty.
 struct WorldVertices {
   std::vector<glm::vec3> positions, normals;
-  std::vector<glm::vec4> tangents;  // w: as in the file
+  std::vector<glm::vec4> tangents;  // w: that of the file
 };
 
 glm::vec3 world_direction(const glm::dmat3& linear, const glm::vec3& direction) {
@@ -35,14 +35,14 @@ class GeometryPacker {
         packed_(packed),
         passable_(scene),
         features_(features),
-        two_level_(features.has("instance")),
-        has_vertex_normal_(features.has("vertex_normal")),
-        has_uv_(features.has("uv")),
+        two_level_(features.has(Feature::instance)),
+        has_vertex_normal_(features.has(Feature::vertex_normal)),
+        has_uv_(features.has(Feature::uv)),
         has_normals_(has_vertex_normal_ || has_uv_),
-        has_tangent_(features.has("tangent")),
-        has_uv1_(features.has("uv1")),
+        has_tangent_(features.has(Feature::tangent)),
+        has_uv1_(features.has(Feature::uv1)),
         has_tangents_(has_tangent_ || has_uv1_),
-        has_colors_(features.has("vertex_color")) {}
+        has_colors_(features.has(Feature::vertex_color)) {}
 
   void pack() {
     placed_ = find_placed_meshes(scene_);
@@ -51,7 +51,7 @@ class GeometryPacker {
     std::uint64_t count = two_level ? placed_.stored_triangles : placed_.placed_triangles;
     std::vector<std::size_t> last_node(scene_.meshes.size());
     for (std::size_t n = 0; n < scene_.nodes.size(); ++n) {
-      // Places come behind all others.
+      // Instances are packed after all other nodes.
       last_node[scene_.nodes[n].mesh] = n + (placed_.is_place[n] ? scene_.nodes.size() : 0);
     }
     for (std::size_t n = 0; n < scene_.nodes.size(); ++n) {
@@ -91,7 +91,7 @@ class GeometryPacker {
   }
 
  private:
-  /// `taken`: null, or the same primitive, whose vertices may be moved.
+  /// taken: null, or the same primitive, whose vertices may be moved from
   WorldVertices to_world(const Node& node, const Primitive& primitive, Primitive* taken) {
     const glm::dmat4& m = node.world_from_object;
     const glm::dmat3 linear(m);
@@ -105,7 +105,8 @@ class GeometryPacker {
       }
     }
     if (has_vertex_normal_) {
-      // The cofactor matrix is the inverse transpose times the determinant: defined for flat scales too.
+      // The cofactor matrix is the inverse transpose times the determinant, and is defined for flat
+      // scales too.
       const glm::dmat3 cofactor(glm::cross(linear[1], linear[2]), glm::cross(linear[2], linear[0]),
                                 glm::cross(linear[0], linear[1]));
       const glm::dmat3 facing = cofactor * (node.mirrored ? -1.0 : 1.0);
@@ -150,7 +151,8 @@ class GeometryPacker {
     primitive = std::move(rest);
   }
 
-  /// fn(primitive, the same to take from or null); last: nothing needs the mesh any more
+  /// Calls fn(primitive, taken) for each primitive of a mesh. last: nothing else needs the mesh,
+  /// and taken is the primitive itself
   template <class Fn>
   void for_primitives(std::uint32_t mesh, bool last, const Fn& fn) {
     for (std::size_t p = 0; p < scene_.meshes[mesh].primitives.size(); ++p)
@@ -175,15 +177,16 @@ class GeometryPacker {
     packed_.bounds.hi = glm::max(packed_.bounds.hi, glm::dvec3(p));
   }
 
-  /// Behind vertices that stand where the triangles are: for each place, or once in the mesh's own space.
-  void add_triangles(const WorldVertices& at, const Primitive& primitive, bool mirrored, std::uint32_t node,
-                     const std::vector<bool>& dropped, std::size_t& number, bool in_world) {
+  /// Adds triangles whose vertices are placed already: for each instance in the world, or once in
+  /// object space.
+  void add_triangles(const WorldVertices& at, const Primitive& primitive, const PlacedMesh& mesh, std::uint32_t node,
+                     std::size_t& number, bool in_world) {
     const std::uint32_t flags = hit_class_flags(scene_.materials[primitive.material], &primitive);
     for (std::size_t i = 0; i + 2 < primitive.indices.size(); i += 3) {
-      if (dropped[number++]) continue;
+      if (mesh.dropped[number++]) continue;
       const std::uint32_t a = primitive.indices[i];
-      const std::uint32_t b = primitive.indices[i + (mirrored ? 2 : 1)];
-      const std::uint32_t c = primitive.indices[i + (mirrored ? 1 : 2)];
+      const std::uint32_t b = primitive.indices[i + (mesh.mirrored ? 2 : 1)];
+      const std::uint32_t c = primitive.indices[i + (mesh.mirrored ? 1 : 2)];
       Triangle t = triangle_of(at, primitive.material, a, b, c);
       t.node = node;
       t.flags = flags;
@@ -193,12 +196,12 @@ class GeometryPacker {
       }
       packed_.triangles.push_back(t);
       if (has_normals_) packed_.normals.push_back(normals_of(at, primitive, a, b, c));
-      if (has_tangents_) packed_.tangents.push_back(tangents_of(at, primitive, mirrored, a, b, c));
+      if (has_tangents_) packed_.tangents.push_back(tangents_of(at, primitive, mesh.mirrored, a, b, c));
       if (has_colors_) packed_.colors.push_back(colors_of(primitive, a, b, c));
     }
   }
 
-  /// A mesh for one of its places, with the bits that it would have if it were stored once.
+  /// Adds a mesh for one instance, with the bits that it would have if it were stored once.
   void add_placed(const MeshPlace& place, const Primitive& primitive, Primitive* released, std::size_t& number) {
     const bool mirrored = placed_.meshes[place.mesh].mirrored;
     WorldVertices world;
@@ -213,7 +216,7 @@ class GeometryPacker {
     if (has_tangent_)
       for (const glm::vec4& t : primitive.tangents_object)
         world.tangents.emplace_back(placed_tangent(place.matrix, glm::vec3(t)), t.w);
-    add_triangles(world, primitive, mirrored, place.node, placed_.meshes[place.mesh].dropped, number, true);
+    add_triangles(world, primitive, placed_.meshes[place.mesh], place.node, number, true);
     if (released != nullptr) let_go(*released);
   }
 
@@ -226,7 +229,7 @@ class GeometryPacker {
         own.positions = primitive.positions_object;
         if (has_vertex_normal_) own.normals = primitive.normals_object;
         if (has_tangent_) own.tangents = primitive.tangents_object;
-        add_triangles(own, primitive, mesh.mirrored, 0, mesh.dropped, number, false);
+        add_triangles(own, primitive, mesh, 0, number, false);
       }
     }
   }
@@ -276,7 +279,7 @@ class GeometryPacker {
       r.t0_x = t0.x, r.t0_y = t0.y, r.t0_z = t0.z;
       r.t1_x = t1.x, r.t1_y = t1.y, r.t1_z = t1.z;
       r.t2_x = t2.x, r.t2_y = t2.y, r.t2_z = t2.z;
-      // The cross product of normal and tangent does not turn with a mirror.
+      // A mirror does not reverse the cross product of normal and tangent.
       r.bitangent_sign = t0.w * (mirrored ? -1.0F : 1.0F);
     }
     if (has_uv1_) set_uv(r, primitive.uv[1], a, b, c);

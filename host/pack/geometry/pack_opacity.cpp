@@ -13,7 +13,7 @@ bool has_alpha(const TextureImage& image) {
 }  // namespace
 
 PassableMaterials::PassableMaterials(const Scene& scene) {
-  std::vector<int> known(scene.images.size(), -1);  // has_alpha, where it was asked
+  std::vector<int> known(scene.images.size(), -1);  // has_alpha; -1: not known yet
   for (const Material& m : scene.materials) {
     if (m.alpha_mode == AlphaMode::opaque) {
       by_material_.push_back(Passable::never);

@@ -10,9 +10,10 @@
 namespace eikon {
 namespace {
 
-constexpr std::uint64_t kMostCorners = std::uint64_t{1} << 27;  // that are placed only for tight boxes: about a second
+// Most corners that are transformed for tight boxes, which takes about a second.
+constexpr std::uint64_t kMostCorners = std::uint64_t{1} << 27;
 
-/// From the mesh's box alone: larger, but at once.
+/// A box from the mesh's box alone, which is larger than necessary but takes no time.
 PlaceBox quick_box(const MeshPlace& place, const PlacedMesh& mesh) {
   const glm::dvec3 middle = 0.5 * (glm::dvec3(mesh.lo) + glm::dvec3(mesh.hi)), half = glm::dvec3(mesh.hi) - middle;
   PlaceBox box;
@@ -78,7 +79,7 @@ std::vector<PlaceBox> place_boxes(const Scene& scene, const PlacedMeshes& placed
     const MeshPlace& place = placed.places[i];
     boxes[i] = exact[i] != 0 ? exact_box(scene, place) : quick_box(place, placed.meshes[place.mesh]);
   });
-  // A box whose outermost side is larger than its corners' does not count as it is.
+  // Bounds must not grow by a box that is larger than its corners.
   const auto settle = [&](std::size_t i) {
     if (exact[i] == 0) boxes[i] = exact_box(scene, placed.places[i]);
     exact[i] = 1;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Places of meshes that are stored once, as devices and builders of trees see them.
+// Instances of meshes that are stored once, in the form for devices and for builders of trees.
 #pragma once
 #include <vector>
 
@@ -8,10 +8,11 @@
 
 namespace eikon {
 
-/// All but `root`.
+/// Everything but `root`, which is set when a tree is built.
 [[nodiscard]] InstanceRecord instance_record(const MeshPlace& place, const PlacedMesh& mesh);
 
-/// A box around all corners at each place; and `bounds` grows to hold them all, to the bit as if each had been added.
+/// The box of each instance. `bounds` grows to contain them, to the bit as if each corner had been
+/// added.
 [[nodiscard]] std::vector<PlaceBox> place_boxes(const Scene& scene, const PlacedMeshes& placed, Bounds& bounds);
 
 }  // namespace eikon

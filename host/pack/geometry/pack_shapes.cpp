@@ -13,8 +13,8 @@
 namespace eikon {
 namespace {
 
-constexpr std::uint64_t kMaxSurfaces = std::uint64_t{1} << 28;  // what the layouts of the trees can name
-constexpr double kSlack = 0x1p-20;  // of a box's extent: more than its matrix in floats is off by
+constexpr std::uint64_t kMaxSurfaces = std::uint64_t{1} << 28;  // that layouts of trees can number
+constexpr double kSlack = 0x1p-20;  // of a box's extent; more than the rounding error of its matrix in floats
 
 ShapeRecord record_of(const OwnShape& own, ShapeKind kind) {
   const glm::dmat3 &w = own.world_from_own, l = glm::inverse(w);
@@ -31,8 +31,8 @@ ShapeRecord record_of(const OwnShape& own, ShapeKind kind) {
   return r;
 }
 
-/// Whether it is a sphere in the world: then it fills its box, and its middle says early which rays miss it (traverse/wide/wide.h). What its axes
-/// differ by is within what a box is larger by.
+/// True if the shape is a sphere in the world. Then it fills its box, and its centre tells early
+/// which rays miss it (traverse/wide/wide.h). Its axes differ by less than the slack of the box.
 bool is_round(ShapeKind kind, const glm::dmat3& world_from_own) {
   if (kind != ShapeKind::sphere) return false;
   const glm::dmat3 squares = glm::transpose(world_from_own) * world_from_own;
@@ -80,13 +80,13 @@ void pack_shapes(const Scene& scene, const Features& features, PackedScene& pack
     t.flags |= light_group(shape.light_group, scene.materials[shape.material]) << EK_TRIANGLE_GROUP_SHIFT;
     packed.triangles.push_back(t);
   }
-  // What only triangles have is never read of these, or counts as none.
+  // The fields that only triangles have are never read, or mean that there is none.
   const auto fill = [&](auto& records, bool needed) {
     if (needed) records.resize(all);
   };
-  fill(packed.normals, features.has("vertex_normal") || features.has("uv"));
-  fill(packed.tangents, features.has("tangent") || features.has("uv1"));
-  if (features.has("vertex_color")) {
+  fill(packed.normals, features.has(Feature::vertex_normal) || features.has(Feature::uv));
+  fill(packed.tangents, features.has(Feature::tangent) || features.has(Feature::uv1));
+  if (features.has(Feature::vertex_color)) {
     const TriangleColors white{1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 0, 0, 0, 0};
     packed.colors.reserve(all);
     while (packed.colors.size() < all) packed.colors.push_back(white);

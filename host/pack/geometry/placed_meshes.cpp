@@ -14,17 +14,18 @@
 namespace eikon {
 namespace {
 
-constexpr double kLeastSaving = 0x1p24;   // bytes: what fits the caches anyway costs nothing to repeat
-constexpr std::uint64_t kTreeBytes = 80;  // of a triangle, in any of the trees
-constexpr std::uint64_t kTopBytes = 64;   // of a place in the scene's tree
-constexpr double kMostCondition = 1e6;    // of a place's matrix
+constexpr double kLeastSaving = 0x1p24;   // bytes; less than this fits the caches, and costs nothing to repeat
+constexpr std::uint64_t kTreeBytes = 80;  // per triangle, in any of the trees
+constexpr std::uint64_t kTopBytes = 64;   // per instance in the scene's tree
+constexpr double kMostCondition = 1e6;    // condition number of an instance's matrix
 
-/// Frobenius norm: at least the largest singular value.
+/// The Frobenius norm, which is at least the largest singular value.
 double norm(const glm::dmat3& m) {
   return std::sqrt(glm::dot(m[0], m[0]) + glm::dot(m[1], m[1]) + glm::dot(m[2], m[2]));
 }
 
-/// fn(first corner's index into primitive.indices, number of the triangle in the mesh) for each triangle.
+/// Calls fn(primitive, index of the first corner in primitive.indices, number of the triangle in
+/// the mesh).
 template <class Fn>
 void for_each_triangle(const Mesh& mesh, const Fn& fn) {
   std::size_t number = 0;
@@ -57,7 +58,7 @@ PlacedMesh measure(const Mesh& mesh, std::uint32_t index) {
   return m;
 }
 
-/// Whether some triangle that has an area has none at this place.
+/// True if a triangle with an area has none in this instance.
 bool loses_triangles(const Mesh& mesh, const PlacedMesh& placed, const PlacingMatrix& matrix) {
   bool loses = false;
   for_each_triangle(mesh, [&](const Primitive& primitive, std::size_t i, std::size_t number) {
@@ -72,7 +73,7 @@ bool loses_triangles(const Mesh& mesh, const PlacedMesh& placed, const PlacingMa
   return loses;
 }
 
-/// Where the mesh can be stored once for this node; false if it cannot.
+/// Finds the matrix of an instance. Returns false if its mesh cannot be stored once for this node.
 bool place_node(const Scene& scene, const Node& node, const PlacedMesh& mesh, MeshPlace& place) {
   place.matrix = placing_matrix(node.world_from_object);
   const auto& rows = place.matrix.rows;
@@ -88,9 +89,10 @@ bool place_node(const Scene& scene, const Node& node, const PlacedMesh& mesh, Me
   if (!(scale * inverse_scale < kMostCondition) || !(largest < 0x1p100) || !(scale > 0x1p-60) ||
       (glm::determinant(linear) < 0) != node.mirrored)
     return false;
-  // Three products, two sums and the translation, each off by half a unit at most; with room to spare.
+  // Bounds the errors of three products, two sums and the translation, half a unit each, with room
+  // to spare.
   place.error = float(largest * 0x1p-21);
-  const double least = 1 / (inverse_scale * inverse_scale * scale);  // what heights shrink by, at most
+  const double least = 1 / (inverse_scale * inverse_scale * scale);  // heights shrink by this factor at most
   return least * mesh.least_height > 32 * double{place.error} ||
          !loses_triangles(scene.meshes[node.mesh], mesh, place.matrix);
 }
@@ -102,16 +104,16 @@ bool can_be_stored_once(const Scene& scene, const Mesh& mesh, const PassableMate
   });
 }
 
-/// Of places and their meshes, roughly.
+/// Rough sizes of instances and their meshes.
 struct StoredBytes {
   std::uint64_t flat = 0, two_level = 0;
 };
 
 StoredBytes stored_bytes(const PlacedMeshes& placed, const Features& features) {
   const std::uint64_t bytes = kTreeBytes + sizeof(Triangle) +
-                              (features.has("vertex_normal") || features.has("uv") ? sizeof(TriangleNormals) : 0) +
-                              (features.has("tangent") || features.has("uv1") ? sizeof(TriangleTangents) : 0) +
-                              (features.has("vertex_color") ? sizeof(TriangleColors) : 0);
+                              (features.has(Feature::vertex_normal) || features.has(Feature::uv) ? sizeof(TriangleNormals) : 0) +
+                              (features.has(Feature::tangent) || features.has(Feature::uv1) ? sizeof(TriangleTangents) : 0) +
+                              (features.has(Feature::vertex_color) ? sizeof(TriangleColors) : 0);
   return {bytes * placed.placed_triangles,
           bytes * placed.stored_triangles + (sizeof(InstanceRecord) + kTopBytes) * placed.places.size()};
 }

@@ -10,7 +10,7 @@
 namespace eikon {
 namespace {
 
-constexpr double kFarthest = 0x1p30;  // texels; beyond, lookups give texel 0 (kernels/surface/texture.h)
+constexpr double kFarthest = 0x1p30;  // texels; lookups beyond it give texel 0 (kernels/surface/texture.h)
 
 struct Axis {
   std::uint32_t size;
@@ -31,8 +31,8 @@ std::uint32_t wrapped(double whole, const Axis& axis) {
   return std::uint32_t(std::clamp(k < n ? k : period - 1 - k, 0.0, n - 1));
 }
 
-/// The texels [first, last] of an axis that lookups between two places touch; all of them where the places lie on both sides
-/// of a border of the image.
+/// The texels [first, last] of an axis that lookups between two places touch. They are all texels
+/// if a border of the image lies between the places.
 std::pair<std::uint32_t, std::uint32_t> touched(double lo, double hi, const Axis& axis) {
   const double first = std::floor(lo - 1), last = std::floor(hi + 1);
   if (!axis.clamp && std::floor(first / axis.size) != std::floor(last / axis.size)) return {0, axis.size - 1};
@@ -153,7 +153,8 @@ double EmissiveTextures::mean_between(const MaterialRecord& material, const Plac
   for (int c = 0; c < 3; ++c) channels |= factor[c] > 0 ? 255U << (8 * c) : 0;
   if (!may_emit(texture, channels, corners)) return 0;
 
-  // The middles of n^2 equal parts, a texel or so each while they are not too many.
+  // Sums over the middles of n^2 equal parts. A part is about a texel, as long as there are not too
+  // many.
   const auto longest = [&](int a, int b) {
     return std::max(std::abs(corners[a].x - corners[b].x), std::abs(corners[a].y - corners[b].y));
   };
@@ -169,7 +170,8 @@ double EmissiveTextures::mean_between(const MaterialRecord& material, const Plac
       const glm::dvec3 emission = factor * lookup(texture, place);
       sum += (emission.x + emission.y + emission.z) / 3;
     }
-  // As if one more point had found the emission that all of them may have missed.
+  // The sum is at least a sixteenth of one point's emission, because all points may have missed the
+  // lit texels.
   return std::max(sum, 0x1p-4 * all) / (double(n) * n);
 }
 

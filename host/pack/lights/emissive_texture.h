@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How much of its material's emission a triangle gives off where a texture says so, for choosing among lights.
+// The mean emission of textured triangles, by which light sampling chooses among them.
 #pragma once
 #include <map>
 #include <span>
@@ -8,19 +8,21 @@
 
 namespace eikon {
 
-/// Answers for the triangles of one packed scene; remembers what it found out about images.
+/// Finds the emission of triangles of one packed scene, and caches sums over its images.
 class EmissiveTextures {
  public:
   explicit EmissiveTextures(const PackedScene& packed) : packed_(packed) {}
 
-  /// Mean over triangle `index` of its material's emission, mean of R, G and B, W / (sr m^2): an estimate from points spread
-  /// over it, but 0 if and only if no texel that a lookup on it can touch emits. So no place that is lit is never sampled.
+  /// Mean over triangle `index` and over R, G and B of its material's emission, W / (sr m^2). It is
+  /// an estimate from points spread over the triangle, but 0 if and only if no texel that a lookup
+  /// can touch emits, so that every lit place is sampled.
   [[nodiscard]] double mean_emission(std::uint32_t index);
-  /// The same for a shape's record, as if it showed all of the texture alike.
+  /// The same for a shape's record, as if it showed every part of the texture equally.
   [[nodiscard]] double mean_emission_of_whole_texture(std::uint32_t index);
 
  private:
-  /// How many texels of an image, of those above and left of each, are lit in some of the channels of a mask.
+  /// Summed-area table of an image: for each texel, how many above and left of it are lit in a
+  /// channel of the mask.
   struct LitTexels {
     std::uint32_t width = 0, height = 0;
     std::vector<std::uint32_t> sums;

@@ -13,15 +13,16 @@ namespace eikon {
 namespace {
 
 using u64 = std::uint64_t;
-constexpr u64 kFull = u64{1} << 32;  // what a bucket holds
+constexpr u64 kFull = u64{1} << 32;  // weight of a bucket
 
-// Shares of the lights in units that add up to exactly one full bucket per light.
+// The shares of the lights. Their sum is exactly one full bucket per light.
 std::vector<u64> shares_of(std::span<const double> powers) {
   const u64 count = powers.size();
   const double largest = *std::max_element(powers.begin(), powers.end());
   double sum = 0;
   for (const double power : powers) sum += power / largest;
-  // At least 2^-8 / count, and never so little that a light would have less than a few of the 2^32 words.
+  // The smallest share is 2^-8 / count, and never so small that a light would have less than a few
+  // of the 2^32 words.
   const double least = std::max(0x1p-8 / double(count), 0x1p-30);
   std::vector<double> weights(count, 0.0);
   double total = 0;
@@ -35,14 +36,15 @@ std::vector<u64> shares_of(std::span<const double> powers) {
     shares[i] = u64(weights[i] / total * double(count) * double(kFull));
     given += shares[i];
   }
-  // What rounding left over or overspent, a part in 2^32 or less, is the strongest light's: it has a full bucket at
-  // least.
+  // Rounding leaves over, or overspends, a part in 2^32 at most. The strongest light takes it, as
+  // it has a full bucket at least.
   u64& strongest = *std::max_element(shares.begin(), shares.end());
   strongest += count * kFull - given;
   return shares;
 }
 
-// How many 32-bit words a have bucket = high word of a * count, and begin <= low word of a * count < end.
+// The number of 32-bit words a for which the high word of a * count is `bucket`, and the low word
+// is in [begin, end).
 u64 words_between(u64 bucket, u64 begin, u64 end, u64 count) {
   const auto words_below = [&](u64 rest) {  // a * count < bucket * 2^32 + rest
     const unsigned __int128 bound = (static_cast<unsigned __int128>(bucket) << 32) + rest;
@@ -70,14 +72,15 @@ LightTable build_light_table(std::span<const double> powers) {
 
   std::vector<u64> words(count, 0);
   const auto fill = [&](std::uint32_t bucket, u64 threshold, std::uint32_t alias) {
-    // A full bucket has no threshold of 32 bits; the one word beyond goes to its alias, which is itself.
+    // The threshold of a full bucket does not fit 32 bits. The one word beyond it goes to the
+    // alias, which is the bucket itself.
     const auto stored = std::uint32_t(std::min(threshold, kFull - 1));
     table.buckets[bucket] = {.threshold = stored, .alias = alias};
     words[bucket] += words_between(bucket, 0, threshold, count);
     words[alias] += words_between(bucket, threshold, kFull, count);
   };
-  // A bucket short of its light's share is topped up by a light that has more than a bucket. Sums are exact, so each
-  // list ends when the other does, and what is left are full buckets.
+  // A light with less than a bucket shares it with a light that has more than one. Sums are exact,
+  // so both lists end at the same time, and the buckets that are left are full.
   while (!small.empty()) {
     const std::uint32_t bucket = small.back();
     const std::uint32_t donor = large.back();

@@ -16,44 +16,44 @@ namespace eikon {
 namespace {
 
 constexpr int kBins = 16;
-constexpr double kLeastShare = 0x1p-20;    // of a node's energy that a side counts with
-constexpr double kLeastSpread2 = 0x1p-40;  // in the nodes' unit: keeps estimates within the range of floats
+constexpr double kLeastShare = 0x1p-20;    // the least share of a side in a node's energy
+constexpr double kLeastVariance = 0x1p-40;  // in the nodes' unit; it keeps estimates within the range of floats
 
 /// Sums of moments over lights.
 struct Sum {
   double power = 0;
-  glm::dvec3 first{0};  // power times middle
-  double second = 0;    // power times (spread^2 + |middle|^2)
-  glm::dvec3 flow{0};   // power times flow
+  glm::dvec3 first{0};  // power times centroid
+  double second = 0;    // power times (variance + |centroid|^2)
+  glm::dvec3 mean_direction{0};  // power times mean_direction
   std::uint32_t count = 0;
 
   void add(const LightMoments& l) {
     power += l.power;
-    first += l.power * l.middle;
-    second += l.power * (l.spread2 + glm::dot(l.middle, l.middle));
-    flow += l.power * l.flow;
+    first += l.power * l.centroid;
+    second += l.power * (l.variance + glm::dot(l.centroid, l.centroid));
+    mean_direction += l.power * l.mean_direction;
     ++count;
   }
   void add(const Sum& s) {
     power += s.power;
     first += s.first;
     second += s.second;
-    flow += s.flow;
+    mean_direction += s.mean_direction;
     count += s.count;
   }
   [[nodiscard]] LightMoments mean() const {
     LightMoments m;
     m.power = power;
-    m.middle = first / power;
-    m.spread2 = std::max(second / power - glm::dot(m.middle, m.middle), 0.0);
-    m.flow = flow / power;
+    m.centroid = first / power;
+    m.variance = std::max(second / power - glm::dot(m.centroid, m.centroid), 0.0);
+    m.mean_direction = mean_direction / power;
     return m;
   }
-  /// What a node is worse for: light from many places, to many sides.
+  /// Grows with the places and the directions that the node's light comes from.
   [[nodiscard]] double cost() const {
     if (count == 0) return 0;
     const LightMoments m = mean();
-    return power * m.spread2 * (1 + (1 - glm::dot(m.flow, m.flow)));
+    return power * m.variance * (1 + (1 - glm::dot(m.mean_direction, m.mean_direction)));
   }
 };
 
@@ -72,15 +72,15 @@ class Builder {
   }
 
  private:
-  /// Powers as shares of the largest and places in a unit of about the lights' extent.
+  /// Divides powers by the largest, and scales positions to a unit of about the lights' extent.
   void to_unit() {
     double largest = 0, extent = 0;
     glm::dvec3 lo(std::numeric_limits<double>::infinity()), hi(-lo);
     for (const LightMoments& l : lights_) {
       largest = std::max(largest, l.power);
-      extent = std::max(extent, std::sqrt(l.spread2));
-      lo = glm::min(lo, l.middle);
-      hi = glm::max(hi, l.middle);
+      extent = std::max(extent, std::sqrt(l.variance));
+      lo = glm::min(lo, l.centroid);
+      hi = glm::max(hi, l.centroid);
     }
     extent = std::max({extent, hi.x - lo.x, hi.y - lo.y, hi.z - lo.z});
     const glm::dvec3 center = lights_.empty() ? glm::dvec3(0) : 0.5 * (lo + hi);
@@ -91,23 +91,23 @@ class Builder {
     center_ = center * scale;
     for (LightMoments& l : lights_) {
       l.power = std::max(l.power / largest, 1e-100);
-      l.middle = (l.middle - center) * scale;
-      l.spread2 *= scale * scale;
+      l.centroid = (l.centroid - center) * scale;
+      l.variance *= scale * scale;
     }
   }
 
-  /// Where lights [begin, end) are cut in two, after they have been ordered so.
+  /// Orders lights [begin, end) and returns the index at which to split them.
   std::uint32_t split(std::uint32_t begin, std::uint32_t end, int depth) {
     glm::dvec3 lo(std::numeric_limits<double>::infinity()), hi(-lo);
     for (std::uint32_t i = begin; i < end; ++i) {
-      lo = glm::min(lo, at(i).middle);
-      hi = glm::max(hi, at(i).middle);
+      lo = glm::min(lo, at(i).centroid);
+      hi = glm::max(hi, at(i).centroid);
     }
     const glm::dvec3 extent = hi - lo;
     double best = std::numeric_limits<double>::infinity();
     int best_axis = -1, best_bin = 0;
     const auto bin_of = [&](std::uint32_t light, int axis) {
-      return std::min(int((lights_[light].middle[axis] - lo[axis]) / extent[axis] * kBins), kBins - 1);
+      return std::min(int((lights_[light].centroid[axis] - lo[axis]) / extent[axis] * kBins), kBins - 1);
     };
     for (int axis = 0; axis < 3 && depth < most_depth(); ++axis) {
       if (!(extent[axis] > 0)) continue;
@@ -132,11 +132,12 @@ class Builder {
       return std::uint32_t(std::stable_partition(
                                first, last, [&](std::uint32_t light) { return bin_of(light, best_axis) <= best_bin; }) -
                            tree_.order.begin());
-    // All in one place, or too deep: halves along the longest axis.
+    // If all lights are in one place, or the tree gets too deep, they are halved along the longest
+    // axis.
     const int axis = extent.x >= extent.y ? (extent.x >= extent.z ? 0 : 2) : (extent.y >= extent.z ? 1 : 2);
     const std::uint32_t middle = begin + (end - begin) / 2;
     std::stable_sort(first, last, [&](std::uint32_t a, std::uint32_t b) {
-      return lights_[a].middle[axis] < lights_[b].middle[axis];
+      return lights_[a].centroid[axis] < lights_[b].centroid[axis];
     });
     return middle;
   }
@@ -159,14 +160,18 @@ class Builder {
 
   LightNode record(const LightMoments& a, const LightMoments& b, std::uint32_t left_count, bool right_is_light) const {
     LightNode n{};
-    const glm::dvec3 left = a.middle + center_, right = b.middle + center_;
+    const glm::dvec3 left = a.centroid + center_, right = b.centroid + center_;
     n.left_centroid_x = float(left.x), n.left_centroid_y = float(left.y), n.left_centroid_z = float(left.z);
-    n.left_variance = float(std::max(a.spread2, kLeastSpread2));
-    n.left_mean_direction_x = float(a.flow.x), n.left_mean_direction_y = float(a.flow.y), n.left_mean_direction_z = float(a.flow.z);
+    n.left_variance = float(std::max(a.variance, kLeastVariance));
+    n.left_mean_direction_x = float(a.mean_direction.x);
+    n.left_mean_direction_y = float(a.mean_direction.y);
+    n.left_mean_direction_z = float(a.mean_direction.z);
     n.left_share = float(std::clamp(a.power / (a.power + b.power), kLeastShare, 1 - kLeastShare));
     n.right_centroid_x = float(right.x), n.right_centroid_y = float(right.y), n.right_centroid_z = float(right.z);
-    n.right_variance = float(std::max(b.spread2, kLeastSpread2));
-    n.right_mean_direction_x = float(b.flow.x), n.right_mean_direction_y = float(b.flow.y), n.right_mean_direction_z = float(b.flow.z);
+    n.right_variance = float(std::max(b.variance, kLeastVariance));
+    n.right_mean_direction_x = float(b.mean_direction.x);
+    n.right_mean_direction_y = float(b.mean_direction.y);
+    n.right_mean_direction_z = float(b.mean_direction.z);
     n.link = left_count | (right_is_light ? LIGHT_TREE_RIGHT_IS_LIGHT : 0);
     return n;
   }
@@ -186,7 +191,8 @@ LightTree build_light_tree(std::span<const LightMoments> lights) {
     throw InternalError(fmt::format("a tree of {} lights: at most 2^28", lights.size()));
   for (std::size_t i = 0; i < lights.size(); ++i) {
     const LightMoments& l = lights[i];
-    const double sum = l.power + glm::dot(l.middle, l.middle) + l.spread2 + glm::dot(l.flow, l.flow);
+    const double sum =
+        l.power + glm::dot(l.centroid, l.centroid) + l.variance + glm::dot(l.mean_direction, l.mean_direction);
     if (!(l.power > 0) || !std::isfinite(sum))
       throw InternalError(fmt::format("light {} has no power, or moments that are not finite", i));
   }

@@ -9,13 +9,14 @@
 
 namespace eikon {
 
-/// What the tree knows of a light that has a place: kernels/lights/light_tree.h.
+/// A light that has a place, as the tree sees it: kernels/lights/light_tree.h.
 struct LightMoments {
-  double power = 0;      // any unit, > 0
-  glm::dvec3 middle{0};  // mean of the places that emit, world, metres
-  double spread2 = 0;    // mean square of their distance from the middle, m^2
-  // Mean of the directions that its surface faces, of length 0 (a closed surface, a point, both sides of one) to 1.
-  glm::dvec3 flow{0};
+  double power = 0;        // any unit, > 0
+  glm::dvec3 centroid{0};  // mean of the places that emit, world, metres
+  double variance = 0;     // mean square of their distance from the centroid, m^2
+  // The mean of the directions that its surface faces: its length is 1 for a flat surface, and 0
+  // for a closed surface, a point, and a surface that emits to both sides.
+  glm::dvec3 mean_direction{0};
 };
 
 struct LightTree {
@@ -24,8 +25,10 @@ struct LightTree {
   float scale = 1;                   // from metres to the nodes' unit, a power of two
 };
 
-/// A tree over lights. The same bits for the same lights, and scaling them by a power of two changes `scale` alone.
-/// throws InternalError for moments that are not finite, power that is not positive, or more than 2^28 lights
+/// A tree over lights. The same bits for the same lights, and scaling them by a power of two
+/// changes `scale` alone.
+/// throws InternalError for moments that are not finite, power that is not positive, or more than
+/// 2^28 lights
 LightTree build_light_tree(std::span<const LightMoments> lights);
 
 }  // namespace eikon

@@ -16,11 +16,12 @@ namespace eikon {
 namespace {
 
 constexpr std::uint64_t kMaxTexels = std::uint64_t{1} << 28;  // 16 random words each
-constexpr float kFaintest = 0x1p-96F;  // products with what is less might be denormal, which devices may flush
+constexpr float kFaintest = 0x1p-96F;  // products with smaller numbers may be denormal, which devices may flush
 constexpr double kBrightest = 1e30;
 
-/// What of the rows above, at and below row j the interpolation between their middles has on average over row j's cells.
-/// The row above counts 1/2 - y at y in [0, 1/2] of a cell; by solid angle its share is the integral of that times sin(polar).
+/// The mean weights of the rows above, at and below row j in the linear interpolation over row j's
+/// cells. The row above has weight 1/2 - y at y in [0, 1/2] of a cell; its share by solid angle is
+/// the integral of that times sin(polar).
 struct RowShares {
   double above, own, below;
 };
@@ -29,15 +30,16 @@ RowShares row_shares(std::uint32_t j, std::uint32_t height) {
   const double whole = 2 * std::sin(middle) * std::sin(0.5 * step);
   const double above = (0.5 * step * std::cos(top) + std::sin(top) - std::sin(middle)) / step / whole;
   const double below = (std::sin(bottom) - std::sin(middle) - 0.5 * step * std::cos(bottom)) / step / whole;
-  // Roundings of 1e-16 against squares of the step: without harm, but a share of less than nothing would be.
+  // Rounding errors of 1e-16 do no harm beside squares of the step, but could make a share
+  // negative.
   const double least = 1e-6;
   return {.above = std::max(above, least),
           .own = 1 - std::max(above, least) - std::max(below, least),
           .below = std::max(below, least)};
 }
 
-/// Mean over the texel's cell of the bilinear interpolation between the cells' middles, which reaches into all neighbours. It
-/// is 0 only where the interpolation is 0 all over the cell.
+/// The mean over a texel's cell of the bilinear interpolation between the cells' middles, which
+/// reaches into all neighbours. It is 0 only if the interpolation is 0 all over the cell.
 double cell_mean(const DeviceVector<float4>& texels, std::uint32_t i, std::uint32_t j, std::uint32_t width,
                  std::uint32_t height, const RowShares& shares) {
   const std::uint32_t columns[] = {i == 0 ? width - 1 : i - 1, i, i + 1 == width ? 0 : i + 1};
@@ -56,7 +58,8 @@ double cell_mean(const DeviceVector<float4>& texels, std::uint32_t i, std::uint3
 }  // namespace
 
 double texel_solid_angle(std::uint32_t row, std::uint32_t width, std::uint32_t height) {
-  // 2 pi / width (cos of its top - cos of its bottom); as a product, which keeps all digits at the poles.
+  // 2 pi / width (cos of its top - cos of its bottom), written as a product, which keeps all digits
+  // at the poles.
   const double step = std::numbers::pi / height;
   return 2 * std::numbers::pi / width * 2 * std::sin((row + 0.5) * step) * std::sin(0.5 * step);
 }

@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// The environment's map laid out for lookup and for sampling: kernels/lights/environment_map.h says how both work.
+// Lays the environment's map out for lookup and sampling; kernels/lights/environment_map.h explains
+// both.
 #pragma once
 #include "pack/pack.h"
 
 namespace eikon {
 
-/// Fills packed.environment_texels (w: density per sr given that the map is chosen) and packed.environment_alias_table.
-/// returns  the integral over all directions of its radiance, mean of R, G and B: W / m^2; 0 where it is black
+/// Fills packed.environment_texels (w: density per sr given that the map is chosen) and
+/// packed.environment_alias_table.
+/// returns  the integral over all directions of its radiance, mean of R, G and B: W / m^2; 0 where
+///          it is black
 /// throws   InputError for more than 2^28 texels, or a scale that takes its radiance beyond 1e30
 double pack_environment_map(const Environment& environment, PackedScene& packed);
 

@@ -5,7 +5,7 @@
 
 #include "core/error.h"
 #include "pack/lights/emissive_texture.h"
-#include "pack/lights/light_census.h"
+#include "pack/lights/light_counts.h"
 #include "pack/lights/light_table.h"
 #include "pack/lights/light_tree.h"
 #include "pack/lights/pack_environment.h"
@@ -18,38 +18,35 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-// Values of Light.kind.
-enum : std::uint32_t {
-#define EK_LIGHT(name, bit) kLight_##name = bit,
-#include "shared/features.def"
-};
+/// The value of Light.kind.
+constexpr std::uint32_t kind_word(LightKind kind) { return std::uint32_t(kind); }
 
 double mean(const glm::vec3& colour) { return (double(colour.x) + double(colour.y) + double(colour.z)) / 3.0; }
 
-// Light sampling derives a light's normal in floats. A needle for which that fails is not sampled: light_pdf_m2 stays 0, and
-// what scattered rays find of it counts in full.
+// Light sampling derives a light's normal in floats. A needle for which that fails is not sampled.
+// Its light_pdf_m2 stays 0, so that emission found by scattered rays counts in full.
 bool can_be_sampled(const Triangle& t, const glm::dvec3& normal) {
   const glm::vec3 p0(t.p0_x, t.p0_y, t.p0_z);
   const glm::dvec3 rounded(glm::cross(glm::vec3(t.p1_x, t.p1_y, t.p1_z) - p0, glm::vec3(t.p2_x, t.p2_y, t.p2_z) - p0));
   return glm::length(glm::normalize(rounded) - glm::normalize(normal)) < 0x1p-14;  // false for NaN
 }
 
-/// What the table and the summary need of a light that has been packed.
+/// A packed light, as the table and the summary need it.
 struct Strength {
   double power = 0;         // selection is proportional to it
   bool distant = false;     // infinitely far away
   double area_m2 = 0;       // of a surface
   std::size_t summary = 0;  // entry of light_summary
-  LightMoments moments{};   // but for the power; of lights that have a place
+  LightMoments moments{};   // without the power; of lights that have a place
 };
 
-/// Of a triangle that emits evenly to its front. normal: of any length
+/// The moments of a triangle that emits evenly to its front. normal: of any length
 LightMoments moments_of(const Triangle& t, const glm::dvec3& normal) {
   const glm::dvec3 a(t.p0_x, t.p0_y, t.p0_z), b(t.p1_x, t.p1_y, t.p1_z), c(t.p2_x, t.p2_y, t.p2_z);
   LightMoments m;
-  m.middle = (a + b + c) / 3.0;
-  m.spread2 = (glm::dot(b - a, b - a) + glm::dot(c - b, c - b) + glm::dot(a - c, a - c)) / 36.0;
-  m.flow = glm::normalize(normal);
+  m.centroid = (a + b + c) / 3.0;
+  m.variance = (glm::dot(b - a, b - a) + glm::dot(c - b, c - b) + glm::dot(a - c, a - c)) / 36.0;
+  m.mean_direction = glm::normalize(normal);
   return m;
 }
 
@@ -57,14 +54,15 @@ std::array<glm::vec3, 3> corners_of(const Triangle& t) {
   return {glm::vec3(t.p0_x, t.p0_y, t.p0_z), glm::vec3(t.p1_x, t.p1_y, t.p1_z), glm::vec3(t.p2_x, t.p2_y, t.p2_z)};
 }
 
-constexpr double kSlackOfPairs = 0x1p-20;  // parallelogram_of in floats of the world: more than in the file
+constexpr double kSlackOfPairs = 0x1p-20;  // of parallelogram_of for world space, which rounds more than the file
 
-/// Of a shape in its box: as if it were closed, and its surface as far from its middle as a sphere's.
+/// The moments of a shape from its box, as if it were closed, and its surface as far from the
+/// centroid as a sphere's.
 LightMoments moments_of_shape(const Triangle& box) {
   const glm::dvec3 lo(box.p0_x, box.p0_y, box.p0_z), hi(box.p1_x, box.p1_y, box.p1_z);
   LightMoments m;
-  m.middle = 0.5 * (lo + hi);
-  m.spread2 = glm::dot(hi - lo, hi - lo) / 12;
+  m.centroid = 0.5 * (lo + hi);
+  m.variance = glm::dot(hi - lo, hi - lo) / 12;
   return m;
 }
 
@@ -75,11 +73,11 @@ class LightPacker {
         environment_(settings.environment),
         packed_(packed),
         textures_(packed),
-        has_tree_(features.has("light_tree")),
-        has_quads_(features.has("quad_light")),
-        has_one_(features.has("one_light")),
-        each_(features.has("each_light")) {
-    // A scene without extent is lit by the environment alone, or by anything: then one is as good as the other.
+        has_tree_(features.has(Feature::light_tree)),
+        has_quads_(features.has(Feature::quad_light)),
+        has_one_(features.has(Feature::one_light)),
+        each_(features.has(Feature::each_light)) {
+    // A scene without extent has no sphere around it, and any area will do.
     if (!packed.bounds.empty()) radius_m_ = 0.5 * glm::length(packed.bounds.hi - packed.bounds.lo);
     section_m2_ = radius_m_ > 0 ? kPi * radius_m_ * radius_m_ : 1;
   }
@@ -91,8 +89,9 @@ class LightPacker {
     add_environment();
     if (packed_.lights.empty()) return;
     if (has_one_ && packed_.lights.size() > 1) throw InternalError("more lights than were counted");
-    // The flux of a distant light is what enters the whole scene, most of which misses what is seen: beside local lights, all of
-    // them together count no more than those do, or a lamp under an open sky would hardly ever be chosen.
+    // The flux of a distant light enters the whole scene, and most of it misses what is seen. So
+    // distant lights together count no more than local lights do; otherwise a lamp under an open
+    // sky would hardly ever be chosen.
     double local = 0, distant = 0;
     for (const Strength& s : strengths_) (s.distant ? distant : local) += s.power;
     const double scale = local > 0 && distant > local ? local / distant : 1;
@@ -116,7 +115,7 @@ class LightPacker {
   }
 
  private:
-  /// Brings the lights that have a place to the front, in the order of the tree's leaves.
+  /// Moves the lights that have a place to the front, in the order of the tree's leaves.
   void grow_tree() {
     std::vector<std::size_t> order;
     std::vector<LightMoments> placed;
@@ -144,27 +143,30 @@ class LightPacker {
     packed_.tree_light_count = std::uint32_t(placed.size());
     for (std::uint32_t i = 0; i < packed_.tree_light_count; ++i) {
       const Light& light = packed_.lights[i];
-      if (light.kind != kLight_area && light.kind != kLight_shape_light) continue;
+      if (light.kind != kind_word(LightKind::area) && light.kind != kind_word(LightKind::shape_light)) continue;
       packed_.triangles[light.triangle].flags |= i << EK_TRIANGLE_LIGHT_SHIFT;
       if ((light.flags & EK_LIGHT_QUAD) != 0)
         packed_.triangles[light.triangle + 1].flags |= i << EK_TRIANGLE_LIGHT_SHIFT;
     }
   }
 
-  /// How often lights in the tree are chosen depends on where; said is their share of the energy.
+  /// The probability of a light in the tree depends on the shading point. The summary says its
+  /// share of the energy.
   void share_of_tree(double probability) {
     double flux = 0;
-    for (const PackedLight& light : packed_.light_summary) flux += is_distant(light) ? 0 : light.flux;
+    for (const PackedLight& light : packed_.light_summary) flux += light_kind(light.kind).distant ? 0 : light.flux;
     for (PackedLight& light : packed_.light_summary)
-      if (!is_distant(light)) light.probability = probability * (light.flux / flux);
-  }
-  static bool is_distant(const PackedLight& light) {
-    return light.kind != "area" && light.kind != "point" && light.kind != "spot";
+      if (!light_kind(light.kind).distant) light.probability = probability * (light.flux / flux);
   }
 
   void add(const Light& light, const Strength& strength) {
     packed_.lights.push_back(light);
     strengths_.push_back(strength);
+  }
+
+  void add_distant(Light light, const PackedLight& summary) {
+    light.kind = kind_word(summary.kind);
+    add(light, {.power = summary.flux, .distant = true, .summary = summarise(summary)});
   }
 
   std::size_t summarise(const PackedLight& light) {
@@ -190,21 +192,23 @@ class LightPacker {
       light.p0_x = t.p0_x, light.p0_y = t.p0_y, light.p0_z = t.p0_z;
       light.p1_x = t.p1_x, light.p1_y = t.p1_y, light.p1_z = t.p1_z;
       light.p2_x = t.p2_x, light.p2_y = t.p2_y, light.p2_z = t.p2_z;
-      light.kind = kLight_area;
+      light.kind = kind_word(LightKind::area);
       light.triangle = std::uint32_t(i);
       light.flags = group_flag(group_of(t));
       add_surface(light, t.material, area, radiance, moments_of(t, normal));
     }
   }
 
-  /// Triangles i and i + 1 as one light, if they form a parallelogram that emits evenly.
+  /// Adds triangles i and i + 1 as one light, if they form a parallelogram that emits evenly.
+  /// Returns false if not.
   bool add_quad(std::size_t i) {
     if (i + 1 >= packed_.triangle_count()) return false;
     const Triangle &a = packed_.triangles[i], &b = packed_.triangles[i + 1];
     const Material& material = scene_.materials[a.material];
     if (a.material != b.material || a.node != b.node || !emits_evenly(material)) return false;
     if (((a.flags | b.flags) & EK_TRIANGLE_ALPHA_TESTED) != 0) return false;
-    // What was counted as one light is one, however a node far from its own origin rounds it.
+    // Triangles that were counted as one light stay one, however much the transform of their node
+    // rounds.
     const double slack = has_one_ ? std::numeric_limits<double>::infinity() : kSlackOfPairs;
     const std::optional<Parallelogram> quad = parallelogram_of(corners_of(a), corners_of(b), slack);
     if (!quad) return false;
@@ -216,13 +220,13 @@ class LightPacker {
     light.p1_x = quad->p1.x, light.p1_y = quad->p1.y, light.p1_z = quad->p1.z;
     light.p2_x = quad->p2.x, light.p2_y = quad->p2.y, light.p2_z = quad->p2.z;
     light.flags = EK_LIGHT_QUAD | group_flag(group_of(a));
-    light.kind = kLight_area;
+    light.kind = kind_word(LightKind::area);
     light.triangle = std::uint32_t(i);
     const glm::dvec3 p0(quad->p0), p1(quad->p1), p2(quad->p2);
     LightMoments moments;
-    moments.middle = 0.5 * (p1 + p2);
-    moments.spread2 = (glm::dot(p1 - p0, p1 - p0) + glm::dot(p2 - p0, p2 - p0)) / 12;
-    moments.flow = glm::normalize(normal);
+    moments.centroid = 0.5 * (p1 + p2);
+    moments.variance = (glm::dot(p1 - p0, p1 - p0) + glm::dot(p2 - p0, p2 - p0)) / 12;
+    moments.mean_direction = glm::normalize(normal);
     add_surface(light, a.material, area, mean(material.emission), moments);
     return true;
   }
@@ -240,7 +244,7 @@ class LightPacker {
       ShapeRecord& record = packed_.shapes[index];
       record.part0_m2 = float(parts[0]), record.part1_m2 = float(parts[1]), record.part2_m2 = float(parts[2]);
       Light light{};
-      light.kind = kLight_shape_light;
+      light.kind = kind_word(LightKind::shape_light);
       light.triangle = std::uint32_t(i);
       light.flags = group_flag(group_of(t));
       add_surface(light, t.material, parts[0] + parts[1] + parts[2], radiance, moments_of_shape(t));
@@ -255,9 +259,9 @@ class LightPacker {
     constexpr std::size_t none = std::numeric_limits<std::size_t>::max();
     summary_of_.resize(scene_.materials.size(), none);
     std::size_t& entry = summary_of_[material_index];
-    if (entry == none) entry = summarise({.kind = "area", .name = material.name});
+    if (entry == none) entry = summarise({.kind = LightKind::area, .name = material.name});
     const double flux = kPi * area * radiance * (material.double_sided ? 2 : 1);
-    if (material.double_sided) moments.flow = glm::dvec3(0);
+    if (material.double_sided) moments.mean_direction = glm::dvec3(0);
     add(light, {.power = flux, .area_m2 = area, .summary = entry, .moments = moments});
     PackedLight& summary = packed_.light_summary[entry];
     summary.strength = (summary.strength * summary.area_m2 + radiance * area) / (summary.area_m2 + area);
@@ -274,21 +278,17 @@ class LightPacker {
     const glm::vec3 position(source.position), back(-glm::normalize(source.direction));
     light.p0_x = position.x, light.p0_y = position.y, light.p0_z = position.z;
     light.p1_x = back.x, light.p1_y = back.y, light.p1_z = back.z;
-    if (source.kind == PunctualLight::Kind::directional) {
-      light.kind = kLight_directional;
-      const double flux = intensity * section_m2_;
-      add(light,
-          {.power = flux,
-           .distant = true,
-           .summary = summarise({.kind = "directional", .name = source.name, .flux = flux, .strength = intensity})});
+    const LightKind kind = kind_of(source);
+    if (kind == LightKind::directional) {
+      add_distant(light, {.kind = kind, .name = source.name, .flux = intensity * section_m2_, .strength = intensity});
       return;
     }
-    const bool spot = source.kind == PunctualLight::Kind::spot;
+    const bool spot = kind == LightKind::spot;
     // [KHR_lights_punctual]: the cosine falls from 1 to 0 over max(0.001, cos inner - cos outer).
     const double outer = std::cos(source.outer_cone_rad);
     const double ramp = std::max(0.001, std::cos(source.inner_cone_rad) - outer);
-    light.kind = spot ? kLight_spot : kLight_point;
-    // A cone that every direction is inside of, where the kernels know spots.
+    light.kind = kind_word(kind);
+    // A point light is a spot whose cone contains every direction.
     light.p2_x = spot ? float(outer) : -2.0F;
     light.p2_y = spot ? float(1 / ramp) : 1.0F;
     light.p2_z = source.range_m > 0 ? float(source.range_m * source.range_m) : std::numeric_limits<float>::infinity();
@@ -297,11 +297,10 @@ class LightPacker {
     const double flux = intensity * steradians;
     if (!(flux > 0)) return;  // a cone too narrow for any direction
     LightMoments moments;
-    moments.middle = source.position;
-    if (spot) moments.flow = glm::dvec3(-back) * (0.5 + 0.5 * top);
+    moments.centroid = source.position;
+    if (spot) moments.mean_direction = glm::dvec3(-back) * (0.5 + 0.5 * top);
     add(light, {.power = flux,
-                .summary = summarise(
-                    {.kind = spot ? "spot" : "point", .name = source.name, .flux = flux, .strength = intensity}),
+                .summary = summarise({.kind = kind, .name = source.name, .flux = flux, .strength = intensity}),
                 .moments = moments});
   }
 
@@ -311,36 +310,29 @@ class LightPacker {
     if (environment_.map) {
       const double integral = pack_environment_map(environment_, packed_);
       if (!(integral > 0)) return;
-      light.kind = kLight_environment_map;
-      const double flux = integral * section_m2_;
-      add(light, {.power = flux,
-                  .distant = true,
-                  .summary = summarise({.kind = "environment_map",
-                                        .name = environment_.map->name,
-                                        .flux = flux,
-                                        .strength = integral / (4 * kPi)})});
+      add_distant(light, {.kind = LightKind::environment_map,
+                          .name = environment_.map->name,
+                          .flux = integral * section_m2_,
+                          .strength = integral / (4 * kPi)});
       return;
     }
     const double radiance = mean(environment_.radiance);
     if (!(radiance > 0)) return;
-    light.kind = kLight_environment;
-    const double flux = 4 * kPi * radiance * section_m2_;
-    add(light, {.power = flux,
-                .distant = true,
-                .summary = summarise({.kind = "environment", .flux = flux, .strength = radiance})});
+    add_distant(light,
+                {.kind = LightKind::environment, .flux = 4 * kPi * radiance * section_m2_, .strength = radiance});
   }
 
   void set_probability(std::size_t i, double probability) {
     Light& light = packed_.lights[i];
     light.pdf_m2 = float(probability);
-    if (light.kind == kLight_area) {
+    if (light.kind == kind_word(LightKind::area)) {
       light.pdf_m2 = float(probability / strengths_[i].area_m2);
       packed_.triangles[light.triangle].light_pdf_m2 = light.pdf_m2;
       if ((light.flags & EK_LIGHT_QUAD) != 0) packed_.triangles[light.triangle + 1].light_pdf_m2 = light.pdf_m2;
     }
-    if (light.kind == kLight_shape_light) packed_.triangles[light.triangle].light_pdf_m2 = light.pdf_m2;
-    if (light.kind == kLight_environment) packed_.environment_probability = light.pdf_m2;
-    if (light.kind == kLight_environment_map)
+    if (light.kind == kind_word(LightKind::shape_light)) packed_.triangles[light.triangle].light_pdf_m2 = light.pdf_m2;
+    if (light.kind == kind_word(LightKind::environment)) packed_.environment_probability = light.pdf_m2;
+    if (light.kind == kind_word(LightKind::environment_map))
       for (float4& texel : packed_.environment_texels) texel.w = float(probability * double(texel.w));
   }
 

@@ -21,7 +21,7 @@ Corners seen_from(const glm::dvec3& eye, const Triangle& t) {
           glm::dvec3(t.p2_x, t.p2_y, t.p2_z) - eye};
 }
 
-/// Signed: positive where the back is seen, as it is from inside.
+/// The signed solid angle of a triangle: positive if its back is seen, as it is from inside.
 double solid_angle(const Corners& t) {
   const double a = glm::length(t.a), b = glm::length(t.b), c = glm::length(t.c);
   const double volume = glm::dot(t.a, glm::cross(t.b, t.c));
@@ -29,7 +29,8 @@ double solid_angle(const Corners& t) {
   return volume == 0 && rest == 0 ? 0 : 2 * std::atan2(volume, rest);
 }
 
-/// The distance, in lengths of `view`, at which a way from the eye leaves through the triangle; infinite where it does not.
+/// The distance, in lengths of `view`, at which a ray from the eye leaves through the triangle;
+/// infinite if it does not.
 double way_out(const Corners& t, const glm::dvec3& view) {
   const double u = glm::dot(view, glm::cross(t.c, t.b)), v = glm::dot(view, glm::cross(t.a, t.c)),
                w = glm::dot(view, glm::cross(t.b, t.a));
@@ -39,8 +40,9 @@ double way_out(const Corners& t, const glm::dvec3& view) {
   return distance > 0 ? distance : infinite;
 }
 
-/// The same of the surface f = 0 within bounds: o and d from the middle of the bounds, in the formula's coordinates. It ends where f
-/// comes above 0 in one of a few thousand places: which of several media is the inner one is all that hangs on it.
+/// The same for the surface f = 0 within bounds. o and d are in the formula's coordinates, relative
+/// to the middle of the bounds. The result is the first of a few thousand places with f above 0,
+/// which is precise enough to order media.
 double way_out(const ShapeRecord& r, const formula::Formula& f, const glm::dvec3& o, const glm::dvec3& d) {
   constexpr int kPlaces = 4096;
   double end = std::numeric_limits<double>::infinity();
@@ -57,7 +59,7 @@ double way_out(const ShapeRecord& r, const formula::Formula& f, const glm::dvec3
   return end;
 }
 
-/// Whether a solid shape, convex, holds a point of its own space.
+/// True if a convex solid shape contains a point of its object space.
 bool holds(const ShapeRecord& r, const glm::dvec3& p) {
   const double round = std::hypot(p.x, p.z), a = double{r.a}, b = double{r.b}, c = double{r.c};
   switch (ShapeKind(r.kind)) {
@@ -76,12 +78,13 @@ bool holds(const ShapeRecord& r, const glm::dvec3& p) {
              round * flat < 0.5 * (b + c) - tilt * p.y;
     }
     case ShapeKind::implicit:
-      return false;  // its formula is asked instead
+      return false;  // way_out evaluates its formula instead
   }
   return false;
 }
 
-/// How far a way along `view` goes inside a shape that holds `eye`; 0 if it does not.
+/// The length of a ray along `view` inside a shape that contains `eye`; 0 if the shape does not
+/// contain it.
 double way_out(const ShapeRecord& r, const std::vector<formula::Formula>& formulas, const glm::dvec3& eye,
                const glm::dvec3& view) {
   const glm::dvec3 from = eye - glm::dvec3(r.center_x, r.center_y, r.center_z);
@@ -103,11 +106,12 @@ double way_out(const ShapeRecord& r, const std::vector<formula::Formula>& formul
 bool absorbs(const MaterialExtension& e) { return e.absorption_r != 0 || e.absorption_g != 0 || e.absorption_b != 0; }
 
 struct Solid {
-  double turned = 0;  // steradians
+  double turned = 0;  // winding around the eye, steradians
   double way_out = std::numeric_limits<double>::infinity();
 };
 
-/// As nested_media.h has them: the highest ranks of solids that hold the eye, each as often as it is around it.
+/// The highest ranks of solids that contain the eye, each as often as it winds around it, as
+/// nested_media.h stores them.
 std::uint32_t nested_media(const PackedScene& packed, const std::vector<Solid>& solids) {
   std::uint32_t media = 0;
   int free = EK_MEDIA_MOST;
@@ -120,7 +124,7 @@ std::uint32_t nested_media(const PackedScene& packed, const std::vector<Solid>& 
   return media;
 }
 
-/// By material.
+/// The solids around the eye, by material.
 std::vector<Solid> solids_around(const PackedScene& packed, const glm::dvec3& eye, const glm::dvec3& view) {
   std::vector<Solid> solids(packed.materials.size());
   for (std::size_t i = 0; i < packed.triangle_count(); ++i) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What shading a surface takes: paths that hit surfaces of one class are shaded together (kernels/stages/hit_classes.h).
+// Classes of surfaces by the shading that they take. Paths that hit one class are shaded together
+// (kernels/stages/hit_classes.h).
 #pragma once
 #include <cstdint>
 
@@ -7,10 +8,10 @@
 
 namespace eikon {
 
-/// One of SHADING_* (records.h). primitive: null for shapes
+/// The class SHADING_* (records.h) of a surface. primitive: null for shapes
 [[nodiscard]] std::uint32_t hit_class(const Material& material, const Primitive* primitive);
 
-/// The same as bits of a triangle's flags.
+/// The class as bits of a triangle's flags.
 [[nodiscard]] std::uint32_t hit_class_flags(const Material& material, const Primitive* primitive);
 
 }  // namespace eikon

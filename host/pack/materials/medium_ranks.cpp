@@ -6,7 +6,7 @@
 #include <algorithm>
 
 #include "core/error.h"
-#include "pack/features.h"
+#include "pack/materials/lobe.h"
 #include "shared/records.h"
 
 namespace eikon {

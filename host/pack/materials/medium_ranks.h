@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which of several solids counts where they overlap.
+// Ranks that decide which of several overlapping solids counts.
 #pragma once
 #include <cstdint>
 #include <vector>
@@ -8,9 +8,10 @@
 
 namespace eikon {
 
-/// Of each material its rank among the solids that are shown, as nested_media.h has them: 1 is the lowest, 0 is no solid's. By priority,
-/// which is 0 where a material says none; of equal ones the later in the file is higher.
-/// throws InputError when they are more than EK_MEDIA_RANKS
+/// The rank of each material among the solids that are shown, as nested_media.h uses it: 1 is the
+/// lowest, and 0 means that the material is no solid. Ranks follow mediumPriority, which is 0 by
+/// default; of equal priorities the later in the file is higher. throws InputError when there are
+/// more than EK_MEDIA_RANKS solids
 [[nodiscard]] std::vector<std::uint32_t> medium_ranks(const Scene& scene);
 
 }  // namespace eikon

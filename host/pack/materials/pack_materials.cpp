@@ -7,6 +7,8 @@
 #include <map>
 
 #include "core/error.h"
+#include "pack/materials/lobe.h"
+#include "pack/materials/material_parameters.h"
 #include "pack/materials/medium_ranks.h"
 #include "pack/pack_parts.h"
 #include "scene/measured_table.h"
@@ -14,22 +16,9 @@
 namespace eikon {
 namespace {
 
-// Bits of MaterialRecord.flags.
-enum : std::uint32_t {
-#define EK_LOBE(name, bit) kLobe_##name = 1U << bit,
-#include "shared/features.def"
-};
-
-// What log2 of a transmittance of 0 stands as: absorbs everything within any distance, but nothing at 0 [0 * infinity].
+// Stands for log2 of a transmittance of 0. It absorbs everything within any distance, but nothing
+// at distance 0, where minus infinity would give 0 * infinity.
 constexpr double kOpaque = -0x1p100;
-
-std::uint32_t lobe_bit(const Material& material) {
-  const std::string lobe = lobe_of(material);
-#define EK_LOBE(name, bit) \
-  if (lobe == #name) return kLobe_##name;
-#include "shared/features.def"
-  throw InternalError("no lobe '" + lobe + "'");
-}
 
 double srgb_to_linear(int code) {
   const double x = code / 255.0;
@@ -64,11 +53,11 @@ class MaterialPacker {
   void pack() {
     for (const Material& material : scene_.materials) {
       packed_.materials.push_back(record(material));
-      if (features_.has("material_extension")) packed_.material_extensions.push_back(extension(material));
-      if (features_.has("material_detail")) packed_.material_details.push_back(detail(material));
+      if (features_.has(Feature::material_extension)) packed_.material_extensions.push_back(extension(material));
+      if (features_.has(Feature::material_detail)) packed_.material_details.push_back(detail(material));
     }
     if (packed_.materials.empty()) packed_.materials.emplace_back();
-    if (features_.has("nested_media")) {
+    if (features_.has(Feature::nested_media)) {
       const std::vector<std::uint32_t> ranks = medium_ranks(scene_);
       for (std::uint32_t i = 0; i < ranks.size(); ++i) {
         packed_.material_extensions[i].medium_rank = ranks[i];
@@ -80,29 +69,17 @@ class MaterialPacker {
  private:
   MaterialRecord record(const Material& m) {
     MaterialRecord r{};
-    r.base_color_r = m.base_color.x, r.base_color_g = m.base_color.y, r.base_color_b = m.base_color.z;
+    copy_parameters(m, MaterialPart::record, r);
     if (!m.unlit) r.emission_r = m.emission.x, r.emission_g = m.emission.y, r.emission_b = m.emission.z;
-    r.flags = lobe_bit(m) | (m.double_sided ? EK_MATERIAL_DOUBLE_SIDED : 0) | (m.unlit ? EK_MATERIAL_UNLIT : 0) |
-              (m.alpha_mode == AlphaMode::mask ? EK_MATERIAL_MASK : 0) |
+    r.flags = 1U << std::uint32_t(lobe_of(m)) | (m.double_sided ? EK_MATERIAL_DOUBLE_SIDED : 0) |
+              (m.unlit ? EK_MATERIAL_UNLIT : 0) | (m.alpha_mode == AlphaMode::mask ? EK_MATERIAL_MASK : 0) |
               (m.alpha_mode == AlphaMode::blend ? EK_MATERIAL_BLEND : 0) | (is_solid(m) ? EK_MATERIAL_SOLID : 0);
-    r.metallic = m.metallic;
-    r.roughness = m.roughness;
-    r.ior = m.ior;
-    r.opacity = m.opacity;
-    r.alpha_cutoff = m.alpha_cutoff;
-    r.base_color_texture = texture(m.base_color_texture);
-    r.metallic_roughness_texture = texture(m.metallic_roughness_texture);
-    r.normal_texture = texture(m.normal_texture, m.normal_scale);
-    r.emissive_texture = texture(m.emissive_texture);
     return r;
   }
 
   MaterialExtension extension(const Material& m) {
     MaterialExtension e{};
-    e.specular = m.specular;
-    e.specular_color_r = m.specular_color.x, e.specular_color_g = m.specular_color.y,
-    e.specular_color_b = m.specular_color.z;
-    e.transmission = m.transmission;
+    copy_parameters(m, MaterialPart::extension, e);
     if (m.solid && m.attenuation_distance > 0 && std::isfinite(m.attenuation_distance)) {
       const auto absorption = [&](float color) {
         return float(std::max(kOpaque, std::log2(double(color)) / double(m.attenuation_distance)));
@@ -111,40 +88,19 @@ class MaterialPacker {
       e.absorption_g = absorption(m.attenuation_color.y);
       e.absorption_b = absorption(m.attenuation_color.z);
     }
-    e.transmission_texture = texture(m.transmission_texture);
-    e.specular_texture = texture(m.specular_texture);
-    e.specular_color_texture = texture(m.specular_color_texture);
     if (m.measured) e.measured_table = first_word(*m.measured);
     return e;
   }
 
   MaterialDetail detail(const Material& m) {
     MaterialDetail d{};
-    d.clearcoat = m.clearcoat;
-    d.clearcoat_roughness = m.clearcoat_roughness;
-    d.sheen_r = m.sheen_color.x, d.sheen_g = m.sheen_color.y, d.sheen_b = m.sheen_color.z;
-    d.sheen_roughness = m.sheen_roughness;
-    d.clearcoat_texture = texture(m.clearcoat_texture);
-    d.clearcoat_roughness_texture = texture(m.clearcoat_roughness_texture);
-    d.clearcoat_normal_texture = texture(m.clearcoat_normal_texture, m.clearcoat_normal_scale);
-    d.sheen_color_texture = texture(m.sheen_color_texture);
-    d.sheen_roughness_texture = texture(m.sheen_roughness_texture);
-    d.iridescence = m.iridescence;
-    d.film_index = m.film_index;
+    copy_parameters(m, MaterialPart::detail, d);
     d.film_least = m.film_thickness_nm[0], d.film_most = m.film_thickness_nm[1];
-    d.iridescence_texture = texture(m.iridescence_texture);
-    d.film_texture = texture(m.film_thickness_texture);
-    d.anisotropy = m.anisotropy;
     d.anisotropy_cos = float(std::cos(m.anisotropy_rotation_rad));
     d.anisotropy_sin = float(std::sin(m.anisotropy_rotation_rad));
-    d.anisotropy_texture = texture(m.anisotropy_texture);
-    // [KHR_materials_dispersion]: half of what the index differs by between the Fraunhofer lines F and C.
+    // [KHR_materials_dispersion]: half the difference of the index between the Fraunhofer lines F
+    // and C.
     d.spread = m.ior > 1 ? float(0.025 * double(m.dispersion) * (double(m.ior) - 1)) : 0.0F;
-    d.diffuse_transmission = m.diffuse_transmission;
-    const glm::vec3& through = m.diffuse_transmission_color;
-    d.diffuse_transmission_r = through.x, d.diffuse_transmission_g = through.y, d.diffuse_transmission_b = through.z;
-    d.diffuse_transmission_texture = texture(m.diffuse_transmission_texture);
-    d.diffuse_transmission_color_texture = texture(m.diffuse_transmission_color_texture);
     if (m.phong) {
       d.phong_shininess = m.phong->shininess;
       d.phong_r = m.phong->specular.x, d.phong_g = m.phong->specular.y, d.phong_b = m.phong->specular.z;
@@ -156,7 +112,26 @@ class MaterialPacker {
     return d;
   }
 
-  std::uint32_t texture(const std::optional<Texture>& use, float scale = 1) {
+  /// Writes the parameters of a part of the material into its record.
+  template <class Record>
+  void copy_parameters(const Material& m, MaterialPart part, Record& record) {
+    std::array<std::uint32_t, sizeof(Record) / 4> words{};
+    for (const MaterialParameter& parameter : material_parameters()) {
+      if (parameter.part != part) continue;
+      std::uint32_t* const to = &words[parameter.word];
+      if (const auto* number = std::get_if<NumberOf>(&parameter.from)) {
+        *to = std::bit_cast<std::uint32_t>(m.*(*number));
+      } else if (const auto* colour = std::get_if<ColourOf>(&parameter.from)) {
+        for (int c = 0; c < 3; ++c) to[c] = std::bit_cast<std::uint32_t>((m.*(*colour))[c]);
+      } else {
+        const float scale = parameter.scale == nullptr ? 1.0F : m.*parameter.scale;
+        *to = texture(m.*std::get<TextureOf>(parameter.from), scale);
+      }
+    }
+    record = std::bit_cast<Record>(words);
+  }
+
+  std::uint32_t texture(const std::optional<Texture>& use, float scale) {
     if (!use) return EK_NO_TEXTURE;
     const TextureImage& image = scene_.images.at(use->image);
     TextureRecord r{};

@@ -13,18 +13,18 @@
 namespace eikon {
 namespace {
 
-constexpr double kLeastGain = 1.03;        // runs of the same kernel differ by so much
-constexpr double kGpuRaysPerSecond = 3e8;  // of a middling GPU; a guess, for want of one to measure
-constexpr double kLeastSeconds = 20;       // shorter renders are not probed,
-constexpr double kLeastShare = 10;         // nor those that are not so many times as long as the probe
+constexpr double kLeastGain = 1.03;        // runs of the same kernel differ by about this
+constexpr double kGpuRaysPerSecond = 3e8;  // of a medium GPU; a guess, as none could be measured
+constexpr double kLeastSeconds = 20;       // of a render that is probed
+constexpr double kLeastShare = 10;         // of a render that is probed, in lengths of the probe
 constexpr double kCompileSeconds = 1, kTrianglesPerSecond = 1e6;          // of one more program, and of one more tree
 constexpr std::uint32_t kChunkedRays = 1U << 16, kQueuedRays = 1U << 18;  // of each kind: milliseconds of work
 constexpr int kRounds = 3;
 
-/// Rays of all kinds through `layout`, best of some rounds.
+/// Measures rays of all kinds through `layout`, and takes the best of some rounds.
 LayoutRate measure(Device& device, const PackedScene& packed, const Features& features, const Settings& settings,
                    const Execution& execution, const std::string& layout) {
-  RayBench bench(device, packed, features, settings, execution, layout);
+  RayBench bench(device, packed, features, settings, execution, {layout, {}});
   const std::uint32_t ray_count = configure(device.info(), execution).chunked ? kChunkedRays : kQueuedRays;
   double seconds = 0, rays = 0;
   for (const RayKind& kind : bench.make_rays(settings, ray_count)) {
@@ -39,7 +39,8 @@ LayoutRate measure(Device& device, const PackedScene& packed, const Features& fe
   return {layout, seconds > 0 ? 1e-6 * rays / seconds : 0};
 }
 
-/// The layouts worth measuring on a device that runs so many lanes: nodes in whole vectors are for those that have them.
+/// The layouts to measure on a device with that many lanes. Nodes in whole vectors are for devices
+/// that have vectors.
 std::vector<std::string> candidates_for(std::uint32_t lanes) {
   std::vector<std::string> candidates;
   for (const std::string& layout : tree_layouts()) {
@@ -49,7 +50,7 @@ std::vector<std::string> candidates_for(std::uint32_t lanes) {
   return candidates;
 }
 
-/// Whether measuring so many layouts is a small part of what the render will take.
+/// True if measuring that many layouts takes a small part of the render's time.
 bool probe_pays(std::size_t candidates, std::size_t triangles, double rays) {
   const double seconds = rays / kGpuRaysPerSecond;
   const double cost = double(candidates) * (kCompileSeconds + double(triangles) / kTrianglesPerSecond);
@@ -95,7 +96,7 @@ LayoutChoice choose_layout(const DeviceInfo& info, PackedScene& packed, const Fe
   const Execution plain = without_probe(execution);
   const WavefrontConfig config = configure(info, plain);
   const LayoutPlan plan =
-      plan_layout(config, execution, packed.triangles.size(), expected_rays(settings), features.has("instance"));
+      plan_layout(config, execution, packed.triangles.size(), expected_rays(settings), features.has(Feature::instance));
   const auto add = [&](const std::string& layout) {
     add_accel(packed, execution.accel, layout, execution.threads, expected_rays(settings));
   };
@@ -110,7 +111,7 @@ LayoutChoice choose_layout(const DeviceInfo& info, PackedScene& packed, const Fe
       try {
         rates.push_back(measure(device, packed, features, settings, plain, layout));
       } catch (const DeviceError&) {
-        // It does not fit, or does not compile here: no candidate, but no reason not to render.
+        // The layout does not fit, or does not compile here. The render goes on with another one.
       }
     }
     choice = fastest_layout(std::move(rates), plan.layout);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which layout of the tree a device traces rays through: the one asked for, the usual one for devices of its kind, or the fastest
-// of those measured on it with the scene's own rays. The image is the same in all.
+// Chooses the layout of the tree that a device traces rays through: the one asked for, the usual
+// one for such devices, or the fastest on this device with the scene's own rays. The image is the
+// same with all.
 #pragma once
 #include <string>
 #include <vector>
@@ -23,32 +24,35 @@ struct LayoutChoice {
   std::vector<LayoutRate> rates;  // what was measured, if anything
 };
 
-/// `--layout` takes it beside the names of layouts: measure, however short the render.
+/// Value of --layout beside the names of layouts: measure, however short the render is.
 inline const char* const kProbeLayouts = "probe";
 
-/// What to do about a device, before it is touched.
+/// The decision about a device before it is touched.
 struct LayoutPlan {
   std::string layout;                // asked for, or usual
-  std::string why;                   // that one
-  std::vector<std::string> measure;  // which to measure, to take the fastest; empty: none
+  std::string why;                   // the reason for it
+  std::vector<std::string> measure;  // layouts to measure, of which the fastest is taken; empty: none
 };
 
-/// Measured is what was not asked for by name, if `--layout probe` asks for that, or if it is likely to pay: on devices that run
-/// one lane, in renders far longer than the measurement. For CPU devices (in chunks) the usual layout is
-/// within some percent of the best in the scenes that were measured.
-/// two_level: only layouts that have them (placed_meshes.h)
-/// config: of configure(), with execution.layout if it is a layout; rays: that the render is expected to trace
+/// Unless a layout is asked for by name, layouts are measured if `--layout probe` asks for that, or
+/// if it is likely to pay: on devices that run one lane, in renders far longer than the
+/// measurement. On CPU devices (in chunks) the usual layout is within some percent of the best in
+/// all scenes that were measured.
+/// config     of configure(), with execution.layout if it is a layout
+/// rays       that the render is expected to trace
+/// two_level  true: only layouts with two levels (placed_meshes.h)
 [[nodiscard]] LayoutPlan plan_layout(const WavefrontConfig& config, const Execution& execution, std::size_t triangles,
                                      double rays, bool two_level = false);
 
-/// The fastest of `rates`, but `usual` where nothing is faster by more than timing errs.
+/// The fastest of `rates`, or `usual` if nothing is faster by more than the error of timing.
 [[nodiscard]] LayoutChoice fastest_layout(std::vector<LayoutRate> rates, const std::string& usual);
 
-/// `execution` with its layout as configure() takes it: kProbeLayouts is none.
+/// `execution` as configure() takes it: kProbeLayouts counts as no layout.
 [[nodiscard]] Execution without_probe(const Execution& execution);
 
-/// Chooses for a device and adds the tree of that layout to `packed`. Nothing is kept from one render to the next: what was
-/// measured holds for this device, driver and scene, and is a small part of the renders that it is done for.
+/// Chooses a layout for a device and adds its tree to `packed`. Nothing is kept from one render to
+/// the next: measurements hold for this device, driver and scene, and take a small part of the
+/// renders that they are made for.
 /// throws UsageError for a layout that does not exist
 LayoutChoice choose_layout(const DeviceInfo& info, PackedScene& packed, const Features& features,
                            const Settings& settings, const Execution& execution);

@@ -13,7 +13,7 @@ namespace {
 constexpr std::size_t kChunk = 4096;  // rays per work-item on CPU devices, as in a render
 constexpr std::size_t kArrays = 9;    // of a ray (RayArrays)
 
-/// Drops rays with t_max 0, which stand for none, and pads for full vectors.
+/// Drops rays with t_max 0, which mean that there is none, and pads for full vectors.
 RayArrays packed(const std::vector<float>& words, std::size_t count) {
   const std::size_t from = words.size() / kArrays;
   std::vector<std::size_t> kept;
@@ -35,18 +35,17 @@ const char* kernel_of(const RayKind& kind) { return kind.any_hit ? "trace_any" :
 }  // namespace
 
 RayBench::RayBench(Device& device, const PackedScene& scene, const Features& features, const Settings& settings,
-                   const Execution& execution, const std::string& layout,
-                   const std::map<std::string, std::string>& defines)
+                   const Execution& execution, const RayProgram& of)
     : device_(device), config_(configure(device.info(), execution)) {
-  const Accel& accel = scene.accels.at(layout);
+  const Accel& accel = scene.accels.at(of.layout);
   ProgramOptions options;
   options.defines = features.defines();
-  options.defines["EK_HAS_opacity"] = "0";  // as opaque: the same question as Embree's
+  options.defines["EK_HAS_opacity"] = "0";  // every surface is opaque, as it is for Embree
   options.defines["EK_WIDTH"] = std::to_string(config_.lanes);
   options.defines["EK_CHUNKED"] = config_.chunked ? "1" : "0";
   options.defines["EK_CHUNK"] = std::to_string(chunk());
   options.defines.merge(accel.defines());
-  for (const auto& [name, value] : defines) options.defines[name] = value;
+  for (const auto& [name, value] : of.defines) options.defines[name] = value;
   const Program program = device.build(kernel_text({"probe/trace_rays.cl", "probe/bench_rays.cl"}) + features.formula_code(), options);
   for (const char* name : {"trace_closest", "trace_any", "bench_camera", "bench_scatter"}) {
     kernels_[name] = program.kernel(name);
@@ -115,11 +114,10 @@ RayBench::Counts RayBench::count(const RayKind& kind) {
 std::size_t RayBench::chunk() const { return config_.chunked ? kChunk : 1; }
 
 void RayBench::run(const std::string& kernel, std::size_t items) {
-  constexpr std::size_t group = 64;
   if (config_.chunked)
     device_.run(kernels_.at(kernel), items, 1);
   else
-    device_.run(kernels_.at(kernel), (items + group - 1) / group, group);
+    device_.run(kernels_.at(kernel), (items + kWorkGroup - 1) / kWorkGroup, kWorkGroup);
 }
 
 void RayBench::launch(const std::string& kernel, std::size_t items) {

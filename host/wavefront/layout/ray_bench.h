@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rays of a scene through one layout of its tree on one device, timed. Every surface counts as opaque.
+// Traces rays of a scene through one layout of its tree on one device, and times them. Every
+// surface counts as opaque.
 #pragma once
 #include <cstdint>
 #include <map>
@@ -25,25 +26,30 @@ struct RayKind {
   RayArrays rays;
 };
 
+/// The program that a bench compiles.
+struct RayProgram {
+  std::string layout;                          // of the tree, which must have been built
+  std::map<std::string, std::string> defines;  // that override the usual ones
+};
+
 class RayBench {
  public:
-  /// Compiles for `layout`, whose tree must have been built, and uploads. defines: in place of the usual ones.
-  /// throws DeviceError
+  /// Compiles and uploads. throws DeviceError
   RayBench(Device& device, const PackedScene& scene, const Features& features, const Settings& settings,
-           const Execution& execution, const std::string& layout,
-           const std::map<std::string, std::string>& defines = {});
+           const Execution& execution, const RayProgram& of);
 
-  /// `count` camera rays, and from their hits shadow and diffuse rays; the same for every layout, since hits are.
+  /// Makes `count` camera rays, and shadow and diffuse rays from their hits. Hits, and so rays, are
+  /// the same for every layout.
   std::vector<RayKind> make_rays(const Settings& settings, std::uint32_t count);
 
-  /// Puts the rays of a kind on the device.
+  /// Uploads the rays of a kind.
   void load(const RayKind& kind);
 
-  /// Seconds from launch to finish, of the rays that were loaded. The first call may compile.
+  /// Traces the loaded rays. returns the seconds from launch to finish; the first call may compile
   double trace(const RayKind& kind);
 
-  /// Per ray, of those that were loaded, where the program was compiled with EK_COUNT (kernels/traverse/hit.h): tests of triangles, and
-  /// steps through the structure. Not for layouts bvh16 and bvh8, which do not count.
+  /// Triangle tests and steps through the structure per loaded ray, if the program was compiled
+  /// with EK_COUNT (kernels/traverse/hit.h). Layouts bvh16 and bvh8 do not count.
   struct Counts {
     double tests = 0, steps = 0;
   };

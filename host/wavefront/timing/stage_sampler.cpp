@@ -55,7 +55,7 @@ void StageSampler::before(const Frame& frame, std::span<const std::uint32_t> pix
   part.sample_count = std::min(frame.sample_count, std::uint32_t(most / chosen.size()));
   part.path_count = part.pixel_count * part.sample_count;
   sampled_ += part.path_count;
-  device_.finish();  // else what is under way would count here
+  device_.finish();  // otherwise work that was enqueued before would count
   const auto taken = device_.profiler().apart("sampling", [&] {
     device_.write(frame_, &part, sizeof part);
     device_.write(pixels_, chosen.data(), 4 * chosen.size());

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where one launch runs all stages and the processor has no counter that a program may read: how the stages share that launch.
+// Estimates the stages' shares of a launch that runs all of them, on processors without a counter
+// that a program may read.
 #pragma once
 #include <cstdint>
 #include <map>
@@ -8,26 +9,29 @@
 #include <vector>
 
 #include "device/device.h"
-#include "wavefront/wavefront_config.h"
+#include "wavefront/config.h"
 #include "shared/records.h"
 
 namespace eikon {
 
-/// Now and then runs a small part of a unit with a launch per stage, besides the launch that renders it, and takes the stages'
-/// shares from that: less than a thirtieth of the first unit, and a two-hundredth of what comes.
+/// Now and then runs a small part of a unit with a launch per stage, besides the launch that
+/// renders it, and measures the stages' shares. This takes less than 1/32 of the first unit's time,
+/// and 1/256 of the time of all later ones.
 class StageSampler {
  public:
-  /// stages: in the order of a bounce, `generate` first; program: has them; arguments: of the fused kernels. Compiles.
+  /// Compiles. stages: of `program`, in the order of a bounce, `generate` first; arguments: of the
+  /// fused kernels
   /// throws DeviceError
   StageSampler(Device& device, const Program& program, const std::vector<std::string>& stages,
                const Arguments& arguments, const WavefrontConfig& config);
-  /// Before a unit is launched, whose state and film slots this uses up. Blocks if it is time for a sample.
-  /// frame, pixels: of the unit. throws DeviceError
+  /// Takes a sample if it is time for one, and blocks then. Call it before a unit is launched,
+  /// because it overwrites state and film slots. frame, pixels: of the unit. throws DeviceError
   void before(const Frame& frame, std::span<const std::uint32_t> pixels);
-  /// Of a launch of all stages, as far as is known; together 1, or empty.
+  /// The stages' shares of a launch; their sum is 1. Empty before the first sample.
   [[nodiscard]] const std::map<std::string, double>& shares() const { return shares_; }
 
-  /// The pixels of a sample: runs of 16, which are neighbours, from all over the unit. count: at most pixels.size()
+  /// Chooses the pixels of a sample: runs of 16 neighbours from all over the unit. count: at most
+  /// pixels.size()
   static std::vector<std::uint32_t> spread(std::span<const std::uint32_t> pixels, std::size_t count);
 
  private:

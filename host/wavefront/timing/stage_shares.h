@@ -8,9 +8,9 @@
 
 namespace eikon {
 
-/// The share of a launch of kernel `paths` that each stage took, from its work-items' ticks: a stage's ticks over those of all
-/// work-items from the first one's begin to the last one's end, so that the shares and what the work-items spent otherwise
-/// (waiting for the last, taking chunks) add to 1. Empty where there is no counter.
+/// The share of each stage in a launch of kernel `paths`: the stage's ticks over the ticks of all
+/// work-items from the first begin to the last end. So the shares, and the time that work-items
+/// spent waiting and taking chunks, add up to 1. Empty if the processor has no counter.
 std::map<std::string, double> stage_shares(std::span<const WorkerTally> tallies);
 
 }  // namespace eikon

@@ -30,7 +30,7 @@ EK_FN PathHit hit_load(const ShadeContext* c, uint slot, uint lanes) {
 #endif
   hit.front = dot3(hit.surface.n_geom, dir) < 0.0f;
   hit.is_lambert = class_of(hit.corners.flags) == SHADING_LAMBERT;
-  hit.detailed = (1 - EK_HAS_plain_hits) | EK_HAS_texture_place | (ANY(hit.live & !hit.is_lambert) != 0);
+  hit.detailed = (1 - EK_HAS_plain_hits) | EK_HAS_texcoord | (ANY(hit.live & !hit.is_lambert) != 0);
 
   hit.attributes = no_attributes();
   if (hit.detailed) hit.attributes = hit_attributes(c->scene, hit.triangle, hit.u, v);

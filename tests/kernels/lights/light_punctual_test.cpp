@@ -171,7 +171,7 @@ TEST(LightPunctual, flux_is_the_integral_of_what_arrives_and_a_lamp_of_815_lumen
   const PackedScene packed = packed_with({bulb});
   ASSERT_EQ(packed.light_summary.size(), 1U);
   EXPECT_NEAR(packed.light_summary[0].flux, 815, 0.1);
-  EXPECT_EQ(packed.light_summary[0].kind, "point");
+  EXPECT_EQ(packed.light_summary[0].kind, LightKind::point);
   EXPECT_EQ(packed.light_summary[0].name, "lamp");
   for (const auto& [inner, outer] : {std::pair(0.0, 45.0), {30.0, 30.0}, {20.0, 60.0}, {0.0, 1.0}, {0.0, 90.0}}) {
     std::vector<glm::dvec3> points;

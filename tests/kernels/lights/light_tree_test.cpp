@@ -27,9 +27,9 @@ std::vector<LightMoments> lamps(std::size_t count, double decades) {
   std::vector<LightMoments> lights(count);
   for (LightMoments& l : lights) {
     l.power = std::pow(10.0, decades * (uniform(random) - 0.5));
-    l.middle = glm::dvec3(uniform(random), uniform(random), uniform(random)) * 10.0;
-    l.spread2 = random() % 4 == 0 ? 0 : 1e-3 * uniform(random);
-    if (random() % 4 != 0) l.flow = glm::normalize(glm::dvec3(uniform(random), uniform(random), uniform(random)) - 0.5);
+    l.centroid = glm::dvec3(uniform(random), uniform(random), uniform(random)) * 10.0;
+    l.variance = random() % 4 == 0 ? 0 : 1e-3 * uniform(random);
+    if (random() % 4 != 0) l.mean_direction = glm::normalize(glm::dvec3(uniform(random), uniform(random), uniform(random)) - 0.5);
   }
   return lights;
 }
@@ -37,7 +37,7 @@ std::vector<LightMoments> lamps(std::size_t count, double decades) {
 /// Among the lights, at one, far from all, and where most are below the horizon.
 std::vector<Place> places(const std::vector<LightMoments>& lights) {
   const glm::dvec3 oblique = glm::normalize(glm::dvec3(1, -2, 0.5));
-  return {{{5, 5, 5}, {0, 0, 1}},      {{5, 5, 5}, oblique, true}, {lights[0].middle, oblique},
+  return {{{5, 5, 5}, {0, 0, 1}},      {{5, 5, 5}, oblique, true}, {lights[0].centroid, oblique},
           {{1e4, -3e3, 2e3}, oblique}, {{5, 5, 9.9}, {0, 0, 1}},   {{5, 5, 40}, {0, 0, 1}},
           {{0, 0, 0}, {0.6, -0.8, 0}}};
 }
@@ -146,7 +146,7 @@ TEST(LightTree, lights_are_chosen_as_often_as_said_and_what_is_left_of_the_word_
 TEST(LightTree, an_unlikely_light_is_chosen_as_often_as_said_and_sampled_all_over) {
   std::mt19937 random(5);
   auto lights = lamps(4000, 0);
-  for (LightMoments& l : lights) l.middle.z = 0;
+  for (LightMoments& l : lights) l.centroid.z = 0;
   const LightTree tree = build_light_tree(lights);
   const Place place{{5, 5, 0.5}, {0, 0, -1}};
   const Words a = random_words(random, 1 << 21), b = random_words(random, a.size());
@@ -179,11 +179,11 @@ TEST(LightTree, strata_of_the_word_are_strata_of_the_lights) {
 // What the tree is for: near lights are preferred, and those that face away or lie below the horizon hardly ever chosen.
 TEST(LightTree, light_that_arrives_is_what_is_chosen) {
   std::vector<LightMoments> lights(4);
-  for (LightMoments& l : lights) l.power = 1, l.spread2 = 1e-4, l.flow = {0, 0, -1};
-  lights[0].middle = {0, 0, 1};                               // above, facing down
-  lights[1].middle = {0, 0, 10};                              // the same, ten times as far
-  lights[2].middle = {1, 0, 1}, lights[2].flow = {0, 0, 1};   // facing away
-  lights[3].middle = {0, 1, -1}, lights[3].flow = {0, 0, 1};  // below the surface
+  for (LightMoments& l : lights) l.power = 1, l.variance = 1e-4, l.mean_direction = {0, 0, -1};
+  lights[0].centroid = {0, 0, 1};                               // above, facing down
+  lights[1].centroid = {0, 0, 10};                              // the same, ten times as far
+  lights[2].centroid = {1, 0, 1}, lights[2].mean_direction = {0, 0, 1};   // facing away
+  lights[3].centroid = {0, 1, -1}, lights[3].mean_direction = {0, 0, 1};  // below the surface
   const LightTree tree = build_light_tree(lights);
   std::vector<double> p(4);
   const Choices c = choose(tree, {{0, 0, 0}, {0, 0, 1}}, Words(4, 0), Words(4, 0), one_of_each(4));

@@ -115,7 +115,7 @@ struct Solids {
     }
     const Settings settings;
     const Features features(scene, settings);
-    EXPECT_TRUE(features.has("nested_media"));
+    EXPECT_TRUE(features.has(Feature::nested_media));
     packed = pack_scene(scene, features, settings);
   }
 

@@ -208,7 +208,7 @@ class TraverseProbe {
     upload("textures", scene.textures);
     upload("shapes", scene.shapes);
     upload("instances", accel_.instances);
-    two_level_ = features.has("instance");
+    two_level_ = features.has(Feature::instance);
     upload("diagnostics", std::vector<Diagnostics>(1));
     std::vector<std::uint32_t> texels(1);
     for (const auto& part : scene.texels) texels.insert(texels.end() - 1, part.begin(), part.end());

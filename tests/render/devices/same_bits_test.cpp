@@ -144,7 +144,7 @@ const std::vector<Variant>& variants() {
       {"rough_glass.gltf", [](Settings& s) { s.filter = parse_filter("mitchell"); }},
       {"cornell_spheres.gltf", [](Settings& s) { s.light_sampling = LightSampling::light; }},
       {"cornell.gltf", [](Settings& s) { s.light_sampling = LightSampling::hemisphere, s.roulette_depth = 1; }},
-      {"window_room.gltf", [](Settings& s) { s.light_sampling = LightSampling::cosine; }},
+      {"window_room.gltf", [](Settings& s) { s.light_sampling = LightSampling::bsdf; }},
       {"sun_room.gltf", [](Settings& s) { s.camera.projection = Projection::orthographic; }},
   };
   return all;

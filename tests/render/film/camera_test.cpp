@@ -60,7 +60,7 @@ std::pair<Scene, Settings> lit_half(double distance, const Lens& lens) {
   add_quad(half, {-far, -far, z}, {far, 0, 0}, {0, 2 * far, 0});
   add_mesh(scene, "half", std::move(half), lambert(glm::vec3(0), glm::vec3(1)));
   Settings settings = settings_for(32, 8, 1024);
-  settings.light_sampling = LightSampling::cosine;
+  settings.light_sampling = LightSampling::bsdf;
   settings.camera = look_at_camera({0, 0, 0}, {0, 0, -1}, {0, 1, 0}, 2 * std::atan(0.5 * 8 / 32));
   settings.camera.lens = lens;
   return {std::move(scene), settings};

@@ -219,11 +219,11 @@ std::pair<Scene, Settings> only_group(std::uint32_t group) {
 
 TEST(LightGroups, without_light_sampling_have_the_bits_of_renders_of_one_group_alone) {
   auto [scene, settings] = grouped();
-  settings.light_sampling = LightSampling::cosine;  // then no path depends on what shines
+  settings.light_sampling = LightSampling::bsdf;  // then no path depends on what shines
   const Film film = film_of(scene, settings);
   for (const std::uint32_t group : {1U, 2U, 4U}) {
     auto [alone, with] = only_group(group);
-    with.light_sampling = LightSampling::cosine;
+    with.light_sampling = LightSampling::bsdf;
     const Film expected = film_of(alone, with);
     const std::uint32_t channel = film.channel_index("light." + scene.light_groups[group] + ".R").value();
     for (std::uint32_t i = 0; i < 256; ++i)
@@ -300,7 +300,7 @@ std::pair<Scene, Settings> glaring(float emission, float albedo_of_lamp) {
   scene.materials[0] = lambert(0.9F);
   Settings settings = settings_for(8, 8, 64);
   settings.camera = look_at_camera({1.5, 1.5, 3}, {1.2, 0, 0}, {0, 1, 0}, 0.4);
-  settings.light_sampling = LightSampling::cosine;
+  settings.light_sampling = LightSampling::bsdf;
   settings.environment.radiance = glm::vec3(1);
   return {std::move(scene), settings};
 }

@@ -133,7 +133,7 @@ TEST(Instances, two_levels_come_where_they_save_much_and_trees_can_have_them) {
     execution.accel = accel, execution.layout = layout, execution.instances = mode;
     InstanceChoice chosen;
     const Features features = features_of(scene, settings, execution, &chosen);
-    EXPECT_EQ(features.has("instance"), chosen.two_level);
+    EXPECT_EQ(features.has(Feature::instance), chosen.two_level);
     return chosen;
   };
   const InstanceChoice alone = choice("bvh", "", InstanceMode::two_level);

@@ -233,8 +233,8 @@ TEST(Shapes, a_sphere_looks_as_its_triangles_do) {
 TEST(Shapes, a_scene_without_shapes_has_nothing_of_them_in_its_programs) {
   const auto [scene, settings] = room(8, 8, 1);
   const Features features(scene, settings);
-  EXPECT_FALSE(features.has("shape"));
-  EXPECT_FALSE(features.has("sphere"));
+  EXPECT_FALSE(features.has(Feature::shape));
+  EXPECT_FALSE(features.has(Feature::sphere));
   EXPECT_TRUE(pack_scene(scene, features, settings).shapes.empty());
 }
 

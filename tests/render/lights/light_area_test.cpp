@@ -20,7 +20,7 @@ TEST(LightArea, L3_disk_above_a_floor) {
   for (int i = 0; i < sides; ++i) add_triangle(disk, {0, 1, 0}, rim(i), rim(i + 1));  // faces down
   add_mesh(scene, "floor", std::move(floor), lambert(1));
   add_mesh(scene, "disk", std::move(disk), lambert(0, 1));
-  for (LightSampling sampling : {LightSampling::mis, LightSampling::light, LightSampling::cosine}) {
+  for (LightSampling sampling : {LightSampling::mis, LightSampling::light, LightSampling::bsdf}) {
     Settings settings = settings_for(16, 16, 1024);
     settings.camera = look_at_camera({0, 0.9, 0.001}, {0, 0, 0}, {0, 1, 0}, 0.001);
     settings.light_sampling = sampling;
@@ -101,7 +101,7 @@ TEST(LightArea, a_textured_lamp_is_the_mosaic_of_its_texels_by_each_way_of_findi
                              : glm::vec3(4 * 0.21586050F);
   });
   const Film expected = film_of(reference, under_the_lamp(4096, LightSampling::mis, 9));
-  for (LightSampling sampling : {LightSampling::mis, LightSampling::light, LightSampling::cosine}) {
+  for (LightSampling sampling : {LightSampling::mis, LightSampling::light, LightSampling::bsdf}) {
     const Film film = film_of(lamp, under_the_lamp(4096, sampling, std::uint32_t(sampling)));
     for (std::uint32_t c = 0; c < 3; ++c)
       EXPECT_TRUE(agree(mean_of(film, c), mean_of(expected, c), 9)) << int(sampling) << ", channel " << c;
@@ -115,7 +115,7 @@ TEST(LightArea, one_lit_texel_of_many_is_found_by_each_way) {
   // Filtered, it is a tent of the same weight, two texels wide; far enough away for a square of one.
   const Scene reference = mosaic(64, [](int i, int j) { return glm::vec3(i == 37 && j == 20 ? 1000.0F : 0.0F); });
   const MeanAndError expected = mean_of(film_of(reference, under_the_lamp(256, LightSampling::mis, 9)));
-  for (LightSampling sampling : {LightSampling::mis, LightSampling::light, LightSampling::cosine}) {
+  for (LightSampling sampling : {LightSampling::mis, LightSampling::light, LightSampling::bsdf}) {
     const MeanAndError found = mean_of(film_of(lamp, under_the_lamp(16384, sampling, std::uint32_t(sampling))));
     EXPECT_TRUE(agrees({found.mean, std::hypot(found.sigma, expected.sigma)}, expected.mean, 3, 2e-3)) << int(sampling);
   }
@@ -131,7 +131,7 @@ TEST(LightArea, a_lamp_with_holes_gives_what_its_opacity_leaves) {
     const float rest = mode == AlphaMode::mask ? 0 : 4 * 26.0F / 255;
     const Scene reference = mosaic(2, [&](int i, int j) { return glm::vec3(i == 0 && j == 0 ? 4 : rest); });
     const Film expected = film_of(reference, under_the_lamp(4096, LightSampling::mis, 9));
-    for (LightSampling sampling : {LightSampling::mis, LightSampling::light, LightSampling::cosine}) {
+    for (LightSampling sampling : {LightSampling::mis, LightSampling::light, LightSampling::bsdf}) {
       const Film film = film_of(lamp, under_the_lamp(4096, sampling, std::uint32_t(sampling)));
       EXPECT_TRUE(agree(mean_of(film, 0), mean_of(expected, 0), 6)) << int(mode) << ", " << int(sampling);
     }
@@ -189,7 +189,7 @@ TEST(LightArea, a_triangle_is_no_light_only_where_no_texel_it_can_show_emits) {
 TEST(LightArea, black_textures_emit_nothing_and_unlit_surfaces_are_no_lights) {
   Scene black = textured_lamp(2, 2, std::vector<std::uint32_t>(4, kBlack), TextureFilter::linear, 4);
   EXPECT_TRUE(packed(black).lights.empty());
-  for (LightSampling sampling : {LightSampling::mis, LightSampling::cosine})
+  for (LightSampling sampling : {LightSampling::mis, LightSampling::bsdf})
     EXPECT_EQ(mean_of(film_of(black, under_the_lamp(16, sampling, 0))).mean, 0);
   Scene unlit = square_light();
   unlit.materials.back().unlit = true;
@@ -225,7 +225,7 @@ TEST(LightArea, L20_veach_plates_by_bsdf_sampling_and_mis_which_is_no_worse_than
   };
   // What light or BSDF sampling alone does badly takes many samples before its error is known.
   constexpr Strategy strategies[] = {
-      {LightSampling::mis, 512}, {LightSampling::light, 4096}, {LightSampling::cosine, 16384}};
+      {LightSampling::mis, 512}, {LightSampling::light, 4096}, {LightSampling::bsdf, 16384}};
   MeanAndError found[3][4];
   double per_sample[3][4];
   std::vector<double> shown(

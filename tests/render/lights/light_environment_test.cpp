@@ -85,8 +85,8 @@ TEST(LightEnvironment, L14_hot_texels_at_pole_seam_and_horizon_by_each_way_of_fi
   constexpr int comparisons = 7 * 4 * 3;
   for (const Case& c : cases)
     for (LightSampling sampling :
-         {LightSampling::mis, LightSampling::light, LightSampling::cosine, LightSampling::hemisphere}) {
-      const bool by_chance = sampling == LightSampling::cosine || sampling == LightSampling::hemisphere;
+         {LightSampling::mis, LightSampling::light, LightSampling::bsdf, LightSampling::hemisphere}) {
+      const bool by_chance = sampling == LightSampling::bsdf || sampling == LightSampling::hemisphere;
       if (by_chance && c.cosine_spp == 0) continue;
       auto [scene, settings] = plate(c.n, c.environment, by_chance ? c.cosine_spp : 256);
       settings.light_sampling = sampling;
@@ -111,7 +111,7 @@ TEST(LightEnvironment, mis_is_no_worse_than_twice_the_better_strategy_under_suns
       with.light_sampling = sampling;
       return std::pow(mean_of(film_of(made.first, with)).sigma, 2);
     };
-    const double better = std::min(variance(LightSampling::light), variance(LightSampling::cosine));
+    const double better = std::min(variance(LightSampling::light), variance(LightSampling::bsdf));
     EXPECT_LT(variance(LightSampling::mis), 2 * better) << hot;
   }
 }
@@ -149,7 +149,7 @@ TEST(LightEnvironment, the_camera_sees_the_map_as_it_was_drawn_and_turned) {
 
 TEST(LightEnvironment, L15_a_black_map_is_black_and_a_lamp_under_it_shines_alone) {
   const Environment black = sky_of(4, 2, std::vector<glm::vec3>(8, glm::vec3(0)));
-  for (LightSampling sampling : {LightSampling::mis, LightSampling::light, LightSampling::cosine}) {
+  for (LightSampling sampling : {LightSampling::mis, LightSampling::light, LightSampling::bsdf}) {
     auto [scene, settings] = plate({0, 1, 0}, black, 16);
     settings.light_sampling = sampling;
     const Film film = film_of(scene, settings);

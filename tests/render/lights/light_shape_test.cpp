@@ -7,7 +7,7 @@
 namespace eikon::testing {
 namespace {
 
-constexpr LightSampling kWays[] = {LightSampling::mis, LightSampling::light, LightSampling::cosine};
+constexpr LightSampling kWays[] = {LightSampling::mis, LightSampling::light, LightSampling::bsdf};
 
 Shape shape_of(ShapeKind kind, std::array<double, 3> size, const glm::dmat4& place = glm::dmat4(1)) {
   Shape shape;
@@ -50,7 +50,7 @@ std::pair<Scene, Settings> patch(double tilt, double side, std::uint64_t spp, Li
 void expect_irradiance(const Shape& light, double radiance, double tilt, double expected, int comparisons,
                        std::uint64_t spp = 1024, double rounding = 2e-5, double side = 1e-3) {
   for (const LightSampling way : kWays) {
-    if (way == LightSampling::cosine && expected / (kPi * radiance) < 1e-3)
+    if (way == LightSampling::bsdf && expected / (kPi * radiance) < 1e-3)
       continue;  // too small to be found by chance
     auto [scene, settings] = patch(tilt, side, spp, way);
     add_shape(scene, light, lambert(0, float(radiance)));
@@ -80,7 +80,7 @@ TEST(LightShapes, L4_a_sphere_lights_a_tilted_patch_as_listed) {
 TEST(LightShapes, L4_a_sphere_under_a_stretched_node_is_the_ellipsoid_that_triangles_make) {
   for (const double tilt : {0.0, 1.0, 1.5}) {
     const glm::dmat4 place = at({0, 1, 0.1}) * askew() * glm::scale(glm::dmat4(1), glm::dvec3(0.8));
-    auto [facets, settings] = patch(tilt, 1e-3, 16384, LightSampling::cosine);
+    auto [facets, settings] = patch(tilt, 1e-3, 16384, LightSampling::bsdf);
     add_mesh(facets, "ball", sphere({0, 0, 0}, 1, 96, false), lambert(0, 1)).world_from_object = place;
     const MeanAndError expected = mean_of(film_of(facets, settings));
     for (const LightSampling way : kWays) {
@@ -135,7 +135,7 @@ TEST(LightShapes, L7_irradiance_goes_on_where_the_way_of_sampling_changes) {
   // Towards the surface of a sphere: E = pi L R^2 / d^2 up to it, then pi L on its inside where both sides emit.
   for (const double height : {-1e-2, -1e-5, 1e-7, 1e-6, 1e-5, 4e-5, 1e-4, 1e-3, 1e-1}) {
     const double side = 1e-3 * std::max(std::abs(height), 1e-6);
-    for (const LightSampling way : {LightSampling::mis, LightSampling::cosine}) {
+    for (const LightSampling way : {LightSampling::mis, LightSampling::bsdf}) {
       auto [scene, settings] = patch(0, side, 1024, way);
       Material both = lambert(0, 1);
       both.double_sided = true;
@@ -176,9 +176,9 @@ TEST(LightShapes, L7_a_triangle_of_any_solid_angle_lights_as_it_should) {
     }
     const auto [expected, solid] = seen_of_triangle(corners);
     ASSERT_NEAR(solid, each.solid, 0.01 * each.solid) << "the case is what it says";
-    for (const LightSampling way : {LightSampling::mis, LightSampling::light, LightSampling::cosine}) {
+    for (const LightSampling way : {LightSampling::mis, LightSampling::light, LightSampling::bsdf}) {
       // By chance alone specks are not found; points chosen over all of a triangle that is next to the eye are mostly far away.
-      if (way == LightSampling::cosine ? solid < 0.1 : way == LightSampling::light && solid > 1) continue;
+      if (way == LightSampling::bsdf ? solid < 0.1 : way == LightSampling::light && solid > 1) continue;
       auto [scene, settings] = patch(0, 1e-4 * each.height, 4096, way);
       Primitive triangle;
       for (std::size_t i = 0; i < 3; ++i) {
@@ -266,10 +266,10 @@ TEST(LightShapes, areas_are_those_of_geometry_under_any_transform) {
 TEST(LightShapes, a_scene_without_emissive_shapes_has_none_of_this_in_its_programs) {
   auto [scene, settings] = room(8, 8, 1);
   add_shape(scene, shape_of(ShapeKind::sphere, {0.2}), lambert(0.5F));
-  EXPECT_FALSE(Features(scene, settings).has("shape_light"));
-  EXPECT_TRUE(Features(scene, settings).has("shape"));
+  EXPECT_FALSE(Features(scene, settings).has(Feature::shape_light));
+  EXPECT_TRUE(Features(scene, settings).has(Feature::shape));
   add_shape(scene, shape_of(ShapeKind::sphere, {0.2}), lambert(0.5F, 1));
-  EXPECT_TRUE(Features(scene, settings).has("shape_light"));
+  EXPECT_TRUE(Features(scene, settings).has(Feature::shape_light));
 }
 
 TEST(LightShapes, every_way_to_trace_and_every_scale_give_the_same_film) {

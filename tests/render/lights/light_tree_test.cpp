@@ -43,13 +43,13 @@ std::pair<Scene, Settings> lamp_room(int lamps, std::uint32_t side, std::uint64_
 
 TEST(LightTree, lights_alone_and_scattered_rays_alone_and_both_give_one_mean) {
   auto [scene, settings] = lamp_room(90, 24, 1024);
-  ASSERT_TRUE(Features(scene, settings).has("light_tree"));
+  ASSERT_TRUE(Features(scene, settings).has(Feature::light_tree));
   std::vector<MeanAndError> found;
-  for (const LightSampling sampling : {LightSampling::mis, LightSampling::light, LightSampling::cosine}) {
+  for (const LightSampling sampling : {LightSampling::mis, LightSampling::light, LightSampling::bsdf}) {
     settings.light_sampling = sampling;
     settings.seed += 1;
     settings.max_depth = 4;
-    settings.sample_end = sampling == LightSampling::cosine ? 16384 : 1024;
+    settings.sample_end = sampling == LightSampling::bsdf ? 16384 : 1024;
     found.push_back(mean_of(film_of(scene, settings)));
   }
   EXPECT_TRUE(agree(found[0], found[1], 3));
@@ -90,7 +90,7 @@ TEST(LightTree, direct_light_of_all_is_the_sum_of_what_each_gives_alone) {
   scene.lights = lights;
   settings.sample_end = 4096;
   settings.seed = 5;
-  ASSERT_TRUE(Features(scene, settings).has("light_tree"));
+  ASSERT_TRUE(Features(scene, settings).has(Feature::light_tree));
   EXPECT_TRUE(agree(mean_of(film_of(scene, settings)), {sum, std::sqrt(variance)}, 1));
 }
 
@@ -103,10 +103,10 @@ TEST(LightTree, N6_a_film_has_the_same_bits_however_it_is_traced) {
 
 TEST(LightTree, is_for_more_than_a_few_lights_that_have_a_place) {
   auto [scene, settings] = lamp_room(3, 8, 1);
-  EXPECT_FALSE(Features(scene, settings).has("light_tree")) << "three lamps and a sky";
+  EXPECT_FALSE(Features(scene, settings).has(Feature::light_tree)) << "three lamps and a sky";
   scene = lamp_room(4, 8, 1).first;
   const Features features(scene, settings);
-  EXPECT_TRUE(features.has("light_tree"));
+  EXPECT_TRUE(features.has(Feature::light_tree));
   const PackedScene packed = pack_scene(scene, features, settings);
   EXPECT_EQ(packed.tree_light_count, 4U);
   EXPECT_EQ(packed.light_nodes.size(), 3U);
@@ -134,9 +134,9 @@ TEST(LightTree, lamps_that_cannot_be_sampled_leave_a_tree_of_fewer_lights_or_of_
     Settings settings = settings_for(8, 8, 64);
     settings.camera = look_at_camera({0, 0.5, 0}, {0, 0, 0}, {0, 0, -1}, 0.3);
     settings.environment.radiance = glm::vec3(0.1F);
-    ASSERT_TRUE(Features(scene, settings).has("light_tree"));
+    ASSERT_TRUE(Features(scene, settings).has(Feature::light_tree));
     const MeanAndError all = mean_of(film_of(scene, settings));
-    settings.light_sampling = LightSampling::cosine;
+    settings.light_sampling = LightSampling::bsdf;
     settings.sample_end = 4096;
     settings.seed = 2;
     EXPECT_TRUE(agree(all, mean_of(film_of(scene, settings)), 3)) << good;

@@ -44,7 +44,7 @@ std::pair<Scene, Settings> furnace_in_water(bool with_unseen) {
   if (with_unseen) add_unseen(scene);
   Settings settings = settings_for(12, 12, 16);
   settings.camera = look_at_camera({0.1, 0.05, 0.9}, {0, 0, 0}, {0, 1, 0}, 1.2);
-  settings.light_sampling = LightSampling::cosine;
+  settings.light_sampling = LightSampling::bsdf;
   settings.roulette_depth = 1000;
   settings.max_depth = 9;
   return {std::move(scene), settings};
@@ -123,8 +123,7 @@ TEST(HiddenBoundaries, whitted_and_cast_rays_see_through_them) {
   auto [bare, settings] = room_in_water(Unseen::none);
   const Scene full = room_in_water(Unseen::before_the_camera).first;
   for (const bool raycast : {false, true}) {
-    settings.whitted = !raycast;
-    settings.raycast = raycast;
+    settings.integrator = raycast ? Integrator::raycast : Integrator::whitted;
     if (raycast) settings.light_sampling = LightSampling::light, settings.max_depth = 2;
     settings.seed = 1;
     const Film without = film_of(bare, settings);

@@ -53,11 +53,12 @@ TEST(HitClass, is_by_what_the_material_takes) {
 TEST(HitClass, a_box_with_a_mirror_and_glass_has_all) {
   const Scene scene = load_shipped("cornell_spheres.gltf");
   const Features features(scene, settings_of(scene, 8, 1));
-  for (const char* name : {"plain_hits", "opaque_hits", "clear_hits"}) EXPECT_TRUE(features.has(name)) << name;
+  for (const Feature each : {Feature::plain_hits, Feature::opaque_hits, Feature::clear_hits})
+    EXPECT_TRUE(features.has(each)) << int(each);
   const Scene box = load_shipped("cornell.gltf");
   const Features of_box(box, settings_of(box, 8, 1));
-  EXPECT_TRUE(of_box.has("plain_hits"));
-  EXPECT_FALSE(of_box.has("opaque_hits") || of_box.has("clear_hits"));
+  EXPECT_TRUE(of_box.has(Feature::plain_hits));
+  EXPECT_FALSE(of_box.has(Feature::opaque_hits) || of_box.has(Feature::clear_hits));
 }
 
 TEST(HitClass, which_paths_wait_together_shows_in_no_bit) {

@@ -284,7 +284,7 @@ TEST(Materials, a_coated_lamp_shines_the_same_however_its_light_is_found) {
     return mean_of(film_of(scene, settings));
   };
   const MeanAndError both = found_by(LightSampling::mis, 1), bare = found_by(LightSampling::mis, 0);
-  for (const LightSampling sampling : {LightSampling::light, LightSampling::cosine}) {
+  for (const LightSampling sampling : {LightSampling::light, LightSampling::bsdf}) {
     const MeanAndError one = found_by(sampling, 1);
     EXPECT_NEAR(one.mean, both.mean, 4 * std::hypot(one.sigma, both.sigma));
   }

@@ -326,7 +326,7 @@ std::pair<Scene, Settings> murky(std::uint64_t spp) {
 TEST(NestedMedia, every_way_of_finding_light_has_the_same_mean) {
   auto [scene, settings] = murky(1024);
   const Film mis = film_of(scene, settings);
-  for (const LightSampling sampling : {LightSampling::light, LightSampling::cosine}) {
+  for (const LightSampling sampling : {LightSampling::light, LightSampling::bsdf}) {
     settings.light_sampling = sampling;
     settings.seed = 1 + std::uint32_t(sampling);
     settings.sample_end = 4096;
@@ -347,7 +347,7 @@ TEST(NestedMedia, the_order_of_meshes_and_materials_and_the_ways_to_trace_change
     for (Primitive& primitive : mesh.primitives)
       primitive.material = std::uint32_t(turned.materials.size() - 1 - primitive.material);
   Settings by_scattering = settings;  // the order of lights decides which is sampled
-  by_scattering.light_sampling = LightSampling::cosine;
+  by_scattering.light_sampling = LightSampling::bsdf;
   EXPECT_TRUE(same_film(film_of(scene, by_scattering), film_of(turned, by_scattering)));
 }
 

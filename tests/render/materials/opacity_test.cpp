@@ -96,7 +96,7 @@ std::pair<Scene, Settings> light_behind(std::uint32_t count, const Material& mat
   return {std::move(scene), settings};
 }
 
-constexpr LightSampling kEveryWay[] = {LightSampling::mis, LightSampling::light, LightSampling::cosine};
+constexpr LightSampling kEveryWay[] = {LightSampling::mis, LightSampling::light, LightSampling::bsdf};
 
 TEST(Opacity, M22_light_behind_layers_is_dimmed_for_shadow_rays_and_scattered_rays_alike) {
   for (const std::uint32_t n : {0U, 1U, 3U})

@@ -5,12 +5,8 @@
 namespace eikon::testing {
 namespace {
 
-constexpr LightSampling kAll[] = {LightSampling::mis, LightSampling::light, LightSampling::cosine,
+constexpr LightSampling kAll[] = {LightSampling::mis, LightSampling::light, LightSampling::bsdf,
                                   LightSampling::hemisphere};
-const char* name_of(LightSampling sampling) {
-  static const char* const names[] = {"mis", "light", "cosine", "hemisphere"};
-  return names[static_cast<int>(sampling)];
-}
 
 /// Looks straight down on the origin from under the square light.
 Settings under_the_light(std::uint64_t spp) {
@@ -40,7 +36,7 @@ TEST(Analytic, L2_slanted_triangles_over_a_grey_floor) {
 
 TEST(Analytic, L9_closed_sphere_that_emits_half_and_reflects_half) {
   const Scene scene = load_shipped("sphere_kd_half.gltf");
-  for (LightSampling sampling : {LightSampling::mis, LightSampling::cosine}) {
+  for (LightSampling sampling : {LightSampling::mis, LightSampling::bsdf}) {
     Settings settings = settings_of(scene, 24, 64);
     settings.light_sampling = sampling;
     EXPECT_TRUE(agrees(mean_of(film_of(scene, settings)), 1.0, 2)) << name_of(sampling);
@@ -147,7 +143,7 @@ TEST(Analytic, L13_convex_body_under_a_constant_sky_is_its_albedo) {
   Settings settings = settings_of(scene, 48, 16);
   settings.crop = {16, 16, 32, 32};  // all sphere
   const double albedo[] = {0.2, 0.5, 0.8};
-  for (LightSampling sampling : {LightSampling::mis, LightSampling::light, LightSampling::cosine}) {
+  for (LightSampling sampling : {LightSampling::mis, LightSampling::light, LightSampling::bsdf}) {
     settings.light_sampling = sampling;
     const Film film = film_of(scene, settings);
     for (std::uint32_t c = 0; c < 3; ++c)  // cosine sampling of a constant sky: no noise at all

@@ -48,7 +48,7 @@ TEST(Whitted, is_the_path_of_one_diffuse_vertex_seen_through_mirrors_and_glass) 
   constexpr float kDark = 0x1p-14F;
   auto [scene, settings] = still_life(kDark);
   const Film path = film_of(scene, settings);
-  settings.whitted = true;
+  settings.integrator = Integrator::whitted;
   const Film whitted = film_of(scene, settings);
   int lit = 0;
   for (std::uint32_t i = 0; i < 40 * 30; ++i) {
@@ -62,7 +62,7 @@ TEST(Whitted, is_the_path_of_one_diffuse_vertex_seen_through_mirrors_and_glass) 
 
 TEST(Whitted, sees_nothing_twice_diffuse_and_glass_only_with_two_edges_more) {
   auto [scene, settings] = still_life(0.5F);
-  settings.whitted = true;
+  settings.integrator = Integrator::whitted;
   const auto mean_with = [&](std::uint32_t edges) {
     settings.max_depth = edges;
     return mean_of(film_of(scene, settings)).mean;
@@ -72,7 +72,7 @@ TEST(Whitted, sees_nothing_twice_diffuse_and_glass_only_with_two_edges_more) {
   EXPECT_GT(once, direct * 1.002);  // by the mirror
   EXPECT_GT(twice, once * 1.002);   // by the glass, which takes two refractions
   EXPECT_LT(often, twice * 1.05);
-  settings.whitted = false;
+  settings.integrator = Integrator::path;
   EXPECT_GT(mean_with(12), often * 1.001);  // the floor lights itself by the mirror
 }
 
@@ -171,7 +171,7 @@ TEST(LightSamples, have_the_same_bits_on_every_way_to_trace) {
 }
 
 Settings raycast(Settings settings) {
-  settings.raycast = true;
+  settings.integrator = Integrator::raycast;
   settings.light_sampling = LightSampling::light;
   settings.max_depth = 2;
   return settings;

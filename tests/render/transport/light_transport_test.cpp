@@ -33,7 +33,7 @@ TEST(LightTransport, every_way_of_finding_light_has_the_same_mean) {
   for (const Light& light : kLights) {
     auto [scene, settings] = lit_by(light.lamp, light.sky, side, 512);
     const Film mis = film_of(scene, settings);
-    for (LightSampling sampling : {LightSampling::light, LightSampling::cosine, LightSampling::hemisphere}) {
+    for (LightSampling sampling : {LightSampling::light, LightSampling::bsdf, LightSampling::hemisphere}) {
       settings.light_sampling = sampling;
       settings.seed = 1 + static_cast<std::uint32_t>(sampling);  // independent of the other film
       settings.sample_end = sampling == LightSampling::light ? 512 : 4096;
@@ -55,7 +55,7 @@ TEST(LightTransport, mis_is_no_worse_than_twice_the_better_strategy) {
       with.light_sampling = sampling;
       return std::pow(mean_of(film_of(made.first, with)).sigma, 2);
     };
-    const double better = std::min(variance(LightSampling::light), variance(LightSampling::cosine));
+    const double better = std::min(variance(LightSampling::light), variance(LightSampling::bsdf));
     EXPECT_LT(variance(LightSampling::mis), 2 * better) << light.name;
   }
 }

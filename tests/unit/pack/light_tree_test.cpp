@@ -20,9 +20,9 @@ std::vector<LightMoments> scattered_lights(std::size_t count, double decades = 4
   std::vector<LightMoments> lights(count);
   for (LightMoments& l : lights) {
     l.power = std::pow(10.0, decades * uniform(random));
-    l.middle = glm::dvec3(uniform(random), uniform(random), uniform(random)) * 10.0;
-    l.spread2 = 1e-4 * uniform(random);
-    l.flow = glm::normalize(glm::dvec3(uniform(random), uniform(random), uniform(random)) - 0.5);
+    l.centroid = glm::dvec3(uniform(random), uniform(random), uniform(random)) * 10.0;
+    l.variance = 1e-4 * uniform(random);
+    l.mean_direction = glm::normalize(glm::dvec3(uniform(random), uniform(random), uniform(random)) - 0.5);
   }
   return lights;
 }
@@ -66,7 +66,7 @@ TEST(LightTree, its_links_lead_to_every_light_once_however_lights_lie) {
   for (int i = 0; i < 500; ++i) {
     LightMoments l;
     l.power = std::pow(2.0, -i);
-    l.middle = glm::dvec3(std::pow(0.25, i), 0, 0);
+    l.centroid = glm::dvec3(std::pow(0.25, i), 0, 0);
     scenes.back().push_back(l);
   }
   for (const auto& lights : scenes) {
@@ -94,36 +94,36 @@ TEST(LightTree, the_moments_of_its_root_are_those_of_the_lights) {
   const LightNode& root = tree.nodes.front();
   const std::uint32_t left = root.link & ~LIGHT_TREE_RIGHT_IS_LIGHT;
   double power = 0, all = 0;
-  glm::dvec3 middle(0), flow(0);
+  glm::dvec3 centroid(0), mean_direction(0);
   for (std::uint32_t i = 0; i < lights.size(); ++i) {
     const LightMoments& l = lights[tree.order[i]];
     all += l.power;
     if (i >= left) continue;
     power += l.power;
-    middle += l.power * l.middle;
-    flow += l.power * l.flow;
+    centroid += l.power * l.centroid;
+    mean_direction += l.power * l.mean_direction;
   }
-  middle /= power;
-  double spread2 = 0;
+  centroid /= power;
+  double variance = 0;
   for (std::uint32_t i = 0; i < left; ++i) {
     const LightMoments& l = lights[tree.order[i]];
-    spread2 += l.power / power * (l.spread2 + glm::dot(l.middle - middle, l.middle - middle));
+    variance += l.power / power * (l.variance + glm::dot(l.centroid - centroid, l.centroid - centroid));
   }
   const double scale = double(tree.scale);
   EXPECT_NEAR(double(root.left_share), power / all, 1e-6);
-  EXPECT_NEAR(double(root.left_centroid_x), middle.x * scale, 1e-6);
-  EXPECT_NEAR(double(root.left_centroid_y), middle.y * scale, 1e-6);
-  EXPECT_NEAR(double(root.left_centroid_z), middle.z * scale, 1e-6);
-  EXPECT_NEAR(double(root.left_variance), spread2 * scale * scale, 1e-6);
-  EXPECT_NEAR(double(root.left_mean_direction_x), flow.x / power, 1e-6);
+  EXPECT_NEAR(double(root.left_centroid_x), centroid.x * scale, 1e-6);
+  EXPECT_NEAR(double(root.left_centroid_y), centroid.y * scale, 1e-6);
+  EXPECT_NEAR(double(root.left_centroid_z), centroid.z * scale, 1e-6);
+  EXPECT_NEAR(double(root.left_variance), variance * scale * scale, 1e-6);
+  EXPECT_NEAR(double(root.left_mean_direction_x), mean_direction.x / power, 1e-6);
 }
 
 TEST(LightTree, is_the_same_for_a_scene_twice_and_for_one_scaled_by_a_power_of_two) {
   const auto lights = scattered_lights(5000);
   auto scaled = lights;
   for (LightMoments& l : scaled) {
-    l.middle *= 0x1p20;
-    l.spread2 *= 0x1p40;
+    l.centroid *= 0x1p20;
+    l.variance *= 0x1p40;
     l.power *= 0x1p40;
   }
   const LightTree a = build_light_tree(lights), b = build_light_tree(lights), c = build_light_tree(scaled);
@@ -142,8 +142,8 @@ TEST(LightTree, one_light_or_none_needs_no_nodes_and_nonsense_is_refused) {
     auto lights = scattered_lights(3);
     if (what == 0) lights[1].power = 0;
     if (what == 1) lights[1].power = INFINITY;
-    if (what == 2) lights[1].middle.y = NAN;
-    if (what == 3) lights[1].spread2 = INFINITY;
+    if (what == 2) lights[1].centroid.y = NAN;
+    if (what == 3) lights[1].variance = INFINITY;
     EXPECT_THROW(build_light_tree(lights), std::runtime_error) << what;
   }
 }

@@ -74,12 +74,12 @@ TEST(MediumRanks, of_256_solids_there_is_one_too_many) {
 TEST(MediumRanks, are_asked_for_where_a_solid_says_mediumPriority) {
   Material opaque;
   opaque.medium_priority = 3;
-  EXPECT_FALSE(features_of_scene(shown({solid(), solid()})).has("nested_media"));
-  EXPECT_FALSE(features_of_scene(shown({solid(), opaque})).has("nested_media"));
+  EXPECT_FALSE(features_of_scene(shown({solid(), solid()})).has(Feature::nested_media));
+  EXPECT_FALSE(features_of_scene(shown({solid(), opaque})).has(Feature::nested_media));
   const Scene scene = shown({solid(), solid(0)});
   const Features features = features_of_scene(scene);
-  EXPECT_TRUE(features.has("nested_media"));
-  EXPECT_FALSE(features.has("absorption"));
+  EXPECT_TRUE(features.has(Feature::nested_media));
+  EXPECT_FALSE(features.has(Feature::absorption));
   EXPECT_EQ(path_state_layout(features, true).field.count("medium"), 1U);
   EXPECT_EQ(path_state_layout(features_of_scene(shown({solid(), solid()})), true).field.count("medium"), 0U);
   const PackedScene packed = pack_scene(scene, features, Settings{});

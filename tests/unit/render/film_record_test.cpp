@@ -74,7 +74,7 @@ TEST(FilmRecord, every_setting_of_the_image_counts_and_nothing_else_does) {
   EXPECT_NE(changed([](Image9x7& i) { i.settings.replicate_bits = 3; }), "");
   EXPECT_NE(changed([](Image9x7& i) { i.settings.max_depth = 5; }), "");
   EXPECT_NE(changed([](Image9x7& i) { i.settings.roulette_depth = 5; }), "");
-  EXPECT_NE(changed([](Image9x7& i) { i.settings.light_sampling = LightSampling::cosine; }), "");
+  EXPECT_NE(changed([](Image9x7& i) { i.settings.light_sampling = LightSampling::bsdf; }), "");
   EXPECT_NE(changed([](Image9x7& i) { i.settings.transparent = true; }), "");
   EXPECT_NE(changed([](Image9x7& i) { i.settings.filter.width = 1.0000001; }), "");
   EXPECT_NE(changed([](Image9x7& i) { i.settings.camera.yfov_rad = std::nextafter(0.7, 1); }), "");

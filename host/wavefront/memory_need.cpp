@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "wavefront/memory.h"
+#include "wavefront/memory_need.h"
 
 #include <fmt/format.h>
 

@@ -5,18 +5,19 @@
 
 #include "device/device.h"
 #include "pack/pack.h"
-#include "wavefront/wavefront_config.h"
+#include "wavefront/config.h"
 
 namespace eikon {
 
-/// The tree that a device's rays meet. throws InternalError where packing built none of its layout
+/// The tree that a device traces rays through. throws InternalError if no tree of its layout was
+/// built
 const Accel& accel_of(const PackedScene& scene, const WavefrontConfig& config);
 
-/// What one device's program is made of: text and defines decide its machine code, and nothing else does.
+/// The source of one device's program. Text and options alone decide its machine code.
 struct WavefrontProgram {
   std::vector<std::string> stages;  // kernels of stages.def that the scene needs, run as configured
   std::string text;
-  std::string formula_code;  // the part of the text that the scene's implicit surfaces are
+  std::string formula_code;  // the part of the text that evaluates the scene's implicit surfaces
   ProgramOptions options;
 
   WavefrontProgram(const DeviceInfo& info, const WavefrontConfig& config, const PackedScene& scene,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "wavefront/ray_census.h"
+#include "wavefront/ray_counters.h"
 
 #include <algorithm>
 #include <fmt/format.h>
@@ -8,21 +8,21 @@
 
 namespace eikon {
 
-RayCensus::RayCensus(Device& device, const WavefrontConfig& config, const Features& features, Trace* timeline)
+RayCounters::RayCounters(Device& device, const WavefrontConfig& config, const Features& features, Trace* timeline)
     : device_(device),
       config_(config),
-      has_environment_(features.has("environment") || features.has("environment_map")),
-      has_shadow_(features.has("next_event")),
+      has_environment_(features.has_environment()),
+      has_shadow_(features.has(Feature::next_event)),
       timeline_(timeline),
       live_counter_(fmt::format("live paths, device {}", device.info().selector)) {}
 
-void RayCensus::restart(Trace* timeline) {
+void RayCounters::restart(Trace* timeline) {
   timeline_ = timeline;
   bounces_ = {};
   counted_s_ = 0;
 }
 
-RayCounts RayCensus::add_launch(std::uint64_t paths, std::span<const WorkerTally> tallies,
+RayCounts RayCounters::add_launch(std::uint64_t paths, std::span<const WorkerTally> tallies,
                                 const std::map<std::string, double>& shares) {
   RayCounts rays{.camera = paths};
   for (const WorkerTally& tally : tallies) {
@@ -41,7 +41,7 @@ RayCounts RayCensus::add_launch(std::uint64_t paths, std::span<const WorkerTally
   return rays;
 }
 
-void RayCensus::begin_unit(std::uint64_t paths) {
+void RayCounters::begin_unit(std::uint64_t paths) {
   count_live(0);
   for (std::uint64_t first = 0, chunk = config_.chunk; first < paths; first += chunk)
     count_paths(1, std::min(chunk, paths - first));
@@ -51,13 +51,13 @@ void RayCensus::begin_unit(std::uint64_t paths) {
   profiler.add_items("shade", paths);
 }
 
-void RayCensus::add_depth(std::uint32_t depth, std::uint64_t work_items) {
+void RayCounters::add_depth(std::uint32_t depth, std::uint64_t work_items) {
   if (config_.chunked) return;
   bounce_at(bounces_, depth).lanes += work_items;
   bounce_at(bounces_, depth).slots += config_.capacity();
 }
 
-RayCounts RayCensus::end_depth(std::uint32_t depth, std::span<const std::uint32_t> counts, std::uint64_t paths) {
+RayCounts RayCounters::end_depth(std::uint32_t depth, std::span<const std::uint32_t> counts, std::uint64_t paths) {
   std::uint64_t next = 0, shadow = 0;
   for (std::size_t at = 0; at < counts.size(); at += 4) {
     const std::uint32_t of_chunk = counts[at + ((depth + 1) & 1)];
@@ -78,8 +78,8 @@ RayCounts RayCensus::end_depth(std::uint32_t depth, std::span<const std::uint32_
   return {.camera = 0, .scattered = next, .shadow = shadow};
 }
 
-/// paths  that came to a depth, of one chunk or of the queue
-void RayCensus::count_paths(std::uint32_t depth, std::uint64_t paths) {
+/// Adds paths that reached a depth, of one chunk or of the queue.
+void RayCounters::count_paths(std::uint32_t depth, std::uint64_t paths) {
   Bounce& bounce = bounce_at(bounces_, depth);
   bounce.paths += paths;
   if (!config_.chunked || paths == 0) return;
@@ -87,8 +87,8 @@ void RayCensus::count_paths(std::uint32_t depth, std::uint64_t paths) {
   bounce.slots += config_.chunk;
 }
 
-/// So many paths were at work since the last call.
-void RayCensus::count_live(double paths) {
+/// Records the number of live paths since the last call.
+void RayCounters::count_live(double paths) {
   if (timeline_ == nullptr) return;
   const double now = host_seconds();
   if (counted_s_ > 0) timeline_->count(live_counter_, counted_s_, now, paths);

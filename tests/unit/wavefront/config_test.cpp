@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Decisions by device, without one.
-#include "wavefront/wavefront_config.h"
+#include "wavefront/config.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What does not fit a device is said before it is uploaded.
-#include "wavefront/memory.h"
+#include "wavefront/memory_need.h"
 
 #include <gtest/gtest.h>
 

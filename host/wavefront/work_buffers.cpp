@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "wavefront/wavefront_memory.h"
+#include "wavefront/work_buffers.h"
 
 #include <algorithm>
 
@@ -12,7 +12,7 @@ constexpr std::uint32_t kMaxBlockPixels = 128 * 128;
 
 }  // namespace
 
-WavefrontMemory::WavefrontMemory(Device& device, const WavefrontConfig& config, const MemoryPlan& plan,
+WorkBuffers::WorkBuffers(Device& device, const WavefrontConfig& config, const WorkBufferSizes& plan,
                                  Arguments& arguments) {
   const auto allocate = [&](std::size_t size) {
     bytes += size;
@@ -27,7 +27,7 @@ WavefrontMemory::WavefrontMemory(Device& device, const WavefrontConfig& config, 
   counts = allocate(16 * std::size_t{config.chunks});
   film_slots = allocate(4 * std::size_t{film.channels + film.mattes} * (capacity + EK_PAD) + 4 * EK_PAD);
   for (std::size_t i = 0; i < sums.size(); ++i) {
-    // A device that reads back beside its work writes the next sums meanwhile.
+    // A device that reads back beside its work writes the next sums at the same time.
     const bool shares = device.info().cpu && i > 0;
     sums[i] = shares ? sums[0] : allocate(4 * film.sum_words(pixel_capacity));
     rejected[i] = shares ? rejected[0] : allocate(4 * film.rejected_words(pixel_capacity));
@@ -35,7 +35,7 @@ WavefrontMemory::WavefrontMemory(Device& device, const WavefrontConfig& config, 
   diagnostics = allocate(sizeof(Diagnostics));
   next_path = allocate(4);
   tallies = allocate(config.workers * sizeof(WorkerTally));
-  // Lanes without a path read these before anyone wrote them; zeros are valid indices.
+  // Lanes without a path read these before they are written. Zeros are valid indices.
   for (const Buffer& read_early : {state, film_slots, counts, diagnostics, next_path}) device.fill_zero(read_early);
   arguments.set("frame", frame);
   arguments.set("pixels", pixels);

@@ -1,18 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pack/lights/light_census.h"
+#include "pack/lights/light_counts.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <optional>
 
+#include "pack/lights/light_kind.h"
 #include "pack/pack_parts.h"
 #include "scene/emission.h"
 
 namespace eikon {
 namespace {
 
-constexpr double kSlackOfFiles = 0x1p-22;  // numbers of a file are rounded; packing allows more, for its own rounding
+constexpr double kSlackOfFiles = 0x1p-22;  // for the rounding of the file's numbers; packing allows more, for its own
 
 std::array<glm::vec3, 3> corners_of(const Primitive& primitive, std::size_t triangle) {
   const auto at = [&](std::size_t k) { return primitive.positions_object[primitive.indices[3 * triangle + k]]; };
@@ -39,7 +40,7 @@ void add_primitive(const Node& node, const Primitive& primitive, Extent& extent)
   }
 }
 
-// Whether the extent of what emits is small beside that of all meshes.
+// True if the extent of all emissive meshes is small beside the extent of all meshes.
 bool is_small(const Scene& scene) {
   Extent lamp, all;
   for (const Node& node : scene.nodes)
@@ -72,10 +73,10 @@ bool emits_evenly(const Material& material) {
   return emits(material) && !material.emissive_texture;
 }
 
-LightCensus count_lights(const Scene& scene, const Settings& settings) {
-  LightCensus census;
+LightCounts count_lights(const Scene& scene, const Settings& settings) {
+  LightCounts counts;
   std::uint64_t lamps = 0;
-  std::optional<PassableMaterials> passable;  // made when it is asked: it may look at textures
+  std::optional<PassableMaterials> passable;  // made only if necessary, because it may look at textures
   const auto is_whole = [&](const Primitive& primitive) {
     if (scene.materials[primitive.material].alpha_mode == AlphaMode::opaque) return true;
     if (!passable) passable.emplace(scene);
@@ -86,21 +87,20 @@ LightCensus count_lights(const Scene& scene, const Settings& settings) {
       const Material& material = scene.materials[primitive.material];
       if (!emits(material)) continue;
       const std::size_t count = primitive.indices.size() / 3;
-      census.placed += count;
+      counts.placed += count;
       ++lamps;
       const bool in_pairs = emits_evenly(material) && is_whole(primitive);
       for (std::size_t i = 0; i + 1 < count && in_pairs; ++i)
         if (parallelogram_of(corners_of(primitive, i), corners_of(primitive, i + 1), kSlackOfFiles))
-          ++census.pairs, ++i;
+          ++counts.pairs, ++i;
     }
-  const std::uint64_t triangles = census.placed;
-  for (const Shape& shape : scene.shapes) census.placed += emits(scene.materials[shape.material]) ? 1 : 0;
+  const std::uint64_t triangles = counts.placed;
+  for (const Shape& shape : scene.shapes) counts.placed += emits(scene.materials[shape.material]) ? 1 : 0;
   for (const PunctualLight& light : scene.lights)
-    ++(light.kind == PunctualLight::Kind::directional ? census.distant : census.placed);
-  const glm::vec3 sky = settings.environment.radiance;
-  if (settings.environment.map || sky.x > 0 || sky.y > 0 || sky.z > 0) ++census.distant;
-  census.together = lamps == 1 && census.placed == triangles && is_small(scene);
-  return census;
+    ++(light_kind(kind_of(light)).distant ? counts.distant : counts.placed);
+  if (shines(settings.environment)) ++counts.distant;
+  counts.together = lamps == 1 && counts.placed == triangles && is_small(scene);
+  return counts;
 }
 
 }  // namespace eikon

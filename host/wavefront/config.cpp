@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "wavefront/wavefront_config.h"
+#include "wavefront/config.h"
 
 #include <algorithm>
 
@@ -8,14 +8,14 @@
 namespace eikon {
 namespace {
 
-constexpr std::uint32_t kGroup = 64;       // work-items of a work-group on GPU devices
-constexpr std::uint64_t kPathBytes = 256;  // state and film slots of a path: about that much with everything in
+constexpr std::uint64_t kPathBytes = 256;  // rough size of state and film slots of a path with all features
 constexpr std::uint32_t kLeastPool = 1U << 14;
 constexpr std::uint32_t kMostPool = 1U << 22;  // the kernels number paths exactly below 2^23
-// Measured, on cores of 1 MiB level-2 cache: chunks of 4096 paths (0.5 MiB of state) are 3 to 4 % faster than of 1024, because
-// fewer of them end with lanes and rows of rays empty; 8192 gain nothing more, and unfused, 1024 is best.
+// Measured on cores with 1 MiB of level-2 cache: chunks of 4096 paths (0.5 MiB of state) are 3 to 4
+// % faster than chunks of 1024, because fewer of them end with empty lanes and rows of rays. 8192
+// gain nothing more. With a launch per stage 1024 is best.
 constexpr std::uint32_t kFusedChunk = 4096, kUnfusedChunk = 1024;
-constexpr std::uint32_t kChunksPerWorker = 32;  // then waiting for the last one costs nothing
+constexpr std::uint32_t kChunksPerWorker = 32;  // enough that waiting for the last one costs nothing
 
 }  // namespace
 
@@ -41,7 +41,7 @@ WavefrontConfig configure(const DeviceInfo& device, const Execution& execution) 
     while (config.fused && pool < kMostPool && pool / chunk < kChunksPerWorker * config.workers) pool *= 2;
     while (pool > kLeastPool && pool * kPathBytes > memory / 4) pool /= 2;
   }
-  config.chunk = config.chunked ? chunk : std::max(pool / kGroup, 1U) * kGroup;
+  config.chunk = config.chunked ? chunk : std::max(pool / kWorkGroup, 1U) * kWorkGroup;
   config.chunks = config.chunked ? std::max(pool / config.chunk, 1U) : 1;
   config.workers = std::min(config.workers, config.chunks);
   return config;
@@ -49,8 +49,8 @@ WavefrontConfig configure(const DeviceInfo& device, const Execution& execution) 
 
 bool needs_stage(const WavefrontConfig& config, const Features& features, const std::string& stage) {
   if (config.fused) return stage == "paths" || stage == "film";
-  if (stage == "miss") return features.has("environment") || features.has("environment_map");
-  if (stage == "shadow") return features.has("next_event");
+  if (stage == "miss") return features.has_environment();
+  if (stage == "shadow") return features.has(Feature::next_event);
   if (stage == "compact") return !config.chunked;
   return stage != "paths";
 }

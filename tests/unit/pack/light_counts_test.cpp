@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pack/lights/light_census.h"
+#include "pack/lights/light_counts.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@ namespace {
 using Corners = std::array<glm::vec3, 3>;
 const glm::vec3 a(0, 0, 0), b(2, 0, 0), c(3, 1, 0), d(1, 1, 0);  // a parallelogram, counter-clockwise
 
-TEST(LightCensus, two_triangles_on_a_diagonal_are_one_parallelogram_whichever_corner_comes_first) {
+TEST(LightCounts, two_triangles_on_a_diagonal_are_one_parallelogram_whichever_corner_comes_first) {
   for (int i = 0; i < 3; ++i)
     for (int k = 0; k < 3; ++k) {
       const Corners all{a, b, c}, others{c, d, a};
@@ -25,7 +25,7 @@ TEST(LightCensus, two_triangles_on_a_diagonal_are_one_parallelogram_whichever_co
     }
 }
 
-TEST(LightCensus, other_pairs_are_none) {
+TEST(LightCounts, other_pairs_are_none) {
   EXPECT_FALSE(parallelogram_of({a, b, c}, {a, c, glm::vec3(1, 1.01, 0)}, 0x1p-20)) << "a kite";
   EXPECT_FALSE(parallelogram_of({a, b, c}, {a, c, glm::vec3(1, 1, 0.01)}, 0x1p-20)) << "bent";
   EXPECT_FALSE(parallelogram_of({a, b, c}, {a, d, c}, 1)) << "facing the other way";
@@ -52,7 +52,7 @@ Scene lamp(std::vector<glm::vec3> corners, std::vector<std::uint32_t> indices) {
   return scene;
 }
 
-TEST(LightCensus, the_parts_of_one_small_lamp_want_no_tree_but_those_of_a_large_one_or_of_two_do) {
+TEST(LightCounts, the_parts_of_one_small_lamp_want_no_tree_but_those_of_a_large_one_or_of_two_do) {
   const Settings settings;
   Scene scene = lamp({a, b, c, d, {0, 0, 2}}, {0, 1, 2, 0, 3, 4, 1, 4, 3, 2, 0, 4});
   EXPECT_EQ(count_lights(scene, settings).places(), 4U);
@@ -75,14 +75,14 @@ TEST(LightCensus, the_parts_of_one_small_lamp_want_no_tree_but_those_of_a_large_
   EXPECT_TRUE(count_lights(room, settings).wants_tree()) << "a lamp and a point";
 }
 
-TEST(LightCensus, counts_each_light_once_and_every_instance) {
+TEST(LightCounts, counts_each_light_once_and_every_instance) {
   Settings dark;
   dark.environment.radiance = glm::vec3(0);
   Scene scene = lamp({a, b, c, d}, {0, 1, 2, 0, 2, 3});
-  LightCensus census = count_lights(scene, dark);
-  EXPECT_EQ(census.placed, 2U);
-  EXPECT_EQ(census.pairs, 1U);
-  EXPECT_TRUE(census.is_one());
+  LightCounts counts = count_lights(scene, dark);
+  EXPECT_EQ(counts.placed, 2U);
+  EXPECT_EQ(counts.pairs, 1U);
+  EXPECT_TRUE(counts.is_one());
   Settings lit = dark;
   lit.environment.radiance = glm::vec3(0, 0, 1);
   EXPECT_FALSE(count_lights(scene, lit).is_one());

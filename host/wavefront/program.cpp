@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "wavefront/wavefront_program.h"
+#include "wavefront/program.h"
 
 #include <fmt/format.h>
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// How many rays a wavefront traced, told to whoever asks: the profiler's stages, the bounces' table and the trace.
+// Counts the rays that a wavefront traced, for the profiler's stages, the table of bounces, and the
+// trace.
 #pragma once
 #include <cstdint>
 #include <map>
@@ -9,11 +10,11 @@
 #include "core/trace.h"
 #include "device/device.h"
 #include "wavefront/bounces.h"
-#include "wavefront/wavefront_config.h"
+#include "wavefront/config.h"
 
 namespace eikon {
 
-/// Rays of each kind.
+/// Numbers of rays of each kind.
 struct RayCounts {
   std::uint64_t camera = 0, scattered = 0, shadow = 0;
   [[nodiscard]] std::uint64_t total() const { return camera + scattered + shadow; }
@@ -23,27 +24,33 @@ struct RayCounts {
   }
 };
 
-class RayCensus {
+class RayCounters {
  public:
-  /// timeline: nullptr where nothing is recorded. Device and timeline must outlive it.
-  RayCensus(Device& device, const WavefrontConfig& config, const Features& features, Trace* timeline);
-  /// As new.
+  /// timeline: nullptr if nothing is recorded. Device and timeline must outlive this.
+  RayCounters(Device& device, const WavefrontConfig& config, const Features& features, Trace* timeline);
+  /// Starts again from 0.
   void restart(Trace* timeline);
-  /// Of all units so far.
+  /// The counts of all units so far.
   [[nodiscard]] const Bounces& bounces() const { return bounces_; }
 
-  /// A unit that was rendered in one launch.
-  /// tallies  of its work-items; shares  of the stages in the launch: see stage_shares.h. returns its rays
+  /// Adds a unit that was rendered in one launch.
+  /// tallies  counts of its work-items
+  /// shares   of the stages in the launch's time (stage_shares.h)
+  /// returns  the rays of the unit
   RayCounts add_launch(std::uint64_t paths, std::span<const WorkerTally> tallies,
                        const std::map<std::string, double>& shares);
 
-  // A unit with a launch for each stage: begin_unit(), then for each depth add_depth() and end_depth().
+  // A unit with a launch for each stage is added by begin_unit(), then add_depth() and end_depth()
+  // for each depth.
 
   void begin_unit(std::uint64_t paths);
-  /// A depth is launched. work_items  of a stage; counts where they take paths from queues
+  /// A depth is launched. work_items: of a stage; they count if stages take paths from queues
   void add_depth(std::uint32_t depth, std::uint64_t work_items);
-  /// A depth is over. counts  of each chunk, four words: paths for even depths and for odd ones, shadow rays, and one more
-  /// paths  of the unit. returns the rays that go on, as scattered, and those that were cast at lights
+  /// A depth is over.
+  /// counts   four words for each chunk: paths at even depths, paths at odd depths, shadow rays,
+  ///          unused
+  /// paths    of the unit
+  /// returns  the rays that were scattered, and the shadow rays
   RayCounts end_depth(std::uint32_t depth, std::span<const std::uint32_t> counts, std::uint64_t paths);
 
  private:
@@ -54,8 +61,8 @@ class RayCensus {
   WavefrontConfig config_;
   bool has_environment_, has_shadow_;
   Trace* timeline_;
-  std::string live_counter_;  // its name there
-  double counted_s_ = 0;      // up to when
+  std::string live_counter_;  // name of the counter in the trace
+  double counted_s_ = 0;      // time of its last value
   Bounces bounces_{};
 };
 

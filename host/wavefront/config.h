@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How a device runs the stages: decisions from plain facts about it, without touching it.
+// Decides how a device runs the stages from plain facts about it. The device is not touched.
 #pragma once
 #include <cstdint>
 #include <string>
@@ -11,7 +11,9 @@
 
 namespace eikon {
 
-/// How one device runs the stages, after defaults by device.
+inline constexpr std::uint32_t kWorkGroup = 64;  // work-items of a work-group on GPU devices
+
+/// How one device runs the stages, defaults filled in.
 struct WavefrontConfig {
   std::uint32_t lanes = 1;
   bool chunked = false;
@@ -20,15 +22,15 @@ struct WavefrontConfig {
   std::uint32_t chunk = 1024;  // slots per chunk; the whole pool when not chunked
   std::uint32_t chunks = 1;    // of a unit
   std::string layout = "bvh2";
-  /// Paths of a unit, at most.
+  /// The most paths of a unit.
   [[nodiscard]] std::uint32_t capacity() const { return chunk * chunks; }
-  /// Chunks whose state is in memory at once.
+  /// Chunks whose state is in memory at the same time.
   [[nodiscard]] std::uint32_t held_chunks() const { return fused ? workers : chunks; }
 };
 WavefrontConfig configure(const DeviceInfo& device, const Execution& execution);
-/// Whether a scene's program has that stage (stages.def), run like this.
+/// True if a scene's program has that stage (stages.def) with this configuration.
 bool needs_stage(const WavefrontConfig& config, const Features& features, const std::string& stage);
-/// What that program is compiled with. accel: the tree that its rays meet
+/// The options that the program is compiled with. accel: the tree that rays are traced through
 ProgramOptions program_options(const DeviceInfo& device, const WavefrontConfig& config, const Features& features,
                                const Accel& accel, const Execution& execution);
 /// Device memory for the state and film slots of all paths in flight.

@@ -1,0 +1,332 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pack/feature_rules.h"
+
+#include <algorithm>
+#include <fmt/format.h>
+#include <unordered_set>
+
+#include "film/layers.h"
+#include "pack/lights/light_kind.h"
+#include "pack/materials/hit_class.h"
+#include "pack/materials/lobe.h"
+#include "pack/materials/material_parameters.h"
+
+namespace eikon {
+namespace {
+
+// Rules about materials
+
+template <class Predicate>
+Need if_some_material(const SceneFacts& facts, const char* otherwise, Predicate predicate) {
+  for (const Material* m : facts.materials)
+    if (predicate(*m)) return {true, fmt::format("material '{}'", m->name)};
+  return {false, otherwise};
+}
+
+template <class Predicate>
+Need if_some_primitive(const SceneFacts& facts, const char* otherwise, Predicate predicate) {
+  for (const Mesh* mesh : facts.meshes)
+    if (std::ranges::any_of(mesh->primitives, predicate)) return {true, fmt::format("mesh '{}'", mesh->name)};
+  return {false, otherwise};
+}
+
+template <Feature feature>
+Need texture_rule(const SceneFacts& facts) {
+  return if_some_material(facts, "no such texture", [](const Material& m) {
+    return std::ranges::any_of(material_parameters(), [&](const MaterialParameter& parameter) {
+      return parameter.feature == feature && m.*std::get<TextureOf>(parameter.from);
+    });
+  });
+}
+
+bool is_raycast(const SceneFacts& facts) { return facts.settings.integrator == Integrator::raycast; }
+
+/// raycast.h gives every surface Blinn's highlights, so that its programs have the code of one
+/// lobe.
+template <Lobe lobe>
+Need lobe_rule(const SceneFacts& facts) {
+  if (is_raycast(facts)) return {lobe == Lobe::phong, "--integrator"};
+  return if_some_material(facts, "no material", [](const Material& m) { return lobe_of(m) == lobe; });
+}
+
+/// The rule for what raycast.h leaves out of every material.
+template <Need (*rule)(const SceneFacts&)>
+Need unless_raycast(const SceneFacts& facts) {
+  return is_raycast(facts) ? Need{false, "--integrator"} : rule(facts);
+}
+
+bool is_coated(const Material& m) { return m.clearcoat > 0; }
+bool has_sheen(const Material& m) { return m.sheen_color != glm::vec3(0); }
+bool is_anisotropic(const Material& m) {
+  const Lobe lobe = lobe_of(m);
+  return m.anisotropy > 0 && lobe != Lobe::diffuse && lobe != Lobe::phong && lobe != Lobe::measured;
+}
+bool is_translucent(const Material& m) { return m.diffuse_transmission > 0 && lobe_of(m) == Lobe::transmission; }
+bool disperses(const Material& m) {
+  return m.dispersion > 0 && m.solid && m.ior > 1 && lobe_of(m) == Lobe::transmission;
+}
+bool has_thin_film(const Material& m) {
+  const Lobe lobe = lobe_of(m);
+  return m.iridescence > 0 &&
+         (lobe == Lobe::metallic_roughness || lobe == Lobe::transmission || lobe == Lobe::conductor);
+}
+
+Need material_extension(const SceneFacts& facts) {
+  return if_some_material(facts, "no specular, transmission, volume or table", [](const Material& m) {
+    const Lobe lobe = lobe_of(m);
+    return lobe == Lobe::transmission || lobe == Lobe::measured ||
+           (lobe != Lobe::diffuse &&
+            (m.specular != 1 || m.specular_color != glm::vec3(1) || m.specular_texture || m.specular_color_texture));
+  });
+}
+
+Need material_detail(const SceneFacts& facts) {
+  if (is_raycast(facts)) return {true, "--integrator"};
+  return if_some_material(
+      facts, "no clearcoat, sheen, diffuse transmission, anisotropy, dispersion, iridescence, conductor or highlight",
+      [](const Material& m) {
+        return is_coated(m) || has_sheen(m) || is_translucent(m) || is_anisotropic(m) || disperses(m) ||
+               has_thin_film(m) || lobe_of(m) == Lobe::conductor || lobe_of(m) == Lobe::phong;
+      });
+}
+
+Need energy_compensation(const SceneFacts& facts) {
+  if (!facts.settings.energy_compensation) return {false, "--energy-compensation"};
+  return if_some_material(facts, "no rough metal or glass", [](const Material& m) {
+    const Lobe lobe = lobe_of(m);
+    return (m.roughness > 0 || m.metallic_roughness_texture) &&
+           (lobe == Lobe::conductor || lobe == Lobe::transmission ||
+            (lobe == Lobe::metallic_roughness && m.metallic > 0));
+  });
+}
+
+Need diffuse_transmission(const SceneFacts& facts) {
+  return if_some_material(facts, "nothing scatters light that passes it", is_translucent);
+}
+Need anisotropy(const SceneFacts& facts) { return if_some_material(facts, "no anisotropy", is_anisotropic); }
+Need dispersion(const SceneFacts& facts) {
+  return if_some_material(facts, "no solid's index disperses", disperses);
+}
+Need sheen(const SceneFacts& facts) { return if_some_material(facts, "no sheen", has_sheen); }
+
+// Rules about geometry
+
+template <ShapeKind kind>
+Need shape_rule(const SceneFacts& facts) {
+  const auto found = std::ranges::find(facts.scene.shapes, kind, &Shape::kind);
+  if (found == facts.scene.shapes.end()) return {false, "no such shape"};
+  return {true, fmt::format("node '{}'", found->name)};
+}
+
+template <std::uint32_t of_class>
+Need hit_class_rule(const SceneFacts& facts) {
+  const Scene& scene = facts.scene;
+  Need need = if_some_primitive(facts, "no such surface", [&](const Primitive& primitive) {
+    return hit_class(scene.materials[primitive.material], &primitive) == of_class;
+  });
+  for (const Shape& each : scene.shapes)
+    if (!need.on && hit_class(scene.materials[each.material], nullptr) == of_class)
+      need = {true, fmt::format("node '{}'", each.name)};
+  return need;
+}
+
+/// Layers that --aov asks for need the sums that they are made of.
+bool is_asked_for(const SceneFacts& facts, FilmSum sum) { return needs_sum(facts.settings.aovs, sum); }
+
+Need uv(const SceneFacts& facts) {
+  Need need = if_some_material(facts, "no texture", [](const Material& m) { return !textures_of(m).empty(); });
+  if (!need.on && is_asked_for(facts, FilmSum::texcoord)) need = {true, "--aov"};
+  return need;
+}
+
+Need uv1(const SceneFacts& facts) {
+  return if_some_material(facts, "no texture is placed by TEXCOORD_1", [](const Material& m) {
+    return std::ranges::any_of(textures_of(m), [](const TextureUse& use) { return use.texture->uv_set == 1; });
+  });
+}
+
+// Rules about light and about the settings
+
+template <LightKind kind>
+Need light_rule(const SceneFacts& facts) {
+  return light_kind(kind).need(facts.scene, facts.settings);
+}
+
+/// raycast.h samples each light at every vertex, if they are few enough.
+bool samples_each_light(const SceneFacts& facts) {
+  return is_raycast(facts) && facts.is_lit && facts.lights.count() <= kMostLightSamples;
+}
+
+Need light_tree(const SceneFacts& facts) {
+  if (samples_each_light(facts)) return {false, "each light is sampled"};
+  return {facts.lights.wants_tree(), fmt::format("{} lights that have a place", facts.lights.places())};
+}
+
+/// needed: by the way of light sampling, if there is light
+Need light_sampling_rule(const SceneFacts& facts, bool needed) {
+  return {needed && facts.is_lit, facts.is_lit ? "--light-sampling" : "there is no light"};
+}
+
+Need camera_rule(const SceneFacts& facts, bool needed) {
+  return {needed, fmt::format("camera '{}'", facts.settings.camera.name)};
+}
+
+template <FilmSum sum>
+Need sum_rule(const SceneFacts& facts) {
+  if (sum == FilmSum::coverage) return {facts.settings.transparent, "--transparent"};
+  if (sum == FilmSum::bounce_bins && !facts.settings.depth_series.empty()) return {true, "--depth-series"};
+  return {is_asked_for(facts, sum), "--aov"};
+}
+
+struct Rule {
+  Feature feature;
+  Need (*need)(const SceneFacts&);
+};
+
+constexpr Rule kRules[] = {
+#define EK_LOBE(name, bit) {Feature::name, lobe_rule<Lobe::name>},
+#define EK_LIGHT(name, bit) {Feature::name, light_rule<LightKind::name>},
+#define EK_SHAPE_KIND(name, bit) {Feature::name, shape_rule<ShapeKind::name>},
+#include "shared/features.def"
+    {Feature::shape,
+     [](const SceneFacts& f) -> Need {
+       if (f.scene.shapes.empty()) return {false, "no shape"};
+       return {true, fmt::format("node '{}'", f.scene.shapes.front().name)};
+     }},
+    {Feature::instance, [](const SceneFacts&) { return Need{false, "every mesh is stored for each of its places"}; }},
+    {Feature::plain_hits, hit_class_rule<SHADING_LAMBERT>},
+    {Feature::opaque_hits, hit_class_rule<SHADING_OPAQUE>},
+    {Feature::clear_hits, hit_class_rule<SHADING_TRANSMISSIVE>},
+    {Feature::vertex_normal,
+     [](const SceneFacts& f) {
+       return if_some_primitive(f, "no mesh has normals", [](const Primitive& p) { return !p.normals_object.empty(); });
+     }},
+    {Feature::uv, uv},
+    {Feature::uv1, uv1},
+    {Feature::vertex_color,
+     [](const SceneFacts& f) {
+       return if_some_primitive(f, "no mesh has colours", [](const Primitive& p) { return !p.colors.empty(); });
+     }},
+    {Feature::base_color_texture, texture_rule<Feature::base_color_texture>},
+    {Feature::metallic_roughness_texture, texture_rule<Feature::metallic_roughness_texture>},
+    {Feature::normal_texture, texture_rule<Feature::normal_texture>},
+    {Feature::emissive_texture, texture_rule<Feature::emissive_texture>},
+    {Feature::transmission_texture, texture_rule<Feature::transmission_texture>},
+    {Feature::specular_texture, texture_rule<Feature::specular_texture>},
+    {Feature::material_extension, material_extension},
+    {Feature::material_detail, material_detail},
+    {Feature::diffuse_transmission, unless_raycast<diffuse_transmission>},
+    {Feature::diffuse_transmission_texture,
+     unless_raycast<texture_rule<Feature::diffuse_transmission_texture>>},
+    {Feature::anisotropy, unless_raycast<anisotropy>},
+    {Feature::anisotropy_texture, texture_rule<Feature::anisotropy_texture>},
+    {Feature::dispersion, unless_raycast<dispersion>},
+    {Feature::tangent,
+     [](const SceneFacts& f) {
+       return if_some_material(f, "no normal map or anisotropy", [](const Material& m) {
+         return m.normal_texture || m.clearcoat_normal_texture || is_anisotropic(m);
+       });
+     }},
+    {Feature::clearcoat, [](const SceneFacts& f) { return if_some_material(f, "no clearcoat", is_coated); }},
+    {Feature::clearcoat_texture, texture_rule<Feature::clearcoat_texture>},
+    {Feature::clearcoat_normal,
+     [](const SceneFacts& f) {
+       return if_some_material(f, "every coat follows its material", [](const Material& m) {
+         return is_coated(m) && (m.normal_texture || m.clearcoat_normal_texture);
+       });
+     }},
+    {Feature::sheen, unless_raycast<sheen>},
+    {Feature::sheen_texture, texture_rule<Feature::sheen_texture>},
+    {Feature::absorption,
+     [](const SceneFacts& f) {
+       return if_some_material(f, "no volume absorbs", [](const Material& m) {
+         return is_solid(m) && m.attenuation_distance > 0 && m.attenuation_color != glm::vec3(1);
+       });
+     }},
+    // One solid with a priority is enough, because its own parts may overlap.
+    {Feature::nested_media,
+     [](const SceneFacts& f) {
+       return if_some_material(f, "no solid says mediumPriority", [](const Material& m) {
+         return is_solid(m) && m.medium_priority.has_value();
+       });
+     }},
+    {Feature::iridescence, [](const SceneFacts& f) { return if_some_material(f, "no thin film", has_thin_film); }},
+    {Feature::iridescence_texture, texture_rule<Feature::iridescence_texture>},
+    {Feature::energy_compensation, energy_compensation},
+    {Feature::opacity,
+     [](const SceneFacts& f) {
+       return if_some_material(f, "every material is opaque",
+                               [](const Material& m) { return m.alpha_mode != AlphaMode::opaque; });
+     }},
+    {Feature::unlit,
+     [](const SceneFacts& f) {
+       return if_some_material(f, "no material is unlit", [](const Material& m) { return m.unlit; });
+     }},
+    {Feature::one_light,
+     [](const SceneFacts& f) { return Need{f.lights.is_one(), fmt::format("{} lights", f.lights.count())}; }},
+    {Feature::quad_light,
+     [](const SceneFacts& f) {
+       return Need{f.lights.pairs > 0, fmt::format("{} pairs of emissive triangles", f.lights.pairs)};
+     }},
+    {Feature::light_tree, light_tree},
+    {Feature::next_event,
+     [](const SceneFacts& f) { return light_sampling_rule(f, samples_lights(f.settings.light_sampling)); }},
+    {Feature::bsdf_emission,
+     [](const SceneFacts& f) { return light_sampling_rule(f, f.settings.light_sampling != LightSampling::light); }},
+    {Feature::uniform_scatter,
+     [](const SceneFacts& f) {
+       return Need{f.settings.light_sampling == LightSampling::hemisphere, "--light-sampling"};
+     }},
+    {Feature::raycast, [](const SceneFacts& f) { return Need{is_raycast(f), "--integrator"}; }},
+    {Feature::each_light,
+     [](const SceneFacts& f) {
+       return Need{samples_each_light(f),
+                   is_raycast(f) ? fmt::format("{} lights", f.lights.count()) : "--integrator"};
+     }},
+    {Feature::whitted,
+     [](const SceneFacts& f) { return Need{f.settings.integrator == Integrator::whitted, "--integrator"}; }},
+    {Feature::fixed_roulette, [](const SceneFacts& f) { return Need{f.settings.roulette > 0, "--roulette"}; }},
+    {Feature::pixel_filter, [](const SceneFacts& f) { return Need{!f.settings.filter.is_pixel_box(), "--filter"}; }},
+    {Feature::orthographic,
+     [](const SceneFacts& f) { return camera_rule(f, f.settings.camera.projection == Projection::orthographic); }},
+    {Feature::panorama,
+     [](const SceneFacts& f) { return camera_rule(f, f.settings.camera.projection == Projection::panorama); }},
+    {Feature::lens, [](const SceneFacts& f) { return camera_rule(f, lens_radius_m(f.settings.camera) > 0); }},
+    {Feature::matte_object,
+     [](const SceneFacts& f) { return Need{is_asked_for(f, FilmSum::matte_object), "--aov"}; }},
+    {Feature::matte_material,
+     [](const SceneFacts& f) { return Need{is_asked_for(f, FilmSum::matte_material), "--aov"}; }},
+#define EK_AOV(name, channels) {Feature::name, sum_rule<FilmSum::name>},
+#include "shared/features.def"
+};
+
+constexpr bool every_feature_has_its_rule() {
+  std::size_t next = 0;
+  bool in_order = true;
+#define EK_FEATURE(name) in_order = in_order && next < std::size(kRules) && kRules[next++].feature == Feature::name;
+#include "shared/features.def"
+  return in_order && next == std::size(kRules);
+}
+static_assert(every_feature_has_its_rule(), "kRules has one row for each feature, in the order of features.def");
+
+}  // namespace
+
+SceneFacts::SceneFacts(const Scene& of_scene, const Settings& with_settings)
+    : scene(of_scene), settings(with_settings), lights(count_lights(of_scene, with_settings)) {
+  std::unordered_set<const void*> known;
+  const auto add = [&](auto& list, auto* item) {
+    if (known.insert(item).second) list.push_back(item);
+  };
+  for (const Node& node : scene.nodes) {
+    const Mesh& mesh = scene.meshes[node.mesh];
+    add(meshes, &mesh);
+    for (const Primitive& primitive : mesh.primitives) add(materials, &scene.materials[primitive.material]);
+  }
+  for (const Shape& shape : scene.shapes) add(materials, &scene.materials[shape.material]);
+#define EK_LIGHT(name, bit) is_lit = is_lit || light_kind(LightKind::name).need(scene, settings).on;
+#include "shared/features.def"
+}
+
+Need need_of(Feature feature, const SceneFacts& facts) { return kRules[std::size_t(feature)].need(facts); }
+
+}  // namespace eikon

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+// The buffers that the kernels of one wavefront write, and those that describe a unit.
+// scene_buffers.h has the scene.
+#pragma once
+#include <array>
+#include <cstdint>
+
+#include "device/device.h"
+#include "wavefront/config.h"
+
+namespace eikon {
+
+/// The shape of a unit's film sums.
+struct FilmShape {
+  std::uint32_t replicates = 1, channels = 0, mattes = 0;
+  [[nodiscard]] std::size_t sum_words(std::size_t pixel_count) const {
+    return std::size_t{replicates} * channels * EK_FILM_LIMBS * (pixel_count + EK_PAD);
+  }
+  [[nodiscard]] std::size_t rejected_words(std::size_t pixel_count) const {
+    return std::size_t{replicates} * (pixel_count + EK_PAD);
+  }
+};
+
+/// Sizes that depend on the scene; WavefrontConfig has the others.
+struct WorkBufferSizes {
+  FilmShape film;
+  std::uint32_t state_words = 0;    // words of a path: PathStateLayout
+  std::uint32_t light_samples = 1;  // most shadow rays of a path at a depth
+};
+
+struct WorkBuffers {
+  Buffer frame, pixels, state, counts, film_slots, diagnostics, next_path, tallies;
+  /// For the two units under way. A device that reads back in the order of its work has one buffer
+  /// for both.
+  std::array<Buffer, 2> sums, rejected;
+  std::uint64_t bytes = 0;  // of all buffers
+
+  WorkBuffers() = default;
+  /// Allocates buffers for units of config.capacity() paths and clears them in the device's queue.
+  /// Names all of them in `arguments` but the sums, because each unit has its own.
+  /// throws DeviceError saying how much was asked for and what the device has
+  WorkBuffers(Device& device, const WavefrontConfig& config, const WorkBufferSizes& plan, Arguments& arguments);
+};
+
+}  // namespace eikon
