@@ -1,13 +1,33 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cli/arguments.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <charconv>
 #include <cmath>
-#include <fmt/format.h>
-
-#include "core/error.h"
+#include <limits>
+#include <optional>
 
 namespace eikon {
+namespace {
+
+constexpr const char* kTryHelp = "try `eikon --help`";
+
+template <class Number, class... How>
+std::optional<Number> whole_text_as(const std::string& text, std::size_t begin, How... how) {
+  Number value{};
+  const char* const last = text.data() + text.size();
+  const auto [end, code] = std::from_chars(text.data() + begin, last, value, how...);
+  return code == std::errc() && end == last ? std::optional(value) : std::nullopt;
+}
+
+std::optional<double> real(const std::string& text) {
+  const auto value = whole_text_as<double>(text, 0);
+  return value && std::isfinite(*value) ? value : std::nullopt;
+}
+
+}  // namespace
 
 std::vector<std::string> split(const std::string& text, char separator) {
   std::vector<std::string> pieces;
@@ -23,11 +43,9 @@ std::vector<std::string> split(const std::string& text, char separator) {
 std::vector<double> parse_numbers(const std::string& flag, const std::string& text, std::size_t count) {
   std::vector<double> numbers;
   for (const std::string& piece : split(text, ',')) {
-    double value = 0;
-    const auto [end, code] = std::from_chars(piece.data(), piece.data() + piece.size(), value);
-    if (code != std::errc() || end != piece.data() + piece.size() || !std::isfinite(value))
-      throw UsageError(fmt::format("{} {}: '{}' is not a number", flag, text, piece));
-    numbers.push_back(value);
+    const auto value = real(piece);
+    if (!value) throw UsageError(fmt::format("{} {}: '{}' is not a number", flag, text, piece));
+    numbers.push_back(*value);
   }
   if (numbers.size() != count)
     throw UsageError(
@@ -35,22 +53,43 @@ std::vector<double> parse_numbers(const std::string& flag, const std::string& te
   return numbers;
 }
 
-CLI::Validator between(double least, double most) {
-  const std::string range = fmt::format("{} to {}", least, most);
-  const auto check = [=](const std::string& text) {
-    double value = 0;
-    const bool within = CLI::detail::lexical_cast(text, value) && value >= least && value <= most;
-    return within ? "" : fmt::format("'{}' is not a number from {}", text, range);
-  };
-  return {check, range};
+glm::dvec3 parse_vector(const std::string& flag, const std::string& text) {
+  const std::vector<double> n = parse_numbers(flag, text, 3);
+  return {n[0], n[1], n[2]};
 }
 
-std::uint64_t parse_unsigned(const std::string& flag, const std::string& text, std::uint64_t most) {
-  std::uint64_t value = 0;
-  const auto [end, code] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (code != std::errc() || end != text.data() + text.size() || value > most)
-    throw UsageError(fmt::format("{}: '{}' is not a whole number from 0 to {}", flag, text, most));
-  return value;
+double parse_real(const std::string& flag, const std::string& text, double least, double most) {
+  const auto value = real(text);
+  if (!value || *value < least || *value > most)
+    throw UsageError(fmt::format("{}: '{}' is not a number from {} to {}; {}", flag, text, least, most, kTryHelp));
+  return *value;
+}
+
+std::uint64_t parse_unsigned(const std::string& flag, const std::string& text, std::uint64_t most,
+                             std::uint64_t least) {
+  const bool hexadecimal = text.starts_with("0x");
+  const auto value = whole_text_as<std::uint64_t>(text, hexadecimal ? 2 : 0, hexadecimal ? 16 : 10);
+  if (!value || *value < least || *value > most)
+    throw UsageError(fmt::format("{}: '{}' is not a number from {} to {}; {}", flag, text, least, most, kTryHelp));
+  return *value;
+}
+
+std::uint64_t parse_size_bytes(const std::string& flag, const std::string& text) {
+  const std::size_t digits = std::min(text.find_first_not_of("0123456789"), text.size());
+  const auto number = whole_text_as<std::uint64_t>(text.substr(0, digits), 0);
+  std::string unit = text.substr(digits);
+  for (char& c : unit) c = char(std::tolower(static_cast<unsigned char>(c)));
+  if (unit.ends_with('b')) unit.pop_back();
+  if (unit.size() == 2 && unit[1] == 'i') unit.pop_back();
+  const std::size_t power = unit.empty() ? 0 : 1 + std::string_view("kmgtpe").find(unit);
+  const bool is_unit = unit.size() <= 1 && power <= 6;
+  if (!number || *number == 0 || !is_unit || *number > std::numeric_limits<std::uint64_t>::max() >> (10 * power))
+    throw UsageError(fmt::format("{}: takes a size above 0, such as 512M or 4G, not {}", flag, text));
+  return *number << (10 * power);
+}
+
+void refuse_choice(const std::string& flag, const std::string& text, const std::vector<std::string>& words) {
+  throw UsageError(fmt::format("{}: there is no '{}'; it takes {}; {}", flag, text, fmt::join(words, ", "), kTryHelp));
 }
 
 }  // namespace eikon

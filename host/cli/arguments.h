@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // Values of the command line: text to numbers, strictly. All throw UsageError naming the flag and what it takes.
 #pragma once
-#include <CLI/CLI.hpp>
 #include <cstdint>
 #include <glm/glm.hpp>
+#include <map>
 #include <string>
+#include <type_traits>
 #include <vector>
+
+#include "core/error.h"
 
 namespace eikon {
 
@@ -13,8 +16,33 @@ namespace eikon {
 std::vector<std::string> split(const std::string& text, char separator);
 /// Finite decimal numbers, `count` of them, separated by commas.
 std::vector<double> parse_numbers(const std::string& flag, const std::string& text, std::size_t count);
-/// For CLI11's check(): a number in that range. CLI11's own lets NaN through, and writes large ends with six decimals.
-CLI::Validator between(double least, double most);
-std::uint64_t parse_unsigned(const std::string& flag, const std::string& text, std::uint64_t most);
+/// "x,y,z".
+glm::dvec3 parse_vector(const std::string& flag, const std::string& text);
+/// A finite decimal number within a range.
+double parse_real(const std::string& flag, const std::string& text, double least, double most);
+/// Decimal, or hexadecimal after 0x.
+std::uint64_t parse_unsigned(const std::string& flag, const std::string& text, std::uint64_t most,
+                             std::uint64_t least = 0);
+/// Bytes: "4000", "512M", "4G", "4GiB"; a kilobyte has 1024.
+std::uint64_t parse_size_bytes(const std::string& flag, const std::string& text);
+
+template <class Number>
+Number parse_number(const std::string& flag, const std::string& text, double least, double most) {
+  if constexpr (std::is_floating_point_v<Number>)
+    return Number(parse_real(flag, text, least, most));
+  else
+    return Number(parse_unsigned(flag, text, std::uint64_t(most), std::uint64_t(least)));
+}
+
+[[noreturn]] void refuse_choice(const std::string& flag, const std::string& text, const std::vector<std::string>& words);
+
+/// The value of one of some words.
+template <class Value>
+const Value& choose(const std::string& flag, const std::string& text, const std::map<std::string, Value>& values) {
+  if (const auto found = values.find(text); found != values.end()) return found->second;
+  std::vector<std::string> words;
+  for (const auto& [word, value] : values) words.push_back(word);
+  refuse_choice(flag, text, words);
+}
 
 }  // namespace eikon

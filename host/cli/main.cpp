@@ -11,48 +11,32 @@
 #include <new>
 
 #include "cli/commands.h"
-#include "cli/empty_values.h"
-#include "job/tell.h"
+#include "cli/execution_flags.h"
+#include "job/log.h"
 #include "core/lost_threads.h"
 #include "io/text.h"
 
 namespace {
 
 int report(eikon::ExitCode code, const std::string& message) {
-  eikon::tell("eikon: {}\n", eikon::one_line(message));  // names of files may hold anything
+  eikon::print_to_stderr("eikon: {}\n", eikon::one_line(message));  // names of files may hold anything
   return int(code);
 }
 
 int run(int argc, char** argv) {
-  CLI::App app(
-      "eikon: an OpenCL wavefront path tracer. Renders glTF 2.0 scenes to OpenEXR images that state their own error.");
-  app.name("eikon");
-  app.set_version_flag("--version", "eikon " EIKON_VERSION);
-  app.require_subcommand(1);
-  app.footer(
+  const std::string footer =
       "Example:\n  eikon render scenes/cornell.gltf -o cornell.exr --png cornell.png --spp 256\n\n"
       "Exit codes: 0 done, 1 done but not as asked, 2 usage, 3 input, 4 device, 5 internal, 130 interrupted, 143 "
-      "terminated.");
+      "terminated.\n\n" +
+      eikon::environment_help();
   eikon::Command chosen;
-  eikon::add_render(app, chosen);
-  eikon::add_batch(app, chosen);
-  eikon::add_merge(app, chosen);
-  eikon::add_info(app, chosen);
-  eikon::add_devices(app, chosen);
-  eikon::add_compare(app, chosen);
-  eikon::add_selftest(app, chosen);
-  eikon::add_meter(app, chosen);
-  eikon::add_measure(app, chosen);
-  eikon::add_bench(app, chosen);
-  try {
-    app.parse(argc, argv);
-    eikon::require_values(app);
-  } catch (const CLI::Success& success) {
-    return app.exit(success);
-  } catch (const CLI::ParseError& error) {
-    return report(eikon::ExitCode::usage, fmt::format("{}; try `eikon --help`", error.what()));
-  }
-  return int(chosen());
+  const auto code = eikon::parse_command_line(argc, argv, footer, [&](eikon::CommandFlags root) {
+    for (const auto add : {eikon::add_render, eikon::add_batch, eikon::add_merge, eikon::add_info, eikon::add_devices,
+                           eikon::add_compare, eikon::add_selftest, eikon::add_meter, eikon::add_measure,
+                           eikon::add_bench})
+      add(root, chosen);
+  });
+  return code ? *code : int(chosen());
 }
 
 /// A process that was started with a standard stream closed would give its number to the next file that it opens, and then write

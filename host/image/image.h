@@ -61,7 +61,6 @@ struct Comparison {
   double mape = 0;              // mean of |x - r| / (|r| + 1e-2)
   double ratio_of_means = 0;    // mean(x) / mean(r); 1 when both are 0
   std::uint64_t nonfinite = 0;  // values left out; when all are, the numbers above are NaN
-  std::optional<double> flip;   // left empty by compare_images (it takes seconds): for flip() below
 };
 /// throws InputError when the sizes differ (it names both) or an image has no R, G, B
 Comparison compare_images(const Image& test, const Image& reference);
@@ -69,10 +68,5 @@ Comparison compare_images(const Image& test, const Image& reference);
 /// 0 over purple and orange to white for 1, as write_png() shows it with exposure 0. Pixels with a
 /// value that is not finite are green. throws InputError as compare_images()
 Image difference_image(const Image& test, const Image& reference);
-/// Mean HDR-FLIP [Andersson et al. 2021] by the Python package flip-evaluator in a child process
-/// ($EIKON_PYTHON, else python3 of PATH); nothing when it is not installed or fails. Negative and
-/// non-finite values are given to it as 0.
-/// throws InputError as compare_images.
-std::optional<double> flip(const Image& test, const Image& reference);
 
 }  // namespace eikon

@@ -3,13 +3,16 @@
 
 #include <fcntl.h>
 #include <pthread.h>
+#include <sys/mman.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
 #include <cerrno>
+#include <array>
 #include <charconv>
 #include <csignal>
+#include <cstdio>
 #include <ctime>
 #include <system_error>
 
@@ -95,9 +98,25 @@ void remove_left_behind(const std::filesystem::path& real) {
   }
 }
 
+/// Standard output as it was when a file was first named "-"; what is printed goes to stderr from then on.
+int standard_output() {
+  static const int kept = [] {
+    std::fflush(stdout);
+    const int descriptor = fcntl(STDOUT_FILENO, F_DUPFD_CLOEXEC, STDERR_FILENO + 1);
+    if (descriptor >= 0) dup2(STDERR_FILENO, STDOUT_FILENO);
+    return descriptor;
+  }();
+  return kept;
+}
+
 }  // namespace
 
 AtomicFile::AtomicFile(const std::filesystem::path& path) : path_(behind_links(path)) {
+  if (path == kStandardOutput) {
+    descriptor_ = standard_output() < 0 ? -1 : memfd_create("eikon", MFD_CLOEXEC);
+    if (descriptor_ < 0) fail_with(path_, errno);
+    return;
+  }
   std::error_code ignored;
   const auto status = std::filesystem::status(path_, ignored);
   if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
@@ -121,7 +140,7 @@ AtomicFile::AtomicFile(const std::filesystem::path& path) : path_(behind_links(p
 AtomicFile::~AtomicFile() {
   if (descriptor_ < 0) return;
   close(descriptor_);
-  unlink(temporary_.c_str());
+  if (!temporary_.empty()) unlink(temporary_.c_str());
 }
 
 void AtomicFile::fail() const { fail_with(path_, error_); }
@@ -143,7 +162,23 @@ void AtomicFile::write(const void* data, std::size_t size_bytes) {
   }
 }
 
+void AtomicFile::copy_to_standard_output() {
+  std::array<char, 1 << 16> buffer{};
+  for (off_t at = 0; error_ == 0;) {
+    const ssize_t size = pread(descriptor_, buffer.data(), buffer.size(), at);
+    if (size == 0) break;
+    const ssize_t written = size < 0 ? size : ::write(standard_output(), buffer.data(), std::size_t(size));
+    if (written >= 0) at += written;
+    else if (errno != EINTR) error_ = errno;
+  }
+}
+
 void AtomicFile::commit() {
+  if (temporary_.empty()) {
+    copy_to_standard_output();
+    if (error_ != 0) fail();
+    return;
+  }
   // EINVAL, ENOTSUP: a file system without fsync; the rename still keeps half-written files out of sight.
   if (error_ == 0 && fsync(descriptor_) != 0 && errno != EINVAL && errno != ENOTSUP) error_ = errno;
   if (error_ == 0 && rename(temporary_.c_str(), path_.c_str()) != 0) error_ = errno;

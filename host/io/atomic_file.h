@@ -8,8 +8,13 @@
 
 namespace eikon {
 
+/// Names standard output where a file is to be written.
+inline constexpr const char* kStandardOutput = "-";
+
 /// Writes under a temporary name in the folder of the final one; commit() flushes it to the disk and renames it. Without a
 /// commit the temporary file is removed. Symbolic links are followed, so that the link stays one.
+/// A file named "-" is kept in memory until commit() writes it to standard output. From the first such file on, everything
+/// that the process prints goes to stderr, so that standard output holds the file alone.
 class AtomicFile {
  public:
   /// Removes what a process that was killed while it wrote the same file has left.
@@ -32,6 +37,8 @@ class AtomicFile {
   int descriptor_ = -1;
   std::uint64_t position_ = 0;
   int error_ = 0;  // errno of the first failure
+
+  void copy_to_standard_output();
 
   [[noreturn]] void fail() const;
 };

@@ -5,11 +5,11 @@
 
 #include <utility>
 
-#include "cli/arguments.h"
-#include "job/metadata.h"
+#include "job/report/metadata.h"
 #include "job/stop_signals.h"
 #include "film/exr/film_file.h"
 #include "image/image.h"
+#include "io/atomic_file.h"
 #include "pack/features.h"
 
 namespace eikon {
@@ -23,20 +23,11 @@ bool encloses(const Crop& outer, const Crop& inner) {
 
 }  // namespace
 
-void CheckpointOptions::add_to(CLI::App& command) {
-  command.add_option(
-      "--checkpoint", file,
-      "FILE.exr that keeps what is done: every so often, at the end, and upon SIGINT, SIGTERM, SIGHUP, SIGUSR1");
-  command.add_option("--checkpoint-every", every_s, "seconds between checkpoints")
-      ->check(between(0.01, 1e9))
-      ->capture_default_str();
-  command.add_flag("--resume", resume, "go on from the checkpoint, if there is one; also with a larger --spp");
-}
-
-CheckpointFile::CheckpointFile(CheckpointOptions options, Say say)
-    : options_(std::move(options)), say_(std::move(say)) {
+CheckpointFile::CheckpointFile(CheckpointOptions options, Log log)
+    : options_(std::move(options)), log_(std::move(log)) {
   if (options_.resume && options_.file.empty())
     throw UsageError("--resume goes on from a checkpoint: name it with --checkpoint FILE");
+  if (options_.file == kStandardOutput) throw UsageError("--checkpoint: takes the name of a file, not standard output");
   requests_ = checkpoint_signals();
 }
 
@@ -57,7 +48,7 @@ void CheckpointFile::begin(const Prepared& prepared) {
   else if (options_.resume)
     read(prepared);
   else
-    say_(fmt::format("the first checkpoint replaces what is in {}; --resume would go on from it", options_.file));
+    log_(fmt::format("the first checkpoint replaces what is in {}; --resume would go on from it", options_.file));
 }
 
 void CheckpointFile::read(const Prepared& prepared) {
@@ -90,7 +81,7 @@ void CheckpointFile::read(const Prepared& prepared) {
     missing += part.path_count();
   extra_samples_ = saved_samples_ - (asked_samples_ - missing);
   if (extra_samples_ > 0 && !options_.implied)
-    say_(fmt::format("{} holds {} samples beyond what --spp or --samples ask for; they stay in the picture",
+    log_(fmt::format("{} holds {} samples beyond what --spp or --samples ask for; they stay in the picture",
                      options_.file, extra_samples_));
 }
 
@@ -107,7 +98,7 @@ void CheckpointFile::read_if_it_fits(const Prepared& prepared) {
   begin_with_.reset();
   saved_samples_ = extra_samples_ = 0;
   there_is_one_ = false;
-  say_(fmt::format("{}; the first checkpoint replaces it", why));
+  log_(fmt::format("{}; the first checkpoint replaces it", why));
 }
 
 void CheckpointFile::attach(RenderHooks& hooks) {
@@ -143,19 +134,19 @@ void CheckpointFile::write(const Film& film, const SampleSet& done, const std::s
     write_exr(options_.file, film, metadata, exr);
   } catch (const InputError& error) {
     if (last_failure_.empty())
-      say_(fmt::format("{}; the render goes on and tries again (of the checkpoint, {})", error.what(), saved()));
+      log_(fmt::format("{}; the render goes on and tries again (of the checkpoint, {})", error.what(), saved()));
     last_failure_ = error.what();
     return;
   }
   saved_samples_ = done.sample_count();
   there_is_one_ = true;
-  if (!std::exchange(last_failure_, {}).empty()) say_(fmt::format("the checkpoint can be written again: {}", saved()));
+  if (!std::exchange(last_failure_, {}).empty()) log_(fmt::format("the checkpoint can be written again: {}", saved()));
 }
 
 void CheckpointFile::end(const RenderOutput& done) {
   if (options_.file.empty() || last_failure_.empty()) return;
   write(done.film, done.done, done.arithmetic);
-  if (!last_failure_.empty()) say_(fmt::format("{}; of the checkpoint, {}", last_failure_, saved()));
+  if (!last_failure_.empty()) log_(fmt::format("{}; of the checkpoint, {}", last_failure_, saved()));
 }
 
 }  // namespace eikon

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // The checkpoint of a render: an OpenEXR file with the exact sums so far, which --resume goes on from and `eikon merge` takes.
 #pragma once
-#include <CLI/CLI.hpp>
 #include <atomic>
 #include <memory>
 #include <optional>
 #include <string>
 
-#include "cli/scene_options.h"
+#include "job/prepare.h"
 #include "image/image.h"
 #include "render/film_record.h"
 #include "render/render.h"
@@ -19,16 +18,13 @@ struct CheckpointOptions {
   double every_s = 60;
   bool resume = false;
   bool implied = false;  // --resume was not asked for: what cannot be gone on from is replaced rather than refused
-
-  /// Adds the flags to a subcommand. The object must live as long as the parser.
-  void add_to(CLI::App& command);
 };
 
 class CheckpointFile {
  public:
   /// From now on SIGUSR1 asks for a checkpoint, if there is a file for it; see stop_signals.h
-  /// say: takes what the user should know. throws UsageError when the options do not go together
-  CheckpointFile(CheckpointOptions options, Say say);
+  /// log: takes what the user should know. throws UsageError when the options do not go together
+  CheckpointFile(CheckpointOptions options, Log log);
 
   /// Before the scene is released. With --resume, reads the file if there is one.
   /// throws InputError when that is damaged or holds another image, naming what differs
@@ -50,7 +46,7 @@ class CheckpointFile {
 
  private:
   CheckpointOptions options_;
-  Say say_;
+  Log log_;
   std::vector<ImageSetting> settings_;
   std::vector<std::string> layers_;  // of --aov
   std::map<std::string, std::string> manifests_;

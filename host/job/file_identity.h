@@ -27,7 +27,7 @@ class FileTable {
   std::map<std::string, std::size_t> numbers_;  // by place, and by what the file system calls what is there
 };
 
-/// Everything that a render of a scene reads: the scene, what it names, and `environment`, if that is a file.
+/// Everything that a render of a scene reads: the scene, what it names, and the map `environment` unless that is empty.
 [[nodiscard]] std::vector<std::filesystem::path> inputs_of(const std::string& scene, const std::string& environment);
 
 /// throws UsageError when one of the outputs is what a render of the scene reads. Empty names are left out.

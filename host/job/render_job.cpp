@@ -5,13 +5,14 @@
 #include <fmt/ranges.h>
 #include <unistd.h>
 
-#include "cli/execution_options.h"
+#include "job/execution_environment.h"
 #include "job/file_identity.h"
-#include "job/metadata.h"
-#include "job/trace_file.h"
+#include "job/report/metadata.h"
+#include "job/report/trace_file.h"
 #include "core/process_time.h"
 #include "film/exr/film_file.h"
 #include "image/image.h"
+#include "io/atomic_file.h"
 #include "render/error_counter.h"
 #include "film/layers.h"
 #include "render/no_device_left.h"
@@ -22,7 +23,6 @@
 namespace eikon {
 namespace {
 
-/// all: also those of the runs before this one, which are in the film's counts alone
 /// "12 rays gave up the search for surface 'gyroid' after 4096 steps, ..."
 std::string given_up_line(const Scene& scene, const RenderReport& report) {
   std::string names;
@@ -37,6 +37,7 @@ std::string given_up_line(const Scene& scene, const RenderReport& report) {
       report.given_up, names, EK_IMPLICIT_STEPS);
 }
 
+/// all: rejected samples of this run, and of the runs before it that the film's counts tell of
 std::string rejected_line(const RenderReport& report, std::uint64_t all) {
   const std::uint64_t now = report.nonfinite + report.saturated;
   std::string line = fmt::format("{} samples were rejected ({} not finite, {} beyond the film's range", all,
@@ -51,15 +52,17 @@ std::string rejected_line(const RenderReport& report, std::uint64_t all) {
 
 }  // namespace
 
-RenderJob::RenderJob(RenderOptions options, Say say, double begin_s)
+RenderJob::RenderJob(RenderOptions options, Log log, double begin_s)
     : options_(std::move(options)),
-      say_(std::move(say)),
+      log_(std::move(log)),
       output_(options_.exr()),
       begin_s_(begin_s),
-      checkpoint_(options_.checkpoint, say_) {
+      checkpoint_(options_.checkpoint, log_) {
   read_execution_environment(options_.execution);
+  if (!options_.scene.depth_series.empty() && (options_.output == kStandardOutput || options_.png.file == kStandardOutput))
+    throw UsageError("--depth-series writes several files: name one with -o and --png instead of standard output");
   require_writable(options_.outputs(), options_.scene.scene);
-  refuse_to_replace_inputs(options_.outputs(), options_.scene.scene, options_.scene.env);
+  refuse_to_replace_inputs(options_.outputs(), options_.scene.scene, options_.scene.environment.map);
   if (options_.scene.denoise) denoiser_ = std::make_unique<Denoiser>(options_.execution.threads);
   if (!options_.profile.empty()) trace_ = std::make_shared<Trace>();
   options_.execution.trace = trace_;
@@ -67,17 +70,17 @@ RenderJob::RenderJob(RenderOptions options, Say say, double begin_s)
 
 void RenderJob::load() {
   const TraceScope loading(trace_.get(), Trace::kMain, "load");
-  prepared_ = prepare(options_.scene, options_.quiet ? say_on_stderr(true) : say_);
+  prepared_ = prepare(options_.scene, options_.quiet ? log_unless(true) : log_);
   checkpoint_.begin(prepared_);
 }
 
 void RenderJob::load(std::shared_ptr<Scene> scene, double load_s) {
-  prepared_ = settle(options_.scene, std::move(scene), options_.quiet ? say_on_stderr(true) : say_);
+  prepared_ = settle(options_.scene, std::move(scene), options_.quiet ? log_unless(true) : log_);
   prepared_.load_s = load_s;
   if (options_.execution.instances == InstanceMode::two_level) {
     InstanceChoice choice;
     (void)features_of(*prepared_.scene, prepared_.settings, options_.execution, &choice);
-    if (choice.refused) say_(fmt::format("--instances two-level: meshes are stored for each place: {}", choice.why));
+    if (choice.refused) log_(fmt::format("--instances two-level: meshes are stored for each place: {}", choice.why));
   }
   checkpoint_.begin(prepared_);
 }
@@ -111,10 +114,10 @@ void RenderJob::render(const std::atomic<bool>& stop, RenderHooks hooks) {
     failure_ = error.what();
   }
   if (device_slot_ != nullptr) device_slot_->under_way();
-  for (const std::string& note : report().notes) say_(note);
+  for (const std::string& note : report().notes) log_(note);
   const bool failed = !failure_.empty();  // which tells why each of them was dropped
   for (const DeviceEvent& event : report().events)
-    if (!failed) say_(fmt::format("device {}: {}", report().devices[event.device].info.selector, event.text));
+    if (!failed) log_(fmt::format("device {}: {}", report().devices[event.device].info.selector, event.text));
   checkpoint_.end(*done_);
   if (failed && checkpoint_.is_whole())
     throw DeviceError(fmt::format("{}; {} holds what is done: --resume goes on from it", failure_, checkpoint_.file()));
@@ -126,8 +129,8 @@ void RenderJob::write_image(bool elsewhere) {
   exr.layers = prepared_.layers;
   exr.manifests = checkpoint_.manifests();
   exr.record = to_text(checkpoint_.record(done_->done, done_->arithmetic));
-  // What a failure left is to be gone on from.
-  exr.exact_sums = !options_.scene.samples.empty() || !options_.scene.crop.empty() || !failure_.empty();
+  // What a failure left can be resumed.
+  exr.exact_sums = options_.scene.samples || options_.scene.crop || !failure_.empty();
   std::optional<Image> denoised;
   if (denoiser_) denoised = denoise();
   exr.denoised = denoised ? &*denoised : nullptr;
@@ -170,7 +173,7 @@ std::optional<Image> RenderJob::denoise() {
     denoiser_->denoise(picture);
     return picture;
   } catch (const InputError& failure) {
-    say_(fmt::format("{}; the picture is written as it is", failure.what()));
+    log_(fmt::format("{}; the picture is written as it is", failure.what()));
     as_asked_ = false;
     return std::nullopt;
   }
@@ -198,7 +201,7 @@ void RenderJob::write_film(const std::filesystem::path& file, const Film& film, 
     write_exr(file, film, metadata, exr);
   } catch (const HalfOverflow& overflow) {
     // The work is done; a file in full precision is better than none.
-    say_(fmt::format("{}; written with 32-bit channels", overflow.what()));
+    log_(fmt::format("{}; written with 32-bit channels", overflow.what()));
     exr.half = false;
     write_exr(file, film, metadata, exr);
     as_asked_ = false;
@@ -220,7 +223,7 @@ void RenderJob::write(bool elsewhere) {
 
 void RenderJob::write_files(bool elsewhere) {
   if (!has_samples()) {
-    say_("interrupted before the first sample: nothing was written");
+    log_("interrupted before the first sample: nothing was written");
     return;
   }
   TraceScope predicting(trace_.get(), Trace::kMain, "predict error");
@@ -241,13 +244,13 @@ void RenderJob::write_files(bool elsewhere) {
   }
 
   if (done_->arithmetic != std::set<std::string>{"exact"})
-    say_(fmt::format("arithmetic {}: other devices may give other bits; see `eikon selftest`",
+    log_(fmt::format("arithmetic {}: other devices may give other bits; see `eikon selftest`",
                      fmt::join(done_->arithmetic, ", ")));
-  if (const std::uint64_t all = rejected_samples(); all > 0) say_(rejected_line(report(), all));
-  if (report().given_up > 0) say_(given_up_line(*prepared_.scene, report()));
+  if (const std::uint64_t all = rejected_samples(); all > 0) log_(rejected_line(report(), all));
+  if (report().given_up > 0) log_(given_up_line(*prepared_.scene, report()));
   if (report().interrupted && failure_.empty()) {
     const Settings& settings = prepared_.settings;
-    say_(fmt::format("interrupted: {} of {} samples are in {}", done_->done.sample_count(),
+    log_(fmt::format("interrupted: {} of {} samples are in {}", done_->done.sample_count(),
                      settings.crop.pixel_count() * (settings.sample_end - settings.sample_begin), output_.string()));
   }
 }
@@ -258,12 +261,11 @@ void RenderJob::print() const {
     print_stage_table(report());
     print_times(report(), times_);
   }
-  const double rate = report().render_s > 0 ? double(report().samples) / report().render_s : 0;
   const std::uint64_t before = report().samples_before;
   fmt::print("{}: {} x {}, {}{} samples in {:.2f} s ({:.2f} Msamples/s)\n", output_.string(),
              prepared_.settings.crop.width(), prepared_.settings.crop.height(),
              before > 0 ? fmt::format("{} samples before and ", before) : "", report().samples, report().render_s,
-             1e-6 * rate);
+             1e-6 * per_second(double(report().samples), report().render_s));
   if (error_.known)
     fmt::print("predicted relMSE {:.3e} (95 %: {:.3e} to {:.3e})\n", error_.relmse, error_.lo, error_.hi);
   else

@@ -7,8 +7,8 @@
 #include <memory>
 #include <optional>
 
-#include "cli/render_options.h"
-#include "job/report.h"
+#include "job/render_options.h"
+#include "job/report/report.h"
 #include "core/error.h"
 #include "image/denoise.h"
 #include "film/exr/film_file.h"
@@ -21,10 +21,10 @@ namespace eikon {
 class RenderJob {
  public:
   /// Checks that the outputs can be written, before any work.
-  /// say      takes what the user should know: what was decided, what is wrong with the image
+  /// log      takes what the user should know: what was decided, what is wrong with the image
   /// begin_s  process_seconds() when the work began, for --stats
   /// throws UsageError, InputError
-  RenderJob(RenderOptions options, Say say, double begin_s = 0);
+  RenderJob(RenderOptions options, Log log, double begin_s = 0);
 
   /// Loads the scene and settles what is to be rendered. throws InputError, UsageError
   void load();
@@ -57,7 +57,7 @@ class RenderJob {
 
  private:
   RenderOptions options_;
-  Say say_;
+  Log log_;
   std::filesystem::path output_;
   double begin_s_;
   std::shared_ptr<Trace> trace_;  // for --profile

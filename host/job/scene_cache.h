@@ -8,7 +8,7 @@
 #include <string>
 
 #include "job/batch/job_key.h"
-#include "cli/scene_options.h"
+#include "job/prepare.h"
 #include "pack/pack.h"
 
 namespace eikon {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The other commands, help, and an installed binary.
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "cli/command.h"
 #include "device/kernel_sources.h"
@@ -16,8 +17,9 @@ TEST(Commands, help_of_each_shows_an_example) {
   const Outcome all = here.eikon("--help");
   EXPECT_TRUE(succeeded(all));
   EXPECT_TRUE(contains(all.out, "Example") && contains(all.out, "Exit codes"));
-  for (const char* command : {"render", "batch", "info", "devices", "compare", "selftest", "bench"}) {
-    EXPECT_TRUE(contains(all.out, command)) << command;
+  for (const char* command : {"render", "batch", "merge", "info", "devices", "compare", "selftest", "meter", "measure",
+                              "bench", "bench rays", "bench scene"}) {
+    EXPECT_TRUE(contains(all.out, std::string(command).substr(0, 5))) << command;
     const Outcome outcome = here.eikon(std::string(command) + " --help");
     EXPECT_TRUE(succeeded(outcome)) << command;
     EXPECT_TRUE(contains(outcome.out, "Example") && contains(outcome.out, std::string("eikon ") + command))
@@ -25,6 +27,26 @@ TEST(Commands, help_of_each_shows_an_example) {
     EXPECT_TRUE(outcome.err.empty()) << outcome.err;
   }
   EXPECT_TRUE(contains(here.eikon("--version").out, "eikon "));
+}
+
+TEST(Commands, help_shows_flags_in_groups_each_in_one_line_and_the_environment_last) {
+  const Workplace here;
+  const std::string help = here.eikon("render --help").out;
+  std::size_t at = 0;
+  for (const char* group : {"\nScene:", "\nImage:", "\nLight:", "\nDevices", "\nOutput", "\nDiagnosis", "\nExample",
+                            "\nEnvironment variables:", "\nFor developers:"}) {
+    const std::size_t next = help.find(group);
+    ASSERT_NE(next, std::string::npos) << group;
+    EXPECT_GT(next, at) << group;
+    at = next;
+  }
+  for (const char* name : {"EIKON_OIDN", "EIKON_WATCHDOG", "EIKON_KERNEL_DIR", "EIKON_LANES", "EIKON_STAGES",
+                           "EIKON_NO_OPTIMISE", "EIKON_TICKS", "EIKON_FAULT"})
+    EXPECT_TRUE(contains(help, name)) << name;
+  std::istringstream lines(help);
+  for (std::string line; std::getline(lines, line);)
+    EXPECT_FALSE(line.starts_with("          ")) << "continues the line before it: " << line;
+  EXPECT_FALSE(contains(here.eikon("devices --help").out, "--spp"));
 }
 
 TEST(Commands, help_needs_no_device) {

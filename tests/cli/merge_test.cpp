@@ -202,20 +202,20 @@ TEST_F(Merge, has_one_part_at_a_time_in_memory) {
   EXPECT_LT(peak_bytes(parts) - peak_bytes("p0.exr"), film_bytes / 2);
 }
 
-/// The commands of a section of the README: its indented lines.
+/// The commands of a section of the manual: its indented lines.
 std::string commands_of(const std::string& title) {
-  std::ifstream readme(std::string(EIKON_SOURCE_DIR) + "/README.md");
+  std::ifstream manual(std::string(EIKON_SOURCE_DIR) + "/host/cli/README.md");
   std::string commands;
   bool inside = false;
-  for (std::string line; std::getline(readme, line);) {
+  for (std::string line; std::getline(manual, line);) {
     if (line.rfind("## ", 0) == 0) inside = line == "## " + title;
     if (inside && line.rfind("    ", 0) == 0) commands += line.substr(4) + "\n";
   }
   return commands;
 }
 
-TEST_F(Merge, the_readme_s_commands_for_sharing_an_image_do_as_they_say) {
-  const std::string commands = commands_of("Sharing one image by hand");
+TEST_F(Merge, the_manual_s_commands_for_sharing_an_image_do_as_they_say) {
+  const std::string commands = commands_of("Share one image between machines");
   ASSERT_TRUE(contains(commands, "eikon merge"));
   std::filesystem::create_directory(here / "out");
   std::filesystem::create_directory(here / "bin");

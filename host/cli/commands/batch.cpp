@@ -5,11 +5,12 @@
 #include <iterator>
 #include <memory>
 
-#include "cli/arguments.h"
-#include "job/batch/batch_run.h"
 #include "cli/commands.h"
-#include "job/stop_signals.h"
+#include "cli/execution_flags.h"
+#include "cli/render_flags.h"
 #include "io/source_file.h"
+#include "job/batch/batch_run.h"
+#include "job/stop_signals.h"
 
 namespace eikon {
 namespace {
@@ -60,7 +61,7 @@ ExitCode batch_command(const BatchOptions& options) {
   receive_signals();
   const bool from_pipe = options.jobs == "-";
   const std::string name = from_pipe ? "stdin" : options.jobs;
-  std::vector<BatchJob> jobs = read_jobs(read_text(options.jobs));
+  std::vector<BatchJob> jobs = read_jobs(read_text(options.jobs), parse_render);
   const fs::path jobs_file = from_pipe ? fs::path() : fs::absolute(options.jobs);
   fs::path ledger_file;
   if (!options.ledger.empty())
@@ -73,10 +74,10 @@ ExitCode batch_command(const BatchOptions& options) {
   Ledger ledger(ledger_file);
   BatchProgress progress(jobs, !options.quiet && options.progress == "bar", options.progress == "openjd");
   if (ledger.unreadable() > 0)
-    progress.say(fmt::format("{}: {} lines cannot be read and do not count: their jobs run again", ledger_file.string(),
+    progress.log(fmt::format("{}: {} lines cannot be read and do not count: their jobs run again", ledger_file.string(),
                              ledger.unreadable()));
   for (const BatchJob& job : jobs)
-    if (!job.options) progress.say(fmt::format("{}:{}: {}", name, job.line, job.message));
+    if (!job.options) progress.log(fmt::format("{}:{}: {}", name, job.line, job.message));
 
   const BatchSettings settings = {name, options.parallel, int(options.retries), options.force};
   const std::atomic<bool>& stop = catch_stop_signals();
@@ -93,33 +94,33 @@ ExitCode batch_command(const BatchOptions& options) {
 
 }  // namespace
 
-void add_batch(CLI::App& app, Command& chosen) {
+void add_batch(CommandFlags& root, Command& chosen) {
   auto options = std::make_shared<BatchOptions>();
-  CLI::App* command = app.add_subcommand("batch", "render many images: a render command on each line of a file");
-  command->add_option("JOBS", options->jobs, "text file; - is standard input")->required();
-  command->add_option("--ledger", options->ledger,
-                      "JSON lines of what became of the jobs; JOBS.ledger if not given, and none for standard input");
-  command->add_option("--jobs-parallel", options->parallel, "jobs at a time, each with memory for a scene of its own")
-      ->check(between(1U, 64U))
-      ->capture_default_str();
-  command->add_option("--retry", options->retries, "times that a job that failed is tried again, after the others")
-      ->check(between(0U, 1000U))
-      ->capture_default_str();
-  command->add_flag("--force", options->force, "render what is done as well");
-  command
-      ->add_option("--progress", options->progress,
-                   "bar: on a terminal; openjd: lines for queues that speak Open Job Description, on stdout")
-      ->check(CLI::IsMember({"bar", "openjd"}));
-  command->add_flag("--quiet", options->quiet, "no progress");
-  command->footer(
+  CommandFlags flags = root.command(
+      "batch", "render many images: one render command per line of a file",
       "A line is what follows `eikon` on a command line: render SCENE [flags], quoted as for a shell; nothing is "
       "expanded.\n"
       "# begins a comment. Paths are relative to the file's folder. A job whose inputs, settings and outputs are as "
       "they\n"
-      "were when it was done is skipped. One that fails, or does not parse, does not stop the others: exit code 1.\n"
-      "An interrupted batch goes on where it was, when it is started again.\n\n"
-      "Example:\n  eikon batch scenes/jobs.txt --retry 1");
-  command->callback([options, &chosen] { chosen = [options] { return batch_command(*options); }; });
+      "were when it was done is skipped. A job that fails, or does not parse, does not stop the others: exit code 1.\n"
+      "An interrupted batch continues where it was when it is started again.\n\n"
+      "Example:\n  eikon batch scenes/jobs.txt --retry 1\n\n" +
+          environment_help());
+  flags.text({"JOBS", "", "text file; - is standard input"}, options->jobs);
+  flags.group("Devices");
+  flags.number({"--jobs-parallel", "N", "jobs at a time, each with memory for a scene of its own [1]"},
+               options->parallel, 1, 64);
+  flags.group("Output");
+  flags.text({"--ledger", "FILE", "JSON lines of what became of each job [JOBS.ledger; none for standard input]"},
+             options->ledger);
+  flags.number({"--retry", "N", "how often a failed job is tried again, after the others [0]"}, options->retries, 0,
+               1000);
+  flags.toggle("--force", "also render what is already done", options->force);
+  flags.group("Diagnosis");
+  flags.choice({"--progress", "HOW", "bar, on a terminal; openjd: lines on stdout for Open Job Description [bar]"},
+               options->progress, {"bar", "openjd"});
+  flags.toggle("--quiet", "print no progress", options->quiet);
+  flags.run(chosen, [options] { return batch_command(*options); });
 }
 
 }  // namespace eikon

@@ -3,12 +3,12 @@
 
 namespace eikon {
 
-void add_bench(CLI::App& app, Command& chosen) {
-  CLI::App* bench = app.add_subcommand("bench", "how fast this machine's devices are");
-  bench->require_subcommand(1);
-  bench->footer("Example:\n  eikon bench rays scenes/cornell.gltf --versus embree");
-  add_bench_rays(*bench, chosen);
-  add_bench_scene(*bench, chosen);
+void add_bench(CommandFlags& root, Command& chosen) {
+  CommandFlags bench = root.command("bench", "measure how fast this machine's devices are",
+                                    "Example:\n  eikon bench rays scenes/cornell.gltf --versus embree");
+  bench.require_command();
+  add_bench_rays(bench, chosen);
+  add_bench_scene(bench, chosen);
 }
 
 }  // namespace eikon

@@ -5,7 +5,7 @@
 
 namespace eikon {
 
-void add_bench_rays(CLI::App& bench, Command& chosen);
-void add_bench_scene(CLI::App& bench, Command& chosen);
+void add_bench_rays(CommandFlags& bench, Command& chosen);
+void add_bench_scene(CommandFlags& bench, Command& chosen);
 
 }  // namespace eikon

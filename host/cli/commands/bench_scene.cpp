@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// `bench scene`: error against time. One growing render, with a snapshot whenever the samples per pixel have doubled: the film's
-// bits then are those of a render of so many samples, and scene, tree and kernels are made once.
-// --json: {scene, scene_hash, size, seed, max_depth, features, devices: [..], reference: {path, relmse_predicted} | null,
+// `bench scene`: error against time. One growing render is compared whenever its samples per pixel have doubled: its film
+// then has the bits of a render of so many samples, and scene, tree and kernels are made once.
+// --json is {scene, scene_hash, size, seed, max_depth, features, devices: [..], reference: {path, relmse_predicted} | null,
 // points: [{spp, relmse | null, relmse_predicted | null, relmse_interval | null, ratio_of_means | null, seconds,
-// seconds_from_start, samples_per_second, efficiency | null}]}; seconds: of rendering alone; relmse: against the reference;
-// efficiency: 1 / (error x seconds), of the measured error, else of the predicted one.
+// seconds_from_start, samples_per_second, efficiency | null}]}: `seconds` are those of rendering alone, `relmse` is against
+// the reference, `efficiency` is 1 / (error x seconds) of the measured error, or else of the predicted one.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -14,15 +14,15 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "cli/arguments.h"
 #include "cli/commands/bench.h"
-#include "cli/execution_options.h"
-#include "job/metadata.h"
-#include "job/report.h"
+#include "cli/execution_flags.h"
+#include "cli/scene_flags.h"
 #include "core/process_time.h"
 #include "film/exr/film_file.h"
 #include "image/image.h"
-#include "image/plot.h"
+#include "job/execution_environment.h"
+#include "job/report/metadata.h"
+#include "job/report/report.h"
 
 namespace eikon {
 namespace {
@@ -30,7 +30,7 @@ namespace {
 struct BenchOptions {
   SceneOptions scene;
   Execution execution;
-  std::string reference, json, plot;
+  std::string reference, json;
   double time_s = 0;  // 0: no limit
 };
 
@@ -136,41 +136,18 @@ void print_row(const nlohmann::json& row) {
   std::fflush(stdout);
 }
 
-/// relMSE against seconds, and against samples per pixel.
-std::string plot_of(const std::string& title, const std::vector<Point>& points, bool measured) {
-  const std::string error = measured ? "relMSE" : "predicted relMSE";
-  PlotSeries alone{"rendering alone", {}}, from_start{"from process start", {}}, per_pixel{error, {}};
-  for (const Point& point : points) {
-    if (!point.error()) continue;
-    alone.points.push_back({point.seconds, *point.error()});
-    from_start.points.push_back({point.from_start_s, *point.error()});
-    per_pixel.points.push_back({double(point.spp), *point.error()});
-  }
-  return log_log_svg(title, {{"seconds", error, {alone, from_start}}, {"samples per pixel", error, {per_pixel}}});
-}
-
-ExitCode bench_scene_command(const BenchOptions& options) {
-  require_writable({options.json, options.plot}, options.scene.scene);
-  const Prepared prepared = prepare(options.scene, say_on_stderr(true));
-  const Settings& settings = prepared.settings;
-  std::optional<Reference> reference;
-  if (!options.reference.empty()) {
-    require_writable({options.json, options.plot}, options.reference);  // nor over the reference
-    reference = Reference{read_exr(options.reference), read_metadata(options.reference), options.reference};
-    require_same_picture(prepared, *reference);
-  } else {
-    fmt::print(stderr, "eikon: no --ref: the error is the one that the render predicts of itself\n");
-  }
-
-  fmt::print("{:>9} {:>11} {:>11} {:>11} {:>11} {:>12} {:>11}\n", "spp", "relMSE", "predicted", "seconds", "from start",
-             "Msamples/s", "1/(err s)");
+/// What has come out so far.
+struct Results {
   std::vector<Point> points;
   nlohmann::json rows = nlohmann::json::array();
-  std::atomic<bool> stop{false};
-  double snapshots_s = 0;
+};
+
+/// Compares the growing film whenever the samples per pixel have doubled, and sets `stop` when the time is over.
+Snapshots compare_as_it_grows(const BenchOptions& options, const Settings& settings,
+                          const std::optional<Reference>& reference, Results& results, std::atomic<bool>& stop) {
   Snapshots snapshots;
   snapshots.at = doubling(settings.sample_begin, settings.sample_end);
-  snapshots.take = [&](std::uint64_t sample_end, double render_s, const Film& film) {
+  snapshots.take = [&, snapshots_s = 0.0](std::uint64_t sample_end, double render_s, const Film& film) mutable {
     const double begin_s = process_seconds();
     Point point;
     point.spp = sample_end - settings.sample_begin;
@@ -178,72 +155,101 @@ ExitCode bench_scene_command(const BenchOptions& options) {
     point.from_start_s = begin_s - snapshots_s;
     if (reference) point.measured = compare_images(to_image(film), reference->image);
     point.predicted = film.predicted_error();
-    rows.push_back(to_json(point, settings.crop.pixel_count()));
-    print_row(rows.back());
-    points.push_back(point);
+    results.rows.push_back(to_json(point, settings.crop.pixel_count()));
+    print_row(results.rows.back());
+    results.points.push_back(point);
     // The next point takes about twice as long.
     if (options.time_s > 0 && 2 * render_s > options.time_s) stop = true;
     snapshots_s += process_seconds() - begin_s;
   };
-  const RenderOutput done = render(*prepared.scene, settings, options.execution, stop, {.snapshots = snapshots});
+  return snapshots;
+}
 
-  std::optional<double> own_error;  // of the reference, as it says itself
-  if (reference && reference->metadata.numbers.contains("relmsePredicted"))
-    own_error = reference->metadata.numbers.at("relmsePredicted");
+/// The relMSE that the reference predicts of itself, if it does.
+std::optional<double> own_error(const std::optional<Reference>& reference) {
+  if (!reference) return std::nullopt;
+  const auto found = reference->metadata.numbers.find("relmsePredicted");
+  return found == reference->metadata.numbers.end() ? std::nullopt : std::optional(found->second);
+}
+
+nlohmann::json to_json(const Prepared& prepared, const RenderReport& report, const std::optional<Reference>& reference,
+                       const nlohmann::json& rows) {
+  using nlohmann::json;
+  const Settings& settings = prepared.settings;
+  json devices = json::array();
+  for (const DeviceReport& device : report.devices) devices.push_back(device.info.name);
+  json out = {{"scene", prepared.scene->path.filename().string()},
+              {"scene_hash", prepared.scene->hash},
+              {"size", {settings.crop.width(), settings.crop.height()}},
+              {"seed", settings.seed},
+              {"max_depth", settings.max_depth},
+              {"features", report.features},
+              {"devices", devices},
+              {"reference", nullptr},
+              {"points", rows}};
+  if (!reference) return out;
+  const std::optional<double> error = own_error(reference);
+  out["reference"] = {{"path", reference->path}, {"relmse_predicted", error ? json(*error) : json(nullptr)}};
+  return out;
+}
+
+ExitCode bench_scene_command(const BenchOptions& options) {
+  require_writable({options.json}, options.scene.scene);
+  const Prepared prepared = prepare(options.scene, log_unless(true));
+  std::optional<Reference> reference;
+  if (!options.reference.empty()) {
+    require_writable({options.json}, options.reference);  // nor over the reference
+    reference = Reference{read_exr(options.reference), read_metadata(options.reference), options.reference};
+    require_same_picture(prepared, *reference);
+  } else {
+    fmt::print(stderr, "eikon: no --ref: the error is the one that the render predicts of itself\n");
+  }
+  fmt::print("{:>9} {:>11} {:>11} {:>11} {:>11} {:>12} {:>11}\n", "spp", "relMSE", "predicted", "seconds", "from start",
+             "Msamples/s", "1/(err s)");
+  Results results;
+  std::atomic<bool> stop{false};
+  const Snapshots snapshots = compare_as_it_grows(options, prepared.settings, reference, results, stop);
+  const RenderOutput done = render(*prepared.scene, prepared.settings, options.execution, stop, {.snapshots = snapshots});
   if (!options.json.empty()) {
-    nlohmann::json devices = nlohmann::json::array();
-    for (const DeviceReport& device : done.report.devices) devices.push_back(device.info.name);
-    nlohmann::json out = {{"scene", prepared.scene->path.filename().string()},
-                          {"scene_hash", prepared.scene->hash},
-                          {"size", {settings.crop.width(), settings.crop.height()}},
-                          {"seed", settings.seed},
-                          {"max_depth", settings.max_depth},
-                          {"features", done.report.features},
-                          {"devices", devices},
-                          {"reference", nullptr},
-                          {"points", rows}};
-    if (reference)
-      out["reference"] = {{"path", reference->path},
-                          {"relmse_predicted", own_error ? nlohmann::json(*own_error) : nlohmann::json(nullptr)}};
+    const nlohmann::json out = to_json(prepared, done.report, reference, results.rows);
     // Paths on disk need not be UTF-8.
     write_text(options.json, out.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
   }
-  if (!options.plot.empty())
-    write_text(options.plot, plot_of(prepared.scene->path.filename().string(), points, reference.has_value()));
-
-  if (own_error && points.back().measured->relmse < 10 * *own_error)
-    fmt::print(stderr, "eikon: the reference's own relMSE is {:.1e}: errors below {:.0e} are partly its noise\n",
-               *own_error, 10 * *own_error);
-  const std::uint64_t nonfinite = reference ? points.back().measured->nonfinite : 0;
-  if (nonfinite > 0)
-    fmt::print(stderr, "eikon: {} values of render or reference are not finite and were left out\n", nonfinite);
-  return nonfinite > 0 ? ExitCode::not_as_asked : ExitCode::done;
+  if (!reference) return ExitCode::done;
+  const Comparison& last = *results.points.back().measured;
+  if (const auto error = own_error(reference); error && last.relmse < 10 * *error)
+    fmt::print(stderr, "eikon: the reference's own relMSE is {:.1e}: errors below {:.0e} are partly its noise\n", *error,
+               10 * *error);
+  if (last.nonfinite == 0) return ExitCode::done;
+  fmt::print(stderr, "eikon: {} values of render or reference are not finite and were left out\n", last.nonfinite);
+  return ExitCode::not_as_asked;
 }
 
 }  // namespace
 
-void add_bench_scene(CLI::App& bench, Command& chosen) {
+void add_bench_scene(CommandFlags& bench, Command& chosen) {
   auto options = std::make_shared<BenchOptions>();
-  CLI::App* command = bench.add_subcommand(
-      "scene", "error against time: a growing render, compared with a reference at 1, 2, 4, ... samples per pixel");
-  options->scene.add_to(*command);
-  add_execution_options(*command, options->execution);
-  command->add_option("--ref", options->reference,
-                      "converged OpenEXR image of the same picture, of another seed; without it the predicted error");
-  command->add_option("--time", options->time_s, "seconds of rendering that no point exceeds (but the first)")
-      ->check(between(1e-3, 1e9));
-  command->add_option("--json", options->json, "write the results to a file");
-  command->add_option("--plot", options->plot, "write an SVG of error against seconds and against samples per pixel");
-  command->footer(
+  CommandFlags flags = bench.command(
+      "scene", "measure error against time: a growing render, compared at 1, 2, 4, ... samples per pixel",
       "Example:\n  eikon render scenes/cornell.gltf -o ref.exr --size 256x256 --spp 16384 --seed 1\n"
-      "  eikon bench scene scenes/cornell.gltf --size 256x256 --ref ref.exr --spp 512 --json e.json --plot e.svg");
-  command->callback([options, command, &chosen] {
-    if (options->time_s > 0 && command->count("--spp") == 0) options->scene.spp = std::uint64_t{1} << 24;
-    chosen = [options] {
-      BenchOptions read = *options;
-      read_execution_environment(read.execution);
-      return bench_scene_command(read);
-    };
+      "  eikon bench scene scenes/cornell.gltf --size 256x256 --ref ref.exr --spp 512 --json error.json\n"
+      "  tools/plot_error.py error.json -o error.svg\n\n" +
+          environment_help());
+  options->scene.spp = 0;  // not given
+  add_all_scene_flags(flags, options->scene);
+  flags.hide({"--strict", "--aov"});
+  add_execution_flags(flags, options->execution);
+  flags.group("Output (- is standard output)");
+  flags.text({"--ref", "FILE", "converged OpenEXR image of another seed [compare with the predicted error]"},
+             options->reference);
+  flags.number({"--time", "SECONDS", "most seconds of rendering, the first point excepted [until --spp]"}, options->time_s,
+               1e-3, 1e9);
+  flags.text({"--json", "FILE", "write the results as JSON; tools/plot_error.py draws them"}, options->json);
+  flags.run(chosen, [options] {
+    BenchOptions read = *options;
+    if (read.scene.spp == 0) read.scene.spp = read.time_s > 0 ? std::uint64_t{1} << 24 : 64;
+    read_execution_environment(read.execution);
+    return bench_scene_command(read);
   });
 }
 

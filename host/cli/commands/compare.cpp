@@ -5,39 +5,33 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "cli/arguments.h"
 #include "cli/commands.h"
-#include "job/report.h"
+#include "job/report/report.h"
 #include "image/image.h"
 
 namespace eikon {
 namespace {
 
 struct CompareOptions {
-  std::string test, reference, png;
-  bool json = false;
+  std::string test, reference, png, json;
   double fail_above = -1;
 };
 
 ExitCode compare_command(const CompareOptions& options) {
-  require_writable({options.png}, options.reference);
+  require_writable({options.png, options.json}, options.reference);
   const Image test = read_exr(options.test), reference = read_exr(options.reference);
-  Comparison result = compare_images(test, reference);
-  result.flip = flip(test, reference);
+  const Comparison result = compare_images(test, reference);
   if (!options.png.empty()) write_png(options.png, difference_image(test, reference), 0);
-  if (options.json) {
+  if (!options.json.empty()) {
     const nlohmann::json out = {{"mse", result.mse},
                                 {"relmse", result.relmse},
                                 {"mape", result.mape},
                                 {"ratio_of_means", result.ratio_of_means},
-                                {"nonfinite", result.nonfinite},
-                                {"flip", result.flip ? nlohmann::json(*result.flip) : nlohmann::json(nullptr)}};
-    fmt::print("{}\n", out.dump());
+                                {"nonfinite", result.nonfinite}};
+    write_text(options.json, out.dump() + "\n");
   } else {
     fmt::print("MSE {:.6e}\nrelMSE {:.6e}\nMAPE {:.6e}\nratio of means {:.6f}\n", result.mse, result.relmse,
                result.mape, result.ratio_of_means);
-    fmt::print("FLIP {}\n",
-               result.flip ? fmt::format("{:.6f}", *result.flip) : "not available (pip install flip-evaluator)");
     if (result.nonfinite > 0) fmt::print("{} values are not finite and were left out\n", result.nonfinite);
   }
   // Values that could not be compared are no success; nor is NaN below any bound.
@@ -47,18 +41,19 @@ ExitCode compare_command(const CompareOptions& options) {
 
 }  // namespace
 
-void add_compare(CLI::App& app, Command& chosen) {
+void add_compare(CommandFlags& root, Command& chosen) {
   auto options = std::make_shared<CompareOptions>();
-  CLI::App* command = app.add_subcommand(
-      "compare", "how far an image is from a reference: MSE, relMSE, MAPE, ratio of means, HDR-FLIP");
-  command->add_option("TEST", options->test, "OpenEXR image")->required();
-  command->add_option("REF", options->reference, "OpenEXR image of the same size")->required();
-  command->add_flag("--json", options->json, "one line of JSON");
-  command->add_option("--png", options->png, "picture of the difference");
-  command->add_option("--fail-above", options->fail_above, "exit code 1 when relMSE is larger")
-      ->check(between(0.0, 1e30));
-  command->footer("Example:\n  eikon compare test.exr reference.exr --png difference.png --fail-above 0.01");
-  command->callback([options, &chosen] { chosen = [options] { return compare_command(*options); }; });
+  CommandFlags flags =
+      root.command("compare", "measure how far an image is from a reference: MSE, relMSE, MAPE, ratio of means",
+                   "tools/flip.py TEST REF computes FLIP, which predicts what an observer sees.\n\n"
+                   "Example:\n  eikon compare test.exr reference.exr --png difference.png --fail-above 0.01");
+  flags.text({"TEST", "", "OpenEXR image"}, options->test);
+  flags.text({"REF", "", "OpenEXR image of the same size"}, options->reference);
+  flags.group("Output (- is standard output)");
+  flags.json(options->json, "print one line of JSON, or write it to FILE");
+  flags.text({"--png", "FILE", "write a picture of the difference"}, options->png);
+  flags.number({"--fail-above", "RELMSE", "exit with code 1 when relMSE is larger"}, options->fail_above, 0, 1e30);
+  flags.run(chosen, [options] { return compare_command(*options); });
 }
 
 }  // namespace eikon

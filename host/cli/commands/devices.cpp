@@ -2,10 +2,10 @@
 #include <fmt/format.h>
 
 #include "cli/commands.h"
-#include "cli/execution_options.h"
 #include "core/host_limits.h"
-#include "device/device.h"
 #include "device/arithmetic.h"
+#include "device/device.h"
+#include "job/execution_environment.h"
 #include "wavefront/wavefront.h"
 
 namespace eikon {
@@ -68,10 +68,9 @@ ExitCode devices_command() {
 
 }  // namespace
 
-void add_devices(CLI::App& app, Command& chosen) {
-  CLI::App* command = app.add_subcommand("devices", "every OpenCL device, and what eikon makes of it");
-  command->footer("Example:\n  eikon devices");
-  command->callback([&chosen] { chosen = devices_command; });
+void add_devices(CommandFlags& root, Command& chosen) {
+  root.command("devices", "list every OpenCL device, and how eikon would use it", "Example:\n  eikon devices")
+      .run(chosen, devices_command);
 }
 
 }  // namespace eikon

@@ -11,8 +11,10 @@
 #include <vector>
 
 #include "cli/commands.h"
-#include "cli/execution_options.h"
-#include "cli/scene_options.h"
+#include "cli/execution_flags.h"
+#include "cli/scene_flags.h"
+#include "job/execution_environment.h"
+#include "job/prepare.h"
 #include "pack/materials/camera_medium.h"
 #include "wavefront/layout/choose_layout.h"
 #include "wavefront/memory_need.h"
@@ -32,56 +34,56 @@ struct InfoOptions {
   Execution execution;
 };
 
-// "metal of roughness 0.2, masked, textures: base colour, normal"
-std::string describe(const Material& material) {
+/// "thin glass of index 1.5, roughness 0.2"
+std::string describe_base(const Material& material) {
+  if (material.unlit) return "unlit";
+  if (material.measured) return "measured by " + material.measured->name;
+  const bool metal = material.metallic == 1 && !material.metallic_roughness_texture;
+  const bool transmits = material.transmission > 0 && !metal;
+  const bool mirrorless = material.specular == 0 || material.ior == 1;
+  const std::string other = transmits ? fmt::format("{} of index {:g}", material.solid ? "glass" : "thin glass", material.ior)
+                            : mirrorless ? "diffuse"
+                                         : "dielectric";
+  const std::string text = metal ? "metal" : material.metallic > 0 ? other + " and metal" : other;
+  const bool is_rough = metal || transmits || !mirrorless || material.metallic > 0;
+  return is_rough ? text + fmt::format(", roughness {:g}", material.roughness) : text;
+}
+
+std::string in_brackets(const glm::vec3& v) { return fmt::format("({:g}, {:g}, {:g})", v.x, v.y, v.z); }
+
+/// What lies in or on the base: ", clearcoat 1 of roughness 0.1"; nothing where there is nothing.
+std::string describe_extensions(const Material& material) {
   std::string text;
-  if (material.unlit) {
-    text = "unlit";
-  } else if (material.measured) {
-    text = "measured by " + material.measured->name;
-  } else {
-    const bool metal = material.metallic == 1 && !material.metallic_roughness_texture;
-    const bool transmits = material.transmission > 0 && !metal;
-    const bool mirrorless = material.specular == 0 || material.ior == 1;
-    const std::string other =
-        transmits    ? fmt::format("{} of index {:g}", material.solid ? "glass" : "thin glass", material.ior)
-        : mirrorless ? "diffuse"
-                     : "dielectric";
-    text = metal ? "metal" : material.metallic > 0 ? other + " and metal" : other;
-    if (metal || transmits || !mirrorless || material.metallic > 0)
-      text += fmt::format(", roughness {:g}", material.roughness);
-  }
-  if (material.alpha_mode == AlphaMode::mask) text += fmt::format(", masked at {:g}", material.alpha_cutoff);
-  if (material.alpha_mode == AlphaMode::blend) text += fmt::format(", blended with opacity {:g}", material.opacity);
-  const glm::vec3& emission = material.emission;
-  if (emission != glm::vec3(0.0F))
-    text += fmt::format(", emits ({:g}, {:g}, {:g}) W/(sr m2)", emission.x, emission.y, emission.z);
-  if (material.double_sided) text += ", double-sided";
-  if (material.diffuse_transmission > 0) {
-    const glm::vec3& c = material.diffuse_transmission_color;
-    text += fmt::format(", diffuse transmission {:g} of colour ({:g}, {:g}, {:g})", material.diffuse_transmission, c.x,
-                        c.y, c.z);
-  }
+  if (material.diffuse_transmission > 0)
+    text += fmt::format(", diffuse transmission {:g} of colour {}", material.diffuse_transmission,
+                        in_brackets(material.diffuse_transmission_color));
   if (material.dispersion > 0 && material.solid) text += fmt::format(", dispersion {:g}", material.dispersion);
   if (material.anisotropy > 0) text += fmt::format(", anisotropy {:g}", material.anisotropy);
   if (material.iridescence > 0)
     text += fmt::format(", iridescence {:g} by a film of index {:g}, {:g} to {:g} nm", material.iridescence,
                         material.film_index, material.film_thickness_nm[0], material.film_thickness_nm[1]);
-  if (material.phong) {
-    const glm::vec3& specular = material.phong->specular;
-    text += fmt::format(", highlights ({:g}, {:g}, {:g}) of shininess {:g}", specular.x, specular.y, specular.z,
+  if (material.phong)
+    text += fmt::format(", highlights {} of shininess {:g}", in_brackets(material.phong->specular),
                         material.phong->shininess);
-  }
-  if (material.conductor) {
-    const glm::vec3 &eta = material.conductor->eta, &k = material.conductor->k;
-    text += fmt::format(", conductor of eta ({:g}, {:g}, {:g}) and k ({:g}, {:g}, {:g})", eta.x, eta.y, eta.z, k.x, k.y,
-                        k.z);
-  }
+  if (material.conductor)
+    text += fmt::format(", conductor of eta {} and k {}", in_brackets(material.conductor->eta),
+                        in_brackets(material.conductor->k));
   if (material.clearcoat > 0)
     text += fmt::format(", clearcoat {:g} of roughness {:g}", material.clearcoat, material.clearcoat_roughness);
-  if (const glm::vec3& sheen = material.sheen_color; sheen != glm::vec3(0.0F))
-    text += fmt::format(", sheen ({:g}, {:g}, {:g}) of roughness {:g}", sheen.x, sheen.y, sheen.z,
-                        material.sheen_roughness);
+  if (material.sheen_color != glm::vec3(0.0F))
+    text += fmt::format(", sheen {} of roughness {:g}", in_brackets(material.sheen_color), material.sheen_roughness);
+  return text;
+}
+
+/// "metal, roughness 0.2, masked at 0.5, textures: base colour, normal"
+std::string describe(const Material& material) {
+  std::string text = describe_base(material);
+  if (material.alpha_mode == AlphaMode::mask) text += fmt::format(", masked at {:g}", material.alpha_cutoff);
+  if (material.alpha_mode == AlphaMode::blend) text += fmt::format(", blended with opacity {:g}", material.opacity);
+  if (material.emission != glm::vec3(0.0F))
+    text += fmt::format(", emits {} W/(sr m2)", in_brackets(material.emission));
+  if (material.double_sided) text += ", double-sided";
+  text += describe_extensions(material);
   std::string textures;
   for (const TextureUse& use : textures_of(material))
     textures += (textures.empty() ? ", textures: " : ", ") + std::string(use.name);
@@ -112,7 +114,7 @@ void print_materials(const Scene& scene) {
                bytes * 1e-6, largest->width, largest->height, largest->name);
 }
 
-/// Files that materials are measured by; nothing where there are none.
+/// The tables of measured materials; nothing where there are none.
 void print_tables(const Scene& scene) {
   std::set<const MeasuredTable*> tables;
   for (const Material& material : scene.materials)
@@ -122,7 +124,7 @@ void print_tables(const Scene& scene) {
                tables.size(), 4e-6 * EK_MEASURED_WORDS);
 }
 
-/// How meshes that stand at several places are stored; nothing where there are none.
+/// How meshes with several places are stored; nothing where there are none.
 void print_instances(const PackedScene& packed, const InstanceChoice& choice) {
   if (choice.flat_bytes == 0) return;
   fmt::print("  instances: {} ({}); two levels take about {:.1f} MB, one for each place {:.1f} MB",
@@ -157,7 +159,7 @@ void print_lights(const PackedScene& packed) {
   if (packed.light_summary.empty()) fmt::print("  none\n");
 }
 
-/// Lights without extent in a solid: paths from the camera find them by aiming alone, and no ray is aimed through a refracting surface.
+/// Lights without extent that stand in a solid. Only shadow rays find them, and those end at a refracting surface.
 void print_enclosed_lights(const Scene& scene, const PackedScene& packed) {
   for (const PunctualLight& light : scene.lights) {
     if (light.kind == PunctualLight::Kind::directional) continue;
@@ -170,7 +172,7 @@ void print_enclosed_lights(const Scene& scene, const PackedScene& packed) {
   }
 }
 
-// What emits without being in the list of lights.
+/// Surfaces that emit without being in the list of lights.
 void print_unsampled_emitters(const Scene& scene) {
   for (const Shape& shape : scene.shapes) {
     const Material& material = scene.materials[shape.material];
@@ -180,13 +182,8 @@ void print_unsampled_emitters(const Scene& scene) {
   }
 }
 
-ExitCode info_command(const InfoOptions& options) {
-  Prepared prepared = prepare(options.scene, say_on_stderr(false));
+void print_contents(const Prepared& prepared, const PackedScene& packed, const InstanceChoice& instances) {
   const Scene& scene = *prepared.scene;
-  InstanceChoice instances;
-  const Features features = features_of(scene, prepared.settings, options.execution, &instances);
-  PackedScene packed = pack_and_release(*prepared.scene, features, prepared.settings);
-
   fmt::print("{}: {} bytes, hash {}\n", scene.path.string(), scene.file_bytes, scene.hash);
   fmt::print("  {} triangles in {} nodes, {} meshes, {} materials, {} cameras\n", packed.seen_triangle_count(),
              scene.nodes.size(), scene.meshes.size(), scene.materials.size(), scene.cameras.size());
@@ -201,17 +198,10 @@ ExitCode info_command(const InfoOptions& options) {
     for (const std::string& name : scene.variants) names.push_back(in_quotes(name));
     fmt::print("variants (--variant NAME)\n  {}\n", fmt::join(names, ", "));
   }
-  print_materials(scene);
-  print_tables(scene);
-  print_lights(packed);
-  print_enclosed_lights(scene, packed);
-  print_unsampled_emitters(scene);
+}
 
-  fmt::print("features\n");
-  for (const FeatureEntry& feature : features.ledger())
-    fmt::print("  {:<7} {:<16} {:<3}  {}\n", feature.kind, feature.name, feature.on ? "in" : "out", feature.reason);
-
-  fmt::print("memory, of each device and of the host\n");
+/// Builds the tree in each layout, one at a time: it takes as much memory as the triangles.
+void print_scene_memory(PackedScene& packed, const Features& features) {
   for (const std::string& layout : tree_layouts()) {
     if (features.has(Feature::instance) && !has_two_levels(layout)) continue;
     add_accel(packed, "bvh", layout, 0);
@@ -221,32 +211,57 @@ ExitCode info_command(const InfoOptions& options) {
                    ? ""
                    : fmt::format(" ({:.0f} per triangle)",
                                  double(bytes) / double(packed.seen_triangle_count() + packed.shapes.size())));
-    packed.accels.clear();  // one at a time: a tree takes as much as the triangles
+    packed.accels.clear();
   }
-  Execution execution = options.execution;
+}
+
+void print_device_memory(const PackedScene& packed, const Features& features, const Settings& settings,
+                         Execution execution) {
   read_execution_environment(execution);
   for (const DeviceInfo& info : list_devices()) {
     const WavefrontConfig config = configure(info, execution);
-    const LayoutPlan plan = plan_layout(config, execution, packed.triangles.size(), expected_rays(prepared.settings),
-                                        features.has(Feature::instance));
+    const LayoutPlan plan =
+        plan_layout(config, execution, packed.triangles.size(), expected_rays(settings), features.has(Feature::instance));
     fmt::print("  device {}: {} bytes for {} paths in flight, beside the scene as {} ({}{})\n", info.index,
                path_pool_bytes(config, features), config.capacity(), plan.layout, plan.why,
                plan.measure.empty() ? "" : fmt::format("; a render measures {} first", fmt::join(plan.measure, ", ")));
   }
-  const FilmLayout film = film_layout(features, prepared.settings);
-  fmt::print("  film: {} bytes\n", film_bytes(film));
+}
+
+ExitCode info_command(const InfoOptions& options) {
+  Prepared prepared = prepare(options.scene, log_unless(false));
+  const Scene& scene = *prepared.scene;
+  InstanceChoice instances;
+  const Features features = features_of(scene, prepared.settings, options.execution, &instances);
+  PackedScene packed = pack_and_release(*prepared.scene, features, prepared.settings);
+
+  print_contents(prepared, packed, instances);
+  print_materials(scene);
+  print_tables(scene);
+  print_lights(packed);
+  print_enclosed_lights(scene, packed);
+  print_unsampled_emitters(scene);
+  fmt::print("features\n");
+  for (const FeatureEntry& feature : features.ledger())
+    fmt::print("  {:<7} {:<16} {:<3}  {}\n", feature.kind, feature.name, feature.on ? "in" : "out", feature.reason);
+  fmt::print("memory, of each device and of the host\n");
+  print_scene_memory(packed, features);
+  print_device_memory(packed, features, prepared.settings, options.execution);
+  fmt::print("  film: {} bytes\n", film_bytes(film_layout(features, prepared.settings)));
   return ExitCode::done;
 }
 
 }  // namespace
 
-void add_info(CLI::App& app, Command& chosen) {
+void add_info(CommandFlags& root, Command& chosen) {
   auto options = std::make_shared<InfoOptions>();
-  CLI::App* command = app.add_subcommand("info", "what a scene contains, which features it needs, the memory it takes");
-  options->scene.add_to(*command);
-  add_instance_option(*command, options->execution);
-  command->footer("Example:\n  eikon info scenes/cornell.gltf");
-  command->callback([options, &chosen] { chosen = [options] { return info_command(*options); }; });
+  CommandFlags flags = root.command("info", "show what a scene contains, which features it needs, and how much memory",
+                                    "Example:\n  eikon info scenes/cornell.gltf");
+  add_all_scene_flags(flags, options->scene);
+  flags.hide({"--seed"});
+  flags.group("Devices");
+  add_instance_flag(flags, options->execution);
+  flags.run(chosen, [options] { return info_command(*options); });
 }
 
 }  // namespace eikon

@@ -10,9 +10,10 @@
 
 #include "cli/arguments.h"
 #include "cli/commands.h"
-#include "cli/execution_options.h"
-#include "job/report.h"
-#include "cli/scene_options.h"
+#include "job/execution_environment.h"
+#include "job/log.h"
+#include "job/report/report.h"
+#include "cli/scene_flags.h"
 #include "device/device.h"
 #include "instruments/measure.h"
 #include "scene/measured_table.h"
@@ -88,7 +89,7 @@ ExitCode measure_command(const MeasureOptions& options) {
   read_execution_environment(execution);
   require_writable({options.output}, options.scene.scene);
   Scene scene = load_scene(options.scene.scene, options.scene.variant);
-  for (const std::string& warning : scene.warnings) say_on_stderr(false)(warning);
+  for (const std::string& warning : scene.warnings) log_unless(false)(warning);
   if (options.scene.strict && !scene.out_of_range.empty())
     throw InputError(fmt::format("{}: {} (--strict)", options.scene.scene, scene.out_of_range.front()));
   const std::uint32_t material = choose_material(options.material, scene);
@@ -102,18 +103,21 @@ ExitCode measure_command(const MeasureOptions& options) {
 
 }  // namespace
 
-void add_measure(CLI::App& app, Command& chosen) {
+void add_measure(CommandFlags& root, Command& chosen) {
   auto options = std::make_shared<MeasureOptions>();
-  CLI::App* command = app.add_subcommand(
-      "measure", "a virtual gonioreflectometer: a material of a scene to a MERL table (EIKON_materials_measured)");
-  options->scene.add_scene_to(*command);
-  command->add_option("--material", options->material, "its name, or its number in the file")->required();
-  command->add_option("-o,--output", options->output, "the table, 35 MB")->required();
-  command->add_option("--uv", options->uv, "U,V: where on its textures");
-  command->add_option("--devices", options->devices, "as in `eikon render`; the first of them measures")
-      ->capture_default_str();
-  command->footer("Example:\n  eikon measure scenes/brushed_metal.gltf --material aluminium -o aluminium.binary");
-  command->callback([options, &chosen] { chosen = [options] { return measure_command(*options); }; });
+  CommandFlags flags =
+      root.command("measure", "write a material of a scene as a MERL table, as a gonioreflectometer would",
+                   "Example:\n  eikon measure scenes/brushed_metal.gltf --material aluminium -o aluminium.binary");
+  add_scene_flags(flags, options->scene);
+  flags.text({"--material", "NAME|INDEX", "the material to measure (required)"}, options->material);
+  flags.text({"--uv", "U,V", "where on its textures"}, options->uv);
+  flags.group("Devices");
+  flags.text({"--devices", "LIST", "as in `eikon render`; the first one measures [all]"}, options->devices);
+  flags.group("Output (- is standard output)");
+  flags.text({"-o,--output", "FILE", "the table, 35 MB, for EIKON_materials_measured (required)"}, options->output);
+  flags.require("--material");
+  flags.require("--output");
+  flags.run(chosen, [options] { return measure_command(*options); });
 }
 
 }  // namespace eikon

@@ -6,12 +6,11 @@
 #include <limits>
 #include <memory>
 
-#include "cli/arguments.h"
 #include "cli/commands.h"
 #include "job/file_identity.h"
-#include "job/metadata.h"
-#include "cli/png_options.h"
-#include "job/report.h"
+#include "job/report/metadata.h"
+#include "cli/render_flags.h"
+#include "job/report/report.h"
 #include "film/exr/film_file.h"
 #include "image/image.h"
 #include "render/film_record.h"
@@ -224,20 +223,22 @@ ExitCode merge_command(const MergeOptions& options) {
 
 }  // namespace
 
-void add_merge(CLI::App& app, Command& chosen) {
+void add_merge(CommandFlags& root, Command& chosen) {
   auto options = std::make_shared<MergeOptions>();
-  CLI::App* command = app.add_subcommand(
-      "merge", "add up checkpoints, merged files, and outputs of renders with --samples or --crop, exactly");
-  command->add_option("PART", options->parts, "OpenEXR files of one image, no sample of it in two of them")->required();
-  command->add_option("-o,--output", options->output, "OpenEXR file, which can be merged and resumed again")
-      ->required();
-  command->add_flag("--half", options->half, "16-bit channels of the picture; the sums stay exact");
-  options->png.add_to(*command);
-  command->add_flag("--quiet", options->quiet, "nothing on stdout");
-  command->footer(
-      "The order of the parts does not matter. Exit code 1: samples between those of the parts are missing; the file "
+  CommandFlags flags = root.command(
+      "merge", "add up parts of one image exactly: checkpoints, and renders with --samples or --crop",
+      "The order of the parts does not matter. Exit code 1: samples between those of the parts are missing; the file\n"
       "is written.\n\nExample:\n  eikon merge part0.exr part1.exr part2.exr -o whole.exr --png whole.png");
-  command->callback([options, &chosen] { chosen = [options] { return merge_command(*options); }; });
+  flags.list({"PART", "...", "OpenEXR files of one image, no sample of it in two of them"},
+             [&parts = options->parts](const std::string& file) { parts.push_back(file); });
+  flags.group("Output (- is standard output)");
+  flags.text({"-o,--output", "FILE", "OpenEXR image, which can be merged and resumed again (required)"}, options->output);
+  flags.require("--output");
+  flags.toggle("--half", "write 16-bit channels; the sums stay exact", options->half);
+  add_png_flags(flags, options->png);
+  flags.group("Diagnosis");
+  flags.toggle("--quiet", "print nothing on stdout", options->quiet);
+  flags.run(chosen, [options] { return merge_command(*options); });
 }
 
 }  // namespace eikon

@@ -7,13 +7,14 @@
 #include <algorithm>
 #include <memory>
 
-#include "cli/arguments.h"
 #include "cli/commands.h"
-#include "cli/execution_options.h"
+#include "cli/execution_flags.h"
+#include "cli/render_flags.h"
 #include "job/batch/openjd.h"
+#include "job/execution_environment.h"
+#include "job/log.h"
 #include "job/render_job.h"
 #include "job/stop_signals.h"
-#include "job/tell.h"
 
 namespace eikon {
 namespace {
@@ -38,14 +39,14 @@ class ProgressBar {
     const int filled = int(done * width);
     const double left =
         now.samples_per_second > 0 ? double(now.samples_total - now.samples) / now.samples_per_second : 0;
-    tell("\r\x1b[K[{:=<{}}{:{}}] {:3.0f} %  {:.2f} Msamples/s  {:.0f} s left  relMSE {}", "", filled, "",
+    print_to_stderr("\r\x1b[K[{:=<{}}{:{}}] {:3.0f} %  {:.2f} Msamples/s  {:.0f} s left  relMSE {}", "", filled, "",
          width - filled, 100 * done, 1e-6 * now.samples_per_second, left,
          error_.known ? fmt::format("{:.2e}", error_.relmse) : "?");
     std::fflush(stderr);
     shown_ = true;
   }
   void clear() {
-    if (shown_) tell("\r\x1b[K");
+    if (shown_) print_to_stderr("\r\x1b[K");
     shown_ = false;
   }
 
@@ -56,13 +57,13 @@ class ProgressBar {
 };
 
 ExitCode replay(const RenderOptions& options) {
-  if (options.pixel.empty() || options.sample.empty()) throw UsageError("--pixel X,Y and --sample N go together");
-  const Prepared prepared = prepare(options.scene, say_on_stderr(options.quiet));
-  const std::vector<std::string> xy = split(options.pixel, ',');
-  if (xy.size() != 2) throw UsageError(fmt::format("--pixel {}: takes X,Y", options.pixel));
-  const auto x = std::uint32_t(parse_unsigned("--pixel", xy[0], prepared.settings.width - 1));
-  const auto y = std::uint32_t(parse_unsigned("--pixel", xy[1], prepared.settings.height - 1));
-  const std::uint64_t sample = parse_unsigned("--sample", options.sample, (std::uint64_t{1} << 48) - 1);
+  if (!options.pixel || !options.sample) throw UsageError("--pixel X,Y and --sample N go together");
+  const Prepared prepared = prepare(options.scene, log_unless(options.quiet));
+  const auto [x, y] = *options.pixel;
+  const std::uint64_t sample = *options.sample;
+  if (x >= prepared.settings.width || y >= prepared.settings.height)
+    throw UsageError(fmt::format("--pixel {},{}: the image has {} x {} pixels, counted from 0", x, y,
+                                 prepared.settings.width, prepared.settings.height));
   fmt::print("pixel {},{} sample {}\n", x, y, sample);
   const glm::vec3 radiance =
       replay_path(*prepared.scene, prepared.settings, options.execution, x, y, sample, [&](const PathVertex& v) {
@@ -81,7 +82,7 @@ ExitCode replay(const RenderOptions& options) {
 
 ExitCode render_with_progress(RenderOptions options, OpenJdLines& lines) {
   ProgressBar bar(!options.quiet && options.progress == "bar");
-  RenderJob job(std::move(options), say_on_stderr(false));
+  RenderJob job(std::move(options), log_unless(false));
   lines.status("loading the scene");
   job.load();
   const std::atomic<bool>& stop = catch_stop_signals();
@@ -120,14 +121,14 @@ ExitCode render_command(RenderOptions options) {
 
 }  // namespace
 
-void add_render(CLI::App& app, Command& chosen) {
+void add_render(CommandFlags& root, Command& chosen) {
   auto options = std::make_shared<RenderOptions>();
-  CLI::App* command = app.add_subcommand("render", "render a scene to an OpenEXR image");
-  options->add_to(*command);
-  command->footer(
-      "Example:\n  eikon render scenes/cornell.gltf -o cornell.exr --png cornell.png --size 512x512 --spp 256 --aov "
-      "albedo,normal");
-  command->callback([options, &chosen] { chosen = [options] { return render_command(*options); }; });
+  CommandFlags flags = root.command("render", "render a scene to an OpenEXR image",
+                                    "Example:\n  eikon render scenes/cornell.gltf -o cornell.exr --png cornell.png "
+                                    "--size 512x512 --spp 256 --aov albedo,normal\n\n" +
+                                        environment_help());
+  add_render_flags(flags, *options);
+  flags.run(chosen, [options] { return render_command(*options); });
 }
 
 }  // namespace eikon

@@ -6,7 +6,7 @@
 #include <memory>
 
 #include "cli/commands.h"
-#include "cli/execution_options.h"
+#include "job/execution_environment.h"
 
 namespace eikon {
 namespace {
@@ -31,12 +31,13 @@ ExitCode selftest_command(const std::string& devices) {
 
 }  // namespace
 
-void add_selftest(CLI::App& app, Command& chosen) {
+void add_selftest(CommandFlags& root, Command& chosen) {
   auto devices = std::make_shared<std::string>("all");
-  CLI::App* command = app.add_subcommand("selftest", "probes and scenes with known answers on every device");
-  command->add_option("--devices", *devices, "as in `eikon render`")->capture_default_str();
-  command->footer("Example:\n  eikon selftest");
-  command->callback([devices, &chosen] { chosen = [devices] { return selftest_command(*devices); }; });
+  CommandFlags flags = root.command("selftest", "check every device by probes and by scenes with known answers",
+                                    "Example:\n  eikon selftest");
+  flags.group("Devices");
+  flags.text({"--devices", "LIST", "as in `eikon render` [all]"}, *devices);
+  flags.run(chosen, [devices] { return selftest_command(*devices); });
 }
 
 }  // namespace eikon

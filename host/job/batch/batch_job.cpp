@@ -8,27 +8,21 @@
 #include <set>
 
 #include "job/batch/job_lines.h"
-#include "cli/arguments.h"
 #include "job/file_identity.h"
 #include "gltf/scene_files.h"
+#include "io/atomic_file.h"
 
 namespace eikon {
 namespace {
 
 namespace fs = std::filesystem;
 
-/// What is rendered decides; where the file does not say its size, 1280x720 is a fair guess. The image does not depend on it.
+/// Pixels times samples. Where the size is the scene's to say, 1280x720 is a fair guess: the image does not depend on it.
 double estimate_cost(const SceneOptions& scene) {
-  const auto number = [](const std::string& text) { return std::strtod(text.c_str(), nullptr); };
-  double pixels = 1280.0 * 720;
-  if (const std::vector<std::string> size = split(scene.size, 'x'); size.size() == 2)
-    pixels = number(size[0]) * number(size[1]);
-  if (const std::vector<std::string> c = split(scene.crop, ','); c.size() == 4)
-    pixels = (number(c[2]) - number(c[0])) * (number(c[3]) - number(c[1]));
-  auto samples = double(scene.spp);
-  if (const std::vector<std::string> range = split(scene.samples, ':'); range.size() == 2)
-    samples = number(range[1]) - number(range[0]);
-  return std::max(1.0, pixels * samples);
+  const ImageSize size = scene.size.value_or(ImageSize{1280, 720});
+  const Crop crop = scene.crop.value_or(Crop{0, 0, size.width, size.height});
+  const SampleRange samples = scene.samples.value_or(SampleRange{0, scene.spp});
+  return std::max(1.0, (double(crop.x1) - crop.x0) * (double(crop.y1) - crop.y0) * double(samples.end - samples.begin));
 }
 
 /// Without `eikon render`, either word or both of which may be left out. throws UsageError for another command
@@ -57,20 +51,22 @@ struct SceneInputs {
   }
 };
 
-BatchJob read_job(const JobLine& line) {
+BatchJob read_job(const JobLine& line, const ParseRender& parse) {
   BatchJob job;
   job.line = line.line;
   job.text = quote(line.words);
   try {
     if (!line.error.empty()) throw UsageError(line.error);
-    RenderOptions options = parse_render(arguments_of(line.words));
-    if (options.is_replay()) throw UsageError("--pixel and --sample tell of one path; a batch renders pictures");
+    RenderOptions options = parse(arguments_of(line.words));
+    if (options.is_replay()) throw UsageError("--pixel and --sample trace one path; a batch renders images");
+    for (const fs::path& file : options.outputs())
+      if (file == kStandardOutput) throw UsageError("a job of a batch cannot write to standard output; name a file");
     job.cost = estimate_cost(options.scene);
     job.options = std::move(options);
   } catch (const UsageError& error) {
     job.state = JobState::failed;
     job.code = error.code();
-    job.message = error.what();
+    job.message = shortened(error.what());
   }
   return job;
 }
@@ -93,9 +89,9 @@ const char* name_of(JobState state) {
   return "";
 }
 
-std::vector<BatchJob> read_jobs(std::string_view text) {
+std::vector<BatchJob> read_jobs(std::string_view text, const ParseRender& parse) {
   std::vector<BatchJob> jobs;
-  for (const JobLine& line : split_jobs(text)) jobs.push_back(read_job(line));
+  for (const JobLine& line : split_jobs(text)) jobs.push_back(read_job(line, parse));
   return jobs;
 }
 
@@ -111,16 +107,16 @@ void check_outputs(std::vector<BatchJob>& jobs, const std::string& name, const s
       throw UsageError(
           fmt::format("{}:{}: cannot write {}: {}; nothing was rendered", name, job.line, file.string(), what));
     };
-    const SceneOptions& scene = job.options->scene;
-    const auto [inputs, is_first] = scenes.try_emplace(scene.scene, scene.scene);
+    const std::string &scene = job.options->scene.scene, &environment = job.options->scene.environment.map;
+    const auto [inputs, is_first] = scenes.try_emplace(scene, scene);
     if (is_first)
       for (const fs::path& input : inputs->second.places) readers.put(input, job.line);
-    if (!scene.env.empty()) readers.put(scene.env, job.line);
+    if (!environment.empty()) readers.put(environment, job.line);
     const auto is_written = [&](const fs::path& input) { return writers.count(input) > 0; };
     job.after_others = std::ranges::any_of(inputs->second.places, is_written) ||
-                       (!scene.env.empty() && is_written(place_of(scene.env)));
+                       (!environment.empty() && is_written(place_of(environment)));
     for (const fs::path& file : job.options->outputs()) {
-      if (inputs->second.files.find(file) || (!scene.env.empty() && is_same_file(file, scene.env)))
+      if (inputs->second.files.find(file) || (!environment.empty() && is_same_file(file, environment)))
         clash(file, "it is an input of that line; choose another name");
       const auto [at, is_new] = writers.emplace(place_of(file), job.line);
       if (const auto line = readers.find(file); is_new && line)
@@ -131,6 +127,11 @@ void check_outputs(std::vector<BatchJob>& jobs, const std::string& name, const s
                                            : fmt::format("so does line {}; choose another name with -o", at->second));
     }
   }
+}
+
+std::string shortened(const std::string& text) {
+  constexpr std::size_t kMost = 300;
+  return text.size() <= kMost ? text : text.substr(0, kMost - 3) + "...";
 }
 
 std::string ledger_name(const fs::path& file) {

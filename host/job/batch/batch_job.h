@@ -3,12 +3,13 @@
 #pragma once
 #include <cstddef>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "cli/render_options.h"
+#include "job/render_options.h"
 #include "core/error.h"
 
 namespace eikon {
@@ -32,8 +33,11 @@ struct BatchJob {
   std::optional<double> relmse{};
 };
 
+/// Reads the words behind `eikon render`. throws UsageError
+using ParseRender = std::function<RenderOptions(std::vector<std::string>)>;
+
 /// Parses every line of `text`; those that do not parse have failed, with a message.
-[[nodiscard]] std::vector<BatchJob> read_jobs(std::string_view text);
+[[nodiscard]] std::vector<BatchJob> read_jobs(std::string_view text, const ParseRender& parse);
 
 /// Whether what the job reads is what an earlier one writes is noted in the jobs.
 /// name      of the jobs file, for messages
@@ -41,6 +45,9 @@ struct BatchJob {
 /// throws UsageError when two jobs write one file, or one of them writes what it reads itself, or what is reserved
 void check_outputs(std::vector<BatchJob>& jobs, const std::string& name,
                    const std::vector<std::filesystem::path>& reserved);
+
+/// At most 300 bytes of a text, for messages: a line of a batch may have megabytes.
+[[nodiscard]] std::string shortened(const std::string& text);
 
 /// A file by the name that the ledger knows it by: relative to the current folder if it lies below, else absolute.
 [[nodiscard]] std::string ledger_name(const std::filesystem::path& file);

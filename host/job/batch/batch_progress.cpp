@@ -6,7 +6,7 @@
 
 #include <algorithm>
 
-#include "job/tell.h"
+#include "job/log.h"
 #include "core/clock.h"
 
 namespace eikon {
@@ -41,10 +41,10 @@ void BatchProgress::again(const BatchJob& job) {
   in_hand_.erase(&job);
 }
 
-void BatchProgress::say(const std::string& line) {
+void BatchProgress::log(const std::string& line) {
   const std::lock_guard lock(mutex_);
   erase();
-  tell("eikon: {}\n", line);
+  print_to_stderr("eikon: {}\n", line);
 }
 
 void BatchProgress::clear() {
@@ -60,7 +60,7 @@ void BatchProgress::close(ExitCode code) {
 }
 
 void BatchProgress::erase() {
-  if (shown_) tell("\r\x1b[K");
+  if (shown_) print_to_stderr("\r\x1b[K");
   shown_ = false;
 }
 
@@ -80,7 +80,7 @@ void BatchProgress::draw() {
   const int filled = std::clamp(int(done * width), 0, width);
   const double rate =
       seconds > 0 ? (rendered_ + now) / seconds : 0;  // samples per second, all costs of a batch included
-  tell("\r\x1b[K[{:=<{}}{:{}}] {:3.0f} %  {} of {} jobs  {:.2f} Msamples/s  {} left  {}", "", filled, "",
+  print_to_stderr("\r\x1b[K[{:=<{}}{:{}}] {:3.0f} %  {} of {} jobs  {:.2f} Msamples/s  {} left  {}", "", filled, "",
        width - filled, 100 * done, jobs_over_, jobs_, 1e-6 * rate,
        rate > 0 ? fmt::format("{:.0f} s", std::max(0.0, total_ - over_ - now) / rate) : "?", names);
   std::fflush(stderr);
@@ -97,7 +97,7 @@ void print_summary(const std::vector<BatchJob>& jobs, double seconds) {
                job.seconds > 0 ? fmt::format("{:.2f}", job.seconds) : "-",
                rendered ? fmt::format("{:.2f}", 1e-6 * double(job.samples) / job.render_s) : "-",
                job.relmse ? fmt::format("{:.3e}", *job.relmse) : "-",
-               job.options ? job.options->exr().string() : job.text,
+               job.options ? job.options->exr().string() : shortened(job.text),
                job.message.empty() ? "" : (job.options || !job.text.empty() ? ": " : "") + job.message);
   }
   std::string line;

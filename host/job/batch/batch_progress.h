@@ -25,7 +25,7 @@ class BatchProgress {
   /// It will be tried again.
   void again(const BatchJob& job);
   /// A line on stderr, above the bar.
-  void say(const std::string& line);
+  void log(const std::string& line);
   void clear();
   /// The batch is over. code: what the process will return
   void close(ExitCode code);

@@ -27,10 +27,17 @@ std::uint64_t scene_budget(const std::vector<BatchJob>& jobs, std::size_t worker
   return budget / std::max<std::size_t>(1, workers);
 }
 
-/// A map that --env names, or nothing where it is R,G,B.
-InputsDigest digest_environment(const std::string& env) {
+/// Of the map that --env names, or of nothing where it names none.
+InputsDigest digest_environment(const std::string& map) {
   std::error_code none;
-  return !env.empty() && std::filesystem::is_regular_file(env, none) ? digest_file(env) : InputsDigest{};
+  return !map.empty() && std::filesystem::is_regular_file(map, none) ? digest_file(map) : InputsDigest{};
+}
+
+/// One text, the same whenever the environment is.
+std::string describe(const EnvironmentOptions& environment, const InputsDigest& map) {
+  const glm::vec3 radiance = environment.radiance.value_or(glm::vec3(-1));
+  return fmt::format("{} {:016x} {} {} {} {} {}", environment.map, map.hash, radiance.r, radiance.g, radiance.b,
+                     environment.scale, environment.rotate_deg);
 }
 
 std::string time_now() { return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr))); }
@@ -178,29 +185,28 @@ bool BatchRun::was_begun(const RenderOptions& options, const std::string& key) {
   return last != nullptr && last->state != "done" && last->key == key;
 }
 
-void BatchRun::say_once(const BatchJob& job, const std::string& line) {
+void BatchRun::log_once(const BatchJob& job, const std::string& line) {
   constexpr std::size_t kMost = 10000;  // beyond, rather twice than that memory grows
   {
     const std::lock_guard lock(mutex_);
     if (said_.count(line) != 0) return;
     if (said_.size() < kMost) said_.insert(line);
   }
-  progress_.say(fmt::format("{}: {}", place(job), line));
+  progress_.log(fmt::format("{}: {}", place(job), line));
 }
 
 void BatchRun::prepare(Worker& worker, Staged& staged) {
   const RenderOptions& options = *staged.job.options;
   staged.scene = digest_scene_files(options.scene.scene);
-  const InputsDigest environment = digest_environment(options.scene.env);
+  const InputsDigest environment = digest_environment(options.scene.environment.map);
   staged.key = job_key(staged.scene, environment, options.settings_text);
   if (!settings_.force && is_done(options, staged.key)) return close(staged, JobState::skipped);
-  staged.environment = fmt::format("{} {:016x} {} {}", options.scene.env, environment.hash, options.scene.env_scale,
-                                   options.scene.env_rotate_deg);
-  const auto say = [this, &job = staged.job](const std::string& line) { say_once(job, line); };
+  staged.environment = describe(options.scene.environment, environment);
+  const auto log = [this, &job = staged.job](const std::string& line) { log_once(job, line); };
   RenderOptions own = options;
   if (!own.checkpoint.file.empty() && was_begun(options, staged.key))
     own.checkpoint.resume = true, own.checkpoint.implied = !options.checkpoint.resume;
-  staged.render.emplace(std::move(own), say, process_seconds());
+  staged.render.emplace(std::move(own), log, process_seconds());
   if (!worker.scenes.takes(staged.scene))
     return staged.render->take_devices(worker.devices, stop_);  // not two large ones at a time
   const auto kept = worker.scenes.load(options.scene.scene, options.scene.variant, staged.scene);
@@ -278,7 +284,7 @@ void BatchRun::note(const LedgerEntry& entry, bool sync) {
   try {
     ledger_.add(entry, sync);
   } catch (const InputError& error) {
-    if (ledger_is_whole_) progress_.say(fmt::format("{}; what is done from here on will be done again", error.what()));
+    if (ledger_is_whole_) progress_.log(fmt::format("{}; what is done from here on will be done again", error.what()));
     ledger_is_whole_ = false;
   }
 }
@@ -315,7 +321,7 @@ void BatchRun::fail(Staged& staged) {
   // What was typed wrong stays wrong, and what was rendered is there.
   const bool again =
       job.attempts <= settings_.retries && job.code != ExitCode::usage && job.code != ExitCode::not_as_asked && !stop_;
-  progress_.say(fmt::format("{}: {}{}", place(job), job.message, again ? "; it will be tried again" : ""));
+  progress_.log(fmt::format("{}: {}{}", place(job), job.message, again ? "; it will be tried again" : ""));
   if (!again) return close(staged, JobState::failed);
   job.seconds += host_seconds() - staged.begin_s;
   job.code = ExitCode::done;

@@ -68,7 +68,7 @@ class BatchRun {
   void fail(Staged& staged);
   void note(const LedgerEntry& entry, bool sync);
   [[nodiscard]] LedgerEntry entry_of(const Staged& staged, const char* state) const;
-  void say_once(const BatchJob& job, const std::string& line);
+  void log_once(const BatchJob& job, const std::string& line);
   [[nodiscard]] std::string place(const BatchJob& job) const;
 };
 

@@ -156,7 +156,7 @@ TEST(Profile, has_tracks_of_each_of_two_devices) {
 
 TEST(Stats, are_as_their_schema_says) {
   const Workplace here;
-  const JsonSchema schema(read_json(std::string(EIKON_SOURCE_DIR) + "/host/job/stats_schema.json"));
+  const JsonSchema schema(read_json(std::string(EIKON_SOURCE_DIR) + "/host/job/report/stats_schema.json"));
   for (const char* flags : {"--size 32x24 --spp 16 --devices cpu", "--size 32x24 --spp 1",
                             "--size 8x8 --spp 4 --devices cpu:2x1", "--size 32x24 --spp 4 --layout probe"}) {
     ASSERT_TRUE(succeeded(here.eikon(cornell(std::string(flags) + " --quiet --stats stats.json")))) << flags;

@@ -205,7 +205,7 @@ TEST(Render, a_probe_takes_the_fastest_layout_and_says_what_it_measured) {
   double best = 0;
   for (const auto& [layout, rate] : rates.items()) {
     EXPECT_GT(rate.get<double>(), 0) << layout;
-    EXPECT_TRUE(contains(device.at("layout_why").get<std::string>(), layout));
+    EXPECT_TRUE(contains(device.at("layout_reason").get<std::string>(), layout));
     best = std::max(best, rate.get<double>());
   }
   EXPECT_GE(1.03 * rates.at(device.at("layout").get<std::string>()).get<double>(), best);

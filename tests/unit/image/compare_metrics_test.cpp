@@ -34,27 +34,6 @@ Image noise(std::uint32_t width, std::uint32_t height, unsigned seed) {
   return image;
 }
 
-/// Sets a variable of the environment for the life of the object.
-class Environment {
- public:
-  Environment(const char* name, const std::string& value) : name_(name) {
-    if (const char* old = std::getenv(name)) old_ = old;
-    setenv(name, value.c_str(), 1);
-  }
-  ~Environment() {
-    if (old_)
-      setenv(name_, old_->c_str(), 1);
-    else
-      unsetenv(name_);
-  }
-  Environment(const Environment&) = delete;
-  Environment& operator=(const Environment&) = delete;
-
- private:
-  const char* name_;
-  std::optional<std::string> old_;
-};
-
 void write_raw(const std::filesystem::path& path, const Image& image) {
   std::ofstream file(path, std::ios::binary);
   for (const auto& plane : image.planes)
@@ -135,7 +114,6 @@ TEST(Compare, sizes_that_differ_are_named_and_missing_channels_too) {
   depth.channels[1] = "Z";
   EXPECT_THROW(static_cast<void>(compare_images(constant(4, 3, 1), depth)), InputError);
   EXPECT_THROW(static_cast<void>(difference_image(depth, constant(4, 3, 1))), InputError);
-  EXPECT_THROW(static_cast<void>(flip(depth, constant(4, 3, 1))), InputError);
 }
 
 TEST(Compare, the_difference_image_goes_from_black_to_white_and_marks_what_is_not_finite) {
@@ -148,38 +126,6 @@ TEST(Compare, the_difference_image_goes_from_black_to_white_and_marks_what_is_no
   EXPECT_EQ(difference.planes[2][1], 1.0f);
   EXPECT_EQ(difference.planes[0][2], 0.0f);
   EXPECT_EQ(difference.planes[1][2], 1.0f);
-}
-
-TEST(Flip, is_absent_when_python_is_missing_fails_or_says_nothing) {
-  const Image image = noise(4, 4, 1);
-  for (const char* python : {"/nowhere/python", "/bin/false", "/bin/true"}) {
-    const Environment environment("EIKON_PYTHON", python);
-    EXPECT_FALSE(flip(image, image).has_value()) << python;
-  }
-}
-
-TEST(Flip, gives_the_child_both_images_and_takes_what_it_prints) {
-  const TemporaryFolder folder;
-  // Stands for Python: reads the whole input and prints its size, which is 2 images of 3 floats per pixel.
-  std::ofstream(folder / "python") << "#!/bin/sh\necho warming up\necho FLIP 0.$(wc -c)\n";
-  std::filesystem::permissions(folder / "python", std::filesystem::perms::owner_all);
-  const Environment environment("EIKON_PYTHON", (folder / "python").string());
-  const auto mean = flip(noise(4, 5, 1), noise(4, 5, 2));
-  ASSERT_TRUE(mean.has_value());
-  EXPECT_DOUBLE_EQ(*mean, 0.480);
-}
-
-TEST(Flip, of_an_image_with_itself_is_0_and_with_noise_is_not) {
-  const Image reference = constant(32, 32, 0.5f);
-  Image test = reference;
-  for (std::size_t i = 0; i < 300; ++i) test.planes[0][i] = 1.0f;
-  const auto same = flip(reference, reference);
-  if (!same) GTEST_SKIP() << "flip-evaluator is not installed for $EIKON_PYTHON or python3";
-  EXPECT_EQ(*same, 0.0);
-  const auto other = flip(test, reference);
-  ASSERT_TRUE(other.has_value());
-  EXPECT_GT(*other, 0.01);
-  EXPECT_LT(*other, 1.0);
 }
 
 }  // namespace

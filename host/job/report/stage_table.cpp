@@ -3,14 +3,13 @@
 
 #include <algorithm>
 
-#include "job/report.h"
+#include "job/report/report.h"
 
 namespace eikon {
 namespace {
 
-constexpr std::size_t kBounces = 8;  // with a column of their own
+constexpr std::size_t kBounces = 8;  // have a column of their own
 
-double rate(double count, double seconds) { return seconds > 0 ? count / seconds : 0; }
 double percent(double part, double whole) { return whole > 0 ? 100 * part / whole : 0; }
 
 std::string bytes_text(std::uint64_t bytes) {
@@ -25,8 +24,8 @@ void print_stage(const DeviceReport& device, const std::string& name) {
   const std::string launches = s.launches > 0 ? std::to_string(s.launches) : "in paths";
   fmt::print("  {:<10} {:>8} {:>13} {:>10.1f} {:>6.1f} {:>9.3f} {:>9.3f} {:>9.3f} {:>9} {:>10}\n", name, launches,
              s.items > 0 ? std::to_string(s.items) : "", 1e3 * seconds, percent(seconds, device.busy_s),
-             1e3 * s.seconds_min, 1e3 * rate(launched_s, double(s.launches + s.pieces)), 1e3 * s.seconds_max,
-             s.items > 0 ? fmt::format("{:.1f}", 1e-6 * rate(double(s.items), launched_s)) : "",
+             1e3 * s.seconds_min, 1e3 * per_second(launched_s, double(s.launches + s.pieces)), 1e3 * s.seconds_max,
+             s.items > 0 ? fmt::format("{:.1f}", 1e-6 * per_second(double(s.items), launched_s)) : "",
              s.bytes > 0 ? bytes_text(s.bytes) : "");
 }
 
@@ -38,7 +37,7 @@ void print_stages(const DeviceReport& device) {
     in_stages += device.stages.at(name).seconds;
     print_stage(device, name);
   }
-  // What no launch or transfer accounts for: launch cost, waiting for the host.
+  // The time that no launch or transfer accounts for: the cost of launching, and waiting for the host.
   const double gaps_s = std::max(0.0, device.busy_s - in_stages);
   const StageTotals& gaps = device.gaps;
   fmt::print("  {:<10} {:>8} {:>13} {:>10.1f} {:>6.1f} {:>9.3f} {:>9.3f} {:>9.3f}\n", "gaps", gaps.launches, "",
@@ -47,7 +46,7 @@ void print_stages(const DeviceReport& device) {
   fmt::print("  {:<10} {:>8} {:>13} {:>10.1f} {:>6.1f}\n", "all", "", "", 1e3 * device.busy_s, 100.0);
 }
 
-/// Columns of the first bounces, and one of all the rest.
+/// A column for each of the first bounces, and one for all the rest.
 std::vector<Bounce> bounce_columns(const Bounces& bounces) {
   std::vector<Bounce> columns;
   for (std::size_t i = 0; i < bounces.size() && bounces[i].slots > 0; ++i) {
@@ -82,7 +81,7 @@ void print_bounces(const DeviceReport& device) {
 
 void print_device(const DeviceReport& device, bool reinserted) {
   if (device.units == 0) {
-    fmt::print("device {} {}: no unit of work reached it\n", device.info.selector, device.info.name);
+    fmt::print("device {} {}: got no unit of work\n", device.info.selector, device.info.name);
     return;
   }
   fmt::print("device {} {}: layout {}{} ({}), {} lanes, {} samples in {} units, {:.2f} s\n", device.info.selector,
@@ -90,7 +89,7 @@ void print_device(const DeviceReport& device, bool reinserted) {
              device.layout.why, device.config.lanes, device.samples, device.units, device.busy_s);
   print_stages(device);
   print_bounces(device);
-  fmt::print("  before: opened in {:.3f} s, compiled in {:.3f} s, uploaded {} in {:.3f} s\n", device.open_s,
+  fmt::print("  setup: open {:.3f} s, compile {:.3f} s, upload {} in {:.3f} s\n", device.open_s,
              device.compile_s, bytes_text(device.upload_bytes), device.upload_s);
 }
 
@@ -101,8 +100,8 @@ void print_devices(const RenderReport& report) {
     fmt::print("{:<32} {:>13} {:>8.1f} {:>11.2f} {:>9.1f} {:>7} {:>8.2f} {:>10.0f}ms\n",
                fmt::format("{} {}", device.info.selector, device.info.name).substr(0, 32), device.samples,
                percent(double(device.samples), double(report.samples)),
-               1e-6 * rate(double(device.samples), device.busy_s),
-               1e-6 * rate(double(device.rays.total()), device.busy_s), device.units, device.busy_s,
+               1e-6 * per_second(double(device.samples), device.busy_s),
+               1e-6 * per_second(double(device.rays.total()), device.busy_s), device.units, device.busy_s,
                1e3 * idle_at_end_s(report, device));
 }
 

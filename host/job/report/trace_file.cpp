@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "job/trace_file.h"
+#include "job/report/trace_file.h"
 
 #include <fmt/format.h>
 

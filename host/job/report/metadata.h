@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What stands in the header of an image.
 #pragma once
-#include "cli/scene_options.h"
+#include "job/prepare.h"
 #include "image/image.h"
 #include "render/render.h"
 

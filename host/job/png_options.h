@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The flags of the picture for eyes, beside the OpenEXR file.
+// The 8-bit picture beside the OpenEXR file.
 #pragma once
-#include <CLI/CLI.hpp>
 #include <optional>
 #include <string>
 
@@ -12,11 +11,9 @@ namespace eikon {
 struct PngOptions {
   std::string file;  // empty: none is wanted
   double exposure_ev = 0;
-  std::optional<double> ev100;
-  std::string tone_map = "none";
+  std::optional<double> ev100;  // instead of exposure_ev: of a camera set to it
+  ToneMap tone_map{};
 
-  /// Adds --png, --exposure, --ev100 and --tonemap. The object must live as long as the parser.
-  void add_to(CLI::App& command);
   /// Writes the file, if one is wanted. throws as write_png
   void write(const Image& image) const;
 };

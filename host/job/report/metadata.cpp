@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "job/metadata.h"
+#include "job/report/metadata.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/command_flags.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+
+#include "io/text.h"
+#include "job/log.h"
+
+namespace eikon {
+namespace {
+
+constexpr std::size_t kHelpColumn = 34;
+
+/// Refuses empty values: `-o "$OUT"` with nothing in OUT must not write where nobody looks.
+CLI::Option* add(CLI::App& app, const FlagText& flag, ParseText parse) {
+  const std::string name = flag.names.substr(flag.names.rfind(',') + 1);
+  const bool positional = name[0] != '-';
+  const auto parse_all = [=, parse = std::move(parse)](const CLI::results_t& values) {
+    for (const std::string& value : values) {
+      if (value.empty())
+        throw CLI::ValidationError(name, positional ? "its value is empty; write one"
+                                                    : "its value is empty; write one, or leave the flag out");
+      parse(value);
+    }
+    return true;
+  };
+  CLI::Option* const option = app.add_option(flag.names, parse_all, flag.about);
+  return option->type_size(1)->required(positional)->option_text(flag.placeholder);
+}
+
+/// `--json -` as `--json=-`: a word behind `--json` is otherwise a positional argument.
+std::vector<std::string> join_json_dash(int argc, char** argv) {
+  std::vector<std::string> words;
+  for (int i = 1; i < argc; ++i) {
+    if (!words.empty() && words.back() == "--json" && std::string_view(argv[i]) == "-")
+      words.back() = "--json=-";
+    else
+      words.emplace_back(argv[i]);
+  }
+  return words;
+}
+
+}  // namespace
+
+std::string CommandFlags::last_name(const std::string& names) { return names.substr(names.rfind(',') + 1); }
+
+CommandFlags CommandFlags::command(const std::string& name, const std::string& about, const std::string& footer) {
+  CLI::App* const below = app_->add_subcommand(name, about);
+  below->set_help_flag("-h,--help")->group("");  // hidden, so that the commands below cannot inherit it
+  below->footer(footer);
+  return CommandFlags(*below);
+}
+
+void CommandFlags::require_command() { app_->require_subcommand(1); }
+
+void CommandFlags::run(Command& chosen, Command command) {
+  app_->callback([&chosen, command = std::move(command)] { chosen = command; });
+}
+
+void CommandFlags::parsed(const FlagText& flag, ParseText parse) {
+  add(*app_, flag, std::move(parse))->expected(1)->group(group_);
+}
+
+void CommandFlags::list(const FlagText& flag, ParseText parse_each) {
+  const bool positional = flag.names[0] != '-';
+  CLI::Option* const option = add(*app_, flag, std::move(parse_each))->expected(1, -1)->group(group_);
+  option->delimiter(positional ? '\0' : ',')->allow_extra_args(positional);
+}
+
+void CommandFlags::json(std::string& file, const std::string& about) {
+  app_->add_flag("--json{-}", file, about)->group(group_)->option_text("[=FILE]");
+}
+
+void CommandFlags::text(const FlagText& flag, std::string& value) {
+  parsed(flag, [&value](const std::string& text) { value = text; });
+}
+
+void CommandFlags::toggle(const std::string& name, const std::string& about, bool& value) {
+  app_->add_flag(name, value, about)->group(group_);
+}
+
+void CommandFlags::choice(const FlagText& flag, std::string& value, const std::vector<std::string>& words) {
+  std::map<std::string, std::string> values;
+  for (const std::string& word : words) values[word] = word;
+  choice<std::string>(flag, value, values);
+}
+
+void CommandFlags::require(const std::string& name) { app_->get_option(name)->required(); }
+
+void CommandFlags::exclude(const std::string& name, const std::string& other) {
+  app_->get_option(name)->excludes(app_->get_option(other));
+}
+
+void CommandFlags::hide(std::initializer_list<const char*> names) {
+  for (const char* name : names) app_->get_option(name)->group("");
+}
+
+std::optional<int> parse_command_line(int argc, char** argv, const std::string& footer,
+                                      const std::function<void(CommandFlags)>& add_flags) {
+  CLI::App app(
+      "eikon: an OpenCL wavefront path tracer. Renders glTF 2.0 scenes to OpenEXR images that state their own error.");
+  app.name("eikon");
+  app.get_formatter()->column_width(kHelpColumn);
+  app.set_version_flag("--version", "eikon " EIKON_VERSION);
+  app.footer(footer);
+  CommandFlags root(app);
+  root.require_command();
+  add_flags(root);
+  std::vector<std::string> words = join_json_dash(argc, argv);
+  std::ranges::reverse(words);  // as CLI11 takes them
+  try {
+    app.parse(std::move(words));
+  } catch (const CLI::Success& success) {
+    return app.exit(success);
+  } catch (const CLI::ParseError& error) {
+    throw UsageError(fmt::format("{}; try `eikon --help`", error.what()));
+  }
+  return std::nullopt;
+}
+
+std::string parse_words(std::vector<std::string> words, const std::function<void(CommandFlags)>& add_flags,
+                        const std::vector<std::string>& left_out) {
+  CLI::App app;
+  app.set_help_flag();  // a line of a batch that asks for help renders nothing: an error like any unknown flag
+  add_flags(CommandFlags(app));
+  std::ranges::reverse(words);  // as CLI11 takes them
+  try {
+    app.parse(std::move(words));
+  } catch (const CLI::ParseError& error) {
+    throw UsageError(error.what());
+  }
+  std::string given;
+  for (const CLI::Option* option : app.get_options())
+    if (option->count() > 0 && std::ranges::find(left_out, option->get_name()) == left_out.end())
+      given += fmt::format("{}={}\n", option->get_name(), fmt::join(option->results(), "\n"));
+  return given;
+}
+
+}  // namespace eikon

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/render_flags.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "cli/execution_flags.h"
+#include "cli/scene_flags.h"
+#include "film/layers.h"
+
+namespace eikon {
+namespace {
+
+constexpr std::uint64_t kMostSamples = std::uint64_t{1} << 48;
+
+void add_output_flags(CommandFlags& flags, RenderOptions& options) {
+  flags.group("Output (- is standard output)");
+  flags.text({"-o,--output", "FILE", "OpenEXR image [SCENE.exr in this folder]"}, options.output);
+  flags.toggle("--half", "write 16-bit channels", options.half);
+  add_png_flags(flags, options.png);
+  flags.toggle("--denoise", "add denoised.R/G/B layers (Open Image Denoise 2, if installed), and use them for the PNG",
+               options.scene.denoise);
+  flags.list({"--depth-series", "N,M,...", "also write images of the light scattered at most N, M, ... times"},
+             [&](const std::string& text) {
+               options.scene.depth_series.insert(std::uint32_t(parse_unsigned("--depth-series", text, kMaxScatterBound)));
+             });
+  flags.text({"--checkpoint", "FILE", "keep what is done here: regularly, at the end, and when interrupted"},
+             options.checkpoint.file);
+  flags.number({"--checkpoint-every", "SECONDS", "time between checkpoints [60]"}, options.checkpoint.every_s, 0.01, 1e9);
+  flags.toggle("--resume", "continue from the checkpoint if there is one, also with a larger --spp",
+               options.checkpoint.resume);
+}
+
+void add_diagnosis_flags(CommandFlags& flags, RenderOptions& options) {
+  flags.group("Diagnosis (- is standard output)");
+  flags.text({"--stats", "FILE", "write counts and times as JSON"}, options.stats);
+  flags.text({"--profile", "FILE", "write a timeline for Perfetto or chrome://tracing"}, options.profile);
+  flags.parsed({"--pixel", "X,Y", "with --sample N: trace that path of the pixel and print its vertices"},
+               [&](const std::string& text) {
+                 const std::vector<std::string> xy = split(text, ',');
+                 if (xy.size() != 2) throw UsageError(fmt::format("--pixel {}: takes X,Y", text));
+                 const auto at = [&](int i) { return std::uint32_t(parse_unsigned("--pixel", xy[std::size_t(i)], 65534)); };
+                 options.pixel = PixelIndex{at(0), at(1)};
+               });
+  flags.parsed({"--sample", "N", "see --pixel"}, [&](const std::string& text) {
+    options.sample = parse_unsigned("--sample", text, kMostSamples - 1);
+  });
+  flags.choice({"--progress", "HOW", "bar, on a terminal; openjd: lines on stdout for Open Job Description [bar]"},
+               options.progress, {"bar", "openjd"});
+  flags.toggle("--quiet", "print no notes, no progress and no stage table", options.quiet);
+}
+
+/// Flags that change neither the results nor their names.
+const std::vector<std::string> kAboutExecution = {
+    "--devices",    "--accel",  "--layout",   "--instances", "--memory",
+    "--threads",    "--quiet",  "--progress", "--checkpoint", "--checkpoint-every", "--resume"};
+
+}  // namespace
+
+void add_png_flags(CommandFlags& flags, PngOptions& png) {
+  flags.text({"--png", "FILE", "also write an 8-bit sRGB picture, RGBA if the image has channel A"}, png.file);
+  flags.number({"--exposure", "EV", "exposure of the PNG [0]"}, png.exposure_ev, -64, 64);
+  flags.parsed({"--ev100", "EV", "expose the PNG as a camera set to EV, for scenes in lm, lx and cd/m2; sunlight is 15"},
+               [&](const std::string& text) { png.ev100 = parse_real("--ev100", text, -32, 32); });
+  flags.exclude("--ev100", "--exposure");
+  flags.parsed({"--tonemap", "NAME", fmt::format("tone curve of the PNG: {} [none]", fmt::join(tone_map_names(), ", "))},
+               [&](const std::string& text) {
+                 const auto map = tone_map_of(text);
+                 if (!map) refuse_choice("--tonemap", text, tone_map_names());
+                 png.tone_map = *map;
+               });
+}
+
+void add_render_flags(CommandFlags& flags, RenderOptions& options) {
+  add_all_scene_flags(flags, options.scene);
+  add_execution_flags(flags, options.execution, true);
+  add_output_flags(flags, options);
+  add_diagnosis_flags(flags, options);
+}
+
+RenderOptions parse_render(std::vector<std::string> words) {
+  RenderOptions options;
+  options.settings_text =
+      parse_words(std::move(words), [&](CommandFlags flags) { add_render_flags(flags, options); }, kAboutExecution);
+  return options;
+}
+
+}  // namespace eikon

@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "cli/scene_flags.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+
+#include "film/layers.h"
+
+namespace eikon {
+namespace {
+
+constexpr std::uint64_t kMaxSide = 65535;  // pixel coordinates travel as two 16-bit halves
+constexpr double kMaxRadiance = 1e30;
+constexpr double kMinFNumber = 1e-3, kMaxFNumber = 1e6;
+constexpr double kMaxFocusDistance = 0x1p40;
+constexpr std::uint64_t kMaxSamples = std::uint64_t{1} << 48;
+
+ImageSize parse_size(const std::string& text) {
+  const std::vector<std::string> parts = split(text, 'x');
+  if (parts.size() != 2) throw UsageError(fmt::format("--size {}: takes WIDTHxHEIGHT, e.g. 1280x720", text));
+  const ImageSize size = {std::uint32_t(parse_unsigned("--size", parts[0], kMaxSide)),
+                          std::uint32_t(parse_unsigned("--size", parts[1], kMaxSide))};
+  if (size.width == 0 || size.height == 0)
+    throw UsageError(fmt::format("--size {}: an image has at least one pixel", text));
+  return size;
+}
+
+Crop parse_crop(const std::string& text) {
+  const std::vector<std::string> parts = split(text, ',');
+  if (parts.size() != 4)
+    throw UsageError(fmt::format("--crop {}: takes X0,Y0,X1,Y1 in pixels, the last two exclusive", text));
+  const auto at = [&](std::size_t i) { return std::uint32_t(parse_unsigned("--crop", parts[i], kMaxSide)); };
+  return {at(0), at(1), at(2), at(3)};
+}
+
+SampleRange parse_samples(const std::string& text) {
+  const std::vector<std::string> parts = split(text, ':');
+  if (parts.size() != 2)
+    throw UsageError(fmt::format("--samples {}: takes A:B, the half-open range of samples", text));
+  const SampleRange range = {parse_unsigned("--samples", parts[0], kMaxSamples),
+                             parse_unsigned("--samples", parts[1], kMaxSamples)};
+  if (range.begin >= range.end) throw UsageError(fmt::format("--samples {}: the range is empty", text));
+  return range;
+}
+
+LookAt parse_look_at(const std::string& text) {
+  const std::vector<std::string> parts = split(text, ':');
+  if (parts.size() != 2 && parts.size() != 3)
+    throw UsageError(fmt::format("--look-at {}: takes EYE:TARGET[:UP], each x,y,z", text));
+  LookAt view{parse_vector("--look-at", parts[0]), parse_vector("--look-at", parts[1])};
+  if (parts.size() == 3) view.up = parse_vector("--look-at", parts[2]);
+  return view;
+}
+
+double parse_f_number(const std::string& text) {
+  if (text == "off") return 0;
+  const double f_number = parse_numbers("--f-number", text, 1)[0];
+  if (f_number >= kMinFNumber && f_number <= kMaxFNumber) return f_number;
+  throw UsageError(
+      fmt::format("--f-number {}: lies between {:g} and {:g}; off is a pinhole", text, kMinFNumber, kMaxFNumber));
+}
+
+double parse_focus_distance(const std::string& text) {
+  const double distance_m = parse_numbers("--focus-distance", text, 1)[0];
+  if (distance_m > 0 && distance_m <= kMaxFocusDistance) return distance_m;
+  throw UsageError(fmt::format("--focus-distance {}: lies between 0 and {:g} metres", text, kMaxFocusDistance));
+}
+
+/// A constant R,G,B if the text begins with a number, else the file of a map.
+void parse_environment(const std::string& text, EnvironmentOptions& environment) {
+  const std::string first = text.substr(0, text.find(','));
+  double number = 0;
+  const auto [end, code] = std::from_chars(first.data(), first.data() + first.size(), number);
+  if (code != std::errc() || end != first.data() + first.size()) {
+    environment.map = text;
+    return;
+  }
+  const glm::dvec3 radiance = parse_vector("--env", text);
+  for (int c = 0; c < 3; ++c)
+    if (radiance[c] < 0 || radiance[c] > kMaxRadiance)
+      throw UsageError(fmt::format("--env {}: radiance lies between 0 and {:g}", text, kMaxRadiance));
+  environment.radiance = glm::vec3(radiance);
+}
+
+void parse_aovs(const std::string& text, std::vector<std::string>& aovs) {
+  for (const std::string& layer : split(text, ',')) {
+    if (!is_layer(layer))
+      throw UsageError(fmt::format("--aov {}: no layer '{}'; there is {}", text, layer, layer_names()));
+    if (std::ranges::find(aovs, layer) == aovs.end()) aovs.push_back(layer);
+  }
+}
+
+void add_camera_flags(CommandFlags& flags, SceneOptions& options) {
+  flags.text({"--camera", "NAME|INDEX", "camera of the scene [the first]"}, options.camera);
+  flags.parsed({"--look-at", "EYE:TARGET[:UP]", "a perspective camera of your own; each point is x,y,z in metres"},
+               [&](const std::string& text) { options.look_at = parse_look_at(text); });
+  flags.parsed({"--fov", "DEGREES", "vertical field of view of a perspective camera"}, [&](const std::string& text) {
+    options.fov_deg = parse_real("--fov", text, 0.01, 179);
+  });
+  flags.toggle("--panorama", "every direction around the camera, as an equirectangular image", options.panorama);
+  flags.parsed({"--f-number", "N|off", "aperture of the lens, as of a camera for 35 mm film; off: a pinhole"},
+               [&](const std::string& text) { options.lens.f_number = parse_f_number(text); });
+  flags.parsed({"--focus-distance", "METRES", "distance from the lens at which the image is sharp"},
+               [&](const std::string& text) { options.lens.focus_distance_m = parse_focus_distance(text); });
+}
+
+void add_environment_flags(CommandFlags& flags, EnvironmentOptions& environment) {
+  flags.parsed({"--env", "FILE|R,G,B", "replace the environment: an equirectangular .exr or .hdr, or a constant radiance"},
+               [&](const std::string& text) { parse_environment(text, environment); });
+  flags.number({"--env-scale", "FACTOR", "multiply the environment's radiance [1]"}, environment.scale, 0, 1e9);
+  flags.number({"--env-rotate", "DEGREES", "turn the environment about +Y, from -Z towards -X [0]"},
+               environment.rotate_deg, -36000, 36000);
+}
+
+}  // namespace
+
+void add_scene_flags(CommandFlags& flags, SceneOptions& options) {
+  flags.group("Scene");
+  flags.text({"SCENE", "", "glTF 2.0 file, .gltf or .glb"}, options.scene);
+  flags.text({"--variant", "NAME", "material variant (KHR_materials_variants); `eikon info` lists them"},
+             options.variant);
+  flags.toggle("--strict", "treat unsupported features and rejected samples as errors", options.strict);
+}
+
+void add_image_flags(CommandFlags& flags, SceneOptions& options) {
+  add_camera_flags(flags, options);
+  flags.group("Image");
+  flags.parsed({"--size", "WxH", "width and height in pixels [720 rows at the camera's aspect]"},
+               [&](const std::string& text) { options.size = parse_size(text); });
+  flags.parsed({"--crop", "X0,Y0,X1,Y1", "render this window only, with the bits of the full image"},
+               [&](const std::string& text) { options.crop = parse_crop(text); });
+  flags.parsed({"--samples", "A:B", "render samples A to B-1 of each pixel only, to be merged later"},
+               [&](const std::string& text) { options.samples = parse_samples(text); });
+  flags.parsed({"--filter", "NAME[:WIDTH]", "pixel filter, full width in pixels: " + filter_names() + " [box]"},
+               [&](const std::string& text) { options.filter = parse_filter(text); });
+  flags.toggle("--transparent", "leave the environment out of the picture: adds channel A, R, G, B are premultiplied",
+               options.transparent);
+  flags.parsed({"--aov", "LIST", "additional layers, separated by commas: " + layer_names()},
+               [&](const std::string& text) { parse_aovs(text, options.aovs); });
+}
+
+void add_light_flags(CommandFlags& flags, SceneOptions& options, const std::string& spp_about) {
+  flags.group("Light");
+  flags.number({"--spp", "N", spp_about}, options.spp, 1, double(kMaxSamples));
+  flags.number({"--seed", "N", "seed of the random numbers; images of different seeds are independent [0]"},
+               options.seed, 0, 4294967295.0);
+  add_environment_flags(flags, options.environment);
+  flags.choice<IntegratorChoice>(
+      {"--integrator", "NAME",
+       "path; direct: no indirect light; whitted: only mirrors and glass scatter; raycast: one shadow ray per light "
+       "[path]"},
+      options.integrator,
+      {{"path", IntegratorChoice::path},
+       {"direct", IntegratorChoice::direct},
+       {"whitted", IntegratorChoice::whitted},
+       {"raycast", IntegratorChoice::raycast}});
+  flags.number({"--max-depth", "N", "longest path in edges from the camera: 1 emission, 2 direct light; 0: no limit [0]"},
+               options.max_depth, 0, 4294967295.0);
+  flags.number({"--roulette", "P", "constant survival probability for Russian roulette [by throughput]"},
+               options.roulette, 0.01, 1);
+  flags.choice<LightSampling>(
+      {"--light-sampling", "NAME",
+       "strategy for direct light: mis, light, bsdf, hemisphere; same mean, different variance [mis]"},
+      options.light_sampling,
+      {{"mis", LightSampling::mis},
+       {"light", LightSampling::light},
+       {"bsdf", LightSampling::bsdf},
+       {"cosine", LightSampling::bsdf},
+       {"hemisphere", LightSampling::hemisphere}});
+  flags.number({"--light-samples", "N", "shadow rays per sample, with --integrator direct [1]"}, options.light_samples,
+               1, kMostLightSamples);
+  flags.choice<bool>({"--energy-compensation", "on|off", "add the light that microfacets scatter more than once [off]"},
+                     options.energy_compensation, {{"on", true}, {"off", false}});
+}
+
+void add_all_scene_flags(CommandFlags& flags, SceneOptions& options) {
+  add_scene_flags(flags, options);
+  add_image_flags(flags, options);
+  add_light_flags(flags, options, "samples per pixel [64]");
+}
+
+}  // namespace eikon

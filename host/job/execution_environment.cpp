@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "job/execution_environment.h"
+
+#include <cstdlib>
+#include <string>
+
+#include "core/error.h"
+#include "core/thread_limit.h"
+
+namespace eikon {
+
+void read_execution_environment(Execution& execution) {
+  execution.thread_limit = std::make_shared<const ThreadLimit>(execution.threads);
+  if (const char* off = std::getenv("EIKON_NO_OPTIMISE")) execution.optimise = std::string(off) != "1";
+  if (const char* text = std::getenv("EIKON_LANES")) {
+    const std::string lanes = text;
+    if (lanes != "1" && lanes != "8" && lanes != "16") throw UsageError("EIKON_LANES=" + lanes + ": takes 1, 8 or 16");
+    execution.lanes = std::uint32_t(std::stoul(lanes));
+    execution.chunked = lanes != "1";
+  }
+  if (const char* text = std::getenv("EIKON_STAGES")) {
+    const std::string stages = text;
+    if (stages != "fused" && stages != "unfused")
+      throw UsageError("EIKON_STAGES=" + stages + ": takes fused or unfused");
+    execution.fused = stages == "fused";
+  }
+  if (const char* text = std::getenv("EIKON_WATCHDOG")) {
+    char* end = nullptr;
+    const double seconds = std::strtod(text, &end);
+    if (end == text || *end != '\0' || !(seconds > 0) || seconds > 1e9)
+      throw UsageError(std::string("EIKON_WATCHDOG=") + text + ": takes seconds above 0");
+    execution.watchdog_s = seconds;
+  }
+  if (const char* text = std::getenv("EIKON_TICKS")) {
+    if (std::string(text) != "off") throw UsageError(std::string("EIKON_TICKS=") + text + ": takes off");
+    execution.ticks = false;
+  }
+}
+
+}  // namespace eikon

@@ -1,0 +1,234 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "job/prepare.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "core/clock.h"
+#include "core/error.h"
+#include "scene/environment.h"
+
+namespace eikon {
+namespace {
+
+constexpr std::uint32_t kDefaultRows = 720;
+constexpr double kDefaultAspect = 16.0 / 9.0;
+constexpr double kDefaultFovRad = 0.7;
+constexpr long kMaxSide = 65535;  // pixel coordinates travel as two 16-bit halves
+constexpr double kMaxRadiance = 1e30;
+
+void require_perspective(const Camera& camera, const std::string& flag, const char* what) {
+  if (camera.projection == Projection::perspective) return;
+  throw UsageError(fmt::format(
+      "{}: camera '{}' is {} and has no {}; leave it out, or choose a perspective with --camera or --look-at", flag,
+      camera.name, camera.projection == Projection::panorama ? "a panorama" : "orthographic", what));
+}
+
+/// Changes the camera's own lens by what was asked for.
+void choose_lens(const LensOptions& options, Camera& camera) {
+  if (options.f_number) {
+    const double f_number = *options.f_number;
+    require_perspective(camera, f_number == 0 ? "--f-number off" : fmt::format("--f-number {}", f_number), "lens");
+    if (f_number > 0 && !camera.lens && !options.focus_distance_m)
+      throw UsageError("--f-number: at which distance is it sharp? Log it with --focus-distance METRES");
+    if (f_number == 0) {
+      camera.lens.reset();
+    } else {
+      if (!camera.lens) camera.lens.emplace();
+      camera.lens->radius_m = 0;
+      camera.lens->f_number = f_number;
+    }
+  }
+  if (!options.focus_distance_m) return;
+  const std::string flag = fmt::format("--focus-distance {}", *options.focus_distance_m);
+  require_perspective(camera, flag, "lens");
+  if (!camera.lens)
+    throw UsageError(fmt::format(
+        "{}: camera '{}' is a pinhole, to which everything is sharp; open it with --f-number N", flag, camera.name));
+  camera.lens->focus_distance_m = *options.focus_distance_m;
+}
+
+const Camera& camera_called(const std::string& wanted, const Scene& scene) {
+  const auto named = std::ranges::find(scene.cameras, wanted, &Camera::name);
+  if (named != scene.cameras.end()) return *named;
+  const bool is_number = wanted.find_first_not_of("0123456789") == std::string::npos && wanted.size() < 9;
+  if (const std::size_t index = is_number ? std::stoul(wanted) : scene.cameras.size(); index < scene.cameras.size())
+    return scene.cameras[index];
+  std::string known;
+  for (const Camera& camera : scene.cameras) known += fmt::format("{}'{}'", known.empty() ? "" : ", ", camera.name);
+  throw UsageError(fmt::format("--camera {}: no such camera in {}; it has {}", wanted, scene.path.string(),
+                               known.empty() ? "none" : known));
+}
+
+Camera choose_camera(const SceneOptions& options, const Scene& scene, double aspect, const Log& log) {
+  Camera camera;
+  const double fov_rad = options.fov_deg.value_or(0) * std::numbers::pi / 180.0;
+  if (options.look_at) {
+    const LookAt& view = *options.look_at;
+    camera = look_at_camera(view.eye, view.target, view.up, options.fov_deg ? fov_rad : kDefaultFovRad);
+    camera.name = "--look-at";
+  } else if (!options.camera.empty()) {
+    camera = camera_called(options.camera, scene);
+  } else if (!scene.cameras.empty()) {
+    camera = scene.cameras.front();
+  } else {
+    const Bounds bounds = world_bounds(scene);
+    camera = frame_camera(bounds.empty() ? Bounds{glm::dvec3(-1), glm::dvec3(1)} : bounds, aspect);
+    log("the file has no camera: the whole scene is framed; choose with --look-at EYE:TARGET");
+  }
+  if (options.panorama) {
+    camera.projection = Projection::panorama;
+    camera.aspect = 2;
+  }
+  if (options.fov_deg) {
+    require_perspective(camera, fmt::format("--fov {}", *options.fov_deg), "field of view");
+    camera.yfov_rad = fov_rad;
+  }
+  choose_lens(options.lens, camera);
+  return camera;
+}
+
+Environment choose_environment(const EnvironmentOptions& options, const Scene& scene, const Log& log) {
+  Environment environment;
+  if (!options.map.empty()) {
+    std::vector<std::string> warnings;
+    environment.map = load_environment(options.map, warnings);
+    for (const std::string& warning : warnings) log(warning);
+  } else if (options.radiance) {
+    environment.radiance = *options.radiance;
+  } else if (scene.environment) {
+    environment = *scene.environment;
+  } else if (needs_environment(scene)) {
+    log("the scene has no light: a neutral environment of radiance 1 is used; choose with --env FILE or R,G,B");
+    environment.radiance = glm::vec3(1.0F);
+  } else if (options.scale != 1 || options.rotate_deg != 0) {
+    log("there is no environment for --env-scale and --env-rotate; give one with --env");
+  }
+  environment.scale *= options.scale;
+  environment.rotation_rad += options.rotate_deg * std::numbers::pi / 180.0;
+  if (environment.map) return environment;
+  environment.radiance *= float(options.scale);
+  for (int c = 0; c < 3; ++c)
+    if (!(double(environment.radiance[c]) <= kMaxRadiance))
+      throw UsageError(fmt::format("--env-scale {}: the environment's radiance becomes more than {:g}", options.scale,
+                                   kMaxRadiance));
+  return environment;
+}
+
+/// Logs what was left out of the scene; with --strict that is an error.
+void report_unsupported(const SceneOptions& options, const Scene& scene, const Log& log) {
+  const auto left_out = [](const Unsupported& feature) {
+    return fmt::format("{}: {}: not supported, left out", feature.user, feature.feature);
+  };
+  if (options.strict && !scene.out_of_range.empty())
+    throw InputError(fmt::format("{}: {} (--strict)", options.scene, scene.out_of_range.front()));
+  if (options.strict && !scene.unsupported.empty())
+    throw InputError(fmt::format("{}: {} (--strict)", options.scene, left_out(scene.unsupported.front())));
+  for (const std::string& warning : scene.warnings) log(warning);
+  for (const Unsupported& feature : scene.unsupported) log(left_out(feature));
+}
+
+void settle_camera_and_size(const SceneOptions& options, const Scene& scene, Settings& settings, const Log& log) {
+  const double asked = options.size ? double(options.size->width) / options.size->height : kDefaultAspect;
+  settings.camera = choose_camera(options, scene, asked, log);
+  if (options.size) {
+    settings.width = options.size->width;
+    settings.height = options.size->height;
+  } else {
+    const double aspect = settings.camera.aspect > 0 ? settings.camera.aspect : kDefaultAspect;
+    settings.height = kDefaultRows;
+    settings.width = std::uint32_t(std::clamp(std::lround(aspect * kDefaultRows), 1L, kMaxSide));
+  }
+  const Crop whole{0, 0, settings.width, settings.height};
+  const Crop crop = settings.crop = options.crop.value_or(whole);
+  if (crop.x0 >= crop.x1 || crop.y0 >= crop.y1 || crop.x1 > whole.x1 || crop.y1 > whole.y1)
+    throw UsageError(fmt::format("--crop {},{},{},{}: not a window of the {} x {} image", crop.x0, crop.y0, crop.x1,
+                                 crop.y1, settings.width, settings.height));
+}
+
+/// The integrator, with the rules of which flags go together.
+void settle_integrator(const SceneOptions& options, Settings& settings) {
+  const IntegratorChoice integrator = options.integrator;
+  const bool raycast = integrator == IntegratorChoice::raycast, whitted = integrator == IntegratorChoice::whitted;
+  settings.integrator = raycast ? Integrator::raycast : whitted ? Integrator::whitted : Integrator::path;
+  const bool is_direct = integrator == IntegratorChoice::direct;
+  if (options.roulette == 1 && options.max_depth == 0 && !is_direct)
+    throw UsageError("--roulette 1: no path would ever end; give --max-depth");
+  settings.max_depth = options.max_depth;
+  if (is_direct || raycast)
+    settings.max_depth = settings.max_depth == 0 ? 2 : std::min(settings.max_depth, 2U);
+  settings.roulette = options.roulette;
+  if (settings.roulette > 0) settings.roulette_depth = 2;
+
+  settings.light_sampling = options.light_sampling;
+  const bool samples = samples_lights(options.light_sampling);
+  if (whitted || raycast) {
+    if (!samples)
+      throw UsageError(fmt::format("--integrator {} finds light by shadow rays alone: leave out --light-sampling {}",
+                                   name_of(settings.integrator), name_of(options.light_sampling)));
+    settings.light_sampling = LightSampling::light;
+  }
+  settings.light_samples = options.light_samples;
+  if (options.light_samples == 1) return;
+  if (!is_direct)
+    throw UsageError(
+        fmt::format("--light-samples {}: {}; leave it out, or choose --integrator direct", options.light_samples,
+                    raycast ? "raycast has a shadow ray for each light as it is"
+                                     : "a path goes on with one ray, and is best with one light at each vertex"));
+  if (!samples)
+    throw UsageError(fmt::format("--light-samples {}: --light-sampling {} samples no light; leave one of them out",
+                                 options.light_samples, name_of(options.light_sampling)));
+}
+
+/// Logs which lights of the scene will give less than one may expect.
+void log_unseen_lights(const Scene& scene, const Settings& settings, const Log& log) {
+  if (scene.lights.empty()) return;
+  if (!samples_lights(settings.light_sampling))
+    log(fmt::format("--light-sampling {}: no ray can meet a point, spot or directional light: they give no light",
+                    name_of(settings.light_sampling)));
+  if (std::ranges::any_of(scene.materials, [](const Material& m) { return m.transmission > 0; }))
+    log("light of point, spot and directional lights does not pass through transmissive surfaces: what is behind them "
+        "stays in their shadow; area lights and environments light it");
+}
+
+}  // namespace
+
+Prepared prepare(const SceneOptions& options, const Log& log) {
+  const double begin = host_seconds();
+  auto scene = std::make_shared<Scene>(load_scene(options.scene, options.variant));
+  const double load_s = host_seconds() - begin;
+  Prepared prepared = settle(options, std::move(scene), log);
+  prepared.load_s = load_s;
+  return prepared;
+}
+
+Prepared settle(const SceneOptions& options, std::shared_ptr<Scene> loaded, const Log& log) {
+  Prepared prepared;
+  prepared.scene = std::move(loaded);
+  const Scene& scene = *prepared.scene;
+  report_unsupported(options, scene, log);
+  Settings& settings = prepared.settings;
+  settle_camera_and_size(options, scene, settings, log);
+  prepared.camera_name = settings.camera.name;
+  const SampleRange samples = options.samples.value_or(SampleRange{0, options.spp});
+  settings.sample_begin = samples.begin;
+  settings.sample_end = samples.end;
+  settings.environment = choose_environment(options.environment, scene, log);
+  settings.filter = options.filter;
+  settings.transparent = options.transparent;
+  settings.seed = std::uint32_t(options.seed);
+  settings.energy_compensation = options.energy_compensation;
+  settle_integrator(options, settings);
+  log_unseen_lights(scene, settings, log);
+  prepared.layers = settings.aovs = options.aovs;
+  if (options.denoise)
+    for (const char* guide : {"albedo", "normal"})
+      if (std::ranges::find(settings.aovs, guide) == settings.aovs.end()) settings.aovs.emplace_back(guide);
+  settings.depth_series.assign(options.depth_series.begin(), options.depth_series.end());
+  return prepared;
+}
+
+}  // namespace eikon

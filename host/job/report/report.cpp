@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "job/report/report.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "job/file_identity.h"
+#include "core/error.h"
+#include "io/atomic_file.h"
+
+namespace eikon {
+namespace {
+
+using nlohmann::json;
+
+json rays_json(const RayCounts& rays) {
+  return {{"camera", rays.camera}, {"scattered", rays.scattered}, {"shadow", rays.shadow}, {"total", rays.total()}};
+}
+
+json bounces_json(const Bounces& bounces) {
+  json list = json::array();
+  for (std::size_t i = 0; i < bounces.size() && bounces[i].slots > 0; ++i)
+    list.push_back({{"depth", i + 1},
+                    {"paths", bounces[i].paths},
+                    {"shadow_rays", bounces[i].shadow_rays},
+                    {"lanes", bounces[i].lanes},
+                    {"slots", bounces[i].slots}});
+  return list;
+}
+
+json gaps_json(const StageTotals& gaps) {
+  return {{"count", gaps.launches},
+          {"seconds", gaps.seconds},
+          {"seconds_min", gaps.seconds_min},
+          {"seconds_max", gaps.seconds_max}};
+}
+
+json stage_json(std::size_t device, const std::map<std::string, StageTotals>& stages, const std::string& name) {
+  const StageTotals& s = stages.at(name);
+  const std::uint64_t launches = s.launches + s.pieces;
+  return {{"device", device},
+          {"stage", name},
+          {"launches", s.launches},
+          {"pieces", s.pieces},
+          {"items", s.items},
+          {"bytes", s.bytes},
+          {"seconds", std::max(0.0, s.seconds)},
+          {"seconds_min", s.seconds_min},
+          {"seconds_mean", launches > 0 ? launched_seconds(stages, name) / double(launches) : 0},
+          {"seconds_max", s.seconds_max}};
+}
+
+json layout_rates_json(const std::vector<LayoutRate>& rates) {
+  json measured = json::object();
+  for (const LayoutRate& one : rates) measured[one.layout] = one.mrays_per_s;
+  return measured;
+}
+
+json device_json(const RenderReport& report, const DeviceReport& device) {
+  return {{"index", device.info.index},
+          {"selector", device.info.selector},
+          {"name", device.info.name},
+          {"driver", device.info.driver},
+          {"arithmetic", device.arithmetic.name()},
+          {"layout", device.config.layout},
+          {"layout_reason", device.layout.why},
+          {"layout_mrays_per_s", layout_rates_json(device.layout.rates)},
+          {"lanes", device.config.lanes},
+          {"samples", device.samples},
+          {"samples_per_second", per_second(double(device.samples), device.busy_s)},
+          {"rays", rays_json(device.rays)},
+          {"units", device.units},
+          {"device_bytes", device.device_bytes},
+          {"upload_bytes", device.upload_bytes},
+          {"seconds", device.busy_s},
+          {"open_seconds", device.open_s},
+          {"compile_seconds", device.compile_s},
+          {"upload_seconds", device.upload_s},
+          {"idle_at_end_seconds", idle_at_end_s(report, device)},
+          {"gaps", gaps_json(device.gaps)},
+          {"bounces", bounces_json(device.bounces)}};
+}
+
+json events_json(const std::vector<DeviceEvent>& events) {
+  json list = json::array();
+  for (const DeviceEvent& event : events)
+    list.push_back(
+        {{"seconds", event.at_s}, {"device", event.device}, {"kind", name_of(event.kind)}, {"text", event.text}});
+  return list;
+}
+
+json seconds_json(const RenderReport& report, const CommandTimes& times) {
+  return {{"load", times.load_s},        {"build", report.pack_s + report.build_s},
+          {"compile", report.compile_s}, {"upload", report.upload_s},
+          {"render", report.render_s},   {"write", times.write_s},
+          {"total", times.total_s},      {"first_sample", report.first_sample_s}};
+}
+
+}  // namespace
+
+double per_second(double count, double seconds) { return seconds > 0 ? count / seconds : 0; }
+
+// stats_schema.json documents each field; a test holds the two together.
+void write_stats(const std::filesystem::path& path, const RenderReport& report, const PredictedError& error,
+                 const Prepared& prepared, const CommandTimes& times) {
+  const Settings& settings = prepared.settings;
+  json stats = {{"schema_version", 2},
+                {"scene", {{"path", prepared.scene->path.string()}, {"hash", prepared.scene->hash}}},
+                {"size", {settings.width, settings.height}},
+                {"sample_range", {settings.sample_begin, settings.sample_end}},
+                {"seed", settings.seed},
+                {"features", report.features},
+                {"triangles", report.triangles},
+                {"geometry_bytes", report.geometry_bytes},
+                {"tree", report.reinserted ? "reinserted" : "sah"},
+                {"interrupted", report.interrupted},
+                {"samples", report.samples},
+                {"samples_before", report.samples_before},
+                {"samples_per_second", per_second(double(report.samples), report.render_s)},
+                {"rejected_samples", report.nonfinite + report.saturated},
+                {"rays", rays_json(report.rays)},
+                {"rays_per_second", per_second(double(report.rays.total()), report.render_s)},
+                {"implicit_search_failures", report.given_up},
+                {"relmse_predicted", error.known ? json(error.relmse) : json(nullptr)},
+                {"relmse_interval", error.known ? json({error.lo, error.hi}) : json(nullptr)},
+                {"seconds", seconds_json(report, times)},
+                {"events", events_json(report.events)},
+                {"devices", json::array()},
+                {"stages", json::array()}};
+  for (std::size_t i = 0; i < report.devices.size(); ++i) {
+    const DeviceReport& device = report.devices[i];
+    stats["devices"].push_back(device_json(report, device));
+    for (const std::string& name : stage_order(device.stages))
+      stats["stages"].push_back(stage_json(i, device.stages, name));
+  }
+  // Paths on disk need not be UTF-8.
+  write_text(path, stats.dump(2, ' ', false, json::error_handler_t::replace) + "\n");
+}
+
+void write_text(const std::filesystem::path& path, const std::string& text) {
+  AtomicFile file(path);
+  file.write(text.data(), text.size());
+  file.commit();
+}
+
+void require_writable(const std::vector<std::filesystem::path>& outputs, const std::filesystem::path& input) {
+  std::vector<std::filesystem::path> seen;
+  for (const std::filesystem::path& path : outputs) {
+    if (path.empty()) continue;
+    const AtomicFile probe(path);  // made under its temporary name, and removed again
+    const std::filesystem::path real = place_of(path);
+    if (is_same_file(path, input))
+      throw UsageError(fmt::format("cannot write {}: it is the input; choose another name", path.string()));
+    if (std::find(seen.begin(), seen.end(), real) != seen.end())
+      throw UsageError(
+          fmt::format("cannot write {}: two outputs have that name; choose another for one of them", path.string()));
+    seen.push_back(real);
+  }
+}
+
+}  // namespace eikon

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+// An output named "-" is standard output, which then holds that output alone.
+#include <nlohmann/json.hpp>
+
+#include "cli/command.h"
+
+namespace eikon::testing {
+namespace {
+
+using nlohmann::json;
+
+TEST(StandardOutput, has_the_json_of_each_command_alone) {
+  const Workplace here;
+  ASSERT_TRUE(succeeded(here.eikon(cornell())));
+  const std::string box = scene("cornell.gltf") + " --devices 0 ";
+  const std::pair<std::string, const char*> commands[] = {
+      {"bench rays " + box + "--layout bvh8 --rays 256 --rounds 1 --size 16x16 --json -", "Mrays/s"},
+      {"bench scene " + box + "--spp 2 --size 16x12 --json -", "Msamples/s"},
+      {"render " + box + "-o other.exr --spp 2 --size 16x12 --stats -", "predicted relMSE"},
+      {"render " + box + "-o other.exr --spp 2 --size 16x12 --profile -", "predicted relMSE"},
+      {"meter " + box + "--at 0.278,0.001,0.28 --facing 0,1,0 --spp 1 --json -", ""},
+      {"compare out.exr out.exr --json -", ""}};
+  for (const auto& [command, note] : commands) {
+    const Outcome outcome = here.eikon(command);
+    EXPECT_TRUE(succeeded(outcome)) << command;
+    EXPECT_TRUE(json::accept(outcome.out)) << command << ": " << outcome.out;
+    EXPECT_TRUE(contains(outcome.err, note)) << command << ": " << outcome.err;
+  }
+  EXPECT_EQ(here.files(), (std::vector<std::string>{"other.exr", "out.exr"}));
+}
+
+TEST(StandardOutput, json_of_a_flag_goes_to_a_file_that_is_named) {
+  const Workplace here;
+  ASSERT_TRUE(succeeded(here.eikon(cornell())));
+  EXPECT_TRUE(succeeded(here.eikon("compare out.exr out.exr --json=same.json")));
+  EXPECT_TRUE(json::accept(read_bytes(here / "same.json")));
+}
+
+TEST(StandardOutput, has_the_picture_of_a_render_and_of_a_merge) {
+  const Workplace here;
+  ASSERT_TRUE(succeeded(here.eikon(cornell("--size 16x12 --samples 0:4 --quiet"))));
+  const std::string to_pipe = "render " + scene("cornell.gltf") + " -o - --size 16x12 --samples 0:4";
+  for (const std::string& command : {to_pipe, std::string("merge out.exr -o -")}) {
+    const Outcome outcome = here.eikon(command);
+    ASSERT_TRUE(succeeded(outcome)) << command;
+    EXPECT_TRUE(contains(outcome.err, "predicted relMSE")) << outcome.err;
+    here.write("piped.exr", outcome.out);
+    EXPECT_TRUE(succeeded(here.eikon("compare piped.exr out.exr --fail-above 0"))) << command;
+  }
+  EXPECT_EQ(here.eikon("render " + scene("cornell.gltf") + " -o other.exr --png - --size 4x4 --spp 1").out.substr(0, 8),
+            "\x89PNG\r\n\x1a\n");
+}
+
+TEST(StandardOutput, takes_one_output_and_no_checkpoint_or_series) {
+  const Workplace here;
+  const std::string render = "render " + scene("cornell.gltf") + " --size 4x4 --spp 1 ";
+  EXPECT_TRUE(refused(here.eikon(render + "-o - --png -"), kUsage));
+  EXPECT_TRUE(refused(here.eikon(render + "-o a.exr --checkpoint -"), kUsage));
+  EXPECT_TRUE(refused(here.eikon(render + "-o - --depth-series 1"), kUsage));
+  here.write("jobs.txt", render + "-o -\n");
+  const Outcome batch = here.eikon("batch jobs.txt");
+  EXPECT_EQ(batch.code, 1);
+  EXPECT_TRUE(contains(batch.err, "jobs.txt:1: a job of a batch cannot write to standard output")) << batch.err;
+}
+
+TEST(StandardOutput, that_is_full_is_an_error) {
+  const Workplace here;
+  const Outcome outcome = here.shell(Workplace::binary() + " " + cornell("--size 4x4 --spp 1 --stats - > /dev/full"));
+  EXPECT_TRUE(refused(outcome, kInput));
+}
+
+}  // namespace
+}  // namespace eikon::testing
