@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Values of the command line: text to numbers, strictly. All throw UsageError naming the flag and what it takes.
+// Strict conversion of the command line's text to values. Every function throws UsageError, which
+// names the flag and what it takes.
 #pragma once
 #include <cstdint>
 #include <glm/glm.hpp>
@@ -12,18 +13,18 @@
 
 namespace eikon {
 
-/// "a,b,c" -> pieces; an empty text has none.
+/// Splits "a,b,c" into pieces; an empty text has none.
 std::vector<std::string> split(const std::string& text, char separator);
-/// Finite decimal numbers, `count` of them, separated by commas.
+/// Reads `count` finite decimal numbers, separated by commas.
 std::vector<double> parse_numbers(const std::string& flag, const std::string& text, std::size_t count);
-/// "x,y,z".
+/// Reads "x,y,z".
 glm::dvec3 parse_vector(const std::string& flag, const std::string& text);
-/// A finite decimal number within a range.
+/// Reads a finite decimal number within a range.
 double parse_real(const std::string& flag, const std::string& text, double least, double most);
-/// Decimal, or hexadecimal after 0x.
+/// Reads a whole number: decimal, or hexadecimal after 0x.
 std::uint64_t parse_unsigned(const std::string& flag, const std::string& text, std::uint64_t most,
                              std::uint64_t least = 0);
-/// Bytes: "4000", "512M", "4G", "4GiB"; a kilobyte has 1024.
+/// Reads a number of bytes: "4000", "512M", "4G" or "4GiB". A kilobyte has 1024 bytes.
 std::uint64_t parse_size_bytes(const std::string& flag, const std::string& text);
 
 template <class Number>
@@ -36,7 +37,7 @@ Number parse_number(const std::string& flag, const std::string& text, double lea
 
 [[noreturn]] void refuse_choice(const std::string& flag, const std::string& text, const std::vector<std::string>& words);
 
-/// The value of one of some words.
+/// Looks up the value of a word.
 template <class Value>
 const Value& choose(const std::string& flag, const std::string& text, const std::map<std::string, Value>& values) {
   if (const auto found = values.find(text); found != values.end()) return found->second;

@@ -15,7 +15,8 @@ namespace {
 
 constexpr std::size_t kHelpColumn = 34;
 
-/// Refuses empty values: `-o "$OUT"` with nothing in OUT must not write where nobody looks.
+/// Refuses empty values: with nothing in OUT, `-o "$OUT"` must not write to a default that the user
+/// does not know of.
 CLI::Option* add(CLI::App& app, const FlagText& flag, ParseText parse) {
   const std::string name = flag.names.substr(flag.names.rfind(',') + 1);
   const bool positional = name[0] != '-';
@@ -32,7 +33,8 @@ CLI::Option* add(CLI::App& app, const FlagText& flag, ParseText parse) {
   return option->type_size(1)->required(positional)->option_text(flag.placeholder);
 }
 
-/// `--json -` as `--json=-`: a word behind `--json` is otherwise a positional argument.
+/// Joins `--json -` to `--json=-`, since CLI11 takes a word behind a flag for a positional
+/// argument.
 std::vector<std::string> join_json_dash(int argc, char** argv) {
   std::vector<std::string> words;
   for (int i = 1; i < argc; ++i) {
@@ -125,7 +127,7 @@ std::optional<int> parse_command_line(int argc, char** argv, const std::string& 
 std::string parse_words(std::vector<std::string> words, const std::function<void(CommandFlags)>& add_flags,
                         const std::vector<std::string>& left_out) {
   CLI::App app;
-  app.set_help_flag();  // a line of a batch that asks for help renders nothing: an error like any unknown flag
+  app.set_help_flag();  // a line of a batch cannot ask for help
   add_flags(CommandFlags(app));
   std::ranges::reverse(words);  // as CLI11 takes them
   try {

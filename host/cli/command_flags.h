@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The flags of one command: a thin layer over CLI11, which takes eight seconds to compile wherever it is included. Here is
-// the only place that includes it; a value reaches its command through a function that parses text or throws UsageError.
+// The flags of one command: a thin layer over CLI11, which costs seconds of compile time in every
+// source that includes it. Only command_flags.cpp does.
 #pragma once
 #include <cstdint>
 #include <functional>
@@ -21,45 +21,45 @@ class Option;
 
 namespace eikon {
 
-/// What a command does once its flags are read.
+/// Runs a command once its flags are read.
 using Command = std::function<ExitCode()>;
 
 /// Takes the text of a flag's value, which is not empty. throws UsageError naming the flag
 using ParseText = std::function<void(const std::string&)>;
 
-/// How --help shows a flag: "--spp N [64]    samples per pixel".
+/// The text of a flag in --help: "--spp N    samples per pixel [64]".
 struct FlagText {
   std::string names;        // "-o,--output"; a positional argument has no dashes
-  std::string placeholder;  // "N"; what follows the name in --help, with the default in brackets
-  std::string about;        // one line
+  std::string placeholder;  // "N", follows the name
+  std::string about;        // one line; ends with the default in brackets
 };
 
 class CommandFlags {
  public:
   explicit CommandFlags(CLI::App& app) : app_(&app) {}
 
-  /// A command below this one. "Example: ..." and whatever else follows the flags is its footer.
+  /// Adds a command below this one. The footer follows the flags in --help.
   CommandFlags command(const std::string& name, const std::string& about, const std::string& footer);
-  /// Names one command, which must be given, of those below.
+  /// Makes it an error to name none of the commands below this one.
   void require_command();
-  /// `chosen` becomes `command` when the user names this command.
+  /// Sets `chosen` to `command` when the user names this command.
   void run(Command& chosen, Command command);
 
-  /// The heading of the flags that follow, in --help.
+  /// Sets the heading, in --help, of the flags that are added from now on.
   void group(const std::string& title) { group_ = title; }
 
-  // All that is referred to must live as long as the parser.
+  // These add a flag. The values that they refer to must live as long as the parser.
   void parsed(const FlagText& flag, ParseText parse);
   void text(const FlagText& flag, std::string& value);
   void toggle(const std::string& name, const std::string& about, bool& value);
-  /// Decimal numbers, or whole ones (also 0x..), within a range.
+  /// Takes a number within a range: a whole one, also as 0x.., if Number is an integer.
   template <class Number>
   void number(const FlagText& flag, Number& value, double least, double most) {
     parsed(flag, [&value, name = last_name(flag.names), least, most](const std::string& text) {
       value = parse_number<Number>(name, text, least, most);
     });
   }
-  /// One of some words.
+  /// Takes one of some words.
   template <class Value>
   void choice(const FlagText& flag, Value& value, const std::map<std::string, Value>& values) {
     parsed(flag, [&value, values, name = last_name(flag.names)](const std::string& text) {
@@ -67,14 +67,14 @@ class CommandFlags {
     });
   }
   void choice(const FlagText& flag, std::string& value, const std::vector<std::string>& words);
-  /// Any number of values; of a flag, also with commas between them.
+  /// Takes any number of values; those of a flag may also be separated by commas.
   void list(const FlagText& flag, ParseText parse_each);
-  /// --json, which means --json -, or --json=FILE.
+  /// Adds --json=FILE, where --json alone means standard output.
   void json(std::string& file, const std::string& about);
 
   void require(const std::string& name);
   void exclude(const std::string& name, const std::string& other);
-  /// Flags that are accepted, but not shown by --help, since they change nothing of what this command tells.
+  /// Leaves flags out of --help that are accepted but do not change this command's results.
   void hide(std::initializer_list<const char*> names);
 
  private:
@@ -84,12 +84,14 @@ class CommandFlags {
   [[nodiscard]] static std::string last_name(const std::string& names);
 };
 
-/// Reads the process's arguments; `add` adds commands to the root. Returns the exit code where that ends the process, after
-/// --help or an error, and nothing where a command is to run.
+/// Reads the process's arguments; `add` adds commands to the root.
+/// returns  the exit code after --help or --version; nothing if a command is to run
+/// throws UsageError
 [[nodiscard]] std::optional<int> parse_command_line(int argc, char** argv, const std::string& footer,
                                                     const std::function<void(CommandFlags)>& add);
 
-/// Reads words as the flags that `add` adds. Returns each flag that was given, with its values, except those in `left_out`.
+/// Reads words as the flags that `add` adds.
+/// returns  each flag that was given, with its values, except those in `left_out`
 /// throws UsageError
 [[nodiscard]] std::string parse_words(std::vector<std::string> words, const std::function<void(CommandFlags)>& add,
                                       const std::vector<std::string>& left_out);

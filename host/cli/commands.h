@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The commands. Each adds itself to the parser; the one that the user names stores in `chosen` what is to run.
+// The commands. Each adds itself to the parser; the one that the user names sets `chosen`.
 #pragma once
 #include "cli/command_flags.h"
 

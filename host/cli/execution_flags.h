@@ -8,17 +8,18 @@
 
 namespace eikon {
 
-/// `--accel` takes it beside the names of accelerators in `bench rays`: a table of all.
+/// With this name, `bench rays --accel` measures every accelerator.
 inline const char* const kEveryAccelerator = "all";
 
-// `execution` must outlive the parser.
-/// --instances.
+// These add flags; `execution` must outlive the parser.
+/// Adds --instances.
 void add_instance_flag(CommandFlags& flags, Execution& execution);
-/// --devices, --threads, --memory, --accel, --instances, --layout.
-/// probe: whether --layout takes kProbeLayouts; every: whether --accel takes kEveryAccelerator
+/// Adds --devices, --threads, --memory, --accel, --instances and --layout.
+/// probe  --layout also takes kProbeLayouts
+/// every  --accel also takes kEveryAccelerator
 void add_execution_flags(CommandFlags& flags, Execution& execution, bool probe = false, bool every = false);
 
-/// The environment variables that eikon reads, for the end of --help.
+/// Lists the environment variables that eikon reads, for the end of --help.
 [[nodiscard]] std::string environment_help();
 
 }  // namespace eikon

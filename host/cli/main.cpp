@@ -39,14 +39,14 @@ int run(int argc, char** argv) {
   return code ? *code : int(chosen());
 }
 
-/// A process that was started with a standard stream closed would give its number to the next file that it opens, and then write
-/// its messages there.
+/// Opens those standard streams that are closed: the next file that the process opens would get
+/// their number, and then its messages.
 void open_standard_streams() {
   for (int stream = STDIN_FILENO; stream <= STDERR_FILENO; ++stream)
     if (fcntl(stream, F_GETFD) < 0 && errno == EBADF) (void)!open("/dev/null", O_RDWR);  // takes the lowest free number
 }
 
-/// Results that did not reach standard output are not there.
+/// Turns success into an error when results did not reach standard output.
 int with_results(int code) {
   if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return code;
   const int failed = report(eikon::ExitCode::input, "cannot write to standard output: is there space where it goes?");

@@ -11,10 +11,10 @@ namespace eikon {
 
 // `options` and `png` must live as long as the parser.
 void add_render_flags(CommandFlags& flags, RenderOptions& options);
-/// --png, --exposure, --ev100, --tonemap.
+/// Adds --png, --exposure, --ev100 and --tonemap.
 void add_png_flags(CommandFlags& flags, PngOptions& png);
 
-/// What follows `eikon render` on a command line, already split into words. throws UsageError
+/// Reads the words that follow `eikon render` on a command line. throws UsageError
 [[nodiscard]] RenderOptions parse_render(std::vector<std::string> words);
 
 }  // namespace eikon

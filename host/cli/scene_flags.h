@@ -8,14 +8,14 @@
 
 namespace eikon {
 
-// Each adds some flags to a command; `options` must live as long as the parser.
-/// The scene file, and how strictly it is read.
+// These add flags to a command; `options` must live as long as the parser.
+/// Adds the scene file, and how strictly it is read.
 void add_scene_flags(CommandFlags& flags, SceneOptions& options);
-/// The camera, the picture and its layers.
+/// Adds the camera, the picture and its layers.
 void add_image_flags(CommandFlags& flags, SceneOptions& options);
-/// The environment, and how paths find light. spp_about: what --spp counts
+/// Adds the environment, and how paths find light. spp_about: the text of --spp in --help
 void add_light_flags(CommandFlags& flags, SceneOptions& options, const std::string& spp_about);
-/// All of these.
+/// Adds all of these.
 void add_all_scene_flags(CommandFlags& flags, SceneOptions& options);
 
 }  // namespace eikon

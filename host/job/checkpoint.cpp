@@ -85,7 +85,7 @@ void CheckpointFile::read(const Prepared& prepared) {
                      options_.file, extra_samples_));
 }
 
-/// What lies there may be of an image that the same line rendered before it was edited.
+/// Reads the file, or says that it will be replaced: the batch's line may have been edited since.
 void CheckpointFile::read_if_it_fits(const Prepared& prepared) {
   std::string why;
   try {
@@ -107,7 +107,7 @@ void CheckpointFile::attach(RenderHooks& hooks) {
   hooks.checkpoint = [this](const FilmState& state) { write(state.film, state.done, state.arithmetic); };
   hooks.checkpoint_every_s = options_.every_s;
   hooks.checkpoint_now = asked_.get();
-  // Every render of the process looks for itself: a signal asks all of them.
+  // One signal asks all renders of the process, so each compares the count for itself.
   hooks.progress = [this, usual = std::move(hooks.progress)](const Progress& progress, const Film& film) {
     const std::uint64_t now = checkpoint_signals();
     if (std::exchange(requests_, now) != now) *asked_ = true;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The checkpoint of a render: an OpenEXR file with the exact sums so far, which --resume goes on from and `eikon merge` takes.
+// The checkpoint of a render: an OpenEXR file with the exact sums so far, which --resume continues
+// and `eikon merge` accepts.
 #pragma once
 #include <atomic>
 #include <memory>
@@ -17,30 +18,33 @@ struct CheckpointOptions {
   std::string file;  // empty: none
   double every_s = 60;
   bool resume = false;
-  bool implied = false;  // --resume was not asked for: what cannot be gone on from is replaced rather than refused
+  bool implied = false;  // resume if possible: a file that cannot be resumed is replaced, not refused
 };
 
 class CheckpointFile {
  public:
-  /// From now on SIGUSR1 asks for a checkpoint, if there is a file for it; see stop_signals.h
-  /// log: takes what the user should know. throws UsageError when the options do not go together
+  /// From now on SIGUSR1 asks for a checkpoint, if a file is named; see stop_signals.h
+  /// throws UsageError when the options do not go together
   CheckpointFile(CheckpointOptions options, Log log);
 
-  /// Before the scene is released. With --resume, reads the file if there is one.
-  /// throws InputError when that is damaged or holds another image, naming what differs
+  /// Reads the file if there is one and --resume is given. To be called before the scene is
+  /// released.
+  /// throws InputError if the file is damaged or holds another image, and names what differs
   void begin(const Prepared& prepared);
-  /// What the render begins with, and where its checkpoints go. Writing one may fail: that is said, and tried again.
+  /// Gives the render the sums to begin with, and writes its checkpoints. A failure to write one is
+  /// logged, and the next is tried.
   void attach(RenderHooks& hooks);
-  /// Once the render has ended: whether the last checkpoint is whole, with another try if it is not.
+  /// Writes the last checkpoint again if that failed. To be called when the render has ended.
   void end(const RenderOutput& done);
 
-  /// After begin(): what is said beside sums of such samples, in any output that carries them.
+  /// After begin(): describes sums of such samples, for the header of any file that has them.
   [[nodiscard]] FilmRecord record(const SampleSet& done, const std::set<std::string>& arithmetic) const;
-  /// After begin(): of the mattes among the layers (render/mattes.h).
+  /// After begin(): the manifests of the mattes among the layers (film/mattes.h).
   [[nodiscard]] const std::map<std::string, std::string>& manifests() const { return manifests_; }
-  /// After end(): false when the last checkpoint could not be written, or holds more samples than were asked for.
+  /// After end(): false if the last checkpoint could not be written, or has more samples than asked
+  /// for.
   [[nodiscard]] bool as_asked() const { return last_failure_.empty() && extra_samples_ == 0; }
-  /// After end(): whether there is a file, and it holds all that was done.
+  /// After end(): true if there is a file and it holds everything that was done.
   [[nodiscard]] bool is_whole() const { return !options_.file.empty() && there_is_one_ && last_failure_.empty(); }
   [[nodiscard]] const std::string& file() const { return options_.file; }
 
@@ -53,10 +57,10 @@ class CheckpointFile {
   Metadata metadata_;
   std::optional<FilmState> begin_with_;
   std::uint64_t asked_samples_ = 0, extra_samples_ = 0, saved_samples_ = 0;
-  bool there_is_one_ = false;   // a checkpoint of this render lies in the file
-  std::string last_failure_;    // of the last try; empty when it went well
-  std::uint64_t requests_ = 0;  // SIGUSR1s that were seen
-  std::unique_ptr<std::atomic<bool>> asked_ = std::make_unique<std::atomic<bool>>(false);  // by one of them
+  bool there_is_one_ = false;   // the file is a checkpoint of this render
+  std::string last_failure_;    // empty if the last checkpoint was written
+  std::uint64_t requests_ = 0;  // how many SIGUSR1s were seen
+  std::unique_ptr<std::atomic<bool>> asked_ = std::make_unique<std::atomic<bool>>(false);
 
   void read(const Prepared& prepared);
   void read_if_it_fits(const Prepared& prepared);

@@ -4,9 +4,9 @@
 
 namespace eikon {
 
-/// Reads the environment variables EIKON_LANES, EIKON_STAGES, EIKON_NO_OPTIMISE, EIKON_WATCHDOG and EIKON_TICKS, which
-/// `eikon --help` explains, and holds the host's own threads to `execution.threads` and to what the process may use, as
-/// long as `execution` or a copy of it lives.
+/// Reads EIKON_LANES, EIKON_STAGES, EIKON_NO_OPTIMISE, EIKON_WATCHDOG and EIKON_TICKS, which
+/// `eikon --help` explains. As long as `execution` or a copy of it lives, the host uses at most
+/// `execution.threads` threads, and at most those that the process may use.
 /// throws UsageError
 void read_execution_environment(Execution& execution);
 

@@ -22,8 +22,8 @@ std::vector<std::string> names_of(const fs::path& file) {
 }  // namespace
 
 fs::path place_of(const fs::path& path) {
-  std::error_code error;  // a name that is too long, a loop of links: opening the file says so
-  // Of a relative path that does not exist yet, weakly_canonical alone makes no absolute one.
+  std::error_code error;  // such as a loop of links: opening the file will report it
+  // weakly_canonical alone leaves a relative path relative if nothing of it exists.
   const fs::path whole = fs::absolute(path, error);
   fs::path real = fs::weakly_canonical(whole, error);
   return error ? whole.lexically_normal() : real;
@@ -53,7 +53,7 @@ std::vector<fs::path> inputs_of(const std::string& scene, const std::string& env
 void refuse_to_replace_inputs(const std::vector<fs::path>& outputs, const std::string& scene,
                               const std::string& environment) {
   std::error_code absent;
-  std::vector<fs::path> there;  // what is not there yet replaces nothing
+  std::vector<fs::path> there;  // others replace nothing
   for (const fs::path& output : outputs)
     if (!output.empty() && fs::exists(output, absent)) there.push_back(output);
   if (there.empty()) return;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files by what they are, rather than by one of their names.
+// Recognises a file by any of its names.
 #pragma once
 #include <cstddef>
 #include <filesystem>
@@ -10,27 +10,30 @@
 
 namespace eikon {
 
-/// Where a name leads to, absolute, links followed; as it is written, where that cannot be followed.
+/// The absolute path that a name leads to, with links followed; the name as an absolute path if
+/// they cannot be followed.
 [[nodiscard]] std::filesystem::path place_of(const std::filesystem::path& path);
 
-/// Whether two names lead to one file, also by a hard link.
+/// True if two names lead to the same file, be it by a hard link.
 [[nodiscard]] bool is_same_file(const std::filesystem::path& a, const std::filesystem::path& b);
 
-/// A number for each file, found again by any of its names.
+/// Gives files numbers, which are found again by any name of the file.
 class FileTable {
  public:
-  /// The first number of a file stays.
+  /// Keeps the number if the file has one already.
   void put(const std::filesystem::path& file, std::size_t number);
   [[nodiscard]] std::optional<std::size_t> find(const std::filesystem::path& file) const;
 
  private:
-  std::map<std::string, std::size_t> numbers_;  // by place, and by what the file system calls what is there
+  std::map<std::string, std::size_t> numbers_;  // by path, and by device and inode
 };
 
-/// Everything that a render of a scene reads: the scene, what it names, and the map `environment` unless that is empty.
+/// The files that a render reads: the scene, the files that it names, and the map `environment`
+/// unless that is empty.
 [[nodiscard]] std::vector<std::filesystem::path> inputs_of(const std::string& scene, const std::string& environment);
 
-/// throws UsageError when one of the outputs is what a render of the scene reads. Empty names are left out.
+/// Refuses outputs that a render of the scene reads. Empty names are left out.
+/// throws UsageError
 void refuse_to_replace_inputs(const std::vector<std::filesystem::path>& outputs, const std::string& scene,
                               const std::string& environment);
 

@@ -10,16 +10,17 @@
 
 namespace eikon {
 
-/// Takes one line that the user should know, without its end.
+/// Takes one line for the user, without the end of line.
 using Log = std::function<void(const std::string&)>;
 
-/// Writes to stderr and ignores failure: fmt::print would throw, but a full disk behind a log must not end a render.
+/// Writes to stderr and ignores failure. fmt::print would throw, but a full disk behind a log must
+/// not end a render.
 template <class... Arguments>
 void print_to_stderr(fmt::format_string<Arguments...> text, Arguments&&... arguments) {
   (void)std::fputs(fmt::format(text, std::forward<Arguments>(arguments)...).c_str(), stderr);
 }
 
-/// Writes "eikon: LINE" to stderr, or nothing.
+/// Writes each line to stderr as "eikon: LINE", unless quiet.
 inline Log log_unless(bool quiet) {
   if (quiet) return [](const std::string&) {};
   return [](const std::string& line) { print_to_stderr("eikon: {}\n", line); };

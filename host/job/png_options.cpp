@@ -6,8 +6,9 @@
 namespace eikon {
 namespace {
 
-/// The factor that makes the largest luminance that a camera set to EV100 can record, 1.2 * 2^EV100 cd/m^2, white; in EV.
-/// source  [Lagarde, de Rousiers 2014, "Moving Frostbite to Physically Based Rendering", section 5.1.2]
+/// The exposure in EV that maps 1.2 * 2^EV100 cd/m^2 to white: the largest luminance that a camera
+/// set to EV100 can record.
+/// source  [Lagarde, de Rousiers 2014, "Moving Frostbite to Physically Based Rendering", 5.1.2]
 double exposure_of_camera(double ev100) { return -(ev100 + std::log2(1.2)); }
 
 }  // namespace

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// From what the user asked for and what the scene holds to the settings of a render.
+// Makes the settings of a render from its options and the scene.
 #pragma once
 #include <memory>
 #include <string>

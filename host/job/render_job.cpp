@@ -37,7 +37,7 @@ std::string given_up_line(const Scene& scene, const RenderReport& report) {
       report.given_up, names, EK_IMPLICIT_STEPS);
 }
 
-/// all: rejected samples of this run, and of the runs before it that the film's counts tell of
+/// all  the rejected samples of this run and, by the film's counts, of the runs before it
 std::string rejected_line(const RenderReport& report, std::uint64_t all) {
   const std::uint64_t now = report.nonfinite + report.saturated;
   std::string line = fmt::format("{} samples were rejected ({} not finite, {} beyond the film's range", all,
@@ -115,7 +115,7 @@ void RenderJob::render(const std::atomic<bool>& stop, RenderHooks hooks) {
   }
   if (device_slot_ != nullptr) device_slot_->under_way();
   for (const std::string& note : report().notes) log_(note);
-  const bool failed = !failure_.empty();  // which tells why each of them was dropped
+  const bool failed = !failure_.empty();  // failure_ then says why each device was dropped
   for (const DeviceEvent& event : report().events)
     if (!failed) log_(fmt::format("device {}: {}", report().devices[event.device].info.selector, event.text));
   checkpoint_.end(*done_);

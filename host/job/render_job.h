@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A render of the command line in its steps. Any number of jobs can run in one process: signals, progress and what is said to
-// the user are the caller's.
+// A render from its options to its files, step by step. Any number of jobs can run in one process:
+// the caller handles signals, progress and messages.
 #pragma once
 #include <atomic>
 #include <filesystem>
@@ -21,7 +21,7 @@ namespace eikon {
 class RenderJob {
  public:
   /// Checks that the outputs can be written, before any work.
-  /// log      takes what the user should know: what was decided, what is wrong with the image
+  /// log      takes notes for the user: defaults that were chosen, faults of the image
   /// begin_s  process_seconds() when the work began, for --stats
   /// throws UsageError, InputError
   RenderJob(RenderOptions options, Log log, double begin_s = 0);
@@ -30,15 +30,17 @@ class RenderJob {
   void load();
   /// The same with a scene that is loaded already, in load_s seconds. throws InputError, UsageError
   void load(std::shared_ptr<Scene> scene, double load_s);
-  /// The scene's layout for settings(): render() takes that, and leaves the scene as it is.
+  /// Makes render() use this packed scene for settings(), and leave the scene as it is.
   void use(std::shared_ptr<PackedScene> packed) { packed_ = std::move(packed); }
-  /// Its turn of `devices`, which is where render() has them from. After use(). stop: see DevicePrefetcher
+  /// Its turn of `devices`, which is where render() has them from. After use(). stop: see
+  /// DevicePrefetcher
   void take_devices(DevicePrefetcher& devices, const std::atomic<bool>& stop);
   /// Renders until all is done or `stop` is set. throws Error
   void render(const std::atomic<bool>& stop, RenderHooks hooks);
-  /// Writes every output, also of a render that was stopped; nothing when that was before its first sample.
-  /// elsewhere: whether what is done is kept in the folder for temporary files where the picture cannot be written
-  /// throws InputError; DeviceError, when all is written, if that is all that was done before no device was left
+  /// Writes every output, also of a render that was stopped, but nothing before its first sample.
+  /// elsewhere  keep what is done in the folder for temporary files if the picture cannot be
+  ///            written
+  /// throws InputError; DeviceError, after writing, if the render ended because no device was left
   void write(bool elsewhere = true);
 
   [[nodiscard]] const RenderOptions& options() const { return options_; }
@@ -52,7 +54,8 @@ class RenderJob {
   [[nodiscard]] const PredictedError& error() const { return error_; }
   /// done, not_as_asked, or interrupted.
   [[nodiscard]] ExitCode code() const;
-  /// What a render prints on stdout: the table of stages unless quiet, where the image is, and how wrong it is.
+  /// Prints the table of stages unless quiet, where the image is, and its predicted error on
+  /// stdout.
   void print() const;
 
  private:
@@ -75,13 +78,14 @@ class RenderJob {
   void write_files(bool elsewhere);
   void write_image(bool elsewhere);
   void write_picture(const ExrOptions& exr, bool elsewhere);
-  /// Where what is done was kept instead, and how to get at it; empty: it could not be.
+  /// Keeps what is done in another file. Returns a text that says how to resume; empty if that
+  /// failed.
   [[nodiscard]] std::string keep_elsewhere(ExrOptions exr);
-  /// Nothing, and that is said, when the library fails.
+  /// Returns nothing, and logs why, if the library fails.
   [[nodiscard]] std::optional<Image> denoise();
-  /// exr: as of the whole picture
+  /// exr  the options of the whole picture
   void write_depth_series(ExrOptions exr);
-  /// In full precision when half floats do not do.
+  /// Falls back to full precision if half floats overflow.
   void write_film(const std::filesystem::path& file, const Film& film, const Metadata& metadata, ExrOptions exr);
   [[nodiscard]] std::uint64_t rejected_samples() const;  // of this run and those before
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// All that a render is asked for: by `eikon render`, and by each line of a batch.
+// The options of a render: of `eikon render`, and of each line of a batch.
 #pragma once
 #include <filesystem>
 #include <optional>
@@ -28,15 +28,16 @@ struct RenderOptions {
   std::string progress = "bar";
   std::string settings_text;  // of a batch: every flag that decides the results, and its value
 
-  /// -o, or SCENE.exr in the current folder.
+  /// The file of -o, or SCENE.exr in the current folder.
   [[nodiscard]] std::filesystem::path exr() const;
-  /// The file beside `file` for light that was scattered at most `most` times (--depth-series): room.exr -> room.depth2.exr.
+  /// The file beside `file` for light that was scattered at most `most` times (--depth-series):
+  /// room.exr -> room.depth2.exr.
   [[nodiscard]] static std::filesystem::path partial(const std::filesystem::path& file, std::uint32_t most);
   /// The files that a finished render leaves.
   [[nodiscard]] std::vector<std::filesystem::path> results() const;
   /// Every file that it writes.
   [[nodiscard]] std::vector<std::filesystem::path> outputs() const;
-  /// Whether one path is to be traced and printed, rather than a picture rendered.
+  /// True if a path is to be traced and printed instead of rendering.
   [[nodiscard]] bool is_replay() const { return pixel || sample; }
 };
 

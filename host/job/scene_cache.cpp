@@ -31,7 +31,8 @@ std::uint64_t bytes_of(const Scene& scene) {
   return bytes;
 }
 
-// Not PackedScene::bytes(): a render may be adding trees to it. They take about as much as the triangles.
+// PackedScene::bytes() cannot be asked, since a render may be adding trees. They take about as much
+// as the triangles.
 std::uint64_t bytes_of(const PackedScene& packed) {
   return 3 * bytes_of(packed.triangles) + bytes_of(packed.shapes) + bytes_of(packed.normals) + bytes_of(packed.tangents) +
          bytes_of(packed.colors) + bytes_of(packed.lights) + bytes_of(packed.environment_texels);
@@ -43,7 +44,7 @@ std::uint64_t bytes_of(const SceneCache::Kept& kept) {
   return bytes;
 }
 
-constexpr std::size_t kScenes = 8, kLayouts = 4;  // at most, whatever their size
+constexpr std::size_t kScenes = 8, kLayouts = 4;  // the most that are kept, whatever their size
 
 }  // namespace
 
@@ -63,7 +64,7 @@ std::shared_ptr<SceneCache::Kept> SceneCache::load(const std::filesystem::path& 
     for (const auto& kept : kept_) bytes += bytes_of(*kept);
     return bytes;
   };
-  // What comes may be several times its files.
+  // A scene in memory may take several times the size of its files.
   while (!kept_.empty() && (kept_.size() >= kScenes || total() + 4 * digest.bytes > budget_bytes_)) kept_.pop_front();
   auto kept = std::make_shared<Kept>();
   const double begin = host_seconds();

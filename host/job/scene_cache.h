@@ -13,31 +13,35 @@
 
 namespace eikon {
 
-/// Any thread may call it.
+/// Keeps scenes as loaded and as packed. Any thread may call it.
 class SceneCache {
  public:
-  /// A scene as loaded, and as laid out for different settings.
+  /// A scene as loaded, and as packed for different settings.
   struct Kept {
     InputsDigest digest{};
-    std::shared_ptr<Scene> scene{};  // its meshes are there
+    std::shared_ptr<Scene> scene{};  // with its meshes
     std::string variant{};
     double load_s = 0;
     struct Packed {
       std::string key{};
-      bool improved = false;  // rays enough to improve its trees are expected
+      bool improved = false;  // its trees are improved by reinsertion
       std::shared_ptr<PackedScene> scene{};
     };
     std::list<Packed> packed{};
   };
 
-  /// budget_bytes: of all that is kept, roughly
+  /// budget_bytes  rough limit of everything that is kept
   explicit SceneCache(std::uint64_t budget_bytes) : budget_bytes_(budget_bytes) {}
 
-  /// Whether a scene of such files may stay; what is larger is loaded for one job, and freed as it is packed.
+  /// True if a scene of such files may stay. A larger one is loaded for one job, and freed as it is
+  /// packed.
   [[nodiscard]] bool takes(const InputsDigest& digest) const { return digest.bytes < budget_bytes_ / 8; }
-  /// The scene that `digest` is of, in this variant (see load_scene), from memory or read. throws InputError
+  /// The scene whose files have this digest, in this variant (see load_scene): from memory, or
+  /// loaded.
+  /// throws InputError
   std::shared_ptr<Kept> load(const std::filesystem::path& path, const std::string& variant, const InputsDigest& digest);
-  /// Its layout for these settings. environment: one text, the same whenever the environment is
+  /// Packs the scene for these settings, or finds it packed.
+  /// environment  a text that is the same whenever the environment is
   std::shared_ptr<PackedScene> pack(Kept& kept, const Settings& settings, const Execution& execution,
                                     const std::string& environment);
   void clear();
@@ -45,7 +49,7 @@ class SceneCache {
  private:
   std::mutex mutex_;
   std::uint64_t budget_bytes_;
-  std::list<std::shared_ptr<Kept>> kept_;  // the one used last at the end
+  std::list<std::shared_ptr<Kept>> kept_;  // the most recently used at the end
 };
 
 }  // namespace eikon

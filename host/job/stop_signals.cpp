@@ -17,7 +17,7 @@ bool is_ignored(int signal) {
   return sigaction(signal, nullptr, &now) == 0 && now.sa_handler == SIG_IGN;
 }
 
-/// As if nobody had asked for it.
+/// Lets the signal do what it would do without us.
 void act_by_default(int signal) {
   std::signal(signal, SIG_DFL);
   sigset_t one;
@@ -28,7 +28,7 @@ void act_by_default(int signal) {
 }
 
 struct Received {
-  sigset_t all{}, ignored{};  // ignored: by whoever started the process
+  sigset_t all{}, ignored{};  // ignored: when the process started
 };
 
 void receive(const Received& signals) {
@@ -60,7 +60,7 @@ void receive_signals() {
     sigaddset(&blocked, signal);
     if (is_ignored(signal)) {
       sigaddset(&signals.ignored, signal);
-      if (signal == SIGHUP) continue;  // nohup: it stays where it is
+      if (signal == SIGHUP) continue;  // started by nohup: stays ignored
     }
     sigaddset(&signals.all, signal);
   }

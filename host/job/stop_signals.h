@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// SIGINT, SIGTERM and SIGHUP end the work in hand and keep what is done; SIGUSR1 asks for a checkpoint. A thread of its own takes
-// them, and all others block them: drivers that compile within the process (LLVM) put handlers of their own in the place of any,
-// which lose some signals and run in the wrong moment for others.
+// SIGINT, SIGTERM and SIGHUP end a render and keep what is done; SIGUSR1 asks for a checkpoint. One
+// thread receives them, and all others block them: drivers that compile within the process (LLVM)
+// replace signal handlers by their own, which lose some signals and handle others at the wrong
+// moment.
 #pragma once
 #include <atomic>
 #include <cstdint>
@@ -10,15 +11,17 @@
 
 namespace eikon {
 
-/// To be called before any other thread begins; once per process. Until catch_stop_signals() asks for them, those that stop do what they
-/// did before; SIGUSR1 ends nothing, also where there is no checkpoint to write. From now on what is written to a pipe that nobody reads any more is an error like any other.
+/// Starts the thread that receives signals. To be called once per process, before any other thread
+/// begins. Until catch_stop_signals() is called, signals that stop do what they did before. SIGUSR1
+/// ends nothing, even if there is no checkpoint to write. Writing to a pipe without a reader
+/// becomes an error instead of a signal.
 void receive_signals();
 
-/// From now on signals that stop set a flag, which is returned. A second SIGINT or SIGTERM ends the process at once; a second
-/// SIGHUP does not: shells and terminals both send one.
+/// From now on, signals that stop set the flag that is returned. A second SIGINT or SIGTERM ends
+/// the process at once; a second SIGHUP does not, since shells and terminals each send one.
 [[nodiscard]] const std::atomic<bool>& catch_stop_signals();
 
-/// What the process returns after the signal that came: interrupted after SIGINT, else terminated.
+/// The exit code after the signal that came: interrupted after SIGINT, else terminated.
 [[nodiscard]] ExitCode stop_exit_code();
 
 /// How often SIGUSR1 has come.

@@ -37,7 +37,8 @@ std::string read_text(const std::string& file) {
   }
 }
 
-/// From now on paths are relative to the folder of the jobs file. Those of the environment stay what they were.
+/// Enters the folder of the jobs file, so that paths are relative to it. Environment variables with
+/// relative paths keep their meaning.
 void enter_folder(const fs::path& jobs) {
   const fs::path folder = fs::absolute(jobs).parent_path();
   const auto make_absolute = [](const char* name, const char* path) {
@@ -46,7 +47,7 @@ void enter_folder(const fs::path& jobs) {
   for (const char* name : {"EIKON_KERNEL_DIR", "POCL_CACHE_DIR", "XDG_CACHE_HOME"})
     if (const char* path = std::getenv(name); path != nullptr && *path != '\0') make_absolute(name, path);
   std::error_code error;
-  // These may also be names that are looked for elsewhere.
+  // These may also be bare names, which the loader searches for elsewhere.
   for (const char* name : {"OCL_ICD_VENDORS", "OCL_ICD_FILENAMES", "EIKON_OIDN"}) {
     const char* const path = std::getenv(name);
     if (path == nullptr || !fs::exists(path, error)) continue;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What stands under `bench`.
+// The commands under `bench`.
 #pragma once
 #include "cli/commands.h"
 

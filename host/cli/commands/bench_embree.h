@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Embree's single-ray functions as a yardstick; the only place outside the tests that knows Embree.
+// Embree's single-ray functions as a yardstick. Outside the tests, nothing else uses Embree.
 #pragma once
 #include <memory>
 #include <span>
@@ -11,7 +11,7 @@ namespace eikon {
 
 class EmbreeYardstick {
  public:
-  /// Builds a scene with Embree's defaults (quality medium, not its robust mode) and `threads` threads.
+  /// Builds a scene with `threads` threads and Embree's defaults: quality medium, not robust.
   /// throws UsageError when eikon was built without Embree
   EmbreeYardstick(std::span<const Triangle> triangles, unsigned threads);
   ~EmbreeYardstick();
@@ -19,7 +19,7 @@ class EmbreeYardstick {
   EmbreeYardstick& operator=(const EmbreeYardstick&) = delete;
 
   [[nodiscard]] double build_s() const;
-  /// Seconds for one rtcIntersect1 (closest) or rtcOccluded1 (any) per ray, on all threads.
+  /// Calls rtcIntersect1, or rtcOccluded1 if any hit will do, for each ray. Returns the seconds.
   double trace(const RayArrays& rays, bool any_hit) const;
 
  private:

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// `bench rays`: rays per second by layout and kind of ray, beside Embree in the same run. Every surface counts as opaque.
-// --json is an array of {device, accel, layout, default, rays: camera|shadow|diffuse, mrays_per_s, embree_mrays_per_s,
-// build_s, embree_build_s, bytes}: `default` says whether a render on this device would use that layout; `bytes` are those
-// of tree and geometry on the device. With --accel all it is a table of accelerators: see bench_accels.h.
+// `bench rays` measures rays per second by layout and kind of ray, beside Embree in the same run.
+// Every surface counts as opaque. The JSON is an array of
+//   {device, accel, layout, default, rays: camera|shadow|diffuse, mrays_per_s, embree_mrays_per_s,
+//    build_s, embree_build_s, bytes}
+// `default` says whether a render on this device would use that layout; `bytes` counts tree and
+// geometry on the device. With --accel all it is a table of accelerators: see bench_accels.h.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -34,7 +36,7 @@ struct BenchOptions {
   std::uint32_t rays = 1U << 20, rounds = 5;
 };
 
-/// What is measured: a scene in its records, and the settings that its rays come from.
+/// A packed scene, the settings that its rays come from, and the results so far.
 struct Bench {
   const BenchOptions& options;
   const Settings& settings;
@@ -61,7 +63,7 @@ void print_row(const nlohmann::json& row) {
              number("build_s", 3), number("embree_build_s", 3), row["bytes"].get<std::uint64_t>());
 }
 
-/// All kinds of rays through one layout of the tree; the best of some rounds counts.
+/// Measures all kinds of rays through one layout of the tree; the best of some rounds counts.
 void bench_layout(Bench& bench, Device& device, const std::string& layout, bool is_default,
                   const EmbreeYardstick* embree) {
   const Execution& execution = bench.options.execution;
@@ -111,7 +113,8 @@ void bench_device(Bench& bench, const DeviceInfo& info) {
       bench_layout(bench, device, layout, layout == usual, embree ? &*embree : nullptr);
 }
 
-/// throws UsageError where flags do not go together, or with this scene; InputError where there is nothing to measure
+/// throws UsageError if flags do not go together or with this scene, InputError if there are no
+/// triangles
 void require_comparable(const BenchOptions& options, const PackedScene& scene) {
   if (scene.triangles.empty()) throw InputError(options.scene.scene + ": there is no triangle to trace rays against");
   if (!options.versus.empty() && !scene.shapes.empty())

@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// `bench scene`: error against time. One growing render is compared whenever its samples per pixel have doubled: its film
-// then has the bits of a render of so many samples, and scene, tree and kernels are made once.
-// --json is {scene, scene_hash, size, seed, max_depth, features, devices: [..], reference: {path, relmse_predicted} | null,
-// points: [{spp, relmse | null, relmse_predicted | null, relmse_interval | null, ratio_of_means | null, seconds,
-// seconds_from_start, samples_per_second, efficiency | null}]}: `seconds` are those of rendering alone, `relmse` is against
-// the reference, `efficiency` is 1 / (error x seconds) of the measured error, or else of the predicted one.
+// `bench scene` measures error against time. One growing render is compared whenever its samples
+// per pixel have doubled: its film then has the bits of a render of so many samples, and scene,
+// tree and kernels are made once. The JSON is
+//   {scene, scene_hash, size, seed, max_depth, features, devices: [..],
+//    reference: {path, relmse_predicted} | null,
+//    points: [{spp, relmse | null, relmse_predicted | null, relmse_interval | null,
+//              ratio_of_means | null, seconds, seconds_from_start, samples_per_second,
+//              efficiency | null}]}
+// `seconds` are those of rendering alone, `relmse` is against the reference, and `efficiency` is
+// 1 / (error x seconds) of the measured error, or else of the predicted one.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -58,8 +62,9 @@ bool same_matrix(const std::vector<double>& a, const std::vector<double>& b) {
                     [](double x, double y) { return std::abs(x - y) <= 1e-6 * (1 + std::abs(x)); });
 }
 
-/// throws InputError unless, as far as its header says, the reference is the picture that is rendered; UsageError when it is
-/// made of the same samples, whose error it would hide.
+/// Checks by its header that the reference is the picture that is rendered.
+/// throws InputError if it is not; UsageError if it is made of the same samples, and would hide
+/// their error
 void require_same_picture(const Prepared& prepared, const Reference& reference) {
   const Settings& settings = prepared.settings;
   if (reference.image.width != settings.crop.width() || reference.image.height != settings.crop.height())
@@ -76,7 +81,7 @@ void require_same_picture(const Prepared& prepared, const Reference& reference) 
   };
   for (const auto& [key, value] : ours.strings) {
     const auto theirs = reference.metadata.strings.find(key);
-    // A scene is known by its content, wherever it lies; a camera by where it stands.
+    // The content identifies a scene, and the position a camera: their names may differ.
     if (key == "scene" || key == "camera" || theirs == reference.metadata.strings.end()) continue;
     if (theirs->second != value) throw differs(key, theirs->second, value);
   }
@@ -102,7 +107,7 @@ void require_same_picture(const Prepared& prepared, const Reference& reference) 
                                  reference.path, settings.seed));
 }
 
-/// After 1, 2, 4, ... samples per pixel, and after the last.
+/// The samples after which to compare: 1, 2, 4, ... per pixel, and the last.
 std::vector<std::uint64_t> doubling(std::uint64_t begin, std::uint64_t end) {
   std::vector<std::uint64_t> at;
   for (std::uint64_t spp = 1; spp < end - begin; spp *= 2) at.push_back(begin + spp);
@@ -136,13 +141,14 @@ void print_row(const nlohmann::json& row) {
   std::fflush(stdout);
 }
 
-/// What has come out so far.
+/// The results so far.
 struct Results {
   std::vector<Point> points;
   nlohmann::json rows = nlohmann::json::array();
 };
 
-/// Compares the growing film whenever the samples per pixel have doubled, and sets `stop` when the time is over.
+/// Compares the film whenever its samples per pixel have doubled. Sets `stop` when the time is
+/// over.
 Snapshots compare_as_it_grows(const BenchOptions& options, const Settings& settings,
                           const std::optional<Reference>& reference, Results& results, std::atomic<bool>& stop) {
   Snapshots snapshots;
@@ -198,7 +204,7 @@ ExitCode bench_scene_command(const BenchOptions& options) {
   const Prepared prepared = prepare(options.scene, log_unless(true));
   std::optional<Reference> reference;
   if (!options.reference.empty()) {
-    require_writable({options.json}, options.reference);  // nor over the reference
+    require_writable({options.json}, options.reference);  // the reference must not be replaced either
     reference = Reference{read_exr(options.reference), read_metadata(options.reference), options.reference};
     require_same_picture(prepared, *reference);
   } else {

@@ -51,7 +51,7 @@ std::string describe_base(const Material& material) {
 
 std::string in_brackets(const glm::vec3& v) { return fmt::format("({:g}, {:g}, {:g})", v.x, v.y, v.z); }
 
-/// What lies in or on the base: ", clearcoat 1 of roughness 0.1"; nothing where there is nothing.
+/// The layers in and on the base: ", clearcoat 1 of roughness 0.1"; empty if there are none.
 std::string describe_extensions(const Material& material) {
   std::string text;
   if (material.diffuse_transmission > 0)
@@ -114,7 +114,7 @@ void print_materials(const Scene& scene) {
                bytes * 1e-6, largest->width, largest->height, largest->name);
 }
 
-/// The tables of measured materials; nothing where there are none.
+/// Prints the size of measured materials, if there are any.
 void print_tables(const Scene& scene) {
   std::set<const MeasuredTable*> tables;
   for (const Material& material : scene.materials)
@@ -124,7 +124,7 @@ void print_tables(const Scene& scene) {
                tables.size(), 4e-6 * EK_MEASURED_WORDS);
 }
 
-/// How meshes with several places are stored; nothing where there are none.
+/// Prints how meshes with several places are stored, if there are any.
 void print_instances(const PackedScene& packed, const InstanceChoice& choice) {
   if (choice.flat_bytes == 0) return;
   fmt::print("  instances: {} ({}); two levels take about {:.1f} MB, one for each place {:.1f} MB",
@@ -137,7 +137,7 @@ void print_instances(const PackedScene& packed, const InstanceChoice& choice) {
   fmt::print("\n");
 }
 
-/// "  shapes: 3 sphere, 1 box"; nothing where there are none.
+/// Prints "  shapes: 3 sphere, 1 box", if there are any.
 void print_shapes(const Scene& scene) {
   std::string text;
   for (const ShapeKindInfo& kind : shape_kinds()) {
@@ -147,7 +147,7 @@ void print_shapes(const Scene& scene) {
   if (!text.empty()) fmt::print("  shapes: {}\n", text);
 }
 
-/// One line per light. Flux is in watts, or in lumens where the file means photometric units, and the others follow.
+/// Prints a line per light. Units are radiometric, or photometric where the file means them so.
 void print_lights(const PackedScene& packed) {
   fmt::print("lights (means of R, G and B; W stands for lm if the file means photometric units)\n");
   for (const PackedLight& light : packed.light_summary) {
@@ -159,7 +159,8 @@ void print_lights(const PackedScene& packed) {
   if (packed.light_summary.empty()) fmt::print("  none\n");
 }
 
-/// Lights without extent that stand in a solid. Only shadow rays find them, and those end at a refracting surface.
+/// Names lights without extent inside a solid. Only shadow rays find them, and those end at a
+/// refracting surface.
 void print_enclosed_lights(const Scene& scene, const PackedScene& packed) {
   for (const PunctualLight& light : scene.lights) {
     if (light.kind == PunctualLight::Kind::directional) continue;
@@ -172,7 +173,7 @@ void print_enclosed_lights(const Scene& scene, const PackedScene& packed) {
   }
 }
 
-/// Surfaces that emit without being in the list of lights.
+/// Names surfaces that emit without being in the list of lights.
 void print_unsampled_emitters(const Scene& scene) {
   for (const Shape& shape : scene.shapes) {
     const Material& material = scene.materials[shape.material];

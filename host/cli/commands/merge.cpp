@@ -25,7 +25,7 @@ struct MergeOptions {
   bool half = false, quiet = false;
 };
 
-/// What a part's header says.
+/// The header of a part.
 struct Part {
   std::string file, text;  // text: the record, as it stands in the file
   FilmLayout layout;
@@ -69,7 +69,8 @@ void refuse_overlap(const std::vector<Part>& before, const Part& part) {
                       part.file, other.file, in_words(*twice)));
 }
 
-/// Keeps what both say. Commutative and associative, so that neither order nor grouping shows.
+/// Keeps the entries that both have. This is commutative and associative, so neither the order nor
+/// the grouping of parts changes the result.
 template <class Map>
 void keep_common(Map& ours, const Map& theirs) {
   std::erase_if(ours, [&](const auto& entry) {
@@ -78,7 +79,7 @@ void keep_common(Map& ours, const Map& theirs) {
   });
 }
 
-/// All headers joined: what the merged file will say, and what it must have room for.
+/// The header of the merged file, and its layout.
 struct Whole {
   FilmLayout layout;
   FilmRecord record;
@@ -104,7 +105,7 @@ Whole join(const std::vector<Part>& parts) {
   return whole;
 }
 
-/// The half-open range of samples from the first to the last that some pixel has.
+/// The half-open range from the first sample to the last that any pixel has.
 std::pair<std::uint64_t, std::uint64_t> sample_range(const SampleSet& done) {
   std::uint64_t begin = std::numeric_limits<std::uint64_t>::max(), end = 0;
   for (const WorkUnit& part : done.parts()) {
@@ -114,7 +115,7 @@ std::pair<std::uint64_t, std::uint64_t> sample_range(const SampleSet& done) {
   return {std::min(begin, end), end};
 }
 
-/// Sums of all parts; of each, a few rows are in memory at a time.
+/// Adds up all parts, with a few rows of each in memory at a time.
 Film add_up(const std::vector<Part>& parts, const FilmLayout& layout) {
   Film film(layout);
   for (const Part& part : parts) {
@@ -126,7 +127,7 @@ Film add_up(const std::vector<Part>& parts, const FilmLayout& layout) {
   return film;
 }
 
-/// Says what is not there, and how a render makes it. Returns whether that is nothing.
+/// Prints which samples are missing, and the flags that render them. Returns whether none are.
 bool is_complete(const Whole& whole, const std::string& output) {
   constexpr std::size_t kMostLines = 8;
   const auto [begin, end] = sample_range(whole.record.done);
@@ -153,7 +154,7 @@ std::string lines_of(std::uint32_t begin, std::uint32_t end) {
   return end == begin + 1 ? fmt::format("{}", begin) : fmt::format("{} to {}", begin, end - 1);
 }
 
-/// What lies before and around all parts may belong to others, or be lost.
+/// Prints which samples and pixels lie outside of all parts: other parts may hold them.
 void say_what_is_outside(const Whole& whole) {
   const auto begin = sample_range(whole.record.done).first;
   if (begin > 0)
@@ -187,7 +188,7 @@ void write(const MergeOptions& options, const Film& film, Whole& whole, const Pr
 
 ExitCode merge_command(const MergeOptions& options) {
   require_writable({options.output, options.png.file},
-                   "/");  // a part may be the output: it is replaced when all is done
+                   "/");  // a part may be the output, which is replaced at the end
   for (const std::string& part : options.parts)
     if (!options.png.file.empty() && is_same_file(options.png.file, part))
       throw UsageError(fmt::format("cannot write {}: it is one of the parts; choose another name", options.png.file));

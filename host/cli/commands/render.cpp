@@ -19,7 +19,7 @@
 namespace eikon {
 namespace {
 
-/// One line on a terminal, rewritten in place.
+/// A line on a terminal that is rewritten in place.
 class ProgressBar {
  public:
   explicit ProgressBar(bool wanted) : on_(wanted && isatty(STDERR_FILENO) != 0) {}
@@ -27,7 +27,8 @@ class ProgressBar {
 
   void show(const Progress& now, const Film& film) {
     if (!on_) return;
-    // The devices wait for the film meanwhile: at most a twentieth of the time goes into the estimate.
+    // The devices wait for the film meanwhile, so at most a twentieth of the time goes into the
+    // estimate.
     const double begin = host_seconds();
     if (begin >= next_error_s_) {
       error_ = film.predicted_error();

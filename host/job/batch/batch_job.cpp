@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Pixels times samples. Where the size is the scene's to say, 1280x720 is a fair guess: the image does not depend on it.
+/// Pixels times samples. Without --size, 1280x720 is a fair guess. The image does not depend on it.
 double estimate_cost(const SceneOptions& scene) {
   const ImageSize size = scene.size.value_or(ImageSize{1280, 720});
   const Crop crop = scene.crop.value_or(Crop{0, 0, size.width, size.height});
@@ -25,20 +25,20 @@ double estimate_cost(const SceneOptions& scene) {
   return std::max(1.0, (double(crop.x1) - crop.x0) * (double(crop.y1) - crop.y0) * double(samples.end - samples.begin));
 }
 
-/// Without `eikon render`, either word or both of which may be left out. throws UsageError for another command
+/// The words behind `eikon render`, which may be left out. throws UsageError for another command
 std::vector<std::string> arguments_of(std::vector<std::string> words) {
   if (!words.empty() && (words.front() == "eikon" || fs::path(words.front()).filename() == "eikon"))
     words.erase(words.begin());
   if (words.empty()) return words;
   static const std::set<std::string> others = {"batch",    "merge", "info",  "devices", "compare",
-                                               "selftest", "bench", "meter", "measure"};  // no scene is called so
+                                               "selftest", "bench", "meter", "measure"};  // no scene has such a name
   if (others.count(words.front()) != 0)
     throw UsageError(fmt::format("'{}' cannot be in a batch: its lines are renders, SCENE and flags", words.front()));
   if (words.front() == "render") words.erase(words.begin());
   return words;
 }
 
-/// What a render of a scene reads, beside the environment that a flag names.
+/// The files that a render of a scene reads, without the environment that a flag names.
 struct SceneInputs {
   std::vector<fs::path> places;
   FileTable files;
@@ -96,7 +96,7 @@ std::vector<BatchJob> read_jobs(std::string_view text, const ParseRender& parse)
 }
 
 void check_outputs(std::vector<BatchJob>& jobs, const std::string& name, const std::vector<fs::path>& reserved) {
-  std::map<fs::path, std::size_t> writers;  // file -> line; to replace a file leaves the other names that it has alone
+  std::map<fs::path, std::size_t> writers;  // file -> line; by path, since replacing a file leaves its hard links alone
   for (const fs::path& file : reserved)
     if (!file.empty()) writers[place_of(file)] = 0;
   FileTable readers;

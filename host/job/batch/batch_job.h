@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The jobs of a batch before any of them runs.
+// The jobs of a batch, read and checked before any of them runs.
 #pragma once
 #include <cstddef>
 #include <filesystem>
@@ -22,7 +22,7 @@ struct BatchJob {
   std::string text{};                      // its words, quoted
   std::optional<RenderOptions> options{};  // nullopt: the line does not parse
   double cost = 0;                         // pixels times samples, roughly
-  bool after_others = false;               // reads what a job before it writes
+  bool after_others = false;               // reads a file that a job before it writes
   int attempts = 0;
 
   JobState state = JobState::waiting;
@@ -36,20 +36,22 @@ struct BatchJob {
 /// Reads the words behind `eikon render`. throws UsageError
 using ParseRender = std::function<RenderOptions(std::vector<std::string>)>;
 
-/// Parses every line of `text`; those that do not parse have failed, with a message.
+/// Parses every line of `text`. Jobs whose line does not parse have failed, with a message.
 [[nodiscard]] std::vector<BatchJob> read_jobs(std::string_view text, const ParseRender& parse);
 
-/// Whether what the job reads is what an earlier one writes is noted in the jobs.
-/// name      of the jobs file, for messages
+/// Checks that the jobs' outputs do not collide, and sets `after_others`.
+/// name      the name of the jobs file, for messages
 /// reserved  files that no job may write: the jobs file, the ledger
-/// throws UsageError when two jobs write one file, or one of them writes what it reads itself, or what is reserved
+/// throws UsageError if two jobs write the same file, or a job writes a reserved file or one that
+/// it
+///        reads itself
 void check_outputs(std::vector<BatchJob>& jobs, const std::string& name,
                    const std::vector<std::filesystem::path>& reserved);
 
 /// At most 300 bytes of a text, for messages: a line of a batch may have megabytes.
 [[nodiscard]] std::string shortened(const std::string& text);
 
-/// A file by the name that the ledger knows it by: relative to the current folder if it lies below, else absolute.
+/// The name of a file in the ledger: relative if it lies below the current folder, else absolute.
 [[nodiscard]] std::string ledger_name(const std::filesystem::path& file);
 
 }  // namespace eikon

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One line for a whole batch while it runs, and the table at its end.
+// The progress of a batch in one line, and the table at its end.
 #pragma once
 #include <map>
 #include <mutex>
@@ -13,21 +13,22 @@ namespace eikon {
 
 class BatchProgress {
  public:
-  /// bar: on a terminal, a line that is rewritten in place; openjd: lines on stdout, with the progress of all jobs together
+  /// bar     on a terminal, rewrite a line in place
+  /// openjd  print the progress of all jobs together as lines on stdout
   BatchProgress(const std::vector<BatchJob>& jobs, bool bar, bool openjd);
   ~BatchProgress() { clear(); }
 
-  // Any thread.
-  /// So much of a job is rendered.
+  // Any thread may call these.
+  /// Shows which fraction of a job is rendered.
   void show(const BatchJob& job, double fraction);
-  /// It is over; what was spent on it counts for the time left only if it was rendered.
+  /// Marks a job as over. It counts for the estimate of the time left only if it was rendered.
   void end(const BatchJob& job);
-  /// It will be tried again.
+  /// Marks a job as to be tried again.
   void again(const BatchJob& job);
-  /// A line on stderr, above the bar.
+  /// Prints a line on stderr, above the bar.
   void log(const std::string& line);
   void clear();
-  /// The batch is over. code: what the process will return
+  /// Ends the progress. code: the exit code of the process
   void close(ExitCode code);
 
  private:
@@ -35,15 +36,15 @@ class BatchProgress {
   bool bar_, shown_ = false;
   OpenJdLines openjd_;
   double begin_s_;
-  double total_ = 0, over_ = 0, rendered_ = 0;  // costs
+  double total_ = 0, over_ = 0, rendered_ = 0;  // costs of jobs, see BatchJob
   std::size_t jobs_ = 0, jobs_over_ = 0;
-  std::map<const BatchJob*, double> in_hand_;  // with the fraction that is done
+  std::map<const BatchJob*, double> in_hand_;  // and which fraction is done
 
   void draw();
   void erase();
 };
 
-/// Job, state, seconds, samples per second, error and message of each job, and a line for all.
+/// Prints state, seconds, samples per second, error and message of each job, and a line for all.
 void print_summary(const std::vector<BatchJob>& jobs, double seconds);
 
 }  // namespace eikon

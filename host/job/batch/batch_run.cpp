@@ -16,7 +16,7 @@
 namespace eikon {
 namespace {
 
-// Of the machine's memory, what scenes that may be needed again may take.
+// Scenes that may be needed again take at most one part in so many of the machine's memory.
 constexpr std::uint64_t kMemoryShare = 8;
 
 std::uint64_t scene_budget(const std::vector<BatchJob>& jobs, std::size_t workers) {
@@ -27,13 +27,13 @@ std::uint64_t scene_budget(const std::vector<BatchJob>& jobs, std::size_t worker
   return budget / std::max<std::size_t>(1, workers);
 }
 
-/// Of the map that --env names, or of nothing where it names none.
+/// The digest of the map that --env names, if it names one.
 InputsDigest digest_environment(const std::string& map) {
   std::error_code none;
   return !map.empty() && std::filesystem::is_regular_file(map, none) ? digest_file(map) : InputsDigest{};
 }
 
-/// One text, the same whenever the environment is.
+/// A text that is the same whenever the environment is.
 std::string describe(const EnvironmentOptions& environment, const InputsDigest& map) {
   const glm::vec3 radiance = environment.radiance.value_or(glm::vec3(-1));
   return fmt::format("{} {:016x} {} {} {} {} {}", environment.map, map.hash, radiance.r, radiance.g, radiance.b,
@@ -44,7 +44,7 @@ std::string time_now() { return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime
 
 }  // namespace
 
-/// What one of the jobs at a time has for itself.
+/// Renders one job at a time, with scenes and devices of its own.
 struct BatchRun::Worker {
   SceneCache scenes;
   DevicePrefetcher devices;
@@ -52,11 +52,11 @@ struct BatchRun::Worker {
   bool busy = false;  // has a job
 };
 
-/// A job on its way.
+/// A job between its preparation and its end.
 struct BatchRun::Staged {
   BatchJob& job;
-  double begin_s = host_seconds();  // less the time that it waited for its turn
-  double staged_s = 0;              // that it took until then
+  double begin_s = host_seconds();  // moved forward by the time that it waited for its turn
+  double staged_s = 0;              // seconds that its preparation took
   std::string key{};
   std::string environment{};  // see SceneCache::pack
   InputsDigest scene{};
@@ -93,7 +93,7 @@ void BatchRun::work(Worker& worker) {
   std::future<void> writing;
   for (;;) {
     if (!next.valid()) {
-      if (writing.valid()) writing.get();  // it may have to be tried again, or be what the next one reads
+      if (writing.valid()) writing.get();  // its job may have to be retried, or its files be what the next one reads
       BatchJob* const job = take(worker);
       if (job == nullptr) return;
       next = begin_stage(job);
@@ -125,8 +125,8 @@ BatchJob* BatchRun::take(Worker& worker) {
   return nullptr;
 }
 
-/// The next job, to be made ready beside one in hand; nullptr when there is none, it has to wait for others, or a worker without one can
-/// have it.
+/// The next job, to be prepared while another one renders. Returns nullptr if there is none, if it
+/// has to wait for others, or if an idle worker can take it.
 BatchJob* BatchRun::take_ahead() {
   const std::lock_guard lock(mutex_);
   return !stop_ && waiting_.size() > idle_ && may_begin() ? take_first() : nullptr;
@@ -146,7 +146,7 @@ bool BatchRun::is_last() {
   return waiting_.empty();
 }
 
-/// What can be done before it is a job's turn.
+/// Prepares a job before its turn.
 std::unique_ptr<BatchRun::Staged> BatchRun::stage(Worker& worker, BatchJob& job) {
   auto staged = std::make_unique<Staged>(Staged{.job = job});
   ++job.attempts;
@@ -178,7 +178,8 @@ bool BatchRun::is_done(const RenderOptions& options, const std::string& key) {
   return true;
 }
 
-/// Whether it ended before it was done: its checkpoint may be of this image, unless it ended before the first.
+/// True if the job was started before with the same key, and not finished: its checkpoint may be of
+/// this image.
 bool BatchRun::was_begun(const RenderOptions& options, const std::string& key) {
   const std::lock_guard lock(mutex_);
   const LedgerEntry* const last = ledger_.last(ledger_name(options.exr()));
@@ -186,7 +187,7 @@ bool BatchRun::was_begun(const RenderOptions& options, const std::string& key) {
 }
 
 void BatchRun::log_once(const BatchJob& job, const std::string& line) {
-  constexpr std::size_t kMost = 10000;  // beyond, rather twice than that memory grows
+  constexpr std::size_t kMost = 10000;  // beyond it, notes may repeat rather than memory grow
   {
     const std::lock_guard lock(mutex_);
     if (said_.count(line) != 0) return;
@@ -221,7 +222,7 @@ void BatchRun::render(Worker& worker, Staged& staged) {
   try {
     if (!staged.loaded) {
       worker.scenes.clear();
-      worker.devices.close_idle();  // with what is ready on them
+      worker.devices.close_idle();  // frees what is prepared on them
       staged.render->load();
     }
     if (stop_) return close(staged, JobState::waiting);
@@ -240,9 +241,10 @@ void BatchRun::render(Worker& worker, Staged& staged) {
 
 void BatchRun::write(Staged& staged, bool beside_render) {
   try {
-    // Beside a render on this thread alone: those that would help, and then look for more to do, take time from it.
+    // Beside a render, one thread writes: helpers would take time from it, also when they look for
+    // more to do.
     tbb::task_arena threads(beside_render ? 1 : tbb::task_arena::automatic);
-    threads.execute([&] { staged.render->write(false); });  // a batch that is started again renders it again
+    threads.execute([&] { staged.render->write(false); });  // a restarted batch renders it again
     BatchJob& job = staged.job;
     const RenderReport& report = staged.render->report();
     job.samples = report.samples;
@@ -303,7 +305,7 @@ void BatchRun::close(Staged& staged, JobState state) {
   changed_.notify_all();
 }
 
-/// Of the exception in hand: the job goes to the end of the queue again, or has failed.
+/// Handles the current exception: the job goes to the end of the queue again, or has failed.
 void BatchRun::fail(Staged& staged) {
   BatchJob& job = staged.job;
   try {
@@ -318,7 +320,7 @@ void BatchRun::fail(Staged& staged) {
     job.code = ExitCode::internal;
     job.message = fmt::format("internal error: {}", error.what());
   }
-  // What was typed wrong stays wrong, and what was rendered is there.
+  // A retry does not help against usage errors, nor where the image is there but not as asked.
   const bool again =
       job.attempts <= settings_.retries && job.code != ExitCode::usage && job.code != ExitCode::not_as_asked && !stop_;
   progress_.log(fmt::format("{}: {}{}", place(job), job.message, again ? "; it will be tried again" : ""));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Runs the jobs of a batch: some at a time, each in steps that overlap with its neighbours'. While one renders, the next is
-// loaded and compiled, and the one before is written.
+// Runs the jobs of a batch, some at a time, in steps that overlap: while one job renders, the next
+// is loaded and compiled, and the one before is written.
 #pragma once
 #include <atomic>
 #include <condition_variable>
@@ -21,17 +21,17 @@ namespace eikon {
 struct BatchSettings {
   std::string name;          // of the jobs file, for messages
   std::size_t parallel = 1;  // jobs at a time
-  int retries = 0;           // of a job that failed
-  bool force = false;        // what is done is rendered again
+  int retries = 0;           // of a failed job
+  bool force = false;        // also render jobs that are done
 };
 
 class BatchRun {
  public:
   BatchRun(std::vector<BatchJob>& jobs, const BatchSettings& settings, Ledger& ledger, BatchProgress& progress,
            const std::atomic<bool>& stop);
-  /// Returns when every job is over, or the running ones have ended after `stop`.
+  /// Returns when every job is over or, after `stop`, the running ones have ended.
   void run();
-  /// Whether the ledger has all that happened.
+  /// True if every event could be written to the ledger.
   [[nodiscard]] bool ledger_is_whole() const { return ledger_is_whole_; }
 
  private:
@@ -44,13 +44,13 @@ class BatchRun {
   BatchProgress& progress_;
   const std::atomic<bool>& stop_;
 
-  std::mutex mutex_;  // of all below, and the ledger
+  std::mutex mutex_;  // guards the ledger and everything below
   std::condition_variable changed_;
   std::deque<BatchJob*> waiting_;
   std::size_t in_hand_ = 0;
-  std::size_t idle_ = 0;  // workers that have no job, those included that have not begun to look for one
+  std::size_t idle_ = 0;  // workers without a job, including those that have not asked for one yet
   bool ledger_is_whole_ = true;
-  std::set<std::string> said_;  // notes on jobs: what is true of a scene is so for each of its jobs, and is said once
+  std::set<std::string> said_;  // notes so far: one about a scene is printed for its first job only
 
   void work(Worker& worker);
   BatchJob* take(Worker& worker);

@@ -13,7 +13,7 @@ constexpr std::string_view kOperators = "|&;<>()";
 class Splitter {
  public:
   explicit Splitter(std::string_view text) : text_(text) {
-    if (text_.substr(0, 3) == "\xef\xbb\xbf") text_.remove_prefix(3);  // an editor's byte order mark
+    if (text_.substr(0, 3) == "\xef\xbb\xbf") text_.remove_prefix(3);  // byte order mark
   }
 
   std::vector<JobLine> split() {

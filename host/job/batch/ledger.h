@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// What became of the jobs of a batch: a file of JSON lines, one per event, only ever added to.
+// The ledger of a batch says what became of its jobs: a file of JSON lines, one per event, to which
+// lines are only added.
 //
-//   {"eikon": "0.1.0", "time": "2026-01-31T12:00:00Z", "state": "started" | "done" | "failed" | "interrupted",
+//   {"eikon": "0.1.0", "time": "2026-01-31T12:00:00Z",
+//    "state": "started" | "done" | "failed" | "interrupted",
 //    "line": n, "job": "render ..", "key": "16 hex digits", "exit_code": n, "message": "..",
 //    "seconds": x, "render_seconds": x, "samples": n, "relmse_predicted": x | null,
 //    "outputs": [{"path": "absolute", "bytes": n, "hash": "16 hex digits"}]}
 //
-// line and job say where the job stood and what it was; key is the hash of all that decides its outputs (job_key.h);
-// outputs are the files as they were written, with the XXH64 of their bytes; they stand in lines of state "done" alone, and in
-// others just by name. The last line of an output counts. "started" without a line after it: the process was killed.
+// `line` and `job` say where the job stood and what it was. `key` is the hash of everything that
+// decides its outputs (job_key.h). `outputs` are the files as they were written, with the XXH64 of
+// their bytes; lines whose state is not "done" have their names only. The last line about an output
+// counts. "started" without a line after it means that the process was killed.
 #pragma once
 #include <cstdint>
 #include <filesystem>
@@ -37,27 +40,29 @@ struct LedgerEntry {
 
 /// One line, without its end.
 [[nodiscard]] std::string to_json(const LedgerEntry& entry);
-/// nullopt for what is no such line.
+/// Returns nothing if the text is no such line.
 [[nodiscard]] std::optional<LedgerEntry> parse_entry(const std::string& line);
 
-/// The file as it is now. throws InputError when it is absent or cannot be read
+/// Describes the file as it is now. throws InputError if it is absent or cannot be read
 [[nodiscard]] LedgerOutput describe_output(const std::filesystem::path& path);
 
 class Ledger {
  public:
-  /// Reads what there is, and locks the file; an empty path: a ledger that remembers nothing after the process.
+  /// Reads and locks the file. With an empty path, the ledger lasts only as long as the process.
   /// throws InputError when it cannot be read or written, or another process has it
   explicit Ledger(std::filesystem::path path);
   ~Ledger();
   Ledger(const Ledger&) = delete;
   Ledger& operator=(const Ledger&) = delete;
 
-  /// The last entry about a file, by its absolute path; nullptr: there is none.
+  /// The last entry about a file, by its name in the ledger, or nullptr.
   [[nodiscard]] const LedgerEntry* last(const std::string& output) const;
-  /// Lines that are none of a ledger, such as one that was being written when the power went.
+  /// How many lines are not of a ledger, such as one that a power failure cut off.
   [[nodiscard]] std::size_t unreadable() const { return unreadable_; }
 
-  /// Adds a line; it is on the disk when this returns, unless `sync` is false. One thread at a time. throws InputError
+  /// Adds a line, which is on the disk when this returns unless `sync` is false. One thread at a
+  /// time.
+  /// throws InputError
   void add(const LedgerEntry& entry, bool sync = true);
 
  private:

@@ -14,7 +14,7 @@ void OpenJdLines::print(const std::string& kind, const std::string& text) const 
   std::string line = text;
   std::replace_if(
       line.begin(), line.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
-  (void)std::fputs(fmt::format("openjd_{}: {}\n", kind, line).c_str(), stdout);  // main() says what did not get out
+  (void)std::fputs(fmt::format("openjd_{}: {}\n", kind, line).c_str(), stdout);  // main() reports a failure of stdout
   std::fflush(stdout);
 }
 

@@ -38,7 +38,7 @@ glm::dmat4 ndc_from_camera(const Settings& settings) {
   return matrix;
 }
 
-/// "r,g,b", or a map's file with what was done to it.
+/// "r,g,b", or a map's file with its scale and rotation.
 std::string describe(const Environment& environment) {
   if (environment.map)
     return fmt::format("{}, scale {}, rotation {:.6g} degrees", environment.map->name, environment.scale,
@@ -59,7 +59,8 @@ Metadata describe_picture(const Prepared& prepared) {
   metadata.strings["environment"] = describe(settings.environment);
   metadata.strings["filter"] = settings.filter.name();
   metadata.numbers["maxDepth"] = settings.max_depth;
-  // Columns of a GLM matrix are columns of the mathematical one; EXR's convention is row vectors, so transposed.
+  // GLM's matrices act on column vectors, those of OpenEXR on row vectors: the matrices are
+  // transposed.
   const glm::dmat4 camera_from_world = glm::inverse(settings.camera.world_from_camera);
   metadata.matrices["worldToCamera"] = row_major(glm::transpose(camera_from_world));
   if (settings.camera.projection != Projection::panorama)
@@ -99,7 +100,7 @@ std::uint64_t rejected_in(const Film& film, const SampleSet& done) {
 void add_sample_counts(Metadata& metadata, const Film& film, const SampleSet& done,
                        const std::set<std::string>& arithmetic) {
   metadata.strings["arithmetic"] = fmt::format("{}", fmt::join(arithmetic, ", "));
-  metadata.numbers["samples"] = double(done.sample_count());  // in all; fewer than the range says when interrupted
+  metadata.numbers["samples"] = double(done.sample_count());  // fewer than the range has after an interruption
   metadata.numbers["rejectedSamples"] = double(rejected_in(film, done));
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What stands in the header of an image.
+// The header of an image.
 #pragma once
 #include "job/prepare.h"
 #include "image/image.h"
@@ -7,22 +7,23 @@
 
 namespace eikon {
 
-/// What decides the converged picture: scene, camera, size, environment, filter, depth. Two renders that agree in it differ by
-/// noise alone.
+/// Describes what decides the converged picture: scene, camera, size, environment, filter, depth.
+/// Two renders that agree in it differ by noise alone.
 [[nodiscard]] Metadata describe_picture(const Prepared& prepared);
 
-/// That, and what decides the noise: seed, range of samples, how light is sampled.
+/// Describes that, and what decides the noise: seed, range of samples, how light is sampled.
 [[nodiscard]] Metadata describe_image(const Prepared& prepared);
 
-/// Samples that a film should hold by its ledger, and that were left out.
+/// Counts the samples that the film's ledger lists and its sums do not hold.
 [[nodiscard]] std::uint64_t rejected_in(const Film& film, const SampleSet& done);
 
-/// What a film holds: samples, those of them that were rejected, and the classes of arithmetic that they come from.
+/// Adds what a film holds: its samples, how many of them were rejected, and the classes of
+/// arithmetic that they come from.
 void add_sample_counts(Metadata& metadata, const Film& film, const SampleSet& done,
                        const std::set<std::string>& arithmetic);
 void add_error(Metadata& metadata, const PredictedError& error);
 
-/// All that, and how it was rendered: devices, time.
+/// Describes all that, and how it was rendered: devices, time.
 [[nodiscard]] Metadata describe_render(const Prepared& prepared, const RenderOutput& done, const PredictedError& error);
 
 }  // namespace eikon

@@ -15,13 +15,14 @@ struct CommandTimes {
   double load_s = 0, write_s = 0, total_s = 0;
 };
 
-/// Prints a table per device: launches, items, milliseconds in all and per launch, share, millions of items per second,
-/// bytes, the gaps between launches, and how full lanes and queues are at each bounce. Several devices have a line each.
+/// Prints a table per device: launches, items, milliseconds in all and per launch, share, millions
+/// of items per second, bytes, the gaps between launches, and how full lanes and queues are at each
+/// bounce. Several devices have a line each.
 void print_stage_table(const RenderReport& report);
 /// Prints the seconds of each step of the command in one line.
 void print_times(const RenderReport& report, const CommandTimes& times);
 
-/// Names of stages: kernels in the order of the wavefront, then transfers.
+/// The names of the stages: kernels in the order of the wavefront, then transfers.
 [[nodiscard]] std::vector<std::string> stage_order(const std::map<std::string, StageTotals>& stages);
 /// The seconds of a stage's launches. Those of `paths` include the stages that ran within them.
 [[nodiscard]] double launched_seconds(const std::map<std::string, StageTotals>& stages, const std::string& name);
@@ -31,7 +32,8 @@ void print_times(const RenderReport& report, const CommandTimes& times);
 /// count / seconds, or 0 when no time has passed.
 [[nodiscard]] double per_second(double count, double seconds);
 
-/// Writes --stats; stats_schema.json is its schema. throws InputError when the file cannot be written.
+/// Writes --stats; stats_schema.json is its schema. throws InputError when the file cannot be
+/// written.
 void write_stats(const std::filesystem::path& path, const RenderReport& report, const PredictedError& error,
                  const Prepared& prepared, const CommandTimes& times);
 
@@ -39,7 +41,8 @@ void write_stats(const std::filesystem::path& path, const RenderReport& report, 
 void write_text(const std::filesystem::path& path, const std::string& text);
 
 /// Checks before the work that its outputs can be written. Empty names are left out.
-/// throws InputError for an output that cannot be made or replaced, UsageError when two have one name or one is the input
+/// throws InputError for an output that cannot be made or replaced; UsageError if two have the same
+///        name, or one is the input
 void require_writable(const std::vector<std::filesystem::path>& outputs, const std::filesystem::path& input);
 
 }  // namespace eikon

@@ -37,7 +37,8 @@ void print_stages(const DeviceReport& device) {
     in_stages += device.stages.at(name).seconds;
     print_stage(device, name);
   }
-  // The time that no launch or transfer accounts for: the cost of launching, and waiting for the host.
+  // The rest of the time, which no launch or transfer accounts for, goes into launching and into
+  // waiting for the host.
   const double gaps_s = std::max(0.0, device.busy_s - in_stages);
   const StageTotals& gaps = device.gaps;
   fmt::print("  {:<10} {:>8} {:>13} {:>10.1f} {:>6.1f} {:>9.3f} {:>9.3f} {:>9.3f}\n", "gaps", gaps.launches, "",

@@ -13,7 +13,8 @@ namespace {
 
 using nlohmann::json;
 
-/// One event a line, written as they come: the file is far larger than what it is made from.
+/// Writes one event per line as they come, since the file is far larger than the trace that it is
+/// made from.
 class EventFile {
  public:
   explicit EventFile(const std::filesystem::path& path) : file_(path) {
@@ -83,7 +84,7 @@ void add_track(EventFile& file, const Trace& trace, std::size_t track) {
 void add_counter(EventFile& file, const std::string& name, const std::vector<Trace::Point>& points) {
   for (std::size_t i = 0; i < points.size(); ++i) {
     file.add(counter(name, points[i].begin_s, points[i].value));
-    if (points[i].end_s == points[i].begin_s) continue;  // a moment
+    if (points[i].end_s == points[i].begin_s) continue;  // a single moment
     const bool ends = i + 1 == points.size() || points[i].end_s < points[i + 1].begin_s;
     if (ends) file.add(counter(name, points[i].end_s, 0));
   }
