@@ -11,7 +11,7 @@ build_packages=(
   ocl-icd-opencl-dev opencl-headers pocl-opencl-icd
   libopenexr-dev libpng-dev libjpeg-dev libglm-dev libtinygltf-dev nlohmann-json3-dev
   libcli11-dev libtbb-dev libfmt-dev
-  libdraco-dev libmeshoptimizer-dev
+  libdraco-dev libmeshoptimizer-dev libxxhash-dev
   libembree-dev
 )
 

@@ -8,7 +8,8 @@
 
 namespace eikon {
 
-/// What a scene was read from: each file's hash seeds the next one's, so that their order counts.
+/// Identifies the bytes that a scene was read from. Each file's hash seeds the next one's, so the
+/// order of the files counts.
 struct Digest {
   std::uint64_t hash = 0, bytes = 0;
 
