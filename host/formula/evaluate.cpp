@@ -6,7 +6,7 @@
 #include "formula/host_lanes.h"
 
 namespace eikon::host_lanes {
-// By path: a plain "math.h" would be the system's.
+// Included by its path, because a plain "math.h" would be the system's.
 #include "lanes/interval.h"
 }  // namespace eikon::host_lanes
 
@@ -15,7 +15,8 @@ namespace {
 
 using host_lanes::Interval;
 
-// What the operations are, for each kind of value: those of kernels, of the host in double, of kernels on intervals.
+// The operations on each kind of value: FloatOps are those of kernels, DoubleOps the host's own,
+// IntervalOps those of kernels on intervals.
 
 template <class T>
 struct Arithmetic {
@@ -125,7 +126,8 @@ Value apply_op(Ops& ops, const Node& node, const std::array<Value, 4>& v) {
   return v[0];
 }
 
-// The nodes up to `root` in order; `at` says what a variable is, `apply` what a node is.
+// Computes the nodes up to `root` in order: `at` gives the value of a variable, `apply` that of a
+// node.
 template <class Value, class At, class Apply>
 Value walk(const Expressions& expressions, Id root, const At& at, const Apply& apply) {
   const std::vector<bool> need = needed(expressions, {root});

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The values of expressions on the host, with the bits that kernels compute: both compile kernels/lanes/formula_math.h and interval.h.
+// The values of expressions on the host, with the bits that kernels compute: both compile
+// kernels/lanes/formula_math.h and interval.h.
 #pragma once
 #include <array>
 
@@ -17,16 +18,16 @@ using Region = std::array<Bounds1, kVariables>;
 
 struct RegionValue {
   Bounds1 bounds;
-  bool undefined = false;  // nowhere in the region has the expression a value
+  bool undefined = false;  // the expression has a value nowhere in the region
 };
 
-/// What a node is, its operands being `values`.
+/// The value of a node whose operands have the given values.
 [[nodiscard]] float apply_op(const Node& node, const std::array<float, 4>& values);
 
 [[nodiscard]] float evaluate(const Expressions& expressions, Id root, const Point& point);
 /// Encloses the exact value, and that of `evaluate`, at every point of the region.
 [[nodiscard]] RegionValue evaluate(const Expressions& expressions, Id root, const Region& region);
-/// With the host's own functions, in double.
+/// The value by the host's own functions, in double.
 [[nodiscard]] double evaluate_double(const Expressions& expressions, Id root,
                                      const std::array<double, kVariables>& point);
 

@@ -69,7 +69,7 @@ Id Expressions::neg(Id a) {
 }
 
 Id Expressions::add(Id a, Id b) {
-  if (a > b) std::swap(a, b);  // the sum has the same bits, and is found again
+  if (a > b) std::swap(a, b);  // a sum has the same bits either way, and is found again in one order
   if (is_constant(a, 0)) return b;
   if (is_constant(b, 0)) return a;
   if (a == b) return mul(constant(2), a);
@@ -146,72 +146,62 @@ std::vector<bool> needed(const Expressions& expressions, const std::vector<Id>& 
   return need;
 }
 
+namespace {
+
+/// The derivative of node `id`, those of its operands being `slope`.
+Id slope_of(Expressions& e, Id id, const std::vector<Id>& slope, const std::array<Id, 3>& seeds) {
+  const Node node = e[id];  // a copy, because the graph grows
+  const auto [a, b, c, d] = node.operands;
+  const std::size_t count = operand_count(node.op);
+  const Id zero = e.constant(0), da = count > 0 ? slope[a] : zero, db = count > 1 ? slope[b] : zero;
+  switch (node.op) {
+    case Op::constant:
+      return zero;
+    case Op::variable:
+      return node.number < 3 ? seeds[node.number] : zero;
+    case Op::add:
+      return e.add(da, db);
+    case Op::sub:
+      return e.sub(da, db);
+    case Op::mul:
+      return e.add(e.mul(da, b), e.mul(a, db));
+    case Op::div:
+      return e.is_constant(b) ? e.div(da, b) : e.div(e.sub(da, e.mul(id, db)), b);
+    case Op::neg:
+      return e.neg(da);
+    case Op::power:
+      return e.mul(e.mul(e.constant(float(node.number)), e.power(a, node.number - 1)), da);
+    case Op::sqrt:
+      return e.div(da, e.mul(e.constant(2), id));
+    case Op::abs:
+      return e.choose(a, zero, e.neg(da), da);
+    case Op::min:
+      return e.choose(a, b, da, db);
+    case Op::max:
+      return e.choose(a, b, db, da);
+    case Op::sin:
+      return e.mul(e.apply(Op::cos, a), da);
+    case Op::cos:
+      return e.neg(e.mul(e.apply(Op::sin, a), da));
+    case Op::exp:
+      return e.mul(id, da);
+    case Op::log:
+      return e.div(da, a);
+    case Op::atan:
+      return e.div(da, e.add(e.constant(1), e.power(a, 2)));
+    case Op::choose:
+      return e.choose(a, b, slope[c], slope[d]);
+  }
+  throw InternalError("an operation without a derivative");
+}
+
+}  // namespace
+
 Id derivative(Expressions& e, Id root, const std::array<Id, 3>& seeds) {
   const std::vector<bool> need = needed(e, {root});
-  const Id zero = e.constant(0);
-  std::vector<Id> slope(root + 1, zero);
-  for (Id id = 0; id <= root; ++id) {
-    if (!need[id]) continue;
-    const Node node = e[id];  // a copy: the graph grows
-    const auto [a, b, c, d] = node.operands;
-    const std::size_t count = operand_count(node.op);
-    const Id da = count > 0 ? slope[a] : zero, db = count > 1 ? slope[b] : zero;
-    switch (node.op) {
-      case Op::constant:
-        break;
-      case Op::variable:
-        slope[id] = node.number < 3 ? seeds[node.number] : zero;
-        break;
-      case Op::add:
-        slope[id] = e.add(da, db);
-        break;
-      case Op::sub:
-        slope[id] = e.sub(da, db);
-        break;
-      case Op::mul:
-        slope[id] = e.add(e.mul(da, b), e.mul(a, db));
-        break;
-      case Op::div:
-        slope[id] = e.is_constant(b) ? e.div(da, b) : e.div(e.sub(da, e.mul(id, db)), b);
-        break;
-      case Op::neg:
-        slope[id] = e.neg(da);
-        break;
-      case Op::power:
-        slope[id] = e.mul(e.mul(e.constant(float(node.number)), e.power(a, node.number - 1)), da);
-        break;
-      case Op::sqrt:
-        slope[id] = e.div(da, e.mul(e.constant(2), id));
-        break;
-      case Op::abs:
-        slope[id] = e.choose(a, zero, e.neg(da), da);
-        break;
-      case Op::min:
-        slope[id] = e.choose(a, b, da, db);
-        break;
-      case Op::max:
-        slope[id] = e.choose(a, b, db, da);
-        break;
-      case Op::sin:
-        slope[id] = e.mul(e.apply(Op::cos, a), da);
-        break;
-      case Op::cos:
-        slope[id] = e.neg(e.mul(e.apply(Op::sin, a), da));
-        break;
-      case Op::exp:
-        slope[id] = e.mul(id, da);
-        break;
-      case Op::log:
-        slope[id] = e.div(da, a);
-        break;
-      case Op::atan:
-        slope[id] = e.div(da, e.add(e.constant(1), e.power(a, 2)));
-        break;
-      case Op::choose:
-        slope[id] = e.choose(a, b, slope[c], slope[d]);
-        break;
-    }
-  }
+  std::vector<Id> slope(root + 1, e.constant(0));
+  for (Id id = 0; id <= root; ++id)
+    if (need[id]) slope[id] = slope_of(e, id, slope, seeds);
   return slope[root];
 }
 

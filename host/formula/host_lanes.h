@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The kernels' dialect one lane wide in C++, as far as kernels/lanes/interval.h and what it includes need it: for evaluate.cpp, which
-// thereby compiles the kernels' own text. Stands in for kernels/lanes/lanes.h.
+// The kernels' dialect in C++, one lane wide, as far as kernels/lanes/interval.h needs it. It
+// stands in for kernels/lanes/lanes.h, so that the host compiles the kernels' own text.
 #pragma once
 #define EK_LANES_H
 #include <bit>

@@ -12,7 +12,7 @@ std::string literal(float value) { return fmt::format("(vf)({:a}f)", double(valu
 
 std::string name(Id id) { return fmt::format("v{}", id); }
 
-// What a node is in numbers, its operands being variables of the text.
+// The code of a node on numbers; its operands are variables of the text.
 std::string number_code(const Node& node) {
   const std::string a = name(node.operands[0]), b = name(node.operands[1]), c = name(node.operands[2]),
                     d = name(node.operands[3]);
@@ -58,7 +58,7 @@ std::string number_code(const Node& node) {
   throw InternalError("an operation without kernel code");
 }
 
-// The same in intervals.
+// The code of a node on intervals.
 std::string interval_code(const Expressions& e, const Node& node) {
   const std::string a = name(node.operands[0]), b = name(node.operands[1]), c = name(node.operands[2]),
                     d = name(node.operands[3]);
@@ -142,7 +142,7 @@ std::string one(const Formula& f, std::size_t index) {
   return text;
 }
 
-// A function that calls the one of its formula. The last formula is what is left.
+// A function that calls the one of its formula. The last formula is the default case.
 std::string chosen(const char* result, const char* function, const char* parameters, const char* values,
                    std::size_t count) {
   std::string text =

@@ -49,7 +49,7 @@ class Parser {
     throw InputError(fmt::format("column {}: {}", at + 1, what));
   }
 
-  // What stands at at_, for messages: a whole character, of which UTF-8 may take several bytes.
+  // The character at at_, for messages; UTF-8 may take several bytes for it.
   [[nodiscard]] std::string here() const {
     if (at_ >= text_.size()) return "the end";
     std::size_t end = at_ + 1;
@@ -57,7 +57,7 @@ class Parser {
     return in_quotes(text_.substr(at_, end - at_));
   }
 
-  // The next character after blanks; 0 at the end.
+  // Skips blanks and returns the next character, or 0 at the end.
   char peek() {
     while (at_ < text_.size() && (text_[at_] == ' ' || text_[at_] == '\t' || text_[at_] == '\n' || text_[at_] == '\r'))
       ++at_;

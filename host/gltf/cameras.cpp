@@ -4,17 +4,20 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "core/error.h"
-#include "gltf/geometry/attributes.h"
+#include "gltf/document/document_check.h"
+#include "gltf/extensions.h"
+#include "io/text.h"
+#include "scene/limits.h"
 
 namespace eikon {
 namespace {
 
-// A camera's pose: the scale of its node is ignored [glTF 2.0, section 3.10.2], so is a mirror image, which would show
-// the picture reversed. Nothing where the node leaves no direction of view or no up.
+// A camera's pose. The scale of its node is ignored [glTF 2.0, section 3.10.2], and so is a mirror
+// image, which would show the picture reversed. There is none if the node leaves no direction of
+// view or no up.
 std::optional<glm::dmat4> camera_pose(const glm::dmat4& world_from_object) {
   const glm::dvec3 up(world_from_object[1]), back(world_from_object[2]);
   if (!(glm::length(back) > 0) || !(glm::length(up) > 0)) return std::nullopt;
@@ -26,8 +29,8 @@ std::optional<glm::dmat4> camera_pose(const glm::dmat4& world_from_object) {
                     world_from_object[3]};
 }
 
-/// A length or ratio that the extension may or must have. 0: absent.
-double positive(const Place& place, const char* key) {
+/// Returns a length or ratio of the extension, or 0 if it is absent.
+double positive(const JsonView& place, const char* key) {
   const std::optional<double> value = as_number(place, key);
   if (!value) return 0;
   if (!(*value > 0 && *value <= kMaxCoordinate))
@@ -36,7 +39,7 @@ double positive(const Place& place, const char* key) {
   return *value;
 }
 
-Lens read_lens(const Place& place) {
+Lens read_lens(const JsonView& place) {
   Lens lens;
   lens.radius_m = positive(place, "radius");
   lens.f_number = positive(place, "fNumber");
@@ -48,13 +51,11 @@ Lens read_lens(const Place& place) {
   return lens;
 }
 
-void read_extensions(const Place& source, Camera& camera, Notes& notes) {
+void read_extensions(const JsonView& source, Camera& camera, Notes& notes) {
   const Json* extensions = member(source.value, "extensions");
   if (extensions == nullptr) return;
-  for (const auto& entry : extensions->items())
-    if (entry.key() != kLensExtension && entry.key() != kPanoramaExtension)
-      notes.unsupported(one_line(entry.key()), source.label());
-  const Place place{.value = *extensions, .kind = "extensions", .parent = &source};
+  note_unsupported_extensions(source.value, ExtensionOwner::camera, source.label(), notes);
+  const JsonView place{.value = *extensions, .kind = "extensions", .parent = &source};
   if (as_object(place, kPanoramaExtension) != nullptr) {
     camera.projection = Projection::panorama;
     camera.aspect = 2;
@@ -70,36 +71,30 @@ void read_extensions(const Place& source, Camera& camera, Notes& notes) {
 
 }  // namespace
 
-double lens_radius_m(const Camera& camera) {
-  if (!camera.lens || camera.projection != Projection::perspective) return 0;
-  if (camera.lens->radius_m > 0) return camera.lens->radius_m;
-  const double focal_length_m = 0.5 * camera.lens->sensor_height_m / std::tan(0.5 * camera.yfov_rad);
-  return 0.5 * focal_length_m / camera.lens->f_number;
-}
-
-void add_camera(const Json& document, std::size_t index, const glm::dmat4& world_from_node, const Place& node,
-                const std::string& node_name, Scene& scene, Notes& notes) {
-  const Json& source = document["cameras"][index];
-  const Place place{.value = source, .kind = "camera", .index = static_cast<std::int64_t>(index)};
-  const auto pose = camera_pose(world_from_node);
+void add_camera(const Json& document, const PlacedNode& placed, Scene& scene, Notes& notes) {
+  const std::size_t index = *placed.node.camera;
+  const Json& source = element(items(document, "cameras"), index);
+  const JsonView view{.value = source, .kind = "camera", .index = static_cast<std::int64_t>(index)};
+  const auto pose = camera_pose(placed.world_from_object);
   if (!pose)
-    return notes.warn(place.label() + ": left out, " + node.label() + " scales its direction of view to nothing");
+    return notes.warn(view.label() + ": left out, " + placed.node.view.label() +
+                      " scales its direction of view to nothing");
   const Json* name = member(source, "name");
-  const std::string own_name = name == nullptr ? "" : name->get<std::string>();
-  Camera camera{.name = own_name.empty() ? node_name : own_name, .world_from_camera = *pose};
-  if (source["type"] == "perspective") {
-    const Json& lens = source["perspective"];
-    camera.yfov_rad = lens["yfov"].get<double>();
-    camera.aspect = lens.value("aspectRatio", 0.0);
+  const bool named = name != nullptr && !to_string(*name).empty();
+  Camera camera{.name = named ? to_string(*name) : placed.node.name, .world_from_camera = *pose};
+  if (const Json* lens = member(source, "perspective"); equals(member(source, "type"), "perspective")) {
+    camera.yfov_rad = to_number(*member(lens, "yfov"));
+    const Json* aspect = member(lens, "aspectRatio");
+    camera.aspect = aspect == nullptr ? 0.0 : to_number(*aspect);
   } else {
-    const double xmag = source["orthographic"]["xmag"].get<double>(),
-                 ymag = source["orthographic"]["ymag"].get<double>();
-    if (xmag < 0 || ymag < 0) notes.warn(place.label() + ": negative xmag or ymag taken as positive");
+    const Json* size = member(source, "orthographic");
+    const double xmag = to_number(*member(size, "xmag")), ymag = to_number(*member(size, "ymag"));
+    if (xmag < 0 || ymag < 0) notes.warn(view.label() + ": negative xmag or ymag taken as positive");
     camera.projection = Projection::orthographic;
     camera.ymag_m = std::abs(ymag);
     camera.aspect = std::abs(xmag) / std::abs(ymag);
   }
-  read_extensions(place, camera, notes);
+  read_extensions(view, camera, notes);
   scene.cameras.push_back(std::move(camera));
 }
 

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 #include <string>
 
 #include "shared/records.h"
@@ -14,19 +13,19 @@ namespace {
 
 constexpr std::size_t kLongestName = 64;
 
-/// In a channel's name, which ends at dots and which lists join by commas.
+/// Such characters can stand in the name of a channel, whose parts are divided by dots, and in
+/// lists, which commas divide.
 bool is_plain(char c) {
   return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' || c == '_';
 }
 
 }  // namespace
 
-std::uint32_t light_group_of(const Place& place, Scene& scene) {
-  const Json* const extras = member(place.value, "extras");
-  if (extras == nullptr || !extras->is_object() || member(*extras, "lightGroup") == nullptr) return 0;
-  const Place own{.value = *extras, .kind = "extras", .parent = &place};
-  check_string(own, "lightGroup");
-  const auto& name = (*extras)["lightGroup"].get_ref<const std::string&>();
+std::uint32_t light_group_of(const JsonView& owner, Scene& scene) {
+  const Json* const extras = member(owner.value, "extras");
+  if (member(extras, "lightGroup") == nullptr) return 0;
+  const JsonView own{.value = *extras, .kind = "extras", .parent = &owner};
+  const std::string& name = *as_string(own, "lightGroup");
   if (name.empty() || name.size() > kLongestName || !std::ranges::all_of(name, is_plain))
     own.refuse(fmt::format("'lightGroup' names a layer: up to {} letters, digits, - and _", kLongestName));
   auto& groups = scene.light_groups;

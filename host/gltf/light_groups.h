@@ -7,9 +7,10 @@
 
 namespace eikon {
 
-/// Number of the group that `place` names by extras.lightGroup: that of Scene::light_groups, added to them if it is new; 0, "rest",
-/// where it names none.
-/// throws InputError: no string, a name of other characters than letters, digits, - and _, longer than 64, or one group too many
-std::uint32_t light_group_of(const Place& place, Scene& scene);
+/// The index in `scene.light_groups` of the group that `owner` names by extras.lightGroup; a new
+/// name is appended. 0, "rest", if it names none.
+/// throws InputError: no string, a name of other characters than letters, digits, - and _, longer
+///        than 64, or one group too many
+std::uint32_t light_group_of(const JsonView& owner, Scene& scene);
 
 }  // namespace eikon

@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Every text under the name "uri", wherever it stands: extensions have some too.
+/// Collects every text under the name "uri", wherever it stands, since extensions have some too.
 void collect_uris(const Json& value, std::set<std::string>& uris) {
   for (const auto& [name, member] : value.items()) {
     if (name == "uri" && member.is_string())
@@ -33,7 +33,7 @@ std::map<std::string, fs::path> files_of(const fs::path& folder, std::string_vie
   try {
     collect_uris(parse_json(json), uris);
   } catch (const InputError&) {
-    return files;  // the loader says what is broken
+    return files;  // the loader reports what is broken
   }
   for (const std::string& uri : uris) {
     if (uri.rfind("data:", 0) == 0) continue;
@@ -46,7 +46,7 @@ std::map<std::string, fs::path> files_of(const fs::path& folder, std::string_vie
   return files;
 }
 
-/// The first chunk of a .glb [glTF 2.0, section 4.4]; empty where there is none.
+/// The first chunk of a .glb [glTF 2.0, section 4.4]; empty if there is none.
 std::string glb_document(const fs::path& path) {
   std::error_code error;
   if (!fs::is_regular_file(path, error)) return {};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which files a scene names, found without building it.
+// The files that a scene names, found without building it.
 #pragma once
 #include <cstddef>
 #include <filesystem>
@@ -10,16 +10,17 @@
 
 namespace eikon {
 
-/// What the document of a scene in `folder` names, wherever it stands, whether it is there or not: URI -> file. What the loader
-/// refuses, or has no need of a file for, is left out, and so is all of a document that is broken.
+/// The files that the document of a scene in `folder` names, by their URIs; they need not exist.
+/// URIs that the loader refuses or needs no file for are left out, and so is everything if the
+/// document is broken.
 /// document  the bytes of the scene's file
 /// is_glb    its name says so
 [[nodiscard]] std::map<std::string, std::filesystem::path> named_files(const std::filesystem::path& folder,
                                                                        std::span<const std::byte> document,
                                                                        bool is_glb);
 
-/// The scene's own file and all that it names; just the former when it cannot be read, which is for the loader to say. Of a .glb only the
-/// document is read.
+/// The scene's own file and all that it names; the own file alone if it cannot be read, which is
+/// for the loader to report. Only the document of a .glb is read.
 [[nodiscard]] std::vector<std::filesystem::path> scene_files(const std::filesystem::path& scene);
 
 }  // namespace eikon

@@ -23,8 +23,9 @@
 namespace eikon {
 namespace {
 
-/// A write beyond the file size limit (ulimit -f) raises SIGXFSZ, which would end the process and leave the temporary file.
-/// While this lives, the calling thread alone does not see it, and write() returns EFBIG.
+/// A write beyond the file size limit (ulimit -f) raises SIGXFSZ, which would end the process and
+/// leave the temporary file. While this lives, the calling thread alone does not see it, and
+/// write() returns EFBIG.
 class FileSizeSignalBlocked {
  public:
   FileSizeSignalBlocked() {
@@ -75,13 +76,14 @@ std::filesystem::path behind_links(const std::filesystem::path& path) {
   return std::filesystem::is_symlink(path, ignored) ? std::filesystem::weakly_canonical(path, ignored) : path;
 }
 
-/// What the temporary names of a file begin with; the process and a number follow. File names are 255 bytes at most.
+/// The beginning of a file's temporary names, before the process and a number. File names are 255
+/// bytes at most.
 std::string temporary_prefix(const std::filesystem::path& path) {
   const std::string name = path.filename().string();
   return fmt::format(".{}.eikon-", name.substr(0, std::min<std::size_t>(name.size(), 200)));
 }
 
-/// Temporary files of this file whose process is no more; where it may not, it leaves them.
+/// Removes temporary files of this file whose process has ended, as far as it may.
 void remove_left_behind(const std::filesystem::path& real) {
   const std::string prefix = temporary_prefix(real);
   std::error_code error;
@@ -125,7 +127,8 @@ AtomicFile::AtomicFile(const std::filesystem::path& path) : path_(behind_links(p
   if (!path_.has_filename()) throw InputError(fmt::format("cannot write \"{}\": that is no file name", path.string()));
 
   remove_left_behind(path_);
-  // Unique among processes by the id, within the process by the counter; O_EXCL guards what is left.
+  // The id makes the name unique among processes, the counter within this one; O_EXCL guards the
+  // rest.
   static std::atomic<unsigned> counter{0};
   for (int attempt = 0; attempt < 100; ++attempt) {
     temporary_ = path_;
@@ -179,13 +182,15 @@ void AtomicFile::commit() {
     if (error_ != 0) fail();
     return;
   }
-  // EINVAL, ENOTSUP: a file system without fsync; the rename still keeps half-written files out of sight.
+  // EINVAL and ENOTSUP mean a file system without fsync; the rename still keeps half-written files
+  // out of sight.
   if (error_ == 0 && fsync(descriptor_) != 0 && errno != EINVAL && errno != ENOTSUP) error_ = errno;
   if (error_ == 0 && rename(temporary_.c_str(), path_.c_str()) != 0) error_ = errno;
   if (error_ != 0) fail();
   close(descriptor_);
   descriptor_ = -1;
-  // The new name is safe against a power cut once the folder is on the disk; not every file system allows it.
+  // The new name is safe against a power cut once the folder is on the disk; not every file system
+  // allows it.
   const auto folder = path_.has_parent_path() ? path_.parent_path() : std::filesystem::path(".");
   const int folder_descriptor = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (folder_descriptor >= 0) {

@@ -11,14 +11,17 @@ namespace eikon {
 /// Names standard output where a file is to be written.
 inline constexpr const char* kStandardOutput = "-";
 
-/// Writes under a temporary name in the folder of the final one; commit() flushes it to the disk and renames it. Without a
-/// commit the temporary file is removed. Symbolic links are followed, so that the link stays one.
-/// A file named "-" is kept in memory until commit() writes it to standard output. From the first such file on, everything
-/// that the process prints goes to stderr, so that standard output holds the file alone.
+/// Writes under a temporary name in the folder of the final one; commit() flushes it to the disk
+/// and renames it. Without a commit the temporary file is removed. Symbolic links are followed, so
+/// that the link stays one.
+/// A file named "-" is kept in memory until commit() writes it to standard output. From the first
+/// such file on, everything that the process prints goes to stderr, so that standard output holds
+/// the file alone.
 class AtomicFile {
  public:
   /// Removes what a process that was killed while it wrote the same file has left.
-  /// throws InputError when the folder does not exist or cannot be written, or the path is a folder or a device.
+  /// throws InputError when the folder does not exist or cannot be written, or the path is a folder
+  ///        or a device.
   explicit AtomicFile(const std::filesystem::path& path);
   ~AtomicFile();
   AtomicFile(const AtomicFile&) = delete;
@@ -29,7 +32,8 @@ class AtomicFile {
   [[nodiscard]] std::uint64_t position() const { return position_; }
   void seek(std::uint64_t position) { position_ = position; }
 
-  /// throws InputError; also when an earlier write failed and whoever called it swallowed the exception.
+  /// throws InputError; also when an earlier write failed and whoever called it swallowed the
+  ///        exception.
   void commit();
 
  private:

@@ -16,7 +16,8 @@ constexpr std::size_t kMaxTextBytes = std::size_t{1} << 31U;  // tinygltf counts
 constexpr std::size_t kMaxNesting = 128;                      // glTF itself needs about 10; the rest is for extras
 constexpr std::size_t kMaxValues = std::size_t{1} << 25U;     // a million nodes and their members; about 2 GB as a tree
 
-// Brackets and commas outside strings bound the depth and the number of values, whether or not the text is JSON.
+// Brackets and commas outside strings bound the depth and the number of values, even if the text is
+// no JSON.
 void check_shape(std::string_view text) {
   if (text.size() > kMaxTextBytes) {
     throw InputError(fmt::format("JSON text of {} bytes, at most {} are read; move the data into a .bin file or a .glb",
@@ -46,7 +47,8 @@ void check_shape(std::string_view text) {
   if (values > kMaxValues) throw InputError(fmt::format("JSON of {} values, at most {} are read", values, kMaxValues));
 }
 
-// A double that is meant as an integer would be truncated in silence, so only integer literals count.
+// A double that is meant as an integer would be truncated in silence, so only integer literals
+// count.
 std::optional<std::uint64_t> unsigned_of(const Json& value) {
   if (value.is_number_unsigned()) return value.get<std::uint64_t>();
   return std::nullopt;
@@ -69,7 +71,7 @@ Json parse_json(std::string_view text) {
   }
 }
 
-std::string Place::label() const {
+std::string JsonView::label() const {
   std::string own;
   if (index < 0) {
     own = std::string(kind);
@@ -82,9 +84,9 @@ std::string Place::label() const {
   return parent == nullptr ? own : parent->label() + ", " + own;
 }
 
-void Place::fail(const std::string& what) const { refuse(what + "; not valid glTF 2.0, export the file again"); }
+void JsonView::fail(const std::string& what) const { refuse(what + "; not valid glTF 2.0, export the file again"); }
 
-void Place::refuse(const std::string& what) const { throw InputError(label() + ": " + what); }
+void JsonView::refuse(const std::string& what) const { throw InputError(label() + ": " + what); }
 
 const Json* member(const Json& object, const char* key) {
   if (!object.is_object()) return nullptr;
@@ -92,62 +94,106 @@ const Json* member(const Json& object, const char* key) {
   return found == object.end() ? nullptr : &*found;
 }
 
-const Json* as_object(const Place& place, const char* key) {
-  const Json* value = member(place.value, key);
-  if (value != nullptr && !value->is_object()) place.fail(fmt::format("'{}' is not an object", key));
+const Json* member(const Json* object, const char* key) { return object == nullptr ? nullptr : member(*object, key); }
+
+const Json* as_object(const JsonView& view, const char* key) {
+  const Json* value = member(view.value, key);
+  if (value != nullptr && !value->is_object()) view.fail(fmt::format("'{}' is not an object", key));
   return value;
 }
 
-const Json* as_array(const Place& place, const char* key) {
-  const Json* value = member(place.value, key);
-  if (value != nullptr && !value->is_array()) place.fail(fmt::format("'{}' is not an array", key));
+const Json* as_array(const JsonView& view, const char* key) {
+  const Json* value = member(view.value, key);
+  if (value != nullptr && !value->is_array()) view.fail(fmt::format("'{}' is not an array", key));
   return value;
 }
 
-std::optional<std::uint64_t> as_integer(const Place& place, const char* key, std::uint64_t max) {
-  const Json* value = member(place.value, key);
+std::optional<std::uint64_t> as_integer(const JsonView& view, const char* key, std::uint64_t max) {
+  const Json* value = member(view.value, key);
   if (value == nullptr) return std::nullopt;
   const auto integer = unsigned_of(*value);
-  if (!integer) place.fail(fmt::format("'{}' is not an integer from 0 on", key));
-  if (*integer > max) place.fail(fmt::format("'{}' is {}, the largest legal value is {}", key, *integer, max));
+  if (!integer) view.fail(fmt::format("'{}' is not an integer from 0 on", key));
+  if (*integer > max) view.fail(fmt::format("'{}' is {}, the largest legal value is {}", key, *integer, max));
   return integer;
 }
 
-std::uint64_t required_integer(const Place& place, const char* key, std::uint64_t max) {
-  const auto integer = as_integer(place, key, max);
-  if (!integer) place.fail(fmt::format("'{}' is missing", key));
+std::uint64_t required_integer(const JsonView& view, const char* key, std::uint64_t max) {
+  const auto integer = as_integer(view, key, max);
+  if (!integer) view.fail(fmt::format("'{}' is missing", key));
   return *integer;
 }
 
-std::optional<double> as_number(const Place& place, const char* key) {
-  const Json* value = member(place.value, key);
+std::optional<double> as_number(const JsonView& view, const char* key) {
+  const Json* value = member(view.value, key);
   if (value == nullptr) return std::nullopt;
-  if (!value->is_number()) place.fail(fmt::format("'{}' is not a number", key));
+  if (!value->is_number()) view.fail(fmt::format("'{}' is not a number", key));
   return value->get<double>();
 }
 
-bool has_numbers(const Place& place, const char* key, std::size_t count) {
-  const Json* array = as_array(place, key);
+bool has_numbers(const JsonView& view, const char* key, std::size_t count) {
+  const Json* array = as_array(view, key);
   if (array == nullptr) return false;
   const bool good = array->size() == count &&
                     std::all_of(array->begin(), array->end(), [](const Json& element) { return element.is_number(); });
-  if (!good) place.fail(fmt::format("'{}' is not an array of {} numbers", key, count));
+  if (!good) view.fail(fmt::format("'{}' is not an array of {} numbers", key, count));
   return true;
 }
 
-void check_string(const Place& place, const char* key) {
-  const Json* value = member(place.value, key);
-  if (value != nullptr && !value->is_string()) place.fail(fmt::format("'{}' is not a string", key));
+const std::string* as_string(const JsonView& view, const char* key) {
+  const Json* value = member(view.value, key);
+  if (value == nullptr) return nullptr;
+  if (!value->is_string()) view.fail(fmt::format("'{}' is not a string", key));
+  return &value->get_ref<const std::string&>();
 }
 
-std::optional<std::size_t> as_index(const Place& place, const char* key, std::size_t count, std::string_view target) {
-  const Json* value = member(place.value, key);
+std::optional<std::size_t> as_index(const JsonView& view, const char* key, std::size_t count, std::string_view target) {
+  const Json* value = member(view.value, key);
   if (value == nullptr) return std::nullopt;
   const auto integer = unsigned_of(*value);
-  if (!integer) place.fail(fmt::format("'{}' is not an index of a {}", key, target));
+  if (!integer) view.fail(fmt::format("'{}' is not an index of a {}", key, target));
   if (*integer >= count)
-    place.fail(fmt::format("'{}' names {} {}, but there are only {}", key, target, *integer, count));
+    view.fail(fmt::format("'{}' names {} {}, but there are only {}", key, target, *integer, count));
   return static_cast<std::size_t>(*integer);
+}
+
+bool is_object(const Json& value) { return value.is_object(); }
+bool is_string(const Json& value) { return value.is_string(); }
+bool is_boolean(const Json& value) { return value.is_boolean(); }
+
+bool is_index(const Json& value, std::size_t count) {
+  const auto integer = unsigned_of(value);
+  return integer && *integer < count;
+}
+
+bool equals(const Json* value, std::string_view text) {
+  return value != nullptr && value->is_string() && value->get_ref<const std::string&>() == text;
+}
+
+double to_number(const Json& value) { return value.get<double>(); }
+std::size_t to_index(const Json& value) { return value.get<std::size_t>(); }
+bool to_boolean(const Json& value) { return value.get<bool>(); }
+const std::string& to_string(const Json& value) { return value.get_ref<const std::string&>(); }
+std::string excerpt(const Json& value) { return one_line(value.dump(-1, ' ', true).substr(0, 40)); }
+
+const Json& empty_array() {
+  static const Json kNone = Json::array();
+  return kNone;
+}
+
+const Json& empty_object() {
+  static const Json kNone = Json::object();
+  return kNone;
+}
+
+std::size_t size_of(const Json& array) { return array.size(); }
+const Json& element(const Json& array, std::size_t i) { return array[i]; }
+double number_at(const Json& array, std::size_t i) { return array[i].get<double>(); }
+
+std::vector<JsonMember> members(const Json* object) {
+  std::vector<JsonMember> all;
+  if (object == nullptr || !object->is_object()) return all;
+  for (const auto& entry : object->items()) all.push_back({.key = entry.key(), .value = entry.value()});
+  return all;
 }
 
 }  // namespace eikon

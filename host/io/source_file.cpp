@@ -57,7 +57,7 @@ std::string percent_decoded(std::string_view uri) {
   return out;
 }
 
-// "http:", "file:", "c:": letters, digits, + - . up to a colon [RFC 3986 section 3.1].
+// A scheme, as in "http:" or "c:", is letters, digits, + - . up to a colon [RFC 3986 section 3.1].
 bool has_scheme(std::string_view uri) {
   const std::size_t colon = uri.find(':');
   if (colon == std::string_view::npos || colon == 0) return false;
@@ -82,7 +82,8 @@ std::uint64_t physical_memory_bytes() {
 }
 
 Bytes read_regular_file(const std::filesystem::path& path, std::uint64_t max_bytes) {
-  // O_NONBLOCK: opening a FIFO must not wait for a writer. The type is asked of the open file, so it cannot change.
+  // O_NONBLOCK keeps the opening of a FIFO from waiting for a writer. The type is asked of the open
+  // file, so it cannot change.
   const FileDescriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY));
   if (file.get() < 0) {
     const int error = errno;

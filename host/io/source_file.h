@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The bytes of a scene: which files may be read, how much of them, and what a URI may name.
+// The bytes of a scene. It decides which files may be read, how much of them, and what a URI may
+// name.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -22,12 +23,13 @@ struct Bytes {
 [[nodiscard]] std::uint64_t physical_memory_bytes();
 
 /// Reads a whole regular file; FIFOs, devices and directories are refused without being read.
-/// throws InputError (without the path): missing, unreadable, not a regular file, empty, above `max_bytes`
+/// throws InputError (without the path): missing, unreadable, not a regular file, empty, above
+///        `max_bytes`
 Bytes read_regular_file(const std::filesystem::path& path, std::uint64_t max_bytes);
 
 /// The file that a relative URI of a scene in `folder` names, symbolic links resolved.
-/// throws InputError: absolute, with a scheme, with "..", a backslash, a control character or a bad escape, or outside
-/// `folder` once links are followed
+/// throws InputError: absolute, with a scheme, with "..", a backslash, a control character or a bad
+///        escape, or outside `folder` once links are followed
 std::filesystem::path resolve_uri(const std::filesystem::path& folder, std::string_view uri);
 
 /// Decodes "data:...;base64,...". throws InputError when it is not base64 [RFC 4648 section 4].

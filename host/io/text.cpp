@@ -38,27 +38,4 @@ std::string one_line(std::string_view text) {
   return out;
 }
 
-void Notes::unsupported(const std::string& feature, const std::string& user) {
-  const auto [entry, is_new] = feature_index_.try_emplace(feature, features_.size());
-  if (is_new) features_.push_back({.name = feature, .first_user = user, .users = {}});
-  features_[entry->second].users.insert(user);
-}
-
-void Notes::warn(std::string warning) { warnings_.push_back(std::move(warning)); }
-
-void Notes::clamped(const std::string& warning) {
-  clamped_.push_back(warning);
-  warn(warning);
-}
-
-void Notes::finish(Scene& scene) {
-  for (Feature& feature : features_) {
-    std::string user = std::move(feature.first_user);
-    if (feature.users.size() > 1) user += fmt::format(" and {} more", feature.users.size() - 1);
-    scene.unsupported.push_back({.feature = std::move(feature.name), .user = std::move(user)});
-  }
-  for (std::string& warning : clamped_) scene.out_of_range.push_back(std::move(warning));
-  for (std::string& warning : warnings_) scene.warnings.push_back(std::move(warning));
-}
-
 }  // namespace eikon

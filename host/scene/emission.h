@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What gives off light.
+// Which surfaces emit light, and which of them are sampled.
 #pragma once
 #include "scene/endless.h"
 #include "scene/scene.h"
@@ -17,8 +17,8 @@ namespace eikon {
   return environment.map || radiance.x > 0 || radiance.y > 0 || radiance.z > 0;
 }
 
-/// Whether shading points choose a shape among the lights. What emits but has no area to choose points of (formulas, planes without
-/// end) is no light to sample: scattered rays find it, and it counts in full.
+/// True if direct lighting samples a shape. Emissive formulas and planes without end have no area
+/// to sample: scattered rays find them, and their light counts in full.
 [[nodiscard]] inline bool is_sampled_light(const Shape& shape, const Material& material) {
   return emits(material) && shape.kind != ShapeKind::implicit && !is_endless(shape);
 }

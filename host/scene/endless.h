@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Planes without end: along an axis for which a file names no size, Shape::size is infinite. Rays meet them as far as 2^42 m from their
-// middle; what else goes by a scene's extent (cameras that frame it, the precision of its rays) takes them for the metre there.
+// Planes without end: Shape::size is infinite along an axis for which a file names no size. Rays
+// meet them as far as 2^42 m from their middle. Whatever else depends on a scene's extent (framing,
+// the precision of rays) takes the metre around that middle instead.
 #pragma once
 #include <cmath>
 #include <limits>
@@ -16,14 +17,15 @@ inline constexpr double kEndlessReach = 0x1p42;                                 
   return shape.kind == ShapeKind::plane && (std::isinf(shape.size[0]) || std::isinf(shape.size[1]));
 }
 
-/// The metre that stands for what has no end; any other shape as it is.
+/// The same shape with one metre instead of each infinite size.
 [[nodiscard]] inline Shape bounded_piece(Shape shape) {
   for (double& size : shape.size)
     if (std::isinf(size)) size = 1;
   return shape;
 }
 
-/// Whether a box in the world is of something without end: what a file places lies within kMaxCoordinate (2^40 m).
+/// True if a box in the world belongs to a plane without end: everything else lies within
+/// kMaxCoordinate (2^40 m).
 /// corners  lo and hi, three floats each
 [[nodiscard]] inline bool is_endless_box(const float* corners) {
   float farthest = 0;

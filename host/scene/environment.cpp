@@ -5,19 +5,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <nlohmann/json.hpp>
-#include <numbers>
+#include <utility>
 
 #include "core/error.h"
 #include "image/decode_hdr.h"
 #include "image/image.h"
 #include "io/source_file.h"
+#include "io/text.h"
 
 namespace eikon {
 namespace {
-
-constexpr std::uint64_t kMaxFileBytes = std::uint64_t{1} << 34U;
 
 std::uint64_t map_budget_bytes() {
   const std::uint64_t memory = physical_memory_bytes();
@@ -44,7 +41,7 @@ void take_exr(const std::filesystem::path& path, EnvironmentMap& map) {
 
 constexpr float kBrightest = 1e30F;  // of one texel; sums and products of more would overflow
 
-// One texel that is not finite would reach every pixel, and a negative one has no probability to be chosen by.
+// A texel that is not finite would reach every pixel, and a negative one could not be sampled.
 void make_legal(const std::string& user, EnvironmentMap& map, std::vector<std::string>& warnings) {
   std::uint64_t not_finite = 0, negative = 0;
   bool black = true;
@@ -80,7 +77,7 @@ std::shared_ptr<const EnvironmentMap> load_environment(const std::filesystem::pa
   auto map = std::make_shared<EnvironmentMap>();
   map->name = path.filename().string();
   try {
-    const Bytes file = read_regular_file(path, kMaxFileBytes);
+    const Bytes file = read_regular_file(path, kMaxEnvironmentFileBytes);
     if (starts_with(file.span(), "\x76\x2f\x31\x01")) {
       take_exr(path, *map);
     } else if (starts_with(file.span(), "#?")) {
@@ -98,46 +95,6 @@ std::shared_ptr<const EnvironmentMap> load_environment(const std::filesystem::pa
   }
   make_legal(user, *map, warnings);
   return map;
-}
-
-std::optional<Environment> read_environment(const Place& owner, const std::filesystem::path& folder, Digest& digest,
-                                            Notes& notes) {
-  const Json* extras = member(owner.value, "extras");
-  const Json* found = extras == nullptr ? nullptr : member(*extras, "environment");
-  if (found == nullptr) return std::nullopt;
-  const Place environment{.value = *found, .kind = "extras.environment", .parent = &owner};
-  check_string(environment, "uri");
-  const bool has_radiance = has_numbers(environment, "radiance", 3);
-  const Json* uri = member(*found, "uri");
-  Environment result;
-  if (uri != nullptr) {
-    if (has_radiance) notes.warn(environment.label() + ": 'radiance' ignored, the file of 'uri' counts");
-    result.scale = as_number(environment, "scale").value_or(1.0);
-    if (!(result.scale >= 0)) environment.refuse(fmt::format("'scale' {:g} is negative", result.scale));
-    result.rotation_rad = as_number(environment, "rotate").value_or(0.0) * std::numbers::pi / 180.0;
-    std::vector<std::string> warnings;
-    try {
-      const std::filesystem::path file = resolve_uri(folder, uri->get_ref<const std::string&>());
-      digest.add(read_regular_file(file, kMaxFileBytes).span());
-      result.map = load_environment(file, warnings);
-    } catch (const InputError& e) {
-      environment.refuse(e.what());
-    }
-    for (std::string& warning : warnings) notes.warn(std::move(warning));
-    return result;
-  }
-  if (!has_radiance) {
-    notes.warn(environment.label() + ": ignored, it has neither 'radiance' nor 'uri'");
-    return std::nullopt;
-  }
-  for (int c = 0; c < 3; ++c) {
-    const double value = (*found)["radiance"][static_cast<std::size_t>(c)].get<double>();
-    if (!(value >= 0 && value <= static_cast<double>(std::numeric_limits<float>::max()))) {
-      environment.fail(fmt::format("radiance {:g} is negative or beyond single precision", value));
-    }
-    result.radiance[c] = static_cast<float>(value);
-  }
-  return result;
 }
 
 }  // namespace eikon

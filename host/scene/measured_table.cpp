@@ -18,14 +18,15 @@ constexpr double kLeastHalf = 1e-4;  // of what is reflected; less than that is 
 
 double theta_h_of(double cells) { return (cells / kH) * (cells / kH) * kPi / 2; }
 
-/// Whether both directions of the middle of a cell are above the surface.
+/// True if both directions of the middle of a cell are above the surface.
 bool is_above(std::size_t h, std::size_t d, std::size_t p) {
   const double theta_h = theta_h_of(double(h) + 0.5), theta_d = (double(d) + 0.5) / kD * kPi / 2,
                phi_d = (double(p) + 0.5) / kP * kPi;
   return std::cos(theta_d) * std::cos(theta_h) > std::abs(std::cos(phi_d)) * std::sin(theta_d) * std::sin(theta_h);
 }
 
-/// returns how many entries above the surface were negative
+/// Fills the entries for which a direction lies below the surface, and sets negative ones to 0.
+/// returns the number of entries above the surface that were negative
 std::size_t fill(std::vector<float>& rgb) {
   std::size_t holes = 0;
   for (std::size_t h = 0; h < kH; ++h)
@@ -53,12 +54,14 @@ const float* entry_of(const std::vector<float>& rgb, std::size_t h, const glm::d
   return &rgb[3 * ((h * kD + d) * kP + p)];
 }
 
-/// What half vectors of one cell of theta_h send to some view, and how much that is per unit of f.
+/// The light that half vectors of one cell of theta_h send to a view, and how much of it there
+/// would be for f = 1.
 struct Share {
   double light = 0, measure = 0;
 };
 using Shares = std::array<Share, kH>;
 
+/// The albedo of a view, and the share that each cell of theta_h has in it.
 /// solid_angle  of the cells of theta_h
 glm::dvec3 reflected_to(const std::vector<float>& rgb, double cos_o, const std::array<double, kH>& solid_angle,
                         Shares& shares) {
@@ -83,7 +86,8 @@ glm::dvec3 reflected_to(const std::vector<float>& rgb, double cos_o, const std::
   return albedo;
 }
 
-/// Fills a view's words: half vectors take what is beyond the least mean value, the cosine takes that.
+/// Fills a view's words. The cosine samples the least mean value of f, and half vectors sample what
+/// exceeds it.
 void fill_view(const Shares& shares, const std::vector<float>& edges, float* words) {
   double base = 1e300, beyond = 0, below = 0;
   for (const Share& s : shares)
@@ -103,7 +107,7 @@ void fill_view(const Shares& shares, const std::vector<float>& edges, float* wor
   for (std::size_t i = 0; i < kH; ++i) {
     sum += p > 0 ? part[i] / beyond : 1.0 / kH;
     cumulative[i + 1] = i + 1 == kH ? 1.0F : std::min(float(sum), 1.0F);
-    // By the floats that kernels choose with.
+    // The density follows from the floats that kernels sample by.
     density[i] = float((double(cumulative[i + 1]) - double(cumulative[i])) /
                        (2 * kPi * (double(edges[i + 1]) - double(edges[i]))));
   }

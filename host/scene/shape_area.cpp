@@ -15,8 +15,8 @@ glm::dmat3 cofactor_of(const glm::dmat3& m) {
   return {glm::cross(m[1], m[2]), glm::cross(m[2], m[0]), glm::cross(m[0], m[1])};
 }
 
-/// An area of `own` square units at height y of all normals about the Y axis, (round cos, y, round sin): the mean over the angle.
-/// Points of a periodic integrand, so it converges faster than any power.
+/// The mean factor by which areas grow whose normals are (round cos a, y, round sin a), over all
+/// angles a. The integrand is periodic, so equally spaced points converge faster than any power.
 double ring_stretch(const glm::dmat3& cofactor, double round, double y) {
   constexpr int count = 2048;
   double sum = 0;
@@ -27,7 +27,7 @@ double ring_stretch(const glm::dmat3& cofactor, double round, double y) {
   return sum / count;
 }
 
-/// The mean of the same over the normals of a unit sphere whose y is between lo and hi.
+/// The mean of ring_stretch over the normals of a unit sphere whose y is between lo and hi.
 double zone_stretch(const glm::dmat3& cofactor, double lo, double hi) {
   constexpr int count = 256;  // Gauss's rule of two points in each
   double sum = 0;
@@ -39,7 +39,7 @@ double zone_stretch(const glm::dmat3& cofactor, double lo, double hi) {
   return sum / (2 * count);
 }
 
-/// Whether all lengths change alike; then how much areas do.
+/// True if the map scales all lengths alike; `stretch` is then the factor of areas.
 bool keeps_angles(const glm::dmat3& cofactor, double& stretch) {
   stretch = glm::length(cofactor[0]);
   for (int i = 0; i < 3; ++i) {
@@ -51,7 +51,7 @@ bool keeps_angles(const glm::dmat3& cofactor, double& stretch) {
 }
 
 std::array<double, 3> capsule_areas(const OwnShape& own, const glm::dmat3& cofactor) {
-  // In floats, as kernels/shapes/capsule.h decides it.
+  // Decided in floats, as kernels/shapes/capsule.h does.
   const auto a = float(own.parameters[0]), b = float(own.parameters[1]), c = float(own.parameters[2]);
   const float tilt_f = (c - b) / (2.0F * a);
   const bool there = std::abs(tilt_f) < 0.99999F;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Areas of shapes as their nodes place them, for lights.
+// The areas of shapes in the world, for lights.
 #pragma once
 #include <array>
 
@@ -7,8 +7,9 @@
 
 namespace eikon {
 
-/// Areas in the world of the parts of a shape, m^2: of a cylinder its side, bottom and top, of a capsule its side, lower and
-/// upper cap; of others the whole comes first. 0 where a part does not exist. To a part in 10^6 (implicit surfaces: 0, they are no lights to sample).
+/// The areas of a shape's parts in the world, in m^2, to a part in 10^6: of a cylinder its side,
+/// bottom and top; of a capsule its side, lower and upper cap; of others the whole and zeros.
+/// Implicit surfaces have 0, because they are not sampled as lights.
 [[nodiscard]] std::array<double, 3> part_areas_m2(ShapeKind kind, const OwnShape& own);
 
 }  // namespace eikon

@@ -31,7 +31,8 @@ constexpr std::array kKinds{
 
 glm::dvec3 row(const glm::dmat3& m, int i) { return {m[0][i], m[1][i], m[2][i]}; }
 
-// The formula's coordinates about the middle of its bounds; their box as the world has it.
+// Its own space is that of the formula, about the middle of the bounds; `half` is the extent of the
+// bounds in the world.
 OwnShape own_implicit(const Shape& shape) {
   OwnShape own;
   own.world_from_own = glm::dmat3(shape.world_from_object);

@@ -6,7 +6,7 @@
 namespace eikon {
 
 glm::dmat4 rotation_matrix(const glm::dvec4& xyzw) {
-  // Divided by the largest first, so that the squares neither overflow nor vanish; normalised by the square instead of its root.
+  // It is divided by its largest component first, so that the squares neither overflow nor vanish.
   const glm::dvec4 size = glm::abs(xyzw);
   const glm::dvec4 q = xyzw / glm::max(glm::max(size.x, size.y), glm::max(size.z, size.w));
   const double x = q.x, y = q.y, z = q.z, w = q.w;

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
-#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "core/error.h"
@@ -16,7 +15,7 @@
 namespace eikon {
 namespace {
 
-// Counts times strides stay below 2^32 * 2^8: sums and products with offsets fit in 64 bits.
+// Counts times strides stay below 2^32 * 2^8, so sums and products with offsets fit in 64 bits.
 constexpr std::uint64_t kMaxCount = 0xFFFFFFFFU;
 
 struct ElementType {
@@ -41,8 +40,8 @@ std::uint32_t bytes_of(ComponentType type) {
   throw InternalError("component type outside its enumeration");
 }
 
-ComponentType component_type(const Place& place) {
-  const std::uint64_t value = required_integer(place, "componentType", kMaxCount);
+ComponentType component_type(const JsonView& view) {
+  const std::uint64_t value = required_integer(view, "componentType", kMaxCount);
   switch (static_cast<ComponentType>(value)) {
     case ComponentType::i8:
     case ComponentType::u8:
@@ -52,19 +51,19 @@ ComponentType component_type(const Place& place) {
     case ComponentType::f32:
       return static_cast<ComponentType>(value);
   }
-  place.fail(fmt::format("'componentType' {} is none of 5120, 5121, 5122, 5123, 5125, 5126", value));
+  view.fail(fmt::format("'componentType' {} is none of 5120, 5121, 5122, 5123, 5125, 5126", value));
 }
 
-// First of `count` elements in a bufferView. `element_bytes` <= 64, so nothing wraps.
-const std::byte* check_range(const Place& place, std::span<const std::byte> view, std::uint64_t count,
+// The first of `count` elements in a bufferView. `element_bytes` is at most 64, so nothing wraps.
+const std::byte* check_range(const JsonView& view, std::span<const std::byte> bytes, std::uint64_t count,
                              std::uint64_t stride, std::uint64_t element_bytes) {
-  const std::uint64_t offset = as_integer(place, "byteOffset", kMaxFileOffset).value_or(0);
+  const std::uint64_t offset = as_integer(view, "byteOffset", kMaxFileOffset).value_or(0);
   const std::uint64_t needed = count == 0 ? 0 : (count - 1) * stride + element_bytes;
-  if (offset > view.size() || needed > view.size() - offset) {
-    place.fail(fmt::format("{} elements need bytes {} to {} of a bufferView of {} bytes", count, offset,
-                           offset + needed, view.size()));
+  if (offset > bytes.size() || needed > bytes.size() - offset) {
+    view.fail(fmt::format("{} elements need bytes {} to {} of a bufferView of {} bytes", count, offset, offset + needed,
+                          bytes.size()));
   }
-  return view.data() + offset;
+  return bytes.data() + offset;
 }
 
 std::uint32_t load_index(const std::byte* p, ComponentType type) {
@@ -110,21 +109,21 @@ bool is_index_type(ComponentType type) {
   return type == ComponentType::u8 || type == ComponentType::u16 || type == ComponentType::u32;
 }
 
-std::span<const std::byte> required_view(const Place& place, const BufferViews& views) {
-  const auto index = as_index(place, "bufferView", views.size(), "bufferView");
-  if (!index) place.fail("'bufferView' is missing");
+std::span<const std::byte> required_view(const JsonView& view, const BufferViews& views) {
+  const auto index = as_index(view, "bufferView", views.size(), "bufferView");
+  if (!index) view.fail("'bufferView' is missing");
   return views[*index];
 }
 
-void check_sparse(const Place& place, const BufferViews& views, std::uint64_t element_bytes, Accessor& accessor) {
-  const Json* sparse_json = as_object(place, "sparse");
+void check_sparse(const JsonView& view, const BufferViews& views, std::uint64_t element_bytes, Accessor& accessor) {
+  const Json* sparse_json = as_object(view, "sparse");
   if (sparse_json == nullptr) return;
-  const Place sparse{.value = *sparse_json, .kind = "sparse", .parent = &place};
+  const JsonView sparse{.value = *sparse_json, .kind = "sparse", .parent = &view};
   const std::uint64_t count = required_integer(sparse, "count", accessor.count);
   const Json *indices_json = as_object(sparse, "indices"), *values_json = as_object(sparse, "values");
   if (indices_json == nullptr || values_json == nullptr) sparse.fail("'indices' or 'values' is missing");
 
-  const Place indices{.value = *indices_json, .kind = "indices", .parent = &sparse};
+  const JsonView indices{.value = *indices_json, .kind = "indices", .parent = &sparse};
   const ComponentType type = component_type(indices);
   if (!is_index_type(type)) indices.fail("indices are not unsigned integers");
   const std::byte* p = check_range(indices, required_view(indices, views), count, bytes_of(type), bytes_of(type));
@@ -139,26 +138,26 @@ void check_sparse(const Place& place, const BufferViews& views, std::uint64_t el
   accessor.sparse_count = count;
   accessor.sparse_indices = p;
   accessor.sparse_index_type = type;
-  const Place values{.value = *values_json, .kind = "values", .parent = &sparse};
+  const JsonView values{.value = *values_json, .kind = "values", .parent = &sparse};
   accessor.sparse_values = check_range(values, required_view(values, views), count, element_bytes, element_bytes);
 }
 
-Accessor check_accessor(const Place& place, const BufferViews& views) {
+Accessor check_accessor(const JsonView& view, const BufferViews& views) {
   Accessor accessor;
-  accessor.label = fmt::format("accessor {}", place.index);
-  if (const Json* name = member(place.value, "name")) {
-    accessor.label += fmt::format(" {}", in_quotes(name->get_ref<const std::string&>()));
+  accessor.label = fmt::format("accessor {}", view.index);
+  if (const Json* name = member(view.value, "name")) {
+    accessor.label += fmt::format(" {}", in_quotes(to_string(*name)));
   }
-  accessor.component = component_type(place);
-  accessor.count = required_integer(place, "count", kMaxCount);
-  if (const Json* normalized = member(place.value, "normalized")) {
-    if (!normalized->is_boolean()) place.fail("'normalized' is neither true nor false");
-    accessor.normalized = normalized->get<bool>();
+  accessor.component = component_type(view);
+  accessor.count = required_integer(view, "count", kMaxCount);
+  if (const Json* normalized = member(view.value, "normalized")) {
+    if (!is_boolean(*normalized)) view.fail("'normalized' is neither true nor false");
+    accessor.normalized = to_boolean(*normalized);
   }
-  const Json* type_name = member(place.value, "type");
+  const Json* type_name = member(view.value, "type");
   const auto type = std::find_if(kElementTypes.begin(), kElementTypes.end(),
-                                 [&](const ElementType& t) { return type_name != nullptr && *type_name == t.name; });
-  if (type == kElementTypes.end()) place.fail("'type' is none of SCALAR, VEC2, VEC3, VEC4, MAT2, MAT3, MAT4");
+                                 [&](const ElementType& t) { return equals(type_name, t.name); });
+  if (type == kElementTypes.end()) view.fail("'type' is none of SCALAR, VEC2, VEC3, VEC4, MAT2, MAT3, MAT4");
   accessor.component_count = type->columns * type->rows;
   accessor.is_matrix = type->columns > 1;
 
@@ -167,15 +166,15 @@ Accessor check_accessor(const Place& place, const BufferViews& views) {
   if (accessor.is_matrix) column_bytes = (column_bytes + 3) / 4 * 4;
   const std::uint32_t element_bytes = type->columns * column_bytes;
   accessor.stride_bytes = element_bytes;
-  if (const auto view_index = as_index(place, "bufferView", views.size(), "bufferView")) {
+  if (const auto view_index = as_index(view, "bufferView", views.size(), "bufferView")) {
     if (const std::uint32_t stride = views.stride_bytes(*view_index); stride != 0) accessor.stride_bytes = stride;
     if (accessor.stride_bytes < element_bytes) {
-      place.fail(fmt::format("elements of {} bytes overlap: 'byteStride' of its bufferView is {}", element_bytes,
-                             accessor.stride_bytes));
+      view.fail(fmt::format("elements of {} bytes overlap: 'byteStride' of its bufferView is {}", element_bytes,
+                            accessor.stride_bytes));
     }
-    accessor.data = check_range(place, views[*view_index], accessor.count, accessor.stride_bytes, element_bytes);
+    accessor.data = check_range(view, views[*view_index], accessor.count, accessor.stride_bytes, element_bytes);
   }
-  check_sparse(place, views, element_bytes, accessor);
+  check_sparse(view, views, element_bytes, accessor);
   return accessor;
 }
 
@@ -221,10 +220,10 @@ std::uint32_t Accessor::index_at(std::uint64_t i) const {
 std::vector<Accessor> check_accessors(const Json& document, const BufferViews& views) {
   std::vector<Accessor> accessors;
   const Json& list = items(document, "accessors");
-  accessors.reserve(list.size());
-  for (std::size_t i = 0; i < list.size(); ++i) {
+  accessors.reserve(size_of(list));
+  for (std::size_t i = 0; i < size_of(list); ++i) {
     accessors.push_back(
-        check_accessor({.value = list[i], .kind = "accessor", .index = static_cast<std::int64_t>(i)}, views));
+        check_accessor({.value = element(list, i), .kind = "accessor", .index = static_cast<std::int64_t>(i)}, views));
   }
   return accessors;
 }

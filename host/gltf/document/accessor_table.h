@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the file's accessors give access to, every byte of it checked to lie inside its buffer.
+// Accessors of a file. Every byte that they give access to is checked to lie inside its buffer.
 #pragma once
 #include <cstdint>
 #include <glm/glm.hpp>
@@ -23,7 +23,8 @@ struct Accessor {
   bool is_matrix = false;
   bool normalized = false;
 
-  // Elements that replace those of `data`: where, ascending strictly and below `count`, and with what, tightly packed.
+  // Elements that replace those of `data`: where, ascending strictly and below `count`, and with
+  // what, tightly packed.
   std::uint64_t sparse_count = 0;
   const std::byte* sparse_indices = nullptr;
   ComponentType sparse_index_type = ComponentType::u8;
@@ -35,8 +36,8 @@ struct Accessor {
   [[nodiscard]] bool is(ComponentType type, std::uint32_t components) const {
     return component == type && component_count == components && !is_matrix;
   }
-  /// Element i of a SCALAR or VEC: integers as they are, or divided where `normalized` [glTF 2.0, section 3.11]; 0 in the
-  /// components that it does not have.
+  /// Element i of a SCALAR or VEC: integers as they are, or divided where `normalized` [glTF 2.0,
+  /// section 3.11]; 0 in the components that it does not have.
   [[nodiscard]] glm::vec4 vector_at(std::uint64_t i) const;
   /// Element i of a SCALAR of u8, u16 or u32.
   [[nodiscard]] std::uint32_t index_at(std::uint64_t i) const;
@@ -45,7 +46,8 @@ struct Accessor {
   [[nodiscard]] const std::byte* element(std::uint64_t i, std::size_t bytes) const;
 };
 
-/// Elements of an accessor with nothing behind it cost the file nothing, so their number needs a bound of its own.
+/// Elements of an accessor with nothing behind it cost the file nothing, so their number needs a
+/// bound of its own.
 inline constexpr std::uint64_t kMaxZeroCount = std::uint64_t{1} << 24U;
 
 /// Checks all accessors of a checked document against its bufferViews.

@@ -7,16 +7,16 @@
 
 #include "core/error.h"
 #include "gltf/document/document_check.h"
+#include "gltf/extensions.h"
 #include "gltf/geometry/meshopt.h"
 #include "io/text.h"
 
 namespace eikon {
 namespace {
 
-// A buffer that is only there to give the uncompressed bufferViews something to point at.
+// Such a buffer is there only to give the uncompressed bufferViews something to point at.
 bool is_placeholder(const Json& buffer) {
-  const Json* extension = meshopt_member(buffer);
-  const Json* fallback = extension == nullptr ? nullptr : member(*extension, "fallback");
+  const Json* fallback = member(extension_of(buffer, kMeshoptExtension), "fallback");
   return fallback != nullptr && *fallback == true;
 }
 
@@ -45,7 +45,7 @@ Buffers::Buffers(Json& document, const Container& container, const std::filesyst
   std::uint64_t total = 0;
   Json& list = document["buffers"];
   for (std::size_t i = 0; i < list.size(); ++i) {
-    const Place place{.value = list[i], .kind = "buffer", .index = static_cast<std::int64_t>(i)};
+    const JsonView place{.value = list[i], .kind = "buffer", .index = static_cast<std::int64_t>(i)};
     std::uint64_t length = required_integer(place, "byteLength", kMaxFileOffset);
     std::span<const std::byte> bytes;
     try {
@@ -92,7 +92,7 @@ BufferViews::BufferViews(const Json& document, const Buffers& buffers) {
   for (std::size_t i = 0; i < buffers.size(); ++i) file_bytes += buffers[i].size();
   views_.reserve(list.size());
   for (std::size_t i = 0; i < list.size(); ++i) {
-    const Place place{.value = list[i], .kind = "bufferView", .index = static_cast<std::int64_t>(i)};
+    const JsonView place{.value = list[i], .kind = "bufferView", .index = static_cast<std::int64_t>(i)};
     const auto buffer = required_integer(place, "buffer", buffers.size() - 1);
     const std::uint64_t offset = as_integer(place, "byteOffset", kMaxFileOffset).value_or(0),
                         length = required_integer(place, "byteLength", kMaxFileOffset),
@@ -101,8 +101,8 @@ BufferViews::BufferViews(const Json& document, const Buffers& buffers) {
       place.fail(fmt::format("'byteStride' {} is not a multiple of 4 from 4 to 252", stride));
     }
     View view{.bytes = {}, .stride_bytes = static_cast<std::uint32_t>(stride)};
-    if (const Json* extension = meshopt_member(list[i])) {
-      const Place compression{.value = *extension, .kind = "EXT_meshopt_compression", .parent = &place};
+    if (const Json* extension = extension_of(list[i], kMeshoptExtension)) {
+      const JsonView compression{.value = *extension, .kind = kMeshoptExtension, .parent = &place};
       const MeshoptView source = check_meshopt(compression, buffers);
       if (source.decoded_bytes() != length) {
         compression.fail(fmt::format("{} elements of {} bytes are not the {} bytes of the bufferView", source.count,
@@ -112,7 +112,8 @@ BufferViews::BufferViews(const Json& document, const Buffers& buffers) {
         compression.fail(fmt::format("'byteStride' {} is not the {} of the bufferView", source.stride_bytes, stride));
       }
       if (used[i]) {
-        // Honest files compress each piece of data once; views that share a piece may not multiply it without end.
+        // Honest files compress each piece of data once; views that share a piece may not multiply
+        // it without end.
         decompressed_bytes += length;
         if (decompressed_bytes / kMeshoptExpansion > file_bytes || (memory != 0 && decompressed_bytes > memory)) {
           compression.refuse(

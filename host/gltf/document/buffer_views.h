@@ -14,17 +14,20 @@ namespace eikon {
 /// Sizes and offsets of a file stay below this, so that sums of them fit in 64 bits.
 inline constexpr std::uint64_t kMaxFileOffset = std::uint64_t{1} << 48U;
 
-/// The buffers of a document: the binary chunk, files beside the scene, or base64 inside it. One that only stands in for
-/// compressed data (EXT_meshopt_compression: "fallback") and has none of its own is empty.
+/// The buffers of a document: the binary chunk, files beside the scene, or base64 inside it. One
+/// that only stands in for compressed data (EXT_meshopt_compression: "fallback") and has none of
+/// its own is empty.
 class Buffers {
  public:
   /// `container` outlives the buffers; base64 text is taken out of `document`.
-  /// throws InputError: a URI that may not be followed, a file that cannot be read or is shorter than byteLength
+  /// throws InputError: a URI that may not be followed, a file that cannot be read or is shorter
+  ///        than byteLength
   Buffers(Json& document, const Container& container, const std::filesystem::path& folder);
 
   [[nodiscard]] std::span<const std::byte> operator[](std::size_t buffer) const { return views_[buffer]; }
   [[nodiscard]] std::size_t size() const { return views_.size(); }
-  /// Bytes read from files beside the scene, in the order of the buffers; what the scene's hash has to cover.
+  /// The bytes of files beside the scene, in the order of the buffers. The scene's hash covers
+  /// them.
   [[nodiscard]] const std::vector<Bytes>& files() const { return files_; }
 
  private:
@@ -32,11 +35,13 @@ class Buffers {
   std::vector<std::span<const std::byte>> views_;  // byteLength bytes each, or none
 };
 
-/// The bufferViews of a checked document. Those that accessors use are decompressed (EXT_meshopt_compression).
+/// The bufferViews of a checked document. Those that accessors use are decompressed
+/// (EXT_meshopt_compression).
 class BufferViews {
  public:
   /// The buffers outlive the views.
-  /// throws InputError with the bufferView: outside its buffer, an illegal stride, compressed data that do not decode
+  /// throws InputError with the bufferView: outside its buffer, an illegal stride, compressed data
+  ///        that do not decode
   BufferViews(const Json& document, const Buffers& buffers);
 
   [[nodiscard]] std::span<const std::byte> operator[](std::size_t view) const { return views_[view].bytes; }

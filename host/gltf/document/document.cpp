@@ -1,54 +1,80 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "gltf/document/document.h"
+
 #include <fstream>  // for tinygltf's writer, which forgets it under TINYGLTF_NO_FS
-#define TINYGLTF_IMPLEMENTATION
 #include <nlohmann/json.hpp>
 
 #include "core/error.h"
-#include "gltf/document/document.h"
+#include "gltf/document/document_check.h"
 #include "io/text.h"
 
-namespace eikon {
+#define TINYGLTF_IMPLEMENTATION
+#define TINYGLTF_NO_STB_IMAGE
+#define TINYGLTF_NO_STB_IMAGE_WRITE
+#define TINYGLTF_NO_EXTERNAL_IMAGE
+#define TINYGLTF_NO_FS
+#include <tiny_gltf.h>
 
-tinygltf::Model parse_structure(const Json& checked_document) {
-  Json reduced = Json::object();
-  for (const char* key : {"asset", "scene", "scenes", "nodes", "cameras"}) {
-    if (const Json* value = member(checked_document, key)) reduced[key] = *value;
+namespace eikon {
+namespace {
+
+std::optional<std::size_t> index_of(int number) {
+  return number < 0 ? std::nullopt : std::optional(static_cast<std::size_t>(number));
+}
+
+GltfNode read_node(const JsonView& view) {
+  tinygltf::Node source;
+  std::string error;
+  if (!tinygltf::ParseNode(&source, &error, view.value, false)) view.refuse("tinygltf refuses it: " + one_line(error));
+  return {.view = view,
+          .name = source.name,
+          .mesh = index_of(source.mesh),
+          .camera = index_of(source.camera),
+          .skin = index_of(source.skin),
+          .children = {source.children.begin(), source.children.end()},
+          .matrix = source.matrix,
+          .translation = source.translation,
+          .rotation_xyzw = source.rotation,
+          .scale = source.scale};
+}
+
+GltfMesh read_mesh(const JsonView& view) {
+  tinygltf::Mesh source;
+  std::string error;
+  const Json& primitives = view.value["primitives"];
+  // Primitives that tinygltf cannot read are missing afterwards.
+  if (!tinygltf::ParseMesh(&source, nullptr, &error, view.value, false) ||
+      source.primitives.size() != primitives.size())
+    view.refuse("tinygltf refuses it: " + one_line(error));
+  GltfMesh mesh{.view = view, .name = source.name, .primitives = {}};
+  for (std::size_t i = 0; i < primitives.size(); ++i) {
+    const tinygltf::Primitive& primitive = source.primitives[i];
+    mesh.primitives.push_back({.json = primitives[i],
+                               .attributes = {primitive.attributes.begin(), primitive.attributes.end()},
+                               .indices = index_of(primitive.indices),
+                               .material = index_of(primitive.material),
+                               .mode = primitive.mode,
+                               .has_morph_targets = !primitive.targets.empty()});
   }
-  if (const Json* meshes = member(checked_document, "meshes")) {
-    // tinygltf wants the accessor behind the indices; the loader takes that number from the checked document.
-    Json& copy = reduced["meshes"] = *meshes;
-    for (Json& mesh : copy) {
-      for (Json& primitive : mesh["primitives"]) primitive.erase("indices");
-    }
-  }
-  if (member(reduced, "cameras") != nullptr) {
-    for (Json& camera : reduced["cameras"]) {
-      // Required by glTF, often forgotten, and of no use to a ray tracer.
-      if (camera["type"] == "perspective") camera["perspective"].emplace("znear", 1.0);
-      if (camera["type"] == "orthographic") {
-        camera["orthographic"].emplace("znear", 0.0);
-        camera["orthographic"].emplace("zfar", 1.0);
-      }
-    }
-  }
-  const std::string text = reduced.dump();
-  tinygltf::Model model;
-  tinygltf::TinyGLTF parser;
-  std::string error, warning;
-  if (!parser.LoadASCIIFromString(&model, &error, &warning, text.c_str(), static_cast<unsigned>(text.size()), "",
-                                  tinygltf::NO_REQUIRE)) {
-    throw InputError("tinygltf refuses the document: " + one_line(error));
-  }
-  // It skips elements that it cannot read; the numbering would be off.
-  const auto same = [&](const char* key, std::size_t count) {
-    const Json* array = member(checked_document, key);
-    return count == (array == nullptr ? 0 : array->size());
+  return mesh;
+}
+
+}  // namespace
+
+Document read_structure(const Json& json) {
+  Document document{.json = json, .nodes = {}, .meshes = {}, .scene = {}, .scene_nodes = {}};
+  const auto view_of = [&](const Json& list, std::string_view kind, std::size_t i) {
+    return JsonView{.value = list[i], .kind = kind, .index = static_cast<std::int64_t>(i)};
   };
-  if (!same("nodes", model.nodes.size()) || !same("meshes", model.meshes.size()) ||
-      !same("scenes", model.scenes.size()) || !same("cameras", model.cameras.size())) {
-    throw InputError("tinygltf skips a part of the document: " + one_line(error));
-  }
-  return model;
+  const Json &nodes = items(json, "nodes"), &meshes = items(json, "meshes"), &scenes = items(json, "scenes");
+  for (std::size_t i = 0; i < nodes.size(); ++i) document.nodes.push_back(read_node(view_of(nodes, "node", i)));
+  for (std::size_t i = 0; i < meshes.size(); ++i) document.meshes.push_back(read_mesh(view_of(meshes, "mesh", i)));
+  if (scenes.empty()) return document;
+  const Json* const chosen = member(json, "scene");
+  document.scene.emplace(view_of(scenes, "scene", chosen == nullptr ? 0 : chosen->get<std::size_t>()));
+  if (const Json* const listed = member(document.scene->value, "nodes"))
+    document.scene_nodes = listed->get<std::vector<std::size_t>>();
+  return document;
 }
 
 }  // namespace eikon

@@ -1,23 +1,59 @@
 // SPDX-License-Identifier: Apache-2.0
-// The boundary to tinygltf.
+// A checked document as its reader uses it, and the boundary to tinygltf: no other file includes
+// its header.
 //
-// Who checks what. tinygltf 2.7 reads JSON into structs; it does not check ranges, follows URIs anywhere, hands
-// unchecked bytes to image decoders and recurses as deep as the file nests. So it gets neither the file nor its
-// buffers, but a document that source_file, json_text, document_check and accessor_table have been through, reduced to
-// what the loader reads from it: scenes, nodes, meshes and cameras. Bytes are read through `Accessor` only.
+// tinygltf 2.7 reads JSON into structs. It does not check ranges, follows URIs anywhere, hands
+// unchecked bytes to image decoders and recurses as deep as the file nests. So it gets neither the
+// file nor its buffers, but the tree of JSON that source_file, json_text and document_check have
+// been through, and of that the nodes and meshes only. Bytes are read through `Accessor`.
 #pragma once
-#include "io/json_text.h"
+#include <cstddef>
+#include <glm/glm.hpp>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
 
-// The same in every file that sees its classes: no images, no files.
-#define TINYGLTF_NO_STB_IMAGE
-#define TINYGLTF_NO_STB_IMAGE_WRITE
-#define TINYGLTF_NO_EXTERNAL_IMAGE
-#define TINYGLTF_NO_FS
-#include <tiny_gltf.h>
+#include "io/json_text.h"
 
 namespace eikon {
 
+/// A primitive of a mesh. Its numbers are indices into the document's arrays, all of them legal.
+struct GltfPrimitive {
+  const Json& json;                               // for extensions
+  std::map<std::string, std::size_t> attributes;  // "POSITION" -> accessor
+  std::optional<std::size_t> indices, material;
+  int mode = 4;  // 0 to 6; 4: triangles
+  bool has_morph_targets = false;
+};
+
+struct GltfMesh {
+  JsonView view;  // for messages and extensions
+  std::string name;
+  std::vector<GltfPrimitive> primitives;
+};
+
+struct GltfNode {
+  JsonView view;  // for messages and extensions
+  std::string name;
+  std::optional<std::size_t> mesh, camera, skin;
+  std::vector<std::size_t> children;
+  // Its transform is `matrix`, column after column, or else the product of the others. Empty:
+  // absent.
+  std::vector<double> matrix, translation, rotation_xyzw, scale;
+};
+
+/// A document of which every index, type and required member has been checked.
+struct Document {
+  const Json& json;  // all of it
+  std::vector<GltfNode> nodes;
+  std::vector<GltfMesh> meshes;
+  std::optional<JsonView> scene;         // the default scene, or else the first
+  std::vector<std::size_t> scene_nodes;  // that it lists
+};
+
+/// Reads the structure of a document that check_document has let pass, which outlives the result.
 /// throws InputError with tinygltf's words
-tinygltf::Model parse_structure(const Json& checked_document);
+Document read_structure(const Json& checked_document);
 
 }  // namespace eikon

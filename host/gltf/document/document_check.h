@@ -4,16 +4,20 @@
 
 namespace eikon {
 
-/// Checks the shape of a glTF document that every later step relies on: version, required extensions, the type of every
-/// member that is read, and every index between nodes, meshes, materials, textures, cameras, skins, animations,
-/// accessors, bufferViews and scenes. What is in the buffers is checked by AccessorTable, the graph of nodes by
-/// walk_nodes. throws InputError with the place
+/// Checks the shape of a glTF document that every later step relies on: version, required
+/// extensions, the type of every member that is read, and every index between nodes, meshes,
+/// materials, textures, cameras, skins, animations, accessors, bufferViews and scenes.
+/// check_accessors checks what is in the buffers, and walk_nodes the graph of nodes.
+/// throws InputError with the place
 void check_document(const Json& document);
 
-/// The array `key` of the document; an empty one if it is absent.
+/// The array `key` of the document, or an empty one if it is absent.
 [[nodiscard]] const Json& items(const Json& document, const char* key);
+/// The number of its elements.
+[[nodiscard]] std::size_t count_of(const Json& document, const char* key);
 
-/// A texture in slot `key` of a material or a part of one, if there is any: its types and its index.
-void check_texture_slot(const Place& owner, const char* key, std::size_t texture_count);
+/// Checks the types and the index of the texture in slot `key` of a material or of a part of one,
+/// if there is any.
+void check_texture_slot(const JsonView& owner, const char* key, std::size_t texture_count);
 
 }  // namespace eikon

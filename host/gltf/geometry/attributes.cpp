@@ -16,7 +16,8 @@ constexpr const char* kExtension = "KHR_mesh_quantization";
 bool is_signed(ComponentType type) { return type == ComponentType::i8 || type == ComponentType::i16; }
 bool is_unsigned(ComponentType type) { return type == ComponentType::u8 || type == ComponentType::u16; }
 
-// [glTF 2.0, section 3.7.2.1] and, where `quantized`, [KHR_mesh_quantization, "Extending Mesh Attributes"].
+// The types that [glTF 2.0, section 3.7.2.1] allows, and if `quantized` those of
+// [KHR_mesh_quantization, "Extending Mesh Attributes"].
 bool is_legal(const std::string& name, const Accessor& a, bool quantized) {
   const auto has = [&](std::uint32_t components) { return a.component_count == components && !a.is_matrix; };
   const ComponentType type = a.component;
@@ -53,7 +54,7 @@ std::string type_name(const Accessor& a) {
   return fmt::format("{} of {}{}", shape, a.normalized ? "normalised " : "", component);
 }
 
-// Elements that are not as they should be: the first, and how many.
+// Counts elements that are not as they should be, and keeps the first.
 class Odd {
  public:
   void add(std::uint64_t element) {
@@ -68,7 +69,8 @@ class Odd {
   std::uint64_t first_ = 0, count_ = 0;
 };
 
-// Unit length, in double: the square of a float may overflow or vanish. All zero where there is no direction.
+// The unit vector along v, or zero if v has no direction. It is computed in double, because the
+// square of a float may overflow or vanish.
 glm::vec3 direction_of(const glm::vec3& v) {
   const glm::dvec3 wide(v);
   const double length = std::sqrt(glm::dot(wide, wide));

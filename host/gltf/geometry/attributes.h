@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The attributes of a mesh: which types glTF allows for each, and what is done about values that it does not.
+// The attributes of a mesh: the types that glTF allows for each, and what becomes of values that it
+// does not allow.
 #pragma once
 #include <cstdint>
 #include <glm/glm.hpp>
@@ -7,14 +8,12 @@
 #include <vector>
 
 #include "gltf/document/accessor_table.h"
-#include "io/text.h"
+#include "scene/limits.h"
+#include "scene/notes.h"
 
 namespace eikon {
 
-/// The largest coordinate that a scene may have, in metres; squares and cubes of it stay far from overflow.
-inline constexpr double kMaxCoordinate = 1099511627776.0;  // 2^40
-
-/// The largest texture coordinate: beyond it single precision has no fraction left.
+/// The largest texture coordinate; beyond it single precision has no fraction left.
 inline constexpr float kMaxTextureCoordinate = 16777216.0F;  // 2^24
 
 /// The vertices of an attribute that a primitive keeps: all in order, or those listed.
@@ -24,32 +23,34 @@ struct VertexChoice {
   [[nodiscard]] std::uint64_t operator[](std::size_t i) const { return used.empty() ? i : used[i]; }
 };
 
-/// Checks type and size of attribute `name` ("POSITION", "TEXCOORD_0", ...) of `user`; `quantized` allows the types of
-/// KHR_mesh_quantization. throws InputError
+/// Checks type and size of attribute `name` ("POSITION", "TEXCOORD_0", ...) of `user`; `quantized`
+/// allows the types of KHR_mesh_quantization. throws InputError
 void check_attribute(const std::string& name, const Accessor& accessor, std::uint64_t position_count, bool quantized,
                      const std::string& user);
 
 /// throws InputError naming the first position that is not finite or beyond kMaxCoordinate
 void check_positions(const Accessor& positions);
 
-// The readers take accessors that check_attribute has let pass. What they change or drop, one warning says, with the
-// first element concerned and how many there are.
+// The readers take accessors that check_attribute has let pass. One warning names what they change
+// or drop, with the first element concerned and the number of them.
 
 std::vector<glm::vec3> read_positions(const Accessor& positions, const VertexChoice& vertices);
 
-/// Unit; nothing if one of them is zero or not finite.
+/// Returns unit vectors, or nothing if one of the file's is zero or not finite.
 std::vector<glm::vec3> read_normals(const Accessor& normals, const VertexChoice& vertices, const std::string& user,
                                     Notes& notes);
 
-/// Finite and at most kMaxTextureCoordinate; (0, 0) where the file's are not.
+/// Returns finite coordinates up to kMaxTextureCoordinate; (0, 0) instead of others.
 std::vector<glm::vec2> read_texture_coordinates(const Accessor& uv, const VertexChoice& vertices,
                                                 const std::string& user, Notes& notes);
 
-/// In [0, 1], opaque where the file has no alpha, white where it has no number; nothing if all are white and opaque.
+/// Returns colours in [0, 1], opaque if the file has no alpha, white instead of NaN; nothing if all
+/// are white and opaque.
 std::vector<glm::vec4> read_colors(const Accessor& colors, const VertexChoice& vertices, const std::string& user,
                                    Notes& notes);
 
-/// Unit, w = 1 or -1; nothing if one of them is none, or parallel to its normal. `normals`: one per vertex, unit.
+/// Returns unit tangents with w = 1 or -1, or nothing if one has no direction or is parallel to its
+/// normal. `normals`: one per vertex, unit.
 std::vector<glm::vec4> read_tangents(const Accessor& tangents, const VertexChoice& vertices,
                                      const std::vector<glm::vec3>& normals, const std::string& user, Notes& notes);
 

@@ -8,7 +8,6 @@
 #include <exception>
 #include <memory>
 #include <new>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <utility>
 
@@ -19,14 +18,16 @@ namespace eikon {
 namespace {
 
 constexpr int kTriangles = 4, kTriangleStrip = 5;
-// A stream is believed to hold so many triangles and numbers, however small it is, and so many more for each byte. The
-// library allocates what a header claims; flat regular grids, the best case of the codec, stay far below.
+// The most triangles and numbers that a stream is believed to hold: some, however small it is, and
+// more for each byte. The library allocates what a header claims. Flat regular grids, the best case
+// of the codec, stay far below.
 constexpr std::uint64_t kFreeTriangles = std::uint64_t{1} << 21U, kTrianglesPerByte = 64;
 constexpr std::uint64_t kFreeNumbers = std::uint64_t{1} << 26U, kNumbersPerByte = 256;
 constexpr int kMaxStreamAttributes = 32;
 constexpr std::uint64_t kMaxId = 0xFFFFFFFFU;
 
-/// Reads the head of a stream [Draco bitstream 2.2, sections 3 to 6] as far as the number of triangles.
+/// Reads the head of a stream [Draco bitstream 2.2, sections 3 to 6] as far as the number of
+/// triangles.
 class Head {
  public:
   explicit Head(std::span<const std::byte> bytes) : bytes_(bytes) {}
@@ -68,7 +69,8 @@ class Head {
     if (count > bytes_.size() - at_) throw InputError("are a truncated Draco stream; copy the file again");
     at_ += count;
   }
-  // Names and values in a tree, parents first: what is left to read is all that a walk has to know.
+  // Metadata are names and values in a tree, parents first, so a walk has to know only how many
+  // nodes are left to read.
   void skip_metadata() {
     const std::uint64_t attributes = varint();
     for (std::uint64_t i = 0; i <= attributes; ++i) {  // the last one is of the whole mesh
@@ -133,8 +135,8 @@ class GuardedMesh : public draco::Mesh {
   std::uint64_t position_count_, max_numbers_, numbers_ = 0;
 };
 
-// What Draco's own code and the checks inside it throw becomes one line about the extension.
-void decode_stream(const Place& place, std::span<const std::byte> bytes, std::uint64_t triangles, draco::Mesh& mesh) {
+// Whatever Draco's own code and the checks inside it throw becomes one line about the extension.
+void decode_stream(const JsonView& view, std::span<const std::byte> bytes, std::uint64_t triangles, draco::Mesh& mesh) {
   try {
     draco::DecoderBuffer buffer;
     buffer.Init(reinterpret_cast<const char*>(bytes.data()), bytes.size());
@@ -145,35 +147,36 @@ void decode_stream(const Place& place, std::span<const std::byte> bytes, std::ui
     }
     if (mesh.num_faces() != triangles) throw InputError("hold other triangles than they announce; damaged?");
   } catch (const InputError& e) {
-    place.refuse(std::string("its data ") + e.what());
+    view.refuse(std::string("its data ") + e.what());
   } catch (const std::bad_alloc&) {
-    place.refuse("its data need more memory than there is; split the mesh");
+    view.refuse("its data need more memory than there is; split the mesh");
   } catch (const std::exception& e) {
-    place.refuse("its data do not decode (" + one_line(e.what()) + "); damaged? Export the file again");
+    view.refuse("its data do not decode (" + one_line(e.what()) + "); damaged? Export the file again");
   }
 }
 
-std::uint64_t announced_triangles(const Place& place, std::span<const std::byte> bytes) {
+std::uint64_t announced_triangles(const JsonView& view, std::span<const std::byte> bytes) {
   try {
     return Head(bytes).triangle_count();
   } catch (const InputError& e) {
-    place.refuse(std::string("its data ") + e.what());
+    view.refuse(std::string("its data ") + e.what());
   }
 }
 
-// A copy of an attribute of the stream, one element per point, in the form that the file's accessor announces.
-Accessor copy_attribute(const Place& place, const draco::Mesh& mesh, std::uint32_t id, const Accessor& announced,
+// A copy of an attribute of the stream, one element per point, in the form that the file's accessor
+// announces.
+Accessor copy_attribute(const JsonView& view, const draco::Mesh& mesh, std::uint32_t id, const Accessor& announced,
                         Bytes& storage) {
   const draco::PointAttribute* source = mesh.GetAttributeByUniqueId(id);
-  if (source == nullptr) place.fail(fmt::format("the stream holds no attribute {} for {}", id, announced.label));
-  if (announced.sparse_count != 0) place.fail(announced.label + " is sparse, which the extension forbids");
+  if (source == nullptr) view.fail(fmt::format("the stream holds no attribute {} for {}", id, announced.label));
+  if (announced.sparse_count != 0) view.fail(announced.label + " is sparse, which the extension forbids");
   if (announced.count != mesh.num_points()) {
-    place.fail(fmt::format("{} has {} elements, the stream {}", announced.label, announced.count, mesh.num_points()));
+    view.fail(fmt::format("{} has {} elements, the stream {}", announced.label, announced.count, mesh.num_points()));
   }
   const bool same_type = component_of(source->data_type()) == announced.component && !announced.is_matrix;
   if (!same_type || static_cast<std::uint32_t>(source->num_components()) != announced.component_count) {
-    place.fail(fmt::format("the stream holds {} components of another type than {} says",
-                           static_cast<int>(source->num_components()), announced.label));
+    view.fail(fmt::format("the stream holds {} components of another type than {} says",
+                          static_cast<int>(source->num_components()), announced.label));
   }
   Accessor copy = announced;
   const std::uint64_t bytes = announced.element_bytes();
@@ -181,7 +184,7 @@ Accessor copy_attribute(const Place& place, const draco::Mesh& mesh, std::uint32
   storage.data = std::make_unique_for_overwrite<std::byte[]>(storage.size);
   for (std::uint32_t point = 0; point < mesh.num_points(); ++point) {
     const draco::AttributeValueIndex value = source->mapped_index(draco::PointIndex(point));
-    if (value.value() >= source->size()) place.fail("the stream names a value that it does not hold");
+    if (value.value() >= source->size()) view.fail("the stream names a value that it does not hold");
     std::memcpy(storage.data.get() + point * bytes, source->GetAddress(value), bytes);
   }
   copy.data = storage.data.get();
@@ -191,60 +194,51 @@ Accessor copy_attribute(const Place& place, const draco::Mesh& mesh, std::uint32
 
 }  // namespace
 
-const Json* draco_member(const Json& primitive) {
-  const Json* extensions = member(primitive, "extensions");
-  return extensions == nullptr ? nullptr : member(*extensions, "KHR_draco_mesh_compression");
-}
-
-DracoMesh DracoDecoder::decode(const Place& place, const Json& primitive) {
-  if (!place.value.is_object()) place.fail("is not an object");
-  const auto view = as_index(place, "bufferView", views_.size(), "bufferView");
-  const Json* attributes = as_object(place, "attributes");
-  if (!view || attributes == nullptr) place.fail("'bufferView' or 'attributes' is missing");
-  const Json& own = primitive["attributes"];
-  const Json *positions = member(own, "POSITION"), *indices = member(primitive, "indices");
-  if (positions == nullptr || indices == nullptr || member(*attributes, "POSITION") == nullptr) {
-    place.fail("needs 'indices', and POSITION in the attributes of the primitive and of the extension");
+DracoMesh DracoDecoder::decode(const JsonView& view, const GltfPrimitive& primitive) {
+  if (!is_object(view.value)) view.fail("is not an object");
+  const auto buffer_view = as_index(view, "bufferView", views_.size(), "bufferView");
+  const Json* attributes = as_object(view, "attributes");
+  if (!buffer_view || attributes == nullptr) view.fail("'bufferView' or 'attributes' is missing");
+  const auto positions = primitive.attributes.find("POSITION");
+  if (positions == primitive.attributes.end() || !primitive.indices || member(attributes, "POSITION") == nullptr) {
+    view.fail("needs 'indices', and POSITION in the attributes of the primitive and of the extension");
   }
-  const Json* mode_json = member(primitive, "mode");
-  const int mode = mode_json == nullptr ? kTriangles : mode_json->get<int>();
-  if (mode != kTriangles && mode != kTriangleStrip) place.fail("compresses triangles and triangle strips only");
-  const std::uint64_t position_count = accessors_[positions->get<std::size_t>()].count,
-                      index_count = accessors_[indices->get<std::size_t>()].count;
+  const int mode = primitive.mode;
+  if (mode != kTriangles && mode != kTriangleStrip) view.fail("compresses triangles and triangle strips only");
+  const std::uint64_t position_count = accessors_[positions->second].count,
+                      index_count = accessors_[*primitive.indices].count;
 
-  const std::span<const std::byte> bytes = views_[*view];
-  const std::uint64_t triangles = announced_triangles(place, bytes);
+  const std::span<const std::byte> bytes = views_[*buffer_view];
+  const std::uint64_t triangles = announced_triangles(view, bytes);
   // A strip of n corners has n - 2 triangles; a list has to be of the length that it says.
   if (mode == kTriangles ? triangles != index_count / 3 || index_count % 3 != 0 : triangles > index_count) {
-    place.fail(fmt::format("the stream holds {} triangles where the accessor of the indices has {} elements", triangles,
-                           index_count));
+    view.fail(fmt::format("the stream holds {} triangles where the accessor of the indices has {} elements", triangles,
+                          index_count));
   }
   triangles_claimed_ += triangles;
   bytes_seen_ += bytes.size();
   if (triangles_claimed_ > kFreeTriangles + kTrianglesPerByte * bytes_seen_) {
-    place.fail(fmt::format("the stream claims {} triangles in {} bytes", triangles, bytes.size()));
+    view.fail(fmt::format("the stream claims {} triangles in {} bytes", triangles, bytes.size()));
   }
   GuardedMesh mesh(position_count, kFreeNumbers + kNumbersPerByte * bytes.size());
-  decode_stream(place, bytes, triangles, mesh);
-  if (mesh.num_points() != position_count) place.fail("the stream holds no vertices");
+  decode_stream(view, bytes, triangles, mesh);
+  if (mesh.num_points() != position_count) view.fail("the stream holds no vertices");
 
   DracoMesh result;
   result.indices.reserve(3 * triangles);
   for (std::uint32_t f = 0; f < mesh.num_faces(); ++f) {
     for (const draco::PointIndex& corner : mesh.face(draco::FaceIndex(f))) {
-      if (corner.value() >= position_count) place.fail("the stream names a vertex that it does not hold");
+      if (corner.value() >= position_count) view.fail("the stream names a vertex that it does not hold");
       result.indices.push_back(corner.value());
     }
   }
-  for (const auto& entry : attributes->items()) {
-    const Json* announced = member(own, entry.key().c_str());
-    if (announced == nullptr) continue;  // of no attribute of the primitive
-    if (!entry.value().is_number_unsigned() || entry.value().get<std::uint64_t>() > kMaxId) {
-      place.fail(in_quotes(entry.key()) + " is no attribute of a stream");
-    }
+  for (const JsonMember& entry : members(attributes)) {
+    const auto announced = primitive.attributes.find(entry.key);
+    if (announced == primitive.attributes.end()) continue;  // of no attribute of the primitive
+    if (!is_index(entry.value, kMaxId + 1)) view.fail(in_quotes(entry.key) + " is no attribute of a stream");
     result.storage.emplace_back();
-    result.attributes[entry.key()] = copy_attribute(place, mesh, entry.value().get<std::uint32_t>(),
-                                                    accessors_[announced->get<std::size_t>()], result.storage.back());
+    result.attributes[entry.key] = copy_attribute(view, mesh, static_cast<std::uint32_t>(to_index(entry.value)),
+                                                  accessors_[announced->second], result.storage.back());
   }
   return result;
 }

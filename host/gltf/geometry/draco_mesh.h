@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "gltf/document/accessor_table.h"
+#include "gltf/document/document.h"
 
 namespace eikon {
 
@@ -17,21 +18,20 @@ struct DracoMesh {
   std::vector<Bytes> storage;
 };
 
-/// The extension's object in a primitive; null if it has none.
-[[nodiscard]] const Json* draco_member(const Json& primitive);
+inline constexpr const char* kDracoExtension = "KHR_draco_mesh_compression";
 
-/// Decodes Draco streams, and keeps account: honest files hold each stream once, so all of them together may claim no
-/// more triangles than their bytes can hold.
+/// Decodes Draco streams and counts what they claim. Honest files hold each stream once, so all of
+/// them together may claim no more triangles than their bytes can hold.
 class DracoDecoder {
  public:
   /// The arguments outlive the decoder.
   DracoDecoder(const BufferViews& views, const std::vector<Accessor>& accessors)
       : views_(views), accessors_(accessors) {}
 
-  /// `primitive`: the object around the extension, already checked; `place`: the extension.
-  /// throws InputError with the place: members that do not fit, a stream that claims other counts or types than the
-  /// accessors, or more than its bytes can hold, or that does not decode
-  DracoMesh decode(const Place& place, const Json& primitive);
+  /// `view` is the extension in `primitive`.
+  /// throws InputError with the place: members that do not fit, a stream that claims other counts
+  ///        or types than the accessors, or more than its bytes can hold, or that does not decode
+  DracoMesh decode(const JsonView& view, const GltfPrimitive& primitive);
 
  private:
   const BufferViews& views_;

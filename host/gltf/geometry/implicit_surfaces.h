@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
+// Surfaces by a formula: EIKON_implicit_surface.
 #pragma once
-#include <functional>
 #include <map>
 #include <string>
 
+#include "gltf/document/node_graph.h"
+#include "gltf/materials/materials.h"
 #include "io/json_text.h"
+#include "scene/notes.h"
 #include "scene/scene.h"
-#include "io/text.h"
 
 namespace eikon {
 
@@ -15,24 +17,21 @@ inline constexpr const char* kImplicitExtension = "EIKON_implicit_surface";
 /// Reads the surfaces by formula that nodes place.
 class ImplicitSurfaceReader {
  public:
-  /// use_material  as MeshReader's
-  ImplicitSurfaceReader(const Json& document, std::function<std::uint32_t(int)> use_material, Scene& scene,
-                        Notes& notes)
-      : document_(document), use_material_(std::move(use_material)), scene_(scene), notes_(notes) {}
+  /// The arguments outlive the reader.
+  ImplicitSurfaceReader(const Json& document, MaterialReader& materials, Scene& scene, Notes& notes)
+      : document_(document), materials_(materials), scene_(scene), notes_(notes) {}
 
-  /// Whether a node of the checked document places one.
-  [[nodiscard]] static bool has(const Json& node);
-
-  /// Appends what a node places: {"f": "x^2+y^2+z^2-1", "bounds": [-1, -1, -1, 1, 1, 1], "material": 0}. The surface is where f is 0 within
-  /// the bounds (least x, y, z, then the largest; the node's space); f > 0 is outside.
-  /// throws InputError: a formula that is missing or does not parse; bounds that are missing, empty, or beyond 2^40
-  void add(const Place& node, const std::string& name, const glm::dmat4& world_from_object);
+  /// Appends the surface that a node places, if it places one: where f is 0 within the bounds
+  /// (least x, y, z, then the largest; in the node's space). Where f > 0 is outside.
+  /// throws InputError: a formula that is missing or does not parse; bounds that are missing,
+  ///        empty, or beyond 2^40
+  void add(const PlacedNode& placed);
 
  private:
-  std::uint32_t formula(const Place& place);
+  std::uint32_t formula(const JsonView& view);
 
   const Json& document_;
-  std::function<std::uint32_t(int)> use_material_;
+  MaterialReader& materials_;
   Scene& scene_;
   Notes& notes_;
   std::map<std::string, std::uint32_t> known_;  // by text

@@ -11,11 +11,12 @@
 namespace eikon {
 
 /// Checks the shape of the extension in a node that may have it. throws InputError
-void check_instancing(const Place& node, std::size_t accessor_count);
+void check_instancing(const JsonView& node, std::size_t accessor_count);
 
-/// The transforms, relative to the node, at which its mesh stands; nothing where the node does not have the extension. The document
-/// is checked. throws InputError: types or counts that do not fit, values that are not finite, a rotation of length 0
-[[nodiscard]] std::optional<std::vector<glm::dmat4>> read_instances(const Place& node,
+/// The transforms, relative to a node of the checked document, at which its mesh stands; nothing if
+/// the node does not have the extension. throws InputError: types or counts that do not fit, values
+/// that are not finite, a rotation of length 0
+[[nodiscard]] std::optional<std::vector<glm::dmat4>> read_instances(const JsonView& node,
                                                                     const std::vector<Accessor>& accessors);
 
 }  // namespace eikon

@@ -5,13 +5,12 @@
 
 #include <algorithm>
 #include <array>
-#include <nlohmann/json.hpp>
 
 #include "core/error.h"
-#include "gltf/document/document_check.h"
+#include "gltf/extensions.h"
 #include "gltf/geometry/tangents.h"
 #include "gltf/geometry/triangles.h"
-#include "gltf/materials/variants.h"
+#include "io/text.h"
 
 namespace eikon {
 namespace {
@@ -21,18 +20,16 @@ constexpr int kTriangles = 4;  // modes below have no triangles
 constexpr std::array<const char*, 4> kModeNames{"POINTS", "LINES", "LINE_LOOP", "LINE_STRIP"};
 constexpr std::size_t kUvSets = 2;
 
-std::string mesh_label(const tinygltf::Model& model, std::size_t mesh) {
-  return label("mesh", mesh, model.meshes[mesh].name);
-}
-
 std::string uv_name(std::size_t set) { return fmt::format("TEXCOORD_{}", set); }
 
 bool uses_extension(const Json& document, std::string_view name) {
   const Json* used = member(document, "extensionsUsed");
-  return used != nullptr && std::find(used->begin(), used->end(), name) != used->end();
+  for (std::size_t i = 0; used != nullptr && i < size_of(*used); ++i)
+    if (equals(&element(*used, i), name)) return true;
+  return false;
 }
 
-// Which sets of texture coordinates the textures of a material need.
+// The sets of texture coordinates that the textures of a material need.
 std::array<bool, kUvSets> uv_sets_of(const Material& material) {
   std::array<bool, kUvSets> needed{};
   for (const TextureUse& use : textures_of(material))
@@ -48,8 +45,8 @@ std::optional<std::size_t> tangent_set(const Material& material) {
   return material.anisotropy > 0 ? std::optional<std::size_t>(0) : std::nullopt;
 }
 
-// Bytes per vertex of what may be read, by attribute.
-double vertex_bytes(const tinygltf::Primitive& primitive) {
+// The bytes per vertex of all attributes that may be read.
+double vertex_bytes(const GltfPrimitive& primitive) {
   double bytes = sizeof(glm::vec3);
   for (const auto& [name, size] : {std::pair{"NORMAL", sizeof(glm::vec3)}, std::pair{"TANGENT", sizeof(glm::vec4)},
                                    std::pair{"COLOR_0", sizeof(glm::vec4)}, std::pair{"TEXCOORD_0", sizeof(glm::vec2)},
@@ -61,30 +58,20 @@ double vertex_bytes(const tinygltf::Primitive& primitive) {
 
 }  // namespace
 
-MeshReader::MeshReader(const tinygltf::Model& model, const Json& document, const std::vector<Accessor>& accessors,
-                       const BufferViews& views, const std::vector<Material>& materials,
-                       std::function<std::uint32_t(int)> material_of, Notes& notes)
-    : model_(model),
-      document_(document),
-      accessors_(accessors),
-      materials_(materials),
-      material_of_(std::move(material_of)),
-      notes_(notes),
-      draco_(views, accessors),
-      quantized_(uses_extension(document, "KHR_mesh_quantization")),
-      positions_checked_(accessors.size(), false) {}
+MeshReader::MeshReader(const Source& source)
+    : source_(source),
+      draco_(source.views, source.accessors),
+      quantized_(uses_extension(source.document.json, "KHR_mesh_quantization")),
+      positions_checked_(source.accessors.size(), false) {}
 
 void MeshReader::check_memory(const std::vector<std::size_t>& meshes) const {
   double bytes = 0;  // a file of a megabyte can share one accessor between any number of primitives
   for (const std::size_t mesh : meshes) {
-    for (std::size_t p = 0; p < model_.meshes[mesh].primitives.size(); ++p) {
-      const tinygltf::Primitive& primitive = model_.meshes[mesh].primitives[p];
+    for (const GltfPrimitive& primitive : source_.document.meshes[mesh].primitives) {
       const auto positions = primitive.attributes.find("POSITION");
       if (positions == primitive.attributes.end() || primitive.mode < kTriangles) continue;
-      const auto vertices = static_cast<double>(accessors_[static_cast<std::size_t>(positions->second)].count);
-      const Json* indices = member(document_["meshes"][mesh]["primitives"][p], "indices");
-      double corners =
-          indices == nullptr ? vertices : static_cast<double>(accessors_[indices->get<std::size_t>()].count);
+      const auto vertices = static_cast<double>(source_.accessors[positions->second].count);
+      double corners = primitive.indices ? static_cast<double>(source_.accessors[*primitive.indices].count) : vertices;
       if (primitive.mode != kTriangles) corners *= 3;
       bytes += corners * sizeof(std::uint32_t) + std::min(corners, vertices) * vertex_bytes(primitive);
     }
@@ -97,144 +84,141 @@ void MeshReader::check_memory(const std::vector<std::size_t>& meshes) const {
 }
 
 Mesh MeshReader::read(std::size_t index) {
-  const tinygltf::Mesh& source = model_.meshes[index];
-  const std::string user = mesh_label(model_, index);
-  const Json& json = document_["meshes"][index];
-  Mesh mesh;
-  mesh.name = source.name;
-  if (const Json* extensions = member(json, "extensions")) {
-    for (const auto& entry : extensions->items()) notes_.unsupported(one_line(entry.key()), user);
-  }
-  for (std::size_t p = 0; p < source.primitives.size(); ++p) {
-    Source part{.primitive = source.primitives[p],
-                .json = json["primitives"][p],
-                .user = fmt::format("{}, primitive {}", user, p),
-                .draco = {}};
-    if (part.primitive.mode < kTriangles) {
-      notes_.unsupported(std::string("primitives of mode ") + kModeNames[static_cast<std::size_t>(part.primitive.mode)],
-                         user);
+  const GltfMesh& mesh = source_.document.meshes[index];
+  const std::string user = mesh.view.label();
+  Mesh result;
+  result.name = mesh.name;
+  note_unsupported_extensions(mesh.view.value, ExtensionOwner::mesh, user, source_.notes);
+  for (std::size_t p = 0; p < mesh.primitives.size(); ++p) {
+    const GltfPrimitive& primitive = mesh.primitives[p];
+    Part part{.primitive = primitive, .user = fmt::format("{}, primitive {}", user, p), .draco = {}};
+    if (primitive.mode < kTriangles) {
+      source_.notes.unsupported(
+          std::string("primitives of mode ") + kModeNames[static_cast<std::size_t>(primitive.mode)], user);
       continue;
     }
     note_features(part, user);
-    if (!part.primitive.attributes.contains("POSITION")) {
-      notes_.warn(part.user + ": left out, it has no POSITION");
+    if (!primitive.attributes.contains("POSITION")) {
+      source_.notes.warn(part.user + ": left out, it has no POSITION");
       continue;
     }
-    if (const Json* extension = draco_member(part.json)) {
-      const Place outer{.value = json, .kind = "mesh", .index = static_cast<std::int64_t>(index)};
-      const Place middle{
-          .value = part.json, .kind = "primitive", .index = static_cast<std::int64_t>(p), .parent = &outer};
-      part.draco =
-          draco_.decode({.value = *extension, .kind = "KHR_draco_mesh_compression", .parent = &middle}, part.json);
+    if (const Json* extension = extension_of(primitive.json, kDracoExtension)) {
+      const JsonView view{
+          .value = primitive.json, .kind = "primitive", .index = static_cast<std::int64_t>(p), .parent = &mesh.view};
+      part.draco = draco_.decode({.value = *extension, .kind = kDracoExtension, .parent = &view}, primitive);
     }
     Primitive read = read_primitive(part);
-    if (!read.indices.empty()) mesh.primitives.push_back(std::move(read));
+    if (!read.indices.empty()) result.primitives.push_back(std::move(read));
   }
-  return mesh;
+  return result;
 }
 
-void MeshReader::note_features(const Source& source, const std::string& mesh_label) {
-  if (!source.primitive.targets.empty()) notes_.unsupported("morph targets", mesh_label);
-  for (const auto& entry : source.primitive.attributes) {
+void MeshReader::note_features(const Part& part, const std::string& mesh_label) {
+  if (part.primitive.has_morph_targets) source_.notes.unsupported("morph targets", mesh_label);
+  for (const auto& entry : part.primitive.attributes) {
     if (entry.first.starts_with("COLOR_") && entry.first != "COLOR_0")
-      notes_.unsupported("vertex colours " + one_line(entry.first), mesh_label);
+      source_.notes.unsupported("vertex colours " + one_line(entry.first), mesh_label);
   }
-  if (const Json* extensions = member(source.json, "extensions")) {
-    for (const auto& entry : extensions->items()) {
-      if (entry.key() != "KHR_draco_mesh_compression" && entry.key() != kVariantsExtension)
-        notes_.unsupported(one_line(entry.key()), mesh_label);
-    }
-  }
+  note_unsupported_extensions(part.primitive.json, ExtensionOwner::primitive, mesh_label, source_.notes);
 }
 
-const Accessor* MeshReader::attribute(const Source& source, const std::string& name) const {
-  if (const auto decoded = source.draco.attributes.find(name); decoded != source.draco.attributes.end())
+const Accessor* MeshReader::attribute(const Part& part, const std::string& name) const {
+  if (const auto decoded = part.draco.attributes.find(name); decoded != part.draco.attributes.end())
     return &decoded->second;
-  const auto found = source.primitive.attributes.find(name);
-  return found == source.primitive.attributes.end() ? nullptr : &accessors_[static_cast<std::size_t>(found->second)];
+  const auto found = part.primitive.attributes.find(name);
+  return found == part.primitive.attributes.end() ? nullptr : &source_.accessors[found->second];
 }
 
-Primitive MeshReader::read_primitive(Source& source) {
-  const Accessor& positions = *attribute(source, "POSITION");
-  check_attribute("POSITION", positions, positions.count, quantized_, source.user);
-  check_positions_once(source, positions);
+const Accessor* MeshReader::checked_attribute(const Part& part, const std::string& name,
+                                              std::uint64_t position_count) const {
+  const Accessor* found = attribute(part, name);
+  if (found != nullptr) check_attribute(name, *found, position_count, quantized_, part.user);
+  return found;
+}
+
+Primitive MeshReader::read_primitive(Part& part) {
+  const Accessor& positions = *attribute(part, "POSITION");
+  check_attribute("POSITION", positions, positions.count, quantized_, part.user);
+  check_positions_once(part, positions);
 
   Primitive result;
-  result.indices = read_triangles(source, positions.count);
+  result.indices = read_triangles(part, positions.count);
   const std::vector<std::uint32_t> used = compact(result.indices, positions.count);
   if (result.indices.empty()) return {};
   const VertexChoice vertices{.used = used, .count = used.empty() ? positions.count : used.size()};
   result.positions_object = read_positions(positions, vertices);
-  result.material = material_of_(source.primitive.material);
-  read_surface(source, vertices, positions.count, result);
+  result.material = source_.reader.use(part.primitive.material);
+  read_surface(part, vertices, positions.count, result);
   return result;
 }
 
 // A Draco stream holds a list of triangles, whatever the mode that it was made from.
-std::vector<std::uint32_t> MeshReader::read_triangles(Source& source, std::uint64_t vertex_count) {
-  if (!source.draco.attributes.empty()) return std::move(source.draco.indices);
+std::vector<std::uint32_t> MeshReader::read_triangles(Part& part, std::uint64_t vertex_count) {
+  if (!part.draco.attributes.empty()) return std::move(part.draco.indices);
   std::vector<std::uint32_t> corners;
-  if (const Json* indices = member(source.json, "indices")) {
-    corners = read_indices(accessors_[indices->get<std::size_t>()], vertex_count, source.user);
+  if (part.primitive.indices) {
+    corners = read_indices(source_.accessors[*part.primitive.indices], vertex_count, part.user);
   } else {
     corners.resize(vertex_count);
     for (std::size_t i = 0; i < corners.size(); ++i) corners[i] = static_cast<std::uint32_t>(i);
   }
-  const auto mode = static_cast<TriangleMode>(source.primitive.mode);
+  const auto mode = static_cast<TriangleMode>(part.primitive.mode);
   const std::size_t count = corners.size(),
                     rest = mode == TriangleMode::list ? count % 3 : (count < 3 ? count : std::size_t{0});
   if (rest != 0) {
-    notes_.warn(
-        fmt::format("{}: {} corners are no whole number of triangles; the last {} left out", source.user, count, rest));
+    source_.notes.warn(
+        fmt::format("{}: {} corners are no whole number of triangles; the last {} left out", part.user, count, rest));
   }
   return list_triangles(std::move(corners), mode);
 }
 
-void MeshReader::read_surface(const Source& source, const VertexChoice& vertices, std::uint64_t position_count,
+void MeshReader::read_surface(const Part& part, const VertexChoice& vertices, std::uint64_t position_count,
                               Primitive& primitive) {
-  const Material& material = materials_[primitive.material];
-  const auto checked = [&](const std::string& name) {
-    const Accessor* found = attribute(source, name);
-    if (found != nullptr) check_attribute(name, *found, position_count, quantized_, source.user);
-    return found;
-  };
-  if (const Accessor* normals = checked("NORMAL"))
-    primitive.normals_object = read_normals(*normals, vertices, source.user, notes_);
-  if (const Accessor* colors = checked("COLOR_0"))
-    primitive.colors = read_colors(*colors, vertices, source.user, notes_);
+  const Material& material = source_.materials[primitive.material];
+  if (const Accessor* normals = checked_attribute(part, "NORMAL", position_count))
+    primitive.normals_object = read_normals(*normals, vertices, part.user, source_.notes);
+  if (const Accessor* colors = checked_attribute(part, "COLOR_0", position_count))
+    primitive.colors = read_colors(*colors, vertices, part.user, source_.notes);
+  read_uv(part, vertices, position_count, primitive);
 
-  const std::array<bool, kUvSets> needed = uv_sets_of(material);
-  for (std::size_t set = 0; set < kUvSets; ++set) {
-    const Accessor* uv = checked(uv_name(set));
-    const bool shown = set == 0 && uv != nullptr;  // by the layer `uv`
-    const bool steers = uv != nullptr && tangent_set(material) == set;
-    if (!needed[set] && !shown && !steers) continue;
-    if (uv != nullptr) {
-      primitive.uv[set] = read_texture_coordinates(*uv, vertices, source.user, notes_);
-      continue;
-    }
-    primitive.uv[set].resize(vertices.count);
-    if (!uv_missing_.emplace(primitive.material, set).second) continue;
-    notes_.warn(fmt::format("{}: material {} has a texture with {}, which the primitive lacks; taken as 0", source.user,
-                            in_quotes(material.name), uv_name(set)));
-  }
-
-  const Accessor* tangents = checked("TANGENT");
+  const Accessor* tangents = checked_attribute(part, "TANGENT", position_count);
   const std::optional<std::size_t> set = tangent_set(material);
   if (!set || *set >= kUvSets) return;
-  // Without normals of its own a mesh is flat, and tangents that it brings belong to others [glTF 2.0, section 3.7.2.1].
+  // A mesh without normals of its own is flat, and tangents that it brings belong to others [glTF
+  // 2.0, section 3.7.2.1].
   if (tangents != nullptr && !primitive.normals_object.empty())
-    primitive.tangents_object = read_tangents(*tangents, vertices, primitive.normals_object, source.user, notes_);
+    primitive.tangents_object = read_tangents(*tangents, vertices, primitive.normals_object, part.user, source_.notes);
   if (!primitive.tangents_object.empty()) return;
   if (!primitive.uv[*set].empty()) return make_tangents(primitive, *set);
-  notes_.warn(
+  source_.notes.warn(
       fmt::format("{}: material {} is anisotropic, but the primitive has neither TANGENT nor {}; taken as isotropic",
-                  source.user, in_quotes(material.name), uv_name(*set)));
+                  part.user, in_quotes(material.name), uv_name(*set)));
 }
 
-void MeshReader::check_positions_once(const Source& source, const Accessor& positions) {
-  if (!source.draco.attributes.empty()) return check_positions(positions);
-  const auto accessor = static_cast<std::size_t>(source.primitive.attributes.at("POSITION"));
+// Set 0 is read even if no texture needs it, because the layer `uv` shows it; so is the set that
+// tangents are made from.
+void MeshReader::read_uv(const Part& part, const VertexChoice& vertices, std::uint64_t position_count,
+                         Primitive& primitive) {
+  const Material& material = source_.materials[primitive.material];
+  const std::array<bool, kUvSets> needed = uv_sets_of(material);
+  for (std::size_t set = 0; set < kUvSets; ++set) {
+    const Accessor* uv = checked_attribute(part, uv_name(set), position_count);
+    if (uv != nullptr) {
+      if (needed[set] || set == 0 || tangent_set(material) == set)
+        primitive.uv[set] = read_texture_coordinates(*uv, vertices, part.user, source_.notes);
+      continue;
+    }
+    if (!needed[set]) continue;
+    primitive.uv[set].resize(vertices.count);
+    if (!uv_missing_.emplace(primitive.material, set).second) continue;
+    source_.notes.warn(fmt::format("{}: material {} has a texture with {}, which the primitive lacks; taken as 0",
+                                   part.user, in_quotes(material.name), uv_name(set)));
+  }
+}
+
+void MeshReader::check_positions_once(const Part& part, const Accessor& positions) {
+  if (!part.draco.attributes.empty()) return check_positions(positions);
+  const std::size_t accessor = part.primitive.attributes.at("POSITION");
   if (!positions_checked_[accessor]) check_positions(positions);
   positions_checked_[accessor] = true;
 }
@@ -248,7 +232,7 @@ std::vector<std::uint32_t> MeshReader::compact(std::vector<std::uint32_t>& indic
     used.push_back(vertex);
   }
   if (used.size() == vertex_count) {
-    // Nothing to leave out: the file's own order stays.
+    // There is nothing to leave out, so the file's own order stays.
     for (const std::uint32_t vertex : used) slot_of_vertex_[vertex] = kNoSlot;
     return {};
   }

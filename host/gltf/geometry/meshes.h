@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 #include <cstdint>
-#include <functional>
 #include <set>
 #include <utility>
 #include <vector>
@@ -10,53 +9,57 @@
 #include "gltf/geometry/attributes.h"
 #include "gltf/document/document.h"
 #include "gltf/geometry/draco_mesh.h"
-#include "io/text.h"
+#include "gltf/materials/materials.h"
+#include "scene/notes.h"
 
 namespace eikon {
 
-/// Reads the triangles of meshes. Several primitives may share accessors; each gets only the vertices it uses, so every
-/// position of a Primitive belongs to one of its triangles. Degenerate triangles stay: renderers never hit them.
+/// Reads the triangles of meshes. Several primitives may share accessors; each gets only the
+/// vertices it uses, so every position of a Primitive belongs to one of its triangles. Degenerate
+/// triangles stay, because rays never hit them.
 class MeshReader {
  public:
-  /// `material_of` gives the index in `materials` for a primitive's material (-1: none), which may append to them;
-  /// called once per primitive. All arguments outlive the reader.
-  MeshReader(const tinygltf::Model& model, const Json& document, const std::vector<Accessor>& accessors,
-             const BufferViews& views, const std::vector<Material>& materials,
-             std::function<std::uint32_t(int)> material_of, Notes& notes);
+  /// Everything outlives the reader.
+  struct Source {
+    const Document& document;
+    const std::vector<Accessor>& accessors;
+    const BufferViews& views;
+    const std::vector<Material>& materials;  // those of `reader`'s scene
+    MaterialReader& reader;
+    Notes& notes;
+  };
+  explicit MeshReader(const Source& source);
 
   /// throws InputError when the meshes need more memory than this machine has
   void check_memory(const std::vector<std::size_t>& meshes) const;
 
-  /// Triangles of mesh `index` of the document; primitives without any are left out. Texture coordinates and tangents
-  /// are read or made only where the primitive's material asks for them.
-  /// throws InputError: positions that are not finite or beyond kMaxCoordinate, indices out of range, types that do not
-  /// fit, compressed data that do not decode
+  /// Triangles of mesh `index` of the document; primitives without any are left out. Texture
+  /// coordinates and tangents are read or made only where the primitive's material asks for them.
+  /// throws InputError: positions that are not finite or beyond kMaxCoordinate, indices out of
+  ///        range, types that do not fit, compressed data that do not decode
   Mesh read(std::size_t index);
 
  private:
   /// A primitive while it is read.
-  struct Source {
-    const tinygltf::Primitive& primitive;
-    const Json& json;
+  struct Part {
+    const GltfPrimitive& primitive;
     std::string user;  // "mesh 'box', primitive 2"
-    DracoMesh draco;   // empty where it is not compressed
+    DracoMesh draco;   // empty if it is not compressed
   };
-  Primitive read_primitive(Source& source);
-  void note_features(const Source& source, const std::string& mesh_label);
-  [[nodiscard]] const Accessor* attribute(const Source& source, const std::string& name) const;
-  [[nodiscard]] std::vector<std::uint32_t> read_triangles(Source& source, std::uint64_t vertex_count);
-  void read_surface(const Source& source, const VertexChoice& vertices, std::uint64_t position_count,
-                    Primitive& primitive);
-  void check_positions_once(const Source& source, const Accessor& positions);
-  /// Renumbers `indices` to the vertices they use; returns those, or nothing when they use all of them.
+  Primitive read_primitive(Part& part);
+  void note_features(const Part& part, const std::string& mesh_label);
+  [[nodiscard]] const Accessor* attribute(const Part& part, const std::string& name) const;
+  [[nodiscard]] const Accessor* checked_attribute(const Part& part, const std::string& name,
+                                                  std::uint64_t position_count) const;
+  [[nodiscard]] std::vector<std::uint32_t> read_triangles(Part& part, std::uint64_t vertex_count);
+  void read_surface(const Part& part, const VertexChoice& vertices, std::uint64_t position_count, Primitive& primitive);
+  void read_uv(const Part& part, const VertexChoice& vertices, std::uint64_t position_count, Primitive& primitive);
+  void check_positions_once(const Part& part, const Accessor& positions);
+  /// Renumbers `indices` to the vertices they use; returns those, or nothing when they use all of
+  /// them.
   std::vector<std::uint32_t> compact(std::vector<std::uint32_t>& indices, std::uint64_t vertex_count);
 
-  const tinygltf::Model& model_;
-  const Json& document_;
-  const std::vector<Accessor>& accessors_;
-  const std::vector<Material>& materials_;
-  std::function<std::uint32_t(int)> material_of_;
-  Notes& notes_;
+  Source source_;
   DracoDecoder draco_;
   bool quantized_ = false;                                      // the document uses KHR_mesh_quantization
   std::vector<bool> positions_checked_;                         // per accessor

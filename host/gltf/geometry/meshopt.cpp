@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <array>
-#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "io/text.h"
@@ -17,14 +16,15 @@ namespace {
 constexpr std::uint64_t kMaxCount = 0xFFFFFFFFU;
 
 template <typename Value, std::size_t N>
-Value named(const Place& place, const char* key, const std::array<std::pair<std::string_view, Value>, N>& names) {
-  const Json* text = member(place.value, key);
+Value named(const JsonView& extension, const char* key,
+            const std::array<std::pair<std::string_view, Value>, N>& names) {
+  const Json* text = member(extension.value, key);
   for (const auto& [name, value] : names) {
-    if (text != nullptr && *text == name) return value;
+    if (equals(text, name)) return value;
   }
   std::string all;
   for (const auto& entry : names) all += (all.empty() ? "" : ", ") + std::string(entry.first);
-  place.fail(fmt::format("'{}' is none of {}", key, all));
+  extension.fail(fmt::format("'{}' is none of {}", key, all));
 }
 
 bool stride_fits(const MeshoptView& view) {
@@ -68,55 +68,51 @@ int decode(const MeshoptView& view, void* out) {
 
 }  // namespace
 
-const Json* meshopt_member(const Json& buffer_view) {
-  const Json* extensions = member(buffer_view, "extensions");
-  return extensions == nullptr ? nullptr : member(*extensions, "EXT_meshopt_compression");
-}
-
-MeshoptView check_meshopt(const Place& place, const Buffers& buffers) {
+MeshoptView check_meshopt(const JsonView& extension, const Buffers& buffers) {
   using Mode = MeshoptView::Mode;
   using Filter = MeshoptView::Filter;
-  if (!place.value.is_object()) place.fail("is not an object");
-  const auto buffer = as_index(place, "buffer", buffers.size(), "buffer");
-  if (!buffer) place.fail("'buffer' is missing");
-  const std::uint64_t offset = as_integer(place, "byteOffset", kMaxFileOffset).value_or(0),
-                      length = required_integer(place, "byteLength", kMaxFileOffset);
+  if (!is_object(extension.value)) extension.fail("is not an object");
+  const auto buffer = as_index(extension, "buffer", buffers.size(), "buffer");
+  if (!buffer) extension.fail("'buffer' is missing");
+  const std::uint64_t offset = as_integer(extension, "byteOffset", kMaxFileOffset).value_or(0),
+                      length = required_integer(extension, "byteLength", kMaxFileOffset);
   const std::span<const std::byte> bytes = buffers[*buffer];
   if (offset > bytes.size() || length > bytes.size() - offset) {
-    place.fail(fmt::format("bytes {} to {} are outside buffer {} of {} bytes", offset, offset + length, *buffer,
-                           bytes.size()));
+    extension.fail(fmt::format("bytes {} to {} are outside buffer {} of {} bytes", offset, offset + length, *buffer,
+                               bytes.size()));
   }
   MeshoptView view;
   view.compressed = bytes.subspan(offset, length);
-  view.count = required_integer(place, "count", kMaxCount);
-  view.stride_bytes = static_cast<std::uint32_t>(required_integer(place, "byteStride", 256));
-  view.mode = named<Mode, 3>(
-      place, "mode", {{{"ATTRIBUTES", Mode::attributes}, {"TRIANGLES", Mode::triangles}, {"INDICES", Mode::indices}}});
-  if (member(place.value, "filter") != nullptr) {
-    view.filter = named<Filter, 4>(place, "filter",
+  view.count = required_integer(extension, "count", kMaxCount);
+  view.stride_bytes = static_cast<std::uint32_t>(required_integer(extension, "byteStride", 256));
+  view.mode =
+      named<Mode, 3>(extension, "mode",
+                     {{{"ATTRIBUTES", Mode::attributes}, {"TRIANGLES", Mode::triangles}, {"INDICES", Mode::indices}}});
+  if (member(extension.value, "filter") != nullptr) {
+    view.filter = named<Filter, 4>(extension, "filter",
                                    {{{"NONE", Filter::none},
                                      {"OCTAHEDRAL", Filter::octahedral},
                                      {"QUATERNION", Filter::quaternion},
                                      {"EXPONENTIAL", Filter::exponential}}});
   }
-  // meshoptimizer itself stops the program on these.
-  if (view.filter != Filter::none && view.mode != Mode::attributes) place.fail("'filter' is for ATTRIBUTES only");
+  // meshoptimizer stops the program if these do not hold.
+  if (view.filter != Filter::none && view.mode != Mode::attributes) extension.fail("'filter' is for ATTRIBUTES only");
   if (!stride_fits(view))
-    place.fail(fmt::format("'byteStride' {} does not fit its mode and filter", view.stride_bytes));
+    extension.fail(fmt::format("'byteStride' {} does not fit its mode and filter", view.stride_bytes));
   if (view.mode == Mode::triangles && view.count % 3 != 0) {
-    place.fail(fmt::format("'count' {} is no whole number of triangles", view.count));
+    extension.fail(fmt::format("'count' {} is no whole number of triangles", view.count));
   }
   if (const std::uint64_t least = least_bytes(view); least > length) {
-    place.fail(fmt::format("{} elements cannot be in {} bytes; they take {} at least", view.count, length, least));
+    extension.fail(fmt::format("{} elements cannot be in {} bytes; they take {} at least", view.count, length, least));
   }
   return view;
 }
 
-Bytes decode_meshopt(const Place& place, const MeshoptView& view) {
+Bytes decode_meshopt(const JsonView& extension, const MeshoptView& view) {
   const std::uint64_t size = view.decoded_bytes();
   Bytes out{.data = std::make_unique_for_overwrite<std::byte[]>(size), .size = size};
   if (const int code = size == 0 ? 0 : decode(view, out.data.get()); code != 0) {
-    place.refuse(
+    extension.refuse(
         fmt::format("the compressed data do not decode to {} elements of {} bytes (meshoptimizer says {}); "
                     "damaged, or of a newer codec? Export the file again",
                     view.count, view.stride_bytes, code));

@@ -1,15 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-// EXT_meshopt_compression: bufferViews that hold vertices or indices in the codecs of meshoptimizer.
+// EXT_meshopt_compression: bufferViews that hold vertices or indices in the codecs of
+// meshoptimizer.
 #pragma once
 #include "gltf/document/buffer_views.h"
 
 namespace eikon {
 
-/// So many bytes at most come out of one: the codecs spend at least two bits on 16 bytes of vertices, a byte on a
-/// triangle, a byte on an index.
+/// The most bytes that come out of one: the codecs spend at least two bits on 16 bytes of vertices,
+/// a byte on a triangle, and a byte on an index.
 inline constexpr std::uint64_t kMeshoptExpansion = 64;
 
-/// What the extension of a bufferView says, checked: decoding it writes exactly `decoded_bytes`.
+inline constexpr const char* kMeshoptExtension = "EXT_meshopt_compression";
+
+/// The checked extension of a bufferView. Decoding it writes exactly `decoded_bytes`.
 struct MeshoptView {
   enum class Mode { attributes, triangles, indices };
   enum class Filter { none, octahedral, quaternion, exponential };
@@ -21,14 +24,11 @@ struct MeshoptView {
   [[nodiscard]] std::uint64_t decoded_bytes() const { return count * stride_bytes; }
 };
 
-/// The extension's object in a bufferView; null if it has none.
-[[nodiscard]] const Json* meshopt_member(const Json& buffer_view);
-
-/// throws InputError with the place: values that the extension does not allow, bytes outside their buffer, more elements
-/// than the codec can put into so few bytes
-MeshoptView check_meshopt(const Place& extension, const Buffers& buffers);
+/// throws InputError with the place: values that the extension does not allow, bytes outside their
+///        buffer, more elements than the codec can put into so few bytes
+MeshoptView check_meshopt(const JsonView& extension, const Buffers& buffers);
 
 /// throws InputError with the place when the data are damaged
-Bytes decode_meshopt(const Place& extension, const MeshoptView& view);
+Bytes decode_meshopt(const JsonView& extension, const MeshoptView& view);
 
 }  // namespace eikon

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A mesh at its place by the operations of kernels/surface/instance.h: the bits that devices get where the mesh is stored once.
+// A mesh at its place by the operations of kernels/surface/instance.h: the bits that devices get
+// where the mesh is stored once.
 #pragma once
 #include <array>
 #include <glm/glm.hpp>

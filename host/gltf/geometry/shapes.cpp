@@ -6,55 +6,52 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <vector>
 
 #include "core/error.h"
 #include "gltf/document/document_check.h"
+#include "gltf/extensions.h"
 #include "scene/endless.h"
-#include "gltf/geometry/meshes.h"
+#include "io/text.h"
+#include "scene/limits.h"
 
 namespace eikon {
 namespace {
 
 constexpr double kLeastSize = 0x1p-60;  // kernels square the inverse
 
-/// The object of the list that is said by index.
-const Json& listed_shape(const Json& document, const Place& place) {
+/// The shape in the document's list that an extension names by its index.
+const Json& listed_shape(const Json& document, const JsonView& view) {
   const Json* const all = as_object({.value = document, .kind = "document"}, "extensions");
   const Json* const list =
       all == nullptr ? nullptr : as_object({.value = *all, .kind = "extensions"}, kShapeListExtension);
   const Json* const shapes =
       list == nullptr ? nullptr : as_array({.value = *list, .kind = kShapeListExtension}, "shapes");
-  const std::size_t count = shapes == nullptr ? 0 : shapes->size();
-  return (*shapes)[as_index(place, "shape", count, "shape").value_or(0)];
+  const std::size_t count = shapes == nullptr ? 0 : size_of(*shapes);
+  return element(*shapes, as_index(view, "shape", count, "shape").value_or(0));
 }
 
-const ShapeKindInfo& kind_of(const Place& place) {
-  check_string(place, "type");
-  const Json* const type = member(place.value, "type");
+const ShapeKindInfo& kind_of(const JsonView& view) {
+  const std::string* const type = as_string(view, "type");
   std::vector<std::string> names;
   for (const ShapeKindInfo& each : shape_kinds()) {
     if (type != nullptr && *type == each.name) return each;
     names.emplace_back(each.name);
   }
-  place.refuse(
-      fmt::format("'type' {}; there are {}",
-                  type == nullptr ? "is missing" : in_quotes(type->get_ref<const std::string&>()) + " is unknown",
-                  fmt::join(names, ", ")));
+  view.refuse(fmt::format("'type' {}; there are {}", type == nullptr ? "is missing" : in_quotes(*type) + " is unknown",
+                          fmt::join(names, ", ")));
 }
 
-double checked_size(const Place& place, const ShapeParameter& parameter, double value) {
+double checked_size(const JsonView& view, const ShapeParameter& parameter, double value) {
   const bool zero = parameter.may_be_zero && value == 0;
   if (!zero && !(value >= kLeastSize && value <= kMaxCoordinate))
-    place.refuse(fmt::format("'{}' {:g} is not a size in metres, 2^-60 to 2^40", parameter.name, value));
+    view.refuse(fmt::format("'{}' {:g} is not a size in metres, 2^-60 to 2^40", parameter.name, value));
   return value;
 }
 
-void read_sizes(const Place& place, const ShapeKindInfo& info, Shape& shape) {
-  static const Json kDefaults = Json::object();
-  const Json* const found = as_object(place, info.name);
-  const Place sizes{.value = found == nullptr ? kDefaults : *found, .kind = info.name, .parent = &place};
+void read_sizes(const JsonView& view, const ShapeKindInfo& info, Shape& shape) {
+  const Json* const found = as_object(view, info.name);
+  const JsonView sizes{.value = found == nullptr ? empty_object() : *found, .kind = info.name, .parent = &view};
   std::size_t at = 0;
   for (const ShapeParameter& parameter : info.parameters) {
     if (parameter.count == 1) {
@@ -65,19 +62,19 @@ void read_sizes(const Place& place, const ShapeKindInfo& info, Shape& shape) {
       const bool said = has_numbers(sizes, parameter.name, parameter.count);
       for (std::size_t i = 0; i < parameter.count; ++i)
         shape.size[at++] =
-            checked_size(sizes, parameter, said ? sizes.value[parameter.name][i].get<double>() : parameter.usual);
+            checked_size(sizes, parameter, said ? number_at(*member(sizes.value, parameter.name), i) : parameter.usual);
     }
   }
 }
 
-/// What parameters say together; those that are missing have their usual values by now.
-void check_together(const Place& sizes_of, const ShapeKindInfo& info, const Shape& shape) {
+/// Checks what sizes say together; those that are missing have their default values by now.
+void check_together(const JsonView& sizes_of, const ShapeKindInfo& info, const Shape& shape) {
   const bool round = info.kind == ShapeKind::cylinder || info.kind == ShapeKind::capsule;
   if (round && shape.size[1] == 0 && shape.size[2] == 0)
     sizes_of.refuse("'radiusTop' and 'radiusBottom' are both 0: there is nothing to see");
 }
 
-/// Whether kernels can hold the matrix and its inverse: finite, and not flat.
+/// True if kernels can hold the matrix and its inverse: it is finite and not flat.
 bool is_solid(const OwnShape& own) {
   const glm::dmat3 inverse = glm::inverse(own.world_from_own);
   double least = 1e300, most = 0;
@@ -92,35 +89,31 @@ bool is_solid(const OwnShape& own) {
 
 }  // namespace
 
-bool has_shape(const Json& node) {
-  const Json* const extensions = member(node, "extensions");
-  return extensions != nullptr && member(*extensions, kShapeExtension) != nullptr;
-}
-
-void add_shape(const Json& document, const Place& node, const std::string& name, const glm::dmat4& world_from_object,
-               const std::function<std::uint32_t(int)>& use_material, Scene& scene, Notes& notes) {
-  const Place extensions{.value = node.value["extensions"], .kind = "extensions", .parent = &node};
+void add_shape(const Json& document, const PlacedNode& placed, MaterialReader& materials, Scene& scene, Notes& notes) {
+  const JsonView& node = placed.node.view;
+  if (extension_of(node.value, kShapeExtension) == nullptr) return;
+  const JsonView extensions{.value = *member(node.value, "extensions"), .kind = "extensions", .parent = &node};
   const Json& json = *as_object(extensions, kShapeExtension);
-  const Place place{.value = json, .kind = kShapeExtension, .parent = &node};
+  const JsonView view{.value = json, .kind = kShapeExtension, .parent = &node};
   const Json* const said = member(json, "shape");
-  if (said == nullptr) place.refuse("'shape' is missing; it is an object, or an index into KHR_implicit_shapes");
-  const Json& source = said->is_object() ? *said : listed_shape(document, place);
-  const Place shape_place{.value = source, .kind = "shape", .parent = &place};
-  if (!source.is_object()) shape_place.fail("is not an object");
-  const auto material = as_index(place, "material", items(document, "materials").size(), "material");
+  if (said == nullptr) view.refuse("'shape' is missing; it is an object, or an index into KHR_implicit_shapes");
+  const Json& source = is_object(*said) ? *said : listed_shape(document, view);
+  const JsonView shape_view{.value = source, .kind = "shape", .parent = &view};
+  if (!is_object(source)) shape_view.fail("is not an object");
+  const auto material = as_index(view, "material", count_of(document, "materials"), "material");
 
   Shape shape;
-  shape.name = name;
-  shape.world_from_object = world_from_object;
-  const ShapeKindInfo& info = kind_of(shape_place);
+  shape.name = placed.node.name;
+  shape.world_from_object = placed.world_from_object;
+  const ShapeKindInfo& info = kind_of(shape_view);
   shape.kind = info.kind;
-  read_sizes(shape_place, info, shape);
-  check_together(shape_place, info, shape);
-  shape.material = use_material(material ? static_cast<int>(*material) : -1);
+  read_sizes(shape_view, info, shape);
+  check_together(shape_view, info, shape);
+  shape.material = materials.use(material);
   place_shape(node, std::move(shape), scene, notes);
 }
 
-void place_shape(const Place& node, Shape shape, Scene& scene, Notes& notes) {
+void place_shape(const JsonView& node, Shape shape, Scene& scene, Notes& notes) {
   const OwnShape own = own_shape(shape);
   if (!is_solid(own))
     return notes.warn(node.label() + ": its shape is left out, the node scales it to nothing or beyond all measure");

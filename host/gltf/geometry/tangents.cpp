@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Names of the paper: T is texture space (s, t) = (u, -v), so that t goes up in the image; `s_direction` is its "vOs".
+// Names of the paper: T is texture space (s, t) = (u, -v), so that t goes up in the image;
+// `s_direction` is its "vOs".
 #include "gltf/geometry/tangents.h"
 
 #include <tbb/parallel_sort.h>
@@ -30,7 +31,7 @@ glm::dvec3 in_plane(const glm::dvec3& v, const glm::dvec3& normal) {
   return unit_or_zero(v - glm::dot(normal, v) * normal);
 }
 
-// Three per triangle; what its corners have in common is their place in the triangle.
+// Corner c belongs to triangle c / 3; these are the next and the previous corner in it.
 Index next_corner(Index c) { return c % 3 == 2 ? c - 2 : c + 1; }
 Index last_corner(Index c) { return c % 3 == 0 ? c + 2 : c - 1; }
 
@@ -104,7 +105,8 @@ class Weld {
   Index count_ = 0;
 };
 
-/// One run of the algorithm. Numbers of corners double as names of edges: edge c goes from corner c to the next.
+/// One run of the algorithm. Numbers of corners double as names of edges: edge c goes from corner c
+/// to the next.
 class Tangents {
  public:
   explicit Tangents(const Corners& corners) : corners_(corners), weld_(corners) {
@@ -117,7 +119,8 @@ class Tangents {
   [[nodiscard]] const glm::vec4& operator[](Index c) const { return tangents_[tangent_of_corner_[c]]; }
 
  private:
-  // `loose`: without a direction of its own in the texture, it joins any group. `collapsed`: two corners coincide.
+  // A `loose` triangle has no direction of its own in the texture and joins any group. Of a
+  // `collapsed` one two corners coincide.
   struct Kind {
     bool preserves_orientation = false, loose = true, collapsed = false;
   };
@@ -151,8 +154,8 @@ class Tangents {
     return {.area = t1.x * t2.y - t1.y * t2.x, .s = t2.y * d1 - t1.y * d2, .t = t1.x * d2 - t2.x * d1};
   }
 
-  // Two triangles are neighbours over an edge that they pass in opposite directions. Where more than two meet, the first
-  // in the file's order pair up.
+  // Two triangles are neighbours over an edge that they pass in opposite directions. Where more
+  // than two meet, the first in the file's order pair up.
   void find_neighbours() {
     neighbour_.assign(corners_.count(), kNone);
     std::vector<Index> start(std::size_t{weld_.count()} + 1, 0), edges;
@@ -199,8 +202,8 @@ class Tangents {
     }
   }
 
-  // Everything around a vertex that can be reached over edges without a change of orientation; returns the weighted sum
-  // of its directions.
+  // Groups all corners around a vertex that can be reached over edges without a change of
+  // orientation, and returns the weighted sum of their directions.
   glm::dvec3 gather(Index seed, bool orientation) {
     const auto group = static_cast<Index>(tangents_.size());
     const Index vertex = weld_[seed];
@@ -224,7 +227,7 @@ class Tangents {
     return sum;
   }
 
-  // Whether no group has a corner of a triangle yet.
+  // True if no group has a corner of a triangle yet.
   [[nodiscard]] bool is_free(Index f) const {
     return tangent_of_corner_[3 * f] == kNone && tangent_of_corner_[3 * f + 1] == kNone &&
            tangent_of_corner_[3 * f + 2] == kNone;
@@ -241,7 +244,8 @@ class Tangents {
 
   void add_tangent(const glm::dvec3& direction, Index corner, bool orientation) {
     const glm::dvec3 normal(corners_.normal(corner));
-    // The reference code leaves the x axis where there is no direction; a normal map needs one beside the normal.
+    // The reference code leaves the x axis where there is no direction; a normal map needs one
+    // beside the normal.
     glm::dvec3 tangent = unit_or_zero(direction);
     for (const glm::dvec3& axis : {glm::dvec3(1, 0, 0), glm::dvec3(0, 1, 0)}) {
       if (tangent == glm::dvec3(0.0) && std::abs(glm::dot(axis, normal)) < 0.999) tangent = in_plane(axis, normal);
@@ -249,7 +253,7 @@ class Tangents {
     tangents_.emplace_back(glm::vec3(tangent), orientation ? 1.0F : -1.0F);
   }
 
-  // Corners that no group has reached: of collapsed triangles, and of loose ones among their like.
+  // Gives tangents to corners that no group has reached: those of collapsed or loose triangles.
   void fill_gaps() {
     std::vector<Index> good_corner(weld_.count(), kNone);
     for (Index c = corners_.count(); c-- > 0;) {

@@ -1,9 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "gltf/materials/material_microfacets.h"
+// How a material's microfacets lie and reflect: KHR_materials_anisotropy, EIKON_materials_phong,
+// EIKON_materials_conductor.
+#include "io/text.h"
+
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
 #include <numbers>
+
+#include "gltf/document/document_check.h"
+#include "gltf/materials/material_extensions.h"
+#include "io/text.h"
 
 namespace eikon {
 namespace {
@@ -11,9 +19,11 @@ namespace {
 constexpr double kMaxShininess = 1e4;  // floats resolve no narrower highlights
 constexpr double kMaxIndex = 0x1p14;   // its fourth power stays finite in the kernels
 
-// Indices of refraction at 650, 550 and 450 nm, which stand for R, G and B: the middles of what the three primaries see. One
-// wavelength each, so that the reflectance is a metal's own there; a mean over each primary's band would be of no wavelength.
-// source  luxpop.com's tables (Palik, Handbook of Optical Constants of Solids; Johnson and Christy 1972), interpolated linearly
+// Indices of refraction at 650, 550 and 450 nm, which stand for R, G and B: they are the middles of
+// what the three primaries see. Each is of one wavelength, so that the reflectance is the metal's
+// own there; a mean over a primary's band would be of no wavelength.
+// source  luxpop.com's tables (Palik, Handbook of Optical Constants of Solids; Johnson and Christy
+//         1972), interpolated linearly
 struct Metal {
   std::string_view name;
   Conductor index;
@@ -32,14 +42,43 @@ constexpr std::array<Metal, 10> kMetals{{{"Ag", {{0.13941F, 0.124777F, 0.151691F
 const Metal* metal_of(const Json& extension) {
   const Json* name = member(extension, "metal");
   if (name == nullptr) return nullptr;
-  const auto found = std::ranges::find(kMetals, name->get_ref<const std::string&>(), &Metal::name);
+  const auto found = std::ranges::find(kMetals, to_string(*name), &Metal::name);
   return found == kMetals.end() ? nullptr : &*found;
 }
 
-void check_conductor(const Place& extension) {
-  check_string(extension, "metal");
+void check_anisotropy(const JsonView& extension, std::size_t texture_count) {
+  as_number(extension, "anisotropyStrength");
+  as_number(extension, "anisotropyRotation");
+  check_texture_slot(extension, "anisotropyTexture", texture_count);
+}
+
+void read_anisotropy(const JsonView& extension, const Factors& factors, Material& material) {
+  material.anisotropy = factors.unit(&extension.value, "anisotropyStrength", 0.0);
+  // The angle is brought within a turn in double, because floats of many turns are coarse.
+  material.anisotropy_rotation_rad =
+      std::remainder(number_of(&extension.value, "anisotropyRotation", 0.0), 2 * std::numbers::pi);
+}
+
+void find_anisotropy_texture(const JsonView& extension, TextureReader& textures, Material& material) {
+  if (material.anisotropy > 0) material.anisotropy_texture = textures.find(extension, "anisotropyTexture", false);
+}
+
+void check_phong(const JsonView& extension, std::size_t) {
+  as_number(extension, "shininess");
+  has_numbers(extension, "specular", 3);
+}
+
+void read_phong(const JsonView& extension, const Factors& factors, Material& material) {
+  const Phong usual;
+  const double shininess = number_of(&extension.value, "shininess", double(usual.shininess));
+  material.phong = Phong{.shininess = factors.clamped(shininess, "shininess", 0.0, kMaxShininess),
+                         .specular = factors.color(&extension.value, "specular", double(usual.specular.x))};
+  material.metallic = material.transmission = material.diffuse_transmission = 0.0F;
+}
+
+void check_conductor(const JsonView& extension, std::size_t) {
+  const std::string* const name = as_string(extension, "metal");
   const bool has_eta = has_numbers(extension, "eta", 3), has_k = has_numbers(extension, "k", 3);
-  const Json* name = member(extension.value, "metal");
   if (name == nullptr) {
     if (!has_eta || !has_k)
       extension.refuse(R"(needs "eta" and "k", three numbers each, or "metal", a chemical symbol)");
@@ -49,62 +88,36 @@ void check_conductor(const Place& extension) {
   if (metal_of(extension.value) != nullptr) return;
   std::string known;
   for (const Metal& metal : kMetals) known += (known.empty() ? "" : ", ") + std::string(metal.name);
-  extension.refuse(fmt::format("metal {} is not known; use one of {}, or \"eta\" and \"k\"",
-                               in_quotes(name->get_ref<const std::string&>()), known));
+  extension.refuse(fmt::format("metal {} is not known; use one of {}, or \"eta\" and \"k\"", in_quotes(*name), known));
 }
+
+void read_conductor(const JsonView& extension, const Factors& factors, Material& material) {
+  const auto index = [&](const char* key) {
+    glm::vec3 rgb(0.0F);
+    const Json& values = *member(extension.value, key);
+    for (int c = 0; c < 3; ++c)
+      rgb[c] = factors.clamped(number_at(values, static_cast<std::size_t>(c)), key, 0.0, kMaxIndex);
+    return rgb;
+  };
+  const Metal* const metal = metal_of(extension.value);
+  material.conductor = metal != nullptr ? metal->index : Conductor{.eta = index("eta"), .k = index("k")};
+  if (material.phong)
+    factors.material().refuse("it has EIKON_materials_phong and EIKON_materials_conductor; leave one out");
+  material.metallic = 1.0F;
+  material.transmission = material.diffuse_transmission = 0.0F;
+}
+
+constexpr MaterialExtension kRows[] = {
+    {.name = "KHR_materials_anisotropy",
+     .check = check_anisotropy,
+     .read = read_anisotropy,
+     .find_textures = find_anisotropy_texture},
+    {.name = "EIKON_materials_phong", .check = check_phong, .read = read_phong},
+    {.name = "EIKON_materials_conductor", .check = check_conductor, .read = read_conductor},
+};
 
 }  // namespace
 
-bool check_microfacets(const Place& extension, std::size_t texture_count) {
-  if (extension.kind == kAnisotropyExtension) {
-    as_number(extension, "anisotropyStrength");
-    as_number(extension, "anisotropyRotation");
-    check_texture_slot(extension, "anisotropyTexture", texture_count);
-    return true;
-  }
-  if (extension.kind == kPhongExtension) {
-    as_number(extension, "shininess");
-    has_numbers(extension, "specular", 3);
-    return true;
-  }
-  if (extension.kind != kConductorExtension) return false;
-  check_conductor(extension);
-  return true;
-}
-
-void read_microfacets(const Place& place, const Factors& factors, Material& material) {
-  const Json* anisotropy = extension_of(place, kAnisotropyExtension);
-  material.anisotropy = factors.unit(anisotropy, "anisotropyStrength", 0.0);
-  // The angle within a turn first: floats of many turns are coarse.
-  material.anisotropy_rotation_rad =
-      std::remainder(number_of(anisotropy, "anisotropyRotation", 0.0), 2 * std::numbers::pi);
-  if (const Json* phong = extension_of(place, kPhongExtension)) {
-    const Phong usual;
-    material.phong = Phong{.shininess = factors.clamped(number_of(phong, "shininess", double(usual.shininess)),
-                                                        "shininess", 0.0, kMaxShininess),
-                           .specular = factors.colour(phong, "specular", double(usual.specular.x))};
-  }
-  const Json* conductor = extension_of(place, kConductorExtension);
-  if (conductor == nullptr) return;
-  if (const Metal* metal = metal_of(*conductor)) {
-    material.conductor = metal->index;
-    return;
-  }
-  const auto index = [&](const char* key) {
-    glm::vec3 rgb(0.0F);
-    const Json& values = *member(*conductor, key);
-    for (int c = 0; c < 3; ++c)
-      rgb[c] = factors.clamped(values[static_cast<std::size_t>(c)].get<double>(), key, 0.0, kMaxIndex);
-    return rgb;
-  };
-  material.conductor = Conductor{.eta = index("eta"), .k = index("k")};
-}
-
-void complete_microfacets(const Place& place, TextureReader& textures, Material& material) {
-  const Json* anisotropy = extension_of(place, kAnisotropyExtension);
-  if (anisotropy == nullptr || !(material.anisotropy > 0)) return;
-  material.anisotropy_texture =
-      textures.find({.value = *anisotropy, .kind = kAnisotropyExtension, .parent = &place}, "anisotropyTexture", false);
-}
+std::span<const MaterialExtension> microfacet_extensions() { return kRows; }
 
 }  // namespace eikon

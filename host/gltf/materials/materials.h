@@ -1,21 +1,43 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
 
-#include "io/json_text.h"
-#include "scene/scene.h"
-#include "io/text.h"
+#include "gltf/materials/material_measured.h"
 #include "gltf/materials/textures.h"
+#include "io/json_text.h"
+#include "scene/notes.h"
+#include "scene/scene.h"
 
 namespace eikon {
 
-/// Material `index` of the checked document without its textures. Values outside their legal ranges are brought into them
-/// and named in `notes`. throws InputError for a value that single precision cannot hold
-Material convert_material(const Json& document, std::size_t index, Notes& notes);
+/// Reads the materials of a document, and the textures and tables of those that are used.
+class MaterialReader {
+ public:
+  /// Appends all materials of the checked document to `scene.materials`, which keep their numbers.
+  /// Factors outside their legal ranges are brought into them and named in `notes`. All arguments
+  /// outlive the reader.
+  /// throws InputError for a value that single precision cannot hold
+  MaterialReader(const Json& document, TextureReader& textures, MeasuredReader& measured, Scene& scene, Notes& notes);
 
-/// Adds the textures of a material that is used, but for those whose factor is 0, and names in `notes` what of the material
-/// is left out. throws InputError as TextureReader::find
-void complete_material(const Json& document, std::size_t index, TextureReader& textures, Material& material,
-                       Notes& notes);
+  /// The index in `scene.materials` of material `index` of the document, whose textures and table
+  /// are read at its first use, and what is left out of it named in the notes. Without an index it
+  /// is glTF's default material, which is appended at its first use: white, metallic and rough
+  /// [glTF 2.0, section 3.9].
+  /// throws InputError as TextureReader::find and MeasuredReader::complete
+  std::uint32_t use(std::optional<std::size_t> index);
+
+ private:
+  [[nodiscard]] JsonView view_of(std::size_t index) const;
+  void find_textures(const JsonView& view, Material& material);
+
+  const Json& document_;
+  TextureReader& textures_;
+  MeasuredReader& measured_;
+  Scene& scene_;
+  Notes& notes_;
+  std::vector<bool> used_;
+};
 
 }  // namespace eikon

@@ -6,10 +6,11 @@
 
 #include <array>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "core/error.h"
 #include "gltf/document/document_check.h"
+#include "gltf/extensions.h"
+#include "io/text.h"
 
 namespace eikon {
 namespace {
@@ -22,7 +23,7 @@ constexpr const char* kTransform = "KHR_texture_transform";
 constexpr std::array<const char*, 4> kFormatExtensions{"KHR_texture_basisu", "EXT_texture_webp", "EXT_texture_avif",
                                                        "MSFT_texture_dds"};
 
-// What is said of a format that is not read.
+// Names a format that is not read, and what converts it.
 const char* converter(PictureFormat format) {
   switch (format) {
     case PictureFormat::ktx2:
@@ -59,7 +60,7 @@ const char* converter_of_extension(std::string_view extension) {
 }
 
 Wrap wrap_of(const Json& sampler, const char* key) {
-  switch (const Json* value = member(sampler, key); value == nullptr ? 10497 : value->get<int>()) {
+  switch (const Json* value = member(sampler, key); value == nullptr ? 10497 : to_index(*value)) {
     case 33071:
       return Wrap::clamp;
     case 33648:
@@ -69,20 +70,20 @@ Wrap wrap_of(const Json& sampler, const char* key) {
   }
 }
 
-// Translation x rotation x scale. The rotation is counter-clockwise as seen with v down, like the extension's text and its
-// example have it; the GLSL beside them turns the other way.
-void set_transform(const Place& place, Texture& texture) {
+// Translation x rotation x scale. The rotation is counter-clockwise as seen with v down, like the
+// extension's text and its example have it; the GLSL beside them turns the other way.
+void set_transform(const JsonView& view, Texture& texture) {
   const auto pair = [&](const char* key, double otherwise) {
-    const Json* value = member(place.value, key);
-    return value == nullptr ? glm::dvec2(otherwise) : glm::dvec2((*value)[0].get<double>(), (*value)[1].get<double>());
+    const Json* value = member(view.value, key);
+    return value == nullptr ? glm::dvec2(otherwise) : glm::dvec2(number_at(*value, 0), number_at(*value, 1));
   };
   const glm::dvec2 offset = pair("offset", 0.0), scale = pair("scale", 1.0);
-  const double angle = as_number(place, "rotation").value_or(0.0), c = std::cos(angle), s = std::sin(angle);
+  const double angle = as_number(view, "rotation").value_or(0.0), c = std::cos(angle), s = std::sin(angle);
   texture.image_from_uv[0] = glm::vec3(scale.x * c, scale.y * s, offset.x);
   texture.image_from_uv[1] = glm::vec3(-scale.x * s, scale.y * c, offset.y);
   for (const glm::vec3& row : texture.image_from_uv) {
     if (!std::isfinite(row.x) || !std::isfinite(row.y) || !std::isfinite(row.z))
-      place.refuse("goes beyond single precision; use smaller values");
+      view.refuse("goes beyond single precision; use smaller values");
   }
 }
 
@@ -94,45 +95,36 @@ std::uint64_t texture_budget_bytes() {
 }
 
 TextureReader::TextureReader(const TextureSource& source, Scene& scene, Digest& digest, Notes& notes)
-    : source_(source),
-      scene_(scene),
-      digest_(digest),
-      notes_(notes),
-      of_image_(items(source.document, "images").size()) {}
+    : source_(source), scene_(scene), digest_(digest), notes_(notes), of_image_(count_of(source.document, "images")) {}
 
-std::optional<Texture> TextureReader::find(const Place& owner, const char* key, bool srgb) {
+std::optional<Texture> TextureReader::find(const JsonView& owner, const char* key, bool srgb) {
   const Json* info = member(owner.value, key);
   if (info == nullptr) return std::nullopt;
-  const Place place{.value = *info, .kind = key, .parent = &owner};
+  const JsonView view{.value = *info, .kind = key, .parent = &owner};
   Texture result;
   result.srgb = srgb;
-  result.uv_set = static_cast<std::uint32_t>(as_integer(place, "texCoord", kMaxUvSet).value_or(0));
-  if (const Json* extensions = member(*info, "extensions")) {
-    for (const auto& entry : extensions->items()) {
-      if (entry.key() != kTransform) {
-        notes_.unsupported(one_line(entry.key()), place.label());
-        continue;
-      }
-      const Place transform{.value = entry.value(), .kind = kTransform, .parent = &place};
-      if (const auto set = as_integer(transform, "texCoord", kMaxUvSet))
-        result.uv_set = static_cast<std::uint32_t>(*set);
-      set_transform(transform, result);
-    }
+  result.uv_set = static_cast<std::uint32_t>(as_integer(view, "texCoord", kMaxUvSet).value_or(0));
+  note_unsupported_extensions(*info, ExtensionOwner::texture_info, view.label(), notes_);
+  if (const Json* extension = extension_of(*info, kTransform)) {
+    const JsonView transform{.value = *extension, .kind = kTransform, .parent = &view};
+    if (const auto set = as_integer(transform, "texCoord", kMaxUvSet)) result.uv_set = static_cast<std::uint32_t>(*set);
+    set_transform(transform, result);
   }
   if (result.uv_set > 1) {
-    notes_.unsupported(fmt::format("texture coordinates TEXCOORD_{}", result.uv_set), place.label());
+    notes_.unsupported(fmt::format("texture coordinates TEXCOORD_{}", result.uv_set), view.label());
     return std::nullopt;
   }
-  const auto index = member(*info, "index")->get<std::size_t>();
-  const Json& texture_json = items(source_.document, "textures")[index];
-  const Place texture{.value = texture_json, .kind = "texture", .index = static_cast<std::int64_t>(index)};
+  const std::size_t index = to_index(*member(*info, "index"));
+  const Json& texture_json = element(items(source_.document, "textures"), index);
+  const JsonView texture{.value = texture_json, .kind = "texture", .index = static_cast<std::int64_t>(index)};
   if (const Json* sampler_index = member(texture_json, "sampler")) {
-    const Json& sampler = items(source_.document, "samplers")[sampler_index->get<std::size_t>()];
+    const Json& sampler = element(items(source_.document, "samplers"), to_index(*sampler_index));
     result.wrap_u = wrap_of(sampler, "wrapS");
     result.wrap_v = wrap_of(sampler, "wrapT");
-    // minFilter asks for mip maps, which spare a rasteriser its aliasing; here the samples of a pixel average texels.
+    // minFilter is not read: it asks for mip maps, which spare a rasteriser its aliasing; here the
+    // samples of a pixel average texels.
     const Json* filter = member(sampler, "magFilter");
-    if (filter != nullptr && *filter == 9728) result.filter = TextureFilter::nearest;
+    if (filter != nullptr && to_index(*filter) == 9728) result.filter = TextureFilter::nearest;
   }
   const auto image_index = image_of(texture);
   const auto image = image_index ? use_image(*image_index) : std::nullopt;
@@ -142,11 +134,10 @@ std::optional<Texture> TextureReader::find(const Place& owner, const char* key, 
 }
 
 // The PNG or JPEG of a texture, as an index into the document's images.
-std::optional<std::size_t> TextureReader::image_of(const Place& texture) {
+std::optional<std::size_t> TextureReader::image_of(const JsonView& texture) {
   const Json* source = member(texture.value, "source");
-  const Json* extensions = member(texture.value, "extensions");
   for (const char* name : kFormatExtensions) {
-    if (extensions == nullptr || member(*extensions, name) == nullptr) continue;
+    if (extension_of(texture.value, name) == nullptr) continue;
     if (source == nullptr) {
       notes_.unsupported(converter_of_extension(name), texture.label());
       return std::nullopt;
@@ -158,22 +149,22 @@ std::optional<std::size_t> TextureReader::image_of(const Place& texture) {
     notes_.warn(texture.label() + ": left out, it has no image");
     return std::nullopt;
   }
-  return source->get<std::size_t>();
+  return to_index(*source);
 }
 
 std::optional<std::uint32_t> TextureReader::use_image(std::size_t index) {
   if (of_image_[index]) return *of_image_[index];
-  const Json& json = items(source_.document, "images")[index];
-  const Place image{.value = json, .kind = "image", .index = static_cast<std::int64_t>(index)};
+  const Json& json = element(items(source_.document, "images"), index);
+  const JsonView image{.value = json, .kind = "image", .index = static_cast<std::int64_t>(index)};
   const Json *uri = member(json, "uri"), *view = member(json, "bufferView");
   if ((uri == nullptr) == (view == nullptr)) image.fail("has not exactly one of 'uri' and 'bufferView'");
   Encoded encoded;
   std::string key, name = image.label(), user = image.label();
   try {
     if (view != nullptr) {
-      encoded.bytes = source_.views[view->get<std::size_t>()];
-      key = fmt::format("view:{}", view->get<std::size_t>());
-    } else if (const auto& text = uri->get_ref<const std::string&>(); text.starts_with("data:")) {
+      encoded.bytes = source_.views[to_index(*view)];
+      key = fmt::format("view:{}", to_index(*view));
+    } else if (const std::string& text = to_string(*uri); text.starts_with("data:")) {
       encoded.owned = decode_data_uri(text);
       encoded.bytes = encoded.owned.span();
       key = fmt::format("data:{}", index);
@@ -198,7 +189,7 @@ std::optional<std::uint32_t> TextureReader::use_image(std::size_t index) {
   return *of_image_[index];
 }
 
-std::optional<std::uint32_t> TextureReader::add_image(const Place& image, std::string name, Encoded encoded) {
+std::optional<std::uint32_t> TextureReader::add_image(const JsonView& image, std::string name, Encoded encoded) {
   if (const char* what = converter(picture_format(encoded.bytes))) {
     notes_.unsupported(what, image.label());
     return std::nullopt;

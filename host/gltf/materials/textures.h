@@ -14,11 +14,11 @@
 #include "io/json_text.h"
 #include "scene/scene.h"
 #include "io/source_file.h"
-#include "io/text.h"
+#include "scene/notes.h"
 
 namespace eikon {
 
-/// What textures are read from; all of it outlives the reader. The document has been checked.
+/// The sources of textures, which outlive the reader. The document has been checked.
 struct TextureSource {
   const Json& document;
   const BufferViews& views;
@@ -29,18 +29,19 @@ struct TextureSource {
 /// Half of this machine's memory.
 [[nodiscard]] std::uint64_t texture_budget_bytes();
 
-/// Finds the images that materials use, and decodes each of them once. What the images claim is checked against the budget
-/// while they are found, before the first is decoded.
+/// Finds the images that materials use, and decodes each of them once. What the images claim is
+/// checked against the budget while they are found, before the first is decoded.
 class TextureReader {
  public:
   /// Images go to `scene.images`, their files to `digest`.
   TextureReader(const TextureSource& source, Scene& scene, Digest& digest, Notes& notes);
 
-  /// The texture in slot `key` of `owner`, a material or a part of one; nothing where the slot is empty. Nothing either
-  /// for a texture without an image, in a format that is not read (KTX2, WebP, ...) or with a third set of coordinates,
-  /// each of which is named in the notes.
-  /// throws InputError: a URI that may not be followed, a file that cannot be read, a damaged or lying header, the budget
-  std::optional<Texture> find(const Place& owner, const char* key, bool srgb);
+  /// The texture in slot `key` of `owner`, a material or a part of one; nothing if the slot is
+  /// empty. Nothing either for a texture without an image, in a format that is not read (KTX2,
+  /// WebP, ...) or with a third set of coordinates, each of which is named in the notes.
+  /// throws InputError: a URI that may not be followed, a file that cannot be read, a damaged or
+  ///        lying header, the budget
+  std::optional<Texture> find(const JsonView& owner, const char* key, bool srgb);
 
   /// Fills the pixels of `scene.images`, on all processors.
   /// throws InputError with the image, in the order of their first use
@@ -53,9 +54,9 @@ class TextureReader {
     std::span<const std::byte> bytes;
     PictureHeader header;
   };
-  std::optional<std::size_t> image_of(const Place& texture);
+  std::optional<std::size_t> image_of(const JsonView& texture);
   std::optional<std::uint32_t> use_image(std::size_t index);
-  std::optional<std::uint32_t> add_image(const Place& image, std::string name, Encoded encoded);
+  std::optional<std::uint32_t> add_image(const JsonView& image, std::string name, Encoded encoded);
 
   TextureSource source_;
   Scene& scene_;

@@ -5,7 +5,7 @@
 #include <span>
 
 #include "support/picture_builder.h"
-#include "gltf/document/document.h"
+#include "gltf/document/buffer_views.h"
 #include "gltf/materials/textures.h"
 #include "support/gltf_builder.h"
 
@@ -301,7 +301,7 @@ TEST(SceneTextures, all_images_together_stay_within_one_budget) {
   document["materials"][0] = {{"a", {{"index", 0}}}, {"b", {{"index", 1}}}, {"c", {{"index", 2}}}};
   const eikon::Buffers buffers(document, {}, ".");
   const eikon::BufferViews views(document, buffers);
-  const eikon::Place material{.value = document["materials"][0], .kind = "material", .index = 0};
+  const eikon::JsonView material{.value = document["materials"][0], .kind = "material", .index = 0};
   const auto load = [&](std::uint64_t budget_bytes) {
     Scene scene;
     eikon::Digest digest;

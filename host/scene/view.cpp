@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where to look at a scene from. Every length here scales with the scene, so that a scene times 2^k gives the same
-// picture.
+// Cameras, and the bounds that they frame. Every length scales with the scene, so that a scene
+// times 2^k gives the same picture.
 #include <algorithm>
 #include <cmath>
 
 #include "core/error.h"
-#include "gltf/geometry/attributes.h"
 #include "scene/emission.h"
 #include "scene/endless.h"
+#include "scene/limits.h"
 #include "scene/scene.h"
 
 namespace eikon {
@@ -66,6 +66,13 @@ Bounds world_bounds(const Scene& scene) {
     bounds.hi = glm::max(bounds.hi, own.center + own.half);
   }
   return bounds;
+}
+
+double lens_radius_m(const Camera& camera) {
+  if (!camera.lens || camera.projection != Projection::perspective) return 0;
+  if (camera.lens->radius_m > 0) return camera.lens->radius_m;
+  const double focal_length_m = 0.5 * camera.lens->sensor_height_m / std::tan(0.5 * camera.yfov_rad);
+  return 0.5 * focal_length_m / camera.lens->f_number;
 }
 
 Camera frame_camera(const Bounds& bounds, double aspect) {

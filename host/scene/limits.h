@@ -1,0 +1,10 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+namespace eikon {
+
+/// The largest coordinate that a scene may have, in metres; squares and cubes of it stay far from
+/// overflow.
+inline constexpr double kMaxCoordinate = 1099511627776.0;  // 2^40
+
+}  // namespace eikon

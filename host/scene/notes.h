@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <cstddef>
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+namespace eikon {
+
+struct Scene;
+
+/// Collects what a reader leaves out of a scene or changes in it. Each unsupported feature is
+/// listed once, with its first user and the number of the others.
+class Notes {
+ public:
+  void unsupported(const std::string& feature, const std::string& user);
+  void warn(std::string warning);
+  /// Warns of a number that was brought into its range, which is an error under --strict.
+  void clamped(const std::string& warning);
+  /// Moves everything into `scene`.
+  void finish(Scene& scene);
+
+ private:
+  struct Feature {
+    std::string name, first_user;
+    std::set<std::string> users;  // a user counts once
+  };
+  std::vector<Feature> features_;  // in the order in which they were met
+  std::map<std::string, std::size_t> feature_index_;
+  std::vector<std::string> warnings_, clamped_;
+};
+
+}  // namespace eikon
