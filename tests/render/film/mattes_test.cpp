@@ -2,6 +2,7 @@
 // Mattes of renders: what each sample meets, counted without error however the work is cut.
 #include "film/mattes.h"
 
+#include <algorithm>
 #include <map>
 
 #include "render/scene_builder.h"

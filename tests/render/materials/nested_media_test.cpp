@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Solids inside, across and against each other, by priority, in scenes of known answer. Judged at significance 1 % per test.
+#include <algorithm>
 #include <functional>
 #include <random>
 
