@@ -9,6 +9,11 @@
 
 typedef struct { v3 origin, dir; } CameraRay;  // world; dir: unit
 
+typedef struct {
+  vf x, y;  // pixel
+  vf u, v;  // place in it, from its upper left corner: [0, 1]^2, or beyond with a wide filter
+} FilmPoint;
+
 /// A ray of the equirectangular panorama, as environment maps are. x, y: place on the film, pixels
 EK_FN CameraRay panorama_ray(constant Frame* frame, vf x, vf y) {
   vf sin_azimuth, cos_azimuth, sin_polar, cos_polar;
@@ -34,15 +39,13 @@ EK_FN CameraRay lens_ray(constant Frame* frame, v3 film_point, vf u, vf v) {
   return ray;
 }
 
-/// x, y        pixel; u, v  place in it, from its upper left corner: [0, 1]^2, or beyond it with a
-///             wide filter
-/// key, index  of the sample, for the place on the lens
-EK_FN CameraRay camera_ray(constant Frame* frame, vf x, vf y, vf u, vf v, vu key, vu index) {
-  if (EK_HAS_panorama) return panorama_ray(frame, x + u, y + v);
+/// The ray of a point of the film. key, index: of the sample, for its point on the lens
+EK_FN CameraRay camera_ray(constant Frame* frame, FilmPoint at, vu key, vu index) {
+  if (EK_HAS_panorama) return panorama_ray(frame, at.x + at.u, at.y + at.v);
   const v3 dx = splat3(frame->camera_x), dy = splat3(frame->camera_y);
   const v3 corner = splat3(EK_HAS_orthographic ? frame->camera_origin : frame->camera_corner);
-  const v3 pixel_corner = add3(corner, add3(scale3(dx, x), scale3(dy, y)));
-  const v3 film_point = add3(pixel_corner, add3(scale3(dx, u), scale3(dy, v)));
+  const v3 pixel_corner = add3(corner, add3(scale3(dx, at.x), scale3(dy, at.y)));
+  const v3 film_point = add3(pixel_corner, add3(scale3(dx, at.u), scale3(dy, at.v)));
   if (EK_HAS_lens) {
     vf lens_u, lens_v;
     sample_2d(key, index, DIM_LENS, &lens_u, &lens_v);

@@ -6,7 +6,8 @@ kernel void arithmetic(global uint* arithmetic_out, global const uint* arithmeti
   arithmetic_run(arithmetic_out, arithmetic_records);
 }
 
-// Sizes of the shared records and the offset of each one's last field, as this device lays them out.
+// Sizes of the shared records and the offset of each one's last field, as this device lays them
+// out.
 kernel void record_layout(global uint* layout_out) {
   // Differences of addresses: a null pointer need not have the address 0.
 #define EK_LAYOUT(i, T, field)                                                   \

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Arithmetic probe: what the operations and functions that decide images give on this device, folded into words that must
-// be the same everywhere. A driver that contracts, reorders or approximates shows here.
+// Arithmetic probe: it folds the results of the operations and functions on which images depend
+// into words that must be the same on all devices. A driver that contracts, reorders or
+// approximates gives other words.
 //   arithmetic_out      EK_ARITHMETIC_WORDS words, written by one work-item
 //   arithmetic_records  64 records of 16 words, any bits: whether records arrive whole
 #ifndef EK_ARITHMETIC_H
@@ -10,7 +11,8 @@
 #include "lanes/warp.h"
 #include "surface/surface.h"
 
-// A float of random mantissa and sign and an exponent from -16 to 15: no result below is a denormal, which devices may flush.
+// A float of random mantissa and sign and an exponent from -16 to 15: no result below is a
+// denormal, which devices may flush.
 EK_FN vf arithmetic_operand(vu bits) {
   return AS_F((bits & 0x807fffffu) | ((111u + ((bits >> 23) & 31u)) << 23));
 }

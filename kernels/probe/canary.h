@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Memory probe: whether what the stages' ways of reading give is what lies there, from several buffers at offsets that
-// depend on what was read before. host/device/canary.cpp does the same sums. A driver is known that gives every record
-// element 0, with arithmetic beyond reproach.
+// Memory probe: it reads several buffers in the ways that stages do, at offsets that depend on what
+// was read before, and folds what it gets into words that host/device/canary.cpp computes as well.
+// A driver is known that reads element 0 for every record although its arithmetic is right.
 //   canary_triangles, canary_other  EK_CANARY_RECORDS records of 16 words each
 //   canary_words, canary_floats     EK_CANARY_RECORDS words each
 //   canary_out                      EK_CANARY_WORDS words, written by one work-item

@@ -1,17 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
-// A virtual gonioreflectometer: f of a material at the middle of every cell of a MERL table, by the production code. One work-item a
-// cell; EK_WIDTH 1.
+// A virtual gonioreflectometer: it evaluates f of a material at the middle of every cell of a MERL
+// table, with the code that renders. A work-item serves one cell; EK_WIDTH is 1.
 //   measured_values    R, G, B of each cell; -1 where a direction lies below the surface
 //   measured_findings  one word, zero at first: EK_FOUND_*
 //   measured_u, _v     where on its textures, bits of floats
 #include "surface/material.h"
 #include "lanes/sampler.h"
 
-// The exchange of wo and wi is one cell: of coated surfaces, whose model is not reciprocal, it holds the mean of both.
+// A cell stands for (wo, wi) and (wi, wo). Of coated surfaces, whose model is not reciprocal, it
+// holds the mean of both.
 EK_FN_ONCE v3 measure_one_way(MaterialLanes m, v3 wo, v3 wi) { return scale3(bsdf_eval(m, wo, wi), 1.0f / wi.z); }
 
-EK_FN_ONCE void measure_run(SceneData scene, global float* measured_values, global uint* measured_findings, uint measured_material,
-                            uint measured_u, uint measured_v, uint cell) {
+/// What is measured.
+typedef struct {
+  uint material, u, v;
+} MeasuredPoint;
+
+EK_FN_ONCE void measure_run(SceneData scene, global float* measured_values, global uint* measured_findings,
+                            MeasuredPoint point, uint cell) {
   if (cell >= EK_MEASURED_CELLS) return;
   const float share = ((float)(cell / (EK_MEASURED_PHI_D * EK_MEASURED_THETA_D)) + 0.5f) / EK_MEASURED_THETA_H;
   const float theta_d = ((float)(cell / EK_MEASURED_PHI_D % EK_MEASURED_THETA_D) + 0.5f) / EK_MEASURED_THETA_D;
@@ -20,7 +26,8 @@ EK_FN_ONCE void measure_run(SceneData scene, global float* measured_values, glob
   sincos_2pi(0.25f * (share * share), &sin_h, &cos_h);
   sincos_2pi(0.25f * theta_d, &sin_d, &cos_d);
   sincos_2pi(0.5f * phi_d, &sin_p, &cos_p);
-  // The half vector lies above +x; along its meridian and parallel, both ways.
+  // The half vector lies above +x. `aside` is across it, along its meridian and parallel; wi and wo
+  // are on either side.
   const v3 half_vector = V3(sin_h, 0.0f, cos_h);
   const v3 aside = add3(scale3(V3(cos_h, 0.0f, -sin_h), sin_d * cos_p), V3(0.0f, sin_d * sin_p, 0.0f));
   const v3 wi = normalize3(add3(scale3(half_vector, cos_d), aside));
@@ -29,9 +36,9 @@ EK_FN_ONCE void measure_run(SceneData scene, global float* measured_values, glob
   uint found = 0u;
   if ((wo.z > 0.0f) & (wi.z > 0.0f)) {
     HitAttributes at = hit_attributes(scene, 0u, 0.0f, 0.0f);
-    at.uv0_u = at.uv1_u = as_float(measured_u);
-    at.uv0_v = at.uv1_v = as_float(measured_v);
-    const MaterialLanes m = hit_material(scene, measured_material, at, ALL_LANES).bsdf;
+    at.uv0_u = at.uv1_u = as_float(point.u);
+    at.uv0_v = at.uv1_v = as_float(point.v);
+    const MaterialLanes m = hit_material(scene, point.material, at, ALL_LANES).bsdf;
     f = scale3(add3(measure_one_way(m, wo, wi), measure_one_way(m, wi, wo)), 0.5f);
     float u, v, choice, unused;
     sample_2d(hash_bits(cell), 0u, 0u, &u, &v);
@@ -50,5 +57,6 @@ EK_FN_ONCE void measure_run(SceneData scene, global float* measured_values, glob
 kernel void measure(EK_SCENE_ARGUMENTS, global float* measured_values, global uint* measured_findings, uint measured_material,
                     uint measured_u, uint measured_v) {
   const SceneData scene = EK_SCENE_DATA;
-  measure_run(scene, measured_values, measured_findings, measured_material, measured_u, measured_v, (uint)get_global_id(0));
+  const MeasuredPoint point = {measured_material, measured_u, measured_v};
+  measure_run(scene, measured_values, measured_findings, point, (uint)get_global_id(0));
 }

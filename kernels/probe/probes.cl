@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a device is asked before a render trusts it, in one kernel: each costs a driver's compiler as much again as what is in it.
+// The checks that a device must pass before a render trusts it. They share one kernel, because each
+// kernel has a fixed cost in a driver's compiler.
 #include "probe/arithmetic.h"
 #include "probe/canary.h"
 

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Rays of any origin through the production traversal, for `bench rays` and the tests.
-//   rays  nine arrays of `stride` words: origin x y z, direction x y z, t_max, and the triangles that the ray leaves and goes to
-//         (EK_NO_HIT: none); at least 16 behind ray_count may be read
-//   hits  four arrays of `stride` words: t, u, v, triangle; and with EK_HAS_instance a fifth: instance; trace_any writes the first, 1 or 0. In a program that counts (hit.h),
-//         u and v are numbers of triangle tests and of steps
+//   rays  nine arrays of `stride` words: origin x y z, direction x y z, t_max, and the triangles
+//         that the ray leaves and goes to (EK_NO_HIT: none); at least 16 behind ray_count may be
+//         read
+//   hits  four arrays of `stride` words: t, u, v, triangle; and with EK_HAS_instance a fifth:
+//         instance; trace_any writes the first, 1 or 0. In a program that counts (hit.h), u and v
+//         are numbers of triangle tests and of steps
 // A work-item traces EK_CHUNK rays. With EK_HAS_opacity each ray has decisions of its own.
 #include "traverse/traverse.h"
 

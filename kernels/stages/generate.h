@@ -45,7 +45,8 @@ EK_FN_ONCE void stage_generate(StageContext stage, PathSource source, uint first
       v = 0.5f + along_y.offset;
       weight = along_x.weight * along_y.weight;
     }
-    const CameraRay ray = camera_ray(frame, TO_F(AS_I(x)), TO_F(AS_I(y)), u, v, key, index);
+    const FilmPoint point = {TO_F(AS_I(x)), TO_F(AS_I(y)), u, v};
+    const CameraRay ray = camera_ray(frame, point, key, index);
 
     const PathState start = {.path = path,
                              .key = key,

@@ -82,7 +82,8 @@ EK_FN vf material_spread(SceneData scene, vu material) {
 /// bare  mask: nothing lies on it (the inside of a solid)
 EK_FN void add_layers(SceneData scene, LayerDetailLanes e, HitAttributes at, vi bare, HitMaterial* hit) {
   const vf one = (vf)(1.0f);
-  vf clearcoat = bare ? (vf)(0.0f) : e.clearcoat, clearcoat_roughness = e.clearcoat_roughness, sheen_roughness = e.sheen_roughness;
+  vf clearcoat = bare ? (vf)(0.0f) : e.clearcoat, clearcoat_roughness = e.clearcoat_roughness;
+  vf sheen_roughness = e.sheen_roughness;
   v3 sheen = V3(bare ? (vf)(0.0f) : e.sheen.x, bare ? (vf)(0.0f) : e.sheen.y, bare ? (vf)(0.0f) : e.sheen.z);
   if (EK_HAS_clearcoat_texture) {
     clearcoat = clearcoat * texture_or(scene, e.clearcoat_texture, at, one).x;
@@ -130,7 +131,8 @@ EK_FN void add_translucence(SceneData scene, BaseDetailLanes r, HitAttributes at
   m->diffuse_transmission_color = r.diffuse_transmission_color;
   if (EK_HAS_diffuse_transmission_texture) {
     const v4 c = texture_or(scene, r.diffuse_transmission_color_texture, at, (vf)(1.0f));
-    m->diffuse_transmission = r.diffuse_transmission * texture_or(scene, r.diffuse_transmission_texture, at, (vf)(1.0f)).w;
+    m->diffuse_transmission =
+        r.diffuse_transmission * texture_or(scene, r.diffuse_transmission_texture, at, (vf)(1.0f)).w;
     m->diffuse_transmission_color = mul3(m->diffuse_transmission_color, V3(c.x, c.y, c.z));
   }
 }

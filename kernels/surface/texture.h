@@ -81,10 +81,10 @@ EK_FN v4 texture_sample(global const uint* texels, TextureLanes t, HitAttributes
   const vf u = (t.u_u * mesh_u + t.u_v * mesh_v) + t.u_1;
   const vf v = (t.v_u * mesh_u + t.v_v * mesh_v) + t.v_1;
   const vi nearest = (t.flags & EK_TEXTURE_NEAREST) != 0u, srgb = (t.flags & EK_TEXTURE_SRGB) != 0u;
-  const TexelPair x = texels_along(u, t.width, (t.flags & EK_TEXTURE_CLAMP_U) != 0u, (t.flags & EK_TEXTURE_MIRROR_U) != 0u,
-                                   nearest);
-  const TexelPair y = texels_along(v, t.height, (t.flags & EK_TEXTURE_CLAMP_V) != 0u, (t.flags & EK_TEXTURE_MIRROR_V) != 0u,
-                                   nearest);
+  const TexelPair x = texels_along(u, t.width, (t.flags & EK_TEXTURE_CLAMP_U) != 0u,
+                                   (t.flags & EK_TEXTURE_MIRROR_U) != 0u, nearest);
+  const TexelPair y = texels_along(v, t.height, (t.flags & EK_TEXTURE_CLAMP_V) != 0u,
+                                   (t.flags & EK_TEXTURE_MIRROR_V) != 0u, nearest);
   const vu top = t.first_texel + y.first * t.width;
   v4 c = texel_decode(texels, gather_u(texels, top + x.first), srgb);
   if (ANY(!nearest)) {
