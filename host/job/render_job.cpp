@@ -44,7 +44,7 @@ std::string rejected_line(const RenderReport& report, std::uint64_t all) {
                                  report.nonfinite, report.saturated);
   line += all > now ? fmt::format(", {} before this run)", all - now) : ")";
   if (!report.rejected.empty()) {
-    const RejectedSample& first = report.rejected.front();
+    const PixelSample& first = report.rejected.front();
     line += fmt::format("; replay the first with --pixel {},{} --sample {}", first.x, first.y, first.sample);
   }
   return line;

@@ -25,7 +25,7 @@ struct RenderTotals {
   // For which shapes: bit i of Scene::shapes[i], bit 31 of [31] and all behind it.
   std::uint32_t given_up_surfaces = 0;
   std::uint64_t nonfinite = 0, saturated = 0;  // samples left out of the film
-  std::vector<RejectedSample> rejected;        // the first few of them
+  std::vector<PixelSample> rejected;        // the first few of them
 };
 
 struct DeviceReport {

@@ -159,7 +159,7 @@ void DeviceSessions::count_unit(std::size_t device, const WorkUnit& unit, const 
   totals_.given_up_surfaces |= result.given_up_surfaces;
   totals_.nonfinite += result.nonfinite;
   totals_.saturated += result.saturated;
-  for (const RejectedSample& sample : result.rejected)
+  for (const PixelSample& sample : result.rejected)
     if (totals_.rejected.size() < EK_REPORT_COUNT) totals_.rejected.push_back(sample);
   DeviceReport& report = reports_[device];
   const Session& session = sessions_[device];

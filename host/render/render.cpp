@@ -375,8 +375,8 @@ RenderOutput render_packed(std::shared_ptr<PackedScene> packed, const Features& 
   return pack_and_render(pack, features, settings, execution, stop, std::move(hooks));
 }
 
-glm::vec3 replay_path(const Scene& scene, const Settings& settings, const Execution& usual, std::uint32_t x,
-                      std::uint32_t y, std::uint64_t sample, const std::function<void(const PathVertex&)>& report) {
+glm::vec3 replay_path(const Scene& scene, const Settings& settings, const Execution& usual,
+                      const PixelSample& sample, const std::function<void(const PathVertex&)>& report) {
   Execution execution = usual;
   execution.fused = false;
   const DeviceInfo info = select_devices(execution.devices, execution.threads).front();
@@ -388,7 +388,7 @@ glm::vec3 replay_path(const Scene& scene, const Settings& settings, const Execut
   require_memory(memory_need(packed, config, features), info, own);
   Device device(info);
   Wavefront wavefront(device, packed, features, settings, own);
-  return wavefront.replay(x, y, sample, report);
+  return wavefront.replay(sample.x, sample.y, sample.sample, report);
 }
 
 }  // namespace eikon

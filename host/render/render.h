@@ -106,8 +106,8 @@ RenderOutput render_and_release(Scene& scene, const Settings& settings, const Ex
 RenderOutput render_packed(std::shared_ptr<PackedScene> packed, const Features& features, const Settings& settings,
                            const Execution& execution, const std::atomic<bool>& stop, RenderHooks hooks = {});
 
-/// Traces one path and reports its vertices; returns its radiance.
-glm::vec3 replay_path(const Scene& scene, const Settings& settings, const Execution& execution, std::uint32_t x,
-                      std::uint32_t y, std::uint64_t sample, const std::function<void(const PathVertex&)>& report);
+/// Traces the path of one sample and reports its vertices; returns its radiance.
+glm::vec3 replay_path(const Scene& scene, const Settings& settings, const Execution& execution,
+                      const PixelSample& sample, const std::function<void(const PathVertex&)>& report);
 
 }  // namespace eikon

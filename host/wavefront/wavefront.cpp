@@ -5,8 +5,9 @@
 #include <array>
 #include <bit>
 #include <deque>
-#include <fmt/format.h>
 #include <utility>
+
+#include <fmt/format.h>
 
 #include "core/error.h"
 #include "device/kernel_sources.h"
@@ -18,13 +19,10 @@
 #include "wavefront/program.h"
 
 namespace eikon {
-namespace {
 
-constexpr std::uint32_t kNoPaths = 0;
+static constexpr std::uint32_t kNoPaths = 0;
 
-std::uint32_t divide_up(std::uint64_t a, std::uint64_t b) { return std::uint32_t((a + b - 1) / b); }
-
-}  // namespace
+static std::uint32_t divide_up(std::uint64_t a, std::uint64_t b) { return std::uint32_t((a + b - 1) / b); }
 
 struct Wavefront::Impl {
   /// Counts of a depth that are being read back.

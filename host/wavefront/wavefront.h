@@ -17,7 +17,7 @@
 
 namespace eikon {
 
-struct RejectedSample {
+struct PixelSample {
   std::uint32_t x = 0, y = 0;
   std::uint64_t sample = 0;
 };
@@ -29,7 +29,7 @@ struct UnitResult {
   std::uint64_t given_up = 0;           // rays that exceeded the steps allowed in implicit surfaces
   std::uint32_t given_up_surfaces = 0;  // in which surfaces: see Diagnostics
   std::uint64_t nonfinite = 0, saturated = 0;
-  std::vector<RejectedSample> rejected;  // the first few
+  std::vector<PixelSample> rejected;  // the first few
 };
 
 /// The state of a single path between stages, for --pixel --sample.

@@ -140,7 +140,7 @@ kernel void bench_scatter(constant Frame* frame, global const Triangle* triangle
                           EK_LIGHT_ARGUMENTS, global const float* rays, global const float* hits, global float* diffuse_rays,
                           global float* shadow_rays, uint stride) {
   const LightData light_data = EK_LIGHT_DATA;
-  const SceneData scene = {triangles, 0, 0, 0, 0, 0, 0, 0, 0 EK_SHAPE_DATA};
+  const SceneData scene = {.triangles = triangles EK_SHAPE_DATA};
   const ScatterTables tables = {rays, hits, {diffuse_rays, stride}, {shadow_rays, stride}};
   bench_scatter_run(frame, scene, light_data, tables, (uint)get_global_id(0) * EK_WIDTH);
 }

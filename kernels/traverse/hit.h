@@ -11,10 +11,10 @@
 #define EK_SHAPE 0
 #include "traverse/triangle.h"
 #if defined(EK_TRIANGLE_TEST)
-#include "shapes/classical.h"
+#include "traverse/classical_triangle.h"
 #endif
 #if EK_HAS_shape
-#include "shapes/shape_hit.h"
+#include "traverse/shape_hit.h"
 #endif
 
 #define EK_ONE_RAY 1

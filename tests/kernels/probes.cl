@@ -452,7 +452,7 @@ kernel void probe_environment_map(PROBE_ARGUMENTS, constant Frame* frame, global
 #ifdef EK_PROBE_light_shape
 #include "lights/shape_light.h"
 #include "traverse/ray.h"
-#include "shapes/shape_hit.h"
+#include "traverse/shape_hit.h"
 
 // Where the ray from p along dir first meets the only shape, and the density with which light sampling chooses that.
 EK_FN vi probe_met(constant Frame* frame, SceneData scene, v3 p, v3 dir, v3* point, v3* normal, vf* pdf) {

@@ -67,7 +67,7 @@ ExitCode replay(const RenderOptions& options) {
                                  prepared.settings.width, prepared.settings.height));
   fmt::print("pixel {},{} sample {}\n", x, y, sample);
   const glm::vec3 radiance =
-      replay_path(*prepared.scene, prepared.settings, options.execution, x, y, sample, [&](const PathVertex& v) {
+      replay_path(*prepared.scene, prepared.settings, options.execution, {x, y, sample}, [&](const PathVertex& v) {
         fmt::print(
             "  edge {:>2}: from ({:.9g}, {:.9g}, {:.9g}) towards ({:.9g}, {:.9g}, {:.9g}), throughput ({:.6g}, {:.6g}, "
             "{:.6g})",

@@ -71,7 +71,8 @@ EK_FN uint direct_light_cast(const ShadeContext* c, const ShadingPoint* point, P
   if (EK_HAS_nested_media) pending = pending & !point->interface.is_null;
   if (EK_HAS_each_light) pending = k < c->stage.frame->light_count ? pending : (vi)(0);
 
-  const OpacityKey opacity = opacity_key(point->key + k * 0x632be5abu, point->index, c->depth, 1u);
+  OpacityKey opacity = {(vu)(0u), (vu)(0u)};
+  if (EK_HAS_opacity) opacity = opacity_key(point->key + k * 0x632be5abu, point->index, c->depth, 1u);
   const ShadowRay ray = {.path = point->path,
                          .opacity_key = opacity.key,
                          .opacity_index = opacity.index,

@@ -272,7 +272,7 @@ TEST(Replay, of_a_sample_is_what_the_film_has_of_it) {
       execution.chunked = chunked;
       std::vector<PathVertex> vertices;
       const glm::vec3 radiance =
-          replay_path(scene, settings, execution, x, y, sample, [&](const PathVertex& v) { vertices.push_back(v); });
+          replay_path(scene, settings, execution, {x, y, sample}, [&](const PathVertex& v) { vertices.push_back(v); });
       settings.crop = {x, y, x + 1, y + 1};
       settings.sample_begin = sample;
       settings.sample_end = sample + 1;
@@ -323,9 +323,9 @@ void expect_left_out(const std::pair<Scene, Settings>& made, bool finite) {
   EXPECT_EQ(counted + rejected, report.samples);
   EXPECT_EQ(report.samples, 64U * 64U);
   ASSERT_FALSE(report.rejected.empty());
-  for (const RejectedSample& sample : report.rejected) {
+  for (const PixelSample& sample : report.rejected) {
     const glm::vec3 radiance =
-        replay_path(scene, settings, {}, sample.x, sample.y, sample.sample, [](const PathVertex&) {});
+        replay_path(scene, settings, {}, sample, [](const PathVertex&) {});
     EXPECT_FALSE(fits_film(radiance.x) && fits_film(radiance.y) && fits_film(radiance.z))
         << sample.x << "," << sample.y << " sample " << sample.sample;
   }

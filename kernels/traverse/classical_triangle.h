@@ -4,8 +4,8 @@
 //   1  [Moller, Trumbore 1997, "Fast, minimum storage ray/triangle intersection"]
 //   2  the point where the ray meets the plane, then its side of each edge, by the cross product of edge and point
 // Both work in the axes of traverse/triangle.h, by the depth z on the longest one: the ray is o + z (sx, sy, 1).
-#ifndef EK_SHAPE_CLASSICAL_H
-#define EK_SHAPE_CLASSICAL_H
+#ifndef EK_TRAVERSE_CLASSICAL_TRIANGLE_H
+#define EK_TRAVERSE_CLASSICAL_TRIANGLE_H
 
 EK_FN float3 classical_cross(float3 a, float3 b) { return (float3)(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x); }
 EK_FN float classical_dot(float3 a, float3 b) { return (a.x * b.x + a.y * b.y) + a.z * b.z; }
