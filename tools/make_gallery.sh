@@ -13,8 +13,8 @@ picture() {
   "$eikon" render "$root/scenes/$1.gltf" -o "$image" --png "$root/scenes/gallery/$1.png" --size 240x160 --quiet "${@:2}"
 }
 picture cornell_spheres --spp 1024 --exposure 1
-picture sun_room --spp 2048 --tonemap agx
-picture lacquer --spp 512
-picture tumbler --spp 1024
+picture prism --spp 512
+picture lacquer --spp 256
+picture tumbler --spp 512
 picture implicit_gyroid --spp 256
-picture textured --spp 512
+picture textured --spp 256
