@@ -64,7 +64,7 @@ EK_FN void roulette(const ShadeContext* c, const PathHit* hit, const ShadingPoin
     rr_throughput = rr_throughput * (EK_HAS_nested_media
                                          ? media_radiance_outside(c->scene, next->medium)
                                          : radiance_returned_outside(point->material, hit->front, next->wi.z < 0.0f));
-  // Ending paths that carry more adds more error than it saves rays (PERFORMANCE.md).
+  // Ending paths that carry more adds more error than it saves rays (kernels/EXPERIMENTS.md).
   vf survival = min_f(EK_ROULETTE_GAIN * rr_throughput, (vf)(c->depth < EK_ROULETTE_ALWAYS_DEPTH ? 1.0f : 0.95f));
   if (EK_HAS_fixed_roulette) survival = (vf)(c->stage.frame->roulette);
   if (EK_HAS_nested_media) survival = point->interface.skips_depth ? (vf)(1.0f) : survival;
