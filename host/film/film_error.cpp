@@ -5,8 +5,8 @@
 // variance of the pixel's mean m, and mu is the expectation of m. It is what `compare` finds on
 // average against the true image. s^2 has an unbiased estimate V (Film::variance_of_mean), but mu
 // is unknown, and V / (m^2 + eps) is wrong in two ways:
-//   - A bright outlier raises V and m together, which hides it. With two replicates and samples >= 0
-//     the quotient never exceeds 1. To first order in s the relative error is -2 skewness s / mu.
+//   - A bright outlier raises V and m together, which hides it. With two replicates and samples >=
+//     0 the quotient never exceeds 1. To first order in s the relative error is -2 skewness s / mu.
 //   - 1 / (m^2 + eps) is curved, which adds 3 s^2 / mu^2 even without skewness.
 //
 // Against the first, mu is estimated by the mean of those neighbours in a window of 7x7 that lie

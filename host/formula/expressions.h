@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Expressions of x, y, z and a direction as a graph in which equal ones are one, constants folded. Operands stand before what uses
-// them, so that going through the nodes in order computes everything, and no walk recurses.
+// Expressions of x, y, z and a direction as a graph in which equal ones are one, constants folded.
+// Operands stand before what uses them, so that going through the nodes in order computes
+// everything, and no walk recurses.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -49,7 +50,8 @@ struct Node {
 /// How many operands `op` has.
 [[nodiscard]] std::size_t operand_count(Op op);
 
-/// Nodes are added, never changed. Every adding function throws InputError when the graph would grow beyond kMostNodes.
+/// Nodes are added, never changed. Every adding function throws InputError when the graph would
+/// grow beyond kMostNodes.
 class Expressions {
  public:
   static constexpr std::size_t kMostNodes = 4096;
@@ -83,14 +85,15 @@ class Expressions {
   std::map<Node, Id> known_;
 };
 
-/// Whether `node` is a product with a constant above 0, whose interval takes two products instead of four.
+/// Whether `node` is a product with a constant above 0, whose interval takes two products instead
+/// of four.
 [[nodiscard]] bool is_scaling(const Expressions& expressions, const Node& node);
 
 /// Which nodes the `roots` need, themselves included.
 [[nodiscard]] std::vector<bool> needed(const Expressions& expressions, const std::vector<Id>& roots);
 
-/// The derivative of `root` along a direction: seeds[i] is that of variable i (x, y, z). Where min, max and abs have a kink it is that of
-/// one side.
+/// The derivative of `root` along a direction: seeds[i] is that of variable i (x, y, z). Where min,
+/// max and abs have a kink it is that of one side.
 Id derivative(Expressions& expressions, Id root, const std::array<Id, 3>& seeds);
 
 }  // namespace eikon::formula

@@ -100,7 +100,8 @@ void remove_left_behind(const std::filesystem::path& real) {
   }
 }
 
-/// Standard output as it was when a file was first named "-"; what is printed goes to stderr from then on.
+/// Standard output as it was when a file was first named "-"; what is printed goes to stderr from
+/// then on.
 int standard_output() {
   static const int kept = [] {
     std::fflush(stdout);

@@ -50,7 +50,8 @@ struct TextureImage {
 enum class Wrap { repeat, clamp, mirror };
 enum class TextureFilter { nearest, linear };
 
-/// One use of an image by a material: sampler, set of coordinates and KHR_texture_transform resolved.
+/// One use of an image by a material: sampler, set of coordinates and KHR_texture_transform
+/// resolved.
 struct Texture {
   std::uint32_t image = 0;  // index into Scene::images
   std::uint32_t uv_set = 0;
@@ -160,7 +161,8 @@ enum class Projection {
   panorama,  // every direction, equirectangular: the picture's middle is ahead, u grows to the right
 };
 
-/// The opening of a perspective camera with a thin lens. What is `focus_distance_m` ahead, measured along the axis, is sharp.
+/// The opening of a perspective camera with a thin lens. What is `focus_distance_m` ahead, measured
+/// along the axis, is sharp.
 struct Lens {
   double radius_m = 0;         // 0: by f_number
   double f_number = 0;         // focal length over diameter
@@ -223,9 +225,11 @@ struct Scene {
   std::uint64_t file_bytes = 0;       // of the file and its buffers
 };
 
-/// Reads a .gltf or .glb file and everything it names, every offset, index and value checked before it is used.
-/// throws InputError: what, where (accessor, node, ...), why, what to try; UsageError never
-/// variant  name of one of its variants [KHR_materials_variants]; empty: materials as they are without any
+/// Reads a .gltf or .glb file and everything it names, every offset, index and value checked before
+/// it is used. throws InputError: what, where (accessor, node, ...), why, what to try; UsageError
+/// never
+/// variant  name of one of its variants [KHR_materials_variants]; empty: materials as they are
+///          without any
 Scene load_scene(const std::filesystem::path& path, const std::string& variant = {});
 
 struct Bounds {
@@ -236,18 +240,19 @@ struct Bounds {
 /// The first material that emits and that some node shows; nullptr if none does.
 [[nodiscard]] const Material* first_emitter(const Scene& scene);
 
-/// Whether all would be black without an environment: nothing that some node shows emits, no punctual light shines, and what is
-/// shown is not all unlit.
+/// Whether all would be black without an environment: nothing that some node shows emits, no
+/// punctual light shines, and what is shown is not all unlit.
 [[nodiscard]] bool needs_environment(const Scene& scene);
 
 /// World bounds of all nodes' triangles and shapes; empty if there are none.
 [[nodiscard]] Bounds world_bounds(const Scene& scene);
 
-/// A camera that sees the whole of `bounds` from the front, slightly above, with a 40 degree vertical field of view.
+/// A camera that sees the whole of `bounds` from the front, slightly above, with a 40 degree
+/// vertical field of view.
 [[nodiscard]] Camera frame_camera(const Bounds& bounds, double aspect);
 
-/// A camera at `eye` that looks at `target`.
-/// throws UsageError when they coincide, `up` is parallel to the view, or the field of view is not between 0 and pi
+/// A camera at `eye` that looks at `target`. throws UsageError when they coincide, `up` is parallel
+/// to the view, or the field of view is not between 0 and pi
 [[nodiscard]] Camera look_at_camera(const glm::dvec3& eye, const glm::dvec3& target, const glm::dvec3& up,
                                     double yfov_rad);
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Surfaces that are no triangles: spheres and their like, placed by nodes with the extension EIKON_shape.
+// Surfaces that are no triangles: spheres and their like, placed by nodes with the extension
+// EIKON_shape.
 #pragma once
 #include <array>
 #include <cstdint>

@@ -159,8 +159,8 @@ struct Wavefront::Impl {
     }
   }
 
-  /// Launches every kernel once on a unit without paths. Some drivers make machine code at the first
-  /// launch, and that time counts as compiling.
+  /// Launches every kernel once on a unit without paths. Some drivers make machine code at the
+  /// first launch, and that time counts as compiling.
   void warm_up(Trace::Track track) {
     const TraceScope warming(timeline, track, "warm up");
     Profiler& profiler = device.profiler();
@@ -188,7 +188,8 @@ struct Wavefront::Impl {
   [[nodiscard]] std::uint32_t used_chunks(const Slot& slot) const {
     return config.chunked ? divide_up(slot.frame.path_count, config.chunk) : 1;
   }
-  /// Launches the film stage, whose work-items own pixels instead of paths, and reads its sums back.
+  /// Launches the film stage, whose work-items own pixels instead of paths, and reads its sums
+  /// back.
   void run_film(Slot& slot) {
     const auto which = std::size_t(&slot - slots.data());
     const std::uint32_t pixel_count = slot.frame.pixel_count;

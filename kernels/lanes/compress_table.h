@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// For each set of eight lanes, their numbers packed together. A processor that can permute a register, but not compress it, compacts
-// by this table.
+// For each set of eight lanes, their numbers packed together. A processor that can permute a
+// register, but not compress it, compacts by this table.
 #ifndef EK_COMPRESS_TABLE_H
 #define EK_COMPRESS_TABLE_H
 #include "lanes/lanes.h"

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// The functions that a formula may name, in lanes; host/formula compiles the same text, so that it computes the same bits.
-// A function without a value results in NaN. Numbers below 2^-126 count as 0, because devices differ in them.
-// On wide devices these functions are called, not inlined, because formulas would take minutes to compile.
-// The error bounds are those that interval.h relies on; the tests hold them against double.
+// The functions that a formula may name, in lanes; host/formula compiles the same text, so that it
+// computes the same bits. A function without a value results in NaN. Numbers below 2^-126 count as
+// 0, because devices differ in them. On wide devices these functions are called, not inlined,
+// because formulas would take minutes to compile. The error bounds are those that interval.h relies
+// on; the tests hold them against double.
 #ifndef EK_FORMULA_MATH_H
 #define EK_FORMULA_MATH_H
 #include "lanes/math.h"
@@ -11,8 +12,8 @@
 #define FORMULA_ANGLE_LIMIT 102000.0f  // radians: beyond, neighbouring floats are further apart than a hundredth
 
 /// sin and cos of x radians, |x| <= FORMULA_ANGLE_LIMIT, else NaN. Each within 2^-23 absolute.
-/// source  polynomials of cephes' sinf, cosf [Moshier 1989]; a quarter turn in four parts, of which three have 8 bits, so that
-///         their products with the number of quarters are exact
+/// source  polynomials of cephes' sinf, cosf [Moshier 1989]; a quarter turn in four parts, of which
+///         three have 8 bits, so that their products with the number of quarters are exact
 EK_FN void formula_sincos(vf x, vf* s, vf* c) {
   const vi usable = abs_f(x) <= FORMULA_ANGLE_LIMIT;
   const vf angle = usable ? x : (vf)(0.0f);
@@ -56,7 +57,8 @@ EK_FN_ONCE vf formula_exp(vf x) {
   return x == x ? scaled : FORMULA_NAN;
 }
 
-/// Natural logarithm, within 2^-22 of itself; minus infinity of 0 (and below 2^-126), NaN of what is less.
+/// Natural logarithm, within 2^-22 of itself; minus infinity of 0 (and below 2^-126), NaN of what
+/// is less.
 /// source  polynomial of cephes' logf
 EK_FN_ONCE vf formula_log(vf x) {
   const vi usable = (x >= 0x1p-126f) & (x < EK_INFINITY);

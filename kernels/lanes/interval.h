@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Interval arithmetic in lanes. The result contains every value that a function of numbers in the operands' intervals has, both the
-// exact value and the one that formula_math.h computes. Rounding is to the nearest, so every bound is moved outwards afterwards:
-// by more than half a unit of the last place [Rump, Zimmermann, Boldo, Melquiond 2009, "Computing predecessor and successor in
-// rounding to nearest", BIT 49(2)], or by the error of the function. Also by 2^-100, which covers what lies below 2^-126 whether
-// or not a device keeps it, and makes the bits the same.
-// lo is never NaN or +infinity, hi never NaN or -infinity; an interval that reaches infinity in a product or quotient is whole.
+// Interval arithmetic in lanes. The result contains every value that a function of numbers in the
+// operands' intervals has, both the exact value and the one that formula_math.h computes. Rounding
+// is to the nearest, so every bound is moved outwards afterwards: by more than half a unit of the
+// last place [Rump, Zimmermann, Boldo, Melquiond 2009, "Computing predecessor and successor in
+// rounding to nearest", BIT 49(2)], or by the error of the function. Also by 2^-100, which covers
+// what lies below 2^-126 whether or not a device keeps it, and makes the bits the same. lo is never
+// NaN or +infinity, hi never NaN or -infinity; an interval that reaches infinity in a product or
+// quotient is whole.
 #ifndef EK_INTERVAL_H
 #define EK_INTERVAL_H
 #include "lanes/formula_math.h"
@@ -41,7 +43,8 @@ EK_FN Interval interval_neg(Interval a) { return interval(-a.hi, -a.lo); }
 EK_FN Interval interval_add(Interval a, Interval b) { return interval(down(a.lo + b.lo), up(a.hi + b.hi)); }
 EK_FN Interval interval_sub(Interval a, Interval b) { return interval(down(a.lo - b.hi), up(a.hi - b.lo)); }
 
-// The interval of the four products or quotients of the ends. Their sum is not finite if one of them is not.
+// The interval of the four products or quotients of the ends. Their sum is not finite if one of
+// them is not.
 EK_FN Interval interval_of_four(vf p, vf q, vf r, vf s) {
   const vi finite = is_finite((p + q) + (r + s));
   return interval_select(finite, interval(down(min_f(min_f(p, q), min_f(r, s))), up(max_f(max_f(p, q), max_f(r, s)))),
@@ -129,7 +132,8 @@ EK_FN vf floor_small(vf x) {
 // The lanes whose [a, b] contains an integer; true in doubt.
 EK_FN vi holds_integer(vf a, vf b) { return floor_small(b + (abs_f(b) * 0x1p-21f + 0x1p-20f)) >= a - (abs_f(a) * 0x1p-21f + 0x1p-20f); }
 
-// Bounds of a sine wave. shift: the place of its maxima, in turns; at_lo, at_hi: its values at the ends of a
+// Bounds of a sine wave. shift: the place of its maxima, in turns; at_lo, at_hi: its values at the
+// ends of a
 EK_FN Interval interval_wave(Interval a, vf at_lo, vf at_hi, const float shift) {
   const vi usable = (a.lo >= -FORMULA_ANGLE_LIMIT) & (a.hi <= FORMULA_ANGLE_LIMIT);
   const vf lo = usable ? a.lo * 0x1.45f306p-3f : (vf)(0.0f), hi = usable ? a.hi * 0x1.45f306p-3f : (vf)(0.0f);

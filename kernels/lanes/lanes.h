@@ -1,12 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// The dialect of stage bodies. A lane is one path (or pixel); stage bodies are written once in the lane types
+// The dialect of stage bodies. A lane is one path (or pixel); stage bodies are written once in the
+// lane types
 //   vf vi vu  float, int, uint     v3  three vf
-// and compiled EK_WIDTH = 16 or 8 wide for CPU devices and 1 wide for GPUs, with the same bits at every width. Rules:
-//   - comparisons give masks (vi: 0 / -1 per lane, 0 / 1 at width 1; never arithmetic on them); `m ? a : b` selects; & | !
-//     combine. No && || if on lane values; `if (ANY(m))` only skips work, with selects inside.
+// and compiled EK_WIDTH = 16 or 8 wide for CPU devices and 1 wide for GPUs, with the same bits at
+// every width. Rules:
+//   - comparisons give masks (vi: 0 / -1 per lane, 0 / 1 at width 1; never arithmetic on them); `m
+//     ? a : b` selects; & | ! combine. No && || if on lane values; `if (ANY(m))` only skips work,
+//     with selects inside.
 //   - load first, select after; divide freely, then select the bad quotient away.
-//   - no store under a mask: lanes without a path write where nobody reads (chunk tails, film trash slots).
-// Arithmetic is + - * / sqrt, comparisons and integers alone, without contraction, so that every device gives the same bits.
+//   - no store under a mask: lanes without a path write where nobody reads (chunk tails, film trash
+//     slots).
+// Arithmetic is + - * / sqrt, comparisons and integers alone, without contraction, so that every
+// device gives the same bits.
 #ifndef EK_LANES_H
 #define EK_LANES_H
 #pragma OPENCL FP_CONTRACT OFF
@@ -23,9 +28,10 @@
 #else
 #define EK_FN static inline __attribute__((always_inline))
 #endif
-// For the body of a kernel on CPU devices: PoCL compiles three copies of a kernel's own code, but one of what it calls, unless that
-// asks for the work-item's place: such functions are inlined whatever they say, so bodies are given what follows from the place.
-// For the stages in it, too, which run over thousands of paths at a call: a compiler takes longer over one large body.
+// For the body of a kernel on CPU devices: PoCL compiles three copies of a kernel's own code, but
+// one of what it calls, unless that asks for the work-item's place: such functions are inlined
+// whatever they say, so bodies are given what follows from the place. For the stages in it, too,
+// which run over thousands of paths at a call: a compiler takes longer over one large body.
 #ifndef EK_FN_ONCE
 #if EK_WIDTH > 1 || defined(__x86_64__) || defined(__aarch64__)
 #define EK_FN_ONCE static __attribute__((noinline, unused))
@@ -138,7 +144,8 @@ EK_FN vf table_f(constant const float* p, vu i) {
 }
 #endif
 
-// A 64-byte record per lane, as 16 vectors. Whole records are loaded and transposed: half the time of gathers by field.
+// A 64-byte record per lane, as 16 vectors. Whole records are loaded and transposed: half the time
+// of gathers by field.
 typedef struct { vf w0, w1, w2, w3, w4, w5, w6, w7, w8, w9, wa, wb, wc, wd, we, wf; } Rec;
 
 #if EK_WIDTH == 1
@@ -148,12 +155,14 @@ EK_FN Rec rec16(global const void* records, vu i) {
   return r;
 }
 #else
-// Four words of each record at a time: 16 bytes per lane, then 4 x 4 transposes within 128 bits, which every shuffle unit does
-// at once and whatever of the words is used; transposing 16 x 16 across the register costs twice the time where some are not.
+// Four words of each record at a time: 16 bytes per lane, then 4 x 4 transposes within 128 bits,
+// which every shuffle unit does at once and whatever of the words is used; transposing 16 x 16
+// across the register costs twice the time where some are not.
 typedef struct { vf w0, w1, w2, w3; } Quad;
 
-// One instruction of the compiler's each. Put together from parts of vectors, a pair of pairs is up to fifteen, which no pass of its
-// joins: a quarter of all that it had to go through for a simple scene.
+// One instruction of the compiler's each. Put together from parts of vectors, a pair of pairs is up
+// to fifteen, which no pass of its joins: a quarter of all that it had to go through for a simple
+// scene.
 #if EK_WIDTH == 8
 #define EK_ZIP_LO(a, b) __builtin_shufflevector(a, b, 0, 8, 1, 9, 4, 12, 5, 13)
 #define EK_ZIP_HI(a, b) __builtin_shufflevector(a, b, 2, 10, 3, 11, 6, 14, 7, 15)

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Vector and elementary functions on lanes. Built-ins (min, dot, normalize, sin, ...) are not used: their rounding,
-// their treatment of zeros and NaN, and their contraction differ between implementations.
+// Vector and elementary functions on lanes. Built-ins (min, dot, normalize, sin, ...) are not used:
+// their rounding, their treatment of zeros and NaN, and their contraction differ between
+// implementations.
 #ifndef EK_MATH_H
 #define EK_MATH_H
 #include "lanes/lanes.h"
@@ -36,8 +37,8 @@ EK_FN v3 normalize3(v3 a) { return scale3(a, (vf)(1.0f) / sqrt(dot3(a, a))); }
 EK_FN v3 select3(vi m, v3 a, v3 b) { return V3(m ? a.x : b.x, m ? a.y : b.y, m ? a.z : b.z); }
 EK_FN vf max_component(v3 a) { return max_f(max_f(a.x, a.y), a.z); }
 
-/// sin and cos of r turns, |r| <= 1/8: minimax polynomials, the first coefficient of sin in two parts.
-/// Errors as for sincos_2pi.
+/// sin and cos of r turns, |r| <= 1/8: minimax polynomials, the first coefficient of sin in two
+/// parts. Errors as for sincos_2pi.
 EK_FN void sincos_2pi_octant(vf r, vf* s, vf* c) {
   const vf z = r * r;
   const vf s_tail = -0x1.4abbcep+5f + z * (0x1.466bbcp+6f + z * (-0x1.32cb24p+6f + z * 0x1.4be68ep+5f));
@@ -46,7 +47,8 @@ EK_FN void sincos_2pi_octant(vf r, vf* s, vf* c) {
                    z * (0x1.03c1f0p+6f + z * (-0x1.55d3bcp+6f + z * (0x1.e1e85cp+5f + z * -0x1.a1084cp+4f))));
 }
 
-/// sin and cos of u turns, that is of 2 pi u, |u| < 2^20. Each within 1.6 ulp, and within 1e-7 absolute.
+/// sin and cos of u turns, that is of 2 pi u, |u| < 2^20. Each within 1.6 ulp, and within 1e-7
+/// absolute.
 EK_FN void sincos_2pi(vf u, vf* s, vf* c) {
   const vf quarters = (4.0f * u + 12582912.0f) - 12582912.0f;  // to the nearest integer, for |4 u| < 2^22
   vf s_octant, c_octant;
@@ -59,13 +61,15 @@ EK_FN void sincos_2pi(vf u, vf* s, vf* c) {
   *c = ((quadrant + 1) & 2) != 0 ? -c_near : c_near;
 }
 
-/// Angle of the point (x, y) about the origin in turns, [-1/2, 1/2]: atan2(y, x) / (2 pi). It has the sign of y, is exact
-/// on the axes and diagonals, 0 at the origin and where both are denormal, and within 2.2 ulp. |x|, |y| < 2^126.
+/// Angle of the point (x, y) about the origin in turns, [-1/2, 1/2]: atan2(y, x) / (2 pi). It has
+/// the sign of y, is exact on the axes and diagonals, 0 at the origin and where both are denormal,
+/// and within 2.2 ulp. |x|, |y| < 2^126.
 EK_FN vf atan2_turns(vf y, vf x) {
   const vf ax = abs_f(x), ay = abs_f(y);
   const vi steep = ay > ax;
   const vf lesser = steep ? ax : ay, greater = steep ? ay : ax;
-  // Beyond tan(pi / 8) as an angle from the diagonal, so that one polynomial serves |q| <= tan(pi / 8).
+  // Beyond tan(pi / 8) as an angle from the diagonal, so that one polynomial serves |q| <= tan(pi /
+  // 8).
   const vi near_diagonal = lesser > greater * 0.414213562f;
   const vf q = (near_diagonal ? lesser - greater : lesser) / (near_diagonal ? lesser + greater : greater);
   const vf z = q * q;
@@ -79,7 +83,8 @@ EK_FN vf atan2_turns(vf y, vf x) {
   return copysign_f(turns, y);
 }
 
-/// 2^x, within 1.3 ulp; 0 below -126 (denormal numbers differ between devices), infinite from 128 on.
+/// 2^x, within 1.3 ulp; 0 below -126 (denormal numbers differ between devices), infinite from 128
+/// on.
 EK_FN vf exp2_f(vf x) {
   const vf bounded = max_f(min_f(x, (vf)(128.0f)), (vf)(-127.0f));
   const vf whole = (bounded + 12582912.0f) - 12582912.0f;  // to the nearest integer
@@ -94,11 +99,12 @@ EK_FN vf exp2_f(vf x) {
   return x < -126.0f ? (vf)(0.0f) : y;
 }
 
-/// log2(x) of a normal x > 0, within 3 ulp (of the five roundings that count each is at most half a unit, twice that for small
-/// mantissas); -126 of anything less, zero and denormals included.
+/// log2(x) of a normal x > 0, within 3 ulp (of the five roundings that count each is at most half a
+/// unit, twice that for small mantissas); -126 of anything less, zero and denormals included.
 EK_FN vf log2_f(vf x) {
   const vf bounded = max_f(x, (vf)(0x1p-126f));
-  // x = 2^e m with m in [sqrt(1/2), sqrt(2)), so that neither part cancels the other where the logarithm is small.
+  // x = 2^e m with m in [sqrt(1/2), sqrt(2)), so that neither part cancels the other where the
+  // logarithm is small.
   const vi shifted = AS_I(AS_U(bounded) - 0x3f3504f3u) >> 23;
   const vf m = AS_F(AS_U(bounded) - AS_U(shifted << 23));
   const vf f = m - 1.0f;  // exact

@@ -1,14 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// Random numbers: Sobol points with hash-based Owen scrambling [Burley 2020, "Practical Hash-based Owen Scrambling",
-// JCGT 9(4)]. A number is a pure function of (pixel, replicate, sample index, dimension, seed): no state, and nothing
-// depends on the order of work. A dimension is a PAIR of numbers: the first two Sobol dimensions, a (0,2)-sequence in
-// base 2, of which every pixel, replicate and dimension has a scramble of its own; pairs are padded, the index shuffled
-// in each (Burley's section 5).
+// Random numbers: Sobol points with hash-based Owen scrambling [Burley 2020, "Practical Hash-based
+// Owen Scrambling", JCGT 9(4)]. A number is a pure function of (pixel, replicate, sample index,
+// dimension, seed): no state, and nothing depends on the order of work. A dimension is a PAIR of
+// numbers: the first two Sobol dimensions, a (0,2)-sequence in base 2, of which every pixel,
+// replicate and dimension has a scramble of its own; pairs are padded, the index shuffled in each
+// (Burley's section 5).
 #ifndef EK_SAMPLER_H
 #define EK_SAMPLER_H
 #include "lanes/math.h"
 
-// The pairs of each decision. Lens and time have pairs in every scene, so that scenes without them keep their numbers.
+// The pairs of each decision. Lens and time have pairs in every scene, so that scenes without them
+// keep their numbers.
 enum {
   DIM_FILTER,  // place in the pixel
   DIM_LENS,
@@ -24,11 +26,12 @@ enum {
   DIM_ENVIRONMENT  // texel of the environment's map and the place in it
 };
 
-/// Dimension of decision `which` (DIM_SCATTER ...) at the vertex of that depth. No depth is the last.
+/// Dimension of decision `which` (DIM_SCATTER ...) at the vertex of that depth. No depth is the
+/// last.
 EK_FN uint bounce_dimension(uint depth, uint which) { return DIM_BOUNCE + depth * DIM_PER_BOUNCE + which; }
 
-// A bijection of 32-bit words that flips every output bit with probability near 1/2 for each flipped input bit
-// [Wellons 2018, hash-prospector; constants of its low-bias table].
+// A bijection of 32-bit words that flips every output bit with probability near 1/2 for each
+// flipped input bit [Wellons 2018, hash-prospector; constants of its low-bias table].
 EK_FN vu hash_bits(vu x) {
   x = (x ^ (x >> 16)) * 0x21f0aaadu;
   x = (x ^ (x >> 15)) * 0xd35a2d97u;
@@ -44,8 +47,9 @@ EK_FN vu reverse_bits(vu x) {
   return (x >> 16) | (x << 16);
 }
 
-// Laine-Karras permutation: bit k of the result depends on bits 0..k alone, which on reversed words is an Owen scramble
-// [Laine and Karras 2011]; the constants are those of Vegdahl ["Building a better LK hash", 2021].
+// Laine-Karras permutation: bit k of the result depends on bits 0..k alone, which on reversed words
+// is an Owen scramble [Laine and Karras 2011]; the constants are those of Vegdahl ["Building a
+// better LK hash", 2021].
 EK_FN vu laine_karras(vu x, vu seed) {
   x ^= x * 0x3d20adeau;
   x += seed;
@@ -55,8 +59,9 @@ EK_FN vu laine_karras(vu x, vu seed) {
   return x;
 }
 
-// The second Sobol dimension's generator matrix is the Pascal triangle mod 2, bits reversed: column i holds (1 + z)^i
-// over GF(2). So reverse_bits(sobol_1(k)) are the coefficients of k(1 + z), which five halving steps compose.
+// The second Sobol dimension's generator matrix is the Pascal triangle mod 2, bits reversed: column
+// i holds (1 + z)^i over GF(2). So reverse_bits(sobol_1(k)) are the coefficients of k(1 + z), which
+// five halving steps compose.
 EK_FN vu sobol_1_reversed(vu k) {
   k ^= k >> 16;
   k ^= (k >> 8) & 0x00ff00ffu;
@@ -85,7 +90,8 @@ EK_FN void sample_2d_bits(vu key, vu index, uint dimension, vu* a, vu* b) {
   seed_a ^= seed_a >> 15;
   vu seed_b = (seed_a ^ 0xbb67ae85u) * 0x297a2d39u;
   seed_b ^= seed_b >> 15;
-  // Dimension 0 of Sobol's sequence is the reversed index, so scrambling it starts from the index itself.
+  // Dimension 0 of Sobol's sequence is the reversed index, so scrambling it starts from the index
+  // itself.
   const vu shuffled = reverse_bits(laine_karras(reverse_bits(index), seed_index));
   *a = reverse_bits(laine_karras(shuffled, seed_a));
   *b = reverse_bits(laine_karras(sobol_1_reversed(shuffled), seed_b));

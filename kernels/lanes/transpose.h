@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The transposition of records of 16 words per lane. rec_transposed turns vectors that each hold a record, as it lies in memory, into
-// vectors that each hold a word of all records, and back. Lane k's record is vector k with 16 lanes; with 8 it is vectors k and
-// 8 + k. EK_REC_ROWS is a list of (vector, lane, offset in the record).
+// The transposition of records of 16 words per lane. rec_transposed turns vectors that each hold a
+// record, as it lies in memory, into vectors that each hold a word of all records, and back. Lane
+// k's record is vector k with 16 lanes; with 8 it is vectors k and 8 + k. EK_REC_ROWS is a list of
+// (vector, lane, offset in the record).
 #ifndef EK_TRANSPOSE_H
 #define EK_TRANSPOSE_H
 #include "lanes/lanes.h"

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Maps from the unit square, one to one and of constant Jacobian in their measure, so that strata of the square stay
-// strata. Each takes u and v in [0, 1 - 2^-24], ends included, and has a positive density there.
+// Maps from the unit square, one to one and of constant Jacobian in their measure, so that strata
+// of the square stay strata. Each takes u and v in [0, 1 - 2^-24], ends included, and has a
+// positive density there.
 #ifndef EK_WARP_H
 #define EK_WARP_H
 #include "lanes/math.h"
@@ -11,9 +12,11 @@
 
 typedef struct { vf x, y, r; } DiskPoint;  // r: its distance from the centre, < 1
 
-// The concentric map [Shirley and Chiu 1997]: squares about the centre become circles, so cells stay compact.
+// The concentric map [Shirley and Chiu 1997]: squares about the centre become circles, so cells
+// stay compact.
 EK_FN DiskPoint warp_disk(vf u, vf v) {
-  // The middle of the sampler's cell of side 2^-24: exact, in (-1, 1), and never on the rim, where densities vanish.
+  // The middle of the sampler's cell of side 2^-24: exact, in (-1, 1), and never on the rim, where
+  // densities vanish.
   const vf a = 2.0f * u - (1.0f - 0x1p-24f);
   const vf b = 2.0f * v - (1.0f - 0x1p-24f);
   const vi wide = abs_f(a) > abs_f(b);
@@ -48,7 +51,8 @@ EK_FN v3 warp_uniform_sphere(vf u, vf v) {
   return V3(p.x * stretch, p.y * stretch, 1.0f - 2.0f * r2);
 }
 
-/// Weights of a triangle's second and third corner, uniform over its area; the first has 1 - b1 - b2 >= 0.
+/// Weights of a triangle's second and third corner, uniform over its area; the first has 1 - b1 -
+/// b2 >= 0.
 /// source  [Heitz 2019, "A Low-Distortion Map Between Triangle and Square"]
 EK_FN void warp_triangle(vf u, vf v, vf* b1, vf* b2) {
   const vi above = v > u;

@@ -19,8 +19,8 @@ EK_FN vf sphere_cone(v3 from) {
 }
 
 // The concentric map to the disc gives the map to the cone, with 1 - cos as r^2. A line at the
-// angle theta to the axis passes the centre at the distance h = D sin theta, and meets the sphere at
-// the angle asin h - theta from the axis, seen from the centre.
+// angle theta to the axis passes the centre at the distance h = D sin theta, and meets the sphere
+// at the angle asin h - theta from the axis, seen from the centre.
 // source  [Pharr, Jakob, Humphreys 2023, section 6.2.4], without its difference of squares
 EK_FN ShapeChoice sphere_choose(ShapeView view, vf u, vf v) {
   const vf zero = (vf)(0.0f), one = (vf)(1.0f);

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Shape kind `box`: from -1 to 1 on each axis. The part of a face is twice the axis that it lies across, plus 1 for the face at +1.
+// Shape kind `box`: from -1 to 1 on each axis. The part of a face is twice the axis that it lies
+// across, plus 1 for the face at +1.
 #ifndef EK_SHAPE_BOX_H
 #define EK_SHAPE_BOX_H
 #include "shapes/span.h"
 
-// The interval between two planes at -1 and 1. A direction along them counts as one that meets them very far away, on the side of
-// its sign.
+// The interval between two planes at -1 and 1. A direction along them counts as one that meets them
+// very far away, on the side of its sign.
 EK_FN void slab_span(vf o, vf d, vf least, vf* in, vf* out) {
   const vf r = 1.0f / (abs_f(d) < least ? copysign_f(least, d) : d);
   const vf low = (-1.0f - o) * r, high = (1.0f - o) * r;
@@ -30,8 +31,8 @@ EK_FN ShapeSpan box_span(ShapeLanes s, v3 o, v3 d) {
   return span;
 }
 
-// Each face shows the whole of a texture: upright on the sides; with +X to the right on the top, seen from above, and on the bottom,
-// seen from below.
+// Each face shows the whole of a texture: upright on the sides; with +X to the right on the top,
+// seen from above, and on the bottom, seen from below.
 EK_FN ShapePoint box_point(ShapeLanes s, v3 near, vf part, v3 slack) {
   const vf zero = (vf)(0.0f), one = (vf)(1.0f);
   const vi across_x = part < 2.0f, across_z = part > 3.0f, across_y = !(across_x | across_z);

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// Shape kind `capsule`: the convex hull of two spheres on the Y axis, at y = a of radius b and at y = -a of radius c, the larger of which is 1.
-// Part 0 is the side, 1 the lower sphere, 2 the upper one.
+// Shape kind `capsule`: the convex hull of two spheres on the Y axis, at y = a of radius b and at y
+// = -a of radius c, the larger of which is 1. Part 0 is the side, 1 the lower sphere, 2 the upper
+// one.
 #ifndef EK_SHAPE_CAPSULE_H
 #define EK_SHAPE_CAPSULE_H
 #include "shapes/cylinder.h"
 #include "shapes/sphere.h"
 
-// The side, a cone that touches both spheres. `tilt` is the y of its unit normal; it is beyond -1 or 1 where one sphere contains
-// the other.
+// The side, a cone that touches both spheres. `tilt` is the y of its unit normal; it is beyond -1
+// or 1 where one sphere contains the other.
 typedef struct {
   vf tilt, flat;     // flat: the length of the normal's rest
   vf a, b;           // radius a + b y
@@ -28,8 +29,8 @@ EK_FN CapsuleSide capsule_side(ShapeLanes s) {
   return side;
 }
 
-// Joins a part to the whole. All three parts are convex, and so is their union: its span reaches from the first entry to the last
-// exit.
+// Joins a part to the whole. All three parts are convex, and so is their union: its span reaches
+// from the first entry to the last exit.
 EK_FN void capsule_join(ShapeSpan* whole, vi hit, vf in, vf out, vf part) {
   const vi first = hit & (!whole->hit | (in < whole->in)), last = hit & (!whole->hit | (out > whole->out));
   whole->in = first ? in : whole->in;
@@ -63,7 +64,8 @@ EK_FN ShapePoint capsule_point(ShapeLanes s, v3 near, vf part, v3 slack) {
   const vi upper = part == 2.0f;
   const vf center = upper ? s.a : -s.a, radius = upper ? s.b : s.c;
   ShapePoint ball;
-  // A point that is rather far off may lie beside the sphere's cap: it is moved to the circle where the cap ends.
+  // A point that is rather far off may lie beside the sphere's cap: it is moved to the circle where
+  // the cap ends.
   const v3 toward = normalize3(V3(near.x, near.y - center, near.z));
   const vi beside = side.there & (upper ? toward.y < side.tilt : toward.y > side.tilt);
   const vf round = sqrt(toward.x * toward.x + toward.z * toward.z);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Shape kind `cylinder`: about the Y axis from y = -1 to 1, of radius a + b y, the larger of which is 1; a cone where one is 0.
-// Part 0 is the side, 1 the disc at y = -1, 2 that at +1.
+// Shape kind `cylinder`: about the Y axis from y = -1 to 1, of radius a + b y, the larger of which
+// is 1; a cone where one is 0. Part 0 is the side, 1 the disc at y = -1, 2 that at +1.
 #ifndef EK_SHAPE_CYLINDER_H
 #define EK_SHAPE_CYLINDER_H
 #include "shapes/box.h"
@@ -8,7 +8,8 @@
 // The interval of the line within a radius a + b y, >= 0, of the Y axis.
 EK_FN void cone_span(v3 o, v3 d, vf a, vf b, vi* hit, vf* in, vf* out) {
   const vf size = dot3(d, d), radius = a + b * o.y, infinite = EK_INFINITY;
-  // From afar the quadratic loses its digits, so it is solved from the point of the line next to the origin.
+  // From afar the quadratic loses its digits, so it is solved from the point of the line next to
+  // the origin.
   const vf shift = dot3(o, o) > 4.0f ? -dot3(o, d) / size : (vf)(0.0f);
   const v3 from = add3(o, scale3(d, shift));
   const vf from_radius = shift == 0.0f ? radius : a + b * from.y;
@@ -23,7 +24,8 @@ EK_FN void cone_span(v3 o, v3 d, vf a, vf b, vi* hit, vf* in, vf* out) {
   const vf q = b_half < 0.0f ? b_half - root : b_half + root;
   const vf z0 = rest / q, z1 = q / quadratic;
   const vf first = shift + min_f(z0, z1), last = shift + max_f(z0, z1);
-  // A line steeper than the cone is within it up to one root, or from the other on; the rest is in the cone's mirror image.
+  // A line steeper than the cone is within it up to one root, or from the other on; the rest is in
+  // the cone's mirror image.
   const vi steep = quadratic < 0.0f;
   *hit = steep | (discriminant > 0.0f);
   *in = steep ? (grows > 0.0f ? last : -infinite) : first;
@@ -66,16 +68,19 @@ EK_FN ShapePoint cone_point(v3 near, vf a, vf b, vf y) {
   return point;
 }
 
-// The side shows a texture as a sphere does. The discs show it in the square around them, with +X to the right.
+// The side shows a texture as a sphere does. The discs show it in the square around them, with +X
+// to the right.
 EK_FN ShapePoint cylinder_point(ShapeLanes s, v3 near, vf part, v3 slack) {
   const vf zero = (vf)(0.0f), one = (vf)(1.0f);
-  // A point keeps off a tip as off an edge, up to where the radius is `slack`, so that it stays on the side.
+  // A point keeps off a tip as off an edge, up to where the radius is `slack`, so that it stays on
+  // the side.
   const vf tip = (min_f(slack.x + slack.z, one) - s.a) / s.b;  // of no use where s.b is 0
   const vf off_tip = s.b > 0.0f ? max_f(near.y, tip) : s.b < 0.0f ? min_f(near.y, tip) : near.y;
   ShapePoint side = cone_point(near, s.a, s.b, shape_clamp(off_tip, slack.y));
   side.v = 0.5f - 0.5f * side.p.y;
-  // A disc that is narrower than `slack` is replaced by the section inwards that is wide enough, as far as there is one. Rays that
-  // enter begin inside of that section, and rays that leave begin beyond the disc.
+  // A disc that is narrower than `slack` is replaced by the section inwards that is wide enough, as
+  // far as there is one. Rays that enter begin inside of that section, and rays that leave begin
+  // beyond the disc.
   const vf y = part == 2.0f ? one : -one;
   const vf distance = sqrt(near.x * near.x + near.z * near.z), round = slack.x + slack.z;
   const vi narrow = (s.a + s.b * y < round) & (s.b * y < 0.0f);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Kind `implicit`: f = 0 within bounds. The shape's own space is that of the formula about the middle of its bounds; a, b, c: half
-// of their extent. f is above 0 outside. Opacity does not count: a ray meets the surface or not.
+// Kind `implicit`: f = 0 within bounds. The shape's own space is that of the formula about the
+// middle of its bounds; a, b, c: half of their extent. f is above 0 outside. Opacity does not
+// count: a ray meets the surface or not.
 #ifndef EK_SHAPE_IMPLICIT_H
 #define EK_SHAPE_IMPLICIT_H
 #include "shapes/implicit_root.h"
@@ -19,7 +20,8 @@ EK_FN ImplicitRay implicit_own_ray(ShapeLanes s, ShapeWorldLanes place, v3 o, v3
   return implicit_ray(add3(o, place.middle), d, sub3(place.middle, extent), add3(place.middle, extent));
 }
 
-// A search for where the ray o + z d, in the shape's own space, first meets f = 0 with z > 0, in lanes that have an implicit shape.
+// A search for where the ray o + z d, in the shape's own space, first meets f = 0 with z > 0, in
+// lanes that have an implicit shape.
 typedef struct {
   vu shape;
   vi lanes;
@@ -27,8 +29,9 @@ typedef struct {
   vf until;  // how far to search, in z
 } ImplicitSearch;
 
-/// The root of each searching lane, and `root` in the others. Its part is the root in lengths of the clipped ray, from which the
-/// point is found again without the error of z. gave_up: set to the z at which a search was given up
+/// The root of each searching lane, and `root` in the others. Its part is the root in lengths of
+/// the clipped ray, from which the point is found again without the error of z. gave_up: set to the
+/// z at which a search was given up
 EK_FN ShapeRoot implicit_shape_root(SceneData scene, ShapeLanes s, const ImplicitSearch* search, ShapeRoot root, vf* gave_up) {
   const ShapeWorldLanes place = load_shape_world(scene.shapes, search->shape);
   const ImplicitRay ray = implicit_own_ray(s, place, search->o, search->d);
@@ -51,7 +54,8 @@ EK_FN ShapePoint implicit_shape_point(ShapeLanes s, ShapeWorldLanes place, vi li
   const vf longest = max_component(abs3(dir));
   const v3 o = shape_vector(s, sub3(origin, s.center));
   const ImplicitRay ray = implicit_own_ray(s, place, o, shape_vector(s, V3(dir.x / longest, dir.y / longest, dir.z / longest)));
-  // To the world and back: two products of matrices, as in shape_surface, and the rounding of a place in the world.
+  // To the world and back: two products of matrices, as in shape_surface, and the rounding of a
+  // place in the world.
   const v3 extent = V3(s.a, s.b, s.c), center = abs3(s.center);
   const v3 size = V3(dot3(abs3(place.x), extent), dot3(abs3(place.y), extent), dot3(abs3(place.z), extent));
   const v3 moved = add3(scale3(size, (vf)(0x1p-20f)), scale3(center, (vf)(0x1p-23f)));

@@ -1,14 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// Surfaces f(x, y, z) = 0 by a formula, within bounds. The formula's functions are written by host/formula/kernel_code.cpp and stand
-// at the end of the program. The first root of f(o + s d) is found by halving: of a piece of the ray, interval arithmetic says
+// Surfaces f(x, y, z) = 0 by a formula, within bounds. The formula's functions are written by
+// host/formula/kernel_code.cpp and stand at the end of the program. The first root of f(o + s d) is
+// found by halving: of a piece of the ray, interval arithmetic says
 //   - that f has no root or no value in it: on to the next one;
-//   - that f is monotone along it: then there is at most one root, which there is if the signs at its ends differ. Neighbouring
-//     pieces compute the same sign for the point between them, and intervals enclose what is computed, so no root is lost or found
-//     twice;
+//   - that f is monotone along it: then there is at most one root, which there is if the signs at
+//     its ends differ. Neighbouring pieces compute the same sign for the point between them, and
+//     intervals enclose what is computed, so no root is lost or found twice;
 //   - neither: its halves, the nearer one first.
-// A piece in which f may be 0, and which is as short as floats can resolve, counts as a root: there f touches 0, or nearly does.
-// Halves are visited depth first without a stack: behind a piece that is done follows the largest one that begins there and is aligned
-// to its size. Nothing is absolute: the ray begins where it enters the bounds, and d is scaled by a power of two.
+// A piece in which f may be 0, and which is as short as floats can resolve, counts as a root: there
+// f touches 0, or nearly does. Halves are visited depth first without a stack: behind a piece that
+// is done follows the largest one that begins there and is aligned to its size. Nothing is
+// absolute: the ray begins where it enters the bounds, and d is scaled by a power of two.
 #ifndef EK_IMPLICIT_H
 #define EK_IMPLICIT_H
 #include "lanes/interval.h"
@@ -40,7 +42,8 @@ typedef struct {
   vi given_up;   // after EK_IMPLICIT_STEPS
 } ImplicitRoot;
 
-// o + s d to the last place, however far o is: the product's and the sum's errors are exact [Dekker 1971; Knuth].
+// o + s d to the last place, however far o is: the product's and the sum's errors are exact [Dekker
+// 1971; Knuth].
 EK_FN vf exact_step(vf o, vf d, vf s) {
   const vf product = d * s, sum = o + product;
   const vf d_hi = AS_F(AS_U(d) & 0xfffff000u), s_hi = AS_F(AS_U(s) & 0xfffff000u), d_lo = d - d_hi, s_lo = s - s_hi;
@@ -81,13 +84,15 @@ EK_FN ImplicitRay implicit_ray(v3 o, v3 d, v3 lo, v3 hi) {
   return ray;
 }
 
-// The most by which rounding moves a point of the ray on each axis: half a unit of a product of at most 2 reach and of a sum of reach.
+// The most by which rounding moves a point of the ray on each axis: half a unit of a product of at
+// most 2 reach and of a sum of reach.
 EK_FN vf implicit_pad(ImplicitRay ray) { return ray.reach * 0x1p-22f; }
 
 EK_FN Interval between(vf a, vf b, vf pad) { return interval(min_f(a, b) - pad, max_f(a, b) + pad); }
 
-// Narrows [a, b], at whose ends f has different signs, to what floats can tell: false position [Dowell, Jarratt 1971], a bisection
-// where that has not halved it. returns where |f| is least of what was tried
+// Narrows [a, b], at whose ends f has different signs, to what floats can tell: false position
+// [Dowell, Jarratt 1971], a bisection where that has not halved it. returns where |f| is least of
+// what was tried
 EK_FN vf implicit_narrow(uint formula, ImplicitRay ray, vi live, vf a, vf b) {
   const vf least = ray.reach * 0x1p-24f;
   vf fa = implicit_value(formula, along(ray.o, ray.d, a)), fb = implicit_value(formula, along(ray.o, ray.d, b));
@@ -120,7 +125,8 @@ EK_FN vf implicit_narrow(uint formula, ImplicitRay ray, vi live, vf a, vf b) {
   return best;
 }
 
-/// The first root of f on the ray, of the lanes of `live`. until: what lies farther, in lengths of d from ImplicitRay.o, is of no use
+/// The first root of f on the ray, of the lanes of `live`. until: what lies farther, in lengths of
+/// d from ImplicitRay.o, is of no use
 EK_FN ImplicitRoot implicit_root(uint formula, ImplicitRay ray, vi live, vf until) {
   const vf unit = ray.length * 0x1p-24f, resolution = ray.reach * 0x1p-23f, pad = implicit_pad(ray);
   vi open = live & (ray.length > 0.0f), crosses = (vi)(0);
@@ -172,19 +178,22 @@ typedef struct {
   vf error; // how far a ray that leaves must start from p along n or against it, so that it does not meet f = 0 at once
 } ImplicitPoint;
 
-/// The point at root `s` of the ray, of the lanes of `live`. noise: what a point may be moved by on each axis on its way to the world and back.
-// Starting points are pushed away until intervals say that f is not 0 there: what f's own rounding cannot tell from the surface is
-// different for each formula, and from point to point.
+/// The point at root `s` of the ray, of the lanes of `live`. noise: what a point may be moved by on
+/// each axis on its way to the world and back.
+// Starting points are pushed away until intervals say that f is not 0 there: what f's own rounding
+// cannot tell from the surface is different for each formula, and from point to point.
 EK_FN ImplicitPoint implicit_point(uint formula, ImplicitRay ray, vi live, vf s, vf noise) {
   ImplicitPoint r;
   r.p = along(ray.o, ray.d, s);
   const v3 gradient = implicit_gradient(formula, r.p);
   const vf size = max_component(abs3(gradient));
   const vi usable = is_finite(gradient.x) & is_finite(gradient.y) & is_finite(gradient.z) & (size > 0x1p-100f);
-  // Where f has no slope no side is outwards, and the viewer's is as good as any. Scaling by a power of two keeps squares in range.
+  // Where f has no slope no side is outwards, and the viewer's is as good as any. Scaling by a
+  // power of two keeps squares in range.
   const vf down_scale = AS_F(0x7f000000u - (AS_U(usable ? min_f(size, (vf)(0x1p+100f)) : (vf)(1.0f)) & 0x7f800000u));
   r.n = normalize3(select3(usable, scale3(gradient, down_scale), neg3(ray.d)));
-  // Twice the pad of a search: a ray that runs along the surface at this height is not to meet it elsewhere either.
+  // Twice the pad of a search: a ray that runs along the surface at this height is not to meet it
+  // elsewhere either.
   const vf pad = 2.0f * implicit_pad(ray) + noise;
   r.error = pad + pad;
   vi unsure = live;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Shape kind `plane`: the rectangle from -a to a on X and from -b to b on Z at y = 0; +Y is its front. a and b are 1, or so large that the
-// plane seems to have no end.
+// Shape kind `plane`: the rectangle from -a to a on X and from -b to b on Z at y = 0; +Y is its
+// front. a and b are 1, or so large that the plane seems to have no end.
 #ifndef EK_SHAPE_PLANE_H
 #define EK_SHAPE_PLANE_H
 #include "shapes/span.h"
@@ -14,7 +14,8 @@ EK_FN ShapeSpan plane_span(ShapeLanes s, v3 o, v3 d) {
   return span;
 }
 
-// From above the whole of a texture is seen, with +X to the right. On a plane without end it repeats.
+// From above the whole of a texture is seen, with +X to the right. On a plane without end it
+// repeats.
 EK_FN ShapePoint plane_point(ShapeLanes s, v3 near, vf part, v3 slack) {
   ShapePoint point;
   point.p = V3(shape_clamp_to(s.a, near.x, slack.x), (vf)(0.0f), shape_clamp_to(s.b, near.z, slack.z));

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Shapes: surfaces that are not triangles. Each kind has a header <name>.h, which works in the shape's own space, where it has a
-// standard size, and provides
+// Shapes: surfaces that are not triangles. Each kind has a header <name>.h, which works in the
+// shape's own space, where it has a standard size, and provides
 //   <name>_span   the interval of a line that is inside
 //   <name>_point  the point of the surface next to a given point, with the direction outwards and the texture coordinates there. It
-//                 keeps a distance of `slack` to edges, because its error could put it beyond the surface that begins there.
-// and has a line in each of the two functions below. A kind that is no convex solid adds its roots to shape_root's (implicit.h).
+//                 keeps a distance of `slack` to edges, because its error could put it beyond the
+//                 surface that begins there.
+// and has a line in each of the two functions below. A kind that is no convex solid adds its roots
+// to shape_root's (implicit.h).
 #ifndef EK_SHAPE_H
 #define EK_SHAPE_H
 #include "shapes/box.h"
@@ -40,7 +42,8 @@ EK_FN ShapeRoot shape_root(ShapeLanes s, v3 o, v3 d, vf after) {
   return root;
 }
 
-/// The point of the surface next to `near`, a point in own space that may be some way off. part: the part that was hit
+/// The point of the surface next to `near`, a point in own space that may be some way off. part:
+/// the part that was hit
 EK_FN ShapePoint shape_point(ShapeLanes s, v3 near, vf part, v3 slack) {
   const vf zero = (vf)(0.0f);
   ShapePoint point = {V3(zero, zero, zero), V3(zero, zero, zero), V3(zero, zero, zero), zero, zero, zero};

@@ -6,8 +6,8 @@
 #include "shapes/shape.h"
 #include "surface/surface.h"
 
-// The errors of a point and of rays that leave it, and some roundings more, along the axes of own space. own: bounds of its coordinates
-// there
+// The errors of a point and of rays that leave it, and some roundings more, along the axes of own
+// space. own: bounds of its coordinates there
 EK_FN v3 shape_slack(ShapeLanes s, ShapeWorldLanes world, v3 own) {
   const v3 reach = V3(0x1p-18f * dot3(abs3(world.x), own) + 0x1p-21f * abs_f(s.center.x),
                       0x1p-18f * dot3(abs3(world.y), own) + 0x1p-21f * abs_f(s.center.y),
@@ -16,10 +16,11 @@ EK_FN v3 shape_slack(ShapeLanes s, ShapeWorldLanes world, v3 own) {
 }
 
 /// A point of a shape in the world.
-// The bound of the error. In own space the point is on the surface but for some roundings, and it goes through two products of a
-// matrix and its inverse before a ray that starts there is tested. Let L be the matrix, W its inverse, g the gradient and u = 2^-24.
-// The height that the test computes is off by at most 16 u |g| |L| |W| |p| (a count by kind gave factors from 9 to 15), and a
-// metre along the normal is a height of |L^T g|. The last sum in world space rounds by u |p|.
+// The bound of the error. In own space the point is on the surface but for some roundings, and it
+// goes through two products of a matrix and its inverse before a ray that starts there is tested.
+// Let L be the matrix, W its inverse, g the gradient and u = 2^-24. The height that the test
+// computes is off by at most 16 u |g| |L| |W| |p| (a count by kind gave factors from 9 to 15), and
+// a metre along the normal is a height of |L^T g|. The last sum in world space rounds by u |p|.
 EK_FN Surface shape_placed(ShapeLanes s, ShapeWorldLanes world, ShapePoint point) {
   const v3 from_center = V3(dot3(world.x, point.p), dot3(world.y, point.p), dot3(world.z, point.p));
   const v3 own = abs3(point.p), out = abs3(point.out);
@@ -35,7 +36,8 @@ EK_FN Surface shape_placed(ShapeLanes s, ShapeWorldLanes world, ShapePoint point
   return surface;
 }
 
-/// Corrects `surface`, computed as of a triangle, in the lanes that met a shape; returns the point in own space, for shape_attributes.
+/// Corrects `surface`, computed as of a triangle, in the lanes that met a shape; returns the point
+/// in own space, for shape_attributes.
 /// corners  the record that was met; part: the hit's u; origin, dir, t: of the ray
 EK_FN ShapePoint shape_surface(SceneData scene, TriangleLanes corners, vf part, v3 origin, v3 dir, vf t, Surface* surface) {
   const vi is_shape = corners.p2.x != corners.p2.x;
@@ -43,7 +45,8 @@ EK_FN ShapePoint shape_surface(SceneData scene, TriangleLanes corners, vf part, 
   const ShapeLanes s = load_shape(scene.shapes, index);
   const ShapeWorldLanes world = load_shape_world(scene.shapes, index);
   v3 near = shape_vector(s, add3(sub3(origin, s.center), scale3(dir, t)));
-  // From a million radii away the error of t may be as large as the shape; then the point of the side that is seen is taken.
+  // From a million radii away the error of t may be as large as the shape; then the point of the
+  // side that is seen is taken.
   const v3 seen = shape_vector(s, neg3(dir));
   near = select3(max_component(abs3(near)) > 0x1p-20f, near, scale3(seen, (vf)(1.0f) / max_component(abs3(seen))));
   const v3 slack = shape_slack(s, world, V3((vf)(1.0f), (vf)(1.0f), (vf)(1.0f)));
@@ -61,10 +64,11 @@ EK_FN ShapePoint shape_surface(SceneData scene, TriangleLanes corners, vf part, 
   return point;
 }
 
-/// Does the same for attributes: a shape has texture coordinates of its own, for either set, and a tangent along them.
+/// Does the same for attributes: a shape has texture coordinates of its own, for either set, and a
+/// tangent along them.
 /// n_geom  of shape_surface()
-// In own space `right`, upwards in the texture and `out` are right-handed. A node that mirrors reverses `out`, but not directions along
-// the surface.
+// In own space `right`, upwards in the texture and `out` are right-handed. A node that mirrors
+// reverses `out`, but not directions along the surface.
 EK_FN HitAttributes shape_attributes(SceneData scene, TriangleLanes corners, ShapePoint point, v3 n_geom, HitAttributes at) {
   const vi is_shape = corners.p2.x != corners.p2.x;
   if (EK_HAS_tangent) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The words that all kinds of shapes use: the interval that a line is inside, and a point of the surface.
+// The words that all kinds of shapes use: the interval that a line is inside, and a point of the
+// surface.
 #ifndef EK_SHAPE_SPAN_H
 #define EK_SHAPE_SPAN_H
 #include "lanes/math.h"
@@ -7,8 +8,8 @@
 
 EK_FN v3 shape_vector(ShapeLanes s, v3 world) { return V3(dot3(s.x, world), dot3(s.y, world), dot3(s.z, world)); }
 
-// The part of the line o + z d that is inside a shape: `in` < z < `out`, wherever the ray begins. in_part, out_part: the part of the
-// surface at each end, a small whole number
+// The part of the line o + z d that is inside a shape: `in` < z < `out`, wherever the ray begins.
+// in_part, out_part: the part of the surface at each end, a small whole number
 typedef struct {
   vi hit;
   vf in, out;

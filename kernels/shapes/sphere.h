@@ -4,10 +4,12 @@
 #define EK_SHAPE_SPHERE_H
 #include "shapes/span.h"
 
-// source [Haines, Gunther, Akenine-Moller 2019, "Precision improvements for ray/sphere intersection", Ray Tracing Gems, chapter 7]:
-// from afar the discriminant comes from the point of the line next to the centre. Near the sphere it comes from c, whose sign says on
-// which side the ray begins; the error bound of points (shape_surface.h) keeps that sign right for rays that leave the surface. From
-// inside, one root is positive whatever is rounded, so no ray escapes. From outside, a ray that leads away has no positive root.
+// source [Haines, Gunther, Akenine-Moller 2019, "Precision improvements for ray/sphere
+// intersection", Ray Tracing Gems, chapter 7]: from afar the discriminant comes from the point of
+// the line next to the centre. Near the sphere it comes from c, whose sign says on which side the
+// ray begins; the error bound of points (shape_surface.h) keeps that sign right for rays that leave
+// the surface. From inside, one root is positive whatever is rounded, so no ray escapes. From
+// outside, a ray that leads away has no positive root.
 EK_FN ShapeSpan unit_sphere_span(v3 o, v3 d) {
   const vf a = dot3(d, d), b = -dot3(o, d), c = dot3(o, o) - 1.0f;
   const v3 nearest = add3(o, scale3(d, b / a));
@@ -25,7 +27,8 @@ EK_FN ShapeSpan unit_sphere_span(v3 o, v3 d) {
 }
 EK_FN ShapeSpan sphere_span(ShapeLanes s, v3 o, v3 d) { return unit_sphere_span(o, d); }
 
-// Seen from outside, u grows to the east, with its middle at +Z; v grows from the pole at +Y to that at -Y.
+// Seen from outside, u grows to the east, with its middle at +Z; v grows from the pole at +Y to
+// that at -Y.
 EK_FN ShapePoint sphere_point(ShapeLanes s, v3 near, vf part, v3 slack) {
   ShapePoint point;
   point.p = normalize3(near);

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Glass whose index differs between R, G and B [KHR_materials_dispersion]. A path that meets it goes on in one channel, chosen with a
-// probability in proportion to what it carries there, and divided by that: exact in the mean. From there on it has only
-// that channel, so that the next choice is the same.
+// Glass whose index differs between R, G and B [KHR_materials_dispersion]. A path that meets it
+// goes on in one channel, chosen with a probability in proportion to what it carries there, and
+// divided by that: exact in the mean. From there on it has only that channel, so that the next
+// choice is the same.
 #ifndef EK_DISPERSION_H
 #define EK_DISPERSION_H
 #include "surface/material.h"

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The transformation of the corners, normals and tangents of a mesh that has many instances and is stored once. The host compiles this
-// file too (host/gltf/geometry/placed.cpp), for meshes that could be stored once but are stored for each instance after all. The
-// operations and their order are the same, so every number of a hit has the same bits either way.
+// The transformation of the corners, normals and tangents of a mesh that has many instances and is
+// stored once. The host compiles this file too (host/gltf/geometry/placed.cpp), for meshes that
+// could be stored once but are stored for each instance after all. The operations and their order
+// are the same, so every number of a hit has the same bits either way.
 #ifndef EK_INSTANCE_H
 #define EK_INSTANCE_H
 #include "lanes/math.h"
@@ -22,15 +23,15 @@ EK_FN v3 unit_or_zero(v3 a) {
   return select3(some, unit, V3((vf)(0.0f), (vf)(0.0f), (vf)(0.0f)));
 }
 
-/// A normal of the mesh, unit or zero, in the world. facing: InstanceRecord's
-/// The matrix of cofactors is the inverse transpose times the determinant, and is defined for flat instances too.
+/// A normal of the mesh, unit or zero, in the world. facing: InstanceRecord's The matrix of
+/// cofactors is the inverse transpose times the determinant, and is defined for flat instances too.
 EK_FN v3 placed_normal(Placing m, vf facing, v3 n) {
   const v3 turned = V3(dot3(cross3(m.y, m.z), n), dot3(cross3(m.z, m.x), n), dot3(cross3(m.x, m.y), n));
   return unit_or_zero(scale3(turned, facing));
 }
 
-// a b - c d, whose relative error is some 2^-24 however near the products are, because their rounding errors are found exactly
-// [Dekker 1971].
+// a b - c d, whose relative error is some 2^-24 however near the products are, because their
+// rounding errors are found exactly [Dekker 1971].
 EK_FN vf exact_product_error(vf a, vf b, vf product) {
   const vf a_hi = AS_F(AS_U(a) & 0xfffff000u), b_hi = AS_F(AS_U(b) & 0xfffff000u), a_lo = a - a_hi, b_lo = b - b_hi;
   return (((a_hi * b_hi - product) + a_hi * b_lo) + a_lo * b_hi) + a_lo * b_lo;

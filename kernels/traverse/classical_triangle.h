@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Two classical tests of a ray and a triangle (EK_TRIANGLE_TEST 1 or 2). Only `bench rays` and tests use them, to compare their cost with
-// that of the watertight test. Neither is watertight, and no box bounds their t, so accelerators may differ where they round.
+// Two classical tests of a ray and a triangle (EK_TRIANGLE_TEST 1 or 2). Only `bench rays` and
+// tests use them, to compare their cost with that of the watertight test. Neither is watertight,
+// and no box bounds their t, so accelerators may differ where they round.
 //   1  [Moller, Trumbore 1997, "Fast, minimum storage ray/triangle intersection"]
-//   2  the point where the ray meets the plane, then its side of each edge, by the cross product of edge and point
-// Both work in the axes of traverse/triangle.h, by the depth z on the longest one: the ray is o + z (sx, sy, 1).
+//   2  the point where the ray meets the plane, then its side of each edge, by the cross product of
+//      edge and point
+// Both work in the axes of traverse/triangle.h, by the depth z on the longest one: the ray is o + z
+// (sx, sy, 1).
 #ifndef EK_TRAVERSE_CLASSICAL_TRIANGLE_H
 #define EK_TRAVERSE_CLASSICAL_TRIANGLE_H
 

@@ -18,11 +18,12 @@
 
 // The closest hit so far. t, in lengths of the direction, is the ray's end while nothing was hit.
 // triangle   EK_NO_HIT: nothing was hit
-// instance   0: the triangle is stored in the world; INSTANCE_SHAPE: it is a shape; else 1 + the instance, in whose mesh's space the
-//            record is. It is read only with EK_HAS_instance.
-// gave_up    the first t at which the search for an implicit surface was given up, or infinity; and that surface's number. It is
-//            read only with EK_HAS_implicit.
-// tests, steps  counted in a program with EK_COUNT 1 (`bench rays`): tests of triangles, and steps through the structure
+// instance   0: the triangle is stored in the world; INSTANCE_SHAPE: it is a shape; else 1 + the
+//            instance, in whose mesh's space the record is. It is read only with EK_HAS_instance.
+// gave_up    the first t at which the search for an implicit surface was given up, or infinity; and
+//            that surface's number. It is read only with EK_HAS_implicit.
+// tests, steps  counted in a program with EK_COUNT 1 (`bench rays`): tests of triangles, and steps
+// through the structure
 typedef struct {
   HitF t, u, v;  // u, v: weights of corners b and c
   HitU triangle, instance;
@@ -46,15 +47,16 @@ EK_FN HIT_TYPE HIT(no_hit)(HitF t_max) {
   return hit;
 }
 
-// THE rule of the closest hit, which stands nowhere else: the smallest t wins; among equals the smallest instance, and within
-// one the smallest triangle. So the order of traversal does not show.
+// THE rule of the closest hit, which stands nowhere else: the smallest t wins; among equals the
+// smallest instance, and within one the smallest triangle. So the order of traversal does not show.
 EK_FN HitI HIT(is_closer)(const HIT_TYPE* hit, HitF t, HitU triangle, HitU instance) {
   HitI before = triangle < hit->triangle;
   if (EK_HAS_instance) before = (instance < hit->instance) | ((instance == hit->instance) & before);
   return (t < hit->t) | ((t == hit->t) & before);
 }
 
-// Keeps the nearest t at which a search was given up; among equals the surface of the smallest number.
+// Keeps the nearest t at which a search was given up; among equals the surface of the smallest
+// number.
 EK_FN void HIT(keep_given_up)(HitF t, HitU surface, HitF* nearest, HitU* its_surface) {
   const HitI nearer = (t < *nearest) | ((t == *nearest) & (surface < *its_surface));
   *nearest = nearer ? t : *nearest;

@@ -22,7 +22,8 @@
 #define EK_ONE_RAY 0
 #include "traverse/closest_hit.h"
 
-// A tree, laid out as the header of its layout says, and the scene. All but the triangles of the scene is read for opacity alone.
+// A tree, laid out as the header of its layout says, and the scene. All but the triangles of the
+// scene is read for opacity alone.
 typedef struct {
   global const uint* nodes;
   global const uint* leaves;
@@ -39,7 +40,8 @@ typedef struct {
 #define EK_GEOMETRY {accel_nodes, accel_leaves, {.triangles = triangles EK_SHAPE_DATA}}
 #endif
 
-// These count tests of triangles, and steps through a structure, in a program with EK_COUNT 1 (`bench rays`).
+// These count tests of triangles, and steps through a structure, in a program with EK_COUNT 1
+// (`bench rays`).
 #if defined(EK_COUNT) && EK_COUNT
 #define EK_COUNT_TEST(hit) (++(hit)->tests)
 #define EK_COUNT_STEP(hit) (++(hit)->steps)
@@ -72,9 +74,10 @@ EK_FN int alpha_test_rejects_one(Geometry geometry, const RayOne* ray, uint tria
   return ANY(alpha_test_rejects(geometry.scene, (vu)(triangle), (vf)(u), (vf)(v), ray_key(ray)));
 }
 
-// Counts a ray that ends at t and whose search was given up at or before t. Every traversal searches all surfaces whose boxes begin at
-// or before the final end of the ray, and no search depends on what others found nearer. So the count depends on the rays alone: not
-// on the order of traversal, nor on how much of a surface behind the hit was searched in vain.
+// Counts a ray that ends at t and whose search was given up at or before t. Every traversal
+// searches all surfaces whose boxes begin at or before the final end of the ray, and no search
+// depends on what others found nearer. So the count depends on the rays alone: not on the order of
+// traversal, nor on how much of a surface behind the hit was searched in vain.
 EK_FN void report_given_up(Geometry geometry, float gave_up, uint surface, float t) {
   if (!(gave_up < INFINITY) || !(gave_up <= t)) return;
   atomic_add(&geometry.scene.diagnostics->given_up, 1u);

@@ -1,14 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// The boxes of a node's children with one byte per plane, as `bvh4` and `cwbvh` have them: plane = origin + byte * 2^(exponent - 127).
-// The product is exact. The sum rounds, and host/accel/layouts/quantised.cpp chose each byte by this very expression so that the box
-// contains the child's. So by the interval rule (ray.h) no child is missed, and hits keep their bits.
+// The boxes of a node's children with one byte per plane, as `bvh4` and `cwbvh` have them: plane =
+// origin + byte * 2^(exponent - 127). The product is exact. The sum rounds, and
+// host/accel/layouts/quantised.cpp chose each byte by this very expression so that the box contains
+// the child's. So by the interval rule (ray.h) no child is missed, and hits keep their bits.
 //   words 0-2 of a node  the origin x y z, floats
 //   word 3               exponents of x, y, z, a byte each from the lowest; the layout says what the highest byte is
 #ifndef EK_QUANTISED_H
 #define EK_QUANTISED_H
 #include "traverse/hit.h"
 
-// The intervals of four boxes on one axis. entered, left: the planes that the ray enters and leaves by, a byte each
+// The intervals of four boxes on one axis. entered, left: the planes that the ray enters and leaves
+// by, a byte each
 EK_FN float4 quantised_interval(uint entered, uint left, float origin, uint exponent, float r, float near_o, float far_o,
                                 float4* end) {
   const float scale = as_float(exponent << 23);
@@ -21,7 +23,8 @@ EK_FN float4 quantised_interval(uint entered, uint left, float origin, uint expo
 EK_FN float4 min_plane(float4 a, float4 b) { return a < b ? a : b; }
 EK_FN float4 max_plane(float4 a, float4 b) { return a > b ? a : b; }
 
-// The t at which the ray enters each of four children; *end: the t at which it leaves them. x, y, z: bytes of lo, then of hi
+// The t at which the ray enters each of four children; *end: the t at which it leaves them. x, y,
+// z: bytes of lo, then of hi
 EK_FN float4 quantised_boxes(uint4 frame, uint2 x, uint2 y, uint2 z, const RayOne* ray, float4* end) {
   const int back_x = ray->rcp_d.x < 0.0f, back_y = ray->rcp_d.y < 0.0f, back_z = ray->rcp_d.z < 0.0f;
   float4 end_x, end_y, end_z;

@@ -1,28 +1,32 @@
 // SPDX-License-Identifier: Apache-2.0
-// A ray made ready for boxes and triangles, and the interval rule: the reason why every layout, and no tree at all, gives
-// bit-identical hits.
+// A ray made ready for boxes and triangles, and the interval rule: the reason why every layout, and
+// no tree at all, gives bit-identical hits.
 //
 // The rule has three parts:
-//   - The interval of a box reaches from the maximum over the axes of (near plane - o_near) * r, and 0, to the minimum of
-//     (far plane - o_far) * r, where r = 1 / d. o_near and o_far are the origin moved by `pad` against and along the ray. So
-//     boxes grow by pad without a change to their planes. All rounding is monotone, so the interval of a box lies inside that
-//     of any box around it.
-//   - A triangle accepts t only inside the interval of its own corners' box (triangle.h). So no ancestor of it can be rejected
-//     before it has been tried.
-//   - A box is visited if its interval is not empty and begins at or before the best t so far. So ties survive.
+//   - The interval of a box reaches from the maximum over the axes of (near plane - o_near) * r,
+//     and 0, to the minimum of (far plane - o_far) * r, where r = 1 / d. o_near and o_far are the
+//     origin moved by `pad` against and along the ray. So boxes grow by pad without a change to
+//     their planes. All rounding is monotone, so the interval of a box lies inside that of any box
+//     around it.
+//   - A triangle accepts t only inside the interval of its own corners' box (triangle.h). So no
+//     ancestor of it can be rejected before it has been tried.
+//   - A box is visited if its interval is not empty and begins at or before the best t so far. So
+//     ties survive.
 //
-// r is finite, because |d| counts as at least 2^-80 of the longest component. pad bounds what rounding can move a hit by. With E
-// the farthest extent of the scene from the origin, shear and edge tests err by less than 8 units of 2^-24 E, and the sums
-// o +- pad by |o| 2^-24; pad has a factor of two and more to spare over each. Nothing here is absolute: a scene and rays times
-// 2^k give the same bits.
+// r is finite, because |d| counts as at least 2^-80 of the longest component. pad bounds what
+// rounding can move a hit by. With E the farthest extent of the scene from the origin, shear and
+// edge tests err by less than 8 units of 2^-24 E, and the sums o +- pad by |o| 2^-24; pad has a
+// factor of two and more to spare over each. Nothing here is absolute: a scene and rays times 2^k
+// give the same bits.
 #ifndef EK_RAY_H
 #define EK_RAY_H
 #include "surface/alpha.h"
 #include "lanes/transpose.h"
 
-// The triangles that a ray is known not to meet, so that they need no test: the one that it starts from, and for an any-hit query
-// the one just before which it ends. (The test says the same, except for rays along their plane, where rounding decides.)
-// EK_NO_HIT: none. With EK_HAS_instance no ends are known.
+// The triangles that a ray is known not to meet, so that they need no test: the one that it starts
+// from, and for an any-hit query the one just before which it ends. (The test says the same, except
+// for rays along their plane, where rounding decides.) EK_NO_HIT: none. With EK_HAS_instance no
+// ends are known.
 typedef struct {
   vu origin_prim, target_prim;
 } RayEnds;
@@ -33,7 +37,8 @@ EK_FN RayEnds unknown_ends(void) {
 }
 
 // Rays to trace: the first `count` lanes are the rows from `row` on of a Tracing (traverse.h).
-// coherent: the rays are neighbours, as camera rays are, and tracing them together may pay; it does not change the hits
+// coherent: the rays are neighbours, as camera rays are, and tracing them together may pay; it does
+// not change the hits
 typedef struct {
   uint row, count;
   int coherent;
@@ -43,7 +48,8 @@ typedef struct {
   OpacityKey key;  // read only with EK_HAS_opacity
 } TracedRays;
 
-// Rays in lanes. rcp_d: r above. p_: the same in the axes of the triangle test, whose z is the longest component of d.
+// Rays in lanes. rcp_d: r above. p_: the same in the axes of the triangle test, whose z is the
+// longest component of d.
 typedef struct {
   v3 rcp_d, o_near, o_far;
   v3 p_o;     // the origin
@@ -78,7 +84,8 @@ typedef struct { float x, y, z; } Packed3;
 // axis_x, axis_z          8 times the world axes that x and z of the triangle test are
 // t                       where the ray ends so far
 // instance_or_target      see ray_instance() and ray_target()
-// world                   the words for boxes in the world, while the ray is in the space of an instance's mesh (traverse_instance.h)
+// world                   the words for boxes in the world, while the ray is in the space of an
+//                         instance's mesh (traverse_instance.h)
 typedef struct {
   Packed3 rcp_d, o_near, o_far;
   uint near_x, near_y, near_z, order, axis_x;
@@ -124,7 +131,8 @@ EK_FN uint ray_target(const RayOne* ray) { return EK_HAS_instance ? EK_NO_HIT : 
 // 1 where rays are sorted before they go in packets (wide/sorted.h).
 #define EK_SORTS (EK_SMALL_TREE && (EK_LAYOUT_bvh16 || EK_LAYOUT_bvh8) && EK_WIDTH > 1)
 
-// The number of rays that are traced in one go: a whole chunk where they are sorted. Otherwise more than 512 gain nothing (measured).
+// The number of rays that are traced in one go: a whole chunk where they are sorted. Otherwise more
+// than 512 gain nothing (measured).
 #if EK_WIDTH == 1
 #define EK_ROWS 1
 #elif !defined(EK_ROWS)
@@ -132,7 +140,8 @@ EK_FN uint ray_target(const RayOne* ray) { return EK_HAS_instance ? EK_NO_HIT : 
 #endif
 #define EK_ROWS_ALIGNED __attribute__((aligned(4 * EK_WIDTH)))
 
-// Components of `a` in the axes of the triangle test: z is the longest of d (the last of equals); x and y follow cyclically.
+// Components of `a` in the axes of the triangle test: z is the longest of d (the last of equals); x
+// and y follow cyclically.
 EK_FN v3 permute3(v3 a, vi z_is_x, vi z_is_y) {
   return V3(z_is_x ? a.y : z_is_y ? a.z : a.x, z_is_x ? a.z : z_is_y ? a.x : a.y, z_is_x ? a.x : z_is_y ? a.y : a.z);
 }

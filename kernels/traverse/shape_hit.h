@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rays against shapes. As a triangle does, a shape accepts t only inside the interval of its own box (ray.h), so that every
-// structure gives the same hits; its id is its record's in the array of triangles, behind all of those.
+// Rays against shapes. As a triangle does, a shape accepts t only inside the interval of its own
+// box (ray.h), so that every structure gives the same hits; its id is its record's in the array of
+// triangles, behind all of those.
 #ifndef EK_SHAPE_HIT_H
 #define EK_SHAPE_HIT_H
 #include "shapes/shape.h"
@@ -13,8 +14,9 @@ typedef struct {
 } ShapeHit;
 
 #if EK_HAS_opacity
-// The lanes whose ray passes root `number`, counted from its origin. Each root is decided anew. (The decision depends on the shape's
-// own number, because the number of its record depends on how meshes are stored.)
+// The lanes whose ray passes root `number`, counted from its origin. Each root is decided anew.
+// (The decision depends on the shape's own number, because the number of its record depends on how
+// meshes are stored.)
 EK_FN vi shape_alpha_test_rejects(SceneData scene, vu id, vu shape, ShapePoint point, uint number, OpacityKey key) {
   const vf zero = (vf)(0.0f), one = (vf)(1.0f);
   const HitAttributes at = {V3(zero, zero, zero), point.u, point.v, point.u, point.v, V3(zero, zero, zero), one, one, one, one, one};
@@ -38,8 +40,9 @@ EK_FN ShapeInterval shape_interval(const RayLanes* ray, v3 lo, v3 hi) {
   return within;
 }
 
-// The same interval, to the bit, from the numbers of the triangle test. lo, hi: in the axes of that test. It sets o_near.x and
-// o_far.x of `ray`, from which shape_hit_within takes how far the two are apart.
+// The same interval, to the bit, from the numbers of the triangle test. lo, hi: in the axes of that
+// test. It sets o_near.x and o_far.x of `ray`, from which shape_hit_within takes how far the two
+// are apart.
 EK_FN ShapeInterval shape_interval_permuted(RayLanes* ray, v3 lo, v3 hi) {
   const vf farthest = max_f(max_f(abs_f(ray->p_o.x), abs_f(ray->p_o.y)), abs_f(ray->p_o.z));
   const vf pad = ray_pad(ray->extent, farthest);
@@ -54,10 +57,11 @@ EK_FN ShapeInterval shape_interval_permuted(RayLanes* ray, v3 lo, v3 hi) {
   return within;
 }
 
-/// The first place where each ray meets its shape and does not pass it. Reads of `ray` p_o, s, p_rz, axis, and key.
-/// live: lanes that count, all of whose intervals within the shape's box are not empty; id: the shape's record in scene.triangles;
-/// until: hits behind that t are of no use
-// In the shape's space, by the depth on the ray's longest axis: the direction (sx, sy, 1) is what triangles are tested with.
+/// The first place where each ray meets its shape and does not pass it. Reads of `ray` p_o, s,
+/// p_rz, axis, and key. live: lanes that count, all of whose intervals within the shape's box are
+/// not empty; id: the shape's record in scene.triangles; until: hits behind that t are of no use
+// In the shape's space, by the depth on the ray's longest axis: the direction (sx, sy, 1) is what
+// triangles are tested with.
 EK_FN ShapeHit shape_hit_within(SceneData scene, const RayLanes* ray, vi live, vu id, vu shape, ShapeLanes s, ShapeInterval within,
                                 vf until) {
   const vi z_is_x = ray->axis == 0.0f, z_is_y = ray->axis == 1.0f;
@@ -106,7 +110,8 @@ EK_FN ShapeHit shape_hit_within(SceneData scene, const RayLanes* ray, vi live, v
   return found;
 }
 
-/// The same of rays of which it is not known whether they meet the box from lo to hi. Reads r, n and f of `ray`, too.
+/// The same of rays of which it is not known whether they meet the box from lo to hi. Reads r, n
+/// and f of `ray`, too.
 EK_FN ShapeHit shape_hit(SceneData scene, const RayLanes* ray, vi live, vu id, vu shape, v3 lo, v3 hi, vf until) {
   const ShapeInterval within = shape_interval(ray, lo, hi);
   return shape_hit_within(scene, ray, live & (within.begin <= within.end), id, shape, load_shape(scene.shapes, shape), within,

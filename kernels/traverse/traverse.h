@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Tracing of rays through the scene, in lanes. The host defines
-//   EK_LAYOUT_<name> (shared/layouts.def), EK_LAYOUT_none  1 for the tree of this program, 0 for the others
+//   EK_LAYOUT_<name> (shared/layouts.def), EK_LAYOUT_none  1 for the tree of this program, 0 for
+//   the others
 //   EK_STACK_SIZE   the most entries that a ray can leave on its stack
 //   EK_SMALL_TREE   1 where packets are best for rays of any kind
 //   EK_MEDIUM_TREE  1 where the tree is larger than a core's caches
@@ -20,16 +21,18 @@
 
 #define USE_WIDE (EK_LAYOUT_bvh16 | EK_LAYOUT_bvh8)
 
-// The lanes that hold a ray: from a finite origin in some direction. Others can hit nothing and must not be traced, because a NaN
-// is within every box, even where a node has no child, and would widen the bounds of a packet. The padded origins of a ray are finite,
-// and its reciprocals are finite and not 0, so it never meets the planes at infinity of a missing child.
+// The lanes that hold a ray: from a finite origin in some direction. Others can hit nothing and
+// must not be traced, because a NaN is within every box, even where a node has no child, and would
+// widen the bounds of a packet. The padded origins of a ray are finite, and its reciprocals are
+// finite and not 0, so it never meets the planes at infinity of a missing child.
 EK_FN vi valid_rays(RayLanes ray, vf t_max, uint count) {
   return (LANE_INDEX < (vu)(count)) & (t_max > 0.0f) & (ray.p_o.x == ray.p_o.x) & (ray.p_o.y == ray.p_o.y) & (ray.p_o.z == ray.p_o.z) &
          (ray.extent < EK_INFINITY) & (ray.sx == ray.sx) & (ray.sy == ray.sy) & (ray.p_rcp_d.z != 0.0f);
 }
 
-// 1 if a packet is likely to pay. Even rays that start together and lead to the same light may go anywhere, so those of a packet must
-// agree on their longest axis, its sign, and on the slopes to it within a quarter.
+// 1 if a packet is likely to pay. Even rays that start together and lead to the same light may go
+// anywhere, so those of a packet must agree on their longest axis, its sign, and on the slopes to
+// it within a quarter.
 EK_FN int use_packet(RayLanes ray, vi valid, int coherent) {
   if (!USE_WIDE | (EK_WIDTH == 1)) return 0;
   if (EK_SMALL_TREE) return 1;
@@ -52,7 +55,8 @@ EK_FN int traverse_one(Geometry geometry, const RayOne* ray, const int any_hit, 
   return traverse_none(geometry, ray, any_hit, hit);
 }
 
-// EK_ROWS rays on their way: tracing_begin for each vector of them, then tracing_finish, then closest_result or any_result.
+// EK_ROWS rays on their way: tracing_begin for each vector of them, then tracing_finish, then
+// closest_result or any_result.
 typedef struct {
   RayOne rays[EK_SORTS ? 1 : EK_ROWS];
   HitTable hits;
@@ -158,7 +162,8 @@ EK_FN void tracing_run_sorted(constant Frame* frame, Geometry geometry, Tracing*
 }
 #endif
 
-// Begins rays. For each, tracing_finish finds the closest hit in 0 < t < t_max, or with any_hit whether there is one.
+// Begins rays. For each, tracing_finish finds the closest hit in 0 < t < t_max, or with any_hit
+// whether there is one.
 EK_FN void tracing_begin(constant Frame* frame, Geometry geometry, Tracing* tracing, TracedRays rays, const int any_hit) {
 #if EK_SORTS
   if (!rays.coherent) {

@@ -1,17 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-// Trees in two levels (EK_HAS_instance). Where a mesh is stored once, the scene's tree has a child word for each of its instances,
-// and there the ray goes on in the mesh's own tree. Triangles are tested in the world, with corners of the very bits that they would
-// have if they were stored for each instance (instance.h). So hits are the same too, if only every triangle is reached whose hit
+// Trees in two levels (EK_HAS_instance). Where a mesh is stored once, the scene's tree has a child
+// word for each of its instances, and there the ray goes on in the mesh's own tree. Triangles are
+// tested in the world, with corners of the very bits that they would have if they were stored for
+// each instance (instance.h). So hits are the same too, if only every triangle is reached whose hit
 // would count. For that a ray takes its boxes to the mesh's space, while t stays what it is:
-//   - The test of a triangle T gives t only where the ray passes T within a few units of 2^-24 of its extent, at some t'
-//     (classic/cells.h, item 3), and t lies in the interval of T's box. So |t - t'| |d| is at most that box's extent and its pads on
-//     each axis, and thus on all axes the least of these. (t is t' but for rounding, unless the ray sees T edge-on.)
-//   - o and d in the mesh's space are o' = I (o - m(middle)) + middle and d' = I d, where I is the inverse of the matrix, in floats.
-//     Within its extent the ray is off there by less than 8 units of 2^-24 of the extent times the sum of |I| along a row. `pad`,
-//     which is 32 units of the extent or more, is counted twice, beside the error of the corners and the rounding of o' and of
-//     the planes.
-//   - So boxes that grow by all this, and by |t - t'| |d'|, hold t in their intervals as computed. No box above T is rejected for a
-//     best t that is not before t. In the scene's tree, each instance has a box in the world around those of all its triangles.
+//   - The test of a triangle T gives t only where the ray passes T within a few units of 2^-24 of
+//     its extent, at some t' (classic/cells.h, item 3), and t lies in the interval of T's box. So
+//     |t - t'| |d| is at most that box's extent and its pads on each axis, and thus on all axes the
+//     least of these. (t is t' but for rounding, unless the ray sees T edge-on.)
+//   - o and d in the mesh's space are o' = I (o - m(middle)) + middle and d' = I d, where I is the
+//     inverse of the matrix, in floats. Within its extent the ray is off there by less than 8 units
+//     of 2^-24 of the extent times the sum of |I| along a row. `pad`, which is 32 units of the
+//     extent or more, is counted twice, beside the error of the corners and the rounding of o' and
+//     of the planes.
+//   - So boxes that grow by all this, and by |t - t'| |d'|, hold t in their intervals as computed.
+//     No box above T is rejected for a best t that is not before t. In the scene's tree, each
+//     instance has a box in the world around those of all its triangles.
 // The child word of an instance is bits 31 and 30, and its number below them.
 #ifndef EK_TRAVERSE_INSTANCE_H
 #define EK_TRAVERSE_INSTANCE_H

@@ -1,17 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-// Watertight ray-triangle test [Woop, Benthin, Wald 2013, JCGT 2(1)], written once and included by hit.h for
+// Watertight ray-triangle test [Woop, Benthin, Wald 2013, JCGT 2(1)], written once and included by
+// hit.h for
 //   EK_SHAPE 1  one ray, one triangle                     -> triangle_hit_one
 //   EK_SHAPE 0  EK_WIDTH rays, one triangle each or for all -> triangle_hit_lanes
 // with the same bits in each. Deviations from the paper:
-//   - The sign of a difference of two rounded products is right or zero, never wrong. Where it is zero, the rounding errors of
-//     the products decide. They are found by splitting [Dekker 1971], which is as exact as the paper's double precision, which not
-//     every device has.
-//   - Where the error bound of t reaches zero [Pharr, Jakob, Humphreys 2023, PBR section 6.8.4], t is computed anew from the plane
-//     of the corners as they were given, and refused unless it is positive. Its error is less than the offset with which rays leave
-//     a surface (surface.h): they miss it and its copies, but not a wall that touches it. The plane of needles and of edge-on
-//     triangles is not known so well; there t is refused within its bound. None of this is done where all corners lie in front of
-//     the origin beyond error, which those of the surface that a ray leaves never do.
-//   - t is moved into the interval of the triangle's box (ray.h). Only rounding takes it out of there, for edge-on triangles.
+//   - The sign of a difference of two rounded products is right or zero, never wrong. Where it is
+//     zero, the rounding errors of the products decide. They are found by splitting [Dekker 1971],
+//     which is as exact as the paper's double precision, which not every device has.
+//   - Where the error bound of t reaches zero [Pharr, Jakob, Humphreys 2023, PBR section 6.8.4], t
+//     is computed anew from the plane of the corners as they were given, and refused unless it is
+//     positive. Its error is less than the offset with which rays leave a surface (surface.h): they
+//     miss it and its copies, but not a wall that touches it. The plane of needles and of edge-on
+//     triangles is not known so well; there t is refused within its bound. None of this is done
+//     where all corners lie in front of the origin beyond error, which those of the surface that a
+//     ray leaves never do.
+//   - t is moved into the interval of the triangle's box (ray.h). Only rounding takes it out of
+//     there, for edge-on triangles.
 #if EK_SHAPE == 1
 #define SHAPE(name) name##_one
 #define ShapeRay RayOne
@@ -55,7 +59,8 @@ EK_FN ShapeCorner SHAPE(corner_max)(ShapeCorner a, ShapeCorner b, ShapeCorner c)
   return m > c ? m : c;
 }
 
-// a * b - product for product = fl(a * b). It is exact, because halves of 12 bits have exact products.
+// a * b - product for product = fl(a * b). It is exact, because halves of 12 bits have exact
+// products.
 EK_FN ShapeF SHAPE(product_error)(ShapeF a, ShapeF b, ShapeF product) {
   const ShapeF a_hi = SHAPE_AS_F(SHAPE_AS_U(a) & 0xfffff000u), b_hi = SHAPE_AS_F(SHAPE_AS_U(b) & 0xfffff000u);
   const ShapeF a_lo = a - a_hi, b_lo = b - b_hi;
@@ -116,21 +121,24 @@ EK_FN SHAPE(TriangleHit) SHAPE(triangle_hit)(const ShapeRay* ray, SHAPE(Corners)
     const ShapeF first_t = SHAPE(shape_min)(SHAPE(shape_min)(at, bt), ct);
     const ShapeI in_front = first_t > gamma3 * last_t;
     const ShapeF max_t = SHAPE(shape_max)(last_t, -first_t);
-    // With coordinates below twice the extent, the bound below is less than half of this one. Where t exceeds this, it is certain.
+    // With coordinates below twice the extent, the bound below is less than half of this one. Where
+    // t exceeds this, it is certain.
     const ShapeF coarse_t = (0x1p-19f + (0x1p-14f * ray->extent) * ray->extent * inverse_size) * max_t;
     const ShapeI uncertain = r.hit & !in_front & !(t > coarse_t);
     if (SHAPE_ANY(uncertain)) {
       const ShapeF px = p.bx - p.ax, py = p.by - p.ay, pz = p.bz - p.az;
       const ShapeF qx = p.cx - p.ax, qy = p.cy - p.ay, qz = p.cz - p.az;
-      // The weights and the normal are off by some 2^-24 longest^2 / size each, and the new t by the product of both.
+      // The weights and the normal are off by some 2^-24 longest^2 / size each, and the new t by
+      // the product of both.
       const ShapeF max_x = SHAPE(shape_max)(SHAPE(shape_abs)(px), SHAPE(shape_abs)(qx));
       const ShapeF max_y = SHAPE(shape_max)(SHAPE(shape_abs)(py), SHAPE(shape_abs)(qy));
       const ShapeF max_z = SHAPE(shape_max)(SHAPE(shape_abs)(pz), SHAPE(shape_abs)(qz));
       const ShapeF longest = SHAPE(shape_max)(SHAPE(shape_max)(max_x, max_y), max_z);
       const ShapeI well_shaped = longest * longest < 0x1p12f * size;
-      // The new t is the product of the normal, scaled so that its product with the direction (sx, sy, 1) is 1, and the vector from
-      // the origin to the point of the weights. That vector is short, so the normal's own error does not matter, and it is exact
-      // along an axis on which the corners agree.
+      // The new t is the product of the normal, scaled so that its product with the direction (sx,
+      // sy, 1) is 1, and the vector from the origin to the point of the weights. That vector is
+      // short, so the normal's own error does not matter, and it is exact along an axis on which
+      // the corners agree.
       const ShapeF nx = (qy * pz - qz * py) * inverse, ny = (qz * px - qx * pz) * inverse, nz = (qx * py - qy * px) * inverse;
       const ShapeF wa = ea * inverse, wb = eb * inverse, wc = ec * inverse;
       const ShapeF dx = (wa * (p.ax - ray->p_o.x) + wb * (p.bx - ray->p_o.x)) + wc * (p.cx - ray->p_o.x);
@@ -150,8 +158,9 @@ EK_FN SHAPE(TriangleHit) SHAPE(triangle_hit)(const ShapeRay* ray, SHAPE(Corners)
       }
     }
 
-    // On z, t lies between those of the corners but for 8 units of 2^-24, which is well within the pad. A step into the interval on
-    // x and y leaves it there, because a ray that hits is in all three intervals at once.
+    // On z, t lies between those of the corners but for 8 units of 2^-24, which is well within the
+    // pad. A step into the interval on x and y leaves it there, because a ray that hits is in all
+    // three intervals at once.
     const ShapeF lo_x = (ShapeF)(SHAPE(corner_min)(p.ax, p.bx, p.cx)), hi_x = (ShapeF)(SHAPE(corner_max)(p.ax, p.bx, p.cx));
     const ShapeF lo_y = (ShapeF)(SHAPE(corner_min)(p.ay, p.by, p.cy)), hi_y = (ShapeF)(SHAPE(corner_max)(p.ay, p.by, p.cy));
     const ShapeF near_x = ((ray->p_rcp_d.x < 0.0f ? hi_x : lo_x) - ray->p_near_x) * ray->p_rcp_d.x;
@@ -169,7 +178,8 @@ EK_FN SHAPE(TriangleHit) SHAPE(triangle_hit)(const ShapeRay* ray, SHAPE(Corners)
 }
 
 #if EK_SHAPE == 0
-// The pre-test: the lanes that may hit the triangle before `end`. It rejects what the first steps of triangle_hit reject.
+// The pre-test: the lanes that may hit the triangle before `end`. It rejects what the first steps
+// of triangle_hit reject.
 EK_FN vi triangle_may_be_hit_lanes(const RayLanes* ray, Corners_lanes p, vf end) {
   const Edges_lanes e = triangle_edges_lanes(ray, p);
   const vf zero = (vf)(0.0f), least = shape_min_lanes(shape_min_lanes(e.ea, e.eb), e.ec),

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Oblique planes of the layout `bsp`: n (x - c) = d, where |n| is 1 but for rounding, and c, a point amid the scene, is in the words of
-// the header from 7. Their rounding is not monotone, so a margin replaces item 1 of cells.h. A list in front holds every triangle that
-// may be hit at a point P = o + t d there, and one behind likewise; so it is enough that a ray visits the side that P is on. The
-// computed distance of P from the plane errs by 16 u E at the origin and by 18 u E along the ray, from the direction's shear, and
-// the quotient by 14 u E; P is the point of t's own value. The margin is 128 u E + 8 u |o|, so that rays that pass a triangle
-// within 7 u E (item 3) meet its cells, too. Planes across an axis are those of a kd-tree, which the paper has beside the others
-// [Ize, Wald, Parker 2008, "Ray tracing with the BSP tree"].
+// Oblique planes of the layout `bsp`: n (x - c) = d, where |n| is 1 but for rounding, and c, a
+// point amid the scene, is in the words of the header from 7. Their rounding is not monotone, so a
+// margin replaces item 1 of cells.h. A list in front holds every triangle that may be hit at a
+// point P = o + t d there, and one behind likewise; so it is enough that a ray visits the side that
+// P is on. The computed distance of P from the plane errs by 16 u E at the origin and by 18 u E
+// along the ray, from the direction's shear, and the quotient by 14 u E; P is the point of t's own
+// value. The margin is 128 u E + 8 u |o|, so that rays that pass a triangle within 7 u E (item 3)
+// meet its cells, too. Planes across an axis are those of a kd-tree, which the paper has beside the
+// others [Ize, Wald, Parker 2008, "Ray tracing with the BSP tree"].
 #ifndef EK_TRAVERSE_BSP_H
 #define EK_TRAVERSE_BSP_H
 #include "traverse/classic/cells.h"

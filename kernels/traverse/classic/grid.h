@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Layout `grid`: equal cells. The header has from word 7 the numbers of cells on x, y, z, and the cells per metre on them. After it come
-// the planes of x, of y, of z, one more than cells; then where the triangles of each cell begin in `leaves`, x fastest, and where the
-// last ones end. Traversal is 3D-DDA [Amanatides, Woo 1987] by slices: one slice of cells after another along the longest axis of the
-// direction, and in it the few cells that the ray can pass there, whose range moves along with it [Wald, Ize, Kensler, Knoll, Parker 2006, "Ray tracing animated
-// scenes using coherent grid traversal", for one ray]. Unlike steps to the nearest plane, this meets all cells at a face, edge or
-// corner that the ray runs along, as cells.h demands. Planes are read from a table, so that no error adds up.
+// Layout `grid`: equal cells. The header has from word 7 the numbers of cells on x, y, z, and the
+// cells per metre on them. After it come the planes of x, of y, of z, one more than cells; then
+// where the triangles of each cell begin in `leaves`, x fastest, and where the last ones end.
+// Traversal is 3D-DDA [Amanatides, Woo 1987] by slices: one slice of cells after another along the
+// longest axis of the direction, and in it the few cells that the ray can pass there, whose range
+// moves along with it [Wald, Ize, Kensler, Knoll, Parker 2006, "Ray tracing animated scenes using
+// coherent grid traversal", for one ray]. Unlike steps to the nearest plane, this meets all cells
+// at a face, edge or corner that the ray runs along, as cells.h demands. Planes are read from a
+// table, so that no error adds up.
 #ifndef EK_TRAVERSE_GRID_H
 #define EK_TRAVERSE_GRID_H
 #include "traverse/classic/cells.h"

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Layouts `kdtree`, space divided by planes across one axis each, and `bsp`, divided by those and by oblique ones. After the header
-// come nodes, whose indices count in units of two words:
+// Layouts `kdtree`, space divided by planes across one axis each, and `bsp`, divided by those and
+// by oblique ones. After the header come nodes, whose indices count in units of two words:
 //   across   plane; axis | index of the child above it << 3
 //   leaf     first entry of its triangles in `leaves`; 3 | their number << 3
 //   oblique  d; 4 | index of the child in front << 3; n, 0 (traverse/classic/bsp.h)
-// The child below or behind comes next in memory. Traversal goes front to back with a stack [Hapala, Havran 2011, "Review: kd-tree traversal algorithms for ray
-// tracing", algorithm TA-B rec]. As computed, the first child ends no earlier than the second begins. So a ray passes at
+// The child below or behind comes next in memory. Traversal goes front to back with a stack
+// [Hapala, Havran 2011, "Review: kd-tree traversal algorithms for ray tracing", algorithm TA-B
+// rec]. As computed, the first child ends no earlier than the second begins. So a ray passes at
 // least one of them, and a step needs no branch but those on the kind of node.
 #ifndef EK_TRAVERSE_KDTREE_H
 #define EK_TRAVERSE_KDTREE_H

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Layout `none`: every triangle is tested. nodes[0] is their number, and leaves their indices. Tests compare the trees with this.
+// Layout `none`: every triangle is tested. nodes[0] is their number, and leaves their indices.
+// Tests compare the trees with this.
 #ifndef EK_TRAVERSE_NONE_H
 #define EK_TRAVERSE_NONE_H
 #include "traverse/hit.h"

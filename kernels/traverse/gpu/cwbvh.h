@@ -1,21 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
-// Layout `cwbvh`, for GPU devices: nodes of 20 words with eight children, whose boxes are quantised [Ylitie, Karras, Laine 2017,
-// "Efficient incoherent ray traversal on GPUs through compressed wide BVHs"]. The paper also shares triangle tests among the
-// threads of a warp; this does not, because votes across work-items are missing in OpenCL C 1.2.
+// Layout `cwbvh`, for GPU devices: nodes of 20 words with eight children, whose boxes are quantised
+// [Ylitie, Karras, Laine 2017, "Efficient incoherent ray traversal on GPUs through compressed wide
+// BVHs"]. The paper also shares triangle tests among the threads of a warp; this does not, because
+// votes across work-items are missing in OpenCL C 1.2.
 //   words 0-3    origin and exponents of the boxes (quantised.h); highest byte of word 3: bit k, child k is a node
 //   word 4       index of the node of the first child that is one; the others follow
 //   word 5       first entry of the node's triangles, at most 24, in `leaves`
 //   words 6, 7   a byte per child, that of child 0 lowest. 0: there is none; a node: 1 << 5 | 24 + its number; triangles: as many
 //                ones as it has (1 to 3) << 5 | the first's place among the node's
 //   words 8-19   planes lo x, lo y, lo z, hi x, hi y, hi z of children 0-3 and 4-7
-// Child k is the one that rays of octant k (bit 0: x < 0, ...) are likely to meet first; in general children come in the order of
-// k ^ octant. All children of a node that a ray meets are one entry of the stack: bits 24 + 7 - (k ^ octant), so that the highest
-// is next, and below them one bit for each child that is a node.
+// Child k is the one that rays of octant k (bit 0: x < 0, ...) are likely to meet first; in general
+// children come in the order of k ^ octant. All children of a node that a ray meets are one entry
+// of the stack: bits 24 + 7 - (k ^ octant), so that the highest is next, and below them one bit for
+// each child that is a node.
 #ifndef EK_TRAVERSE_CWBVH_H
 #define EK_TRAVERSE_CWBVH_H
 #include "traverse/quantised.h"
 
-// The children, of four, that a ray meets, as bits: nodes from bit 24 on, triangles below. kinds: their bytes; in: those that are met
+// The children, of four, that a ray meets, as bits: nodes from bit 24 on, triangles below. kinds:
+// their bytes; in: those that are met
 EK_FN uint cwbvh_bits(uint kinds, int4 in, uint inverse) {
   // A byte whose place is 24 or more is a node. `inverse` is repeated in each byte.
   const uint is_node = ((kinds & (kinds << 1) & 0x10101010u) >> 4) * 255u;
@@ -31,7 +34,8 @@ EK_FN int traverse_cwbvh(Geometry geometry, const RayOne* ray, const int any_hit
   uint stack_size = 0;
   const uint octant = (ray->rcp_d.x < 0.0f ? 1u : 0u) | (ray->rcp_d.y < 0.0f ? 2u : 0u) | (ray->rcp_d.z < 0.0f ? 4u : 0u);
   const uint inverse = (7u ^ octant) * 0x01010101u;
-  // The children of a node that are still to be visited: the index of the first, and bits as above. At first it is the root alone.
+  // The children of a node that are still to be visited: the index of the first, and bits as above.
+  // At first it is the root alone.
   uint2 group = (uint2)(0u, 0x80000000u);
   for (;;) {
     EK_COUNT_STEP(hit);

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Traversal of the wide trees by many rays, each on its own way, one step of each in turn: for rays that have nothing in common.
+// Traversal of the wide trees by many rays, each on its own way, one step of each in turn: for rays
+// that have nothing in common.
 //   - BATCH_SLOTS rays are on their way. When one is done, the next takes its place.
-//   - A step at a node has no branch and does not depend on the step before it, which belongs to another ray. So the processor
-//     works on several steps at once, and the next node of a ray is fetched while the others move.
-//   - At a leaf, the cheap pre-test (leaf8.h) rejects most of its eight triangles. The candidates that all rays have left are
-//     collected and tested in lanes of one ray and one triangle each.
+//   - A step at a node has no branch and does not depend on the step before it, which belongs to
+//     another ray. So the processor works on several steps at once, and the next node of a ray is
+//     fetched while the others move.
+//   - At a leaf, the cheap pre-test (leaf8.h) rejects most of its eight triangles. The candidates
+//     that all rays have left are collected and tested in lanes of one ray and one triangle each.
 #ifndef EK_TRAVERSE_BATCH_H
 #define EK_TRAVERSE_BATCH_H
 #include "traverse/wide/batch_stack.h"
@@ -12,14 +14,16 @@
 
 #if EK_WIDTH > 1
 
-// Rays: the row of each in the table, the child (node, leaf or instance) that it is at, and the size of its stack.
+// Rays: the row of each in the table, the child (node, leaf or instance) that it is at, and the
+// size of its stack.
 typedef struct {
   uint row[BATCH_LIST], child[BATCH_LIST], stack_size[BATCH_LIST];
 } BatchList;
 
 // The rays, by what they are at. The others are words of one list's rays:
 // candidates, next   of `leaf`: the triangles that the pre-test left, as bits; what lies on top of the stack
-// pretested_bits     of `pretested`, the rays whose candidates wait for the whole test: those candidates, as bits
+// pretested_bits     of `pretested`, the rays whose candidates wait for the whole test: those
+//                    candidates, as bits
 typedef struct {
   BatchList node, leaf, pretested, instance;
   uint candidates[BATCH_LIST], next[BATCH_LIST], pretested_bits[BATCH_LIST];
@@ -31,7 +35,8 @@ typedef struct {
   uint node, leaf, pretested, instance, done;
 } BatchCounts;
 
-// The state that all functions of a batch share. stack_base: the place where the stack of each row's ray begins in `stack`.
+// The state that all functions of a batch share. stack_base: the place where the stack of each
+// row's ray begins in `stack`.
 typedef struct {
   Geometry geometry;
   RayOne* rays;
@@ -51,8 +56,8 @@ EK_FN uint batch_append(BatchList* list, uint at, Packing lanes, vu row, vu chil
   return at + lanes.count;
 }
 
-// Puts the first `count` rays of `from` into the lists that their children say. `from` may be one of those lists if its own count
-// is 0, because no list grows faster than `from` is read.
+// Puts the first `count` rays of `from` into the lists that their children say. `from` may be one
+// of those lists if its own count is 0, because no list grows faster than `from` is read.
 EK_FN void batch_distribute(BatchLists* lists, BatchCounts* counts, const BatchList* from, uint count) {
   for (uint i = 0; i < count; i += EK_WIDTH) {
     const vu row = batch_load(from->row, i), child = batch_load(from->child, i), size = batch_load(from->stack_size, i);
@@ -71,8 +76,9 @@ EK_FN void batch_distribute(BatchLists* lists, BatchCounts* counts, const BatchL
   }
 }
 
-// Notes what the pre-test says of ray i of those at leaves. certain: the ray surely hits one of the triangles, so that an any-hit
-// query of it is done. There is no branch, because the outcome cannot be predicted.
+// Notes what the pre-test says of ray i of those at leaves. certain: the ray surely hits one of the
+// triangles, so that an any-hit query of it is done. There is no branch, because the outcome cannot
+// be predicted.
 EK_FN void batch_note(const Batch* b, uint i, uint candidates, int certain, const int any_hit) {
   const BatchList* leaf = &b->lists->leaf;
   const uint done = 0u - (uint)certain;  // all ones, or 0
@@ -145,7 +151,8 @@ EK_FN void batch_gather(const Batch* b, uint first, uint count) {
   }
 }
 
-// 1 if there are enough pre-tested rays to test their candidates now, or too few other rays to wait for more.
+// 1 if there are enough pre-tested rays to test their candidates now, or too few other rays to wait
+// for more.
 EK_FN int batch_should_test(const BatchCounts* counts) {
   return counts->pretested >= EK_WIDTH || (counts->pretested != 0 && counts->node + counts->leaf < BATCH_SLOTS / 4);
 }
@@ -178,7 +185,8 @@ EK_FN void batch_test(const Batch* b, BatchCounts* counts, const int any_hit) {
   counts->pretested = 0;
 }
 
-// Takes the rays that are at an instance into the tree of its mesh, and those that leave one back to the world.
+// Takes the rays that are at an instance into the tree of its mesh, and those that leave one back
+// to the world.
 EK_FN void batch_instances(const Batch* b, BatchCounts* counts, const int any_hit) {
   BatchList* at = &b->lists->instance;
   uint rows[BATCH_LIST], instances[BATCH_LIST], entering = 0;
@@ -209,7 +217,8 @@ EK_FN void batch_instances(const Batch* b, BatchCounts* counts, const int any_hi
   batch_distribute(b->lists, counts, at, count);
 }
 
-// Stores where the rays that are done ended, and gives their slots to the next of the rows, of which *opened of `count` have begun.
+// Stores where the rays that are done ended, and gives their slots to the next of the rows, of
+// which *opened of `count` have begun.
 EK_FN void batch_refill(const Batch* b, BatchCounts* counts, const ushort* rows, uint count, uint* opened, const int any_hit) {
   for (uint i = 0; i < counts->done; ++i) {
     const uint old = b->lists->done[i], base = b->stack_base[old];
@@ -226,7 +235,8 @@ EK_FN void batch_refill(const Batch* b, BatchCounts* counts, const ushort* rows,
   counts->done = 0;
 }
 
-// One step of each ray that is at a node: the children that it meets are pushed, and the first of them is next.
+// One step of each ray that is at a node: the children that it meets are pushed, and the first of
+// them is next.
 EK_FN void batch_nodes(const Batch* b, BatchCounts* counts, const int any_hit) {
   BatchList* list = &b->lists->node;
   const uint count = counts->node;
@@ -243,7 +253,8 @@ EK_FN void batch_nodes(const Batch* b, BatchCounts* counts, const int any_hit) {
   batch_distribute(b->lists, counts, list, count);
 }
 
-// Traces the rays of `count` rows. hits->t: where each ray ends. An any-hit query sets hits->triangle to 0 where something was hit.
+// Traces the rays of `count` rows. hits->t: where each ray ends. An any-hit query sets
+// hits->triangle to 0 where something was hit.
 EK_FN void traverse_batch(Geometry geometry, RayOne* rays, const ushort* rows, uint count, const int any_hit, HitTable* hits) {
   BatchStack stack;
   BatchLists lists;
@@ -270,7 +281,8 @@ EK_FN void traverse_batch(Geometry geometry, RayOne* rays, const ushort* rows, u
     if (!EK_MEDIUM_TREE && batch_should_test(&counts)) batch_test(&b, &counts, any_hit);
     batch_refill(&b, &counts, rows, count, &opened, any_hit);
     batch_nodes(&b, &counts, any_hit);
-    // In a tree larger than a core's caches the test comes after the nodes, so that the triangles can be fetched meanwhile.
+    // In a tree larger than a core's caches the test comes after the nodes, so that the triangles
+    // can be fetched meanwhile.
     if (EK_MEDIUM_TREE && batch_should_test(&counts)) batch_test(&b, &counts, any_hit);
     if (EK_HAS_instance && counts.instance != 0) batch_instances(&b, &counts, any_hit);
   }

@@ -12,15 +12,17 @@
 #define BATCH_LIST (BATCH_SLOTS + EK_WIDTH)               // whole vectors are written
 #define BATCH_STACK (EK_STACK_SIZE + EK_NODE_WIDTH + 1u)  // whole vectors are written
 
-// The stacks of all slots: children still to be visited, and (for closest hits only) where the ray's interval in them begins.
+// The stacks of all slots: children still to be visited, and (for closest hits only) where the
+// ray's interval in them begins.
 typedef struct {
   uint child[BATCH_SLOTS * BATCH_STACK];
   float begin[BATCH_SLOTS * BATCH_STACK];
 } BatchStack;
 
-// Pushes the children of a node that the ray meets, the one to visit first last; returns the new size. They are pushed from far to
-// near, in the order that the builder stored for the ray's octant. Any-hit queries take them as they are stored, smallest first,
-// because the largest is the likeliest to be hit.
+// Pushes the children of a node that the ray meets, the one to visit first last; returns the new
+// size. They are pushed from far to near, in the order that the builder stored for the ray's
+// octant. Any-hit queries take them as they are stored, smallest first, because the largest is the
+// likeliest to be hit.
 EK_FN uint batch_push(BatchStack* stack, uint size, global const float* node, const RayOne* ray, const int any_hit) {
   global const uint* list = (global const uint*)(node + 6u * EK_NODE_WIDTH);
   const wf begin = wide_begin(node, ray), end = wide_end(node, ray);
@@ -33,7 +35,8 @@ EK_FN uint batch_push(BatchStack* stack, uint size, global const float* node, co
   return size + (uint)popcount(bits);
 }
 
-// Drops the entries of the stack above `base` that begin behind the ray's end; returns the new size.
+// Drops the entries of the stack above `base` that begin behind the ray's end; returns the new
+// size.
 EK_FN uint batch_cull(BatchStack* stack, uint base, uint size, float end) {
   uint kept = base + 1u, at = kept;
   do {

@@ -28,7 +28,8 @@ EK_FN OpacityKey candidate_keys(const RayOne* rays, const uint* rows) {
   return keys;
 }
 
-// The stored corners of each lane's triangle. Those of an instance's triangles are in the space of its mesh, and are moved to the world.
+// The stored corners of each lane's triangle. Those of an instance's triangles are in the space of
+// its mesh, and are moved to the world.
 EK_FN void candidate_corners(Geometry geometry, const TriangleLanes* record, vu instance, v3 corners[3]) {
   corners[0] = record->p0;
   corners[1] = record->p1;
@@ -40,8 +41,8 @@ EK_FN void candidate_corners(Geometry geometry, const TriangleLanes* record, vu 
   for (uint k = 0; k < 3u; ++k) corners[k] = select3(is_placed, placed_point(to_world, corners[k]), corners[k]);
 }
 
-// Tests EK_WIDTH candidates from `first` on, of which those below candidates->count count, and leaves in `rays` and `hits` what
-// traverse_batch leaves.
+// Tests EK_WIDTH candidates from `first` on, of which those below candidates->count count, and
+// leaves in `rays` and `hits` what traverse_batch leaves.
 EK_FN void test_candidates(Geometry geometry, RayOne* rays, const BatchCandidates* candidates, uint first, const int any_hit,
                            HitTable* hits) {
   const uint *rows = candidates->row + first, *triangles = candidates->triangle + first;

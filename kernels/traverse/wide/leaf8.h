@@ -2,19 +2,23 @@
 // The pre-test of a leaf of eight triangles, written once and included by wide.h for
 //   EK_VISITS 1  one ray at a leaf                          -> leaf8_pretest; b is not read
 //   EK_VISITS 2  two rays, each at its leaf, in one vector  -> leaf8_pretest_2, with b's triangles in bits 8 to 15
-// It returns the candidates: the triangles that pass the first steps of triangle.h, with the same bits, and do not lie wholly
-// behind the ray's end. The triangles at which the ray starts or ends are never among them.
+// It returns the candidates: the triangles that pass the first steps of triangle.h, with the same
+// bits, and do not lie wholly behind the ray's end. The triangles at which the ray starts or ends
+// are never among them.
 //
-// Why the sign of the differences is turned: corners are subtracted from the origin, because the second operand of a subtraction
-// needs no load of its own. The signs of products of two such differences stay as they are.
+// Why the sign of the differences is turned: corners are subtracted from the origin, because the
+// second operand of a subtraction needs no load of its own. The signs of products of two such
+// differences stay as they are.
 //
-// Why no hit before the ray's end is lost. With u = 2^-24 and A the distance on z to the first corner, the first_t of that corner
-// is at most A (1 + 2u), and the triangle's box begins at or behind A (1 - 2u) - 1.51 pad |rz|, where pad is 2u |o| or more. A is
-// at most extent |rz|, so 4u A is an eighth of pad |rz|. The slack of twice pad |rz| covers both, and the rounding of the sum.
+// Why no hit before the ray's end is lost. With u = 2^-24 and A the distance on z to the first
+// corner, the first_t of that corner is at most A (1 + 2u), and the triangle's box begins at or
+// behind A (1 - 2u) - 1.51 pad |rz|, where pad is 2u |o| or more. A is at most extent |rz|, so 4u A
+// is an eighth of pad |rz|. The slack of twice pad |rz| covers both, and the rounding of the sum.
 //
-// *certain, for an any-hit query without opacity: the candidates that the ray hits for certain before its end. Their edges have one
-// sign and none is zero, and all corners lie in front of the origin beyond error and before the end, so all that the whole test
-// asks is true. (On x and y the intervals of the triangle's box both contain the ray's true t, which lies between those of the
+// *certain, for an any-hit query without opacity: the candidates that the ray hits for certain
+// before its end. Their edges have one sign and none is zero, and all corners lie in front of the
+// origin beyond error and before the end, so all that the whole test asks is true. (On x and y the
+// intervals of the triangle's box both contain the ray's true t, which lies between those of the
 // corners but for less than the pad.)
 #if EK_VISITS == 1
 #define VisitF float8
@@ -26,7 +30,8 @@ EK_FN uint leaf8_pretest(const Leaf8Visit* a, const Leaf8Visit* b, const int any
 #else
 #define VisitF float16
 #define VISIT_BITS mask_bits16
-// Word k of the rays' part for triangles: one instruction for both rays, which the compiler does not find by itself.
+// Word k of the rays' part for triangles: one instruction for both rays, which the compiler does
+// not find by itself.
 #define VISIT_RAY(name, k) \
   __builtin_shufflevector(words, words_b, k, k, k, k, k, k, k, k, 16 + k, 16 + k, 16 + k, 16 + k, 16 + k, 16 + k, 16 + k, 16 + k)
 #define VISIT_CORNER(axis, offset) ((float16)(leaf8_corner(a, offset, a->axis), leaf8_corner(b, offset, b->axis)))

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Traversal of the wide trees by packets: all lanes' rays go together. It is for rays that are neighbours, and for trees so small
-// that any rays share most of the way. A node's boxes are first tested against bounds of the whole packet, all boxes at once, and
-// then one by one against the rays. The bounds need no margin, because rounding is monotone, and each ray's own test is that of
+// Traversal of the wide trees by packets: all lanes' rays go together. It is for rays that are
+// neighbours, and for trees so small that any rays share most of the way. A node's boxes are first
+// tested against bounds of the whole packet, all boxes at once, and then one by one against the
+// rays. The bounds need no margin, because rounding is monotone, and each ray's own test is that of
 // wide.h. So a ray meets every triangle that could be its hit, and the hits have the same bits.
-// source [Wald, Boulos, Shirley 2007, "Ray tracing deformable scenes using dynamic bounding volume hierarchies"]
+// source [Wald, Boulos, Shirley 2007, "Ray tracing deformable scenes using dynamic bounding volume
+// hierarchies"]
 #ifndef EK_TRAVERSE_PACKET_H
 #define EK_TRAVERSE_PACKET_H
 #include "traverse/wide/packet_leaf8.h"
@@ -13,8 +15,8 @@
 #define EK_PACKETS (EK_LARGE_TREE ? 8 : 1)
 #endif
 
-// Children still to be visited, and the lanes that meet them. Lanes are noted only in large trees, whose triangles may be as small
-// as pixels.
+// Children still to be visited, and the lanes that meet them. Lanes are noted only in large trees,
+// whose triangles may be as small as pixels.
 typedef struct {
   ulong entry[EK_STACK_SIZE];
 #if EK_LARGE_TREE
@@ -38,11 +40,12 @@ EK_FN void packet_push(Geometry geometry, PacketStack* stack, uint base, uint* s
   wide_prefetch(geometry, (uint)entry);
 }
 
-// The children that are there, as bits. In the world no ray meets a missing child (valid_rays); in the space of an instance's mesh
-// a ray's numbers are whatever the instance makes of them.
+// The children that are there, as bits. In the world no ray meets a missing child (valid_rays); in
+// the space of an instance's mesh a ray's numbers are whatever the instance makes of them.
 EK_FN uint packet_there(global const uint* children) { return EK_HAS_instance ? wide_there(children) : 0xffffffffu; }
 
-// Visits one node or leaf; returns 0 when the packet is done. apart: 1 if the rays share little (packet_wait)
+// Visits one node or leaf; returns 0 when the packet is done. apart: 1 if the rays share little
+// (packet_wait)
 EK_FN int packet_step(Geometry geometry, Packet* p, PacketStack* stack, const int any_hit, const int apart) {
   const RayLanes* ray = &p->ray;
   HitLanes* hit = &p->hit;
@@ -113,8 +116,8 @@ EK_FN void packet_report_given_up(Geometry geometry, const Packet* p) {
   }
 }
 
-// Traces several packets. In a large tree they take one step each in turn, so that the next node of one is fetched while the others
-// move.
+// Traces several packets. In a large tree they take one step each in turn, so that the next node of
+// one is fetched while the others move.
 EK_FN void traverse_packets(Geometry geometry, Packet* packets, uint count, const int any_hit, const int apart) {
 #if EK_LARGE_TREE
   PacketStack stacks[EK_PACKETS];

@@ -27,7 +27,8 @@ EK_FN float lanes_max(vf a) { return lanes_max8(a.lo > a.hi ? a.lo : a.hi); }
 #endif
 #endif
 
-// Bounds of a packet on one axis. Where the signs of the directions differ the axis bounds nothing: r is then 0, and open infinite.
+// Bounds of a packet on one axis. Where the signs of the directions differ the axis bounds nothing:
+// r is then 0, and open infinite.
 typedef struct {
   float r_lo, r_hi, near_o, far_o, open;
   uint near, far;  // offsets of the planes in a node
@@ -48,8 +49,8 @@ EK_FN PacketAxis packet_axis(vi valid, vf r, vf n, vf f, uint planes) {
   a.far = planes + (negative ? 0u : EK_NODE_WIDTH);
   return a;
 }
-// packet_begin is at most what any ray of the packet finds for the begin of its interval on this axis; packet_end is at least what
-// it finds for the end.
+// packet_begin is at most what any ray of the packet finds for the begin of its interval on this
+// axis; packet_end is at least what it finds for the end.
 EK_FN wf packet_begin(PacketAxis a, global const float* node) {
   const wf d = wide_load(node + a.near) - a.near_o;
   return wide_min(d * a.r_lo, d * a.r_hi);

@@ -13,8 +13,8 @@ typedef global const float* PacketCorners;
 typedef global const float8* PacketRow;
 #endif
 
-// The axis that is z of each lane's triangle test. If it is the same for all lanes, `same` is 1, and x, y, z are the offsets of
-// the axes in a leaf.
+// The axis that is z of each lane's triangle test. If it is the same for all lanes, `same` is 1,
+// and x, y, z are the offsets of the axes in a leaf.
 typedef struct {
   vi z_is_x, z_is_y;
   int same;
@@ -33,7 +33,8 @@ EK_FN PacketAxes packet_axes(const RayLanes* ray, vi valid) {
   return a;
 }
 
-// A triangle for each lane, the same for all or its own, in the axes of its test. here: the lanes that may hit it
+// A triangle for each lane, the same for all or its own, in the axes of its test. here: the lanes
+// that may hit it
 typedef struct {
   vi here;
   Corners_lanes corners;
@@ -42,8 +43,8 @@ typedef struct {
   vi alpha_tested;  // read only with EK_HAS_opacity
 } PacketTriangles;
 
-// A packet on its way. hit.t says where each ray ends. It is -1 for a lane without a valid ray, and where an any-hit query has found
-// something.
+// A packet on its way. hit.t says where each ray ends. It is -1 for a lane without a valid ray, and
+// where an any-hit query has found something.
 typedef struct {
   RayLanes ray;
   HitLanes hit;

@@ -19,7 +19,8 @@ EK_FN void packet_corner(PacketAxes axes, PacketCorners p, vf* x, vf* y, vf* z) 
 }
 
 #if EK_HAS_shape
-// Tests the shape at a place in a leaf, and keeps where its search was given up. u of the result is the shape's part.
+// Tests the shape at a place in a leaf, and keeps where its search was given up. u of the result is
+// the shape's part.
 EK_FN TriangleHit_lanes packet_shape(SceneData scene, Packet* p, global const float* at, uint id) {
   const ShapeHit met = shape_hit_one(scene, &p->ray, p->valid, p->hit.t, id, V3((vf)(at[0]), (vf)(at[8]), (vf)(at[16])),
                                      V3((vf)(at[24]), (vf)(at[32]), (vf)(at[40])));
@@ -86,8 +87,9 @@ EK_FN void packet_test_waiting(Geometry geometry, Packet* p, const int any_hit) 
   p->waits.here = (vi)(0);
 }
 
-// Lets each ray's candidate wait until a ray has a second one, and then tests all that wait. This pays where rays share little:
-// each then hits few of the triangles that the packet meets, and rarely the same ones.
+// Lets each ray's candidate wait until a ray has a second one, and then tests all that wait. This
+// pays where rays share little: each then hits few of the triangles that the packet meets, and
+// rarely the same ones.
 EK_FN void packet_wait(Geometry geometry, Packet* p, const PacketTriangles* each, const int any_hit) {
   PacketTriangles* waits = &p->waits;
   const vi may = each->here & triangle_may_be_hit_lanes(&p->ray, each->corners, p->hit.t);
@@ -108,8 +110,9 @@ EK_FN void packet_wait(Geometry geometry, Packet* p, const PacketTriangles* each
 #define PACKET_EIGHTS(row) (row)
 #endif
 
-// Pre-tests eight triangles for each lane of p->lanes; bit k of a lane says that its ray may hit triangle k. A vector of 16 lanes
-// holds the eight triangles twice, so two rays are tested at a time.
+// Pre-tests eight triangles for each lane of p->lanes; bit k of a lane says that its ray may hit
+// triangle k. A vector of 16 lanes holds the eight triangles twice, so two rays are tested at a
+// time.
 // corners  the eight triangles, in the axes that all rays have
 EK_FN vu packet_candidates(const Packet* p, const Corners_lanes* corners) {
   const RayLanes* ray = &p->ray;
@@ -147,8 +150,9 @@ EK_FN vi packet_alpha_tested(Geometry geometry, const PacketTriangles* each) {
   return *(const vi*)alpha_tested;
 }
 
-// Tests each ray against candidates of its own, all rays together: for leaves that few rays meet, and not in the same triangles.
-// All rays have the same axes. It returns the places of the leaf that hold shapes, which it does not test.
+// Tests each ray against candidates of its own, all rays together: for leaves that few rays meet,
+// and not in the same triangles. All rays have the same axes. It returns the places of the leaf
+// that hold shapes, which it does not test.
 // stored      the leaf
 // corners_at  its corners, in the world
 EK_FN uint packet_each(Geometry geometry, Packet* p, global const float* stored, PacketCorners corners_at, const int any_hit) {

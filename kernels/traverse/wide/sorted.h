@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// Packets of rays of any origin, for the smallest trees. Rays are kept until there are many, sorted by where they begin and by
-// direction, and traced as packets of neighbours in that order. Neighbours agree on the axis of the triangle test, so its corners
-// need no selection by lane. They mostly agree on the signs of the direction, so the packet has bounds on each axis and meets the
-// boxes and triangles on one side of the scene, not all of them. In a room they mostly begin at one wall. The order changes no hit.
+// Packets of rays of any origin, for the smallest trees. Rays are kept until there are many, sorted
+// by where they begin and by direction, and traced as packets of neighbours in that order.
+// Neighbours agree on the axis of the triangle test, so its corners need no selection by lane. They
+// mostly agree on the signs of the direction, so the packet has bounds on each axis and meets the
+// boxes and triangles on one side of the scene, not all of them. In a room they mostly begin at one
+// wall. The order changes no hit.
 #ifndef EK_TRAVERSE_SORTED_H
 #define EK_TRAVERSE_SORTED_H
 #include "traverse/wide/packet.h"
 
 #if EK_SORTS
-// A class is the side of the scene's box that the origin is nearest to (6 of 8), the axis of the direction's longest component
-// (3 of 4), and the octant.
+// A class is the side of the scene's box that the origin is nearest to (6 of 8), the axis of the
+// direction's longest component (3 of 4), and the octant.
 #define SORTED_CLASSES 256u
 
 // The rays that wait, in the order in which they came.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Layouts `bvh16` and `bvh8`, for CPU devices: a ray is tested against all boxes of a node, or the eight triangles of a leaf, in
-// explicit vectors. With W = 16 or 8 boxes per node, their words are:
+// Layouts `bvh16` and `bvh8`, for CPU devices: a ray is tested against all boxes of a node, or the
+// eight triangles of a leaf, in explicit vectors. With W = 16 or 8 boxes per node, their words are:
 //   node       8 W words
 //     [0, 6 W)    planes lo x, hi x, lo y, hi y, lo z, hi z of the children, W each; a missing child has lo = +inf, hi = -inf
 //     [6 W, 7 W)  children, smallest first: the index of a node, or bit 31 | the index of a leaf; 0 where a child is missing
@@ -89,13 +89,15 @@ EK_FN wf wide_end(global const float* node, const RayOne* ray) {
 
 #if EK_HAS_shape
 #if EK_HAS_sphere
-// The lanes whose box may hold a sphere that the ray meets. A lane is false only where the line passes the middle of the box by more
-// than half its width and the errors of arithmetic. Let v lead from the origin to the middle, (sx, sy, 1) be the line's direction, r
-// the radius and u = 2^-24. shapes/sphere.h accepts lines up to r + 30 u |v| + 10 u r from the middle: the products with the
-// sphere's matrix shift the origin by 12 u |v| and turn the line by as much, and the point next to the middle is rounded by
-// 4 u |v|. What is computed here is off by 6 u |v| + 3 u |middle| and a share of 12 u. |v| is at most sqrt(3) extent, and |middle|
-// is at most that and |o|. So a margin of 68 u extent + 3 u |o| + 22 u r is enough. o_near and o_far are apart by
-// 32 u extent + u |o| or more (ray.h); the margin is four times that, and 2^-17 r.
+// The lanes whose box may hold a sphere that the ray meets. A lane is false only where the line
+// passes the middle of the box by more than half its width and the errors of arithmetic. Let v lead
+// from the origin to the middle, (sx, sy, 1) be the line's direction, r the radius and u = 2^-24.
+// shapes/sphere.h accepts lines up to r + 30 u |v| + 10 u r from the middle: the products with the
+// sphere's matrix shift the origin by 12 u |v| and turn the line by as much, and the point next to
+// the middle is rounded by 4 u |v|. What is computed here is off by 6 u |v| + 3 u |middle| and a
+// share of 12 u. |v| is at most sqrt(3) extent, and |middle| is at most that and |o|. So a margin
+// of 68 u extent + 3 u |o| + 22 u r is enough. o_near and o_far are apart by 32 u extent + u |o| or
+// more (ray.h); the margin is four times that, and 2^-17 r.
 EK_FN int8 leaf8_near_spheres(global const float* leaf8, const RayOne* ray) {
   const uint x = ray->axis_x, z = ray->axis_z, y = 24u - x - z;
 #define WIDE_MIDDLE(axis) (0.5f * (*(global const float8*)(leaf8 + axis) + *(global const float8*)(leaf8 + 24u + axis)) - ray->p_o.axis)
@@ -108,8 +110,9 @@ EK_FN int8 leaf8_near_spheres(global const float* leaf8, const RayOne* ray) {
 }
 #endif
 
-// The shapes of a leaf whose boxes the ray meets, as bits. A third corner that is NaN marks a shape; its sign is set for a sphere, which
-// counts only if the ray may meet it. *triangles: 1 if the leaf has triangles, too
+// The shapes of a leaf whose boxes the ray meets, as bits. A third corner that is NaN marks a
+// shape; its sign is set for a sphere, which counts only if the ray may meet it. *triangles: 1 if
+// the leaf has triangles, too
 EK_FN uint leaf8_shapes(global const float* leaf8, const RayOne* ray, int* triangles) {
   const float8 lo_x = *(global const float8*)leaf8, third_x = *(global const float8*)(leaf8 + 48);
   const uint here = mask_bits8(lo_x == lo_x), shapes = mask_bits8(third_x != third_x) & here;
@@ -149,7 +152,8 @@ EK_FN Leaf8Visit leaf8_visit(Geometry geometry, uint child, const RayOne* ray) {
   return visit;
 }
 
-// One axis of one corner of the eight triangles, in the world: the triangles of an instance are moved there.
+// One axis of one corner of the eight triangles, in the world: the triangles of an instance are
+// moved there.
 EK_FN float8 leaf8_corner(const Leaf8Visit* visit, uint offset, uint axis) {
   global const float* corner = visit->leaf8 + offset;
   const uint instance = ray_instance(visit->ray);
@@ -178,7 +182,8 @@ EK_FN uint leaf8_ends(global const float* leaf8, const RayOne* ray, const int an
 // The children that are not missing, as bits.
 EK_FN uint wide_there(global const uint* children) { return wide_bits(*(global const wu*)children != (wu)(0u)); }
 
-// Child k, below the t at which the ray enters it. That t is not negative, so entries sort by it as integers.
+// Child k, below the t at which the ray enters it. That t is not negative, so entries sort by it as
+// integers.
 EK_FN ulong wide_entry(const float* begin, global const uint* children, uint k) {
   return (ulong)as_uint(begin[k]) << 32 | children[k];
 }
