@@ -32,7 +32,7 @@ struct BinaryNode {
 struct BinaryTree {
   BigVector<BinaryNode> nodes;         // nodes[0] is the root; empty when there is no triangle
   BigVector<std::uint32_t> triangles;  // indices into the soup, in the order of the leaves
-  // Of a scene in two levels: indices from first_place on are instances, which share no leaf with
+  // In a scene of two levels, indices from first_place on are instances, which share no leaf with
   // triangles; places_before counts the instances before each entry of `triangles`, and in all. It
   // is empty otherwise.
   std::uint32_t first_place = 0xffffffffU;

@@ -13,7 +13,7 @@
 
 namespace eikon {
 
-/// What the film keeps beside R, G and B: the sums EK_AOV of kernels/shared/features.def, and the
+/// The sums that the film keeps beside R, G and B: EK_AOV of kernels/shared/features.def, and the
 /// two mattes, which are counted instead of summed (mattes.h).
 enum class FilmSum {
 #define EK_AOV(name, channels) name,

@@ -47,7 +47,7 @@ struct Node {
   [[nodiscard]] float value() const;  // of a constant
 };
 
-/// How many operands `op` has.
+/// The number of operands of `op`.
 [[nodiscard]] std::size_t operand_count(Op op);
 
 /// Nodes are added, never changed. Every adding function throws InputError when the graph would
@@ -85,11 +85,10 @@ class Expressions {
   std::map<Node, Id> known_;
 };
 
-/// Whether `node` is a product with a constant above 0, whose interval takes two products instead
-/// of four.
+/// True of a product with a constant above 0: its interval takes two products instead of four.
 [[nodiscard]] bool is_scaling(const Expressions& expressions, const Node& node);
 
-/// Which nodes the `roots` need, themselves included.
+/// Marks the nodes that the `roots` need, themselves included.
 [[nodiscard]] std::vector<bool> needed(const Expressions& expressions, const std::vector<Id>& roots);
 
 /// The derivative of `root` along a direction: seeds[i] is that of variable i (x, y, z). Where min,

@@ -72,7 +72,7 @@ std::optional<std::size_t> as_index(const JsonView& view, const char* key, std::
 /// The first 40 characters of a value's own text, fit for one line.
 [[nodiscard]] std::string excerpt(const Json& value);
 
-/// What stands for an absent array or object.
+/// These stand for an absent array or object.
 [[nodiscard]] const Json& empty_array();
 [[nodiscard]] const Json& empty_object();
 

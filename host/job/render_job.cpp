@@ -129,7 +129,7 @@ void RenderJob::write_image(bool elsewhere) {
   exr.layers = prepared_.layers;
   exr.manifests = checkpoint_.manifests();
   exr.record = to_text(checkpoint_.record(done_->done, done_->arithmetic));
-  // What a failure left can be resumed.
+  // A render that failed can be resumed from its exact sums.
   exr.exact_sums = options_.scene.samples || options_.scene.crop || !failure_.empty();
   std::optional<Image> denoised;
   if (denoiser_) denoised = denoise();

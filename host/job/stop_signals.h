@@ -24,7 +24,7 @@ void receive_signals();
 /// The exit code after the signal that came: interrupted after SIGINT, else terminated.
 [[nodiscard]] ExitCode stop_exit_code();
 
-/// How often SIGUSR1 has come.
+/// The number of SIGUSR1 signals so far.
 [[nodiscard]] std::uint64_t checkpoint_signals();
 
 }  // namespace eikon

@@ -34,7 +34,7 @@ struct RenderReport : RenderTotals {
 };
 
 struct Progress {
-  // Of all that was asked for, with those that the render began with.
+  // Both include the samples that the render began with.
   std::uint64_t samples = 0, samples_total = 0;
   double seconds = 0;             // of rendering
   double samples_per_second = 0;  // of this run

@@ -240,7 +240,7 @@ struct Bounds {
 /// The first material that emits and that some node shows; nullptr if none does.
 [[nodiscard]] const Material* first_emitter(const Scene& scene);
 
-/// Whether all would be black without an environment: nothing that some node shows emits, no
+/// True if all would be black without an environment: nothing that some node shows emits, no
 /// punctual light shines, and what is shown is not all unlit.
 [[nodiscard]] bool needs_environment(const Scene& scene);
 

@@ -10,7 +10,7 @@
 
 namespace eikon {
 
-/// Of kernels/shared/features.def.
+/// The kinds of kernels/shared/features.def.
 enum class ShapeKind : std::uint32_t {
 #define EK_SHAPE_KIND(name, bit) name = bit,
 #include "shared/features.def"

@@ -215,7 +215,7 @@ EK_FN PickedLight pick_light(constant Frame* frame, LightData data, LightQuery q
 
 // The constant environment is sampled by the cosine about z: for a constant radiance that is the
 // whole integrand of a diffuse surface but for visibility, so an open sky has no variance at all.
-// Of a uniform sphere half the samples would be lost below the surface.
+// Half the samples of a uniform sphere would be lost below the surface.
 EK_FN void sample_environment(constant Frame* frame, AliasSample choice, Basis basis, vi both_sides, vi is, LightSample* s) {
   vf u = choice.u;
   vi below = (vi)(0);

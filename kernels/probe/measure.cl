@@ -11,7 +11,7 @@
 // holds the mean of both.
 EK_FN_ONCE v3 measure_one_way(MaterialLanes m, v3 wo, v3 wi) { return scale3(bsdf_eval(m, wo, wi), 1.0f / wi.z); }
 
-/// What is measured.
+/// The material to measure, and the place in its textures.
 typedef struct {
   uint material, u, v;
 } MeasuredPoint;

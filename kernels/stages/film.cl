@@ -39,7 +39,7 @@ EK_FN void film_fetch_ahead(global const float* slots, uint film_stride) {
 #endif
 }
 
-/// What a unit gives to the host.
+/// The sums of a unit, for the host.
 typedef struct {
   global uint* sums;
   global uint* rejected;

@@ -9,7 +9,7 @@
 #include "lanes/sampler.h"
 #include "stages/wavefront.h"
 
-/// What paths are made of.
+/// The pixels and samples that paths start from.
 typedef struct {
   global const uint* pixels;         // x | y << 16 of each pixel of the unit
   global const float* filter_table;  // filter.h

@@ -31,7 +31,7 @@ EK_FN HitWalk hit_walk(uint count) {
 /// The shading class, one of SHADING_*, of triangles of these flags.
 EK_FN vu class_of(vu flags) { return (flags >> EK_TRIANGLE_CLASS_SHIFT) & 3u; }
 
-/// Where paths of class k wait: behind the chunk, and behind what vectors that are written at its
+/// Paths of class k wait here: behind the chunk, and behind what vectors that are written at its
 /// end may touch, there is room for two vectors of each class.
 EK_FN uint waiting_slot(uint k) { return EK_CHUNK + 16u + k * (2u * EK_WIDTH); }
 

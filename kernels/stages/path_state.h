@@ -49,7 +49,7 @@ EK_FN void state_pack_v3(global uint* state, uint word, uint slot, Packing keep,
   state_pack_vf(state, word + 2, slot, keep, a.z);
 }
 
-/// What a path carries from one depth to the next; fields that this program does not need are
+/// The state that a path carries from one depth to the next; fields that this program does not need are
 /// neither loaded nor stored.
 typedef struct {
 #define EK_FIELD(type, name, needed) type name;

@@ -42,7 +42,7 @@ EK_FN void stage_clock_lap(StageClock* clock, uint stage) {
   clock->last = now;
 }
 
-/// What a work-item counts: see WorkerTally.
+/// The counts of a work-item: see WorkerTally.
 typedef struct {
   uint scattered, shadow;
   uint depth_paths[EK_TALLY_DEPTHS], depth_shadow[EK_TALLY_DEPTHS];

@@ -15,7 +15,7 @@
 #include "stages/shade/material.h"
 #include "stages/shade/scatter.h"
 
-/// What a chunk has after shading; without chunks, nothing (stage compact counts).
+/// The counts of a chunk after shading; without chunks stage compact counts.
 typedef struct {
   uint paths;        // of the next depth
   uint shadow_rays;  // pending

@@ -13,7 +13,7 @@
 #include "film/slots.h"
 #include "stages/path_state.h"
 
-/// What a stage is given of the wavefront.
+/// The part of the wavefront that every stage gets.
 typedef struct {
   constant Frame* frame;
   global uint* state;        // of this work-item's chunk (chunk_state)
@@ -36,10 +36,10 @@ EK_FN global uint* chunk_state(global uint* path_state) {
   return path_state + (size_t)EK_CHUNK_INDEX * STATE_WORDS * EK_STRIDE;
 }
 
-/// How many of `count` paths of the chunk, or entries of the queue, are this work-item's.
+/// The number of this work-item's paths: `count` of a chunk, or at most one entry of the queue.
 EK_FN uint own_count(uint count) { return EK_CHUNKED ? count : EK_ENTRY < count ? 1u : 0u; }
 
-/// How many paths of a depth are this work-item's, and where they stand in the queue.
+/// The number of this work-item's paths of a depth; they stand in the queue of that depth.
 EK_FN uint depth_count(global const uint* counts, uint depth) {
   return own_count(counts[4 * EK_CHUNK_INDEX + (depth & 1)]);
 }

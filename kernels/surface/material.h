@@ -72,8 +72,8 @@ EK_FN void add_anisotropy(SceneData scene, LayerDetailLanes r, HitAttributes at,
   hit->bsdf.ggx_alpha_x = alpha + (1.0f - alpha) * (strength * strength);
 }
 
-/// What is added to the index of a solid for blue and taken from it for red (`spread` of its
-/// detail).
+/// The solid's index of refraction is larger by this for blue, and smaller for red (`spread` of
+/// its detail).
 EK_FN vf material_spread(SceneData scene, vu material) {
   return load_word_f(MaterialDetail, scene.material_details, material, spread);
 }
@@ -105,7 +105,7 @@ EK_FN void add_layers(SceneData scene, LayerDetailLanes e, HitAttributes at, vi 
   }
 }
 
-/// What a coat lets through of the light that its surface emits [KHR_materials_clearcoat,
+/// The share of emitted light that a coat lets through [KHR_materials_clearcoat,
 /// "Emission"].
 /// cosine  of the direction with the surface itself, without its shading normals: light sampling
 ///         does not know those
@@ -146,7 +146,7 @@ EK_FN v3 dielectric_f0(vf ior, vf other_ior, v3 specular_color, vf specular) {
                 specular);
 }
 
-/// What a material's record, its textures and the vertex colour say; what it does not name is 0.
+/// The values of a material's record, its textures and the vertex colour; all others are 0.
 EK_FN HitMaterial base_material(SceneData scene, MaterialRecordLanes r, HitAttributes at) {
   const vf one = (vf)(1.0f);
   const v3 white = V3(one, one, one);

@@ -17,10 +17,10 @@ struct PlacingMatrix {
 [[nodiscard]] glm::dmat3 linear_part(const PlacingMatrix& m);
 [[nodiscard]] PlacingMatrix placing_matrix(const glm::dmat4& world_from_object);
 [[nodiscard]] glm::vec3 placed_point(const PlacingMatrix& m, const glm::vec3& p);
-/// Of unit or zero vectors, unit or zero. mirrored: the determinant is negative, and normals turn
+/// Takes unit or zero vectors and returns such vectors. mirrored: the determinant is negative, and normals turn
 [[nodiscard]] glm::vec3 placed_normal(const PlacingMatrix& m, bool mirrored, const glm::vec3& n);
 [[nodiscard]] glm::vec3 placed_tangent(const PlacingMatrix& m, const glm::vec3& t);
-/// Of corners in the world, unit; zero where they have no area.
+/// The unit normal of corners in the world; zero where they have no area.
 [[nodiscard]] glm::vec3 placed_triangle_normal(const glm::vec3& p0, const glm::vec3& p1, const glm::vec3& p2);
 
 }  // namespace eikon

@@ -49,7 +49,7 @@ void check_volume(const JsonView& extension, std::size_t texture_count) {
   has_numbers(extension, "attenuationColor", 3);
 }
 
-// Of the thickness only its sign counts, since rays find the other side by themselves; so
+// Only the sign of the thickness counts, since rays find the other side by themselves; so
 // thicknessTexture is not read.
 void read_volume(const JsonView& extension, const Factors& factors, Material& material) {
   const Json* const volume = &extension.value;

@@ -22,7 +22,7 @@ class Factors {
   /// The arguments outlive the factors.
   Factors(const JsonView& material, Notes& notes) : material_(material), notes_(notes) {}
 
-  /// Of the material, for messages.
+  /// Names the material in messages.
   [[nodiscard]] const JsonView& material() const { return material_; }
   /// Warns of something about the material.
   void warn(const std::string& what) const;

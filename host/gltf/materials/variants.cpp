@@ -32,7 +32,7 @@ void check_parts(const JsonView& owner, const char* key, std::string_view kind, 
   }
 }
 
-/// Whether a mapping of a primitive is for variant `wanted`.
+/// True if a mapping of a primitive is for variant `wanted`.
 bool is_for(const Json& mapping, std::size_t wanted) {
   const Json& variants = *member(mapping, "variants");
   for (std::size_t i = 0; i < size_of(variants); ++i)

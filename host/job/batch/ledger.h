@@ -57,7 +57,7 @@ class Ledger {
 
   /// The last entry about a file, by its name in the ledger, or nullptr.
   [[nodiscard]] const LedgerEntry* last(const std::string& output) const;
-  /// How many lines are not of a ledger, such as one that a power failure cut off.
+  /// The number of lines that are not of a ledger, such as one that a power failure cut off.
   [[nodiscard]] std::size_t unreadable() const { return unreadable_; }
 
   /// Adds a line, which is on the disk when this returns unless `sync` is false. One thread at a

@@ -26,7 +26,7 @@ void print_times(const RenderReport& report, const CommandTimes& times);
 [[nodiscard]] std::vector<std::string> stage_order(const std::map<std::string, StageTotals>& stages);
 /// The seconds of a stage's launches. Those of `paths` include the stages that ran within them.
 [[nodiscard]] double launched_seconds(const std::map<std::string, StageTotals>& stages, const std::string& name);
-/// How long other devices still rendered after this one's last unit; 0 if it had none.
+/// Seconds that other devices still rendered after this one's last unit; 0 if it had none.
 [[nodiscard]] double idle_at_end_s(const RenderReport& report, const DeviceReport& device);
 
 /// count / seconds, or 0 when no time has passed.

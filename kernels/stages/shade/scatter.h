@@ -14,7 +14,7 @@
 // From this depth on every path may end, because those between perfect mirrors would not otherwise.
 #define EK_ROULETTE_ALWAYS_DEPTH 8u
 
-/// How a path goes on.
+/// The continuation of a path after a scattering.
 typedef struct {
   vi survives;  // mask; nothing else is of use where it is not set
   v3 dir;       // world, unit
