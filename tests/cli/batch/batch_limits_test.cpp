@@ -86,7 +86,7 @@ TEST(BatchLimits, what_is_true_of_a_scene_is_said_once) {
   const Outcome outcome = here.eikon("batch jobs");
   EXPECT_TRUE(succeeded(outcome));
   EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 2) << outcome.err;
-  EXPECT_TRUE(contains(outcome.err, "transmissive") && contains(outcome.err, "eikon: jobs:6: --light-sampling cosine"))
+  EXPECT_TRUE(contains(outcome.err, "transmissive") && contains(outcome.err, "eikon: jobs:6: --light-sampling bsdf"))
       << outcome.err;
 }
 

@@ -176,7 +176,7 @@ TEST(StageTable, tells_each_device_its_stages_bounces_and_gaps) {
   const Outcome one = here.eikon(cornell("--size 64x48 --spp 16 --devices cpu"));
   ASSERT_TRUE(succeeded(one));
   for (const char* part : {"stage ", "launches", "ms mean", "Mitems/s", "intersect", "in paths", "read back", "gaps",
-                           "bounce ", "paths, %", "lanes full, %", "chunks full, %", "compiled in", "seconds: load"})
+                           "bounce ", "paths, %", "lanes full, %", "chunks full, %", "setup: open ", "seconds: load"})
     EXPECT_TRUE(contains(one.out, part)) << part << " is not in\n" << one.out;
   EXPECT_FALSE(contains(one.out, "idle at end"));
   const Outcome two = here.eikon(cornell("--size 64x48 --spp 16 --devices cpu:2x1"));
