@@ -96,6 +96,9 @@ std::vector<ImageSetting> image_settings(const Scene& scene, const Settings& set
   static_cast<void>(crop), static_cast<void>(sample_begin), static_cast<void>(sample_end);
   static_cast<void>(aovs), static_cast<void>(depth_series);  // the channels depend on them
   const glm::dmat4& pose = camera.world_from_camera;
+  // Sampling by the BSDF keeps the name that files of earlier versions have, so that they merge
+  // and resume.
+  const char* const sampling = light_sampling == LightSampling::bsdf ? "cosine" : name_of(light_sampling);
   return {{kVersionName, fmt::format("{}", kImageVersion)},
           {"scene's hash", scene.hash},
           {"size (--size)", fmt::format("{}x{}", width, height)},
@@ -110,8 +113,7 @@ std::vector<ImageSetting> image_settings(const Scene& scene, const Settings& set
           {"integrator (--integrator)", name_of(integrator)},
           {"energy compensation (--energy-compensation)", energy_compensation ? "on" : "off"},
           {"light sampling (--light-sampling, --light-samples)",
-           light_samples == 1 ? name_of(light_sampling)
-                              : fmt::format("{}, {} times", name_of(light_sampling), light_samples)},
+           light_samples == 1 ? sampling : fmt::format("{}, {} times", sampling, light_samples)},
           {"camera's position (--camera, --look-at)", triple(pose[3])},
           {"camera's orientation (--camera, --look-at)",
            fmt::format("{} {} {}", triple(pose[0]), triple(pose[1]), triple(pose[2]))},
