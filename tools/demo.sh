@@ -9,7 +9,8 @@ settings=(--exposure 1 --size 512x512 --spp 256)
 if [[ $# -gt 0 ]]; then settings=("$@"); fi
 
 "$root/tools/setup.sh"
-cmake --log-level=WARNING -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DEIKON_TESTS=OFF
+cmake --log-level=WARNING -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DEIKON_TESTS=OFF \
+  -DCMAKE_UNITY_BUILD=ON
 cmake --build "$build" --target eikon
 mkdir -p "$root/out"
 "$build/eikon" render "$root/scenes/cornell.gltf" -o "$root/out/cornell.exr" --png "$root/out/cornell.png" \

@@ -38,6 +38,9 @@ class TriangleSoup {
 /// The names of kernels/shared/layouts.def.
 const std::vector<std::string>& tree_layouts();
 
+/// Set in a child word of most structures if the child is a leaf.
+inline constexpr std::uint32_t kLeafBit = 0x80000000U;
+
 /// A flattened accelerator, ready for upload: kernels read it as `accel_nodes` and `accel_leaves`.
 struct Accel {
   std::string name;                    // --accel: of accelerator_names()

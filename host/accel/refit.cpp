@@ -10,7 +10,7 @@
 namespace eikon {
 namespace {
 
-constexpr std::uint32_t kTaskLimit = 4096;
+constexpr std::uint32_t kRefitTaskLimit = 4096;
 
 /// Refits the subtree of `n`. Returns false if one of its triangles has no area.
 bool refit(BinaryTree& tree, TriangleSoup moved, std::uint32_t n) {
@@ -29,7 +29,7 @@ bool refit(BinaryTree& tree, TriangleSoup moved, std::uint32_t n) {
     return true;
   };
   const std::uint32_t count = tree.nodes[n].count;
-  if (count <= kTaskLimit) {
+  if (count <= kRefitTaskLimit) {
     bool all = true;
     for (std::uint32_t i = n + 2 * count - 1; i-- > n;) all = refit_one(i) && all;  // children come after their parents
     return all;

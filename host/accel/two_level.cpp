@@ -18,7 +18,6 @@
 namespace eikon {
 namespace {
 
-constexpr std::uint32_t kLeafBit = 0x80000000U;
 constexpr std::size_t kBlockWords = 80, kBlockIds = 72;  // traverse/wide/wide.h
 constexpr std::uint64_t kMaxEntries = std::uint64_t{1} << 28;
 

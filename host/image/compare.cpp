@@ -13,7 +13,6 @@ namespace eikon {
 namespace {
 
 constexpr double kEpsilon = 1e-2;  // of relMSE and MAPE
-constexpr std::array<const char*, 3> kRgb{"R", "G", "B"};
 
 struct Pair {
   const std::vector<float>* test = nullptr;

@@ -15,10 +15,10 @@
 namespace eikon {
 namespace {
 
-constexpr std::uint64_t kMaxSide = 65536;
+constexpr std::uint64_t kMaxHdrSide = 65536;
 // A run of the new coding makes 127 pixels of 8 bytes, so a file that claims far more lies about
 // its size.
-constexpr std::uint64_t kMaxExpansion = 4096, kAlwaysCredibleBytes = std::uint64_t{64} << 20U;
+constexpr std::uint64_t kMaxHdrExpansion = 4096, kCredibleHdrBytes = std::uint64_t{64} << 20U;
 constexpr std::size_t kMaxLine = 2048;  // limit of a header line in Radiance
 
 using Rgbe = std::array<std::uint8_t, 4>;
@@ -89,7 +89,7 @@ void read_resolution(std::string_view line, Header& header) {
     rest.remove_prefix(2);
     while (rest.starts_with(' ')) rest.remove_prefix(1);
     const auto [end, error] = std::from_chars(rest.data(), rest.data() + rest.size(), count);
-    if (error != std::errc() || count < 1 || count > kMaxSide) fail("has a side that is not 1 to 65536 pixels");
+    if (error != std::errc() || count < 1 || count > kMaxHdrSide) fail("has a side that is not 1 to 65536 pixels");
     rest.remove_prefix(static_cast<std::size_t>(end - rest.data()));
   };
   char slow_sign = 0, slow = 0, fast_sign = 0, fast = 0;
@@ -184,7 +184,7 @@ HdrImage decode_hdr(std::span<const std::byte> bytes, std::uint64_t max_bytes) {
   Input input(bytes);
   const Header header = read_header(input);
   const std::uint64_t needed = std::uint64_t{header.width} * header.height * sizeof(glm::vec3);
-  if (needed > std::max(kAlwaysCredibleBytes, bytes.size() * kMaxExpansion))
+  if (needed > std::max(kCredibleHdrBytes, bytes.size() * kMaxHdrExpansion))
     throw InputError(fmt::format("its header claims {} x {} pixels, which {} bytes cannot hold", header.width,
                                  header.height, bytes.size()));
   if (needed > max_bytes)

@@ -14,7 +14,7 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "decoders write R, G, B, A as bytes");
 
-constexpr std::uint64_t kMaxSide = 65536, kMaxPixels = std::uint64_t{1} << 28U;
+constexpr std::uint64_t kMaxPictureSide = 65536, kMaxPixels = std::uint64_t{1} << 28U;
 
 struct Magic {
   PictureFormat format;
@@ -49,9 +49,10 @@ PictureHeader read_picture_header(std::span<const std::byte> bytes) {
   if (format != PictureFormat::png && format != PictureFormat::jpeg)
     throw InputError("is neither PNG nor JPEG; convert it to one of them");
   const PictureHeader header = format == PictureFormat::png ? png_header(bytes) : jpeg_header(bytes);
-  if (header.width > kMaxSide || header.height > kMaxSide || std::uint64_t{header.width} * header.height > kMaxPixels)
+  const std::uint64_t pixels = std::uint64_t{header.width} * header.height;
+  if (header.width > kMaxPictureSide || header.height > kMaxPictureSide || pixels > kMaxPixels)
     throw InputError(fmt::format("claims {} x {} pixels, more than {} a side or {} together; scale it down",
-                                 header.width, header.height, kMaxSide, kMaxPixels));
+                                 header.width, header.height, kMaxPictureSide, kMaxPixels));
   return header;
 }
 

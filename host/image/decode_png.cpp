@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::size_t kHeaderBytes = 33;  // the magic number and the chunk IHDR
 // Deflate shrinks data by a factor of at most 1032, so a file that claims more lies about its size.
-constexpr std::uint64_t kMaxExpansion = 1032;
+constexpr std::uint64_t kMaxPngExpansion = 1032;
 
 std::uint32_t big_endian(std::span<const std::byte> bytes, std::size_t at) {
   std::uint32_t value = 0;
@@ -110,7 +110,7 @@ PictureHeader png_header(std::span<const std::byte> bytes) {
   if (header.width == 0 || header.height == 0) throw InputError("is a PNG of no pixels: damaged");
   // A row may claim 2^32 * 4 * 255 / 8 bytes, and there may be 2^32 of them, so this is in double.
   const double claimed = static_cast<double>(header.height) * (1 + static_cast<double>(header.width * bits) / 8);
-  if (claimed > static_cast<double>(bytes.size() * kMaxExpansion))
+  if (claimed > static_cast<double>(bytes.size() * kMaxPngExpansion))
     throw InputError(fmt::format("its header claims {} x {} pixels, which {} bytes cannot hold", header.width,
                                  header.height, bytes.size()));
   return header;

@@ -119,8 +119,8 @@ Denoiser::~Denoiser() = default;
 
 void Denoiser::denoise(Image& picture) const {
   const Library& oidn = *library_;
-  constexpr std::array<std::string_view, 3> kRgb{"R", "G", "B"};
-  std::vector<float> color = interleaved(picture, kRgb);
+  constexpr std::array<std::string_view, 3> kColor{"R", "G", "B"};
+  std::vector<float> color = interleaved(picture, kColor);
   std::vector<float> albedo = interleaved(picture, std::span(kGuides).first<3>());
   std::vector<float> normal = interleaved(picture, std::span(kGuides).last<3>());
   std::vector<float> output(color.size());
@@ -145,7 +145,7 @@ void Denoiser::denoise(Image& picture) const {
   oidn.check(oidn.device);
 
   for (std::size_t c = 0; c < 3; ++c) {
-    const auto at = std::ranges::find(picture.channels, kRgb[c]) - picture.channels.begin();
+    const auto at = std::ranges::find(picture.channels, kColor[c]) - picture.channels.begin();
     std::vector<float>& plane = picture.planes[static_cast<std::size_t>(at)];
     for (std::size_t i = 0; i < plane.size(); ++i) plane[i] = output[3 * i + c];
   }

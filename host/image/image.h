@@ -4,6 +4,7 @@
 // a temporary name in the same folder and renamed when it is complete, so that nobody ever sees
 // half a file.
 #pragma once
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <map>
@@ -15,6 +16,8 @@
 #include "image/tonemap.h"
 
 namespace eikon {
+
+inline constexpr std::array<const char*, 3> kRgb{"R", "G", "B"};  // channels of a colour
 
 /// A planar, linear float image of the data window; rows start at the top.
 struct Image {

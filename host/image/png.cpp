@@ -14,7 +14,6 @@
 namespace eikon {
 namespace {
 
-constexpr std::array<const char*, 3> kRgb{"R", "G", "B"};
 
 unsigned char to_byte(double unit) { return static_cast<unsigned char>(std::floor(255 * unit + 0.5)); }
 

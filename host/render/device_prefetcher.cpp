@@ -25,7 +25,7 @@ namespace {
 constexpr std::size_t kMostKnown = 8;
 // An image may take one part in so many of a device's memory, beside the image that is being
 // rendered.
-constexpr std::uint64_t kMemoryParts = 16;
+constexpr std::uint64_t kPrefetchMemoryParts = 16;
 
 std::string key_of(const DevicePrefetcher::Image& image) {
   return fmt::format("{} {} {}\n{}", static_cast<const void*>(image.packed.get()), image.execution.devices,
@@ -63,7 +63,7 @@ void make_ready(Work& work) {
     own.trace = nullptr;  // the timeline of a job shows its own render only
     own.layout = choose_layout(info, *image.packed, image.features, image.settings, own).layout;
     const MemoryNeed need = memory_need(*image.packed, configure(info, own), image.features);
-    if (need.total() > info.memory_bytes / kMemoryParts) return;
+    if (need.total() > info.memory_bytes / kPrefetchMemoryParts) return;
     DevicePool::Lease lease = work.pool.take(info);
     // All contexts of a CPU device may share one queue, where commands would wait for each unit
     // that is under way. So nothing is uploaded to a CPU device; its programs are compiled.

@@ -9,19 +9,19 @@
 namespace eikon {
 namespace {
 
+using std::numbers::pi;
 constexpr std::size_t kH = EK_MEASURED_THETA_H, kD = EK_MEASURED_THETA_D, kP = EK_MEASURED_PHI_D;
 constexpr std::size_t kViews = EK_MEASURED_VIEWS;
-constexpr double kPi = std::numbers::pi;
 constexpr int kAround = 64;          // half vectors of each cell and view, evenly around the normal
 constexpr double kMostHalf = 0.875;  // the cosine's part is 1/8 at least: weights are below 8 pi f
 constexpr double kLeastHalf = 1e-4;  // of what is reflected; less than that is left to the cosine
 
-double theta_h_of(double cells) { return (cells / kH) * (cells / kH) * kPi / 2; }
+double theta_h_of(double cells) { return (cells / kH) * (cells / kH) * pi / 2; }
 
 /// True if both directions of the middle of a cell are above the surface.
 bool is_above(std::size_t h, std::size_t d, std::size_t p) {
-  const double theta_h = theta_h_of(double(h) + 0.5), theta_d = (double(d) + 0.5) / kD * kPi / 2,
-               phi_d = (double(p) + 0.5) / kP * kPi;
+  const double theta_h = theta_h_of(double(h) + 0.5), theta_d = (double(d) + 0.5) / kD * pi / 2,
+               phi_d = (double(p) + 0.5) / kP * pi;
   return std::cos(theta_d) * std::cos(theta_h) > std::abs(std::cos(phi_d)) * std::sin(theta_d) * std::sin(theta_h);
 }
 
@@ -49,8 +49,8 @@ const float* entry_of(const std::vector<float>& rgb, std::size_t h, const glm::d
   const auto cell = [](double share, std::size_t count) {
     return std::min(std::size_t(std::max(share, 0.0) * double(count)), count - 1);
   };
-  const double turns = std::atan2(2 * (wo.x * wi.y - wo.y * wi.x), (wo.z - wi.z) * 2 * cos_d) / kPi;
-  const std::size_t d = cell(std::acos(std::min(cos_d, 1.0)) / (kPi / 2), kD), p = cell(turns - std::floor(turns), kP);
+  const double turns = std::atan2(2 * (wo.x * wi.y - wo.y * wi.x), (wo.z - wi.z) * 2 * cos_d) / pi;
+  const std::size_t d = cell(std::acos(std::min(cos_d, 1.0)) / (pi / 2), kD), p = cell(turns - std::floor(turns), kP);
   return &rgb[3 * ((h * kD + d) * kP + p)];
 }
 
@@ -70,7 +70,7 @@ glm::dvec3 reflected_to(const std::vector<float>& rgb, double cos_o, const std::
   for (std::size_t i = 0; i < kH; ++i) {
     const double theta = theta_h_of(double(i) + 0.5), sin_h = std::sin(theta), cos_h = std::cos(theta);
     for (int k = 0; k < kAround; ++k) {
-      const double phi = (k + 0.5) / kAround * 2 * kPi;
+      const double phi = (k + 0.5) / kAround * 2 * pi;
       const glm::dvec3 h(sin_h * std::cos(phi), sin_h * std::sin(phi), cos_h);
       const double cos_d = glm::dot(wo, h);
       const glm::dvec3 wi = 2 * cos_d * h - wo;
@@ -109,7 +109,7 @@ void fill_view(const Shares& shares, const std::vector<float>& edges, float* wor
     cumulative[i + 1] = i + 1 == kH ? 1.0F : std::min(float(sum), 1.0F);
     // The density follows from the floats that kernels sample by.
     density[i] = float((double(cumulative[i + 1]) - double(cumulative[i])) /
-                       (2 * kPi * (double(edges[i + 1]) - double(edges[i]))));
+                       (2 * pi * (double(edges[i + 1]) - double(edges[i]))));
   }
 }
 
@@ -129,7 +129,7 @@ MeasuredTable make_measured_table(std::vector<float> rgb) {
     edges[i] = float(2 * s * s);  // 1 - cos
   }
   std::array<double, kH> solid_angle{};
-  for (std::size_t i = 0; i < kH; ++i) solid_angle[i] = 2 * kPi * (double(edges[i + 1]) - double(edges[i]));
+  for (std::size_t i = 0; i < kH; ++i) solid_angle[i] = 2 * pi * (double(edges[i + 1]) - double(edges[i]));
   std::ranges::copy(edges, floats.begin());
   for (std::size_t view = 0; view < kViews; ++view) {
     Shares shares{};

@@ -19,7 +19,7 @@ static_assert(std::endian::native == std::endian::little, "MERL's files are litt
 constexpr std::size_t kCells = EK_MEASURED_CELLS;
 constexpr std::array<std::int32_t, 3> kDimensions{EK_MEASURED_THETA_H, EK_MEASURED_THETA_D, EK_MEASURED_PHI_D};
 constexpr std::array<double, 3> kScales{1 / 1500.0, 1.15 / 1500.0, 1.66 / 1500.0};
-constexpr double kBrightest = 1e30;  // products and sums of more would overflow
+constexpr double kLargestValue = 1e30;  // products and sums of more would overflow
 
 }  // namespace
 
@@ -40,9 +40,9 @@ std::vector<float> read_merl(std::span<const std::byte> file) {
       double value = 0;
       std::memcpy(&value, file.data() + sizeof(dimensions) + 8 * (c * kCells + i), sizeof(value));
       value *= kScales[c];
-      if (!(std::abs(value) <= kBrightest))
+      if (!(std::abs(value) <= kLargestValue))
         throw InputError(fmt::format("entry {} of {} is {:g}; entries are finite, of at most {:g}", i,
-                                     std::array{"red", "green", "blue"}[c], value / kScales[c], kBrightest));
+                                     std::array{"red", "green", "blue"}[c], value / kScales[c], kLargestValue));
       rgb[3 * i + c] = static_cast<float>(value);
     }
   return rgb;

@@ -8,8 +8,7 @@
 namespace eikon {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-
+using std::numbers::pi;
 /// A linear map takes an area of unit normal n to one |cofactor * n| times as large.
 glm::dmat3 cofactor_of(const glm::dmat3& m) {
   return {glm::cross(m[1], m[2]), glm::cross(m[2], m[0]), glm::cross(m[0], m[1])};
@@ -21,7 +20,7 @@ double ring_stretch(const glm::dmat3& cofactor, double round, double y) {
   constexpr int count = 2048;
   double sum = 0;
   for (int i = 0; i < count; ++i) {
-    const double angle = 2 * kPi * (i + 0.5) / count;
+    const double angle = 2 * pi * (i + 0.5) / count;
     sum += glm::length(cofactor * glm::dvec3(round * std::cos(angle), y, round * std::sin(angle)));
   }
   return sum / count;
@@ -61,11 +60,11 @@ std::array<double, 3> capsule_areas(const OwnShape& own, const glm::dmat3& cofac
   const auto zone = [&](double lo, double hi) {
     return hi > lo ? (alike ? uniform : zone_stretch(cofactor, lo, hi)) : 0;
   };
-  const double lower = 2 * kPi * double(c) * double(c) * (1 + rim) * zone(-1, rim);
-  const double upper = 2 * kPi * double(b) * double(b) * (1 - rim) * zone(rim, 1);
+  const double lower = 2 * pi * double(c) * double(c) * (1 + rim) * zone(-1, rim);
+  const double upper = 2 * pi * double(b) * double(b) * (1 - rim) * zone(rim, 1);
   if (!there) return {0, lower, upper};
   const double flat = std::sqrt((1 - rim) * (1 + rim)), length = (2 * double(a) + rim * (double(b) - double(c))) / flat;
-  const double side = kPi * (double(b) + double(c)) * flat * length;  // of radii b and c times flat
+  const double side = pi * (double(b) + double(c)) * flat * length;  // of radii b and c times flat
   return {side * (alike ? uniform : ring_stretch(cofactor, flat, rim)), lower, upper};
 }
 
@@ -77,15 +76,15 @@ std::array<double, 3> part_areas_m2(ShapeKind kind, const OwnShape& own) {
   const bool alike = keeps_angles(cofactor, uniform);
   switch (kind) {
     case ShapeKind::sphere:
-      return {4 * kPi * (alike ? uniform : zone_stretch(cofactor, -1, 1)), 0, 0};
+      return {4 * pi * (alike ? uniform : zone_stretch(cofactor, -1, 1)), 0, 0};
     case ShapeKind::box:
       return {8 * (glm::length(cofactor[0]) + glm::length(cofactor[1]) + glm::length(cofactor[2])), 0, 0};
     case ShapeKind::plane:
       return {4 * glm::length(cofactor[1]), 0, 0};
     case ShapeKind::cylinder: {
       const double a = own.parameters[0], b = own.parameters[1], slant = std::sqrt(1 + b * b);
-      const double disc = kPi * glm::length(cofactor[1]);
-      return {4 * kPi * a * slant * (alike ? uniform : ring_stretch(cofactor, 1 / slant, -b / slant)),
+      const double disc = pi * glm::length(cofactor[1]);
+      return {4 * pi * a * slant * (alike ? uniform : ring_stretch(cofactor, 1 / slant, -b / slant)),
               disc * (a - b) * (a - b), disc * (a + b) * (a + b)};
     }
     case ShapeKind::capsule:

@@ -20,10 +20,6 @@ constexpr std::size_t kObliqueLimit = 64, kObliqueTriangles = 4;
 constexpr double kMostSlack = 0.25;  // largest slack, per size of a triangle, with which its plane is tried
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-Point3 minus(const Point3& a, const Point3& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
-Point3 cross(const Point3& a, const Point3& b) {
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
 
 /// The largest height of a box.
 double top_of(const CellReference& box, const HalfSpace& half) {
@@ -69,9 +65,9 @@ struct Split {
   [[nodiscard]] bool is_oblique() const { return across.axis == 3; }
 };
 
-class Builder {
+class BspBuilder {
  public:
-  Builder(const CellScene& scene, const Point3& center, int max_depth)
+  BspBuilder(const CellScene& scene, const Point3& center, int max_depth)
       : scene_(scene), center_(center), max_depth_(max_depth) {}
 
   void build(KdPart& part, KdTask&& task) const {
@@ -286,7 +282,7 @@ Accel build_bsp(TriangleSoup triangles) {
     center[k] = double{middle[k]};
   }
   KdBuilder tree(scene, KdSplit::sah);
-  const Builder below(scene, center, tree.max_depth());
+  const BspBuilder below(scene, center, tree.max_depth());
   tree.set_below(kObliqueLimit, [&](KdPart& part, KdTask&& task) { below.build(part, std::move(task)); });
   Accel accel = tree.build("bsp", "bsp");
   for (std::size_t k = 0; k < 3; ++k) accel.nodes[7 + k] = std::bit_cast<std::uint32_t>(middle[k]);

@@ -47,11 +47,6 @@ CellScene::CellScene(TriangleSoup triangles) : triangles_(triangles) {
 
 namespace {
 
-Point3 minus(const Point3& a, const Point3& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
-Point3 cross(const Point3& a, const Point3& b) {
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
-double dot(const Point3& a, const Point3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
 /// A point within `around` of the box, projected along the normal, is a weighted mean of the
 /// corners. Returns the largest sum of the absolute weights. normal: of any length

@@ -12,11 +12,11 @@
 namespace eikon {
 namespace {
 
-constexpr std::size_t kParallelLimit = 4096;
+constexpr std::size_t kMedianParallelLimit = 4096;
 
-class Builder {
+class MedianTreeBuilder {
  public:
-  explicit Builder(BinaryTree& tree) : tree_(tree) {}
+  explicit MedianTreeBuilder(BinaryTree& tree) : tree_(tree) {}
 
   /// Writes the subtree of references [begin, end), whose nodes begin at `node`. returns its box
   Box build(std::vector<Reference>& references, std::size_t begin, std::size_t end, std::size_t node) {
@@ -31,7 +31,7 @@ class Builder {
       Box other;
       const auto first = [&] { box = build(references, begin, middle, node + 1); };
       const auto second = [&] { other = build(references, middle, end, right); };
-      if (count >= kParallelLimit)
+      if (count >= kMedianParallelLimit)
         tbb::parallel_invoke(first, second);
       else
         first(), second();
@@ -76,7 +76,7 @@ BinaryTree build_median_tree(TriangleSoup triangles) {
   if (references.empty()) return tree;
   tree.nodes.resize(2 * references.size() - 1);
   tree.triangles.resize(references.size());
-  Builder(tree).build(references, 0, references.size(), 0);
+  MedianTreeBuilder(tree).build(references, 0, references.size(), 0);
   return tree;
 }
 

@@ -12,9 +12,8 @@
 namespace eikon {
 namespace {
 
-constexpr std::size_t kLeaf = 6, kParallelLimit = 4096, kNodeWords = 12;
+constexpr std::size_t kLeafTriangles = 6, kOctreeParallelLimit = 4096, kNodeWords = 12;
 constexpr int kMaxDepth = 16;
-constexpr std::uint32_t kLeafBit = 0x80000000U;
 
 /// A part of the tree for the traversal. `nodes` and `leaves` are numbered from its own beginning.
 struct Part {
@@ -40,15 +39,15 @@ struct Cell {
   std::array<float, 3> lo, hi;
 };
 
-class Builder {
+class OctreeBuilder {
  public:
-  explicit Builder(const CellScene& scene) : scene_(scene) {}
+  explicit OctreeBuilder(const CellScene& scene) : scene_(scene) {}
 
   /// references: at least one, except for the root
   [[nodiscard]] Part build(CellReferences&& references, const Cell& cell, CellBudget budget, int depth) const {
     Part part;
     std::array<float, 3> middle{};
-    bool divisible = depth < kMaxDepth && (references.size() > kLeaf || depth == 0);  // the root is always inner
+    bool divisible = depth < kMaxDepth && (references.size() > kLeafTriangles || depth == 0);  // the root is always inner
     for (std::size_t axis = 0; axis < 3; ++axis) {
       middle[axis] = 0.5F * cell.lo[axis] + 0.5F * cell.hi[axis];
       divisible = divisible && (depth == 0 || (middle[axis] > cell.lo[axis] && middle[axis] < cell.hi[axis]));
@@ -72,7 +71,7 @@ class Builder {
       const CellBudget share = budget.share(children[i].size(), all);
       parts[i] = build(std::move(children[i]), octant, share, depth + 1);
     };
-    if (count >= kParallelLimit)
+    if (count >= kOctreeParallelLimit)
       tbb::parallel_for(std::size_t{0}, std::size_t{8}, descend);
     else
       for (std::size_t i = 0; i < 8; ++i) descend(i);
@@ -128,7 +127,7 @@ Accel build_octree(TriangleSoup triangles) {
     cube.lo[axis] = std::max(std::min(middle - half, float{box.lo[axis]}), -most);
     cube.hi[axis] = std::min(std::max(middle + half, float{box.hi[axis]}), most);
   }
-  const Part tree = Builder(scene).build(scene.references(), cube, CellBudget::of(scene.size()), 0);
+  const Part tree = OctreeBuilder(scene).build(scene.references(), cube, CellBudget::of(scene.size()), 0);
   accel.nodes.insert(accel.nodes.end(), tree.nodes.begin(), tree.nodes.end());
   accel.leaves.assign(tree.leaves.begin(), tree.leaves.end());
   scene.finish(accel);

@@ -8,13 +8,20 @@
 namespace eikon {
 
 using Point3 = std::array<double, 3>;
+[[nodiscard]] inline Point3 minus(const Point3& a, const Point3& b) {
+  return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+}
+[[nodiscard]] inline Point3 cross(const Point3& a, const Point3& b) {
+  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+[[nodiscard]] inline double dot(const Point3& a, const Point3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 using Polygon = std::vector<Point3>;  // corners in order
 
 struct HalfSpace {  // normal * x >= offset
   Point3 normal;
   double offset;
   [[nodiscard]] double height(const Point3& x) const {
-    return normal[0] * x[0] + normal[1] * x[1] + normal[2] * x[2] - offset;
+    return dot(normal, x) - offset;
   }
   [[nodiscard]] HalfSpace opposite() const { return {{-normal[0], -normal[1], -normal[2]}, -offset}; }
 };

@@ -9,14 +9,12 @@ namespace eikon {
 namespace {
 
 constexpr std::uint32_t kLeafLimit = 4;
-constexpr std::size_t kNodeWords = 16;
-constexpr std::uint32_t kLeafBit = 0x80000000U;
-constexpr std::uint32_t kCountShift = 28;  // 3 bits: triangles of a leaf - 1; below: its first entry in the list
+constexpr std::size_t kBvh2NodeWords = 16;
 constexpr float kNodeCost = 1.0F, kTriangleCost = 0.7F;  // two boxes, one triangle
 
-class Emitter {
+class Bvh2Emitter {
  public:
-  Emitter(const BinaryTree& tree, Accel& accel) : tree_(tree), accel_(accel), leaf_(tree.nodes.size()) {
+  Bvh2Emitter(const BinaryTree& tree, Accel& accel) : tree_(tree), accel_(accel), leaf_(tree.nodes.size()) {
     std::vector<float> cost(tree.nodes.size());
     for (auto n = static_cast<std::uint32_t>(tree.nodes.size()); n-- > 0;) {
       const std::uint32_t count = tree.nodes[n].count;
@@ -36,7 +34,7 @@ class Emitter {
   /// node.
   std::uint32_t emit(std::uint32_t n, std::uint32_t first) {
     const std::size_t to = accel_.nodes.size();
-    accel_.nodes.resize(to + kNodeWords, 0);
+    accel_.nodes.resize(to + kBvh2NodeWords, 0);
     if (leaf_[n]) {  // the root is one leaf, so its other child is empty
       write_child(to, 0, tree_.nodes[n].box(), leaf_word(n, first));
       write_child(to, 1, Box{}, kLeafBit);
@@ -47,7 +45,7 @@ class Emitter {
     std::uint32_t below = 0;
     for (std::size_t side = 0; side < 2; ++side) {
       const bool leaf = leaf_[child[side]];
-      const auto index = static_cast<std::uint32_t>(accel_.nodes.size() / kNodeWords);
+      const auto index = static_cast<std::uint32_t>(accel_.nodes.size() / kBvh2NodeWords);
       write_child(to, side, tree_.nodes[child[side]].box(), leaf ? leaf_word(child[side], begin[side]) : index);
       if (!leaf) below = std::max(below, emit(child[side], begin[side]));
     }
@@ -80,16 +78,16 @@ Accel layout_bvh2(const BinaryTree& tree) {
   accel.layout = "bvh2";
   if (tree.nodes.empty()) {
     // A single node with two empty boxes.
-    accel.nodes.resize(kNodeWords, 0);
+    accel.nodes.resize(kBvh2NodeWords, 0);
     for (std::size_t i = 0; i < 12; ++i) accel.nodes[i] = i % 6 < 3 ? 0x7f800000U : 0xff800000U;
     accel.nodes[12] = accel.nodes[13] = kLeafBit;
     accel.leaves.resize(1, 0);
     accel.node_count = 1;
     return accel;
   }
-  const Emitter emitter(tree, accel);
+  const Bvh2Emitter emitter(tree, accel);
   accel.leaves.assign(tree.triangles.begin(), tree.triangles.end());
-  accel.node_count = accel.nodes.size() / kNodeWords;
+  accel.node_count = accel.nodes.size() / kBvh2NodeWords;
   return accel;
 }
 

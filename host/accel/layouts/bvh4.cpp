@@ -9,17 +9,14 @@
 namespace eikon {
 namespace {
 
-constexpr std::uint32_t kWidth = 4;
 constexpr std::size_t kPlaneWord = 4, kChildWord = 12;
-constexpr std::uint32_t kLeafBit = 0x80000000U;
-constexpr std::uint32_t kCountShift = 28;  // 3 bits: triangles of a leaf - 1; below: its first entry in the list
 // The cost of a node's four boxes relative to a triangle is between those of bvh2 and cwbvh.
-constexpr CollapseCosts kCosts{.leaf_limit = 4, .node = 1.0F, .leaf = 0.0F, .triangle = 0.5F};
+constexpr CollapseCosts kBvh4Costs{.leaf_limit = 4, .node = 1.0F, .leaf = 0.0F, .triangle = 0.5F};
 
-class Emitter {
+class Bvh4Emitter {
  public:
   static constexpr std::size_t kNodeWords = 16;
-  Emitter(const BinaryTree& tree, Accel& accel) : tree_(tree), collapse_(tree, kCosts), accel_(accel) {
+  Bvh4Emitter(const BinaryTree& tree, Accel& accel) : tree_(tree), collapse_(tree, kBvh4Costs), accel_(accel) {
     accel_.leaves.assign(tree.triangles.begin(), tree.triangles.end());
   }
   [[nodiscard]] float cost() const { return collapse_.cost(); }
@@ -55,12 +52,12 @@ class Emitter {
 
  private:
   const BinaryTree& tree_;
-  Collapse<kWidth> collapse_;
+  Collapse<4> collapse_;
   Accel& accel_;
 };
 
 }  // namespace
 
-Accel layout_bvh4(const BinaryTree& tree) { return quantised_accel<Emitter>("bvh4", tree); }
+Accel layout_bvh4(const BinaryTree& tree) { return quantised_accel<Bvh4Emitter>("bvh4", tree); }
 
 }  // namespace eikon

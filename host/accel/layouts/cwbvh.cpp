@@ -11,16 +11,16 @@
 namespace eikon {
 namespace {
 
-constexpr std::uint32_t kWidth = 8;
-constexpr std::size_t kKindWord = 6, kPlaneWord = 8;
+constexpr std::uint32_t kCwbvhWidth = 8;
+constexpr std::size_t kKindWord = 6, kCwbvhPlaneWord = 8;
 // A child has at most three triangles, so that 24 bits name those of a node. The costs are the
 // paper's.
-constexpr CollapseCosts kCosts{.leaf_limit = 3, .node = 1.0F, .leaf = 0.0F, .triangle = 0.3F};
+constexpr CollapseCosts kCwbvhCosts{.leaf_limit = 3, .node = 1.0F, .leaf = 0.0F, .triangle = 0.3F};
 
 /// Assigns children to slots; -1: none. Rays of octant k should meet the child in slot k first, so
 /// this minimises the sum over children of their offset along the diagonal of their slot's octant:
 /// it takes the best pair first, then exchanges pairs while that helps.
-std::array<int, kWidth> slots_of(const std::vector<Float4>& offsets) {
+std::array<int, kCwbvhWidth> slots_of(const std::vector<Float4>& offsets) {
   const auto along = [&](int child, std::size_t slot) {
     float sum = 0;
     if (child < 0) return sum;
@@ -30,7 +30,7 @@ std::array<int, kWidth> slots_of(const std::vector<Float4>& offsets) {
     }
     return sum;
   };
-  std::array<int, kWidth> at;
+  std::array<int, kCwbvhWidth> at;
   at.fill(-1);
   std::uint32_t placed = 0;
   for (std::size_t n = 0; n < offsets.size(); ++n) {
@@ -39,7 +39,7 @@ std::array<int, kWidth> slots_of(const std::vector<Float4>& offsets) {
     std::size_t slot = 0;
     for (int child = 0; child < static_cast<int>(offsets.size()); ++child) {
       if ((placed >> child & 1U) != 0) continue;
-      for (std::size_t s = 0; s < kWidth; ++s) {
+      for (std::size_t s = 0; s < kCwbvhWidth; ++s) {
         if (at[s] >= 0 || (chosen >= 0 && !(along(child, s) < best))) continue;
         best = along(child, s), chosen = child, slot = s;
       }
@@ -50,18 +50,18 @@ std::array<int, kWidth> slots_of(const std::vector<Float4>& offsets) {
   // An exchange lowers a sum of rounded numbers, so rounding could make exchanges go on for ever;
   // four rounds are enough.
   for (int round = 0; round < 4; ++round) {
-    for (std::size_t a = 0; a < kWidth; ++a) {
-      for (std::size_t b = a + 1; b < kWidth; ++b)
+    for (std::size_t a = 0; a < kCwbvhWidth; ++a) {
+      for (std::size_t b = a + 1; b < kCwbvhWidth; ++b)
         if (along(at[a], b) + along(at[b], a) < along(at[a], a) + along(at[b], b)) std::swap(at[a], at[b]);
     }
   }
   return at;
 }
 
-class Emitter {
+class CwbvhEmitter {
  public:
   static constexpr std::size_t kNodeWords = 20;
-  Emitter(const BinaryTree& tree, Accel& accel) : tree_(tree), collapse_(tree, kCosts), accel_(accel) {
+  CwbvhEmitter(const BinaryTree& tree, Accel& accel) : tree_(tree), collapse_(tree, kCwbvhCosts), accel_(accel) {
     accel_.leaves.reserve(tree.triangles.size());
   }
   [[nodiscard]] float cost() const { return collapse_.cost(); }
@@ -76,21 +76,21 @@ class Emitter {
     const auto middle = [](const Box& box) { return 0.5F * box.lo + 0.5F * box.hi; };
     std::vector<Float4> offsets;
     for (const WideChild& child : children) offsets.push_back(middle(tree_.nodes[child.binary].box()) - middle(around));
-    const std::array<int, kWidth> slots = slots_of(offsets);
+    const std::array<int, kCwbvhWidth> slots = slots_of(offsets);
 
     const QuantisedFrame frame(around);
     std::uint32_t* node = accel_.nodes.data() + to * kNodeWords;
     const auto own = static_cast<std::uint32_t>(accel_.nodes.size() / kNodeWords);
     const auto own_triangles = static_cast<std::uint32_t>(accel_.leaves.size());
     std::uint32_t inner = 0, are_nodes = 0;
-    for (std::size_t slot = 0; slot < kWidth; ++slot) {
+    for (std::size_t slot = 0; slot < kCwbvhWidth; ++slot) {
       if (slots[slot] < 0) continue;
       const WideChild& child = children[static_cast<std::size_t>(slots[slot])];
       const QuantisedBox box = frame.quantise(tree_.nodes[child.binary].box());
       const std::size_t half = slot / 4, shift = 8 * (slot % 4);
       for (std::size_t axis = 0; axis < 3; ++axis) {
-        node[kPlaneWord + 2 * axis + half] |= std::uint32_t{box.lo[axis]} << shift;
-        node[kPlaneWord + 6 + 2 * axis + half] |= std::uint32_t{box.hi[axis]} << shift;
+        node[kCwbvhPlaneWord + 2 * axis + half] |= std::uint32_t{box.lo[axis]} << shift;
+        node[kCwbvhPlaneWord + 6 + 2 * axis + half] |= std::uint32_t{box.hi[axis]} << shift;
       }
       std::uint32_t kind = 1U << 5 | 24U | static_cast<std::uint32_t>(slot);
       if (child.leaf) {
@@ -108,7 +108,7 @@ class Emitter {
     node[5] = own_triangles;
     accel_.nodes.resize(std::size_t{own + inner} * kNodeWords);  // `node` is invalid from here on
     std::uint32_t below = 0, next = own;
-    for (std::size_t slot = 0; slot < kWidth; ++slot) {
+    for (std::size_t slot = 0; slot < kCwbvhWidth; ++slot) {
       if ((are_nodes >> slot & 1U) == 0) continue;
       below = std::max(below, 1 + emit(children[static_cast<std::size_t>(slots[slot])].binary, next++));
     }
@@ -117,12 +117,12 @@ class Emitter {
 
  private:
   const BinaryTree& tree_;
-  Collapse<kWidth> collapse_;
+  Collapse<kCwbvhWidth> collapse_;
   Accel& accel_;
 };
 
 }  // namespace
 
-Accel layout_cwbvh(const BinaryTree& tree) { return quantised_accel<Emitter>("cwbvh", tree); }
+Accel layout_cwbvh(const BinaryTree& tree) { return quantised_accel<CwbvhEmitter>("cwbvh", tree); }
 
 }  // namespace eikon

@@ -8,6 +8,10 @@
 
 namespace eikon {
 
+/// A leaf's child word in bvh2 and bvh4 has 3 bits from here on, which are the number of triangles
+/// - 1; below is the first entry in the list.
+inline constexpr std::uint32_t kCountShift = 28;
+
 /// 8- or 16-wide nodes and blocks of up to 8 triangles, chosen to minimise the SAH cost over all
 /// ways to collapse the tree [Ylitie, Karras, Laine 2017, "Efficient incoherent ray traversal on
 /// GPUs through compressed wide BVHs", section 3.1].

@@ -14,9 +14,8 @@ namespace {
 
 constexpr std::uint32_t kBlock = 8;  // triangles of a leaf block, for nodes of any width
 constexpr std::size_t kBlockWords = 10 * kBlock;
-constexpr std::uint32_t kLeafBit = 0x80000000U;
 // Costs in steps. One step tests one ray with all boxes of a node, or with 8 triangles, at once.
-constexpr CollapseCosts kCosts{.leaf_limit = kBlock, .node = 1.0F, .leaf = 1.0F, .triangle = 0.0F};
+constexpr CollapseCosts kWideCosts{.leaf_limit = kBlock, .node = 1.0F, .leaf = 1.0F, .triangle = 0.0F};
 // If the rays of all lanes go together, each triangle takes a test, and so does each box that the
 // rays meet (measured).
 constexpr CollapseCosts kCostsTogether{.leaf_limit = kBlock, .node = 1.0F, .leaf = 0.7F, .triangle = 0.3F};
@@ -31,13 +30,13 @@ struct Block {
 };
 
 template <std::uint32_t kWidth>
-class Emitter {
+class WideEmitter {
   static constexpr std::size_t kNodeWords = 8 * kWidth;
   static constexpr std::uint32_t kOrderBits = std::bit_width(kWidth - 1);
 
  public:
-  Emitter(const BinaryTree& tree, Accel& accel)
-      : tree_(tree), collapse_(tree, go_together(tree) ? kCostsTogether : kCosts), accel_(accel) {
+  WideEmitter(const BinaryTree& tree, Accel& accel)
+      : tree_(tree), collapse_(tree, go_together(tree) ? kCostsTogether : kWideCosts), accel_(accel) {
     accel_.together = go_together(tree);
     nodes_.emplace_back();
     accel_.stack_size = 1 + number(0, 0);
@@ -149,7 +148,7 @@ Accel layout(const char* name, const BinaryTree& tree, TriangleSoup triangles) {
     accel.node_count = 1;
     return accel;
   }
-  const Emitter<kWidth> emitter(tree, accel);
+  const WideEmitter<kWidth> emitter(tree, accel);
   const auto& blocks = emitter.blocks();
   accel.node_count = accel.nodes.size() / (8 * kWidth);
   accel.leaves.resize(blocks.size() * kBlockWords);

@@ -39,7 +39,7 @@ std::vector<Row> rows(const std::string& usual, std::size_t triangles) {
 
 bool counts(const std::string& layout) { return layout != "bvh16" && layout != "bvh8"; }
 
-void print_header() {
+void print_title() {
   fmt::print("{:<14} {:<7} {:<16} {:>8} {:>9} {:>12}", "accel", "layout", "triangle test", "build s", "nodes", "bytes");
   for (const char* kind : {"camera", "shadow", "diffuse"}) fmt::print(" | {:>8} {:>6} {:>6}", kind, "tests", "steps");
   fmt::print("\n{:<71}", "");
@@ -55,7 +55,7 @@ void bench_accels(Device& device, PackedScene& scene, const AccelBench& bench, n
   plain.layout.clear();
   const std::string usual = configure(device.info(), plain).layout;
   fmt::print("{}: {} triangles\n", device.info().name, scene.triangles.size());
-  print_header();
+  print_title();
   std::vector<RayKind> kinds;  // made once: all accelerators find the same hits
   for (const Row& row : rows(usual, scene.triangles.size())) {
     scene.accels.clear();

@@ -29,7 +29,7 @@
 namespace eikon {
 namespace {
 
-struct BenchOptions {
+struct BenchRaysOptions {
   SceneOptions scene;
   Execution execution;
   std::string versus, json;
@@ -38,7 +38,7 @@ struct BenchOptions {
 
 /// A packed scene, the settings that its rays come from, and the results so far.
 struct Bench {
-  const BenchOptions& options;
+  const BenchRaysOptions& options;
   const Settings& settings;
   const Features& features;
   PackedScene& scene;
@@ -115,7 +115,7 @@ void bench_device(Bench& bench, const DeviceInfo& info) {
 
 /// throws UsageError if flags do not go together or with this scene, InputError if there are no
 /// triangles
-void require_comparable(const BenchOptions& options, const PackedScene& scene) {
+void require_comparable(const BenchRaysOptions& options, const PackedScene& scene) {
   if (scene.triangles.empty()) throw InputError(options.scene.scene + ": there is no triangle to trace rays against");
   if (!options.versus.empty() && !scene.shapes.empty())
     throw UsageError(
@@ -127,7 +127,7 @@ void require_comparable(const BenchOptions& options, const PackedScene& scene) {
   if (!options.execution.layout.empty()) throw UsageError("--accel all shows layouts of its own; leave out --layout");
 }
 
-ExitCode bench_rays_command(BenchOptions options) {
+ExitCode bench_rays_command(BenchRaysOptions options) {
   read_execution_environment(options.execution);
   require_writable({options.json}, options.scene.scene);
   Prepared prepared = prepare(options.scene, log_unless(true));
@@ -153,7 +153,7 @@ ExitCode bench_rays_command(BenchOptions options) {
 }  // namespace
 
 void add_bench_rays(CommandFlags& bench, Command& chosen) {
-  auto options = std::make_shared<BenchOptions>();
+  auto options = std::make_shared<BenchRaysOptions>();
   CommandFlags flags = bench.command(
       "rays", "measure rays per second by layout of the tree and kind of ray; every surface counts as opaque",
       "Examples:\n  eikon bench rays scenes/cornell.gltf --versus embree --json rays.json\n"

@@ -31,7 +31,7 @@
 namespace eikon {
 namespace {
 
-struct BenchOptions {
+struct BenchSceneOptions {
   SceneOptions scene;
   Execution execution;
   std::string reference, json;
@@ -130,7 +130,7 @@ nlohmann::json to_json(const Point& point, std::uint64_t pixels) {
           {"efficiency", error && *error > 0 ? json(1 / (*error * point.seconds)) : json(nullptr)}};
 }
 
-void print_row(const nlohmann::json& row) {
+void print_rate(const nlohmann::json& row) {
   const auto number = [&](const char* key) {
     return row[key].is_null() ? std::string("-") : fmt::format("{:.3e}", row[key].get<double>());
   };
@@ -149,7 +149,7 @@ struct Results {
 
 /// Compares the film whenever its samples per pixel have doubled. Sets `stop` when the time is
 /// over.
-Snapshots compare_as_it_grows(const BenchOptions& options, const Settings& settings,
+Snapshots compare_as_it_grows(const BenchSceneOptions& options, const Settings& settings,
                           const std::optional<Reference>& reference, Results& results, std::atomic<bool>& stop) {
   Snapshots snapshots;
   snapshots.at = doubling(settings.sample_begin, settings.sample_end);
@@ -162,7 +162,7 @@ Snapshots compare_as_it_grows(const BenchOptions& options, const Settings& setti
     if (reference) point.measured = compare_images(to_image(film), reference->image);
     point.predicted = film.predicted_error();
     results.rows.push_back(to_json(point, settings.crop.pixel_count()));
-    print_row(results.rows.back());
+    print_rate(results.rows.back());
     results.points.push_back(point);
     // The next point takes about twice as long.
     if (options.time_s > 0 && 2 * render_s > options.time_s) stop = true;
@@ -199,7 +199,7 @@ nlohmann::json to_json(const Prepared& prepared, const RenderReport& report, con
   return out;
 }
 
-ExitCode bench_scene_command(const BenchOptions& options) {
+ExitCode bench_scene_command(const BenchSceneOptions& options) {
   require_writable({options.json}, options.scene.scene);
   const Prepared prepared = prepare(options.scene, log_unless(true));
   std::optional<Reference> reference;
@@ -234,7 +234,7 @@ ExitCode bench_scene_command(const BenchOptions& options) {
 }  // namespace
 
 void add_bench_scene(CommandFlags& bench, Command& chosen) {
-  auto options = std::make_shared<BenchOptions>();
+  auto options = std::make_shared<BenchSceneOptions>();
   CommandFlags flags = bench.command(
       "scene", "measure error against time: a growing render, compared at 1, 2, 4, ... samples per pixel",
       "Example:\n  eikon render scenes/cornell.gltf -o ref.exr --size 256x256 --spp 16384 --seed 1\n"
@@ -252,7 +252,7 @@ void add_bench_scene(CommandFlags& bench, Command& chosen) {
                1e-3, 1e9);
   flags.text({"--json", "FILE", "write the results as JSON; tools/plot_error.py draws them"}, options->json);
   flags.run(chosen, [options] {
-    BenchOptions read = *options;
+    BenchSceneOptions read = *options;
     if (read.scene.spp == 0) read.scene.spp = read.time_s > 0 ? std::uint64_t{1} << 24 : 64;
     read_execution_environment(read.execution);
     return bench_scene_command(read);

@@ -11,7 +11,7 @@
 namespace eikon {
 namespace {
 
-constexpr const char* kExtension = "KHR_mesh_quantization";
+constexpr const char* kQuantization = "KHR_mesh_quantization";
 
 bool is_signed(ComponentType type) { return type == ComponentType::i8 || type == ComponentType::i16; }
 bool is_unsigned(ComponentType type) { return type == ComponentType::u8 || type == ComponentType::u16; }
@@ -85,7 +85,7 @@ void check_attribute(const std::string& name, const Accessor& accessor, std::uin
     const bool hint = is_legal(name, accessor, true);
     throw InputError(fmt::format(
         "{}: {} in {} is {}, which glTF does not allow there{}", user, name, accessor.label, type_name(accessor),
-        hint ? fmt::format(" unless extensionsUsed lists {}", kExtension) : "; export the file again"));
+        hint ? fmt::format(" unless extensionsUsed lists {}", kQuantization) : "; export the file again"));
   }
   if (accessor.count != position_count) {
     throw InputError(fmt::format("{}: {} in {} has {} elements for {} positions; export the file again", user, name,

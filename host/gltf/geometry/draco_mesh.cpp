@@ -17,7 +17,7 @@
 namespace eikon {
 namespace {
 
-constexpr int kTriangles = 4, kTriangleStrip = 5;
+constexpr int kTriangleList = 4, kTriangleStrip = 5;
 // The most triangles and numbers that a stream is believed to hold: some, however small it is, and
 // more for each byte. The library allocates what a header claims. Flat regular grids, the best case
 // of the codec, stay far below.
@@ -204,14 +204,14 @@ DracoMesh DracoDecoder::decode(const JsonView& view, const GltfPrimitive& primit
     view.fail("needs 'indices', and POSITION in the attributes of the primitive and of the extension");
   }
   const int mode = primitive.mode;
-  if (mode != kTriangles && mode != kTriangleStrip) view.fail("compresses triangles and triangle strips only");
+  if (mode != kTriangleList && mode != kTriangleStrip) view.fail("compresses triangles and triangle strips only");
   const std::uint64_t position_count = accessors_[positions->second].count,
                       index_count = accessors_[*primitive.indices].count;
 
   const std::span<const std::byte> bytes = views_[*buffer_view];
   const std::uint64_t triangles = announced_triangles(view, bytes);
   // A strip of n corners has n - 2 triangles; a list has to be of the length that it says.
-  if (mode == kTriangles ? triangles != index_count / 3 || index_count % 3 != 0 : triangles > index_count) {
+  if (mode == kTriangleList ? triangles != index_count / 3 || index_count % 3 != 0 : triangles > index_count) {
     view.fail(fmt::format("the stream holds {} triangles where the accessor of the indices has {} elements", triangles,
                           index_count));
   }

@@ -13,7 +13,7 @@
 namespace eikon {
 namespace {
 
-constexpr const char* kExtension = "EXT_mesh_gpu_instancing";
+constexpr const char* kInstancing = "EXT_mesh_gpu_instancing";
 
 /// An attribute that places instances; others, whose names begin with an underscore, are the
 /// application's own.
@@ -32,7 +32,7 @@ const Accessor* attribute(const JsonView& view, const Json& attributes, const ch
   return &accessor;
 }
 
-glm::dvec4 element(const JsonView& view, const char* name, const Accessor* accessor, std::uint64_t i,
+glm::dvec4 value_at(const JsonView& view, const char* name, const Accessor* accessor, std::uint64_t i,
                    const glm::dvec4& otherwise) {
   if (accessor == nullptr) return otherwise;
   const glm::vec4 value = accessor->vector_at(i);
@@ -47,9 +47,9 @@ glm::dvec4 element(const JsonView& view, const char* name, const Accessor* acces
 void check_instancing(const JsonView& node, std::size_t accessor_count) {
   const Json* extensions = member(node.value, "extensions");
   if (extensions == nullptr) return;
-  const Json* instancing = as_object({.value = *extensions, .kind = "extensions", .parent = &node}, kExtension);
+  const Json* instancing = as_object({.value = *extensions, .kind = "extensions", .parent = &node}, kInstancing);
   if (instancing == nullptr) return;
-  const JsonView view{.value = *instancing, .kind = kExtension, .parent = &node};
+  const JsonView view{.value = *instancing, .kind = kInstancing, .parent = &node};
   const Json* attributes = as_object(view, "attributes");
   if (members(attributes).empty()) view.fail("'attributes' is missing or empty");
   for (const JsonMember& attribute : members(attributes))
@@ -58,9 +58,9 @@ void check_instancing(const JsonView& node, std::size_t accessor_count) {
 }
 
 std::optional<std::vector<glm::dmat4>> read_instances(const JsonView& node, const std::vector<Accessor>& accessors) {
-  const Json* instancing = extension_of(node.value, kExtension);
+  const Json* instancing = extension_of(node.value, kInstancing);
   if (instancing == nullptr) return std::nullopt;
-  const JsonView view{.value = *instancing, .kind = kExtension, .parent = &node};
+  const JsonView view{.value = *instancing, .kind = kInstancing, .parent = &node};
   const Json& attributes = *member(instancing, "attributes");
   const Accessor* first = nullptr;
   for (const JsonMember& entry : members(&attributes)) {
@@ -80,11 +80,11 @@ std::optional<std::vector<glm::dmat4>> read_instances(const JsonView& node, cons
   std::vector<glm::dmat4> result;
   result.reserve(first->count);
   for (std::uint64_t i = 0; i < first->count; ++i) {
-    const glm::dvec4 turn = element(view, "ROTATION", rotation, i, {0, 0, 0, 1});
+    const glm::dvec4 turn = value_at(view, "ROTATION", rotation, i, {0, 0, 0, 1});
     if (turn == glm::dvec4(0.0))
       view.fail(fmt::format("ROTATION in {}, element {}, is (0, 0, 0, 0), which is no rotation", rotation->label, i));
-    result.push_back(transform_matrix(glm::dvec3(element(view, "TRANSLATION", translation, i, glm::dvec4(0.0))), turn,
-                                      glm::dvec3(element(view, "SCALE", scale, i, glm::dvec4(1.0)))));
+    result.push_back(transform_matrix(glm::dvec3(value_at(view, "TRANSLATION", translation, i, glm::dvec4(0.0))), turn,
+                                      glm::dvec3(value_at(view, "SCALE", scale, i, glm::dvec4(1.0)))));
   }
   return result;
 }

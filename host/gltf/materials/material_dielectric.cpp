@@ -74,7 +74,7 @@ void read_dispersion(const JsonView& extension, const Factors& factors, Material
 
 // materials.cpp finds the textures of `specular` and `transmission`: in the scene's hash they stand
 // before the normal map.
-constexpr MaterialExtension kRows[] = {
+constexpr MaterialExtensionReader kDielectricExtensions[] = {
     {.name = "KHR_materials_ior", .check = check_ior, .read = read_ior},
     {.name = "KHR_materials_specular", .check = check_specular, .read = read_specular},
     {.name = "KHR_materials_transmission", .check = check_transmission, .read = read_transmission},
@@ -84,6 +84,6 @@ constexpr MaterialExtension kRows[] = {
 
 }  // namespace
 
-std::span<const MaterialExtension> dielectric_extensions() { return kRows; }
+std::span<const MaterialExtensionReader> dielectric_extensions() { return kDielectricExtensions; }
 
 }  // namespace eikon

@@ -35,13 +35,13 @@ void read_unlit(const JsonView&, const Factors&, Material& material) {
   material.sheen_color = glm::vec3(0.0F);
 }
 
-constexpr MaterialExtension kRows[] = {
+constexpr MaterialExtensionReader kEmissionExtensions[] = {
     {.name = "KHR_materials_emissive_strength", .check = check_strength, .read = read_strength},
     {.name = "KHR_materials_unlit", .read = read_unlit},
 };
 
 }  // namespace
 
-std::span<const MaterialExtension> emission_extensions() { return kRows; }
+std::span<const MaterialExtensionReader> emission_extensions() { return kEmissionExtensions; }
 
 }  // namespace eikon

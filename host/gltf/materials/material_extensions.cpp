@@ -8,7 +8,7 @@
 namespace eikon {
 namespace {
 
-std::array<std::span<const MaterialExtension>, 5> groups() {
+std::array<std::span<const MaterialExtensionReader>, 5> groups() {
   return {dielectric_extensions(), layer_extensions(), microfacet_extensions(), measured_extensions(),
           emission_extensions()};
 }
@@ -17,16 +17,16 @@ std::array<std::span<const MaterialExtension>, 5> groups() {
 template <typename Use>
 void for_each_row_of(const JsonView& material, const Use& use) {
   for (const auto group : groups())
-    for (const MaterialExtension& row : group)
+    for (const MaterialExtensionReader& row : group)
       if (const Json* json = extension_of(material.value, row.name))
         use(row, JsonView{.value = *json, .kind = row.name, .parent = &material});
 }
 
 }  // namespace
 
-const MaterialExtension* find_material_extension(std::string_view name) {
+const MaterialExtensionReader* find_material_extension(std::string_view name) {
   for (const auto group : groups())
-    for (const MaterialExtension& row : group)
+    for (const MaterialExtensionReader& row : group)
       if (name == row.name) return &row;
   return nullptr;
 }
@@ -35,19 +35,19 @@ void check_material_extensions(const JsonView& material, std::size_t texture_cou
   for (const JsonMember& extension : members(member(material.value, "extensions"))) {
     const JsonView view{.value = extension.value, .kind = extension.key, .parent = &material};
     if (!is_object(extension.value)) view.fail("is not an object");
-    const MaterialExtension* const row = find_material_extension(extension.key);
+    const MaterialExtensionReader* const row = find_material_extension(extension.key);
     if (row != nullptr && row->check != nullptr) row->check(view, texture_count);
   }
 }
 
 void read_material_extensions(const JsonView& view, const Factors& factors, Material& material) {
-  for_each_row_of(view, [&](const MaterialExtension& row, const JsonView& extension) {
+  for_each_row_of(view, [&](const MaterialExtensionReader& row, const JsonView& extension) {
     if (row.read != nullptr) row.read(extension, factors, material);
   });
 }
 
 void find_extension_textures(const JsonView& view, TextureReader& textures, Material& material) {
-  for_each_row_of(view, [&](const MaterialExtension& row, const JsonView& extension) {
+  for_each_row_of(view, [&](const MaterialExtensionReader& row, const JsonView& extension) {
     if (row.find_textures != nullptr) row.find_textures(extension, textures, material);
   });
 }

@@ -10,7 +10,7 @@ namespace eikon {
 
 /// An extension of materials: a row in the table of its group. What an extension does not need is
 /// null.
-struct MaterialExtension {
+struct MaterialExtensionReader {
   const char* name;
   /// Checks the types of its members. throws InputError naming what is wrong with them
   void (*check)(const JsonView& extension, std::size_t texture_count) = nullptr;
@@ -24,14 +24,14 @@ struct MaterialExtension {
 // The groups in the order in which they are read. Extensions that replace others come after them,
 // and the last group takes back what does not apply. The order in which textures are found is part
 // of the scene's hash, so rows with textures keep theirs.
-[[nodiscard]] std::span<const MaterialExtension> dielectric_extensions();
-[[nodiscard]] std::span<const MaterialExtension> layer_extensions();
-[[nodiscard]] std::span<const MaterialExtension> microfacet_extensions();
-[[nodiscard]] std::span<const MaterialExtension> measured_extensions();
-[[nodiscard]] std::span<const MaterialExtension> emission_extensions();
+[[nodiscard]] std::span<const MaterialExtensionReader> dielectric_extensions();
+[[nodiscard]] std::span<const MaterialExtensionReader> layer_extensions();
+[[nodiscard]] std::span<const MaterialExtensionReader> microfacet_extensions();
+[[nodiscard]] std::span<const MaterialExtensionReader> measured_extensions();
+[[nodiscard]] std::span<const MaterialExtensionReader> emission_extensions();
 
 /// The row of this name, or null if eikon does not read it.
-[[nodiscard]] const MaterialExtension* find_material_extension(std::string_view name);
+[[nodiscard]] const MaterialExtensionReader* find_material_extension(std::string_view name);
 
 /// throws InputError naming what is wrong with one of a material's extensions
 void check_material_extensions(const JsonView& material, std::size_t texture_count);

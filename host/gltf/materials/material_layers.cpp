@@ -96,7 +96,7 @@ void find_diffuse_transmission_textures(const JsonView& extension, TextureReader
     material.diffuse_transmission_color_texture = textures.find(extension, "diffuseTransmissionColorTexture", true);
 }
 
-constexpr MaterialExtension kRows[] = {
+constexpr MaterialExtensionReader kLayersExtensions[] = {
     {.name = "KHR_materials_clearcoat",
      .check = check_clearcoat,
      .read = read_clearcoat,
@@ -114,6 +114,6 @@ constexpr MaterialExtension kRows[] = {
 
 }  // namespace
 
-std::span<const MaterialExtension> layer_extensions() { return kRows; }
+std::span<const MaterialExtensionReader> layer_extensions() { return kLayersExtensions; }
 
 }  // namespace eikon

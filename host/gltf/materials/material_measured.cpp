@@ -47,11 +47,11 @@ void read_measured(const JsonView&, const Factors& factors, Material& material) 
   material.transmission = material.diffuse_transmission = 0.0F;
 }
 
-constexpr MaterialExtension kRows[] = {{.name = kMeasuredExtension, .check = check_measured, .read = read_measured}};
+constexpr MaterialExtensionReader kMeasuredExtensions[] = {{.name = kMeasuredExtension, .check = check_measured, .read = read_measured}};
 
 }  // namespace
 
-std::span<const MaterialExtension> measured_extensions() { return kRows; }
+std::span<const MaterialExtensionReader> measured_extensions() { return kMeasuredExtensions; }
 
 std::shared_ptr<const MeasuredTable> MeasuredReader::read(const std::filesystem::path& file) {
   std::error_code unknown;

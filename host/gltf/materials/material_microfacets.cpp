@@ -107,7 +107,7 @@ void read_conductor(const JsonView& extension, const Factors& factors, Material&
   material.transmission = material.diffuse_transmission = 0.0F;
 }
 
-constexpr MaterialExtension kRows[] = {
+constexpr MaterialExtensionReader kMicrofacetsExtensions[] = {
     {.name = "KHR_materials_anisotropy",
      .check = check_anisotropy,
      .read = read_anisotropy,
@@ -118,6 +118,6 @@ constexpr MaterialExtension kRows[] = {
 
 }  // namespace
 
-std::span<const MaterialExtension> microfacet_extensions() { return kRows; }
+std::span<const MaterialExtensionReader> microfacet_extensions() { return kMicrofacetsExtensions; }
 
 }  // namespace eikon
