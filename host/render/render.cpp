@@ -333,7 +333,9 @@ RenderOutput pack_and_render(const Pack& pack, const Features& features, const S
   if (is_nothing_left(hooks, settings)) return output_of(std::move(*hooks.begin_with), features);
   RenderReport report;
   DevicePool pool = hooks.devices != nullptr ? *hooks.devices : DevicePool();
+  TraceScope finding(execution.trace.get(), execution.track, "find devices");
   const std::vector<DeviceInfo> selected = pool.select(execution.devices, execution.threads, &report.notes);
+  finding.end();
   const double pack_begin_s = host_seconds();
   TraceScope packing(execution.trace.get(), execution.track, "pack");
   const std::shared_ptr<PackedScene> packed = pack();

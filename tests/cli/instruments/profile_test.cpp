@@ -7,12 +7,11 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-namespace eikon::testing {
+namespace eikon::test {
 namespace {
 
 using nlohmann::json;
 
-json read_json(const std::filesystem::path& path) { return json::parse(read_bytes(path)); }
 
 struct Span {
   std::string name;
@@ -86,16 +85,26 @@ double seconds_of(const std::vector<Span>& spans, const std::string& name, doubl
   return sum;
 }
 
-// How much time lies between spans depends on what else the machine does, so structure and sums are judged: the steps are all
-// there, in their order, and agree with the seconds of the statistics as far as one reading of the clock encloses the other.
+/// The part of the time from the first span to the last one that outermost spans cover.
+double coverage(const std::vector<Span>& spans) {
+  double covered_us = 0, end_us = 0;
+  for (const Span& span : spans) {
+    if (span.depth == 0) covered_us += span.end_us - span.begin_us;
+    end_us = std::max(end_us, span.end_us);
+  }
+  return covered_us / (end_us - spans.front().begin_us);
+}
+
+// Structure and sums are judged: the steps are all there, in their order, and agree with the seconds of the statistics as far as one
+// reading of the clock encloses the other.
 void expect_timeline_of(const Timeline& timeline, const json& stats, std::size_t device) {
   const json& seconds = stats.at("seconds");
   const std::vector<Span>& main = timeline.track("main");
   std::vector<std::string> steps;
   for (const Span& span : main)
     if (span.depth == 0) steps.push_back(span.name);
-  EXPECT_EQ(steps, (std::vector<std::string>{"load", "pack", "choose layout, build tree", "render", "predict error",
-                                             "write"}));
+  EXPECT_EQ(steps, (std::vector<std::string>{"load", "find devices", "pack", "choose layout, build tree", "render",
+                                             "predict error", "write"}));
   constexpr double kRound_s = 2e-6 * kRound_us;
   EXPECT_GE(seconds_of(main, "load") + kRound_s, seconds.at("load").get<double>()) << "the span holds the reading";
   EXPECT_LE(seconds_of(main, "write"), seconds.at("write").get<double>() + kRound_s) << "the statistics hold the span";
@@ -135,6 +144,28 @@ TEST(Profile, shows_where_the_wall_time_of_the_statistics_went) {
     ASSERT_EQ(timeline.counters.count(counter), 1U) << counter;
   EXPECT_DOUBLE_EQ(timeline.counters.at("predicted relMSE").back().second,
                    read_json(here / "stats.json").at("relmse_predicted").get<double>());
+}
+
+// Another process may take the processor between two spans, so the best of several renders counts: time that no span covers is
+// missing in all of them.
+TEST(Profile, spans_cover_nine_tenths_of_the_time) {
+  double main = 0, device = 0;
+  for (int attempt = 0; attempt < 5 && (main < 0.9 || device < 0.9); ++attempt) {
+    const Workplace here;
+    ASSERT_TRUE(succeeded(
+        here.eikon(cornell("--size 128x128 --spp 128 --quiet --profile trace.json --stats stats.json --devices cpu"))));
+    const Timeline timeline = read_timeline(read_json(here / "trace.json"));
+    main = std::max(main, coverage(timeline.track("main")));
+    double render_s = 0, steps_s = 0;
+    for (const Span& span : timeline.track(": host")) {
+      if (span.name == "render") render_s += 1e-6 * span.busy_us;
+      for (const char* step : {"begin unit", "launch", "wait", "add to film"})
+        if (span.name == step) steps_s += 1e-6 * span.busy_us;
+    }
+    device = std::max(device, steps_s / render_s);
+  }
+  EXPECT_GE(main, 0.9) << "of the render's thread";
+  EXPECT_GE(device, 0.9) << "of what the device's thread did while the device rendered";
 }
 
 TEST(Profile, has_tracks_of_each_of_two_devices) {
@@ -185,4 +216,4 @@ TEST(StageTable, tells_each_device_its_stages_bounces_and_gaps) {
 }
 
 }  // namespace
-}  // namespace eikon::testing
+}  // namespace eikon::test
