@@ -62,13 +62,9 @@ def python_of(renderer):
 
 def install(renderers):
     for renderer in renderers:
-        if renderer == "eikon" or python_of(renderer).exists():
-            continue
-        folder, packages, python, _ = RENDERERS[renderer]
-        home = pathlib.Path.home() / folder
-        print(f"{renderer}: making {home}", flush=True)
-        subprocess.run([python, "-m", "venv", home], check=True)
-        subprocess.run([home / "bin" / "python", "-m", "pip", "install", "--quiet", *packages.split()], check=True)
+        if renderer != "eikon":
+            folder, packages, python, _ = RENDERERS[renderer]
+            modules.install(pathlib.Path.home() / folder, packages, python)
 
 
 class Bench:
