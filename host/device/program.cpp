@@ -24,8 +24,9 @@ std::string first_error(const std::string& log) {
 
 std::shared_ptr<Program::Impl> build_program(cl_context context, cl_device_id device, const DeviceInfo& info,
                                              const std::string& text, const ProgramOptions& options) {
-  // The text switches FP_CONTRACT off; no flag may loosen the arithmetic.
-  std::string flags = "-cl-std=CL1.2 -cl-kernel-arg-info";
+  // The text switches FP_CONTRACT off; no flag may loosen the arithmetic. -w, because PoCL's compiler writes how many warnings it has
+  // to the standard error stream: hundreds, of vectors that are wider than the registers of the processor.
+  std::string flags = "-cl-std=CL1.2 -cl-kernel-arg-info -w";
   if (info.correctly_rounded_divide_sqrt) flags += " -cl-fp32-correctly-rounded-divide-sqrt";
   if (!options.optimise) flags += " -cl-opt-disable -DEK_OUT_OF_LINE -DEK_PORTABLE";
   if (!options.extra_flags.empty()) flags += " " + options.extra_flags;
