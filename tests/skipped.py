@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Reads what ctest wrote with --output-junit and lists the tests that were skipped.
+"""Lists the tests that were skipped, by the reports that ctest (--output-junit) and GoogleTest (--gtest_output=xml) wrote.
 
-    skipped.py JUNIT      exit code 1 if one was skipped for another reason than those below
+    skipped.py REPORT...      exit code 1 if one was skipped for another reason than those below
 
 What tools/setup.sh installs is there in continuous integration, so a test that misses it has to fail there."""
 import re
@@ -15,18 +15,24 @@ ACCEPTED = re.compile(r"cannot be divided|can be divided|divides so|not allowed 
                       r"processor with vectors")
 
 
+def skipped_tests(report):
+    """(name, reason) of each."""
+    for case in xml.etree.ElementTree.parse(report).getroot().iter("testcase"):
+        skipped = case.find("skipped")
+        if skipped is not None:
+            yield case.get("name"), skipped.get("message") or case.findtext("system-out") or ""
+
+
 def main():
-    if len(sys.argv) != 2:
+    if len(sys.argv) < 2:
         sys.exit(__doc__)
-    missing = []
-    for case in xml.etree.ElementTree.parse(sys.argv[1]).getroot().iter("testcase"):
-        if case.find("skipped") is None:
-            continue
-        output = case.findtext("system-out") or ""
-        accepted = ACCEPTED.search(output)
-        print(f"skipped{'' if accepted else ', but must not be'}: {case.get('name')}: {accepted.group(0) if accepted else output.strip()[-300:]}")
-        if not accepted:
-            missing.append(case.get("name"))
+    missing = 0
+    for report in sys.argv[1:]:
+        for name, output in skipped_tests(report):
+            accepted = ACCEPTED.search(output)
+            why = accepted.group(0) if accepted else output.strip()[-300:]
+            print(f"skipped{'' if accepted else ', but must not be'}: {name}: {why}")
+            missing += accepted is None
     return 1 if missing else 0
 
 

@@ -4,7 +4,7 @@
 #include "image/image.h"
 #include "support/paths.h"
 
-namespace eikon::testing {
+namespace eikon::test {
 namespace {
 
 TEST(BadInput, scenes_that_cannot_be_read_are_refused_by_name) {
@@ -389,4 +389,4 @@ TEST(BadInput, a_variant_that_the_file_has_not_is_refused_in_a_line) {
 }
 
 }  // namespace
-}  // namespace eikon::testing
+}  // namespace eikon::test

@@ -7,13 +7,14 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
 #include "support/temporary_folder.h"
 #include "support/paths.h"
 
-namespace eikon::testing {
+namespace eikon::test {
 
 inline constexpr int kUsage = 2, kInput = 3, kDevice = 4;  // exit codes
 
@@ -23,6 +24,8 @@ struct Outcome {
 };
 
 inline bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+
+inline nlohmann::json read_json(const std::filesystem::path& path) { return nlohmann::json::parse(read_bytes(path)); }
 
 inline std::string scene(const std::string& name) { return std::string(EIKON_SOURCE_DIR) + "/scenes/" + name; }
 
@@ -105,4 +108,4 @@ inline std::string cornell(const std::string& flags = "--size 16x12 --spp 4 --qu
   return "render " + scene("cornell.gltf") + " -o out.exr " + flags;
 }
 
-}  // namespace eikon::testing
+}  // namespace eikon::test

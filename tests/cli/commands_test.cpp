@@ -7,7 +7,7 @@
 #include "device/kernel_sources.h"
 #include "support/paths.h"
 
-namespace eikon::testing {
+namespace eikon::test {
 namespace {
 
 using nlohmann::json;
@@ -140,4 +140,4 @@ TEST(Commands, an_installed_eikon_needs_nothing_of_the_source_tree) {
 }
 
 }  // namespace
-}  // namespace eikon::testing
+}  // namespace eikon::test

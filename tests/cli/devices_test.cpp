@@ -13,7 +13,7 @@
 namespace eikon {
 namespace {
 
-using namespace eikon::testing;
+using namespace eikon::test;
 using nlohmann::json;
 
 const char* const kCores = "POCL_MAX_PTHREAD_COUNT=2";  // of PoCL's device, wherever the tests run
@@ -24,7 +24,7 @@ TEST(Devices, two_cores_are_two_devices_and_give_the_bits_of_the_whole) {
   ASSERT_TRUE(succeeded(here.eikon(image + "-o whole.exr --devices 0", kCores)));
   const Outcome parts = here.eikon(image + "-o parts.exr --stats stats.json --devices cpu:2x1", kCores);
   ASSERT_TRUE(succeeded(parts));
-  const json devices = json::parse(read_bytes(here / "stats.json")).at("devices");
+  const json devices = read_json(here / "stats.json").at("devices");
   ASSERT_EQ(devices.size(), 2U);
   for (const json& device : devices) EXPECT_GT(device.at("units").get<int>(), 0);
   EXPECT_TRUE(contains(devices[0].at("name").get<std::string>(), "[core 1 of 2]"));

@@ -11,7 +11,7 @@
 #include "instruments/analytic_scenes.h"
 #include "support/paths.h"
 
-namespace eikon::testing {
+namespace eikon::test {
 namespace {
 
 class Merge : public ::testing::Test {
@@ -237,4 +237,4 @@ TEST_F(Merge, the_manual_s_commands_for_sharing_an_image_do_as_they_say) {
 }
 
 }  // namespace
-}  // namespace eikon::testing
+}  // namespace eikon::test

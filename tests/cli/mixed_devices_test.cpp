@@ -4,7 +4,7 @@
 
 #include "cli/command.h"
 
-namespace eikon::testing {
+namespace eikon::test {
 namespace {
 
 using nlohmann::json;
@@ -19,7 +19,7 @@ Mixed render_mixed(const Workplace& here, const std::string& image, const std::s
                    const std::string& before) {
   EXPECT_TRUE(succeeded(here.eikon(image + " -o out.exr --stats stats.json --devices " + devices, before)));
   Mixed mixed;
-  const json stats = json::parse(read_bytes(here / "stats.json"));
+  const json stats = read_json(here / "stats.json");
   for (const json& device : stats.at("devices")) {
     mixed.units.push_back(device.at("units").get<std::uint64_t>());
     mixed.names += device.at("name").get<std::string>() + "; ";
@@ -67,4 +67,4 @@ TEST(MixedDevices, N5_three_of_two_drivers_give_the_bits_of_one) {
 }
 
 }  // namespace
-}  // namespace eikon::testing
+}  // namespace eikon::test

@@ -4,7 +4,7 @@
 
 #include "cli/command.h"
 
-namespace eikon::testing {
+namespace eikon::test {
 namespace {
 
 std::string with_shape(const std::string& extension) {
@@ -94,4 +94,4 @@ TEST(ShapeInput, Embree_is_not_compared_with_where_it_would_see_nothing) {
 }
 
 }  // namespace
-}  // namespace eikon::testing
+}  // namespace eikon::test

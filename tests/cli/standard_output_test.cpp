@@ -4,7 +4,7 @@
 
 #include "cli/command.h"
 
-namespace eikon::testing {
+namespace eikon::test {
 namespace {
 
 using nlohmann::json;
@@ -70,4 +70,4 @@ TEST(StandardOutput, that_is_full_is_an_error) {
 }
 
 }  // namespace
-}  // namespace eikon::testing
+}  // namespace eikon::test

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <climits>
+#include <cmath>
 #include <fstream>
 #include <memory>
 #include <sstream>
@@ -28,8 +29,6 @@ struct Variant {
   bool portable;  // without the processor's own instructions
 };
 constexpr Variant kVariants[] = {{16, false}, {1, false}, {8, false}, {16, true}};  // the fastest first
-// So many items are asked of every variant. Of the rest, which statistics need but their bits do not, the first alone is asked.
-constexpr std::size_t kCompared = 65536;
 
 /// Features that change what other subjects compute or are given.
 bool off_unless_asked(std::string_view name) {
@@ -48,10 +47,10 @@ Defines default_defines() {
   };
 }
 
-/// Devices and programs of this process. Closed before main returns: drivers do not outlive it.
+/// The devices and programs of this process. Closed before main returns: drivers do not outlive it.
 struct Opened : testing::Environment {
   std::vector<std::unique_ptr<Device>> devices;
-  std::map<std::tuple<std::size_t, Defines, std::string>, Program> programs;
+  std::map<std::tuple<const Device*, std::size_t, Defines, bool>, Program> programs;  // by a hash of their text
   // Blocks of megabytes come and go with each run: kept, they cost no system calls and no pages that are cleared.
   void SetUp() override {
     mallopt(M_MMAP_THRESHOLD, 1 << 30);
@@ -64,14 +63,6 @@ struct Opened : testing::Environment {
 };
 Opened* const opened = static_cast<Opened*>(testing::AddGlobalTestEnvironment(new Opened));  // owned by GoogleTest
 
-std::vector<std::unique_ptr<Device>>& devices() {
-  if (opened->devices.empty())
-    for (const DeviceInfo& info : list_devices())
-      if (info.unusable.empty()) opened->devices.push_back(std::make_unique<Device>(info));
-  if (opened->devices.empty()) throw std::runtime_error("no OpenCL device: install pocl-opencl-icd");
-  return opened->devices;
-}
-
 const std::string& probe_text() {
   static const std::string text = [] {
     std::ifstream file(EIKON_SOURCE_DIR "/tests/kernels/probes.cl");
@@ -82,25 +73,41 @@ const std::string& probe_text() {
   return text;
 }
 
-const Program& program(std::size_t index, const Defines& defines, const std::string& appended) {
-  const auto key = std::tuple(index, defines, appended);
-  const auto found = opened->programs.find(key);
-  if (found != opened->programs.end()) return found->second;
-  Device& device = *devices()[index];
-  const bool oclgrind = device.info().platform.find("Oclgrind") != std::string::npos;
-  Program built = device.build(probe_text() + appended, {.defines = defines, .optimise = !oclgrind});
-  return opened->programs.emplace(key, std::move(built)).first->second;
+}  // namespace
+
+std::vector<std::unique_ptr<Device>>& devices() {
+  if (opened->devices.empty())
+    for (const DeviceInfo& info : list_devices())
+      if (info.unusable.empty()) opened->devices.push_back(std::make_unique<Device>(info));
+  if (opened->devices.empty()) throw std::runtime_error("no OpenCL device: install pocl-opencl-icd");
+  return opened->devices;
 }
 
-/// The first `asked` items of each input, one input behind the other; the last item again where there are fewer.
+const Program& program_of(Device& device, const std::string& text, const ProgramOptions& options) {
+  const auto key = std::tuple(&std::as_const(device), std::hash<std::string>()(text), options.defines, options.optimise);
+  const auto found = opened->programs.find(key);
+  if (found != opened->programs.end()) return found->second;
+  return opened->programs.emplace(key, device.build(text, options)).first->second;
+}
+
+namespace {
+
+/// IEEE 754 leaves the sign of a NaN to the processor.
+bool same_word(std::uint32_t a, std::uint32_t b) {
+  return a == b || (std::isnan(as_float(a)) && std::isnan(as_float(b)));
+}
+
+/// The item of `items` that is number i of `asked` of them, evenly chosen; the last one where there are fewer.
+std::size_t chosen(std::size_t i, std::size_t asked, std::size_t items) {
+  return asked < items ? i * items / asked : std::min(i, items - 1);
+}
+
+/// The chosen items of each input, one input behind the other.
 Words side_by_side(const std::vector<Words>& inputs, std::size_t asked) {
   Words in;
   in.reserve(inputs.size() * asked);
-  for (const Words& input : inputs) {
-    const std::size_t whole = std::min(asked, input.size());
-    in.insert(in.end(), input.begin(), input.begin() + std::ptrdiff_t(whole));
-    in.resize(in.size() + asked - whole, input.back());
-  }
+  for (const Words& input : inputs)
+    for (std::size_t i = 0; i < asked; ++i) in.push_back(input[chosen(i, asked, input.size())]);
   return in;
 }
 
@@ -123,6 +130,11 @@ Probe& Probe::value(const std::string& name, std::uint32_t word) {
   return *this;
 }
 
+Probe& Probe::compare(std::size_t items) {
+  compared_ = items;
+  return *this;
+}
+
 Probe& Probe::append(std::string text) {
   appended_ = std::move(text);
   return *this;
@@ -135,22 +147,23 @@ std::vector<Words> Probe::run(const std::string& name, const std::vector<Words>&
   const std::size_t padded = (items + 15) / 16 * 16;
   Words first;
   std::string first_label;
-  for (std::size_t d = 0; d < devices().size(); ++d) {
-    Device& device = *devices()[d];
+  const std::string text = probe_text() + appended_;
+  for (const auto& opened_device : devices()) {
+    Device& device = *opened_device;
     Arguments arguments;
     for (const auto& [buffer, words] : buffers_) arguments.set(buffer, device.upload(words));
     for (const auto& [scalar, word] : values_) arguments.set(scalar, word);
     std::size_t given = 0;  // items that the device has
     for (const Variant& variant : kVariants) {
       Defines defines = default_defines();
-      for (const auto& [key, text] : defines_) defines[key] = text;
+      for (const auto& [key, value] : defines_) defines[key] = value;
       defines["EK_WIDTH"] = std::to_string(variant.width);
       defines.emplace("EK_PROBE_" + subject_, "1");
       if (variant.portable) defines.emplace("EK_PORTABLE", "1");
       // Functions stay functions, as far as the compiler likes: the same arithmetic, since nothing is contracted across them, and
       // a program of all lobes compiles in a fraction of the time. Whole images are of programs as devices are given them.
       defines.emplace("EK_OUT_OF_LINE", "1");
-      const std::size_t asked = first.empty() ? padded : std::min(padded, kCompared);
+      const std::size_t asked = first.empty() ? padded : std::min(padded, compared_);
       if (asked != given) {
         arguments.set("in_words", device.upload(side_by_side(inputs, asked)));
         arguments.set("count", std::uint32_t(asked));
@@ -159,7 +172,8 @@ std::vector<Words> Probe::run(const std::string& name, const std::vector<Words>&
       // Poisoned, so that an item that a probe leaves out shows.
       const Buffer out = device.upload(Words(asked * outputs, 0xdeadbeefU));
       arguments.set("out_words", out);
-      Kernel kernel = program(d, defines, appended_).kernel(name);
+      const bool oclgrind = device.info().platform.find("Oclgrind") != std::string::npos;
+      Kernel kernel = program_of(device, text, {.defines = defines, .optimise = !oclgrind}).kernel(name);
       kernel.bind(arguments);
       device.run(kernel, asked / variant.width, 1, asked);
       Words result = device.read_all<std::uint32_t>(out);
@@ -172,12 +186,11 @@ std::vector<Words> Probe::run(const std::string& name, const std::vector<Words>&
       }
       std::size_t different = 0, example = 0;
       for (std::size_t k = 0; k < outputs; ++k) {
-        const auto expected = first.begin() + std::ptrdiff_t(k * padded);
-        const auto found = result.begin() + std::ptrdiff_t(k * asked);
         for (std::size_t i = 0; i < asked; ++i)
-          if (found[std::ptrdiff_t(i)] != expected[std::ptrdiff_t(i)] && different++ == 0) example = k * asked + i;
+          if (!same_word(result[k * asked + i], first[k * padded + chosen(i, asked, items)]) && different++ == 0)
+            example = k * asked + i;
       }
-      const std::size_t example_output = example / asked, example_item = example % asked;
+      const std::size_t example_output = example / asked, example_item = chosen(example % asked, asked, items);
       const std::uint32_t found = result[example], expected = first[example_output * padded + example_item];
       EXPECT_EQ(different, 0U) << name << ": words differ between " << label << " and " << first_label
                                << "; first: output " << example_output << " of item " << example_item << ": "

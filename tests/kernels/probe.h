@@ -5,8 +5,11 @@
 #include <bit>
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <string>
 #include <vector>
+
+#include "device/device.h"
 
 namespace eikon::test {
 
@@ -16,6 +19,13 @@ inline float as_float(std::uint32_t word) { return std::bit_cast<float>(word); }
 inline std::uint32_t as_word(float x) { return std::bit_cast<std::uint32_t>(x); }
 Words as_words(const std::vector<float>& values);
 
+/// Every device that can be used, opened once for the process.
+std::vector<std::unique_ptr<Device>>& devices();
+
+/// The program of `text` on one of devices(), built when it is first asked for: a driver that has it compiled already takes half
+/// a second to find that out.
+const Program& program_of(Device& device, const std::string& text, const ProgramOptions& options);
+
 /// What one probe is given: buffers and values by the names of its kernel's arguments, and defines of the program.
 class Probe {
  public:
@@ -24,6 +34,9 @@ class Probe {
 
   Probe& define(const std::string& name, const std::string& value);
   Probe& value(const std::string& name, std::uint32_t word);
+  /// So many items, evenly among all, are asked of every device and lane width; the others, which statistics need but the comparison
+  /// of bits does not, of the first alone.
+  Probe& compare(std::size_t items);
   /// Text behind that of probes.cl: functions that are written at run time.
   Probe& append(std::string text);
   template <class T, class Allocator>
@@ -33,8 +46,8 @@ class Probe {
     return *this;
   }
 
-  /// Runs kernel `name` over all items on every usable device, at lane widths 1, 8 and 16, with and without the
-  /// processor's own instructions, and expects the same bits from all of them.
+  /// Runs kernel `name` over all items on the first device, and over those of compare() on every usable one at lane widths 1, 8 and 16,
+  /// with and without the processor's own instructions, and expects the same bits from all of them.
   /// inputs   arrays of one length; item i of input k is word i of array k
   /// outputs  how many words the probe writes per item
   /// returns  the outputs of the first device, in the same form
@@ -42,6 +55,7 @@ class Probe {
 
  private:
   std::string subject_, appended_;
+  std::size_t compared_ = 65536;
   std::map<std::string, std::string> defines_;
   std::map<std::string, Words> buffers_;
   std::map<std::string, std::uint32_t> values_;

@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // Hypothesis tests for what samples. All at a fixed seed: an accepted test stays accepted.
 #pragma once
+#include <random>
 #include <string>
 #include <vector>
 
 namespace eikon::test {
+
+/// At least 0, below 1, exact in single precision.
+inline float uniform(std::mt19937& random) { return float(random() >> 8) * 0x1p-24F; }
 
 constexpr double kSignificance = 0.01;  // of a whole family of tests
 

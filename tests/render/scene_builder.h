@@ -15,7 +15,7 @@
 #include "render/render.h"
 #include "support/paths.h"
 
-namespace eikon::testing {
+namespace eikon::test {
 
 inline constexpr double kPi = std::numbers::pi;
 
@@ -106,9 +106,17 @@ inline Execution as_tested(Execution execution) {
   return execution;
 }
 
+/// Devices stay open for the renders of a process, with the last programs that they compiled: to look a program up takes the driver
+/// half a second. Closed before main returns: drivers do not outlive it.
+struct OpenDevices : testing::Environment {
+  DevicePool pool;
+  void TearDown() override { pool.close_idle(); }
+};
+inline OpenDevices* const open_devices = static_cast<OpenDevices*>(testing::AddGlobalTestEnvironment(new OpenDevices));
+
 inline RenderOutput output_of(const Scene& scene, const Settings& settings, const Execution& execution = {}) {
   static const std::atomic<bool> never{false};
-  return render(scene, settings, as_tested(execution), never);
+  return render(scene, settings, as_tested(execution), never, {.devices = &open_devices->pool});
 }
 
 /// The film; the test fails if a sample was rejected or the render is not complete.
@@ -144,6 +152,16 @@ inline std::vector<Execution> ways_to_trace() {
     add(lanes, true, "bvh", "bvh8");
     ways.back().fused = false;
   }
+  return ways;
+}
+/// Every accelerator and layout once: wide trees in chunks of 16 lanes, the others in queues of one lane; and a launch for each stage.
+/// The tests of hits (tests/kernels) and SameBits have them at all widths.
+inline std::vector<Execution> each_way_to_trace() {
+  std::vector<Execution> ways = ways_to_trace();
+  std::erase_if(ways, [](const Execution& way) {
+    const bool wide = way.layout == "bvh16" || way.layout == "bvh8";
+    return way.lanes != (wide ? 16U : 1U) || way.chunked != wide;
+  });
   return ways;
 }
 inline std::string describe(const Execution& execution) {
@@ -234,6 +252,21 @@ inline ::testing::AssertionResult agree(const MeanAndError& a, const MeanAndErro
   return agrees({a.mean, std::hypot(a.sigma, b.sigma)}, b.mean, comparisons);
 }
 
+/// Every pixel of the crop shows `expected`: nothing shadows itself, nothing leaks.
+inline void expect_constant(const Film& film, double expected, const std::string& what, double tolerance = 4e-6) {
+  const Crop& crop = film.layout().crop;
+  for (std::uint32_t y = crop.y0; y < crop.y1; ++y)
+    for (std::uint32_t x = crop.x0; x < crop.x1; ++x)
+      ASSERT_NEAR(film.mean(x, y, 0), expected, tolerance * expected) << what << ", pixel " << x << "," << y;
+}
+
+/// Under an even sky of 1.
+inline Settings settings_under_sky(std::uint32_t side, std::uint64_t spp) {
+  Settings settings = settings_for(side, side, spp);
+  settings.environment.radiance = glm::vec3(1);
+  return settings;
+}
+
 inline Scene load_shipped(const std::string& name) {
   return load_scene(std::string(EIKON_SOURCE_DIR) + "/scenes/" + name);
 }
@@ -246,4 +279,4 @@ inline Settings settings_of(const Scene& scene, std::uint32_t side, std::uint64_
   return settings;
 }
 
-}  // namespace eikon::testing
+}  // namespace eikon::test

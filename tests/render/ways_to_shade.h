@@ -5,7 +5,7 @@
 
 #include "render/scene_builder.h"
 
-namespace eikon::testing {
+namespace eikon::test {
 
 /// Every lane width and every order of stages, each in the layout that is its own: for features that no traversal sees. Hits have
 /// the same bits in every layout (the tests of Traverse, ShapeHits and TraverseInstance, against brute force; here those that use
@@ -24,4 +24,4 @@ inline std::vector<Execution> ways_to_shade() {
   return ways;
 }
 
-}  // namespace eikon::testing
+}  // namespace eikon::test

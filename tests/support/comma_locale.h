@@ -6,7 +6,7 @@
 
 #include "support/temporary_folder.h"
 
-namespace eikon::testing {
+namespace eikon::test {
 
 class CommaLocale {
  public:
@@ -25,4 +25,4 @@ class CommaLocale {
   bool made_ = false;
 };
 
-}  // namespace eikon::testing
+}  // namespace eikon::test

@@ -8,7 +8,7 @@
 
 #include "film/film.h"
 
-namespace eikon::testing {
+namespace eikon::test {
 
 inline FilmLayout small_layout(std::uint32_t width, std::uint32_t height, std::uint32_t replicates = 2) {
   return {.width = width, .height = height, .crop = {0, 0, width, height}, .replicates = replicates};
@@ -66,4 +66,4 @@ inline Film random_film(const FilmLayout& layout, unsigned seed) {
   return film;
 }
 
-}  // namespace eikon::testing
+}  // namespace eikon::test

@@ -17,7 +17,7 @@
 namespace scene_test {
 
 using Json = nlohmann::json;
-using eikon::testing::TemporaryFolder;
+using eikon::test::TemporaryFolder;
 
 template <typename T>
 std::string bytes_of(const std::vector<T>& values) {

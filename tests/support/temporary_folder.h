@@ -8,7 +8,7 @@
 #include <iterator>
 #include <string>
 
-namespace eikon::testing {
+namespace eikon::test {
 
 /// An empty folder that goes with the object.
 class TemporaryFolder {
@@ -46,4 +46,4 @@ inline std::string read_bytes(const std::filesystem::path& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-}  // namespace eikon::testing
+}  // namespace eikon::test

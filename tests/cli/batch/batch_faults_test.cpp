@@ -10,7 +10,7 @@
 #include "cli/batch/batch_outcome.h"
 #include "cli/render/checkpoint_files.h"
 
-namespace eikon::testing {
+namespace eikon::test {
 namespace {
 
 using nlohmann::json;
@@ -132,7 +132,7 @@ TEST(BatchFaults, killed_within_a_job_it_goes_on_from_the_job_s_checkpoint) {
   }
   const std::uint64_t before = read_checkpoint(here / "c.exr").record.done.sample_count();
   EXPECT_TRUE(succeeded(here.eikon("batch jobs")));
-  const json stats = json::parse(read_bytes(here / "s.json"));
+  const json stats = read_json(here / "s.json");
   EXPECT_EQ(stats.at("samples_before").get<std::uint64_t>(), before);
   EXPECT_EQ(stats.at("samples").get<std::uint64_t>(), 48U * 48U * 400U - before);
   expect_single_renders(here, 1, image);
@@ -276,4 +276,4 @@ TEST(BatchFaults, openjd_lines_tell_one_progress_for_all_jobs) {
 }
 
 }  // namespace
-}  // namespace eikon::testing
+}  // namespace eikon::test

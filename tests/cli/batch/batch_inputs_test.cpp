@@ -5,7 +5,7 @@
 #include "cli/batch/batch_outcome.h"
 #include "support/comma_locale.h"
 
-namespace eikon::testing {
+namespace eikon::test {
 namespace {
 
 using nlohmann::json;
@@ -123,4 +123,4 @@ TEST(BatchInputs, a_locale_with_decimal_comma_changes_nothing) {
 }
 
 }  // namespace
-}  // namespace eikon::testing
+}  // namespace eikon::test

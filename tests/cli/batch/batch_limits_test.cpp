@@ -7,7 +7,7 @@
 
 #include "cli/batch/batch_outcome.h"
 
-namespace eikon::testing {
+namespace eikon::test {
 namespace {
 
 using nlohmann::json;
@@ -169,4 +169,4 @@ TEST(BatchLimits, two_batches_do_not_share_a_ledger) {
 }
 
 }  // namespace
-}  // namespace eikon::testing
+}  // namespace eikon::test

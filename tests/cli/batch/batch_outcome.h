@@ -10,7 +10,7 @@
 #include "cli/command.h"
 #include "image/image.h"
 
-namespace eikon::testing {
+namespace eikon::test {
 
 inline constexpr const char* kSmall = "--size 12x8 --spp 2";
 
@@ -67,4 +67,4 @@ inline void wait_for_lines(const std::filesystem::path& file, std::ptrdiff_t cou
   FAIL() << file << " has not " << count << " lines after a minute";
 }
 
-}  // namespace eikon::testing
+}  // namespace eikon::test

@@ -9,7 +9,7 @@
 
 #include "cli/batch/batch_outcome.h"
 
-namespace eikon::testing {
+namespace eikon::test {
 namespace {
 
 using nlohmann::json;
@@ -40,7 +40,7 @@ TEST(Batch, runs_every_line_with_the_bits_of_single_renders) {
   single(fmt::format("'jobs/a scene.gltf' {} --aov albedo", kSmall), here / "jobs/a scene.exr");
   single(fmt::format("{} {}", scene("window_room.gltf"), kSmall), here / "jobs/out/four.exr");
   EXPECT_TRUE(std::filesystem::exists(here / "jobs/out/two.png"));
-  const json stats = json::parse(read_bytes(here / "jobs/out/four.json"));
+  const json stats = read_json(here / "jobs/out/four.json");
   EXPECT_EQ(stats.at("samples").get<int>(), 12 * 8 * 2);
 
   const std::vector<std::string> each = {"started", "done"};
@@ -250,4 +250,4 @@ TEST(Batch, terminated_it_says_so) {
 }
 
 }  // namespace
-}  // namespace eikon::testing
+}  // namespace eikon::test

@@ -9,7 +9,7 @@
 #include "accel/accelerators.h"
 #include "cli/command.h"
 
-namespace eikon::testing {
+namespace eikon::test {
 namespace {
 
 /// The rows of the JSON of `bench rays` on a scene with so many rays of each kind; none where it fails.
@@ -90,4 +90,4 @@ TEST(BenchRays, an_unknown_yardstick_a_scene_without_triangles_and_all_accelerat
 }
 
 }  // namespace
-}  // namespace eikon::testing
+}  // namespace eikon::test

@@ -8,15 +8,10 @@
 
 #include "cli/command.h"
 
-namespace eikon::testing {
+namespace eikon::test {
 namespace {
 
 const std::string kSize = " --size 24x16 ";
-
-nlohmann::json read_json(const std::filesystem::path& path) {
-  std::ifstream file(path);
-  return nlohmann::json::parse(file);
-}
 
 /// "bench scene" of the Cornell box, with these flags more.
 std::string bench(const std::string& flags) { return "bench scene " + scene("cornell.gltf") + kSize + flags; }
@@ -132,4 +127,4 @@ TEST(BenchScene, files_that_cannot_be_are_refused_before_the_work) {
 }
 
 }  // namespace
-}  // namespace eikon::testing
+}  // namespace eikon::test

@@ -9,7 +9,7 @@
 
 #include "cli/command.h"
 
-namespace eikon::testing {
+namespace eikon::test {
 namespace {
 
 struct Code {
@@ -95,4 +95,4 @@ TEST(GeneratedCode, stages_launched_one_by_one_fill_vector_registers) {
 }
 
 }  // namespace
-}  // namespace eikon::testing
+}  // namespace eikon::test

@@ -4,7 +4,7 @@
 
 #include "cli/command.h"
 
-namespace eikon::testing {
+namespace eikon::test {
 namespace {
 
 TEST(InfoLights, each_light_has_its_flux_and_strength_and_815_lumens_all_around_are_64_86_candela) {
@@ -59,4 +59,4 @@ TEST(InfoLights, surfaces_say_their_area) {
 }
 
 }  // namespace
-}  // namespace eikon::testing
+}  // namespace eikon::test

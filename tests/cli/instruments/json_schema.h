@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace eikon::testing {
+namespace eikon::test {
 
 class JsonSchema {
  public:
@@ -72,4 +72,4 @@ class JsonSchema {
   }
 };
 
-}  // namespace eikon::testing
+}  // namespace eikon::test

@@ -5,7 +5,7 @@
 
 #include "cli/command.h"
 
-namespace eikon::testing {
+namespace eikon::test {
 namespace {
 
 constexpr std::uintmax_t kTableBytes = 34992012;
@@ -142,4 +142,4 @@ TEST(Measure, light_beyond_what_arrives_is_an_error_under_strict) {
 }
 
 }  // namespace
-}  // namespace eikon::testing
+}  // namespace eikon::test

@@ -10,7 +10,7 @@
 #include "cli/command.h"
 #include "support/gltf_builder.h"
 
-namespace eikon::testing {
+namespace eikon::test {
 namespace {
 
 template <class T>
@@ -116,4 +116,4 @@ TEST(PeakMemory, does_not_grow_with_samples) {
 }
 
 }  // namespace
-}  // namespace eikon::testing
+}  // namespace eikon::test

@@ -13,7 +13,7 @@
 #include "instruments/analytic_scenes.h"
 #include "render/film_record.h"
 
-namespace eikon::testing {
+namespace eikon::test {
 
 struct Checkpoint {
   Film film;
@@ -79,4 +79,4 @@ inline void expect_undisturbed(const Workplace& here, const std::string& flags) 
   EXPECT_EQ(read_exr(here / "whole.exr").planes, read_exr(here / "out.exr").planes);
 }
 
-}  // namespace eikon::testing
+}  // namespace eikon::test

@@ -13,7 +13,7 @@
 
 #include "cli/render/checkpoint_files.h"
 
-namespace eikon::testing {
+namespace eikon::test {
 namespace {
 
 using nlohmann::json;
@@ -36,7 +36,7 @@ TEST(Checkpoint, N9_a_render_killed_five_times_ends_with_the_bits_of_an_undistur
     finish = just_beyond(checkpoint);
   }
   ASSERT_TRUE(succeeded(here.eikon(cornell(finish + "--checkpoint c.exr --resume --stats stats.json"))));
-  const json stats = json::parse(read_bytes(here / "stats.json"));
+  const json stats = read_json(here / "stats.json");
   EXPECT_EQ(stats.at("samples_before").get<std::uint64_t>(), samples);
   EXPECT_GT(stats.at("samples").get<std::uint64_t>(), 0U);
   EXPECT_EQ(here.files(), (std::vector<std::string>{"c.exr", "out.exr", "stats.json"}));  // no temporary files
@@ -240,7 +240,7 @@ TEST(Checkpoint, of_a_finished_render_gives_the_picture_without_any_device) {
   EXPECT_EQ(read_exr(here / "out.exr").planes, read_exr(here / "first.exr").planes);
   EXPECT_EQ(read_bytes(here / "out.png"), png);
   EXPECT_EQ(read_bytes(here / "c.exr"), checkpoint);
-  EXPECT_TRUE(json::parse(read_bytes(here / "s.json")).at("devices").empty());
+  EXPECT_TRUE(read_json(here / "s.json").at("devices").empty());
 }
 
 TEST(Checkpoint, N13_memory_does_not_grow_with_the_samples) {
@@ -299,4 +299,4 @@ TEST(Progress, openjd_lines_rise_to_a_hundred_and_say_what_fails) {
 }
 
 }  // namespace
-}  // namespace eikon::testing
+}  // namespace eikon::test

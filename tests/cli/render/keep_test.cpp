@@ -4,7 +4,7 @@
 
 #include "cli/render/checkpoint_files.h"
 
-namespace eikon::testing {
+namespace eikon::test {
 namespace {
 
 const std::string kImage = "--size 64x64 --spp 400 --quiet --devices cpu ";
@@ -89,4 +89,4 @@ TEST(Keep, a_picture_that_does_not_fit_on_its_disk_is_kept_where_it_does) {
 }
 
 }  // namespace
-}  // namespace eikon::testing
+}  // namespace eikon::test

@@ -7,7 +7,7 @@
 #include "image/image.h"
 #include "instruments/analytic_scenes.h"
 
-namespace eikon::testing {
+namespace eikon::test {
 namespace {
 
 using nlohmann::json;
@@ -141,4 +141,4 @@ TEST(Meter, refuses_what_it_cannot_mean) {
 }
 
 }  // namespace
-}  // namespace eikon::testing
+}  // namespace eikon::test

@@ -6,7 +6,7 @@
 #include "film/exr/film_file.h"
 #include "image/image.h"
 
-namespace eikon::testing {
+namespace eikon::test {
 namespace {
 
 using nlohmann::json;
@@ -71,7 +71,7 @@ TEST(Picture, an_environment_s_scale_multiplies_what_is_given_and_what_the_file_
 
 TEST(Picture, an_orthographic_camera_has_no_field_of_view_and_says_where_its_film_lies) {
   const Workplace here;
-  json gltf = json::parse(read_bytes(scene("sphere_in_sky.gltf")));
+  json gltf = read_json(scene("sphere_in_sky.gltf"));
   gltf["cameras"] = {{{"name", "plan"},
                       {"type", "orthographic"},
                       {"orthographic", {{"xmag", 4}, {"ymag", 2}, {"znear", 0.1}, {"zfar", 100}}}}};
@@ -127,4 +127,4 @@ TEST(Picture, the_exposure_of_a_camera_takes_luminance_for_what_it_is) {
 }
 
 }  // namespace
-}  // namespace eikon::testing
+}  // namespace eikon::test

@@ -14,7 +14,7 @@
 #include "instruments/analytic_scenes.h"
 #include "support/comma_locale.h"
 
-namespace eikon::testing {
+namespace eikon::test {
 namespace {
 
 using nlohmann::json;
@@ -100,7 +100,7 @@ TEST(Render, a_terminal_sees_progress) {
 TEST(Render, stats_have_what_is_promised) {
   const Workplace here;
   ASSERT_TRUE(succeeded(here.eikon(cornell("--size 16x12 --spp 16 --quiet --stats stats.json"))));
-  const json stats = json::parse(read_bytes(here / "stats.json"));
+  const json stats = read_json(here / "stats.json");
   double parts = 0;
   for (const char* part : {"load", "build", "compile", "upload", "render"}) {
     EXPECT_GE(stats.at("seconds").at(part).get<double>(), 0) << part;
@@ -188,7 +188,7 @@ TEST(Render, N5_two_devices_share_the_work_and_give_the_bits_of_one) {
       cornell("--size 384x384 --crop 0,0,384,384 --spp 64 --quiet --aov normal,id --stats stats.json");
   const Film one = sums_of(here, image);
   const Film two = sums_of(here, image + " --devices 0,1", "POCL_DEVICES='pthread pthread'");
-  const json devices = json::parse(read_bytes(here / "stats.json")).at("devices");
+  const json devices = read_json(here / "stats.json").at("devices");
   ASSERT_EQ(devices.size(), 2U);
   for (const json& device : devices) EXPECT_GT(device.at("units").get<int>(), 0);
   EXPECT_TRUE(same_bits(one, two));
@@ -199,7 +199,7 @@ TEST(Render, a_probe_takes_the_fastest_layout_and_says_what_it_measured) {
   const Film expected = sums_of(here, cornell(kWithSums));
   const std::string probing = cornell(std::string(kWithSums) + "--layout probe --stats stats.json");
   EXPECT_TRUE(same_bits(expected, sums_of(here, probing, "EIKON_LANES=1")));
-  const json device = json::parse(read_bytes(here / "stats.json")).at("devices").at(0);
+  const json device = read_json(here / "stats.json").at("devices").at(0);
   const json& rates = device.at("layout_mrays_per_s");
   ASSERT_EQ(rates.size(), 3U);
   double best = 0;
@@ -261,7 +261,7 @@ TEST(Render, N12_rejected_samples_are_said_and_replayed_and_fail_under_strict) {
   EXPECT_TRUE(succeeded(loose));
   EXPECT_EQ(loose.err.rfind("eikon: ", 0), 0U);
   EXPECT_TRUE(contains(loose.err, "samples were rejected")) << loose.err;
-  EXPECT_GT(json::parse(read_bytes(here / "stats.json")).at("rejected_samples").get<int>(), 0);
+  EXPECT_GT(read_json(here / "stats.json").at("rejected_samples").get<int>(), 0);
   EXPECT_GT(read_metadata(here / "out.exr").numbers.at("rejectedSamples"), 0);
   const Image image = read_exr(here / "out.exr");
   for (float value : *image.plane("R")) EXPECT_TRUE(std::isfinite(value));
@@ -297,7 +297,7 @@ void expect_clean_end(int signal) {
   const Outcome outcome = here.wait(child);
   EXPECT_EQ(outcome.code, 128 + signal) << outcome.err;
   EXPECT_TRUE(contains(outcome.err, "eikon: interrupted")) << outcome.err;
-  const json stats = json::parse(read_bytes(here / "stats.json"));
+  const json stats = read_json(here / "stats.json");
   EXPECT_TRUE(stats.at("interrupted").get<bool>());
   const Film film = read_film(here / "out.exr");
   std::uint64_t samples = 0;
@@ -325,7 +325,7 @@ TEST(Render, killed_leaves_no_picture_that_is_not_whole) {
 TEST(Render, a_scene_without_light_gets_a_neutral_sky_and_says_so) {
   const Workplace here;
   // An emitting material that no triangle has is no light.
-  json gltf = json::parse(read_bytes(scene("square_light.gltf")));
+  json gltf = read_json(scene("square_light.gltf"));
   for (json& mesh : gltf.at("meshes"))
     for (json& primitive : mesh.at("primitives")) primitive["material"] = 0;
   here.write("dark.gltf", gltf.dump());
@@ -347,4 +347,4 @@ TEST(Render, camera_and_environment_of_your_own) {
 }
 
 }  // namespace
-}  // namespace eikon::testing
+}  // namespace eikon::test

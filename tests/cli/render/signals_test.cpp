@@ -10,7 +10,7 @@
 #include "cli/batch/batch_outcome.h"
 #include "cli/render/checkpoint_files.h"
 
-namespace eikon::testing {
+namespace eikon::test {
 namespace {
 
 using Clock = std::chrono::steady_clock;
@@ -139,4 +139,4 @@ TEST(Signals, a_reader_of_stdout_that_goes_away_ends_no_render) {
 }
 
 }  // namespace
-}  // namespace eikon::testing
+}  // namespace eikon::test

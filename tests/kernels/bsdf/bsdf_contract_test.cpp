@@ -9,11 +9,6 @@
 namespace eikon::test {
 namespace {
 
-enum : unsigned {
-#define EK_LOBE(name, bit) kLobe_##name = bit,
-#include "shared/features.def"
-};
-
 TEST(BsdfContract, with_energy_compensation_weight_is_eval_over_pdf) {
   std::mt19937 random(2);
   for (const float roughness : {0.05F, 0.3F, 1.0F}) {

@@ -8,11 +8,6 @@
 namespace eikon::test {
 namespace {
 
-enum : unsigned {
-#define EK_LOBE(name, bit) kLobe_##name = bit,
-#include "shared/features.def"
-};
-
 Look filmy(Look look, float index, float nm) {
   look.iridescence = 1;
   look.film_index = index;

@@ -10,11 +10,6 @@
 namespace eikon::test {
 namespace {
 
-enum : unsigned {
-#define EK_LOBE(name, bit) kLobe_##name = bit,
-#include "shared/features.def"
-};
-
 std::vector<double> conductor(const std::vector<std::array<double, 3>>& cosine_eta_k) {
   std::vector<Words> in(3);
   for (const auto& query : cosine_eta_k)

@@ -8,11 +8,6 @@
 namespace eikon::test {
 namespace {
 
-enum : unsigned {
-#define EK_LOBE(name, bit) kLobe_##name = bit,
-#include "shared/features.def"
-};
-
 Mean albedo_of(const Specimen& specimen, double angle, unsigned samples = 200000) {
   std::mt19937 random(7);
   Queries q;

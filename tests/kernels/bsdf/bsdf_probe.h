@@ -10,9 +10,15 @@
 #include <vector>
 
 #include "kernels/probe.h"
+#include "kernels/statistics.h"
 #include "shared/records.h"
 
 namespace eikon::test {
+
+enum : unsigned {
+#define EK_LOBE(name, bit) kLobe_##name = bit,
+#include "shared/features.def"
+};
 
 using Direction = std::array<float, 3>;
 
@@ -97,6 +103,4 @@ std::vector<Words> scatter(const std::vector<MaterialRecord>& materials,
 Probe film_probe();
 
 /// [0, 1), multiples of 2^-24, as the sampler's.
-inline float uniform(std::mt19937& random) { return float(random() >> 8) * 0x1p-24F; }
-
 }  // namespace eikon::test

@@ -18,7 +18,7 @@
 namespace eikon::test {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
+using std::numbers::pi;
 constexpr std::uint32_t kMap = 2;  // bit of EK_LIGHT(environment_map)
 
 using Directions = std::array<std::vector<double>, 3>;
@@ -54,7 +54,7 @@ struct Sky {
   [[nodiscard]] std::array<double, 2> place(double x, double y, double z) const {
     const double a = environment.rotation_rad;
     const double map_x = x * std::cos(a) - z * std::sin(a), map_z = x * std::sin(a) + z * std::cos(a);
-    return {(std::atan2(map_x, -map_z) / (2 * kPi) + 0.5) * width(), std::atan2(std::hypot(x, z), y) / kPi * height()};
+    return {(std::atan2(map_x, -map_z) / (2 * pi) + 0.5) * width(), std::atan2(std::hypot(x, z), y) / pi * height()};
   }
 
   [[nodiscard]] double radiance(const std::array<double, 2>& place, int channel) const {
@@ -103,12 +103,12 @@ std::vector<Sky> skies() {
   return list;
 }
 
-struct Sample {
+struct MapSample {
   std::array<double, 3> wi, radiance;
   double pdf, pdf_asked;
 };
 
-std::vector<Sample> sample(const Sky& sky, std::mt19937& random, std::size_t count) {
+std::vector<MapSample> sample(const Sky& sky, std::mt19937& random, std::size_t count) {
   Light light{};
   light.kind = kMap;
   light.pdf_m2 = 1;
@@ -128,7 +128,7 @@ std::vector<Sample> sample(const Sky& sky, std::mt19937& random, std::size_t cou
                        .buffer("environment_texels", sky.packed.environment_texels)
                        .buffer("environment_alias_table", sky.packed.environment_alias_table)
                        .run("probe_light", in, 27);
-  std::vector<Sample> samples;
+  std::vector<MapSample> samples;
   for (std::size_t i = 0; i < count; ++i) {
     const auto f = [&](std::size_t k) { return double(as_float(out[k][i])); };
     EXPECT_TRUE(out[0][i] == 1 && out[26][i] == 0 && std::isinf(f(21))) << "distant, can be met, no end";
@@ -145,11 +145,11 @@ double integrate(const Sky& sky, Function f) {
   const std::uint32_t per = sky.width() * sky.height() > 1000 ? 8 : 256;
   double sum = 0;
   for (std::uint32_t j = 0; j < sky.height(); ++j) {
-    const double top = std::cos(kPi * j / sky.height()), bottom = std::cos(kPi * (j + 1) / sky.height());
+    const double top = std::cos(pi * j / sky.height()), bottom = std::cos(pi * (j + 1) / sky.height());
     for (std::uint32_t b = 0; b < per; ++b) {
-      const double cosine = top + (b + 0.5) / per * (bottom - top), y = std::acos(cosine) / kPi * sky.height();
+      const double cosine = top + (b + 0.5) / per * (bottom - top), y = std::acos(cosine) / pi * sky.height();
       for (std::uint32_t a = 0; a < sky.width() * per; ++a)
-        sum += f(std::array{(a + 0.5) / per, y}, cosine) * (top - bottom) / per * 2 * kPi / (sky.width() * per);
+        sum += f(std::array{(a + 0.5) / per, y}, cosine) * (top - bottom) / per * 2 * pi / (sky.width() * per);
     }
   }
   return sum;
@@ -163,7 +163,7 @@ TEST(EnvironmentMap, densities_integrate_to_one_and_vanish_only_where_the_interp
         const double pdf = sky.pdf(std::size_t{j} * sky.width() + i);
         // By the cosines themselves: what the product of sines in pack_environment.cpp stands for.
         const double solid_angle =
-            2 * kPi / sky.width() * (std::cos(kPi * j / sky.height()) - std::cos(kPi * (j + 1) / sky.height()));
+            2 * pi / sky.width() * (std::cos(pi * j / sky.height()) - std::cos(pi * (j + 1) / sky.height()));
         EXPECT_NEAR(texel_solid_angle(j, sky.width(), sky.height()) / solid_angle, 1, 1e-8);
         sum += pdf * solid_angle;
         bool lit = false;
@@ -190,10 +190,10 @@ TEST(EnvironmentMap, M1_directions_have_the_density_of_their_texel_to_the_poles)
         expected.insert(expected.end(), 4, share / 4 * kSamples);
       }
     std::size_t strayed = 0;
-    for (const Sample& s : sample(sky, random, kSamples)) {
+    for (const MapSample& s : sample(sky, random, kSamples)) {
       const auto [x, y] = sky.place(s.wi[0], s.wi[1], s.wi[2]);
       const auto i = std::min(std::uint32_t(x), sky.width() - 1), j = std::min(std::uint32_t(y), sky.height() - 1);
-      const double top = std::cos(kPi * j / sky.height()), bottom = std::cos(kPi * (j + 1) / sky.height());
+      const double top = std::cos(pi * j / sky.height()), bottom = std::cos(pi * (j + 1) / sky.height());
       const double down = std::clamp((top - s.wi[1]) / (top - bottom), 0.0, 1.0);
       const std::size_t texel = std::size_t{j} * sky.width() + i;
       ASSERT_GT(s.pdf, 0);
@@ -215,7 +215,7 @@ TEST(EnvironmentMap, density_asked_for_is_that_of_sampling_but_for_rounding_at_t
   for (const Sky& sky : skies()) {
     const double side = std::max(sky.width(), sky.height());
     std::size_t inside = 0;
-    for (const Sample& s : sample(sky, random, 100000)) {
+    for (const MapSample& s : sample(sky, random, 100000)) {
       const auto [x, y] = sky.place(s.wi[0], s.wi[1], s.wi[2]);
       const double border = std::min(std::abs(x - std::nearbyint(x)), std::abs(y - std::nearbyint(y)));
       const double near_pole = std::min(y, sky.height() - y) / sky.height();
@@ -270,7 +270,7 @@ TEST(EnvironmentMap, lookup_is_the_bilinear_interpolation_at_poles_and_seam_too)
 }
 
 TEST(EnvironmentMap, positive_rotation_takes_what_is_ahead_to_the_left) {
-  const Sky sky(64, 32, one_lit(64, 32, 32, 16, 1), kPi / 2);  // just right of the middle, just below the horizon
+  const Sky sky(64, 32, one_lit(64, 32, 32, 16, 1), pi / 2);  // just right of the middle, just below the horizon
   const auto out =
       Probe("light")
           .buffer("frame", std::vector<Frame>{sky.frame})
@@ -289,7 +289,7 @@ TEST(EnvironmentMap, L14_sampled_power_and_irradiance_are_those_of_the_interpola
     const double irradiance = integrate(
         sky, [&](const auto& place, double cosine) { return std::max(cosine, 0.0) * sky.radiance(place, 1); });
     std::vector<double> powers, irradiances;
-    for (const Sample& s : sample(sky, random, 200000)) {
+    for (const MapSample& s : sample(sky, random, 200000)) {
       powers.push_back(s.radiance[1] / s.pdf);
       irradiances.push_back(s.radiance[1] * std::max(s.wi[1], 0.0) / s.pdf);
     }

@@ -13,7 +13,7 @@
 namespace eikon::test {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
+using std::numbers::pi;
 
 PunctualLight light_of(PunctualLight::Kind kind, float intensity) {
   PunctualLight light;
@@ -26,8 +26,8 @@ PunctualLight light_of(PunctualLight::Kind kind, float intensity) {
 
 PunctualLight spot_of(double inner_deg, double outer_deg) {
   PunctualLight light = light_of(PunctualLight::Kind::spot, 3);
-  light.inner_cone_rad = inner_deg * kPi / 180;
-  light.outer_cone_rad = outer_deg * kPi / 180;
+  light.inner_cone_rad = inner_deg * pi / 180;
+  light.outer_cone_rad = outer_deg * pi / 180;
   return light;
 }
 
@@ -83,7 +83,7 @@ std::vector<Arrival> arrivals(const PunctualLight& light, const std::vector<glm:
 
 /// At the distance and angle from the -Z axis of a light at the origin.
 glm::dvec3 off_axis(double distance, double degrees) {
-  return distance * glm::dvec3(std::sin(degrees * kPi / 180), 0, -std::cos(degrees * kPi / 180));
+  return distance * glm::dvec3(std::sin(degrees * pi / 180), 0, -std::cos(degrees * pi / 180));
 }
 
 TEST(LightPunctual, points_fall_off_with_the_square_all_around_and_shadow_rays_end_at_them) {
@@ -143,14 +143,14 @@ TEST(LightPunctual, a_spot_keeps_its_cone_where_its_node_turns_it) {
   const glm::dvec3 aside = glm::normalize(glm::cross(light.direction, glm::dvec3(0, 1, 0)));
   const auto at = [&](double degrees) {
     return light.position +
-           4.0 * (std::cos(degrees * kPi / 180) * light.direction + std::sin(degrees * kPi / 180) * aside);
+           4.0 * (std::cos(degrees * pi / 180) * light.direction + std::sin(degrees * pi / 180) * aside);
   };
   const auto list = arrivals(light, {at(0), at(9.5), at(20.5), at(15)});
   EXPECT_NEAR(list[0].r, 3.0 / 16, 1e-6);
   EXPECT_NEAR(list[1].r, 3.0 / 16, 1e-6);
   EXPECT_EQ(list[2].r, 0);
-  const double c = [](double d) { return std::cos(d * kPi / 180); }(15), ci = std::cos(10 * kPi / 180),
-               co = std::cos(20 * kPi / 180);
+  const double c = [](double d) { return std::cos(d * pi / 180); }(15), ci = std::cos(10 * pi / 180),
+               co = std::cos(20 * pi / 180);
   EXPECT_NEAR(list[3].r, 3.0 / 16 * std::pow((c - co) / (ci - co), 2), 1e-5);
 }
 
@@ -177,12 +177,12 @@ TEST(LightPunctual, flux_is_the_integral_of_what_arrives_and_a_lamp_of_815_lumen
     std::vector<glm::dvec3> points;
     constexpr int kSteps = 4096;
     for (int i = 0; i < kSteps; ++i) {
-      const double cosine = 1 - (i + 0.5) / kSteps * (1 - std::cos(1.01 * outer * kPi / 180));
+      const double cosine = 1 - (i + 0.5) / kSteps * (1 - std::cos(1.01 * outer * pi / 180));
       points.emplace_back(std::sqrt(1 - cosine * cosine), 0, -cosine);
     }
     double flux = 0;
     for (const Arrival& a : arrivals(spot_of(inner, outer), points))
-      flux += (a.r + a.g + a.b) / 3 * 2 * kPi * (1 - std::cos(1.01 * outer * kPi / 180)) / kSteps;
+      flux += (a.r + a.g + a.b) / 3 * 2 * pi * (1 - std::cos(1.01 * outer * pi / 180)) / kSteps;
     EXPECT_NEAR(packed_with({spot_of(inner, outer)}).light_summary[0].flux / flux, 1, 2e-3) << inner << ", " << outer;
   }
 }
@@ -197,7 +197,7 @@ TEST(LightPunctual, L16_probabilities_add_to_one_and_an_absurd_light_does_not_st
   for (const PackedLight& light : even.light_summary) sum += light.probability;
   EXPECT_EQ(sum, 1);
   // The quad's bounding sphere has the radius sqrt 2: the sun's flux is E pi 2.
-  EXPECT_NEAR(even.light_summary[1].flux, 1.0 * 2 * kPi, 1e-6);
+  EXPECT_NEAR(even.light_summary[1].flux, 1.0 * 2 * pi, 1e-6);
   lights.push_back(light_of(PunctualLight::Kind::directional, 3e38F));
   for (const PackedLight& light : packed_with(lights).light_summary) {
     EXPECT_GE(light.probability, 0x1p-11);

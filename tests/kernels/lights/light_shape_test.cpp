@@ -16,7 +16,7 @@
 namespace eikon::test {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
+using std::numbers::pi;
 
 struct View {
   std::string name;
@@ -126,23 +126,23 @@ struct Points {
     // Of radius a + b y between two heights; area even in the square of the radius, here by weight.
     const auto side = [&](double a, double b, double low, double high) {
       const double slant = std::sqrt(1 + b * b);
-      spread(256, 4096, 2 * kPi * (high - low) * slant, [=](double u, double v) {
-        const double y = low + (high - low) * u, phi = 2 * kPi * v, r = a + b * y;
+      spread(256, 4096, 2 * pi * (high - low) * slant, [=](double u, double v) {
+        const double y = low + (high - low) * u, phi = 2 * pi * v, r = a + b * y;
         return std::pair(glm::dvec3(r * std::cos(phi), y, r * std::sin(phi)),
                          r * glm::dvec3(std::cos(phi), -b, std::sin(phi)) / slant);
       });
     };
     const auto ball = [&](double center, double radius, double low, double high) {
       if (!(high > low)) return;
-      spread(512, 1024, 2 * kPi * radius * radius * (high - low), [=](double u, double v) {
-        const double y = low + (high - low) * u, s = std::sqrt(1 - y * y), phi = 2 * kPi * v;
+      spread(512, 1024, 2 * pi * radius * radius * (high - low), [=](double u, double v) {
+        const double y = low + (high - low) * u, s = std::sqrt(1 - y * y), phi = 2 * pi * v;
         const glm::dvec3 n(s * std::cos(phi), y, s * std::sin(phi));
         return std::pair(glm::dvec3(0, center, 0) + radius * n, n);
       });
     };
     const auto disc = [&](double y, double radius) {
-      spread(512, 1024, kPi * radius * radius, [=](double u, double v) {
-        const double r = radius * std::sqrt(u), phi = 2 * kPi * v;
+      spread(512, 1024, pi * radius * radius, [=](double u, double v) {
+        const double r = radius * std::sqrt(u), phi = 2 * pi * v;
         return std::pair(glm::dvec3(r * std::cos(phi), y, r * std::sin(phi)), glm::dvec3(0, y, 0));
       });
     };
@@ -191,7 +191,7 @@ struct Cells {
       versine = std::max(versine, 1.0001 * (1 - glm::dot(axis, glm::normalize(p - view.from))));
   }
   [[nodiscard]] std::size_t cell_of(const glm::dvec3& d) const {
-    const double phi = std::atan2(glm::dot(d, y), glm::dot(d, x)) / (2 * kPi);
+    const double phi = std::atan2(glm::dot(d, y), glm::dot(d, x)) / (2 * pi);
     const int ring = std::clamp(int((1 - glm::dot(d, axis)) / versine * kRings), 0, kRings - 1);
     return std::size_t(ring * kSectors + std::min(int((phi < 0 ? phi + 1 : phi) * kSectors), kSectors - 1));
   }

@@ -90,17 +90,17 @@ TEST(LightTable, nothing_to_choose_from_gives_no_buckets_and_nonsense_is_refused
   EXPECT_THROW(build_light_table(std::vector<double>{INFINITY}), std::runtime_error);
 }
 
-struct Choices {
+struct TableChoices {
   Words light;
   std::vector<float> u, v;
 };
 
-Choices choose_on_devices(const LightTable& table, const Words& a, const Words& b) {
+TableChoices choose_on_devices(const LightTable& table, const Words& a, const Words& b) {
   const auto out = Probe("light")
                        .buffer("light_alias_table", table.buckets)
                        .value("light_count", std::uint32_t(table.buckets.size()))
                        .run("probe_alias_table", {a, b}, 3);
-  Choices c{.light = out[0], .u = {}, .v = {}};
+  TableChoices c{.light = out[0], .u = {}, .v = {}};
   for (std::size_t i = 0; i < a.size(); ++i) {
     c.u.push_back(as_float(out[1][i]));
     c.v.push_back(as_float(out[2][i]));
@@ -115,7 +115,7 @@ TEST(Light, kernels_choose_what_the_table_says) {
     Words a = random_words(random, 1 << 16);
     a[0] = 0;
     a[1] = 0xffffffffU;
-    const Choices c = choose_on_devices(table, a, random_words(random, a.size()));
+    const TableChoices c = choose_on_devices(table, a, random_words(random, a.size()));
     for (std::size_t i = 0; i < a.size(); ++i) {
       ASSERT_EQ(c.light[i], choose(table, a[i])) << a[i];
       ASSERT_GT(powers[c.light[i]], 0) << "a light without power was chosen";
@@ -130,7 +130,7 @@ TEST(Light, what_is_left_of_the_sample_is_uniform_and_independent_within_each_li
   const std::vector<double> powers{1, 2, 3, 4, 5, 0.01, 0, 30};
   const LightTable table = build_light_table(powers);
   const Words a = random_words(random, 1 << 20);
-  const Choices c = choose_on_devices(table, a, random_words(random, a.size()));
+  const TableChoices c = choose_on_devices(table, a, random_words(random, a.size()));
   std::vector<double> chosen(powers.size(), 0);
   std::vector<std::vector<double>> cells(powers.size(), std::vector<double>(kCells * kCells, 0));
   for (std::size_t i = 0; i < a.size(); ++i) {
@@ -153,7 +153,7 @@ TEST(Light, strata_of_the_sample_stay_strata_of_the_light) {
   std::mt19937 random(4);
   Words a;
   for (std::uint32_t k = 0; k < 64; ++k) a.push_back((k << 26) | (std::uint32_t(random()) >> 6));
-  const Choices c = choose_on_devices(table, a, random_words(random, 64));
+  const TableChoices c = choose_on_devices(table, a, random_words(random, 64));
   std::set<std::pair<std::uint32_t, unsigned>> strata;
   for (std::size_t i = 0; i < 64; ++i) strata.emplace(c.light[i], unsigned(c.u[i] * 16));
   EXPECT_EQ(strata.size(), 64U) << "one sample in each sixteenth of each of four lights";
@@ -172,7 +172,7 @@ TEST(Light, an_unlikely_light_is_still_sampled_all_over) {
   std::mt19937 random(5);
   Words a;
   for (int i = 0; i < 1000000; ++i) a.push_back(choosing[random() % choosing.size()]);
-  const Choices c = choose_on_devices(mixed, a, random_words(random, a.size()));
+  const TableChoices c = choose_on_devices(mixed, a, random_words(random, a.size()));
   constexpr unsigned kCells = 64;  // of 8.7 words each: without the bits of b, some would have 8 and others 9
   std::vector<double> observed(kCells, 0);
   for (const float u : c.u) ++observed[unsigned(u * kCells)];

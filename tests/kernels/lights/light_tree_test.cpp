@@ -13,8 +13,6 @@
 namespace eikon::test {
 namespace {
 
-double uniform(std::mt19937& random) { return double(random()) / 4294967296.0; }
-
 /// A point that light arrives at, and its normal.
 struct Place {
   glm::dvec3 p, n;

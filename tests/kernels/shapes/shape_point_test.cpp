@@ -58,7 +58,7 @@ std::vector<Point> points_of(Device& device, const Packed& packed, const std::ve
   Accel none;
   none.layout = "none";
   options.defines.merge(none.defines());
-  Kernel kernel = device.build(expand_includes(kSource, "shape_hit_test.cl"), options).kernel("leave");
+  Kernel kernel = test::program_of(device, expand_includes(kSource, "shape_hit_test.cl"), options).kernel("leave");
   const std::size_t stride = rays.size();
   std::vector<float> ray_words(6 * stride), hit_words(4 * stride), dir_words;
   for (std::size_t i = 0; i < stride; ++i) {
@@ -115,7 +115,7 @@ Met rays_that_meet(TraverseProbe& probe, const Scene& scene, std::size_t count, 
 }
 
 TEST(ShapeHits, G4_rays_that_leave_a_convex_shape_do_not_hit_it_and_none_gets_out_of_it) {
-  Device device(select_devices("all").front());
+  Device& device = *test::devices().front();
   for (const ShapeKindInfo& kind : shape_kinds()) {
     if (kind.kind == ShapeKind::plane) continue;  // has no inside
     for (const double size : {1e-6, 0.015, 1.0, 1e8}) {
@@ -176,7 +176,7 @@ TEST(ShapeHits, G4_rays_that_leave_a_convex_shape_do_not_hit_it_and_none_gets_ou
 }
 
 TEST(ShapeHits, textures_are_looked_up_as_on_a_globe) {
-  Device device(select_devices("all").front());
+  Device& device = *test::devices().front();
   Scene scene;
   scene.materials.emplace_back();
   Shape shape;
@@ -204,7 +204,7 @@ TEST(ShapeHits, textures_are_looked_up_as_on_a_globe) {
 // A little way along the tangent u grows and v stays; along the bitangent v falls, for pictures are read from the top. On shapes of all
 // kinds, turned, stretched and mirrored.
 TEST(ShapeHits, tangents_point_where_u_grows_and_bitangents_up_the_picture) {
-  Device device(select_devices("all").front());
+  Device& device = *test::devices().front();
   for (const ShapeKindInfo& kind : shape_kinds())
     for (const double mirrored : {1.0, -1.0}) {
       Random random(11);

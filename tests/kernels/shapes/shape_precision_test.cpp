@@ -39,7 +39,7 @@ Crossing cross(const Oracle& oracle, const glm::dvec3& o, const glm::dvec3& d) {
 }
 
 TEST(ShapeHits, they_are_those_of_double_precision) {
-  Device device(select_devices("all").front());
+  Device& device = *test::devices().front();
   for (const ShapeKindInfo& kind : shape_kinds()) {
     if (kind.kind == ShapeKind::plane) continue;  // has no inside
     for (const double size : {1e-6, 1.0, 1e8}) {

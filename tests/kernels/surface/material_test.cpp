@@ -9,12 +9,12 @@
 #include <random>
 
 #include "kernels/probe.h"
+#include "kernels/statistics.h"
 #include "pack/pack.h"
 
 namespace eikon::test {
 namespace {
 
-double uniform(std::mt19937& random) { return double(random() >> 8) * 0x1p-24; }
 double linear_of(std::uint32_t code) {
   const double x = code / 255.0;
   return x <= 0.04045 ? x / 12.92 : std::pow((x + 0.055) / 1.055, 2.4);

@@ -7,6 +7,7 @@
 #include <random>
 
 #include "kernels/probe.h"
+#include "kernels/statistics.h"
 #include "shared/records.h"
 
 namespace eikon::test {
@@ -31,7 +32,6 @@ Vec vec(const std::vector<Words>& out, std::size_t k, std::size_t i) {
 }
 Vec rounded(const Vec& a) { return {double(float(a[0])), double(float(a[1])), double(float(a[2]))}; }
 
-double uniform(std::mt19937& random) { return double(random() >> 8) * 0x1p-24; }
 Vec random_direction(std::mt19937& random) {
   const double z = 2 * uniform(random) - 1, phi = 2 * std::numbers::pi * uniform(random), r = std::sqrt(1 - z * z);
   return rounded({r * std::cos(phi), r * std::sin(phi), z});

@@ -7,31 +7,30 @@
 #include <random>
 
 #include "kernels/probe.h"
+#include "kernels/statistics.h"
 #include "shared/records.h"
 
 namespace eikon::test {
 namespace {
 
-using Vec = std::array<long double, 3>;  // exact enough to judge float results
+using Exact = std::array<long double, 3>;  // exact enough to judge float results
 
-Vec operator-(const Vec& a, const Vec& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
-long double dot(const Vec& a, const Vec& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-Vec cross(const Vec& a, const Vec& b) {
+Exact operator-(const Exact& a, const Exact& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
+long double dot(const Exact& a, const Exact& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+Exact cross(const Exact& a, const Exact& b) {
   return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
-long double length(const Vec& a) { return std::sqrt(dot(a, a)); }
+long double length(const Exact& a) { return std::sqrt(dot(a, a)); }
 
-Vec vec(const std::vector<Words>& out, std::size_t k, std::size_t i) {
+Exact exact(const std::vector<Words>& out, std::size_t k, std::size_t i) {
   return {as_float(out[k][i]), as_float(out[k + 1][i]), as_float(out[k + 2][i])};
 }
-Vec corner(const Triangle& t, int k) {
+Exact corner(const Triangle& t, int k) {
   if (k == 0) return {t.p0_x, t.p0_y, t.p0_z};
   if (k == 1) return {t.p1_x, t.p1_y, t.p1_z};
   return {t.p2_x, t.p2_y, t.p2_z};
 }
-Vec exact_normal(const Triangle& t) { return cross(corner(t, 1) - corner(t, 0), corner(t, 2) - corner(t, 0)); }
-
-float uniform(std::mt19937& random) { return float(random() >> 8) * 0x1p-24F; }
+Exact exact_normal(const Triangle& t) { return cross(corner(t, 1) - corner(t, 0), corner(t, 2) - corner(t, 0)); }
 
 template <class Coordinate>
 Triangle random_triangle(std::mt19937& random, Coordinate coordinate) {
@@ -47,7 +46,7 @@ float any_magnitude(std::mt19937& random) {  // 10^-8 to 10^8, either sign
 }
 
 /// w: where a ray leaves to; it came along -w turned, from as far away as the coordinates are large, or from very near.
-struct Hits {
+struct PointsHit {
   Words triangle, u, v, wx, wy, wz, from_x, from_y, from_z;
   void add(std::uint32_t index, float b1, float b2, const std::array<float, 3>& w) {
     const float near = u.size() % 8 == 0 ? 0x1p-22F : 1;
@@ -63,7 +62,7 @@ struct Hits {
   }
 };
 
-std::array<float, 3> random_direction(std::mt19937& random) {
+std::array<float, 3> random_unit(std::mt19937& random) {
   for (;;) {
     const std::array<float, 3> w{2 * uniform(random) - 1, 2 * uniform(random) - 1, 2 * uniform(random) - 1};
     const float norm = std::sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2]);
@@ -72,7 +71,7 @@ std::array<float, 3> random_direction(std::mt19937& random) {
 }
 
 Triangle with_normal(Triangle t) {
-  const Vec n = exact_normal(t);
+  const Exact n = exact_normal(t);
   const long double norm = length(n);
   t.n_x = float(n[0] / norm);
   t.n_y = float(n[1] / norm);
@@ -81,7 +80,7 @@ Triangle with_normal(Triangle t) {
 }
 
 /// Outputs of probe_surface: 0 p, 3 p_error, 6 n_geom, 9 ray origin, 12 material, 13 light_pdf_m2, 14 node.
-std::vector<Words> surfaces(std::vector<Triangle> triangles, const Hits& hits) {
+std::vector<Words> surfaces(std::vector<Triangle> triangles, const PointsHit& hits) {
   for (Triangle& t : triangles) t = with_normal(t);
   return Probe("surface")
       .buffer("triangles", triangles)
@@ -89,8 +88,8 @@ std::vector<Words> surfaces(std::vector<Triangle> triangles, const Hits& hits) {
            {hits.triangle, hits.u, hits.v, hits.wx, hits.wy, hits.wz, hits.from_x, hits.from_y, hits.from_z}, 15);
 }
 
-Hits random_hits(std::mt19937& random, std::uint32_t triangles, int each) {
-  Hits hits;
+PointsHit random_hits(std::mt19937& random, std::uint32_t triangles, int each) {
+  PointsHit hits;
   for (std::uint32_t t = 0; t < triangles; ++t)
     for (int i = 0; i < each; ++i) {
       float u = uniform(random), v = uniform(random);
@@ -100,7 +99,7 @@ Hits random_hits(std::mt19937& random, std::uint32_t triangles, int each) {
       }
       if (i % 16 == 0) v = 1 - u;  // on the edge that the third weight vanishes on, where it is all rounding
       if (i % 64 == 1) u = 0;
-      hits.add(t, u, v, random_direction(random));
+      hits.add(t, u, v, random_unit(random));
     }
   return hits;
 }
@@ -138,7 +137,7 @@ std::pair<float, float> weights_off_the_edges(float u, float v) {
 TEST(Surface, the_error_of_a_point_is_within_its_bound) {
   std::mt19937 random(1);
   for (const Cloud& cloud : clouds(random)) {
-    const Hits hits = random_hits(random, 1000, 128);
+    const PointsHit hits = random_hits(random, 1000, 128);
     const auto out = surfaces(cloud.triangles, hits);
     std::size_t outside = 0;
     for (std::size_t i = 0; i < hits.u.size(); ++i) {
@@ -146,7 +145,7 @@ TEST(Surface, the_error_of_a_point_is_within_its_bound) {
       const auto [near_u, near_v] = weights_off_the_edges(as_float(hits.u[i]), as_float(hits.v[i]));
       const long double u = near_u, v = near_v;
       ASSERT_GE(1 - u - v, 0x1p-21);
-      const Vec p = vec(out, 0, i), bound = vec(out, 3, i);
+      const Exact p = exact(out, 0, i), bound = exact(out, 3, i);
       for (std::size_t axis = 0; axis < 3; ++axis) {
         const long double exact = (1 - u - v) * corner(t, 0)[axis] + u * corner(t, 1)[axis] + v * corner(t, 2)[axis];
         outside += std::abs(p[axis] - exact) > bound[axis] ? 1 : 0;
@@ -159,14 +158,14 @@ TEST(Surface, the_error_of_a_point_is_within_its_bound) {
 TEST(Surface, points_are_moved_back_by_twice_their_error_or_half_of_the_way) {
   std::mt19937 random(6);
   const Cloud cloud = clouds(random)[1];
-  const Hits hits = random_hits(random, 1000, 64);
-  Hits from_nowhere = hits;
+  const PointsHit hits = random_hits(random, 1000, 64);
+  PointsHit from_nowhere = hits;
   for (Words* words : {&from_nowhere.from_x, &from_nowhere.from_y, &from_nowhere.from_z})
     std::fill(words->begin(), words->end(), as_word(0));
   const auto out = surfaces(cloud.triangles, hits), unmoved = surfaces(cloud.triangles, from_nowhere);
   for (std::size_t i = 0; i < hits.u.size(); ++i) {
-    const Vec p = vec(out, 0, i), p0 = vec(unmoved, 0, i), bound = vec(out, 3, i);
-    const Vec travelled{as_float(hits.from_x[i]), as_float(hits.from_y[i]), as_float(hits.from_z[i])};
+    const Exact p = exact(out, 0, i), p0 = exact(unmoved, 0, i), bound = exact(out, 3, i);
+    const Exact travelled{as_float(hits.from_x[i]), as_float(hits.from_y[i]), as_float(hits.from_z[i])};
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const long double error = bound[axis] / 3.25L, back = std::min(2 * error, std::abs(travelled[axis]) / 2);
       const long double moved = std::copysign(1.0L, travelled[axis]) * (p0[axis] - p[axis]);
@@ -178,14 +177,14 @@ TEST(Surface, points_are_moved_back_by_twice_their_error_or_half_of_the_way) {
 TEST(Surface, G3_rays_leave_on_the_side_that_they_go_to) {
   std::mt19937 random(2);
   for (const Cloud& cloud : clouds(random)) {
-    const Hits hits = random_hits(random, 1000, 1000);
+    const PointsHit hits = random_hits(random, 1000, 1000);
     const auto out = surfaces(cloud.triangles, hits);
     std::size_t wrong = 0, example = 0;
     for (std::size_t i = 0; i < hits.u.size(); ++i) {
       const Triangle& t = cloud.triangles[hits.triangle[i]];
-      const Vec w{as_float(hits.wx[i]), as_float(hits.wy[i]), as_float(hits.wz[i])};
-      const Vec n = exact_normal(t);
-      const long double going = dot(n, w), side = dot(n, vec(out, 9, i) - corner(t, 0));
+      const Exact w{as_float(hits.wx[i]), as_float(hits.wy[i]), as_float(hits.wz[i])};
+      const Exact n = exact_normal(t);
+      const long double going = dot(n, w), side = dot(n, exact(out, 9, i) - corner(t, 0));
       if (std::abs(going) < 1e-5L * length(n)) continue;  // along the surface: either side will do
       if ((going > 0) != (side > 0) && wrong++ == 0) example = i;
     }
@@ -196,23 +195,23 @@ TEST(Surface, G3_rays_leave_on_the_side_that_they_go_to) {
 TEST(Surface, ray_origins_stay_within_a_few_float_steps_of_the_surface) {
   std::mt19937 random(3);
   const Cloud cloud = clouds(random)[1];
-  const Hits hits = random_hits(random, 1000, 64);
+  const PointsHit hits = random_hits(random, 1000, 64);
   const auto out = surfaces(cloud.triangles, hits);
   for (std::size_t i = 0; i < hits.u.size(); ++i)
-    ASSERT_LT(length(vec(out, 9, i) - vec(out, 0, i)), 64 * 0x1p-24L) << i;  // coordinates are within 1
+    ASSERT_LT(length(exact(out, 9, i) - exact(out, 0, i)), 64 * 0x1p-24L) << i;  // coordinates are within 1
 }
 
 TEST(Surface, G9_points_errors_and_ray_origins_scale_exactly_by_powers_of_two) {
   std::mt19937 random(5);
   const auto unit = clouds(random)[1].triangles;
-  const Hits hits = random_hits(random, 1000, 16);
+  const PointsHit hits = random_hits(random, 1000, 16);
   const auto reference = surfaces(unit, hits);
   for (const int k : {-40, -20, -1, 1, 20, 40}) {
     auto scaled = unit;
     for (Triangle& t : scaled)
       for (float* x : {&t.p0_x, &t.p0_y, &t.p0_z, &t.p1_x, &t.p1_y, &t.p1_z, &t.p2_x, &t.p2_y, &t.p2_z})
         *x = std::ldexp(*x, k);
-    Hits scaled_hits = hits;
+    PointsHit scaled_hits = hits;
     for (Words* words : {&scaled_hits.from_x, &scaled_hits.from_y, &scaled_hits.from_z})
       for (std::uint32_t& word : *words) word = as_word(std::ldexp(as_float(word), k));
     const auto out = surfaces(scaled, scaled_hits);
@@ -231,7 +230,7 @@ TEST(Surface, records_keep_what_is_not_geometry) {
   t.material = 0x80000001U;
   t.light_pdf_m2 = 0.75F;
   t.node = 0x7fc00000U;  // the bits of a NaN
-  Hits hits;
+  PointsHit hits;
   hits.add(0, 0.25F, 0.25F, {0, 0, 1});
   const auto out = surfaces({t}, hits);
   EXPECT_EQ(out[12][0], t.material);
@@ -269,10 +268,10 @@ TEST(Surface, bases_are_orthonormal_and_right_handed_also_at_the_poles) {
                                             {1, 0, -0.0F},
                                             {6e-4F, 0, -0.99999982F},
                                             {0, 6e-4F, 0.99999982F}};
-  for (int i = 0; i < 1 << 15; ++i) normals.push_back(random_direction(random));
+  for (int i = 0; i < 1 << 15; ++i) normals.push_back(random_unit(random));
   std::vector<Words> in(6);
   for (const auto& n : normals) {
-    const auto a = random_direction(random);
+    const auto a = random_unit(random);
     for (std::size_t k = 0; k < 3; ++k) {
       in[k].push_back(as_word(n[k]));
       in[3 + k].push_back(as_word(a[k]));
@@ -280,7 +279,7 @@ TEST(Surface, bases_are_orthonormal_and_right_handed_also_at_the_poles) {
   }
   const auto out = Probe("surface").run("probe_basis", in, 15);
   for (std::size_t i = 0; i < normals.size(); ++i) {
-    const Vec x = vec(out, 0, i), y = vec(out, 3, i), z = vec(out, 6, i), a = vec(in, 3, i);
+    const Exact x = exact(out, 0, i), y = exact(out, 3, i), z = exact(out, 6, i), a = exact(in, 3, i);
     for (std::size_t k = 0; k < 3; ++k) ASSERT_EQ(as_float(out[6 + k][i]), normals[i][k]);
     ASSERT_NEAR(double(dot(x, y)), 0, 5e-7) << i;
     ASSERT_NEAR(double(dot(x, z)), 0, 5e-7) << i;
@@ -288,9 +287,9 @@ TEST(Surface, bases_are_orthonormal_and_right_handed_also_at_the_poles) {
     ASSERT_NEAR(double(length(x)), 1, 5e-7) << i;
     ASSERT_NEAR(double(length(y)), 1, 5e-7) << i;
     ASSERT_NEAR(double(dot(cross(x, y), z)), 1, 1e-6) << i;
-    const Vec local = vec(out, 9, i), world = vec(out, 12, i);
+    const Exact local = exact(out, 9, i), world = exact(out, 12, i);
     for (std::size_t k = 0; k < 3; ++k) {
-      const Vec axis[] = {x, y, z};
+      const Exact axis[] = {x, y, z};
       ASSERT_NEAR(double(local[k]), double(dot(axis[k], a)), 3e-7) << i;
       ASSERT_NEAR(double(world[k]), double(a[0] * x[k] + a[1] * y[k] + a[2] * z[k]), 3e-7) << i;
     }

@@ -82,8 +82,8 @@ Soup stacks(std::size_t count, std::size_t height) {
 void expect_all_agree(const Soup& soup, const std::string& what) {
   const std::vector<std::uint32_t> of = mixed(soup.size() / 9, 3);
   const std::vector<ProbeRay> rays = rays_through(6'000, 4);
-  for (const DeviceInfo& info : select_devices("all")) {
-    Device device(info);
+  for (const auto& opened : test::devices()) {
+    Device& device = *opened;
     TraverseProbe brute(device, soup, options("none", 1, of));
     const std::vector<ProbeHit> closest = brute.closest(rays);
     const std::vector<bool> any = brute.any(rays);
@@ -136,8 +136,8 @@ TEST(OpacityTraverse, M22_a_surface_that_is_nowhere_is_as_none) {
     rest.insert(rest.end(), &soup[9 * i], &soup[9 * i] + 9);
   }
   const std::vector<ProbeRay> rays = rays_through(20'000, 7);
-  for (const DeviceInfo& info : select_devices("all")) {
-    Device device(info);
+  for (const auto& opened : test::devices()) {
+    Device& device = *opened;
     TraverseProbe probe(device, soup, options("bvh16", 16, with));
     TraverseProbe plain(device, rest, {"bvh16", 16});
     const std::vector<ProbeHit> hits = probe.closest(rays), expected = plain.closest(rays);

@@ -10,7 +10,7 @@ namespace eikon {
 namespace {
 
 // The ray along +z from the origin against each triangle by itself, one work-item each.
-const char* const kSource = R"(
+const char* const kMeetEdges = R"(
 #define EK_STACK_SIZE 1
 #include "traverse/hit.h"
 kernel void edges(constant Frame* frame, global const Triangle* triangles, global uint* hits) {
@@ -55,19 +55,19 @@ TEST(TraverseEdges, slivers_that_rounding_cannot_tell_from_lines_are_hit_exactly
   Frame frame{};
   frame.scene_half.x = frame.scene_half.y = frame.scene_half.z = 4;
 
-  for (const DeviceInfo& info : select_devices("all")) {
-    Device device(info);
+  for (const auto& opened : test::devices()) {
+    Device& device = *opened;
     ProgramOptions options;
     options.defines = feature_defines(false);
     options.defines["EK_WIDTH"] = options.defines["EK_CHUNKED"] = "1";
-    Kernel kernel = device.build(expand_includes(kSource, "traverse_edges_test.cl"), options).kernel("edges");
+    Kernel kernel = test::program_of(device, expand_includes(kMeetEdges, "traverse_edges_test.cl"), options).kernel("edges");
     Arguments arguments;
     arguments.set("frame", device.upload(std::vector<Frame>{frame}));
     arguments.set("triangles", device.upload(triangles));
     arguments.set("hits", device.upload(std::vector<std::uint32_t>(count, 2)));
     kernel.bind(arguments);
     device.run(kernel, count, 1, count);
-    EXPECT_EQ(device.read_all<std::uint32_t>(arguments.buffers().at("hits")), expected) << info.name;
+    EXPECT_EQ(device.read_all<std::uint32_t>(arguments.buffers().at("hits")), expected) << device.info().name;
   }
 }
 

@@ -59,7 +59,7 @@ class EmbreeScene {
 };
 
 TEST(TraverseEmbree, the_same_hits_within_its_precision) {
-  Device device(select_devices("all").front());
+  Device& device = *test::devices().front();
   std::mt19937 random(1);
   std::uniform_real_distribution<float> unit(-1.0F, 1.0F);
   for (const Soup& soup : {fixtures::scattered(3000, 1.0F, 2), fixtures::bumpy_sphere(40)}) {

@@ -32,8 +32,6 @@ std::vector<TraverseProbe::Options> ways() {
 }
 const std::vector<TraverseProbe::Options> kWays = ways();
 
-Device cpu_device() { return Device(select_devices("all").front()); }
-
 /// A closed sphere, 16 x 16, each vertex at its own radius in [1, 6]; and rays from near its centre, at random and straight
 /// at vertices and midpoints of edges.
 struct BumpySphere {
@@ -77,7 +75,7 @@ std::size_t misses(const std::vector<ProbeHit>& hits) {
 }
 
 TEST(TraverseHard, G1_no_ray_leaves_a_closed_bumpy_sphere) {
-  Device device = cpu_device();
+  Device& device = *test::devices().front();
   const BumpySphere scene({0, 0, 0});
   for (const TraverseProbe::Options& way : kWays) {
     TraverseProbe probe(device, scene.soup, way);
@@ -88,7 +86,7 @@ TEST(TraverseHard, G1_no_ray_leaves_a_closed_bumpy_sphere) {
 }
 
 TEST(TraverseHard, G2_nor_far_from_the_origin) {
-  Device device = cpu_device();
+  Device& device = *test::devices().front();
   const BumpySphere scene({148376, 1234, -223423});
   for (const TraverseProbe::Options& way : kWays) {
     TraverseProbe probe(device, scene.soup, way);
@@ -97,7 +95,7 @@ TEST(TraverseHard, G2_nor_far_from_the_origin) {
 }
 
 TEST(TraverseHard, G9_a_scene_times_a_power_of_two_gives_scaled_hits_to_the_bit) {
-  Device device = cpu_device();
+  Device& device = *test::devices().front();
   const Soup soup = fixtures::scattered(500, 1.0F, 21);
   std::mt19937 random(22);
   std::uniform_real_distribution<float> unit(-1.0F, 1.0F);
@@ -136,7 +134,7 @@ TEST(TraverseHard, G9_a_scene_times_a_power_of_two_gives_scaled_hits_to_the_bit)
 }
 
 TEST(TraverseHard, G10_zero_components_hit_what_the_limit_ray_hits) {
-  Device device = cpu_device();
+  Device& device = *test::devices().front();
   // A wall of unit quads at z = 0; rays start on planes and corners of the boxes of its tree.
   Soup soup;
   for (int x = 0; x < 8; ++x) {
@@ -178,7 +176,7 @@ TEST(TraverseHard, G10_zero_components_hit_what_the_limit_ray_hits) {
 }
 
 TEST(TraverseHard, G10_rays_within_the_plane_of_a_wall_end_and_report_finite_hits) {
-  Device device = cpu_device();
+  Device& device = *test::devices().front();
   Soup soup;
   for (int x = 0; x < 20; ++x) {
     const auto f = static_cast<float>(x);
@@ -202,7 +200,7 @@ TEST(TraverseHard, G10_rays_within_the_plane_of_a_wall_end_and_report_finite_hit
 
 // A ray without numbers would be within every box, even those of children that are missing: at the root again, for ever.
 TEST(TraverseHard, G10_rays_that_are_none_end_hit_nothing_and_change_no_others) {
-  Device device = cpu_device();
+  Device& device = *test::devices().front();
   const Soup soup = fixtures::bumpy_sphere(7);
   std::vector<ProbeRay> rays;
   std::mt19937 random(77);
@@ -228,7 +226,7 @@ TEST(TraverseHard, G10_rays_that_are_none_end_hit_nothing_and_change_no_others) 
 }
 
 TEST(TraverseHard, G11_degenerate_triangles_are_never_hit_and_change_nothing) {
-  Device device = cpu_device();
+  Device& device = *test::devices().front();
   const Soup clean = fixtures::bumpy_sphere(10);
   Soup dirty = clean;
   std::vector<ProbeRay> rays;
@@ -257,7 +255,7 @@ TEST(TraverseHard, G11_degenerate_triangles_are_never_hit_and_change_nothing) {
 }
 
 TEST(TraverseHard, G13_needles_are_hit_as_often_as_their_area_says) {
-  Device device = cpu_device();
+  Device& device = *test::devices().front();
   // 10^4 needles of length 1 and width 1e-6, fanned out over the unit disc.
   Soup soup;
   const double pi = std::acos(-1.0), width = 1e-6;
@@ -287,7 +285,7 @@ TEST(TraverseHard, G13_needles_are_hit_as_often_as_their_area_says) {
 }
 
 TEST(TraverseHard, G14_of_coincident_triangles_the_lowest_index_wins) {
-  Device device = cpu_device();
+  Device& device = *test::devices().front();
   const Soup one = fixtures::bumpy_sphere(6);
   Soup soup;  // each triangle three times, far apart in the list
   for (int copy = 0; copy < 3; ++copy) soup.insert(soup.end(), one.begin(), one.end());
@@ -307,7 +305,7 @@ TEST(TraverseHard, G14_of_coincident_triangles_the_lowest_index_wins) {
 }
 
 TEST(TraverseHard, G15_ten_thousand_copies_one_triangle_and_none) {
-  Device device = cpu_device();
+  Device& device = *test::devices().front();
   Soup copies;
   for (int i = 0; i < 10'000; ++i) fixtures::add_triangle(copies, {0, 0, 0}, {1, 0, 0}, {0, 1, 0});
   const Soup one(copies.begin(), copies.begin() + 9);

@@ -192,8 +192,8 @@ void expect_hits_of_brute_force(const Scene& scene, double size, std::size_t cou
   EXPECT_EQ(two_level.scene.bounds.lo, flat.scene.bounds.lo);
   EXPECT_EQ(two_level.scene.bounds.hi, flat.scene.bounds.hi);
   const std::vector<ProbeRay> rays = rays_at(flat.scene, count, size, seed);
-  for (const DeviceInfo& info : select_devices("all")) {
-    Device device(info);
+  for (const auto& opened : test::devices()) {
+    Device& device = *opened;
     TraverseProbe::Options brute{"none", 1};
     brute.method = "none";
     TraverseProbe reference(device, flat.scene, flat.features, flat.settings, brute);
@@ -206,7 +206,7 @@ void expect_hits_of_brute_force(const Scene& scene, double size, std::size_t cou
       ASSERT_TRUE(has_two_levels(options.layout));
       TraverseProbe probe(device, two_level.scene, two_level.features, two_level.settings, options);
       const std::vector<ProbeHit> found = probe.closest(rays);
-      const std::string what = info.name + ": " + TraverseProbe::describe(options);
+      const std::string what = device.info().name + ": " + TraverseProbe::describe(options);
       std::size_t wrong = 0, first = 0;
       for (std::size_t i = 0; i < rays.size(); ++i) {
         const ProbeHit hit = two_level.flat(found[i]);
@@ -238,7 +238,7 @@ TEST_P(TraverseInstances, rays_that_are_none_hit_nothing_and_end) {
     rays.insert(rays.end(), none.begin(), none.end());
   }
   const Packed two_level(crowd(1, 1, false), true);
-  Device device(select_devices("all").front());
+  Device& device = *test::devices().front();
   for (const TraverseProbe::Options& options : ways_down(GetParam())) {
     TraverseProbe probe(device, two_level.scene, two_level.features, two_level.settings, options);
     for (const ProbeHit& hit : probe.closest(rays))

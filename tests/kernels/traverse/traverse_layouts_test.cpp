@@ -94,8 +94,8 @@ std::vector<ProbeRay> adversarial_rays(const Soup& soup, std::size_t count, floa
 
 /// `soup` in every layout and width; the rays' hits must be those of brute force at width 16.
 void expect_all_agree(const Soup& soup, const std::vector<ProbeRay>& rays, const std::string& what) {
-  for (const DeviceInfo& info : select_devices("all")) {
-    Device device(info);
+  for (const auto& opened : test::devices()) {
+    Device& device = *opened;
     TraverseProbe brute(device, soup, {"none", 16});
     const auto closest = brute.closest(rays);
     const auto any = brute.any(rays);
@@ -146,7 +146,7 @@ TEST(Traverse, a_ray_does_not_meet_the_triangle_that_it_leaves_nor_the_one_that_
   for (const float corner : {-4.0F, 4.0F})  // nothing else bounds the scene
     for (int i = 0; i < 9; ++i) soup.push_back(corner + (i == 4 ? 0.001F : i == 8 ? 0.002F : 0.0F));
   std::vector<ProbeRay> rays = random_rays(20'000, 1.0F, 62);
-  Device device(select_devices("0").at(0));
+  Device& device = *test::devices().front();
   const TraverseProbe::Options brute_force{"none", 16};
   const std::vector<ProbeHit> first = TraverseProbe(device, soup, brute_force).closest(rays);
   std::map<std::uint32_t, std::size_t> hits;
@@ -275,7 +275,7 @@ TEST(Traverse, many_rays_hit_the_same_bits_as_brute_force) {
   const char* asked = std::getenv("EIKON_TRAVERSE_RAYS");
   const auto total = static_cast<std::size_t>(asked == nullptr ? 2e5 : std::stod(asked));
   const std::size_t block = std::min<std::size_t>(total, 1'000'000);
-  Device device(select_devices("all").front());
+  Device& device = *test::devices().front();
   const std::pair<const char*, Soup> scenes[] = {{"scattered", fixtures::scattered(60, 1.0F, 21)},
                                                  {"sphere", fixtures::bumpy_sphere(6)}};
   for (const auto& [name, soup] : scenes) {

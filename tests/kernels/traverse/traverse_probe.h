@@ -13,6 +13,7 @@
 #include "accel/accelerators.h"
 #include "device/device.h"
 #include "device/kernel_sources.h"
+#include "kernels/probe.h"
 #include "pack/frame.h"
 #include "pack/pack.h"
 #include "shared/records.h"
@@ -248,7 +249,7 @@ class TraverseProbe {
     if (options.portable) program.defines["EK_PORTABLE"] = "1";
     program.defines["EK_OUT_OF_LINE"] = "1";  // the same bits, and compiled in half the time (probe.cpp)
     for (const auto& [name, value] : options.defines) program.defines[name] = value;
-    const Program built = device_.build(kernel_text({"probe/trace_rays.cl"}) + behind, program);
+    const Program& built = test::program_of(device_, kernel_text({"probe/trace_rays.cl"}) + behind, program);
     closest_ = built.kernel("trace_closest");
     any_ = built.kernel("trace_any");
   }

@@ -17,7 +17,7 @@ class Refit : public testing::TestWithParam<std::string> {};
 INSTANTIATE_TEST_SUITE_P(Layouts, Refit, testing::ValuesIn(tree_layouts()), [](const auto& p) { return p.param; });
 
 TEST_P(Refit, hits_are_those_of_a_new_tree_to_the_bit) {
-  Device device(select_devices("all").front());
+  Device& device = *test::devices().front();
   std::mt19937 random(1);
   std::uniform_real_distribution<float> unit(-1.0F, 1.0F);
   const fixtures::Soup soup = fixtures::room();

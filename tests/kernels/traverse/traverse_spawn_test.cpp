@@ -13,7 +13,7 @@ namespace {
 constexpr std::uint32_t kTriangles = 1000, kRaysEach = 1000;
 
 // One work-item per triangle. draws: barycentrics, a direction, a target and unused, per ray.
-const char* const kSource = R"(
+const char* const kLeaveAndReturn = R"(
 #include "traverse/hit.h"
 #include "surface/surface.h"
 #define EK_STACK_SIZE 1
@@ -71,12 +71,12 @@ void expect_no_self_hits(float decades) {
   Frame frame{};
   frame.scene_half.x = frame.scene_half.y = frame.scene_half.z = 1e8F;
 
-  for (const DeviceInfo& info : select_devices("all")) {
-    Device device(info);
+  for (const auto& opened : test::devices()) {
+    Device& device = *opened;
     ProgramOptions options;
     options.defines = feature_defines(false);
     options.defines["EK_WIDTH"] = options.defines["EK_CHUNKED"] = "1";
-    Kernel kernel = device.build(expand_includes(kSource, "traverse_spawn_test.cl"), options).kernel("leave");
+    Kernel kernel = test::program_of(device, expand_includes(kLeaveAndReturn, "traverse_spawn_test.cl"), options).kernel("leave");
     Arguments arguments;
     arguments.set("frame", device.upload(std::vector<Frame>{frame}));
     arguments.set("triangles", device.upload(triangles));
@@ -88,8 +88,8 @@ void expect_no_self_hits(float decades) {
     std::uint32_t total[2] = {0, 0};
     const auto counts = device.read_all<std::uint32_t>(arguments.buffers().at("self_hits"));
     for (std::size_t i = 0; i < counts.size(); ++i) total[i % 2] += counts[i];
-    EXPECT_EQ(total[0], 0U) << info.name << ": rays, decades " << decades;
-    EXPECT_EQ(total[1], 0U) << info.name << ": segments to a point, decades " << decades;
+    EXPECT_EQ(total[0], 0U) << device.info().name << ": rays, decades " << decades;
+    EXPECT_EQ(total[1], 0U) << device.info().name << ": segments to a point, decades " << decades;
   }
 }
 

@@ -14,7 +14,7 @@ namespace {
 using fixtures::Soup;
 
 // One work-item per ray. starts: weights of the second and third corner and a direction; left: the origin and t.
-const char* const kSource = R"(
+const char* const kLeaveTouching = R"(
 #define EK_STACK_SIZE 1
 #include "traverse/hit.h"
 #include "surface/surface.h"
@@ -66,7 +66,7 @@ std::vector<Met> leave(Device& device, const Soup& soup, const std::vector<Start
   ProgramOptions options;
   options.defines = feature_defines(false);
   options.defines["EK_WIDTH"] = options.defines["EK_CHUNKED"] = "1";
-  Kernel kernel = device.build(expand_includes(kSource, "traverse_touching_test.cl"), options).kernel("leave");
+  Kernel kernel = test::program_of(device, expand_includes(kLeaveTouching, "traverse_touching_test.cl"), options).kernel("leave");
   Arguments arguments;
   arguments.set("frame", device.upload(std::vector<Frame>{frame_of(soup)}));
   arguments.set("triangles", device.upload(triangles));
@@ -165,7 +165,7 @@ std::pair<std::size_t, std::size_t> wrong_and_tried(Device& device, const Soup& 
 }
 
 TEST(TraverseTouching, a_ray_from_the_corner_of_a_box_meets_the_floor_beside_it) {
-  Device device(select_devices("all").front());
+  Device& device = *test::devices().front();
   ProbeRay ray;
   ray.o = {0.326411486F, -0.999995589F, 0.999999464F};
   ray.d = {-0.649F, -0.633F, -0.422F};
@@ -177,7 +177,7 @@ TEST(TraverseTouching, a_ray_from_the_corner_of_a_box_meets_the_floor_beside_it)
 }
 
 TEST(TraverseTouching, no_ray_leaves_a_box_or_meets_a_wall_from_behind) {
-  Device device(select_devices("all").front());
+  Device& device = *test::devices().front();
   for (const double overhang : {0.0, 0.5})
     for (const glm::dvec3& center : {glm::dvec3(0), glm::dvec3(1), glm::dvec3(1, -1, 7), glm::dvec3(-300, 20, 4000)}) {
       const auto [wrong, tried] = wrong_and_tried(device, box(glm::dmat3(1), center, overhang), center, overhang, 0.0);
@@ -187,7 +187,7 @@ TEST(TraverseTouching, no_ray_leaves_a_box_or_meets_a_wall_from_behind) {
 }
 
 TEST(TraverseTouching, no_ray_leaves_a_turned_box) {
-  Device device(select_devices("all").front());
+  Device& device = *test::devices().front();
   std::mt19937 random(3);
   std::normal_distribution<double> normal;
   for (int i = 0; i < 8; ++i) {
@@ -203,7 +203,7 @@ TEST(TraverseTouching, no_ray_leaves_a_turned_box) {
 }
 
 TEST(TraverseTouching, G1_rays_from_a_bumpy_sphere_do_not_meet_their_triangle_nor_leave_inwards) {
-  Device device(select_devices("all").front());
+  Device& device = *test::devices().front();
   std::mt19937 random(5);
   std::uniform_real_distribution<float> unit(0.0F, 1.0F);
   std::vector<float> radii(9 * 16);

@@ -88,7 +88,7 @@ TraverseProbe::Options with_test(int number) {
 TEST(TriangleOracles, all_tests_agree_away_from_edges_and_from_edge_on_planes) {
   // Hits well inside must be hits, misses well outside misses, in single and double precision; t, u and v as the condition of the
   // triangle allows: rounding of coordinates of about 1 by 2^-24, a hundred times over, by the sine of ray and plane and the size.
-  Device device(select_devices("all").front());
+  Device& device = *test::devices().front();
   std::mt19937 random(1);
   std::uniform_real_distribution<float> unit(-1.0F, 1.0F);
   std::size_t hits = 0, misses = 0;
@@ -135,7 +135,7 @@ TEST(TriangleOracles, only_the_watertight_test_never_lets_a_ray_through_a_shared
   // Whole numbers, so that the rays pass through a point of the edge exactly. Moller-Trumbore rounds u + v, of which the neighbour knows
   // nothing, and the plane's point is rounded off the edge; both then miss both triangles. Edge functions are the same numbers for
   // both, with signs changed.
-  Device device(select_devices("all").front());
+  Device& device = *test::devices().front();
   std::mt19937 random(2);
   std::uniform_int_distribution<int> whole(-500, 500);
   std::array<std::size_t, 3> leaks_single{}, leaks_double{};

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-namespace eikon::testing {
+namespace eikon::test {
 namespace {
 
 struct Loose {
@@ -84,4 +84,4 @@ TEST(Arithmetic, N7_direct_light_of_one_sample_is_the_same_from_chunks_queues_an
 }
 
 }  // namespace
-}  // namespace eikon::testing
+}  // namespace eikon::test

@@ -7,7 +7,7 @@
 #include "core/lost_threads.h"
 #include "render/scene_builder.h"
 
-namespace eikon::testing {
+namespace eikon::test {
 namespace {
 
 class Faults : public ::testing::Test {
@@ -195,4 +195,4 @@ TEST_F(Faults, an_interrupted_render_goes_on_elsewhere) {
 }
 
 }  // namespace
-}  // namespace eikon::testing
+}  // namespace eikon::test

@@ -8,7 +8,7 @@
 #include "core/clock.h"
 #include "render/scene_builder.h"
 
-namespace eikon::testing {
+namespace eikon::test {
 namespace {
 
 class Resume : public ::testing::Test {
@@ -90,4 +90,4 @@ TEST_F(Resume, a_hook_that_throws_ends_the_render) {
 }
 
 }  // namespace
-}  // namespace eikon::testing
+}  // namespace eikon::test

@@ -5,7 +5,7 @@
 #include "render/device_prefetcher.h"
 #include "render/scene_builder.h"
 
-namespace eikon::testing {
+namespace eikon::test {
 namespace {
 
 TEST(Reuse, devices_and_packed_scenes_give_the_bits_of_fresh_ones) {
@@ -220,4 +220,4 @@ TEST(Reuse, nothing_is_made_ready_ahead_beyond_a_limit) {
 }
 
 }  // namespace
-}  // namespace eikon::testing
+}  // namespace eikon::test

@@ -3,7 +3,7 @@
 // or executed, the film has the same bits.
 #include "render/scene_builder.h"
 
-namespace eikon::testing {
+namespace eikon::test {
 namespace {
 
 constexpr std::uint32_t kWidth = 41, kHeight = 27;  // no multiple of a lane width or block
@@ -233,4 +233,4 @@ TEST(SameBits, G17_a_mirrored_node_is_the_mirrored_mesh) {
 }
 
 }  // namespace
-}  // namespace eikon::testing
+}  // namespace eikon::test

@@ -8,7 +8,7 @@
 #include "core/error.h"
 #include "render/scene_builder.h"
 
-namespace eikon::testing {
+namespace eikon::test {
 namespace {
 
 struct Seen {
@@ -98,4 +98,4 @@ TEST(Snapshots, out_of_order_or_beyond_the_samples_are_refused) {
 }
 
 }  // namespace
-}  // namespace eikon::testing
+}  // namespace eikon::test

@@ -2,7 +2,7 @@
 // Cameras: parallel rays from near and far, lenses that open wide, and panoramas.
 #include "render/scene_builder.h"
 
-namespace eikon::testing {
+namespace eikon::test {
 namespace {
 
 std::pair<Scene, Settings> ball_from(double distance) {
@@ -146,4 +146,4 @@ TEST(Camera, a_panorama_of_the_sky_is_the_sky) {
 }
 
 }  // namespace
-}  // namespace eikon::testing
+}  // namespace eikon::test

@@ -2,7 +2,7 @@
 // What pixels weigh, against the integrals of the filters, and what a transparent picture leaves out.
 #include "render/scene_builder.h"
 
-namespace eikon::testing {
+namespace eikon::test {
 namespace {
 
 constexpr const char* kPositive[] = {"box", "box:2.5", "triangle", "gaussian", "blackman-harris"};
@@ -122,4 +122,4 @@ TEST(Transparent, a_is_weighted_by_the_filter_as_radiance_is) {
 }
 
 }  // namespace
-}  // namespace eikon::testing
+}  // namespace eikon::test

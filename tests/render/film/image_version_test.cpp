@@ -6,7 +6,7 @@
 #include "film/exr/layout.h"
 #include "film/exr/film_file.h"
 
-namespace eikon::testing {
+namespace eikon::test {
 namespace {
 
 std::string hash_of(const std::string& scene_name, const std::string& flags) {
@@ -43,4 +43,4 @@ TEST(ImageVersion, is_raised_when_the_bits_of_images_change) {
 }
 
 }  // namespace
-}  // namespace eikon::testing
+}  // namespace eikon::test

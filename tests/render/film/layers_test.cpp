@@ -8,7 +8,7 @@
 #include "render/scene_builder.h"
 #include "support/temporary_folder.h"
 
-namespace eikon::testing {
+namespace eikon::test {
 namespace {
 
 /// A small square of node 0 in front of a large one of node 1 that covers the lower half; nothing above.
@@ -367,4 +367,4 @@ TEST(Stop, leaves_whole_units_and_says_so) {
 }
 
 }  // namespace
-}  // namespace eikon::testing
+}  // namespace eikon::test

@@ -8,7 +8,7 @@
 #include "render/scene_builder.h"
 #include "render/ways_to_shade.h"
 
-namespace eikon::testing {
+namespace eikon::test {
 namespace {
 
 std::pair<Scene, Settings> matted(std::uint32_t width, std::uint32_t height, std::uint64_t spp) {
@@ -127,4 +127,4 @@ TEST(Mattes, see_through_opacity_by_its_share) {
 }
 
 }  // namespace
-}  // namespace eikon::testing
+}  // namespace eikon::test

@@ -3,21 +3,13 @@
 #include "pack/pack.h"
 #include "render/scene_builder.h"
 
-namespace eikon::testing {
+namespace eikon::test {
 namespace {
 
 Settings sky(std::uint32_t side, std::uint64_t spp) {
   Settings settings = settings_for(side, side, spp);
   settings.environment.radiance = glm::vec3(1);
   return settings;
-}
-
-/// Every pixel of the crop shows `expected`: nothing shadows itself, nothing leaks.
-void expect_constant(const Film& film, double expected, const std::string& what) {
-  const Crop& crop = film.layout().crop;
-  for (std::uint32_t y = crop.y0; y < crop.y1; ++y)
-    for (std::uint32_t x = crop.x0; x < crop.x1; ++x)
-      ASSERT_NEAR(film.mean(x, y, 0), expected, 4e-6 * expected) << what << ", pixel " << x << "," << y;
 }
 
 TEST(Geometry, G6_a_rectangle_sees_the_whole_sky_at_every_size) {
@@ -212,4 +204,4 @@ TEST(Geometry, G11_triangles_without_area_change_no_bit) {
 }
 
 }  // namespace
-}  // namespace eikon::testing
+}  // namespace eikon::test

@@ -4,16 +4,10 @@
 #include <string>
 
 #include "formula/parse.h"
-#include "render/scene_builder.h"
+#include "render/materials/glass_builder.h"
 
-namespace eikon::testing {
+namespace eikon::test {
 namespace {
-
-Settings sky(std::uint32_t side, std::uint64_t spp) {
-  Settings settings = settings_for(side, side, spp);
-  settings.environment.radiance = glm::vec3(1);
-  return settings;
-}
 
 Shape& add_implicit(Scene& scene, const std::string& f, double half, const glm::dmat4& place,
                     const Material& material) {
@@ -29,16 +23,7 @@ Shape& add_implicit(Scene& scene, const std::string& f, double half, const glm::
   return scene.shapes.emplace_back(shape);
 }
 
-Material glass() {
-  Material m;
-  m.metallic = 0;
-  m.roughness = 0;
-  m.transmission = 1;
-  m.solid = true;
-  return m;
-}
-
-glm::dmat4 askew() {
+glm::dmat4 askew_and_moved() {
   return glm::translate(glm::dmat4(1), {0.1, 0.2, 0.3}) * glm::rotate(glm::dmat4(1), 0.7, glm::dvec3(0.3, 1, 0.2)) *
          glm::scale(glm::dmat4(1), {1.0, 0.6, 0.8});
 }
@@ -59,10 +44,10 @@ TEST(ImplicitSurface, G7_a_sphere_by_formula_shows_its_albedo_under_the_sky_from
   for (const double radius : {1e-5, 1.0, 1e6})
     for (const double distance : {1.5, 1e2, 1e5}) {
       Scene scene;
-      const glm::dmat4 place = glm::scale(glm::dmat4(1), glm::dvec3(radius)) * askew();
+      const glm::dmat4 place = glm::scale(glm::dmat4(1), glm::dvec3(radius)) * askew_and_moved();
       add_implicit(scene, kSphere, 1.1, place, lambert(0.5F));
       const glm::dvec3 center(place[3]);
-      Settings settings = sky(16, 16);
+      Settings settings = settings_under_sky(16, 16);
       settings.camera =
           look_at_camera(center + radius * distance * glm::dvec3(0.1, 0.3, 0.95), center, {0, 1, 0}, 0.5 / distance);
       const Film film = film_of(scene, settings);
@@ -80,12 +65,12 @@ TEST(ImplicitSurface, its_picture_is_that_of_the_analytic_sphere) {
     metal.roughness = 0.3F;
     metal.base_color = {0.9F, 0.6F, 0.3F};
     if (by_formula) {
-      add_implicit(scene, kSphere, 1.05, askew(), metal);
+      add_implicit(scene, kSphere, 1.05, askew_and_moved(), metal);
     } else {
-      add_implicit(scene, kSphere, 1.05, askew(), metal).kind = ShapeKind::sphere;
+      add_implicit(scene, kSphere, 1.05, askew_and_moved(), metal).kind = ShapeKind::sphere;
       scene.shapes[0].size = {1, 0, 0};
     }
-    Settings settings = sky(32, 32);
+    Settings settings = settings_under_sky(32, 32);
     settings.camera = look_at_camera({0.3, 1, 3.5}, {0.1, 0.2, 0.3}, {0, 1, 0}, 0.8);
     return film_of(scene, settings);
   };
@@ -100,8 +85,8 @@ TEST(ImplicitSurface, its_picture_is_that_of_the_analytic_sphere) {
 TEST(ImplicitSurface, M12_clear_glass_vanishes_in_a_constant_sky_however_often_a_ray_goes_in_and_out) {
   for (const char* f : {kSphere, kSheet}) {
     Scene scene;
-    add_implicit(scene, f, 1.05, askew(), glass());
-    Settings settings = sky(24, 64);
+    add_implicit(scene, f, 1.05, askew_and_moved(), glass(1.5F, 0, true));
+    Settings settings = settings_under_sky(24, 64);
     settings.camera = look_at_camera({0, 0.5, 4}, {0.1, 0.2, 0.3}, {0, 1, 0}, 0.6);
     EXPECT_TRUE(agrees(mean_of(film_of(scene, settings)), 1, 1)) << f;
   }
@@ -109,8 +94,8 @@ TEST(ImplicitSurface, M12_clear_glass_vanishes_in_a_constant_sky_however_often_a
 
 TEST(ImplicitSurface, a_closed_surface_is_dark_inside) {
   Scene scene;
-  add_implicit(scene, kSphere, 1.05, askew(), lambert(0.9F));
-  Settings settings = sky(32, 64);
+  add_implicit(scene, kSphere, 1.05, askew_and_moved(), lambert(0.9F));
+  Settings settings = settings_under_sky(32, 64);
   settings.camera = look_at_camera({0.1, 0.2, 0.32}, {1, 0.2, 0.3}, {0, 1, 0}, 2.0);
   const Film film = film_of(scene, settings);
   for (std::uint32_t y = 0; y < 32; ++y)
@@ -120,10 +105,10 @@ TEST(ImplicitSurface, a_closed_surface_is_dark_inside) {
 TEST(ImplicitSurface, G9_a_scene_times_a_power_of_two_gives_the_same_bits) {
   const auto scaled = [](double factor) {
     Scene scene;
-    add_implicit(scene, kSheet, 1.05, askew(), lambert({0.7F, 0.5F, 0.3F}));
-    add_implicit(scene, "(x^2+y^2+z^2+0.75)^2-4*(x^2+y^2)", 1.7, glm::translate(glm::dmat4(1), {0, -1, 0}) * askew(),
-                 glass());
-    Settings settings = sky(24, 8);
+    add_implicit(scene, kSheet, 1.05, askew_and_moved(), lambert({0.7F, 0.5F, 0.3F}));
+    add_implicit(scene, "(x^2+y^2+z^2+0.75)^2-4*(x^2+y^2)", 1.7, glm::translate(glm::dmat4(1), {0, -1, 0}) * askew_and_moved(),
+                 glass(1.5F, 0, true));
+    Settings settings = settings_under_sky(24, 8);
     settings.camera = look_at_camera({0, 0.5, 4}, {0.1, 0.2, 0.3}, {0, 1, 0}, 0.8);
     const auto [big, its] = times({std::move(scene), settings}, factor);
     return film_of(big, its);
@@ -138,17 +123,17 @@ TEST(ImplicitSurface, which_rays_give_up_hangs_on_rays_alone) {
     Scene made;
     const glm::dmat4 place = glm::scale(glm::dmat4(1), glm::dvec3(1.5));
     add_implicit(made, "x*y - x*y + 1e-5", 1, place, lambert(0.5F));
-    add_implicit(made, kSphere, 1.05, glm::translate(glm::dmat4(1), {0.4, 0.2, 0.3}) * askew(), lambert(0.6F));
+    add_implicit(made, kSphere, 1.05, glm::translate(glm::dmat4(1), {0.4, 0.2, 0.3}) * askew_and_moved(), lambert(0.6F));
     Primitive floor;
     add_quad(floor, {-3, -1, 3}, {6, 0, 0}, {0, 0, -6});
     add_mesh(made, "floor", std::move(floor), lambert(0.7F));
     made.shapes[0].name = "haze";
-    Settings its = sky(12, 4);
+    Settings its = settings_under_sky(12, 4);
     its.camera = look_at_camera({0.3, 1, 4}, {0, 0, 0}, {0, 1, 0}, 0.9);
     return std::pair(std::move(made), its);
   }();
   std::optional<RenderOutput> first;
-  for (const Execution& way : ways_to_trace()) {
+  for (const Execution& way : each_way_to_trace()) {
     RenderOutput output = output_of(scene, settings, way);
     if (!first) {
       first = std::move(output);
@@ -168,11 +153,11 @@ TEST(ImplicitSurface, emission_is_met_by_scattered_rays_alone_and_in_full) {
   Scene scene;
   Material wall = lambert(0.5F, 0.5F);
   wall.double_sided = true;
-  add_implicit(scene, kSphere, 1.05, askew(), wall);
+  add_implicit(scene, kSphere, 1.05, askew_and_moved(), wall);
   Settings settings = settings_for(16, 16, 256);
   settings.camera = look_at_camera({0.12, 0.21, 0.33}, {1, 0.2, 0.3}, {0, 1, 0}, 2.0);
   EXPECT_TRUE(agrees(mean_of(film_of(scene, settings)), 1, 1));
 }
 
 }  // namespace
-}  // namespace eikon::testing
+}  // namespace eikon::test

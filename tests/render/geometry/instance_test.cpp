@@ -5,7 +5,7 @@
 #include "pack/geometry/placed_meshes.h"
 #include "render/scene_builder.h"
 
-namespace eikon::testing {
+namespace eikon::test {
 namespace {
 
 /// The room with balls that have normals of their own, and boxes that have none, at many places: turned, stretched, some mirrored.
@@ -38,7 +38,7 @@ std::pair<Scene, Settings> crowded_room() {
 
 std::vector<Execution> two_level_ways() {
   std::vector<Execution> ways;
-  for (const Execution& way : ways_to_trace()) {
+  for (const Execution& way : each_way_to_trace()) {
     if (way.accel != "bvh" || !has_two_levels(way.layout)) continue;
     ways.push_back(way);
     ways.back().instances = InstanceMode::two_level;
@@ -175,4 +175,4 @@ TEST(Instances, triangles_without_area_are_left_out_wherever_they_lose_it) {
 }
 
 }  // namespace
-}  // namespace eikon::testing
+}  // namespace eikon::test

@@ -6,7 +6,7 @@
 #include "render/scene_builder.h"
 #include "gltf/geometry/tangents.h"
 
-namespace eikon::testing {
+namespace eikon::test {
 namespace {
 
 /// Slopes of up to 30 degrees that go over into each other, the same on no two texels.
@@ -191,4 +191,4 @@ TEST(ShapeTangents, brushed_metal_on_a_shape_looks_as_on_its_triangles) {
 }
 
 }  // namespace
-}  // namespace eikon::testing
+}  // namespace eikon::test

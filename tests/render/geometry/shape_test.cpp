@@ -3,17 +3,11 @@
 #include <set>
 
 #include "pack/pack.h"
-#include "render/scene_builder.h"
+#include "render/materials/glass_builder.h"
 #include "scene/endless.h"
 
-namespace eikon::testing {
+namespace eikon::test {
 namespace {
-
-Settings sky(std::uint32_t side, std::uint64_t spp) {
-  Settings settings = settings_for(side, side, spp);
-  settings.environment.radiance = glm::vec3(1);
-  return settings;
-}
 
 /// A material and a sphere of it.
 Shape& add_sphere(Scene& scene, const glm::dmat4& place, double radius, const Material& material) {
@@ -33,13 +27,6 @@ glm::dmat4 askew() {
          glm::rotate(glm::dmat4(1), 1.1, glm::dvec3(1, 0.4, 0.1));
 }
 
-void expect_constant(const Film& film, double expected, const std::string& what, double tolerance = 4e-6) {
-  const Crop& crop = film.layout().crop;
-  for (std::uint32_t y = crop.y0; y < crop.y1; ++y)
-    for (std::uint32_t x = crop.x0; x < crop.x1; ++x)
-      ASSERT_NEAR(film.mean(x, y, 0), expected, tolerance * expected) << what << ", pixel " << x << "," << y;
-}
-
 TEST(Shapes, G7_a_sphere_shows_its_albedo_under_the_sky_from_near_and_far_at_every_size) {
   for (const bool stretched : {false, true}) {
     for (const double radius : {1e-5, 0.015, 1.0, 1e4, 1e7}) {
@@ -48,7 +35,7 @@ TEST(Shapes, G7_a_sphere_shows_its_albedo_under_the_sky_from_near_and_far_at_eve
       add_sphere(scene, place, radius, lambert(0.5F));
       const glm::dvec3 center(place[3]);
       for (const double distance : {1.5, 10.0, 1e3, 1e5}) {
-        Settings settings = sky(24, 16);
+        Settings settings = settings_under_sky(24, 16);
         settings.camera = look_at_camera(center + radius * distance * glm::dvec3(0.1, 0.3, 0.95), center, {0, 1, 0},
                                          (stretched ? 0.2 : 0.9) / distance);
         expect_constant(film_of(scene, settings), 0.5,
@@ -61,7 +48,7 @@ TEST(Shapes, G7_a_sphere_shows_its_albedo_under_the_sky_from_near_and_far_at_eve
 TEST(Shapes, G8_a_sphere_far_from_the_origin_has_no_dark_limb) {
   Scene scene;
   add_sphere(scene, at(8e5, 0, 0), 1600, lambert(0.5F));
-  Settings settings = sky(32, 16);
+  Settings settings = settings_under_sky(32, 16);
   settings.camera = look_at_camera({8e5, 0, 3200}, {8e5, 0, 0}, {0, 1, 0}, 0.7);
   expect_constant(film_of(scene, settings), 0.5, "at 8e5");
 }
@@ -81,7 +68,7 @@ TEST(Shapes, a_plane_without_end_is_seen_up_to_the_horizon) {
     const glm::dvec3 up(turn[1]), eye = glm::dvec3(turn * glm::dvec4(0.1, 1, 0.2, 1));
     // The narrowest has its lowest row 10^9 m away. Floats know the direction of what is askew less well.
     for (const double fov : tilted ? std::vector<double>{1.0, 0.01} : std::vector<double>{1.0, 0.01, 1e-5, 2e-9}) {
-      Settings settings = sky(16, 16);
+      Settings settings = settings_under_sky(16, 16);
       settings.camera = look_at_camera(eye, eye - glm::dvec3(turn[2]), up, fov);
       const Film film = film_of(scene, settings);
       for (std::uint32_t y = 0; y < 16; ++y)
@@ -92,7 +79,7 @@ TEST(Shapes, a_plane_without_end_is_seen_up_to_the_horizon) {
           }
     }
     // From straight above, as parallel rays and from far away.
-    Settings settings = sky(8, 16);
+    Settings settings = settings_under_sky(8, 16);
     settings.camera = look_at_camera(eye + 1e5 * up, eye, glm::dvec3(turn[2]), 1.0);
     expect_constant(film_of(scene, settings), 0.5, "from above");
     settings.camera.projection = Projection::orthographic;
@@ -116,7 +103,7 @@ TEST(Shapes, a_closed_sphere_is_dark_inside) {
     for (const double far : {0.0, 1e3}) {
       Scene scene;
       add_sphere(scene, at(far, -far, far) * (stretched ? askew() : glm::dmat4(1)), 1, lambert(0.9F));
-      Settings settings = sky(64, 64);
+      Settings settings = settings_under_sky(64, 64);
       const glm::dvec3 eye(far + 0.02, -far, far + 0.03);
       settings.camera = look_at_camera(eye, eye + glm::dvec3(1, 0.2, 0.3), {0, 1, 0}, 2.0);
       const Film film = film_of(scene, settings);
@@ -137,19 +124,10 @@ TEST(Shapes, L9_a_furnace_of_a_sphere_is_constant) {
   EXPECT_TRUE(agrees(mean_of(film_of(scene, settings)), 1, 1));
 }
 
-Material glass() {
-  Material m;
-  m.metallic = 0;
-  m.roughness = 0;
-  m.transmission = 1;
-  m.solid = true;
-  return m;
-}
-
 TEST(Shapes, M12_a_glass_sphere_vanishes_in_a_constant_sky) {
   Scene scene;
-  add_sphere(scene, at(0.1, 0.2, 0.3), 1, glass());
-  Settings settings = sky(24, 64);
+  add_sphere(scene, at(0.1, 0.2, 0.3), 1, glass(1.5F, 0, true));
+  Settings settings = settings_under_sky(24, 64);
   settings.camera = look_at_camera({0, 0.5, 4}, {0, 0, 0}, {0, 1, 0}, 0.6);
   EXPECT_TRUE(agrees(mean_of(film_of(scene, settings)), 1, 1));
 }
@@ -157,11 +135,11 @@ TEST(Shapes, M12_a_glass_sphere_vanishes_in_a_constant_sky) {
 TEST(Shapes, G5_a_sphere_just_inside_another_is_met_through_it) {
   for (const double gap : {4e-5, 4e-6}) {
     Scene scene;
-    Material clear = glass();
+    Material clear = glass(1.5F, 0, true);
     clear.ior = 1;
     add_sphere(scene, glm::dmat4(1), 1 + gap, clear);
     add_sphere(scene, glm::dmat4(1), 1, lambert({0.7F, 0.1F, 0.2F}));
-    Settings settings = sky(24, 64);
+    Settings settings = settings_under_sky(24, 64);
     settings.camera = look_at_camera({0, 0, 4}, {0, 0, 0}, {0, 1, 0}, 0.3);
     const Film film = film_of(scene, settings);
     EXPECT_TRUE(agrees(mean_of(film, 0), 0.7, 2, 1e-4)) << gap;
@@ -175,7 +153,7 @@ std::pair<Scene, Settings> furnished(std::uint32_t width, std::uint32_t height, 
   Scene& scene = made.first;
   add_sphere(scene, at(0.1, -0.75, 0.5), 0.25, lambert({0.2F, 0.6F, 0.3F}));
   add_sphere(scene, at(-0.5, -0.2, 0.4) * askew(), 0.5, lambert({0.6F, 0.6F, 0.1F}));
-  add_sphere(scene, at(0.4, 0.1, 0.3), 0.2, glass());
+  add_sphere(scene, at(0.4, 0.1, 0.3), 0.2, glass(1.5F, 0, true));
   Material veil = lambert({0.9F, 0.2F, 0.9F});
   veil.alpha_mode = AlphaMode::blend;
   veil.opacity = 0.5F;
@@ -185,7 +163,7 @@ std::pair<Scene, Settings> furnished(std::uint32_t width, std::uint32_t height, 
 
 TEST(Shapes, every_way_to_trace_gives_the_same_film) {
   const auto [scene, settings] = furnished(24, 16, 8);
-  const std::vector<Execution> ways = ways_to_trace();
+  const std::vector<Execution> ways = each_way_to_trace();
   const Film first = film_of(scene, settings, ways.front());
   for (std::size_t i = 1; i < ways.size(); ++i)
     EXPECT_TRUE(same_film(first, film_of(scene, settings, ways[i]))) << describe(ways[i]);
@@ -214,7 +192,7 @@ TEST(Shapes, a_sphere_looks_as_its_triangles_do) {
     return scene;
   };
   for (const glm::dmat4& place : {at(0.2, 0.1, 0), at(0.1, 0.1, 0.2) * askew()}) {
-    Settings settings = sky(32, 256);
+    Settings settings = settings_under_sky(32, 256);
     settings.camera = look_at_camera({0.5, 1, 4}, {0, -0.2, 0}, {0, 1, 0}, 0.8);
     const Film smooth = film_of(make(true, place), settings);
     settings.seed = 1;
@@ -242,7 +220,7 @@ TEST(Shapes, the_id_layer_tells_shapes_from_nodes) {
   Scene scene;
   add_sphere(scene, at(-1, 0, 0), 0.5, lambert(0.5F));
   add_sphere(scene, at(1, 0, 0), 0.5, lambert(0.5F));
-  Settings settings = sky(16, 1);
+  Settings settings = settings_under_sky(16, 1);
   settings.aovs = {"id"};
   settings.camera = look_at_camera({0, 0, 5}, {0, 0, 0}, {0, 1, 0}, 0.7);
   const Film film = film_of(scene, settings);
@@ -253,4 +231,4 @@ TEST(Shapes, the_id_layer_tells_shapes_from_nodes) {
 }
 
 }  // namespace
-}  // namespace eikon::testing
+}  // namespace eikon::test

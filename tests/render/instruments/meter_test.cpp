@@ -3,7 +3,7 @@
 #include "instruments/meter.h"
 #include "render/scene_builder.h"
 
-namespace eikon::testing {
+namespace eikon::test {
 namespace {
 
 Reading measured(Scene scene, const Meter& meter, const glm::vec3& sky = glm::vec3(0), std::uint64_t spp = 64) {
@@ -117,4 +117,4 @@ TEST(Meter, between_two_squares_has_their_form_factor) {
 }
 
 }  // namespace
-}  // namespace eikon::testing
+}  // namespace eikon::test

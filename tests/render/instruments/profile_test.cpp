@@ -35,11 +35,17 @@ void expect_counts_agree(const RenderReport& report) {
     if (device.units == 0) continue;
     const std::uint64_t hits = device.rays.camera + device.rays.scattered;
     EXPECT_EQ(device.rays.camera, device.samples);
-    EXPECT_EQ(device.stages.at("generate").items, device.rays.camera);
-    EXPECT_EQ(device.stages.at("intersect").items, hits);
-    EXPECT_EQ(device.stages.at("shade").items, hits);
-    EXPECT_EQ(device.stages.at("shadow").items, device.rays.shadow);
-    EXPECT_EQ(device.stages.at("film").items, device.samples);
+    // A device that has nothing left to do may repeat what another one is late with, and only one of them counts.
+    const auto expect_items = [&](const char* stage, std::uint64_t counted) {
+      const std::uint64_t items = device.stages.at(stage).items;
+      EXPECT_TRUE(report.devices.size() == 1 ? items == counted : items >= counted)
+          << stage << " has " << items << " items, and " << counted << " count";
+    };
+    expect_items("generate", device.rays.camera);
+    expect_items("intersect", hits);
+    expect_items("shade", hits);
+    expect_items("shadow", device.rays.shadow);
+    expect_items("film", device.samples);
     EXPECT_EQ(device.bounces[0].paths, device.samples);
     const Bounce all = sum_of(device.bounces);
     EXPECT_EQ(all.paths, hits) << "paths of all depths are all rays but the shadow rays";

@@ -2,7 +2,7 @@
 // The stage table tells the same story whether stages are launched one by one or run inside one launch.
 #include "render/scene_builder.h"
 
-namespace eikon::testing {
+namespace eikon::test {
 namespace {
 
 const std::vector<std::string> kStages = {"intersect", "shade", "shadow"};
@@ -61,4 +61,4 @@ TEST(StageProfile, counts_the_same_rays_and_items) {
 }
 
 }  // namespace
-}  // namespace eikon::testing
+}  // namespace eikon::test

@@ -5,7 +5,7 @@
 #include "pack/pack.h"
 #include "render/scene_builder.h"
 
-namespace eikon::testing {
+namespace eikon::test {
 namespace {
 
 TEST(LightArea, L3_disk_above_a_floor) {
@@ -260,4 +260,4 @@ TEST(LightArea, L20_veach_plates_by_bsdf_sampling_and_mis_which_is_no_worse_than
 }
 
 }  // namespace
-}  // namespace eikon::testing
+}  // namespace eikon::test

@@ -2,7 +2,7 @@
 // Pictures lit by a map: each way of finding its light has the mean that the map's definition gives.
 #include "render/scene_builder.h"
 
-namespace eikon::testing {
+namespace eikon::test {
 namespace {
 
 Environment sky_of(std::uint32_t width, std::uint32_t height, std::vector<glm::vec3> radiance, double rotation = 0) {
@@ -176,4 +176,4 @@ TEST(LightEnvironment, map_and_lamp_together_give_the_sum_of_each) {
 }
 
 }  // namespace
-}  // namespace eikon::testing
+}  // namespace eikon::test

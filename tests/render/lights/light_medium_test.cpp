@@ -2,7 +2,7 @@
 // M16, lights in a medium: what they give inside a solid that absorbs, and what of it comes out.
 #include "render/scene_builder.h"
 
-namespace eikon::testing {
+namespace eikon::test {
 namespace {
 
 /// A solid of which a metre lets `per_metre` through.
@@ -123,4 +123,4 @@ TEST(LightMedium, M16_each_way_of_sampling_a_lamp_in_rough_glass_agrees) {
 }
 
 }  // namespace
-}  // namespace eikon::testing
+}  // namespace eikon::test

@@ -2,7 +2,7 @@
 // Pictures lit by point, spot and directional lights, whose answers are known.
 #include "render/scene_builder.h"
 
-namespace eikon::testing {
+namespace eikon::test {
 namespace {
 
 PunctualLight point_light(glm::dvec3 position, float intensity) {
@@ -227,4 +227,4 @@ TEST(LightPunctual, G9_a_scene_and_its_lights_scaled_by_a_power_of_two_are_the_s
 }
 
 }  // namespace
-}  // namespace eikon::testing
+}  // namespace eikon::test

@@ -4,7 +4,7 @@
 #include "render/scene_builder.h"
 #include "scene/shape_area.h"
 
-namespace eikon::testing {
+namespace eikon::test {
 namespace {
 
 constexpr LightSampling kWays[] = {LightSampling::mis, LightSampling::light, LightSampling::bsdf};
@@ -281,7 +281,7 @@ TEST(LightShapes, every_way_to_trace_and_every_scale_give_the_same_film) {
               lambert(0.2F, 2));
     ++number;
   }
-  const std::vector<Execution> ways = ways_to_trace();
+  const std::vector<Execution> ways = each_way_to_trace();
   const Film first = film_of(made.first, made.second, ways.front());
   for (std::size_t i = 1; i < ways.size(); ++i)
     EXPECT_TRUE(same_film(first, film_of(made.first, made.second, ways[i]))) << describe(ways[i]);
@@ -292,4 +292,4 @@ TEST(LightShapes, every_way_to_trace_and_every_scale_give_the_same_film) {
 }
 
 }  // namespace
-}  // namespace eikon::testing
+}  // namespace eikon::test

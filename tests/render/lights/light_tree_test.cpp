@@ -5,7 +5,7 @@
 #include "render/scene_builder.h"
 #include "render/ways_to_shade.h"
 
-namespace eikon::testing {
+namespace eikon::test {
 namespace {
 
 double uniform(std::uint32_t& state) {  // the same on every machine
@@ -144,4 +144,4 @@ TEST(LightTree, lamps_that_cannot_be_sampled_leave_a_tree_of_fewer_lights_or_of_
 }
 
 }  // namespace
-}  // namespace eikon::testing
+}  // namespace eikon::test

@@ -3,7 +3,7 @@
 #pragma once
 #include "render/scene_builder.h"
 
-namespace eikon::testing {
+namespace eikon::test {
 
 inline Material glass(float ior, float roughness, bool solid) {
   Material m;
@@ -13,6 +13,17 @@ inline Material glass(float ior, float roughness, bool solid) {
   m.transmission = 1;
   m.solid = solid;
   return m;
+}
+
+inline Material ranked(Material m, int priority) {
+  m.medium_priority = priority;
+  return m;
+}
+
+inline void add_block(Scene& scene, const char* name, glm::vec3 lo, glm::vec3 hi, const Material& m) {
+  Primitive box;
+  add_box(box, lo, hi, false);
+  add_mesh(scene, name, std::move(box), m);
 }
 
 /// Clear glass but for Beer's law: `per_metre` is left after a metre.
@@ -48,4 +59,4 @@ inline void add_lamp(Scene& scene) {
   add_mesh(scene, "lamp", std::move(wall), lambert(0, 1));
 }
 
-}  // namespace eikon::testing
+}  // namespace eikon::test

@@ -2,21 +2,10 @@
 // Boundaries between solids that do not show are no events: no edge ends there, and no partial sum counts them.
 #include "render/materials/glass_builder.h"
 
-namespace eikon::testing {
+namespace eikon::test {
 namespace {
 
-Material ranked(Material m, int priority) {
-  m.medium_priority = priority;
-  return m;
-}
-
-void add_block(Scene& scene, const char* name, glm::vec3 lo, glm::vec3 hi, const Material& m) {
-  Primitive box;
-  add_box(box, lo, hi, false);
-  add_mesh(scene, name, std::move(box), m);
-}
-
-const Material kWater = ranked(glass(1.333F, 0, true), 1);
+const Material kRankedWater = ranked(glass(1.333F, 0, true), 1);
 /// Lower than the water: inside of it nothing of them shows, however rough, coloured or dispersive they are.
 const Material kUnseen = [] {
   Material m = ranked(glass(1.7F, 0.4F, true), 0);
@@ -37,7 +26,7 @@ void add_unseen(Scene& scene) {
 /// A furnace in water, of walls that emit 1 and reflect half; the camera is inside.
 std::pair<Scene, Settings> furnace_in_water(bool with_unseen) {
   Scene scene;
-  add_block(scene, "water", {-3, -3, -3}, {3, 3, 3}, kWater);
+  add_block(scene, "water", {-3, -3, -3}, {3, 3, 3}, kRankedWater);
   Primitive walls;
   add_box(walls, {-1, -1, -1}, {1, 1, 1}, true);
   add_mesh(scene, "walls", std::move(walls), lambert(0.5F, 1));
@@ -73,7 +62,7 @@ enum class Unseen { none, everywhere, before_the_camera };
 /// A floor in water with a wall, a mirror and a lamp above.
 std::pair<Scene, Settings> room_in_water(Unseen unseen) {
   Scene scene;
-  add_block(scene, "water", {-3, -3, -3}, {3, 3, 3}, kWater);
+  add_block(scene, "water", {-3, -3, -3}, {3, 3, 3}, kRankedWater);
   Primitive floor, mirror, lamp;
   add_quad(floor, {-1, -0.9F, 0.5F}, {2, 0, 0}, {0, 0, -1.5F});
   add_quad(floor, {0.95F, -0.9F, 0.5F}, {0, 0, -1.5F}, {0, 1.5F, 0});
@@ -133,4 +122,4 @@ TEST(HiddenBoundaries, whitted_and_cast_rays_see_through_them) {
 }
 
 }  // namespace
-}  // namespace eikon::testing
+}  // namespace eikon::test

@@ -6,7 +6,7 @@
 #include "pack/features.h"
 #include "render/scene_builder.h"
 
-namespace eikon::testing {
+namespace eikon::test {
 namespace {
 
 Primitive one_triangle() {
@@ -82,4 +82,4 @@ TEST(HitClass, which_paths_wait_together_shows_in_no_bit) {
 }
 
 }  // namespace
-}  // namespace eikon::testing
+}  // namespace eikon::test

@@ -2,7 +2,7 @@
 // Metal and glass in scenes of known answer. Judged at significance 1 % per test.
 #include "render/materials/glass_builder.h"
 
-namespace eikon::testing {
+namespace eikon::test {
 namespace {
 
 Material metal(glm::vec3 color, float roughness) {
@@ -390,4 +390,4 @@ TEST(Glass, roulette_does_not_take_radiance_inside_glass_for_less_than_it_will_b
 }
 
 }  // namespace
-}  // namespace eikon::testing
+}  // namespace eikon::test

@@ -7,7 +7,7 @@
 #include "render/scene_builder.h"
 #include "scene/measured_table.h"
 
-namespace eikon::testing {
+namespace eikon::test {
 namespace {
 
 constexpr int kH = EK_MEASURED_THETA_H, kD = EK_MEASURED_THETA_D, kP = EK_MEASURED_PHI_D;
@@ -190,4 +190,4 @@ TEST(MeasuredPictures, are_those_of_the_measured_materials_within_the_tables_res
 }
 
 }  // namespace
-}  // namespace eikon::testing
+}  // namespace eikon::test

@@ -6,22 +6,11 @@
 
 #include "render/materials/glass_builder.h"
 
-namespace eikon::testing {
+namespace eikon::test {
 namespace {
-
-Material ranked(Material m, int priority) {
-  m.medium_priority = priority;
-  return m;
-}
 
 void add_ball(Scene& scene, const char* name, glm::vec3 center, float radius, std::uint32_t rings, const Material& m) {
   add_mesh(scene, name, sphere(center, radius, rings, false), m);
-}
-
-void add_block(Scene& scene, const char* name, glm::vec3 lo, glm::vec3 hi, const Material& m) {
-  Primitive box;
-  add_box(box, lo, hi, false);
-  add_mesh(scene, name, std::move(box), m);
 }
 
 /// The layer of a block across the z axis, far wider than any beam.
@@ -370,4 +359,4 @@ TEST(NestedMedia, solids_apart_from_each_other_look_as_without_priorities_to_the
 }
 
 }  // namespace
-}  // namespace eikon::testing
+}  // namespace eikon::test

@@ -4,7 +4,7 @@
 
 #include "render/scene_builder.h"
 
-namespace eikon::testing {
+namespace eikon::test {
 namespace {
 
 /// A wild normal map: every texel leans another way, up to the surface itself.
@@ -136,4 +136,4 @@ TEST(ShadingNormals, G22_brightness_is_continuous_where_a_coarse_ball_turns_from
 }
 
 }  // namespace
-}  // namespace eikon::testing
+}  // namespace eikon::test

@@ -2,7 +2,7 @@
 // Scenes whose answer is known in closed form. Judged at significance 1 % per test.
 #include "render/scene_builder.h"
 
-namespace eikon::testing {
+namespace eikon::test {
 namespace {
 
 constexpr LightSampling kAll[] = {LightSampling::mis, LightSampling::light, LightSampling::bsdf,
@@ -263,4 +263,4 @@ TEST(Analytic, N11_constant_scenes_are_constant_in_images_of_any_shape) {
 }
 
 }  // namespace
-}  // namespace eikon::testing
+}  // namespace eikon::test

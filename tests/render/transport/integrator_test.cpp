@@ -3,7 +3,7 @@
 #include "render/scene_builder.h"
 #include "render/ways_to_shade.h"
 
-namespace eikon::testing {
+namespace eikon::test {
 namespace {
 
 Material polished(float metallic) {
@@ -271,4 +271,4 @@ TEST(Raycast, highlights_are_blinns_of_the_material_or_of_its_roughness) {
 }
 
 }  // namespace
-}  // namespace eikon::testing
+}  // namespace eikon::test

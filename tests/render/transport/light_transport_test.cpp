@@ -4,7 +4,7 @@
 #include "image/image.h"
 #include "render/scene_builder.h"
 
-namespace eikon::testing {
+namespace eikon::test {
 namespace {
 
 /// The room lit by its lamp, by the sky, or by both.
@@ -134,4 +134,4 @@ TEST(LightTransport, direct_light_by_depth_is_a_part_of_the_whole) {
 }
 
 }  // namespace
-}  // namespace eikon::testing
+}  // namespace eikon::test

@@ -8,7 +8,7 @@
 #include <numeric>
 #include <thread>
 
-namespace eikon::testing {
+namespace eikon::test {
 namespace {
 
 const Trace::Level& level_of(const Trace& trace, Trace::Track track, std::size_t depth = 0) {
@@ -161,4 +161,4 @@ TEST(Trace, takes_nothing_after_its_end) {
 }
 
 }  // namespace
-}  // namespace eikon::testing
+}  // namespace eikon::test

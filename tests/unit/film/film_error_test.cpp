@@ -11,7 +11,7 @@
 namespace eikon {
 namespace {
 
-using testing::small_layout;
+using test::small_layout;
 
 constexpr double kEpsilon = 1e-2;
 

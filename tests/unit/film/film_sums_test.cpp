@@ -14,9 +14,9 @@
 namespace eikon {
 namespace {
 
-using testing::random_film;
-using testing::small_layout;
-using testing::UnitBuilder;
+using test::random_film;
+using test::small_layout;
+using test::UnitBuilder;
 
 constexpr int128 kOne = int128{1} << 64;
 

@@ -23,8 +23,8 @@
 namespace eikon {
 namespace {
 
-using testing::small_layout;
-using testing::TemporaryFolder;
+using test::small_layout;
+using test::TemporaryFolder;
 
 TEST(Mattes, ids_are_those_of_the_reference_implementation) {
   // From the tests of Cryptomatte's reference implementation, nuke/cryptomatte_utilities_tests.py, CryptoHashing.
@@ -147,7 +147,7 @@ TEST(Mattes, counts_come_back_from_a_file_and_add_up_in_any_order) {
     for (const int i : order) SumsReader(folder / fmt::format("{}.exr", i)).add_to(read);
     EXPECT_TRUE(same_mattes(read, sum));
     write_exr(folder / "sum.exr", read, {}, options);
-    const std::string found = testing::read_bytes(folder / "sum.exr");
+    const std::string found = test::read_bytes(folder / "sum.exr");
     if (bytes.empty()) bytes = found;
     EXPECT_EQ(found, bytes);
   } while (std::ranges::next_permutation(order).found);
@@ -160,7 +160,7 @@ TEST(Mattes, no_changed_byte_gives_other_counts) {
   const Film film = matte_film(layout, 3);
   write_exr(folder / "a.exr", film, {},
             {.half = false, .layers = {}, .exact_sums = true, .record = "this is what it is of\n"});
-  const std::string whole = testing::read_bytes(folder / "a.exr");
+  const std::string whole = test::read_bytes(folder / "a.exr");
   int refused = 0;
   for (std::size_t at = 0; at < whole.size(); at += 7) {
     std::string changed = whole;

@@ -19,8 +19,8 @@ std::vector<WorkUnit> take_all(UnitPool& pool, std::uint64_t most_paths, std::ui
 }
 
 // How often each (pixel, sample) is in a unit.
-using Coverage = std::map<std::tuple<std::uint32_t, std::uint32_t, std::uint64_t>, int>;
-void count(Coverage& times, const WorkUnit& unit) {
+using TimesCovered = std::map<std::tuple<std::uint32_t, std::uint32_t, std::uint64_t>, int>;
+void count(TimesCovered& times, const WorkUnit& unit) {
   for (std::uint32_t xy : unit_pixels(unit.block))
     for (std::uint64_t s = unit.sample_begin; s < unit.sample_end; ++s) ++times[{xy & 0xffff, xy >> 16, s}];
 }
@@ -33,7 +33,7 @@ TEST(Units, every_pixel_and_sample_is_in_exactly_one_unit) {
         UnitPool pool(block);
         pool.add(box(crop, 3, 12));
         EXPECT_EQ(pool.path_count(), crop.pixel_count() * 9);
-        Coverage times;
+        TimesCovered times;
         for (const WorkUnit& unit : take_all(pool, capacity, 4)) {
           ASSERT_LE(unit.path_count(), capacity);
           ASSERT_LE(unit.sample_end - unit.sample_begin, 4U);
@@ -51,7 +51,7 @@ TEST(Units, units_of_any_sizes_and_some_given_back_are_everything_once) {
   for (int round = 0; round < 6; ++round) {
     UnitPool pool(32);
     pool.add(box({3, 5, 100, 80}, 7, 30));
-    Coverage times;
+    TimesCovered times;
     while (!pool.empty()) {
       const std::uint64_t left = pool.path_count();
       const WorkUnit unit = *pool.take(1 + random() % (random() % 2 == 0 ? 9000 : 60), 1 + random() % 9);

@@ -331,11 +331,11 @@ TEST(SceneLoad, N14_a_locale_with_decimal_comma_changes_nothing) {
   builder.node()["translation"] = {0.125, 1.5, -2.75};
   const Scene expected = builder.load();
   const std::string text = builder.text();
-  const eikon::testing::CommaLocale comma;
+  const eikon::test::CommaLocale comma;
   if (!comma.made()) GTEST_SKIP() << "no locale with a decimal comma can be made";
   const LocaleGuard guard;
   setenv("LOCPATH", comma.folder().c_str(), 1);
-  ASSERT_NE(std::setlocale(LC_ALL, eikon::testing::CommaLocale::name()), nullptr);
+  ASSERT_NE(std::setlocale(LC_ALL, eikon::test::CommaLocale::name()), nullptr);
   ASSERT_EQ(std::localeconv()->decimal_point[0], ',');
   const TemporaryFolder folder;
   const Scene scene = load_scene(folder.write("comma.gltf", text));

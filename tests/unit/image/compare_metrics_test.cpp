@@ -16,7 +16,7 @@
 namespace eikon {
 namespace {
 
-using testing::TemporaryFolder;
+using test::TemporaryFolder;
 
 Image constant(std::uint32_t width, std::uint32_t height, float value) {
   const std::vector<float> plane(std::size_t{width} * height, value);

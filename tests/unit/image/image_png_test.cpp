@@ -16,7 +16,7 @@
 namespace eikon {
 namespace {
 
-using testing::TemporaryFolder;
+using test::TemporaryFolder;
 
 Image grey(std::uint32_t width, const std::vector<float>& values) {
   return {.width = width,

@@ -6,7 +6,7 @@
 #include "core/error.h"
 #include "support/temporary_folder.h"
 
-namespace eikon::testing {
+namespace eikon::test {
 namespace {
 
 class JobKey : public ::testing::Test {
@@ -70,4 +70,4 @@ TEST_F(JobKey, keys_differ_with_each_part) {
 }
 
 }  // namespace
-}  // namespace eikon::testing
+}  // namespace eikon::test

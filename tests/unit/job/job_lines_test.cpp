@@ -5,7 +5,7 @@
 
 #include <random>
 
-namespace eikon::testing {
+namespace eikon::test {
 namespace {
 
 using Words = std::vector<std::string>;
@@ -101,4 +101,4 @@ TEST(JobLines, any_text_gives_words_or_errors) {
 }
 
 }  // namespace
-}  // namespace eikon::testing
+}  // namespace eikon::test

@@ -6,7 +6,7 @@
 #include "core/error.h"
 #include "support/temporary_folder.h"
 
-namespace eikon::testing {
+namespace eikon::test {
 namespace {
 
 std::string read_all(const std::filesystem::path& path) {
@@ -118,4 +118,4 @@ TEST(Ledger, outputs_are_known_by_their_bytes) {
 }
 
 }  // namespace
-}  // namespace eikon::testing
+}  // namespace eikon::test

@@ -7,32 +7,32 @@ namespace eikon {
 namespace {
 
 using Corners = std::array<glm::vec3, 3>;
-const glm::vec3 a(0, 0, 0), b(2, 0, 0), c(3, 1, 0), d(1, 1, 0);  // a parallelogram, counter-clockwise
+const glm::vec3 kA(0, 0, 0), kB(2, 0, 0), kC(3, 1, 0), kD(1, 1, 0);  // a parallelogram, counter-clockwise
 
 TEST(LightCounts, two_triangles_on_a_diagonal_are_one_parallelogram_whichever_corner_comes_first) {
   for (int i = 0; i < 3; ++i)
     for (int k = 0; k < 3; ++k) {
-      const Corners all{a, b, c}, others{c, d, a};
+      const Corners all{kA, kB, kC}, others{kC, kD, kA};
       const auto at = [](const Corners& x, int n) {
         return Corners{x[std::size_t(n) % 3], x[std::size_t(n + 1) % 3], x[std::size_t(n + 2) % 3]};
       };
       const auto quad = parallelogram_of(at(all, i), at(others, k), 0);
       ASSERT_TRUE(quad);
-      EXPECT_EQ(quad->p0, b);
-      EXPECT_EQ(quad->p1, c) << "in the order of the first triangle, so that it faces the same way";
-      EXPECT_EQ(quad->p2, a);
-      EXPECT_EQ(quad->p1 + quad->p2 - quad->p0, d);
+      EXPECT_EQ(quad->p0, kB);
+      EXPECT_EQ(quad->p1, kC) << "in the order of the first triangle, so that it faces the same way";
+      EXPECT_EQ(quad->p2, kA);
+      EXPECT_EQ(quad->p1 + quad->p2 - quad->p0, kD);
     }
 }
 
 TEST(LightCounts, other_pairs_are_none) {
-  EXPECT_FALSE(parallelogram_of({a, b, c}, {a, c, glm::vec3(1, 1.01, 0)}, 0x1p-20)) << "a kite";
-  EXPECT_FALSE(parallelogram_of({a, b, c}, {a, c, glm::vec3(1, 1, 0.01)}, 0x1p-20)) << "bent";
-  EXPECT_FALSE(parallelogram_of({a, b, c}, {a, d, c}, 1)) << "facing the other way";
-  EXPECT_FALSE(parallelogram_of({a, b, c}, {a, c, b}, 1)) << "two sides of one triangle";
-  EXPECT_FALSE(parallelogram_of({a, b, c}, {a, b, c}, 1)) << "twice the same";
-  EXPECT_FALSE(parallelogram_of({a, b, c}, {a + glm::vec3(0, 0, 5), c, d}, 1)) << "one corner in common";
-  EXPECT_TRUE(parallelogram_of({a, b, c}, {a, c, d + glm::vec3(1e-7F, 0, 0)}, 0x1p-20)) << "rounded";
+  EXPECT_FALSE(parallelogram_of({kA, kB, kC}, {kA, kC, glm::vec3(1, 1.01, 0)}, 0x1p-20)) << "a kite";
+  EXPECT_FALSE(parallelogram_of({kA, kB, kC}, {kA, kC, glm::vec3(1, 1, 0.01)}, 0x1p-20)) << "bent";
+  EXPECT_FALSE(parallelogram_of({kA, kB, kC}, {kA, kD, kC}, 1)) << "facing the other way";
+  EXPECT_FALSE(parallelogram_of({kA, kB, kC}, {kA, kC, kB}, 1)) << "two sides of one triangle";
+  EXPECT_FALSE(parallelogram_of({kA, kB, kC}, {kA, kB, kC}, 1)) << "twice the same";
+  EXPECT_FALSE(parallelogram_of({kA, kB, kC}, {kA + glm::vec3(0, 0, 5), kC, kD}, 1)) << "one corner in common";
+  EXPECT_TRUE(parallelogram_of({kA, kB, kC}, {kA, kC, kD + glm::vec3(1e-7F, 0, 0)}, 0x1p-20)) << "rounded";
 }
 
 Scene lamp(std::vector<glm::vec3> corners, std::vector<std::uint32_t> indices) {
@@ -54,7 +54,7 @@ Scene lamp(std::vector<glm::vec3> corners, std::vector<std::uint32_t> indices) {
 
 TEST(LightCounts, the_parts_of_one_small_lamp_want_no_tree_but_those_of_a_large_one_or_of_two_do) {
   const Settings settings;
-  Scene scene = lamp({a, b, c, d, {0, 0, 2}}, {0, 1, 2, 0, 3, 4, 1, 4, 3, 2, 0, 4});
+  Scene scene = lamp({kA, kB, kC, kD, {0, 0, 2}}, {0, 1, 2, 0, 3, 4, 1, 4, 3, 2, 0, 4});
   EXPECT_EQ(count_lights(scene, settings).places(), 4U);
   EXPECT_TRUE(count_lights(scene, settings).wants_tree()) << "there is nothing else";
   Scene room = scene;
@@ -78,7 +78,7 @@ TEST(LightCounts, the_parts_of_one_small_lamp_want_no_tree_but_those_of_a_large_
 TEST(LightCounts, counts_each_light_once_and_every_instance) {
   Settings dark;
   dark.environment.radiance = glm::vec3(0);
-  Scene scene = lamp({a, b, c, d}, {0, 1, 2, 0, 2, 3});
+  Scene scene = lamp({kA, kB, kC, kD}, {0, 1, 2, 0, 2, 3});
   LightCounts counts = count_lights(scene, dark);
   EXPECT_EQ(counts.placed, 2U);
   EXPECT_EQ(counts.pairs, 1U);

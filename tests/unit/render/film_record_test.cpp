@@ -11,9 +11,9 @@
 namespace eikon {
 namespace {
 
-using testing::random_film;
-using testing::small_layout;
-using testing::TemporaryFolder;
+using test::random_film;
+using test::small_layout;
+using test::TemporaryFolder;
 
 WorkUnit part(const Crop& block, std::uint64_t begin, std::uint64_t end) {
   WorkUnit unit;
@@ -129,7 +129,7 @@ TEST(FilmRecord, no_changed_byte_and_no_missing_one_gives_other_sums) {
     options.record = record;
     options.quick = quick;
     write_exr(folder / "a.exr", film, {}, options);
-    const std::string whole = testing::read_bytes(folder / "a.exr");
+    const std::string whole = test::read_bytes(folder / "a.exr");
     int refused = 0;
     const auto check = [&](const std::string& bytes, std::size_t at) {
       folder.write("b.exr", bytes);

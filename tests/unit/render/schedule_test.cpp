@@ -15,7 +15,7 @@
 namespace eikon {
 namespace {
 
-struct FakeDevice {
+struct SimulatedDevice {
   double paths_per_s = 1e6;
   double overhead_s = 1e-3;  // of a unit
   double spread = 0;         // of what a path takes, from block to block
@@ -26,7 +26,7 @@ struct FakeDevice {
   double dies_s = 1e30;                                              // gives back what it has, and leaves
 };
 
-struct Outcome {
+struct Simulation {
   double wall_s = 0;
   std::vector<double> last_s;        // when each device finished its last unit
   std::vector<std::uint64_t> paths;  // that count
@@ -37,7 +37,7 @@ struct Outcome {
 
 // Events in the order of time: each device is idle, or has a unit, and then asks for one more to begin with at once after that. The
 // ledger throws if a sample is done twice.
-Outcome simulate(const std::vector<FakeDevice>& devices, const Crop& crop, std::uint64_t spp, unsigned seed = 1) {
+Simulation simulate(const std::vector<SimulatedDevice>& devices, const Crop& crop, std::uint64_t spp, unsigned seed = 1) {
   struct Flying {
     bool fails = false;
     Schedule::Assignment assignment;
@@ -47,7 +47,7 @@ Outcome simulate(const std::vector<FakeDevice>& devices, const Crop& crop, std::
   Schedule schedule(devices.size(), 128);
   schedule.open({WorkUnit{crop, 0, spp}});
   SampleSet done;
-  Outcome outcome;
+  Simulation outcome;
   outcome.last_s.resize(devices.size());
   outcome.paths.resize(devices.size());
   outcome.units.resize(devices.size());
@@ -56,7 +56,7 @@ Outcome simulate(const std::vector<FakeDevice>& devices, const Crop& crop, std::
   constexpr double kTick = 0.01;  // idle devices ask again so often
   double now = 0;
   const auto begin = [&](std::size_t i, Flying& f) {
-    const FakeDevice& d = devices[i];
+    const SimulatedDevice& d = devices[i];
     const double noise = std::exp(d.spread * std::normal_distribution<>()(random));
     f.begin_s = now;
     f.end_s = now + d.overhead_s + double(f.assignment.unit.path_count()) / (d.paths_per_s * d.speed(now)) * noise;
@@ -68,7 +68,7 @@ Outcome simulate(const std::vector<FakeDevice>& devices, const Crop& crop, std::
       break;
     }
     for (std::size_t i = 0; i < devices.size(); ++i) {
-      const FakeDevice& d = devices[i];
+      const SimulatedDevice& d = devices[i];
       if (!joined[i] && now >= d.joins_s) {
         schedule.join(i, {d.capacity, std::min<std::uint64_t>(8192, d.capacity)});
         joined[i] = true;
@@ -93,7 +93,7 @@ Outcome simulate(const std::vector<FakeDevice>& devices, const Crop& crop, std::
       }
     }
     for (std::size_t i = 0; i < devices.size(); ++i) {
-      const FakeDevice& d = devices[i];
+      const SimulatedDevice& d = devices[i];
       while (flying[i].size() < 2 && !dead[i] && joined[i]) {
         const auto assignment = schedule.next(i, now);
         if (!assignment) break;
@@ -118,20 +118,20 @@ Outcome simulate(const std::vector<FakeDevice>& devices, const Crop& crop, std::
   return outcome;
 }
 
-constexpr Crop kImage{0, 0, 512, 512};
+constexpr Crop kSimulatedImage{0, 0, 512, 512};
 
-double ideal_s(const std::vector<FakeDevice>& devices, const Crop& crop, std::uint64_t spp) {
+double ideal_s(const std::vector<SimulatedDevice>& devices, const Crop& crop, std::uint64_t spp) {
   double rate = 0;
-  for (const FakeDevice& d : devices) rate += d.paths_per_s;
+  for (const SimulatedDevice& d : devices) rate += d.paths_per_s;
   return double(crop.pixel_count() * spp) / rate;
 }
 
 // All finish within 3 % of the wall time of each other, and nearly as soon as is possible.
-void expect_together(const std::vector<FakeDevice>& devices, std::uint64_t spp, double most_loss = 0.05) {
-  const Outcome outcome = simulate(devices, kImage, spp);
+void expect_together(const std::vector<SimulatedDevice>& devices, std::uint64_t spp, double most_loss = 0.05) {
+  const Simulation outcome = simulate(devices, kSimulatedImage, spp);
   for (std::size_t i = 0; i < devices.size(); ++i)
     EXPECT_LT(outcome.wall_s - outcome.last_s[i], 0.03 * outcome.wall_s) << "device " << i;
-  EXPECT_LT(outcome.wall_s, (1 + most_loss) * ideal_s(devices, kImage, spp));
+  EXPECT_LT(outcome.wall_s, (1 + most_loss) * ideal_s(devices, kSimulatedImage, spp));
 }
 
 TEST(Schedule, devices_of_any_ratio_finish_together) {
@@ -148,19 +148,19 @@ TEST(Schedule, devices_of_any_ratio_finish_together) {
 
 TEST(Schedule, devices_finish_together_where_some_blocks_take_longer) {
   for (unsigned seed = 1; seed <= 20; ++seed) {
-    const std::vector<FakeDevice> devices = {
+    const std::vector<SimulatedDevice> devices = {
         {.paths_per_s = 4e6, .spread = 0.4}, {.paths_per_s = 1e6, .spread = 0.4}, {.paths_per_s = 3e5, .spread = 0.4}};
-    const Outcome outcome = simulate(devices, kImage, 64, seed);
+    const Simulation outcome = simulate(devices, kSimulatedImage, 64, seed);
     for (double last_s : outcome.last_s) EXPECT_LT(outcome.wall_s - last_s, 0.03 * outcome.wall_s) << seed;
   }
 }
 
 TEST(Schedule, a_slower_device_makes_the_whole_faster_and_never_slower) {
-  const FakeDevice fast{.paths_per_s = 4e6};
+  const SimulatedDevice fast{.paths_per_s = 4e6};
   for (std::uint64_t spp : {1U, 4U, 16U, 64U}) {
-    const double alone_s = simulate({fast}, kImage, spp).wall_s;
+    const double alone_s = simulate({fast}, kSimulatedImage, spp).wall_s;
     for (double ratio : {10.0, 100.0, 1e3, 1e4, 1e6}) {
-      const double both_s = simulate({fast, {.paths_per_s = 4e6 / ratio}}, kImage, spp).wall_s;
+      const double both_s = simulate({fast, {.paths_per_s = 4e6 / ratio}}, kSimulatedImage, spp).wall_s;
       // Two more units, and an idle device asks again only after a tick.
       EXPECT_LT(both_s, alone_s * 1.02 + 2 * 4e-3 + 0.01) << ratio << " " << spp;
       if (ratio == 10.0 && spp >= 16) {
@@ -171,19 +171,19 @@ TEST(Schedule, a_slower_device_makes_the_whole_faster_and_never_slower) {
 }
 
 TEST(Schedule, a_device_slower_than_its_overhead_is_left_out) {
-  const Outcome outcome = simulate({{.paths_per_s = 4e6}, {.paths_per_s = 4e6, .overhead_s = 30.0}}, kImage, 64);
+  const Simulation outcome = simulate({{.paths_per_s = 4e6}, {.paths_per_s = 4e6, .overhead_s = 30.0}}, kSimulatedImage, 64);
   EXPECT_EQ(outcome.paths[1], 0U);
-  EXPECT_LT(outcome.wall_s, 1.05 * ideal_s({{.paths_per_s = 4e6}}, kImage, 64));
-  const Outcome late = simulate({{.paths_per_s = 4e6}, {.paths_per_s = 40.0}}, kImage, 256);
+  EXPECT_LT(outcome.wall_s, 1.05 * ideal_s({{.paths_per_s = 4e6}}, kSimulatedImage, 64));
+  const Simulation late = simulate({{.paths_per_s = 4e6}, {.paths_per_s = 40.0}}, kSimulatedImage, 256);
   EXPECT_EQ(late.paths[1], 0U);
-  EXPECT_LT(late.wall_s, 1.03 * ideal_s({{.paths_per_s = 4e6}}, kImage, 256));
+  EXPECT_LT(late.wall_s, 1.03 * ideal_s({{.paths_per_s = 4e6}}, kSimulatedImage, 256));
 }
 
 TEST(Schedule, left_out_is_said_only_of_a_device_that_is) {
-  const Outcome outcome = simulate({{.paths_per_s = 4e6}, {.paths_per_s = 4e6, .overhead_s = 3.0}}, kImage, 64);
+  const Simulation outcome = simulate({{.paths_per_s = 4e6}, {.paths_per_s = 4e6, .overhead_s = 3.0}}, kSimulatedImage, 64);
   EXPECT_GT(outcome.left_out_at[1], 0.05);
   EXPECT_LT(outcome.left_out_at[0], 0.03);
-  for (double at : simulate({{.paths_per_s = 4e6}, {.paths_per_s = 1e6}}, kImage, 64).left_out_at) EXPECT_LT(at, 0.03);
+  for (double at : simulate({{.paths_per_s = 4e6}, {.paths_per_s = 1e6}}, kSimulatedImage, 64).left_out_at) EXPECT_LT(at, 0.03);
 }
 
 TEST(Schedule, a_device_that_slows_down_keeps_nobody_waiting) {
@@ -192,33 +192,33 @@ TEST(Schedule, a_device_that_slows_down_keeps_nobody_waiting) {
   };
   for (double factor : {3.0, 30.0, 1e4})
     for (double at_s : {0.2, 1.0, 1.9}) {
-      const FakeDevice steady{.paths_per_s = 4e6};
-      const FakeDevice slowing{.paths_per_s = 4e6, .speed = slows(factor, at_s)};
-      const Outcome outcome = simulate({steady, slowing}, kImage, 64);
-      const double alone_from_then_s = at_s + (ideal_s({steady}, kImage, 64) - 2 * at_s);
+      const SimulatedDevice steady{.paths_per_s = 4e6};
+      const SimulatedDevice slowing{.paths_per_s = 4e6, .speed = slows(factor, at_s)};
+      const Simulation outcome = simulate({steady, slowing}, kSimulatedImage, 64);
+      const double alone_from_then_s = at_s + (ideal_s({steady}, kSimulatedImage, 64) - 2 * at_s);
       EXPECT_LT(outcome.wall_s, std::max(alone_from_then_s, 0.0) * 1.05 + 0.15) << factor << " at " << at_s;
     }
 }
 
 TEST(Schedule, a_device_that_comes_late_takes_part) {
-  const Outcome outcome = simulate({{.paths_per_s = 1e6}, {.paths_per_s = 4e6, .joins_s = 3.0}}, kImage, 64);
+  const Simulation outcome = simulate({{.paths_per_s = 1e6}, {.paths_per_s = 4e6, .joins_s = 3.0}}, kSimulatedImage, 64);
   EXPECT_NEAR(outcome.wall_s, 3.0 + (16.8 - 3.0) / 5, 0.2);
   for (double last_s : outcome.last_s) EXPECT_LT(outcome.wall_s - last_s, 0.03 * outcome.wall_s);
 }
 
 TEST(Schedule, units_that_fail_are_done_again) {
   for (std::uint64_t every : {2U, 3U, 7U, 20U}) {
-    const Outcome outcome =
-        simulate({{.paths_per_s = 4e6}, {.paths_per_s = 2e6, .fails_every = every}}, kImage, 32, unsigned(every));
+    const Simulation outcome =
+        simulate({{.paths_per_s = 4e6}, {.paths_per_s = 2e6, .fails_every = every}}, kSimulatedImage, 32, unsigned(every));
     EXPECT_GT(outcome.paths[0], 0U);
   }
-  simulate({{.paths_per_s = 4e6, .fails_every = 2}}, kImage, 8);  // nobody else
-  simulate({{.paths_per_s = 4e6, .fails_every = 2}, {.paths_per_s = 1e4, .fails_every = 3}}, kImage, 8);
+  simulate({{.paths_per_s = 4e6, .fails_every = 2}}, kSimulatedImage, 8);  // nobody else
+  simulate({{.paths_per_s = 4e6, .fails_every = 2}, {.paths_per_s = 1e4, .fails_every = 3}}, kSimulatedImage, 8);
 }
 
 TEST(Schedule, a_unit_that_failed_goes_to_another_device_first) {
   Schedule schedule(2, 128);
-  schedule.open({WorkUnit{kImage, 0, 4}});
+  schedule.open({WorkUnit{kSimulatedImage, 0, 4}});
   schedule.join(0, {1U << 16, 1024});
   schedule.join(1, {1U << 16, 1024});
   const auto failed = schedule.next(0, 0);
@@ -302,13 +302,13 @@ TEST(Schedule, a_unit_is_done_twice_only_by_a_device_that_is_idle) {
 
 TEST(Schedule, any_device_may_die_at_any_time) {
   for (double dies_s : {0.0, 1e-4, 0.01, 0.5, 1.0, 2.0, 2.7}) {
-    simulate({{.paths_per_s = 4e6}, {.paths_per_s = 2e6, .dies_s = dies_s}}, kImage, 64);
-    simulate({{.paths_per_s = 1e5}, {.paths_per_s = 4e6, .dies_s = dies_s}}, kImage, 16);
+    simulate({{.paths_per_s = 4e6}, {.paths_per_s = 2e6, .dies_s = dies_s}}, kSimulatedImage, 64);
+    simulate({{.paths_per_s = 1e5}, {.paths_per_s = 4e6, .dies_s = dies_s}}, kSimulatedImage, 16);
   }
 }
 
 TEST(Schedule, the_ledger_stays_small) {
-  const Outcome outcome =
+  const Simulation outcome =
       simulate({{.paths_per_s = 4e6}, {.paths_per_s = 4e5}, {.paths_per_s = 4e4}}, {0, 0, 1920, 1080}, 64);
   // A part for each of 15 x 9 blocks, twice that where samples are missing within, and what the slow devices cut.
   EXPECT_LT(outcome.ledger_parts, 1000U);
@@ -318,7 +318,7 @@ TEST(Schedule, a_device_that_is_open_first_begins_with_little_while_others_are_e
   constexpr UnitLimits kLimits = {1U << 18, 8192};
   const auto first_unit = [&](std::size_t devices, bool other_cannot_be_opened) {
     Schedule schedule(devices, 128);
-    schedule.open({WorkUnit{kImage, 0, 64}});
+    schedule.open({WorkUnit{kSimulatedImage, 0, 64}});
     if (other_cannot_be_opened) schedule.leave(1);
     schedule.join(0, kLimits);
     return schedule.next(0, 0)->unit.path_count();
@@ -330,13 +330,13 @@ TEST(Schedule, a_device_that_is_open_first_begins_with_little_while_others_are_e
 }
 
 TEST(Schedule, a_single_device_gets_large_units) {
-  const Outcome outcome = simulate({{.paths_per_s = 4e6}}, kImage, 64);
-  EXPECT_LT(outcome.wall_s, ideal_s({{.paths_per_s = 4e6}}, kImage, 64) + 70 * 1e-3);
+  const Simulation outcome = simulate({{.paths_per_s = 4e6}}, kSimulatedImage, 64);
+  EXPECT_LT(outcome.wall_s, ideal_s({{.paths_per_s = 4e6}}, kSimulatedImage, 64) + 70 * 1e-3);
 }
 
 TEST(Schedule, no_unit_takes_much_longer_than_half_a_second) {
   Schedule schedule(1, 128);
-  schedule.open({WorkUnit{kImage, 0, 64}});
+  schedule.open({WorkUnit{kSimulatedImage, 0, 64}});
   schedule.join(0, {1U << 22, 4096});
   double now = 0;
   for (int i = 0; i < 50; ++i) {

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-namespace eikon::testing {
+namespace eikon::test {
 namespace {
 
 DeviceInfo processor(std::uint32_t cores) {
@@ -72,4 +72,4 @@ TEST(WavefrontConfig, what_is_asked_for_is_given_and_little_memory_makes_the_poo
 }
 
 }  // namespace
-}  // namespace eikon::testing
+}  // namespace eikon::test

@@ -7,7 +7,7 @@
 
 #include "device/profiler.h"
 
-namespace eikon::testing {
+namespace eikon::test {
 namespace {
 
 void set(std::uint32_t* words, std::uint64_t ticks) {
@@ -63,4 +63,4 @@ TEST(Profiler, divides_what_was_recorded_since_the_last_time) {
 }
 
 }  // namespace
-}  // namespace eikon::testing
+}  // namespace eikon::test

@@ -15,10 +15,10 @@
 namespace eikon {
 namespace {
 
-using testing::random_film;
-using testing::read_bytes;
-using testing::small_layout;
-using testing::TemporaryFolder;
+using test::random_film;
+using test::read_bytes;
+using test::small_layout;
+using test::TemporaryFolder;
 
 FilmLayout full_layout() {
   FilmLayout layout{.width = 40, .height = 50, .crop = {3, 7, 31, 44}, .replicates = 2};

@@ -21,9 +21,9 @@
 namespace eikon {
 namespace {
 
-using testing::read_bytes;
-using testing::small_layout;
-using testing::TemporaryFolder;
+using test::read_bytes;
+using test::small_layout;
+using test::TemporaryFolder;
 
 void write_bytes(const std::filesystem::path& path, const std::string& bytes) {
   std::ofstream(path, std::ios::binary) << bytes;
@@ -50,7 +50,7 @@ std::string small_file(const TemporaryFolder& folder) {
   Metadata metadata;
   metadata.strings["scene"] = "box.gltf";
   metadata.numbers["seconds"] = 1.5;
-  write_exr(folder / "small.exr", testing::random_film(layout, 1), metadata,
+  write_exr(folder / "small.exr", test::random_film(layout, 1), metadata,
             {.half = false, .layers = {"variance", "samples"}, .exact_sums = true});
   return read_bytes(folder / "small.exr");
 }

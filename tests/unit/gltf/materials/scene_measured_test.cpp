@@ -58,7 +58,7 @@ TEST(Measured, what_is_written_is_read_back_bit_for_bit) {
   rgb[8] = 0;
   eikon::write_merl(folder / "a.binary", rgb);
   EXPECT_EQ(folder.file_count(), 1U);
-  const std::string bytes = eikon::testing::read_bytes(folder / "a.binary");
+  const std::string bytes = eikon::test::read_bytes(folder / "a.binary");
   EXPECT_EQ(bytes.size(), 34992012U);
   const std::vector<float> back = eikon::read_merl(as_file(bytes));
   EXPECT_LT(back[7], 0);
