@@ -74,9 +74,9 @@ void add_light(const Json& document, const PlacedNode& placed, Scene& scene, Not
   const JsonView view{.value = json, .kind = "light", .index = static_cast<std::int64_t>(index)};
   const Json* const type = member(json, "type");
   PunctualLight light;
-  light.kind = equals(type, "spot")          ? PunctualLight::Kind::spot
-               : equals(type, "directional") ? PunctualLight::Kind::directional
-                                             : PunctualLight::Kind::point;
+  light.kind = equals(type, "spot")          ? LightKind::spot
+               : equals(type, "directional") ? LightKind::directional
+                                             : LightKind::point;
   if (const Json* name = member(json, "name")) light.name = to_string(*name);
   if (light.name.empty()) light.name = placed.node.name;
   light.intensity = intensity_of(view, notes);
@@ -86,19 +86,19 @@ void add_light(const Json& document, const PlacedNode& placed, Scene& scene, Not
       view.refuse(fmt::format("lies at {} = {:g}, beyond 2^40 m, the largest coordinate; scale the scene down",
                               "xyz"[axis], light.position[axis]));
   }
-  if (light.kind != PunctualLight::Kind::point) {
+  if (light.kind != LightKind::point) {
     const glm::dvec3 back(placed.world_from_object[2]);
     const double largest = std::max({std::abs(back.x), std::abs(back.y), std::abs(back.z)});
     if (!(largest > 0)) return notes.warn(view.label() + ": left out, its node scales its direction to nothing");
     light.direction = -glm::normalize(back / largest);  // by the largest first: squares neither overflow nor vanish
   }
-  if (light.kind != PunctualLight::Kind::directional) {
+  if (light.kind != LightKind::directional) {
     const double range = as_number(view, "range").value_or(0.0);
     if (member(json, "range") != nullptr && !(range > 0))
       notes.warn(fmt::format("{}: range {:g} is not positive; taken as without end", view.label(), range));
     light.range_m = std::max(range, 0.0);
   }
-  if (light.kind == PunctualLight::Kind::spot && !read_cone(view, light, notes)) return;
+  if (light.kind == LightKind::spot && !read_cone(view, light, notes)) return;
   light.light_group = light_group_of(placed.node.view, scene);
   if (light.light_group == 0) light.light_group = light_group_of(view, scene);
   scene.lights.push_back(std::move(light));

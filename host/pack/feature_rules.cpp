@@ -33,9 +33,15 @@ Need if_some_primitive(const SceneFacts& facts, const char* otherwise, Predicate
 template <Feature feature>
 Need texture_rule(const SceneFacts& facts) {
   return if_some_material(facts, "no such texture", [](const Material& m) {
-    return std::ranges::any_of(material_parameters(), [&](const MaterialParameter& parameter) {
-      return parameter.feature == feature && m.*std::get<TextureOf>(parameter.from);
-    });
+    bool has = false;
+    const auto look = [&](auto parameter, std::size_t) {
+      if constexpr (std::is_same_v<decltype(parameter), MaterialTexture>)
+        has = has || (parameter.feature == feature && m.*parameter.of);
+    };
+    ParametersOf<MaterialRecord>::visit(look);
+    ParametersOf<MaterialExtension>::visit(look);
+    ParametersOf<MaterialDetail>::visit(look);
+    return has;
   });
 }
 
@@ -57,18 +63,19 @@ Need unless_raycast(const SceneFacts& facts) {
 
 bool is_coated(const Material& m) { return m.clearcoat > 0; }
 bool has_sheen(const Material& m) { return m.sheen_color != glm::vec3(0); }
-bool is_anisotropic(const Material& m) {
+bool has_microfacets(const Material& m) {
   const Lobe lobe = lobe_of(m);
-  return m.anisotropy > 0 && lobe != Lobe::diffuse && lobe != Lobe::phong && lobe != Lobe::measured;
+  return lobe == Lobe::metallic_roughness || lobe == Lobe::transmission || lobe == Lobe::conductor;
+}
+bool is_anisotropic(const Material& m) {
+  return m.anisotropy > 0 && has_microfacets(m);
 }
 bool is_translucent(const Material& m) { return m.diffuse_transmission > 0 && lobe_of(m) == Lobe::transmission; }
 bool disperses(const Material& m) {
   return m.dispersion > 0 && m.solid && m.ior > 1 && lobe_of(m) == Lobe::transmission;
 }
 bool has_thin_film(const Material& m) {
-  const Lobe lobe = lobe_of(m);
-  return m.iridescence > 0 &&
-         (lobe == Lobe::metallic_roughness || lobe == Lobe::transmission || lobe == Lobe::conductor);
+  return m.iridescence > 0 && has_microfacets(m);
 }
 
 Need material_extension(const SceneFacts& facts) {
@@ -86,7 +93,7 @@ Need material_detail(const SceneFacts& facts) {
       facts, "no clearcoat, sheen, diffuse transmission, anisotropy, dispersion, iridescence, conductor or highlight",
       [](const Material& m) {
         return is_coated(m) || has_sheen(m) || is_translucent(m) || is_anisotropic(m) || disperses(m) ||
-               has_thin_film(m) || lobe_of(m) == Lobe::conductor || lobe_of(m) == Lobe::phong;
+               has_thin_film(m) || (!m.unlit && m.lobe && m.lobe != Lobe::measured);
       });
 }
 

@@ -62,15 +62,11 @@ struct Texture {
   glm::vec3 image_from_uv[2] = {{1.0F, 0.0F, 0.0F}, {0.0F, 1.0F, 0.0F}};
 };
 
-/// Complex index of refraction eta + i k over that of air, of R, G and B.
-struct Conductor {
-  glm::vec3 eta{1.0F}, k{0.0F};  // >= 0
-};
-
-/// Blinn's highlights over Lambert's base.
-struct Phong {
-  float shininess = 32.0F;  // of the cosine's power, [0, 10^4]
-  glm::vec3 specular{0.04F};  // [0, 1]
+/// The lobes of kernels/shared/features.def. The value is the bit of MaterialRecord.flags that names
+/// the lobe to kernels.
+enum class Lobe : std::uint32_t {
+#define EK_LOBE(name, bit) name = bit,
+#include "shared/features.def"
 };
 
 struct MeasuredTable;  // measured_table.h
@@ -105,9 +101,16 @@ struct Material {
   float dispersion = 0.0F;             // KHR_materials_dispersion: 20 / Abbe number
   float anisotropy = 0.0F;             // KHR_materials_anisotropy: strength
   double anisotropy_rotation_rad = 0.0;  // from the tangent towards the bitangent
-  std::optional<Phong> phong{};          // EIKON_materials_phong, instead of metal and roughness
-  std::optional<Conductor> conductor{};  // EIKON_materials_conductor: bare metal of this index
-  std::shared_ptr<const MeasuredTable> measured{};  // EIKON_materials_measured, instead of metal and roughness
+  std::optional<Lobe> lobe{};  // of an extension that replaces glTF's metal, plastic and glass
+  // The parameters of such lobes, which count if `lobe` is theirs.
+#define EK_FACTOR(name) float name = 0.0F;
+#define EK_COLOR(name) glm::vec3 name{0.0F};
+#define EK_UNUSED(words)
+#include "shared/lobe_parameters.def"
+#undef EK_FACTOR
+#undef EK_COLOR
+#undef EK_UNUSED
+  std::shared_ptr<const MeasuredTable> measured{};  // of the lobe `measured`
   glm::vec3 emission{0.0F};          // radiance: emissiveFactor x emissiveStrength, W / (sr m^2); finite
   float normal_scale = 1.0F;
   AlphaMode alpha_mode = AlphaMode::opaque;
@@ -143,10 +146,16 @@ struct TextureUse {
 [[nodiscard]] std::vector<TextureUse> textures_of(const Material& material);
 
 /// KHR_lights_punctual, placed by its node.
+/// The kinds of light of kernels/shared/features.def, with the values that Light.kind has in kernels.
+enum class LightKind : std::uint32_t {
+#define EK_LIGHT(name, bit) name = bit,
+#include "shared/features.def"
+};
+
+/// A light without extent, of the kind `point`, `spot` or `directional`.
 struct PunctualLight {
-  enum class Kind { point, spot, directional };
   std::string name;
-  Kind kind = Kind::point;
+  LightKind kind = LightKind::point;
   glm::vec3 intensity{0.0F};  // colour x intensity; point, spot: W / sr (candela); directional: W / m^2 (lux)
   glm::dvec3 position{0.0};   // world, metres
   glm::dvec3 direction{0.0, 0.0, -1.0};  // unit, the way that the light travels; spot and directional

@@ -13,9 +13,9 @@
 
 // Reflectance without a thin film.
 EK_FN v3 bare_reflectance(MaterialLanes m, vf cosine) {
-  return mul3(m.base_color, V3(fresnel_conductor(cosine, m.conductor_eta.x, m.conductor_k.x),
-                               fresnel_conductor(cosine, m.conductor_eta.y, m.conductor_k.y),
-                               fresnel_conductor(cosine, m.conductor_eta.z, m.conductor_k.z)));
+  return mul3(m.base_color, V3(fresnel_conductor(cosine, m.own.conductor_eta.x, m.own.conductor_k.x),
+                               fresnel_conductor(cosine, m.own.conductor_eta.y, m.own.conductor_k.y),
+                               fresnel_conductor(cosine, m.own.conductor_eta.z, m.own.conductor_k.z)));
 }
 
 EK_FN v3 conductor_reflectance(MaterialLanes m, vf cosine) {
@@ -23,7 +23,7 @@ EK_FN v3 conductor_reflectance(MaterialLanes m, vf cosine) {
 #if EK_HAS_iridescence
   if (ANY(m.iridescence > 0.0f)) {
     const ThinFilm film = {m.film_index, m.film_thickness};
-    const v3 under = film_conductor_reflectance(film, m.conductor_eta, m.conductor_k, min_f(cosine, (vf)(1.0f)));
+    const v3 under = film_conductor_reflectance(film, m.own.conductor_eta, m.own.conductor_k, min_f(cosine, (vf)(1.0f)));
     const v3 both = add3(scale3(bare, 1.0f - m.iridescence), scale3(mul3(m.base_color, under), m.iridescence));
     return select3(m.iridescence > 0.0f, both, bare);
   }

@@ -3,6 +3,7 @@
 #ifndef EK_LOBE_H
 #define EK_LOBE_H
 #include "lanes/math.h"
+#include "lanes/record_lanes.h"
 
 // The parameters of a material at a hit, one per lane (surface/material.h fills them in).
 typedef struct {
@@ -29,9 +30,7 @@ typedef struct {
   vf iridescence;      // share of the surface under a thin film, [0, 1]
   vf film_index;       // of the film over that of air
   vf film_thickness;   // metres
-  vf phong_shininess;
-  v3 phong_specular;   // [0, 1]
-  v3 conductor_eta, conductor_k;  // complex index of refraction
+  LobeDetailLanes own;  // what one lobe alone needs (shared/lobe_parameters.def)
   global const float* measured;   // tables of all materials, the same for all lanes
   vu measured_table;              // word at which the lane's own table begins
 } MaterialLanes;

@@ -66,7 +66,9 @@ EK_BEGIN
 #define EK_FLOAT(name) float name;
 #define EK_UINT(name) uint name;
 #define EK_FLOAT3(name, x, y, z) float x, y, z;
-#define EK_UNUSED(words) uint unused[words];
+#define EK_JOIN(a, b) a##b
+#define EK_NAME_AT(line) EK_JOIN(unused_, line)
+#define EK_UNUSED(words) uint EK_NAME_AT(__LINE__)[words];
 #define EK_MEMBER(type, name) type name;
 #define EK_ARRAY(type, name, count) type name[count];
 #include "shared/records.def"

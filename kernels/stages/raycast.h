@@ -20,14 +20,14 @@ EK_FN MaterialLanes raycast_material(MaterialLanes m) {
   const vu phong = (vu)(1u << LOBE_phong);
   const vi own = m.lobes == phong, lambert = m.lobes == (1u << LOBE_diffuse), metal = m.lobes == (1u << LOBE_conductor);
   const vf zero = (vf)(0.0f);
-  const v3 conductor = V3(conductor_normal_reflectance(m.conductor_eta.x, m.conductor_k.x),
-                          conductor_normal_reflectance(m.conductor_eta.y, m.conductor_k.y),
-                          conductor_normal_reflectance(m.conductor_eta.z, m.conductor_k.z));
+  const v3 conductor = V3(conductor_normal_reflectance(m.own.conductor_eta.x, m.own.conductor_k.x),
+                          conductor_normal_reflectance(m.own.conductor_eta.y, m.own.conductor_k.y),
+                          conductor_normal_reflectance(m.own.conductor_eta.z, m.own.conductor_k.z));
   const v3 highlight = select3(lambert, V3(zero, zero, zero), select3(metal, conductor, m.f0));
   const vf alpha2 = max_f(m.ggx_alpha * m.ggx_alpha, (vf)(0x1p-20f));
   const vf shininess = min_f(max_f(2.0f / alpha2 - 2.0f, (vf)(1.0f)), (vf)(0x1p16f));
-  m.phong_specular = select3(own, m.phong_specular, highlight);
-  m.phong_shininess = own ? m.phong_shininess : shininess;
+  m.own.phong_specular = select3(own, m.own.phong_specular, highlight);
+  m.own.phong_shininess = own ? m.own.phong_shininess : shininess;
   m.base_color = scale3(m.base_color, own | lambert ? (vf)(1.0f) : metal ? zero : 1.0f - m.metallic);
   m.lobes = phong;
   m.clearcoat = m.sheen_roughness = zero;

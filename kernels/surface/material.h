@@ -84,7 +84,7 @@ EK_FN void add_layers(SceneData scene, LayerDetailLanes e, HitAttributes at, vi 
   const vf one = (vf)(1.0f);
   vf clearcoat = bare ? (vf)(0.0f) : e.clearcoat, clearcoat_roughness = e.clearcoat_roughness;
   vf sheen_roughness = e.sheen_roughness;
-  v3 sheen = V3(bare ? (vf)(0.0f) : e.sheen.x, bare ? (vf)(0.0f) : e.sheen.y, bare ? (vf)(0.0f) : e.sheen.z);
+  v3 sheen = V3(bare ? (vf)(0.0f) : e.sheen_color.x, bare ? (vf)(0.0f) : e.sheen_color.y, bare ? (vf)(0.0f) : e.sheen_color.z);
   if (EK_HAS_clearcoat_texture) {
     clearcoat = clearcoat * texture_or(scene, e.clearcoat_texture, at, one).x;
     clearcoat_roughness = clearcoat_roughness * texture_or(scene, e.clearcoat_roughness_texture, at, one).y;
@@ -114,11 +114,11 @@ EK_FN vf clearcoat_passes(vf clearcoat, vf cosine) {
 }
 
 /// Adds KHR_materials_iridescence.
-EK_FN void add_iridescence(SceneData scene, FilmDetailLanes r, HitAttributes at, MaterialLanes* m) {
+EK_FN void add_iridescence(SceneData scene, BaseDetailLanes r, HitAttributes at, MaterialLanes* m) {
   vf share = r.iridescence, place = (vf)(1.0f);
   if (EK_HAS_iridescence_texture) {
     share = share * texture_or(scene, r.iridescence_texture, at, (vf)(1.0f)).x;
-    place = texture_or(scene, r.film_texture, at, (vf)(1.0f)).y;
+    place = texture_or(scene, r.film_thickness_texture, at, (vf)(1.0f)).y;
   }
   m->iridescence = share;
   m->film_index = r.film_index;
@@ -206,22 +206,18 @@ EK_FN void add_extension(SceneData scene, MaterialExtensionLanes e, HitAttribute
 
 /// Adds what the details of material `index` say. front  mask: the front side was hit
 EK_FN void add_details(SceneData scene, vu index, HitAttributes at, vi front, HitMaterial* hit) {
-  if (EK_HAS_clearcoat | EK_HAS_sheen | EK_HAS_anisotropy | EK_HAS_phong) {
+  hit->bsdf.own = load_lobe_detail(scene.material_details, index);
+  if (EK_HAS_clearcoat | EK_HAS_sheen | EK_HAS_anisotropy) {
     const LayerDetailLanes e = load_layer_detail(scene.material_details, index);
     if (EK_HAS_clearcoat | EK_HAS_sheen) add_layers(scene, e, at, hit->bsdf.solid & !front, hit);
     if (EK_HAS_anisotropy) add_anisotropy(scene, e, at, hit);
-    if (EK_HAS_phong) hit->bsdf.phong_shininess = e.phong_shininess;
   }
-  if (EK_HAS_conductor | EK_HAS_dispersion | EK_HAS_diffuse_transmission | EK_HAS_phong) {
+  if (EK_HAS_dispersion | EK_HAS_diffuse_transmission | EK_HAS_iridescence) {
     const BaseDetailLanes e = load_base_detail(scene.material_details, index);
     if (EK_HAS_diffuse_transmission) add_translucence(scene, e, at, &hit->bsdf);
-    if (EK_HAS_phong) hit->bsdf.phong_specular = e.phong;
     if (EK_HAS_dispersion) hit->spread = hit->bsdf.solid ? e.spread : (vf)(0.0f);
-    hit->bsdf.conductor_eta = e.eta;
-    hit->bsdf.conductor_k = e.k;
+    if (EK_HAS_iridescence) add_iridescence(scene, e, at, &hit->bsdf);
   }
-  if (EK_HAS_iridescence)
-    add_iridescence(scene, load_film_detail(scene.material_details, index), at, &hit->bsdf);
 }
 
 /// Parameters of material `index` where a ray met a triangle with the attributes `at`.

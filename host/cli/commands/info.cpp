@@ -62,12 +62,12 @@ std::string describe_extensions(const Material& material) {
   if (material.iridescence > 0)
     text += fmt::format(", iridescence {:g} by a film of index {:g}, {:g} to {:g} nm", material.iridescence,
                         material.film_index, material.film_thickness_nm[0], material.film_thickness_nm[1]);
-  if (material.phong)
-    text += fmt::format(", highlights {} of shininess {:g}", in_brackets(material.phong->specular),
-                        material.phong->shininess);
-  if (material.conductor)
-    text += fmt::format(", conductor of eta {} and k {}", in_brackets(material.conductor->eta),
-                        in_brackets(material.conductor->k));
+  if (material.lobe == Lobe::phong)
+    text += fmt::format(", highlights {} of shininess {:g}", in_brackets(material.phong_specular),
+                        material.phong_shininess);
+  if (material.lobe == Lobe::conductor)
+    text += fmt::format(", conductor of eta {} and k {}", in_brackets(material.conductor_eta),
+                        in_brackets(material.conductor_k));
   if (material.clearcoat > 0)
     text += fmt::format(", clearcoat {:g} of roughness {:g}", material.clearcoat, material.clearcoat_roughness);
   if (material.sheen_color != glm::vec3(0.0F))
@@ -163,7 +163,7 @@ void print_lights(const PackedScene& packed) {
 /// refracting surface.
 void print_enclosed_lights(const Scene& scene, const PackedScene& packed) {
   for (const PunctualLight& light : scene.lights) {
-    if (light.kind == PunctualLight::Kind::directional) continue;
+    if (light.kind == LightKind::directional) continue;
     const std::uint32_t solid = solid_around(packed, light.position, light.direction);
     if (solid != 0)
       fmt::print(

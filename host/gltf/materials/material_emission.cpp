@@ -30,8 +30,7 @@ void read_unlit(const JsonView&, const Factors&, Material& material) {
   material.transmission = material.diffuse_transmission = 0.0F;
   material.clearcoat = material.iridescence = 0.0F;
   material.anisotropy = 0.0F;
-  material.conductor.reset();
-  material.phong.reset();
+  material.lobe.reset();
   material.sheen_color = glm::vec3(0.0F);
 }
 

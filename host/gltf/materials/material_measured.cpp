@@ -40,7 +40,7 @@ void check_measured(const JsonView& extension, std::size_t) {
 
 // The table stands in the place of all that it takes away here.
 void read_measured(const JsonView&, const Factors& factors, Material& material) {
-  if (material.conductor || material.phong)
+  if (material.lobe)
     factors.material().refuse(
         fmt::format("it has {} and another of EIKON's materials; leave one out", kMeasuredExtension));
   material.metallic = material.roughness = material.specular = 0.0F;
@@ -77,6 +77,7 @@ void MeasuredReader::complete(const JsonView& view, Material& material) {
       note_light(view, *known, notes_);
     }
     material.measured = known;
+    material.lobe = Lobe::measured;
   } catch (const InputError& e) {
     view.refuse(fmt::format("{} {}: {}", kMeasuredExtension, in_quotes(uri), e.what()));
   } catch (const std::bad_alloc&) {

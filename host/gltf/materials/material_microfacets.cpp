@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // How a material's microfacets lie and reflect: KHR_materials_anisotropy, EIKON_materials_phong,
 // EIKON_materials_conductor.
-#include "io/text.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -26,18 +24,19 @@ constexpr double kMaxIndex = 0x1p14;   // its fourth power stays finite in the k
 //         1972), interpolated linearly
 struct Metal {
   std::string_view name;
-  Conductor index;
+  glm::vec3 eta, k;
 };
-constexpr std::array<Metal, 10> kMetals{{{"Ag", {{0.13941F, 0.124777F, 0.151691F}, {4.128773F, 3.3396F, 2.47042F}}},
-                                         {"Al", {{1.47477F, 0.958569F, 0.617953F}, {7.794109F, 6.686968F, 5.469423F}}},
-                                         {"Au", {{0.16779F, 0.350409F, 1.508458F}, {3.137816F, 2.714063F, 1.87885F}}},
-                                         {"Cr", {{3.637546F, 3.115763F, 1.927703F}, {4.364376F, 4.422847F, 4.16754F}}},
-                                         {"Cu", {{0.216561F, 0.958162F, 1.165808F}, {3.637741F, 2.577065F, 2.393857F}}},
-                                         {"Ir", {{2.56458F, 2.229188F, 1.827596F}, {4.671483F, 4.31366F, 3.662789F}}},
-                                         {"Li", {{0.226407F, 0.206173F, 0.238218F}, {3.014958F, 2.474167F, 1.904895F}}},
-                                         {"Mo", {{3.735355F, 3.776585F, 3.101995F}, {3.575355F, 3.520567F, 3.459591F}}},
-                                         {"Rh", {{2.193806F, 1.96683F, 1.750693F}, {5.740644F, 5.016018F, 4.452295F}}},
-                                         {"W", {{3.692451F, 3.5F, 3.308961F}, {2.93698F, 2.729147F, 2.525846F}}}}};
+constexpr std::array<Metal, 10> kMetals{{
+    {"Ag", {0.13941F, 0.124777F, 0.151691F}, {4.128773F, 3.3396F, 2.47042F}},
+    {"Al", {1.47477F, 0.958569F, 0.617953F}, {7.794109F, 6.686968F, 5.469423F}},
+    {"Au", {0.16779F, 0.350409F, 1.508458F}, {3.137816F, 2.714063F, 1.87885F}},
+    {"Cr", {3.637546F, 3.115763F, 1.927703F}, {4.364376F, 4.422847F, 4.16754F}},
+    {"Cu", {0.216561F, 0.958162F, 1.165808F}, {3.637741F, 2.577065F, 2.393857F}},
+    {"Ir", {2.56458F, 2.229188F, 1.827596F}, {4.671483F, 4.31366F, 3.662789F}},
+    {"Li", {0.226407F, 0.206173F, 0.238218F}, {3.014958F, 2.474167F, 1.904895F}},
+    {"Mo", {3.735355F, 3.776585F, 3.101995F}, {3.575355F, 3.520567F, 3.459591F}},
+    {"Rh", {2.193806F, 1.96683F, 1.750693F}, {5.740644F, 5.016018F, 4.452295F}},
+    {"W", {3.692451F, 3.5F, 3.308961F}, {2.93698F, 2.729147F, 2.525846F}}}};
 
 const Metal* metal_of(const Json& extension) {
   const Json* name = member(extension, "metal");
@@ -69,10 +68,10 @@ void check_phong(const JsonView& extension, std::size_t) {
 }
 
 void read_phong(const JsonView& extension, const Factors& factors, Material& material) {
-  const Phong usual;
-  const double shininess = number_of(&extension.value, "shininess", double(usual.shininess));
-  material.phong = Phong{.shininess = factors.clamped(shininess, "shininess", 0.0, kMaxShininess),
-                         .specular = factors.color(&extension.value, "specular", double(usual.specular.x))};
+  material.lobe = Lobe::phong;
+  material.phong_shininess =
+      factors.clamped(number_of(&extension.value, "shininess", 32.0), "shininess", 0.0, kMaxShininess);
+  material.phong_specular = factors.color(&extension.value, "specular", 0.04);
   material.metallic = material.transmission = material.diffuse_transmission = 0.0F;
 }
 
@@ -100,9 +99,11 @@ void read_conductor(const JsonView& extension, const Factors& factors, Material&
     return rgb;
   };
   const Metal* const metal = metal_of(extension.value);
-  material.conductor = metal != nullptr ? metal->index : Conductor{.eta = index("eta"), .k = index("k")};
-  if (material.phong)
+  material.conductor_eta = metal != nullptr ? metal->eta : index("eta");
+  material.conductor_k = metal != nullptr ? metal->k : index("k");
+  if (material.lobe)
     factors.material().refuse("it has EIKON_materials_phong and EIKON_materials_conductor; leave one out");
+  material.lobe = Lobe::conductor;
   material.metallic = 1.0F;
   material.transmission = material.diffuse_transmission = 0.0F;
 }

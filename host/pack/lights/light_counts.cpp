@@ -97,7 +97,7 @@ LightCounts count_lights(const Scene& scene, const Settings& settings) {
   const std::uint64_t triangles = counts.placed;
   for (const Shape& shape : scene.shapes) counts.placed += emits(scene.materials[shape.material]) ? 1 : 0;
   for (const PunctualLight& light : scene.lights)
-    ++(light_kind(kind_of(light)).distant ? counts.distant : counts.placed);
+    ++(light_kind(light.kind).distant ? counts.distant : counts.placed);
   if (shines(settings.environment)) ++counts.distant;
   counts.together = lamps == 1 && counts.placed == triangles && is_small(scene);
   return counts;

@@ -2,7 +2,10 @@
 #include "pack/lights/light_kind.h"
 
 #include <algorithm>
+#include <cmath>
 #include <fmt/format.h>
+#include <limits>
+#include <numbers>
 
 #include "core/error.h"
 #include "scene/emission.h"
@@ -41,7 +44,7 @@ Need environment_map(const Scene&, const Settings& settings) {
 
 template <LightKind kind>
 Need punctual(const Scene& scene, const Settings&) {
-  const auto found = std::ranges::find(scene.lights, kind, kind_of);
+  const auto found = std::ranges::find(scene.lights, kind, &PunctualLight::kind);
   if (found == scene.lights.end()) return {false, "no such light"};
   return {true, fmt::format("light '{}'", found->name)};
 }
@@ -65,16 +68,30 @@ const LightKindInfo& light_kind(LightKind kind) {
   return *found;
 }
 
-LightKind kind_of(const PunctualLight& light) {
-  switch (light.kind) {
-    case PunctualLight::Kind::point:
-      return LightKind::point;
-    case PunctualLight::Kind::spot:
-      return LightKind::spot;
-    case PunctualLight::Kind::directional:
-      return LightKind::directional;
+PackedPunctualLight pack_punctual(const PunctualLight& light, double intensity, double section_m2) {
+  PackedPunctualLight packed;
+  Light& r = packed.record;
+  const glm::vec3 position(light.position), back(-glm::normalize(light.direction));
+  r.p0_x = position.x, r.p0_y = position.y, r.p0_z = position.z;
+  r.p1_x = back.x, r.p1_y = back.y, r.p1_z = back.z;
+  if (light.kind == LightKind::directional) {
+    packed.flux = intensity * section_m2;
+    return packed;
   }
-  throw InternalError("a punctual light of no kind");
+  packed.moments.centroid = light.position;
+  r.p2_z = light.range_m > 0 ? float(light.range_m * light.range_m) : std::numeric_limits<float>::infinity();
+  if (light.kind == LightKind::point) {  // a spot whose cone contains every direction
+    r.p2_x = -2.0F, r.p2_y = 1.0F;
+    packed.flux = intensity * (4 * std::numbers::pi);
+    return packed;
+  }
+  // [KHR_lights_punctual]: the cosine falls from 1 to 0 over max(0.001, cos inner - cos outer).
+  const double outer = std::cos(light.outer_cone_rad);
+  const double ramp = std::max(0.001, std::cos(light.inner_cone_rad) - outer), top = std::min(1.0, outer + ramp);
+  r.p2_x = float(outer), r.p2_y = float(1 / ramp);
+  packed.flux = intensity * (2 * std::numbers::pi * ((1 - top) + std::pow(top - outer, 3) / (3 * ramp * ramp)));
+  packed.moments.mean_direction = glm::dvec3(-back) * (0.5 + 0.5 * top);
+  return packed;
 }
 
 }  // namespace eikon

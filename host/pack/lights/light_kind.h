@@ -1,17 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// One row for each kind of light: what is said of such lights, and which scenes have them.
+// What is particular to each kind of light: what is said of such lights, which scenes have them, and how lights without extent
+// are packed.
 #pragma once
 #include <cstdint>
 
 #include "pack/features.h"
+#include "pack/lights/light_tree.h"
 
 namespace eikon {
-
-/// The kinds of kernels/shared/features.def, with the values that Light.kind has in kernels.
-enum class LightKind : std::uint32_t {
-#define EK_LIGHT(name, bit) name = bit,
-#include "shared/features.def"
-};
 
 struct LightKindInfo {
   LightKind kind;
@@ -23,6 +19,14 @@ struct LightKindInfo {
 };
 [[nodiscard]] const LightKindInfo& light_kind(LightKind kind);
 
-[[nodiscard]] LightKind kind_of(const PunctualLight& light);
+/// What kernels, the choice among lights and the light tree need of a light without extent.
+struct PackedPunctualLight {
+  Light record{};  // p0, p1 and p2 as kernels/lights/light.h reads them for this kind
+  double flux = 0;  // W; 0: it lights nothing
+  LightMoments moments{};
+};
+/// intensity  mean of the channels
+/// section_m2  of the sphere around the scene
+[[nodiscard]] PackedPunctualLight pack_punctual(const PunctualLight& light, double intensity, double section_m2);
 
 }  // namespace eikon

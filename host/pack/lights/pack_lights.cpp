@@ -272,36 +272,16 @@ class LightPacker {
   void add_punctual(const PunctualLight& source) {
     const double intensity = mean(source.intensity);
     if (!(intensity > 0)) return;
-    Light light{};
-    light.flags = group_flag(source.light_group);
-    set_emission(light, source.intensity);
-    const glm::vec3 position(source.position), back(-glm::normalize(source.direction));
-    light.p0_x = position.x, light.p0_y = position.y, light.p0_z = position.z;
-    light.p1_x = back.x, light.p1_y = back.y, light.p1_z = back.z;
-    const LightKind kind = kind_of(source);
-    if (kind == LightKind::directional) {
-      add_distant(light, {.kind = kind, .name = source.name, .flux = intensity * section_m2_, .strength = intensity});
-      return;
-    }
-    const bool spot = kind == LightKind::spot;
-    // [KHR_lights_punctual]: the cosine falls from 1 to 0 over max(0.001, cos inner - cos outer).
-    const double outer = std::cos(source.outer_cone_rad);
-    const double ramp = std::max(0.001, std::cos(source.inner_cone_rad) - outer);
-    light.kind = kind_word(kind);
-    // A point light is a spot whose cone contains every direction.
-    light.p2_x = spot ? float(outer) : -2.0F;
-    light.p2_y = spot ? float(1 / ramp) : 1.0F;
-    light.p2_z = source.range_m > 0 ? float(source.range_m * source.range_m) : std::numeric_limits<float>::infinity();
-    const double top = std::min(1.0, outer + ramp);
-    const double steradians = spot ? 2 * kPi * ((1 - top) + std::pow(top - outer, 3) / (3 * ramp * ramp)) : 4 * kPi;
-    const double flux = intensity * steradians;
-    if (!(flux > 0)) return;  // a cone too narrow for any direction
-    LightMoments moments;
-    moments.centroid = source.position;
-    if (spot) moments.mean_direction = glm::dvec3(-back) * (0.5 + 0.5 * top);
-    add(light, {.power = flux,
-                .summary = summarise({.kind = kind, .name = source.name, .flux = flux, .strength = intensity}),
-                .moments = moments});
+    PackedPunctualLight packed = pack_punctual(source, intensity, section_m2_);
+    if (!(packed.flux > 0)) return;  // a cone too narrow for any direction
+    packed.record.kind = kind_word(source.kind);
+    packed.record.flags = group_flag(source.light_group);
+    set_emission(packed.record, source.intensity);
+    const PackedLight summary{.kind = source.kind, .name = source.name, .flux = packed.flux, .strength = intensity};
+    add(packed.record, {.power = packed.flux,
+                        .distant = light_kind(source.kind).distant,
+                        .summary = summarise(summary),
+                        .moments = packed.moments});
   }
 
   void add_environment() {

@@ -5,9 +5,7 @@ namespace eikon {
 
 Lobe lobe_of(const Material& material) {
   if (material.unlit) return Lobe::diffuse;
-  if (material.conductor) return Lobe::conductor;
-  if (material.phong) return Lobe::phong;
-  if (material.measured) return Lobe::measured;
+  if (material.lobe) return *material.lobe;
   const bool may_be_dielectric = material.metallic < 1 || material.metallic_roughness_texture;
   if ((material.transmission > 0 || material.diffuse_transmission > 0) && may_be_dielectric) return Lobe::transmission;
   if (material.metallic > 0 || material.specular > 0 || material.iridescence > 0) return Lobe::metallic_roughness;

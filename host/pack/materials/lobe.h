@@ -7,13 +7,6 @@
 
 namespace eikon {
 
-/// The lobes of kernels/shared/features.def. The value is the bit of MaterialRecord.flags that
-/// names the lobe to kernels.
-enum class Lobe : std::uint32_t {
-#define EK_LOBE(name, bit) name = bit,
-#include "shared/features.def"
-};
-
 /// The lobe that scatters as this material does. A material has one, and coat and sheen lie over
 /// it.
 [[nodiscard]] Lobe lobe_of(const Material& material);

@@ -3,8 +3,11 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <cstring>
 #include <fmt/format.h>
 #include <map>
+#include <span>
+#include <type_traits>
 
 #include "core/error.h"
 #include "pack/materials/lobe.h"
@@ -68,8 +71,7 @@ class MaterialPacker {
 
  private:
   MaterialRecord record(const Material& m) {
-    MaterialRecord r{};
-    copy_parameters(m, MaterialPart::record, r);
+    auto r = parameters_of<MaterialRecord>(m);
     if (!m.unlit) r.emission_r = m.emission.x, r.emission_g = m.emission.y, r.emission_b = m.emission.z;
     r.flags = 1U << std::uint32_t(lobe_of(m)) | (m.double_sided ? EK_MATERIAL_DOUBLE_SIDED : 0) |
               (m.unlit ? EK_MATERIAL_UNLIT : 0) | (m.alpha_mode == AlphaMode::mask ? EK_MATERIAL_MASK : 0) |
@@ -78,8 +80,7 @@ class MaterialPacker {
   }
 
   MaterialExtension extension(const Material& m) {
-    MaterialExtension e{};
-    copy_parameters(m, MaterialPart::extension, e);
+    auto e = parameters_of<MaterialExtension>(m);
     if (m.solid && m.attenuation_distance > 0 && std::isfinite(m.attenuation_distance)) {
       const auto absorption = [&](float color) {
         return float(std::max(kOpaque, std::log2(double(color)) / double(m.attenuation_distance)));
@@ -93,42 +94,29 @@ class MaterialPacker {
   }
 
   MaterialDetail detail(const Material& m) {
-    MaterialDetail d{};
-    copy_parameters(m, MaterialPart::detail, d);
+    auto d = parameters_of<MaterialDetail>(m);
     d.film_least = m.film_thickness_nm[0], d.film_most = m.film_thickness_nm[1];
     d.anisotropy_cos = float(std::cos(m.anisotropy_rotation_rad));
     d.anisotropy_sin = float(std::sin(m.anisotropy_rotation_rad));
     // [KHR_materials_dispersion]: half the difference of the index between the Fraunhofer lines F
     // and C.
     d.spread = m.ior > 1 ? float(0.025 * double(m.dispersion) * (double(m.ior) - 1)) : 0.0F;
-    if (m.phong) {
-      d.phong_shininess = m.phong->shininess;
-      d.phong_r = m.phong->specular.x, d.phong_g = m.phong->specular.y, d.phong_b = m.phong->specular.z;
-    }
-    if (m.conductor) {
-      d.eta_r = m.conductor->eta.x, d.eta_g = m.conductor->eta.y, d.eta_b = m.conductor->eta.z;
-      d.k_r = m.conductor->k.x, d.k_g = m.conductor->k.y, d.k_b = m.conductor->k.z;
-    }
     return d;
   }
 
-  /// Writes the parameters of a part of the material into its record.
+  /// A record with the parameters that the scene has, and otherwise 0.
   template <class Record>
-  void copy_parameters(const Material& m, MaterialPart part, Record& record) {
+  Record parameters_of(const Material& m) {
     std::array<std::uint32_t, sizeof(Record) / 4> words{};
-    for (const MaterialParameter& parameter : material_parameters()) {
-      if (parameter.part != part) continue;
-      std::uint32_t* const to = &words[parameter.word];
-      if (const auto* number = std::get_if<NumberOf>(&parameter.from)) {
-        *to = std::bit_cast<std::uint32_t>(m.*(*number));
-      } else if (const auto* colour = std::get_if<ColourOf>(&parameter.from)) {
-        for (int c = 0; c < 3; ++c) to[c] = std::bit_cast<std::uint32_t>((m.*(*colour))[c]);
+    ParametersOf<Record>::visit([&](auto parameter, std::size_t word) {
+      if constexpr (std::is_same_v<decltype(parameter), MaterialTexture>) {
+        words[word] = texture(m.*parameter.of, parameter.scale == nullptr ? 1.0F : m.*parameter.scale);
       } else {
-        const float scale = parameter.scale == nullptr ? 1.0F : m.*parameter.scale;
-        *to = texture(m.*std::get<TextureOf>(parameter.from), scale);
+        const auto& value = m.*parameter;
+        std::memcpy(&words[word], &value, sizeof value);
       }
-    }
-    record = std::bit_cast<Record>(words);
+    });
+    return std::bit_cast<Record>(words);
   }
 
   std::uint32_t texture(const std::optional<Texture>& use, float scale) {

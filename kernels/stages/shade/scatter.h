@@ -5,10 +5,12 @@
 #define EK_SHADE_SCATTER_H
 #include "stages/shade/shading_frame.h"
 
-// Some lobe has several parts to choose from.
-#define EK_HAS_LOBE_CHOICE                                                                      \
-  (EK_HAS_metallic_roughness | EK_HAS_transmission | EK_HAS_phong | EK_HAS_measured | EK_LAYERED | \
-   EK_HAS_energy_compensation)
+// Whether some material scatters in several ways, of which a random number chooses one.
+enum {
+  HAS_LOBE_CHOICE = EK_LAYERED | EK_HAS_energy_compensation
+#define EK_LOBE(name, bit) | (EK_HAS_##name & (bit != LOBE_diffuse && bit != LOBE_conductor))
+#include "shared/features.def"
+};
 // Survival over throughput: paths that carry more than a third go on.
 #define EK_ROULETTE_GAIN 3.0f
 // From this depth on every path may end, because those between perfect mirrors would not otherwise.
@@ -29,7 +31,7 @@ EK_FN ScatteredPath scatter(const ShadeContext* c, const PathHit* hit, const Sha
   const vi is_null = point->interface.is_null;
   vf u, v, choice = (vf)(0.0f), unused;
   sample_2d(point->key, point->index, bounce_dimension(c->depth, DIM_SCATTER), &u, &v);
-  if (EK_HAS_LOBE_CHOICE) sample_2d(point->key, point->index, bounce_dimension(c->depth, DIM_CHOICE), &choice, &unused);
+  if (HAS_LOBE_CHOICE) sample_2d(point->key, point->index, bounce_dimension(c->depth, DIM_CHOICE), &choice, &unused);
   BsdfSample sample = bsdf_sample(point->material, point->wo, u, v, choice);
   ScatteredPath next;
   next.dir = to_world(point->basis, sample.wi);

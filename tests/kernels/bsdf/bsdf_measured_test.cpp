@@ -330,7 +330,9 @@ std::vector<Known> known_materials() {
   lambert.material.metallic = lambert.material.specular = 0;
   Known copper{"rough copper", {}, {"", kLobe_conductor, {.metallic = 1, .roughness = 0.35F}}};
   copper.material.roughness = 0.35F;
-  copper.material.conductor = Conductor{{0.216561F, 0.958162F, 1.165808F}, {3.637741F, 2.577065F, 2.393857F}};
+  copper.material.lobe = Lobe::conductor;
+  copper.material.conductor_eta = {0.216561F, 0.958162F, 1.165808F};
+  copper.material.conductor_k = {3.637741F, 2.577065F, 2.393857F};
   copper.specimen.look.eta = {0.216561F, 0.958162F, 1.165808F};
   copper.specimen.look.k = {3.637741F, 2.577065F, 2.393857F};
   Known plastic{"plastic", {}, {"", kLobe_metallic_roughness, {.base_color = {0.7F, 0.3F, 0.1F}, .roughness = 0.4F}}};
@@ -339,7 +341,9 @@ std::vector<Known> known_materials() {
   plastic.material.roughness = 0.4F;
   Known phong{"highlights", {}, {"", kLobe_phong, {.base_color = {0.7F, 0.3F, 0.1F}}}};
   phong.material.base_color = {0.7F, 0.3F, 0.1F};
-  phong.material.phong = Phong{200, {0.2F, 0.3F, 0.1F}};
+  phong.material.lobe = Lobe::phong;
+  phong.material.phong_shininess = 200;
+  phong.material.phong_specular = {0.2F, 0.3F, 0.1F};
   phong.material.metallic = 0;
   phong.specimen.look.shininess = 200;
   phong.specimen.look.highlight = {0.2F, 0.3F, 0.1F};

@@ -15,7 +15,7 @@ namespace {
 
 using std::numbers::pi;
 
-PunctualLight light_of(PunctualLight::Kind kind, float intensity) {
+PunctualLight light_of(LightKind kind, float intensity) {
   PunctualLight light;
   light.name = "lamp";
   light.kind = kind;
@@ -25,7 +25,7 @@ PunctualLight light_of(PunctualLight::Kind kind, float intensity) {
 }
 
 PunctualLight spot_of(double inner_deg, double outer_deg) {
-  PunctualLight light = light_of(PunctualLight::Kind::spot, 3);
+  PunctualLight light = light_of(LightKind::spot, 3);
   light.inner_cone_rad = inner_deg * pi / 180;
   light.outer_cone_rad = outer_deg * pi / 180;
   return light;
@@ -87,7 +87,7 @@ glm::dvec3 off_axis(double distance, double degrees) {
 }
 
 TEST(LightPunctual, points_fall_off_with_the_square_all_around_and_shadow_rays_end_at_them) {
-  PunctualLight light = light_of(PunctualLight::Kind::point, 3);
+  PunctualLight light = light_of(LightKind::point, 3);
   light.position = {1, 2, 3};
   const std::vector<glm::dvec3> points{{1, 2, 2}, {1, 2, 5}, {4, 6, 3}, {1, 2 + 1e-3, 3}, {1001, 2, 3}};
   const double distances[] = {1, 2, 5, 1e-3, 1000};
@@ -107,7 +107,7 @@ TEST(LightPunctual, points_fall_off_with_the_square_all_around_and_shadow_rays_e
 
 TEST(LightPunctual, L18_range_ends_light_smoothly) {
   for (const double range : {2.0, 7.0, 0.3}) {
-    PunctualLight light = light_of(PunctualLight::Kind::point, 1);
+    PunctualLight light = light_of(LightKind::point, 1);
     light.range_m = range;
     const auto list =
         arrivals(light, {off_axis(range, 0), off_axis(range / 2, 0), off_axis(2 * range, 0), off_axis(0, 0)});
@@ -116,7 +116,7 @@ TEST(LightPunctual, L18_range_ends_light_smoothly) {
     EXPECT_EQ(list[2].r, 0);
     EXPECT_EQ(list[3].pdf, 0) << "at the light nothing arrives, and nothing infinite";
   }
-  EXPECT_EQ(arrivals(light_of(PunctualLight::Kind::point, 1), {off_axis(1024, 30)})[0].r, 0x1p-20) << "no range";
+  EXPECT_EQ(arrivals(light_of(LightKind::point, 1), {off_axis(1024, 30)})[0].r, 0x1p-20) << "no range";
 }
 
 TEST(LightPunctual, L17_cones_of_a_spot) {
@@ -155,7 +155,7 @@ TEST(LightPunctual, a_spot_keeps_its_cone_where_its_node_turns_it) {
 }
 
 TEST(LightPunctual, directional_light_arrives_the_same_everywhere_from_infinitely_far) {
-  PunctualLight light = light_of(PunctualLight::Kind::directional, 1e5F);  // L19: a sun of 100 klx
+  PunctualLight light = light_of(LightKind::directional, 1e5F);  // L19: a sun of 100 klx
   light.direction = glm::normalize(glm::dvec3(0.3, -0.2, -0.9));
   for (const Arrival& a : arrivals(light, {{0, 0, 0}, {1e6, -1e6, 3}, {0, 0, -1e-6}})) {
     EXPECT_EQ(a.r, 1e5);
@@ -166,7 +166,7 @@ TEST(LightPunctual, directional_light_arrives_the_same_everywhere_from_infinitel
 }
 
 TEST(LightPunctual, flux_is_the_integral_of_what_arrives_and_a_lamp_of_815_lumens_has_64_86_candela) {
-  PunctualLight bulb = light_of(PunctualLight::Kind::point, 1);
+  PunctualLight bulb = light_of(LightKind::point, 1);
   bulb.intensity = glm::vec3(64.86F);
   const PackedScene packed = packed_with({bulb});
   ASSERT_EQ(packed.light_summary.size(), 1U);
@@ -188,9 +188,9 @@ TEST(LightPunctual, flux_is_the_integral_of_what_arrives_and_a_lamp_of_815_lumen
 }
 
 TEST(LightPunctual, L16_probabilities_add_to_one_and_an_absurd_light_does_not_starve_the_others) {
-  std::vector<PunctualLight> lights{light_of(PunctualLight::Kind::point, 1),
-                                    light_of(PunctualLight::Kind::directional, 2), spot_of(10, 20),
-                                    light_of(PunctualLight::Kind::point, 0)};
+  std::vector<PunctualLight> lights{light_of(LightKind::point, 1),
+                                    light_of(LightKind::directional, 2), spot_of(10, 20),
+                                    light_of(LightKind::point, 0)};
   double sum = 0;
   const PackedScene even = packed_with(lights);
   ASSERT_EQ(even.light_summary.size(), 3U) << "one gives no light";
@@ -198,7 +198,7 @@ TEST(LightPunctual, L16_probabilities_add_to_one_and_an_absurd_light_does_not_st
   EXPECT_EQ(sum, 1);
   // The quad's bounding sphere has the radius sqrt 2: the sun's flux is E pi 2.
   EXPECT_NEAR(even.light_summary[1].flux, 1.0 * 2 * pi, 1e-6);
-  lights.push_back(light_of(PunctualLight::Kind::directional, 3e38F));
+  lights.push_back(light_of(LightKind::directional, 3e38F));
   for (const PackedLight& light : packed_with(lights).light_summary) {
     EXPECT_GE(light.probability, 0x1p-11);
     EXPECT_TRUE(std::isfinite(light.flux));

@@ -126,7 +126,7 @@ Film film_with(const Pair& pair, As as, const glm::dmat4& place, Material materi
   }
   for (const bool right : {true, false}) {
     PunctualLight sun;
-    sun.kind = PunctualLight::Kind::directional;
+    sun.kind = LightKind::directional;
     sun.direction = glm::normalize(right ? glm::dvec3(-1, -0.4, -0.5) : glm::dvec3(0.6, -0.9, -0.4));
     sun.intensity = glm::vec3(right ? 3.0F : 1.0F);
     scene.lights.push_back(sun);

@@ -16,7 +16,7 @@ PunctualLight point_light(glm::dvec3 position, float intensity) {
 PunctualLight directional_light(glm::dvec3 direction, float irradiance) {
   PunctualLight light;
   light.name = "sun";
-  light.kind = PunctualLight::Kind::directional;
+  light.kind = LightKind::directional;
   light.direction = glm::normalize(direction);
   light.intensity = glm::vec3(irradiance);
   return light;
@@ -57,7 +57,7 @@ TEST(LightPunctual, each_kind_lights_a_floor_as_its_formula_says) {
   ranged.range_m = 4;
   cases.push_back({ranged, 5.0 / 4 * 15 / 16});
   PunctualLight spot = point_light({0, 2, 0}, 5);
-  spot.kind = PunctualLight::Kind::spot;
+  spot.kind = LightKind::spot;
   spot.direction = {std::sin(kPi / 8), -std::cos(kPi / 8), 0};  // the floor's middle is half way out of its cone
   spot.outer_cone_rad = kPi / 4;
   cases.push_back({spot, 5.0 / 4 * 0.547761});
@@ -80,7 +80,7 @@ TEST(LightPunctual, each_kind_lights_a_floor_as_its_formula_says) {
 TEST(LightPunctual, many_lights_of_all_kinds_give_the_sum_of_each) {
   Scene scene = square_light();
   PunctualLight spot = point_light({0.1, 0.5, 0}, 0.1F);
-  spot.kind = PunctualLight::Kind::spot;
+  spot.kind = LightKind::spot;
   spot.direction = {0, -1, 0};
   spot.inner_cone_rad = 0.5;
   spot.outer_cone_rad = 0.6;
@@ -209,7 +209,7 @@ TEST(LightPunctual, G22_no_light_behind_the_geometric_horizon_and_no_step_at_the
 TEST(LightPunctual, G9_a_scene_and_its_lights_scaled_by_a_power_of_two_are_the_same_picture) {
   auto [scene, settings] = room(16, 16, 16);
   PunctualLight spot = point_light({0.3, 0.7, 0.5}, 2);
-  spot.kind = PunctualLight::Kind::spot;
+  spot.kind = LightKind::spot;
   spot.direction = glm::normalize(glm::dvec3(-0.3, -1, -0.2));
   spot.outer_cone_rad = 0.7;
   scene.lights = {point_light({0, 0.5, 0.5}, 1), spot};

@@ -27,6 +27,7 @@ std::vector<float> measured(const Material& known) {
 Material by_table(const std::vector<float>& rgb) {
   Material measured;
   measured.metallic = measured.roughness = measured.specular = 0;
+  measured.lobe = Lobe::measured;
   measured.measured = std::make_shared<const MeasuredTable>(make_measured_table(rgb));
   return measured;
 }
@@ -149,7 +150,9 @@ constexpr double kSkyResolution = 0.01;
 TEST(MeasuredPictures, are_those_of_the_measured_materials_within_the_tables_resolution) {
   Material copper, plastic;
   copper.roughness = 0.35F;
-  copper.conductor = Conductor{{0.216561F, 0.958162F, 1.165808F}, {3.637741F, 2.577065F, 2.393857F}};
+  copper.lobe = Lobe::conductor;
+  copper.conductor_eta = {0.216561F, 0.958162F, 1.165808F};
+  copper.conductor_k = {3.637741F, 2.577065F, 2.393857F};
   plastic.base_color = {0.7F, 0.3F, 0.1F};
   plastic.metallic = 0;
   plastic.roughness = 0.4F;

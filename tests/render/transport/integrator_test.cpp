@@ -242,7 +242,9 @@ TEST(Raycast, highlights_are_blinns_of_the_material_or_of_its_roughness) {
   };
   std::vector<Case> cases;
   Material phong = lambert(0.5F);
-  phong.phong = Phong{.shininess = 40, .specular = glm::vec3(0.3F)};
+  phong.lobe = Lobe::phong;
+  phong.phong_shininess = 40;
+  phong.phong_specular = glm::vec3(0.3F);
   cases.push_back({phong, 0.5, 0.3, 40});
   for (const float metallic : {0.0F, 1.0F, 0.5F}) {
     Material m = lambert(0.5F);

@@ -42,21 +42,21 @@ TEST(SceneLights, each_kind_arrives_where_its_node_puts_it) {
       {"name", "lamp"}, {"translation", {1, 2, 3}}, {"rotation", {half, 0, 0, half}}, {"scale", {2, 3, 4}}};
   const PunctualLight point =
       only_light({{"type", "point"}, {"color", {1, 0.5, 0}}, {"intensity", 8}, {"range", 5}}, node);
-  EXPECT_EQ(point.kind, PunctualLight::Kind::point);
+  EXPECT_EQ(point.kind, eikon::LightKind::point);
   EXPECT_EQ(point.name, "lamp");
   EXPECT_EQ(point.intensity, glm::vec3(8, 4, 0));
   EXPECT_EQ(point.position, glm::dvec3(1, 2, 3));
   EXPECT_EQ(point.range_m, 5.0);
 
   const PunctualLight sun = only_light({{"type", "directional"}, {"name", "sun"}, {"intensity", 100000}}, node);
-  EXPECT_EQ(sun.kind, PunctualLight::Kind::directional);
+  EXPECT_EQ(sun.kind, eikon::LightKind::directional);
   EXPECT_EQ(sun.name, "sun");
   EXPECT_EQ(sun.intensity, glm::vec3(100000));  // L19: exact in single precision
   EXPECT_NEAR(glm::distance(sun.direction, glm::dvec3(0, 1, 0)), 0, 1e-15);
 
   const Json cone = {{"innerConeAngle", 0.25}, {"outerConeAngle", 0.5}};
   const PunctualLight spot = only_light({{"type", "spot"}, {"spot", cone}}, node);
-  EXPECT_EQ(spot.kind, PunctualLight::Kind::spot);
+  EXPECT_EQ(spot.kind, eikon::LightKind::spot);
   EXPECT_NEAR(glm::distance(spot.direction, glm::dvec3(0, 1, 0)), 0, 1e-15);
   EXPECT_EQ(spot.inner_cone_rad, 0.25);
   EXPECT_EQ(spot.outer_cone_rad, 0.5);

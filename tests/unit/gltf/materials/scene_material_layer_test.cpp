@@ -65,16 +65,16 @@ TEST(SceneMaterials, anisotropy_and_conductors_arrive) {
   const eikon::Material& material = scene.materials.at(0);
   EXPECT_EQ(material.anisotropy, 0.5F);
   EXPECT_EQ(material.anisotropy_rotation_rad, 1.25);
-  ASSERT_TRUE(material.conductor);
-  EXPECT_EQ(material.conductor->eta, glm::vec3(0.5F, 1, 1.5F));
-  EXPECT_EQ(material.conductor->k, glm::vec3(3, 2, 0));
+  ASSERT_EQ(material.lobe, eikon::Lobe::conductor);
+  EXPECT_EQ(material.conductor_eta, glm::vec3(0.5F, 1, 1.5F));
+  EXPECT_EQ(material.conductor_k, glm::vec3(3, 2, 0));
   EXPECT_TRUE(scene.unsupported.empty());
 
   Builder gold;
   gold.material()["extensions"]["EIKON_materials_conductor"] = {{"metal", "Au"}};
   const Scene named = gold.load();
-  ASSERT_TRUE(named.materials.at(0).conductor);
-  EXPECT_EQ(named.materials.at(0).conductor->eta, glm::vec3(0.16779F, 0.350409F, 1.508458F));
+  ASSERT_EQ(named.materials.at(0).lobe, eikon::Lobe::conductor);
+  EXPECT_EQ(named.materials.at(0).conductor_eta, glm::vec3(0.16779F, 0.350409F, 1.508458F));
 }
 
 TEST(SceneMaterials, M24_conductors_and_anisotropy_out_of_range_are_clamped_or_refused) {
@@ -84,8 +84,8 @@ TEST(SceneMaterials, M24_conductors_and_anisotropy_out_of_range_are_clamped_or_r
   extensions["EIKON_materials_conductor"] = {{"eta", {-1, 1, 1e30}}, {"k", {1, -2, 1}}};
   const Scene scene = builder.load();
   EXPECT_EQ(scene.materials.at(0).anisotropy, 1.0F);
-  EXPECT_EQ(scene.materials.at(0).conductor->eta, glm::vec3(0, 1, 16384));
-  EXPECT_EQ(scene.materials.at(0).conductor->k, glm::vec3(1, 0, 1));
+  EXPECT_EQ(scene.materials.at(0).conductor_eta, glm::vec3(0, 1, 16384));
+  EXPECT_EQ(scene.materials.at(0).conductor_k, glm::vec3(1, 0, 1));
   for (const char* what : {"anisotropyStrength 2", "eta -1", "eta 1e+30", "k -2"})
     EXPECT_TRUE(warns(scene, std::string("material 'paint': ") + what)) << what;
   for (const auto& [content, says] :
@@ -106,15 +106,15 @@ TEST(SceneMaterials, highlights_arrive_clamped_or_refused) {
   Json& extensions = builder.material()["extensions"];
   extensions["EIKON_materials_phong"] = Json::parse(R"({"shininess": 8, "specular": [0.5, 0.25, 0]})");
   const Scene scene = builder.load();
-  ASSERT_TRUE(scene.materials.at(0).phong);
-  EXPECT_EQ(scene.materials.at(0).phong->shininess, 8.0F);
-  EXPECT_EQ(scene.materials.at(0).phong->specular, glm::vec3(0.5F, 0.25F, 0));
+  ASSERT_EQ(scene.materials.at(0).lobe, eikon::Lobe::phong);
+  EXPECT_EQ(scene.materials.at(0).phong_shininess, 8.0F);
+  EXPECT_EQ(scene.materials.at(0).phong_specular, glm::vec3(0.5F, 0.25F, 0));
   EXPECT_TRUE(scene.unsupported.empty() && scene.warnings.empty());
 
   extensions["EIKON_materials_phong"] = Json::parse(R"({"shininess": 1e9, "specular": [2, -1, 0]})");
   const Scene clamped = builder.load();
-  EXPECT_EQ(clamped.materials.at(0).phong->shininess, 1e4F);
-  EXPECT_EQ(clamped.materials.at(0).phong->specular, glm::vec3(1, 0, 0));
+  EXPECT_EQ(clamped.materials.at(0).phong_shininess, 1e4F);
+  EXPECT_EQ(clamped.materials.at(0).phong_specular, glm::vec3(1, 0, 0));
   EXPECT_EQ(clamped.out_of_range.size(), 3U);
   EXPECT_TRUE(warns(clamped, "material 'paint': shininess 1e+09 clamped to 10000"));
 
