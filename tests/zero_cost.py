@@ -17,7 +17,7 @@ import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 CLANG = os.environ.get("CLANG", "clang-14")
-LAYOUTS = re.findall(r"^EK_(?:LAYOUT|CELLS)\((\w+)\)", (ROOT / "kernels/shared/layouts.def").read_text(), re.M)
+LAYOUTS = re.findall(r"^EK_(?:LAYOUT|CELLS)\((\w+)", (ROOT / "kernels/shared/layouts.def").read_text(), re.M)
 ARRAYS = ["triangle_normals", "triangle_tangents", "triangle_colors", "material_extensions", "material_details", "textures", "texels"]
 # Headers of single features, by their paths in kernels/.
 FEATURES = re.compile(r"bsdf/(?!bsdf\.|diffuse\.|lobe\.).*|lights/(environment_map|punctual|shape_.*|light_tree)\..*|"

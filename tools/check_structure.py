@@ -205,7 +205,7 @@ def lone_header_breaches():
     def names(pattern, file):
         return re.findall(pattern, (ROOT / "kernels/shared" / file).read_text(), re.MULTILINE)
     features = names(r"^EK_(?:LOBE|LIGHT|SHAPE_KIND|OPTION|AOV)\((\w+)", "features.def")
-    layouts = names(r"^EK_(?:LAYOUT|CELLS)\((\w+)\)", "layouts.def")
+    layouts = names(r"^EK_(?:LAYOUT|CELLS)\((\w+)", "layouts.def")
     common = [clang, "-x", "cl", "-cl-std=CL1.2", "-Xclang", "-finclude-default-header", "-fsyntax-only", "-Wall", "-Wextra",
               "-Wundef", "-Werror", "-Wno-unused-parameter", "-Wno-unused-function", "-Wno-bitwise-instead-of-logical",
               "-I", str(ROOT / "kernels"), "-DEK_CHUNK=1024", "-DEK_STACK_SIZE=64", "-DEK_SMALL_TREE=0", "-DEK_MEDIUM_TREE=1",

@@ -37,7 +37,7 @@ namespace {
 const std::vector<std::string>& cell_layouts() {
   static const std::vector<std::string> names{
 #define EK_LAYOUT(name)
-#define EK_CELLS(name) #name,
+#define EK_CELLS(name, about) #name,
 #include "shared/layouts.def"
   };
   return names;

@@ -7,12 +7,8 @@
 #include <algorithm>
 #include <array>
 
-#include "accel/classic/bsp.h"
-#include "accel/classic/grid.h"
-#include "accel/classic/kdtree.h"
+#include "accel/classic/builders.h"
 #include "accel/layouts/layouts.h"
-#include "accel/classic/median_tree.h"
-#include "accel/classic/octree.h"
 #include "accel/reinsertion.h"
 #include "core/error.h"
 
@@ -36,16 +32,11 @@ Accel bvh_median(TriangleSoup triangles, const AccelOptions& options) {
 constexpr std::array kAccelerators{
     Accelerator{"bvh", nullptr, bvh, "boxes, split by the surface area heuristic"},
     Accelerator{"bvh-median", nullptr, bvh_median, "boxes, split at the median of the longest axis"},
-    Accelerator{"grid", "grid", [](TriangleSoup t, const AccelOptions&) { return build_grid(t); }, "equal cells"},
-    Accelerator{"octree", "octree", [](TriangleSoup t, const AccelOptions&) { return build_octree(t); },
-                "cells parted in eight"},
-    Accelerator{"kdtree", "kdtree", [](TriangleSoup t, const AccelOptions&) { return build_kdtree(t, KdSplit::sah); },
-                "planes across an axis, by the surface area heuristic"},
-    Accelerator{"kdtree-rotate", "kdtree",
-                [](TriangleSoup t, const AccelOptions&) { return build_kdtree(t, KdSplit::rotate); },
+#define EK_CELLS(name, about) \
+  Accelerator{#name, #name, [](TriangleSoup t, const AccelOptions&) { return build_##name(t); }, about},
+#include "shared/layouts.def"
+    Accelerator{"kdtree-rotate", "kdtree", [](TriangleSoup t, const AccelOptions&) { return build_kdtree_rotate(t); },
                 "planes through the middle, axes in turn"},
-    Accelerator{"bsp", "bsp", [](TriangleSoup t, const AccelOptions&) { return build_bsp(t); },
-                "planes of any direction"},
     Accelerator{"none", "none", [](TriangleSoup t, const AccelOptions&) { return layout_none(t); },
                 "every ray against every triangle"},
 };

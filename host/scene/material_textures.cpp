@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <utility>
+#include <algorithm>
+#include <string_view>
 
 #include "scene/scene.h"
 
@@ -7,24 +8,15 @@ namespace eikon {
 
 std::vector<TextureUse> textures_of(const Material& m) {
   std::vector<TextureUse> all;
-  for (const auto& [texture, name] : {std::pair{&m.base_color_texture, "base colour"},
-                                      {&m.metallic_roughness_texture, "metal and roughness"},
-                                      {&m.normal_texture, "normal"},
-                                      {&m.emissive_texture, "emission"},
-                                      {&m.transmission_texture, "transmission"},
-                                      {&m.specular_texture, "specular"},
-                                      {&m.specular_color_texture, "specular colour"},
-                                      {&m.clearcoat_texture, "clearcoat"},
-                                      {&m.clearcoat_roughness_texture, "clearcoat roughness"},
-                                      {&m.clearcoat_normal_texture, "clearcoat normal"},
-                                      {&m.sheen_color_texture, "sheen colour"},
-                                      {&m.sheen_roughness_texture, "sheen roughness"},
-                                      {&m.diffuse_transmission_texture, "diffuse transmission"},
-                                      {&m.diffuse_transmission_color_texture, "diffuse transmission colour"},
-                                      {&m.iridescence_texture, "iridescence"},
-                                      {&m.film_thickness_texture, "iridescence thickness"},
-                                      {&m.anisotropy_texture, "anisotropy"}})
-    if (*texture) all.push_back({name, &**texture});
+  const auto add = [&](std::string name, const std::optional<Texture>& texture) {
+    if (!texture) return;
+    name.resize(name.size() - std::string_view("_texture").size());
+    std::ranges::replace(name, '_', ' ');
+    all.push_back({std::move(name), &*texture});
+  };
+#define EK_TEXTURE(name, feature) add(#name, m.name);
+#define EK_NORMAL_TEXTURE(name, scale) add(#name, m.name);
+#include "shared/records.def"
   return all;
 }
 

@@ -138,7 +138,7 @@ struct Material {
 };
 
 struct TextureUse {
-  const char* name;  // for lists: "base colour"
+  std::string name;  // for lists: "base color"
   const Texture* texture;
 };
 

@@ -8,9 +8,13 @@
 #include <vector>
 
 #include "accel/classic/cells.h"
-#include "accel/classic/kdtree.h"
 
 namespace eikon {
+
+enum class KdSplit {
+  sah,     // the best plane by the surface area heuristic, of bins, or of all planes if triangles are few
+  rotate,  // the middle of the cell, across each axis in turn, until few triangles are left
+};
 
 // Relative times of a step across an axis and of a triangle test; factor of the cost if a side is
 // empty.

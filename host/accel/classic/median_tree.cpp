@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "accel/classic/median_tree.h"
+#include "accel/classic/builders.h"
 
 #include <fmt/format.h>
 #include <tbb/parallel_invoke.h>
@@ -61,6 +61,12 @@ class MedianTreeBuilder {
 
 }  // namespace
 
+/// Each node is split along the longest axis of its triangles' centres, at their median, which
+/// quickselect finds [Hoare 1961, algorithm 65]. Like other trees it goes down to single triangles,
+/// which layouts join to leaves: bvh2 and bvh4 of at most 4, the others of at most 8. Depth is at
+/// most log2(n) + 1.
+/// throws InputError for more than 2^28 triangles
+/// source [Kay, Kajiya 1986, "Ray tracing complex scenes"]
 BinaryTree build_median_tree(TriangleSoup triangles) {
   if (triangles.size() > Reference::kLimit) {
     throw InputError(fmt::format("cannot build a tree over {} triangles: the limit is {}; split the scene",

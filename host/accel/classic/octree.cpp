@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "accel/classic/octree.h"
+#include "accel/classic/builders.h"
 
 #include <tbb/parallel_for.h>
 
@@ -113,6 +113,11 @@ class OctreeBuilder {
 
 }  // namespace
 
+/// The tree does not depend on the number of threads. Each leaf lists the triangles that may be hit
+/// in it; all lists together have at most 16 entries per triangle and 4096 more. There are at most
+/// 16 levels. Leaves have up to 6 triangles, and more where dividing them gains nothing.
+/// throws InputError for more than 2^26 triangles
+/// source [Glassner 1984, "Space subdivision for fast ray tracing"]
 Accel build_octree(TriangleSoup triangles) {
   const CellScene scene(triangles);
   Accel accel = scene.begin("octree", "octree");

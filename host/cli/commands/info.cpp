@@ -75,7 +75,7 @@ std::string describe_extensions(const Material& material) {
   return text;
 }
 
-/// "metal, roughness 0.2, masked at 0.5, textures: base colour, normal"
+/// "metal, roughness 0.2, masked at 0.5, textures: base color, normal"
 std::string describe(const Material& material) {
   std::string text = describe_base(material);
   if (material.alpha_mode == AlphaMode::mask) text += fmt::format(", masked at {:g}", material.alpha_cutoff);
@@ -86,7 +86,7 @@ std::string describe(const Material& material) {
   text += describe_extensions(material);
   std::string textures;
   for (const TextureUse& use : textures_of(material))
-    textures += (textures.empty() ? ", textures: " : ", ") + std::string(use.name);
+    textures += (textures.empty() ? ", textures: " : ", ") + use.name;
   return text + textures;
 }
 

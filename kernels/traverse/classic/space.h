@@ -4,15 +4,17 @@
 #define EK_TRAVERSE_SPACE_H
 #include "traverse/classic/cells.h"
 
-#define USE_CELLS (EK_LAYOUT_grid | EK_LAYOUT_octree | EK_LAYOUT_kdtree | EK_LAYOUT_bsp)
-#if USE_CELLS
 #if EK_LAYOUT_grid
 #include "traverse/classic/grid.h"
 #elif EK_LAYOUT_octree
 #include "traverse/classic/octree.h"
-#else
+#elif EK_LAYOUT_kdtree | EK_LAYOUT_bsp
 #include "traverse/classic/kdtree.h"
+#else
+#define USE_CELLS 0
 #endif
+#ifndef USE_CELLS
+#define USE_CELLS 1
 
 EK_FN int traverse_space(Geometry geometry, const RayOne* ray, const int any_hit, Hit* hit) {
 #if EK_HAS_plane
