@@ -66,6 +66,21 @@ bool read_cone(const JsonView& light_view, PunctualLight& light, Notes& notes) {
 
 }  // namespace
 
+void check_light(const JsonView& light) {
+  as_string(light, "name");
+  const std::string* type = as_string(light, "type");
+  if (type == nullptr || (*type != "point" && *type != "spot" && *type != "directional"))
+    light.fail("'type' is none of 'point', 'spot', 'directional'");
+  has_numbers(light, "color", 3);
+  as_number(light, "intensity");
+  as_number(light, "range");
+  if (const Json* spot = as_object(light, "spot")) {
+    const JsonView cone{.value = *spot, .kind = "spot", .parent = &light};
+    as_number(cone, "innerConeAngle");
+    as_number(cone, "outerConeAngle");
+  }
+}
+
 void add_light(const Json& document, const PlacedNode& placed, Scene& scene, Notes& notes) {
   const Json* const reference = member(extension_of(placed.node.view.value, kExtension), "light");
   if (reference == nullptr) return;

@@ -8,6 +8,9 @@
 
 namespace eikon {
 
+/// Checks the members of a light of KHR_lights_punctual. throws InputError naming what is wrong
+void check_light(const JsonView& light);
+
 /// Appends the light that a node places, if it places one: at the node's origin, along its -Z; its
 /// scale counts for neither. Values outside their legal ranges are brought into them and named in
 /// `notes`. A light whose node leaves it no direction, or a spot light without an opening, is left

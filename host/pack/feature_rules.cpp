@@ -78,12 +78,31 @@ bool has_thin_film(const Material& m) {
   return m.iridescence > 0 && has_microfacets(m);
 }
 
+/// Whether some parameter of the record is not the same in both materials.
+template <class Record>
+bool differ(const Material& a, const Material& b) {
+  bool found = false;
+  ParametersOf<Record>::visit([&](auto parameter, std::size_t) {
+    if constexpr (std::is_same_v<decltype(parameter), MaterialTexture>)
+      found = found || (a.*parameter.of).has_value() != (b.*parameter.of).has_value();
+    else
+      found = found || a.*parameter != b.*parameter;
+  });
+  return found;
+}
+
 Need material_extension(const SceneFacts& facts) {
   return if_some_material(facts, "no specular, transmission, volume or table", [](const Material& m) {
     const Lobe lobe = lobe_of(m);
-    return lobe == Lobe::transmission || lobe == Lobe::measured ||
-           (lobe != Lobe::diffuse &&
-            (m.specular != 1 || m.specular_color != glm::vec3(1) || m.specular_texture || m.specular_color_texture));
+    if (lobe == Lobe::transmission || lobe == Lobe::measured) return true;
+    Material usual;
+    usual.transmission = m.transmission;  // of metal, where it does not count
+    usual.transmission_texture = m.transmission_texture;
+    if (lobe == Lobe::diffuse) {          // nor do these
+      usual.specular = m.specular;
+      usual.specular_color = m.specular_color;
+    }
+    return differ<MaterialExtension>(m, usual);
   });
 }
 

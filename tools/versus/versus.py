@@ -156,6 +156,7 @@ def main():
     parser.add_argument("--ref-spp", type=int, default=2048, help="samples per pixel of a reference (default 2048)")
     parser.add_argument("--max-depth", type=int, default=16, help="path edges from the camera (default 16)")
     parser.add_argument("--rounds", type=int, default=3, help="more rounds to measure (default 3); 0: references only")
+    parser.add_argument("--overview", type=pathlib.Path, metavar="PNG", help="a plot of all scenes in one picture")
     parser.add_argument("--install", action="store_true", help="install the renderers that are missing")
     arguments = parser.parse_args()
     arguments.spp = [int(word) for word in arguments.spp.split(",")]
@@ -184,7 +185,7 @@ def main():
         except (ValueError, RuntimeError, OSError) as error:
             print(f"{path}: {error}", file=sys.stderr)
             failed = True
-    versus_page.write(arguments.out)
+    versus_page.write(arguments.out, arguments.overview)
     return 1 if failed else 0
 
 

@@ -113,6 +113,27 @@ def plot(scene):
     return stream.getvalue()
 
 
+def write_overview(scenes, path):
+    """A PNG with a panel for each scene: error against seconds of rendering alone."""
+    import matplotlib
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+    from matplotlib import ticker
+    figure, axes = plt.subplots(1, len(scenes), figsize=(3.2 * len(scenes), 3), sharey=True, squeeze=False, layout="constrained")
+    for scene, axis in zip(scenes, axes[0]):
+        for name in scene.runs:
+            axis.loglog(*zip(*scene.curve(name, "seconds")), "o-", color=COLORS[name], label=name, markersize=4)
+        axis.set_title(scene.name)
+        axis.set_xlabel("seconds of rendering")
+        axis.set_xlim(*whole_decades(axis.get_xlim()))
+        axis.xaxis.set_minor_formatter(ticker.NullFormatter())
+        axis.grid(True, alpha=0.3)
+    axes[0][0].set_ylabel("error (relMSE)")
+    axes[0][0].legend(fontsize="small")
+    figure.savefig(path, dpi=90)
+    plt.close(figure)
+
+
 def picture_png(scene):
     """PNG bytes of the scene itself, exposed to its mean."""
     import matplotlib.image
@@ -132,8 +153,9 @@ table{border-collapse:collapse}td,th{border:1px solid #ccc;padding:.25em .6em;te
 td:nth-child(-n+2),th{text-align:left}img{max-width:100%}"""
 
 
-def write(out):
-    """Reads every scene's folder in `out`; writes SCENE.png, results.json and index.html there, and prints the table."""
+def write(out, overview=None):
+    """Reads every scene's folder in `out`; writes SCENE.png, results.json and index.html there, and prints the table.
+    overview: a PNG of all scenes, if wanted"""
     scenes = [Measured(path.parent) for path in sorted(pathlib.Path(out).glob("*/runs.jsonl")) if path.stat().st_size]
     if not scenes:
         print(f"{out}: nothing is measured yet")
@@ -144,6 +166,8 @@ def write(out):
     for row in table:
         print("| " + " | ".join(cells(row)) + " |")
 
+    if overview:
+        write_overview(scenes, overview)
     body = []
     for scene in scenes:
         png = plot(scene)

@@ -10,6 +10,7 @@
 #include "core/error.h"
 #include "gltf/extensions.h"
 #include "gltf/geometry/instances.h"
+#include "gltf/lights.h"
 #include "gltf/materials/material_extensions.h"
 #include "gltf/materials/variants.h"
 #include "io/text.h"
@@ -84,20 +85,7 @@ std::size_t check_lights(const Json& document) {
   const Json* punctual = as_object(view, "KHR_lights_punctual");
   if (punctual == nullptr) return 0;
   const JsonView owner{.value = *punctual, .kind = "KHR_lights_punctual"};
-  for_each_part(owner, "lights", "light", [](const JsonView& light) {
-    as_string(light, "name");
-    const std::string* type = as_string(light, "type");
-    if (type == nullptr || (*type != "point" && *type != "spot" && *type != "directional"))
-      light.fail("'type' is none of 'point', 'spot', 'directional'");
-    has_numbers(light, "color", 3);
-    as_number(light, "intensity");
-    as_number(light, "range");
-    if (const Json* spot = as_object(light, "spot")) {
-      const JsonView cone{.value = *spot, .kind = "spot", .parent = &light};
-      as_number(cone, "innerConeAngle");
-      as_number(cone, "outerConeAngle");
-    }
-  });
+  for_each_part(owner, "lights", "light", check_light);
   const Json* lights = as_array(owner, "lights");
   return lights == nullptr ? 0 : size_of(*lights);
 }
