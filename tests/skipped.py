@@ -20,7 +20,7 @@ def skipped_tests(report):
     for case in xml.etree.ElementTree.parse(report).getroot().iter("testcase"):
         skipped = case.find("skipped")
         if skipped is not None:
-            yield case.get("name"), skipped.get("message") or case.findtext("system-out") or ""
+            yield case.get("name"), (skipped.get("message") or "") + (case.findtext("system-out") or "")
 
 
 def main():
