@@ -78,7 +78,7 @@ bool has_thin_film(const Material& m) {
   return m.iridescence > 0 && has_microfacets(m);
 }
 
-/// Whether some parameter of the record is not the same in both materials.
+/// Returns true if the materials differ in some parameter of the record.
 template <class Record>
 bool differ(const Material& a, const Material& b) {
   bool found = false;

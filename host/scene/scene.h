@@ -145,14 +145,13 @@ struct TextureUse {
 /// The textures that a material has.
 [[nodiscard]] std::vector<TextureUse> textures_of(const Material& material);
 
-/// KHR_lights_punctual, placed by its node.
 /// The kinds of light of kernels/shared/features.def, with the values that Light.kind has in kernels.
 enum class LightKind : std::uint32_t {
 #define EK_LIGHT(name, bit) name = bit,
 #include "shared/features.def"
 };
 
-/// A light without extent, of the kind `point`, `spot` or `directional`.
+/// A light without extent, placed by its node: `point`, `spot` or `directional` [KHR_lights_punctual].
 struct PunctualLight {
   std::string name;
   LightKind kind = LightKind::point;

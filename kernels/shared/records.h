@@ -72,6 +72,8 @@ EK_BEGIN
 #define EK_MEMBER(type, name) type name;
 #define EK_ARRAY(type, name, count) type name[count];
 #include "shared/records.def"
+#undef EK_NAME_AT
+#undef EK_JOIN
 
 EK_END
 #endif

@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <climits>
-#include <cmath>
 #include <fstream>
 #include <memory>
 #include <sstream>
@@ -50,7 +49,7 @@ Defines default_defines() {
 /// The devices and programs of this process. Closed before main returns: drivers do not outlive it.
 struct Opened : testing::Environment {
   std::vector<std::unique_ptr<Device>> devices;
-  std::map<std::tuple<const Device*, std::size_t, Defines, bool>, Program> programs;  // by a hash of their text
+  std::map<std::tuple<const Device*, std::size_t, Defines, bool, std::string>, Program> programs;  // by a hash of their text
   // Blocks of megabytes come and go with each run: kept, they cost no system calls and no pages that are cleared.
   void SetUp() override {
     mallopt(M_MMAP_THRESHOLD, 1 << 30);
@@ -84,18 +83,14 @@ std::vector<std::unique_ptr<Device>>& devices() {
 }
 
 const Program& program_of(Device& device, const std::string& text, const ProgramOptions& options) {
-  const auto key = std::tuple(&std::as_const(device), std::hash<std::string>()(text), options.defines, options.optimise);
+  const auto key = std::tuple(&std::as_const(device), std::hash<std::string>()(text), options.defines, options.optimise,
+                              options.extra_flags);
   const auto found = opened->programs.find(key);
   if (found != opened->programs.end()) return found->second;
   return opened->programs.emplace(key, device.build(text, options)).first->second;
 }
 
 namespace {
-
-/// IEEE 754 leaves the sign of a NaN to the processor.
-bool same_word(std::uint32_t a, std::uint32_t b) {
-  return a == b || (std::isnan(as_float(a)) && std::isnan(as_float(b)));
-}
 
 /// The item of `items` that is number i of `asked` of them, evenly chosen; the last one where there are fewer.
 std::size_t chosen(std::size_t i, std::size_t asked, std::size_t items) {
@@ -187,7 +182,7 @@ std::vector<Words> Probe::run(const std::string& name, const std::vector<Words>&
       std::size_t different = 0, example = 0;
       for (std::size_t k = 0; k < outputs; ++k) {
         for (std::size_t i = 0; i < asked; ++i)
-          if (!same_word(result[k * asked + i], first[k * padded + chosen(i, asked, items)]) && different++ == 0)
+          if (result[k * asked + i] != first[k * padded + chosen(i, asked, items)] && different++ == 0)
             example = k * asked + i;
       }
       const std::size_t example_output = example / asked, example_item = chosen(example % asked, asked, items);

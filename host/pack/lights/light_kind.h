@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is particular to each kind of light: what is said of such lights, which scenes have them, and how lights without extent
-// are packed.
+// One row for each kind of light says its name and units, and which scenes have such lights. Lights
+// without extent are packed here too, because each kind has its own way.
 #pragma once
 #include <cstdint>
 
@@ -19,7 +19,7 @@ struct LightKindInfo {
 };
 [[nodiscard]] const LightKindInfo& light_kind(LightKind kind);
 
-/// What kernels, the choice among lights and the light tree need of a light without extent.
+/// A light without extent, as kernels, the choice among lights and the light tree need it.
 struct PackedPunctualLight {
   Light record{};  // p0, p1 and p2 as kernels/lights/light.h reads them for this kind
   double flux = 0;  // W; 0: it lights nothing

@@ -5,7 +5,7 @@
 #define EK_SHADE_SCATTER_H
 #include "stages/shade/shading_frame.h"
 
-// Whether some material scatters in several ways, of which a random number chooses one.
+// True if some material scatters in several ways, so that a random number has to choose one.
 enum {
   HAS_LOBE_CHOICE = EK_LAYERED | EK_HAS_energy_compensation
 #define EK_LOBE(name, bit) | (EK_HAS_##name & (bit != LOBE_diffuse && bit != LOBE_conductor))

@@ -12,7 +12,6 @@ namespace {
 
 using nlohmann::json;
 
-
 struct Span {
   std::string name;
   double begin_us = 0, end_us = 0, busy_us = 0;

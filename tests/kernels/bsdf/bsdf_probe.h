@@ -102,5 +102,4 @@ std::vector<Words> scatter(const std::vector<MaterialRecord>& materials,
 /// Of the kernels that ask about thin films alone: a program of little else, which compiles in a tenth of the time.
 Probe film_probe();
 
-/// [0, 1), multiples of 2^-24, as the sampler's.
 }  // namespace eikon::test

@@ -32,11 +32,14 @@ Exact corner(const Triangle& t, int k) {
 }
 Exact exact_normal(const Triangle& t) { return cross(corner(t, 1) - corner(t, 0), corner(t, 2) - corner(t, 0)); }
 
+/// With an area: rounding makes some far from the origin degenerate, which the reader of files leaves out.
 template <class Coordinate>
 Triangle random_triangle(std::mt19937& random, Coordinate coordinate) {
   Triangle t{};
-  for (float* x : {&t.p0_x, &t.p0_y, &t.p0_z, &t.p1_x, &t.p1_y, &t.p1_z, &t.p2_x, &t.p2_y, &t.p2_z})
-    *x = coordinate(random);
+  do {
+    for (float* x : {&t.p0_x, &t.p0_y, &t.p0_z, &t.p1_x, &t.p1_y, &t.p1_z, &t.p2_x, &t.p2_y, &t.p2_z})
+      *x = coordinate(random);
+  } while (length(exact_normal(t)) == 0);
   return t;
 }
 
