@@ -3,7 +3,6 @@
 // what is named as left out.
 #pragma once
 #include <string>
-#include <string_view>
 
 #include "io/json_text.h"
 #include "scene/notes.h"

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "gltf/scene_files.h"
 
-#include <algorithm>
 #include <cstdint>
 #include <cstring>
 #include <fstream>

@@ -8,7 +8,6 @@
 #include <cstdlib>
 #include <span>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include <fmt/format.h>

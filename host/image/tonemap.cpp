@@ -2,7 +2,6 @@
 #include "image/tonemap.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace eikon {
 namespace {

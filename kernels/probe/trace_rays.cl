@@ -15,11 +15,6 @@
 
 EK_FN v3 trace_load3(global const float* p, uint stride) { return V3(load_f(p), load_f(p + stride), load_f(p + 2 * stride)); }
 
-EK_FN RayEnds trace_ends(global const float* p, uint stride) {
-  const RayEnds ends = {load_u((global const uint*)(p + 7 * stride)), load_u((global const uint*)(p + 8 * stride))};
-  return ends;
-}
-
 // The rays from `first` on, which are row `row` of `rows`.
 EK_FN TracedRays trace_rays(global const float* rays, uint stride, uint first, uint row, uint rows, uint coherent) {
   global const float* p = rays + first + row;
@@ -29,65 +24,44 @@ EK_FN TracedRays trace_rays(global const float* rays, uint stride, uint first, u
                              .origin = trace_load3(p, stride),
                              .dir = trace_load3(p + 3 * stride, stride),
                              .t_max = load_f(p + 6 * stride),
-                             .ends = trace_ends(p, stride),
+                             .ends = {AS_U(load_f(p + 7 * stride)), AS_U(load_f(p + 8 * stride))},
                              .key = opacity_key(hash_bits((vu)(first + row) + LANE_INDEX), (vu)(0u), 1u, 0u)};
   return traced;
 }
 
-// The rays [begin, end).
-EK_FN_ONCE void trace_closest_run(constant Frame* frame, Geometry geometry, global const float* rays, global float* hits, uint begin,
-                                  uint end, uint stride, uint coherent) {
+EK_FN void trace_run(constant Frame* frame, Geometry geometry, global const float* rays, global float* hits, uint ray_count,
+                     uint stride, uint coherent, const int any_hit) {
+  const uint begin = (uint)get_global_id(0) * EK_CHUNK, end = min(begin + EK_CHUNK, ray_count);
   Tracing tracing;
   for (uint first = begin; first < end; first += EK_ROWS) {
     const uint rows = min(end - first, (uint)EK_ROWS);
     tracing_clear(&tracing);
     for (uint row = 0; row < rows; row += EK_WIDTH) {
       TracedRays traced = trace_rays(rays, stride, first, row, rows, coherent);
-      traced.t_max = EK_INFINITY;
-      tracing_begin(frame, geometry, &tracing, traced, 0);
+      if (!any_hit) traced.t_max = EK_INFINITY;
+      tracing_begin(frame, geometry, &tracing, traced, any_hit);
     }
-    tracing_finish(frame, geometry, &tracing, 0);
+    tracing_finish(frame, geometry, &tracing, any_hit);
     for (uint row = 0; row < rows; row += EK_WIDTH) {
       const HitLanes hit = closest_result(&tracing, row);
       global float* p = hits + first + row;
-      store_f(p, hit.t);
-      store_f(p + stride, hit.u);
-      store_f(p + 2 * stride, hit.v);
-      store_f(p + 3 * stride, AS_F(hit.triangle));
-      if (EK_HAS_instance) store_f(p + 4 * stride, AS_F(hit.instance));
-    }
-  }
-}
-
-EK_FN_ONCE void trace_any_run(constant Frame* frame, Geometry geometry, global const float* rays, global float* hits, uint begin,
-                              uint end, uint stride, uint coherent) {
-  Tracing tracing;
-  for (uint first = begin; first < end; first += EK_ROWS) {
-    const uint rows = min(end - first, (uint)EK_ROWS);
-    tracing_clear(&tracing);
-    for (uint row = 0; row < rows; row += EK_WIDTH) {
-      tracing_begin(frame, geometry, &tracing, trace_rays(rays, stride, first, row, rows, coherent), 1);
-    }
-    tracing_finish(frame, geometry, &tracing, 1);
-    for (uint row = 0; row < rows; row += EK_WIDTH) {
-      store_f(hits + first + row, any_result(&tracing, row) ? (vf)(1.0f) : (vf)(0.0f));
-#if defined(EK_COUNT) && EK_COUNT
-      const HitLanes counts = closest_result(&tracing, row);
-      store_f(hits + first + row + stride, counts.u);
-      store_f(hits + first + row + 2 * stride, counts.v);
-#endif
+      store_f(p, !any_hit ? hit.t : any_result(&tracing, row) ? (vf)(1.0f) : (vf)(0.0f));
+      if (!any_hit | EK_COUNT) {
+        store_f(p + stride, hit.u);
+        store_f(p + 2 * stride, hit.v);
+      }
+      if (!any_hit) store_f(p + 3 * stride, AS_F(hit.triangle));
+      if (EK_HAS_instance & !any_hit) store_f(p + 4 * stride, AS_F(hit.instance));
     }
   }
 }
 
 kernel void trace_closest(TRACE_ARGUMENTS) {
   const Geometry geometry = EK_GEOMETRY;
-  const uint begin = (uint)get_global_id(0) * EK_CHUNK;
-  trace_closest_run(frame, geometry, rays, hits, begin, min(begin + EK_CHUNK, ray_count), stride, coherent);
+  trace_run(frame, geometry, rays, hits, ray_count, stride, coherent, 0);
 }
 
 kernel void trace_any(TRACE_ARGUMENTS) {
   const Geometry geometry = EK_GEOMETRY;
-  const uint begin = (uint)get_global_id(0) * EK_CHUNK;
-  trace_any_run(frame, geometry, rays, hits, begin, min(begin + EK_CHUNK, ray_count), stride, coherent);
+  trace_run(frame, geometry, rays, hits, ray_count, stride, coherent, 1);
 }

@@ -29,7 +29,7 @@ typedef struct {
   HitU triangle, instance;
   HitF gave_up;
   HitU gave_up_surface;
-#if defined(EK_COUNT) && EK_COUNT
+#if EK_COUNT
   uint tests, steps;
 #endif
 } HIT_TYPE;
@@ -41,7 +41,7 @@ EK_FN HIT_TYPE HIT(no_hit)(HitF t_max) {
   hit.triangle = hit.instance = (HitU)(EK_NO_HIT);
   hit.gave_up = (HitF)(INFINITY);
   hit.gave_up_surface = (HitU)(EK_NO_HIT);
-#if defined(EK_COUNT) && EK_COUNT
+#if EK_COUNT
   hit.tests = hit.steps = 0u;
 #endif
   return hit;

@@ -40,16 +40,6 @@ typedef struct {
 #define EK_GEOMETRY {accel_nodes, accel_leaves, {.triangles = triangles EK_SHAPE_DATA}}
 #endif
 
-// These count tests of triangles, and steps through a structure, in a program with EK_COUNT 1
-// (`bench rays`).
-#if defined(EK_COUNT) && EK_COUNT
-#define EK_COUNT_TEST(hit) (++(hit)->tests)
-#define EK_COUNT_STEP(hit) (++(hit)->steps)
-#else
-#define EK_COUNT_TEST(hit)
-#define EK_COUNT_STEP(hit)
-#endif
-
 // The hits of EK_ROWS rays. A field that the program does not need has room for one vector.
 #define EK_ROWS_IF(feature) ((feature) ? EK_ROWS : EK_WIDTH)
 typedef struct {

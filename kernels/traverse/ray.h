@@ -140,6 +140,18 @@ EK_FN uint ray_target(const RayOne* ray) { return EK_HAS_instance ? EK_NO_HIT : 
 #endif
 #define EK_ROWS_ALIGNED __attribute__((aligned(4 * EK_WIDTH)))
 
+// EK_COUNT 1 (`bench rays`): searches count their tests of triangles and their steps.
+#ifndef EK_COUNT
+#define EK_COUNT 0
+#endif
+#if EK_COUNT
+#define EK_COUNT_TEST(hit) (++(hit)->tests)
+#define EK_COUNT_STEP(hit) (++(hit)->steps)
+#else
+#define EK_COUNT_TEST(hit)
+#define EK_COUNT_STEP(hit)
+#endif
+
 // Components of `a` in the axes of the triangle test: z is the longest of d (the last of equals); x
 // and y follow cyclically.
 EK_FN v3 permute3(v3 a, vi z_is_x, vi z_is_y) {
@@ -205,22 +217,6 @@ EK_FN RaySigns ray_signs(v3 rcp_d) {
 EK_FN void ray_store(RayOne* rays, RayLanes ray, vf t) {
   const RaySigns signs = ray_signs(ray.rcp_d);
   const vu axis_z = AS_U(TO_I(ray.axis)) * 8u, axis_x = axis_z == 16u ? (vu)(0u) : axis_z + 8u;
-#if EK_WIDTH == 1
-  rays->rcp_d = ray.rcp_d; rays->o_near = ray.o_near; rays->o_far = ray.o_far;
-  rays->t = t;
-  rays->near_x = signs.near_x; rays->near_y = signs.near_y; rays->near_z = signs.near_z; rays->order = signs.order;
-  rays->p_o = ray.p_o; rays->sx = ray.sx; rays->sy = ray.sy; rays->p_rcp_d = ray.p_rcp_d;
-  rays->p_near_x = ray.p_near_x; rays->p_near_y = ray.p_near_y; rays->p_far_x = ray.p_far_x; rays->p_far_y = ray.p_far_y;
-  rays->extent = ray.extent; rays->t_slack = ray.t_slack;
-  rays->axis_x = axis_x; rays->axis_z = axis_z;
-  rays->origin_prim = ray.ends.origin_prim;
-  rays->instance_or_target = EK_HAS_instance ? 0u : ray.ends.target_prim;
-#if EK_HAS_instance
-  rays->world[0] = ray.rcp_d.x; rays->world[1] = ray.rcp_d.y; rays->world[2] = ray.rcp_d.z;
-  rays->world[3] = ray.o_near.x; rays->world[4] = ray.o_near.y; rays->world[5] = ray.o_near.z;
-  rays->world[6] = ray.o_far.x; rays->world[7] = ray.o_far.y; rays->world[8] = ray.o_far.z;
-#endif
-#else
   const RayBoxWords boxes = {.fields = {.rcp_d = ray.rcp_d,
                                         .o_near = ray.o_near,
                                         .o_far = ray.o_far,
@@ -243,6 +239,13 @@ EK_FN void ray_store(RayOne* rays, RayLanes ray, vf t) {
                                         .t = t,
                                         .axis_z = axis_z,
                                         .instance_or_target = EK_HAS_instance ? (vu)(0u) : ray.ends.target_prim}};
+#if EK_WIDTH == 1
+  *(RayBoxLanes*)&rays->rcp_d = boxes.fields;
+  *(RayTestLanes*)&rays->p_o = test.fields;
+#if EK_HAS_instance
+  *(RayBoxLanes*)rays->world = boxes.fields;
+#endif
+#else
   const Rec first = rec_transposed(boxes.words), second = rec_transposed(test.words);
 #define EK_RAY_ROW(vector, lane, offset)                        \
   *(vf*)((float*)(rays + 0x##lane) + offset) = first.w##vector; \
@@ -266,17 +269,19 @@ EK_FN void ray_store(RayOne* rays, RayLanes ray, vf t) {
 #endif
 }
 
-#if EK_WIDTH > 1
 // The words for triangles of EK_WIDTH of the rays.
 EK_FN RayTestLanes ray_test_lanes(const RayOne* rays, const uint* rows) {
+#if EK_WIDTH == 1
+  return *(const RayTestLanes*)&rays[rows[0]].p_o;
+#else
   RayTestWords ray;
 #define EK_RAY_ROW(vector, lane, offset) ray.words.w##vector = *(const vf*)((const float*)(rays + rows[0x##lane]) + 16 + offset);
   EK_REC_ROWS(EK_RAY_ROW)
 #undef EK_RAY_ROW
   ray.words = rec_transposed(ray.words);
   return ray.fields;
-}
 #endif
+}
 
 // The ray's key in all lanes.
 EK_FN OpacityKey ray_key(const RayOne* ray) {

@@ -214,7 +214,7 @@ EK_FN void tracing_finish(constant Frame* frame, Geometry geometry, Tracing* tra
     Hit hit = no_hit(hits->t[row]);
     const int found = traverse_one(geometry, tracing->rays + row, any_hit, &hit);
     hits->t[row] = hit.t;
-#if defined(EK_COUNT) && EK_COUNT
+#if EK_COUNT
     hits->u[row] = (float)hit.tests;
     hits->v[row] = (float)hit.steps;
 #else

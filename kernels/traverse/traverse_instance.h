@@ -91,21 +91,6 @@ EK_FN EntryBoxes entry_boxes(EntryLanes e, RayEntry ray) {
 
 // Takes EK_WIDTH of the rays into instances. Rows beyond those that count repeat one that does.
 EK_FN void rays_enter(global const InstanceRecord* records, RayOne* rays, const uint* rows, const uint* instances) {
-#if EK_WIDTH == 1
-  RayOne* ray = rays + rows[0];
-  const RayEntry entry = {.p_o = ray->p_o,
-                          .sx = ray->sx,
-                          .sy = ray->sy,
-                          .p_rcp_d = ray->p_rcp_d,
-                          .t_slack = ray->t_slack,
-                          .z_is_x = ray->axis_z == 0u,
-                          .z_is_y = ray->axis_z == 8u};
-  const EntryBoxes b = entry_boxes(load_entry(records, instances[0]), entry);
-  ray->rcp_d = b.rcp_d; ray->o_near = b.o_near; ray->o_far = b.o_far;
-  const RaySigns signs = ray_signs(b.rcp_d);
-  ray->near_x = signs.near_x; ray->near_y = signs.near_y; ray->near_z = signs.near_z; ray->order = signs.order;
-  ray->instance_or_target = instances[0] + 1u;
-#else
   const RayTestLanes ray = ray_test_lanes(rays, rows);
   float slacks[EK_WIDTH] EK_ROWS_ALIGNED;
   for (uint lane = 0; lane < EK_WIDTH; ++lane) slacks[lane] = rays[rows[lane]].t_slack;
@@ -129,12 +114,15 @@ EK_FN void rays_enter(global const InstanceRecord* records, RayOne* rays, const 
                                         .axis_x = ray.axis_z == 16u ? (vu)(0u) : ray.axis_z + 8u,
                                         .t_slack = t_slack,
                                         .origin_prim = (vu)(EK_NO_HIT)}};
+#if EK_WIDTH == 1
+  *(RayBoxLanes*)&rays[rows[0]].rcp_d = boxes.fields;
+#else
   const Rec words = rec_transposed(boxes.words);
 #define ENTRY_ROW(vector, lane, offset) *(vf*)((float*)(rays + rows[0x##lane]) + offset) = words.w##vector;
   EK_REC_ROWS(ENTRY_ROW)
 #undef ENTRY_ROW
-  for (uint lane = 0; lane < EK_WIDTH; ++lane) rays[rows[lane]].instance_or_target = instances[lane] + 1u;
 #endif
+  for (uint lane = 0; lane < EK_WIDTH; ++lane) rays[rows[lane]].instance_or_target = instances[lane] + 1u;
 }
 
 EK_FN void ray_enter(global const InstanceRecord* records, RayOne* ray, uint instance) {

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 #include <meshoptimizer.h>
 
-#include <algorithm>
 #include <array>
 #include <utility>
 

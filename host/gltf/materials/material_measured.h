@@ -4,7 +4,6 @@
 #include <filesystem>
 #include <map>
 #include <memory>
-#include <string>
 
 #include "io/xxhash64.h"
 #include "scene/measured_table.h"

@@ -82,6 +82,31 @@ typedef struct {
 // 1 if a cell that begins there cannot hold the closest hit.
 EK_FN int is_behind(const CellRay* c, const Hit* hit, float begin) { return (!c->far) & (begin > hit->t); }
 
+// The cells that a ray is still to visit, the next one last, and its interval in each.
+typedef struct {
+  uint cell[EK_STACK_SIZE];
+  float begin[EK_STACK_SIZE], end[EK_STACK_SIZE];
+  uint size;
+} CellStack;
+
+// Pushes a cell if `counts` is 1; otherwise the next one takes its place.
+EK_FN void cell_push(CellStack* stack, uint cell, float begin, float end, int counts) {
+  stack->cell[stack->size] = cell;
+  stack->begin[stack->size] = begin;
+  stack->end[stack->size] = end;
+  stack->size += (uint)counts;
+}
+// Takes the next cell that does not lie behind the hit; returns 0 if there is none.
+EK_FN int cell_pop(CellStack* stack, const CellRay* c, const Hit* hit, uint* cell, float* begin, float* end) {
+  do {
+    if (stack->size == 0) return 0;
+    *begin = stack->begin[--stack->size];
+  } while (is_behind(c, hit, *begin));
+  *cell = stack->cell[stack->size];
+  *end = stack->end[stack->size];
+  return 1;
+}
+
 // Tests the triangles of a list; returns 1 if one settles an any-hit query.
 EK_FN int try_list(Geometry geometry, const RayOne* ray, uint first, uint count, const int any_hit, Hit* hit) {
   for (uint i = 0; i < count; ++i) {

@@ -24,9 +24,8 @@ EK_FN int traverse_cells(Geometry geometry, const RayOne* ray, const int any_hit
 #if EK_LAYOUT_bsp
   const BspRay oblique = bsp_ray(geometry, ray);
 #endif
-  uint node[EK_STACK_SIZE];
-  float begins[EK_STACK_SIZE], ends[EK_STACK_SIZE];
-  uint stack_size = 0, current = 0;
+  CellStack stack = {.size = 0};
+  uint current = 0;
   float begin = c.begin, end = c.end;
   if (!(begin <= end)) return 0;
   for (;;) {
@@ -52,21 +51,13 @@ EK_FN int traverse_cells(Geometry geometry, const RayOne* ray, const int any_hit
       const uint first = parts.falls ? above : below, second = parts.falls ? below : above;
       const float second_begin = shape_max_one(begin, parts.second_begin);
       const int in_first = begin <= parts.first_end;
-      node[stack_size] = second;
-      begins[stack_size] = second_begin;
-      ends[stack_size] = end;
-      stack_size += (in_first & (second_begin <= end)) ? 1u : 0u;
+      cell_push(&stack, second, second_begin, end, in_first & (second_begin <= end));
       current = in_first ? first : second;
       end = in_first ? shape_min_one(end, parts.first_end) : end;
       continue;
     }
     if (try_list(geometry, ray, p[0], word >> 3, any_hit, hit)) return 1;
-    do {
-      if (stack_size == 0) return 0;
-      begin = begins[--stack_size];
-    } while (is_behind(&c, hit, begin));
-    current = node[stack_size];
-    end = ends[stack_size];
+    if (!cell_pop(&stack, &c, hit, &current, &begin, &end)) return 0;
   }
 }
 

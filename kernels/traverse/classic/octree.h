@@ -14,10 +14,9 @@
 
 EK_FN int traverse_cells(Geometry geometry, const RayOne* ray, const int any_hit, Hit* hit) {
   const CellRay c = cell_ray(geometry, ray, hit);
-  uint node[EK_STACK_SIZE];
-  float begins[EK_STACK_SIZE], ends[EK_STACK_SIZE];
   const uint mirror = (c.r[0] < 0.0f ? 1u : 0u) | (c.r[1] < 0.0f ? 2u : 0u) | (c.r[2] < 0.0f ? 4u : 0u);
-  uint stack_size = 0, current = 0;
+  CellStack stack = {.size = 0};
+  uint current = 0;
   float begin = c.begin, end = c.end;
   if (!(begin <= end)) return 0;
   for (;;) {
@@ -37,22 +36,13 @@ EK_FN int traverse_cells(Geometry geometry, const RayOne* ray, const int any_hit
         const float by = (order & 2u) ? second_begin[1] : begin, ey = (order & 2u) ? end : first_end[1];
         const float bz = (order & 4u) ? second_begin[2] : begin, ez = (order & 4u) ? end : first_end[2];
         const float b = shape_max_one(shape_max_one(bx, by), bz), e = shape_min_one(shape_min_one(ex, ey), ez);
-        if ((child != 0u) & (b <= e)) {
-          node[stack_size] = child;
-          begins[stack_size] = b;
-          ends[stack_size++] = e;
-        }
+        if ((child != 0u) & (b <= e)) cell_push(&stack, child, b, e, 1);
       }
     } else {
       const uint leaf = current & 0x7fffffffu;
       if (try_list(geometry, ray, leaf + 1u, geometry.leaves[leaf], any_hit, hit)) return 1;
     }
-    do {
-      if (stack_size == 0) return 0;
-      begin = begins[--stack_size];
-    } while (is_behind(&c, hit, begin));
-    current = node[stack_size];
-    end = ends[stack_size];
+    if (!cell_pop(&stack, &c, hit, &current, &begin, &end)) return 0;
   }
 }
 
