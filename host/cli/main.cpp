@@ -19,7 +19,7 @@
 namespace {
 
 int report(eikon::ExitCode code, const std::string& message) {
-  eikon::print_to_stderr("eikon: {}\n", eikon::one_line(message));  // names of files may hold anything
+  eikon::print_to_stderr("eikon: {}\n", eikon::printable(eikon::one_line(message)));  // names of files may hold anything
   return int(code);
 }
 

@@ -12,6 +12,7 @@
 #include "gltf/cameras.h"
 #include "gltf/document/accessor_table.h"
 #include "gltf/document/document_check.h"
+#include "gltf/document/names.h"
 #include "gltf/document/node_graph.h"
 #include "gltf/environment.h"
 #include "gltf/extensions.h"
@@ -211,6 +212,7 @@ Scene load(const std::filesystem::path& path, const std::string& variant) {
   const Container container = open_container(file.span(), extension == ".glb");
 
   Json json = parse_json(container.json);
+  make_names_printable(json);
   check_document(json);
   Document document = read_structure(json);
   scene.variants = variants_of(json);

@@ -7,23 +7,67 @@
 
 namespace eikon {
 
-std::string in_quotes(std::string_view text) {
-  constexpr std::size_t kMaxBytes = 80;
-  std::string out = "'";
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const auto c = static_cast<unsigned char>(text[i]);
-    const bool continues = (c & 0xC0U) == 0x80U;  // never cut inside a UTF-8 sequence
-    if (i >= kMaxBytes && !continues) {
-      out += "...";
-      break;
-    }
-    if (c < 0x20 || c == 0x7F || c == '\'') {
-      out += fmt::format("\\x{:02x}", c);
-    } else {
-      out += static_cast<char>(c);
-    }
+namespace {
+
+constexpr std::size_t kMaxBytes = 100;
+
+bool is_continuation(char c) { return (static_cast<unsigned char>(c) & 0xC0U) == 0x80U; }
+
+/// The code point of the UTF-8 sequence at the beginning of `text`, and its length; a byte that begins
+/// none has the length 0.
+struct CodePoint {
+  std::uint32_t value = 0;
+  std::size_t length = 0;
+};
+CodePoint first_code_point(std::string_view text) {
+  const auto lead = static_cast<unsigned char>(text[0]);
+  if (lead < 0x80) return {lead, 1};
+  const std::size_t length = lead >= 0xF0 ? 4 : lead >= 0xE0 ? 3 : 2;
+  if (lead < 0xC2 || lead > 0xF4 || text.size() < length) return {};
+  std::uint32_t value = lead & (0x7FU >> length);
+  for (std::size_t i = 1; i < length; ++i) {
+    if (!is_continuation(text[i])) return {};
+    value = value << 6U | (static_cast<unsigned char>(text[i]) & 0x3FU);
   }
-  return out + "'";
+  constexpr std::uint32_t kLeast[] = {0, 0, 0x80, 0x800, 0x10000};
+  const bool is_surrogate = value >= 0xD800 && value <= 0xDFFF;
+  return value < kLeast[length] || value > 0x10FFFF || is_surrogate ? CodePoint{} : CodePoint{value, length};
+}
+
+bool is_harmless(std::uint32_t c) {
+  const bool is_control = c < 0x20 || (c >= 0x7F && c < 0xA0) || c == 0x2028 || c == 0x2029;
+  const bool turns_writing = c == 0x200E || c == 0x200F || c == 0x061C || (c >= 0x202A && c <= 0x202E) ||
+                             (c >= 0x2066 && c <= 0x2069);
+  return !is_control && !turns_writing;
+}
+
+}  // namespace
+
+std::string printable(std::string_view text) {
+  std::string out;
+  while (!text.empty()) {
+    const CodePoint c = first_code_point(text);
+    const std::size_t length = std::max<std::size_t>(c.length, 1);
+    if (c.length > 0 && is_harmless(c.value))
+      out += text.substr(0, length);
+    else
+      for (const char byte : text.substr(0, length)) out += fmt::format("\\x{:02x}", static_cast<unsigned char>(byte));
+    text.remove_prefix(length);
+  }
+  return out;
+}
+
+std::string in_quotes(std::string_view text) {
+  std::string out;
+  for (const char c : printable(text)) c == '\'' ? out += "\\x27" : out += c;
+  if (out.size() > kMaxBytes) {
+    // Neither part begins or ends inside a UTF-8 sequence.
+    std::size_t head = kMaxBytes / 2, tail = out.size() - kMaxBytes / 2;
+    while (is_continuation(out[head])) --head;
+    while (is_continuation(out[tail])) ++tail;
+    out = out.substr(0, head) + "..." + out.substr(tail);
+  }
+  return "'" + out + "'";
 }
 
 std::string label(std::string_view kind, std::uint64_t index, std::string_view name) {

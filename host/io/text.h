@@ -11,8 +11,12 @@
 
 namespace eikon {
 
-/// `text` in single quotes, fit for one line: control characters and quotes are escaped, and the
-/// rest after 80 bytes is cut.
+/// `text` with each byte as "\x1b" that could move or rewrite what a terminal shows: control
+/// characters, marks that change the direction of writing, and what is not UTF-8.
+[[nodiscard]] std::string printable(std::string_view text);
+
+/// `text` in single quotes, fit for one line: printable, quotes escaped, and at most about 100 bytes,
+/// of which the middle is left out, because a path's end names the file.
 [[nodiscard]] std::string in_quotes(std::string_view text);
 
 /// "node 'lamp'", or "node 3" if it has no name.

@@ -8,6 +8,8 @@
 #include <string>
 #include <utility>
 
+#include "io/text.h"
+
 namespace eikon {
 
 /// Takes one line for the user, without the end of line.
@@ -20,10 +22,10 @@ void print_to_stderr(fmt::format_string<Arguments...> text, Arguments&&... argum
   (void)std::fputs(fmt::format(text, std::forward<Arguments>(arguments)...).c_str(), stderr);
 }
 
-/// Writes each line to stderr as "eikon: LINE", unless quiet.
+/// Writes each line to stderr as "eikon: LINE", unless quiet. Names of files in it may hold anything.
 inline Log log_unless(bool quiet) {
   if (quiet) return [](const std::string&) {};
-  return [](const std::string& line) { print_to_stderr("eikon: {}\n", line); };
+  return [](const std::string& line) { print_to_stderr("eikon: {}\n", printable(line)); };
 }
 
 }  // namespace eikon

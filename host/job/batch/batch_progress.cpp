@@ -44,7 +44,7 @@ void BatchProgress::again(const BatchJob& job) {
 void BatchProgress::log(const std::string& line) {
   const std::lock_guard lock(mutex_);
   erase();
-  print_to_stderr("eikon: {}\n", line);
+  print_to_stderr("eikon: {}\n", printable(line));
 }
 
 void BatchProgress::clear() {
@@ -98,7 +98,7 @@ void print_summary(const std::vector<BatchJob>& jobs, double seconds) {
                rendered ? fmt::format("{:.2f}", 1e-6 * double(job.samples) / job.render_s) : "-",
                job.relmse ? fmt::format("{:.3e}", *job.relmse) : "-",
                job.options ? job.options->exr().string() : shortened(job.text),
-               job.message.empty() ? "" : (job.options || !job.text.empty() ? ": " : "") + job.message);
+               job.message.empty() ? "" : (job.options || !job.text.empty() ? ": " : "") + printable(job.message));
   }
   std::string line;
   for (const JobState state :
