@@ -67,8 +67,16 @@ double parse_focus_distance(const std::string& text) {
   throw UsageError(fmt::format("--focus-distance {}: lies between 0 and {:g} metres", text, kMaxFocusDistance));
 }
 
-/// A constant R,G,B if the text begins with a number, else the file of a map.
+/// A constant R,G,B if the text begins with a number, `none` or `neutral`, else the file of a map.
 void parse_environment(const std::string& text, EnvironmentOptions& environment) {
+  if (text == "none") {
+    environment.radiance = glm::vec3(0.0F);
+    return;
+  }
+  if (text == "neutral") {
+    environment.neutral = true;
+    return;
+  }
   if (!number_in<double>(text.substr(0, text.find(',')))) {
     environment.map = text;
     return;
@@ -103,7 +111,9 @@ void add_camera_flags(CommandFlags& flags, SceneOptions& options) {
 }
 
 void add_environment_flags(CommandFlags& flags, EnvironmentOptions& environment) {
-  flags.parsed({"--env", "FILE|R,G,B", "replace the environment: an equirectangular .exr or .hdr, or a constant radiance"},
+  flags.parsed({"--env", "NAME|FILE|R,G,B",
+                "environment: none, neutral (a studio), an equirectangular .exr or .hdr, or a constant radiance [the "
+                "scene's; neutral if it is dark without]"},
                [&](const std::string& text) { parse_environment(text, environment); });
   flags.number({"--env-scale", "FACTOR", "multiply the environment's radiance [1]"}, environment.scale, 0, 1e9);
   flags.number({"--env-rotate", "DEGREES", "turn the environment about +Y, from -Z towards -X [0]"},

@@ -10,6 +10,8 @@
 #include "core/clock.h"
 #include "core/error.h"
 #include "scene/environment.h"
+#include "scene/studio.h"
+#include "scene/view/arriving_light.h"
 
 namespace eikon {
 namespace {
@@ -19,6 +21,7 @@ constexpr double kDefaultAspect = 16.0 / 9.0;
 constexpr double kDefaultFovRad = 0.7;
 constexpr long kMaxSide = 65535;  // pixel coordinates travel as two 16-bit halves
 constexpr double kMaxRadiance = 1e30;
+constexpr double kLeastLight = 0.01;  // see arriving_light(): less is too dark to show a shape
 
 void require_perspective(const Camera& camera, const std::string& flag, const char* what) {
   if (camera.projection == Projection::perspective) return;
@@ -75,8 +78,7 @@ Camera choose_camera(const SceneOptions& options, const Scene& scene, double asp
   } else if (!scene.cameras.empty()) {
     camera = scene.cameras.front();
   } else {
-    const Bounds bounds = world_bounds(scene);
-    camera = frame_camera(bounds.empty() ? Bounds{glm::dvec3(-1), glm::dvec3(1)} : bounds, aspect);
+    camera = frame_camera(scene, aspect);
     log("the file has no camera: the whole scene is framed; choose with --look-at EYE:TARGET");
   }
   if (options.panorama) {
@@ -91,7 +93,24 @@ Camera choose_camera(const SceneOptions& options, const Scene& scene, double asp
   return camera;
 }
 
-Environment choose_environment(const EnvironmentOptions& options, const Scene& scene, const Log& log) {
+/// Decides whether the neutral studio lights a scene that has no environment, and logs why.
+bool needs_studio(const Scene& scene, const Settings& settings, const Log& log) {
+  constexpr const char* kChoose = "choose with --env none, neutral, FILE or R,G,B";
+  if (needs_environment(scene)) {
+    log(fmt::format("the scene has no light: the neutral studio is used; {}", kChoose));
+    return true;
+  }
+  if (first_emitter(scene) == nullptr && scene.lights.empty()) return false;  // all of it is unlit
+  const double arriving = arriving_light(scene, settings.camera, double(settings.width) / settings.height);
+  if (arriving >= kLeastLight) return false;
+  log(fmt::format("the scene's own lights leave what the camera sees dark (white paper would have a radiance of {:.1e} "
+                  "there): the neutral studio is added; {}",
+                  arriving, kChoose));
+  return true;
+}
+
+Environment choose_environment(const EnvironmentOptions& options, const Scene& scene, const Settings& settings,
+                               const Log& log) {
   Environment environment;
   if (!options.map.empty()) {
     std::vector<std::string> warnings;
@@ -99,11 +118,10 @@ Environment choose_environment(const EnvironmentOptions& options, const Scene& s
     for (const std::string& warning : warnings) log(warning);
   } else if (options.radiance) {
     environment.radiance = *options.radiance;
-  } else if (scene.environment) {
+  } else if (!options.neutral && scene.environment) {
     environment = *scene.environment;
-  } else if (needs_environment(scene)) {
-    log("the scene has no light: a neutral environment of radiance 1 is used; choose with --env FILE or R,G,B");
-    environment.radiance = glm::vec3(1.0F);
+  } else if (options.neutral || needs_studio(scene, settings, log)) {
+    environment.map = neutral_studio();
   } else if (options.scale != 1 || options.rotate_deg != 0) {
     log("there is no environment for --env-scale and --env-rotate; give one with --env");
   }
@@ -216,7 +234,7 @@ Prepared settle(const SceneOptions& options, std::shared_ptr<Scene> loaded, cons
   const SampleRange samples = options.samples.value_or(SampleRange{0, options.spp});
   settings.sample_begin = samples.begin;
   settings.sample_end = samples.end;
-  settings.environment = choose_environment(options.environment, scene, log);
+  settings.environment = choose_environment(options.environment, scene, settings, log);
   settings.filter = options.filter;
   settings.transparent = options.transparent;
   settings.seed = std::uint32_t(options.seed);

@@ -33,10 +33,12 @@ struct LensOptions {
   std::optional<double> focus_distance_m;
 };
 
-/// At most one of `map` and `radiance`; neither: the scene's environment.
+/// At most one of `map`, `radiance` and `neutral`; none: the scene's environment, or the neutral studio
+/// where the scene is dark without it.
 struct EnvironmentOptions {
   std::string map;                    // OpenEXR or Radiance file
   std::optional<glm::vec3> radiance;  // constant, W/(sr m^2)
+  bool neutral = false;               // the studio of scene/studio.h
   double scale = 1, rotate_deg = 0;   // of whichever environment is used
 };
 

@@ -45,6 +45,17 @@ std::string rejected_line(const RenderReport& report, std::uint64_t all) {
   return line;
 }
 
+/// True if each pixel would be 0 as 8 bits of sRGB.
+bool is_black(const Film& film) {
+  constexpr double kBlack = 0.5 / 255 / 12.92;
+  const Crop& crop = film.layout().crop;
+  for (std::uint32_t y = crop.y0; y < crop.y1; ++y)
+    for (std::uint32_t x = crop.x0; x < crop.x1; ++x)
+      for (std::uint32_t channel = 0; channel < 3; ++channel)
+        if (film.mean(x, y, channel) > kBlack) return false;
+  return true;
+}
+
 }  // namespace
 
 RenderJob::RenderJob(RenderOptions options, Log log, double begin_s)
@@ -243,6 +254,9 @@ void RenderJob::write_files(bool elsewhere) {
                      fmt::join(done_->arithmetic, ", ")));
   if (const std::uint64_t all = rejected_samples(); all > 0) log_(rejected_line(report(), all));
   if (report().given_up > 0) log_(given_up_line(*prepared_.scene, report()));
+  if (is_black(done_->film))
+    log_("the picture is black all over: nothing that the camera sees gives or gets light; choose another view with "
+         "--camera or --look-at, or light with --env neutral, FILE or R,G,B");
   if (report().interrupted && failure_.empty()) {
     const Settings& settings = prepared_.settings;
     log_(fmt::format("interrupted: {} of {} samples are in {}", done_->done.sample_count(),

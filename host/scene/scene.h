@@ -255,9 +255,9 @@ struct Bounds {
 /// World bounds of all nodes' triangles and shapes; empty if there are none.
 [[nodiscard]] Bounds world_bounds(const Scene& scene);
 
-/// A camera that sees the whole of `bounds` from the front, slightly above, with a 40 degree
-/// vertical field of view.
-[[nodiscard]] Camera frame_camera(const Bounds& bounds, double aspect);
+/// A camera in front of the scene, a little to the right and above, as model viewers have it, with a 40
+/// degree vertical field of view. What is shown touches a margin of a 25th around the picture.
+[[nodiscard]] Camera frame_camera(const Scene& scene, double aspect);
 
 /// A camera at `eye` that looks at `target`. throws UsageError when they coincide, `up` is parallel
 /// to the view, or the field of view is not between 0 and pi

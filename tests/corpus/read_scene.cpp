@@ -10,6 +10,7 @@
 #include "pack/geometry/placed_meshes.h"
 #include "pack/pack.h"
 #include "scene/scene.h"
+#include "scene/view/arriving_light.h"
 
 namespace {
 
@@ -20,12 +21,12 @@ void read_and_pack(const std::string& path) {
   settings.width = 640, settings.height = 480;
   settings.crop = {0, 0, settings.width, settings.height};
   if (scene.cameras.empty()) {
-    const Bounds bounds = world_bounds(scene);
-    settings.camera = frame_camera(bounds.empty() ? Bounds{glm::dvec3(-1), glm::dvec3(1)} : bounds, 4.0 / 3);
+    settings.camera = frame_camera(scene, 4.0 / 3);
   } else {
     settings.camera = scene.cameras.front();
   }
   if (scene.environment) settings.environment = *scene.environment;
+  static_cast<void>(arriving_light(scene, settings.camera, 4.0 / 3));
   const Features features = features_of(scene, settings, Execution{}, nullptr);
   PackedScene packed = pack_and_release(scene, features, settings);
   for (const std::string& layout : tree_layouts()) {

@@ -12,6 +12,7 @@
 #include "core/clock.h"
 #include "job/batch/job_key.h"
 #include "io/source_file.h"
+#include "job/report/metadata.h"
 
 namespace eikon {
 namespace {
@@ -33,13 +34,6 @@ Digest digest_environment(const std::string& map) {
   return !map.empty() && std::filesystem::is_regular_file(map, none) ? digest_file(map) : Digest{};
 }
 
-/// A text that is the same whenever the environment is.
-std::string describe(const EnvironmentOptions& environment, const Digest& map) {
-  const glm::vec3 radiance = environment.radiance.value_or(glm::vec3(-1));
-  return fmt::format("{} {:016x} {} {} {} {} {}", environment.map, map.hash, radiance.r, radiance.g, radiance.b,
-                     environment.scale, environment.rotate_deg);
-}
-
 std::string time_now() { return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr))); }
 
 }  // namespace
@@ -58,7 +52,6 @@ struct BatchRun::Staged {
   double begin_s = host_seconds();  // moved forward by the time that it waited for its turn
   double staged_s = 0;              // seconds that its preparation took
   std::string key{};
-  std::string environment{};  // see SceneCache::pack
   Digest scene{};
   std::optional<RenderJob> render{};
   bool loaded = false, over = false;
@@ -202,7 +195,6 @@ void BatchRun::prepare(Worker& worker, Staged& staged) {
   const Digest environment = digest_environment(options.scene.environment.map);
   staged.key = job_key(staged.scene, environment, options.settings_text);
   if (!settings_.force && is_done(options, staged.key)) return close(staged, JobState::skipped);
-  staged.environment = describe(options.scene.environment, environment);
   const auto log = [this, &job = staged.job](const std::string& line) { log_once(job, line); };
   RenderOptions own = options;
   if (!own.checkpoint.file.empty() && was_begun(options, staged.key))
@@ -212,7 +204,9 @@ void BatchRun::prepare(Worker& worker, Staged& staged) {
     return staged.render->take_devices(worker.devices, stop_);  // not two large ones at a time
   const auto kept = worker.scenes.load(options.scene.scene, options.scene.variant, staged.scene);
   staged.render->load(kept->scene, kept->load_s);
-  staged.render->use(worker.scenes.pack(*kept, staged.render->settings(), options.execution, staged.environment));
+  const Settings& settings = staged.render->settings();
+  const std::string light = fmt::format("{:016x} {}", environment.hash, describe(settings.environment));
+  staged.render->use(worker.scenes.pack(*kept, settings, options.execution, light));
   staged.loaded = true;
   staged.render->take_devices(worker.devices, stop_);
 }

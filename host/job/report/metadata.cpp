@@ -38,7 +38,8 @@ glm::dmat4 ndc_from_camera(const Settings& settings) {
   return matrix;
 }
 
-/// "r,g,b", or a map's file with its scale and rotation.
+}  // namespace
+
 std::string describe(const Environment& environment) {
   if (environment.map)
     return fmt::format("{}, scale {}, rotation {:.6g} degrees", environment.map->name, environment.scale,
@@ -46,8 +47,6 @@ std::string describe(const Environment& environment) {
   const glm::vec3& sky = environment.radiance;
   return fmt::format("{},{},{}", sky.x, sky.y, sky.z);
 }
-
-}  // namespace
 
 Metadata describe_picture(const Prepared& prepared) {
   const Settings& settings = prepared.settings;

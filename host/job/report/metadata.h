@@ -7,6 +7,9 @@
 
 namespace eikon {
 
+/// "r,g,b", or a map's file with its scale and rotation.
+[[nodiscard]] std::string describe(const Environment& environment);
+
 /// Describes what decides the converged picture: scene, camera, size, environment, filter, depth.
 /// Two renders that agree in it differ by noise alone.
 [[nodiscard]] Metadata describe_picture(const Prepared& prepared);

@@ -14,7 +14,8 @@ namespace eikon {
 namespace {
 
 constexpr double kFramingFovRad = 40.0 * 3.14159265358979323846 / 180.0;
-constexpr double kFramingElevation = 0.25;  // rise per metre of distance: "slightly above"
+constexpr double kFramedShare = 0.92;  // of the picture's width or height, whichever is filled
+const glm::dvec3 kFramingSide(0.5, 0.4, 0.9);  // where the camera stands: glTF's front is +Z
 
 glm::dmat4 pose(const glm::dvec3& eye, const glm::dvec3& back_unit, const glm::dvec3& right_unit) {
   return {glm::dvec4(right_unit, 0.0), glm::dvec4(glm::cross(back_unit, right_unit), 0.0), glm::dvec4(back_unit, 0.0),
@@ -49,22 +50,53 @@ bool needs_environment(const Scene& scene) {
   return !shown;
 }
 
-Bounds world_bounds(const Scene& scene) {
-  Bounds bounds;
-  for (const Node& node : scene.nodes) {
-    for (const Primitive& primitive : scene.meshes[node.mesh].primitives) {
-      for (const glm::vec3& position : primitive.positions_object) {
-        const glm::dvec3 p(node.world_from_object * glm::dvec4(position, 1.0));
-        bounds.lo = glm::min(bounds.lo, p);
-        bounds.hi = glm::max(bounds.hi, p);
-      }
-    }
-  }
+namespace {
+
+/// Calls `visit` with the world position of each vertex of the nodes' meshes that shows, and with the
+/// corners of the box of each shape.
+template <class Visit>
+void for_each_vertex(const Scene& scene, const Visit& visit) {
+  for (const Node& node : scene.nodes)
+    for (const Primitive& primitive : scene.meshes[node.mesh].primitives)
+      for (const glm::vec3& position : primitive.positions_object)
+        visit(glm::dvec3(node.world_from_object * glm::dvec4(position, 1.0)), primitive.material);
   for (const Shape& shape : scene.shapes) {
     const OwnShape own = own_shape(bounded_piece(shape));
-    bounds.lo = glm::min(bounds.lo, own.center - own.half);
-    bounds.hi = glm::max(bounds.hi, own.center + own.half);
+    for (int k = 0; k < 8; ++k) {
+      const glm::dvec3 corner((k & 1) != 0 ? 1 : -1, (k & 2) != 0 ? 1 : -1, (k & 4) != 0 ? 1 : -1);
+      visit(own.center + corner * own.half, shape.material);
+    }
   }
+}
+
+/// True if the whole material is cut away, or lets all light through without a trace.
+bool never_shows(const Material& material) {
+  if (material.alpha_mode == AlphaMode::opaque) return false;
+  return material.alpha_mode == AlphaMode::mask ? material.opacity < material.alpha_cutoff : material.opacity == 0;
+}
+
+/// The range of positions of a camera along one axis of its picture and along its axis of view.
+/// [Every point p satisfies |p.side - at.side| <= tangent * (at.back - p.back) if and only if
+/// `most` <= at.side + tangent * at.back and `least` <= tangent * at.back - at.side.]
+struct Fit {
+  double tangent;
+  double most = -1e300, least = -1e300;
+  void add(double side, double back) {
+    most = std::max(most, side + tangent * back);
+    least = std::max(least, tangent * back - side);
+  }
+  [[nodiscard]] double side() const { return 0.5 * (most - least); }
+  [[nodiscard]] double back() const { return 0.5 * (most + least) / tangent; }
+};
+
+}  // namespace
+
+Bounds world_bounds(const Scene& scene) {
+  Bounds bounds;
+  for_each_vertex(scene, [&](const glm::dvec3& p, std::uint32_t) {
+    bounds.lo = glm::min(bounds.lo, p);
+    bounds.hi = glm::max(bounds.hi, p);
+  });
   return bounds;
 }
 
@@ -75,17 +107,28 @@ double lens_radius_m(const Camera& camera) {
   return 0.5 * focal_length_m / camera.lens->f_number;
 }
 
-Camera frame_camera(const Bounds& bounds, double aspect) {
+Camera frame_camera(const Scene& scene, double aspect) {
+  const Bounds bounds = world_bounds(scene);
   const glm::dvec3 center = bounds.empty() ? glm::dvec3{0.0} : (bounds.lo + bounds.hi) * 0.5;
-  double radius = bounds.empty() ? 0.0 : glm::length(bounds.hi - bounds.lo) * 0.5;
-  if (!(radius > 0)) radius = 1;
-  const double shape = aspect > 0 ? aspect : 1.0;
-  // The bounding sphere touches the narrower of the two fields of view.
-  const double half_y = 0.5 * kFramingFovRad, half_x = std::atan(std::tan(half_y) * shape);
-  const double distance = radius / std::sin(std::min(half_x, half_y));
-  const glm::dvec3 back = glm::normalize(glm::dvec3(0.0, kFramingElevation, 1.0));
+  const glm::dvec3 back = glm::normalize(kFramingSide);
+  const glm::dvec3 right = glm::normalize(glm::cross(glm::dvec3(0, 1, 0), back)), up = glm::cross(back, right);
+  const double tangent = std::tan(0.5 * kFramingFovRad) * kFramedShare;
+  Fit across{.tangent = tangent * (aspect > 0 ? aspect : 1.0)}, along{.tangent = tangent};
+  bool shows = false;
+  const auto add = [&](const glm::dvec3& p) {
+    across.add(glm::dot(p - center, right), glm::dot(p - center, back));
+    along.add(glm::dot(p - center, up), glm::dot(p - center, back));
+    shows = true;
+  };
+  for_each_vertex(scene, [&](const glm::dvec3& p, std::uint32_t material) {
+    if (!never_shows(scene.materials[material])) add(p);
+  });
+  if (!shows || bounds.lo == bounds.hi)  // nothing, or a single point
+    for (const double corner : {-1.0, 1.0}) add(center + glm::dvec3(corner));
+  const glm::dvec3 eye =
+      center + right * across.side() + up * along.side() + back * std::max(across.back(), along.back());
   return {.name = "framing",
-          .world_from_camera = pose(center + back * distance, back, glm::dvec3(1.0, 0.0, 0.0)),
+          .world_from_camera = pose(eye, back, right),
           .yfov_rad = kFramingFovRad,
           .aspect = aspect > 0 ? aspect : 0.0};
 }

@@ -322,17 +322,52 @@ TEST(Render, killed_leaves_no_picture_that_is_not_whole) {
   EXPECT_TRUE(here.files().empty());
 }
 
-TEST(Render, a_scene_without_light_gets_a_neutral_sky_and_says_so) {
+/// square_light.gltf with a change to its JSON, as dark.gltf.
+template <class Change>
+void write_dark(const Workplace& here, const Change& change) {
+  json gltf = read_json(scene("square_light.gltf"));
+  change(gltf);
+  here.write("dark.gltf", gltf.dump());
+}
+
+TEST(Render, a_scene_without_light_gets_the_neutral_studio_and_says_so) {
   const Workplace here;
   // An emitting material that no triangle has is no light.
-  json gltf = read_json(scene("square_light.gltf"));
-  for (json& mesh : gltf.at("meshes"))
-    for (json& primitive : mesh.at("primitives")) primitive["material"] = 0;
-  here.write("dark.gltf", gltf.dump());
-  const Outcome outcome = here.eikon("render dark.gltf -o out.exr --size 4x4 --spp 4 --look-at 5,3,5:5,0,0 --fov 1");
+  write_dark(here, [](json& gltf) {
+    for (json& mesh : gltf.at("meshes"))
+      for (json& primitive : mesh.at("primitives")) primitive["material"] = 0;
+  });
+  const std::string render = "render dark.gltf --size 4x4 --spp 4 --look-at 5,3,5:5,0,0 --fov 1 -o ";
+  const Outcome outcome = here.eikon(render + "out.exr");
   EXPECT_TRUE(succeeded(outcome));
-  EXPECT_TRUE(contains(outcome.err, "no light") && contains(outcome.err, "--env")) << outcome.err;
-  EXPECT_GT((*read_exr(here / "out.exr").plane("R"))[5], 0.4F);
+  EXPECT_TRUE(contains(outcome.err, "no light") && contains(outcome.err, "--env none, neutral")) << outcome.err;
+  EXPECT_GT((*read_exr(here / "out.exr").plane("R"))[5], 0.2F);
+  const Outcome asked = here.eikon(render + "asked.exr --env neutral");
+  EXPECT_TRUE(succeeded(asked));
+  EXPECT_FALSE(contains(asked.err, "neutral")) << asked.err;
+  EXPECT_EQ(*read_exr(here / "out.exr").plane("R"), *read_exr(here / "asked.exr").plane("R"));
+  const Outcome black = here.eikon(render + "black.exr --env none");
+  EXPECT_TRUE(succeeded(black));
+  EXPECT_TRUE(contains(black.err, "black all over")) << black.err;
+  EXPECT_EQ((*read_exr(here / "black.exr").plane("R"))[5], 0);
+}
+
+TEST(Render, light_that_does_not_reach_what_is_seen_is_joined_by_the_neutral_studio) {
+  const Workplace here;
+  write_dark(here, [](json& gltf) {  // a hundred thousandth of its strength
+    for (json& material : gltf.at("materials"))
+      if (material.contains("emissiveFactor")) {
+        material["emissiveFactor"] = {1e-5, 1e-5, 1e-5};
+        if (material.contains("extensions")) material["extensions"].erase("KHR_materials_emissive_strength");
+      }
+  });
+  const Outcome dark = here.eikon("render dark.gltf --size 4x4 --spp 1 -o out.exr");
+  EXPECT_TRUE(succeeded(dark));
+  EXPECT_TRUE(contains(dark.err, "own lights") && contains(dark.err, "neutral studio is added")) << dark.err;
+  EXPECT_FALSE(contains(dark.err, "black all over")) << dark.err;
+  const Outcome lit = here.eikon("render " + scene("square_light.gltf") + " --size 4x4 --spp 1 -o lit.exr");
+  EXPECT_TRUE(succeeded(lit));
+  EXPECT_FALSE(contains(lit.err, "neutral")) << lit.err;
 }
 
 TEST(Render, camera_and_environment_of_your_own) {
