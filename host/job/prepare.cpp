@@ -235,6 +235,7 @@ Prepared settle(const SceneOptions& options, std::shared_ptr<Scene> loaded, cons
   settings.sample_begin = samples.begin;
   settings.sample_end = samples.end;
   settings.environment = choose_environment(options.environment, scene, settings, log);
+  settings.culling = options.culling;
   settings.filter = options.filter;
   settings.transparent = options.transparent;
   settings.seed = std::uint32_t(options.seed);

@@ -58,6 +58,7 @@ struct SceneOptions {
 
   std::optional<ImageSize> size;  // default: 720 rows at the camera's aspect
   std::optional<Crop> crop;
+  Culling culling = Culling::camera;
   PixelFilter filter;
   bool transparent = false;
   std::vector<std::string> aovs;         // each once

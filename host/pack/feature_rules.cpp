@@ -115,6 +115,11 @@ Need energy_compensation(const SceneFacts& facts) {
   });
 }
 
+Need culling(const SceneFacts& facts) {
+  if (facts.settings.culling == Culling::none) return {false, "--cull"};
+  return if_some_material(facts, "every surface is double-sided or transmits light", is_single_sided);
+}
+
 // Rules about geometry
 
 template <ShapeKind kind>
@@ -260,6 +265,7 @@ constexpr Rule kRules[] = {
     {Feature::iridescence_texture, texture_rule<Feature::iridescence_texture>},
     {Feature::energy_compensation, energy_compensation},
     {Feature::opacity, "every material is opaque", [](const Material& m) { return m.alpha_mode != AlphaMode::opaque; }},
+    {Feature::culling, culling},
     {Feature::unlit, "no material is unlit", [](const Material& m) { return m.unlit; }},
     {Feature::one_light,
      [](const SceneFacts& f) { return Need{f.lights.is_one(), fmt::format("{} lights", f.lights.count())}; }},

@@ -18,6 +18,8 @@ const char* name_of(LightSampling sampling) {
   return std::array{"mis", "light", "bsdf", "hemisphere"}.at(std::size_t(sampling));
 }
 
+const char* name_of(Culling culling) { return culling == Culling::camera ? "camera" : "none"; }
+
 double expected_rays(const Settings& settings) {
   const auto samples = double(settings.sample_end - settings.sample_begin);
   // A path has about five edges, if max_depth allows, and each edge a shadow ray.

@@ -34,6 +34,13 @@ enum class LightSampling {
   return sampling == LightSampling::mis || sampling == LightSampling::light;
 }
 
+/// The rays that pass the backs of single-sided surfaces (glTF's doubleSided: false), as if those were not there.
+enum class Culling {
+  none,
+  camera,  // the rays from the camera to what they meet first; shadow rays and scattered rays meet both sides
+};
+[[nodiscard]] const char* name_of(Culling culling);  // as --cull has it
+
 inline constexpr std::uint32_t kMostLightSamples = 16;  // the memory of paths in flight grows with them
 
 /// Everything that decides the image, besides the scene. Devices do not.
@@ -48,6 +55,7 @@ struct Settings {
   std::uint32_t roulette_depth = 4;  // the first edge that Russian roulette decides on
   float roulette = 0;                // constant survival probability; 0: by the path's throughput
   bool energy_compensation = false;  // rough metal and glass give back what single scattering loses
+  Culling culling = Culling::none;   // --cull has the default `camera`: instruments that place rays meet all surfaces
   LightSampling light_sampling = LightSampling::mis;
   std::uint32_t light_samples = 1;          // shadow rays of each vertex, 1 to kMostLightSamples; raycast ignores it
   std::vector<std::string> aovs;            // layers of layers.h

@@ -17,6 +17,7 @@ namespace {
 
 constexpr std::uint64_t kMaxSample = std::uint64_t{1} << 48;
 constexpr const char* kVersionName = "version of image bits";
+constexpr const char* kCullingName = "culling (--cull)";
 
 std::string triple(const glm::dvec4& v) { return fmt::format("{},{},{}", v.x, v.y, v.z); }
 
@@ -87,8 +88,8 @@ std::vector<ImageSetting> image_settings(const Scene& scene, const Settings& set
   // A new member of Settings fails to compile here. Its author then decides whether image bits
   // depend on it, and adds it below if so.
   const auto& [width, height, crop, sample_begin, sample_end, seed, replicate_bits, max_depth, integrator,
-               roulette_depth, roulette, energy_compensation, light_sampling, light_samples, aovs, depth_series, filter,
-               transparent, camera, environment] = settings;
+               roulette_depth, roulette, energy_compensation, culling, light_sampling, light_samples, aovs, depth_series,
+               filter, transparent, camera, environment] = settings;
   static_cast<void>(crop), static_cast<void>(sample_begin), static_cast<void>(sample_end);
   static_cast<void>(aovs), static_cast<void>(depth_series);  // the channels depend on them
   const glm::dmat4& pose = camera.world_from_camera;
@@ -115,7 +116,8 @@ std::vector<ImageSetting> image_settings(const Scene& scene, const Settings& set
            fmt::format("{} {} {}", triple(pose[0]), triple(pose[1]), triple(pose[2]))},
           {"field of view (--fov)", describe_view(camera)},
           {"lens (--f-number, --focus-distance)", describe_lens(camera)},
-          {"environment (--env, --env-scale, --env-rotate)", describe(environment)}};
+          {"environment (--env, --env-scale, --env-rotate)", describe(environment)},
+          {kCullingName, name_of(culling)}};
 }
 
 std::optional<std::string> difference(const std::vector<ImageSetting>& expected,
@@ -167,6 +169,10 @@ FilmRecord parse_film_record(std::string_view text, const FilmLayout& layout) {
     else
       throw InputError(fmt::format("its record of samples has a line that says nothing, '{}'", line));
   }
+  // Files of before there was culling do not name it.
+  const auto names_culling = [](const ImageSetting& setting) { return setting.name == kCullingName; };
+  if (!record.settings.empty() && std::ranges::none_of(record.settings, names_culling))
+    record.settings.push_back({kCullingName, name_of(Culling::none)});
   return record;
 }
 

@@ -6,7 +6,8 @@
 //   hits  four arrays of `stride` words: t, u, v, triangle; and with EK_HAS_instance a fifth:
 //         instance; trace_any writes the first, 1 or 0. In a program that counts (hit.h), u and v
 //         are numbers of triangle tests and of steps
-// A work-item traces EK_CHUNK rays. With EK_HAS_opacity each ray has decisions of its own.
+// A work-item traces EK_CHUNK rays. With EK_HAS_opacity each ray has decisions of its own; with
+// EK_HAS_culling those of trace_closest are camera rays.
 #include "traverse/traverse.h"
 
 #define TRACE_ARGUMENTS                                                                                              \
@@ -57,7 +58,8 @@ EK_FN void trace_run(constant Frame* frame, Geometry geometry, global const floa
 }
 
 kernel void trace_closest(TRACE_ARGUMENTS) {
-  const Geometry geometry = EK_GEOMETRY;
+  Geometry geometry = EK_GEOMETRY;
+  cull_backs(&geometry, 1);
   trace_run(frame, geometry, rays, hits, ray_count, stride, coherent, 0);
 }
 

@@ -25,6 +25,7 @@ EK_FN ImplicitRay implicit_own_ray(ShapeLanes s, ShapeWorldLanes place, v3 o, v3
 typedef struct {
   vu shape;
   vi lanes;
+  vi culls;  // of these lanes, those that pass backs, where f grows along the ray
   v3 o, d;
   vf until;  // how far to search, in z
 } ImplicitSearch;
@@ -38,11 +39,12 @@ EK_FN ShapeRoot implicit_shape_root(SceneData scene, ShapeLanes s, const Implici
   EK_FOR_EACH_FORMULA(k, place.formula) {
     const vi mine = search->lanes & (place.formula == (vu)(k));
     if (!ANY(mine)) continue;
-    const ImplicitRoot found = implicit_root(k, ray, mine, search->until / ray.per_length - ray.begin);
+    const ImplicitRoot found = implicit_root(k, ray, mine, search->culls, search->until / ray.per_length - ray.begin);
     const vf z = (ray.begin + found.s) * ray.per_length;
     root.hit = mine ? (found.hit & (z > 0.0f)) : root.hit;
     root.z = mine ? z : root.z;
     root.part = mine ? found.s : root.part;
+    root.front = root.front | mine;  // else the search has passed it
     *gave_up = (mine & found.given_up) ? z : *gave_up;
   }
   return root;

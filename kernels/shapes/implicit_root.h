@@ -125,9 +125,10 @@ EK_FN vf implicit_narrow(uint formula, ImplicitRay ray, vi live, vf a, vf b) {
   return best;
 }
 
-/// The first root of f on the ray, of the lanes of `live`. until: what lies farther, in lengths of
+/// The first root of f on the ray, of the lanes of `live`; in those of `culls`, the first one before
+/// which f is not negative. until: what lies farther, in lengths of
 /// d from ImplicitRay.o, is of no use
-EK_FN ImplicitRoot implicit_root(uint formula, ImplicitRay ray, vi live, vf until) {
+EK_FN ImplicitRoot implicit_root(uint formula, ImplicitRay ray, vi live, vi culls, vf until) {
   const vf unit = ray.length * 0x1p-24f, resolution = ray.reach * 0x1p-23f, pad = implicit_pad(ray);
   vi open = live & (ray.length > 0.0f), crosses = (vi)(0);
   vu at = (vu)(0u), size = (vu)(IMPLICIT_PIECES);
@@ -150,8 +151,11 @@ EK_FN ImplicitRoot implicit_root(uint formula, ImplicitRay ray, vi live, vf unti
     const vi shortest = (size == 1u) | (end - begin <= resolution);
     vi found = open & !rootless & !monotone & shortest & interval_finite(bounds.value);
     const vi candidate = open & !rootless & monotone;
+    if (EK_HAS_culling && ANY(found & culls)) found = found & !(culls & (implicit_value(formula, p) < 0.0f));
     if (ANY(candidate)) {
-      const vi signs = (implicit_value(formula, p) < 0.0f) != (implicit_value(formula, q) < 0.0f);
+      const vi negative = implicit_value(formula, p) < 0.0f;
+      vi signs = negative != (implicit_value(formula, q) < 0.0f);
+      if (EK_HAS_culling) signs = signs & !(culls & negative);
       const vi crossing = candidate & signs;
       crosses = crosses | crossing;
       found = found | crossing;

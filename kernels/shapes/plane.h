@@ -9,7 +9,8 @@ EK_FN ShapeSpan plane_span(ShapeLanes s, v3 o, v3 d) {
   const vf z = -o.y / d.y;
   ShapeSpan span;
   span.hit = (abs_f(o.x + z * d.x) <= s.a) & (abs_f(o.z + z * d.z) <= s.b);  // not where z is no number
-  span.in = span.out = z;
+  span.out = z;
+  span.in = d.y < 0.0f ? z : -EK_INFINITY;  // from below a ray leaves what is behind the plane
   span.in_part = span.out_part = (vf)(0.0f);
   return span;
 }

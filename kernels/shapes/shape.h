@@ -38,7 +38,7 @@ EK_FN ShapeRoot shape_root(ShapeLanes s, v3 o, v3 d, vf after) {
 #undef EK_SPAN
   const vi enters = span.in > after;
   ShapeRoot root = {span.hit & (enters | (span.out > after)), enters ? span.in : span.out,
-                    enters ? span.in_part : span.out_part};
+                    enters ? span.in_part : span.out_part, enters};
   return root;
 }
 

@@ -46,9 +46,11 @@ EK_FN vf shape_clamp_to(vf most, vf x, vf slack) {
 EK_FN vf shape_clamp(vf x, vf slack) { return shape_clamp_to((vf)(1.0f), x, slack); }
 
 // The point where a ray o + z d, in the shape's own space, meets its surface.
+// front: mask: it is the front that the ray meets
 typedef struct {
   vi hit;
   vf z, part;
+  vi front;
 } ShapeRoot;
 
 #endif

@@ -17,7 +17,7 @@ EK_BEGIN
 
 // Triangle.flags
 #define EK_TRIANGLE_ALPHA_TESTED 1u  // opacity is below 1 somewhere (surface/alpha.h)
-#define EK_SHAPE_ALPHA_TESTED 2u     // the same in a shape's record
+#define EK_TRIANGLE_SINGLE_SIDED 2u  // camera rays pass its back (EK_HAS_culling)
 #define EK_TRIANGLE_GROUP_SHIFT 2    // six bits: light group of its emission
 #define EK_TRIANGLE_CLASS_SHIFT 8    // two bits: SHADING_*, the shading that it takes
 #define EK_TRIANGLE_LIGHT_SHIFT 10   // the rest: index of its light, if the light tree has it

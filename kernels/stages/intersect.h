@@ -8,6 +8,7 @@
 #include "traverse/traverse.h"
 
 EK_FN_ONCE void stage_intersect(StageContext stage, Geometry geometry, uint count, uint depth) {
+  cull_backs(&geometry, depth == 1);
   Tracing tracing;
   PathWalk walk = path_walk(count);
   while (path_walk_next(&walk, stage.queue, EK_ROWS)) {

@@ -19,7 +19,16 @@ typedef struct {
   global const ShapeRecord* shapes;         // shape
   global Diagnostics* diagnostics;          // implicit
   global const InstanceRecord* instances;   // instance
+#if EK_HAS_culling
+  uint culled;  // the traced rays pass the backs of triangles and shapes with one of these flags
+#endif
 } SceneData;
+
+#if EK_HAS_culling
+#define EK_CULLED(scene) ((scene).culled)
+#else
+#define EK_CULLED(scene) 0u
+#endif
 
 // The same as arguments of a kernel; they are bound by these names.
 #if EK_HAS_instance

@@ -14,7 +14,7 @@ EK_FN float3 classical_cross(float3 a, float3 b) { return (float3)(a.y * b.z - a
 EK_FN float classical_dot(float3 a, float3 b) { return (a.x * b.x + a.y * b.y) + a.z * b.z; }
 
 EK_FN TriangleHit_one triangle_hit_classical(const RayOne* ray, Corners_one p) {
-  TriangleHit_one r = {0, 0.0f, 0.0f, 0.0f};
+  TriangleHit_one r = {0, 0.0f, 0.0f, 0.0f, 0};
   const float3 a = (float3)(p.ax, p.ay, p.az), b = (float3)(p.bx, p.by, p.bz), c = (float3)(p.cx, p.cy, p.cz);
   const float3 o = (float3)(ray->p_o.x, ray->p_o.y, ray->p_o.z), d = (float3)(ray->sx, ray->sy, 1.0f);
   const float3 ab = b - a, ac = c - a;

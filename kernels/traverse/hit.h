@@ -58,10 +58,31 @@ EK_FN Hit table_hit(const HitTable* hits, uint row, float t) {
   return hit;
 }
 
-// 1 if one ray passes a triangle that it would hit.
-EK_FN int alpha_test_rejects_one(Geometry geometry, const RayOne* ray, uint triangle, float u, float v) {
+// Culling [glTF 2.0, section 3.9.5]: camera rays, which are rays of depth 1, pass the backs of
+// single-sided surfaces as if these were not there; no other ray does. It is part of the search
+// for the closest hit so that nothing behind it knows of it: the film's layers, depths and random
+// numbers are those of a scene without the culled face, and a face that coincides with its turned
+// copy shows the side that is the front. A candidate's flags are loaded only where its back is hit.
+
+EK_FN void cull_backs(Geometry* geometry, int camera_rays) {
+#if EK_HAS_culling
+  geometry->scene.culled = camera_rays ? EK_TRIANGLE_SINGLE_SIDED : 0u;
+#endif
+}
+
+// The lanes of `back` whose triangle has flags that are culled.
+EK_FN vi culls_lanes(Geometry geometry, vi back, vu flags) {
+  return back & ((flags & (vu)(EK_CULLED(geometry.scene))) != 0u);
+}
+
+// 1 if one ray passes a triangle that it would hit: by culling or by the alpha test.
+EK_FN int passes_one(Geometry geometry, const RayOne* ray, uint triangle, TriangleHit_one found, const int any_hit) {
+  if (EK_HAS_culling & !any_hit) {
+    const uint culled = found.back ? EK_CULLED(geometry.scene) : 0u;
+    if (culled != 0u && (geometry.scene.triangles[triangle].flags & culled) != 0u) return 1;
+  }
   if (!EK_HAS_opacity || !is_alpha_tested(geometry.scene, triangle)) return 0;
-  return ANY(alpha_test_rejects(geometry.scene, (vu)(triangle), (vf)(u), (vf)(v), ray_key(ray)));
+  return ANY(alpha_test_rejects(geometry.scene, (vu)(triangle), (vf)(found.u), (vf)(found.v), ray_key(ray)));
 }
 
 // Counts a ray that ends at t and whose search was given up at or before t. Every traversal
@@ -136,8 +157,8 @@ EK_FN int try_triangle(Geometry geometry, const RayOne* ray, uint triangle, cons
 #else
   const TriangleHit_one found = triangle_hit_one(ray, corners);
 #endif
-  if (any_hit) return (found.hit & (found.t < hit->t)) && !alpha_test_rejects_one(geometry, ray, triangle, found.u, found.v);
-  if ((found.hit & is_closer(hit, found.t, triangle, instance)) && !alpha_test_rejects_one(geometry, ray, triangle, found.u, found.v)) {
+  if (any_hit) return (found.hit & (found.t < hit->t)) && !passes_one(geometry, ray, triangle, found, 1);
+  if ((found.hit & is_closer(hit, found.t, triangle, instance)) && !passes_one(geometry, ray, triangle, found, 0)) {
     hit->t = found.t;
     hit->u = found.u;
     hit->v = found.v;

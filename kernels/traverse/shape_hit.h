@@ -75,6 +75,9 @@ EK_FN ShapeHit shape_hit_within(SceneData scene, const RayLanes* ray, vi live, v
   found.t = found.part = (vf)(0.0f);
   vi open = live;
   found.gave_up = EK_INFINITY;
+  vi culls = (vi)(0);  // the lanes whose ray passes backs (traverse/hit.h)
+  if (EK_HAS_culling && EK_CULLED(scene) != 0u)
+    culls = live & ((load_word_u(Triangle, scene.triangles, id, flags) & (vu)(EK_CULLED(scene))) != 0u);
   vf after = (vf)(0.0f);
   for (uint number = 0;; ++number) {
     ShapeRoot root = shape_root(s, o, d, after);
@@ -83,26 +86,27 @@ EK_FN ShapeHit shape_hit_within(SceneData scene, const RayLanes* ray, vi live, v
     if (ANY(is_implicit)) {
       // The root is searched by depth. What t is clamped by lies within the pads, and counts twice.
       const vf until_z = (until / abs_f(ray->p_rcp_d.z)) * (1.0f + 0x1p-10f) + abs_f(ray->o_near.x - ray->o_far.x);
-      const ImplicitSearch search = {.shape = shape, .lanes = is_implicit, .o = o, .d = d, .until = until_z};
+      const ImplicitSearch search = {.shape = shape, .lanes = is_implicit, .culls = culls, .o = o, .d = d, .until = until_z};
       root = implicit_shape_root(scene, s, &search, root, &found.gave_up);
     }
 #endif
     const vi met = open & root.hit;
     vi passed = (vi)(0);
 #if EK_HAS_opacity
-    passed = met & ((load_word_u(Triangle, scene.triangles, id, flags) & EK_SHAPE_ALPHA_TESTED) != 0u);
+    passed = met & ((load_word_u(Triangle, scene.triangles, id, flags) & EK_TRIANGLE_ALPHA_TESTED) != 0u);
     if (ANY(passed)) {
       const ShapePoint point = shape_point(s, add3(o, scale3(d, root.z)), root.part, V3((vf)(0.0f), (vf)(0.0f), (vf)(0.0f)));
       passed = passed & shape_alpha_test_rejects(scene, id, shape, point, number, ray->key);
     }
 #endif
+    if (EK_HAS_culling) passed = passed | (met & culls & !root.front);
     const vi stops = met & !passed;
     found.hit = found.hit | stops;
     found.t = stops ? root.z : found.t;
     found.part = stops ? root.part : found.part;
     open = passed;
     after = root.z;
-    if (!EK_HAS_opacity || !ANY(open)) break;
+    if (!(EK_HAS_opacity | EK_HAS_culling) || !ANY(open)) break;
   }
   const vf t = found.t * abs_f(ray->p_rcp_d.z);
   found.t = min_f(max_f(t, within.begin), within.end) + 0.0f;  // which zero an interval ends in would hang on the order of axes

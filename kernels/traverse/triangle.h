@@ -44,6 +44,7 @@ typedef struct {
 typedef struct {
   ShapeI hit;
   ShapeF t, u, v;  // u, v: weights of b and c; where hit
+  ShapeI back;     // the ray comes from the side from which a, b, c run clockwise; where hit
 } SHAPE(TriangleHit);
 
 EK_FN ShapeF SHAPE(shape_min)(ShapeF a, ShapeF b) { return a < b ? a : b; }
@@ -92,9 +93,8 @@ EK_FN SHAPE(TriangleHit) SHAPE(triangle_hit)(const ShapeRay* ray, SHAPE(Corners)
   const ShapeF ax = e.ax, ay = e.ay, az = e.az, bx = e.bx, by = e.by, bz = e.bz, cx = e.cx, cy = e.cy, cz = e.cz;
   ShapeF ea = e.ea, eb = e.eb, ec = e.ec;
   const ShapeF zero = (ShapeF)(0.0f);
-  r.t = zero;
-  r.u = zero;
-  r.v = zero;
+  r.t = r.u = r.v = zero;
+  r.back = (ShapeI)(0);
   ShapeF least = SHAPE(shape_min)(SHAPE(shape_min)(ea, eb), ec), most = SHAPE(shape_max)(SHAPE(shape_max)(ea, eb), ec);
   r.hit = (least >= zero) | (most <= zero);
   if (SHAPE_ANY(r.hit)) {
@@ -173,6 +173,7 @@ EK_FN SHAPE(TriangleHit) SHAPE(triangle_hit)(const ShapeRay* ray, SHAPE(Corners)
     r.t = t > end ? end : t;
     r.u = eb * inverse;
     r.v = ec * inverse;
+    r.back = (det < zero) != (ray->p_rcp_d.z < zero);  // det is -(n, d) / d.z, for the normal n
   }
   return r;
 }

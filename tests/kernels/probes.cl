@@ -558,7 +558,7 @@ kernel void probe_implicit_values(PROBE_ARGUMENTS, uint formula) {
 // Inputs: a ray, and the bounds. Where there is no hit only the first word and the last mean something.
 EK_FN_ONCE void probe_implicit_hits_run(PROBE_ITEMS, uint formula) {
   const ImplicitRay ray = implicit_ray(IN_3(0), IN_3(3), IN_3(6), IN_3(9));
-  const ImplicitRoot root = implicit_root(formula, ray, (vi)(ALL_LANES), EK_INFINITY);
+  const ImplicitRoot root = implicit_root(formula, ray, (vi)(ALL_LANES), (vi)(0), EK_INFINITY);
   const ImplicitPoint at = implicit_point(formula, ray, (vi)(ALL_LANES), root.hit ? root.s : (vf)(0.0f), (vf)(0.0f));
   OUT_U(0, root.hit ? (vu)(1u) : (vu)(0u));
   OUT_F(1, root.hit ? (ray.begin + root.s) * ray.per_length : (vf)(0.0f));

@@ -156,7 +156,7 @@ void add_bench_rays(CommandFlags& bench, Command& chosen) {
       "  eikon bench rays scenes/cornell.gltf --accel all\n\n" +
           environment_help());
   add_all_scene_flags(flags, options->scene);
-  flags.hide({"--strict", "--transparent", "--aov", "--energy-compensation"});
+  flags.hide({"--strict", "--transparent", "--aov", "--cull", "--energy-compensation"});
   add_execution_flags(flags, options->execution, false, true);
   flags.choice({"--versus", "embree", "also trace the same rays with Embree, on as many threads"}, options->versus,
                std::vector<std::string>{"embree"});

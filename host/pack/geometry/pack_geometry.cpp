@@ -121,7 +121,7 @@ class GeometryPacker {
   void add(std::uint32_t node_index, const Primitive& primitive, Primitive* released) {
     const Node& node = scene_.nodes[node_index];
     const std::uint32_t flags = (passable_.has(primitive) ? EK_TRIANGLE_ALPHA_TESTED : 0) |
-                                hit_class_flags(scene_.materials[primitive.material], &primitive) |
+                                surface_flags(scene_.materials[primitive.material], &primitive) |
                                 light_group(node.light_group, scene_.materials[primitive.material])
                                     << EK_TRIANGLE_GROUP_SHIFT;
     const WorldVertices world = to_world(node, primitive, released);
@@ -169,7 +169,7 @@ class GeometryPacker {
   /// object space.
   void add_triangles(const WorldVertices& at, const Primitive& primitive, const PlacedMesh& mesh, std::uint32_t node,
                      std::size_t& number, bool in_world) {
-    const std::uint32_t flags = hit_class_flags(scene_.materials[primitive.material], &primitive);
+    const std::uint32_t flags = surface_flags(scene_.materials[primitive.material], &primitive);
     for (std::size_t i = 0; i + 2 < primitive.indices.size(); i += 3) {
       if (mesh.dropped[number++]) continue;
       const Corners corners = corners_at(primitive, i, mesh.mirrored);

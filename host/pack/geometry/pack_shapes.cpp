@@ -73,8 +73,8 @@ void pack_shapes(const Scene& scene, const Features& features, PackedScene& pack
     t.material = shape.material;
     t.node = std::uint32_t(scene.nodes.size() + i);
     t.n_x = std::bit_cast<float>(std::uint32_t(i));
-    t.flags = passable.has(shape.material) && shape.kind != ShapeKind::implicit ? EK_SHAPE_ALPHA_TESTED : 0;
-    t.flags |= hit_class_flags(scene.materials[shape.material], nullptr);
+    t.flags = passable.has(shape.material) && shape.kind != ShapeKind::implicit ? EK_TRIANGLE_ALPHA_TESTED : 0;
+    t.flags |= surface_flags(scene.materials[shape.material], nullptr);
     t.flags |= light_group(shape.light_group, scene.materials[shape.material]) << EK_TRIANGLE_GROUP_SHIFT;
     packed.triangles.push_back(t);
   }

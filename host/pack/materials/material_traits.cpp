@@ -51,6 +51,10 @@ Lobe lobe_of(const Material& material) {
 
 bool is_solid(const Material& material) { return material.solid && lobe_of(material) == Lobe::transmission; }
 
+bool is_single_sided(const Material& material) {
+  return !material.double_sided && lobe_of(material) != Lobe::transmission;
+}
+
 std::uint32_t hit_class(const Material& material, const Primitive* primitive) {
   const Lobe lobe = lobe_of(material);
   if (lobe == Lobe::transmission) return SHADING_TRANSMISSIVE;
@@ -60,8 +64,9 @@ std::uint32_t hit_class(const Material& material, const Primitive* primitive) {
   return lobe == Lobe::diffuse && bare && flat ? SHADING_LAMBERT : SHADING_OPAQUE;
 }
 
-std::uint32_t hit_class_flags(const Material& material, const Primitive* primitive) {
-  return hit_class(material, primitive) << EK_TRIANGLE_CLASS_SHIFT;
+std::uint32_t surface_flags(const Material& material, const Primitive* primitive) {
+  return hit_class(material, primitive) << EK_TRIANGLE_CLASS_SHIFT |
+         (is_single_sided(material) ? EK_TRIANGLE_SINGLE_SIDED : 0);
 }
 
 std::vector<bool> shown_materials(const Scene& scene) {

@@ -16,11 +16,15 @@ namespace eikon {
 /// True if the material's surfaces are the boundary of something that light goes into.
 [[nodiscard]] bool is_solid(const Material& material);
 
+/// True if camera rays pass the backs of the material's surfaces (Culling). Surfaces that transmit
+/// light are seen from both sides, because a path inside of glass has to meet its boundary.
+[[nodiscard]] bool is_single_sided(const Material& material);
+
 /// The class SHADING_* (records.h) of a surface. primitive: null for shapes
 [[nodiscard]] std::uint32_t hit_class(const Material& material, const Primitive* primitive);
 
-/// The class as bits of a triangle's flags.
-[[nodiscard]] std::uint32_t hit_class_flags(const Material& material, const Primitive* primitive);
+/// The bits of a triangle's flags that depend on its material: the class, and EK_TRIANGLE_SINGLE_SIDED.
+[[nodiscard]] std::uint32_t surface_flags(const Material& material, const Primitive* primitive);
 
 /// Tells which primitives have an opacity below 1 somewhere, so that a ray may pass them: those
 /// with alphaMode MASK or BLEND whose factor, texture or vertex colours are below 1. Many files say

@@ -40,7 +40,8 @@ RayBench::RayBench(Device& device, const PackedScene& scene, const Features& fea
   const Accel& accel = scene.accels.at(of.layout);
   ProgramOptions options;
   options.defines = features.defines();
-  options.defines["EK_HAS_opacity"] = "0";  // every surface is opaque, as it is for Embree
+  // Every surface is opaque and has two sides, as it is for Embree.
+  options.defines["EK_HAS_opacity"] = options.defines["EK_HAS_culling"] = "0";
   options.defines["EK_WIDTH"] = std::to_string(config_.lanes);
   options.defines["EK_CHUNKED"] = config_.chunked ? "1" : "0";
   options.defines["EK_CHUNK"] = std::to_string(chunk());

@@ -56,9 +56,8 @@ EK_FN void test_candidates(Geometry geometry, RayOne* rays, const BatchCandidate
 #undef CANDIDATE_ROW
   const TriangleLanes record = triangle_lanes(rec_transposed(words));
   RayLanes ray;
-  ray.p_o = test.p_o; ray.sx = test.sx; ray.sy = test.sy; ray.p_rcp_d = test.p_rcp_d;
+  ray.p_o = test.p_o; ray.sx = test.sx; ray.sy = test.sy; ray.p_rcp_d = test.p_rcp_d; ray.extent = test.extent;
   ray.p_near_x = test.p_near_x; ray.p_near_y = test.p_near_y; ray.p_far_x = test.p_far_x; ray.p_far_y = test.p_far_y;
-  ray.extent = test.extent;
   const vf end = test.t;
   const vi z_is_x = test.axis_z == 0u, z_is_y = test.axis_z == 8u;
   const vu instance = EK_HAS_instance ? test.instance_or_target : (vu)(0u);
@@ -67,8 +66,9 @@ EK_FN void test_candidates(Geometry geometry, RayOne* rays, const BatchCandidate
   const v3 a = permute3(stored[0], z_is_x, z_is_y), b = permute3(stored[1], z_is_x, z_is_y), c = permute3(stored[2], z_is_x, z_is_y);
   const Corners_lanes corners = {a.x, a.y, a.z, b.x, b.y, b.z, c.x, c.y, c.z};
   const vi is_shape = EK_HAS_shape ? record.p2.x != record.p2.x : (vi)(0);
-  TriangleHit_lanes found = {(vi)(0), end, end, end};
+  TriangleHit_lanes found = {(vi)(0), end, end, end, (vi)(0)};
   if (!EK_HAS_shape || mask_bits(!is_shape) != 0) found = triangle_hit_lanes(&ray, corners);
+  if (EK_HAS_culling & !any_hit) found.hit = found.hit & !culls_lanes(geometry, found.back, record.flags);
   if (EK_HAS_opacity) {
     const vi ask = found.hit & here & ((record.flags & (vu)(EK_TRIANGLE_ALPHA_TESTED)) != 0u);
     if (mask_bits(ask) != 0) {

@@ -26,7 +26,7 @@ EK_FN TriangleHit_lanes packet_shape(SceneData scene, Packet* p, global const fl
                                      V3((vf)(at[24]), (vf)(at[32]), (vf)(at[40])));
   const vu shape = (vu)(as_uint(((global const float*)(scene.triangles + id))[12]));
   if (EK_HAS_implicit) keep_given_up_lanes(met.gave_up, shape, &p->hit.gave_up, &p->hit.gave_up_surface);
-  const TriangleHit_lanes found = {met.hit, met.t, met.part, (vf)(0.0f)};
+  const TriangleHit_lanes found = {met.hit, met.t, met.part, (vf)(0.0f), (vi)(0)};
   return found;
 }
 #endif
@@ -70,6 +70,13 @@ EK_FN void packet_test(Geometry geometry, Packet* p, const PacketTriangles* each
   TriangleHit_lanes found = triangle_hit_lanes(&p->ray, each->corners);
   found.hit = found.hit & each->here;
   if (mask_bits(found.hit) == 0) return;
+  if (EK_HAS_culling & !any_hit) {
+    const vi ask = found.hit & found.back & (found.t <= p->hit.t);
+    if (EK_CULLED(geometry.scene) != 0u && mask_bits(ask) != 0) {
+      const vu flags = load_word_u(Triangle, geometry.scene.triangles, ask ? each->triangle : (vu)(0u), flags);
+      found.hit = found.hit & !culls_lanes(geometry, ask, flags);
+    }
+  }
   if (EK_HAS_opacity) {
     const vi ask = found.hit & (found.t <= p->hit.t) & each->alpha_tested;
     if (mask_bits(ask) != 0) {

@@ -152,6 +152,7 @@ TEST(Checkpoint, of_another_image_is_refused_with_what_differs_and_left_as_it_is
       {"--seed 1", "its seed (--seed) is 0, not 1"},
       {"--size 20x24", "its size (--size) is 24x20, not 20x24"},
       {"--filter gaussian", "its filter (--filter) is box:1, not gauss"},
+      {"--cull none", "its culling (--cull) is camera, not none"},
       {"--max-depth 3", "its depth limit (--max-depth) is 0, not 3"},
       {"--light-sampling light", "is mis, not light"},
       {"--transparent", "channels (--aov, --transparent) is R,G,B, not"},

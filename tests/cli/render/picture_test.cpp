@@ -45,6 +45,24 @@ TEST(Picture, transparent_has_alpha_in_both_files_and_can_be_compared) {
   EXPECT_TRUE(succeeded(here.eikon("compare cut.exr whole.exr")));
 }
 
+TEST(Picture, the_camera_sees_through_the_backs_of_walls_unless_told_not_to) {
+  const Workplace here;
+  const std::string behind = "--size 8x8 --spp 2 --quiet --look-at 0.278,0.273,1.4:0.278,0.273,0 ";
+  ASSERT_TRUE(succeeded(here.eikon(cornell(behind + "--aov depth"))));
+  const Image through = read_exr(here / "out.exr");
+  EXPECT_EQ(read_metadata(here / "out.exr").strings.at("cull"), "camera");
+  ASSERT_TRUE(succeeded(here.eikon(cornell(behind + "--aov depth --cull none"))));
+  const Image wall = read_exr(here / "out.exr");
+  EXPECT_EQ(read_metadata(here / "out.exr").strings.at("cull"), "none");
+  // The middle of the back wall is 0.84 m away, and what is nearest behind it 0.93 m.
+  const auto nearest = [](const Image& image) { return *std::ranges::min_element(*image.plane("Z")); };
+  EXPECT_LT(nearest(wall), 0.9F);
+  EXPECT_GT(nearest(through), 0.9F);
+  EXPECT_TRUE(refused(here.eikon(cornell("--size 8x8 --cull back")), kUsage));
+  EXPECT_TRUE(contains(here.eikon("info " + scene("cornell.gltf")).out, "culling          in   material 'white'"));
+  EXPECT_TRUE(contains(here.eikon("info --cull none " + scene("cornell.gltf")).out, "culling          out  --cull"));
+}
+
 TEST(Picture, filters_are_in_the_file_and_wrong_ones_are_refused) {
   const Workplace here;
   ASSERT_TRUE(succeeded(here.eikon(cornell("--size 8x8 --spp 2 --quiet --filter gaussian:2.5"))));

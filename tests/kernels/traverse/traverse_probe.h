@@ -109,6 +109,7 @@ class TraverseProbe {
     bool opacity = false;                             // each triangle may be of a material that rays pass
     std::vector<MaterialRecord> materials = {};       // with opacity
     std::vector<std::uint32_t> material_of = {};      // per triangle, with opacity
+    std::vector<std::uint32_t> culled = {};           // flags per triangle: closest hits are of camera rays, with culling
     std::optional<Accel> accel = {};                  // of this layout, instead of one built over the triangles
     std::map<std::string, std::string> defines = {};  // in place of those that tree and processor bring about
     std::string method = "bvh";                       // --accel
@@ -162,13 +163,16 @@ class TraverseProbe {
 
   TraverseProbe(Device& device, const std::vector<float>& soup, const Options& options)
       : device_(device), accel_(options.accel ? *options.accel : build(soup, options)), coherent_(options.coherent) {
-    compile(feature_defines(options.opacity), options);
+    auto features = feature_defines(options.opacity);
+    if (!options.culled.empty()) features["EK_HAS_culling"] = "1";
+    compile(std::move(features), options);
     std::vector<Triangle> triangles(soup.size() / 9 + 1);
     for (std::size_t i = 0; i < soup.size() / 9; ++i) {
       std::copy_n(&soup[9 * i], 9, &triangles[i].p0_x);
+      if (!options.culled.empty()) triangles[i].flags = options.culled.at(i);
       if (!options.opacity) continue;
       triangles[i].material = options.material_of.at(i);
-      triangles[i].flags =
+      triangles[i].flags |=
           (options.materials.at(options.material_of[i]).flags & (EK_MATERIAL_MASK | EK_MATERIAL_BLEND)) != 0
               ? EK_TRIANGLE_ALPHA_TESTED
               : 0;

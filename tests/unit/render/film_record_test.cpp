@@ -91,6 +91,21 @@ TEST(FilmRecord, every_setting_of_the_image_counts_and_nothing_else_does) {
   EXPECT_TRUE(difference(usual, {}));
 }
 
+TEST(FilmRecord, culling_counts_and_files_that_do_not_name_it_have_none) {
+  Image9x7 culled;
+  culled.settings.culling = Culling::camera;
+  FilmRecord record = some_record();
+  std::string text = to_text(record);
+  const std::string line = "setting culling (--cull): none\n";
+  const std::size_t at = text.find(line);
+  ASSERT_NE(at, std::string::npos);
+  text.erase(at, line.size());
+  EXPECT_TRUE(parse_film_record(text, small_layout(9, 7)) == record);
+  record.settings = culled.described();
+  EXPECT_TRUE(parse_film_record(to_text(record), small_layout(9, 7)) == record);
+  EXPECT_EQ(difference(culled.described(), Image9x7().described()), "its culling (--cull) is none, not camera");
+}
+
 TEST(FilmRecord, the_pixels_of_a_map_count_and_not_its_name) {
   const auto with_map = [](const std::string& name, float blue, double rotation) {
     auto map = std::make_shared<EnvironmentMap>();
