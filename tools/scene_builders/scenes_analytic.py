@@ -17,7 +17,7 @@ def balls():
     red = gltf.material("red", (0.6, 0.05, 0.05))
     gold = gltf.surface("gold", GOLD, metallic=1.0, roughness=0.1)
     glass = gltf.surface("glass", roughness=0.0, extensions=solid(1.5, (0.5, 0.9, 0.7), 0.5))
-    veil = gltf.surface("veil", (0.9, 0.9, 0.3), opacity=0.4, alphaMode="BLEND")
+    veil = gltf.surface("veil", (0.9, 0.9, 0.3), opacity=0.4, alphaMode="BLEND", doubleSided=True)
     tiles = gltf.texture("globe", scene_pictures.checker(), sampler={"magFilter": 9728},
                          transform={"scale": [8.0, 4.0]})
     globe = gltf.surface("globe", (0.3, 0.6, 0.9), roughness=0.4, baseColorTexture=tiles)

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // --cull camera: camera rays pass the backs of single-sided surfaces as if these were not there, and no other ray does.
 #include "formula/parse.h"
+#include "pack/geometry/placed_meshes.h"
 #include "render/materials/glass_builder.h"
 
 namespace eikon::test {
@@ -127,7 +128,7 @@ double seen(const glm::dmat4& place, glm::dvec3 towards, double side, InstanceMo
 
 TEST(Culling, a_mirrored_node_keeps_its_front) {
   for (const InstanceMode mode : {InstanceMode::flat, InstanceMode::two_level})
-    for (const glm::dvec3 scale : {glm::dvec3(1, 1, 1), glm::dvec3(-1, 1, 1), glm::dvec3(1, -2, 1), glm::dvec3(1, 1, -1)}) {
+    for (const auto& scale : {glm::dvec3(1, 1, 1), glm::dvec3(-1, 1, 1), glm::dvec3(1, -2, 1), glm::dvec3(1, 1, -1)}) {
       const glm::dmat4 place = glm::scale(glm::dmat4(1), scale);
       const glm::dvec3 towards(0.1 * scale.z, 0.2 * scale.z, scale.z);
       EXPECT_EQ(seen(place, towards, 1, mode, 9), 1) << scale.x << "," << scale.y << "," << scale.z;
