@@ -108,9 +108,10 @@ void add_camera_flags(CommandFlags& flags, SceneOptions& options) {
                [&](const std::string& text) { options.lens.f_number = parse_f_number(text); });
   flags.parsed({"--focus-distance", "METRES", "distance from the lens at which the image is sharp"},
                [&](const std::string& text) { options.lens.focus_distance_m = parse_focus_distance(text); });
-  flags.choice<Culling>({"--cull", "NAME",
-                         "camera: the camera does not see the backs of surfaces that are not double-sided; none [camera]"},
-                        options.culling, {{"camera", Culling::camera}, {"none", Culling::none}});
+  flags.choice<Culling>(
+      {"--cull", "NAME",
+       "camera: the camera does not see the backs of surfaces that are not double-sided; none [camera]"},
+      options.culling, {{"camera", Culling::camera}, {"none", Culling::none}});
 }
 
 void add_environment_flags(CommandFlags& flags, EnvironmentOptions& environment) {

@@ -29,7 +29,8 @@ Soup with_turned_copies(const Soup& soup) {
   Soup all = soup;
   for (std::size_t i = 0; i < soup.size(); i += 9)
     for (const std::size_t corner : {0U, 2U, 1U})
-      all.insert(all.end(), soup.begin() + std::ptrdiff_t(i + 3 * corner), soup.begin() + std::ptrdiff_t(i + 3 * corner + 3));
+      all.insert(all.end(), soup.begin() + std::ptrdiff_t(i + 3 * corner),
+                 soup.begin() + std::ptrdiff_t(i + 3 * corner + 3));
   return all;
 }
 

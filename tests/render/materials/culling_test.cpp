@@ -73,8 +73,8 @@ std::pair<Scene, Settings> room_behind_back(const Material& material) {
   Primitive quad;
   add_quad(quad, {2, -2, 2}, {-4, 0, 0}, {0, 4, 0});
   add_mesh(scene, "back", std::move(quad), material);
-  settings.aovs = {"albedo", "normal", "geometric_normal", "depth", "position", "uv", "id", "material_id",
-                   "cryptomatte_object"};
+  settings.aovs = {"albedo", "normal",      "geometric_normal",  "depth", "position", "uv",
+                   "id",     "material_id", "cryptomatte_object"};
   settings.transparent = true;
   settings.max_depth = 1;  // no shadows
   return {std::move(scene), settings};
@@ -163,7 +163,8 @@ TEST(Culling, a_camera_inside_of_glass_sees_the_glass_around_it) {
   EXPECT_TRUE(same_film(film_of(scene, settings), culled_film(scene, settings)));
 }
 
-Shape& add_shape(Scene& scene, ShapeKind kind, const std::array<double, kShapeParameters>& size, const Material& material) {
+Shape& add_shape(Scene& scene, ShapeKind kind, const std::array<double, kShapeParameters>& size,
+                 const Material& material) {
   scene.materials.push_back(material);
   Shape shape;
   shape.name = "shape";
@@ -217,7 +218,8 @@ std::pair<Scene, Settings> room_from_outside() {
   auto [scene, settings] = room(40, 28, 8);
   settings.camera = look_at_camera({-2.5, 1.6, 2.2}, {0, 0, 0}, {0, 1, 0}, 0.8);
   settings.aovs = {"albedo", "normal", "depth", "id"};
-  add_shape(scene, ShapeKind::sphere, {0.4, 0, 0}, lambert({0.2F, 0.7F, 0.3F})).world_from_object[3] = {-2.4, 1.5, 2.1, 1};
+  Shape& ball = add_shape(scene, ShapeKind::sphere, {0.4, 0, 0}, lambert({0.2F, 0.7F, 0.3F}));
+  ball.world_from_object = glm::translate(glm::dmat4(1), {-2.4, 1.5, 2.1});
   add_shape(scene, ShapeKind::plane, {0.5, 1, 0.4}, lambert(0.4F)).world_from_object =
       glm::rotate(glm::translate(glm::dmat4(1), {-0.5, 0.2, 0.6}), 2.0, glm::dvec3(1, 0.2, 0));
   add_formula(scene, "x^2+y^2+z^2-1", 1.1, lambert({0.6F, 0.6F, 0.1F})).world_from_object =
