@@ -178,6 +178,7 @@ void place_node(const SceneSource& source, const PlacedNode& placed, std::size_t
   add_light(source.document.json, placed, scene, source.notes);
   const std::uint32_t light_group = node.mesh ? light_group_of(node.view, scene) : 0;
   const std::optional<std::vector<glm::dmat4>> instances = read_instances(node.view, source.accessors);
+  if (instances && instances->size() > scene.nodes.size()) scene.nodes.reserve(scene.nodes.size() + instances->size());
   if (mesh == kNone) {
     if (instances) source.notes.warn(node.view.label() + ": its instances are of no mesh; left out");
     return;
@@ -220,13 +221,16 @@ Scene load(const std::filesystem::path& path, const std::string& variant) {
   Scene scene;
   scene.path = path;
   Notes notes;
-  const Bytes file = read_regular_file(path, kMaxFileBytes);
+  Bytes file = read_regular_file(path, kMaxFileBytes);
   std::string extension = path.extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(),
                  [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
   const Container container = open_container(file.span(), extension == ".glb");
 
   Json json = parse_json(container.json);
+  Digest digest;
+  digest.add(file.span());
+  if (!container.has_binary) file = Bytes();  // nothing looks at the text again
   WrongParts wrong;
   check_document(json, wrong);
   Document document = read_structure(json, wrong);
@@ -235,8 +239,6 @@ Scene load(const std::filesystem::path& path, const std::string& variant) {
   const Buffers buffers(json, container, path.parent_path());
   const BufferViews views(json, buffers, wrong, notes);
   const AccessorTable accessors(json, views, wrong);
-  Digest digest;
-  digest.add(file.span());
   for (const Bytes& bytes : buffers.files()) digest.add(bytes.span());
   fill_scene({.document = document,
               .accessors = accessors,

@@ -53,7 +53,7 @@ struct Accessor {
 
 /// Elements of an accessor with nothing behind it cost the file nothing, so their number needs a
 /// bound of its own.
-inline constexpr std::uint64_t kMaxZeroCount = std::uint64_t{1} << 24U;
+inline constexpr std::uint64_t kMaxZeroCount = std::uint64_t{1} << 20U;
 
 /// The accessors of a checked document, checked against its bufferViews. One with numbers that do
 /// not fit is added to `wrong`.

@@ -62,7 +62,7 @@ Buffers::Buffers(Json& document, const Container& container, const std::filesyst
           length = 0;
       } else if (auto& text = uri->get_ref<std::string&>(); is_data_uri(text)) {
         decoded_.push_back(decode_data_uri(text));
-        text = std::string();
+        std::string().swap(text);  // an assignment would keep its memory
         bytes = decoded_.back().span();
       } else {
         const std::filesystem::path file = resolve_uri(folder, text);

@@ -80,6 +80,8 @@ Document read_structure(const Json& json, const WrongParts& wrong) {
     return JsonView{.value = list[i], .kind = kind, .index = static_cast<std::int64_t>(i)};
   };
   const Json &nodes = items(json, "nodes"), &meshes = items(json, "meshes"), &scenes = items(json, "scenes");
+  document.nodes.reserve(nodes.size());
+  document.meshes.reserve(meshes.size());
   for (std::size_t i = 0; i < nodes.size(); ++i) document.nodes.push_back(read_node(view_of(nodes, "node", i)));
   for (std::size_t i = 0; i < meshes.size(); ++i) {
     const JsonView view = view_of(meshes, "mesh", i);

@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::size_t kNoParent = ~std::size_t{0};
 // Nodes that share children can multiply without end.
-constexpr std::size_t kMaxRepeatedNodes = std::size_t{1} << 20U;
+constexpr std::size_t kMaxRepeatedNodes = std::size_t{1} << 16U;
 
 using Nodes = std::vector<GltfNode>;
 
@@ -164,6 +164,7 @@ std::vector<PlacedNode> walk_nodes(const Document& document, Notes& notes) {
   refuse_loops(document.nodes);
   const std::vector<std::size_t> roots = scene_roots(document, notes);
   std::vector<PlacedNode> placed, stack;  // those in the stack carry what their parent has
+  placed.reserve(document.nodes.size());
   const auto push = [&](std::size_t node, const PlacedNode* parent) {
     document.wrong.check("node", node);
     stack.push_back({.node = document.nodes[node],

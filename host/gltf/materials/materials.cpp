@@ -71,6 +71,7 @@ MaterialReader::MaterialReader(const Document& document, TextureReader& textures
       scene_(scene),
       notes_(notes),
       used_(count_of(document.json, "materials"), false) {
+  scene.materials.reserve(used_.size() + 1);
   for (std::size_t i = 0; i < used_.size(); ++i) {
     scene.materials.push_back(read_factors(view_of(i), notes));
     scene.materials.back().light_group = light_group_of(view_of(i), scene);
