@@ -13,6 +13,7 @@
 #include <system_error>
 
 #include "core/error.h"
+#include "core/host_limits.h"
 #include "io/text.h"
 
 namespace eikon {
@@ -131,9 +132,8 @@ std::uint32_t little_endian_u32(std::span<const std::byte> bytes, std::size_t of
 }  // namespace
 
 std::uint64_t physical_memory_bytes() {
-  const long pages = ::sysconf(_SC_PHYS_PAGES), page_bytes = ::sysconf(_SC_PAGESIZE);
-  if (pages <= 0 || page_bytes <= 0) return 0;
-  return static_cast<std::uint64_t>(pages) * static_cast<std::uint64_t>(page_bytes);
+  static const std::uint64_t kBytes = host_limits().memory_bytes;
+  return kBytes;
 }
 
 Bytes read_regular_file(const std::filesystem::path& path, std::uint64_t max_bytes) {

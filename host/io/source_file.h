@@ -19,7 +19,8 @@ struct Bytes {
   [[nodiscard]] std::span<const std::byte> span() const { return {data.get(), size}; }
 };
 
-/// Memory of this machine, which no file may exceed; 0 if the system does not say.
+/// Memory of this machine, or what a container grants of it, which no file may exceed; 0 if the
+/// system does not say.
 [[nodiscard]] std::uint64_t physical_memory_bytes();
 
 /// Reads a whole regular file; FIFOs, devices and directories are refused without being read.
