@@ -19,8 +19,8 @@ class Notes {
   void warn(const std::string& warning);
   /// Warns of a number that was brought into its range, which is an error under --strict.
   void clamped(const std::string& warning);
-  /// Warns of a broken rule of the format where the meaning is beyond doubt, which is an error under
-  /// --strict.
+  /// Warns of a broken rule of the format where the meaning is beyond doubt, which is an error
+  /// under --strict.
   void mended(const std::string& warning);
   /// Moves everything into `scene`.
   void finish(Scene& scene);

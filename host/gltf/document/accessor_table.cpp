@@ -54,8 +54,8 @@ ComponentType component_type(const JsonView& view) {
   view.fail(fmt::format("'componentType' {} is none of 5120, 5121, 5122, 5123, 5125, 5126", value));
 }
 
-// The first of `count` elements in a bufferView. `element_bytes` is at most 64, so nothing wraps. It
-// is what the last element takes: without the gap after the last column of a matrix.
+// The first of `count` elements in a bufferView. `element_bytes` is at most 64, so nothing wraps.
+// It is what the last element takes: without the gap after the last column of a matrix.
 const std::byte* check_range(const JsonView& view, std::span<const std::byte> bytes, std::uint64_t count,
                              std::uint64_t stride, std::uint64_t element_bytes) {
   const std::uint64_t offset = as_integer(view, "byteOffset", kMaxFileOffset).value_or(0);
