@@ -6,10 +6,12 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 
-#include "accel/accelerators.h"
+#include "accel/classic/builders.h"
 #include "accel/layouts/layouts.h"
+#include "accel/reinsertion.h"
 #include "core/error.h"
 
 namespace eikon {
@@ -21,6 +23,8 @@ namespace {
 constexpr std::uint64_t kMediumBytes = 1'500'000;
 constexpr std::uint64_t kLargeBytes = 16'000'000;
 
+std::uint32_t in_steps(std::uint32_t stack_size) { return (stack_size + 63) / 64 * 64; }
+
 }  // namespace
 
 const std::vector<std::string>& tree_layouts() {
@@ -31,45 +35,23 @@ const std::vector<std::string>& tree_layouts() {
   return names;
 }
 
-namespace {
-
-/// Builds the structures of layouts.def that are not trees of boxes.
-const std::vector<std::string>& cell_layouts() {
-  static const std::vector<std::string> names{
-#define EK_LAYOUT(name)
-#define EK_CELLS(name, about) #name,
-#include "shared/layouts.def"
-  };
-  return names;
-}
-
-}  // namespace
-
 std::map<std::string, std::string> Accel::defines() const {
-  std::map<std::string, std::string> all{{"EK_LAYOUT_none", layout == "none" ? "1" : "0"},
-                                         {"EK_STACK_SIZE", std::to_string(stack_size)},
+  std::map<std::string, std::string> all{{"EK_STACK_SIZE", std::to_string(stack_size)},
                                          {"EK_SMALL_TREE", together ? "1" : "0"},
                                          {"EK_MEDIUM_TREE", bytes() > kMediumBytes ? "1" : "0"},
                                          {"EK_LARGE_TREE", bytes() > kLargeBytes ? "1" : "0"}};
-  for (const auto* names : {&tree_layouts(), &cell_layouts()})
-    for (const std::string& each : *names) all["EK_LAYOUT_" + each] = layout == each ? "1" : "0";
+  const auto add = [&](const std::string& each) { all["EK_LAYOUT_" + each] = layout == each ? "1" : "0"; };
+  for (const std::string& each : tree_layouts()) add(each);
+  for (const Accelerator& each : accelerators())
+    if (each.layout != nullptr) add(each.layout);
   return all;
 }
 
-namespace {
-
-std::uint32_t in_steps(std::uint32_t stack_size) { return (stack_size + 63) / 64 * 64; }
-
-}  // namespace
-
 Accel layout_none(TriangleSoup triangles) {
-  Accel accel;
-  accel.name = "none";
-  accel.layout = "none";
+  Accel accel{.name = "none", .layout = "none"};
   accel.nodes.resize(1, 0);
-  for (std::size_t i = 0; i < triangles.size(); ++i) {
+  for (std::size_t i = 0; i < triangles.size(); ++i)
     if (!is_degenerate(triangles, i)) accel.leaves.push_back(static_cast<std::uint32_t>(i));
-  }
   accel.nodes[0] = static_cast<std::uint32_t>(accel.leaves.size());
   if (accel.leaves.empty()) accel.leaves.push_back(0);
   return accel;
@@ -85,21 +67,65 @@ Accel lay_out(const BinaryTree& tree, TriangleSoup triangles, const std::string&
   return accel;
 }
 
+namespace {
+
+Accel bvh(TriangleSoup triangles, const AccelOptions& options) {
+  BinaryTree tree = build_binary_tree(triangles);
+  const bool better = reinsertion_pays(tree.triangles.size(), options.rays) && reinsert(tree);
+  Accel accel = lay_out(tree, triangles, options.layout);
+  accel.reinserted = better;
+  return accel;
+}
+
+Accel bvh_median(TriangleSoup triangles, const AccelOptions& options) {
+  Accel accel = lay_out(build_median_tree(triangles), triangles, options.layout);
+  accel.name = "bvh-median";
+  return accel;
+}
+
+constexpr std::array kAccelerators{
+    Accelerator{"bvh", nullptr, bvh},                // boxes, split by the surface area heuristic
+    Accelerator{"bvh-median", nullptr, bvh_median},  // boxes, split at the median of the longest axis
+#define EK_CELLS(name, about) \
+  Accelerator{#name, #name, [](TriangleSoup t, const AccelOptions&) { return build_##name(t); }},
+#include "shared/layouts.def"
+    // Planes through the middle, axes in turn; and every ray against every triangle.
+    Accelerator{"kdtree-rotate", "kdtree", [](TriangleSoup t, const AccelOptions&) { return build_kdtree_rotate(t); }},
+    Accelerator{"none", "none", [](TriangleSoup t, const AccelOptions&) { return layout_none(t); }},
+};
+
+}  // namespace
+
+std::span<const Accelerator> accelerators() { return kAccelerators; }
+
+std::vector<std::string> accelerator_names() {
+  std::vector<std::string> names;
+  for (const Accelerator& each : accelerators()) names.emplace_back(each.name);
+  return names;
+}
+
 Accel build_accel(TriangleSoup triangles, const AccelOptions& options) {
-  const Accelerator& accelerator = find_accelerator(options.accel);
-  if (accelerator.layout == nullptr && options.layout != "none" && std::ranges::count(tree_layouts(), options.layout) == 0) {
+  const auto found = std::ranges::find(kAccelerators, options.accel, &Accelerator::name);
+  if (found == kAccelerators.end())
+    throw UsageError(fmt::format("--accel {}: there is no such accelerator; try {}", options.accel,
+                                 fmt::join(accelerator_names(), ", ")));
+  if (found->layout == nullptr && options.layout != "none" && std::ranges::count(tree_layouts(), options.layout) == 0)
     throw UsageError(
         fmt::format("--layout {}: there is no such layout; try {}", options.layout, fmt::join(tree_layouts(), ", ")));
-  }
   const auto start = std::chrono::steady_clock::now();
   tbb::task_arena arena(options.threads == 0 ? tbb::task_arena::automatic : static_cast<int>(options.threads));
   Accel accel = arena.execute([&] {
-    Accel built = options.layout == "none" ? layout_none(triangles) : accelerator.build(triangles, options);
+    Accel built = options.layout == "none" ? layout_none(triangles) : found->build(triangles, options);
     built.stack_size = in_steps(built.stack_size);
     return built;
   });
   accel.build_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return accel;
+}
+
+std::string own_layout(const std::string& accel) {
+  const auto found = std::ranges::find(kAccelerators, accel, &Accelerator::name);
+  return found == kAccelerators.end() || found->layout == nullptr ? std::string() : std::string(found->layout);
 }
 
 }  // namespace eikon

@@ -45,9 +45,9 @@ inline constexpr std::uint32_t kLeafBit = 0x80000000U;
 struct Accel {
   std::string name;                    // --accel: of accelerator_names()
   std::string layout;                  // --layout: of tree_layouts(), or the accelerator's own
-  DeviceVector<std::uint32_t> nodes;   // words; never empty (a dummy where there is no tree)
-  DeviceVector<std::uint32_t> leaves;  // words
-  DeviceVector<InstanceRecord> instances;  // of meshes that have trees of their own (two_level.h)
+  DeviceVector<std::uint32_t> nodes{};       // words; never empty (a dummy where there is no tree)
+  DeviceVector<std::uint32_t> leaves{};      // words
+  DeviceVector<InstanceRecord> instances{};  // of meshes that have trees of their own (two_level.h)
   // Entries that suffice for any traversal (EK_STACK_SIZE). They grow in coarse steps, so that
   // programs are seldom compiled anew for another tree.
   std::uint32_t stack_size = 1;
@@ -73,5 +73,18 @@ struct AccelOptions {
 /// throws UsageError for an unknown accel or layout. Degenerate triangles (zero area) are left out
 /// of the tree.
 Accel build_accel(TriangleSoup triangles, const AccelOptions& options);
+
+/// An accelerator that --accel names. The table in accel.cpp has one line for each.
+struct Accelerator {
+  const char* name;    // --accel
+  const char* layout;  // that programs are compiled for; nullptr: any of tree_layouts(), by device or --layout
+  Accel (*build)(TriangleSoup triangles, const AccelOptions& options);
+};
+
+[[nodiscard]] std::span<const Accelerator> accelerators();
+[[nodiscard]] std::vector<std::string> accelerator_names();
+
+/// The layout that only `accel` has; empty if it takes any of tree_layouts(), or is unknown.
+[[nodiscard]] std::string own_layout(const std::string& accel);
 
 }  // namespace eikon

@@ -3,11 +3,10 @@
 // area heuristic.
 #pragma once
 #include <cstdint>
-#include <vector>
 
 #include "accel/accel.h"
 #include "accel/box.h"
-#include "core/big_vector.h"
+#include "core/device_vector.h"
 
 namespace eikon {
 

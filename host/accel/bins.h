@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-#include "accel/reference.h"
+#include "accel/box.h"
 
 namespace eikon {
 

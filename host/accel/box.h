@@ -2,6 +2,7 @@
 // Axis-aligned boxes in vector registers, for the builders.
 #pragma once
 #include <array>
+#include <bit>
 #include <cstdint>
 #include <cstring>
 #include <limits>
@@ -52,6 +53,31 @@ inline Float4 half_areas(const Box3& boxes) {
   const Float4 x = __builtin_shufflevector(xy, c, 0, 1, 4, 4), y = __builtin_shufflevector(xy, c, 2, 3, 5, 5);
   const Float4 z = __builtin_shufflevector(__builtin_shufflevector(a, b, 2, 6, 2, 6), c, 0, 1, 6, 6);
   return x * (y + z) + y * z;
+}
+
+/// A triangle's box, with the triangle's index in the fourth lane of `lo`. The index is stored as
+/// the bits of a normal float, so that vector arithmetic on whole registers meets neither denormals
+/// nor NaN. New references are unset, as there are millions.
+struct Reference {
+  Float4 lo, hi;
+  static constexpr std::uint32_t kNormal = 0x40000000;
+  static constexpr std::uint32_t kLimit = 1U << 28;
+  void set(const Box& box, std::uint32_t triangle_index) {
+    lo = box.lo;
+    hi = box.hi;
+    lo[3] = std::bit_cast<float>(triangle_index | kNormal);
+  }
+  [[nodiscard]] Box box() const { return {lo, hi}; }
+  [[nodiscard]] std::uint32_t triangle() const { return std::bit_cast<std::uint32_t>(float{lo[3]}) & ~kNormal; }
+};
+
+/// Twice the centre of a box. Never NaN; it may overflow to an infinity.
+inline Float4 centroid2(const Reference& r) { return r.lo + r.hi; }
+
+/// The expected cost of n triangles below a child, for three counts at once. Leaves hold 8
+/// triangles that are tested at once; the second term favours small numbers among equals.
+inline Float4 count_costs(Int4 n) {
+  return 8.0F * __builtin_convertvector((n + 7) >> 3, Float4) + 0.5F * __builtin_convertvector(n, Float4);
 }
 
 }  // namespace eikon

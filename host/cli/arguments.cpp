@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <charconv>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -14,35 +13,16 @@ namespace {
 
 constexpr const char* kTryHelp = "try `eikon --help`";
 
-template <class Number, class... How>
-std::optional<Number> whole_text_as(const std::string& text, std::size_t begin, How... how) {
-  Number value{};
-  const char* const last = text.data() + text.size();
-  const auto [end, code] = std::from_chars(text.data() + begin, last, value, how...);
-  return code == std::errc() && end == last ? std::optional(value) : std::nullopt;
-}
-
 std::optional<double> real(const std::string& text) {
-  const auto value = whole_text_as<double>(text, 0);
+  const auto value = number_in<double>(text);
   return value && std::isfinite(*value) ? value : std::nullopt;
 }
 
 }  // namespace
 
-std::vector<std::string> split(const std::string& text, char separator) {
-  std::vector<std::string> pieces;
-  if (text.empty()) return pieces;
-  for (std::size_t begin = 0; begin <= text.size();) {
-    const std::size_t end = std::min(text.find(separator, begin), text.size());
-    pieces.push_back(text.substr(begin, end - begin));
-    begin = end + 1;
-  }
-  return pieces;
-}
-
 std::vector<double> parse_numbers(const std::string& flag, const std::string& text, std::size_t count) {
   std::vector<double> numbers;
-  for (const std::string& piece : split(text, ',')) {
+  for (const std::string& piece : text.empty() ? std::vector<std::string>() : split(text, ',')) {
     const auto value = real(piece);
     if (!value) throw UsageError(fmt::format("{} {}: '{}' is not a number", flag, text, piece));
     numbers.push_back(*value);
@@ -68,7 +48,7 @@ double parse_real(const std::string& flag, const std::string& text, double least
 std::uint64_t parse_unsigned(const std::string& flag, const std::string& text, std::uint64_t most,
                              std::uint64_t least) {
   const bool hexadecimal = text.starts_with("0x");
-  const auto value = whole_text_as<std::uint64_t>(text, hexadecimal ? 2 : 0, hexadecimal ? 16 : 10);
+  const auto value = number_in<std::uint64_t>(text.substr(hexadecimal ? 2 : 0), hexadecimal ? 16 : 10);
   if (!value || *value < least || *value > most)
     throw UsageError(fmt::format("{}: '{}' is not a number from {} to {}; {}", flag, text, least, most, kTryHelp));
   return *value;
@@ -76,7 +56,7 @@ std::uint64_t parse_unsigned(const std::string& flag, const std::string& text, s
 
 std::uint64_t parse_size_bytes(const std::string& flag, const std::string& text) {
   const std::size_t digits = std::min(text.find_first_not_of("0123456789"), text.size());
-  const auto number = whole_text_as<std::uint64_t>(text.substr(0, digits), 0);
+  const auto number = number_in<std::uint64_t>(text.substr(0, digits));
   std::string unit = text.substr(digits);
   for (char& c : unit) c = char(std::tolower(static_cast<unsigned char>(c)));
   if (unit.ends_with('b')) unit.pop_back();

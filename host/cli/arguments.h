@@ -10,11 +10,10 @@
 #include <vector>
 
 #include "core/error.h"
+#include "io/text.h"
 
 namespace eikon {
 
-/// Splits "a,b,c" into pieces; an empty text has none.
-std::vector<std::string> split(const std::string& text, char separator);
 /// Reads `count` finite decimal numbers, separated by commas.
 std::vector<double> parse_numbers(const std::string& flag, const std::string& text, std::size_t count);
 /// Reads "x,y,z".

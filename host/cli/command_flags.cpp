@@ -7,7 +7,6 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 
-#include "io/text.h"
 #include "job/log.h"
 
 namespace eikon {

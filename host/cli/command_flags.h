@@ -2,10 +2,8 @@
 // The flags of one command: a thin layer over CLI11, which costs seconds of compile time in every
 // source that includes it. Only command_flags.cpp does.
 #pragma once
-#include <cstdint>
 #include <functional>
 #include <initializer_list>
-#include <limits>
 #include <map>
 #include <optional>
 #include <string>

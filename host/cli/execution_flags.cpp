@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cli/execution_flags.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "accel/accelerators.h"
+#include "accel/accel.h"
+#include "cli/flags.h"
 #include "wavefront/layout/choose_layout.h"
 
 namespace eikon {

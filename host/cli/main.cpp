@@ -11,7 +11,7 @@
 #include <new>
 
 #include "cli/commands.h"
-#include "cli/execution_flags.h"
+#include "cli/flags.h"
 #include "job/log.h"
 #include "core/lost_threads.h"
 #include "io/text.h"

@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cli/render_flags.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "cli/execution_flags.h"
-#include "cli/scene_flags.h"
+#include "cli/flags.h"
 #include "film/layers.h"
 
 namespace eikon {

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cli/scene_flags.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 
+#include "cli/flags.h"
 #include "film/layers.h"
 
 namespace eikon {
@@ -70,10 +69,7 @@ double parse_focus_distance(const std::string& text) {
 
 /// A constant R,G,B if the text begins with a number, else the file of a map.
 void parse_environment(const std::string& text, EnvironmentOptions& environment) {
-  const std::string first = text.substr(0, text.find(','));
-  double number = 0;
-  const auto [end, code] = std::from_chars(first.data(), first.data() + first.size(), number);
-  if (code != std::errc() || end != first.data() + first.size()) {
+  if (!number_in<double>(text.substr(0, text.find(',')))) {
     environment.map = text;
     return;
   }

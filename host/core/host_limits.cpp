@@ -2,6 +2,7 @@
 #include "core/host_limits.h"
 
 #include <sched.h>
+#include <tbb/global_control.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -10,9 +11,9 @@
 #include <fmt/format.h>
 #include <fstream>
 #include <sstream>
-#include <vector>
 
 namespace eikon {
+
 namespace {
 
 std::vector<std::string> words_of(const std::string& text, char separator = ' ') {
@@ -175,13 +176,23 @@ HostLimits limits_of(const HostFacts& facts, const FileReader& read) {
   return limits;
 }
 
+std::uint64_t physical_memory_bytes() {
+  const long pages = sysconf(_SC_PHYS_PAGES), page_bytes = sysconf(_SC_PAGESIZE);
+  return pages > 0 && page_bytes > 0 ? std::uint64_t(pages) * std::uint64_t(page_bytes) : 0;
+}
+
 HostLimits host_limits() {
   HostFacts facts;
   facts.processors = unsigned(std::max(sysconf(_SC_NPROCESSORS_ONLN), 1L));
   facts.in_affinity_mask = count_affinity_mask(facts.processors);
-  const long pages = sysconf(_SC_PHYS_PAGES), page_bytes = sysconf(_SC_PAGESIZE);
-  if (pages > 0 && page_bytes > 0) facts.memory_bytes = std::uint64_t(pages) * std::uint64_t(page_bytes);
+  facts.memory_bytes = physical_memory_bytes();
   return limits_of(facts, read_file);
+}
+
+std::shared_ptr<const void> limit_threads(unsigned threads) {
+  const unsigned allowed = host_limits().threads;
+  const unsigned most = threads == 0 ? allowed : std::min(threads, allowed);
+  return std::make_shared<tbb::global_control>(tbb::global_control::max_allowed_parallelism, most);
 }
 
 }  // namespace eikon

@@ -4,6 +4,7 @@
 #pragma once
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -17,6 +18,9 @@ struct HostLimits {
   std::uint64_t memory_bytes = 0;  // 0: not known
   std::string memory_why;          // "the machine has so much", or the file that sets the limit
 };
+
+/// Memory of this machine; 0 if the system does not say.
+[[nodiscard]] std::uint64_t physical_memory_bytes();
 
 /// Returns the present limits of this process. Files that are missing or malformed limit nothing.
 [[nodiscard]] HostLimits host_limits();
@@ -50,5 +54,10 @@ struct CgroupDirectories {
 };
 [[nodiscard]] CgroupDirectories cgroup_directories(const std::string& cgroup, const std::string& mountinfo,
                                                    const std::string& controller);
+
+/// While the result lives, host-side work of the whole process uses at most so many threads at once;
+/// the least of several such limits holds. 0 stands for what the machine, the affinity mask and the
+/// quota of the control group allow.
+[[nodiscard]] std::shared_ptr<const void> limit_threads(unsigned threads);
 
 }  // namespace eikon

@@ -9,9 +9,6 @@ void thread_is_lost();
 /// A lost thread has ended after all.
 void lost_thread_ended();
 [[nodiscard]] int lost_threads();
-/// Waits until no thread is lost, or for so long. returns  true when no thread is lost
-bool wait_for_lost_threads(double seconds);
-
 /// Returns `code` for main(). While threads are lost it flushes stdout and stderr and ends the
 /// process at once instead, because destructors of a driver would wait for such a thread, or free
 /// memory that it uses.

@@ -2,7 +2,6 @@
 #include "device/device.h"
 
 #include <algorithm>
-#include <cstdint>
 #include <deque>
 #include <fmt/format.h>
 

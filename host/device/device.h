@@ -2,10 +2,8 @@
 // The interface to OpenCL. No cl_* handle is visible outside host/device.
 #pragma once
 #include <cstdint>
-#include <functional>
 #include <map>
 #include <memory>
-#include <span>
 #include <string>
 #include <vector>
 

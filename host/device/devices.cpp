@@ -9,12 +9,13 @@
 #include <mutex>
 #include <iterator>
 #include <map>
+#include <span>
 #include <tuple>
 
 #include "core/host_limits.h"
-#include "device/canary.h"
 #include "device/cl.h"
 #include "device/fault.h"
+#include "device/probes.h"
 #include "device/selection.h"
 
 namespace eikon {
@@ -35,13 +36,17 @@ void give_pocl_a_cache() {
     setenv("POCL_CACHE_DIR", cache.c_str(), 0);
 }
 
-std::string device_string(cl_device_id device, cl_device_info what) {
+/// ask: clGetDeviceInfo or clGetPlatformInfo
+template <class Ask, class Handle>
+std::string text_of(Ask ask, Handle of, cl_uint what) {
   std::size_t size = 0;
-  if (clGetDeviceInfo(device, what, 0, nullptr, &size) != CL_SUCCESS || size == 0) return "";
+  if (ask(of, what, 0, nullptr, &size) != CL_SUCCESS || size == 0) return "";
   std::string text(size, '\0');
-  clGetDeviceInfo(device, what, size, text.data(), nullptr);
+  ask(of, what, size, text.data(), nullptr);
   return text.substr(0, text.find('\0'));
 }
+
+std::string device_string(cl_device_id device, cl_device_info what) { return text_of(clGetDeviceInfo, device, what); }
 
 template <class T>
 T device_value(cl_device_id device, cl_device_info what) {
@@ -100,12 +105,7 @@ DeviceInfo describe(cl_device_id device, std::uint32_t index) {
   info.driver = device_string(device, CL_DRIVER_VERSION);
   info.version = device_string(device, CL_DEVICE_VERSION);
   const auto platform = device_value<cl_platform_id>(device, CL_DEVICE_PLATFORM);
-  std::size_t size = 0;
-  if (clGetPlatformInfo(platform, CL_PLATFORM_NAME, 0, nullptr, &size) == CL_SUCCESS && size > 0) {
-    info.platform.resize(size);
-    clGetPlatformInfo(platform, CL_PLATFORM_NAME, size, info.platform.data(), nullptr);
-    info.platform.resize(size - 1);
-  }
+  info.platform = text_of(clGetPlatformInfo, platform, CL_PLATFORM_NAME);
   const auto type = device_value<cl_device_type>(device, CL_DEVICE_TYPE);
   info.cpu = (type & CL_DEVICE_TYPE_CPU) != 0;
   info.gpu = (type & CL_DEVICE_TYPE_GPU) != 0;

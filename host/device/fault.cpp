@@ -5,7 +5,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <chrono>
 #include <condition_variable>
 #include <map>
@@ -14,19 +13,10 @@
 
 #include "core/clock.h"
 #include "core/error.h"
+#include "io/text.h"
 
 namespace eikon {
 namespace {
-
-std::vector<std::string> pieces(const std::string& text, char separator) {
-  std::vector<std::string> out;
-  for (std::size_t begin = 0; begin <= text.size();) {
-    const std::size_t end = std::min(text.find(separator, begin), text.size());
-    out.push_back(text.substr(begin, end - begin));
-    begin = end + 1;
-  }
-  return out;
-}
 
 [[noreturn]] void refuse(const std::string& text, const std::string& why) {
   throw UsageError(fmt::format(
@@ -36,11 +26,9 @@ std::vector<std::string> pieces(const std::string& text, char separator) {
 
 template <class Number>
 Number number(const std::string& text, const std::string& digits) {
-  Number value{};
-  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
-  if (error != std::errc() || end != digits.data() + digits.size() || digits.empty())
-    refuse(text, fmt::format("'{}' is no number that it can take", digits));
-  return value;
+  const auto value = number_in<Number>(digits);
+  if (!value) refuse(text, fmt::format("'{}' is no number that it can take", digits));
+  return *value;
 }
 
 void apply(FaultPlan& plan, const std::string& field, const std::string& text) {
@@ -78,8 +66,8 @@ void apply(FaultPlan& plan, const std::string& field, const std::string& text) {
 
 std::vector<FaultPlan> parse_faults(const std::string& text) {
   std::vector<FaultPlan> plans;
-  for (const std::string& entry : pieces(text, ';')) {
-    const std::vector<std::string> fields = pieces(entry, ':');
+  for (const std::string& entry : split(text, ';')) {
+    const std::vector<std::string> fields = split(entry, ':');
     if (fields[0] != "device" || fields.size() < 2) refuse(text, "it does not begin with device:POSITION");
     FaultPlan& plan = plans.emplace_back();
     plan.device = number<std::uint32_t>(text, fields[1]);

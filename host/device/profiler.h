@@ -8,7 +8,6 @@
 #include <map>
 #include <string>
 
-#include "core/clock.h"
 #include "core/trace.h"
 
 namespace eikon {

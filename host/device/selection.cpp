@@ -5,11 +5,11 @@
 
 #include <algorithm>
 #include <cctype>
-#include <charconv>
 #include <map>
 #include <numeric>
 
 #include "core/error.h"
+#include "io/text.h"
 
 namespace eikon {
 namespace {
@@ -26,11 +26,7 @@ bool is_digits(const std::string& text) {
 }
 
 /// Returns a number from 1 on, or 0 when the text is none.
-std::uint32_t count_of(const std::string& text) {
-  std::uint32_t value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  return is_digits(text) && error == std::errc() && end == text.data() + text.size() ? value : 0;
-}
+std::uint32_t count_of(const std::string& text) { return number_in<std::uint32_t>(text).value_or(0); }
 
 SelectionEntry parse_entry(const std::string& text, const std::string& selection) {
   const auto refuse = [&](const std::string& why) {
@@ -50,16 +46,13 @@ SelectionEntry parse_entry(const std::string& text, const std::string& selection
     if (entry.only == 0) refuse("has no part's number, from 1, after the '/'");
     parts.resize(slash);
   }
-  for (std::size_t begin = 0; begin <= parts.size();) {
-    const std::size_t end = std::min(parts.find('+', begin), parts.size());
-    const std::string term = parts.substr(begin, end - begin);
+  for (const std::string& term : split(parts, '+')) {
     const std::size_t cross = std::min(term.find('x'), term.size());
     const std::uint32_t times = count_of(term.substr(0, cross));
     const std::uint32_t units = cross == term.size() ? 0 : count_of(term.substr(cross + 1));
     if (times == 0 || units == 0) refuse(fmt::format("has the parts '{}'", term));
     if (times > kMostParts - entry.parts.size()) refuse(fmt::format("has more than {} parts", kMostParts));
     entry.parts.insert(entry.parts.end(), times, units);
-    begin = end + 1;
   }
   if (entry.only > entry.parts.size()) refuse(fmt::format("has {} parts", entry.parts.size()));
   return entry;
@@ -163,11 +156,7 @@ std::map<std::uint32_t, std::string> duplicates(const std::vector<DeviceInfo>& a
 
 std::vector<SelectionEntry> parse_selection(const std::string& selection) {
   std::vector<SelectionEntry> entries;
-  for (std::size_t begin = 0; begin <= selection.size();) {
-    const std::size_t end = std::min(selection.find(',', begin), selection.size());
-    entries.push_back(parse_entry(selection.substr(begin, end - begin), selection));
-    begin = end + 1;
-  }
+  for (const std::string& text : split(selection, ',')) entries.push_back(parse_entry(text, selection));
   return entries;
 }
 

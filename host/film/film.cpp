@@ -30,20 +30,6 @@ double power_of_two(int exponent) { return std::bit_cast<double>(static_cast<std
 
 }  // namespace
 
-bool fits_film(float value) { return std::abs(value) < kFilmSaturation; }  // false for NaN
-
-int128 to_fixed(float value) {
-  if (!fits_film(value)) throw InternalError(fmt::format("the film cannot hold the sample {}", value));
-  const auto bits = std::bit_cast<std::uint32_t>(value);
-  const std::uint32_t exponent = (bits >> 23) & 0xffu;
-  const std::uint32_t mantissa = exponent == 0 ? bits & 0x7fffffu : (bits & 0x7fffffu) | 0x800000u;
-  // |value| = mantissa * 2^(max(exponent, 1) - 150)
-  const int shift = static_cast<int>(exponent == 0 ? 1 : exponent) - 150 + kFractionBits;
-  const int128 signed_mantissa = bits >> 31 ? -static_cast<int128>(mantissa) : static_cast<int128>(mantissa);
-  return shift >= 0 ? signed_mantissa << shift
-                    : signed_mantissa >> -shift;  // arithmetic shift: floor; at most 85 places
-}
-
 double to_double(int128 fixed) {
   // The conversion rounds to nearest even, and scaling is exact: the result is 0 or at least 2^-64.
   return static_cast<double>(fixed) * power_of_two(-kFractionBits);
@@ -57,9 +43,8 @@ double to_mean(int128 fixed, std::uint64_t count) {
   const auto high = static_cast<std::uint64_t>(magnitude >> 64);
   const int shift = high != 0 ? std::countl_zero(high) : 64 + std::countl_zero(static_cast<std::uint64_t>(magnitude));
   // The dividend has its top bit set and the divisor at most 64 bits, so the quotient has at least
-  // 64
-  // bits: more than the 53 of the result and the rounding bit. A remainder of the division sets the
-  // last bit, which then breaks ties the right way.
+  // 64 bits: more than the 53 of the result and the rounding bit. A remainder of the division sets
+  // the last bit, which then breaks ties the right way.
   const uint128 dividend = magnitude << shift;
   const uint128 quotient = dividend / count;
   const uint128 sticky = quotient * count != dividend ? 1 : 0;

@@ -37,14 +37,9 @@ struct FilmLayout {
   bool operator==(const FilmLayout&) const = default;
 };
 
-/// A film takes samples that are finite and below kFilmSaturation in magnitude: 2^24 of them do not
-/// overflow a sum. The film stage counts the others as rejected.
-inline constexpr float kFilmSaturation = 0x1p38f;
-[[nodiscard]] bool fits_film(float value);
-/// floor(value * 2^64). It is exact for |value| >= 2^-41; a smaller value is rounded towards minus
-/// infinity, by less than 2^-64 and alike on every device. The film stage computes the same, and
-/// tests use this as its oracle. throws InternalError unless fits_film(value)
-[[nodiscard]] int128 to_fixed(float value);
+// A film takes samples that are finite and below 2^38 in magnitude: 2^24 of them do not overflow a
+// sum. The film stage counts the others as rejected.
+
 /// fixed * 2^-64, correctly rounded (to nearest, ties to even).
 [[nodiscard]] double to_double(int128 fixed);
 /// fixed * 2^-64 / count, correctly rounded; 0 when count is 0.

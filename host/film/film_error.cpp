@@ -40,7 +40,7 @@
 #include <cstring>
 #include <limits>
 
-#include "core/big_vector.h"
+#include "core/device_vector.h"
 #include "film/film.h"
 
 namespace eikon {

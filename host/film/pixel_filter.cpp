@@ -3,12 +3,12 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <fmt/format.h>
 #include <numbers>
 
 #include "core/error.h"
+#include "io/text.h"
 #include "shared/records.h"
 
 namespace eikon {
@@ -76,10 +76,8 @@ PixelFilter parse_filter(std::string_view text) {
     throw UsageError(fmt::format("--filter {}: no such filter; there is {}", text, filter_names()));
   PixelFilter filter{static_cast<FilterKind>(known - kKnown.begin()), known->width};
   if (colon == std::string_view::npos) return filter;
-  const std::string_view width = text.substr(colon + 1);
-  const auto [end, error] = std::from_chars(width.data(), width.data() + width.size(), filter.width);
-  if (error != std::errc() || end != width.data() + width.size() ||
-      !(filter.width >= kLeastWidth && filter.width <= kMostWidth))
+  filter.width = number_in<double>(text.substr(colon + 1)).value_or(0);
+  if (!(filter.width >= kLeastWidth && filter.width <= kMostWidth))
     throw UsageError(fmt::format("--filter {}: a width is a number of pixels between {} and {}, e.g. {}:{}", text,
                                  kLeastWidth, kMostWidth, name, known->width));
   return filter;

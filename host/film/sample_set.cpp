@@ -11,52 +11,45 @@
 namespace eikon {
 namespace {
 
-/// Cuts the interval that contains `at` in two, unless `at` is its end. begin, end: members of
-/// Interval
+/// Cuts the interval that contains `at` in two, unless `at` is its end.
 template <class Interval>
-void cut(std::vector<Interval>& intervals, std::uint32_t Interval::*begin, std::uint32_t Interval::*end,
-         std::uint32_t at) {
+void cut(std::vector<Interval>& intervals, std::uint32_t at) {
   for (std::size_t i = 0; i < intervals.size(); ++i) {
-    if (!(intervals[i].*begin < at && at < intervals[i].*end)) continue;
+    if (!(intervals[i].begin < at && at < intervals[i].end)) continue;
     Interval rest = intervals[i];
-    rest.*begin = at;
-    intervals[i].*end = at;
+    rest.begin = intervals[i].end = at;
     intervals.insert(intervals.begin() + std::ptrdiff_t(i) + 1, std::move(rest));
     return;
   }
 }
 
-/// Adds empty intervals for the gaps in [from, to). No interval may cross `from` or `to`.
+/// Makes intervals begin and end at `from` and `to`, and adds empty ones for the gaps in between.
 template <class Interval>
-void fill(std::vector<Interval>& intervals, std::uint32_t Interval::*begin, std::uint32_t Interval::*end,
-          std::uint32_t from, std::uint32_t to) {
+void cover(std::vector<Interval>& intervals, std::uint32_t from, std::uint32_t to) {
+  cut(intervals, from);
+  cut(intervals, to);
   std::vector<Interval> gaps;
   std::uint32_t at = from;
   const auto gap = [&](std::uint32_t until) {
-    if (at >= until) return;
-    Interval& added = gaps.emplace_back();
-    added.*begin = at;
-    added.*end = until;
+    if (at < until) gaps.push_back({at, until, {}});
   };
   for (const Interval& interval : intervals) {
-    if (interval.*end <= from || interval.*begin >= to) continue;
-    gap(interval.*begin);
-    at = interval.*end;
+    if (interval.end <= from || interval.begin >= to) continue;
+    gap(interval.begin);
+    at = interval.end;
   }
   gap(to);
   intervals.insert(intervals.end(), gaps.begin(), gaps.end());
-  std::sort(intervals.begin(), intervals.end(),
-            [&](const Interval& a, const Interval& b) { return a.*begin < b.*begin; });
+  std::ranges::sort(intervals, {}, &Interval::begin);
 }
 
 /// Joins touching neighbours of equal content.
-template <class Interval, class Content>
-void join(std::vector<Interval>& intervals, std::uint32_t Interval::*begin, std::uint32_t Interval::*end,
-          Content Interval::*content) {
+template <class Interval>
+void join(std::vector<Interval>& intervals) {
   std::vector<Interval> joined;
   for (Interval& interval : intervals) {
-    if (!joined.empty() && joined.back().*end == interval.*begin && joined.back().*content == interval.*content)
-      joined.back().*end = interval.*end;
+    if (!joined.empty() && joined.back().end == interval.begin && joined.back().content == interval.content)
+      joined.back().end = interval.end;
     else
       joined.push_back(std::move(interval));
   }
@@ -65,15 +58,6 @@ void join(std::vector<Interval>& intervals, std::uint32_t Interval::*begin, std:
 
 bool is_empty(const WorkUnit& unit) {
   return unit.block.x0 >= unit.block.x1 || unit.block.y0 >= unit.block.y1 || unit.sample_begin >= unit.sample_end;
-}
-
-WorkUnit box(std::uint32_t x0, std::uint32_t x1, std::uint32_t y0, std::uint32_t y1, std::uint64_t begin,
-             std::uint64_t end) {
-  WorkUnit unit;
-  unit.block = {x0, y0, x1, y1};
-  unit.sample_begin = begin;
-  unit.sample_end = end;
-  return unit;
 }
 
 }  // namespace
@@ -92,12 +76,10 @@ void SampleSet::insert(Ranges& ranges, Range range) {
 }
 
 void SampleSet::insert(std::vector<Column>& columns, std::uint32_t x0, std::uint32_t x1, Range range) {
-  cut(columns, &Column::x0, &Column::x1, x0);
-  cut(columns, &Column::x0, &Column::x1, x1);
-  fill(columns, &Column::x0, &Column::x1, x0, x1);
+  cover(columns, x0, x1);
   for (Column& column : columns)
-    if (column.x0 >= x0 && column.x1 <= x1) insert(column.samples, range);
-  join(columns, &Column::x0, &Column::x1, &Column::samples);
+    if (column.begin >= x0 && column.end <= x1) insert(column.content, range);
+  join(columns);
 }
 
 void SampleSet::add(const WorkUnit& unit) {
@@ -106,12 +88,10 @@ void SampleSet::add(const WorkUnit& unit) {
     throw InternalError(fmt::format("samples {} to {} of pixel {},{} are in the film twice", twice->sample_begin,
                                     twice->sample_end - 1, twice->block.x0, twice->block.y0));
   const Crop& b = unit.block;
-  cut(slabs_, &Slab::y0, &Slab::y1, b.y0);
-  cut(slabs_, &Slab::y0, &Slab::y1, b.y1);
-  fill(slabs_, &Slab::y0, &Slab::y1, b.y0, b.y1);
+  cover(slabs_, b.y0, b.y1);
   for (Slab& slab : slabs_)
-    if (slab.y0 >= b.y0 && slab.y1 <= b.y1) insert(slab.columns, b.x0, b.x1, {unit.sample_begin, unit.sample_end});
-  join(slabs_, &Slab::y0, &Slab::y1, &Slab::columns);
+    if (slab.begin >= b.y0 && slab.end <= b.y1) insert(slab.content, b.x0, b.x1, {unit.sample_begin, unit.sample_end});
+  join(slabs_);
 }
 
 void SampleSet::add(const SampleSet& other) {
@@ -122,14 +102,15 @@ std::optional<WorkUnit> SampleSet::overlap(const WorkUnit& unit) const {
   const Crop& b = unit.block;
   if (is_empty(unit)) return std::nullopt;
   for (const Slab& slab : slabs_) {
-    if (slab.y1 <= b.y0 || slab.y0 >= b.y1) continue;
-    for (const Column& column : slab.columns) {
-      if (column.x1 <= b.x0 || column.x0 >= b.x1) continue;
-      for (const Range& range : column.samples)
+    if (slab.end <= b.y0 || slab.begin >= b.y1) continue;
+    for (const Column& column : slab.content) {
+      if (column.end <= b.x0 || column.begin >= b.x1) continue;
+      for (const Range& range : column.content)
         if (range.begin < unit.sample_end && range.end > unit.sample_begin)
-          return box(std::max(column.x0, b.x0), std::min(column.x1, b.x1), std::max(slab.y0, b.y0),
-                     std::min(slab.y1, b.y1), std::max(range.begin, unit.sample_begin),
-                     std::min(range.end, unit.sample_end));
+          return WorkUnit{{std::max(column.begin, b.x0), std::max(slab.begin, b.y0), std::min(column.end, b.x1),
+                           std::min(slab.end, b.y1)},
+                          std::max(range.begin, unit.sample_begin),
+                          std::min(range.end, unit.sample_end)};
     }
   }
   return std::nullopt;
@@ -143,24 +124,20 @@ std::optional<WorkUnit> SampleSet::overlap(const SampleSet& other) const {
 
 std::vector<WorkUnit> SampleSet::missing(const Crop& crop, std::uint64_t begin, std::uint64_t end) const {
   std::vector<WorkUnit> missing;
-  if (is_empty(box(crop.x0, crop.x1, crop.y0, crop.y1, begin, end))) return missing;
+  if (is_empty({crop, begin, end})) return missing;
   // The slabs and columns of the whole window, with those that have no samples.
   std::vector<Slab> slabs = slabs_;
-  cut(slabs, &Slab::y0, &Slab::y1, crop.y0);
-  cut(slabs, &Slab::y0, &Slab::y1, crop.y1);
-  fill(slabs, &Slab::y0, &Slab::y1, crop.y0, crop.y1);
+  cover(slabs, crop.y0, crop.y1);
   for (Slab& slab : slabs) {
-    if (slab.y0 < crop.y0 || slab.y1 > crop.y1) continue;
-    cut(slab.columns, &Column::x0, &Column::x1, crop.x0);
-    cut(slab.columns, &Column::x0, &Column::x1, crop.x1);
-    fill(slab.columns, &Column::x0, &Column::x1, crop.x0, crop.x1);
-    for (const Column& column : slab.columns) {
-      if (column.x0 < crop.x0 || column.x1 > crop.x1) continue;
+    if (slab.begin < crop.y0 || slab.end > crop.y1) continue;
+    cover(slab.content, crop.x0, crop.x1);
+    for (const Column& column : slab.content) {
+      if (column.begin < crop.x0 || column.end > crop.x1) continue;
       std::uint64_t at = begin;
       const auto gap = [&](std::uint64_t until) {
-        if (at < until) missing.push_back(box(column.x0, column.x1, slab.y0, slab.y1, at, until));
+        if (at < until) missing.push_back({{column.begin, slab.begin, column.end, slab.end}, at, until});
       };
-      for (const Range& range : column.samples) {
+      for (const Range& range : column.content) {
         gap(std::min(range.begin, end));
         at = std::max(at, range.end);
       }
@@ -176,9 +153,9 @@ std::vector<WorkUnit> SampleSet::missing(const Crop& crop, std::uint64_t begin, 
 std::vector<WorkUnit> SampleSet::parts() const {
   std::vector<WorkUnit> parts;
   for (const Slab& slab : slabs_)
-    for (const Column& column : slab.columns)
-      for (const Range& range : column.samples)
-        parts.push_back(box(column.x0, column.x1, slab.y0, slab.y1, range.begin, range.end));
+    for (const Column& column : slab.content)
+      for (const Range& range : column.content)
+        parts.push_back({{column.begin, slab.begin, column.end, slab.end}, range.begin, range.end});
   return parts;
 }
 

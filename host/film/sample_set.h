@@ -37,18 +37,16 @@ class SampleSet {
     bool operator==(const Range&) const = default;
   };
   using Ranges = std::vector<Range>;  // increasing, with gaps between them
-  struct Column {
-    std::uint32_t x0 = 0, x1 = 0;
-    Ranges samples;
-    bool operator==(const Column&) const = default;
+  /// Columns, or rows, from `begin` to `end` that hold the same. Touching neighbours differ, and none is
+  /// empty.
+  template <class Content>
+  struct Interval {
+    std::uint32_t begin = 0, end = 0;
+    Content content{};
+    bool operator==(const Interval&) const = default;
   };
-  // Rows y0 to y1 that hold the same samples. Touching neighbours differ, in rows and in columns,
-  // and none is empty.
-  struct Slab {
-    std::uint32_t y0 = 0, y1 = 0;
-    std::vector<Column> columns;
-    bool operator==(const Slab&) const = default;
-  };
+  using Column = Interval<Ranges>;
+  using Slab = Interval<std::vector<Column>>;
   std::vector<Slab> slabs_;
 
   static void insert(Ranges& ranges, Range range);

@@ -13,23 +13,30 @@ namespace eikon::formula {
 
 float Node::value() const { return std::bit_cast<float>(number); }
 
-std::size_t operand_count(Op op) {
-  switch (op) {
-    case Op::constant:
-    case Op::variable:
-      return 0;
-    case Op::add:
-    case Op::sub:
-    case Op::mul:
-    case Op::div:
-    case Op::min:
-    case Op::max:
-      return 2;
-    case Op::choose:
-      return 4;
-    default:
-      return 1;
-  }
+const OpInfo& info_of(Op op) {
+  static constexpr OpInfo kOps[] = {
+      // In the order of Op. The code of constants and variables is not made of operands.
+      {0, "", ""},
+      {0, "", ""},
+      {2, "{0} + {1}", "interval_add({0}, {1})"},
+      {2, "{0} - {1}", "interval_sub({0}, {1})"},
+      {2, "{0} * {1}", "interval_mul({0}, {1})"},
+      {2, "{0} / {1}", "interval_div({0}, {1})"},
+      {1, "-{0}", "interval_neg({0})"},
+      {1, "formula_power({0}, {4}u)", "interval_power({0}, {4}u)"},
+      {1, "sqrt({0})", "interval_sqrt({0})"},
+      {1, "abs_f({0})", "interval_abs({0})"},
+      {2, "min_f({0}, {1})", "interval_min({0}, {1})"},
+      {2, "max_f({0}, {1})", "interval_max({0}, {1})"},
+      {1, "formula_sin({0})", "interval_sin({0})"},
+      {1, "formula_cos({0})", "interval_cos({0})"},
+      {1, "formula_exp({0})", "interval_exp({0})"},
+      {1, "formula_log({0})", "interval_log({0})"},
+      {1, "formula_atan({0})", "interval_atan({0})"},
+      {4, "{0} < {1} ? {2} : {3}", "interval_choose({0}, {1}, {2}, {3})"},
+  };
+  static_assert(std::size(kOps) == std::size_t(Op::choose) + 1);
+  return kOps[std::size_t(op)];
 }
 
 bool Expressions::is_constant(Id id, float value) const { return is_constant(id) && nodes_[id].value() == value; }

@@ -47,8 +47,14 @@ struct Node {
   [[nodiscard]] float value() const;  // of a constant
 };
 
-/// The number of operands of `op`.
-[[nodiscard]] std::size_t operand_count(Op op);
+/// What an operation takes, and its code on numbers and on intervals: {0} to {3} stand for the
+/// operands, {4} for the node's number.
+struct OpInfo {
+  std::size_t operands;
+  const char *number_code, *interval_code;
+};
+[[nodiscard]] const OpInfo& info_of(Op op);
+[[nodiscard]] inline std::size_t operand_count(Op op) { return info_of(op).operands; }
 
 /// Nodes are added, never changed. Every adding function throws InputError when the graph would
 /// grow beyond kMostNodes.

@@ -12,98 +12,25 @@ std::string literal(float value) { return fmt::format("(vf)({:a}f)", double(valu
 
 std::string name(Id id) { return fmt::format("v{}", id); }
 
-// The code of a node on numbers; its operands are variables of the text.
-std::string number_code(const Node& node) {
-  const std::string a = name(node.operands[0]), b = name(node.operands[1]), c = name(node.operands[2]),
-                    d = name(node.operands[3]);
-  static constexpr const char* kNumbers[kVariables] = {"p.x", "p.y", "p.z", "d.x", "d.y", "d.z"};
-  switch (node.op) {
-    case Op::constant:
-      return literal(node.value());
-    case Op::variable:
-      return kNumbers[node.number];
-    case Op::add:
-      return a + " + " + b;
-    case Op::sub:
-      return a + " - " + b;
-    case Op::mul:
-      return a + " * " + b;
-    case Op::div:
-      return a + " / " + b;
-    case Op::neg:
-      return "-" + a;
-    case Op::power:
-      return fmt::format("formula_power({}, {}u)", a, node.number);
-    case Op::sqrt:
-      return "sqrt(" + a + ")";
-    case Op::abs:
-      return "abs_f(" + a + ")";
-    case Op::min:
-      return fmt::format("min_f({}, {})", a, b);
-    case Op::max:
-      return fmt::format("max_f({}, {})", a, b);
-    case Op::sin:
-      return "formula_sin(" + a + ")";
-    case Op::cos:
-      return "formula_cos(" + a + ")";
-    case Op::exp:
-      return "formula_exp(" + a + ")";
-    case Op::log:
-      return "formula_log(" + a + ")";
-    case Op::atan:
-      return "formula_atan(" + a + ")";
-    case Op::choose:
-      return fmt::format("{} < {} ? {} : {}", a, b, c, d);
-  }
-  throw InternalError("an operation without kernel code");
+// The code of a node by its row of OpInfo; its operands are variables of the text.
+std::string code(const char* format, const Node& node) {
+  const auto& o = node.operands;
+  return fmt::format(fmt::runtime(format), name(o[0]), name(o[1]), name(o[2]), name(o[3]), node.number);
 }
 
-// The code of a node on intervals.
+std::string number_code(const Node& node) {
+  static constexpr const char* kNumbers[kVariables] = {"p.x", "p.y", "p.z", "d.x", "d.y", "d.z"};
+  if (node.op == Op::constant) return literal(node.value());
+  if (node.op == Op::variable) return kNumbers[node.number];
+  return code(info_of(node.op).number_code, node);
+}
+
 std::string interval_code(const Expressions& e, const Node& node) {
-  const std::string a = name(node.operands[0]), b = name(node.operands[1]), c = name(node.operands[2]),
-                    d = name(node.operands[3]);
   static constexpr const char* kIntervals[kVariables] = {
       "x", "y", "z", "interval_point(d.x)", "interval_point(d.y)", "interval_point(d.z)"};
-  switch (node.op) {
-    case Op::constant:
-      return "interval_point(" + literal(node.value()) + ")";
-    case Op::variable:
-      return kIntervals[node.number];
-    case Op::add:
-      return fmt::format("interval_add({}, {})", a, b);
-    case Op::sub:
-      return fmt::format("interval_sub({}, {})", a, b);
-    case Op::mul:
-      if (is_scaling(e, node)) return fmt::format("interval_scale({}.lo, {})", a, b);
-      return fmt::format("interval_mul({}, {})", a, b);
-    case Op::div:
-      return fmt::format("interval_div({}, {})", a, b);
-    case Op::neg:
-      return "interval_neg(" + a + ")";
-    case Op::power:
-      return fmt::format("interval_power({}, {}u)", a, node.number);
-    case Op::sqrt:
-      return "interval_sqrt(" + a + ")";
-    case Op::abs:
-      return "interval_abs(" + a + ")";
-    case Op::min:
-      return fmt::format("interval_min({}, {})", a, b);
-    case Op::max:
-      return fmt::format("interval_max({}, {})", a, b);
-    case Op::sin:
-      return "interval_sin(" + a + ")";
-    case Op::cos:
-      return "interval_cos(" + a + ")";
-    case Op::exp:
-      return "interval_exp(" + a + ")";
-    case Op::log:
-      return "interval_log(" + a + ")";
-    case Op::atan:
-      return "interval_atan(" + a + ")";
-    case Op::choose:
-      return fmt::format("interval_choose({}, {}, {}, {})", a, b, c, d);
-  }
-  throw InternalError("an operation without kernel code");
+  if (node.op == Op::constant) return "interval_point(" + literal(node.value()) + ")";
+  if (node.op == Op::variable) return kIntervals[node.number];
+  return code(is_scaling(e, node) ? "interval_scale({0}.lo, {1})" : info_of(node.op).interval_code, node);
 }
 
 std::string number_lines(const Expressions& e, const std::vector<Id>& roots) {

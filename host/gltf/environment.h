@@ -3,8 +3,8 @@
 #include <filesystem>
 #include <optional>
 
-#include "io/digest.h"
 #include "io/json_text.h"
+#include "io/xxhash64.h"
 #include "scene/notes.h"
 #include "scene/scene.h"
 

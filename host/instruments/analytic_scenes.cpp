@@ -87,12 +87,8 @@ bool same_bits(const Film& a, const Film& b) {
   if (!(a.layout() == b.layout())) return false;
   const Crop& crop = a.layout().crop;
   for (std::uint32_t y = crop.y0; y < crop.y1; ++y)
-    for (std::uint32_t x = crop.x0; x < crop.x1; ++x)
-      for (std::uint32_t r = 0; r < a.layout().replicates; ++r) {
-        if (a.count(x, y, r) != b.count(x, y, r)) return false;
-        for (std::uint32_t c = 0; c < a.layout().channels.size(); ++c)
-          if (a.sum(x, y, r, c) != b.sum(x, y, r, c)) return false;
-      }
+    if (!std::ranges::equal(a.row_sums(y), b.row_sums(y)) || !std::ranges::equal(a.row_counts(y), b.row_counts(y)))
+      return false;
   for (std::size_t m = 0; m < a.layout().mattes.size(); ++m)
     for (std::uint32_t y = crop.y0; y < crop.y1; ++y)
       for (std::uint32_t x = crop.x0; x < crop.x1; ++x)

@@ -8,9 +8,9 @@
 #include "device/kernel_sources.h"
 #include "pack/features.h"
 #include "pack/pack_parts.h"
-#include "wavefront/scene_buffers.h"
 #include "io/text.h"
 #include "shared/measured.h"
+#include "wavefront/buffers.h"
 
 namespace eikon {
 namespace {

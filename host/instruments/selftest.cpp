@@ -6,9 +6,8 @@
 #include <functional>
 #include <numbers>
 
-#include "core/error.h"
+#include "device/probes.h"
 #include "instruments/analytic_scenes.h"
-#include "device/arithmetic.h"
 #include "render/render.h"
 
 namespace eikon {

@@ -10,7 +10,6 @@
 #include <atomic>
 #include <cerrno>
 #include <array>
-#include <charconv>
 #include <csignal>
 #include <cstdio>
 #include <ctime>
@@ -19,6 +18,7 @@
 #include <fmt/format.h>
 
 #include "core/error.h"
+#include "io/text.h"
 
 namespace eikon {
 namespace {
@@ -92,9 +92,8 @@ void remove_left_behind(const std::filesystem::path& real) {
     const std::string name = file->path().filename().string();
     if (!name.starts_with(prefix) || !name.ends_with(".tmp")) continue;
     const std::string process = name.substr(prefix.size(), name.find('-', prefix.size()) - prefix.size());
-    pid_t id = 0;
-    const auto [rest, code] = std::from_chars(process.data(), process.data() + process.size(), id);
-    if (code != std::errc() || rest != process.data() + process.size() || id <= 0) continue;
+    const pid_t id = number_in<pid_t>(process).value_or(0);
+    if (id <= 0) continue;
     std::error_code ignored;
     if (kill(id, 0) != 0 && errno == ESRCH) std::filesystem::remove(file->path(), ignored);
   }

@@ -170,17 +170,16 @@ const Json* member(const Json& object, const char* key) {
 
 const Json* member(const Json* object, const char* key) { return object == nullptr ? nullptr : member(*object, key); }
 
-const Json* as_object(const JsonView& view, const char* key) {
+/// The member, or null when absent. Fails when it is of another type.
+static const Json* typed(const JsonView& view, const char* key, bool (Json::*is)() const noexcept, const char* type) {
   const Json* value = member(view.value, key);
-  if (value != nullptr && !value->is_object()) view.fail(fmt::format("'{}' is not an object", key));
+  if (value != nullptr && !(value->*is)()) view.fail(fmt::format("'{}' is not {}", key, type));
   return value;
 }
 
-const Json* as_array(const JsonView& view, const char* key) {
-  const Json* value = member(view.value, key);
-  if (value != nullptr && !value->is_array()) view.fail(fmt::format("'{}' is not an array", key));
-  return value;
-}
+const Json* as_object(const JsonView& view, const char* key) { return typed(view, key, &Json::is_object, "an object"); }
+
+const Json* as_array(const JsonView& view, const char* key) { return typed(view, key, &Json::is_array, "an array"); }
 
 std::optional<std::uint64_t> as_integer(const JsonView& view, const char* key, std::uint64_t max) {
   const Json* value = member(view.value, key);
@@ -198,10 +197,8 @@ std::uint64_t required_integer(const JsonView& view, const char* key, std::uint6
 }
 
 std::optional<double> as_number(const JsonView& view, const char* key) {
-  const Json* value = member(view.value, key);
-  if (value == nullptr) return std::nullopt;
-  if (!value->is_number()) view.fail(fmt::format("'{}' is not a number", key));
-  return value->get<double>();
+  const Json* value = typed(view, key, &Json::is_number, "a number");
+  return value == nullptr ? std::nullopt : std::optional(value->get<double>());
 }
 
 bool has_numbers(const JsonView& view, const char* key, std::size_t count) {
@@ -214,10 +211,8 @@ bool has_numbers(const JsonView& view, const char* key, std::size_t count) {
 }
 
 const std::string* as_string(const JsonView& view, const char* key) {
-  const Json* value = member(view.value, key);
-  if (value == nullptr) return nullptr;
-  if (!value->is_string()) view.fail(fmt::format("'{}' is not a string", key));
-  return &value->get_ref<const std::string&>();
+  const Json* value = typed(view, key, &Json::is_string, "a string");
+  return value == nullptr ? nullptr : &value->get_ref<const std::string&>();
 }
 
 std::optional<std::size_t> as_index(const JsonView& view, const char* key, std::size_t count, std::string_view target) {

@@ -35,13 +35,6 @@ class FileDescriptor {
 
 std::string reason(int error) { return std::generic_category().message(error); }
 
-int hex_digit(char c) {
-  if (c >= '0' && c <= '9') return c - '0';
-  if (c >= 'a' && c <= 'f') return c - 'a' + 10;
-  if (c >= 'A' && c <= 'F') return c - 'A' + 10;
-  return -1;
-}
-
 std::string percent_decoded(std::string_view uri) {
   std::string out;
   for (std::size_t i = 0; i < uri.size(); ++i) {
@@ -49,10 +42,9 @@ std::string percent_decoded(std::string_view uri) {
       out += uri[i];
       continue;
     }
-    const int high = i + 2 < uri.size() ? hex_digit(uri[i + 1]) : -1;
-    const int low = i + 2 < uri.size() ? hex_digit(uri[i + 2]) : -1;
-    if (high < 0 || low < 0) throw InputError("URI " + in_quotes(uri) + " has a broken %-escape");
-    out += static_cast<char>(high * 16 + low);
+    const auto byte = i + 2 < uri.size() ? number_in<std::uint32_t>(uri.substr(i + 1, 2), 16) : std::nullopt;
+    if (!byte) throw InputError("URI " + in_quotes(uri) + " has a broken %-escape");
+    out += static_cast<char>(*byte);
     i += 2;
   }
   return out;
@@ -130,11 +122,6 @@ std::uint32_t little_endian_u32(std::span<const std::byte> bytes, std::size_t of
 }
 
 }  // namespace
-
-std::uint64_t physical_memory_bytes() {
-  static const std::uint64_t kBytes = host_limits().memory_bytes;
-  return kBytes;
-}
 
 Bytes read_regular_file(const std::filesystem::path& path, std::uint64_t max_bytes) {
   // O_NONBLOCK keeps the opening of a FIFO from waiting for a writer. The type is asked of the open

@@ -7,8 +7,9 @@
 #include <filesystem>
 #include <memory>
 #include <span>
-#include <string>
 #include <string_view>
+
+#include "core/host_limits.h"
 
 namespace eikon {
 
@@ -18,10 +19,6 @@ struct Bytes {
   std::size_t size = 0;
   [[nodiscard]] std::span<const std::byte> span() const { return {data.get(), size}; }
 };
-
-/// Memory of this machine, or what a container grants of it, which no file may exceed; 0 if the
-/// system does not say.
-[[nodiscard]] std::uint64_t physical_memory_bytes();
 
 /// Reads a whole regular file; FIFOs, devices and directories are refused without being read.
 /// throws InputError (without the path): missing, unreadable, not a regular file, empty, above

@@ -30,6 +30,16 @@ std::string label(std::string_view kind, std::uint64_t index, std::string_view n
   return name.empty() ? fmt::format("{} {}", kind, index) : fmt::format("{} {}", kind, in_quotes(name));
 }
 
+std::vector<std::string> split(std::string_view text, char separator) {
+  std::vector<std::string> pieces;
+  for (std::size_t begin = 0; begin <= text.size();) {
+    const std::size_t end = std::min(text.find(separator, begin), text.size());
+    pieces.emplace_back(text.substr(begin, end - begin));
+    begin = end + 1;
+  }
+  return pieces;
+}
+
 std::string one_line(std::string_view text) {
   std::string out(text);
   std::replace_if(

@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Text for messages. Names that come from a file may hold any bytes, so they are escaped and cut.
 #pragma once
+#include <charconv>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
+#include <system_error>
+#include <vector>
 
 namespace eikon {
 
@@ -13,6 +17,17 @@ namespace eikon {
 
 /// "node 'lamp'", or "node 3" if it has no name.
 [[nodiscard]] std::string label(std::string_view kind, std::uint64_t index, std::string_view name);
+
+/// The pieces of "a,b,c", which may be empty; an empty text is one empty piece.
+[[nodiscard]] std::vector<std::string> split(std::string_view text, char separator);
+
+/// The number that the whole text says, or nothing. how: base or format, as std::from_chars takes it
+template <class Number, class... How>
+[[nodiscard]] std::optional<Number> number_in(std::string_view text, How... how) {
+  Number value{};
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value, how...);
+  return error == std::errc() && end == text.data() + text.size() ? std::optional(value) : std::nullopt;
+}
 
 /// `text` with its control characters replaced by blanks, for messages of libraries.
 [[nodiscard]] std::string one_line(std::string_view text);

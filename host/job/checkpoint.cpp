@@ -8,7 +8,6 @@
 #include "job/report/metadata.h"
 #include "job/stop_signals.h"
 #include "film/exr/film_file.h"
-#include "image/image.h"
 #include "io/atomic_file.h"
 #include "pack/features.h"
 
@@ -104,7 +103,7 @@ void CheckpointFile::read_if_it_fits(const Prepared& prepared) {
 void CheckpointFile::attach(RenderHooks& hooks) {
   if (options_.file.empty()) return;
   hooks.begin_with = std::exchange(begin_with_, std::nullopt);
-  hooks.checkpoint = [this](const FilmState& state) { write(state.film, state.done, state.arithmetic); };
+  hooks.checkpoint = [this](const FilmState& state) { write(state); };
   hooks.checkpoint_every_s = options_.every_s;
   hooks.checkpoint_now = asked_.get();
   // One signal asks all renders of the process, so each compares the count for itself.
@@ -115,37 +114,34 @@ void CheckpointFile::attach(RenderHooks& hooks) {
   };
 }
 
-FilmRecord CheckpointFile::record(const SampleSet& done, const std::set<std::string>& arithmetic) const {
-  return {settings_, arithmetic, {layers_.begin(), layers_.end()}, manifests_, done};
+FilmRecord CheckpointFile::record(const FilmState& state) const {
+  return {settings_, state.arithmetic, {layers_.begin(), layers_.end()}, manifests_, state.done};
 }
 
 std::string CheckpointFile::saved() const {
   return there_is_one_ ? fmt::format("{} holds {} samples", options_.file, saved_samples_) : "there is none yet";
 }
 
-void CheckpointFile::write(const Film& film, const SampleSet& done, const std::set<std::string>& arithmetic) {
-  ExrOptions exr;
-  exr.exact_sums = true;
-  exr.quick = true;
-  exr.record = to_text(record(done, arithmetic));
+void CheckpointFile::write(const FilmState& state) {
+  const ExrOptions exr{.exact_sums = true, .record = to_text(record(state)), .quick = true};
   Metadata metadata = metadata_;
-  add_sample_counts(metadata, film, done, arithmetic);
+  add_sample_counts(metadata, state.film, state.done, state.arithmetic);
   try {
-    write_exr(options_.file, film, metadata, exr);
+    write_exr(options_.file, state.film, metadata, exr);
   } catch (const InputError& error) {
     if (last_failure_.empty())
       log_(fmt::format("{}; the render goes on and tries again (of the checkpoint, {})", error.what(), saved()));
     last_failure_ = error.what();
     return;
   }
-  saved_samples_ = done.sample_count();
+  saved_samples_ = state.done.sample_count();
   there_is_one_ = true;
   if (!std::exchange(last_failure_, {}).empty()) log_(fmt::format("the checkpoint can be written again: {}", saved()));
 }
 
 void CheckpointFile::end(const RenderOutput& done) {
   if (options_.file.empty() || last_failure_.empty()) return;
-  write(done.film, done.done, done.arithmetic);
+  write(done);
   if (!last_failure_.empty()) log_(fmt::format("{}; of the checkpoint, {}", last_failure_, saved()));
 }
 

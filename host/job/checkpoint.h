@@ -38,7 +38,7 @@ class CheckpointFile {
   void end(const RenderOutput& done);
 
   /// After begin(): describes sums of such samples, for the header of any file that has them.
-  [[nodiscard]] FilmRecord record(const SampleSet& done, const std::set<std::string>& arithmetic) const;
+  [[nodiscard]] FilmRecord record(const FilmState& state) const;
   /// After begin(): the manifests of the mattes among the layers (film/mattes.h).
   [[nodiscard]] const std::map<std::string, std::string>& manifests() const { return manifests_; }
   /// After end(): false if the last checkpoint could not be written, or has more samples than asked
@@ -64,7 +64,7 @@ class CheckpointFile {
 
   void read(const Prepared& prepared);
   void read_if_it_fits(const Prepared& prepared);
-  void write(const Film& film, const SampleSet& done, const std::set<std::string>& arithmetic);
+  void write(const FilmState& state);
   [[nodiscard]] std::string saved() const;
 };
 

@@ -1,14 +1,79 @@
 // SPDX-License-Identifier: Apache-2.0
 // Makes the settings of a render from its options and the scene.
 #pragma once
+#include <cstdint>
 #include <memory>
+#include <optional>
+#include <set>
 #include <string>
 #include <vector>
+#include <glm/glm.hpp>
 
 #include "job/log.h"
-#include "job/scene_options.h"
+#include "pack/settings.h"
 
 namespace eikon {
+
+struct ImageSize {
+  std::uint32_t width = 0, height = 0;  // pixels, at least 1
+};
+
+struct SampleRange {
+  std::uint64_t begin = 0, end = 0;  // half-open
+};
+
+/// A perspective camera given by hand; world space, metres.
+struct LookAt {
+  glm::dvec3 eye{}, target{}, up{0, 1, 0};
+};
+
+/// The lens: what is unset comes from the scene's camera.
+struct LensOptions {
+  std::optional<double> f_number;  // 0: a pinhole
+  std::optional<double> focus_distance_m;
+};
+
+/// At most one of `map` and `radiance`; neither: the scene's environment.
+struct EnvironmentOptions {
+  std::string map;                    // OpenEXR or Radiance file
+  std::optional<glm::vec3> radiance;  // constant, W/(sr m^2)
+  double scale = 1, rotate_deg = 0;   // of whichever environment is used
+};
+
+/// `direct` is `path` with at most two edges.
+enum class IntegratorChoice { path, direct, whitted, raycast };
+
+struct SceneOptions {
+  std::string scene;    // glTF file
+  std::string variant;  // KHR_materials_variants; empty: none
+  bool strict = false;  // what is not supported, and rejected samples, are errors
+
+  std::string camera;  // by name or index; empty: the first
+  std::optional<LookAt> look_at;
+  std::optional<double> fov_deg;  // vertical
+  bool panorama = false;
+  LensOptions lens;
+
+  std::optional<ImageSize> size;  // default: 720 rows at the camera's aspect
+  std::optional<Crop> crop;
+  PixelFilter filter;
+  bool transparent = false;
+  std::vector<std::string> aovs;         // each once
+  std::set<std::uint32_t> depth_series;  // of `render` alone, as is denoise
+  bool denoise = false;
+
+  EnvironmentOptions environment;
+
+  std::uint64_t spp = 64;
+  std::optional<SampleRange> samples;  // default: 0 to spp
+  std::uint64_t seed = 0;
+  std::uint32_t max_depth = 0;  // 0: no limit
+  float roulette = 0;           // constant survival probability; 0: by throughput
+  IntegratorChoice integrator = IntegratorChoice::path;
+  LightSampling light_sampling = LightSampling::mis;
+  std::uint32_t light_samples = 1;
+  bool energy_compensation = false;
+};
 
 /// A loaded scene, and everything that decides its image.
 struct Prepared {

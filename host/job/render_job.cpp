@@ -5,17 +5,12 @@
 #include <fmt/ranges.h>
 #include <unistd.h>
 
-#include "job/execution_environment.h"
+#include "core/clock.h"
 #include "job/file_identity.h"
 #include "job/report/metadata.h"
-#include "job/report/trace_file.h"
-#include "core/process_time.h"
-#include "film/exr/film_file.h"
-#include "image/image.h"
 #include "io/atomic_file.h"
 #include "render/error_counter.h"
 #include "film/layers.h"
-#include "render/no_device_left.h"
 #include "pack/geometry/placed_meshes.h"
 #include "io/text.h"
 #include "shared/records.h"
@@ -128,7 +123,7 @@ void RenderJob::write_image(bool elsewhere) {
   exr.half = options_.half;
   exr.layers = prepared_.layers;
   exr.manifests = checkpoint_.manifests();
-  exr.record = to_text(checkpoint_.record(done_->done, done_->arithmetic));
+  exr.record = to_text(checkpoint_.record(*done_));
   // A render that failed can be resumed from its exact sums.
   exr.exact_sums = options_.scene.samples || options_.scene.crop || !failure_.empty();
   std::optional<Image> denoised;

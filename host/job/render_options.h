@@ -6,11 +6,21 @@
 #include <string>
 #include <vector>
 
+#include "image/image.h"
 #include "job/checkpoint.h"
-#include "job/png_options.h"
-#include "job/scene_options.h"
+#include "job/prepare.h"
 
 namespace eikon {
+
+struct PngOptions {
+  std::string file;  // empty: none is wanted
+  double exposure_ev = 0;
+  std::optional<double> ev100;  // instead of exposure_ev: of a camera set to it
+  ToneMap tone_map{};
+
+  /// Writes the file, if one is wanted. throws as write_png
+  void write(const Image& image) const;
+};
 
 struct PixelIndex {
   std::uint32_t x = 0, y = 0;

@@ -49,7 +49,7 @@ constexpr std::size_t kScenes = 8, kLayouts = 4;  // the most that are kept, wha
 }  // namespace
 
 std::shared_ptr<SceneCache::Kept> SceneCache::load(const std::filesystem::path& path, const std::string& variant,
-                                                    const InputsDigest& digest) {
+                                                   const Digest& digest) {
   const std::lock_guard lock(mutex_);
   const auto found = std::find_if(kept_.begin(), kept_.end(), [&](const auto& kept) {
     return kept->digest.hash == digest.hash && kept->scene->path == path && kept->variant == variant;

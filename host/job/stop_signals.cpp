@@ -2,7 +2,6 @@
 #include "job/stop_signals.h"
 
 #include <csignal>
-#include <initializer_list>
 #include <thread>
 
 namespace eikon {

@@ -7,9 +7,8 @@
 
 #include "film/layers.h"
 #include "pack/lights/light_kind.h"
-#include "pack/materials/hit_class.h"
-#include "pack/materials/lobe.h"
 #include "pack/materials/material_parameters.h"
+#include "pack/materials/material_traits.h"
 
 namespace eikon {
 namespace {
@@ -55,28 +54,18 @@ Need lobe_rule(const SceneFacts& facts) {
   return if_some_material(facts, "no material", [](const Material& m) { return lobe_of(m) == lobe; });
 }
 
-/// The rule for what raycast.h leaves out of every material.
-template <Need (*rule)(const SceneFacts&)>
-Need unless_raycast(const SceneFacts& facts) {
-  return is_raycast(facts) ? Need{false, "--integrator"} : rule(facts);
-}
-
 bool is_coated(const Material& m) { return m.clearcoat > 0; }
 bool has_sheen(const Material& m) { return m.sheen_color != glm::vec3(0); }
 bool has_microfacets(const Material& m) {
   const Lobe lobe = lobe_of(m);
   return lobe == Lobe::metallic_roughness || lobe == Lobe::transmission || lobe == Lobe::conductor;
 }
-bool is_anisotropic(const Material& m) {
-  return m.anisotropy > 0 && has_microfacets(m);
-}
+bool is_anisotropic(const Material& m) { return m.anisotropy > 0 && has_microfacets(m); }
 bool is_translucent(const Material& m) { return m.diffuse_transmission > 0 && lobe_of(m) == Lobe::transmission; }
 bool disperses(const Material& m) {
   return m.dispersion > 0 && m.solid && m.ior > 1 && lobe_of(m) == Lobe::transmission;
 }
-bool has_thin_film(const Material& m) {
-  return m.iridescence > 0 && has_microfacets(m);
-}
+bool has_thin_film(const Material& m) { return m.iridescence > 0 && has_microfacets(m); }
 
 /// Returns true if the materials differ in some parameter of the record.
 template <class Record>
@@ -126,15 +115,6 @@ Need energy_compensation(const SceneFacts& facts) {
   });
 }
 
-Need diffuse_transmission(const SceneFacts& facts) {
-  return if_some_material(facts, "nothing scatters light that passes it", is_translucent);
-}
-Need anisotropy(const SceneFacts& facts) { return if_some_material(facts, "no anisotropy", is_anisotropic); }
-Need dispersion(const SceneFacts& facts) {
-  return if_some_material(facts, "no solid's index disperses", disperses);
-}
-Need sheen(const SceneFacts& facts) { return if_some_material(facts, "no sheen", has_sheen); }
-
 // Rules about geometry
 
 template <ShapeKind kind>
@@ -163,12 +143,6 @@ Need uv(const SceneFacts& facts) {
   Need need = if_some_material(facts, "no texture", [](const Material& m) { return !textures_of(m).empty(); });
   if (!need.on && is_asked_for(facts, FilmSum::texcoord)) need = {true, "--aov"};
   return need;
-}
-
-Need uv1(const SceneFacts& facts) {
-  return if_some_material(facts, "no texture is placed by TEXCOORD_1", [](const Material& m) {
-    return std::ranges::any_of(textures_of(m), [](const TextureUse& use) { return use.texture->uv_set == 1; });
-  });
 }
 
 // Rules about light and about the settings
@@ -204,9 +178,33 @@ Need sum_rule(const SceneFacts& facts) {
   return {is_asked_for(facts, sum), "--aov"};
 }
 
+constexpr bool kUnlessRaycast = true;  // of what raycast.h leaves out of every material
+
+/// Asks a function; or whether some material or mesh needs the feature, and `text` says why it is out
+/// otherwise; or whether the settings do, and `text` says by which flag, or why not.
 struct Rule {
+  constexpr Rule(Feature of, Need (*by)(const SceneFacts&), bool not_raycast = false)
+      : feature(of), unless_raycast(not_raycast), need(by) {}
+  constexpr Rule(Feature of, const char* otherwise, bool (*by)(const Material&), bool not_raycast = false)
+      : feature(of), unless_raycast(not_raycast), text(otherwise), material(by) {}
+  constexpr Rule(Feature of, const char* otherwise, bool (*by)(const Primitive&))
+      : feature(of), text(otherwise), primitive(by) {}
+  constexpr Rule(Feature of, const char* flag, bool (*by)(const SceneFacts&)) : feature(of), text(flag), asked(by) {}
+
+  [[nodiscard]] Need operator()(const SceneFacts& facts) const {
+    if (unless_raycast && is_raycast(facts)) return {false, "--integrator"};
+    if (material != nullptr) return if_some_material(facts, text, material);
+    if (primitive != nullptr) return if_some_primitive(facts, text, primitive);
+    return asked != nullptr ? Need{asked(facts), text} : need(facts);
+  }
+
   Feature feature;
-  Need (*need)(const SceneFacts&);
+  bool unless_raycast = false;
+  const char* text = "";
+  Need (*need)(const SceneFacts&) = nullptr;
+  bool (*material)(const Material&) = nullptr;
+  bool (*primitive)(const Primitive&) = nullptr;
+  bool (*asked)(const SceneFacts&) = nullptr;
 };
 
 constexpr Rule kRules[] = {
@@ -219,20 +217,17 @@ constexpr Rule kRules[] = {
        if (f.scene.shapes.empty()) return {false, "no shape"};
        return {true, fmt::format("node '{}'", f.scene.shapes.front().name)};
      }},
-    {Feature::instance, [](const SceneFacts&) { return Need{false, "every mesh is stored for each of its places"}; }},
+    {Feature::instance, "every mesh is stored for each of its places", [](const SceneFacts&) { return false; }},
     {Feature::plain_hits, hit_class_rule<SHADING_LAMBERT>},
     {Feature::opaque_hits, hit_class_rule<SHADING_OPAQUE>},
     {Feature::clear_hits, hit_class_rule<SHADING_TRANSMISSIVE>},
-    {Feature::vertex_normal,
-     [](const SceneFacts& f) {
-       return if_some_primitive(f, "no mesh has normals", [](const Primitive& p) { return !p.normals_object.empty(); });
-     }},
+    {Feature::vertex_normal, "no mesh has normals", [](const Primitive& p) { return !p.normals_object.empty(); }},
     {Feature::uv, uv},
-    {Feature::uv1, uv1},
-    {Feature::vertex_color,
-     [](const SceneFacts& f) {
-       return if_some_primitive(f, "no mesh has colours", [](const Primitive& p) { return !p.colors.empty(); });
+    {Feature::uv1, "no texture is placed by TEXCOORD_1",
+     [](const Material& m) {
+       return std::ranges::any_of(textures_of(m), [](const TextureUse& use) { return use.texture->uv_set == 1; });
      }},
+    {Feature::vertex_color, "no mesh has colours", [](const Primitive& p) { return !p.colors.empty(); }},
     {Feature::base_color_texture, texture_rule<Feature::base_color_texture>},
     {Feature::metallic_roughness_texture, texture_rule<Feature::metallic_roughness_texture>},
     {Feature::normal_texture, texture_rule<Feature::normal_texture>},
@@ -241,53 +236,31 @@ constexpr Rule kRules[] = {
     {Feature::specular_texture, texture_rule<Feature::specular_texture>},
     {Feature::material_extension, material_extension},
     {Feature::material_detail, material_detail},
-    {Feature::diffuse_transmission, unless_raycast<diffuse_transmission>},
-    {Feature::diffuse_transmission_texture,
-     unless_raycast<texture_rule<Feature::diffuse_transmission_texture>>},
-    {Feature::anisotropy, unless_raycast<anisotropy>},
+    {Feature::diffuse_transmission, "nothing scatters light that passes it", is_translucent, kUnlessRaycast},
+    {Feature::diffuse_transmission_texture, texture_rule<Feature::diffuse_transmission_texture>, kUnlessRaycast},
+    {Feature::anisotropy, "no anisotropy", is_anisotropic, kUnlessRaycast},
     {Feature::anisotropy_texture, texture_rule<Feature::anisotropy_texture>},
-    {Feature::dispersion, unless_raycast<dispersion>},
-    {Feature::tangent,
-     [](const SceneFacts& f) {
-       return if_some_material(f, "no normal map or anisotropy", [](const Material& m) {
-         return m.normal_texture || m.clearcoat_normal_texture || is_anisotropic(m);
-       });
-     }},
-    {Feature::clearcoat, [](const SceneFacts& f) { return if_some_material(f, "no clearcoat", is_coated); }},
+    {Feature::dispersion, "no solid's index disperses", disperses, kUnlessRaycast},
+    {Feature::tangent, "no normal map or anisotropy",
+     [](const Material& m) { return m.normal_texture || m.clearcoat_normal_texture || is_anisotropic(m); }},
+    {Feature::clearcoat, "no clearcoat", is_coated},
     {Feature::clearcoat_texture, texture_rule<Feature::clearcoat_texture>},
-    {Feature::clearcoat_normal,
-     [](const SceneFacts& f) {
-       return if_some_material(f, "every coat follows its material", [](const Material& m) {
-         return is_coated(m) && (m.normal_texture || m.clearcoat_normal_texture);
-       });
-     }},
-    {Feature::sheen, unless_raycast<sheen>},
+    {Feature::clearcoat_normal, "every coat follows its material",
+     [](const Material& m) { return is_coated(m) && (m.normal_texture || m.clearcoat_normal_texture); }},
+    {Feature::sheen, "no sheen", has_sheen, kUnlessRaycast},
     {Feature::sheen_texture, texture_rule<Feature::sheen_texture>},
-    {Feature::absorption,
-     [](const SceneFacts& f) {
-       return if_some_material(f, "no volume absorbs", [](const Material& m) {
-         return is_solid(m) && m.attenuation_distance > 0 && m.attenuation_color != glm::vec3(1);
-       });
+    {Feature::absorption, "no volume absorbs",
+     [](const Material& m) {
+       return is_solid(m) && m.attenuation_distance > 0 && m.attenuation_color != glm::vec3(1);
      }},
     // One solid with a priority is enough, because its own parts may overlap.
-    {Feature::nested_media,
-     [](const SceneFacts& f) {
-       return if_some_material(f, "no solid says mediumPriority", [](const Material& m) {
-         return is_solid(m) && m.medium_priority.has_value();
-       });
-     }},
-    {Feature::iridescence, [](const SceneFacts& f) { return if_some_material(f, "no thin film", has_thin_film); }},
+    {Feature::nested_media, "no solid says mediumPriority",
+     [](const Material& m) { return is_solid(m) && m.medium_priority.has_value(); }},
+    {Feature::iridescence, "no thin film", has_thin_film},
     {Feature::iridescence_texture, texture_rule<Feature::iridescence_texture>},
     {Feature::energy_compensation, energy_compensation},
-    {Feature::opacity,
-     [](const SceneFacts& f) {
-       return if_some_material(f, "every material is opaque",
-                               [](const Material& m) { return m.alpha_mode != AlphaMode::opaque; });
-     }},
-    {Feature::unlit,
-     [](const SceneFacts& f) {
-       return if_some_material(f, "no material is unlit", [](const Material& m) { return m.unlit; });
-     }},
+    {Feature::opacity, "every material is opaque", [](const Material& m) { return m.alpha_mode != AlphaMode::opaque; }},
+    {Feature::unlit, "no material is unlit", [](const Material& m) { return m.unlit; }},
     {Feature::one_light,
      [](const SceneFacts& f) { return Need{f.lights.is_one(), fmt::format("{} lights", f.lights.count())}; }},
     {Feature::quad_light,
@@ -299,29 +272,25 @@ constexpr Rule kRules[] = {
      [](const SceneFacts& f) { return light_sampling_rule(f, samples_lights(f.settings.light_sampling)); }},
     {Feature::bsdf_emission,
      [](const SceneFacts& f) { return light_sampling_rule(f, f.settings.light_sampling != LightSampling::light); }},
-    {Feature::uniform_scatter,
-     [](const SceneFacts& f) {
-       return Need{f.settings.light_sampling == LightSampling::hemisphere, "--light-sampling"};
-     }},
-    {Feature::raycast, [](const SceneFacts& f) { return Need{is_raycast(f), "--integrator"}; }},
+    {Feature::uniform_scatter, "--light-sampling",
+     [](const SceneFacts& f) { return f.settings.light_sampling == LightSampling::hemisphere; }},
+    {Feature::raycast, "--integrator", is_raycast},
     {Feature::each_light,
      [](const SceneFacts& f) {
        return Need{samples_each_light(f),
                    is_raycast(f) ? fmt::format("{} lights", f.lights.count()) : "--integrator"};
      }},
-    {Feature::whitted,
-     [](const SceneFacts& f) { return Need{f.settings.integrator == Integrator::whitted, "--integrator"}; }},
-    {Feature::fixed_roulette, [](const SceneFacts& f) { return Need{f.settings.roulette > 0, "--roulette"}; }},
-    {Feature::pixel_filter, [](const SceneFacts& f) { return Need{!f.settings.filter.is_pixel_box(), "--filter"}; }},
+    {Feature::whitted, "--integrator",
+     [](const SceneFacts& f) { return f.settings.integrator == Integrator::whitted; }},
+    {Feature::fixed_roulette, "--roulette", [](const SceneFacts& f) { return f.settings.roulette > 0; }},
+    {Feature::pixel_filter, "--filter", [](const SceneFacts& f) { return !f.settings.filter.is_pixel_box(); }},
     {Feature::orthographic,
      [](const SceneFacts& f) { return camera_rule(f, f.settings.camera.projection == Projection::orthographic); }},
     {Feature::panorama,
      [](const SceneFacts& f) { return camera_rule(f, f.settings.camera.projection == Projection::panorama); }},
     {Feature::lens, [](const SceneFacts& f) { return camera_rule(f, lens_radius_m(f.settings.camera) > 0); }},
-    {Feature::matte_object,
-     [](const SceneFacts& f) { return Need{is_asked_for(f, FilmSum::matte_object), "--aov"}; }},
-    {Feature::matte_material,
-     [](const SceneFacts& f) { return Need{is_asked_for(f, FilmSum::matte_material), "--aov"}; }},
+    {Feature::matte_object, "--aov", [](const SceneFacts& f) { return is_asked_for(f, FilmSum::matte_object); }},
+    {Feature::matte_material, "--aov", [](const SceneFacts& f) { return is_asked_for(f, FilmSum::matte_material); }},
 #define EK_AOV(name, channels) {Feature::name, sum_rule<FilmSum::name>},
 #include "shared/features.def"
 };
@@ -353,6 +322,6 @@ SceneFacts::SceneFacts(const Scene& of_scene, const Settings& with_settings)
 #include "shared/features.def"
 }
 
-Need need_of(Feature feature, const SceneFacts& facts) { return kRules[std::size_t(feature)].need(facts); }
+Need need_of(Feature feature, const SceneFacts& facts) { return kRules[std::size_t(feature)](facts); }
 
 }  // namespace eikon

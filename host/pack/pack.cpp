@@ -31,22 +31,23 @@ std::uint64_t PackedScene::bytes(const std::string& layout) const {
          (accel == accels.end() ? 0 : accel->second.bytes());
 }
 
-PackedScene pack_scene(const Scene& scene, const Features& features, const Settings& settings) {
+/// release: as of pack_geometry
+static PackedScene pack(const Scene& scene, std::vector<Mesh>* release, const Features& features,
+                        const Settings& settings) {
   PackedScene packed;
   pack_materials(scene, features, packed);
-  pack_geometry(scene, nullptr, features, packed);
+  pack_geometry(scene, release, features, packed);
   pack_shapes(scene, features, packed);
   pack_lights(scene, features, settings, packed);
   return packed;
 }
 
+PackedScene pack_scene(const Scene& scene, const Features& features, const Settings& settings) {
+  return pack(scene, nullptr, features, settings);
+}
+
 PackedScene pack_and_release(Scene& scene, const Features& features, const Settings& settings) {
-  PackedScene packed;
-  pack_materials(scene, features, packed);
-  pack_geometry(scene, &scene.meshes, features, packed);
-  pack_shapes(scene, features, packed);
-  pack_lights(scene, features, settings, packed);
-  return packed;
+  return pack(scene, &scene.meshes, features, settings);
 }
 
 TriangleSoup soup_of(const PackedScene& packed) {
@@ -58,11 +59,7 @@ void add_accel(PackedScene& packed, const std::string& accel, const std::string&
                double rays) {
   if (packed.accels.count(layout) != 0) return;
   const double begin = host_seconds();
-  AccelOptions options;
-  options.accel = accel;
-  options.layout = layout;
-  options.threads = threads;
-  options.rays = rays;
+  const AccelOptions options{accel, layout, threads, rays};
   if (packed.instances.empty()) {
     packed.accels.emplace(layout, build_accel(soup_of(packed), options));
   } else {

@@ -1,15 +1,33 @@
 // SPDX-License-Identifier: Apache-2.0
 // The parts of pack_scene, one file each.
 #pragma once
+#include <array>
 #include <cmath>
 #include <limits>
 
+#include "pack/materials/material_traits.h"
 #include "pack/pack.h"
 
 namespace eikon {
 
 /// The vector with twice a triangle's area for its length, and to the triangle's front.
 [[nodiscard]] glm::dvec3 triangle_normal(const Triangle& t);
+
+/// Sets or reads the corners p0, p1 and p2 of a Triangle or Light.
+template <class Record>
+void set_corners(Record& r, const glm::vec3& p0, const glm::vec3& p1, const glm::vec3& p2) {
+  r.p0_x = p0.x, r.p0_y = p0.y, r.p0_z = p0.z;
+  r.p1_x = p1.x, r.p1_y = p1.y, r.p1_z = p1.z;
+  r.p2_x = p2.x, r.p2_y = p2.y, r.p2_z = p2.z;
+}
+[[nodiscard]] inline std::array<glm::vec3, 3> corners_of(const Triangle& t) {
+  return {glm::vec3(t.p0_x, t.p0_y, t.p0_z), glm::vec3(t.p1_x, t.p1_y, t.p1_z), glm::vec3(t.p2_x, t.p2_y, t.p2_z)};
+}
+
+inline void grow(Bounds& bounds, const glm::dvec3& p) {
+  bounds.lo = glm::min(bounds.lo, p);
+  bounds.hi = glm::max(bounds.hi, p);
+}
 
 /// down: the largest float that is not above x; up: the smallest that is not below.
 [[nodiscard]] inline float down(double x) {
@@ -22,21 +40,6 @@ namespace eikon {
 [[nodiscard]] inline std::uint32_t light_group(std::uint32_t of_place, const Material& material) {
   return of_place != 0 ? of_place : material.light_group;
 }
-
-/// Tells which primitives have an opacity below 1 somewhere, so that a ray may pass them: those
-/// with alphaMode MASK or BLEND whose factor, texture or vertex colours are below 1. Many files say
-/// BLEND where everything is opaque.
-class PassableMaterials {
- public:
-  explicit PassableMaterials(const Scene& scene);
-  [[nodiscard]] bool has(const Primitive& primitive) const;
-  /// The same for a surface without vertex colours.
-  [[nodiscard]] bool has(std::uint32_t material) const { return by_material_.at(material) == Passable::always; }
-
- private:
-  enum class Passable { never, if_colors, always };
-  std::vector<Passable> by_material_;
-};
 
 /// Packs the triangles of all nodes in world space, with the data that materials need at the
 /// corners, and the bounds.

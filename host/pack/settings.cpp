@@ -2,33 +2,20 @@
 #include "pack/settings.h"
 
 #include <algorithm>
+#include <array>
+#include <cstdlib>
+
+#include "core/error.h"
+#include "core/host_limits.h"
 
 namespace eikon {
 
 const char* name_of(Integrator integrator) {
-  switch (integrator) {
-    case Integrator::path:
-      return "path";
-    case Integrator::whitted:
-      return "whitted";
-    case Integrator::raycast:
-      return "raycast";
-  }
-  return "";
+  return std::array{"path", "whitted", "raycast"}.at(std::size_t(integrator));
 }
 
 const char* name_of(LightSampling sampling) {
-  switch (sampling) {
-    case LightSampling::mis:
-      return "mis";
-    case LightSampling::light:
-      return "light";
-    case LightSampling::bsdf:
-      return "bsdf";
-    case LightSampling::hemisphere:
-      return "hemisphere";
-  }
-  return "";
+  return std::array{"mis", "light", "bsdf", "hemisphere"}.at(std::size_t(sampling));
 }
 
 double expected_rays(const Settings& settings) {
@@ -36,6 +23,34 @@ double expected_rays(const Settings& settings) {
   // A path has about five edges, if max_depth allows, and each edge a shadow ray.
   const std::uint32_t edges = settings.max_depth == 0 ? 5 : std::min(settings.max_depth, 5U);
   return double(settings.crop.pixel_count()) * samples * 2 * edges;
+}
+
+void read_execution_environment(Execution& execution) {
+  execution.thread_limit = limit_threads(execution.threads);
+  if (const char* off = std::getenv("EIKON_NO_OPTIMISE")) execution.optimise = std::string(off) != "1";
+  if (const char* text = std::getenv("EIKON_LANES")) {
+    const std::string lanes = text;
+    if (lanes != "1" && lanes != "8" && lanes != "16") throw UsageError("EIKON_LANES=" + lanes + ": takes 1, 8 or 16");
+    execution.lanes = std::uint32_t(std::stoul(lanes));
+    execution.chunked = lanes != "1";
+  }
+  if (const char* text = std::getenv("EIKON_STAGES")) {
+    const std::string stages = text;
+    if (stages != "fused" && stages != "unfused")
+      throw UsageError("EIKON_STAGES=" + stages + ": takes fused or unfused");
+    execution.fused = stages == "fused";
+  }
+  if (const char* text = std::getenv("EIKON_WATCHDOG")) {
+    char* end = nullptr;
+    const double seconds = std::strtod(text, &end);
+    if (end == text || *end != '\0' || !(seconds > 0) || seconds > 1e9)
+      throw UsageError(std::string("EIKON_WATCHDOG=") + text + ": takes seconds above 0");
+    execution.watchdog_s = seconds;
+  }
+  if (const char* text = std::getenv("EIKON_TICKS")) {
+    if (std::string(text) != "off") throw UsageError(std::string("EIKON_TICKS=") + text + ": takes off");
+    execution.ticks = false;
+  }
 }
 
 }  // namespace eikon

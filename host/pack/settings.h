@@ -6,7 +6,6 @@
 #include <string>
 #include <vector>
 
-#include "core/thread_limit.h"
 #include "core/trace.h"
 #include "film/film.h"
 #include "film/pixel_filter.h"
@@ -78,7 +77,7 @@ struct Execution {
   std::uint32_t pool = 0;                           // paths in flight per device; 0: by device
   std::uint32_t block = 128;                        // largest side of a unit's pixel block
   unsigned threads = 0;                             // of the host, and compute units of a CPU device; 0: all
-  std::shared_ptr<const ThreadLimit> thread_limit;  // holds the host to `threads`; may be null
+  std::shared_ptr<const void> thread_limit;         // holds the host to `threads`; may be null
   std::uint64_t memory_bytes = 0;                   // most memory to take of each device; 0: all it has
   bool ticks = true;                                // false: profile as on a processor without a cycle counter
   bool optimise = true;                             // false: -cl-opt-disable
@@ -87,5 +86,11 @@ struct Execution {
   std::shared_ptr<Trace> trace;       // of --profile; may be null
   Trace::Track track = Trace::kMain;  // of the thread at work, in the trace
 };
+
+/// Reads EIKON_LANES, EIKON_STAGES, EIKON_NO_OPTIMISE, EIKON_WATCHDOG and EIKON_TICKS, which
+/// `eikon --help` explains. As long as `execution` or a copy of it lives, the host uses at most
+/// `execution.threads` threads, and at most those that the process may use.
+/// throws UsageError
+void read_execution_environment(Execution& execution);
 
 }  // namespace eikon

@@ -5,11 +5,8 @@
 
 #include <algorithm>
 #include <chrono>
-#include <condition_variable>
-#include <memory>
 #include <optional>
 #include <thread>
-#include <utility>
 
 #include "core/clock.h"
 #include "core/lost_threads.h"

@@ -2,14 +2,15 @@
 // The numbers of a render: what all devices did together, and for each device what it did, where
 // its time went and what became of it. All times are seconds; points in time are host_seconds().
 #pragma once
+#include <array>
 #include <cstdint>
 #include <map>
 #include <string>
 #include <vector>
 
 #include "device/device.h"
-#include "wavefront/bounces.h"
 #include "wavefront/layout/choose_layout.h"
+#include "wavefront/tallies.h"
 #include "wavefront/wavefront.h"
 
 namespace eikon {
@@ -66,19 +67,7 @@ struct DeviceEvent {
   std::string text;  // one line, without the device's name
 };
 [[nodiscard]] inline const char* name_of(DeviceEvent::Kind kind) {
-  switch (kind) {
-    case DeviceEvent::Kind::failed:
-      return "failed";
-    case DeviceEvent::Kind::dropped:
-      return "dropped";
-    case DeviceEvent::Kind::hung:
-      return "hung";
-    case DeviceEvent::Kind::late:
-      return "late";
-    case DeviceEvent::Kind::left_out:
-      break;
-  }
-  return "left_out";
+  return std::array{"failed", "dropped", "hung", "late", "left_out"}.at(std::size_t(kind));
 }
 
 }  // namespace eikon

@@ -55,6 +55,10 @@ void DeviceSessions::note(std::size_t device, DeviceEvent::Kind kind, const std:
 void DeviceSessions::enter(std::size_t device, Phase phase) {
   sessions_[device].phase = phase;
   sessions_[device].since_s = host_seconds();
+  tell();
+}
+
+void DeviceSessions::tell() {
   news_ = true;
   changed_.notify_all();
 }
@@ -142,8 +146,7 @@ void DeviceSessions::finished(std::size_t device, const Schedule::Assignment& as
   --adding_;
   count_unit(device, assignment.unit, result);
   if (adding_ == 0 && schedule_.complete()) {
-    news_ = true;
-    changed_.notify_all();
+    tell();
     work_.notify_all();
   }
 }
@@ -212,8 +215,7 @@ bool DeviceSessions::reopening(std::size_t device) {
 void DeviceSessions::broke(std::exception_ptr error) {
   const std::lock_guard lock(mutex_);
   if (!error_) error_ = std::move(error);
-  news_ = true;
-  changed_.notify_all();
+  tell();
 }
 
 void DeviceSessions::closing(std::size_t device, const DeviceReport& totals) {
@@ -261,8 +263,7 @@ void DeviceSessions::wait(double seconds) {
 }
 
 bool DeviceSessions::counts(const Session& session) const {
-  return std::any_of(session.units.begin(), session.units.end(),
-                     [&](std::uint64_t id) { return schedule_.counts(id); });
+  return std::ranges::any_of(session.units, [&](std::uint64_t id) { return schedule_.counts(id); });
 }
 
 double DeviceSessions::limit_s(const Session& session) const {
@@ -321,7 +322,7 @@ void DeviceSessions::watch() {
 bool DeviceSessions::all_ended() const {
   // A thread that is adding to the film always comes to an end, even when its device was abandoned
   // for the next unit.
-  return adding_ == 0 && std::all_of(sessions_.begin(), sessions_.end(), [](const Session& session) {
+  return adding_ == 0 && std::ranges::all_of(sessions_, [](const Session& session) {
            return session.lost || session.phase == Phase::ended;
          });
 }
@@ -358,13 +359,8 @@ DeviceSessions::State DeviceSessions::state() {
 
 bool DeviceSessions::is_opening() {
   const std::lock_guard lock(mutex_);
-  return std::any_of(sessions_.begin(), sessions_.end(),
-                     [](const Session& session) { return !session.lost && session.phase == Phase::opening; });
-}
-
-std::exception_ptr DeviceSessions::error() {
-  const std::lock_guard lock(mutex_);
-  return error_;
+  return std::ranges::any_of(sessions_,
+                             [](const Session& session) { return !session.lost && session.phase == Phase::opening; });
 }
 
 std::string DeviceSessions::failure_summary() {
@@ -375,26 +371,6 @@ std::string DeviceSessions::failure_summary() {
     text += fmt::format("{}device {}: {}", text.empty() ? "" : "; ", reports_[i].info.selector, reports_[i].error);
   }
   return text;
-}
-
-RenderTotals DeviceSessions::totals() {
-  const std::lock_guard lock(mutex_);
-  return totals_;
-}
-
-std::vector<DeviceReport> DeviceSessions::device_reports() {
-  const std::lock_guard lock(mutex_);
-  return reports_;
-}
-
-std::vector<DeviceEvent> DeviceSessions::events() {
-  const std::lock_guard lock(mutex_);
-  return events_;
-}
-
-bool DeviceSessions::is_lost(std::size_t device) {
-  const std::lock_guard lock(mutex_);
-  return sessions_[device].lost;
 }
 
 }  // namespace eikon

@@ -9,7 +9,6 @@
 #pragma once
 #include <condition_variable>
 #include <exception>
-#include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -76,15 +75,15 @@ class DeviceSessions {
   [[nodiscard]] State state();
   /// Some device is being opened.
   [[nodiscard]] bool is_opening();
-  [[nodiscard]] std::exception_ptr error();
+  [[nodiscard]] std::exception_ptr error() { return now(error_); }
   /// The error of each device, for a message when none is left.
   [[nodiscard]] std::string failure_summary();
-  [[nodiscard]] RenderTotals totals();
-  [[nodiscard]] std::vector<DeviceReport> device_reports();
-  [[nodiscard]] std::vector<DeviceEvent> events();
+  [[nodiscard]] RenderTotals totals() { return now(totals_); }
+  [[nodiscard]] std::vector<DeviceReport> device_reports() { return now(reports_); }
+  [[nodiscard]] std::vector<DeviceEvent> events() { return now(events_); }
   [[nodiscard]] FilmStore& film() { return film_; }
   /// The device's thread was abandoned, so it must not be joined.
-  [[nodiscard]] bool is_lost(std::size_t device);
+  [[nodiscard]] bool is_lost(std::size_t device) { return now(sessions_[device].lost); }
 
  private:
   enum class Phase { opening, idle, working, closing, ended };
@@ -107,6 +106,13 @@ class DeviceSessions {
   [[nodiscard]] std::optional<Schedule::Assignment> assign(std::size_t device);
   void count_unit(std::size_t device, const WorkUnit& unit, const UnitResult& result);
   void enter(std::size_t device, Phase phase);
+  void tell();
+  /// A copy of what the mutex guards.
+  template <class T>
+  [[nodiscard]] T now(const T& guarded) {
+    const std::lock_guard lock(mutex_);
+    return guarded;
+  }
   void abandon(std::size_t device, DeviceEvent::Kind kind, const std::string& text);
   [[nodiscard]] double limit_s(const Session& session) const;
   [[nodiscard]] bool counts(const Session& session) const;

@@ -3,9 +3,9 @@
 
 #include <algorithm>
 #include <utility>
+#include <fmt/format.h>
 
 #include "core/error.h"
-#include "render/device_trace.h"
 #include "render/ready_wavefronts.h"
 #include "wavefront/unit_shrink.h"
 
@@ -66,6 +66,37 @@ bool serve(DeviceSessions& sessions, std::size_t device, const OpenRunner& open,
   }
 }
 
+/// The tracks of one device in a trace: its queue, the host thread that feeds it and, where it has
+/// memory of its own, the transfers beside its work; and its rays per second. With a null trace it
+/// does nothing.
+class DeviceTrace {
+ public:
+  DeviceTrace(Trace* trace, const DeviceInfo& info) : trace_(trace) {
+    if (trace_ == nullptr) return;
+    thread = trace_->add_track(fmt::format("device {}: host thread", info.selector));
+    queue = trace_->add_track(fmt::format("device {}: queue of {}", info.selector, info.name));
+    if (!info.cpu) beside = trace_->add_track(fmt::format("device {}: read back beside it", info.selector));
+    rate_ = fmt::format("Mrays/s, device {}", info.selector);
+  }
+
+  /// so_far: rays of all units so far; the first unit began at begin_s, the last one ended at now_s
+  void count_rays(const RayCounts& so_far, double begin_s, double now_s) {
+    const double from_s = std::max(counted_s_, begin_s);
+    if (trace_ == nullptr || now_s <= from_s) return;
+    trace_->count(rate_, from_s, now_s, 1e-6 * double(so_far.total() - counted_) / (now_s - from_s));
+    counted_s_ = now_s;
+    counted_ = so_far.total();
+  }
+
+  Trace::Track thread = Trace::kMain, queue = Trace::kMain, beside = Trace::kMain;
+
+ private:
+  Trace* trace_;
+  std::string rate_;
+  double counted_s_ = 0;
+  std::uint64_t counted_ = 0;
+};
+
 class WavefrontRunner : public UnitRunner {
  public:
   WavefrontRunner(const WavefrontDevices& devices, std::size_t device, Execution execution)
@@ -108,7 +139,7 @@ class WavefrontRunner : public UnitRunner {
     report.bounces = wavefront_.bounces();
   }
   void discard() override { lease_.discard(); }
-  [[nodiscard]] TraceScope scope(const char* name) override { return {timeline_.get(), trace_.thread(), name}; }
+  [[nodiscard]] TraceScope scope(const char* name) override { return {timeline_.get(), trace_.thread, name}; }
   void begin(const WorkUnit& unit) override {
     const TraceScope beginning = scope("begin unit");
     if (begin_s_ == 0) begin_s_ = host_seconds();
@@ -137,12 +168,12 @@ class WavefrontRunner : public UnitRunner {
     const TraceScope opening = scope("open");
     const double begin_s = host_seconds();
     DevicePool::Lease lease = pool_.take(info);
-    lease->profiler().follow(timeline_.get(), trace_.queue(), trace_.beside());
+    lease->profiler().follow(timeline_.get(), trace_.queue, trace_.beside);
     open_s_ = host_seconds() - begin_s;
     return lease;
   }
   Execution on_track(Execution execution) const {
-    execution.track = trace_.thread();
+    execution.track = trace_.thread;
     return execution;
   }
 

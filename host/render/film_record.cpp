@@ -3,13 +3,13 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <span>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include "core/error.h"
+#include "io/text.h"
 #include "io/xxhash64.h"
 
 namespace eikon {
@@ -35,13 +35,12 @@ std::string describe(const Environment& environment) {
 template <std::size_t count>
 std::optional<std::array<std::uint64_t, count>> numbers(std::string_view text) {
   std::array<std::uint64_t, count> values{};
+  const std::vector<std::string> words = split(text, ' ');
+  if (words.size() != count) return std::nullopt;
   for (std::size_t i = 0; i < count; ++i) {
-    const auto [end, code] = std::from_chars(text.data(), text.data() + text.size(), values[i]);
-    if (code != std::errc()) return std::nullopt;
-    text.remove_prefix(static_cast<std::size_t>(end - text.data()));
-    const bool last = i + 1 == count;
-    if (text.empty() != last || (!last && text[0] != ' ')) return std::nullopt;
-    if (!last) text.remove_prefix(1);
+    const auto value = number_in<std::uint64_t>(words[i]);
+    if (!value) return std::nullopt;
+    values[i] = *value;
   }
   return values;
 }
@@ -52,11 +51,8 @@ void parse_part(std::string_view text, const FilmLayout& layout, SampleSet& done
   if (!n || (*n)[0] < crop.x0 || (*n)[0] >= (*n)[2] || (*n)[2] > crop.x1 || (*n)[1] < crop.y0 || (*n)[1] >= (*n)[3] ||
       (*n)[3] > crop.y1 || (*n)[4] >= (*n)[5] || (*n)[5] > kMaxSample)
     throw InputError(fmt::format("its record of samples has an impossible part, '{}'", text));
-  WorkUnit part;
   const auto at = [&](std::size_t i) { return static_cast<std::uint32_t>((*n)[i]); };
-  part.block = {at(0), at(1), at(2), at(3)};
-  part.sample_begin = (*n)[4];
-  part.sample_end = (*n)[5];
+  const WorkUnit part{{at(0), at(1), at(2), at(3)}, (*n)[4], (*n)[5]};
   if (done.overlap(part)) throw InputError(fmt::format("its record of samples has the part '{}' twice", text));
   done.add(part);
 }

@@ -4,17 +4,13 @@
 #include <algorithm>
 #include <exception>
 #include <fmt/format.h>
-#include <set>
 #include <thread>
-#include <utility>
 
-#include "core/error.h"
 #include "pack/geometry/placed_meshes.h"
 #include "pack/pack.h"
 #include "render/device_sessions.h"
 #include "render/device_worker.h"
 #include "render/error_counter.h"
-#include "render/no_device_left.h"
 #include "wavefront/memory_need.h"
 
 namespace eikon {
@@ -257,7 +253,7 @@ RenderOutput output_of(FilmState done, const Features& features) {
   RenderReport report;
   report.samples_before = done.done.sample_count();
   report.features = features.summary();
-  return {std::move(done.film), std::move(report), std::move(done.done), std::move(done.arithmetic)};
+  return {std::move(done), std::move(report)};
 }
 
 /// The film that the render begins with. throws DeviceError when the host lacks the memory for it
@@ -321,7 +317,7 @@ RenderOutput render_on(const std::shared_ptr<WavefrontDevices>& devices, const E
 
   FilmState done = sessions->film().take();
   report.interrupted = !done.done.missing(settings.crop, settings.sample_begin, settings.sample_end).empty();
-  RenderOutput output{std::move(done.film), std::move(report), std::move(done.done), std::move(done.arithmetic)};
+  RenderOutput output{std::move(done), std::move(report)};
   if (no_device_left) throw NoDeviceLeft(no_device_is_left(*sessions, samples, left), std::move(output));
   return output;
 }

@@ -6,10 +6,11 @@
 #include <functional>
 #include <memory>
 #include <optional>
-#include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "core/error.h"
 #include "device/device_pool.h"
 #include "pack/settings.h"
 #include "render/device_report.h"
@@ -78,11 +79,8 @@ struct RenderHooks {
   std::shared_ptr<const void> keep = {};
 };
 
-struct RenderOutput {
-  Film film;
+struct RenderOutput : FilmState {
   RenderReport report;
-  SampleSet done;                    // the samples that the film holds
-  std::set<std::string> arithmetic;  // the arithmetic classes of the devices that they are from
 };
 
 /// The film that an image of these settings needs.
@@ -109,5 +107,13 @@ RenderOutput render_packed(std::shared_ptr<PackedScene> packed, const Features& 
 /// Traces the path of one sample and reports its vertices; returns its radiance.
 glm::vec3 replay_path(const Scene& scene, const Settings& settings, const Execution& execution,
                       const PixelSample& sample, const std::function<void(const PathVertex&)>& report);
+
+/// render() throws this when no device is left but some samples are done; `done` is as of an
+/// interrupted render.
+struct NoDeviceLeft : DeviceError {
+  NoDeviceLeft(const std::string& why, RenderOutput output)
+      : DeviceError(why), done(std::make_shared<RenderOutput>(std::move(output))) {}
+  std::shared_ptr<RenderOutput> done;  // exceptions are copied
+};
 
 }  // namespace eikon

@@ -5,8 +5,6 @@
 #include <limits>
 #include <utility>
 
-#include "core/error.h"
-
 namespace eikon {
 namespace {
 

@@ -2,10 +2,13 @@
 #include "wavefront/config.h"
 
 #include <algorithm>
+#include <fmt/format.h>
 
-#include "accel/accelerators.h"
+#include "core/error.h"
+#include "device/kernel_sources.h"
 
 namespace eikon {
+
 namespace {
 
 constexpr std::uint64_t kPathBytes = 256;  // rough size of state and film slots of a path with all features
@@ -76,6 +79,24 @@ std::uint64_t path_pool_bytes(const WavefrontConfig& config, const Features& fea
   return 4 * (slots * path_state_layout(features, config.chunked).words +
               (std::uint64_t{config.capacity()} + EK_PAD) *
                   (features.film_channels().size() + features.mattes().layers.size()));
+}
+
+const Accel& accel_of(const PackedScene& scene, const WavefrontConfig& config) {
+  const auto found = scene.accels.find(config.layout);
+  if (found == scene.accels.end()) throw InternalError(fmt::format("no tree of layout '{}' was built", config.layout));
+  return found->second;
+}
+
+WavefrontProgram::WavefrontProgram(const DeviceInfo& info, const WavefrontConfig& config, const PackedScene& scene,
+                                   const Features& features, const Execution& execution)
+    : formula_code(features.formula_code()),
+      options(program_options(info, config, features, accel_of(scene, config), execution)) {
+  std::vector<std::string> files;
+#define EK_STAGE(name) \
+  if (needs_stage(config, features, #name)) stages.push_back(#name), files.push_back("stages/" #name ".cl");
+#include "shared/stages.def"
+  files.push_back("probe/probes.cl");
+  text = kernel_text(files) + formula_code;
 }
 
 }  // namespace eikon

@@ -3,10 +3,12 @@
 #pragma once
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "accel/accel.h"
 #include "device/device.h"
 #include "pack/features.h"
+#include "pack/pack.h"
 #include "pack/settings.h"
 
 namespace eikon {
@@ -35,5 +37,20 @@ ProgramOptions program_options(const DeviceInfo& device, const WavefrontConfig& 
                                const Accel& accel, const Execution& execution);
 /// Device memory for the state and film slots of all paths in flight.
 std::uint64_t path_pool_bytes(const WavefrontConfig& config, const Features& features);
+
+/// The tree that a device traces rays through. throws InternalError if no tree of its layout was
+/// built
+const Accel& accel_of(const PackedScene& scene, const WavefrontConfig& config);
+
+/// The source of one device's program. Text and options alone decide its machine code.
+struct WavefrontProgram {
+  std::vector<std::string> stages;  // kernels of stages.def that the scene needs, run as configured
+  std::string text;
+  std::string formula_code;  // the part of the text that evaluates the scene's implicit surfaces
+  ProgramOptions options;
+
+  WavefrontProgram(const DeviceInfo& info, const WavefrontConfig& config, const PackedScene& scene,
+                   const Features& features, const Execution& execution);
+};
 
 }  // namespace eikon

@@ -9,8 +9,8 @@
 
 #include "core/trace.h"
 #include "device/device.h"
-#include "wavefront/bounces.h"
 #include "wavefront/config.h"
+#include "wavefront/tallies.h"
 
 namespace eikon {
 
@@ -35,7 +35,7 @@ class RayCounters {
 
   /// Adds a unit that was rendered in one launch.
   /// tallies  counts of its work-items
-  /// shares   of the stages in the launch's time (stage_shares.h)
+  /// shares   of the stages in the launch's time (tallies.h)
   /// returns  the rays of the unit
   RayCounts add_launch(std::uint64_t paths, std::span<const WorkerTally> tallies,
                        const std::map<std::string, double>& shares);

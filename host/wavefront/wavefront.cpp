@@ -12,11 +12,8 @@
 #include "core/error.h"
 #include "device/kernel_sources.h"
 #include "pack/frame.h"
-#include "wavefront/scene_buffers.h"
-#include "wavefront/timing/stage_sampler.h"
-#include "wavefront/timing/stage_shares.h"
-#include "wavefront/work_buffers.h"
-#include "wavefront/program.h"
+#include "wavefront/buffers.h"
+#include "wavefront/stage_sampler.h"
 
 namespace eikon {
 
@@ -372,10 +369,6 @@ glm::vec3 Wavefront::replay(std::uint32_t x, std::uint32_t y, std::uint64_t samp
                             const std::function<void(const PathVertex&)>& report) {
   Impl& w = *impl_;
   if (w.config.fused) throw InternalError("a path can be watched only where each stage has a launch of its own");
-  WorkUnit unit;
-  unit.block = {x, y, x + 1, y + 1};
-  unit.sample_begin = sample;
-  unit.sample_end = sample + 1;
   const auto number = [&](const char* field, std::uint32_t word = 0) {
     return std::bit_cast<float>(w.path_word(field, word));
   };
@@ -388,7 +381,7 @@ glm::vec3 Wavefront::replay(std::uint32_t x, std::uint32_t y, std::uint64_t samp
             .t = number("hit_t"),
             .triangle = w.path_word("hit_triangle")});
   };
-  w.begin(unit);
+  w.begin({{x, y, x + 1, y + 1}, sample, sample + 1});
   (void)w.finish();
   w.after_intersect = nullptr;
   glm::vec3 radiance;

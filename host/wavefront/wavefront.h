@@ -3,17 +3,16 @@
 #pragma once
 #include <functional>
 #include <memory>
-#include <string>
 #include <vector>
 
 #include "device/device.h"
-#include "device/arithmetic.h"
-#include "wavefront/bounces.h"
+#include "device/probes.h"
 #include "pack/pack.h"
 #include "wavefront/ray_counters.h"
 #include "pack/settings.h"
 #include "film/units.h"
 #include "wavefront/config.h"
+#include "wavefront/tallies.h"
 
 namespace eikon {
 

@@ -7,8 +7,7 @@
 
 typedef struct { vu limb[EK_FILM_LIMBS]; } Fixed;
 
-/// Tells values that are finite and so small that 2^24 of them do not overflow: |x| < 2^38
-/// (kFilmSaturation of host/film/film.h).
+/// Tells values that are finite and so small that 2^24 of them do not overflow: |x| < 2^38.
 EK_FN vi fixed_in_range(vf x) { return (AS_U(x) & 0x7f800000u) < (vu)(165u << 23); }
 
 /// floor(x * 2^64) of an x in range. It is made of integer shifts instead of conversions, so every

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sizes of the memory probe: kernels/probe/canary.h and host/device/canary.cpp.
+// Sizes of the memory probe: kernels/probe/canary.h and host/device/probes.cpp.
 #ifndef EK_SHARED_CANARY_H
 #define EK_SHARED_CANARY_H
 #define EK_CANARY_WORDS 64      // of its result

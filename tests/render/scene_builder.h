@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "accel/accelerators.h"
+#include "accel/accel.h"
 #include "instruments/analytic_scenes.h"
 #include "render/render.h"
 #include "support/paths.h"

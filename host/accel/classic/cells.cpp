@@ -151,9 +151,7 @@ CellScene::Region CellScene::region(std::uint32_t number) const {
 }
 
 Accel CellScene::begin(const char* name, const char* layout) const {
-  Accel accel;
-  accel.name = name;
-  accel.layout = layout;
+  Accel accel{.name = name, .layout = layout};
   accel.nodes.resize(kCellsHeader, 0);
   const auto set = [&](std::size_t word, double value) {
     accel.nodes[word] = std::bit_cast<std::uint32_t>(static_cast<float>(value));

@@ -6,7 +6,7 @@
 
 #include <algorithm>
 
-#include "accel/reference.h"
+#include "accel/box.h"
 #include "core/error.h"
 
 namespace eikon {
@@ -14,50 +14,43 @@ namespace {
 
 constexpr std::size_t kMedianParallelLimit = 4096;
 
-class MedianTreeBuilder {
- public:
-  explicit MedianTreeBuilder(BinaryTree& tree) : tree_(tree) {}
+/// Puts the lower half of references [begin, end) along the longest axis of their centres before
+/// `middle`. Equals are ordered by index, so that the triangles alone decide.
+void select(std::vector<Reference>& references, std::size_t begin, std::size_t middle, std::size_t end) {
+  Box centres;
+  for (std::size_t i = begin; i < end; ++i) centres.add(centroid2(references[i]));
+  const Float4 size = centres.hi - centres.lo;
+  std::size_t axis = 0;
+  for (std::size_t k = 1; k < 3; ++k) axis = size[k] > size[axis] ? k : axis;
+  const auto at = [&](std::size_t i) { return references.begin() + static_cast<std::ptrdiff_t>(i); };
+  std::nth_element(at(begin), at(middle), at(end), [&](const Reference& a, const Reference& b) {
+    const float x = centroid2(a)[axis], y = centroid2(b)[axis];
+    return x < y || (x == y && a.triangle() < b.triangle());
+  });
+}
 
-  /// Writes the subtree of references [begin, end), whose nodes begin at `node`. returns its box
-  Box build(std::vector<Reference>& references, std::size_t begin, std::size_t end, std::size_t node) {
-    const std::size_t count = end - begin;
-    Box box;
-    if (count == 1) {
-      box = references[begin].box();
-      tree_.triangles[begin] = references[begin].triangle();
-    } else {
-      const std::size_t middle = begin + count / 2, right = node + 2 * (count / 2);
-      select(references, begin, middle, end);
-      Box other;
-      const auto first = [&] { box = build(references, begin, middle, node + 1); };
-      const auto second = [&] { other = build(references, middle, end, right); };
-      if (count >= kMedianParallelLimit)
-        tbb::parallel_invoke(first, second);
-      else
-        first(), second();
-      box.add(other);
-    }
-    tree_.nodes[node] = BinaryNode(box, count, begin);
-    return box;
+/// Writes the subtree of references [begin, end), whose nodes begin at `node`. returns its box
+Box build(BinaryTree& tree, std::vector<Reference>& references, std::size_t begin, std::size_t end, std::size_t node) {
+  const std::size_t count = end - begin;
+  Box box;
+  if (count == 1) {
+    box = references[begin].box();
+    tree.triangles[begin] = references[begin].triangle();
+  } else {
+    const std::size_t middle = begin + count / 2, right = node + 2 * (count / 2);
+    select(references, begin, middle, end);
+    Box other;
+    const auto first = [&] { box = build(tree, references, begin, middle, node + 1); };
+    const auto second = [&] { other = build(tree, references, middle, end, right); };
+    if (count >= kMedianParallelLimit)
+      tbb::parallel_invoke(first, second);
+    else
+      first(), second();
+    box.add(other);
   }
-
- private:
-  /// Equals are ordered by index, so that the triangles alone decide.
-  static void select(std::vector<Reference>& references, std::size_t begin, std::size_t middle, std::size_t end) {
-    Box centres;
-    for (std::size_t i = begin; i < end; ++i) centres.add(centroid2(references[i]));
-    const Float4 size = centres.hi - centres.lo;
-    std::size_t axis = 0;
-    for (std::size_t k = 1; k < 3; ++k) axis = size[k] > size[axis] ? k : axis;
-    const auto at = [&](std::size_t i) { return references.begin() + static_cast<std::ptrdiff_t>(i); };
-    std::nth_element(at(begin), at(middle), at(end), [&](const Reference& a, const Reference& b) {
-      const float x = centroid2(a)[axis], y = centroid2(b)[axis];
-      return x < y || (x == y && a.triangle() < b.triangle());
-    });
-  }
-
-  BinaryTree& tree_;
-};
+  tree.nodes[node] = BinaryNode(box, count, begin);
+  return box;
+}
 
 }  // namespace
 
@@ -82,7 +75,7 @@ BinaryTree build_median_tree(TriangleSoup triangles) {
   if (references.empty()) return tree;
   tree.nodes.resize(2 * references.size() - 1);
   tree.triangles.resize(references.size());
-  MedianTreeBuilder(tree).build(references, 0, references.size(), 0);
+  build(tree, references, 0, references.size(), 0);
   return tree;
 }
 

@@ -73,9 +73,7 @@ class Bvh2Emitter {
 }  // namespace
 
 Accel layout_bvh2(const BinaryTree& tree) {
-  Accel accel;
-  accel.name = "bvh";
-  accel.layout = "bvh2";
+  Accel accel{.name = "bvh", .layout = "bvh2"};
   if (tree.nodes.empty()) {
     // A single node with two empty boxes.
     accel.nodes.resize(kBvh2NodeWords, 0);

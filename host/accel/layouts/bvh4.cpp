@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
-#include <bit>
 
 #include "accel/layouts/collapse.h"
 #include "accel/layouts/layouts.h"

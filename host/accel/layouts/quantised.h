@@ -40,9 +40,7 @@ class QuantisedFrame {
 /// whose words are 0.
 template <class Emitter>
 Accel quantised_accel(const char* layout, const BinaryTree& tree) {
-  Accel accel;
-  accel.name = "bvh";
-  accel.layout = layout;
+  Accel accel{.name = "bvh", .layout = layout};
   accel.nodes.resize(Emitter::kNodeWords, 0);
   if (tree.nodes.empty()) {
     accel.leaves.resize(1, 0);

@@ -137,9 +137,7 @@ class WideEmitter {
 
 template <std::uint32_t kWidth>
 Accel layout(const char* name, const BinaryTree& tree, TriangleSoup triangles) {
-  Accel accel;
-  accel.name = "bvh";
-  accel.layout = name;
+  Accel accel{.name = "bvh", .layout = name};
   if (tree.nodes.empty()) {
     // A node without children has lo = +inf and hi = -inf in every slot.
     accel.nodes.resize(8 * kWidth, 0);

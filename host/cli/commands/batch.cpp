@@ -6,8 +6,7 @@
 #include <memory>
 
 #include "cli/commands.h"
-#include "cli/execution_flags.h"
-#include "cli/render_flags.h"
+#include "cli/flags.h"
 #include "io/source_file.h"
 #include "job/batch/batch_run.h"
 #include "job/stop_signals.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cli/commands/bench.h"
+#include "cli/commands.h"
 
 namespace eikon {
 

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cli/commands/bench_accels.h"
 
 #include <fmt/format.h>
 
@@ -8,9 +7,8 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "accel/accelerators.h"
-#include "wavefront/layout/ray_bench.h"
-#include "wavefront/wavefront.h"
+#include "accel/accel.h"
+#include "cli/commands/bench.h"
 
 namespace eikon {
 namespace {

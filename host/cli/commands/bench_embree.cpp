@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "cli/commands/bench_embree.h"
 
 #ifdef EIKON_EMBREE
 #include <embree3/rtcore.h>
@@ -8,6 +7,7 @@
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
+#include "cli/commands/bench.h"
 #include "core/error.h"
 #include "core/clock.h"
 

@@ -4,7 +4,7 @@
 //   {device, accel, layout, default, rays: camera|shadow|diffuse, mrays_per_s, embree_mrays_per_s,
 //    build_s, embree_build_s, bytes}
 // `default` says whether a render on this device would use that layout; `bytes` counts tree and
-// geometry on the device. With --accel all it is a table of accelerators: see bench_accels.h.
+// geometry on the device. With --accel all it is a table of accelerators: see bench.h.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -12,19 +12,15 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "cli/commands.h"
 #include "cli/commands/bench.h"
-#include "cli/commands/bench_accels.h"
-#include "cli/commands/bench_embree.h"
-#include "cli/execution_flags.h"
-#include "cli/scene_flags.h"
+#include "cli/flags.h"
 #include "device/device.h"
-#include "job/execution_environment.h"
 #include "job/prepare.h"
 #include "job/report/report.h"
 #include "pack/geometry/placed_meshes.h"
 #include "pack/pack.h"
 #include "wavefront/layout/ray_bench.h"
-#include "wavefront/wavefront.h"
 
 namespace eikon {
 namespace {

@@ -18,13 +18,11 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "cli/commands/bench.h"
-#include "cli/execution_flags.h"
-#include "cli/scene_flags.h"
-#include "core/process_time.h"
+#include "cli/commands.h"
+#include "cli/flags.h"
+#include "core/clock.h"
 #include "film/exr/film_file.h"
 #include "image/image.h"
-#include "job/execution_environment.h"
 #include "job/report/metadata.h"
 #include "job/report/report.h"
 

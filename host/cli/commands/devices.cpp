@@ -3,9 +3,8 @@
 
 #include "cli/commands.h"
 #include "core/host_limits.h"
-#include "device/arithmetic.h"
 #include "device/device.h"
-#include "job/execution_environment.h"
+#include "device/probes.h"
 #include "wavefront/wavefront.h"
 
 namespace eikon {

@@ -5,23 +5,20 @@
 #include <algorithm>
 #include <iterator>
 #include <memory>
-#include <optional>
 #include <set>
 #include <string>
 #include <vector>
 
 #include "cli/commands.h"
-#include "cli/execution_flags.h"
-#include "cli/scene_flags.h"
-#include "job/execution_environment.h"
+#include "cli/flags.h"
 #include "job/prepare.h"
 #include "pack/materials/camera_medium.h"
+#include "pack/materials/material_traits.h"
 #include "wavefront/layout/choose_layout.h"
 #include "wavefront/memory_need.h"
 #include "pack/pack.h"
 #include "pack/geometry/placed_meshes.h"
 #include "render/render.h"
-#include "wavefront/wavefront.h"
 #include "scene/emission.h"
 #include "scene/measured_table.h"
 #include "io/text.h"
@@ -91,10 +88,7 @@ std::string describe(const Material& material) {
 }
 
 void print_materials(const Scene& scene) {
-  std::vector<bool> used(scene.materials.size(), false);
-  for (const Node& node : scene.nodes)
-    for (const Primitive& primitive : scene.meshes[node.mesh].primitives) used[primitive.material] = true;
-  for (const Shape& shape : scene.shapes) used[shape.material] = true;
+  const std::vector<bool> used = shown_materials(scene);
   fmt::print("materials\n");
   for (std::size_t i = 0; i < used.size(); ++i)
     if (used[i]) fmt::print("  {}: {}\n", label("material", i, scene.materials[i].name), describe(scene.materials[i]));

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include <charconv>
 #include <cmath>
 #include <memory>
 #include <numbers>
@@ -10,12 +9,12 @@
 
 #include "cli/arguments.h"
 #include "cli/commands.h"
-#include "job/execution_environment.h"
+#include "cli/flags.h"
 #include "job/log.h"
 #include "job/report/report.h"
-#include "cli/scene_flags.h"
 #include "device/device.h"
 #include "instruments/measure.h"
+#include "pack/materials/material_traits.h"
 #include "scene/measured_table.h"
 #include "scene/merl.h"
 #include "io/text.h"
@@ -30,27 +29,17 @@ struct MeasureOptions {
   std::string material, output, uv, devices = "all";
 };
 
-std::vector<bool> shown_materials(const Scene& scene) {
-  std::vector<bool> shown(scene.materials.size(), false);
-  for (const Node& node : scene.nodes)
-    for (const Primitive& primitive : scene.meshes[node.mesh].primitives) shown[primitive.material] = true;
-  for (const Shape& shape : scene.shapes) shown[shape.material] = true;
-  return shown;
-}
-
 /// The material of that name, or else of that number, if some node shows it: others are not read.
 std::uint32_t choose_material(const std::string& wanted, const Scene& scene) {
   const std::vector<bool> shown = shown_materials(scene);
-  std::uint32_t number = 0;
-  const auto [end, error] = std::from_chars(wanted.data(), wanted.data() + wanted.size(), number);
-  const bool is_number = error == std::errc() && end == wanted.data() + wanted.size();
+  const auto number = number_in<std::uint32_t>(wanted);
   std::string known;
   for (std::uint32_t i = 0; i < shown.size(); ++i) {
     if (!shown[i]) continue;
     if (scene.materials[i].name == wanted) return i;
     known += (known.empty() ? "" : ", ") + label("material", i, scene.materials[i].name);
   }
-  if (is_number && number < shown.size() && shown[number]) return number;
+  if (number && *number < shown.size() && shown[*number]) return *number;
   throw UsageError(fmt::format("--material {}: no node shows such a material; there is {}", in_quotes(wanted),
                                known.empty() ? "none" : known));
 }

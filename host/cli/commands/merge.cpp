@@ -7,9 +7,9 @@
 #include <memory>
 
 #include "cli/commands.h"
+#include "cli/flags.h"
 #include "job/file_identity.h"
 #include "job/report/metadata.h"
-#include "cli/render_flags.h"
 #include "job/report/report.h"
 #include "film/exr/film_file.h"
 #include "image/image.h"
@@ -176,13 +176,12 @@ void write(const MergeOptions& options, const Film& film, Whole& whole, const Pr
   add_error(whole.metadata, error);
   const auto [begin, end] = sample_range(whole.record.done);
   whole.metadata.strings["sampleRange"] = fmt::format("{}:{}", begin, end);
-  ExrOptions exr;
-  exr.half = options.half;
-  exr.layers = {whole.record.layers.begin(), whole.record.layers.end()};
-  exr.manifests = whole.record.manifests;
-  exr.exact_sums = true;
-  exr.record = to_text(whole.record);
-  write_exr(options.output, film, whole.metadata, exr);
+  write_exr(options.output, film, whole.metadata,
+            {.half = options.half,
+             .layers = {whole.record.layers.begin(), whole.record.layers.end()},
+             .exact_sums = true,
+             .manifests = whole.record.manifests,
+             .record = to_text(whole.record)});
   if (!options.png.file.empty()) options.png.write(to_image(film));
 }
 

@@ -8,9 +8,7 @@
 
 #include "cli/arguments.h"
 #include "cli/commands.h"
-#include "cli/execution_flags.h"
-#include "cli/scene_flags.h"
-#include "job/execution_environment.h"
+#include "cli/flags.h"
 #include "job/prepare.h"
 #include "job/report/report.h"
 #include "job/stop_signals.h"

@@ -8,10 +8,8 @@
 #include <memory>
 
 #include "cli/commands.h"
-#include "cli/execution_flags.h"
-#include "cli/render_flags.h"
+#include "cli/flags.h"
 #include "job/batch/openjd.h"
-#include "job/execution_environment.h"
 #include "job/log.h"
 #include "job/render_job.h"
 #include "job/stop_signals.h"

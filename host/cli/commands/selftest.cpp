@@ -6,7 +6,6 @@
 #include <memory>
 
 #include "cli/commands.h"
-#include "job/execution_environment.h"
 
 namespace eikon {
 namespace {

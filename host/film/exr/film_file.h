@@ -24,7 +24,7 @@ struct HalfOverflow : InputError {
 struct ExrOptions {
   // R, G, B and layers as half; an error when a value would become infinite.
   bool half = false;
-  std::vector<std::string> layers;  // of --aov (film/layers.h)
+  std::vector<std::string> layers = {};  // of --aov (film/layers.h)
   const Image* denoised = nullptr;  // its R, G, B are written as denoised.R/G/B; null: none
   bool exact_sums = false;          // adds a lossless part with the film's integer sums
   std::map<std::string, std::string> manifests = {};  // of the matte layers (film/mattes.h)
@@ -36,7 +36,7 @@ struct ExrOptions {
 
 /// Writes a film. Part 0, "image", has the crop as its data window, and R, G, B, A (if the film has
 /// it; R, G, B are multiplied by it) and the layers as channels. film/layers.h defines the layers:
-/// floats, or UINT for integers and sample counts; mattes (cryptomatte.h) are always in full
+/// floats, or UINT for integers and sample counts; mattes (exr/mattes.h) are always in full
 /// precision. exact_sums adds a part "sums" of UINT channels, from which read_film() restores the
 /// film to the bit, and a part "mattes" with the counts of mattes. The same input gives the same
 /// bytes.

@@ -7,14 +7,16 @@
 #include <ImfStringAttribute.h>
 
 #include <algorithm>
-#include <array>
-#include <charconv>
+#include <bit>
 
 #include <fmt/format.h>
 
+#include "film/mattes.h"
+#include "io/text.h"
 #include "io/xxhash64.h"
 
 namespace eikon::exr {
+
 namespace {
 
 constexpr const char* kMattesPart = "mattes";
@@ -122,11 +124,9 @@ void read_mattes(const std::filesystem::path& path, Reader& reader, const FilmLa
   reader.check(index, kMaxMattesBytes);
   const Imf::Header& header = reader.header(index);
   const auto [columns, rows] = reader.size(index);
-  const std::string count = text_of(header, kEntries);
-  std::uint64_t entries = 0;
-  const auto [end, code] = std::from_chars(count.data(), count.data() + count.size(), entries);
-  bool sound = code == std::errc() && end == count.data() + count.size() && entries <= std::uint64_t{columns} * rows &&
-               header.dataWindow().min == Imath::V2i(0, 0);
+  const auto stated = number_in<std::uint64_t>(text_of(header, kEntries));
+  std::uint64_t entries = stated.value_or(0);
+  bool sound = stated && entries <= std::uint64_t{columns} * rows && header.dataWindow().min == Imath::V2i(0, 0);
   for (const char* name : kChannels) {
     const Imf::Channel* channel = header.channels().findChannel(name);
     sound = sound && channel != nullptr && channel->type == Imf::UINT;
@@ -156,6 +156,47 @@ void read_mattes(const std::filesystem::path& path, Reader& reader, const FilmLa
   }
   if (hash.text() != text_of(header, kEntriesHash))
     refuse(path, "the checksum of its mattes is wrong: the file is damaged");
+}
+
+MatteRanks::Ranks MatteRanks::ranks(std::uint32_t x, std::uint32_t y) const {
+  std::vector<MatteCount> counts = film_.matte(matte_, x, y);
+  std::uint64_t all = 0;
+  for (const MatteCount& count : counts) all += count.samples;
+  std::erase_if(counts, [](const MatteCount& count) { return count.id == 0; });
+  std::ranges::stable_sort(counts, std::ranges::greater{}, &MatteCount::samples);
+  Ranks ranks{};
+  for (std::size_t r = 0; r < std::min(kRanks, counts.size()); ++r) {
+    ranks[2 * r] = std::bit_cast<float>(counts[r].id);
+    ranks[2 * r + 1] = static_cast<float>(static_cast<double>(counts[r].samples) / static_cast<double>(all));
+  }
+  return ranks;
+}
+
+float MatteRanks::value(std::uint32_t x, std::uint32_t y, std::size_t channel) {
+  const Crop& crop = film_.layout().crop;
+  if (y < begin_ || y >= end_) {
+    begin_ = crop.y0 + (y - crop.y0) / kRows * kRows;
+    end_ = std::min(begin_ + kRows, crop.y1);
+    block_.clear();
+    for (std::uint32_t row = begin_; row < end_; ++row)
+      for (std::uint32_t column = crop.x0; column < crop.x1; ++column) block_.push_back(ranks(column, row));
+  }
+  return block_[std::size_t{y - begin_} * crop.width() + (x - crop.x0)][channel];
+}
+
+std::vector<std::string> matte_channels(const std::string& layer) {
+  std::vector<std::string> names;
+  for (std::size_t c = 0; c < MatteRanks::kChannels; ++c)
+    names.push_back(fmt::format("{}{:02}.{}", layer, c / 4, "RGBA"[c % 4]));
+  return names;
+}
+
+std::map<std::string, std::string> matte_attributes(const std::string& layer, const std::string& manifest) {
+  const std::string prefix = fmt::format("cryptomatte/{}/", matte_hex(matte_id(layer)).substr(0, 7));
+  return {{prefix + "name", layer},
+          {prefix + "hash", "MurmurHash3_32"},
+          {prefix + "conversion", "uint32_to_float32"},
+          {prefix + "manifest", manifest}};
 }
 
 }  // namespace eikon::exr

@@ -13,6 +13,7 @@
 #include "film/exr/layout.h"
 #include "film/exr/mattes.h"
 #include "film/exr/film_file.h"
+#include "io/text.h"
 
 namespace eikon {
 namespace {
@@ -24,16 +25,6 @@ constexpr std::uint64_t kMaxSumsBytes = std::uint64_t{1} << 38;
 
 constexpr std::size_t kMostMattes = 16;
 
-std::vector<std::string> split_at_commas(const std::string& names) {
-  std::vector<std::string> parts;
-  for (std::size_t at = 0; at <= names.size();) {
-    const std::size_t comma = std::min(names.find(',', at), names.size());
-    parts.push_back(names.substr(at, comma - at));
-    at = comma + 1;
-  }
-  return parts;
-}
-
 void read_channels(const std::filesystem::path& path, const Imf::Header& header, FilmLayout& layout) {
   const auto* replicates = header.findTypedAttribute<Imf::IntAttribute>(exr::kReplicates);
   const auto* channels = header.findTypedAttribute<Imf::StringAttribute>(exr::kChannels);
@@ -43,9 +34,9 @@ void read_channels(const std::filesystem::path& path, const Imf::Header& header,
     refuse(path, fmt::format("{} replicates", replicates->value()));
   layout.replicates = static_cast<std::uint32_t>(replicates->value());
 
-  layout.channels = split_at_commas(channels->value());
+  layout.channels = split(channels->value(), ',');
   const auto* mattes = header.findTypedAttribute<Imf::StringAttribute>(exr::kMattes);
-  layout.mattes = mattes == nullptr ? std::vector<std::string>() : split_at_commas(mattes->value());
+  layout.mattes = mattes == nullptr ? std::vector<std::string>() : split(mattes->value(), ',');
   if (layout.mattes.size() > kMostMattes) refuse(path, fmt::format("{} mattes", layout.mattes.size()));
   if (layout.channels.size() < 3 || layout.channels[0] != "R" || layout.channels[1] != "G" || layout.channels[2] != "B")
     refuse(path, "its sums are not of R, G, B");

@@ -13,6 +13,7 @@
 #include <ImfStandardAttributes.h>
 #include <ImfStringAttribute.h>
 #include <ImfThreading.h>
+#include <fmt/format.h>
 #include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
 
@@ -22,13 +23,11 @@
 #include <functional>
 #include <limits>
 #include <memory>
-#include <span>
 
 #include <fmt/ranges.h>
 
 #include "core/error.h"
 #include "io/atomic_file.h"
-#include "film/exr/cryptomatte.h"
 #include "film/exr/layout.h"
 #include "film/exr/mattes.h"
 #include "film/exr/film_file.h"
@@ -37,6 +36,7 @@
 #include "film/mattes.h"
 
 namespace eikon {
+
 namespace {
 
 static_assert(std::endian::native == std::endian::little, "write_part keeps a half in the first bytes of a word");
@@ -96,8 +96,8 @@ void add_matte(const Film& film, const std::string& layer, std::vector<Source>& 
   const auto& mattes = film.layout().mattes;
   const auto found = std::ranges::find(mattes, layer);
   if (found == mattes.end()) throw InternalError(fmt::format("the film does not have the matte {}", layer));
-  const auto ranks = std::make_shared<MatteRanks>(film, static_cast<std::size_t>(found - mattes.begin()));
-  const std::vector<std::string> names = matte_channels(layer);
+  const auto ranks = std::make_shared<exr::MatteRanks>(film, static_cast<std::size_t>(found - mattes.begin()));
+  const std::vector<std::string> names = exr::matte_channels(layer);
   for (std::size_t c = 0; c < names.size(); ++c)
     sources.push_back({.name = names[c],
                        .real = [ranks, c](auto x, auto y) { return double(ranks->value(x, y, c)); },
@@ -295,7 +295,7 @@ void write_exr(const std::filesystem::path& path, const Film& film, const Metada
     if (!is_matte(layer)) continue;
     const auto manifest = options.manifests.find(layer);
     for (const auto& [key, value] :
-         matte_attributes(layer, manifest == options.manifests.end() ? "{}" : manifest->second))
+         exr::matte_attributes(layer, manifest == options.manifests.end() ? "{}" : manifest->second))
       headers[0].insert(key, Imf::StringAttribute(value));
   }
   if (options.exact_sums) headers.push_back(sums_header(film, options));
@@ -326,6 +326,23 @@ void write_exr(const std::filesystem::path& path, const Film& film, const Metada
   }
   // After OpenEXR's destructor, which writes the chunk table and swallows what goes wrong.
   file.commit();
+}
+
+Image to_image(const Film& film, std::span<const std::string_view> further) {
+  const Crop& crop = film.layout().crop;
+  Image image{
+      .width = crop.width(), .height = crop.height(), .channels = {"R", "G", "B"}, .planes = {}, .metadata = {}};
+  if (film.channel_index("A")) image.channels.emplace_back("A");
+  image.channels.insert(image.channels.end(), further.begin(), further.end());
+  for (const std::string& channel : image.channels) {
+    const auto found = film.channel_index(channel);
+    if (!found) throw InternalError(fmt::format("the film has no channel {}", channel));
+    std::vector<float>& plane = image.planes.emplace_back();
+    plane.reserve(crop.pixel_count());
+    for (std::uint32_t y = crop.y0; y < crop.y1; ++y)
+      for (std::uint32_t x = crop.x0; x < crop.x1; ++x) plane.push_back(static_cast<float>(film.mean(x, y, *found)));
+  }
+  return image;
 }
 
 }  // namespace eikon

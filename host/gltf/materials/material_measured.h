@@ -6,7 +6,7 @@
 #include <memory>
 #include <string>
 
-#include "io/digest.h"
+#include "io/xxhash64.h"
 #include "scene/measured_table.h"
 #include "io/json_text.h"
 #include "scene/notes.h"

@@ -10,8 +10,8 @@
 
 #include "image/decode_picture.h"
 #include "gltf/document/buffer_views.h"
-#include "io/digest.h"
 #include "io/json_text.h"
+#include "io/xxhash64.h"
 #include "scene/scene.h"
 #include "io/source_file.h"
 #include "scene/notes.h"

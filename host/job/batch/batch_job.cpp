@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <map>
 #include <set>
 
@@ -74,19 +75,7 @@ BatchJob read_job(const JobLine& line, const ParseRender& parse) {
 }  // namespace
 
 const char* name_of(JobState state) {
-  switch (state) {
-    case JobState::waiting:
-      return "not run";
-    case JobState::skipped:
-      return "skipped";
-    case JobState::done:
-      return "done";
-    case JobState::failed:
-      return "failed";
-    case JobState::interrupted:
-      return "interrupted";
-  }
-  return "";
+  return std::array{"not run", "skipped", "done", "failed", "interrupted"}.at(std::size_t(state));
 }
 
 std::vector<BatchJob> read_jobs(std::string_view text, const ParseRender& parse) {

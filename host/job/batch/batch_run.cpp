@@ -9,8 +9,8 @@
 #include <new>
 #include <thread>
 
+#include "core/clock.h"
 #include "job/batch/job_key.h"
-#include "core/process_time.h"
 #include "io/source_file.h"
 
 namespace eikon {
@@ -28,13 +28,13 @@ std::uint64_t scene_budget(const std::vector<BatchJob>& jobs, std::size_t worker
 }
 
 /// The digest of the map that --env names, if it names one.
-InputsDigest digest_environment(const std::string& map) {
+Digest digest_environment(const std::string& map) {
   std::error_code none;
-  return !map.empty() && std::filesystem::is_regular_file(map, none) ? digest_file(map) : InputsDigest{};
+  return !map.empty() && std::filesystem::is_regular_file(map, none) ? digest_file(map) : Digest{};
 }
 
 /// A text that is the same whenever the environment is.
-std::string describe(const EnvironmentOptions& environment, const InputsDigest& map) {
+std::string describe(const EnvironmentOptions& environment, const Digest& map) {
   const glm::vec3 radiance = environment.radiance.value_or(glm::vec3(-1));
   return fmt::format("{} {:016x} {} {} {} {} {}", environment.map, map.hash, radiance.r, radiance.g, radiance.b,
                      environment.scale, environment.rotate_deg);
@@ -59,7 +59,7 @@ struct BatchRun::Staged {
   double staged_s = 0;              // seconds that its preparation took
   std::string key{};
   std::string environment{};  // see SceneCache::pack
-  InputsDigest scene{};
+  Digest scene{};
   std::optional<RenderJob> render{};
   bool loaded = false, over = false;
 };
@@ -199,7 +199,7 @@ void BatchRun::log_once(const BatchJob& job, const std::string& line) {
 void BatchRun::prepare(Worker& worker, Staged& staged) {
   const RenderOptions& options = *staged.job.options;
   staged.scene = digest_scene_files(options.scene.scene);
-  const InputsDigest environment = digest_environment(options.scene.environment.map);
+  const Digest environment = digest_environment(options.scene.environment.map);
   staged.key = job_key(staged.scene, environment, options.settings_text);
   if (!settings_.force && is_done(options, staged.key)) return close(staged, JobState::skipped);
   staged.environment = describe(options.scene.environment, environment);

@@ -6,7 +6,6 @@
 #include <map>
 
 #include "core/error.h"
-#include "io/digest.h"
 #include "gltf/scene_files.h"
 #include "io/source_file.h"
 
@@ -19,17 +18,17 @@ std::span<const std::byte> bytes_of(const std::string& text) {
 
 }  // namespace
 
-InputsDigest digest_file(const std::filesystem::path& path) {
+Digest digest_file(const std::filesystem::path& path) {
   Digest digest;
   try {
     digest.add(read_regular_file(path, physical_memory_bytes()).span());
   } catch (const InputError& error) {
     throw InputError(fmt::format("{}: {}", path.string(), error.what()));
   }
-  return {digest.hash, digest.bytes};
+  return digest;
 }
 
-InputsDigest digest_scene_files(const std::filesystem::path& scene) {
+Digest digest_scene_files(const std::filesystem::path& scene) {
   Digest digest;
   std::map<std::string, std::filesystem::path> named;
   try {
@@ -43,14 +42,14 @@ InputsDigest digest_scene_files(const std::filesystem::path& scene) {
     digest.add(bytes_of(uri));
     std::error_code unreadable;
     if (!std::filesystem::is_regular_file(file, unreadable)) continue;
-    const InputsDigest read = digest_file(file);
+    const Digest read = digest_file(file);
     digest.add(std::as_bytes(std::span(&read.hash, 1)));
     digest.bytes += read.bytes;
   }
-  return {digest.hash, digest.bytes};
+  return digest;
 }
 
-std::string job_key(const InputsDigest& scene, const InputsDigest& environment, const std::string& settings) {
+std::string job_key(const Digest& scene, const Digest& environment, const std::string& settings) {
   const std::string text =
       fmt::format("{}\n{:016x}\n{:016x}\n{}", EIKON_VERSION, scene.hash, environment.hash, settings);
   return fmt::format("{:016x}", xxhash64(bytes_of(text), 0));

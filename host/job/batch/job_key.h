@@ -1,27 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 // Hashes of what a job reads, without building the scene.
 #pragma once
-#include <cstdint>
 #include <filesystem>
 #include <string>
 
-namespace eikon {
+#include "io/xxhash64.h"
 
-struct InputsDigest {
-  std::uint64_t hash = 0;
-  std::uint64_t bytes = 0;
-};
+namespace eikon {
 
 /// The digest of a scene file and every file that it names: buffers, images, the environment.
 /// throws InputError if one of them cannot be read; does not check that the scene is valid
-[[nodiscard]] InputsDigest digest_scene_files(const std::filesystem::path& scene);
+[[nodiscard]] Digest digest_scene_files(const std::filesystem::path& scene);
 /// throws InputError
-[[nodiscard]] InputsDigest digest_file(const std::filesystem::path& path);
+[[nodiscard]] Digest digest_file(const std::filesystem::path& path);
 
 /// 16 hex digits, the hash of everything that decides a job's outputs: this version of eikon, the
 /// files that it reads, and its settings.
 /// settings  a text that is the same whenever the settings are
-[[nodiscard]] std::string job_key(const InputsDigest& scene, const InputsDigest& environment,
-                                  const std::string& settings);
+[[nodiscard]] std::string job_key(const Digest& scene, const Digest& environment, const std::string& settings);
 
 }  // namespace eikon

@@ -13,6 +13,7 @@
 
 #include "core/error.h"
 #include "io/source_file.h"
+#include "io/text.h"
 #include "io/xxhash64.h"
 
 namespace eikon {
@@ -111,10 +112,7 @@ void Ledger::read() {
     text.append(piece.data(), std::size_t(got));
   }
   torn_ = !text.empty() && text.back() != '\n';
-  for (std::size_t begin = 0; begin < text.size();) {
-    const std::size_t end = std::min(text.find('\n', begin), text.size());
-    const std::string line = text.substr(begin, end - begin);
-    begin = end + 1;
+  for (const std::string& line : split(text, '\n')) {
     if (line.empty()) continue;
     if (const std::optional<LedgerEntry> entry = parse_entry(line))
       remember(*entry);

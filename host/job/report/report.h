@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/trace.h"
 #include "job/prepare.h"
 #include "render/render.h"
 
@@ -44,5 +45,17 @@ void write_text(const std::filesystem::path& path, const std::string& text);
 /// throws InputError for an output that cannot be made or replaced; UsageError if two have the same
 ///        name, or one is the input
 void require_writable(const std::vector<std::filesystem::path>& outputs, const std::filesystem::path& input);
+
+/// Writes --profile as Chrome trace events, for Perfetto or chrome://tracing. Times are
+/// microseconds since the command began to measure.
+///   "M"  names a track, or notes that detail was left out
+///   "X"  is a span. The spans of a track nest and follow each other. One that stands for several
+///   has
+///        the name of the longest kind, and args {"spans": how many, "busy_ms": their sum,
+///        "ms": {name: milliseconds}}
+///   "C"  is a counter, with args {"value"}: rates and live paths are means until the next event of
+///        that name, and the last value is 0
+/// throws InputError
+void write_trace(const std::filesystem::path& path, const Trace& trace);
 
 }  // namespace eikon

@@ -52,11 +52,7 @@ std::vector<Bounce> bounce_columns(const Bounces& bounces) {
   std::vector<Bounce> columns;
   for (std::size_t i = 0; i < bounces.size() && bounces[i].slots > 0; ++i) {
     if (i <= kBounces) columns.emplace_back();
-    Bounce& sum = columns.back();
-    sum.paths += bounces[i].paths;
-    sum.shadow_rays += bounces[i].shadow_rays;
-    sum.lanes += bounces[i].lanes;
-    sum.slots += bounces[i].slots;
+    columns.back() += bounces[i];
   }
   return columns;
 }

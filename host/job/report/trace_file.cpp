@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "job/report/trace_file.h"
 
 #include <fmt/format.h>
 
@@ -7,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "io/atomic_file.h"
+#include "job/report/report.h"
 
 namespace eikon {
 namespace {

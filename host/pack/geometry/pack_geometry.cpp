@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <unistd.h>
 
 #include <algorithm>
-#include <cmath>
 #include <fmt/format.h>
 
 #include "core/error.h"
-#include "pack/materials/hit_class.h"
+#include "core/host_limits.h"
+#include "pack/geometry/placed_meshes.h"
 #include "pack/pack_parts.h"
-#include "pack/geometry/pack_places.h"
 
 namespace eikon {
 namespace {
@@ -20,6 +18,9 @@ struct WorldVertices {
   std::vector<glm::vec3> positions, normals;
   std::vector<glm::vec4> tangents;  // w: that of the file
 };
+
+/// Indices of a triangle's corners; those of a mirrored mesh change places.
+using Corners = std::array<std::uint32_t, 3>;
 
 glm::vec3 world_direction(const glm::dmat3& linear, const glm::vec3& direction) {
   const glm::dvec3 turned = linear * glm::dvec3(direction);
@@ -99,10 +100,7 @@ class GeometryPacker {
     world.positions = taken != nullptr ? std::move(taken->positions_object) : primitive.positions_object;
     for (glm::vec3& p : world.positions) {
       p = glm::vec3(glm::dvec3(m * glm::dvec4(glm::dvec3(p), 1.0)));
-      for (int axis = 0; axis < 3; ++axis) {
-        packed_.bounds.lo[axis] = std::min(packed_.bounds.lo[axis], double(p[axis]));
-        packed_.bounds.hi[axis] = std::max(packed_.bounds.hi[axis], double(p[axis]));
-      }
+      grow(packed_.bounds, glm::dvec3(p));
     }
     if (has_vertex_normal_) {
       // The cofactor matrix is the inverse transpose times the determinant, and is defined for flat
@@ -128,19 +126,14 @@ class GeometryPacker {
                                     << EK_TRIANGLE_GROUP_SHIFT;
     const WorldVertices world = to_world(node, primitive, released);
     for (std::size_t i = 0; i + 2 < primitive.indices.size(); i += 3) {
-      const std::uint32_t a = primitive.indices[i];
-      const std::uint32_t b = primitive.indices[i + (node.mirrored ? 2 : 1)];
-      const std::uint32_t c = primitive.indices[i + (node.mirrored ? 1 : 2)];
-      Triangle t = triangle_of(world, primitive.material, a, b, c);
+      const Corners corners = corners_at(primitive, i, node.mirrored);
+      Triangle t = triangle_of(world, primitive.material, corners);
       t.flags = flags;
       t.node = node_index;
       const glm::dvec3 cross = triangle_normal(t);
       const double length = glm::length(cross);
       if (length > 0) t.n_x = float(cross.x / length), t.n_y = float(cross.y / length), t.n_z = float(cross.z / length);
-      packed_.triangles.push_back(t);
-      if (has_normals_) packed_.normals.push_back(normals_of(world, primitive, a, b, c));
-      if (has_tangents_) packed_.tangents.push_back(tangents_of(world, primitive, node.mirrored, a, b, c));
-      if (has_colors_) packed_.colors.push_back(colors_of(primitive, a, b, c));
+      push(t, world, primitive, node.mirrored, corners);
     }
     if (released != nullptr) let_go(*released);
   }
@@ -163,18 +156,13 @@ class GeometryPacker {
     const std::uint64_t bytes =
         count * (sizeof(Triangle) + (has_normals_ ? sizeof(TriangleNormals) : 0) +
                  (has_tangents_ ? sizeof(TriangleTangents) : 0) + (has_colors_ ? sizeof(TriangleColors) : 0));
-    const std::uint64_t memory = std::uint64_t(sysconf(_SC_PHYS_PAGES)) * std::uint64_t(sysconf(_SC_PAGESIZE));
+    const std::uint64_t memory = physical_memory_bytes();
     if (count <= kMaxTriangles && bytes <= memory) return;
     const bool repeats = !two_level_ && placed_.placed_triangles > 2 * placed_.stored_triangles;
     throw InputError(
         fmt::format("{}: {} triangles in all nodes need {} MB of {} MB and are {} at most; {}", scene_.path.string(),
                     count, bytes >> 20, memory >> 20, kMaxTriangles,
                     repeats ? "store meshes once (--instances two-level)" : "use fewer instances or simpler meshes"));
-  }
-
-  void grow_bounds(const glm::vec3& p) {
-    packed_.bounds.lo = glm::min(packed_.bounds.lo, glm::dvec3(p));
-    packed_.bounds.hi = glm::max(packed_.bounds.hi, glm::dvec3(p));
   }
 
   /// Adds triangles whose vertices are placed already: for each instance in the world, or once in
@@ -184,21 +172,26 @@ class GeometryPacker {
     const std::uint32_t flags = hit_class_flags(scene_.materials[primitive.material], &primitive);
     for (std::size_t i = 0; i + 2 < primitive.indices.size(); i += 3) {
       if (mesh.dropped[number++]) continue;
-      const std::uint32_t a = primitive.indices[i];
-      const std::uint32_t b = primitive.indices[i + (mesh.mirrored ? 2 : 1)];
-      const std::uint32_t c = primitive.indices[i + (mesh.mirrored ? 1 : 2)];
-      Triangle t = triangle_of(at, primitive.material, a, b, c);
+      const Corners corners = corners_at(primitive, i, mesh.mirrored);
+      Triangle t = triangle_of(at, primitive.material, corners);
       t.node = node;
       t.flags = flags;
       if (in_world) {
+        const auto [a, b, c] = corners;
         const glm::vec3 n = placed_triangle_normal(at.positions[a], at.positions[b], at.positions[c]);
         t.n_x = n.x, t.n_y = n.y, t.n_z = n.z;
       }
-      packed_.triangles.push_back(t);
-      if (has_normals_) packed_.normals.push_back(normals_of(at, primitive, a, b, c));
-      if (has_tangents_) packed_.tangents.push_back(tangents_of(at, primitive, mesh.mirrored, a, b, c));
-      if (has_colors_) packed_.colors.push_back(colors_of(primitive, a, b, c));
+      push(t, at, primitive, mesh.mirrored, corners);
     }
+  }
+
+  /// Adds a triangle with the data of its corners.
+  void push(const Triangle& t, const WorldVertices& at, const Primitive& primitive, bool mirrored,
+            const Corners& corners) {
+    packed_.triangles.push_back(t);
+    if (has_normals_) packed_.normals.push_back(normals_of(at, primitive, corners));
+    if (has_tangents_) packed_.tangents.push_back(tangents_of(at, primitive, mirrored, corners));
+    if (has_colors_) packed_.colors.push_back(colors_of(primitive, corners));
   }
 
   /// Adds a mesh for one instance, with the bits that it would have if it were stored once.
@@ -208,7 +201,7 @@ class GeometryPacker {
     world.positions.reserve(primitive.positions_object.size());
     for (const glm::vec3& p : primitive.positions_object) {
       world.positions.push_back(placed_point(place.matrix, p));
-      grow_bounds(world.positions.back());
+      grow(packed_.bounds, glm::dvec3(world.positions.back()));
     }
     if (has_vertex_normal_)
       for (const glm::vec3& n : primitive.normals_object)
@@ -241,40 +234,43 @@ class GeometryPacker {
     packed_.place_boxes = place_boxes(scene_, placed_, packed_.bounds);
   }
 
-  static Triangle triangle_of(const WorldVertices& at, std::uint32_t material, std::uint32_t a, std::uint32_t b,
-                              std::uint32_t c) {
+  static Corners corners_at(const Primitive& primitive, std::size_t i, bool mirrored) {
+    return {primitive.indices[i], primitive.indices[i + (mirrored ? 2 : 1)], primitive.indices[i + (mirrored ? 1 : 2)]};
+  }
+
+  static Triangle triangle_of(const WorldVertices& at, std::uint32_t material, const Corners& corners) {
     Triangle t{};
-    const glm::vec3 &p0 = at.positions[a], &p1 = at.positions[b], &p2 = at.positions[c];
-    t.p0_x = p0.x, t.p0_y = p0.y, t.p0_z = p0.z;
-    t.p1_x = p1.x, t.p1_y = p1.y, t.p1_z = p1.z;
-    t.p2_x = p2.x, t.p2_y = p2.y, t.p2_z = p2.z;
+    const auto [a, b, c] = corners;
+    set_corners(t, at.positions[a], at.positions[b], at.positions[c]);
     t.material = material;
     return t;
   }
 
   template <class Record>
-  static void set_uv(Record& r, const std::vector<glm::vec2>& uv, std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+  static void set_uv(Record& r, const std::vector<glm::vec2>& uv, const Corners& corners) {
     if (uv.empty()) return;
+    const auto [a, b, c] = corners;
     r.u0 = uv[a].x, r.v0 = uv[a].y, r.u1 = uv[b].x, r.v1 = uv[b].y, r.u2 = uv[c].x, r.v2 = uv[c].y;
   }
 
-  TriangleNormals normals_of(const WorldVertices& world, const Primitive& primitive, std::uint32_t a, std::uint32_t b,
-                             std::uint32_t c) const {
+  TriangleNormals normals_of(const WorldVertices& world, const Primitive& primitive, const Corners& corners) const {
     TriangleNormals r{};
     if (!world.normals.empty()) {
+      const auto [a, b, c] = corners;
       const glm::vec3 &n0 = world.normals[a], &n1 = world.normals[b], &n2 = world.normals[c];
       r.n0_x = n0.x, r.n0_y = n0.y, r.n0_z = n0.z;
       r.n1_x = n1.x, r.n1_y = n1.y, r.n1_z = n1.z;
       r.n2_x = n2.x, r.n2_y = n2.y, r.n2_z = n2.z;
     }
-    if (has_uv_) set_uv(r, primitive.uv[0], a, b, c);
+    if (has_uv_) set_uv(r, primitive.uv[0], corners);
     return r;
   }
 
-  TriangleTangents tangents_of(const WorldVertices& world, const Primitive& primitive, bool mirrored, std::uint32_t a,
-                               std::uint32_t b, std::uint32_t c) const {
+  TriangleTangents tangents_of(const WorldVertices& world, const Primitive& primitive, bool mirrored,
+                               const Corners& corners) const {
     TriangleTangents r{};
     if (!world.tangents.empty()) {
+      const auto [a, b, c] = corners;
       const glm::vec4 &t0 = world.tangents[a], &t1 = world.tangents[b], &t2 = world.tangents[c];
       r.t0_x = t0.x, r.t0_y = t0.y, r.t0_z = t0.z;
       r.t1_x = t1.x, r.t1_y = t1.y, r.t1_z = t1.z;
@@ -282,15 +278,15 @@ class GeometryPacker {
       // A mirror does not reverse the cross product of normal and tangent.
       r.bitangent_sign = t0.w * (mirrored ? -1.0F : 1.0F);
     }
-    if (has_uv1_) set_uv(r, primitive.uv[1], a, b, c);
+    if (has_uv1_) set_uv(r, primitive.uv[1], corners);
     return r;
   }
 
-  static TriangleColors colors_of(const Primitive& primitive, std::uint32_t a, std::uint32_t b, std::uint32_t c) {
-    const bool has = !primitive.colors.empty();
-    const glm::vec4 white(1.0F);
-    const glm::vec4 c0 = has ? primitive.colors[a] : white, c1 = has ? primitive.colors[b] : white,
-                    c2 = has ? primitive.colors[c] : white;
+  static TriangleColors colors_of(const Primitive& primitive, const Corners& corners) {
+    const auto at = [&](std::size_t k) {
+      return primitive.colors.empty() ? glm::vec4(1) : primitive.colors[corners[k]];
+    };
+    const glm::vec4 c0 = at(0), c1 = at(1), c2 = at(2);
     return {c0.x, c0.y, c0.z, c0.w, c1.x, c1.y, c1.z, c1.w, c2.x, c2.y, c2.z, c2.w, 0, 0, 0, 0};
   }
 

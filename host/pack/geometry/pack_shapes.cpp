@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <fmt/format.h>
 #include <limits>
 
 #include "core/error.h"
-#include "pack/materials/hit_class.h"
 #include "pack/pack_parts.h"
 #include "scene/endless.h"
 

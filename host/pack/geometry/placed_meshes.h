@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "pack/features.h"
+#include "pack/pack.h"
 #include "pack/settings.h"
 #include "gltf/geometry/placed.h"
 #include "scene/scene.h"
@@ -69,5 +70,12 @@ struct InstanceChoice {
 
 /// True if trees of this layout can have two levels.
 [[nodiscard]] bool has_two_levels(const std::string& layout);
+
+/// Everything but `root`, which is set when a tree is built.
+[[nodiscard]] InstanceRecord instance_record(const MeshPlace& place, const PlacedMesh& mesh);
+
+/// The box of each instance. `bounds` grows to contain them, to the bit as if each corner had been
+/// added.
+[[nodiscard]] std::vector<PlaceBox> place_boxes(const Scene& scene, const PlacedMeshes& placed, Bounds& bounds);
 
 }  // namespace eikon

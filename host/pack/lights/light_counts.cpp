@@ -3,8 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <optional>
 
 #include "pack/lights/light_kind.h"
 #include "pack/pack_parts.h"
@@ -20,35 +18,28 @@ std::array<glm::vec3, 3> corners_of(const Primitive& primitive, std::size_t tria
   return {at(0), at(1), at(2)};
 }
 
-struct Extent {
-  glm::dvec3 lo{std::numeric_limits<double>::infinity()}, hi{-std::numeric_limits<double>::infinity()};
-  void add(const glm::dvec3& p) {
-    lo = glm::min(lo, p);
-    hi = glm::max(hi, p);
-  }
-  [[nodiscard]] double diagonal() const { return glm::length(hi - lo); }
-};
+double diagonal(const Bounds& bounds) { return glm::length(bounds.hi - bounds.lo); }
 
-void add_primitive(const Node& node, const Primitive& primitive, Extent& extent) {
-  Extent own;
-  for (const glm::vec3& p : primitive.positions_object) own.add(glm::dvec3(p));
+void add_primitive(const Node& node, const Primitive& primitive, Bounds& bounds) {
+  Bounds own;
+  for (const glm::vec3& p : primitive.positions_object) grow(own, glm::dvec3(p));
   if (primitive.positions_object.empty()) return;
   for (int corner = 0; corner < 8; ++corner) {
     const glm::dvec3 at((corner & 1) != 0 ? own.hi.x : own.lo.x, (corner & 2) != 0 ? own.hi.y : own.lo.y,
                         (corner & 4) != 0 ? own.hi.z : own.lo.z);
-    extent.add(glm::dvec3(node.world_from_object * glm::dvec4(at, 1)));
+    grow(bounds, glm::dvec3(node.world_from_object * glm::dvec4(at, 1)));
   }
 }
 
 // True if the extent of all emissive meshes is small beside the extent of all meshes.
 bool is_small(const Scene& scene) {
-  Extent lamp, all;
+  Bounds lamp, all;
   for (const Node& node : scene.nodes)
     for (const Primitive& primitive : scene.meshes[node.mesh].primitives) {
       add_primitive(node, primitive, all);
       if (emits(scene.materials[primitive.material])) add_primitive(node, primitive, lamp);
     }
-  return lamp.diagonal() < 0.25 * all.diagonal();
+  return diagonal(lamp) < 0.25 * diagonal(all);
 }
 
 }  // namespace

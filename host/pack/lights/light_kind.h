@@ -2,7 +2,6 @@
 // One row for each kind of light says its name and units, and which scenes have such lights. Lights
 // without extent are packed here too, because each kind has its own way.
 #pragma once
-#include <cstdint>
 
 #include "pack/features.h"
 #include "pack/lights/light_tree.h"

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <cmath>
 #include <limits>
 #include <numbers>
 
@@ -26,8 +25,8 @@ double mean(const glm::vec3& colour) { return (double(colour.x) + double(colour.
 // Light sampling derives a light's normal in floats. A needle for which that fails is not sampled.
 // Its light_pdf_m2 stays 0, so that emission found by scattered rays counts in full.
 bool can_be_sampled(const Triangle& t, const glm::dvec3& normal) {
-  const glm::vec3 p0(t.p0_x, t.p0_y, t.p0_z);
-  const glm::dvec3 rounded(glm::cross(glm::vec3(t.p1_x, t.p1_y, t.p1_z) - p0, glm::vec3(t.p2_x, t.p2_y, t.p2_z) - p0));
+  const auto [p0, p1, p2] = corners_of(t);
+  const glm::dvec3 rounded(glm::cross(p1 - p0, p2 - p0));
   return glm::length(glm::normalize(rounded) - glm::normalize(normal)) < 0x1p-14;  // false for NaN
 }
 
@@ -42,16 +41,13 @@ struct Strength {
 
 /// The moments of a triangle that emits evenly to its front. normal: of any length
 LightMoments moments_of(const Triangle& t, const glm::dvec3& normal) {
-  const glm::dvec3 a(t.p0_x, t.p0_y, t.p0_z), b(t.p1_x, t.p1_y, t.p1_z), c(t.p2_x, t.p2_y, t.p2_z);
+  const auto [p0, p1, p2] = corners_of(t);
+  const glm::dvec3 a(p0), b(p1), c(p2);
   LightMoments m;
   m.centroid = (a + b + c) / 3.0;
   m.variance = (glm::dot(b - a, b - a) + glm::dot(c - b, c - b) + glm::dot(a - c, a - c)) / 36.0;
   m.mean_direction = glm::normalize(normal);
   return m;
-}
-
-std::array<glm::vec3, 3> corners_of(const Triangle& t) {
-  return {glm::vec3(t.p0_x, t.p0_y, t.p0_z), glm::vec3(t.p1_x, t.p1_y, t.p1_z), glm::vec3(t.p2_x, t.p2_y, t.p2_z)};
 }
 
 constexpr double kSlackOfPairs = 0x1p-20;  // of parallelogram_of for world space, which rounds more than the file
@@ -189,9 +185,8 @@ class LightPacker {
       const double radiance = textures_.mean_emission(std::uint32_t(i));
       if (!(radiance > 0)) continue;
       Light light{};
-      light.p0_x = t.p0_x, light.p0_y = t.p0_y, light.p0_z = t.p0_z;
-      light.p1_x = t.p1_x, light.p1_y = t.p1_y, light.p1_z = t.p1_z;
-      light.p2_x = t.p2_x, light.p2_y = t.p2_y, light.p2_z = t.p2_z;
+      const auto [p0, p1, p2] = corners_of(t);
+      set_corners(light, p0, p1, p2);
       light.kind = kind_word(LightKind::area);
       light.triangle = std::uint32_t(i);
       light.flags = group_flag(group_of(t));
@@ -216,9 +211,7 @@ class LightPacker {
     const double area = glm::length(normal);
     if (!(area > 0) || !can_be_sampled(a, normal) || !can_be_sampled(b, triangle_normal(b))) return false;
     Light light{};
-    light.p0_x = quad->p0.x, light.p0_y = quad->p0.y, light.p0_z = quad->p0.z;
-    light.p1_x = quad->p1.x, light.p1_y = quad->p1.y, light.p1_z = quad->p1.z;
-    light.p2_x = quad->p2.x, light.p2_y = quad->p2.y, light.p2_z = quad->p2.z;
+    set_corners(light, quad->p0, quad->p1, quad->p2);
     light.flags = EK_LIGHT_QUAD | group_flag(group_of(a));
     light.kind = kind_word(LightKind::area);
     light.triangle = std::uint32_t(i);

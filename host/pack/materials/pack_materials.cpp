@@ -10,9 +10,7 @@
 #include <type_traits>
 
 #include "core/error.h"
-#include "pack/materials/lobe.h"
 #include "pack/materials/material_parameters.h"
-#include "pack/materials/medium_ranks.h"
 #include "pack/pack_parts.h"
 #include "scene/measured_table.h"
 

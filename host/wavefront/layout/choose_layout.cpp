@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "accel/accelerators.h"
+#include "accel/accel.h"
 #include "core/error.h"
 #include "pack/geometry/placed_meshes.h"
 #include "wavefront/layout/ray_bench.h"

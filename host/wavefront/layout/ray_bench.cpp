@@ -5,7 +5,7 @@
 
 #include "device/kernel_sources.h"
 #include "pack/frame.h"
-#include "wavefront/scene_buffers.h"
+#include "wavefront/buffers.h"
 
 namespace eikon {
 namespace {

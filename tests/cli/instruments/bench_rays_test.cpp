@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "accel/accelerators.h"
+#include "accel/accel.h"
 #include "cli/command.h"
 
 namespace eikon::test {

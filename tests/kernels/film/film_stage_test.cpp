@@ -13,6 +13,7 @@
 #include "pack/features.h"
 #include "film/film.h"
 #include "shared/records.h"
+#include "support/fixed_point.h"
 
 namespace eikon {
 namespace {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // The memory probe that a device must pass before a render trusts it.
-#include "device/canary.h"
 
 #include <gtest/gtest.h>
 
 #include "device/fault.h"
 #include "device/kernel_sources.h"
+#include "device/probes.h"
 
 namespace eikon {
 namespace {

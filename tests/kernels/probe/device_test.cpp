@@ -7,7 +7,7 @@
 #include <atomic>
 #include <thread>
 
-#include "device/canary.h"
+#include "device/probes.h"
 
 namespace eikon {
 namespace {

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "accel/accelerators.h"
+#include "accel/accel.h"
 #include "device/device.h"
 #include "device/kernel_sources.h"
 #include "kernels/probe.h"

@@ -5,10 +5,10 @@
 #include <cstring>
 
 #include "accel/layouts/layouts.h"
-#include "accel/refit.h"
 #include "accel/reinsertion.h"
 #include "support/accel_fixtures.h"
 #include "kernels/traverse/traverse_probe.h"
+#include "support/refit.h"
 
 namespace eikon {
 namespace {

@@ -7,6 +7,7 @@
 #include "film/layers.h"
 #include "render/scene_builder.h"
 #include "support/temporary_folder.h"
+#include "support/fixed_point.h"
 
 namespace eikon::test {
 namespace {

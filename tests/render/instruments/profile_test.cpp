@@ -4,8 +4,8 @@
 #include <cstdlib>
 
 #include "core/trace.h"
-#include "wavefront/timing/stage_sampler.h"
 #include "render/scene_builder.h"
+#include "wavefront/stage_sampler.h"
 
 namespace eikon::test {
 namespace {

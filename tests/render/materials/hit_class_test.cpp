@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Paths that hit surfaces of one class are shaded together, and wait until there are enough of them: none is lost, and the bits do not
 // tell which went together.
-#include "pack/materials/hit_class.h"
 
 #include "pack/features.h"
+#include "pack/materials/material_traits.h"
 #include "render/scene_builder.h"
 
 namespace eikon::test {

@@ -9,10 +9,10 @@
 #include <limits>
 
 #include "accel/layouts/layouts.h"
-#include "accel/refit.h"
 #include "accel/reinsertion.h"
 #include "support/accel_fixtures.h"
 #include "pack/settings.h"
+#include "support/refit.h"
 
 namespace eikon {
 namespace {

@@ -7,7 +7,7 @@
 #include <cstdlib>
 #include <set>
 
-#include "accel/accelerators.h"
+#include "accel/accel.h"
 #include "accel/classic/cells.h"
 #include "support/accel_fixtures.h"
 #include "core/error.h"

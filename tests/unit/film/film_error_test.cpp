@@ -7,6 +7,7 @@
 #include <functional>
 
 #include "support/film_builder.h"
+#include "support/fixed_point.h"
 
 namespace eikon {
 namespace {

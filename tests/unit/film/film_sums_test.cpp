@@ -10,6 +10,7 @@
 #include "core/error.h"
 #include "support/film_builder.h"
 #include "instruments/analytic_scenes.h"
+#include "support/fixed_point.h"
 
 namespace eikon {
 namespace {

@@ -23,7 +23,7 @@ TEST_F(JobKey, every_file_that_a_scene_names_counts_and_its_date_does_not) {
                          "extras": {"environment": {"uri": "sky.exr"}}, "extensions": {"x": [{"uri": "../out"}]}})");
   for (const char* name : {"a b.bin", "i.png", "sky.exr"}) write(name, "1");
   std::uint64_t last = digest();
-  const InputsDigest first = digest_scene_files(folder / "scene.gltf");
+  const Digest first = digest_scene_files(folder / "scene.gltf");
   EXPECT_EQ(first.bytes > 3, true);
   for (const char* name : {"a b.bin", "i.png", "sky.exr"}) {
     std::filesystem::last_write_time(folder / name, std::filesystem::file_time_type::clock::now());
@@ -60,7 +60,7 @@ TEST_F(JobKey, broken_scenes_are_the_loader_s_to_refuse) {
 }
 
 TEST_F(JobKey, keys_differ_with_each_part) {
-  const InputsDigest a{1, 10}, b{2, 10};
+  const Digest a{1, 10}, b{2, 10};
   const std::string key = job_key(a, b, "spp=4");
   EXPECT_EQ(key.size(), 16U);
   EXPECT_EQ(key, job_key(a, b, "spp=4"));

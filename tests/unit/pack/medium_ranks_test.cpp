@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Which solids have ranks, and when anything asks for them.
-#include "pack/materials/medium_ranks.h"
 
 #include <gtest/gtest.h>
 
 #include "core/error.h"
+#include "pack/materials/material_traits.h"
 #include "pack/pack.h"
 
 namespace eikon {

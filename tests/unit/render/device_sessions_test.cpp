@@ -10,8 +10,8 @@
 #include <thread>
 
 #include "core/error.h"
-#include "core/lost_threads.h"
 #include "render/device_worker.h"
+#include "support/lost_threads.h"
 
 namespace eikon {
 namespace {
@@ -154,7 +154,7 @@ class Hang {
   Hang& operator=(const Hang&) = delete;
   ~Hang() {
     release();
-    EXPECT_TRUE(wait_for_lost_threads(10));
+    EXPECT_TRUE(test::wait_for_lost_threads(10));
   }
   [[nodiscard]] std::function<void()> call() const {
     return [released = released_] {
@@ -341,7 +341,7 @@ TEST(DeviceSessions, a_device_that_hangs_is_given_up_and_what_it_brings_later_do
     EXPECT_EQ(lost_threads(), 1);
     // It comes back: the thread ends, and the film is as it was.
     hang.release();
-    EXPECT_TRUE(wait_for_lost_threads(10));
+    EXPECT_TRUE(test::wait_for_lost_threads(10));
     expect_complete(outcome);
   }
 }

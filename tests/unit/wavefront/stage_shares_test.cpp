@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "wavefront/timing/stage_shares.h"
 
 #include <gtest/gtest.h>
 
 #include <vector>
 
 #include "device/profiler.h"
+#include "wavefront/tallies.h"
 
 namespace eikon::test {
 namespace {

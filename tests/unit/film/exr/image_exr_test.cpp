@@ -11,6 +11,7 @@
 #include "film/exr/film_file.h"
 #include "image/image.h"
 #include "support/temporary_folder.h"
+#include "support/fixed_point.h"
 
 namespace eikon {
 namespace {

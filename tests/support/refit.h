@@ -1,19 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "accel/refit.h"
-
+// Fits a tree to triangles that have moved, without building it anew: a sound tree that no builder
+// would make.
+#pragma once
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_invoke.h>
 #include <tbb/parallel_reduce.h>
 
 #include <functional>
+#include <optional>
+
+#include "accel/binary_tree.h"
 
 namespace eikon {
-namespace {
 
-constexpr std::uint32_t kRefitTaskLimit = 4096;
+inline constexpr std::uint32_t kRefitTaskLimit = 4096;
 
 /// Refits the subtree of `n`. Returns false if one of its triangles has no area.
-bool refit(BinaryTree& tree, TriangleSoup moved, std::uint32_t n) {
+inline bool refit(BinaryTree& tree, TriangleSoup moved, std::uint32_t n) {
   const auto refit_one = [&](std::uint32_t i) {
     BinaryNode& node = tree.nodes[i];
     Box box;
@@ -40,9 +43,12 @@ bool refit(BinaryTree& tree, TriangleSoup moved, std::uint32_t n) {
   return left && right && refit_one(n);
 }
 
-}  // namespace
-
-std::optional<BinaryTree> refitted(BinaryTree tree, TriangleSoup moved) {
+/// The tree with the boxes of the moved triangles. Hits are those of a tree built anew, to the bit.
+/// moved    the triangles that the tree was built over, in the same order
+/// returns  nothing if triangles outside the tree have gained area, or triangles in it have lost
+///          theirs: build anew then Accel::sah_cost of the new layout tells whether a new tree
+///          would pay.
+[[nodiscard]] inline std::optional<BinaryTree> refitted(BinaryTree tree, TriangleSoup moved) {
   const std::size_t with_area = tbb::parallel_reduce(
       tbb::blocked_range<std::size_t>(0, moved.size(), 1U << 14), std::size_t{0},
       [&](const auto& part, std::size_t count) {

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Occupancy of lanes and queues at each bounce.
+// What the work-items of a launch tell: how full lanes and queues are at each bounce, and the stages'
+// shares of its time.
 #pragma once
 #include <array>
 #include <cstdint>
+#include <map>
 #include <span>
+#include <string>
 
 #include "shared/records.h"
 
@@ -15,6 +18,10 @@ struct Bounce {
   std::uint64_t shadow_rays = 0;  // cast there
   std::uint64_t lanes = 0;        // that ran, with or without a path: whole vectors of a chunk, or whole work-groups
   std::uint64_t slots = 0;        // of the chunks that still had paths, or of the whole pool
+  Bounce& operator+=(const Bounce& more) {
+    paths += more.paths, shadow_rays += more.shadow_rays, lanes += more.lanes, slots += more.slots;
+    return *this;
+  }
 };
 
 /// Indexed by depth - 1; the last entry sums up all deeper bounces.
@@ -25,12 +32,7 @@ inline Bounce& bounce_at(Bounces& bounces, std::uint32_t depth) {
 }
 
 inline void add_bounces(Bounces& bounces, const Bounces& more) {
-  for (std::size_t i = 0; i < bounces.size(); ++i) {
-    bounces[i].paths += more[i].paths;
-    bounces[i].shadow_rays += more[i].shadow_rays;
-    bounces[i].lanes += more[i].lanes;
-    bounces[i].slots += more[i].slots;
-  }
+  for (std::size_t i = 0; i < bounces.size(); ++i) bounces[i] += more[i];
 }
 
 /// Adds the counts of the work-items of a launch of kernel `paths`.
@@ -38,5 +40,10 @@ void add_bounces(Bounces& bounces, std::span<const WorkerTally> tallies, std::ui
 
 /// Mean number of live paths in a chunk, over all bounces of all chunks; 0 if there were none.
 double mean_chunk_paths(std::span<const WorkerTally> tallies);
+
+/// The share of each stage in a launch of kernel `paths`: the stage's ticks over the ticks of all
+/// work-items from the first begin to the last end. So the shares, and the time that work-items
+/// spent waiting and taking chunks, add up to 1. Empty if the processor has no counter.
+std::map<std::string, double> stage_shares(std::span<const WorkerTally> tallies);
 
 }  // namespace eikon

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// The buffers that the kernels of one wavefront write, and those that describe a unit.
-// scene_buffers.h has the scene.
+// The buffers of one device: those that the kernels of a wavefront write, those that describe a unit,
+// and those with the scene.
 #pragma once
 #include <array>
 #include <cstdint>
 
 #include "device/device.h"
+#include "pack/pack.h"
 #include "wavefront/config.h"
 
 namespace eikon {
@@ -41,5 +42,16 @@ struct WorkBuffers {
   /// throws DeviceError saying how much was asked for and what the device has
   WorkBuffers(Device& device, const WavefrontConfig& config, const WorkBufferSizes& plan, Arguments& arguments);
 };
+
+/// Makes buffers of the scene's arrays, the tree and the filter's table, and names them in
+/// `arguments`. A CPU device reads the arrays in place, so they must live, unchanged, as long as
+/// the buffers.
+/// returns  the bytes of all buffers, copied or not
+/// throws   DeviceError
+std::uint64_t upload_scene(Device& device, const PackedScene& scene, const Accel& accel,
+                           const std::vector<float>& filter, Arguments& arguments);
+
+/// Makes only those buffers that tracing rays and sampling lights read. throws DeviceError
+void upload_tree_and_lights(Device& device, const PackedScene& scene, const Accel& accel, Arguments& arguments);
 
 }  // namespace eikon

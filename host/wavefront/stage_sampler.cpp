@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "wavefront/timing/stage_sampler.h"
+#include "wavefront/stage_sampler.h"
 
 #include <algorithm>
 

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+// What follows from a material: its lobe, the class of shading that its surfaces take, and its rank
+// among overlapping solids.
+#pragma once
+#include <cstdint>
+#include <vector>
+
+#include "scene/scene.h"
+
+namespace eikon {
+
+/// The lobe that scatters as this material does. A material has one, and coat and sheen lie over
+/// it.
+[[nodiscard]] Lobe lobe_of(const Material& material);
+
+/// True if the material's surfaces are the boundary of something that light goes into.
+[[nodiscard]] bool is_solid(const Material& material);
+
+/// The class SHADING_* (records.h) of a surface. primitive: null for shapes
+[[nodiscard]] std::uint32_t hit_class(const Material& material, const Primitive* primitive);
+
+/// The class as bits of a triangle's flags.
+[[nodiscard]] std::uint32_t hit_class_flags(const Material& material, const Primitive* primitive);
+
+/// Tells which primitives have an opacity below 1 somewhere, so that a ray may pass them: those
+/// with alphaMode MASK or BLEND whose factor, texture or vertex colours are below 1. Many files say
+/// BLEND where everything is opaque.
+class PassableMaterials {
+ public:
+  explicit PassableMaterials(const Scene& scene);
+  [[nodiscard]] bool has(const Primitive& primitive) const;
+  /// The same for a surface without vertex colours.
+  [[nodiscard]] bool has(std::uint32_t material) const { return by_material_.at(material) == Passable::always; }
+
+ private:
+  enum class Passable { never, if_colors, always };
+  std::vector<Passable> by_material_;
+};
+
+/// Tells for each material whether some node shows it.
+[[nodiscard]] std::vector<bool> shown_materials(const Scene& scene);
+
+/// The rank of each material among the solids that are shown, as nested_media.h uses it: 1 is the
+/// lowest, and 0 means that the material is no solid. Ranks follow mediumPriority, which is 0 by
+/// default; of equal priorities the later in the file is higher. throws InputError when there are
+/// more than EK_MEDIA_RANKS solids
+[[nodiscard]] std::vector<std::uint32_t> medium_ranks(const Scene& scene);
+
+}  // namespace eikon
