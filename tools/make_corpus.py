@@ -40,6 +40,7 @@ from scene_builders.corpus_files import (
     small_document,
     textured,
 )
+from scene_builders.corpus_found import claims, leftovers, mended, morphing_document, morphs
 
 
 def paths(value, at=()):
@@ -262,7 +263,7 @@ def graphs(corpus):
     shared = copy.deepcopy(root)
     shared["nodes"] = [{"children": [2]}, {"children": [2]}, {"mesh": 0}]
     shared["scenes"][0]["nodes"] = [0, 1]
-    corpus.add("node_with_two_parents", "bad", shared)
+    corpus.add("node_with_two_parents", "good", shared)
     wide = copy.deepcopy(root)
     wide["nodes"] = [{"mesh": 0} for _ in range(20000)]
     wide["scenes"][0]["nodes"] = list(range(20000))
@@ -353,6 +354,7 @@ def compressed(corpus):
     for extension, name, payloads in (
         ("KHR_draco_mesh_compression", "draco", [DRACO]),
         ("EXT_meshopt_compression", "meshopt", [MESHOPT_VERTICES, MESHOPT_TRIANGLES, MESHOPT_OCTAHEDRAL]),
+        ("KHR_meshopt_compression", "meshopt_khr", [MESHOPT_VERTICES]),
     ):
         root = finish_compressed(compressed_document(extension), extension)
         corpus.add(f"{name}_good", "good", root)
@@ -394,6 +396,9 @@ def main():
     formulas(corpus)
     instances(corpus)
     compressed(corpus)
+    mutate_document(corpus, "morph", morphing_document(1).finish(), 1)
+    for group in (morphs, leftovers, mended, claims):
+        group(corpus)
     corpus.write()
     print(f"{len(corpus.cases)} cases in {args.folder}")
 

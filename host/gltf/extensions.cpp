@@ -28,6 +28,8 @@ constexpr Extension kExtensions[] = {
     {"KHR_texture_transform", {texture_info}},
     {"KHR_draco_mesh_compression", {primitive}},
     {"EXT_meshopt_compression", {buffer_view}},
+    {"KHR_meshopt_compression", {buffer_view}},
+    {kVisibilityExtension, {node}},
     {"EXT_mesh_gpu_instancing", {node}},
     {kVariantsExtension, {document, primitive}},
     {kShapeListExtension, {document}},

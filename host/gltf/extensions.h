@@ -23,6 +23,9 @@ enum class ExtensionOwner : unsigned {
   buffer_view = 256
 };
 
+/// "visible": false hides a node and all below it.
+inline constexpr const char* kVisibilityExtension = "KHR_node_visibility";
+
 /// The object of extension `name` in `owner`, or null if it has none.
 [[nodiscard]] const Json* extension_of(const Json& owner, const char* name);
 

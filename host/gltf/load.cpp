@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <nlohmann/json.hpp>  // a tree of JSON lives and dies here
 #include <new>
 #include <span>
@@ -19,6 +20,7 @@
 #include "gltf/geometry/implicit_surfaces.h"
 #include "gltf/geometry/instances.h"
 #include "gltf/geometry/meshes.h"
+#include "gltf/geometry/morph.h"
 #include "gltf/geometry/shapes.h"
 #include "gltf/light_groups.h"
 #include "gltf/lights.h"
@@ -33,7 +35,7 @@ namespace eikon {
 namespace {
 
 constexpr std::uint64_t kMaxFileBytes = std::uint64_t{1} << 34U;
-constexpr std::size_t kUnread = ~std::size_t{0};
+constexpr std::size_t kNone = ~std::size_t{0};
 constexpr std::size_t kMaxPlacedMeshes = std::size_t{1} << 24U;
 const std::vector<glm::dmat4> kOnce{glm::dmat4(1.0)};
 
@@ -74,17 +76,18 @@ void check_instance(const glm::dmat4& m, const Mesh& mesh, const glm::dvec3& ext
 /// The checked sources of a scene, and what is learnt while it is read.
 struct SceneSource {
   const Document& document;
-  const std::vector<Accessor>& accessors;
+  const AccessorTable& accessors;
   const BufferViews& views;
   std::filesystem::path folder;  // files outside it are refused
   Digest& digest;
   Notes& notes;
 };
 
-/// The meshes of the document that the scene uses.
+/// The meshes of the document that the scene uses. One that morphs differently under two nodes is
+/// two meshes.
 struct UsedMeshes {
-  std::vector<std::size_t> scene_index;  // by the document's number; kUnread: the scene does not use it
-  std::vector<glm::dvec3> extents;       // as Scene::meshes
+  std::vector<std::size_t> of_node;  // as the placed nodes; an index into Scene::meshes, or kNone
+  std::vector<glm::dvec3> extents;   // as Scene::meshes
 };
 
 void note_document_features(const Document& document, Notes& notes) {
@@ -125,12 +128,18 @@ void find_environment(const SceneSource& source, Scene& scene) {
 /// Reads the meshes that the scene uses, in the order of their first nodes.
 UsedMeshes read_meshes(const SceneSource& source, const std::vector<PlacedNode>& placed_nodes,
                        MaterialReader& materials, Scene& scene) {
-  UsedMeshes used{.scene_index = std::vector<std::size_t>(source.document.meshes.size(), kUnread), .extents = {}};
-  std::vector<std::size_t> order;
+  UsedMeshes used{.of_node = {}, .extents = {}};
+  std::vector<MeshReader::Wanted> order;
+  std::map<MeshReader::Wanted, std::size_t> index_of;
   for (const PlacedNode& placed : placed_nodes) {
-    if (!placed.node.mesh || used.scene_index[*placed.node.mesh] != kUnread) continue;
-    used.scene_index[*placed.node.mesh] = order.size();
-    order.push_back(*placed.node.mesh);
+    used.of_node.push_back(kNone);
+    if (!placed.node.mesh || !placed.visible) continue;
+    const std::size_t mesh = *placed.node.mesh;
+    source.document.wrong.check("mesh", mesh);
+    MeshReader::Wanted wanted{mesh, morph_weights(placed.node, source.document.meshes[mesh], source.notes)};
+    const auto [known, is_new] = index_of.try_emplace(wanted, order.size());
+    used.of_node.back() = known->second;
+    if (is_new) order.push_back(std::move(wanted));
   }
   MeshReader reader({.document = source.document,
                      .accessors = source.accessors,
@@ -139,8 +148,8 @@ UsedMeshes read_meshes(const SceneSource& source, const std::vector<PlacedNode>&
                      .reader = materials,
                      .notes = source.notes});
   reader.check_memory(order);
-  for (const std::size_t mesh : order) {
-    scene.meshes.push_back(reader.read(mesh));
+  for (const MeshReader::Wanted& wanted : order) {
+    scene.meshes.push_back(reader.read(wanted));
     used.extents.push_back(extent_of(scene.meshes.back()));
   }
   return used;
@@ -150,6 +159,7 @@ void read_shapes(const SceneSource& source, const std::vector<PlacedNode>& place
                  Scene& scene) {
   ImplicitSurfaceReader implicit(source.document.json, materials, scene, source.notes);
   for (const PlacedNode& placed : placed_nodes) {
+    if (!placed.visible) continue;
     const std::size_t before = scene.shapes.size();
     implicit.add(placed);
     add_shape(source.document.json, placed, materials, scene, source.notes);
@@ -158,24 +168,27 @@ void read_shapes(const SceneSource& source, const std::vector<PlacedNode>& place
   }
 }
 
-/// Adds the camera, the light and the mesh that a node has.
-void place_node(const SceneSource& source, const PlacedNode& placed, const UsedMeshes& meshes, Scene& scene) {
+/// Adds the camera, the light and the mesh that a node has. `mesh`: its index in Scene::meshes, or
+/// kNone. Of a node that is not visible only the camera remains.
+void place_node(const SceneSource& source, const PlacedNode& placed, std::size_t mesh, const glm::dvec3& extent,
+                Scene& scene) {
   const GltfNode& node = placed.node;
-  note_node_features(node, source.notes);
   if (node.camera) add_camera(source.document.json, placed, scene, source.notes);
+  if (!placed.visible) return;
+  note_node_features(node, source.notes);
   add_light(source.document.json, placed, scene, source.notes);
   const std::uint32_t light_group = node.mesh ? light_group_of(node.view, scene) : 0;
   const std::optional<std::vector<glm::dmat4>> instances = read_instances(node.view, source.accessors);
-  if (!node.mesh) {
+  if (instances && instances->size() > scene.nodes.size()) scene.nodes.reserve(scene.nodes.size() + instances->size());
+  if (mesh == kNone) {
     if (instances) source.notes.warn(node.view.label() + ": its instances are of no mesh; left out");
     return;
   }
-  const std::size_t mesh = meshes.scene_index[*node.mesh];
   for (const glm::dmat4& instance : instances.value_or(kOnce)) {
     if (scene.nodes.size() == kMaxPlacedMeshes)
       node.view.refuse(fmt::format("more than {} meshes are placed; use fewer instances", kMaxPlacedMeshes));
     const glm::dmat4 world_from_object = placed.world_from_object * instance;
-    check_instance(world_from_object, scene.meshes[mesh], meshes.extents[mesh], node.view.label());
+    check_instance(world_from_object, scene.meshes[mesh], extent, node.view.label());
     scene.nodes.push_back({.name = node.name,
                            .world_from_object = world_from_object,
                            .mesh = static_cast<std::uint32_t>(mesh),
@@ -194,18 +207,22 @@ void fill_scene(const SceneSource& source, Scene& scene) {
                           .budget_bytes = texture_budget_bytes()},
                          scene, source.digest, source.notes);
   MeasuredReader measured(source.folder, source.digest, source.notes);
-  MaterialReader materials(source.document.json, textures, measured, scene, source.notes);
+  MaterialReader materials(source.document, textures, measured, scene, source.notes);
   const UsedMeshes meshes = read_meshes(source, placed_nodes, materials, scene);
   read_shapes(source, placed_nodes, materials, scene);
   textures.decode();
-  for (const PlacedNode& placed : placed_nodes) place_node(source, placed, meshes, scene);
+  for (std::size_t i = 0; i < placed_nodes.size(); ++i) {
+    const std::size_t mesh = meshes.of_node[i];
+    place_node(source, placed_nodes[i], mesh, mesh == kNone ? glm::dvec3(0.0) : meshes.extents[mesh], scene);
+  }
+  source.document.wrong.note(source.notes);
 }
 
 Scene load(const std::filesystem::path& path, const std::string& variant) {
   Scene scene;
   scene.path = path;
   Notes notes;
-  const Bytes file = read_regular_file(path, kMaxFileBytes);
+  Bytes file = read_regular_file(path, kMaxFileBytes);
   std::string extension = path.extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(),
                  [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
@@ -213,15 +230,17 @@ Scene load(const std::filesystem::path& path, const std::string& variant) {
 
   Json json = parse_json(container.json);
   make_names_printable(json);
-  check_document(json);
-  Document document = read_structure(json);
+  Digest digest;
+  digest.add(file.span());
+  if (!container.has_binary) file = Bytes();  // nothing looks at the text again
+  WrongParts wrong;
+  check_document(json, wrong);
+  Document document = read_structure(json, wrong);
   scene.variants = variants_of(json);
   if (!variant.empty()) choose_variant(document, variant);
   const Buffers buffers(json, container, path.parent_path());
-  const BufferViews views(json, buffers);
-  const std::vector<Accessor> accessors = check_accessors(json, views);
-  Digest digest;
-  digest.add(file.span());
+  const BufferViews views(json, buffers, wrong, notes);
+  const AccessorTable accessors(json, views, wrong);
   for (const Bytes& bytes : buffers.files()) digest.add(bytes.span());
   fill_scene({.document = document,
               .accessors = accessors,

@@ -35,7 +35,7 @@ std::map<std::string, fs::path> files_of(const fs::path& folder, std::string_vie
     return files;  // the loader reports what is broken
   }
   for (const std::string& uri : uris) {
-    if (uri.rfind("data:", 0) == 0) continue;
+    if (is_data_uri(uri)) continue;
     try {
       files.emplace(uri, resolve_uri(folder, uri));
     } catch (const InputError&) {

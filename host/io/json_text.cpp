@@ -4,10 +4,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <map>
 #include <nlohmann/json.hpp>
+#include <span>
 
 #include "core/error.h"
 #include "io/text.h"
+#include "io/xxhash64.h"
 
 namespace eikon {
 namespace {
@@ -47,8 +51,77 @@ void check_shape(std::string_view text) {
   if (values > kMaxValues) throw InputError(fmt::format("JSON of {} values, at most {} are read", values, kMaxValues));
 }
 
-// A double that is meant as an integer would be truncated in silence, so only integer literals
-// count.
+// Where the text of a string lies, without its quotes.
+struct Piece {
+  std::size_t begin, end;
+};
+
+// The values that are long and plain, as data in base64 are: printable ASCII without escapes. The
+// parser would hold each three times, so it gets a placeholder instead.
+std::vector<Piece> long_values(std::string_view text) {
+  constexpr std::size_t kLong = std::size_t{1} << 16U;
+  const auto is_plain = [](char c) { return c >= 0x20 && c < 0x7F; };
+  std::vector<Piece> found;
+  for (std::size_t i = text.find('"'); i != std::string_view::npos; i = text.find('"', i + 1)) {
+    const std::size_t begin = i + 1;
+    for (i = begin; i < text.size() && text[i] != '"'; ++i)
+      if (text[i] == '\\') ++i;
+    if (i >= text.size()) break;  // the string does not end, and the parser says so
+    const std::string_view string = text.substr(begin, i - begin);
+    if (string.size() < kLong || string.find('\\') != std::string_view::npos) continue;
+    const std::size_t next = text.find_first_not_of(" \t\r\n", i + 1);
+    const bool is_name = next != std::string_view::npos && text[next] == ':';
+    if (!is_name && std::all_of(string.begin(), string.end(), is_plain)) found.push_back({begin, i});
+  }
+  return found;
+}
+
+// Puts the long values back in, each once. The walk goes by the structure, which is bounded.
+void restore(Json& value, std::map<std::string, std::string_view>& long_value_of) {
+  if (value.is_structured()) {
+    for (Json& part : value) restore(part, long_value_of);
+  } else if (value.is_string()) {
+    const auto found = long_value_of.find(value.get_ref<const std::string&>());
+    if (found == long_value_of.end()) return;
+    value = std::string(found->second);
+    long_value_of.erase(found);
+  }
+}
+
+Json parse_in_pieces(std::string_view text) {
+  const std::vector<Piece> pieces = long_values(text);
+  if (pieces.empty()) return Json::parse(text.begin(), text.end());
+  // A text that holds a placeholder of its own would have to know its hash, and gain nothing.
+  const std::uint64_t hash = xxhash64(std::as_bytes(std::span(text)), 0);
+  std::string rest;
+  std::map<std::string, std::string_view> long_value_of;
+  std::size_t from = 0;
+  for (const Piece& piece : pieces) {
+    const std::string name = fmt::format("{:016x}:{}", hash, long_value_of.size());
+    rest.append(text.substr(from, piece.begin - from)).append(name);
+    long_value_of.emplace(name, text.substr(piece.begin, piece.end - piece.begin));
+    from = piece.end;
+  }
+  rest.append(text.substr(from));
+  Json document = Json::parse(rest);
+  restore(document, long_value_of);
+  return document;
+}
+
+// JSON has one kind of number, and a file may write 1 as 1.0 or 1e0 [glTF 2.0, section 2.7.2]. What
+// is whole becomes an integer here, so that all who ask for one, libraries too, get it.
+void make_whole_numbers_integers(Json& value) {
+  constexpr double kMaxExact = 9007199254740992.0;  // 2^53: beyond, a double may stand for another integer
+  if (value.is_structured()) {
+    for (Json& part : value) make_whole_numbers_integers(part);  // as deep as kMaxNesting
+  } else if (value.is_number_float()) {
+    const auto number = value.get<double>();
+    if (number <= kMaxExact && !std::signbit(number) && number == std::trunc(number))
+      value = static_cast<std::uint64_t>(number);
+  }
+}
+
+// A fraction that is meant as an integer would be truncated in silence, so it does not count.
 std::optional<std::uint64_t> unsigned_of(const Json& value) {
   if (value.is_number_unsigned()) return value.get<std::uint64_t>();
   return std::nullopt;
@@ -59,8 +132,9 @@ std::optional<std::uint64_t> unsigned_of(const Json& value) {
 Json parse_json(std::string_view text) {
   check_shape(text);
   try {
-    Json document = Json::parse(text.begin(), text.end());
+    Json document = parse_in_pieces(text);
     if (!document.is_object()) throw InputError("JSON text is not an object");
+    make_whole_numbers_integers(document);
     return document;
   } catch (const Json::exception& e) {
     std::string_view what = e.what();  // "[json.exception.parse_error.101] parse error at line 1, column 5: ..."

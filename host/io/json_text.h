@@ -13,9 +13,9 @@ namespace eikon {
 
 using Json = nlohmann::json;
 
-/// Parses one JSON object. Nesting and the number of values are bounded on the bytes, before any
-/// parser sees them: tinygltf copies trees by recursion, and a tree takes many times the memory of
-/// its text.
+/// Parses one JSON object; whole numbers are integers, however they are written. Nesting and the
+/// number of values are bounded on the bytes, before any parser sees them: tinygltf copies trees by
+/// recursion, and a tree takes many times the memory of its text.
 /// throws InputError: nesting, number of values, syntax (with line and column), number out of
 ///        range, not an object
 Json parse_json(std::string_view text);

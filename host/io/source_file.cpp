@@ -9,9 +9,11 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <cstring>
 #include <system_error>
 
 #include "core/error.h"
+#include "core/host_limits.h"
 #include "io/text.h"
 
 namespace eikon {
@@ -58,6 +60,61 @@ bool has_scheme(std::string_view uri) {
   });
 }
 
+bool equals_ignoring_case(std::string_view text, std::string_view lower_case) {
+  return std::equal(text.begin(), text.end(), lower_case.begin(), lower_case.end(),
+                    [](char c, char lower) { return (c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c) == lower; });
+}
+
+// A clone without Git LFS has such a text of about 130 bytes where the file belongs.
+void refuse_lfs_pointer(const Bytes& bytes) {
+  constexpr std::string_view kFirstLine = "version https://git-lfs.github.com/spec/v1";
+  const std::string_view text(reinterpret_cast<const char*>(bytes.data.get()), bytes.size);
+  if (text.starts_with(kFirstLine))
+    throw InputError("is a pointer of Git LFS instead of the file itself; fetch it with `git lfs pull`");
+}
+
+Bytes decode_base64(std::string_view text) {
+  if (text.size() % 4 != 0) {
+    throw InputError(fmt::format("base64 data of {} characters, not a multiple of 4: truncated?", text.size()));
+  }
+  for (int padding = 0; padding < 2 && text.ends_with('='); ++padding) text.remove_suffix(1);
+
+  std::array<std::int8_t, 256> value_of{};
+  value_of.fill(-1);
+  constexpr std::string_view kAlphabet = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  for (std::size_t i = 0; i < kAlphabet.size(); ++i) {
+    value_of[static_cast<unsigned char>(kAlphabet[i])] = static_cast<std::int8_t>(i);
+  }
+  Bytes bytes{.data = std::make_unique_for_overwrite<std::byte[]>(text.size() / 4 * 3 + 3),
+              .size = text.size() * 3 / 4};
+  std::size_t out = 0;
+  std::uint32_t bits = 0, bit_count = 0;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const int value = value_of[static_cast<unsigned char>(text[i])];
+    if (value < 0) throw InputError(fmt::format("base64 data has an illegal character at position {}", i));
+    bits = (bits << 6U) | static_cast<std::uint32_t>(value);
+    bit_count += 6;
+    if (bit_count >= 8) {
+      bit_count -= 8;
+      bytes.data[out++] = static_cast<std::byte>((bits >> bit_count) & 0xFFU);
+    }
+  }
+  return bytes;
+}
+
+// Returns the bytes of text in which all but printable ASCII is escaped.
+Bytes decode_percent_text(std::string_view text) {
+  const auto is_plain = [](char c) { return c > 0x20 && c < 0x7F; };
+  if (const auto odd = std::find_if_not(text.begin(), text.end(), is_plain); odd != text.end()) {
+    throw InputError(
+        fmt::format("data URI without base64 has a character at position {} that must be escaped", odd - text.begin()));
+  }
+  const std::string decoded = percent_decoded(text);
+  Bytes bytes{.data = std::make_unique_for_overwrite<std::byte[]>(decoded.size()), .size = decoded.size()};
+  std::memcpy(bytes.data.get(), decoded.data(), decoded.size());
+  return bytes;
+}
+
 std::uint32_t little_endian_u32(std::span<const std::byte> bytes, std::size_t offset) {
   std::uint32_t value = 0;
   for (std::size_t i = 0; i < 4; ++i) value |= std::to_integer<std::uint32_t>(bytes[offset + i]) << (8 * i);
@@ -94,6 +151,7 @@ Bytes read_regular_file(const std::filesystem::path& path, std::uint64_t max_byt
     if (got == 0) throw InputError("became shorter while it was read; try again when nothing writes to it");
     done += static_cast<std::size_t>(got);
   }
+  refuse_lfs_pointer(bytes);
   return bytes;
 }
 
@@ -108,56 +166,39 @@ std::filesystem::path resolve_uri(const std::filesystem::path& folder, std::stri
   if (decoded.find('\\') != std::string::npos) throw refuse("has a backslash");
   if (decoded.front() == '/') throw refuse("is an absolute path");
   if (has_scheme(decoded)) throw refuse("has a scheme");
-  const std::filesystem::path relative(decoded);
-  if (std::find(relative.begin(), relative.end(), "..") != relative.end()) throw refuse("leads upwards by '..'");
-
   std::error_code error;
   const std::filesystem::path root = std::filesystem::canonical(folder.empty() ? "." : folder, error);
   if (error) throw InputError("the scene's folder cannot be examined: " + error.message());
-  std::filesystem::path file = std::filesystem::canonical(root / relative, error);
+  // The parts ".." of a URI go away before anything is looked up [RFC 3986, section 5.2.4].
+  const auto is_inside = [&](const std::filesystem::path& path) {
+    return std::mismatch(root.begin(), root.end(), path.begin(), path.end()).first == root.end();
+  };
+  const std::filesystem::path plain = (root / decoded).lexically_normal();
+  if (!is_inside(plain)) throw refuse("leads upwards by '..'");
+  std::filesystem::path file = std::filesystem::canonical(plain, error);
   if (error) {
     const bool missing = error == std::errc::no_such_file_or_directory;
     throw InputError(fmt::format("URI {}: {}", in_quotes(uri),
                                  missing ? "no such file beside the scene; copy it there" : error.message()));
   }
-  if (std::mismatch(root.begin(), root.end(), file.begin(), file.end()).first != root.end()) {
-    throw refuse("is a symbolic link that leads outside");
-  }
+  if (!is_inside(file)) throw refuse("is a symbolic link that leads outside");
   return file;
 }
 
-Bytes decode_data_uri(std::string_view uri) {
-  const std::size_t comma = uri.find(',');
-  if (comma == std::string_view::npos || !uri.substr(0, comma).ends_with(";base64")) {
-    throw InputError("data URI " + in_quotes(uri.substr(0, 40)) + " is not base64; store it as data:...;base64,...");
-  }
-  std::string_view text = uri.substr(comma + 1);
-  if (text.size() % 4 != 0) {
-    throw InputError(fmt::format("base64 data of {} characters, not a multiple of 4: truncated?", text.size()));
-  }
-  for (int padding = 0; padding < 2 && text.ends_with('='); ++padding) text.remove_suffix(1);
+bool is_data_uri(std::string_view uri) {
+  constexpr std::string_view kScheme = "data:";
+  return equals_ignoring_case(uri.substr(0, kScheme.size()), kScheme);
+}
 
-  std::array<std::int8_t, 256> value_of{};
-  value_of.fill(-1);
-  constexpr std::string_view kAlphabet = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  for (std::size_t i = 0; i < kAlphabet.size(); ++i) {
-    value_of[static_cast<unsigned char>(kAlphabet[i])] = static_cast<std::int8_t>(i);
-  }
-  Bytes bytes{.data = std::make_unique_for_overwrite<std::byte[]>(text.size() / 4 * 3 + 3),
-              .size = text.size() * 3 / 4};
-  std::size_t out = 0;
-  std::uint32_t bits = 0, bit_count = 0;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const int value = value_of[static_cast<unsigned char>(text[i])];
-    if (value < 0) throw InputError(fmt::format("base64 data has an illegal character at position {}", i));
-    bits = (bits << 6U) | static_cast<std::uint32_t>(value);
-    bit_count += 6;
-    if (bit_count >= 8) {
-      bit_count -= 8;
-      bytes.data[out++] = static_cast<std::byte>((bits >> bit_count) & 0xFFU);
-    }
-  }
-  return bytes;
+Bytes decode_data_uri(std::string_view uri) {
+  constexpr std::string_view kBase64 = ";base64";
+  const std::size_t comma = uri.find(',');
+  if (comma == std::string_view::npos)
+    throw InputError("data URI " + in_quotes(uri.substr(0, 40)) + " has no comma; store it as data:...;base64,...");
+  const std::string_view head = uri.substr(0, comma), text = uri.substr(comma + 1);
+  const bool is_base64 =
+      head.size() > kBase64.size() && equals_ignoring_case(head.substr(head.size() - kBase64.size()), kBase64);
+  return is_base64 ? decode_base64(text) : decode_percent_text(text);
 }
 
 Container open_container(std::span<const std::byte> bytes, bool expect_glb) {

@@ -22,15 +22,20 @@ struct Bytes {
 
 /// Reads a whole regular file; FIFOs, devices and directories are refused without being read.
 /// throws InputError (without the path): missing, unreadable, not a regular file, empty, above
-///        `max_bytes`
+///        `max_bytes`, or a pointer that Git LFS left in place of the file
 Bytes read_regular_file(const std::filesystem::path& path, std::uint64_t max_bytes);
 
 /// The file that a relative URI of a scene in `folder` names, symbolic links resolved.
-/// throws InputError: absolute, with a scheme, with "..", a backslash, a control character or a bad
-///        escape, or outside `folder` once links are followed
+/// throws InputError: absolute, with a scheme, a backslash, a control character or a bad escape, or
+///        outside `folder`, by its ".." or once links are followed
 std::filesystem::path resolve_uri(const std::filesystem::path& folder, std::string_view uri);
 
-/// Decodes "data:...;base64,...". throws InputError when it is not base64 [RFC 4648 section 4].
+/// True for "data:", whose letters may be capitals [RFC 3986, section 3.1].
+[[nodiscard]] bool is_data_uri(std::string_view uri);
+
+/// Decodes "data:...;base64,...", or "data:...,..." with percent-escapes [RFC 2397].
+/// throws InputError: not base64 [RFC 4648 section 4], a bad escape, or a character that has to be
+///        escaped
 Bytes decode_data_uri(std::string_view uri);
 
 /// JSON text and binary chunk of a scene file; views into its bytes.

@@ -15,10 +15,17 @@ void Notes::unsupported(const std::string& feature, const std::string& user) {
   features_[entry->second].users.insert(user);
 }
 
-void Notes::warn(std::string warning) { warnings_.push_back(std::move(warning)); }
+void Notes::warn(const std::string& warning) {
+  if (said_.insert(warning).second) warnings_.push_back(warning);
+}
 
 void Notes::clamped(const std::string& warning) {
-  clamped_.push_back(warning);
+  strict_errors_.push_back(warning);
+  warn(warning);
+}
+
+void Notes::mended(const std::string& warning) {
+  strict_errors_.push_back(warning);
   warn(warning);
 }
 
@@ -28,7 +35,7 @@ void Notes::finish(Scene& scene) {
     if (feature.users.size() > 1) user += fmt::format(" and {} more", feature.users.size() - 1);
     scene.unsupported.push_back({.feature = std::move(feature.name), .user = std::move(user)});
   }
-  for (std::string& warning : clamped_) scene.out_of_range.push_back(std::move(warning));
+  for (std::string& warning : strict_errors_) scene.out_of_range.push_back(std::move(warning));
   for (std::string& warning : warnings_) scene.warnings.push_back(std::move(warning));
 }
 

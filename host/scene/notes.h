@@ -15,9 +15,13 @@ struct Scene;
 class Notes {
  public:
   void unsupported(const std::string& feature, const std::string& user);
-  void warn(std::string warning);
+  /// The same warning is given once.
+  void warn(const std::string& warning);
   /// Warns of a number that was brought into its range, which is an error under --strict.
   void clamped(const std::string& warning);
+  /// Warns of a broken rule of the format where the meaning is beyond doubt, which is an error
+  /// under --strict.
+  void mended(const std::string& warning);
   /// Moves everything into `scene`.
   void finish(Scene& scene);
 
@@ -28,7 +32,8 @@ class Notes {
   };
   std::vector<Feature> features_;  // in the order in which they were met
   std::map<std::string, std::size_t> feature_index_;
-  std::vector<std::string> warnings_, clamped_;
+  std::vector<std::string> warnings_, strict_errors_;
+  std::set<std::string> said_;
 };
 
 }  // namespace eikon

@@ -228,7 +228,7 @@ struct Scene {
   std::uint32_t environment_light_group = 0;      // of whatever environment is used
   std::vector<Unsupported> unsupported;
   std::vector<std::string> variants;      // names that load_scene takes
-  std::vector<std::string> out_of_range;  // those of the warnings that say what number was clamped
+  std::vector<std::string> out_of_range;  // those of the warnings that --strict makes errors
   std::vector<std::string> warnings;  // one line each: what was changed or dropped, and why
   std::uint64_t file_bytes = 0;       // of the file and its buffers
 };

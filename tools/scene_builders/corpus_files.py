@@ -305,7 +305,7 @@ def compressed_document(extension):
         ]
         primitive = {"attributes": {"POSITION": 0, "NORMAL": 2}, "indices": 1}
     doc.json["extensionsUsed"] = doc.json["extensionsRequired"] = [extension]
-    if extension == "EXT_meshopt_compression":
+    if extension.endswith("_meshopt_compression"):
         doc.json["extensionsUsed"] = doc.json["extensionsRequired"] = [extension, "KHR_mesh_quantization"]
     doc.json["meshes"] = [{"primitives": [primitive]}]
     doc.node(mesh=0)
@@ -314,7 +314,7 @@ def compressed_document(extension):
 
 def finish_compressed(doc, extension):
     root = doc.finish()
-    if extension == "EXT_meshopt_compression":
+    if extension.endswith("_meshopt_compression"):
         root["buffers"].append({"byteLength": 256, "extensions": {extension: {"fallback": True}}})
         root["bufferViews"][1]["byteOffset"] = 108
         root["bufferViews"][2]["byteOffset"] = 156

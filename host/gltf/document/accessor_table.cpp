@@ -54,6 +54,7 @@ ComponentType component_type(const JsonView& view) {
 }
 
 // The first of `count` elements in a bufferView. `element_bytes` is at most 64, so nothing wraps.
+// It is what the last element takes: without the gap after the last column of a matrix.
 const std::byte* check_range(const JsonView& view, std::span<const std::byte> bytes, std::uint64_t count,
                              std::uint64_t stride, std::uint64_t element_bytes) {
   const std::uint64_t offset = as_integer(view, "byteOffset", kMaxFileOffset).value_or(0);
@@ -114,7 +115,20 @@ std::span<const std::byte> required_view(const JsonView& view, const BufferViews
   return views[*index];
 }
 
-void check_sparse(const JsonView& view, const BufferViews& views, std::uint64_t element_bytes, Accessor& accessor) {
+// An element of a type: all of it, and without the gap after its last column.
+struct ElementSize {
+  std::uint32_t padded_bytes, bytes;
+};
+
+// Columns of matrices begin at multiples of 4 bytes [glTF 2.0, section 3.6.2.4].
+ElementSize element_size(const ElementType& type, ComponentType component) {
+  const std::uint32_t column_bytes = type.rows * bytes_of(component);
+  if (type.columns == 1) return {column_bytes, column_bytes};
+  const std::uint32_t padded = (column_bytes + 3) / 4 * 4;
+  return {type.columns * padded, (type.columns - 1) * padded + column_bytes};
+}
+
+void check_sparse(const JsonView& view, const BufferViews& views, const ElementSize& size, Accessor& accessor) {
   const Json* sparse_json = as_object(view, "sparse");
   if (sparse_json == nullptr) return;
   const JsonView sparse{.value = *sparse_json, .kind = "sparse", .parent = &view};
@@ -138,7 +152,7 @@ void check_sparse(const JsonView& view, const BufferViews& views, std::uint64_t 
   accessor.sparse_indices = p;
   accessor.sparse_index_type = type;
   const JsonView values{.value = *values_json, .kind = "values", .parent = &sparse};
-  accessor.sparse_values = check_range(values, required_view(values, views), count, element_bytes, element_bytes);
+  accessor.sparse_values = check_range(values, required_view(values, views), count, size.padded_bytes, size.bytes);
 }
 
 Accessor check_accessor(const JsonView& view, const BufferViews& views) {
@@ -160,20 +174,17 @@ Accessor check_accessor(const JsonView& view, const BufferViews& views) {
   accessor.component_count = type->columns * type->rows;
   accessor.is_matrix = type->columns > 1;
 
-  // Columns of matrices begin at multiples of 4 bytes [glTF 2.0, section 3.6.2.4].
-  std::uint32_t column_bytes = type->rows * bytes_of(accessor.component);
-  if (accessor.is_matrix) column_bytes = (column_bytes + 3) / 4 * 4;
-  const std::uint32_t element_bytes = type->columns * column_bytes;
-  accessor.stride_bytes = element_bytes;
+  const ElementSize size = element_size(*type, accessor.component);
+  accessor.stride_bytes = size.padded_bytes;
   if (const auto view_index = as_index(view, "bufferView", views.size(), "bufferView")) {
     if (const std::uint32_t stride = views.stride_bytes(*view_index); stride != 0) accessor.stride_bytes = stride;
-    if (accessor.stride_bytes < element_bytes) {
-      view.fail(fmt::format("elements of {} bytes overlap: 'byteStride' of its bufferView is {}", element_bytes,
+    if (accessor.stride_bytes < size.bytes) {
+      view.fail(fmt::format("elements of {} bytes overlap: 'byteStride' of its bufferView is {}", size.bytes,
                             accessor.stride_bytes));
     }
-    accessor.data = check_range(view, views[*view_index], accessor.count, accessor.stride_bytes, element_bytes);
+    accessor.data = check_range(view, views[*view_index], accessor.count, accessor.stride_bytes, size.bytes);
   }
-  check_sparse(view, views, element_bytes, accessor);
+  check_sparse(view, views, size, accessor);
   return accessor;
 }
 
@@ -203,8 +214,16 @@ std::uint64_t Accessor::element_bytes() const { return component_count * bytes_o
 
 glm::vec4 Accessor::vector_at(std::uint64_t i) const {
   const std::byte* p = element(i, element_bytes());
+  return p == nullptr ? glm::vec4(0.0F) : load_vector(p);
+}
+
+std::pair<std::uint64_t, glm::vec4> Accessor::sparse_vector_at(std::uint64_t k) const {
+  return {load_index(sparse_indices + k * bytes_of(sparse_index_type), sparse_index_type),
+          load_vector(sparse_values + k * element_bytes())};
+}
+
+glm::vec4 Accessor::load_vector(const std::byte* p) const {
   glm::vec4 value{0.0F};
-  if (p == nullptr) return value;
   for (std::uint32_t c = 0; c < std::min(component_count, 4U); ++c) {
     value[static_cast<int>(c)] = component_at(p + c * bytes_of(component), component, normalized);
   }
@@ -216,15 +235,18 @@ std::uint32_t Accessor::index_at(std::uint64_t i) const {
   return p == nullptr ? 0 : load_index(p, component);
 }
 
-std::vector<Accessor> check_accessors(const Json& document, const BufferViews& views) {
-  std::vector<Accessor> accessors;
+AccessorTable::AccessorTable(const Json& document, const BufferViews& views, WrongParts& wrong) : wrong_(wrong) {
   const Json& list = items(document, "accessors");
-  accessors.reserve(size_of(list));
-  for (std::size_t i = 0; i < size_of(list); ++i) {
-    accessors.push_back(
-        check_accessor({.value = element(list, i), .kind = "accessor", .index = static_cast<std::int64_t>(i)}, views));
+  accessors_.resize(size_of(list));
+  for (std::size_t i = 0; i < accessors_.size(); ++i) {
+    const JsonView view{.value = element(list, i), .kind = "accessor", .index = static_cast<std::int64_t>(i)};
+    if (wrong.has("accessor", i)) continue;
+    try {
+      accessors_[i] = check_accessor(view, views);
+    } catch (const InputError& e) {
+      wrong.add(view, e.what());
+    }
   }
-  return accessors;
 }
 
 }  // namespace eikon

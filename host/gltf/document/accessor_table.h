@@ -4,10 +4,12 @@
 #include <cstdint>
 #include <glm/glm.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "io/json_text.h"
 #include "gltf/document/buffer_views.h"
+#include "gltf/document/wrong_parts.h"
 
 namespace eikon {
 
@@ -39,19 +41,37 @@ struct Accessor {
   /// Element i of a SCALAR or VEC: integers as they are, or divided where `normalized` [glTF 2.0,
   /// section 3.11]; 0 in the components that it does not have.
   [[nodiscard]] glm::vec4 vector_at(std::uint64_t i) const;
+  /// Sparse element k, below `sparse_count`: which element of the accessor it replaces, by what.
+  [[nodiscard]] std::pair<std::uint64_t, glm::vec4> sparse_vector_at(std::uint64_t k) const;
   /// Element i of a SCALAR of u8, u16 or u32.
   [[nodiscard]] std::uint32_t index_at(std::uint64_t i) const;
 
  private:
   [[nodiscard]] const std::byte* element(std::uint64_t i, std::size_t bytes) const;
+  [[nodiscard]] glm::vec4 load_vector(const std::byte* p) const;
 };
 
 /// Elements of an accessor with nothing behind it cost the file nothing, so their number needs a
 /// bound of its own.
-inline constexpr std::uint64_t kMaxZeroCount = std::uint64_t{1} << 24U;
+inline constexpr std::uint64_t kMaxZeroCount = std::uint64_t{1} << 20U;
 
-/// Checks all accessors of a checked document against its bufferViews.
-/// throws InputError with the accessor and the numbers that do not fit
-std::vector<Accessor> check_accessors(const Json& document, const BufferViews& views);
+/// The accessors of a checked document, checked against its bufferViews. One with numbers that do
+/// not fit is added to `wrong`.
+class AccessorTable {
+ public:
+  /// The arguments outlive the table.
+  AccessorTable(const Json& document, const BufferViews& views, WrongParts& wrong);
+
+  /// throws InputError with what is wrong with it, if anything is
+  [[nodiscard]] const Accessor& operator[](std::size_t accessor) const {
+    wrong_.check("accessor", accessor);
+    return accessors_[accessor];
+  }
+  [[nodiscard]] std::size_t size() const { return accessors_.size(); }
+
+ private:
+  std::vector<Accessor> accessors_;
+  const WrongParts& wrong_;
+};
 
 }  // namespace eikon

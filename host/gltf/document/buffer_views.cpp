@@ -14,11 +14,7 @@
 namespace eikon {
 namespace {
 
-// Such a buffer is there only to give the uncompressed bufferViews something to point at.
-bool is_placeholder(const Json& buffer) {
-  const Json* fallback = member(extension_of(buffer, kMeshoptExtension), "fallback");
-  return fallback != nullptr && *fallback == true;
-}
+constexpr std::uint64_t kMaxStride = 252;
 
 std::vector<bool> views_of_accessors(const Json& document) {
   std::vector<bool> used(items(document, "bufferViews").size(), false);
@@ -37,6 +33,16 @@ std::vector<bool> views_of_accessors(const Json& document) {
   return used;
 }
 
+void check_fits(const JsonView& compression, const MeshoptView& source, std::uint64_t length, std::uint64_t stride) {
+  if (source.decoded_bytes() != length) {
+    compression.fail(fmt::format("{} elements of {} bytes are not the {} bytes of the bufferView", source.count,
+                                 source.stride_bytes, length));
+  }
+  if (stride != 0 && stride != source.stride_bytes) {
+    compression.fail(fmt::format("'byteStride' {} is not the {} of the bufferView", source.stride_bytes, stride));
+  }
+}
+
 }  // namespace
 
 Buffers::Buffers(Json& document, const Container& container, const std::filesystem::path& folder) {
@@ -50,16 +56,13 @@ Buffers::Buffers(Json& document, const Container& container, const std::filesyst
     std::span<const std::byte> bytes;
     try {
       if (auto uri = list[i].find("uri"); uri == list[i].end()) {
-        if (i == 0 && container.has_binary) {
+        if (i == 0 && container.has_binary)
           bytes = container.binary;
-        } else if (is_placeholder(list[i])) {
+        else
           length = 0;
-        } else {
-          throw InputError("has neither a URI nor the binary chunk of a .glb; export the file again");
-        }
-      } else if (auto& text = uri->get_ref<std::string&>(); text.starts_with("data:")) {
+      } else if (auto& text = uri->get_ref<std::string&>(); is_data_uri(text)) {
         decoded_.push_back(decode_data_uri(text));
-        text = std::string();
+        std::string().swap(text);  // an assignment would keep its memory
         bytes = decoded_.back().span();
       } else {
         const std::filesystem::path file = resolve_uri(folder, text);
@@ -84,46 +87,45 @@ Buffers::Buffers(Json& document, const Container& container, const std::filesyst
   }
 }
 
-BufferViews::BufferViews(const Json& document, const Buffers& buffers) {
+// Honest files compress each piece of data once; views that share a piece may not multiply it
+// without end.
+std::span<const std::byte> BufferViews::decompress(const JsonView& compression, const MeshoptView& source) {
+  const std::uint64_t memory = physical_memory_bytes();
+  decompressed_bytes_ += source.decoded_bytes();
+  if (decompressed_bytes_ / kMeshoptExpansion > file_bytes_ || (memory != 0 && decompressed_bytes_ > memory)) {
+    compression.refuse(
+        fmt::format("the bufferViews decompress to {} bytes, more than the memory or {} times the "
+                    "file; split the scene",
+                    decompressed_bytes_, kMeshoptExpansion));
+  }
+  decompressed_.push_back(decode_meshopt(compression, source));
+  return decompressed_.back().span();
+}
+
+BufferViews::BufferViews(const Json& document, const Buffers& buffers, WrongParts& wrong, Notes& notes)
+    : wrong_(wrong) {
   const Json& list = items(document, "bufferViews");
   const std::vector<bool> used = views_of_accessors(document);
-  const std::uint64_t memory = physical_memory_bytes();
-  std::uint64_t file_bytes = 0, decompressed_bytes = 0;
-  for (std::size_t i = 0; i < buffers.size(); ++i) file_bytes += buffers[i].size();
+  for (std::size_t i = 0; i < buffers.size(); ++i) file_bytes_ += buffers[i].size();
   views_.reserve(list.size());
+  std::string odd_stride;
   for (std::size_t i = 0; i < list.size(); ++i) {
     const JsonView place{.value = list[i], .kind = "bufferView", .index = static_cast<std::int64_t>(i)};
     const auto buffer = required_integer(place, "buffer", buffers.size() - 1);
     const std::uint64_t offset = as_integer(place, "byteOffset", kMaxFileOffset).value_or(0),
                         length = required_integer(place, "byteLength", kMaxFileOffset),
-                        stride = as_integer(place, "byteStride", 252).value_or(0);
-    if (stride != 0 && (stride < 4 || stride % 4 != 0)) {
-      place.fail(fmt::format("'byteStride' {} is not a multiple of 4 from 4 to 252", stride));
-    }
+                        stride = as_integer(place, "byteStride", kMaxStride).value_or(0);
+    if (stride % 4 != 0 && odd_stride.empty())
+      odd_stride = fmt::format("{}: 'byteStride' {} is not a multiple of 4; read as it is", place.label(), stride);
     View view{.bytes = {}, .stride_bytes = static_cast<std::uint32_t>(stride)};
-    if (const Json* extension = extension_of(list[i], kMeshoptExtension)) {
-      const JsonView compression{.value = *extension, .kind = kMeshoptExtension, .parent = &place};
-      const MeshoptView source = check_meshopt(compression, buffers);
-      if (source.decoded_bytes() != length) {
-        compression.fail(fmt::format("{} elements of {} bytes are not the {} bytes of the bufferView", source.count,
-                                     source.stride_bytes, length));
-      }
-      if (stride != 0 && stride != source.stride_bytes) {
-        compression.fail(fmt::format("'byteStride' {} is not the {} of the bufferView", source.stride_bytes, stride));
-      }
-      if (used[i]) {
-        // Honest files compress each piece of data once; views that share a piece may not multiply
-        // it without end.
-        decompressed_bytes += length;
-        if (decompressed_bytes / kMeshoptExpansion > file_bytes || (memory != 0 && decompressed_bytes > memory)) {
-          compression.refuse(
-              fmt::format("the bufferViews decompress to {} bytes, more than the memory or {} times the "
-                          "file; split the scene",
-                          decompressed_bytes, kMeshoptExpansion));
-        }
-        decompressed_.push_back(decode_meshopt(compression, source));
-        view.bytes = decompressed_.back().span();
-      }
+    if (const auto compression = find_meshopt(place)) {
+      const MeshoptView source = check_meshopt(*compression, buffers);
+      check_fits(*compression, source, length, stride);
+      if (used[i]) view.bytes = decompress(*compression, source);
+    } else if (!buffers.has_bytes(buffer)) {
+      wrong.add(place, fmt::format("{}: buffer {} has neither a URI nor the binary chunk of a .glb; export the file "
+                                   "again",
+                                   place.label(), buffer));
     } else {
       const std::span<const std::byte> bytes = buffers[buffer];
       if (offset > bytes.size() || length > bytes.size() - offset) {
@@ -134,6 +136,7 @@ BufferViews::BufferViews(const Json& document, const Buffers& buffers) {
     }
     views_.push_back(view);
   }
+  if (!odd_stride.empty()) notes.mended(odd_stride);
 }
 
 }  // namespace eikon

@@ -22,10 +22,21 @@ std::optional<std::size_t> index_of(int number) {
   return number < 0 ? std::nullopt : std::optional(static_cast<std::size_t>(number));
 }
 
+// A copy of the members that are asked for. tinygltf would copy extras and extensions to values of
+// its own, which take 76 times their text.
+Json only(const Json& object, std::initializer_list<const char*> keys) {
+  Json result = Json::object();
+  for (const char* key : keys)
+    if (const Json* value = member(object, key)) result[key] = *value;
+  return result;
+}
+
 GltfNode read_node(const JsonView& view) {
   tinygltf::Node source;
   std::string error;
-  if (!tinygltf::ParseNode(&source, &error, view.value, false)) view.refuse("tinygltf refuses it: " + one_line(error));
+  const Json json = only(view.value, {"name", "mesh", "camera", "skin", "children", "matrix", "translation", "rotation",
+                                      "scale", "weights"});
+  if (!tinygltf::ParseNode(&source, &error, json, false)) view.refuse("tinygltf refuses it: " + one_line(error));
   return {.view = view,
           .name = source.name,
           .mesh = index_of(source.mesh),
@@ -35,40 +46,48 @@ GltfNode read_node(const JsonView& view) {
           .matrix = source.matrix,
           .translation = source.translation,
           .rotation_xyzw = source.rotation,
-          .scale = source.scale};
+          .scale = source.scale,
+          .weights = source.weights};
 }
 
 GltfMesh read_mesh(const JsonView& view) {
   tinygltf::Mesh source;
   std::string error;
   const Json& primitives = view.value["primitives"];
+  Json json = only(view.value, {"name", "weights"});
+  for (const Json& primitive : primitives)
+    json["primitives"].push_back(only(primitive, {"attributes", "indices", "material", "mode"}));
   // Primitives that tinygltf cannot read are missing afterwards.
-  if (!tinygltf::ParseMesh(&source, nullptr, &error, view.value, false) ||
-      source.primitives.size() != primitives.size())
+  if (!tinygltf::ParseMesh(&source, nullptr, &error, json, false) || source.primitives.size() != primitives.size())
     view.refuse("tinygltf refuses it: " + one_line(error));
-  GltfMesh mesh{.view = view, .name = source.name, .primitives = {}};
+  GltfMesh mesh{.view = view, .name = source.name, .primitives = {}, .weights = source.weights};
   for (std::size_t i = 0; i < primitives.size(); ++i) {
     const tinygltf::Primitive& primitive = source.primitives[i];
     mesh.primitives.push_back({.json = primitives[i],
                                .attributes = {primitive.attributes.begin(), primitive.attributes.end()},
                                .indices = index_of(primitive.indices),
                                .material = index_of(primitive.material),
-                               .mode = primitive.mode,
-                               .has_morph_targets = !primitive.targets.empty()});
+                               .mode = primitive.mode});
   }
   return mesh;
 }
 
 }  // namespace
 
-Document read_structure(const Json& json) {
-  Document document{.json = json, .nodes = {}, .meshes = {}, .scene = {}, .scene_nodes = {}};
+Document read_structure(const Json& json, const WrongParts& wrong) {
+  Document document{.json = json, .wrong = wrong, .nodes = {}, .meshes = {}, .scene = {}, .scene_nodes = {}};
   const auto view_of = [&](const Json& list, std::string_view kind, std::size_t i) {
     return JsonView{.value = list[i], .kind = kind, .index = static_cast<std::int64_t>(i)};
   };
   const Json &nodes = items(json, "nodes"), &meshes = items(json, "meshes"), &scenes = items(json, "scenes");
+  document.nodes.reserve(nodes.size());
+  document.meshes.reserve(meshes.size());
   for (std::size_t i = 0; i < nodes.size(); ++i) document.nodes.push_back(read_node(view_of(nodes, "node", i)));
-  for (std::size_t i = 0; i < meshes.size(); ++i) document.meshes.push_back(read_mesh(view_of(meshes, "mesh", i)));
+  for (std::size_t i = 0; i < meshes.size(); ++i) {
+    const JsonView view = view_of(meshes, "mesh", i);
+    document.meshes.push_back(wrong.has("mesh", i) ? GltfMesh{.view = view, .name = {}, .primitives = {}, .weights = {}}
+                                                   : read_mesh(view));
+  }
   if (scenes.empty()) return document;
   const Json* const chosen = member(json, "scene");
   document.scene.emplace(view_of(scenes, "scene", chosen == nullptr ? 0 : chosen->get<std::size_t>()));

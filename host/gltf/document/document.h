@@ -5,7 +5,7 @@
 // tinygltf 2.7 reads JSON into structs. It does not check ranges, follows URIs anywhere, hands
 // unchecked bytes to image decoders and recurses as deep as the file nests. So it gets neither the
 // file nor its buffers, but the tree of JSON that source_file, json_text and document_check have
-// been through, and of that the nodes and meshes only. Bytes are read through `Accessor`.
+// been through, and of that what the structs below hold only. Bytes are read through `Accessor`.
 #pragma once
 #include <cstddef>
 #include <glm/glm.hpp>
@@ -14,23 +14,24 @@
 #include <string>
 #include <vector>
 
+#include "gltf/document/wrong_parts.h"
 #include "io/json_text.h"
 
 namespace eikon {
 
 /// A primitive of a mesh. Its numbers are indices into the document's arrays, all of them legal.
 struct GltfPrimitive {
-  const Json& json;                               // for extensions
+  const Json& json;                               // for extensions and targets of morphing
   std::map<std::string, std::size_t> attributes;  // "POSITION" -> accessor
   std::optional<std::size_t> indices, material;
   int mode = 4;  // 0 to 6; 4: triangles
-  bool has_morph_targets = false;
 };
 
 struct GltfMesh {
   JsonView view;  // for messages and extensions
   std::string name;
   std::vector<GltfPrimitive> primitives;
+  std::vector<double> weights;  // of the primitives' targets; empty: none is in force
 };
 
 struct GltfNode {
@@ -41,11 +42,14 @@ struct GltfNode {
   // Its transform is `matrix`, column after column, or else the product of the others. Empty:
   // absent.
   std::vector<double> matrix, translation, rotation_xyzw, scale;
+  std::vector<double> weights;  // in place of the mesh's; empty: the mesh's count
 };
 
-/// A document of which every index, type and required member has been checked.
+/// A document of which every index, type and required member has been checked, but for the parts
+/// in `wrong`, which are empty here.
 struct Document {
   const Json& json;  // all of it
+  const WrongParts& wrong;
   std::vector<GltfNode> nodes;
   std::vector<GltfMesh> meshes;
   std::optional<JsonView> scene;         // the default scene, or else the first
@@ -54,6 +58,6 @@ struct Document {
 
 /// Reads the structure of a document that check_document has let pass, which outlives the result.
 /// throws InputError with tinygltf's words
-Document read_structure(const Json& checked_document);
+Document read_structure(const Json& checked_document, const WrongParts& wrong);
 
 }  // namespace eikon

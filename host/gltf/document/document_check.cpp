@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <initializer_list>
+#include <nlohmann/json.hpp>  // wrong elements are replaced
 
 #include "core/error.h"
 #include "gltf/extensions.h"
@@ -22,16 +23,35 @@ namespace {
 constexpr std::uint64_t kAnyInteger = ~std::uint64_t{0};
 constexpr double kPi = 3.14159265358979;  // rounded down: the tangent of half of it is large but finite
 
+template <typename Check>
+void check_element(const JsonView& view, Check check) {
+  if (!is_object(view.value)) view.fail("is not an object");
+  as_string(view, "name");
+  as_object(view, "extensions");
+  check(view);
+}
+
 // Calls `check` with each element of the document's array `key`; each must be an object.
 template <typename Check>
 void for_each(const Json& document, const char* key, std::string_view kind, Check check) {
   const Json& array = items(document, key);
   for (std::size_t i = 0; i < size_of(array); ++i) {
-    const JsonView view{.value = element(array, i), .kind = kind, .index = static_cast<std::int64_t>(i)};
-    if (!is_object(view.value)) view.fail("is not an object");
-    as_string(view, "name");
-    as_object(view, "extensions");
-    check(view);
+    check_element({.value = element(array, i), .kind = kind, .index = static_cast<std::int64_t>(i)}, check);
+  }
+}
+
+// As for_each; an element that fails is added to `wrong` and becomes an empty object.
+template <typename Check>
+void for_each_usable(Json& document, const char* key, std::string_view kind, WrongParts& wrong, Check check) {
+  const std::size_t count = count_of(document, key);
+  for (std::size_t i = 0; i < count; ++i) {
+    const JsonView view{.value = document[key][i], .kind = kind, .index = static_cast<std::int64_t>(i)};
+    try {
+      check_element(view, check);
+    } catch (const InputError& e) {
+      wrong.add(view, e.what());
+      document[key][i] = Json::object();
+    }
   }
 }
 
@@ -65,6 +85,11 @@ void check_index_map(const JsonView& view, std::size_t count, std::string_view t
       view.fail(fmt::format("{} is not one of the {} {}s", in_quotes(entry.key), count, target));
 }
 
+// The weights of morph targets; how many there have to be is asked where they are used.
+void has_weights(const JsonView& view) {
+  if (const Json* weights = as_array(view, "weights")) has_numbers(view, "weights", size_of(*weights));
+}
+
 void check_asset(const Json& document) {
   const JsonView root{.value = document, .kind = "document"};
   const Json* asset = as_object(root, "asset");
@@ -90,12 +115,12 @@ std::size_t check_lights(const Json& document) {
   return lights == nullptr ? 0 : size_of(*lights);
 }
 
-void check_nodes(const Json& document) {
+void check_nodes(Json& document, WrongParts& wrong) {
   const std::size_t light_count = check_lights(document);
   const std::size_t node_count = count_of(document, "nodes"), mesh_count = count_of(document, "meshes"),
                     camera_count = count_of(document, "cameras"), skin_count = count_of(document, "skins"),
                     accessor_count = count_of(document, "accessors");
-  for_each(document, "nodes", "node", [&](const JsonView& node) {
+  for_each_usable(document, "nodes", "node", wrong, [&](const JsonView& node) {
     as_index(node, "mesh", mesh_count, "mesh");
     as_index(node, "camera", camera_count, "camera");
     as_index(node, "skin", skin_count, "skin");
@@ -104,11 +129,16 @@ void check_nodes(const Json& document) {
     has_numbers(node, "translation", 3);
     has_numbers(node, "rotation", 4);
     has_numbers(node, "scale", 3);
+    has_weights(node);
     if (const Json* extensions = member(node.value, "extensions")) {
       const JsonView view{.value = *extensions, .kind = "extensions", .parent = &node};
       const Json* light = as_object(view, "KHR_lights_punctual");
       if (light != nullptr)
         as_index({.value = *light, .kind = "KHR_lights_punctual", .parent = &node}, "light", light_count, "light");
+      if (const Json* visibility = as_object(view, kVisibilityExtension)) {
+        const Json* visible = member(*visibility, "visible");
+        if (visible != nullptr && !is_boolean(*visible)) node.fail("'visible' is neither true nor false");
+      }
     }
     check_instancing(node, accessor_count);
   });
@@ -117,11 +147,12 @@ void check_nodes(const Json& document) {
   as_index({.value = document, .kind = "document"}, "scene", count_of(document, "scenes"), "scene");
 }
 
-void check_meshes(const Json& document) {
+void check_meshes(Json& document, WrongParts& wrong) {
   const std::size_t accessor_count = count_of(document, "accessors"), material_count = count_of(document, "materials");
   check_variants(document);
   const std::size_t variant_count = variants_of(document).size();
-  for_each(document, "meshes", "mesh", [&](const JsonView& mesh) {
+  for_each_usable(document, "meshes", "mesh", wrong, [&](const JsonView& mesh) {
+    has_weights(mesh);
     if (as_array(mesh, "primitives") == nullptr) mesh.fail("'primitives' is missing");
     for_each_part(mesh, "primitives", "primitive", [&](const JsonView& primitive) {
       const Json* attributes = as_object(primitive, "attributes");
@@ -138,9 +169,9 @@ void check_meshes(const Json& document) {
   });
 }
 
-void check_materials(const Json& document) {
+void check_materials(Json& document, WrongParts& wrong) {
   const std::size_t texture_count = count_of(document, "textures");
-  for_each(document, "materials", "material", [&](const JsonView& material) {
+  for_each_usable(document, "materials", "material", wrong, [&](const JsonView& material) {
     if (const Json* factors = as_object(material, "pbrMetallicRoughness")) {
       const JsonView pbr{.value = *factors, .kind = "pbrMetallicRoughness", .parent = &material};
       has_numbers(pbr, "baseColorFactor", 4);
@@ -223,16 +254,16 @@ void check_cameras(const Json& document) {
   });
 }
 
-// Skins and animations are not read. Their indices are checked all the same, so that a broken file
-// is not accepted now and refused by a version that reads them.
-void check_skins_and_animations(const Json& document) {
+// Skins and animations are not read. Their indices are checked all the same, so that a broken skin
+// is not accepted now and refused by a version that reads them. Nothing uses an animation.
+void check_skins_and_animations(Json& document, WrongParts& wrong) {
   const std::size_t node_count = count_of(document, "nodes"), accessor_count = count_of(document, "accessors");
   for_each(document, "skins", "skin", [&](const JsonView& skin) {
     check_indices(skin, "joints", node_count, "node");
     as_index(skin, "skeleton", node_count, "node");
     as_index(skin, "inverseBindMatrices", accessor_count, "accessor");
   });
-  for_each(document, "animations", "animation", [&](const JsonView& animation) {
+  for_each_usable(document, "animations", "animation", wrong, [&](const JsonView& animation) {
     const Json* samplers = as_array(animation, "samplers");
     for_each_part(animation, "samplers", "sampler", [&](const JsonView& sampler) {
       as_index(sampler, "input", accessor_count, "accessor");
@@ -247,7 +278,7 @@ void check_skins_and_animations(const Json& document) {
   });
 }
 
-void check_storage(const Json& document) {
+void check_storage(Json& document, WrongParts& wrong) {
   const std::size_t buffer_count = count_of(document, "buffers"), view_count = count_of(document, "bufferViews");
   for_each(document, "buffers", "buffer", [](const JsonView& buffer) {
     as_string(buffer, "uri");
@@ -256,7 +287,7 @@ void check_storage(const Json& document) {
   for_each(document, "bufferViews", "bufferView", [&](const JsonView& view) {
     if (!as_index(view, "buffer", buffer_count, "buffer")) view.fail("'buffer' is missing");
   });
-  for_each(document, "accessors", "accessor", [&](const JsonView& accessor) {
+  for_each_usable(document, "accessors", "accessor", wrong, [&](const JsonView& accessor) {
     as_index(accessor, "bufferView", view_count, "bufferView");
     as_string(accessor, "type");
   });
@@ -290,16 +321,16 @@ const Json& items(const Json& document, const char* key) {
 
 std::size_t count_of(const Json& document, const char* key) { return size_of(items(document, key)); }
 
-void check_document(const Json& document) {
+void check_document(Json& document, WrongParts& wrong) {
   check_asset(document);
   check_required_extensions(document);
-  check_storage(document);
-  check_meshes(document);
+  check_storage(document, wrong);
+  check_meshes(document, wrong);
   check_textures(document);
-  check_materials(document);
+  check_materials(document, wrong);
   check_cameras(document);
-  check_skins_and_animations(document);
-  check_nodes(document);
+  check_skins_and_animations(document, wrong);
+  check_nodes(document, wrong);
 }
 
 }  // namespace eikon

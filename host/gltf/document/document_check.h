@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include "gltf/document/wrong_parts.h"
 #include "io/json_text.h"
 
 namespace eikon {
@@ -7,9 +8,12 @@ namespace eikon {
 /// Checks the shape of a glTF document that every later step relies on: version, required
 /// extensions, the type of every member that is read, and every index between nodes, meshes,
 /// materials, textures, cameras, skins, animations, accessors, bufferViews and scenes.
-/// check_accessors checks what is in the buffers, and walk_nodes the graph of nodes.
-/// throws InputError with the place
-void check_document(const Json& document);
+/// AccessorTable checks what is in the buffers, and walk_nodes the graph of nodes.
+///
+/// A node, mesh, material, accessor or animation that is wrong is added to `wrong`, and an empty
+/// object takes its place in the document. Everything else that is wrong throws InputError with the
+/// place.
+void check_document(Json& document, WrongParts& wrong);
 
 /// The array `key` of the document, or an empty one if it is absent.
 [[nodiscard]] const Json& items(const Json& document, const char* key);

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "core/error.h"
+#include "gltf/extensions.h"
 #include "scene/transform.h"
 #include "io/text.h"
 
@@ -14,6 +15,8 @@ namespace eikon {
 namespace {
 
 constexpr std::size_t kNoParent = ~std::size_t{0};
+// Nodes that share children can multiply without end.
+constexpr std::size_t kMaxRepeatedNodes = std::size_t{1} << 16U;
 
 using Nodes = std::vector<GltfNode>;
 
@@ -58,17 +61,23 @@ void refuse_loops(const Nodes& nodes) {
   }
 }
 
-std::vector<std::size_t> find_parents(const Nodes& nodes) {
+/// Returns the first parent of each node.
+std::vector<std::size_t> find_parents(const Nodes& nodes, Notes& notes) {
   std::vector<std::size_t> parents(nodes.size(), kNoParent);
+  std::string shared;
+  std::size_t shared_count = 0;
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     for (const std::size_t child : nodes[i].children) {
-      if (parents[child] != kNoParent) {
-        throw InputError(fmt::format("{} is a child of both {} and {}; glTF allows one parent", name_of(nodes, child),
-                                     name_of(nodes, parents[child]), name_of(nodes, i)));
-      }
+      const std::size_t other = parents[child];
+      if (other == i) throw InputError(name_of(nodes, i) + " lists " + name_of(nodes, child) + " twice as its child");
       parents[child] = i;
+      if (other == kNoParent || shared_count++ != 0) continue;
+      shared = fmt::format("{} is a child of both {} and {}, where glTF allows one parent; it stands under each",
+                           name_of(nodes, child), name_of(nodes, other), name_of(nodes, i));
     }
   }
+  if (shared_count > 1) shared += fmt::format(" ({} of them)", shared_count);
+  if (shared_count != 0) notes.mended(shared);
   return parents;
 }
 
@@ -98,42 +107,80 @@ glm::dmat4 local_transform(const GltfNode& node, Notes& notes) {
   return matrix;
 }
 
-std::vector<std::size_t> scene_roots(const Document& document, const std::vector<std::size_t>& parents) {
+/// Marks the nodes that some listed node has below it.
+std::vector<bool> below(const Nodes& nodes, std::vector<std::size_t> stack) {
+  std::vector<bool> marked(nodes.size(), false);
+  while (!stack.empty()) {
+    const std::size_t node = stack.back();
+    stack.pop_back();
+    for (const std::size_t child : nodes[node].children) {
+      if (!marked[child]) stack.push_back(child);
+      marked[child] = true;
+    }
+  }
+  return marked;
+}
+
+/// The nodes that the scene lists, without those that others of them have below them anyway.
+std::vector<std::size_t> listed_roots(const Document& document, const std::vector<std::size_t>& parents, Notes& notes) {
+  const Nodes& nodes = document.nodes;
   std::vector<std::size_t> roots;
-  if (!document.scene) {
-    for (std::size_t i = 0; i < parents.size(); ++i)
-      if (parents[i] == kNoParent) roots.push_back(i);
-    return roots;
-  }
-  const auto refuse = [&](const std::string& what) { throw InputError(document.scene->label() + " lists " + what); };
-  std::vector<bool> listed(parents.size(), false);
+  std::vector<bool> listed(nodes.size(), false);
+  const std::vector<bool> is_below = below(nodes, document.scene_nodes);
+  std::string first;
+  std::size_t count = 0;
   for (const std::size_t node : document.scene_nodes) {
-    const std::string name = name_of(document.nodes, node);
-    if (parents[node] != kNoParent)
-      refuse(fmt::format("{}, a child of {}; a scene lists root nodes only", name,
-                         name_of(document.nodes, parents[node])));
-    if (listed[node]) refuse(name + " twice");
+    if (listed[node]) throw InputError(document.scene->label() + " lists " + name_of(nodes, node) + " twice");
     listed[node] = true;
-    roots.push_back(node);
+    if (!is_below[node]) roots.push_back(node);
+    if (parents[node] == kNoParent || count++ != 0) continue;
+    first = fmt::format("{} lists {}, a child of {}; it stands {}", document.scene->label(), name_of(nodes, node),
+                        name_of(nodes, parents[node]),
+                        is_below[node] ? "where its parent puts it" : "without its parent, which the scene lacks");
   }
+  if (count > 1) first += fmt::format(" ({} such nodes)", count);
+  if (count != 0) notes.mended(first);
   return roots;
+}
+
+std::vector<std::size_t> scene_roots(const Document& document, Notes& notes) {
+  const std::vector<std::size_t> parents = find_parents(document.nodes, notes);
+  if (document.scene) return listed_roots(document, parents, notes);
+  std::vector<std::size_t> roots;
+  for (std::size_t i = 0; i < parents.size(); ++i)
+    if (parents[i] == kNoParent) roots.push_back(i);
+  return roots;
+}
+
+bool says_invisible(const GltfNode& node) {
+  const Json* visible = member(extension_of(node.view.value, kVisibilityExtension), "visible");
+  return visible != nullptr && !to_boolean(*visible);
 }
 
 }  // namespace
 
 std::vector<PlacedNode> walk_nodes(const Document& document, Notes& notes) {
   refuse_loops(document.nodes);
-  const std::vector<std::size_t> roots = scene_roots(document, find_parents(document.nodes));
-  std::vector<PlacedNode> placed, stack;
-  for (auto root = roots.rbegin(); root != roots.rend(); ++root) stack.push_back({.node = document.nodes[*root]});
+  const std::vector<std::size_t> roots = scene_roots(document, notes);
+  std::vector<PlacedNode> placed, stack;  // those in the stack carry what their parent has
+  placed.reserve(document.nodes.size());
+  const auto push = [&](std::size_t node, const PlacedNode* parent) {
+    document.wrong.check("node", node);
+    stack.push_back({.node = document.nodes[node],
+                     .world_from_object = parent == nullptr ? glm::dmat4(1.0) : parent->world_from_object,
+                     .visible = parent == nullptr || parent->visible});
+  };
+  for (auto root = roots.rbegin(); root != roots.rend(); ++root) push(*root, nullptr);
   while (!stack.empty()) {
-    PlacedNode next = stack.back();  // carries its parent's transform until here
+    PlacedNode next = stack.back();
     stack.pop_back();
     next.world_from_object = next.world_from_object * local_transform(next.node, notes);
+    next.visible = next.visible && !says_invisible(next.node);
     if (!is_finite(next.world_from_object)) next.node.view.refuse("its transform and its parents' together overflow");
-    for (auto child = next.node.children.rbegin(); child != next.node.children.rend(); ++child)
-      stack.push_back({.node = document.nodes[*child], .world_from_object = next.world_from_object});
+    for (auto child = next.node.children.rbegin(); child != next.node.children.rend(); ++child) push(*child, &next);
     placed.push_back(next);
+    if (placed.size() > document.nodes.size() + kMaxRepeatedNodes)
+      next.node.view.refuse("children of several parents make too many nodes; give each node one parent");
   }
   return placed;
 }

@@ -12,14 +12,16 @@ namespace eikon {
 struct PlacedNode {
   const GltfNode& node;
   glm::dmat4 world_from_object{1.0};
+  bool visible = true;  // neither the node nor one above it says otherwise (KHR_node_visibility)
 };
 
 /// The nodes under the document's scene (or all roots, if it has no scene), parents before
-/// children, in the order of the file. The walk is iterative, because the depth of the graph is the
-/// file's choice.
-/// throws InputError: NODE_LOOP with the names in the loop, a node with two parents, a scene that
-///        lists a child, a rotation of length 0, a matrix with a projective row, a transform that
-///        overflows
+/// children, in the order of the file. A node with several parents stands under each; one that the
+/// scene lists besides a node above it stands where its parent puts it. The walk is iterative,
+/// because the depth of the graph is the file's choice.
+/// throws InputError: NODE_LOOP with the names in the loop, a node listed twice, too many by shared
+///        parents, a rotation of length 0, a matrix with a projective row, a transform that
+///        overflows, a node that is wrong
 std::vector<PlacedNode> walk_nodes(const Document& document, Notes& notes);
 
 }  // namespace eikon

@@ -60,6 +60,7 @@ class Odd {
     if (count_++ == 0) first_ = element;
   }
   [[nodiscard]] bool any() const { return count_ != 0; }
+  [[nodiscard]] std::uint64_t count() const { return count_; }
   [[nodiscard]] std::string text(const Accessor& accessor, const char* what) const {
     return fmt::format("{}, element {} {} ({} of them)", accessor.label, first_, what, count_);
   }
@@ -74,6 +75,27 @@ glm::vec3 direction_of(const glm::vec3& v) {
   const glm::dvec3 wide(v);
   const double length = std::sqrt(glm::dot(wide, wide));
   return length > 0 && std::isfinite(length) ? glm::vec3(wide / length) : glm::vec3(0.0F);
+}
+
+// Replaces zeros by the mean normal of the triangles at the vertex, by their area. Where these have
+// none, no ray hits them, and any unit vector will do.
+void fill_normals(const Primitive& primitive, std::vector<glm::vec3>& normals) {
+  std::vector<bool> is_filled(normals.size());
+  for (std::size_t i = 0; i < normals.size(); ++i) is_filled[i] = normals[i] == glm::vec3(0.0F);
+  std::vector<glm::dvec3> sums(normals.size(), glm::dvec3(0.0));
+  for (std::size_t t = 0; t + 2 < primitive.indices.size(); t += 3) {
+    const std::uint32_t* corner = &primitive.indices[t];
+    if (!is_filled[corner[0]] && !is_filled[corner[1]] && !is_filled[corner[2]]) continue;
+    const glm::dvec3 a(primitive.positions_object[corner[0]]), b(primitive.positions_object[corner[1]]),
+        c(primitive.positions_object[corner[2]]);
+    const glm::dvec3 normal = glm::cross(b - a, c - a);
+    for (int k = 0; k < 3; ++k) sums[corner[k]] += normal;
+  }
+  for (std::size_t i = 0; i < normals.size(); ++i) {
+    if (!is_filled[i]) continue;
+    const double length = glm::length(sums[i]);
+    normals[i] = length > 0 ? glm::vec3(sums[i] / length) : glm::vec3(0.0F, 0.0F, 1.0F);
+  }
 }
 
 }  // namespace
@@ -118,8 +140,8 @@ std::vector<glm::vec3> read_positions(const Accessor& positions, const VertexCho
   return result;
 }
 
-std::vector<glm::vec3> read_normals(const Accessor& normals, const VertexChoice& vertices, const std::string& user,
-                                    Notes& notes) {
+std::vector<glm::vec3> read_normals(const Accessor& normals, const VertexChoice& vertices, const Primitive& primitive,
+                                    const std::string& user, Notes& notes) {
   std::vector<glm::vec3> result(vertices.count);
   Odd odd;
   for (std::size_t i = 0; i < vertices.count; ++i) {
@@ -127,8 +149,12 @@ std::vector<glm::vec3> read_normals(const Accessor& normals, const VertexChoice&
     if (result[i] == glm::vec3(0.0F)) odd.add(vertices[i]);
   }
   if (!odd.any()) return result;
-  notes.warn(user + ": normals dropped and made flat: " + odd.text(normals, "is zero or not finite"));
-  return {};
+  const bool all = odd.count() == vertices.count;
+  const char* what = all ? ": normals dropped and made flat: " : ": normals taken from the triangles: ";
+  notes.mended(user + what + odd.text(normals, "is zero or not finite"));
+  if (all) return {};
+  fill_normals(primitive, result);
+  return result;
 }
 
 std::vector<glm::vec2> read_texture_coordinates(const Accessor& uv, const VertexChoice& vertices,

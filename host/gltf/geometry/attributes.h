@@ -10,6 +10,7 @@
 #include "gltf/document/accessor_table.h"
 #include "scene/limits.h"
 #include "scene/notes.h"
+#include "scene/scene.h"
 
 namespace eikon {
 
@@ -36,9 +37,10 @@ void check_positions(const Accessor& positions);
 
 std::vector<glm::vec3> read_positions(const Accessor& positions, const VertexChoice& vertices);
 
-/// Returns unit vectors, or nothing if one of the file's is zero or not finite.
-std::vector<glm::vec3> read_normals(const Accessor& normals, const VertexChoice& vertices, const std::string& user,
-                                    Notes& notes);
+/// Returns unit vectors. One that is zero or not finite in the file becomes that of its triangles;
+/// nothing is returned if all are. `primitive`: its positions and indices are read
+std::vector<glm::vec3> read_normals(const Accessor& normals, const VertexChoice& vertices, const Primitive& primitive,
+                                    const std::string& user, Notes& notes);
 
 /// Returns finite coordinates up to kMaxTextureCoordinate; (0, 0) instead of others.
 std::vector<glm::vec2> read_texture_coordinates(const Accessor& uv, const VertexChoice& vertices,

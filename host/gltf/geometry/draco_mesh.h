@@ -25,8 +25,7 @@ inline constexpr const char* kDracoExtension = "KHR_draco_mesh_compression";
 class DracoDecoder {
  public:
   /// The arguments outlive the decoder.
-  DracoDecoder(const BufferViews& views, const std::vector<Accessor>& accessors)
-      : views_(views), accessors_(accessors) {}
+  DracoDecoder(const BufferViews& views, const AccessorTable& accessors) : views_(views), accessors_(accessors) {}
 
   /// `view` is the extension in `primitive`.
   /// throws InputError with the place: members that do not fit, a stream that claims other counts
@@ -35,7 +34,7 @@ class DracoDecoder {
 
  private:
   const BufferViews& views_;
-  const std::vector<Accessor>& accessors_;
+  const AccessorTable& accessors_;
   std::uint64_t triangles_claimed_ = 0, bytes_seen_ = 0;
 };
 

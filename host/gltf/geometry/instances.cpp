@@ -18,7 +18,7 @@ constexpr const char* kInstancing = "EXT_mesh_gpu_instancing";
 /// An attribute that places instances; others, whose names begin with an underscore, are the
 /// application's own.
 const Accessor* attribute(const JsonView& view, const Json& attributes, const char* name,
-                          const std::vector<Accessor>& accessors) {
+                          const AccessorTable& accessors) {
   const Json* index = member(attributes, name);
   if (index == nullptr) return nullptr;
   const Accessor& accessor = accessors[to_index(*index)];
@@ -57,7 +57,7 @@ void check_instancing(const JsonView& node, std::size_t accessor_count) {
       view.fail(fmt::format("{} is not one of the {} accessors", in_quotes(attribute.key), accessor_count));
 }
 
-std::optional<std::vector<glm::dmat4>> read_instances(const JsonView& node, const std::vector<Accessor>& accessors) {
+std::optional<std::vector<glm::dmat4>> read_instances(const JsonView& node, const AccessorTable& accessors) {
   const Json* instancing = extension_of(node.value, kInstancing);
   if (instancing == nullptr) return std::nullopt;
   const JsonView view{.value = *instancing, .kind = kInstancing, .parent = &node};

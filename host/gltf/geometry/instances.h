@@ -17,6 +17,6 @@ void check_instancing(const JsonView& node, std::size_t accessor_count);
 /// the node does not have the extension. throws InputError: types or counts that do not fit, values
 /// that are not finite, a rotation of length 0
 [[nodiscard]] std::optional<std::vector<glm::dmat4>> read_instances(const JsonView& node,
-                                                                    const std::vector<Accessor>& accessors);
+                                                                    const AccessorTable& accessors);
 
 }  // namespace eikon

@@ -62,12 +62,13 @@ MeshReader::MeshReader(const Source& source)
     : source_(source),
       draco_(source.views, source.accessors),
       quantized_(uses_extension(source.document.json, "KHR_mesh_quantization")),
+      morpher_(source.accessors, source.views.file_bytes(), quantized_, source.notes),
       positions_checked_(source.accessors.size(), false) {}
 
-void MeshReader::check_memory(const std::vector<std::size_t>& meshes) const {
+void MeshReader::check_memory(const std::vector<Wanted>& meshes) const {
   double bytes = 0;  // a file of a megabyte can share one accessor between any number of primitives
-  for (const std::size_t mesh : meshes) {
-    for (const GltfPrimitive& primitive : source_.document.meshes[mesh].primitives) {
+  for (const Wanted& wanted : meshes) {
+    for (const GltfPrimitive& primitive : source_.document.meshes[wanted.first].primitives) {
       const auto positions = primitive.attributes.find("POSITION");
       if (positions == primitive.attributes.end() || primitive.mode < kTriangles) continue;
       const auto vertices = static_cast<double>(source_.accessors[positions->second].count);
@@ -83,15 +84,15 @@ void MeshReader::check_memory(const std::vector<std::size_t>& meshes) const {
   }
 }
 
-Mesh MeshReader::read(std::size_t index) {
-  const GltfMesh& mesh = source_.document.meshes[index];
+Mesh MeshReader::read(const Wanted& wanted) {
+  const GltfMesh& mesh = source_.document.meshes[wanted.first];
   const std::string user = mesh.view.label();
   Mesh result;
   result.name = mesh.name;
   note_unsupported_extensions(mesh.view.value, ExtensionOwner::mesh, user, source_.notes);
   for (std::size_t p = 0; p < mesh.primitives.size(); ++p) {
     const GltfPrimitive& primitive = mesh.primitives[p];
-    Part part{.primitive = primitive, .user = fmt::format("{}, primitive {}", user, p), .draco = {}};
+    Part part{.primitive = primitive, .user = fmt::format("{}, primitive {}", user, p), .draco = {}, .morphed = {}};
     if (primitive.mode < kTriangles) {
       source_.notes.unsupported(
           std::string("primitives of mode ") + kModeNames[static_cast<std::size_t>(primitive.mode)], user);
@@ -107,6 +108,8 @@ Mesh MeshReader::read(std::size_t index) {
           .value = primitive.json, .kind = "primitive", .index = static_cast<std::int64_t>(p), .parent = &mesh.view};
       part.draco = draco_.decode({.value = *extension, .kind = kDracoExtension, .parent = &view}, primitive);
     }
+    for (const auto& [name, accessor] : primitive.attributes) (void)source_.accessors[accessor];  // none is wrong
+    if (!wanted.second.empty()) morph(part, wanted.second);
     Primitive read = read_primitive(part);
     if (!read.indices.empty()) result.primitives.push_back(std::move(read));
   }
@@ -114,7 +117,6 @@ Mesh MeshReader::read(std::size_t index) {
 }
 
 void MeshReader::note_features(const Part& part, const std::string& mesh_label) {
-  if (part.primitive.has_morph_targets) source_.notes.unsupported("morph targets", mesh_label);
   for (const auto& entry : part.primitive.attributes) {
     if (entry.first.starts_with("COLOR_") && entry.first != "COLOR_0")
       source_.notes.unsupported("vertex colours " + one_line(entry.first), mesh_label);
@@ -123,6 +125,8 @@ void MeshReader::note_features(const Part& part, const std::string& mesh_label) 
 }
 
 const Accessor* MeshReader::attribute(const Part& part, const std::string& name) const {
+  if (const auto morphed = part.morphed.attributes.find(name); morphed != part.morphed.attributes.end())
+    return &morphed->second;
   if (const auto decoded = part.draco.attributes.find(name); decoded != part.draco.attributes.end())
     return &decoded->second;
   const auto found = part.primitive.attributes.find(name);
@@ -176,7 +180,7 @@ void MeshReader::read_surface(const Part& part, const VertexChoice& vertices, st
                               Primitive& primitive) {
   const Material& material = source_.materials[primitive.material];
   if (const Accessor* normals = checked_attribute(part, "NORMAL", position_count))
-    primitive.normals_object = read_normals(*normals, vertices, part.user, source_.notes);
+    primitive.normals_object = read_normals(*normals, vertices, primitive, part.user, source_.notes);
   if (const Accessor* colors = checked_attribute(part, "COLOR_0", position_count))
     primitive.colors = read_colors(*colors, vertices, part.user, source_.notes);
   read_uv(part, vertices, position_count, primitive);
@@ -217,10 +221,18 @@ void MeshReader::read_uv(const Part& part, const VertexChoice& vertices, std::ui
 }
 
 void MeshReader::check_positions_once(const Part& part, const Accessor& positions) {
-  if (!part.draco.attributes.empty()) return check_positions(positions);
   const std::size_t accessor = part.primitive.attributes.at("POSITION");
+  if (&positions != &source_.accessors[accessor]) return check_positions(positions);
   if (!positions_checked_[accessor]) check_positions(positions);
   positions_checked_[accessor] = true;
+}
+
+void MeshReader::morph(Part& part, const std::vector<double>& weights) const {
+  const std::uint64_t position_count = attribute(part, "POSITION")->count;
+  std::map<std::string, const Accessor*> base;
+  for (const auto& entry : part.primitive.attributes)
+    if (Morpher::reads(entry.first)) base[entry.first] = checked_attribute(part, entry.first, position_count);
+  part.morphed = morpher_.apply(part.primitive, weights, base, part.user);
 }
 
 std::vector<std::uint32_t> MeshReader::compact(std::vector<std::uint32_t>& indices, std::uint64_t vertex_count) {

@@ -9,6 +9,7 @@
 #include "gltf/geometry/attributes.h"
 #include "gltf/document/document.h"
 #include "gltf/geometry/draco_mesh.h"
+#include "gltf/geometry/morph.h"
 #include "gltf/materials/materials.h"
 #include "scene/notes.h"
 
@@ -22,7 +23,7 @@ class MeshReader {
   /// Everything outlives the reader.
   struct Source {
     const Document& document;
-    const std::vector<Accessor>& accessors;
+    const AccessorTable& accessors;
     const BufferViews& views;
     const std::vector<Material>& materials;  // those of `reader`'s scene
     MaterialReader& reader;
@@ -30,14 +31,17 @@ class MeshReader {
   };
   explicit MeshReader(const Source& source);
 
-  /// throws InputError when the meshes need more memory than this machine has
-  void check_memory(const std::vector<std::size_t>& meshes) const;
+  /// A mesh of the document, and the weights of its morph targets; empty: none is in force.
+  using Wanted = std::pair<std::size_t, std::vector<double>>;
 
-  /// Triangles of mesh `index` of the document; primitives without any are left out. Texture
+  /// throws InputError when the meshes need more memory than this machine has
+  void check_memory(const std::vector<Wanted>& meshes) const;
+
+  /// The triangles of a mesh; primitives without any are left out. Texture
   /// coordinates and tangents are read or made only where the primitive's material asks for them.
   /// throws InputError: positions that are not finite or beyond kMaxCoordinate, indices out of
   ///        range, types that do not fit, compressed data that do not decode
-  Mesh read(std::size_t index);
+  Mesh read(const Wanted& wanted);
 
  private:
   /// A primitive while it is read.
@@ -45,6 +49,7 @@ class MeshReader {
     const GltfPrimitive& primitive;
     std::string user;  // "mesh 'box', primitive 2"
     DracoMesh draco;   // empty if it is not compressed
+    OwnAttributes morphed;
   };
   Primitive read_primitive(Part& part);
   void note_features(const Part& part, const std::string& mesh_label);
@@ -55,6 +60,7 @@ class MeshReader {
   void read_surface(const Part& part, const VertexChoice& vertices, std::uint64_t position_count, Primitive& primitive);
   void read_uv(const Part& part, const VertexChoice& vertices, std::uint64_t position_count, Primitive& primitive);
   void check_positions_once(const Part& part, const Accessor& positions);
+  void morph(Part& part, const std::vector<double>& weights) const;
   /// Renumbers `indices` to the vertices they use; returns those, or nothing when they use all of
   /// them.
   std::vector<std::uint32_t> compact(std::vector<std::uint32_t>& indices, std::uint64_t vertex_count);
@@ -62,6 +68,7 @@ class MeshReader {
   Source source_;
   DracoDecoder draco_;
   bool quantized_ = false;                                      // the document uses KHR_mesh_quantization
+  Morpher morpher_;
   std::vector<bool> positions_checked_;                         // per accessor
   std::vector<std::uint32_t> slot_of_vertex_;                   // scratch of compact(); all kNoSlot between calls
   std::set<std::pair<std::uint32_t, std::size_t>> uv_missing_;  // material and set, each said once

@@ -7,12 +7,14 @@
 #include <array>
 #include <utility>
 
+#include "gltf/extensions.h"
 #include "io/text.h"
 
 namespace eikon {
 namespace {
 
 constexpr std::uint64_t kMaxCount = 0xFFFFFFFFU;
+constexpr std::array<const char*, 2> kExtensions{"KHR_meshopt_compression", "EXT_meshopt_compression"};
 
 template <typename Value, std::size_t N>
 Value named(const JsonView& extension, const char* key,
@@ -51,6 +53,19 @@ std::uint64_t least_bytes(const MeshoptView& view) {
   return 0;
 }
 
+// A stream begins with the number of its codec and, in the lower half of the byte, of its version.
+void refuse_newer_stream(const JsonView& extension, const MeshoptView& view) {
+  const bool is_vertices = view.mode == MeshoptView::Mode::attributes;
+  const unsigned newest = is_vertices ? 0 : 1;
+  const unsigned version = view.compressed.empty() ? 0 : std::to_integer<unsigned>(view.compressed[0]) & 0xFU;
+  if (version > newest) {
+    extension.refuse(
+        fmt::format("the data are of version {} of meshoptimizer's {} codec, at most {} is read; "
+                    "damaged, or else export with EXT_meshopt_compression",
+                    version, is_vertices ? "vertex" : "index", newest));
+  }
+}
+
 int decode(const MeshoptView& view, void* out) {
   const auto* data = reinterpret_cast<const unsigned char*>(view.compressed.data());
   const std::size_t bytes = view.compressed.size();
@@ -66,6 +81,13 @@ int decode(const MeshoptView& view, void* out) {
 }
 
 }  // namespace
+
+std::optional<JsonView> find_meshopt(const JsonView& buffer_view) {
+  for (const char* name : kExtensions)
+    if (const Json* found = extension_of(buffer_view.value, name))
+      return JsonView{.value = *found, .kind = name, .parent = &buffer_view};
+  return std::nullopt;
+}
 
 MeshoptView check_meshopt(const JsonView& extension, const Buffers& buffers) {
   using Mode = MeshoptView::Mode;
@@ -87,7 +109,9 @@ MeshoptView check_meshopt(const JsonView& extension, const Buffers& buffers) {
   view.mode =
       named<Mode, 3>(extension, "mode",
                      {{{"ATTRIBUTES", Mode::attributes}, {"TRIANGLES", Mode::triangles}, {"INDICES", Mode::indices}}});
-  if (member(extension.value, "filter") != nullptr) {
+  if (const Json* filter = member(extension.value, "filter")) {
+    if (equals(filter, "COLOR") && extension.kind == kExtensions[0])
+      extension.refuse("'filter' COLOR is not read yet; export with EXT_meshopt_compression");
     view.filter = named<Filter, 4>(extension, "filter",
                                    {{{"NONE", Filter::none},
                                      {"OCTAHEDRAL", Filter::octahedral},
@@ -108,6 +132,7 @@ MeshoptView check_meshopt(const JsonView& extension, const Buffers& buffers) {
 }
 
 Bytes decode_meshopt(const JsonView& extension, const MeshoptView& view) {
+  refuse_newer_stream(extension, view);
   const std::uint64_t size = view.decoded_bytes();
   Bytes out{.data = std::make_unique_for_overwrite<std::byte[]>(size), .size = size};
   if (const int code = size == 0 ? 0 : decode(view, out.data.get()); code != 0) {

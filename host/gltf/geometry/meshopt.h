@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// EXT_meshopt_compression: bufferViews that hold vertices or indices in the codecs of
-// meshoptimizer.
+// EXT_meshopt_compression and KHR_meshopt_compression: bufferViews that hold vertices or indices in
+// the codecs of meshoptimizer. Both have the same members; the second also allows streams and
+// filters that came later, which are refused by name.
 #pragma once
+#include <optional>
+
 #include "gltf/document/buffer_views.h"
 
 namespace eikon {
@@ -9,8 +12,6 @@ namespace eikon {
 /// The most bytes that come out of one: the codecs spend at least two bits on 16 bytes of vertices,
 /// a byte on a triangle, and a byte on an index.
 inline constexpr std::uint64_t kMeshoptExpansion = 64;
-
-inline constexpr const char* kMeshoptExtension = "EXT_meshopt_compression";
 
 /// The checked extension of a bufferView. Decoding it writes exactly `decoded_bytes`.
 struct MeshoptView {
@@ -24,11 +25,14 @@ struct MeshoptView {
   [[nodiscard]] std::uint64_t decoded_bytes() const { return count * stride_bytes; }
 };
 
+/// The extension of a bufferView, if it is compressed.
+std::optional<JsonView> find_meshopt(const JsonView& buffer_view);
+
 /// throws InputError with the place: values that the extension does not allow, bytes outside their
 ///        buffer, more elements than the codec can put into so few bytes
 MeshoptView check_meshopt(const JsonView& extension, const Buffers& buffers);
 
-/// throws InputError with the place when the data are damaged
+/// throws InputError with the place when the data are damaged or of a newer version of the codec
 Bytes decode_meshopt(const JsonView& extension, const MeshoptView& view);
 
 }  // namespace eikon

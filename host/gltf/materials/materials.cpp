@@ -62,14 +62,16 @@ Material read_factors(const JsonView& view, Notes& notes) {
 
 }  // namespace
 
-MaterialReader::MaterialReader(const Json& document, TextureReader& textures, MeasuredReader& measured, Scene& scene,
-                               Notes& notes)
-    : document_(document),
+MaterialReader::MaterialReader(const Document& document, TextureReader& textures, MeasuredReader& measured,
+                               Scene& scene, Notes& notes)
+    : document_(document.json),
+      wrong_(document.wrong),
       textures_(textures),
       measured_(measured),
       scene_(scene),
       notes_(notes),
-      used_(count_of(document, "materials"), false) {
+      used_(count_of(document.json, "materials"), false) {
+  scene.materials.reserve(used_.size() + 1);
   for (std::size_t i = 0; i < used_.size(); ++i) {
     scene.materials.push_back(read_factors(view_of(i), notes));
     scene.materials.back().light_group = light_group_of(view_of(i), scene);
@@ -88,6 +90,7 @@ std::uint32_t MaterialReader::use(std::optional<std::size_t> index) {
     return static_cast<std::uint32_t>(used_.size());
   }
   if (!used_[*index]) {
+    wrong_.check("material", *index);
     const JsonView view = view_of(*index);
     find_textures(view, scene_.materials[*index]);
     note_unsupported_extensions(view.value, ExtensionOwner::material, view.label(), notes_);

@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "gltf/document/document.h"
 #include "gltf/materials/material_measured.h"
 #include "gltf/materials/textures.h"
 #include "io/json_text.h"
@@ -19,13 +20,14 @@ class MaterialReader {
   /// Factors outside their legal ranges are brought into them and named in `notes`. All arguments
   /// outlive the reader.
   /// throws InputError for a value that single precision cannot hold
-  MaterialReader(const Json& document, TextureReader& textures, MeasuredReader& measured, Scene& scene, Notes& notes);
+  MaterialReader(const Document& document, TextureReader& textures, MeasuredReader& measured, Scene& scene,
+                 Notes& notes);
 
   /// The index in `scene.materials` of material `index` of the document, whose textures and table
   /// are read at its first use, and what is left out of it named in the notes. Without an index it
   /// is glTF's default material, which is appended at its first use: white, metallic and rough
   /// [glTF 2.0, section 3.9].
-  /// throws InputError as TextureReader::find and MeasuredReader::complete
+  /// throws InputError as TextureReader::find and MeasuredReader::complete, and if it is wrong
   std::uint32_t use(std::optional<std::size_t> index);
 
  private:
@@ -33,6 +35,7 @@ class MaterialReader {
   void find_textures(const JsonView& view, Material& material);
 
   const Json& document_;
+  const WrongParts& wrong_;
   TextureReader& textures_;
   MeasuredReader& measured_;
   Scene& scene_;

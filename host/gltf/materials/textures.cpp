@@ -164,7 +164,7 @@ std::optional<std::uint32_t> TextureReader::use_image(std::size_t index) {
     if (view != nullptr) {
       encoded.bytes = source_.views[to_index(*view)];
       key = fmt::format("view:{}", to_index(*view));
-    } else if (const std::string& text = to_string(*uri); text.starts_with("data:")) {
+    } else if (const std::string& text = to_string(*uri); is_data_uri(text)) {
       encoded.owned = decode_data_uri(text);
       encoded.bytes = encoded.owned.span();
       key = fmt::format("data:{}", index);

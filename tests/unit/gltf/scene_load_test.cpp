@@ -126,17 +126,6 @@ TEST(SceneLoad, normals_are_made_unit_even_where_their_squares_overflow_or_vanis
   EXPECT_TRUE(scene.warnings.empty());
 }
 
-TEST(SceneLoad, zero_or_non_finite_normals_make_the_primitive_flat_with_a_warning_naming_the_accessor) {
-  for (const float bad : {0.0F, kNan, kInf}) {
-    Builder builder;
-    const std::vector<float> normals{0, 0, 1, 0, 0, bad, 0, 0, 1};
-    builder.primitive()["attributes"]["NORMAL"] = builder.add("VEC3", 5126, normals, 3);
-    const Scene scene = builder.load();
-    EXPECT_TRUE(only_primitive(scene).normals_object.empty());
-    EXPECT_TRUE(warns(scene, "accessor 2, element 1")) << bad;
-  }
-}
-
 TEST(SceneLoad, G11_degenerate_triangles_survive_and_leave_the_rest_alone) {
   Builder builder;
   // A good triangle, then repeated indices, three equal corners, and three corners in a line.

@@ -143,19 +143,76 @@ TEST(SceneNodes, G20_a_chain_of_ten_thousand_nodes_loads_and_one_of_a_loop_is_re
   EXPECT_TRUE(mentions(message_of([&] { builder.load(); }), "NODE_LOOP"));
 }
 
-TEST(SceneNodes, two_parents_listed_children_and_repeats_are_refused_by_name) {
+TEST(SceneNodes, a_node_with_two_parents_stands_under_both) {
   Builder shared;
-  shared.json["nodes"] = {
-      {{"name", "a"}, {"children", {2}}}, {{"name", "b"}, {"children", {2}}}, {{"name", "c"}, {"mesh", 0}}};
+  shared.json["nodes"] = {{{"name", "a"}, {"children", {2}}, {"translation", {1, 0, 0}}},
+                          {{"name", "b"}, {"children", {2}}, {"translation", {0, 2, 0}}},
+                          {{"name", "c"}, {"mesh", 0}}};
   shared.json["scenes"][0]["nodes"] = {0, 1};
-  EXPECT_TRUE(mentions(message_of([&] { shared.load(); }), "node 'c' is a child of both node 'a' and node 'b'"));
-  Builder listed;
-  listed.json["nodes"] = {{{"name", "a"}, {"children", {1}}}, {{"name", "b"}, {"mesh", 0}}};
-  listed.json["scenes"][0]["nodes"] = {0, 1};
-  EXPECT_TRUE(mentions(message_of([&] { listed.load(); }), "node 'b', a child of node 'a'"));
+  const Scene scene = shared.load();
+  ASSERT_EQ(scene.nodes.size(), 2U);
+  EXPECT_EQ(scene.nodes[0].world_from_object[3], glm::dvec4(1, 0, 0, 1));
+  EXPECT_EQ(scene.nodes[1].world_from_object[3], glm::dvec4(0, 2, 0, 1));
+  EXPECT_EQ(scene.meshes.size(), 1U);
+  ASSERT_EQ(scene.out_of_range.size(), 1U);
+  EXPECT_TRUE(mentions(scene.out_of_range[0], "node 'c' is a child of both node 'a' and node 'b'"));
+}
+
+TEST(SceneNodes, children_that_multiply_without_end_and_repeats_are_refused) {
+  Builder twofold;  // 2^40 places from 80 nodes
+  twofold.json["nodes"] = Json::array();
+  for (std::size_t i = 0; i < 80; i += 2) {
+    const Json children = i + 2 < 80 ? Json({i + 2, i + 3}) : Json::array();
+    for (int k = 0; k < 2; ++k) twofold.json["nodes"].push_back({{"children", children}});
+  }
+  EXPECT_TRUE(mentions(message_of([&] { twofold.load(); }), "too many nodes"));
   Builder repeated;
   repeated.json["scenes"][0]["nodes"] = {0, 0};
   EXPECT_TRUE(mentions(message_of([&] { repeated.load(); }), "node 'triangle' twice"));
+  repeated.json["nodes"] = {{{"name", "a"}, {"children", {1, 1}}}, {{"name", "b"}}};
+  repeated.json["scenes"][0]["nodes"] = {0};
+  EXPECT_TRUE(mentions(message_of([&] { repeated.load(); }), "node 'a' lists node 'b' twice"));
+}
+
+TEST(SceneNodes, a_listed_child_stands_once_where_its_parent_puts_it_or_alone_if_the_scene_lacks_that) {
+  Builder listed;
+  listed.json["nodes"] = {{{"name", "a"}, {"children", {1}}, {"translation", {1, 0, 0}}},
+                          {{"name", "b"}, {"children", {2}}},
+                          {{"name", "c"}, {"mesh", 0}}};
+  listed.json["scenes"][0]["nodes"] = {2, 0, 1};
+  Scene scene = listed.load();
+  ASSERT_EQ(scene.nodes.size(), 1U);
+  EXPECT_EQ(scene.nodes[0].world_from_object[3], glm::dvec4(1, 0, 0, 1));
+  ASSERT_EQ(scene.out_of_range.size(), 1U);
+  EXPECT_TRUE(mentions(scene.out_of_range[0], "lists node 'c', a child of node 'b'; it stands where its parent"));
+  EXPECT_TRUE(mentions(scene.out_of_range[0], "(2 such nodes)"));
+  listed.json["scenes"][0]["nodes"] = {2};
+  scene = listed.load();
+  ASSERT_EQ(scene.nodes.size(), 1U);
+  EXPECT_EQ(scene.nodes[0].world_from_object[3], glm::dvec4(0, 0, 0, 1));
+  EXPECT_TRUE(mentions(scene.out_of_range.at(0), "without its parent"));
+}
+
+TEST(SceneNodes, an_invisible_node_hides_all_below_it_but_cameras) {
+  Builder builder;
+  const Json hidden = {{"KHR_node_visibility", {{"visible", false}}}},
+             shown = {{"KHR_node_visibility", {{"visible", true}}}};
+  builder.json["extensions"] = {{"KHR_lights_punctual", {{"lights", {{{"type", "point"}}}}}}};
+  builder.json["cameras"] = {{{"name", "eye"}, {"type", "perspective"}, {"perspective", {{"yfov", 1}}}}};
+  builder.json["nodes"] = {{{"children", {1, 2}}, {"extensions", hidden}},
+                           {{"mesh", 0}, {"camera", 0}, {"extensions", shown}},
+                           {{"extensions", {{"KHR_lights_punctual", {{"light", 0}}}}}},
+                           {{"name", "seen"}, {"mesh", 0}, {"extensions", shown}}};
+  builder.json["scenes"][0]["nodes"] = {0, 3};
+  builder.json["extensionsRequired"] = {"KHR_node_visibility"};
+  const Scene scene = builder.load();
+  ASSERT_EQ(scene.nodes.size(), 1U);
+  EXPECT_EQ(scene.nodes[0].name, "seen");
+  EXPECT_TRUE(scene.lights.empty());
+  EXPECT_EQ(scene.cameras.size(), 1U);
+  EXPECT_TRUE(scene.unsupported.empty() && scene.warnings.empty());
+  builder.json["nodes"][0]["extensions"]["KHR_node_visibility"]["visible"] = 0;
+  EXPECT_TRUE(mentions(message_of([&] { builder.load(); }), "'visible' is neither true nor false"));
 }
 
 TEST(SceneNodes, the_default_scene_counts_else_the_first_else_all_roots) {

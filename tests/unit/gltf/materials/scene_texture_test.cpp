@@ -300,7 +300,9 @@ TEST(SceneTextures, all_images_together_stay_within_one_budget) {
   }
   document["materials"][0] = {{"a", {{"index", 0}}}, {"b", {{"index", 1}}}, {"c", {{"index", 2}}}};
   const eikon::Buffers buffers(document, {}, ".");
-  const eikon::BufferViews views(document, buffers);
+  eikon::WrongParts wrong;
+  eikon::Notes unused;
+  const eikon::BufferViews views(document, buffers, wrong, unused);
   const eikon::JsonView material{.value = document["materials"][0], .kind = "material", .index = 0};
   const auto load = [&](std::uint64_t budget_bytes) {
     Scene scene;
