@@ -21,7 +21,8 @@ enum class ExtensionOwner : unsigned {
   primitive = 32,
   material = 64,
   texture_info = 128,
-  buffer_view = 256
+  buffer_view = 256,
+  texture = 512
 };
 
 /// The object of extension `name` in `owner`, or null if it has none.
