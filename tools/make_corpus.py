@@ -41,6 +41,7 @@ from scene_builders.corpus_files import (
     textured,
 )
 from scene_builders.corpus_found import claims, leftovers, mended, morphing_document, morphs
+from scene_builders.corpus_pictures import JPEG_CMYK, WEBP_LOSSLESS, WEBP_LOSSY
 
 
 def paths(value, at=()):
@@ -174,13 +175,59 @@ def pictures(corpus):
         for height, width in ((0, 8), (8, 0), (65500, 65500), (65535, 65535)):
             changed = JPEG[: at + 5] + struct.pack(">HH", height, width) + JPEG[at + 9 :]
             corpus.add(f"jpeg_claims_{width}x{height}", "bad" if 0 in (height, width) else "any", textured(changed, "image/jpeg"))
-    for name, magic in (("gif", b"GIF89a\x01\0\x01\0"), ("bmp", b"BM" + bytes(60)), ("webp", b"RIFF\x24\0\0\0WEBPVP8 "),
-                        ("ktx2", b"\xabKTX 20\xbb\r\n\x1a\n" + bytes(80)), ("psd", b"8BPS\0\1" + bytes(40)),
+    for name, magic in (("gif", b"GIF89a\x01\0\x01\0"), ("bmp", b"BM" + bytes(60)), ("dds", b"DDS " + bytes(124)),
+                        ("avif", b"\0\0\0\x1cftypavif" + bytes(40)), ("psd", b"8BPS\0\1" + bytes(40)),
                         ("text", b"no picture at all")):
         # Formats with a name are left out and named; what has none is an error.
         corpus.add(f"image_{name}", "bad" if name in ("psd", "text") else "good", textured(magic))
     mutate_bytes(corpus, "png", png(), lambda d: {"root": textured(d)}, 5)
     mutate_bytes(corpus, "jpeg", JPEG, lambda d: {"root": textured(d, "image/jpeg")}, 9)
+
+
+def ktx2(width=3, height=2, depth=0, layers=0, faces=1, levels=1, vk_format=37, scheme=0, texels=None, offset=104, length=None):
+    """A KTX2 of 8-bit RGBA, without a description of its format."""
+    texels = bytes(range(4 * width * height)) if texels is None else texels
+    header = struct.pack("<9I", vk_format, 1, width, height, depth, layers, faces, levels, scheme) + bytes(32)
+    size = len(texels) if length is None else length
+    return b"\xabKTX 20\xbb\r\n\x1a\n" + header + struct.pack("<3Q", offset, size, size) + texels
+
+
+def texture_kinds(corpus):
+    """WebP, KTX2, JPEGs of inks, and materials of specular colour and glossiness."""
+    for name, picture in (("webp_lossless", WEBP_LOSSLESS), ("webp_lossy", WEBP_LOSSY), ("jpeg_cmyk", JPEG_CMYK), ("ktx2", ktx2())):
+        corpus.add(f"{name}_good", "good", textured(picture))
+        mutate_bytes(corpus, name, picture, lambda d: {"root": textured(d)}, 7)
+    corpus.add("webp_animated", "bad", textured(WEBP_LOSSY[:20] + bytes((WEBP_LOSSY[20] | 2,)) + WEBP_LOSSY[21:]))
+    corpus.add("webp_without_picture", "bad", textured(b"RIFF\x24\0\0\0WEBPVP8 "))
+    for key, value in (("width", 0), ("width", 0xFFFFFFFF), ("height", 0), ("height", 0xFFFFFFFF), ("depth", 9), ("layers", 7), ("faces", 6),
+                       ("vk_format", 145), ("scheme", 3), ("offset", 1 << 63), ("offset", 105), ("length", 0xFFFFFFFFFFFFFFFF)):
+        # The texels stay those of 3 x 2 pixels, whatever the header claims.
+        corpus.add(f"ktx2_{key}_{value:x}", "bad", textured(ktx2(**{"texels": bytes(24), key: value})))
+    for scheme in (0, 1, 2):
+        # Left out and named where libktx is not installed.
+        corpus.add(f"ktx2_basis_{scheme}", "any", textured(ktx2(vk_format=0, scheme=scheme)))
+    both = textured(WEBP_LOSSLESS)
+    both["images"].append({"uri": data_uri(png(), "image/png")})
+    both["extensionsUsed"] = ["EXT_texture_webp", "KHR_texture_basisu", "KHR_materials_pbrSpecularGlossiness"]
+    both["textures"] = [{"source": 1, "extensions": {"EXT_texture_webp": {"source": 0}}},
+                        {"source": 1, "extensions": {"KHR_texture_basisu": {"source": 0}}}]
+    both["materials"][0]["extensions"] = {"KHR_materials_pbrSpecularGlossiness": {
+        "diffuseFactor": [0.5, 0.25, 0.125, 1], "specularFactor": [0.5, 0.75, 1], "glossinessFactor": 0.75,
+        "diffuseTexture": {"index": 0}, "specularGlossinessTexture": {"index": 1}}}
+    corpus.add("glossy_good", "good", both)
+    mutate_document(corpus, "glossy", both, 1)
+
+
+def environment_kinds(corpus):
+    """Cube maps, and colours of other primaries."""
+    for width, height in ((8, 6), (6, 8), (12, 2), (2, 12)):
+        corpus.add(f"hdr_cube_{width}x{height}", "good", with_environment("sky.hdr"), files={"sky.hdr": hdr(width, height)})
+    for number, line in enumerate((".64 .33 .29 .60 .15 .06 .3333 .3333", "0 0 0 0 0 0 0 0", "1 1 1 1 1 1 1 1", "1e30 0 0 1 0 0 .3 .3", "1 2",
+                                   "nan nan nan nan nan nan nan nan", "-1 0 0 -1 0 0 -1 -1", "")):
+        picture = hdr(extra=f"PRIMARIES= {line}\n")
+        corpus.add(f"hdr_primaries_{number}", "bad" if number else "good", with_environment("sky.hdr"), files={"sky.hdr": picture})
+    xyz = hdr().replace(b"rgbe", b"xyze")
+    corpus.add("hdr_xyze", "good", with_environment("sky.hdr"), files={"sky.hdr": xyz})
 
 
 def tables(corpus):
@@ -389,7 +436,9 @@ def main():
     corpus.add("everything", "good", everything)
     mutate_document(corpus, "all", everything, 1)
     pictures(corpus)
+    texture_kinds(corpus)
     environments(corpus)
+    environment_kinds(corpus)
     tables(corpus)
     containers(corpus)
     graphs(corpus)

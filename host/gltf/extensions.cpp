@@ -26,6 +26,8 @@ constexpr Extension kExtensions[] = {
     {"KHR_lights_punctual", {document, node}},
     {"KHR_mesh_quantization", {none}},
     {"KHR_texture_transform", {texture_info}},
+    {"KHR_texture_basisu", {texture}},
+    {"EXT_texture_webp", {texture}},
     {"KHR_draco_mesh_compression", {primitive}},
     {"EXT_meshopt_compression", {buffer_view}},
     {"KHR_meshopt_compression", {buffer_view}},
@@ -44,10 +46,8 @@ struct Remedy {
   std::string_view extension, what_to_do;
 };
 constexpr Remedy kRemedies[] = {
-    {"KHR_texture_basisu", "convert its textures to PNG with `ktx extract` or `gltf-transform`"},
-    {"EXT_texture_webp", "convert its textures to PNG with `dwebp` or `gltf-transform png`"},
     {"EXT_texture_avif", "convert its textures to PNG with `avifdec` or `gltf-transform png`"},
-    {"KHR_materials_pbrSpecularGlossiness", "convert its materials with `gltf-transform metalrough`"},
+    {"MSFT_texture_dds", "convert its textures to PNG with `magick`"},
 };
 
 const Extension* find(std::string_view name) {

@@ -20,7 +20,8 @@ enum class ExtensionOwner : unsigned {
   primitive = 32,
   material = 64,
   texture_info = 128,
-  buffer_view = 256
+  buffer_view = 256,
+  texture = 512
 };
 
 /// "visible": false hides a node and all below it.

@@ -7,6 +7,7 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -59,20 +60,29 @@ class Input {
   std::size_t at_ = 0;
 };
 
-double positive_number(std::string_view line, std::string_view& rest) {
+double number(std::string_view line, std::string_view& rest) {
   while (rest.starts_with(' ') || rest.starts_with('\t')) rest.remove_prefix(1);
   double value = 0;
   const auto [end, error] = std::from_chars(rest.data(), rest.data() + rest.size(), value);
-  if (error != std::errc() || !(value > 1e-30 && value < 1e30))
-    throw InputError(fmt::format("header line '{}' holds no positive number", printable(line)));
+  if (error != std::errc() || !(std::abs(value) < 1e30))
+    throw InputError(fmt::format("header line '{}' holds no number where one belongs", printable(line)));
   rest.remove_prefix(static_cast<std::size_t>(end - rest.data()));
   return value;
 }
+
+double positive_number(std::string_view line, std::string_view& rest) {
+  const double value = number(line, rest);
+  if (!(value > 1e-30)) throw InputError(fmt::format("header line '{}' holds no positive number", printable(line)));
+  return value;
+}
+
+constexpr double kLumensPerWatt = 179;  // Radiance's WHTEFFICACY, which XYZE has in its numbers
 
 struct Header {
   std::uint32_t width = 0, height = 0;
   bool from_bottom = false, from_right = false;
   glm::dvec3 divisor{1.0};  // product of all EXPOSURE and COLORCORR lines
+  std::optional<Chromaticities> primaries{};
 };
 
 // Parses "-Y 512 +X 1024": the slow axis comes first, and -Y means downwards.
@@ -107,17 +117,22 @@ Header read_header(Input& input) {
   const std::string_view first = input.line();
   if (!first.starts_with("#?")) throw InputError("is not a Radiance picture: it does not begin with '#?'");
   Header header;
-  bool has_format = false;
+  bool has_format = false, is_xyz = false;
   for (std::string_view line = input.line(); !line.empty() && line != "\r"; line = input.line()) {
     if (line.ends_with('\r')) line.remove_suffix(1);
     if (line.starts_with("FORMAT=")) {
       std::string_view format = line.substr(7);
       while (format.starts_with(' ')) format.remove_prefix(1);
-      if (format == "32-bit_rle_xyze")
-        throw InputError("holds XYZ colours (32-bit_rle_xyze); convert it with `ra_xyze -r`");
-      if (format != "32-bit_rle_rgbe")
+      is_xyz = format == "32-bit_rle_xyze";
+      if (!is_xyz && format != "32-bit_rle_rgbe")
         throw InputError(fmt::format("has the unknown format '{}', not 32-bit_rle_rgbe", printable(format)));
       has_format = true;
+    } else if (line.starts_with("PRIMARIES=")) {
+      std::string_view rest = line.substr(10);
+      Chromaticities stated{};
+      for (glm::dvec2* xy : {&stated.red, &stated.green, &stated.blue, &stated.white})
+        for (int c = 0; c < 2; ++c) (*xy)[c] = number(line, rest);
+      header.primaries = stated;
     } else if (line.starts_with("EXPOSURE=")) {
       std::string_view rest = line.substr(9);
       header.divisor *= positive_number(line, rest);
@@ -128,6 +143,10 @@ Header read_header(Input& input) {
   }
   if (!has_format) throw InputError("has no line FORMAT=32-bit_rle_rgbe in its header; damaged?");
   read_resolution(input.line(), header);
+  if (is_xyz) {
+    header.primaries = kXyz;
+    header.divisor *= kLumensPerWatt;
+  }
   return header;
 }
 
@@ -190,7 +209,7 @@ HdrImage decode_hdr(std::span<const std::byte> bytes, std::uint64_t max_bytes) {
   if (needed > max_bytes)
     throw InputError(fmt::format("has {} x {} pixels, which need {} MB; at most {} MB are for it, scale it down",
                                  header.width, header.height, needed >> 20U, max_bytes >> 20U));
-  HdrImage image{.width = header.width, .height = header.height, .rgb = {}};
+  HdrImage image{.width = header.width, .height = header.height, .rgb = {}, .primaries = header.primaries};
   image.rgb.resize(std::size_t{header.width} * header.height);
   // A mantissa m stands for m / 256 as in most readers, so that black stays black; Radiance itself
   // uses (m + 0.5) / 256.

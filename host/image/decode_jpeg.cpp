@@ -50,6 +50,18 @@ void on_progress(j_common_ptr decoder) {
   std::longjmp(state.escape, 1);
 }
 
+// Replaces inks by the light that they leave. Adobe's programs, which mark their files, store
+// 255 - ink.
+void lighten(bool stores_light, std::uint32_t width, std::uint32_t* row) {
+  const std::uint32_t flip = stores_light ? 0 : 0xFFFFFFFFU;
+  for (std::uint32_t x = 0; x < width; ++x) {
+    const std::uint32_t cmyk = row[x] ^ flip, k = cmyk >> 24U;
+    std::uint32_t rgb = 0;
+    for (std::uint32_t shift = 0; shift < 24; shift += 8) rgb |= ((cmyk >> shift & 0xFFU) * k + 127) / 255 << shift;
+    row[x] = rgb | 0xFF000000U;
+  }
+}
+
 // It has a frame of its own below setjmp, so that no variable of it is read after the jump.
 bool read_rows(JpegState& state, std::span<const std::byte> bytes, const PictureHeader& header, std::uint32_t* rgba8) {
   jpeg_decompress_struct& decoder = state.decoder;
@@ -62,11 +74,15 @@ bool read_rows(JpegState& state, std::span<const std::byte> bytes, const Picture
     std::snprintf(state.message, sizeof state.message, "two headers");
     return false;
   }
-  decoder.out_color_space = JCS_EXT_RGBA;
+  const bool inks = decoder.num_components == 4;
+  decoder.out_color_space = inks ? JCS_CMYK : JCS_EXT_RGBA;
   jpeg_start_decompress(&decoder);
   while (decoder.output_scanline < decoder.output_height) {
     auto* row = reinterpret_cast<JSAMPROW>(rgba8 + std::size_t{decoder.output_scanline} * header.width);
     jpeg_read_scanlines(&decoder, &row, 1);
+    if (inks)
+      lighten(decoder.saw_Adobe_marker != 0, header.width,
+              rgba8 + std::size_t{decoder.output_scanline - 1} * header.width);
   }
   jpeg_finish_decompress(&decoder);
   return true;
@@ -94,16 +110,19 @@ PictureHeader jpeg_header(std::span<const std::byte> bytes) {
     const std::uint32_t marker = byte(at++);
     const bool frame = marker >= 0xC0 && marker <= 0xCF && marker != 0xC4 && marker != 0xC8 && marker != 0xCC;
     if (frame) {
-      const std::uint32_t components = byte(at + 7);
-      const PictureHeader header{
-          .format = PictureFormat::jpeg, .width = word(at + 5), .height = word(at + 3), .deep = false};
-      if (components == 4) throw InputError("is a CMYK JPEG; convert it to RGB");
-      if (components != 1 && components != 3) fail("with neither 1 nor 3 channels: damaged");
+      const std::uint32_t components = byte(at + 7), bits = byte(at + 2);
+      const bool is_read = marker <= 0xC2 || marker == 0xC9 || marker == 0xCA;  // sequential or progressive
+      if (!is_read) throw InputError("is a lossless or hierarchical JPEG; save it as a baseline or progressive one");
+      if (bits != 8) throw InputError(fmt::format("is a JPEG of {} bits per channel; save it with 8", bits));
+      PictureHeader header{.format = PictureFormat::jpeg, .width = word(at + 5), .height = word(at + 3)};
+      if (components != 1 && components != 3 && components != 4) fail("with neither 1, 3 nor 4 channels: damaged");
       if (header.width == 0 || header.height == 0) fail("that does not say its size in its header");
       const std::uint64_t pixels = std::uint64_t{header.width} * header.height;
       if (pixels > kAlwaysCrediblePixels && pixels > bytes.size() * kMaxPixelsPerByte)
         throw InputError(fmt::format("its header claims {} x {} pixels, which {} bytes cannot hold", header.width,
                                      header.height, bytes.size()));
+      // A picture in several scans keeps all of its coefficients until the last.
+      header.scratch_bytes = pixels * components * sizeof(JCOEF);
       return header;
     }
     if (marker == 0xD9 || marker == 0xDA || marker == 0) fail("without a header before its data: damaged");

@@ -45,10 +45,21 @@ PictureFormat picture_format(std::span<const std::byte> bytes) {
 }
 
 PictureHeader read_picture_header(std::span<const std::byte> bytes) {
-  const PictureFormat format = picture_format(bytes);
-  if (format != PictureFormat::png && format != PictureFormat::jpeg)
-    throw InputError("is neither PNG nor JPEG; convert it to one of them");
-  const PictureHeader header = format == PictureFormat::png ? png_header(bytes) : jpeg_header(bytes);
+  const auto header_of = [&] {
+    switch (picture_format(bytes)) {
+      case PictureFormat::png:
+        return png_header(bytes);
+      case PictureFormat::jpeg:
+        return jpeg_header(bytes);
+      case PictureFormat::webp:
+        return webp_header(bytes);
+      case PictureFormat::ktx2:
+        return ktx2_header(bytes);
+      default:
+        throw InputError("is neither PNG, JPEG, WebP nor KTX2; convert it to one of them");
+    }
+  };
+  const PictureHeader header = header_of();
   const std::uint64_t pixels = std::uint64_t{header.width} * header.height;
   if (header.width > kMaxPictureSide || header.height > kMaxPictureSide || pixels > kMaxPixels)
     throw InputError(fmt::format("claims {} x {} pixels, more than {} a side or {} together; scale it down",
@@ -58,10 +69,21 @@ PictureHeader read_picture_header(std::span<const std::byte> bytes) {
 
 std::vector<std::uint32_t> decode_picture(std::span<const std::byte> bytes, const PictureHeader& header) {
   std::vector<std::uint32_t> rgba8(std::size_t{header.width} * header.height);
-  if (header.format == PictureFormat::png) {
-    decode_png(bytes, header, rgba8.data());
-  } else {
-    decode_jpeg(bytes, header, rgba8.data());
+  switch (header.format) {
+    case PictureFormat::png:
+      decode_png(bytes, header, rgba8.data());
+      break;
+    case PictureFormat::jpeg:
+      decode_jpeg(bytes, header, rgba8.data());
+      break;
+    case PictureFormat::webp:
+      decode_webp(bytes, header, rgba8.data());
+      break;
+    case PictureFormat::ktx2:
+      decode_ktx2(bytes, header, rgba8.data());
+      break;
+    default:
+      throw InternalError("decode_picture() was given a header that read_picture_header() never returns");
   }
   return rgba8;
 }

@@ -46,8 +46,6 @@ Metadata read_metadata(const std::filesystem::path& path);
 /// checked before anything is allocated: at most 65536 pixels a side, 4096 channels, 16 GiB, and a
 /// size that is credible for the bytes of the file. throws InputError
 Image read_exr(const std::filesystem::path& path);
-/// The same with at most `max_bytes` for all planes together.
-Image read_exr_within(const std::filesystem::path& path, std::uint64_t max_bytes);
 
 /// Writes R, G, B as an 8-bit sRGB PNG after multiplication by 2^exposure_ev and tone mapping.
 /// Values are rounded to nearest; values above 1 become 255, negative and non-finite ones black. R,

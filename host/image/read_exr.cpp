@@ -6,6 +6,7 @@
 #include <ImfInputPart.h>
 #include <ImfMatrixAttribute.h>
 #include <ImfMultiPartInputFile.h>
+#include <ImfStandardAttributes.h>
 #include <ImfStringAttribute.h>
 
 #include <algorithm>
@@ -13,13 +14,14 @@
 
 #include <fmt/format.h>
 
+#include "image/decode_hdr.h"
 #include "image/exr_file.h"
 #include "image/image.h"
 
 namespace eikon {
 namespace {
 
-using exr::Reader, exr::reading, exr::kMaxBytes;
+using exr::Reader, exr::reading;
 
 Metadata metadata_of(const Imf::Header& header) {
   Metadata metadata;
@@ -51,12 +53,10 @@ Metadata read_metadata(const std::filesystem::path& path) {
   return reading(path, [&] { return metadata_of(Reader(path).header(0)); });
 }
 
-Image read_exr(const std::filesystem::path& path) { return read_exr_within(path, kMaxBytes); }
-
-Image read_exr_within(const std::filesystem::path& path, std::uint64_t max_bytes) {
+Image read_exr(const std::filesystem::path& path) {
   return reading(path, [&] {
     Reader reader(path);
-    reader.check(0, max_bytes);
+    reader.check(0);
     const Imf::Header& header = reader.header(0);
     const Imath::Box2i& window = header.dataWindow();
     Image image;
@@ -74,6 +74,46 @@ Image read_exr_within(const std::filesystem::path& path, std::uint64_t max_bytes
     const Metadata metadata = metadata_of(header);
     for (const auto& [key, value] : metadata.strings) image.metadata[key] = value;
     for (const auto& [key, value] : metadata.numbers) image.metadata[key] = fmt::format("{}", value);
+    return image;
+  });
+}
+
+HdrImage read_exr_rgb(const std::filesystem::path& path, std::uint64_t max_bytes) {
+  return reading(path, [&] {
+    Reader reader(path);
+    reader.check(0);
+    const Imf::Header& header = reader.header(0);
+    const Imf::ChannelList& channels = header.channels();
+    const bool colored = channels.findChannel("R") && channels.findChannel("G") && channels.findChannel("B");
+    if (!colored && !channels.findChannel("Y")) throw InputError("has neither channels R, G, B nor Y; save it as RGB");
+    HdrImage image;
+    std::tie(image.width, image.height) = reader.size(0);
+    const std::uint64_t needed = std::uint64_t{image.width} * image.height * sizeof(glm::vec3);
+    if (needed > max_bytes)
+      throw InputError(fmt::format("has {} x {} pixels, which need {} MB; at most {} MB are for it, scale it down",
+                                   image.width, image.height, needed >> 20U, max_bytes >> 20U));
+    if (Imf::hasChromaticities(header)) {
+      const Imf::Chromaticities& stated = Imf::chromaticities(header);
+      const auto xy = [](const Imath::V2f& v) { return glm::dvec2(v.x, v.y); };
+      image.primaries = {xy(stated.red), xy(stated.green), xy(stated.blue), xy(stated.white)};
+    }
+    image.is_cube = Imf::hasEnvmap(header) && Imf::envmap(header) == Imf::ENVMAP_CUBE;
+    image.rgb.resize(std::size_t{image.width} * image.height);
+    Imf::FrameBuffer buffer;
+    const auto read_into = [&](const char* name, int c) {
+      buffer.insert(name, Imf::Slice::Make(Imf::FLOAT, &image.rgb[0][c], header.dataWindow(), sizeof(glm::vec3),
+                                           sizeof(glm::vec3) * image.width));
+    };
+    if (colored) {
+      for (int c = 0; c < 3; ++c) read_into(kRgb[static_cast<std::size_t>(c)], c);
+    } else {
+      read_into("Y", 0);
+    }
+    Imf::InputPart part(reader.file(), 0);
+    part.setFrameBuffer(buffer);
+    part.readPixels(header.dataWindow().min.y, header.dataWindow().max.y);
+    if (!colored)
+      for (glm::vec3& texel : image.rgb) texel = glm::vec3(texel.x);
     return image;
   });
 }

@@ -9,9 +9,9 @@
 
 #include "core/error.h"
 #include "image/decode_hdr.h"
-#include "image/image.h"
 #include "io/source_file.h"
 #include "io/text.h"
+#include "scene/cube_map.h"
 
 namespace eikon {
 namespace {
@@ -25,18 +25,41 @@ bool starts_with(std::span<const std::byte> bytes, std::string_view magic) {
   return std::string_view(reinterpret_cast<const char*>(bytes.data()), bytes.size()).starts_with(magic);
 }
 
-void take_exr(const std::filesystem::path& path, EnvironmentMap& map) {
-  const Image image = read_exr_within(path, map_budget_bytes());
-  const auto* y = image.plane("Y");
-  const auto *r = image.plane("R"), *g = image.plane("G"), *b = image.plane("B");
-  if (r == nullptr || g == nullptr || b == nullptr) {
-    if (y == nullptr) throw InputError("has neither channels R, G, B nor Y; save it as RGB");
-    r = g = b = y;
+HdrImage read_map(const std::filesystem::path& path) {
+  {
+    const Bytes file = read_regular_file(path, kMaxEnvironmentFileBytes);
+    if (starts_with(file.span(), "#?")) return decode_hdr(file.span(), map_budget_bytes());
+    if (!starts_with(file.span(), "\x76\x2f\x31\x01"))
+      throw InputError("is neither OpenEXR nor Radiance HDR; convert it to one of them");
   }
-  map.width = image.width;
-  map.height = image.height;
-  map.radiance.resize(r->size());
-  for (std::size_t i = 0; i < map.radiance.size(); ++i) map.radiance[i] = {(*r)[i], (*g)[i], (*b)[i]};
+  // OpenEXR reads the file in pieces, so all of it at once is no longer needed.
+  return read_exr_rgb(path, map_budget_bytes());
+}
+
+void to_rec709(const std::string& user, HdrImage& image, std::vector<std::string>& warnings) {
+  if (!image.primaries || is_rec709(*image.primaries)) return;
+  const glm::dmat3 matrix = rec709_from(*image.primaries);
+  for (glm::vec3& texel : image.rgb) texel = glm::vec3(matrix * glm::dvec3(texel));
+  const Chromaticities& from = *image.primaries;
+  warnings.push_back(fmt::format("{}: converted to Rec. 709 from primaries ({:g}, {:g}) ({:g}, {:g}) ({:g}, {:g})",
+                                 user, from.red.x, from.red.y, from.green.x, from.green.y, from.blue.x, from.blue.y));
+}
+
+void unfold_cube(const std::string& user, HdrImage& image, std::vector<std::string>& warnings) {
+  const auto layout = cube_layout(image.width, image.height, image.rgb, image.is_cube);
+  if (!layout) return;
+  const std::uint32_t side = face_side(*layout, image.width);
+  const std::uint64_t needed = std::uint64_t{8} * side * side * sizeof(glm::vec3);
+  if (needed > map_budget_bytes())
+    throw InputError(
+        fmt::format("is a cube map that needs {} MB as an equirectangular one; at most {} MB are for it, "
+                    "scale it down",
+                    needed >> 20U, map_budget_bytes() >> 20U));
+  image.rgb = equirectangular(*layout, image.width, image.rgb);
+  image.width = 4 * side;
+  image.height = 2 * side;
+  warnings.push_back(fmt::format("{}: is a cube map ({}), seen as an equirectangular one of {} x {} pixels", user,
+                                 name_of(*layout), image.width, image.height));
 }
 
 constexpr float kBrightest = 1e30F;  // of one texel; sums and products of more would overflow
@@ -77,17 +100,12 @@ std::shared_ptr<const EnvironmentMap> load_environment(const std::filesystem::pa
   auto map = std::make_shared<EnvironmentMap>();
   map->name = path.filename().string();
   try {
-    const Bytes file = read_regular_file(path, kMaxEnvironmentFileBytes);
-    if (starts_with(file.span(), "\x76\x2f\x31\x01")) {
-      take_exr(path, *map);
-    } else if (starts_with(file.span(), "#?")) {
-      HdrImage image = decode_hdr(file.span(), map_budget_bytes());
-      map->width = image.width;
-      map->height = image.height;
-      map->radiance = std::move(image.rgb);
-    } else {
-      throw InputError("is neither OpenEXR nor Radiance HDR; convert it to one of them");
-    }
+    HdrImage image = read_map(path);
+    to_rec709(user, image, warnings);
+    unfold_cube(user, image, warnings);
+    map->width = image.width;
+    map->height = image.height;
+    map->radiance = std::move(image.rgb);
   } catch (const InputError& e) {
     throw InputError(user + ": " + e.what());
   } catch (const std::bad_alloc&) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// PNG and JPEG files made on the spot, for the tests of the decoders and of textures.
+// PNG, JPEG, WebP and KTX2 files made on the spot, for the tests of the decoders and of textures.
 #pragma once
 #include <png.h>
 
@@ -7,6 +7,9 @@
 #include <cstdio>  // before jpeglib.h, which uses FILE without it
 #include <cstdlib>
 #include <jpeglib.h>
+#include <webp/encode.h>
+
+#include <initializer_list>
 #include <string>
 #include <vector>
 
@@ -87,9 +90,10 @@ inline std::string with_png_size(std::string file, std::uint32_t width, std::uin
   return file;
 }
 
-enum class JpegKind { baseline, progressive, hundreds_of_scans };
+enum class JpegKind { baseline, progressive, hundreds_of_scans, ycck, unmarked };
 
-/// `components` 1: grey, 3: RGB, 4: CMYK. Hundreds of scans: grey, each bit of each coefficient by itself, as is legal.
+/// `components` 1: grey, 3: RGB, 4: CMYK, with Adobe's marker unless `unmarked`. Hundreds of scans: grey, each bit of each
+/// coefficient by itself, as is legal.
 inline std::string jpeg(std::uint32_t width, std::uint32_t height, int components, const Samples& pixels,
                         JpegKind kind = JpegKind::baseline) {
   jpeg_compress_struct encoder{};
@@ -104,6 +108,8 @@ inline std::string jpeg(std::uint32_t width, std::uint32_t height, int component
   encoder.input_components = components;
   encoder.in_color_space = components == 1 ? JCS_GRAYSCALE : components == 3 ? JCS_RGB : JCS_CMYK;
   jpeg_set_defaults(&encoder);
+  if (kind == JpegKind::ycck) jpeg_set_colorspace(&encoder, JCS_YCCK);
+  if (kind == JpegKind::unmarked) encoder.write_Adobe_marker = FALSE;
   jpeg_set_quality(&encoder, 100, TRUE);
   if (kind == JpegKind::progressive) jpeg_simple_progression(&encoder);
   std::vector<jpeg_scan_info> scans;
@@ -130,6 +136,37 @@ inline std::string jpeg(std::uint32_t width, std::uint32_t height, int component
   jpeg_destroy_compress(&encoder);
   std::free(bytes);
   return out;
+}
+
+/// `rgba`: four samples a pixel. A lossy file has the best quality.
+inline std::string webp(int width, int height, const Samples& rgba, bool lossless) {
+  std::uint8_t* bytes = nullptr;
+  const std::size_t size = lossless ? WebPEncodeLosslessRGBA(rgba.data(), width, height, 4 * width, &bytes)
+                                    : WebPEncodeRGBA(rgba.data(), width, height, 4 * width, 100, &bytes);
+  std::string out(reinterpret_cast<const char*>(bytes), size);
+  WebPFree(bytes);
+  return out;
+}
+
+struct Ktx2Options {
+  std::uint32_t format = 37;  // VkFormat: RGBA of 8 bits
+  std::uint32_t scheme = 0;   // of supercompression
+  std::uint32_t depth = 0, layers = 0, faces = 1, levels = 1;
+};
+
+/// `texels` is the first level, and stands behind a header without a description of the format.
+inline std::string ktx2(std::uint32_t width, std::uint32_t height, const Samples& texels,
+                        const Ktx2Options& options = {}) {
+  std::string out = "\xABKTX 20\xBB\r\n\x1A\n";
+  const auto put = [&](std::initializer_list<std::uint64_t> values, int bytes) {
+    for (const std::uint64_t value : values)
+      for (int i = 0; i < bytes; ++i) out += static_cast<char>(value >> (8 * i) & 0xFFU);
+  };
+  put({options.format, 1, width, height, options.depth, options.layers, options.faces, options.levels, options.scheme},
+      4);
+  put({0, 0, 0, 0}, 4);
+  put({0, 0, 104, texels.size(), texels.size()}, 8);
+  return out + std::string(texels.begin(), texels.end());
 }
 
 }  // namespace picture_test

@@ -8,9 +8,10 @@
 namespace eikon {
 namespace {
 
-std::array<std::span<const MaterialExtensionReader>, 5> groups() {
-  return {dielectric_extensions(), layer_extensions(), microfacet_extensions(), measured_extensions(),
-          emission_extensions()};
+std::array<std::span<const MaterialExtensionReader>, 6> groups() {
+  return {dielectric_extensions(), specular_glossiness_extensions(),
+          layer_extensions(),      microfacet_extensions(),
+          measured_extensions(),   emission_extensions()};
 }
 
 /// Calls `use` with each row that a material has, and a view of the extension.

@@ -8,6 +8,8 @@
 
 namespace eikon {
 
+inline constexpr const char* kSpecularGlossiness = "KHR_materials_pbrSpecularGlossiness";
+
 /// An extension of materials: a row in the table of its group. What an extension does not need is
 /// null.
 struct MaterialExtensionReader {
@@ -25,6 +27,7 @@ struct MaterialExtensionReader {
 // and the last group takes back what does not apply. The order in which textures are found is part
 // of the scene's hash, so rows with textures keep theirs.
 [[nodiscard]] std::span<const MaterialExtensionReader> dielectric_extensions();
+[[nodiscard]] std::span<const MaterialExtensionReader> specular_glossiness_extensions();
 [[nodiscard]] std::span<const MaterialExtensionReader> layer_extensions();
 [[nodiscard]] std::span<const MaterialExtensionReader> microfacet_extensions();
 [[nodiscard]] std::span<const MaterialExtensionReader> measured_extensions();

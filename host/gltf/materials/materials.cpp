@@ -76,6 +76,19 @@ MaterialReader::MaterialReader(const Document& document, TextureReader& textures
     scene.materials.push_back(read_factors(view_of(i), notes));
     scene.materials.back().light_group = light_group_of(view_of(i), scene);
   }
+  note_specular_glossiness();
+}
+
+void MaterialReader::note_specular_glossiness() {
+  std::string first;
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < used_.size(); ++i) {
+    const JsonView view = view_of(i);
+    if (extension_of(view.value, kSpecularGlossiness) != nullptr && count++ == 0) first = view.label();
+  }
+  if (count == 0) return;
+  notes_.warn(fmt::format("{}{}: {} is archived; taken as a dielectric with its specular colour over its diffuse one",
+                          first, count > 1 ? fmt::format(" and {} more", count - 1) : "", kSpecularGlossiness));
 }
 
 JsonView MaterialReader::view_of(std::size_t index) const {
@@ -107,7 +120,8 @@ void MaterialReader::find_textures(const JsonView& view, Material& material) {
   const auto part = [&](const char* name, const Json* json, const char* key, bool srgb) {
     return json == nullptr ? std::nullopt : textures_.find({.value = *json, .kind = name, .parent = &view}, key, srgb);
   };
-  const Json* const pbr = member(view.value, kPbr);
+  const bool is_glossy = extension_of(view.value, kSpecularGlossiness) != nullptr;  // it replaces both of these
+  const Json* const pbr = is_glossy ? nullptr : member(view.value, kPbr);
   const bool lit = !material.unlit;
   material.base_color_texture = part(kPbr, pbr, "baseColorTexture", true);
   if (lit && (material.metallic > 0 || material.roughness > 0))
@@ -118,7 +132,7 @@ void MaterialReader::find_textures(const JsonView& view, Material& material) {
     material.transmission_texture =
         part(transmission, extension_of(view.value, transmission), "transmissionTexture", false);
   if (lit && material.specular > 0 && material.metallic < 1) {
-    const Json* const extension = extension_of(view.value, specular);
+    const Json* const extension = is_glossy ? nullptr : extension_of(view.value, specular);
     material.specular_texture = part(specular, extension, "specularTexture", false);
     if (material.specular_color != glm::vec3(0.0F))
       material.specular_color_texture = part(specular, extension, "specularColorTexture", true);

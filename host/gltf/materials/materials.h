@@ -32,6 +32,7 @@ class MaterialReader {
 
  private:
   [[nodiscard]] JsonView view_of(std::size_t index) const;
+  void note_specular_glossiness();
   void find_textures(const JsonView& view, Material& material);
 
   const Json& document_;

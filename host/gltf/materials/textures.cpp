@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <tbb/parallel_for.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -19,17 +20,15 @@ constexpr std::uint64_t kMaxFileBytes = std::uint64_t{1} << 32U;
 constexpr std::uint64_t kMaxUvSet = 0xFFFFFFFFU;
 constexpr const char* kTransform = "KHR_texture_transform";
 
-// Extensions by which a texture names an image in another format than PNG and JPEG.
-constexpr std::array<const char*, 4> kFormatExtensions{"KHR_texture_basisu", "EXT_texture_webp", "EXT_texture_avif",
-                                                       "MSFT_texture_dds"};
+// Extensions by which a texture names an image in another format than PNG and JPEG, those that are
+// read first.
+constexpr const char* kBasis = "KHR_texture_basisu";
+constexpr std::array<const char*, 2> kReadExtensions{"EXT_texture_webp", kBasis};
+constexpr std::array<const char*, 2> kOtherExtensions{"EXT_texture_avif", "MSFT_texture_dds"};
 
 // Names a format that is not read, and what converts it.
 const char* converter(PictureFormat format) {
   switch (format) {
-    case PictureFormat::ktx2:
-      return "KTX2 images (convert them to PNG with `ktx extract`)";
-    case PictureFormat::webp:
-      return "WebP images (convert them to PNG with `dwebp`)";
     case PictureFormat::avif:
       return "AVIF images (convert them to PNG with `avifdec`)";
     case PictureFormat::dds:
@@ -46,6 +45,8 @@ const char* converter(PictureFormat format) {
       return "Radiance images (convert them to PNG with `oiiotool`)";
     case PictureFormat::png:
     case PictureFormat::jpeg:
+    case PictureFormat::webp:
+    case PictureFormat::ktx2:
     case PictureFormat::unknown:
       break;
   }
@@ -53,10 +54,14 @@ const char* converter(PictureFormat format) {
 }
 
 const char* converter_of_extension(std::string_view extension) {
-  if (extension == "KHR_texture_basisu") return converter(PictureFormat::ktx2);
-  if (extension == "EXT_texture_webp") return converter(PictureFormat::webp);
-  if (extension == "EXT_texture_avif") return converter(PictureFormat::avif);
-  return converter(PictureFormat::dds);
+  return converter(extension == "EXT_texture_avif" ? PictureFormat::avif : PictureFormat::dds);
+}
+
+bool requires_basis(const Json& document) {
+  const Json* const required = member(document, "extensionsRequired");
+  for (std::size_t i = 0; required != nullptr && i < size_of(*required); ++i)
+    if (to_string(element(*required, i)) == kBasis) return true;
+  return false;
 }
 
 Wrap wrap_of(const Json& sampler, const char* key) {
@@ -95,7 +100,12 @@ std::uint64_t texture_budget_bytes() {
 }
 
 TextureReader::TextureReader(const TextureSource& source, Scene& scene, Digest& digest, Notes& notes)
-    : source_(source), scene_(scene), digest_(digest), notes_(notes), of_image_(count_of(source.document, "images")) {}
+    : source_(source),
+      scene_(scene),
+      digest_(digest),
+      notes_(notes),
+      of_image_(count_of(source.document, "images")),
+      basis_required_(requires_basis(source.document)) {}
 
 std::optional<Texture> TextureReader::find(const JsonView& owner, const char* key, bool srgb) {
   const Json* info = member(owner.value, key);
@@ -126,33 +136,61 @@ std::optional<Texture> TextureReader::find(const JsonView& owner, const char* ke
     const Json* filter = member(sampler, "magFilter");
     if (filter != nullptr && to_index(*filter) == 9728) result.filter = TextureFilter::nearest;
   }
-  const auto image_index = image_of(texture);
-  const auto image = image_index ? use_image(*image_index) : std::nullopt;
+  const auto image = image_of(texture);
   if (!image) return std::nullopt;
   result.image = *image;
   return result;
 }
 
-// The PNG or JPEG of a texture, as an index into the document's images.
-std::optional<std::size_t> TextureReader::image_of(const JsonView& texture) {
+// An index into scene_.images.
+std::optional<std::uint32_t> TextureReader::image_of(const JsonView& texture) {
   const Json* source = member(texture.value, "source");
-  for (const char* name : kFormatExtensions) {
+  for (const char* name : kReadExtensions) {
+    if (member(extension_of(texture.value, name), "source") == nullptr) continue;
+    if (const auto image = image_of_extension(texture, name)) return image;
+    if (source == nullptr) return std::nullopt;
+  }
+  for (const char* name : kOtherExtensions) {
     if (extension_of(texture.value, name) == nullptr) continue;
     if (source == nullptr) {
       notes_.unsupported(converter_of_extension(name), texture.label());
       return std::nullopt;
     }
     if (fallback_count_++ == 0) first_fallback_ = fmt::format("{}: {} is not read", texture.label(), name);
-    break;
   }
   if (source == nullptr) {
     notes_.warn(texture.label() + ": left out, it has no image");
     return std::nullopt;
   }
-  return to_index(*source);
+  const std::size_t index = to_index(*source);
+  const Use& use = use_image(index);
+  if (!use.image) notes_.unsupported(use.missing, fmt::format("image {}", index));
+  return use.image;
 }
 
-std::optional<std::uint32_t> TextureReader::use_image(std::size_t index) {
+// Nothing for an image that cannot be read, which is said.
+std::optional<std::uint32_t> TextureReader::image_of_extension(const JsonView& texture, const char* name) {
+  const JsonView extension{.value = *extension_of(texture.value, name), .kind = name, .parent = &texture};
+  const std::size_t index = *as_index(extension, "source", of_image_.size(), "image");
+  const bool has_fallback = member(texture.value, "source") != nullptr;
+  std::string why;
+  try {
+    const Use& use = use_image(index);
+    if (use.image) return use.image;
+    why = use.missing;
+  } catch (const InputError& e) {
+    if (!has_fallback) throw;
+    why = e.what();
+  }
+  if (has_fallback) {
+    if (fallback_count_++ == 0) first_fallback_ = fmt::format("{}: {} is not read: {}", texture.label(), name, why);
+  } else {
+    notes_.unsupported(why, fmt::format("image {}", index));
+  }
+  return std::nullopt;
+}
+
+const TextureReader::Use& TextureReader::use_image(std::size_t index) {
   if (of_image_[index]) return *of_image_[index];
   const Json& json = element(items(source_.document, "images"), index);
   const JsonView image{.value = json, .kind = "image", .index = static_cast<std::int64_t>(index)};
@@ -179,9 +217,9 @@ std::optional<std::uint32_t> TextureReader::use_image(std::size_t index) {
         digest_.add(encoded.bytes);
       }
     }
-    const auto [entry, is_new] = of_file_.try_emplace(key);
     encoded.label = user;
-    if (is_new) entry->second = add_image(image, std::move(name), std::move(encoded));
+    auto entry = of_file_.find(key);
+    if (entry == of_file_.end()) entry = of_file_.emplace(key, add_image(std::move(name), std::move(encoded))).first;
     of_image_[index] = entry->second;
   } catch (const InputError& e) {
     throw InputError(user + ": " + e.what());
@@ -189,29 +227,70 @@ std::optional<std::uint32_t> TextureReader::use_image(std::size_t index) {
   return *of_image_[index];
 }
 
-std::optional<std::uint32_t> TextureReader::add_image(const JsonView& image, std::string name, Encoded encoded) {
-  if (const char* what = converter(picture_format(encoded.bytes))) {
-    notes_.unsupported(what, image.label());
-    return std::nullopt;
-  }
+TextureReader::Use TextureReader::add_image(std::string name, Encoded encoded) {
+  if (const char* what = converter(picture_format(encoded.bytes))) return {.missing = what};
   encoded.header = read_picture_header(encoded.bytes);
   const PictureHeader& header = encoded.header;
-  decoded_bytes_ += std::uint64_t{header.width} * header.height * sizeof(std::uint32_t);
-  if (decoded_bytes_ > source_.budget_bytes)
-    throw InputError(fmt::format(
-        "with its {} x {} pixels the textures need {} MB of memory, more than the {} MB for them on this machine; "
-        "scale them down",
-        header.width, header.height, decoded_bytes_ >> 20U, source_.budget_bytes >> 20U));
+  if (header.needs_library) {
+    if (const std::string problem = ktx_library_problem(); !problem.empty()) {
+      std::string missing = fmt::format(
+          "KTX2 images of Basis Universal or Zstandard (install libktx of KTX-Software 4 or name it by "
+          "EIKON_KTX=.../libktx.so, or convert them to PNG with `ktx extract`; {})",
+          problem);
+      if (basis_required_) throw InputError(fmt::format("requires {}: {}", kBasis, missing));
+      return {.missing = std::move(missing)};
+    }
+  }
+  take_memory(std::uint64_t{header.width} * header.height, header.scratch_bytes);
   if (header.deep && deep_count_++ == 0) first_deep_ = encoded.label;
   scene_.images.push_back({.name = std::move(name), .width = header.width, .height = header.height, .rgba8 = {}});
   encoded_.push_back(std::move(encoded));
-  return static_cast<std::uint32_t>(scene_.images.size() - 1);
+  return {.image = static_cast<std::uint32_t>(scene_.images.size() - 1)};
+}
+
+void TextureReader::take_memory(std::uint64_t pixels, std::uint64_t scratch_bytes) {
+  decoded_bytes_ += pixels * sizeof(std::uint32_t);
+  if (const std::uint64_t needed = decoded_bytes_ + scratch_bytes; needed > source_.budget_bytes)
+    throw InputError(
+        fmt::format("with its {} pixels the textures need {} MB of memory, more than the {} MB for them on this "
+                    "machine; scale them down",
+                    pixels, needed >> 20U, source_.budget_bytes >> 20U));
+}
+
+Texture TextureReader::roughness_of(const Texture& glossy, float glossiness) {
+  Texture result = glossy;
+  result.srgb = false;
+  const auto known = std::ranges::find_if(
+      roughness_, [&](const Roughness& made) { return made.glossy == glossy.image && made.glossiness == glossiness; });
+  if (known != roughness_.end()) {
+    result.image = known->image;
+    return result;
+  }
+  const TextureImage& from = scene_.images[glossy.image];
+  take_memory(std::uint64_t{from.width} * from.height, 0);
+  result.image = static_cast<std::uint32_t>(scene_.images.size());
+  roughness_.push_back({.image = result.image, .glossy = glossy.image, .glossiness = glossiness});
+  scene_.images.push_back(
+      {.name = "the roughness of " + from.name, .width = from.width, .height = from.height, .rgba8 = {}});
+  encoded_.emplace_back();
+  return result;
 }
 
 void TextureReader::decode() {
+  decode_images();
+  make_roughness();
+  const auto others = [](std::size_t count) { return count > 1 ? fmt::format(" (and {} more)", count - 1) : ""; };
+  if (fallback_count_ != 0)
+    notes_.warn(fmt::format("{}, its PNG or JPEG is used{}", first_fallback_, others(fallback_count_)));
+  if (deep_count_ != 0)
+    notes_.warn(fmt::format("{}: 16 bits per channel reduced to 8{}", first_deep_, others(deep_count_)));
+}
+
+void TextureReader::decode_images() {
   std::vector<std::string> errors(encoded_.size());
   tbb::parallel_for(std::size_t{0}, encoded_.size(), [&](std::size_t i) {
     Encoded encoded = std::move(encoded_[i]);  // its bytes go as soon as they are decoded
+    if (encoded.header.format == PictureFormat::unknown) return;
     try {
       scene_.images[i].rgba8 = decode_picture(encoded.bytes, encoded.header);
     } catch (const InputError& e) {
@@ -224,11 +303,18 @@ void TextureReader::decode() {
   for (const std::string& error : errors) {
     if (!error.empty()) throw InputError(error);
   }
-  const auto others = [](std::size_t count) { return count > 1 ? fmt::format(" (and {} more)", count - 1) : ""; };
-  if (fallback_count_ != 0)
-    notes_.warn(fmt::format("{}, its PNG or JPEG is used{}", first_fallback_, others(fallback_count_)));
-  if (deep_count_ != 0)
-    notes_.warn(fmt::format("{}: 16 bits per channel reduced to 8{}", first_deep_, others(deep_count_)));
+}
+
+void TextureReader::make_roughness() {
+  for (const Roughness& made : roughness_) {
+    const std::vector<std::uint32_t>& glossy = scene_.images[made.glossy].rgba8;
+    std::vector<std::uint32_t>& rough = scene_.images[made.image].rgba8;
+    rough.resize(glossy.size());
+    for (std::size_t i = 0; i < glossy.size(); ++i) {
+      const float roughness = 255.0F - made.glossiness * static_cast<float>(glossy[i] >> 24U);
+      rough[i] = 0xFF000000U | static_cast<std::uint32_t>(std::lround(roughness)) << 8U;
+    }
+  }
 }
 
 }  // namespace eikon

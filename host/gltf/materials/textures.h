@@ -37,11 +37,16 @@ class TextureReader {
   TextureReader(const TextureSource& source, Scene& scene, Digest& digest, Notes& notes);
 
   /// The texture in slot `key` of `owner`, a material or a part of one; nothing if the slot is
-  /// empty. Nothing either for a texture without an image, in a format that is not read (KTX2,
-  /// WebP, ...) or with a third set of coordinates, each of which is named in the notes.
+  /// empty. Nothing either for a texture without an image, in a format that is not read (AVIF,
+  /// DDS, ...) or with a third set of coordinates, each of which is named in the notes. An image
+  /// that an extension names comes first, and the texture's own if that one cannot be read.
   /// throws InputError: a URI that may not be followed, a file that cannot be read, a damaged or
   ///        lying header, the budget
   std::optional<Texture> find(const JsonView& owner, const char* key, bool srgb);
+
+  /// A texture whose G is 1 - glossiness x A of `glossy`, which find() has returned: an image made
+  /// from its image by decode(). throws InputError: the budget
+  Texture roughness_of(const Texture& glossy, float glossiness);
 
   /// Fills the pixels of `scene.images`, on all processors.
   /// throws InputError with the image, in the order of their first use
@@ -54,17 +59,32 @@ class TextureReader {
     std::span<const std::byte> bytes;
     PictureHeader header;
   };
-  std::optional<std::size_t> image_of(const JsonView& texture);
-  std::optional<std::uint32_t> use_image(std::size_t index);
-  std::optional<std::uint32_t> add_image(const JsonView& image, std::string name, Encoded encoded);
+  /// An image of the document as an index into scene_.images, or the feature that it needs.
+  struct Use {
+    std::optional<std::uint32_t> image{};
+    std::string missing{};
+  };
+  struct Roughness {
+    std::uint32_t image = 0, glossy = 0;  // indices into scene_.images
+    float glossiness = 1.0F;
+  };
+  std::optional<std::uint32_t> image_of(const JsonView& texture);
+  std::optional<std::uint32_t> image_of_extension(const JsonView& texture, const char* name);
+  const Use& use_image(std::size_t index);
+  Use add_image(std::string name, Encoded encoded);
+  void take_memory(std::uint64_t pixels, std::uint64_t scratch_bytes);
+  void decode_images();
+  void make_roughness();
 
   TextureSource source_;
   Scene& scene_;
   Digest& digest_;
   Notes& notes_;
-  std::vector<Encoded> encoded_;                                       // as scene_.images, until decoded
-  std::vector<std::optional<std::optional<std::uint32_t>>> of_image_;  // outer: not asked yet; inner: cannot be read
-  std::map<std::string, std::optional<std::uint32_t>> of_file_;        // several images may name one file or view
+  std::vector<Encoded> encoded_;  // as scene_.images, until decoded; nothing for roughness
+  std::vector<Roughness> roughness_;
+  std::vector<std::optional<Use>> of_image_;  // nothing: not asked yet
+  std::map<std::string, Use> of_file_;        // several images may name one file or view
+  bool basis_required_ = false;
   std::uint64_t decoded_bytes_ = 0;
   std::size_t fallback_count_ = 0, deep_count_ = 0;
   std::string first_fallback_, first_deep_;

@@ -94,12 +94,26 @@ TEST(Hdr, exposure_and_colour_correction_are_divided_out) {
   EXPECT_EQ(decode(hdr("-Y 1 +X 1", rgbe(64, 64, 64, 136), lines)).rgb[0], glm::vec3(8, 4, 16));
 }
 
+TEST(Hdr, primaries_are_those_that_the_file_states) {
+  EXPECT_FALSE(decode(hdr("-Y 1 +X 1", rgbe(64, 64, 64, 136))).primaries);
+  const auto stated =
+      decode(hdr("-Y 1 +X 1", rgbe(1, 2, 3, 136), "PRIMARIES= .64 .33 .29 .60 .15 .06 .3333 .3333\n")).primaries;
+  ASSERT_TRUE(stated);
+  EXPECT_EQ(stated->green, glm::dvec2(0.29, 0.6));
+  EXPECT_EQ(stated->white, glm::dvec2(0.3333, 0.3333));
+  // XYZE counts in lumens, 179 of which Radiance takes for a watt.
+  const HdrImage xyz = decode("#?RADIANCE\nFORMAT=32-bit_rle_xyze\n\n-Y 1 +X 1\n" + rgbe(179, 0, 179, 136));
+  EXPECT_EQ(xyz.rgb[0], glm::vec3(1, 0, 1));
+  ASSERT_TRUE(xyz.primaries);
+  EXPECT_EQ(xyz.primaries->green, glm::dvec2(0, 1));
+}
+
 TEST(Hdr, what_cannot_be_read_is_said) {
   const std::string pixel = rgbe(1, 2, 3, 128);
   EXPECT_TRUE(mentions(refusal("P6 1 1"), "too early"));
   EXPECT_TRUE(mentions(refusal("P6 1 1\n"), "not a Radiance picture"));
   EXPECT_TRUE(mentions(refusal("#?RADIANCE\n\n-Y 1 +X 1\n" + pixel), "FORMAT"));
-  EXPECT_TRUE(mentions(refusal("#?RADIANCE\nFORMAT=32-bit_rle_xyze\n\n-Y 1 +X 1\n" + pixel), "ra_xyze"));
+  EXPECT_TRUE(mentions(refusal(hdr("-Y 1 +X 1", pixel, "PRIMARIES= 0.6 0.3 0.2\n")), "no number"));
   EXPECT_TRUE(mentions(refusal("#?RADIANCE\nFORMAT=\x01\x02\n\n-Y 1 +X 1\n" + pixel), "unknown format"));
   EXPECT_TRUE(mentions(refusal(hdr("-Y 1 +X 1", pixel, "EXPOSURE=0\n")), "positive"));
   EXPECT_TRUE(mentions(refusal(hdr("-Y 1 +X 1", pixel, "EXPOSURE=1e-300\n")), "positive"));

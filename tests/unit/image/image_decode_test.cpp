@@ -171,7 +171,27 @@ TEST(DecodeJpeg, grey_and_colour_baseline_and_progressive_become_rgba) {
       EXPECT_EQ(pixel >> 24U, 255U);
     }
   }
-  EXPECT_TRUE(mentions(refusal(jpeg(8, 8, 4, Samples(256))), "CMYK"));
+}
+
+// Adobe's files hold 255 - ink, in CMYK or in YCCK. What is left of light is (1 - ink) (1 - black).
+TEST(DecodeJpeg, inks_become_the_light_that_they_leave) {
+  Samples stored;
+  for (int i = 0; i < 256; ++i) stored.insert(stored.end(), {255, 128, 64, 204});
+  const struct {
+    JpegKind kind;
+    double r, g, b;
+  } rows[] = {{JpegKind::baseline, 204, 102.4, 51.2},
+              {JpegKind::progressive, 204, 102.4, 51.2},
+              {JpegKind::ycck, 204, 102.4, 51.2},
+              {JpegKind::unmarked, 0, 25.4, 38.2}};
+  for (const auto& row : rows) {
+    for (const std::uint32_t pixel : decode(jpeg(16, 16, 4, stored, row.kind))) {
+      ASSERT_NEAR(pixel & 0xFFU, row.r, 2);
+      ASSERT_NEAR(pixel >> 8U & 0xFFU, row.g, 2);
+      ASSERT_NEAR(pixel >> 16U & 0xFFU, row.b, 2);
+      ASSERT_EQ(pixel >> 24U, 255U);
+    }
+  }
 }
 
 /// Another size in the frame header of a JPEG.
@@ -195,6 +215,15 @@ TEST(DecodeJpeg, sizes_that_lie_are_refused_before_memory_is_taken) {
   EXPECT_TRUE(mentions(refusal(padded), "more than"));
   const std::size_t scan = small.find("\xFF\xDA");
   EXPECT_TRUE(mentions(refusal(with_jpeg_size(small, 65500, 65500).substr(0, scan)), "cannot hold"));
+}
+
+TEST(DecodeJpeg, kinds_that_are_not_read_are_named) {
+  std::string file = jpeg(8, 8, 1, ramp(64));
+  const std::size_t frame = file.find("\xFF\xC0");
+  file[frame + 4] = 12;
+  EXPECT_TRUE(mentions(refusal(file), "12 bits per channel"));
+  file[frame + 1] = '\xC3';
+  EXPECT_TRUE(mentions(refusal(file), "lossless or hierarchical"));
 }
 
 TEST(DecodeJpeg, a_file_cut_anywhere_is_an_error) {
@@ -231,7 +260,7 @@ TEST(DecodePicture, formats_are_told_by_their_first_bytes) {
        {"RIFF", PictureFormat::unknown},
        {"hello", PictureFormat::unknown}}};
   for (const auto& [file, format] : files) EXPECT_EQ(picture_format(bytes_of(file)), format);
-  EXPECT_TRUE(mentions(refusal("GIF89a"), "neither PNG nor JPEG"));
+  EXPECT_TRUE(mentions(refusal("GIF89a"), "neither PNG, JPEG, WebP nor KTX2"));
 }
 
 }  // namespace

@@ -8,6 +8,8 @@
 #include "gltf/document/buffer_views.h"
 #include "gltf/materials/textures.h"
 #include "support/gltf_builder.h"
+#include "support/ktx_named.h"
+#include "support/paths.h"
 
 namespace {
 
@@ -221,31 +223,68 @@ TEST(SceneTextures, formats_that_are_not_read_are_named_with_what_converts_them)
     builder.json["textures"] = {{{"extensions", {{extension, {{"source", 0}}}}}}};
     return builder.load();
   };
-  EXPECT_TRUE(leaves_out(scene_with("KHR_texture_basisu"), "KTX2 images (convert them to PNG with `ktx extract`)",
-                         "texture 0"));
-  EXPECT_TRUE(leaves_out(scene_with("EXT_texture_webp"), "`dwebp`", "texture 0"));
+  EXPECT_TRUE(leaves_out(scene_with("MSFT_texture_dds"), "DDS images", "texture 0"));
   EXPECT_TRUE(leaves_out(scene_with("EXT_texture_avif"), "`avifdec`", "texture 0"));
-  const Scene scene = scene_with("EXT_texture_webp");
+  const Scene scene = scene_with("EXT_texture_avif");
   EXPECT_FALSE(scene.materials[0].base_color_texture);
   EXPECT_TRUE(scene.images.empty());
   // Told by the first bytes, whatever the file says.
-  EXPECT_TRUE(leaves_out(with_png("RIFF....WEBPVP8 ...").load(), "`dwebp`", "image 0"));
-  EXPECT_TRUE(leaves_out(with_png("\xABKTX 20\xBB....").load(), "KTX2", "image 0"));
+  EXPECT_TRUE(leaves_out(with_png("DDS ...........").load(), "DDS images", "image 0"));
+  EXPECT_TRUE(leaves_out(with_png("GIF89a.........").load(), "GIF images", "image 0"));
   Builder builder = with_png();
+  builder.json["extensionsRequired"] = {"EXT_texture_avif"};
+  EXPECT_TRUE(mentions(message_of([&] { builder.load(); }), "`avifdec`"));
+}
+
+TEST(SceneTextures, webp_is_read_with_and_without_its_extension) {
+  const std::string file = picture_test::webp(1, 1, {9, 8, 7, 128}, true);
+  EXPECT_EQ(with_png(file).load().images.at(0).rgba8, std::vector<std::uint32_t>{0x80070809U});
+  Builder builder = with_png(file);
+  builder.json["images"].push_back({{"uri", data_uri(plain_png(1, 1, 1, 2, 3))}});
+  builder.json["extensionsRequired"] = {"EXT_texture_webp"};
+  builder.json["textures"] = {{{"source", 1}, {"extensions", {{"EXT_texture_webp", {{"source", 0}}}}}}};
+  const Texture texture = only_texture(builder);  // the extension's image counts, and nothing is left to be said
+  EXPECT_EQ(builder.load().images.at(texture.image).rgba8, std::vector<std::uint32_t>{0x80070809U});
+  for (const Json& bad : {Json(7), Json("0"), Json(-1)}) {
+    builder.json["textures"][0]["extensions"]["EXT_texture_webp"]["source"] = bad;
+    EXPECT_TRUE(mentions(message_of([&] { builder.load(); }), "texture 0, EXT_texture_webp")) << bad;
+  }
+}
+
+TEST(SceneTextures, basis_universal_needs_libktx_which_is_said) {
+  const picture_test::KtxNamed none("/nowhere/libktx.so");
+  const std::string file = picture_test::ktx2(4, 2, {1}, {.format = 0, .scheme = 1});
+  Builder builder = with_png(file);
+  builder.json["textures"] = {{{"extensions", {{"KHR_texture_basisu", {{"source", 0}}}}}}};
+  const Scene scene = builder.load();
+  EXPECT_FALSE(scene.materials[0].base_color_texture);
+  EXPECT_TRUE(leaves_out(scene, "EIKON_KTX=.../libktx.so, or convert them to PNG with `ktx extract`", "image 0"));
   builder.json["extensionsRequired"] = {"KHR_texture_basisu"};
-  EXPECT_TRUE(mentions(message_of([&] { builder.load(); }), "`ktx extract`"));
+  EXPECT_TRUE(mentions(message_of([&] { builder.load(); }), "requires KHR_texture_basisu: KTX2 images"));
+  const picture_test::KtxNamed stand_in(EIKON_KTX_STAND_IN);
+  const Texture texture = only_texture(builder);
+  EXPECT_EQ(builder.load().images.at(texture.image).rgba8.at(1), 0xFE000201U);
 }
 
 TEST(SceneTextures, a_fallback_is_used_and_said_once) {
-  Builder builder = with_png();
-  builder.json["textures"] = {{{"source", 0}, {"extensions", {{"EXT_texture_webp", {{"source", 0}}}}}}};
-  builder.material()["normalTexture"] = {{"index", 0}};
-  const Scene scene = builder.load();
-  EXPECT_TRUE(scene.materials[0].base_color_texture);
-  EXPECT_TRUE(scene.unsupported.empty());
-  ASSERT_EQ(scene.warnings.size(), 1U);
-  EXPECT_TRUE(
-      mentions(scene.warnings[0], "texture 0: EXT_texture_webp is not read, its PNG or JPEG is used (and 1 more)"));
+  const picture_test::KtxNamed none("/nowhere/libktx.so");
+  const std::string basis = picture_test::ktx2(4, 2, {1}, {.format = 0, .scheme = 1});
+  for (const auto& [extension, file] :
+       {std::pair("EXT_texture_avif", std::string("avif")), std::pair("KHR_texture_basisu", basis),
+        std::pair("EXT_texture_webp", std::string("RIFF....WEBPVP8 ..."))}) {
+    Builder builder = with_png(plain_png(1, 1, 7, 8, 9));
+    builder.json["images"].push_back({{"uri", data_uri(file)}});
+    builder.json["textures"] = {{{"source", 0}, {"extensions", {{extension, {{"source", 1}}}}}}};
+    builder.material()["normalTexture"] = {{"index", 0}};
+    const Scene scene = builder.load();
+    ASSERT_TRUE(scene.materials[0].base_color_texture);
+    EXPECT_EQ(scene.images.at(scene.materials[0].base_color_texture->image).rgba8.at(0), 0xFF090807U);
+    EXPECT_TRUE(scene.unsupported.empty());
+    ASSERT_EQ(scene.warnings.size(), 1U);
+    EXPECT_TRUE(mentions(scene.warnings[0], std::string("texture 0: ") + extension + " is not read") &&
+                mentions(scene.warnings[0], "its PNG or JPEG is used (and 1 more)"))
+        << scene.warnings[0];
+  }
 }
 
 TEST(SceneTextures, what_has_no_image_or_no_coordinates_is_left_out_and_said) {
@@ -289,7 +328,7 @@ TEST(SceneTextures, bad_images_are_one_line_with_image_file_and_reason) {
   EXPECT_TRUE(mentions(message({{"uri", "data:image/png;base64,!!!!"}}), "base64"));
   EXPECT_TRUE(mentions(message(Json::object()), "exactly one"));
   EXPECT_TRUE(mentions(message({{"bufferView", 99}}), "bufferView"));
-  EXPECT_TRUE(mentions(message({{"bufferView", 0}}), "neither PNG nor JPEG"));  // positions
+  EXPECT_TRUE(mentions(message({{"bufferView", 0}}), "neither PNG, JPEG, WebP nor KTX2"));  // positions
 }
 
 TEST(SceneTextures, all_images_together_stay_within_one_budget) {
@@ -316,7 +355,27 @@ TEST(SceneTextures, all_images_together_stay_within_one_budget) {
   };
   EXPECT_EQ(load(std::uint64_t{3} * 64 * 64 * 4), 3U);
   const std::string text = message_of([&] { load(std::uint64_t{3} * 64 * 64 * 4 - 1); });
-  EXPECT_TRUE(mentions(text, "image 2") && mentions(text, "64 x 64") && mentions(text, "scale them down")) << text;
+  EXPECT_TRUE(mentions(text, "image 2") && mentions(text, "4096 pixels") && mentions(text, "scale them down")) << text;
+}
+
+TEST(SceneTextures, memory_of_a_decoder_counts_while_it_works) {
+  const std::string lossless = picture_test::webp(16, 16, picture_test::Samples(1024, 200), true);
+  Json document = {{"images", {{{"uri", data_uri(lossless)}}}},
+                         {"textures", {{{"source", 0}}}},
+                         {"materials", {{{"a", {{"index", 0}}}}}}};
+  const eikon::Buffers buffers(document, {}, ".");
+  const eikon::BufferViews views(document, buffers);
+  const eikon::JsonView material{.value = document["materials"][0], .kind = "material", .index = 0};
+  const auto find = [&](std::uint64_t budget_bytes) {
+    Scene scene;
+    eikon::Digest digest;
+    eikon::Notes notes;
+    eikon::TextureReader reader({.document = document, .views = views, .folder = ".", .budget_bytes = budget_bytes},
+                                scene, digest, notes);
+    return reader.find(material, "a", false).has_value();
+  };
+  EXPECT_TRUE(find(2048));
+  EXPECT_TRUE(mentions(message_of([&] { find(2047); }), "scale them down"));
 }
 
 }  // namespace
