@@ -8,7 +8,7 @@
 
 #include "core/error.h"
 #include "io/source_file.h"
-#include "scene/environment.h"
+#include "scene/environment/environment.h"
 
 namespace eikon {
 

@@ -9,9 +9,9 @@
 
 #include "core/clock.h"
 #include "core/error.h"
-#include "scene/environment.h"
-#include "scene/studio.h"
-#include "scene/view/arriving_light.h"
+#include "scene/environment/environment.h"
+#include "scene/environment/studio.h"
+#include "pack/lights/arriving_light.h"
 
 namespace eikon {
 namespace {
@@ -101,7 +101,7 @@ bool needs_studio(const Scene& scene, const Settings& settings, const Log& log) 
     return true;
   }
   if (first_emitter(scene) == nullptr && scene.lights.empty()) return false;  // all of it is unlit
-  const double arriving = arriving_light(scene, settings.camera, double(settings.width) / settings.height);
+  const double arriving = arriving_light(scene, settings);
   if (arriving >= kLeastLight) return false;
   log(fmt::format("the scene's own lights leave what the camera sees dark (white paper would have a radiance of {:.1e} "
                   "there): the neutral studio is added; {}",
@@ -234,8 +234,8 @@ Prepared settle(const SceneOptions& options, std::shared_ptr<Scene> loaded, cons
   const SampleRange samples = options.samples.value_or(SampleRange{0, options.spp});
   settings.sample_begin = samples.begin;
   settings.sample_end = samples.end;
-  settings.environment = choose_environment(options.environment, scene, settings, log);
   settings.culling = options.culling;
+  settings.environment = choose_environment(options.environment, scene, settings, log);
   settings.filter = options.filter;
   settings.transparent = options.transparent;
   settings.seed = std::uint32_t(options.seed);

@@ -38,7 +38,7 @@ struct LensOptions {
 struct EnvironmentOptions {
   std::string map;                    // OpenEXR or Radiance file
   std::optional<glm::vec3> radiance;  // constant, W/(sr m^2)
-  bool neutral = false;               // the studio of scene/studio.h
+  bool neutral = false;               // scene/environment/studio.h
   double scale = 1, rotate_deg = 0;   // of whichever environment is used
 };
 

@@ -8,9 +8,9 @@
 #include "core/error.h"
 #include "io/text.h"
 #include "pack/geometry/placed_meshes.h"
+#include "pack/lights/arriving_light.h"
 #include "pack/pack.h"
 #include "scene/scene.h"
-#include "scene/view/arriving_light.h"
 
 namespace {
 
@@ -26,7 +26,7 @@ void read_and_pack(const std::string& path) {
     settings.camera = scene.cameras.front();
   }
   if (scene.environment) settings.environment = *scene.environment;
-  static_cast<void>(arriving_light(scene, settings.camera, 4.0 / 3));
+  static_cast<void>(arriving_light(scene, settings));
   const Features features = features_of(scene, settings, Execution{}, nullptr);
   PackedScene packed = pack_and_release(scene, features, settings);
   for (const std::string& layout : tree_layouts()) {

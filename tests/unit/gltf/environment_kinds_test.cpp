@@ -13,8 +13,8 @@
 
 #include "core/error.h"
 #include "image/primaries.h"
-#include "scene/cube_map.h"
-#include "scene/environment.h"
+#include "scene/environment/cube_map.h"
+#include "scene/environment/environment.h"
 #include "support/gltf_builder.h"
 
 namespace {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Environment maps: from files, and what a scene says of them.
-#include "scene/environment.h"
+#include "scene/environment/environment.h"
 
 #include <ImfChannelList.h>
 #include <ImfFrameBuffer.h>

@@ -242,7 +242,7 @@ TEST(SceneBadDocument, values_of_the_wrong_kind_are_refused) {
       {"version a number", [](Builder& b) { b.json["asset"]["version"] = 2.0; }, "'version' is not a string"},
       {"version 1.0", [](Builder& b) { b.json["asset"]["version"] = "1.0"; }, "'1.0'"},
       {"minVersion 2.1", [](Builder& b) { b.json["asset"]["minVersion"] = "2.1"; }, "'2.1'"},
-      {"required basisu", [](Builder& b) { b.json["extensionsRequired"] = {"KHR_texture_basisu"}; }, "'KHR_texture_b"},
+      {"required dds", [](Builder& b) { b.json["extensionsRequired"] = {"MSFT_texture_dds"}; }, "'MSFT_texture_dds"},
       {"required nonsense", [](Builder& b) { b.json["extensionsRequired"] = {"ACME_\n'x'"}; }, "ACME_\\x0a"},
       {"required not a list", [](Builder& b) { b.json["extensionsRequired"] = "x"; }, "'extensionsRequired'"},
       {"matrix of 15", [](Builder& b) { b.node()["matrix"] = std::vector<int>(15); }, "16 numbers"},

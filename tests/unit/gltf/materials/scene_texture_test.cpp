@@ -364,7 +364,9 @@ TEST(SceneTextures, memory_of_a_decoder_counts_while_it_works) {
                          {"textures", {{{"source", 0}}}},
                          {"materials", {{{"a", {{"index", 0}}}}}}};
   const eikon::Buffers buffers(document, {}, ".");
-  const eikon::BufferViews views(document, buffers);
+  eikon::WrongParts wrong;
+  eikon::Notes unused;
+  const eikon::BufferViews views(document, buffers, wrong, unused);
   const eikon::JsonView material{.value = document["materials"][0], .kind = "material", .index = 0};
   const auto find = [&](std::uint64_t budget_bytes) {
     Scene scene;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "scene/studio.h"
+#include "scene/environment/studio.h"
 
 #include <algorithm>
 #include <cmath>
@@ -18,11 +18,11 @@ struct SoftLight {
 };
 
 constexpr SoftLight kLights[] = {
-    {.towards = {-0.55, 0.75, 0.75}, .inner = 0.97, .outer = 0.72, .radiance = 3.2},
-    {.towards = {0.95, 0.30, 0.45}, .inner = 0.96, .outer = 0.65, .radiance = 0.8},
-    {.towards = {0.35, 0.60, -0.90}, .inner = 0.97, .outer = 0.75, .radiance = 1.8},
+    {.towards = {-0.55, 0.60, 0.80}, .inner = 0.97, .outer = 0.74, .radiance = 2.1},
+    {.towards = {0.95, 0.30, 0.45}, .inner = 0.96, .outer = 0.65, .radiance = 0.55},
+    {.towards = {0.35, 0.50, -0.95}, .inner = 0.97, .outer = 0.78, .radiance = 1.3},
 };
-constexpr double kFloor = 0.18, kCeiling = 0.62;  // radiance straight down and straight up
+constexpr double kFloor = 0.28, kCeiling = 0.45;  // radiance straight down and straight up
 
 double smoothstep(double from, double to, double x) {
   const double t = std::clamp((x - from) / (to - from), 0.0, 1.0);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Whether a scene's own lights light what its camera sees.
 #pragma once
+#include "pack/settings.h"
 #include "scene/scene.h"
 
 namespace eikon {
@@ -10,7 +11,7 @@ namespace eikon {
 /// for defaults: lights cast no shadows, nothing is reflected, and what the points emit themselves
 /// does not count. It is +inf if everything seen is unlit or emits, or if lights without an end
 /// (emissive planes, formulas) shine. The environment is left out.
-/// aspect  width over height of the picture
-[[nodiscard]] double arriving_light(const Scene& scene, const Camera& camera, double aspect);
+/// settings: camera, width, height, culling
+[[nodiscard]] double arriving_light(const Scene& scene, const Settings& settings);
 
 }  // namespace eikon

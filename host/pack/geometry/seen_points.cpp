@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "scene/view/seen_points.h"
+#include "pack/geometry/seen_points.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 
+#include "pack/materials/material_traits.h"
 #include "scene/emission.h"
 #include "scene/endless.h"
 
@@ -65,8 +66,9 @@ void visit_box(const Shape& shape, const std::function<void(const PlacedTriangle
 /// right, +Y up, and the camera looks along -Z.
 class CoarsePicture {
  public:
-  CoarsePicture(const Camera& camera, double aspect, std::uint32_t pixels)
-      : from_camera_(camera.world_from_camera),
+  CoarsePicture(const Camera& camera, double aspect, std::uint32_t pixels, Culling culling)
+      : culling_(culling),
+        from_camera_(camera.world_from_camera),
         camera_from_world_(glm::inverse(camera.world_from_camera)),
         orthographic_(camera.projection == Projection::orthographic),
         width_(std::max(1U, std::uint32_t(std::lround(std::sqrt(pixels * aspect))))),
@@ -80,6 +82,8 @@ class CoarsePicture {
     glm::dvec3 p[3];
     for (int k = 0; k < 3; ++k) p[k] = glm::dvec3(camera_from_world_ * glm::dvec4(triangle.corners[k], 1.0));
     if (p[0].z >= 0 && p[1].z >= 0 && p[2].z >= 0) return;
+    const bool may_pass = culling_ != Culling::none && triangle.primitive != nullptr;
+    if (may_pass && is_single_sided(scene.materials[triangle.material]) && shows_back(triangle)) return;
     glm::dvec2 lo(std::numeric_limits<double>::infinity()), hi = -lo;
     for (const glm::dvec3& corner : p) {
       if (corner.z >= 0 && !orthographic_) {  // a corner beside or behind the camera has no place in the picture
@@ -101,17 +105,22 @@ class CoarsePicture {
       if (hit.distance == std::numeric_limits<double>::infinity()) continue;
       const PlacedTriangle& t = hit.triangle;
       const glm::dvec3 position = t.corners[0] * (1 - hit.u - hit.v) + t.corners[1] * hit.u + t.corners[2] * hit.v;
-      const glm::dvec3 to_viewer = orthographic_ ? glm::dvec3(from_camera_[2]) : glm::dvec3(from_camera_[3]) - position;
-      const glm::dvec3 normal = front_normal(t);
+      const bool back = shows_back(t);
       const Material& material = scene.materials[t.material];
       points.push_back({.position = position,
-                        .normal = glm::dot(normal, to_viewer) < 0 ? -normal : normal,
-                        .emission = emission_at(scene, t, hit.u, hit.v),
+                        .normal = back ? -front_normal(t) : front_normal(t),
+                        .emission = back && !material.double_sided ? 0 : emission_at(scene, t, hit.u, hit.v),
                         .unlit = material.unlit});
     }
   }
 
  private:
+  [[nodiscard]] bool shows_back(const PlacedTriangle& t) const {
+    const glm::dvec3 to_viewer =
+        glm::dvec3(from_camera_[orthographic_ ? 2 : 3]) - (orthographic_ ? glm::dvec3(0) : t.corners[0]);
+    return glm::dot(front_normal(t), to_viewer) < 0;
+  }
+
   struct Hit {
     double distance = std::numeric_limits<double>::infinity();  // along -Z
     double u = 0, v = 0;
@@ -134,6 +143,7 @@ class CoarsePicture {
     if (!is_clear_at(scene, triangle, u, v)) hit = {distance, u, v, triangle};
   }
 
+  Culling culling_;
   glm::dmat4 from_camera_, camera_from_world_;
   bool orthographic_;
   std::uint32_t width_, height_;
@@ -142,14 +152,16 @@ class CoarsePicture {
 };
 
 /// A panorama is seen as the six faces of a cube.
-std::vector<CoarsePicture> pictures_of(const Camera& camera, double aspect) {
-  if (camera.projection != Projection::panorama) return {CoarsePicture(camera, aspect, kPixels)};
+std::vector<CoarsePicture> pictures_of(const Settings& settings) {
+  const Camera& camera = settings.camera;
+  if (camera.projection != Projection::panorama)
+    return {CoarsePicture(camera, double(settings.width) / settings.height, kPixels, settings.culling)};
   std::vector<CoarsePicture> faces;
   for (int axis = 0; axis < 3; ++axis)
     for (const double sign : {-1.0, 1.0}) {
       Camera face{.name = {}, .world_from_camera = camera.world_from_camera, .yfov_rad = std::acos(0.0)};
       for (int k = 0; k < 3; ++k) face.world_from_camera[k] = sign * camera.world_from_camera[(axis + k) % 3];
-      faces.emplace_back(face, 1.0, kPixels / 6);
+      faces.emplace_back(face, 1.0, kPixels / 6, settings.culling);
     }
   return faces;
 }
@@ -197,8 +209,8 @@ bool is_clear_at(const Scene& scene, const PlacedTriangle& triangle, double u, d
   return opacity < (material.alpha_mode == AlphaMode::mask ? double(material.alpha_cutoff) : 0.5);
 }
 
-std::vector<SeenPoint> seen_points(const Scene& scene, const Camera& camera, double aspect) {
-  std::vector<CoarsePicture> pictures = pictures_of(camera, aspect);
+std::vector<SeenPoint> seen_points(const Scene& scene, const Settings& settings) {
+  std::vector<CoarsePicture> pictures = pictures_of(settings);
   for_each_triangle(scene, [&](const PlacedTriangle& triangle) {
     for (CoarsePicture& picture : pictures) picture.add(scene, triangle);
   });

@@ -7,6 +7,7 @@
 #include <glm/glm.hpp>
 #include <vector>
 
+#include "pack/settings.h"
 #include "scene/scene.h"
 
 namespace eikon {
@@ -42,8 +43,7 @@ struct SeenPoint {
 };
 
 /// The surfaces at the middles of the pixels of a picture of about a thousand pixels. Pixels that show
-/// no surface have no point. A lens counts as a pinhole.
-/// aspect  width over height of the picture
-[[nodiscard]] std::vector<SeenPoint> seen_points(const Scene& scene, const Camera& camera, double aspect);
+/// no surface have no point. A lens counts as a pinhole. settings: camera, width, height, culling
+[[nodiscard]] std::vector<SeenPoint> seen_points(const Scene& scene, const Settings& settings);
 
 }  // namespace eikon

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "scene/view/arriving_light.h"
+#include "pack/lights/arriving_light.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,7 +9,7 @@
 
 #include "scene/emission.h"
 #include "scene/shape_area.h"
-#include "scene/view/seen_points.h"
+#include "pack/geometry/seen_points.h"
 
 namespace eikon {
 namespace {
@@ -102,7 +102,7 @@ double irradiance(const SeenPoint& point, const PunctualLight& light) {
 
 }  // namespace
 
-double arriving_light(const Scene& scene, const Camera& camera, double aspect) {
+double arriving_light(const Scene& scene, const Settings& settings) {
   for (const Shape& shape : scene.shapes)
     if (const Material& m = scene.materials[shape.material]; emits(m) && !is_sampled_light(shape, m)) return kInfinity;
   std::vector<Emitter> emitters = sampled_triangles(scene);
@@ -110,7 +110,7 @@ double arriving_light(const Scene& scene, const Camera& camera, double aspect) {
   std::erase_if(emitters, [](const Emitter& emitter) { return !(emitter.intensity > 0); });
   double sum = 0;
   std::size_t lit_by_others = 0;
-  for (const SeenPoint& point : seen_points(scene, camera, aspect)) {
+  for (const SeenPoint& point : seen_points(scene, settings)) {
     if (point.unlit || point.emission > kVisibleEmission) continue;
     ++lit_by_others;
     double arriving = 0;

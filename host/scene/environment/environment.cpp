@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "scene/environment.h"
+#include "scene/environment/environment.h"
 
 #include <fmt/format.h>
 
@@ -11,7 +11,7 @@
 #include "image/decode_hdr.h"
 #include "io/source_file.h"
 #include "io/text.h"
-#include "scene/cube_map.h"
+#include "scene/environment/cube_map.h"
 
 namespace eikon {
 namespace {

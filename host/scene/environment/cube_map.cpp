@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "scene/cube_map.h"
+#include "scene/environment/cube_map.h"
 
 #include <tbb/parallel_for.h>
 
