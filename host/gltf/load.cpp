@@ -103,9 +103,12 @@ void note_document_features(const Document& document, Notes& notes) {
   }
 }
 
-void note_node_features(const GltfNode& node, Notes& notes) {
+void note_node_features(const Document& document, const GltfNode& node, Notes& notes) {
   note_unsupported_extensions(node.view.value, ExtensionOwner::node, node.view.label(), notes);
-  if (node.skin) notes.unsupported("skin", node.view.label());
+  if (node.skin) {
+    document.wrong.check("skin", *node.skin);
+    notes.unsupported("skin", node.view.label());
+  }
   if (node.matrix.empty()) return;
   for (const char* key : {"translation", "rotation", "scale"})
     if (member(node.view.value, key) != nullptr)
@@ -173,9 +176,12 @@ void read_shapes(const SceneSource& source, const std::vector<PlacedNode>& place
 void place_node(const SceneSource& source, const PlacedNode& placed, std::size_t mesh, const glm::dvec3& extent,
                 Scene& scene) {
   const GltfNode& node = placed.node;
-  if (node.camera) add_camera(source.document.json, placed, scene, source.notes);
+  if (node.camera) {
+    source.document.wrong.check("camera", *node.camera);
+    add_camera(source.document.json, placed, scene, source.notes);
+  }
   if (!placed.visible) return;
-  note_node_features(node, source.notes);
+  note_node_features(source.document, node, source.notes);
   add_light(source.document.json, placed, scene, source.notes);
   const std::uint32_t light_group = node.mesh ? light_group_of(node.view, scene) : 0;
   const std::optional<std::vector<glm::dmat4>> instances = read_instances(node.view, source.accessors);
@@ -204,7 +210,8 @@ void fill_scene(const SceneSource& source, Scene& scene) {
   TextureReader textures({.document = source.document.json,
                           .views = source.views,
                           .folder = source.folder,
-                          .budget_bytes = texture_budget_bytes()},
+                          .budget_bytes = texture_budget_bytes(),
+                          .wrong = &source.document.wrong},
                          scene, source.digest, source.notes);
   MeasuredReader measured(source.folder, source.digest, source.notes);
   MaterialReader materials(source.document, textures, measured, scene, source.notes);

@@ -11,6 +11,10 @@ namespace eikon {
   return !material.unlit && (emission.x > 0 || emission.y > 0 || emission.z > 0);
 }
 
+[[nodiscard]] inline double mean(const glm::vec3& color) {
+  return (double(color.x) + double(color.y) + double(color.z)) / 3;
+}
+
 /// True of an environment that gives light; a map counts as one that does.
 [[nodiscard]] inline bool shines(const Environment& environment) {
   const glm::vec3& radiance = environment.radiance;

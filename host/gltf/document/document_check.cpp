@@ -193,10 +193,10 @@ void check_materials(Json& document, WrongParts& wrong) {
   });
 }
 
-void check_textures(const Json& document) {
+void check_textures(Json& document, WrongParts& wrong) {
   const std::size_t image_count = count_of(document, "images"), sampler_count = count_of(document, "samplers"),
                     view_count = count_of(document, "bufferViews");
-  for_each(document, "textures", "texture", [&](const JsonView& texture) {
+  for_each_usable(document, "textures", "texture", wrong, [&](const JsonView& texture) {
     as_index(texture, "source", image_count, "image");
     as_index(texture, "sampler", sampler_count, "sampler");
     for (const JsonMember& entry : members(member(texture.value, "extensions"))) {
@@ -204,7 +204,7 @@ void check_textures(const Json& document) {
       if (!is_object(entry.value)) extension.fail("is not an object");
     }
   });
-  for_each(document, "images", "image", [&](const JsonView& image) {
+  for_each_usable(document, "images", "image", wrong, [&](const JsonView& image) {
     as_index(image, "bufferView", view_count, "bufferView");
     as_string(image, "uri");
   });
@@ -213,7 +213,7 @@ void check_textures(const Json& document) {
     if (value && std::find(legal.begin(), legal.end(), *value) == legal.end())
       sampler.fail(fmt::format("'{}' {} is none of {}", key, *value, fmt::join(legal, ", ")));
   };
-  for_each(document, "samplers", "sampler", [&](const JsonView& sampler) {
+  for_each_usable(document, "samplers", "sampler", wrong, [&](const JsonView& sampler) {
     one_of(sampler, "wrapS", {33071, 33648, 10497});
     one_of(sampler, "wrapT", {33071, 33648, 10497});
     one_of(sampler, "magFilter", {9728, 9729});
@@ -238,8 +238,8 @@ void check_orthographic(const JsonView& view) {
   if (!(aspect >= 1e-6 && aspect <= 1e6)) view.refuse(fmt::format("its picture of aspect {:g} is a line", aspect));
 }
 
-void check_cameras(const Json& document) {
-  for_each(document, "cameras", "camera", [&](const JsonView& camera) {
+void check_cameras(Json& document, WrongParts& wrong) {
+  for_each_usable(document, "cameras", "camera", wrong, [&](const JsonView& camera) {
     const std::string* type = as_string(camera, "type");
     if (type == nullptr || (*type != "perspective" && *type != "orthographic"))
       camera.fail("'type' is neither 'perspective' nor 'orthographic'");
@@ -258,7 +258,7 @@ void check_cameras(const Json& document) {
 // is not accepted now and refused by a version that reads them. Nothing uses an animation.
 void check_skins_and_animations(Json& document, WrongParts& wrong) {
   const std::size_t node_count = count_of(document, "nodes"), accessor_count = count_of(document, "accessors");
-  for_each(document, "skins", "skin", [&](const JsonView& skin) {
+  for_each_usable(document, "skins", "skin", wrong, [&](const JsonView& skin) {
     check_indices(skin, "joints", node_count, "node");
     as_index(skin, "skeleton", node_count, "node");
     as_index(skin, "inverseBindMatrices", accessor_count, "accessor");
@@ -326,9 +326,9 @@ void check_document(Json& document, WrongParts& wrong) {
   check_required_extensions(document);
   check_storage(document, wrong);
   check_meshes(document, wrong);
-  check_textures(document);
+  check_textures(document, wrong);
   check_materials(document, wrong);
-  check_cameras(document);
+  check_cameras(document, wrong);
   check_skins_and_animations(document, wrong);
   check_nodes(document, wrong);
 }

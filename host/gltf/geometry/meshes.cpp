@@ -100,7 +100,7 @@ Mesh MeshReader::read(const Wanted& wanted) {
     }
     note_features(part, user);
     if (!primitive.attributes.contains("POSITION")) {
-      source_.notes.warn(part.user + ": left out, it has no POSITION");
+      source_.notes.mended(part.user + ": left out, it has no POSITION");
       continue;
     }
     if (const Json* extension = extension_of(primitive.json, kDracoExtension)) {

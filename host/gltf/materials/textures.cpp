@@ -125,9 +125,11 @@ std::optional<Texture> TextureReader::find(const JsonView& owner, const char* ke
     return std::nullopt;
   }
   const std::size_t index = to_index(*member(*info, "index"));
+  check_part("texture", index);
   const Json& texture_json = element(items(source_.document, "textures"), index);
   const JsonView texture{.value = texture_json, .kind = "texture", .index = static_cast<std::int64_t>(index)};
   if (const Json* sampler_index = member(texture_json, "sampler")) {
+    check_part("sampler", to_index(*sampler_index));
     const Json& sampler = element(items(source_.document, "samplers"), to_index(*sampler_index));
     result.wrap_u = wrap_of(sampler, "wrapS");
     result.wrap_v = wrap_of(sampler, "wrapT");
@@ -140,6 +142,10 @@ std::optional<Texture> TextureReader::find(const JsonView& owner, const char* ke
   if (!image) return std::nullopt;
   result.image = *image;
   return result;
+}
+
+void TextureReader::check_part(const char* kind, std::size_t index) const {
+  if (source_.wrong != nullptr) source_.wrong->check(kind, index);
 }
 
 // An index into scene_.images.
@@ -192,6 +198,7 @@ std::optional<std::uint32_t> TextureReader::image_of_extension(const JsonView& t
 
 const TextureReader::Use& TextureReader::use_image(std::size_t index) {
   if (of_image_[index]) return *of_image_[index];
+  check_part("image", index);
   const Json& json = element(items(source_.document, "images"), index);
   const JsonView image{.value = json, .kind = "image", .index = static_cast<std::int64_t>(index)};
   const Json *uri = member(json, "uri"), *view = member(json, "bufferView");

@@ -12,6 +12,7 @@
 #include "gltf/document/buffer_views.h"
 #include "io/json_text.h"
 #include "io/xxhash64.h"
+#include "gltf/document/wrong_parts.h"
 #include "scene/scene.h"
 #include "io/source_file.h"
 #include "scene/notes.h"
@@ -24,6 +25,7 @@ struct TextureSource {
   const BufferViews& views;
   std::filesystem::path folder;  // of the scene: images outside it are refused
   std::uint64_t budget_bytes;    // for all decoded images together
+  const WrongParts* wrong = nullptr;  // null: every part has passed its check
 };
 
 /// Half of this machine's memory.
@@ -68,6 +70,7 @@ class TextureReader {
     std::uint32_t image = 0, glossy = 0;  // indices into scene_.images
     float glossiness = 1.0F;
   };
+  void check_part(const char* kind, std::size_t index) const;
   std::optional<std::uint32_t> image_of(const JsonView& texture);
   std::optional<std::uint32_t> image_of_extension(const JsonView& texture, const char* name);
   const Use& use_image(std::size_t index);

@@ -26,8 +26,6 @@ struct Emitter {
   bool both_sides = false;
 };
 
-double mean(const glm::vec3& color) { return (double(color.x) + double(color.y) + double(color.z)) / 3; }
-
 double area_of(const PlacedTriangle& t) {
   return 0.5 * glm::length(glm::cross(t.corners[1] - t.corners[0], t.corners[2] - t.corners[0]));
 }

@@ -20,8 +20,6 @@ constexpr double kPi = std::numbers::pi;
 /// The value of Light.kind.
 constexpr std::uint32_t kind_word(LightKind kind) { return std::uint32_t(kind); }
 
-double mean(const glm::vec3& colour) { return (double(colour.x) + double(colour.y) + double(colour.z)) / 3.0; }
-
 // Light sampling derives a light's normal in floats. A needle for which that fails is not sampled.
 // Its light_pdf_m2 stays 0, so that emission found by scattered rays counts in full.
 bool can_be_sampled(const Triangle& t, const glm::dvec3& normal) {

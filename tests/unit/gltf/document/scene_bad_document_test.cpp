@@ -199,26 +199,32 @@ TEST(SceneBadDocument, indices_between_the_parts_of_a_document_are_checked) {
       {"image of texture",
        [](Builder& b) {
          b.json["textures"] = {{{"source", 0}}};
+         b.material()["normalTexture"] = {{"index", 0}};
        },
        "texture 0"},
       {"sampler of texture",
        [](Builder& b) {
          b.json["textures"] = {{{"sampler", 3}}};
+         b.material()["normalTexture"] = {{"index", 0}};
        },
        "texture 0"},
       {"view of image",
        [](Builder& b) {
          b.json["images"] = {{{"bufferView", 99}}};
+         b.json["textures"] = {{{"source", 0}}};
+         b.material()["normalTexture"] = {{"index", 0}};
        },
        "image 0"},
       {"joint of skin",
        [](Builder& b) {
          b.json["skins"] = {{{"joints", {4}}}};
+         b.node()["skin"] = 0;
        },
        "skin 0"},
       {"matrices of skin",
        [](Builder& b) {
          b.json["skins"] = {{{"joints", {0}}, {"inverseBindMatrices", 8}}};
+         b.node()["skin"] = 0;
        },
        "skin 0"},
   });
@@ -234,6 +240,7 @@ TEST(SceneBadDocument, values_of_the_wrong_kind_are_refused) {
   const auto orthographic = [](const Json& lens) {
     return [=](Builder& b) {
       b.json["cameras"] = {{{"name", "plan"}, {"type", "orthographic"}, {"orthographic", lens}}};
+      b.node()["camera"] = 0;
     };
   };
   expect_refused({
@@ -318,16 +325,19 @@ TEST(SceneBadDocument, values_of_the_wrong_kind_are_refused) {
       {"camera of no type",
        [](Builder& b) {
          b.json["cameras"] = {{{"name", "eye"}}};
+         b.node()["camera"] = 0;
        },
        "camera 'eye': 'type'"},
       {"camera fisheye",
        [](Builder& b) {
          b.json["cameras"] = {{{"type", "fisheye"}}};
+         b.node()["camera"] = 0;
        },
        "camera 0: 'type'"},
       {"camera without lens",
        [](Builder& b) {
          b.json["cameras"] = {{{"type", "perspective"}}};
+         b.node()["camera"] = 0;
        },
        "'perspective' is missing"},
       {"yfov missing", camera({{"znear", 1}}), "camera 'eye'"},

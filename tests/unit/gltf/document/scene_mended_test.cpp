@@ -147,7 +147,24 @@ TEST(SceneMended, wrong_parts_that_the_scene_does_not_use_are_left_out_and_refus
       {[](Builder& b) {
          b.json["nodes"].push_back({{"name", "bad"}, {"mesh", 7}});
        },
-       [](Builder& b) { b.node()["children"] = {1}; }, "node 'bad': 'mesh' names mesh 7"}};
+       [](Builder& b) { b.node()["children"] = {1}; }, "node 'bad': 'mesh' names mesh 7"},
+      {[](Builder& b) { b.json["cameras"] = {{{"type", "fisheye"}}}; }, [](Builder& b) { b.node()["camera"] = 0; },
+       "camera 0: 'type'"},
+      {[](Builder& b) { b.json["skins"] = {{{"joints", {4}}}}; }, [](Builder& b) { b.node()["skin"] = 0; }, "skin 0"},
+      {[](Builder& b) { b.json["textures"] = {{{"source", 5}}}; },
+       [](Builder& b) { b.material()["normalTexture"] = {{"index", 0}}; }, "texture 0"},
+      {[](Builder& b) { b.json["samplers"] = {{{"wrapS", 7}}}; },
+       [](Builder& b) {
+         b.json["textures"] = {{{"sampler", 0}}};
+         b.material()["normalTexture"] = {{"index", 0}};
+       },
+       "sampler 0: 'wrapS' 7"},
+      {[](Builder& b) { b.json["images"] = {{{"uri", 7}}}; },
+       [](Builder& b) {
+         b.json["textures"] = {{{"source", 0}}};
+         b.material()["normalTexture"] = {{"index", 0}};
+       },
+       "image 0: 'uri'"}};
   for (const Part& part : parts) {
     SCOPED_TRACE(part.says);
     Builder builder;
@@ -185,7 +202,8 @@ TEST(SceneMended, a_primitive_without_positions_is_left_out) {
   const Scene scene = builder.load();
   expect_triangle(scene);
   EXPECT_EQ(scene.meshes[0].primitives.size(), 1U);
-  EXPECT_TRUE(scene_test::warns(scene, "primitive 1: left out, it has no POSITION"));
+  ASSERT_EQ(scene.out_of_range.size(), 1U);
+  EXPECT_TRUE(mentions(scene.out_of_range[0], "primitive 1: left out, it has no POSITION"));
 }
 
 TEST(SceneMended, a_pointer_of_git_lfs_is_named_wherever_it_stands) {
