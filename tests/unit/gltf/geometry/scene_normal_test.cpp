@@ -11,7 +11,7 @@ using scene_test::Builder;
 using scene_test::mentions;
 using scene_test::warns;
 
-constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+constexpr float kNotANumber = std::numeric_limits<float>::quiet_NaN();
 
 void set(Builder& builder, const std::string& name, const std::vector<float>& values) {
   builder.primitive()["attributes"][name] = builder.add("VEC3", 5126, values, values.size() / 3);
@@ -23,7 +23,7 @@ TEST(SceneNormals, a_bad_normal_becomes_that_of_its_triangles_and_the_others_sta
   set(builder, "POSITION", std::vector<float>{0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, -2, 5, 5, 5});
   builder.primitive()["indices"] = builder.add("SCALAR", 5121, std::vector<std::uint8_t>{0, 1, 2, 1, 0, 3, 4, 4, 0}, 9);
   set(builder, "NORMAL",
-      std::vector<float>{0, 0, 0, kNan, 0, 1, 3, 0, 0, 0, 0, 1, 0, std::numeric_limits<float>::infinity(), 0});
+      std::vector<float>{0, 0, 0, kNotANumber, 0, 1, 3, 0, 0, 0, 0, 1, 0, std::numeric_limits<float>::infinity(), 0});
   const Scene scene = builder.load();
   const std::vector<glm::vec3> normals = scene.meshes.at(0).primitives.at(0).normals_object;
   ASSERT_EQ(normals.size(), 5U);
@@ -39,7 +39,7 @@ TEST(SceneNormals, a_bad_normal_becomes_that_of_its_triangles_and_the_others_sta
 }
 
 TEST(SceneNormals, one_zero_or_non_finite_normal_is_named_and_leaves_the_others_alone) {
-  for (const float bad : {0.0F, kNan, std::numeric_limits<float>::infinity()}) {
+  for (const float bad : {0.0F, kNotANumber, std::numeric_limits<float>::infinity()}) {
     Builder builder;
     set(builder, "NORMAL", std::vector<float>{1, 0, 0, 0, 0, bad, 0, 1, 0});
     const Scene scene = builder.load();
