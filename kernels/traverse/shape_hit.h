@@ -76,7 +76,7 @@ EK_FN ShapeHit shape_hit_within(SceneData scene, const RayLanes* ray, vi live, v
   vi open = live;
   found.gave_up = EK_INFINITY;
   vi culls = (vi)(0);  // the lanes whose ray passes backs (traverse/hit.h)
-  if (EK_HAS_culling && EK_CULLED(scene) != 0u)
+  if (EK_HAS_culling & (EK_CULLED(scene) != 0u))
     culls = live & ((load_word_u(Triangle, scene.triangles, id, flags) & (vu)(EK_CULLED(scene))) != 0u);
   vf after = (vf)(0.0f);
   for (uint number = 0;; ++number) {

@@ -1,0 +1,116 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Measures whether the error that images state is true: renders scenes with many seeds and compares with a reference.
+
+  tools/coverage.py [--eikon FILE] [--seeds N] [--spp 4,16,64] [--json FILE] [SCENE=WxH[@REFERENCE_SPP] ...]
+
+For each scene and number of samples a row: the median of predicted over true relMSE, the share of seeds whose 95 %
+interval holds the truth, and how much wider the intervals are than the narrowest that would hold 95 % of these seeds (the
+ratio of their logarithms). The truth is what `eikon compare` finds on average over the seeds, which is what the
+prediction is for (host/film/film_error.cpp). Without scenes, four of scenes/ are measured. Standard library only.
+"""
+
+import argparse
+import json
+import math
+import pathlib
+import statistics
+import subprocess
+import sys
+import tempfile
+
+ROOT = pathlib.Path(__file__).resolve().parents[1]
+USUAL = ["cornell=96x96@16384", "window_room=96x64@16384", "cornell_spheres=96x96@32768", "lamps=96x64@8192"]
+REFERENCE_SEED = 1_000_003
+
+
+def parse_scene(text):
+    """(file, "WxH", samples of the reference) of SCENE=WxH@SPP; a bare name is a shipped scene."""
+    name, _, rest = text.partition("=")
+    size, _, spp = rest.partition("@")
+    path = pathlib.Path(name)
+    if path.suffix not in (".gltf", ".glb"):
+        path = ROOT / "scenes" / f"{name}.gltf"
+    return path.resolve(), size or "96x96", int(spp or 16384)
+
+
+def run(*command):
+    done = subprocess.run([str(c) for c in command], capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        sys.exit(f"coverage.py: {' '.join(str(c) for c in command)} ended with {done.returncode}: {done.stderr.strip()}")
+    return done.stdout
+
+
+def measured(eikon, folder, scene, size, spp, seeds, reference):
+    """[(true relMSE of the image, predicted, lo, hi)] of each seed."""
+    names = [f"{spp}.{seed}" for seed in range(seeds)]
+    jobs = folder / f"{spp}.jobs"
+    jobs.write_text("".join(f"render {scene} -o {name}.exr --stats {name}.json --size {size} --spp {spp} --seed {seed}\n"
+                            for seed, name in enumerate(names)))
+    run(eikon, "batch", jobs, "--quiet")
+    results = []
+    for name in names:
+        error = json.loads(run(eikon, "compare", folder / f"{name}.exr", reference, "--json"))["relmse"]
+        stats = json.loads((folder / f"{name}.json").read_text())
+        results.append((error, find(stats, "relmse_predicted"), *find(stats, "relmse_interval")))
+    return results
+
+
+def find(tree, key):
+    """The value of a key anywhere in a tree."""
+    if isinstance(tree, dict):
+        if key in tree:
+            return tree[key]
+        tree = list(tree.values())
+    for child in tree if isinstance(tree, list) else ():
+        value = find(child, key)
+        if value is not None:
+            return value
+    return None
+
+
+def row(results):
+    """Median of predicted over true, share of intervals that hold the truth, their width over the narrowest that would do."""
+    truth = statistics.fmean(error for error, *_ in results)
+    held = [lo <= truth <= hi for _, _, lo, hi in results]
+    off = sorted(abs(math.log(predicted / truth)) for _, predicted, _, _ in results)
+    narrowest = off[min(len(off) - 1, math.ceil(0.95 * len(off)) - 1)]
+    width = statistics.median(math.log(hi / lo) / 2 for _, _, lo, hi in results)
+    return {"truth": truth, "ratio": statistics.median(p for _, p, _, _ in results) / truth, "held": sum(held),
+            "seeds": len(results), "width": width / narrowest if narrowest > 0 else math.inf}
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("scenes", nargs="*", default=USUAL)
+    parser.add_argument("--eikon", default=str(ROOT / "build-release/eikon"))
+    parser.add_argument("--seeds", type=int, default=24)
+    parser.add_argument("--spp", default="4,16,64")
+    parser.add_argument("--references", type=pathlib.Path, help="folder that keeps the references for the next run")
+    parser.add_argument("--json", type=pathlib.Path)
+    args = parser.parse_args()
+    rows = []
+    print("| scene | spp | true relMSE | predicted / true | held | width / narrowest |\n|---|---|---|---|---|---|")
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = pathlib.Path(temporary)
+        for text in args.scenes:
+            scene, size, reference_spp = parse_scene(text)
+            kept = args.references or folder
+            kept.mkdir(parents=True, exist_ok=True)
+            reference = kept / f"{scene.stem}.{size}.{reference_spp}.exr"
+            if not reference.exists():
+                run(args.eikon, "render", scene, "-o", reference, "--size", size, "--spp", reference_spp, "--seed", REFERENCE_SEED,
+                    "--quiet")
+            for spp in (int(n) for n in args.spp.split(",")):
+                result = row(measured(args.eikon, folder, scene, size, spp, args.seeds, reference))
+                rows.append({"scene": scene.stem, "size": size, "spp": spp, **result})
+                print(f"| {scene.stem} {size} | {spp} | {result['truth']:.3e} | {result['ratio']:.2f} | "
+                      f"{result['held']} of {result['seeds']} | {result['width']:.2f} |", flush=True)
+    held, all_seeds = sum(r["held"] for r in rows), sum(r["seeds"] for r in rows)
+    print(f"\n{held} of {all_seeds} intervals hold the truth ({100 * held / all_seeds:.1f} %)")
+    if args.json:
+        args.json.write_text(json.dumps(rows, indent=1) + "\n")
+
+
+if __name__ == "__main__":
+    main()
