@@ -15,6 +15,14 @@
 // stay. The pixel's own m counts only where it has few such neighbours. The second error is removed
 // to second order by the expected squared error of mu.
 //
+// The edge of a lamp looks like an outlier: it is bright, its V is large, and its surroundings are
+// dark. But an outlier is in one replicate, and stands alone. So where the surroundings say that a
+// pixel's mu is less than 0.4 m, and two or more adjacent pixels are as bright without doubt (both of
+// their replicates are), m itself counts. In scenes/cornell.gltf of 96x96 pixels the prediction at 16
+// samples was 1.41 times the error, and is 1.03; in scenes/lamps.gltf 1.47 and 0.91. Lamps smaller than
+// a pixel have no such neighbours: in a hall of 1,000 of them it is still 4.6 times the error at 16
+// samples, and 1.46 at 64 (6.6 and 2.6 before).
+//
 // The remaining bias, measured on synthetic pixels (tests/unit/film/film_error_test.cpp), is about
 // 5 % for normal and for log-normal samples on gradients and edges, 11 to 13 % when neighbours are
 // unrelated, -11 % for samples of standard deviation 7 times their mean at a relMSE of 0.8, and
@@ -53,6 +61,10 @@ constexpr int kRadius = 3;              // radius of the window of neighbours
 constexpr double kReach = 1.5;
 // Bounds of the remaining bias that the tests find: 0.3 sqrt(T) and 0.1, relative to T.
 constexpr double kBias = 0.3, kMaxBias = 0.1;
+// A pixel is no outlier if it is not brighter than 1 / kAlike times kEnoughBright adjacent pixels, of
+// which each has a mean that is known to within the factor kCertain.
+constexpr double kAlike = 0.4, kCertain = 0.35;
+constexpr int kEnoughBright = 2;
 constexpr double kEnough = 8;  // with so many neighbours the own mean of a pixel is not needed
 
 struct Plane {
@@ -161,6 +173,20 @@ Estimate expectation(double mean, double variance, const Neighbours<double, int>
           .squared_error = spread / (weight * weight) + std::max(own_noise, pulled_noise)};
 }
 
+/// True if a pixel is brighter than what its surroundings say of it, and yet no outlier, because
+/// pixels beside it are as bright without doubt.
+bool is_edge_of_lamp(const Plane& mean, const Plane& variance, int x, int y, const Estimate& mu) {
+  if (mu.mean >= kAlike * mean.at(x, y)) return false;
+  int bright = 0;
+  for (int j = std::max(0, y - 1); j <= std::min(mean.height - 1, y + 1); ++j)
+    for (int i = std::max(0, x - 1); i <= std::min(mean.width - 1, x + 1); ++i) {
+      const double other = mean.at(i, j), doubt = kCertain * other;
+      const bool is_bright = other >= kAlike * mean.at(x, y) && variance.at(i, j) <= doubt * doubt;
+      bright += is_bright && (i != x || j != y) ? 1 : 0;
+    }
+  return bright >= kEnoughBright;
+}
+
 /// Estimates 1 / (mu^2 + eps), without bias to second order in the error of mu, and within 0 and
 /// 2 / eps.
 double inverse_scale(const Estimate& mu) {
@@ -192,7 +218,8 @@ PredictedError Film::predicted_error() const {
     if (!known) return {};
     const auto add = [&](int x, int y, const Neighbours<double, int>& near) {
       const double noise = variance.at(x, y);
-      const Estimate mu = expectation(mean_of.at(x, y), noise, near, candidates_of(mean_of, x, y), own_share);
+      Estimate mu = expectation(mean_of.at(x, y), noise, near, candidates_of(mean_of, x, y), own_share);
+      if (is_edge_of_lamp(mean_of, variance, x, y, mu)) mu = {mean_of.at(x, y), own_share * noise};
       if (noise > 0) error.at(x, y) += noise * inverse_scale(mu) / 3;
     };
     tbb::parallel_for(0, height, [&](int y) {
