@@ -249,10 +249,8 @@ PredictedError Film::predicted_error() const {
   }
   PredictedError result{.relmse = sum / pixels, .lo = 0, .hi = 0, .known = true};
   if (sum == 0) return result;
-  if (pixels < 2) {
-    result.hi = std::numeric_limits<double>::infinity();  // one value has no spread
-    return result;
-  }
+  if (pixels < 2) result.hi = std::numeric_limits<double>::infinity();  // one value has no spread
+  if (pixels < 2) return result;
   const double deviation = std::sqrt(differences / 2 / (pixels * (pixels - 1)));
   const double scatter = kQuantile * deviation / result.relmse;
   const double systematic = std::min(kMaxBias, kBias * std::sqrt(result.relmse));
