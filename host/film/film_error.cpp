@@ -247,10 +247,10 @@ PredictedError Film::predicted_error() const {
       previous = value;
     }
   }
-  PredictedError result{.relmse = sum / pixels, .lo = 0, .hi = 0, .known = true};
-  if (sum == 0) return result;
-  if (pixels < 2) result.hi = std::numeric_limits<double>::infinity();  // one value has no spread
-  if (pixels < 2) return result;
+  // One value has no spread, and so no upper bound.
+  const double no_bound = sum > 0 && pixels < 2 ? std::numeric_limits<double>::infinity() : 0;
+  PredictedError result{.relmse = sum / pixels, .lo = 0, .hi = no_bound, .known = true};
+  if (sum == 0 || pixels < 2) return result;
   const double deviation = std::sqrt(differences / 2 / (pixels * (pixels - 1)));
   const double scatter = kQuantile * deviation / result.relmse;
   const double systematic = std::min(kMaxBias, kBias * std::sqrt(result.relmse));

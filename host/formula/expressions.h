@@ -47,8 +47,8 @@ struct Node {
   [[nodiscard]] float value() const;  // of a constant
 };
 
-/// What an operation takes, and its code on numbers and on intervals: {0} to {3} stand for the
-/// operands, {4} for the node's number.
+/// An operation has a number of operands, and code on numbers and on intervals: {0} to {3} stand
+/// for the operands, {4} for the node's number.
 struct OpInfo {
   std::size_t operands;
   const char *number_code, *interval_code;

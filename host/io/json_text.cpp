@@ -51,7 +51,7 @@ void check_shape(std::string_view text) {
   if (values > kMaxValues) throw InputError(fmt::format("JSON of {} values, at most {} are read", values, kMaxValues));
 }
 
-// Where the text of a string lies, without its quotes.
+// A string lies in the bytes [begin, end) of the JSON text; its quotes are outside of them.
 struct Piece {
   std::size_t begin, end;
 };

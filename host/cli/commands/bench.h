@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What `bench rays` compares with: every accelerator (--accel all), and Embree (--versus embree).
+// `bench rays` compares with every accelerator (--accel all) and with Embree (--versus embree).
 #pragma once
 #include <memory>
 #include <span>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a camera sees of a scene, on a coarse grid and without a device. It decides defaults, such as
-// whether a scene needs light; it never decides a pixel.
+// This finds the surfaces that a camera sees, on a coarse grid and without a device. They decide
+// defaults, such as whether a scene needs light, and never a pixel.
 #pragma once
 #include <cstdint>
 #include <functional>

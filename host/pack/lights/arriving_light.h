@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whether a scene's own lights light what its camera sees.
+// This tells how well a scene's own lights light the surfaces that its camera sees.
 #pragma once
 #include "pack/settings.h"
 #include "scene/scene.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What follows from a material: its lobe, the class of shading that its surfaces take, and its rank
-// among overlapping solids.
+// Traits are derived from a material: its lobe, the class of shading that its surfaces take, and its
+// rank among overlapping solids.
 #pragma once
 #include <cstdint>
 #include <vector>
