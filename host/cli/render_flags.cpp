@@ -11,6 +11,26 @@ namespace {
 
 constexpr std::uint64_t kMostSamples = std::uint64_t{1} << 48;
 
+/// "1e-3" is a relMSE, "2%" the root of one. throws UsageError
+double parse_target_error(const std::string& text) {
+  // Rounding of single precision: its square is the least relMSE that images can have.
+  constexpr double kLeast = 1e-12;
+  const bool percent = text.ends_with('%');
+  const double number = parse_numbers("--target-error", percent ? text.substr(0, text.size() - 1) : text, 1)[0];
+  const double relmse = percent ? 1e-4 * number * number : number;
+  if (number > 0 && relmse >= kLeast && relmse <= 1e6) return relmse;
+  throw UsageError(fmt::format("--target-error {}: takes a relMSE from {:g} to 1e6, or the root of one in percent, e.g. 2%",
+                               text, kLeast));
+}
+
+void add_goal_flags(CommandFlags& flags, GoalOptions& goal) {
+  flags.group("End (whichever comes first, or --spp)");
+  flags.parsed({"--target-error", "RELMSE|PERCENT%", "end when the image's error is below a relMSE, or the root of one in percent"},
+               [&](const std::string& text) { goal.relmse = parse_target_error(text); });
+  flags.parsed({"--time", "SECONDS", "end in time for the files to be written so long after the start; in a batch: seconds of rendering"},
+               [&](const std::string& text) { goal.seconds = parse_real("--time", text, 0.01, 1e9); });
+}
+
 void add_output_flags(CommandFlags& flags, RenderOptions& options) {
   flags.group("Output (- is standard output)");
   flags.text({"-o,--output", "FILE", "OpenEXR image [SCENE.exr in this folder]"}, options.output);
@@ -22,6 +42,7 @@ void add_output_flags(CommandFlags& flags, RenderOptions& options) {
              [&](const std::string& text) {
                options.scene.depth_series.insert(std::uint32_t(parse_unsigned("--depth-series", text, kMaxScatterBound)));
              });
+  add_goal_flags(flags, options.goal);
   flags.text({"--checkpoint", "FILE", "keep what is done here: regularly, at the end, and when interrupted"},
              options.checkpoint.file);
   flags.number({"--checkpoint-every", "SECONDS", "time between checkpoints [60]"}, options.checkpoint.every_s, 0.01, 1e9);
@@ -74,6 +95,8 @@ void add_render_flags(CommandFlags& flags, RenderOptions& options) {
   add_execution_flags(flags, options.execution, true);
   add_output_flags(flags, options);
   add_diagnosis_flags(flags, options);
+  for (const char* goal : {"--target-error", "--time"}) flags.exclude(goal, "--pixel");
+  flags.exclude("--target-error", "--samples");
 }
 
 RenderOptions parse_render(std::vector<std::string> words) {

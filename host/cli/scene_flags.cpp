@@ -153,7 +153,8 @@ void add_image_flags(CommandFlags& flags, SceneOptions& options) {
 
 void add_light_flags(CommandFlags& flags, SceneOptions& options, const std::string& spp_about) {
   flags.group("Light");
-  flags.number({"--spp", "N", spp_about}, options.spp, 1, double(kMaxSamples));
+  flags.parsed({"--spp", "N", spp_about},
+               [&](const std::string& text) { options.spp = parse_unsigned("--spp", text, kMaxSamples, 1); });
   flags.number({"--seed", "N", "seed of the random numbers; images of different seeds are independent [0]"},
                options.seed, 0, 4294967295.0);
   add_environment_flags(flags, options.environment);

@@ -179,6 +179,22 @@ void Film::add(const Film& other) {
         for (const MatteCount& count : other.matte(m, x, y)) add_to_matte(m, x, y, count);
 }
 
+Film Film::window(const Crop& crop) const {
+  FilmLayout layout = layout_;
+  layout.crop = crop;
+  Film part(std::move(layout));
+  const std::size_t cells = layout_.replicates * layout_.channels.size();
+  for (std::uint32_t y = crop.y0; y < crop.y1; ++y) {
+    const std::size_t first = pixel_index(crop.x0, y);
+    part.add_row(crop.x0, y, {&sums_[first * cells], crop.width() * cells},
+                 {&counts_[first * layout_.replicates], std::size_t{crop.width()} * layout_.replicates});
+    for (std::size_t m = 0; m < mattes_.size(); ++m)
+      for (std::uint32_t x = crop.x0; x < crop.x1; ++x)
+        for (const MatteCount& count : matte(m, x, y)) part.add_to_matte(m, x, y, count);
+  }
+  return part;
+}
+
 void Film::add_to_matte(std::size_t matte, std::uint32_t x, std::uint32_t y, const MatteCount& count) {
   (void)pixel_index(x, y);
   mattes_.at(matte).add(x - layout_.crop.x0, y - layout_.crop.y0, count);

@@ -65,9 +65,14 @@ struct UnitSums {
 /// The relative mean squared error of the image, predicted from the spread between replicates, and
 /// its 95 % confidence interval.
 struct PredictedError {
-  double relmse = 0, lo = 0, hi = 0;
+  double relmse = 0, lo = 0, hi = 0;  // hi is infinite where only "at least" can be said
   // False for one replicate, or when some replicate of some pixel has no sample.
   bool known = false;
+  // Of the logarithm of relmse: its standard deviation, and a bound of its bias.
+  double scatter = 0, bias = 0;
+
+  /// The upper end of a one-sided interval: relMSE lies above it with this probability.
+  [[nodiscard]] double upper(double probability) const;
 };
 
 /// Not synchronised: one writer at a time, and no reader beside it.
@@ -89,6 +94,9 @@ class Film {
   /// Adds another film of the same image size, replicates, channels and mattes, whose crop lies
   /// inside this one's. The caller must know that their samples are disjoint. throws as above
   void add(const Film& other);
+
+  /// The part of the film in a window inside its crop.
+  [[nodiscard]] Film window(const Crop& crop) const;
 
   /// Exact sum and count; x and y are coordinates of the full image, inside the crop.
   [[nodiscard]] int128 sum(std::uint32_t x, std::uint32_t y, std::uint32_t replicate, std::uint32_t channel) const;

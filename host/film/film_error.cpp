@@ -36,6 +36,9 @@
 // because a mean of squares is skewed. It allows for the bias above, which does not shrink with the
 // number of pixels.
 //
+// Where less than four pixels carry the whole error, or nothing but black was found, the interval has
+// no upper end: the error is at least as large as the lower, which is that of one normal square.
+//
 // The assumptions are independent replicates and pixels, and enough pixels that the worst of them
 // do not carry the whole error. No estimate contains rare outliers that no replicate has met; until
 // one is met, the interval lies too low.
@@ -47,6 +50,7 @@
 #include <cstdint>
 #include <cstring>
 #include <limits>
+#include <numbers>
 
 #include "core/device_vector.h"
 #include "film/film.h"
@@ -65,6 +69,9 @@ constexpr double kBias = 0.3, kMaxBias = 0.1;
 // which each has a mean that is known to within the factor kCertain.
 constexpr double kAlike = 0.4, kCertain = 0.35;
 constexpr int kEnoughBright = 2;
+// The error has no upper bound where fewer pixels carry it, by (sum T_p)^2 / sum T_p^2.
+constexpr double kLeastCarriers = 4;
+constexpr double kChiSquared = 5.0239;  // quantile of chi squared with one degree of freedom for 97.5 %
 constexpr double kEnough = 8;  // with so many neighbours the own mean of a pixel is not needed
 
 struct Plane {
@@ -198,7 +205,22 @@ double inverse_scale(const Estimate& mu) {
   return c > 0 ? f / (1 + c * relative) : f * (1 - c * relative / (1 + relative));
 }
 
+/// The quantile of the standard normal distribution that lies above 0: exceeded with this probability below 1/2.
+double normal_quantile(double probability) {
+  double low = 0, high = 40;
+  for (int i = 0; i < 100; ++i) {
+    const double middle = 0.5 * (low + high);
+    (0.5 * std::erfc(middle / std::numbers::sqrt2) > probability ? low : high) = middle;
+  }
+  return low;
+}
+
 }  // namespace
+
+double PredictedError::upper(double probability) const {
+  if (!known || !std::isfinite(hi)) return std::numeric_limits<double>::infinity();
+  return relmse * std::exp(std::hypot(normal_quantile(probability) * scatter, bias));
+}
 
 PredictedError Film::predicted_error() const {
   const Crop& crop = layout_.crop;
@@ -207,13 +229,15 @@ PredictedError Film::predicted_error() const {
   const double own_share = (layout_.replicates - 1.0) / (layout_.replicates + 1.0);
   Plane error(width, height), mean_of(width, height), variance(width, height);
   std::ranges::fill(error.values, 0.0);
-  std::atomic<bool> known{true};
+  std::atomic<bool> known{true}, lit{false};
   for (std::uint32_t c = 0; c < 3; ++c) {
     // Each pixel writes only its own element, so the number of threads changes no bit.
     tbb::parallel_for(crop.y0, crop.y1, [&](std::uint32_t y) {
       double* const row = &variance.values[pixel_index(crop.x0, y)];
       row_spread(y, c, &mean_of.values[pixel_index(crop.x0, y)], row);
       if (std::any_of(row, row + width, [](double value) { return std::isnan(value); })) known = false;
+      const double* const means = &mean_of.values[pixel_index(crop.x0, y)];
+      if (std::any_of(means, means + width, [](double value) { return value != 0; })) lit = true;
     });
     if (!known) return {};
     const auto add = [&](int x, int y, const Neighbours<double, int>& near) {
@@ -238,23 +262,28 @@ PredictedError Film::predicted_error() const {
   }
 
   const auto pixels = static_cast<double>(error.values.size());
-  double sum = 0, differences = 0, previous = 0;
+  double sum = 0, squares = 0, differences = 0, previous = 0;
   for (int y = 0; y < height; ++y) {
     for (int i = 0; i < width; ++i) {
       const double value = error.at(y % 2 == 0 ? i : width - 1 - i, y);
       sum += value;
+      squares += value * value;
       if (i > 0 || y > 0) differences += (value - previous) * (value - previous);
       previous = value;
     }
   }
-  // One value has no spread, and so no upper bound.
-  const double no_bound = sum > 0 && pixels < 2 ? std::numeric_limits<double>::infinity() : 0;
-  PredictedError result{.relmse = sum / pixels, .lo = 0, .hi = no_bound, .known = true};
-  if (sum == 0 || pixels < 2) return result;
+  PredictedError result{.relmse = sum / pixels, .lo = sum / pixels, .hi = sum / pixels, .known = true};
+  // Samples that are all alike have no error, unless none of them has found any light.
+  if (sum == 0 && lit) return result;
+  if (pixels < kLeastCarriers || sum * sum < kLeastCarriers * squares) {
+    result.lo = result.relmse / kChiSquared;
+    result.hi = std::numeric_limits<double>::infinity();
+    return result;
+  }
   const double deviation = std::sqrt(differences / 2 / (pixels * (pixels - 1)));
-  const double scatter = kQuantile * deviation / result.relmse;
-  const double systematic = std::min(kMaxBias, kBias * std::sqrt(result.relmse));
-  const double factor = std::exp(std::hypot(scatter, systematic));
+  result.scatter = deviation / result.relmse;
+  result.bias = std::min(kMaxBias, kBias * std::sqrt(result.relmse));
+  const double factor = std::exp(std::hypot(kQuantile * result.scatter, result.bias));
   result.lo = result.relmse / factor;
   result.hi = result.relmse * factor;
   return result;

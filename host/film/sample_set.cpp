@@ -122,6 +122,11 @@ std::optional<WorkUnit> SampleSet::overlap(const SampleSet& other) const {
   return std::nullopt;
 }
 
+std::uint64_t SampleSet::complete_until(const Crop& crop, std::uint64_t begin, std::uint64_t end) const {
+  const std::vector<WorkUnit> left = missing(crop, begin, end);
+  return left.empty() ? end : left.front().sample_begin;
+}
+
 std::vector<WorkUnit> SampleSet::missing(const Crop& crop, std::uint64_t begin, std::uint64_t end) const {
   std::vector<WorkUnit> missing;
   if (is_empty({crop, begin, end})) return missing;

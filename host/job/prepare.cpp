@@ -231,7 +231,7 @@ Prepared settle(const SceneOptions& options, std::shared_ptr<Scene> loaded, cons
   Settings& settings = prepared.settings;
   settle_camera_and_size(options, scene, settings, log);
   prepared.camera_name = settings.camera.name;
-  const SampleRange samples = options.samples.value_or(SampleRange{0, options.spp});
+  const SampleRange samples = options.samples.value_or(SampleRange{0, options.spp.value_or(kUsualSpp)});
   settings.sample_begin = samples.begin;
   settings.sample_end = samples.end;
   settings.culling = options.culling;

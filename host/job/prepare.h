@@ -45,6 +45,8 @@ struct EnvironmentOptions {
 /// `direct` is `path` with at most two edges.
 enum class IntegratorChoice { path, direct, whitted, raycast };
 
+inline constexpr std::uint64_t kUsualSpp = 64;  // samples per pixel
+
 struct SceneOptions {
   std::string scene;    // glTF file
   std::string variant;  // KHR_materials_variants; empty: none
@@ -67,7 +69,7 @@ struct SceneOptions {
 
   EnvironmentOptions environment;
 
-  std::uint64_t spp = 64;
+  std::optional<std::uint64_t> spp;    // default: kUsualSpp
   std::optional<SampleRange> samples;  // default: 0 to spp
   std::uint64_t seed = 0;
   std::uint32_t max_depth = 0;  // 0: no limit

@@ -77,18 +77,110 @@ RenderJob::RenderJob(RenderOptions options, Log log, double begin_s)
 void RenderJob::load() {
   const TraceScope loading(trace_.get(), Trace::kMain, "load");
   prepared_ = prepare(options_.scene, options_.quiet ? log_unless(true) : log_);
+  settle_goal();
   checkpoint_.begin(prepared_);
 }
 
 void RenderJob::load(std::shared_ptr<Scene> scene, double load_s) {
   prepared_ = settle(options_.scene, std::move(scene), options_.quiet ? log_unless(true) : log_);
   prepared_.load_s = load_s;
+  settle_goal();
   if (options_.execution.instances == InstanceMode::two_level) {
     InstanceChoice choice;
     (void)features_of(*prepared_.scene, prepared_.settings, options_.execution, &choice);
     if (choice.refused) log_(fmt::format("--instances two-level: meshes are stored for each place: {}", choice.why));
   }
   checkpoint_.begin(prepared_);
+}
+
+void RenderJob::settle_goal() {
+  if (!options_.goal.any()) return;
+  Settings& settings = prepared_.settings;
+  if (!options_.scene.spp && !options_.scene.samples) settings.sample_end = kMostSppOfGoals;
+  settings.likely_samples = Goal::likely_samples(options_.goal, settings.crop);
+}
+
+Goal RenderJob::make_goal() {
+  const GoalOptions& goal = options_.goal;
+  const double now_s = host_seconds(), spent_s = goal.times_rendering ? 0 : process_seconds() - begin_s_;
+  std::function<double(const Film&)> finish_s;
+  if (!goal.times_rendering) finish_s = [this](const Film& film) { return finish_seconds(film); };
+  return {goal, settings(), now_s - spent_s + goal.seconds.value_or(0), std::move(finish_s), log_};
+}
+
+double RenderJob::finish_seconds(const Film& film) {
+  constexpr std::uint32_t kParts = 8, kLeastRows = 32;
+  constexpr double kReserve_s = 0.01;  // for what comes after the last file
+  const Crop& whole = film.layout().crop;
+  const auto seconds_of = [&](std::uint32_t rows) {
+    Crop strip = whole;
+    strip.y1 = strip.y0 + rows;
+    const double begin_s = host_seconds();
+    write_trial(film.window(strip));
+    return host_seconds() - begin_s;
+  };
+  const std::uint32_t rows = std::min(whole.height(), std::max(whole.height() / kParts, kLeastRows));
+  (void)seconds_of(1);  // the first time, libraries are loaded
+  const double one_s = seconds_of(1), strip_s = std::max(seconds_of(rows), one_s);
+  const double row_s = rows > 1 ? (strip_s - one_s) / (rows - 1) : 0;
+  return one_s + row_s * (whole.height() - 1) + kReserve_s;
+}
+
+void RenderJob::write_trial(const Film& film) {
+  std::error_code none;
+  const std::filesystem::path folder = std::filesystem::temp_directory_path(none);
+  if (folder.empty()) return;
+  const auto write_and_remove = [&](const char* ending, const auto& write) {
+    const std::filesystem::path file = folder / fmt::format("eikon.{}.trial{}", getpid(), ending);
+    try {
+      write(file);
+    } catch (const InputError&) {  // the estimate is then too small, and the render goes on
+    }
+    std::filesystem::remove(file, none);
+  };
+  (void)film.predicted_error();
+  const Metadata metadata = describe_image(prepared_);
+  std::optional<Image> denoised;
+  if (denoiser_) denoised = denoise(film);
+  ExrOptions exr = exr_options();
+  exr.denoised = denoised ? &*denoised : nullptr;
+  write_and_remove(".exr", [&](const auto& file) { write_exr(file, film, metadata, exr); });
+  if (!options_.checkpoint.file.empty())
+    write_and_remove(".exr", [&](const auto& file) {
+      write_exr(file, film, metadata, {.exact_sums = true, .record = {}, .quick = true});
+    });
+  if (options_.png.file.empty()) return;
+  write_and_remove(".png", [&](const auto& file) {
+    PngOptions png = options_.png;
+    png.file = file.string();
+    png.write(to_image(film));
+  });
+}
+
+void RenderJob::end_samples() {
+  Settings& settings = prepared_.settings;
+  std::uint64_t end = settings.sample_begin;
+  for (const WorkUnit& part : done_->done.parts()) end = std::max(end, part.sample_end);
+  settings.sample_end = std::min(settings.sample_end, end);
+}
+
+std::string RenderJob::how_it_ended() const {
+  const Settings& settings = prepared_.settings;
+  const std::uint64_t most = settings.sample_end - settings.sample_begin,
+                      least = done_->done.complete_until(settings.crop, settings.sample_begin, settings.sample_end) -
+                              settings.sample_begin;
+  const std::string samples = least == most ? fmt::format("{}", most) : fmt::format("{} to {}", least, most);
+  switch (report().end) {
+    case End::enough:
+      return fmt::format("ended by --target-error, at {} samples per pixel", samples);
+    case End::out_of_time:
+      return fmt::format("ended by --time, at {} samples per pixel", samples);
+    case End::all_done:
+      return fmt::format("ended by the limit of {} samples per pixel", samples);
+    case End::interrupted:
+      break;
+  }
+  return fmt::format("interrupted, at {} samples per pixel", samples);
 }
 
 void RenderJob::take_devices(DevicePrefetcher& devices, const std::atomic<bool>& stop) {
@@ -106,6 +198,15 @@ void RenderJob::render(const std::atomic<bool>& stop, RenderHooks hooks) {
     hooks.under_way = [this] { device_slot_->under_way(); };
   }
   checkpoint_.attach(hooks);
+  std::optional<Goal> goal;
+  if (options_.goal.any()) {
+    goal.emplace(make_goal());
+    hooks.next_round = [&](const RoundEnd& now) { return goal->next(now); };
+    hooks.progress = [&, usual = std::move(hooks.progress)](Progress now, const Film& film) {
+      goal->tell(now);
+      if (usual) usual(now, film);
+    };
+  }
   hooks.keep = prepared_.scene;
   const Settings& settings = prepared_.settings;
   try {
@@ -120,6 +221,7 @@ void RenderJob::render(const std::atomic<bool>& stop, RenderHooks hooks) {
     failure_ = error.what();
   }
   if (device_slot_ != nullptr) device_slot_->under_way();
+  if (report().end == End::enough || report().end == End::out_of_time) end_samples();
   for (const std::string& note : report().notes) log_(note);
   const bool failed = !failure_.empty();  // failure_ then says why each device was dropped
   for (const DeviceEvent& event : report().events)
@@ -129,16 +231,21 @@ void RenderJob::render(const std::atomic<bool>& stop, RenderHooks hooks) {
     throw DeviceError(fmt::format("{}; {} holds what is done: --resume goes on from it", failure_, checkpoint_.file()));
 }
 
-void RenderJob::write_image(bool elsewhere) {
+ExrOptions RenderJob::exr_options() const {
   ExrOptions exr;
   exr.half = options_.half;
   exr.layers = prepared_.layers;
   exr.manifests = checkpoint_.manifests();
-  exr.record = to_text(checkpoint_.record(*done_));
   // A render that failed can be resumed from its exact sums.
   exr.exact_sums = options_.scene.samples || options_.scene.crop || !failure_.empty();
+  return exr;
+}
+
+void RenderJob::write_image(bool elsewhere) {
+  ExrOptions exr = exr_options();
+  exr.record = to_text(checkpoint_.record(*done_));
   std::optional<Image> denoised;
-  if (denoiser_) denoised = denoise();
+  if (denoiser_) denoised = denoise(done_->film);
   exr.denoised = denoised ? &*denoised : nullptr;
   write_picture(exr, elsewhere);
   if (!options_.png.file.empty()) options_.png.write(denoised ? *denoised : to_image(done_->film));
@@ -172,10 +279,10 @@ std::string RenderJob::keep_elsewhere(ExrOptions exr) {
                      file.string());
 }
 
-std::optional<Image> RenderJob::denoise() {
+std::optional<Image> RenderJob::denoise(const Film& film) {
   const TraceScope denoising(trace_.get(), Trace::kMain, "denoise");
   try {
-    Image picture = to_image(done_->film, Denoiser::kGuides);
+    Image picture = to_image(film, Denoiser::kGuides);
     denoiser_->denoise(picture);
     return picture;
   } catch (const InputError& failure) {
@@ -229,7 +336,10 @@ void RenderJob::write(bool elsewhere) {
 
 void RenderJob::write_files(bool elsewhere) {
   if (!has_samples()) {
-    log_("interrupted before the first sample: nothing was written");
+    as_asked_ = false;
+    log_(report().end == End::out_of_time
+             ? "the time was over before the first sample: nothing was written; give --time more seconds"
+             : "interrupted before the first sample: nothing was written");
     return;
   }
   TraceScope predicting(trace_.get(), Trace::kMain, "predict error");
@@ -257,7 +367,7 @@ void RenderJob::write_files(bool elsewhere) {
   if (is_black(done_->film))
     log_("the picture is black all over: nothing that the camera sees gives or gets light; choose another view with "
          "--camera or --look-at, or light with --env neutral, FILE or R,G,B");
-  if (report().interrupted && failure_.empty()) {
+  if (report().interrupted() && failure_.empty()) {
     const Settings& settings = prepared_.settings;
     log_(fmt::format("interrupted: {} of {} samples are in {}", done_->done.sample_count(),
                      settings.crop.pixel_count() * (settings.sample_end - settings.sample_begin), output_.string()));
@@ -275,14 +385,12 @@ void RenderJob::print() const {
              prepared_.settings.crop.width(), prepared_.settings.crop.height(),
              before > 0 ? fmt::format("{} samples before and ", before) : "", report().samples, report().render_s,
              1e-6 * per_second(double(report().samples), report().render_s));
-  if (error_.known)
-    fmt::print("predicted relMSE {:.3e} (95 %: {:.3e} to {:.3e})\n", error_.relmse, error_.lo, error_.hi);
-  else
-    fmt::print("predicted relMSE unknown: it takes two samples per pixel\n");
+  fmt::print("{}\n", in_words(error_));
+  if (options_.goal.any()) fmt::print("{}\n", how_it_ended());
 }
 
 ExitCode RenderJob::code() const {
-  if (report().interrupted) return ExitCode::interrupted;
+  if (report().interrupted()) return ExitCode::interrupted;
   return (rejected_samples() > 0 && options_.scene.strict) || !as_asked_ || !checkpoint_.as_asked()
              ? ExitCode::not_as_asked
              : ExitCode::done;

@@ -49,7 +49,7 @@ class RenderJob {
   [[nodiscard]] const Settings& settings() const { return prepared_.settings; }
   /// After render():
   [[nodiscard]] const RenderReport& report() const { return done_->report; }
-  [[nodiscard]] bool has_samples() const { return !report().interrupted || !done_->done.empty(); }
+  [[nodiscard]] bool has_samples() const { return !done_->done.empty(); }
   /// After write():
   [[nodiscard]] const PredictedError& error() const { return error_; }
   /// done, not_as_asked, or interrupted.
@@ -75,6 +75,19 @@ class RenderJob {
   std::string failure_{};  // why no device was left, once render() has something to keep for write()
   CheckpointFile checkpoint_;
 
+  /// Sets how far the samples may go, once the scene is known.
+  void settle_goal();
+  /// The goal of a render that begins now.
+  [[nodiscard]] Goal make_goal();
+  /// Estimates the seconds from the last sample to the last file, by writing a strip of the picture elsewhere.
+  [[nodiscard]] double finish_seconds(const Film& film);
+  /// Does with a strip of the picture what is done at the end with all of it.
+  void write_trial(const Film& film);
+  /// Makes the range of samples what was done, after a render that ended by its goal.
+  void end_samples();
+  [[nodiscard]] ExrOptions exr_options() const;
+  /// The last line that print() prints: what ended the render.
+  [[nodiscard]] std::string how_it_ended() const;
   void write_files(bool elsewhere);
   void write_image(bool elsewhere);
   void write_picture(const ExrOptions& exr, bool elsewhere);
@@ -82,7 +95,7 @@ class RenderJob {
   /// failed.
   [[nodiscard]] std::string keep_elsewhere(ExrOptions exr);
   /// Returns nothing, and logs why, if the library fails.
-  [[nodiscard]] std::optional<Image> denoise();
+  [[nodiscard]] std::optional<Image> denoise(const Film& film);
   /// exr  the options of the whole picture
   void write_depth_series(ExrOptions exr);
   /// Falls back to full precision if half floats overflow.

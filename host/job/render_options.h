@@ -8,6 +8,7 @@
 
 #include "image/image.h"
 #include "job/checkpoint.h"
+#include "job/goal.h"
 #include "job/prepare.h"
 
 namespace eikon {
@@ -30,6 +31,7 @@ struct RenderOptions {
   SceneOptions scene;
   Execution execution;
   CheckpointOptions checkpoint;
+  GoalOptions goal;
   std::string output, stats, profile;
   PngOptions png;
   bool half = false, quiet = false;

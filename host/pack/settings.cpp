@@ -21,7 +21,8 @@ const char* name_of(LightSampling sampling) {
 const char* name_of(Culling culling) { return culling == Culling::camera ? "camera" : "none"; }
 
 double expected_rays(const Settings& settings) {
-  const auto samples = double(settings.sample_end - settings.sample_begin);
+  const std::uint64_t range = settings.sample_end - settings.sample_begin;
+  const auto samples = double(settings.likely_samples > 0 ? std::min(range, settings.likely_samples) : range);
   // A path has about five edges, if max_depth allows, and each edge a shadow ray.
   const std::uint32_t edges = settings.max_depth == 0 ? 5 : std::min(settings.max_depth, 5U);
   return double(settings.crop.pixel_count()) * samples * 2 * edges;

@@ -48,6 +48,9 @@ struct Settings {
   std::uint32_t width = 0, height = 0;
   Crop crop;
   std::uint64_t sample_begin = 0, sample_end = 64;  // half-open
+  /// Samples of each pixel that are likely, if the render may end before sample_end; 0: all. Preparation that pays
+  /// off later depends on it; the image does not.
+  std::uint64_t likely_samples = 0;
   std::uint32_t seed = 0;
   std::uint32_t replicate_bits = 1;  // two replicates
   std::uint32_t max_depth = 0;       // 0: no limit

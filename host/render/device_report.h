@@ -19,7 +19,7 @@ namespace eikon {
 struct RenderTotals {
   std::uint64_t samples = 0;  // finished, rejected ones included
   double first_sample_s = 0;  // when the first unit was in the film
-  double render_s = 0;        // duration of rendering, without snapshots
+  double render_s = 0;        // duration of rendering, without the time between rounds
   RayCounts rays;
   // Rays that ended their search for an implicit surface after too many steps, and passed through.
   std::uint64_t given_up = 0;
@@ -37,7 +37,7 @@ struct DeviceReport {
   std::uint64_t samples = 0, units = 0, device_bytes = 0;
   RayCounts rays;
   double open_s = 0, compile_s = 0, upload_s = 0;
-  double busy_s = 0;  // from its first unit to its last, without snapshots
+  double busy_s = 0;  // from its first unit to its last, without the time between rounds
   double wait_s = 0;  // without a unit, while other devices had work
   // Samples per second by the last measurement; 0: unknown.
   double rate = 0;

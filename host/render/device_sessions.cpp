@@ -246,6 +246,11 @@ void DeviceSessions::open(const std::vector<WorkUnit>& boxes) {
   work_.notify_all();
 }
 
+void DeviceSessions::set_latest(double latest_s) {
+  const std::lock_guard lock(mutex_);
+  schedule_.set_latest(latest_s);
+}
+
 void DeviceSessions::end() {
   const std::lock_guard lock(mutex_);
   ended_ = true;

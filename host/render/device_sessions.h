@@ -55,6 +55,8 @@ class DeviceSessions {
 
   /// Adds work for the devices.
   void open(const std::vector<WorkUnit>& boxes);
+  /// From now on no unit is assigned that should end later, on the clock of host_seconds().
+  void set_latest(double latest_s);
   /// From now on no unit is assigned.
   void end();
   /// Returns when the caller may want to look at state(), or after so long.

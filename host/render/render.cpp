@@ -16,37 +16,43 @@
 namespace eikon {
 namespace {
 
-/// Cuts the render's range of samples where snapshots are due, and opens what is left of it range
-/// by range.
-class SampleRanges {
+/// The rounds of a render, one after the other.
+class Rounds {
  public:
-  SampleRanges(const Snapshots& snapshots, const Settings& settings) : snapshots_(snapshots), settings_(settings) {
-    std::uint64_t begin = settings.sample_begin;
-    for (const std::uint64_t end : snapshots.at) {
-      if (end <= begin || end > settings.sample_end)
-        throw InternalError("snapshots out of order, or beyond the samples");
-      begin = end;
-    }
-    begin_ = settings.sample_begin;
+  /// Decides on the first round. begin: the film that the render begins with
+  Rounds(const RenderHooks& hooks, const Settings& settings, const FilmState& begin)
+      : hooks_(hooks),
+        settings_(settings),
+        done_(begin.done.complete_until(settings.crop, settings.sample_begin, settings.sample_end)) {
+    const std::uint64_t below = settings.crop.pixel_count() * (done_ - settings.sample_begin);
+    decide({done_, begin.done.sample_count() == below, 0, begin.film});
   }
-  [[nodiscard]] bool at_end() const { return begin_ >= settings_.sample_end; }
-  void open_next(DeviceSessions& sessions) {
-    end_ = index_ < snapshots_.at.size() ? snapshots_.at[index_] : settings_.sample_end;
-    sessions.open(sessions.film().missing(settings_.crop, begin_, end_));
+  /// No round is left.
+  [[nodiscard]] bool over() const { return round_.end == done_; }
+  [[nodiscard]] bool is_out_of_time() const { return host_seconds() >= round_.latest_s; }
+  void open(DeviceSessions& sessions) const {
+    if (over()) return;
+    sessions.set_latest(round_.latest_s);
+    sessions.open(sessions.film().missing(settings_.crop, done_, round_.end));
   }
-  /// The range that was opened last is done.
+  /// The devices have done the round: decides on the next.
   void close(DeviceSessions& sessions) {
-    if (index_ < snapshots_.at.size())
-      sessions.film().read([&](const Film& film) { snapshots_.take(end_, sessions.totals().render_s, film); });
-    ++index_;
-    begin_ = end_;
+    if (over()) return;
+    done_ = round_.end;
+    sessions.film().read([&](const Film& film) { decide({done_, true, sessions.totals().render_s, film}); });
   }
 
  private:
-  const Snapshots& snapshots_;
+  void decide(const RoundEnd& now) {
+    round_ = hooks_.next_round ? hooks_.next_round(now) : Round{.end = settings_.sample_end};
+    if (round_.end < done_ || round_.end > settings_.sample_end)
+      throw InternalError("a round ends before it begins, or beyond the samples");
+  }
+
+  const RenderHooks& hooks_;
   const Settings& settings_;
-  std::size_t index_ = 0;
-  std::uint64_t begin_ = 0, end_ = 0;
+  std::uint64_t done_;
+  Round round_;
 };
 
 /// Hands copies of the film to the hook when they are due. A call begins so early that the previous
@@ -91,6 +97,8 @@ class ProgressTicks {
     now.samples_total = total_;
     now.seconds = host_seconds() - totals.first_sample_s;
     now.samples_per_second = now.seconds > 0 ? double(totals.samples) / now.seconds : 0;
+    now.share = double(now.samples) / double(now.samples_total);
+    now.left_s = now.samples_per_second > 0 ? double(total_ - now.samples) / now.samples_per_second : 0;
     sessions.film().read([&](const Film& film) { callback_(now, film); });
     next_s_ = host_seconds() + 0.25;
   }
@@ -137,31 +145,32 @@ class RenderLoop {
  public:
   /// left: samples that are still to be done
   RenderLoop(DeviceSessions& sessions, const RenderHooks& hooks, const Settings& settings, Trace* trace,
-             std::uint64_t left)
+             Rounds& rounds, std::uint64_t left)
       : sessions_(sessions),
         hooks_(hooks),
-        ranges_(hooks.snapshots, settings),
+        rounds_(rounds),
         checkpoints_(hooks, trace),
         errors_(trace, settings.crop.pixel_count()),
         progress_(hooks.progress, total_of(settings) - left, total_of(settings)) {}
 
-  /// Returns when all is done, `stop` is set (the state is then `working`), or no device is left.
+  /// Returns when no round is left, when `stop` is set or the time is over (the state is then `working`), or when
+  /// no device is left.
   DeviceSessions::State run_to_completion(const std::atomic<bool>& stop) {
     // The thread wakes so often to see signals and clocks.
     const double wake_s = hooks_.checkpoint ? std::clamp(hooks_.checkpoint_every_s, 0.01, 0.05) : 0.05;
     bool told = !hooks_.under_way;
-    ranges_.open_next(sessions_);
-    while (!stop.load()) {
+    rounds_.open(sessions_);
+    while (!stop.load() && !rounds_.is_out_of_time()) {
       sessions_.wait(wake_s);
       sessions_.watch();
       if (!told && !sessions_.is_opening()) hooks_.under_way(), told = true;
       const DeviceSessions::State state = sessions_.state();
       if (state == DeviceSessions::State::done) {
         if (stop.load()) break;
-        ranges_.close(sessions_);
-        if (ranges_.at_end()) return state;
+        rounds_.close(sessions_);
+        if (rounds_.over()) return state;
         if (stop.load()) break;
-        ranges_.open_next(sessions_);
+        rounds_.open(sessions_);
       } else if (state != DeviceSessions::State::working) {
         return state;
       }
@@ -180,7 +189,7 @@ class RenderLoop {
 
   DeviceSessions& sessions_;
   const RenderHooks& hooks_;
-  SampleRanges ranges_;
+  Rounds& rounds_;
   Checkpoints checkpoints_;
   ErrorCounter errors_;
   ProgressTicks progress_;
@@ -245,7 +254,7 @@ std::string no_device_is_left(DeviceSessions& sessions, std::uint64_t samples, s
 
 /// All that is asked for was done before the render began, so it takes no device.
 bool is_nothing_left(const RenderHooks& hooks, const Settings& settings) {
-  return hooks.begin_with && hooks.snapshots.at.empty() &&
+  return hooks.begin_with && !hooks.next_round &&
          hooks.begin_with->done.missing(settings.crop, settings.sample_begin, settings.sample_end).empty();
 }
 
@@ -296,13 +305,14 @@ RenderOutput render_on(const std::shared_ptr<WavefrontDevices>& devices, const E
   for (const WorkUnit& box : begin.done.missing(settings.crop, settings.sample_begin, settings.sample_end))
     left += box.path_count();
 
+  Rounds rounds(hooks, settings, begin);
   const auto sessions =
       std::make_shared<DeviceSessions>(prepared, std::move(begin), execution.block, execution.watchdog_s);
-  RenderLoop loop(*sessions, hooks, settings, execution.trace.get(), left);
+  RenderLoop loop(*sessions, hooks, settings, execution.trace.get(), rounds, left);
   TraceScope rendering(execution.trace.get(), execution.track, "render");
   Threads threads(sessions);
   for (std::size_t i = 0; i < prepared.size(); ++i)
-    if (left > 0 && prepared[i].error.empty()) threads.start(i, open_wavefronts(devices));
+    if (left > 0 && !rounds.over() && prepared[i].error.empty()) threads.start(i, open_wavefronts(devices));
   const DeviceSessions::State state = loop.run_to_completion(stop);
   threads.end();
   for (const DeviceEvent& event : sessions->events())
@@ -316,7 +326,10 @@ RenderOutput render_on(const std::shared_ptr<WavefrontDevices>& devices, const E
   if (no_device_left && samples == 0) throw DeviceError(no_device_is_left(*sessions, 0, left));
 
   FilmState done = sessions->film().take();
-  report.interrupted = !done.done.missing(settings.crop, settings.sample_begin, settings.sample_end).empty();
+  if (!done.done.missing(settings.crop, settings.sample_begin, settings.sample_end).empty())
+    report.end = rounds.over()                                               ? End::enough
+                 : rounds.is_out_of_time() && !stop.load() && !no_device_left ? End::out_of_time
+                                                                              : End::interrupted;
   RenderOutput output{std::move(done), std::move(report)};
   if (no_device_left) throw NoDeviceLeft(no_device_is_left(*sessions, samples, left), std::move(output));
   return output;

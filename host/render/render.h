@@ -2,8 +2,10 @@
 // Renders a loaded scene to a film: one thread per device, each of which takes work units from one
 // schedule. host/README.md describes how a render goes.
 #pragma once
+#include <array>
 #include <atomic>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -18,6 +20,18 @@
 
 namespace eikon {
 
+/// Why a render ended.
+enum class End {
+  all_done,     // every sample of the settings is in the film
+  enough,       // RenderHooks::next_round ended it
+  out_of_time,  // the time of Round::latest_s came
+  interrupted,  // it was stopped, or no device was left
+};
+
+[[nodiscard]] inline const char* name_of(End end) {  // by the flag that sets it, in --stats
+  return std::array{"spp", "target-error", "time", "interruption"}.at(std::size_t(end));
+}
+
 struct RenderReport : RenderTotals {
   /// The arithmetic classes of the devices that took part in this run, "exact" or "exact,
   /// other-1a2b3c4d".
@@ -27,7 +41,8 @@ struct RenderReport : RenderTotals {
   std::vector<DeviceEvent> events;   // in the order of time; empty when all went well
   std::vector<std::string> notes;    // on the choice of devices, a line each
   std::uint64_t samples_before = 0;  // those that the render began with
-  bool interrupted = false;
+  End end = End::all_done;
+  [[nodiscard]] bool interrupted() const { return end == End::interrupted; }
   std::string features;
   std::uint64_t triangles = 0, geometry_bytes = 0;  // tree and triangles, of the first device
   bool reinserted = false;  // its tree was improved by reinsertion, because many rays were expected
@@ -39,25 +54,34 @@ struct Progress {
   std::uint64_t samples = 0, samples_total = 0;
   double seconds = 0;             // of rendering
   double samples_per_second = 0;  // of this run
+  double share = 0, left_s = 0;   // of the work: what is done, 0 to 1, and the seconds that are left
 };
 
 /// Called about four times a second from the calling thread; the callback may read the film during
 /// the call.
 using ProgressCallback = std::function<void(const Progress&, const Film&)>;
 
-/// Points at which the devices stop, so that the film holds exactly the samples below at[i] of
-/// every pixel.
-struct Snapshots {
-  std::vector<std::uint64_t> at;  // increasing, within the settings' range
-  /// Called with at[i], the seconds of rendering so far and the film; its own time does not count
-  /// as rendering.
-  std::function<void(std::uint64_t, double, const Film&)> take;
+/// The film between two rounds, while the devices rest.
+struct RoundEnd {
+  std::uint64_t done = 0;  // every pixel has the samples below
+  bool exact = true;       // and no others; false only before the first round, where a render goes on
+  double render_s = 0;     // of rendering so far
+  const Film& film;
+};
+
+/// The part of a render that is done next.
+struct Round {
+  std::uint64_t end = 0;  // sample index: beyond RoundEnd::done; RoundEnd::done itself ends the render
+  /// Units are sized to end by this time, on the clock of host_seconds(); the render then ends with what is done.
+  double latest_s = std::numeric_limits<double>::infinity();
 };
 
 /// The input and the callbacks of a render. All calls come from the calling thread.
 struct RenderHooks {
   ProgressCallback progress = {};
-  Snapshots snapshots = {};
+  /// Divides the render into rounds: called before the first and after each. Its own time does not count as
+  /// rendering. Unset: one round.
+  std::function<Round(const RoundEnd&)> next_round = {};
   /// A film of the same scene and settings that the render continues; samples outside the settings'
   /// range stay in it.
   std::optional<FilmState> begin_with = {};
@@ -87,7 +111,7 @@ struct RenderOutput : FilmState {
 FilmLayout film_layout(const Features& features, const Settings& settings);
 
 /// Renders `scene` as `settings` say on the devices of `execution`. Stops early, with what is done,
-/// once `stop` is set; snapshots are left out then. A device that fails loses the units that it
+/// once `stop` is set; `next_round` is not called then. A device that fails loses the units that it
 /// has, which others do; the report says so.
 /// throws DeviceError when no device is left, after the last checkpoint; UsageError, InputError
 RenderOutput render(const Scene& scene, const Settings& settings, const Execution& execution,

@@ -2,6 +2,7 @@
 #include "render/schedule.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -149,6 +150,18 @@ std::uint64_t Schedule::least_size(const DeviceState& device) const {
   return std::clamp<std::uint64_t>(paths, 1, device.limits.capacity);
 }
 
+/// Most paths of the device's next unit, so that it ends by the time that set_latest() gave. A unit takes at most half
+/// of the time left, because devices are not always as fast as they were. A unit too short to be timed counts as none.
+std::uint64_t Schedule::most_in_time(std::size_t device, double now_s) const {
+  const DeviceState& d = devices_[device];
+  if (std::isinf(latest_s_)) return d.limits.capacity;
+  const double seconds = latest_s_ - free_at(device, now_s) - d.overhead_s;
+  if (seconds < kShortestUnit_s) return 0;
+  const double unit_s = std::max(seconds / 2, std::min(seconds, 4 * kShortestUnit_s));
+  const double paths = d.path_s > 0 ? unit_s / d.path_s : double(kFirstUnit);
+  return paths < double(d.limits.capacity) ? std::uint64_t(paths) : d.limits.capacity;
+}
+
 /// Paths of the next unit from the pool; 0: the image is done sooner without this device.
 std::uint64_t Schedule::unit_size(std::size_t device, double now_s) {
   DeviceState& d = devices_[device];
@@ -186,7 +199,8 @@ bool Schedule::is_quickest(std::size_t device, std::uint64_t paths) const {
   });
 }
 
-std::optional<WorkUnit> Schedule::take_returned(std::size_t device) {
+/// most: paths that the unit may have
+std::optional<WorkUnit> Schedule::take_returned(std::size_t device, std::uint64_t most) {
   const bool others = others_take_part(device);
   for (auto it = returned_.begin(); it != returned_.end(); ++it) {
     if (it->from == device && others) continue;
@@ -195,8 +209,7 @@ std::optional<WorkUnit> Schedule::take_returned(std::size_t device) {
     UnitPool pieces(block_);
     pieces.add(found.unit);
     const DeviceState& d = devices_[device];
-    std::uint64_t most = d.path_s > 0 ? std::min(d.limits.capacity, kGrowth * d.largest) : kFirstUnit;
-    most = std::min(most, d.limits.capacity);
+    most = std::min({most, d.limits.capacity, d.path_s > 0 ? kGrowth * d.largest : kFirstUnit});
     const std::optional<WorkUnit> unit = pieces.take(most, found.unit.path_count());
     while (const std::optional<WorkUnit> rest = pieces.take(found.unit.path_count(), found.unit.path_count()))
       returned_.push_back({*rest, found.from});
@@ -236,9 +249,11 @@ Schedule::Assignment Schedule::assign(std::size_t device, const WorkUnit& unit, 
 std::optional<Schedule::Assignment> Schedule::next(std::size_t device, double now_s) {
   DeviceState& d = devices_[device];
   if (!d.takes_part) return std::nullopt;
-  if (const std::optional<WorkUnit> again = take_returned(device)) return assign(device, *again, now_s);
+  const std::uint64_t most = most_in_time(device, now_s);
+  if (most == 0) return std::nullopt;
+  if (const std::optional<WorkUnit> again = take_returned(device, most)) return assign(device, *again, now_s);
   if (!pool_.empty()) {
-    const std::uint64_t size = unit_size(device, now_s);
+    const std::uint64_t size = std::min(unit_size(device, now_s), most);
     if (size == 0) {
       d.left_out_at = std::max(d.left_out_at, double(pool_.path_count()) / double(std::max<std::uint64_t>(opened_, 1)));
       return std::nullopt;

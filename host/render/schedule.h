@@ -3,6 +3,7 @@
 // tests can simulate devices of any rate.
 #pragma once
 #include <cstdint>
+#include <limits>
 #include <map>
 #include <optional>
 #include <vector>
@@ -39,6 +40,9 @@ class Schedule {
 
   /// Adds work. Devices that were left out before may take part again.
   void open(const std::vector<WorkUnit>& boxes);
+
+  /// From now on units are sized so that they should have ended by then; none is assigned that would not.
+  void set_latest(double latest_s) { latest_s_ = latest_s; }
 
   /// From now on the device takes part, with these limits; measurements of an earlier opening stay.
   void join(std::size_t device, const UnitLimits& limits);
@@ -98,6 +102,7 @@ class Schedule {
   UnitPool pool_;
   std::vector<Returned> returned_;
   std::map<std::uint64_t, InFlight> in_flight_;
+  double latest_s_ = std::numeric_limits<double>::infinity();
   std::uint64_t next_id_ = 1, left_ = 0, opened_ = 0, most_samples_ = 1;
 
   [[nodiscard]] double expected_s(const DeviceState& device, std::uint64_t paths) const;
@@ -106,11 +111,12 @@ class Schedule {
   [[nodiscard]] bool is_idle(std::size_t device) const;
   [[nodiscard]] double finish_s(double paths, std::size_t without, double now_s) const;
   [[nodiscard]] std::uint64_t unit_size(std::size_t device, double now_s);
+  [[nodiscard]] std::uint64_t most_in_time(std::size_t device, double now_s) const;
   [[nodiscard]] bool is_quickest(std::size_t device, std::uint64_t paths) const;
   [[nodiscard]] std::uint64_t least_size(const DeviceState& device) const;
   [[nodiscard]] bool others_take_part(std::size_t device) const;
   [[nodiscard]] bool others_are_expected(std::size_t device) const;
-  [[nodiscard]] std::optional<WorkUnit> take_returned(std::size_t device);
+  [[nodiscard]] std::optional<WorkUnit> take_returned(std::size_t device, std::uint64_t most);
   [[nodiscard]] std::uint64_t latest_unit(std::size_t device, double now_s) const;
   Assignment assign(std::size_t device, const WorkUnit& unit, double now_s);
   void measure(DeviceState& device, std::uint64_t paths, double seconds);

@@ -123,7 +123,7 @@ inline RenderOutput output_of(const Scene& scene, const Settings& settings, cons
 inline Film film_of(const Scene& scene, const Settings& settings, const Execution& execution = {}) {
   RenderOutput output = output_of(scene, settings, execution);
   EXPECT_EQ(output.report.nonfinite + output.report.saturated, 0U);
-  EXPECT_FALSE(output.report.interrupted);
+  EXPECT_FALSE(output.report.interrupted());
   return std::move(output.film);
 }
 

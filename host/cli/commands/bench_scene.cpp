@@ -23,6 +23,7 @@
 #include "core/clock.h"
 #include "film/exr/film_file.h"
 #include "image/image.h"
+#include "job/goal.h"
 #include "job/report/metadata.h"
 #include "job/report/report.h"
 
@@ -105,14 +106,6 @@ void require_same_picture(const Prepared& prepared, const Reference& reference) 
                                  reference.path, settings.seed));
 }
 
-/// The samples after which to compare: 1, 2, 4, ... per pixel, and the last.
-std::vector<std::uint64_t> doubling(std::uint64_t begin, std::uint64_t end) {
-  std::vector<std::uint64_t> at;
-  for (std::uint64_t spp = 1; spp < end - begin; spp *= 2) at.push_back(begin + spp);
-  at.push_back(end);
-  return at;
-}
-
 nlohmann::json to_json(const Point& point, std::uint64_t pixels) {
   using nlohmann::json;
   const auto error = point.error();
@@ -145,29 +138,43 @@ struct Results {
   nlohmann::json rows = nlohmann::json::array();
 };
 
-/// Compares the film whenever its samples per pixel have doubled. Sets `stop` when the time is
-/// over.
-Snapshots compare_as_it_grows(const BenchSceneOptions& options, const Settings& settings,
-                          const std::optional<Reference>& reference, Results& results, std::atomic<bool>& stop) {
-  Snapshots snapshots;
-  snapshots.at = doubling(settings.sample_begin, settings.sample_end);
-  snapshots.take = [&, snapshots_s = 0.0](std::uint64_t sample_end, double render_s, const Film& film) mutable {
+/// Compares the film whenever its samples per pixel have doubled, and ends the render when the time is over.
+class GrowingRender {
+ public:
+  GrowingRender(const BenchSceneOptions& options, const Settings& settings, const std::optional<Reference>& reference,
+                Results& results)
+      : options_(options), settings_(settings), reference_(reference), results_(results) {}
+
+  Round next(const RoundEnd& now) {
+    const std::uint64_t samples = now.done - settings_.sample_begin;
+    if (samples == 0) return {.end = now.done + 1};
+    compare(samples, now);
+    // The next point takes about twice as long.
+    if (options_.time_s > 0 && 2 * now.render_s > options_.time_s) return {.end = now.done};
+    return {.end = std::min(settings_.sample_begin + 2 * samples, settings_.sample_end)};
+  }
+
+ private:
+  void compare(std::uint64_t samples, const RoundEnd& now) {
     const double begin_s = process_seconds();
     Point point;
-    point.spp = sample_end - settings.sample_begin;
-    point.seconds = render_s;
-    point.from_start_s = begin_s - snapshots_s;
-    if (reference) point.measured = compare_images(to_image(film), reference->image);
-    point.predicted = film.predicted_error();
-    results.rows.push_back(to_json(point, settings.crop.pixel_count()));
-    print_rate(results.rows.back());
-    results.points.push_back(point);
-    // The next point takes about twice as long.
-    if (options.time_s > 0 && 2 * render_s > options.time_s) stop = true;
-    snapshots_s += process_seconds() - begin_s;
-  };
-  return snapshots;
-}
+    point.spp = samples;
+    point.seconds = now.render_s;
+    point.from_start_s = begin_s - comparing_s_;
+    if (reference_) point.measured = compare_images(to_image(now.film), reference_->image);
+    point.predicted = now.film.predicted_error();
+    results_.rows.push_back(to_json(point, settings_.crop.pixel_count()));
+    print_rate(results_.rows.back());
+    results_.points.push_back(point);
+    comparing_s_ += process_seconds() - begin_s;
+  }
+
+  const BenchSceneOptions& options_;
+  const Settings& settings_;
+  const std::optional<Reference>& reference_;
+  Results& results_;
+  double comparing_s_ = 0;
+};
 
 /// The relMSE that the reference predicts of itself, if it does.
 std::optional<double> own_error(const std::optional<Reference>& reference) {
@@ -211,9 +218,10 @@ ExitCode bench_scene_command(const BenchSceneOptions& options) {
   fmt::print("{:>9} {:>11} {:>11} {:>11} {:>11} {:>12} {:>11}\n", "spp", "relMSE", "predicted", "seconds", "from start",
              "Msamples/s", "1/(err s)");
   Results results;
-  std::atomic<bool> stop{false};
-  const Snapshots snapshots = compare_as_it_grows(options, prepared.settings, reference, results, stop);
-  const RenderOutput done = render(*prepared.scene, prepared.settings, options.execution, stop, {.snapshots = snapshots});
+  GrowingRender growing(options, prepared.settings, reference, results);
+  const std::atomic<bool> stop{false};
+  const auto next_round = [&](const RoundEnd& now) { return growing.next(now); };
+  const RenderOutput done = render(*prepared.scene, prepared.settings, options.execution, stop, {.next_round = next_round});
   if (!options.json.empty()) {
     const nlohmann::json out = to_json(prepared, done.report, reference, results.rows);
     // Paths on disk need not be UTF-8.
@@ -239,7 +247,6 @@ void add_bench_scene(CommandFlags& bench, Command& chosen) {
       "  eikon bench scene scenes/cornell.gltf --size 256x256 --ref ref.exr --spp 512 --json error.json\n"
       "  tools/plot_error.py error.json -o error.svg\n\n" +
           environment_help());
-  options->scene.spp = 0;  // not given
   add_all_scene_flags(flags, options->scene);
   flags.hide({"--strict", "--aov"});
   add_execution_flags(flags, options->execution);
@@ -251,7 +258,7 @@ void add_bench_scene(CommandFlags& bench, Command& chosen) {
   flags.text({"--json", "FILE", "write the results as JSON; tools/plot_error.py draws them"}, options->json);
   flags.run(chosen, [options] {
     BenchSceneOptions read = *options;
-    if (read.scene.spp == 0) read.scene.spp = read.time_s > 0 ? std::uint64_t{1} << 24 : 64;
+    if (!read.scene.spp && read.time_s > 0) read.scene.spp = kMostSppOfGoals;
     read_execution_environment(read.execution);
     return bench_scene_command(read);
   });

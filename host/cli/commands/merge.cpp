@@ -213,10 +213,7 @@ ExitCode merge_command(const MergeOptions& options) {
   if (!options.quiet) {
     fmt::print("{}: {} parts, {} x {} pixels of {} x {}, samples {}:{}{}\n", options.output, parts.size(), crop.width(),
                crop.height(), whole.layout.width, whole.layout.height, begin, end, complete ? "" : " with gaps");
-    if (error.known)
-      fmt::print("predicted relMSE {:.3e} (95 %: {:.3e} to {:.3e})\n", error.relmse, error.lo, error.hi);
-    else
-      fmt::print("predicted relMSE unknown: it takes two samples per pixel\n");
+    fmt::print("{}\n", in_words(error));
   }
   return complete ? ExitCode::done : ExitCode::not_as_asked;
 }

@@ -51,7 +51,7 @@ ExitCode meter_command(MeterOptions options) {
   aim(meter, *prepared.scene, prepared.settings);
   const RenderOutput output =
       render_and_release(*prepared.scene, prepared.settings, options.execution, catch_stop_signals());
-  if (output.report.interrupted) return stop_exit_code();
+  if (output.report.interrupted()) return stop_exit_code();
   const Reading reading = read(meter, output.film);
   const bool is_irradiance = meter.quantity == Meter::Quantity::irradiance;
   const char* const quantity = is_irradiance ? "irradiance" : "radiance";

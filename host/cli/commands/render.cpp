@@ -33,13 +33,10 @@ class ProgressBar {
       const double end = host_seconds();
       next_error_s_ = end + std::max(1.0, 20 * (end - begin));
     }
-    const double done = double(now.samples) / double(now.samples_total);
     constexpr int width = 24;
-    const int filled = int(done * width);
-    const double left =
-        now.samples_per_second > 0 ? double(now.samples_total - now.samples) / now.samples_per_second : 0;
+    const int filled = int(now.share * width);
     print_to_stderr("\r\x1b[K[{:=<{}}{:{}}] {:3.0f} %  {:.2f} Msamples/s  {:.0f} s left  relMSE {}", "", filled, "",
-         width - filled, 100 * done, 1e-6 * now.samples_per_second, left,
+         width - filled, 100 * now.share, 1e-6 * now.samples_per_second, now.left_s,
          error_.known ? fmt::format("{:.2e}", error_.relmse) : "?");
     std::fflush(stderr);
     shown_ = true;
@@ -89,7 +86,7 @@ ExitCode render_with_progress(RenderOptions options, OpenJdLines& lines) {
   hooks.progress = [&](const Progress& now, const Film& film) {
     bar.show(now, film);
     lines.status("rendering");
-    lines.progress(double(now.samples) / double(now.samples_total));
+    lines.progress(now.share);
   };
   lines.status("preparing the devices");
   job.render(stop, std::move(hooks));

@@ -22,7 +22,7 @@ namespace fs = std::filesystem;
 double estimate_cost(const SceneOptions& scene) {
   const ImageSize size = scene.size.value_or(ImageSize{1280, 720});
   const Crop crop = scene.crop.value_or(Crop{0, 0, size.width, size.height});
-  const SampleRange samples = scene.samples.value_or(SampleRange{0, scene.spp});
+  const SampleRange samples = scene.samples.value_or(SampleRange{0, scene.spp.value_or(kUsualSpp)});
   return std::max(1.0, (double(crop.x1) - crop.x0) * (double(crop.y1) - crop.y0) * double(samples.end - samples.begin));
 }
 

@@ -197,6 +197,7 @@ void BatchRun::prepare(Worker& worker, Staged& staged) {
   if (!settings_.force && is_done(options, staged.key)) return close(staged, JobState::skipped);
   const auto log = [this, &job = staged.job](const std::string& line) { log_once(job, line); };
   RenderOptions own = options;
+  own.goal.times_rendering = true;  // other images are loaded and written beside it
   if (!own.checkpoint.file.empty() && was_begun(options, staged.key))
     own.checkpoint.resume = true, own.checkpoint.implied = !options.checkpoint.resume;
   staged.render.emplace(std::move(own), log, process_seconds());
@@ -225,7 +226,7 @@ void BatchRun::render(Worker& worker, Staged& staged) {
     RenderHooks hooks;
     hooks.devices_stay_ready = staged.loaded;
     hooks.progress = [&](const Progress& now, const Film&) {
-      progress_.show(staged.job, double(now.samples) / double(now.samples_total));
+      progress_.show(staged.job, now.share);
     };
     staged.render->render(stop_, std::move(hooks));
   } catch (...) {

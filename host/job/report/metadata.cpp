@@ -109,7 +109,7 @@ void add_error(Metadata& metadata, const PredictedError& error) {
   if (!error.known) return;
   metadata.numbers["relmsePredicted"] = error.relmse;
   metadata.numbers["relmsePredictedLow"] = error.lo;
-  metadata.numbers["relmsePredictedHigh"] = error.hi;
+  if (std::isfinite(error.hi)) metadata.numbers["relmsePredictedHigh"] = error.hi;
 }
 
 Metadata describe_render(const Prepared& prepared, const RenderOutput& done, const PredictedError& error) {
@@ -122,7 +122,8 @@ Metadata describe_render(const Prepared& prepared, const RenderOutput& done, con
   for (const DeviceReport& device : report.devices)
     devices += fmt::format("{}{} ({})", devices.empty() ? "" : "; ", device.info.name, device.info.driver);
   metadata.strings["devices"] = devices;
-  metadata.numbers["interrupted"] = report.interrupted ? 1 : 0;
+  metadata.strings["endedBy"] = name_of(report.end);
+  metadata.numbers["interrupted"] = report.interrupted() ? 1 : 0;
   metadata.numbers["renderSeconds"] = report.render_s;
   return metadata;
 }

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "job/file_identity.h"
@@ -100,6 +101,15 @@ json seconds_json(const RenderReport& report, const CommandTimes& times) {
 
 }  // namespace
 
+std::string in_words(const PredictedError& error) {
+  if (!error.known) return "predicted relMSE unknown: it takes two samples per pixel";
+  if (std::isfinite(error.hi))
+    return fmt::format("predicted relMSE {:.3e} (95 %: {:.3e} to {:.3e})", error.relmse, error.lo, error.hi);
+  return error.relmse > 0
+             ? fmt::format("predicted relMSE at least {:.3e}: too few pixels carry it for an upper bound", error.lo)
+             : "predicted relMSE unknown: no sample has found any light";
+}
+
 double per_second(double count, double seconds) { return seconds > 0 ? count / seconds : 0; }
 
 // stats_schema.json documents each field; a test holds the two together.
@@ -115,7 +125,8 @@ void write_stats(const std::filesystem::path& path, const RenderReport& report, 
                 {"triangles", report.triangles},
                 {"geometry_bytes", report.geometry_bytes},
                 {"tree", report.reinserted ? "reinserted" : "sah"},
-                {"interrupted", report.interrupted},
+                {"interrupted", report.interrupted()},
+                {"ended_by", name_of(report.end)},
                 {"samples", report.samples},
                 {"samples_before", report.samples_before},
                 {"samples_per_second", per_second(double(report.samples), report.render_s)},
@@ -124,7 +135,7 @@ void write_stats(const std::filesystem::path& path, const RenderReport& report, 
                 {"rays_per_second", per_second(double(report.rays.total()), report.render_s)},
                 {"implicit_search_failures", report.given_up},
                 {"relmse_predicted", error.known ? json(error.relmse) : json(nullptr)},
-                {"relmse_interval", error.known ? json({error.lo, error.hi}) : json(nullptr)},
+                {"relmse_interval", error.known ? json({error.lo, std::isfinite(error.hi) ? json(error.hi) : json(nullptr)}) : json(nullptr)},
                 {"seconds", seconds_json(report, times)},
                 {"events", events_json(report.events)},
                 {"devices", json::array()},

@@ -30,6 +30,9 @@ void print_times(const RenderReport& report, const CommandTimes& times);
 /// Seconds that other devices still rendered after this one's last unit; 0 if it had none.
 [[nodiscard]] double idle_at_end_s(const RenderReport& report, const DeviceReport& device);
 
+/// "predicted relMSE 1e-3 (95 %: 9e-4 to 1.1e-3)", or what can be said instead.
+[[nodiscard]] std::string in_words(const PredictedError& error);
+
 /// count / seconds, or 0 when no time has passed.
 [[nodiscard]] double per_second(double count, double seconds);
 

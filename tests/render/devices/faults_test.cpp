@@ -65,7 +65,7 @@ TEST_F(Faults, N5_devices_of_unequal_speed_make_the_same_film) {
   for (const char* fault : {"device:1:slow=1", "device:1:slow=10", "device:0:slow=3", "device:1:slow=1000"}) {
     const RenderOutput output = with(fault);
     EXPECT_TRUE(same_film(expected, output.film)) << fault;
-    EXPECT_FALSE(output.report.interrupted);
+    EXPECT_FALSE(output.report.interrupted());
   }
   const RenderOutput output = with("device:1:slow=10");
   EXPECT_GT(output.report.devices[0].units, 0U);
@@ -77,7 +77,7 @@ TEST_F(Faults, a_device_with_memory_of_its_own_makes_the_same_film) {
                             "device:1:gpu;device:1:after=2:times=1", "device:1:gpu;device:1:lost:after=3"}) {
     const RenderOutput output = with(fault);
     EXPECT_TRUE(same_film(expected, output.film)) << fault;
-    EXPECT_FALSE(output.report.interrupted) << fault;
+    EXPECT_FALSE(output.report.interrupted()) << fault;
   }
 }
 
@@ -88,7 +88,7 @@ TEST_F(Faults, any_fault_at_any_moment_leaves_the_same_film) {
       const std::string fault = std::string("device:1:") + when + kind;
       const RenderOutput output = with(fault);
       EXPECT_TRUE(same_film(expected, output.film)) << fault;
-      EXPECT_FALSE(output.report.interrupted) << fault;
+      EXPECT_FALSE(output.report.interrupted()) << fault;
       EXPECT_EQ(output.report.samples, 120U * 90U * 32U) << fault;
       EXPECT_FALSE(has(output.report, 0, DeviceEvent::Kind::failed)) << fault;
     }
@@ -167,12 +167,14 @@ TEST_F(Faults, a_fault_during_checkpoints_changes_none_of_them) {
   EXPECT_TRUE(same_film(expected, with("device:1:after=1", go_on).film));
 }
 
-TEST_F(Faults, snapshots_hold_exactly_their_samples) {
+TEST_F(Faults, rounds_hold_exactly_their_samples) {
   RenderHooks hooks;
   const std::vector<std::uint64_t> at = {2, 9, 32};
-  hooks.snapshots.at = at;
   std::vector<Film> seen;
-  hooks.snapshots.take = [&](std::uint64_t, double, const Film& film) { seen.push_back(film); };
+  hooks.next_round = [&, next = std::size_t{0}](const RoundEnd& now) mutable {
+    if (next > 0) seen.push_back(now.film);
+    return Round{.end = next < at.size() ? at[next++] : now.done};
+  };
   (void)with("device:1:after=2:times=1", hooks);
   ASSERT_EQ(seen.size(), 3U);
   for (std::size_t i = 0; i < seen.size(); ++i) {
@@ -184,10 +186,12 @@ TEST_F(Faults, snapshots_hold_exactly_their_samples) {
 TEST_F(Faults, an_interrupted_render_goes_on_elsewhere) {
   const Film expected = undisturbed();
   RenderHooks hooks;
-  hooks.snapshots.at = {7};
-  hooks.snapshots.take = [&](std::uint64_t, double, const Film&) { stop = true; };
+  hooks.next_round = [&](const RoundEnd& now) {
+    stop = now.done == 7;
+    return Round{.end = now.done == 0 ? 7U : settings.sample_end};
+  };
   const RenderOutput part = with("device:1:after=1:times=1", hooks);
-  EXPECT_TRUE(part.report.interrupted);
+  EXPECT_TRUE(part.report.interrupted());
   stop = false;
   RenderHooks go_on;
   go_on.begin_with = FilmState{part.film, part.done, part.arithmetic};

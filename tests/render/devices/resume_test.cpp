@@ -57,7 +57,7 @@ TEST_F(Resume, from_any_state_the_result_is_the_same) {
     EXPECT_TRUE(std::includes(done.arithmetic.begin(), done.arithmetic.end(), state.arithmetic.begin(),
                               state.arithmetic.end()));
     EXPECT_EQ(done.report.samples, whole.done.sample_count() - state.done.sample_count());
-    EXPECT_FALSE(done.report.interrupted);
+    EXPECT_FALSE(done.report.interrupted());
   }
 }
 

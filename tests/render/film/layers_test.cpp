@@ -362,7 +362,7 @@ TEST(Stop, leaves_whole_units_and_says_so) {
   execution.pool = 4096;  // 64 units
   std::atomic<bool> stop{true};
   const RenderOutput output = render(scene, settings, as_tested(execution), stop);
-  EXPECT_TRUE(output.report.interrupted);
+  EXPECT_TRUE(output.report.interrupted());
   EXPECT_EQ(output.report.samples, 0U);
   EXPECT_EQ(output.film.samples(0, 0), 0U);
 }

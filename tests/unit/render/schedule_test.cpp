@@ -170,6 +170,29 @@ TEST(Schedule, a_slower_device_makes_the_whole_faster_and_never_slower) {
   }
 }
 
+// The second device is half as fast in the last second as it was before.
+TEST(Schedule, nothing_begins_that_would_end_after_the_time_given) {
+  constexpr double kLatest_s = 5;
+  const std::vector<double> rate = {4e6, 1e6};
+  Schedule schedule(2, 128);
+  schedule.open({WorkUnit{kSimulatedImage, 0, 1U << 20}});
+  schedule.set_latest(kLatest_s);
+  double last_s = 0;
+  for (std::size_t device : {0U, 1U}) {
+    schedule.join(device, {1U << 18, 8192});
+    double now = 0;
+    while (const auto assignment = schedule.next(device, now)) {
+      const double slower = device == 1 && now > kLatest_s - 1 ? 2 : 1;
+      const double end_s = now + 1e-3 + double(assignment->unit.path_count()) / rate[device] * slower;
+      EXPECT_TRUE(schedule.finished(assignment->id, now, end_s));
+      now = end_s;
+    }
+    EXPECT_GT(now, kLatest_s - 0.03) << "device " << device << " has no more work too early";
+    last_s = std::max(last_s, now);
+  }
+  EXPECT_LT(last_s, kLatest_s + 0.05);
+}
+
 TEST(Schedule, a_device_slower_than_its_overhead_is_left_out) {
   const Simulation outcome = simulate({{.paths_per_s = 4e6}, {.paths_per_s = 4e6, .overhead_s = 30.0}}, kSimulatedImage, 64);
   EXPECT_EQ(outcome.paths[1], 0U);

@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "job/goal.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <utility>
+
+#include "core/clock.h"
+
+namespace eikon {
+namespace {
+
+constexpr std::uint64_t kFirstLook = 16;      // samples per pixel
+constexpr std::uint64_t kLooksPerDoubling = 4;
+constexpr double kDoubt = 0.05;               // that a render ends above its target
+// Before it is measured: writing a pixel and predicting its error.
+constexpr double kUsualFinish_s = 0.5e-6;
+constexpr double kUsualRate = 2e6;            // samples per second
+constexpr std::uint64_t kUsualTargetSpp = 256;
+
+/// 1 for kFirstLook samples, and one more for each look after it.
+std::uint64_t look_number(std::uint64_t samples) {
+  const std::uint64_t doubling = std::bit_floor(samples);
+  const auto doublings = std::uint64_t(std::countr_zero(doubling) - std::countr_zero(kFirstLook));
+  return 1 + kLooksPerDoubling * doublings + (samples - doubling) * kLooksPerDoubling / doubling;
+}
+
+}  // namespace
+
+Goal::Goal(const GoalOptions& options, const Settings& settings, double end_s,
+           std::function<double(const Film&)> finish_s, Log log)
+    : options_(options),
+      begin_(settings.sample_begin),
+      most_(settings.sample_end - settings.sample_begin),
+      begin_s_(host_seconds()),
+      end_s_(end_s),
+      finish_s_(std::move(finish_s)),
+      log_(std::move(log)),
+      finish_estimate_s_(finish_s_ ? kUsualFinish_s * double(settings.crop.pixel_count()) : 0) {}
+
+std::uint64_t Goal::likely_samples(const GoalOptions& options, const Crop& crop) {
+  if (!options.seconds) return kUsualTargetSpp;
+  return std::max<std::uint64_t>(std::uint64_t(*options.seconds * kUsualRate / double(crop.pixel_count())), 1);
+}
+
+/// The samples per pixel after the next round. With --time the first rounds are short, since seconds may be, too.
+std::uint64_t Goal::next_end(std::uint64_t samples) const {
+  if (samples < kFirstLook)
+    return !options_.seconds ? kFirstLook : samples == 0 ? 1 : 2 * std::bit_floor(samples);
+  const std::uint64_t doubling = std::bit_floor(samples);
+  if (!options_.relmse) return 2 * doubling;
+  const std::uint64_t step = doubling / kLooksPerDoubling;
+  const std::uint64_t next = (samples / step + 1) * step;
+  if (judged_ == 0 || error_.relmse <= 0) return next;
+  // No error falls faster than the square of the number of samples: looks that cannot please are left out.
+  const double least = double(judged_) * std::sqrt(error_.lo / *options_.relmse);
+  return double(next) < least ? next_end(next) : next;
+}
+
+bool Goal::is_reached(std::uint64_t samples, const Film& film) {
+  error_ = film.predicted_error();
+  judged_ = samples;
+  const auto look = double(look_number(samples));
+  bound_ = error_.upper(kDoubt / (look * (look + 1)));
+  return bound_ <= *options_.relmse;
+}
+
+void Goal::warn_if_out_of_reach(std::uint64_t samples) {
+  constexpr std::uint64_t kEnoughToJudge = 64;
+  if (warned_ || samples < kEnoughToJudge || !std::isfinite(bound_)) return;
+  const double needed = double(samples) * bound_ / *options_.relmse;
+  if (needed < 4 * double(kMostSppOfGoals) || most_ < kMostSppOfGoals) return;
+  warned_ = true;
+  log_(fmt::format("--target-error: about {:.1e} samples per pixel would reach it, and {} are the most; the render goes on "
+                   "to them unless it is interrupted",
+                   needed, most_));
+}
+
+Round Goal::next(const RoundEnd& now) {
+  const std::uint64_t samples = now.done - begin_;
+  if (options_.relmse && now.exact && samples >= kFirstLook) {
+    if (is_reached(samples, now.film)) return {.end = now.done};
+    warn_if_out_of_reach(samples);
+  }
+  Round round{.end = begin_ + std::min(next_end(samples), most_)};
+  if (!options_.seconds) return round;
+  if (finish_s_ && !finish_known_ && samples >= 2) {
+    finish_estimate_s_ = finish_s_(now.film);
+    finish_known_ = true;
+  }
+  round.latest_s = end_s_ - finish_estimate_s_;
+  return round;
+}
+
+void Goal::tell(Progress& progress) const {
+  const double now_s = host_seconds();
+  double left_s = progress.left_s;
+  if (options_.relmse && std::isfinite(bound_) && progress.samples_per_second > 0) {
+    // The error goes as 1 / samples, at the slowest.
+    const double pixels = double(progress.samples_total) / double(most_);
+    const double needed = pixels * std::min(double(judged_) * bound_ / *options_.relmse, double(most_));
+    left_s = std::min(left_s, std::max(0.0, needed - double(progress.samples)) / progress.samples_per_second);
+  }
+  if (options_.seconds) left_s = std::min(left_s, std::max(0.0, end_s_ - finish_estimate_s_ - now_s));
+  progress.left_s = left_s;
+  const double spent_s = std::max(now_s - begin_s_, 0.0);
+  progress.share = left_s + spent_s > 0 ? spent_s / (spent_s + left_s) : 0;
+}
+
+}  // namespace eikon
