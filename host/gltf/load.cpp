@@ -81,6 +81,7 @@ struct SceneSource {
   std::filesystem::path folder;  // files outside it are refused
   Digest& digest;
   Notes& notes;
+  MissingTangents missing_tangents;
 };
 
 /// The meshes of the document that the scene uses. One that morphs differently under two nodes is
@@ -149,7 +150,8 @@ UsedMeshes read_meshes(const SceneSource& source, const std::vector<PlacedNode>&
                      .views = source.views,
                      .materials = scene.materials,
                      .reader = materials,
-                     .notes = source.notes});
+                     .notes = source.notes,
+                     .missing_tangents = source.missing_tangents});
   reader.check_memory(order);
   for (const MeshReader::Wanted& wanted : order) {
     scene.meshes.push_back(reader.read(wanted));
@@ -225,7 +227,7 @@ void fill_scene(const SceneSource& source, Scene& scene) {
   source.document.wrong.note(source.notes);
 }
 
-Scene load(const std::filesystem::path& path, const std::string& variant) {
+Scene load(const std::filesystem::path& path, const std::string& variant, MissingTangents missing_tangents) {
   Scene scene;
   scene.path = path;
   Notes notes;
@@ -254,7 +256,8 @@ Scene load(const std::filesystem::path& path, const std::string& variant) {
               .views = views,
               .folder = path.parent_path(),
               .digest = digest,
-              .notes = notes},
+              .notes = notes,
+              .missing_tangents = missing_tangents},
              scene);
   // Another variant is another scene, whose parts are not to be merged with this one's.
   scene.file_bytes = digest.bytes;
@@ -266,10 +269,10 @@ Scene load(const std::filesystem::path& path, const std::string& variant) {
 
 }  // namespace
 
-Scene load_scene(const std::filesystem::path& path, const std::string& variant) {
+Scene load_scene(const std::filesystem::path& path, const std::string& variant, MissingTangents missing_tangents) {
   const std::string what = "cannot load scene " + in_quotes(path.string()) + ": ";
   try {
-    return load(path, variant);
+    return load(path, variant, missing_tangents);
   } catch (const InputError& e) {
     throw InputError(what + e.what());
   } catch (const Error&) {

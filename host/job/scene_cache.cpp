@@ -22,7 +22,7 @@ std::uint64_t bytes_of(const Scene& scene) {
   for (const Mesh& mesh : scene.meshes)
     for (const Primitive& p : mesh.primitives)
       bytes += bytes_of(p.positions_object) + bytes_of(p.normals_object) + bytes_of(p.uv[0]) + bytes_of(p.uv[1]) +
-               bytes_of(p.colors) + bytes_of(p.tangents_object) + bytes_of(p.indices);
+               bytes_of(p.colors) + bytes_of(p.tangents_object) + p.indices.bytes();
   for (const TextureImage& image : scene.images) bytes += bytes_of(image.rgba8);
   std::set<const MeasuredTable*> tables;
   for (const Material& material : scene.materials)

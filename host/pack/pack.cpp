@@ -50,6 +50,15 @@ PackedScene pack_and_release(Scene& scene, const Features& features, const Setti
   return pack(scene, &scene.meshes, features, settings);
 }
 
+PackedScene pack_light(const Scene& scene, const Features& features, const Settings& settings) {
+  PackedScene packed;
+  pack_materials(scene, features, packed);
+  pack_emitters(scene, features, packed);
+  pack_shapes(scene, features, packed);
+  pack_lights(scene, features, settings, packed);
+  return packed;
+}
+
 TriangleSoup soup_of(const PackedScene& packed) {
   const float* corners = packed.triangles.empty() ? nullptr : &packed.triangles.front().p0_x;
   return {corners, packed.triangles.size(), sizeof(Triangle) / sizeof(float), packed.shapes.size()};

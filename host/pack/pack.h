@@ -83,6 +83,11 @@ PackedScene pack_scene(Scene&& scene, const Features& features, const Settings& 
 /// materials.
 PackedScene pack_and_release(Scene& scene, const Features& features, const Settings& settings);
 
+/// Lays out what tells of the light in a scene: of its triangles only those that emit. Bounds,
+/// shapes, materials and lights are those of pack_scene, and so are the errors.
+PackedScene pack_light(const Scene& scene, const Features& features, const Settings& settings);
+PackedScene pack_light(Scene&& scene, const Features& features, const Settings& settings) = delete;
+
 /// Builds the tree that `layout` (of tree_layouts(), or "none") needs, unless it is there. rays:
 /// expected to be traced
 void add_accel(PackedScene& packed, const std::string& accel, const std::string& layout, unsigned threads,

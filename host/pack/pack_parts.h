@@ -48,6 +48,9 @@ inline void grow(Bounds& bounds, const glm::dvec3& p) {
 /// throws InputError when they are more than trees or memory can hold
 void pack_geometry(const Scene& scene, std::vector<Mesh>* release, const Features& features, PackedScene& packed);
 
+/// Does the same for the triangles that emit alone; the bounds are those of all.
+void pack_emitters(const Scene& scene, const Features& features, PackedScene& packed);
+
 /// Packs the shapes, with their records behind the triangles, and extends the bounds. Runs after
 /// pack_geometry.
 /// throws InputError when they are more than trees can name

@@ -22,6 +22,8 @@ class Notes {
   /// Warns of a broken rule of the format where the meaning is beyond doubt, which is an error
   /// under --strict.
   void mended(const std::string& warning);
+  /// The number of different warnings so far.
+  [[nodiscard]] std::size_t warning_count() const { return warnings_.size(); }
   /// Moves everything into `scene`.
   void finish(Scene& scene);
 

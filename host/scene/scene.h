@@ -12,18 +12,21 @@
 
 #include "formula/parse.h"
 #include "scene/shape.h"
+#include "scene/shared_vector.h"
+#include "scene/triangle_indices.h"
 
 namespace eikon {
 
+/// Primitives that name the same data of a file share it.
 struct Primitive {
-  std::vector<glm::vec3> positions_object;  // finite; each is a corner of some triangle
+  SharedVector<glm::vec3> positions_object;  // finite; each is a corner of some triangle
   // Per position, or empty where the file has none and nothing needs one.
-  std::vector<glm::vec3> normals_object;   // unit; empty: flat shading by the triangle's own normal
-  std::vector<glm::vec2> uv[2];            // finite; texture coordinates 0 and 1
-  std::vector<glm::vec4> colors;           // COLOR_0: linear RGB in [0, 1] and opacity; multiplies the base colour
-  std::vector<glm::vec4> tangents_object;  // unit, and the sign of the bitangent; present where the material has a normal map
-  std::vector<std::uint32_t> indices;      // three per triangle, each < positions_object.size()
-  std::uint32_t material = 0;              // index into Scene::materials
+  SharedVector<glm::vec3> normals_object;   // unit; empty: flat shading by the triangle's own normal
+  SharedVector<glm::vec2> uv[2];            // finite; texture coordinates 0 and 1
+  SharedVector<glm::vec4> colors;           // COLOR_0: linear RGB in [0, 1] and opacity; multiplies the base colour
+  SharedVector<glm::vec4> tangents_object;  // unit, and the sign of the bitangent; present where the material has a normal map
+  TriangleIndices indices;                  // three per triangle, each < positions_object.size()
+  std::uint32_t material = 0;               // index into Scene::materials
 };
 
 struct Mesh {
@@ -233,12 +236,17 @@ struct Scene {
   std::uint64_t file_bytes = 0;       // of the file and its buffers
 };
 
+/// What becomes of tangents that a file leaves to its reader. To make them takes several times the
+/// memory of a mesh; marked ones are 0, for those who only want to know where there are some.
+enum class MissingTangents { make, mark };
+
 /// Reads a .gltf or .glb file and everything it names, every offset, index and value checked before
 /// it is used. throws InputError: what, where (accessor, node, ...), why, what to try; UsageError
 /// never
 /// variant  name of one of its variants [KHR_materials_variants]; empty: materials as they are
 ///          without any
-Scene load_scene(const std::filesystem::path& path, const std::string& variant = {});
+Scene load_scene(const std::filesystem::path& path, const std::string& variant = {},
+                 MissingTangents missing_tangents = MissingTangents::make);
 
 struct Bounds {
   glm::dvec3 lo{1e300}, hi{-1e300};

@@ -61,7 +61,7 @@ inline std::vector<std::vector<float>> soup(const std::vector<glm::vec3>& positi
 
 inline std::vector<std::vector<float>> soup(const eikon::Scene& scene) {
   const eikon::Primitive& primitive = scene.meshes.at(0).primitives.at(0);
-  return soup(primitive.positions_object, primitive.indices);
+  return soup(primitive.positions_object, primitive.indices.list());
 }
 
 inline std::vector<std::vector<float>> soup(const Sheet& sheet) {
@@ -87,7 +87,7 @@ bool refused_or_sound(const File& file) {
   try {
     const eikon::Scene scene = file.load();
     for (const eikon::Primitive& primitive : scene.meshes.at(0).primitives) {
-      for (const std::uint32_t index : primitive.indices) EXPECT_LT(index, primitive.positions_object.size());
+      for (const std::uint32_t index : primitive.indices.list()) EXPECT_LT(index, primitive.positions_object.size());
       for (const glm::vec3& p : primitive.positions_object) EXPECT_TRUE(std::isfinite(p.x + p.y + p.z));
     }
   } catch (const eikon::InputError& e) {

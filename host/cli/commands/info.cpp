@@ -119,15 +119,14 @@ void print_tables(const Scene& scene) {
 }
 
 /// Prints how meshes with several places are stored, if there are any.
-void print_instances(const PackedScene& packed, const InstanceChoice& choice) {
+void print_instances(const PlacedMeshes& placed, const InstanceChoice& choice) {
   if (choice.flat_bytes == 0) return;
   fmt::print("  instances: {} ({}); two levels take about {:.1f} MB, one for each place {:.1f} MB",
              choice.two_level ? "two levels" : "flattened", choice.why, double(choice.two_level_bytes) * 1e-6,
              double(choice.flat_bytes) * 1e-6);
   if (choice.two_level)
-    fmt::print("; {} meshes of {} triangles at {} places, {} triangles stored for each place",
-               packed.stored_meshes.size(), packed.triangle_count() - packed.stored_meshes.front().first,
-               packed.instances.size(), packed.stored_meshes.front().first);
+    fmt::print("; {} meshes of {} triangles at {} places, {} triangles stored for each place", placed.meshes.size(),
+               placed.stored_triangles, placed.places.size(), placed.other_triangles);
   fmt::print("\n");
 }
 
@@ -158,7 +157,7 @@ void print_lights(const PackedScene& packed) {
 void print_enclosed_lights(const Scene& scene, const PackedScene& packed) {
   for (const PunctualLight& light : scene.lights) {
     if (light.kind == LightKind::directional) continue;
-    const std::uint32_t solid = solid_around(packed, light.position, light.direction);
+    const std::uint32_t solid = solid_around(scene, packed, light.position, light.direction);
     if (solid != 0)
       fmt::print(
           "  light {} stands in the solid {}: a point lights what is in there with it, and beyond a smooth surface "
@@ -177,12 +176,26 @@ void print_unsampled_emitters(const Scene& scene) {
   }
 }
 
-void print_contents(const Prepared& prepared, const PackedScene& packed, const InstanceChoice& instances) {
+/// What info looks at. Of triangles it has those of the file, and counts what a render makes of them.
+struct Contents {
+  Prepared prepared;
+  InstanceChoice instances;
+  Features features;
+  PlacedMeshes placed;
+  PackedScene light;  // pack_light
+
+  [[nodiscard]] std::uint64_t packed_triangles() const { return placed.packed_triangles(instances.two_level); }
+};
+
+void print_contents(const Contents& contents) {
+  const Prepared& prepared = contents.prepared;
+  const PackedScene& packed = contents.light;
   const Scene& scene = *prepared.scene;
   fmt::print("{}: {} bytes, hash {}\n", scene.path.string(), scene.file_bytes, scene.hash);
-  fmt::print("  {} triangles in {} nodes, {} meshes, {} materials, {} cameras\n", packed.seen_triangle_count(),
-             scene.nodes.size(), scene.meshes.size(), scene.materials.size(), scene.cameras.size());
-  print_instances(packed, instances);
+  fmt::print("  {} triangles in {} nodes, {} meshes, {} materials, {} cameras\n",
+             contents.placed.packed_triangles(false), scene.nodes.size(), scene.meshes.size(), scene.materials.size(),
+             scene.cameras.size());
+  print_instances(contents.placed, contents.instances);
   print_shapes(scene);
   if (!packed.bounds.empty())
     fmt::print("  bounds ({:g}, {:g}, {:g}) to ({:g}, {:g}, {:g}) m\n", packed.bounds.lo.x, packed.bounds.lo.y,
@@ -195,54 +208,68 @@ void print_contents(const Prepared& prepared, const PackedScene& packed, const I
   }
 }
 
-/// Builds the tree in each layout, one at a time: it takes as much memory as the triangles.
-void print_scene_memory(PackedScene& packed, const Features& features) {
+/// Prints what scene and tree take in each layout. The tree is estimated, because to build it takes
+/// more memory than all the rest of info.
+void print_scene_memory(const Contents& contents) {
+  const PackedScene& light = contents.light;
+  const std::uint64_t triangles = contents.packed_triangles(), shapes = light.shapes.size();
+  const bool two_level = contents.instances.two_level;
+  const std::uint64_t records =
+      light.bytes("") + (triangles - light.triangle_count()) * triangle_bytes(contents.features);
   for (const std::string& layout : tree_layouts()) {
-    if (features.has(Feature::instance) && !has_two_levels(layout)) continue;
-    add_accel(packed, "bvh", layout, 0);
-    const std::uint64_t bytes = packed.bytes(layout);
-    fmt::print("  {}: tree {} bytes, scene {} bytes{}\n", layout, packed.accels.at(layout).bytes(), bytes,
-               packed.triangles.empty()
-                   ? ""
-                   : fmt::format(" ({:.0f} per triangle)",
-                                 double(bytes) / double(packed.seen_triangle_count() + packed.shapes.size())));
-    packed.accels.clear();
+    if (two_level && !has_two_levels(layout)) continue;
+    const std::uint64_t tree = expected_tree_bytes(layout, triangles + shapes) +
+                               (two_level ? contents.placed.places.size() * sizeof(InstanceRecord) : 0);
+    const std::uint64_t seen = contents.placed.packed_triangles(false) + shapes;
+    fmt::print("  {}: tree about {} bytes, scene about {} bytes{}\n", layout, tree, records + tree,
+               seen == 0 ? "" : fmt::format(" ({:.0f} per triangle)", double(records + tree) / double(seen)));
   }
 }
 
-void print_device_memory(const PackedScene& packed, const Features& features, const Settings& settings,
-                         Execution execution) {
+void print_device_memory(const Contents& contents, Execution execution) {
+  const Features& features = contents.features;
+  const std::uint64_t triangles = contents.packed_triangles() + contents.light.shapes.size();
+  const double rays = expected_rays(contents.prepared.settings);
   read_execution_environment(execution);
   for (const DeviceInfo& info : list_devices()) {
     const WavefrontConfig config = configure(info, execution);
-    const LayoutPlan plan =
-        plan_layout(config, execution, packed.triangles.size(), expected_rays(settings), features.has(Feature::instance));
+    const LayoutPlan plan = plan_layout(config, execution, triangles, rays, features.has(Feature::instance));
     fmt::print("  device {}: {} bytes for {} paths in flight, beside the scene as {} ({}{})\n", info.index,
                path_pool_bytes(config, features), config.capacity(), plan.layout, plan.why,
                plan.measure.empty() ? "" : fmt::format("; a render measures {} first", fmt::join(plan.measure, ", ")));
   }
 }
 
-ExitCode info_command(const InfoOptions& options) {
-  Prepared prepared = prepare(options.scene, log_unless(false));
+Contents look_at(const InfoOptions& options) {
+  Prepared prepared = prepare(options.scene, log_unless(false), MissingTangents::mark);
   const Scene& scene = *prepared.scene;
   InstanceChoice instances;
-  const Features features = features_of(scene, prepared.settings, options.execution, &instances);
-  PackedScene packed = pack_and_release(*prepared.scene, features, prepared.settings);
+  Features features = features_of(scene, prepared.settings, options.execution, &instances);
+  PackedScene light = pack_light(scene, features, prepared.settings);
+  PlacedMeshes placed = find_placed_meshes(scene);
+  return {.prepared = std::move(prepared),
+          .instances = std::move(instances),
+          .features = std::move(features),
+          .placed = std::move(placed),
+          .light = std::move(light)};
+}
 
-  print_contents(prepared, packed, instances);
+ExitCode info_command(const InfoOptions& options) {
+  const Contents contents = look_at(options);
+  const Scene& scene = *contents.prepared.scene;
+  print_contents(contents);
   print_materials(scene);
   print_tables(scene);
-  print_lights(packed);
-  print_enclosed_lights(scene, packed);
+  print_lights(contents.light);
+  print_enclosed_lights(scene, contents.light);
   print_unsampled_emitters(scene);
   fmt::print("features\n");
-  for (const FeatureEntry& feature : features.ledger())
+  for (const FeatureEntry& feature : contents.features.ledger())
     fmt::print("  {:<7} {:<16} {:<3}  {}\n", feature.kind, feature.name, feature.on ? "in" : "out", feature.reason);
   fmt::print("memory, of each device and of the host\n");
-  print_scene_memory(packed, features);
-  print_device_memory(packed, features, prepared.settings, options.execution);
-  fmt::print("  film: {} bytes\n", film_bytes(film_layout(features, prepared.settings)));
+  print_scene_memory(contents);
+  print_device_memory(contents, options.execution);
+  fmt::print("  film: {} bytes\n", film_bytes(film_layout(contents.features, contents.prepared.settings)));
   return ExitCode::done;
 }
 

@@ -67,9 +67,15 @@ const std::byte* check_range(const JsonView& view, std::span<const std::byte> by
 }
 
 std::uint32_t load_index(const std::byte* p, ComponentType type) {
-  std::uint32_t value = 0;  // little-endian, unaligned
-  for (std::uint32_t i = 0; i < bytes_of(type); ++i) value |= std::to_integer<std::uint32_t>(p[i]) << (8 * i);
-  return value;
+  const auto byte = [&](unsigned i) { return std::to_integer<std::uint32_t>(p[i]) << (8 * i); };
+  switch (bytes_of(type)) {  // little-endian, unaligned
+    case 1:
+      return byte(0);
+    case 2:
+      return byte(0) | byte(1);
+    default:
+      return byte(0) | byte(1) | byte(2) | byte(3);
+  }
 }
 
 template <typename T>

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <glm/glm.hpp>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -34,6 +35,11 @@ struct Accessor {
 
   std::string label;  // "accessor 3 'positions'"
 
+  /// Equal for accessors with the same elements, whatever their labels.
+  [[nodiscard]] auto contents() const {
+    return std::tuple(data, count, stride_bytes, component, component_count, is_matrix, normalized, sparse_count,
+                      sparse_indices, sparse_index_type, sparse_values);
+  }
   [[nodiscard]] std::uint64_t element_bytes() const;  // of one element, without the gap to the next
   [[nodiscard]] bool is(ComponentType type, std::uint32_t components) const {
     return component == type && component_count == components && !is_matrix;

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <cmath>
 
 #include "core/error.h"
@@ -83,13 +84,13 @@ void fill_normals(const Primitive& primitive, std::vector<glm::vec3>& normals) {
   std::vector<bool> is_filled(normals.size());
   for (std::size_t i = 0; i < normals.size(); ++i) is_filled[i] = normals[i] == glm::vec3(0.0F);
   std::vector<glm::dvec3> sums(normals.size(), glm::dvec3(0.0));
-  for (std::size_t t = 0; t + 2 < primitive.indices.size(); t += 3) {
-    const std::uint32_t* corner = &primitive.indices[t];
+  for (std::size_t t = 0; t < primitive.indices.triangle_count(); ++t) {
+    const std::array<std::uint32_t, 3> corner = primitive.indices.triangle(t);
     if (!is_filled[corner[0]] && !is_filled[corner[1]] && !is_filled[corner[2]]) continue;
     const glm::dvec3 a(primitive.positions_object[corner[0]]), b(primitive.positions_object[corner[1]]),
         c(primitive.positions_object[corner[2]]);
     const glm::dvec3 normal = glm::cross(b - a, c - a);
-    for (int k = 0; k < 3; ++k) sums[corner[k]] += normal;
+    for (const std::uint32_t vertex : corner) sums[vertex] += normal;
   }
   for (std::size_t i = 0; i < normals.size(); ++i) {
     if (!is_filled[i]) continue;

@@ -18,7 +18,6 @@ namespace {
 constexpr std::uint32_t kNoSlot = 0xFFFFFFFFU;
 constexpr int kTriangles = 4;  // modes below have no triangles
 constexpr std::array<const char*, 4> kModeNames{"POINTS", "LINES", "LINE_LOOP", "LINE_STRIP"};
-constexpr std::size_t kUvSets = 2;
 
 std::string uv_name(std::size_t set) { return fmt::format("TEXCOORD_{}", set); }
 
@@ -27,22 +26,6 @@ bool uses_extension(const Json& document, std::string_view name) {
   for (std::size_t i = 0; used != nullptr && i < size_of(*used); ++i)
     if (equals(&element(*used, i), name)) return true;
   return false;
-}
-
-// The sets of texture coordinates that the textures of a material need.
-std::array<bool, kUvSets> uv_sets_of(const Material& material) {
-  std::array<bool, kUvSets> needed{};
-  for (const TextureUse& use : textures_of(material))
-    if (use.texture->uv_set < kUvSets) needed[use.texture->uv_set] = true;
-  return needed;
-}
-
-// The set of texture coordinates that tangents are made from, if the material needs any.
-std::optional<std::size_t> tangent_set(const Material& material) {
-  for (const auto* texture :
-       {&material.normal_texture, &material.clearcoat_normal_texture, &material.anisotropy_texture})
-    if (*texture) return (*texture)->uv_set;
-  return material.anisotropy > 0 ? std::optional<std::size_t>(0) : std::nullopt;
 }
 
 // The bytes per vertex of all attributes that may be read.
@@ -58,6 +41,17 @@ double vertex_bytes(const GltfPrimitive& primitive) {
 
 }  // namespace
 
+MeshReader::Needs MeshReader::needs_of(const Material& material) {
+  Needs needs;
+  for (const TextureUse& use : textures_of(material))
+    if (use.texture->uv_set < kUvSets) needs.uv[use.texture->uv_set] = true;
+  for (const auto* texture :
+       {&material.normal_texture, &material.clearcoat_normal_texture, &material.anisotropy_texture})
+    if (*texture && !needs.tangents) needs.tangents = (*texture)->uv_set;
+  if (material.anisotropy > 0 && !needs.tangents) needs.tangents = 0;
+  return needs;
+}
+
 MeshReader::MeshReader(const Source& source)
     : source_(source),
       draco_(source.views, source.accessors),
@@ -66,7 +60,9 @@ MeshReader::MeshReader(const Source& source)
       positions_checked_(source.accessors.size(), false) {}
 
 void MeshReader::check_memory(const std::vector<Wanted>& meshes) const {
-  double bytes = 0;  // a file of a megabyte can share one accessor between any number of primitives
+  // A file of a megabyte can share one accessor between any number of primitives. Devices have the
+  // triangles of each, in records that are larger than what is counted here.
+  double bytes = 0;
   for (const Wanted& wanted : meshes) {
     for (const GltfPrimitive& primitive : source_.document.meshes[wanted.first].primitives) {
       const auto positions = primitive.attributes.find("POSITION");
@@ -144,36 +140,73 @@ Primitive MeshReader::read_primitive(Part& part) {
   const Accessor& positions = *attribute(part, "POSITION");
   check_attribute("POSITION", positions, positions.count, quantized_, part.user);
   check_positions_once(part, positions);
+  if (known_.contains(accessors_of(part))) {
+    const std::uint32_t material = source_.reader.use(part.primitive.material);
+    if (std::optional<Primitive> known = find_known(part, material)) return *std::move(known);
+  }
 
   Primitive result;
-  result.indices = read_triangles(part, positions.count);
+  std::size_t warnings = source_.notes.warning_count();
+  result.indices = read_indices(part, positions.count);
   const std::vector<std::uint32_t> used = compact(result.indices, positions.count);
   if (result.indices.empty()) return {};
   const VertexChoice vertices{.used = used, .count = used.empty() ? positions.count : used.size()};
   result.positions_object = read_positions(positions, vertices);
+  warnings = source_.notes.warning_count() - warnings;
   result.material = source_.reader.use(part.primitive.material);
+  const std::size_t before = source_.notes.warning_count();
   read_surface(part, vertices, positions.count, result);
+  // A warning names its primitive, so another one has to be read for its own.
+  if (warnings == 0 && source_.notes.warning_count() == before) remember(part, result);
   return result;
 }
 
+MeshReader::Accessors MeshReader::accessors_of(const Part& part) const {
+  const GltfPrimitive& primitive = part.primitive;
+  std::map<std::string, Contents> attributes;
+  for (const auto& [name, accessor] : primitive.attributes) attributes[name] = source_.accessors[accessor].contents();
+  std::optional<Contents> indices;
+  if (primitive.indices) indices = source_.accessors[*primitive.indices].contents();
+  return {primitive.mode, indices, std::move(attributes)};
+}
+
+std::optional<Primitive> MeshReader::find_known(const Part& part, std::uint32_t material) const {
+  if (!part.draco.attributes.empty() || !part.morphed.attributes.empty()) return std::nullopt;
+  const Needs needs = needs_of(source_.materials[material]);
+  for (const auto& [of, known] : known_.at(accessors_of(part))) {
+    if (of != needs) continue;
+    Primitive result = known;
+    result.material = material;
+    return result;
+  }
+  return std::nullopt;
+}
+
+void MeshReader::remember(const Part& part, const Primitive& read) {
+  if (!part.draco.attributes.empty() || !part.morphed.attributes.empty()) return;
+  const Needs needs = needs_of(source_.materials[read.material]);
+  // That a set is missing is said once for each material.
+  for (std::size_t set = 0; set < kUvSets; ++set)
+    if (needs.uv[set] && !part.primitive.attributes.contains(uv_name(set))) return;
+  known_[accessors_of(part)].emplace_back(needs, read);
+}
+
 // A Draco stream holds a list of triangles, whatever the mode that it was made from.
-std::vector<std::uint32_t> MeshReader::read_triangles(Part& part, std::uint64_t vertex_count) {
+TriangleIndices MeshReader::read_indices(Part& part, std::uint64_t vertex_count) {
   if (!part.draco.attributes.empty()) return std::move(part.draco.indices);
-  std::vector<std::uint32_t> corners;
+  const Accessor* indices = nullptr;
   if (part.primitive.indices) {
-    corners = read_indices(source_.accessors[*part.primitive.indices], vertex_count, part.user);
-  } else {
-    corners.resize(vertex_count);
-    for (std::size_t i = 0; i < corners.size(); ++i) corners[i] = static_cast<std::uint32_t>(i);
+    indices = &source_.accessors[*part.primitive.indices];
+    check_indices(*indices, vertex_count, part.user);
   }
   const auto mode = static_cast<TriangleMode>(part.primitive.mode);
-  const std::size_t count = corners.size(),
-                    rest = mode == TriangleMode::list ? count % 3 : (count < 3 ? count : std::size_t{0});
+  const std::uint64_t count = indices != nullptr ? indices->count : vertex_count,
+                      rest = mode == TriangleMode::list ? count % 3 : (count < 3 ? count : std::uint64_t{0});
   if (rest != 0) {
     source_.notes.warn(
         fmt::format("{}: {} corners are no whole number of triangles; the last {} left out", part.user, count, rest));
   }
-  return list_triangles(std::move(corners), mode);
+  return read_triangles(indices, mode, vertex_count);
 }
 
 void MeshReader::read_surface(const Part& part, const VertexChoice& vertices, std::uint64_t position_count,
@@ -186,14 +219,16 @@ void MeshReader::read_surface(const Part& part, const VertexChoice& vertices, st
   read_uv(part, vertices, position_count, primitive);
 
   const Accessor* tangents = checked_attribute(part, "TANGENT", position_count);
-  const std::optional<std::size_t> set = tangent_set(material);
+  const std::optional<std::size_t> set = needs_of(material).tangents;
   if (!set || *set >= kUvSets) return;
   // A mesh without normals of its own is flat, and tangents that it brings belong to others [glTF
   // 2.0, section 3.7.2.1].
   if (tangents != nullptr && !primitive.normals_object.empty())
     primitive.tangents_object = read_tangents(*tangents, vertices, primitive.normals_object, part.user, source_.notes);
   if (!primitive.tangents_object.empty()) return;
-  if (!primitive.uv[*set].empty()) return make_tangents(primitive, *set);
+  if (!primitive.uv[*set].empty())
+    return source_.missing_tangents == MissingTangents::make ? make_tangents(primitive, *set)
+                                                             : mark_tangents(primitive);
   source_.notes.warn(
       fmt::format("{}: material {} is anisotropic, but the primitive has neither TANGENT nor {}; taken as isotropic",
                   part.user, in_quotes(material.name), uv_name(*set)));
@@ -204,15 +239,15 @@ void MeshReader::read_surface(const Part& part, const VertexChoice& vertices, st
 void MeshReader::read_uv(const Part& part, const VertexChoice& vertices, std::uint64_t position_count,
                          Primitive& primitive) {
   const Material& material = source_.materials[primitive.material];
-  const std::array<bool, kUvSets> needed = uv_sets_of(material);
+  const Needs needs = needs_of(material);
   for (std::size_t set = 0; set < kUvSets; ++set) {
     const Accessor* uv = checked_attribute(part, uv_name(set), position_count);
     if (uv != nullptr) {
-      if (needed[set] || set == 0 || tangent_set(material) == set)
+      if (needs.uv[set] || set == 0 || needs.tangents == set)
         primitive.uv[set] = read_texture_coordinates(*uv, vertices, part.user, source_.notes);
       continue;
     }
-    if (!needed[set]) continue;
+    if (!needs.uv[set]) continue;
     primitive.uv[set].resize(vertices.count);
     if (!uv_missing_.emplace(primitive.material, set).second) continue;
     source_.notes.warn(fmt::format("{}: material {} has a texture with {}, which the primitive lacks; taken as 0",
@@ -235,20 +270,25 @@ void MeshReader::morph(Part& part, const std::vector<double>& weights) const {
   part.morphed = morpher_.apply(part.primitive, weights, base, part.user);
 }
 
-std::vector<std::uint32_t> MeshReader::compact(std::vector<std::uint32_t>& indices, std::uint64_t vertex_count) {
+std::vector<std::uint32_t> MeshReader::compact(TriangleIndices& indices, std::uint64_t vertex_count) {
+  std::uint64_t count = 0;
+  std::vector<bool> is_used(vertex_count);
+  for (std::size_t t = 0; t < indices.triangle_count() && count < vertex_count; ++t)
+    for (const std::uint32_t vertex : indices.triangle(t)) {
+      count += is_used[vertex] ? 0 : 1;
+      is_used[vertex] = true;
+    }
+  if (count == vertex_count) return {};  // there is nothing to leave out, so the file's own order stays
   if (slot_of_vertex_.size() < vertex_count) slot_of_vertex_.resize(vertex_count, kNoSlot);
   std::vector<std::uint32_t> used;
-  for (const std::uint32_t vertex : indices) {
-    if (slot_of_vertex_[vertex] != kNoSlot) continue;
-    slot_of_vertex_[vertex] = static_cast<std::uint32_t>(used.size());
-    used.push_back(vertex);
-  }
-  if (used.size() == vertex_count) {
-    // There is nothing to leave out, so the file's own order stays.
-    for (const std::uint32_t vertex : used) slot_of_vertex_[vertex] = kNoSlot;
-    return {};
-  }
-  for (std::uint32_t& index : indices) index = slot_of_vertex_[index];
+  used.reserve(count);
+  for (std::size_t t = 0; t < indices.triangle_count(); ++t)
+    for (const std::uint32_t vertex : indices.triangle(t)) {
+      if (slot_of_vertex_[vertex] != kNoSlot) continue;
+      slot_of_vertex_[vertex] = static_cast<std::uint32_t>(used.size());
+      used.push_back(vertex);
+    }
+  indices.renumber(slot_of_vertex_);
   for (const std::uint32_t vertex : used) slot_of_vertex_[vertex] = kNoSlot;
   return used;
 }

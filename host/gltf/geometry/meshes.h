@@ -1,7 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include <array>
 #include <cstdint>
+#include <map>
+#include <optional>
 #include <set>
+#include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -16,8 +21,9 @@
 namespace eikon {
 
 /// Reads the triangles of meshes. Several primitives may share accessors; each gets only the
-/// vertices it uses, so every position of a Primitive belongs to one of its triangles. Degenerate
-/// triangles stay, because rays never hit them.
+/// vertices it uses, so every position of a Primitive belongs to one of its triangles. Where all
+/// their accessors are the same, they are read once. Degenerate triangles stay, because rays never
+/// hit them.
 class MeshReader {
  public:
   /// Everything outlives the reader.
@@ -28,6 +34,7 @@ class MeshReader {
     const std::vector<Material>& materials;  // those of `reader`'s scene
     MaterialReader& reader;
     Notes& notes;
+    MissingTangents missing_tangents = MissingTangents::make;
   };
   explicit MeshReader(const Source& source);
 
@@ -51,19 +58,35 @@ class MeshReader {
     DracoMesh draco;   // empty if it is not compressed
     OwnAttributes morphed;
   };
+  /// What decides the geometry of a primitive whose triangles are neither compressed nor morphed.
+  using Contents = decltype(Accessor().contents());
+  using Accessors = std::tuple<int, std::optional<Contents>, std::map<std::string, Contents>>;
+  /// What a material needs of it.
+  static constexpr std::size_t kUvSets = 2;
+  struct Needs {
+    std::array<bool, kUvSets> uv{};         // sets of texture coordinates
+    std::optional<std::size_t> tangents{};  // the set that they are made from
+    bool operator==(const Needs&) const = default;
+  };
+  static Needs needs_of(const Material& material);
+
   Primitive read_primitive(Part& part);
+  /// A primitive that was read before from the same accessors, but for its material.
+  [[nodiscard]] std::optional<Primitive> find_known(const Part& part, std::uint32_t material) const;
+  void remember(const Part& part, const Primitive& read);
+  [[nodiscard]] Accessors accessors_of(const Part& part) const;
   void note_features(const Part& part, const std::string& mesh_label);
   [[nodiscard]] const Accessor* attribute(const Part& part, const std::string& name) const;
   [[nodiscard]] const Accessor* checked_attribute(const Part& part, const std::string& name,
                                                   std::uint64_t position_count) const;
-  [[nodiscard]] std::vector<std::uint32_t> read_triangles(Part& part, std::uint64_t vertex_count);
+  [[nodiscard]] TriangleIndices read_indices(Part& part, std::uint64_t vertex_count);
   void read_surface(const Part& part, const VertexChoice& vertices, std::uint64_t position_count, Primitive& primitive);
   void read_uv(const Part& part, const VertexChoice& vertices, std::uint64_t position_count, Primitive& primitive);
   void check_positions_once(const Part& part, const Accessor& positions);
   void morph(Part& part, const std::vector<double>& weights) const;
   /// Renumbers `indices` to the vertices they use; returns those, or nothing when they use all of
   /// them.
-  std::vector<std::uint32_t> compact(std::vector<std::uint32_t>& indices, std::uint64_t vertex_count);
+  std::vector<std::uint32_t> compact(TriangleIndices& indices, std::uint64_t vertex_count);
 
   Source source_;
   DracoDecoder draco_;
@@ -71,6 +94,7 @@ class MeshReader {
   Morpher morpher_;
   std::vector<bool> positions_checked_;                         // per accessor
   std::vector<std::uint32_t> slot_of_vertex_;                   // scratch of compact(); all kNoSlot between calls
+  std::map<Accessors, std::vector<std::pair<Needs, Primitive>>> known_;
   std::set<std::pair<std::uint32_t, std::size_t>> uv_missing_;  // material and set, each said once
 };
 

@@ -56,7 +56,7 @@ class Corners {
 
  private:
   const Primitive& primitive_;
-  const std::vector<glm::vec2>& uv_;
+  const SharedVector<glm::vec2>& uv_;
   bool flat_;
 };
 
@@ -282,13 +282,19 @@ class Tangents {
 };
 
 template <typename T>
-void repeat(std::vector<T>& values, const std::vector<Index>& which) {
-  if (values.empty()) return;
+void repeat(SharedVector<T>& shared, const std::vector<Index>& which) {
+  if (shared.empty() || which.empty()) return;
+  std::vector<T>& values = shared.edit();
   values.reserve(values.size() + which.size());
   for (const Index i : which) values.push_back(values[i]);
 }
 
 }  // namespace
+
+void mark_tangents(Primitive& primitive) {
+  if (primitive.indices.size() >= kNone) throw InputError("a mesh of more than 2^32 corners; split it");
+  primitive.tangents_object.assign(primitive.positions_object.size(), glm::vec4(0.0F));
+}
 
 void make_tangents(Primitive& primitive, std::size_t uv_set) {
   if (primitive.indices.size() >= kNone) throw InputError("a mesh of more than 2^32 corners; split it");

@@ -24,4 +24,8 @@ namespace eikon {
 /// throws InputError above 2^32 corners
 void make_tangents(Primitive& primitive, std::size_t uv_set);
 
+/// Refuses what make_tangents refuses, and sets tangents of 0: for those who only want to know that
+/// there are some.
+void mark_tangents(Primitive& primitive);
+
 }  // namespace eikon

@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "core/error.h"
 
 namespace eikon {
@@ -21,7 +23,7 @@ std::uint32_t restart_value(ComponentType type) {
 
 }  // namespace
 
-std::vector<std::uint32_t> read_indices(const Accessor& indices, std::uint64_t vertex_count, const std::string& user) {
+void check_indices(const Accessor& indices, std::uint64_t vertex_count, const std::string& user) {
   const ComponentType type = indices.component;
   const bool is_unsigned = type == ComponentType::u8 || type == ComponentType::u16 || type == ComponentType::u32;
   if (!is_unsigned || !indices.is(type, 1) || indices.normalized) {
@@ -33,8 +35,7 @@ std::vector<std::uint32_t> read_indices(const Accessor& indices, std::uint64_t v
         fmt::format("{}: indices in {} are {} zeros without a bufferView, at most {} are read; give it one", user,
                     indices.label, indices.count, kMaxZeroCount));
   }
-  std::vector<std::uint32_t> result(indices.count);
-  for (std::size_t i = 0; i < result.size(); ++i) {
+  for (std::uint64_t i = 0; i < indices.count; ++i) {
     const std::uint32_t index = indices.index_at(i);
     if (index == restart_value(type)) {
       throw InputError(fmt::format("{}: {}, element {} is {}, the primitive restart value, which glTF forbids", user,
@@ -44,27 +45,20 @@ std::vector<std::uint32_t> read_indices(const Accessor& indices, std::uint64_t v
       throw InputError(fmt::format("{}: {}, element {} is {}, but there are only {} positions", user, indices.label, i,
                                    index, vertex_count));
     }
-    result[i] = index;
   }
-  return result;
 }
 
-std::vector<std::uint32_t> list_triangles(std::vector<std::uint32_t> corners, TriangleMode mode) {
-  if (mode == TriangleMode::list) {
-    corners.resize(corners.size() / 3 * 3);
-    return corners;
+TriangleIndices read_triangles(const Accessor* indices, TriangleMode mode, std::uint64_t vertex_count) {
+  TriangleIndices::Source source{.mode = mode, .count = vertex_count, .corner = [](std::size_t i) {
+                                   return static_cast<std::uint32_t>(i);
+                                 }};
+  if (vertex_count > 0) source.largest = static_cast<std::uint32_t>(vertex_count - 1);
+  if (indices != nullptr) {
+    source.count = indices->count;
+    source.largest = std::min(source.largest, restart_value(indices->component));
+    source.corner = [indices](std::size_t i) { return indices->index_at(i); };
   }
-  std::vector<std::uint32_t> result;
-  if (corners.size() < 3) return result;
-  result.reserve(3 * (corners.size() - 2));
-  for (std::size_t i = 0; i + 2 < corners.size(); ++i) {
-    const bool strip = mode == TriangleMode::strip;
-    const std::uint32_t a = strip ? corners[i] : corners[i + 1];
-    const std::uint32_t b = strip ? corners[i + 1 + i % 2] : corners[i + 2];
-    const std::uint32_t c = strip ? corners[i + 2 - i % 2] : corners[0];
-    if (a != b && b != c && c != a) result.insert(result.end(), {a, b, c});
-  }
-  return result;
+  return TriangleIndices(source);
 }
 
 }  // namespace eikon

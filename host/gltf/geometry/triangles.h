@@ -3,23 +3,17 @@
 #pragma once
 #include <cstdint>
 #include <string>
-#include <vector>
 
 #include "gltf/document/accessor_table.h"
+#include "scene/triangle_indices.h"
 
 namespace eikon {
 
-/// The ways in which corners form triangles; the values are those of glTF's "mode".
-enum class TriangleMode { list = 4, strip = 5, fan = 6 };
+/// throws InputError naming `user`: indices that are not plain unsigned integers, one that is not
+/// below `vertex_count` or is the primitive restart value
+void check_indices(const Accessor& indices, std::uint64_t vertex_count, const std::string& user);
 
-/// The indices of a primitive. throws InputError naming `user`: not plain unsigned integers, one
-/// that is not below `vertex_count` or is the primitive restart value
-std::vector<std::uint32_t> read_indices(const Accessor& indices, std::uint64_t vertex_count, const std::string& user);
-
-/// Three corners per triangle, in the order of [glTF 2.0, section 3.7.2.1], by which every other
-/// triangle of a strip turns. Triangles of strips and fans with a corner twice only lead on to the
-/// next one and are dropped; those of lists stay. Corners beyond the last whole triangle are
-/// dropped.
-std::vector<std::uint32_t> list_triangles(std::vector<std::uint32_t> corners, TriangleMode mode);
+/// The triangles of checked indices; null: of all vertices in their order.
+[[nodiscard]] TriangleIndices read_triangles(const Accessor* indices, TriangleMode mode, std::uint64_t vertex_count);
 
 }  // namespace eikon

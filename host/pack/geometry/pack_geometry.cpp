@@ -7,6 +7,7 @@
 #include "core/host_limits.h"
 #include "pack/geometry/placed_meshes.h"
 #include "pack/pack_parts.h"
+#include "scene/emission.h"
 
 namespace eikon {
 namespace {
@@ -49,7 +50,8 @@ class GeometryPacker {
     placed_ = find_placed_meshes(scene_);
     const bool two_level = two_level_ && !placed_.places.empty();
     if (!two_level) packed_.saved_once = bytes_saved_once(placed_, features_);
-    std::uint64_t count = two_level ? placed_.stored_triangles : placed_.placed_triangles;
+    const std::uint64_t count = placed_.packed_triangles(two_level);
+    require_room(count);
     std::vector<std::size_t> last_node(scene_.meshes.size());
     for (std::size_t n = 0; n < scene_.nodes.size(); ++n) {
       // Instances are packed after all other nodes.
@@ -57,13 +59,8 @@ class GeometryPacker {
     }
     for (std::size_t n = 0; n < scene_.nodes.size(); ++n) {
       const std::uint32_t mesh = scene_.nodes[n].mesh;
-      if (placed_.is_place[n]) {
-        last_node[mesh] = std::max(last_node[mesh], n + scene_.nodes.size());
-        continue;
-      }
-      for (const Primitive& primitive : scene_.meshes[mesh].primitives) count += primitive.indices.size() / 3;
+      if (placed_.is_place[n]) last_node[mesh] = std::max(last_node[mesh], n + scene_.nodes.size());
     }
-    require_room(count);
     packed_.triangles.reserve(count + scene_.shapes.size());
     if (has_normals_) packed_.normals.reserve(count);
     if (has_tangents_) packed_.tangents.reserve(count);
@@ -91,15 +88,36 @@ class GeometryPacker {
         for (Primitive& primitive : (*release_)[scene_.nodes[place.node].mesh].primitives) let_go(primitive);
   }
 
+  /// Packs what emits, and of everything else only the bounds.
+  void pack_emitters() {
+    placed_ = find_placed_meshes(scene_);
+    require_room(placed_.packed_triangles(two_level_));
+    for (std::size_t n = 0; n < scene_.nodes.size(); ++n) {
+      if (placed_.is_place[n]) continue;
+      const Node& node = scene_.nodes[n];
+      for (const Primitive& primitive : scene_.meshes[node.mesh].primitives) {
+        if (emits(scene_.materials[primitive.material]))
+          add(std::uint32_t(n), primitive, nullptr);
+        else
+          for (const glm::vec3& p : primitive.positions_object) grow(packed_.bounds, glm::dvec3(world_point(node, p)));
+      }
+    }
+    if (placed_.places.empty()) return;  // they never emit
+    static_cast<void>(place_boxes(scene_, placed_, packed_.bounds));
+  }
+
  private:
+  static glm::vec3 world_point(const Node& node, const glm::vec3& p) {
+    return glm::vec3(glm::dvec3(node.world_from_object * glm::dvec4(glm::dvec3(p), 1.0)));
+  }
+
   /// taken: null, or the same primitive, whose vertices may be moved from
   WorldVertices to_world(const Node& node, const Primitive& primitive, Primitive* taken) {
-    const glm::dmat4& m = node.world_from_object;
-    const glm::dmat3 linear(m);
+    const glm::dmat3 linear(node.world_from_object);
     WorldVertices world;
-    world.positions = taken != nullptr ? std::move(taken->positions_object) : primitive.positions_object;
+    world.positions = taken != nullptr ? taken->positions_object.take() : primitive.positions_object.all();
     for (glm::vec3& p : world.positions) {
-      p = glm::vec3(glm::dvec3(m * glm::dvec4(glm::dvec3(p), 1.0)));
+      p = world_point(node, p);
       grow(packed_.bounds, glm::dvec3(p));
     }
     if (has_vertex_normal_) {
@@ -108,11 +126,11 @@ class GeometryPacker {
       const glm::dmat3 cofactor(glm::cross(linear[1], linear[2]), glm::cross(linear[2], linear[0]),
                                 glm::cross(linear[0], linear[1]));
       const glm::dmat3 facing = cofactor * (node.mirrored ? -1.0 : 1.0);
-      world.normals = taken != nullptr ? std::move(taken->normals_object) : primitive.normals_object;
+      world.normals = taken != nullptr ? taken->normals_object.take() : primitive.normals_object.all();
       for (glm::vec3& n : world.normals) n = world_direction(facing, n);
     }
     if (has_tangent_) {
-      world.tangents = taken != nullptr ? std::move(taken->tangents_object) : primitive.tangents_object;
+      world.tangents = taken != nullptr ? taken->tangents_object.take() : primitive.tangents_object.all();
       for (glm::vec4& t : world.tangents) t = glm::vec4(world_direction(linear, glm::vec3(t)), t.w);
     }
     return world;
@@ -125,7 +143,7 @@ class GeometryPacker {
                                 light_group(node.light_group, scene_.materials[primitive.material])
                                     << EK_TRIANGLE_GROUP_SHIFT;
     const WorldVertices world = to_world(node, primitive, released);
-    for (std::size_t i = 0; i + 2 < primitive.indices.size(); i += 3) {
+    for (std::size_t i = 0; i < primitive.indices.triangle_count(); ++i) {
       const Corners corners = corners_at(primitive, i, node.mirrored);
       Triangle t = triangle_of(world, primitive.material, corners);
       t.flags = flags;
@@ -153,9 +171,7 @@ class GeometryPacker {
   }
 
   void require_room(std::uint64_t count) const {
-    const std::uint64_t bytes =
-        count * (sizeof(Triangle) + (has_normals_ ? sizeof(TriangleNormals) : 0) +
-                 (has_tangents_ ? sizeof(TriangleTangents) : 0) + (has_colors_ ? sizeof(TriangleColors) : 0));
+    const std::uint64_t bytes = count * triangle_bytes(features_);
     const std::uint64_t memory = physical_memory_bytes();
     if (count <= kMaxTriangles && bytes <= memory) return;
     const bool repeats = !two_level_ && placed_.placed_triangles > 2 * placed_.stored_triangles;
@@ -170,7 +186,7 @@ class GeometryPacker {
   void add_triangles(const WorldVertices& at, const Primitive& primitive, const PlacedMesh& mesh, std::uint32_t node,
                      std::size_t& number, bool in_world) {
     const std::uint32_t flags = surface_flags(scene_.materials[primitive.material], &primitive);
-    for (std::size_t i = 0; i + 2 < primitive.indices.size(); i += 3) {
+    for (std::size_t i = 0; i < primitive.indices.triangle_count(); ++i) {
       if (mesh.dropped[number++]) continue;
       const Corners corners = corners_at(primitive, i, mesh.mirrored);
       Triangle t = triangle_of(at, primitive.material, corners);
@@ -234,8 +250,10 @@ class GeometryPacker {
     packed_.place_boxes = place_boxes(scene_, placed_, packed_.bounds);
   }
 
-  static Corners corners_at(const Primitive& primitive, std::size_t i, bool mirrored) {
-    return {primitive.indices[i], primitive.indices[i + (mirrored ? 2 : 1)], primitive.indices[i + (mirrored ? 1 : 2)]};
+  static Corners corners_at(const Primitive& primitive, std::size_t triangle, bool mirrored) {
+    Corners corners = primitive.indices.triangle(triangle);
+    if (mirrored) std::swap(corners[1], corners[2]);
+    return corners;
   }
 
   static Triangle triangle_of(const WorldVertices& at, std::uint32_t material, const Corners& corners) {
@@ -247,7 +265,7 @@ class GeometryPacker {
   }
 
   template <class Record>
-  static void set_uv(Record& r, const std::vector<glm::vec2>& uv, const Corners& corners) {
+  static void set_uv(Record& r, const SharedVector<glm::vec2>& uv, const Corners& corners) {
     if (uv.empty()) return;
     const auto [a, b, c] = corners;
     r.u0 = uv[a].x, r.v0 = uv[a].y, r.u1 = uv[b].x, r.v1 = uv[b].y, r.u2 = uv[c].x, r.v2 = uv[c].y;
@@ -309,6 +327,10 @@ glm::dvec3 triangle_normal(const Triangle& t) {
 
 void pack_geometry(const Scene& scene, std::vector<Mesh>* release, const Features& features, PackedScene& packed) {
   GeometryPacker(scene, release, features, packed).pack();
+}
+
+void pack_emitters(const Scene& scene, const Features& features, PackedScene& packed) {
+  GeometryPacker(scene, nullptr, features, packed).pack_emitters();
 }
 
 }  // namespace eikon

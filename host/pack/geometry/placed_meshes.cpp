@@ -21,18 +21,20 @@ constexpr std::uint64_t kTreeBytes = 80;  // per triangle, in any of the trees
 constexpr std::uint64_t kTopBytes = 64;   // per instance in the scene's tree
 constexpr double kMostCondition = 1e6;    // condition number of an instance's matrix
 
+using Corners = std::array<std::uint32_t, 3>;
+
 /// The Frobenius norm, which is at least the largest singular value.
 double norm(const glm::dmat3& m) {
   return std::sqrt(glm::dot(m[0], m[0]) + glm::dot(m[1], m[1]) + glm::dot(m[2], m[2]));
 }
 
-/// Calls fn(primitive, index of the first corner in primitive.indices, number of the triangle in
-/// the mesh).
+/// Calls fn(primitive, indices of the corners, number of the triangle in the mesh).
 template <class Fn>
 void for_each_triangle(const Mesh& mesh, const Fn& fn) {
   std::size_t number = 0;
   for (const Primitive& primitive : mesh.primitives)
-    for (std::size_t i = 0; i + 2 < primitive.indices.size(); i += 3) fn(primitive, i, number++);
+    for (std::size_t t = 0; t < primitive.indices.triangle_count(); ++t)
+      fn(primitive, primitive.indices.triangle(t), number++);
 }
 
 PlacedMesh measure(const Mesh& mesh, std::uint32_t index) {
@@ -43,10 +45,9 @@ PlacedMesh measure(const Mesh& mesh, std::uint32_t index) {
   m.least_height = std::numeric_limits<double>::max();
   for (const Primitive& primitive : mesh.primitives)
     for (const glm::vec3& p : primitive.positions_object) m.lo = glm::min(m.lo, p), m.hi = glm::max(m.hi, p);
-  for_each_triangle(mesh, [&](const Primitive& primitive, std::size_t i, std::size_t) {
-    const glm::vec3 &a = primitive.positions_object[primitive.indices[i]],
-                    &b = primitive.positions_object[primitive.indices[i + 1]],
-                    &c = primitive.positions_object[primitive.indices[i + 2]];
+  for_each_triangle(mesh, [&](const Primitive& primitive, const Corners& corner, std::size_t) {
+    const glm::vec3 &a = primitive.positions_object[corner[0]], &b = primitive.positions_object[corner[1]],
+                    &c = primitive.positions_object[corner[2]];
     const float corners[9] = {a.x, a.y, a.z, b.x, b.y, b.z, c.x, c.y, c.z};
     const bool dropped = is_degenerate(corners);
     m.dropped.push_back(dropped);
@@ -63,11 +64,11 @@ PlacedMesh measure(const Mesh& mesh, std::uint32_t index) {
 /// True if a triangle with an area has none in this instance.
 bool loses_triangles(const Mesh& mesh, const PlacedMesh& placed, const PlacingMatrix& matrix) {
   bool loses = false;
-  for_each_triangle(mesh, [&](const Primitive& primitive, std::size_t i, std::size_t number) {
+  for_each_triangle(mesh, [&](const Primitive& primitive, const Corners& corner, std::size_t number) {
     if (loses || placed.dropped[number]) return;
     float corners[9];
     for (std::size_t k = 0; k < 3; ++k) {
-      const glm::vec3 p = placed_point(matrix, primitive.positions_object[primitive.indices[i + k]]);
+      const glm::vec3 p = placed_point(matrix, primitive.positions_object[corner[k]]);
       corners[3 * k] = p.x, corners[3 * k + 1] = p.y, corners[3 * k + 2] = p.z;
     }
     loses = is_degenerate(corners);
@@ -106,33 +107,10 @@ bool can_be_stored_once(const Scene& scene, const Mesh& mesh, const PassableMate
   });
 }
 
-/// Rough sizes of instances and their meshes.
-struct StoredBytes {
-  std::uint64_t flat = 0, two_level = 0;
-};
-
-StoredBytes stored_bytes(const PlacedMeshes& placed, const Features& features) {
-  const std::uint64_t bytes = kTreeBytes + sizeof(Triangle) +
-                              (features.has(Feature::vertex_normal) || features.has(Feature::uv) ? sizeof(TriangleNormals) : 0) +
-                              (features.has(Feature::tangent) || features.has(Feature::uv1) ? sizeof(TriangleTangents) : 0) +
-                              (features.has(Feature::vertex_color) ? sizeof(TriangleColors) : 0);
-  return {bytes * placed.placed_triangles,
-          bytes * placed.stored_triangles + (sizeof(InstanceRecord) + kTopBytes) * placed.places.size()};
-}
-
-}  // namespace
-
-std::uint64_t bytes_saved_once(const PlacedMeshes& placed, const Features& features) {
-  const StoredBytes bytes = stored_bytes(placed, features);
-  return bytes.flat > bytes.two_level ? bytes.flat - bytes.two_level : 0;
-}
-
-PlacedMeshes find_placed_meshes(const Scene& scene) {
-  PlacedMeshes found;
-  found.is_place.resize(scene.nodes.size(), false);
+void find_places(const Scene& scene, PlacedMeshes& found) {
   std::vector<std::uint32_t> uses(scene.meshes.size(), 0);
   for (const Node& node : scene.nodes) ++uses[node.mesh];
-  if (std::ranges::none_of(uses, [](std::uint32_t n) { return n > 1; })) return found;
+  if (std::ranges::none_of(uses, [](std::uint32_t n) { return n > 1; })) return;
   const PassableMaterials passable(scene);
   constexpr std::uint32_t kNone = 0xffffffffU;
   std::vector<std::uint32_t> entry[2] = {std::vector(scene.meshes.size(), kNone),
@@ -165,6 +143,41 @@ PlacedMeshes find_placed_meshes(const Scene& scene) {
     found.is_place[n] = true;
     found.placed_triangles += mesh.triangles;
   }
+}
+
+/// Rough sizes of instances and their meshes.
+struct StoredBytes {
+  std::uint64_t flat = 0, two_level = 0;
+};
+
+StoredBytes stored_bytes(const PlacedMeshes& placed, const Features& features) {
+  const std::uint64_t bytes = kTreeBytes + triangle_bytes(features);
+  return {bytes * placed.placed_triangles,
+          bytes * placed.stored_triangles + (sizeof(InstanceRecord) + kTopBytes) * placed.places.size()};
+}
+
+}  // namespace
+
+std::uint64_t triangle_bytes(const Features& features) {
+  return sizeof(Triangle) +
+         (features.has(Feature::vertex_normal) || features.has(Feature::uv) ? sizeof(TriangleNormals) : 0) +
+         (features.has(Feature::tangent) || features.has(Feature::uv1) ? sizeof(TriangleTangents) : 0) +
+         (features.has(Feature::vertex_color) ? sizeof(TriangleColors) : 0);
+}
+
+std::uint64_t bytes_saved_once(const PlacedMeshes& placed, const Features& features) {
+  const StoredBytes bytes = stored_bytes(placed, features);
+  return bytes.flat > bytes.two_level ? bytes.flat - bytes.two_level : 0;
+}
+
+PlacedMeshes find_placed_meshes(const Scene& scene) {
+  PlacedMeshes found;
+  found.is_place.resize(scene.nodes.size(), false);
+  find_places(scene, found);
+  for (std::size_t n = 0; n < scene.nodes.size(); ++n)
+    if (!found.is_place[n])
+      for (const Primitive& primitive : scene.meshes[scene.nodes[n].mesh].primitives)
+        found.other_triangles += primitive.indices.triangle_count();
   return found;
 }
 

@@ -39,6 +39,12 @@ struct PlacedMeshes {
   std::vector<bool> is_place;          // per node
   std::uint64_t placed_triangles = 0;  // of all places
   std::uint64_t stored_triangles = 0;  // of all meshes here
+  std::uint64_t other_triangles = 0;   // of nodes that are no places
+
+  /// Triangles that devices get.
+  [[nodiscard]] std::uint64_t packed_triangles(bool two_level) const {
+    return other_triangles + (two_level ? stored_triangles : placed_triangles);
+  }
 };
 
 /// Finds the meshes of two nodes and more. Left out are meshes that emit (each instance is a light
@@ -54,6 +60,9 @@ struct InstanceChoice {
   bool refused = false;  // two levels were asked for, but cannot be had
   std::uint64_t flat_bytes = 0, two_level_bytes = 0;  // rough size of instances and their meshes, trees included
 };
+
+/// Bytes of a triangle's records on devices.
+[[nodiscard]] std::uint64_t triangle_bytes(const Features& features);
 
 /// A rough number of bytes that two levels save.
 [[nodiscard]] std::uint64_t bytes_saved_once(const PlacedMeshes& placed, const Features& features);

@@ -15,13 +15,13 @@ namespace {
 
 constexpr std::uint32_t kPixels = 1024;
 
-glm::dvec3 world_corner(const Node& node, const Primitive& primitive, std::size_t index) {
-  return glm::dvec3(node.world_from_object * glm::dvec4(primitive.positions_object[primitive.indices[index]], 1.0));
+glm::dvec3 world_corner(const Node& node, const Primitive& primitive, std::uint32_t vertex) {
+  return glm::dvec3(node.world_from_object * glm::dvec4(primitive.positions_object[vertex], 1.0));
 }
 
 template <class T>
-T interpolate(const std::vector<T>& values, const PlacedTriangle& triangle, double u, double v) {
-  const std::uint32_t* const corner = &triangle.primitive->indices[std::size_t{3} * triangle.index];
+T interpolate(const SharedVector<T>& values, const PlacedTriangle& triangle, double u, double v) {
+  const std::array<std::uint32_t, 3> corner = triangle.primitive->indices.triangle(triangle.index);
   return values[corner[0]] * float(1 - u - v) + values[corner[1]] * float(u) + values[corner[2]] * float(v);
 }
 
@@ -34,7 +34,7 @@ double wrapped(double turns, Wrap wrap) {
 
 /// The texel nearest to the place on a triangle, R, G, B and A in [0, 1]; colours linear to a few per cent.
 glm::dvec4 texel_at(const Scene& scene, const Texture& texture, const PlacedTriangle& triangle, double u, double v) {
-  const std::vector<glm::vec2>& uvs = triangle.primitive->uv[texture.uv_set];
+  const SharedVector<glm::vec2>& uvs = triangle.primitive->uv[texture.uv_set];
   const glm::vec3 uv(uvs.empty() ? glm::vec2(0) : interpolate(uvs, triangle, u, v), 1.0F);
   const TextureImage& image = scene.images[texture.image];
   const auto index = [](double turns, Wrap wrap, std::uint32_t size) {
@@ -171,12 +171,13 @@ std::vector<CoarsePicture> pictures_of(const Settings& settings) {
 void for_each_triangle(const Scene& scene, const std::function<void(const PlacedTriangle&)>& visit) {
   for (const Node& node : scene.nodes)
     for (const Primitive& primitive : scene.meshes[node.mesh].primitives)
-      for (std::size_t i = 0; i + 2 < primitive.indices.size(); i += 3) {
-        const auto corner = [&](std::size_t k) { return world_corner(node, primitive, i + k); };
+      for (std::size_t i = 0; i < primitive.indices.triangle_count(); ++i) {
+        const std::array<std::uint32_t, 3> vertices = primitive.indices.triangle(i);
+        const auto corner = [&](std::size_t k) { return world_corner(node, primitive, vertices[k]); };
         PlacedTriangle triangle{.corners = {corner(0), corner(1), corner(2)},
                                 .material = primitive.material,
                                 .primitive = &primitive,
-                                .index = std::uint32_t(i / 3),
+                                .index = std::uint32_t(i),
                                 .mirrored = node.mirrored};
         visit(triangle);
       }

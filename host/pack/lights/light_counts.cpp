@@ -14,8 +14,8 @@ namespace {
 constexpr double kSlackOfFiles = 0x1p-22;  // for the rounding of the file's numbers; packing allows more, for its own
 
 std::array<glm::vec3, 3> corners_of(const Primitive& primitive, std::size_t triangle) {
-  const auto at = [&](std::size_t k) { return primitive.positions_object[primitive.indices[3 * triangle + k]]; };
-  return {at(0), at(1), at(2)};
+  const auto [a, b, c] = primitive.indices.triangle(triangle);
+  return {primitive.positions_object[a], primitive.positions_object[b], primitive.positions_object[c]};
 }
 
 double diagonal(const Bounds& bounds) { return glm::length(bounds.hi - bounds.lo); }
@@ -77,7 +77,7 @@ LightCounts count_lights(const Scene& scene, const Settings& settings) {
     for (const Primitive& primitive : scene.meshes[node.mesh].primitives) {
       const Material& material = scene.materials[primitive.material];
       if (!emits(material)) continue;
-      const std::size_t count = primitive.indices.size() / 3;
+      const std::size_t count = primitive.indices.triangle_count();
       counts.placed += count;
       ++lamps;
       const bool in_pairs = emits_evenly(material) && is_whole(primitive);

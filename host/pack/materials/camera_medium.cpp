@@ -2,12 +2,14 @@
 #include "pack/materials/camera_medium.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
 #include <vector>
 
 #include "formula/evaluate.h"
+#include "pack/pack_parts.h"
 
 namespace eikon {
 namespace {
@@ -16,9 +18,8 @@ struct Corners {
   glm::dvec3 a, b, c;  // from the eye
 };
 
-Corners seen_from(const glm::dvec3& eye, const Triangle& t) {
-  return {glm::dvec3(t.p0_x, t.p0_y, t.p0_z) - eye, glm::dvec3(t.p1_x, t.p1_y, t.p1_z) - eye,
-          glm::dvec3(t.p2_x, t.p2_y, t.p2_z) - eye};
+Corners seen_from(const glm::dvec3& eye, const std::array<glm::vec3, 3>& t) {
+  return {glm::dvec3(t[0]) - eye, glm::dvec3(t[1]) - eye, glm::dvec3(t[2]) - eye};
 }
 
 /// The signed solid angle of a triangle: positive if its back is seen, as it is from inside.
@@ -124,43 +125,83 @@ std::uint32_t nested_media(const PackedScene& packed, const std::vector<Solid>& 
   return media;
 }
 
-/// The solids around the eye, by material.
-std::vector<Solid> solids_around(const PackedScene& packed, const glm::dvec3& eye, const glm::dvec3& view) {
-  std::vector<Solid> solids(packed.materials.size());
+/// Adds up the solids around a point.
+class Surroundings {
+ public:
+  Surroundings(const PackedScene& packed, const glm::dvec3& eye, const glm::dvec3& view)
+      : eye_(eye), view_(view), solids_(packed.materials.size()) {
+    for (std::size_t i = 0; i < packed.shapes.size(); ++i) {
+      const std::uint32_t m = packed.triangles[packed.triangle_count() + i].material;
+      if ((packed.materials[m].flags & EK_MATERIAL_SOLID) == 0) continue;
+      const double out = way_out(packed.shapes[i], packed.formulas, eye, view);
+      if (out > 0) add(m, 4 * std::numbers::pi, out);
+    }
+  }
+
+  void add(std::uint32_t material, const std::array<glm::vec3, 3>& triangle) {
+    const Corners corners = seen_from(eye_, triangle);
+    add(material, solid_angle(corners), way_out(corners, view_));
+  }
+
+  [[nodiscard]] const std::vector<Solid>& solids() const { return solids_; }
+
+  [[nodiscard]] std::uint32_t innermost() const {
+    std::uint32_t innermost = 0;
+    for (std::uint32_t m = 0; m < solids_.size(); ++m) {
+      const bool inside = solids_[m].turned > 2 * std::numbers::pi;
+      if (inside && (innermost == 0 || solids_[m].way_out < solids_[innermost - 1].way_out)) innermost = m + 1;
+    }
+    return innermost;
+  }
+
+ private:
+  void add(std::uint32_t material, double turned, double out) {
+    solids_[material].turned += turned;
+    solids_[material].way_out = std::min(solids_[material].way_out, out);
+  }
+
+  glm::dvec3 eye_, view_;
+  std::vector<Solid> solids_;  // by material
+};
+
+Surroundings surroundings(const PackedScene& packed, const glm::dvec3& eye, const glm::dvec3& view) {
+  Surroundings around(packed, eye, view);
   for (std::size_t i = 0; i < packed.triangle_count(); ++i) {
     const Triangle& t = packed.triangles[i];
-    if ((packed.materials[t.material].flags & EK_MATERIAL_SOLID) == 0) continue;
-    const Corners corners = seen_from(eye, t);
-    solids[t.material].turned += solid_angle(corners);
-    solids[t.material].way_out = std::min(solids[t.material].way_out, way_out(corners, view));
+    if ((packed.materials[t.material].flags & EK_MATERIAL_SOLID) != 0) around.add(t.material, corners_of(t));
   }
-  for (std::size_t i = 0; i < packed.shapes.size(); ++i) {
-    const std::uint32_t m = packed.triangles[packed.triangle_count() + i].material;
-    if ((packed.materials[m].flags & EK_MATERIAL_SOLID) == 0) continue;
-    const double out = way_out(packed.shapes[i], packed.formulas, eye, view);
-    if (!(out > 0)) continue;
-    solids[m].turned += 4 * std::numbers::pi;
-    solids[m].way_out = std::min(solids[m].way_out, out);
-  }
-  return solids;
+  return around;
 }
 
 }  // namespace
 
 std::uint32_t solid_around(const PackedScene& packed, const glm::dvec3& eye, const glm::dvec3& view) {
-  const std::vector<Solid> solids = solids_around(packed, eye, view);
-  std::uint32_t innermost = 0;
-  for (std::uint32_t m = 0; m < solids.size(); ++m) {
-    const bool inside = solids[m].turned > 2 * std::numbers::pi;
-    if (inside && (innermost == 0 || solids[m].way_out < solids[innermost - 1].way_out)) innermost = m + 1;
-  }
-  return innermost;
+  return surroundings(packed, eye, view).innermost();
+}
+
+std::uint32_t solid_around(const Scene& scene, const PackedScene& light, const glm::dvec3& eye,
+                           const glm::dvec3& view) {
+  Surroundings around(light, eye, view);
+  for (const Node& node : scene.nodes)
+    for (const Primitive& primitive : scene.meshes[node.mesh].primitives) {
+      if ((light.materials[primitive.material].flags & EK_MATERIAL_SOLID) == 0) continue;
+      for (std::size_t i = 0; i < primitive.indices.triangle_count(); ++i) {
+        std::array<glm::vec3, 3> corners;
+        for (std::size_t k = 0; k < 3; ++k) {
+          const glm::dvec4 p(primitive.positions_object[primitive.indices.triangle(i)[k]], 1.0);
+          corners[k] = glm::vec3(glm::dvec3(node.world_from_object * p));
+        }
+        if (node.mirrored) std::swap(corners[1], corners[2]);
+        around.add(primitive.material, corners);
+      }
+    }
+  return around.innermost();
 }
 
 std::uint32_t camera_medium(const PackedScene& packed, const glm::dvec3& eye, const glm::dvec3& view) {
   const auto& extensions = packed.material_extensions;
   if (std::ranges::any_of(extensions, [](const MaterialExtension& e) { return e.medium_rank != 0; }))
-    return nested_media(packed, solids_around(packed, eye, view));
+    return nested_media(packed, surroundings(packed, eye, view).solids());
   return std::ranges::any_of(extensions, absorbs) ? solid_around(packed, eye, view) : 0;
 }
 

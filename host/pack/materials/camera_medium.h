@@ -17,6 +17,10 @@ namespace eikon {
 ///         "The Solid Angle of a Plane Triangle"]
 [[nodiscard]] std::uint32_t solid_around(const PackedScene& packed, const glm::dvec3& eye, const glm::dvec3& view);
 
+/// The same for a scene of which only the light is packed (pack_light).
+[[nodiscard]] std::uint32_t solid_around(const Scene& scene, const PackedScene& light, const glm::dvec3& eye,
+                                         const glm::dvec3& view);
+
 /// The medium of a path that begins at `eye` (medium.h). It is 0 if nothing absorbs, because then
 /// it does not matter. If solids have ranks, it is the list of those that contain the eye
 /// (nested_media.h).

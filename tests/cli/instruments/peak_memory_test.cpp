@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <cstring>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "cli/command.h"
@@ -26,9 +27,13 @@ constexpr std::uint64_t triangles_of(std::uint32_t side) {
   return std::uint64_t{2} * kMeshes * (side - 1) * (side - 1);
 }
 
-/// A .glb of meshes of side x side vertices with normals, indexed: 24 bytes per triangle. They share what the file has, but
-/// each is read for itself.
-std::string sheet(std::uint32_t side) {
+nlohmann::json accessor(int view, std::size_t offset, int component, std::size_t count, const char* type) {
+  return {{"bufferView", view}, {"byteOffset", offset}, {"componentType", component}, {"count", count}, {"type", type}};
+}
+
+/// A .glb of meshes of side x side vertices with normals, indexed: 24 bytes per triangle. Each begins one vertex after the
+/// one before, so they share bytes, but no accessor.
+std::string sheets(std::uint32_t side, std::uint32_t meshes) {
   std::vector<float> positions, normals;
   std::vector<std::uint32_t> indices;
   for (std::uint32_t y = 0; y < side; ++y)
@@ -39,6 +44,9 @@ std::string sheet(std::uint32_t side) {
       const std::uint32_t a = y * side + x;
       indices.insert(indices.end(), {a, a + 1, a + side, a + 1, a + side + 1, a + side});
     }
+  const std::size_t vertices = positions.size() / 3, step = 3 * sizeof(float);
+  positions.resize(positions.size() + 3 * meshes, 0.5F);
+  normals.resize(positions.size(), 0.6F);
   std::string binary;
   const std::size_t plane = positions.size() * sizeof(float);
   append(binary, positions);
@@ -51,23 +59,43 @@ std::string sheet(std::uint32_t side) {
        {{{"buffer", 0}, {"byteOffset", 0}, {"byteLength", plane}},
         {{"buffer", 0}, {"byteOffset", plane}, {"byteLength", plane}},
         {{"buffer", 0}, {"byteOffset", 2 * plane}, {"byteLength", indices.size() * sizeof(std::uint32_t)}}}},
-      {"accessors",
-       {{{"bufferView", 0},
-         {"componentType", 5126},
-         {"count", positions.size() / 3},
-         {"type", "VEC3"},
-         {"min", {0, 0, 0}},
-         {"max", {1, 1, 0}}},
-        {{"bufferView", 1}, {"componentType", 5126}, {"count", positions.size() / 3}, {"type", "VEC3"}},
-        {{"bufferView", 2}, {"componentType", 5125}, {"count", indices.size()}, {"type", "SCALAR"}}}},
+      {"accessors", {accessor(2, 0, 5125, indices.size(), "SCALAR")}},
       {"scenes", {{{"nodes", nlohmann::json::array()}}}},
       {"scene", 0}};
-  for (std::uint32_t mesh = 0; mesh < kMeshes; ++mesh) {
-    const nlohmann::json primitive = {{"attributes", {{"POSITION", 0}, {"NORMAL", 1}}}, {"indices", 2}};
+  for (std::uint32_t mesh = 0; mesh < meshes; ++mesh) {
+    for (const int view : {0, 1}) document["accessors"].push_back(accessor(view, mesh * step, 5126, vertices, "VEC3"));
+    const nlohmann::json primitive = {{"attributes", {{"POSITION", 2 * mesh + 1}, {"NORMAL", 2 * mesh + 2}}}, {"indices", 0}};
     document["meshes"].push_back({{"primitives", {primitive}}});
     document["nodes"].push_back({{"mesh", mesh}, {"translation", {0, 0, mesh}}});
     document["scenes"][0]["nodes"].push_back(mesh);
   }
+  return scene_test::glb(document.dump(), std::move(binary));
+}
+
+/// A .glb of one mesh: 20 strips of the same `corners` bytes, each a triangle more per byte.
+std::string strips(std::size_t corners) {
+  constexpr std::size_t kVertices = 251;
+  std::vector<float> positions;
+  for (std::size_t i = 0; i < 3 * kVertices; ++i) positions.push_back(float(i * i % 97));
+  std::vector<std::uint8_t> indices;
+  for (std::size_t i = 0; i < corners; ++i) indices.push_back(std::uint8_t(i % kVertices));
+  std::string binary;
+  append(binary, positions);
+  append(binary, indices);
+  const std::size_t plane = positions.size() * sizeof(float);
+  nlohmann::json document = {{"asset", {{"version", "2.0"}}},
+                             {"buffers", {{{"byteLength", binary.size()}}}},
+                             {"bufferViews",
+                              {{{"buffer", 0}, {"byteOffset", 0}, {"byteLength", plane}},
+                               {{"buffer", 0}, {"byteOffset", plane}, {"byteLength", corners}}}},
+                             {"accessors",
+                              {accessor(0, 0, 5126, kVertices, "VEC3"), accessor(1, 0, 5121, corners, "SCALAR")}},
+                             {"nodes", {{{"mesh", 0}}}},
+                             {"scenes", {{{"nodes", {0}}}}},
+                             {"scene", 0}};
+  nlohmann::json primitives = nlohmann::json::array();
+  for (int i = 0; i < 20; ++i) primitives.push_back({{"attributes", {{"POSITION", 0}}}, {"indices", 1}, {"mode", 5}});
+  document["meshes"].push_back({{"primitives", primitives}});
   return scene_test::glb(document.dump(), std::move(binary));
 }
 
@@ -85,8 +113,8 @@ TEST(PeakMemory, of_a_render_is_what_its_devices_read_and_no_copy_of_it) {
   if (here.eikon("render --devices cpu " + scene("furnace.gltf") + " --size 4x4 --spp 1 --quiet").code != 0)
     GTEST_SKIP() << "other devices than CPUs have memory of their own";
   constexpr std::uint32_t side = 501;
-  here.write("small.glb", sheet(2));
-  here.write("large.glb", sheet(side));
+  here.write("small.glb", sheets(2, kMeshes));
+  here.write("large.glb", sheets(side, kMeshes));
   // Without a tree, whose building takes what it likes; one ray per pixel, against all triangles.
   const std::string how = " --devices cpu --accel none --size 2x2 --spp 1 --max-depth 1 --quiet -o out.exr";
   // Compiles, which takes a hundred megabytes: large trees have programs of their own.
@@ -99,6 +127,21 @@ TEST(PeakMemory, of_a_render_is_what_its_devices_read_and_no_copy_of_it) {
   // is being packed and for what the C library keeps of memory that was given back. All meshes beside the records would be 24
   // bytes, another copy of the records 128.
   EXPECT_LT(double(large - small) / double(triangles_of(side)), 64 + 64 + 4 + 12) << large << " and " << small;
+}
+
+TEST(PeakMemory, of_info_is_at_most_three_times_the_file) {
+  const Workplace here;
+  here.write("bare.glb", strips(3));
+  here.write("dense.glb", sheets(1001, 1));     // 2 million triangles: packed and with a tree they take 600 MB
+  here.write("strips.glb", strips(275'000));  // 5.5 million triangles in .3 MB
+  const std::uint64_t bare = peak_bytes(here, "info bare.glb");
+  ASSERT_GT(bare, 0U);
+  for (const char* file : {"dense.glb", "strips.glb"}) {
+    const std::uint64_t peak = peak_bytes(here, fmt::format("info {}", file));
+    ASSERT_GT(peak, 0U) << file;
+    EXPECT_LE(double(peak) - double(bare), 3 * double(std::filesystem::file_size(here / file)))
+        << file << ": " << peak << " and " << bare;
+  }
 }
 
 TEST(PeakMemory, does_not_grow_with_samples) {

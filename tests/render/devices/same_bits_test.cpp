@@ -222,8 +222,9 @@ TEST(SameBits, G17_a_mirrored_node_is_the_mirrored_mesh) {
       for (glm::vec3& p : primitive.positions_object) p = glm::vec3(mirror * node.world_from_object * glm::dvec4(p, 1));
       const glm::dmat3 to_world = glm::transpose(glm::inverse(glm::dmat3(mirror * node.world_from_object)));
       for (glm::vec3& n : primitive.normals_object) n = glm::vec3(glm::normalize(to_world * glm::dvec3(n)));
-      for (std::size_t i = 0; i < primitive.indices.size(); i += 3)
-        std::swap(primitive.indices[i + 1], primitive.indices[i + 2]);
+      std::vector<std::uint32_t> turned = primitive.indices.list();
+      for (std::size_t i = 0; i < turned.size(); i += 3) std::swap(turned[i + 1], turned[i + 2]);
+      primitive.indices = turned;
     }
     node.world_from_object = glm::dmat4(1);
   }

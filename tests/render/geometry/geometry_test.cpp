@@ -196,8 +196,9 @@ TEST(Geometry, G11_triangles_without_area_change_no_bit) {
   const Film expected = film_of(made.first, made.second);
   for (Mesh& mesh : made.first.meshes) {
     Primitive& primitive = mesh.primitives[0];
-    for (std::uint32_t i = 0; i < 3; ++i) primitive.indices.insert(primitive.indices.end(), {i, i, i + 1});
-    primitive.indices.insert(primitive.indices.end(), {0, 0, 0});
+    for (std::uint32_t i = 0; i < 3; ++i)
+      for (const std::uint32_t corner : {i, i, i + 1}) primitive.indices.push_back(corner);
+    for (int i = 0; i < 3; ++i) primitive.indices.push_back(0);
   }
   const Film found = film_of(made.first, made.second);
   EXPECT_TRUE(same_film(expected, found));

@@ -96,10 +96,9 @@ std::vector<Arrangement> arrangements() {
                    add_ball(scene, "water", {0.4F, 0, 0}, 1, 24, kWater);
                    Primitive both = sphere({0, 0.6F, 0}, 0.8F, 16, false);
                    const Primitive more = sphere({0, 0.8F, 0.2F}, 0.8F, 16, false);
-                   for (const std::uint32_t i : more.indices)
+                   for (const std::uint32_t i : more.indices.list())
                      both.indices.push_back(i + std::uint32_t(both.positions_object.size()));
-                   both.positions_object.insert(both.positions_object.end(), more.positions_object.begin(),
-                                                more.positions_object.end());
+                   for (const glm::vec3& p : more.positions_object) both.positions_object.push_back(p);
                    add_mesh(scene, "ice", std::move(both), ranked(kIce, 0));
                  }});
   all.push_back({"seven deep, more than a path can remember", [](Scene& scene) {

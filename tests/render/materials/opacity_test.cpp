@@ -34,7 +34,7 @@ TEST(Opacity, M22_a_thousand_layers_of_opacity_0_are_none) {
   Primitive ball = sphere({0, 0, -2.5F}, 0.4F, 6, false);
   add_mesh(scene, "ball", std::move(ball), lambert(0.5F));
   Scene solid = scene;
-  solid.meshes[0].primitives[0].indices.clear();  // its corners stay: with the same bounds hits have the same bits
+  solid.meshes[0].primitives[0].indices = {};  // its corners stay: with the same bounds hits have the same bits
   const Settings settings = in_white(16, 16);
   const Film film = film_of(scene, settings);
   // Where the ball is not, every sample is the sky, exactly.

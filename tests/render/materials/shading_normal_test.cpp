@@ -117,8 +117,8 @@ TEST(ShadingNormals, G22_brightness_is_continuous_where_a_coarse_ball_turns_from
   Primitive lamp;
   add_quad(lamp, {100, -5, 5}, {0, 0, -10}, {0, 10, 0});
   add_mesh(scene, "lamp", std::move(lamp), lambert(0, 100));
-  std::swap(scene.meshes.back().primitives[0].indices[1], scene.meshes.back().primitives[0].indices[2]);
-  std::swap(scene.meshes.back().primitives[0].indices[4], scene.meshes.back().primitives[0].indices[5]);
+  TriangleIndices& indices = scene.meshes.back().primitives[0].indices;
+  indices = {indices[0], indices[2], indices[1], indices[3], indices[5], indices[4]};
   scene.materials.back().double_sided = true;
   Settings settings = settings_for(128, 4, 256);
   settings.max_depth = 2;

@@ -211,6 +211,14 @@ TEST(Accel, none_lists_what_can_be_hit) {
   EXPECT_EQ(accel.leaves, (DeviceVector<std::uint32_t>{0, 1, 3}));
 }
 
+TEST(Accel, expected_bytes_are_within_a_fifth_of_those_of_a_tree) {
+  const Soup soup = fixtures::bumpy_sphere(64);
+  for (const std::string& layout : tree_layouts()) {
+    const double expected = double(expected_tree_bytes(layout, soup.size() / 9));
+    EXPECT_NEAR(double(build(soup, layout).bytes()) / expected, 1, 0.2) << layout;
+  }
+}
+
 TEST(Accel, unknown_names_are_usage_errors) {
   AccelOptions options;
   options.accel = "quadtree";

@@ -63,7 +63,7 @@ TEST(Pack, meshes_that_are_freed_give_the_same_records) {
     for (const Primitive& primitive : mesh.primitives) {
       EXPECT_EQ(primitive.positions_object.capacity() + primitive.normals_object.capacity() +
                     primitive.tangents_object.capacity() + primitive.colors.capacity() + primitive.uv[0].capacity() +
-                    primitive.indices.capacity(),
+                    primitive.indices.bytes(),
                 0U);
     }
   EXPECT_EQ(scene.meshes[0].primitives[0].material, 1U);

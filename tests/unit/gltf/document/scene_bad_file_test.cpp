@@ -216,7 +216,7 @@ TEST(SceneBadFile, random_damage_never_gets_past_the_checks) {
         for (const eikon::Primitive& primitive : mesh.primitives) {
           ASSERT_LT(primitive.material, scene.materials.size());
           ASSERT_EQ(primitive.indices.size() % 3, 0U);
-          for (const std::uint32_t index : primitive.indices) ASSERT_LT(index, primitive.positions_object.size());
+          for (const std::uint32_t index : primitive.indices.list()) ASSERT_LT(index, primitive.positions_object.size());
           if (!primitive.normals_object.empty()) {
             ASSERT_EQ(primitive.normals_object.size(), primitive.positions_object.size());
           }

@@ -24,7 +24,7 @@ void add_corner(Primitive& primitive, const glm::vec3& position, const glm::vec3
 }
 
 const glm::vec4& tangent_at(const Primitive& primitive, std::size_t corner) {
-  return primitive.tangents_object.at(primitive.indices.at(corner));
+  return primitive.tangents_object.at(primitive.indices[corner]);
 }
 
 double distance(const glm::vec4& a, const glm::vec4& b) { return static_cast<double>(glm::length(a - b)); }
@@ -384,7 +384,7 @@ TEST(SceneTangents, without_any_direction_in_the_texture_there_is_still_one_acro
 TEST(SceneTangents, without_normals_they_lie_in_their_triangles) {
   Primitive sheet = wavy_sheet(6, 8);
   sheet.normals_object.clear();
-  const std::vector<std::uint32_t> before = sheet.indices;
+  const eikon::TriangleIndices before = sheet.indices;
   const std::vector<glm::vec3> positions = sheet.positions_object;
   make_tangents(sheet, 0);
   EXPECT_TRUE(sheet.normals_object.empty());
@@ -410,7 +410,7 @@ TEST(SceneTangents, a_vertex_with_countless_triangles_takes_neither_the_stack_no
     }
     for (std::uint32_t i = 0; i < kCount; ++i) {
       const std::uint32_t first = connected ? i : 2 * i;
-      fan.indices.insert(fan.indices.end(), {0, 1 + first, 2 + first});
+      for (const std::uint32_t k : {0U, 1 + first, 2 + first}) fan.indices.push_back(k);
     }
     fan.normals_object.assign(fan.positions_object.size(), glm::vec3(0, 0, 1));
     make_tangents(fan, 0);
@@ -423,7 +423,7 @@ TEST(SceneTangents, a_vertex_with_countless_triangles_takes_neither_the_stack_no
   for (std::uint32_t i = 0; i < kCount; ++i) {
     book.positions_object.emplace_back(1, 0, i);
     book.uv[0].emplace_back(1, 0);
-    book.indices.insert(book.indices.end(), {0, 1, 2 + i});
+    for (const std::uint32_t k : {0U, 1U, 2 + i}) book.indices.push_back(k);
   }
   make_tangents(book, 0);
   EXPECT_EQ(book.tangents_object.size(), book.positions_object.size());
