@@ -5,8 +5,8 @@
   tools/coverage.py [--eikon FILE] [--seeds N] [--spp 4,16,64] [--json FILE] [SCENE=WxH[@REFERENCE_SPP] ...]
 
 For each scene and number of samples a row: the median of predicted over true relMSE, the share of seeds whose 95 %
-interval holds the truth, and how much wider the intervals are than the narrowest that would hold 95 % of these seeds (the
-ratio of their logarithms). The truth is what `eikon compare` finds on average over the seeds, which is what the
+interval holds the truth, those of which only a lower end is stated, and how much wider the intervals are than the
+narrowest that would hold 95 % of these seeds (the ratio of their logarithms). The truth is what `eikon compare` finds on average over the seeds, which is what the
 prediction is for (host/film/film_error.cpp). Without scenes, four of scenes/ are measured. Standard library only.
 """
 
@@ -52,7 +52,8 @@ def measured(eikon, folder, scene, size, spp, seeds, reference):
     for name in names:
         error = json.loads(run(eikon, "compare", folder / f"{name}.exr", reference, "--json"))["relmse"]
         stats = json.loads((folder / f"{name}.json").read_text())
-        results.append((error, find(stats, "relmse_predicted"), *find(stats, "relmse_interval")))
+        low, high = find(stats, "relmse_interval")
+        results.append((error, find(stats, "relmse_predicted"), low, math.inf if high is None else high))
     return results
 
 
@@ -70,14 +71,21 @@ def find(tree, key):
 
 
 def row(results):
-    """Median of predicted over true, share of intervals that hold the truth, their width over the narrowest that would do."""
+    """Median of predicted over true, share of intervals that hold the truth, their width over the narrowest that would do.
+
+    The first and the last are of those that state an upper end."""
     truth = statistics.fmean(error for error, *_ in results)
     held = [lo <= truth <= hi for _, _, lo, hi in results]
-    off = sorted(abs(math.log(predicted / truth)) for _, predicted, _, _ in results)
-    narrowest = off[min(len(off) - 1, math.ceil(0.95 * len(off)) - 1)]
-    width = statistics.median(math.log(hi / lo) / 2 for _, _, lo, hi in results)
-    return {"truth": truth, "ratio": statistics.median(p for _, p, _, _ in results) / truth, "held": sum(held),
-            "seeds": len(results), "width": width / narrowest if narrowest > 0 else math.inf}
+    both_ends = [r for r in results if math.isfinite(r[3])]
+    outcome = {"truth": truth, "ratio": math.nan, "held": sum(held), "seeds": len(results),
+               "at_least": len(results) - len(both_ends), "width": math.nan}
+    if both_ends:
+        off = sorted(abs(math.log(predicted / truth)) for _, predicted, _, _ in both_ends)
+        narrowest = off[min(len(off) - 1, math.ceil(0.95 * len(off)) - 1)]
+        width = statistics.median(math.log(hi / lo) / 2 for _, _, lo, hi in both_ends)
+        outcome["ratio"] = statistics.median(predicted for _, predicted, _, _ in both_ends) / truth
+        outcome["width"] = width / narrowest if narrowest > 0 else math.inf
+    return outcome
 
 
 def main():
@@ -90,7 +98,7 @@ def main():
     parser.add_argument("--json", type=pathlib.Path)
     args = parser.parse_args()
     rows = []
-    print("| scene | spp | true relMSE | predicted / true | held | width / narrowest |\n|---|---|---|---|---|---|")
+    print("| scene | spp | true relMSE | predicted / true | held | only at least | width / narrowest |\n|---|---|---|---|---|---|---|")
     with tempfile.TemporaryDirectory() as temporary:
         folder = pathlib.Path(temporary)
         for text in args.scenes:
@@ -105,7 +113,7 @@ def main():
                 result = row(measured(args.eikon, folder, scene, size, spp, args.seeds, reference))
                 rows.append({"scene": scene.stem, "size": size, "spp": spp, **result})
                 print(f"| {scene.stem} {size} | {spp} | {result['truth']:.3e} | {result['ratio']:.2f} | "
-                      f"{result['held']} of {result['seeds']} | {result['width']:.2f} |", flush=True)
+                      f"{result['held']} of {result['seeds']} | {result['at_least']} | {result['width']:.2f} |", flush=True)
     held, all_seeds = sum(r["held"] for r in rows), sum(r["seeds"] for r in rows)
     print(f"\n{held} of {all_seeds} intervals hold the truth ({100 * held / all_seeds:.1f} %)")
     if args.json:

@@ -11,49 +11,11 @@
 #include "render/device_sessions.h"
 #include "render/device_worker.h"
 #include "render/error_counter.h"
+#include "render/rounds.h"
 #include "wavefront/memory_need.h"
 
 namespace eikon {
 namespace {
-
-/// The rounds of a render, one after the other.
-class Rounds {
- public:
-  /// Decides on the first round. begin: the film that the render begins with
-  Rounds(const RenderHooks& hooks, const Settings& settings, const FilmState& begin)
-      : hooks_(hooks),
-        settings_(settings),
-        done_(begin.done.complete_until(settings.crop, settings.sample_begin, settings.sample_end)) {
-    const std::uint64_t below = settings.crop.pixel_count() * (done_ - settings.sample_begin);
-    decide({done_, begin.done.sample_count() == below, 0, begin.film});
-  }
-  /// No round is left.
-  [[nodiscard]] bool over() const { return round_.end == done_; }
-  [[nodiscard]] bool is_out_of_time() const { return host_seconds() >= round_.latest_s; }
-  void open(DeviceSessions& sessions) const {
-    if (over()) return;
-    sessions.set_latest(round_.latest_s);
-    sessions.open(sessions.film().missing(settings_.crop, done_, round_.end));
-  }
-  /// The devices have done the round: decides on the next.
-  void close(DeviceSessions& sessions) {
-    if (over()) return;
-    done_ = round_.end;
-    sessions.film().read([&](const Film& film) { decide({done_, true, sessions.totals().render_s, film}); });
-  }
-
- private:
-  void decide(const RoundEnd& now) {
-    round_ = hooks_.next_round ? hooks_.next_round(now) : Round{.end = settings_.sample_end};
-    if (round_.end < done_ || round_.end > settings_.sample_end)
-      throw InternalError("a round ends before it begins, or beyond the samples");
-  }
-
-  const RenderHooks& hooks_;
-  const Settings& settings_;
-  std::uint64_t done_;
-  Round round_;
-};
 
 /// Hands copies of the film to the hook when they are due. A call begins so early that the previous
 /// copy is never older than an interval when this call ends, if it takes as long as that one did;

@@ -89,6 +89,21 @@ TEST(Goals, no_time_for_a_sample_is_told_and_writes_nothing) {
   EXPECT_TRUE(here.files().empty());
 }
 
+TEST(Goals, that_make_no_sense_are_usage_errors) {
+  const Workplace here;
+  for (const char* flags :
+       {"--target-error 0", "--target-error -1", "--target-error nan", "--target-error 1e-13", "--target-error 0%",
+        "--target-error %", "--target-error few", "--target-error 1e9", "--target-error 1e-3 --samples 0:4",
+        "--target-error 1e-3 --pixel 1,1 --sample 0", "--time 0", "--time -1", "--time nan",
+        "--time 1 --pixel 1,1 --sample 0"}) {
+    const Outcome outcome = here.eikon(cornell("--size 16x12 ") + flags);
+    EXPECT_TRUE(refused(outcome, kUsage)) << flags;
+    const std::string text = flags, flag = text.substr(0, text.find(' '));
+    EXPECT_TRUE(contains(outcome.err, flag)) << flags << ": " << outcome.err;
+  }
+  EXPECT_TRUE(here.files().empty());
+}
+
 TEST(Goals, of_lines_in_a_batch) {
   const Workplace here;
   std::ofstream(here / "jobs") << (scene("cornell.gltf") + " --size 32x32 --target-error 4e-3 -o target.exr --stats target.json\n" +

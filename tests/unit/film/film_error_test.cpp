@@ -142,6 +142,58 @@ TEST(PredictedError, of_the_edges_of_lamps_is_that_of_bright_pixels) {
   EXPECT_NEAR(measure(at_a_lamp, 24, 2, 32, 8).mean_ratio, 1, 0.1);
 }
 
+/// The wall with `bright` in place of a share of its samples.
+PixelModel wall_with(double bright, double share) {
+  const PixelModel wall = normal(0.1, 0.03);
+  return {bright * share + 0.1 * (1 - share), share * (1 - share) * (bright - 0.1) * (bright - 0.1) + (1 - share) * 0.03 * 0.03,
+          [=](std::mt19937_64& random) {
+            return std::uniform_real_distribution<double>(0, 1)(random) < share ? bright : wall.draw(random);
+          }};
+}
+
+/// A lamp in every 16th pixel, which covers any part of it.
+PixelModel at_small_lamps(std::uint32_t x, std::uint32_t y) {
+  std::mt19937 random(x * 977 + y);
+  random.discard(3);
+  const double covered = x % 4 == 2 && y % 4 == 2 ? std::uniform_real_distribution<double>(0, 1)(random) : 0;
+  return wall_with(10, covered);
+}
+
+// With few samples nothing can tell such lamps from outliers.
+TEST(PredictedError, of_lamps_smaller_than_pixels_is_at_least_that_or_right) {
+  std::mt19937_64 random(11);
+  const double truth = true_relmse(at_small_lamps, 32, 2, 2);
+  for (int run = 0; run < 20; ++run) {
+    const PredictedError error = draw_film(at_small_lamps, 32, 2, 2, random).predicted_error();
+    EXPECT_TRUE(std::isinf(error.hi));
+    EXPECT_LE(error.lo, truth);
+    EXPECT_GT(error.lo, truth / 10);
+  }
+  EXPECT_NEAR(measure(at_small_lamps, 32, 2, 64, 12).mean_ratio, 1, 0.2);
+}
+
+// Outliers as bright as those lamps, anywhere: here the surroundings are right.
+TEST(PredictedError, of_outliers_is_that_of_their_surroundings) {
+  const Model outliers = [](auto, auto) { return wall_with(10, 4e-3); };
+  const Coverage few = measure(outliers, 32, 2, 4, 13), many = measure(outliers, 32, 2, 32, 14);
+  EXPECT_NEAR(few.mean_ratio, 1, 0.15);
+  EXPECT_NEAR(many.mean_ratio, 1, 0.15);
+  EXPECT_GT(few.covered, 0.85);
+}
+
+TEST(PredictedError, of_a_picture_in_which_nothing_was_found_has_no_upper_end) {
+  Film black(small_layout(16, 16));
+  for (std::uint32_t y = 0; y < 16; ++y)
+    for (std::uint32_t x = 0; x < 16; ++x)
+      for (std::uint32_t r = 0; r < 2; ++r) black.set_count(x, y, r, 100);
+  EXPECT_TRUE(std::isinf(black.predicted_error().hi));
+  // Samples that are all alike are another matter.
+  for (std::uint32_t y = 0; y < 16; ++y)
+    for (std::uint32_t x = 0; x < 16; ++x)
+      for (std::uint32_t r = 0; r < 2; ++r) black.set(x, y, r, 1, to_fixed(100.0f));
+  EXPECT_EQ(black.predicted_error().hi, 0);
+}
+
 TEST(PredictedError, is_the_closed_form_when_noise_is_small) {
   // Two replicates at mu +- d have the variance of the mean d^2: T = d^2 / (mu^2 + eps), and every pixel says the same.
   Film film(small_layout(8, 8));
