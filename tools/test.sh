@@ -7,10 +7,11 @@ root="$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)"
 build="$root/build-tests"
 
 "$root/tools/setup.sh" tests
-# What reads scenes, under sanitizers and optimised little: the corpus of damaged scenes runs against it.
-sanitized="$build/sanitized"
-cmake --log-level=WARNING -S "$root" -B "$sanitized" -G Ninja -DCMAKE_BUILD_TYPE=Release "-DCMAKE_CXX_FLAGS_RELEASE=-Og" \
-  -DCMAKE_UNITY_BUILD=ON -DEIKON_TESTS=ON -DEIKON_SANITIZE=address,undefined
+# What reads scenes, under sanitizers: the corpus of damaged scenes runs against it. Clang builds it without optimisation in a
+# third of the time that GCC takes, and the corpus takes no longer than with -Og.
+sanitized="$build/reader"
+cmake --log-level=WARNING -S "$root" -B "$sanitized" -G Ninja -DCMAKE_BUILD_TYPE=Release "-DCMAKE_CXX_FLAGS_RELEASE=-O0" \
+  -DCMAKE_CXX_COMPILER=clang++-14 -DCMAKE_UNITY_BUILD=ON -DEIKON_TESTS=ON -DEIKON_SANITIZE=address,undefined
 cmake --build "$sanitized" --target corpus_reader
 cmake --log-level=WARNING -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DEIKON_TESTS=ON \
   -DCMAKE_UNITY_BUILD=ON "-DEIKON_SANITIZED_READER=$sanitized/tests/corpus_reader"

@@ -107,7 +107,7 @@ void SmallTree::build(BinaryNode* nodes, std::size_t begin, std::size_t end, con
     Int4 n{};
     for (std::size_t i = end - 1; i > begin; --i) {
       add(boxes, i);
-      right_cost[i] = half_areas(boxes) * count_costs(++n);
+      right_cost[i] = half_areas(boxes) * count_costs(n += 1);
     }
     boxes = Box3{};
     n = Int4{};
@@ -115,7 +115,7 @@ void SmallTree::build(BinaryNode* nodes, std::size_t begin, std::size_t end, con
     Int4 best_middle = Int4{} + static_cast<std::int32_t>(begin + count / 2);
     for (std::size_t i = begin + 1; i < end; ++i) {
       add(boxes, i - 1);
-      const Float4 cost = half_areas(boxes) * count_costs(++n) + right_cost[i];
+      const Float4 cost = half_areas(boxes) * count_costs(n += 1) + right_cost[i];
       const Int4 better = cost < best_cost;
       best_cost = better ? cost : best_cost;
       best_middle = better ? Int4{} + static_cast<std::int32_t>(i) : best_middle;

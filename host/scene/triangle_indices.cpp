@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <limits>
-#include <ranges>
 #include <type_traits>
 
 namespace eikon {
@@ -74,9 +73,15 @@ std::array<std::uint32_t, 3> TriangleIndices::triangle_at(std::size_t at) const 
 std::array<std::uint32_t, 3> TriangleIndices::triangle(std::size_t t) const {
   if (mode_ == TriangleMode::list) return {corner(3 * t), corner(3 * t + 1), corner(3 * t + 2)};
   // The k-th that is dropped stands before triangle t if no more than t kept ones stand before it.
-  const auto before = std::ranges::partition_point(std::views::iota(std::size_t{0}, dropped_.size()),
-                                                   [&](std::size_t k) { return dropped_.all()[k] - k <= t; });
-  return triangle_at(t + *before);
+  std::size_t before = 0;
+  for (std::size_t end = dropped_.size(); before < end;) {
+    const std::size_t k = before + (end - before) / 2;
+    if (dropped_.all()[k] - k <= t)
+      before = k + 1;
+    else
+      end = k;
+  }
+  return triangle_at(t + before);
 }
 
 std::vector<std::uint32_t> TriangleIndices::list() const {

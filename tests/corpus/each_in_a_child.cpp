@@ -3,6 +3,8 @@
 // long as judging a damaged scene, so the program starts once and forks for each scene.
 //   stdin   a line for each scene: file for its stdout, file for its stderr, SECONDS it may take, scene; tabs between them
 //   stdout  a line for each when it has ended: how (wait status of wait4(), or -1: killed after SECONDS), seconds, peak in KB
+// Seconds are of processor time, so that it does not matter what else the machine does. A scene that waits for something
+// instead of computing is killed when kPatience times as many have passed.
 #include <fcntl.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -10,6 +12,7 @@
 
 #include <cerrno>
 #include <chrono>
+#include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
@@ -22,6 +25,9 @@ int read_scene(const std::string& path);  // read_scene.cpp
 namespace {
 
 using Clock = std::chrono::steady_clock;
+constexpr double kPatience = 20;
+
+double seconds_of(const timeval& time) { return double(time.tv_sec) + 1e-6 * double(time.tv_usec); }
 
 struct Case {
   std::string out, err, scene;
@@ -51,6 +57,9 @@ void redirect(const std::string& file, int flags, int stream) {
   redirect("/dev/null", O_RDONLY, STDIN_FILENO);
   redirect(one.out, O_WRONLY | O_CREAT | O_TRUNC, STDOUT_FILENO);
   redirect(one.err, O_WRONLY | O_CREAT | O_TRUNC, STDERR_FILENO);
+  const auto seconds = rlim_t(std::ceil(one.seconds));
+  const rlimit limit{seconds, seconds + 1};
+  if (setrlimit(RLIMIT_CPU, &limit) != 0) std::_Exit(99);
   std::exit(read_scene(one.scene));
 }
 
@@ -75,19 +84,20 @@ int main() {
   sigaddset(&ended, SIGCHLD);
   sigprocmask(SIG_BLOCK, &ended, &before);
   for (Case next; read_case(std::cin, next);) {
-    const auto begin = Clock::now();
+    const auto patience = std::chrono::duration<double>(kPatience * next.seconds);
+    const auto until = Clock::now() + std::chrono::duration_cast<Clock::duration>(patience);
     const pid_t child = fork();
     if (child < 0) return 1;
     if (child == 0) run(next, before);
-    const auto until = begin + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(next.seconds));
     const bool in_time = child_ended(until);
     if (!in_time) kill(child, SIGKILL);
     int status = 0;
     rusage usage{};
     if (wait4(child, &status, 0, &usage) != child) return 1;
     if (!in_time) child_ended(Clock::now());  // of the one that was killed
-    const double seconds = std::chrono::duration<double>(Clock::now() - begin).count();
-    std::printf("%d %.4f %ld\n", in_time ? status : -1, seconds, usage.ru_maxrss);
+    const bool killed = !in_time || (WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU);
+    const double seconds = seconds_of(usage.ru_utime) + seconds_of(usage.ru_stime);
+    std::printf("%d %.4f %ld\n", killed ? -1 : status, seconds, usage.ru_maxrss);
     std::fflush(stdout);
   }
   return 0;

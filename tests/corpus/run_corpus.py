@@ -5,7 +5,7 @@
     run_corpus.py RUNNER CORPUS [--jobs N]
 
 RUNNER: the program corpus_reader, built with sanitizers. A scene that loads ends with 0; one that does not with 3 and one line on stderr that
-begins with "eikon: ". Neither a signal, nor a sanitizer's report, nor more than 10 s or 2 GB is ever right, and no message quotes
+begins with "eikon: ". Neither a signal, nor a sanitizer's report, nor more than 10 s of processor time or 2 GB is ever right, and no message quotes
 what lies outside the scene's folder.
 """
 

@@ -82,12 +82,11 @@ std::vector<std::unique_ptr<Device>>& devices() {
   return opened->devices;
 }
 
-const Program& program_of(Device& device, const std::string& text, const ProgramOptions& options) {
-  const auto key = std::tuple(&std::as_const(device), std::hash<std::string>()(text), options.defines, options.optimise,
-                              options.extra_flags);
+const Program& program_of(Device& device, const HashedText& text, const ProgramOptions& options) {
+  const auto key = std::tuple(&std::as_const(device), text.hash, options.defines, options.optimise, options.extra_flags);
   const auto found = opened->programs.find(key);
   if (found != opened->programs.end()) return found->second;
-  return opened->programs.emplace(key, device.build(text, options)).first->second;
+  return opened->programs.emplace(key, device.build(text.text, options)).first->second;
 }
 
 namespace {
@@ -142,7 +141,7 @@ std::vector<Words> Probe::run(const std::string& name, const std::vector<Words>&
   const std::size_t padded = (items + 15) / 16 * 16;
   Words first;
   std::string first_label;
-  const std::string text = probe_text() + appended_;
+  const HashedText text = probe_text() + appended_;
   for (const auto& opened_device : devices()) {
     Device& device = *opened_device;
     Arguments arguments;

@@ -4,9 +4,11 @@
 #pragma once
 #include <bit>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "device/device.h"
@@ -22,9 +24,16 @@ Words as_words(const std::vector<float>& values);
 /// Every device that can be used, opened once for the process.
 std::vector<std::unique_ptr<Device>>& devices();
 
+/// A program's text, of which a hash is computed once: it has most of a megabyte.
+struct HashedText {
+  HashedText(std::string of) : text(std::move(of)), hash(std::hash<std::string>()(text)) {}
+  std::string text;
+  std::size_t hash;
+};
+
 /// The program of `text` on one of devices(), built when it is first asked for: a driver that has it compiled already takes half
 /// a second to find that out.
-const Program& program_of(Device& device, const std::string& text, const ProgramOptions& options);
+const Program& program_of(Device& device, const HashedText& text, const ProgramOptions& options);
 
 /// What one probe is given: buffers and values by the names of its kernel's arguments, and defines of the program.
 class Probe {

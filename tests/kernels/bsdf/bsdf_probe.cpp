@@ -317,7 +317,7 @@ std::vector<Words> scatter(const std::vector<MaterialRecord>& materials,
       .define("EK_HAS_uniform_scatter", uniform ? "1" : "0")
       .define("EK_HAS_anisotropy", anisotropic ? "1" : "0")
       .define("EK_HAS_energy_compensation", compensated ? "1" : "0")
-      .compare(8192)
+      .compare(q.compared)
       .run("probe_bsdf", q.in, 20);
 }
 

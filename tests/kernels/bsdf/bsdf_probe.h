@@ -72,6 +72,7 @@ std::vector<Specimen> specimens(float roughness);
 /// What is asked about specimens: sampling at (u, v, choice), and eval and pdf of wi.
 struct Queries {
   std::vector<Words> in = std::vector<Words>(15);
+  std::size_t compared = 8192;  // so many, evenly among all, on every device and lane width
   void add(std::uint32_t specimen, const Direction& wo, const Direction& wi, float u, float v, float choice);
   void add(std::uint32_t specimen, const Direction& wo, std::mt19937& random);
   std::size_t size() const { return in[0].size(); }

@@ -140,8 +140,8 @@ std::vector<double> integrals(const std::vector<Specimen>& all, std::uint32_t wh
                               const Bins& bins, bool compensated) {
   constexpr unsigned kLow = 3, kDeepest = 6;
   // A cell that is cut by a jump is off by less than quartering changes it; some hundred are, to either side.
-  // With 100,000 samples this is one sample of the hundred that a bin expects, a tenth of its standard deviation.
-  constexpr double kResolved = 1e-5;
+  // With 50,000 samples this is one sample of the hundred that a bin expects, a tenth of its standard deviation.
+  constexpr double kResolved = 2e-5;
   const auto children = [](const Bins::Cell& c) {
     const double h = c.size / 2;
     return std::array<Bins::Cell, 4>{{{c.bin, c.row, c.column, h},
@@ -164,6 +164,7 @@ std::vector<double> integrals(const std::vector<Specimen>& all, std::uint32_t wh
     std::vector<double> part(cells.size(), 0);
     if (!points.empty()) {
       Queries grid;
+      grid.compared = 512;  // the samples, of which pdf is asked too, are compared at greater length
       for (const auto& point : points) grid.add(which, wo, point.w, 0, 0, 0);
       const Answers stated = scatter(all, grid, false, true, compensated);
       for (std::size_t cell = 0, i = 0; cell < cells.size(); ++cell)
@@ -197,7 +198,7 @@ std::vector<double> integrals(const std::vector<Specimen>& all, std::uint32_t wh
 
 constexpr int kRoughnessCount = 6;  // two of them with energy compensation
 constexpr double kAngles[] = {0, 45, 85, 89};
-constexpr unsigned kDraws = 100000;
+constexpr unsigned kDraws = 50000;
 
 void check_sampling(float roughness, bool compensated = false) {
   const double alpha = sidak(specimens(0).size() * kRoughnessCount * std::size(kAngles));

@@ -92,12 +92,14 @@ inline std::vector<ProbeRay> rays_at(const Scene& scene, std::size_t count, doub
   return rays;
 }
 
-/// A scene as it goes to a device, with what it needs there.
+/// A scene as it goes to a device, with what it needs there, or what a larger one would need.
 struct Packed {
   Settings settings{};
   Features features;
   PackedScene scene;
-  explicit Packed(const Scene& from) : features(from, settings), scene(pack_scene(from, features, settings)) {}
+  explicit Packed(const Scene& from) : Packed(from, from) {}
+  Packed(const Scene& from, const Scene& larger)
+      : features(larger, settings), scene(pack_scene(from, features, settings)) {}
 };
 
 }  // namespace eikon

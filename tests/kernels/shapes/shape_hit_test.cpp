@@ -34,9 +34,8 @@ std::vector<TraverseProbe::Options> each_way() {
   return all;
 }
 
-void expect_same_hits_everywhere(const Scene& scene, const std::vector<ProbeRay>& rays,
-                                 const std::vector<TraverseProbe::Options>& ways = all_ways()) {
-  const Packed packed(scene);
+void expect_same_hits_everywhere(const Packed& packed, const std::vector<ProbeRay>& rays,
+                                 const std::vector<TraverseProbe::Options>& ways) {
   for (const auto& opened : test::devices()) {
     Device& device = *opened;
     TraverseProbe::Options brute{"none", 1};
@@ -58,12 +57,12 @@ void expect_same_hits_everywhere(const Scene& scene, const std::vector<ProbeRay>
 
 TEST(ShapeHits, every_structure_gives_the_hits_of_brute_force) {
   const Scene scene = cloud(300, 1, 1);
-  expect_same_hits_everywhere(scene, rays_at(scene, 4000, 1, 2));
+  expect_same_hits_everywhere(Packed(scene), rays_at(scene, 4000, 1, 2), all_ways());
 }
 
-// Formulas beside all kinds of shapes and triangles, overlapping, turned, stretched, some in one place twice; one is given up on most rays.
-TEST(ShapeHits, formulas_among_shapes_and_triangles_have_the_hits_of_brute_force_in_every_structure) {
-  Scene scene = cloud(40, 1, 21);
+/// Formulas beside all kinds of shapes and triangles, overlapping, turned, stretched, some in one place twice; one is given up on most rays.
+Scene formulas_among_shapes(bool opacity) {
+  Scene scene = cloud(40, 1, 21, opacity);
   for (const char* text : {"x^2+y^2+z^2-1", "(x^2+y^2+z^2+0.3)^2-1.6*(x^2+y^2)",
                            "sin(5*x)*cos(5*y)+sin(5*y)*cos(5*z)+sin(5*z)*cos(5*x)", "x*y-x*y+1e-5"})
     scene.formulas.push_back(formula::parse_formula(text));
@@ -80,7 +79,15 @@ TEST(ShapeHits, formulas_among_shapes_and_triangles_have_the_hits_of_brute_force
     scene.shapes.push_back(shape);
     if (i % 8 == 7) scene.shapes.push_back(shape);
   }
-  expect_same_hits_everywhere(scene, rays_at(scene, 1500, 1, 23), each_way());
+  return scene;
+}
+
+/// With formulas and opacity, whether the scene has them or not: its tests share their programs.
+Packed packed_for_all(const Scene& scene) { return {scene, formulas_among_shapes(true)}; }
+
+TEST(ShapeHits, formulas_among_shapes_and_triangles_have_the_hits_of_brute_force_in_every_structure) {
+  const Scene scene = formulas_among_shapes(false);
+  expect_same_hits_everywhere(packed_for_all(scene), rays_at(scene, 1500, 1, 23), each_way());
 }
 
 TEST(ShapeHits, planes_without_end_have_the_hits_of_brute_force_in_every_structure) {
@@ -98,23 +105,23 @@ TEST(ShapeHits, planes_without_end_have_the_hits_of_brute_force_in_every_structu
       scene.shapes.push_back(plane);
     }
   }
-  expect_same_hits_everywhere(scene, rays_at(scene, 1500, 1, 33), each_way());
+  expect_same_hits_everywhere(Packed(scene), rays_at(scene, 1500, 1, 33), each_way());
   scene.meshes.clear();  // and nothing else
   scene.nodes.clear();
   scene.shapes.erase(scene.shapes.begin(), scene.shapes.end() - 6);
-  expect_same_hits_everywhere(scene, rays_at(scene, 500, 1, 34), each_way());
+  expect_same_hits_everywhere(Packed(scene), rays_at(scene, 500, 1, 34), each_way());
 }
 
 TEST(ShapeHits, tiny_and_huge_scenes_too) {
   for (const double size : {1e-6, 1e8}) {
     const Scene scene = cloud(60, size, 3);
-    expect_same_hits_everywhere(scene, rays_at(scene, 500, size, 4));
+    expect_same_hits_everywhere(Packed(scene), rays_at(scene, 500, size, 4), all_ways());
   }
 }
 
 TEST(ShapeHits, rays_pass_shapes_in_the_same_places_everywhere) {
   const Scene scene = cloud(150, 1, 5, true);
-  expect_same_hits_everywhere(scene, rays_at(scene, 2000, 1, 6), each_way());
+  expect_same_hits_everywhere(packed_for_all(scene), rays_at(scene, 2000, 1, 6), each_way());
 }
 
 }  // namespace

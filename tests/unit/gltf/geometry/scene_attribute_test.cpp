@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "support/gltf_builder.h"
+#include "unit/gltf/geometry/accessors.h"
 
 namespace {
 
@@ -12,16 +13,19 @@ using eikon::Primitive;
 using eikon::Scene;
 using scene_test::Builder;
 using scene_test::Json;
+using scene_test::kByte;
+using scene_test::kFloat;
+using scene_test::kShort;
+using scene_test::kUnsignedByte;
+using scene_test::kUnsignedInt;
+using scene_test::kUnsignedShort;
 using scene_test::leaves_out;
 using scene_test::mentions;
 using scene_test::message_of;
+using scene_test::only_primitive;
 using scene_test::warns;
 
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
-constexpr int kByte = 5120, kUnsignedByte = 5121, kShort = 5122, kUnsignedShort = 5123, kUnsignedInt = 5125,
-              kFloat = 5126;
-
-Primitive only_primitive(const Scene& scene) { return scene.meshes.at(0).primitives.at(0); }
 
 /// The triangle, allowed to use the types of KHR_mesh_quantization.
 Builder quantized() {

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "support/gltf_builder.h"
+#include "unit/gltf/geometry/accessors.h"
 
 namespace {
 
@@ -10,13 +11,12 @@ using eikon::Primitive;
 using eikon::Scene;
 using scene_test::Builder;
 using scene_test::Json;
+using scene_test::kFloat;
+using scene_test::kUnsignedByte;
 using scene_test::leaves_out;
 using scene_test::mentions;
+using scene_test::only_primitive;
 using scene_test::warns;
-
-constexpr int kUnsignedByte = 5121, kFloat = 5126;
-
-Primitive only_primitive(const Scene& scene) { return scene.meshes.at(0).primitives.at(0); }
 
 TEST(SceneTriangles, primitives_of_the_same_accessors_share_their_geometry_and_keep_their_materials) {
   Builder builder;
