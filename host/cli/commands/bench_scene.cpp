@@ -6,7 +6,10 @@
 //    reference: {path, relmse_predicted} | null,
 //    points: [{spp, relmse | null, relmse_predicted | null, relmse_interval | null,
 //              ratio_of_means | null, seconds, seconds_from_start, samples_per_second,
-//              efficiency | null}]}
+//              efficiency | null}],
+//    exponents: {samples: EXPONENT | null, seconds: EXPONENT | null}}
+// EXPONENT is that of the error: {value, doubt, bend: {at, before: {value, doubt}, after: {value, doubt}} | null}; doubt
+// is half of a 95 % interval, and a bend is where two exponents describe the points significantly better than one.
 // `seconds` are those of rendering alone, `relmse` is against the reference, and `efficiency` is
 // 1 / (error x seconds) of the measured error, or else of the predicted one.
 #include <fmt/format.h>
@@ -23,6 +26,7 @@
 #include "core/clock.h"
 #include "film/exr/film_file.h"
 #include "image/image.h"
+#include "instruments/power_law.h"
 #include "job/goal.h"
 #include "job/report/metadata.h"
 #include "job/report/report.h"
@@ -51,7 +55,7 @@ struct Point {
 
   [[nodiscard]] std::optional<double> error() const {
     if (measured) return measured->relmse;
-    return predicted.known ? std::optional(predicted.relmse) : std::nullopt;
+    return predicted.known && std::isfinite(predicted.hi) ? std::optional(predicted.relmse) : std::nullopt;
   }
 };
 
@@ -183,6 +187,28 @@ std::optional<double> own_error(const std::optional<Reference>& reference) {
   return found == reference->metadata.numbers.end() ? std::nullopt : std::optional(found->second);
 }
 
+/// How the error falls with `amount`, over the points whose error is known.
+std::optional<PowerLaw> fall_of_error(const std::vector<Point>& points, double (*amount)(const Point&)) {
+  std::vector<double> x, y;
+  for (const Point& point : points)
+    if (const auto error = point.error(); error && *error > 0 && amount(point) > 0) {
+      x.push_back(amount(point));
+      y.push_back(*error);
+    }
+  return fit_power_law(x, y);
+}
+
+nlohmann::json to_json(const std::optional<PowerLaw>& law) {
+  using nlohmann::json;
+  const auto exponent = [](const Exponent& e) { return json{{"value", e.value}, {"doubt", e.doubt}}; };
+  if (!law) return nullptr;
+  json out = exponent(law->exponent);
+  out["bend"] = nullptr;
+  if (law->bend)
+    out["bend"] = {{"at", law->bend->x}, {"before", exponent(law->bend->before)}, {"after", exponent(law->bend->after)}};
+  return out;
+}
+
 nlohmann::json to_json(const Prepared& prepared, const RenderReport& report, const std::optional<Reference>& reference,
                        const nlohmann::json& rows) {
   using nlohmann::json;
@@ -222,8 +248,13 @@ ExitCode bench_scene_command(const BenchSceneOptions& options) {
   const std::atomic<bool> stop{false};
   const auto next_round = [&](const RoundEnd& now) { return growing.next(now); };
   const RenderOutput done = render(*prepared.scene, prepared.settings, options.execution, stop, {.next_round = next_round});
+  const auto by_samples = fall_of_error(results.points, [](const Point& point) { return double(point.spp); });
+  const auto by_seconds = fall_of_error(results.points, [](const Point& point) { return point.seconds; });
+  if (by_samples) fmt::print("exponent of the error over samples: {}\n", in_words(*by_samples));
+  if (by_seconds) fmt::print("exponent of the error over seconds: {}\n", in_words(*by_seconds));
   if (!options.json.empty()) {
-    const nlohmann::json out = to_json(prepared, done.report, reference, results.rows);
+    nlohmann::json out = to_json(prepared, done.report, reference, results.rows);
+    out["exponents"] = {{"samples", to_json(by_samples)}, {"seconds", to_json(by_seconds)}};
     // Paths on disk need not be UTF-8.
     write_text(options.json, out.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
   }

@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 
 #include "cli/commands.h"
@@ -37,7 +38,7 @@ class ProgressBar {
     const int filled = int(now.share * width);
     print_to_stderr("\r\x1b[K[{:=<{}}{:{}}] {:3.0f} %  {:.2f} Msamples/s  {:.0f} s left  relMSE {}", "", filled, "",
          width - filled, 100 * now.share, 1e-6 * now.samples_per_second, now.left_s,
-         error_.known ? fmt::format("{:.2e}", error_.relmse) : "?");
+         !error_.known ? "?" : fmt::format("{}{:.2e}", std::isfinite(error_.hi) ? "" : ">= ", error_.relmse));
     std::fflush(stderr);
     shown_ = true;
   }
