@@ -305,4 +305,21 @@ void Film::row_spread(std::uint32_t y, std::uint32_t channel, double* means, dou
   }
 }
 
+MeanRadiance Film::mean_radiance() const {
+  const auto pixels = static_cast<double>(layout_.crop.pixel_count());
+  std::array<double, 3> sum{}, variance{};
+  for (std::uint32_t channel = 0; channel < 3; ++channel)
+    for (std::size_t pixel = 0; pixel < layout_.crop.pixel_count(); ++pixel) {
+      const Spread found = spread_of(pixel, channel);
+      sum[channel] += found.mean;
+      variance[channel] += found.variance;
+    }
+  MeanRadiance result;
+  for (std::size_t channel = 0; channel < 3; ++channel) result.value[channel] = sum[channel] / pixels;
+  if (std::ranges::any_of(variance, [](double value) { return std::isnan(value); })) return result;
+  std::array<double, 3>& error = result.standard_error.emplace();
+  for (std::size_t channel = 0; channel < 3; ++channel) error[channel] = std::sqrt(variance[channel]) / pixels;
+  return result;
+}
+
 }  // namespace eikon

@@ -3,6 +3,7 @@
 // per pixel, replicate and channel. Integer addition commutes, so devices, work units, restarts and
 // machines may share an image in any way, and the merged sums have the bits of an unbroken render.
 #pragma once
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -73,6 +74,12 @@ struct PredictedError {
 
   /// The upper end of a one-sided interval: relMSE lies above it with this probability.
   [[nodiscard]] double upper(double probability) const;
+};
+
+/// The mean over all pixels of R, G and B, and the standard errors of these three numbers.
+struct MeanRadiance {
+  std::array<double, 3> value{};
+  std::optional<std::array<double, 3>> standard_error{};  // nothing where PredictedError is not known
 };
 
 /// Not synchronised: one writer at a time, and no reader beside it.
@@ -146,6 +153,8 @@ class Film {
   /// the true image; film_error.cpp states the assumptions. It takes about 0.5 us per pixel, so it
   /// is for reports and not for every unit.
   [[nodiscard]] PredictedError predicted_error() const;
+  /// Pixels are independent, so the variances of their means add up.
+  [[nodiscard]] MeanRadiance mean_radiance() const;
 
  private:
   FilmLayout layout_;

@@ -74,8 +74,9 @@ constexpr double kQuantile = 1.959964;  // quantile of the normal distribution f
 constexpr int kRadius = 3;              // radius of the window of neighbours
 // Neighbours within so many standard deviations of a pixel may have its expectation.
 constexpr double kReach = 1.5;
-// Bounds of the remaining bias that tests and tools/coverage.py find: 0.4 sqrt(T) and 0.2, relative to T.
-constexpr double kBias = 0.4, kMaxBias = 0.2;
+// Bounds of the remaining bias that tests and tools/coverage.py find, relative to T: the larger of 0.4 sqrt(T) and
+// 0.3 / sqrt(samples of a pixel), at most 0.2.
+constexpr double kBias = 0.4, kBiasOfSamples = 0.3, kMaxBias = 0.2;
 // A pixel is no outlier if it is not brighter than 1 / kAlike times kEnoughBright adjacent pixels, of
 // which each has a mean that is known to within the factor kCertain.
 constexpr double kAlike = 0.4, kCertain = 0.35;
@@ -316,8 +317,8 @@ class PixelErrors {
   std::atomic<int> once_{0}, twice_{0};
 };
 
-/// The mean over all pixels, and its interval.
-PredictedError interval_of(const Plane& error, const Doubt& doubt) {
+/// The mean over all pixels, and its interval. samples: of a pixel
+PredictedError interval_of(const Plane& error, const Doubt& doubt, double samples) {
   const auto pixels = static_cast<double>(error.values.size());
   double sum = 0, squares = 0, differences = 0, previous = 0;
   for (int y = 0; y < error.height; ++y) {
@@ -339,7 +340,8 @@ PredictedError interval_of(const Plane& error, const Doubt& doubt) {
     return result;
   }
   result.scatter = std::sqrt(differences / 2 / (pixels * (pixels - 1))) / mean;
-  result.bias = std::hypot(std::min(kMaxBias, kBias * std::sqrt(mean)), kDoubtAsBias * doubt.share);
+  const double bias = std::max(kBias * std::sqrt(mean), kBiasOfSamples / std::sqrt(samples));
+  result.bias = std::hypot(std::min(kMaxBias, bias), kDoubtAsBias * doubt.share);
   const double factor = std::exp(std::hypot(kQuantile * result.scatter, result.bias));
   result.lo = mean / factor;
   result.hi = doubt.at_least ? kInfinity : mean * factor;
@@ -385,7 +387,7 @@ PredictedError Film::predicted_error() const {
   }
   const auto samples = static_cast<double>(this->samples(crop.x0, crop.y0));
   const Doubt doubt = layout_.replicates == 2 ? errors.settle(samples / 2) : Doubt{};
-  PredictedError result = interval_of(errors.error(), doubt);
+  PredictedError result = interval_of(errors.error(), doubt, samples);
   // Samples that are all alike have no error, unless none of them has found any light.
   if (result.relmse == 0 && !lit) result.hi = std::numeric_limits<double>::infinity();
   return result;

@@ -353,7 +353,7 @@ void RenderJob::write_files(bool elsewhere) {
   times_.load_s = prepared_.load_s;
   times_.write_s = host_seconds() - write_begin;
   times_.total_s = process_seconds() - begin_s_;
-  if (!options_.stats.empty()) write_stats(options_.stats, report(), error_, prepared_, times_);
+  if (!options_.stats.empty()) write_stats(options_.stats, *done_, error_, prepared_, times_);
   if (trace_) {
     trace_->end();
     write_trace(options_.profile, *trace_);

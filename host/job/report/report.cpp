@@ -113,8 +113,10 @@ std::string in_words(const PredictedError& error) {
 double per_second(double count, double seconds) { return seconds > 0 ? count / seconds : 0; }
 
 // stats_schema.json documents each field; a test holds the two together.
-void write_stats(const std::filesystem::path& path, const RenderReport& report, const PredictedError& error,
+void write_stats(const std::filesystem::path& path, const RenderOutput& done, const PredictedError& error,
                  const Prepared& prepared, const CommandTimes& times) {
+  const RenderReport& report = done.report;
+  const MeanRadiance mean = done.film.mean_radiance();
   const Settings& settings = prepared.settings;
   json stats = {{"schema_version", 2},
                 {"scene", {{"path", prepared.scene->path.string()}, {"hash", prepared.scene->hash}}},
@@ -136,6 +138,8 @@ void write_stats(const std::filesystem::path& path, const RenderReport& report, 
                 {"implicit_search_failures", report.given_up},
                 {"relmse_predicted", error.known ? json(error.relmse) : json(nullptr)},
                 {"relmse_interval", error.known ? json({error.lo, std::isfinite(error.hi) ? json(error.hi) : json(nullptr)}) : json(nullptr)},
+                {"mean_radiance", mean.value},
+                {"mean_radiance_error", mean.standard_error ? json(*mean.standard_error) : json(nullptr)},
                 {"seconds", seconds_json(report, times)},
                 {"events", events_json(report.events)},
                 {"devices", json::array()},

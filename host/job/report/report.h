@@ -38,7 +38,7 @@ void print_times(const RenderReport& report, const CommandTimes& times);
 
 /// Writes --stats; stats_schema.json is its schema. throws InputError when the file cannot be
 /// written.
-void write_stats(const std::filesystem::path& path, const RenderReport& report, const PredictedError& error,
+void write_stats(const std::filesystem::path& path, const RenderOutput& done, const PredictedError& error,
                  const Prepared& prepared, const CommandTimes& times);
 
 /// Writes a text file as AtomicFile does: "-" is standard output. throws InputError

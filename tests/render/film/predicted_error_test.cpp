@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a film states of its own error, against the truth of a room that is lit mostly by indirect light. tools/coverage.py measures
+// the same on any scene.
+#include <algorithm>
+#include <array>
+#include <vector>
+
+#include "film/exr/film_file.h"
+#include "image/image.h"
+#include "render/scene_builder.h"
+
+namespace eikon::test {
+namespace {
+
+constexpr std::uint32_t kWidth = 48, kHeight = 32;
+constexpr int kSeeds = 24;
+
+/// What films of `kSeeds` seeds say, and what is true of them.
+struct Statements {
+  std::vector<double> predicted_over_true;
+  int held = 0, means_held = 0;
+  double variance_over_error = 0;
+};
+
+Statements statements_of(std::uint64_t spp, const Film& reference) {
+  const Image truth = to_image(reference);
+  auto [scene, settings] = room(kWidth, kHeight, spp);
+  std::vector<Film> films;
+  double relmse = 0, variance = 0, error = 0;
+  for (int seed = 1; seed <= kSeeds; ++seed) {
+    settings.seed = static_cast<std::uint32_t>(seed);
+    const Film& film = films.emplace_back(film_of(scene, settings));
+    relmse += compare_images(to_image(film), truth).relmse / kSeeds;
+    for (std::uint32_t y = 0; y < kHeight; ++y)
+      for (std::uint32_t x = 0; x < kWidth; ++x) {
+        const double off = film.mean(x, y, 1) - reference.mean(x, y, 1);
+        variance += film.variance_of_mean(x, y, 1);
+        error += off * off;
+      }
+  }
+  Statements found;
+  found.variance_over_error = variance / error;
+  const MeanRadiance true_mean = reference.mean_radiance();
+  for (const Film& film : films) {
+    const PredictedError predicted = film.predicted_error();
+    found.predicted_over_true.push_back(predicted.relmse / relmse);
+    found.held += predicted.lo <= relmse && relmse <= predicted.hi ? 1 : 0;
+    const MeanRadiance mean = film.mean_radiance();
+    found.means_held += std::abs(mean.value[1] - true_mean.value[1]) <= 1.96 * (*mean.standard_error)[1] ? 1 : 0;
+  }
+  std::ranges::sort(found.predicted_over_true);
+  return found;
+}
+
+// Of 24 intervals of 95 %, fewer than 19 hold with a probability of 0.1 %.
+TEST(PredictedErrorOfRoom, is_true_at_few_and_at_many_samples) {
+  auto [scene, settings] = room(kWidth, kHeight, 4096);
+  settings.seed = 1000;
+  const Film reference = film_of(scene, settings);
+  for (const auto& [spp, allowed] : {std::pair{4U, 0.15}, {16U, 0.1}, {64U, 0.06}}) {
+    SCOPED_TRACE(spp);
+    const Statements found = statements_of(spp, reference);
+    EXPECT_NEAR(found.predicted_over_true[kSeeds / 2], 1, allowed);
+    EXPECT_GE(found.held, 19);
+    EXPECT_GE(found.means_held, 19);
+    EXPECT_NEAR(found.variance_over_error, 1, 0.08);
+  }
+}
+
+}  // namespace
+}  // namespace eikon::test
