@@ -84,7 +84,7 @@ def made_by(script, flag):
 # Name: counts, what makes the scene of a count (none: a shipped one), and the flags of its render.
 AXES = {
     "triangles": ([10**n for n in range(3, 8)], made_by("make_dense.py", "--triangles"), lambda n: ["--size", "512x288", "--spp", "16"]),
-    "lights": ([10**n for n in range(0, 7)], made_by("make_many_lights.py", "--lights"), lambda n: ["--size", "320x180", "--spp", "16", "--env", "none"]),
+    "lights": ([10**n for n in range(0, 6)], made_by("make_many_lights.py", "--lights"), lambda n: ["--size", "320x180", "--spp", "16", "--env", "none"]),
     "pixels": ([4**n for n in range(6, 12)], None, lambda n: ["--size", f"{math.isqrt(n)}x{math.isqrt(n)}", "--spp", "8"]),
     "depth": ([1, 2, 4, 8, 16, 32], None, lambda n: ["--size", "256x256", "--spp", "32", "--max-depth", str(n), "--roulette", "0.99"]),
     "textures": ([4**n for n in range(0, 6)], make_textured, lambda n: ["--size", "512x512", "--spp", "8"]),

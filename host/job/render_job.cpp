@@ -110,7 +110,7 @@ Goal RenderJob::make_goal() {
 
 double RenderJob::finish_seconds(const Film& film) {
   constexpr std::uint32_t kParts = 8, kLeastRows = 32;
-  constexpr double kReserve_s = 0.01;  // for what comes after the last file
+  constexpr double kReserve_s = 0.05;  // for the last units, which may be late, and what the strip does not have
   const Crop& whole = film.layout().crop;
   const auto seconds_of = [&](std::uint32_t rows) {
     Crop strip = whole;
