@@ -74,7 +74,7 @@ constexpr double kQuantile = 1.959964;  // quantile of the normal distribution f
 constexpr int kRadius = 3;              // radius of the window of neighbours
 // Neighbours within so many standard deviations of a pixel may have its expectation.
 constexpr double kReach = 1.5;
-// Bounds of the remaining bias that tests and tools/coverage.py find, relative to T: the larger of 0.4 sqrt(T) and
+// Bounds of the remaining bias that tests and tools/measure/coverage.py find, relative to T: the larger of 0.4 sqrt(T) and
 // 0.3 / sqrt(samples of a pixel), at most 0.2.
 constexpr double kBias = 0.4, kBiasOfSamples = 0.3, kMaxBias = 0.2;
 // A pixel is no outlier if it is not brighter than 1 / kAlike times kEnoughBright adjacent pixels, of

@@ -55,12 +55,13 @@ TEST(BenchScene, errors_are_those_of_compare_on_renders_of_as_many_samples) {
   }
   EXPECT_EQ(counts, (std::vector<std::uint64_t>{1, 2, 4, 8, 11}));
   EXPECT_GT(result.at("reference").at("relmse_predicted").get<double>(), 0);
-  EXPECT_EQ(std::count(outcome.out.begin(), outcome.out.end(), '\n'), 6);  // a head, and a line per point
+  EXPECT_EQ(std::count(outcome.out.begin(), outcome.out.end(), '\n'), 8);  // a head, a line per point, and two exponents
+  EXPECT_LT(result.at("exponents").at("samples").at("value").get<double>(), -0.5);
 }
 
 TEST(BenchScene, without_a_reference_the_error_is_the_predicted_one_and_that_is_said) {
   const Workplace here;
-  const Outcome outcome = here.eikon(bench("--spp 4 --json e.json"));
+  const Outcome outcome = here.eikon(bench("--spp 64 --json e.json"));
   ASSERT_TRUE(succeeded(outcome));
   EXPECT_TRUE(contains(outcome.err, "no --ref")) << outcome.err;
   const nlohmann::json result = read_json(here / "e.json");

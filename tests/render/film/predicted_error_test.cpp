@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a film states of its own error, against the truth of a room that is lit mostly by indirect light. tools/coverage.py measures
+// What a film states of its own error, against the truth of a room that is lit mostly by indirect light. tools/measure/coverage.py measures
 // the same on any scene.
 #include <algorithm>
 #include <array>

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Measures whether the error that images state is true: renders scenes with many seeds and compares with a reference.
 
-  tools/coverage.py [--eikon FILE] [--seeds N] [--spp 4,16,64] [--json FILE] [SCENE=WxH[@REFERENCE_SPP] ...]
+  tools/measure/coverage.py [--eikon FILE] [--seeds N] [--spp 4,16,64] [--json FILE] [SCENE=WxH[@REFERENCE_SPP] ...]
 
 For each scene and number of samples a row: the median of predicted over true relMSE, the share of seeds whose 95 %
 interval holds the truth, those of which only a lower end is stated, and how much wider the intervals are than the
@@ -19,7 +19,7 @@ import subprocess
 import sys
 import tempfile
 
-ROOT = pathlib.Path(__file__).resolve().parents[1]
+ROOT = pathlib.Path(__file__).resolve().parents[2]
 USUAL = ["cornell=96x96@16384", "window_room=96x64@16384", "cornell_spheres=96x96@32768", "lamps=96x64@8192"]
 REFERENCE_SEED = 1_000_003
 

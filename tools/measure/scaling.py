@@ -2,12 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Measures how seconds and memory grow with triangles, lights, pixels, depth and textures.
 
-  tools/scaling.py [--eikon FILE] [--axis NAME,...] [--most N] [--rounds N] [--json FILE] [--plot FILE.png]
+  tools/measure/scaling.py [--eikon FILE] [--axis NAME,...] [--most N] [--rounds N] [--json FILE] [--plot FILE.png]
 
 For each axis a table: seconds to load the scene and to build its tree, microseconds per sample, and the peak of memory in
 MB; below it the exponent of each column between its last points, and over all of them. Each value is the least of the
-rounds, since whatever disturbs a run makes it longer; a run before them compiles the kernels. Scenes are made by the scripts beside this one,
-which need numpy; --plot needs matplotlib.
+rounds, since whatever disturbs a run makes it longer; a run before them compiles the kernels. Scripts in tools/ make the
+scenes, and need numpy; --plot needs matplotlib.
 """
 
 import argparse
@@ -22,7 +22,7 @@ import sys
 import tempfile
 import zlib
 
-TOOLS = pathlib.Path(__file__).resolve().parent
+TOOLS = pathlib.Path(__file__).resolve().parents[1]
 ROOT = TOOLS.parent
 COLUMNS = {"load_s": "load, s", "build_s": "build, s", "sample_us": "us per sample", "peak_mb": "peak, MB"}
 SYSTEM_PYTHON = "/usr/bin/python3"  # whose numpy set-up installs
