@@ -12,7 +12,7 @@ set(costs
     "render.Shapes 80"
     "render.Culling 79"
     "render.Instances 70"
-    "render.LightShapes 65"
+    "render.LightShapes 78"
     "render.LightArea 60"
     "render.Materials 60"
     "Render.the_same_bits_from_every_width_layout_and_from_oclgrind 55"

@@ -24,10 +24,10 @@ double parse_target_error(const std::string& text) {
 }
 
 void add_goal_flags(CommandFlags& flags, GoalOptions& goal) {
-  flags.group("End (whichever comes first, or --spp)");
-  flags.parsed({"--target-error", "RELMSE|PERCENT%", "end when the image's error is below a relMSE, or the root of one in percent"},
+  flags.group("End (by --spp, or what comes first of these)");
+  flags.parsed({"--target-error", "RELMSE|PERCENT%", "end when the error is below a relMSE, or below the square of so many percent"},
                [&](const std::string& text) { goal.relmse = parse_target_error(text); });
-  flags.parsed({"--time", "SECONDS", "end in time for the files to be written so long after the start; in a batch: seconds of rendering"},
+  flags.parsed({"--time", "SECONDS", "end so that the files are written in time, from the start; in a batch: of rendering"},
                [&](const std::string& text) { goal.seconds = parse_real("--time", text, 0.01, 1e9); });
 }
 
@@ -42,7 +42,6 @@ void add_output_flags(CommandFlags& flags, RenderOptions& options) {
              [&](const std::string& text) {
                options.scene.depth_series.insert(std::uint32_t(parse_unsigned("--depth-series", text, kMaxScatterBound)));
              });
-  add_goal_flags(flags, options.goal);
   flags.text({"--checkpoint", "FILE", "keep what is done here: regularly, at the end, and when interrupted"},
              options.checkpoint.file);
   flags.number({"--checkpoint-every", "SECONDS", "time between checkpoints [60]"}, options.checkpoint.every_s, 0.01, 1e9);
@@ -92,6 +91,7 @@ void add_png_flags(CommandFlags& flags, PngOptions& png) {
 
 void add_render_flags(CommandFlags& flags, RenderOptions& options) {
   add_all_scene_flags(flags, options.scene);
+  add_goal_flags(flags, options.goal);
   add_execution_flags(flags, options.execution, true);
   add_output_flags(flags, options);
   add_diagnosis_flags(flags, options);

@@ -189,7 +189,7 @@ void add_light_flags(CommandFlags& flags, SceneOptions& options, const std::stri
 void add_all_scene_flags(CommandFlags& flags, SceneOptions& options) {
   add_scene_flags(flags, options);
   add_image_flags(flags, options);
-  add_light_flags(flags, options, "samples per pixel [64]");
+  add_light_flags(flags, options, "samples per pixel [64, or at most 2^24 where an error or a time ends it]");
 }
 
 }  // namespace eikon

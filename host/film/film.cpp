@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "film/film.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include <fmt/format.h>
 
@@ -171,27 +174,25 @@ void Film::add(const Film& other) {
   if (theirs.width != layout_.width || theirs.height != layout_.height || theirs.replicates != layout_.replicates ||
       theirs.channels != layout_.channels || theirs.mattes != layout_.mattes)
     throw InternalError("films of different size, replicates, channels or mattes cannot be added");
-  for (std::uint32_t y = theirs.crop.y0; y < theirs.crop.y1; ++y)
-    add_row(theirs.crop.x0, y, other.row_sums(y), other.row_counts(y));
-  for (std::size_t m = 0; m < mattes_.size(); ++m)
-    for (std::uint32_t y = theirs.crop.y0; y < theirs.crop.y1; ++y)
-      for (std::uint32_t x = theirs.crop.x0; x < theirs.crop.x1; ++x)
-        for (const MatteCount& count : other.matte(m, x, y)) add_to_matte(m, x, y, count);
+  add_rows(other, theirs.crop.y0, theirs.crop.y1);
 }
 
-Film Film::window(const Crop& crop) const {
-  FilmLayout layout = layout_;
-  layout.crop = crop;
-  Film part(std::move(layout));
-  const std::size_t cells = layout_.replicates * layout_.channels.size();
-  for (std::uint32_t y = crop.y0; y < crop.y1; ++y) {
-    const std::size_t first = pixel_index(crop.x0, y);
-    part.add_row(crop.x0, y, {&sums_[first * cells], crop.width() * cells},
-                 {&counts_[first * layout_.replicates], std::size_t{crop.width()} * layout_.replicates});
+void Film::add_rows(const Film& other, std::uint32_t y0, std::uint32_t y1) {
+  const Crop& crop = other.layout_.crop;
+  for (std::uint32_t y = y0; y < y1; ++y) {
+    add_row(crop.x0, y, other.row_sums(y), other.row_counts(y));
     for (std::size_t m = 0; m < mattes_.size(); ++m)
       for (std::uint32_t x = crop.x0; x < crop.x1; ++x)
-        for (const MatteCount& count : matte(m, x, y)) part.add_to_matte(m, x, y, count);
+        for (const MatteCount& count : other.matte(m, x, y)) add_to_matte(m, x, y, count);
   }
+}
+
+Film Film::rows(std::uint32_t y0, std::uint32_t y1) const {
+  FilmLayout layout = layout_;
+  layout.crop.y0 = y0;
+  layout.crop.y1 = y1;
+  Film part(std::move(layout));
+  part.add_rows(*this, y0, y1);
   return part;
 }
 
@@ -306,19 +307,33 @@ void Film::row_spread(std::uint32_t y, std::uint32_t channel, double* means, dou
 }
 
 MeanRadiance Film::mean_radiance() const {
-  const auto pixels = static_cast<double>(layout_.crop.pixel_count());
-  std::array<double, 3> sum{}, variance{};
-  for (std::uint32_t channel = 0; channel < 3; ++channel)
-    for (std::size_t pixel = 0; pixel < layout_.crop.pixel_count(); ++pixel) {
-      const Spread found = spread_of(pixel, channel);
-      sum[channel] += found.mean;
-      variance[channel] += found.variance;
+  const Crop& crop = layout_.crop;
+  // Sums of each row, which are added in their order, so the number of threads changes no bit.
+  struct RowSums {
+    std::array<double, 3> mean{}, variance{};
+  };
+  std::vector<RowSums> rows(crop.height());
+  tbb::parallel_for(crop.y0, crop.y1, [&](std::uint32_t y) {
+    std::vector<double> means(crop.width()), variances(crop.width());
+    RowSums& row = rows[y - crop.y0];
+    for (std::uint32_t channel = 0; channel < 3; ++channel) {
+      row_spread(y, channel, means.data(), variances.data());
+      row.mean[channel] = std::accumulate(means.begin(), means.end(), 0.0);
+      row.variance[channel] = std::accumulate(variances.begin(), variances.end(), 0.0);
     }
+  });
+  RowSums all;
+  for (const RowSums& row : rows)
+    for (std::size_t channel = 0; channel < 3; ++channel) {
+      all.mean[channel] += row.mean[channel];
+      all.variance[channel] += row.variance[channel];
+    }
+  const auto pixels = static_cast<double>(crop.pixel_count());
   MeanRadiance result;
-  for (std::size_t channel = 0; channel < 3; ++channel) result.value[channel] = sum[channel] / pixels;
-  if (std::ranges::any_of(variance, [](double value) { return std::isnan(value); })) return result;
+  for (std::size_t channel = 0; channel < 3; ++channel) result.value[channel] = all.mean[channel] / pixels;
+  if (std::ranges::any_of(all.variance, [](double value) { return std::isnan(value); })) return result;
   std::array<double, 3>& error = result.standard_error.emplace();
-  for (std::size_t channel = 0; channel < 3; ++channel) error[channel] = std::sqrt(variance[channel]) / pixels;
+  for (std::size_t channel = 0; channel < 3; ++channel) error[channel] = std::sqrt(all.variance[channel]) / pixels;
   return result;
 }
 

@@ -66,10 +66,11 @@ struct UnitSums {
 /// The relative mean squared error of the image, predicted from the spread between replicates, and
 /// its 95 % confidence interval.
 struct PredictedError {
-  double relmse = 0, lo = 0, hi = 0;  // hi is infinite where only "at least" can be said
+  // Where only "at least" can be said, hi is infinite.
+  double relmse = 0, lo = 0, hi = 0;
   // False for one replicate, or when some replicate of some pixel has no sample.
   bool known = false;
-  // Of the logarithm of relmse: its standard deviation, and a bound of its bias.
+  // The standard deviation of the logarithm of relmse, and a bound of its bias.
   double scatter = 0, bias = 0;
 
   /// The upper end of a one-sided interval: relMSE lies above it with this probability.
@@ -102,8 +103,8 @@ class Film {
   /// inside this one's. The caller must know that their samples are disjoint. throws as above
   void add(const Film& other);
 
-  /// The part of the film in a window inside its crop.
-  [[nodiscard]] Film window(const Crop& crop) const;
+  /// The part of the film in rows y0 to y1 - 1 of its crop.
+  [[nodiscard]] Film rows(std::uint32_t y0, std::uint32_t y1) const;
 
   /// Exact sum and count; x and y are coordinates of the full image, inside the crop.
   [[nodiscard]] int128 sum(std::uint32_t x, std::uint32_t y, std::uint32_t replicate, std::uint32_t channel) const;
@@ -153,7 +154,7 @@ class Film {
   /// the true image; film_error.cpp states the assumptions. It takes about 0.5 us per pixel, so it
   /// is for reports and not for every unit.
   [[nodiscard]] PredictedError predicted_error() const;
-  /// Pixels are independent, so the variances of their means add up.
+  /// Averages R, G and B over all pixels. Pixels are independent, so the variances of their means add up.
   [[nodiscard]] MeanRadiance mean_radiance() const;
 
  private:
@@ -168,6 +169,7 @@ class Film {
   };
   [[nodiscard]] Spread spread_of(std::size_t pixel, std::uint32_t channel) const;
   void add_mattes(const UnitSums& unit);
+  void add_rows(const Film& other, std::uint32_t y0, std::uint32_t y1);
   [[nodiscard]] std::size_t pixel_index(std::uint32_t x, std::uint32_t y) const;
   void add_to_sum(std::size_t index, int128 value);
   [[noreturn]] void refuse_sum(std::size_t index) const;

@@ -22,16 +22,16 @@
 // samples was 1.41 times the error, and is 1.03.
 //
 // A lamp smaller than a pixel stands alone, too, and no pixel alone can tell whether a bright sample
-// hit it or was an outlier: the prediction would be too large by a factor of 4 to 4,000. All pixels
+// hit it or was an outlier: the prediction would be too large by a factor of 1.5 to 3,000. All pixels
 // together can tell. Of lamps that cover any part of a pixel with the same probability, a known share
 // is met in both replicates. Outliers are met in one. So lone bright pixels are counted by that:
 //   - Those of one replicate are 7 times as many as lamps would give, or more: they are outliers.
 //   - They are not, with 32 samples and more in a replicate: they are lamps, and m itself counts.
 //   - They are not, with fewer samples: nothing can be said. If more than a fifth of the prediction
 //     depends on it, the error is stated to be at least what it would be if they were lamps.
-// With 16 seeds each, from 2 to 64 samples: in a hall of 1,000 lamps that ratio is 0.1 to 5.3, with the
+// With 12 seeds each, from 2 to 64 samples: in a hall of 1,000 lamps that ratio is 0.1 to 5.3, with the
 // caustics of scenes/cornell_spheres.gltf 12 to 390 (4 with one sample in a replicate), in
-// scenes/window_room.gltf and scenes/sun_room.gltf 8 to 75 where outliers matter.
+// scenes/window_room.gltf and scenes/sun_room.gltf 7.6 to 75 where outliers matter.
 //
 // The remaining bias, measured on synthetic pixels (tests/unit/film/film_error_test.cpp), is about
 // 5 % for normal and for log-normal samples on gradients and edges, 11 to 13 % when neighbours are
@@ -46,8 +46,8 @@
 // because a mean of squares is skewed. It allows for the bias above, which does not shrink with the
 // number of pixels.
 //
-// Where less than four pixels carry the whole error, or nothing but black was found, the interval has
-// no upper end: the error is at least as large as the lower, which is that of one normal square.
+// The interval has no upper end if fewer than four pixels carry the whole error, or if nothing but
+// black was found: the error is at least as large as the lower end, which is that of one normal square.
 //
 // The assumptions are independent replicates and pixels, and enough pixels that the worst of them
 // do not carry the whole error. No estimate contains rare outliers that no replicate has met; until
@@ -249,9 +249,9 @@ double inverse_scale(const Estimate& mu) {
   return c > 0 ? f / (1 + c * relative) : f * (1 - c * relative / (1 + relative));
 }
 
-/// What the choice between outliers and lamps leaves open.
+/// The part of the prediction that depends on whether lone bright pixels are outliers or lamps.
 struct Doubt {
-  double share = 0;       // of the prediction, which depends on it
+  double share = 0;
   bool at_least = false;  // it is too large for an upper end
 };
 

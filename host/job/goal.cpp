@@ -28,6 +28,11 @@ std::uint64_t look_number(std::uint64_t samples) {
   return 1 + kLooksPerDoubling * doublings + (samples - doubling) * kLooksPerDoubling / doubling;
 }
 
+/// True where errors are judged.
+bool is_look(std::uint64_t samples) {
+  return samples >= kFirstLook && samples % (std::bit_floor(samples) / kLooksPerDoubling) == 0;
+}
+
 }  // namespace
 
 Goal::Goal(const GoalOptions& options, const Settings& settings, double end_s,
@@ -39,7 +44,7 @@ Goal::Goal(const GoalOptions& options, const Settings& settings, double end_s,
       end_s_(end_s),
       finish_s_(std::move(finish_s)),
       log_(std::move(log)),
-      finish_estimate_s_(finish_s_ ? kUsualFinish_s * double(settings.crop.pixel_count()) : 0) {}
+      finish_estimate_s_(kUsualFinish_s * double(settings.crop.pixel_count())) {}
 
 std::uint64_t Goal::likely_samples(const GoalOptions& options, const Crop& crop) {
   if (!options.seconds) return kUsualTargetSpp;
@@ -81,18 +86,26 @@ void Goal::warn_if_out_of_reach(std::uint64_t samples) {
 
 Round Goal::next(const RoundEnd& now) {
   const std::uint64_t samples = now.done - begin_;
-  if (options_.relmse && now.exact && samples >= kFirstLook) {
+  if (options_.relmse && now.exact && is_look(samples)) {
     if (is_reached(samples, now.film)) return {.end = now.done};
     warn_if_out_of_reach(samples);
   }
-  Round round{.end = begin_ + std::min(next_end(samples), most_)};
-  if (!options_.seconds) return round;
-  if (finish_s_ && !finish_known_ && samples >= 2) {
+  latest_s_ = latest_s(samples, now);
+  // What opens devices is not rendering: until a sample is done, nobody knows when that began.
+  const bool begins = options_.seconds && options_.times_rendering && now.render_s == 0;
+  return {.end = begin_ + std::min(begins ? samples + 1 : next_end(samples), most_), .latest_s = latest_s_};
+}
+
+/// When units should have ended.
+double Goal::latest_s(std::uint64_t samples, const RoundEnd& now) {
+  constexpr double kNever = std::numeric_limits<double>::infinity();
+  if (!options_.seconds) return kNever;
+  if (options_.times_rendering) return now.render_s > 0 ? host_seconds() + *options_.seconds - now.render_s : kNever;
+  if (!finish_known_ && samples >= 2) {
     finish_estimate_s_ = finish_s_(now.film);
     finish_known_ = true;
   }
-  round.latest_s = end_s_ - finish_estimate_s_;
-  return round;
+  return end_s_ - finish_estimate_s_;
 }
 
 void Goal::tell(Progress& progress) const {
@@ -104,7 +117,7 @@ void Goal::tell(Progress& progress) const {
     const double needed = pixels * std::min(double(judged_) * bound_ / *options_.relmse, double(most_));
     left_s = std::min(left_s, std::max(0.0, needed - double(progress.samples)) / progress.samples_per_second);
   }
-  if (options_.seconds) left_s = std::min(left_s, std::max(0.0, end_s_ - finish_estimate_s_ - now_s));
+  left_s = std::min(left_s, std::max(0.0, latest_s_ - now_s));
   progress.left_s = left_s;
   const double spent_s = std::max(now_s - begin_s_, 0.0);
   progress.share = left_s + spent_s > 0 ? spent_s / (spent_s + left_s) : 0;

@@ -19,7 +19,8 @@ inline constexpr std::uint64_t kMostSppOfGoals = std::uint64_t{1} << 24;
 struct GoalOptions {
   std::optional<double> relmse{};   // --target-error, as a relMSE
   std::optional<double> seconds{};  // --time
-  bool times_rendering = false;     // `seconds` are of rendering; else from the command's start to the last file
+  // `seconds` are of rendering, from the first unit on; else from the command's start to the last file.
+  bool times_rendering = false;
   [[nodiscard]] bool any() const { return relmse || seconds; }
 };
 
@@ -34,10 +35,10 @@ struct GoalOptions {
 /// Who looks often, and stops at the first look that pleases, deceives himself. So the upper bound of the i-th look is
 /// that of a probability of 0.05 / (i (i + 1)). These add up to 0.05: in 95 % of renders no bound of any look lies
 /// below the true error [Robbins 1970, "Statistical methods related to the law of the iterated logarithm"; Howard et
-/// al. 2021, "Time-uniform, nonparametric, nonasymptotic confidence sequences", 3.1: looks in geometric progression].
+/// al. 2021, "Time-uniform, nonparametric, nonasymptotic confidence sequences", where looks are in geometric progression].
 class Goal {
  public:
-  /// end_s: host_seconds() by which --time wants all to be done
+  /// end_s: host_seconds() by which --time wants all to be done, unless it times rendering
   /// finish_s: estimates the seconds between the last sample and the last file, with a film between two rounds
   Goal(const GoalOptions& options, const Settings& settings, double end_s, std::function<double(const Film&)> finish_s,
        Log log);
@@ -53,6 +54,7 @@ class Goal {
  private:
   [[nodiscard]] bool is_reached(std::uint64_t samples, const Film& film);
   [[nodiscard]] std::uint64_t next_end(std::uint64_t samples) const;
+  [[nodiscard]] double latest_s(std::uint64_t samples, const RoundEnd& now);
   void warn_if_out_of_reach(std::uint64_t samples);
 
   GoalOptions options_;
@@ -60,7 +62,7 @@ class Goal {
   double begin_s_, end_s_;
   std::function<double(const Film&)> finish_s_;
   Log log_;
-  double finish_estimate_s_;
+  double finish_estimate_s_, latest_s_ = std::numeric_limits<double>::infinity();
   bool finish_known_ = false, warned_ = false;
   std::uint64_t judged_ = 0;  // samples at the last look; 0: none
   PredictedError error_;      // then

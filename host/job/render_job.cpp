@@ -101,11 +101,9 @@ void RenderJob::settle_goal() {
 }
 
 Goal RenderJob::make_goal() {
-  const GoalOptions& goal = options_.goal;
-  const double now_s = host_seconds(), spent_s = goal.times_rendering ? 0 : process_seconds() - begin_s_;
-  std::function<double(const Film&)> finish_s;
-  if (!goal.times_rendering) finish_s = [this](const Film& film) { return finish_seconds(film); };
-  return {goal, settings(), now_s - spent_s + goal.seconds.value_or(0), std::move(finish_s), log_};
+  const double begin_s = host_seconds() - (process_seconds() - begin_s_);
+  return {options_.goal, settings(), begin_s + options_.goal.seconds.value_or(0),
+          [this](const Film& film) { return finish_seconds(film); }, log_};
 }
 
 double RenderJob::finish_seconds(const Film& film) {
@@ -113,10 +111,8 @@ double RenderJob::finish_seconds(const Film& film) {
   constexpr double kReserve_s = 0.05;  // for the last units, which may be late, and what the strip does not have
   const Crop& whole = film.layout().crop;
   const auto seconds_of = [&](std::uint32_t rows) {
-    Crop strip = whole;
-    strip.y1 = strip.y0 + rows;
     const double begin_s = host_seconds();
-    write_trial(film.window(strip));
+    write_trial(film.rows(whole.y0, whole.y0 + rows));
     return host_seconds() - begin_s;
   };
   const std::uint32_t rows = std::min(whole.height(), std::max(whole.height() / kParts, kLeastRows));
@@ -139,6 +135,7 @@ void RenderJob::write_trial(const Film& film) {
     std::filesystem::remove(file, none);
   };
   (void)film.predicted_error();
+  if (!options_.stats.empty()) (void)film.mean_radiance();
   const Metadata metadata = describe_image(prepared_);
   std::optional<Image> denoised;
   if (denoiser_) denoised = denoise(film);

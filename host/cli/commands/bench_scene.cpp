@@ -187,7 +187,7 @@ std::optional<double> own_error(const std::optional<Reference>& reference) {
   return found == reference->metadata.numbers.end() ? std::nullopt : std::optional(found->second);
 }
 
-/// How the error falls with `amount`, over the points whose error is known.
+/// Fits a power law to the error over `amount`, through the points whose error is known.
 std::optional<PowerLaw> fall_of_error(const std::vector<Point>& points, double (*amount)(const Point&)) {
   std::vector<double> x, y;
   for (const Point& point : points)

@@ -176,7 +176,7 @@ void print_unsampled_emitters(const Scene& scene) {
   }
 }
 
-/// What info looks at. Of triangles it has those of the file, and counts what a render makes of them.
+/// A scene as info looks at it: the triangles of its file, and counts of what a render makes of them.
 struct Contents {
   Prepared prepared;
   InstanceChoice instances;

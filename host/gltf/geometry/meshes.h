@@ -58,10 +58,10 @@ class MeshReader {
     DracoMesh draco;   // empty if it is not compressed
     OwnAttributes morphed;
   };
-  /// What decides the geometry of a primitive whose triangles are neither compressed nor morphed.
+  /// Equal for primitives of the same geometry, if their triangles are neither compressed nor morphed.
   using Contents = decltype(Accessor().contents());
   using Accessors = std::tuple<int, std::optional<Contents>, std::map<std::string, Contents>>;
-  /// What a material needs of it.
+  /// The attributes that a material needs.
   static constexpr std::size_t kUvSets = 2;
   struct Needs {
     std::array<bool, kUvSets> uv{};         // sets of texture coordinates

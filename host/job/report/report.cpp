@@ -106,7 +106,7 @@ std::string in_words(const PredictedError& error) {
   if (std::isfinite(error.hi))
     return fmt::format("predicted relMSE {:.3e} (95 %: {:.3e} to {:.3e})", error.relmse, error.lo, error.hi);
   return error.relmse > 0
-             ? fmt::format("predicted relMSE at least {:.3e}: too few pixels carry it for an upper bound", error.lo)
+             ? fmt::format("predicted relMSE at least {:.3e}: no upper end can be stated", error.lo)
              : "predicted relMSE unknown: no sample has found any light";
 }
 

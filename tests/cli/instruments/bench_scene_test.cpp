@@ -21,6 +21,21 @@ void make_reference(const Workplace& here) {
       succeeded(here.eikon("render " + scene("cornell.gltf") + kSize + "--spp 256 --seed 7 --quiet -o ref.exr")));
 }
 
+/// The slope of a least-squares line through the logarithms of the errors over those of `amount`.
+double slope(const nlohmann::json& points, const char* amount) {
+  double mean_x = 0, mean_y = 0, xx = 0, xy = 0;
+  for (const auto& point : points) {
+    mean_x += std::log(point.at(amount).get<double>()) / double(points.size());
+    mean_y += std::log(point.at("relmse").get<double>()) / double(points.size());
+  }
+  for (const auto& point : points) {
+    const double x = std::log(point.at(amount).get<double>()) - mean_x;
+    xx += x * x;
+    xy += x * (std::log(point.at("relmse").get<double>()) - mean_y);
+  }
+  return xy / xx;
+}
+
 TEST(BenchScene, errors_are_those_of_compare_on_renders_of_as_many_samples) {
   const Workplace here;
   make_reference(here);
@@ -56,7 +71,9 @@ TEST(BenchScene, errors_are_those_of_compare_on_renders_of_as_many_samples) {
   EXPECT_EQ(counts, (std::vector<std::uint64_t>{1, 2, 4, 8, 11}));
   EXPECT_GT(result.at("reference").at("relmse_predicted").get<double>(), 0);
   EXPECT_EQ(std::count(outcome.out.begin(), outcome.out.end(), '\n'), 8);  // a head, a line per point, and two exponents
-  EXPECT_LT(result.at("exponents").at("samples").at("value").get<double>(), -0.5);
+  const nlohmann::json exponents = result.at("exponents");
+  EXPECT_NEAR(exponents.at("samples").at("value").get<double>(), slope(result.at("points"), "spp"), 1e-9);
+  EXPECT_NEAR(exponents.at("seconds").at("value").get<double>(), slope(result.at("points"), "seconds"), 1e-9);
 }
 
 TEST(BenchScene, without_a_reference_the_error_is_the_predicted_one_and_that_is_said) {
@@ -66,6 +83,10 @@ TEST(BenchScene, without_a_reference_the_error_is_the_predicted_one_and_that_is_
   EXPECT_TRUE(contains(outcome.err, "no --ref")) << outcome.err;
   const nlohmann::json result = read_json(here / "e.json");
   EXPECT_TRUE(result.at("reference").is_null());
+  // An error without an upper end gives no efficiency.
+  for (const nlohmann::json& point : result.at("points"))
+    EXPECT_EQ(point.at("efficiency").is_null(),
+              point.at("relmse_interval").is_null() || point.at("relmse_interval")[1].is_null());
   const nlohmann::json& last = result.at("points").back();
   EXPECT_TRUE(last.at("relmse").is_null());
   EXPECT_NEAR(last.at("efficiency").get<double>() * last.at("relmse_predicted").get<double>() *

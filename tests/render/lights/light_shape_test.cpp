@@ -2,7 +2,6 @@
 // Emissive shapes: closed forms, and the same light by each way of finding it.
 #include "pack/pack.h"
 #include "render/scene_builder.h"
-#include "render/ways_to_shade.h"
 #include "scene/shape_area.h"
 
 namespace eikon::test {
@@ -276,7 +275,7 @@ TEST(LightShapes, a_scene_without_emissive_shapes_has_none_of_this_in_its_progra
   EXPECT_TRUE(Features(scene, settings).has(Feature::shape_light));
 }
 
-TEST(LightShapes, every_way_to_shade_and_every_scale_give_the_same_film) {
+TEST(LightShapes, every_way_to_trace_and_every_scale_give_the_same_film) {
   auto made = room(24, 16, 8);
   const std::array<double, 3> sizes[] = {{0.15}, {0.2, 0.3, 0.1}, {0.3, 0.2}, {0.3, 0.05, 0.1}, {0.2, 0.05, 0.1}};
   std::size_t number = 0;
@@ -285,7 +284,7 @@ TEST(LightShapes, every_way_to_shade_and_every_scale_give_the_same_film) {
               lambert(0.2F, 2));
     ++number;
   }
-  const std::vector<Execution> ways = ways_to_shade();
+  const std::vector<Execution> ways = each_way_to_trace();
   const Film first = film_of(made.first, made.second, ways.front());
   for (std::size_t i = 1; i < ways.size(); ++i)
     EXPECT_TRUE(same_film(first, film_of(made.first, made.second, ways[i]))) << describe(ways[i]);

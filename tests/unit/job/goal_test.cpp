@@ -54,7 +54,7 @@ Settings settings_for(std::uint32_t side, std::uint64_t most) {
 }
 
 Goal goal_of(const GoalOptions& options, const Settings& settings, double end_s = 0) {
-  return {options, settings, end_s, {}, [](const std::string&) {}};
+  return {options, settings, end_s, [](const Film&) { return 0.0; }, [](const std::string&) {}};
 }
 
 /// Samples after each round, until the goal ends the render or `most` are done.
@@ -121,6 +121,20 @@ TEST(Goal, time_is_left_for_what_follows_the_last_sample) {
   EXPECT_EQ(goal.next({2, true, 0, image.film()}).latest_s, 97);
   EXPECT_EQ(goal.next({4, true, 0, image.film()}).latest_s, 97);
   EXPECT_EQ(asked, 1);
+}
+
+TEST(Goal, seconds_of_rendering_begin_with_the_first_sample) {
+  NoisyImage image(8, 1, 1);
+  image.grow_to(64);
+  Goal goal = goal_of({.seconds = 10, .times_rendering = true}, settings_for(8, 1024));
+  const Round first = goal.next({48, true, 0, image.film()});
+  EXPECT_EQ(first.end, 49U) << "a render that goes on is not to take long before it is timed";
+  EXPECT_TRUE(std::isinf(first.latest_s));
+  const double before_s = host_seconds();
+  const Round second = goal.next({49, true, 3, image.film()});
+  EXPECT_EQ(second.end, 64U);
+  EXPECT_GE(second.latest_s, before_s + 7);
+  EXPECT_LE(second.latest_s, host_seconds() + 7);
 }
 
 // The claim is 5 %. Of 400 renders more than 33 would end above their target with a probability of less than 0.3 % if it were true.
