@@ -112,6 +112,10 @@ void add_camera_flags(CommandFlags& flags, SceneOptions& options) {
       {"--cull", "NAME",
        "camera: the camera does not see the backs of surfaces that are not double-sided; none [camera]"},
       options.culling, {{"camera", Culling::camera}, {"none", Culling::none}});
+  flags.choice<Guiding>(
+      {"--guiding", "NAME",
+       "auto; on; off: paths follow what a small pilot render learned about where light comes from, where that pays [auto]"},
+      options.guiding, {{"auto", Guiding::automatic}, {"on", Guiding::on}, {"off", Guiding::off}});
 }
 
 void add_environment_flags(CommandFlags& flags, EnvironmentOptions& environment) {

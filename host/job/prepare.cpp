@@ -235,6 +235,8 @@ Prepared settle(const SceneOptions& options, std::shared_ptr<Scene> loaded, cons
   settings.sample_begin = samples.begin;
   settings.sample_end = samples.end;
   settings.culling = options.culling;
+  settings.guiding = options.guiding;
+  settings.planned_samples = options.spp.value_or(options.samples ? 0 : kUsualSpp);
   settings.environment = choose_environment(options.environment, scene, settings, log);
   settings.filter = options.filter;
   settings.transparent = options.transparent;

@@ -61,6 +61,7 @@ struct SceneOptions {
   std::optional<ImageSize> size;  // default: 720 rows at the camera's aspect
   std::optional<Crop> crop;
   Culling culling = Culling::camera;
+  Guiding guiding = Guiding::automatic;
   PixelFilter filter;
   bool transparent = false;
   std::vector<std::string> aovs;         // each once

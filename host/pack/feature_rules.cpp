@@ -288,6 +288,8 @@ constexpr Rule kRules[] = {
      }},
     {Feature::whitted, "--integrator",
      [](const SceneFacts& f) { return f.settings.integrator == Integrator::whitted; }},
+    {Feature::guiding, "--guiding", [](const SceneFacts& f) { return f.settings.guide != nullptr && !f.settings.is_pilot; }},
+    {Feature::path_log, "--guiding", [](const SceneFacts& f) { return f.settings.is_pilot; }},
     {Feature::fixed_roulette, "--roulette", [](const SceneFacts& f) { return f.settings.roulette > 0; }},
     {Feature::pixel_filter, "--filter", [](const SceneFacts& f) { return !f.settings.filter.is_pixel_box(); }},
     {Feature::orthographic,

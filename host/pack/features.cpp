@@ -44,6 +44,11 @@ void Features::set_two_level(bool on, const std::string& reason) {
   entry.reason = reason;
 }
 
+void Features::set_guiding(bool guiding, bool path_log) {
+  ledger_[std::size_t(Feature::guiding)].on = guiding;
+  ledger_[std::size_t(Feature::path_log)].on = path_log;
+}
+
 std::map<std::string, std::string> Features::defines() const {
   std::map<std::string, std::string> defines;
   for (const FeatureEntry& feature : ledger_) defines["EK_HAS_" + feature.name] = feature.on ? "1" : "0";

@@ -8,6 +8,12 @@
 #include "scene/endless.h"
 
 namespace eikon {
+void set_guide(Frame& frame, const GuideTable& guide) {
+  frame.guide_scale = guide.scale;
+  frame.guide_slot_mask = guide.slot_mask();
+  frame.guided_roulette_depth = guide.roulette_depth;
+}
+
 namespace {
 
 // The distance by which the plane at `eye` can move along the unit vector `dir` and stay in front
@@ -23,6 +29,15 @@ double clear_way(const PackedScene& packed, const glm::dvec3& eye, const glm::dv
   // A sixteenth of the scene's size is left, so that rounding does not matter. It is a float
   // because the kernels add it.
   return double(float(std::max(0.0, glm::dot(center - eye, dir) - glm::dot(half, glm::abs(dir)) - 0x1p-4 * size)));
+}
+
+void set_sampling(Frame& frame, const Settings& settings) {
+  frame.seed = settings.seed;
+  frame.replicate_bits = settings.replicate_bits;
+  frame.max_depth = settings.max_depth;
+  frame.roulette_depth = settings.roulette_depth;
+  frame.roulette = settings.roulette;
+  if (settings.guide != nullptr) set_guide(frame, *settings.guide);
 }
 
 }  // namespace
@@ -77,11 +92,7 @@ Frame pack_frame(const PackedScene& packed, const Settings& settings) {
     frame.scene_center = pack(center);
     frame.scene_half = pack(half * (1.0 + 0x1p-20));
   }
-  frame.seed = settings.seed;
-  frame.replicate_bits = settings.replicate_bits;
-  frame.max_depth = settings.max_depth;
-  frame.roulette_depth = settings.roulette_depth;
-  frame.roulette = settings.roulette;
+  set_sampling(frame, settings);
   frame.light_count = std::uint32_t(packed.light_alias_table.size());
   frame.tree_light_count = packed.tree_light_count;
   frame.light_scale = packed.light_scale;

@@ -11,5 +11,7 @@ namespace eikon {
 /// The frame of a unit with these samples of each of its pixels.
 [[nodiscard]] Frame unit_frame(Frame frame, std::uint64_t sample_begin, std::uint64_t sample_end,
                                std::uint32_t pixel_count);
+/// Sets what the kernels need to know of the table that guides paths.
+void set_guide(Frame& frame, const GuideTable& guide);
 
 }  // namespace eikon

@@ -18,6 +18,9 @@ const char* name_of(LightSampling sampling) {
   return std::array{"mis", "light", "bsdf", "hemisphere"}.at(std::size_t(sampling));
 }
 
+const char* name_of(Guiding guiding) {
+  return std::array{"auto", "on", "off"}.at(std::size_t(guiding));
+}
 const char* name_of(Culling culling) { return culling == Culling::camera ? "camera" : "none"; }
 
 double expected_rays(const Settings& settings) {

@@ -9,6 +9,7 @@
 #include "core/trace.h"
 #include "film/film.h"
 #include "film/pixel_filter.h"
+#include "guide/guide_table.h"
 #include "scene/scene.h"
 
 namespace eikon {
@@ -41,6 +42,14 @@ enum class Culling {
 };
 [[nodiscard]] const char* name_of(Culling culling);  // as --cull has it
 
+/// Whether paths follow what a pilot learned before the render. The mean of the image is the same.
+enum class Guiding {
+  automatic,  // where the pilot finds that it pays
+  on,         // always
+  off,
+};
+[[nodiscard]] const char* name_of(Guiding guiding);  // as --guiding has it
+
 inline constexpr std::uint32_t kMostLightSamples = 16;  // the memory of paths in flight grows with them
 
 /// Everything that decides the image, besides the scene. Devices do not.
@@ -65,6 +74,12 @@ struct Settings {
   std::vector<std::uint32_t> depth_series;  // light is also summed apart by these bounds (scatter_bounds, layers.h)
   PixelFilter filter;
   bool transparent = false;  // the film leaves out the environment that the camera sees, and has a channel A
+  Guiding guiding = Guiding::off;
+  /// Samples of each pixel of the whole image, of which [sample_begin, sample_end) may be a part; 0: not known. The
+  /// size of the pilot depends on it, so all parts of an image must say the same.
+  std::uint64_t planned_samples = 0;
+  std::shared_ptr<const GuideTable> guide;  // what a pilot learned; null: paths are not guided
+  bool is_pilot = false;                    // paths write a log; with `guide`
   Camera camera;
   Environment environment;  // what is used: --env, else the file's, else black or the neutral one
 };

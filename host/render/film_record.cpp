@@ -11,6 +11,7 @@
 #include "core/error.h"
 #include "io/text.h"
 #include "io/xxhash64.h"
+#include "render/pilot.h"
 
 namespace eikon {
 namespace {
@@ -18,6 +19,8 @@ namespace {
 constexpr std::uint64_t kMaxSample = std::uint64_t{1} << 48;
 constexpr const char* kVersionName = "version of image bits";
 constexpr const char* kCullingName = "culling (--cull)";
+constexpr const char* kGuidingName = "guiding (--guiding, --spp)";
+constexpr const char* kNotGuided = "off";
 
 std::string triple(const glm::dvec4& v) { return fmt::format("{},{},{}", v.x, v.y, v.z); }
 
@@ -82,6 +85,12 @@ std::string describe_lens(const Camera& camera) {
                       : "pinhole";
 }
 
+/// The same settings make the same pilot, so its size is all that is left to say.
+std::string describe_guiding(const Settings& settings) {
+  const std::uint64_t paths = pilot_paths(settings);
+  return paths == 0 ? kNotGuided : fmt::format("{}, by {} paths", name_of(settings.guiding), paths);
+}
+
 }  // namespace
 
 std::vector<ImageSetting> image_settings(const Scene& scene, const Settings& settings, const FilmLayout& layout) {
@@ -89,9 +98,12 @@ std::vector<ImageSetting> image_settings(const Scene& scene, const Settings& set
   // depend on it, and adds it below if so.
   const auto& [width, height, crop, sample_begin, sample_end, likely_samples, seed, replicate_bits, max_depth, integrator,
                roulette_depth, roulette, energy_compensation, culling, light_sampling, light_samples, aovs,
-               depth_series, filter, transparent, camera, environment] = settings;
+               depth_series, filter, transparent, guiding, planned_samples, guide, is_pilot, camera, environment] =
+      settings;
   static_cast<void>(crop), static_cast<void>(sample_begin), static_cast<void>(sample_end);
   static_cast<void>(likely_samples);
+  static_cast<void>(guiding), static_cast<void>(planned_samples);  // pilot_paths() depends on them
+  static_cast<void>(guide), static_cast<void>(is_pilot);
   static_cast<void>(aovs), static_cast<void>(depth_series);  // the channels depend on them
   const glm::dmat4& pose = camera.world_from_camera;
   // Sampling by the BSDF keeps the name that files of earlier versions have, so that they merge
@@ -118,7 +130,8 @@ std::vector<ImageSetting> image_settings(const Scene& scene, const Settings& set
           {"field of view (--fov)", describe_view(camera)},
           {"lens (--f-number, --focus-distance)", describe_lens(camera)},
           {"environment (--env, --env-scale, --env-rotate)", describe(environment)},
-          {kCullingName, name_of(culling)}};
+          {kCullingName, name_of(culling)},
+          {kGuidingName, describe_guiding(settings)}};
 }
 
 std::optional<std::string> difference(const std::vector<ImageSetting>& expected,
@@ -170,10 +183,13 @@ FilmRecord parse_film_record(std::string_view text, const FilmLayout& layout) {
     else
       throw InputError(fmt::format("its record of samples has a line that says nothing, '{}'", line));
   }
-  // Files of before there was culling do not name it.
-  const auto names_culling = [](const ImageSetting& setting) { return setting.name == kCullingName; };
-  if (!record.settings.empty() && std::ranges::none_of(record.settings, names_culling))
-    record.settings.push_back({kCullingName, name_of(Culling::none)});
+  // Files of before there were culling and guiding do not name them.
+  const auto say = [&](const char* name, const char* value) {
+    if (!record.settings.empty() && std::ranges::find(record.settings, name, &ImageSetting::name) == record.settings.end())
+      record.settings.push_back({name, value});
+  };
+  say(kCullingName, name_of(Culling::none));
+  say(kGuidingName, kNotGuided);
   return record;
 }
 

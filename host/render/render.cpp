@@ -11,6 +11,7 @@
 #include "render/device_sessions.h"
 #include "render/device_worker.h"
 #include "render/error_counter.h"
+#include "render/pilot.h"
 #include "render/rounds.h"
 #include "wavefront/memory_need.h"
 
@@ -297,6 +298,27 @@ RenderOutput render_on(const std::shared_ptr<WavefrontDevices>& devices, const E
   return output;
 }
 
+/// Lets a pilot learn how to guide paths, if it would pay, on the first device that can. A device that fails leaves it to
+/// the next one, and the render finds out what is wrong with it.
+void guide_paths(WavefrontDevices& devices, const std::vector<DeviceReport>& prepared, const Execution& execution,
+                 RenderReport& report) {
+  if (pilot_paths(devices.features, devices.settings) == 0) return;
+  const TraceScope piloting(execution.trace.get(), execution.track, "pilot");
+  for (std::size_t i = 0; i < prepared.size(); ++i) {
+    if (!prepared[i].error.empty()) continue;
+    try {
+      const DevicePool::Lease lease = devices.pool.take(devices.devices[i]);
+      Pilot pilot = run_pilot(*lease, *devices.packed, devices.features, devices.settings, devices.executions[i]);
+      devices.settings.guide = std::move(pilot.table);
+      devices.features.set_guiding(devices.settings.guide != nullptr, false);
+      report.pilot = pilot.report;
+      return;
+    } catch (const DeviceError& error) {
+      report.notes.push_back(fmt::format("the pilot failed on device {}: {}", devices.devices[i].selector, error.what()));
+    }
+  }
+}
+
 /// `pack` returns the PackedScene; it is called once it is certain that there are devices.
 template <class Pack>
 RenderOutput pack_and_render(const Pack& pack, const Features& features, const Settings& settings,
@@ -323,6 +345,7 @@ RenderOutput pack_and_render(const Pack& pack, const Features& features, const S
                                                                            .stay = hooks.devices_stay_ready});
   const std::vector<DeviceReport> prepared = prepare_devices(*devices, execution);
   report.build_s = packed->build_s - built_before_s;
+  guide_paths(*devices, prepared, execution, report);
   return render_on(devices, execution, prepared, stop, hooks, std::move(report));
 }
 
@@ -353,14 +376,17 @@ glm::vec3 replay_path(const Scene& scene, const Settings& settings, const Execut
   Execution execution = usual;
   execution.fused = false;
   const DeviceInfo info = select_devices(execution.devices, execution.threads).front();
-  const Features features = features_of(scene, settings, execution);
+  Features features = features_of(scene, settings, execution);
   PackedScene packed = pack_scene(scene, features, settings);
   const Execution own = without_probe(execution);  // one path is too few to measure for
   const WavefrontConfig config = configure(info, own);
   add_accel(packed, own.accel, config.layout, own.threads);
   require_memory(memory_need(packed, config, features), info, own);
   Device device(info);
-  Wavefront wavefront(device, packed, features, settings, own);
+  Settings guided = settings;
+  if (pilot_paths(features, settings) > 0) guided.guide = run_pilot(device, packed, features, settings, own).table;
+  features.set_guiding(guided.guide != nullptr, false);
+  Wavefront wavefront(device, packed, features, guided, own);
   return wavefront.replay(sample.x, sample.y, sample.sample, report);
 }
 

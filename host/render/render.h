@@ -17,6 +17,7 @@
 #include "pack/settings.h"
 #include "render/device_report.h"
 #include "render/film_store.h"
+#include "render/pilot.h"
 
 namespace eikon {
 
@@ -46,6 +47,7 @@ struct RenderReport : RenderTotals {
   std::string features;
   std::uint64_t triangles = 0, geometry_bytes = 0;  // tree and triangles, of the first device
   bool reinserted = false;  // its tree was improved by reinsertion, because many rays were expected
+  PilotReport pilot;
   double pack_s = 0, build_s = 0, compile_s = 0, upload_s = 0;
 };
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "shared/guide.h"
 #include "shared/records.h"
 #include "wavefront/buffers.h"
 
@@ -35,6 +36,10 @@ WorkBuffers::WorkBuffers(Device& device, const WavefrontConfig& config, const Wo
   }
   diagnostics = allocate(sizeof(Diagnostics));
   next_path = allocate(4);
+  if (plan.logs) {
+    path_log = allocate(4 * std::size_t{EK_LOG_DEPTHS} * LOG_WORDS * (capacity + EK_PAD));
+    arguments.set("path_log", path_log);
+  }
   tallies = allocate(config.workers * sizeof(WorkerTally));
   // Lanes without a path read these before they are written. Zeros are valid indices.
   for (const Buffer& read_early : {state, film_slots, counts, diagnostics, next_path}) device.fill_zero(read_early);
@@ -119,6 +124,19 @@ std::uint64_t upload_scene(Device& device, const PackedScene& scene, const Accel
   to.copy_texels(scene);
   to.share("filter_table", filter);
   return to.bytes();
+}
+
+void upload_guide(Device& device, const GuideTable& guide, Arguments& arguments) {
+  Uploader to(device, arguments);
+  to.share("guide_slots", guide.slots);
+  to.share("guide_cells", guide.cells);
+}
+
+std::vector<std::uint32_t> read_planes(Device& device, const Buffer& buffer, const Planes& planes) {
+  std::vector<std::uint32_t> words(planes.count * planes.used);
+  for (std::size_t i = 0; i < planes.count; ++i)
+    device.read(buffer, &words[i * planes.used], 4 * planes.used, 4 * i * planes.stride);
+  return words;
 }
 
 }  // namespace eikon

@@ -4,6 +4,7 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <vector>
 
 #include "device/device.h"
 #include "pack/pack.h"
@@ -27,10 +28,12 @@ struct WorkBufferSizes {
   FilmShape film;
   std::uint32_t state_words = 0;    // words of a path: PathStateLayout
   std::uint32_t light_samples = 1;  // most shadow rays of a path at a depth
+  bool logs = false;                // feature path_log
 };
 
 struct WorkBuffers {
   Buffer frame, pixels, state, counts, film_slots, diagnostics, next_path, tallies;
+  Buffer path_log;  // with WorkBufferSizes::logs
   /// For the two units under way. A device that reads back in the order of its work has one buffer
   /// for both.
   std::array<Buffer, 2> sums, rejected;
@@ -50,6 +53,16 @@ struct WorkBuffers {
 /// throws   DeviceError
 std::uint64_t upload_scene(Device& device, const PackedScene& scene, const Accel& accel,
                            const std::vector<float>& filter, Arguments& arguments);
+
+/// Makes the buffers of a table that guides paths. It must live as long as they. throws DeviceError
+void upload_guide(Device& device, const GuideTable& guide, Arguments& arguments);
+
+/// Arrays of words, one behind the other in a buffer.
+struct Planes {
+  std::size_t count = 0, used = 0, stride = 0;  // words of each that are in use, and between two
+};
+/// The words of the planes that are in use, without gaps. throws DeviceError
+[[nodiscard]] std::vector<std::uint32_t> read_planes(Device& device, const Buffer& buffer, const Planes& planes);
 
 /// Makes only those buffers that tracing rays and sampling lights read. throws DeviceError
 void upload_tree_and_lights(Device& device, const PackedScene& scene, const Accel& accel, Arguments& arguments);

@@ -18,7 +18,6 @@
 namespace eikon {
 
 static constexpr std::uint32_t kNoPaths = 0;
-
 static std::uint32_t divide_up(std::uint64_t a, std::uint64_t b) { return std::uint32_t((a + b - 1) / b); }
 
 struct Wavefront::Impl {
@@ -37,6 +36,7 @@ struct Wavefront::Impl {
   std::vector<float> filter;
   FilmShape film_shape;
   std::uint32_t light_samples;
+  bool logs = false;  // feature path_log
   Mattes mattes;
   Arguments arguments;
   std::map<std::string, Kernel> kernels;
@@ -45,6 +45,8 @@ struct Wavefront::Impl {
   ProgramOptions sampled_options;
   std::vector<std::string> sampled_stages;
   std::string formula_code;
+  std::shared_ptr<const GuideTable> guide;  // device buffers may be its memory
+  std::vector<std::uint32_t> logged, radiance;  // of PathLog
   std::uint64_t scene_bytes = 0;
   double upload_s = 0;
 
@@ -87,6 +89,8 @@ struct Wavefront::Impl {
                   .channels = std::uint32_t(features.film_channels().size()),
                   .mattes = std::uint32_t(mattes.ids.size())};
     compile(features, execution);
+    logs = features.has(Feature::path_log);
+    guide = settings.guide;
     try {
       upload(execution.track);
       bind();
@@ -103,6 +107,15 @@ struct Wavefront::Impl {
     timeline = execution.trace.get();
     counters.restart(timeline);
     upload_s = 0;
+    if (settings.guide != nullptr && settings.guide != guide) set_guide(settings.guide);
+  }
+
+  void set_guide(std::shared_ptr<const GuideTable> table) {
+    device.finish();
+    const auto before = std::exchange(guide, std::move(table));
+    eikon::set_guide(frame, *guide);
+    upload_guide(device, *guide, arguments);
+    bind();
   }
 
   void compile(const Features& features, const Execution& execution) {
@@ -137,7 +150,8 @@ struct Wavefront::Impl {
     const TraceScope uploading(timeline, track, "upload");
     const double begin = host_seconds();
     scene_bytes = upload_scene(device, scene, accel_of(scene, config), filter, arguments);
-    const WorkBufferSizes plan{.film = film_shape, .state_words = state.words, .light_samples = light_samples};
+    const WorkBufferSizes plan{.film = film_shape, .state_words = state.words, .light_samples = light_samples, .logs = logs};
+    if (guide != nullptr) upload_guide(device, *guide, arguments);
     work = WorkBuffers(device, config, plan, arguments);
     frame.film_stride = config.capacity() + EK_PAD;
     for (Slot& slot : slots) slot.tallies.resize(config.workers);
@@ -313,26 +327,15 @@ struct Wavefront::Impl {
     ++finished;
     if (config.fused) settle_fused(slot);
     device.wait(slot.summed);
-    const Diagnostics& diagnostics = slot.diagnostics;
-    UnitResult result{.sums = {.pixels = slot.pixels,
-                               .pixel_stride = slot.frame.pixel_stride,
-                               .sample_begin = slot.unit.sample_begin,
-                               .sample_end = slot.unit.sample_end,
-                               .limbs = slot.sums,
-                               .rejected = slot.rejected,
-                               .met = slot.met,
-                               .matte_ids = mattes.ids},
-                      .rays = slot.rays,
-                      .given_up = diagnostics.given_up,
-                      .given_up_surfaces = diagnostics.given_up_surfaces,
-                      .nonfinite = diagnostics.nonfinite,
-                      .saturated = diagnostics.saturated,
-                      .rejected = {}};
-    for (std::uint32_t i = 0; i < std::min<std::uint32_t>(diagnostics.reported, EK_REPORT_COUNT); ++i) {
-      const std::uint32_t xy = slot.pixels[diagnostics.report[2 * i]];
-      result.rejected.push_back({xy & 0xffffU, xy >> 16, slot.unit.sample_begin + diagnostics.report[2 * i + 1]});
-    }
-    return result;
+    const UnitSums sums = {.pixels = slot.pixels,
+                           .pixel_stride = slot.frame.pixel_stride,
+                           .sample_begin = slot.unit.sample_begin,
+                           .sample_end = slot.unit.sample_end,
+                           .limbs = slot.sums,
+                           .rejected = slot.rejected,
+                           .met = slot.met,
+                           .matte_ids = mattes.ids};
+    return unit_result(sums, slot.rays, slot.diagnostics);
   }
 
   [[nodiscard]] std::uint32_t path_word(const char* field, std::uint32_t word = 0) {
@@ -352,19 +355,23 @@ void Wavefront::compile_ahead(Device& device, const PackedScene& scene, const Fe
   const WavefrontProgram source(device.info(), configure(device.info(), execution), scene, features, execution);
   (void)device.build(source.text, source.options);
 }
-
 const WavefrontConfig& Wavefront::config() const { return impl_->config; }
 ArithmeticClass Wavefront::arithmetic() const { return impl_->arithmetic; }
 double Wavefront::upload_s() const { return impl_->upload_s; }
 std::uint64_t Wavefront::device_bytes() const { return impl_->scene_bytes + impl_->work.bytes; }
 const Bounces& Wavefront::bounces() const { return impl_->counters.bounces(); }
-
 void Wavefront::restart(const Settings& settings, const Execution& execution) { impl_->restart(settings, execution); }
-
+void Wavefront::set_guide(std::shared_ptr<const GuideTable> guide) { impl_->set_guide(std::move(guide)); }
+PathLog Wavefront::path_log() {
+  Impl& w = *impl_;
+  const std::size_t paths = w.slots[(w.finished - 1) % w.slots.size()].frame.path_count, stride = w.frame.film_stride;
+  w.logged = read_planes(w.device, w.work.path_log, {EK_LOG_DEPTHS * LOG_WORDS, paths, stride});
+  w.radiance = read_planes(w.device, w.work.film_slots, {3, paths, stride});
+  return {.words = w.logged, .radiance = w.radiance, .paths = paths};
+}
 void Wavefront::begin(const WorkUnit& unit) { impl_->begin(unit); }
 void Wavefront::drive() { impl_->drive(); }
 UnitResult Wavefront::finish() { return impl_->finish(); }
-
 glm::vec3 Wavefront::replay(std::uint32_t x, std::uint32_t y, std::uint64_t sample,
                             const std::function<void(const PathVertex&)>& report) {
   Impl& w = *impl_;

@@ -11,6 +11,7 @@
 #include "wavefront/ray_counters.h"
 #include "pack/settings.h"
 #include "film/units.h"
+#include "guide/learner.h"
 #include "wavefront/config.h"
 #include "wavefront/tallies.h"
 
@@ -30,6 +31,9 @@ struct UnitResult {
   std::uint64_t nonfinite = 0, saturated = 0;
   std::vector<PixelSample> rejected;  // the first few
 };
+
+/// sums, rays, diagnostics  of one unit
+[[nodiscard]] UnitResult unit_result(const UnitSums& sums, const RayCounts& rays, const Diagnostics& diagnostics);
 
 /// The state of a single path between stages, for --pixel --sample.
 struct PathVertex {
@@ -76,6 +80,11 @@ class Wavefront {
   /// Waits for the oldest unit that was begun. The result lasts until the next begin() but one.
   /// throws DeviceError; InternalError when a kernel reports one
   UnitResult finish();
+
+  /// Uploads another table of path guiding; of a program with feature path_log. No unit may be under way.
+  void set_guide(std::shared_ptr<const GuideTable> guide);
+  /// The log of the unit that was finished last, until the next begin(); of a program with feature path_log.
+  [[nodiscard]] PathLog path_log();
 
   /// Traces one path, reports its vertices, and returns its radiance.
   glm::vec3 replay(std::uint32_t x, std::uint32_t y, std::uint64_t sample,

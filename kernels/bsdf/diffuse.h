@@ -7,16 +7,19 @@
 
 EK_FN BsdfValue diffuse_evaluate(MaterialLanes m, v3 wo, v3 wi) {
   const vi above = (wo.z > 0.0f) & (wi.z > 0.0f);
-  const vf pdf = above ? wi.z * EK_INV_PI : (vf)(0.0f);
-  BsdfValue value = {scale3(m.base_color, pdf), pdf};
+  const vf f = above ? wi.z * EK_INV_PI : (vf)(0.0f);
+  BsdfValue value = {scale3(m.base_color, f), above ? diffuse_pdf(m, wi) : (vf)(0.0f)};
   return value;
 }
 
-// Directions are sampled by the cosine, so eval / pdf is the base colour itself.
+// Directions are sampled by the cosine, so eval / pdf is the base colour itself, over the density of
+// guiding.
 EK_FN BsdfSample diffuse_sample(MaterialLanes m, v3 wo, vf u, vf v, vf choice) {
   (void)choice;
-  const v3 wi = warp_cosine_hemisphere(u, v);
-  BsdfSample s = {m.base_color, wi, diffuse_evaluate(m, wo, wi).pdf, (vi)(0)};
+  vf over_cosine;
+  const v3 wi = diffuse_direction(m, u, v, &over_cosine);
+  const vf pdf = ((wo.z > 0.0f) & (wi.z > 0.0f)) ? (wi.z * EK_INV_PI) * over_cosine : (vf)(0.0f);
+  BsdfSample s = {EK_HAS_GUIDE ? scale3(m.base_color, 1.0f / over_cosine) : m.base_color, wi, pdf, (vi)(0)};
   return s;
 }
 

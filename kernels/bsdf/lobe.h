@@ -4,6 +4,8 @@
 #define EK_LOBE_H
 #include "lanes/math.h"
 #include "lanes/record_lanes.h"
+#include "lanes/warp.h"
+#include "guide/guide.h"
 
 // The parameters of a material at a hit, one per lane (surface/material.h fills them in).
 typedef struct {
@@ -33,6 +35,9 @@ typedef struct {
   LobeDetailLanes own;  // what one lobe alone needs (shared/lobe_parameters.def)
   global const float* measured;   // tables of all materials, the same for all lanes
   vu measured_table;              // word at which the lane's own table begins
+#if EK_HAS_GUIDE
+  GuideCell guide;  // steers the diffuse part
+#endif
 } MaterialLanes;
 
 // Bits of MaterialLanes.lobes.
@@ -71,6 +76,28 @@ EK_FN BsdfSample bsdf_sample_of(BsdfValue value, v3 wi, vi delta) {
                   select3(some, wi, V3(zero, zero, (vf)(1.0f))),
                   some ? value.pdf : zero, some & delta};
   return s;
+}
+
+/// Density with which a diffuse part is sampled in a direction of the upper hemisphere, per sr.
+EK_FN vf diffuse_pdf(MaterialLanes m, v3 wi) {
+  const vf cosine = wi.z * EK_INV_PI;
+#if EK_HAS_GUIDE
+  return cosine * guide_density(m.guide, wi);
+#else
+  (void)m;
+  return cosine;
+#endif
+}
+
+/// Samples a direction for a diffuse part. over_cosine: is set to its density over that of the cosine
+EK_FN v3 diffuse_direction(MaterialLanes m, vf u, vf v, vf* over_cosine) {
+  *over_cosine = (vf)(1.0f);
+#if EK_HAS_GUIDE
+  *over_cosine = guide_warp(m.guide, &u, &v);
+#else
+  (void)m;
+#endif
+  return warp_cosine_hemisphere(u, v);
 }
 
 EK_FN vf mean_component(v3 a) { return ((a.x + a.y) + a.z) * (1.0f / 3.0f); }

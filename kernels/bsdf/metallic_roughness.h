@@ -196,7 +196,7 @@ EK_FN BsdfValue metallic_roughness_value(MaterialLanes m, SpecularOverDiffuse k,
   BsdfValue value;
   value.f = add3(scale3(f, d * ggx_visibility(wo.z, k.length_o, wi.z, length_i)),
                  diffuse_part(k, wi.z, length_i));
-  value.pdf = (k.specular * (0.5f * d * ggx_visible_share(wo.z, k.length_o)) + k.diffuse * (EK_INV_PI * wi.z)) /
+  value.pdf = (k.specular * (0.5f * d * ggx_visible_share(wo.z, k.length_o)) + k.diffuse * diffuse_pdf(m, wi)) /
               (k.specular + k.diffuse);
   return bsdf_value_if(valid & (k.specular + k.diffuse > 0.0f), value);
 }
@@ -211,7 +211,8 @@ EK_FN BsdfSample metallic_roughness_sample(MaterialLanes m, v3 wo, vf u, vf v, v
   const vi reflect = choice < p_specular;
   const vi mirror = reflect & k.smooth;
   const v3 reflected = normalize3(mirrored(wo, ggx_visible_normal(wo, k.alpha, u, v)));
-  v3 wi = select3(reflect, reflected, warp_cosine_hemisphere(u, v));
+  vf unused;
+  v3 wi = select3(reflect, reflected, diffuse_direction(m, u, v, &unused));
   wi = select3(mirror, V3(-wo.x, -wo.y, wo.z), wi);
   BsdfValue value = metallic_roughness_value(m, k, wo, wi);
   value.f = select3(mirror, surface_reflectance(m, m.f0, m.f90, (vf)(1.0f), wo.z), value.f);

@@ -6,6 +6,7 @@
 #define EK_LIGHT_H
 #include "lanes/basis.h"
 #include "lanes/warp.h"
+#include "guide/guide.h"
 #include "lights/alias_table.h"
 #include "lights/environment_map.h"
 #include "lights/light_samples.h"
@@ -28,6 +29,9 @@ typedef struct {
 #if EK_HAS_light_tree
   global const LightNode* light_nodes;
 #endif
+#if EK_HAS_GUIDE
+  GuideData guide;
+#endif
 } LightData;
 
 // The same as arguments of a kernel, which are bound by these names.
@@ -40,8 +44,8 @@ typedef struct {
 #endif
 #define EK_LIGHT_ARGUMENTS                                                                                             \
   global const Light *lights, global const AliasEntry *light_alias_table, global const float4 *environment_texels,       \
-      global const AliasEntry *environment_alias_table EK_TREE_ARGUMENTS
-#define EK_LIGHT_DATA {lights, light_alias_table, environment_texels, environment_alias_table EK_TREE_DATA}
+      global const AliasEntry *environment_alias_table EK_TREE_ARGUMENTS EK_GUIDE_ARGUMENTS
+#define EK_LIGHT_DATA {lights, light_alias_table, environment_texels, environment_alias_table EK_TREE_DATA EK_GUIDE_DATA}
 
 /// Weight of a strategy of density a against another of density b [Veach 1995, the power heuristic
 /// with exponent 2]. In [0, 1], and the two weights add to 1, whatever the densities are: huge,
@@ -128,6 +132,15 @@ typedef struct {
   vf u, v;           // shape: random numbers for the point, [0,1)^2
   vf cone_cos, cone_scale, range2;  // punctual: see spot_falloff, punctual_falloff
 } LightSample;
+
+/// A shading point as a light is sampled for it.
+typedef struct {
+  Basis basis;    // z on the side of wo
+  vi both_sides;  // mask: light from below the surface counts too
+#if EK_HAS_GUIDE
+  GuideCell guide;
+#endif
+} LightViewer;
 
 /// A chosen light, and the probability with which the tree chose it; 1 where the tree did not
 /// choose.
@@ -216,19 +229,24 @@ EK_FN PickedLight pick_light(constant Frame* frame, LightData data, LightQuery q
 // The constant environment is sampled by the cosine about z: for a constant radiance that is the
 // whole integrand of a diffuse surface but for visibility, so an open sky has no variance at all.
 // Half the samples of a uniform sphere would be lost below the surface.
-EK_FN void sample_environment(constant Frame* frame, AliasSample choice, Basis basis, vi both_sides, vi is, LightSample* s) {
-  vf u = choice.u;
+EK_FN void sample_environment(constant Frame* frame, AliasSample choice, LightViewer viewer, vi is, LightSample* s) {
+  const vi both_sides = viewer.both_sides;
+  vf u = choice.u, v = choice.v;
   vi below = (vi)(0);
   if (EK_HAS_transmission) {
     below = both_sides & (u >= 0.5f);
     u = both_sides ? 2.0f * (below ? u - 0.5f : u) : u;
   }
-  v3 wi_local = warp_cosine_hemisphere(u, choice.v);
+  vf over_cosine = (vf)(1.0f);
+#if EK_HAS_GUIDE
+  over_cosine = guide_warp(viewer.guide, &u, &v);
+#endif
+  v3 wi_local = warp_cosine_hemisphere(u, v);
   wi_local.z = below ? -wi_local.z : wi_local.z;
   s->is_distant = is;
-  s->wi = select3(is, to_world(basis, wi_local), s->wi);
+  s->wi = select3(is, to_world(viewer.basis, wi_local), s->wi);
   s->radiance = select3(is, splat3(frame->environment), s->radiance);
-  s->pdf = is ? environment_pdf_sr(frame->environment.w, wi_local.z, both_sides) : s->pdf;
+  s->pdf = is ? environment_pdf_sr(frame->environment.w, wi_local.z, both_sides) * over_cosine : s->pdf;
 }
 
 EK_FN void sample_environment_map(constant Frame* frame, LightData data, LightWords words, vi is, LightSample* s) {
@@ -252,9 +270,7 @@ EK_FN void sample_punctual(LightLanes r, LightSample* s) {
 }
 
 /// Samples the light that was chosen.
-/// basis       of the shading point, z on the side of wo
-/// both_sides  mask: light from below the surface counts too
-EK_FN LightSample light_sample(constant Frame* frame, LightData data, PickedLight picked, Basis basis, vi both_sides,
+EK_FN LightSample light_sample(constant Frame* frame, LightData data, PickedLight picked, LightViewer viewer,
                                LightWords words) {
   const AliasSample choice = picked.choice;
   const LightLanes r = EK_HAS_one_light ? broadcast_light(data.lights) : load_light(data.lights, choice.index);
@@ -271,7 +287,7 @@ EK_FN LightSample light_sample(constant Frame* frame, LightData data, PickedLigh
     s.n = triangle_normal(r.p0, r.p1, r.p2);
     s.wi = neg3(s.n);
   } else {
-    s.p = s.p_error = s.n = s.wi = basis.z;
+    s.p = s.p_error = s.n = s.wi = viewer.basis.z;
   }
   s.radiance = r.emission;
   s.pdf = EK_HAS_light_tree ? r.pdf_m2 * picked.probability : r.pdf_m2;
@@ -285,7 +301,7 @@ EK_FN LightSample light_sample(constant Frame* frame, LightData data, PickedLigh
   }
   if (EK_HAS_environment) {
     const vi is = r.kind == (uint)LIGHT_environment;
-    if (ANY(is)) sample_environment(frame, choice, basis, both_sides, is, &s);
+    if (ANY(is)) sample_environment(frame, choice, viewer, is, &s);
   }
   if (EK_HAS_environment_map) {
     const vi is = r.kind == (uint)LIGHT_environment_map;

@@ -55,9 +55,14 @@ EK_FN_ONCE void stage_generate(StageContext stage, PathSource source, uint first
                              .dir = ray.dir,
                              .beta = V3(weight, weight, weight),
                              .pdf = (vf)(-1.0f),
+                             .expected = (vf)(0.0f),
                              .medium = (vu)(frame->camera_medium),
                              .hit_triangle = (vu)(EK_NO_HIT)};
     path_store(stage.state, slot, packing_all(), start);
+#if EK_HAS_path_log
+    for (uint depth = 0; depth < EK_LOG_DEPTHS; ++depth)
+      store_u(stage.log.words + (size_t)(depth * LOG_WORDS + LOG_info) * stage.log.stride + first + slot, (vu)(0u));
+#endif
     for (uint plane = 0; plane < SLOT_PLANES; ++plane)
       store_f(film_plane(stage.film, plane) + first + slot, (vf)(0.0f));
   }

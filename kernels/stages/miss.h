@@ -48,6 +48,17 @@ EK_FN_ONCE void stage_miss(StageContext stage, SceneData scene, global const flo
                                 .group = (vu)(EK_ENVIRONMENT_GROUP),
                                 .radiance = scale3(mul3(beta, sky.radiance), weight)};
     film_add_light(stage.film, depth - 1, light);
+#if EK_HAS_path_log
+    // The constant environment is sampled as scattered rays are, so the two densities without guiding differ by the
+    // probability that the environment is chosen.
+    const vf sampled = EK_HAS_environment_map ? sky.pdf : path.plain_pdf * stage.frame->environment.w;
+    vf plain = (vf)(1.0f);
+    if (EK_HAS_next_event & EK_HAS_bsdf_emission) plain = power_heuristic(path.plain_pdf, sampled * EK_LIGHT_MEAN);
+    plain = path.pdf < 0.0f ? (vf)(1.0f) : plain;
+    log_set_f(stage.log, depth, LOG_emitted, escaped, path.path, luminance(sky.radiance) * plain);
+    log_set_f(stage.log, depth, LOG_sampled, escaped, path.path, (vf)(0.0f));
+    log_set(stage.log, depth, LOG_info, escaped, path.path, (vu)(LOG_MISS));
+#endif
   }
 }
 

@@ -11,6 +11,7 @@
 #include "stages/raycast.h"
 #include "stages/shade/direct_light.h"
 #include "stages/shade/emission.h"
+#include "stages/shade/guide.h"
 #include "stages/shade/hit.h"
 #include "stages/shade/material.h"
 #include "stages/shade/scatter.h"
@@ -45,6 +46,16 @@ EK_FN vi shade_may_go_on(const ShadeContext* c, const MediumInterface* interface
          (max_depth == 0 ? (vi)(-1) : (vu)(c->depth) - interface->null_interface_count < (vu)(max_depth));
 }
 
+/// Density with which light sampling would have chosen a path's direction towards the constant environment, per sr.
+EK_FN vf next_environment_pdf(const ShadeContext* c, const ShadingPoint* point, const ScatteredPath* next) {
+  const vf pdf = environment_pdf_sr(c->stage.frame->environment.w, next->wi.z, point->both_sides);
+#if EK_HAS_GUIDE
+  return pdf * guide_density(point->material.guide, next->wi);
+#else
+  return pdf;
+#endif
+}
+
 /// The state of a path that goes on.
 EK_FN PathState shade_next_path(const ShadeContext* c, const ShadingPoint* point, const ScatteredPath* next) {
   const vu skipped = point->interface.skips_depth ? (vu)(1u) : (vu)(0u);
@@ -56,8 +67,14 @@ EK_FN PathState shade_next_path(const ShadeContext* c, const ShadingPoint* point
       .dir = next->dir,
       .beta = next->beta,
       .pdf = next->pdf,
-      .pdf_environment = environment_pdf_sr(c->stage.frame->environment.w, next->wi.z, point->both_sides),
+      .pdf_environment = next_environment_pdf(c, point, next),
       .packed_normal = point->light_context.packed_normal,
+#if EK_HAS_GUIDE
+      .expected = point->expected,
+#endif
+#if EK_HAS_path_log
+      .plain_pdf = plain_pdf(point, next),
+#endif
       .medium = next->medium,
       .null_interface_count = point->interface.null_interface_count + skipped,
       .hit_triangle = EK_HAS_instance ? (vu)(EK_NO_HIT) : point->triangle};
@@ -78,6 +95,9 @@ EK_FN_ONCE Survivors stage_shade(StageContext stage, SceneData scene, LightData 
     const HitMaterial material = shade_material(c, &hit, &interface);
     ShadingPoint point = shading_point(c, &hit, &material, &interface);
 
+#if EK_HAS_path_log
+    log_vertex_begin(c, &hit);
+#endif
     if (depth == 1) shade_first_hit(c, &hit, &point);
     if (EK_HAS_area) add_emission(c, &hit, &material, &point, walk.slot);
     if (EK_HAS_unlit) add_unlit(c, &hit, &material, &point);
@@ -89,10 +109,20 @@ EK_FN_ONCE Survivors stage_shade(StageContext stage, SceneData scene, LightData 
     if (EK_HAS_raycast) point.material = raycast_material(point.material);
     point.live = point.live & shade_may_go_on(c, &interface);
     shading_frame(c, &hit, &material, &point);
+#if EK_HAS_GUIDE
+    guide_point(c, &hit, &point);
+#endif
 
     const uint pending = EK_HAS_next_event ? direct_light_add(c, &direct, &point, walk.slot) : 0u;
     ScatteredPath next = scatter(c, &hit, &point);
-    if (roulette_decides) roulette(c, &hit, &point, &next);
+    vf survival = roulette_decides ? throughput_survival(c, &hit, &point, &next) : (vf)(1.0f);
+#if EK_HAS_GUIDE
+    survival = guided_survival(c, &point, survival);
+#endif
+    if (roulette_decides | EK_HAS_GUIDE) roulette(c, &point, survival, &next);
+#if EK_HAS_path_log
+    log_vertex_end(c, &hit, &point, &next);
+#endif
 
     // On chunks, [slot, slot + width) has been read and survivors.paths <= slot, so whole vectors
     // may be written there.

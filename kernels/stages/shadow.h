@@ -39,6 +39,9 @@ EK_FN_ONCE void stage_shadow(StageContext stage, Geometry geometry, uint count, 
           .group = EK_HAS_light_group ? ray.light_group : (vu)(0u),
           .radiance = ray.radiance};
       film_add_light(stage.film, depth, light);
+#if EK_HAS_path_log
+      log_set_f(stage.log, depth, LOG_sampled, light.live, ray.path, ray.logged);
+#endif
     }
   }
 }

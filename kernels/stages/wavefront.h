@@ -11,6 +11,8 @@
 #ifndef EK_WAVEFRONT_H
 #define EK_WAVEFRONT_H
 #include "film/slots.h"
+#include "guide/guide.h"
+#include "guide/path_log.h"
 #include "stages/path_state.h"
 
 /// The part of the wavefront that every stage gets.
@@ -19,7 +21,16 @@ typedef struct {
   global uint* state;        // of this work-item's chunk (chunk_state)
   global const uint* queue;  // from this work-item's entry on (depth_queue); unused on chunks
   FilmSlots film;
+#if EK_HAS_path_log
+  PathLog log;
+#endif
 } StageContext;
+
+#if EK_HAS_path_log
+#define EK_STAGE_LOG , .log = EK_LOG
+#else
+#define EK_STAGE_LOG
+#endif
 
 // Only kernels ask for their work-item's place and hand it to stages, for the reason that
 // EK_FN_ONCE gives (lanes.h).

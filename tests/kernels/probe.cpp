@@ -32,7 +32,8 @@ constexpr Variant kVariants[] = {{16, false}, {1, false}, {8, false}, {16, true}
 /// Features that change what other subjects compute or are given.
 bool off_unless_asked(std::string_view name) {
   return name == "uniform_scatter" || name == "shape" || name == "instance" || name == "light_tree" ||
-         name == "one_light" || name == "nested_media" || name == "each_light" || name == "energy_compensation";
+         name == "one_light" || name == "nested_media" || name == "each_light" || name == "energy_compensation" ||
+         name == "guiding" || name == "path_log";
 }
 
 Defines default_defines() {

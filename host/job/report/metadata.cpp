@@ -118,6 +118,11 @@ Metadata describe_render(const Prepared& prepared, const RenderOutput& done, con
   add_sample_counts(metadata, done.film, done.done, done.arithmetic);
   add_error(metadata, error);
   metadata.strings["features"] = report.features;
+  if (report.pilot.paths > 0) {
+    metadata.strings["guiding"] =
+        report.pilot.roulette_depth == 0 ? "off" : fmt::format("{:016x}", report.pilot.digest);
+    metadata.numbers["guidingGain"] = std::max(report.pilot.gain_from_first, report.pilot.gain_from_second);
+  }
   std::string devices;
   for (const DeviceReport& device : report.devices)
     devices += fmt::format("{}{} ({})", devices.empty() ? "" : "; ", device.info.name, device.info.driver);

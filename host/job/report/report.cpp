@@ -92,6 +92,16 @@ json events_json(const std::vector<DeviceEvent>& events) {
   return list;
 }
 
+json pilot_json(const PilotReport& pilot) {
+  if (pilot.paths == 0) return nullptr;
+  return {{"paths", pilot.paths},
+          {"cells", pilot.cells},
+          {"seconds", pilot.seconds},
+          {"gain_from_first", pilot.gain_from_first},
+          {"gain_from_second", pilot.gain_from_second},
+          {"roulette_depth", pilot.roulette_depth}};
+}
+
 json seconds_json(const RenderReport& report, const CommandTimes& times) {
   return {{"load", times.load_s},        {"build", report.pack_s + report.build_s},
           {"compile", report.compile_s}, {"upload", report.upload_s},
@@ -108,6 +118,12 @@ std::string in_words(const PredictedError& error) {
   return error.relmse > 0
              ? fmt::format("predicted relMSE at least {:.3e}: no upper end can be stated", error.lo)
              : "predicted relMSE unknown: no sample has found any light";
+}
+
+std::string in_words(const PilotReport& pilot) {
+  const double gain = std::max(pilot.gain_from_first, pilot.gain_from_second);
+  return fmt::format("pilot: {} paths in {:.2f} s; {} ({:.2f} times less error for as many rays, it predicts)", pilot.paths,
+                     pilot.seconds, pilot.roulette_depth == 0 ? "paths are not guided" : "paths are guided", gain);
 }
 
 double per_second(double count, double seconds) { return seconds > 0 ? count / seconds : 0; }
@@ -140,6 +156,7 @@ void write_stats(const std::filesystem::path& path, const RenderOutput& done, co
                 {"relmse_interval", error.known ? json({error.lo, std::isfinite(error.hi) ? json(error.hi) : json(nullptr)}) : json(nullptr)},
                 {"mean_radiance", mean.value},
                 {"mean_radiance_error", mean.standard_error ? json(*mean.standard_error) : json(nullptr)},
+                {"pilot", pilot_json(report.pilot)},
                 {"seconds", seconds_json(report, times)},
                 {"events", events_json(report.events)},
                 {"devices", json::array()},

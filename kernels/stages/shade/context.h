@@ -61,6 +61,11 @@ typedef struct {
   MaterialLanes material;
   MediumInterface interface;
   LightSampleContext light_context;  // the point as the light tree knows it
+#if EK_HAS_GUIDE
+  vi is_diffuse;     // mask: tables hold for the surface
+  CellKey cell_key;
+  vf expected;       // luminance that the pilot expects of the path; 0: not known yet
+#endif
 } ShadingPoint;
 
 #endif

@@ -25,7 +25,13 @@ typedef struct {
 /// The sampled light as it arrives at a shading point.
 EK_FN LightSample direct_light_sample(const ShadeContext* c, const ShadingPoint* point, PickedLight picked,
                                       LightWords words) {
-  LightSample light = light_sample(c->stage.frame, c->lights, picked, point->basis, point->both_sides, words);
+  const LightViewer viewer = {.basis = point->basis,
+                              .both_sides = point->both_sides,
+#if EK_HAS_GUIDE
+                              .guide = point->material.guide
+#endif
+  };
+  LightSample light = light_sample(c->stage.frame, c->lights, picked, viewer, words);
 #if EK_HAS_shape & EK_HAS_shape_light
   light = shape_light_sample(c->scene, light, point->p);
 #endif
@@ -82,6 +88,9 @@ EK_FN uint direct_light_cast(const ShadeContext* c, const ShadingPoint* point, P
                          .origin_prim = point->triangle,
                          .target_prim = shadow.goal,
                          .radiance = direct_light_radiance(c, point, shadow, weight, wi, f),
+#if EK_HAS_path_log
+                         .logged = luminance(mul3(f, shadow.radiance)) * (weight / shadow.pdf),
+#endif
                          .light_group = light.group,
                          .null_interface_count = point->interface.null_interface_count};
   shadow_store(c->stage.state, EK_CHUNKED ? place : place + k * EK_CHUNK, packing(pending), ray);

@@ -54,11 +54,9 @@ EK_FN ScatteredPath scatter(const ShadeContext* c, const PathHit* hit, const Sha
   return next;
 }
 
-/// Russian roulette: ends paths with a probability that falls with their throughput, and scales up
-/// the others.
-EK_FN void roulette(const ShadeContext* c, const PathHit* hit, const ShadingPoint* point, ScatteredPath* next) {
-  vf unused, number;
-  sample_2d(point->key, point->index, bounce_dimension(c->depth, DIM_CHOICE), &unused, &number);
+/// Survival probability that falls with the throughput of a path.
+EK_FN vf throughput_survival(const ShadeContext* c, const PathHit* hit, const ShadingPoint* point,
+                             const ScatteredPath* next) {
   vf rr_throughput = max_component(abs3(next->beta));
   // Throughput is compared as it would be outside of all solids: a third of the paths that enter
   // glass would end there for nothing.
@@ -70,6 +68,13 @@ EK_FN void roulette(const ShadeContext* c, const PathHit* hit, const ShadingPoin
   vf survival = min_f(EK_ROULETTE_GAIN * rr_throughput, (vf)(c->depth < EK_ROULETTE_ALWAYS_DEPTH ? 1.0f : 0.95f));
   if (EK_HAS_fixed_roulette) survival = (vf)(c->stage.frame->roulette);
   if (EK_HAS_nested_media) survival = point->interface.skips_depth ? (vf)(1.0f) : survival;
+  return survival;
+}
+
+/// Russian roulette: ends paths that do not survive, and scales up the others.
+EK_FN void roulette(const ShadeContext* c, const ShadingPoint* point, vf survival, ScatteredPath* next) {
+  vf unused, number;
+  sample_2d(point->key, point->index, bounce_dimension(c->depth, DIM_CHOICE), &unused, &number);
   next->survives = next->survives & (number < survival);
   next->beta = scale3(next->beta, (vf)(1.0f) / survival);
 }

@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "guide/guide_table.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <span>
+
+#include "io/xxhash64.h"
+
+namespace eikon {
+namespace {
+
+constexpr std::size_t kSlotsPerCell = 4;  // at least: searches then end after one or two slots
+
+/// As in kernels/lanes/sampler.h.
+std::uint32_t hash_bits(std::uint32_t x) {
+  x = (x ^ (x >> 16)) * 0x21f0aaadU;
+  x = (x ^ (x >> 15)) * 0xd35a2d97U;
+  return x ^ (x >> 15);
+}
+
+void add_slot(GuideTable& table, CellId id, std::uint32_t cell) {
+  // As cell_hash and cell_tag in kernels/guide/cell.h.
+  const auto xy = std::uint32_t(id), zn = std::uint32_t(id >> 32);
+  const std::uint32_t hash = hash_bits(xy ^ hash_bits(zn + 0x9e3779b9U));
+  const std::uint32_t tag = hash_bits(hash + xy * 0x85ebca6bU) | 1U;
+  std::uint32_t slot = hash & table.slot_mask();
+  while (table.slots[2 * slot] != 0) slot = (slot + 1) & table.slot_mask();
+  table.slots[2 * slot] = tag;
+  table.slots[2 * slot + 1] = cell;
+}
+
+void add_cell(GuideTable& table, const GuideCellData& cell) {
+  std::array<std::uint32_t, EK_GUIDE_CELL_WORDS> words{};
+  const auto set_half = [&](std::size_t half, std::uint32_t value) { words[half / 2] |= value << (16 * (half % 2)); };
+  const auto weights = guide_weights(cell.target);
+  std::uint32_t below = 0;
+  for (std::size_t bin = 0; bin < EK_GUIDE_BINS; ++bin) {
+    if (bin % 8 == 0) set_half(bin / 8, below);
+    set_half(8 + bin, weights[bin]);
+    below += weights[bin];
+  }
+  words[36] = std::bit_cast<std::uint32_t>(float(cell.indirect));
+  words[37] = std::bit_cast<std::uint32_t>(float(cell.direct));
+  table.cells.insert(table.cells.end(), words.begin(), words.end());
+}
+
+}  // namespace
+
+CellId coarser(CellId id) {
+  const auto xy = std::uint32_t(id), zn = std::uint32_t(id >> 32);
+  const std::uint32_t code = (zn >> 16) & 0xffU, level = zn >> 24;
+  return cell_id((xy >> 1) & 0x7fff7fffU, ((zn & 0xffffU) >> 1) | code << 16 | (level + 1) << 24);
+}
+
+std::uint64_t GuideTable::digest() const {
+  std::uint64_t hash = xxhash64(std::as_bytes(std::span(slots)), roulette_depth);
+  hash = xxhash64(std::as_bytes(std::span(cells)), hash);
+  return xxhash64(std::as_bytes(std::span(&scale, 1)), hash);
+}
+
+std::array<std::uint32_t, EK_GUIDE_BINS> guide_weights(const std::array<double, EK_GUIDE_BINS>& target) {
+  constexpr auto kLeast = std::uint32_t(double(EK_GUIDE_LEAST) * EK_GUIDE_TOTAL / EK_GUIDE_BINS);
+  constexpr double kShared = EK_GUIDE_TOTAL - double(kLeast) * EK_GUIDE_BINS;
+  double sum = 0;
+  for (const double t : target) sum += t;
+  std::array<std::uint32_t, EK_GUIDE_BINS> weights{};
+  // Sums are rounded, not weights, so that the total is exact.
+  double up_to = 0;
+  std::uint32_t given = 0;
+  for (std::size_t bin = 0; bin < EK_GUIDE_BINS; ++bin) {
+    up_to = bin + 1 == EK_GUIDE_BINS ? 1.0
+            : sum > 0                ? std::min(up_to + target[bin] / sum, 1.0)
+                                     : double(bin + 1) / EK_GUIDE_BINS;
+    const auto now = std::uint32_t(std::floor(up_to * kShared + 0.5));
+    weights[bin] = kLeast + (now - given);
+    given = now;
+  }
+  return weights;
+}
+
+GuideTable make_guide_table(const std::vector<GuideCellData>& cells, float scale) {
+  GuideTable table;
+  table.scale = scale;
+  table.slots.assign(2 * std::bit_ceil(std::max<std::size_t>(kSlotsPerCell * cells.size(), 1)), 0);
+  table.cells.reserve(cells.size() * EK_GUIDE_CELL_WORDS);
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    add_slot(table, cells[i].id, std::uint32_t(i));
+    add_cell(table, cells[i]);
+  }
+  if (cells.empty()) table.cells.assign(EK_GUIDE_CELL_WORDS, 0);
+  return table;
+}
+
+}  // namespace eikon

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+// The frozen result of a pilot: what kernels look up to guide paths (kernels/guide/guide.h).
+#pragma once
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "shared/guide.h"
+
+namespace eikon {
+
+/// A cell of kernels/guide/cell.h: both words of its CellKey, the level included.
+using CellId = std::uint64_t;
+
+[[nodiscard]] inline CellId cell_id(std::uint32_t xy, std::uint32_t zn) { return CellId{xy} | CellId{zn} << 32; }
+[[nodiscard]] inline std::uint32_t level_of(CellId id) { return std::uint32_t(id >> 56); }
+/// The cell of the next coarser level that contains this one.
+[[nodiscard]] CellId coarser(CellId id);
+
+/// What a pilot knows of a cell. Radiances are luminances.
+struct GuideCellData {
+  CellId id = 0;
+  std::array<double, EK_GUIDE_BINS> target{};  // weights of the bins, not normalised; all 0: no preference
+  double indirect = 0;                         // mean radiance of kernels/guide/guide.h
+  double direct = 0;
+};
+
+struct GuideTable {
+  std::vector<std::uint32_t> slots = {0, 0};  // pairs of a tag and the index of a cell; their number is a power of two
+  std::vector<std::uint32_t> cells;           // EK_GUIDE_CELL_WORDS each
+  float scale = 1;                            // 1 / side of a cell of level 0, 1 / metres
+  /// First vertex where the table decides about Russian roulette, 1 or more; 0: nothing is guided.
+  std::uint32_t roulette_depth = 0;
+
+  [[nodiscard]] std::uint32_t slot_mask() const { return std::uint32_t(slots.size() / 2 - 1); }
+  [[nodiscard]] std::size_t cell_count() const { return cells.size() / EK_GUIDE_CELL_WORDS; }
+  /// Identifies everything in it.
+  [[nodiscard]] std::uint64_t digest() const;
+};
+
+/// The weights of a cell's bins, in units of 1 / EK_GUIDE_TOTAL: each at least EK_GUIDE_LEAST of the mean, the rest in
+/// proportion to the target.
+[[nodiscard]] std::array<std::uint32_t, EK_GUIDE_BINS> guide_weights(const std::array<double, EK_GUIDE_BINS>& target);
+
+/// cells: sorted by id, so that equal cells make equal tables
+[[nodiscard]] GuideTable make_guide_table(const std::vector<GuideCellData>& cells, float scale);
+
+}  // namespace eikon

@@ -1,0 +1,254 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "render/pilot.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <vector>
+
+#include "core/clock.h"
+#include "guide/learner.h"
+#include "wavefront/wavefront.h"
+
+namespace eikon {
+namespace {
+
+// The pilot is a picture of about so many pixels, of which each is a block of the image: gains are measured in them.
+constexpr std::uint32_t kPixels = 512;
+constexpr std::uint32_t kRounds = 6;  // each of twice as many samples as the one before
+constexpr std::uint64_t kLeastPaths = 1U << 15, kMostPaths = 1U << 19;
+constexpr std::uint64_t kPart = 32;                // of the image's samples that the pilot may have
+constexpr std::uint64_t kLeastSamples = 1U << 20;  // of images that have a pilot
+constexpr std::uint32_t kPool = 1U << 17;          // most paths of a unit, which bounds the memory of their logs
+constexpr double kCellsPerHeight = 16;             // smallest cells across the picture at the usual distance
+constexpr double kCost = 1.15;                     // of a guided vertex over another one (kernels/PERFORMANCE.md)
+constexpr double kLeastGain = 1.1;
+constexpr std::uint32_t kSeed = 0x70696c6fU;  // of no image, so that the samples differ from all images'
+
+/// The settings of the picture that the pilot renders.
+Settings pilot_settings(const Settings& settings) {
+  Settings pilot = settings;
+  const double aspect = double(settings.width) / double(settings.height);
+  const auto side = [](double x) { return std::uint32_t(std::clamp(std::round(x), 1.0, double(kPixels))); };
+  pilot.height = side(std::sqrt(kPixels / aspect));
+  pilot.width = side(double(kPixels) / pilot.height);
+  pilot.crop = {0, 0, pilot.width, pilot.height};
+  pilot.replicate_bits = 0;
+  pilot.seed = kSeed;
+  pilot.is_pilot = true;
+  return pilot;
+}
+
+/// The paths of one way of sampling in the last round.
+struct Trial {
+  std::vector<double> count, sum, square;  // luminance of paths, by pixel
+  double rays = 0, paths = 0;
+};
+
+class PilotRun {
+ public:
+  PilotRun(Device& device, const PackedScene& packed, Features features, const Settings& settings,
+           const Execution& execution, std::uint64_t paths)
+      : settings_(pilot_settings(settings)),
+        samples_(std::max<std::uint64_t>(paths / kPixels / ((1U << kRounds) - 1), 1)) {
+    features.set_guiding(false, true);
+    settings_.guide = std::make_shared<const GuideTable>(make_guide_table({}, 1));
+    Execution own = execution;
+    const std::uint64_t largest = (samples_ << (kRounds - 2)) * settings_.width * settings_.height;
+    const auto pool = std::uint32_t(std::min<std::uint64_t>(std::bit_ceil(largest), kPool));
+    own.pool = own.pool == 0 ? pool : std::min(own.pool, pool);
+    wavefront_ = std::make_unique<Wavefront>(device, packed, features, settings_, own);
+  }
+
+  Pilot run(Guiding guiding) {
+    calibrate();
+    GuideLearner learner(scale_, usual_luminance_);
+    for (std::uint32_t round = 0; round + 1 < kRounds; ++round) {
+      guide_with(learner.table(), round == 0 ? 0 : 2);
+      render(samples_ << round, [&](const PathLog& log) { learner.add(log); });
+      learner.freeze();
+    }
+    const GuideTable table = learner.table();
+    std::array<Trial, 3> trials;
+    for (std::uint32_t way = 0; way < trials.size(); ++way) {
+      guide_with(table, way);
+      render(std::max<std::uint64_t>((samples_ << (kRounds - 1)) / trials.size(), 2), [&](const PathLog& log) {
+        learner.add(log);
+        add(trials[way], log);
+      });
+    }
+    learner.freeze();
+    return decide(learner.table(), trials, guiding);
+  }
+
+ private:
+  template <class Use>
+  void render(std::uint64_t samples, const Use& use) {
+    const std::uint32_t capacity = wavefront_->config().capacity();
+    const std::uint32_t rows = std::max(1U, std::min(settings_.height, capacity / settings_.width));
+    for (std::uint64_t end = next_ + samples; next_ < end;) {
+      const std::uint64_t most = std::max<std::uint64_t>(capacity / (std::uint64_t{rows} * settings_.width), 1);
+      const std::uint64_t until = std::min(end, next_ + most);
+      for (std::uint32_t y = 0; y < settings_.height; y += rows) {
+        wavefront_->begin({{0, y, settings_.width, std::min(y + rows, settings_.height)}, next_, until});
+        first_pixel_ = std::size_t{y} * settings_.width;
+        unit_pixels_ = std::size_t{std::min(rows, settings_.height - y)} * settings_.width;
+        (void)wavefront_->finish();
+        use(wavefront_->path_log());
+        paths_ += unit_pixels_ * (until - next_);
+      }
+      next_ = until;
+    }
+  }
+
+  void guide_with(GuideTable table, std::uint32_t roulette_depth) {
+    table.roulette_depth = roulette_depth;
+    wavefront_->set_guide(std::make_shared<const GuideTable>(std::move(table)));
+  }
+
+  [[nodiscard]] static std::vector<double> luminances(const PathLog& log) {
+    std::vector<double> values(log.paths);
+    const auto at = [&](std::size_t plane, std::size_t i) {
+      return double(std::bit_cast<float>(log.radiance[plane * log.paths + i]));
+    };
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      const double value = 0.2126 * at(0, i) + 0.7152 * at(1, i) + 0.0722 * at(2, i);
+      values[i] = std::isfinite(value) ? value : 0;
+    }
+    return values;
+  }
+
+  /// Finds how large cells should be, and what a path usually brings.
+  void calibrate() {
+    std::vector<float> distances;
+    double sum = 0;
+    render(4, [&](const PathLog& log) {
+      for (const double value : luminances(log)) sum += std::abs(value);
+      for (std::size_t path = 0; path < log.paths; ++path)
+        if ((log.word(path, 0, LOG_info) & LOG_HIT) != 0) distances.push_back(log.number(path, 0, LOG_distance));
+    });
+    usual_luminance_ = sum > 0 ? sum / double(paths_) : 1;
+    if (distances.empty()) return;
+    const auto middle = distances.begin() + std::ptrdiff_t(distances.size() / 2);
+    std::nth_element(distances.begin(), middle, distances.end());
+    const Camera& camera = settings_.camera;
+    const double height = camera.projection == Projection::orthographic ? 2 * camera.ymag_m
+                          : camera.projection == Projection::panorama
+                              ? 2 * double(*middle)
+                              : 2 * std::tan(0.5 * camera.yfov_rad) * double(*middle);
+    if (height > 0 && std::isfinite(height)) scale_ = float(kCellsPerHeight / height);
+  }
+
+  void add(Trial& trial, const PathLog& log) {
+    const std::size_t pixels = std::size_t{settings_.width} * settings_.height;
+    for (auto* list : {&trial.count, &trial.sum, &trial.square}) list->resize(pixels);
+    const std::vector<double> values = luminances(log);
+    trial.paths += double(values.size());
+    for (std::size_t path = 0; path < values.size(); ++path) {
+      const std::size_t pixel = first_pixel_ + path % unit_pixels_;
+      trial.count[pixel] += 1;
+      trial.sum[pixel] += values[path];
+      trial.square[pixel] += values[path] * values[path];
+      for (std::uint32_t v = 0; v < EK_LOG_DEPTHS; ++v) {
+        const std::uint32_t info = log.word(path, v, LOG_info);
+        if ((info & (LOG_HIT | LOG_MISS)) == 0) break;
+        trial.rays += (info & LOG_HIT) != 0 ? 2 : 1;  // with a shadow ray
+      }
+    }
+  }
+
+  /// Error times rays without guiding over that of each way, by every `step`th pixel from `first` on. The error is the
+  /// sum over pixels of the variance over the squared mean.
+  [[nodiscard]] static std::array<double, 3> gains(const std::array<Trial, 3>& trials, std::size_t first,
+                                                   std::size_t step) {
+    const std::size_t pixels = trials[0].sum.size();
+    std::vector<double> mean(pixels);
+    double all = 0;
+    for (std::size_t i = 0; i < pixels; ++i) {
+      double sum = 0, count = 0;
+      for (const Trial& trial : trials) sum += trial.sum[i], count += trial.count[i];
+      mean[i] = count > 0 ? sum / count : 0;
+      all += mean[i] / double(pixels);
+    }
+    std::array<double, 3> cost{};
+    for (std::size_t way = 0; way < trials.size(); ++way) {
+      const Trial& trial = trials[way];
+      for (std::size_t i = first; i < pixels; i += step) {
+        const double n = trial.count[i], m = trial.sum[i] / n;
+        cost[way] += std::max(trial.square[i] / n - m * m, 0.0) / (mean[i] * mean[i] + 0.01 * all * all);
+      }
+      cost[way] *= trial.rays / trial.paths;
+    }
+    std::array<double, 3> gain{1, 1, 1};
+    for (std::size_t way = 0; way < trials.size(); ++way)
+      if (cost[way] > 0) gain[way] = cost[0] / cost[way];
+    return gain;
+  }
+
+  /// The least gain of the whole picture and of both its halves: what holds for one of them alone is chance.
+  [[nodiscard]] static std::array<double, 3> least_gains(const std::array<Trial, 3>& trials) {
+    std::array<double, 3> least = gains(trials, 0, 1);
+    for (const std::size_t half : {0, 1}) {
+      const std::array<double, 3> gain = gains(trials, half, 2);
+      for (std::size_t way = 0; way < least.size(); ++way) least[way] = std::min(least[way], gain[way]);
+    }
+    return least;
+  }
+
+  [[nodiscard]] Pilot decide(GuideTable table, const std::array<Trial, 3>& trials, Guiding guiding) const {
+    const std::array<double, 3> gain_of = least_gains(trials);
+    Pilot pilot;
+    pilot.report.paths = paths_;
+    pilot.report.cells = table.cell_count();
+    pilot.report.gain_from_first = gain_of[1];
+    pilot.report.gain_from_second = gain_of[2];
+    const bool first = pilot.report.gain_from_first > pilot.report.gain_from_second;
+    const double gain = std::max(pilot.report.gain_from_first, pilot.report.gain_from_second);
+    if (guiding != Guiding::on && gain < kLeastGain * kCost) return pilot;
+    table.roulette_depth = pilot.report.roulette_depth = first ? 1 : 2;
+    pilot.report.digest = table.digest();
+    pilot.table = std::make_shared<const GuideTable>(std::move(table));
+    return pilot;
+  }
+
+  Settings settings_;
+  std::uint64_t samples_;  // of a pixel in the first round
+  std::unique_ptr<Wavefront> wavefront_;
+  float scale_ = 1;
+  double usual_luminance_ = 1;
+  std::uint64_t next_ = 0, paths_ = 0;
+  std::size_t first_pixel_ = 0, unit_pixels_ = 0;  // of the unit that was rendered last
+};
+
+}  // namespace
+
+std::uint64_t pilot_paths(const Settings& settings) {
+  if (settings.guiding == Guiding::off || settings.integrator != Integrator::path || settings.roulette > 0 ||
+      settings.light_samples > 1 || settings.light_sampling == LightSampling::hemisphere)
+    return 0;
+  const std::uint64_t planned = settings.planned_samples * settings.width * settings.height;
+  if (planned < kLeastSamples && settings.guiding != Guiding::on) return 0;
+  return std::bit_floor(std::clamp(planned / kPart, kLeastPaths, kMostPaths));
+}
+
+std::uint64_t pilot_paths(const Features& features, const Settings& settings) {
+  const bool lit = features.has(Feature::next_event) || features.has(Feature::bsdf_emission);
+  const bool diffuse = features.has(Feature::diffuse) || features.has(Feature::metallic_roughness);
+  if (!lit || !diffuse) return 0;
+  // Caustics of small lights are rare events, which a pilot of this size does not see: its tables then lead away from
+  // them, and it cannot tell what that costs.
+  const bool caustics = (features.has(Feature::clear_hits) || features.has(Feature::conductor)) &&
+                        (features.has(Feature::area) || features.has(Feature::point) || features.has(Feature::spot));
+  return caustics && settings.guiding != Guiding::on ? 0 : pilot_paths(settings);
+}
+
+Pilot run_pilot(Device& device, const PackedScene& packed, const Features& features, const Settings& settings,
+                const Execution& execution) {
+  const double begin = host_seconds();
+  Pilot pilot =
+      PilotRun(device, packed, features, settings, execution, pilot_paths(features, settings)).run(settings.guiding);
+  pilot.report.seconds = host_seconds() - begin;
+  return pilot;
+}
+
+}  // namespace eikon

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+// The pilot: a small render before the render, from which path guiding learns where light comes from, and whether it
+// pays. It depends on the scene, the camera and the settings alone, so all parts of an image make the same one.
+#pragma once
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "device/device.h"
+#include "guide/guide_table.h"
+#include "pack/pack.h"
+
+namespace eikon {
+
+/// What a pilot found.
+struct PilotReport {
+  std::uint64_t paths = 0;  // 0: there was no pilot
+  std::uint64_t cells = 0;
+  double seconds = 0;
+  /// Predicted product of error and rays without guiding over the same with it, roulette guided from the first vertex
+  /// on, and from the second.
+  double gain_from_first = 0, gain_from_second = 0;
+  std::uint32_t roulette_depth = 0;  // GuideTable's; 0: paths are not guided
+  std::uint64_t digest = 0;          // of the table
+};
+
+struct Pilot {
+  std::shared_ptr<const GuideTable> table;  // null: paths are not guided
+  PilotReport report;
+};
+
+/// The number of paths of the pilot of an image, if its scene can be guided; 0: it has none, because it would not pay.
+[[nodiscard]] std::uint64_t pilot_paths(const Settings& settings);
+/// The same of a scene; 0 where nothing of it can be guided.
+[[nodiscard]] std::uint64_t pilot_paths(const Features& features, const Settings& settings);
+
+/// Renders the pilot. throws DeviceError
+[[nodiscard]] Pilot run_pilot(Device& device, const PackedScene& packed, const Features& features,
+                              const Settings& settings, const Execution& execution);
+
+}  // namespace eikon

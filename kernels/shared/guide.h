@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+// What host and kernels agree on about path guiding: the table that guides (kernels/guide/guide.h), and the log from
+// which it is learned (kernels/guide/path_log.h).
+#ifndef EK_SHARED_GUIDE_H
+#define EK_SHARED_GUIDE_H
+#include "shared/abi.h"
+EK_BEGIN
+
+#define EK_GUIDE_LEVELS 3        // sizes of cells: each level's are twice as large
+#define EK_GUIDE_BINS 64         // of a cell's table: 8 rows of 8 columns
+#define EK_GUIDE_TOTAL 65536     // sum of the weights of a table
+#define EK_GUIDE_LEAST 0.25f     // least weight of a bin over the mean of all
+#define EK_GUIDE_CELL_WORDS 40   // of a cell
+#define EK_LOG_DEPTHS 8          // vertices of a path that are logged
+
+// Words of a logged vertex.
+enum {
+  LOG_info,      // LOG_HIT ... and the bin of the direction in which the path goes on
+  LOG_xy,        // key of its cell (CellKey)
+  LOG_zn,
+  LOG_distance,  // float, metres: from the vertex before
+  LOG_weight,    // float: luminance of the throughput from this vertex to the next one
+  LOG_albedo,    // float: luminance of the share of light that the surface returns
+  LOG_sampled,   // float: luminance that leaves towards the vertex before, from light sampling here
+  LOG_emitted,   // float: luminance that the path met here, weighted as if directions were not guided
+  LOG_WORDS
+};
+
+#define LOG_BIN_MASK 63u
+#define LOG_HIT 64u        // the path met a surface
+#define LOG_MISS 128u      // it left the scene
+#define LOG_GUIDED 256u    // tables hold for this vertex: the surface is diffuse, at least in part
+#define LOG_CONTINUES 512u // the path goes on
+
+EK_END
+#endif

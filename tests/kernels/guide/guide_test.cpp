@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: Apache-2.0
+// The tables that guide paths: the host makes them, the kernels look them up and sample from them.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <glm/glm.hpp>
+#include <random>
+
+#include "guide/guide_table.h"
+#include "kernels/probe.h"
+#include "kernels/statistics.h"
+#include "shared/records.h"
+
+namespace eikon::test {
+namespace {
+
+/// One bin that has nearly everything; a slope; weights without order, some 0; no preference.
+std::vector<GuideCellData> some_cells() {
+  std::mt19937 random(3);
+  std::vector<GuideCellData> cells(4);
+  for (std::size_t i = 0; i < cells.size(); ++i) cells[i].id = i;
+  cells[0].target[27] = 1;
+  for (std::size_t bin = 0; bin < EK_GUIDE_BINS; ++bin) {
+    cells[1].target[bin] = double(bin);
+    cells[2].target[bin] = random() % 3 == 0 ? 0 : double(random() % 1000);
+  }
+  return cells;
+}
+
+constexpr std::size_t kSamples = 1 << 19;
+
+std::vector<Words> warped(const GuideTable& table, std::uint32_t cell) {
+  std::mt19937 random(7 + cell);
+  Words u, v, cells(kSamples, cell);
+  for (std::size_t i = 0; i < kSamples; ++i) {
+    u.push_back(as_word(float(random() >> 8) * 0x1p-24F));
+    v.push_back(as_word(float(random() >> 8) * 0x1p-24F));
+  }
+  return Probe("guide").buffer("cells", table.cells).run("probe_guide", {u, v, cells}, 8);
+}
+
+TEST(Guide, samples_have_the_density_of_the_table) {
+  const std::vector<GuideCellData> cells = some_cells();
+  const GuideTable table = make_guide_table(cells, 1);
+  for (std::uint32_t cell = 0; cell < cells.size(); ++cell) {
+    const auto out = warped(table, cell);
+    const auto weights = guide_weights(cells[cell].target);
+    // Each bin is cut in four, so that samples must be even within it too.
+    std::vector<double> observed(4 * EK_GUIDE_BINS, 0), expected(4 * EK_GUIDE_BINS);
+    for (std::size_t i = 0; i < expected.size(); ++i)
+      expected[i] = double(kSamples) * weights[i / 4] / EK_GUIDE_TOTAL / 4;
+    double inverse = 0;
+    for (std::size_t i = 0; i < kSamples; ++i) {
+      const float x = as_float(out[0][i]) * 8, y = as_float(out[1][i]) * 8;
+      ASSERT_TRUE(x >= 0 && x < 8 && y >= 0 && y < 8);
+      const auto bin = std::size_t(x) * 8 + std::size_t(y);
+      const std::size_t quarter = 2 * std::size_t(x * 2 - 2 * std::floor(x)) + std::size_t(y * 2 - 2 * std::floor(y));
+      ++observed[4 * bin + quarter];
+      EXPECT_EQ(as_float(out[2][i]), float(weights[bin]) * (64.0F / 65536)) << "the density of bin " << bin;
+      EXPECT_GE(as_float(out[2][i]), EK_GUIDE_LEAST);
+      inverse += 1 / double(as_float(out[2][i])) / kSamples;
+    }
+    const ChiSquare test = chi_square(observed, expected);
+    EXPECT_GT(test.p_value, sidak(4)) << "cell " << cell << '\n' << test.table;
+    EXPECT_NEAR(inverse, 1, 6 * std::sqrt(3.0 / kSamples)) << "the mean weight of a constant";
+  }
+}
+
+TEST(Guide, the_density_of_a_direction_is_that_of_its_sample) {
+  const GuideTable table = make_guide_table(some_cells(), 1);
+  for (const std::uint32_t cell : {0U, 2U}) {
+    const auto out = warped(table, cell);
+    std::size_t differ = 0;
+    for (std::size_t i = 0; i < kSamples; ++i) {
+      // The inverse map rounds, so a direction at the very edge of a bin may come to lie in the next one.
+      const float x = as_float(out[0][i]) * 8, y = as_float(out[1][i]) * 8;
+      if (out[7][i] != std::uint32_t(x) * 8 + std::uint32_t(y))
+        ++differ;
+      else
+        EXPECT_EQ(out[2][i], out[6][i]);
+    }
+    EXPECT_LT(double(differ), 2e-5 * kSamples);
+  }
+}
+
+TEST(Guide, lanes_without_a_cell_keep_their_samples) {
+  const GuideTable table = make_guide_table(some_cells(), 1);
+  const Words u(64, as_word(0.3F)), v(64, as_word(0.7F)), none(64, 0xffffffffU);
+  const auto out = Probe("guide").buffer("cells", table.cells).run("probe_guide", {u, v, none}, 8);
+  EXPECT_EQ(out[0], u);
+  EXPECT_EQ(out[1], v);
+  EXPECT_EQ(out[2], Words(64, as_word(1.0F)));
+  EXPECT_EQ(out[6], Words(64, as_word(1.0F)));
+}
+
+TEST(Guide, a_point_finds_its_cell_or_the_one_around_it) {
+  std::mt19937 random(11);
+  std::uniform_real_distribution<float> place(-20, 20), turn(-1, 1);
+  std::vector<Words> in(6);
+  constexpr std::size_t kPoints = 4096;
+  for (std::size_t i = 0; i < kPoints; ++i) {
+    for (std::size_t k = 0; k < 3; ++k) in[k].push_back(as_word(place(random)));
+    glm::vec3 n(turn(random), turn(random), turn(random));
+    n = i % 4 == 0 ? glm::vec3(0, i % 8 == 0 ? 1 : -1, 0) : glm::normalize(n);
+    for (std::size_t k = 0; k < 3; ++k) in[3 + k].push_back(as_word(n[int(k)]));
+  }
+  Frame frame{};
+  frame.guide_scale = 2;
+  const auto keys =
+      Probe("guide").buffer("frame", std::vector<Frame>{frame}).buffer("slots", Words(2, 0)).run("probe_cells", in, 3);
+  EXPECT_EQ(keys[2], Words(kPoints, 0xffffffffU)) << "an empty table has no cell";
+  // A third of the points have a cell of level 0, a third one of level 1, the others none.
+  std::vector<CellId> ids;
+  for (std::size_t i = 0; i < kPoints; ++i) {
+    const CellId id = cell_id(keys[0][i], keys[1][i]);
+    if (i % 3 == 0) ids.push_back(id);
+    if (i % 3 == 1) ids.push_back(coarser(id));
+  }
+  std::ranges::sort(ids);
+  ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
+  std::vector<GuideCellData> cells;
+  for (const CellId id : ids) cells.push_back({.id = id});
+  const GuideTable table = make_guide_table(cells, 2);
+  frame.guide_slot_mask = table.slot_mask();
+  const auto found =
+      Probe("guide").buffer("frame", std::vector<Frame>{frame}).buffer("slots", table.slots).run("probe_cells", in, 3);
+  for (std::size_t i = 0; i < kPoints; ++i) {
+    CellId id = cell_id(keys[0][i], keys[1][i]);
+    std::uint32_t expected = 0xffffffffU;
+    for (std::uint32_t level = 0; level < EK_GUIDE_LEVELS && expected == 0xffffffffU; ++level, id = coarser(id))
+      if (const auto at = std::ranges::lower_bound(ids, id); at != ids.end() && *at == id)
+        expected = std::uint32_t(at - ids.begin());
+    EXPECT_EQ(found[2][i], expected) << i;
+  }
+}
+
+}  // namespace
+}  // namespace eikon::test

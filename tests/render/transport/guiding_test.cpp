@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: Apache-2.0
+// Path guiding: the same mean whatever the table says, the same bits however the work is cut, and less error where
+// light comes through a small opening.
+#include <algorithm>
+#include <random>
+
+#include "guide/guide_table.h"
+#include "render/pilot.h"
+#include "render/scene_builder.h"
+
+namespace eikon::test {
+namespace {
+
+std::pair<Scene, Settings> guided_room(std::uint32_t width, std::uint32_t height, std::uint64_t spp) {
+  auto made = room(width, height, spp);
+  made.second.guiding = Guiding::on;
+  return made;
+}
+
+/// A box of white walls under a sky that comes in through a window of a fiftieth of a wall, and a camera in the box.
+std::pair<Scene, Settings> box_with_window(std::uint64_t spp) {
+  Scene scene;
+  Primitive walls;
+  add_quad(walls, {-1, -1, 1}, {2, 0, 0}, {0, 0, -2});          // floor
+  add_quad(walls, {-1, 1, -1}, {2, 0, 0}, {0, 0, 2});           // ceiling
+  add_quad(walls, {-1, -1, -1}, {2, 0, 0}, {0, 2, 0});          // back
+  add_quad(walls, {1, -1, 1}, {-2, 0, 0}, {0, 2, 0});           // front
+  add_quad(walls, {1, -1, -1}, {0, 0, 2}, {0, 2, 0});           // right
+  add_quad(walls, {-1, -1, 1}, {0, 0, -2}, {0, 1.2F, 0});       // left, below the window,
+  add_quad(walls, {-1, 0.6F, 1}, {0, 0, -2}, {0, 0.4F, 0});     // above it,
+  add_quad(walls, {-1, 0.2F, 1}, {0, 0, -0.9F}, {0, 0.4F, 0});  // and on both sides
+  add_quad(walls, {-1, 0.2F, -0.1F}, {0, 0, -0.9F}, {0, 0.4F, 0});
+  add_mesh(scene, "walls", std::move(walls), lambert(0.7F));
+  Settings settings = settings_for(48, 32, spp);
+  settings.camera = look_at_camera({0.6, -0.3, 0.9}, {-0.3, -0.2, -1}, {0, 1, 0}, 1.2);
+  settings.environment.radiance = {8, 9, 10};
+  return {std::move(scene), settings};
+}
+
+void with_spp(Settings& settings, std::uint64_t spp) { settings.planned_samples = settings.sample_end = spp; }
+
+TEST(Guiding, has_the_same_bits_however_the_work_is_cut) {
+  auto [scene, settings] = guided_room(33, 21, 8);
+  with_spp(settings, 8);
+  const Film expected = film_of(scene, settings);
+  for (const auto& [lanes, chunked, fused, pool] : {std::tuple{16U, true, true, 4096U},
+                                                    {8U, true, true, 0U},
+                                                    {1U, true, true, 0U},
+                                                    {16U, true, false, 0U},
+                                                    {1U, false, false, 0U},
+                                                    {1U, false, false, 512U}}) {
+    Execution execution;
+    execution.lanes = lanes, execution.chunked = chunked, execution.fused = fused, execution.pool = pool;
+    EXPECT_TRUE(same_film(expected, film_of(scene, settings, execution))) << lanes << " lanes, pool " << pool;
+  }
+  Execution one;
+  one.threads = 1;
+  EXPECT_TRUE(same_film(expected, film_of(scene, settings, one))) << "one thread";
+  Settings part = settings;
+  part.crop = {5, 4, 20, 15};
+  part.sample_begin = 3, part.sample_end = 8;
+  Settings whole = settings;
+  whole.sample_begin = 3;
+  EXPECT_TRUE(same_window(film_of(scene, whole), film_of(scene, part))) << "a crop of a range of samples";
+  Settings off = settings;
+  off.guiding = Guiding::off;
+  EXPECT_FALSE(same_film(expected, film_of(scene, off))) << "the comparison sees nothing";
+}
+
+TEST(Guiding, an_image_without_a_pilot_has_the_bits_of_off) {
+  auto [scene, settings] = guided_room(33, 21, 8);
+  settings.guiding = Guiding::automatic;  // too few samples for one
+  with_spp(settings, 8);
+  Settings off = settings;
+  off.guiding = Guiding::off;
+  EXPECT_TRUE(same_film(film_of(scene, off), film_of(scene, settings)));
+}
+
+TEST(Guiding, finds_the_window_and_keeps_the_mean) {
+  auto [scene, settings] = box_with_window(256);
+  settings.planned_samples = 4096;  // of which these are a part: a pilot of 2^17 paths
+  settings.guiding = Guiding::on;
+  const RenderOutput guided = output_of(scene, settings);
+  settings.guiding = Guiding::off;
+  settings.seed = 1;
+  const Film plain = film_of(scene, settings);
+  EXPECT_GT(guided.report.pilot.roulette_depth, 0U);
+  const double gain = plain.predicted_error().relmse / guided.film.predicted_error().relmse;
+  EXPECT_GT(gain, 2) << "times less error than without guiding";
+  const MeanAndError a = mean_of(guided.film), b = mean_of(plain);
+  EXPECT_LT(std::abs(a.mean - b.mean), 4 * std::hypot(a.sigma, b.sigma)) << a.mean << " against " << b.mean;
+}
+
+TEST(Guiding, a_table_of_another_scene_changes_no_mean) {
+  auto [scene, settings] = guided_room(32, 24, 128);
+  settings.guiding = Guiding::off;
+  const MeanAndError expected = mean_of(film_of(scene, settings));
+  // What the pilot learned, with each cell's weights and radiances at random.
+  std::mt19937 random(5);
+  std::vector<GuideCellData> cells;
+  for (std::uint32_t i = 0; i < 60000; ++i) {
+    GuideCellData cell{.id = cell_id((32768 - 8 + i % 16) | (32768 - 8 + i / 16 % 16) << 16,
+                                     (32768 - 8 + i / 256 % 16) | (i / 4096 % 24) << 16)};
+    for (double& target : cell.target) target = random() % 3 == 0 ? double(random()) : 0;
+    cell.indirect = double(random() % 1000) * 0.001;
+    cell.direct = double(random() % 1000) * 0.001;
+    cells.push_back(cell);
+  }
+  std::ranges::sort(cells, {}, &GuideCellData::id);
+  for (const std::uint32_t depth : {1U, 2U}) {
+    GuideTable table = make_guide_table(cells, 5);
+    table.roulette_depth = depth;
+    settings.guide = std::make_shared<const GuideTable>(std::move(table));
+    settings.seed = depth;
+    const MeanAndError mean = mean_of(film_of(scene, settings));
+    EXPECT_LT(std::abs(mean.mean - expected.mean), 4 * std::hypot(mean.sigma, expected.sigma))
+        << mean.mean << " against " << expected.mean;
+  }
+}
+
+TEST(Guiding, is_left_out_where_it_would_not_pay) {
+  Settings settings = settings_for(1280, 720, 64);
+  settings.planned_samples = 64;
+  settings.guiding = Guiding::automatic;
+  EXPECT_EQ(pilot_paths(settings), 1U << 19);
+  settings.width = settings.height = 256;
+  EXPECT_EQ(pilot_paths(settings), 1U << 17);
+  settings.planned_samples = 8;
+  EXPECT_EQ(pilot_paths(settings), 0U) << "fewer than 2^20 samples";
+  settings.guiding = Guiding::on;
+  EXPECT_EQ(pilot_paths(settings), 1U << 15);
+  settings.integrator = Integrator::whitted;
+  EXPECT_EQ(pilot_paths(settings), 0U);
+}
+
+}  // namespace
+}  // namespace eikon::test
