@@ -30,7 +30,7 @@ CheckpointFile::CheckpointFile(CheckpointOptions options, Log log)
   requests_ = checkpoint_signals();
 }
 
-void CheckpointFile::begin(const Prepared& prepared) {
+void CheckpointFile::begin(Prepared& prepared) {
   const Settings& settings = prepared.settings;
   const Features features(*prepared.scene, settings);
   const FilmLayout layout = film_layout(features, settings);
@@ -50,7 +50,7 @@ void CheckpointFile::begin(const Prepared& prepared) {
     log_(fmt::format("the first checkpoint replaces what is in {}; --resume would go on from it", options_.file));
 }
 
-void CheckpointFile::read(const Prepared& prepared) {
+void CheckpointFile::read(Prepared& prepared) {
   const Settings& settings = prepared.settings;
   const auto refuse = [&](const std::string& why) {
     throw InputError(fmt::format("cannot resume from \"{}\": {}", options_.file, why));
@@ -62,8 +62,10 @@ void CheckpointFile::read(const Prepared& prepared) {
   } catch (const InputError& error) {
     refuse(error.what());
   }
-  if (const auto what = difference(settings_, record.settings)) refuse(*what);
   const FilmLayout layout = film_layout(Features(*prepared.scene, settings), settings);
+  go_on_as_begun(record.settings, prepared.settings);
+  settings_ = image_settings(*prepared.scene, settings, layout);
+  if (const auto what = difference(settings_, record.settings)) refuse(*what);
   if (!encloses(layout.crop, reader.layout().crop))
     refuse(fmt::format("it holds the window {}, which does not lie within this render's {}: see --crop",
                        in_words(reader.layout().crop), in_words(layout.crop)));
@@ -85,7 +87,7 @@ void CheckpointFile::read(const Prepared& prepared) {
 }
 
 /// Reads the file, or says that it will be replaced: the batch's line may have been edited since.
-void CheckpointFile::read_if_it_fits(const Prepared& prepared) {
+void CheckpointFile::read_if_it_fits(Prepared& prepared) {
   std::string why;
   try {
     read(prepared);

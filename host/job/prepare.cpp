@@ -12,6 +12,7 @@
 #include "scene/environment/environment.h"
 #include "scene/environment/studio.h"
 #include "pack/lights/arriving_light.h"
+#include "render/pilot.h"
 
 namespace eikon {
 namespace {
@@ -236,13 +237,14 @@ Prepared settle(const SceneOptions& options, std::shared_ptr<Scene> loaded, cons
   settings.sample_end = samples.end;
   settings.culling = options.culling;
   settings.guiding = options.guiding;
-  settings.planned_samples = options.spp.value_or(options.samples ? 0 : kUsualSpp);
   settings.environment = choose_environment(options.environment, scene, settings, log);
   settings.filter = options.filter;
   settings.transparent = options.transparent;
   settings.seed = std::uint32_t(options.seed);
   settings.energy_compensation = options.energy_compensation;
   settle_integrator(options, settings);
+  // A part does not know how many samples the image will have, unless --spp says so.
+  settings.pilot_paths = usual_pilot_paths(settings, options.spp.value_or(options.samples ? 0 : kUsualSpp));
   log_unseen_lights(scene, settings, log);
   prepared.layers = settings.aovs = options.aovs;
   if (options.denoise)

@@ -75,9 +75,7 @@ struct Settings {
   PixelFilter filter;
   bool transparent = false;  // the film leaves out the environment that the camera sees, and has a channel A
   Guiding guiding = Guiding::off;
-  /// Samples of each pixel of the whole image, of which [sample_begin, sample_end) may be a part; 0: not known. The
-  /// size of the pilot depends on it, so all parts of an image must say the same.
-  std::uint64_t planned_samples = 0;
+  std::uint64_t pilot_paths = 0;            // from which it is learned how to guide paths (usual_pilot_paths); 0: none
   std::shared_ptr<const GuideTable> guide;  // what a pilot learned; null: paths are not guided
   bool is_pilot = false;                    // paths write a log; with `guide`
   Camera camera;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <span>
 
 #include <fmt/format.h>
@@ -86,9 +87,8 @@ std::string describe_lens(const Camera& camera) {
 }
 
 /// The same settings make the same pilot, so its size is all that is left to say.
-std::string describe_guiding(const Settings& settings) {
-  const std::uint64_t paths = pilot_paths(settings);
-  return paths == 0 ? kNotGuided : fmt::format("{}, by {} paths", name_of(settings.guiding), paths);
+std::string describe_guiding(Guiding guiding, std::uint64_t paths) {
+  return paths == 0 ? kNotGuided : fmt::format("{}, by {} paths", name_of(guiding), paths);
 }
 
 }  // namespace
@@ -98,12 +98,11 @@ std::vector<ImageSetting> image_settings(const Scene& scene, const Settings& set
   // depend on it, and adds it below if so.
   const auto& [width, height, crop, sample_begin, sample_end, likely_samples, seed, replicate_bits, max_depth, integrator,
                roulette_depth, roulette, energy_compensation, culling, light_sampling, light_samples, aovs,
-               depth_series, filter, transparent, guiding, planned_samples, guide, is_pilot, camera, environment] =
+               depth_series, filter, transparent, guiding, pilot_paths, guide, is_pilot, camera, environment] =
       settings;
   static_cast<void>(crop), static_cast<void>(sample_begin), static_cast<void>(sample_end);
   static_cast<void>(likely_samples);
-  static_cast<void>(guiding), static_cast<void>(planned_samples);  // pilot_paths() depends on them
-  static_cast<void>(guide), static_cast<void>(is_pilot);
+  static_cast<void>(guide), static_cast<void>(is_pilot);  // they follow from the pilot
   static_cast<void>(aovs), static_cast<void>(depth_series);  // the channels depend on them
   const glm::dmat4& pose = camera.world_from_camera;
   // Sampling by the BSDF keeps the name that files of earlier versions have, so that they merge
@@ -131,7 +130,20 @@ std::vector<ImageSetting> image_settings(const Scene& scene, const Settings& set
           {"lens (--f-number, --focus-distance)", describe_lens(camera)},
           {"environment (--env, --env-scale, --env-rotate)", describe(environment)},
           {kCullingName, name_of(culling)},
-          {kGuidingName, describe_guiding(settings)}};
+          {kGuidingName, describe_guiding(guiding, pilot_paths)}};
+}
+
+void go_on_as_begun(const std::vector<ImageSetting>& begun, Settings& settings) {
+  const auto found = std::ranges::find(begun, kGuidingName, &ImageSetting::name);
+  if (found == begun.end() || settings.guiding == Guiding::off) return;
+  const std::string_view value = found->value;
+  const std::string way = fmt::format("{}, by ", name_of(settings.guiding));
+  std::uint64_t paths = 0;
+  if (value.starts_with(way))
+    (void)std::from_chars(value.data() + way.size(), value.data() + value.size(), paths);
+  else if (value != kNotGuided)
+    return;
+  settings.pilot_paths = std::min(paths, kMostPilotPaths);
 }
 
 std::optional<std::string> difference(const std::vector<ImageSetting>& expected,

@@ -16,7 +16,7 @@ namespace {
 // The pilot is a picture of about so many pixels, of which each is a block of the image: gains are measured in them.
 constexpr std::uint32_t kPixels = 512;
 constexpr std::uint32_t kRounds = 6;  // each of twice as many samples as the one before
-constexpr std::uint64_t kLeastPaths = 1U << 15, kMostPaths = 1U << 19;
+constexpr std::uint64_t kLeastPaths = 1U << 15;
 constexpr std::uint64_t kPart = 32;                // of the image's samples that the pilot may have
 constexpr std::uint64_t kLeastSamples = 1U << 20;  // of images that have a pilot
 constexpr std::uint32_t kPool = 1U << 17;          // most paths of a unit, which bounds the memory of their logs
@@ -222,31 +222,31 @@ class PilotRun {
 
 }  // namespace
 
-std::uint64_t pilot_paths(const Settings& settings) {
+std::uint64_t usual_pilot_paths(const Settings& settings, std::uint64_t spp) {
   if (settings.guiding == Guiding::off || settings.integrator != Integrator::path || settings.roulette > 0 ||
       settings.light_samples > 1 || settings.light_sampling == LightSampling::hemisphere)
     return 0;
-  const std::uint64_t planned = settings.planned_samples * settings.width * settings.height;
-  if (planned < kLeastSamples && settings.guiding != Guiding::on) return 0;
-  return std::bit_floor(std::clamp(planned / kPart, kLeastPaths, kMostPaths));
+  const std::uint64_t samples = spp * settings.width * settings.height;
+  if (samples < kLeastSamples && settings.guiding != Guiding::on) return 0;
+  return std::bit_floor(std::clamp(samples / kPart, kLeastPaths, kMostPilotPaths));
 }
 
-std::uint64_t pilot_paths(const Features& features, const Settings& settings) {
+bool wants_pilot(const Features& features, const Settings& settings) {
   const bool lit = features.has(Feature::next_event) || features.has(Feature::bsdf_emission);
   const bool diffuse = features.has(Feature::diffuse) || features.has(Feature::metallic_roughness);
-  if (!lit || !diffuse) return 0;
+  if (settings.pilot_paths == 0 || settings.guide != nullptr || !lit || !diffuse) return false;
   // Caustics of small lights are rare events, which a pilot of this size does not see: its tables then lead away from
   // them, and it cannot tell what that costs.
   const bool caustics = (features.has(Feature::clear_hits) || features.has(Feature::conductor)) &&
                         (features.has(Feature::area) || features.has(Feature::point) || features.has(Feature::spot));
-  return caustics && settings.guiding != Guiding::on ? 0 : pilot_paths(settings);
+  return !caustics || settings.guiding == Guiding::on;
 }
 
 Pilot run_pilot(Device& device, const PackedScene& packed, const Features& features, const Settings& settings,
                 const Execution& execution) {
   const double begin = host_seconds();
   Pilot pilot =
-      PilotRun(device, packed, features, settings, execution, pilot_paths(features, settings)).run(settings.guiding);
+      PilotRun(device, packed, features, settings, execution, settings.pilot_paths).run(settings.guiding);
   pilot.report.seconds = host_seconds() - begin;
   return pilot;
 }

@@ -29,10 +29,13 @@ struct Pilot {
   PilotReport report;
 };
 
-/// The number of paths of the pilot of an image, if its scene can be guided; 0: it has none, because it would not pay.
-[[nodiscard]] std::uint64_t pilot_paths(const Settings& settings);
-/// The same of a scene; 0 where nothing of it can be guided.
-[[nodiscard]] std::uint64_t pilot_paths(const Features& features, const Settings& settings);
+inline constexpr std::uint64_t kMostPilotPaths = 1U << 19;
+
+/// The number of paths of the pilot of an image of so many samples per pixel, for Settings::pilot_paths; 0: it has none,
+/// because it would not pay. All parts of an image must have the same.
+[[nodiscard]] std::uint64_t usual_pilot_paths(const Settings& settings, std::uint64_t spp);
+/// Returns true if there is something in the scene that the pilot of the settings could guide.
+[[nodiscard]] bool wants_pilot(const Features& features, const Settings& settings);
 
 /// Renders the pilot. throws DeviceError
 [[nodiscard]] Pilot run_pilot(Device& device, const PackedScene& packed, const Features& features,

@@ -302,7 +302,7 @@ RenderOutput render_on(const std::shared_ptr<WavefrontDevices>& devices, const E
 /// the next one, and the render finds out what is wrong with it.
 void guide_paths(WavefrontDevices& devices, const std::vector<DeviceReport>& prepared, const Execution& execution,
                  RenderReport& report) {
-  if (pilot_paths(devices.features, devices.settings) == 0) return;
+  if (!wants_pilot(devices.features, devices.settings)) return;
   const TraceScope piloting(execution.trace.get(), execution.track, "pilot");
   for (std::size_t i = 0; i < prepared.size(); ++i) {
     if (!prepared[i].error.empty()) continue;
@@ -384,7 +384,7 @@ glm::vec3 replay_path(const Scene& scene, const Settings& settings, const Execut
   require_memory(memory_need(packed, config, features), info, own);
   Device device(info);
   Settings guided = settings;
-  if (pilot_paths(features, settings) > 0) guided.guide = run_pilot(device, packed, features, settings, own).table;
+  if (wants_pilot(features, settings)) guided.guide = run_pilot(device, packed, features, settings, own).table;
   features.set_guiding(guided.guide != nullptr, false);
   Wavefront wavefront(device, packed, features, guided, own);
   return wavefront.replay(sample.x, sample.y, sample.sample, report);

@@ -14,6 +14,7 @@ namespace {
 std::pair<Scene, Settings> guided_room(std::uint32_t width, std::uint32_t height, std::uint64_t spp) {
   auto made = room(width, height, spp);
   made.second.guiding = Guiding::on;
+  made.second.pilot_paths = 1U << 15;
   return made;
 }
 
@@ -37,11 +38,8 @@ std::pair<Scene, Settings> box_with_window(std::uint64_t spp) {
   return {std::move(scene), settings};
 }
 
-void with_spp(Settings& settings, std::uint64_t spp) { settings.planned_samples = settings.sample_end = spp; }
-
 TEST(Guiding, has_the_same_bits_however_the_work_is_cut) {
   auto [scene, settings] = guided_room(33, 21, 8);
-  with_spp(settings, 8);
   const Film expected = film_of(scene, settings);
   for (const auto& [lanes, chunked, fused, pool] : {std::tuple{16U, true, true, 4096U},
                                                     {8U, true, true, 0U},
@@ -64,24 +62,25 @@ TEST(Guiding, has_the_same_bits_however_the_work_is_cut) {
   EXPECT_TRUE(same_window(film_of(scene, whole), film_of(scene, part))) << "a crop of a range of samples";
   Settings off = settings;
   off.guiding = Guiding::off;
+  off.pilot_paths = 0;
   EXPECT_FALSE(same_film(expected, film_of(scene, off))) << "the comparison sees nothing";
 }
 
 TEST(Guiding, an_image_without_a_pilot_has_the_bits_of_off) {
   auto [scene, settings] = guided_room(33, 21, 8);
-  settings.guiding = Guiding::automatic;  // too few samples for one
-  with_spp(settings, 8);
+  settings.pilot_paths = 0;
   Settings off = settings;
   off.guiding = Guiding::off;
+  off.pilot_paths = 0;
   EXPECT_TRUE(same_film(film_of(scene, off), film_of(scene, settings)));
 }
 
 TEST(Guiding, finds_the_window_and_keeps_the_mean) {
   auto [scene, settings] = box_with_window(256);
-  settings.planned_samples = 4096;  // of which these are a part: a pilot of 2^17 paths
+  settings.pilot_paths = 1U << 17;
   settings.guiding = Guiding::on;
   const RenderOutput guided = output_of(scene, settings);
-  settings.guiding = Guiding::off;
+  settings.pilot_paths = 0;
   settings.seed = 1;
   const Film plain = film_of(scene, settings);
   EXPECT_GT(guided.report.pilot.roulette_depth, 0U);
@@ -93,7 +92,7 @@ TEST(Guiding, finds_the_window_and_keeps_the_mean) {
 
 TEST(Guiding, a_table_of_another_scene_changes_no_mean) {
   auto [scene, settings] = guided_room(32, 24, 128);
-  settings.guiding = Guiding::off;
+  settings.pilot_paths = 0;
   const MeanAndError expected = mean_of(film_of(scene, settings));
   // What the pilot learned, with each cell's weights and radiances at random.
   std::mt19937 random(5);
@@ -120,17 +119,15 @@ TEST(Guiding, a_table_of_another_scene_changes_no_mean) {
 
 TEST(Guiding, is_left_out_where_it_would_not_pay) {
   Settings settings = settings_for(1280, 720, 64);
-  settings.planned_samples = 64;
   settings.guiding = Guiding::automatic;
-  EXPECT_EQ(pilot_paths(settings), 1U << 19);
+  EXPECT_EQ(usual_pilot_paths(settings, 64), 1U << 19);
   settings.width = settings.height = 256;
-  EXPECT_EQ(pilot_paths(settings), 1U << 17);
-  settings.planned_samples = 8;
-  EXPECT_EQ(pilot_paths(settings), 0U) << "fewer than 2^20 samples";
+  EXPECT_EQ(usual_pilot_paths(settings, 64), 1U << 17);
+  EXPECT_EQ(usual_pilot_paths(settings, 8), 0U) << "fewer than 2^20 samples";
   settings.guiding = Guiding::on;
-  EXPECT_EQ(pilot_paths(settings), 1U << 15);
+  EXPECT_EQ(usual_pilot_paths(settings, 8), 1U << 15);
   settings.integrator = Integrator::whitted;
-  EXPECT_EQ(pilot_paths(settings), 0U);
+  EXPECT_EQ(usual_pilot_paths(settings, 8), 0U);
 }
 
 }  // namespace
