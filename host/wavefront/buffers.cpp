@@ -47,7 +47,7 @@ WorkBuffers::WorkBuffers(Device& device, const WavefrontConfig& config, const Wo
   arguments.set("next_path", next_path);
   arguments.set("tallies", tallies);
   arguments.set("queue_rays", allocate(config.chunked ? 4 : 8 * capacity));
-  arguments.set("queue_shadow", allocate(config.chunked ? 4 : 4 * std::size_t{plan.light_samples} * capacity));
+  arguments.set("queue_shadow", allocate(config.chunked ? 4 : 4 * capacity));
 }
 
 namespace {

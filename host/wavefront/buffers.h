@@ -25,8 +25,7 @@ struct FilmShape {
 /// Sizes that depend on the scene; WavefrontConfig has the others.
 struct WorkBufferSizes {
   FilmShape film;
-  std::uint32_t state_words = 0;    // words of a path: PathStateLayout
-  std::uint32_t light_samples = 1;  // most shadow rays of a path at a depth
+  std::uint32_t state_words = 0;  // words of a path: PathStateLayout
 };
 
 struct WorkBuffers {

@@ -8,5 +8,5 @@ kernel void shadow(constant Frame* frame, global uint* path_state, global const 
                               .state = chunk_state(path_state),
                               .queue = queue_shadow + EK_ENTRY,
                               .film = {film_slots, frame->film_stride}};
-  stage_shadow(stage, geometry, own_count(counts[4 * EK_CHUNK_INDEX + 2]), depth);
+  stage_shadow(stage, geometry, own_count(counts[4 * EK_CHUNK_INDEX + (EK_SHADOW_PATHS ? 3 : 2)]), depth);
 }
