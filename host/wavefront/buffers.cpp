@@ -67,6 +67,12 @@ class Uploader {
     bytes_ += size;
     arguments_.set(name, device_.share(source.data(), size));
   }
+  void fill_zero(const char* name, std::size_t size) {
+    const Buffer zeros = device_.allocate(size);
+    device_.fill_zero(zeros);
+    bytes_ += size;
+    arguments_.set(name, zeros);
+  }
   void copy_texels(const PackedScene& scene) {
     const std::size_t size = 4 * std::max<std::size_t>(scene.texel_count(), 1);
     const Buffer texels = device_.allocate(size);
@@ -114,7 +120,11 @@ std::uint64_t upload_scene(Device& device, const PackedScene& scene, const Accel
   to.share("triangle_colors", scene.colors);
   to.share("materials", scene.materials);
   to.share("material_extensions", scene.material_extensions);
-  to.share("material_details", scene.material_details);
+  // Kernels read the lobe's detail of every material, and drop it where no material needs details.
+  if (scene.material_details.empty())
+    to.fill_zero("material_details", sizeof(MaterialDetail) * std::max<std::size_t>(scene.materials.size(), 1));
+  else
+    to.share("material_details", scene.material_details);
   to.share("textures", scene.textures);
   to.copy_texels(scene);
   to.share("filter_table", filter);
