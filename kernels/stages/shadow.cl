@@ -3,6 +3,7 @@
 
 kernel void shadow(constant Frame* frame, global uint* path_state, global const uint* counts,
                    global const uint* queue_shadow, EK_GEOMETRY_ARGUMENTS, global float* film_slots, uint depth) {
+  EK_RAY_MEMORY
   const Geometry geometry = EK_GEOMETRY;
   const StageContext stage = {.frame = frame,
                               .state = chunk_state(path_state),
