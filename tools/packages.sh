@@ -24,3 +24,11 @@ test_packages=(
   python3 python3-numpy python3-venv
   locales
 )
+
+# Compilers of GPUs, which tools/gpu/fetch_compilers.sh unpacks into a folder and does not install: an OpenCL driver more would
+# change which devices a render finds. Clang for AMD's code and NVIDIA's PTX; ocloc for Intel's.
+gpu_packages=(
+  clang-19 libclang-cpp19 libllvm19 libclang-common-19-dev libclc-19 libclc-19-dev
+  intel-opencl-icd libigc1 libigdfcl1 libigdgmm12 libopencl-clang14 libllvmspirvlib14
+)
+gpu_wheels=(nvidia-cuda-nvcc-cu12==12.9.86)  # of PyPI: ptxas

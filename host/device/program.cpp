@@ -3,6 +3,10 @@
 // disk.
 #include <fmt/format.h>
 
+#include <atomic>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
 #include <sstream>
 
 #include "device/cl.h"
@@ -20,6 +24,20 @@ std::string first_error(const std::string& log) {
   return first.empty() ? "the compiler says nothing" : first;
 }
 
+/// Writes what a driver's compiler is given to the folder that EIKON_DUMP_PROGRAMS names, so that
+/// other compilers can be given the same.
+void dump_program(const std::string& text, const std::string& flags) {
+  const char* const folder = std::getenv("EIKON_DUMP_PROGRAMS");
+  if (folder == nullptr || *folder == '\0') return;
+  static std::atomic<unsigned> count = 0;  // devices build at the same time
+  const std::string name = fmt::format("program_{}", count++);
+  for (const auto& [kind, content] : {std::pair{".cl", &text}, std::pair{".options", &flags}}) {
+    const std::filesystem::path file = std::filesystem::path(folder) / (name + kind);
+    if (!(std::ofstream(file, std::ios::binary) << *content << '\n').flush())
+      throw InputError(fmt::format("EIKON_DUMP_PROGRAMS: cannot write '{}'; name a folder that is there", file.string()));
+  }
+}
+
 }  // namespace
 
 std::shared_ptr<Program::Impl> build_program(cl_context context, cl_device_id device, const DeviceInfo& info,
@@ -33,6 +51,8 @@ std::shared_ptr<Program::Impl> build_program(cl_context context, cl_device_id de
   std::string defines;
   for (const auto& [name, value] : options.defines) defines += fmt::format(" -D{}={}", name, value);
   flags += defines;
+
+  dump_program(text, flags);
 
   auto impl = std::make_shared<Program::Impl>();
   impl->device = info.name;

@@ -52,7 +52,7 @@ WorkBuffers::WorkBuffers(Device& device, const WavefrontConfig& config, const Wo
   arguments.set("next_path", next_path);
   arguments.set("tallies", tallies);
   arguments.set("queue_rays", allocate(config.chunked ? 4 : 8 * capacity));
-  arguments.set("queue_shadow", allocate(config.chunked ? 4 : 4 * std::size_t{plan.light_samples} * capacity));
+  arguments.set("queue_shadow", allocate(config.chunked ? 4 : 4 * capacity));
 }
 
 namespace {
@@ -71,6 +71,12 @@ class Uploader {
     const std::size_t size = source.size() * sizeof(source[0]);
     bytes_ += size;
     arguments_.set(name, device_.share(source.data(), size));
+  }
+  void fill_zero(const char* name, std::size_t size) {
+    const Buffer zeros = device_.allocate(size);
+    device_.fill_zero(zeros);
+    bytes_ += size;
+    arguments_.set(name, zeros);
   }
   void copy_texels(const PackedScene& scene) {
     const std::size_t size = 4 * std::max<std::size_t>(scene.texel_count(), 1);
@@ -119,7 +125,11 @@ std::uint64_t upload_scene(Device& device, const PackedScene& scene, const Accel
   to.share("triangle_colors", scene.colors);
   to.share("materials", scene.materials);
   to.share("material_extensions", scene.material_extensions);
-  to.share("material_details", scene.material_details);
+  // Kernels read the lobe's detail of every material, and drop it where no material needs details.
+  if (scene.material_details.empty())
+    to.fill_zero("material_details", sizeof(MaterialDetail) * std::max<std::size_t>(scene.materials.size(), 1));
+  else
+    to.share("material_details", scene.material_details);
   to.share("textures", scene.textures);
   to.copy_texels(scene);
   to.share("filter_table", filter);

@@ -26,9 +26,8 @@ struct FilmShape {
 /// Sizes that depend on the scene; WavefrontConfig has the others.
 struct WorkBufferSizes {
   FilmShape film;
-  std::uint32_t state_words = 0;    // words of a path: PathStateLayout
-  std::uint32_t light_samples = 1;  // most shadow rays of a path at a depth
-  bool logs = false;                // feature path_log
+  std::uint32_t state_words = 0;  // words of a path: PathStateLayout
+  bool logs = false;              // feature path_log
 };
 
 struct WorkBuffers {

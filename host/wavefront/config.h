@@ -13,7 +13,7 @@
 
 namespace eikon {
 
-inline constexpr std::uint32_t kWorkGroup = 64;  // work-items of a work-group on GPU devices
+inline constexpr std::uint32_t kWorkGroup = EK_WORK_GROUP;  // work-items of a work-group on GPU devices
 
 /// How one device runs the stages, defaults filled in.
 struct WavefrontConfig {

@@ -48,7 +48,7 @@ class RayCounters {
   void add_depth(std::uint32_t depth, std::uint64_t work_items);
   /// A depth is over.
   /// counts   four words for each chunk: paths at even depths, paths at odd depths, shadow rays,
-  ///          unused
+  ///          and one that is not read here
   /// paths    of the unit
   /// returns  the rays that were scattered, and the shadow rays
   RayCounts end_depth(std::uint32_t depth, std::span<const std::uint32_t> counts, std::uint64_t paths);

@@ -35,7 +35,6 @@ struct Wavefront::Impl {
   Frame frame;
   std::vector<float> filter;
   FilmShape film_shape;
-  std::uint32_t light_samples;
   bool logs = false;  // feature path_log
   Mattes mattes;
   Arguments arguments;
@@ -83,7 +82,6 @@ struct Wavefront::Impl {
     state = path_state_layout(features, config.chunked);
     frame = pack_frame(packed, settings);
     filter = filter_table(settings.filter);
-    light_samples = features.light_samples();
     mattes = features.mattes();
     film_shape = {.replicates = 1U << settings.replicate_bits,
                   .channels = std::uint32_t(features.film_channels().size()),
@@ -150,7 +148,7 @@ struct Wavefront::Impl {
     const TraceScope uploading(timeline, track, "upload");
     const double begin = host_seconds();
     scene_bytes = upload_scene(device, scene, accel_of(scene, config), filter, arguments);
-    const WorkBufferSizes plan{.film = film_shape, .state_words = state.words, .light_samples = light_samples, .logs = logs};
+    const WorkBufferSizes plan{.film = film_shape, .state_words = state.words, .logs = logs};
     if (guide != nullptr) upload_guide(device, *guide, arguments);
     work = WorkBuffers(device, config, plan, arguments);
     frame.film_stride = config.capacity() + EK_PAD;
@@ -249,7 +247,7 @@ struct Wavefront::Impl {
     at.depth = depth;
     at.counts.resize(4 * std::size_t{used_chunks(slot)});
     at.ticket = device.read_later(work.counts, at.counts.data(), 4 * at.counts.size());
-    run_stage("shadow", depth, active * light_samples, slot);
+    run_stage("shadow", depth, active, slot);
     device.flush();
   }
 

@@ -58,12 +58,14 @@ EK_FN void trace_run(constant Frame* frame, Geometry geometry, global const floa
 }
 
 kernel void trace_closest(TRACE_ARGUMENTS) {
+  EK_RAY_MEMORY
   Geometry geometry = EK_GEOMETRY;
   cull_backs(&geometry, 1);
   trace_run(frame, geometry, rays, hits, ray_count, stride, coherent, 0);
 }
 
 kernel void trace_any(TRACE_ARGUMENTS) {
+  EK_RAY_MEMORY
   const Geometry geometry = EK_GEOMETRY;
   trace_run(frame, geometry, rays, hits, ray_count, stride, coherent, 1);
 }

@@ -9,6 +9,7 @@ EK_BEGIN
 #define EK_FILM_LIMBS 4           // 32-bit limbs of a film sum: two's complement, unit 2^-64
 #define EK_PAD 112  // slots behind arrays that whole vectors may touch, and where hits
                                   // wait (stages/hit_classes.h)
+#define EK_WORK_GROUP 64          // work-items of a work-group on GPU devices
 #define EK_FILM_PIXELS 64         // pixels of one work-item of stage `film` on CPU devices
 #define EK_ARITHMETIC_WORDS 256   // of the arithmetic probe
 #define EK_FILTER_BINS 512        // of a pixel filter's table, per side (film/filter.h)

@@ -3,6 +3,7 @@
 
 kernel void intersect(constant Frame* frame, global uint* path_state, global const uint* counts,
                       global const uint* queue_rays, EK_GEOMETRY_ARGUMENTS, uint depth) {
+  EK_RAY_MEMORY
   const Geometry geometry = EK_GEOMETRY;
   const StageContext stage = {
       .frame = frame, .state = chunk_state(path_state), .queue = depth_queue(queue_rays, depth)};

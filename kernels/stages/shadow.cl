@@ -4,10 +4,11 @@
 kernel void shadow(constant Frame* frame, global uint* path_state, global const uint* counts,
                    global const uint* queue_shadow, EK_GEOMETRY_ARGUMENTS, global float* film_slots EK_LOG_ARGUMENT,
                    uint depth) {
+  EK_RAY_MEMORY
   const Geometry geometry = EK_GEOMETRY;
   const StageContext stage = {.frame = frame,
                               .state = chunk_state(path_state),
                               .queue = queue_shadow + EK_ENTRY,
                               .film = {film_slots, frame->film_stride} EK_STAGE_LOG};
-  stage_shadow(stage, geometry, own_count(counts[4 * EK_CHUNK_INDEX + 2]), depth);
+  stage_shadow(stage, geometry, own_count(counts[4 * EK_CHUNK_INDEX + (EK_SHADOW_PATHS ? 3 : 2)]), depth);
 }

@@ -7,7 +7,7 @@
 //   slot, queues hold the slots of the paths that go on (compact.cl), and a work-item serves one
 //   entry of a queue.
 // counts holds four words per chunk: [depth & 1] paths at this depth, [(depth + 1) & 1] paths at
-// the next, [2] pending shadow rays.
+// the next, [2] pending shadow rays, [3] with EK_SHADOW_PATHS the paths that have some.
 #ifndef EK_WAVEFRONT_H
 #define EK_WAVEFRONT_H
 #include "film/slots.h"
@@ -41,6 +41,10 @@ typedef struct {
 #define EK_CHUNK_INDEX 0u
 #define EK_ENTRY ((uint)get_global_id(0))  // of the queue
 #endif
+
+// 1 where a path may have several pending shadow rays and stays in its slot: then queue_shadow holds
+// its slot once, and one work-item traces all its rays.
+#define EK_SHADOW_PATHS (!EK_CHUNKED & (EK_LIGHT_SAMPLES > 1))
 
 /// First word of this work-item's chunk.
 EK_FN global uint* chunk_state(global uint* path_state) {

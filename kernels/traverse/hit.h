@@ -2,7 +2,7 @@
 // The arguments and results of traversals, and the test of one ray against one triangle or shape.
 #ifndef EK_HIT_H
 #define EK_HIT_H
-#include "traverse/ray.h"
+#include "traverse/gpu/ray_memory.h"
 #include "lanes/simd.h"
 #include "traverse/traverse_instance.h"
 
@@ -28,16 +28,19 @@ typedef struct {
   global const uint* nodes;
   global const uint* leaves;
   SceneData scene;
+#if EK_RAY_IN_LOCAL_MEMORY
+  RayMemory ray_memory;  // of this work-item
+#endif
 } Geometry;
 
 // The same as arguments of a kernel.
 #if EK_HAS_opacity
 #define EK_GEOMETRY_ARGUMENTS global const uint *accel_nodes, global const uint *accel_leaves, EK_SCENE_ARGUMENTS
-#define EK_GEOMETRY {accel_nodes, accel_leaves, EK_SCENE_DATA}
+#define EK_GEOMETRY {accel_nodes, accel_leaves, EK_SCENE_DATA EK_OWN_RAY_MEMORY}
 #else
 #define EK_GEOMETRY_ARGUMENTS \
   global const uint *accel_nodes, global const uint *accel_leaves, global const Triangle *triangles EK_SHAPE_ARGUMENTS
-#define EK_GEOMETRY {accel_nodes, accel_leaves, {.triangles = triangles EK_SHAPE_DATA}}
+#define EK_GEOMETRY {accel_nodes, accel_leaves, {.triangles = triangles EK_SHAPE_DATA} EK_OWN_RAY_MEMORY}
 #endif
 
 // The hits of EK_ROWS rays. A field that the program does not need has room for one vector.
@@ -95,6 +98,29 @@ EK_FN void report_given_up(Geometry geometry, float gave_up, uint surface, float
   atomic_or(&geometry.scene.diagnostics->given_up_surfaces, 1u << min(surface, 31u));
 }
 
+EK_FN RayBoxes ray_boxes(Geometry geometry, const RayOne* ray) {
+#if EK_RAY_IN_LOCAL_MEMORY
+  return ray_memory_boxes(geometry.ray_memory);
+#else
+  const RayBoxes boxes = {ray->rcp_d, ray->o_near, ray->o_far};
+  return boxes;
+#endif
+}
+
+// The ray with its words for triangles.
+EK_FN RayOne ray_for_triangle(Geometry geometry, const RayOne* ray) {
+#if EK_RAY_IN_LOCAL_MEMORY
+  RayOne test = ray_memory_test(geometry.ray_memory);
+#if EK_HAS_opacity
+  test.key = ray->key;
+  test.index = ray->index;
+#endif
+  return test;
+#else
+  return *ray;
+#endif
+}
+
 // 1 if the ray is known not to meet the triangle (RayEnds).
 EK_FN int is_end(const RayOne* ray, uint triangle, const int any_hit) {
   const int is_target = triangle == ray_target(ray);
@@ -103,12 +129,14 @@ EK_FN int is_end(const RayOne* ray, uint triangle, const int any_hit) {
 
 #if EK_HAS_shape
 // The same as try_triangle, for the record of a shape.
-EK_FN int try_shape(Geometry geometry, const RayOne* ray, uint id, const int any_hit, Hit* hit) {
+EK_FN int try_shape(Geometry geometry, const RayOne* given, uint id, const int any_hit, Hit* hit) {
   global const float* p = (global const float*)(geometry.scene.triangles + id);
+  const RayBoxes boxes = ray_boxes(geometry, given);
+  const RayOne test = ray_for_triangle(geometry, given), *ray = &test;
   RayLanes lanes;
-  lanes.rcp_d.x = (vf)(ray->rcp_d.x); lanes.rcp_d.y = (vf)(ray->rcp_d.y); lanes.rcp_d.z = (vf)(ray->rcp_d.z);
-  lanes.o_near.x = (vf)(ray->o_near.x); lanes.o_near.y = (vf)(ray->o_near.y); lanes.o_near.z = (vf)(ray->o_near.z);
-  lanes.o_far.x = (vf)(ray->o_far.x); lanes.o_far.y = (vf)(ray->o_far.y); lanes.o_far.z = (vf)(ray->o_far.z);
+  lanes.rcp_d.x = (vf)(boxes.rcp_d.x); lanes.rcp_d.y = (vf)(boxes.rcp_d.y); lanes.rcp_d.z = (vf)(boxes.rcp_d.z);
+  lanes.o_near.x = (vf)(boxes.o_near.x); lanes.o_near.y = (vf)(boxes.o_near.y); lanes.o_near.z = (vf)(boxes.o_near.z);
+  lanes.o_far.x = (vf)(boxes.o_far.x); lanes.o_far.y = (vf)(boxes.o_far.y); lanes.o_far.z = (vf)(boxes.o_far.z);
   lanes.p_o.x = (vf)(ray->p_o.x); lanes.p_o.y = (vf)(ray->p_o.y); lanes.p_o.z = (vf)(ray->p_o.z);
   lanes.sx = (vf)(ray->sx); lanes.sy = (vf)(ray->sy); lanes.p_rcp_d.z = (vf)(ray->p_rcp_d.z);
   lanes.axis = (vf)((float)(ray->axis_z / 8u));
@@ -132,12 +160,13 @@ EK_FN int try_shape(Geometry geometry, const RayOne* ray, uint id, const int any
 #endif
 
 // Tests one triangle of the record array; returns 1 if that settles an any-hit query.
-EK_FN int try_triangle(Geometry geometry, const RayOne* ray, uint triangle, const int any_hit, Hit* hit) {
+EK_FN int try_triangle(Geometry geometry, const RayOne* given, uint triangle, const int any_hit, Hit* hit) {
   EK_COUNT_TEST(hit);
   global const float* p = (global const float*)(geometry.scene.triangles + triangle);
 #if EK_HAS_shape
-  if (p[6] != p[6]) return try_shape(geometry, ray, triangle, any_hit, hit);
+  if (p[6] != p[6]) return try_shape(geometry, given, triangle, any_hit, hit);
 #endif
+  const RayOne test = ray_for_triangle(geometry, given), *ray = &test;
   if (is_end(ray, triangle, any_hit)) return 0;
   const uint z = ray->axis_z / 8u, x = ray->axis_x / 8u, y = 3u - z - x;
   Corners_one corners;

@@ -25,7 +25,7 @@ EK_FN float4 max_plane(float4 a, float4 b) { return a > b ? a : b; }
 
 // The t at which the ray enters each of four children; *end: the t at which it leaves them. x, y,
 // z: bytes of lo, then of hi
-EK_FN float4 quantised_boxes(uint4 frame, uint2 x, uint2 y, uint2 z, const RayOne* ray, float4* end) {
+EK_FN float4 quantised_boxes(uint4 frame, uint2 x, uint2 y, uint2 z, const RayBoxes* ray, float4* end) {
   const int back_x = ray->rcp_d.x < 0.0f, back_y = ray->rcp_d.y < 0.0f, back_z = ray->rcp_d.z < 0.0f;
   float4 end_x, end_y, end_z;
   const float4 begin_x = quantised_interval(back_x ? x.y : x.x, back_x ? x.x : x.y, as_float(frame.x), frame.w & 255u,

@@ -283,6 +283,11 @@ EK_FN RayTestLanes ray_test_lanes(const RayOne* rays, const uint* rows) {
 #endif
 }
 
+// What the boxes of nodes need of one ray.
+typedef struct {
+  Packed3 rcp_d, o_near, o_far;
+} RayBoxes;
+
 // The ray's key in all lanes.
 EK_FN OpacityKey ray_key(const RayOne* ray) {
   OpacityKey key = {(vu)(0u), (vu)(0u)};

@@ -55,6 +55,51 @@ EK_FN int traverse_one(Geometry geometry, const RayOne* ray, const int any_hit, 
   return traverse_none(geometry, ray, any_hit, hit);
 }
 
+#if EK_ROWS == 1
+// Where lanes are scalars, one ray on its way, by the same functions. There are no tables: an array
+// whose index varies would lie in memory.
+typedef struct {
+  RayOne ray;
+  Hit hit;
+  int open;  // the ray is to be traced
+} Tracing;
+
+EK_FN void tracing_clear(Tracing* tracing) { tracing->open = 0; }
+
+EK_FN void tracing_begin(constant Frame* frame, Geometry geometry, Tracing* tracing, TracedRays rays, const int any_hit) {
+  RayLanes ray = ray_lanes(frame, rays.origin, rays.dir, rays.key);
+  ray.ends = rays.ends;
+  ray_store(&tracing->ray, ray, rays.t_max);
+#if EK_RAY_IN_LOCAL_MEMORY
+  ray_memory_store(geometry.ray_memory, ray);
+#endif
+  tracing->open = valid_rays(ray, rays.t_max, rays.count);
+  tracing->hit = no_hit(rays.t_max);
+}
+
+EK_FN void tracing_finish(constant Frame* frame, Geometry geometry, Tracing* tracing, const int any_hit) {
+  if (!tracing->open) return;
+  Hit hit = tracing->hit;
+  const int found = traverse_one(geometry, &tracing->ray, any_hit, &hit);
+  if (EK_HAS_implicit && !(any_hit & found)) report_given_up(geometry, hit.gave_up, hit.gave_up_surface, hit.t);
+  if (any_hit & found) hit.triangle = 0u;
+#if EK_COUNT
+  hit.u = (float)hit.tests;
+  hit.v = (float)hit.steps;
+#endif
+  tracing->hit = hit;
+}
+
+EK_FN HitLanes closest_result(const Tracing* tracing, uint row) {
+  const HitLanes hit = {.t = tracing->hit.t,
+                        .u = tracing->hit.u,
+                        .v = tracing->hit.v,
+                        .triangle = tracing->hit.triangle,
+                        .instance = tracing->hit.instance};
+  return hit;
+}
+EK_FN vi any_result(const Tracing* tracing, uint row) { return tracing->hit.triangle != EK_NO_HIT; }
+#else
 // EK_ROWS rays on their way: tracing_begin for each vector of them, then tracing_finish, then
 // closest_result or any_result.
 typedef struct {
@@ -241,5 +286,6 @@ EK_FN HitLanes closest_result(const Tracing* tracing, uint row) {
 EK_FN vi any_result(const Tracing* tracing, uint row) {
   return *(const vu*)(tracing->hits.triangle + row) != (vu)(EK_NO_HIT);
 }
+#endif
 
 #endif

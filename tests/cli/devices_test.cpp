@@ -114,5 +114,22 @@ TEST(Devices, a_fault_on_purpose_hits_the_device_of_that_position) {
   EXPECT_TRUE(contains(wrong.err, "not to be trusted")) << wrong.err;
 }
 
+TEST(Programs, are_dumped_as_the_driver_gets_them) {
+  const Workplace here;
+  std::filesystem::create_directory(here / "programs");
+  ASSERT_TRUE(succeeded(here.eikon("render " + scene("cornell.gltf") + " -o out.exr --size 8x8 --spp 1 --quiet",
+                                   "EIKON_DUMP_PROGRAMS=programs EIKON_LANES=1 EIKON_FAULT=device:0:gpu")));
+  const std::string text = read_bytes(here / "programs/program_0.cl");
+  const std::string options = read_bytes(here / "programs/program_0.options");
+  for (const char* kernel : {"intersect", "shade", "compact", "shadow", "film"})
+    EXPECT_TRUE(contains(text, std::string("kernel void ") + kernel + "(")) << kernel;
+  for (const char* option : {"-cl-std=CL1.2 ", " -DEK_WIDTH=1", " -DEK_CHUNKED=0 ", " -DEK_LAYOUT_bvh2=1 "})
+    EXPECT_TRUE(contains(options, option)) << option;
+  const Outcome nowhere = here.eikon("render " + scene("cornell.gltf") + " -o out.exr --size 8x8 --spp 1 --quiet",
+                                     "EIKON_DUMP_PROGRAMS=missing");
+  EXPECT_EQ(nowhere.code, 3);
+  EXPECT_TRUE(contains(nowhere.err, "name a folder that is there")) << nowhere.err;
+}
+
 }  // namespace
 }  // namespace eikon

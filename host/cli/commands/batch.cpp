@@ -43,7 +43,7 @@ void enter_folder(const fs::path& jobs) {
   const auto make_absolute = [](const char* name, const char* path) {
     setenv(name, fs::absolute(path).lexically_normal().c_str(), 1);
   };
-  for (const char* name : {"EIKON_KERNEL_DIR", "POCL_CACHE_DIR", "XDG_CACHE_HOME"})
+  for (const char* name : {"EIKON_KERNEL_DIR", "EIKON_DUMP_PROGRAMS", "POCL_CACHE_DIR", "XDG_CACHE_HOME"})
     if (const char* path = std::getenv(name); path != nullptr && *path != '\0') make_absolute(name, path);
   std::error_code error;
   // These may also be bare names, which the loader searches for elsewhere.

@@ -6,14 +6,17 @@
 #define EK_TRAVERSE_BVH2_H
 #include "traverse/hit.h"
 
-// The t at which the ray enters child `p`; *end: the t at which it leaves it
-EK_FN float bvh2_interval(global const float* p, const RayOne* ray, float* end) {
-  const float near_x = ((ray->rcp_d.x < 0.0f ? p[3] : p[0]) - ray->o_near.x) * ray->rcp_d.x;
-  const float near_y = ((ray->rcp_d.y < 0.0f ? p[4] : p[1]) - ray->o_near.y) * ray->rcp_d.y;
-  const float near_z = ((ray->rcp_d.z < 0.0f ? p[5] : p[2]) - ray->o_near.z) * ray->rcp_d.z;
-  const float far_x = ((ray->rcp_d.x < 0.0f ? p[0] : p[3]) - ray->o_far.x) * ray->rcp_d.x;
-  const float far_y = ((ray->rcp_d.y < 0.0f ? p[1] : p[4]) - ray->o_far.y) * ray->rcp_d.y;
-  const float far_z = ((ray->rcp_d.z < 0.0f ? p[2] : p[5]) - ray->o_far.z) * ray->rcp_d.z;
+#define BVH2_LEAF 0x80000000u
+
+// The t at which the ray enters a child's box; *end: the t at which it leaves it
+EK_FN float bvh2_interval(float3 lo, float3 hi, const RayBoxes* ray, float* end) {
+  const int falls_x = ray->rcp_d.x < 0.0f, falls_y = ray->rcp_d.y < 0.0f, falls_z = ray->rcp_d.z < 0.0f;
+  const float near_x = ((falls_x ? hi.x : lo.x) - ray->o_near.x) * ray->rcp_d.x;
+  const float near_y = ((falls_y ? hi.y : lo.y) - ray->o_near.y) * ray->rcp_d.y;
+  const float near_z = ((falls_z ? hi.z : lo.z) - ray->o_near.z) * ray->rcp_d.z;
+  const float far_x = ((falls_x ? lo.x : hi.x) - ray->o_far.x) * ray->rcp_d.x;
+  const float far_y = ((falls_y ? lo.y : hi.y) - ray->o_far.y) * ray->rcp_d.y;
+  const float far_z = ((falls_z ? lo.z : hi.z) - ray->o_far.z) * ray->rcp_d.z;
   *end = shape_min_one(shape_min_one(far_x, far_y), far_z);
   return shape_max_one(shape_max_one(shape_max_one(near_x, near_y), near_z), 0.0f);
 }
@@ -25,6 +28,25 @@ EK_FN int traverse_bvh2(Geometry geometry, const RayOne* given, const int any_hi
   uint stack[EK_STACK_SIZE];
   uint stack_size = 0, current = 0;
   for (;;) {
+    const RayBoxes boxes = ray_boxes(geometry, ray);
+    while (!(current & BVH2_LEAF)) {
+      EK_COUNT_STEP(hit);
+      global const float4* node = (global const float4*)geometry.nodes + (size_t)current * 4;
+      const float4 a = node[0], b = node[1], c = node[2];
+      const uint2 children = *(global const uint2*)(node + 3);
+      float end0, end1;
+      const float begin0 = bvh2_interval(a.xyz, (float3)(a.w, b.x, b.y), &boxes, &end0);
+      const float begin1 = bvh2_interval((float3)(b.z, b.w, c.x), c.yzw, &boxes, &end1);
+      const int in0 = begin0 <= shape_min_one(end0, hit->t), in1 = begin1 <= shape_min_one(end1, hit->t);
+      if (in0 | in1) {
+        const int first0 = in0 & ((!in1) | (begin0 <= begin1));
+        if (in0 & in1) stack[stack_size++] = first0 ? children.y : children.x;
+        current = first0 ? children.x : children.y;
+      } else {
+        if (stack_size == 0) return 0;
+        current = stack[--stack_size];
+      }
+    }
     EK_COUNT_STEP(hit);
     if (EK_HAS_instance && current == INSTANCE_EXIT) {
       ray_exit(&in_mesh);
@@ -34,18 +56,6 @@ EK_FN int traverse_bvh2(Geometry geometry, const RayOne* given, const int any_hi
       stack[stack_size++] = INSTANCE_EXIT;
       current = geometry.scene.instances[instance].root;
       continue;
-    } else if (!(current & 0x80000000u)) {
-      global const uint* node = geometry.nodes + (size_t)current * 16;
-      float end0, end1;
-      const float begin0 = bvh2_interval((global const float*)node, ray, &end0);
-      const float begin1 = bvh2_interval((global const float*)node + 6, ray, &end1);
-      const int in0 = begin0 <= shape_min_one(end0, hit->t), in1 = begin1 <= shape_min_one(end1, hit->t);
-      if (in0 | in1) {
-        const int first0 = in0 & ((!in1) | (begin0 <= begin1));
-        if (in0 & in1) stack[stack_size++] = node[first0 ? 13 : 12];
-        current = node[first0 ? 12 : 13];
-        continue;
-      }
     } else {
       const uint first = current & 0x0fffffffu, count = ((current >> 28) & 7u) + 1u;
       for (uint i = 0; i < count; ++i) {

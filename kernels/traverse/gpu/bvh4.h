@@ -20,18 +20,29 @@ EK_FN void bvh4_order(uint2* a, uint2* b) {
   *b = second;
 }
 
+// Takes the next entry that begins at or before t from the stack; returns 0 if there is none.
+EK_FN int bvh4_pop(const uint* stack, const float* begins, uint* size, const int any_hit, float t, uint* current) {
+  do {
+    if (*size == 0) return 0;
+    --*size;
+  } while (!any_hit && begins[*size] > t);
+  *current = stack[*size];
+  return 1;
+}
+
 EK_FN int traverse_bvh4(Geometry geometry, const RayOne* ray, const int any_hit, Hit* hit) {
   uint stack[EK_STACK_SIZE];
   float begins[EK_STACK_SIZE];  // where the ray enters the entries of the stack; for closest hits only
   uint stack_size = 0, current = 0;
   for (;;) {
-    EK_COUNT_STEP(hit);
-    if (!(current & BVH4_LEAF)) {
+    const RayBoxes boxes = ray_boxes(geometry, ray);
+    while (!(current & BVH4_LEAF)) {
+      EK_COUNT_STEP(hit);
       global const uint4* node = (global const uint4*)geometry.nodes + (size_t)current * 4;
       const uint4 frame = node[0], planes = node[1], children = node[3];
       const uint2 z = node[2].xy;
       float4 end;
-      const float4 begin = quantised_boxes(frame, planes.xy, planes.zw, z, ray, &end);
+      const float4 begin = quantised_boxes(frame, planes.xy, planes.zw, z, &boxes, &end);
       const int4 in = begin <= min_plane(end, (float4)(hit->t));
       const uint there = frame.w >> 24;
       const int in0 = (in.x != 0) & ((there & 1u) != 0), in1 = (in.y != 0) & ((there & 2u) != 0);
@@ -74,17 +85,14 @@ EK_FN int traverse_bvh4(Geometry geometry, const RayOne* ray, const int any_hit,
           continue;
         }
       }
-    } else {
-      const uint first = current & 0x0fffffffu, count = ((current >> 28) & 7u) + 1u;
-      for (uint i = 0; i < count; ++i) {
-        if (try_triangle(geometry, ray, geometry.leaves[first + i], any_hit, hit)) return 1;
-      }
+      if (!bvh4_pop(stack, begins, &stack_size, any_hit, hit->t, &current)) return 0;
     }
-    do {
-      if (stack_size == 0) return 0;
-      --stack_size;
-    } while (!any_hit && begins[stack_size] > hit->t);
-    current = stack[stack_size];
+    EK_COUNT_STEP(hit);
+    const uint first = current & 0x0fffffffu, count = ((current >> 28) & 7u) + 1u;
+    for (uint i = 0; i < count; ++i) {
+      if (try_triangle(geometry, ray, geometry.leaves[first + i], any_hit, hit)) return 1;
+    }
+    if (!bvh4_pop(stack, begins, &stack_size, any_hit, hit->t, &current)) return 0;
   }
 }
 

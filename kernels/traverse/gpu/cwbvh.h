@@ -38,31 +38,36 @@ EK_FN int traverse_cwbvh(Geometry geometry, const RayOne* ray, const int any_hit
   // At first it is the root alone.
   uint2 group = (uint2)(0u, 0x80000000u);
   for (;;) {
-    EK_COUNT_STEP(hit);
-    const uint next = 31u - clz(group.y), child = (next & 7u) ^ (inverse & 7u);
-    const uint index = group.x + popcount(group.y & ((1u << child) - 1u));
-    group.y &= ~(1u << next);
-    if (group.y > 0x00ffffffu) stack[stack_size++] = group;
+    const RayBoxes boxes = ray_boxes(geometry, ray);
+    uint triangles = 0, first_triangle = 0;
+    while (triangles == 0) {
+      if (group.y <= 0x00ffffffu) {
+        if (stack_size == 0) return 0;
+        group = stack[--stack_size];
+      }
+      EK_COUNT_STEP(hit);
+      const uint next = 31u - clz(group.y), child = (next & 7u) ^ (inverse & 7u);
+      const uint index = group.x + popcount(group.y & ((1u << child) - 1u));
+      group.y &= ~(1u << next);
+      if (group.y > 0x00ffffffu) stack[stack_size++] = group;
 
-    global const uint4* node = (global const uint4*)geometry.nodes + (size_t)index * 5;
-    const uint4 frame = node[0], links = node[1], lo_xy = node[2], lo_z_hi_x = node[3], hi_yz = node[4];
-    float4 end;
-    const float4 limit = (float4)(hit->t);
-    const float4 begin_a = quantised_boxes(frame, (uint2)(lo_xy.x, lo_z_hi_x.z), (uint2)(lo_xy.z, hi_yz.x),
-                                           (uint2)(lo_z_hi_x.x, hi_yz.z), ray, &end);
-    uint bits = cwbvh_bits(links.z, begin_a <= min_plane(end, limit), inverse);
-    const float4 begin_b = quantised_boxes(frame, (uint2)(lo_xy.y, lo_z_hi_x.w), (uint2)(lo_xy.w, hi_yz.y),
-                                           (uint2)(lo_z_hi_x.y, hi_yz.w), ray, &end);
-    bits |= cwbvh_bits(links.w, begin_b <= min_plane(end, limit), inverse);
-
-    for (uint triangles = bits & 0x00ffffffu; triangles != 0; triangles &= triangles - 1u) {
-      const uint place = 31u - clz(triangles & (0u - triangles));
-      if (try_triangle(geometry, ray, geometry.leaves[links.y + place], any_hit, hit)) return 1;
+      global const uint4* node = (global const uint4*)geometry.nodes + (size_t)index * 5;
+      const uint4 frame = node[0], links = node[1], lo_xy = node[2], lo_z_hi_x = node[3], hi_yz = node[4];
+      float4 end;
+      const float4 limit = (float4)(hit->t);
+      const float4 begin_a = quantised_boxes(frame, (uint2)(lo_xy.x, lo_z_hi_x.z), (uint2)(lo_xy.z, hi_yz.x),
+                                             (uint2)(lo_z_hi_x.x, hi_yz.z), &boxes, &end);
+      uint bits = cwbvh_bits(links.z, begin_a <= min_plane(end, limit), inverse);
+      const float4 begin_b = quantised_boxes(frame, (uint2)(lo_xy.y, lo_z_hi_x.w), (uint2)(lo_xy.w, hi_yz.y),
+                                             (uint2)(lo_z_hi_x.y, hi_yz.w), &boxes, &end);
+      bits |= cwbvh_bits(links.w, begin_b <= min_plane(end, limit), inverse);
+      group = (uint2)(links.x, (bits & 0xff000000u) | frame.w >> 24);
+      triangles = bits & 0x00ffffffu;
+      first_triangle = links.y;
     }
-    group = (uint2)(links.x, (bits & 0xff000000u) | frame.w >> 24);
-    if (group.y <= 0x00ffffffu) {
-      if (stack_size == 0) return 0;
-      group = stack[--stack_size];
+    for (; triangles != 0; triangles &= triangles - 1u) {
+      const uint place = 31u - clz(triangles & (0u - triangles));
+      if (try_triangle(geometry, ray, geometry.leaves[first_triangle + place], any_hit, hit)) return 1;
     }
   }
 }
