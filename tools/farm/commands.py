@@ -23,6 +23,7 @@ def add_submit(commands):
     parser.add_argument("--sbatch", action="append", default=[], metavar="WORDS", help="more words for sbatch")
     parser.add_argument("--eikon", metavar="FILE", help="the program, at a path that all nodes have [that in PATH]")
     parser.add_argument("--measure", type=float, default=2.0, metavar="SECONDS", help="of the measured run, about [2]")
+    parser.add_argument("--checkpoint-every", type=float, default=0, metavar="SECONDS", help="as of eikon render [60]")
     add_limits(parser, "", 0)
     parser.set_defaults(run=submit.submit)
 

@@ -67,11 +67,16 @@ class Farm:
         count = self.settings["threads"]
         return [] if any(w.startswith("--threads") for w in words) or not count else [f"--threads={count}"]
 
+    def _every(self):
+        every = self.settings["checkpoint_every"]
+        return [f"--checkpoint-every={every:g}"] if every else []
+
     def _whole(self, job):
-        words, checkpoint = list(job.words), ""
+        words, checkpoint = jobs.without(job.words, {"--quiet": False}), ""
         if not any(word.split("=")[0] == "--checkpoint" for word in words):
             checkpoint = self.inside("checkpoints", f"{job.name}.exr")
-            words += [f"--checkpoint={checkpoint}"]
+            words = jobs.without(words, {"--checkpoint-every": True, "--resume": False})
+            words += [f"--checkpoint={checkpoint}", *self._every()]
         words += self._threads(words)
         return Item(job, jobs.quote(["render", *words]), job.output, checkpoint, 1.0)
 
@@ -79,7 +84,8 @@ class Farm:
         name = f"{begin:08d}-{end:08d}.exr"
         output = self.inside("parts", job.name, name)
         checkpoint = self.inside("checkpoints", f"{job.name}-{name}")
-        words = [*job.part, f"--samples={begin}:{end}", f"--output={output}", f"--checkpoint={checkpoint}", "--quiet"]
+        words = [*job.part, f"--samples={begin}:{end}", f"--output={output}", f"--checkpoint={checkpoint}",
+                 *self._every(), "--quiet"]
         words += self._threads(words)
         return Item(job, jobs.quote(["render", *words]), output, checkpoint, (end - begin) / (job.samples[1] - job.samples[0]))
 

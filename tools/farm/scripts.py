@@ -82,7 +82,7 @@ trap 'kill -TERM $child' TERM INT
 tries=0
 while :; do
   tries=$((tries + 1))
-  "$eikon" batch - --ledger "$farm/tasks/$name.ledger" --progress openjd < "$farm/tasks/$name.txt" &
+  "$eikon" batch - --ledger "$farm/tasks/$name.ledger" --quiet < "$farm/tasks/$name.txt" &
   child=$!
   wait $child; code=$?
   while kill -0 $child 2> /dev/null; do wait $child; code=$?; done

@@ -54,7 +54,7 @@ def make_farm(options):
                 "partition": options.partition, "account": options.account, "gres": options.gres,
                 "exclude": options.exclude, "throttle": options.throttle, "memory_mb": memory, "minutes": options.minutes,
                 "signal_s": options.signal, "sbatch": options.sbatch, "nodes": options.nodes, "parts": options.parts,
-                "lines": options.lines}
+                "lines": options.lines, "checkpoint_every": options.checkpoint_every}
     return folder.Farm(path, settings, all_jobs, measured)
 
 
