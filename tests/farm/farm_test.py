@@ -16,6 +16,7 @@ import sys
 import tempfile
 import time
 import unittest
+import unittest.mock
 
 import cluster
 
@@ -78,6 +79,8 @@ def done_entries(name):
 
 
 class FarmTest(unittest.TestCase):
+    """Claims about images and refusals."""
+
     def same_bits(self, image, *words):
         """Fails unless the image is that of an undivided render."""
         reference = space / f"reference{len(list(space.glob('reference*')))}.exr"
@@ -106,7 +109,52 @@ class FarmTest(unittest.TestCase):
         self.assertEqual(result[2].count("\n"), 1, result[2])
 
 
-class A_LimitBegins(FarmTest):
+class A_Refusals(FarmTest):
+    def test_no_slurm(self):
+        bare = space / "bare"
+        bare.mkdir()
+        (bare / "python3").symlink_to(sys.executable)
+        self.refused(submit("none", CORNELL, environment=dict(os.environ, PATH=str(bare))), 3, "there is no Slurm here")
+
+    def test_unknown_partition(self):
+        self.refused(submit("none", CORNELL, "--partition", "nowhere"), 2, "partition 'nowhere' does not exist; there is work")
+
+    def test_wrong_lines(self):
+        self.refused(submit("none", CORNELL, "--wrong"), 2, "nothing was submitted")
+        self.refused(submit("none", space / "absent.gltf"), 3, "no such file")
+        self.refused(farm("status", space / "none"), 3, "no farm was submitted here")
+
+    def test_dry_run_prints_scripts_and_writes_nothing(self):
+        code, said, wrong = submit("dry", CORNELL, "--size", "64x64", "--spp", 8, "--parts", 4, "--dry-run", "--gres", "gpu:1")
+        self.assertEqual(code, 0, wrong)
+        for text in ("#SBATCH --requeue", "#SBATCH --gres=gpu:1", "#SBATCH --signal=B:USR1@90", "--samples=2:4", "scontrol requeue"):
+            self.assertIn(text, said)
+        self.assertFalse((space / "dry").exists())
+        for script in re.findall(r"(#!/bin/bash\n.*?)(?=\n\n# /)", said, re.DOTALL):
+            self.assertEqual(subprocess.run(["bash", "-n"], input=script, text=True, check=False).returncode, 0, script)
+
+    def wrapper(self, name, node, word, reply):
+        """A program that is eikon, but for one answer on one node."""
+        path = space / name
+        path.write_text(f'#!/bin/sh\n[ "$SLURMD_NODENAME $1" = "{node} {word}" ] && {{ echo "{reply}"; exit 0; }}\nexec "{eikon}" "$@"\n')
+        path.chmod(0o755)
+        return path
+
+    def test_versions_and_arithmetic_that_differ(self):
+        other = self.wrapper("eikon_version", "n2", "--version", "eikon 9.9.9")
+        result = farm("submit", CORNELL, "--size", "32x32", "--spp", 4, "--folder", space / "version", "--eikon", other, "--measure", 0.1)
+        self.refused(result, 3, r"nodes have different versions of eikon.*'eikon 9.9.9' on n2")
+        other = self.wrapper("eikon_arithmetic", "n2", "devices", "   arithmetic fused")
+        result = farm("submit", CORNELL, "--size", "32x32", "--spp", 4, "--folder", space / "arithmetic", "--eikon", other, "--measure", 0.1)
+        self.refused(result, 3, r"different classes of arithmetic.*'fused' on n2")
+
+    def test_a_folder_that_is_not_shared(self):
+        if not slurm.hidden:
+            self.skipTest("not allowed to mount")
+        self.refused(submit("hidden/farm", CORNELL, "--size", "32x32", "--spp", 4), 3, "node n2 does not share this folder")
+
+
+class B_LimitBegins(FarmTest):
     def test_a_task_that_will_run_into_its_limit_begins(self):
         code, said, wrong = submit("limit", CORNELL, "-o", "limit.exr", "--size", "128x128", "--spp", LIMIT_SPP, "--parts", 1,
                                    "--minutes", 1, "--signal", 58, "--exclude", "n2")
@@ -116,7 +164,7 @@ class A_LimitBegins(FarmTest):
 LIMIT_SPP = 12000
 
 
-class B_Whole(FarmTest):
+class C_Whole(FarmTest):
     def test_eight_parts_of_which_one_is_killed_have_the_bits_of_one_render(self):
         words = ["--size", "128x128", "--spp", "1600"]
         code, said, wrong = submit("eight", CORNELL, "-o", "eight.exr", "--png", "eight.png", *words, "--parts", 8, "--lines", 1,
@@ -174,51 +222,6 @@ class B_Whole(FarmTest):
                        f"0.278,0.27,{-0.8 - 0.01 * 5}:0.278,0.27,0")
 
 
-class C_Refusals(FarmTest):
-    def test_no_slurm(self):
-        bare = space / "bare"
-        bare.mkdir()
-        (bare / "python3").symlink_to(sys.executable)
-        self.refused(submit("none", CORNELL, environment=dict(os.environ, PATH=str(bare))), 3, "there is no Slurm here")
-
-    def test_unknown_partition(self):
-        self.refused(submit("none", CORNELL, "--partition", "nowhere"), 2, "partition 'nowhere' does not exist; there is work")
-
-    def test_wrong_lines(self):
-        self.refused(submit("none", CORNELL, "--wrong"), 2, "nothing was submitted")
-        self.refused(submit("none", space / "absent.gltf"), 3, "no such file")
-        self.refused(farm("status", space / "none"), 3, "no farm was submitted here")
-
-    def test_dry_run_prints_scripts_and_writes_nothing(self):
-        code, said, wrong = submit("dry", CORNELL, "--size", "64x64", "--spp", 8, "--parts", 4, "--dry-run", "--gres", "gpu:1")
-        self.assertEqual(code, 0, wrong)
-        for text in ("#SBATCH --requeue", "#SBATCH --gres=gpu:1", "#SBATCH --signal=B:USR1@90", "--samples=2:4", "scontrol requeue"):
-            self.assertIn(text, said)
-        self.assertFalse((space / "dry").exists())
-        for script in re.findall(r"(#!/bin/bash\n.*?)(?=\n\n# /)", said, re.DOTALL):
-            self.assertEqual(subprocess.run(["bash", "-n"], input=script, text=True, check=False).returncode, 0, script)
-
-    def wrapper(self, name, node, word, reply):
-        """A program that is eikon, but for one answer on one node."""
-        path = space / name
-        path.write_text(f'#!/bin/sh\n[ "$SLURMD_NODENAME $1" = "{node} {word}" ] && {{ echo "{reply}"; exit 0; }}\nexec "{eikon}" "$@"\n')
-        path.chmod(0o755)
-        return path
-
-    def test_versions_and_arithmetic_that_differ(self):
-        other = self.wrapper("eikon_version", "n2", "--version", "eikon 9.9.9")
-        result = farm("submit", CORNELL, "--size", "32x32", "--spp", 4, "--folder", space / "version", "--eikon", other, "--measure", 0.1)
-        self.refused(result, 3, r"nodes have different versions of eikon.*'eikon 9.9.9' on n2")
-        other = self.wrapper("eikon_arithmetic", "n2", "devices", "   arithmetic fused")
-        result = farm("submit", CORNELL, "--size", "32x32", "--spp", 4, "--folder", space / "arithmetic", "--eikon", other, "--measure", 0.1)
-        self.refused(result, 3, r"different classes of arithmetic.*'fused' on n2")
-
-    def test_a_folder_that_is_not_shared(self):
-        if not slurm.hidden:
-            self.skipTest("not allowed to mount")
-        self.refused(submit("hidden/farm", CORNELL, "--size", "32x32", "--spp", 4), 3, "node n2 does not share this folder")
-
-
 class D_Failures(FarmTest):
     def test_a_texture_that_one_node_lacks(self):
         if not slurm.hidden:
@@ -228,12 +231,13 @@ class D_Failures(FarmTest):
             if "uri" in image and not image["uri"].startswith("data:"):
                 shutil.copy(ROOT / "scenes" / image["uri"], space / "hidden" / f"{number}.png")
                 image["uri"] = f"hidden/{number}.png"
+        shutil.copy(ROOT / "scenes/sky.hdr", space)
         for buffer in scene.get("buffers", []):
             if not buffer["uri"].startswith("data:"):
                 shutil.copy(ROOT / "scenes" / buffer["uri"], space)
         (space / "textured.gltf").write_text(json.dumps(scene))
         words = [space / "textured.gltf", "--size", "32x32", "--spp", "16"]
-        code, said, wrong = submit("texture", *words, "-o", "texture.exr", "--parts", 4, "--lines", 1)
+        code, said, wrong = submit("texture", *words, "-o", "texture.exr", "--parts", 4, "--lines", 1, "--probe-wait", 1)
         self.assertEqual(code, 0, said + wrong)
         wait("texture")
         code, said, _ = farm("status", space / "texture")
@@ -241,7 +245,7 @@ class D_Failures(FarmTest):
         failed = [line for line in said.splitlines() if line.startswith("failed: ")]
         self.assertTrue(failed)
         for line in failed:
-            self.assertRegex(line, r"texture/parts/.*\.exr: .*hidden/0.png.*; log: .*/texture/logs/r0-\d+\.log")
+            self.assertRegex(line, r"texture/parts/.*\.exr: .*hidden/\d.png.*; log: .*/texture/logs/r0-\d+\.log")
             self.assertIn("on n2", pathlib.Path(line.split("log: ")[1]).read_text())
         self.assertFalse((space / "texture.exr").exists(), "an image of some of its samples looks like a whole one")
         code, said, wrong = farm("resubmit", space / "texture", "--exclude", "n2")
@@ -255,8 +259,8 @@ class D_Failures(FarmTest):
 class E_LimitEnds(FarmTest):
     def test_it_was_saved_before_its_limit_and_went_on(self):
         wait("limit", 300)
-        self.assertIn("1 done, 0 running, 0 waiting, 0 failed", farm("status", space / "limit")[1])
         log = (space / "limit/logs/r0-00000.log").read_text()
+        self.assertIn("1 done, 0 running, 0 waiting, 0 failed", farm("status", space / "limit")[1], log)
         self.assertIn("saved before the time limit, and queued again", log)
         samples = [entry["samples"] for entry in ledger("limit") if entry["state"] in ("done", "interrupted")]
         self.assertGreaterEqual(len(samples), 2)
@@ -285,12 +289,11 @@ class F_FullDisk(FarmTest):
         self.addCleanup(subprocess.run, ["umount", "-l", disk], check=False)
         self.refused(submit("disk/large", CORNELL, "--size", "2000x2000", "--spp", 64, "--parts", 32), 3,
                      r"disk/large: the disk has 0.00 GB left, parts and merges take about")
-        words = ["--size", "64x64", "--spp", "64"]
-        # Node n2 sees mounts only that were there before it.
-        code, said, wrong = submit("disk/farm", CORNELL, "-o", "full.exr", *words, "--parts", 4, "--lines", 4, "--exclude", "n2",
-                                   "--sbatch", "--begin=now+3600")
-        self.assertEqual((code, "submitted" in said), (3, False), said + wrong) if code else None
-        jobs = [array[0] for array in json.loads((disk / "farm/farm.json").read_text())["rounds"][0]["arrays"]]
+        words = ["--size", "64x64", "--spp", "6000"]
+        # Node n2 does not see this mount.
+        code, said, wrong = submit("disk/farm", CORNELL, "-o", disk / "full.exr", *words, "--parts", 4, "--lines", 4, "--exclude", "n2")
+        self.assertEqual(code, 0, said + wrong)
+        self.process("farm")
         with open(disk / "filler", "wb") as filler:
             try:
                 while True:
@@ -298,15 +301,16 @@ class F_FullDisk(FarmTest):
                     filler.flush()
             except OSError:
                 pass
-        for job in jobs:
-            slurm.run("scontrol", "update", f"JobId={job}", "StartTime=now")
         wait("farm")
         code, said, _ = farm("status", disk / "farm", "--no-error")
-        self.assertEqual(code, 1)
-        self.assertIn("4 failed", said)
+        self.assertEqual(code, 1, said)
+        self.assertRegex(said, r"failed: .*disk/farm/parts.*; log: .*disk/farm/logs/r0-00000.log")
         (disk / "filler").unlink()
         code, said, wrong = farm("resubmit", disk / "farm")
         self.assertEqual(code, 0, said + wrong)
+        wait("farm")
+        self.assertEqual(farm("status", disk / "farm"), (0, unittest.mock.ANY, ""))
+        self.same_bits(disk / "full.exr", CORNELL, *words)
 
 
 if __name__ == "__main__":

@@ -2,13 +2,14 @@
 """The command line of eikon-farm."""
 import argparse
 import sys
+import tempfile
 
-from . import errors, folder, merging, status, submit
+from . import errors, folder, merging, openjd, planning, status, submit
 
 
-def add_submit(commands):
-    """The flags of `submit`; all others are those of a render."""
-    parser = commands.add_parser("submit", allow_abbrev=False, help="submit a jobs file, or one scene with flags of a render",
+def add_submit(commands, name, about, run):
+    """The flags of `submit` and `openjd`; all others are those of a render."""
+    parser = commands.add_parser(name, allow_abbrev=False, help=about,
                                  description="Everything that is not listed here is a flag of `eikon render` for SCENE.")
     parser.add_argument("input", metavar="JOBS.txt|SCENE", help="lines as of `eikon batch`, or a .gltf or .glb file")
     parser.add_argument("--parts", type=int, default=0, metavar="N", help="parts of each image [by a measured run]")
@@ -25,7 +26,7 @@ def add_submit(commands):
     parser.add_argument("--measure", type=float, default=2.0, metavar="SECONDS", help="of the measured run, about [2]")
     parser.add_argument("--checkpoint-every", type=float, default=0, metavar="SECONDS", help="as of eikon render [60]")
     add_limits(parser, "", 0)
-    parser.set_defaults(run=submit.submit)
+    parser.set_defaults(run=run)
 
 
 def add_limits(parser, none, zero):
@@ -47,12 +48,11 @@ def show_status(options):
     for state in states:
         if not state.item.job.parts and state.state == "done" and state.entry.get("relmse_predicted"):
             errors_of[state.item.job.name] = state.entry["relmse_predicted"]
-    if options.error:
-        for job in farm.jobs:
-            if job.parts:
-                preview = farm.path / "parts" / job.name / "preview.exr"
-                errors_of[job.name] = merging.error_of(merging.preview(farm, job, preview, None))
-                preview.unlink(missing_ok=True)
+    for job in farm.jobs if options.error else []:
+        if job.parts:
+            with tempfile.TemporaryDirectory() as scratch:
+                said = merging.preview(farm, job, f"{scratch}/preview.exr", None)
+            errors_of[job.name] = merging.error_of(said)
     status.show(farm, queued, states, errors_of)
     return errors.NOT_AS_ASKED if status.counts(states)["failed"] else 0
 
@@ -76,7 +76,8 @@ def parser_of_all():
     parser = argparse.ArgumentParser(prog="eikon-farm", description="Renders images over a cluster; tools/farm/README.md has "
                                      "examples. Exit codes are those of eikon.")
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
-    add_submit(commands)
+    add_submit(commands, "submit", "submit a jobs file, or one scene with flags of a render, to Slurm", submit.submit)
+    add_submit(commands, "openjd", "write the same as a template of Open Job Description", openjd.write_template)
     one = commands.add_parser("status", help="what is done, running and failed")
     one.add_argument("folder", metavar="FOLDER")
     one.add_argument("--no-error", dest="error", action="store_false", help="do not merge to tell the predicted error")
@@ -94,13 +95,14 @@ def parser_of_all():
     one.add_argument("-o", "--output", default="preview.exr", metavar="FILE")
     one.add_argument("--png", metavar="FILE")
     one.set_defaults(run=preview)
+    planning.add_plan(commands)
     return parser
 
 
 def main(words):
     """Runs a command and returns its exit code."""
     options, rest = parser_of_all().parse_known_args(words)
-    if rest and options.command != "submit":
+    if rest and options.command not in ("submit", "openjd", "plan"):
         parser_of_all().error(f"unrecognised: {' '.join(rest)}")
     options.render = rest
     try:

@@ -7,6 +7,8 @@ import math
 STARTUP_SHARE = 0.1
 # Each node gets this many tasks, so that the last ones of fast and slow nodes end at about the same time.
 TASKS_PER_NODE = 4
+# A longer task gains nothing, and waits longer for a place in a busy cluster.
+LONGEST_TASK_S = 3600
 # A merge reads so many files. Memory does not grow with it; a smaller number makes a deeper tree, which copies more.
 MERGE_FAN_IN = 64
 # How often a task is run on its node, by the exit code of eikon: what another attempt may cure. A task that was killed
@@ -26,8 +28,10 @@ def least_task_seconds(startup_s):
 
 def parts_of(samples, work_s, startup_s, nodes):
     """Into how many parts an image of so many samples per pixel, that takes one node work_s of rendering, is divided."""
-    most = int(work_s / max(least_task_seconds(startup_s), 1e-9))
-    return max(1, min(samples, most, nodes * TASKS_PER_NODE))
+    # Whole samples, so that the smallest part is large enough too.
+    least = max(1, math.ceil(least_task_seconds(startup_s) * samples / max(work_s, 1e-9) - 1e-9))
+    wanted = max(nodes * TASKS_PER_NODE, math.ceil(work_s / LONGEST_TASK_S))
+    return max(1, min(samples // least, wanted))
 
 
 def divide(begin, end, parts):
@@ -45,7 +49,7 @@ def group(seconds, startup_s, nodes):
     enough = max(enough, min(sum(seconds) / (nodes * TASKS_PER_NODE), 10 * enough))
     tasks, load = [], math.inf
     for number, each in enumerate(seconds):
-        if load >= enough or load + each > 2 * enough:
+        if load >= enough * (1 - 1e-9) or load + each > 2 * enough:
             tasks.append([])
             load = 0
         tasks[-1].append(number)

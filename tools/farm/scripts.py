@@ -71,18 +71,36 @@ TASK = r"""
 name="r$EIKON_ROUND-$(printf %05d $((SLURM_ARRAY_TASK_ID + EIKON_OFFSET)))"
 exec >> "$farm/logs/$name.log" 2>&1 || exit 3
 echo "== $(date -u +%FT%TZ) $name on ${SLURMD_NODENAME:-$(hostname -s)}, job ${SLURM_ARRAY_JOB_ID}_$SLURM_ARRAY_TASK_ID, start ${SLURM_RESTART_COUNT:-0}"
-source "$farm/node.sh"
+{run}
+if [ -n "$requeue" ] && [ $code = 143 ]; then
+  echo "eikon-farm: saved before the time limit, and queued again"
+  scontrol requeue "${SLURM_ARRAY_JOB_ID}_$SLURM_ARRAY_TASK_ID"
+  sleep 60
+fi
+echo "== $(date -u +%FT%TZ) $name ended with exit code $code on ${SLURMD_NODENAME:-$(hostname -s)}"
+exit $code
+"""
+
+# For a queue that speaks Open Job Description: it keeps the log, and reads the lines of progress in it.
+OPENJD_TASK = r"""
+name="r0-$(printf %05d "$1")"
+{run}
+exit $code
+"""
+
+# Runs the lines of task $name, and sets `code`.
+RUN = r"""source "$farm/node.sh"
 cd "$base" || fail "cannot enter $base"
 
-# Shortly before the time limit the scheduler sends USR1: eikon saves, and the task is queued again. TERM, which comes
-# before a task is cancelled or preempted, saves too. What SIGKILL ends continues from its last checkpoint.
+# Shortly before the time limit Slurm sends USR1: eikon saves, and the task is queued again. TERM, which comes before a
+# task is cancelled or preempted, saves too. What SIGKILL ends continues from its last checkpoint.
 requeue=
 trap 'requeue=1; kill -TERM $child' USR1
 trap 'kill -TERM $child' TERM INT
 tries=0
 while :; do
   tries=$((tries + 1))
-  "$eikon" batch - --ledger "$farm/tasks/$name.ledger" --quiet < "$farm/tasks/$name.txt" &
+  "$eikon" batch - --ledger "$farm/tasks/$name.ledger" {progress} < "$farm/tasks/$name.txt" &
   child=$!
   wait $child; code=$?
   while kill -0 $child 2> /dev/null; do wait $child; code=$?; done
@@ -95,17 +113,9 @@ while :; do
   echo "eikon-farm: exit code $code at try $tries of $most; once more"
   sleep $tries
 done
-if [ -n "$requeue" ] && [ $code = 143 ]; then
-  echo "eikon-farm: saved before the time limit, and queued again"
-  scontrol requeue "${SLURM_ARRAY_JOB_ID}_$SLURM_ARRAY_TASK_ID"
-  sleep 60
-fi
 if [ $code = 0 ]; then
   while read -r checkpoint; do rm -f "$checkpoint"; done < "$farm/tasks/$name.checkpoints"
-fi
-echo "== $(date -u +%FT%TZ) $name ended with exit code $code on ${SLURMD_NODENAME:-$(hostname -s)}"
-exit $code
-"""
+fi"""
 
 MERGE = r"""
 level={level}
@@ -115,6 +125,12 @@ echo "== $(date -u +%FT%TZ) $name"
 source "$farm/node.sh"
 cd "$base" || fail "cannot enter $base"
 source "$farm/merges/$name.sh"
+"""
+
+OPENJD_MERGE = r"""
+source "$farm/node.sh"
+cd "$base" || fail "cannot enter $base"
+source "$farm/merges/merge-$1-$(printf %05d "$2").sh"
 """
 
 # A merge of some files, or the last one of an image.
@@ -164,13 +180,24 @@ def common(farm, name):
             "exclude": settings["exclude"], "output": "/dev/null", "error": "/dev/null"}
 
 
-def task_script(farm):
-    """Runs one task of an array."""
+def run_lines(progress):
+    """What runs the lines of a task, and tries again as the policy says."""
     lines = [f"    {code}) most={policy.attempts(code)} ;;" for code in sorted(policy.ATTEMPTS)]
     lines.append(f"    *) most={policy.ATTEMPTS_OTHER} ;;")
+    return RUN.replace("{attempts}", "\n".join(lines)).replace("{progress}", progress)
+
+
+def openjd_scripts(farm):
+    """{name: text} of what the steps of a template run."""
+    return {"openjd-task.sh": head(farm, {}) + OPENJD_TASK.replace("{run}", run_lines("--progress openjd")),
+            "openjd-merge.sh": head(farm, {}) + OPENJD_MERGE}
+
+
+def task_script(farm):
+    """Runs one task of an array."""
     options = {**common(farm, "task"), "gres": farm.settings["gres"], "time": farm.settings["minutes"], "requeue": True,
                "signal": f"B:USR1@{farm.settings['signal_s']}", "open-mode": "append"}
-    return head(farm, options) + TASK.replace("{attempts}", "\n".join(lines))
+    return head(farm, options) + TASK.replace("{run}", run_lines("--quiet"))
 
 
 def probe_script(farm):

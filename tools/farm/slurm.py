@@ -3,6 +3,7 @@
 import re
 import shutil
 import subprocess
+import time
 
 from . import errors
 
@@ -85,9 +86,14 @@ def states(numbers):
     return found
 
 
-def cancel(numbers):
-    """Cancels jobs; those that are over do not matter."""
-    if numbers:
-        # The script of a task passes TERM on, so that eikon saves; then the task ends by itself or is killed.
-        subprocess.run(["scancel", "--batch", "--signal=TERM", *numbers], capture_output=True, check=False)
-        run("scancel", *numbers)
+def cancel(numbers, seconds=30):
+    """Cancels jobs, which have so many seconds to save; those that are over do not matter."""
+    if not numbers:
+        return
+    # First what waits: it would start when the others end. The script of a task passes TERM on, so that eikon saves.
+    for words in (["--state=PENDING"], ["--batch", "--signal=TERM", "--state=RUNNING"]):
+        subprocess.run(["scancel", *words, *numbers], capture_output=True, check=False)
+    end = time.monotonic() + seconds
+    while time.monotonic() < end and any(state[0] in ACTIVE for state in states(numbers).values()):
+        time.sleep(0.2)
+    subprocess.run(["scancel", *numbers], capture_output=True, check=False)

@@ -35,6 +35,7 @@ def default_folder(options, found):
 
 def make_farm(options):
     """The plan of a submission; writes nothing."""
+    options.sbatch = [word for text in options.sbatch for word in shlex.split(text)]
     eikon = jobs.find_eikon(options.eikon)
     found = read_input(options)
     text, base, name, file = found
@@ -152,7 +153,6 @@ def submit(options):
     """Divides, probes and submits."""
     if not options.dry_run:
         slurm.check_partition(options.partition)
-    options.sbatch = [word for text in options.sbatch for word in shlex.split(text)]
     if not options.nodes:
         try:
             options.nodes = max(1, len(slurm.nodes(options.partition, options.exclude)))
