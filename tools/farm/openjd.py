@@ -29,7 +29,7 @@ def template(farm, tasks, levels):
                                                {"name": "amount.worker.vcpu", "min": farm.settings["threads"] or 1}]}
     return {"specificationVersion": "jobtemplate-2023-09", "name": f"eikon {farm.path.stem}"[:120],
             "parameterDefinitions": [{"name": "Farm", "type": "PATH", "objectType": "DIRECTORY", "dataFlow": "INOUT",
-                                      "default": str(farm.path), "description": "The folder that eikon-farm wrote"}],
+                                      "default": ".", "description": "The folder that eikon-farm wrote: that of the template"}],
             "steps": steps}
 
 
