@@ -132,6 +132,24 @@ def measure(eikon, job, folder, threads, seconds=2.0):
     return result
 
 
+def measure_merge(eikon, job, folder):
+    """Seconds that a merge takes for each part: of two parts, without those of one."""
+    if job.samples[1] - job.samples[0] < 2:
+        return 0.0
+    with tempfile.TemporaryDirectory() as scratch:
+        parts, took = [], []
+        for number in range(2):
+            begin = job.samples[0] + number
+            parts.append(os.path.join(scratch, f"part{number}.exr"))
+            run_render(eikon, [*job.part, "--samples", f"{begin}:{begin + 1}", "-o", parts[-1], "--quiet"], folder)
+        for some in (parts[:1], parts):
+            before = os.times().elapsed
+            subprocess.run([eikon, "merge", *some, "-o", os.path.join(scratch, "merged.exr"), "--quiet"], check=False,
+                           capture_output=True)
+            took.append(os.times().elapsed - before)
+    return max(0.0, took[1] - took[0])
+
+
 def quote(words):
     """A line that a shell, and a batch, split into the same words."""
     return " ".join(shlex.quote(word) for word in words)

@@ -6,7 +6,6 @@ import math
 from . import errors, jobs, simulate, status, submit
 
 WORTH = 1.5  # twice as many nodes are worth it while they make it so many times faster
-MERGE_MB_PER_S = 120.0  # of parts, computing alone; README.md has the measurement
 
 
 def add_plan(commands):
@@ -14,8 +13,9 @@ def add_plan(commands):
     parser = commands.add_parser("plan", allow_abbrev=False, help="seconds by number of nodes, from a measured run",
                                  description="Everything that is not listed here is a flag of `eikon render` for SCENE.")
     parser.add_argument("input", metavar="JOBS.txt|SCENE", nargs="?", help="what would be rendered")
-    parser.add_argument("--work", metavar="SECONDS,SPP,STARTUP,MB", help="invented instead of measured: seconds of one node "
-                        "for an image of so many samples per pixel, start-up, megabytes of a part")
+    parser.add_argument("--work", metavar="SECONDS,SPP,STARTUP,MB,MERGE", help="invented instead of measured: seconds of "
+                        "one node for an image of so many samples per pixel, of start-up, megabytes of a part, and seconds "
+                        "of merging it")
     parser.add_argument("--most", type=int, default=1024, metavar="NODES", help="the most nodes [1024]")
     parser.add_argument("--spread", type=float, default=0.1, metavar="SHARE", help="speeds of nodes differ by so much [0.1]")
     parser.add_argument("--failures", type=float, default=0.01, metavar="N", help="of a node in an hour [0.01]")
@@ -35,10 +35,10 @@ def work_of(options):
     """What is to be done: as it was measured, or as the user invents it."""
     if options.work:
         try:
-            seconds, spp, startup, megabytes = map(float, options.work.split(","))
+            seconds, spp, startup, megabytes, merge = map(float, options.work.split(","))
         except ValueError as error:
-            raise errors.FarmError(f"--work {options.work}: takes SECONDS,SPP,STARTUP,MB", errors.USAGE) from error
-        return simulate.Work([seconds], max(1, int(spp)), startup, megabytes, megabytes / MERGE_MB_PER_S)
+            raise errors.FarmError(f"--work {options.work}: takes SECONDS,SPP,STARTUP,MB,MERGE", errors.USAGE) from error
+        return simulate.Work([seconds], max(1, int(spp)), startup, megabytes, merge)
     if not options.input:
         raise errors.FarmError("name a jobs file or a scene, or invent one with --work", errors.USAGE)
     eikon = jobs.find_eikon(options.eikon)
@@ -47,11 +47,12 @@ def work_of(options):
     largest = max(images, key=lambda job: job.sample_count)
     measured = jobs.measure(eikon, largest, base, options.cpus, options.measure)
     largest.size = measured.size
-    print(f"measured: {measured.samples_per_second / 1e6:.2f} Msamples/s, start-up {measured.startup_s:.2f} s, "
-          f"{measured.part_bytes / 1e6:.1f} MB a part")
+    merge_s = jobs.measure_merge(eikon, largest, base)
     megabytes = measured.part_bytes / 1e6
+    print(f"measured: {measured.samples_per_second / 1e6:.2f} Msamples/s, start-up {measured.startup_s:.2f} s, "
+          f"{megabytes:.1f} MB a part, {merge_s:.3f} s to merge one")
     return simulate.Work([measured.seconds(job) for job in images], max(job.samples[1] - job.samples[0] for job in images),
-                         measured.startup_s, megabytes, megabytes / MERGE_MB_PER_S)
+                         measured.startup_s, megabytes, merge_s)
 
 
 def table_of(work, options):

@@ -113,6 +113,7 @@ while :; do
   echo "eikon-farm: exit code $code at try $tries of $most; once more"
   sleep $tries
 done
+trap - USR1 TERM INT
 if [ $code = 0 ]; then
   while read -r checkpoint; do rm -f "$checkpoint"; done < "$farm/tasks/$name.checkpoints"
 fi"""
