@@ -70,14 +70,14 @@ fi
 TASK = r"""
 name="r$EIKON_ROUND-$(printf %05d $((SLURM_ARRAY_TASK_ID + EIKON_OFFSET)))"
 exec >> "$farm/logs/$name.log" 2>&1 || exit 3
-echo "== $(date -u +%FT%TZ) $name on ${SLURMD_NODENAME:-$(hostname -s)}, job ${SLURM_ARRAY_JOB_ID}_$SLURM_ARRAY_TASK_ID, start ${SLURM_RESTART_COUNT:-0}"
+echo "== at $(date +%s.%3N) $(date -u +%FT%TZ) $name on ${SLURMD_NODENAME:-$(hostname -s)}, job ${SLURM_ARRAY_JOB_ID}_$SLURM_ARRAY_TASK_ID, start ${SLURM_RESTART_COUNT:-0}"
 {run}
 if [ -n "$requeue" ] && [ $code = 143 ]; then
   echo "eikon-farm: saved before the time limit, and queued again"
   scontrol requeue "${SLURM_ARRAY_JOB_ID}_$SLURM_ARRAY_TASK_ID"
   sleep 60
 fi
-echo "== $(date -u +%FT%TZ) $name ended with exit code $code on ${SLURMD_NODENAME:-$(hostname -s)}"
+echo "== at $(date +%s.%3N) $(date -u +%FT%TZ) $name ended with exit code $code on ${SLURMD_NODENAME:-$(hostname -s)}"
 exit $code
 """
 
@@ -122,7 +122,7 @@ MERGE = r"""
 level={level}
 name="merge-$level-$(printf %05d $((SLURM_ARRAY_TASK_ID + EIKON_OFFSET)))"
 exec >> "$farm/logs/$name.log" 2>&1 || exit 3
-echo "== $(date -u +%FT%TZ) $name"
+echo "== at $(date +%s.%3N) $(date -u +%FT%TZ) $name"
 source "$farm/node.sh"
 cd "$base" || fail "cannot enter $base"
 source "$farm/merges/$name.sh"
