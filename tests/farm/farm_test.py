@@ -88,6 +88,8 @@ def done_entries(name):
 class FarmTest(unittest.TestCase):
     """Claims about images and refusals."""
 
+    maxDiff = None
+
     def same_bits(self, image, *words):
         """Fails unless the image is that of an undivided render."""
         reference = space / f"reference{len(list(space.glob('reference*')))}.exr"
@@ -164,7 +166,7 @@ class A_Refusals(FarmTest):
 class B_LimitBegins(FarmTest):
     def test_a_task_that_will_run_into_its_limit_begins(self):
         code, said, wrong = submit("limit", CORNELL, "-o", "limit.exr", "--size", "128x128", "--spp", LIMIT_SPP, "--parts", 1,
-                                   "--minutes", 1, "--signal", 58, "--exclude", "n2")
+                                   "--minutes", 1, "--signal", 58, "--exclude", "n2", "--checkpoint-every", 5)
         self.assertEqual(code, 0, said + wrong)
 
 
@@ -202,7 +204,8 @@ class C_Whole(FarmTest):
         (space / "frames.txt").write_text("".join(
             f"render {CORNELL} -o frame{i:02d}.exr --size 64x64 --spp 1200 --look-at 0.278,0.27,{-0.8 - 0.01 * i}:0.278,0.27,0\n"
             for i in range(12)))
-        code, said, wrong = submit("frames", space / "frames.txt", "--parts", 1, "--lines", 2, "--exclude", "n1")
+        code, said, wrong = submit("frames", space / "frames.txt", "--parts", 1, "--lines", 2, "--exclude", "n1",
+                                   "--checkpoint-every", 0.1)
         self.assertEqual(code, 0, said + wrong)
         cluster.wait_until(lambda: len(done_entries("frames")) >= 3, 60, "three frames")
         self.assertEqual(farm("cancel", space / "frames")[0], 0)

@@ -19,6 +19,8 @@ from . import errors, jobs, policy
 
 FOLDERS = ("tasks", "parts", "merges", "nodes", "kernels", "logs", "checkpoints")
 
+USUAL_CHECKPOINT_S = 60  # of eikon render
+
 
 @dataclasses.dataclass
 class Item:
@@ -67,27 +69,33 @@ class Farm:
         count = self.settings["threads"]
         return [] if any(w.startswith("--threads") for w in words) or not count else [f"--threads={count}"]
 
-    def _every(self):
+    def _checkpoint(self, name, seconds):
+        """(flags, file) of the checkpoint of what takes so long. Without one where none would be written in that time:
+        at the end it has what the part has, and costs as much to write."""
         every = self.settings["checkpoint_every"]
-        return [f"--checkpoint-every={every:g}"] if every else []
+        if seconds < (every or USUAL_CHECKPOINT_S):
+            return [], ""
+        file = self.inside("checkpoints", name)
+        return [f"--checkpoint={file}", *([f"--checkpoint-every={every:g}"] if every else [])], file
 
     def _whole(self, job):
         words, checkpoint = jobs.without(job.words, {"--quiet": False}), ""
         if not any(word.split("=")[0] == "--checkpoint" for word in words):
-            checkpoint = self.inside("checkpoints", f"{job.name}.exr")
             words = jobs.without(words, {"--checkpoint-every": True, "--resume": False})
-            words += [f"--checkpoint={checkpoint}", *self._every()]
+            seconds = float("inf") if job.open_ended else self.measured.seconds(job)
+            flags, checkpoint = self._checkpoint(f"{job.name}.exr", seconds)
+            words += flags
         words += self._threads(words)
         return Item(job, jobs.quote(["render", *words]), job.output, checkpoint, 1.0)
 
     def _part(self, job, begin, end):
         name = f"{begin:08d}-{end:08d}.exr"
         output = self.inside("parts", job.name, name)
-        checkpoint = self.inside("checkpoints", f"{job.name}-{name}")
-        words = [*job.part, f"--samples={begin}:{end}", f"--output={output}", f"--checkpoint={checkpoint}",
-                 *self._every(), "--quiet"]
+        share = (end - begin) / (job.samples[1] - job.samples[0])
+        flags, checkpoint = self._checkpoint(f"{job.name}-{name}", self.measured.seconds(job) * share)
+        words = [*job.part, f"--samples={begin}:{end}", f"--output={output}", *flags, "--quiet"]
         words += self._threads(words)
-        return Item(job, jobs.quote(["render", *words]), output, checkpoint, (end - begin) / (job.samples[1] - job.samples[0]))
+        return Item(job, jobs.quote(["render", *words]), output, checkpoint, share)
 
     def seconds(self, item):
         """How long an item renders, by the measured run."""
@@ -185,8 +193,10 @@ def choose_parts(farm, asked, nodes):
             count = min(asked, end - begin)
         else:
             # Many images keep the nodes busy by themselves.
-            count = policy.parts_of(end - begin, farm.measured.seconds(job), farm.measured.startup_s,
-                                    max(1, nodes // len(farm.jobs)) if nodes > len(farm.jobs) else 1)
+            measured = farm.measured
+            part_s = measured.finish_s * job.pixels / (measured.size[0] * measured.size[1])
+            count = policy.parts_of(end - begin, measured.seconds(job), measured.startup_s,
+                                    max(1, nodes // len(farm.jobs)), part_s)
             count = 1 if len(farm.jobs) >= policy.TASKS_PER_NODE * nodes else count
         job.parts = [list(part) for part in policy.divide(begin, end, count)] if count > 1 else []
 

@@ -14,6 +14,8 @@ from . import errors
 
 NEVER_SIZED = (1280, 720)  # guess for an image whose camera decides its size, until one was measured
 
+COMPILED_S = 0.5  # kernels that were compiled before are there sooner
+
 
 @dataclasses.dataclass
 class Job:
@@ -83,7 +85,8 @@ def read_jobs(eikon, text, folder, name):
 class Measured:
     """A short run on one machine with as many threads as a task gets."""
     samples_per_second: float
-    startup_s: float  # of a task with compiled kernels: everything but rendering
+    startup_s: float  # until the first sample, with compiled kernels
+    finish_s: float  # from the last sample on: a part is written
     peak_mb: float
     part_bytes: int
     size: list
@@ -107,29 +110,29 @@ def run_render(eikon, words, folder):
     return os.times().elapsed - before, usage.ru_maxrss / 1024
 
 
-def measure(eikon, job, folder, threads, seconds=2.0):
-    """Renders as many samples of a job as fit in about so many seconds: twice, since the first run compiles kernels."""
+def measure(eikon, job, folder, threads, seconds):
+    """Renders samples of a job, twice as many and more, until rendering takes about so many seconds. A first run that
+    had to compile kernels does not count."""
     with tempfile.TemporaryDirectory() as scratch:
         stats, image = os.path.join(scratch, "stats.json"), os.path.join(scratch, "part.exr")
         words = [*job.part, "--stats", stats, "-o", image, "--quiet"]
         if threads and not any(word.startswith("--threads") for word in words):
             words += ["--threads", str(threads)]
-        begin, spp, result = job.samples[0], 1, None
-        for last in (False, False, True):
+        begin, spp, compiled = job.samples[0], 1, False
+        while True:
             wall_s, peak_mb = run_render(eikon, [*words, "--samples", f"{begin}:{begin + spp}"], folder)
             with open(stats, encoding="utf-8") as file:
                 said = json.load(file)
-            render_s = said["seconds"]["render"]
-            result = Measured(samples_per_second=said["samples"] / max(render_s, 1e-3), startup_s=wall_s - render_s,
-                              peak_mb=peak_mb, part_bytes=os.path.getsize(image), size=said["size"])
-            if last or render_s > seconds / 2:
-                break
-            spp = max(1, min(job.samples[1] - begin, int(spp * seconds / max(render_s, 1e-3)), 64 * spp))
-        if not last:  # slow enough, but with the time of the compiler in its start-up
-            wall_s, peak_mb = run_render(eikon, [*words, "--samples", f"{begin}:{begin + spp}"], folder)
-            with open(stats, encoding="utf-8") as file:
-                result.startup_s = wall_s - json.load(file)["seconds"]["render"]
-    return result
+            took = said["seconds"]
+            result = Measured(samples_per_second=said["samples"] / max(took["render"], 1e-3), startup_s=took["first_sample"],
+                              finish_s=max(0.0, wall_s - took["first_sample"] - took["render"]), peak_mb=peak_mb,
+                              part_bytes=os.path.getsize(image), size=said["size"])
+            cold = took["compile"] > COMPILED_S and not compiled
+            compiled = True
+            if not cold and (took["render"] >= seconds / 2 or begin + spp >= job.samples[1]):
+                return result
+            if not cold:
+                spp = min(job.samples[1] - begin, max(2 * spp, min(64 * spp, int(spp * seconds / max(took["render"], 1e-3)))))
 
 
 def measure_merge(eikon, job, folder):

@@ -16,19 +16,24 @@ def read(path):
         return {}
 
 
-def start_probes(farm):
-    """Submits a probe to each node that can take one, and returns {node: job}. All probes write a secret that stands in
-    the folder, so that one from another folder, or from yesterday, is recognised."""
-    folder.write(farm.path / "nodes" / "token", secrets.token_hex(16) + "\n")
+def start(farm):
+    """Submits a probe to each node that can take one, and returns {node: job}. Every node writes down a secret that stands
+    in the folder, so that another folder of the same name is recognised."""
+    place = farm.path / "nodes"
+    if not (place / "token").exists():
+        folder.write(place / "token", secrets.token_hex(16) + "\n")
+    (place / "expected").unlink(missing_ok=True)
     probe = farm.path / "probe.sh"
     folder.write(probe, scripts.probe_script(farm), executable=True)
     up = [name for name, is_up in slurm.nodes(farm.settings["partition"], farm.settings["exclude"]) if is_up]
     if not up:
         raise errors.FarmError("no node of the partition can take work: `sinfo` says why")
+    for name in up:
+        (place / name).unlink(missing_ok=True)
     return {name: slurm.submit(probe, f"--nodelist={name}") for name in up[:MOST_PROBED]}
 
 
-def wait_for_probes(farm, probes, seconds):
+def wait_for_probes(probes, seconds):
     """Waits until all probes are over; after so many seconds goes on without those that have not begun."""
     end = time.monotonic() + seconds
     while True:
@@ -45,10 +50,10 @@ def wait_for_probes(farm, probes, seconds):
         time.sleep(0.2)
 
 
-def probe(farm, seconds):
-    """Probes the nodes, and writes what all must be like. Fails, with a line, where one is not."""
-    probes = start_probes(farm)
-    late = wait_for_probes(farm, probes, seconds)
+def finish(farm, probes, seconds):
+    """Waits for the probes, and writes what all nodes must be like: (nodes that are, nodes that are busy). Fails, with a
+    line, where one is not."""
+    late = wait_for_probes(probes, seconds)
     said = {}
     token = (farm.path / "nodes" / "token").read_text().strip()
     for node in sorted(set(probes) - late):

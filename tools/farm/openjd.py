@@ -36,9 +36,8 @@ def template(farm, tasks, levels):
 def write_template(options):
     """`openjd`: the folder of a farm, and the template beside its tasks."""
     options.nodes = options.nodes or 1
-    farm = submit.make_farm(options)
-    submit.settle(farm)
-    submit.say_sizes(farm)
+    farm = submit.read_farm(options)
+    submit.measure(farm, options.measure)
     if not options.dry_run:
         submit.check_disk(farm)
         folder.make_folders(farm)

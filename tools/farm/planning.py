@@ -27,7 +27,7 @@ def add_plan(commands):
     parser.add_argument("--svg", metavar="FILE", help="draw it")
     parser.add_argument("--cpus", type=int, default=1, metavar="N", help="threads of each node [1]")
     parser.add_argument("--eikon", metavar="FILE", help="the program [that in PATH]")
-    parser.add_argument("--measure", type=float, default=2.0, metavar="SECONDS", help="of the measured run, about [2]")
+    parser.add_argument("--measure", type=float, default=1.0, metavar="SECONDS", help="of the measured run, about [1]")
     parser.set_defaults(run=plan)
 
 
@@ -52,7 +52,7 @@ def work_of(options):
     print(f"measured: {measured.samples_per_second / 1e6:.2f} Msamples/s, start-up {measured.startup_s:.2f} s, "
           f"{megabytes:.1f} MB a part, {merge_s:.3f} s to merge one")
     return simulate.Work([measured.seconds(job) for job in images], max(job.samples[1] - job.samples[0] for job in images),
-                         measured.startup_s, megabytes, merge_s)
+                         measured.startup_s, megabytes, merge_s, measured.finish_s)
 
 
 def table_of(work, options):

@@ -26,12 +26,26 @@ def least_task_seconds(startup_s):
     return startup_s * (1 / STARTUP_SHARE - 1)
 
 
-def parts_of(samples, work_s, startup_s, nodes):
-    """Into how many parts an image of so many samples per pixel, that takes one node work_s of rendering, is divided."""
+def parts_of(samples, work_s, startup_s, nodes, part_s=0.0):
+    """Into how many parts an image of so many samples per pixel, that takes one node work_s of rendering, is divided.
+    part_s: what each part costs beside, to be written and merged."""
     # Whole samples, so that the smallest part is large enough too.
     least = max(1, math.ceil(least_task_seconds(startup_s) * samples / max(work_s, 1e-9) - 1e-9))
-    wanted = max(nodes * TASKS_PER_NODE, math.ceil(work_s / LONGEST_TASK_S))
-    return max(1, min(samples // least, wanted))
+    most = max(1, samples // least)
+    counts = [min(most, nodes * times) for times in range(1, TASKS_PER_NODE + 1)]
+    counts = [1, *counts, min(most, max(counts[-1], math.ceil(work_s / LONGEST_TASK_S)))]
+    best = min(image_seconds(count, work_s, startup_s, nodes, part_s) for count in counts)
+    # More parts even out the speeds of nodes, so they are taken where they cost next to nothing.
+    return max(count for count in counts if image_seconds(count, work_s, startup_s, nodes, part_s) <= 1.05 * best)
+
+
+def image_seconds(parts, work_s, startup_s, nodes, part_s):
+    """About how long one image takes on nodes that are alike."""
+    if parts == 1:
+        return work_s + startup_s
+    rounds = math.ceil(parts / nodes)
+    merges = sum(max(end - begin for begin, end in level) for level in merge_tree(parts))
+    return rounds * (work_s / parts + startup_s + part_s) + merges * part_s
 
 
 def divide(begin, end, parts):

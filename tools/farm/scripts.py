@@ -61,8 +61,9 @@ rm -f "$farm/nodes/${SLURMD_NODENAME:-none}"
 source "$farm/node.sh"
 if [ ! -f "$archive" ]; then
   # Compile the kernels of the first job, and keep them for all nodes of this kind.
-  cd "$base" && "$eikon" render {first} -o "$POCL_CACHE_DIR/first.exr" --quiet --samples {samples} > /dev/null
-  rm -f "$POCL_CACHE_DIR/first.exr"
+  scratch="$(mktemp -d)"
+  cd "$base" && "$eikon" render {first} -o "$scratch/first.exr" --quiet --samples {samples} > /dev/null
+  rm -rf "$scratch"
   tar -cf "$archive.$$" -C "$POCL_CACHE_DIR" . && mv "$archive.$$" "$archive"
 fi
 """
@@ -177,7 +178,8 @@ def common(farm, name):
     """What every job of the farm asks the scheduler for."""
     settings = farm.settings
     return {"job-name": f"eikon-{name}-{farm.path.stem}"[:60], "partition": settings["partition"],
-            "account": settings["account"], "cpus-per-task": settings["threads"] or None, "mem": f"{settings['memory_mb']}M",
+            "account": settings["account"], "cpus-per-task": settings["threads"] or None,
+            "mem": f"{settings['memory_mb']}M" if settings["memory_mb"] else None,
             "exclude": settings["exclude"], "output": "/dev/null", "error": "/dev/null"}
 
 
@@ -205,7 +207,9 @@ def probe_script(farm):
     """Looks at one node, and compiles kernels for its kind."""
     job = farm.jobs[0]
     options = {**common(farm, "probe"), "gres": farm.settings["gres"], "time": 10}
-    first = [*job.part, *([f"--threads={farm.settings['threads']}"] if farm.settings["threads"] else [])]
+    # A window of the picture has the same kernels, and is sooner written.
+    window = [] if any(word.startswith("--crop") for word in job.part) else ["--crop=0,0,1,1"]
+    first = [*job.part, *window, *([f"--threads={farm.settings['threads']}"] if farm.settings["threads"] else [])]
     return head(farm, options) + PROBE.replace("{first}", jobs.quote(first)).replace(
         "{samples}", f"{job.samples[0]}:{job.samples[0] + 1}")
 

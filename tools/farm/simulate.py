@@ -18,6 +18,7 @@ class Work:
     startup_s: float
     part_mb: float = 0.0
     merge_s: float = 0.0  # of one part, computing alone
+    write_s: float = 0.0  # of one part, computing alone
 
 
 @dataclasses.dataclass
@@ -86,7 +87,7 @@ def make_tasks(work, nodes):
     pieces = []
     counts = []
     for seconds in work.images_s:
-        count = policy.parts_of(work.samples, seconds, work.startup_s, each)
+        count = policy.parts_of(work.samples, seconds, work.startup_s, each, work.merge_s + work.write_s)
         counts.append(count)
         pieces += [seconds * (end - begin) / work.samples for begin, end in policy.divide(0, work.samples, count)]
     groups = policy.group(pieces, work.startup_s, nodes)
@@ -166,7 +167,7 @@ class Run:
         out.startup_s += min(startup, stops)
         if startup + needed <= stops:
             out.rendered_s += needed
-            self.at(begin + startup + needed, self.write, node, task)
+            self.at(begin + startup + needed + task.parts * self.work.write_s / speed, self.write, node, task)
             return
         rendered = max(0.0, stops - startup)
         kept = rendered if stops != fails else rendered // cluster.checkpoint_s * cluster.checkpoint_s

@@ -33,8 +33,8 @@ def default_folder(options, found):
     return pathlib.Path(os.path.splitext(os.path.abspath(options.input))[0] + ".farm")
 
 
-def make_farm(options):
-    """The plan of a submission; writes nothing."""
+def read_farm(options):
+    """What is to be rendered and how, before anything is measured; writes nothing."""
     options.sbatch = [word for text in options.sbatch for word in shlex.split(text)]
     eikon = jobs.find_eikon(options.eikon)
     found = read_input(options)
@@ -43,20 +43,26 @@ def make_farm(options):
     if (path / "farm.json").exists() and not options.dry_run:
         raise errors.FarmError(f"{path}: jobs were submitted here already: `eikon-farm resubmit {path}` renders what failed "
                                "or changed; or choose another with --folder", errors.USAGE)
-    all_jobs = jobs.read_jobs(eikon, text, base, name)
-    largest = max(all_jobs, key=lambda job: job.sample_count)
-    print(f"measuring {largest.name} with {options.cpus} threads ...", flush=True)
-    measured = jobs.measure(eikon, largest, base, options.cpus, options.measure)
-    largest.size = largest.size or measured.size
-    pixels = measured.size[0] * measured.size[1]
-    memory = options.mem or max(LEAST_MEMORY_MB, int(MEMORY_MARGIN * measured.peak_mb *
-                                                    max(1, max(job.pixels for job in all_jobs) / pixels)))
     settings = {"eikon": eikon, "base": base, "file": file, "text": text, "name": name, "threads": options.cpus,
                 "partition": options.partition, "account": options.account, "gres": options.gres,
-                "exclude": options.exclude, "throttle": options.throttle, "memory_mb": memory, "minutes": options.minutes,
+                "exclude": options.exclude, "throttle": options.throttle, "memory_mb": options.mem, "minutes": options.minutes,
                 "signal_s": options.signal, "sbatch": options.sbatch, "nodes": options.nodes, "parts": options.parts,
                 "lines": options.lines, "checkpoint_every": options.checkpoint_every}
-    return folder.Farm(path, settings, all_jobs, measured)
+    return folder.Farm(path, settings, jobs.read_jobs(eikon, text, base, name), None)
+
+
+def measure(farm, seconds):
+    """Runs a little of the largest image, and settles memory, parts and the time limit."""
+    largest = max(farm.jobs, key=lambda job: job.sample_count)
+    threads = farm.settings["threads"]
+    print(f"measuring {largest.name} with {threads} threads ...", flush=True)
+    measured = farm.measured = jobs.measure(farm.settings["eikon"], largest, farm.base, threads, seconds)
+    largest.size = largest.size or measured.size
+    if not farm.settings["memory_mb"]:
+        larger = max(1, max(job.pixels for job in farm.jobs) / (measured.size[0] * measured.size[1]))
+        farm.settings["memory_mb"] = max(LEAST_MEMORY_MB, int(MEMORY_MARGIN * measured.peak_mb * larger))
+    settle(farm)
+    say_sizes(farm)
 
 
 def settle(farm):
@@ -103,9 +109,14 @@ def say_sizes(farm):
             print(f"{job.name}: --time or --target-error ends it, so it is one part")
 
 
+def write_node_script(farm):
+    """Writes what every script sources."""
+    folder.write(farm.path / "node.sh", scripts.node_script(farm))
+
+
 def write_scripts(farm):
     """Writes the scripts of the nodes, and a copy of the jobs."""
-    folder.write(farm.path / "node.sh", scripts.node_script(farm))
+    write_node_script(farm)
     folder.write(farm.path / "task.sh", scripts.task_script(farm), executable=True)
     folder.write(farm.path / "jobs.txt", farm.settings["text"])
 
@@ -158,16 +169,19 @@ def submit(options):
             options.nodes = max(1, len(slurm.nodes(options.partition, options.exclude)))
         except errors.FarmError:
             options.nodes = 1
-    farm = make_farm(options)
-    settle(farm)
-    say_sizes(farm)
+    farm = read_farm(options)
     if options.dry_run:
+        measure(farm, options.measure)
         print_scripts(farm)
         return 0
+    folder.make_folders(farm)
+    write_node_script(farm)
+    probes = nodes.start(farm)  # which takes its time, as does the measured run
+    measure(farm, options.measure)
     check_disk(farm)
     folder.make_folders(farm)
     write_scripts(farm)
-    probed, late = nodes.probe(farm, options.probe_wait)
+    probed, late = nodes.finish(farm, probes, options.probe_wait)
     print(f"{len(probed)} nodes share the folder and give the same bits"
           + (f"; {len(late)} are busy and will be looked at before their first task" if late else ""))
     count = submit_round(farm, farm.items())
@@ -192,7 +206,7 @@ def resubmit(options):
         print("nothing failed or changed: nothing was submitted")
         return 0
     if again:
-        nodes.probe(farm, options.probe_wait)
+        nodes.finish(farm, nodes.start(farm), options.probe_wait)
     count = submit_round(farm, again, unmerged)
     print(f"submitted {count} tasks of {len(again)} parts; the other {len(states) - len(again)} are done or under way")
     return 0
