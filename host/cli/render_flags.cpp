@@ -118,7 +118,8 @@ void add_render_flags(CommandFlags& flags, RenderOptions& options) {
 
 RenderOptions parse_render(std::vector<std::string> words) {
   RenderOptions options;
-  const std::vector<GivenFlag> given = parse_words(std::move(words), [&](CommandFlags flags) { add_render_flags(flags, options); });
+  const std::vector<GivenFlag> given =
+      parse_words(std::move(words), [&](CommandFlags flags) { add_render_flags(flags, options); });
   for (const auto& [name, values] : given) {
     if (std::ranges::find(kAboutExecution, name) == kAboutExecution.end())
       options.settings_text += fmt::format("{}={}\n", name, fmt::join(values, "\n"));
