@@ -7,6 +7,7 @@ temporary folder, and daemons that end with the test, whatever becomes of it.
 
 Slurm's daemons need root (they start tasks as other users). Missing() says what is not there."""
 import atexit
+import ctypes
 import os
 import pathlib
 import shutil
@@ -16,6 +17,7 @@ import subprocess
 import tempfile
 import time
 
+LIBC = ctypes.CDLL(None)
 PROGRAMS = ("munged", "slurmctld", "slurmd", "sbatch", "sinfo", "squeue", "scontrol", "scancel")
 CONFIGURATION = """\
 ClusterName=eikon_test
@@ -77,6 +79,12 @@ def wait_until(condition, seconds, what):
     raise TimeoutError(f"waited {seconds} s for {what}")
 
 
+def end_with_parent():
+    """Lets the kernel end a daemon when the test is gone: ctest kills one that takes too long by SIGKILL."""
+    PR_SET_PDEATHSIG = 1
+    LIBC.prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
+
+
 class Cluster:
     """Use it in a `with` statement. hidden: a folder that node n2 does not see, as if it were not shared."""
 
@@ -91,7 +99,8 @@ class Cluster:
 
     def __enter__(self):
         # An interrupted test ends as by Ctrl-C, so that the daemons are stopped.
-        signal.signal(signal.SIGTERM, lambda *_: (_ for _ in ()).throw(KeyboardInterrupt()))
+        for interrupt in (signal.SIGTERM, signal.SIGINT):
+            signal.signal(interrupt, signal.default_int_handler)
         try:
             self.start()
         except BaseException:
@@ -106,7 +115,7 @@ class Cluster:
         """Starts a daemon in a session of its own; what it says goes to its log."""
         with open(self.folder / f"{name}.log", "ab") as log:
             self.daemons.append(subprocess.Popen(command, env=self.environment, stdin=subprocess.DEVNULL, stdout=log,
-                                                 stderr=log, start_new_session=True))
+                                                 stderr=log, start_new_session=True, preexec_fn=end_with_parent))
 
     def start(self):
         for name in ("munge", "state", "spool/n1", "spool/n2"):

@@ -5,6 +5,7 @@
   tests/farm/farm_test.py EIKON [unittest's words]
 
 Exit code 77, skipped, where Slurm cannot be started. Node n2 does not see the folder `hidden`, if mounts are allowed."""
+import atexit
 import json
 import os
 import pathlib
@@ -34,7 +35,7 @@ def setUpModule():
     (space / "hidden").mkdir()
     can_mount = subprocess.run(["unshare", "--mount", "true"], capture_output=True, check=False).returncode == 0
     slurm = cluster.Cluster(space / "hidden" if can_mount else None)
-    unittest.addModuleCleanup(shutil.rmtree, space, ignore_errors=True)
+    atexit.register(shutil.rmtree, space, ignore_errors=True)  # an interrupted test does no cleanup of its own
     unittest.addModuleCleanup(slurm.stop)
     slurm.__enter__()
     slurm.environment["EIKON_NODE_CACHE"] = str(space / "node_cache")
