@@ -3,6 +3,7 @@
 # one long test. A name that is no more does no harm.
 set(costs
     "Pages.host/cli/README.md 157"
+    "Farm.farm 200"
     "kernels.ShapeHits 150"
     "render.SameBits 111"
     "kernels.BsdfSampling 110"
@@ -36,7 +37,8 @@ set(costs
     "kernels.LightShapes 23"
     "kernels.MeasuredLobe 23"
     "MixedDevices.N5_three_of_two_drivers_give_the_bits_of_one 20"
-    "kernels.TraverseInstances 20")
+    "kernels.TraverseInstances 20"
+    "Farm.openjd 20")
 # CMake sets those of the tests that it knows (CMakeLists.txt). The others are found when the binaries are built, and ctest, which knows
 # no project, sets theirs.
 if(NOT DEFINED PROJECT_NAME)

@@ -29,6 +29,14 @@ if [[ -z "${EIKON_OIDN-}" ]]; then
   EIKON_OIDN="$(compgen -G "$python"/$library || true)"
   export EIKON_OIDN
 fi
+# The reference implementation of Open Job Description, which no package of Debian 12 has either.
+if [[ -z "${EIKON_OPENJD-}" ]]; then
+  EIKON_OPENJD="$python/bin/openjd"
+  [[ -x "$EIKON_OPENJD" ]] ||
+    { python3 -m venv "$python" && "$python/bin/pip" install --quiet --retries 1 --timeout 60 openjd-cli==0.8.0; } ||
+    echo "test.sh: openjd-cli cannot be installed from PyPI; the test of templates is left out" >&2
+  export EIKON_OPENJD
+fi
 rm -rf "$build/tests/suites"
 ctest --test-dir "$build" --output-on-failure --no-tests=error -j "$(nproc)" --output-junit "$build/tests.xml" "$@"
 if [[ -n "${CI-}" ]]; then "$root/tests/skipped.py" "$build/tests.xml" "$build"/tests/suites/*.xml; fi

@@ -123,8 +123,7 @@ std::optional<int> parse_command_line(int argc, char** argv, const std::string& 
   return std::nullopt;
 }
 
-std::string parse_words(std::vector<std::string> words, const std::function<void(CommandFlags)>& add_flags,
-                        const std::vector<std::string>& left_out) {
+std::vector<GivenFlag> parse_words(std::vector<std::string> words, const std::function<void(CommandFlags)>& add_flags) {
   CLI::App app;
   app.set_help_flag();  // a line of a batch cannot ask for help
   add_flags(CommandFlags(app));
@@ -134,10 +133,9 @@ std::string parse_words(std::vector<std::string> words, const std::function<void
   } catch (const CLI::ParseError& error) {
     throw UsageError(error.what());
   }
-  std::string given;
+  std::vector<GivenFlag> given;
   for (const CLI::Option* option : app.get_options())
-    if (option->count() > 0 && std::ranges::find(left_out, option->get_name()) == left_out.end())
-      given += fmt::format("{}={}\n", option->get_name(), fmt::join(option->results(), "\n"));
+    if (option->count() > 0) given.push_back({option->get_name(), option->results()});
   return given;
 }
 

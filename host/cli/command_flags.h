@@ -88,10 +88,15 @@ class CommandFlags {
 [[nodiscard]] std::optional<int> parse_command_line(int argc, char** argv, const std::string& footer,
                                                     const std::function<void(CommandFlags)>& add);
 
-/// Reads words as the flags that `add` adds.
-/// returns  each flag that was given, with its values, except those in `left_out`
+/// A flag as it was given, by its long name, and its values.
+struct GivenFlag {
+  std::string name;
+  std::vector<std::string> values;  // none where there is nothing to say but the flag
+};
+
+/// Reads words as the flags that `add` adds. Returns the flags that were given, in the order in which `add` adds them.
 /// throws UsageError
-[[nodiscard]] std::string parse_words(std::vector<std::string> words, const std::function<void(CommandFlags)>& add,
-                                      const std::vector<std::string>& left_out);
+[[nodiscard]] std::vector<GivenFlag> parse_words(std::vector<std::string> words,
+                                                 const std::function<void(CommandFlags)>& add);
 
 }  // namespace eikon

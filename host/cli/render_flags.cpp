@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
+
 #include "cli/flags.h"
 #include "film/layers.h"
 
@@ -73,6 +75,21 @@ const std::vector<std::string> kAboutExecution = {
     "--devices",    "--accel",  "--layout",   "--instances", "--memory",
     "--threads",    "--quiet",  "--progress", "--checkpoint", "--checkpoint-every", "--resume"};
 
+/// Flags that say how much of the image is rendered, and which files come of it.
+const std::vector<std::string> kAboutWhole = {
+    "--spp",    "--samples",  "--target-error", "--time",   "--output",  "--half",   "--png",
+    "--ev100",  "--exposure", "--tonemap",      "--denoise", "--checkpoint", "--checkpoint-every",
+    "--resume", "--stats",    "--profile",      "--quiet",  "--progress"};
+
+/// Asks for the layers that the denoiser reads.
+void add_guides(std::vector<std::string>& words) {
+  const auto aovs = std::ranges::find_if(words, [](const std::string& word) { return word.starts_with("--aov="); });
+  if (aovs == words.end())
+    words.emplace_back("--aov=albedo,normal");
+  else
+    *aovs += ",albedo,normal";
+}
+
 }  // namespace
 
 void add_png_flags(CommandFlags& flags, PngOptions& png) {
@@ -101,8 +118,16 @@ void add_render_flags(CommandFlags& flags, RenderOptions& options) {
 
 RenderOptions parse_render(std::vector<std::string> words) {
   RenderOptions options;
-  options.settings_text =
-      parse_words(std::move(words), [&](CommandFlags flags) { add_render_flags(flags, options); }, kAboutExecution);
+  const std::vector<GivenFlag> given =
+      parse_words(std::move(words), [&](CommandFlags flags) { add_render_flags(flags, options); });
+  for (const auto& [name, values] : given) {
+    if (std::ranges::find(kAboutExecution, name) == kAboutExecution.end())
+      options.settings_text += fmt::format("{}={}\n", name, fmt::join(values, "\n"));
+    if (std::ranges::find(kAboutWhole, name) != kAboutWhole.end()) continue;
+    for (const std::string& value : values)
+      options.part_words.push_back(name.starts_with('-') ? fmt::format("{}={}", name, value) : value);
+  }
+  if (options.scene.denoise) add_guides(options.part_words);
   return options;
 }
 

@@ -39,6 +39,7 @@ struct RenderOptions {
   std::optional<std::uint64_t> sample;
   std::string progress = "bar";
   std::string settings_text;  // of a batch: every flag that decides the results, and its value
+  std::vector<std::string> part_words;  // of a batch: what `--samples` and `-o` make a render of some samples of
 
   /// The file of -o, or SCENE.exr in the current folder.
   [[nodiscard]] std::filesystem::path exr() const;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <iostream>
 #include <iterator>
 #include <memory>
@@ -9,6 +10,7 @@
 #include "cli/flags.h"
 #include "io/source_file.h"
 #include "job/batch/batch_run.h"
+#include "job/batch/job_list.h"
 #include "job/stop_signals.h"
 
 namespace eikon {
@@ -19,7 +21,7 @@ namespace fs = std::filesystem;
 struct BatchOptions {
   std::string jobs, ledger, progress = "bar";
   std::uint32_t parallel = 1, retries = 0;
-  bool force = false, quiet = false;
+  bool force = false, quiet = false, list = false;
 };
 
 constexpr std::uint64_t kMaxJobsBytes = std::uint64_t{256} << 20;
@@ -57,6 +59,12 @@ void enter_folder(const fs::path& jobs) {
   if (error) throw InputError(fmt::format("{}: cannot enter its folder: {}", jobs.string(), error.message()));
 }
 
+ExitCode list_jobs(const std::vector<BatchJob>& jobs) {
+  fmt::print("{}", to_json_lines(jobs));
+  const auto is_wrong = [](const BatchJob& job) { return !job.options; };
+  return std::ranges::any_of(jobs, is_wrong) ? ExitCode::not_as_asked : ExitCode::done;
+}
+
 ExitCode batch_command(const BatchOptions& options) {
   receive_signals();
   const bool from_pipe = options.jobs == "-";
@@ -70,6 +78,7 @@ ExitCode batch_command(const BatchOptions& options) {
     ledger_file = jobs_file.string() + ".ledger";
   if (!from_pipe) enter_folder(jobs_file);
   check_outputs(jobs, name, {jobs_file, ledger_file});
+  if (options.list) return list_jobs(jobs);
 
   Ledger ledger(ledger_file);
   BatchProgress progress(jobs, !options.quiet && options.progress == "bar", options.progress == "openjd");
@@ -120,6 +129,7 @@ void add_batch(CommandFlags& root, Command& chosen) {
   flags.choice({"--progress", "HOW", "bar, on a terminal; openjd: lines on stdout for Open Job Description [bar]"},
                options->progress, {"bar", "openjd"});
   flags.toggle("--quiet", "print no progress", options->quiet);
+  flags.toggle("--list", "print the jobs as JSON lines (job/batch/job_list.h), and render nothing", options->list);
   flags.run(chosen, [options] { return batch_command(*options); });
 }
 

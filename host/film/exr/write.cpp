@@ -155,7 +155,9 @@ Imf::Header sums_header(const Film& film, const ExrOptions& options) {
         fmt::format("what the sums are of takes {} bytes, more than {}: merge fewer parts, or such as lie "
                     "beside each other",
                     options.record.size(), exr::kMaxRecordBytes));
-  Imf::Header header = make_header(film, exr::kSumsPart, options.quick);
+  // Always quick: ZIP makes the sums a third smaller, and takes a core half a second longer for a megapixel, of each part
+  // that is written and of each that is merged.
+  Imf::Header header = make_header(film, exr::kSumsPart, true);
   for (const std::string& name : exr::sums_channels(layout)) header.channels().insert(name, Imf::Channel(Imf::UINT));
   header.insert(exr::kFormat, Imf::IntAttribute(exr::sums_format(layout)));
   header.insert(exr::kReplicates, Imf::IntAttribute(static_cast<int>(layout.replicates)));

@@ -58,7 +58,8 @@ BatchJob read_job(const JobLine& line, const ParseRender& parse) {
   job.text = quote(line.words);
   try {
     if (!line.error.empty()) throw UsageError(line.error);
-    RenderOptions options = parse(arguments_of(line.words));
+    job.words = arguments_of(line.words);
+    RenderOptions options = parse(job.words);
     if (options.is_replay()) throw UsageError("--pixel and --sample trace one path; a batch renders images");
     for (const fs::path& file : options.outputs())
       if (file == kStandardOutput) throw UsageError("a job of a batch cannot write to standard output; name a file");

@@ -20,6 +20,7 @@ enum class JobState { waiting, skipped, done, failed, interrupted };
 struct BatchJob {
   std::size_t line = 0;                    // in the jobs file, from 1
   std::string text{};                      // its words, quoted
+  std::vector<std::string> words{};        // those that follow `eikon render`
   std::optional<RenderOptions> options{};  // nullopt: the line does not parse
   double cost = 0;                         // pixels times samples, roughly
   bool after_others = false;               // reads a file that a job before it writes

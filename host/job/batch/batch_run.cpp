@@ -28,12 +28,6 @@ std::uint64_t scene_budget(const std::vector<BatchJob>& jobs, std::size_t worker
   return budget / std::max<std::size_t>(1, workers);
 }
 
-/// The digest of the map that --env names, if it names one.
-Digest digest_environment(const std::string& map) {
-  std::error_code none;
-  return !map.empty() && std::filesystem::is_regular_file(map, none) ? digest_file(map) : Digest{};
-}
-
 std::string time_now() { return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr))); }
 
 }  // namespace

@@ -49,6 +49,11 @@ Digest digest_scene_files(const std::filesystem::path& scene) {
   return digest;
 }
 
+Digest digest_environment(const std::string& map) {
+  std::error_code none;
+  return !map.empty() && std::filesystem::is_regular_file(map, none) ? digest_file(map) : Digest{};
+}
+
 std::string job_key(const Digest& scene, const Digest& environment, const std::string& settings) {
   const std::string text =
       fmt::format("{}\n{:016x}\n{:016x}\n{}", EIKON_VERSION, scene.hash, environment.hash, settings);

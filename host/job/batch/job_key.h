@@ -14,6 +14,9 @@ namespace eikon {
 /// throws InputError
 [[nodiscard]] Digest digest_file(const std::filesystem::path& path);
 
+/// The digest of the map that --env names, if it names one. throws InputError
+[[nodiscard]] Digest digest_environment(const std::string& map);
+
 /// 16 hex digits, the hash of everything that decides a job's outputs: this version of eikon, the
 /// files that it reads, and its settings.
 /// settings  a text that is the same whenever the settings are

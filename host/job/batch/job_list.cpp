@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "job/batch/job_list.h"
+
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "job/batch/job_key.h"
+
+namespace eikon {
+namespace {
+
+using nlohmann::json;
+
+/// Makes keys of jobs, and reads each scene once: ten thousand parts of one image name the same.
+class Keys {
+ public:
+  /// throws InputError
+  std::string of(const RenderOptions& options) {
+    const std::string& map = options.scene.environment.map;
+    return job_key(kept(scenes_, options.scene.scene, digest_scene_files),
+                   kept(maps_, map, [](const std::string& file) { return digest_environment(file); }),
+                   options.settings_text);
+  }
+
+ private:
+  std::map<std::string, Digest> scenes_, maps_;
+
+  template <class Make>
+  static const Digest& kept(std::map<std::string, Digest>& table, const std::string& file, const Make& make) {
+    const auto found = table.find(file);
+    return found != table.end() ? found->second : table.emplace(file, make(file)).first->second;
+  }
+};
+
+json files(const std::vector<std::filesystem::path>& paths) {
+  json list = json::array();
+  for (const std::filesystem::path& path : paths) list.push_back(path.string());
+  return list;
+}
+
+void describe(json& line, const RenderOptions& options) {
+  const SceneOptions& scene = options.scene;
+  const SampleRange samples = scene.samples.value_or(SampleRange{0, scene.spp.value_or(kUsualSpp)});
+  line["scene"] = scene.scene;
+  line["size"] = scene.size ? json{scene.size->width, scene.size->height} : json(nullptr);
+  line["samples"] = {samples.begin, samples.end};
+  line["crop"] = scene.crop ? json{scene.crop->x0, scene.crop->y0, scene.crop->x1, scene.crop->y1} : json(nullptr);
+  line["open_ended"] = options.goal.any();
+  line["output"] = options.exr().string();
+  line["results"] = files(options.results());
+  line["part"] = options.part_words;
+}
+
+}  // namespace
+
+std::string to_json_lines(const std::vector<BatchJob>& jobs) {
+  std::string text;
+  Keys keys;
+  for (const BatchJob& job : jobs) {
+    json line = {{"eikon", EIKON_VERSION}, {"line", job.line}, {"job", job.text}, {"error", nullptr}, {"key", nullptr}};
+    if (job.options) {
+      describe(line, *job.options);
+      line["words"] = job.words;
+      try {
+        line["key"] = keys.of(*job.options);
+      } catch (const InputError& error) {
+        line["error"] = error.what();
+      }
+    } else {
+      line["error"] = job.message;
+    }
+    text += line.dump(-1, ' ', false, json::error_handler_t::replace) + "\n";
+  }
+  return text;
+}
+
+}  // namespace eikon

@@ -1,0 +1,103 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""The farm's policy, by itself and in simulated clusters of up to 10,000 nodes. Needs neither eikon nor Slurm."""
+import pathlib
+import sys
+import unittest
+
+sys.dont_write_bytecode = True
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "tools"))
+from farm import jobs, planning, policy, simulate  # noqa: E402
+
+
+class Parts(unittest.TestCase):
+    """How images are divided."""
+
+    def test_startup_is_at_most_a_tenth_of_the_smallest_part(self):
+        for samples in (1, 7, 64, 1000):
+            for work_s in (0.1, 10.0, 1e4):
+                for startup_s in (0.01, 1.0, 30.0):
+                    parts = policy.parts_of(samples, work_s, startup_s, 1000)
+                    smallest = min(end - begin for begin, end in policy.divide(0, samples, parts)) * work_s / samples
+                    if parts > 1:
+                        self.assertLessEqual(startup_s, 0.1 * (startup_s + smallest) * (1 + 1e-9))
+
+    def test_ranges_cover_all_samples_once(self):
+        for count in (1, 2, 3, 64, 65):
+            ranges = policy.divide(5, 70, count)
+            self.assertEqual((ranges[0][0], ranges[-1][1], len(ranges)), (5, 70, count))
+            self.assertTrue(all(a[1] == b[0] for a, b in zip(ranges, ranges[1:])))
+            lengths = [end - begin for begin, end in ranges]
+            self.assertLessEqual(max(lengths) - min(lengths), 1)
+
+    def test_short_images_share_a_task_until_startup_is_a_tenth(self):
+        seconds = [0.5] * 1000
+        tasks = policy.group(seconds, 1.0, 10)
+        self.assertEqual([member for task in tasks for member in task], list(range(1000)))
+        self.assertTrue(all(sum(seconds[m] for m in task) >= 9.0 for task in tasks[:-1]))
+        self.assertEqual(policy.group([100.0] * 5, 1.0, 10), [[0], [1], [2], [3], [4]])
+
+    def test_a_tree_of_merges_reads_every_part_once(self):
+        for parts in (1, 2, 64, 65, 4096, 4097, 10000):
+            below = parts
+            for merges in policy.merge_tree(parts):
+                self.assertEqual([number for begin, end in merges for number in range(begin, end)], list(range(below)))
+                self.assertTrue(all(end - begin <= policy.MERGE_FAN_IN for begin, end in merges))
+                below = len(merges)
+            self.assertEqual(below, 1)
+
+    def test_wrong_flags_are_not_tried_again_and_killed_tasks_are(self):
+        self.assertEqual(policy.after(0, 1), "done")
+        self.assertEqual(policy.after(2, 1), "failed")
+        self.assertEqual([policy.after(137, tries) for tries in (1, 2, 3)], ["again", "again", "failed"])
+        self.assertEqual([policy.after(4, tries) for tries in (1, 2, 3)], ["again", "again", "failed"])
+
+    def test_words_without_some_flags(self):
+        words = ["a.gltf", "--checkpoint", "x", "--resume", "--checkpoint-every=3", "-o", "b"]
+        self.assertEqual(jobs.without(words, {"--checkpoint": True, "--checkpoint-every": True, "--resume": False}),
+                         ["a.gltf", "-o", "b"])
+
+
+WORK = simulate.Work([36000.0], 65536, 2.0, 35.0, 0.3)
+
+
+class Clusters(unittest.TestCase):
+    """Simulated submissions."""
+
+    def test_one_node_without_failures_takes_the_sum(self):
+        work = simulate.Work([1000.0], 64, 1.0)
+        out = simulate.simulate(work, simulate.Cluster(1, launches_per_s=1e9))
+        self.assertAlmostEqual(out.seconds - out.merge_s, 1000.0 + out.tasks * 1.0, delta=1e-3)
+        self.assertEqual(out.failed, 0)
+
+    def test_what_is_rendered_is_the_work_whatever_happens(self):
+        for nodes in (1, 10, 1000, 10000):
+            out = simulate.simulate(WORK, simulate.Cluster(nodes, failures_per_hour=1, preemptions_per_hour=2, errors=0.01))
+            if out.failed == 0:
+                self.assertAlmostEqual(out.rendered_s, 36000.0, delta=36.0)
+            self.assertGreaterEqual(out.starts, out.tasks)
+            self.assertLessEqual(out.failed, 0.001 * out.parts)
+
+    def test_speeds_that_differ_keep_the_nodes_busy(self):
+        even = simulate.simulate(WORK, simulate.Cluster(50))
+        uneven = simulate.simulate(WORK, simulate.Cluster(50, spread=0.5))
+        self.assertLess(uneven.seconds, 1.4 * even.seconds)
+
+    def test_a_slow_disk_limits_and_is_named(self):
+        fast = simulate.simulate(WORK, simulate.Cluster(500, disk_mb_s=1e6))
+        slow = simulate.simulate(WORK, simulate.Cluster(500, disk_mb_s=50))
+        self.assertGreater(slow.seconds, 5 * fast.seconds)
+        self.assertIn(slow.limit(500), ("the file system", "the merge"))
+        self.assertEqual(simulate.simulate(simulate.Work([36000.0], 65536, 0.001), simulate.Cluster(1)).limit(1), "nothing: rendering")
+
+    def test_more_nodes_are_never_worth_it_for_nothing(self):
+        rows = [{"nodes": nodes, "seconds": seconds} for nodes, seconds in ((1, 100), (2, 51), (4, 27), (8, 25), (16, 12))]
+        self.assertEqual(planning.worth(rows), 4)
+
+    def test_the_same_seed_gives_the_same_cluster(self):
+        cluster = simulate.Cluster(100, spread=0.3, failures_per_hour=3, errors=0.05, seed=7)
+        self.assertEqual(simulate.simulate(WORK, cluster), simulate.simulate(WORK, cluster))
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1])

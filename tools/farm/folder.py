@@ -1,0 +1,222 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The farm's folder, which every node sees: the plan, the lines of each task with the ledger of what became of them,
+parts, merges and logs. Everything is text that one can read, and the ledgers are those of `eikon batch`.
+
+    farm.json           settings, jobs and what was submitted
+    tasks/r0-00007.txt  the lines of a task: round 0 is the first submission, each `resubmit` makes another round
+    tasks/*.ledger      what became of the lines
+    parts/NAME/         samples of an image, until they are merged
+    merges/*.sh         merges of parts and of merges; the last one writes what the job asks for
+    nodes/              what each node says of itself
+    kernels/            compiled kernels, one archive for each kind of node
+    logs/               of each task, merge and probe"""
+import dataclasses
+import json
+import os
+import pathlib
+
+from . import errors, jobs, policy
+
+FOLDERS = ("tasks", "parts", "merges", "nodes", "kernels", "logs", "checkpoints")
+
+USUAL_CHECKPOINT_S = 60  # of eikon render
+
+
+@dataclasses.dataclass
+class Item:
+    """A line of a task: a part of an image, or all of it."""
+    job: jobs.Job
+    line: str
+    output: str
+    checkpoint: str
+    share: float  # of the job's samples
+    key: str = None
+
+
+@dataclasses.dataclass
+class Farm:
+    """All that is known of a submission."""
+    path: pathlib.Path
+    settings: dict
+    jobs: list
+    measured: jobs.Measured
+    rounds: list = dataclasses.field(default_factory=list)  # {"tasks": [[line, ..], ..], "arrays": [[id, offset, count], ..]}
+
+    @property
+    def base(self):
+        """The folder to which the jobs' paths are relative."""
+        return self.settings["base"]
+
+    def inside(self, *names):
+        """A path in the folder as the jobs name it: relative if the folder lies below theirs, so that it can be moved."""
+        path = self.path.joinpath(*names)
+        try:
+            return str(path.relative_to(self.base))
+        except ValueError:
+            return str(path)
+
+    def items(self):
+        """Everything that is to be rendered, in the order of the jobs."""
+        found = []
+        for job in self.jobs:
+            if not job.parts:
+                found.append(self._whole(job))
+            for begin, end in job.parts:
+                found.append(self._part(job, begin, end))
+        return found
+
+    def _threads(self, words):
+        count = self.settings["threads"]
+        return [] if any(w.startswith("--threads") for w in words) or not count else [f"--threads={count}"]
+
+    def _checkpoint(self, name, seconds):
+        """(flags, file) of the checkpoint of what takes so long. Without one where none would be written in that time:
+        at the end it has what the part has, and costs as much to write."""
+        every = self.settings["checkpoint_every"]
+        if seconds < (every or USUAL_CHECKPOINT_S):
+            return [], ""
+        file = self.inside("checkpoints", name)
+        return [f"--checkpoint={file}", *([f"--checkpoint-every={every:g}"] if every else [])], file
+
+    def _whole(self, job):
+        words, checkpoint = jobs.without(job.words, {"--quiet": False}), ""
+        if not any(word.split("=")[0] == "--checkpoint" for word in words):
+            words = jobs.without(words, {"--checkpoint-every": True, "--resume": False})
+            seconds = float("inf") if job.open_ended else self.measured.seconds(job)
+            flags, checkpoint = self._checkpoint(f"{job.name}.exr", seconds)
+            words += flags
+        words += self._threads(words)
+        return Item(job, jobs.quote(["render", *words]), job.output, checkpoint, 1.0)
+
+    def _part(self, job, begin, end):
+        name = f"{begin:08d}-{end:08d}.exr"
+        output = self.inside("parts", job.name, name)
+        share = (end - begin) / (job.samples[1] - job.samples[0])
+        flags, checkpoint = self._checkpoint(f"{job.name}-{name}", self.measured.seconds(job) * share)
+        words = [*job.part, f"--samples={begin}:{end}", f"--output={output}", *flags, "--quiet"]
+        words += self._threads(words)
+        return Item(job, jobs.quote(["render", *words]), output, checkpoint, share)
+
+    def seconds(self, item):
+        """How long an item renders, by the measured run."""
+        return self.measured.seconds(item.job) * item.share
+
+    def list_items(self):
+        """The items with the keys that their inputs and settings have now."""
+        items = self.items()
+        said = jobs.list_lines(self.settings["eikon"], "".join(item.line + "\n" for item in items), self.base)
+        for item, entry in zip(items, said):
+            item.key = entry["key"]  # None: an input is gone
+        return items
+
+    def ledger(self):
+        """The last event of each output, over all tasks, with the ledger that has it. The names are those of items."""
+        last = {}
+        for file in sorted((self.path / "tasks").glob("*.ledger")):
+            for line in file.read_text(errors="replace").splitlines():
+                try:
+                    entry = json.loads(line)
+                    entry["task"], entry["text"] = file.stem, line
+                    for output in entry["outputs"]:
+                        before = last.get(output["path"])
+                        if before is None or entry["task"] >= before["task"]:
+                            last[output["path"]] = entry
+                except (ValueError, KeyError, TypeError):
+                    continue  # cut off by a power failure: the line is rendered again
+        return last
+
+    def is_done(self, item, entry):
+        """Whether the output of an item is there, made from what its inputs and settings are now."""
+        if entry is None or entry["state"] != "done" or (item.key is not None and entry["key"] != item.key):
+            return False
+        try:
+            return all(os.path.getsize(os.path.join(self.base, output["path"])) == output["bytes"]
+                       for output in entry["outputs"])
+        except OSError:
+            return False
+
+    def save(self):
+        """Writes farm.json, whole or not at all."""
+        content = {"settings": self.settings, "jobs": [dataclasses.asdict(job) for job in self.jobs],
+                   "measured": dataclasses.asdict(self.measured), "rounds": self.rounds}
+        write(self.path / "farm.json", json.dumps(content, indent=1))
+
+
+def load(path):
+    """Reads the folder of a farm."""
+    path = pathlib.Path(path).resolve()
+    if (path / "farm.json").is_file():
+        pass
+    elif pathlib.Path(f"{path}.farm").is_dir():
+        path = pathlib.Path(f"{path}.farm")
+    try:
+        content = json.loads((path / "farm.json").read_text())
+        return Farm(path, content["settings"], [jobs.Job(**job) for job in content["jobs"]],
+                    jobs.Measured(**content["measured"]), content["rounds"])
+    except OSError as error:
+        raise errors.FarmError(f"{path}: no farm was submitted here: {error.strerror}") from error
+    except (ValueError, KeyError, TypeError) as error:
+        raise errors.FarmError(f"{path / 'farm.json'}: it is damaged; submit the jobs again: {error}") from error
+
+
+def write(path, text, executable=False):
+    """Writes a file under another name and renames it, so that nobody reads half of one."""
+    temporary = pathlib.Path(f"{path}.new")
+    try:
+        temporary.write_text(text)
+        if executable:
+            temporary.chmod(0o755)
+        temporary.replace(path)
+    except OSError as error:
+        raise errors.FarmError(f"cannot write {path}: {error.strerror}") from error
+
+
+def make_folders(farm):
+    """Creates the folder, and those of images with parts."""
+    try:
+        for name in FOLDERS:
+            (farm.path / name).mkdir(parents=True, exist_ok=True)
+        for job in farm.jobs:
+            if job.parts:
+                (farm.path / "parts" / job.name).mkdir(exist_ok=True)
+    except OSError as error:
+        raise errors.FarmError(f"cannot write {error.filename}: {error.strerror}") from error
+
+
+def choose_parts(farm, asked, nodes):
+    """Divides the jobs into parts: so many as are asked for, or as many as keep start-up a small part of each."""
+    for job in farm.jobs:
+        begin, end = job.samples
+        if job.open_ended:
+            count = 1  # the render itself decides when to end, and needs all samples for that
+        elif asked:
+            count = min(asked, end - begin)
+        else:
+            # Many images keep the nodes busy by themselves.
+            measured = farm.measured
+            part_s = measured.finish_s * job.pixels / (measured.size[0] * measured.size[1])
+            count = policy.parts_of(end - begin, measured.seconds(job), measured.startup_s,
+                                    max(1, nodes // len(farm.jobs)), part_s)
+            count = 1 if len(farm.jobs) >= policy.TASKS_PER_NODE * nodes else count
+        job.parts = [list(part) for part in policy.divide(begin, end, count)] if count > 1 else []
+
+
+def write_tasks(farm, items, lines_per_task=0):
+    """Writes the tasks of a new round, and returns their number. An earlier ledger's word of a line goes with it, so that
+    what was begun is continued."""
+    number, last = len(farm.rounds), farm.ledger()
+    if lines_per_task:
+        tasks = [list(range(at, min(at + lines_per_task, len(items)))) for at in range(0, len(items), lines_per_task)]
+    else:
+        tasks = policy.group([farm.seconds(item) for item in items], farm.measured.startup_s, farm.settings["nodes"])
+    for at, members in enumerate(tasks):
+        own = [items[member] for member in members]
+        stem = farm.path / "tasks" / f"r{number}-{at:05d}"
+        write(f"{stem}.txt", "".join(item.line + "\n" for item in own))
+        write(f"{stem}.checkpoints", "".join(item.checkpoint + "\n" for item in own if item.checkpoint))
+        said = [last[item.output]["text"] for item in own if item.output in last]
+        if said:
+            write(f"{stem}.ledger", "\n".join(said) + "\n")
+    farm.rounds.append({"tasks": [[items[member].output for member in members] for members in tasks], "arrays": [],
+                        "merges": []})
+    return len(tasks)

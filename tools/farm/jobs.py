@@ -1,0 +1,173 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What is to be rendered. `eikon batch --list` reads the jobs, so that a line means the same here as in a batch, and
+gives each the key of the ledger."""
+import dataclasses
+import json
+import os
+import pathlib
+import re
+import shlex
+import subprocess
+import tempfile
+
+from . import errors
+
+NEVER_SIZED = (1280, 720)  # guess for an image whose camera decides its size, until one was measured
+
+COMPILED_S = 0.5  # kernels that were compiled before are there sooner
+
+
+@dataclasses.dataclass
+class Job:
+    """An image: one line of a jobs file."""
+    line: int
+    name: str  # of its files in the farm's folder
+    words: list
+    part: list
+    samples: list
+    output: str
+    key: str
+    scene: str
+    size: list = None
+    open_ended: bool = False
+    parts: list = dataclasses.field(default_factory=list)  # ranges of samples; empty: rendered in one piece
+
+    @property
+    def pixels(self):
+        """How many pixels it has, or is thought to have."""
+        width, height = self.size or NEVER_SIZED
+        return width * height
+
+    @property
+    def sample_count(self):
+        """Camera paths of the whole image."""
+        return self.pixels * (self.samples[1] - self.samples[0])
+
+
+def find_eikon(name):
+    """The path of the binary, which nodes have to find at the same place. None: the one in PATH."""
+    import shutil
+    found = shutil.which(name or "eikon")
+    if not found:
+        raise errors.FarmError(f"{name or 'eikon'}: no such program; name it with --eikon, by a path that every node has")
+    return os.path.abspath(found)
+
+
+def list_lines(eikon, text, folder):
+    """What `eikon batch --list` says of each line of a text, in their order. Paths are relative to the folder."""
+    run = subprocess.run([eikon, "batch", "-", "--list"], input=text, cwd=folder, capture_output=True, text=True,
+                         check=False)
+    if run.returncode not in (0, 1) or (run.returncode == 1 and not run.stdout):
+        code = run.returncode if run.returncode in (2, 3, 4) else errors.INPUT
+        raise errors.FarmError(run.stderr.removeprefix("eikon: ") or f"{eikon}: ended with {run.returncode}", code)
+    return [json.loads(line) for line in run.stdout.splitlines()]
+
+
+def read_jobs(eikon, text, folder, name):
+    """The jobs of a text. Nothing is submitted where one is wrong."""
+    jobs, names = [], {}
+    for entry in list_lines(eikon, text, folder):
+        if entry["error"]:
+            code = errors.INPUT if "scene" in entry else errors.USAGE
+            raise errors.FarmError(f"{name}:{entry['line']}: {entry['error']}; nothing was submitted", code)
+        own = re.sub(r"[^A-Za-z0-9._-]", "_", pathlib.PurePath(entry["output"]).stem)[:60] or "image"
+        names[own] = names.get(own, 0) + 1
+        own += f"-{names[own]}" if names[own] > 1 else ""
+        jobs.append(Job(line=entry["line"], name=own, words=entry["words"], part=entry["part"], samples=entry["samples"],
+                        output=entry["output"], key=entry["key"], scene=entry["scene"], size=entry["size"],
+                        open_ended=entry["open_ended"]))
+    if not jobs:
+        raise errors.FarmError(f"{name}: there is no job in it; nothing was submitted", errors.USAGE)
+    return jobs
+
+
+@dataclasses.dataclass
+class Measured:
+    """A short run on one machine with as many threads as a task gets."""
+    samples_per_second: float
+    startup_s: float  # until the first sample, with compiled kernels
+    finish_s: float  # from the last sample on: a part is written
+    peak_mb: float
+    part_bytes: int
+    size: list
+
+    def seconds(self, job):
+        """Of rendering all of a job. Images of other scenes are taken to be as fast, for want of a better guess."""
+        return job.sample_count / self.samples_per_second
+
+
+def run_render(eikon, words, folder):
+    """Runs eikon and returns (seconds, megabytes at most); fails with its message."""
+    before = os.times().elapsed
+    with tempfile.TemporaryFile("w+") as said:
+        child = subprocess.Popen([eikon, "render", *words], cwd=folder, stdout=subprocess.DEVNULL, stderr=said)
+        _, status, usage = os.wait4(child.pid, 0)
+        child.returncode = os.waitstatus_to_exitcode(status)
+        said.seek(0)
+        if child.returncode != 0:
+            line = said.read().strip().split("\n")[-1].removeprefix("eikon: ")
+            raise errors.FarmError(f"the measured run failed: {line}", abs(child.returncode))
+    return os.times().elapsed - before, usage.ru_maxrss / 1024
+
+
+def measure(eikon, job, folder, threads, seconds):
+    """Renders samples of a job, twice as many and more, until rendering takes about so many seconds. A first run that
+    had to compile kernels does not count."""
+    with tempfile.TemporaryDirectory() as scratch:
+        stats, image = os.path.join(scratch, "stats.json"), os.path.join(scratch, "part.exr")
+        words = [*job.part, "--stats", stats, "-o", image, "--quiet"]
+        if threads and not any(word.startswith("--threads") for word in words):
+            words += ["--threads", str(threads)]
+        begin, spp, compiled = job.samples[0], 1, False
+        while True:
+            wall_s, peak_mb = run_render(eikon, [*words, "--samples", f"{begin}:{begin + spp}"], folder)
+            with open(stats, encoding="utf-8") as file:
+                said = json.load(file)
+            took = said["seconds"]
+            result = Measured(samples_per_second=said["samples"] / max(took["render"], 1e-3), startup_s=took["first_sample"],
+                              finish_s=max(0.0, wall_s - took["first_sample"] - took["render"]), peak_mb=peak_mb,
+                              part_bytes=os.path.getsize(image), size=said["size"])
+            cold = took["compile"] > COMPILED_S and not compiled
+            compiled = True
+            if not cold and (took["render"] >= seconds / 2 or begin + spp >= job.samples[1]):
+                return result
+            if not cold:
+                spp = min(job.samples[1] - begin, max(2 * spp, min(64 * spp, int(spp * seconds / max(took["render"], 1e-3)))))
+
+
+def measure_merge(eikon, job, folder):
+    """Seconds that a merge takes for each part: of two parts, without those of one."""
+    if job.samples[1] - job.samples[0] < 2:
+        return 0.0
+    with tempfile.TemporaryDirectory() as scratch:
+        parts, took = [], []
+        for number in range(2):
+            begin = job.samples[0] + number
+            parts.append(os.path.join(scratch, f"part{number}.exr"))
+            run_render(eikon, [*job.part, "--samples", f"{begin}:{begin + 1}", "-o", parts[-1], "--quiet"], folder)
+        for some in (parts[:1], parts):
+            before = os.times().elapsed
+            subprocess.run([eikon, "merge", *some, "-o", os.path.join(scratch, "merged.exr"), "--quiet"], check=False,
+                           capture_output=True)
+            took.append(os.times().elapsed - before)
+    return max(0.0, took[1] - took[0])
+
+
+def quote(words):
+    """A line that a shell, and a batch, split into the same words."""
+    return " ".join(shlex.quote(word) for word in words)
+
+
+
+
+def without(words, flags):
+    """Words of a render without some flags. flags: {name: whether a value follows}"""
+    kept, skip = [], False
+    for word in words:
+        if skip:
+            skip = False
+        elif word.split("=")[0] in flags:
+            skip = flags[word.split("=")[0]] and "=" not in word
+        else:
+            kept.append(word)
+    return kept

@@ -1,0 +1,85 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Merges of parts: the tree that runs on the nodes, and a look at an image while it grows."""
+import os
+import re
+import subprocess
+
+from . import errors, folder, policy, scripts
+
+MERGED = "merged-{level}-{number:05d}.exr"
+
+
+def part_files(farm, job):
+    """The files of a job's parts, in the order of their samples."""
+    return [farm.inside("parts", job.name, f"{begin:08d}-{end:08d}.exr") for begin, end in job.parts]
+
+
+def tree(farm, job):
+    """The merges of a job's parts: for each level [(inputs, output), ..]."""
+    below, levels = part_files(farm, job), []
+    for level, ranges in enumerate(policy.merge_tree(len(below))):
+        outputs = [farm.inside("parts", job.name, MERGED.format(level=level, number=number)) for number in range(len(ranges))]
+        levels.append([(below[begin:end], output) for (begin, end), output in zip(ranges, outputs)])
+        below = outputs
+    return levels
+
+
+def whole_file(farm, job):
+    """The file with all samples of a job, once it is merged."""
+    return tree(farm, job)[-1][0][1]
+
+
+def write_merges(farm, some=None):
+    """Writes the scripts of all merges, level by level, and returns how many each level has. some: names of jobs."""
+    levels = []
+    for job in farm.jobs:
+        if not job.parts or (some is not None and job.name not in some):
+            continue
+        merges = tree(farm, job)
+        for level, ones in enumerate(merges):
+            if level == len(levels):
+                levels.append(0)
+            for number, (inputs, output) in enumerate(ones):
+                last = level == len(merges) - 1
+                about = f"{job.name}: merge {number + 1} of {len(ones)} of level {level + 1} of {len(merges)}"
+                name = f"merge-{level}-{levels[level]:05d}.sh"
+                folder.write(farm.path / "merges" / name, scripts.one_merge(job, about, inputs, output, last))
+                levels[level] += 1
+    return levels
+
+
+def preview(farm, job, output, png, extra=()):
+    """Merges the parts of a job that are there, and returns eikon's line about the error, or None if there are none."""
+    present, covered = [], set()
+    for level in reversed(tree(farm, job)):  # a merged file stands for all that went into it
+        for inputs, merged in level:
+            if os.path.exists(os.path.join(farm.base, merged)) and merged not in covered:
+                if all(newer(farm, merged, name) for name in inputs):
+                    present.append(merged)
+                    covered.update(inputs)
+            if merged in covered:
+                covered.update(inputs)
+    present += [name for name in part_files(farm, job) if name not in covered and os.path.exists(os.path.join(farm.base, name))]
+    if not present:
+        return None
+    words = [farm.settings["eikon"], "merge", *present, "-o", os.path.abspath(output), *extra]
+    if png:
+        words += ["--png", os.path.abspath(png)]
+    done = subprocess.run(words, cwd=farm.base, capture_output=True, text=True, check=False)
+    if done.returncode not in (0, 1):
+        raise errors.FarmError(done.stderr.strip().split("\n")[-1].removeprefix("eikon: "), done.returncode)
+    return done.stdout.strip().split("\n")[-1]
+
+
+def newer(farm, merged, name):
+    """Whether a merged file was written after one that went into it, or that one is gone."""
+    try:
+        return os.path.getmtime(os.path.join(farm.base, merged)) >= os.path.getmtime(os.path.join(farm.base, name))
+    except OSError:
+        return True
+
+
+def error_of(line):
+    """The number in "predicted relMSE 1.2e-3 (...)"."""
+    found = re.search(r"relMSE (?:at least )?([0-9.e+-]+)", line or "")
+    return float(found[1]) if found else None

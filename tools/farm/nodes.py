@@ -1,0 +1,89 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Looks at nodes before they get work: whether they see the folder, and whether their eikon gives the same bits."""
+import secrets
+import time
+
+from . import errors, folder, scripts, slurm
+
+MOST_PROBED = 32  # of a large partition; the others look at themselves before their first task
+
+
+def read(path):
+    """{word: rest of its line}"""
+    try:
+        return dict((line.split(" ", 1) + [""])[:2] for line in path.read_text().splitlines())
+    except OSError:
+        return {}
+
+
+def start(farm):
+    """Submits a probe to each node that can take one, and returns {node: job}. Every node writes down a secret that stands
+    in the folder, so that another folder of the same name is recognised."""
+    place = farm.path / "nodes"
+    if not (place / "token").exists():
+        folder.write(place / "token", secrets.token_hex(16) + "\n")
+    (place / "expected").unlink(missing_ok=True)
+    probe = farm.path / "probe.sh"
+    folder.write(probe, scripts.probe_script(farm), executable=True)
+    up = [name for name, is_up in slurm.nodes(farm.settings["partition"], farm.settings["exclude"]) if is_up]
+    if not up:
+        raise errors.FarmError("no node of the partition can take work: `sinfo` says why")
+    for name in up:
+        (place / name).unlink(missing_ok=True)
+    return {name: slurm.submit(probe, f"--nodelist={name}") for name in up[:MOST_PROBED]}
+
+
+def wait_for_probes(probes, seconds):
+    """Waits until all probes are over; after so many seconds goes on without those that have not begun."""
+    end = time.monotonic() + seconds
+    while True:
+        queue = slurm.states(list(probes.values()))
+        left = {node for node, job in probes.items() if queue.get((job, 0), ("",))[0] in slurm.ACTIVE}
+        if not left:
+            return set()
+        if time.monotonic() > end:
+            waiting = {node for node in left if queue[probes[node], 0][0] == "PENDING"}
+            slurm.cancel([probes[node] for node in waiting])
+            if waiting == left:
+                return waiting
+            end += seconds
+        time.sleep(0.2)
+
+
+def finish(farm, probes, seconds):
+    """Waits for the probes, and writes what all nodes must be like: (nodes that are, nodes that are busy). Fails, with a
+    line, where one is not."""
+    late = wait_for_probes(probes, seconds)
+    said = {}
+    token = (farm.path / "nodes" / "token").read_text().strip()
+    for node in sorted(set(probes) - late):
+        file, end = farm.path / "nodes" / node, time.monotonic() + 3
+        while not file.exists() and time.monotonic() < end:
+            time.sleep(0.1)  # a network file system may show it late
+        said[node] = read(file)
+        if not said[node]:
+            raise errors.FarmError(f"{farm.path}: node {node} does not share this folder (its probe file is not here), or "
+                                   "its probe failed: choose another with --folder, or leave the node out with --exclude")
+        if said[node].get("token") != token:
+            raise errors.FarmError(f"{farm.path}: node {node} has another folder of this name: choose one that all share")
+    check_alike(said)
+    first = next(iter(said.values()), None)
+    if first:
+        folder.write(farm.path / "nodes" / "expected",
+                     "".join(f"{what} {first[what]}\n" for what in ("token", "version", "arithmetic")))
+    return sorted(said), sorted(late)
+
+
+def check_alike(said):
+    """Fails if nodes differ in what decides the bits of an image."""
+    for what, name in (("version", "versions of eikon"), ("arithmetic", "classes of arithmetic")):
+        groups = {}
+        for node, words in said.items():
+            groups.setdefault(words.get(what, ""), []).append(node)
+        if len(groups) > 1:
+            text = "; ".join(f"'{value}' on {', '.join(members[:4])}{' ...' if len(members) > 4 else ''}"
+                             for value, members in sorted(groups.items()))
+            raise errors.FarmError(f"nodes have different {name}, whose parts cannot be merged: {text}; leave some out "
+                                   "with --exclude")
+        if what == "version" and groups and not next(iter(groups)).startswith("eikon "):
+            raise errors.FarmError(f"the nodes cannot run eikon: {next(iter(groups))}; name it by --eikon", errors.INPUT)

@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: Apache-2.0
+"""How large parts are, how they are merged, and what is tried again. The one place for these decisions: submitting, the
+scripts on the nodes and the simulation all ask here. Plain numbers in, plain numbers out; no files and no clock."""
+import math
+
+# Start-up (load, compile, tree, upload, and the scheduler's own time) is at most this share of a task.
+STARTUP_SHARE = 0.1
+# Each node gets this many tasks, so that the last ones of fast and slow nodes end at about the same time.
+TASKS_PER_NODE = 4
+# A longer task gains nothing, and waits longer for a place in a busy cluster.
+LONGEST_TASK_S = 3600
+# A merge reads so many files. Memory does not grow with it; a smaller number makes a deeper tree, which copies more.
+MERGE_FAN_IN = 64
+# How often a task is run on its node, by the exit code of eikon: what another attempt may cure. A task that was killed
+# continues from its checkpoint. Wrong flags stay wrong, and so does input, but for a file system that was away.
+ATTEMPTS = {1: 1, 2: 1, 3: 2, 4: 3, 5: 1, 137: 3}
+ATTEMPTS_OTHER = 2
+# The limit of a task's time, as a multiple of what was predicted: nodes differ, and a task that meets the limit is
+# saved and queued again, so this costs nothing but a restart.
+TIME_MARGIN = 3
+LEAST_MINUTES = 5
+
+
+def least_task_seconds(startup_s):
+    """Seconds of rendering that make start-up a small enough share of a task."""
+    return startup_s * (1 / STARTUP_SHARE - 1)
+
+
+def parts_of(samples, work_s, startup_s, nodes, part_s=0.0):
+    """Into how many parts an image of so many samples per pixel, that takes one node work_s of rendering, is divided.
+    part_s: what each part costs beside, to be written and merged."""
+    # Whole samples, so that the smallest part is large enough too.
+    least = max(1, math.ceil(least_task_seconds(startup_s) * samples / max(work_s, 1e-9) - 1e-9))
+    most = max(1, samples // least)
+    counts = [min(most, nodes * times) for times in range(1, TASKS_PER_NODE + 1)]
+    counts = [1, *counts, min(most, max(counts[-1], math.ceil(work_s / LONGEST_TASK_S)))]
+    best = min(image_seconds(count, work_s, startup_s, nodes, part_s) for count in counts)
+    # More parts even out the speeds of nodes, so they are taken where they cost next to nothing.
+    return max(count for count in counts if image_seconds(count, work_s, startup_s, nodes, part_s) <= 1.05 * best)
+
+
+def image_seconds(parts, work_s, startup_s, nodes, part_s):
+    """About how long one image takes on nodes that are alike."""
+    if parts == 1:
+        return work_s + startup_s
+    rounds = math.ceil(parts / nodes)
+    merges = sum(max(end - begin for begin, end in level) for level in merge_tree(parts))
+    return rounds * (work_s / parts + startup_s + part_s) + merges * part_s
+
+
+def divide(begin, end, parts):
+    """Half-open ranges of samples that differ by at most one in length."""
+    count = end - begin
+    parts = min(parts, count)
+    edges = [begin + count * i // parts for i in range(parts + 1)]
+    return list(zip(edges, edges[1:]))
+
+
+def group(seconds, startup_s, nodes):
+    """Which lines share a task, as lists of numbers: in their order, until a task has enough to do. seconds: of each."""
+    enough = max(least_task_seconds(startup_s), 0)
+    # Where there is plenty, tasks are longer than they must be, so that there are not too many of them.
+    enough = max(enough, min(sum(seconds) / (nodes * TASKS_PER_NODE), 10 * enough))
+    tasks, load = [], math.inf
+    for number, each in enumerate(seconds):
+        if load >= enough * (1 - 1e-9) or load + each > 2 * enough:
+            tasks.append([])
+            load = 0
+        tasks[-1].append(number)
+        load += each
+    return tasks
+
+
+def attempts(code):
+    """How often a task is run on its node before it counts as failed, if eikon ended with this exit code."""
+    if code > 128 and code != 137:
+        return ATTEMPTS_OTHER
+    return ATTEMPTS.get(code, ATTEMPTS_OTHER)
+
+
+def after(code, tries):
+    """What becomes of a task after so many tries, the last of which ended with this exit code: done, again or failed."""
+    if code == 0:
+        return "done"
+    return "again" if tries < attempts(code) else "failed"
+
+
+def limit_minutes(task_s):
+    """The limit of a task's time for the scheduler."""
+    return max(LEAST_MINUTES, math.ceil(TIME_MARGIN * task_s / 60))
+
+
+def merge_tree(parts):
+    """The merges of so many parts: for each level a list of ranges of the level below. The last level has one merge."""
+    levels, count = [], parts
+    while count > 1:
+        merges = [(at, min(at + MERGE_FAN_IN, count)) for at in range(0, count, MERGE_FAN_IN)]
+        levels.append(merges)
+        count = len(merges)
+    return levels

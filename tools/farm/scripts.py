@@ -1,0 +1,237 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The shell scripts that run on the nodes. They need bash and eikon there, nothing else; `--dry-run` prints them."""
+import shlex
+
+from . import jobs, policy
+
+HEAD = """\
+#!/bin/bash
+# Written by eikon-farm. Change what you like: `eikon-farm resubmit` writes it again, a running task has its own copy.
+{directives}
+farm={farm}
+base={base}
+eikon={eikon}
+"""
+
+NODE = r"""
+# Checks a node, and prepares it: sourced by every task.
+node="${SLURMD_NODENAME:-$(hostname -s)}"
+fail() { echo "eikon-farm: $node: $1" >&2; exit 3; }
+
+# The kernels are compiled once for each kind of node. Every node has its own copy on its own disk: PoCL's cache is many
+# small files, which a thousand nodes would otherwise look up, and write, over the network.
+kind="$("$eikon" devices 2>/dev/null | sed -n '/^[0-9]*: /p; /driver/p' | cksum | tr -d ' ')"
+archive="$farm/kernels/$kind.tar"
+export POCL_CACHE_DIR="${EIKON_NODE_CACHE:-${TMPDIR:-/tmp}/eikon-kernels-$(id -u)}/$kind"
+if [ ! -d "$POCL_CACHE_DIR" ]; then
+  mkdir -p "${POCL_CACHE_DIR%/*}" || fail "cannot write ${POCL_CACHE_DIR%/*}: name another folder by EIKON_NODE_CACHE"
+  if [ -f "$archive" ]; then
+    fresh="$(mktemp -d "$POCL_CACHE_DIR.XXXXXX")"
+    tar -xf "$archive" -C "$fresh" && mv -T "$fresh" "$POCL_CACHE_DIR" 2>/dev/null || rm -rf "$fresh"
+  fi
+  mkdir -p "$POCL_CACHE_DIR"
+fi
+
+# What the node is: its version and arithmetic decide the bits, and must be those of all others.
+describe_node() {
+  echo "token $(cat "$farm/nodes/token" 2>/dev/null)"
+  echo "version $("$eikon" --version 2>&1 | head -1)"
+  echo "arithmetic $("$eikon" devices 2>/dev/null | sed -n 's/^ *arithmetic //p' | sort -u | paste -sd,)"
+  echo "kind $kind"
+}
+if [ ! -s "$farm/nodes/$node" ]; then
+  described="$(describe_node)"
+  echo "$described" > "$farm/nodes/$node.$$" && mv "$farm/nodes/$node.$$" "$farm/nodes/$node" ||
+    fail "cannot write $farm/nodes: is the disk full, or the folder not shared?"
+fi
+if [ -s "$farm/nodes/expected" ]; then
+  for what in token version arithmetic; do
+    here="$(sed -n "s/^$what //p" "$farm/nodes/$node")"
+    wanted="$(sed -n "s/^$what //p" "$farm/nodes/expected")"
+    [ "$what" != token ] || [ "$here" = "$wanted" ] || fail "$farm is not the folder that the jobs were submitted from"
+    [ "$here" = "$wanted" ] || fail "its $what is '$here', that of the other nodes is '$wanted'; parts of both cannot be merged"
+  done
+fi
+"""
+
+PROBE = r"""
+[ -d "$farm" ] || { echo "eikon-farm: $farm is not there" >&2; exit 3; }
+exec >> "$farm/logs/probe-${SLURMD_NODENAME:-here}.log" 2>&1
+rm -f "$farm/nodes/${SLURMD_NODENAME:-none}"
+source "$farm/node.sh"
+if [ ! -f "$archive" ]; then
+  # Compile the kernels of the first job, and keep them for all nodes of this kind.
+  scratch="$(mktemp -d)"
+  cd "$base" && "$eikon" render {first} -o "$scratch/first.exr" --quiet --samples {samples} > /dev/null
+  rm -rf "$scratch"
+  tar -cf "$archive.$$" -C "$POCL_CACHE_DIR" . && mv "$archive.$$" "$archive"
+fi
+"""
+
+TASK = r"""
+name="r$EIKON_ROUND-$(printf %05d $((SLURM_ARRAY_TASK_ID + EIKON_OFFSET)))"
+exec >> "$farm/logs/$name.log" 2>&1 || exit 3
+echo "== at $(date +%s.%3N) $(date -u +%FT%TZ) $name on ${SLURMD_NODENAME:-$(hostname -s)}, job ${SLURM_ARRAY_JOB_ID}_$SLURM_ARRAY_TASK_ID, start ${SLURM_RESTART_COUNT:-0}"
+{run}
+if [ -n "$requeue" ] && [ $code = 143 ]; then
+  echo "eikon-farm: saved before the time limit, and queued again"
+  scontrol requeue "${SLURM_ARRAY_JOB_ID}_$SLURM_ARRAY_TASK_ID"
+  sleep 60
+fi
+echo "== at $(date +%s.%3N) $(date -u +%FT%TZ) $name ended with exit code $code on ${SLURMD_NODENAME:-$(hostname -s)}"
+exit $code
+"""
+
+# For a queue that speaks Open Job Description: it keeps the log, and reads the lines of progress in it.
+OPENJD_TASK = r"""
+name="r0-$(printf %05d "$1")"
+{run}
+exit $code
+"""
+
+# Runs the lines of task $name, and sets `code`.
+RUN = r"""source "$farm/node.sh"
+cd "$base" || fail "cannot enter $base"
+
+# Shortly before the time limit Slurm sends USR1: eikon saves, and the task is queued again. TERM, which comes before a
+# task is cancelled or preempted, saves too. What SIGKILL ends continues from its last checkpoint.
+requeue=
+trap 'requeue=1; kill -TERM $child' USR1
+trap 'kill -TERM $child' TERM INT
+tries=0
+while :; do
+  tries=$((tries + 1))
+  "$eikon" batch - --ledger "$farm/tasks/$name.ledger" {progress} < "$farm/tasks/$name.txt" &
+  child=$!
+  wait $child; code=$?
+  while kill -0 $child 2> /dev/null; do wait $child; code=$?; done
+  if [ $code = 143 ] || [ $code = 130 ]; then break; fi
+  # How often a task is run here, by its exit code.
+  case $code in
+{attempts}
+  esac
+  if [ $code = 0 ] || [ $tries -ge $most ]; then break; fi
+  echo "eikon-farm: exit code $code at try $tries of $most; once more"
+  sleep $tries
+done
+trap - USR1 TERM INT
+if [ $code = 0 ]; then
+  while read -r checkpoint; do rm -f "$checkpoint"; done < "$farm/tasks/$name.checkpoints"
+fi"""
+
+MERGE = r"""
+level={level}
+name="merge-$level-$(printf %05d $((SLURM_ARRAY_TASK_ID + EIKON_OFFSET)))"
+exec >> "$farm/logs/$name.log" 2>&1 || exit 3
+echo "== at $(date +%s.%3N) $(date -u +%FT%TZ) $name"
+source "$farm/node.sh"
+cd "$base" || fail "cannot enter $base"
+source "$farm/merges/$name.sh"
+"""
+
+OPENJD_MERGE = r"""
+source "$farm/node.sh"
+cd "$base" || fail "cannot enter $base"
+source "$farm/merges/merge-$1-$(printf %05d "$2").sh"
+"""
+
+# A merge of some files, or the last one of an image.
+ONE_MERGE = r"""
+# {about}
+inputs=({inputs})
+output={output}
+fresh=
+[ -s "$output" ] || fresh=1
+for input in "${{inputs[@]}}"; do
+  [ -s "$input" ] || {{ echo "eikon-farm: {name} cannot be merged yet: $input is missing"; exit 1; }}
+  [ "$input" -nt "$output" ] && fresh=1
+done
+if [ -n "$fresh" ]; then
+  "$eikon" merge "${{inputs[@]}}" -o "$output.new.exr" --quiet; code=$?
+  [ $code = 0 ] || {{ rm -f "$output.new.exr"; exit $code; }}
+  mv "$output.new.exr" "$output"
+fi
+"""
+LAST_MERGE = r"""
+# All samples are there: eikon renders nothing, and writes what the job asks for.
+if [ ! -s {result} ] || [ "$output" -nt {result} ]; then
+  {command} || exit $?
+fi
+"""
+
+
+def directives(settings, options):
+    """#SBATCH lines: `options`, and what the user asked for."""
+    lines = [f"#SBATCH --{name}={value}" if value is not True else f"#SBATCH --{name}" for name, value in options.items()
+             if value not in (None, "", False)]
+    lines += [f"#SBATCH {word}" for word in settings["sbatch"]]
+    return "\n".join(lines)
+
+
+def head(farm, options):
+    """The first lines of a script."""
+    return HEAD.format(directives=directives(farm.settings, options), farm=shlex.quote(str(farm.path)),
+                       base=shlex.quote(farm.base), eikon=shlex.quote(farm.settings["eikon"]))
+
+
+def common(farm, name):
+    """What every job of the farm asks the scheduler for."""
+    settings = farm.settings
+    return {"job-name": f"eikon-{name}-{farm.path.stem}"[:60], "partition": settings["partition"],
+            "account": settings["account"], "cpus-per-task": settings["threads"] or None,
+            "mem": f"{settings['memory_mb']}M" if settings["memory_mb"] else None,
+            "exclude": settings["exclude"], "output": "/dev/null", "error": "/dev/null"}
+
+
+def run_lines(progress):
+    """What runs the lines of a task, and tries again as the policy says."""
+    lines = [f"    {code}) most={policy.attempts(code)} ;;" for code in sorted(policy.ATTEMPTS)]
+    lines.append(f"    *) most={policy.ATTEMPTS_OTHER} ;;")
+    return RUN.replace("{attempts}", "\n".join(lines)).replace("{progress}", progress)
+
+
+def openjd_scripts(farm):
+    """{name: text} of what the steps of a template run."""
+    return {"openjd-task.sh": head(farm, {}) + OPENJD_TASK.replace("{run}", run_lines("--progress openjd")),
+            "openjd-merge.sh": head(farm, {}) + OPENJD_MERGE}
+
+
+def task_script(farm):
+    """Runs one task of an array."""
+    options = {**common(farm, "task"), "gres": farm.settings["gres"], "time": farm.settings["minutes"], "requeue": True,
+               "signal": f"B:USR1@{farm.settings['signal_s']}", "open-mode": "append"}
+    return head(farm, options) + TASK.replace("{run}", run_lines("--quiet"))
+
+
+def probe_script(farm):
+    """Looks at one node, and compiles kernels for its kind."""
+    job = farm.jobs[0]
+    options = {**common(farm, "probe"), "gres": farm.settings["gres"], "time": 10}
+    # A window of the picture has the same kernels, and is sooner written.
+    window = [] if any(word.startswith("--crop") for word in job.part) else ["--crop=0,0,1,1"]
+    first = [*job.part, *window, *([f"--threads={farm.settings['threads']}"] if farm.settings["threads"] else [])]
+    return head(farm, options) + PROBE.replace("{first}", jobs.quote(first)).replace(
+        "{samples}", f"{job.samples[0]}:{job.samples[0] + 1}")
+
+
+def node_script(_farm):
+    """What every script sources on its node."""
+    return NODE.lstrip()
+
+
+def merge_script(farm, level):
+    """Runs one merge of an array."""
+    options = {**common(farm, f"merge{level}"), "time": 60, "requeue": True}
+    return head(farm, options) + MERGE.replace("{level}", str(level))
+
+
+def one_merge(job, about, inputs, output, last):
+    """Merges some files. last: it completes the image, and writes what the job asks for."""
+    quoted = [shlex.quote(name) for name in inputs]
+    text = ONE_MERGE.format(about=about, inputs="\n  ".join(["", *quoted]) + "\n", output=shlex.quote(output), name=job.name)
+    if last:
+        # Of the line's own flags, those about its checkpoint would contradict the farm's.
+        words = jobs.without(job.words, {"--checkpoint": True, "--checkpoint-every": True, "--resume": False, "--quiet": False})
+        command = '"$eikon" render ' + jobs.quote(words) + ' --checkpoint "$output" --resume --quiet'
+        text += LAST_MERGE.format(result=shlex.quote(job.output), command=command)
+    return text.lstrip()

@@ -1,0 +1,99 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What is asked of Slurm, by its own commands."""
+import re
+import shutil
+import subprocess
+import time
+
+from . import errors
+
+ACTIVE = {"PENDING", "RUNNING", "SUSPENDED", "COMPLETING", "CONFIGURING", "REQUEUED", "STOPPED", "SIGNALING"}
+
+
+def run(*command, text=None):
+    """What a command prints; a FarmError with its message if it fails."""
+    if not shutil.which(command[0]):
+        raise errors.FarmError(f"there is no Slurm here: {command[0]} is not in PATH; run this on a login node of the cluster")
+    done = subprocess.run(command, input=text, capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        said = (done.stderr.strip() or done.stdout.strip() or f"exit code {done.returncode}").split("\n")[0]
+        raise errors.FarmError(f"{command[0]} refused: {said.removeprefix(command[0] + ': ').removeprefix('error: ')}")
+    return done.stdout
+
+
+def check_partition(name):
+    """Fails unless Slurm answers and has the partition."""
+    names = [line.rstrip("*") for line in run("sinfo", "-h", "-o", "%P").split()]
+    if name and name not in names:
+        raise errors.FarmError(f"partition '{name}' does not exist; there is {', '.join(names) or 'none'}", errors.USAGE)
+
+
+def nodes(partition, excluded=""):
+    """(name, whether it can take work now) of each node of a partition."""
+    where = ["-p", partition] if partition else []
+    out = expand(excluded) if excluded else []
+    found = {}
+    for line in run("sinfo", "-h", "-N", "-o", "%N %t", *where).splitlines():
+        name, state = line.split()
+        if name not in out:
+            found[name] = re.sub(r"[^a-z]", "", state) in ("idle", "mix", "mixed", "alloc", "allocated", "comp")
+    return sorted(found.items())
+
+
+def expand(names):
+    """The nodes of a list such as n[1-3]."""
+    return run("scontrol", "show", "hostnames", names).split()
+
+
+def longest_array():
+    """The number of tasks that one array may have."""
+    found = re.search(r"^MaxArraySize\s*=\s*(\d+)", run("scontrol", "show", "config"), re.MULTILINE)
+    return max(1, int(found[1]) if found else 1001)
+
+
+def submit(script, *options, exports=None):
+    """Submits a script and returns the job's number."""
+    export = "--export=" + ",".join(["ALL", *(f"{name}={value}" for name, value in (exports or {}).items())])
+    return run("sbatch", "--parsable", export, *options, str(script)).split(";")[0].strip()
+
+
+def submit_array(script, count, throttle, exports, *options):
+    """Submits `count` tasks, in as many arrays as the cluster's limit asks for: [[number, first task, tasks], ..]."""
+    longest, arrays = longest_array(), []
+    for offset in range(0, count, longest):
+        size = min(longest, count - offset)
+        limit = f"%{throttle}" if throttle else ""
+        number = submit(script, f"--array=0-{size - 1}{limit}", *options, exports={**exports, "EIKON_OFFSET": offset})
+        arrays.append([number, offset, size])
+    return arrays
+
+
+def states(numbers):
+    """{(array's number, task): (state, node, reason)} of what Slurm still has in its queue."""
+    if not numbers:
+        return {}
+    found = {}
+    for chunk in (numbers[i:i + 100] for i in range(0, len(numbers), 100)):
+        try:
+            text = run("squeue", "-h", "-r", "-t", "all", "-o", "%F|%K|%T|%N|%r", "-j", ",".join(chunk))
+        except errors.FarmError as error:
+            if "Invalid job id" in str(error):  # all of them are over, and forgotten
+                continue
+            raise
+        for line in text.splitlines():
+            number, task, state, node, reason = line.split("|", 4)
+            found[number, int(task) if task.isdigit() else 0] = (state, node, reason)
+    return found
+
+
+def cancel(numbers, seconds=30):
+    """Cancels jobs, which have so many seconds to save; those that are over do not matter."""
+    if not numbers:
+        return
+    # First what waits: it would start when the others end. The script of a task passes TERM on, so that eikon saves.
+    for words in (["--state=PENDING"], ["--batch", "--signal=TERM", "--state=RUNNING"]):
+        subprocess.run(["scancel", *words, *numbers], capture_output=True, check=False)
+    end = time.monotonic() + seconds
+    while time.monotonic() < end and any(state[0] in ACTIVE for state in states(numbers).values()):
+        time.sleep(0.2)
+    subprocess.run(["scancel", *numbers], capture_output=True, check=False)
