@@ -59,6 +59,7 @@ RUNS = [
     ("lamps", f"--memory 16M --aov {LAYERS}"),
     ("places", "--memory 16M --instances two-level --light-sampling light --max-depth 4"),
     ("cornell", "--memory 16M --integrator direct --light-samples 8"),
+    ("cornell", "--memory 16M --max-depth 4 --guiding 64"),
     ("tumbler", "--memory 16M --aov direct,indirect --max-depth 4"),
     ("implicit_metaballs", "--memory 16M --max-depth 3"),
     ("window_room", "--memory 16M --light-sampling hemisphere --max-depth 4"),

@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 
 #include "cli/flags.h"
 #include "film/layers.h"
+#include "render/pilot.h"
 
 namespace eikon {
 namespace {
@@ -67,6 +69,19 @@ double parse_focus_distance(const std::string& text) {
   throw UsageError(fmt::format("--focus-distance {}: lies between 0 and {:g} metres", text, kMaxFocusDistance));
 }
 
+void parse_guiding(const std::string& text, SceneOptions& options) {
+  options.pilot_paths.reset();
+  options.guiding = Guiding::on;
+  for (const Guiding guiding : {Guiding::automatic, Guiding::on, Guiding::off})
+    if (text == name_of(guiding)) {
+      options.guiding = guiding;
+      return;
+    }
+  if (text.empty() || !std::isdigit(static_cast<unsigned char>(text.front())))
+    refuse_choice("--guiding", text, {"auto", "on", "off", "a number of paths"});
+  options.pilot_paths = parse_unsigned("--guiding", text, kMostPilotPaths, 64);
+}
+
 /// A constant R,G,B if the text begins with a number, `none` or `neutral`, else the file of a map.
 void parse_environment(const std::string& text, EnvironmentOptions& environment) {
   if (text == "none") {
@@ -112,10 +127,10 @@ void add_camera_flags(CommandFlags& flags, SceneOptions& options) {
       {"--cull", "NAME",
        "camera: the camera does not see the backs of surfaces that are not double-sided; none [camera]"},
       options.culling, {{"camera", Culling::camera}, {"none", Culling::none}});
-  flags.choice<Guiding>(
-      {"--guiding", "NAME",
-       "auto; on; off: paths follow what a small pilot render learned about where light comes from, where that pays [auto]"},
-      options.guiding, {{"auto", Guiding::automatic}, {"on", Guiding::on}, {"off", Guiding::off}});
+  flags.parsed({"--guiding", "NAME|PATHS",
+                "auto; on; off: paths follow what a small pilot render learned about where light comes from, where that "
+                "pays; a number of paths for the pilot turns it on [auto]"},
+               [&](const std::string& text) { parse_guiding(text, options); });
 }
 
 void add_environment_flags(CommandFlags& flags, EnvironmentOptions& environment) {

@@ -62,6 +62,7 @@ struct SceneOptions {
   std::optional<Crop> crop;
   Culling culling = Culling::camera;
   Guiding guiding = Guiding::automatic;
+  std::optional<std::uint64_t> pilot_paths;  // default: usual_pilot_paths()
   PixelFilter filter;
   bool transparent = false;
   std::vector<std::string> aovs;         // each once

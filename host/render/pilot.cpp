@@ -26,12 +26,13 @@ constexpr double kLeastGain = 1.1;
 constexpr std::uint32_t kSeed = 0x70696c6fU;  // of no image, so that the samples differ from all images'
 
 /// The settings of the picture that the pilot renders.
-Settings pilot_settings(const Settings& settings) {
+Settings pilot_settings(const Settings& settings, std::uint64_t paths) {
   Settings pilot = settings;
+  const double pixels = std::clamp(double(paths >> kRounds), 1.0, double(kPixels));
   const double aspect = double(settings.width) / double(settings.height);
   const auto side = [](double x) { return std::uint32_t(std::clamp(std::round(x), 1.0, double(kPixels))); };
-  pilot.height = side(std::sqrt(kPixels / aspect));
-  pilot.width = side(double(kPixels) / pilot.height);
+  pilot.height = side(std::sqrt(pixels / aspect));
+  pilot.width = side(pixels / pilot.height);
   pilot.crop = {0, 0, pilot.width, pilot.height};
   pilot.replicate_bits = 0;
   pilot.seed = kSeed;
@@ -49,8 +50,9 @@ class PilotRun {
  public:
   PilotRun(Device& device, const PackedScene& packed, Features features, const Settings& settings,
            const Execution& execution, std::uint64_t paths)
-      : settings_(pilot_settings(settings)),
-        samples_(std::max<std::uint64_t>(paths / kPixels / ((1U << kRounds) - 1), 1)) {
+      : settings_(pilot_settings(settings, paths)),
+        samples_(std::uint64_t(
+            std::max(std::round(double(paths) / double(settings_.crop.pixel_count() * ((1U << kRounds) - 1))), 1.0))) {
     features.set_guiding(false, true);
     settings_.guide = std::make_shared<const GuideTable>(make_guide_table({}, 1));
     Execution own = execution;
@@ -245,8 +247,7 @@ bool wants_pilot(const Features& features, const Settings& settings) {
 Pilot run_pilot(Device& device, const PackedScene& packed, const Features& features, const Settings& settings,
                 const Execution& execution) {
   const double begin = host_seconds();
-  Pilot pilot =
-      PilotRun(device, packed, features, settings, execution, settings.pilot_paths).run(settings.guiding);
+  Pilot pilot = PilotRun(device, packed, features, settings, execution, settings.pilot_paths).run(settings.guiding);
   pilot.report.seconds = host_seconds() - begin;
   return pilot;
 }

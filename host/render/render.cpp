@@ -298,25 +298,30 @@ RenderOutput render_on(const std::shared_ptr<WavefrontDevices>& devices, const E
   return output;
 }
 
-/// Lets a pilot learn how to guide paths, if it would pay, on the first device that can. A device that fails leaves it to
-/// the next one, and the render finds out what is wrong with it.
+/// Lets a pilot learn how to guide paths, on the first device that can.
+/// throws DeviceError when none can: without it, the image would not have the bits of its other parts
 void guide_paths(WavefrontDevices& devices, const std::vector<DeviceReport>& prepared, const Execution& execution,
                  RenderReport& report) {
   if (!wants_pilot(devices.features, devices.settings)) return;
   const TraceScope piloting(execution.trace.get(), execution.track, "pilot");
+  std::string errors;
   for (std::size_t i = 0; i < prepared.size(); ++i) {
     if (!prepared[i].error.empty()) continue;
+    DevicePool::Lease lease = devices.pool.take(devices.devices[i]);
     try {
-      const DevicePool::Lease lease = devices.pool.take(devices.devices[i]);
       Pilot pilot = run_pilot(*lease, *devices.packed, devices.features, devices.settings, devices.executions[i]);
       devices.settings.guide = std::move(pilot.table);
       devices.features.set_guiding(devices.settings.guide != nullptr, false);
       report.pilot = pilot.report;
       return;
     } catch (const DeviceError& error) {
-      report.notes.push_back(fmt::format("the pilot failed on device {}: {}", devices.devices[i].selector, error.what()));
+      lease.discard();
+      report.notes.push_back(
+          fmt::format("the pilot failed on device {}: {}", devices.devices[i].selector, error.what()));
+      errors += (errors.empty() ? "" : "; ") + report.notes.back();
     }
   }
+  throw DeviceError(errors + "; --guiding off renders without a pilot");
 }
 
 /// `pack` returns the PackedScene; it is called once it is certain that there are devices.
