@@ -91,19 +91,37 @@ TEST(FilmRecord, every_setting_of_the_image_counts_and_nothing_else_does) {
   EXPECT_TRUE(difference(usual, {}));
 }
 
-TEST(FilmRecord, culling_counts_and_files_that_do_not_name_it_have_none) {
+TEST(FilmRecord, culling_and_guiding_count_and_files_that_do_not_name_them_have_none) {
   Image9x7 culled;
   culled.settings.culling = Culling::camera;
   FilmRecord record = some_record();
   std::string text = to_text(record);
-  const std::string line = "setting culling (--cull): none\n";
-  const std::size_t at = text.find(line);
-  ASSERT_NE(at, std::string::npos);
-  text.erase(at, line.size());
+  for (const std::string line : {"setting culling (--cull): none\n", "setting guiding (--guiding, --spp): off\n"}) {
+    const std::size_t at = text.find(line);
+    ASSERT_NE(at, std::string::npos);
+    text.erase(at, line.size());
+  }
   EXPECT_TRUE(parse_film_record(text, small_layout(9, 7)) == record);
   record.settings = culled.described();
   EXPECT_TRUE(parse_film_record(to_text(record), small_layout(9, 7)) == record);
   EXPECT_EQ(difference(culled.described(), Image9x7().described()), "its culling (--cull) is none, not camera");
+}
+
+TEST(FilmRecord, a_render_goes_on_with_the_pilot_that_it_began_with) {
+  Image9x7 begun, now;
+  begun.settings.guiding = now.settings.guiding = Guiding::automatic;
+  begun.settings.pilot_paths = 1U << 15;
+  now.settings.pilot_paths = 1U << 17;  // of more samples
+  EXPECT_NE(difference(begun.described(), now.described()), std::nullopt);
+  go_on_as_begun(begun.described(), now.settings);
+  EXPECT_EQ(now.settings.pilot_paths, 1U << 15);
+  begun.settings.pilot_paths = 0;  // of too few for a pilot
+  go_on_as_begun(begun.described(), now.settings);
+  EXPECT_EQ(difference(begun.described(), now.described()), std::nullopt);
+  begun.settings.pilot_paths = 1U << 15;
+  now.settings.guiding = Guiding::off;
+  go_on_as_begun(begun.described(), now.settings);
+  EXPECT_NE(difference(begun.described(), now.described()), std::nullopt) << "it was asked for something else";
 }
 
 TEST(FilmRecord, the_pixels_of_a_map_count_and_not_its_name) {
