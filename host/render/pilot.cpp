@@ -21,7 +21,7 @@ constexpr std::uint64_t kPart = 32;                // of the image's samples tha
 constexpr std::uint64_t kLeastSamples = 1U << 20;  // of images that have a pilot
 constexpr std::uint32_t kPool = 1U << 17;          // most paths of a unit, which bounds the memory of their logs
 constexpr double kCellsPerHeight = 16;             // smallest cells across the picture at the usual distance
-constexpr double kCost = 1.15;                     // of a guided vertex over another one (kernels/PERFORMANCE.md)
+constexpr double kCost = 1.25;                     // of a guided vertex over another one (kernels/guide/README.md)
 constexpr double kLeastGain = 1.1;
 constexpr std::uint32_t kSeed = 0x70696c6fU;  // of no image, so that the samples differ from all images'
 
