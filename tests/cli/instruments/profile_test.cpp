@@ -102,7 +102,7 @@ void expect_timeline_of(const Timeline& timeline, const json& stats, std::size_t
   std::vector<std::string> steps;
   for (const Span& span : main)
     if (span.depth == 0) steps.push_back(span.name);
-  EXPECT_EQ(steps, (std::vector<std::string>{"load", "find devices", "pack", "choose layout, build tree", "render",
+  EXPECT_EQ(steps, (std::vector<std::string>{"load", "find devices", "pack", "choose layout, build tree", "pilot", "render",
                                              "predict error", "write"}));
   constexpr double kRound_s = 2e-6 * kRound_us;
   EXPECT_GE(seconds_of(main, "load") + kRound_s, seconds.at("load").get<double>()) << "the span holds the reading";
