@@ -37,12 +37,12 @@ void add_cell(GuideTable& table, const GuideCellData& cell) {
   const auto weights = guide_weights(cell.target);
   std::uint32_t below = 0;
   for (std::size_t bin = 0; bin < EK_GUIDE_BINS; ++bin) {
-    if (bin % 8 == 0) set_half(bin / 8, below);
-    set_half(8 + bin, weights[bin]);
+    if (bin % EK_GUIDE_ROWS == 0) set_half(2 * GUIDE_bounds + bin / EK_GUIDE_ROWS, below);
+    set_half(2 * GUIDE_weights + bin, weights[bin]);
     below += weights[bin];
   }
-  words[36] = std::bit_cast<std::uint32_t>(float(cell.indirect));
-  words[37] = std::bit_cast<std::uint32_t>(float(cell.direct));
+  words[GUIDE_indirect] = std::bit_cast<std::uint32_t>(float(cell.indirect));
+  words[GUIDE_direct] = std::bit_cast<std::uint32_t>(float(cell.direct));
   table.cells.insert(table.cells.end(), words.begin(), words.end());
 }
 

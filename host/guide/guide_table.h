@@ -17,7 +17,7 @@ using CellId = std::uint64_t;
 /// The cell of the next coarser level that contains this one.
 [[nodiscard]] CellId coarser(CellId id);
 
-/// What a pilot knows of a cell. Radiances are luminances.
+/// The light that a pilot found at a cell. Radiances are luminances.
 struct GuideCellData {
   CellId id = 0;
   std::array<double, EK_GUIDE_BINS> target{};  // weights of the bins, not normalised; all 0: no preference

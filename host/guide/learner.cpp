@@ -35,7 +35,7 @@ struct CellSums {
   }
 };
 
-/// What the rounds so far know of a cell.
+/// The light at a cell by all rounds so far.
 struct CellMeans {
   std::array<double, EK_GUIDE_BINS> mean{}, square{};  // of samples in a bin, luminance and its square
   double indirect = 0, direct = 0;

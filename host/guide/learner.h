@@ -40,7 +40,7 @@ class GuideLearner {
   void add(const PathLog& log);
   /// Ends a round. Cells that the round did not visit keep what they had.
   void freeze();
-  /// What the rounds before have learned.
+  /// Returns the table that guides by the rounds that have ended.
   [[nodiscard]] GuideTable table() const;
 
  private:

@@ -14,8 +14,7 @@ glm::dmat3 rows(const glm::dvec3& r0, const glm::dvec3& r1, const glm::dvec3& r2
 glm::dvec3 to_unit(const glm::dvec3& v) { return glm::clamp(v, 0.0, 1.0); }
 
 glm::dvec3 reinhard(const glm::dvec3& linear) {
-  const double luminance = glm::dot(linear, glm::dvec3(0.2126, 0.7152, 0.0722));  // Rec. 709
-  return linear / (1.0 + luminance);
+  return linear / (1.0 + luminance(linear));
 }
 
 // This is Hill's scale, without the factor 1/0.6 of three.js: white, 1, becomes 0.62.

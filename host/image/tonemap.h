@@ -25,6 +25,11 @@ enum class ToneMap {
 /// Returns nothing for another name.
 [[nodiscard]] std::optional<ToneMap> tone_map_of(std::string_view name);
 
+/// Luminance of a linear Rec. 709 colour.
+[[nodiscard]] inline double luminance(const glm::dvec3& linear) {
+  return glm::dot(linear, glm::dvec3(0.2126, 0.7152, 0.0722));
+}
+
 /// linear   Rec. 709 after exposure; negative values, which a pixel filter may leave, count as 0
 /// returns  linear Rec. 709 for the sRGB encoding, within [0, 1] except for `none` and for colours
 ///          of reinhard outside of the gamut

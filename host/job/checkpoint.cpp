@@ -88,6 +88,8 @@ void CheckpointFile::read(Prepared& prepared) {
 
 /// Reads the file, or says that it will be replaced: the batch's line may have been edited since.
 void CheckpointFile::read_if_it_fits(Prepared& prepared) {
+  const std::uint64_t own_pilot_paths = prepared.settings.pilot_paths;
+  const std::vector<ImageSetting> own_settings = settings_;
   std::string why;
   try {
     read(prepared);
@@ -96,6 +98,8 @@ void CheckpointFile::read_if_it_fits(Prepared& prepared) {
     why = error.what();
   }
   if (why.empty()) return;
+  prepared.settings.pilot_paths = own_pilot_paths;
+  settings_ = own_settings;
   begin_with_.reset();
   saved_samples_ = extra_samples_ = 0;
   there_is_one_ = false;

@@ -44,7 +44,8 @@ class Features {
   /// Turns feature `instance` on or off. It depends on more than scene and settings (features_of),
   /// and is off at first.
   void set_two_level(bool on, const std::string& reason);
-  /// Turns the features of path guiding on or off, which change no other one.
+  /// Turns the features of path guiding on or off, which change no other one. Whether they are needed shows only when
+  /// the scene is packed: path_log for the pilot's program, guiding for the render's.
   void set_guiding(bool guiding, bool path_log);
   /// The defines of a program: EK_HAS_<name> as 0 or 1 for every feature, and the numbers that some
   /// features come with.

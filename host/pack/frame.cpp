@@ -8,12 +8,6 @@
 #include "scene/endless.h"
 
 namespace eikon {
-void set_guide(Frame& frame, const GuideTable& guide) {
-  frame.guide_scale = guide.scale;
-  frame.guide_slot_mask = guide.slot_mask();
-  frame.guided_roulette_depth = guide.roulette_depth;
-}
-
 namespace {
 
 // The distance by which the plane at `eye` can move along the unit vector `dir` and stay in front
@@ -97,6 +91,12 @@ Frame pack_frame(const PackedScene& packed, const Settings& settings) {
   frame.tree_light_count = packed.tree_light_count;
   frame.light_scale = packed.light_scale;
   return frame;
+}
+
+void set_guide(Frame& frame, const GuideTable& guide) {
+  frame.guide_scale = guide.scale;
+  frame.guide_slot_mask = guide.slot_mask();
+  frame.guided_roulette_depth = guide.roulette_depth;
 }
 
 Frame unit_frame(Frame frame, std::uint64_t sample_begin, std::uint64_t sample_end, std::uint32_t pixel_count) {

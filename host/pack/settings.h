@@ -42,7 +42,8 @@ enum class Culling {
 };
 [[nodiscard]] const char* name_of(Culling culling);  // as --cull has it
 
-/// Whether paths follow what a pilot learned before the render. The mean of the image is the same.
+/// A choice whether paths follow what a pilot, a small render before the render, learned about where light comes from.
+/// The mean of the image is the same either way.
 enum class Guiding {
   automatic,  // where the pilot finds that it pays
   on,         // always
@@ -77,7 +78,6 @@ struct Settings {
   Guiding guiding = Guiding::off;
   std::uint64_t pilot_paths = 0;            // from which it is learned how to guide paths (usual_pilot_paths); 0: none
   std::shared_ptr<const GuideTable> guide;  // what a pilot learned; null: paths are not guided
-  bool is_pilot = false;                    // paths write a log; with `guide`
   Camera camera;
   Environment environment;  // what is used: --env, else the file's, else black or the neutral one
 };

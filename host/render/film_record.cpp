@@ -98,11 +98,11 @@ std::vector<ImageSetting> image_settings(const Scene& scene, const Settings& set
   // depend on it, and adds it below if so.
   const auto& [width, height, crop, sample_begin, sample_end, likely_samples, seed, replicate_bits, max_depth, integrator,
                roulette_depth, roulette, energy_compensation, culling, light_sampling, light_samples, aovs,
-               depth_series, filter, transparent, guiding, pilot_paths, guide, is_pilot, camera, environment] =
+               depth_series, filter, transparent, guiding, pilot_paths, guide, camera, environment] =
       settings;
   static_cast<void>(crop), static_cast<void>(sample_begin), static_cast<void>(sample_end);
   static_cast<void>(likely_samples);
-  static_cast<void>(guide), static_cast<void>(is_pilot);  // they follow from the pilot
+  static_cast<void>(guide);  // it follows from the pilot
   static_cast<void>(aovs), static_cast<void>(depth_series);  // the channels depend on them
   const glm::dmat4& pose = camera.world_from_camera;
   // Sampling by the BSDF keeps the name that files of earlier versions have, so that they merge
@@ -141,7 +141,7 @@ void go_on_as_begun(const std::vector<ImageSetting>& begun, Settings& settings) 
   std::uint64_t paths = 0;
   if (value.starts_with(way))
     (void)std::from_chars(value.data() + way.size(), value.data() + value.size(), paths);
-  else if (value != kNotGuided)
+  else if (settings.guiding != Guiding::automatic || value != kNotGuided)
     return;
   settings.pilot_paths = std::min(paths, kMostPilotPaths);
 }

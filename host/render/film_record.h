@@ -34,7 +34,7 @@ struct ImageSetting {
                                                        const FilmLayout& layout);
 
 /// Gives a render that goes on from a film of these settings the pilot that the film began with: its size depends on the
-/// number of samples, which may have grown.
+/// number of samples, which may have grown. Changes nothing where --guiding asks for something else than it did.
 void go_on_as_begun(const std::vector<ImageSetting>& begun, Settings& settings);
 
 /// Returns the first difference, e.g. "its seed (--seed) is 1, not 0", or nothing.

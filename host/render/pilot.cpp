@@ -8,6 +8,8 @@
 
 #include "core/clock.h"
 #include "guide/learner.h"
+#include "image/tonemap.h"
+#include "wavefront/memory_need.h"
 #include "wavefront/wavefront.h"
 
 namespace eikon {
@@ -19,7 +21,8 @@ constexpr std::uint32_t kRounds = 6;  // each of twice as many samples as the on
 constexpr std::uint64_t kLeastPaths = 1U << 15;
 constexpr std::uint64_t kPart = 32;                // of the image's samples that the pilot may have
 constexpr std::uint64_t kLeastSamples = 1U << 20;  // of images that have a pilot
-constexpr std::uint32_t kPool = 1U << 17;          // most paths of a unit, which bounds the memory of their logs
+constexpr std::uint32_t kMostPool = 1U << 17;      // most paths of a unit, which bounds the memory of their logs
+constexpr std::uint32_t kLeastPool = 1U << 10;     // of a device with little memory
 constexpr double kCellsPerHeight = 16;             // smallest cells across the picture at the usual distance
 constexpr double kCost = 1.25;                     // of a guided vertex over another one (kernels/guide/README.md)
 constexpr double kLeastGain = 1.1;
@@ -36,7 +39,6 @@ Settings pilot_settings(const Settings& settings, std::uint64_t paths) {
   pilot.crop = {0, 0, pilot.width, pilot.height};
   pilot.replicate_bits = 0;
   pilot.seed = kSeed;
-  pilot.is_pilot = true;
   return pilot;
 }
 
@@ -55,10 +57,7 @@ class PilotRun {
             std::max(std::round(double(paths) / double(settings_.crop.pixel_count() * ((1U << kRounds) - 1))), 1.0))) {
     features.set_guiding(false, true);
     settings_.guide = std::make_shared<const GuideTable>(make_guide_table({}, 1));
-    Execution own = execution;
-    const std::uint64_t largest = (samples_ << (kRounds - 2)) * settings_.width * settings_.height;
-    const auto pool = std::uint32_t(std::min<std::uint64_t>(std::bit_ceil(largest), kPool));
-    own.pool = own.pool == 0 ? pool : std::min(own.pool, pool);
+    const Execution own = with_pool(device.info(), packed, features, execution);
     wavefront_ = std::make_unique<Wavefront>(device, packed, features, settings_, own);
   }
 
@@ -84,6 +83,21 @@ class PilotRun {
   }
 
  private:
+  /// The execution with a pool for the largest unit, or as large a one as the memory allows. The size of units changes
+  /// nothing of what the pilot learns. throws DeviceError when the device has not even the memory for small ones
+  [[nodiscard]] Execution with_pool(const DeviceInfo& info, const PackedScene& packed, const Features& features,
+                                    Execution execution) const {
+    const std::uint64_t largest = (samples_ << (kRounds - 2)) * settings_.crop.pixel_count();
+    const auto pool = std::uint32_t(std::min<std::uint64_t>(std::bit_ceil(largest), kMostPool));
+    execution.pool = execution.pool == 0 ? pool : std::min(execution.pool, pool);
+    const auto need = [&] { return memory_need(packed, configure(info, execution), features); };
+    const std::uint64_t limit =
+        execution.memory_bytes == 0 ? info.memory_bytes : std::min(execution.memory_bytes, info.memory_bytes);
+    while (execution.pool > kLeastPool && need().total() > limit) execution.pool /= 2;
+    require_memory(need(), info, execution);
+    return execution;
+  }
+
   template <class Use>
   void render(std::uint64_t samples, const Use& use) {
     const std::uint32_t capacity = wavefront_->config().capacity();
@@ -114,7 +128,7 @@ class PilotRun {
       return double(std::bit_cast<float>(log.radiance[plane * log.paths + i]));
     };
     for (std::size_t i = 0; i < values.size(); ++i) {
-      const double value = 0.2126 * at(0, i) + 0.7152 * at(1, i) + 0.0722 * at(2, i);
+      const double value = luminance({at(0, i), at(1, i), at(2, i)});
       values[i] = std::isfinite(value) ? value : 0;
     }
     return values;

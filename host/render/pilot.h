@@ -12,7 +12,7 @@
 
 namespace eikon {
 
-/// What a pilot found.
+/// The result of a pilot, for reports.
 struct PilotReport {
   std::uint64_t paths = 0;  // 0: there was no pilot
   std::uint64_t cells = 0;

@@ -6,6 +6,7 @@
 
 #include "core/error.h"
 #include "device/kernel_sources.h"
+#include "shared/guide.h"
 
 namespace eikon {
 
@@ -78,7 +79,8 @@ std::uint64_t path_pool_bytes(const WavefrontConfig& config, const Features& fea
   const std::uint64_t slots = std::uint64_t{config.chunk + EK_PAD} * config.held_chunks();
   return 4 * (slots * path_state_layout(features, config.chunked).words +
               (std::uint64_t{config.capacity()} + EK_PAD) *
-                  (features.film_channels().size() + features.mattes().layers.size()));
+                  (features.film_channels().size() + features.mattes().layers.size() +
+                   (features.has(Feature::path_log) ? EK_LOG_DEPTHS * LOG_WORDS : 0)));
 }
 
 const Accel& accel_of(const PackedScene& scene, const WavefrontConfig& config) {

@@ -35,7 +35,7 @@ bool needs_stage(const WavefrontConfig& config, const Features& features, const 
 /// The options that the program is compiled with. accel: the tree that rays are traced through
 ProgramOptions program_options(const DeviceInfo& device, const WavefrontConfig& config, const Features& features,
                                const Accel& accel, const Execution& execution);
-/// Device memory for the state and film slots of all paths in flight.
+/// Device memory for the state, film slots and logs of all paths in flight.
 std::uint64_t path_pool_bytes(const WavefrontConfig& config, const Features& features);
 
 /// The tree that a device traces rays through. throws InternalError if no tree of its layout was

@@ -28,6 +28,7 @@ EK_FN vu cell_coordinate(vf x) {
 
 // The face of a cube around the origin that the normal goes through, and which quarter of that face; normals along an
 // axis have one code, so that rounding does not tear a wall apart.
+#define EK_ALONG_AXIS 0.999f  // least cosine with the axis, 2.6 degrees
 EK_FN vu normal_code(v3 n) {
   const vf ax = abs_f(n.x), ay = abs_f(n.y), az = abs_f(n.z);
   const vi along_x = (ax >= ay) & (ax >= az), along_y = !along_x & (ay >= az);
@@ -35,7 +36,7 @@ EK_FN vu normal_code(v3 n) {
   const vf first = along_x ? n.y : n.x, second = (along_x | along_y) ? n.z : n.y;
   const vu face = (along_x ? (vu)(0u) : along_y ? (vu)(2u) : (vu)(4u)) + (major > 0.0f ? (vu)(1u) : (vu)(0u));
   const vu quarter = (first > 0.0f ? (vu)(2u) : (vu)(0u)) + (second > 0.0f ? (vu)(1u) : (vu)(0u));
-  return face * 4u + (abs_f(major) > 0.999f ? (vu)(0u) : quarter);
+  return face * 4u + (abs_f(major) > EK_ALONG_AXIS ? (vu)(0u) : quarter);
 }
 
 /// p, n  world, metres; n unit

@@ -5,11 +5,7 @@
 // cosine of a diffuse surface is in it without cost. guide_warp moves a point of the square towards heavy bins, and
 // guide_density is the density of the directions that come out of it over that of the cosine; it is at least
 // EK_GUIDE_LEAST, so no weight grows by more than its inverse. The table is frozen before the render begins, so
-// samples stay independent and unbiased whatever is in it. Words of a cell (host/guide/guide_table.h):
-//   0 ..  3   lower bounds of the eight rows, 16 bits each, in units of 2^-16 of the total
-//   4 .. 35   weights of the 64 bins, 16 bits each, row by row; their sum is 2^16
-//   36, 37    floats: mean radiance that arrives from surfaces and from lights that scattered rays meet, and from
-//             lights that are sampled, both weighted by the cosine: times the albedo it is what leaves
+// samples stay independent and unbiased whatever is in it. Its words are listed in shared/guide.h.
 #ifndef EK_GUIDE_H
 #define EK_GUIDE_H
 #include "guide/cell.h"
@@ -29,6 +25,9 @@ typedef struct {
 #define EK_GUIDE_DATA
 #endif
 
+// Density over that of the cosine, of one unit of weight.
+#define GUIDE_DENSITY ((float)EK_GUIDE_BINS / EK_GUIDE_TOTAL)
+
 /// The tables of a vector of shading points.
 typedef struct {
   global const uint* cells;
@@ -40,11 +39,12 @@ EK_FN vi guide_has(GuideCell g) { return g.cell != EK_NO_CELL; }
 // First word of the lane's cell; of some valid cell where it has none.
 EK_FN vu guide_words(GuideCell g) { return (guide_has(g) ? g.cell : (vu)(0u)) * (uint)EK_GUIDE_CELL_WORDS; }
 
+// The half of a word that holds the 16 bits of this index.
 EK_FN vf guide_half_word(vu word, uint which) { return TO_F(AS_I((which & 1u) != 0u ? word >> 16 : word & 0xffffu)); }
 
-/// Mean radiance that arrives at the cell, without and with what light sampling finds.
-EK_FN vf guide_indirect(GuideCell g) { return gather_f((global const float*)g.cells, guide_words(g) + 36u); }
-EK_FN vf guide_direct(GuideCell g) { return gather_f((global const float*)g.cells, guide_words(g) + 37u); }
+/// Mean radiance that arrives at the cell from surfaces, and from lights that are sampled.
+EK_FN vf guide_indirect(GuideCell g) { return gather_f((global const float*)g.cells, guide_words(g) + (uint)GUIDE_indirect); }
+EK_FN vf guide_direct(GuideCell g) { return gather_f((global const float*)g.cells, guide_words(g) + (uint)GUIDE_direct); }
 
 /// Moves u and v, in [0, 1 - 2^-24]. returns the density; 1 for lanes without a cell, which keep theirs
 EK_FN vf guide_warp(GuideCell g, vf* u, vf* v) {
@@ -52,12 +52,12 @@ EK_FN vf guide_warp(GuideCell g, vf* u, vf* v) {
   if (!ANY(has)) return (vf)(1.0f);
   const vf most = (vf)(1.0f - 0x1p-24f);
   const vu words = guide_words(g);
-  const vf x = *u * 65536.0f;
+  const vf x = *u * (float)EK_GUIDE_TOTAL;
   vu row = (vu)(0u);
-  vf lower = (vf)(0.0f), upper = (vf)(65536.0f);
+  vf lower = (vf)(0.0f), upper = (vf)((float)EK_GUIDE_TOTAL);
   vu word = (vu)(0u);
-  for (uint i = 0; i < 8; ++i) {
-    if ((i & 1u) == 0u) word = gather_u(g.cells, words + i / 2);
+  for (uint i = 0; i < EK_GUIDE_ROWS; ++i) {
+    if ((i & 1u) == 0u) word = gather_u(g.cells, words + (uint)GUIDE_bounds + i / 2);
     const vf bound = guide_half_word(word, i);
     const vi beyond = bound <= x;
     row = (beyond & (i > 0u ? ALL_LANES : (vi)(0))) ? row + 1u : row;
@@ -70,8 +70,8 @@ EK_FN vf guide_warp(GuideCell g, vf* u, vf* v) {
   const vf y = *v * height;
   vu column = (vu)(0u);
   vf begin = (vf)(0.0f), end = (vf)(0.0f), width = (vf)(0.0f);
-  for (uint i = 0; i < 8; ++i) {
-    if ((i & 1u) == 0u) word = gather_u(g.cells, words + 4u + row * 4u + i / 2);
+  for (uint i = 0; i < EK_GUIDE_ROWS; ++i) {
+    if ((i & 1u) == 0u) word = gather_u(g.cells, words + (uint)GUIDE_weights + row * (EK_GUIDE_ROWS / 2) + i / 2);
     const vf weight = guide_half_word(word, i);
     const vi reached = (end <= y) | (i == 0u ? ALL_LANES : (vi)(0));
     column = (reached & (i > 0u ? ALL_LANES : (vi)(0))) ? column + 1u : column;
@@ -80,9 +80,9 @@ EK_FN vf guide_warp(GuideCell g, vf* u, vf* v) {
     end = end + weight;
   }
   const vf along_y = min_f((y - begin) / width, most);
-  *u = has ? min_f((TO_F(AS_I(row)) + along_x) * 0.125f, most) : *u;
-  *v = has ? min_f((TO_F(AS_I(column)) + along_y) * 0.125f, most) : *v;
-  return has ? width * (64.0f / 65536.0f) : (vf)(1.0f);
+  *u = has ? min_f((TO_F(AS_I(row)) + along_x) * (1.0f / EK_GUIDE_ROWS), most) : *u;
+  *v = has ? min_f((TO_F(AS_I(column)) + along_y) * (1.0f / EK_GUIDE_ROWS), most) : *v;
+  return has ? width * GUIDE_DENSITY : (vf)(1.0f);
 }
 
 /// The bin of a local direction of the upper hemisphere: row * 8 + column.
@@ -94,9 +94,10 @@ EK_FN vu guide_bin(v3 wi) {
   const vf slope = greater == 0.0f ? (vf)(0.0f) : lesser / greater;
   const vf other = (8.0f * radius) * atan2_turns(slope, (vf)(1.0f));
   const vf a = wide ? radius : other, b = wide ? other : radius;
-  const vf x = min_f(max_f((a + 1.0f) * 4.0f, (vf)(0.0f)), (vf)(7.0f));
-  const vf y = min_f(max_f((b + 1.0f) * 4.0f, (vf)(0.0f)), (vf)(7.0f));
-  return AS_U(TO_I(x)) * 8u + AS_U(TO_I(y));
+  const vf half_rows = (vf)(0.5f * EK_GUIDE_ROWS), last = (vf)(EK_GUIDE_ROWS - 1.0f);
+  const vf x = min_f(max_f((a + 1.0f) * half_rows, (vf)(0.0f)), last);
+  const vf y = min_f(max_f((b + 1.0f) * half_rows, (vf)(0.0f)), last);
+  return AS_U(TO_I(x)) * EK_GUIDE_ROWS + AS_U(TO_I(y));
 }
 
 /// Density of wi (local) among the directions that guide_warp leads to, over that of the cosine; 1 without a cell.
@@ -104,9 +105,9 @@ EK_FN vf guide_density(GuideCell g, v3 wi) {
   const vi has = guide_has(g);
   if (!ANY(has)) return (vf)(1.0f);
   const vu bin = guide_bin(wi);
-  const vu word = gather_u(g.cells, guide_words(g) + 4u + (bin >> 1));
+  const vu word = gather_u(g.cells, guide_words(g) + (uint)GUIDE_weights + (bin >> 1));
   const vf weight = TO_F(AS_I((bin & 1u) != 0u ? word >> 16 : word & 0xffffu));
-  return has ? weight * (64.0f / 65536.0f) : (vf)(1.0f);
+  return has ? weight * GUIDE_DENSITY : (vf)(1.0f);
 }
 
 #endif

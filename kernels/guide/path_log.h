@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the paths of a pilot write down for the host to learn from (host/guide/learner.h): at each of their first
-// EK_LOG_DEPTHS vertices, the words LOG_*.   path_log[((depth - 1) * LOG_WORDS + word) * stride + path]
+// The paths of a pilot write a log, from which the host learns where light comes from (host/guide/learner.h). It has the
+// words LOG_* of each of their first EK_LOG_DEPTHS vertices.   path_log[((depth - 1) * LOG_WORDS + word) * stride + path]
 #ifndef EK_PATH_LOG_H
 #define EK_PATH_LOG_H
 #include "lanes/math.h"
@@ -18,11 +18,6 @@ typedef struct {
 #define EK_LOG_ARGUMENT
 #define EK_LOG {0, 0u}
 #endif
-
-EK_FN float luminance_weight(uint channel) { return channel == 0u ? 0.2126f : channel == 1u ? 0.7152f : 0.0722f; }
-EK_FN vf luminance(v3 a) {
-  return (a.x * luminance_weight(0) + a.y * luminance_weight(1)) + a.z * luminance_weight(2);
-}
 
 /// Sets one word of the vertex at a depth of the paths of the mask `live`. Lanes without a path write to the padding.
 EK_FN void log_set(PathLog log, uint depth, uint word, vi live, vu path, vu value) {

@@ -35,6 +35,7 @@ EK_FN v3 cross3(v3 a, v3 b) {
 }
 EK_FN v3 normalize3(v3 a) { return scale3(a, (vf)(1.0f) / sqrt(dot3(a, a))); }
 EK_FN v3 select3(vi m, v3 a, v3 b) { return V3(m ? a.x : b.x, m ? a.y : b.y, m ? a.z : b.z); }
+EK_FN vf luminance(v3 a) { return (a.x * 0.2126f + a.y * 0.7152f) + a.z * 0.0722f; }  // of linear Rec. 709
 EK_FN vf max_component(v3 a) { return max_f(max_f(a.x, a.y), a.z); }
 
 /// sin and cos of r turns, |r| <= 1/8: minimax polynomials, the first coefficient of sin in two

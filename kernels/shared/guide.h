@@ -10,8 +10,19 @@ EK_BEGIN
 #define EK_GUIDE_BINS 64         // of a cell's table: 8 rows of 8 columns
 #define EK_GUIDE_TOTAL 65536     // sum of the weights of a table
 #define EK_GUIDE_LEAST 0.25f     // least weight of a bin over the mean of all
-#define EK_GUIDE_CELL_WORDS 40   // of a cell
+#define EK_GUIDE_ROWS 8u         // of as many bins each
 #define EK_LOG_DEPTHS 8          // vertices of a path that are logged
+
+// Words of a cell. Weights have 16 bits each and a sum of EK_GUIDE_TOTAL.
+enum {
+  GUIDE_bounds = 0,                                  // sum of the weights before each row, 16 bits
+  GUIDE_weights = GUIDE_bounds + EK_GUIDE_ROWS / 2,  // of the bins, row by row
+  // Floats: mean radiance that arrives from surfaces and from lights that scattered rays meet, and from lights that are
+  // sampled, both weighted by the cosine, so that times the albedo it is what leaves.
+  GUIDE_indirect = GUIDE_weights + EK_GUIDE_BINS / 2,
+  GUIDE_direct,
+  EK_GUIDE_CELL_WORDS = 40                           // padded
+};
 
 // Words of a logged vertex.
 enum {

@@ -152,35 +152,6 @@ PROBE(probe_warps) {
 }
 #endif
 
-#ifdef EK_PROBE_guide
-#include "guide/guide.h"
-// Inputs: random numbers u and v, a cell. Outputs: u and v after the warp, its density, the direction, the density of that.
-EK_FN_ONCE void probe_guide_run(PROBE_ITEMS, global const uint* cells) {
-  const GuideCell guide = {cells, IN_U(2)};
-  vf u = IN_F(0), v = IN_F(1);
-  const vf density = guide_warp(guide, &u, &v);
-  const v3 wi = warp_cosine_hemisphere(u, v);
-  OUT_F(0, u);
-  OUT_F(1, v);
-  OUT_F(2, density);
-  OUT_3(3, wi);
-  OUT_F(6, guide_density(guide, wi));
-  OUT_U(7, guide_bin(wi));
-}
-kernel void probe_guide(PROBE_ARGUMENTS, global const uint* cells) { probe_guide_run(PROBE_PASSED, cells); }
-
-// Inputs: a point, a normal. Outputs: the key of its cell, and the cell that the table has for it.
-EK_FN_ONCE void probe_cells_run(PROBE_ITEMS, constant Frame* frame, global const uint* slots) {
-  const CellKey key = cell_key(frame, IN_3(0), IN_3(3));
-  OUT_U(0, key.xy);
-  OUT_U(1, key.zn);
-  OUT_U(2, cell_find(frame, slots, key, ALL_LANES));
-}
-kernel void probe_cells(PROBE_ARGUMENTS, constant Frame* frame, global const uint* slots) {
-  probe_cells_run(PROBE_PASSED, frame, slots);
-}
-#endif
-
 #ifdef EK_PROBE_surface
 #include "lanes/basis.h"
 #include "surface/surface.h"
@@ -413,10 +384,9 @@ EK_FN_ONCE void probe_light_run(PROBE_ITEMS, constant Frame* frame, LightData da
   const v3 n = IN_3(8);
   const vi both_sides = IN_U(11) != 0u;
   const LightWords words = {IN_U(0), IN_U(1), IN_U(12), IN_U(13)};
-  const Basis basis = basis_around(n);
   const LightQuery query = {.context = {p, pack_normal(n, both_sides)}, .wanted = ALL_LANES, .words = words};
-  const LightViewer viewer = {.basis = basis, .both_sides = both_sides};
-  const LightSample s = light_sample(frame, data, pick_light(frame, data, query), viewer, words);
+  const Basis basis = basis_around(n);
+  const LightSample s = light_sample(frame, data, pick_light(frame, data, query), (LightViewer){basis, both_sides}, words);
   const LightPath path = light_path(s, p, p_error, n);
   OUT_U(0, s.is_distant ? (vu)(1u) : (vu)(0u));
   OUT_3(1, s.p);

@@ -7,6 +7,7 @@ import os
 import pathlib
 import re
 import shlex
+import shutil
 import subprocess
 import tempfile
 
@@ -46,7 +47,6 @@ class Job:
 
 def find_eikon(name):
     """The path of the binary, which nodes have to find at the same place. None: the one in PATH."""
-    import shutil
     found = shutil.which(name or "eikon")
     if not found:
         raise errors.FarmError(f"{name or 'eikon'}: no such program; name it with --eikon, by a path that every node has")

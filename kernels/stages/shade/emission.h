@@ -42,28 +42,28 @@ EK_FN Contribution emission_contribution(const PathHit* hit, const ShadingPoint*
   return light;
 }
 
+/// Weight of the emission that a path meets against light sampling. pdf: as PathState.pdf
+EK_FN vf emission_weight(const PathHit* hit, vf pdf, vf light_pdf) {
+  const vf one = (vf)(1.0f);
+  if (!EK_HAS_next_event) return one;
+  // A light that is never sampled (pack_lights.cpp) counts in full either way.
+  const vf scattered = EK_HAS_bsdf_emission ? power_heuristic(pdf, light_pdf)
+                       : hit->corners.light_pdf_m2 > 0.0f ? (vf)(0.0f) : one;
+  return pdf < 0.0f ? one : scattered;
+}
+
 /// Adds the emission of the hits, weighted against light sampling where that could have found them.
 EK_FN void add_emission(const ShadeContext* c, const PathHit* hit, const HitMaterial* material,
                         const ShadingPoint* point, uint slot) {
   const vi emits = hit->live & emits_towards(hit->surface.n_geom, material->double_sided, hit->path.dir) &
                    (max_component(material->emission) > 0.0f);
   if (!ANY(emits)) return;
-  vf weight = (vf)(1.0f), plain_weight = (vf)(1.0f);
-  if (EK_HAS_next_event) {
-    const vf light_pdf = emission_light_pdf_sr(c, hit, slot, emits);
-    // A light that is never sampled (pack_lights.cpp) counts in full either way.
-    const vf scattered = EK_HAS_bsdf_emission ? power_heuristic(hit->path.pdf, light_pdf * EK_LIGHT_MEAN)
-                         : hit->corners.light_pdf_m2 > 0.0f ? (vf)(0.0f) : (vf)(1.0f);
-    weight = hit->path.pdf < 0.0f ? weight : scattered;
+  const vf light_pdf = EK_HAS_next_event ? emission_light_pdf_sr(c, hit, slot, emits) * EK_LIGHT_MEAN : (vf)(0.0f);
+  const vf weight = emission_weight(hit, hit->path.pdf, light_pdf);
 #if EK_HAS_path_log
-    if (EK_HAS_bsdf_emission) plain_weight = power_heuristic(hit->path.plain_pdf, light_pdf * EK_LIGHT_MEAN);
-    plain_weight = hit->path.pdf < 0.0f ? (vf)(1.0f) : plain_weight;
-#endif
-  }
-#if EK_HAS_path_log
+  const vf plain_weight = emission_weight(hit, hit->path.plain_pdf, light_pdf);
   log_set_f(c->stage.log, c->depth, LOG_emitted, emits, hit->path.path, luminance(material->emission) * plain_weight);
 #endif
-  (void)plain_weight;
   const v3 radiance = scale3(mul3(point->beta, material->emission), weight);
   film_add_light(c->stage.film, c->depth - 1, emission_contribution(hit, point, emits, radiance));
 }

@@ -7,14 +7,18 @@
 #include "stages/shade/scatter.h"
 
 #if EK_HAS_GUIDE
+// Least survival probability: a table may be wrong, and the weight of a path grows by the inverse.
+#define EK_ROULETTE_LEAST 0.05f
+// Less metallic surfaces are guided: what metal reflects depends on the direction.
+#define EK_GUIDED_METALLIC 0.5f
+
 /// Sets the table that holds for each lane's point, and what the pilot expects of the path.
 EK_FN void guide_point(const ShadeContext* c, const PathHit* hit, ShadingPoint* point) {
   constant Frame* frame = c->stage.frame;
   point->is_diffuse = (point->material.lobes & (1u << LOBE_diffuse)) != 0u;
-  // Metal has no diffuse part, and what it reflects depends on the direction.
   if (EK_HAS_metallic_roughness)
     point->is_diffuse = point->is_diffuse | (((point->material.lobes & (1u << LOBE_metallic_roughness)) != 0u) &
-                                             (point->material.metallic < 0.5f));
+                                             (point->material.metallic < EK_GUIDED_METALLIC));
   point->cell_key = cell_key(frame, point->p, point->n_shade);
   const vi wanted = point->live & (frame->guided_roulette_depth != 0u ? point->is_diffuse : (vi)(0));
   const GuideCell guide = {c->lights.guide.cells, cell_find(frame, c->lights.guide.slots, point->cell_key, wanted)};
@@ -33,7 +37,7 @@ EK_FN vf guided_survival(const ShadeContext* c, ShadingPoint* point, vf otherwis
   const vf leaving = luminance(abs3(mul3(point->beta, point->material.base_color)));
   point->expected = (has & !(point->expected > 0.0f)) ? leaving * (indirect + direct) : point->expected;
   const vf share = (leaving * indirect) / point->expected;
-  vf survival = min_f(max_f(3.0f * share, (vf)(0.05f)), (vf)(c->depth < EK_ROULETTE_ALWAYS_DEPTH ? 1.0f : 0.95f));
+  vf survival = min_f(max_f(EK_ROULETTE_GAIN * share, (vf)(EK_ROULETTE_LEAST)), (vf)(c->depth < EK_ROULETTE_ALWAYS_DEPTH ? 1.0f : 0.95f));
   survival = c->depth < c->stage.frame->guided_roulette_depth ? (vf)(1.0f) : survival;
   return (has & (point->expected > 0.0f) & is_finite(share)) ? survival : otherwise;
 }

@@ -4,16 +4,28 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 #include <glm/glm.hpp>
 #include <random>
+#include <sstream>
 
+#include "device/kernel_sources.h"
 #include "guide/guide_table.h"
 #include "kernels/probe.h"
 #include "kernels/statistics.h"
 #include "shared/records.h"
+#include "support/paths.h"
 
 namespace eikon::test {
 namespace {
+
+Probe guide_probe() {
+  std::ostringstream text;
+  text << std::ifstream(EIKON_SOURCE_DIR "/tests/kernels/guide/guide_probes.cl").rdbuf();
+  Probe probe("guide");
+  probe.append(expand_includes(text.str(), "guide_probes.cl"));
+  return probe;
+}
 
 /// One bin that has nearly everything; a slope; weights without order, some 0; no preference.
 std::vector<GuideCellData> some_cells() {
@@ -37,7 +49,7 @@ std::vector<Words> warped(const GuideTable& table, std::uint32_t cell) {
     u.push_back(as_word(float(random() >> 8) * 0x1p-24F));
     v.push_back(as_word(float(random() >> 8) * 0x1p-24F));
   }
-  return Probe("guide").buffer("cells", table.cells).run("probe_guide", {u, v, cells}, 8);
+  return guide_probe().buffer("cells", table.cells).run("probe_guide", {u, v, cells}, 8);
 }
 
 TEST(Guide, samples_have_the_density_of_the_table) {
@@ -87,7 +99,7 @@ TEST(Guide, the_density_of_a_direction_is_that_of_its_sample) {
 TEST(Guide, lanes_without_a_cell_keep_their_samples) {
   const GuideTable table = make_guide_table(some_cells(), 1);
   const Words u(64, as_word(0.3F)), v(64, as_word(0.7F)), none(64, 0xffffffffU);
-  const auto out = Probe("guide").buffer("cells", table.cells).run("probe_guide", {u, v, none}, 8);
+  const auto out = guide_probe().buffer("cells", table.cells).run("probe_guide", {u, v, none}, 8);
   EXPECT_EQ(out[0], u);
   EXPECT_EQ(out[1], v);
   EXPECT_EQ(out[2], Words(64, as_word(1.0F)));
@@ -108,7 +120,7 @@ TEST(Guide, a_point_finds_its_cell_or_the_one_around_it) {
   Frame frame{};
   frame.guide_scale = 2;
   const auto keys =
-      Probe("guide").buffer("frame", std::vector<Frame>{frame}).buffer("slots", Words(2, 0)).run("probe_cells", in, 3);
+      guide_probe().buffer("frame", std::vector<Frame>{frame}).buffer("slots", Words(2, 0)).run("probe_cells", in, 3);
   EXPECT_EQ(keys[2], Words(kPoints, 0xffffffffU)) << "an empty table has no cell";
   // A third of the points have a cell of level 0, a third one of level 1, the others none.
   std::vector<CellId> ids;
@@ -124,7 +136,7 @@ TEST(Guide, a_point_finds_its_cell_or_the_one_around_it) {
   const GuideTable table = make_guide_table(cells, 2);
   frame.guide_slot_mask = table.slot_mask();
   const auto found =
-      Probe("guide").buffer("frame", std::vector<Frame>{frame}).buffer("slots", table.slots).run("probe_cells", in, 3);
+      guide_probe().buffer("frame", std::vector<Frame>{frame}).buffer("slots", table.slots).run("probe_cells", in, 3);
   for (std::size_t i = 0; i < kPoints; ++i) {
     CellId id = cell_id(keys[0][i], keys[1][i]);
     std::uint32_t expected = 0xffffffffU;

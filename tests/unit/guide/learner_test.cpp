@@ -28,7 +28,7 @@ struct Log {
 constexpr std::uint32_t kGoesOn = LOG_HIT | LOG_GUIDED | LOG_CONTINUES;
 
 float indirect_of(const GuideTable& table, std::size_t cell = 0) {
-  return std::bit_cast<float>(table.cells[cell * EK_GUIDE_CELL_WORDS + 36]);
+  return std::bit_cast<float>(table.cells[cell * EK_GUIDE_CELL_WORDS + GUIDE_indirect]);
 }
 
 TEST(GuideWeights, add_up_and_keep_a_least_weight) {
@@ -62,9 +62,9 @@ TEST(Learner, learns_the_light_that_a_path_meets_next) {
   const GuideTable table = learner.table();
   ASSERT_EQ(table.cell_count(), 3U) << "one of each level";
   EXPECT_NEAR(indirect_of(table), 1.0F, 1e-4F) << "the mean of 1.5 and 0.5";
-  EXPECT_NEAR(std::bit_cast<float>(table.cells[37]), 0.5F, 1e-4F) << "sampled light over the albedo";
+  EXPECT_NEAR(std::bit_cast<float>(table.cells[GUIDE_direct]), 0.5F, 1e-4F) << "sampled light over the albedo";
   // Bins with three times the light have more weight, less than three times because of the prior.
-  const auto weight = [&](std::size_t bin) { return (table.cells[4 + bin / 2] >> (16 * (bin % 2))) & 0xffffU; };
+  const auto weight = [&](std::size_t bin) { return (table.cells[GUIDE_weights + bin / 2] >> (16 * (bin % 2))) & 0xffffU; };
   EXPECT_GT(weight(3), weight(40) * 5 / 4);
   EXPECT_LT(weight(3), weight(40) * 3);
 }

@@ -118,7 +118,12 @@ TEST(FilmRecord, a_render_goes_on_with_the_pilot_that_it_began_with) {
   begun.settings.pilot_paths = 0;  // of too few for a pilot
   go_on_as_begun(begun.described(), now.settings);
   EXPECT_EQ(difference(begun.described(), now.described()), std::nullopt);
+  begun.settings.guiding = now.settings.guiding = Guiding::on;
+  now.settings.pilot_paths = 1U << 15;
+  go_on_as_begun(begun.described(), now.settings);
+  EXPECT_NE(difference(begun.described(), now.described()), std::nullopt) << "it was asked for by name";
   begun.settings.pilot_paths = 1U << 15;
+  now.settings.pilot_paths = 0;
   now.settings.guiding = Guiding::off;
   go_on_as_begun(begun.described(), now.settings);
   EXPECT_NE(difference(begun.described(), now.described()), std::nullopt) << "it was asked for something else";
