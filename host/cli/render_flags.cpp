@@ -127,9 +127,6 @@ RenderOptions parse_render(std::vector<std::string> words) {
     for (const std::string& value : values)
       options.part_words.push_back(name.starts_with('-') ? fmt::format("{}={}", name, value) : value);
   }
-  // The parts of an image have the pilot of the whole one (Settings::pilot_paths).
-  if (options.scene.spp || !options.scene.samples)
-    options.part_words.push_back(fmt::format("--spp={}", options.scene.spp.value_or(kUsualSpp)));
   if (options.scene.denoise) add_guides(options.part_words);
   return options;
 }

@@ -30,7 +30,7 @@ CheckpointFile::CheckpointFile(CheckpointOptions options, Log log)
   requests_ = checkpoint_signals();
 }
 
-void CheckpointFile::begin(Prepared& prepared) {
+void CheckpointFile::begin(const Prepared& prepared) {
   const Settings& settings = prepared.settings;
   const Features features(*prepared.scene, settings);
   const FilmLayout layout = film_layout(features, settings);
@@ -50,7 +50,7 @@ void CheckpointFile::begin(Prepared& prepared) {
     log_(fmt::format("the first checkpoint replaces what is in {}; --resume would go on from it", options_.file));
 }
 
-void CheckpointFile::read(Prepared& prepared) {
+void CheckpointFile::read(const Prepared& prepared) {
   const Settings& settings = prepared.settings;
   const auto refuse = [&](const std::string& why) {
     throw InputError(fmt::format("cannot resume from \"{}\": {}", options_.file, why));
@@ -62,10 +62,8 @@ void CheckpointFile::read(Prepared& prepared) {
   } catch (const InputError& error) {
     refuse(error.what());
   }
-  const FilmLayout layout = film_layout(Features(*prepared.scene, settings), settings);
-  go_on_as_begun(record.settings, prepared.settings);
-  settings_ = image_settings(*prepared.scene, settings, layout);
   if (const auto what = difference(settings_, record.settings)) refuse(*what);
+  const FilmLayout layout = film_layout(Features(*prepared.scene, settings), settings);
   if (!encloses(layout.crop, reader.layout().crop))
     refuse(fmt::format("it holds the window {}, which does not lie within this render's {}: see --crop",
                        in_words(reader.layout().crop), in_words(layout.crop)));
@@ -87,9 +85,7 @@ void CheckpointFile::read(Prepared& prepared) {
 }
 
 /// Reads the file, or says that it will be replaced: the batch's line may have been edited since.
-void CheckpointFile::read_if_it_fits(Prepared& prepared) {
-  const std::uint64_t own_pilot_paths = prepared.settings.pilot_paths;
-  const std::vector<ImageSetting> own_settings = settings_;
+void CheckpointFile::read_if_it_fits(const Prepared& prepared) {
   std::string why;
   try {
     read(prepared);
@@ -98,8 +94,6 @@ void CheckpointFile::read_if_it_fits(Prepared& prepared) {
     why = error.what();
   }
   if (why.empty()) return;
-  prepared.settings.pilot_paths = own_pilot_paths;
-  settings_ = own_settings;
   begin_with_.reset();
   saved_samples_ = extra_samples_ = 0;
   there_is_one_ = false;

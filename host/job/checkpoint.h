@@ -30,7 +30,7 @@ class CheckpointFile {
   /// Reads the file if there is one and --resume is given. To be called before the scene is
   /// released.
   /// throws InputError if the file is damaged or holds another image, and names what differs
-  void begin(Prepared& prepared);
+  void begin(const Prepared& prepared);
   /// Gives the render the sums to begin with, and writes its checkpoints. A failure to write one is
   /// logged, and the next is tried.
   void attach(RenderHooks& hooks);
@@ -62,8 +62,8 @@ class CheckpointFile {
   std::uint64_t requests_ = 0;  // how many SIGUSR1s were seen
   std::unique_ptr<std::atomic<bool>> asked_ = std::make_unique<std::atomic<bool>>(false);
 
-  void read(Prepared& prepared);
-  void read_if_it_fits(Prepared& prepared);
+  void read(const Prepared& prepared);
+  void read_if_it_fits(const Prepared& prepared);
   void write(const FilmState& state);
   [[nodiscard]] std::string saved() const;
 };

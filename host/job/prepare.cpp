@@ -243,8 +243,7 @@ Prepared settle(const SceneOptions& options, std::shared_ptr<Scene> loaded, cons
   settings.seed = std::uint32_t(options.seed);
   settings.energy_compensation = options.energy_compensation;
   settle_integrator(options, settings);
-  // A part does not know how many samples the image will have, unless --spp says so.
-  settings.pilot_paths = usual_pilot_paths(settings, options.spp.value_or(options.samples ? 0 : kUsualSpp));
+  settings.pilot_paths = usual_pilot_paths(settings);
   if (options.pilot_paths && settings.pilot_paths > 0) settings.pilot_paths = *options.pilot_paths;
   log_unseen_lights(scene, settings, log);
   prepared.layers = settings.aovs = options.aovs;

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <span>
 
 #include <fmt/format.h>
@@ -20,7 +19,7 @@ namespace {
 constexpr std::uint64_t kMaxSample = std::uint64_t{1} << 48;
 constexpr const char* kVersionName = "version of image bits";
 constexpr const char* kCullingName = "culling (--cull)";
-constexpr const char* kGuidingName = "guiding (--guiding, --spp)";
+constexpr const char* kGuidingName = "guiding (--guiding)";
 constexpr const char* kNotGuided = "off";
 
 std::string triple(const glm::dvec4& v) { return fmt::format("{},{},{}", v.x, v.y, v.z); }
@@ -131,19 +130,6 @@ std::vector<ImageSetting> image_settings(const Scene& scene, const Settings& set
           {"environment (--env, --env-scale, --env-rotate)", describe(environment)},
           {kCullingName, name_of(culling)},
           {kGuidingName, describe_guiding(guiding, pilot_paths)}};
-}
-
-void go_on_as_begun(const std::vector<ImageSetting>& begun, Settings& settings) {
-  const auto found = std::ranges::find(begun, kGuidingName, &ImageSetting::name);
-  if (found == begun.end() || settings.guiding == Guiding::off) return;
-  const std::string_view value = found->value;
-  const std::string way = fmt::format("{}, by ", name_of(settings.guiding));
-  std::uint64_t paths = 0;
-  if (value.starts_with(way))
-    (void)std::from_chars(value.data() + way.size(), value.data() + value.size(), paths);
-  else if (settings.guiding != Guiding::automatic || value != kNotGuided)
-    return;
-  settings.pilot_paths = std::min(paths, kMostPilotPaths);
 }
 
 std::optional<std::string> difference(const std::vector<ImageSetting>& expected,

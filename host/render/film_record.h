@@ -33,10 +33,6 @@ struct ImageSetting {
 [[nodiscard]] std::vector<ImageSetting> image_settings(const Scene& scene, const Settings& settings,
                                                        const FilmLayout& layout);
 
-/// Gives a render that goes on from a film of these settings the pilot that the film began with: its size depends on the
-/// number of samples, which may have grown. Changes nothing where --guiding asks for something else than it did.
-void go_on_as_begun(const std::vector<ImageSetting>& begun, Settings& settings);
-
 /// Returns the first difference, e.g. "its seed (--seed) is 1, not 0", or nothing.
 [[nodiscard]] std::optional<std::string> difference(const std::vector<ImageSetting>& expected,
                                                     const std::vector<ImageSetting>& found);

@@ -19,12 +19,12 @@ namespace {
 constexpr std::uint32_t kPixels = 512;
 constexpr std::uint32_t kRounds = 6;  // each of twice as many samples as the one before
 constexpr std::uint64_t kLeastPaths = 1U << 15;
-constexpr std::uint64_t kPart = 32;                // of the image's samples that the pilot may have
-constexpr std::uint64_t kLeastSamples = 1U << 20;  // of images that have a pilot
-constexpr std::uint32_t kMostPool = 1U << 17;      // most paths of a unit, which bounds the memory of their logs
-constexpr std::uint32_t kLeastPool = 1U << 10;     // of a device with little memory
-constexpr double kCellsPerHeight = 16;             // smallest cells across the picture at the usual distance
-constexpr double kCost = 1.25;                     // of a guided vertex over another one (kernels/guide/README.md)
+constexpr std::uint64_t kPathsPerPixel = 2;       // a thirty-second of the usual 64 samples
+constexpr std::uint64_t kLeastPixels = 1U << 14;  // of images that have a pilot
+constexpr std::uint32_t kMostPool = 1U << 17;     // most paths of a unit, which bounds the memory of their logs
+constexpr std::uint32_t kLeastPool = 1U << 10;    // of a device with little memory
+constexpr double kCellsPerHeight = 16;            // smallest cells across the picture at the usual distance
+constexpr double kCost = 1.25;                    // of a guided vertex over another one (kernels/guide/README.md)
 constexpr double kLeastGain = 1.1;
 constexpr std::uint32_t kSeed = 0x70696c6fU;  // of no image, so that the samples differ from all images'
 
@@ -238,13 +238,13 @@ class PilotRun {
 
 }  // namespace
 
-std::uint64_t usual_pilot_paths(const Settings& settings, std::uint64_t spp) {
+std::uint64_t usual_pilot_paths(const Settings& settings) {
   if (settings.guiding == Guiding::off || settings.integrator != Integrator::path || settings.roulette > 0 ||
       settings.light_samples > 1 || settings.light_sampling == LightSampling::hemisphere)
     return 0;
-  const std::uint64_t samples = spp * settings.width * settings.height;
-  if (samples < kLeastSamples && settings.guiding != Guiding::on) return 0;
-  return std::bit_floor(std::clamp(samples / kPart, kLeastPaths, kMostPilotPaths));
+  const std::uint64_t pixels = std::uint64_t{settings.width} * settings.height;
+  if (pixels < kLeastPixels && settings.guiding != Guiding::on) return 0;
+  return std::bit_floor(std::clamp(kPathsPerPixel * pixels, kLeastPaths, kMostPilotPaths));
 }
 
 bool wants_pilot(const Features& features, const Settings& settings) {

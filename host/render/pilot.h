@@ -31,9 +31,10 @@ struct Pilot {
 
 inline constexpr std::uint64_t kMostPilotPaths = 1U << 19;
 
-/// The number of paths of the pilot of an image of so many samples per pixel, for Settings::pilot_paths; 0: it has none,
-/// because it would not pay. All parts of an image must have the same.
-[[nodiscard]] std::uint64_t usual_pilot_paths(const Settings& settings, std::uint64_t spp);
+/// The number of paths of the pilot of an image, for Settings::pilot_paths; 0: it has none, because it would not pay. It
+/// follows from the size of the picture and not from the number of samples: a sample must not depend on how many
+/// others are asked for.
+[[nodiscard]] std::uint64_t usual_pilot_paths(const Settings& settings);
 /// Returns true if there is something in the scene that the pilot of the settings could guide.
 [[nodiscard]] bool wants_pilot(const Features& features, const Settings& settings);
 

@@ -298,6 +298,18 @@ RenderOutput render_on(const std::shared_ptr<WavefrontDevices>& devices, const E
   return output;
 }
 
+/// A device that fails does not go back to its pool. throws DeviceError
+Pilot pilot_on(DevicePool::Lease& lease, const WavefrontDevices& devices, std::size_t device) {
+  try {
+    return run_pilot(*lease, *devices.packed, devices.features, devices.settings, devices.executions[device]);
+  } catch (const DeviceError&) {
+    lease.discard();
+    throw;
+  }
+}
+
+constexpr int kPilotAttempts = 3;  // on one device, as units have before it is dropped
+
 /// Lets a pilot learn how to guide paths, on the first device that can.
 /// throws DeviceError when none can: without it, the image would not have the bits of its other parts
 void guide_paths(WavefrontDevices& devices, const std::vector<DeviceReport>& prepared, const Execution& execution,
@@ -305,22 +317,19 @@ void guide_paths(WavefrontDevices& devices, const std::vector<DeviceReport>& pre
   if (!wants_pilot(devices.features, devices.settings)) return;
   const TraceScope piloting(execution.trace.get(), execution.track, "pilot");
   std::string errors;
-  for (std::size_t i = 0; i < prepared.size(); ++i) {
-    if (!prepared[i].error.empty()) continue;
-    DevicePool::Lease lease = devices.pool.take(devices.devices[i]);
-    try {
-      Pilot pilot = run_pilot(*lease, *devices.packed, devices.features, devices.settings, devices.executions[i]);
-      devices.settings.guide = std::move(pilot.table);
-      devices.features.set_guiding(devices.settings.guide != nullptr, false);
-      report.pilot = pilot.report;
-      return;
-    } catch (const DeviceError& error) {
-      lease.discard();
-      report.notes.push_back(
-          fmt::format("the pilot failed on device {}: {}", devices.devices[i].selector, error.what()));
-      errors += (errors.empty() ? "" : "; ") + report.notes.back();
-    }
-  }
+  for (std::size_t i = 0; i < prepared.size(); ++i)
+    for (int attempt = 0; attempt < kPilotAttempts && prepared[i].error.empty(); ++attempt) try {
+        DevicePool::Lease lease = devices.pool.take(devices.devices[i]);
+        Pilot pilot = pilot_on(lease, devices, i);
+        devices.settings.guide = std::move(pilot.table);
+        devices.features.set_guiding(devices.settings.guide != nullptr, false);
+        report.pilot = pilot.report;
+        return;
+      } catch (const DeviceError& error) {
+        report.notes.push_back(
+            fmt::format("the pilot failed on device {}: {}", devices.devices[i].selector, error.what()));
+        errors += (errors.empty() ? "" : "; ") + report.notes.back();
+      }
   throw DeviceError(errors + "; --guiding off renders without a pilot");
 }
 

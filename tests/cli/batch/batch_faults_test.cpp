@@ -194,7 +194,7 @@ TEST(BatchFaults, a_job_that_is_tried_again_begins_anew_whatever_its_checkpoint_
 
 TEST(BatchFaults, what_was_done_before_a_job_s_only_device_failed_is_in_its_picture) {
   const Workplace here;
-  here.write("jobs", jobs_of(1, "--size 64x48 --spp 400 --guiding off --devices cpu"));
+  here.write("jobs", jobs_of(1, "--size 64x48 --spp 400 --devices cpu"));
   const Outcome outcome = here.eikon("batch jobs", "EIKON_FAULT=device:0:after=4:lost");
   EXPECT_EQ(outcome.code, 1);
   EXPECT_EQ(states(outcome), (States{{1, "failed"}}));
@@ -202,7 +202,7 @@ TEST(BatchFaults, what_was_done_before_a_job_s_only_device_failed_is_in_its_pict
   EXPECT_GT(read_checkpoint(here / "1.exr").record.done.sample_count(), 0U);
   const Outcome again = here.eikon("batch jobs");
   EXPECT_EQ(states(again), (States{{1, "done"}})) << "it is not taken for done";
-  expect_single_renders(here, 1, "--size 64x48 --spp 400 --guiding off");
+  expect_single_renders(here, 1, "--size 64x48 --spp 400");
 }
 
 TEST(BatchFaults, jobs_at_a_time_know_of_a_device_that_hung_for_one_of_them) {

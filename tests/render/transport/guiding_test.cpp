@@ -117,17 +117,20 @@ TEST(Guiding, a_table_of_another_scene_changes_no_mean) {
   }
 }
 
-TEST(Guiding, is_left_out_where_it_would_not_pay) {
+TEST(Guiding, has_a_pilot_by_the_size_of_the_picture_and_not_by_its_samples) {
   Settings settings = settings_for(1280, 720, 64);
   settings.guiding = Guiding::automatic;
-  EXPECT_EQ(usual_pilot_paths(settings, 64), 1U << 19);
+  EXPECT_EQ(usual_pilot_paths(settings), 1U << 19);
   settings.width = settings.height = 256;
-  EXPECT_EQ(usual_pilot_paths(settings, 64), 1U << 17);
-  EXPECT_EQ(usual_pilot_paths(settings, 8), 0U) << "fewer than 2^20 samples";
+  EXPECT_EQ(usual_pilot_paths(settings), 1U << 17);
+  settings.sample_begin = 7, settings.sample_end = 8;
+  EXPECT_EQ(usual_pilot_paths(settings), 1U << 17);
+  settings.width = settings.height = 127;
+  EXPECT_EQ(usual_pilot_paths(settings), 0U) << "fewer than 2^14 pixels";
   settings.guiding = Guiding::on;
-  EXPECT_EQ(usual_pilot_paths(settings, 8), 1U << 15);
+  EXPECT_EQ(usual_pilot_paths(settings), 1U << 15);
   settings.integrator = Integrator::whitted;
-  EXPECT_EQ(usual_pilot_paths(settings, 8), 0U);
+  EXPECT_EQ(usual_pilot_paths(settings), 0U);
 }
 
 }  // namespace

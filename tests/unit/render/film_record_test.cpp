@@ -85,6 +85,7 @@ TEST(FilmRecord, every_setting_of_the_image_counts_and_nothing_else_does) {
   EXPECT_NE(changed([](Image9x7& i) { i.settings.camera.world_from_camera[3][1] = 1e-17; }), "");
   EXPECT_NE(changed([](Image9x7& i) { i.settings.environment.radiance.y = 1e-20F; }), "");
   EXPECT_NE(changed([](Image9x7& i) { i.layout.channels.emplace_back("id"); }), "");
+  EXPECT_NE(changed([](Image9x7& i) { i.settings.pilot_paths = 1U << 15; }), "");
   EXPECT_EQ(changed([](Image9x7& i) { i.settings.crop = {1, 1, 2, 2}; }), "");
   EXPECT_EQ(changed([](Image9x7& i) { i.settings.sample_end = 1000; }), "");
   EXPECT_EQ(changed([](Image9x7& i) { i.settings.camera.name = "another"; }), "");
@@ -96,7 +97,7 @@ TEST(FilmRecord, culling_and_guiding_count_and_files_that_do_not_name_them_have_
   culled.settings.culling = Culling::camera;
   FilmRecord record = some_record();
   std::string text = to_text(record);
-  for (const std::string line : {"setting culling (--cull): none\n", "setting guiding (--guiding, --spp): off\n"}) {
+  for (const std::string line : {"setting culling (--cull): none\n", "setting guiding (--guiding): off\n"}) {
     const std::size_t at = text.find(line);
     ASSERT_NE(at, std::string::npos);
     text.erase(at, line.size());
@@ -105,28 +106,6 @@ TEST(FilmRecord, culling_and_guiding_count_and_files_that_do_not_name_them_have_
   record.settings = culled.described();
   EXPECT_TRUE(parse_film_record(to_text(record), small_layout(9, 7)) == record);
   EXPECT_EQ(difference(culled.described(), Image9x7().described()), "its culling (--cull) is none, not camera");
-}
-
-TEST(FilmRecord, a_render_goes_on_with_the_pilot_that_it_began_with) {
-  Image9x7 begun, now;
-  begun.settings.guiding = now.settings.guiding = Guiding::automatic;
-  begun.settings.pilot_paths = 1U << 15;
-  now.settings.pilot_paths = 1U << 17;  // of more samples
-  EXPECT_NE(difference(begun.described(), now.described()), std::nullopt);
-  go_on_as_begun(begun.described(), now.settings);
-  EXPECT_EQ(now.settings.pilot_paths, 1U << 15);
-  begun.settings.pilot_paths = 0;  // of too few for a pilot
-  go_on_as_begun(begun.described(), now.settings);
-  EXPECT_EQ(difference(begun.described(), now.described()), std::nullopt);
-  begun.settings.guiding = now.settings.guiding = Guiding::on;
-  now.settings.pilot_paths = 1U << 15;
-  go_on_as_begun(begun.described(), now.settings);
-  EXPECT_NE(difference(begun.described(), now.described()), std::nullopt) << "it was asked for by name";
-  begun.settings.pilot_paths = 1U << 15;
-  now.settings.pilot_paths = 0;
-  now.settings.guiding = Guiding::off;
-  go_on_as_begun(begun.described(), now.settings);
-  EXPECT_NE(difference(begun.described(), now.described()), std::nullopt) << "it was asked for something else";
 }
 
 TEST(FilmRecord, the_pixels_of_a_map_count_and_not_its_name) {
