@@ -19,6 +19,10 @@ constexpr std::size_t kShards = 32;
 
 using uint128 = unsigned __int128;
 
+std::size_t shard_of(CellId id) { return std::size_t((id * 0x9e3779b97f4a7c15ULL) >> 59) % kShards; }
+
+}  // namespace
+
 /// The samples of a cell in one round.
 struct CellSums {
   std::array<std::uint64_t, EK_GUIDE_BINS> sum{};
@@ -41,17 +45,13 @@ struct CellMeans {
   double indirect = 0, direct = 0;
 };
 
-using Sums = std::unordered_map<CellId, CellSums>;
-
-std::size_t shard_of(CellId id) { return std::size_t((id * 0x9e3779b97f4a7c15ULL) >> 59) % kShards; }
-
-}  // namespace
-
 float PathLog::number(std::size_t path, std::uint32_t vertex, std::uint32_t which) const {
   return std::bit_cast<float>(word(path, vertex, which));
 }
 
 struct GuideLearner::Impl {
+  using Sums = std::unordered_map<CellId, CellSums>;
+
   float scale;
   double unit;  // luminance of one count
   std::array<Sums, kShards> shards;
