@@ -62,9 +62,13 @@ source "$farm/node.sh"
 if [ ! -f "$archive" ]; then
   # Compile the kernels of the first job, and keep them for all nodes of this kind.
   scratch="$(mktemp -d)"
+  touch "$scratch/begin"
   cd "$base" && "$eikon" render {first} -o "$scratch/first.exr" --quiet --samples {samples} > /dev/null
+  # Of what this node has compiled before, only programs that this job used: PoCL notes when that was.
+  (cd "$POCL_CACHE_DIR" && find . -name last_accessed -newer "$scratch/begin" -printf '%h\n') > "$scratch/used"
+  rm -f "$scratch/begin" "$scratch/first.exr"
+  tar -cf "$archive.$$" -C "$POCL_CACHE_DIR" -T "$scratch/used" && mv "$archive.$$" "$archive"
   rm -rf "$scratch"
-  tar -cf "$archive.$$" -C "$POCL_CACHE_DIR" . && mv "$archive.$$" "$archive"
 fi
 """
 
