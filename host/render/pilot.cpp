@@ -21,7 +21,6 @@ constexpr std::uint32_t kRounds = 6;  // each of twice as many samples as the on
 constexpr std::uint64_t kLeastPaths = 1U << 15;
 constexpr std::uint64_t kPathsPerPixel = 2;       // a thirty-second of the usual 64 samples
 constexpr std::uint64_t kLeastPixels = 1U << 14;  // of images that have a pilot
-constexpr std::uint32_t kMostPool = 1U << 17;     // most paths of a unit, which bounds the memory of their logs
 constexpr std::uint32_t kLeastPool = 1U << 10;    // of a device with little memory
 constexpr double kCellsPerHeight = 16;            // smallest cells across the picture at the usual distance
 constexpr double kCost = 1.25;                    // of a guided vertex over another one (kernels/guide/README.md)
@@ -51,10 +50,12 @@ struct Trial {
 class PilotRun {
  public:
   PilotRun(Device& device, const PackedScene& packed, Features features, const Settings& settings,
-           const Execution& execution, std::uint64_t paths)
-      : settings_(pilot_settings(settings, paths)),
-        samples_(std::uint64_t(
-            std::max(std::round(double(paths) / double(settings_.crop.pixel_count() * ((1U << kRounds) - 1))), 1.0))) {
+           const Execution& execution, PilotSteps& steps)
+      : settings_(pilot_settings(settings, settings.pilot_paths)),
+        samples_(std::uint64_t(std::max(
+            std::round(double(settings.pilot_paths) / double(settings_.crop.pixel_count() * ((1U << kRounds) - 1))),
+            1.0))),
+        steps_(steps) {
     features.set_guiding(false, true);
     settings_.guide = std::make_shared<const GuideTable>(make_guide_table({}, 1));
     const Execution own = with_pool(device.info(), packed, features, execution);
@@ -88,7 +89,7 @@ class PilotRun {
   [[nodiscard]] Execution with_pool(const DeviceInfo& info, const PackedScene& packed, const Features& features,
                                     Execution execution) const {
     const std::uint64_t largest = (samples_ << (kRounds - 2)) * settings_.crop.pixel_count();
-    const auto pool = std::uint32_t(std::min<std::uint64_t>(std::bit_ceil(largest), kMostPool));
+    const auto pool = std::uint32_t(std::min<std::uint64_t>(std::bit_ceil(largest), kMostPilotPool));
     execution.pool = execution.pool == 0 ? pool : std::min(execution.pool, pool);
     const auto need = [&] { return memory_need(packed, configure(info, execution), features); };
     const std::uint64_t limit =
@@ -106,11 +107,15 @@ class PilotRun {
       const std::uint64_t most = std::max<std::uint64_t>(capacity / (std::uint64_t{rows} * settings_.width), 1);
       const std::uint64_t until = std::min(end, next_ + most);
       for (std::uint32_t y = 0; y < settings_.height; y += rows) {
-        wavefront_->begin({{0, y, settings_.width, std::min(y + rows, settings_.height)}, next_, until});
+        const std::uint32_t height = std::min(rows, settings_.height - y);
+        unit_pixels_ = std::size_t{height} * settings_.width;
+        steps_.begin_unit(unit_pixels_ * (until - next_));
+        wavefront_->begin({{0, y, settings_.width, y + height}, next_, until});
         first_pixel_ = std::size_t{y} * settings_.width;
-        unit_pixels_ = std::size_t{std::min(rows, settings_.height - y)} * settings_.width;
         (void)wavefront_->finish();
-        use(wavefront_->path_log());
+        const PathLog log = wavefront_->path_log();
+        steps_.end_unit();
+        use(log);
         paths_ += unit_pixels_ * (until - next_);
       }
       next_ = until;
@@ -216,6 +221,7 @@ class PilotRun {
     Pilot pilot;
     pilot.report.paths = paths_;
     pilot.report.cells = table.cell_count();
+    pilot.report.arithmetic = wavefront_->arithmetic().name();
     pilot.report.gain_from_first = gain_of[1];
     pilot.report.gain_from_second = gain_of[2];
     const bool first = pilot.report.gain_from_first > pilot.report.gain_from_second;
@@ -229,6 +235,7 @@ class PilotRun {
 
   Settings settings_;
   std::uint64_t samples_;  // of a pixel in the first round
+  PilotSteps& steps_;
   std::unique_ptr<Wavefront> wavefront_;
   float scale_ = 1;
   double usual_luminance_ = 1;
@@ -259,9 +266,9 @@ bool wants_pilot(const Features& features, const Settings& settings) {
 }
 
 Pilot run_pilot(Device& device, const PackedScene& packed, const Features& features, const Settings& settings,
-                const Execution& execution) {
+                const Execution& execution, PilotSteps& steps) {
   const double begin = host_seconds();
-  Pilot pilot = PilotRun(device, packed, features, settings, execution, settings.pilot_paths).run(settings.guiding);
+  Pilot pilot = PilotRun(device, packed, features, settings, execution, steps).run(settings.guiding);
   pilot.report.seconds = host_seconds() - begin;
   return pilot;
 }
