@@ -7,8 +7,8 @@
 For each scene a row: what the pilot predicts and decides, the mean relMSE of the seeds against a reference without
 guiding, without and with `--guiding on`, the rays with guiding over those without, and the gain: the product of error and
 rays without guiding over that with it, and its standard error over the seeds. The reference's own error, which it predicts,
-is taken off both. Seconds do not count, so a busy machine does no harm. Without scenes, all of scenes/ are measured that
-have a pilot. Standard library only.
+is taken off both. Seconds do not count, so a busy machine does no harm. Scenes are left out that have no pilot, unless
+--all asks for them. Without scenes, all of scenes/ are measured. Standard library only.
 """
 
 import argparse
@@ -57,6 +57,8 @@ def measure(eikon, scene, size, options):
         (folder / "first").write_text(job("auto", "auto", 1, 0))
         run(eikon, "batch", folder / "first", "--quiet")
         pilot = stats("auto")["pilot"]
+        if pilot is None and not options.all:
+            return None
         (folder / "asked").write_text(job("on", "on", 1, 0))
         run(eikon, "batch", folder / "asked", "--quiet")
         asked = stats("on")["pilot"]
@@ -88,6 +90,7 @@ def main():
     parser.add_argument("--seeds", type=int, default=4)
     parser.add_argument("--spp", type=int, default=64)
     parser.add_argument("--reference-spp", type=int, default=4096)
+    parser.add_argument("--all", action="store_true")
     parser.add_argument("--json", type=pathlib.Path)
     options = parser.parse_args()
     scenes = options.scenes or sorted(str(path) for path in (ROOT / "scenes").glob("*.gltf"))
@@ -96,6 +99,7 @@ def main():
     for scene, size in map(parse_scene, scenes):
         row = measure(options.eikon, scene, size, options)
         if row is None:
+            print(f"| {scene.stem} | no pilot | | | | | |", flush=True)
             continue
         rows.append(row)
         print(f"| {row['scene']} | {row['decision']} | {row['predicted']:.2f} | {row['off']:.3g} | {row['on']:.3g} "
