@@ -17,9 +17,8 @@ struct PilotReport {
   std::uint64_t paths = 0;  // 0: there was no pilot
   std::uint64_t cells = 0;
   double seconds = 0;
-  /// Predicted product of error and rays without guiding over the same with it, roulette guided from the first vertex
-  /// on, and from the second.
-  double gain_from_first = 0, gain_from_second = 0;
+  /// Predicted product of error and rays without guiding over the same with it.
+  double gain = 0;
   std::uint32_t roulette_depth = 0;  // GuideTable's; 0: paths are not guided
   std::uint64_t digest = 0;          // of the table
   std::string arithmetic{};          // class of the device that rendered it

@@ -78,8 +78,7 @@ def measure(eikon, scene, size, options):
     ratio = rays["on"] / rays["off"]
     gain = mean["off"] / mean["on"] / ratio
     return {"scene": scene.stem, "size": size, "decision": "none" if pilot is None else "on" if pilot["roulette_depth"] else "off",
-            "roulette_depth": asked["roulette_depth"],
-            "predicted": max(asked["gain_from_first"], asked["gain_from_second"]), "reference": own,
+            "predicted": asked["gain"], "reference": own,
             "off": mean["off"], "on": mean["on"], "rays": ratio, "gain": gain, "doubt": gain * doubt}
 
 

@@ -100,8 +100,7 @@ json pilot_json(const PilotReport& pilot) {
           {"cells", pilot.cells},
           {"seconds", pilot.seconds},
           {"loaded", pilot.loaded},
-          {"gain_from_first", pilot.gain_from_first},
-          {"gain_from_second", pilot.gain_from_second},
+          {"gain", pilot.gain},
           {"roulette_depth", pilot.roulette_depth}};
 }
 
@@ -124,10 +123,9 @@ std::string in_words(const PredictedError& error) {
 }
 
 std::string in_words(const PilotReport& pilot) {
-  const double gain = std::max(pilot.gain_from_first, pilot.gain_from_second);
   return fmt::format("pilot: {} paths{}; {} ({:.2f} times less error for as many rays, it predicts)", pilot.paths,
                      pilot.loaded ? ", made before" : fmt::format(" in {:.2f} s", pilot.seconds),
-                     pilot.roulette_depth == 0 ? "paths are not guided" : "paths are guided", gain);
+                     pilot.roulette_depth == 0 ? "paths are not guided" : "paths are guided", pilot.gain);
 }
 
 std::string given_up_line(const Scene& scene, const RenderReport& report) {

@@ -78,8 +78,7 @@ Pilot pilot_of(const Figures& figures, std::string_view table_bytes) {
   report.arithmetic = figures.text("arithmetic");
   report.paths = figures.number<std::uint64_t>("paths", std::numeric_limits<std::uint64_t>::max());
   report.cells = figures.number<std::uint64_t>("cells", kMostWords);
-  report.gain_from_first = figures.number<double>("gain from the first vertex", kAny);
-  report.gain_from_second = figures.number<double>("gain from the second vertex", kAny);
+  report.gain = figures.number<double>("gain", kAny);
   report.roulette_depth = figures.number<std::uint32_t>("roulette depth", 2);
   GuideTable table;
   table.roulette_depth = report.roulette_depth;
@@ -110,9 +109,8 @@ std::string to_bytes(const Pilot& pilot, const std::vector<ImageSetting>& settin
   std::string bytes(kFirstLine);
   for (const ImageSetting& setting : settings)
     bytes += fmt::format("{}{}: {}\n", kSetting, setting.name, setting.value);
-  bytes += fmt::format("arithmetic: {}\npaths: {}\ncells: {}\n", report.arithmetic, report.paths, report.cells);
-  bytes += fmt::format("gain from the first vertex: {}\n", report.gain_from_first);
-  bytes += fmt::format("gain from the second vertex: {}\n", report.gain_from_second);
+  bytes += fmt::format("arithmetic: {}\npaths: {}\ncells: {}\ngain: {}\n", report.arithmetic, report.paths,
+                       report.cells, report.gain);
   bytes += fmt::format("roulette depth: {}\nscale: {}\nwords of slots: {}\nwords of cells: {}\n\n",
                        report.roulette_depth, table.scale, table.slots.size(), table.cells.size());
   append(bytes, table.slots);
@@ -123,8 +121,7 @@ std::string to_bytes(const Pilot& pilot, const std::vector<ImageSetting>& settin
 }
 
 Pilot parse_pilot(std::string_view bytes, const std::vector<ImageSetting>& settings) {
-  if (!bytes.starts_with(kName))
-    throw InputError("it is no file of --pilot");
+  if (!bytes.starts_with(kName)) throw InputError("it is no file of --pilot");
   std::uint64_t hash = 0;
   if (bytes.size() < kName.size() + sizeof hash) refuse_damaged();
   std::string_view rest = bytes.substr(0, bytes.size() - sizeof hash);

@@ -43,7 +43,7 @@ TEST(PilotOption, the_first_render_writes_it_and_others_have_the_same_bits_by_it
   EXPECT_TRUE(second.at("loaded").get<bool>());
   EXPECT_EQ(second.at("seconds"), 0);
   EXPECT_GT(second.at("roulette_depth"), 0);
-  for (const char* figure : {"paths", "cells", "gain_from_first", "gain_from_second", "roulette_depth"})
+  for (const char* figure : {"paths", "cells", "gain", "roulette_depth"})
     EXPECT_EQ(first.at(figure), second.at(figure)) << figure;
   EXPECT_EQ(read_exr(here / "first.exr").metadata.at("guiding"), read_exr(here / "second.exr").metadata.at("guiding"));
   // Parts of the image by samples and by pixels, and an image of another seed.

@@ -178,7 +178,7 @@ TEST(Guiding, a_square_light_over_a_floor_is_left_alone) {
     settings.pilot_paths = paths;
     const PilotReport pilot = output_of(scene, settings).report.pilot;
     EXPECT_GT(pilot.paths, 0U);
-    EXPECT_EQ(pilot.roulette_depth, 0U) << pilot.gain_from_first << ", " << pilot.gain_from_second;
+    EXPECT_EQ(pilot.roulette_depth, 0U) << pilot.gain;
   }
 }
 

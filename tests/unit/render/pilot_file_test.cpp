@@ -37,8 +37,7 @@ Pilot some_pilot() {
   GuideTable table = make_guide_table(cells, 0.37F);
   table.roulette_depth = 1;
   Pilot pilot;
-  pilot.report = {
-      .paths = 32768, .cells = 50, .gain_from_first = 3.0 / 7, .gain_from_second = 1.9, .roulette_depth = 1};
+  pilot.report = {.paths = 32768, .cells = 50, .gain = 3.0 / 7, .roulette_depth = 1};
   pilot.report.digest = table.digest();
   pilot.report.arithmetic = "other-12345678";
   pilot.table = std::make_shared<const GuideTable>(std::move(table));
@@ -70,8 +69,7 @@ TEST(PilotFile, comes_back_whole) {
   EXPECT_EQ(found.table->digest(), pilot.table->digest());
   EXPECT_EQ(found.report.paths, 32768U);
   EXPECT_EQ(found.report.cells, 50U);
-  EXPECT_EQ(found.report.gain_from_first, 3.0 / 7);
-  EXPECT_EQ(found.report.gain_from_second, 1.9);
+  EXPECT_EQ(found.report.gain, 3.0 / 7);
   EXPECT_EQ(found.report.roulette_depth, 1U);
   EXPECT_EQ(found.report.arithmetic, "other-12345678");
   EXPECT_TRUE(found.report.loaded);
@@ -84,7 +82,7 @@ TEST(PilotFile, a_decision_not_to_guide_comes_back) {
   pilot.report.roulette_depth = 0;
   const Pilot found = parse_pilot(to_bytes(pilot, settings_of()), settings_of());
   EXPECT_EQ(found.table, nullptr);
-  EXPECT_EQ(found.report.gain_from_second, 1.9);
+  EXPECT_EQ(found.report.gain, 3.0 / 7);
 }
 
 TEST(PilotFile, samples_do_not_decide_it_and_other_settings_do) {
