@@ -31,8 +31,7 @@ constexpr std::uint64_t kPathsPerPixel = 2;       // a thirty-second of the usua
 constexpr std::uint64_t kLeastPixels = 1U << 14;  // of images that have a pilot
 constexpr std::uint32_t kLeastPool = 1U << 10;    // of a device with little memory
 constexpr double kCellsPerHeight = 16;            // smallest cells across the picture at the usual distance
-constexpr double kCost = 1.25;                    // of a guided vertex over another one (kernels/guide/README.md)
-constexpr double kLeastGain = 1.1;
+constexpr double kLeastGain = 1.25;  // a guided vertex costs about so many times another one (kernels/guide/README.md)
 constexpr std::uint32_t kSeed = 0x70696c6fU;  // of no image, so that the samples differ from all images'
 
 /// The settings of the picture that the pilot renders.
@@ -261,7 +260,7 @@ class PilotRun {
     pilot.report.cells = table.cell_count();
     pilot.report.arithmetic = wavefront_->arithmetic().name();
     pilot.report.gain = least_gain(trials);
-    if (guiding != Guiding::on && pilot.report.gain < kLeastGain * kCost) return pilot;
+    if (guiding != Guiding::on && pilot.report.gain < kLeastGain) return pilot;
     table.roulette_depth = pilot.report.roulette_depth = kRouletteDepth;
     pilot.report.digest = table.digest();
     pilot.table = std::make_shared<const GuideTable>(std::move(table));
