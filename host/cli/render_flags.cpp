@@ -44,6 +44,9 @@ void add_output_flags(CommandFlags& flags, RenderOptions& options) {
              [&](const std::string& text) {
                options.scene.depth_series.insert(std::uint32_t(parse_unsigned("--depth-series", text, kMaxScatterBound)));
              });
+  flags.text({"--pilot", "FILE",
+              "take what the pilot of --guiding learned from here, or keep it here if there is no such file"},
+             options.pilot);
   flags.text({"--checkpoint", "FILE", "keep what is done here: regularly, at the end, and when interrupted"},
              options.checkpoint.file);
   flags.number({"--checkpoint-every", "SECONDS", "time between checkpoints [60]"}, options.checkpoint.every_s, 0.01, 1e9);
@@ -73,7 +76,8 @@ void add_diagnosis_flags(CommandFlags& flags, RenderOptions& options) {
 /// Flags that change neither the results nor their names.
 const std::vector<std::string> kAboutExecution = {
     "--devices",    "--accel",  "--layout",   "--instances", "--memory",
-    "--threads",    "--quiet",  "--progress", "--checkpoint", "--checkpoint-every", "--resume"};
+    "--threads",    "--quiet",  "--progress", "--checkpoint", "--checkpoint-every", "--resume",
+    "--pilot"};
 
 /// Flags that say how much of the image is rendered, and which files come of it.
 const std::vector<std::string> kAboutWhole = {

@@ -12,6 +12,7 @@ namespace eikon {
 namespace {
 
 constexpr std::size_t kSlotsPerCell = 4;  // at least: searches then end after one or two slots
+constexpr auto kLeastWeight = std::uint32_t(double(EK_GUIDE_LEAST) * EK_GUIDE_TOTAL / EK_GUIDE_BINS);  // of a bin
 
 /// As in kernels/lanes/sampler.h.
 std::uint32_t hash_bits(std::uint32_t x) {
@@ -46,12 +47,43 @@ void add_cell(GuideTable& table, const GuideCellData& cell) {
   table.cells.insert(table.cells.end(), words.begin(), words.end());
 }
 
+/// words: of one cell
+bool is_sound_cell(std::span<const std::uint32_t> words) {
+  const auto half = [&](std::size_t which) { return words[which / 2] >> (16 * (which % 2)) & 0xffffU; };
+  for (const std::size_t radiance : {std::size_t(GUIDE_indirect), std::size_t(GUIDE_direct)})
+    if (const auto value = std::bit_cast<float>(words[radiance]); !(value >= 0) || !std::isfinite(value)) return false;
+  std::uint32_t below = 0;
+  for (std::size_t bin = 0; bin < EK_GUIDE_BINS; ++bin) {
+    if (bin % EK_GUIDE_ROWS == 0 && half(2 * GUIDE_bounds + bin / EK_GUIDE_ROWS) != below) return false;
+    const std::uint32_t weight = half(2 * GUIDE_weights + bin);
+    if (weight < kLeastWeight) return false;
+    below += weight;
+  }
+  return below == EK_GUIDE_TOTAL;
+}
+
 }  // namespace
 
 CellId coarser(CellId id) {
   const auto xy = std::uint32_t(id), zn = std::uint32_t(id >> 32);
   const std::uint32_t code = (zn >> 16) & 0xffU, level = zn >> 24;
   return cell_id((xy >> 1) & 0x7fff7fffU, ((zn & 0xffffU) >> 1) | code << 16 | (level + 1) << 24);
+}
+
+bool GuideTable::is_sound() const {
+  const std::size_t count = cell_count(), places = slots.size() / 2;
+  if (!(scale > 0) || !std::isfinite(scale) || count == 0 || cells.size() % EK_GUIDE_CELL_WORDS != 0) return false;
+  if (slots.size() % 2 != 0 || !std::has_single_bit(places)) return false;
+  std::size_t taken = 0;
+  for (std::size_t slot = 0; slot < places; ++slot) {
+    if (slots[2 * slot] == 0) continue;
+    ++taken;
+    if (slots[2 * slot + 1] >= count) return false;
+  }
+  if (taken == 0) return true;
+  for (std::size_t i = 0; i < count; ++i)
+    if (!is_sound_cell(std::span(cells).subspan(i * EK_GUIDE_CELL_WORDS, EK_GUIDE_CELL_WORDS))) return false;
+  return taken < places;
 }
 
 std::uint64_t GuideTable::digest() const {
@@ -61,8 +93,7 @@ std::uint64_t GuideTable::digest() const {
 }
 
 std::array<std::uint32_t, EK_GUIDE_BINS> guide_weights(const std::array<double, EK_GUIDE_BINS>& target) {
-  constexpr auto kLeast = std::uint32_t(double(EK_GUIDE_LEAST) * EK_GUIDE_TOTAL / EK_GUIDE_BINS);
-  constexpr double kShared = EK_GUIDE_TOTAL - double(kLeast) * EK_GUIDE_BINS;
+  constexpr double kShared = EK_GUIDE_TOTAL - double(kLeastWeight) * EK_GUIDE_BINS;
   double sum = 0;
   for (const double t : target) sum += t;
   std::array<std::uint32_t, EK_GUIDE_BINS> weights{};
@@ -74,7 +105,7 @@ std::array<std::uint32_t, EK_GUIDE_BINS> guide_weights(const std::array<double, 
             : sum > 0                ? std::min(up_to + target[bin] / sum, 1.0)
                                      : double(bin + 1) / EK_GUIDE_BINS;
     const auto now = std::uint32_t(std::floor(up_to * kShared + 0.5));
-    weights[bin] = kLeast + (now - given);
+    weights[bin] = kLeastWeight + (now - given);
     given = now;
   }
   return weights;

@@ -148,9 +148,12 @@ struct GuideLearner::Impl {
     return cell;
   }
 
-  void freeze() {
+  void freeze(bool keep) {
     std::array<Sums, EK_GUIDE_LEVELS> levels;
-    for (Sums& shard : shards) levels[0].merge(shard), shard.clear();
+    for (Sums& shard : shards) {
+      levels[0].insert(shard.begin(), shard.end());
+      if (!keep) shard.clear();
+    }
     for (std::uint32_t level = 0; level + 1 < EK_GUIDE_LEVELS; ++level)
       for (const auto& [id, sums] : levels[level]) levels[level + 1][coarser(id)] += sums;
     for (std::uint32_t level = EK_GUIDE_LEVELS; level-- > 0;)
@@ -180,7 +183,7 @@ GuideLearner::GuideLearner(float scale, double usual_luminance)
           Impl{.scale = scale, .unit = usual_luminance / kUnitsPerLuminance, .shards = {}, .known = {}})) {}
 GuideLearner::~GuideLearner() = default;
 void GuideLearner::add(const PathLog& log) { impl_->add(log); }
-void GuideLearner::freeze() { impl_->freeze(); }
+void GuideLearner::freeze(bool keep) { impl_->freeze(keep); }
 GuideTable GuideLearner::table() const { return impl_->table(); }
 
 }  // namespace eikon

@@ -38,8 +38,8 @@ class GuideLearner {
   ~GuideLearner();
   /// Adds the paths of a unit to the round.
   void add(const PathLog& log);
-  /// Ends a round. Cells that the round did not visit keep what they had.
-  void freeze();
+  /// Ends a round. Cells that the round did not visit keep what they had. keep: its samples count in the next one, too
+  void freeze(bool keep = false);
   /// Returns the table that guides by the rounds that have ended.
   [[nodiscard]] GuideTable table() const;
 

@@ -96,6 +96,11 @@ Round Goal::next(const RoundEnd& now) {
   return {.end = begin_ + std::min(begins ? samples + 1 : next_end(samples), most_), .latest_s = latest_s_};
 }
 
+double Goal::latest_s() const {
+  if (!options_.seconds) return std::numeric_limits<double>::infinity();
+  return options_.times_rendering ? begin_s_ + *options_.seconds : end_s_ - finish_estimate_s_;
+}
+
 /// When units should have ended.
 double Goal::latest_s(std::uint64_t samples, const RoundEnd& now) {
   constexpr double kNever = std::numeric_limits<double>::infinity();

@@ -45,6 +45,8 @@ class Goal {
 
   /// For RenderHooks::next_round.
   [[nodiscard]] Round next(const RoundEnd& now);
+  /// When the first round should have ended, by what is known before it; on the clock of host_seconds().
+  [[nodiscard]] double latest_s() const;
   /// Replaces the share of the work and the seconds left by those until the goal.
   void tell(Progress& progress) const;
 

@@ -12,25 +12,9 @@
 #include "render/error_counter.h"
 #include "film/layers.h"
 #include "pack/geometry/placed_meshes.h"
-#include "io/text.h"
-#include "shared/records.h"
 
 namespace eikon {
 namespace {
-
-/// "12 rays gave up the search for surface 'gyroid' after 4096 steps, ..."
-std::string given_up_line(const Scene& scene, const RenderReport& report) {
-  std::string names;
-  for (std::size_t i = 0; i < std::min<std::size_t>(scene.shapes.size(), 31); ++i)
-    if ((report.given_up_surfaces >> i & 1U) != 0)
-      names += (names.empty() ? "" : ", ") + in_quotes(scene.shapes[i].name);
-  if ((report.given_up_surfaces >> 31U) != 0) names += names.empty() ? "by formula" : " and others";
-  return fmt::format(
-      "{} rays gave up the search for surface {} after {} steps, and went on as if it were not there; tighten its "
-      "bounds, or "
-      "write its formula with fewer occurrences of x, y and z",
-      report.given_up, names, EK_IMPLICIT_STEPS);
-}
 
 /// all  the rejected samples of this run and, by the film's counts, of the runs before it
 std::string rejected_line(const RenderReport& report, std::uint64_t all) {
@@ -63,7 +47,8 @@ RenderJob::RenderJob(RenderOptions options, Log log, double begin_s)
       log_(std::move(log)),
       output_(options_.exr()),
       begin_s_(begin_s),
-      checkpoint_(options_.checkpoint, log_) {
+      checkpoint_(options_.checkpoint, log_),
+      pilot_(options_.pilot, options_.outputs(), log_) {
   read_execution_environment(options_.execution);
   if (!options_.scene.depth_series.empty() && (options_.output == kStandardOutput || options_.png.file == kStandardOutput))
     throw UsageError("--depth-series writes several files: name one with -o and --png instead of standard output");
@@ -79,6 +64,7 @@ void RenderJob::load() {
   prepared_ = prepare(options_.scene, options_.quiet ? log_unless(true) : log_);
   settle_goal();
   checkpoint_.begin(prepared_);
+  pilot_.begin(prepared_, options_.execution, options_.quiet);
 }
 
 void RenderJob::load(std::shared_ptr<Scene> scene, double load_s) {
@@ -91,6 +77,7 @@ void RenderJob::load(std::shared_ptr<Scene> scene, double load_s) {
     if (choice.refused) log_(fmt::format("--instances two-level: meshes are stored for each place: {}", choice.why));
   }
   checkpoint_.begin(prepared_);
+  pilot_.begin(prepared_, options_.execution, options_.quiet);
 }
 
 void RenderJob::settle_goal() {
@@ -195,10 +182,12 @@ void RenderJob::render(const std::atomic<bool>& stop, RenderHooks hooks) {
     hooks.under_way = [this] { device_slot_->under_way(); };
   }
   checkpoint_.attach(hooks);
+  pilot_.attach(hooks, pilots_);
   std::optional<Goal> goal;
   if (options_.goal.any()) {
     goal.emplace(make_goal());
     hooks.next_round = [&](const RoundEnd& now) { return goal->next(now); };
+    hooks.latest_s = goal->latest_s();
     hooks.progress = [&, usual = std::move(hooks.progress)](Progress now, const Film& film) {
       goal->tell(now);
       if (usual) usual(now, film);
@@ -389,7 +378,8 @@ void RenderJob::print() const {
 
 ExitCode RenderJob::code() const {
   if (report().interrupted()) return ExitCode::interrupted;
-  return (rejected_samples() > 0 && options_.scene.strict) || !as_asked_ || !checkpoint_.as_asked()
+  return (rejected_samples() > 0 && options_.scene.strict) || !as_asked_ || !checkpoint_.as_asked() ||
+                 !pilot_.as_asked()
              ? ExitCode::not_as_asked
              : ExitCode::done;
 }

@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 
+#include "job/pilot_keeper.h"
 #include "job/render_options.h"
 #include "job/report/report.h"
 #include "core/error.h"
@@ -32,6 +33,8 @@ class RenderJob {
   void load(std::shared_ptr<Scene> scene, double load_s);
   /// Makes render() use this packed scene for settings(), and leave the scene as it is.
   void use(std::shared_ptr<PackedScene> packed) { packed_ = std::move(packed); }
+  /// Makes render() look for the image's pilot here, and keep it here.
+  void share(PilotCache& pilots) { pilots_ = &pilots; }
   /// Its turn of `devices`, which is where render() has them from. After use(). stop: see
   /// DevicePrefetcher
   void take_devices(DevicePrefetcher& devices, const std::atomic<bool>& stop);
@@ -74,6 +77,8 @@ class RenderJob {
   bool as_asked_ = true;
   std::string failure_{};  // why no device was left, once render() has something to keep for write()
   CheckpointFile checkpoint_;
+  PilotKeeper pilot_;
+  PilotCache* pilots_ = nullptr;
 
   /// Sets how far the samples may go, once the scene is known.
   void settle_goal();

@@ -33,6 +33,7 @@ struct RenderOptions {
   CheckpointOptions checkpoint;
   GoalOptions goal;
   std::string output, stats, profile;
+  std::string pilot;  // file that is read, or written if it does not exist (job/pilot_keeper.h); empty: none
   PngOptions png;
   bool half = false, quiet = false;
   std::optional<PixelIndex> pixel;      // with `sample`: trace this path instead of rendering

@@ -15,7 +15,6 @@ namespace {
 // The watchdog abandons a device that takes longer than these limits.
 constexpr double kLateFactor = 20;           // times the expected duration of its units
 constexpr double kUnknownUnitWatchdogs = 6;  // times the watchdog's seconds, with its rate unknown
-constexpr double kStoppedProcess_s = 1;      // a longer gap in watch() means a stopped process
 // At the end, threads whose units do not count get this share of the rendering time to come back.
 constexpr double kPatienceShare = 0.02, kLeastPatience_s = 0.1;
 // A device that fails is opened again, up to these limits.
@@ -285,10 +284,14 @@ double DeviceSessions::limit_s(const Session& session) const {
   double expected_s = 0;
   for (const std::uint64_t id : session.units) {
     const std::optional<double> unit_s = schedule_.expected_s(id);
-    if (!unit_s && schedule_.counts(id)) return kUnknownUnitWatchdogs * watchdog_s_;
+    if (!unit_s && schedule_.counts(id)) return unit_limit_s(watchdog_s_, std::nullopt);
     expected_s += unit_s.value_or(0);
   }
-  return std::max(watchdog_s_, kLateFactor * expected_s);
+  return unit_limit_s(watchdog_s_, expected_s);
+}
+
+double DeviceSessions::unit_limit_s(double watchdog_s, std::optional<double> expected_s) {
+  return expected_s ? std::max(watchdog_s, kLateFactor * *expected_s) : kUnknownUnitWatchdogs * watchdog_s;
 }
 
 void DeviceSessions::abandon(std::size_t device, DeviceEvent::Kind kind, const std::string& text) {
@@ -310,9 +313,7 @@ void DeviceSessions::watch() {
   for (std::size_t i = 0; i < sessions_.size(); ++i) {
     Session& session = sessions_[i];
     if (session.lost || session.phase == Phase::ended) continue;
-    if (std::exchange(session.excused_since_s, session.since_s) != session.since_s) session.excused_s = 0;
-    if (gap_s > kStoppedProcess_s) session.excused_s += std::min(gap_s, now_s - session.since_s);
-    const double seconds = now_s - session.since_s - session.excused_s;
+    const double seconds = session.watched.seconds(session.since_s, now_s, gap_s);
     if (seconds <= limit_s(session)) continue;
     const char* const what = session.phase == Phase::opening   ? "opening it"
                              : session.phase == Phase::working ? "a unit of its work"

@@ -14,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "core/watched_phase.h"
 #include "render/device_report.h"
 #include "render/film_store.h"
 #include "render/schedule.h"
@@ -25,6 +26,8 @@ class DeviceSessions {
   /// Opening a device may take so many times the watchdog's seconds, because the compilers of some
   /// drivers take minutes.
   static constexpr double kOpeningWatchdogs = 60;
+  /// The most seconds that units may take. expected_s: what they are likely to take; nothing while no rate is known
+  [[nodiscard]] static double unit_limit_s(double watchdog_s, std::optional<double> expected_s);
   /// devices     what is known of them; one with an error takes no part and has no thread
   /// watchdog_s  a unit may take the larger of that and 20 times what is expected, or 6 times that
   ///             while no rate is known
@@ -92,8 +95,7 @@ class DeviceSessions {
   struct Session {
     Phase phase = Phase::opening;
     double since_s = 0;  // begin of the phase, or of the unit in hand
-    // Part of the time since then in which the process was stopped.
-    double excused_since_s = 0, excused_s = 0;
+    WatchedPhase watched;
     bool lost = false, dropped = false;            // its thread was abandoned; it failed for good
     std::vector<std::uint64_t> units;              // ids of its units, in the order of assignment
     unsigned failures_in_a_row = 0, failures = 0;  // `failures` counts since the last were forgiven

@@ -139,6 +139,15 @@ class WavefrontRunner : public UnitRunner {
     report.bounces = wavefront_.bounces();
   }
   void discard() override { lease_.discard(); }
+  /// throws InputError unless the device has this class, or it is empty
+  void require_arithmetic(const std::string& wanted) const {
+    const std::string here = wavefront_.arithmetic().name();
+    if (wanted.empty() || wanted == here) return;
+    throw InputError(
+        fmt::format("the pilot's arithmetic class is {}, and device {} has {}: leave out --pilot, or let it "
+                    "name another file",
+                    wanted, lease_->info().selector, here));
+  }
   [[nodiscard]] TraceScope scope(const char* name) override { return {timeline_.get(), trace_.thread, name}; }
   void begin(const WorkUnit& unit) override {
     const TraceScope beginning = scope("begin unit");
@@ -209,7 +218,9 @@ OpenRunner open_wavefronts(std::shared_ptr<const WavefrontDevices> devices) {
       const std::uint32_t pool = configure(devices->devices[device], execution).capacity();
       execution.pool = std::max(pool >> std::min(2 * shrink, 31U), std::min(pool, kLeastPool));
     }
-    return std::make_unique<WavefrontRunner>(*devices, device, execution);
+    auto runner = std::make_unique<WavefrontRunner>(*devices, device, execution);
+    if (device == devices->pilot_device) runner->require_arithmetic(devices->pilot_arithmetic);
+    return runner;
   };
 }
 

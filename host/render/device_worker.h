@@ -55,7 +55,11 @@ struct WavefrontDevices {
   DevicePool pool;                   // a copy, because a thread that hangs may outlive the original
   std::shared_ptr<const void> keep;  // what `packed` refers to
   bool stay = false;                 // wavefronts stay with their devices in the pool
+  /// The arithmetic class that this device must have, because a pilot of it was loaded; empty: any.
+  std::string pilot_arithmetic{};
+  std::size_t pilot_device = 0;
 };
+/// The runners throw InputError where the device is not of the class that the pilot needs.
 OpenRunner open_wavefronts(std::shared_ptr<const WavefrontDevices> devices);
 
 }  // namespace eikon

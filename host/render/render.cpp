@@ -12,6 +12,7 @@
 #include "render/device_worker.h"
 #include "render/error_counter.h"
 #include "render/pilot.h"
+#include "render/pilot/pilot_thread.h"
 #include "render/rounds.h"
 #include "wavefront/memory_need.h"
 
@@ -268,15 +269,16 @@ RenderOutput render_on(const std::shared_ptr<WavefrontDevices>& devices, const E
   for (const WorkUnit& box : begin.done.missing(settings.crop, settings.sample_begin, settings.sample_end))
     left += box.path_count();
 
-  Rounds rounds(hooks, settings, begin);
+  Rounds rounds(hooks, settings, begin, report.pilot.seconds);
   const auto sessions =
       std::make_shared<DeviceSessions>(prepared, std::move(begin), execution.block, execution.watchdog_s);
   RenderLoop loop(*sessions, hooks, settings, execution.trace.get(), rounds, left);
   TraceScope rendering(execution.trace.get(), execution.track, "render");
   Threads threads(sessions);
+  const bool ready = !report.pilot.cut_short;  // else it is known that there is no time
   for (std::size_t i = 0; i < prepared.size(); ++i)
-    if (left > 0 && !rounds.over() && prepared[i].error.empty()) threads.start(i, open_wavefronts(devices));
-  const DeviceSessions::State state = loop.run_to_completion(stop);
+    if (ready && left > 0 && !rounds.over() && prepared[i].error.empty()) threads.start(i, open_wavefronts(devices));
+  const DeviceSessions::State state = ready ? loop.run_to_completion(stop) : DeviceSessions::State::working;
   threads.end();
   for (const DeviceEvent& event : sessions->events())
     if (event.kind == DeviceEvent::Kind::hung) devices->pool.abandon(devices->devices[event.device], event.text);
@@ -290,47 +292,12 @@ RenderOutput render_on(const std::shared_ptr<WavefrontDevices>& devices, const E
 
   FilmState done = sessions->film().take();
   if (!done.done.missing(settings.crop, settings.sample_begin, settings.sample_end).empty())
-    report.end = rounds.over()                                               ? End::enough
-                 : rounds.is_out_of_time() && !stop.load() && !no_device_left ? End::out_of_time
-                                                                              : End::interrupted;
+    report.end = rounds.over()                                                            ? End::enough
+                 : (rounds.is_out_of_time() || !ready) && !stop.load() && !no_device_left ? End::out_of_time
+                                                                                          : End::interrupted;
   RenderOutput output{std::move(done), std::move(report)};
   if (no_device_left) throw NoDeviceLeft(no_device_is_left(*sessions, samples, left), std::move(output));
   return output;
-}
-
-/// A device that fails does not go back to its pool. throws DeviceError
-Pilot pilot_on(DevicePool::Lease& lease, const WavefrontDevices& devices, std::size_t device) {
-  try {
-    return run_pilot(*lease, *devices.packed, devices.features, devices.settings, devices.executions[device]);
-  } catch (const DeviceError&) {
-    lease.discard();
-    throw;
-  }
-}
-
-constexpr int kPilotAttempts = 3;  // on one device, as units have before it is dropped
-
-/// Lets a pilot learn how to guide paths, on the first device that can.
-/// throws DeviceError when none can: without it, the image would not have the bits of its other parts
-void guide_paths(WavefrontDevices& devices, const std::vector<DeviceReport>& prepared, const Execution& execution,
-                 RenderReport& report) {
-  if (!wants_pilot(devices.features, devices.settings)) return;
-  const TraceScope piloting(execution.trace.get(), execution.track, "pilot");
-  std::string errors;
-  for (std::size_t i = 0; i < prepared.size(); ++i)
-    for (int attempt = 0; attempt < kPilotAttempts && prepared[i].error.empty(); ++attempt) try {
-        DevicePool::Lease lease = devices.pool.take(devices.devices[i]);
-        Pilot pilot = pilot_on(lease, devices, i);
-        devices.settings.guide = std::move(pilot.table);
-        devices.features.set_guiding(devices.settings.guide != nullptr, false);
-        report.pilot = pilot.report;
-        return;
-      } catch (const DeviceError& error) {
-        report.notes.push_back(
-            fmt::format("the pilot failed on device {}: {}", devices.devices[i].selector, error.what()));
-        errors += (errors.empty() ? "" : "; ") + report.notes.back();
-      }
-  throw DeviceError(errors + "; --guiding off renders without a pilot");
 }
 
 /// `pack` returns the PackedScene; it is called once it is certain that there are devices.
@@ -357,9 +324,11 @@ RenderOutput pack_and_render(const Pack& pack, const Features& features, const S
                                                                            .pool = std::move(pool),
                                                                            .keep = hooks.keep,
                                                                            .stay = hooks.devices_stay_ready});
-  const std::vector<DeviceReport> prepared = prepare_devices(*devices, execution);
+  std::vector<DeviceReport> prepared = prepare_devices(*devices, execution);
   report.build_s = packed->build_s - built_before_s;
-  guide_paths(*devices, prepared, execution, report);
+  TraceScope piloting(execution.trace.get(), execution.track, "pilot");
+  guide_paths(*devices, prepared, stop, hooks, report);
+  piloting.end();
   return render_on(devices, execution, prepared, stop, hooks, std::move(report));
 }
 
@@ -398,7 +367,10 @@ glm::vec3 replay_path(const Scene& scene, const Settings& settings, const Execut
   require_memory(memory_need(packed, config, features), info, own);
   Device device(info);
   Settings guided = settings;
-  if (wants_pilot(features, settings)) guided.guide = run_pilot(device, packed, features, settings, own).table;
+  if (wants_pilot(features, settings)) {
+    PilotSteps nobody_looks;
+    guided.guide = run_pilot(device, packed, features, settings, own, nobody_looks).table;
+  }
   features.set_guiding(guided.guide != nullptr, false);
   Wavefront wavefront(device, packed, features, guided, own);
   return wavefront.replay(sample.x, sample.y, sample.sample, report);

@@ -84,6 +84,13 @@ struct RenderHooks {
   /// Divides the render into rounds: called before the first and after each. Its own time does not count as
   /// rendering. Unset: one round.
   std::function<Round(const RoundEnd&)> next_round = {};
+  /// The render ends by then, on the clock of host_seconds(), if its pilot has not ended: Round::latest_s begins to
+  /// hold after it.
+  double latest_s = std::numeric_limits<double>::infinity();
+  /// Returns the pilot of this image if it is known; it is rendered if not. Called at most once, if the image has one.
+  std::function<std::optional<Pilot>()> pilot = {};
+  /// Called with the pilot that was rendered. What it throws ends the render.
+  std::function<void(const Pilot&)> pilot_done = {};
   /// A film of the same scene and settings that the render continues; samples outside the settings'
   /// range stay in it.
   std::optional<FilmState> begin_with = {};

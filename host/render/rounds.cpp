@@ -5,9 +5,10 @@
 
 namespace eikon {
 
-Rounds::Rounds(const RenderHooks& hooks, const Settings& settings, const FilmState& begin)
+Rounds::Rounds(const RenderHooks& hooks, const Settings& settings, const FilmState& begin, double pilot_s)
     : hooks_(hooks),
       settings_(settings),
+      pilot_s_(pilot_s),
       done_(begin.done.complete_until(settings.crop, settings.sample_begin, settings.sample_end)) {
   const std::uint64_t below = settings.crop.pixel_count() * (done_ - settings.sample_begin);
   decide({done_, begin.done.sample_count() == below, 0, begin.film});
@@ -24,7 +25,7 @@ void Rounds::open(DeviceSessions& sessions) const {
 void Rounds::close(DeviceSessions& sessions) {
   if (over()) return;
   done_ = round_.end;
-  sessions.film().read([&](const Film& film) { decide({done_, true, sessions.totals().render_s, film}); });
+  sessions.film().read([&](const Film& film) { decide({done_, true, sessions.totals().render_s + pilot_s_, film}); });
 }
 
 void Rounds::decide(const RoundEnd& now) {

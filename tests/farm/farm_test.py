@@ -197,6 +197,7 @@ class C_Whole(FarmTest):
         self.assertEqual(samples[1:], [200 * 128 * 128] * 7)
         self.assertLess(samples[0], samples[1], "the killed part began anew instead of from its checkpoint")
         self.same_bits(space / "eight.exr", CORNELL, *words)
+        self.assertEqual(len(list((space / "eight/pilots").iterdir())), 1, "the parts do not share a pilot")
         self.assertTrue((space / "eight.png").exists())
         self.assertEqual(list((space / "eight/checkpoints").iterdir()), [], "checkpoints were left behind")
         self.assertIn("nothing was submitted", farm("resubmit", space / "eight")[1])

@@ -7,6 +7,7 @@ parts, merges and logs. Everything is text that one can read, and the ledgers ar
     tasks/*.ledger      what became of the lines
     parts/NAME/         samples of an image, until they are merged
     merges/*.sh         merges of parts and of merges; the last one writes what the job asks for
+    pilots/             what the first task of an image learned of its light (eikon render --pilot), for the others
     nodes/              what each node says of itself
     kernels/            compiled kernels, one archive for each kind of node
     logs/               of each task, merge and probe"""
@@ -17,7 +18,7 @@ import pathlib
 
 from . import errors, jobs, policy
 
-FOLDERS = ("tasks", "parts", "merges", "nodes", "kernels", "logs", "checkpoints")
+FOLDERS = ("tasks", "parts", "merges", "pilots", "nodes", "kernels", "logs", "checkpoints")
 
 USUAL_CHECKPOINT_S = 60  # of eikon render
 
@@ -94,6 +95,9 @@ class Farm:
         share = (end - begin) / (job.samples[1] - job.samples[0])
         flags, checkpoint = self._checkpoint(f"{job.name}-{name}", self.measured.seconds(job) * share)
         words = [*job.part, f"--samples={begin}:{end}", f"--output={output}", *flags, "--quiet"]
+        if not any(word.split("=")[0] == "--pilot" for word in words):
+            # One of another image is refused, so the name changes with the job's inputs and settings.
+            words.append(f"--pilot={self.inside('pilots', f'{job.name}-{job.key}')}")
         words += self._threads(words)
         return Item(job, jobs.quote(["render", *words]), output, checkpoint, share)
 

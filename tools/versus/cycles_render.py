@@ -182,6 +182,8 @@ def main():
     parser.add_argument("--env", metavar="R,G,B|FILE", help="replaces the file's environment")
     parser.add_argument("--env-scale", type=float, default=1.0)
     parser.add_argument("--env-rotate", type=float, default=0.0, metavar="DEG")
+    parser.add_argument("--guiding", type=int, default=0, metavar="SAMPLES",
+                        help="path guiding (OpenPGL) that learns from so many samples per pixel; 0: none; Blender's default is 128")
     arguments = parser.parse_args()
 
     root = load(arguments.scene)
@@ -211,6 +213,8 @@ def main():
     cycles.caustics_reflective = cycles.caustics_refractive = True
     cycles.pixel_filter_type = "BOX"
     cycles.filter_width = 1.0
+    cycles.use_guiding = arguments.guiding > 0
+    cycles.guiding_training_samples = arguments.guiding
     for kind in ("max", "diffuse", "glossy", "transmission", "transparent_max", "volume"):
         name = f"{kind}_bounces"
         setattr(cycles, name, max(arguments.max_depth - 2, 0))  # without the camera's edge and the light's

@@ -50,10 +50,11 @@ RENDERERS = {
     "mitsuba-multijitter": ("eikon-versus", "mitsuba OpenEXR numpy matplotlib", "python3",
                             ["mitsuba_render.py", "--own", "--sampler", "multijitter"]),
     "cycles": ("eikon-cycles", "bpy==4.2.0 numpy", "python3.11", ["cycles_render.py"]),
+    "cycles-guided": ("eikon-cycles", "bpy==4.2.0 numpy", "python3.11", ["cycles_render.py", "--guiding", "128"]),
     "luxcore": ("eikon-luxcore", "pyluxcore numpy", "python3", ["luxcore_render.py"]),
 }
-# Of whom a renderer borrows its reference: the same light transport with another sampler.
-REFERENCE_OF = {"mitsuba-multijitter": "mitsuba"}
+# Of whom a renderer borrows its reference: the same light transport, sampled in another way.
+REFERENCE_OF = {"mitsuba-multijitter": "mitsuba", "cycles-guided": "cycles"}
 
 
 def python_of(renderer):

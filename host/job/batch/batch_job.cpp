@@ -97,11 +97,13 @@ void check_outputs(std::vector<BatchJob>& jobs, const std::string& name, const s
       throw UsageError(
           fmt::format("{}:{}: cannot write {}: {}; nothing was rendered", name, job.line, file.string(), what));
     };
-    const std::string &scene = job.options->scene.scene, &environment = job.options->scene.environment.map;
+    const std::string &scene = job.options->scene.scene, &environment = job.options->scene.environment.map,
+                      &pilot = job.options->pilot;
     const auto [inputs, is_first] = scenes.try_emplace(scene, scene);
     if (is_first)
       for (const fs::path& input : inputs->second.places) readers.put(input, job.line);
     if (!environment.empty()) readers.put(environment, job.line);
+    if (!pilot.empty()) readers.put(pilot, job.line);
     const auto is_written = [&](const fs::path& input) { return writers.count(input) > 0; };
     job.after_others = std::ranges::any_of(inputs->second.places, is_written) ||
                        (!environment.empty() && is_written(place_of(environment)));

@@ -195,6 +195,7 @@ void BatchRun::prepare(Worker& worker, Staged& staged) {
   if (!own.checkpoint.file.empty() && was_begun(options, staged.key))
     own.checkpoint.resume = true, own.checkpoint.implied = !options.checkpoint.resume;
   staged.render.emplace(std::move(own), log, process_seconds());
+  staged.render->share(pilots_);
   if (!worker.scenes.takes(staged.scene))
     return staged.render->take_devices(worker.devices, stop_);  // not two large ones at a time
   const auto kept = worker.scenes.load(options.scene.scene, options.scene.variant, staged.scene);

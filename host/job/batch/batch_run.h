@@ -43,6 +43,7 @@ class BatchRun {
   Ledger& ledger_;
   BatchProgress& progress_;
   const std::atomic<bool>& stop_;
+  PilotCache pilots_;
 
   std::mutex mutex_;  // guards the ledger and everything below
   std::condition_variable changed_;

@@ -121,7 +121,7 @@ Metadata describe_render(const Prepared& prepared, const RenderOutput& done, con
   if (report.pilot.paths > 0) {
     metadata.strings["guiding"] =
         report.pilot.roulette_depth == 0 ? "off" : fmt::format("{:016x}", report.pilot.digest);
-    metadata.numbers["guidingGain"] = std::max(report.pilot.gain_from_first, report.pilot.gain_from_second);
+    metadata.numbers["guidingGain"] = report.pilot.gain;
   }
   std::string devices;
   for (const DeviceReport& device : report.devices)

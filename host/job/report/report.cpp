@@ -10,6 +10,8 @@
 #include "job/file_identity.h"
 #include "core/error.h"
 #include "io/atomic_file.h"
+#include "io/text.h"
+#include "shared/records.h"
 
 namespace eikon {
 namespace {
@@ -97,8 +99,8 @@ json pilot_json(const PilotReport& pilot) {
   return {{"paths", pilot.paths},
           {"cells", pilot.cells},
           {"seconds", pilot.seconds},
-          {"gain_from_first", pilot.gain_from_first},
-          {"gain_from_second", pilot.gain_from_second},
+          {"loaded", pilot.loaded},
+          {"gain", pilot.gain},
           {"roulette_depth", pilot.roulette_depth}};
 }
 
@@ -121,9 +123,22 @@ std::string in_words(const PredictedError& error) {
 }
 
 std::string in_words(const PilotReport& pilot) {
-  const double gain = std::max(pilot.gain_from_first, pilot.gain_from_second);
-  return fmt::format("pilot: {} paths in {:.2f} s; {} ({:.2f} times less error for as many rays, it predicts)", pilot.paths,
-                     pilot.seconds, pilot.roulette_depth == 0 ? "paths are not guided" : "paths are guided", gain);
+  return fmt::format("pilot: {} paths{}; {} ({:.2f} times less error for as many rays, it predicts)", pilot.paths,
+                     pilot.loaded ? ", made before" : fmt::format(" in {:.2f} s", pilot.seconds),
+                     pilot.roulette_depth == 0 ? "paths are not guided" : "paths are guided", pilot.gain);
+}
+
+std::string given_up_line(const Scene& scene, const RenderReport& report) {
+  std::string names;
+  for (std::size_t i = 0; i < std::min<std::size_t>(scene.shapes.size(), 31); ++i)
+    if ((report.given_up_surfaces >> i & 1U) != 0)
+      names += (names.empty() ? "" : ", ") + in_quotes(scene.shapes[i].name);
+  if ((report.given_up_surfaces >> 31U) != 0) names += names.empty() ? "by formula" : " and others";
+  return fmt::format(
+      "{} rays gave up the search for surface {} after {} steps, and went on as if it were not there; tighten its "
+      "bounds, or "
+      "write its formula with fewer occurrences of x, y and z",
+      report.given_up, names, EK_IMPLICIT_STEPS);
 }
 
 double per_second(double count, double seconds) { return seconds > 0 ? count / seconds : 0; }

@@ -33,6 +33,8 @@ void print_times(const RenderReport& report, const CommandTimes& times);
 /// "predicted relMSE 1e-3 (95 %: 9e-4 to 1.1e-3)", or what can be said instead.
 [[nodiscard]] std::string in_words(const PredictedError& error);
 [[nodiscard]] std::string in_words(const PilotReport& pilot);
+/// "12 rays gave up the search for surface 'gyroid' after 4096 steps, ..."
+[[nodiscard]] std::string given_up_line(const Scene& scene, const RenderReport& report);
 
 /// count / seconds, or 0 when no time has passed.
 [[nodiscard]] double per_second(double count, double seconds);

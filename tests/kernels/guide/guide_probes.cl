@@ -26,3 +26,37 @@ EK_FN_ONCE void probe_cells_run(PROBE_ITEMS, constant Frame* frame, global const
 kernel void probe_cells(PROBE_ARGUMENTS, constant Frame* frame, global const uint* slots) {
   probe_cells_run(PROBE_PASSED, frame, slots);
 }
+
+#if EK_HAS_guiding
+#include "bsdf/bsdf.h"
+// Inputs: cell, the material's lobe as a bit set, its metallic part and alpha, wo, u, v, choice. Outputs: f / pdf of a
+// guided sample and its pdf; f and pdf of its direction, guided; f and pdf of it, not guided; whether it is of a mirror.
+EK_FN_ONCE void probe_guided_bsdf_run(PROBE_ITEMS, global const uint* cells) {
+  MaterialLanes m = {0};
+  m.lobes = IN_U(1);
+  m.base_color = V3((vf)(0.9f), (vf)(0.6f), (vf)(0.3f));
+  m.metallic = IN_F(2);
+  m.ggx_alpha = IN_F(3);
+  m.ggx_alpha_x = m.ggx_alpha;
+  m.specular = (vf)(1.0f);
+  m.f90 = (vf)(1.0f);
+  m.f0_dielectric = V3((vf)(0.04f), (vf)(0.04f), (vf)(0.04f));
+  m.f0 = add3(scale3(m.f0_dielectric, 1.0f - m.metallic), scale3(m.base_color, m.metallic));
+  m.eta = (vf)(1.5f);
+  m.guide.cells = cells;
+  m.guide.cell = IN_U(0);
+  const v3 wo = IN_3(4);
+  const BsdfSample s = bsdf_sample(m, wo, IN_F(7), IN_F(8), IN_F(9));
+  const BsdfValue guided = bsdf_evaluate(m, wo, s.wi);
+  m.guide.cell = (vu)(EK_NO_CELL);
+  const BsdfValue plain = bsdf_evaluate(m, wo, s.wi);
+  OUT_F(0, max_component(s.weight));
+  OUT_F(1, s.pdf);
+  OUT_F(2, max_component(guided.f));
+  OUT_F(3, guided.pdf);
+  OUT_F(4, max_component(plain.f));
+  OUT_F(5, plain.pdf);
+  OUT_U(6, s.delta ? (vu)(1u) : (vu)(0u));
+}
+kernel void probe_guided_bsdf(PROBE_ARGUMENTS, global const uint* cells) { probe_guided_bsdf_run(PROBE_PASSED, cells); }
+#endif

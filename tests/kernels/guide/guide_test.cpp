@@ -42,6 +42,11 @@ std::vector<GuideCellData> some_cells() {
 
 constexpr std::size_t kSamples = 1 << 19;
 
+enum : unsigned {
+#define EK_LOBE(name, bit) kLobe_##name = bit,
+#include "shared/features.def"
+};
+
 std::vector<Words> warped(const GuideTable& table, std::uint32_t cell) {
   std::mt19937 random(7 + cell);
   Words u, v, cells(kSamples, cell);
@@ -94,6 +99,45 @@ TEST(Guide, the_density_of_a_direction_is_that_of_its_sample) {
     }
     EXPECT_LT(double(differ), 2e-5 * kSamples);
   }
+}
+
+// The density of each direction is at least EK_GUIDE_LEAST of what it would be without guiding: the diffuse part's is by
+// the least weight of a bin, and the specular part's is the same. So what a sample counts for, its f over its pdf, is at
+// most 1 / EK_GUIDE_LEAST times what the same direction counts for without guiding.
+TEST(Guide, no_weight_grows_by_more_than_the_inverse_of_the_least_density) {
+  const GuideTable table = make_guide_table(some_cells(), 1);
+  std::mt19937 random(29);
+  const auto uniform = [&] { return float(random() >> 8) * 0x1p-24F; };
+  std::vector<Words> in(10);
+  constexpr std::size_t kTried = 1 << 18;
+  for (std::size_t i = 0; i < kTried; ++i) {
+    const float z = 0.02F + 0.98F * uniform(), turn = 6.2831853F * uniform(), roughness = uniform();
+    const float r = std::sqrt(1 - z * z);
+    const bool diffuse = i % 3 == 0;
+    std::size_t next = 0;
+    for (const std::uint32_t word :
+         {std::uint32_t(i % 4), 1U << (diffuse ? kLobe_diffuse : kLobe_metallic_roughness),
+          as_word(diffuse ? 0 : 0.5F * uniform()), as_word(roughness * roughness), as_word(r * std::cos(turn)),
+          as_word(r * std::sin(turn)), as_word(z), as_word(uniform()), as_word(uniform()), as_word(uniform())})
+      in[next++].push_back(word);
+  }
+  const auto out =
+      guide_probe().define("EK_HAS_guiding", "1").buffer("cells", table.cells).run("probe_guided_bsdf", in, 7);
+  double most = 0;
+  std::size_t grown = 0;
+  for (std::size_t i = 0; i < kTried; ++i) {
+    const auto at = [&](std::size_t k) { return as_float(out[k][i]); };
+    if (out[6][i] != 0 || at(1) <= 0) continue;
+    EXPECT_NEAR(at(3), at(1), 2e-3F * at(1)) << "the density of a sample is that of its direction";
+    EXPECT_EQ(at(2), at(4)) << "guiding changes no f";
+    EXPECT_GE(at(3), EK_GUIDE_LEAST * at(5) * 0.9999F) << i;
+    const double growth = double(at(0)) / (double(at(4)) / double(at(5)));
+    EXPECT_LE(growth, 1 / double(EK_GUIDE_LEAST) * 1.01) << i;
+    most = std::max(most, growth);
+    grown += growth > 2 ? 1 : 0;
+  }
+  EXPECT_GT(most, 3.9) << "the bound is never met: the test sees nothing";
+  EXPECT_GT(grown, kTried / 100);
 }
 
 TEST(Guide, lanes_without_a_cell_keep_their_samples) {

@@ -5,6 +5,7 @@
 #include <random>
 
 #include "guide/guide_table.h"
+#include "render/materials/glass_builder.h"
 #include "render/pilot.h"
 #include "render/scene_builder.h"
 
@@ -114,6 +115,70 @@ TEST(Guiding, a_table_of_another_scene_changes_no_mean) {
     const MeanAndError mean = mean_of(film_of(scene, settings));
     EXPECT_LT(std::abs(mean.mean - expected.mean), 4 * std::hypot(mean.sigma, expected.sigma))
         << mean.mean << " against " << expected.mean;
+  }
+}
+
+/// What the pilot of these settings learns.
+std::shared_ptr<const GuideTable> table_of(const Scene& scene, const Settings& settings) {
+  std::shared_ptr<const GuideTable> table;
+  RenderHooks hooks{.devices = &open_devices->pool};
+  hooks.pilot_done = [&](const Pilot& pilot) { table = pilot.table; };
+  const std::atomic<bool> never{false};
+  (void)render(scene, settings, as_tested({}), never, hooks);
+  return table;
+}
+
+TEST(Guiding, light_that_the_pilot_never_met_is_found) {
+  auto [scene, settings] = box_with_window(1024);
+  const MeanAndError expected = mean_of(film_of(scene, settings));
+  // The pilot's box has no window: a lamp on the wall across from it is all its light.
+  Scene dark = scene;
+  Primitive lamp, shutter;
+  add_quad(lamp, {0.99F, -0.6F, -0.6F}, {0, 0, 0.2F}, {0, 0.2F, 0});
+  add_quad(shutter, {-0.99F, 0, 0.3F}, {0, 0, -0.6F}, {0, 0.8F, 0});
+  add_mesh(dark, "lamp", std::move(lamp), lambert(0, 40));
+  add_mesh(dark, "shutter", std::move(shutter), lambert(0.7F));
+  Settings learning = settings;
+  learning.guiding = Guiding::on;
+  learning.pilot_paths = 1U << 15;
+  learning.sample_end = 1;
+  settings.guide = table_of(dark, learning);
+  ASSERT_NE(settings.guide, nullptr);
+  settings.seed = 1;
+  EXPECT_TRUE(agree(mean_of(film_of(scene, settings)), expected, 2));
+  // The rest of a path is expected to bring what it brought there, so roulette may be wrong too.
+  GuideTable other = *settings.guide;
+  other.roulette_depth = 3 - other.roulette_depth;
+  settings.guide = std::make_shared<const GuideTable>(std::move(other));
+  EXPECT_TRUE(agree(mean_of(film_of(scene, settings)), expected, 2));
+}
+
+TEST(Guiding, lamps_seen_through_glass_keep_the_mean) {
+  auto [scene, settings] = room(32, 24, 512);
+  add_block(scene, "pane", {-0.6F, 0.85F, -0.5F}, {0.5F, 0.9F, 0.7F}, glass(1.5F, 0, true));  // under the lamp
+  add_block(scene, "glass", {0.1F, -0.9F, 0.5F}, {0.5F, -0.3F, 0.8F}, glass(1.4F, 0.2F, true));
+  const MeanAndError expected = mean_of(film_of(scene, settings));
+  settings.pilot_paths = 1U << 15;
+  settings.seed = 1;
+  settings.guiding = Guiding::automatic;
+  const RenderOutput asked_nothing = output_of(scene, settings);
+  EXPECT_EQ(asked_nothing.report.pilot.paths, 0U) << "a pilot cannot judge caustics";
+  settings.guiding = Guiding::on;
+  const RenderOutput guided = output_of(scene, settings);
+  EXPECT_GT(guided.report.pilot.roulette_depth, 0U);
+  EXPECT_TRUE(agree(mean_of(guided.film), expected, 1));
+}
+
+// Light sampling leaves next to no noise on the floor, so guiding can but lose there, up to eightfold.
+TEST(Guiding, a_square_light_over_a_floor_is_left_alone) {
+  const Scene scene = load_shipped("square_light.gltf");
+  for (const std::uint64_t paths : {1U << 15, 1U << 17, 1U << 19}) {
+    Settings settings = settings_of(scene, 96, 1);
+    settings.guiding = Guiding::automatic;
+    settings.pilot_paths = paths;
+    const PilotReport pilot = output_of(scene, settings).report.pilot;
+    EXPECT_GT(pilot.paths, 0U);
+    EXPECT_EQ(pilot.roulette_depth, 0U) << pilot.gain;
   }
 }
 

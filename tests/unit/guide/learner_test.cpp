@@ -64,7 +64,9 @@ TEST(Learner, learns_the_light_that_a_path_meets_next) {
   EXPECT_NEAR(indirect_of(table), 1.0F, 1e-4F) << "the mean of 1.5 and 0.5";
   EXPECT_NEAR(std::bit_cast<float>(table.cells[GUIDE_direct]), 0.5F, 1e-4F) << "sampled light over the albedo";
   // Bins with three times the light have more weight, less than three times because of the prior.
-  const auto weight = [&](std::size_t bin) { return (table.cells[GUIDE_weights + bin / 2] >> (16 * (bin % 2))) & 0xffffU; };
+  const auto weight = [&](std::size_t bin) {
+    return (table.cells[GUIDE_weights + bin / 2] >> (16 * (bin % 2))) & 0xffffU;
+  };
   EXPECT_GT(weight(3), weight(40) * 5 / 4);
   EXPECT_LT(weight(3), weight(40) * 3);
 }
@@ -115,6 +117,30 @@ TEST(Learner, the_order_of_paths_does_not_matter) {
   EXPECT_EQ(digest(log), digest(turned));
   log.set(7, 1, LOG_sampled, 1e4F);
   EXPECT_NE(digest(log), digest(turned)) << "the comparison sees nothing";
+}
+
+TEST(Learner, rounds_that_are_kept_count_together) {
+  const auto log_of = [](float emitted, std::size_t count) {
+    Log log(count);
+    for (std::size_t path = 0; path < count; ++path) {
+      log.set(path, 0, LOG_info, kGoesOn | std::uint32_t(path % EK_GUIDE_BINS));
+      log.set(path, 0, LOG_xy, 5U);
+      log.set(path, 0, LOG_albedo, 0.5F);
+      log.set(path, 1, LOG_info, LOG_HIT);
+      log.set(path, 1, LOG_emitted, emitted);
+    }
+    return log;
+  };
+  for (const bool keep : {false, true}) {
+    const Log first = log_of(1, 6400), second = log_of(4, 19200);
+    GuideLearner learner(1, 1);
+    learner.add(first.view());
+    learner.freeze(keep);
+    EXPECT_NEAR(indirect_of(learner.table()), 1, 0.01);
+    learner.add(second.view());
+    learner.freeze();
+    EXPECT_NEAR(indirect_of(learner.table()), keep ? 0.25 + 3 : 4, 0.05);
+  }
 }
 
 }  // namespace

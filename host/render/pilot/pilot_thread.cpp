@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "render/pilot/pilot_thread.h"
+
+#include <algorithm>
+#include <chrono>
+#include <condition_variable>
+#include <exception>
+#include <fmt/format.h>
+#include <mutex>
+#include <thread>
+
+#include "core/clock.h"
+#include "core/lost_threads.h"
+#include "core/watched_phase.h"
+#include "render/device_sessions.h"
+#include "render/pilot.h"
+
+namespace eikon {
+namespace {
+
+constexpr unsigned kAttempts = 3;         // on one device, as units have before it is dropped
+constexpr double kPatience_s = 0.1;       // with a thread whose pilot nobody wants any more
+constexpr double kLookInterval_s = 0.05;  // for signals, clocks and devices that hang
+
+/// The device was given up, because a call into its driver does not return.
+struct HungDevice : DeviceError {
+  using DeviceError::DeviceError;
+};
+
+struct NotWanted {};  // thrown on the pilot's thread to end it
+
+/// A pilot under way: shared by the thread that renders it and the one that waits.
+class PilotWork : public PilotSteps {
+ public:
+  PilotWork(const WavefrontDevices& devices, std::size_t device, unsigned shrink)
+      : devices_(devices),
+        info_(devices.devices[device]),
+        execution_(devices.executions[device]),
+        since_s_(host_seconds()),
+        looked_s_(since_s_) {
+    if (shrink == 0) return;
+    const std::uint32_t pool = kMostPilotPool >> std::min(2 * shrink, 31U);
+    execution_.pool = execution_.pool == 0 ? pool : std::min(execution_.pool, pool);
+  }
+
+  // ---- for the thread that renders
+
+  void run() noexcept {
+    std::optional<Pilot> pilot;
+    std::exception_ptr error;
+    try {
+      // A device that fails does not go back to its pool.
+      const DevicePool::Lease lease = devices_.pool.take(info_);
+      pilot = run_pilot(*lease, *devices_.packed, devices_.features, devices_.settings, execution_, *this);
+    } catch (const NotWanted&) {
+    } catch (...) {
+      error = std::current_exception();
+    }
+    const std::lock_guard lock(mutex_);
+    pilot_ = std::move(pilot);
+    error_ = error;
+    ended_ = true;
+    if (lost_) lost_thread_ended();
+    changed_.notify_all();
+  }
+  void begin_unit(std::uint64_t paths) override {
+    const std::lock_guard lock(mutex_);
+    if (unwanted_) throw NotWanted();
+    is_open_ = true;
+    paths_ = paths;
+    since_s_ = host_seconds();
+  }
+  void end_unit() override {
+    const std::lock_guard lock(mutex_);
+    done_paths_ += paths_;
+    done_s_ += host_seconds() - since_s_;
+    paths_ = 0;
+  }
+
+  // ---- for the thread that waits
+
+  /// Returns true if the thread has ended, false if it is lost.
+  [[nodiscard]] bool wait(const std::atomic<bool>& stop, double latest_s) {
+    std::unique_lock lock(mutex_);
+    double unwanted_s = 0;
+    while (!changed_.wait_for(lock, std::chrono::duration<double>(kLookInterval_s), [&] { return ended_; })) {
+      const double now_s = host_seconds();
+      if (!unwanted_ && (stop.load() || now_s >= latest_s)) unwanted_ = true, unwanted_s = now_s;
+      const bool hangs = is_late(now_s);
+      if (!hangs && !(unwanted_ && now_s - unwanted_s > kPatience_s)) continue;
+      lost_ = true;
+      thread_is_lost();
+      return false;
+    }
+    return true;
+  }
+  /// After wait() has returned true. throws what the thread threw
+  [[nodiscard]] std::optional<Pilot> result() {
+    if (error_) std::rethrow_exception(error_);
+    return std::move(pilot_);
+  }
+  /// What hangs; empty if nobody wanted the pilot any more.
+  [[nodiscard]] std::string why_lost() const { return why_; }
+
+ private:
+  /// Looks whether the device hangs, and says so in why_.
+  [[nodiscard]] bool is_late(double now_s) {
+    const double gap_s = now_s - std::exchange(looked_s_, now_s);
+    if (is_open_ && paths_ == 0) return false;  // the host is at work
+    const double watchdog_s = execution_.watchdog_s;
+    std::optional<double> expected_s;
+    if (done_paths_ > 0) expected_s = done_s_ * double(paths_) / double(done_paths_);
+    const double limit_s = is_open_ ? DeviceSessions::unit_limit_s(watchdog_s, expected_s)
+                                    : DeviceSessions::kOpeningWatchdogs * watchdog_s;
+    const double seconds = phase_.seconds(since_s_, now_s, gap_s);
+    if (seconds <= limit_s) return false;
+    why_ = fmt::format("{} did not end within {:.3g} s: it was given up",
+                       is_open_ ? "a unit of the pilot" : "opening it", seconds);
+    return true;
+  }
+
+  WavefrontDevices devices_;  // a copy, because the thread may be lost
+  DeviceInfo info_;
+  Execution execution_;
+  std::mutex mutex_;  // guards all below
+  std::condition_variable changed_;
+  bool is_open_ = false, ended_ = false, unwanted_ = false, lost_ = false;
+  double since_s_, looked_s_;  // begin of opening, or of the unit; the last look
+  WatchedPhase phase_;
+  std::uint64_t paths_ = 0, done_paths_ = 0;  // of the unit under way, 0 while there is none; of those before
+  double done_s_ = 0;
+  std::string why_;
+  std::optional<Pilot> pilot_;
+  std::exception_ptr error_;
+};
+
+/// Returns nothing if the pilot was not wanted any more. throws DeviceError, HungDevice
+std::optional<Pilot> pilot_on(const WavefrontDevices& devices, std::size_t device, unsigned shrink,
+                              const std::atomic<bool>& stop, double latest_s) {
+  if (stop.load() || host_seconds() >= latest_s) return std::nullopt;
+  const auto work = std::make_shared<PilotWork>(devices, device, shrink);
+  std::thread thread([work] { work->run(); });
+  if (work->wait(stop, latest_s)) {
+    thread.join();
+    return work->result();
+  }
+  thread.detach();
+  if (const std::string why = work->why_lost(); !why.empty()) throw HungDevice(why);
+  return std::nullopt;
+}
+
+void guide_by(const Pilot& pilot, WavefrontDevices& devices, RenderReport& report) {
+  devices.settings.guide = pilot.table;
+  devices.features.set_guiding(pilot.table != nullptr, false);
+  report.pilot = pilot.report;
+}
+
+}  // namespace
+
+void guide_paths(WavefrontDevices& devices, std::vector<DeviceReport>& prepared, const std::atomic<bool>& stop,
+                 const RenderHooks& hooks, RenderReport& report) {
+  if (!wants_pilot(devices.features, devices.settings)) return;
+  std::optional<Pilot> pilot = hooks.pilot ? hooks.pilot() : std::nullopt;
+  if (pilot) {
+    const auto is_able = [](const DeviceReport& device) { return device.error.empty(); };
+    devices.pilot_device = std::size_t(std::ranges::find_if(prepared, is_able) - prepared.begin());
+    devices.pilot_arithmetic = pilot->report.arithmetic;
+    return guide_by(*pilot, devices, report);
+  }
+  std::string errors;
+  const auto failed = [&](std::size_t device, const DeviceError& error) {
+    report.notes.push_back(
+        fmt::format("the pilot failed on device {}: {}", devices.devices[device].selector, error.what()));
+    errors += (errors.empty() ? "" : "; ") + report.notes.back();
+  };
+  for (std::size_t i = 0; i < prepared.size(); ++i)
+    for (unsigned attempt = 0; attempt < kAttempts && prepared[i].error.empty(); ++attempt) try {
+        pilot = pilot_on(devices, i, attempt, stop, hooks.latest_s);
+        report.pilot.cut_short = !pilot;
+        if (!pilot) return;
+        guide_by(*pilot, devices, report);
+        if (hooks.pilot_done) hooks.pilot_done(*pilot);
+        return;
+      } catch (const HungDevice& error) {
+        failed(i, error);
+        prepared[i].error = error.what();
+        devices.pool.abandon(devices.devices[i], error.what());
+      } catch (const DeviceError& error) {
+        failed(i, error);
+      }
+  throw DeviceError(errors + "; --guiding off renders without a pilot");
+}
+
+}  // namespace eikon

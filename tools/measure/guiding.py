@@ -1,0 +1,111 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Measures what guiding is worth: error times rays without it over the same with it, for as many samples.
+
+  tools/measure/guiding.py [--eikon FILE] [--seeds N] [--spp N] [--reference-spp N] [--json FILE] [SCENE[=WxH] ...]
+
+For each scene a row: what the pilot predicts and decides, the mean relMSE of the seeds against a reference without
+guiding, without and with `--guiding on`, the rays with guiding over those without, and the gain: the product of error and
+rays without guiding over that with it, and its standard error over the seeds. The reference's own error, which it predicts,
+is taken off both. Seconds do not count, so a busy machine does no harm. Scenes are left out that have no pilot, unless
+--all asks for them. Without scenes, all of scenes/ are measured. Standard library only.
+"""
+
+import argparse
+import json
+import math
+import pathlib
+import statistics
+import subprocess
+import sys
+import tempfile
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+REFERENCE_SEED = 1_000_003
+USUAL_SIZE = "160x128"
+
+
+def run(*command):
+    """The output of a command; ends the program where it fails."""
+    done = subprocess.run([str(c) for c in command], capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        sys.exit(f"guiding.py: {' '.join(str(c) for c in command)} ended with {done.returncode}: {done.stderr.strip()}")
+    return done.stdout
+
+
+def parse_scene(text):
+    """(file, "WxH") of SCENE=WxH; a bare name is a shipped scene."""
+    name, _, size = text.partition("=")
+    path = pathlib.Path(name)
+    if path.suffix not in (".gltf", ".glb"):
+        path = ROOT / "scenes" / f"{name}.gltf"
+    return path.resolve(), size or USUAL_SIZE
+
+
+def measure(eikon, scene, size, options):
+    """The row of a scene as a dictionary, or None if nothing in it can be guided."""
+    with tempfile.TemporaryDirectory(prefix="eikon_guiding_") as name:
+        folder = pathlib.Path(name)
+
+        def job(name, guiding, spp, seed):
+            return (f"render '{scene}' -o {name}.exr --stats {name}.json --size {size} --guiding {guiding} --spp {spp} "
+                    f"--seed {seed}\n")
+
+        def stats(name):
+            return json.loads((folder / f"{name}.json").read_text())
+
+        (folder / "first").write_text(job("auto", "auto", 1, 0))
+        run(eikon, "batch", folder / "first", "--quiet")
+        pilot = stats("auto")["pilot"]
+        if pilot is None and not options.all:
+            return None
+        (folder / "asked").write_text(job("on", "on", 1, 0))
+        run(eikon, "batch", folder / "asked", "--quiet")
+        asked = stats("on")["pilot"]
+        if asked is None:
+            return None
+        seeds = range(options.seeds)
+        (folder / "jobs").write_text(
+            job("reference", "off", options.reference_spp, REFERENCE_SEED)
+            + "".join(job(f"{way}{seed}", way, options.spp, seed) for way in ("off", "on") for seed in seeds))
+        run(eikon, "batch", folder / "jobs", "--quiet")
+        own = stats("reference")["relmse_predicted"]
+        errors = {way: [max(json.loads(run(eikon, "compare", folder / f"{way}{seed}.exr", folder / "reference.exr",
+                                           "--json"))["relmse"] - own, 1e-12) for seed in seeds] for way in ("off", "on")}
+        rays = {way: statistics.fmean(stats(f"{way}{seed}")["rays"]["total"] for seed in seeds) for way in ("off", "on")}
+    mean = {way: statistics.fmean(errors[way]) for way in errors}
+    doubt = math.sqrt(sum((statistics.stdev(errors[way]) / mean[way]) ** 2 for way in errors) / options.seeds)
+    ratio = rays["on"] / rays["off"]
+    gain = mean["off"] / mean["on"] / ratio
+    return {"scene": scene.stem, "size": size, "decision": "none" if pilot is None else "on" if pilot["roulette_depth"] else "off",
+            "predicted": asked["gain"], "reference": own,
+            "off": mean["off"], "on": mean["on"], "rays": ratio, "gain": gain, "doubt": gain * doubt}
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0])
+    parser.add_argument("scenes", nargs="*", metavar="SCENE[=WxH]")
+    parser.add_argument("--eikon", default="eikon")
+    parser.add_argument("--seeds", type=int, default=4)
+    parser.add_argument("--spp", type=int, default=64)
+    parser.add_argument("--reference-spp", type=int, default=4096)
+    parser.add_argument("--all", action="store_true")
+    parser.add_argument("--json", type=pathlib.Path)
+    options = parser.parse_args()
+    scenes = options.scenes or sorted(str(path) for path in (ROOT / "scenes").glob("*.gltf"))
+    rows = []
+    print("| scene | auto | predicted | relMSE without | with | rays, times | gain |\n|---|---|---|---|---|---|---|")
+    for scene, size in map(parse_scene, scenes):
+        row = measure(options.eikon, scene, size, options)
+        if row is None:
+            print(f"| {scene.stem} | no pilot | | | | | |", flush=True)
+            continue
+        rows.append(row)
+        print(f"| {row['scene']} | {row['decision']} | {row['predicted']:.2f} | {row['off']:.3g} | {row['on']:.3g} "
+              f"| {row['rays']:.2f} | {row['gain']:.2f} +- {row['doubt']:.2f} |", flush=True)
+    if options.json:
+        options.json.write_text(json.dumps(rows, indent=1) + "\n")
+
+
+if __name__ == "__main__":
+    main()
