@@ -217,7 +217,7 @@ void log_unseen_lights(const Scene& scene, const Settings& settings, const Log& 
 
 Prepared prepare(const SceneOptions& options, const Log& log, MissingTangents missing_tangents) {
   const double begin = host_seconds();
-  auto scene = std::make_shared<Scene>(load_scene(options.scene, options.variant, missing_tangents));
+  auto scene = std::make_shared<Scene>(load_scene(options.scene, options.choice(), missing_tangents));
   const double load_s = host_seconds() - begin;
   Prepared prepared = settle(options, std::move(scene), log);
   prepared.load_s = load_s;

@@ -48,11 +48,11 @@ constexpr std::size_t kScenes = 8, kLayouts = 4;  // the most that are kept, wha
 
 }  // namespace
 
-std::shared_ptr<SceneCache::Kept> SceneCache::load(const std::filesystem::path& path, const std::string& variant,
+std::shared_ptr<SceneCache::Kept> SceneCache::load(const std::filesystem::path& path, const SceneChoice& choice,
                                                    const Digest& digest) {
   const std::lock_guard lock(mutex_);
   const auto found = std::find_if(kept_.begin(), kept_.end(), [&](const auto& kept) {
-    return kept->digest.hash == digest.hash && kept->scene->path == path && kept->variant == variant;
+    return kept->digest.hash == digest.hash && kept->scene->path == path && kept->choice == choice;
   });
   if (found != kept_.end()) {
     kept_.splice(kept_.end(), kept_, found);
@@ -68,8 +68,8 @@ std::shared_ptr<SceneCache::Kept> SceneCache::load(const std::filesystem::path& 
   while (!kept_.empty() && (kept_.size() >= kScenes || total() + 4 * digest.bytes > budget_bytes_)) kept_.pop_front();
   auto kept = std::make_shared<Kept>();
   const double begin = host_seconds();
-  kept->scene = std::make_shared<Scene>(load_scene(path, variant));
-  kept->variant = variant;
+  kept->scene = std::make_shared<Scene>(load_scene(path, choice));
+  kept->choice = choice;
   kept->load_s = host_seconds() - begin;
   kept->digest = digest;
   if (bytes_of(*kept) <= budget_bytes_) kept_.push_back(kept);

@@ -197,7 +197,7 @@ void BatchRun::prepare(Worker& worker, Staged& staged) {
   staged.render.emplace(std::move(own), log, process_seconds());
   if (!worker.scenes.takes(staged.scene))
     return staged.render->take_devices(worker.devices, stop_);  // not two large ones at a time
-  const auto kept = worker.scenes.load(options.scene.scene, options.scene.variant, staged.scene);
+  const auto kept = worker.scenes.load(options.scene.scene, options.scene.choice(), staged.scene);
   staged.render->load(kept->scene, kept->load_s);
   const Settings& settings = staged.render->settings();
   const std::string light = fmt::format("{:016x} {}", environment.hash, describe(settings.environment));
