@@ -17,7 +17,6 @@ constexpr double kMaxRadiance = 1e30;
 constexpr double kMinFNumber = 1e-3, kMaxFNumber = 1e6;
 constexpr double kMaxFocusDistance = 0x1p40;
 constexpr double kMostSeconds = 1e9;
-constexpr std::uint64_t kMostFrame = 9'999'999;
 constexpr std::uint64_t kMaxSamples = std::uint64_t{1} << 48;
 
 ImageSize parse_size(const std::string& text) {
