@@ -30,6 +30,7 @@
 #include "gltf/skin/skins.h"
 #include "io/source_file.h"
 #include "io/text.h"
+#include "scene/scene_memory.h"
 #include "scene/transform.h"
 #include "scene/limits.h"
 
@@ -237,9 +238,12 @@ void fill_scene(const SceneSource& source, Scene& scene) {
   source.document.wrong.note(source.notes);
 }
 
-Scene load(const std::filesystem::path& path, const SceneChoice& choice, MissingTangents missing_tangents) {
+Scene load(const std::filesystem::path& path, const SceneChoice& choice, MissingTangents missing_tangents,
+           std::shared_ptr<SceneMemory> memory) {
   Scene scene;
   scene.path = path;
+  scene.time_s = choice.animation.time_s;
+  scene.memory = memory != nullptr ? std::move(memory) : std::make_shared<SceneMemory>();
   Notes notes;
   Bytes file = read_regular_file(path, kMaxFileBytes);
   std::string extension = path.extension().string();
@@ -284,10 +288,11 @@ Scene load(const std::filesystem::path& path, const SceneChoice& choice, Missing
 
 }  // namespace
 
-Scene load_scene(const std::filesystem::path& path, const SceneChoice& choice, MissingTangents missing_tangents) {
+Scene load_scene(const std::filesystem::path& path, const SceneChoice& choice, MissingTangents missing_tangents,
+                 std::shared_ptr<SceneMemory> memory) {
   const std::string what = "cannot load scene " + in_quotes(path.string()) + ": ";
   try {
-    return load(path, choice, missing_tangents);
+    return load(path, choice, missing_tangents, std::move(memory));
   } catch (const InputError& e) {
     throw InputError(what + e.what());
   } catch (const Error&) {

@@ -9,6 +9,7 @@
 
 #include "core/clock.h"
 #include "core/error.h"
+#include "job/framing.h"
 #include "scene/environment/environment.h"
 #include "scene/environment/studio.h"
 #include "pack/lights/arriving_light.h"
@@ -79,7 +80,7 @@ Camera choose_camera(const SceneOptions& options, const Scene& scene, double asp
   } else if (!scene.cameras.empty()) {
     camera = scene.cameras.front();
   } else {
-    camera = frame_camera(scene, aspect);
+    camera = framing_camera(options, scene, aspect);
     log("the file has no camera: the whole scene is framed; choose with --look-at EYE:TARGET");
   }
   if (options.panorama) {
@@ -102,6 +103,8 @@ bool needs_studio(const Scene& scene, const Settings& settings, const Log& log) 
     return true;
   }
   if (first_emitter(scene) == nullptr && scene.lights.empty()) return false;  // all of it is unlit
+  // Light that comes and goes over time must not switch the studio on and off within a sequence.
+  if (std::ranges::any_of(scene.animations, &AnimationSummary::in_force)) return false;
   const double arriving = arriving_light(scene, settings);
   if (arriving >= kLeastLight) return false;
   log(fmt::format("the scene's own lights leave what the camera sees dark (white paper would have a radiance of {:.1e} "

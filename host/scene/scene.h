@@ -47,7 +47,7 @@ struct Node {
 struct TextureImage {
   std::string name;  // for messages: a file name in quotes, or "image 3"
   std::uint32_t width = 0, height = 0;
-  std::vector<std::uint32_t> rgba8;  // row-major from the top; R in the low byte
+  SharedVector<std::uint32_t> rgba8;  // row-major from the top; R in the low byte
 };
 
 enum class Wrap { repeat, clamp, mirror };
@@ -230,9 +230,12 @@ struct SkinSummary {
 
 struct MorphSummary {
   std::string mesh;
+  std::size_t mesh_index = 0;  // in the file
   std::size_t target_count = 0;
   std::vector<std::string> names;  // of the targets, where the file names them
 };
+
+class SceneMemory;  // scene_memory.h
 
 struct Scene {
   std::filesystem::path path;
@@ -250,12 +253,14 @@ struct Scene {
   std::uint32_t environment_light_group = 0;      // of whatever environment is used
   std::vector<Unsupported> unsupported;
   std::vector<std::string> variants;      // names that load_scene takes
+  double time_s = 0;  // at which it stands, on the clock of its animations
   std::vector<AnimationSummary> animations;  // in the order of the file; those that are damaged have no channels
   std::vector<SkinSummary> skins;
   std::vector<MorphSummary> morphs;  // the meshes with morph targets
   std::vector<std::string> out_of_range;  // those of the warnings that --strict makes errors
   std::vector<std::string> warnings;  // one line each: what was changed or dropped, and why
   std::uint64_t file_bytes = 0;       // of the file and its buffers
+  std::shared_ptr<SceneMemory> memory{};  // of its file
 };
 
 /// What becomes of tangents that a file leaves to its reader. To make them takes several times the
@@ -279,9 +284,11 @@ struct SceneChoice {
 
 /// Reads a .gltf or .glb file and everything it names, every offset, index and value checked before
 /// it is used. A file with animations stands as they have it at the time of `choice`.
+/// memory  of another scene of the same file; null: none is loaded
 /// throws InputError: what, where (accessor, node, ...), why, what to try; UsageError never
 Scene load_scene(const std::filesystem::path& path, const SceneChoice& choice = {},
-                 MissingTangents missing_tangents = MissingTangents::make);
+                 MissingTangents missing_tangents = MissingTangents::make,
+                 std::shared_ptr<SceneMemory> memory = nullptr);
 
 struct Bounds {
   glm::dvec3 lo{1e300}, hi{-1e300};
@@ -301,6 +308,9 @@ struct Bounds {
 /// A camera in front of the scene, a little to the right and above, as model viewers have it, with a 40
 /// degree vertical field of view. What is shown touches a margin of a 25th around the picture.
 [[nodiscard]] Camera frame_camera(const Scene& scene, double aspect);
+
+/// The same for the corners of boxes.
+[[nodiscard]] Camera frame_boxes(const std::vector<Bounds>& boxes, double aspect);
 
 /// A camera at `eye` that looks at `target`. throws UsageError when they coincide, `up` is parallel
 /// to the view, or the field of view is not between 0 and pi

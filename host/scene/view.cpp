@@ -14,7 +14,7 @@ namespace eikon {
 namespace {
 
 constexpr double kFramingFovRad = 40.0 * 3.14159265358979323846 / 180.0;
-constexpr double kFramedShare = 0.92;  // of the picture's width or height, whichever is filled
+constexpr double kFramedShare = 0.92;          // of the picture's width or height, whichever is filled
 const glm::dvec3 kFramingSide(0.5, 0.4, 0.9);  // where the camera stands: glTF's front is +Z
 
 glm::dmat4 pose(const glm::dvec3& eye, const glm::dvec3& back_unit, const glm::dvec3& right_unit) {
@@ -107,8 +107,11 @@ double lens_radius_m(const Camera& camera) {
   return 0.5 * focal_length_m / camera.lens->f_number;
 }
 
-Camera frame_camera(const Scene& scene, double aspect) {
-  const Bounds bounds = world_bounds(scene);
+namespace {
+
+/// Frames points within `bounds`. for_each_point: calls what it is given with each of them
+template <class ForEachPoint>
+Camera frame(const Bounds& bounds, double aspect, const ForEachPoint& for_each_point) {
   const glm::dvec3 center = bounds.empty() ? glm::dvec3{0.0} : (bounds.lo + bounds.hi) * 0.5;
   const glm::dvec3 back = glm::normalize(kFramingSide);
   const glm::dvec3 right = glm::normalize(glm::cross(glm::dvec3(0, 1, 0), back)), up = glm::cross(back, right);
@@ -120,9 +123,7 @@ Camera frame_camera(const Scene& scene, double aspect) {
     along.add(glm::dot(p - center, up), glm::dot(p - center, back));
     shows = true;
   };
-  for_each_vertex(scene, [&](const glm::dvec3& p, std::uint32_t material) {
-    if (!never_shows(scene.materials[material])) add(p);
-  });
+  for_each_point(add);
   if (!shows || bounds.lo == bounds.hi)  // nothing, or a single point
     for (const double corner : {-1.0, 1.0}) add(center + glm::dvec3(corner));
   const glm::dvec3 eye =
@@ -131,6 +132,30 @@ Camera frame_camera(const Scene& scene, double aspect) {
           .world_from_camera = pose(eye, back, right),
           .yfov_rad = kFramingFovRad,
           .aspect = aspect > 0 ? aspect : 0.0};
+}
+
+}  // namespace
+
+Camera frame_camera(const Scene& scene, double aspect) {
+  return frame(world_bounds(scene), aspect, [&](const auto& add) {
+    for_each_vertex(scene, [&](const glm::dvec3& p, std::uint32_t material) {
+      if (!never_shows(scene.materials[material])) add(p);
+    });
+  });
+}
+
+Camera frame_boxes(const std::vector<Bounds>& boxes, double aspect) {
+  Bounds all;
+  for (const Bounds& box : boxes) {
+    all.lo = glm::min(all.lo, box.lo);
+    all.hi = glm::max(all.hi, box.hi);
+  }
+  return frame(all, aspect, [&](const auto& add) {
+    for (const Bounds& box : boxes)
+      for (int k = 0; k < 8; ++k)
+        add(glm::dvec3((k & 1) != 0 ? box.lo.x : box.hi.x, (k & 2) != 0 ? box.lo.y : box.hi.y,
+                       (k & 4) != 0 ? box.lo.z : box.hi.z));
+  });
 }
 
 Camera look_at_camera(const glm::dvec3& eye, const glm::dvec3& target, const glm::dvec3& up, double yfov_rad) {
