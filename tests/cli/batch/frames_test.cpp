@@ -12,8 +12,8 @@
 namespace eikon::test {
 namespace {
 
-std::string arm(const std::string& flags) {
-  return fmt::format("render {} --size 24x16 --spp 2 {}", scene("bending_arm.gltf"), flags);
+std::string arm(const std::string& flags, int spp = 2) {
+  return fmt::format("render {} --size 24x16 --spp {} {}", scene("bending_arm.gltf"), spp, flags);
 }
 
 TEST(Sequence, a_frame_has_the_samples_that_it_has_alone) {
@@ -52,7 +52,7 @@ TEST(Sequence, what_is_done_is_skipped_and_a_lost_frame_rendered_again) {
 
 TEST(Sequence, goes_on_after_a_kill) {
   const Workplace here;
-  const std::string command = arm("-o arm_%04d.exr --frames 0:5 --spp 4096");
+  const std::string command = arm("-o arm_%04d.exr --frames 0:5", 8192);
   const pid_t child = here.start(command);
   wait_for_lines(here / "arm_frames.ledger", 2);  // the first frame is done
   kill(child, SIGKILL);
@@ -114,10 +114,10 @@ TEST(Sequence, parts_of_different_times_are_not_merged) {
 
 TEST(Sequence, the_camera_of_a_file_without_one_stands_still) {
   const Workplace here;
-  nlohmann::json json = read_json(scene("bending_arm.gltf"));
-  json.erase("cameras");
-  for (nlohmann::json& node : json["nodes"]) node.erase("camera");
-  here.write("arm.gltf", json.dump());
+  nlohmann::json file = read_json(scene("bending_arm.gltf"));
+  file.erase("cameras");
+  for (nlohmann::json& node : file["nodes"]) node.erase("camera");
+  here.write("arm.gltf", file.dump());
   for (const char* time : {"0", "0.9"})
     EXPECT_TRUE(
         succeeded(here.eikon(fmt::format("render arm.gltf --size 24x16 --spp 1 -o {0}.exr --scene-time {0}", time))));

@@ -78,7 +78,7 @@ TEST(Frames, a_line_with_frames_is_a_job_for_each) {
     EXPECT_DOUBLE_EQ(jobs[i].options->scene.animation.choice().time_s, (8.0 + double(i)) / 24);
   }
   EXPECT_EQ(label_of(jobs[1], "jobs.txt"), "jobs.txt:1, frame 9");
-  EXPECT_EQ(jobs[1].text, "render a.gltf '--output=a_%03d.exr' --frame=9");
+  EXPECT_EQ(jobs[1].text, "render a.gltf --output=a_%03d.exr --frame=9");
   EXPECT_EQ(label_of(jobs[3], "jobs.txt"), "jobs.txt:2");
   EXPECT_EQ(jobs[4].state, JobState::failed) << "no place for the number";
   EXPECT_FALSE(jobs[4].options);
