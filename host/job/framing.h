@@ -5,8 +5,8 @@
 
 namespace eikon {
 
-/// A camera in front of the scene, as frame_camera has it. Where animations are in force it frames boxes around
-/// nine poses from their beginning to their end, whatever the time is, so that it stands still in a sequence.
+/// A camera in front of the scene, as frame_camera has it. Where animations are in force it frames nine
+/// poses from their beginning to their end, whatever the time is, so that it stands still in a sequence.
 /// throws InputError as load_scene
 [[nodiscard]] Camera framing_camera(const SceneOptions& options, const Scene& scene, double aspect);
 

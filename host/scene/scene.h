@@ -309,9 +309,6 @@ struct Bounds {
 /// degree vertical field of view. What is shown touches a margin of a 25th around the picture.
 [[nodiscard]] Camera frame_camera(const Scene& scene, double aspect);
 
-/// The same for the corners of boxes.
-[[nodiscard]] Camera frame_boxes(const std::vector<Bounds>& boxes, double aspect);
-
 /// A camera at `eye` that looks at `target`. throws UsageError when they coincide, `up` is parallel
 /// to the view, or the field of view is not between 0 and pi
 [[nodiscard]] Camera look_at_camera(const glm::dvec3& eye, const glm::dvec3& target, const glm::dvec3& up,

@@ -28,21 +28,21 @@ class SceneMemory {
     images_[source] = texels.owner();
   }
 
-  /// The bounds of poses, by a text that says which.
-  [[nodiscard]] std::optional<std::vector<Bounds>> poses(const std::string& which) {
+  /// A camera that frames poses, by a text that says which.
+  [[nodiscard]] std::optional<Camera> camera(const std::string& which) {
     const std::lock_guard lock(mutex_);
-    const auto found = poses_.find(which);
-    return found == poses_.end() ? std::nullopt : std::optional(found->second);
+    const auto found = cameras_.find(which);
+    return found == cameras_.end() ? std::nullopt : std::optional(found->second);
   }
-  void keep_poses(const std::string& which, const std::vector<Bounds>& bounds) {
+  void keep_camera(const std::string& which, const Camera& camera) {
     const std::lock_guard lock(mutex_);
-    poses_[which] = bounds;
+    cameras_[which] = camera;
   }
 
  private:
   std::mutex mutex_;
   std::map<std::string, std::weak_ptr<std::vector<std::uint32_t>>> images_;
-  std::map<std::string, std::vector<Bounds>> poses_;
+  std::map<std::string, Camera> cameras_;
 };
 
 }  // namespace eikon

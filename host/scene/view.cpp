@@ -7,6 +7,7 @@
 #include "core/error.h"
 #include "scene/emission.h"
 #include "scene/endless.h"
+#include "scene/framing.h"
 #include "scene/limits.h"
 #include "scene/scene.h"
 
@@ -75,20 +76,6 @@ bool never_shows(const Material& material) {
   return material.alpha_mode == AlphaMode::mask ? material.opacity < material.alpha_cutoff : material.opacity == 0;
 }
 
-/// The range of positions of a camera along one axis of its picture and along its axis of view.
-/// [Every point p satisfies |p.side - at.side| <= tangent * (at.back - p.back) if and only if
-/// `most` <= at.side + tangent * at.back and `least` <= tangent * at.back - at.side.]
-struct Fit {
-  double tangent;
-  double most = -1e300, least = -1e300;
-  void add(double side, double back) {
-    most = std::max(most, side + tangent * back);
-    least = std::max(least, tangent * back - side);
-  }
-  [[nodiscard]] double side() const { return 0.5 * (most - least); }
-  [[nodiscard]] double back() const { return 0.5 * (most + least) / tangent; }
-};
-
 }  // namespace
 
 Bounds world_bounds(const Scene& scene) {
@@ -107,55 +94,51 @@ double lens_radius_m(const Camera& camera) {
   return 0.5 * focal_length_m / camera.lens->f_number;
 }
 
-namespace {
-
-/// Frames points within `bounds`. for_each_point: calls what it is given with each of them
-template <class ForEachPoint>
-Camera frame(const Bounds& bounds, double aspect, const ForEachPoint& for_each_point) {
-  const glm::dvec3 center = bounds.empty() ? glm::dvec3{0.0} : (bounds.lo + bounds.hi) * 0.5;
-  const glm::dvec3 back = glm::normalize(kFramingSide);
-  const glm::dvec3 right = glm::normalize(glm::cross(glm::dvec3(0, 1, 0), back)), up = glm::cross(back, right);
+Framing::Framing(double aspect) : aspect_(aspect > 0 ? aspect : 0.0) {
   const double tangent = std::tan(0.5 * kFramingFovRad) * kFramedShare;
-  Fit across{.tangent = tangent * (aspect > 0 ? aspect : 1.0)}, along{.tangent = tangent};
-  bool shows = false;
-  const auto add = [&](const glm::dvec3& p) {
-    across.add(glm::dot(p - center, right), glm::dot(p - center, back));
-    along.add(glm::dot(p - center, up), glm::dot(p - center, back));
-    shows = true;
-  };
-  for_each_point(add);
-  if (!shows || bounds.lo == bounds.hi)  // nothing, or a single point
-    for (const double corner : {-1.0, 1.0}) add(center + glm::dvec3(corner));
-  const glm::dvec3 eye =
-      center + right * across.side() + up * along.side() + back * std::max(across.back(), along.back());
-  return {.name = "framing",
-          .world_from_camera = pose(eye, back, right),
-          .yfov_rad = kFramingFovRad,
-          .aspect = aspect > 0 ? aspect : 0.0};
+  across_.tangent = tangent * (aspect > 0 ? aspect : 1.0);
+  along_.tangent = tangent;
+  back_ = glm::normalize(kFramingSide);
+  right_ = glm::normalize(glm::cross(glm::dvec3(0, 1, 0), back_));
+  up_ = glm::cross(back_, right_);
 }
 
-}  // namespace
+void Framing::add(const Scene& scene) {
+  const Bounds bounds = world_bounds(scene);
+  if (!center_) center_ = bounds.empty() ? glm::dvec3{0.0} : (bounds.lo + bounds.hi) * 0.5;
+  bounds_.lo = glm::min(bounds_.lo, bounds.lo);
+  bounds_.hi = glm::max(bounds_.hi, bounds.hi);
+  for_each_vertex(scene, [&](const glm::dvec3& p, std::uint32_t material) {
+    if (never_shows(scene.materials[material])) return;
+    add_point(p);
+    shows_ = true;
+  });
+}
+
+void Framing::add_point(const glm::dvec3& p) {
+  const glm::dvec3 offset = p - *center_;
+  across_.add(glm::dot(offset, right_), glm::dot(offset, back_));
+  along_.add(glm::dot(offset, up_), glm::dot(offset, back_));
+}
+
+Camera Framing::camera() const {
+  Framing all = *this;
+  if (!all.center_) all.center_ = glm::dvec3(0.0);
+  if (!shows_ || bounds_.lo == bounds_.hi)  // nothing, or a single point
+    for (const double corner : {-1.0, 1.0}) all.add_point(*all.center_ + glm::dvec3(corner));
+  const Fit &across = all.across_, &along = all.along_;
+  const glm::dvec3 eye =
+      *all.center_ + right_ * across.side() + up_ * along.side() + back_ * std::max(across.back(), along.back());
+  return {.name = "framing",
+          .world_from_camera = pose(eye, back_, right_),
+          .yfov_rad = kFramingFovRad,
+          .aspect = aspect_};
+}
 
 Camera frame_camera(const Scene& scene, double aspect) {
-  return frame(world_bounds(scene), aspect, [&](const auto& add) {
-    for_each_vertex(scene, [&](const glm::dvec3& p, std::uint32_t material) {
-      if (!never_shows(scene.materials[material])) add(p);
-    });
-  });
-}
-
-Camera frame_boxes(const std::vector<Bounds>& boxes, double aspect) {
-  Bounds all;
-  for (const Bounds& box : boxes) {
-    all.lo = glm::min(all.lo, box.lo);
-    all.hi = glm::max(all.hi, box.hi);
-  }
-  return frame(all, aspect, [&](const auto& add) {
-    for (const Bounds& box : boxes)
-      for (int k = 0; k < 8; ++k)
-        add(glm::dvec3((k & 1) != 0 ? box.lo.x : box.hi.x, (k & 2) != 0 ? box.lo.y : box.hi.y,
-                       (k & 4) != 0 ? box.lo.z : box.hi.z));
-  });
+  Framing framing(aspect);
+  framing.add(scene);
+  return framing.camera();
 }
 
 Camera look_at_camera(const glm::dvec3& eye, const glm::dvec3& target, const glm::dvec3& up, double yfov_rad) {

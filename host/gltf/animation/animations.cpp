@@ -205,7 +205,7 @@ double time_within(const Animation& animation, const AnimationChoice& choice) {
 std::vector<Animation> without_contradictions(std::vector<Animation> all, const AnimationSource& source) {
   std::vector<Animation> kept;
   std::map<std::string, std::size_t> movers;  // pointer -> animation
-  std::string first;
+  std::string first, reason;
   std::size_t count = 0;
   for (Animation& animation : all) {
     const auto taken = std::ranges::find_if(animation.channels,
@@ -216,12 +216,12 @@ std::vector<Animation> without_contradictions(std::vector<Animation> all, const 
       continue;
     }
     if (count++ != 0) continue;
-    first = fmt::format("{}: left out, as {} moves the same; choose one with --animation",
-                        view_of_animation(source.document, animation.index).label(),
-                        view_of_animation(source.document, movers.at(taken->pointer)).label());
+    first = view_of_animation(source.document, animation.index).label();
+    reason = fmt::format("left out, as {} moves the same; choose one with --animation",
+                         view_of_animation(source.document, movers.at(taken->pointer)).label());
   }
-  if (count > 1) first += fmt::format(" (and {} more)", count - 1);
-  if (count != 0) source.notes.warn(first);
+  if (count > 1) first += fmt::format(" and {} more", count - 1);
+  if (count != 0) source.notes.warn(fmt::format("{}: {}", first, reason));
   return kept;
 }
 
