@@ -13,7 +13,7 @@ namespace {
 
 using Numbers = std::vector<double>;
 
-constexpr double kLeastAngle = 1e-7;  // below it arc and chord are the same in double precision
+constexpr int kShareBits = 64;  // after which the ends of an arc are the same in double precision
 
 double length_of(const Numbers& v) {
   double largest = 0;
@@ -49,15 +49,21 @@ Numbers mix(double a, const Numbers& u, double b, const Numbers& v) {
 
 }  // namespace
 
+// Halving the arc as often as the share has bits takes square roots alone, which all machines round alike; sines
+// may differ in their last bit, and parts of an image that several machines render would not fit together.
 Numbers slerp(const Numbers& from, const Numbers& to, double t) {
   double dot = 0;
   for (std::size_t i = 0; i < from.size(); ++i) dot += from[i] * to[i];
-  const double sign = dot < 0 ? -1 : 1;  // -q is the same rotation as q
-  // An arc cosine of the dot product would lose half of the digits of small angles.
-  const double angle = 2 * std::atan2(length_of(mix(1, from, -sign, to)), length_of(mix(1, from, sign, to)));
-  if (angle < kLeastAngle) return unit(mix(1 - t, from, sign * t, to), from);
-  const double scale = 1 / std::sin(angle);
-  return unit(mix(scale * std::sin((1 - t) * angle), from, sign * scale * std::sin(t * angle), to), from);
+  const Numbers near_to = mix(dot < 0 ? -1 : 1, to, 0, to);  // -q is the same rotation as q
+  if (t >= 1) return near_to;
+  Numbers low = from, high = near_to;
+  for (int bit = 0; bit < kShareBits && t > 0; ++bit) {
+    const Numbers middle = unit(mix(1, low, 1, high), low);
+    t *= 2;
+    (t >= 1 ? low : high) = middle;
+    if (t >= 1) t -= 1;
+  }
+  return low;
 }
 
 Numbers Curve::value(std::uint64_t key, std::uint64_t part) const {

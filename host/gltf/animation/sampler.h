@@ -52,7 +52,8 @@ void check_value_count(const Curve& curve);
 /// Looks at each value. throws InputError, without the sampler: one that is not finite, a rotation of length 0
 void check_values(const Curve& curve);
 
-/// The rotation a share `t` in [0, 1] of the way from one unit quaternion to another, by the shorter way.
+/// The rotation a share `t` in [0, 1] of the way from one unit quaternion to another, by the shorter way at constant
+/// speed. The same bits on every machine.
 [[nodiscard]] std::vector<double> slerp(const std::vector<double>& from, const std::vector<double>& to, double t);
 
 }  // namespace eikon

@@ -79,6 +79,9 @@ Skin SkinReader::read(std::size_t index) {
   Skin skin{.label = view.label(), .joints = {}};
   const Json* const joints = member(view.value, "joints");
   if (joints == nullptr || size_of(*joints) == 0) view.fail("has no 'joints'");
+  joint_count_ += size_of(*joints);
+  if (joint_count_ > kMaxJoints)
+    view.refuse(fmt::format("with its joints the skins have more than {}; use fewer skins", kMaxJoints));
   const Accessor* matrices = nullptr;
   if (const Json* accessor = member(view.value, "inverseBindMatrices"))
     matrices = &check_matrices(view, accessors_[to_index(*accessor)], size_of(*joints));

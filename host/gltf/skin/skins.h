@@ -39,6 +39,9 @@ void note_unused_skin(const Document& document, const GltfNode& node, Notes& not
 /// Lists the skins of a checked document.
 [[nodiscard]] std::vector<SkinSummary> list_skins(const Json& document);
 
+/// The most joints of all skins of a scene together.
+inline constexpr std::size_t kMaxJoints = std::size_t{1} << 22U;
+
 /// Reads skins at their first use.
 class SkinReader {
  public:
@@ -46,7 +49,8 @@ class SkinReader {
   SkinReader(const Document& document, const AccessorTable& accessors, const std::vector<PlacedNode>& placed,
              Notes& notes);
 
-  /// throws InputError: a skin that is wrong, without joints, with matrices that are too few or not finite
+  /// throws InputError: a skin that is wrong, without joints, with matrices that are too few or not finite,
+  ///        more joints than kMaxJoints in all
   const Skin& operator[](std::size_t skin);
 
  private:
@@ -61,6 +65,7 @@ class SkinReader {
   std::vector<const PlacedNode*> placed_, placed_outside_;  // by node
   std::vector<PlacedNode> all_;                             // of the document, once a joint is not in the scene
   std::map<std::size_t, Skin> read_;
+  std::size_t joint_count_ = 0;  // of those that are read
 };
 
 }  // namespace eikon

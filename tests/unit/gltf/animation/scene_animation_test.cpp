@@ -2,7 +2,9 @@
 // Animations of nodes: values between keys against double precision, and what time means.
 #include <cmath>
 #include <numbers>
+#include <random>
 
+#include "gltf/animation/sampler.h"
 #include "scene/transform.h"
 #include "support/animation_builder.h"
 
@@ -103,6 +105,37 @@ TEST(SceneAnimation, rotations_turn_at_constant_speed_by_the_shorter_way) {
     EXPECT_NEAR(angle_at(builder, 1.5), row.middle, 2e-5) << row.from << " to " << row.to << ", sign " << row.sign;
     EXPECT_NEAR(angle_at(builder, 1), row.third, 2e-5) << row.from << " to " << row.to << ", sign " << row.sign;
   }
+}
+
+TEST(SceneAnimation, slerp_is_that_of_sines_to_all_but_the_last_digits) {
+  std::mt19937 random(7);
+  std::normal_distribution<double> normal;
+  std::uniform_real_distribution<double> uniform;
+  double worst = 0;
+  for (int i = 0; i < 2000; ++i) {
+    std::vector<double> a(4), b(4);
+    double aa = 0, bb = 0, dot = 0;
+    for (std::size_t k = 0; k < 4; ++k) {
+      a[k] = normal(random);
+      b[k] = i % 3 == 0 ? a[k] + 1e-3 * normal(random) : normal(random);
+      aa += a[k] * a[k];
+      bb += b[k] * b[k];
+    }
+    for (std::size_t k = 0; k < 4; ++k) dot += (a[k] /= std::sqrt(aa)) * (b[k] /= std::sqrt(bb));
+    const long double sign = dot < 0 ? -1 : 1,
+                      angle = std::acos(std::min(1.0L, std::abs(static_cast<long double>(dot))));
+    const double t = uniform(random);
+    const std::vector<double> found = eikon::slerp(a, b, t);
+    for (std::size_t k = 0; k < 4; ++k) {
+      const long double want = (std::sin((1 - t) * angle) * a[k] + sign * std::sin(t * angle) * b[k]) / std::sin(angle);
+      worst = std::max(worst, static_cast<double>(std::abs(want - found[k])));
+    }
+  }
+  EXPECT_LT(worst, 1e-13);
+  const std::vector<double> from{0, 0, 0, 1}, to{0, 0, 1, 0};
+  EXPECT_EQ(eikon::slerp(from, to, 0), from);
+  EXPECT_EQ(eikon::slerp(from, to, 1), to);
+  EXPECT_EQ(eikon::slerp(from, from, 0.3), from);
 }
 
 TEST(SceneAnimation, exact_half_turns_go_one_way_at_constant_speed) {
