@@ -9,7 +9,7 @@
 
 #include "core/clock.h"
 #include "core/error.h"
-#include "job/framing.h"
+#include "job/poses.h"
 #include "scene/environment/environment.h"
 #include "scene/environment/studio.h"
 #include "pack/lights/arriving_light.h"
@@ -96,9 +96,9 @@ Camera choose_camera(const SceneOptions& options, const Scene& scene, double asp
 }
 
 /// Decides whether the neutral studio lights a scene that has no environment, and logs why.
-bool needs_studio(const Scene& scene, const Settings& settings, const Log& log) {
+bool needs_studio(const SceneOptions& options, const Scene& scene, const Settings& settings, const Log& log) {
   constexpr const char* kChoose = "choose with --env none, neutral, FILE or R,G,B";
-  if (needs_environment(scene)) {
+  if (!is_lit_at_some_time(options, scene)) {
     log(fmt::format("the scene has no light: the neutral studio is used; {}", kChoose));
     return true;
   }
@@ -113,8 +113,9 @@ bool needs_studio(const Scene& scene, const Settings& settings, const Log& log) 
   return true;
 }
 
-Environment choose_environment(const EnvironmentOptions& options, const Scene& scene, const Settings& settings,
+Environment choose_environment(const SceneOptions& asked, const Scene& scene, const Settings& settings,
                                const Log& log) {
+  const EnvironmentOptions& options = asked.environment;
   Environment environment;
   if (!options.map.empty()) {
     std::vector<std::string> warnings;
@@ -124,7 +125,7 @@ Environment choose_environment(const EnvironmentOptions& options, const Scene& s
     environment.radiance = *options.radiance;
   } else if (!options.neutral && scene.environment) {
     environment = *scene.environment;
-  } else if (options.neutral || needs_studio(scene, settings, log)) {
+  } else if (options.neutral || needs_studio(asked, scene, settings, log)) {
     environment.map = neutral_studio();
   } else if (options.scale != 1 || options.rotate_deg != 0) {
     log("there is no environment for --env-scale and --env-rotate; give one with --env");
@@ -240,7 +241,7 @@ Prepared settle(const SceneOptions& options, std::shared_ptr<Scene> loaded, cons
   settings.sample_end = samples.end;
   settings.culling = options.culling;
   settings.guiding = options.guiding;
-  settings.environment = choose_environment(options.environment, scene, settings, log);
+  settings.environment = choose_environment(options, scene, settings, log);
   settings.filter = options.filter;
   settings.transparent = options.transparent;
   settings.seed = std::uint32_t(options.seed);

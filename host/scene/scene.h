@@ -220,7 +220,8 @@ struct AnimationSummary {
   std::string name;
   double begin_s = 0, end_s = 0;
   std::size_t channel_count = 0;
-  bool in_force = false;  // the scene stands as it has it
+  bool in_force = false;       // the scene stands as it has it
+  bool changes_light = false;  // it may make something shine or go dark
 };
 
 struct SkinSummary {

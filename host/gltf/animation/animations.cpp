@@ -225,6 +225,12 @@ std::vector<Animation> without_contradictions(std::vector<Animation> all, const 
   return kept;
 }
 
+/// True for whatever belongs to materials or lights, and for the visibility of nodes.
+bool may_change_light(const Channel& channel) {
+  return channel.pointer.starts_with("/materials/") || channel.pointer.starts_with("/extensions/") ||
+         channel.property.kind == ValueKind::truth;
+}
+
 /// All animations that are sound; the others are added to `wrong`.
 std::vector<Animation> read_all(AnimationReader& reader, const AnimationSource& source, Scene& scene) {
   std::vector<Animation> animations;
@@ -235,6 +241,7 @@ std::vector<Animation> read_all(AnimationReader& reader, const AnimationSource& 
       summary.begin_s = animation.begin_s;
       summary.end_s = animation.end_s;
       summary.channel_count = animation.channels.size();
+      summary.changes_light = std::ranges::any_of(animation.channels, may_change_light);
       if (!animation.channels.empty()) animations.push_back(std::move(animation));
     } catch (const InputError& error) {
       if (!source.wrong.has("animation", i)) source.wrong.add(view_of_animation(source.document, i), error.what());

@@ -127,6 +127,28 @@ TEST(Sequence, the_camera_of_a_file_without_one_stands_still) {
   EXPECT_EQ(later.strings.at("animations"), "'wave'");
 }
 
+TEST(Sequence, light_that_goes_out_does_not_bring_the_studio) {
+  const Workplace here;
+  here.write("lamp.gltf", R"({"asset": {"version": "2.0"}, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
+    "materials": [{"emissiveFactor": [1, 1, 1]}],
+    "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "material": 0}]}],
+    "buffers": [{"byteLength": 68, "uri": "data:;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAAAAAAAgD8AAIA/AACAPwAAgD8AAAAAAAAAAAAAAAA="}],
+    "bufferViews": [{"buffer": 0, "byteLength": 36}, {"buffer": 0, "byteOffset": 36, "byteLength": 8},
+                    {"buffer": 0, "byteOffset": 44, "byteLength": 24}],
+    "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"},
+                  {"bufferView": 1, "componentType": 5126, "count": 2, "type": "SCALAR"},
+                  {"bufferView": 2, "componentType": 5126, "count": 2, "type": "VEC3"}],
+    "animations": [{"samplers": [{"input": 1, "output": 2}], "channels": [{"sampler": 0, "target": {"path": "pointer",
+      "extensions": {"KHR_animation_pointer": {"pointer": "/materials/0/emissiveFactor"}}}}]}]})");
+  for (const char* time : {"0", "1"}) {
+    const Outcome outcome = here.eikon(fmt::format(
+        "render lamp.gltf --size 8x8 --spp 1 -o {0}.exr --look-at 0.2,0.2,2:0.2,0.2,0 --scene-time {0}", time));
+    EXPECT_TRUE(succeeded(outcome));
+    EXPECT_FALSE(contains(outcome.err, "studio")) << outcome.err;
+  }
+  EXPECT_TRUE(contains(here.eikon("render lamp.gltf --size 8x8 --spp 1 -o 2.exr --scene-time 1").err, "black"));
+}
+
 TEST(Info, animations_skins_and_morph_targets_are_listed) {
   const Workplace here;
   const Outcome arm = here.eikon("info " + scene("bending_arm.gltf"));
