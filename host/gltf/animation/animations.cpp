@@ -231,21 +231,36 @@ bool may_change_light(const Channel& channel) {
          channel.property.kind == ValueKind::truth;
 }
 
-/// All animations that are sound; the others are added to `wrong`.
-std::vector<Animation> read_all(AnimationReader& reader, const AnimationSource& source, Scene& scene) {
+/// Reads an animation and describes it. Returns one without channels, and adds it to `wrong`, if it is damaged.
+Animation read_or_leave_out(AnimationReader& reader, std::size_t index, const AnimationSource& source, Scene& scene) {
+  try {
+    Animation animation = reader.read(index);
+    AnimationSummary& summary = scene.animations[index];
+    summary.begin_s = animation.begin_s;
+    summary.end_s = animation.end_s;
+    summary.channel_count = animation.channels.size();
+    summary.changes_light = std::ranges::any_of(animation.channels, may_change_light);
+    return animation;
+  } catch (const InputError& error) {
+    if (!source.wrong.has("animation", index))
+      source.wrong.add(view_of_animation(source.document, index), error.what());
+    return {.index = index};
+  }
+}
+
+/// Reads all animations. Returns those that are sound and asked for: `wanted`, or without it all. Of the others
+/// nothing is said.
+std::vector<Animation> read_all(const AnimationSource& source, bool none, std::optional<std::size_t> wanted,
+                                Scene& scene) {
+  Notes silent;
+  WrongParts silent_wrong = source.wrong;
+  const AnimationSource quiet{source.document, source.accessors, silent_wrong, silent};
+  AnimationReader reader(source), quiet_reader(quiet);
   std::vector<Animation> animations;
   for (std::size_t i = 0; i < scene.animations.size(); ++i) {
-    try {
-      Animation animation = reader.read(i);
-      AnimationSummary& summary = scene.animations[i];
-      summary.begin_s = animation.begin_s;
-      summary.end_s = animation.end_s;
-      summary.channel_count = animation.channels.size();
-      summary.changes_light = std::ranges::any_of(animation.channels, may_change_light);
-      if (!animation.channels.empty()) animations.push_back(std::move(animation));
-    } catch (const InputError& error) {
-      if (!source.wrong.has("animation", i)) source.wrong.add(view_of_animation(source.document, i), error.what());
-    }
+    const bool counts = !none && (!wanted || *wanted == i);
+    Animation animation = read_or_leave_out(counts ? reader : quiet_reader, i, counts ? source : quiet, scene);
+    if (counts && !animation.channels.empty()) animations.push_back(std::move(animation));
   }
   return animations;
 }
@@ -270,16 +285,12 @@ std::string animate(const AnimationSource& source, const AnimationChoice& choice
     scene.animations.push_back({.name = name == nullptr ? std::string() : to_string(*name)});
   }
   const bool any = choice.animation.empty() || choice.animation == "all", none = choice.animation == "none";
-  AnimationReader reader(source);
   std::optional<std::size_t> wanted;
   if (!any && !none) {
     wanted = animation_called(choice.animation, scene.animations);
-    (void)reader.read(*wanted);  // throws if it is damaged
+    (void)AnimationReader(source).read(*wanted);  // throws if it is damaged
   }
-  std::vector<Animation> animations = read_all(reader, source, scene);
-  if (none) animations.clear();
-  if (wanted) std::erase_if(animations, [&](const Animation& animation) { return animation.index != *wanted; });
-  animations = without_contradictions(std::move(animations), source);
+  const std::vector<Animation> animations = without_contradictions(read_all(source, none, wanted, scene), source);
   if (animations.empty() && any && choice.time_s != 0)
     source.notes.warn("it has no animation that moves anything: it is the same at any time");
   std::string text;

@@ -191,6 +191,21 @@ TEST(AnimationChoice, channels_that_eikon_does_not_read_leave_the_others_in_forc
   EXPECT_TRUE(mentions(scene.out_of_range[0], "animation 0, channel 3: left out, another channel moves the same"));
 }
 
+TEST(AnimationChoice, nothing_is_said_of_animations_that_are_not_asked_for) {
+  Builder builder = three_animations();
+  add_channel(builder, 1, target_of(0, "colour"), {.times = {0, 1}, .values = {5, 0, 0, 9, 0, 0}});
+  builder.json["animations"][2]["samplers"][0]["input"] = 1;
+  for (const char* name : {"slide", "none"}) {
+    const Scene scene = load_at(builder, called(name, 1));
+    EXPECT_TRUE(scene.unsupported.empty() && scene.warnings.empty()) << name;
+    EXPECT_EQ(scene.animations.at(1).channel_count, 1U);
+    EXPECT_EQ(scene.animations.at(2).channel_count, 0U) << "it is damaged";
+  }
+  const Scene all = load_at(builder, 1);
+  EXPECT_EQ(all.unsupported.size(), 1U);
+  EXPECT_EQ(all.out_of_range.size(), 1U);
+}
+
 TEST(AnimationChoice, equal_and_negative_times_are_said_and_keep_their_meaning) {
   Builder builder;
   add_channel(builder, 0, target_of(0, "translation"),
