@@ -21,6 +21,8 @@
 namespace eikon {
 namespace {
 
+constexpr std::size_t kMostNames = 20;  // in a message
+
 /// A property of the document, and its value over time.
 struct Channel {
   std::string pointer;
@@ -163,22 +165,34 @@ class AnimationReader {
 
   void check(const JsonView& sampler, const Curve& curve, std::size_t input, std::size_t output) {
     try {
-      if (times_checked_.insert(input).second && check_times(curve.times))
-        source_.notes.mended(fmt::format("{}: times in {} are negative or equal; taken as they are", sampler.label(),
-                                         curve.times.label));
+      once(times_checked_, input, [&] {
+        if (check_times(curve.times))
+          source_.notes.mended(fmt::format("{}: times in {} are negative or equal; taken as they are", sampler.label(),
+                                           curve.times.label));
+      });
       check_value_count(curve);
-      if (values_checked_.emplace(output, curve.kind, curve.interpolation == Interpolation::cubic).second)
-        check_values(curve);
+      once(values_checked_, {output, curve.kind, curve.interpolation == Interpolation::cubic},
+           [&] { check_values(curve); });
     } catch (const InputError& error) {
-      times_checked_.erase(input);  // others that use them are damaged too
-      values_checked_.erase({output, curve.kind, curve.interpolation == Interpolation::cubic});
       sampler.fail(error.what());
     }
   }
 
+  /// Calls `check` for a key the first time, and throws what it has thrown then each time.
+  template <class Key, class Check>
+  static void once(std::map<Key, std::string>& results, const Key& key, const Check& check) {
+    const auto [result, is_new] = results.try_emplace(key);
+    try {
+      if (is_new) check();
+    } catch (const InputError& error) {
+      result->second = error.what();
+    }
+    if (!result->second.empty()) throw InputError(result->second);
+  }
+
   const AnimationSource& source_;
-  std::set<std::size_t> times_checked_;
-  std::set<std::tuple<std::size_t, ValueKind, bool>> values_checked_;
+  std::map<std::size_t, std::string> times_checked_;  // what is wrong with them, or nothing
+  std::map<std::tuple<std::size_t, ValueKind, bool>, std::string> values_checked_;
 };
 
 /// The animation that is asked for by name or index. throws InputError
@@ -188,7 +202,9 @@ std::size_t animation_called(const std::string& wanted, const std::vector<Animat
   const auto index = number_in<std::size_t>(wanted);
   if (index && *index < known.size()) return *index;
   std::vector<std::string> names;
-  for (const AnimationSummary& animation : known) names.push_back(in_quotes(animation.name));
+  for (std::size_t i = 0; i < std::min(known.size(), kMostNames); ++i)
+    names.push_back(known[i].name.empty() ? fmt::format("{}", i) : in_quotes(known[i].name));
+  if (names.size() < known.size()) names.emplace_back("...");
   throw InputError(fmt::format("it has no animation {}; {}", in_quotes(wanted),
                                names.empty() ? "it has none at all: leave --animation out"
                                              : fmt::format("choose one of {}", fmt::join(names, ", "))));
