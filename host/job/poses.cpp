@@ -5,8 +5,8 @@
 
 #include <algorithm>
 
-#include "scene/framing.h"
 #include "scene/scene_memory.h"
+#include "scene/view/framing.h"
 
 namespace eikon {
 namespace {

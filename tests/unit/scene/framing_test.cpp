@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-#include "scene/framing.h"
+#include "scene/view/framing.h"
 
 namespace eikon {
 namespace {

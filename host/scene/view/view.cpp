@@ -7,7 +7,7 @@
 #include "core/error.h"
 #include "scene/emission.h"
 #include "scene/endless.h"
-#include "scene/framing.h"
+#include "scene/view/framing.h"
 #include "scene/limits.h"
 #include "scene/scene.h"
 
