@@ -41,6 +41,7 @@ from scene_builders.corpus_files import (
     textured,
 )
 from scene_builders.corpus_found import claims, leftovers, mended, morphing_document, morphs
+from scene_builders.corpus_motion import motion, moving_document
 from scene_builders.corpus_pictures import JPEG_CMYK, WEBP_LOSSLESS, WEBP_LOSSY
 
 
@@ -446,7 +447,8 @@ def main():
     instances(corpus)
     compressed(corpus)
     mutate_document(corpus, "morph", morphing_document(1).finish(), 1)
-    for group in (morphs, leftovers, mended, claims):
+    mutate_document(corpus, "motion", moving_document().finish(), 1)
+    for group in (morphs, motion, leftovers, mended, claims):
         group(corpus)
     corpus.write()
     print(f"{len(corpus.cases)} cases in {args.folder}")

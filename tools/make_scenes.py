@@ -17,11 +17,12 @@ from scene_builders import scenes_lambert
 from scene_builders import scenes_layers
 from scene_builders import scenes_materials
 from scene_builders import scenes_media
+from scene_builders import scenes_motion
 from scene_builders import scenes_rooms
 
 SCENES = pathlib.Path(__file__).resolve().parent.parent / "scenes"
 MAKERS = {**scenes_lambert.MAKERS, **scenes_materials.MAKERS, **scenes_layers.MAKERS, **scenes_media.MAKERS, **scenes_analytic.MAKERS, **scenes_implicit.MAKERS,
-          **scenes_rooms.MAKERS}
+          **scenes_motion.MAKERS, **scenes_rooms.MAKERS}
 
 
 def main():

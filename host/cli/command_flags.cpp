@@ -45,6 +45,13 @@ std::vector<std::string> join_json_dash(int argc, char** argv) {
   return words;
 }
 
+std::vector<GivenFlag> given_flags(const CLI::App& app) {
+  std::vector<GivenFlag> given;
+  for (const CLI::Option* option : app.get_options())
+    if (option->count() > 0) given.push_back({option->get_name(), option->results()});
+  return given;
+}
+
 }  // namespace
 
 std::string CommandFlags::last_name(const std::string& names) { return names.substr(names.rfind(',') + 1); }
@@ -60,6 +67,14 @@ void CommandFlags::require_command() { app_->require_subcommand(1); }
 
 void CommandFlags::run(Command& chosen, Command command) {
   app_->callback([&chosen, command = std::move(command)] { chosen = command; });
+}
+
+void CommandFlags::run(Command& chosen, std::function<ExitCode(const std::vector<std::string>&)> command) {
+  app_->callback([&chosen, app = app_, command = std::move(command)] {
+    std::vector<std::string> words;
+    for (const GivenFlag& flag : given_flags(*app)) flag.add_to(words);
+    chosen = [command, words = std::move(words)] { return command(words); };
+  });
 }
 
 void CommandFlags::parsed(const FlagText& flag, ParseText parse) {
@@ -133,10 +148,12 @@ std::vector<GivenFlag> parse_words(std::vector<std::string> words, const std::fu
   } catch (const CLI::ParseError& error) {
     throw UsageError(error.what());
   }
-  std::vector<GivenFlag> given;
-  for (const CLI::Option* option : app.get_options())
-    if (option->count() > 0) given.push_back({option->get_name(), option->results()});
-  return given;
+  return given_flags(app);
+}
+
+void GivenFlag::add_to(std::vector<std::string>& words) const {
+  for (const std::string& value : values)
+    words.push_back(name.starts_with('-') ? fmt::format("{}={}", name, value) : value);
 }
 
 }  // namespace eikon

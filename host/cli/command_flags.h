@@ -42,6 +42,8 @@ class CommandFlags {
   void require_command();
   /// Sets `chosen` to `command` when the user names this command.
   void run(Command& chosen, Command command);
+  /// The same with the words that say what the user gave, `--name=value` where they are flags.
+  void run(Command& chosen, std::function<ExitCode(const std::vector<std::string>& words)> command);
 
   /// Sets the heading, in --help, of the flags that are added from now on.
   void group(const std::string& title) { group_ = title; }
@@ -92,6 +94,9 @@ class CommandFlags {
 struct GivenFlag {
   std::string name;
   std::vector<std::string> values;  // none where there is nothing to say but the flag
+
+  /// Adds `--name=value` for each value, or the values alone where the name is of no flag.
+  void add_to(std::vector<std::string>& words) const;
 };
 
 /// Reads words as the flags that `add` adds. Returns the flags that were given, in the order in which `add` adds them.

@@ -23,6 +23,9 @@ void add_all_scene_flags(CommandFlags& flags, SceneOptions& options);
 /// With this name, `bench rays --accel` measures every accelerator.
 inline const char* const kEveryAccelerator = "all";
 
+/// The largest number of a frame.
+inline constexpr std::uint64_t kMostFrame = 9'999'999;
+
 /// Adds --instances.
 void add_instance_flag(CommandFlags& flags, Execution& execution);
 /// Adds --devices, --threads, --memory, --accel, --instances and --layout.

@@ -12,6 +12,7 @@ namespace eikon {
 namespace {
 
 constexpr std::uint64_t kMostSamples = std::uint64_t{1} << 48;
+constexpr std::uint64_t kMostFrames = 100'000;
 
 /// "1e-3" is a relMSE, "2%" the root of one. throws UsageError
 double parse_target_error(const std::string& text) {
@@ -21,16 +22,18 @@ double parse_target_error(const std::string& text) {
   const double number = parse_numbers("--target-error", percent ? text.substr(0, text.size() - 1) : text, 1)[0];
   const double relmse = percent ? 1e-4 * number * number : number;
   if (number > 0 && relmse >= kLeast && relmse <= 1e6) return relmse;
-  throw UsageError(fmt::format("--target-error {}: takes a relMSE from {:g} to 1e6, or the root of one in percent, e.g. 2%",
-                               text, kLeast));
+  throw UsageError(fmt::format(
+      "--target-error {}: takes a relMSE from {:g} to 1e6, or the root of one in percent, e.g. 2%", text, kLeast));
 }
 
 void add_goal_flags(CommandFlags& flags, GoalOptions& goal) {
   flags.group("End (by --spp, or what comes first of these)");
-  flags.parsed({"--target-error", "RELMSE|PERCENT%", "end when the error is below a relMSE, or below the square of so many percent"},
+  flags.parsed({"--target-error", "RELMSE|PERCENT%",
+                "end when the error is below a relMSE, or below the square of so many percent"},
                [&](const std::string& text) { goal.relmse = parse_target_error(text); });
-  flags.parsed({"--time", "SECONDS", "end so that the files are written in time, from the start; in a batch: of rendering"},
-               [&](const std::string& text) { goal.seconds = parse_real("--time", text, 0.01, 1e9); });
+  flags.parsed(
+      {"--time", "SECONDS", "end so that the files are written in time, from the start; in a batch: of rendering"},
+      [&](const std::string& text) { goal.seconds = parse_real("--time", text, 0.01, 1e9); });
 }
 
 void add_output_flags(CommandFlags& flags, RenderOptions& options) {
@@ -40,16 +43,18 @@ void add_output_flags(CommandFlags& flags, RenderOptions& options) {
   add_png_flags(flags, options.png);
   flags.toggle("--denoise", "add denoised.R/G/B layers (Open Image Denoise 2, if installed), and use them for the PNG",
                options.scene.denoise);
-  flags.list({"--depth-series", "N,M,...", "also write images of the light scattered at most N, M, ... times"},
-             [&](const std::string& text) {
-               options.scene.depth_series.insert(std::uint32_t(parse_unsigned("--depth-series", text, kMaxScatterBound)));
-             });
+  flags.list(
+      {"--depth-series", "N,M,...", "also write images of the light scattered at most N, M, ... times"},
+      [&](const std::string& text) {
+        options.scene.depth_series.insert(std::uint32_t(parse_unsigned("--depth-series", text, kMaxScatterBound)));
+      });
   flags.text({"--pilot", "FILE",
               "take what the pilot of --guiding learned from here, or keep it here if there is no such file"},
              options.pilot);
   flags.text({"--checkpoint", "FILE", "keep what is done here: regularly, at the end, and when interrupted"},
              options.checkpoint.file);
-  flags.number({"--checkpoint-every", "SECONDS", "time between checkpoints [60]"}, options.checkpoint.every_s, 0.01, 1e9);
+  flags.number({"--checkpoint-every", "SECONDS", "time between checkpoints [60]"}, options.checkpoint.every_s, 0.01,
+               1e9);
   flags.toggle("--resume", "continue from the checkpoint if there is one, also with a larger --spp",
                options.checkpoint.resume);
 }
@@ -62,15 +67,36 @@ void add_diagnosis_flags(CommandFlags& flags, RenderOptions& options) {
                [&](const std::string& text) {
                  const std::vector<std::string> xy = split(text, ',');
                  if (xy.size() != 2) throw UsageError(fmt::format("--pixel {}: takes X,Y", text));
-                 const auto at = [&](int i) { return std::uint32_t(parse_unsigned("--pixel", xy[std::size_t(i)], 65534)); };
+                 const auto at = [&](int i) {
+                   return std::uint32_t(parse_unsigned("--pixel", xy[std::size_t(i)], 65534));
+                 };
                  options.pixel = PixelIndex{at(0), at(1)};
                });
-  flags.parsed({"--sample", "N", "see --pixel"}, [&](const std::string& text) {
-    options.sample = parse_unsigned("--sample", text, kMostSamples - 1);
-  });
+  flags.parsed({"--sample", "N", "see --pixel"},
+               [&](const std::string& text) { options.sample = parse_unsigned("--sample", text, kMostSamples - 1); });
   flags.choice({"--progress", "HOW", "bar, on a terminal; openjd: lines on stdout for Open Job Description [bar]"},
                options.progress, {"bar", "openjd"});
   flags.toggle("--quiet", "print no notes, no progress and no stage table", options.quiet);
+}
+
+FrameRange parse_frames(const std::string& text) {
+  const std::vector<std::string> parts = split(text, ':');
+  if (parts.size() != 2 && parts.size() != 3)
+    throw UsageError(fmt::format("--frames {}: takes A:B[:STEP], from frame A to frame B", text));
+  FrameRange frames{parse_unsigned("--frames", parts[0], kMostFrame), parse_unsigned("--frames", parts[1], kMostFrame)};
+  if (parts.size() == 3) frames.step = parse_unsigned("--frames", parts[2], kMostFrame, 1);
+  if (frames.first > frames.last)
+    throw UsageError(fmt::format("--frames {}: ends before it begins; the first frame comes first", text));
+  if (frames.count() > kMostFrames)
+    throw UsageError(fmt::format("--frames {}: at most {} frames are rendered at a time", text, kMostFrames));
+  return frames;
+}
+
+void add_frames_flag(CommandFlags& flags, RenderOptions& options) {
+  flags.group("Sequence (names of files have a place for the frame's number, such as walk_%04d.exr)");
+  flags.parsed({"--frames", "A:B[:STEP]", "render frames A to B; those that are done already are skipped"},
+               [&](const std::string& text) { options.frames = parse_frames(text); });
+  for (const char* other : {"--frame", "--scene-time"}) flags.exclude("--frames", other);
 }
 
 /// Flags that change neither the results nor their names.
@@ -80,10 +106,24 @@ const std::vector<std::string> kAboutExecution = {
     "--pilot"};
 
 /// Flags that say how much of the image is rendered, and which files come of it.
-const std::vector<std::string> kAboutWhole = {
-    "--spp",    "--samples",  "--target-error", "--time",   "--output",  "--half",   "--png",
-    "--ev100",  "--exposure", "--tonemap",      "--denoise", "--checkpoint", "--checkpoint-every",
-    "--resume", "--stats",    "--profile",      "--quiet",  "--progress"};
+const std::vector<std::string> kAboutWhole = {"--spp",
+                                              "--samples",
+                                              "--target-error",
+                                              "--time",
+                                              "--output",
+                                              "--half",
+                                              "--png",
+                                              "--ev100",
+                                              "--exposure",
+                                              "--tonemap",
+                                              "--denoise",
+                                              "--checkpoint",
+                                              "--checkpoint-every",
+                                              "--resume",
+                                              "--stats",
+                                              "--profile",
+                                              "--quiet",
+                                              "--progress"};
 
 /// Asks for the layers that the denoiser reads.
 void add_guides(std::vector<std::string>& words) {
@@ -99,24 +139,27 @@ void add_guides(std::vector<std::string>& words) {
 void add_png_flags(CommandFlags& flags, PngOptions& png) {
   flags.text({"--png", "FILE", "also write an 8-bit sRGB picture, RGBA if the image has channel A"}, png.file);
   flags.number({"--exposure", "EV", "exposure of the PNG [0]"}, png.exposure_ev, -64, 64);
-  flags.parsed({"--ev100", "EV", "expose the PNG as a camera set to EV, for scenes in lm, lx and cd/m2; sunlight is 15"},
-               [&](const std::string& text) { png.ev100 = parse_real("--ev100", text, -32, 32); });
+  flags.parsed(
+      {"--ev100", "EV", "expose the PNG as a camera set to EV, for scenes in lm, lx and cd/m2; sunlight is 15"},
+      [&](const std::string& text) { png.ev100 = parse_real("--ev100", text, -32, 32); });
   flags.exclude("--ev100", "--exposure");
-  flags.parsed({"--tonemap", "NAME", fmt::format("tone curve of the PNG: {} [none]", fmt::join(tone_map_names(), ", "))},
-               [&](const std::string& text) {
-                 const auto map = tone_map_of(text);
-                 if (!map) refuse_choice("--tonemap", text, tone_map_names());
-                 png.tone_map = *map;
-               });
+  flags.parsed(
+      {"--tonemap", "NAME", fmt::format("tone curve of the PNG: {} [none]", fmt::join(tone_map_names(), ", "))},
+      [&](const std::string& text) {
+        const auto map = tone_map_of(text);
+        if (!map) refuse_choice("--tonemap", text, tone_map_names());
+        png.tone_map = *map;
+      });
 }
 
 void add_render_flags(CommandFlags& flags, RenderOptions& options) {
   add_all_scene_flags(flags, options.scene);
+  add_frames_flag(flags, options);
   add_goal_flags(flags, options.goal);
   add_execution_flags(flags, options.execution, true);
   add_output_flags(flags, options);
   add_diagnosis_flags(flags, options);
-  for (const char* goal : {"--target-error", "--time"}) flags.exclude(goal, "--pixel");
+  for (const char* other : {"--target-error", "--time", "--frames"}) flags.exclude(other, "--pixel");
   flags.exclude("--target-error", "--samples");
 }
 
@@ -124,13 +167,16 @@ RenderOptions parse_render(std::vector<std::string> words) {
   RenderOptions options;
   const std::vector<GivenFlag> given =
       parse_words(std::move(words), [&](CommandFlags flags) { add_render_flags(flags, options); });
-  for (const auto& [name, values] : given) {
+  for (const GivenFlag& flag : given) {
+    const auto& [name, values] = flag;
     if (std::ranges::find(kAboutExecution, name) == kAboutExecution.end())
       options.settings_text += fmt::format("{}={}\n", name, fmt::join(values, "\n"));
     if (std::ranges::find(kAboutWhole, name) != kAboutWhole.end()) continue;
-    for (const std::string& value : values)
-      options.part_words.push_back(name.starts_with('-') ? fmt::format("{}={}", name, value) : value);
+    flag.add_to(options.part_words);
   }
+  for (const GivenFlag& flag : given)
+    if (flag.name != "--frames") flag.add_to(options.words_without_frames);
+  number_outputs(options);
   if (options.scene.denoise) add_guides(options.part_words);
   return options;
 }

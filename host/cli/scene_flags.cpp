@@ -16,6 +16,7 @@ constexpr std::uint64_t kMaxSide = 65535;  // pixel coordinates travel as two 16
 constexpr double kMaxRadiance = 1e30;
 constexpr double kMinFNumber = 1e-3, kMaxFNumber = 1e6;
 constexpr double kMaxFocusDistance = 0x1p40;
+constexpr double kMostSeconds = 1e9;
 constexpr std::uint64_t kMaxSamples = std::uint64_t{1} << 48;
 
 ImageSize parse_size(const std::string& text) {
@@ -143,6 +144,19 @@ void add_environment_flags(CommandFlags& flags, EnvironmentOptions& environment)
                environment.rotate_deg, -36000, 36000);
 }
 
+void add_animation_flags(CommandFlags& flags, AnimationOptions& options) {
+  flags.text({"--animation", "NAME|INDEX", "an animation, all that do not contradict each other, or none [all]"},
+             options.name);
+  flags.number({"--scene-time", "SECONDS", "time on the clock of the animations [0]"}, options.time_s, -kMostSeconds,
+               kMostSeconds);
+  flags.parsed({"--frame", "N", "time as the number of a frame, from 0"}, [&](const std::string& text) {
+    options.frame = parse_unsigned("--frame", text, kMostFrame);
+  });
+  flags.number({"--fps", "N", "frames per second [24]"}, options.fps, 1e-3, 1e6);
+  flags.toggle("--loop", "begin an animation again after its end", options.loop);
+  flags.exclude("--frame", "--scene-time");
+}
+
 }  // namespace
 
 void add_scene_flags(CommandFlags& flags, SceneOptions& options) {
@@ -150,6 +164,7 @@ void add_scene_flags(CommandFlags& flags, SceneOptions& options) {
   flags.text({"SCENE", "", "glTF 2.0 file, .gltf or .glb"}, options.scene);
   flags.text({"--variant", "NAME", "material variant (KHR_materials_variants); `eikon info` lists them"},
              options.variant);
+  add_animation_flags(flags, options.animation);
   flags.toggle("--strict", "treat unsupported features and rejected samples as errors", options.strict);
 }
 

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "gltf/animation/properties.h"
 #include "gltf/cameras.h"
 #include "gltf/geometry/implicit_surfaces.h"
 #include "gltf/geometry/shapes.h"
@@ -25,6 +26,7 @@ struct Extension {
 constexpr Extension kExtensions[] = {
     {"KHR_lights_punctual", {document, node}},
     {"KHR_mesh_quantization", {none}},
+    {kPointerExtension, {none}},
     {"KHR_texture_transform", {texture_info}},
     {"KHR_texture_basisu", {texture}},
     {"EXT_texture_webp", {texture}},

@@ -10,6 +10,7 @@
 #include <span>
 
 #include "core/error.h"
+#include "gltf/animation/animations.h"
 #include "gltf/cameras.h"
 #include "gltf/document/accessor_table.h"
 #include "gltf/document/document_check.h"
@@ -26,8 +27,10 @@
 #include "gltf/lights.h"
 #include "gltf/materials/materials.h"
 #include "gltf/materials/variants.h"
+#include "gltf/skin/skins.h"
 #include "io/source_file.h"
 #include "io/text.h"
+#include "scene/scene_memory.h"
 #include "scene/transform.h"
 #include "scene/limits.h"
 
@@ -96,20 +99,12 @@ void note_document_features(const Document& document, Notes& notes) {
   note_unsupported_extensions(document.json, ExtensionOwner::document, "the document", notes);
   if (document.scene)
     note_unsupported_extensions(document.scene->value, ExtensionOwner::scene, document.scene->label(), notes);
-  const Json& animations = items(document.json, "animations");
-  for (std::size_t i = 0; i < size_of(animations); ++i) {
-    const JsonView animation{
-        .value = element(animations, i), .kind = "animation", .index = static_cast<std::int64_t>(i)};
-    notes.unsupported("animation", animation.label());
-  }
 }
 
 void note_node_features(const Document& document, const GltfNode& node, Notes& notes) {
   note_unsupported_extensions(node.view.value, ExtensionOwner::node, node.view.label(), notes);
-  if (node.skin) {
-    document.wrong.check("skin", *node.skin);
-    notes.unsupported("skin", node.view.label());
-  }
+  if (node.skin) document.wrong.check("skin", *node.skin);
+  note_unused_skin(document, node, notes);
   if (node.matrix.empty()) return;
   for (const char* key : {"translation", "rotation", "scale"})
     if (member(node.view.value, key) != nullptr)
@@ -130,7 +125,7 @@ void find_environment(const SceneSource& source, Scene& scene) {
 }
 
 /// Reads the meshes that the scene uses, in the order of their first nodes.
-UsedMeshes read_meshes(const SceneSource& source, const std::vector<PlacedNode>& placed_nodes,
+UsedMeshes read_meshes(const SceneSource& source, const std::vector<PlacedNode>& placed_nodes, SkinReader& skins,
                        MaterialReader& materials, Scene& scene) {
   UsedMeshes used{.of_node = {}, .extents = {}};
   std::vector<MeshReader::Wanted> order;
@@ -140,7 +135,9 @@ UsedMeshes read_meshes(const SceneSource& source, const std::vector<PlacedNode>&
     if (!placed.node.mesh || !placed.visible) continue;
     const std::size_t mesh = *placed.node.mesh;
     source.document.wrong.check("mesh", mesh);
-    MeshReader::Wanted wanted{mesh, morph_weights(placed.node, source.document.meshes[mesh], source.notes)};
+    MeshReader::Wanted wanted{.mesh = mesh,
+                              .weights = morph_weights(placed.node, source.document.meshes[mesh], source.notes),
+                              .skin = skin_of(source.document, placed.node)};
     const auto [known, is_new] = index_of.try_emplace(wanted, order.size());
     used.of_node.back() = known->second;
     if (is_new) order.push_back(std::move(wanted));
@@ -150,6 +147,7 @@ UsedMeshes read_meshes(const SceneSource& source, const std::vector<PlacedNode>&
                      .views = source.views,
                      .materials = scene.materials,
                      .reader = materials,
+                     .skins = skins,
                      .notes = source.notes,
                      .missing_tangents = source.missing_tangents});
   reader.check_memory(order);
@@ -173,10 +171,22 @@ void read_shapes(const SceneSource& source, const std::vector<PlacedNode>& place
   }
 }
 
+/// The places of a node's mesh. With a skin it has one, whatever the node says.
+std::vector<glm::dmat4> places_of(const SceneSource& source, const PlacedNode& placed, SkinReader& skins) {
+  const std::optional<std::vector<glm::dmat4>> instances = read_instances(placed.node.view, source.accessors);
+  if (const auto skin = skin_of(source.document, placed.node)) {
+    if (instances) source.notes.warn(placed.node.view.label() + ": its instances are left out, as its mesh has a skin");
+    return {skins[*skin].world_from_object()};
+  }
+  std::vector<glm::dmat4> places = instances.value_or(kOnce);
+  for (glm::dmat4& place : places) place = placed.world_from_object * place;
+  return places;
+}
+
 /// Adds the camera, the light and the mesh that a node has. `mesh`: its index in Scene::meshes, or
 /// kNone. Of a node that is not visible only the camera remains.
 void place_node(const SceneSource& source, const PlacedNode& placed, std::size_t mesh, const glm::dvec3& extent,
-                Scene& scene) {
+                SkinReader& skins, Scene& scene) {
   const GltfNode& node = placed.node;
   if (node.camera) {
     source.document.wrong.check("camera", *node.camera);
@@ -186,16 +196,16 @@ void place_node(const SceneSource& source, const PlacedNode& placed, std::size_t
   note_node_features(source.document, node, source.notes);
   add_light(source.document.json, placed, scene, source.notes);
   const std::uint32_t light_group = node.mesh ? light_group_of(node.view, scene) : 0;
-  const std::optional<std::vector<glm::dmat4>> instances = read_instances(node.view, source.accessors);
-  if (instances && instances->size() > scene.nodes.size()) scene.nodes.reserve(scene.nodes.size() + instances->size());
   if (mesh == kNone) {
-    if (instances) source.notes.warn(node.view.label() + ": its instances are of no mesh; left out");
+    if (read_instances(node.view, source.accessors))
+      source.notes.warn(node.view.label() + ": its instances are of no mesh; left out");
     return;
   }
-  for (const glm::dmat4& instance : instances.value_or(kOnce)) {
+  const std::vector<glm::dmat4> places = places_of(source, placed, skins);
+  if (places.size() > scene.nodes.size()) scene.nodes.reserve(scene.nodes.size() + places.size());
+  for (const glm::dmat4& world_from_object : places) {
     if (scene.nodes.size() == kMaxPlacedMeshes)
       node.view.refuse(fmt::format("more than {} meshes are placed; use fewer instances", kMaxPlacedMeshes));
-    const glm::dmat4 world_from_object = placed.world_from_object * instance;
     check_instance(world_from_object, scene.meshes[mesh], extent, node.view.label());
     scene.nodes.push_back({.name = node.name,
                            .world_from_object = world_from_object,
@@ -217,19 +227,23 @@ void fill_scene(const SceneSource& source, Scene& scene) {
                          scene, source.digest, source.notes);
   MeasuredReader measured(source.folder, source.digest, source.notes);
   MaterialReader materials(source.document, textures, measured, scene, source.notes);
-  const UsedMeshes meshes = read_meshes(source, placed_nodes, materials, scene);
+  SkinReader skins(source.document, source.accessors, placed_nodes, source.notes);
+  const UsedMeshes meshes = read_meshes(source, placed_nodes, skins, materials, scene);
   read_shapes(source, placed_nodes, materials, scene);
   textures.decode();
   for (std::size_t i = 0; i < placed_nodes.size(); ++i) {
     const std::size_t mesh = meshes.of_node[i];
-    place_node(source, placed_nodes[i], mesh, mesh == kNone ? glm::dvec3(0.0) : meshes.extents[mesh], scene);
+    place_node(source, placed_nodes[i], mesh, mesh == kNone ? glm::dvec3(0.0) : meshes.extents[mesh], skins, scene);
   }
   source.document.wrong.note(source.notes);
 }
 
-Scene load(const std::filesystem::path& path, const std::string& variant, MissingTangents missing_tangents) {
+Scene load(const std::filesystem::path& path, const SceneChoice& choice, MissingTangents missing_tangents,
+           std::shared_ptr<SceneMemory> memory) {
   Scene scene;
   scene.path = path;
+  scene.time_s = choice.animation.time_s;
+  scene.memory = memory != nullptr ? std::move(memory) : std::make_shared<SceneMemory>();
   Notes notes;
   Bytes file = read_regular_file(path, kMaxFileBytes);
   std::string extension = path.extension().string();
@@ -244,12 +258,16 @@ Scene load(const std::filesystem::path& path, const std::string& variant, Missin
   if (!container.has_binary) file = Bytes();  // nothing looks at the text again
   WrongParts wrong;
   check_document(json, wrong);
-  Document document = read_structure(json, wrong);
-  scene.variants = variants_of(json);
-  if (!variant.empty()) choose_variant(document, variant);
   const Buffers buffers(json, container, path.parent_path());
   const BufferViews views(json, buffers, wrong, notes);
   const AccessorTable accessors(json, views, wrong);
+  const std::string pose =
+      animate({.document = json, .accessors = accessors, .wrong = wrong, .notes = notes}, choice.animation, scene);
+  Document document = read_structure(json, wrong);
+  scene.variants = variants_of(json);
+  scene.skins = list_skins(json);
+  scene.morphs = list_morphs(document);
+  if (!choice.variant.empty()) choose_variant(document, choice.variant);
   for (const Bytes& bytes : buffers.files()) digest.add(bytes.span());
   fill_scene({.document = document,
               .accessors = accessors,
@@ -259,9 +277,10 @@ Scene load(const std::filesystem::path& path, const std::string& variant, Missin
               .notes = notes,
               .missing_tangents = missing_tangents},
              scene);
-  // Another variant is another scene, whose parts are not to be merged with this one's.
+  // Another variant or pose is another scene, whose parts are not to be merged with this one's.
   scene.file_bytes = digest.bytes;
-  if (!variant.empty()) digest.add(std::as_bytes(std::span(variant)));
+  for (const std::string& chosen : {choice.variant, pose})
+    if (!chosen.empty()) digest.add(std::as_bytes(std::span(chosen)));
   scene.hash = fmt::format("{:016x}", digest.hash);
   notes.finish(scene);
   return scene;
@@ -269,10 +288,11 @@ Scene load(const std::filesystem::path& path, const std::string& variant, Missin
 
 }  // namespace
 
-Scene load_scene(const std::filesystem::path& path, const std::string& variant, MissingTangents missing_tangents) {
+Scene load_scene(const std::filesystem::path& path, const SceneChoice& choice, MissingTangents missing_tangents,
+                 std::shared_ptr<SceneMemory> memory) {
   const std::string what = "cannot load scene " + in_quotes(path.string()) + ": ";
   try {
-    return load(path, variant, missing_tangents);
+    return load(path, choice, missing_tangents, std::move(memory));
   } catch (const InputError& e) {
     throw InputError(what + e.what());
   } catch (const Error&) {

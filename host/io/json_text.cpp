@@ -226,6 +226,7 @@ std::optional<std::size_t> as_index(const JsonView& view, const char* key, std::
 }
 
 bool is_object(const Json& value) { return value.is_object(); }
+bool is_array(const Json& value) { return value.is_array(); }
 bool is_string(const Json& value) { return value.is_string(); }
 bool is_boolean(const Json& value) { return value.is_boolean(); }
 

@@ -59,6 +59,7 @@ std::optional<std::size_t> as_index(const JsonView& view, const char* key, std::
 // The rest is for values whose type has been checked, or whose type is the question.
 
 [[nodiscard]] bool is_object(const Json& value);
+[[nodiscard]] bool is_array(const Json& value);
 [[nodiscard]] bool is_string(const Json& value);
 [[nodiscard]] bool is_boolean(const Json& value);
 /// True for an integer from 0 to `count` - 1.

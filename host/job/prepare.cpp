@@ -9,6 +9,7 @@
 
 #include "core/clock.h"
 #include "core/error.h"
+#include "job/poses.h"
 #include "scene/environment/environment.h"
 #include "scene/environment/studio.h"
 #include "pack/lights/arriving_light.h"
@@ -79,7 +80,7 @@ Camera choose_camera(const SceneOptions& options, const Scene& scene, double asp
   } else if (!scene.cameras.empty()) {
     camera = scene.cameras.front();
   } else {
-    camera = frame_camera(scene, aspect);
+    camera = framing_camera(options, scene, aspect);
     log("the file has no camera: the whole scene is framed; choose with --look-at EYE:TARGET");
   }
   if (options.panorama) {
@@ -95,13 +96,15 @@ Camera choose_camera(const SceneOptions& options, const Scene& scene, double asp
 }
 
 /// Decides whether the neutral studio lights a scene that has no environment, and logs why.
-bool needs_studio(const Scene& scene, const Settings& settings, const Log& log) {
+bool needs_studio(const SceneOptions& options, const Scene& scene, const Settings& settings, const Log& log) {
   constexpr const char* kChoose = "choose with --env none, neutral, FILE or R,G,B";
-  if (needs_environment(scene)) {
+  if (!is_lit_at_some_time(options, scene)) {
     log(fmt::format("the scene has no light: the neutral studio is used; {}", kChoose));
     return true;
   }
   if (first_emitter(scene) == nullptr && scene.lights.empty()) return false;  // all of it is unlit
+  // Light that comes and goes over time must not switch the studio on and off within a sequence.
+  if (std::ranges::any_of(scene.animations, &AnimationSummary::in_force)) return false;
   const double arriving = arriving_light(scene, settings);
   if (arriving >= kLeastLight) return false;
   log(fmt::format("the scene's own lights leave what the camera sees dark (white paper would have a radiance of {:.1e} "
@@ -110,8 +113,9 @@ bool needs_studio(const Scene& scene, const Settings& settings, const Log& log) 
   return true;
 }
 
-Environment choose_environment(const EnvironmentOptions& options, const Scene& scene, const Settings& settings,
+Environment choose_environment(const SceneOptions& asked, const Scene& scene, const Settings& settings,
                                const Log& log) {
+  const EnvironmentOptions& options = asked.environment;
   Environment environment;
   if (!options.map.empty()) {
     std::vector<std::string> warnings;
@@ -121,7 +125,7 @@ Environment choose_environment(const EnvironmentOptions& options, const Scene& s
     environment.radiance = *options.radiance;
   } else if (!options.neutral && scene.environment) {
     environment = *scene.environment;
-  } else if (options.neutral || needs_studio(scene, settings, log)) {
+  } else if (options.neutral || needs_studio(asked, scene, settings, log)) {
     environment.map = neutral_studio();
   } else if (options.scale != 1 || options.rotate_deg != 0) {
     log("there is no environment for --env-scale and --env-rotate; give one with --env");
@@ -217,7 +221,7 @@ void log_unseen_lights(const Scene& scene, const Settings& settings, const Log& 
 
 Prepared prepare(const SceneOptions& options, const Log& log, MissingTangents missing_tangents) {
   const double begin = host_seconds();
-  auto scene = std::make_shared<Scene>(load_scene(options.scene, options.variant, missing_tangents));
+  auto scene = std::make_shared<Scene>(load_scene(options.scene, options.choice(), missing_tangents));
   const double load_s = host_seconds() - begin;
   Prepared prepared = settle(options, std::move(scene), log);
   prepared.load_s = load_s;
@@ -237,7 +241,7 @@ Prepared settle(const SceneOptions& options, std::shared_ptr<Scene> loaded, cons
   settings.sample_end = samples.end;
   settings.culling = options.culling;
   settings.guiding = options.guiding;
-  settings.environment = choose_environment(options.environment, scene, settings, log);
+  settings.environment = choose_environment(options, scene, settings, log);
   settings.filter = options.filter;
   settings.transparent = options.transparent;
   settings.seed = std::uint32_t(options.seed);

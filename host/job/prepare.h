@@ -45,11 +45,25 @@ struct EnvironmentOptions {
 /// `direct` is `path` with at most two edges.
 enum class IntegratorChoice { path, direct, whitted, raycast };
 
+/// A time by seconds or by the number of a frame.
+struct AnimationOptions {
+  std::string name;  // as AnimationChoice::animation
+  double time_s = 0;
+  bool loop = false;
+  std::optional<std::uint64_t> frame{};
+  double fps = 24;  // frames per second
+
+  [[nodiscard]] AnimationChoice choice() const {
+    return {.animation = name, .time_s = frame ? double(*frame) / fps : time_s, .loop = loop};
+  }
+};
+
 inline constexpr std::uint64_t kUsualSpp = 64;  // samples per pixel
 
 struct SceneOptions {
   std::string scene;    // glTF file
   std::string variant;  // KHR_materials_variants; empty: none
+  AnimationOptions animation;
   bool strict = false;  // what is not supported, and rejected samples, are errors
 
   std::string camera;  // by name or index; empty: the first
@@ -80,6 +94,8 @@ struct SceneOptions {
   LightSampling light_sampling = LightSampling::mis;
   std::uint32_t light_samples = 1;
   bool energy_compensation = false;
+
+  [[nodiscard]] SceneChoice choice() const { return {.variant = variant, .animation = animation.choice()}; }
 };
 
 /// A loaded scene, and everything that decides its image.

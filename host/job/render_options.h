@@ -8,6 +8,7 @@
 
 #include "image/image.h"
 #include "job/checkpoint.h"
+#include "job/frames.h"
 #include "job/goal.h"
 #include "job/prepare.h"
 
@@ -35,11 +36,14 @@ struct RenderOptions {
   std::string output, stats, profile;
   std::string pilot;  // file that is read, or written if it does not exist (job/pilot_keeper.h); empty: none
   PngOptions png;
+  std::optional<FrameRange> frames;     // instead of one image
   bool half = false, quiet = false;
   std::optional<PixelIndex> pixel;      // with `sample`: trace this path instead of rendering
   std::optional<std::uint64_t> sample;
   std::string progress = "bar";
   std::string settings_text;  // of a batch: every flag that decides the results, and its value
+  std::vector<std::string> words_without_frames;  // of a batch: all words but --frames
+  std::string frame_pattern;            // of a frame: the name of its image, with the place of the number
   std::vector<std::string> part_words;  // of a batch: what `--samples` and `-o` make a render of some samples of
 
   /// The file of -o, or SCENE.exr in the current folder.

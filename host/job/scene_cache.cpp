@@ -34,8 +34,9 @@ std::uint64_t bytes_of(const Scene& scene) {
 // PackedScene::bytes() cannot be asked, since a render may be adding trees. They take about as much
 // as the triangles.
 std::uint64_t bytes_of(const PackedScene& packed) {
-  return 3 * bytes_of(packed.triangles) + bytes_of(packed.shapes) + bytes_of(packed.normals) + bytes_of(packed.tangents) +
-         bytes_of(packed.colors) + bytes_of(packed.lights) + bytes_of(packed.environment_texels);
+  return 3 * bytes_of(packed.triangles) + bytes_of(packed.shapes) + bytes_of(packed.normals) +
+         bytes_of(packed.tangents) + bytes_of(packed.colors) + bytes_of(packed.lights) +
+         bytes_of(packed.environment_texels);
 }
 
 std::uint64_t bytes_of(const SceneCache::Kept& kept) {
@@ -48,17 +49,22 @@ constexpr std::size_t kScenes = 8, kLayouts = 4;  // the most that are kept, wha
 
 }  // namespace
 
-std::shared_ptr<SceneCache::Kept> SceneCache::load(const std::filesystem::path& path, const std::string& variant,
+std::shared_ptr<SceneCache::Kept> SceneCache::load(const std::filesystem::path& path, const SceneChoice& choice,
                                                    const Digest& digest) {
   const std::lock_guard lock(mutex_);
   const auto found = std::find_if(kept_.begin(), kept_.end(), [&](const auto& kept) {
-    return kept->digest.hash == digest.hash && kept->scene->path == path && kept->variant == variant;
+    return kept->digest.hash == digest.hash && kept->scene->path == path && kept->choice == choice;
   });
   if (found != kept_.end()) {
     kept_.splice(kept_.end(), kept_, found);
     (*found)->load_s = 0;
     return *found;
   }
+  // Another pose or variant of the same file shares what does not depend on these.
+  const auto relative = std::find_if(kept_.rbegin(), kept_.rend(), [&](const auto& kept) {
+    return kept->digest.hash == digest.hash && kept->scene->path == path;
+  });
+  const std::shared_ptr<Scene> relative_scene = relative == kept_.rend() ? nullptr : (*relative)->scene;
   const auto total = [&] {
     std::uint64_t bytes = 0;
     for (const auto& kept : kept_) bytes += bytes_of(*kept);
@@ -68,8 +74,9 @@ std::shared_ptr<SceneCache::Kept> SceneCache::load(const std::filesystem::path& 
   while (!kept_.empty() && (kept_.size() >= kScenes || total() + 4 * digest.bytes > budget_bytes_)) kept_.pop_front();
   auto kept = std::make_shared<Kept>();
   const double begin = host_seconds();
-  kept->scene = std::make_shared<Scene>(load_scene(path, variant));
-  kept->variant = variant;
+  kept->scene = std::make_shared<Scene>(
+      load_scene(path, choice, MissingTangents::make, relative_scene == nullptr ? nullptr : relative_scene->memory));
+  kept->choice = choice;
   kept->load_s = host_seconds() - begin;
   kept->digest = digest;
   if (bytes_of(*kept) <= budget_bytes_) kept_.push_back(kept);

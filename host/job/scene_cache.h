@@ -20,7 +20,7 @@ class SceneCache {
   struct Kept {
     Digest digest{};
     std::shared_ptr<Scene> scene{};  // with its meshes
-    std::string variant{};
+    SceneChoice choice{};
     double load_s = 0;
     struct Packed {
       std::string key{};
@@ -36,10 +36,9 @@ class SceneCache {
   /// True if a scene of such files may stay. A larger one is loaded for one job, and freed as it is
   /// packed.
   [[nodiscard]] bool takes(const Digest& digest) const { return digest.bytes < budget_bytes_ / 8; }
-  /// The scene whose files have this digest, in this variant (see load_scene): from memory, or
-  /// loaded.
+  /// The scene whose files have this digest, as `choice` asks for it: from memory, or loaded.
   /// throws InputError
-  std::shared_ptr<Kept> load(const std::filesystem::path& path, const std::string& variant, const Digest& digest);
+  std::shared_ptr<Kept> load(const std::filesystem::path& path, const SceneChoice& choice, const Digest& digest);
   /// Packs the scene for these settings, or finds it packed.
   /// environment  a text that is the same whenever the environment is
   std::shared_ptr<PackedScene> pack(Kept& kept, const Settings& settings, const Execution& execution,

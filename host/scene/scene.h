@@ -47,7 +47,7 @@ struct Node {
 struct TextureImage {
   std::string name;  // for messages: a file name in quotes, or "image 3"
   std::uint32_t width = 0, height = 0;
-  std::vector<std::uint32_t> rgba8;  // row-major from the top; R in the low byte
+  SharedVector<std::uint32_t> rgba8;  // row-major from the top; R in the low byte
 };
 
 enum class Wrap { repeat, clamp, mirror };
@@ -215,9 +215,32 @@ struct Unsupported {
   std::string user;     // "material 'paint'", "node 'lamp'"
 };
 
+/// An animation of a file: when its first and last keys are.
+struct AnimationSummary {
+  std::string name;
+  double begin_s = 0, end_s = 0;
+  std::size_t channel_count = 0;
+  bool in_force = false;       // the scene stands as it has it
+  bool changes_light = false;  // it may make something shine or go dark
+};
+
+struct SkinSummary {
+  std::string name;
+  std::size_t joint_count = 0;
+};
+
+struct MorphSummary {
+  std::string mesh;
+  std::size_t mesh_index = 0;  // in the file
+  std::size_t target_count = 0;
+  std::vector<std::string> names;  // of the targets, where the file names them
+};
+
+class SceneMemory;  // scene_memory.h
+
 struct Scene {
   std::filesystem::path path;
-  std::string hash;  // XXH64 of the file and the buffers it names: 16 hex digits
+  std::string hash;  // XXH64 of the file, the buffers it names, and the choices of SceneChoice that count: 16 hex digits
   std::vector<Mesh> meshes;
   std::vector<Node> nodes;
   std::vector<Shape> shapes;
@@ -231,22 +254,42 @@ struct Scene {
   std::uint32_t environment_light_group = 0;      // of whatever environment is used
   std::vector<Unsupported> unsupported;
   std::vector<std::string> variants;      // names that load_scene takes
+  double time_s = 0;  // at which it stands, on the clock of its animations
+  std::vector<AnimationSummary> animations;  // in the order of the file; those that are damaged have no channels
+  std::vector<SkinSummary> skins;
+  std::vector<MorphSummary> morphs;  // the meshes with morph targets
   std::vector<std::string> out_of_range;  // those of the warnings that --strict makes errors
   std::vector<std::string> warnings;  // one line each: what was changed or dropped, and why
   std::uint64_t file_bytes = 0;       // of the file and its buffers
+  std::shared_ptr<SceneMemory> memory{};  // of its file
 };
 
 /// What becomes of tangents that a file leaves to its reader. To make them takes several times the
 /// memory of a mesh; marked ones are 0, for those who only want to know where there are some.
 enum class MissingTangents { make, mark };
 
+/// The animations that count, and when.
+struct AnimationChoice {
+  std::string animation;  // a name or an index; "all" or empty: all that do not move the same things; "none"
+  double time_s = 0;
+  bool loop = false;  // an animation begins again after its end; else it stays there
+  bool operator==(const AnimationChoice&) const = default;
+};
+
+/// What of a file is asked for.
+struct SceneChoice {
+  std::string variant;  // name of one of its variants [KHR_materials_variants]; empty: materials as they are without any
+  AnimationChoice animation;
+  bool operator==(const SceneChoice&) const = default;
+};
+
 /// Reads a .gltf or .glb file and everything it names, every offset, index and value checked before
-/// it is used. throws InputError: what, where (accessor, node, ...), why, what to try; UsageError
-/// never
-/// variant  name of one of its variants [KHR_materials_variants]; empty: materials as they are
-///          without any
-Scene load_scene(const std::filesystem::path& path, const std::string& variant = {},
-                 MissingTangents missing_tangents = MissingTangents::make);
+/// it is used. A file with animations stands as they have it at the time of `choice`.
+/// memory  of another scene of the same file; null: none is loaded
+/// throws InputError: what, where (accessor, node, ...), why, what to try; UsageError never
+Scene load_scene(const std::filesystem::path& path, const SceneChoice& choice = {},
+                 MissingTangents missing_tangents = MissingTangents::make,
+                 std::shared_ptr<SceneMemory> memory = nullptr);
 
 struct Bounds {
   glm::dvec3 lo{1e300}, hi{-1e300};

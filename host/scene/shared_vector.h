@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <initializer_list>
 #include <memory>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -21,11 +22,21 @@ class SharedVector {
   operator const std::vector<T>&() const { return all(); }
   [[nodiscard]] bool empty() const { return all().empty(); }
   [[nodiscard]] std::size_t size() const { return all().size(); }
+  [[nodiscard]] const T* data() const { return all().data(); }
   [[nodiscard]] std::size_t capacity() const { return all().capacity(); }
   [[nodiscard]] const T& operator[](std::size_t i) const { return (*elements_)[i]; }
   [[nodiscard]] const T& at(std::size_t i) const { return all().at(i); }
   [[nodiscard]] auto begin() const { return all().begin(); }
   [[nodiscard]] auto end() const { return all().end(); }
+
+  /// Who keeps the elements, and a vector that shares them with an owner; nothing without one.
+  [[nodiscard]] const std::shared_ptr<std::vector<T>>& owner() const { return elements_; }
+  [[nodiscard]] static std::optional<SharedVector> shared(std::shared_ptr<std::vector<T>> owner) {
+    if (owner == nullptr) return std::nullopt;
+    SharedVector result;
+    result.elements_ = std::move(owner);
+    return result;
+  }
 
   /// The elements to change, which are copied first if others share them.
   [[nodiscard]] std::vector<T>& edit() {

@@ -16,7 +16,7 @@ namespace {
 
 void read_and_pack(const std::string& path) {
   using namespace eikon;
-  Scene scene = load_scene(path);
+  Scene scene = load_scene(path, {.variant = {}, .animation = {.animation = {}, .time_s = 0.3}});  // between keys
   Settings settings;
   settings.width = 640, settings.height = 480;
   settings.crop = {0, 0, settings.width, settings.height};

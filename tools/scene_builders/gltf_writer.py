@@ -165,6 +165,53 @@ class GltfWriter:
         """A node that shows a shape(); transform as of mesh()."""
         self._node({"name": name, "mesh": shape, **transform})
 
+    def joint(self, name, parent=None, **transform):
+        """A node without anything, below the node `parent` or in the scene. Returns its index."""
+        self.root["nodes"].append({"name": name, **transform})
+        index = len(self.root["nodes"]) - 1
+        siblings = self.root["scenes"][0]["nodes"] if parent is None else self.root["nodes"][parent].setdefault("children", [])
+        siblings.append(index)
+        return index
+
+    def skin(self, name, joints, inverse_binds):
+        """Joints and the inverses of their places at rest, [16 numbers, column by column]. Returns its index, for mesh(skin=)."""
+        matrices = self._accessor(_floats(inverse_binds), 5126, "MAT4", len(joints), None)
+        self.root.setdefault("skins", []).append({"name": name, "joints": joints, "inverseBindMatrices": matrices})
+        return len(self.root["skins"]) - 1
+
+    def joint_weights(self, joints, weights):
+        """JOINTS_0 and WEIGHTS_0 of a primitive, for its "attributes": 4 indices and 4 shares of 255 for each point."""
+        data = bytes(j for row in joints for j in row), bytes(w for row in weights for w in row)
+        shares = self._accessor(data[1], 5121, "VEC4", len(weights), 34962)
+        self.root["accessors"][shares]["normalized"] = True
+        return {"JOINTS_0": self._accessor(data[0], 5121, "VEC4", len(joints), 34962), "WEIGHTS_0": shares}
+
+    def target(self, positions, normals):
+        """A morph target of a primitive, for its "targets": differences [(x, y, z)] of positions and of normals."""
+        return {"POSITION": self._vectors(_floats(positions)), "NORMAL": self._vectors(_floats(normals))}
+
+    def channel(self, animation, target, times, values, interpolation="LINEAR"):
+        """Moves `target`, {"node": n, "path": "..."} or a JSON pointer (KHR_animation_pointer), in the animation of this
+        name. values: a vector for each time, three with CUBICSPLINE; numbers alone for weights and other scalars."""
+        if isinstance(target, str):
+            self._use_extension("KHR_animation_pointer")
+            target = {"path": "pointer", "extensions": {"KHR_animation_pointer": {"pointer": target}}}
+        animations = self.root.setdefault("animations", [])
+        entry = next((a for a in animations if a["name"] == animation), None)
+        if entry is None:
+            entry = {"name": animation, "channels": [], "samplers": []}
+            animations.append(entry)
+        vectors = [v if isinstance(v, (tuple, list)) else (v,) for v in values]
+        kind = "SCALAR" if len(vectors[0]) == 1 else f"VEC{len(vectors[0])}"
+        clock = self._accessor(_floats([(t,) for t in times]), 5126, "SCALAR", len(times), None, ([times[0]], [times[-1]]))
+        output = self._accessor(_floats(vectors), 5126, kind, len(vectors), None)
+        entry["samplers"].append({"input": clock, "output": output, "interpolation": interpolation})
+        entry["channels"].append({"sampler": len(entry["samplers"]) - 1, "target": target})
+
+    def node_index(self, name):
+        """The index of the node of this name."""
+        return next(i for i, node in enumerate(self.root["nodes"]) if node.get("name") == name)
+
     def instances(self, name, shape, translations, rotations, scales):
         """A node that shows a shape() at many places (EXT_mesh_gpu_instancing): bytes of float32 vectors of 3, 4 and 3."""
         self._use_extension("EXT_mesh_gpu_instancing")

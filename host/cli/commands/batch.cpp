@@ -9,7 +9,7 @@
 #include "cli/commands.h"
 #include "cli/flags.h"
 #include "io/source_file.h"
-#include "job/batch/batch_run.h"
+#include "job/batch/run_jobs.h"
 #include "job/batch/job_list.h"
 #include "job/stop_signals.h"
 
@@ -80,25 +80,8 @@ ExitCode batch_command(const BatchOptions& options) {
   check_outputs(jobs, name, {jobs_file, ledger_file});
   if (options.list) return list_jobs(jobs);
 
-  Ledger ledger(ledger_file);
-  BatchProgress progress(jobs, !options.quiet && options.progress == "bar", options.progress == "openjd");
-  if (ledger.unreadable() > 0)
-    progress.log(fmt::format("{}: {} lines cannot be read and do not count: their jobs run again", ledger_file.string(),
-                             ledger.unreadable()));
-  for (const BatchJob& job : jobs)
-    if (!job.options) progress.log(fmt::format("{}:{}: {}", name, job.line, job.message));
-
-  const BatchSettings settings = {name, options.parallel, int(options.retries), options.force};
-  const std::atomic<bool>& stop = catch_stop_signals();
-  const double begin = host_seconds();
-  BatchRun run(jobs, settings, ledger, progress, stop);
-  run.run();
-  const auto failed = [](const BatchJob& job) { return job.state == JobState::failed; };
-  const bool as_asked = std::none_of(jobs.begin(), jobs.end(), failed) && run.ledger_is_whole();
-  const ExitCode code = stop ? stop_exit_code() : as_asked ? ExitCode::done : ExitCode::not_as_asked;
-  progress.close(code);
-  print_summary(jobs, host_seconds() - begin);
-  return code;
+  return run_jobs(jobs, {name, options.parallel, int(options.retries), options.force}, ledger_file,
+                  {.quiet = options.quiet, .progress = options.progress});
 }
 
 }  // namespace

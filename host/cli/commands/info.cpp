@@ -208,6 +208,31 @@ void print_contents(const Contents& contents) {
   }
 }
 
+/// Prints what can move, if anything can.
+void print_motion(const Scene& scene) {
+  if (!scene.animations.empty())
+    fmt::print("animations (--animation NAME, --scene-time SECONDS; frames are of 1/24 s unless --fps says otherwise)\n");
+  for (std::size_t i = 0; i < scene.animations.size(); ++i) {
+    const AnimationSummary& animation = scene.animations[i];
+    const std::string name = label("animation", i, animation.name);
+    if (animation.channel_count == 0)
+      fmt::print("  {}: moves nothing\n", name);
+    else
+      fmt::print("  {}: {:g} to {:g} s, {} channels{}\n", name, animation.begin_s, animation.end_s,
+                 animation.channel_count, animation.in_force ? "" : ", not in force");
+  }
+  if (!scene.skins.empty()) fmt::print("skins\n");
+  for (std::size_t i = 0; i < scene.skins.size(); ++i)
+    fmt::print("  {}: {} joints\n", label("skin", i, scene.skins[i].name), scene.skins[i].joint_count);
+  if (!scene.morphs.empty()) fmt::print("morph targets\n");
+  for (const MorphSummary& morph : scene.morphs) {
+    std::vector<std::string> names;
+    for (const std::string& name : morph.names) names.push_back(in_quotes(name));
+    fmt::print("  {}: {}{}{}\n", label("mesh", morph.mesh_index, morph.mesh), morph.target_count,
+               names.empty() ? "" : ": ", fmt::join(names, ", "));
+  }
+}
+
 /// Prints what scene and tree take in each layout. The tree is estimated, because to build it takes
 /// more memory than all the rest of info.
 void print_scene_memory(const Contents& contents) {
@@ -258,6 +283,7 @@ ExitCode info_command(const InfoOptions& options) {
   const Contents contents = look_at(options);
   const Scene& scene = *contents.prepared.scene;
   print_contents(contents);
+  print_motion(scene);
   print_materials(scene);
   print_tables(scene);
   print_lights(contents.light);

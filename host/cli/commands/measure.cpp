@@ -77,7 +77,7 @@ ExitCode measure_command(const MeasureOptions& options) {
   Execution execution;
   read_execution_environment(execution);
   require_writable({options.output}, options.scene.scene);
-  Scene scene = load_scene(options.scene.scene, options.scene.variant);
+  Scene scene = load_scene(options.scene.scene, options.scene.choice());
   for (const std::string& warning : scene.warnings) log_unless(false)(warning);
   if (options.scene.strict && !scene.out_of_range.empty())
     throw InputError(fmt::format("{}: {} (--strict)", options.scene.scene, scene.out_of_range.front()));

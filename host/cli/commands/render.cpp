@@ -11,6 +11,7 @@
 #include "cli/commands.h"
 #include "cli/flags.h"
 #include "job/batch/openjd.h"
+#include "job/batch/run_jobs.h"
 #include "job/log.h"
 #include "job/render_job.h"
 #include "job/stop_signals.h"
@@ -101,7 +102,12 @@ ExitCode render_with_progress(RenderOptions options, OpenJdLines& lines) {
   return stopped ? stop_exit_code() : job.code();
 }
 
-ExitCode render_command(RenderOptions options) {
+ExitCode render_command(RenderOptions options, const std::vector<std::string>& words) {
+  if (options.frames) {
+    receive_signals();
+    return run_frames(parse_render(words), parse_render);
+  }
+  number_outputs(options);
   if (options.is_replay()) {
     read_execution_environment(options.execution);
     return replay(options);
@@ -125,7 +131,7 @@ void add_render(CommandFlags& root, Command& chosen) {
                                     "--size 512x512 --spp 256 --aov albedo,normal\n\n" +
                                         environment_help());
   add_render_flags(flags, *options);
-  flags.run(chosen, [options] { return render_command(*options); });
+  flags.run(chosen, [options](const std::vector<std::string>& words) { return render_command(*options, words); });
 }
 
 }  // namespace eikon

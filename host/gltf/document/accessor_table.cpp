@@ -223,6 +223,13 @@ glm::vec4 Accessor::vector_at(std::uint64_t i) const {
   return p == nullptr ? glm::vec4(0.0F) : load_vector(p);
 }
 
+glm::mat4 Accessor::matrix_at(std::uint64_t i) const {
+  glm::mat4 value(0.0F);
+  const std::byte* p = element(i, element_bytes());
+  if (p != nullptr) std::memcpy(&value[0][0], p, sizeof value);
+  return value;
+}
+
 std::pair<std::uint64_t, glm::vec4> Accessor::sparse_vector_at(std::uint64_t k) const {
   return {load_index(sparse_indices + k * bytes_of(sparse_index_type), sparse_index_type),
           load_vector(sparse_values + k * element_bytes())};

@@ -47,6 +47,8 @@ struct Accessor {
   /// Element i of a SCALAR or VEC: integers as they are, or divided where `normalized` [glTF 2.0,
   /// section 3.11]; 0 in the components that it does not have.
   [[nodiscard]] glm::vec4 vector_at(std::uint64_t i) const;
+  /// Element i of a MAT4 of f32.
+  [[nodiscard]] glm::mat4 matrix_at(std::uint64_t i) const;
   /// Sparse element k, below `sparse_count`: which element of the accessor it replaces, by what.
   [[nodiscard]] std::pair<std::uint64_t, glm::vec4> sparse_vector_at(std::uint64_t k) const;
   /// Element i of a SCALAR of u8, u16 or u32.

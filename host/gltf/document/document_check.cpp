@@ -254,8 +254,7 @@ void check_cameras(Json& document, WrongParts& wrong) {
   });
 }
 
-// Skins and animations are not read. Their indices are checked all the same, so that a broken skin
-// is not accepted now and refused by a version that reads them. Nothing uses an animation.
+// The keys of animations and the matrices of skins are checked where they are read.
 void check_skins_and_animations(Json& document, WrongParts& wrong) {
   const std::size_t node_count = count_of(document, "nodes"), accessor_count = count_of(document, "accessors");
   for_each_usable(document, "skins", "skin", wrong, [&](const JsonView& skin) {

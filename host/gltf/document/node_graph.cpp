@@ -143,9 +143,9 @@ std::vector<std::size_t> listed_roots(const Document& document, const std::vecto
   return roots;
 }
 
-std::vector<std::size_t> scene_roots(const Document& document, Notes& notes) {
+std::vector<std::size_t> scene_roots(const Document& document, bool all, Notes& notes) {
   const std::vector<std::size_t> parents = find_parents(document.nodes, notes);
-  if (document.scene) return listed_roots(document, parents, notes);
+  if (document.scene && !all) return listed_roots(document, parents, notes);
   std::vector<std::size_t> roots;
   for (std::size_t i = 0; i < parents.size(); ++i)
     if (parents[i] == kNoParent) roots.push_back(i);
@@ -157,11 +157,7 @@ bool says_invisible(const GltfNode& node) {
   return visible != nullptr && !to_boolean(*visible);
 }
 
-}  // namespace
-
-std::vector<PlacedNode> walk_nodes(const Document& document, Notes& notes) {
-  refuse_loops(document.nodes);
-  const std::vector<std::size_t> roots = scene_roots(document, notes);
+std::vector<PlacedNode> walk_from(const std::vector<std::size_t>& roots, const Document& document, Notes& notes) {
   std::vector<PlacedNode> placed, stack;  // those in the stack carry what their parent has
   placed.reserve(document.nodes.size());
   const auto push = [&](std::size_t node, const PlacedNode* parent) {
@@ -183,6 +179,18 @@ std::vector<PlacedNode> walk_nodes(const Document& document, Notes& notes) {
       next.node.view.refuse("children of several parents make too many nodes; give each node one parent");
   }
   return placed;
+}
+
+}  // namespace
+
+std::vector<PlacedNode> walk_nodes(const Document& document, Notes& notes) {
+  refuse_loops(document.nodes);
+  return walk_from(scene_roots(document, false, notes), document, notes);
+}
+
+std::vector<PlacedNode> walk_all_nodes(const Document& document, Notes& notes) {
+  refuse_loops(document.nodes);
+  return walk_from(scene_roots(document, true, notes), document, notes);
 }
 
 }  // namespace eikon

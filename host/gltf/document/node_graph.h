@@ -24,4 +24,7 @@ struct PlacedNode {
 ///        overflows, a node that is wrong
 std::vector<PlacedNode> walk_nodes(const Document& document, Notes& notes);
 
+/// The same for all nodes of the document, whatever its scene lists.
+std::vector<PlacedNode> walk_all_nodes(const Document& document, Notes& notes);
+
 }  // namespace eikon

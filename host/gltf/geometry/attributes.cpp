@@ -26,6 +26,8 @@ bool is_legal(const std::string& name, const Accessor& a, bool quantized) {
   const bool direction = is_float || (quantized && is_signed(type) && a.normalized);
   if (name == "NORMAL") return has(3) && direction;
   if (name == "TANGENT") return has(4) && direction;
+  if (name.starts_with("JOINTS_")) return has(4) && is_unsigned(type) && !a.normalized;
+  if (name.starts_with("WEIGHTS_")) return has(4) && (is_float || (is_unsigned(type) && a.normalized));
   if (name.starts_with("COLOR_")) return (has(3) || has(4)) && (is_float || (is_unsigned(type) && a.normalized));
   return has(2) && (is_float || (is_unsigned(type) && (a.normalized || quantized)) || (quantized && is_signed(type)));
 }

@@ -10,6 +10,7 @@
 #include "gltf/extensions.h"
 #include "gltf/geometry/tangents.h"
 #include "gltf/geometry/triangles.h"
+#include "gltf/skin/skinning.h"
 #include "io/text.h"
 
 namespace eikon {
@@ -64,7 +65,7 @@ void MeshReader::check_memory(const std::vector<Wanted>& meshes) const {
   // triangles of each, in records that are larger than what is counted here.
   double bytes = 0;
   for (const Wanted& wanted : meshes) {
-    for (const GltfPrimitive& primitive : source_.document.meshes[wanted.first].primitives) {
+    for (const GltfPrimitive& primitive : source_.document.meshes[wanted.mesh].primitives) {
       const auto positions = primitive.attributes.find("POSITION");
       if (positions == primitive.attributes.end() || primitive.mode < kTriangles) continue;
       const auto vertices = static_cast<double>(source_.accessors[positions->second].count);
@@ -81,14 +82,14 @@ void MeshReader::check_memory(const std::vector<Wanted>& meshes) const {
 }
 
 Mesh MeshReader::read(const Wanted& wanted) {
-  const GltfMesh& mesh = source_.document.meshes[wanted.first];
+  const GltfMesh& mesh = source_.document.meshes[wanted.mesh];
   const std::string user = mesh.view.label();
   Mesh result;
   result.name = mesh.name;
   note_unsupported_extensions(mesh.view.value, ExtensionOwner::mesh, user, source_.notes);
   for (std::size_t p = 0; p < mesh.primitives.size(); ++p) {
     const GltfPrimitive& primitive = mesh.primitives[p];
-    Part part{.primitive = primitive, .user = fmt::format("{}, primitive {}", user, p), .draco = {}, .morphed = {}};
+    Part part{.primitive = primitive, .user = fmt::format("{}, primitive {}", user, p), .draco = {}, .posed = {}};
     if (primitive.mode < kTriangles) {
       source_.notes.unsupported(
           std::string("primitives of mode ") + kModeNames[static_cast<std::size_t>(primitive.mode)], user);
@@ -105,7 +106,7 @@ Mesh MeshReader::read(const Wanted& wanted) {
       part.draco = draco_.decode({.value = *extension, .kind = kDracoExtension, .parent = &view}, primitive);
     }
     for (const auto& [name, accessor] : primitive.attributes) (void)source_.accessors[accessor];  // none is wrong
-    if (!wanted.second.empty()) morph(part, wanted.second);
+    if (!pose(part, wanted)) continue;
     Primitive read = read_primitive(part);
     if (!read.indices.empty()) result.primitives.push_back(std::move(read));
   }
@@ -121,8 +122,7 @@ void MeshReader::note_features(const Part& part, const std::string& mesh_label) 
 }
 
 const Accessor* MeshReader::attribute(const Part& part, const std::string& name) const {
-  if (const auto morphed = part.morphed.attributes.find(name); morphed != part.morphed.attributes.end())
-    return &morphed->second;
+  if (const auto posed = part.posed.attributes.find(name); posed != part.posed.attributes.end()) return &posed->second;
   if (const auto decoded = part.draco.attributes.find(name); decoded != part.draco.attributes.end())
     return &decoded->second;
   const auto found = part.primitive.attributes.find(name);
@@ -171,7 +171,7 @@ MeshReader::Accessors MeshReader::accessors_of(const Part& part) const {
 }
 
 std::optional<Primitive> MeshReader::find_known(const Part& part, std::uint32_t material) const {
-  if (!part.draco.attributes.empty() || !part.morphed.attributes.empty()) return std::nullopt;
+  if (!part.draco.attributes.empty() || !part.posed.attributes.empty()) return std::nullopt;
   const Needs needs = needs_of(source_.materials[material]);
   for (const auto& [of, known] : known_.at(accessors_of(part))) {
     if (of != needs) continue;
@@ -183,7 +183,7 @@ std::optional<Primitive> MeshReader::find_known(const Part& part, std::uint32_t 
 }
 
 void MeshReader::remember(const Part& part, const Primitive& read) {
-  if (!part.draco.attributes.empty() || !part.morphed.attributes.empty()) return;
+  if (!part.draco.attributes.empty() || !part.posed.attributes.empty()) return;
   const Needs needs = needs_of(source_.materials[read.material]);
   // That a set is missing is said once for each material.
   for (std::size_t set = 0; set < kUvSets; ++set)
@@ -262,12 +262,33 @@ void MeshReader::check_positions_once(const Part& part, const Accessor& position
   positions_checked_[accessor] = true;
 }
 
+bool MeshReader::pose(Part& part, const Wanted& wanted) {
+  if (!wanted.weights.empty()) morph(part, wanted.weights);
+  if (!wanted.skin) return true;
+  if (!part.primitive.attributes.contains("JOINTS_0")) {
+    source_.notes.mended(part.user + ": left out, it has no JOINTS_0 for the skin of its node");
+    return false;
+  }
+  follow_joints(part, source_.skins[*wanted.skin]);
+  return true;
+}
+
+void MeshReader::follow_joints(Part& part, const Skin& skin) const {
+  const std::uint64_t position_count = attribute(part, "POSITION")->count;
+  std::map<std::string, const Accessor*> attributes;
+  for (const auto& entry : part.primitive.attributes)
+    if (is_for_skins(entry.first)) attributes[entry.first] = checked_attribute(part, entry.first, position_count);
+  OwnAttributes moved = skin_attributes(skin, attributes, part.user, source_.notes);
+  for (auto& [name, accessor] : moved.attributes) part.posed.attributes.insert_or_assign(name, std::move(accessor));
+  for (Bytes& bytes : moved.storage) part.posed.storage.push_back(std::move(bytes));
+}
+
 void MeshReader::morph(Part& part, const std::vector<double>& weights) const {
   const std::uint64_t position_count = attribute(part, "POSITION")->count;
   std::map<std::string, const Accessor*> base;
   for (const auto& entry : part.primitive.attributes)
     if (Morpher::reads(entry.first)) base[entry.first] = checked_attribute(part, entry.first, position_count);
-  part.morphed = morpher_.apply(part.primitive, weights, base, part.user);
+  part.posed = morpher_.apply(part.primitive, weights, base, part.user);
 }
 
 std::vector<std::uint32_t> MeshReader::compact(TriangleIndices& indices, std::uint64_t vertex_count) {

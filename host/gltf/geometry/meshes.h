@@ -16,6 +16,7 @@
 #include "gltf/geometry/draco_mesh.h"
 #include "gltf/geometry/morph.h"
 #include "gltf/materials/materials.h"
+#include "gltf/skin/skins.h"
 #include "scene/notes.h"
 
 namespace eikon {
@@ -33,13 +34,19 @@ class MeshReader {
     const BufferViews& views;
     const std::vector<Material>& materials;  // those of `reader`'s scene
     MaterialReader& reader;
+    SkinReader& skins;
     Notes& notes;
     MissingTangents missing_tangents = MissingTangents::make;
   };
   explicit MeshReader(const Source& source);
 
-  /// A mesh of the document, and the weights of its morph targets; empty: none is in force.
-  using Wanted = std::pair<std::size_t, std::vector<double>>;
+  /// A mesh of the document at a pose.
+  struct Wanted {
+    std::size_t mesh = 0;
+    std::vector<double> weights{};       // of its morph targets; empty: none is in force
+    std::optional<std::size_t> skin{};
+    auto operator<=>(const Wanted&) const = default;
+  };
 
   /// throws InputError when the meshes need more memory than this machine has
   void check_memory(const std::vector<Wanted>& meshes) const;
@@ -55,10 +62,10 @@ class MeshReader {
   struct Part {
     const GltfPrimitive& primitive;
     std::string user;  // "mesh 'box', primitive 2"
-    DracoMesh draco;   // empty if it is not compressed
-    OwnAttributes morphed;
+    DracoMesh draco;     // empty if it is not compressed
+    OwnAttributes posed;  // in place of the file's; empty if nothing moves it
   };
-  /// Equal for primitives of the same geometry, if their triangles are neither compressed nor morphed.
+  /// Equal for primitives of the same geometry, if their triangles are neither compressed nor posed.
   using Contents = decltype(Accessor().contents());
   using Accessors = std::tuple<int, std::optional<Contents>, std::map<std::string, Contents>>;
   /// The attributes that a material needs.
@@ -83,7 +90,10 @@ class MeshReader {
   void read_surface(const Part& part, const VertexChoice& vertices, std::uint64_t position_count, Primitive& primitive);
   void read_uv(const Part& part, const VertexChoice& vertices, std::uint64_t position_count, Primitive& primitive);
   void check_positions_once(const Part& part, const Accessor& positions);
+  /// Adds the morph targets, and then lets the vertices follow their joints. Returns whether the primitive stays.
+  bool pose(Part& part, const Wanted& wanted);
   void morph(Part& part, const std::vector<double>& weights) const;
+  void follow_joints(Part& part, const Skin& skin) const;
   /// Renumbers `indices` to the vertices they use; returns those, or nothing when they use all of
   /// them.
   std::vector<std::uint32_t> compact(TriangleIndices& indices, std::uint64_t vertex_count);

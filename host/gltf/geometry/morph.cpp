@@ -52,6 +52,23 @@ std::vector<double> morph_weights(const GltfNode& node, const GltfMesh& mesh, No
   return changes ? weights : std::vector<double>();
 }
 
+std::vector<MorphSummary> list_morphs(const Document& document) {
+  std::vector<MorphSummary> morphs;
+  for (const GltfMesh& mesh : document.meshes) {
+    if (mesh.primitives.empty() || target_count(mesh.primitives.front()) == 0) continue;
+    MorphSummary morph{.mesh = mesh.name,
+                       .mesh_index = static_cast<std::size_t>(mesh.view.index),
+                       .target_count = target_count(mesh.primitives.front()),
+                       .names = {}};
+    // The names that exporters agree on stand in the extras of the mesh.
+    const Json* const names = member(member(mesh.view.value, "extras"), "targetNames");
+    for (std::size_t i = 0; names != nullptr && is_array(*names) && i < size_of(*names); ++i)
+      if (is_string(element(*names, i))) morph.names.push_back(to_string(element(*names, i)));
+    morphs.push_back(std::move(morph));
+  }
+  return morphs;
+}
+
 bool Morpher::reads(const std::string& name) {
   return std::any_of(kMorphed.begin(), kMorphed.end(), [&](const Morphed& morphed) { return morphed.name == name; });
 }

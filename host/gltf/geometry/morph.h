@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Morph targets: differences that weights add to the attributes of a mesh, here once and for all,
-// since animations are not read.
+// Morph targets: differences that weights add to the attributes of a mesh. Animations have set the weights.
 #pragma once
 #include <map>
 #include <string>
@@ -9,6 +8,7 @@
 #include "gltf/document/accessor_table.h"
 #include "gltf/document/document.h"
 #include "scene/notes.h"
+#include "scene/scene.h"
 
 namespace eikon {
 
@@ -22,6 +22,9 @@ struct OwnAttributes {
 /// section 3.7.2.2]. Empty if they change nothing.
 /// throws InputError: other than one for each target of each primitive
 std::vector<double> morph_weights(const GltfNode& node, const GltfMesh& mesh, Notes& notes);
+
+/// Lists the meshes with morph targets.
+[[nodiscard]] std::vector<MorphSummary> list_morphs(const Document& document);
 
 /// Adds the targets of a primitive to its attributes.
 class Morpher {

@@ -12,6 +12,7 @@
 #include "gltf/document/document_check.h"
 #include "gltf/extensions.h"
 #include "io/text.h"
+#include "scene/scene_memory.h"
 
 namespace eikon {
 namespace {
@@ -225,6 +226,7 @@ const TextureReader::Use& TextureReader::use_image(std::size_t index) {
       }
     }
     encoded.label = user;
+    encoded.source = key;
     auto entry = of_file_.find(key);
     if (entry == of_file_.end()) entry = of_file_.emplace(key, add_image(std::move(name), std::move(encoded))).first;
     of_image_[index] = entry->second;
@@ -299,7 +301,12 @@ void TextureReader::decode_images() {
     Encoded encoded = std::move(encoded_[i]);  // its bytes go as soon as they are decoded
     if (encoded.header.format == PictureFormat::unknown) return;
     try {
-      scene_.images[i].rgba8 = decode_picture(encoded.bytes, encoded.header);
+      auto texels = scene_.memory == nullptr ? std::nullopt : scene_.memory->image(encoded.source);
+      if (!texels) {
+        texels.emplace(decode_picture(encoded.bytes, encoded.header));
+        if (scene_.memory != nullptr) scene_.memory->keep_image(encoded.source, *texels);
+      }
+      scene_.images[i].rgba8 = *std::move(texels);
     } catch (const InputError& e) {
       errors[i] = fmt::format("{}: {}", encoded.label, e.what());
     } catch (const std::bad_alloc&) {
@@ -315,7 +322,7 @@ void TextureReader::decode_images() {
 void TextureReader::make_roughness() {
   for (const Roughness& made : roughness_) {
     const std::vector<std::uint32_t>& glossy = scene_.images[made.glossy].rgba8;
-    std::vector<std::uint32_t>& rough = scene_.images[made.image].rgba8;
+    std::vector<std::uint32_t>& rough = scene_.images[made.image].rgba8.edit();
     rough.resize(glossy.size());
     for (std::size_t i = 0; i < glossy.size(); ++i) {
       const float roughness = 255.0F - made.glossiness * static_cast<float>(glossy[i] >> 24U);

@@ -57,6 +57,7 @@ class TextureReader {
  private:
   struct Encoded {
     std::string label;  // "image 3 'wood.png'"
+    std::string source;  // the same for the same bytes of the file
     Bytes owned;        // nothing for a bufferView
     std::span<const std::byte> bytes;
     PictureHeader header;

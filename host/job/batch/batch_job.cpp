@@ -52,6 +52,12 @@ struct SceneInputs {
   }
 };
 
+void set_failed(BatchJob& job, const UsageError& error) {
+  job.state = JobState::failed;
+  job.code = error.code();
+  job.message = shortened(error.what());
+}
+
 BatchJob read_job(const JobLine& line, const ParseRender& parse) {
   BatchJob job;
   job.line = line.line;
@@ -61,14 +67,13 @@ BatchJob read_job(const JobLine& line, const ParseRender& parse) {
     job.words = arguments_of(line.words);
     RenderOptions options = parse(job.words);
     if (options.is_replay()) throw UsageError("--pixel and --sample trace one path; a batch renders images");
+    if (options.frames) return {.line = line.line, .text = job.text, .options = std::move(options)};  // for read_frames
     for (const fs::path& file : options.outputs())
       if (file == kStandardOutput) throw UsageError("a job of a batch cannot write to standard output; name a file");
     job.cost = estimate_cost(options.scene);
     job.options = std::move(options);
   } catch (const UsageError& error) {
-    job.state = JobState::failed;
-    job.code = error.code();
-    job.message = shortened(error.what());
+    set_failed(job, error);
   }
   return job;
 }
@@ -81,42 +86,86 @@ const char* name_of(JobState state) {
 
 std::vector<BatchJob> read_jobs(std::string_view text, const ParseRender& parse) {
   std::vector<BatchJob> jobs;
-  for (const JobLine& line : split_jobs(text)) jobs.push_back(read_job(line, parse));
+  for (const JobLine& line : split_jobs(text)) {
+    BatchJob job = read_job(line, parse);
+    if (!job.options || !job.options->frames) {
+      jobs.push_back(std::move(job));
+      continue;
+    }
+    try {
+      for (BatchJob& frame : read_frames(*job.options, line.line, parse)) jobs.push_back(std::move(frame));
+    } catch (const UsageError& error) {
+      job.options.reset();
+      set_failed(job, error);
+      jobs.push_back(std::move(job));
+    }
+  }
   return jobs;
 }
 
+std::vector<BatchJob> read_frames(const RenderOptions& options, std::size_t line, const ParseRender& parse) {
+  RenderOptions named = options;
+  JobLine of_frame{.line = line, .words = {"render"}};
+  for (const std::string& word : options.words_without_frames) of_frame.words.push_back(word);
+  if (named.output.empty()) {
+    named.output = fmt::format("{}.%04d.exr", fs::path(options.scene.scene).stem().string());
+    of_frame.words.push_back("--output=" + named.output);
+  }
+  require_numbers(named);
+  std::vector<BatchJob> jobs;
+  const FrameRange& frames = *options.frames;
+  of_frame.words.emplace_back();
+  for (std::uint64_t frame = frames.first; frame <= frames.last; frame += frames.step) {
+    of_frame.words.back() = fmt::format("--frame={}", frame);
+    jobs.push_back(read_job(of_frame, parse));
+    jobs.back().frame = frame;
+    if (jobs.back().options) jobs.back().options->frame_pattern = named.output;
+  }
+  return jobs;
+}
+
+std::string label_of(const BatchJob& job, const std::string& name) {
+  const std::string frame = job.frame ? fmt::format("frame {}", *job.frame) : "";
+  if (job.line == 0) return frame;
+  const std::string line = name.empty() ? fmt::format("line {}", job.line) : fmt::format("{}:{}", name, job.line);
+  return line + (job.frame ? ", " : "") + frame;
+}
+
 void check_outputs(std::vector<BatchJob>& jobs, const std::string& name, const std::vector<fs::path>& reserved) {
-  std::map<fs::path, std::size_t> writers;  // file -> line; by path, since replacing a file leaves its hard links alone
+  // File -> number of its job, from 1; by path, since replacing a file leaves its hard links alone.
+  std::map<fs::path, std::size_t> writers;
   for (const fs::path& file : reserved)
     if (!file.empty()) writers[place_of(file)] = 0;
   FileTable readers;
   std::map<std::string, SceneInputs> scenes;  // by name
-  for (BatchJob& job : jobs) {
+  const auto line_of = [&](std::size_t number) { return label_of(jobs[number - 1]); };
+  for (std::size_t number = 1; number <= jobs.size(); ++number) {
+    BatchJob& job = jobs[number - 1];
     if (!job.options) continue;
     const auto clash = [&](const fs::path& file, const std::string& what) {
       throw UsageError(
-          fmt::format("{}:{}: cannot write {}: {}; nothing was rendered", name, job.line, file.string(), what));
+          fmt::format("{}: cannot write {}: {}; nothing was rendered", label_of(job, name), file.string(), what));
     };
     const std::string &scene = job.options->scene.scene, &environment = job.options->scene.environment.map,
                       &pilot = job.options->pilot;
     const auto [inputs, is_first] = scenes.try_emplace(scene, scene);
     if (is_first)
-      for (const fs::path& input : inputs->second.places) readers.put(input, job.line);
-    if (!environment.empty()) readers.put(environment, job.line);
-    if (!pilot.empty()) readers.put(pilot, job.line);
+      for (const fs::path& input : inputs->second.places) readers.put(input, number);
+    if (!environment.empty()) readers.put(environment, number);
+    if (!pilot.empty()) readers.put(pilot, number);
     const auto is_written = [&](const fs::path& input) { return writers.count(input) > 0; };
     job.after_others = std::ranges::any_of(inputs->second.places, is_written) ||
                        (!environment.empty() && is_written(place_of(environment)));
     for (const fs::path& file : job.options->outputs()) {
       if (inputs->second.files.find(file) || (!environment.empty() && is_same_file(file, environment)))
         clash(file, "it is an input of that line; choose another name");
-      const auto [at, is_new] = writers.emplace(place_of(file), job.line);
-      if (const auto line = readers.find(file); is_new && line)
-        clash(file, fmt::format("line {} reads it; choose another name", *line));
+      const auto [at, is_new] = writers.emplace(place_of(file), number);
+      if (const auto reader = readers.find(file); is_new && reader)
+        clash(file, fmt::format("{} reads it; choose another name", line_of(*reader)));
       if (is_new) continue;
-      clash(file, at->second == 0          ? "it belongs to the batch itself; choose another name"
-                  : at->second == job.line ? "two outputs have that name; choose another for one of them"
-                                           : fmt::format("so does line {}; choose another name with -o", at->second));
+      clash(file, at->second == 0        ? "it belongs to the batch itself; choose another name"
+                  : at->second == number ? "two outputs have that name; choose another for one of them"
+                                         : fmt::format("so does {}; choose another name with -o", line_of(at->second)));
     }
   }
 }

@@ -18,7 +18,8 @@ enum class JobState { waiting, skipped, done, failed, interrupted };
 [[nodiscard]] const char* name_of(JobState state);
 
 struct BatchJob {
-  std::size_t line = 0;                    // in the jobs file, from 1
+  std::size_t line = 0;                    // in the jobs file, from 1; 0: there is none
+  std::optional<std::uint64_t> frame{};    // of --frames
   std::string text{};                      // its words, quoted
   std::vector<std::string> words{};        // those that follow `eikon render`
   std::optional<RenderOptions> options{};  // nullopt: the line does not parse
@@ -37,15 +38,23 @@ struct BatchJob {
 /// Reads the words behind `eikon render`. throws UsageError
 using ParseRender = std::function<RenderOptions(std::vector<std::string>)>;
 
-/// Parses every line of `text`. Jobs whose line does not parse have failed, with a message.
+/// Parses every line of `text`. Jobs whose line does not parse have failed, with a message. A line with --frames
+/// becomes a job for each frame.
 [[nodiscard]] std::vector<BatchJob> read_jobs(std::string_view text, const ParseRender& parse);
+
+/// The jobs of the frames that `options` ask for. line: of the jobs file, or 0
+/// throws UsageError: a name without a place for the frame's number
+[[nodiscard]] std::vector<BatchJob> read_frames(const RenderOptions& options, std::size_t line,
+                                                const ParseRender& parse);
+
+/// "jobs.txt:3", "jobs.txt:3, frame 12", or without a jobs file "line 3" or "frame 12", for messages.
+[[nodiscard]] std::string label_of(const BatchJob& job, const std::string& jobs_file = {});
 
 /// Checks that the jobs' outputs do not collide, and sets `after_others`.
 /// name      the name of the jobs file, for messages
 /// reserved  files that no job may write: the jobs file, the ledger
 /// throws UsageError if two jobs write the same file, or a job writes a reserved file or one that
-/// it
-///        reads itself
+///        it reads itself
 void check_outputs(std::vector<BatchJob>& jobs, const std::string& name,
                    const std::vector<std::filesystem::path>& reserved);
 

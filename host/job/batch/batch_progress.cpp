@@ -87,13 +87,24 @@ void BatchProgress::draw() {
   shown_ = true;
 }
 
+namespace {
+
+/// "3", of frame 12 of a line "3:12", and "12" of frames without a line.
+std::string number_of(const BatchJob& job) {
+  if (!job.frame) return fmt::format("{}", job.line);
+  return job.line == 0 ? fmt::format("{}", *job.frame) : fmt::format("{}:{}", job.line, *job.frame);
+}
+
+}  // namespace
+
 void print_summary(const std::vector<BatchJob>& jobs, double seconds) {
-  fmt::print("{:>6}  {:<11} {:>9} {:>11}  {:<9}  {}\n", "line", "state", "seconds", "Msamples/s", "relMSE", "output");
+  const bool frames = std::ranges::all_of(jobs, [](const BatchJob& job) { return job.line == 0; });
+  fmt::print("{:>6}  {:<11} {:>9} {:>11}  {:<9}  {}\n", frames && !jobs.empty() ? "frame" : "line", "state", "seconds", "Msamples/s", "relMSE", "output");
   std::size_t counts[5] = {};
   for (const BatchJob& job : jobs) {
     ++counts[std::size_t(job.state)];
     const bool rendered = job.render_s > 0;
-    fmt::print("{:>6}  {:<11} {:>9} {:>11}  {:<9}  {}{}\n", job.line, name_of(job.state),
+    fmt::print("{:>6}  {:<11} {:>9} {:>11}  {:<9}  {}{}\n", number_of(job), name_of(job.state),
                job.seconds > 0 ? fmt::format("{:.2f}", job.seconds) : "-",
                rendered ? fmt::format("{:.2f}", 1e-6 * double(job.samples) / job.render_s) : "-",
                job.relmse ? fmt::format("{:.3e}", *job.relmse) : "-",
@@ -105,7 +116,7 @@ void print_summary(const std::vector<BatchJob>& jobs, double seconds) {
        {JobState::done, JobState::skipped, JobState::failed, JobState::interrupted, JobState::waiting})
     if (counts[std::size_t(state)] > 0)
       line += fmt::format("{}{} {}", line.empty() ? "" : ", ", counts[std::size_t(state)], name_of(state));
-  fmt::print("{} jobs in {:.2f} s: {}\n", jobs.size(), seconds, line.empty() ? "nothing to do" : line);
+  fmt::print("{} {} in {:.2f} s: {}\n", jobs.size(), frames && !jobs.empty() ? "frames" : "jobs", seconds, line.empty() ? "nothing to do" : line);
 }
 
 }  // namespace eikon

@@ -58,7 +58,7 @@ BatchRun::BatchRun(std::vector<BatchJob>& jobs, const BatchSettings& settings, L
     if (job.state == JobState::waiting) waiting_.push_back(&job);
 }
 
-std::string BatchRun::place(const BatchJob& job) const { return fmt::format("{}:{}", settings_.name, job.line); }
+std::string BatchRun::place(const BatchJob& job) const { return label_of(job, settings_.name); }
 
 void BatchRun::run() {
   const std::size_t count = std::clamp<std::size_t>(waiting_.size(), 1, settings_.parallel);
@@ -198,7 +198,7 @@ void BatchRun::prepare(Worker& worker, Staged& staged) {
   staged.render->share(pilots_);
   if (!worker.scenes.takes(staged.scene))
     return staged.render->take_devices(worker.devices, stop_);  // not two large ones at a time
-  const auto kept = worker.scenes.load(options.scene.scene, options.scene.variant, staged.scene);
+  const auto kept = worker.scenes.load(options.scene.scene, options.scene.choice(), staged.scene);
   staged.render->load(kept->scene, kept->load_s);
   const Settings& settings = staged.render->settings();
   const std::string light = fmt::format("{:016x} {}", environment.hash, describe(settings.environment));
@@ -313,7 +313,11 @@ void BatchRun::fail(Staged& staged) {
   // A retry does not help against usage errors, nor where the image is there but not as asked.
   const bool again =
       job.attempts <= settings_.retries && job.code != ExitCode::usage && job.code != ExitCode::not_as_asked && !stop_;
-  progress_.log(fmt::format("{}: {}{}", place(job), job.message, again ? "; it will be tried again" : ""));
+  const std::string line = job.message + (again ? "; it will be tried again" : "");
+  if (job.frame)
+    log_once(job, line);  // what is wrong with one frame is often wrong with all
+  else
+    progress_.log(fmt::format("{}: {}", place(job), line));
   if (!again) return close(staged, JobState::failed);
   job.seconds += host_seconds() - staged.begin_s;
   job.code = ExitCode::done;

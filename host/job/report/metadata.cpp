@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "film/mattes.h"
+#include "io/text.h"
 
 namespace eikon {
 namespace {
@@ -38,6 +39,16 @@ glm::dmat4 ndc_from_camera(const Settings& settings) {
   return matrix;
 }
 
+/// "'walk', 'blink'"
+std::string animations_in_force(const Scene& scene) {
+  std::vector<std::string> names;
+  for (const AnimationSummary& animation : scene.animations)
+    if (animation.in_force)
+      names.push_back(animation.name.empty() ? fmt::format("{}", &animation - scene.animations.data())
+                                             : in_quotes(animation.name));
+  return fmt::format("{}", fmt::join(names, ", "));
+}
+
 }  // namespace
 
 std::string describe(const Environment& environment) {
@@ -54,6 +65,10 @@ Metadata describe_picture(const Prepared& prepared) {
   metadata.strings["scene"] = prepared.scene->path.filename().string();
   metadata.strings["sceneHash"] = prepared.scene->hash;
   metadata.strings["camera"] = prepared.camera_name;
+  if (const std::string animations = animations_in_force(*prepared.scene); !animations.empty()) {
+    metadata.strings["animations"] = animations;
+    metadata.numbers["sceneTime"] = prepared.scene->time_s;
+  }
   metadata.strings["size"] = fmt::format("{}x{}", settings.width, settings.height);
   metadata.strings["environment"] = describe(settings.environment);
   metadata.strings["filter"] = settings.filter.name();

@@ -29,7 +29,7 @@ inline States states(const Outcome& outcome) {
     std::istringstream words(line);
     int number = 0;
     std::string state;
-    if (words >> number >> state && line.find(" jobs in ") == std::string::npos) found[number] = state;
+    if (words >> number >> state && state != "jobs" && state != "frames") found[number] = state;
   }
   return found;
 }

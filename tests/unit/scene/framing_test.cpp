@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-#include "scene/scene.h"
+#include "scene/view/framing.h"
 
 namespace eikon {
 namespace {
@@ -50,6 +50,20 @@ TEST(Framing, what_is_shown_fills_the_picture_at_any_aspect) {
     EXPECT_NEAR(hi.x, -lo.x, hi.x > 0.92 - 1e-9 ? 1e-9 : 0.5) << "on both sides";
     EXPECT_NEAR(hi.y, -lo.y, hi.y > 0.92 - 1e-9 ? 1e-9 : 0.5) << "at the top and at the bottom";
   }
+}
+
+TEST(Framing, several_poses_fit_in_together) {
+  const Scene first = scene_of(kBrick), second = scene_of({{20, 10, 3}, {21, 12, 3}, {20, 10, 4}});
+  Framing framing(1.5);
+  framing.add(first);
+  framing.add(second);
+  const Camera both = framing.camera();
+  double largest = 0;
+  for (const Scene* scene : {&first, &second})
+    for (const glm::dvec2& place : places(*scene, both, 1.5))
+      largest = std::max({largest, std::abs(place.x), std::abs(place.y)});
+  EXPECT_NEAR(largest, 0.92, 1e-9);
+  EXPECT_EQ(Framing(1).camera().world_from_camera, frame_camera(Scene(), 1).world_from_camera) << "without anything";
 }
 
 TEST(Framing, the_camera_stands_in_front_to_the_right_and_above) {

@@ -176,7 +176,7 @@ TEST(SceneMended, wrong_parts_that_the_scene_does_not_use_are_left_out_and_refus
   }
 }
 
-TEST(SceneMended, wrong_animations_are_left_out_since_nothing_uses_them) {
+TEST(SceneMended, wrong_animations_are_left_out_since_a_scene_can_stand_still) {
   for (const Json& animation : {Json({{"samplers", {{{"input", 9}, {"output", 0}}}}}), Json(7),
                                 Json({{"samplers", {{{"input", 0}, {"output", 0}}}},
                                       {"channels", {{{"sampler", 0}, {"target", {{"node", 5}}}}}}})}) {

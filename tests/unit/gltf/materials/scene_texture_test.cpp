@@ -380,4 +380,16 @@ TEST(SceneTextures, memory_of_a_decoder_counts_while_it_works) {
   EXPECT_TRUE(mentions(message_of([&] { find(2047); }), "scale them down"));
 }
 
+TEST(SceneTextures, poses_of_a_file_share_its_pixels_while_one_of_them_lives) {
+  const scene_test::TemporaryFolder folder;
+  const auto path = folder.write("scene.gltf", with_png(plain_png(2, 2, 4, 5, 6)).text());
+  auto first = std::make_unique<Scene>(eikon::load_scene(path));
+  const std::shared_ptr<eikon::SceneMemory> memory = first->memory;
+  const Scene second = eikon::load_scene(path, {}, eikon::MissingTangents::make, memory);
+  EXPECT_EQ(first->images.at(0).rgba8.data(), second.images.at(0).rgba8.data());
+  EXPECT_NE(eikon::load_scene(path).images.at(0).rgba8.data(), second.images.at(0).rgba8.data());
+  first.reset();
+  EXPECT_EQ(second.images.at(0).rgba8.at(0), 0xFF060504U);
+}
+
 }  // namespace

@@ -27,7 +27,7 @@ TEST(SceneMaterials, a_variant_chooses_the_materials_of_primitives) {
   const scene_test::TemporaryFolder folder;
   const auto path = folder.write("scene.gltf", builder.text());
   const auto shown = [&](const std::string& variant) {
-    const Scene scene = eikon::load_scene(path, variant);
+    const Scene scene = eikon::load_scene(path, {.variant = variant, .animation = {}});
     EXPECT_EQ(scene.variants, (std::vector<std::string>{"warm", "cold", "bare"}));
     EXPECT_TRUE(scene.unsupported.empty() && scene.warnings.empty());
     return std::pair(scene.materials.at(scene.meshes.at(0).primitives.at(0).material).name, scene.hash);
@@ -39,10 +39,10 @@ TEST(SceneMaterials, a_variant_chooses_the_materials_of_primitives) {
   EXPECT_EQ(shown("warm"), shown("warm"));
   EXPECT_NE(shown("warm").second, shown("cold").second) << "images of two variants are not to be merged";
   EXPECT_NE(shown("").second, shown("warm").second);
-  const std::string message = message_of([&] { eikon::load_scene(path, "hot"); });
+  const std::string message = message_of([&] { eikon::load_scene(path, {.variant = "hot", .animation = {}}); });
   EXPECT_TRUE(mentions(message, "no variant 'hot'") && mentions(message, "'warm', 'cold', 'bare'")) << message;
   const auto plain = folder.write("plain.gltf", Builder().text());
-  EXPECT_TRUE(mentions(message_of([&] { eikon::load_scene(plain, "hot"); }), "leave --variant out"));
+  EXPECT_TRUE(mentions(message_of([&] { eikon::load_scene(plain, {.variant = "hot", .animation = {}}); }), "leave --variant out"));
 }
 
 TEST(SceneMaterials, variants_of_the_wrong_types_are_refused_with_their_place) {

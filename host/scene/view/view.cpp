@@ -7,6 +7,7 @@
 #include "core/error.h"
 #include "scene/emission.h"
 #include "scene/endless.h"
+#include "scene/view/framing.h"
 #include "scene/limits.h"
 #include "scene/scene.h"
 
@@ -14,7 +15,7 @@ namespace eikon {
 namespace {
 
 constexpr double kFramingFovRad = 40.0 * 3.14159265358979323846 / 180.0;
-constexpr double kFramedShare = 0.92;  // of the picture's width or height, whichever is filled
+constexpr double kFramedShare = 0.92;          // of the picture's width or height, whichever is filled
 const glm::dvec3 kFramingSide(0.5, 0.4, 0.9);  // where the camera stands: glTF's front is +Z
 
 glm::dmat4 pose(const glm::dvec3& eye, const glm::dvec3& back_unit, const glm::dvec3& right_unit) {
@@ -75,20 +76,6 @@ bool never_shows(const Material& material) {
   return material.alpha_mode == AlphaMode::mask ? material.opacity < material.alpha_cutoff : material.opacity == 0;
 }
 
-/// The range of positions of a camera along one axis of its picture and along its axis of view.
-/// [Every point p satisfies |p.side - at.side| <= tangent * (at.back - p.back) if and only if
-/// `most` <= at.side + tangent * at.back and `least` <= tangent * at.back - at.side.]
-struct Fit {
-  double tangent;
-  double most = -1e300, least = -1e300;
-  void add(double side, double back) {
-    most = std::max(most, side + tangent * back);
-    least = std::max(least, tangent * back - side);
-  }
-  [[nodiscard]] double side() const { return 0.5 * (most - least); }
-  [[nodiscard]] double back() const { return 0.5 * (most + least) / tangent; }
-};
-
 }  // namespace
 
 Bounds world_bounds(const Scene& scene) {
@@ -107,30 +94,51 @@ double lens_radius_m(const Camera& camera) {
   return 0.5 * focal_length_m / camera.lens->f_number;
 }
 
-Camera frame_camera(const Scene& scene, double aspect) {
-  const Bounds bounds = world_bounds(scene);
-  const glm::dvec3 center = bounds.empty() ? glm::dvec3{0.0} : (bounds.lo + bounds.hi) * 0.5;
-  const glm::dvec3 back = glm::normalize(kFramingSide);
-  const glm::dvec3 right = glm::normalize(glm::cross(glm::dvec3(0, 1, 0), back)), up = glm::cross(back, right);
+Framing::Framing(double aspect) : aspect_(aspect > 0 ? aspect : 0.0) {
   const double tangent = std::tan(0.5 * kFramingFovRad) * kFramedShare;
-  Fit across{.tangent = tangent * (aspect > 0 ? aspect : 1.0)}, along{.tangent = tangent};
-  bool shows = false;
-  const auto add = [&](const glm::dvec3& p) {
-    across.add(glm::dot(p - center, right), glm::dot(p - center, back));
-    along.add(glm::dot(p - center, up), glm::dot(p - center, back));
-    shows = true;
-  };
+  across_.tangent = tangent * (aspect > 0 ? aspect : 1.0);
+  along_.tangent = tangent;
+  back_ = glm::normalize(kFramingSide);
+  right_ = glm::normalize(glm::cross(glm::dvec3(0, 1, 0), back_));
+  up_ = glm::cross(back_, right_);
+}
+
+void Framing::add(const Scene& scene) {
+  const Bounds bounds = world_bounds(scene);
+  if (!center_) center_ = bounds.empty() ? glm::dvec3{0.0} : (bounds.lo + bounds.hi) * 0.5;
+  bounds_.lo = glm::min(bounds_.lo, bounds.lo);
+  bounds_.hi = glm::max(bounds_.hi, bounds.hi);
   for_each_vertex(scene, [&](const glm::dvec3& p, std::uint32_t material) {
-    if (!never_shows(scene.materials[material])) add(p);
+    if (never_shows(scene.materials[material])) return;
+    add_point(p);
+    shows_ = true;
   });
-  if (!shows || bounds.lo == bounds.hi)  // nothing, or a single point
-    for (const double corner : {-1.0, 1.0}) add(center + glm::dvec3(corner));
+}
+
+void Framing::add_point(const glm::dvec3& p) {
+  const glm::dvec3 offset = p - *center_;
+  across_.add(glm::dot(offset, right_), glm::dot(offset, back_));
+  along_.add(glm::dot(offset, up_), glm::dot(offset, back_));
+}
+
+Camera Framing::camera() const {
+  Framing all = *this;
+  if (!all.center_) all.center_ = glm::dvec3(0.0);
+  if (!shows_ || bounds_.lo == bounds_.hi)  // nothing, or a single point
+    for (const double corner : {-1.0, 1.0}) all.add_point(*all.center_ + glm::dvec3(corner));
+  const Fit &across = all.across_, &along = all.along_;
   const glm::dvec3 eye =
-      center + right * across.side() + up * along.side() + back * std::max(across.back(), along.back());
+      *all.center_ + right_ * across.side() + up_ * along.side() + back_ * std::max(across.back(), along.back());
   return {.name = "framing",
-          .world_from_camera = pose(eye, back, right),
+          .world_from_camera = pose(eye, back_, right_),
           .yfov_rad = kFramingFovRad,
-          .aspect = aspect > 0 ? aspect : 0.0};
+          .aspect = aspect_};
+}
+
+Camera frame_camera(const Scene& scene, double aspect) {
+  Framing framing(aspect);
+  framing.add(scene);
+  return framing.camera();
 }
 
 Camera look_at_camera(const glm::dvec3& eye, const glm::dvec3& target, const glm::dvec3& up, double yfov_rad) {

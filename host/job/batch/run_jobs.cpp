@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "job/batch/run_jobs.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "core/clock.h"
+#include "job/stop_signals.h"
+
+namespace eikon {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool failed(const BatchJob& job) { return job.state == JobState::failed; }
+
+fs::path ledger_of_frames(const std::string& output) {
+  const fs::path file(output);
+  std::string name = file.stem().string();
+  name = name.substr(0, name.find('%'));
+  return file.parent_path() /
+         (name + (name.empty() || name.back() == '_' || name.back() == '.' ? "" : "_") + "frames.ledger");
+}
+
+}  // namespace
+
+ExitCode run_jobs(std::vector<BatchJob>& jobs, const BatchSettings& settings, const fs::path& ledger_file,
+                  const BatchDisplay& display) {
+  Ledger ledger(ledger_file);
+  BatchProgress progress(jobs, !display.quiet && display.progress == "bar", display.progress == "openjd");
+  if (ledger.unreadable() > 0)
+    progress.log(fmt::format("{}: {} lines cannot be read and do not count: their jobs run again", ledger_file.string(),
+                             ledger.unreadable()));
+  for (const BatchJob& job : jobs)
+    if (!job.options) progress.log(fmt::format("{}: {}", label_of(job, settings.name), job.message));
+
+  const std::atomic<bool>& stop = catch_stop_signals();
+  const double begin = host_seconds();
+  BatchRun run(jobs, settings, ledger, progress, stop);
+  run.run();
+  const bool as_asked = std::ranges::none_of(jobs, failed) && run.ledger_is_whole();
+  const ExitCode code = stop ? stop_exit_code() : as_asked ? ExitCode::done : ExitCode::not_as_asked;
+  progress.close(code);
+  print_summary(jobs, host_seconds() - begin);
+  return code;
+}
+
+ExitCode run_frames(const RenderOptions& options, const ParseRender& parse) {
+  std::vector<BatchJob> jobs = read_frames(options, 0, parse);
+  const fs::path ledger = ledger_of_frames(jobs.front().options ? jobs.front().options->frame_pattern : options.output);
+  check_outputs(jobs, "", {ledger});
+  const ExitCode code = run_jobs(jobs, {.name = ""}, ledger, {.quiet = options.quiet, .progress = options.progress});
+  // What is wrong with all of them, such as a scene that is not there, has its own code.
+  const bool same = code == ExitCode::not_as_asked && std::ranges::all_of(jobs, [&](const BatchJob& job) {
+                      return failed(job) && job.code == jobs.front().code;
+                    });
+  return same ? jobs.front().code : code;
+}
+
+}  // namespace eikon
