@@ -9,6 +9,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <tuple>
 
 #include <fmt/format.h>
 
@@ -23,15 +24,18 @@ __extension__ typedef unsigned __int128 uint128;
 constexpr int kFractionBits = 64;
 constexpr int128 kMaxSum = static_cast<int128>(~uint128{0} >> 1);
 
-/// Returns the number of samples i in [0, end) with i mod replicates == replicate.
-std::uint64_t samples_below(std::uint64_t end, std::uint32_t replicate, std::uint32_t replicates) {
-  return end > replicate ? (end - replicate - 1) / replicates + 1 : 0;
-}
-
 /// Returns 2^exponent, for exponents of normal numbers.
 double power_of_two(int exponent) { return std::bit_cast<double>(static_cast<std::uint64_t>(1023 + exponent) << 52); }
 
 }  // namespace
+
+std::uint64_t samples_of_replicate(std::uint64_t begin, std::uint64_t end, std::uint32_t replicate,
+                                   std::uint32_t replicates) {
+  const auto below = [&](std::uint64_t sample) {
+    return sample > replicate ? (sample - replicate - 1) / replicates + 1 : 0;
+  };
+  return below(end) - below(begin);
+}
 
 double to_double(int128 fixed) {
   // The conversion rounds to nearest even, and scaling is exact: the result is 0 or at least 2^-64.
@@ -65,6 +69,9 @@ Film::Film(FilmLayout layout) : layout_(std::move(layout)) {
   const auto& channels = layout_.channels;
   if (channels.size() < 3 || channels[0] != "R" || channels[1] != "G" || channels[2] != "B")
     throw InternalError("the film's channels do not begin with R, G, B");
+  for (const std::string& channel : channels) splats_of_.push_back(channel_index(fmt::format("{}{}", kSplats, channel)));
+  const auto splats = std::ranges::find_if(channels, [](const std::string& name) { return name.starts_with(kSplats); });
+  camera_channels_ = std::size_t(splats - channels.begin());
   const std::size_t cells = crop.pixel_count() * layout_.replicates;
   sums_.reserve(cells * channels.size());
   // Small pages take 10 ms at 512x512.
@@ -104,7 +111,7 @@ void Film::refuse_sum(std::size_t index) const {
 
 void Film::add(const UnitSums& unit) {
   const std::uint32_t replicates = layout_.replicates;
-  const std::size_t channels = layout_.channels.size();
+  const std::size_t channels = camera_channels_, all_channels = layout_.channels.size();
   const std::size_t stride = unit.pixel_stride;
   if (unit.pixels.size() > stride || unit.limbs.size() != replicates * channels * EK_FILM_LIMBS * stride ||
       unit.rejected.size() != replicates * stride || unit.sample_begin > unit.sample_end)
@@ -114,7 +121,7 @@ void Film::add(const UnitSums& unit) {
                     unit.pixels.size(), stride, unit.limbs.size(), unit.rejected.size(), replicates, channels));
   std::vector<std::uint64_t> drawn(replicates);
   for (std::uint32_t r = 0; r < replicates; ++r)
-    drawn[r] = samples_below(unit.sample_end, r, replicates) - samples_below(unit.sample_begin, r, replicates);
+    drawn[r] = samples_of_replicate(unit.sample_begin, unit.sample_end, r, replicates);
   // The unit's arrays are read along the pixels, in groups whose film sums fit into the L1 cache.
   constexpr std::size_t kTogether = 128;
   std::array<std::size_t, kTogether> film_pixels{};
@@ -135,12 +142,38 @@ void Film::add(const UnitSums& unit) {
           static_assert(EK_FILM_LIMBS == 4);
           const std::uint64_t low = limb[i] | std::uint64_t{limb[stride + i]} << 32;
           const std::uint64_t high = limb[2 * stride + i] | std::uint64_t{limb[3 * stride + i]} << 32;
-          add_to_sum((film_pixels[i] * replicates + r) * channels + c, static_cast<int128>(uint128{high} << 64 | low));
+          add_to_sum((film_pixels[i] * replicates + r) * all_channels + c, static_cast<int128>(uint128{high} << 64 | low));
         }
       }
     }
   }
   add_mattes(unit);
+  if (unit.light_paths > 0) add_splats(unit);
+}
+
+void Film::add_light_paths(const LightPathCount& count) {
+  if (count.paths.size() != layout_.replicates)
+    throw InternalError(fmt::format("{} counts of light paths for {} replicates", count.paths.size(), layout_.replicates));
+  const auto key = [](const LightPathCount& of) {
+    return std::tuple(of.window.y0, of.window.x0, of.window.y1, of.window.x1);
+  };
+  const auto place = std::ranges::lower_bound(light_paths_, key(count), {}, key);
+  if (place == light_paths_.end() || place->window != count.window) {
+    light_paths_.insert(place, count);
+    return;
+  }
+  for (std::size_t r = 0; r < count.paths.size(); ++r)
+    if (__builtin_add_overflow(place->paths[r], count.paths[r], &place->paths[r]))
+      throw InputError("film: more than 2^64 light paths");
+}
+
+std::uint64_t Film::light_paths_at(std::size_t pixel, std::size_t replicate) const {
+  if (light_paths_.size() == 1 && light_paths_.front().window == layout_.crop) return light_paths_.front().paths[replicate];
+  const std::size_t x = layout_.crop.x0 + pixel % layout_.crop.width(), y = layout_.crop.y0 + pixel / layout_.crop.width();
+  std::uint64_t paths = 0;
+  for (const LightPathCount& of : light_paths_)
+    if (x >= of.window.x0 && x < of.window.x1 && y >= of.window.y0 && y < of.window.y1) paths += of.paths[replicate];
+  return paths;
 }
 
 std::span<const int128> Film::row_sums(std::uint32_t y) const {
@@ -175,6 +208,7 @@ void Film::add(const Film& other) {
       theirs.channels != layout_.channels || theirs.mattes != layout_.mattes)
     throw InternalError("films of different size, replicates, channels or mattes cannot be added");
   add_rows(other, theirs.crop.y0, theirs.crop.y1);
+  for (const LightPathCount& count : other.light_paths_) add_light_paths(count);
 }
 
 void Film::add_rows(const Film& other, std::uint32_t y0, std::uint32_t y1) {
@@ -193,6 +227,7 @@ Film Film::rows(std::uint32_t y0, std::uint32_t y1) const {
   layout.crop.y1 = y1;
   Film part(std::move(layout));
   part.add_rows(*this, y0, y1);
+  part.light_paths_ = light_paths_;
   return part;
 }
 
@@ -272,7 +307,18 @@ std::uint64_t Film::samples(std::uint32_t x, std::uint32_t y) const {
 }
 
 double Film::mean(std::uint32_t x, std::uint32_t y, std::uint32_t channel) const {
-  return to_mean(total(x, y, channel), samples(x, y));
+  return mean(x, y, std::span(&channel, 1));
+}
+
+double Film::mean(std::uint32_t x, std::uint32_t y, std::span<const std::uint32_t> channels) const {
+  const double by_samples = to_mean(total(x, y, channels), samples(x, y));
+  std::vector<std::uint32_t> splats;
+  for (const std::uint32_t channel : channels)
+    if (const auto of = splats_of_[channel]) splats.push_back(*of);
+  if (splats.empty()) return by_samples;
+  std::uint64_t paths = 0;
+  for (std::uint32_t r = 0; r < layout_.replicates; ++r) paths += light_paths_at(pixel_index(x, y), r);
+  return by_samples + to_mean(total(x, y, splats), paths);
 }
 
 double Film::variance_of_mean(std::uint32_t x, std::uint32_t y, std::uint32_t channel) const {
@@ -283,15 +329,22 @@ Film::Spread Film::spread_of(std::size_t pixel, std::uint32_t channel) const {
   const std::size_t replicates = layout_.replicates, channels = layout_.channels.size();
   const std::uint64_t* const counts = &counts_[pixel * replicates];
   const int128* const sums = &sums_[pixel * replicates * channels + channel];
-  std::uint64_t all = 0;
-  int128 total = 0;
-  for (std::size_t r = 0; r < replicates; ++r) all += counts[r], total += sums[r * channels];
-  Spread found{.mean = to_mean(total, all), .variance = std::numeric_limits<double>::quiet_NaN()};
+  const int128* const splats = splats_of_[channel] ? sums + (*splats_of_[channel] - channel) : nullptr;
+  std::uint64_t all = 0, all_paths = 0;
+  int128 total = 0, total_splats = 0;
+  for (std::size_t r = 0; r < replicates; ++r) {
+    all += counts[r], total += sums[r * channels];
+    if (splats != nullptr) all_paths += light_paths_at(pixel, r), total_splats += splats[r * channels];
+  }
+  Spread found{.mean = to_mean(total, all) + to_mean(total_splats, all_paths),
+               .variance = std::numeric_limits<double>::quiet_NaN()};
   if (replicates < 2) return found;
   double spread = 0;
   for (std::size_t r = 0; r < replicates; ++r) {
     if (counts[r] == 0) return found;
-    const double difference = to_mean(sums[r * channels], counts[r]) - found.mean;
+    double mean = to_mean(sums[r * channels], counts[r]);
+    if (splats != nullptr) mean += to_mean(splats[r * channels], light_paths_at(pixel, r));
+    const double difference = mean - found.mean;
     spread += static_cast<double>(counts[r]) / static_cast<double>(all) * difference * difference;
   }
   found.variance = spread / static_cast<double>(replicates - 1);

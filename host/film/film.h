@@ -41,10 +41,24 @@ struct FilmLayout {
 // A film takes samples that are finite and below 2^38 in magnitude: 2^24 of them do not overflow a
 // sum. The film stage counts the others as rejected.
 
+/// The number of samples in [begin, end) that belong to a replicate.
+[[nodiscard]] std::uint64_t samples_of_replicate(std::uint64_t begin, std::uint64_t end, std::uint32_t replicate,
+                                                 std::uint32_t replicates);
+
 /// fixed * 2^-64, correctly rounded (to nearest, ties to even).
 [[nodiscard]] double to_double(int128 fixed);
 /// fixed * 2^-64 / count, correctly rounded; 0 when count is 0.
 [[nodiscard]] double to_mean(int128 fixed, std::uint64_t count);
+
+/// The prefix of channels that hold what light paths bring to the channel of the rest of the name (film/splats.h).
+inline constexpr std::string_view kSplats = "splats.";
+
+/// Light paths that were traced for a window of the image.
+struct LightPathCount {
+  Crop window;
+  std::vector<std::uint64_t> paths;  // [replicate]
+  bool operator==(const LightPathCount&) const = default;
+};
 
 /// The sums of one finished work unit, in the fixed-point limbs that a device writes.
 struct UnitSums {
@@ -61,6 +75,10 @@ struct UnitSums {
   /// [matte][number].
   std::span<const std::uint32_t> met = {};
   std::span<const std::vector<std::uint32_t>> matte_ids = {};
+  /// What its light paths brought, SPLAT_WORDS words each (kernels/film/splat.h), and the number of light paths of each
+  /// of its samples.
+  std::span<const std::uint32_t> splats = {};
+  std::uint64_t light_paths = 0;
 };
 
 /// The relative mean squared error of the image, predicted from the spread between replicates, and
@@ -99,6 +117,10 @@ class Film {
   /// samples than samples; InputError when a pixel leaves the film's range (mean radiance times
   /// number of samples reaches 2^63). The film is then unusable.
   void add(const UnitSums& unit);
+  /// Adds to the light paths that were traced for a window. throws InternalError unless there is a count for each replicate
+  void add_light_paths(const LightPathCount& count);
+  /// Those of all windows, in the order of the windows.
+  [[nodiscard]] std::span<const LightPathCount> light_paths() const { return light_paths_; }
   /// Adds another film of the same image size, replicates, channels and mattes, whose crop lies
   /// inside this one's. The caller must know that their samples are disjoint. throws as above
   void add(const Film& other);
@@ -135,7 +157,10 @@ class Film {
   /// The exact sum over replicates and several channels. throws InputError beyond the film's range
   [[nodiscard]] int128 total(std::uint32_t x, std::uint32_t y, std::span<const std::uint32_t> channels) const;
   /// The mean over all samples, correctly rounded to double from the exact sum; 0 without samples.
+  /// What light paths bring is a mean over those that were traced for the pixel, and is added.
   [[nodiscard]] double mean(std::uint32_t x, std::uint32_t y, std::uint32_t channel) const;
+  /// The mean of the sum of several channels.
+  [[nodiscard]] double mean(std::uint32_t x, std::uint32_t y, std::span<const std::uint32_t> channels) const;
   /// Estimates the variance of mean() as sum_r (n_r / N) (m_r - m)^2 / (R - 1). Each of the R
   /// replicates has n_r samples and mean m_r; all together have N samples and mean m. Replicates
   /// are independent and m_r is unbiased, so for equal n_r the expectation is the variance of m,
@@ -162,6 +187,9 @@ class Film {
   std::vector<int128> sums_;           // [(pixel * replicates + replicate) * channels + channel]
   std::vector<std::uint64_t> counts_;  // [pixel * replicates + replicate]
   std::vector<MatteCounts> mattes_;
+  std::vector<LightPathCount> light_paths_;  // of different windows
+  std::size_t camera_channels_ = 0;          // the first ones; behind them are those of splats
+  std::vector<std::optional<std::uint32_t>> splats_of_;  // channel of the splats of each channel
   int128 limit_ = 0;  // bound of a replicate's sum, so that the total over replicates always fits
 
   struct Spread {
@@ -169,6 +197,8 @@ class Film {
   };
   [[nodiscard]] Spread spread_of(std::size_t pixel, std::uint32_t channel) const;
   void add_mattes(const UnitSums& unit);
+  void add_splats(const UnitSums& unit);
+  [[nodiscard]] std::uint64_t light_paths_at(std::size_t pixel, std::size_t replicate) const;
   void add_rows(const Film& other, std::uint32_t y0, std::uint32_t y1);
   [[nodiscard]] std::size_t pixel_index(std::uint32_t x, std::uint32_t y) const;
   void add_to_sum(std::size_t index, int128 value);

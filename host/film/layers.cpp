@@ -41,16 +41,6 @@ std::vector<std::string> channels_of(const LayerInfo& layer) {
   return channels;
 }
 
-/// The most times that the light of a channel "scattered.N.R" was scattered; nothing for other
-/// channels.
-std::optional<std::uint64_t> bound_of(std::string_view channel) {
-  if (!channel.starts_with(kScattered)) return std::nullopt;
-  const std::string_view text = channel.substr(kScattered.size());
-  std::uint32_t bound = 0;
-  const auto [end, code] = std::from_chars(text.data(), text.data() + text.size(), bound);
-  return code == std::errc() ? bound : kAnyTimes;
-}
-
 /// Channels of light that was scattered [least, most] times. The film's bounds must include least -
 /// 1 and most.
 std::vector<LayerChannel> scattered_between(std::string_view prefix, std::uint64_t least, std::uint64_t most,
@@ -71,6 +61,22 @@ std::vector<LayerChannel> scattered_between(std::string_view prefix, std::uint64
 }
 
 }  // namespace
+
+std::optional<std::uint64_t> bound_of(std::string_view channel) {
+  if (!channel.starts_with(kScattered)) return std::nullopt;
+  const std::string_view text = channel.substr(kScattered.size());
+  std::uint32_t bound = 0;
+  const auto [end, code] = std::from_chars(text.data(), text.data() + text.size(), bound);
+  return code == std::errc() ? bound : kAnyTimes;
+}
+
+std::vector<std::string> splat_channels_of(std::span<const std::string> channels) {
+  std::vector<std::string> splats;
+  for (const std::string& name : channels)
+    if (std::ranges::find(kColours, name) != kColours.end() || name.starts_with(kScattered) || name.starts_with(kLightGroup))
+      splats.push_back(fmt::format("{}{}", kSplats, name));
+  return splats;
+}
 
 std::span<const LayerInfo> layers() {
   using enum LayerRule;
@@ -172,7 +178,18 @@ Film scattered_at_most(const Film& film, std::uint32_t most) {
     layout.channels.emplace_back("A");
     parts.push_back({"A", LayerRule::mean, {*alpha}});
   }
+  // What light paths bring to each of these is a channel, too.
+  for (std::size_t c = 0, count = parts.size(); c < count; ++c) {
+    LayerChannel splats{fmt::format("{}{}", kSplats, parts[c].name), LayerRule::mean, {}};
+    for (const std::uint32_t channel : parts[c].film)
+      if (const auto of = film.channel_index(fmt::format("{}{}", kSplats, from.channels[channel])))
+        splats.film.push_back(*of);
+    if (splats.film.empty()) continue;
+    layout.channels.push_back(splats.name);
+    parts.push_back(std::move(splats));
+  }
   Film partial(layout);
+  for (const LightPathCount& count : film.light_paths()) partial.add_light_paths(count);
   const Crop& crop = from.crop;
   for (std::uint32_t y = crop.y0; y < crop.y1; ++y)
     for (std::uint32_t x = crop.x0; x < crop.x1; ++x)

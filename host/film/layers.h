@@ -67,6 +67,11 @@ inline constexpr std::uint32_t kMaxScatterBound = 30;
 /// for light scattered at most 0 times, ... "scattered.more.B"; light_group "light.NAME.R", ...
 [[nodiscard]] std::vector<std::string> film_channels_of(FilmSum sum, std::span<const std::uint32_t> scatter_bounds,
                                                         std::span<const std::string> light_groups);
+/// The most times that the light of a channel "scattered.N.R" was scattered; nothing for other
+/// channels.
+[[nodiscard]] std::optional<std::uint64_t> bound_of(std::string_view channel);
+/// The channels for what light paths bring to those of a film that hold radiance.
+[[nodiscard]] std::vector<std::string> splat_channels_of(std::span<const std::string> channels);
 /// A film of R, G, B (and A if `film` has it) that has only the light scattered at most `most`
 /// times, which is one of the bounds. throws InternalError when the film does not keep that light
 /// apart

@@ -5,8 +5,10 @@
 
 #include <bit>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <fmt/format.h>
@@ -26,26 +28,36 @@ inline constexpr const char* kRecord = "eikon.record";          // string: ExrOp
 inline constexpr const char* kSumsHash = "eikon.sumsHash";      // string: SumsHash of the rest
 inline constexpr const char* kMattes = "eikon.mattes";          // string: joined by commas; absent if none
 // Raised when an older reader would misread the file.
-inline constexpr int kSumsFormat = 2;
+inline constexpr const char* kLightPaths = "eikon.lightPaths";  // string: light_paths_text(); absent if none
+inline constexpr int kSumsFormat = 3;
 inline constexpr std::size_t kMaxRecordBytes = std::size_t{64} << 20U;
 // Rows of a block of ZIP compression; converted at a time.
 inline constexpr int kRowsPerBlock = 16;
 inline constexpr std::uint32_t kSumLimbs = 4, kCountLimbs = 2;  // 32-bit words, low first
 
-/// The format of a file with these sums. Readers of format 1 know no mattes.
-inline int sums_format(const FilmLayout& layout) { return layout.mattes.empty() ? 1 : 2; }
+/// The format of a file with these sums. Readers of format 1 know no mattes, and those of format 2 no splats.
+inline int sums_format(const FilmLayout& layout) {
+  if (layout.channels.back().starts_with(kSplats)) return 3;
+  return layout.mattes.empty() ? 1 : 2;
+}
+
+/// "x0 y0 x1 y1 n0 n1 ...;..." for each window with the light paths of its replicates.
+[[nodiscard]] std::string light_paths_text(std::span<const LightPathCount> counts);
+/// The reverse; nothing if the text is no such thing, or if the counts do not belong to the layout.
+[[nodiscard]] std::optional<std::vector<LightPathCount>> parse_light_paths(std::string_view text, const FilmLayout& layout);
 
 /// Checksum of a sums part: of its layout and record, then of its numbers row by row, so that
 /// writer and reader compute it as rows pass.
 class SumsHash {
  public:
-  SumsHash(const FilmLayout& layout, const std::string& record)
+  SumsHash(const FilmLayout& layout, const std::string& record, const std::string& light_paths = {})
       : hash_(add(fmt::format("{} {}x{} {},{},{},{} {} {}", sums_format(layout), layout.width, layout.height,
                               layout.crop.x0, layout.crop.y0, layout.crop.x1, layout.crop.y1, layout.replicates,
                               fmt::join(layout.channels, ",")),
                   0)) {
     if (!layout.mattes.empty()) hash_ = add(fmt::format("{}", fmt::join(layout.mattes, ",")), hash_);
     hash_ = add(record, hash_);
+    if (!light_paths.empty()) hash_ = add(light_paths, hash_);
   }
   void add_row(std::span<const int128> sums, std::span<const std::uint64_t> counts) {
     static_assert(std::endian::native == std::endian::little, "the checksum is of the numbers' bytes in memory");

@@ -92,12 +92,42 @@ void join_words(const FilmLayout& layout, std::uint32_t row, Rows& rows) {
 
 }  // namespace
 
+std::string exr::light_paths_text(std::span<const LightPathCount> counts) {
+  std::string text;
+  for (const LightPathCount& count : counts) {
+    const Crop& w = count.window;
+    text += fmt::format("{}{} {} {} {} {}", text.empty() ? "" : ";", w.x0, w.y0, w.x1, w.y1, fmt::join(count.paths, " "));
+  }
+  return text;
+}
+
+std::optional<std::vector<LightPathCount>> exr::parse_light_paths(std::string_view text, const FilmLayout& layout) {
+  std::vector<LightPathCount> counts;
+  for (const std::string& part : split(text, ';')) {
+    std::vector<std::uint64_t> numbers;
+    for (const std::string& word : split(part, ' ')) {
+      const auto number = number_in<std::uint64_t>(word);
+      if (!number) return std::nullopt;
+      numbers.push_back(*number);
+    }
+    if (numbers.size() != 4 + layout.replicates) return std::nullopt;
+    const auto fits = [&](std::size_t begin, std::size_t end, std::uint32_t size) {
+      return numbers[begin] < numbers[end] && numbers[end] <= size;
+    };
+    if (!fits(0, 2, layout.width) || !fits(1, 3, layout.height)) return std::nullopt;
+    const auto at = [&](std::size_t i) { return static_cast<std::uint32_t>(numbers[i]); };
+    counts.push_back({{at(0), at(1), at(2), at(3)}, {numbers.begin() + 4, numbers.end()}});
+  }
+  return counts;
+}
+
 struct SumsReader::Impl {
   std::filesystem::path path;
   Reader reader;
   int part = 0;
   FilmLayout layout;
-  std::string record, hash;
+  std::string record, hash, light_paths_text;
+  std::vector<LightPathCount> light_paths;
 
   explicit Impl(const std::filesystem::path& file) : path(file), reader(file) {
     while (part < reader.file().parts() &&
@@ -112,6 +142,12 @@ struct SumsReader::Impl {
     reader.check(part, kMaxSumsBytes);
     read_channels(path, header, layout);
     read_windows(path, header, layout);
+    if (const auto* text = header.findTypedAttribute<Imf::StringAttribute>(exr::kLightPaths)) {
+      light_paths_text = text->value();
+      const auto counts = exr::parse_light_paths(light_paths_text, layout);
+      if (!counts) refuse(path, "its count of light paths is damaged");
+      light_paths = *counts;
+    }
   }
 
   void read_format(const Imf::Header& header) {
@@ -143,7 +179,7 @@ void SumsReader::add_to(Film& film) {
   const std::size_t cells = std::size_t{crop.width()} * layout.replicates;
   Rows rows{std::vector<std::uint32_t>(std::size_t{crop.width()} * exr::kRowsPerBlock * names.size()),
             std::vector<int128>(cells * layout.channels.size()), std::vector<std::uint64_t>(cells)};
-  exr::SumsHash hash(layout, impl_->record);
+  exr::SumsHash hash(layout, impl_->record, impl_->light_paths_text);
   reading(impl_->path, [&] {
     Imf::InputPart part(impl_->reader.file(), impl_->part);
     for (std::uint32_t first = crop.y0; first < crop.y1; first += exr::kRowsPerBlock) {
@@ -161,6 +197,7 @@ void SumsReader::add_to(Film& film) {
       }
     }
     if (hash.text() != impl_->hash) refuse(impl_->path, "its checksum is wrong: the file is damaged");
+    for (const LightPathCount& count : impl_->light_paths) film.add_light_paths(count);
     if (!layout.mattes.empty()) exr::read_mattes(impl_->path, impl_->reader, layout, impl_->hash, film);
   });
 }

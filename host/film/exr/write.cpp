@@ -67,7 +67,7 @@ Source source_of(const Film& film, const LayerChannel& channel, Imf::PixelType t
   switch (channel.rule) {
     case LayerRule::mean:
       return {.name = channel.name, .type = type, .real = [&film, from](auto x, auto y) {
-                return to_mean(film.total(x, y, from), film.samples(x, y));
+                return film.mean(x, y, from);
               }};
     case LayerRule::mean_of_hit:
       return {.name = channel.name, .type = type, .real = [&film, from](auto x, auto y) {
@@ -165,7 +165,9 @@ Imf::Header sums_header(const Film& film, const ExrOptions& options) {
   if (!layout.mattes.empty())
     header.insert(exr::kMattes, Imf::StringAttribute(fmt::format("{}", fmt::join(layout.mattes, ","))));
   header.insert(exr::kRecord, Imf::StringAttribute(options.record));
-  exr::SumsHash hash(layout, options.record);
+  const std::string light_paths = exr::light_paths_text(film.light_paths());
+  if (!light_paths.empty()) header.insert(exr::kLightPaths, Imf::StringAttribute(light_paths));
+  exr::SumsHash hash(layout, options.record, light_paths);
   for (std::uint32_t y = layout.crop.y0; y < layout.crop.y1; ++y) hash.add_row(film.row_sums(y), film.row_counts(y));
   header.insert(exr::kSumsHash, Imf::StringAttribute(hash.text()));
   return header;

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+// Splats: what light paths bring to pixels, in a list of each unit (kernels/film/splat.h). A unit has the light paths of
+// its pixels, and these reach any pixel of the film's window. So splats have channels of their own, "splats.R" beside
+// "R", and are divided by the number of light paths that were traced for the window. Each channel that holds radiance
+// has one for splats, with the same unit of 2^-64.
+#include <bit>
+#include <cmath>
+
+#include "core/error.h"
+#include "film/film.h"
+#include "film/layers.h"
+#include "shared/splat.h"
+
+namespace eikon {
+namespace {
+
+/// The first of the three channels of splats, for each kind of sum that the film keeps.
+struct SplatChannels {
+  std::uint32_t rgb = 0;
+  std::vector<std::pair<std::uint64_t, std::uint32_t>> bins;  // most scatterings, channel; in rising order
+  std::vector<std::uint32_t> groups;                          // of each light group
+
+  explicit SplatChannels(const FilmLayout& layout) {
+    for (std::uint32_t c = 0; c < layout.channels.size(); ++c) {
+      std::string_view name = layout.channels[c];
+      if (!name.starts_with(kSplats) || !name.ends_with('R')) continue;
+      name.remove_prefix(kSplats.size());
+      if (name == "R")
+        rgb = c;
+      else if (const auto bound = bound_of(name))
+        bins.emplace_back(*bound, c);
+      else
+        groups.push_back(c);
+    }
+  }
+};
+
+/// floor(x 2^64), as fixed_from_float of the kernels
+int128 fixed_from_float(float x) {
+  int exponent = 0;
+  const float mantissa = std::frexp(x, &exponent);
+  const auto whole = static_cast<int128>(std::ldexp(mantissa, 24));  // exact
+  const int shift = exponent - 24 + 64;
+  if (shift >= 0) return static_cast<int128>(static_cast<unsigned __int128>(whole) << shift);
+  return shift > -32 ? whole >> -shift : (whole < 0 ? -1 : 0);  // rounds down
+}
+
+}  // namespace
+
+void Film::add_splats(const UnitSums& unit) {
+  const SplatChannels to(layout_);
+  const std::size_t channels = layout_.channels.size(), replicates = layout_.replicates;
+  if (unit.splats.size() % SPLAT_WORDS != 0 || to.rgb == 0) throw InternalError("splats do not fit the film");
+  const auto add = [&](std::size_t cell, std::uint32_t first, const std::uint32_t* splat) {
+    for (std::uint32_t c = 0; c < 3; ++c)
+      add_to_sum(cell * channels + first + c, fixed_from_float(std::bit_cast<float>(splat[SPLAT_r + c])));
+  };
+  for (std::size_t at = 0; at < unit.splats.size(); at += SPLAT_WORDS) {
+    const std::uint32_t* const splat = &unit.splats[at];
+    const std::uint32_t info = splat[SPLAT_info], replicate = info & 0xffU;
+    const std::uint32_t scatterings = info >> 8 & EK_SPLAT_SCATTERINGS_MOST, group = info >> 24;
+    if (replicate >= replicates || (!to.groups.empty() && group >= to.groups.size()))
+      throw InternalError("a splat of a replicate or light group that the film does not have");
+    const std::size_t cell = pixel_index(splat[SPLAT_pixel] & 0xffffU, splat[SPLAT_pixel] >> 16) * replicates + replicate;
+    add(cell, to.rgb, splat);
+    for (const auto& [most, channel] : to.bins)
+      if (scatterings <= most) {
+        add(cell, channel, splat);
+        break;
+      }
+    if (!to.groups.empty()) add(cell, to.groups[group], splat);
+  }
+  LightPathCount count{layout_.crop, {}};
+  for (std::uint32_t r = 0; r < replicates; ++r)
+    count.paths.push_back(unit.light_paths * samples_of_replicate(unit.sample_begin, unit.sample_end, r, layout_.replicates));
+  add_light_paths(count);
+}
+
+}  // namespace eikon
