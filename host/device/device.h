@@ -96,6 +96,7 @@ struct ProgramOptions {
 class Ticket {
  public:
   struct Impl;
+  [[nodiscard]] explicit operator bool() const { return impl_ != nullptr; }
 
  private:
   friend class Device;

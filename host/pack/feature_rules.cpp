@@ -7,6 +7,7 @@
 
 #include "film/layers.h"
 #include "pack/lights/light_kind.h"
+#include "pack/lights/pack_light_paths.h"
 #include "pack/materials/material_parameters.h"
 #include "pack/materials/material_traits.h"
 
@@ -167,6 +168,16 @@ Need light_tree(const SceneFacts& facts) {
   return {facts.lights.wants_tree(), fmt::format("{} lights that have a place", facts.lights.places())};
 }
 
+/// Light paths go from lights that have a place or a direction to surfaces that reflect or refract exactly.
+Need light_paths(const SceneFacts& facts) {
+  const Settings& settings = facts.settings;
+  if (settings.light_path_count == 0) return {false, "--light-paths"};
+  if (settings.integrator != Integrator::path) return {false, "--integrator"};
+  if (settings.light_sampling != LightSampling::mis) return {false, "--light-sampling"};
+  if (facts.lights.places() == 0 && facts.scene.lights.empty()) return {false, "there is no light that paths start from"};
+  return if_some_material(facts, "nothing reflects or refracts exactly", is_light_target);
+}
+
 /// needed: by the way of light sampling, if there is light
 Need light_sampling_rule(const SceneFacts& facts, bool needed) {
   return {needed && facts.is_lit, facts.is_lit ? "--light-sampling" : "there is no light"};
@@ -290,6 +301,7 @@ constexpr Rule kRules[] = {
      [](const SceneFacts& f) { return f.settings.integrator == Integrator::whitted; }},
     {Feature::guiding, "--guiding", [](const SceneFacts& f) { return f.settings.guide != nullptr; }},
     {Feature::path_log, "the program of a pilot has it", [](const SceneFacts&) { return false; }},
+    {Feature::light_paths, light_paths},
     {Feature::fixed_roulette, "--roulette", [](const SceneFacts& f) { return f.settings.roulette > 0; }},
     {Feature::pixel_filter, "--filter", [](const SceneFacts& f) { return !f.settings.filter.is_pixel_box(); }},
     {Feature::orthographic,

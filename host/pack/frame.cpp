@@ -2,7 +2,9 @@
 #include "pack/frame.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <numbers>
 
 #include "pack/materials/camera_medium.h"
 #include "scene/endless.h"
@@ -23,6 +25,35 @@ double clear_way(const PackedScene& packed, const glm::dvec3& eye, const glm::dv
   // A sixteenth of the scene's size is left, so that rounding does not matter. It is a float
   // because the kernels add it.
   return double(float(std::max(0.0, glm::dot(center - eye, dir) - glm::dot(half, glm::abs(dir)) - 0x1p-4 * size)));
+}
+
+/// Sets the inverse of the camera (kernels/film/camera_connection.h), and what light paths need besides.
+void set_light_paths(Frame& frame, const PackedScene& packed, const Settings& settings) {
+  if (packed.light_targets.empty() || settings.light_path_count == 0) return;
+  const auto vector = [](const float4& v) { return glm::dvec3(v.x, v.y, v.z); };
+  const auto pack = [](const glm::dvec3& v, double w) { return float4{float(v.x), float(v.y), float(v.z), float(w)}; };
+  const glm::dvec3 x = vector(frame.camera_x), y = vector(frame.camera_y), corner = vector(frame.camera_corner);
+  const glm::dvec3 across = glm::cross(x, y);
+  const bool parallel = settings.camera.projection == Projection::orthographic;
+  if (settings.camera.projection == Projection::panorama) {
+    const double pixels = double(settings.width) * settings.height;
+    frame.film_normal = pack(corner, pixels / (2 * std::numbers::pi * std::numbers::pi));
+  } else {
+    // The dual basis of the sides of a pixel; both lie across the axis, as `across` does along it.
+    const double area2 = glm::dot(across, across);
+    const glm::dvec3 dual_x = glm::cross(y, across) / area2, dual_y = glm::cross(across, x) / area2;
+    const glm::dvec3 origin = parallel ? glm::dvec3(0) : corner;  // parallel rays start from the film's corner
+    const double along = glm::dot(across, corner);
+    frame.film_dual_x = pack(dual_x, -glm::dot(dual_x, origin));
+    frame.film_dual_y = pack(dual_y, -glm::dot(dual_y, origin));
+    frame.film_normal = pack(across / along, 1 / std::abs(along));
+  }
+  frame.light_target_count = std::uint32_t(packed.light_targets.size());
+  frame.emission_light_count = std::uint32_t(packed.emission_alias_table.size());
+  frame.light_path_count = std::uint32_t(settings.light_path_count);
+  frame.light_index_bits = std::uint32_t(std::bit_width(settings.light_path_count - 1));
+  frame.crop_begin = settings.crop.x0 | settings.crop.y0 << 16;
+  frame.crop_end = settings.crop.x1 | settings.crop.y1 << 16;
 }
 
 void set_sampling(Frame& frame, const Settings& settings) {
@@ -90,6 +121,7 @@ Frame pack_frame(const PackedScene& packed, const Settings& settings) {
   frame.light_count = std::uint32_t(packed.light_alias_table.size());
   frame.tree_light_count = packed.tree_light_count;
   frame.light_scale = packed.light_scale;
+  set_light_paths(frame, packed, settings);
   return frame;
 }
 

@@ -55,6 +55,10 @@ struct PackedScene {
   float light_scale = 1;                         // from metres to the unit of the nodes
   DeviceVector<float4> environment_texels;       // of a map: radiance, and the density of light sampling per sr
   std::vector<AliasEntry> environment_alias_table;  // of the texels
+  // With feature light_paths; empty where no light reaches anything that reflects or refracts exactly.
+  std::vector<AliasEntry> emission_alias_table;  // of lights, by which light paths start
+  std::vector<float> emission_pdf;               // probability of each light, of triangles per m^2
+  std::vector<float4> light_targets;             // balls, world: centre and radius
   std::vector<PackedLight> light_summary;        // one per emissive material, other light, and the environment
   std::map<std::string, Accel> accels;           // by layout
   std::uint64_t saved_once = 0;                  // rough bytes that two levels would save; 0 if there are two

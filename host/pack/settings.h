@@ -75,6 +75,7 @@ struct Settings {
   std::vector<std::uint32_t> depth_series;  // light is also summed apart by these bounds (scatter_bounds, layers.h)
   PixelFilter filter;
   bool transparent = false;  // the film leaves out the environment that the camera sees, and has a channel A
+  std::uint64_t light_path_count = 0;  // of each sample index; the image has them whatever its crop. 0: none
   Guiding guiding = Guiding::off;
   std::uint64_t pilot_paths = 0;            // from which it is learned how to guide paths (usual_pilot_paths); 0: none
   std::shared_ptr<const GuideTable> guide;  // what a pilot learned; null: paths are not guided

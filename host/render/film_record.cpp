@@ -21,6 +21,7 @@ constexpr const char* kVersionName = "version of image bits";
 constexpr const char* kCullingName = "culling (--cull)";
 constexpr const char* kGuidingName = "guiding (--guiding)";
 constexpr const char* kNotGuided = "off";
+constexpr const char* kLightPathsName = "light paths (--light-paths)";
 
 std::string triple(const glm::dvec4& v) { return fmt::format("{},{},{}", v.x, v.y, v.z); }
 
@@ -90,6 +91,10 @@ std::string describe_guiding(Guiding guiding, std::uint64_t paths) {
   return paths == 0 ? kNotGuided : fmt::format("{}, by {} paths", name_of(guiding), paths);
 }
 
+std::string describe_light_paths(std::uint64_t count) {
+  return count == 0 ? "none" : fmt::format("{} of each sample", count);
+}
+
 }  // namespace
 
 std::vector<ImageSetting> image_settings(const Scene& scene, const Settings& settings, const FilmLayout& layout) {
@@ -97,7 +102,7 @@ std::vector<ImageSetting> image_settings(const Scene& scene, const Settings& set
   // depend on it, and adds it below if so.
   const auto& [width, height, crop, sample_begin, sample_end, likely_samples, seed, replicate_bits, max_depth, integrator,
                roulette_depth, roulette, energy_compensation, culling, light_sampling, light_samples, aovs,
-               depth_series, filter, transparent, guiding, pilot_paths, guide, camera, environment] =
+               depth_series, filter, transparent, light_path_count, guiding, pilot_paths, guide, camera, environment] =
       settings;
   static_cast<void>(crop), static_cast<void>(sample_begin), static_cast<void>(sample_end);
   static_cast<void>(likely_samples);
@@ -129,7 +134,8 @@ std::vector<ImageSetting> image_settings(const Scene& scene, const Settings& set
           {"lens (--f-number, --focus-distance)", describe_lens(camera)},
           {"environment (--env, --env-scale, --env-rotate)", describe(environment)},
           {kCullingName, name_of(culling)},
-          {kGuidingName, describe_guiding(guiding, pilot_paths)}};
+          {kGuidingName, describe_guiding(guiding, pilot_paths)},
+          {kLightPathsName, describe_light_paths(light_path_count)}};
 }
 
 std::optional<std::string> difference(const std::vector<ImageSetting>& expected,
@@ -181,13 +187,14 @@ FilmRecord parse_film_record(std::string_view text, const FilmLayout& layout) {
     else
       throw InputError(fmt::format("its record of samples has a line that says nothing, '{}'", line));
   }
-  // Files of before there were culling and guiding do not name them.
+  // Files of before there were culling, guiding and light paths do not name them.
   const auto say = [&](const char* name, const char* value) {
     if (!record.settings.empty() && std::ranges::find(record.settings, name, &ImageSetting::name) == record.settings.end())
       record.settings.push_back({name, value});
   };
   say(kCullingName, name_of(Culling::none));
   say(kGuidingName, kNotGuided);
+  say(kLightPathsName, describe_light_paths(0).c_str());
   return record;
 }
 

@@ -17,8 +17,10 @@ FilmStore::Rows::~Rows() {
 }
 
 void FilmStore::add(const WorkUnit& unit, const UnitSums& sums, const std::string& arithmetic) {
+  // Splats reach all rows.
+  const bool everywhere = sums.light_paths > 0;
   const std::uint32_t first = unit.block.y0 / kBandRows, last = (unit.block.y1 - 1) / kBandRows;
-  const Rows rows(*this, first, last - first + 1);
+  const Rows rows(*this, everywhere ? 0 : first, everywhere ? kBands : last - first + 1);
   try {
     state_.film.add(sums);
     // While the rows are held, so that a copy has both or neither.

@@ -44,6 +44,10 @@ Settings pilot_settings(const Settings& settings, std::uint64_t paths) {
   pilot.width = side(pixels / pilot.height);
   pilot.crop = {0, 0, pilot.width, pilot.height};
   pilot.replicate_bits = 1;
+  // What it finds is weighed against as many light paths for each pixel as the image has.
+  const double scale = double(pilot.crop.pixel_count()) / (double(settings.width) * settings.height);
+  if (settings.light_path_count > 0)
+    pilot.light_path_count = std::max<std::uint64_t>(std::uint64_t(std::llround(double(settings.light_path_count) * scale)), 1);
   pilot.seed = kSeed;
   return pilot;
 }
@@ -295,8 +299,8 @@ bool wants_pilot(const Features& features, const Settings& settings) {
   const bool diffuse = features.has(Feature::diffuse) || features.has(Feature::metallic_roughness);
   if (settings.pilot_paths == 0 || settings.guide != nullptr || !lit || !diffuse) return false;
   // Caustics of small lights are rare events, which a pilot of this size does not see: its tables then lead away from
-  // them, and it cannot tell what that costs.
-  const bool caustics = (features.has(Feature::clear_hits) || features.has(Feature::conductor)) &&
+  // them, and it cannot tell what that costs. Light paths bring those that they can find.
+  const bool caustics = !features.has(Feature::light_paths) && (features.has(Feature::clear_hits) || features.has(Feature::conductor)) &&
                         (features.has(Feature::area) || features.has(Feature::point) || features.has(Feature::spot));
   return !caustics || settings.guiding == Guiding::on;
 }

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <thread>
 
+#include "film/layers.h"
 #include "pack/geometry/placed_meshes.h"
 #include "pack/pack.h"
 #include "render/device_sessions.h"
@@ -177,6 +178,10 @@ FilmLayout film_layout(const Features& features, const Settings& settings) {
   layout.crop = settings.crop;
   layout.replicates = 1U << settings.replicate_bits;
   layout.channels = features.film_channels();
+  if (features.has(Feature::light_paths)) {
+    const std::vector<std::string> splats = splat_channels_of(layout.channels);
+    layout.channels.insert(layout.channels.end(), splats.begin(), splats.end());
+  }
   layout.mattes = features.mattes().layers;
   return layout;
 }

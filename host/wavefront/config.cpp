@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "wavefront/config.h"
+#include "wavefront/light_stages.h"
 
 #include <algorithm>
 #include <fmt/format.h>
@@ -52,7 +53,11 @@ WavefrontConfig configure(const DeviceInfo& device, const Execution& execution) 
 }
 
 bool needs_stage(const WavefrontConfig& config, const Features& features, const std::string& stage) {
-  if (config.fused) return stage == "paths" || stage == "film";
+  const bool of_lights = stage.starts_with("light_") || stage == "splat";
+  // A pilot weighs what it finds against light paths, but traces none.
+  if (of_lights && (!features.has(Feature::light_paths) || features.has(Feature::path_log))) return false;
+  if (config.fused) return stage == "paths" || stage == "light_paths" || stage == "film";
+  if (of_lights) return stage != "light_paths";
   if (stage == "miss") return features.has_environment();
   if (stage == "shadow") return features.has(Feature::next_event);
   if (stage == "compact") return !config.chunked;
@@ -80,7 +85,8 @@ std::uint64_t path_pool_bytes(const WavefrontConfig& config, const Features& fea
   return 4 * (slots * path_state_layout(features, config.chunked).words +
               (std::uint64_t{config.capacity()} + EK_PAD) *
                   (features.film_channels().size() + features.mattes().layers.size() +
-                   (features.has(Feature::path_log) ? EK_LOG_DEPTHS * LOG_WORDS : 0)));
+                   (features.has(Feature::path_log) ? EK_LOG_DEPTHS * LOG_WORDS : 0))) +
+         (features.has(Feature::light_paths) ? LightStages::bytes(config) : 0);
 }
 
 const Accel& accel_of(const PackedScene& scene, const WavefrontConfig& config) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Decides how a device runs the stages from plain facts about it. The device is not touched.
 #pragma once
+#include <algorithm>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -49,6 +50,7 @@ struct WavefrontProgram {
   std::string formula_code;  // the part of the text that evaluates the scene's implicit surfaces
   ProgramOptions options;
 
+  [[nodiscard]] bool has(const std::string& stage) const { return std::ranges::find(stages, stage) != stages.end(); }
   WavefrontProgram(const DeviceInfo& info, const WavefrontConfig& config, const PackedScene& scene,
                    const Features& features, const Execution& execution);
 };

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 
-#include "wavefront/wavefront.h"
+#include "wavefront/unit_slot.h"
 
 namespace eikon {
 
@@ -17,6 +17,30 @@ UnitResult unit_result(const UnitSums& sums, const RayCounts& rays, const Diagno
     const std::uint32_t xy = sums.pixels[diagnostics.report[2 * i]];
     result.rejected.push_back({xy & 0xffffU, xy >> 16, sums.sample_begin + diagnostics.report[2 * i + 1]});
   }
+  return result;
+}
+
+void UnitSlot::resize(const FilmShape& shape) {
+  sums.resize(shape.sum_words(frame.pixel_count));
+  rejected.resize(shape.rejected_words(frame.pixel_count));
+  met.resize(std::size_t{shape.mattes} * frame.path_count);
+}
+
+UnitResult UnitSlot::result(const Mattes& mattes) const {
+  const UnitSums all = {.pixels = pixels,
+                        .pixel_stride = frame.pixel_stride,
+                        .sample_begin = unit.sample_begin,
+                        .sample_end = unit.sample_end,
+                        .limbs = sums,
+                        .rejected = rejected,
+                        .met = met,
+                        .matte_ids = mattes.ids,
+                        .splats = lights.splats,
+                        .light_paths = lights.numbers.size()};
+  UnitResult result = unit_result(all, rays, diagnostics);
+  result.rays += lights.rays;
+  result.nonfinite += lights.nonfinite;
+  result.saturated += lights.saturated;
   return result;
 }
 

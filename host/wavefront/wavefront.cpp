@@ -14,6 +14,7 @@
 #include "pack/frame.h"
 #include "wavefront/buffers.h"
 #include "wavefront/stage_sampler.h"
+#include "wavefront/unit_slot.h"
 
 namespace eikon {
 
@@ -36,6 +37,8 @@ struct Wavefront::Impl {
   std::vector<float> filter;
   FilmShape film_shape;
   bool logs = false;  // feature path_log
+  LightPathPlan light_paths;
+  LightStages lights;  // with light_paths
   Mattes mattes;
   Arguments arguments;
   std::map<std::string, Kernel> kernels;
@@ -49,18 +52,7 @@ struct Wavefront::Impl {
   std::uint64_t scene_bytes = 0;
   double upload_s = 0;
 
-  /// A unit under way, with the data that is being transferred to and from the device. There are
-  /// two, so that the device always has the next one.
-  struct Slot {
-    WorkUnit unit;
-    Frame frame;
-    Diagnostics nothing{}, diagnostics{};
-    std::vector<std::uint32_t> pixels, sums, rejected, met;
-    std::vector<WorkerTally> tallies;
-    RayCounts rays;
-    Kernel film;
-    Ticket tallied, summed;
-  };
+  using Slot = UnitSlot;
   std::array<Slot, 2> slots;
   std::uint64_t begun = 0, driven = 0, finished = 0;         // units so far
   std::function<void(std::uint32_t depth)> after_intersect;  // of replay; then the device does not run ahead
@@ -81,6 +73,7 @@ struct Wavefront::Impl {
         timeline(execution.trace.get()) {
     state = path_state_layout(features, config.chunked);
     frame = pack_frame(packed, settings);
+    light_paths = {frame.light_path_count, settings.crop};
     filter = filter_table(settings.filter);
     mattes = features.mattes();
     film_shape = {.replicates = 1U << settings.replicate_bits,
@@ -102,6 +95,7 @@ struct Wavefront::Impl {
   void restart(const Settings& settings, const Execution& execution) {
     const Frame before = std::exchange(frame, pack_frame(scene, settings));
     frame.film_stride = before.film_stride;
+    light_paths = {frame.light_path_count, settings.crop};
     timeline = execution.trace.get();
     counters.restart(timeline);
     upload_s = 0;
@@ -120,9 +114,11 @@ struct Wavefront::Impl {
     const TraceScope compiling(timeline, execution.track, "compile");
     const WavefrontProgram source(device.info(), config, scene, features, execution);
     const Program program = device.build(source.text, source.options);
+    if (!source.has("light_generate") && !source.has("light_paths")) light_paths = {};
+    if (light_paths.count > 0) lights = LightStages(device, program, config, arguments);
     arithmetic = trusted_arithmetic(device, program);
     for (const std::string& stage : source.stages)
-      if (stage != "film") kernels[stage] = program.kernel(stage);
+      if (stage != "film" && stage != "light_paths") kernels[stage] = program.kernel(stage);
     slots[0].film = program.kernel("film");
     slots[1].film = device.info().cpu ? slots[0].film : program.kernel("film");
     sampled_options = source.options;
@@ -160,6 +156,7 @@ struct Wavefront::Impl {
 
   void bind() {
     for (auto& [name, kernel] : kernels) kernel.bind(arguments);
+    lights.bind(arguments, kernels);
     for (std::size_t i = 0; i < slots.size(); ++i) {
       Arguments own = arguments;
       own.set("film_sums", work.sums[i]);
@@ -206,10 +203,8 @@ struct Wavefront::Impl {
       device.run(slot.film, divide_up(pixel_count, EK_FILM_PIXELS), 1, slot.frame.path_count);
     else
       device.run(slot.film, divide_up(pixel_count, kWorkGroup), kWorkGroup, slot.frame.path_count);
-    slot.sums.resize(film_shape.sum_words(pixel_count));
-    slot.rejected.resize(film_shape.rejected_words(pixel_count));
+    slot.resize(film_shape);
     const std::size_t path_count = slot.frame.path_count;
-    slot.met.resize(std::size_t{film_shape.mattes} * path_count);
     // This read is in the queue because the next unit clears the buffer. The host waits for the
     // last of the large reads.
     device.read_later(work.diagnostics, &slot.diagnostics, sizeof slot.diagnostics);
@@ -306,15 +301,22 @@ struct Wavefront::Impl {
     ++begun;
     if (config.fused) {
       launch_fused(slot);
+      begin_lights(slot);
       driven = begun;
     } else {
       launch_first(slot);
     }
   }
 
+  void begin_lights(Slot& slot) {
+    if (light_paths.count > 0)
+      lights.begin(slot.lights, std::size_t(&slot - slots.data()), slot.unit, light_paths, frame);
+  }
+
   void drive() {
     if (driven == begun) return;
     launch_rest(slots[driven % slots.size()]);
+    if (!after_intersect) begin_lights(slots[driven % slots.size()]);
     ++driven;
   }
 
@@ -325,15 +327,8 @@ struct Wavefront::Impl {
     ++finished;
     if (config.fused) settle_fused(slot);
     device.wait(slot.summed);
-    const UnitSums sums = {.pixels = slot.pixels,
-                           .pixel_stride = slot.frame.pixel_stride,
-                           .sample_begin = slot.unit.sample_begin,
-                           .sample_end = slot.unit.sample_end,
-                           .limbs = slot.sums,
-                           .rejected = slot.rejected,
-                           .met = slot.met,
-                           .matte_ids = mattes.ids};
-    return unit_result(sums, slot.rays, slot.diagnostics);
+    if (light_paths.count > 0) lights.finish(slot.lights, std::size_t(&slot - slots.data()));
+    return slot.result(mattes);
   }
 
   [[nodiscard]] std::uint32_t path_word(const char* field, std::uint32_t word = 0) {

@@ -27,12 +27,17 @@ EK_FN CameraRay panorama_ray(constant Frame* frame, vf x, vf y) {
   return ray;
 }
 
+/// A point of the lens, relative to its middle, world.
+EK_FN v3 lens_point(constant Frame* frame, vf u, vf v) {
+  const DiskPoint p = warp_disk(u, v);
+  return add3(scale3(splat3(frame->lens_x), p.x), scale3(splat3(frame->lens_y), p.y));
+}
+
 /// Moves a pinhole's ray to a point of the lens, so that all rays of a film point meet where it is
 // in focus.
 /// film_point  from the middle of the lens, one metre ahead
 EK_FN CameraRay lens_ray(constant Frame* frame, v3 film_point, vf u, vf v) {
-  const DiskPoint p = warp_disk(u, v);
-  const v3 on_lens = add3(scale3(splat3(frame->lens_x), p.x), scale3(splat3(frame->lens_y), p.y));
+  const v3 on_lens = lens_point(frame, u, v);
   CameraRay ray;
   ray.origin = add3(splat3(frame->camera_origin), on_lens);
   ray.dir = normalize3(sub3(film_point, scale3(on_lens, (vf)(frame->lens_x.w))));

@@ -31,4 +31,43 @@ EK_FN FilterSample filter_sample(global const float* filter_table, vf u) {
   return s;
 }
 
+/// The filter at a distance from a pixel's middle, of integral 1: the density with which filter_sample places samples,
+/// times their weight.
+EK_FN vf filter_value(global const float* filter_table, vf offset) {
+  const vf distance = abs_f(offset);
+  vu bin = (vu)(0u);  // the last one whose outer end is not nearer
+  for (uint step = EK_FILTER_BINS / 2; step != 0u; step /= 2u) {
+    const vu next = bin + step;
+    bin = gather_f(filter_table, next) > distance ? next : bin;
+  }
+  const vf outer = gather_f(filter_table, bin), inner = gather_f(filter_table, bin + 1u);
+  const float share = 0.5f / (float)(EK_FILTER_BINS * EK_FILTER_BINS);
+  const vf density = ((2.0f * TO_F(AS_I(bin)) + 1.0f) * share) / (outer - inner);
+  const float factor = filter_table[EK_FILTER_BINS + 2];
+  const vf value = distance > filter_table[EK_FILTER_BINS + 1] ? density * -factor : density * factor;
+  return ((distance < filter_table[0]) & (outer > inner)) ? value : (vf)(0.0f);
+}
+
+/// Chooses one of the pixels along an axis whose filter reaches a place on the film, in proportion to its magnitude
+/// there. pixel: is set to it; u: [0, 1). returns the filter over the probability of that choice
+EK_FN vf filter_pixel(global const float* filter_table, vf place, vf u, vf* pixel) {
+  const float radius = filter_table[0];
+  const int count = (int)(2.0f * radius) + 2;  // pixels that may be reached
+  const vf first = place - (radius + 0.5f);
+  const vf begin = TO_F(TO_I(first + 65536.0f)) - 65536.0f;  // rounded down, or a pixel less
+  vf sum = (vf)(0.0f);
+  for (int i = 0; i < count; ++i) sum = sum + abs_f(filter_value(filter_table, place - (begin + ((float)i + 0.5f))));
+  const vf chosen = u * sum;
+  vf before = (vf)(0.0f), weight = (vf)(0.0f);
+  *pixel = begin;
+  for (int i = 0; i < count; ++i) {
+    const vf value = filter_value(filter_table, place - (begin + ((float)i + 0.5f)));
+    const vi takes = (before <= chosen) & (value != 0.0f);  // the last one that does is the chosen one
+    *pixel = takes ? begin + (float)i : *pixel;
+    weight = takes ? copysign_f(sum, value) : weight;
+    before = before + abs_f(value);
+  }
+  return weight;
+}
+
 #endif

@@ -51,6 +51,15 @@ EK_FN v3 warp_uniform_sphere(vf u, vf v) {
   return V3(p.x * stretch, p.y * stretch, 1.0f - 2.0f * r2);
 }
 
+/// Directions within a cone about +z with pdf_sr = 1 / (2 pi omc).
+/// omc  1 less the cosine of the cone's half angle, in (0, 2]; 2 is the whole sphere
+EK_FN v3 warp_cone(vf u, vf v, vf omc) {
+  const DiskPoint p = warp_disk(u, v);
+  const vf below = (p.r * p.r) * omc;  // 1 less the cosine of the direction
+  const vf stretch = sqrt(omc * (2.0f - below));
+  return V3(p.x * stretch, p.y * stretch, 1.0f - below);
+}
+
 /// Weights of a triangle's second and third corner, uniform over its area; the first has 1 - b1 -
 /// b2 >= 0.
 /// source  [Heitz 2019, "A Low-Distortion Map Between Triangle and Square"]

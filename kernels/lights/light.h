@@ -29,6 +29,11 @@ typedef struct {
 #if EK_HAS_light_tree
   global const LightNode* light_nodes;
 #endif
+#if EK_HAS_light_paths
+  global const AliasEntry* emission_alias_table;  // of lights, by which light paths start
+  global const float* emission_pdf;   // of each light: probability of that, of triangles per m^2
+  global const float4* light_targets;  // light_path.h
+#endif
 #if EK_HAS_GUIDE
   GuideData guide;
 #endif
@@ -42,10 +47,18 @@ typedef struct {
 #define EK_TREE_ARGUMENTS
 #define EK_TREE_DATA
 #endif
+#if EK_HAS_light_paths
+#define EK_LIGHT_PATH_ARGUMENTS \
+  , global const AliasEntry *emission_alias_table, global const float *emission_pdf, global const float4 *light_targets
+#define EK_LIGHT_PATH_DATA , emission_alias_table, emission_pdf, light_targets
+#else
+#define EK_LIGHT_PATH_ARGUMENTS
+#define EK_LIGHT_PATH_DATA
+#endif
 #define EK_LIGHT_ARGUMENTS                                                                                             \
   global const Light *lights, global const AliasEntry *light_alias_table, global const float4 *environment_texels,       \
-      global const AliasEntry *environment_alias_table EK_TREE_ARGUMENTS EK_GUIDE_ARGUMENTS
-#define EK_LIGHT_DATA {lights, light_alias_table, environment_texels, environment_alias_table EK_TREE_DATA EK_GUIDE_DATA}
+      global const AliasEntry *environment_alias_table EK_TREE_ARGUMENTS EK_LIGHT_PATH_ARGUMENTS EK_GUIDE_ARGUMENTS
+#define EK_LIGHT_DATA {lights, light_alias_table, environment_texels, environment_alias_table EK_TREE_DATA EK_LIGHT_PATH_DATA EK_GUIDE_DATA}
 
 /// Weight of a strategy of density a against another of density b [Veach 1995, the power heuristic
 /// with exponent 2]. In [0, 1], and the two weights add to 1, whatever the densities are: huge,

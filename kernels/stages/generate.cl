@@ -6,12 +6,7 @@ kernel void generate(constant Frame* frame, global const uint* pixels, global ui
                      global const float* filter_table EK_LOG_ARGUMENT) {
   const uint begin = EK_CHUNK_INDEX * EK_CHUNK;
   const uint count = begin < frame->path_count ? min(frame->path_count - begin, (uint)EK_CHUNK) : 0u;
-#if EK_CHUNKED
-  counts[4 * EK_CHUNK_INDEX + 1] = count;
-#else
-  if (EK_ENTRY == 0) counts[1] = count;
-  if (EK_ENTRY < count) queue_rays[EK_CHUNK + EK_ENTRY] = EK_ENTRY;  // the half of odd depths
-#endif
+  begin_queue(counts, queue_rays, count);
   const PathSource source = {pixels, filter_table};
   const StageContext stage = {.frame = frame,
                               .state = chunk_state(path_state) + EK_ENTRY,

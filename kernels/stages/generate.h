@@ -56,6 +56,8 @@ EK_FN_ONCE void stage_generate(StageContext stage, PathSource source, uint first
                              .beta = V3(weight, weight, weight),
                              .pdf = (vf)(-1.0f),
                              .expected = (vf)(0.0f),
+                             .light_ratio = (vf)(0.0f),
+                             .source_group = (vu)(0u),
                              .medium = (vu)(frame->camera_medium),
                              .hit_triangle = (vu)(EK_NO_HIT)};
     path_store(stage.state, slot, packing_all(), start);

@@ -8,7 +8,7 @@
 #include "traverse/traverse.h"
 
 EK_FN_ONCE void stage_intersect(StageContext stage, Geometry geometry, uint count, uint depth) {
-  cull_backs(&geometry, depth == 1);
+  cull_backs(&geometry, depth == 1 && !(EK_HAS_light_paths & (stage.frame->of_light_paths != 0u)));
   Tracing tracing;
   PathWalk walk = path_walk(count);
   while (path_walk_next(&walk, stage.queue, EK_ROWS)) {

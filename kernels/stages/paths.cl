@@ -5,7 +5,8 @@
 // launched or read back in between. One work-item per core is enough. The host cannot know which of
 // them is slow today, so they take paths from one counter, fewer at a time towards the end. Who
 // takes which path changes no result.
-#include "stages/ticks.h"
+#include "stages/paths/counter.h"
+#include "stages/paths/ticks.h"
 #include "stages/generate.h"
 #include "stages/intersect.h"
 #include "stages/miss.h"
@@ -13,9 +14,6 @@
 #include "stages/shadow.h"
 
 #if EK_CHUNKED
-// Paths; a multiple of every width, since fewer leave lanes and rows of rays empty.
-#define EK_LEAST_PORTION 256
-
 // Places in WorkerTally.ticks.
 enum {
 #define EK_PATH_STAGE(name) TICKS_##name,
@@ -71,24 +69,6 @@ EK_FN void tally_store(global WorkerTally* out, PathTally tally, StageClock cloc
     out->depth_chunks[i] = tally.depth_chunks[i];
     out->depth_vectors[i] = tally.depth_vectors[i];
   }
-}
-
-/// The counter from which all work-items of the launch take paths; 0 before the launch.
-typedef struct {
-  global uint* next_path;
-  uint path_count, workers;
-} PathCounter;
-
-/// Reserves the next paths of the unit for this work-item. returns how many; first: index of the
-/// first
-EK_FN uint paths_take(PathCounter counter, uint* first) {
-  // The look ahead only sizes the portion; what others take in between does no harm.
-  const uint seen = *(volatile global uint*)counter.next_path;
-  const uint left = seen < counter.path_count ? counter.path_count - seen : 0u;
-  const uint share = left / (4u * counter.workers) / EK_LEAST_PORTION * EK_LEAST_PORTION;
-  const uint portion = clamp(share, min((uint)EK_LEAST_PORTION, (uint)EK_CHUNK), (uint)EK_CHUNK);
-  *first = atomic_add(counter.next_path, portion);
-  return *first < counter.path_count ? min(counter.path_count - *first, portion) : 0u;
 }
 
 EK_FN_ONCE void paths_run(StageContext stage, PathSource source, Geometry geometry, LightData light_data,

@@ -13,14 +13,9 @@
 #include "stages/shade/emission.h"
 #include "stages/shade/guide.h"
 #include "stages/shade/hit.h"
+#include "stages/shade/light_ratio.h"
 #include "stages/shade/material.h"
 #include "stages/shade/scatter.h"
-
-/// The counts of a chunk after shading; without chunks stage compact counts.
-typedef struct {
-  uint paths;        // of the next depth
-  uint shadow_rays;  // pending
-} Survivors;
 
 /// Writes the layers of the film that show what camera rays hit.
 EK_FN void shade_first_hit(const ShadeContext* c, const PathHit* hit, const ShadingPoint* point) {
@@ -75,6 +70,10 @@ EK_FN PathState shade_next_path(const ShadeContext* c, const ShadingPoint* point
 #if EK_HAS_path_log
       .plain_pdf = plain_pdf(point, next),
 #endif
+#if EK_HAS_light_paths
+      .light_ratio = point->light_ratio,
+      .source_group = (vu)(0u),
+#endif
       .medium = next->medium,
       .null_interface_count = point->interface.null_interface_count + skipped,
       .hit_triangle = EK_HAS_instance ? (vu)(EK_NO_HIT) : point->triangle};
@@ -115,6 +114,9 @@ EK_FN_ONCE Survivors stage_shade(StageContext stage, SceneData scene, LightData 
 
     const uint pending = EK_HAS_next_event ? direct_light_add(c, &direct, &point, walk.slot) : 0u;
     ScatteredPath next = scatter(c, &hit, &point);
+#if EK_HAS_light_paths
+    point.light_ratio = next_light_ratio(c, &hit, &material, &point, &next);
+#endif
     vf survival = roulette_decides ? throughput_survival(c, &hit, &point, &next) : (vf)(1.0f);
 #if EK_HAS_GUIDE
     survival = guided_survival(c, &point, survival);

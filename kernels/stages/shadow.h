@@ -8,15 +8,15 @@
 #include "stages/wavefront.h"
 #include "traverse/traverse.h"
 
-/// Traces the shadow rays in `slot` and those behind it, and adds what they bring.
-/// count  rays, at most EK_ROWS
-EK_FN void shadow_trace(StageContext stage, Geometry geometry, Tracing* tracing, uint slot, uint count, uint depth) {
+/// Traces the shadow rays in `slot` and those behind it; any_result tells which of them meet something.
+/// count  rays, at most EK_ROWS; coherent: they start together
+EK_FN void shadow_cast(StageContext stage, Geometry geometry, Tracing* tracing, uint slot, uint count, int coherent) {
   tracing_clear(tracing);
   for (uint row = 0; row < count; row += EK_WIDTH) {
     const ShadowRay ray = shadow_load(stage.state, slot + row);
     TracedRays rays = {.row = row,
                        .count = min(count - row, (uint)EK_WIDTH),
-                       .coherent = depth == 1,
+                       .coherent = coherent,
                        .origin = ray.origin,
                        .dir = ray.dir,
                        .t_max = ray.t_max,
@@ -30,6 +30,11 @@ EK_FN void shadow_trace(StageContext stage, Geometry geometry, Tracing* tracing,
     tracing_begin(stage.frame, geometry, tracing, rays, 1);
   }
   tracing_finish(stage.frame, geometry, tracing, 1);
+}
+
+/// Traces them, and adds what they bring.
+EK_FN void shadow_trace(StageContext stage, Geometry geometry, Tracing* tracing, uint slot, uint count, uint depth) {
+  shadow_cast(stage, geometry, tracing, slot, count, depth == 1);
   for (uint row = 0; row < count; row += EK_WIDTH) {
     const ShadowRay ray = shadow_load(stage.state, slot + row);
     const vi in_use = LANE_INDEX < (vu)(min(count - row, (uint)EK_WIDTH));

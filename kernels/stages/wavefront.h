@@ -62,6 +62,40 @@ EK_FN global const uint* depth_queue(global const uint* queue_rays, uint depth) 
   return queue_rays + (depth & 1) * EK_CHUNK + EK_ENTRY;
 }
 
+/// Puts the paths of a new unit into the queue of depth 1. count: of this work-item's chunk
+EK_FN void begin_queue(global uint* counts, global uint* queue_rays, uint count) {
+#if EK_CHUNKED
+  counts[4 * EK_CHUNK_INDEX + 1] = count;
+#else
+  if (EK_ENTRY == 0) counts[1] = count;
+  if (EK_ENTRY < count) queue_rays[EK_CHUNK + EK_ENTRY] = EK_ENTRY;  // the half of odd depths
+#endif
+}
+
+/// The counts of a chunk after shading; without chunks stage compact counts.
+typedef struct {
+  uint paths;        // of the next depth
+  uint shadow_rays;  // pending
+} Survivors;
+
+/// Stores them, on chunks.
+EK_FN void store_survivors(global uint* counts, uint depth, Survivors survivors) {
+#if EK_CHUNKED
+  counts[4 * EK_CHUNK_INDEX + ((depth + 1) & 1)] = survivors.paths;
+  counts[4 * EK_CHUNK_INDEX + 2] = survivors.shadow_rays;
+#endif
+}
+
+/// Clears the counts that stage compact adds to.
+EK_FN void clear_counts(global uint* counts, uint depth) {
+#if !EK_CHUNKED
+  if (get_global_id(0) == 0) {
+    counts[(depth + 1) & 1] = counts[2] = 0;
+    if (EK_SHADOW_PATHS) counts[3] = 0;
+  }
+#endif
+}
+
 /// A walk over this work-item's paths:  PathWalk walk = path_walk(count);  while
 /// (path_walk_next(&walk, queue, EK_WIDTH)) ...
 typedef struct {

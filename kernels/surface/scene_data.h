@@ -24,6 +24,8 @@ typedef struct {
 #endif
 } SceneData;
 
+// 1 where rays of this kind may pass backs: those that light paths cast to the camera ask for any hit.
+#define EK_CULLS(any_hit) (EK_HAS_culling & (!(any_hit) | EK_HAS_light_paths))
 #if EK_HAS_culling
 #define EK_CULLED(scene) ((scene).culled)
 #else

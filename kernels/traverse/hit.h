@@ -80,7 +80,7 @@ EK_FN vi culls_lanes(Geometry geometry, vi back, vu flags) {
 
 // 1 if one ray passes a triangle that it would hit: by culling or by the alpha test.
 EK_FN int passes_one(Geometry geometry, const RayOne* ray, uint triangle, TriangleHit_one found, const int any_hit) {
-  if (EK_HAS_culling & !any_hit) {
+  if (EK_CULLS(any_hit)) {
     const uint culled = found.back ? EK_CULLED(geometry.scene) : 0u;
     if (culled != 0u && (geometry.scene.triangles[triangle].flags & culled) != 0u) return 1;
   }

@@ -7,6 +7,7 @@
 #include "pack/lights/light_counts.h"
 #include "pack/lights/light_table.h"
 #include "pack/lights/light_tree.h"
+#include "pack/lights/pack_light_paths.h"
 #include "pack/lights/pack_environment.h"
 #include "pack/pack_parts.h"
 #include "scene/emission.h"
@@ -70,7 +71,8 @@ class LightPacker {
         has_tree_(features.has(Feature::light_tree)),
         has_quads_(features.has(Feature::quad_light)),
         has_one_(features.has(Feature::one_light)),
-        each_(features.has(Feature::each_light)) {
+        each_(features.has(Feature::each_light)),
+        has_light_paths_(features.has(Feature::light_paths)) {
     // A scene without extent has no sphere around it, and any area will do.
     if (!packed.bounds.empty()) radius_m_ = 0.5 * glm::length(packed.bounds.hi - packed.bounds.lo);
     section_m2_ = radius_m_ > 0 ? kPi * radius_m_ * radius_m_ : 1;
@@ -106,6 +108,7 @@ class LightPacker {
       set_probability(i, each_ ? 1 : probability);
       packed_.light_summary[strengths_[i].summary].probability += probability;
     }
+    if (has_light_paths_) start_light_paths();
   }
 
  private:
@@ -135,13 +138,40 @@ class LightPacker {
     packed_.light_nodes = tree.nodes;
     packed_.light_scale = tree.scale;
     packed_.tree_light_count = std::uint32_t(placed.size());
-    for (std::uint32_t i = 0; i < packed_.tree_light_count; ++i) {
+    name_lights(packed_.tree_light_count);
+  }
+
+  /// Notes with the triangles and shapes which of the first lights they are.
+  void name_lights(std::uint32_t count) {
+    for (std::uint32_t i = 0; i < count; ++i) {
       const Light& light = packed_.lights[i];
       if (light.kind != kind_word(LightKind::area) && light.kind != kind_word(LightKind::shape_light)) continue;
       packed_.triangles[light.triangle].flags |= i << EK_TRIANGLE_LIGHT_SHIFT;
       if ((light.flags & EK_LIGHT_QUAD) != 0)
         packed_.triangles[light.triangle + 1].flags |= i << EK_TRIANGLE_LIGHT_SHIFT;
     }
+  }
+
+  /// Prepares the start of light paths. None starts from shapes, from the environment, or from lights of a limited range,
+  /// whose light fades in a way that does not go on behind glass.
+  void start_light_paths() {
+    std::vector<LightPathSource> emitters(packed_.lights.size());
+    for (std::size_t i = 0; i < emitters.size(); ++i) {
+      const Light& light = packed_.lights[i];
+      const double emission = mean({light.emission_r, light.emission_g, light.emission_b});
+      LightPathSource& emitter = emitters[i];
+      if (light.kind == kind_word(LightKind::area)) {
+        emitter = {strengths_[i].power / kPi, 0, strengths_[i].area_m2, strengths_[i].moments.centroid};
+      } else if (light.kind == kind_word(LightKind::directional)) {
+        emitter.irradiance = emission;
+      } else if ((light.kind == kind_word(LightKind::point) || light.kind == kind_word(LightKind::spot)) &&
+                 std::isinf(light.p2_z)) {
+        emitter.radiance_area = emission;
+        emitter.place = {light.p0_x, light.p0_y, light.p0_z};
+      }
+    }
+    if (!has_tree_) name_lights(std::uint32_t(packed_.lights.size()));
+    pack_light_paths(scene_.materials, emitters, packed_);
   }
 
   /// The probability of a light in the tree depends on the shading point. The summary says its
@@ -322,7 +352,7 @@ class LightPacker {
   std::vector<std::size_t> summary_of_;  // by material
   double radius_m_ = 0;                  // of the sphere around the scene
   double section_m2_ = 1;                // of that sphere, which parallel light meets
-  bool has_tree_, has_quads_, has_one_, each_;
+  bool has_tree_, has_quads_, has_one_, each_, has_light_paths_;
   std::vector<Strength> strengths_;  // as packed_.lights
 };
 

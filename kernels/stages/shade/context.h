@@ -61,6 +61,9 @@ typedef struct {
   MaterialLanes material;
   MediumInterface interface;
   LightSampleContext light_context;  // the point as the light tree knows it
+#if EK_HAS_light_paths
+  vf light_ratio;    // as PathState's, of the path that goes on
+#endif
 #if EK_HAS_GUIDE
   vi is_diffuse;     // mask: tables hold for the surface
   CellKey cell_key;

@@ -3,7 +3,7 @@
 // slots.
 #ifndef EK_SHADE_EMISSION_H
 #define EK_SHADE_EMISSION_H
-#include "stages/shade/context.h"
+#include "stages/shade/light_ratio.h"
 #if EK_HAS_shape & EK_HAS_shape_light
 #include "lights/shape_light.h"
 #endif
@@ -59,9 +59,14 @@ EK_FN void add_emission(const ShadeContext* c, const PathHit* hit, const HitMate
                    (max_component(material->emission) > 0.0f);
   if (!ANY(emits)) return;
   const vf light_pdf = EK_HAS_next_event ? emission_light_pdf_sr(c, hit, slot, emits) * EK_LIGHT_MEAN : (vf)(0.0f);
-  const vf weight = emission_weight(hit, hit->path.pdf, light_pdf);
+#if EK_HAS_light_paths
+  const vf share = emission_share(c, hit, emits);
+#else
+  const vf share = (vf)(1.0f);
+#endif
+  const vf weight = emission_weight(hit, hit->path.pdf, light_pdf) * share;
 #if EK_HAS_path_log
-  const vf plain_weight = emission_weight(hit, hit->path.plain_pdf, light_pdf);
+  const vf plain_weight = emission_weight(hit, hit->path.plain_pdf, light_pdf) * share;
   log_set_f(c->stage.log, c->depth, LOG_emitted, emits, hit->path.path, luminance(material->emission) * plain_weight);
 #endif
   const v3 radiance = scale3(mul3(point->beta, material->emission), weight);

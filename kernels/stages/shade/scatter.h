@@ -26,8 +26,8 @@ typedef struct {
   vu medium;
 } ScatteredPath;
 
-/// Samples the BSDF; null interfaces are passed straight on.
-EK_FN ScatteredPath scatter(const ShadeContext* c, const PathHit* hit, const ShadingPoint* point) {
+/// Samples the BSDF; null interfaces are passed straight on. beta: is the sample's weight
+EK_FN ScatteredPath scatter_direction(const ShadeContext* c, const PathHit* hit, const ShadingPoint* point) {
   const vi is_null = point->interface.is_null;
   vf u, v, choice = (vf)(0.0f), unused;
   sample_2d(point->key, point->index, bounce_dimension(c->depth, DIM_SCATTER), &u, &v);
@@ -42,15 +42,22 @@ EK_FN ScatteredPath scatter(const ShadeContext* c, const PathHit* hit, const Sha
   next.wi = sample.wi;
   next.medium = sample.wi.z < 0.0f ? point->interface.transmitted_medium : point->interface.medium;
   next.pdf = sample.delta ? (vf)(-1.0f) : sample.pdf;
-  next.beta = mul3(point->beta, sample.weight);
-  if (EK_HAS_SHADING_NORMAL & point->detailed)
-    next.beta = scale3(next.beta, shadow_terminator(point, sample.wi, next.dir));
+  next.beta = sample.weight;
   next.survives = point->live & (sample.pdf > 0.0f) &
-                  (is_null | is_on_geometric_side(sample.wi, dot3(next.dir, point->n_geom))) &
-                  (max_component(abs3(next.beta)) > 0.0f);
+                  (is_null | is_on_geometric_side(sample.wi, dot3(next.dir, point->n_geom)));
+  return next;
+}
+
+/// The continuation of a path from the camera.
+EK_FN ScatteredPath scatter(const ShadeContext* c, const PathHit* hit, const ShadingPoint* point) {
+  ScatteredPath next = scatter_direction(c, hit, point);
+  next.beta = mul3(point->beta, next.beta);
+  if (EK_HAS_SHADING_NORMAL & point->detailed)
+    next.beta = scale3(next.beta, shadow_terminator(point, next.wi, next.dir));
+  next.survives = next.survives & (max_component(abs3(next.beta)) > 0.0f);
   if (!(EK_HAS_bsdf_emission | EK_HAS_next_event)) next.survives = (vi)(0);
-  if (EK_HAS_whitted) next.survives = next.survives & sample.delta;
-  if (EK_HAS_raycast) next.survives = next.survives & is_null;
+  if (EK_HAS_whitted) next.survives = next.survives & (next.pdf < 0.0f);
+  if (EK_HAS_raycast) next.survives = next.survives & point->interface.is_null;
   return next;
 }
 

@@ -8,15 +8,23 @@
 
 #define EK_HAS_SHADING_NORMAL (EK_HAS_vertex_normal | EK_HAS_normal_texture)
 
-/// The shading normal of a hit, on the viewer's side. n_geom: the surface's own, on that side
-EK_FN v3 hit_shading_normal(const ShadeContext* c, const PathHit* hit, const HitMaterial* material, v3 n_geom) {
+/// The normal of a hit by vertex normals and normal map, on the viewer's side.
+EK_FN v3 hit_raw_normal(const ShadeContext* c, const PathHit* hit, const HitMaterial* material) {
   v3 n = shading_normal(hit->attributes, hit->surface.n_geom);
   if (EK_HAS_normal_texture)
     n = mapped_normal(c->scene, material->normal_texture, hit->attributes, n, hit->surface.n_geom);
-  n = select3(hit->front, n, neg3(n));
-  vi glossy = material->bsdf.lobes != (1u << LOBE_diffuse);
-  if (EK_HAS_clearcoat) glossy = glossy | (material->bsdf.clearcoat > 0.0f);
-  return usable_normal(n, n_geom, neg3(hit->path.dir), glossy);
+  return select3(hit->front, n, neg3(n));
+}
+
+/// Mask of the surfaces that reflect.
+EK_FN vi is_glossy(const HitMaterial* material) {
+  const vi glossy = material->bsdf.lobes != (1u << LOBE_diffuse);
+  return EK_HAS_clearcoat ? glossy | (material->bsdf.clearcoat > 0.0f) : glossy;
+}
+
+/// The shading normal of a hit, on the viewer's side. n_geom: the surface's own, on that side
+EK_FN v3 hit_shading_normal(const ShadeContext* c, const PathHit* hit, const HitMaterial* material, v3 n_geom) {
+  return usable_normal(hit_raw_normal(c, hit, material), n_geom, neg3(hit->path.dir), is_glossy(material));
 }
 
 /// The shading point of a hit, without its basis and wo. The medium on the way has taken its share

@@ -68,7 +68,7 @@ EK_FN void test_candidates(Geometry geometry, RayOne* rays, const BatchCandidate
   const vi is_shape = EK_HAS_shape ? record.p2.x != record.p2.x : (vi)(0);
   TriangleHit_lanes found = {(vi)(0), end, end, end, (vi)(0)};
   if (!EK_HAS_shape || mask_bits(!is_shape) != 0) found = triangle_hit_lanes(&ray, corners);
-  if (EK_HAS_culling & !any_hit) found.hit = found.hit & !culls_lanes(geometry, found.back, record.flags);
+  if (EK_CULLS(any_hit)) found.hit = found.hit & !culls_lanes(geometry, found.back, record.flags);
   if (EK_HAS_opacity) {
     const vi ask = found.hit & here & ((record.flags & (vu)(EK_TRIANGLE_ALPHA_TESTED)) != 0u);
     if (mask_bits(ask) != 0) {

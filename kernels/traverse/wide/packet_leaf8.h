@@ -70,7 +70,7 @@ EK_FN void packet_test(Geometry geometry, Packet* p, const PacketTriangles* each
   TriangleHit_lanes found = triangle_hit_lanes(&p->ray, each->corners);
   found.hit = found.hit & each->here;
   if (mask_bits(found.hit) == 0) return;
-  if (EK_HAS_culling & !any_hit) {
+  if (EK_CULLS(any_hit)) {
     const vi ask = found.hit & found.back & (found.t <= p->hit.t);
     if (EK_CULLED(geometry.scene) != 0u && mask_bits(ask) != 0) {
       const vu flags = load_word_u(Triangle, geometry.scene.triangles, ask ? each->triangle : (vu)(0u), flags);

@@ -104,6 +104,9 @@ std::vector<Sample> sample(const Lights& lights, const Words& a, const Words& b,
                        .buffer("frame", std::vector<Frame>{frame})
                        .buffer("environment_texels", std::vector<float4>(1))
                        .buffer("environment_alias_table", std::vector<AliasEntry>(1))
+                       .buffer("emission_alias_table", std::vector<AliasEntry>(1))
+                       .buffer("emission_pdf", std::vector<float>(1))
+                       .buffer("light_targets", std::vector<float4>(1))
                        .run("probe_light", in, 27);
   std::vector<Sample> samples;
   const auto f = [&](std::size_t k, std::size_t i) { return double(as_float(out[k][i])); };

@@ -86,18 +86,20 @@ TEST(FilmRecord, every_setting_of_the_image_counts_and_nothing_else_does) {
   EXPECT_NE(changed([](Image9x7& i) { i.settings.environment.radiance.y = 1e-20F; }), "");
   EXPECT_NE(changed([](Image9x7& i) { i.layout.channels.emplace_back("id"); }), "");
   EXPECT_NE(changed([](Image9x7& i) { i.settings.pilot_paths = 1U << 15; }), "");
+  EXPECT_NE(changed([](Image9x7& i) { i.settings.light_path_count = 1; }), "");
   EXPECT_EQ(changed([](Image9x7& i) { i.settings.crop = {1, 1, 2, 2}; }), "");
   EXPECT_EQ(changed([](Image9x7& i) { i.settings.sample_end = 1000; }), "");
   EXPECT_EQ(changed([](Image9x7& i) { i.settings.camera.name = "another"; }), "");
   EXPECT_TRUE(difference(usual, {}));
 }
 
-TEST(FilmRecord, culling_and_guiding_count_and_files_that_do_not_name_them_have_none) {
+TEST(FilmRecord, culling_guiding_and_light_paths_count_and_files_that_do_not_name_them_have_none) {
   Image9x7 culled;
   culled.settings.culling = Culling::camera;
   FilmRecord record = some_record();
   std::string text = to_text(record);
-  for (const std::string line : {"setting culling (--cull): none\n", "setting guiding (--guiding): off\n"}) {
+  for (const std::string line : {"setting culling (--cull): none\n", "setting guiding (--guiding): off\n",
+                                 "setting light paths (--light-paths): none\n"}) {
     const std::size_t at = text.find(line);
     ASSERT_NE(at, std::string::npos);
     text.erase(at, line.size());

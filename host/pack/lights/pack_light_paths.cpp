@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pack/lights/pack_light_paths.h"
+
+#include <algorithm>
+#include <map>
+#include <numbers>
+
+#include "pack/lights/light_table.h"
+#include "pack/pack_parts.h"
+#include "scene/endless.h"
+
+namespace eikon {
+namespace {
+
+constexpr double kSmoothRoughness = 0.011;  // whose square is below EK_SMOOTH_ALPHA of kernels/bsdf/microfacet.h
+constexpr double kSmallTarget = 1.0 / 8;    // of the scene's radius: smaller targets are not divided
+
+/// Part of a target: a triangle or the box of a shape or instance.
+struct Piece {
+  glm::dvec3 a{0.0}, b{0.0}, c{0.0};  // of a box: lo, hi, lo
+  bool is_box = false;
+
+  [[nodiscard]] glm::dvec3 middle() const { return is_box ? 0.5 * (a + b) : (a + b + c) / 3.0; }
+};
+
+struct Ball {
+  glm::dvec3 centre{0.0};
+  double radius = 0;
+};
+
+/// The ball around the middle of the pieces' bounds. It is not the least one, but within 15 % of that.
+Ball ball_around(std::span<const Piece> pieces) {
+  Bounds bounds;
+  for (const Piece& piece : pieces)
+    for (const glm::dvec3& p : {piece.a, piece.b, piece.c}) grow(bounds, p);
+  Ball ball{0.5 * (bounds.lo + bounds.hi), 0};
+  for (const Piece& piece : pieces) {
+    if (piece.is_box) {
+      // The farthest corner of the box.
+      const glm::dvec3 far = glm::max(glm::abs(piece.a - ball.centre), glm::abs(piece.b - ball.centre));
+      ball.radius = std::max(ball.radius, glm::length(far));
+    } else {
+      for (const glm::dvec3& p : {piece.a, piece.b, piece.c})
+        ball.radius = std::max(ball.radius, glm::length(p - ball.centre));
+    }
+  }
+  return ball;
+}
+
+/// Divides the pieces in two by their middles, along the longest axis of these.
+std::pair<std::vector<Piece>, std::vector<Piece>> divided(std::vector<Piece> pieces) {
+  Bounds middles;
+  for (const Piece& piece : pieces) grow(middles, piece.middle());
+  const glm::dvec3 size = middles.hi - middles.lo;
+  const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
+  const auto half = pieces.begin() + std::ptrdiff_t(pieces.size() / 2);
+  // A stable order, so that the same scene has the same targets on every system.
+  std::ranges::stable_sort(pieces, {}, [&](const Piece& piece) { return piece.middle()[axis]; });
+  return {{pieces.begin(), half}, {half, pieces.end()}};
+}
+
+class Targets {
+ public:
+  Targets(std::span<const Material> materials, const PackedScene& packed) {
+    if (packed.bounds.empty()) return;
+    const auto is_target = [&](const Triangle& t) { return is_light_target(materials[t.material]); };
+    std::map<std::pair<std::uint32_t, std::uint32_t>, std::vector<Piece>> groups;
+    const std::size_t in_world =
+        packed.stored_meshes.empty() ? packed.triangle_count() : packed.stored_meshes.front().first;
+    for (std::size_t i = 0; i < in_world; ++i) {
+      const Triangle& t = packed.triangles[i];
+      if (!is_target(t)) continue;
+      const auto [a, b, c] = corners_of(t);
+      groups[{t.node, t.material}].push_back({a, b, c, false});
+    }
+    for (std::size_t i = packed.triangle_count(); i < packed.triangles.size(); ++i) {
+      const Triangle& t = packed.triangles[i];
+      if (!is_target(t) || is_endless_box(&t.p0_x)) continue;
+      groups[{t.node, t.material}].push_back(
+          {{t.p0_x, t.p0_y, t.p0_z}, {t.p1_x, t.p1_y, t.p1_z}, {t.p0_x, t.p0_y, t.p0_z}, true});
+    }
+    for (std::size_t i = 0; i < packed.instances.size(); ++i) {
+      const StoredMesh& mesh = packed.stored_meshes[packed.instances[i].mesh];
+      const std::span<const Triangle> own(&packed.triangles[mesh.first], mesh.count);
+      const auto found = std::ranges::find_if(own, is_target);
+      if (found == own.end()) continue;
+      const PlaceBox& box = packed.place_boxes[i];
+      groups[{packed.instances[i].node, found->material}].push_back({box.lo, box.hi, box.lo, true});
+    }
+    for (auto& [key, pieces] : groups) clusters_.push_back(std::move(pieces));
+    if (clusters_.size() > kMostLightTargets) join();
+    divide(kSmallTarget * 0.5 * glm::length(packed.bounds.hi - packed.bounds.lo));
+  }
+
+  [[nodiscard]] std::vector<Ball> balls() const {
+    std::vector<Ball> balls;
+    for (const std::vector<Piece>& cluster : clusters_) balls.push_back(ball_around(cluster));
+    return balls;
+  }
+
+ private:
+  /// Makes one cluster of all.
+  void join() {
+    for (std::size_t i = 1; i < clusters_.size(); ++i)
+      clusters_.front().insert(clusters_.front().end(), clusters_[i].begin(), clusters_[i].end());
+    clusters_.resize(1);
+    divide(0);
+  }
+
+  /// Divides the largest clusters until none is larger than that, or there are as many as there may be.
+  void divide(double small) {
+    std::vector<double> radii;
+    for (const std::vector<Piece>& cluster : clusters_)
+      radii.push_back(cluster.size() > 1 ? ball_around(cluster).radius : 0);
+    while (!clusters_.empty() && clusters_.size() < kMostLightTargets) {
+      const auto largest = std::size_t(std::ranges::max_element(radii) - radii.begin());
+      if (!(radii[largest] > small)) return;
+      auto [first, second] = divided(std::move(clusters_[largest]));
+      clusters_[largest] = std::move(first);
+      clusters_.push_back(std::move(second));
+      for (const std::size_t i : {largest, clusters_.size() - 1}) {
+        const double radius = clusters_[i].size() > 1 ? ball_around(clusters_[i]).radius : 0;
+        i < radii.size() ? radii[i] = radius : (radii.push_back(radius), radius);
+      }
+    }
+  }
+
+  std::vector<std::vector<Piece>> clusters_;
+};
+
+/// 1 less the cosine of the half angle of a ball's cone, as target_cone of the kernels.
+double cone_of(const Ball& ball, const glm::dvec3& from) {
+  const glm::dvec3 way = ball.centre - from;
+  const double sin2 = ball.radius * ball.radius / glm::dot(way, way);
+  return sin2 < 1 ? sin2 / (1 + std::sqrt(1 - sin2)) : 2;
+}
+
+}  // namespace
+
+bool is_light_target(const Material& material) {
+  if (material.unlit || material.roughness > kSmoothRoughness) return false;
+  const Lobe lobe = lobe_of(material);
+  return lobe == Lobe::conductor || (lobe == Lobe::transmission && (material.transmission > 0 || material.metallic > 0)) ||
+         (lobe == Lobe::metallic_roughness && material.metallic > 0);
+}
+
+void pack_light_paths(std::span<const Material> materials, std::span<const LightPathSource> emitters, PackedScene& packed) {
+  const std::vector<Ball> balls = Targets(materials, packed).balls();
+  if (balls.empty()) return;
+  double sections_m2 = 0;
+  for (const Ball& ball : balls) sections_m2 += std::numbers::pi * ball.radius * ball.radius;
+  std::vector<double> powers;
+  for (const LightPathSource& emitter : emitters) {
+    double cones = 0;
+    if (emitter.radiance_area > 0)
+      for (const Ball& ball : balls) cones += cone_of(ball, emitter.place);
+    powers.push_back(emitter.radiance_area * 2 * std::numbers::pi * cones + emitter.irradiance * sections_m2);
+  }
+  const LightTable table = build_light_table(powers);
+  if (table.buckets.empty()) return;
+  packed.emission_alias_table = table.buckets;
+  packed.emission_pdf.resize(emitters.size());
+  for (std::size_t i = 0; i < emitters.size(); ++i)
+    packed.emission_pdf[i] =
+        float(emitters[i].area_m2 > 0 ? table.probability[i] / emitters[i].area_m2 : table.probability[i]);
+  for (const Ball& ball : balls)
+    packed.light_targets.push_back(
+        {float(ball.centre.x), float(ball.centre.y), float(ball.centre.z), up(ball.radius * (1 + 0x1p-16))});
+}
+
+}  // namespace eikon

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+// Where light paths start and what they are aimed at (kernels/lights/light_path.h).
+#pragma once
+#include <span>
+
+#include "pack/pack.h"
+
+namespace eikon {
+
+inline constexpr std::size_t kMostLightTargets = 64;  // kernels look at all of them for each light path
+
+/// True if the material reflects or refracts light exactly, so that no sampling of lights finds what is lit through it.
+[[nodiscard]] bool is_light_target(const Material& material);
+
+/// A light as the choice of where light paths start sees it.
+struct LightPathSource {
+  double radiance_area = 0;  // W / sr: of a surface its mean radiance times its area, else its intensity; 0: none starts
+  double irradiance = 0;     // W / m^2, of parallel light
+  double area_m2 = 0;        // of a surface, else 0
+  glm::dvec3 place{0.0};     // its middle, if it has one
+};
+
+/// Finds the targets, and makes the table that chooses lights in proportion to what they send towards them.
+/// emitters  of packed.lights, in their order
+void pack_light_paths(std::span<const Material> materials, std::span<const LightPathSource> emitters, PackedScene& packed);
+
+}  // namespace eikon

@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "wavefront/light_stages.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <numeric>
+
+#include "core/error.h"
+#include "pack/frame.h"
+
+namespace eikon {
+namespace {
+
+constexpr std::uint64_t kMostPaths = 1U << 16;  // of a part
+constexpr std::uint32_t kSplatsPerPath = 4;     // that there is room for; rooms with glass have .4 to 1.9
+constexpr std::uint64_t kMostNumbers = 1U << 13;  // of a part, which stand in the buffer of a unit's pixels
+constexpr float kRange = 0x1p38F;                // of the film's numbers
+constexpr std::uint32_t kNoneTaken = 0;
+constexpr std::array<std::uint32_t, SPLATS_COUNTS> kNoSplats{};
+
+std::uint64_t most_paths(const WavefrontConfig& config) { return std::min<std::uint64_t>(config.capacity(), kMostPaths); }
+std::uint32_t splat_capacity(const WavefrontConfig& config) {
+  return kSplatsPerPath * std::uint32_t(most_paths(config)) + EK_PAD;
+}
+
+/// Divides the light paths of a unit into parts of at most that many paths.
+std::vector<LightUnit::Part> parts_of(std::size_t numbers, const WorkUnit& unit, std::uint64_t most) {
+  std::vector<LightUnit::Part> parts;
+  const std::uint64_t samples = std::min(unit.sample_end - unit.sample_begin, most);
+  const std::size_t together = std::clamp<std::uint64_t>(most / samples, 1, kMostNumbers);
+  for (std::uint64_t sample = unit.sample_begin; sample < unit.sample_end; sample += samples)
+    for (std::size_t first = 0; first < numbers; first += together)
+      parts.push_back({first, std::min(first + together, numbers), sample, std::min(sample + samples, unit.sample_end)});
+  return parts;
+}
+
+}  // namespace
+
+std::vector<std::uint32_t> light_paths_of(const LightPathPlan& plan, const Crop& block) {
+  std::vector<std::uint32_t> numbers;
+  const std::uint64_t pixels = plan.window.pixel_count();
+  for (std::uint32_t y = block.y0; y < block.y1; ++y) {
+    const std::uint64_t row = std::uint64_t{y - plan.window.y0} * plan.window.width();
+    const std::uint64_t first = (row + (block.x0 - plan.window.x0)) * plan.count / pixels;
+    const std::uint64_t end = (row + (block.x1 - plan.window.x0)) * plan.count / pixels;
+    for (std::uint64_t number = first; number < end; ++number) numbers.push_back(std::uint32_t(number));
+  }
+  return numbers;
+}
+
+std::uint64_t LightStages::bytes(const WavefrontConfig& config) {
+  return (config.fused ? 2 : 1) * 4 * std::uint64_t{SPLAT_WORDS} * splat_capacity(config);
+}
+
+LightStages::LightStages(Device& device, const Program& program, const WavefrontConfig& config, Arguments& arguments)
+    : device_(&device), config_(config) {
+  for (std::size_t i = 0; i < splats_.size(); ++i) {
+    const bool shares = !config.fused && i > 0;
+    splats_[i] = shares ? splats_[0] : device.allocate(std::size_t{4} * SPLAT_WORDS * splat_capacity(config));
+    counts_[i] = shares ? counts_[0] : device.allocate(sizeof kNoSplats);
+    device.fill_zero(counts_[i]);
+    if (config.fused) fused_[i] = program.kernel("light_paths");
+  }
+  arguments.set("splats", splats_[0]);
+  arguments.set("splat_counts", counts_[0]);
+}
+
+void LightStages::bind(const Arguments& arguments, std::map<std::string, Kernel>& stages) {
+  if (device_ == nullptr) return;
+  stages_ = &stages;
+  frame_ = arguments.buffers().at("frame");
+  numbers_ = arguments.buffers().at("pixels");
+  next_path_ = arguments.buffers().at("next_path");
+  queue_counts_ = arguments.buffers().at("counts");
+  for (std::size_t i = 0; config_.fused && i < fused_.size(); ++i) {
+    Arguments own = arguments;
+    own.set("splats", splats_[i]);
+    own.set("splat_counts", counts_[i]);
+    fused_[i].bind(own);
+  }
+}
+
+void LightStages::begin(LightUnit& of, std::size_t which, const WorkUnit& unit, const LightPathPlan& plan,
+                        const Frame& frame) {
+  of.numbers = light_paths_of(plan, unit.block);
+  of.left = parts_of(of.numbers.size(), unit, most_paths(config_));
+  std::ranges::reverse(of.left);
+  of.splats.clear();
+  of.rays = {};
+  of.nonfinite = of.saturated = 0;
+  of.frame = frame;
+  of.frame.of_light_paths = 1;
+  of.frame.splat_capacity = splat_capacity(config_);
+  if (of.left.empty()) return;
+  launch(of, which);
+  if (!config_.fused) finish(of, which);
+}
+
+void LightStages::launch(LightUnit& of, std::size_t which) {
+  of.running = of.left.back();
+  of.left.pop_back();
+  const std::size_t count = of.running.end - of.running.first;
+  of.frame = unit_frame(of.frame, of.running.sample_begin, of.running.sample_end, std::uint32_t(count));
+  device_->write_later(frame_, &of.frame, sizeof of.frame);
+  device_->write_later(numbers_, &of.numbers[of.running.first], 4 * count);
+  device_->write_later(counts_[which], kNoSplats.data(), sizeof kNoSplats);
+  if (config_.fused) {
+    device_->write_later(next_path_, &kNoneTaken, sizeof kNoneTaken);
+    device_->run(fused_[which], config_.workers, 1, of.frame.path_count);
+  } else {
+    run_stages(of);
+  }
+  of.counted = device_->read_later(counts_[which], of.counts.data(), sizeof of.counts);
+  device_->flush();
+}
+
+void LightStages::run_stages(LightUnit& of) {
+  std::uint64_t active = of.frame.path_count;
+  const std::size_t chunks = config_.chunked ? (active + config_.chunk - 1) / config_.chunk : 1;
+  const auto run = [&](const char* stage, std::uint32_t depth) {
+    const auto found = stages_->find(stage);
+    if (found == stages_->end()) return;
+    found->second.set("depth", depth);
+    if (config_.chunked)
+      device_->run(found->second, chunks, 1);
+    else
+      device_->run(found->second, (active + kWorkGroup - 1) / kWorkGroup, kWorkGroup);
+  };
+  run("light_generate", 1);
+  std::vector<std::uint32_t> counts(4 * chunks);
+  for (std::uint32_t depth = 1; active > 0; ++depth) {
+    run("intersect", depth);
+    run("light_shade", depth);
+    run("compact", depth);
+    run("splat", depth);
+    device_->read(queue_counts_, counts.data(), 4 * counts.size());
+    std::uint64_t next = 0;
+    for (std::size_t at = 0; at < counts.size(); at += 4) {
+      next += counts[at + ((depth + 1) & 1)];
+      of.rays.shadow += counts[at + 2];
+    }
+    of.rays.scattered += active;
+    active = next;
+  }
+}
+
+void LightStages::collect(LightUnit& of, std::size_t which) {
+  device_->wait(of.counted);
+  const std::uint32_t stored = of.counts[SPLATS_stored];
+  if (stored > of.frame.splat_capacity) {
+    // Halves of it are traced again.
+    LightUnit::Part first = of.running, second = of.running;
+    if (first.end - first.first > 1)
+      first.end = second.first = std::midpoint(first.first, first.end);
+    else if (first.sample_end - first.sample_begin > 1)
+      first.sample_end = second.sample_begin = std::midpoint(first.sample_begin, first.sample_end);
+    else
+      throw DeviceError("a light path leaves more splats than there is memory for; use --light-paths off");
+    of.left.push_back(second);
+    of.left.push_back(first);
+    return;
+  }
+  of.rays.scattered += of.counts[SPLATS_path_rays];
+  of.rays.shadow += of.counts[SPLATS_shadow_rays];
+  std::vector<std::uint32_t> words(std::size_t{stored} * SPLAT_WORDS);
+  if (!words.empty()) device_->read(splats_[which], words.data(), 4 * words.size());
+  for (std::size_t at = 0; at < words.size(); at += SPLAT_WORDS) {
+    bool finite = true, in_range = true;
+    for (std::size_t c = 0; c < 3; ++c) {
+      const float value = std::bit_cast<float>(words[at + SPLAT_r + c]);
+      finite = finite && std::isfinite(value);
+      in_range = in_range && std::abs(value) < kRange;
+    }
+    if (finite && in_range)
+      of.splats.insert(of.splats.end(), words.begin() + std::ptrdiff_t(at), words.begin() + std::ptrdiff_t(at + SPLAT_WORDS));
+    else
+      ++(finite ? of.saturated : of.nonfinite);
+  }
+}
+
+void LightStages::finish(LightUnit& of, std::size_t which) {
+  if (of.numbers.empty() || !of.counted) return;
+  collect(of, which);
+  while (!of.left.empty()) {
+    launch(of, which);
+    collect(of, which);
+  }
+  of.counted = {};
+}
+
+}  // namespace eikon

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+// Stage `light_generate`.   To: all light paths of the unit, at depth 1.
+// Starts one path per (light path, sample): number j of the image's light paths at a sample index. Its random numbers
+// are the point with index j of the sample's block in one sequence, so the light paths of all samples together are as
+// evenly spread over the lights as the samples of a pixel are over its lights.
+#ifndef EK_STAGE_LIGHT_GENERATE_H
+#define EK_STAGE_LIGHT_GENERATE_H
+#include "lanes/sampler.h"
+#include "lights/light_path.h"
+#include "stages/generate.h"
+#include "stages/wavefront.h"
+
+#if EK_HAS_light_paths
+// Sets light paths apart from the pixels of any seed.
+#define EK_LIGHT_PATH_SEED 0x6c70a7b5u
+
+/// Key and index of the random numbers of a light path. replicate: is set to that of its sample
+/// j       which of the sample's light paths
+/// sample  of the unit
+EK_FN vu light_path_key(constant Frame* frame, vu j, vu sample, vu* index, vu* replicate) {
+  const uint bits = frame->replicate_bits, shift = frame->light_index_bits;
+  const vu sample_low = (vu)(frame->sample_begin) + sample;
+  const uint high = frame->sample_high;
+  *replicate = sample_low & ((1u << bits) - 1u);
+  const vu block = bits == 0 ? sample_low : (sample_low >> bits) | (high << (32u - bits));
+  // block * 2^shift + j has up to 64 bits, and the high ones belong to the key.
+  *index = shift == 0u ? block : (block << shift) | j;
+  const vu above = shift == 0u ? (vu)(0u) : block >> (32u - shift);
+  const vu of_high = hash_bits(above + hash_bits((vu)(high >> bits)));
+  return sample_key(of_high & 0xffffu, of_high >> 16, *replicate, frame->seed ^ EK_LIGHT_PATH_SEED, high >> bits);
+}
+
+/// source  with j of each light path of the unit, [frame.pixel_count], instead of pixels
+/// first   path of slot 0 of the state: paths first + 0 .. first + count - 1 of the unit
+EK_FN_ONCE void stage_light_generate(StageContext stage, SceneData scene, LightData lights, PathSource source, uint first,
+                                     uint count) {
+  constant Frame* frame = stage.frame;
+  for (uint slot = 0; slot < count; slot += EK_WIDTH) {
+    const vu path = (vu)(first + slot) + LANE_INDEX;
+    const uint number_count = frame->pixel_count;
+    const vu sample = AS_U(TO_I((TO_F(AS_I(path)) + 0.5f) / (vf)((float)number_count)));  // exact: see generate.h
+    const vu place = path - sample * number_count;
+    vu index, replicate;
+    const vu key = light_path_key(frame, gather_u(source.pixels, place < number_count ? place : (vu)(0u)), sample, &index, &replicate);
+
+    vu a, b;
+    sample_2d_bits(key, index, DIM_FILTER, &a, &b);
+    const AliasSample choice = alias_table_sample(lights.emission_alias_table, frame->emission_light_count, a, b);
+    v3 numbers;
+    vf unused;
+    sample_2d(key, index, DIM_LENS, &numbers.y, &numbers.z);
+    sample_2d(key, index, DIM_TIME, &numbers.x, &unused);  // the other one is the channel of glass with dispersion
+    const EmittedPath emitted = emit_light_path(frame, scene, lights, choice, numbers);
+    const PathState start = {.path = replicate,
+                             .key = key,
+                             .index = index,
+                             .origin = emitted.origin,
+                             .dir = emitted.dir,
+                             .beta = emitted.throughput,
+                             .pdf = (vf)(-1.0f),
+                             .expected = (vf)(0.0f),
+                             .light_ratio = emitted.density,
+                             .source_group = emitted.group,
+                             .medium = (vu)(0u),
+                             .null_interface_count = (vu)(0u),
+                             .hit_triangle = EK_HAS_instance ? (vu)(EK_NO_HIT) : emitted.triangle};
+    path_store(stage.state, slot, packing_all(), start);
+  }
+}
+#endif
+
+#endif

@@ -1,0 +1,211 @@
+// SPDX-License-Identifier: Apache-2.0
+// Stage `light_shade`.   From: light paths of this depth that hit something.
+//                        To: the light paths of the next depth, and pending shadow rays to the camera.
+// The steps are those of stage `shade`, for paths that carry light instead of looking for it. A light path ends unless
+// its first surface reflects or refracts it exactly. From the second surface on, a shadow ray joins it to the camera
+// and carries what arrives there.
+//
+// BSDFs are those of the camera's paths: wo is towards the camera. Where a light path is scattered otherwise than by a
+// mirror, the BSDF is therefore evaluated anew as a viewer in the new direction sees the surface, with the normals that
+// such a viewer has, and the result holds for any material, reciprocal or not. The cosines of both directions with the
+// surface itself make light of it that flows [Veach 1997, section 5.3].
+#ifndef EK_STAGE_LIGHT_SHADE_H
+#define EK_STAGE_LIGHT_SHADE_H
+#include "film/filter.h"
+#include "film/splat.h"
+#include "stages/shade.h"
+
+#if EK_HAS_light_paths
+/// The hit of a light path as a viewer sees it.
+/// to_viewer  world, unit
+EK_FN PathHit seen_from(const PathHit* hit, const MediumInterface* interface, v3 to_viewer) {
+  PathHit seen = *hit;
+  seen.path.dir = neg3(to_viewer);
+  seen.front = dot3(hit->surface.n_geom, to_viewer) > 0.0f;
+  const vi same_side = (seen.front & hit->front) | (!seen.front & !hit->front);
+  if (EK_HAS_MEDIUM) seen.path.medium = same_side ? interface->medium : interface->transmitted_medium;
+  return seen;
+}
+
+/// BSDF and cosines of light that comes along a light path and goes on to a viewer: what the throughput of the path is
+/// multiplied by, over the density of to_viewer per sr. Exact reflection and refraction are left out.
+/// channel  random number that chooses the colour in glass with dispersion, as at the hit itself
+EK_FN v3 scattered_towards(const ShadeContext* c, const PathHit* hit, const ShadingPoint* point, v3 to_viewer, vf channel) {
+  const PathHit seen = seen_from(hit, &point->interface, to_viewer);
+  MediumInterface interface;
+  const HitMaterial material = shade_material(c, &seen, &interface);
+  ShadingPoint view = shading_point(c, &seen, &material, &interface);
+  if (EK_HAS_dispersion) {
+    v3 carried = point->beta;
+    disperse(material, seen.front, channel, &view.material, &carried);
+  }
+  shading_frame(c, &seen, &material, &view);
+#if EK_HAS_GUIDE
+  view.material.guide = point->material.guide;
+#endif
+  const v3 to_light = neg3(hit->path.dir), wi = to_local(view.basis, to_light);
+  v3 f = bsdf_evaluate(view.material, view.wo, wi).f;
+  if (EK_HAS_SHADING_NORMAL & view.detailed) f = scale3(f, shadow_terminator(&view, wi, to_light));
+  const vf cos_light = abs_f(dot3(hit->surface.n_geom, to_light)), cos_viewer = abs_f(dot3(hit->surface.n_geom, to_viewer));
+  vi possible = is_on_geometric_side(wi, dot3(to_light, view.n_geom)) & (cos_light > 0.0f);
+  if (EK_HAS_nested_media) possible = possible & !interface.is_null;
+  return scale3(f, possible ? cos_viewer / cos_light : (vf)(0.0f));
+}
+
+/// The pixel that a splat belongs to.
+typedef struct {
+  vi inside;  // mask: it is in the film's window
+  vu pixel;   // x | y << 16
+  vf weight;  // the pixel's filter over the probability of this choice
+} SplatPlace;
+
+/// Chooses a pixel whose filter reaches a place on the film.
+EK_FN SplatPlace splat_place(const ShadeContext* c, global const float* filter_table, const ShadingPoint* point,
+                             const CameraView* view) {
+  vf x = view->x, y = view->y;
+  SplatPlace place;
+  place.weight = (vf)(1.0f);
+  if (EK_HAS_pixel_filter) {
+    vf u, v;
+    sample_2d(point->key, point->index, bounce_dimension(c->depth, DIM_ENVIRONMENT), &u, &v);
+    const vi near = (abs_f(x) < 32768.0f) & (abs_f(y) < 32768.0f);
+    const vf along_x = filter_pixel(filter_table, near ? x : (vf)(0.0f), u, &x);
+    const vf along_y = filter_pixel(filter_table, near ? y : (vf)(0.0f), v, &y);
+    place.weight = near ? along_x * along_y : (vf)(0.0f);
+  }
+  const uint begin = c->stage.frame->crop_begin, end = c->stage.frame->crop_end;
+  place.inside = (x >= (float)(begin & 0xffffu)) & (x < (float)(end & 0xffffu)) & (y >= (float)(begin >> 16)) &
+                 (y < (float)(end >> 16));
+  const vf zero = (vf)(0.0f);
+  place.pixel = AS_U(TO_I(place.inside ? x : zero)) | AS_U(TO_I(place.inside ? y : zero)) << 16;
+  return place;
+}
+
+/// Leaves a shadow ray to the camera for each lane whose light could arrive there.
+/// place  as of direct_light_cast. returns the mask of those lanes, as bits
+EK_FN uint camera_cast(const ShadeContext* c, global const float* filter_table, const PathHit* hit, const ShadingPoint* point,
+                       vf channel, uint place) {
+  constant Frame* frame = c->stage.frame;
+  const CameraView view = camera_view(frame, point->p, point->key, point->index, c->depth);
+  const SplatPlace splat = splat_place(c, filter_table, point, &view);
+  const vi on_film = splat.inside & point->live & view.in_front;
+  if (!ANY(on_film)) return 0u;
+  const v3 to_camera = neg3(view.dir), n_geom = hit->surface.n_geom;
+  const v3 f = scattered_towards(c, hit, point, to_camera, channel);
+  // Light of lamps that paths from the camera can meet is shared with them (light_ratio.h).
+  const vf density = hit->path.light_ratio;
+  const vf ratio = first_light_ratio(frame, view.dir, view.distance, n_geom) * density;
+  const vf share = density < 0.0f ? (vf)(1.0f) : ratio < 0x1p100f ? ratio / (1.0f + ratio) : (vf)(1.0f);
+  v3 arriving = scale3(mul3(point->beta, f), (film_density_m2(frame, view.dir, view.distance) * share) * splat.weight);
+  const vi towards_front = dot3(n_geom, to_camera) > 0.0f;
+  const vi same_side = (towards_front & hit->front) | (!towards_front & !hit->front);
+  if (EK_HAS_absorption) {
+    const vu medium = same_side ? point->interface.medium : point->interface.transmitted_medium;
+    arriving = mul3(arriving, transmittance(medium_absorption(c->scene, medium), view.distance));
+  }
+  vi seen = on_film;
+  if (EK_HAS_culling) seen = seen & (towards_front | ((hit->corners.flags & (uint)EK_TRIANGLE_SINGLE_SIDED) == 0u));
+  const vi pending = seen & (max_component(abs3(arriving)) > 0.0f);
+  OpacityKey opacity = {(vu)(0u), (vu)(0u)};
+  if (EK_HAS_opacity) opacity = opacity_key(point->key, point->index, c->depth, 1u);
+  // The ray goes from the camera to the point, as the camera's rays do, so both are stopped by the same surfaces. Its end
+  // is that of a shadow ray to a light (light_path).
+  const v3 target = offset_ray_origin(point->p, point->p_error, point->n_geom, to_camera);
+  const vf margin = min_f(0x1p-17f / abs_f(dot3(n_geom, view.dir)), (vf)(0x1p-8f));
+  const vu scatterings = (vu)(min(c->depth, EK_SPLAT_SCATTERINGS_MOST)) - point->interface.null_interface_count;
+  const ShadowRay ray = {.path = splat.pixel,
+                         .opacity_key = opacity.key,
+                         .opacity_index = opacity.index,
+                         .origin = view.eye,
+                         .dir = sub3(target, view.eye),
+                         .t_max = 1.0f - margin,
+                         .origin_prim = (vu)(EK_NO_HIT),
+                         .target_prim = point->triangle,
+                         .radiance = arriving,
+#if EK_HAS_light_group
+                         .light_group = hit->path.source_group,
+#endif
+                         .splat = hit->path.path | scatterings << 8};
+  shadow_store(c->stage.state, place, packing(pending), ray);
+  return mask_bits(pending);
+}
+
+/// Samples the direction in which a light path goes on, and its throughput.
+EK_FN ScatteredPath light_scatter(const ShadeContext* c, const PathHit* hit, const HitMaterial* material,
+                                  const ShadingPoint* point, vf channel) {
+  ScatteredPath next = scatter_direction(c, hit, point);
+  const vi is_null = point->interface.is_null, is_exact = next.pdf < 0.0f;
+  const v3 to_light = neg3(hit->path.dir);
+  const vf geom_light = abs_f(dot3(point->n_geom, to_light)), geom_next = abs_f(dot3(point->n_geom, next.dir));
+  const vf shade_light = abs_f(point->wo.z), shade_next = abs_f(next.wi.z);
+  // The shares of radiance that a sample's weight has, made those of light that flows.
+  vf exact = (geom_next * shade_light) / (geom_light * shade_next);
+  if (EK_HAS_transmission) {
+    const vi refracted = point->material.solid & (next.wi.z < 0.0f);
+    exact = exact * (refracted ? point->material.eta * point->material.eta : (vf)(1.0f));
+  }
+  if (EK_HAS_SHADING_NORMAL & point->detailed) exact = exact * shadow_terminator(point, point->wo, to_light);
+  v3 weight = scale3(next.beta, is_null ? (vf)(1.0f) : exact);
+  if (ANY(next.survives & !is_exact)) {
+    const v3 f = scattered_towards(c, hit, point, next.dir, channel);
+    weight = select3(is_exact, weight, scale3(f, (vf)(1.0f) / next.pdf));
+  }
+  next.beta = mul3(point->beta, weight);
+  next.survives = next.survives & (max_component(abs3(next.beta)) > 0.0f);
+  const vi reversible = is_reversible(c, hit, material, point, &next);
+  next.survives = next.survives & (c->depth == 1 ? is_exact & reversible : !is_exact | reversible);
+  return next;
+}
+
+/// Survival probability of a light path: the share of its light that this surface sends on. Throughputs of light paths
+/// have no common scale, and with this rule roulette leaves them as they are.
+EK_FN vf light_survival(const ShadeContext* c, const ShadingPoint* point, const ScatteredPath* next) {
+  const vf share = max_component(abs3(next->beta)) / max_component(abs3(point->beta));
+  const vf survival = min_f(share, (vf)(c->depth < EK_ROULETTE_ALWAYS_DEPTH ? 1.0f : 0.95f));
+  return point->interface.skips_depth ? (vf)(1.0f) : survival;
+}
+
+EK_FN_ONCE Survivors stage_light_shade(StageContext stage, SceneData scene, LightData light_data, global const float* filter_table,
+                                       uint count, uint depth) {
+  const ShadeContext context = {stage, scene, light_data, depth};
+  const ShadeContext* c = &context;
+  Survivors survivors = {0, 0};
+  HitWalk walk = hit_walk(count);
+  while (hit_walk_next(&walk, scene, stage.state, stage.queue)) {
+    const PathHit hit = hit_load(c, walk.slot, walk.lanes);
+    MediumInterface interface;
+    const HitMaterial material = shade_material(c, &hit, &interface);
+    ShadingPoint point = shading_point(c, &hit, &material, &interface);
+    vf channel = (vf)(0.0f);
+    if (EK_HAS_dispersion) {
+      vf unused;
+      sample_2d(point.key, point.index, DIM_TIME, &unused, &channel);
+      disperse(material, hit.front, channel, &point.material, &point.beta);
+    }
+    point.live = point.live & shade_may_go_on(c, &interface);
+    if (EK_HAS_unlit) point.live = point.live & !material.unlit;
+    shading_frame(c, &hit, &material, &point);
+#if EK_HAS_GUIDE
+    point.material.guide.cells = light_data.guide.cells;
+    point.material.guide.cell = (vu)(EK_NO_CELL);
+    point.expected = (vf)(0.0f);
+#endif
+    uint pending = 0u;
+    if (depth > 1) pending = camera_cast(c, filter_table, &hit, &point, channel, EK_CHUNKED ? survivors.shadow_rays : walk.slot);
+    survivors.shadow_rays += popcount(pending);
+    ScatteredPath next = light_scatter(c, &hit, &material, &point, channel);
+    if (depth + 1u >= stage.frame->roulette_depth) roulette(c, &point, light_survival(c, &point, &next), &next);
+    point.light_ratio = hit.path.light_ratio;
+    PathState path = shade_next_path(c, &point, &next);
+    path.source_group = hit.path.source_group;
+    const Packing keep = packing(next.survives);
+    path_store(stage.state, EK_CHUNKED ? survivors.paths : walk.slot, keep, path);
+    if (!EK_CHUNKED)
+      state_set_vu(stage.state, FIELD_next, walk.slot, (vu)(mask_bits(next.survives) | (pending != 0u ? 2u : 0u)));
+    survivors.paths += keep.count;
+  }
+  return survivors;
+}
+#endif
+
+#endif

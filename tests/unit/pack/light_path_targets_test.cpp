@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+// Where light paths start, and the balls that they are aimed at.
+#include <gtest/gtest.h>
+
+#include <numeric>
+
+#include "pack/lights/pack_light_paths.h"
+#include "pack/pack_parts.h"
+
+namespace eikon {
+namespace {
+
+Material smooth_glass() {
+  Material m;
+  m.metallic = 0;
+  m.roughness = 0;
+  m.transmission = 1;
+  return m;
+}
+
+/// Adds a triangle at a place. node: of which it is
+void add_triangle(PackedScene& packed, const glm::vec3& at, float size, std::uint32_t node, std::uint32_t material) {
+  Triangle t{};
+  set_corners(t, at, at + glm::vec3(size, 0, 0), at + glm::vec3(0, size, 0));
+  t.node = node;
+  t.material = material;
+  packed.triangles.push_back(t);
+  for (const glm::vec3& p : corners_of(t)) grow(packed.bounds, p);
+}
+
+bool covers(const PackedScene& packed, const glm::vec3& p) {
+  return std::ranges::any_of(packed.light_targets, [&](const float4& ball) {
+    return glm::length(glm::dvec3(p) - glm::dvec3(ball.x, ball.y, ball.z)) <= double(ball.w);
+  });
+}
+
+const std::vector<LightPathSource> kOneLamp = {{.radiance_area = 3, .place = {0, 50, 0}}};
+
+TEST(LightTargets, are_the_materials_that_reflect_or_refract_exactly) {
+  Material glass = smooth_glass(), rough = smooth_glass(), plastic, mirror;
+  rough.roughness = 0.1F;
+  plastic.metallic = 0;
+  plastic.roughness = 0;
+  mirror.metallic = 1;
+  mirror.roughness = 0;
+  EXPECT_TRUE(is_light_target(glass));
+  EXPECT_TRUE(is_light_target(mirror));
+  EXPECT_FALSE(is_light_target(rough));
+  EXPECT_FALSE(is_light_target(plastic)) << "a few per cent of its light would take all light paths";
+  glass.unlit = true;
+  EXPECT_FALSE(is_light_target(glass));
+}
+
+TEST(LightTargets, cover_every_corner_with_no_more_balls_than_kernels_look_at) {
+  const std::vector<Material> materials = {Material{}, smooth_glass()};
+  for (const std::uint32_t nodes : {1U, 5U, 64U, 65U, 1000U}) {
+    PackedScene packed;
+    for (std::uint32_t node = 0; node < nodes; ++node)
+      for (std::uint32_t i = 0; i < 4; ++i)
+        add_triangle(packed, {float(node % 32), float(node / 32), 0.3F * float(i)}, 0.2F, node, 1);
+    add_triangle(packed, {500, 0, 0}, 1, 9999, 0);
+    pack_light_paths(materials, kOneLamp, packed);
+    EXPECT_LE(packed.light_targets.size(), kMostLightTargets);
+    EXPECT_GE(packed.light_targets.size(), std::min(nodes, 5U));
+    for (const Triangle& t : packed.triangles)
+      for (const glm::vec3& p : corners_of(t)) EXPECT_EQ(covers(packed, p), t.material == 1) << nodes;
+  }
+}
+
+TEST(LightTargets, are_divided_where_they_are_large) {
+  const std::vector<Material> materials = {smooth_glass()};
+  PackedScene packed;
+  for (int i = 0; i < 400; ++i) add_triangle(packed, {float(i % 20), float(i / 20), 0}, 1, 0, 0);  // one pane
+  pack_light_paths(materials, kOneLamp, packed);
+  EXPECT_GT(packed.light_targets.size(), 16U);
+  const double scene = 0.5 * glm::length(packed.bounds.hi - packed.bounds.lo);
+  for (const float4& ball : packed.light_targets) EXPECT_LT(ball.w, 0.25 * scene);
+}
+
+TEST(LightTargets, take_lights_by_what_they_send_there) {
+  const std::vector<Material> materials = {smooth_glass()};
+  PackedScene packed;
+  add_triangle(packed, {0, 0, 0}, 1, 0, 0);
+  const std::vector<LightPathSource> lights = {
+      {.radiance_area = 4, .area_m2 = 0.5, .place = {0, 10, 0}},  // a lamp
+      {.radiance_area = 4, .place = {0, 1000, 0}},                // a bulb a hundred times as far: its share is 2^-8 / n at least
+      {.irradiance = 2},                                          // a sun
+      {},                                                         // an environment
+  };
+  pack_light_paths(materials, lights, packed);
+  ASSERT_EQ(packed.emission_pdf.size(), 4U);
+  EXPECT_EQ(packed.emission_pdf[3], 0.0F);
+  const double sum = 0.5 * double(packed.emission_pdf[0]) + double(packed.emission_pdf[1]) + double(packed.emission_pdf[2]);
+  EXPECT_NEAR(sum, 1, 1e-6) << "of the lamp it is a density per m^2";
+  EXPECT_GT(packed.emission_pdf[2], 10 * 0.5F * packed.emission_pdf[0]);
+  EXPECT_NEAR(double(packed.emission_pdf[1]), 1.0 / 256 / 4, 2e-4);
+}
+
+TEST(LightTargets, without_light_or_glass_there_are_none) {
+  PackedScene packed;
+  add_triangle(packed, {0, 0, 0}, 1, 0, 0);
+  pack_light_paths(std::vector<Material>{smooth_glass()}, std::vector<LightPathSource>(2), packed);
+  EXPECT_TRUE(packed.light_targets.empty() && packed.emission_alias_table.empty());
+  pack_light_paths(std::vector<Material>{Material{}}, kOneLamp, packed);
+  EXPECT_TRUE(packed.light_targets.empty() && packed.emission_alias_table.empty());
+}
+
+}  // namespace
+}  // namespace eikon

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+// The pixels of a window share the light paths of an image.
+#include "wavefront/light_stages.h"
+
+#include <gtest/gtest.h>
+
+#include <numeric>
+
+namespace eikon {
+namespace {
+
+TEST(LightStages, every_light_path_belongs_to_one_pixel_of_the_window) {
+  for (const Crop& window : {Crop{0, 0, 64, 36}, Crop{10, 3, 17, 8}, Crop{5, 5, 6, 6}})
+    for (const std::uint64_t count : {1U, 7U, 144U, 5000U}) {
+      std::vector<std::uint32_t> all;
+      for (std::uint32_t y = window.y0; y < window.y1; y += 5)
+        for (std::uint32_t x = window.x0; x < window.x1; x += 7) {
+          const Crop block{x, y, std::min(x + 7, window.x1), std::min(y + 5, window.y1)};
+          const std::vector<std::uint32_t> own = light_paths_of({count, window}, block);
+          all.insert(all.end(), own.begin(), own.end());
+        }
+      std::ranges::sort(all);
+      std::vector<std::uint32_t> expected(count);
+      std::iota(expected.begin(), expected.end(), 0U);
+      EXPECT_EQ(all, expected) << count << " in a window of " << window.width() << 'x' << window.height();
+    }
+}
+
+TEST(LightStages, blocks_of_equal_size_have_equal_shares) {
+  const LightPathPlan plan{64 * 36 / 16, {0, 0, 64, 36}};
+  for (std::uint32_t x = 0; x < 64; x += 16)
+    EXPECT_EQ(light_paths_of(plan, {x, 0, x + 16, 36}).size(), 36U) << x;
+}
+
+}  // namespace
+}  // namespace eikon
