@@ -57,6 +57,7 @@ RUNS = [
     ("everything", "--memory 60M --camera 2 --layout cwbvh --integrator whitted"),
     ("everything", "--memory 60M --camera 3 --integrator raycast"),
     ("lamps", f"--memory 16M --aov {LAYERS}"),
+    ("cornell_spheres", "--memory 24M --light-paths 1 --aov direct,light_groups --max-depth 4"),
     ("places", "--memory 16M --instances two-level --light-sampling light --max-depth 4"),
     ("cornell", "--memory 16M --integrator direct --light-samples 8"),
     ("cornell", "--memory 16M --max-depth 4 --guiding 64"),

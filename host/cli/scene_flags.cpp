@@ -83,6 +83,14 @@ void parse_guiding(const std::string& text, SceneOptions& options) {
   options.pilot_paths = parse_unsigned("--guiding", text, kMostPilotPaths, 64);
 }
 
+double parse_light_paths(const std::string& text) {
+  if (text == "auto") return SceneOptions{}.light_paths;
+  if (text == "off") return 0;
+  if (text.empty() || !std::isdigit(static_cast<unsigned char>(text.front())))
+    refuse_choice("--light-paths", text, {"auto", "off", "a number"});
+  return parse_number<double>("--light-paths", text, 0, 1);
+}
+
 /// A constant R,G,B if the text begins with a number, `none` or `neutral`, else the file of a map.
 void parse_environment(const std::string& text, EnvironmentOptions& environment) {
   if (text == "none") {
@@ -128,6 +136,10 @@ void add_camera_flags(CommandFlags& flags, SceneOptions& options) {
       {"--cull", "NAME",
        "camera: the camera does not see the backs of surfaces that are not double-sided; none [camera]"},
       options.culling, {{"camera", Culling::camera}, {"none", Culling::none}});
+  flags.parsed({"--light-paths", "NAME|RATIO",
+                "paths from lights through glass and off mirrors to what they light up: auto (1/16 as many as from the "
+                "camera), off, or their number for each path from the camera, up to 1 [auto]"},
+               [&](const std::string& text) { options.light_paths = parse_light_paths(text); });
   flags.parsed({"--guiding", "NAME|PATHS",
                 "auto; on; off: paths follow what a small pilot render learned about where light comes from, where that "
                 "pays; a number of paths for the pilot turns it on [auto]"},

@@ -9,10 +9,11 @@
 
 #include "core/clock.h"
 #include "core/error.h"
-#include "job/poses.h"
+#include "job/sequence/poses.h"
 #include "scene/environment/environment.h"
 #include "scene/environment/studio.h"
 #include "pack/lights/arriving_light.h"
+#include "pack/lights/pack_light_paths.h"
 #include "render/pilot.h"
 
 namespace eikon {
@@ -212,9 +213,20 @@ void log_unseen_lights(const Scene& scene, const Settings& settings, const Log& 
   if (!samples_lights(settings.light_sampling))
     log(fmt::format("--light-sampling {}: no ray can meet a point, spot or directional light: they give no light",
                     name_of(settings.light_sampling)));
-  if (std::ranges::any_of(scene.materials, [](const Material& m) { return m.transmission > 0; }))
-    log("light of point, spot and directional lights does not pass through transmissive surfaces: what is behind them "
-        "stays in their shadow; area lights and environments light it");
+  const auto hides_light = [&](const Material& m) {
+    return m.transmission > 0 && (settings.light_path_count == 0 || !is_light_target(m));
+  };
+  if (std::ranges::any_of(scene.materials, hides_light))
+    log(fmt::format("light of point, spot and directional lights does not pass through {}transmissive surfaces: what is "
+                    "behind them stays in their shadow; area lights and environments light it",
+                    settings.light_path_count == 0 ? "" : "rough "));
+}
+
+/// Light paths of each sample of an image, by the ratio to camera paths.
+std::uint64_t light_path_count(const SceneOptions& options, const Settings& settings) {
+  if (options.light_paths == 0) return 0;
+  const double count = options.light_paths * settings.width * settings.height;
+  return std::max<std::uint64_t>(std::uint64_t(std::llround(count)), 1);
 }
 
 }  // namespace
@@ -247,14 +259,17 @@ Prepared settle(const SceneOptions& options, std::shared_ptr<Scene> loaded, cons
   settings.seed = std::uint32_t(options.seed);
   settings.energy_compensation = options.energy_compensation;
   settle_integrator(options, settings);
+  settings.light_path_count = light_path_count(options, settings);
   settings.pilot_paths = usual_pilot_paths(settings);
   if (options.pilot_paths && settings.pilot_paths > 0) settings.pilot_paths = *options.pilot_paths;
-  log_unseen_lights(scene, settings, log);
   prepared.layers = settings.aovs = options.aovs;
   if (options.denoise)
     for (const char* guide : {"albedo", "normal"})
       if (std::ranges::find(settings.aovs, guide) == settings.aovs.end()) settings.aovs.emplace_back(guide);
   settings.depth_series.assign(options.depth_series.begin(), options.depth_series.end());
+  // So that the record of a film without them is that of earlier versions.
+  if (!Features(scene, settings).has(Feature::light_paths)) settings.light_path_count = 0;
+  log_unseen_lights(scene, settings, log);
   return prepared;
 }
 

@@ -75,6 +75,7 @@ struct SceneOptions {
   std::optional<ImageSize> size;  // default: 720 rows at the camera's aspect
   std::optional<Crop> crop;
   Culling culling = Culling::camera;
+  double light_paths = 1.0 / 16;  // for each path from the camera; 0: none
   Guiding guiding = Guiding::automatic;
   std::optional<std::uint64_t> pilot_paths;  // default: usual_pilot_paths()
   PixelFilter filter;

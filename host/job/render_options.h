@@ -8,7 +8,7 @@
 
 #include "image/image.h"
 #include "job/checkpoint.h"
-#include "job/frames.h"
+#include "job/sequence/frames.h"
 #include "job/goal.h"
 #include "job/prepare.h"
 

@@ -180,7 +180,7 @@ TEST(Checkpoint, that_cannot_be_read_is_refused_and_left_as_it_is) {
   const std::string name("eikon.format\0int\0\4\0\0\0", 21);
   const std::size_t at = newer.find(name);
   ASSERT_NE(at, std::string::npos);
-  newer[at + name.size()] = 3;  // 2 has mattes
+  newer[at + name.size()] = 4;  // 2 has mattes, and 3 splats
   const std::pair<std::string, std::string> cases[] = {{whole.substr(0, whole.size() / 2), "d.exr"},
                                                        {whole.substr(0, whole.size() - 1), "d.exr"},
                                                        {"", "is empty (0 bytes)"},

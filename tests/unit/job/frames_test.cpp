@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "job/frames.h"
+#include "job/sequence/frames.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "job/poses.h"
+#include "job/sequence/poses.h"
 
 #include <fmt/format.h>
 

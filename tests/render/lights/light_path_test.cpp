@@ -1,0 +1,338 @@
+// SPDX-License-Identifier: Apache-2.0
+// Light that passed glass or left a mirror: by light paths it is what closed forms say, and what paths from the camera
+// find where they can.
+#include <functional>
+
+#include "render/materials/glass_builder.h"
+#include "render/scene_builder.h"
+
+namespace eikon::test {
+namespace {
+
+Settings with_light_paths(Settings settings, double ratio) {
+  settings.light_path_count = std::max<std::uint64_t>(std::uint64_t(ratio * settings.width * settings.height), 1);
+  return settings;
+}
+
+PunctualLight small_lamp(glm::dvec3 position, float intensity) {
+  PunctualLight light;
+  light.kind = LightKind::point;
+  light.position = position;
+  light.intensity = glm::vec3(intensity);
+  return light;
+}
+
+PunctualLight sunshine(glm::dvec3 direction, float irradiance) {
+  PunctualLight light;
+  light.kind = LightKind::directional;
+  light.direction = glm::normalize(direction);
+  light.intensity = glm::vec3(irradiance);
+  return light;
+}
+
+void add_floor(Scene& scene, float half, float albedo) {
+  Primitive floor;
+  add_quad(floor, {-half, 0, half}, {2 * half, 0, 0}, {0, 0, -2 * half});
+  add_mesh(scene, "floor", std::move(floor), lambert(albedo));
+}
+
+double fresnel(double cos_i, double eta) {
+  const double cos_t = std::sqrt(1 - (1 - cos_i * cos_i) / (eta * eta));
+  const double s = (cos_i - eta * cos_t) / (cos_i + eta * cos_t), p = (eta * cos_i - cos_t) / (eta * cos_i + cos_t);
+  return 0.5 * (s * s + p * p);
+}
+
+/// Irradiance of a floor at distance x from the foot of a lamp of 1 W / sr that is `height` above it, all told, behind a
+/// plane slab: flux is conserved, so E = T sin(theta) dtheta / (x dx). Light that is reflected within the slab is left out.
+double irradiance_behind_slab(double x, double height, double thickness, double eta) {
+  const auto reach = [&](double theta) {
+    const double sin_t = std::sin(theta) / eta;
+    return (height - thickness) * std::tan(theta) + thickness * sin_t / std::sqrt(1 - sin_t * sin_t);
+  };
+  double lo = 0, hi = 1.5;
+  for (int i = 0; i < 200; ++i) {
+    const double middle = 0.5 * (lo + hi);
+    (reach(middle) < x ? lo : hi) = middle;
+  }
+  const double step = 1e-6, theta = 0.5 * (lo + hi);
+  const double slope = (reach(theta + step) - reach(theta - step)) / (2 * step);
+  const double passed = 1 - fresnel(std::cos(theta), eta);
+  return passed * passed * std::sin(theta) / (x * slope);
+}
+
+// ---- closed forms -----------------------------------------------------------------------------------------------------
+
+struct CameraKind {
+  const char* name;
+  std::function<void(Camera&)> change;
+};
+/// Cameras that see a piece of the floor around (0.6, 0, 0) from below the slab.
+const CameraKind kCameras[] = {
+    {"pinhole", [](Camera&) {}},
+    {"lens", [](Camera& camera) { camera.lens = Lens{.radius_m = 0.05, .focus_distance_m = 0.7}; }},
+    {"orthographic",
+     [](Camera& camera) { camera.projection = Projection::orthographic, camera.ymag_m = 0.02; }},
+};
+
+TEST(LightPaths, a_point_lamp_behind_a_slab_lights_a_floor_as_the_closed_form_says) {
+  constexpr double kHeight = 2, kThickness = 0.2, kIor = 1.5, kPlace = 0.6;
+  Scene scene;
+  add_floor(scene, 3, 0.5F);
+  add_block(scene, "slab", {-1, 1, -1}, {1, 1.2F, 1}, glass(float(kIor), 0, true));
+  scene.lights.push_back(small_lamp({0, kHeight, 0}, 1));
+  const double expected = 0.5 / kPi * irradiance_behind_slab(kPlace, kHeight, kThickness, kIor);
+  for (const CameraKind& kind : kCameras) {
+    Settings settings = settings_for(16, 16, 256);
+    settings.max_depth = 4;  // without reflections within the slab
+    // The floor is seen at an angle, under the slab.
+    settings.camera = look_at_camera({kPlace, 0.6, 0.6}, {kPlace, 0, 0}, {0, 1, 0}, 0.05);
+    kind.change(settings.camera);
+    EXPECT_TRUE(agrees(mean_of(film_of(scene, with_light_paths(settings, 512))), expected, 3, 2e-3)) << kind.name;
+    EXPECT_LT(mean_of(film_of(scene, settings)).mean, 1e-4 * expected)
+        << "no path from the camera finds a lamp without extent; some light comes past the slab and by the floor";
+  }
+}
+
+TEST(LightPaths, a_panorama_sees_the_same_floor) {
+  Scene scene;
+  add_floor(scene, 3, 0.5F);
+  add_block(scene, "slab", {-4, 1, -4}, {4, 1.2F, 4}, glass(1.5F, 0, true));
+  scene.lights.push_back(small_lamp({0, 2, 0}, 1));
+  Settings settings = settings_for(64, 32, 256);
+  settings.max_depth = 4;
+  settings.camera.projection = Projection::panorama;
+  settings.camera.world_from_camera = glm::translate(glm::dmat4(1), {0.6, 0.5, 0});
+  // The ray 56.25 degrees below the horizon and straight ahead: pixel row 26, the middle of four columns.
+  settings.crop = {30, 26, 34, 27};
+  double expected = 0;
+  constexpr int kGrid = 16;
+  for (int column = 0; column < 4 * kGrid; ++column)
+    for (int row = 0; row < kGrid; ++row) {
+      const double azimuth = 2 * kPi * ((30 + (column + 0.5) / kGrid) / 64 - 0.5);
+      const double polar = kPi * (26 + (row + 0.5) / kGrid) / 32;
+      const glm::dvec3 dir(std::sin(azimuth) * std::sin(polar), std::cos(polar), -std::cos(azimuth) * std::sin(polar));
+      const glm::dvec3 at = glm::dvec3(0.6, 0.5, 0) + dir * (0.5 / -dir.y);
+      expected += irradiance_behind_slab(std::hypot(at.x, at.z), 2, 0.2, 1.5);
+    }
+  expected *= 0.5 / kPi / (4 * kGrid * kGrid);
+  EXPECT_TRUE(agrees(mean_of(film_of(scene, with_light_paths(settings, 64))), expected, 1, 1e-3));
+}
+
+TEST(LightPaths, a_sun_keeps_its_flux_through_a_ball_and_off_a_mirror) {
+  // All light that enters a ball above a large floor, less what the ball reflects, arrives on the floor.
+  Scene scene;
+  add_floor(scene, 40, 1);
+  add_mesh(scene, "ball", sphere({0, 1.2F, 0}, 1, 32, false, false), glass(1.5F, 0, true));
+  scene.lights.push_back(sunshine({0, -1, 0}, 3));
+  Settings settings = settings_for(48, 48, 64);
+  settings.camera = look_at_camera({0, 20, 0.001}, {0, 0, 0}, {0, 0, -1}, 1);
+  settings.camera.projection = Projection::orthographic;
+  settings.camera.ymag_m = 12;
+  settings.max_depth = 4;
+  // The ball hides itself and a disc of the floor from the camera; what is lit there is seen through the ball by no light path.
+  const Film lit = film_of(scene, with_light_paths(settings, 4)), dark = film_of(scene, settings);
+  const MeanAndError more = mean_of(lit), less = mean_of(dark);
+  EXPECT_GT(more.mean, less.mean) << "rays that miss the camera's view of the ball reach the floor beside it";
+  Scene mirror;
+  add_floor(mirror, 40, 0.5F);
+  Material metal;
+  metal.roughness = 0;
+  metal.metallic = 1;
+  metal.base_color = glm::vec3(0.8F);
+  // A mirror of 1 m^2 that stands upright sends the light of a sun at 45 degrees onto the floor before it.
+  Primitive pane;
+  add_quad(pane, {-0.5F, 2, 0}, {1, 0, 0}, {0, 1, 0});
+  add_mesh(mirror, "mirror", std::move(pane), metal);
+  mirror.lights.push_back(sunshine({0, -1, -1}, 2));
+  Settings above = settings_for(40, 40, 64);
+  above.camera = look_at_camera({0, 20, 2.5}, {0, 0, 2.5}, {0, 0, -1}, 1);
+  above.camera.projection = Projection::orthographic;
+  above.camera.ymag_m = 1;
+  above.max_depth = 3;
+  const MeanAndError with = mean_of(film_of(mirror, with_light_paths(above, 4))), without = mean_of(film_of(mirror, above));
+  // Where it falls, as much arrives as comes directly: the mirror's light covers x in -0.5 .. 0.5 and z in 2 .. 3 of 2 m x 2 m.
+  const double direct = 2 * std::cos(kPi / 4) * 0.5 / kPi;
+  EXPECT_TRUE(agrees({with.mean - without.mean, with.sigma}, 0.8 * direct * 0.25, 1, 1e-3));
+}
+
+// ---- against paths from the camera ------------------------------------------------------------------------------------
+
+struct Change {
+  const char* name;
+  std::function<void(Scene&, Settings&)> make;
+};
+
+/// A closed room with a lamp, a coarse glass ball with smooth normals, a mirror and a block.
+std::pair<Scene, Settings> room_of_glass(std::uint32_t side, std::uint64_t spp) {
+  Scene scene;
+  Primitive walls, lamp;
+  add_box(walls, {-1, -1, -1}, {1, 1, 1.5F}, true);
+  add_quad(lamp, {-0.4F, 0.97F, -0.4F}, {0.8F, 0, 0}, {0, 0, 0.8F});
+  add_mesh(scene, "walls", std::move(walls), lambert({0.6F, 0.5F, 0.4F}));
+  add_mesh(scene, "lamp", std::move(lamp), lambert(0.3F, 5));
+  add_mesh(scene, "ball", sphere({0.4F, -0.5F, 0.1F}, 0.45F, 8, false, true), glass(1.5F, 0, true));
+  Material metal;
+  metal.roughness = 0;
+  metal.metallic = 1;
+  metal.base_color = {0.9F, 0.7F, 0.5F};
+  add_mesh(scene, "mirror", sphere({-0.5F, -0.55F, -0.3F}, 0.4F, 10, false, true), metal);
+  Settings settings = settings_for(side, side, spp);
+  settings.camera = look_at_camera({0, 0, 1.45}, {0, -0.2, 0}, {0, 1, 0}, 1.1);
+  return {std::move(scene), settings};
+}
+
+const Change kChanges[] = {
+    {"room", [](Scene&, Settings&) {}},
+    {"lens", [](Scene&, Settings& s) { s.camera.lens = Lens{.radius_m = 0.1, .focus_distance_m = 1.5}; }},
+    {"orthographic",
+     [](Scene&, Settings& s) { s.camera.projection = Projection::orthographic, s.camera.ymag_m = 0.9; }},
+    {"panorama", [](Scene&, Settings& s) { s.camera.projection = Projection::panorama, s.width *= 2, s.crop.x1 *= 2; }},
+    {"wide filter", [](Scene&, Settings& s) { s.filter = {FilterKind::gaussian, 3}; }},
+    {"filter with negative lobes", [](Scene&, Settings& s) { s.filter = {FilterKind::mitchell, 4}; }},
+    {"coloured glass with dispersion",
+     [](Scene& scene, Settings&) {
+       for (Material& m : scene.materials)
+         if (m.transmission > 0) {
+           m.dispersion = 5;
+           m.attenuation_color = {0.5F, 0.8F, 0.9F};
+           m.attenuation_distance = 0.5F;
+         }
+     }},
+    {"thin walls and rough glass on a rough floor",
+     [](Scene& scene, Settings&) {
+       for (Material& m : scene.materials)
+         if (m.transmission > 0) m.solid = false;
+       add_block(scene, "rough", {-0.2F, -0.99F, 0.5F}, {0.3F, -0.6F, 0.8F}, glass(1.4F, 0.4F, true));
+     }},
+    {"coat, sheen and plastic",
+     [](Scene& scene, Settings&) {
+       scene.materials[0].clearcoat = 0.7F;
+       scene.materials[0].specular = 1;
+       scene.materials[0].roughness = 0.5F;
+       for (Material& m : scene.materials)
+         if (m.metallic > 0) m.clearcoat = 0.5F, m.sheen_color = glm::vec3(0.3F);
+     }},
+    {"a lamp that shines both ways in a ball of glass",
+     [](Scene& scene, Settings&) {
+       scene.materials[1].double_sided = true;
+       add_mesh(scene, "globe", sphere({0, 0.95F, 0}, 0.7F, 12, false, false), glass(1.2F, 0, false));
+     }},
+};
+
+Crop quarter(const FilmLayout& layout, std::uint32_t i) {
+  const std::uint32_t w = layout.width / 2, h = layout.height / 2, x = i % 2 * w, y = i / 2 * h;
+  return {x, y, x + w, y + h};
+}
+
+TEST(LightPaths, bring_the_mean_that_paths_from_the_camera_find) {
+  constexpr int comparisons = int(std::size(kChanges)) * 4 * 3;
+  for (const Change& change : kChanges) {
+    auto [scene, settings] = room_of_glass(24, 1024);
+    change.make(scene, settings);
+    settings.max_depth = 8;
+    const Film with = film_of(scene, with_light_paths(settings, 0.5));
+    settings.seed = 7;
+    settings.sample_end = 8192;
+    const Film without = film_of(scene, settings);
+    ASSERT_FALSE(with.light_paths().empty()) << change.name;
+    for (std::uint32_t q = 0; q < 4; ++q)
+      for (std::uint32_t c = 0; c < 3; ++c)
+        EXPECT_TRUE(agree(mean_of(with, c, quarter(with.layout(), q)), mean_of(without, c, quarter(with.layout(), q)),
+                          comparisons))
+            << change.name << ", quarter " << q << ", channel " << c;
+  }
+}
+
+TEST(LightPaths, leave_a_furnace_at_one) {
+  for (const double ratio : {1.0 / 16, 2.0}) {
+    Scene scene;
+    Primitive walls;
+    add_box(walls, glm::vec3(-1), glm::vec3(1), true);
+    add_mesh(scene, "walls", std::move(walls), lambert(0.5F, 0.5F));
+    add_mesh(scene, "ball", sphere({0.3F, -0.4F, 0}, 0.4F, 12, false, true), glass(1.5F, 0, true));
+    Settings settings = settings_for(16, 16, 512);
+    settings.camera = look_at_camera({-0.5, 0.3, 0.9}, {0, -0.2, 0}, {0, 1, 0}, 1.2);
+    EXPECT_TRUE(agrees(mean_of(film_of(scene, with_light_paths(settings, ratio))), 1, 2, 1e-4)) << ratio;
+  }
+}
+
+TEST(LightPaths, find_caustics_with_a_fraction_of_the_error) {
+  const Scene scene = load_shipped("cornell_spheres.gltf");
+  Settings settings = settings_of(scene, 64, 64);
+  const Film with = film_of(scene, with_light_paths(settings, 1.0 / 16)), without = film_of(scene, settings);
+  settings.sample_end = 4096;
+  settings.seed = 3;
+  const Film truth = film_of(scene, with_light_paths(settings, 1));
+  const auto error = [&](const Film& film) {
+    double sum = 0;
+    for (std::uint32_t y = 0; y < 64; ++y)
+      for (std::uint32_t x = 0; x < 64; ++x) {
+        const double expected = truth.mean(x, y, 1), difference = film.mean(x, y, 1) - expected;
+        sum += difference * difference / (expected * expected + 0.01) / (64 * 64);
+      }
+    return sum;
+  };
+  EXPECT_LT(error(with), 0.35 * error(without)) << error(without) << " without";
+}
+
+// ---- bits -------------------------------------------------------------------------------------------------------------
+
+TEST(LightPaths, have_the_same_bits_by_every_way_of_tracing) {
+  auto [scene, settings] = room_of_glass(20, 6);
+  settings = with_light_paths(settings, 0.3);
+  settings.aovs = {"direct", "indirect"};
+  const Film expected = film_of(scene, settings);
+  Execution small;
+  small.pool = 256;
+  small.block = 7;
+  EXPECT_TRUE(same_film(film_of(scene, settings, small), expected)) << "small units";
+  Execution unfused;
+  unfused.fused = false;
+  EXPECT_TRUE(same_film(film_of(scene, settings, unfused), expected)) << "a launch for each stage";
+  Execution queues;
+  queues.lanes = 1, queues.chunked = false, queues.layout = "bvh2";
+  EXPECT_TRUE(same_film(film_of(scene, settings, queues), expected)) << "queues";
+  EXPECT_EQ(film_of(scene, settings, small).light_paths().front().paths, expected.light_paths().front().paths);
+}
+
+TEST(LightPaths, of_parts_add_up_to_those_of_the_whole) {
+  auto [scene, settings] = room_of_glass(20, 6);
+  settings = with_light_paths(settings, 0.3);
+  const Film expected = film_of(scene, settings);
+  Film by_samples(expected.layout());
+  for (const auto& [begin, end] : {std::pair(0, 1), std::pair(1, 4), std::pair(4, 6)}) {
+    Settings part = settings;
+    part.sample_begin = std::uint64_t(begin), part.sample_end = std::uint64_t(end);
+    by_samples.add(film_of(scene, part));
+  }
+  EXPECT_TRUE(same_film(by_samples, expected));
+  EXPECT_EQ(by_samples.mean(3, 4, 0), expected.mean(3, 4, 0));
+  Film by_windows(expected.layout());
+  for (const Crop& window : {Crop{0, 0, 20, 9}, Crop{0, 9, 13, 20}, Crop{13, 9, 20, 20}}) {
+    Settings part = settings;
+    part.crop = window;
+    by_windows.add(film_of(scene, part));
+  }
+  EXPECT_TRUE(same_film(by_windows, expected));
+  for (std::uint32_t y = 0; y < 20; ++y)
+    for (std::uint32_t x = 0; x < 20; ++x)
+      EXPECT_EQ(by_windows.mean(x, y, 1), expected.mean(x, y, 1)) << x << ' ' << y;
+}
+
+TEST(LightPaths, belong_to_the_layers_of_their_light) {
+  auto [scene, settings] = room_of_glass(16, 32);
+  settings = with_light_paths(settings, 0.5);
+  settings.aovs = {"direct", "indirect", "emission"};
+  const Film film = film_of(scene, settings);
+  double whole = 0, parts = 0;
+  for (std::uint32_t y = 0; y < 16; ++y)
+    for (std::uint32_t x = 0; x < 16; ++x) {
+      whole += film.mean(x, y, 0);
+      for (const char* bin : {"scattered.0.R", "scattered.1.R", "scattered.more.R"})
+        parts += film.mean(x, y, film.channel_index(bin).value());
+    }
+  EXPECT_NEAR(parts, whole, 1e-9 * whole);
+}
+
+}  // namespace
+}  // namespace eikon::test
