@@ -49,6 +49,7 @@ Camera parallel_camera(const glm::dvec3& eye, const glm::dvec3& towards, double 
 
 void aim(const Meter& meter, Scene& scene, Settings& settings) {
   settings.culling = Culling::none;  // light arrives from both sides of every surface
+  settings.light_path_count = 0;     // hardly any would meet so small a receiver, and each would outshine all others
   const double side = side_of_receiver(meter, scene);
   if (meter.quantity == Meter::Quantity::radiance) {
     settings.camera = parallel_camera(meter.at, meter.direction, kLift * side);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The light meter against radiometry's closed forms. Judged at significance 1 % per test.
 #include "instruments/meter.h"
+#include "render/materials/glass_builder.h"
 #include "render/scene_builder.h"
 
 namespace eikon::test {
@@ -57,6 +58,15 @@ TEST(Meter, L1_on_the_floor_below_a_square_lamp_and_beside_that_floor) {
     EXPECT_LT(reading.sigma.y, 2e-3);
   }
   EXPECT_EQ(measured(square_light(), facing({0, 0, 0}, {0, -1, 0})).value.y, 0);  // below the floor
+}
+
+TEST(Meter, traces_no_light_paths) {
+  Scene scene = bulb(5);
+  add_mesh(scene, "ball", sphere({0, 2, 0}, 0.5F, 8, false, true), glass(1.5F, 0, true));
+  Settings settings = settings_for(16, 16, 4);
+  settings.light_path_count = 16;
+  aim(facing({0, 0, -1}, {0, 0, 1}), scene, settings);
+  EXPECT_TRUE(film_of(scene, settings).light_paths().empty()) << "one that met the receiver would outshine all light";
 }
 
 TEST(Meter, is_as_uncertain_as_it_says) {
