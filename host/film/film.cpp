@@ -24,6 +24,9 @@ __extension__ typedef unsigned __int128 uint128;
 constexpr int kFractionBits = 64;
 constexpr int128 kMaxSum = static_cast<int128>(~uint128{0} >> 1);
 
+/// The mean of splats over light paths; exact but for the rounding of to_mean.
+double mean_of_splats(int128 sum, std::uint64_t paths) { return std::ldexp(to_mean(sum, paths), kSplatShift); }
+
 /// Returns 2^exponent, for exponents of normal numbers.
 double power_of_two(int exponent) { return std::bit_cast<double>(static_cast<std::uint64_t>(1023 + exponent) << 52); }
 
@@ -171,8 +174,10 @@ std::uint64_t Film::light_paths_at(std::size_t pixel, std::size_t replicate) con
   if (light_paths_.size() == 1 && light_paths_.front().window == layout_.crop) return light_paths_.front().paths[replicate];
   const std::size_t x = layout_.crop.x0 + pixel % layout_.crop.width(), y = layout_.crop.y0 + pixel / layout_.crop.width();
   std::uint64_t paths = 0;
-  for (const LightPathCount& of : light_paths_)
+  for (const LightPathCount& of : light_paths_) {
+    if (of.window.y0 > y) break;
     if (x >= of.window.x0 && x < of.window.x1 && y >= of.window.y0 && y < of.window.y1) paths += of.paths[replicate];
+  }
   return paths;
 }
 
@@ -318,7 +323,7 @@ double Film::mean(std::uint32_t x, std::uint32_t y, std::span<const std::uint32_
   if (splats.empty()) return by_samples;
   std::uint64_t paths = 0;
   for (std::uint32_t r = 0; r < layout_.replicates; ++r) paths += light_paths_at(pixel_index(x, y), r);
-  return by_samples + to_mean(total(x, y, splats), paths);
+  return by_samples + mean_of_splats(total(x, y, splats), paths);
 }
 
 double Film::variance_of_mean(std::uint32_t x, std::uint32_t y, std::uint32_t channel) const {
@@ -336,14 +341,14 @@ Film::Spread Film::spread_of(std::size_t pixel, std::uint32_t channel) const {
     all += counts[r], total += sums[r * channels];
     if (splats != nullptr) all_paths += light_paths_at(pixel, r), total_splats += splats[r * channels];
   }
-  Spread found{.mean = to_mean(total, all) + to_mean(total_splats, all_paths),
+  Spread found{.mean = to_mean(total, all) + mean_of_splats(total_splats, all_paths),
                .variance = std::numeric_limits<double>::quiet_NaN()};
   if (replicates < 2) return found;
   double spread = 0;
   for (std::size_t r = 0; r < replicates; ++r) {
-    if (counts[r] == 0) return found;
+    if (counts[r] == 0 || (all_paths > 0 && light_paths_at(pixel, r) == 0)) return found;
     double mean = to_mean(sums[r * channels], counts[r]);
-    if (splats != nullptr) mean += to_mean(splats[r * channels], light_paths_at(pixel, r));
+    if (splats != nullptr) mean += mean_of_splats(splats[r * channels], light_paths_at(pixel, r));
     const double difference = mean - found.mean;
     spread += static_cast<double>(counts[r]) / static_cast<double>(all) * difference * difference;
   }

@@ -53,6 +53,10 @@ struct FilmLayout {
 /// The prefix of channels that hold what light paths bring to the channel of the rest of the name (film/splats.h).
 inline constexpr std::string_view kSplats = "splats.";
 
+/// Splats are held in units of 2^-48, not 2^-64: each is about as many times as large as its part of the pixel's mean as
+/// there are light paths.
+inline constexpr int kSplatShift = 16;
+
 /// Light paths that were traced for a window of the image.
 struct LightPathCount {
   Crop window;
@@ -157,7 +161,7 @@ class Film {
   /// The exact sum over replicates and several channels. throws InputError beyond the film's range
   [[nodiscard]] int128 total(std::uint32_t x, std::uint32_t y, std::span<const std::uint32_t> channels) const;
   /// The mean over all samples, correctly rounded to double from the exact sum; 0 without samples.
-  /// What light paths bring is a mean over those that were traced for the pixel, and is added.
+  /// What light paths bring is a mean over those that were traced for the pixel, rounded likewise, and is added.
   [[nodiscard]] double mean(std::uint32_t x, std::uint32_t y, std::uint32_t channel) const;
   /// The mean of the sum of several channels.
   [[nodiscard]] double mean(std::uint32_t x, std::uint32_t y, std::span<const std::uint32_t> channels) const;

@@ -2,7 +2,7 @@
 // Splats: what light paths bring to pixels, in a list of each unit (kernels/film/splat.h). A unit has the light paths of
 // its pixels, and these reach any pixel of the film's window. So splats have channels of their own, "splats.R" beside
 // "R", and are divided by the number of light paths that were traced for the window. Each channel that holds radiance
-// has one for splats, with the same unit of 2^-64.
+// has one for splats, and its numbers have the unit of kSplatShift.
 #include <bit>
 #include <cmath>
 
@@ -35,12 +35,12 @@ struct SplatChannels {
   }
 };
 
-/// floor(x 2^64), as fixed_from_float of the kernels
+/// floor(x 2^(64 - kSplatShift))
 int128 fixed_from_float(float x) {
   int exponent = 0;
   const float mantissa = std::frexp(x, &exponent);
   const auto whole = static_cast<int128>(std::ldexp(mantissa, 24));  // exact
-  const int shift = exponent - 24 + 64;
+  const int shift = exponent - 24 + 64 - kSplatShift;
   if (shift >= 0) return static_cast<int128>(static_cast<unsigned __int128>(whole) << shift);
   return shift > -32 ? whole >> -shift : (whole < 0 ? -1 : 0);  // rounds down
 }

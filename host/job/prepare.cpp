@@ -226,7 +226,8 @@ void log_unseen_lights(const Scene& scene, const Settings& settings, const Log& 
 std::uint64_t light_path_count(const SceneOptions& options, const Settings& settings) {
   if (options.light_paths == 0) return 0;
   const double count = options.light_paths * settings.width * settings.height;
-  return std::max<std::uint64_t>(std::uint64_t(std::llround(count)), 1);
+  constexpr std::uint64_t kMost = (std::uint64_t{1} << 31) - 1;  // of the numbers that kernels count by
+  return std::clamp<std::uint64_t>(std::uint64_t(std::llround(count)), 1, kMost);
 }
 
 }  // namespace

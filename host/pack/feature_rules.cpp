@@ -174,6 +174,8 @@ Need light_paths(const SceneFacts& facts) {
   if (settings.light_path_count == 0) return {false, "--light-paths"};
   if (settings.integrator != Integrator::path) return {false, "--integrator"};
   if (settings.light_sampling != LightSampling::mis) return {false, "--light-sampling"};
+  // Triangles have room for the number of their light.
+  if (facts.lights.places() >= (1U << (32 - EK_TRIANGLE_LIGHT_SHIFT))) return {false, "there are too many lights"};
   if (facts.lights.places() == 0 && facts.scene.lights.empty()) return {false, "there is no light that paths start from"};
   return if_some_material(facts, "nothing reflects or refracts exactly", is_light_target);
 }

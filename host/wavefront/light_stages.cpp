@@ -5,6 +5,7 @@
 #include <bit>
 #include <cmath>
 #include <numeric>
+#include <span>
 
 #include "core/error.h"
 #include "pack/frame.h"
@@ -14,8 +15,10 @@ namespace {
 
 constexpr std::uint64_t kMostPaths = 1U << 16;  // of a part
 constexpr std::uint32_t kSplatsPerPath = 4;     // that there is room for; rooms with glass have .4 to 1.9
-constexpr std::uint64_t kMostNumbers = 1U << 13;  // of a part, which stand in the buffer of a unit's pixels
-constexpr float kRange = 0x1p38F;                // of the film's numbers
+constexpr std::uint32_t kLikelySplatsPerPath = 2;
+constexpr std::uint64_t kMostNumbers = 1U << 13;  // of a part; they stand in the buffer for the pixels of a unit
+constexpr float kRange = 0x1p54F;                 // of splats: 2^38 of radiance, and kSplatShift
+static_assert(kSplatShift == 16);
 constexpr std::uint32_t kNoneTaken = 0;
 constexpr std::array<std::uint32_t, SPLATS_COUNTS> kNoSplats{};
 
@@ -24,29 +27,46 @@ std::uint32_t splat_capacity(const WavefrontConfig& config) {
   return kSplatsPerPath * std::uint32_t(most_paths(config)) + EK_PAD;
 }
 
-/// Divides the light paths of a unit into parts of at most that many paths.
-std::vector<LightUnit::Part> parts_of(std::size_t numbers, const WorkUnit& unit, std::uint64_t most) {
-  std::vector<LightUnit::Part> parts;
-  const std::uint64_t samples = std::min(unit.sample_end - unit.sample_begin, most);
-  const std::size_t together = std::clamp<std::uint64_t>(most / samples, 1, kMostNumbers);
-  for (std::uint64_t sample = unit.sample_begin; sample < unit.sample_end; sample += samples)
-    for (std::size_t first = 0; first < numbers; first += together)
-      parts.push_back({first, std::min(first + together, numbers), sample, std::min(sample + samples, unit.sample_end)});
-  return parts;
+/// Takes a part of at most that many paths from the last one of `left`.
+LightUnit::Part take_part(std::vector<LightUnit::Part>& left, std::uint64_t most) {
+  LightUnit::Part part = left.back();
+  left.pop_back();
+  const std::uint64_t samples = std::min(part.sample_end - part.sample_begin, most);
+  const std::uint64_t numbers = std::min(part.end - part.first, std::clamp<std::uint64_t>(most / samples, 1, kMostNumbers));
+  LightUnit::Part later = part, others = part;
+  part.sample_end = later.sample_begin = part.sample_begin + samples;
+  part.end = others.first = part.first + numbers;
+  others.sample_end = part.sample_end;
+  if (later.sample_begin < later.sample_end) left.push_back(later);
+  if (others.first < others.end) left.push_back(others);
+  return part;
+}
+
+/// The numbers first to end - 1, counted through the ranges.
+std::vector<std::uint32_t> numbers_of(std::span<const NumberRange> ranges, std::uint64_t first, std::uint64_t end) {
+  std::vector<std::uint32_t> numbers;
+  std::uint64_t before = 0;
+  for (const NumberRange& range : ranges) {
+    const std::uint64_t after = before + range.count;
+    for (std::uint64_t at = std::max(before, first); at < std::min(after, end); ++at)
+      numbers.push_back(range.first + std::uint32_t(at - before));
+    before = after;
+  }
+  return numbers;
 }
 
 }  // namespace
 
-std::vector<std::uint32_t> light_paths_of(const LightPathPlan& plan, const Crop& block) {
-  std::vector<std::uint32_t> numbers;
+std::vector<NumberRange> light_paths_of(const LightPathPlan& plan, const Crop& block) {
+  std::vector<NumberRange> ranges;
   const std::uint64_t pixels = plan.window.pixel_count();
   for (std::uint32_t y = block.y0; y < block.y1; ++y) {
     const std::uint64_t row = std::uint64_t{y - plan.window.y0} * plan.window.width();
     const std::uint64_t first = (row + (block.x0 - plan.window.x0)) * plan.count / pixels;
     const std::uint64_t end = (row + (block.x1 - plan.window.x0)) * plan.count / pixels;
-    for (std::uint64_t number = first; number < end; ++number) numbers.push_back(std::uint32_t(number));
+    if (first < end) ranges.push_back({std::uint32_t(first), std::uint32_t(end - first)});
   }
-  return numbers;
+  return ranges;
 }
 
 std::uint64_t LightStages::bytes(const WavefrontConfig& config) {
@@ -83,9 +103,11 @@ void LightStages::bind(const Arguments& arguments, std::map<std::string, Kernel>
 
 void LightStages::begin(LightUnit& of, std::size_t which, const WorkUnit& unit, const LightPathPlan& plan,
                         const Frame& frame) {
-  of.numbers = light_paths_of(plan, unit.block);
-  of.left = parts_of(of.numbers.size(), unit, most_paths(config_));
-  std::ranges::reverse(of.left);
+  of.ranges = light_paths_of(plan, unit.block);
+  of.count = 0;
+  for (const NumberRange& range : of.ranges) of.count += range.count;
+  of.left.clear();
+  if (of.count > 0) of.left.push_back({0, of.count, unit.sample_begin, unit.sample_end});
   of.splats.clear();
   of.rays = {};
   of.nonfinite = of.saturated = 0;
@@ -98,12 +120,12 @@ void LightStages::begin(LightUnit& of, std::size_t which, const WorkUnit& unit, 
 }
 
 void LightStages::launch(LightUnit& of, std::size_t which) {
-  of.running = of.left.back();
-  of.left.pop_back();
-  const std::size_t count = of.running.end - of.running.first;
+  of.running = take_part(of.left, most_paths(config_));
+  of.numbers = numbers_of(of.ranges, of.running.first, of.running.end);
+  const std::size_t count = of.numbers.size();
   of.frame = unit_frame(of.frame, of.running.sample_begin, of.running.sample_end, std::uint32_t(count));
   device_->write_later(frame_, &of.frame, sizeof of.frame);
-  device_->write_later(numbers_, &of.numbers[of.running.first], 4 * count);
+  device_->write_later(numbers_, of.numbers.data(), 4 * count);
   device_->write_later(counts_[which], kNoSplats.data(), sizeof kNoSplats);
   if (config_.fused) {
     device_->write_later(next_path_, &kNoneTaken, sizeof kNoneTaken);
@@ -111,11 +133,21 @@ void LightStages::launch(LightUnit& of, std::size_t which) {
   } else {
     run_stages(of);
   }
+  // What is likely to be enough of the list: the rest, if there is more, waits for all that is in the queue by then.
+  const std::size_t likely = std::min<std::size_t>(kLikelySplatsPerPath * of.frame.path_count, of.frame.splat_capacity);
+  of.words.resize(likely * SPLAT_WORDS);
+  device_->read_later(splats_[which], of.words.data(), 4 * of.words.size());
   of.counted = device_->read_later(counts_[which], of.counts.data(), sizeof of.counts);
   device_->flush();
 }
 
+void LightStages::warm_up() {
+  for (const Kernel& kernel : fused_)
+    if (device_ != nullptr && config_.fused) device_->run(kernel, 1, 1);
+}
+
 void LightStages::run_stages(LightUnit& of) {
+  of.part_rays = {};
   std::uint64_t active = of.frame.path_count;
   const std::size_t chunks = config_.chunked ? (active + config_.chunk - 1) / config_.chunk : 1;
   const auto run = [&](const char* stage, std::uint32_t depth) {
@@ -138,9 +170,9 @@ void LightStages::run_stages(LightUnit& of) {
     std::uint64_t next = 0;
     for (std::size_t at = 0; at < counts.size(); at += 4) {
       next += counts[at + ((depth + 1) & 1)];
-      of.rays.shadow += counts[at + 2];
+      of.part_rays.shadow += counts[at + 2];
     }
-    of.rays.scattered += active;
+    of.part_rays.scattered += active;
     active = next;
   }
 }
@@ -161,10 +193,13 @@ void LightStages::collect(LightUnit& of, std::size_t which) {
     of.left.push_back(first);
     return;
   }
+  of.rays += of.part_rays;
   of.rays.scattered += of.counts[SPLATS_path_rays];
   of.rays.shadow += of.counts[SPLATS_shadow_rays];
-  std::vector<std::uint32_t> words(std::size_t{stored} * SPLAT_WORDS);
-  if (!words.empty()) device_->read(splats_[which], words.data(), 4 * words.size());
+  std::vector<std::uint32_t>& words = of.words;
+  const std::size_t read = words.size();
+  words.resize(std::size_t{stored} * SPLAT_WORDS);
+  if (words.size() > read) device_->read(splats_[which], &words[read], 4 * (words.size() - read), 4 * read);
   for (std::size_t at = 0; at < words.size(); at += SPLAT_WORDS) {
     bool finite = true, in_range = true;
     for (std::size_t c = 0; c < 3; ++c) {
@@ -180,7 +215,7 @@ void LightStages::collect(LightUnit& of, std::size_t which) {
 }
 
 void LightStages::finish(LightUnit& of, std::size_t which) {
-  if (of.numbers.empty() || !of.counted) return;
+  if (!of.counted) return;
   collect(of, which);
   while (!of.left.empty()) {
     launch(of, which);

@@ -23,23 +23,29 @@ struct LightPathPlan {
   Crop window;
 };
 
-/// The numbers of the light paths that the pixels of a block own, in each of the unit's samples.
-[[nodiscard]] std::vector<std::uint32_t> light_paths_of(const LightPathPlan& plan, const Crop& block);
+/// Consecutive numbers.
+struct NumberRange {
+  std::uint32_t first = 0, count = 0;
+};
+/// The numbers of the light paths that the pixels of a block own, in each of the unit's samples: a range for each row.
+[[nodiscard]] std::vector<NumberRange> light_paths_of(const LightPathPlan& plan, const Crop& block);
 
 /// The light paths of one unit under way.
 struct LightUnit {
-  std::vector<std::uint32_t> numbers;  // light_paths_of its block
+  std::vector<NumberRange> ranges;  // light_paths_of its block
+  std::uint64_t count = 0;          // numbers in them
   std::vector<std::uint32_t> splats;   // SPLAT_WORDS each, all finite and within the film's range
-  RayCounts rays;
+  RayCounts rays, part_rays;
   std::uint64_t nonfinite = 0, saturated = 0;  // splats that were left out
 
-  /// Some of its light paths: of some numbers, and some samples.
+  /// Some of its light paths: of some numbers, counted through the ranges, and some samples.
   struct Part {
-    std::size_t first = 0, end = 0;
+    std::uint64_t first = 0, end = 0;
     std::uint64_t sample_begin = 0, sample_end = 0;
   };
-  std::vector<Part> left;  // the last one is the next
+  std::vector<Part> left;  // the last one is the next; it is cut to what there is room for
   Part running;
+  std::vector<std::uint32_t> numbers, words;  // of the part that runs, and the splats that it leaves
   Frame frame{};
   std::array<std::uint32_t, SPLATS_COUNTS> counts{};
   Ticket counted;
@@ -61,6 +67,8 @@ class LightStages {
   /// own, it waits until they have ended.
   /// frame  of the wavefront; which: of its two units. `of` must not move before finish()
   void begin(LightUnit& of, std::size_t which, const WorkUnit& unit, const LightPathPlan& plan, const Frame& frame);
+  /// Launches the kernel of all stages on no paths, if there is one.
+  void warm_up();
   /// Waits for all light paths of the unit.
   void finish(LightUnit& of, std::size_t which);
 

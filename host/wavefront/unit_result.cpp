@@ -36,7 +36,7 @@ UnitResult UnitSlot::result(const Mattes& mattes) const {
                         .met = met,
                         .matte_ids = mattes.ids,
                         .splats = lights.splats,
-                        .light_paths = lights.numbers.size()};
+                        .light_paths = lights.count};
   UnitResult result = unit_result(all, rays, diagnostics);
   result.rays += lights.rays;
   result.nonfinite += lights.nonfinite;

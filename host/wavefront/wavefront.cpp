@@ -38,7 +38,8 @@ struct Wavefront::Impl {
   FilmShape film_shape;
   bool logs = false;  // feature path_log
   LightPathPlan light_paths;
-  LightStages lights;  // with light_paths
+  bool traces_lights = false;  // the program has the stages of light paths
+  LightStages lights;
   Mattes mattes;
   Arguments arguments;
   std::map<std::string, Kernel> kernels;
@@ -114,8 +115,8 @@ struct Wavefront::Impl {
     const TraceScope compiling(timeline, execution.track, "compile");
     const WavefrontProgram source(device.info(), config, scene, features, execution);
     const Program program = device.build(source.text, source.options);
-    if (!source.has("light_generate") && !source.has("light_paths")) light_paths = {};
-    if (light_paths.count > 0) lights = LightStages(device, program, config, arguments);
+    traces_lights = source.has("light_generate") || source.has("light_paths");
+    if (traces_lights) lights = LightStages(device, program, config, arguments);
     arithmetic = trusted_arithmetic(device, program);
     for (const std::string& stage : source.stages)
       if (stage != "film" && stage != "light_paths") kernels[stage] = program.kernel(stage);
@@ -174,6 +175,7 @@ struct Wavefront::Impl {
     device.write(work.frame, &frame, sizeof frame);
     for (const auto& [name, kernel] : kernels) device.run(kernel, 1, config.chunked ? 1 : kWorkGroup);
     for (const Slot& slot : slots) device.run(slot.film, 1, config.chunked ? 1 : kWorkGroup);
+    lights.warm_up();
     device.finish();
     if (config.fused) make_sampler();
     profiler.compile_s = compiled_s + (host_seconds() - begin);  // a driver may compile behind the launch
@@ -309,7 +311,7 @@ struct Wavefront::Impl {
   }
 
   void begin_lights(Slot& slot) {
-    if (light_paths.count > 0)
+    if (traces_lights && light_paths.count > 0)
       lights.begin(slot.lights, std::size_t(&slot - slots.data()), slot.unit, light_paths, frame);
   }
 
@@ -327,7 +329,7 @@ struct Wavefront::Impl {
     ++finished;
     if (config.fused) settle_fused(slot);
     device.wait(slot.summed);
-    if (light_paths.count > 0) lights.finish(slot.lights, std::size_t(&slot - slots.data()));
+    if (traces_lights) lights.finish(slot.lights, std::size_t(&slot - slots.data()));
     return slot.result(mattes);
   }
 

@@ -54,7 +54,7 @@ EK_FN vf filter_pixel(global const float* filter_table, vf place, vf u, vf* pixe
   const float radius = filter_table[0];
   const int count = (int)(2.0f * radius) + 2;  // pixels that may be reached
   const vf first = place - (radius + 0.5f);
-  const vf begin = TO_F(TO_I(first + 65536.0f)) - 65536.0f;  // rounded down, or a pixel less
+  const vf begin = TO_F(TO_I(first + 65536.0f)) - 65536.0f;  // rounded down; what rounding leaves out lies on the rim
   vf sum = (vf)(0.0f);
   for (int i = 0; i < count; ++i) sum = sum + abs_f(filter_value(filter_table, place - (begin + ((float)i + 0.5f))));
   const vf chosen = u * sum;

@@ -340,23 +340,23 @@ typedef struct {
   v3 dir;       // not unit: the light is at t = 1
   vf t_max;     // a little less than 1, or infinity towards distant lights
   vu goal;      // RayEnds: the triangle at which it ends
-} LightPath;
+} LightRay;
 
 /// p, p_error, n_geom  of the shading point
 // The shadow ray must not meet the light itself. So its target is moved off the light's plane by
 // the error of the point, and t_max is reduced by the ray's own rounding, some 2^-21 of its length
 // over the cosine at the light, which does not depend on the scene's scale. A light without extent
 // may lie on a surface, which must not block it either.
-EK_FN LightPath light_path(LightSample s, v3 p, v3 p_error, v3 n_geom) {
+EK_FN LightRay light_ray(LightSample s, v3 p, v3 p_error, v3 n_geom) {
   if (!EK_HAS_near_light) {
-    const LightPath far = {s.wi, s.pdf, s.radiance, offset_ray_origin(p, p_error, n_geom, s.wi), s.wi, EK_INFINITY, (vu)(EK_NO_HIT)};
+    const LightRay far = {s.wi, s.pdf, s.radiance, offset_ray_origin(p, p_error, n_geom, s.wi), s.wi, EK_INFINITY, (vu)(EK_NO_HIT)};
     return far;
   }
   const v3 to_light = sub3(s.p, p);
   const vf distance2 = dot3(to_light, to_light);
   const vf distance = sqrt(distance2);
   const v3 wi_near = scale3(to_light, (vf)(1.0f) / distance);
-  LightPath path;
+  LightRay path;
   path.wi = select3(s.is_distant, s.wi, wi_near);
   const vi visible = (distance > 0.0f) & emits_towards(s.n, s.double_sided, wi_near);
   vf pdf_near = visible ? pdf_sr_from_m2(s.pdf, s.n, wi_near, distance) : (vf)(0.0f);

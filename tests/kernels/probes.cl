@@ -387,7 +387,7 @@ EK_FN_ONCE void probe_light_run(PROBE_ITEMS, constant Frame* frame, LightData da
   const LightQuery query = {.context = {p, pack_normal(n, both_sides)}, .wanted = ALL_LANES, .words = words};
   const Basis basis = basis_around(n);
   const LightSample s = light_sample(frame, data, pick_light(frame, data, query), (LightViewer){basis, both_sides}, words);
-  const LightPath path = light_path(s, p, p_error, n);
+  const LightRay path = light_ray(s, p, p_error, n);
   OUT_U(0, s.is_distant ? (vu)(1u) : (vu)(0u));
   OUT_3(1, s.p);
   OUT_3(4, s.n);

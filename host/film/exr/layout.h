@@ -27,8 +27,8 @@ inline constexpr const char* kFormat = "eikon.format";          // int: sums_for
 inline constexpr const char* kRecord = "eikon.record";          // string: ExrOptions::record
 inline constexpr const char* kSumsHash = "eikon.sumsHash";      // string: SumsHash of the rest
 inline constexpr const char* kMattes = "eikon.mattes";          // string: joined by commas; absent if none
-// Raised when an older reader would misread the file.
 inline constexpr const char* kLightPaths = "eikon.lightPaths";  // string: light_paths_text(); absent if none
+// Raised when an older reader would misread the file.
 inline constexpr int kSumsFormat = 3;
 inline constexpr std::size_t kMaxRecordBytes = std::size_t{64} << 20U;
 // Rows of a block of ZIP compression; converted at a time.

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <tuple>
 
 #include <fmt/format.h>
 
@@ -102,7 +103,9 @@ std::string exr::light_paths_text(std::span<const LightPathCount> counts) {
 }
 
 std::optional<std::vector<LightPathCount>> exr::parse_light_paths(std::string_view text, const FilmLayout& layout) {
+  constexpr std::size_t kMostWindows = 1U << 16;
   std::vector<LightPathCount> counts;
+  const auto key = [](const Crop& window) { return std::tuple(window.y0, window.x0, window.y1, window.x1); };
   for (const std::string& part : split(text, ';')) {
     std::vector<std::uint64_t> numbers;
     for (const std::string& word : split(part, ' ')) {
@@ -116,7 +119,10 @@ std::optional<std::vector<LightPathCount>> exr::parse_light_paths(std::string_vi
     };
     if (!fits(0, 2, layout.width) || !fits(1, 3, layout.height)) return std::nullopt;
     const auto at = [&](std::size_t i) { return static_cast<std::uint32_t>(numbers[i]); };
-    counts.push_back({{at(0), at(1), at(2), at(3)}, {numbers.begin() + 4, numbers.end()}});
+    const Crop window{at(0), at(1), at(2), at(3)};
+    // In their order, and each once: see Film::add_light_paths.
+    if (counts.size() == kMostWindows || (!counts.empty() && key(counts.back().window) >= key(window))) return std::nullopt;
+    counts.push_back({window, {numbers.begin() + 4, numbers.end()}});
   }
   return counts;
 }
@@ -145,7 +151,7 @@ struct SumsReader::Impl {
     if (const auto* text = header.findTypedAttribute<Imf::StringAttribute>(exr::kLightPaths)) {
       light_paths_text = text->value();
       const auto counts = exr::parse_light_paths(light_paths_text, layout);
-      if (!counts) refuse(path, "its count of light paths is damaged");
+      if (!counts || !layout.channels.back().starts_with(kSplats)) refuse(path, "its count of light paths is damaged");
       light_paths = *counts;
     }
   }

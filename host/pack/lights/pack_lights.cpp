@@ -8,6 +8,7 @@
 #include "pack/lights/light_table.h"
 #include "pack/lights/light_tree.h"
 #include "pack/lights/pack_light_paths.h"
+#include "pack/materials/camera_medium.h"
 #include "pack/lights/pack_environment.h"
 #include "pack/pack_parts.h"
 #include "scene/emission.h"
@@ -72,7 +73,8 @@ class LightPacker {
         has_quads_(features.has(Feature::quad_light)),
         has_one_(features.has(Feature::one_light)),
         each_(features.has(Feature::each_light)),
-        has_light_paths_(features.has(Feature::light_paths)) {
+        has_light_paths_(features.has(Feature::light_paths)),
+        has_media_(features.has(Feature::absorption) || features.has(Feature::nested_media)) {
     // A scene without extent has no sphere around it, and any area will do.
     if (!packed.bounds.empty()) radius_m_ = 0.5 * glm::length(packed.bounds.hi - packed.bounds.lo);
     section_m2_ = radius_m_ > 0 ? kPi * radius_m_ * radius_m_ : 1;
@@ -152,9 +154,13 @@ class LightPacker {
     }
   }
 
-  /// Prepares the start of light paths. None starts from shapes, from the environment, or from lights of a limited range,
-  /// whose light fades in a way that does not go on behind glass.
+  /// Prepares the start of light paths. None starts from shapes, from the environment, from lights of a limited range,
+  /// whose light fades in a way that does not go on behind glass, or from within a solid that absorbs or has a priority.
+  /// A plane without end may lie before any place that parallel light could start from.
   void start_light_paths() {
+    bool endless = false;
+    for (std::size_t i = packed_.triangle_count(); i < packed_.triangles.size(); ++i)
+      endless = endless || is_endless_box(&packed_.triangles[i].p0_x);
     std::vector<LightPathSource> emitters(packed_.lights.size());
     for (std::size_t i = 0; i < emitters.size(); ++i) {
       const Light& light = packed_.lights[i];
@@ -163,12 +169,13 @@ class LightPacker {
       if (light.kind == kind_word(LightKind::area)) {
         emitter = {strengths_[i].power / kPi, 0, strengths_[i].area_m2, strengths_[i].moments.centroid};
       } else if (light.kind == kind_word(LightKind::directional)) {
-        emitter.irradiance = emission;
+        emitter.irradiance = endless ? 0 : emission;
       } else if ((light.kind == kind_word(LightKind::point) || light.kind == kind_word(LightKind::spot)) &&
                  std::isinf(light.p2_z)) {
         emitter.radiance_area = emission;
         emitter.place = {light.p0_x, light.p0_y, light.p0_z};
       }
+      if (emitter.radiance_area > 0 && is_within_a_medium(emitter.place)) emitter.radiance_area = 0;
     }
     if (!has_tree_) name_lights(std::uint32_t(packed_.lights.size()));
     pack_light_paths(scene_.materials, emitters, packed_);
@@ -337,6 +344,14 @@ class LightPacker {
       for (float4& texel : packed_.environment_texels) texel.w = float(probability * double(texel.w));
   }
 
+  /// Looks at as many triangles as take about a second, and then says so of every place.
+  [[nodiscard]] bool is_within_a_medium(const glm::dvec3& place) {
+    if (!has_media_) return false;
+    constexpr std::uint64_t kMostTriangles = 1U << 28;
+    looked_at_ += packed_.triangles.size();
+    return looked_at_ > kMostTriangles || camera_medium(packed_, place, {0, -1, 0}) != 0;
+  }
+
   static std::uint32_t group_of(const Triangle& t) {
     return t.flags >> EK_TRIANGLE_GROUP_SHIFT & (EK_LIGHT_GROUPS_MOST - 1);
   }
@@ -352,7 +367,8 @@ class LightPacker {
   std::vector<std::size_t> summary_of_;  // by material
   double radius_m_ = 0;                  // of the sphere around the scene
   double section_m2_ = 1;                // of that sphere, which parallel light meets
-  bool has_tree_, has_quads_, has_one_, each_, has_light_paths_;
+  bool has_tree_, has_quads_, has_one_, each_, has_light_paths_, has_media_;
+  std::uint64_t looked_at_ = 0;  // triangles, by is_within_a_medium
   std::vector<Strength> strengths_;  // as packed_.lights
 };
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Stage `light_generate`.   To: all light paths of the unit, at depth 1.
 // Starts one path per (light path, sample): number j of the image's light paths at a sample index. Its random numbers
-// are the point with index j of the sample's block in one sequence, so the light paths of all samples together are as
-// evenly spread over the lights as the samples of a pixel are over its lights.
+// are the point with index j of the sample's block in one sequence, so the light paths of all samples together are spread
+// evenly over the lights, and best if their number is a power of two.
 #ifndef EK_STAGE_LIGHT_GENERATE_H
 #define EK_STAGE_LIGHT_GENERATE_H
 #include "lanes/sampler.h"

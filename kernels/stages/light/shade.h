@@ -68,7 +68,7 @@ EK_FN SplatPlace splat_place(const ShadeContext* c, global const float* filter_t
   if (EK_HAS_pixel_filter) {
     vf u, v;
     sample_2d(point->key, point->index, bounce_dimension(c->depth, DIM_ENVIRONMENT), &u, &v);
-    const vi near = (abs_f(x) < 32768.0f) & (abs_f(y) < 32768.0f);
+    const vi near = (x > -1024.0f) & (x < 66560.0f) & (y > -1024.0f) & (y < 66560.0f);
     const vf along_x = filter_pixel(filter_table, near ? x : (vf)(0.0f), u, &x);
     const vf along_y = filter_pixel(filter_table, near ? y : (vf)(0.0f), v, &y);
     place.weight = near ? along_x * along_y : (vf)(0.0f);
@@ -109,7 +109,7 @@ EK_FN uint camera_cast(const ShadeContext* c, global const float* filter_table, 
   OpacityKey opacity = {(vu)(0u), (vu)(0u)};
   if (EK_HAS_opacity) opacity = opacity_key(point->key, point->index, c->depth, 1u);
   // The ray goes from the camera to the point, as the camera's rays do, so both are stopped by the same surfaces. Its end
-  // is that of a shadow ray to a light (light_path).
+  // is that of a shadow ray to a light (light_ray).
   const v3 target = offset_ray_origin(point->p, point->p_error, point->n_geom, to_camera);
   const vf margin = min_f(0x1p-17f / abs_f(dot3(n_geom, view.dir)), (vf)(0x1p-8f));
   const vu scatterings = (vu)(min(c->depth, EK_SPLAT_SCATTERINGS_MOST)) - point->interface.null_interface_count;

@@ -41,7 +41,7 @@ EK_FN LightSample direct_light_sample(const ShadeContext* c, const ShadingPoint*
 
 /// The radiance that a sample brings to the camera if nothing is in the way. f: eval of the BSDF
 /// towards wi
-EK_FN v3 direct_light_radiance(const ShadeContext* c, const ShadingPoint* point, LightPath shadow, vf weight,
+EK_FN v3 direct_light_radiance(const ShadeContext* c, const ShadingPoint* point, LightRay shadow, vf weight,
                                v3 wi, v3 f) {
   const v3 arriving = scale3(mul3(mul3(point->beta, f), shadow.radiance), weight / (shadow.pdf * EK_LIGHT_MEAN));
   if (!EK_HAS_absorption) return arriving;
@@ -60,7 +60,7 @@ EK_FN v3 direct_light_radiance(const ShadeContext* c, const ShadingPoint* point,
 EK_FN uint direct_light_cast(const ShadeContext* c, const ShadingPoint* point, PickedLight picked, LightWords words,
                              uint k, uint place) {
   const LightSample light = direct_light_sample(c, point, picked, words);
-  LightPath shadow = light_path(light, point->p, point->p_error, point->n_geom);
+  LightRay shadow = light_ray(light, point->p, point->p_error, point->n_geom);
   if (EK_HAS_clearcoat & EK_HAS_area)
     shadow.radiance = scale3(shadow.radiance, light_coat(c->scene, light, shadow.wi));
   const v3 wi = to_local(point->basis, shadow.wi);

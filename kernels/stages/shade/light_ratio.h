@@ -8,7 +8,7 @@
 //
 // R is the product of two factors that each side knows: the density of emission at the lamp (emission_density), and
 //   M pi / (film density cosine)                                                                   (light_ratio)
-// at the first surface that the camera sees, where M is the number of light paths per sample of a pixel. What surfaces
+// at the first surface that the camera sees, where M is the number of light paths of the image at each sample index. What surfaces
 // between them do is left out: for diffuse surfaces it cancels, and for others both sides leave it out alike, so the
 // weights add up to one in any case. That takes one word of a path and no evaluation of a BSDF.
 #ifndef EK_LIGHT_RATIO_H

@@ -57,14 +57,14 @@ void add_unit(Film& film, std::uint64_t begin, std::uint64_t end, const std::vec
   film.add(sums);
 }
 
-TEST(Splats, are_sums_of_2_to_the_minus_64_rounded_down) {
+TEST(Splats, are_sums_of_2_to_the_minus_48_rounded_down) {
   Film film(layout_with_splats());
-  const std::vector<float> values = {1.5F,  -0.25F,  0x1p-64F, 0x1p-70F, -0x1p-70F, 0x1.fffffep37F,
+  const std::vector<float> values = {1.5F,  -0.25F,  0x1p-64F, 0x1p-70F, -0x1p-70F, 0x1.fffffep53F,
                                      0.1F, 0x1p-149F, -0.1F,   -0x1p-149F, 0x1.234568p-41F, -0x1.abcdeep-50F};
   int128 expected = 0;
   for (const float value : values) {
     add_unit(film, 0, 1, {{2, 1, 0, 1, 0, {value, 0, 0}}}, 1);
-    expected += int128(std::floor(std::ldexp(static_cast<long double>(value), 64)));
+    expected += int128(std::floor(std::ldexp(static_cast<long double>(value), 64 - kSplatShift)));
   }
   EXPECT_TRUE(film.sum(2, 1, 0, film.channel_index("splats.R").value()) == expected);
   EXPECT_TRUE(film.sum(2, 1, 0, 0) == 0) << "the camera's own sums stay as they are";
