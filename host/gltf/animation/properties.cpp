@@ -103,10 +103,10 @@ bool may_be_absent(const std::string& name) { return name == "pbrMetallicRoughne
 }  // namespace
 
 const Property* find_property(std::string_view pointer) {
-  constexpr std::size_t kMostNames = 16;
+  constexpr std::size_t kMostParts = 16;
   if (!pointer.starts_with('/')) return nullptr;
   const std::vector<std::string> names = names_of(pointer);
-  if (names.size() > kMostNames) return nullptr;
+  if (names.size() > kMostParts) return nullptr;
   const auto* const found = std::ranges::find_if(
       kProperties, [&](const Property& property) { return matches(names_of(property.pattern), 0, names, 0); });
   return found == std::end(kProperties) ? nullptr : found;
