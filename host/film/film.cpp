@@ -9,7 +9,6 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
-#include <tuple>
 
 #include <fmt/format.h>
 
@@ -157,10 +156,8 @@ void Film::add(const UnitSums& unit) {
 void Film::add_light_paths(const LightPathCount& count) {
   if (count.paths.size() != layout_.replicates)
     throw InternalError(fmt::format("{} counts of light paths for {} replicates", count.paths.size(), layout_.replicates));
-  const auto key = [](const LightPathCount& of) {
-    return std::tuple(of.window.y0, of.window.x0, of.window.y1, of.window.x1);
-  };
-  const auto place = std::ranges::lower_bound(light_paths_, key(count), {}, key);
+  const auto place = std::ranges::lower_bound(light_paths_, order_of(count.window), {},
+                                              [](const LightPathCount& of) { return order_of(of.window); });
   if (place == light_paths_.end() || place->window != count.window) {
     light_paths_.insert(place, count);
     return;

@@ -10,6 +10,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <tuple>
 #include <vector>
 
 #include "film/matte_counts.h"
@@ -27,6 +28,11 @@ struct Crop {
   [[nodiscard]] std::uint64_t pixel_count() const { return std::uint64_t{width()} * height(); }
   bool operator==(const Crop&) const = default;
 };
+
+/// The order of windows in a list: by rows, then columns.
+[[nodiscard]] inline auto order_of(const Crop& window) {
+  return std::tuple(window.y0, window.x0, window.y1, window.x1);
+}
 
 struct FilmLayout {
   std::uint32_t width = 0, height = 0;  // of the full image
@@ -79,8 +85,8 @@ struct UnitSums {
   /// [matte][number].
   std::span<const std::uint32_t> met = {};
   std::span<const std::vector<std::uint32_t>> matte_ids = {};
-  /// What its light paths brought, SPLAT_WORDS words each (kernels/film/splat.h), and the number of light paths of each
-  /// of its samples.
+  /// Splats of its light paths, SPLAT_WORDS words each (kernels/shared/splat.h), and the number of light paths that it
+  /// has of each of its samples.
   std::span<const std::uint32_t> splats = {};
   std::uint64_t light_paths = 0;
 };
@@ -161,7 +167,7 @@ class Film {
   /// The exact sum over replicates and several channels. throws InputError beyond the film's range
   [[nodiscard]] int128 total(std::uint32_t x, std::uint32_t y, std::span<const std::uint32_t> channels) const;
   /// The mean over all samples, correctly rounded to double from the exact sum; 0 without samples.
-  /// What light paths bring is a mean over those that were traced for the pixel, rounded likewise, and is added.
+  /// The mean of the pixel's splats over the light paths that were traced for it, rounded likewise, is added.
   [[nodiscard]] double mean(std::uint32_t x, std::uint32_t y, std::uint32_t channel) const;
   /// The mean of the sum of several channels.
   [[nodiscard]] double mean(std::uint32_t x, std::uint32_t y, std::span<const std::uint32_t> channels) const;

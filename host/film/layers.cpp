@@ -178,7 +178,7 @@ Film scattered_at_most(const Film& film, std::uint32_t most) {
     layout.channels.emplace_back("A");
     parts.push_back({"A", LayerRule::mean, {*alpha}});
   }
-  // What light paths bring to each of these is a channel, too.
+  // Each of these has a channel of splats, too, if the film has them.
   for (std::size_t c = 0, count = parts.size(); c < count; ++c) {
     LayerChannel splats{fmt::format("{}{}", kSplats, parts[c].name), LayerRule::mean, {}};
     for (const std::uint32_t channel : parts[c].film)

@@ -86,7 +86,7 @@ std::uint64_t path_pool_bytes(const WavefrontConfig& config, const Features& fea
               (std::uint64_t{config.capacity()} + EK_PAD) *
                   (features.film_channels().size() + features.mattes().layers.size() +
                    (features.has(Feature::path_log) ? EK_LOG_DEPTHS * LOG_WORDS : 0))) +
-         (features.has(Feature::light_paths) ? LightStages::bytes(config) : 0);
+         (needs_stage(config, features, config.fused ? "light_paths" : "splat") ? LightStages::bytes(config) : 0);
 }
 
 const Accel& accel_of(const PackedScene& scene, const WavefrontConfig& config) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Splats: what light paths bring to pixels. Any light path may reach any pixel, so they have no slots of the film, but
-// stand in a list that the host adds to its sums (host/film/splats.h). Their order is that of chance, and integers make
+// stand in a list that the host adds to its sums (host/film/splats.cpp). Their order is that of chance, and integers make
 // it irrelevant.
 #ifndef EK_SPLAT_H
 #define EK_SPLAT_H

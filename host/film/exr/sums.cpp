@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <tuple>
 
 #include <fmt/format.h>
 
@@ -105,7 +104,6 @@ std::string exr::light_paths_text(std::span<const LightPathCount> counts) {
 std::optional<std::vector<LightPathCount>> exr::parse_light_paths(std::string_view text, const FilmLayout& layout) {
   constexpr std::size_t kMostWindows = 1U << 16;
   std::vector<LightPathCount> counts;
-  const auto key = [](const Crop& window) { return std::tuple(window.y0, window.x0, window.y1, window.x1); };
   for (const std::string& part : split(text, ';')) {
     std::vector<std::uint64_t> numbers;
     for (const std::string& word : split(part, ' ')) {
@@ -121,7 +119,8 @@ std::optional<std::vector<LightPathCount>> exr::parse_light_paths(std::string_vi
     const auto at = [&](std::size_t i) { return static_cast<std::uint32_t>(numbers[i]); };
     const Crop window{at(0), at(1), at(2), at(3)};
     // In their order, and each once: see Film::add_light_paths.
-    if (counts.size() == kMostWindows || (!counts.empty() && key(counts.back().window) >= key(window))) return std::nullopt;
+    if (counts.size() == kMostWindows || (!counts.empty() && order_of(counts.back().window) >= order_of(window)))
+      return std::nullopt;
     counts.push_back({window, {numbers.begin() + 4, numbers.end()}});
   }
   return counts;

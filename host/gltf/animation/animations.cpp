@@ -100,7 +100,7 @@ class AnimationReader {
   }
 
  private:
-  /// Where a channel's values go; empty for a channel that moves nothing that eikon reads.
+  /// Finds the property that a channel moves; empty for one that eikon does not read.
   std::string pointer_of(const JsonView& channel, const std::string& user) {
     const Json* const json = as_object(channel, "target");
     if (json == nullptr) channel.fail("'target' is missing");

@@ -12,7 +12,7 @@
 
 namespace eikon {
 
-/// What animations are read from, and what is learnt of them.
+/// The document that animations are read from, and what the reader learns of them.
 struct AnimationSource {
   Json& document;  // checked; no one holds references to what is inside its numbers and arrays of numbers
   const AccessorTable& accessors;

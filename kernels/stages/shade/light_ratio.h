@@ -23,7 +23,7 @@
 EK_FN vf first_light_ratio(constant Frame* frame, v3 dir, vf distance, v3 n_geom) {
   const vf cosine = abs_f(dot3(n_geom, dir));
   const vf density = film_density_m2(frame, dir, distance) * cosine;
-  return density > 0.0f ? (TO_F((vi)(frame->light_path_count)) * 3.14159265f) / density : (vf)(0.0f);
+  return density > 0.0f ? (TO_F((vi)(frame->light_path_count)) * EK_PI) / density : (vf)(0.0f);
 }
 
 /// Mask of the lanes whose shading normal is the surface's own from the side of w: usable_normal bends it for some
