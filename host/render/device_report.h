@@ -26,7 +26,7 @@ struct RenderTotals {
   // For which shapes: bit i of Scene::shapes[i], bit 31 of [31] and all behind it.
   std::uint32_t given_up_surfaces = 0;
   std::uint64_t nonfinite = 0, saturated = 0;  // samples left out of the film
-  std::vector<PixelSample> rejected;        // the first few of them
+  std::vector<PixelSample> rejected;           // the first few of them
 };
 
 struct DeviceReport {
@@ -35,6 +35,8 @@ struct DeviceReport {
   LayoutChoice layout;  // with the reason
   ArithmeticClass arithmetic;
   std::uint64_t samples = 0, units = 0, device_bytes = 0;
+  // Samples that it finished after another device had, to end the render sooner; the stages, bounces and times have them.
+  std::uint64_t repeated_samples = 0;
   RayCounts rays;
   double open_s = 0, compile_s = 0, upload_s = 0;
   double busy_s = 0;  // from its first unit to its last, without the time between rounds

@@ -130,7 +130,10 @@ void DeviceSessions::finished(std::size_t device, const Schedule::Assignment& as
     session.since_s = now_s;
     session.failures_in_a_row = 0;
     if (++session.successes >= kForgivingUnits) session.failures = 0;
-    if (!counts) return;
+    if (!counts) {
+      count_repeated(device, assignment.unit);
+      return;
+    }
     arithmetic = reports_[device].arithmetic.name();
     ++adding_;
   }
@@ -172,6 +175,14 @@ void DeviceSessions::count_unit(std::size_t device, const WorkUnit& unit, const 
   report.end_s = now_s;
   report.rate = schedule_.rate(device);
   report.busy_s = session.busy_before_s + now_s - session.range_begin_s;
+}
+
+/// Adds a unit that another device had finished first: its samples count there, its time was spent here all the same.
+void DeviceSessions::count_repeated(std::size_t device, const WorkUnit& unit) {
+  DeviceReport& report = reports_[device];
+  const Session& session = sessions_[device];
+  report.repeated_samples += unit.path_count();
+  if (session.range_begin_s >= 0) report.busy_s = session.busy_before_s + host_seconds() - session.range_begin_s;
 }
 
 bool DeviceSessions::failed(std::size_t device, const std::string& why) {

@@ -72,6 +72,7 @@ json device_json(const RenderReport& report, const DeviceReport& device) {
           {"layout_mrays_per_s", layout_rates_json(device.layout.rates)},
           {"lanes", device.config.lanes},
           {"samples", device.samples},
+          {"repeated_samples", device.repeated_samples},
           {"samples_per_second", per_second(double(device.samples), device.busy_s)},
           {"rays", rays_json(device.rays)},
           {"units", device.units},

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <functional>
@@ -379,6 +380,26 @@ TEST(DeviceSessions, a_device_that_dawdles_keeps_nobody_waiting) {
       run(two, 3600);  // the call hangs until the end of the test, which comes only if nobody waits for it
   expect_complete(outcome);
   EXPECT_TRUE(outcome.has(1, DeviceEvent::Kind::late));
+}
+
+TEST(DeviceSessions, samples_that_two_devices_finish_count_once_and_are_told) {
+  auto two = devices(2);
+  const auto worked = std::make_shared<std::array<std::atomic<std::uint64_t>, 2>>();
+  (*two)[0].unit = [worked](std::uint64_t, const WorkUnit& unit) { (*worked)[0] += unit.path_count(); };
+  (*two)[1].unit = [worked](std::uint64_t n, const WorkUnit& unit) {
+    // It keeps its second unit until the other device has repeated that.
+    while (n == 1 && (*worked)[0] + (*worked)[1] < kImage.pixel_count() * kSpp)
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    (*worked)[1] += unit.path_count();
+  };
+  const Outcome outcome = run(two, 3600);
+  expect_complete(outcome);
+  if (outcome.has(1, DeviceEvent::Kind::late)) return;  // the end of the render did not wait for it
+  for (std::size_t i = 0; i < 2; ++i) {
+    const DeviceReport& device = outcome.devices[i];
+    EXPECT_EQ(device.samples + device.repeated_samples, (*worked)[i]) << i;
+  }
+  EXPECT_GT(outcome.devices[0].repeated_samples + outcome.devices[1].repeated_samples, 0U);
 }
 
 TEST(DeviceSessions, watchdog_leaves_slow_devices_alone) {
