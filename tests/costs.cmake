@@ -5,7 +5,7 @@ set(costs
     "Pages.host/cli/README.md 157"
     "Farm.farm 200"
     "kernels.ShapeHits 150"
-    "render.LightPaths 150"
+    "render.LightPaths 120" "render.LightPathBits 40"
     "render.SameBits 111"
     "kernels.BsdfSampling 110"
     "kernels.Traverse 109"

@@ -88,7 +88,7 @@ Need material_extension(const SceneFacts& facts) {
     Material usual;
     usual.transmission = m.transmission;  // of metal, where it does not count
     usual.transmission_texture = m.transmission_texture;
-    if (lobe == Lobe::diffuse) {          // nor do these
+    if (lobe == Lobe::diffuse) {  // nor do these
       usual.specular = m.specular;
       usual.specular_color = m.specular_color;
     }
@@ -176,8 +176,11 @@ Need light_paths(const SceneFacts& facts) {
   if (settings.light_sampling != LightSampling::mis) return {false, "--light-sampling"};
   // Triangles have room for the number of their light.
   if (facts.lights.places() >= (1U << (32 - EK_TRIANGLE_LIGHT_SHIFT))) return {false, "there are too many lights"};
-  if (facts.lights.places() == 0 && facts.scene.lights.empty()) return {false, "there is no light that paths start from"};
-  return if_some_material(facts, "nothing reflects or refracts exactly", is_light_target);
+  Need need = if_some_material(facts, "nothing reflects or refracts exactly", is_light_target);
+  const bool has_local = facts.lights.places() > 0 || !facts.scene.lights.empty();
+  if (need.on && !has_local && !(settings.environment.map && has_small_lights(*settings.environment.map)))
+    return {false, "there is no light that paths start from"};
+  return need;
 }
 
 /// needed: by the way of light sampling, if there is light
@@ -281,7 +284,9 @@ constexpr Rule kRules[] = {
     {Feature::culling, culling},
     {Feature::unlit, "no material is unlit", [](const Material& m) { return m.unlit; }},
     {Feature::one_light,
-     [](const SceneFacts& f) { return Need{f.lights.is_one(), fmt::format("{} lights", f.lights.count())}; }},
+     [](const SceneFacts& f) {
+       return Need{f.lights.is_one(), fmt::format("{} lights", f.lights.count())};
+     }},
     {Feature::quad_light,
      [](const SceneFacts& f) {
        return Need{f.lights.pairs > 0, fmt::format("{} pairs of emissive triangles", f.lights.pairs)};
@@ -296,8 +301,7 @@ constexpr Rule kRules[] = {
     {Feature::raycast, "--integrator", is_raycast},
     {Feature::each_light,
      [](const SceneFacts& f) {
-       return Need{samples_each_light(f),
-                   is_raycast(f) ? fmt::format("{} lights", f.lights.count()) : "--integrator"};
+       return Need{samples_each_light(f), is_raycast(f) ? fmt::format("{} lights", f.lights.count()) : "--integrator"};
      }},
     {Feature::whitted, "--integrator",
      [](const SceneFacts& f) { return f.settings.integrator == Integrator::whitted; }},

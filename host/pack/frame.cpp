@@ -50,6 +50,7 @@ void set_light_paths(Frame& frame, const PackedScene& packed, const Settings& se
   }
   frame.light_target_count = std::uint32_t(packed.light_targets.size());
   frame.emission_light_count = std::uint32_t(packed.emission_alias_table.size());
+  frame.environment_emission = packed.environment_emission;
   frame.light_path_count = std::uint32_t(settings.light_path_count);
   frame.light_index_bits = std::uint32_t(std::bit_width(settings.light_path_count - 1));
   frame.crop_begin = settings.crop.x0 | settings.crop.y0 << 16;

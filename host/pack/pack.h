@@ -63,6 +63,7 @@ struct PackedScene {
   std::map<std::string, Accel> accels;           // by layout
   std::uint64_t saved_once = 0;                  // rough bytes that two levels would save; 0 if there are two
   float environment_probability = 0;             // that light sampling chooses the environment
+  float environment_emission = 0;                // that a light path starts from its map, over that probability
   Bounds bounds;                                 // of the triangles and shapes; empty when there are none
   double build_s = 0;                            // time to build the trees
 

@@ -6,8 +6,9 @@
 //
 // They are aimed at the targets: balls that hold all surfaces which reflect or refract exactly. A direction is chosen
 // uniformly within the cones of all targets, so its density is the number of cones that it lies in over the sum of
-// their solid angles; parallel light starts from the balls' discs likewise. No light path starts elsewhere, and paths
-// from the camera that find such light take the density 0 for it.
+// their solid angles; parallel light, and light of an environment map from a direction that is chosen as light sampling
+// does, starts from the balls' discs likewise. No light path starts elsewhere, and paths from the camera that find such
+// light take the density 0 for it.
 #ifndef EK_LIGHT_PATH_H
 #define EK_LIGHT_PATH_H
 #include "lights/emission.h"
@@ -63,11 +64,32 @@ EK_FN vf emission_density(constant Frame* frame, LightData lights, vu light, v3 
   return cosine > 0.0f ? density / cosine : (vf)(0.0f);
 }
 
+/// Density of light paths of one direction on a plane across it, per m^2.
+/// p  on the light path, before or behind the targets; dir: unit, along it
+EK_FN vf parallel_pdf_m2(constant Frame* frame, LightData lights, v3 p, v3 dir) {
+  float sum = 0.0f;
+  vf met = (vf)(0.0f);
+  for (uint i = 0; i < frame->light_target_count; ++i) {
+    const float4 target = lights.light_targets[i];
+    sum += target.w * target.w;
+    met = met + ((distance2_from_line(target, p, dir) <= target.w * target.w) ? (vf)(1.0f) : (vf)(0.0f));
+  }
+  return met * (EK_INV_PI / sum);
+}
+
+#if EK_HAS_environment_map
+/// Density of a light path from the environment: per m^2 across it, and per sr. It is the radiance of a throughput of 1.
+/// pdf  of light sampling for its direction, per sr; p, dir: as of parallel_pdf_m2
+EK_FN vf environment_emission_density(constant Frame* frame, LightData lights, vf pdf, v3 p, v3 dir) {
+  return pdf * frame->environment_emission * parallel_pdf_m2(frame, lights, p, dir);
+}
+#endif
+
 /// The start of a light path.
 typedef struct {
   v3 origin, dir;   // world; dir: unit
   v3 throughput;    // radiance over density; 0: no light goes there
-  vf density;       // emission_density, or -1 where no path from the camera can find the light
+  vf density;       // of emission, or -1 where no path from the camera can find the light
   vu triangle;      // that it leaves, or EK_NO_HIT
   vu group;         // light group of the light
 } EmittedPath;
@@ -92,9 +114,9 @@ EK_FN v3 direction_to_targets(constant Frame* frame, LightData lights, v3 from, 
   return to_world(basis_around(axis), warp_cone(numbers.y, numbers.z, cone));
 }
 
-/// A point of the targets' discs across dir, behind the whole scene.
-/// numbers  as direction_to_targets takes them; pdf_m2: is set to the density on a plane across dir
-EK_FN v3 origin_before_targets(constant Frame* frame, LightData lights, v3 dir, v3 numbers, vf* pdf_m2) {
+/// A point of the targets' discs across dir.
+/// numbers  as direction_to_targets takes them
+EK_FN v3 point_of_discs(constant Frame* frame, LightData lights, v3 dir, v3 numbers) {
   float sum = 0.0f;
   for (uint i = 0; i < frame->light_target_count; ++i) sum += lights.light_targets[i].w * lights.light_targets[i].w;
   const vf chosen = numbers.x * sum;
@@ -110,24 +132,22 @@ EK_FN v3 origin_before_targets(constant Frame* frame, LightData lights, v3 dir, 
   }
   const DiskPoint at = warp_disk(numbers.y, numbers.z);
   const Basis basis = basis_around(dir);
-  const v3 p = add3(centre, scale3(add3(scale3(basis.x, at.x), scale3(basis.y, at.y)), radius));
-  vf met = (vf)(0.0f);
-  for (uint i = 0; i < frame->light_target_count; ++i) {
-    const float4 target = lights.light_targets[i];
-    met = met + ((distance2_from_line(target, p, dir) <= target.w * target.w) ? (vf)(1.0f) : (vf)(0.0f));
-  }
-  *pdf_m2 = max_f(met, (vf)(1.0f)) * (EK_INV_PI / sum);
+  return add3(centre, scale3(add3(scale3(basis.x, at.x), scale3(basis.y, at.y)), radius));
+}
+
+/// The point of a line through the scene, along dir, that lies before the whole scene.
+EK_FN v3 before_scene(constant Frame* frame, v3 p, v3 dir) {
   // Twice the scene's diagonal is far enough for any target in it.
   const v3 half_extent = splat3(frame->scene_half);
-  const vf way_back = 4.0f * sqrt(dot3(half_extent, half_extent));
-  return sub3(p, scale3(dir, way_back));
+  return sub3(p, scale3(dir, 4.0f * sqrt(dot3(half_extent, half_extent))));
 }
 
 /// Starts a light path.
 /// choice   of the light, by the table of emission
 /// numbers  as direction_to_targets takes them
+/// words    for the direction from an environment map
 EK_FN EmittedPath emit_light_path(constant Frame* frame, SceneData scene, LightData lights, AliasSample choice,
-                                  v3 numbers) {
+                                  v3 numbers, LightWords words) {
   const PickedLight picked = {choice, (vf)(1.0f)};
   const v3 up = V3((vf)(0.0f), (vf)(0.0f), (vf)(1.0f));
   const LightViewer viewer = {.basis = basis_around(up),
@@ -136,7 +156,6 @@ EK_FN EmittedPath emit_light_path(constant Frame* frame, SceneData scene, LightD
                               .guide = {lights.guide.cells, (vu)(EK_NO_CELL)}
 #endif
   };
-  const LightWords words = {(vu)(0u), (vu)(0u), (vu)(0u), (vu)(0u), 0u};
   LightSample light = light_sample(frame, lights, picked, viewer, words);
   light.radiance = light_emission(scene, light);
   const vf selection = gather_f(lights.emission_pdf, choice.index);
@@ -165,13 +184,18 @@ EK_FN EmittedPath emit_light_path(constant Frame* frame, SceneData scene, LightD
     const vf falloff = spot_falloff(-dot3(light.wi, path.dir), light.cone_cos, light.cone_scale);
     path.throughput = select3(light.is_punctual, scale3(path.throughput, falloff), path.throughput);
   }
-  if (EK_HAS_directional) {
-    vf pdf_m2;
+  if (EK_HAS_directional | EK_HAS_environment_map) {
     const v3 dir = neg3(light.wi);
-    const v3 origin = origin_before_targets(frame, lights, dir, numbers, &pdf_m2);
+    const v3 p = point_of_discs(frame, lights, dir, numbers);
     path.dir = select3(light.is_distant, dir, path.dir);
-    path.origin = select3(light.is_distant, origin, path.origin);
-    density = light.is_distant ? selection * pdf_m2 : density;
+    path.origin = select3(light.is_distant, before_scene(frame, p, dir), path.origin);
+    density = light.is_distant ? selection * parallel_pdf_m2(frame, lights, p, dir) : density;
+#if EK_HAS_environment_map
+    const vi is_map = light.is_distant & !light.is_delta;
+    const vf of_map = environment_emission_density(frame, lights, light.pdf, p, dir);
+    path.density = is_map ? of_map : path.density;
+    density = is_map ? of_map : density;
+#endif
   }
   path.throughput = scale3(path.throughput, density > 0.0f ? (vf)(1.0f) / density : (vf)(0.0f));
   return path;

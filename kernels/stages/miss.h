@@ -4,22 +4,32 @@
 // camera ray. These paths end here: stage shade leaves out all that hit nothing.
 #ifndef EK_STAGE_MISS_H
 #define EK_STAGE_MISS_H
-#include "lights/light.h"
+#include "lights/light_path.h"
 #include "stages/wavefront.h"
 #include "surface/medium.h"
 
 /// Radiance of the environment along a path's ray, and its density in light sampling [1/sr].
-EK_FN MapValue escaped_radiance(StageContext stage, global const float4* environment_texels, uint slot) {
+EK_FN MapValue escaped_radiance(StageContext stage, LightData lights, uint slot) {
   if (EK_HAS_environment_map)
-    return environment_map_value(stage.frame, environment_texels, state_v3(stage.state, FIELD_dir, slot));
+    return environment_map_value(stage.frame, lights.environment_texels, state_v3(stage.state, FIELD_dir, slot));
   MapValue sky = {splat3(stage.frame->environment), (vf)(0.0f)};
   if (EK_HAS_environment & EK_HAS_next_event & EK_HAS_bsdf_emission)
     sky.pdf = state_vf(stage.state, FIELD_pdf_environment, slot);
   return sky;
 }
 
-EK_FN_ONCE void stage_miss(StageContext stage, SceneData scene, global const float4* environment_texels,
-                           uint count, uint depth) {
+#if EK_HAS_light_paths & EK_HAS_environment_map
+/// Share of the environment's light that camera paths bring, as emission_share of shade/light_ratio.h.
+/// pdf_sr  of light sampling for the path's direction
+EK_FN vf environment_share(StageContext stage, LightData lights, const PathState* path, vi escaped, vf pdf_sr) {
+  const vi shared = escaped & (path->pdf < 0.0f) & (path->light_ratio > 0.0f);
+  if (!(stage.frame->environment_emission > 0.0f) || !ANY(shared)) return (vf)(1.0f);
+  const vf density = environment_emission_density(stage.frame, lights, pdf_sr, path->origin, path->dir);
+  return shared ? 1.0f / (1.0f + path->light_ratio * density) : (vf)(1.0f);
+}
+#endif
+
+EK_FN_ONCE void stage_miss(StageContext stage, SceneData scene, LightData lights, uint count, uint depth) {
   if (EK_HAS_coverage && depth == 1) return;
   PathWalk walk = path_walk(count);
   while (path_walk_next(&walk, stage.queue, EK_WIDTH)) {
@@ -27,12 +37,18 @@ EK_FN_ONCE void stage_miss(StageContext stage, SceneData scene, global const flo
         (LANE_INDEX < (vu)(walk.lanes)) & (state_vu(stage.state, FIELD_hit_triangle, walk.slot) == EK_NO_HIT);
     if (!ANY(escaped)) continue;
     const PathState path = path_load(stage.state, walk.slot);
-    const MapValue sky = escaped_radiance(stage, environment_texels, walk.slot);
+    const MapValue sky = escaped_radiance(stage, lights, walk.slot);
     vf weight = (vf)(1.0f);
     if (EK_HAS_next_event) {
       const vf scattered = EK_HAS_bsdf_emission ? power_heuristic(path.pdf, sky.pdf * EK_LIGHT_MEAN) : (vf)(0.0f);
       weight = path.pdf < 0.0f ? weight : scattered;
     }
+#if EK_HAS_light_paths & EK_HAS_environment_map
+    const vf share = environment_share(stage, lights, &path, escaped, sky.pdf);
+#else
+    const vf share = (vf)(1.0f);
+#endif
+    weight = weight * share;
     v3 beta = path.beta;
     if (EK_HAS_nested_media) {
       // Solids are closed, so the path has left them all, even those whose surface it stepped over.
@@ -54,7 +70,7 @@ EK_FN_ONCE void stage_miss(StageContext stage, SceneData scene, global const flo
     const vf sampled = EK_HAS_environment_map ? sky.pdf : path.plain_pdf * stage.frame->environment.w;
     vf plain = (vf)(1.0f);
     if (EK_HAS_next_event & EK_HAS_bsdf_emission) plain = power_heuristic(path.plain_pdf, sampled * EK_LIGHT_MEAN);
-    plain = path.pdf < 0.0f ? (vf)(1.0f) : plain;
+    plain = path.pdf < 0.0f ? share : plain;
     log_set_f(stage.log, depth, LOG_emitted, escaped, path.path, luminance(sky.radiance) * plain);
     log_set_f(stage.log, depth, LOG_sampled, escaped, path.path, (vf)(0.0f));
     log_set(stage.log, depth, LOG_info, escaped, path.path, (vu)(LOG_MISS));

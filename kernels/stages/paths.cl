@@ -85,7 +85,7 @@ EK_FN_ONCE void paths_run(StageContext stage, PathSource source, Geometry geomet
       stage_intersect(stage, geometry, count, depth);
       stage_clock_lap(&clock, TICKS_intersect);
       if (EK_HAS_environment | EK_HAS_environment_map) {
-        stage_miss(stage, geometry.scene, light_data.environment_texels, count, depth);
+        stage_miss(stage, geometry.scene, light_data, count, depth);
         stage_clock_lap(&clock, TICKS_miss);
       }
       const Survivors survivors = stage_shade(stage, geometry.scene, light_data, count, depth);

@@ -6,14 +6,18 @@
 #include <numbers>
 
 #include "pack/lights/light_table.h"
+#include "pack/lights/pack_environment.h"
 #include "pack/pack_parts.h"
+#include "scene/emission.h"
 #include "scene/endless.h"
 
 namespace eikon {
 namespace {
 
 constexpr double kSmoothRoughness = 0.011;  // whose square is below EK_SMOOTH_ALPHA of kernels/bsdf/microfacet.h
-constexpr double kSmallTarget = 1.0 / 8;    // of the scene's radius: smaller targets are not divided
+// Texels this many times as bright as the mean are small lights, if together they bring at least that share of the light.
+constexpr double kSmallLightContrast = 64, kSmallLightShare = 1.0 / 16;
+constexpr double kSmallTarget = 1.0 / 8;  // of the scene's radius: smaller targets are not divided
 
 /// Part of a target: a triangle or the box of a shape or instance.
 struct Piece {
@@ -140,11 +144,28 @@ double cone_of(const Ball& ball, const glm::dvec3& from) {
 bool is_light_target(const Material& material) {
   if (material.unlit || material.roughness > kSmoothRoughness) return false;
   const Lobe lobe = lobe_of(material);
-  return lobe == Lobe::conductor || (lobe == Lobe::transmission && (material.transmission > 0 || material.metallic > 0)) ||
+  return lobe == Lobe::conductor ||
+         (lobe == Lobe::transmission && (material.transmission > 0 || material.metallic > 0)) ||
          (lobe == Lobe::metallic_roughness && material.metallic > 0);
 }
 
-void pack_light_paths(std::span<const Material> materials, std::span<const LightPathSource> emitters, PackedScene& packed) {
+bool has_small_lights(const EnvironmentMap& map) {
+  const auto for_each_texel = [&](auto&& visit) {
+    for (std::uint32_t j = 0; j < map.height; ++j) {
+      const double solid_angle = texel_solid_angle(j, map.width, map.height);
+      for (std::uint32_t i = 0; i < map.width; ++i)
+        visit(mean(map.radiance[std::size_t{j} * map.width + i]), solid_angle);
+    }
+  };
+  double all = 0, bright = 0;
+  for_each_texel([&](double radiance, double solid_angle) { all += radiance * solid_angle; });
+  const double least = kSmallLightContrast * all / (4 * std::numbers::pi);
+  for_each_texel([&](double radiance, double solid_angle) { bright += radiance > least ? radiance * solid_angle : 0; });
+  return bright > kSmallLightShare * all;
+}
+
+void pack_light_paths(std::span<const Material> materials, std::span<const LightPathSource> emitters,
+                      PackedScene& packed) {
   const std::vector<Ball> balls = Targets(materials, packed).balls();
   if (balls.empty()) return;
   double sections_m2 = 0;

@@ -12,6 +12,10 @@ inline constexpr std::size_t kMostLightTargets = 64;  // kernels look at all of 
 /// True if the material reflects or refracts light exactly, so that no sampling of lights finds what is lit through it.
 [[nodiscard]] bool is_light_target(const Material& material);
 
+/// True if an environment has lights so small and bright, as the sun is, that paths from the camera which leave glass
+/// or a mirror seldom meet what lights the scene.
+[[nodiscard]] bool has_small_lights(const EnvironmentMap& map);
+
 /// A light as the choice of where light paths start sees it.
 struct LightPathSource {
   double radiance_area = 0;  // W / sr: of a surface its mean radiance times its area, else its intensity; 0: none starts

@@ -154,9 +154,9 @@ class LightPacker {
     }
   }
 
-  /// Prepares the start of light paths. None starts from shapes, from the environment, from lights of a limited range,
-  /// whose light fades in a way that does not go on behind glass, or from within a solid that absorbs or has a priority.
-  /// A plane without end may lie before any place that parallel light could start from.
+  /// Prepares the start of light paths. None starts from shapes, from an environment without small lights, from lights of
+  /// a limited range, whose light fades in a way that does not go on behind glass, or from within a solid that absorbs or
+  /// has a priority. A plane without end may lie before any place that parallel light could start from.
   void start_light_paths() {
     bool endless = false;
     for (std::size_t i = packed_.triangle_count(); i < packed_.triangles.size(); ++i)
@@ -170,6 +170,8 @@ class LightPacker {
         emitter = {strengths_[i].power / kPi, 0, strengths_[i].area_m2, strengths_[i].moments.centroid};
       } else if (light.kind == kind_word(LightKind::directional)) {
         emitter.irradiance = endless ? 0 : emission;
+      } else if (light.kind == kind_word(LightKind::environment_map)) {
+        emitter.irradiance = endless || !has_small_lights(*environment_.map) ? 0 : strengths_[i].power / section_m2_;
       } else if ((light.kind == kind_word(LightKind::point) || light.kind == kind_word(LightKind::spot)) &&
                  std::isinf(light.p2_z)) {
         emitter.radiance_area = emission;
@@ -179,6 +181,9 @@ class LightPacker {
     }
     if (!has_tree_) name_lights(std::uint32_t(packed_.lights.size()));
     pack_light_paths(scene_.materials, emitters, packed_);
+    for (std::size_t i = 0; i < packed_.emission_pdf.size(); ++i)
+      if (packed_.lights[i].kind == kind_word(LightKind::environment_map))
+        packed_.environment_emission = packed_.emission_pdf[i] / packed_.environment_probability;
   }
 
   /// The probability of a light in the tree depends on the shading point. The summary says its
@@ -339,8 +344,9 @@ class LightPacker {
       if ((light.flags & EK_LIGHT_QUAD) != 0) packed_.triangles[light.triangle + 1].light_pdf_m2 = light.pdf_m2;
     }
     if (light.kind == kind_word(LightKind::shape_light)) packed_.triangles[light.triangle].light_pdf_m2 = light.pdf_m2;
-    if (light.kind == kind_word(LightKind::environment)) packed_.environment_probability = light.pdf_m2;
-    if (light.kind == kind_word(LightKind::environment_map))
+    const bool is_map = light.kind == kind_word(LightKind::environment_map);
+    if (is_map || light.kind == kind_word(LightKind::environment)) packed_.environment_probability = light.pdf_m2;
+    if (is_map)
       for (float4& texel : packed_.environment_texels) texel.w = float(probability * double(texel.w));
   }
 
@@ -368,7 +374,7 @@ class LightPacker {
   double radius_m_ = 0;                  // of the sphere around the scene
   double section_m2_ = 1;                // of that sphere, which parallel light meets
   bool has_tree_, has_quads_, has_one_, each_, has_light_paths_, has_media_;
-  std::uint64_t looked_at_ = 0;  // triangles, by is_within_a_medium
+  std::uint64_t looked_at_ = 0;      // triangles, by is_within_a_medium
   std::vector<Strength> strengths_;  // as packed_.lights
 };
 

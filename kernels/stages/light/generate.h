@@ -50,7 +50,9 @@ EK_FN_ONCE void stage_light_generate(StageContext stage, SceneData scene, LightD
     vf unused;
     sample_2d(key, index, DIM_LENS, &numbers.y, &numbers.z);
     sample_2d(key, index, DIM_TIME, &numbers.x, &unused);  // the other one is the channel of glass with dispersion
-    const EmittedPath emitted = emit_light_path(frame, scene, lights, choice, numbers);
+    LightWords words = {(vu)(0u), (vu)(0u), (vu)(0u), (vu)(0u), 0u};
+    if (EK_HAS_environment_map) sample_2d_bits(key, index, bounce_dimension(0, DIM_ENVIRONMENT), &words.c, &words.d);
+    const EmittedPath emitted = emit_light_path(frame, scene, lights, choice, numbers, words);
     const PathState start = {.path = replicate,
                              .key = key,
                              .index = index,

@@ -20,10 +20,10 @@ kernel void probe_target_directions(PROBE_ARGUMENTS, constant Frame* frame, glob
 
 // Inputs: a direction of parallel light, three random numbers. Outputs: the origin of a light path, and its density per m^2.
 EK_FN_ONCE void probe_target_origins_run(PROBE_ITEMS, constant Frame* frame, global const float4* targets) {
-  vf pdf_m2;
-  const v3 origin = origin_before_targets(frame, probe_targets(targets), IN_3(0), IN_3(3), &pdf_m2);
-  OUT_3(0, origin);
-  OUT_F(3, pdf_m2);
+  const LightData lights = probe_targets(targets);
+  const v3 p = point_of_discs(frame, lights, IN_3(0), IN_3(3));
+  OUT_3(0, before_scene(frame, p, IN_3(0)));
+  OUT_F(3, parallel_pdf_m2(frame, lights, p, IN_3(0)));
 }
 kernel void probe_target_origins(PROBE_ARGUMENTS, constant Frame* frame, global const float4* targets) {
   probe_target_origins_run(PROBE_PASSED, frame, targets);

@@ -3,16 +3,10 @@
 // find where they can.
 #include <functional>
 
-#include "render/materials/glass_builder.h"
-#include "render/scene_builder.h"
+#include "render/lights/light_path_scenes.h"
 
 namespace eikon::test {
 namespace {
-
-Settings with_light_paths(Settings settings, double ratio) {
-  settings.light_path_count = std::max<std::uint64_t>(std::uint64_t(ratio * settings.width * settings.height), 1);
-  return settings;
-}
 
 PunctualLight small_lamp(glm::dvec3 position, float intensity) {
   PunctualLight light;
@@ -70,8 +64,7 @@ struct CameraKind {
 const CameraKind kCameras[] = {
     {"pinhole", [](Camera&) {}},
     {"lens", [](Camera& camera) { camera.lens = Lens{.radius_m = 0.05, .focus_distance_m = 0.7}; }},
-    {"orthographic",
-     [](Camera& camera) { camera.projection = Projection::orthographic, camera.ymag_m = 0.02; }},
+    {"orthographic", [](Camera& camera) { camera.projection = Projection::orthographic, camera.ymag_m = 0.02; }},
 };
 
 TEST(LightPaths, a_point_lamp_behind_a_slab_lights_a_floor_as_the_closed_form_says) {
@@ -135,7 +128,8 @@ TEST(LightPaths, a_mirror_sends_the_flux_of_a_sun_onto_the_floor) {
   above.camera.projection = Projection::orthographic;
   above.camera.ymag_m = 1;
   above.max_depth = 3;
-  const MeanAndError with = mean_of(film_of(mirror, with_light_paths(above, 4))), without = mean_of(film_of(mirror, above));
+  const MeanAndError with = mean_of(film_of(mirror, with_light_paths(above, 4))),
+                     without = mean_of(film_of(mirror, above));
   // Where it falls, as much arrives as comes directly: the mirror's light covers x in -0.5 .. 0.5 and z in 2 .. 3 of 2 m x 2 m.
   const double direct = 2 * std::cos(kPi / 4) * 0.5 / kPi;
   EXPECT_TRUE(agrees({with.mean - without.mean, with.sigma}, 0.8 * direct * 0.25, 1, 1e-3));
@@ -148,33 +142,20 @@ struct Change {
   std::function<void(Scene&, Settings&)> make;
 };
 
-/// A closed room with a lamp, a coarse glass ball with smooth normals, a mirror and a block.
-std::pair<Scene, Settings> room_of_glass(std::uint32_t side, std::uint64_t spp) {
-  Scene scene;
-  Primitive walls, lamp;
-  add_box(walls, {-1, -1, -1}, {1, 1, 1.5F}, true);
-  add_quad(lamp, {-0.4F, 0.97F, -0.4F}, {0.8F, 0, 0}, {0, 0, 0.8F});
-  add_mesh(scene, "walls", std::move(walls), lambert({0.6F, 0.5F, 0.4F}));
-  add_mesh(scene, "lamp", std::move(lamp), lambert(0.3F, 5));
-  add_mesh(scene, "ball", sphere({0.4F, -0.5F, 0.1F}, 0.45F, 8, false, true), glass(1.5F, 0, true));
-  Material metal;
-  metal.roughness = 0;
-  metal.metallic = 1;
-  metal.base_color = {0.9F, 0.7F, 0.5F};
-  add_mesh(scene, "mirror", sphere({-0.5F, -0.55F, -0.3F}, 0.4F, 10, false, true), metal);
-  Settings settings = settings_for(side, side, spp);
-  settings.camera = look_at_camera({0, 0, 1.45}, {0, -0.2, 0}, {0, 1, 0}, 1.1);
-  return {std::move(scene), settings};
-}
-
 const Change kChanges[] = {
     {"room", [](Scene&, Settings&) {}},
     {"lens", [](Scene&, Settings& s) { s.camera.lens = Lens{.radius_m = 0.1, .focus_distance_m = 1.5}; }},
     {"orthographic",
      [](Scene&, Settings& s) { s.camera.projection = Projection::orthographic, s.camera.ymag_m = 0.9; }},
     {"panorama", [](Scene&, Settings& s) { s.camera.projection = Projection::panorama, s.width *= 2, s.crop.x1 *= 2; }},
-    {"wide filter", [](Scene&, Settings& s) { s.filter = {FilterKind::gaussian, 3}; }},
-    {"filter with negative lobes", [](Scene&, Settings& s) { s.filter = {FilterKind::mitchell, 4}; }},
+    {"wide filter",
+     [](Scene&, Settings& s) {
+       s.filter = {FilterKind::gaussian, 3};
+     }},
+    {"filter with negative lobes",
+     [](Scene&, Settings& s) {
+       s.filter = {FilterKind::mitchell, 4};
+     }},
     {"coloured glass with dispersion",
      [](Scene& scene, Settings&) {
        for (Material& m : scene.materials)
@@ -199,7 +180,9 @@ const Change kChanges[] = {
          if (m.metallic > 0) m.clearcoat = 0.5F, m.sheen_color = glm::vec3(0.3F);
      }},
     {"a lamp within coloured glass",
-     [](Scene& scene, Settings&) { add_block(scene, "amber", {-0.5F, 0.85F, -0.5F}, {0.5F, 0.99F, 0.5F}, amber(0.05F, 1.3F)); }},
+     [](Scene& scene, Settings&) {
+       add_block(scene, "amber", {-0.5F, 0.85F, -0.5F}, {0.5F, 0.99F, 0.5F}, amber(0.05F, 1.3F));
+     }},
     {"a lamp that shines both ways in a ball of glass",
      [](Scene& scene, Settings&) {
        scene.materials[1].double_sided = true;
@@ -212,23 +195,53 @@ Crop quarter(const FilmLayout& layout, std::uint32_t i) {
   return {x, y, x + w, y + h};
 }
 
+/// Compares quarters and channels of a picture by both ways. comparisons: of the test. Returns the one with light paths.
+Film expect_the_same_mean(const char* name, const Scene& scene, Settings settings, int comparisons) {
+  settings.max_depth = 8;
+  Film with = film_of(scene, with_light_paths(settings, 0.5));
+  settings.seed = 7;
+  settings.sample_end = 8192;
+  const Film without = film_of(scene, settings);
+  for (std::uint32_t q = 0; q < 4; ++q)
+    for (std::uint32_t c = 0; c < 3; ++c)
+      EXPECT_TRUE(agree(mean_of(with, c, quarter(with.layout(), q)), mean_of(without, c, quarter(with.layout(), q)),
+                        comparisons))
+          << name << ", quarter " << q << ", channel " << c;
+  return with;
+}
+
 TEST(LightPaths, bring_the_mean_that_paths_from_the_camera_find) {
   constexpr int comparisons = int(std::size(kChanges)) * 4 * 3;
   for (const Change& change : kChanges) {
     auto [scene, settings] = room_of_glass(24, 1024);
     change.make(scene, settings);
-    settings.max_depth = 8;
-    const Film with = film_of(scene, with_light_paths(settings, 0.5));
-    settings.seed = 7;
-    settings.sample_end = 8192;
-    const Film without = film_of(scene, settings);
+    const Film with = expect_the_same_mean(change.name, scene, settings, comparisons);
     EXPECT_EQ(with.light_paths().empty(), change.name == std::string("a lamp within coloured glass")) << change.name;
-    for (std::uint32_t q = 0; q < 4; ++q)
-      for (std::uint32_t c = 0; c < 3; ++c)
-        EXPECT_TRUE(agree(mean_of(with, c, quarter(with.layout(), q)), mean_of(without, c, quarter(with.layout(), q)),
-                          comparisons))
-            << change.name << ", quarter " << q << ", channel " << c;
   }
+}
+
+const Change kSunny[] = {
+    {"sky alone", [](Scene&, Settings&) {}},
+    {"turned sky", [](Scene&, Settings& s) { s.environment.rotation_rad = 2, s.environment.scale = 0.5; }},
+    {"sky and lamps",
+     [](Scene& scene, Settings&) {
+       Primitive lamp;
+       add_quad(lamp, {-0.4F, 0.97F, -0.4F}, {0.8F, 0, 0}, {0, 0, 0.8F});
+       add_mesh(scene, "lamp", std::move(lamp), lambert(0.3F, 5));
+       scene.lights.push_back(sunshine({0.2, -1, -0.1}, 0.0F));
+     }},
+};
+
+TEST(LightPaths, bring_the_light_of_suns_in_environment_maps) {
+  constexpr int comparisons = int(std::size(kSunny)) * 4 * 3;
+  for (const Change& change : kSunny) {
+    auto [scene, settings] = floor_in_the_sun(24, 1024, 300);
+    change.make(scene, settings);
+    EXPECT_FALSE(expect_the_same_mean(change.name, scene, settings, comparisons).light_paths().empty()) << change.name;
+  }
+  // A sky without a sun, which paths from the camera find well, has none.
+  const auto [scene, settings] = floor_in_the_sun(8, 4, 0.2F);
+  EXPECT_TRUE(film_of(scene, with_light_paths(settings, 1)).light_paths().empty());
 }
 
 TEST(LightPaths, are_none_where_no_light_can_start_them) {
@@ -259,82 +272,40 @@ TEST(LightPaths, leave_a_furnace_at_one) {
   }
 }
 
-TEST(LightPaths, find_caustics_with_a_fraction_of_the_error) {
-  const Scene scene = load_shipped("cornell_spheres.gltf");
-  Settings settings = settings_of(scene, 64, 64);
-  const Film with = film_of(scene, with_light_paths(settings, 1.0 / 16)), without = film_of(scene, settings);
+/// Relative mean square error of the channel green, without and with light paths, against many more samples.
+std::pair<double, double> errors_of(const Scene& scene, Settings settings) {
+  const Film without = film_of(scene, settings), with = film_of(scene, with_light_paths(settings, 1.0 / 16));
   settings.sample_end = 4096;
   settings.seed = 3;
   const Film truth = film_of(scene, with_light_paths(settings, 1));
   const auto error = [&](const Film& film) {
     double sum = 0;
-    for (std::uint32_t y = 0; y < 64; ++y)
-      for (std::uint32_t x = 0; x < 64; ++x) {
+    for (std::uint32_t y = 0; y < film.layout().height; ++y)
+      for (std::uint32_t x = 0; x < film.layout().width; ++x) {
         const double expected = truth.mean(x, y, 1), difference = film.mean(x, y, 1) - expected;
-        sum += difference * difference / (expected * expected + 0.01) / (64 * 64);
+        sum += difference * difference / (expected * expected + 0.01);
       }
-    return sum;
+    return sum / (double(film.layout().width) * film.layout().height);
   };
-  EXPECT_LT(error(with), 0.35 * error(without)) << error(without) << " without";
+  return {error(without), error(with)};
 }
 
-// ---- bits -------------------------------------------------------------------------------------------------------------
-
-TEST(LightPaths, have_the_same_bits_by_every_way_of_tracing) {
-  auto [scene, settings] = room_of_glass(20, 6);
-  settings = with_light_paths(settings, 0.3);
-  settings.aovs = {"direct", "indirect"};
-  const Film expected = film_of(scene, settings);
-  Execution small;
-  small.pool = 256;
-  small.block = 7;
-  EXPECT_TRUE(same_film(film_of(scene, settings, small), expected)) << "small units";
-  Execution unfused;
-  unfused.fused = false;
-  EXPECT_TRUE(same_film(film_of(scene, settings, unfused), expected)) << "a launch for each stage";
-  Execution queues;
-  queues.lanes = 1, queues.chunked = false, queues.layout = "bvh2";
-  EXPECT_TRUE(same_film(film_of(scene, settings, queues), expected)) << "queues";
-  EXPECT_EQ(film_of(scene, settings, small).light_paths().front().paths, expected.light_paths().front().paths);
+TEST(LightPaths, find_caustics_with_a_fraction_of_the_error) {
+  const Scene scene = load_shipped("cornell_spheres.gltf");
+  const auto [without, with] = errors_of(scene, settings_of(scene, 64, 64));
+  EXPECT_LT(with, 0.35 * without) << without << " without";
 }
 
-TEST(LightPaths, of_parts_add_up_to_those_of_the_whole) {
-  auto [scene, settings] = room_of_glass(20, 6);
-  settings = with_light_paths(settings, 0.3);
-  const Film expected = film_of(scene, settings);
-  Film by_samples(expected.layout());
-  for (const auto& [begin, end] : {std::pair(0, 1), std::pair(1, 4), std::pair(4, 6)}) {
-    Settings part = settings;
-    part.sample_begin = std::uint64_t(begin), part.sample_end = std::uint64_t(end);
-    by_samples.add(film_of(scene, part));
-  }
-  EXPECT_TRUE(same_film(by_samples, expected));
-  EXPECT_EQ(by_samples.mean(3, 4, 0), expected.mean(3, 4, 0));
-  Film by_windows(expected.layout());
-  for (const Crop& window : {Crop{0, 0, 20, 9}, Crop{0, 9, 13, 20}, Crop{13, 9, 20, 20}}) {
-    Settings part = settings;
-    part.crop = window;
-    by_windows.add(film_of(scene, part));
-  }
-  EXPECT_TRUE(same_film(by_windows, expected));
-  for (std::uint32_t y = 0; y < 20; ++y)
-    for (std::uint32_t x = 0; x < 20; ++x)
-      EXPECT_EQ(by_windows.mean(x, y, 1), expected.mean(x, y, 1)) << x << ' ' << y;
-}
-
-TEST(LightPaths, belong_to_the_layers_of_their_light) {
-  auto [scene, settings] = room_of_glass(16, 32);
-  settings = with_light_paths(settings, 0.5);
-  settings.aovs = {"direct", "indirect", "emission"};
-  const Film film = film_of(scene, settings);
-  double whole = 0, parts = 0;
-  for (std::uint32_t y = 0; y < 16; ++y)
-    for (std::uint32_t x = 0; x < 16; ++x) {
-      whole += film.mean(x, y, 0);
-      for (const char* bin : {"scattered.0.R", "scattered.1.R", "scattered.more.R"})
-        parts += film.mean(x, y, film.channel_index(bin).value());
-    }
-  EXPECT_NEAR(parts, whole, 1e-9 * whole);
+TEST(LightPaths, find_caustics_of_a_small_sun_with_a_fraction_of_the_error) {
+  auto [scene, settings] = floor_in_the_sun(32, 64, 0.1F);
+  settings.camera = look_at_camera({-1, -0.1, 1.5}, {0.05, -1, 0.45}, {0, 1, 0}, 0.2);  // where the ball's caustic is
+  auto map = std::make_shared<EnvironmentMap>();
+  map->width = 512, map->height = 256;  // a sun of 0.7 degrees
+  map->radiance.assign(512 * 256, glm::vec3(0.1F));
+  map->radiance[64 * 512 + 320] = glm::vec3(20000);
+  settings.environment.map = std::move(map);
+  const auto [without, with] = errors_of(scene, settings);
+  EXPECT_LT(with, 0.1 * without) << without << " without";
 }
 
 }  // namespace

@@ -50,8 +50,7 @@ std::pair<Scene, Settings> patch(double tilt, double side, std::uint64_t spp, Li
 void expect_irradiance(const Shape& light, double radiance, double tilt, double expected, int comparisons,
                        std::uint64_t spp = 1024, double rounding = 2e-5, double side = 1e-3) {
   for (const LightSampling way : kWays) {
-    if (way == LightSampling::bsdf && expected / (kPi * radiance) < 1e-3)
-      continue;  // too small to be found by chance
+    if (way == LightSampling::bsdf && expected / (kPi * radiance) < 1e-3) continue;  // too small to be found by chance
     auto [scene, settings] = patch(tilt, side, spp, way);
     add_shape(scene, light, lambert(0, float(radiance)));
     EXPECT_TRUE(agrees(mean_of(film_of(scene, settings)), expected / kPi, comparisons, rounding))

@@ -70,9 +70,7 @@ TEST(LightTree, direct_light_of_all_is_the_sum_of_what_each_gives_alone) {
   std::vector<PunctualLight> lights;
   for (int i = 0; i < 24; ++i) {
     PunctualLight light;
-    light.kind = i % 8 == 7   ? LightKind::directional
-                 : i % 2 == 0 ? LightKind::spot
-                              : LightKind::point;
+    light.kind = i % 8 == 7 ? LightKind::directional : i % 2 == 0 ? LightKind::spot : LightKind::point;
     light.position = {2 * uniform(state) - 1, 0.05 + uniform(state), 2 * uniform(state) - 1};
     light.direction = glm::normalize(glm::dvec3(uniform(state) - 0.5, -1, uniform(state) - 0.5));
     light.outer_cone_rad = 0.3 + uniform(state);

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+// Scenes with a glass ball and a mirror, and settings with light paths.
+#pragma once
+#include "render/materials/glass_builder.h"
+#include "render/scene_builder.h"
+
+namespace eikon::test {
+
+inline Settings with_light_paths(Settings settings, double ratio) {
+  settings.light_path_count = std::max<std::uint64_t>(std::uint64_t(ratio * settings.width * settings.height), 1);
+  return settings;
+}
+
+/// A coarse glass ball with smooth normals, and a mirror.
+inline void add_ball_and_mirror(Scene& scene) {
+  add_mesh(scene, "ball", sphere({0.4F, -0.5F, 0.1F}, 0.45F, 8, false, true), glass(1.5F, 0, true));
+  Material metal;
+  metal.roughness = 0;
+  metal.metallic = 1;
+  metal.base_color = {0.9F, 0.7F, 0.5F};
+  add_mesh(scene, "mirror", sphere({-0.5F, -0.55F, -0.3F}, 0.4F, 10, false, true), metal);
+}
+
+inline Settings seen_from_above(std::uint32_t side, std::uint64_t spp) {
+  Settings settings = settings_for(side, side, spp);
+  settings.camera = look_at_camera({0, 0, 1.45}, {0, -0.2, 0}, {0, 1, 0}, 1.1);
+  return settings;
+}
+
+/// Both in a closed room with a lamp.
+inline std::pair<Scene, Settings> room_of_glass(std::uint32_t side, std::uint64_t spp) {
+  Scene scene;
+  Primitive walls, lamp;
+  add_box(walls, {-1, -1, -1}, {1, 1, 1.5F}, true);
+  add_quad(lamp, {-0.4F, 0.97F, -0.4F}, {0.8F, 0, 0}, {0, 0, 0.8F});
+  add_mesh(scene, "walls", std::move(walls), lambert({0.6F, 0.5F, 0.4F}));
+  add_mesh(scene, "lamp", std::move(lamp), lambert(0.3F, 5));
+  add_ball_and_mirror(scene);
+  return {std::move(scene), seen_from_above(side, spp)};
+}
+
+/// Both on a floor under a sky of radiance 0.1, in which one texel of 64 x 32, 45 degrees high, is a sun.
+inline std::pair<Scene, Settings> floor_in_the_sun(std::uint32_t side, std::uint64_t spp, float sun) {
+  Scene scene;
+  Primitive floor;
+  add_quad(floor, {-3, -1, 3}, {6, 0, 0}, {0, 0, -6});
+  add_mesh(scene, "floor", std::move(floor), lambert({0.6F, 0.5F, 0.4F}));
+  add_ball_and_mirror(scene);
+  auto map = std::make_shared<EnvironmentMap>();
+  map->name = "sky";
+  map->width = 64, map->height = 32;
+  map->radiance.assign(64 * 32, glm::vec3(0.1F));
+  map->radiance[8 * 64 + 40] = sun * glm::vec3(1, 0.8F, 0.6F);
+  Settings settings = seen_from_above(side, spp);
+  settings.environment.map = std::move(map);
+  return {std::move(scene), settings};
+}
+
+}  // namespace eikon::test
