@@ -109,8 +109,8 @@ class Threads {
 class RenderLoop {
  public:
   /// left: samples that are still to be done
-  RenderLoop(DeviceSessions& sessions, const RenderHooks& hooks, const Settings& settings, Trace* trace,
-             Rounds& rounds, std::uint64_t left)
+  RenderLoop(DeviceSessions& sessions, const RenderHooks& hooks, const Settings& settings, Trace* trace, Rounds& rounds,
+             std::uint64_t left)
       : sessions_(sessions),
         hooks_(hooks),
         rounds_(rounds),
@@ -359,8 +359,8 @@ RenderOutput render_packed(std::shared_ptr<PackedScene> packed, const Features& 
   return pack_and_render(pack, features, settings, execution, stop, std::move(hooks));
 }
 
-glm::vec3 replay_path(const Scene& scene, const Settings& settings, const Execution& usual,
-                      const PixelSample& sample, const std::function<void(const PathVertex&)>& report) {
+ReplayedSample replay_path(const Scene& scene, const Settings& settings, const Execution& usual,
+                           const PixelSample& sample, const std::function<void(const PathVertex&)>& report) {
   Execution execution = usual;
   execution.fused = false;
   const DeviceInfo info = select_devices(execution.devices, execution.threads).front();
@@ -377,6 +377,7 @@ glm::vec3 replay_path(const Scene& scene, const Settings& settings, const Execut
     guided.guide = run_pilot(device, packed, features, settings, own, nobody_looks).table;
   }
   features.set_guiding(guided.guide != nullptr, false);
+  guided.crop = {sample.x, sample.y, sample.x + 1, sample.y + 1};  // so that the pixel's unit has all light paths
   Wavefront wavefront(device, packed, features, guided, own);
   return wavefront.replay(sample.x, sample.y, sample.sample, report);
 }

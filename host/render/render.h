@@ -137,9 +137,9 @@ RenderOutput render_and_release(Scene& scene, const Settings& settings, const Ex
 RenderOutput render_packed(std::shared_ptr<PackedScene> packed, const Features& features, const Settings& settings,
                            const Execution& execution, const std::atomic<bool>& stop, RenderHooks hooks = {});
 
-/// Traces the path of one sample and reports its vertices; returns its radiance.
-glm::vec3 replay_path(const Scene& scene, const Settings& settings, const Execution& execution,
-                      const PixelSample& sample, const std::function<void(const PathVertex&)>& report);
+/// Traces the path of one sample and reports its vertices; returns what it brings, and what light paths bring besides.
+ReplayedSample replay_path(const Scene& scene, const Settings& settings, const Execution& execution,
+                           const PixelSample& sample, const std::function<void(const PathVertex&)>& report);
 
 /// render() throws this when no device is left but some samples are done; `done` is as of an
 /// interrupted render.

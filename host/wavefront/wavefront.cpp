@@ -5,6 +5,8 @@
 #include <array>
 #include <bit>
 #include <deque>
+#include <functional>
+#include <tuple>
 #include <utility>
 
 #include <fmt/format.h>
@@ -48,7 +50,7 @@ struct Wavefront::Impl {
   ProgramOptions sampled_options;
   std::vector<std::string> sampled_stages;
   std::string formula_code;
-  std::shared_ptr<const GuideTable> guide;  // device buffers may be its memory
+  std::shared_ptr<const GuideTable> guide;      // device buffers may be its memory
   std::vector<std::uint32_t> logged, radiance;  // of PathLog
   std::uint64_t scene_bytes = 0;
   double upload_s = 0;
@@ -229,7 +231,7 @@ struct Wavefront::Impl {
   void settle_fused(Slot& slot) {
     device.wait(slot.tallied);
     slot.rays = counters.add_launch(slot.frame.path_count, slot.tallies,
-                                  sampler ? sampler->shares() : stage_shares(slot.tallies));
+                                    sampler ? sampler->shares() : stage_shares(slot.tallies));
   }
 
   /// Launches the stages of a depth. active: most paths at that depth
@@ -279,7 +281,7 @@ struct Wavefront::Impl {
   std::uint64_t settle(Slot& slot, const DepthCounts& at) {
     device.wait(at.ticket);
     const RayCounts on = counters.end_depth(at.depth, std::span(at.counts).first(4 * std::size_t{used_chunks(slot)}),
-                                          slot.frame.path_count);
+                                            slot.frame.path_count);
     slot.rays += on;
     return on.scattered;
   }
@@ -335,7 +337,8 @@ struct Wavefront::Impl {
 
   [[nodiscard]] std::uint32_t path_word(const char* field, std::uint32_t word = 0) {
     std::uint32_t value = 0;
-    device.read(work.state, &value, sizeof value, 4 * std::size_t{state.field.at(field) + word} * (config.chunk + EK_PAD));
+    device.read(work.state, &value, sizeof value,
+                4 * std::size_t{state.field.at(field) + word} * (config.chunk + EK_PAD));
     return value;
   }
 };
@@ -353,7 +356,7 @@ void Wavefront::compile_ahead(Device& device, const PackedScene& scene, const Fe
 const WavefrontConfig& Wavefront::config() const { return impl_->config; }
 ArithmeticClass Wavefront::arithmetic() const { return impl_->arithmetic; }
 double Wavefront::upload_s() const { return impl_->upload_s; }
-std::uint64_t Wavefront::device_bytes() const { 
+std::uint64_t Wavefront::device_bytes() const {
   return impl_->scene_bytes + impl_->work.bytes + (impl_->traces_lights ? LightStages::bytes(impl_->config) : 0);
 }
 const Bounces& Wavefront::bounces() const { return impl_->counters.bounces(); }
@@ -369,8 +372,8 @@ PathLog Wavefront::path_log() {
 void Wavefront::begin(const WorkUnit& unit) { impl_->begin(unit); }
 void Wavefront::drive() { impl_->drive(); }
 UnitResult Wavefront::finish() { return impl_->finish(); }
-glm::vec3 Wavefront::replay(std::uint32_t x, std::uint32_t y, std::uint64_t sample,
-                            const std::function<void(const PathVertex&)>& report) {
+ReplayedSample Wavefront::replay(std::uint32_t x, std::uint32_t y, std::uint64_t sample,
+                                 const std::function<void(const PathVertex&)>& report) {
   Impl& w = *impl_;
   if (w.config.fused) throw InternalError("a path can be watched only where each stage has a launch of its own");
   const auto number = [&](const char* field, std::uint32_t word = 0) {
@@ -385,13 +388,28 @@ glm::vec3 Wavefront::replay(std::uint32_t x, std::uint32_t y, std::uint64_t samp
             .t = number("hit_t"),
             .triangle = w.path_word("hit_triangle")});
   };
-  w.begin({{x, y, x + 1, y + 1}, sample, sample + 1});
+  const WorkUnit unit{{x, y, x + 1, y + 1}, sample, sample + 1};
+  w.begin(unit);
   (void)w.finish();
   w.after_intersect = nullptr;
-  glm::vec3 radiance;
+  ReplayedSample result;
   for (int c = 0; c < 3; ++c)
-    w.device.read(w.work.film_slots, &radiance[c], sizeof(float), 4 * std::size_t(c) * w.frame.film_stride);
-  return radiance;
+    w.device.read(w.work.film_slots, &result.radiance[c], sizeof(float), 4 * std::size_t(c) * w.frame.film_stride);
+  if (!w.traces_lights || w.light_paths.count == 0) return result;
+  w.begin(unit);  // again, with its light paths
+  const std::vector<std::uint32_t>& words = w.slots[w.finished % w.slots.size()].lights.splats;
+  (void)w.finish();
+  for (std::size_t at = 0; at < words.size(); at += SPLAT_WORDS) {
+    ReplayedSample::Splat& splat = result.splats.emplace_back();
+    splat.scatterings = words[at + SPLAT_info] >> 8 & EK_SPLAT_SCATTERINGS_MOST;
+    for (int c = 0; c < 3; ++c)
+      splat.radiance[c] = std::bit_cast<float>(words[at + SPLAT_r + std::size_t(c)]) / float(w.light_paths.count);
+  }
+  // Chance says in which order they were written.
+  std::ranges::sort(result.splats, std::greater{}, [](const ReplayedSample::Splat& s) {
+    return std::tuple(s.radiance.x, s.radiance.y, s.radiance.z, s.scatterings);
+  });
+  return result;
 }
 
 }  // namespace eikon

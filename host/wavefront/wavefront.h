@@ -43,6 +43,17 @@ struct PathVertex {
   std::uint32_t triangle = 0;  // EK_NO_HIT: none
 };
 
+/// What a sample of a pixel is made of.
+struct ReplayedSample {
+  glm::vec3 radiance{0.0F};  // that the path from the camera brings
+  /// What a light path of that sample index brings to the pixel.
+  struct Splat {
+    glm::vec3 radiance{0.0F};
+    std::uint32_t scatterings = 0;  // of the light path, the last one towards the camera included
+  };
+  std::vector<Splat> splats;  // the brightest first
+};
+
 class Wavefront {
  public:
   /// Compiles and uploads. throws DeviceError
@@ -86,9 +97,10 @@ class Wavefront {
   /// The log of the unit that was finished last, until the next begin(); of a program with feature path_log.
   [[nodiscard]] PathLog path_log();
 
-  /// Traces one path, reports its vertices, and returns its radiance.
-  glm::vec3 replay(std::uint32_t x, std::uint32_t y, std::uint64_t sample,
-                   const std::function<void(const PathVertex&)>& report);
+  /// Traces one path, reports its vertices, and returns what it brings, and what light paths bring if the image is that
+  /// pixel (Settings::crop).
+  ReplayedSample replay(std::uint32_t x, std::uint32_t y, std::uint64_t sample,
+                        const std::function<void(const PathVertex&)>& report);
 
  private:
   struct Impl;

@@ -37,9 +37,10 @@ class ProgressBar {
     }
     constexpr int width = 24;
     const int filled = int(now.share * width);
-    print_to_stderr("\r\x1b[K[{:=<{}}{:{}}] {:3.0f} %  {:.2f} Msamples/s  {:.0f} s left  relMSE {}", "", filled, "",
-         width - filled, 100 * now.share, 1e-6 * now.samples_per_second, now.left_s,
-         !error_.known ? "?" : fmt::format("{}{:.2e}", std::isfinite(error_.hi) ? "" : ">= ", error_.relmse));
+    print_to_stderr(
+        "\r\x1b[K[{:=<{}}{:{}}] {:3.0f} %  {:.2f} Msamples/s  {:.0f} s left  relMSE {}", "", filled, "", width - filled,
+        100 * now.share, 1e-6 * now.samples_per_second, now.left_s,
+        !error_.known ? "?" : fmt::format("{}{:.2e}", std::isfinite(error_.hi) ? "" : ">= ", error_.relmse));
     std::fflush(stderr);
     shown_ = true;
   }
@@ -63,7 +64,7 @@ ExitCode replay(const RenderOptions& options) {
     throw UsageError(fmt::format("--pixel {},{}: the image has {} x {} pixels, counted from 0", x, y,
                                  prepared.settings.width, prepared.settings.height));
   fmt::print("pixel {},{} sample {}\n", x, y, sample);
-  const glm::vec3 radiance =
+  const ReplayedSample replayed =
       replay_path(*prepared.scene, prepared.settings, options.execution, {x, y, sample}, [&](const PathVertex& v) {
         fmt::print(
             "  edge {:>2}: from ({:.9g}, {:.9g}, {:.9g}) towards ({:.9g}, {:.9g}, {:.9g}), throughput ({:.6g}, {:.6g}, "
@@ -74,6 +75,12 @@ ExitCode replay(const RenderOptions& options) {
         else
           fmt::print(": hits triangle {} at {:.9g} m\n", v.triangle, v.t);
       });
+  glm::vec3 radiance = replayed.radiance;
+  for (const ReplayedSample::Splat& splat : replayed.splats) {
+    fmt::print("  light path: ({:.9g}, {:.9g}, {:.9g}) by {} scatterings\n", splat.radiance.x, splat.radiance.y,
+               splat.radiance.z, splat.scatterings);
+    radiance += splat.radiance;
+  }
   fmt::print("  radiance ({:.9g}, {:.9g}, {:.9g})\n", radiance.x, radiance.y, radiance.z);
   return ExitCode::done;
 }

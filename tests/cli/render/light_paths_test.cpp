@@ -38,7 +38,8 @@ TEST(LightPathsOption, a_render_goes_on_with_the_bits_of_one_that_was_never_stop
   EXPECT_TRUE(same_planes(here, "more.exr", "whole.exr"));
   const Outcome other = here.eikon(kSpheres + "--spp 9 -o x.exr --checkpoint c.exr --resume --light-paths 0.5");
   EXPECT_TRUE(refused(other, kInput));
-  EXPECT_TRUE(contains(other.err, "its light paths (--light-paths) is 75 of each sample, not 600 of each sample")) << other.err;
+  EXPECT_TRUE(contains(other.err, "its light paths (--light-paths) is 75 of each sample, not 600 of each sample"))
+      << other.err;
 }
 
 TEST(LightPathsOption, a_device_that_fails_in_between_changes_no_bit) {
@@ -47,6 +48,26 @@ TEST(LightPathsOption, a_device_that_fails_in_between_changes_no_bit) {
   const Outcome outcome = here.eikon(kSpheres + "--spp 32 -o faulty.exr", "EIKON_FAULT=device:0:after=1:times=1");
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   EXPECT_TRUE(same_planes(here, "faulty.exr", "whole.exr"));
+}
+
+TEST(LightPathsOption, replayed_samples_add_up_to_the_pixel) {
+  const Workplace here;
+  const std::string image = kSpheres + "--light-paths 1 ";
+  ASSERT_TRUE(succeeded(here.eikon(image + "--spp 3 -o out.exr")));
+  double sum = 0;
+  std::size_t light_paths = 0;
+  for (int sample = 0; sample < 3; ++sample) {
+    const Outcome outcome = here.eikon(image + fmt::format("--pixel 23,26 --sample {}", sample));
+    ASSERT_TRUE(succeeded(outcome));
+    const std::size_t at = outcome.out.rfind("  radiance (");
+    ASSERT_NE(at, std::string::npos) << outcome.out;
+    sum += std::stod(outcome.out.substr(at + 12));
+    for (std::size_t found = 0; (found = outcome.out.find("  light path: ", found)) != std::string::npos; ++found)
+      ++light_paths;
+  }
+  EXPECT_GT(light_paths, 0U);
+  const double pixel = read_exr(here / "out.exr").plane("R")->at(26 * 40 + 23);
+  EXPECT_NEAR(sum / 3, pixel, 1e-3 * pixel);  // EXR has half floats
 }
 
 TEST(LightPathsOption, is_refused_where_it_means_nothing) {
