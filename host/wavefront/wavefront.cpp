@@ -5,8 +5,6 @@
 #include <array>
 #include <bit>
 #include <deque>
-#include <functional>
-#include <tuple>
 #include <utility>
 
 #include <fmt/format.h>
@@ -335,6 +333,7 @@ struct Wavefront::Impl {
     return slot.result(mattes);
   }
 
+  [[nodiscard]] Slot& last_slot() { return slots[(finished - 1) % slots.size()]; }  // of the unit that finished last
   [[nodiscard]] std::uint32_t path_word(const char* field, std::uint32_t word = 0) {
     std::uint32_t value = 0;
     device.read(work.state, &value, sizeof value,
@@ -364,7 +363,7 @@ void Wavefront::restart(const Settings& settings, const Execution& execution) { 
 void Wavefront::set_guide(std::shared_ptr<const GuideTable> guide) { impl_->set_guide(std::move(guide)); }
 PathLog Wavefront::path_log() {
   Impl& w = *impl_;
-  const std::size_t paths = w.slots[(w.finished - 1) % w.slots.size()].frame.path_count, stride = w.frame.film_stride;
+  const std::size_t paths = w.last_slot().frame.path_count, stride = w.frame.film_stride;
   w.logged = read_planes(w.device, w.work.path_log, {EK_LOG_DEPTHS * LOG_WORDS, paths, stride});
   w.radiance = read_planes(w.device, w.work.film_slots, {3, paths, stride});
   return {.words = w.logged, .radiance = w.radiance, .paths = paths};
@@ -376,17 +375,10 @@ ReplayedSample Wavefront::replay(std::uint32_t x, std::uint32_t y, std::uint64_t
                                  const std::function<void(const PathVertex&)>& report) {
   Impl& w = *impl_;
   if (w.config.fused) throw InternalError("a path can be watched only where each stage has a launch of its own");
-  const auto number = [&](const char* field, std::uint32_t word = 0) {
-    return std::bit_cast<float>(w.path_word(field, word));
-  };
+  const auto number = [&](auto... of) { return std::bit_cast<float>(w.path_word(of...)); };
   const auto vector = [&](const char* field) { return glm::vec3(number(field), number(field, 1), number(field, 2)); };
   w.after_intersect = [&](std::uint32_t depth) {
-    report({.depth = depth,
-            .origin = vector("origin"),
-            .dir = vector("dir"),
-            .beta = vector("beta"),
-            .t = number("hit_t"),
-            .triangle = w.path_word("hit_triangle")});
+    report({depth, vector("origin"), vector("dir"), vector("beta"), number("hit_t"), w.path_word("hit_triangle")});
   };
   const WorkUnit unit{{x, y, x + 1, y + 1}, sample, sample + 1};
   w.begin(unit);
@@ -395,20 +387,10 @@ ReplayedSample Wavefront::replay(std::uint32_t x, std::uint32_t y, std::uint64_t
   ReplayedSample result;
   for (int c = 0; c < 3; ++c)
     w.device.read(w.work.film_slots, &result.radiance[c], sizeof(float), 4 * std::size_t(c) * w.frame.film_stride);
-  if (!w.traces_lights || w.light_paths.count == 0) return result;
+  if (!w.traces_lights) return result;
   w.begin(unit);  // again, with its light paths
-  const std::vector<std::uint32_t>& words = w.slots[w.finished % w.slots.size()].lights.splats;
   (void)w.finish();
-  for (std::size_t at = 0; at < words.size(); at += SPLAT_WORDS) {
-    ReplayedSample::Splat& splat = result.splats.emplace_back();
-    splat.scatterings = words[at + SPLAT_info] >> 8 & EK_SPLAT_SCATTERINGS_MOST;
-    for (int c = 0; c < 3; ++c)
-      splat.radiance[c] = std::bit_cast<float>(words[at + SPLAT_r + std::size_t(c)]) / float(w.light_paths.count);
-  }
-  // Chance says in which order they were written.
-  std::ranges::sort(result.splats, std::greater{}, [](const ReplayedSample::Splat& s) {
-    return std::tuple(s.radiance.x, s.radiance.y, s.radiance.z, s.scatterings);
-  });
+  result.splats = replayed_splats(w.last_slot().lights.splats, w.light_paths.count);
   return result;
 }
 

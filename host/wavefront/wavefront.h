@@ -13,6 +13,7 @@
 #include "film/units.h"
 #include "guide/learner.h"
 #include "wavefront/config.h"
+#include "wavefront/replay.h"
 #include "wavefront/tallies.h"
 
 namespace eikon {
@@ -34,25 +35,6 @@ struct UnitResult {
 
 /// sums, rays, diagnostics  of one unit
 [[nodiscard]] UnitResult unit_result(const UnitSums& sums, const RayCounts& rays, const Diagnostics& diagnostics);
-
-/// The state of a single path between stages, for --pixel --sample.
-struct PathVertex {
-  std::uint32_t depth = 0;
-  glm::vec3 origin, dir, beta;
-  float t = 0;
-  std::uint32_t triangle = 0;  // EK_NO_HIT: none
-};
-
-/// What a sample of a pixel is made of.
-struct ReplayedSample {
-  glm::vec3 radiance{0.0F};  // that the path from the camera brings
-  /// What a light path of that sample index brings to the pixel.
-  struct Splat {
-    glm::vec3 radiance{0.0F};
-    std::uint32_t scatterings = 0;  // of the light path, the last one towards the camera included
-  };
-  std::vector<Splat> splats;  // the brightest first
-};
 
 class Wavefront {
  public:
