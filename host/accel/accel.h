@@ -15,24 +15,27 @@ namespace eikon {
 
 /// A view of world-space corners, metres: nine floats p0, p1, p2 for each triangle, which lie
 /// `stride` floats apart. The triangles may be followed by boxes of other things that a ray can
-/// hit: p0 and p1 are their corners, and p2 is NaN.
+/// hit: p0 and p1 are their corners, and p2 is NaN. Triangles that move are such boxes, too, wherever they stand.
 class TriangleSoup {
  public:
   TriangleSoup(std::span<const float> positions)
       : first_(positions.data()), size_(positions.size() / 9), triangles_(size_) {}
-  TriangleSoup(const float* first, std::size_t size, std::size_t stride, std::size_t boxes = 0)
-      : first_(first), size_(size), stride_(stride), triangles_(size - boxes) {}
+  /// moves  null, or a word per triangle that is not 0 if it moves
+  TriangleSoup(const float* first, std::size_t size, std::size_t stride, std::size_t boxes = 0,
+               const std::uint32_t* moves = nullptr)
+      : first_(first), size_(size), stride_(stride), triangles_(size - boxes), moves_(moves) {}
   [[nodiscard]] std::size_t size() const { return size_; }
   [[nodiscard]] const float* corners(std::size_t i) const { return first_ + stride_ * i; }
-  [[nodiscard]] bool is_box(std::size_t i) const { return i >= triangles_; }
+  [[nodiscard]] bool is_box(std::size_t i) const { return i >= triangles_ || (moves_ != nullptr && moves_[i] != 0); }
   /// The triangles [first, first + count).
   [[nodiscard]] TriangleSoup part(std::size_t first, std::size_t count) const {
-    return {first_ + stride_ * first, count, stride_};
+    return {first_ + stride_ * first, count, stride_, 0, moves_ == nullptr ? nullptr : moves_ + first};
   }
 
  private:
   const float* first_;
   std::size_t size_, stride_ = 9, triangles_;
+  const std::uint32_t* moves_ = nullptr;
 };
 
 /// The names of kernels/shared/layouts.def.
@@ -47,8 +50,8 @@ inline constexpr std::uint32_t kLeafBit = 0x80000000U;
 
 /// A flattened accelerator, ready for upload: kernels read it as `accel_nodes` and `accel_leaves`.
 struct Accel {
-  std::string name;                    // --accel: of accelerator_names()
-  std::string layout;                  // --layout: of tree_layouts(), or the accelerator's own
+  std::string name;                          // --accel: of accelerator_names()
+  std::string layout;                        // --layout: of tree_layouts(), or the accelerator's own
   DeviceVector<std::uint32_t> nodes{};       // words; never empty (a dummy where there is no tree)
   DeviceVector<std::uint32_t> leaves{};      // words
   DeviceVector<InstanceRecord> instances{};  // of meshes that have trees of their own (two_level.h)

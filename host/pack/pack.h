@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A scene laid out for devices: immutable, shared by all of them.
 #pragma once
+#include <array>
 #include <map>
 #include <span>
 #include <string>
@@ -60,6 +61,14 @@ struct PackedScene {
   std::vector<float> emission_pdf;               // probability of each light, of triangles per m^2
   std::vector<float4> light_targets;             // balls, world: centre and radius
   std::vector<PackedLight> light_summary;        // one per emissive material, other light, and the environment
+  // Triangles and lights that move while the shutter is open (kernels/surface/motion.h, kernels/lights/light.h).
+  std::uint32_t pose_steps = 0;           // steps of the shutter's time; 0: nothing moves
+  std::vector<std::uint32_t> motion;      // empty: no triangle moves
+  DeviceVector<Triangle> pose_triangles;  // light_pdf_m2: twice the area of the triangle among `triangles`
+  DeviceVector<TriangleNormals> pose_normals;
+  DeviceVector<TriangleTangents> pose_tangents;
+  std::vector<std::array<float, 6>> moving_boxes;  // lo and hi of all poses of each triangle that moves
+  DeviceVector<Light> light_poses;
   std::map<std::string, Accel> accels;           // by layout
   std::uint64_t saved_once = 0;                  // rough bytes that two levels would save; 0 if there are two
   float environment_probability = 0;             // that light sampling chooses the environment
@@ -70,12 +79,18 @@ struct PackedScene {
   [[nodiscard]] std::size_t triangle_count() const { return triangles.size() - shapes.size(); }
   /// Triangles with each instance counted.
   [[nodiscard]] std::uint64_t seen_triangle_count() const;
+  /// Bytes of what moves, on a device.
+  [[nodiscard]] std::uint64_t motion_bytes() const;
   /// Bytes on a device, textures included.
   [[nodiscard]] std::uint64_t bytes(const std::string& layout) const;
 };
 
 /// The array of the scene's triangles and shapes, for builders.
 [[nodiscard]] TriangleSoup soup_of(const PackedScene& packed);
+
+/// The same with the box of all its poses in place of each triangle that moves.
+/// corners  receives what it is a view of
+[[nodiscard]] TriangleSoup soup_over_time(const PackedScene& packed, std::vector<float>& corners);
 
 /// Lays out everything but the trees. With feature `instance` the meshes that allow it are stored
 /// once (placed_meshes.h). The result refers to pictures of `scene`.

@@ -34,7 +34,7 @@ struct Wavefront::Impl {
   WavefrontConfig config;
   PathStateLayout state;
   Frame frame;
-  std::vector<float> filter;
+  std::vector<float> filter, camera_poses;
   FilmShape film_shape;
   bool logs = false;  // feature path_log
   LightPathPlan light_paths;
@@ -48,7 +48,7 @@ struct Wavefront::Impl {
   ProgramOptions sampled_options;
   std::vector<std::string> sampled_stages;
   std::string formula_code;
-  std::shared_ptr<const GuideTable> guide;  // device buffers may be its memory
+  std::shared_ptr<const GuideTable> guide;      // device buffers may be its memory
   std::vector<std::uint32_t> logged, radiance;  // of PathLog
   std::uint64_t scene_bytes = 0;
   double upload_s = 0;
@@ -76,6 +76,7 @@ struct Wavefront::Impl {
     frame = pack_frame(packed, settings);
     light_paths = {frame.light_path_count, settings.crop};
     filter = filter_table(settings.filter);
+    camera_poses = camera_pose_words(settings);
     mattes = features.mattes();
     film_shape = {.replicates = 1U << settings.replicate_bits,
                   .channels = std::uint32_t(features.film_channels().size()),
@@ -100,6 +101,7 @@ struct Wavefront::Impl {
     timeline = execution.trace.get();
     counters.restart(timeline);
     upload_s = 0;
+    if (replace_camera(device, settings, camera_poses, arguments)) bind();
     if (settings.guide != nullptr && settings.guide != guide) set_guide(settings.guide);
   }
 
@@ -144,7 +146,7 @@ struct Wavefront::Impl {
   void upload(Trace::Track track) {
     const TraceScope uploading(timeline, track, "upload");
     const double begin = host_seconds();
-    scene_bytes = upload_scene(device, scene, accel_of(scene, config), filter, arguments);
+    scene_bytes = upload_scene(device, scene, accel_of(scene, config), filter, camera_poses, arguments);
     const WorkBufferSizes plan{.film = film_shape, .state_words = state.words, .logs = logs};
     if (guide != nullptr) upload_guide(device, *guide, arguments);
     work = WorkBuffers(device, config, plan, arguments);
@@ -229,7 +231,7 @@ struct Wavefront::Impl {
   void settle_fused(Slot& slot) {
     device.wait(slot.tallied);
     slot.rays = counters.add_launch(slot.frame.path_count, slot.tallies,
-                                  sampler ? sampler->shares() : stage_shares(slot.tallies));
+                                    sampler ? sampler->shares() : stage_shares(slot.tallies));
   }
 
   /// Launches the stages of a depth. active: most paths at that depth
@@ -279,7 +281,7 @@ struct Wavefront::Impl {
   std::uint64_t settle(Slot& slot, const DepthCounts& at) {
     device.wait(at.ticket);
     const RayCounts on = counters.end_depth(at.depth, std::span(at.counts).first(4 * std::size_t{used_chunks(slot)}),
-                                          slot.frame.path_count);
+                                            slot.frame.path_count);
     slot.rays += on;
     return on.scattered;
   }
@@ -335,7 +337,8 @@ struct Wavefront::Impl {
 
   [[nodiscard]] std::uint32_t path_word(const char* field, std::uint32_t word = 0) {
     std::uint32_t value = 0;
-    device.read(work.state, &value, sizeof value, 4 * std::size_t{state.field.at(field) + word} * (config.chunk + EK_PAD));
+    device.read(work.state, &value, sizeof value,
+                4 * std::size_t{state.field.at(field) + word} * (config.chunk + EK_PAD));
     return value;
   }
 };
@@ -353,7 +356,7 @@ void Wavefront::compile_ahead(Device& device, const PackedScene& scene, const Fe
 const WavefrontConfig& Wavefront::config() const { return impl_->config; }
 ArithmeticClass Wavefront::arithmetic() const { return impl_->arithmetic; }
 double Wavefront::upload_s() const { return impl_->upload_s; }
-std::uint64_t Wavefront::device_bytes() const { 
+std::uint64_t Wavefront::device_bytes() const {
   return impl_->scene_bytes + impl_->work.bytes + (impl_->traces_lights ? LightStages::bytes(impl_->config) : 0);
 }
 const Bounces& Wavefront::bounces() const { return impl_->counters.bounces(); }

@@ -46,6 +46,7 @@ typedef struct {
   vf t_max;
   RayEnds ends;
   OpacityKey key;  // read only with EK_HAS_opacity
+  vf time;         // read only with EK_HAS_moving_surface
 } TracedRays;
 
 // Rays in lanes. rcp_d: r above. p_: the same in the axes of the triangle test, whose z is the
@@ -60,6 +61,7 @@ typedef struct {
   vf t_slack;  // how much the t of a corner on z alone may exceed the t of a hit
   vf axis;     // 0, 1 or 2: the world axis that z of the triangle test is
   OpacityKey key;
+  vf time;     // set only with EK_HAS_moving_surface
   RayEnds ends;
 } RayLanes;
 
@@ -98,6 +100,9 @@ typedef struct {
   uint axis_z, instance_or_target;
 #if EK_HAS_opacity
   uint key, index, pad[14];
+#endif
+#if EK_HAS_moving_surface
+  float time, time_pad[15];
 #endif
 #if EK_HAS_instance
   float world[16];
@@ -266,6 +271,11 @@ EK_FN void ray_store(RayOne* rays, RayLanes ray, vf t) {
     rays[lane].key = key[lane];
     rays[lane].index = index[lane];
   }
+#endif
+#if EK_HAS_moving_surface
+  float time[EK_WIDTH] EK_ROWS_ALIGNED;
+  *(vf*)time = ray.time;
+  for (uint lane = 0; lane < EK_WIDTH; ++lane) rays[lane].time = time[lane];
 #endif
 }
 

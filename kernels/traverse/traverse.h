@@ -69,6 +69,7 @@ EK_FN void tracing_clear(Tracing* tracing) { tracing->open = 0; }
 EK_FN void tracing_begin(constant Frame* frame, Geometry geometry, Tracing* tracing, TracedRays rays, const int any_hit) {
   RayLanes ray = ray_lanes(frame, rays.origin, rays.dir, rays.key);
   ray.ends = rays.ends;
+  if (EK_HAS_moving_surface) ray.time = rays.time;
   ray_store(&tracing->ray, ray, rays.t_max);
 #if EK_RAY_IN_LOCAL_MEMORY
   ray_memory_store(geometry.ray_memory, ray);
@@ -218,6 +219,7 @@ EK_FN void tracing_begin(constant Frame* frame, Geometry geometry, Tracing* trac
 #endif
   RayLanes ray = ray_lanes(frame, rays.origin, rays.dir, rays.key);
   ray.ends = rays.ends;
+  if (EK_HAS_moving_surface) ray.time = rays.time;
   const vi valid = valid_rays(ray, rays.t_max, rays.count);
 #if USE_WIDE && EK_WIDTH > 1
   if (ANY(valid) && use_packet(ray, valid, rays.coherent)) {

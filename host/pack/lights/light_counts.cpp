@@ -60,9 +60,7 @@ std::optional<Parallelogram> parallelogram_of(const std::array<glm::vec3, 3>& a,
   return std::nullopt;
 }
 
-bool emits_evenly(const Material& material) {
-  return emits(material) && !material.emissive_texture;
-}
+bool emits_evenly(const Material& material) { return emits(material) && !material.emissive_texture; }
 
 LightCounts count_lights(const Scene& scene, const Settings& settings) {
   LightCounts counts;
@@ -80,15 +78,14 @@ LightCounts count_lights(const Scene& scene, const Settings& settings) {
       const std::size_t count = primitive.indices.triangle_count();
       counts.placed += count;
       ++lamps;
-      const bool in_pairs = emits_evenly(material) && is_whole(primitive);
+      const bool in_pairs = !node.moves && emits_evenly(material) && is_whole(primitive);
       for (std::size_t i = 0; i + 1 < count && in_pairs; ++i)
         if (parallelogram_of(corners_of(primitive, i), corners_of(primitive, i + 1), kSlackOfFiles))
           ++counts.pairs, ++i;
     }
   const std::uint64_t triangles = counts.placed;
   for (const Shape& shape : scene.shapes) counts.placed += emits(scene.materials[shape.material]) ? 1 : 0;
-  for (const PunctualLight& light : scene.lights)
-    ++(light_kind(light.kind).distant ? counts.distant : counts.placed);
+  for (const PunctualLight& light : scene.lights) ++(light_kind(light.kind).distant ? counts.distant : counts.placed);
   if (shines(settings.environment)) ++counts.distant;
   counts.together = lamps == 1 && counts.placed == triangles && is_small(scene);
   return counts;
