@@ -50,13 +50,6 @@ typedef struct {
 #define EK_TREE_ARGUMENTS
 #define EK_TREE_DATA
 #endif
-#if EK_HAS_moving_light
-#define EK_LIGHT_POSE_ARGUMENTS , global const Light *light_poses
-#define EK_LIGHT_POSE_DATA , light_poses
-#else
-#define EK_LIGHT_POSE_ARGUMENTS
-#define EK_LIGHT_POSE_DATA
-#endif
 #if EK_HAS_light_paths
 #define EK_LIGHT_PATH_ARGUMENTS \
   , global const AliasEntry *emission_alias_table, global const float *emission_pdf, global const float4 *light_targets

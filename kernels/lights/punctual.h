@@ -1,9 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-// Attenuation of lights without extent [KHR_lights_punctual]. No ray can meet them.
+// Lights without extent [KHR_lights_punctual], which no ray can meet: their attenuation, and where they are if they move.
 #ifndef EK_LIGHT_PUNCTUAL_H
 #define EK_LIGHT_PUNCTUAL_H
+#include "lanes/math.h"
 #include "lanes/pose_step.h"
 #include "lanes/record_lanes.h"
+
+// Of lights that move, as LightData has them.
+#if EK_HAS_moving_light
+#define EK_LIGHT_POSE_ARGUMENTS , global const Light *light_poses
+#define EK_LIGHT_POSE_DATA , light_poses
+#else
+#define EK_LIGHT_POSE_ARGUMENTS
+#define EK_LIGHT_POSE_DATA
+#endif
 
 /// Inverse square with the recommended window, 1 / m^2: max(1 - (d / range)^4, 0) / d^2.
 /// distance2  squared, > 0

@@ -114,6 +114,23 @@ bool cameras_differ(const Scene& a, const Scene& b) {
   return !std::ranges::equal(a.cameras, b.cameras, same);
 }
 
+/// Warns of shapes that move, which kernels do not.
+void note_still_shapes(Scene& scene, const std::vector<std::shared_ptr<const Scene>>& poses) {
+  std::string first;
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < scene.shapes.size(); ++i) {
+    const Shape& shape = scene.shapes[i];
+    const auto moves = [&](const auto& pose) {
+      return i < pose->shapes.size() && pose->shapes[i].world_from_object != shape.world_from_object;
+    };
+    if (std::ranges::any_of(poses, moves) && count++ == 0) first = fmt::format("shape '{}'", shape.name);
+  }
+  if (count == 0) return;
+  if (count > 1) first += fmt::format(" and {} more", count - 1);
+  scene.warnings.push_back(
+      fmt::format("--shutter: {}: not blurred, shapes stand where they are at the time of the frame", first));
+}
+
 /// The poses of a file by the share of the shutter's time that has passed, each loaded once.
 class Poses {
  public:
@@ -189,6 +206,7 @@ void expose(Scene& scene, const Shutter& shutter, const PoseLoader& pose_at) {
   const auto some = [&](bool (*differ)(const Scene&, const Scene&)) {
     return std::any_of(found.begin(), found.end(), [&](const auto& pose) { return differ(*found.front(), *pose); });
   };
+  note_still_shapes(scene, found);
   for (std::size_t n = 0; n < scene.nodes.size(); ++n)
     scene.nodes[n].moves = std::any_of(found.begin(), found.end(),
                                        [&](const auto& pose) { return node_differs(*found.front(), *pose, n); });

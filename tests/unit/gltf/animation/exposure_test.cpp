@@ -109,6 +109,22 @@ TEST(Exposure, poses_of_other_triangles_are_not_blurred_and_that_is_said) {
       << scene.warnings[0];
 }
 
+TEST(Exposure, shapes_that_move_stand_still_and_that_is_said) {
+  const Scene scene = exposed([](double t) {
+    Scene at = triangle_at(glm::dmat4(1));
+    for (const char* name : {"ball", "egg"}) {
+      Shape shape;
+      shape.name = name;
+      shape.world_from_object = glm::translate(glm::dmat4(1), glm::dvec3(t, 0, 0));
+      at.shapes.push_back(shape);
+    }
+    return at;
+  });
+  EXPECT_TRUE(scene.poses.empty());
+  ASSERT_EQ(scene.warnings.size(), 1U);
+  EXPECT_TRUE(says(scene.warnings[0], "shape 'ball' and 1 more: not blurred")) << scene.warnings[0];
+}
+
 TEST(Exposure, a_node_that_turns_inside_out_keeps_the_order_of_its_corners) {
   const auto mirrors = [](double t) {
     Scene scene = triangle_at(glm::scale(glm::dmat4(1), glm::dvec3(1 - 2 * t, 1, 1)));
