@@ -38,6 +38,14 @@ class TriangleSoup {
   const std::uint32_t* moves_ = nullptr;
 };
 
+/// The corners of triangles at each pose while the shutter is open.
+struct TrianglePoses {
+  TriangleSoup still;                   // where they do not move
+  const std::uint32_t* motion = nullptr;  // per triangle: 0, or 1 + its first record among `moving`
+  const float* moving = nullptr;        // nine floats for each pose, `stride` floats apart
+  std::size_t stride = 9, count = 0;    // count: poses
+};
+
 /// The names of kernels/shared/layouts.def.
 const std::vector<std::string>& tree_layouts();
 
@@ -75,6 +83,7 @@ struct AccelOptions {
   std::string layout = "bvh8";  // of tree_layouts(), or "none"; ignored by accelerators with a layout of their own
   unsigned threads = 0;         // 0: all; the result does not depend on it
   double rays = 0;              // expected to be traced; for many rays a better tree is built, which takes longer
+  const TrianglePoses* poses = nullptr;  // of triangles that move; the soup has boxes in their place
 };
 
 /// throws UsageError for an unknown accel or layout. Degenerate triangles (zero area) are left out

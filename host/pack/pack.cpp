@@ -79,8 +79,7 @@ void add_accel(PackedScene& packed, const std::string& accel, const std::string&
   const double begin = host_seconds();
   const AccelOptions options{accel, layout, threads, rays};
   if (!packed.motion.empty()) {
-    std::vector<float> corners;
-    packed.accels.emplace(layout, build_accel(soup_over_time(packed, corners), options));
+    packed.accels.emplace(layout, build_over_time(packed, options));
   } else if (packed.instances.empty()) {
     packed.accels.emplace(layout, build_accel(soup_of(packed), options));
   } else {

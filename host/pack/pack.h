@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A scene laid out for devices: immutable, shared by all of them.
 #pragma once
-#include <array>
 #include <map>
 #include <span>
 #include <string>
@@ -67,7 +66,6 @@ struct PackedScene {
   DeviceVector<Triangle> pose_triangles;  // light_pdf_m2: twice the area of the triangle among `triangles`
   DeviceVector<TriangleNormals> pose_normals;
   DeviceVector<TriangleTangents> pose_tangents;
-  std::vector<std::array<float, 6>> moving_boxes;  // lo and hi of all poses of each triangle that moves
   DeviceVector<Light> light_poses;
   std::map<std::string, Accel> accels;           // by layout
   std::uint64_t saved_once = 0;                  // rough bytes that two levels would save; 0 if there are two
@@ -88,9 +86,8 @@ struct PackedScene {
 /// The array of the scene's triangles and shapes, for builders.
 [[nodiscard]] TriangleSoup soup_of(const PackedScene& packed);
 
-/// The same with the box of all its poses in place of each triangle that moves.
-/// corners  receives what it is a view of
-[[nodiscard]] TriangleSoup soup_over_time(const PackedScene& packed, std::vector<float>& corners);
+/// A tree of the scene in which triangles move.
+[[nodiscard]] Accel build_over_time(const PackedScene& packed, AccelOptions options);
 
 /// Lays out everything but the trees. With feature `instance` the meshes that allow it are stored
 /// once (placed_meshes.h). The result refers to pictures of `scene`.

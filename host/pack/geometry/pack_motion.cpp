@@ -32,14 +32,6 @@ void mark_differences(const PackedScene& a, const PackedScene& b, std::vector<ch
   }
 }
 
-void grow_box(float* box, const Triangle& t) {
-  for (const glm::vec3& p : corners_of(t))
-    for (int axis = 0; axis < 3; ++axis) {
-      box[axis] = std::min(box[axis], p[axis]);
-      box[3 + axis] = std::max(box[3 + axis], p[axis]);
-    }
-}
-
 }  // namespace
 
 void pack_motion(const Scene& scene, const Features& features, PackedScene& packed) {
@@ -63,8 +55,6 @@ void pack_motion(const Scene& scene, const Features& features, PackedScene& pack
   packed.pose_triangles.resize(records);
   packed.pose_normals.resize(first.normals.empty() ? 0 : records);
   packed.pose_tangents.resize(first.tangents.empty() ? 0 : records);
-  constexpr float kFar = std::numeric_limits<float>::infinity();
-  packed.moving_boxes.resize(moving, {kFar, kFar, kFar, -kFar, -kFar, -kFar});
   for (std::size_t k = 0; k < poses; ++k) {
     const PackedScene pose = pack_pose(*scene.poses[k], features, packed);
     grow(packed.bounds, pose.bounds.lo);
@@ -76,23 +66,41 @@ void pack_motion(const Scene& scene, const Features& features, PackedScene& pack
       record.light_pdf_m2 = float(glm::length(triangle_normal(packed.triangles[i])));
       if (!pose.normals.empty()) packed.pose_normals[at] = pose.normals[i];
       if (!pose.tangents.empty()) packed.pose_tangents[at] = pose.tangents[i];
-      grow_box(packed.moving_boxes[(at - k) / poses].data(), pose.triangles[i]);
     }
   }
 }
 
-TriangleSoup soup_over_time(const PackedScene& packed, std::vector<float>& corners) {
-  const std::size_t count = packed.triangles.size();
-  const std::size_t poses = packed.pose_steps + 1;
-  corners.resize(9 * count);
+Accel build_over_time(const PackedScene& packed, AccelOptions options) {
+  const std::size_t count = packed.triangles.size(), pose_count = packed.pose_steps + 1;
+  // Trees that follow the motion divide triangles by where they are in the mean; the others hold all of their ways.
+  const bool follows = options.layout == "bvh2" && options.accel != "none";
+  std::vector<float> corners(9 * count);
   for (std::size_t i = 0; i < count; ++i) {
     float* const to = &corners[9 * i];
     std::memcpy(to, &packed.triangles[i].p0_x, 9 * sizeof(float));
     if (packed.motion[1 + i] == 0) continue;
-    std::memcpy(to, packed.moving_boxes[(packed.motion[1 + i] - 1) / poses].data(), 6 * sizeof(float));
-    std::fill(to + 6, to + 9, std::numeric_limits<float>::quiet_NaN());
+    glm::vec3 lo(std::numeric_limits<float>::infinity()), hi = -lo;
+    glm::dvec3 lo_sum(0), hi_sum(0);
+    for (std::size_t k = 0; k < pose_count; ++k) {
+      const auto [a, b, c] = corners_of(packed.pose_triangles[packed.motion[1 + i] - 1 + k]);
+      const glm::vec3 least = glm::min(glm::min(a, b), c), most = glm::max(glm::max(a, b), c);
+      lo = glm::min(lo, least), hi = glm::max(hi, most);
+      lo_sum += glm::dvec3(least), hi_sum += glm::dvec3(most);
+    }
+    if (follows) lo = glm::vec3(lo_sum / double(pose_count)), hi = glm::vec3(hi_sum / double(pose_count));
+    for (int axis = 0; axis < 3; ++axis) {
+      to[axis] = lo[axis], to[3 + axis] = hi[axis];
+      to[6 + axis] = std::numeric_limits<float>::quiet_NaN();
+    }
   }
-  return {corners.data(), count, 9, packed.shapes.size(), packed.motion.data() + 1};
+  const TriangleSoup soup(corners.data(), count, 9, packed.shapes.size(), packed.motion.data() + 1);
+  const TrianglePoses poses{.still = soup,
+                            .motion = packed.motion.data() + 1,
+                            .moving = &packed.pose_triangles.front().p0_x,
+                            .stride = sizeof(Triangle) / sizeof(float),
+                            .count = pose_count};
+  options.poses = &poses;
+  return build_accel(soup, options);
 }
 
 }  // namespace eikon

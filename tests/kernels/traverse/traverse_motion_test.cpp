@@ -71,17 +71,11 @@ struct MovingRoom {
     for (std::size_t i = 0; i < count; ++i) {
       if (!moves[i]) continue;
       scene.motion[1 + i] = std::uint32_t(1 + scene.pose_triangles.size());
-      std::array<float, 6> box = {INFINITY, INFINITY, INFINITY, -INFINITY, -INFINITY, -INFINITY};
       for (const fixtures::Soup& pose : poses) {
         Triangle t{};
         std::copy_n(&pose[9 * i], 9, &t.p0_x);
         scene.pose_triangles.push_back(t);
-        for (std::size_t k = 0; k < 9; ++k) {
-          box[k % 3] = std::min(box[k % 3], pose[9 * i + k]);
-          box[3 + k % 3] = std::max(box[3 + k % 3], pose[9 * i + k]);
-        }
       }
-      scene.moving_boxes.push_back(box);
     }
     return scene;
   }

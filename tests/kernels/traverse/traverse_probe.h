@@ -271,8 +271,7 @@ class TraverseProbe {
     return build_accel({soup}, accel_options(probe));
   }
   static Accel build(const PackedScene& scene, const Options& probe) {
-    std::vector<float> corners;
-    if (!scene.motion.empty()) return build_accel(soup_over_time(scene, corners), accel_options(probe));
+    if (!scene.motion.empty()) return build_over_time(scene, accel_options(probe));
     if (scene.instances.empty()) return build_accel(soup_of(scene), accel_options(probe));
     return build_two_level(
         {soup_of(scene), scene.shapes.size(), scene.stored_meshes, scene.instances, scene.place_boxes},
