@@ -56,7 +56,9 @@ PackedScene pack_scene(const Scene& scene, const Features& features, const Setti
 }
 
 PackedScene pack_and_release(Scene& scene, const Features& features, const Settings& settings) {
-  return pack(scene, &scene.meshes, features, settings);
+  PackedScene packed = pack(scene, &scene.meshes, features, settings);
+  scene.poses.clear();
+  return packed;
 }
 
 PackedScene pack_light(const Scene& scene, const Features& features, const Settings& settings) {

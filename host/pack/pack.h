@@ -96,7 +96,7 @@ PackedScene pack_scene(const Scene& scene, const Features& features, const Setti
 PackedScene pack_scene(Scene&& scene, const Features& features, const Settings& settings) = delete;
 
 /// Does the same, and frees the geometry of the meshes as it goes: their primitives keep only the
-/// materials.
+/// materials. Its poses are freed, too.
 PackedScene pack_and_release(Scene& scene, const Features& features, const Settings& settings);
 
 /// Lays out what tells of the light in a scene: of its triangles only those that emit. Bounds,
