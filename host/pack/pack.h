@@ -86,8 +86,8 @@ struct PackedScene {
 /// The array of the scene's triangles and shapes, for builders.
 [[nodiscard]] TriangleSoup soup_of(const PackedScene& packed);
 
-/// A tree of the scene in which triangles move.
-[[nodiscard]] Accel build_over_time(const PackedScene& packed, AccelOptions options);
+/// A tree of the triangles that stand still, and one of those that move; brute force takes both together.
+[[nodiscard]] Accel build_over_time(const PackedScene& packed, const AccelOptions& options);
 
 /// Lays out everything but the trees. With feature `instance` the meshes that allow it are stored
 /// once (placed_meshes.h). The result refers to pictures of `scene`.

@@ -109,8 +109,8 @@ class Threads {
 class RenderLoop {
  public:
   /// left: samples that are still to be done
-  RenderLoop(DeviceSessions& sessions, const RenderHooks& hooks, const Settings& settings, Trace* trace, Rounds& rounds,
-             std::uint64_t left)
+  RenderLoop(DeviceSessions& sessions, const RenderHooks& hooks, const Settings& settings, Trace* trace,
+             Rounds& rounds, std::uint64_t left)
       : sessions_(sessions),
         hooks_(hooks),
         rounds_(rounds),
@@ -359,16 +359,14 @@ RenderOutput render_packed(std::shared_ptr<PackedScene> packed, const Features& 
   return pack_and_render(pack, features, settings, execution, stop, std::move(hooks));
 }
 
-glm::vec3 replay_path(const Scene& scene, const Settings& settings, const Execution& usual, const PixelSample& sample,
-                      const std::function<void(const PathVertex&)>& report) {
+glm::vec3 replay_path(const Scene& scene, const Settings& settings, const Execution& usual,
+                      const PixelSample& sample, const std::function<void(const PathVertex&)>& report) {
   Execution execution = usual;
   execution.fused = false;
   const DeviceInfo info = select_devices(execution.devices, execution.threads).front();
   Features features = features_of(scene, settings, execution);
   PackedScene packed = pack_scene(scene, features, settings);
-  // One path is too few to measure for.
-  const Execution plain = without_probe(execution);
-  const Execution own = with_place_for_motion(plain, features, configure(info, plain).lanes > 1);
+  const Execution own = without_probe(execution);  // one path is too few to measure for
   const WavefrontConfig config = configure(info, own);
   add_accel(packed, own.accel, config.layout, own.threads);
   require_memory(memory_need(packed, config, features), info, own);

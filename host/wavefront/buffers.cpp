@@ -104,6 +104,8 @@ void share_tree_and_lights(Uploader& to, const PackedScene& scene, const Accel& 
   to.share("instances", accel.instances);
   to.share("shapes", scene.shapes);
   to.share("motion", scene.motion);
+  to.share("motion_nodes", accel.motion_nodes);
+  to.share("motion_leaves", accel.motion_leaves);
   to.share("pose_triangles", scene.pose_triangles);
   to.share("light_poses", scene.light_poses);
   to.share("lights", scene.lights);

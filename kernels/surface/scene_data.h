@@ -21,6 +21,8 @@ typedef struct {
   global const InstanceRecord* instances;   // instance
 #if EK_HAS_moving_surface
   global const uint* motion;  // motion.h
+  global const uint* motion_nodes;   // of the tree of triangles that move (traverse/gpu/bvh2.h)
+  global const uint* motion_leaves;
   global const Triangle* pose_triangles;
   global const TriangleNormals* pose_normals;
   global const TriangleTangents* pose_tangents;
@@ -40,8 +42,11 @@ typedef struct {
 
 // The same as arguments of a kernel; they are bound by these names.
 #if EK_HAS_moving_surface
-#define EK_MOTION_ARGUMENTS , global const uint *motion, global const Triangle *pose_triangles
-#define EK_MOTION_DATA , .motion = motion, .pose_triangles = pose_triangles
+#define EK_MOTION_ARGUMENTS                                                                            \
+  , global const uint *motion, global const uint *motion_nodes, global const uint *motion_leaves, \
+      global const Triangle *pose_triangles
+#define EK_MOTION_DATA \
+  , .motion = motion, .motion_nodes = motion_nodes, .motion_leaves = motion_leaves, .pose_triangles = pose_triangles
 #define EK_POSE_ARGUMENTS , global const TriangleNormals *pose_normals, global const TriangleTangents *pose_tangents
 #define EK_POSE_DATA , .pose_normals = pose_normals, .pose_tangents = pose_tangents
 #else

@@ -134,7 +134,7 @@ EK_FN uint ray_instance(const RayOne* ray) { return EK_HAS_instance ? ray->insta
 EK_FN uint ray_target(const RayOne* ray) { return EK_HAS_instance ? EK_NO_HIT : ray->instance_or_target; }
 
 // 1 where rays are sorted before they go in packets (wide/sorted.h).
-#define EK_SORTS (EK_SMALL_TREE && (EK_LAYOUT_bvh16 || EK_LAYOUT_bvh8) && EK_WIDTH > 1)
+#define EK_SORTS (EK_SMALL_TREE && (EK_LAYOUT_bvh16 || EK_LAYOUT_bvh8) && EK_WIDTH > 1 && !EK_HAS_moving_surface)
 
 // The number of rays that are traced in one go: a whole chunk where they are sorted. Otherwise more
 // than 512 gain nothing (measured).

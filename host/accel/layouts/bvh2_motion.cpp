@@ -41,8 +41,7 @@ class PoseFitter {
 
  private:
   [[nodiscard]] const float* corners(std::uint32_t triangle, std::size_t pose) const {
-    const std::uint32_t first = poses_.motion[triangle];
-    return first == 0 ? poses_.still.corners(triangle) : poses_.moving + poses_.stride * (first - 1 + pose);
+    return poses_.corners + poses_.stride * (poses_.motion[triangle] - 1 + pose);
   }
 
   /// The boxes of a child; those of its own children are not needed any more.
@@ -53,11 +52,8 @@ class PoseFitter {
     const bool is_missing = accel_.nodes[kPosedNodeWords * node + 6 * which] == 0x7f800000U;
     const std::uint32_t first = word & ((1U << kCountShift) - 1), count = ((word >> kCountShift) & 7U) + 1;
     for (std::uint32_t i = first; i < first + count && !is_missing; ++i)
-      for (std::size_t pose = 0; pose < poses_.count; ++pose) {
-        const std::uint32_t triangle = accel_.leaves[i];
-        const bool is_shape = poses_.still.is_box(triangle) && poses_.motion[triangle] == 0;
-        boxes[pose].add(is_shape ? triangle_box(poses_.still, triangle) : triangle_box(corners(triangle, pose)));
-      }
+      for (std::size_t pose = 0; pose < poses_.count; ++pose)
+        boxes[pose].add(triangle_box(corners(accel_.leaves[i], pose)));
     return boxes;
   }
 

@@ -70,37 +70,56 @@ void pack_motion(const Scene& scene, const Features& features, PackedScene& pack
   }
 }
 
-Accel build_over_time(const PackedScene& packed, AccelOptions options) {
-  const std::size_t count = packed.triangles.size(), pose_count = packed.pose_steps + 1;
-  // Trees that follow the motion divide triangles by where they are in the mean; the others hold all of their ways.
-  const bool follows = options.layout == "bvh2" && options.accel != "none";
-  std::vector<float> corners(9 * count);
-  for (std::size_t i = 0; i < count; ++i) {
-    float* const to = &corners[9 * i];
-    std::memcpy(to, &packed.triangles[i].p0_x, 9 * sizeof(float));
-    if (packed.motion[1 + i] == 0) continue;
-    glm::vec3 lo(std::numeric_limits<float>::infinity()), hi = -lo;
-    glm::dvec3 lo_sum(0), hi_sum(0);
-    for (std::size_t k = 0; k < pose_count; ++k) {
-      const auto [a, b, c] = corners_of(packed.pose_triangles[packed.motion[1 + i] - 1 + k]);
-      const glm::vec3 least = glm::min(glm::min(a, b), c), most = glm::max(glm::max(a, b), c);
-      lo = glm::min(lo, least), hi = glm::max(hi, most);
-      lo_sum += glm::dvec3(least), hi_sum += glm::dvec3(most);
-    }
-    if (follows) lo = glm::vec3(lo_sum / double(pose_count)), hi = glm::vec3(hi_sum / double(pose_count));
-    for (int axis = 0; axis < 3; ++axis) {
-      to[axis] = lo[axis], to[3 + axis] = hi[axis];
-      to[6 + axis] = std::numeric_limits<float>::quiet_NaN();
-    }
+namespace {
+
+/// The box of a triangle that moves: around all its poses, or the mean of the boxes around each.
+void write_box(const PackedScene& packed, std::size_t triangle, bool mean, float* to) {
+  const std::size_t poses = packed.pose_steps + 1;
+  glm::vec3 lo(std::numeric_limits<float>::infinity()), hi = -lo;
+  glm::dvec3 lo_sum(0), hi_sum(0);
+  for (std::size_t k = 0; k < poses; ++k) {
+    const auto [a, b, c] = corners_of(packed.pose_triangles[packed.motion[1 + triangle] - 1 + k]);
+    const glm::vec3 least = glm::min(glm::min(a, b), c), most = glm::max(glm::max(a, b), c);
+    lo = glm::min(lo, least), hi = glm::max(hi, most);
+    lo_sum += glm::dvec3(least), hi_sum += glm::dvec3(most);
   }
-  const TriangleSoup soup(corners.data(), count, 9, packed.shapes.size(), packed.motion.data() + 1);
-  const TrianglePoses poses{.still = soup,
-                            .motion = packed.motion.data() + 1,
-                            .moving = &packed.pose_triangles.front().p0_x,
+  if (mean) lo = glm::vec3(lo_sum / double(poses)), hi = glm::vec3(hi_sum / double(poses));
+  for (int axis = 0; axis < 3; ++axis) to[axis] = lo[axis], to[3 + axis] = hi[axis];
+}
+
+}  // namespace
+
+Accel build_over_time(const PackedScene& packed, const AccelOptions& options) {
+  const std::size_t count = packed.triangles.size();
+  const bool is_list = options.accel == "none" || options.layout == "none";
+  // Triangles of NaN are in no tree.
+  std::vector<float> still(9 * count, std::numeric_limits<float>::quiet_NaN()), moving = still;
+  bool some = false;
+  for (std::size_t i = 0; i < count; ++i) {
+    some = some || packed.motion[1 + i] != 0;
+    if (packed.motion[1 + i] == 0)
+      std::memcpy(&still[9 * i], &packed.triangles[i].p0_x, 9 * sizeof(float));
+    else
+      write_box(packed, i, !is_list, is_list ? &still[9 * i] : &moving[9 * i]);
+  }
+  const std::uint32_t* const moves = packed.motion.data() + 1;
+  const TriangleSoup of_still(still.data(), count, 9, packed.shapes.size(), is_list ? moves : nullptr);
+  Accel accel = build_accel(of_still, options);
+  if (is_list) return accel;
+  const TriangleSoup of_moving(moving.data(), count, 9, 0, moves);
+  const TrianglePoses poses{.motion = moves,
+                            .corners = &packed.pose_triangles.front().p0_x,
                             .stride = sizeof(Triangle) / sizeof(float),
-                            .count = pose_count};
-  options.poses = &poses;
-  return build_accel(soup, options);
+                            .count = packed.pose_steps + 1U};
+  Accel own = build_accel(of_moving, {.accel = "bvh",
+                                      .layout = "bvh2",
+                                      .threads = options.threads,
+                                      .rays = options.rays,
+                                      .poses = some ? &poses : nullptr});
+  accel.motion_nodes = std::move(own.nodes);
+  accel.motion_leaves = std::move(own.leaves);
+  accel.stack_size = std::max(accel.stack_size, own.stack_size);
+  return accel;
 }
 
 }  // namespace eikon

@@ -13,11 +13,11 @@
 namespace eikon {
 namespace {
 
-constexpr double kLeastGain = 1.03;                               // runs of the same kernel differ by about this
-constexpr double kGpuRaysPerSecond = 3e8;                         // of a medium GPU; a guess, as none could be measured
-constexpr double kLeastSeconds = 20;                              // of a render that is probed
-constexpr double kLeastShare = 10;                                // of a render that is probed, in lengths of the probe
-constexpr double kCompileSeconds = 1, kTrianglesPerSecond = 1e6;  // of one more program, and of one more tree
+constexpr double kLeastGain = 1.03;        // runs of the same kernel differ by about this
+constexpr double kGpuRaysPerSecond = 3e8;  // of a medium GPU; a guess, as none could be measured
+constexpr double kLeastSeconds = 20;       // of a render that is probed
+constexpr double kLeastShare = 10;         // of a render that is probed, in lengths of the probe
+constexpr double kCompileSeconds = 1, kTrianglesPerSecond = 1e6;          // of one more program, and of one more tree
 constexpr std::uint32_t kChunkedRays = 1U << 16, kQueuedRays = 1U << 18;  // of each kind: milliseconds of work
 constexpr int kRounds = 3;
 
@@ -59,21 +59,6 @@ bool probe_pays(std::size_t candidates, std::size_t triangles, double rays) {
 
 }  // namespace
 
-Execution with_place_for_motion(const Execution& execution, const Features& features, bool vectors) {
-  if (!features.has(Feature::moving_surface)) return execution;
-  constexpr const char* kWhy = "has no place for triangles that move";
-  if (const std::string own = own_layout(execution.accel); !own.empty() && own != "none")
-    throw UsageError(
-        fmt::format("--accel {}: it {}; use bvh, bvh-median or none, or --shutter 0", execution.accel, kWhy));
-  const bool asked = !execution.layout.empty() && execution.layout != kProbeLayouts;
-  if (asked && (execution.layout == "bvh8" || execution.layout == "bvh16"))
-    throw UsageError(
-        fmt::format("--layout {}: it {}; use bvh2, bvh4 or cwbvh, or --shutter 0", execution.layout, kWhy));
-  Execution result = execution;
-  if (!asked && vectors) result.layout = "bvh2";
-  return result;
-}
-
 Execution without_probe(const Execution& execution) {
   Execution plain = execution;
   if (plain.layout == kProbeLayouts) plain.layout.clear();
@@ -107,14 +92,11 @@ LayoutChoice fastest_layout(std::vector<LayoutRate> rates, const std::string& us
 }
 
 LayoutChoice choose_layout(const DeviceInfo& info, PackedScene& packed, const Features& features,
-                           const Settings& settings, const Execution& asked_for) {
-  const bool vectors = configure(info, without_probe(asked_for)).lanes > 1;
-  const Execution execution = with_place_for_motion(asked_for, features, vectors);
+                           const Settings& settings, const Execution& execution) {
   const Execution plain = without_probe(execution);
   const WavefrontConfig config = configure(info, plain);
-  LayoutPlan plan =
+  const LayoutPlan plan =
       plan_layout(config, execution, packed.triangles.size(), expected_rays(settings), features.has(Feature::instance));
-  if (execution.layout != asked_for.layout) plan.why = "has a place for triangles that move";
   const auto add = [&](const std::string& layout) {
     add_accel(packed, execution.accel, layout, execution.threads, expected_rays(settings));
   };

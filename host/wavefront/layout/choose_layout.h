@@ -47,11 +47,6 @@ struct LayoutPlan {
 /// The fastest of `rates`, or `usual` if nothing is faster by more than the error of timing.
 [[nodiscard]] LayoutChoice fastest_layout(std::vector<LayoutRate> rates, const std::string& usual);
 
-/// `execution` with a layout that has a place for triangles that move, if there are some and it asks for none.
-/// vectors  the device runs several lanes, whose usual layouts have none
-/// throws UsageError for a layout or an accelerator without such a place
-[[nodiscard]] Execution with_place_for_motion(const Execution& execution, const Features& features, bool vectors);
-
 /// `execution` as configure() takes it: kProbeLayouts counts as no layout.
 [[nodiscard]] Execution without_probe(const Execution& execution);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Layout `bvh2`, for GPU devices: binary nodes of 16 words that hold both children's boxes.
+// Layout `bvh2`, for GPU devices, and for the triangles that move: binary nodes of 16 words that hold both children's boxes.
 //   words 0-5, 6-11  lo x y z, hi x y z of child 0 and 1; a missing child has lo = +inf, hi = -inf
 //   words 12, 13     child: index of its node, or bit 31 | (count - 1) << 28 | first entry of its triangles in `leaves`
 //   word 14          EK_HAS_moving_surface: 0, or where a record for each pose begins, as an index of nodes; words 0-11
@@ -81,5 +81,16 @@ EK_FN int traverse_bvh2(Geometry geometry, const RayOne* given, const int any_hi
     current = stack[--stack_size];
   }
 }
+
+#if EK_HAS_moving_surface
+/// Tests the ray against the triangles that move, which have a tree of their own beside that of the others. Which tree
+/// comes first changes no hit (closest_hit.h). Without trees all triangles are in one list.
+EK_FN int traverse_moving(Geometry geometry, const RayOne* ray, const int any_hit, Hit* hit) {
+  if (EK_LAYOUT_none) return 0;
+  geometry.nodes = geometry.scene.motion_nodes;
+  geometry.leaves = geometry.scene.motion_leaves;
+  return traverse_bvh2(geometry, ray, any_hit, hit);
+}
+#endif
 
 #endif

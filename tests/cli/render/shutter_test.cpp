@@ -59,8 +59,7 @@ TEST(Shutter, what_it_cannot_do_is_refused_in_one_line) {
   const Workplace here;
   for (const char* flags :
        {"--shutter -1", "--shutter x", "--shutter 1e9", "--shutter nan", "--shutter 1 --shutter-at dawn",
-        "--shutter 1 --motion-steps 0", "--shutter 1 --motion-steps 1000", "--shutter 1 --motion-steps few",
-        "--shutter 1 --layout bvh16", "--shutter 1 --layout bvh8", "--shutter 1 --accel kdtree"}) {
+        "--shutter 1 --motion-steps 0", "--shutter 1 --motion-steps 1000", "--shutter 1 --motion-steps few"}) {
     const Outcome outcome = here.eikon(wheel(std::string("-o a.exr --quiet ") + flags));
     EXPECT_EQ(outcome.code, kUsage) << flags;
     EXPECT_EQ(std::ranges::count(outcome.err, '\n'), 1) << outcome.err;

@@ -104,10 +104,13 @@ struct Probes {
     settings.width = settings.height = 1;
     features.emplace(scene, settings);
   }
-  TraverseProbe probe(const std::string& layout, int width, const std::string& method = "bvh") {
-    TraverseProbe::Options options{layout, width};
-    options.method = method;
+  TraverseProbe probe(const TraverseProbe::Options& options) {
     return {*test::devices().front(), packed, *features, settings, options};
+  }
+  TraverseProbe brute_force() {
+    TraverseProbe::Options options{"none", 16};
+    options.method = "none";
+    return probe(options);
   }
 };
 
@@ -123,26 +126,24 @@ void expect_same(const std::vector<ProbeHit>& hits, const std::vector<ProbeHit>&
 
 TEST(TraverseMotion, trees_over_time_find_the_hits_of_brute_force) {
   Probes over_time(std::nullopt);
-  const std::vector<ProbeRay> rays = rays_of(100'000, std::nullopt);
-  TraverseProbe brute = over_time.probe("none", 16, "none");
+  const std::vector<ProbeRay> rays = rays_of(30'000, std::nullopt);
+  TraverseProbe brute = over_time.brute_force();
   const auto expected = brute.closest(rays);
   const auto met = brute.any(rays);
-  for (const int width : {1, 8, 16})
-    for (const char* layout : {"bvh2", "bvh4", "cwbvh"}) {
-      TraverseProbe tree = over_time.probe(layout, width);
-      const std::string what = std::string(layout) + " " + std::to_string(width);
-      expect_same(tree.closest(rays), expected, what);
-      EXPECT_EQ(tree.any(rays), met) << what;
-    }
+  for (const TraverseProbe::Options& variant : TraverseProbe::variants()) {
+    TraverseProbe tree = over_time.probe(variant);
+    expect_same(tree.closest(rays), expected, TraverseProbe::describe(variant));
+    EXPECT_EQ(tree.any(rays), met) << TraverseProbe::describe(variant);
+  }
 }
 
 TEST(TraverseMotion, hits_are_those_of_the_triangles_where_they_stand_at_the_ray_s_time) {
   Probes over_time(std::nullopt);
-  TraverseProbe tree = over_time.probe("bvh2", 16);
+  TraverseProbe tree = over_time.probe({"bvh16", 16});
   for (const float time : {0.0F, 0.1F, 1.0F / 3, 0.5F, 0.9F, 0x1.fffffep-1F}) {
     Probes standing(time);
     const std::vector<ProbeRay> rays = rays_of(20'000, time);
-    expect_same(tree.closest(rays), standing.probe("none", 16, "none").closest(rays), std::to_string(time));
+    expect_same(tree.closest(rays), standing.brute_force().closest(rays), std::to_string(time));
   }
 }
 

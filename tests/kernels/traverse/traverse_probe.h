@@ -215,6 +215,8 @@ class TraverseProbe {
     upload("shapes", scene.shapes);
     upload("instances", accel_.instances);
     upload("motion", scene.motion);
+    upload("motion_nodes", accel_.motion_nodes);
+    upload("motion_leaves", accel_.motion_leaves);
     upload("pose_triangles", scene.pose_triangles);
     two_level_ = features.has(Feature::instance);
     upload("diagnostics", std::vector<Diagnostics>(1));

@@ -231,15 +231,8 @@ std::pair<Scene, Settings> room_in_motion() {
 TEST(MotionBlur, the_bits_are_the_same_however_it_is_traced_and_shared_out) {
   auto [scene, settings] = room_in_motion();
   const Film whole = film_of(scene, settings);
-  for (const char* layout : {"bvh2", "bvh4", "cwbvh"})
-    for (const std::uint32_t lanes : {16U, 1U}) {
-      Execution way;
-      way.layout = layout, way.lanes = lanes, way.chunked = lanes > 1;
-      EXPECT_TRUE(same_film(film_of(scene, settings, way), whole)) << layout << " " << lanes;
-    }
-  Execution brute;
-  brute.accel = "none", brute.lanes = 8, brute.chunked = true, brute.fused = false;
-  EXPECT_TRUE(same_film(film_of(scene, settings, brute), whole));
+  for (const Execution& way : each_way_to_trace())
+    EXPECT_TRUE(same_film(film_of(scene, settings, way), whole)) << describe(way);
   Settings part = settings;
   part.crop = {3, 2, 11, 9};
   EXPECT_TRUE(same_window(whole, film_of(scene, part)));
@@ -248,20 +241,6 @@ TEST(MotionBlur, the_bits_are_the_same_however_it_is_traced_and_shared_out) {
   Film sum = film_of(scene, first);
   sum.add(film_of(scene, second));
   EXPECT_TRUE(same_film(sum, whole));
-}
-
-TEST(MotionBlur, layouts_without_a_place_for_motion_are_refused) {
-  const auto [scene, settings] = room_in_motion();
-  for (const char* layout : {"bvh8", "bvh16"}) {
-    Execution way;
-    way.layout = layout;
-    EXPECT_THROW((void)output_of(scene, settings, way), UsageError) << layout;
-  }
-  for (const char* accel : {"grid", "octree", "kdtree", "bsp"}) {
-    Execution way;
-    way.accel = accel;
-    EXPECT_THROW((void)output_of(scene, settings, way), UsageError) << accel;
-  }
 }
 
 TEST(MotionBlur, a_scene_that_does_not_move_needs_no_feature_of_it) {
