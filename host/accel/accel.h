@@ -57,8 +57,8 @@ inline constexpr std::uint32_t kLeafBit = 0x80000000U;
 
 /// A flattened accelerator, ready for upload: kernels read it as `accel_nodes` and `accel_leaves`.
 struct Accel {
-  std::string name;                          // --accel: of accelerator_names()
-  std::string layout;                        // --layout: of tree_layouts(), or the accelerator's own
+  std::string name;                    // --accel: of accelerator_names()
+  std::string layout;                  // --layout: of tree_layouts(), or the accelerator's own
   DeviceVector<std::uint32_t> nodes{};       // words; never empty (a dummy where there is no tree)
   DeviceVector<std::uint32_t> leaves{};      // words
   DeviceVector<InstanceRecord> instances{};  // of meshes that have trees of their own (two_level.h)
@@ -73,7 +73,8 @@ struct Accel {
   std::uint64_t node_count = 0;
   double sah_cost = 0;  // expected cost of a random ray through the root's box
   [[nodiscard]] std::uint64_t bytes() const {
-    return 4 * (nodes.size() + leaves.size() + motion_nodes.size() + motion_leaves.size()) + instances.size() * sizeof(InstanceRecord);
+    return 4 * (nodes.size() + leaves.size() + motion_nodes.size() + motion_leaves.size()) +
+           instances.size() * sizeof(InstanceRecord);
   }
   /// The defines of a program that traces rays through it.
   [[nodiscard]] std::map<std::string, std::string> defines() const;

@@ -108,8 +108,7 @@ bool needs_studio(const SceneOptions& options, const Scene& scene, const Setting
   if (std::ranges::any_of(scene.animations, &AnimationSummary::in_force)) return false;
   const double arriving = arriving_light(scene, settings);
   if (arriving >= kLeastLight) return false;
-  log(
-      fmt::format("the scene's own lights leave what the camera sees dark (white paper would have a radiance of {:.1e} "
+  log(fmt::format("the scene's own lights leave what the camera sees dark (white paper would have a radiance of {:.1e} "
                   "there): the neutral studio is added; {}",
                   arriving, kChoose));
   return true;
@@ -214,7 +213,8 @@ void settle_integrator(const SceneOptions& options, Settings& settings) {
   if (options.roulette == 1 && options.max_depth == 0 && !is_direct)
     throw UsageError("--roulette 1: no path would ever end; give --max-depth");
   settings.max_depth = options.max_depth;
-  if (is_direct || raycast) settings.max_depth = settings.max_depth == 0 ? 2 : std::min(settings.max_depth, 2U);
+  if (is_direct || raycast)
+    settings.max_depth = settings.max_depth == 0 ? 2 : std::min(settings.max_depth, 2U);
   settings.roulette = options.roulette;
   if (settings.roulette > 0) settings.roulette_depth = 2;
 
@@ -229,10 +229,10 @@ void settle_integrator(const SceneOptions& options, Settings& settings) {
   settings.light_samples = options.light_samples;
   if (options.light_samples == 1) return;
   if (!is_direct)
-    throw UsageError(fmt::format("--light-samples {}: {}; leave it out, or choose --integrator direct",
-                                 options.light_samples,
-                                 raycast ? "raycast has a shadow ray for each light as it is"
-                                         : "a path goes on with one ray, and is best with one light at each vertex"));
+    throw UsageError(
+        fmt::format("--light-samples {}: {}; leave it out, or choose --integrator direct", options.light_samples,
+                    raycast ? "raycast has a shadow ray for each light as it is"
+                                     : "a path goes on with one ray, and is best with one light at each vertex"));
   if (!samples)
     throw UsageError(fmt::format("--light-samples {}: --light-sampling {} samples no light; leave one of them out",
                                  options.light_samples, name_of(options.light_sampling)));
@@ -248,10 +248,9 @@ void log_unseen_lights(const Scene& scene, const Settings& settings, const Log& 
     return m.transmission > 0 && (settings.light_path_count == 0 || !is_light_target(m));
   };
   if (std::ranges::any_of(scene.materials, hides_light))
-    log(fmt::format(
-        "light of point, spot and directional lights does not pass through {}transmissive surfaces: what is "
-        "behind them stays in their shadow; area lights and environments light it",
-        settings.light_path_count == 0 ? "" : "rough "));
+    log(fmt::format("light of point, spot and directional lights does not pass through {}transmissive surfaces: what is "
+                    "behind them stays in their shadow; area lights and environments light it",
+                    settings.light_path_count == 0 ? "" : "rough "));
 }
 
 /// Light paths of each sample of an image, by the ratio to camera paths.

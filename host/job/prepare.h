@@ -111,7 +111,8 @@ struct Prepared {
 
 /// Loads the scene and settles camera, size, light and samples; logs what it decided for the user.
 /// throws InputError, UsageError
-Prepared prepare(const SceneOptions& options, const Log& log, MissingTangents missing_tangents = MissingTangents::make);
+Prepared prepare(const SceneOptions& options, const Log& log,
+                 MissingTangents missing_tangents = MissingTangents::make);
 /// The same for a scene that is loaded already.
 Prepared settle(const SceneOptions& options, std::shared_ptr<Scene> scene, const Log& log);
 

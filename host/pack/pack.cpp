@@ -27,15 +27,15 @@ std::uint64_t PackedScene::motion_bytes() const {
 
 std::uint64_t PackedScene::bytes(const std::string& layout) const {
   const auto accel = accels.find(layout);
-  return triangles.size() * sizeof(Triangle) + shapes.size() * sizeof(ShapeRecord) +
-         normals.size() * sizeof(TriangleNormals) + tangents.size() * sizeof(TriangleTangents) +
-         colors.size() * sizeof(TriangleColors) + materials.size() * sizeof(MaterialRecord) +
-         material_extensions.size() * sizeof(MaterialExtension) + material_details.size() * sizeof(MaterialDetail) +
+  return triangles.size() * sizeof(Triangle) + shapes.size() * sizeof(ShapeRecord) + normals.size() * sizeof(TriangleNormals) +
+         tangents.size() * sizeof(TriangleTangents) + colors.size() * sizeof(TriangleColors) +
+         materials.size() * sizeof(MaterialRecord) + material_extensions.size() * sizeof(MaterialExtension) +
+         material_details.size() * sizeof(MaterialDetail) +
          textures.size() * sizeof(TextureRecord) + texel_count() * sizeof(std::uint32_t) +
-         lights.size() * sizeof(Light) + light_nodes.size() * sizeof(LightNode) +
-         light_alias_table.size() * sizeof(AliasEntry) + emission_alias_table.size() * sizeof(AliasEntry) +
-         emission_pdf.size() * sizeof(float) + motion_bytes() + environment_texels.size() * sizeof(float4) +
-         environment_alias_table.size() * sizeof(AliasEntry) + (accel == accels.end() ? 0 : accel->second.bytes());
+         lights.size() * sizeof(Light) + light_nodes.size() * sizeof(LightNode) + light_alias_table.size() * sizeof(AliasEntry) +
+         emission_alias_table.size() * sizeof(AliasEntry) + emission_pdf.size() * sizeof(float) +
+         motion_bytes() + environment_texels.size() * sizeof(float4) + environment_alias_table.size() * sizeof(AliasEntry) +
+         (accel == accels.end() ? 0 : accel->second.bytes());
 }
 
 /// release: as of pack_geometry

@@ -100,8 +100,8 @@ std::string describe_light_paths(std::uint64_t count) {
 std::vector<ImageSetting> image_settings(const Scene& scene, const Settings& settings, const FilmLayout& layout) {
   // A new member of Settings fails to compile here. Its author then decides whether image bits
   // depend on it, and adds it below if so.
-  const auto& [width, height, crop, sample_begin, sample_end, likely_samples, seed, replicate_bits, max_depth,
-               integrator, roulette_depth, roulette, energy_compensation, culling, light_sampling, light_samples, aovs,
+  const auto& [width, height, crop, sample_begin, sample_end, likely_samples, seed, replicate_bits, max_depth, integrator,
+               roulette_depth, roulette, energy_compensation, culling, light_sampling, light_samples, aovs,
                depth_series, filter, transparent, light_path_count, guiding, pilot_paths, guide, camera, camera_poses,
                environment] = settings;
   static_cast<void>(crop), static_cast<void>(sample_begin), static_cast<void>(sample_end);

@@ -48,7 +48,7 @@ struct Wavefront::Impl {
   ProgramOptions sampled_options;
   std::vector<std::string> sampled_stages;
   std::string formula_code;
-  std::shared_ptr<const GuideTable> guide;      // device buffers may be its memory
+  std::shared_ptr<const GuideTable> guide;  // device buffers may be its memory
   std::vector<std::uint32_t> logged, radiance;  // of PathLog
   std::uint64_t scene_bytes = 0;
   double upload_s = 0;
@@ -231,7 +231,7 @@ struct Wavefront::Impl {
   void settle_fused(Slot& slot) {
     device.wait(slot.tallied);
     slot.rays = counters.add_launch(slot.frame.path_count, slot.tallies,
-                                    sampler ? sampler->shares() : stage_shares(slot.tallies));
+                                  sampler ? sampler->shares() : stage_shares(slot.tallies));
   }
 
   /// Launches the stages of a depth. active: most paths at that depth
@@ -281,7 +281,7 @@ struct Wavefront::Impl {
   std::uint64_t settle(Slot& slot, const DepthCounts& at) {
     device.wait(at.ticket);
     const RayCounts on = counters.end_depth(at.depth, std::span(at.counts).first(4 * std::size_t{used_chunks(slot)}),
-                                            slot.frame.path_count);
+                                          slot.frame.path_count);
     slot.rays += on;
     return on.scattered;
   }
@@ -337,8 +337,7 @@ struct Wavefront::Impl {
 
   [[nodiscard]] std::uint32_t path_word(const char* field, std::uint32_t word = 0) {
     std::uint32_t value = 0;
-    device.read(work.state, &value, sizeof value,
-                4 * std::size_t{state.field.at(field) + word} * (config.chunk + EK_PAD));
+    device.read(work.state, &value, sizeof value, 4 * std::size_t{state.field.at(field) + word} * (config.chunk + EK_PAD));
     return value;
   }
 };
@@ -356,7 +355,7 @@ void Wavefront::compile_ahead(Device& device, const PackedScene& scene, const Fe
 const WavefrontConfig& Wavefront::config() const { return impl_->config; }
 ArithmeticClass Wavefront::arithmetic() const { return impl_->arithmetic; }
 double Wavefront::upload_s() const { return impl_->upload_s; }
-std::uint64_t Wavefront::device_bytes() const {
+std::uint64_t Wavefront::device_bytes() const { 
   return impl_->scene_bytes + impl_->work.bytes + (impl_->traces_lights ? LightStages::bytes(impl_->config) : 0);
 }
 const Bounces& Wavefront::bounces() const { return impl_->counters.bounces(); }

@@ -60,7 +60,9 @@ std::optional<Parallelogram> parallelogram_of(const std::array<glm::vec3, 3>& a,
   return std::nullopt;
 }
 
-bool emits_evenly(const Material& material) { return emits(material) && !material.emissive_texture; }
+bool emits_evenly(const Material& material) {
+  return emits(material) && !material.emissive_texture;
+}
 
 LightCounts count_lights(const Scene& scene, const Settings& settings) {
   LightCounts counts;
@@ -85,7 +87,8 @@ LightCounts count_lights(const Scene& scene, const Settings& settings) {
     }
   const std::uint64_t triangles = counts.placed;
   for (const Shape& shape : scene.shapes) counts.placed += emits(scene.materials[shape.material]) ? 1 : 0;
-  for (const PunctualLight& light : scene.lights) ++(light_kind(light.kind).distant ? counts.distant : counts.placed);
+  for (const PunctualLight& light : scene.lights)
+    ++(light_kind(light.kind).distant ? counts.distant : counts.placed);
   if (shines(settings.environment)) ++counts.distant;
   counts.together = lamps == 1 && counts.placed == triangles && is_small(scene);
   return counts;

@@ -374,7 +374,7 @@ class LightPacker {
   double radius_m_ = 0;                  // of the sphere around the scene
   double section_m2_ = 1;                // of that sphere, which parallel light meets
   bool has_tree_, has_quads_, has_one_, each_, has_light_paths_, has_media_;
-  std::uint64_t looked_at_ = 0;      // triangles, by is_within_a_medium
+  std::uint64_t looked_at_ = 0;  // triangles, by is_within_a_medium
   std::vector<Strength> strengths_;  // as packed_.lights
 };
 
