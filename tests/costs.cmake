@@ -14,6 +14,7 @@ set(costs
     "render.Shapes 80"
     "render.Culling 79"
     "render.Instances 70"
+    "kernels.TraverseMotion 60"
     "render.LightShapes 78"
     "render.LightArea 60"
     "render.Materials 60"

@@ -20,9 +20,10 @@ CLANG = os.environ.get("CLANG", "clang-14")
 LAYOUTS = re.findall(r"^EK_(?:LAYOUT|CELLS)\((\w+)", (ROOT / "kernels/shared/layouts.def").read_text(), re.M)
 ARRAYS = ["triangle_normals", "triangle_tangents", "triangle_colors", "material_extensions", "material_details", "textures", "texels"]
 # Headers of single features, by their paths in kernels/.
-FEATURES = re.compile(r"bsdf/(?!bsdf\.|diffuse\.|lobe\.).*|lights/(environment_map|punctual|shape_.*|light_tree)\..*|"
+FEATURES = re.compile(r"bsdf/(?!bsdf\.|diffuse\.|lobe\.).*|lanes/pose_step\..*|"
+                      r"lights/(environment_map|moving_light|punctual|shape_.*|light_tree)\..*|"
                       r"shapes/(?!classical|implicit).*|stages/(shade/)?raycast\..*|"
-                      r"surface/(alpha|dispersion|medium|nested_media|shading_normal|texture)\..*")
+                      r"surface/(alpha|dispersion|medium|motion|nested_media|shading_normal|texture)\..*")
 
 
 def features_of(eikon, scene):

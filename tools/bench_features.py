@@ -32,7 +32,8 @@ class Variant:
     from."""
 
     def __init__(self, smooth=False, coordinates=False, colors=False, lights=(), sky_map=False, materials=None, flags=(),
-                 measured=None, **surface):
+                 measured=None, moving=0, **surface):
+        self.moving = moving  # of the balls, by .4 m in a second
         self.flags = list(flags)  # of eikon render
         self.measured = measured
         self.smooth, self.coordinates, self.colors = smooth, coordinates, colors
@@ -65,6 +66,9 @@ class Variant:
         for i in range(12):
             gltf.mesh(f"ball {i}", [{**ball, "material": made[i % len(made)]}],
                       translation=[i % 4 - 1.5, 0.45, i // 4 - 1.0])
+        for i in range(self.moving):
+            gltf.channel("roll", {"node": gltf.node_index(f"ball {i}"), "path": "translation"}, [0.0, 1.0],
+                         [(i % 4 - 1.5, 0.45, i // 4 - 1.0), (i % 4 - 1.1, 0.45, i // 4 - 1.0)])
         floor = quad((-4, 0, 4), (4, 0, 4), (4, 0, -4), (-4, 0, -4))
         gltf.mesh("floor", [gltf.primitive(*floor, gltf.material("floor", (0.5, 0.5, 0.5)))])
         for kind in self.lights:
@@ -96,6 +100,8 @@ def features():
     gold = {"EIKON_materials_conductor": {"metal": "Au"}}
     film = {"KHR_materials_iridescence": {"iridescenceFactor": 1.0, "iridescenceThicknessMaximum": 380.0}}
     brushed = {"KHR_materials_anisotropy": {"anisotropyStrength": 0.8}}
+
+    shutter = ["--shutter", "12"]
 
     def under_film(surface):
         return {**surface, "extensions": {**surface.get("extensions", {}), **film}}
@@ -166,6 +172,8 @@ def features():
         ("spot light", lambert, {"lights": ["spot"]}),
         ("directional light", lambert, {"lights": ["directional"]}),
         ("environment map", lambert, {"sky_map": True}),
+        ("one ball of twelve moves", {**smooth, "moving": 1}, {**smooth, "moving": 1, "flags": shutter}),
+        ("all balls move", {**smooth, "moving": 12}, {**smooth, "moving": 12, "flags": shutter}),
         ("twelve materials", everything, {"smooth": True, "coordinates": True, "materials": twelve}),
     ]
 

@@ -130,6 +130,7 @@ Accel build_accel(TriangleSoup triangles, const AccelOptions& options) {
   Accel accel = arena.execute([&] {
     Accel built = options.layout == "none" ? layout_none(triangles) : found->build(triangles, options);
     built.stack_size = in_steps(built.stack_size, built.layout);
+    if (options.poses != nullptr && built.layout == "bvh2") fit_bvh2_to_poses(built, *options.poses);
     return built;
   });
   accel.build_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

@@ -15,24 +15,34 @@ namespace eikon {
 
 /// A view of world-space corners, metres: nine floats p0, p1, p2 for each triangle, which lie
 /// `stride` floats apart. The triangles may be followed by boxes of other things that a ray can
-/// hit: p0 and p1 are their corners, and p2 is NaN.
+/// hit: p0 and p1 are their corners, and p2 is NaN. So are triangles that move, wherever they stand.
 class TriangleSoup {
  public:
   TriangleSoup(std::span<const float> positions)
       : first_(positions.data()), size_(positions.size() / 9), triangles_(size_) {}
-  TriangleSoup(const float* first, std::size_t size, std::size_t stride, std::size_t boxes = 0)
-      : first_(first), size_(size), stride_(stride), triangles_(size - boxes) {}
+  /// moves  null, or a word per triangle that is not 0 if it moves
+  TriangleSoup(const float* first, std::size_t size, std::size_t stride, std::size_t boxes = 0,
+               const std::uint32_t* moves = nullptr)
+      : first_(first), size_(size), stride_(stride), triangles_(size - boxes), moves_(moves) {}
   [[nodiscard]] std::size_t size() const { return size_; }
   [[nodiscard]] const float* corners(std::size_t i) const { return first_ + stride_ * i; }
-  [[nodiscard]] bool is_box(std::size_t i) const { return i >= triangles_; }
+  [[nodiscard]] bool is_box(std::size_t i) const { return i >= triangles_ || (moves_ != nullptr && moves_[i] != 0); }
   /// The triangles [first, first + count).
   [[nodiscard]] TriangleSoup part(std::size_t first, std::size_t count) const {
-    return {first_ + stride_ * first, count, stride_};
+    return {first_ + stride_ * first, count, stride_, 0, moves_ == nullptr ? nullptr : moves_ + first};
   }
 
  private:
   const float* first_;
   std::size_t size_, stride_ = 9, triangles_;
+  const std::uint32_t* moves_ = nullptr;
+};
+
+/// The corners of triangles at each pose while the shutter is open. Every triangle of the tree moves.
+struct TrianglePoses {
+  const std::uint32_t* motion = nullptr;  // per triangle: 1 + its first record among `corners`
+  const float* corners = nullptr;         // nine floats for each pose, `stride` floats apart
+  std::size_t stride = 9, count = 0;      // count: poses
 };
 
 /// The names of kernels/shared/layouts.def.
@@ -52,6 +62,8 @@ struct Accel {
   DeviceVector<std::uint32_t> nodes{};       // words; never empty (a dummy where there is no tree)
   DeviceVector<std::uint32_t> leaves{};      // words
   DeviceVector<InstanceRecord> instances{};  // of meshes that have trees of their own (two_level.h)
+  // The bvh2 of the triangles that move, whose boxes follow them; empty if none moves, or if there is no tree.
+  DeviceVector<std::uint32_t> motion_nodes{}, motion_leaves{};
   // Entries that suffice for any traversal (EK_STACK_SIZE). They grow in coarse steps, so that
   // programs are seldom compiled anew for another tree.
   std::uint32_t stack_size = 1;
@@ -61,7 +73,8 @@ struct Accel {
   std::uint64_t node_count = 0;
   double sah_cost = 0;  // expected cost of a random ray through the root's box
   [[nodiscard]] std::uint64_t bytes() const {
-    return 4 * (nodes.size() + leaves.size()) + instances.size() * sizeof(InstanceRecord);
+    return 4 * (nodes.size() + leaves.size() + motion_nodes.size() + motion_leaves.size()) +
+           instances.size() * sizeof(InstanceRecord);
   }
   /// The defines of a program that traces rays through it.
   [[nodiscard]] std::map<std::string, std::string> defines() const;
@@ -72,6 +85,7 @@ struct AccelOptions {
   std::string layout = "bvh8";  // of tree_layouts(), or "none"; ignored by accelerators with a layout of their own
   unsigned threads = 0;         // 0: all; the result does not depend on it
   double rays = 0;              // expected to be traced; for many rays a better tree is built, which takes longer
+  const TrianglePoses* poses = nullptr;  // of the triangles of a bvh2; the soup has boxes in their place
 };
 
 /// throws UsageError for an unknown accel or layout. Degenerate triangles (zero area) are left out

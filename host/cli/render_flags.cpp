@@ -13,6 +13,8 @@ namespace {
 
 constexpr std::uint64_t kMostSamples = std::uint64_t{1} << 48;
 constexpr std::uint64_t kMostFrames = 100'000;
+constexpr double kMostShutter = 1000;  // frames
+constexpr std::uint64_t kMostMotionSteps = 256;
 
 /// "1e-3" is a relMSE, "2%" the root of one. throws UsageError
 double parse_target_error(const std::string& text) {
@@ -92,6 +94,20 @@ FrameRange parse_frames(const std::string& text) {
   return frames;
 }
 
+void add_shutter_flags(CommandFlags& flags, AnimationOptions& options) {
+  flags.group("Motion blur");
+  flags.number(
+      {"--shutter", "FRAMES", "blur what moves while the shutter is open: 0.5 is a shutter of 180 degrees [0]"},
+      options.shutter, 0, kMostShutter);
+  flags.choice({"--shutter-at", "WHEN", "open, centre, close: what the shutter does at the time of the frame [open]"},
+               options.shutter_at, {{"open", 0.0}, {"centre", 0.5}, {"close", 1.0}});
+  flags.parsed({"--motion-steps", "N|auto", "follow what moves in N straight steps [auto: by its curvature]"},
+               [&](const std::string& text) {
+                 options.motion_steps =
+                     text == "auto" ? 0 : std::uint32_t(parse_unsigned("--motion-steps", text, kMostMotionSteps, 1));
+               });
+}
+
 void add_frames_flag(CommandFlags& flags, RenderOptions& options) {
   flags.group("Sequence (names of files have a place for the frame's number, such as walk_%04d.exr)");
   flags.parsed({"--frames", "A:B[:STEP]", "render frames A to B; those that are done already are skipped"},
@@ -154,6 +170,7 @@ void add_png_flags(CommandFlags& flags, PngOptions& png) {
 
 void add_render_flags(CommandFlags& flags, RenderOptions& options) {
   add_all_scene_flags(flags, options.scene);
+  add_shutter_flags(flags, options.scene.animation);
   add_frames_flag(flags, options);
   add_goal_flags(flags, options.goal);
   add_execution_flags(flags, options.execution, true);

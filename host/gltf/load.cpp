@@ -11,6 +11,7 @@
 
 #include "core/error.h"
 #include "gltf/animation/animations.h"
+#include "gltf/animation/exposure.h"
 #include "gltf/cameras.h"
 #include "gltf/document/accessor_table.h"
 #include "gltf/document/document_check.h"
@@ -292,7 +293,15 @@ Scene load_scene(const std::filesystem::path& path, const SceneChoice& choice, M
                  std::shared_ptr<SceneMemory> memory) {
   const std::string what = "cannot load scene " + in_quotes(path.string()) + ": ";
   try {
-    return load(path, choice, missing_tangents, std::move(memory));
+    Scene scene = load(path, choice, missing_tangents, std::move(memory));
+    SceneChoice within = choice;
+    within.animation.shutter = {};
+    within.animation.held_s = choice.animation.time_s;
+    expose(scene, choice.animation.shutter, [&](double time_s) {
+      within.animation.time_s = time_s;
+      return load(path, within, missing_tangents, scene.memory);
+    });
+    return scene;
   } catch (const InputError& e) {
     throw InputError(what + e.what());
   } catch (const Error&) {

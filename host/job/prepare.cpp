@@ -155,6 +155,36 @@ void report_unsupported(const SceneOptions& options, const Scene& scene, const L
   for (const Unsupported& feature : scene.unsupported) log(left_out(feature));
 }
 
+/// The poses of the camera while the shutter is open; none if it stands still.
+std::vector<Camera> camera_poses(const SceneOptions& options, const Scene& scene, double aspect, const Camera& camera) {
+  std::vector<Camera> poses;
+  if (options.look_at || scene.cameras.empty()) return poses;
+  for (const auto& pose : scene.poses)
+    poses.push_back(choose_camera(options, *pose, aspect, [](const std::string&) {}));
+  const auto stands = [&](const Camera& pose) {
+    return pose.world_from_camera == camera.world_from_camera && pose.yfov_rad == camera.yfov_rad &&
+           pose.ymag_m == camera.ymag_m;
+  };
+  if (std::ranges::all_of(poses, stands)) poses.clear();
+  return poses;
+}
+
+/// Logs what the shutter blurs.
+void log_shutter(const SceneOptions& options, const Scene& scene, const Settings& settings, const Log& log) {
+  const Shutter shutter = options.animation.choice().shutter;
+  if (!shutter.is_open()) return;
+  if (!moves(scene, settings)) {
+    log(fmt::format("--shutter {}: nothing moves while it is open", options.animation.shutter));
+    return;
+  }
+  const bool has_targets = std::ranges::any_of(scene.materials, is_light_target);
+  std::string left_out = options.light_paths > 0 && has_targets ? "no light paths" : "";
+  if (options.guiding != settings.guiding) left_out += left_out.empty() ? "no guiding" : " and no guiding";
+  log(fmt::format("the shutter is open from {:.6g} to {:.6g} s, in {} step{}{}{}", shutter.open_s, shutter.close_s,
+                  scene.shutter.steps, scene.shutter.steps == 1 ? "" : "s", left_out.empty() ? "" : "; with ",
+                  left_out));
+}
+
 void settle_camera_and_size(const SceneOptions& options, const Scene& scene, Settings& settings, const Log& log) {
   const double asked = options.size ? double(options.size->width) / options.size->height : kDefaultAspect;
   settings.camera = choose_camera(options, scene, asked, log);
@@ -166,6 +196,7 @@ void settle_camera_and_size(const SceneOptions& options, const Scene& scene, Set
     settings.height = kDefaultRows;
     settings.width = std::uint32_t(std::clamp(std::lround(aspect * kDefaultRows), 1L, kMaxSide));
   }
+  settings.camera_poses = camera_poses(options, scene, asked, settings.camera);
   const Crop whole{0, 0, settings.width, settings.height};
   const Crop crop = settings.crop = options.crop.value_or(whole);
   if (crop.x0 >= crop.x1 || crop.y0 >= crop.y1 || crop.x1 > whole.x1 || crop.y1 > whole.y1)
@@ -232,6 +263,13 @@ std::uint64_t light_path_count(const SceneOptions& options, const Settings& sett
 
 }  // namespace
 
+AnimationChoice AnimationOptions::choice() const {
+  AnimationChoice choice{.animation = name, .time_s = frame ? double(*frame) / fps : time_s, .loop = loop};
+  const double open_for_s = shutter / fps, open_s = choice.time_s - shutter_at * open_for_s;
+  if (shutter > 0) choice.shutter = {.open_s = open_s, .close_s = open_s + open_for_s, .steps = motion_steps};
+  return choice;
+}
+
 Prepared prepare(const SceneOptions& options, const Log& log, MissingTangents missing_tangents) {
   const double begin = host_seconds();
   auto scene = std::make_shared<Scene>(load_scene(options.scene, options.choice(), missing_tangents));
@@ -253,7 +291,7 @@ Prepared settle(const SceneOptions& options, std::shared_ptr<Scene> loaded, cons
   settings.sample_begin = samples.begin;
   settings.sample_end = samples.end;
   settings.culling = options.culling;
-  settings.guiding = options.guiding;
+  settings.guiding = scene.moves_surfaces || scene.moves_lights ? Guiding::off : options.guiding;
   settings.environment = choose_environment(options, scene, settings, log);
   settings.filter = options.filter;
   settings.transparent = options.transparent;
@@ -271,6 +309,7 @@ Prepared settle(const SceneOptions& options, std::shared_ptr<Scene> loaded, cons
   // So that the record of a film without them is that of earlier versions.
   if (!Features(scene, settings).has(Feature::light_paths)) settings.light_path_count = 0;
   log_unseen_lights(scene, settings, log);
+  log_shutter(options, scene, settings, log);
   return prepared;
 }
 

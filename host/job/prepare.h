@@ -52,10 +52,11 @@ struct AnimationOptions {
   bool loop = false;
   std::optional<std::uint64_t> frame{};
   double fps = 24;  // frames per second
+  double shutter = 0;              // frames for which it is open
+  double shutter_at = 0;           // share of that time that has passed at the time of the frame: 0, 0.5 or 1
+  std::uint32_t motion_steps = 0;  // Shutter::steps
 
-  [[nodiscard]] AnimationChoice choice() const {
-    return {.animation = name, .time_s = frame ? double(*frame) / fps : time_s, .loop = loop};
-  }
+  [[nodiscard]] AnimationChoice choice() const;
 };
 
 inline constexpr std::uint64_t kUsualSpp = 64;  // samples per pixel

@@ -28,13 +28,14 @@ std::uint64_t bytes_of(const Scene& scene) {
   for (const Material& material : scene.materials)
     if (material.measured && tables.insert(material.measured.get()).second) bytes += bytes_of(material.measured->words);
   if (scene.environment && scene.environment->map) bytes += bytes_of(scene.environment->map->radiance);
+  for (const auto& pose : scene.poses) bytes += bytes_of(*pose);
   return bytes;
 }
 
 // PackedScene::bytes() cannot be asked, since a render may be adding trees. They take about as much
 // as the triangles.
 std::uint64_t bytes_of(const PackedScene& packed) {
-  return 3 * bytes_of(packed.triangles) + bytes_of(packed.shapes) + bytes_of(packed.normals) +
+  return 3 * bytes_of(packed.triangles) + 2 * packed.motion_bytes() + bytes_of(packed.shapes) + bytes_of(packed.normals) +
          bytes_of(packed.tangents) + bytes_of(packed.colors) + bytes_of(packed.lights) +
          bytes_of(packed.environment_texels);
 }

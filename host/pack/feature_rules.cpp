@@ -174,6 +174,7 @@ Need light_paths(const SceneFacts& facts) {
   if (settings.light_path_count == 0) return {false, "--light-paths"};
   if (settings.integrator != Integrator::path) return {false, "--integrator"};
   if (settings.light_sampling != LightSampling::mis) return {false, "--light-sampling"};
+  if (moves(facts.scene, settings)) return {false, "--shutter"};
   // Triangles have room for the number of their light.
   if (facts.lights.places() >= (1U << (32 - EK_TRIANGLE_LIGHT_SHIFT))) return {false, "there are too many lights"};
   Need need = if_some_material(facts, "nothing reflects or refracts exactly", is_light_target);
@@ -315,6 +316,9 @@ constexpr Rule kRules[] = {
     {Feature::panorama,
      [](const SceneFacts& f) { return camera_rule(f, f.settings.camera.projection == Projection::panorama); }},
     {Feature::lens, [](const SceneFacts& f) { return camera_rule(f, lens_radius_m(f.settings.camera) > 0); }},
+    {Feature::camera_motion, [](const SceneFacts& f) { return camera_rule(f, !f.settings.camera_poses.empty()); }},
+    {Feature::moving_surface, "--shutter", [](const SceneFacts& f) { return f.scene.moves_surfaces; }},
+    {Feature::moving_light, "--shutter", [](const SceneFacts& f) { return f.scene.moves_lights; }},
     {Feature::matte_object, "--aov", [](const SceneFacts& f) { return is_asked_for(f, FilmSum::matte_object); }},
     {Feature::matte_material, "--aov", [](const SceneFacts& f) { return is_asked_for(f, FilmSum::matte_material); }},
 #define EK_AOV(name, channels) {Feature::name, sum_rule<FilmSum::name>},

@@ -12,6 +12,8 @@
 namespace eikon {
 namespace {
 
+float4 pack_vector(const glm::dvec3& v, double w = 0) { return {float(v.x), float(v.y), float(v.z), float(w)}; }
+
 // The distance by which the plane at `eye` can move along the unit vector `dir` and stay in front
 // of the whole scene. Rays that begin near the scene have origins as precise as its own
 // coordinates, however far away the camera is.
@@ -31,22 +33,21 @@ double clear_way(const PackedScene& packed, const glm::dvec3& eye, const glm::dv
 void set_light_paths(Frame& frame, const PackedScene& packed, const Settings& settings) {
   if (packed.light_targets.empty() || settings.light_path_count == 0) return;
   const auto vector = [](const float4& v) { return glm::dvec3(v.x, v.y, v.z); };
-  const auto pack = [](const glm::dvec3& v, double w) { return float4{float(v.x), float(v.y), float(v.z), float(w)}; };
   const glm::dvec3 x = vector(frame.camera_x), y = vector(frame.camera_y), corner = vector(frame.camera_corner);
   const glm::dvec3 across = glm::cross(x, y);
   const bool parallel = settings.camera.projection == Projection::orthographic;
   if (settings.camera.projection == Projection::panorama) {
     const double pixels = double(settings.width) * settings.height;
-    frame.film_normal = pack(corner, pixels / (2 * std::numbers::pi * std::numbers::pi));
+    frame.film_normal = pack_vector(corner, pixels / (2 * std::numbers::pi * std::numbers::pi));
   } else {
     // The dual basis of the sides of a pixel; both lie across the axis, as `across` does along it.
     const double area2 = glm::dot(across, across);
     const glm::dvec3 dual_x = glm::cross(y, across) / area2, dual_y = glm::cross(across, x) / area2;
     const glm::dvec3 origin = parallel ? glm::dvec3(0) : corner;  // parallel rays start from the film's corner
     const double along = glm::dot(across, corner);
-    frame.film_dual_x = pack(dual_x, -glm::dot(dual_x, origin));
-    frame.film_dual_y = pack(dual_y, -glm::dot(dual_y, origin));
-    frame.film_normal = pack(across / along, 1 / std::abs(along));
+    frame.film_dual_x = pack_vector(dual_x, -glm::dot(dual_x, origin));
+    frame.film_dual_y = pack_vector(dual_y, -glm::dot(dual_y, origin));
+    frame.film_normal = pack_vector(across / along, 1 / std::abs(along));
   }
   frame.light_target_count = std::uint32_t(packed.light_targets.size());
   frame.emission_light_count = std::uint32_t(packed.emission_alias_table.size());
@@ -66,43 +67,60 @@ void set_sampling(Frame& frame, const Settings& settings) {
   if (settings.guide != nullptr) set_guide(frame, *settings.guide);
 }
 
+/// Sets where a camera stands. ahead_m: by which an orthographic camera's plane moves towards the scene
+void set_camera(Frame& frame, const Camera& camera, const Settings& settings, double ahead_m) {
+  const glm::dmat4& m = camera.world_from_camera;
+  const glm::dvec3 right = glm::normalize(glm::dvec3(m[0])), up = glm::normalize(glm::dvec3(m[1])),
+                   back = glm::normalize(glm::dvec3(m[2]));
+  const bool parallel = camera.projection == Projection::orthographic;
+  const double half_height = parallel ? camera.ymag_m : std::tan(0.5 * camera.yfov_rad);
+  const double pixel = 2 * half_height / settings.height;  // side of a pixel; perspective: on the plane at distance 1
+  const glm::dvec3 corner = up * half_height - right * (0.5 * pixel * settings.width);
+  frame.camera_x = pack_vector(right * pixel);
+  frame.camera_y = pack_vector(up * -pixel);
+  const glm::dvec3 eye(m[3]);
+  if (camera.projection == Projection::panorama) {
+    frame.camera_origin = pack_vector(eye);
+    frame.camera_x = pack_vector(right, 1.0 / settings.width);
+    frame.camera_y = pack_vector(up, 1.0 / settings.height);
+    frame.camera_corner = pack_vector(back);
+  } else if (parallel) {
+    frame.camera_origin = pack_vector(eye + corner - back * ahead_m, ahead_m);
+    frame.camera_corner = pack_vector(-back);
+  } else {
+    frame.camera_origin = pack_vector(eye);
+    frame.camera_corner = pack_vector(corner - back);
+  }
+  if (const double radius = lens_radius_m(camera); radius > 0) {
+    frame.lens_x = pack_vector(right * radius, 1.0 / camera.lens->focus_distance_m);
+    frame.lens_y = pack_vector(up * radius);
+  }
+}
+
 }  // namespace
+
+std::vector<float> camera_pose_words(const Settings& settings) {
+  std::vector<float> words;
+  for (const Camera& camera : settings.camera_poses) {
+    Frame frame{};
+    set_camera(frame, camera, settings, 0);
+    for (const float4& v :
+         {frame.camera_origin, frame.camera_x, frame.camera_y, frame.camera_corner, frame.lens_x, frame.lens_y})
+      words.insert(words.end(), {v.x, v.y, v.z, v.w});
+  }
+  return words;
+}
 
 Frame pack_frame(const PackedScene& packed, const Settings& settings) {
   Frame frame{};
-  const glm::dmat4& m = settings.camera.world_from_camera;
-  const glm::dvec3 right = glm::normalize(glm::dvec3(m[0])), up = glm::normalize(glm::dvec3(m[1])),
-                   back = glm::normalize(glm::dvec3(m[2]));
-  const bool parallel = settings.camera.projection == Projection::orthographic;
-  const double half_height = parallel ? settings.camera.ymag_m : std::tan(0.5 * settings.camera.yfov_rad);
-  const double pixel =
-      2 * half_height / settings.height;  // side of a pixel; perspective: on the plane at distance 1
-  const glm::dvec3 corner = up * half_height - right * (0.5 * pixel * settings.width);
-  const auto pack = [](const glm::dvec3& v, double w = 0) {
-    return float4{float(v.x), float(v.y), float(v.z), float(w)};
-  };
-  frame.camera_x = pack(right * pixel);
-  frame.camera_y = pack(up * -pixel);
-  const glm::dvec3 eye(m[3]);
-  if (settings.camera.projection == Projection::panorama) {
-    frame.camera_origin = pack(eye);
-    frame.camera_x = pack(right, 1.0 / settings.width);
-    frame.camera_y = pack(up, 1.0 / settings.height);
-    frame.camera_corner = pack(back);
-  } else if (parallel) {
-    const double ahead = clear_way(packed, eye, -back);
-    frame.camera_origin = pack(eye + corner - back * ahead, ahead);
-    frame.camera_corner = pack(-back);
-  } else {
-    frame.camera_origin = pack(eye);
-    frame.camera_corner = pack(corner - back);
-  }
-  if (const double radius = lens_radius_m(settings.camera); radius > 0) {
-    frame.lens_x = pack(right * radius, 1.0 / settings.camera.lens->focus_distance_m);
-    frame.lens_y = pack(up * radius);
-  }
+  const Camera& camera = settings.camera;
+  const glm::dvec3 eye(camera.world_from_camera[3]), back = glm::normalize(glm::dvec3(camera.world_from_camera[2]));
+  // A camera that moves keeps its plane, so that distances along rays are those from where it is.
+  const bool parallel = camera.projection == Projection::orthographic && settings.camera_poses.empty();
+  set_camera(frame, camera, settings, parallel ? clear_way(packed, eye, -back) : 0);
+  frame.pose_steps = packed.pose_steps;
   frame.camera_medium = camera_medium(packed, eye, -back);  // of parallel rays: at the origin of the middle one
-  frame.environment = pack(glm::dvec3(settings.environment.radiance), packed.environment_probability);
+  frame.environment = pack_vector(glm::dvec3(settings.environment.radiance), packed.environment_probability);
   if (const EnvironmentMap* const map = settings.environment.map.get()) {
     frame.environment = {};
     frame.environment_width = map->width;
@@ -115,8 +133,8 @@ Frame pack_frame(const PackedScene& packed, const Settings& settings) {
     // the scene.
     const glm::vec3 center = glm::vec3(0.5 * (packed.bounds.lo + packed.bounds.hi));
     const glm::dvec3 half = glm::max(packed.bounds.hi - glm::dvec3(center), glm::dvec3(center) - packed.bounds.lo);
-    frame.scene_center = pack(center);
-    frame.scene_half = pack(half * (1.0 + 0x1p-20));
+    frame.scene_center = pack_vector(center);
+    frame.scene_half = pack_vector(half * (1.0 + 0x1p-20));
   }
   set_sampling(frame, settings);
   frame.light_count = std::uint32_t(packed.light_alias_table.size());

@@ -8,6 +8,9 @@ namespace eikon {
 /// Fills in camera, environment and bounds. The fields that differ from unit to unit are left 0.
 [[nodiscard]] Frame pack_frame(const PackedScene& packed, const Settings& settings);
 
+/// EK_CAMERA_POSE_WORDS for each of Settings::camera_poses, as kernels/film/camera.h reads them.
+[[nodiscard]] std::vector<float> camera_pose_words(const Settings& settings);
+
 /// The frame of a unit with these samples of each of its pixels.
 [[nodiscard]] Frame unit_frame(Frame frame, std::uint64_t sample_begin, std::uint64_t sample_end,
                                std::uint32_t pixel_count);

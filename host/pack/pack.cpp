@@ -19,6 +19,12 @@ std::uint64_t PackedScene::seen_triangle_count() const {
   return count;
 }
 
+std::uint64_t PackedScene::motion_bytes() const {
+  return motion.size() * sizeof(std::uint32_t) + pose_triangles.size() * sizeof(Triangle) +
+         pose_normals.size() * sizeof(TriangleNormals) + pose_tangents.size() * sizeof(TriangleTangents) +
+         light_poses.size() * sizeof(Light);
+}
+
 std::uint64_t PackedScene::bytes(const std::string& layout) const {
   const auto accel = accels.find(layout);
   return triangles.size() * sizeof(Triangle) + shapes.size() * sizeof(ShapeRecord) + normals.size() * sizeof(TriangleNormals) +
@@ -28,7 +34,7 @@ std::uint64_t PackedScene::bytes(const std::string& layout) const {
          textures.size() * sizeof(TextureRecord) + texel_count() * sizeof(std::uint32_t) +
          lights.size() * sizeof(Light) + light_nodes.size() * sizeof(LightNode) + light_alias_table.size() * sizeof(AliasEntry) +
          emission_alias_table.size() * sizeof(AliasEntry) + emission_pdf.size() * sizeof(float) +
-         environment_texels.size() * sizeof(float4) + environment_alias_table.size() * sizeof(AliasEntry) +
+         motion_bytes() + environment_texels.size() * sizeof(float4) + environment_alias_table.size() * sizeof(AliasEntry) +
          (accel == accels.end() ? 0 : accel->second.bytes());
 }
 
@@ -36,10 +42,12 @@ std::uint64_t PackedScene::bytes(const std::string& layout) const {
 static PackedScene pack(const Scene& scene, std::vector<Mesh>* release, const Features& features,
                         const Settings& settings) {
   PackedScene packed;
+  packed.pose_steps = scene.shutter.steps;
   pack_materials(scene, features, packed);
   pack_geometry(scene, release, features, packed);
   pack_shapes(scene, features, packed);
   pack_lights(scene, features, settings, packed);
+  if (features.has(Feature::moving_surface)) pack_motion(scene, features, packed);
   return packed;
 }
 
@@ -48,7 +56,9 @@ PackedScene pack_scene(const Scene& scene, const Features& features, const Setti
 }
 
 PackedScene pack_and_release(Scene& scene, const Features& features, const Settings& settings) {
-  return pack(scene, &scene.meshes, features, settings);
+  PackedScene packed = pack(scene, &scene.meshes, features, settings);
+  scene.poses.clear();
+  return packed;
 }
 
 PackedScene pack_light(const Scene& scene, const Features& features, const Settings& settings) {
@@ -70,10 +80,13 @@ void add_accel(PackedScene& packed, const std::string& accel, const std::string&
   if (packed.accels.count(layout) != 0) return;
   const double begin = host_seconds();
   const AccelOptions options{accel, layout, threads, rays};
-  if (packed.instances.empty()) {
+  if (!packed.motion.empty()) {
+    packed.accels.emplace(layout, build_over_time(packed, options));
+  } else if (packed.instances.empty()) {
     packed.accels.emplace(layout, build_accel(soup_of(packed), options));
   } else {
-    const TwoLevelScene scene{soup_of(packed), packed.shapes.size(), packed.stored_meshes, packed.instances, packed.place_boxes};
+    const TwoLevelScene scene{soup_of(packed), packed.shapes.size(), packed.stored_meshes, packed.instances,
+                              packed.place_boxes};
     packed.accels.emplace(layout, build_two_level(scene, options));
   }
   packed.build_s += host_seconds() - begin;

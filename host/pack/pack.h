@@ -60,6 +60,13 @@ struct PackedScene {
   std::vector<float> emission_pdf;               // probability of each light, of triangles per m^2
   std::vector<float4> light_targets;             // balls, world: centre and radius
   std::vector<PackedLight> light_summary;        // one per emissive material, other light, and the environment
+  // Triangles and lights that move while the shutter is open (kernels/surface/motion.h, kernels/lights/light.h).
+  std::uint32_t pose_steps = 0;           // steps of the shutter's time; 0: nothing moves
+  std::vector<std::uint32_t> motion;      // empty: no triangle moves
+  DeviceVector<Triangle> pose_triangles;  // light_pdf_m2: twice the area of the triangle among `triangles`
+  DeviceVector<TriangleNormals> pose_normals;
+  DeviceVector<TriangleTangents> pose_tangents;
+  DeviceVector<Light> light_poses;
   std::map<std::string, Accel> accels;           // by layout
   std::uint64_t saved_once = 0;                  // rough bytes that two levels would save; 0 if there are two
   float environment_probability = 0;             // that light sampling chooses the environment
@@ -71,12 +78,17 @@ struct PackedScene {
   [[nodiscard]] std::size_t triangle_count() const { return triangles.size() - shapes.size(); }
   /// Triangles with each instance counted.
   [[nodiscard]] std::uint64_t seen_triangle_count() const;
+  /// Bytes of what moves, on a device.
+  [[nodiscard]] std::uint64_t motion_bytes() const;
   /// Bytes on a device, textures included.
   [[nodiscard]] std::uint64_t bytes(const std::string& layout) const;
 };
 
 /// The array of the scene's triangles and shapes, for builders.
 [[nodiscard]] TriangleSoup soup_of(const PackedScene& packed);
+
+/// A tree of the triangles that stand still, and one of those that move; brute force takes both together.
+[[nodiscard]] Accel build_over_time(const PackedScene& packed, const AccelOptions& options);
 
 /// Lays out everything but the trees. With feature `instance` the meshes that allow it are stored
 /// once (placed_meshes.h). The result refers to pictures of `scene`.
@@ -85,7 +97,7 @@ PackedScene pack_scene(const Scene& scene, const Features& features, const Setti
 PackedScene pack_scene(Scene&& scene, const Features& features, const Settings& settings) = delete;
 
 /// Does the same, and frees the geometry of the meshes as it goes: their primitives keep only the
-/// materials.
+/// materials. Its poses are freed, too.
 PackedScene pack_and_release(Scene& scene, const Features& features, const Settings& settings);
 
 /// Lays out what tells of the light in a scene: of its triangles only those that emit. Bounds,

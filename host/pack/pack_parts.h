@@ -51,6 +51,10 @@ void pack_geometry(const Scene& scene, std::vector<Mesh>* release, const Feature
 /// Does the same for the triangles that emit alone; the bounds are those of all.
 void pack_emitters(const Scene& scene, const Features& features, PackedScene& packed);
 
+/// Packs the poses of triangles that move while the shutter is open, and extends the bounds. Runs after all other parts.
+/// throws InputError when they are more than an index can name
+void pack_motion(const Scene& scene, const Features& features, PackedScene& packed);
+
 /// Packs the shapes, with their records behind the triangles, and extends the bounds. Runs after
 /// pack_geometry.
 /// throws InputError when they are more than trees can name

@@ -23,6 +23,10 @@ const char* name_of(Guiding guiding) {
 }
 const char* name_of(Culling culling) { return culling == Culling::camera ? "camera" : "none"; }
 
+bool moves(const Scene& scene, const Settings& settings) {
+  return scene.moves_surfaces || scene.moves_lights || !settings.camera_poses.empty();
+}
+
 double expected_rays(const Settings& settings) {
   const std::uint64_t range = settings.sample_end - settings.sample_begin;
   const auto samples = double(settings.likely_samples > 0 ? std::min(range, settings.likely_samples) : range);

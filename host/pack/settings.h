@@ -80,8 +80,12 @@ struct Settings {
   std::uint64_t pilot_paths = 0;            // from which it is learned how to guide paths (usual_pilot_paths); 0: none
   std::shared_ptr<const GuideTable> guide;  // what a pilot learned; null: paths are not guided
   Camera camera;
+  std::vector<Camera> camera_poses;  // at the times of Scene::poses; empty: the camera stands still
   Environment environment;  // what is used: --env, else the file's, else black or the neutral one
 };
+
+/// True if the camera, a surface or a light without extent moves while the shutter is open.
+[[nodiscard]] bool moves(const Scene& scene, const Settings& settings);
 
 /// A rough number of the rays that a render will trace.
 [[nodiscard]] double expected_rays(const Settings& settings);

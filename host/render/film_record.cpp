@@ -102,11 +102,12 @@ std::vector<ImageSetting> image_settings(const Scene& scene, const Settings& set
   // depend on it, and adds it below if so.
   const auto& [width, height, crop, sample_begin, sample_end, likely_samples, seed, replicate_bits, max_depth, integrator,
                roulette_depth, roulette, energy_compensation, culling, light_sampling, light_samples, aovs,
-               depth_series, filter, transparent, light_path_count, guiding, pilot_paths, guide, camera, environment] =
-      settings;
+               depth_series, filter, transparent, light_path_count, guiding, pilot_paths, guide, camera, camera_poses,
+               environment] = settings;
   static_cast<void>(crop), static_cast<void>(sample_begin), static_cast<void>(sample_end);
   static_cast<void>(likely_samples);
   static_cast<void>(guide);  // it follows from the pilot
+  static_cast<void>(camera_poses);  // the scene's hash depends on the shutter
   static_cast<void>(aovs), static_cast<void>(depth_series);  // the channels depend on them
   const glm::dmat4& pose = camera.world_from_camera;
   // Sampling by the BSDF keeps the name that files of earlier versions have, so that they merge

@@ -40,6 +40,7 @@ struct Node {
   glm::dmat4 world_from_object{1.0};
   std::uint32_t mesh = 0;
   std::uint32_t light_group = 0;  // of what its mesh emits; 0: the material's
+  bool moves = false;     // or its mesh bends, while the shutter is open
   bool mirrored = false;  // determinant < 0: two corners of each triangle change places, so that front stays front
 };
 
@@ -236,6 +237,15 @@ struct MorphSummary {
   std::vector<std::string> names;  // of the targets, where the file names them
 };
 
+/// The time in which the shutter is open, on the clock of the animations.
+struct Shutter {
+  double open_s = 0, close_s = 0;  // the same: nothing is blurred
+  std::uint32_t steps = 0;         // of equal length, in which what moves is followed; 0: by the curvature of its way
+
+  [[nodiscard]] bool is_open() const { return close_s > open_s; }
+  bool operator==(const Shutter&) const = default;
+};
+
 class SceneMemory;  // scene_memory.h
 
 struct Scene {
@@ -255,6 +265,11 @@ struct Scene {
   std::vector<Unsupported> unsupported;
   std::vector<std::string> variants;      // names that load_scene takes
   double time_s = 0;  // at which it stands, on the clock of its animations
+  Shutter shutter{};  // with the number of steps; shut if nothing moves
+  // At equal steps from the shutter's opening to its closing, made of the same triangles and lights; empty: nothing moves.
+  std::vector<std::shared_ptr<const Scene>> poses{};
+  bool moves_surfaces = false, moves_lights = false;  // meanwhile: some triangles, some lights without extent
+  bool in_motion = false;  // it moves surfaces, or is a pose of a scene that does; so all have one order of triangles
   std::vector<AnimationSummary> animations;  // in the order of the file; those that are damaged have no channels
   std::vector<SkinSummary> skins;
   std::vector<MorphSummary> morphs;  // the meshes with morph targets
@@ -273,6 +288,10 @@ struct AnimationChoice {
   std::string animation;  // a name or an index; "all" or empty: all that do not move the same things; "none"
   double time_s = 0;
   bool loop = false;  // an animation begins again after its end; else it stays there
+  Shutter shutter{};
+  // Of a pose while the shutter is open: the frame's own time, at which materials, the strength of lights and what is
+  // visible stay.
+  std::optional<double> held_s{};
   bool operator==(const AnimationChoice&) const = default;
 };
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "pack/frame.h"
 #include "shared/guide.h"
 #include "shared/records.h"
 #include "wavefront/buffers.h"
@@ -102,6 +103,11 @@ void share_tree_and_lights(Uploader& to, const PackedScene& scene, const Accel& 
   to.share("triangles", scene.triangles);
   to.share("instances", accel.instances);
   to.share("shapes", scene.shapes);
+  to.share("motion", scene.motion);
+  to.share("motion_nodes", accel.motion_nodes);
+  to.share("motion_leaves", accel.motion_leaves);
+  to.share("pose_triangles", scene.pose_triangles);
+  to.share("light_poses", scene.light_poses);
   to.share("lights", scene.lights);
   to.share("light_alias_table", scene.light_alias_table);
   to.share("light_nodes", scene.light_nodes);
@@ -120,12 +126,15 @@ void upload_tree_and_lights(Device& device, const PackedScene& scene, const Acce
 }
 
 std::uint64_t upload_scene(Device& device, const PackedScene& scene, const Accel& accel,
-                           const std::vector<float>& filter, Arguments& arguments) {
+                           const std::vector<float>& filter, const std::vector<float>& camera_poses,
+                           Arguments& arguments) {
   Uploader to(device, arguments);
   share_tree_and_lights(to, scene, accel);
   to.share("triangle_normals", scene.normals);
   to.share("triangle_tangents", scene.tangents);
   to.share("triangle_colors", scene.colors);
+  to.share("pose_normals", scene.pose_normals);
+  to.share("pose_tangents", scene.pose_tangents);
   to.share("materials", scene.materials);
   to.share("material_extensions", scene.material_extensions);
   // Kernels read the lobe's detail of every material, and drop it where no material needs details.
@@ -136,7 +145,17 @@ std::uint64_t upload_scene(Device& device, const PackedScene& scene, const Accel
   to.share("textures", scene.textures);
   to.copy_texels(scene);
   to.share("filter_table", filter);
+  to.share("camera_poses", camera_poses);
   return to.bytes();
+}
+
+bool replace_camera(Device& device, const Settings& settings, std::vector<float>& poses, Arguments& arguments) {
+  std::vector<float> words = camera_pose_words(settings);
+  if (words == poses) return false;
+  device.finish();
+  poses = std::move(words);
+  Uploader(device, arguments).share("camera_poses", poses);
+  return true;
 }
 
 void upload_guide(Device& device, const GuideTable& guide, Arguments& arguments) {

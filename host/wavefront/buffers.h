@@ -51,7 +51,13 @@ struct WorkBuffers {
 /// returns  the bytes of all buffers, copied or not
 /// throws   DeviceError
 std::uint64_t upload_scene(Device& device, const PackedScene& scene, const Accel& accel,
-                           const std::vector<float>& filter, Arguments& arguments);
+                           const std::vector<float>& filter, const std::vector<float>& camera_poses,
+                           Arguments& arguments);
+
+/// Makes the buffer of a moving camera's poses anew if those of the settings are others.
+/// poses  those on the device, which must live as long as the buffer; receives the others
+/// returns  true if kernels are to be bound to the new buffer. throws DeviceError
+bool replace_camera(Device& device, const Settings& settings, std::vector<float>& poses, Arguments& arguments);
 
 /// Makes the buffers of a table that guides paths. It must live as long as they. throws DeviceError
 void upload_guide(Device& device, const GuideTable& guide, Arguments& arguments);

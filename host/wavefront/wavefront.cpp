@@ -34,7 +34,7 @@ struct Wavefront::Impl {
   WavefrontConfig config;
   PathStateLayout state;
   Frame frame;
-  std::vector<float> filter;
+  std::vector<float> filter, camera_poses;
   FilmShape film_shape;
   bool logs = false;  // feature path_log
   LightPathPlan light_paths;
@@ -76,6 +76,7 @@ struct Wavefront::Impl {
     frame = pack_frame(packed, settings);
     light_paths = {frame.light_path_count, settings.crop};
     filter = filter_table(settings.filter);
+    camera_poses = camera_pose_words(settings);
     mattes = features.mattes();
     film_shape = {.replicates = 1U << settings.replicate_bits,
                   .channels = std::uint32_t(features.film_channels().size()),
@@ -100,6 +101,7 @@ struct Wavefront::Impl {
     timeline = execution.trace.get();
     counters.restart(timeline);
     upload_s = 0;
+    if (replace_camera(device, settings, camera_poses, arguments)) bind();
     if (settings.guide != nullptr && settings.guide != guide) set_guide(settings.guide);
   }
 
@@ -144,7 +146,7 @@ struct Wavefront::Impl {
   void upload(Trace::Track track) {
     const TraceScope uploading(timeline, track, "upload");
     const double begin = host_seconds();
-    scene_bytes = upload_scene(device, scene, accel_of(scene, config), filter, arguments);
+    scene_bytes = upload_scene(device, scene, accel_of(scene, config), filter, camera_poses, arguments);
     const WorkBufferSizes plan{.film = film_shape, .state_words = state.words, .logs = logs};
     if (guide != nullptr) upload_guide(device, *guide, arguments);
     work = WorkBuffers(device, config, plan, arguments);

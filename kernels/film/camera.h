@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Rays through the film: a pinhole's, those of a thin lens (EK_HAS_lens), the parallel ones of an
-// orthographic camera (EK_HAS_orthographic), or all around (EK_HAS_panorama).
+// orthographic camera (EK_HAS_orthographic), or all around (EK_HAS_panorama). With EK_HAS_camera_motion
+// each ray has a time, and the camera stands where it is then.
 #ifndef EK_CAMERA_H
 #define EK_CAMERA_H
 #include "lanes/math.h"
+#include "lanes/pose_step.h"
 #include "lanes/sampler.h"
 #include "lanes/warp.h"
 
@@ -14,51 +16,94 @@ typedef struct {
   vf u, v;  // place in it, from its upper left corner: [0, 1]^2, or beyond with a wide filter
 } FilmPoint;
 
+/// Where the camera stands, as Frame has it.
+typedef struct {
+  v3 origin, x, y, corner, lens_x, lens_y;
+} CameraPose;
+
+EK_FN CameraPose still_camera(constant Frame* frame) {
+  const CameraPose pose = {splat3(frame->camera_origin), splat3(frame->camera_x), splat3(frame->camera_y),
+                           splat3(frame->camera_corner), splat3(frame->lens_x),   splat3(frame->lens_y)};
+  return pose;
+}
+
+#if EK_HAS_camera_motion
+#define EK_CAMERA_ARGUMENTS , global const float *camera_poses
+#define EK_CAMERA_DATA , camera_poses
+
+EK_FN v3 camera_vector(global const float* poses, vu pose, uint which, vf share) {
+  const vu at = pose * (uint)EK_CAMERA_POSE_WORDS + 4u * which;
+  const v3 a = V3(gather_f(poses, at), gather_f(poses, at + 1u), gather_f(poses, at + 2u));
+  const vu next = at + (uint)EK_CAMERA_POSE_WORDS;
+  const v3 b = V3(gather_f(poses, next), gather_f(poses, next + 1u), gather_f(poses, next + 2u));
+  return add3(a, scale3(sub3(b, a), share));
+}
+
+/// The camera at a time in [0, 1) of the shutter's.
+/// poses  EK_CAMERA_POSE_WORDS for each of frame->pose_steps + 1: the vectors of CameraPose as float4
+// Between two poses each vector goes straight. Where the camera turns, the steps are so short that this is less than
+// a pixel off (host/gltf/animation/exposure.cpp).
+EK_FN CameraPose moving_camera(constant Frame* frame, global const float* poses, vf time) {
+  vf share;
+  const vu step = step_of(frame->pose_steps, time, &share);
+  CameraPose pose;
+  pose.origin = camera_vector(poses, step, 0u, share);
+  pose.x = camera_vector(poses, step, 1u, share);
+  pose.y = camera_vector(poses, step, 2u, share);
+  pose.corner = camera_vector(poses, step, 3u, share);
+  pose.lens_x = camera_vector(poses, step, 4u, share);
+  pose.lens_y = camera_vector(poses, step, 5u, share);
+  return pose;
+}
+#else
+#define EK_CAMERA_ARGUMENTS
+#define EK_CAMERA_DATA
+#endif
+
 /// A ray of the equirectangular panorama, as environment maps are. x, y: place on the film, pixels
-EK_FN CameraRay panorama_ray(constant Frame* frame, vf x, vf y) {
+EK_FN CameraRay panorama_ray(constant Frame* frame, CameraPose camera, vf x, vf y) {
   vf sin_azimuth, cos_azimuth, sin_polar, cos_polar;
   sincos_2pi(x * frame->camera_x.w - 0.5f, &sin_azimuth, &cos_azimuth);
   sincos_2pi(0.5f * y * frame->camera_y.w, &sin_polar, &cos_polar);
-  const v3 right = splat3(frame->camera_x), up = splat3(frame->camera_y), back = splat3(frame->camera_corner);
   CameraRay ray;
-  ray.origin = splat3(frame->camera_origin);
-  ray.dir = normalize3(sub3(add3(scale3(right, sin_azimuth * sin_polar), scale3(up, cos_polar)),
-                            scale3(back, cos_azimuth * sin_polar)));
+  ray.origin = camera.origin;
+  ray.dir = normalize3(sub3(add3(scale3(camera.x, sin_azimuth * sin_polar), scale3(camera.y, cos_polar)),
+                            scale3(camera.corner, cos_azimuth * sin_polar)));
   return ray;
 }
 
 /// A point of the lens, relative to its middle, world.
-EK_FN v3 lens_point(constant Frame* frame, vf u, vf v) {
+EK_FN v3 lens_point(CameraPose camera, vf u, vf v) {
   const DiskPoint p = warp_disk(u, v);
-  return add3(scale3(splat3(frame->lens_x), p.x), scale3(splat3(frame->lens_y), p.y));
+  return add3(scale3(camera.lens_x, p.x), scale3(camera.lens_y, p.y));
 }
 
 /// Moves a pinhole's ray to a point of the lens, so that all rays of a film point meet where it is
 // in focus.
 /// film_point  from the middle of the lens, one metre ahead
-EK_FN CameraRay lens_ray(constant Frame* frame, v3 film_point, vf u, vf v) {
-  const v3 on_lens = lens_point(frame, u, v);
+EK_FN CameraRay lens_ray(constant Frame* frame, CameraPose camera, v3 film_point, vf u, vf v) {
+  const v3 on_lens = lens_point(camera, u, v);
   CameraRay ray;
-  ray.origin = add3(splat3(frame->camera_origin), on_lens);
+  ray.origin = add3(camera.origin, on_lens);
   ray.dir = normalize3(sub3(film_point, scale3(on_lens, (vf)(frame->lens_x.w))));
   return ray;
 }
 
 /// The ray of a point of the film. key, index: of the sample, for its point on the lens
-EK_FN CameraRay camera_ray(constant Frame* frame, FilmPoint at, vu key, vu index) {
-  if (EK_HAS_panorama) return panorama_ray(frame, at.x + at.u, at.y + at.v);
-  const v3 dx = splat3(frame->camera_x), dy = splat3(frame->camera_y);
-  const v3 corner = splat3(EK_HAS_orthographic ? frame->camera_origin : frame->camera_corner);
+EK_FN CameraRay camera_ray(constant Frame* frame, CameraPose camera, FilmPoint at, vu key, vu index) {
+  if (EK_HAS_panorama) return panorama_ray(frame, camera, at.x + at.u, at.y + at.v);
+  const v3 dx = camera.x, dy = camera.y;
+  const v3 corner = EK_HAS_orthographic ? camera.origin : camera.corner;
   const v3 pixel_corner = add3(corner, add3(scale3(dx, at.x), scale3(dy, at.y)));
   const v3 film_point = add3(pixel_corner, add3(scale3(dx, at.u), scale3(dy, at.v)));
   if (EK_HAS_lens) {
     vf lens_u, lens_v;
     sample_2d(key, index, DIM_LENS, &lens_u, &lens_v);
-    return lens_ray(frame, film_point, lens_u, lens_v);
+    return lens_ray(frame, camera, film_point, lens_u, lens_v);
   }
   CameraRay ray;
-  ray.origin = EK_HAS_orthographic ? film_point : splat3(frame->camera_origin);
-  ray.dir = EK_HAS_orthographic ? splat3(frame->camera_corner) : normalize3(film_point);
+  ray.origin = EK_HAS_orthographic ? film_point : camera.origin;
+  ray.dir = EK_HAS_orthographic ? camera.corner : normalize3(film_point);
   return ray;
 }
 

@@ -66,7 +66,7 @@ EK_FN CameraView camera_view(constant Frame* frame, v3 p, vu key, vu index, uint
   if (EK_HAS_lens) {
     vf u, v;
     sample_2d(key, index, bounce_dimension(depth, DIM_LIGHT), &u, &v);
-    const v3 on_lens = lens_point(frame, u, v);
+    const v3 on_lens = lens_point(still_camera(frame), u, v);
     view.eye = add3(view.eye, on_lens);
     on_film = scale3(on_lens, (vf)(frame->lens_x.w));
   }

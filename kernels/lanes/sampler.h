@@ -14,7 +14,7 @@
 enum {
   DIM_FILTER,  // place in the pixel
   DIM_LENS,
-  DIM_TIME,  // and the channel of paths that meet glass with dispersion
+  DIM_TIME,  // x: time; y: the channel of paths that meet glass with dispersion
   DIM_BOUNCE,  // the first of DIM_PER_BOUNCE pairs of each bounce
   DIM_PER_BOUNCE = 4
 };

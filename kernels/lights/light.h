@@ -29,6 +29,9 @@ typedef struct {
 #if EK_HAS_light_tree
   global const LightNode* light_nodes;
 #endif
+#if EK_HAS_moving_light
+  global const Light* light_poses;
+#endif
 #if EK_HAS_light_paths
   global const AliasEntry* emission_alias_table;  // of lights, by which light paths start
   global const float* emission_pdf;   // of each light: probability of that, of triangles per m^2
@@ -57,8 +60,8 @@ typedef struct {
 #endif
 #define EK_LIGHT_ARGUMENTS                                                                                             \
   global const Light *lights, global const AliasEntry *light_alias_table, global const float4 *environment_texels,       \
-      global const AliasEntry *environment_alias_table EK_TREE_ARGUMENTS EK_LIGHT_PATH_ARGUMENTS EK_GUIDE_ARGUMENTS
-#define EK_LIGHT_DATA {lights, light_alias_table, environment_texels, environment_alias_table EK_TREE_DATA EK_LIGHT_PATH_DATA EK_GUIDE_DATA}
+      global const AliasEntry *environment_alias_table EK_TREE_ARGUMENTS EK_LIGHT_POSE_ARGUMENTS EK_LIGHT_PATH_ARGUMENTS EK_GUIDE_ARGUMENTS
+#define EK_LIGHT_DATA {lights, light_alias_table, environment_texels, environment_alias_table EK_TREE_DATA EK_LIGHT_POSE_DATA EK_LIGHT_PATH_DATA EK_GUIDE_DATA}
 
 /// Weight of a strategy of density a against another of density b [Veach 1995, the power heuristic
 /// with exponent 2]. In [0, 1], and the two weights add to 1, whatever the densities are: huge,
@@ -150,6 +153,9 @@ typedef struct {
 typedef struct {
   Basis basis;    // z on the side of wo
   vi both_sides;  // mask: light from below the surface counts too
+#if EK_HAS_moving_light
+  vf time;        // share of the shutter's time that has passed
+#endif
 #if EK_HAS_GUIDE
   GuideCell guide;
 #endif
@@ -286,7 +292,11 @@ EK_FN void sample_punctual(LightLanes r, LightSample* s) {
 EK_FN LightSample light_sample(constant Frame* frame, LightData data, PickedLight picked, LightViewer viewer,
                                LightWords words) {
   const AliasSample choice = picked.choice;
-  const LightLanes r = EK_HAS_one_light ? broadcast_light(data.lights) : load_light(data.lights, choice.index);
+  LightLanes r = EK_HAS_one_light ? broadcast_light(data.lights) : load_light(data.lights, choice.index);
+#if EK_HAS_moving_light
+  const vi moves = (r.kind != (uint)LIGHT_area) & (r.kind != (uint)LIGHT_shape_light) & (r.triangle != 0u);
+  r = moved_punctual(frame, data.light_poses, r, moves, viewer.time);
+#endif
   LightSample s;
   s.is_distant = s.is_punctual = s.is_shape = s.is_delta = (vi)(0);
   warp_triangle(choice.u, choice.v, &s.b1, &s.b2);

@@ -1,8 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-// Attenuation of lights without extent [KHR_lights_punctual]. No ray can meet them.
+// Lights without extent [KHR_lights_punctual], which no ray can meet: their attenuation, and where they are if they move.
 #ifndef EK_LIGHT_PUNCTUAL_H
 #define EK_LIGHT_PUNCTUAL_H
 #include "lanes/math.h"
+#include "lanes/pose_step.h"
+#include "lanes/record_lanes.h"
+
+// Of lights that move, as LightData has them.
+#if EK_HAS_moving_light
+#define EK_LIGHT_POSE_ARGUMENTS , global const Light *light_poses
+#define EK_LIGHT_POSE_DATA , light_poses
+#else
+#define EK_LIGHT_POSE_ARGUMENTS
+#define EK_LIGHT_POSE_DATA
+#endif
 
 /// Inverse square with the recommended window, 1 / m^2: max(1 - (d / range)^4, 0) / d^2.
 /// distance2  squared, > 0
@@ -22,5 +33,23 @@ EK_FN vf spot_falloff(vf cos_axis, vf cone_cos, vf cone_scale) {
   const vf angular = min_f(max_f((cos_axis - cone_cos) * cone_scale, (vf)(0.0f)), (vf)(1.0f));
   return angular * angular;
 }
+
+#if EK_HAS_moving_light
+/// Lights without extent at a time of the shutter's. Between two poses they go straight, and their axes turn.
+/// poses  frame->pose_steps + 1 records of each that moves
+/// moves  mask of those; `triangle` is 1 + their first record
+EK_FN LightLanes moved_punctual(constant Frame* frame, global const Light* poses, LightLanes r, vi moves, vf time) {
+  vf share;
+  const vu step = step_of(frame->pose_steps, time, &share), before = moves ? r.triangle - 1u + step : (vu)(0u);
+  const LightLanes a = load_light(poses, before), b = load_light(poses, before + 1u);
+  r.p0 = select3(moves, add3(a.p0, scale3(sub3(b.p0, a.p0), share)), r.p0);
+  const v3 axis = add3(a.p1, scale3(sub3(b.p1, a.p1), share));
+  const vf length2 = dot3(axis, axis);
+  // Opposite axes have no mean. A point light has no axis.
+  const vi turns = moves & (length2 > 0x1p-20f);
+  r.p1 = select3(turns, scale3(axis, (vf)(1.0f) / sqrt(length2)), r.p1);
+  return r;
+}
+#endif
 
 #endif

@@ -36,6 +36,7 @@ EK_FN void store_ray(RayTable table, uint i, BenchRay ray) {
   store_f(row + 6 * stride, ray.t_max);
   store_f(row + 7 * stride, AS_F(ray.ends.origin_prim));
   store_f(row + 8 * stride, AS_F(ray.ends.target_prim));
+  store_f(row + 9 * stride, (vf)(0.0f));
 }
 
 /// Blocks of 4 x 4 pixels, 16 rays each, spread over the whole picture however many rays there are.
@@ -50,7 +51,7 @@ EK_FN_ONCE void bench_camera_run(constant Frame* frame, RayTable rays, uint ray_
   const vu x = (block % blocks.per_row) * 4u + (ray & 3u), y = (block / blocks.per_row) * 4u + ((ray >> 2) & 3u);
   FilmPoint point = {.x = TO_F(AS_I(x)), .y = TO_F(AS_I(y))};
   sample_2d(hash_bits(ray), (vu)(0u), DIM_FILTER, &point.u, &point.v);
-  const CameraRay camera = camera_ray(frame, point, hash_bits(ray), (vu)(0u));
+  const CameraRay camera = camera_ray(frame, still_camera(frame), point, hash_bits(ray), (vu)(0u));
   const BenchRay out = {camera.origin, camera.dir, EK_INFINITY, unknown_ends()};
   store_ray(rays, i, out);
 }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Rays of any origin through the production traversal, for `bench rays` and the tests.
-//   rays  nine arrays of `stride` words: origin x y z, direction x y z, t_max, and the triangles
-//         that the ray leaves and goes to (EK_NO_HIT: none); at least 16 behind ray_count may be
-//         read
+//   rays  ten arrays of `stride` words: origin x y z, direction x y z, t_max, the triangles that
+//         the ray leaves and goes to (EK_NO_HIT: none), and its time (EK_HAS_moving_surface); at
+//         least 16 behind ray_count may be read
 //   hits  four arrays of `stride` words: t, u, v, triangle; and with EK_HAS_instance a fifth:
 //         instance; trace_any writes the first, 1 or 0. In a program that counts (hit.h), u and v
 //         are numbers of triangle tests and of steps
@@ -26,7 +26,8 @@ EK_FN TracedRays trace_rays(global const float* rays, uint stride, uint first, u
                              .dir = trace_load3(p + 3 * stride, stride),
                              .t_max = load_f(p + 6 * stride),
                              .ends = {AS_U(load_f(p + 7 * stride)), AS_U(load_f(p + 8 * stride))},
-                             .key = opacity_key(hash_bits((vu)(first + row) + LANE_INDEX), (vu)(0u), 1u, 0u)};
+                             .key = opacity_key(hash_bits((vu)(first + row) + LANE_INDEX), (vu)(0u), 1u, 0u),
+                             .time = EK_HAS_moving_surface ? load_f(p + 9 * stride) : (vf)(0.0f)};
   return traced;
 }
 

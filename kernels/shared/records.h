@@ -14,6 +14,7 @@ EK_BEGIN
 #define EK_ARITHMETIC_WORDS 256   // of the arithmetic probe
 #define EK_FILTER_BINS 512        // of a pixel filter's table, per side (film/filter.h)
 #define EK_FILTER_WORDS (EK_FILTER_BINS + 3)
+#define EK_CAMERA_POSE_WORDS 24   // of a pose of a moving camera (film/camera.h)
 #define EK_REPORT_COUNT 8         // rejected samples of a unit that are reported one by one
 
 // Triangle.flags

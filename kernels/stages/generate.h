@@ -13,7 +13,26 @@
 typedef struct {
   global const uint* pixels;         // x | y << 16 of each pixel of the unit
   global const float* filter_table;  // filter.h
+#if EK_HAS_camera_motion
+  global const float* camera_poses;  // camera.h
+#endif
 } PathSource;
+
+/// Share of the shutter's time that has passed when the light of a path meets the film, [0, 1).
+EK_FN vf path_time(vu key, vu index) {
+  vf time = (vf)(0.0f), unused;
+  if (EK_HAS_camera_motion | EK_HAS_moving_surface | EK_HAS_moving_light)
+    sample_2d(key, index, DIM_TIME, &time, &unused);
+  return time;
+}
+
+EK_FN CameraPose camera_at(constant Frame* frame, PathSource source, vf time) {
+#if EK_HAS_camera_motion
+  return moving_camera(frame, source.camera_poses, time);
+#else
+  return still_camera(frame);
+#endif
+}
 
 /// first  path of slot 0 of the state: paths first + 0 .. first + count - 1 of the unit
 EK_FN_ONCE void stage_generate(StageContext stage, PathSource source, uint first, uint count) {
@@ -46,11 +65,13 @@ EK_FN_ONCE void stage_generate(StageContext stage, PathSource source, uint first
       weight = along_x.weight * along_y.weight;
     }
     const FilmPoint point = {TO_F(AS_I(x)), TO_F(AS_I(y)), u, v};
-    const CameraRay ray = camera_ray(frame, point, key, index);
+    const vf time = path_time(key, index);
+    const CameraRay ray = camera_ray(frame, camera_at(frame, source, time), point, key, index);
 
     const PathState start = {.path = path,
                              .key = key,
                              .index = index,
+                             .time = time,
                              .origin = ray.origin,
                              .dir = ray.dir,
                              .beta = V3(weight, weight, weight),

@@ -23,6 +23,7 @@ EK_FN_ONCE void stage_intersect(StageContext stage, Geometry geometry, uint coun
                          .t_max = EK_INFINITY,
                          .ends = unknown_ends()};
       rays.ends.origin_prim = path.hit_triangle;
+      if (EK_HAS_moving_surface) rays.time = path.time;
       if (EK_HAS_opacity) rays.key = opacity_key(path.key, path.index, depth, 0u);
       tracing_begin(stage.frame, geometry, &tracing, rays, 0);
     }

@@ -13,7 +13,7 @@ kernel void light_generate(constant Frame* frame, global const uint* pixels, glo
   const StageContext stage = {.frame = frame,
                               .state = chunk_state(path_state) + EK_ENTRY,
                               .film = {film_slots, frame->film_stride} EK_STAGE_LOG};
-  const PathSource source = {pixels, filter_table};
+  const PathSource source = {.pixels = pixels, .filter_table = filter_table};
   stage_light_generate(stage, scene, light_data, source, begin + EK_ENTRY, own_count(count));
 #endif
 }

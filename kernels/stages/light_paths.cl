@@ -41,7 +41,7 @@ kernel void light_paths(constant Frame* frame, global const uint* pixels, global
   const Geometry geometry = {accel_nodes, accel_leaves, EK_SCENE_DATA};
   const PathCounter counter = {next_path, frame->path_count, (uint)get_global_size(0)};
   const SplatList list = {splats, splat_counts, frame->splat_capacity};
-  const PathSource source = {pixels, filter_table};
+  const PathSource source = {.pixels = pixels, .filter_table = filter_table};
   light_paths_run(stage, geometry, light_data, source, counter, list);
 #endif
 }

@@ -104,13 +104,13 @@ EK_FN_ONCE void paths_run(StageContext stage, PathSource source, Geometry geomet
 
 // Its arguments are the buffers of all stages, bound by their names.
 kernel void paths(constant Frame* frame, global const uint* pixels, global uint* path_state, global float* film_slots,
-                  global const float* filter_table, global const uint* accel_nodes, global const uint* accel_leaves,
+                  global const float* filter_table EK_CAMERA_ARGUMENTS, global const uint* accel_nodes, global const uint* accel_leaves,
                   EK_SCENE_ARGUMENTS, EK_LIGHT_ARGUMENTS EK_LOG_ARGUMENT, global uint* next_path,
                   global WorkerTally* tallies) {
 #if EK_CHUNKED
   const StageContext stage = {
       .frame = frame, .state = chunk_state(path_state), .film = {film_slots, frame->film_stride} EK_STAGE_LOG};
-  const PathSource source = {pixels, filter_table};
+  const PathSource source = {pixels, filter_table EK_CAMERA_DATA};
   const LightData light_data = EK_LIGHT_DATA;
   const Geometry geometry = {accel_nodes, accel_leaves, EK_SCENE_DATA};
   const PathCounter counter = {next_path, frame->path_count, (uint)get_global_size(0)};

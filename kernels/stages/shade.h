@@ -58,6 +58,9 @@ EK_FN PathState shade_next_path(const ShadeContext* c, const ShadingPoint* point
       .path = point->path,
       .key = point->key,
       .index = point->index,
+#if EK_HAS_moving_surface | EK_HAS_moving_light
+      .time = point->time,
+#endif
       .origin = offset_ray_origin(point->p, point->p_error, point->n_geom, next->dir),
       .dir = next->dir,
       .beta = next->beta,

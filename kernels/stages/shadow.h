@@ -23,6 +23,7 @@ EK_FN void shadow_cast(StageContext stage, Geometry geometry, Tracing* tracing, 
                        .ends = unknown_ends()};
     if (!EK_HAS_instance) rays.ends.origin_prim = ray.origin_prim;
     if (EK_HAS_area & !EK_HAS_instance) rays.ends.target_prim = ray.target_prim;
+    if (EK_HAS_moving_surface) rays.time = ray.time;
     if (EK_HAS_opacity) {
       rays.key.key = ray.opacity_key;
       rays.key.index = ray.opacity_index;

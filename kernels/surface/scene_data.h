@@ -19,6 +19,14 @@ typedef struct {
   global const ShapeRecord* shapes;         // shape
   global Diagnostics* diagnostics;          // implicit
   global const InstanceRecord* instances;   // instance
+#if EK_HAS_moving_surface
+  global const uint* motion;  // motion.h
+  global const uint* motion_nodes;   // of the tree of triangles that move (traverse/gpu/bvh2.h)
+  global const uint* motion_leaves;
+  global const Triangle* pose_triangles;
+  global const TriangleNormals* pose_normals;
+  global const TriangleTangents* pose_tangents;
+#endif
 #if EK_HAS_culling
   uint culled;  // the traced rays pass the backs of triangles and shapes with one of these flags
 #endif
@@ -33,12 +41,26 @@ typedef struct {
 #endif
 
 // The same as arguments of a kernel; they are bound by these names.
-#if EK_HAS_instance
-#define EK_INSTANCE_ARGUMENTS , global const InstanceRecord *instances
-#define EK_INSTANCE_DATA , .instances = instances
+#if EK_HAS_moving_surface
+#define EK_MOTION_ARGUMENTS                                                                            \
+  , global const uint *motion, global const uint *motion_nodes, global const uint *motion_leaves, \
+      global const Triangle *pose_triangles
+#define EK_MOTION_DATA \
+  , .motion = motion, .motion_nodes = motion_nodes, .motion_leaves = motion_leaves, .pose_triangles = pose_triangles
+#define EK_POSE_ARGUMENTS , global const TriangleNormals *pose_normals, global const TriangleTangents *pose_tangents
+#define EK_POSE_DATA , .pose_normals = pose_normals, .pose_tangents = pose_tangents
 #else
-#define EK_INSTANCE_ARGUMENTS
-#define EK_INSTANCE_DATA
+#define EK_MOTION_ARGUMENTS
+#define EK_MOTION_DATA
+#define EK_POSE_ARGUMENTS
+#define EK_POSE_DATA
+#endif
+#if EK_HAS_instance
+#define EK_INSTANCE_ARGUMENTS , global const InstanceRecord *instances EK_MOTION_ARGUMENTS
+#define EK_INSTANCE_DATA , .instances = instances EK_MOTION_DATA
+#else
+#define EK_INSTANCE_ARGUMENTS EK_MOTION_ARGUMENTS
+#define EK_INSTANCE_DATA EK_MOTION_DATA
 #endif
 #if EK_HAS_implicit
 #define EK_SHAPE_ARGUMENTS , global const ShapeRecord *shapes, global Diagnostics *diagnostics EK_INSTANCE_ARGUMENTS
@@ -54,7 +76,7 @@ typedef struct {
   global const Triangle *triangles, global const TriangleNormals *triangle_normals,                                      \
       global const TriangleTangents *triangle_tangents, global const TriangleColors *triangle_colors,                    \
       global const MaterialRecord *materials, global const MaterialExtension *material_extensions,                       \
-      global const MaterialDetail *material_details, global const TextureRecord *textures, global const uint *texels EK_SHAPE_ARGUMENTS
+      global const MaterialDetail *material_details, global const TextureRecord *textures, global const uint *texels EK_SHAPE_ARGUMENTS EK_POSE_ARGUMENTS
 #define EK_SCENE_DATA                         \
   {.triangles = triangles,                     \
    .triangle_normals = triangle_normals,       \
@@ -64,6 +86,6 @@ typedef struct {
    .material_extensions = material_extensions, \
    .material_details = material_details,       \
    .textures = textures,                       \
-   .texels = texels EK_SHAPE_DATA}
+   .texels = texels EK_SHAPE_DATA EK_POSE_DATA}
 
 #endif

@@ -4,6 +4,7 @@
 #define EK_HIT_H
 #include "traverse/gpu/ray_memory.h"
 #include "lanes/simd.h"
+#include "surface/motion.h"
 #include "traverse/traverse_instance.h"
 
 #define EK_SHAPE 1
@@ -115,6 +116,9 @@ EK_FN RayOne ray_for_triangle(Geometry geometry, const RayOne* ray) {
   test.key = ray->key;
   test.index = ray->index;
 #endif
+#if EK_HAS_moving_surface
+  test.time = ray->time;
+#endif
   return test;
 #else
   return *ray;
@@ -181,6 +185,20 @@ EK_FN int try_triangle(Geometry geometry, const RayOne* given, uint triangle, co
     corners.cx = PLACED_CORNER(x, 6); corners.cy = PLACED_CORNER(y, 6); corners.cz = PLACED_CORNER(z, 6);
 #undef PLACED_CORNER
   }
+#if EK_HAS_moving_surface
+  const uint pose = geometry.scene.motion[1u + triangle];
+  if (pose != 0u) {
+    float share;
+    const uint step = step_one(geometry.scene.motion[0], ray->time, &share);
+    global const float* before = (global const float*)(geometry.scene.pose_triangles + (pose - 1u + step));
+    global const float* after = before + sizeof(Triangle) / 4;
+#define MOVED_CORNER(at) moved_one(before[at], after[at], share)
+    corners.ax = MOVED_CORNER(x); corners.ay = MOVED_CORNER(y); corners.az = MOVED_CORNER(z);
+    corners.bx = MOVED_CORNER(3u + x); corners.by = MOVED_CORNER(3u + y); corners.bz = MOVED_CORNER(3u + z);
+    corners.cx = MOVED_CORNER(6u + x); corners.cy = MOVED_CORNER(6u + y); corners.cz = MOVED_CORNER(6u + z);
+#undef MOVED_CORNER
+  }
+#endif
 #if defined(EK_TRIANGLE_TEST)
   const TriangleHit_one found = triangle_hit_classical(ray, corners);
 #else

@@ -46,6 +46,7 @@ typedef struct {
   vf t_max;
   RayEnds ends;
   OpacityKey key;  // read only with EK_HAS_opacity
+  vf time;         // read only with EK_HAS_moving_surface
 } TracedRays;
 
 // Rays in lanes. rcp_d: r above. p_: the same in the axes of the triangle test, whose z is the
@@ -60,6 +61,7 @@ typedef struct {
   vf t_slack;  // how much the t of a corner on z alone may exceed the t of a hit
   vf axis;     // 0, 1 or 2: the world axis that z of the triangle test is
   OpacityKey key;
+  vf time;     // set only with EK_HAS_moving_surface
   RayEnds ends;
 } RayLanes;
 
@@ -99,6 +101,9 @@ typedef struct {
 #if EK_HAS_opacity
   uint key, index, pad[14];
 #endif
+#if EK_HAS_moving_surface
+  float time, time_pad[15];
+#endif
 #if EK_HAS_instance
   float world[16];
 #endif
@@ -129,7 +134,7 @@ EK_FN uint ray_instance(const RayOne* ray) { return EK_HAS_instance ? ray->insta
 EK_FN uint ray_target(const RayOne* ray) { return EK_HAS_instance ? EK_NO_HIT : ray->instance_or_target; }
 
 // 1 where rays are sorted before they go in packets (wide/sorted.h).
-#define EK_SORTS (EK_SMALL_TREE && (EK_LAYOUT_bvh16 || EK_LAYOUT_bvh8) && EK_WIDTH > 1)
+#define EK_SORTS (EK_SMALL_TREE && (EK_LAYOUT_bvh16 || EK_LAYOUT_bvh8) && EK_WIDTH > 1 && !EK_HAS_moving_surface)
 
 // The number of rays that are traced in one go: a whole chunk where they are sorted. Otherwise more
 // than 512 gain nothing (measured).
@@ -266,6 +271,11 @@ EK_FN void ray_store(RayOne* rays, RayLanes ray, vf t) {
     rays[lane].key = key[lane];
     rays[lane].index = index[lane];
   }
+#endif
+#if EK_HAS_moving_surface
+  float time[EK_WIDTH] EK_ROWS_ALIGNED;
+  *(vf*)time = ray.time;
+  for (uint lane = 0; lane < EK_WIDTH; ++lane) rays[lane].time = time[lane];
 #endif
 }
 

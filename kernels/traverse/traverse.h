@@ -69,6 +69,7 @@ EK_FN void tracing_clear(Tracing* tracing) { tracing->open = 0; }
 EK_FN void tracing_begin(constant Frame* frame, Geometry geometry, Tracing* tracing, TracedRays rays, const int any_hit) {
   RayLanes ray = ray_lanes(frame, rays.origin, rays.dir, rays.key);
   ray.ends = rays.ends;
+  if (EK_HAS_moving_surface) ray.time = rays.time;
   ray_store(&tracing->ray, ray, rays.t_max);
 #if EK_RAY_IN_LOCAL_MEMORY
   ray_memory_store(geometry.ray_memory, ray);
@@ -80,7 +81,10 @@ EK_FN void tracing_begin(constant Frame* frame, Geometry geometry, Tracing* trac
 EK_FN void tracing_finish(constant Frame* frame, Geometry geometry, Tracing* tracing, const int any_hit) {
   if (!tracing->open) return;
   Hit hit = tracing->hit;
-  const int found = traverse_one(geometry, &tracing->ray, any_hit, &hit);
+  int found = traverse_one(geometry, &tracing->ray, any_hit, &hit);
+#if EK_HAS_moving_surface
+  if (!(any_hit & found)) found = traverse_moving(geometry, &tracing->ray, any_hit, &hit);
+#endif
   if (EK_HAS_implicit && !(any_hit & found)) report_given_up(geometry, hit.gave_up, hit.gave_up_surface, hit.t);
   if (any_hit & found) hit.triangle = 0u;
 #if EK_COUNT
@@ -104,6 +108,11 @@ EK_FN vi any_result(const Tracing* tracing, uint row) { return tracing->hit.tria
 // closest_result or any_result.
 typedef struct {
   RayOne rays[EK_SORTS ? 1 : EK_ROWS];
+#if EK_HAS_moving_surface
+  ushort valid[EK_ROWS];  // rows that hold a ray
+  float t_max[EK_ROWS];   // of each row
+  uint valid_count;
+#endif
   HitTable hits;
   ushort open[EK_SORTS ? 1 : EK_ROWS];  // rows that tracing_finish is to trace
   uint open_count;
@@ -118,6 +127,9 @@ typedef struct {
 
 EK_FN void tracing_clear(Tracing* tracing) {
   tracing->open_count = 0;
+#if EK_HAS_moving_surface
+  tracing->valid_count = 0;
+#endif
 #if USE_WIDE && EK_WIDTH > 1
   tracing->packet_count = 0;
 #endif
@@ -207,6 +219,39 @@ EK_FN void tracing_run_sorted(constant Frame* frame, Geometry geometry, Tracing*
 }
 #endif
 
+#if EK_HAS_moving_surface
+// Keeps rays for the tree of the triangles that move, whatever way they go through the other one.
+EK_FN void tracing_store_moving(Tracing* tracing, RayLanes ray, vi valid, TracedRays rays) {
+  ray_store(tracing->rays + rays.row, ray, rays.t_max);
+  const uint bits = mask_bits(valid);
+  float t_max[EK_WIDTH] EK_ROWS_ALIGNED;
+  *(vf*)t_max = rays.t_max;
+  for (uint lane = 0; lane < rays.count; ++lane) {
+    tracing->valid[tracing->valid_count] = (ushort)(rays.row + lane);
+    tracing->t_max[rays.row + lane] = t_max[lane];
+    tracing->valid_count += bits >> lane & 1u;
+  }
+}
+
+// Looks for hits on triangles that move, where nothing before them ends the search.
+EK_FN void tracing_finish_moving(Geometry geometry, Tracing* tracing, const int any_hit) {
+  HitTable* hits = &tracing->hits;
+  for (uint i = 0; i < tracing->valid_count; ++i) {
+    const uint row = tracing->valid[i];
+    if (any_hit && hits->triangle[row] != EK_NO_HIT) continue;
+    Hit hit = table_hit(hits, row, any_hit ? tracing->t_max[row] : hits->t[row]);
+    hit.u = hits->u[row];
+    hit.v = hits->v[row];
+    const int found = traverse_moving(geometry, tracing->rays + row, any_hit, &hit);
+    hits->t[row] = hit.t;
+    hits->u[row] = hit.u;
+    hits->v[row] = hit.v;
+    hits->triangle[row] = any_hit & found ? 0u : hit.triangle;
+    if (EK_HAS_instance) hits->instance[row] = hit.instance;
+  }
+}
+#endif
+
 // Begins rays. For each, tracing_finish finds the closest hit in 0 < t < t_max, or with any_hit
 // whether there is one.
 EK_FN void tracing_begin(constant Frame* frame, Geometry geometry, Tracing* tracing, TracedRays rays, const int any_hit) {
@@ -218,7 +263,11 @@ EK_FN void tracing_begin(constant Frame* frame, Geometry geometry, Tracing* trac
 #endif
   RayLanes ray = ray_lanes(frame, rays.origin, rays.dir, rays.key);
   ray.ends = rays.ends;
+  if (EK_HAS_moving_surface) ray.time = rays.time;
   const vi valid = valid_rays(ray, rays.t_max, rays.count);
+#if EK_HAS_moving_surface
+  tracing_store_moving(tracing, ray, valid, rays);
+#endif
 #if USE_WIDE && EK_WIDTH > 1
   if (ANY(valid) && use_packet(ray, valid, rays.coherent)) {
     Packet packet = tracing_packet(ray, valid, rays.t_max, rays.row);
@@ -270,6 +319,9 @@ EK_FN void tracing_finish(constant Frame* frame, Geometry geometry, Tracing* tra
     if (EK_HAS_instance) hits->instance[row] = hit.instance;
     if (EK_HAS_implicit && !(any_hit & found)) report_given_up(geometry, hit.gave_up, hit.gave_up_surface, hit.t);
   }
+#endif
+#if EK_HAS_moving_surface
+  tracing_finish_moving(geometry, tracing, any_hit);
 #endif
 }
 

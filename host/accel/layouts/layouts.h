@@ -21,6 +21,9 @@ inline constexpr std::uint32_t kCountShift = 28;
 /// Binary nodes with both children's boxes in the parent, leaves of up to 4 triangles.
 [[nodiscard]] Accel layout_bvh2(const BinaryTree& tree);
 
+/// Adds to the nodes of a bvh2 their boxes at each pose of the triangles, for rays with a time.
+void fit_bvh2_to_poses(Accel& accel, const TrianglePoses& poses);
+
 /// 4-wide nodes with boxes in a byte per plane, leaves of up to 4 triangles.
 [[nodiscard]] Accel layout_bvh4(const BinaryTree& tree);
 

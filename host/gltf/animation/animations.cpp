@@ -211,9 +211,9 @@ std::size_t animation_called(const std::string& wanted, const std::vector<Animat
 }
 
 /// Time on an animation's own clock.
-double time_within(const Animation& animation, const AnimationChoice& choice) {
-  if (!choice.loop || !(animation.end_s > 0)) return std::clamp(choice.time_s, animation.begin_s, animation.end_s);
-  const double time_s = std::fmod(choice.time_s, animation.end_s);
+double time_within(const Animation& animation, double scene_time_s, bool loop) {
+  if (!loop || !(animation.end_s > 0)) return std::clamp(scene_time_s, animation.begin_s, animation.end_s);
+  const double time_s = std::fmod(scene_time_s, animation.end_s);
   return std::max(time_s < 0 ? time_s + animation.end_s : time_s, animation.begin_s);
 }
 
@@ -281,15 +281,27 @@ std::vector<Animation> read_all(const AnimationSource& source, bool none, std::o
   return animations;
 }
 
+/// True for what moves things, or turns, scales or bends them.
+bool is_motion(const Channel& channel) {
+  const bool of_place = channel.pointer.starts_with("/nodes/") || channel.pointer.starts_with("/meshes/") ||
+                        channel.pointer.starts_with("/cameras/");
+  return of_place && channel.property.kind != ValueKind::truth;
+}
+
 /// Writes the pose. Returns a text that identifies it.
 std::string pose(const Animation& animation, const AnimationSource& source, const AnimationChoice& choice) {
-  const double time_s = time_within(animation, choice);
+  const double time_s = time_within(animation, choice.time_s, choice.loop);
+  const double held_s = time_within(animation, choice.held_s.value_or(choice.time_s), choice.loop);
   for (const Channel& channel : animation.channels)
-    if (!write_property(source.document, channel.pointer, channel.property, channel.curve.at(time_s)))
+    if (!write_property(source.document, channel.pointer, channel.property,
+                        channel.curve.at(is_motion(channel) ? time_s : held_s)))
       source.notes.clamped(fmt::format("{}: {} brought into its range",
                                        view_of_animation(source.document, animation.index).label(),
                                        in_quotes(channel.pointer)));
-  return fmt::format("animation {} at {:a} s\n", animation.index, time_s);
+  std::string text = fmt::format("animation {} at {:a} s\n", animation.index, time_s);
+  if (const Shutter& shutter = choice.shutter; shutter.is_open())
+    text += fmt::format("open from {:a} to {:a} s, {} steps\n", shutter.open_s, shutter.close_s, shutter.steps);
+  return text;
 }
 
 }  // namespace

@@ -68,6 +68,10 @@ Metadata describe_picture(const Prepared& prepared) {
   if (const std::string animations = animations_in_force(*prepared.scene); !animations.empty()) {
     metadata.strings["animations"] = animations;
     metadata.numbers["sceneTime"] = prepared.scene->time_s;
+    if (const Shutter& shutter = prepared.scene->shutter; shutter.is_open()) {
+      metadata.numbers["shutterOpen"] = shutter.open_s;
+      metadata.numbers["shutterClose"] = shutter.close_s;
+    }
   }
   metadata.strings["size"] = fmt::format("{}x{}", settings.width, settings.height);
   metadata.strings["environment"] = describe(settings.environment);

@@ -173,7 +173,7 @@ std::uint64_t bytes_saved_once(const PlacedMeshes& placed, const Features& featu
 PlacedMeshes find_placed_meshes(const Scene& scene) {
   PlacedMeshes found;
   found.is_place.resize(scene.nodes.size(), false);
-  find_places(scene, found);
+  if (!scene.in_motion) find_places(scene, found);
   for (std::size_t n = 0; n < scene.nodes.size(); ++n)
     if (!found.is_place[n])
       for (const Primitive& primitive : scene.meshes[scene.nodes[n].mesh].primitives)

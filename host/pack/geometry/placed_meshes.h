@@ -50,7 +50,7 @@ struct PlacedMeshes {
 /// Finds the meshes of two nodes and more. Left out are meshes that emit (each instance is a light
 /// of its own), that rays may pass, and that contain a medium (camera_medium.h counts triangles of
 /// the world); and nodes that flatten a mesh, or move it so far away that triangles lose their area
-/// to rounding. The answer depends on the scene alone, and corners of these instances have the bits
+/// to rounding; and all where triangles move while the shutter is open. The answer depends on the scene alone, and corners of these instances have the bits
 /// of placed.h however they are stored.
 [[nodiscard]] PlacedMeshes find_placed_meshes(const Scene& scene);
 

@@ -80,7 +80,7 @@ LightCounts count_lights(const Scene& scene, const Settings& settings) {
       const std::size_t count = primitive.indices.triangle_count();
       counts.placed += count;
       ++lamps;
-      const bool in_pairs = emits_evenly(material) && is_whole(primitive);
+      const bool in_pairs = !node.moves && emits_evenly(material) && is_whole(primitive);
       for (std::size_t i = 0; i + 1 < count && in_pairs; ++i)
         if (parallelogram_of(corners_of(primitive, i), corners_of(primitive, i + 1), kSlackOfFiles))
           ++counts.pairs, ++i;

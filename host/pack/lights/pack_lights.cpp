@@ -83,7 +83,7 @@ class LightPacker {
   void pack() {
     add_triangles();
     add_shapes();
-    for (const PunctualLight& light : scene_.lights) add_punctual(light);
+    for (std::size_t i = 0; i < scene_.lights.size(); ++i) add_punctual(i);
     add_environment();
     if (packed_.lights.empty()) return;
     if (has_one_ && packed_.lights.size() > 1) throw InternalError("more lights than were counted");
@@ -241,6 +241,7 @@ class LightPacker {
     const Triangle &a = packed_.triangles[i], &b = packed_.triangles[i + 1];
     const Material& material = scene_.materials[a.material];
     if (a.material != b.material || a.node != b.node || !emits_evenly(material)) return false;
+    if (scene_.nodes[a.node].moves) return false;  // it may cease to be one
     if (((a.flags | b.flags) & EK_TRIANGLE_ALPHA_TESTED) != 0) return false;
     // Triangles that were counted as one light stay one, however much the transform of their node
     // rounds.
@@ -302,7 +303,8 @@ class LightPacker {
     summary.area_m2 += area;
   }
 
-  void add_punctual(const PunctualLight& source) {
+  void add_punctual(std::size_t index) {
+    const PunctualLight& source = scene_.lights[index];
     const double intensity = mean(source.intensity);
     if (!(intensity > 0)) return;
     PackedPunctualLight packed = pack_punctual(source, intensity, section_m2_);
@@ -310,6 +312,10 @@ class LightPacker {
     packed.record.kind = kind_word(source.kind);
     packed.record.flags = group_flag(source.light_group);
     set_emission(packed.record, source.intensity);
+    if (scene_.moves_lights) packed.record.triangle = std::uint32_t(packed_.light_poses.size() + 1);
+    for (const auto& pose : scene_.poses)
+      if (scene_.moves_lights)
+        packed_.light_poses.push_back(pack_punctual(pose->lights[index], intensity, section_m2_).record);
     const PackedLight summary{.kind = source.kind, .name = source.name, .flux = packed.flux, .strength = intensity};
     add(packed.record, {.power = packed.flux,
                         .distant = light_kind(source.kind).distant,

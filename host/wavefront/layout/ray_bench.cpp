@@ -11,7 +11,7 @@ namespace eikon {
 namespace {
 
 constexpr std::size_t kChunk = 4096;  // rays per work-item on CPU devices, as in a render
-constexpr std::size_t kArrays = 9;    // of a ray (RayArrays)
+constexpr std::size_t kArrays = 10;   // of a ray (RayArrays)
 
 /// Drops rays with t_max 0, which mean that there is none, and pads for full vectors.
 RayArrays packed(const std::vector<float>& words, std::size_t count) {

@@ -14,7 +14,7 @@
 
 namespace eikon {
 
-/// Rays as kernels/probe/trace_rays.cl takes them: nine arrays of `stride` words.
+/// Rays as kernels/probe/trace_rays.cl takes them: ten arrays of `stride` words.
 struct RayArrays {
   std::vector<float> words;
   std::size_t count = 0, stride = 0;

@@ -54,6 +54,9 @@ typedef struct {
   int detailed;
   vi both_sides;   // mask: light from below the surface counts too
   vu path, key, index, triangle;
+#if EK_HAS_moving_surface | EK_HAS_moving_light
+  vf time;         // as PathState's
+#endif
   v3 beta;         // throughput up to this point
   v3 p, p_error, n_geom, n_shade;  // world; bound of p's error per axis
   Basis basis;     // around n_shade

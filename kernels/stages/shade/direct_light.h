@@ -5,6 +5,7 @@
 #ifndef EK_SHADE_DIRECT_LIGHT_H
 #define EK_SHADE_DIRECT_LIGHT_H
 #include "lights/emission.h"
+#include "lights/moving_light.h"
 #include "stages/shade/shading_frame.h"
 #include "surface/alpha.h"
 #if EK_HAS_shape & EK_HAS_shape_light
@@ -27,11 +28,17 @@ EK_FN LightSample direct_light_sample(const ShadeContext* c, const ShadingPoint*
                                       LightWords words) {
   const LightViewer viewer = {.basis = point->basis,
                               .both_sides = point->both_sides,
+#if EK_HAS_moving_light
+                              .time = point->time,
+#endif
 #if EK_HAS_GUIDE
                               .guide = point->material.guide
 #endif
   };
   LightSample light = light_sample(c->stage.frame, c->lights, picked, viewer, words);
+#if EK_HAS_moving_surface
+  light = moved_light_sample(c->scene, light, point->time);
+#endif
 #if EK_HAS_shape & EK_HAS_shape_light
   light = shape_light_sample(c->scene, light, point->p);
 #endif
@@ -82,6 +89,9 @@ EK_FN uint direct_light_cast(const ShadeContext* c, const ShadingPoint* point, P
   const ShadowRay ray = {.path = point->path,
                          .opacity_key = opacity.key,
                          .opacity_index = opacity.index,
+#if EK_HAS_moving_surface
+                         .time = point->time,
+#endif
                          .origin = shadow.origin,
                          .dir = shadow.dir,
                          .t_max = shadow.t_max,

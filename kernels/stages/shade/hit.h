@@ -6,6 +6,7 @@
 #include "stages/hit_classes.h"
 #include "stages/shade/context.h"
 #include "surface/instance_surface.h"
+#include "surface/motion.h"
 
 /// slot, lanes  of the paths (HitWalk)
 EK_FN PathHit hit_load(const ShadeContext* c, uint slot, uint lanes) {
@@ -24,6 +25,10 @@ EK_FN PathHit hit_load(const ShadeContext* c, uint slot, uint lanes) {
   const Place place = hit_place(c->scene, hit.live ? state_vu(state, FIELD_hit_instance, slot) : (vu)(0u));
   hit.corners = placed_triangle(place, hit.corners);
 #endif
+#if EK_HAS_moving_surface
+  const PoseSpan span = pose_span(c->scene, hit.triangle, hit.path.time);
+  if (ANY(span.moves)) hit.corners = moved_triangle(c->scene, span, hit.corners);
+#endif
   hit.surface = surface_at(hit.corners, hit.u, v, scale3(dir, hit.t));
 #if EK_HAS_shape
   hit.on_shape = shape_surface(c->scene, hit.corners, hit.u, hit.path.origin, dir, hit.t, &hit.surface);
@@ -34,6 +39,9 @@ EK_FN PathHit hit_load(const ShadeContext* c, uint slot, uint lanes) {
 
   hit.attributes = no_attributes();
   if (hit.detailed) hit.attributes = hit_attributes(c->scene, hit.triangle, hit.u, v);
+#if EK_HAS_moving_surface
+  if (hit.detailed & (ANY(span.moves) != 0)) hit.attributes = moved_attributes(c->scene, span, hit.u, v, hit.attributes);
+#endif
 #if EK_HAS_instance
   hit.attributes = placed_attributes(c->scene, place, hit.triangle, hit.u, v, hit.attributes);
 #endif

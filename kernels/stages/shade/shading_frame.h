@@ -39,6 +39,9 @@ EK_FN ShadingPoint shading_point(const ShadeContext* c, const PathHit* hit, cons
   point.key = hit->path.key;
   point.index = hit->path.index;
   point.triangle = hit->triangle;
+#if EK_HAS_moving_surface | EK_HAS_moving_light
+  point.time = hit->path.time;
+#endif
   point.material = material->bsdf;
   point.interface = *interface;
   point.p = hit->surface.p;

@@ -24,6 +24,7 @@ struct ProbeRay {
   std::array<float, 3> o{}, d{};
   float t_max = INFINITY;
   std::uint32_t left = EK_NO_HIT, goal = EK_NO_HIT;  // the triangles that it leaves and goes to
+  float time = 0;                                    // share of the shutter's time that has passed
 };
 
 inline ProbeRay probe_ray(const glm::dvec3& origin, const glm::dvec3& dir, double t_max) {
@@ -213,6 +214,10 @@ class TraverseProbe {
     upload("textures", scene.textures);
     upload("shapes", scene.shapes);
     upload("instances", accel_.instances);
+    upload("motion", scene.motion);
+    upload("motion_nodes", accel_.motion_nodes);
+    upload("motion_leaves", accel_.motion_leaves);
+    upload("pose_triangles", scene.pose_triangles);
     two_level_ = features.has(Feature::instance);
     upload("diagnostics", std::vector<Diagnostics>(1));
     std::vector<std::uint32_t> texels(1);
@@ -268,6 +273,7 @@ class TraverseProbe {
     return build_accel({soup}, accel_options(probe));
   }
   static Accel build(const PackedScene& scene, const Options& probe) {
+    if (!scene.motion.empty()) return build_over_time(scene, accel_options(probe));
     if (scene.instances.empty()) return build_accel(soup_of(scene), accel_options(probe));
     return build_two_level(
         {soup_of(scene), scene.shapes.size(), scene.stored_meshes, scene.instances, scene.place_boxes},
@@ -276,7 +282,7 @@ class TraverseProbe {
 
   std::vector<float> run(Kernel& kernel, const std::vector<ProbeRay>& rays) {
     const std::size_t stride = (rays.size() + 31) / 16 * 16;
-    std::vector<float> words(9 * stride, 0.0F);
+    std::vector<float> words(10 * stride, 0.0F);
     for (std::size_t i = 0; i < rays.size(); ++i) {
       for (std::size_t k = 0; k < 3; ++k) {
         words[k * stride + i] = rays[i].o[k];
@@ -285,6 +291,7 @@ class TraverseProbe {
       words[6 * stride + i] = rays[i].t_max;
       words[7 * stride + i] = std::bit_cast<float>(rays[i].left);
       words[8 * stride + i] = std::bit_cast<float>(rays[i].goal);
+      words[9 * stride + i] = rays[i].time;
     }
     arguments_.set("rays", device_.upload(words));
     const Buffer hits = device_.allocate(kHitWords * stride * sizeof(float));

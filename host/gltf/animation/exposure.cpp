@@ -1,0 +1,226 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "gltf/animation/exposure.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+
+namespace eikon {
+namespace {
+
+// What a straight way between two poses may be off by.
+constexpr double kMeshShare = 1e-3;      // of the diagonal of a mesh's box, for its vertices
+constexpr double kWayShare = 1e-2;       // of the way of a camera or lamp within the step
+constexpr double kDirection = 2e-4;      // of the unit vectors of a camera: a fifth of a pixel of 720 rows
+constexpr double kLampDirection = 2e-3;  // of the axis of a lamp
+constexpr double kRounding = 1e-9;       // of coordinates, for what does not move but by rounding
+
+constexpr std::uint32_t kLeastProbes = 4;
+// Probes lie off the middle of a step, so that a motion that swings to and fro is not taken for rest.
+constexpr double kProbeShare = 0.381966;
+constexpr std::size_t kMostVertices = 512;  // of a primitive that are looked at
+
+double over(double distance, double allowed) {
+  if (distance <= 0) return 0;
+  return allowed > 0 ? distance / allowed : std::numeric_limits<double>::infinity();
+}
+
+glm::dvec3 vertex(const Scene& scene, std::size_t node, std::size_t primitive, std::size_t i) {
+  const Node& n = scene.nodes[node];
+  return glm::dvec3(n.world_from_object *
+                    glm::dvec4(glm::dvec3(scene.meshes[n.mesh].primitives[primitive].positions_object[i]), 1.0));
+}
+
+double node_deviation(const MidPose& step, std::size_t node) {
+  const Scene* const scenes[] = {&step.before, &step.after, &step.true_pose};
+  const auto same_mesh = [&](const Scene& other) {
+    const Mesh &a = step.before.meshes[step.before.nodes[node].mesh], &b = other.meshes[other.nodes[node].mesh];
+    for (std::size_t p = 0; p < a.primitives.size(); ++p)
+      if (!(a.primitives[p].positions_object == b.primitives[p].positions_object)) return false;
+    return true;
+  };
+  const auto same_place = [&](const Scene& other) {
+    return step.before.nodes[node].world_from_object == other.nodes[node].world_from_object;
+  };
+  if (std::ranges::all_of(scenes, [&](const Scene* s) { return same_place(*s) && same_mesh(*s); })) return 0;
+  double off = 0;
+  Bounds bounds;
+  const Mesh& mesh = step.before.meshes[step.before.nodes[node].mesh];
+  for (std::size_t p = 0; p < mesh.primitives.size(); ++p) {
+    const std::size_t count = mesh.primitives[p].positions_object.size(), stride = count / kMostVertices + 1;
+    for (std::size_t i = 0; i < count; i += stride) {
+      const glm::dvec3 a = vertex(step.before, node, p, i), b = vertex(step.after, node, p, i);
+      const glm::dvec3 way = vertex(step.true_pose, node, p, i) - glm::mix(a, b, step.share);
+      bounds.lo = glm::min(bounds.lo, a), bounds.hi = glm::max(bounds.hi, a);
+      off = std::max(off, glm::length(way) - kRounding * glm::length(a));
+    }
+  }
+  return bounds.empty() ? 0 : over(off, kMeshShare * glm::length(bounds.hi - bounds.lo));
+}
+
+double way_deviation(const glm::dvec3& before, const glm::dvec3& after, const glm::dvec3& at, double share) {
+  const double off = glm::length(at - glm::mix(before, after, share)) - kRounding * glm::length(at);
+  return over(off, kWayShare * glm::length(after - before));
+}
+
+double camera_deviation(const Camera& before, const Camera& after, const Camera& at, double share) {
+  double most = way_deviation(glm::dvec3(before.world_from_camera[3]), glm::dvec3(after.world_from_camera[3]),
+                              glm::dvec3(at.world_from_camera[3]), share);
+  for (int axis = 0; axis < 3; ++axis) {
+    const glm::dvec3 a(before.world_from_camera[axis]), b(after.world_from_camera[axis]);
+    most = std::max(most, glm::length(glm::dvec3(at.world_from_camera[axis]) - glm::mix(a, b, share)) / kDirection);
+  }
+  return most;
+}
+
+/// The reason why poses cannot be compared triangle by triangle; empty if they can.
+std::string difference_of(const Scene& a, const Scene& b) {
+  if (a.nodes.size() != b.nodes.size()) return "the number of meshes that it shows";
+  if (a.lights.size() != b.lights.size()) return "the number of its lights";
+  if (a.cameras.size() != b.cameras.size()) return "the number of its cameras";
+  for (std::size_t n = 0; n < a.nodes.size(); ++n) {
+    const auto &p = a.meshes[a.nodes[n].mesh].primitives, &q = b.meshes[b.nodes[n].mesh].primitives;
+    if (p.size() != q.size()) return fmt::format("the mesh of node '{}'", a.nodes[n].name);
+    for (std::size_t i = 0; i < p.size(); ++i)
+      if (p[i].indices.triangle_count() != q[i].indices.triangle_count() ||
+          p[i].positions_object.size() != q[i].positions_object.size())
+        return fmt::format("the mesh of node '{}'", a.nodes[n].name);
+  }
+  return {};
+}
+
+bool node_differs(const Scene& a, const Scene& b, std::size_t node) {
+  if (a.nodes[node].world_from_object != b.nodes[node].world_from_object) return true;
+  const auto &p = a.meshes[a.nodes[node].mesh].primitives, &q = b.meshes[b.nodes[node].mesh].primitives;
+  for (std::size_t i = 0; i < p.size(); ++i)
+    if (!(p[i].positions_object == q[i].positions_object) || !(p[i].normals_object == q[i].normals_object)) return true;
+  return false;
+}
+
+bool lights_differ(const Scene& a, const Scene& b) {
+  const auto same = [](const PunctualLight& x, const PunctualLight& y) {
+    return x.position == y.position && x.direction == y.direction;
+  };
+  return !std::ranges::equal(a.lights, b.lights, same);
+}
+
+bool cameras_differ(const Scene& a, const Scene& b) {
+  const auto same = [](const Camera& x, const Camera& y) {
+    return x.world_from_camera == y.world_from_camera && x.yfov_rad == y.yfov_rad && x.ymag_m == y.ymag_m;
+  };
+  return !std::ranges::equal(a.cameras, b.cameras, same);
+}
+
+/// Warns of shapes that move, which kernels do not.
+void note_still_shapes(Scene& scene, const std::vector<std::shared_ptr<const Scene>>& poses) {
+  std::string first;
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < scene.shapes.size(); ++i) {
+    const Shape& shape = scene.shapes[i];
+    const auto moves = [&](const auto& pose) {
+      return i < pose->shapes.size() && pose->shapes[i].world_from_object != shape.world_from_object;
+    };
+    if (std::ranges::any_of(poses, moves) && count++ == 0) first = fmt::format("shape '{}'", shape.name);
+  }
+  if (count == 0) return;
+  if (count > 1) first += fmt::format(" and {} more", count - 1);
+  scene.warnings.push_back(
+      fmt::format("--shutter: {}: not blurred, shapes stand where they are at the time of the frame", first));
+}
+
+/// The poses of a file by the share of the shutter's time that has passed, each loaded once.
+class Poses {
+ public:
+  Poses(const Scene& scene, const Shutter& shutter, const PoseLoader& load)
+      : scene_(scene), shutter_(shutter), load_(load) {}
+
+  std::shared_ptr<const Scene> at(double share) {
+    std::shared_ptr<const Scene>& pose = known_[share];
+    if (pose != nullptr) return pose;
+    Scene scene = load_(shutter_.open_s + (shutter_.close_s - shutter_.open_s) * share);
+    if (trouble_.empty()) trouble_ = difference_of(scene_, scene);
+    // A node that turns inside out keeps the order of its corners, or its triangles would not be the same ones.
+    for (std::size_t n = 0; n < std::min(scene.nodes.size(), scene_.nodes.size()); ++n)
+      scene.nodes[n].mirrored = scene_.nodes[n].mirrored;
+    scene.in_motion = true;
+    pose = std::make_shared<const Scene>(std::move(scene));
+    return pose;
+  }
+  /// Set once a pose is not made of the same triangles.
+  [[nodiscard]] const std::string& trouble() const { return trouble_; }
+
+  /// The largest deviation of any step, 0 where poses cannot be compared.
+  double deviation_of(std::uint32_t steps) {
+    double most = 0;
+    const std::uint32_t probes = std::max(steps, kLeastProbes);
+    for (std::uint32_t i = 0; i < probes && trouble_.empty(); ++i) {
+      const double time = (i + kProbeShare) / probes * steps;
+      const double begin = std::floor(time);
+      const auto before = at(begin / steps), after = at((begin + 1) / steps),
+                 true_pose = at((i + kProbeShare) / probes);
+      if (trouble_.empty()) most = std::max(most, deviation({*before, *after, *true_pose, time - begin}));
+    }
+    return most;
+  }
+
+ private:
+  const Scene& scene_;
+  const Shutter& shutter_;
+  const PoseLoader& load_;
+  std::map<double, std::shared_ptr<const Scene>> known_;
+  std::string trouble_;
+};
+
+}  // namespace
+
+double deviation(const MidPose& step) {
+  double most = 0;
+  const auto &before = step.before, &after = step.after, &at = step.true_pose;
+  for (std::size_t n = 0; n < before.nodes.size(); ++n) most = std::max(most, node_deviation(step, n));
+  for (std::size_t i = 0; i < before.lights.size(); ++i) {
+    const PunctualLight &a = before.lights[i], &b = after.lights[i], &mid = at.lights[i];
+    most = std::max({most, way_deviation(a.position, b.position, mid.position, step.share),
+                     glm::length(mid.direction - glm::mix(a.direction, b.direction, step.share)) / kLampDirection});
+  }
+  for (std::size_t i = 0; i < before.cameras.size(); ++i)
+    most = std::max(most, camera_deviation(before.cameras[i], after.cameras[i], at.cameras[i], step.share));
+  return most;
+}
+
+void expose(Scene& scene, const Shutter& shutter, const PoseLoader& pose_at) {
+  if (!shutter.is_open() || std::ranges::none_of(scene.animations, &AnimationSummary::in_force)) return;
+  Poses poses(scene, shutter, pose_at);
+  std::uint32_t steps = std::max(shutter.steps, 1U);
+  double off = shutter.steps == 0 ? poses.deviation_of(steps) : 0;
+  while (off > 1 && steps < kMostShutterSteps) off = poses.deviation_of(steps *= 2);
+  std::vector<std::shared_ptr<const Scene>> found;
+  for (std::uint32_t i = 0; i <= steps; ++i) found.push_back(poses.at(double(i) / steps));
+  if (!poses.trouble().empty()) {
+    scene.warnings.push_back(
+        fmt::format("--shutter: nothing is blurred, as {} changes while the shutter is open", poses.trouble()));
+    return;
+  }
+  const auto some = [&](bool (*differ)(const Scene&, const Scene&)) {
+    return std::any_of(found.begin(), found.end(), [&](const auto& pose) { return differ(*found.front(), *pose); });
+  };
+  note_still_shapes(scene, found);
+  for (std::size_t n = 0; n < scene.nodes.size(); ++n)
+    scene.nodes[n].moves = std::any_of(found.begin(), found.end(),
+                                       [&](const auto& pose) { return node_differs(*found.front(), *pose, n); });
+  scene.moves_surfaces = scene.in_motion = std::ranges::any_of(scene.nodes, &Node::moves);
+  scene.moves_lights = some(lights_differ);
+  if (!scene.moves_surfaces && !scene.moves_lights && !some(cameras_differ)) return;
+  scene.poses = std::move(found);
+  scene.shutter = shutter;
+  scene.shutter.steps = steps;
+  if (off > 1)
+    scene.warnings.push_back(fmt::format(
+        "--motion-steps auto: {} steps leave what moves {:.2g} times as far from its way as they should; use a "
+        "shorter --shutter, or more with --motion-steps N",
+        steps, off));
+}
+
+}  // namespace eikon

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+// Triangles that move while the shutter is open (EK_HAS_moving_surface).
+//
+// The shutter's time has some equal steps. Of each triangle that moves there is a record for each pose, at the ends of
+// the steps: corners, and with them normals and tangents. Between two poses a corner goes straight, and this file alone
+// says where it is. So rays, shading and light sampling find the same bits of it, and so do triangles that share it. Every
+// coordinate stays between those of the two poses, however it is rounded: the box around the corners of all poses holds
+// the triangle at any time, and the interval rule (traverse/ray.h) needs no more.
+//   motion  word 0: number of steps; word 1 + i: 0 if triangle i stands still, else 1 + its first record among the poses
+#ifndef EK_MOTION_H
+#define EK_MOTION_H
+#include "lanes/pose_step.h"
+#include "surface/attributes.h"
+#include "surface/instance.h"
+
+#if EK_HAS_moving_surface
+/// A coordinate on the way from a to b. share: of the way, [0, 1]
+EK_FN float moved_one(float a, float b, float share) {
+  const float at = a + (b - a) * share, least = a < b ? a : b, most = a < b ? b : a;
+  return at < least ? least : at > most ? most : at;
+}
+EK_FN vf moved(vf a, vf b, vf share) {
+  const vf at = a + (b - a) * share, least = a < b ? a : b, most = a < b ? b : a;
+  return at < least ? least : at > most ? most : at;
+}
+EK_FN v3 moved3(v3 a, v3 b, vf share) { return V3(moved(a.x, b.x, share), moved(a.y, b.y, share), moved(a.z, b.z, share)); }
+
+/// Where triangles are between two poses.
+typedef struct {
+  vi moves;   // mask: the triangle moves
+  vu before;  // record of the pose before, some valid one where it does not; that of the pose after follows
+  vf share;   // of the way between the two
+} PoseSpan;
+
+EK_FN PoseSpan pose_span(SceneData scene, vu triangle, vf time) {
+  const vu first = gather_u(scene.motion, triangle + 1u);
+  PoseSpan span;
+  span.moves = first != 0u;
+  const vu step = step_of(scene.motion[0], time, &span.share);
+  span.before = span.moves ? first - 1u + step : (vu)(0u);
+  return span;
+}
+
+/// Twice the area of a triangle; see triangle_normal() for the scaling.
+EK_FN vf twice_area(v3 p0, v3 p1, v3 p2) {
+  const v3 n = cross3(sub3(p1, p0), sub3(p2, p0));
+  const vu exponent = AS_U(max_component(abs3(n))) & 0x7f800000u;
+  const v3 scaled = scale3(n, AS_F(0x7f000000u - exponent));
+  return sqrt(dot3(scaled, scaled)) * AS_F(exponent);
+}
+
+/// The corners of the triangles of a span, in place of those of `t`.
+EK_FN TriangleLanes moved_corners(SceneData scene, PoseSpan span, TriangleLanes t, vf* area_ratio) {
+  const TriangleLanes a = load_triangle(scene.pose_triangles, span.before);
+  const TriangleLanes b = load_triangle(scene.pose_triangles, span.before + 1u);
+  t.p0 = select3(span.moves, moved3(a.p0, b.p0, span.share), t.p0);
+  t.p1 = select3(span.moves, moved3(a.p1, b.p1, span.share), t.p1);
+  t.p2 = select3(span.moves, moved3(a.p2, b.p2, span.share), t.p2);
+  // Densities on the area are those of the packed triangle, whose area the records of its poses have (pack_motion.cpp).
+  *area_ratio = span.moves ? a.light_pdf_m2 / twice_area(t.p0, t.p1, t.p2) : (vf)(1.0f);
+  return t;
+}
+
+/// Triangles at the time of a span.
+EK_FN TriangleLanes moved_triangle(SceneData scene, PoseSpan span, TriangleLanes t) {
+  vf area_ratio;
+  t = moved_corners(scene, span, t, &area_ratio);
+  t.n = select3(span.moves, placed_triangle_normal(t.p0, t.p1, t.p2), t.n);
+  t.light_pdf_m2 = t.light_pdf_m2 * area_ratio;
+  return t;
+}
+
+/// Attributes with the normal and the tangent at the time of a span; the rest does not move.
+EK_FN HitAttributes moved_attributes(SceneData scene, PoseSpan span, vf u, vf v, HitAttributes at) {
+  if (EK_HAS_vertex_normal) {
+    const TriangleNormalsLanes a = load_triangle_normals(scene.pose_normals, span.before);
+    const TriangleNormalsLanes b = load_triangle_normals(scene.pose_normals, span.before + 1u);
+    const v3 n = interpolate3(moved3(a.n0, b.n0, span.share), moved3(a.n1, b.n1, span.share),
+                              moved3(a.n2, b.n2, span.share), u, v);
+    at.normal = select3(span.moves, n, at.normal);
+  }
+  if (EK_HAS_tangent) {
+    const TriangleTangentsLanes a = load_triangle_tangents(scene.pose_tangents, span.before);
+    const TriangleTangentsLanes b = load_triangle_tangents(scene.pose_tangents, span.before + 1u);
+    const v3 t = interpolate3(moved3(a.t0, b.t0, span.share), moved3(a.t1, b.t1, span.share),
+                              moved3(a.t2, b.t2, span.share), u, v);
+    at.tangent = select3(span.moves, t, at.tangent);
+  }
+  return at;
+}
+#endif
+
+#endif

@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: Apache-2.0
+// The poses that a scene takes while the shutter is open.
+#include "gltf/animation/exposure.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <glm/gtc/matrix_transform.hpp>
+#include <numbers>
+
+#include "support/paths.h"
+
+namespace eikon::test {
+namespace {
+
+constexpr double kTurn = 2 * std::numbers::pi;
+
+bool says(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+
+Scene triangle_at(const glm::dmat4& place) {
+  Scene scene;
+  Primitive primitive;
+  primitive.positions_object = std::vector<glm::vec3>{{1, 0, 0}, {-0.5F, 0.8F, 0}, {-0.5F, -0.8F, 0}};
+  primitive.indices = {0, 1, 2};
+  scene.meshes.push_back({"triangle", {primitive}});
+  scene.materials.emplace_back();
+  scene.nodes.push_back({.name = "node", .world_from_object = place, .mesh = 0});
+  scene.animations.push_back({.name = "motion", .begin_s = 0, .end_s = 1, .channel_count = 1, .in_force = true});
+  return scene;
+}
+
+/// As a scene whose shutter is open from 0 to 1 s.
+Scene exposed(const PoseLoader& scene_at, std::uint32_t steps = 0) {
+  Scene scene = scene_at(0);
+  expose(scene, {.open_s = 0, .close_s = 1, .steps = steps}, scene_at);
+  return scene;
+}
+
+Scene turning(double turns, double t) {
+  return triangle_at(glm::rotate(glm::dmat4(1), turns * kTurn * t, glm::dvec3(0, 0, 1)));
+}
+
+TEST(Exposure, what_goes_straight_has_one_step_and_what_turns_has_more_the_more_it_turns) {
+  const auto straight = [](double t) { return triangle_at(glm::translate(glm::dmat4(1), glm::dvec3(3 * t, t, 0))); };
+  EXPECT_EQ(exposed(straight).shutter.steps, 1U);
+  std::uint32_t before = 1;
+  for (const double turns : {0.01, 0.1, 0.5, 1.0}) {
+    const Scene scene = exposed([&](double t) { return turning(turns, t); });
+    EXPECT_GE(scene.shutter.steps, before) << turns;
+    before = scene.shutter.steps;
+    ASSERT_EQ(scene.poses.size(), scene.shutter.steps + 1);
+    EXPECT_TRUE(scene.moves_surfaces && scene.in_motion && scene.nodes[0].moves && !scene.moves_lights);
+    EXPECT_TRUE(scene.warnings.empty());
+    // Nowhere is a corner farther from its circle than a thousandth of the triangle.
+    for (std::size_t k = 0; k + 1 < scene.poses.size(); ++k)
+      for (const double share : {0.25, 0.5, 0.75}) {
+        const glm::dvec3 a(scene.poses[k]->nodes[0].world_from_object[0]),
+            b(scene.poses[k + 1]->nodes[0].world_from_object[0]);
+        const double angle = turns * kTurn * (double(k) + share) / scene.shutter.steps;
+        EXPECT_LT(glm::length(glm::mix(a, b, share) - glm::dvec3(std::cos(angle), std::sin(angle), 0)), 3e-3) << turns;
+      }
+  }
+  EXPECT_GE(before, 32U);
+}
+
+TEST(Exposure, whole_turns_within_a_step_are_not_taken_for_rest) {
+  for (const double turns : {1.0, 2.0, 4.0})
+    EXPECT_GE(exposed([&](double t) { return turning(turns, t); }).shutter.steps, 32U);
+}
+
+TEST(Exposure, too_fast_a_turn_is_followed_as_well_as_can_be_and_said) {
+  const Scene scene = exposed([](double t) { return turning(9, t); });
+  EXPECT_EQ(scene.shutter.steps, kMostShutterSteps);
+  ASSERT_EQ(scene.warnings.size(), 1U);
+  EXPECT_TRUE(says(scene.warnings[0], "--motion-steps auto: 64 steps")) << scene.warnings[0];
+}
+
+TEST(Exposure, a_number_of_steps_that_is_asked_for_is_kept) {
+  const Scene scene = exposed([](double t) { return turning(0.5, t); }, 5);
+  EXPECT_EQ(scene.shutter.steps, 5U);
+  EXPECT_EQ(scene.poses.size(), 6U);
+  EXPECT_EQ(scene.poses[5]->nodes[0].world_from_object, turning(0.5, 1).nodes[0].world_from_object);
+}
+
+TEST(Exposure, a_scene_that_stands_still_or_has_no_animation_has_no_poses) {
+  const Scene still = exposed([](double) { return triangle_at(glm::dmat4(1)); });
+  EXPECT_TRUE(still.poses.empty() && !still.shutter.is_open() && !still.in_motion);
+  const auto unasked = [](double t) {
+    Scene scene = turning(0.5, t);
+    scene.animations.clear();
+    return scene;
+  };
+  EXPECT_TRUE(exposed(unasked).poses.empty());
+  Scene shut = turning(0.5, 0);
+  expose(shut, {}, [](double t) { return turning(0.5, t); });
+  EXPECT_TRUE(shut.poses.empty());
+}
+
+TEST(Exposure, poses_of_other_triangles_are_not_blurred_and_that_is_said) {
+  const auto vanishes = [](double t) {
+    Scene scene = turning(0.5, t);
+    if (t > 0.7) scene.nodes.clear();
+    return scene;
+  };
+  const Scene scene = exposed(vanishes);
+  EXPECT_TRUE(scene.poses.empty());
+  ASSERT_EQ(scene.warnings.size(), 1U);
+  EXPECT_TRUE(says(scene.warnings[0], "nothing is blurred, as the number of meshes that it shows changes"))
+      << scene.warnings[0];
+}
+
+TEST(Exposure, shapes_that_move_stand_still_and_that_is_said) {
+  const Scene scene = exposed([](double t) {
+    Scene at = triangle_at(glm::dmat4(1));
+    for (const char* name : {"ball", "egg"}) {
+      Shape shape;
+      shape.name = name;
+      shape.world_from_object = glm::translate(glm::dmat4(1), glm::dvec3(t, 0, 0));
+      at.shapes.push_back(shape);
+    }
+    return at;
+  });
+  EXPECT_TRUE(scene.poses.empty());
+  ASSERT_EQ(scene.warnings.size(), 1U);
+  EXPECT_TRUE(says(scene.warnings[0], "shape 'ball' and 1 more: not blurred")) << scene.warnings[0];
+}
+
+TEST(Exposure, a_node_that_turns_inside_out_keeps_the_order_of_its_corners) {
+  const auto mirrors = [](double t) {
+    Scene scene = triangle_at(glm::scale(glm::dmat4(1), glm::dvec3(1 - 2 * t, 1, 1)));
+    scene.nodes[0].mirrored = t > 0.5;
+    return scene;
+  };
+  const Scene scene = exposed(mirrors);
+  ASSERT_FALSE(scene.poses.empty());
+  for (const auto& pose : scene.poses) EXPECT_FALSE(pose->nodes[0].mirrored);
+}
+
+TEST(Exposure, cameras_and_lamps_are_followed_as_well) {
+  const auto both = [](double t) {
+    Scene scene = triangle_at(glm::dmat4(1));
+    Camera camera;
+    camera.world_from_camera = glm::rotate(glm::dmat4(1), 0.3 * t, glm::dvec3(0, 1, 0));
+    scene.cameras = {camera};
+    return scene;
+  };
+  const Scene panned = exposed(both);
+  EXPECT_FALSE(panned.poses.empty());
+  EXPECT_FALSE(panned.moves_surfaces || panned.moves_lights || panned.in_motion);
+  EXPECT_GE(panned.shutter.steps, 4U);  // .3 rad have a sagitta of .011, and the rest is a square law
+  const auto lamp = [](double t) {
+    Scene scene = triangle_at(glm::dmat4(1));
+    PunctualLight light;
+    light.position = {std::cos(t), std::sin(t), 0};
+    scene.lights = {light};
+    return scene;
+  };
+  const Scene swung = exposed(lamp);
+  EXPECT_TRUE(swung.moves_lights && !swung.moves_surfaces);
+  EXPECT_GT(swung.shutter.steps, 1U);
+}
+
+TEST(Exposure, materials_stay_at_the_time_of_the_frame_while_things_move) {
+  SceneChoice choice;
+  choice.animation.time_s = 0.5;
+  choice.animation.shutter = {.open_s = 0.25, .close_s = 0.75, .steps = 2};
+  const Scene scene = load_scene(std::string(EIKON_SOURCE_DIR) + "/scenes/spinning_wheel.gltf", choice);
+  ASSERT_EQ(scene.poses.size(), 3U);
+  for (const auto& pose : scene.poses)
+    for (std::size_t m = 0; m < scene.materials.size(); ++m)
+      EXPECT_EQ(pose->materials[m].emission, scene.materials[m].emission) << m;
+  std::size_t moving = 0;
+  for (std::size_t n = 0; n < scene.nodes.size(); ++n)
+    moving += scene.poses[0]->nodes[n].world_from_object != scene.poses[2]->nodes[n].world_from_object ? 1 : 0;
+  EXPECT_GT(moving, 0U);
+}
+
+}  // namespace
+}  // namespace eikon::test
