@@ -272,8 +272,8 @@ TEST(Replay, of_a_sample_is_what_the_film_has_of_it) {
       Execution execution;
       execution.chunked = chunked;
       std::vector<PathVertex> vertices;
-      const glm::vec3 radiance =
-          replay_path(scene, settings, execution, {x, y, sample}, [&](const PathVertex& v) { vertices.push_back(v); });
+      const auto keep = [&](const PathVertex& v) { vertices.push_back(v); };
+      const glm::vec3 radiance = replay_path(scene, settings, execution, {x, y, sample}, keep).radiance;
       settings.crop = {x, y, x + 1, y + 1};
       settings.sample_begin = sample;
       settings.sample_end = sample + 1;
@@ -325,8 +325,7 @@ void expect_left_out(const std::pair<Scene, Settings>& made, bool finite) {
   EXPECT_EQ(report.samples, 64U * 64U);
   ASSERT_FALSE(report.rejected.empty());
   for (const PixelSample& sample : report.rejected) {
-    const glm::vec3 radiance =
-        replay_path(scene, settings, {}, sample, [](const PathVertex&) {});
+    const glm::vec3 radiance = replay_path(scene, settings, {}, sample, [](const PathVertex&) {}).radiance;
     EXPECT_FALSE(fits_film(radiance.x) && fits_film(radiance.y) && fits_film(radiance.z))
         << sample.x << "," << sample.y << " sample " << sample.sample;
   }
