@@ -68,6 +68,7 @@ class Render(Package):
         self.assertEqual(picture.error.relmse, picture.stats["relmse_predicted"])
         self.assertEqual([picture.error.low, picture.error.high], picture.stats["relmse_interval"])
         self.assertEqual(picture.stats["samples"], 16 ** 3)
+        self.assertTrue(picture.as_asked)
         self.assertTrue(picture._repr_png_().startswith(b"\x89PNG"))
         self.assertIn("16 x 16", repr(picture))
 
@@ -92,6 +93,7 @@ class Render(Package):
 
         picture = eikon.render(SCENES / "cornell.gltf", size=(128, 128), spp=1 << 24, progress=progress)
         self.assertTrue(picture.interrupted)
+        self.assertFalse(picture.as_asked)
         self.assertTrue(0 < calls[-1].share < 1 and calls[-1].samples > 0)
         self.assertGreater(picture.stats["samples"], 0)
 
@@ -291,6 +293,9 @@ class Tools(Package):
         self.assertEqual(merged.rgb.tobytes(), whole.rgb.tobytes())
         self.assertEqual(merged.error, whole.error)
         self.assertTrue((self.folder / "merged.png").exists())
+        late = eikon.render(SCENES / "cornell.gltf", size=(12, 12), samples=(12, 16))
+        with self.assertWarnsRegex(UserWarning, "missing"):
+            eikon.merge([parts[0], late])
         with self.assertRaisesRegex(eikon.InputError, "twice"):
             eikon.merge([parts[0], parts[0]])
         with self.assertRaises(eikon.InputError):
@@ -314,6 +319,7 @@ class Tools(Package):
         printed = json.loads(done.stdout)
         self.assertEqual(reading.value.tolist(), printed["value"])
         self.assertEqual(reading.standard_error.tolist(), printed["standard_error"])
+        self.assertEqual(reading.notes, [])
         self.assertEqual((reading.quantity, reading.unit, reading.paths), ("irradiance", "W/m^2", printed["paths"]))
         with self.assertRaises(eikon.UsageError):
             eikon.meter(SCENES / "cornell.gltf", (0, 0, 0))

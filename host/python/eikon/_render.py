@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Callable, Dict, List, Optional, Sequence, Tuple, Union
@@ -57,13 +58,15 @@ class Reading:
     value: NDArray[np.float64]
     standard_error: NDArray[np.float64]
     paths: int
+    notes: List[str]  #: what the program would have said
 
 
 class Render(Picture):
     """A picture that render() made."""
 
-    def __init__(self, path: Path, folder: TemporaryFolder, stats: Dict[str, Any], notes: List[str]):
+    def __init__(self, path: Path, folder: TemporaryFolder, stats: Dict[str, Any], notes: List[str], code: int):
         super().__init__(path, folder)
+        self.as_asked = code == 0  #: False where the program exits with another code: notes say why
         self.stats = stats  #: counts and times, as `eikon render --stats` writes them
         self.notes = notes  #: what the program would have said: defaults that were chosen, faults of the scene
 
@@ -185,24 +188,26 @@ def render(scene: SceneLike, *, spp: Optional[int] = None, size: Optional[Tuple[
                  target_error=target_error, time=time, devices=devices)
     with SceneFile(scene) as path:
         words = [path, *camera_words(camera), *words_of(flags), f"--output={file}", f"--stats={stats}"]
-        _, notes = _eikon.render(words, None if progress is None else lambda *values: progress(Progress(*values)))
+        code, notes = _eikon.render(words, None if progress is None else lambda *values: progress(Progress(*values)))
     if not file.exists():
         raise _eikon.UsageError(notes[-1])  # it ended before its first sample, by progress or time
     for key, target in kept.items():
         copy_whole(file if key == "output" else stats, target)
-    return Render(file, folder, json.loads(stats.read_text()), notes)
+    return Render(file, folder, json.loads(stats.read_text()), notes, code)
 
 
 def merge(parts: Sequence[Union[Picture, PathLike]], output: Optional[PathLike] = None, **flags: Any) -> Picture:
     """Adds up parts of one image exactly: renders with `samples` or `crop`, and checkpoints. Their order does not matter.
 
     output  file for the whole; without one it is kept for as long as the Picture is
+    warns   when samples between those of the parts are missing
     raises  InputError when the parts are not of one image, or hold a sample twice
     """
     folder = TemporaryFolder() if output is None else None
     file = folder.path / "merged.exr" if folder else Path(os.fspath(output or ""))
     files = [os.fspath(part.path if isinstance(part, Picture) else part) for part in parts]
-    _eikon.merge([*files, f"--output={file}", "--quiet", *words_of(flags)])
+    if _eikon.merge([*files, f"--output={file}", "--quiet", *words_of(flags)]) != 0:
+        warnings.warn("merge: samples between those of the parts are missing", stacklevel=2)
     return Picture(file, folder)
 
 
@@ -214,9 +219,10 @@ def meter(scene: SceneLike, at: Vector, *, facing: Optional[Vector] = None, from
 
     with SceneFile(scene) as path:
         flags.update(at=at, facing=facing, from_=from_)
-        text, _ = _eikon.meter([path, *words_of(flags)])
+        text, notes = _eikon.meter([path, *words_of(flags)])
     found = json.loads(text)
-    return Reading(found["quantity"], found["unit"], np.array(found["value"]), np.array(found["standard_error"]), found["paths"])
+    return Reading(found["quantity"], found["unit"], np.array(found["value"]), np.array(found["standard_error"]), found["paths"],
+                   notes)
 
 
 def devices() -> List[Device]:
