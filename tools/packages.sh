@@ -17,14 +17,17 @@ build_packages=(
 
 # For the tests: GoogleTest; Oclgrind, a second OpenCL implementation to compare bits with; clang to check the
 # kernels without a device and, with the runtime of its sanitizers, to build the reader of scenes; Python for the scene generators, numpy as the reference of the image metrics;
-# locales for one whose numbers have a decimal comma; venv for what test.sh takes from PyPI;
-# Slurm and its munge for the cluster of two nodes that the tests of the farm start.
+# locales for one whose numbers have a decimal comma; venv for what test.sh takes from PyPI; dev for the module
+# that Python loads;
+# Slurm and its munge for the cluster of two nodes that the tests of the farm start;
+# zsh and fish, whose completion is tried; mandoc for the manual pages; dpkg-dev for the package.
 test_packages=(
   libgtest-dev
   oclgrind clang-14 libclang-rt-14-dev
-  python3 python3-numpy python3-venv
+  python3 python3-numpy python3-venv python3-dev
   locales
   slurm-wlm munge
+  zsh fish mandoc dpkg-dev
 )
 
 # Compilers of GPUs, which tools/gpu/fetch_compilers.sh unpacks into a folder and does not install: an OpenCL driver more would

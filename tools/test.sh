@@ -13,12 +13,20 @@ sanitized="$build/reader"
 cmake --log-level=WARNING -S "$root" -B "$sanitized" -G Ninja -DCMAKE_BUILD_TYPE=Release "-DCMAKE_CXX_FLAGS_RELEASE=-O0" \
   -DCMAKE_CXX_COMPILER=clang++-14 -DCMAKE_UNITY_BUILD=ON -DEIKON_TESTS=ON -DEIKON_SANITIZE=address,undefined
 cmake --build "$sanitized" --target corpus_reader
+# nanobind, which no package of Debian 12 has, binds the module for Python. Without it the tests of the package are left out.
+python="$build/python"
+nanobind="$python/bin/python -m nanobind --cmake_dir"
+$nanobind >/dev/null 2>&1 ||
+  { python3 -m venv "$python" && "$python/bin/pip" install --quiet --no-deps --retries 1 --timeout 60 nanobind==3.1.0; } ||
+  echo "test.sh: nanobind cannot be installed from PyPI; the tests of the package for Python are left out" >&2
+binding=(-DEIKON_PYTHON=OFF)
+if folder="$($nanobind 2>/dev/null)"; then binding=(-DEIKON_PYTHON=ON "-Dnanobind_DIR=$folder" -DPython_EXECUTABLE=/usr/bin/python3); fi
+
 cmake --log-level=WARNING -S "$root" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DEIKON_TESTS=ON \
-  -DCMAKE_UNITY_BUILD=ON "-DEIKON_SANITIZED_READER=$sanitized/tests/corpus_reader"
+  -DCMAKE_UNITY_BUILD=ON "-DEIKON_SANITIZED_READER=$sanitized/tests/corpus_reader" "${binding[@]}"
 cmake --build "$build"
 
 # Open Image Denoise, which no package of Debian 12 has. Without it one test is left out, and says so.
-python="$build/python"
 library="lib/python3*/site-packages/pyoidn/oidn/lib/libOpenImageDenoise.so.2"
 if [[ -z "${EIKON_OIDN-}" ]]; then
   # shellcheck disable=SC2086

@@ -7,6 +7,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 
+#include "io/text.h"
 #include "job/log.h"
 
 namespace eikon {
@@ -52,15 +53,62 @@ std::vector<GivenFlag> given_flags(const CLI::App& app) {
   return given;
 }
 
+constexpr const char* kAbout =
+    "an OpenCL wavefront path tracer. Renders glTF 2.0 scenes to OpenEXR images that state their own error.";
+
+void set_up_root(CLI::App& app, const std::string& footer, const std::function<void(CommandFlags)>& add_flags) {
+  app.name("eikon");
+  app.description(fmt::format("eikon: {}", kAbout));
+  app.get_formatter()->column_width(kHelpColumn);
+  app.set_version_flag("--version", "eikon " EIKON_VERSION);
+  app.footer(footer);
+  CommandFlags root(app);
+  root.require_command();
+  add_flags(root);
+}
+
+FlagHelp describe(const CLI::Option& option) {
+  FlagHelp help;
+  for (const std::string& name : option.get_snames()) help.names.push_back("-" + name);
+  for (const std::string& name : option.get_lnames()) help.names.push_back("--" + name);
+  if (help.names.empty()) help.names.push_back(option.get_name());
+  help.placeholder = option.get_option_text();
+  help.about = option.get_description();
+  help.group = option.get_group().empty() ? "Options" : option.get_group();
+  help.takes_value = !help.placeholder.empty() || help.is_positional();
+  help.required = option.get_required();
+  if (const std::string words = option.get_type_name(); help.takes_value && !words.empty())
+    help.words = split(words, '|');
+  return help;
+}
+
+CommandHelp describe(const CLI::App& app, const std::string& parents, const std::string& about) {
+  CommandHelp help{
+      .name = parents + app.get_name(), .about = about, .footer = app.get_footer(), .flags = {}, .commands = {}};
+  for (const CLI::Option* option : app.get_options())
+    if (!option->get_group().empty() || option == app.get_help_ptr()) help.flags.push_back(describe(*option));
+  for (const CLI::App* below : app.get_subcommands([](const CLI::App*) { return true; }))
+    help.commands.push_back(describe(*below, help.name + " ", below->get_description()));
+  return help;
+}
+
 }  // namespace
 
 std::string CommandFlags::last_name(const std::string& names) { return names.substr(names.rfind(',') + 1); }
 
 CommandFlags CommandFlags::command(const std::string& name, const std::string& about, const std::string& footer) {
   CLI::App* const below = app_->add_subcommand(name, about);
-  below->set_help_flag("-h,--help")->group("");  // hidden, so that the commands below cannot inherit it
+  below->set_help_flag("-h,--help", "print this help and exit")
+      ->group("");  // hidden, so that the commands below cannot inherit it
   below->footer(footer);
   return CommandFlags(*below);
+}
+
+std::vector<std::string> CommandFlags::commands() const {
+  std::vector<std::string> names;
+  for (const CLI::App* below : app_->get_subcommands([](const CLI::App*) { return true; }))
+    names.push_back(below->get_name());
+  return names;
 }
 
 void CommandFlags::require_command() { app_->require_subcommand(1); }
@@ -105,6 +153,14 @@ void CommandFlags::choice(const FlagText& flag, std::string& value, const std::v
   choice<std::string>(flag, value, values);
 }
 
+// CLI11 calls it the name of the values' type, says it in messages about values that are missing, and leaves it out of --help,
+// where FlagText has a placeholder for it.
+void CommandFlags::suggest(const std::string& name, const std::vector<std::string>& words) {
+  app_->get_option(name)->type_name(fmt::format("{}", fmt::join(words, "|")));
+}
+
+void CommandFlags::make_optional(const std::string& name) { app_->get_option(name)->required(false); }
+
 void CommandFlags::require(const std::string& name) { app_->get_option(name)->required(); }
 
 void CommandFlags::exclude(const std::string& name, const std::string& other) {
@@ -117,15 +173,8 @@ void CommandFlags::hide(std::initializer_list<const char*> names) {
 
 std::optional<int> parse_command_line(int argc, char** argv, const std::string& footer,
                                       const std::function<void(CommandFlags)>& add_flags) {
-  CLI::App app(
-      "eikon: an OpenCL wavefront path tracer. Renders glTF 2.0 scenes to OpenEXR images that state their own error.");
-  app.name("eikon");
-  app.get_formatter()->column_width(kHelpColumn);
-  app.set_version_flag("--version", "eikon " EIKON_VERSION);
-  app.footer(footer);
-  CommandFlags root(app);
-  root.require_command();
-  add_flags(root);
+  CLI::App app;
+  set_up_root(app, footer, add_flags);
   std::vector<std::string> words = join_json_dash(argc, argv);
   std::ranges::reverse(words);  // as CLI11 takes them
   try {
@@ -136,6 +185,12 @@ std::optional<int> parse_command_line(int argc, char** argv, const std::string& 
     throw UsageError(fmt::format("{}; try `eikon --help`", error.what()));
   }
   return std::nullopt;
+}
+
+CommandHelp describe_command_line(const std::string& footer, const std::function<void(CommandFlags)>& add_flags) {
+  CLI::App app;
+  set_up_root(app, footer, add_flags);
+  return describe(app, "", kAbout);
 }
 
 std::vector<GivenFlag> parse_words(std::vector<std::string> words, const std::function<void(CommandFlags)>& add_flags) {

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "cli/arguments.h"
+#include "cli/help/command_help.h"
 #include "core/error.h"
 
 namespace CLI {
@@ -38,6 +39,8 @@ class CommandFlags {
 
   /// Adds a command below this one. The footer follows the flags in --help.
   CommandFlags command(const std::string& name, const std::string& about, const std::string& footer);
+  /// The names of the commands that have been added below this one.
+  [[nodiscard]] std::vector<std::string> commands() const;
   /// Makes it an error to name none of the commands below this one.
   void require_command();
   /// Sets `chosen` to `command` when the user names this command.
@@ -62,9 +65,11 @@ class CommandFlags {
   /// Takes one of some words.
   template <class Value>
   void choice(const FlagText& flag, Value& value, const std::map<std::string, Value>& values) {
-    parsed(flag, [&value, values, name = last_name(flag.names)](const std::string& text) {
-      value = choose(name, text, values);
-    });
+    const std::string name = last_name(flag.names);
+    parsed(flag, [&value, values, name](const std::string& text) { value = choose(name, text, values); });
+    std::vector<std::string> words;
+    for (const auto& [word, meaning] : values) words.push_back(word);
+    suggest(name, words);
   }
   void choice(const FlagText& flag, std::string& value, const std::vector<std::string>& words);
   /// Takes any number of values; those of a flag may also be separated by commas.
@@ -72,7 +77,11 @@ class CommandFlags {
   /// Adds --json=FILE, where --json alone means standard output.
   void json(std::string& file, const std::string& about);
 
+  /// Names values that a flag takes, for shell completion. choice() does so itself.
+  void suggest(const std::string& name, const std::vector<std::string>& words);
   void require(const std::string& name);
+  /// Makes a positional argument one that may be left out.
+  void make_optional(const std::string& name);
   void exclude(const std::string& name, const std::string& other);
   /// Leaves flags out of --help that are accepted but do not change this command's results.
   void hide(std::initializer_list<const char*> names);
@@ -89,6 +98,10 @@ class CommandFlags {
 /// throws UsageError
 [[nodiscard]] std::optional<int> parse_command_line(int argc, char** argv, const std::string& footer,
                                                     const std::function<void(CommandFlags)>& add);
+
+/// The text of --help of the commands that `add` adds to the root, and of the root.
+[[nodiscard]] CommandHelp describe_command_line(const std::string& footer,
+                                                const std::function<void(CommandFlags)>& add);
 
 /// A flag as it was given, by its long name, and its values.
 struct GivenFlag {

@@ -15,7 +15,16 @@ void add_selftest(CommandFlags& root, Command& chosen);
 void add_meter(CommandFlags& root, Command& chosen);
 void add_measure(CommandFlags& root, Command& chosen);
 void add_bench(CommandFlags& root, Command& chosen);
+void add_man(CommandFlags& root, Command& chosen);
+void add_completion(CommandFlags& root, Command& chosen);
 void add_bench_rays(CommandFlags& bench, Command& chosen);  // below `bench`, as the next
 void add_bench_scene(CommandFlags& bench, Command& chosen);
+
+/// Adds every command.
+void add_commands(CommandFlags& root, Command& chosen);
+/// What follows the commands in `eikon --help`.
+[[nodiscard]] std::string root_footer();
+/// The text of --help of all commands.
+[[nodiscard]] CommandHelp describe_commands();
 
 }  // namespace eikon

@@ -11,7 +11,6 @@
 #include <new>
 
 #include "cli/commands.h"
-#include "cli/flags.h"
 #include "job/log.h"
 #include "core/lost_threads.h"
 #include "io/text.h"
@@ -24,18 +23,9 @@ int report(eikon::ExitCode code, const std::string& message) {
 }
 
 int run(int argc, char** argv) {
-  const std::string footer =
-      "Example:\n  eikon render scenes/cornell.gltf -o cornell.exr --png cornell.png --spp 256\n\n"
-      "Exit codes: 0 done, 1 done but not as asked, 2 usage, 3 input, 4 device, 5 internal, 130 interrupted, 143 "
-      "terminated.\n\n" +
-      eikon::environment_help();
   eikon::Command chosen;
-  const auto code = eikon::parse_command_line(argc, argv, footer, [&](eikon::CommandFlags root) {
-    for (const auto add : {eikon::add_render, eikon::add_batch, eikon::add_merge, eikon::add_info, eikon::add_devices,
-                           eikon::add_compare, eikon::add_selftest, eikon::add_meter, eikon::add_measure,
-                           eikon::add_bench})
-      add(root, chosen);
-  });
+  const auto code = eikon::parse_command_line(argc, argv, eikon::root_footer(),
+                                              [&](eikon::CommandFlags root) { eikon::add_commands(root, chosen); });
   return code ? *code : int(chosen());
 }
 

@@ -166,6 +166,7 @@ void add_png_flags(CommandFlags& flags, PngOptions& png) {
         if (!map) refuse_choice("--tonemap", text, tone_map_names());
         png.tone_map = *map;
       });
+  flags.suggest("--tonemap", tone_map_names());
 }
 
 void add_render_flags(CommandFlags& flags, RenderOptions& options) {

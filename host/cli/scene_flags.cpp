@@ -140,10 +140,12 @@ void add_camera_flags(CommandFlags& flags, SceneOptions& options) {
                 "paths from lights through glass and off mirrors to what they light up: auto (1/16 as many as from the "
                 "camera), off, or their number for each path from the camera, up to 1 [auto]"},
                [&](const std::string& text) { options.light_paths = parse_light_paths(text); });
+  flags.suggest("--light-paths", {"auto", "off"});
   flags.parsed({"--guiding", "NAME|PATHS",
                 "auto; on; off: paths follow what a small pilot render learned about where light comes from, where that "
                 "pays; a number of paths for the pilot turns it on [auto]"},
                [&](const std::string& text) { parse_guiding(text, options); });
+  flags.suggest("--guiding", {"auto", "on", "off"});
 }
 
 void add_environment_flags(CommandFlags& flags, EnvironmentOptions& environment) {
@@ -151,6 +153,7 @@ void add_environment_flags(CommandFlags& flags, EnvironmentOptions& environment)
                 "environment: none, neutral (a studio), an equirectangular .exr or .hdr, or a constant radiance [the "
                 "scene's; neutral if it is dark without]"},
                [&](const std::string& text) { parse_environment(text, environment); });
+  flags.suggest("--env", {"none", "neutral"});
   flags.number({"--env-scale", "FACTOR", "multiply the environment's radiance [1]"}, environment.scale, 0, 1e9);
   flags.number({"--env-rotate", "DEGREES", "turn the environment about +Y, from -Z towards -X [0]"},
                environment.rotate_deg, -36000, 36000);
@@ -191,10 +194,14 @@ void add_image_flags(CommandFlags& flags, SceneOptions& options) {
                [&](const std::string& text) { options.samples = parse_samples(text); });
   flags.parsed({"--filter", "NAME[:WIDTH]", "pixel filter, full width in pixels: " + filter_names() + " [box]"},
                [&](const std::string& text) { options.filter = parse_filter(text); });
+  flags.suggest("--filter", filter_words());
   flags.toggle("--transparent", "leave the environment out of the picture: adds channel A, R, G, B are premultiplied",
                options.transparent);
   flags.parsed({"--aov", "LIST", "additional layers, separated by commas: " + layer_names()},
                [&](const std::string& text) { parse_aovs(text, options.aovs); });
+  std::vector<std::string> names;
+  for (const LayerInfo& layer : layers()) names.emplace_back(layer.name);
+  flags.suggest("--aov", names);
 }
 
 void add_light_flags(CommandFlags& flags, SceneOptions& options, const std::string& spp_about) {

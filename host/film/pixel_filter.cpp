@@ -68,6 +68,12 @@ std::string filter_names() {
   return names;
 }
 
+std::vector<std::string> filter_words() {
+  std::vector<std::string> words;
+  for (const Known& known : kKnown) words.emplace_back(known.name);
+  return words;
+}
+
 PixelFilter parse_filter(std::string_view text) {
   const std::size_t colon = text.find(':');
   const std::string_view name = text.substr(0, colon);

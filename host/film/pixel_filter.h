@@ -37,6 +37,8 @@ struct PixelFilter {
 [[nodiscard]] PixelFilter parse_filter(std::string_view text);
 /// Names and default widths for --help: "box (1), triangle (2), ...".
 [[nodiscard]] std::string filter_names();
+/// The names alone.
+[[nodiscard]] std::vector<std::string> filter_words();
 
 /// The table from which kernels/film/filter.h samples: EK_FILTER_WORDS floats.
 [[nodiscard]] std::vector<float> filter_table(const PixelFilter& filter);

@@ -8,6 +8,7 @@
 
 #include "cli/arguments.h"
 #include "cli/commands.h"
+#include "cli/commands/meter.h"
 #include "cli/flags.h"
 #include "job/prepare.h"
 #include "job/report/report.h"
@@ -42,54 +43,87 @@ Meter meter_of(const MeterOptions& options) {
   return meter;
 }
 
+/// What was measured, and how.
+struct Measurement {
+  Meter meter;
+  Reading reading;
+  std::uint64_t paths = 0;
+
+  [[nodiscard]] bool is_irradiance() const { return meter.quantity == Meter::Quantity::irradiance; }
+  [[nodiscard]] const char* quantity() const { return is_irradiance() ? "irradiance" : "radiance"; }
+};
+
+/// Returns nothing if `stop` was set before the end.
+std::optional<Measurement> take_reading(const MeterOptions& options, const Log& log, const std::atomic<bool>& stop) {
+  const Meter meter = meter_of(options);
+  Prepared prepared = prepare(options.scene, log);
+  aim(meter, *prepared.scene, prepared.settings);
+  const RenderOutput output = render_and_release(*prepared.scene, prepared.settings, options.execution, stop);
+  if (output.report.interrupted()) return std::nullopt;
+  return Measurement{meter, read(meter, output.film), output.report.samples};
+}
+
+std::string to_json(const Measurement& measured) {
+  const auto list = [](const glm::dvec3& v) { return nlohmann::json{v.x, v.y, v.z}; };
+  const nlohmann::json out = {{"quantity", measured.quantity()},
+                              {"unit", measured.is_irradiance() ? "W/m^2" : "W/(sr m^2)"},
+                              {"at", list(measured.meter.at)},
+                              {"direction", list(measured.meter.direction)},
+                              {"value", list(measured.reading.value)},
+                              {"standard_error", list(measured.reading.sigma)},
+                              {"paths", measured.paths}};
+  return out.dump() + "\n";
+}
+
 ExitCode meter_command(MeterOptions options) {
   receive_signals();
   require_writable({options.json}, options.scene.scene);
   read_execution_environment(options.execution);
-  const Meter meter = meter_of(options);
-  Prepared prepared = prepare(options.scene, log_unless(!options.json.empty()));
-  aim(meter, *prepared.scene, prepared.settings);
-  const RenderOutput output =
-      render_and_release(*prepared.scene, prepared.settings, options.execution, catch_stop_signals());
-  if (output.report.interrupted()) return stop_exit_code();
-  const Reading reading = read(meter, output.film);
-  const bool is_irradiance = meter.quantity == Meter::Quantity::irradiance;
-  const char* const quantity = is_irradiance ? "irradiance" : "radiance";
+  const auto measured = take_reading(options, log_unless(!options.json.empty()), catch_stop_signals());
+  if (!measured) return stop_exit_code();
   if (!options.json.empty()) {
-    const auto list = [](const glm::dvec3& v) { return nlohmann::json{v.x, v.y, v.z}; };
-    const nlohmann::json out = {{"quantity", quantity},          {"unit", is_irradiance ? "W/m^2" : "W/(sr m^2)"},
-                                {"at", list(meter.at)},          {"direction", list(meter.direction)},
-                                {"value", list(reading.value)},  {"standard_error", list(reading.sigma)},
-                                {"paths", output.report.samples}};
-    write_text(options.json, out.dump() + "\n");
+    write_text(options.json, to_json(*measured));
     return ExitCode::done;
   }
-  fmt::print("{} at ({:g}, {:g}, {:g}) {} ({:g}, {:g}, {:g}), {}, of {} paths\n", quantity, meter.at.x, meter.at.y,
-             meter.at.z, is_irradiance ? "facing" : "from", meter.direction.x, meter.direction.y, meter.direction.z,
-             is_irradiance ? "W/m^2 (lx)" : "W/(sr m^2) (cd/m^2)", output.report.samples);
+  const auto& [meter, reading, paths] = *measured;
+  fmt::print("{} at ({:g}, {:g}, {:g}) {} ({:g}, {:g}, {:g}), {}, of {} paths\n", measured->quantity(), meter.at.x,
+             meter.at.y, meter.at.z, measured->is_irradiance() ? "facing" : "from", meter.direction.x,
+             meter.direction.y, meter.direction.z, measured->is_irradiance() ? "W/m^2 (lx)" : "W/(sr m^2) (cd/m^2)",
+             paths);
   for (int c = 0; c < 3; ++c) fmt::print("  {} {:.6g} +- {:.2g}\n", "RGB"[c], reading.value[c], reading.sigma[c]);
   return ExitCode::done;
 }
 
+void add_meter_flags(CommandFlags& flags, MeterOptions& options) {
+  add_scene_flags(flags, options.scene);
+  flags.text({"--at", "X,Y,Z", "where, in metres (required)"}, options.at);
+  flags.text({"--facing", "X,Y,Z", "normal of the receiver: measures irradiance, W/m^2"}, options.facing);
+  flags.text({"--from", "X,Y,Z", "direction that light comes from: measures radiance, W/(sr m^2)"}, options.from);
+  flags.require("--at");
+  options.scene.size = kGrid;
+  options.scene.spp = 256;
+  add_light_flags(flags, options.scene, "paths of each of the 256 pixels that measure independently [256]");
+  add_execution_flags(flags, options.execution, true);
+  flags.group("Output");
+  flags.json(options.json, "print one line of JSON, or write it to FILE");
+}
+
 }  // namespace
+
+std::optional<std::string> meter_json(std::vector<std::string> words, const Log& log, const std::atomic<bool>& stop) {
+  MeterOptions options;
+  (void)parse_words(std::move(words), [&](CommandFlags flags) { add_meter_flags(flags, options); });
+  read_execution_environment(options.execution);
+  const auto measured = take_reading(options, log, stop);
+  return measured ? std::optional(to_json(*measured)) : std::nullopt;
+}
 
 void add_meter(CommandFlags& root, Command& chosen) {
   auto options = std::make_shared<MeterOptions>();
-  CommandFlags flags =
-      root.command("meter", "measure irradiance at a point, or radiance along a ray, with its standard error",
-                   "Example:\n  eikon meter scenes/cornell.gltf --at 0.278,0.001,0.28 --facing 0,1,0\n\n" +
-                       environment_help());
-  add_scene_flags(flags, options->scene);
-  flags.text({"--at", "X,Y,Z", "where, in metres (required)"}, options->at);
-  flags.text({"--facing", "X,Y,Z", "normal of the receiver: measures irradiance, W/m^2"}, options->facing);
-  flags.text({"--from", "X,Y,Z", "direction that light comes from: measures radiance, W/(sr m^2)"}, options->from);
-  flags.require("--at");
-  options->scene.size = kGrid;
-  options->scene.spp = 256;
-  add_light_flags(flags, options->scene, "paths of each of the 256 pixels that measure independently [256]");
-  add_execution_flags(flags, options->execution, true);
-  flags.group("Output");
-  flags.json(options->json, "print one line of JSON, or write it to FILE");
+  CommandFlags flags = root.command(
+      "meter", "measure irradiance at a point, or radiance along a ray, with its standard error",
+      "Example:\n  eikon meter scenes/cornell.gltf --at 0.278,0.001,0.28 --facing 0,1,0\n\n" + environment_help());
+  add_meter_flags(flags, *options);
   flags.run(chosen, [options] { return meter_command(*options); });
 }
 

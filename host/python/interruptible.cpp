@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "python/interruptible.h"
+
+#include <nanobind/nanobind.h>
+#include <pthread.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <array>
+#include <chrono>
+#include <csignal>
+#include <exception>
+#include <future>
+#include <thread>
+
+namespace nb = nanobind;
+
+namespace eikon::python {
+namespace {
+
+/// Puts back the handlers of signals.
+class KeptHandlers {
+ public:
+  KeptHandlers() {
+    for (int signal = 1; signal < kCount; ++signal)
+      known_[at(signal)] = sigaction(signal, nullptr, &actions_[at(signal)]) == 0;
+  }
+  ~KeptHandlers() {
+    for (int signal = 1; signal < kCount; ++signal)
+      if (known_[at(signal)]) sigaction(signal, &actions_[at(signal)], nullptr);  // fails for SIGKILL and SIGSTOP
+  }
+  KeptHandlers(const KeptHandlers&) = delete;
+  KeptHandlers& operator=(const KeptHandlers&) = delete;
+
+ private:
+  static constexpr int kCount = 32;  // those below are the real-time signals
+  static std::size_t at(int signal) { return static_cast<std::size_t>(signal); }
+  std::array<struct sigaction, kCount> actions_{};
+  std::array<bool, kCount> known_{};
+};
+
+/// Holds SIGINT back on this thread and on those that it starts.
+class HeldInterrupt {
+ public:
+  HeldInterrupt() {
+    sigemptyset(&set_);
+    sigaddset(&set_, SIGINT);
+    pthread_sigmask(SIG_BLOCK, &set_, &before_);
+  }
+  ~HeldInterrupt() { pthread_sigmask(SIG_SETMASK, &before_, nullptr); }
+  HeldInterrupt(const HeldInterrupt&) = delete;
+  HeldInterrupt& operator=(const HeldInterrupt&) = delete;
+
+  /// Takes one that came. Returns whether there was one.
+  [[nodiscard]] bool take() const {
+    const timespec none{};
+    return sigtimedwait(&set_, nullptr, &none) == SIGINT;
+  }
+
+ private:
+  sigset_t set_{}, before_{};
+};
+
+bool is_main_thread() { return getpid() == static_cast<pid_t>(syscall(SYS_gettid)); }
+
+/// Waits for the end of the work. Returns what a handler of Python raised, or null.
+std::exception_ptr watch(const std::future<void>& work, const HeldInterrupt& held, std::atomic<bool>& stop) {
+  constexpr std::chrono::milliseconds kInterval{20};
+  std::exception_ptr raised;
+  while (true) {
+    bool ended = false;
+    {
+      const nb::gil_scoped_release released;
+      ended = work.wait_for(kInterval) == std::future_status::ready;
+    }
+    if (held.take()) PyErr_SetInterrupt();
+    if (PyErr_CheckSignals() != 0) {
+      if (raised == nullptr) raised = std::make_exception_ptr(nb::python_error());
+      stop = true;
+    }
+    if (ended) return raised;
+  }
+}
+
+}  // namespace
+
+void run_interruptible(const std::function<void(std::atomic<bool>&)>& work) {
+  std::atomic<bool> stop = false;
+  if (!is_main_thread()) {
+    const nb::gil_scoped_release released;
+    return work(stop);
+  }
+  const KeptHandlers handlers;
+  const HeldInterrupt held;
+  std::promise<void> done;
+  std::future<void> result = done.get_future();
+  std::thread thread([&] {
+    try {
+      work(stop);
+      done.set_value();
+    } catch (...) {
+      done.set_exception(std::current_exception());
+    }
+  });
+  const std::exception_ptr raised = watch(result, held, stop);
+  {
+    const nb::gil_scoped_release released;
+    thread.join();
+  }
+  if (raised != nullptr) std::rethrow_exception(raised);
+  result.get();
+}
+
+}  // namespace eikon::python

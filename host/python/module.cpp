@@ -1,0 +1,238 @@
+// SPDX-License-Identifier: Apache-2.0
+// The module eikon._eikon: what the package in eikon/ calls. Words are those of the command line, so a render from Python is that
+// of `eikon render` with the same words.
+#include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
+#include <nanobind/stl/map.h>
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/pair.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/vector.h>
+
+#include <exception>
+#include <memory>
+#include <mutex>
+#include <utility>
+
+#include "cli/commands.h"
+#include "cli/commands/meter.h"
+#include "cli/flags.h"
+#include "core/error.h"
+#include "device/device.h"
+#include "image/image.h"
+#include "job/render_job.h"
+#include "python/interruptible.h"
+
+namespace nb = nanobind;
+
+namespace eikon::python {
+namespace {
+
+using Plane = nb::ndarray<const float, nb::shape<-1, -1>, nb::c_contig, nb::device::cpu>;
+
+/// Lines for the user, which any thread may add.
+class Notes {
+ public:
+  [[nodiscard]] Log log() {
+    return [this](const std::string& line) {
+      const std::lock_guard lock(mutex_);
+      lines_.push_back(line);
+    };
+  }
+  [[nodiscard]] std::vector<std::string> take() {
+    const std::lock_guard lock(mutex_);
+    return std::move(lines_);
+  }
+
+ private:
+  std::mutex mutex_;
+  std::vector<std::string> lines_;
+};
+
+/// Calls Python with the progress of a render, which ends if that returns False or raises.
+class ProgressCall {
+ public:
+  ProgressCall(nb::object callback, std::atomic<bool>& stop) : callback_(std::move(callback)), stop_(stop) {}
+
+  void operator()(const Progress& now) {
+    const nb::gil_scoped_acquire acquired;
+    if (raised_ != nullptr) return;
+    try {
+      if (callback_(now.share, now.samples, now.samples_per_second, now.seconds, now.left_s).is(nb::bool_(false)))
+        stop_ = true;
+    } catch (...) {
+      raised_ = std::current_exception();
+      stop_ = true;
+    }
+  }
+  void rethrow() const {
+    if (raised_ != nullptr) std::rethrow_exception(raised_);
+  }
+
+ private:
+  nb::object callback_;
+  std::atomic<bool>& stop_;
+  std::exception_ptr raised_;
+};
+
+/// Renders what the words after `eikon render` say, and writes its files. Returns the exit code and notes for the user.
+std::pair<int, std::vector<std::string>> render_words(const std::vector<std::string>& words,
+                                                      const nb::object& progress) {
+  RenderOptions options = parse_render(words);
+  if (options.frames || options.is_replay())
+    throw UsageError(
+        "render: renders one image at a time; call it for each frame, and trace paths with `eikon render`");
+  options.quiet = false;
+  Notes notes;
+  ExitCode code{};
+  std::unique_ptr<ProgressCall> call;
+  run_interruptible([&](std::atomic<bool>& stop) {
+    RenderJob job(options, notes.log());
+    job.load();
+    RenderHooks hooks;
+    if (!progress.is_none()) {
+      const nb::gil_scoped_acquire acquired;
+      call = std::make_unique<ProgressCall>(progress, stop);
+      hooks.progress = [&](const Progress& now, const Film&) { (*call)(now); };
+    }
+    job.render(stop, std::move(hooks));
+    job.write();
+    code = job.code();
+  });
+  if (call != nullptr) call->rethrow();
+  return {int(code), notes.take()};
+}
+
+/// Measures what the words after `eikon meter` say. Returns JSON and notes for the user.
+std::pair<std::string, std::vector<std::string>> meter_words(const std::vector<std::string>& words) {
+  Notes notes;
+  std::string text;
+  run_interruptible([&](std::atomic<bool>& stop) {
+    if (auto json = meter_json(words, notes.log(), stop)) text = std::move(*json);
+  });
+  return {text, notes.take()};
+}
+
+/// Merges what the words after `eikon merge` say. Returns the exit code.
+int merge_words(std::vector<std::string> words) {
+  words.insert(words.begin(), "merge");
+  Command chosen;
+  (void)parse_words(std::move(words), [&](CommandFlags root) { add_merge(root, chosen); });
+  ExitCode code{};
+  run_interruptible([&](std::atomic<bool>&) { code = chosen(); });
+  return int(code);
+}
+
+/// The planes of a picture, by channel, as arrays of shape (height, width).
+nb::dict read_planes(const std::string& path) {
+  auto image = std::make_unique<Image>();
+  {
+    const nb::gil_scoped_release released;
+    *image = read_exr(path);
+  }
+  nb::dict planes;
+  for (std::size_t i = 0; i < image->channels.size(); ++i) {
+    auto plane = std::make_unique<std::vector<float>>(std::move(image->planes[i]));
+    const nb::capsule owner(plane.get(), [](void* data) noexcept { delete static_cast<std::vector<float>*>(data); });
+    planes[image->channels[i].c_str()] =
+        nb::ndarray<nb::numpy, float, nb::ndim<2>>(plane.release()->data(), {image->height, image->width}, owner);
+  }
+  nb::dict result;
+  result["planes"] = planes;
+  result["metadata"] = nb::cast(image->metadata);
+  return result;
+}
+
+/// A picture of planes of the same size.
+Image image_of(const std::vector<std::pair<std::string, Plane>>& planes) {
+  Image image;
+  for (const auto& [channel, plane] : planes) {
+    const auto height = static_cast<std::uint32_t>(plane.shape(0)), width = static_cast<std::uint32_t>(plane.shape(1));
+    if (!image.planes.empty() && (image.height != height || image.width != width))
+      throw InputError("the channels of a picture have the same size");
+    image.height = height;
+    image.width = width;
+    image.channels.push_back(channel);
+    image.planes.emplace_back(plane.data(), plane.data() + plane.size());
+  }
+  return image;
+}
+
+std::vector<std::pair<std::string, Plane>> listed(const nb::dict& planes) {
+  std::vector<std::pair<std::string, Plane>> list;
+  for (const auto [name, plane] : planes) list.emplace_back(nb::cast<std::string>(name), nb::cast<Plane>(plane));
+  return list;
+}
+
+nb::dict compare_planes(const nb::dict& test, const nb::dict& reference) {
+  const Comparison result = compare_images(image_of(listed(test)), image_of(listed(reference)));
+  nb::dict numbers;
+  numbers["mse"] = result.mse;
+  numbers["relmse"] = result.relmse;
+  numbers["mape"] = result.mape;
+  numbers["ratio_of_means"] = result.ratio_of_means;
+  numbers["nonfinite"] = result.nonfinite;
+  return numbers;
+}
+
+void write_png_of(const std::string& path, const nb::dict& planes, double exposure_ev, std::optional<double> ev100,
+                  const std::string& tonemap) {
+  const auto map = tone_map_of(tonemap);
+  if (!map) refuse_choice("tonemap", tonemap, tone_map_names());
+  PngOptions{.file = path, .exposure_ev = exposure_ev, .ev100 = ev100, .tone_map = *map}.write(
+      image_of(listed(planes)));
+}
+
+nb::list devices() {
+  nb::list list;
+  for (const DeviceInfo& info : list_devices()) {
+    nb::dict device;
+    device["index"] = info.index;
+    device["name"] = info.name;
+    device["vendor"] = info.vendor;
+    device["platform"] = info.platform;
+    device["driver"] = info.driver;
+    device["kind"] = info.gpu ? "gpu" : info.cpu ? "cpu" : "accelerator";
+    device["compute_units"] = info.compute_units;
+    device["memory_bytes"] = info.memory_bytes;
+    device["unusable"] = info.unusable;
+    list.append(device);
+  }
+  return list;
+}
+
+template <class Kind>
+void add_exception(nb::module_& module, const char* name, nb::handle base, const char* about, ExitCode code) {
+  nb::object type = nb::exception<Kind>(module, name, base);
+  type.attr("code") = int(code);
+  type.attr("__doc__") = about;
+  type.attr("__module__") = "eikon";
+}
+
+void add_exceptions(nb::module_& module) {
+  add_exception<Error>(module, "Error", PyExc_Exception,
+                       "What eikon refuses or fails at; `code` is the exit code of the program.", ExitCode::internal);
+  const nb::object base = module.attr("Error");
+  add_exception<UsageError>(module, "UsageError", base, "A wrong argument.", ExitCode::usage);
+  add_exception<InputError>(module, "InputError", base, "A wrong or damaged input, or a file that cannot be written.",
+                            ExitCode::input);
+  add_exception<DeviceError>(module, "DeviceError", base, "No device, or none left.", ExitCode::device);
+  add_exception<InternalError>(module, "InternalError", base, "A broken invariant of eikon.", ExitCode::internal);
+}
+
+}  // namespace
+}  // namespace eikon::python
+
+NB_MODULE(_eikon, module) {
+  using namespace eikon::python;
+  module.attr("version") = EIKON_VERSION;
+  add_exceptions(module);
+  module.def("render", &render_words, nb::arg("words"), nb::arg("progress").none());
+  module.def("meter", &meter_words, nb::arg("words"));
+  module.def("merge", &merge_words, nb::arg("words"));
+  module.def("read_exr", &read_planes, nb::arg("path"));
+  module.def("compare", &compare_planes, nb::arg("test"), nb::arg("reference"));
+  module.def("write_png", &write_png_of, nb::arg("path"), nb::arg("planes"), nb::arg("exposure"),
+             nb::arg("ev100").none(), nb::arg("tonemap"));
+  module.def("devices", &devices);
+}
