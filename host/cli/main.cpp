@@ -33,7 +33,7 @@ int run(int argc, char** argv) {
   const auto code = eikon::parse_command_line(argc, argv, footer, [&](eikon::CommandFlags root) {
     for (const auto add : {eikon::add_render, eikon::add_batch, eikon::add_merge, eikon::add_info, eikon::add_devices,
                            eikon::add_compare, eikon::add_selftest, eikon::add_meter, eikon::add_measure,
-                           eikon::add_bench})
+                           eikon::add_report, eikon::add_bench})
       add(root, chosen);
   });
   return code ? *code : int(chosen());
