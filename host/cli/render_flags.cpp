@@ -7,6 +7,7 @@
 
 #include "cli/flags.h"
 #include "film/layers.h"
+#include "job/batch/job_lines.h"
 
 namespace eikon {
 namespace {
@@ -65,6 +66,8 @@ void add_diagnosis_flags(CommandFlags& flags, RenderOptions& options) {
   flags.group("Diagnosis (- is standard output)");
   flags.text({"--stats", "FILE", "write counts and times as JSON"}, options.stats);
   flags.text({"--profile", "FILE", "write a timeline for Perfetto or chrome://tracing"}, options.profile);
+  flags.text({"--report", "FILE.html", "write a page that shows the picture, its error, and where the time went"},
+             options.report);
   flags.parsed({"--pixel", "X,Y", "with --sample N: trace that path of the pixel and print its vertices"},
                [&](const std::string& text) {
                  const std::vector<std::string> xy = split(text, ',');
@@ -138,6 +141,7 @@ const std::vector<std::string> kAboutWhole = {"--spp",
                                               "--resume",
                                               "--stats",
                                               "--profile",
+                                              "--report",
                                               "--quiet",
                                               "--progress"};
 
@@ -183,6 +187,7 @@ void add_render_flags(CommandFlags& flags, RenderOptions& options) {
 
 RenderOptions parse_render(std::vector<std::string> words) {
   RenderOptions options;
+  options.command = "eikon render " + quote(words);
   const std::vector<GivenFlag> given =
       parse_words(std::move(words), [&](CommandFlags flags) { add_render_flags(flags, options); });
   for (const GivenFlag& flag : given) {

@@ -47,6 +47,16 @@ Metadata read_metadata(const std::filesystem::path& path);
 /// size that is credible for the bytes of the file. throws InputError
 Image read_exr(const std::filesystem::path& path);
 
+/// Bytes of a PNG's pixels, row by row from the top.
+struct PngBytes {
+  std::uint32_t width = 0, height = 0;
+  std::size_t channels = 3;  // 1: grey, 3: RGB, 4: RGBA, each sRGB as far as it is colour
+  const std::vector<unsigned char>& bytes;  // [(y * width + x) * channels + channel]
+};
+
+/// The bytes of the PNG file. throws InternalError for sizes that a PNG cannot have
+[[nodiscard]] std::string encode_png(const PngBytes& picture);
+
 /// Writes R, G, B as an 8-bit sRGB PNG after multiplication by 2^exposure_ev and tone mapping.
 /// Values are rounded to nearest; values above 1 become 255, negative and non-finite ones black. R,
 /// G, B of an image with a channel A are premultiplied; the PNG has straight colours and A. throws

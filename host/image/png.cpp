@@ -30,6 +30,20 @@ double to_opacity(float alpha) { return alpha > 0 ? std::min(static_cast<double>
 
 }  // namespace
 
+std::string encode_png(const PngBytes& picture) {
+  png_image header{};  // png_image is the description of an image
+  header.version = PNG_IMAGE_VERSION;
+  header.width = picture.width;
+  header.height = picture.height;
+  header.format = picture.channels == 1 ? PNG_FORMAT_GRAY : picture.channels == 4 ? PNG_FORMAT_RGBA : PNG_FORMAT_RGB;
+  png_alloc_size_t size_bytes = PNG_IMAGE_PNG_SIZE_MAX(header);
+  std::string encoded(size_bytes, '\0');
+  if (png_image_write_to_memory(&header, encoded.data(), &size_bytes, 0, picture.bytes.data(), 0, nullptr) == 0)
+    throw InternalError(fmt::format("a PNG of {} x {} pixels: {}", picture.width, picture.height, header.message));
+  encoded.resize(size_bytes);
+  return encoded;
+}
+
 void write_png(const std::filesystem::path& path, const Image& image, double exposure_ev, ToneMap map) {
   const std::size_t pixels = std::size_t{image.width} * image.height;
   if (pixels == 0 || pixels > (std::size_t{1} << 29))
@@ -59,17 +73,9 @@ void write_png(const std::filesystem::path& path, const Image& image, double exp
     for (int c = 0; c < 3; ++c) bytes[channels * i + std::size_t(c)] = to_srgb8(shown[c]);
     if (alpha != nullptr) bytes[channels * i + 3] = to_byte(opacity);
   }
-  png_image header{};  // png_image is the description of an image
-  header.version = PNG_IMAGE_VERSION;
-  header.width = image.width;
-  header.height = image.height;
-  header.format = alpha != nullptr ? PNG_FORMAT_RGBA : PNG_FORMAT_RGB;
-  png_alloc_size_t size_bytes = PNG_IMAGE_PNG_SIZE_MAX(header);
-  std::vector<std::byte> encoded(size_bytes);
-  if (png_image_write_to_memory(&header, encoded.data(), &size_bytes, 0, bytes.data(), 0, nullptr) == 0)
-    throw InputError(fmt::format("cannot write \"{}\": {}", path.string(), header.message));
+  const std::string encoded = encode_png({image.width, image.height, channels, bytes});
   AtomicFile file(path);
-  file.write(encoded.data(), size_bytes);
+  file.write(encoded.data(), encoded.size());
   file.commit();
 }
 

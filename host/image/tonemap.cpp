@@ -71,6 +71,8 @@ const std::vector<std::string>& tone_map_names() {
   return names;
 }
 
+const std::string& name_of(ToneMap map) { return tone_map_names().at(std::size_t(map)); }
+
 std::optional<ToneMap> tone_map_of(std::string_view name) {
   const auto& names = tone_map_names();
   const auto found = std::find(names.begin(), names.end(), name);

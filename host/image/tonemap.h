@@ -25,6 +25,8 @@ enum class ToneMap {
 /// Returns nothing for another name.
 [[nodiscard]] std::optional<ToneMap> tone_map_of(std::string_view name);
 
+[[nodiscard]] const std::string& name_of(ToneMap map);
+
 /// Luminance of a linear Rec. 709 colour.
 [[nodiscard]] inline double luminance(const glm::dvec3& linear) {
   return glm::dot(linear, glm::dvec3(0.2126, 0.7152, 0.0722));

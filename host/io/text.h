@@ -36,4 +36,7 @@ template <class Number, class... How>
 /// `text` with its control characters replaced by blanks, for messages of libraries.
 [[nodiscard]] std::string one_line(std::string_view text);
 
+/// Bytes as base64 with padding [RFC 4648, section 4].
+[[nodiscard]] std::string base64(std::string_view bytes);
+
 }  // namespace eikon

@@ -5,6 +5,8 @@
 #include <fmt/ranges.h>
 #include <unistd.h>
 
+#include <nlohmann/json.hpp>
+
 #include "core/clock.h"
 #include "job/file_identity.h"
 #include "job/report/metadata.h"
@@ -28,6 +30,9 @@ std::string rejected_line(const RenderReport& report, std::uint64_t all) {
   }
   return line;
 }
+
+/// The most of the time that a render with --report spends on the curve of its error.
+constexpr double kReportErrorShare = 0.05;
 
 /// True if each pixel would be 0 as 8 bits of sRGB.
 bool is_black(const Film& film) {
@@ -55,7 +60,7 @@ RenderJob::RenderJob(RenderOptions options, Log log, double begin_s)
   require_writable(options_.outputs(), options_.scene.scene);
   refuse_to_replace_inputs(options_.outputs(), options_.scene.scene, options_.scene.environment.map);
   if (options_.scene.denoise) denoiser_ = std::make_unique<Denoiser>(options_.execution.threads);
-  if (!options_.profile.empty()) trace_ = std::make_shared<Trace>();
+  if (!options_.profile.empty() || !options_.report.empty()) trace_ = std::make_shared<Trace>();
   options_.execution.trace = trace_;
 }
 
@@ -194,6 +199,9 @@ void RenderJob::render(const std::atomic<bool>& stop, RenderHooks hooks) {
     };
   }
   hooks.keep = prepared_.scene;
+  if (!options_.report.empty()) hooks.error_share = kReportErrorShare;
+  if (!options_.stats.empty() || !options_.report.empty())
+    facts_ = facts_of(prepared_, options_.execution, options_.command);
   const Settings& settings = prepared_.settings;
   try {
     if (packed_ == nullptr) {
@@ -230,11 +238,10 @@ ExrOptions RenderJob::exr_options() const {
 void RenderJob::write_image(bool elsewhere) {
   ExrOptions exr = exr_options();
   exr.record = to_text(checkpoint_.record(*done_));
-  std::optional<Image> denoised;
-  if (denoiser_) denoised = denoise(done_->film);
-  exr.denoised = denoised ? &*denoised : nullptr;
+  if (denoiser_) denoised_ = denoise(done_->film);
+  exr.denoised = denoised_ ? &*denoised_ : nullptr;
   write_picture(exr, elsewhere);
-  if (!options_.png.file.empty()) options_.png.write(denoised ? *denoised : to_image(done_->film));
+  if (!options_.png.file.empty()) options_.png.write(denoised_ ? *denoised_ : to_image(done_->film));
   write_depth_series(exr);
 }
 
@@ -339,11 +346,7 @@ void RenderJob::write_files(bool elsewhere) {
   times_.load_s = prepared_.load_s;
   times_.write_s = host_seconds() - write_begin;
   times_.total_s = process_seconds() - begin_s_;
-  if (!options_.stats.empty()) write_stats(options_.stats, *done_, error_, prepared_, times_);
-  if (trace_) {
-    trace_->end();
-    write_trace(options_.profile, *trace_);
-  }
+  write_reports();
 
   if (done_->arithmetic != std::set<std::string>{"exact"})
     log_(fmt::format("arithmetic {}: other devices may give other bits; see `eikon selftest`",
@@ -358,6 +361,16 @@ void RenderJob::write_files(bool elsewhere) {
     log_(fmt::format("interrupted: {} of {} samples are in {}", done_->done.sample_count(),
                      settings.crop.pixel_count() * (settings.sample_end - settings.sample_begin), output_.string()));
   }
+}
+
+void RenderJob::write_reports() {
+  if (trace_) trace_->end();
+  if (!options_.profile.empty()) write_trace(options_.profile, *trace_);
+  if (options_.stats.empty() && options_.report.empty()) return;
+  const Json stats = stats_json(*done_, error_, prepared_, times_, facts_);
+  if (!options_.stats.empty()) write_stats(options_.stats, stats);
+  const ReportPicture picture{.film = done_->film, .denoised = denoised_ ? &*denoised_ : nullptr, .look = options_.png};
+  if (!options_.report.empty()) write_report(options_.report, stats, picture, *trace_);
 }
 
 void RenderJob::print() const {

@@ -72,6 +72,8 @@ class RenderJob {
   std::shared_ptr<PackedScene> packed_{};
   std::unique_ptr<DevicePrefetcher::Slot> device_slot_{};
   std::unique_ptr<Denoiser> denoiser_{};  // for --denoise
+  std::optional<Image> denoised_{};       // what it made of the finished picture
+  RenderFacts facts_{};  // for --stats and --report
   std::optional<RenderOutput> done_;
   PredictedError error_;
   bool as_asked_ = true;
@@ -95,6 +97,8 @@ class RenderJob {
   [[nodiscard]] std::string how_it_ended() const;
   void write_files(bool elsewhere);
   void write_image(bool elsewhere);
+  /// Writes --stats, --profile and --report.
+  void write_reports();
   void write_picture(const ExrOptions& exr, bool elsewhere);
   /// Keeps what is done in another file. Returns a text that says how to resume; empty if that
   /// failed.

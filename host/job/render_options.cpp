@@ -17,8 +17,10 @@ double exposure_of_camera(double ev100) { return -(ev100 + std::log2(1.2)); }
 
 void PngOptions::write(const Image& image) const {
   if (file.empty()) return;
-  write_png(file, image, ev100 ? exposure_of_camera(*ev100) : exposure_ev, tone_map);
+  write_png(file, image, exposure(), tone_map);
 }
+
+double PngOptions::exposure() const { return ev100 ? exposure_of_camera(*ev100) : exposure_ev; }
 
 std::filesystem::path RenderOptions::exr() const {
   return output.empty() ? std::filesystem::path(scene.scene).filename().replace_extension(".exr")
@@ -40,7 +42,7 @@ std::vector<std::filesystem::path> RenderOptions::outputs() const {
 
 std::vector<std::filesystem::path> RenderOptions::results() const {
   std::vector<std::filesystem::path> files = {exr()};
-  for (const std::string& file : {png.file, stats, profile})
+  for (const std::string& file : {png.file, stats, profile, report})
     if (!file.empty()) files.emplace_back(file);
   for (const std::uint32_t most : scene.depth_series) {
     files.push_back(partial(exr(), most));

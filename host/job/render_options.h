@@ -22,6 +22,8 @@ struct PngOptions {
 
   /// Writes the file, if one is wanted. throws as write_png
   void write(const Image& image) const;
+  /// The exposure in EV, whichever way it is given.
+  [[nodiscard]] double exposure() const;
 };
 
 struct PixelIndex {
@@ -33,7 +35,7 @@ struct RenderOptions {
   Execution execution;
   CheckpointOptions checkpoint;
   GoalOptions goal;
-  std::string output, stats, profile;
+  std::string output, stats, profile, report;
   std::string pilot;  // file that is read, or written if it does not exist (job/pilot_keeper.h); empty: none
   PngOptions png;
   std::optional<FrameRange> frames;     // instead of one image
@@ -41,6 +43,7 @@ struct RenderOptions {
   std::optional<PixelIndex> pixel;      // with `sample`: trace this path instead of rendering
   std::optional<std::uint64_t> sample;
   std::string progress = "bar";
+  std::string command;  // as the user gave it, for --stats
   std::string settings_text;  // of a batch: every flag that decides the results, and its value
   std::vector<std::string> words_without_frames;  // of a batch: all words but --frames
   std::string frame_pattern;            // of a frame: the name of its image, with the place of the number

@@ -115,7 +115,7 @@ class RenderLoop {
         hooks_(hooks),
         rounds_(rounds),
         checkpoints_(hooks, trace),
-        errors_(trace, settings.crop.pixel_count()),
+        errors_(trace, settings.crop.pixel_count(), hooks.error_share),
         progress_(hooks.progress, total_of(settings) - left, total_of(settings)) {}
 
   /// Returns when no round is left, when `stop` is set or the time is over (the state is then `working`), or when

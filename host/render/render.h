@@ -103,6 +103,8 @@ struct RenderHooks {
   std::function<void(const FilmState&)> checkpoint = {};
   double checkpoint_every_s = 60;
   std::atomic<bool>* checkpoint_now = nullptr;
+  /// The most of the time that goes into predicting the error for Execution::trace.
+  double error_share = 1.0 / 200;
   /// The pool that devices come from and go back to; null: they are opened for this render alone.
   DevicePool* devices = nullptr;
   /// Programs and buffers for this packed scene stay on the devices, for another render of it.

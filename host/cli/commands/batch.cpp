@@ -8,9 +8,12 @@
 
 #include "cli/commands.h"
 #include "cli/flags.h"
+#include "io/atomic_file.h"
 #include "io/source_file.h"
+#include "job/batch/job_lines.h"
 #include "job/batch/run_jobs.h"
 #include "job/batch/job_list.h"
+#include "job/report/report.h"
 #include "job/stop_signals.h"
 
 namespace eikon {
@@ -19,7 +22,7 @@ namespace {
 namespace fs = std::filesystem;
 
 struct BatchOptions {
-  std::string jobs, ledger, progress = "bar";
+  std::string jobs, ledger, report, progress = "bar";
   std::uint32_t parallel = 1, retries = 0;
   bool force = false, quiet = false, list = false;
 };
@@ -65,8 +68,10 @@ ExitCode list_jobs(const std::vector<BatchJob>& jobs) {
   return std::ranges::any_of(jobs, is_wrong) ? ExitCode::not_as_asked : ExitCode::done;
 }
 
-ExitCode batch_command(const BatchOptions& options) {
+ExitCode batch_command(BatchOptions options, const std::vector<std::string>& words) {
   receive_signals();
+  require_writable({options.report}, options.jobs);
+  if (!options.report.empty() && options.report != kStandardOutput) options.report = fs::absolute(options.report).string();
   const bool from_pipe = options.jobs == "-";
   const std::string name = from_pipe ? "stdin" : options.jobs;
   std::vector<BatchJob> jobs = read_jobs(read_text(options.jobs), parse_render);
@@ -77,11 +82,14 @@ ExitCode batch_command(const BatchOptions& options) {
   else if (!from_pipe)
     ledger_file = jobs_file.string() + ".ledger";
   if (!from_pipe) enter_folder(jobs_file);
-  check_outputs(jobs, name, {jobs_file, ledger_file});
+  check_outputs(jobs, name, {jobs_file, ledger_file, options.report});
   if (options.list) return list_jobs(jobs);
 
   return run_jobs(jobs, {name, options.parallel, int(options.retries), options.force}, ledger_file,
-                  {.quiet = options.quiet, .progress = options.progress});
+                  {.quiet = options.quiet,
+                   .progress = options.progress,
+                   .report = options.report,
+                   .command = "eikon batch " + quote(words)});
 }
 
 }  // namespace
@@ -112,8 +120,9 @@ void add_batch(CommandFlags& root, Command& chosen) {
   flags.choice({"--progress", "HOW", "bar, on a terminal; openjd: lines on stdout for Open Job Description [bar]"},
                options->progress, {"bar", "openjd"});
   flags.toggle("--quiet", "print no progress", options->quiet);
+  flags.text({"--report", "FILE.html", "write a page with a row for each job, at the end"}, options->report);
   flags.toggle("--list", "print the jobs as JSON lines (job/batch/job_list.h), and render nothing", options->list);
-  flags.run(chosen, [options] { return batch_command(*options); });
+  flags.run(chosen, [options](const std::vector<std::string>& words) { return batch_command(*options, words); });
 }
 
 }  // namespace eikon

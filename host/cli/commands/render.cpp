@@ -10,6 +10,7 @@
 
 #include "cli/commands.h"
 #include "cli/flags.h"
+#include "job/batch/job_lines.h"
 #include "job/batch/openjd.h"
 #include "job/batch/run_jobs.h"
 #include "job/log.h"
@@ -114,6 +115,7 @@ ExitCode render_command(RenderOptions options, const std::vector<std::string>& w
     receive_signals();
     return run_frames(parse_render(words), parse_render);
   }
+  options.command = "eikon render " + quote(words);
   number_outputs(options);
   if (options.is_replay()) {
     read_execution_environment(options.execution);

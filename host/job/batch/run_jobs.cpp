@@ -4,9 +4,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 
 #include "core/clock.h"
+#include "job/report/report.h"
 #include "job/stop_signals.h"
+#include "page/report_page.h"
 
 namespace eikon {
 namespace {
@@ -21,6 +24,28 @@ fs::path ledger_of_frames(const std::string& output) {
   name = name.substr(0, name.find('%'));
   return file.parent_path() /
          (name + (name.empty() || name.back() == '_' || name.back() == '.' ? "" : "_") + "frames.ledger");
+}
+
+std::string page_of(const std::vector<BatchJob>& jobs, const std::string& name, const std::string& command,
+                    double seconds) {
+  const auto known = [](bool is_known, const auto& value) { return is_known ? Json(value) : Json(nullptr); };
+  Json rows = Json::array();
+  for (const BatchJob& job : jobs)
+    rows.push_back({{"line", job.line},
+                    {"frame", known(job.frame.has_value(), job.frame.value_or(0))},
+                    {"state", name_of(job.state)},
+                    {"command", job.text},
+                    {"output", known(job.options.has_value(), job.options ? job.options->exr().string() : "")},
+                    {"seconds", known(job.seconds > 0, job.seconds)},
+                    {"render_seconds", known(job.render_s > 0, job.render_s)},
+                    {"samples", known(job.render_s > 0, job.samples)},
+                    {"relmse", known(job.relmse.has_value(), job.relmse.value_or(0))},
+                    {"message", job.message}});
+  return batch_page({{"name", name},
+                     {"command", command},
+                     {"version", "eikon " EIKON_VERSION},
+                     {"seconds", seconds},
+                     {"jobs", std::move(rows)}});
 }
 
 }  // namespace
@@ -42,7 +67,9 @@ ExitCode run_jobs(std::vector<BatchJob>& jobs, const BatchSettings& settings, co
   const bool as_asked = std::ranges::none_of(jobs, failed) && run.ledger_is_whole();
   const ExitCode code = stop ? stop_exit_code() : as_asked ? ExitCode::done : ExitCode::not_as_asked;
   progress.close(code);
-  print_summary(jobs, host_seconds() - begin);
+  const double seconds = host_seconds() - begin;
+  print_summary(jobs, seconds);
+  if (!display.report.empty()) write_text(display.report, page_of(jobs, settings.name, display.command, seconds));
   return code;
 }
 

@@ -13,6 +13,8 @@ namespace eikon {
 struct BatchDisplay {
   bool quiet = false;
   std::string progress = "bar";  // or "openjd"
+  std::string report{};   // page that is written at the end; empty: none
+  std::string command{};  // as the user gave it, for the page
 };
 
 /// Runs jobs that check_outputs has let pass, and prints a table of them. Signals stop it.

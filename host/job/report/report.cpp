@@ -8,9 +8,11 @@
 #include <nlohmann/json.hpp>
 
 #include "job/file_identity.h"
+#include "job/report/metadata.h"
 #include "core/error.h"
 #include "io/atomic_file.h"
 #include "io/text.h"
+#include "pack/geometry/placed_meshes.h"
 #include "shared/records.h"
 
 namespace eikon {
@@ -112,6 +114,32 @@ json seconds_json(const RenderReport& report, const CommandTimes& times) {
           {"total", times.total_s},      {"first_sample", report.first_sample_s}};
 }
 
+/// What the image's header says of how it is made.
+json settings_json(const Prepared& prepared) {
+  const Metadata metadata = describe_image(prepared);
+  json settings = json::object();
+  for (const auto& [name, text] : metadata.strings)
+    if (name != "objectNames" && name != "materialNames") settings[name] = text;
+  for (const auto& [name, number] : metadata.numbers) settings[name] = number;
+  return settings;
+}
+
+json ledger_json(const std::vector<FeatureEntry>& features) {
+  json list = json::array();
+  for (const FeatureEntry& feature : features)
+    list.push_back(
+        {{"kind", feature.kind}, {"name", feature.name}, {"on", feature.on}, {"reason", feature.reason}});
+  return list;
+}
+
+json scene_json(const Scene& scene, const RenderFacts& facts) {
+  return {{"path", scene.path.string()},
+          {"hash", scene.hash},
+          {"bytes", scene.file_bytes},
+          {"contents", facts.contents},
+          {"warnings", scene.warnings}};
+}
+
 }  // namespace
 
 std::string in_words(const PredictedError& error) {
@@ -144,14 +172,29 @@ std::string given_up_line(const Scene& scene, const RenderReport& report) {
 
 double per_second(double count, double seconds) { return seconds > 0 ? count / seconds : 0; }
 
+RenderFacts facts_of(const Prepared& prepared, const Execution& execution, const std::string& command) {
+  const Scene& scene = *prepared.scene;
+  std::map<std::string, std::uint64_t> contents = {{"nodes", scene.nodes.size()},   {"meshes", scene.meshes.size()},
+                                                   {"shapes", scene.shapes.size()}, {"materials", scene.materials.size()},
+                                                   {"images", scene.images.size()}, {"lights", scene.lights.size()},
+                                                   {"cameras", scene.cameras.size()},
+                                                   {"animations", scene.animations.size()},
+                                                   {"skins", scene.skins.size()}};
+  return {command, std::move(contents), features_of(scene, prepared.settings, execution).ledger()};
+}
+
 // stats_schema.json documents each field; a test holds the two together.
-void write_stats(const std::filesystem::path& path, const RenderOutput& done, const PredictedError& error,
-                 const Prepared& prepared, const CommandTimes& times) {
+json stats_json(const RenderOutput& done, const PredictedError& error, const Prepared& prepared,
+                const CommandTimes& times, const RenderFacts& facts) {
   const RenderReport& report = done.report;
   const MeanRadiance mean = done.film.mean_radiance();
   const Settings& settings = prepared.settings;
   json stats = {{"schema_version", 2},
-                {"scene", {{"path", prepared.scene->path.string()}, {"hash", prepared.scene->hash}}},
+                {"version", "eikon " EIKON_VERSION},
+                {"command", facts.command},
+                {"settings", settings_json(prepared)},
+                {"ledger", ledger_json(facts.features)},
+                {"scene", scene_json(*prepared.scene, facts)},
                 {"size", {settings.width, settings.height}},
                 {"sample_range", {settings.sample_begin, settings.sample_end}},
                 {"seed", settings.seed},
@@ -183,6 +226,10 @@ void write_stats(const std::filesystem::path& path, const RenderOutput& done, co
     for (const std::string& name : stage_order(device.stages))
       stats["stages"].push_back(stage_json(i, device.stages, name));
   }
+  return stats;
+}
+
+void write_stats(const std::filesystem::path& path, const json& stats) {
   // Paths on disk need not be UTF-8.
   write_text(path, stats.dump(2, ' ', false, json::error_handler_t::replace) + "\n");
 }

@@ -6,7 +6,11 @@
 #include <vector>
 
 #include "core/trace.h"
+#include "image/image.h"
+#include "io/json_text.h"
 #include "job/prepare.h"
+#include "job/render_options.h"
+#include "pack/features.h"
 #include "render/render.h"
 
 namespace eikon {
@@ -39,10 +43,33 @@ void print_times(const RenderReport& report, const CommandTimes& times);
 /// count / seconds, or 0 when no time has passed.
 [[nodiscard]] double per_second(double count, double seconds);
 
-/// Writes --stats; stats_schema.json is its schema. throws InputError when the file cannot be
-/// written.
-void write_stats(const std::filesystem::path& path, const RenderOutput& done, const PredictedError& error,
-                 const Prepared& prepared, const CommandTimes& times);
+/// What a report says of a render besides what the render reports.
+struct RenderFacts {
+  std::string command;  // as the user gave it
+  std::map<std::string, std::uint64_t> contents;  // of the scene: how many it has of what
+  std::vector<FeatureEntry> features;
+};
+
+/// The facts of a scene and its settings, to be found before the render frees the scene's meshes.
+[[nodiscard]] RenderFacts facts_of(const Prepared& prepared, const Execution& execution, const std::string& command);
+
+/// What --stats writes; stats_schema.json is its schema.
+[[nodiscard]] Json stats_json(const RenderOutput& done, const PredictedError& error, const Prepared& prepared,
+                              const CommandTimes& times, const RenderFacts& facts);
+/// Writes --stats. throws InputError when the file cannot be written
+void write_stats(const std::filesystem::path& path, const Json& stats);
+
+struct ReportPicture {
+  const Film& film;
+  const Image* denoised = nullptr;  // shown instead of the film's R, G and B; null: there is none
+  const PngOptions& look;           // the exposure and tone curve with which the page shows the picture first
+};
+
+/// Writes --report: a page that needs no other file.
+/// trace  after Trace::end()
+/// throws InputError when the file cannot be written
+void write_report(const std::filesystem::path& path, const Json& stats, const ReportPicture& picture,
+                  const Trace& trace);
 
 /// Writes a text file as AtomicFile does: "-" is standard output. throws InputError
 void write_text(const std::filesystem::path& path, const std::string& text);
@@ -63,5 +90,7 @@ void require_writable(const std::vector<std::filesystem::path>& outputs, const s
 ///        that name, and the last value is 0
 /// throws InputError
 void write_trace(const std::filesystem::path& path, const Trace& trace);
+/// The same events as an array.
+[[nodiscard]] Json trace_events(const Trace& trace);
 
 }  // namespace eikon

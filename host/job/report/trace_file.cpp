@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <functional>
 #include <nlohmann/json.hpp>
 
 #include "io/atomic_file.h"
@@ -20,7 +21,7 @@ class EventFile {
   explicit EventFile(const std::filesystem::path& path) : file_(path) {
     write("{\"displayTimeUnit\": \"ms\", \"traceEvents\": [");
   }
-  void add(const json& event) {
+  void operator()(const json& event) {
     // Names of devices need not be UTF-8.
     write((first_ ? "\n" : ",\n") + event.dump(-1, ' ', false, json::error_handler_t::replace));
     first_ = false;
@@ -67,37 +68,50 @@ json counter(const std::string& name, double at_s, double value) {
   return {{"ph", "C"}, {"pid", 1}, {"name", name}, {"ts", microseconds(at_s)}, {"args", {{"value", value}}}};
 }
 
-void add_track(EventFile& file, const Trace& trace, std::size_t track) {
+/// Takes one event after the other.
+using TakeEvent = std::function<void(const json&)>;
+
+void add_track(const TakeEvent& take, const Trace& trace, std::size_t track) {
   const Trace::TrackRecord& record = trace.tracks()[track];
-  file.add(metadata("thread_name", track, {{"name", record.name}}));
-  file.add(metadata("thread_sort_index", track, {{"sort_index", track}}));
+  take(metadata("thread_name", track, {{"name", record.name}}));
+  take(metadata("thread_sort_index", track, {{"sort_index", track}}));
   for (std::size_t depth = 0; depth < record.levels.size(); ++depth) {
     const Trace::Level& level = record.levels[depth];
     if (level.grain > 1 || level.left_out > 0)
-      file.add(metadata("left_out", track,
+      take(metadata("left_out", track,
                         {{"note", fmt::format("'{}', depth {}: up to {} spans are drawn as one, {} are left out",
                                               record.name, depth, level.grain, level.left_out)}}));
-    for (const Trace::Entry& entry : level.entries) file.add(span(trace, track, entry));
+    for (const Trace::Entry& entry : level.entries) take(span(trace, track, entry));
   }
 }
 
-void add_counter(EventFile& file, const std::string& name, const std::vector<Trace::Point>& points) {
+void add_counter(const TakeEvent& take, const std::string& name, const std::vector<Trace::Point>& points) {
   for (std::size_t i = 0; i < points.size(); ++i) {
-    file.add(counter(name, points[i].begin_s, points[i].value));
+    take(counter(name, points[i].begin_s, points[i].value));
     if (points[i].end_s == points[i].begin_s) continue;  // a single moment
     const bool ends = i + 1 == points.size() || points[i].end_s < points[i + 1].begin_s;
-    if (ends) file.add(counter(name, points[i].end_s, 0));
+    if (ends) take(counter(name, points[i].end_s, 0));
   }
+}
+
+void for_each_event(const Trace& trace, const TakeEvent& take) {
+  take(metadata("process_name", 0, {{"name", "eikon"}}));
+  for (std::size_t track = 0; track < trace.tracks().size(); ++track) add_track(take, trace, track);
+  for (const auto& [name, points] : trace.counters()) add_counter(take, name, points);
 }
 
 }  // namespace
 
 void write_trace(const std::filesystem::path& path, const Trace& trace) {
   EventFile file(path);
-  file.add(metadata("process_name", 0, {{"name", "eikon"}}));
-  for (std::size_t track = 0; track < trace.tracks().size(); ++track) add_track(file, trace, track);
-  for (const auto& [name, points] : trace.counters()) add_counter(file, name, points);
+  for_each_event(trace, std::ref(file));
   file.commit();
+}
+
+json trace_events(const Trace& trace) {
+  json events = json::array();
+  for_each_event(trace, [&](const json& event) { events.push_back(event); });
+  return events;
 }
 
 }  // namespace eikon

@@ -31,11 +31,12 @@ void for_each_place(const std::string& name, const Place& place) {
 }
 
 /// The flags and names of the files that a render writes; empty names are of files that it does not write.
-std::array<std::pair<const char*, std::string*>, 5> names_of(RenderOptions& options) {
+std::array<std::pair<const char*, std::string*>, 6> names_of(RenderOptions& options) {
   return {{{"-o", &options.output},
            {"--png", &options.png.file},
            {"--stats", &options.stats},
            {"--profile", &options.profile},
+           {"--report", &options.report},
            {"--checkpoint", &options.checkpoint.file}}};
 }
 
