@@ -8,6 +8,7 @@ Runs of Oclgrind's race check, which between them compile every feature of kerne
 layout of trees for GPUs. On other devices work-items of a group run one after the other, so no comparison of bits sees a race.
 At the end kernels whose work-items share a path must be found out, or the test would prove nothing."""
 import array
+import base64
 import json
 import os
 import pathlib
@@ -61,6 +62,7 @@ RUNS = [
     ("places", "--memory 16M --instances two-level --light-sampling light --max-depth 4"),
     ("cornell", "--memory 16M --integrator direct --light-samples 8"),
     ("cornell", "--memory 16M --max-depth 4 --guiding 64"),
+    ("moving", "--memory 16M --shutter 0.5 --fps 1 --max-depth 4"),
     ("tumbler", "--memory 16M --aov direct,indirect --max-depth 4"),
     ("implicit_metaballs", "--memory 16M --max-depth 3"),
     ("window_room", "--memory 16M --light-sampling hemisphere --max-depth 4"),
@@ -115,6 +117,30 @@ def write_places(folder):
     (folder / "places.gltf").write_text(json.dumps(scene))
 
 
+def write_moving(folder):
+    """The Cornell box with a bulb, in which a block, the lamp, the bulb and the camera move."""
+    scene = json.loads((ROOT / "scenes/cornell.gltf").read_text())
+    scene["extensions"] = {"KHR_lights_punctual": {"lights": LIGHTS[:1]}}
+    scene["scenes"][0]["nodes"].append(len(scene["nodes"]))
+    scene["nodes"].append({"name": "bulb", "translation": [0.2, 0.3, 0], "extensions": {"KHR_lights_punctual": {"light": 0}}})
+    moving = [i for i, node in enumerate(scene["nodes"]) if node.get("name") in ("short block", "light", "bulb", "camera")]
+    begins = [scene["nodes"][i].get("translation", [0, 0, 0]) for i in moving]
+    values = [0.0, 1.0] + [x for begin in begins for x in (*begin, begin[0] + 0.05, *begin[1:])]
+    uri = "data:application/octet-stream;base64," + base64.b64encode(array.array("f", values).tobytes()).decode()
+    buffer, view, accessor = len(scene["buffers"]), len(scene["bufferViews"]), len(scene["accessors"])
+    scene["buffers"].append({"uri": uri, "byteLength": 4 * len(values)})
+    scene["bufferViews"].append({"buffer": buffer, "byteLength": 4 * len(values)})
+    scene["accessors"].append({"bufferView": view, "componentType": 5126, "count": 2, "type": "SCALAR", "min": [0], "max": [1]})
+    for number in range(len(moving)):
+        scene["accessors"].append({"bufferView": view, "byteOffset": 8 + 24 * number, "componentType": 5126, "count": 2,
+                                   "type": "VEC3"})
+    scene["animations"] = [{
+        "samplers": [{"input": accessor, "output": accessor + 1 + number} for number in range(len(moving))],
+        "channels": [{"sampler": number, "target": {"node": node, "path": "translation"}} for number, node in enumerate(moving)]}]
+    scene.pop("extensionsUsed", None)
+    (folder / "moving.gltf").write_text(json.dumps(scene))
+
+
 def break_kernels(folder):
     """A copy of the kernels in which all work-items of stage `shadow` serve the same path."""
     shutil.copytree(ROOT / "kernels", folder / "kernels")
@@ -156,6 +182,7 @@ def main():
         folder = pathlib.Path(name)
         write_everything(folder)
         write_places(folder)
+        write_moving(folder)
         for scene, options in RUNS:
             reports, features = run(sys.argv[1], scene, options, folder)
             every -= features
