@@ -11,9 +11,11 @@ import sys
 import tempfile
 import threading
 import unittest
+from unittest import mock
 
 import eikon
 import numpy as np
+from eikon import _driver
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 SCENES = ROOT / "scenes"
@@ -334,6 +336,26 @@ class Tools(Package):
                               capture_output=True, text=True, check=True)
         self.assertTrue(done.stdout.startswith("False\n"))
         self.assertNotIn("libpocl", done.stdout)
+
+    def test_uses_a_driver_of_pypi_only_where_the_system_has_none(self):
+        driver, vendors = self.folder / "lib/libintelocl.so", self.folder / "vendors"
+        driver.parent.mkdir()
+        vendors.mkdir()
+        (self.folder / "lib/libsystem.so").touch()
+        environment = {"LD_LIBRARY_PATH": os.fspath(self.folder / "lib"), "PATH": ""}
+        with mock.patch.object(_driver, "SYSTEM", vendors), mock.patch.object(sys, "prefix", os.fspath(self.folder)), \
+                mock.patch.dict(os.environ, environment, clear=True):
+            self.assertIsNone(_driver.choose_driver())  # there is none
+            driver.touch()
+            self.assertEqual(_driver.choose_driver(), driver)
+            (vendors / "removed.icd").write_text("libnosuch.so.1\n")
+            self.assertEqual(_driver.choose_driver(), driver)
+            (vendors / "system.icd").write_text("libsystem.so\n")
+            self.assertIsNone(_driver.choose_driver())
+            (vendors / "system.icd").write_text(f"{self.folder}/lib/gone.so\n")
+            self.assertEqual(_driver.choose_driver(), driver)
+            os.environ["OCL_ICD_VENDORS"] = "mine.icd"
+            self.assertIsNone(_driver.choose_driver())
 
     def test_the_stub_has_what_the_module_has(self):
         stub = (pathlib.Path(eikon.__file__).parent / "_eikon.pyi").read_text()
