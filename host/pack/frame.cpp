@@ -2,7 +2,6 @@
 #include "pack/frame.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <numbers>
 
@@ -53,7 +52,6 @@ void set_light_paths(Frame& frame, const PackedScene& packed, const Settings& se
   frame.emission_light_count = std::uint32_t(packed.emission_alias_table.size());
   frame.environment_emission = packed.environment_emission;
   frame.light_path_count = std::uint32_t(settings.light_path_count);
-  frame.light_index_bits = std::uint32_t(std::bit_width(settings.light_path_count - 1));
   frame.crop_begin = settings.crop.x0 | settings.crop.y0 << 16;
   frame.crop_end = settings.crop.x1 | settings.crop.y1 << 16;
 }

@@ -18,7 +18,8 @@ inline constexpr std::uint32_t kMostPageSide = 1600;
 /// source  [Ward 1991, "Real Pixels", Graphics Gems II], with another rounding
 void append_rgbe(std::vector<unsigned char>& bytes, const float (&rgb)[3]);
 
-/// What a page shows of an image with R, G, B, and with variance.R, variance.G, variance.B if it has them:
+/// The data from which a page shows an image: its channels R, G and B, and its error if it has variance.R, variance.G and
+/// variance.B:
 ///   "width", "height"  of the picture in the page
 ///   "reduced"          pixels of the image along the side of one of the picture's
 ///   "rgbe"             data address of a PNG of twice the height: mantissas, and below them the exponents as grey

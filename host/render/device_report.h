@@ -35,16 +35,16 @@ struct DeviceReport {
   LayoutChoice layout;  // with the reason
   ArithmeticClass arithmetic;
   std::uint64_t samples = 0, units = 0, device_bytes = 0;
-  // Samples that it finished after another device had, to end the render sooner; the stages, bounces and times have them.
-  std::uint64_t repeated_samples = 0;
   RayCounts rays;
+  // Of units that it finished after another device had, to end the render sooner: stages, bounces and times have them.
+  RayCounts repeated_rays;
   double open_s = 0, compile_s = 0, upload_s = 0;
   double busy_s = 0;  // from its first unit to its last, without the time between rounds
   double wait_s = 0;  // without a unit, while other devices had work
   // Samples per second by the last measurement; 0: unknown.
   double rate = 0;
   double begin_s = 0;  // its first unit began
-  double end_s = 0;    // its last unit was in the film
+  double end_s = 0;    // its last unit was finished
   // Before the first unit; a CPU device reads some buffers in place.
   std::uint64_t upload_bytes = 0;
   std::uint64_t failures = 0;                 // units that it lost

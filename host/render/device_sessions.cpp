@@ -131,7 +131,9 @@ void DeviceSessions::finished(std::size_t device, const Schedule::Assignment& as
     session.failures_in_a_row = 0;
     if (++session.successes >= kForgivingUnits) session.failures = 0;
     if (!counts) {
-      count_repeated(device, assignment.unit);
+      // Another device had finished it first: its samples count there, its time was spent here all the same.
+      reports_[device].repeated_rays += result.rays;
+      count_time(device, now_s);
       return;
     }
     arithmetic = reports_[device].arithmetic.name();
@@ -167,22 +169,21 @@ void DeviceSessions::count_unit(std::size_t device, const WorkUnit& unit, const 
   for (const PixelSample& sample : result.rejected)
     if (totals_.rejected.size() < EK_REPORT_COUNT) totals_.rejected.push_back(sample);
   DeviceReport& report = reports_[device];
-  const Session& session = sessions_[device];
   report.samples += unit.path_count();
   report.rays += result.rays;
   ++report.units;
-  if (report.begin_s == 0) report.begin_s = session.range_begin_s;
-  report.end_s = now_s;
   report.rate = schedule_.rate(device);
-  report.busy_s = session.busy_before_s + now_s - session.range_begin_s;
+  count_time(device, now_s);
 }
 
-/// Adds a unit that another device had finished first: its samples count there, its time was spent here all the same.
-void DeviceSessions::count_repeated(std::size_t device, const WorkUnit& unit) {
+/// Adds the time of a device until now, when it has finished a unit.
+void DeviceSessions::count_time(std::size_t device, double now_s) {
   DeviceReport& report = reports_[device];
   const Session& session = sessions_[device];
-  report.repeated_samples += unit.path_count();
-  if (session.range_begin_s >= 0) report.busy_s = session.busy_before_s + host_seconds() - session.range_begin_s;
+  if (session.range_begin_s < 0) return;  // the unit is of a round that is over
+  if (report.begin_s == 0) report.begin_s = session.range_begin_s;
+  report.end_s = now_s;
+  report.busy_s = session.busy_before_s + now_s - session.range_begin_s;
 }
 
 bool DeviceSessions::failed(std::size_t device, const std::string& why) {

@@ -109,7 +109,7 @@ class DeviceSessions {
 
   [[nodiscard]] std::optional<Schedule::Assignment> assign(std::size_t device);
   void count_unit(std::size_t device, const WorkUnit& unit, const UnitResult& result);
-  void count_repeated(std::size_t device, const WorkUnit& unit);
+  void count_time(std::size_t device, double now_s);
   void enter(std::size_t device, Phase phase);
   void tell();
   /// A copy of what the mutex guards.

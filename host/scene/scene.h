@@ -289,8 +289,8 @@ struct AnimationChoice {
   double time_s = 0;
   bool loop = false;  // an animation begins again after its end; else it stays there
   Shutter shutter{};
-  // Of a pose while the shutter is open: the frame's own time, at which materials, the strength of lights and what is
-  // visible stay.
+  // A pose while the shutter is open has the frame's own time here: materials, the strength of lights and what is visible
+  // stay as they are then.
   std::optional<double> held_s{};
   bool operator==(const AnimationChoice&) const = default;
 };

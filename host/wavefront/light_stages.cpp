@@ -133,7 +133,7 @@ void LightStages::launch(LightUnit& of, std::size_t which) {
   } else {
     run_stages(of);
   }
-  // What is likely to be enough of the list: the rest, if there is more, waits for all that is in the queue by then.
+  // So many words are likely to be enough. The rest, if there is more, waits for all that is in the queue by then.
   const std::size_t likely = std::min<std::size_t>(kLikelySplatsPerPath * of.frame.path_count, of.frame.splat_capacity);
   of.words.resize(likely * SPLAT_WORDS);
   device_->read_later(splats_[which], of.words.data(), 4 * of.words.size());

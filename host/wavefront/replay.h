@@ -16,10 +16,10 @@ struct PathVertex {
   std::uint32_t triangle = 0;  // EK_NO_HIT: none
 };
 
-/// What a sample of a pixel is made of.
+/// The light of one sample of a pixel, by where it comes from.
 struct ReplayedSample {
   glm::vec3 radiance{0.0F};  // that the path from the camera brings
-  /// What a light path of that sample index brings to the pixel.
+  /// The light that one light path of that sample index brings to the pixel.
   struct Splat {
     glm::vec3 radiance{0.0F};
     std::uint32_t scatterings = 0;  // of the light path, the last one towards the camera included

@@ -16,20 +16,21 @@ typedef struct {
   vf u, v;  // place in it, from its upper left corner: [0, 1]^2, or beyond with a wide filter
 } FilmPoint;
 
-/// Where the camera stands, as Frame has it.
+// CameraPose: where the camera stands. EK_OF_CAMERA(camera, vector): one of the vectors of Frame that say so.
+#if EK_HAS_camera_motion
+#define EK_CAMERA_ARGUMENTS , global const float *camera_poses
+#define EK_CAMERA_DATA , camera_poses
+
 typedef struct {
-  v3 origin, x, y, corner, lens_x, lens_y;
+  v3 camera_origin, camera_x, camera_y, camera_corner, lens_x, lens_y;
 } CameraPose;
+#define EK_OF_CAMERA(camera, vector) ((camera).vector)
 
 EK_FN CameraPose still_camera(constant Frame* frame) {
   const CameraPose pose = {splat3(frame->camera_origin), splat3(frame->camera_x), splat3(frame->camera_y),
                            splat3(frame->camera_corner), splat3(frame->lens_x),   splat3(frame->lens_y)};
   return pose;
 }
-
-#if EK_HAS_camera_motion
-#define EK_CAMERA_ARGUMENTS , global const float *camera_poses
-#define EK_CAMERA_DATA , camera_poses
 
 EK_FN v3 camera_vector(global const float* poses, vu pose, uint which, vf share) {
   const vu at = pose * (uint)EK_CAMERA_POSE_WORDS + 4u * which;
@@ -47,10 +48,10 @@ EK_FN CameraPose moving_camera(constant Frame* frame, global const float* poses,
   vf share;
   const vu step = step_of(frame->pose_steps, time, &share);
   CameraPose pose;
-  pose.origin = camera_vector(poses, step, 0u, share);
-  pose.x = camera_vector(poses, step, 1u, share);
-  pose.y = camera_vector(poses, step, 2u, share);
-  pose.corner = camera_vector(poses, step, 3u, share);
+  pose.camera_origin = camera_vector(poses, step, 0u, share);
+  pose.camera_x = camera_vector(poses, step, 1u, share);
+  pose.camera_y = camera_vector(poses, step, 2u, share);
+  pose.camera_corner = camera_vector(poses, step, 3u, share);
   pose.lens_x = camera_vector(poses, step, 4u, share);
   pose.lens_y = camera_vector(poses, step, 5u, share);
   return pose;
@@ -58,6 +59,12 @@ EK_FN CameraPose moving_camera(constant Frame* frame, global const float* poses,
 #else
 #define EK_CAMERA_ARGUMENTS
 #define EK_CAMERA_DATA
+
+// The vectors of a camera that stands still are read from Frame where they are used: with a copy of all of them Intel's
+// compiler makes stage `generate` for 16 lanes instead of 32.
+typedef constant Frame* CameraPose;
+#define EK_OF_CAMERA(camera, vector) splat3((camera)->vector)
+EK_FN CameraPose still_camera(constant Frame* frame) { return frame; }
 #endif
 
 /// A ray of the equirectangular panorama, as environment maps are. x, y: place on the film, pixels
@@ -66,16 +73,18 @@ EK_FN CameraRay panorama_ray(constant Frame* frame, CameraPose camera, vf x, vf 
   sincos_2pi(x * frame->camera_x.w - 0.5f, &sin_azimuth, &cos_azimuth);
   sincos_2pi(0.5f * y * frame->camera_y.w, &sin_polar, &cos_polar);
   CameraRay ray;
-  ray.origin = camera.origin;
-  ray.dir = normalize3(sub3(add3(scale3(camera.x, sin_azimuth * sin_polar), scale3(camera.y, cos_polar)),
-                            scale3(camera.corner, cos_azimuth * sin_polar)));
+  ray.origin = EK_OF_CAMERA(camera, camera_origin);
+  const v3 right = EK_OF_CAMERA(camera, camera_x), up = EK_OF_CAMERA(camera, camera_y);
+  const v3 back = EK_OF_CAMERA(camera, camera_corner);
+  ray.dir = normalize3(sub3(add3(scale3(right, sin_azimuth * sin_polar), scale3(up, cos_polar)),
+                            scale3(back, cos_azimuth * sin_polar)));
   return ray;
 }
 
 /// A point of the lens, relative to its middle, world.
 EK_FN v3 lens_point(CameraPose camera, vf u, vf v) {
   const DiskPoint p = warp_disk(u, v);
-  return add3(scale3(camera.lens_x, p.x), scale3(camera.lens_y, p.y));
+  return add3(scale3(EK_OF_CAMERA(camera, lens_x), p.x), scale3(EK_OF_CAMERA(camera, lens_y), p.y));
 }
 
 /// Moves a pinhole's ray to a point of the lens, so that all rays of a film point meet where it is
@@ -84,7 +93,7 @@ EK_FN v3 lens_point(CameraPose camera, vf u, vf v) {
 EK_FN CameraRay lens_ray(constant Frame* frame, CameraPose camera, v3 film_point, vf u, vf v) {
   const v3 on_lens = lens_point(camera, u, v);
   CameraRay ray;
-  ray.origin = add3(camera.origin, on_lens);
+  ray.origin = add3(EK_OF_CAMERA(camera, camera_origin), on_lens);
   ray.dir = normalize3(sub3(film_point, scale3(on_lens, (vf)(frame->lens_x.w))));
   return ray;
 }
@@ -92,8 +101,8 @@ EK_FN CameraRay lens_ray(constant Frame* frame, CameraPose camera, v3 film_point
 /// The ray of a point of the film. key, index: of the sample, for its point on the lens
 EK_FN CameraRay camera_ray(constant Frame* frame, CameraPose camera, FilmPoint at, vu key, vu index) {
   if (EK_HAS_panorama) return panorama_ray(frame, camera, at.x + at.u, at.y + at.v);
-  const v3 dx = camera.x, dy = camera.y;
-  const v3 corner = EK_HAS_orthographic ? camera.origin : camera.corner;
+  const v3 dx = EK_OF_CAMERA(camera, camera_x), dy = EK_OF_CAMERA(camera, camera_y);
+  const v3 corner = EK_HAS_orthographic ? EK_OF_CAMERA(camera, camera_origin) : EK_OF_CAMERA(camera, camera_corner);
   const v3 pixel_corner = add3(corner, add3(scale3(dx, at.x), scale3(dy, at.y)));
   const v3 film_point = add3(pixel_corner, add3(scale3(dx, at.u), scale3(dy, at.v)));
   if (EK_HAS_lens) {
@@ -102,8 +111,8 @@ EK_FN CameraRay camera_ray(constant Frame* frame, CameraPose camera, FilmPoint a
     return lens_ray(frame, camera, film_point, lens_u, lens_v);
   }
   CameraRay ray;
-  ray.origin = EK_HAS_orthographic ? film_point : camera.origin;
-  ray.dir = EK_HAS_orthographic ? camera.corner : normalize3(film_point);
+  ray.origin = EK_HAS_orthographic ? film_point : EK_OF_CAMERA(camera, camera_origin);
+  ray.dir = EK_HAS_orthographic ? EK_OF_CAMERA(camera, camera_corner) : normalize3(film_point);
   return ray;
 }
 

@@ -64,17 +64,22 @@ EK_FN vf emission_density(constant Frame* frame, LightData lights, vu light, v3 
   return cosine > 0.0f ? density / cosine : (vf)(0.0f);
 }
 
+/// Sum of the squared radii of all targets.
+EK_FN float all_target_radii2(constant Frame* frame, LightData lights) {
+  float sum = 0.0f;
+  for (uint i = 0; i < frame->light_target_count; ++i) sum += lights.light_targets[i].w * lights.light_targets[i].w;
+  return sum;
+}
+
 /// Density of light paths of one direction on a plane across it, per m^2.
 /// p  on the light path, before or behind the targets; dir: unit, along it
 EK_FN vf parallel_pdf_m2(constant Frame* frame, LightData lights, v3 p, v3 dir) {
-  float sum = 0.0f;
   vf met = (vf)(0.0f);
   for (uint i = 0; i < frame->light_target_count; ++i) {
     const float4 target = lights.light_targets[i];
-    sum += target.w * target.w;
     met = met + ((distance2_from_line(target, p, dir) <= target.w * target.w) ? (vf)(1.0f) : (vf)(0.0f));
   }
-  return met * (EK_INV_PI / sum);
+  return met * (EK_INV_PI / all_target_radii2(frame, lights));
 }
 
 #if EK_HAS_environment_map
@@ -117,9 +122,7 @@ EK_FN v3 direction_to_targets(constant Frame* frame, LightData lights, v3 from, 
 /// A point of the targets' discs across dir.
 /// numbers  as direction_to_targets takes them
 EK_FN v3 point_of_discs(constant Frame* frame, LightData lights, v3 dir, v3 numbers) {
-  float sum = 0.0f;
-  for (uint i = 0; i < frame->light_target_count; ++i) sum += lights.light_targets[i].w * lights.light_targets[i].w;
-  const vf chosen = numbers.x * sum;
+  const vf chosen = numbers.x * all_target_radii2(frame, lights);
   vf radius = (vf)(0.0f);
   v3 centre = dir;
   float before = 0.0f;

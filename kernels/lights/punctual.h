@@ -6,7 +6,7 @@
 #include "lanes/pose_step.h"
 #include "lanes/record_lanes.h"
 
-// Of lights that move, as LightData has them.
+// The poses of lights that move, as an argument of kernels and as a member of LightData.
 #if EK_HAS_moving_light
 #define EK_LIGHT_POSE_ARGUMENTS , global const Light *light_poses
 #define EK_LIGHT_POSE_DATA , light_poses

@@ -43,7 +43,7 @@ Meter meter_of(const MeterOptions& options) {
   return meter;
 }
 
-/// What was measured, and how.
+/// A reading, and the meter and the number of paths that it was taken with.
 struct Measurement {
   Meter meter;
   Reading reading;

@@ -21,7 +21,6 @@ struct ReportOptions {
 };
 
 constexpr std::uint64_t kMostBytes = std::uint64_t{256} << 20;
-constexpr int kSchemaVersion = 2;  // of stats_schema.json
 
 Json read_json_file(const std::string& file) {
   try {
@@ -37,9 +36,9 @@ Json read_stats(const std::string& file) {
   const Json* const version = member(stats, "schema_version");
   if (version == nullptr)
     throw InputError(fmt::format("{}: it has no schema_version; name a file that `eikon render --stats` wrote", file));
-  if (*version != kSchemaVersion)
-    throw InputError(
-        fmt::format("{}: its schema_version is {}, and this eikon reads {}", file, excerpt(*version), kSchemaVersion));
+  if (*version != kStatsSchemaVersion)
+    throw InputError(fmt::format("{}: its schema_version is {}, and this eikon reads {}", file, excerpt(*version),
+                                 kStatsSchemaVersion));
   return stats;
 }
 

@@ -11,7 +11,7 @@
 namespace eikon {
 namespace {
 
-// What a straight way between two poses may be off by.
+// A straight way between two poses may be off by so much:
 constexpr double kMeshShare = 1e-3;      // of the diagonal of a mesh's box, for its vertices
 constexpr double kWayShare = 1e-2;       // of the way of a camera or lamp within the step
 constexpr double kDirection = 2e-4;      // of the unit vectors of a camera: a fifth of a pixel of 720 rows

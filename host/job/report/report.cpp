@@ -74,7 +74,7 @@ json device_json(const RenderReport& report, const DeviceReport& device) {
           {"layout_mrays_per_s", layout_rates_json(device.layout.rates)},
           {"lanes", device.config.lanes},
           {"samples", device.samples},
-          {"repeated_samples", device.repeated_samples},
+          {"repeated_samples", device.repeated_rays.camera},
           {"samples_per_second", per_second(double(device.samples), device.busy_s)},
           {"rays", rays_json(device.rays)},
           {"units", device.units},
@@ -99,12 +99,8 @@ json events_json(const std::vector<DeviceEvent>& events) {
 
 json pilot_json(const PilotReport& pilot) {
   if (pilot.paths == 0) return nullptr;
-  return {{"paths", pilot.paths},
-          {"cells", pilot.cells},
-          {"seconds", pilot.seconds},
-          {"loaded", pilot.loaded},
-          {"gain", pilot.gain},
-          {"roulette_depth", pilot.roulette_depth}};
+  return {{"paths", pilot.paths},   {"cells", pilot.cells}, {"seconds", pilot.seconds},
+          {"loaded", pilot.loaded}, {"gain", pilot.gain},   {"roulette_depth", pilot.roulette_depth}};
 }
 
 json seconds_json(const RenderReport& report, const CommandTimes& times) {
@@ -114,7 +110,7 @@ json seconds_json(const RenderReport& report, const CommandTimes& times) {
           {"total", times.total_s},      {"first_sample", report.first_sample_s}};
 }
 
-/// What the image's header says of how it is made.
+/// The settings that the image's header states.
 json settings_json(const Prepared& prepared) {
   const Metadata metadata = describe_image(prepared);
   json settings = json::object();
@@ -127,8 +123,7 @@ json settings_json(const Prepared& prepared) {
 json ledger_json(const std::vector<FeatureEntry>& features) {
   json list = json::array();
   for (const FeatureEntry& feature : features)
-    list.push_back(
-        {{"kind", feature.kind}, {"name", feature.name}, {"on", feature.on}, {"reason", feature.reason}});
+    list.push_back({{"kind", feature.kind}, {"name", feature.name}, {"on", feature.on}, {"reason", feature.reason}});
   return list;
 }
 
@@ -146,9 +141,8 @@ std::string in_words(const PredictedError& error) {
   if (!error.known) return "predicted relMSE unknown: it takes two samples per pixel";
   if (std::isfinite(error.hi))
     return fmt::format("predicted relMSE {:.3e} (95 %: {:.3e} to {:.3e})", error.relmse, error.lo, error.hi);
-  return error.relmse > 0
-             ? fmt::format("predicted relMSE at least {:.3e}: no upper end can be stated", error.lo)
-             : "predicted relMSE unknown: no sample has found any light";
+  return error.relmse > 0 ? fmt::format("predicted relMSE at least {:.3e}: no upper end can be stated", error.lo)
+                          : "predicted relMSE unknown: no sample has found any light";
 }
 
 std::string in_words(const PilotReport& pilot) {
@@ -174,12 +168,10 @@ double per_second(double count, double seconds) { return seconds > 0 ? count / s
 
 RenderFacts facts_of(const Prepared& prepared, const Execution& execution, const std::string& command) {
   const Scene& scene = *prepared.scene;
-  std::map<std::string, std::uint64_t> contents = {{"nodes", scene.nodes.size()},   {"meshes", scene.meshes.size()},
-                                                   {"shapes", scene.shapes.size()}, {"materials", scene.materials.size()},
-                                                   {"images", scene.images.size()}, {"lights", scene.lights.size()},
-                                                   {"cameras", scene.cameras.size()},
-                                                   {"animations", scene.animations.size()},
-                                                   {"skins", scene.skins.size()}};
+  std::map<std::string, std::uint64_t> contents = {
+      {"nodes", scene.nodes.size()},         {"meshes", scene.meshes.size()},         {"shapes", scene.shapes.size()},
+      {"materials", scene.materials.size()}, {"images", scene.images.size()},         {"lights", scene.lights.size()},
+      {"cameras", scene.cameras.size()},     {"animations", scene.animations.size()}, {"skins", scene.skins.size()}};
   return {command, std::move(contents), features_of(scene, prepared.settings, execution).ledger()};
 }
 
@@ -189,37 +181,39 @@ json stats_json(const RenderOutput& done, const PredictedError& error, const Pre
   const RenderReport& report = done.report;
   const MeanRadiance mean = done.film.mean_radiance();
   const Settings& settings = prepared.settings;
-  json stats = {{"schema_version", 2},
-                {"version", "eikon " EIKON_VERSION},
-                {"command", facts.command},
-                {"settings", settings_json(prepared)},
-                {"ledger", ledger_json(facts.features)},
-                {"scene", scene_json(*prepared.scene, facts)},
-                {"size", {settings.width, settings.height}},
-                {"sample_range", {settings.sample_begin, settings.sample_end}},
-                {"seed", settings.seed},
-                {"features", report.features},
-                {"triangles", report.triangles},
-                {"geometry_bytes", report.geometry_bytes},
-                {"tree", report.reinserted ? "reinserted" : "sah"},
-                {"interrupted", report.interrupted()},
-                {"ended_by", name_of(report.end)},
-                {"samples", report.samples},
-                {"samples_before", report.samples_before},
-                {"samples_per_second", per_second(double(report.samples), report.render_s)},
-                {"rejected_samples", report.nonfinite + report.saturated},
-                {"rays", rays_json(report.rays)},
-                {"rays_per_second", per_second(double(report.rays.total()), report.render_s)},
-                {"implicit_search_failures", report.given_up},
-                {"relmse_predicted", error.known ? json(error.relmse) : json(nullptr)},
-                {"relmse_interval", error.known ? json({error.lo, std::isfinite(error.hi) ? json(error.hi) : json(nullptr)}) : json(nullptr)},
-                {"mean_radiance", mean.value},
-                {"mean_radiance_error", mean.standard_error ? json(*mean.standard_error) : json(nullptr)},
-                {"pilot", pilot_json(report.pilot)},
-                {"seconds", seconds_json(report, times)},
-                {"events", events_json(report.events)},
-                {"devices", json::array()},
-                {"stages", json::array()}};
+  json stats = {
+      {"schema_version", kStatsSchemaVersion},
+      {"version", "eikon " EIKON_VERSION},
+      {"command", facts.command},
+      {"settings", settings_json(prepared)},
+      {"ledger", ledger_json(facts.features)},
+      {"scene", scene_json(*prepared.scene, facts)},
+      {"size", {settings.width, settings.height}},
+      {"sample_range", {settings.sample_begin, settings.sample_end}},
+      {"seed", settings.seed},
+      {"features", report.features},
+      {"triangles", report.triangles},
+      {"geometry_bytes", report.geometry_bytes},
+      {"tree", report.reinserted ? "reinserted" : "sah"},
+      {"interrupted", report.interrupted()},
+      {"ended_by", name_of(report.end)},
+      {"samples", report.samples},
+      {"samples_before", report.samples_before},
+      {"samples_per_second", per_second(double(report.samples), report.render_s)},
+      {"rejected_samples", report.nonfinite + report.saturated},
+      {"rays", rays_json(report.rays)},
+      {"rays_per_second", per_second(double(report.rays.total()), report.render_s)},
+      {"implicit_search_failures", report.given_up},
+      {"relmse_predicted", error.known ? json(error.relmse) : json(nullptr)},
+      {"relmse_interval",
+       error.known ? json({error.lo, std::isfinite(error.hi) ? json(error.hi) : json(nullptr)}) : json(nullptr)},
+      {"mean_radiance", mean.value},
+      {"mean_radiance_error", mean.standard_error ? json(*mean.standard_error) : json(nullptr)},
+      {"pilot", pilot_json(report.pilot)},
+      {"seconds", seconds_json(report, times)},
+      {"events", events_json(report.events)},
+      {"devices", json::array()},
+      {"stages", json::array()}};
   for (std::size_t i = 0; i < report.devices.size(); ++i) {
     const DeviceReport& device = report.devices[i];
     stats["devices"].push_back(device_json(report, device));

@@ -43,7 +43,7 @@ void print_times(const RenderReport& report, const CommandTimes& times);
 /// count / seconds, or 0 when no time has passed.
 [[nodiscard]] double per_second(double count, double seconds);
 
-/// What a report says of a render besides what the render reports.
+/// Facts that a report states beside the results of the render.
 struct RenderFacts {
   std::string command;  // as the user gave it
   std::map<std::string, std::uint64_t> contents;  // of the scene: how many it has of what
@@ -53,7 +53,9 @@ struct RenderFacts {
 /// The facts of a scene and its settings, to be found before the render frees the scene's meshes.
 [[nodiscard]] RenderFacts facts_of(const Prepared& prepared, const Execution& execution, const std::string& command);
 
-/// What --stats writes; stats_schema.json is its schema.
+inline constexpr int kStatsSchemaVersion = 2;  // of stats_schema.json
+
+/// The contents of the file that --stats writes; stats_schema.json is their schema.
 [[nodiscard]] Json stats_json(const RenderOutput& done, const PredictedError& error, const Prepared& prepared,
                               const CommandTimes& times, const RenderFacts& facts);
 /// Writes --stats. throws InputError when the file cannot be written

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What every page uses. Texts from files only ever become text nodes, so no name can be markup.
+// Functions that every page uses. Texts from files only ever become text nodes, so no name can be markup.
 "use strict";
 
 const data = JSON.parse(document.getElementById("data").textContent);

@@ -18,7 +18,8 @@
 /// j       which of the sample's light paths
 /// sample  of the unit
 EK_FN vu light_path_key(constant Frame* frame, vu j, vu sample, vu* index, vu* replicate) {
-  const uint bits = frame->replicate_bits, shift = frame->light_index_bits;
+  const uint bits = frame->replicate_bits;
+  const uint shift = 32u - clz(frame->light_path_count - 1u);  // 2^shift is the least power of two that is not less than it
   const vu sample_low = (vu)(frame->sample_begin) + sample;
   const uint high = frame->sample_high;
   *replicate = sample_low & ((1u << bits) - 1u);

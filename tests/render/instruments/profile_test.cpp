@@ -26,6 +26,13 @@ Bounce sum_of(const Bounces& bounces) {
   return sum;
 }
 
+bool was_late(const RenderReport& report, const DeviceReport& device) {
+  const auto index = std::size_t(&device - report.devices.data());
+  return std::ranges::any_of(report.events, [&](const DeviceEvent& event) {
+    return event.device == index && event.kind == DeviceEvent::Kind::late;
+  });
+}
+
 void expect_counts_agree(const RenderReport& report) {
   RayCounts rays;
   std::uint64_t samples = 0;
@@ -33,28 +40,23 @@ void expect_counts_agree(const RenderReport& report) {
     rays += device.rays;
     samples += device.samples;
     if (device.units == 0) continue;
-    const std::uint64_t hits = device.rays.camera + device.rays.scattered;
     EXPECT_EQ(device.rays.camera, device.samples);
-    // A device that has nothing left to do may repeat what another one is late with, and only one of them counts.
-    const std::uint64_t repeated = device.repeated_samples;
-    const auto expect_work = [&](const std::string& what, std::uint64_t worked, std::uint64_t counted) {
-      if (report.devices.size() == 1)
-        EXPECT_EQ(worked, counted) << what;
-      else
-        EXPECT_GE(worked, counted) << what;
-    };
-    const auto expect_items = [&](const char* stage, std::uint64_t counted) {
-      expect_work(stage, device.stages.at(stage).items, counted);
-    };
-    expect_items("generate", device.rays.camera + repeated);
-    expect_items("intersect", hits + repeated);
-    expect_items("shade", hits + repeated);
-    expect_items("shadow", device.rays.shadow);
-    expect_items("film", device.samples + repeated);
-    expect_work("paths of depth 0", device.bounces[0].paths, device.samples + repeated);
+    // A device that has nothing left to do may repeat what another one is late with, and only one of them counts. One that
+    // was too late with it tells nothing of its work.
+    if (was_late(report, device)) continue;
+    const RayCounts& repeated = device.repeated_rays;
+    const std::uint64_t hits = device.rays.camera + device.rays.scattered + repeated.camera + repeated.scattered;
+    const std::uint64_t shadow_rays = device.rays.shadow + repeated.shadow;
+    const std::uint64_t paths = device.samples + repeated.camera;
+    EXPECT_EQ(device.stages.at("generate").items, paths);
+    EXPECT_EQ(device.stages.at("intersect").items, hits);
+    EXPECT_EQ(device.stages.at("shade").items, hits);
+    EXPECT_EQ(device.stages.at("shadow").items, shadow_rays);
+    EXPECT_EQ(device.stages.at("film").items, paths);
+    EXPECT_EQ(device.bounces[0].paths, paths);
     const Bounce all = sum_of(device.bounces);
-    expect_work("paths of all depths, which are all rays but the shadow rays", all.paths, hits + repeated);
-    expect_work("shadow rays of all depths", all.shadow_rays, device.rays.shadow);
+    EXPECT_EQ(all.paths, hits) << "paths of all depths are all rays but the shadow rays";
+    EXPECT_EQ(all.shadow_rays, shadow_rays);
     EXPECT_GE(all.lanes, all.paths);
     EXPECT_GE(all.slots, all.lanes);
   }
@@ -74,7 +76,6 @@ void expect_times_agree(const RenderReport& report) {
     }
     // The queue is in order, so nothing is counted twice; the gaps are within the render, what is before and after is not theirs.
     EXPECT_LE(stages_s + device.gaps.seconds, device.busy_s * 1.001 + 1e-4);
-    EXPECT_GT(stages_s, 0);  // on a busy machine any share of the time may pass outside of the stages
     EXPECT_LE(device.busy_s, device.end_s - device.begin_s + 1e-9);
   }
 }
@@ -96,6 +97,19 @@ TEST(Profile, counts_are_those_of_the_rays_whichever_way_stages_are_launched) {
     EXPECT_EQ(bounces[0][depth].paths, bounces[2][depth].paths) << depth;
     EXPECT_EQ(bounces[0][depth].shadow_rays, bounces[2][depth].shadow_rays) << depth;
   }
+}
+
+TEST(Profile, most_of_the_time_is_that_of_stages) {
+  // On a busy machine any share of the time may pass while the device waits for a core, but not in every attempt.
+  double share = 0;
+  for (int attempt = 0; attempt < 20 && share <= 0.2; ++attempt) {
+    const RenderOutput output = render_cornell({}, 96, 64);
+    const DeviceReport& device = output.report.devices.at(0);
+    double stages_s = 0;
+    for (const auto& [name, stage] : device.stages) stages_s += stage.seconds;
+    share = stages_s / device.busy_s;
+  }
+  EXPECT_GT(share, 0.2);
 }
 
 TEST(Profile, of_two_devices_adds_up) {

@@ -294,9 +294,9 @@ TEST(DeviceSessions, samples_that_two_devices_finish_count_once_and_are_told) {
   if (outcome.has(1, DeviceEvent::Kind::late)) return;  // the end of the render did not wait for it
   for (std::size_t i = 0; i < 2; ++i) {
     const DeviceReport& device = outcome.devices[i];
-    EXPECT_EQ(device.samples + device.repeated_samples, (*worked)[i]) << i;
+    EXPECT_EQ(device.samples + device.repeated_rays.camera, (*worked)[i]) << i;
   }
-  EXPECT_GT(outcome.devices[0].repeated_samples + outcome.devices[1].repeated_samples, 0U);
+  EXPECT_GT(outcome.devices[0].repeated_rays.camera + outcome.devices[1].repeated_rays.camera, 0U);
 }
 
 TEST(DeviceSessions, watchdog_leaves_slow_devices_alone) {

@@ -17,12 +17,12 @@ inline constexpr std::uint64_t kSpp = 24;
 
 inline FilmLayout layout() { return {.width = kImage.x1, .height = kImage.y1, .crop = kImage}; }
 
-/// What a sample of a pixel is worth, in the film's smallest step.
+/// The value of a sample of a pixel, in the film's smallest step.
 inline std::uint32_t value(std::uint32_t x, std::uint32_t y, std::uint64_t sample, std::size_t channel) {
   return std::uint32_t((x * 31 + y * 17 + sample * 7 + channel) % 1000);
 }
 
-/// What a device does when its n-th unit, from 0, is to be finished; it may throw, or sleep.
+/// It is called when a device is to finish its n-th unit, from 0; it may throw, or sleep.
 using Behaviour = std::function<void(std::uint64_t n, const WorkUnit& unit)>;
 
 struct FakeDevice {
@@ -63,6 +63,7 @@ class FakeRunner : public UnitRunner {
     result.sums.pixel_stride = std::uint32_t(pixels_.size());
     result.sums.sample_begin = unit.sample_begin;
     result.sums.sample_end = unit.sample_end;
+    result.rays.camera = unit.path_count();
     result.sums.limbs = limbs_;
     result.sums.rejected = rejected_;
     return result;
