@@ -379,7 +379,7 @@ ReplayedSample Wavefront::replay(std::uint32_t x, std::uint32_t y, std::uint64_t
   Impl& w = *impl_;
   if (w.config.fused) throw InternalError("a path can be watched only where each stage has a launch of its own");
   const auto number = [&](auto... of) { return std::bit_cast<float>(w.path_word(of...)); };
-  const auto vector = [&](const char* field) { return glm::vec3(number(field), number(field, 1), number(field, 2)); };
+  const auto vector = [&](const char* field) { return glm::vec3(number(field), number(field, 1U), number(field, 2U)); };
   w.after_intersect = [&](std::uint32_t depth) {
     report({depth, vector("origin"), vector("dir"), vector("beta"), number("hit_t"), w.path_word("hit_triangle")});
   };
