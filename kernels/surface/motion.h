@@ -14,15 +14,17 @@
 #include "surface/instance.h"
 
 #if EK_HAS_moving_surface
-/// A coordinate on the way from a to b. share: of the way, [0, 1]
-EK_FN float moved_one(float a, float b, float share) {
-  const float at = a + (b - a) * share, least = a < b ? a : b, most = a < b ? b : a;
-  return at < least ? least : at > most ? most : at;
-}
-EK_FN vf moved(vf a, vf b, vf share) {
-  const vf at = a + (b - a) * share, least = a < b ? a : b, most = a < b ? b : a;
-  return at < least ? least : at > most ? most : at;
-}
+// Coordinates on the way from a to b, of any number of corners at once. share: of the way, [0, 1]
+#define EK_MOVED(name, F)                                                              \
+  EK_FN F name(F a, F b, F share) {                                                    \
+    const F at = a + (b - a) * share, least = a < b ? a : b, most = a < b ? b : a; \
+    return at < least ? least : at > most ? most : at;                                 \
+  }
+EK_MOVED(moved_one, float)
+EK_MOVED(moved_8, float8)
+EK_MOVED(moved_16, float16)
+EK_MOVED(moved, vf)
+#undef EK_MOVED
 EK_FN v3 moved3(v3 a, v3 b, vf share) { return V3(moved(a.x, b.x, share), moved(a.y, b.y, share), moved(a.z, b.z, share)); }
 
 /// Where triangles are between two poses.
