@@ -62,7 +62,7 @@ struct PackedScene {
   std::vector<PackedLight> light_summary;        // one per emissive material, other light, and the environment
   // Triangles and lights that move while the shutter is open (kernels/surface/motion.h, kernels/lights/light.h).
   std::uint32_t pose_steps = 0;           // steps of the shutter's time; 0: nothing moves
-  std::vector<std::uint32_t> motion;      // empty: no triangle moves
+  DeviceVector<std::uint32_t> motion;     // empty: no triangle moves
   DeviceVector<Triangle> pose_triangles;  // light_pdf_m2: twice the area of the triangle among `triangles`
   DeviceVector<TriangleNormals> pose_normals;
   DeviceVector<TriangleTangents> pose_tangents;

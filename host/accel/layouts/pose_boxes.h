@@ -21,9 +21,12 @@ class PoseBounds {
 
   [[nodiscard]] std::size_t count() const { return poses_.count; }
 
+  /// The first of a triangle's records of poses.
+  [[nodiscard]] std::uint32_t first_record(std::uint32_t triangle) const { return poses_.motion[triangle] - 1; }
+
   /// The nine coordinates of a triangle's corners at a pose.
   [[nodiscard]] const float* corners(std::uint32_t triangle, std::size_t pose) const {
-    return poses_.corners + poses_.stride * (poses_.motion[triangle] - 1 + pose);
+    return poses_.corners + poses_.stride * (first_record(triangle) + pose);
   }
 
   /// Widens the boxes by a triangle.

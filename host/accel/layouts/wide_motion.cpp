@@ -87,10 +87,13 @@ class WidePoseFitter {
 
   void write_leaf(std::size_t leaf, DeviceVector<std::uint32_t>& leaves) const {
     const std::uint32_t* const from = accel_.leaves.data() + leaf * std::size_t{kBlockWords};
-    for (std::size_t pose = 0; pose < bounds_.count(); ++pose) {
-      std::uint32_t* const to = leaves.data() + (leaf * bounds_.count() + pose) * kBlockWords;
+    const std::size_t poses = bounds_.count();
+    for (std::size_t pose = 0; pose < poses; ++pose) {
+      std::uint32_t* const to = leaves.data() + (leaf * poses + pose) * kBlockWords;
       for (std::size_t i = 0; i < kBlock; ++i) {
-        const std::uint32_t triangle = to[kBlockTriangles + i] = from[kBlockTriangles + i];
+        const std::uint32_t triangle = from[kBlockTriangles + i];
+        const bool names_record = triangle != EK_NO_HIT && pose + 1 == poses;
+        to[kBlockTriangles + i] = names_record ? bounds_.first_record(triangle) : triangle;
         for (std::size_t k = 0; k < 9; ++k)
           to[kBlock * k + i] =
               triangle == EK_NO_HIT ? 0x7fc00000U : std::bit_cast<std::uint32_t>(bounds_.corners(triangle, pose)[k]);

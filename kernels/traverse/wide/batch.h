@@ -139,19 +139,17 @@ EK_FN void batch_part(BatchLists* lists, BatchCounts* counts) {
 EK_FN void batch_gather(const Batch* b, uint first, uint count) {
   BatchCandidates* candidates = b->candidates;
   for (uint i = first; i < count; ++i) {
-    // Over time the indices of all records of a leaf are the same.
-    global const uint* triangles = (global const uint*)wide_leaf8(b->geometry, b->lists->pretested.child[i]) + LEAF8_TRIANGLES;
+    const uint child = b->lists->pretested.child[i];
+    global const uint* triangles = (global const uint*)wide_leaf8(b->geometry, child) + LEAF8_TRIANGLES;
     uint bits = b->lists->pretested_bits[i];
     do {
-      const uint triangle = triangles[lowest_bit(bits)], row = b->lists->pretested.row[i];
+      const uint k = lowest_bit(bits), triangle = triangles[k], row = b->lists->pretested.row[i];
       candidates->row[candidates->count] = row;
 #if EK_HAS_moving_surface
-      candidates->record[candidates->count] = candidate_record(b->geometry, triangle, b->rays + row);
+      candidates->record[candidates->count] = candidate_record(b->geometry, child, k, b->rays + row);
 #endif
       candidates->triangle[candidates->count++] = triangle;
-#if EK_MEDIUM_TREE && EK_BUILTIN(__builtin_prefetch)
-      __builtin_prefetch(b->geometry.scene.triangles + triangle);
-#endif
+      candidate_prefetch(b->geometry, candidates);
       bits &= bits - 1u;
     } while (bits != 0);
   }

@@ -18,8 +18,11 @@ typedef struct {
 } BatchCandidates;
 
 #if EK_HAS_moving_surface
-EK_FN uint candidate_record(Geometry geometry, uint triangle, const RayOne* ray) {
-  return EK_OVER_TIME(geometry) ? geometry.scene.motion[1u + triangle] - 1u + ray->step : 0u;
+// k: place of the triangle in its leaf
+EK_FN uint candidate_record(Geometry geometry, uint child, uint k, const RayOne* ray) {
+  if (!EK_OVER_TIME(geometry)) return 0u;
+  global const float* last = wide_leaf8(geometry, child + geometry.scene.motion[0]);
+  return as_uint(last[LEAF8_TRIANGLES + k]) + ray->step;
 }
 
 // The share of each ray's step that has passed.
@@ -29,6 +32,21 @@ EK_FN vf candidate_shares(const RayOne* rays, const uint* rows) {
   return *(const vf*)share;
 }
 #endif
+
+// Fetches what the whole test of the last candidate needs, in a tree that is larger than a core's caches.
+EK_FN void candidate_prefetch(Geometry geometry, const BatchCandidates* candidates) {
+#if EK_MEDIUM_TREE && EK_BUILTIN(__builtin_prefetch)
+#if EK_HAS_moving_surface
+  if (EK_OVER_TIME(geometry)) {
+    global const Triangle* before = geometry.scene.pose_triangles + candidates->record[candidates->count - 1u];
+    __builtin_prefetch(before);
+    __builtin_prefetch(before + 1);
+    return;
+  }
+#endif
+  __builtin_prefetch(geometry.scene.triangles + candidates->triangle[candidates->count - 1u]);
+#endif
+}
 
 // The records of EK_WIDTH triangles.
 EK_FN TriangleLanes candidate_triangles(global const Triangle* triangles, const uint* indices) {

@@ -11,7 +11,8 @@
 //     [72, 80)    their indices; EK_NO_HIT for an unused one
 // Over time, in the tree of the triangles that move (motion_tree.h), a node or a leaf is a row of such records, one for each
 // pose, and its index that of the first. Between two poses planes and corners go straight. A missing child has the largest
-// finite numbers as its planes (host/accel/layouts/wide_motion.cpp).
+// finite numbers as its planes, and the last record of a leaf, in place of the triangles' indices, that of the first record
+// of each in `pose_triangles` (host/accel/layouts/wide_motion.cpp).
 #ifndef EK_TRAVERSE_WIDE_H
 #define EK_TRAVERSE_WIDE_H
 #include "lanes/compact.h"

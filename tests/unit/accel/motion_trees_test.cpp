@@ -162,14 +162,17 @@ TEST(MotionTrees, boxes_between_poses_cut_no_corner_off) {
     }
 }
 
-TEST(MotionTrees, records_of_a_wide_leaf_hold_the_corners_of_their_pose) {
+TEST(MotionTrees, records_of_a_wide_leaf_hold_the_corners_of_their_pose_and_the_last_where_these_begin) {
   const Swarm swarm(1);
   for (const char* layout : {"bvh8", "bvh16"}) {
     const Accel accel = tree_over_time(swarm, layout);
     std::size_t seen = 0;
     for (std::size_t record = 0; record < accel.leaves.size() / 80; ++record)
       for (std::size_t i = 0; i < 8; ++i) {
-        const std::uint32_t triangle = accel.leaves[80 * record + 72 + i];
+        const std::uint32_t triangle = accel.leaves[80 * (record - record % kPoses) + 72 + i];
+        const std::uint32_t index = accel.leaves[80 * record + 72 + i];
+        const bool names_record = record % kPoses == kPoses - 1 && triangle != EK_NO_HIT;
+        EXPECT_EQ(index, names_record ? swarm.motion[triangle] - 1 : triangle);
         for (std::size_t k = 0; k < 9; ++k) {
           const auto corner = std::bit_cast<float>(accel.leaves[80 * record + 8 * k + i]);
           if (triangle == EK_NO_HIT) {
