@@ -201,7 +201,7 @@ EK_FN int try_triangle(Geometry geometry, const RayOne* given, uint triangle, co
 #undef PLACED_CORNER
   }
 #if EK_HAS_moving_surface
-  const uint pose = EK_OVER_TIME(geometry) | EK_LAYOUT_none ? geometry.scene.motion[1u + triangle] : 0u;
+  const uint pose = EK_OVER_TIME(geometry) | EK_LAYOUT_none ? geometry.scene.motion[geometry.scene.motion[1] + triangle] : 0u;
   if (pose != 0u) {
     global const float* before = (global const float*)(geometry.scene.pose_triangles + (pose - 1u + ray->step));
     global const float* after = before + sizeof(Triangle) / 4;

@@ -37,6 +37,19 @@ void mark_differences(const PackedScene& a, const PackedScene& b, std::vector<ch
 
 }  // namespace
 
+DeviceVector<std::uint32_t> motion_table(std::uint32_t steps, std::span<const std::uint32_t> records) {
+  constexpr std::size_t kHead = 2;
+  const std::size_t begin = kHead + (records.size() + 31) / 32;
+  DeviceVector<std::uint32_t> table(begin + records.size(), 0);
+  table[0] = steps;
+  table[1] = std::uint32_t(begin);
+  for (std::size_t i = 0; i < records.size(); ++i) {
+    table[begin + i] = records[i];
+    if (records[i] != 0) table[kHead + i / 32] |= 1U << i % 32;
+  }
+  return table;
+}
+
 void pack_motion(const Scene& scene, const Features& features, PackedScene& packed) {
   const std::size_t count = packed.triangle_count(), poses = scene.poses.size();
   std::vector<char> moves(count, 0);
@@ -45,16 +58,16 @@ void pack_motion(const Scene& scene, const Features& features, PackedScene& pack
 
   // Kernels read a record and the one behind it even if nothing moves.
   std::size_t moving = 0;
-  packed.motion.assign(1 + packed.triangles.size(), 0);
-  packed.motion[0] = scene.shutter.steps;
+  std::vector<std::uint32_t> first_records(packed.triangles.size(), 0);
   for (std::size_t i = 0; i < count; ++i)
-    if (moves[i] != 0) packed.motion[1 + i] = std::uint32_t(1 + poses * moving++);
+    if (moves[i] != 0) first_records[i] = std::uint32_t(1 + poses * moving++);
   const std::size_t records = poses * std::max<std::size_t>(moving, 1);
   if (records >= std::size_t{1} << 32)
     throw InputError(
         fmt::format("{}: {} triangles move through {} poses, more than an index can name; use fewer "
                     "--motion-steps",
                     scene.path.string(), moving, poses));
+  packed.motion = motion_table(scene.shutter.steps, first_records);
   packed.pose_triangles.resize(records);
   packed.pose_normals.resize(first.normals.empty() ? 0 : records);
   packed.pose_tangents.resize(first.tangents.empty() ? 0 : records);
@@ -64,9 +77,10 @@ void pack_motion(const Scene& scene, const Features& features, PackedScene& pack
     grow(packed.bounds, pose.bounds.hi);
     for (std::size_t i = 0; i < count; ++i) {
       if (moves[i] == 0) continue;
-      const std::size_t at = packed.motion[1 + i] - 1 + k;
-      Triangle& record = packed.pose_triangles[at] = pose.triangles[i];
-      record.light_pdf_m2 = float(glm::length(triangle_normal(packed.triangles[i])));
+      const std::size_t at = first_records[i] - 1 + k;
+      Triangle& record = packed.pose_triangles[at] = packed.triangles[i];
+      std::memcpy(&record.p0_x, &pose.triangles[i].p0_x, 9 * sizeof(float));
+      record.n_x = float(glm::length(triangle_normal(packed.triangles[i])));
       if (!pose.normals.empty()) packed.pose_normals[at] = pose.normals[i];
       if (!pose.tangents.empty()) packed.pose_tangents[at] = pose.tangents[i];
     }
@@ -81,7 +95,7 @@ Box box_over_time(const PackedScene& packed, std::size_t triangle, bool mean) {
   Box around;
   glm::dvec3 lo_sum(0), hi_sum(0);
   for (std::size_t k = 0; k < poses; ++k) {
-    const Box box = triangle_box(&packed.pose_triangles[packed.motion[1 + triangle] - 1 + k].p0_x);
+    const Box box = triangle_box(&packed.pose_triangles[packed.first_records()[triangle] - 1 + k].p0_x);
     around.add(box);
     for (int axis = 0; axis < 3; ++axis) lo_sum[axis] += double{box.lo[axis]}, hi_sum[axis] += double{box.hi[axis]};
   }
@@ -117,7 +131,7 @@ Accel build_over_time(const PackedScene& packed, const AccelOptions& options) {
   Box around;
   bool some_move = false, some_stand_still = !packed.shapes.empty();
   for (std::size_t i = 0; i < count; ++i) {
-    if (packed.motion[1 + i] == 0) {
+    if (packed.first_records()[i] == 0) {
       std::memcpy(&still[9 * i], &packed.triangles[i].p0_x, 9 * sizeof(float));
       some_stand_still = true;
     } else {
@@ -126,7 +140,7 @@ Accel build_over_time(const PackedScene& packed, const AccelOptions& options) {
       some_move = true;
     }
   }
-  const std::uint32_t* const moves = packed.motion.data() + 1;
+  const std::uint32_t* const moves = packed.first_records();
   const TriangleSoup of_still(still.data(), count, 9, packed.shapes.size(), is_list ? moves : nullptr);
   Accel accel = build_accel(of_still, options);
   if (is_list) return accel;

@@ -67,17 +67,17 @@ struct MovingRoom {
     for (std::size_t i = 0; i < count; ++i) std::copy_n(&now[9 * i], 9, &scene.triangles[i].p0_x);
     if (time) return scene;
     scene.pose_steps = kSteps;
-    scene.motion.assign(1 + count, 0);
-    scene.motion[0] = kSteps;
+    std::vector<std::uint32_t> first_records(count, 0);
     for (std::size_t i = 0; i < count; ++i) {
       if (!moves[i]) continue;
-      scene.motion[1 + i] = std::uint32_t(1 + scene.pose_triangles.size());
+      first_records[i] = std::uint32_t(1 + scene.pose_triangles.size());
       for (const fixtures::Soup& pose : poses) {
         Triangle t{};
         std::copy_n(&pose[9 * i], 9, &t.p0_x);
         scene.pose_triangles.push_back(t);
       }
     }
+    scene.motion = motion_table(kSteps, first_records);
     if (scene.pose_triangles.empty()) scene.pose_triangles.resize(kSteps + 1);  // as pack_motion leaves it
     return scene;
   }
