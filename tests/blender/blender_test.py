@@ -247,6 +247,15 @@ class Picture(AddOn):
         self.assertEqual(part.shape[:2], (16, 24))
         self.assertEqual(part[..., :3].tobytes(), whole[0:16, 12:36, :3].tobytes())
 
+    def test_may_be_of_another_scene_than_the_one_that_is_open(self):
+        self.room()
+        picture = self.render()
+        full = self.scene
+        bpy.context.window.scene = bpy.data.scenes.new("empty")
+        self.assertNotEqual(bpy.context.scene, full)
+        bpy.ops.render.render(write_still=True, scene=full.name)
+        self.assertEqual(read(self.folder / "picture.exr").tobytes(), picture.tobytes())
+
     def test_has_the_sky_left_out_on_request(self):
         self.room()
         self.scene.render.film_transparent = True

@@ -46,7 +46,8 @@ TEST(Tev, the_last_picture_is_that_of_the_file_with_all_its_layers) {
   TevServer server;
   // More than one message, since each has about a megabyte.
   ASSERT_TRUE(succeeded(here.eikon(
-      cornell("--size 320x200 --spp 2 --quiet --aov albedo,depth,samples,object_id,variance") + server.flag())));
+      cornell("--size 320x200 --spp 2 --quiet --aov albedo,depth,samples,object_id,cryptomatte_object,variance") +
+      server.flag())));
   server.end();
   EXPECT_EQ(server.error, "");
   ASSERT_EQ(server.images.size(), 1U);

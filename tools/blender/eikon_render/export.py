@@ -69,7 +69,7 @@ class Export:
         known = bpy.ops.export_scene.gltf.get_rna_type().properties.keys()
         options = {name: value for name, value in OPTIONS.items() if name in known}
         try:
-            with modifiers_of_renders():
+            with bpy.context.temp_override(scene=self.scene.original), modifiers_of_renders():
                 bpy.ops.export_scene.gltf(filepath=str(self.file), check_existing=False, **options)
         except (RuntimeError, TypeError, AttributeError) as error:
             lines = [line for line in str(error).strip().splitlines() if not line.startswith("Location:")]
