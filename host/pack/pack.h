@@ -106,10 +106,16 @@ PackedScene pack_scene(Scene&& scene, const Features& features, const Settings& 
 /// materials. Its poses are freed, too.
 PackedScene pack_and_release(Scene& scene, const Features& features, const Settings& settings);
 
-/// Lays out what tells of the light in a scene: of its triangles only those that emit. Bounds,
-/// shapes, materials and lights are those of pack_scene, and so are the errors.
-PackedScene pack_light(const Scene& scene, const Features& features, const Settings& settings);
-PackedScene pack_light(Scene&& scene, const Features& features, const Settings& settings) = delete;
+/// What tells of the light in a scene.
+struct LightOverview {
+  PackedScene packed;  // bounds, shapes, materials and light_summary are those of pack_scene; no triangles, no lights
+  std::uint64_t bytes = 0;  // of `packed` and the lights, on a device
+};
+
+/// Looks at the light in a scene without laying it out, in memory that does not grow with the lights.
+/// throws InputError as pack_scene does
+LightOverview look_at_light(const Scene& scene, const Features& features, const Settings& settings);
+LightOverview look_at_light(Scene&& scene, const Features& features, const Settings& settings) = delete;
 
 /// Builds the tree that `layout` (of tree_layouts(), or "none") needs, unless it is there. rays:
 /// expected to be traced
