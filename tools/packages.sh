@@ -7,11 +7,12 @@
 # found through /etc/OpenCL/vendors and are not ours to install.
 build_packages=(
   ca-certificates git
-  g++ cmake ninja-build
+  g++ cmake ninja-build pkg-config
   ocl-icd-opencl-dev opencl-headers pocl-opencl-icd
   libopenexr-dev libpng-dev libjpeg-dev libwebp-dev libglm-dev libtinygltf-dev nlohmann-json3-dev
   libcli11-dev libtbb-dev libfmt-dev
   libdraco-dev libmeshoptimizer-dev libxxhash-dev
+  libcpp-httplib-dev
   libembree-dev
 )
 

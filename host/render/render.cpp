@@ -14,6 +14,7 @@
 #include "render/error_counter.h"
 #include "render/pilot.h"
 #include "render/pilot/pilot_thread.h"
+#include "render/ready_wavefronts.h"
 #include "render/rounds.h"
 #include "wavefront/memory_need.h"
 
@@ -122,7 +123,8 @@ class RenderLoop {
   /// no device is left.
   DeviceSessions::State run_to_completion(const std::atomic<bool>& stop) {
     // The thread wakes so often to see signals and clocks.
-    const double wake_s = hooks_.checkpoint ? std::clamp(hooks_.checkpoint_every_s, 0.01, 0.05) : 0.05;
+    const double due_s = hooks_.checkpoint ? std::max(hooks_.checkpoint_every_s, 0.01) : hooks_.wake_s;
+    const double wake_s = std::min(due_s, hooks_.wake_s);
     bool told = !hooks_.under_way;
     rounds_.open(sessions_);
     while (!stop.load() && !rounds_.is_out_of_time()) {
@@ -359,27 +361,35 @@ RenderOutput render_packed(std::shared_ptr<PackedScene> packed, const Features& 
   return pack_and_render(pack, features, settings, execution, stop, std::move(hooks));
 }
 
-ReplayedSample replay_path(const Scene& scene, const Settings& settings, const Execution& usual,
+ReplayedSample replay_path(const ReadyScene& scene, const Settings& settings, const Execution& usual,
                            const PixelSample& sample, const std::function<void(const PathVertex&)>& report) {
   Execution execution = usual;
   execution.fused = false;
-  const DeviceInfo info = select_devices(execution.devices, execution.threads).front();
-  Features features = features_of(scene, settings, execution);
-  PackedScene packed = pack_scene(scene, features, settings);
+  DevicePool pool = scene.devices;
+  const DeviceInfo info = pool.select(execution.devices, execution.threads).front();
+  PackedScene& packed = *scene.packed;
   const Execution own = without_probe(execution);  // one path is too few to measure for
   const WavefrontConfig config = configure(info, own);
   add_accel(packed, own.accel, config.layout, own.threads);
-  require_memory(memory_need(packed, config, features), info, own);
-  Device device(info);
+  require_memory(memory_need(packed, config, scene.features), info, own);
+  DevicePool::Lease device = pool.take(info);
   Settings guided = settings;
-  if (wants_pilot(features, settings)) {
+  if (wants_pilot(scene.features, settings)) {
     PilotSteps nobody_looks;
-    guided.guide = run_pilot(device, packed, features, settings, own, nobody_looks).table;
+    guided.guide = run_pilot(*device, packed, scene.features, settings, own, nobody_looks).table;
   }
+  Features features = scene.features;
   features.set_guiding(guided.guide != nullptr, false);
   guided.crop = {sample.x, sample.y, sample.x + 1, sample.y + 1};  // so that the pixel's unit has all light paths
-  Wavefront wavefront(device, packed, features, guided, own);
+  Wavefront& wavefront = ReadyWavefronts::of(device).get(*device, {scene.packed, scene.keep}, features, guided, own);
   return wavefront.replay(sample.x, sample.y, sample.sample, report);
+}
+
+ReplayedSample replay_path(const Scene& scene, const Settings& settings, const Execution& execution,
+                           const PixelSample& sample, const std::function<void(const PathVertex&)>& report) {
+  const Features features = features_of(scene, settings, execution);
+  const auto packed = std::make_shared<PackedScene>(pack_scene(scene, features, settings));
+  return replay_path({.packed = packed, .features = features}, settings, execution, sample, report);
 }
 
 }  // namespace eikon

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+
+#include "cli/commands.h"
+#include "cli/flags.h"
+#include "job/log.h"
+#include "job/stop_signals.h"
+#include "view/start_process.h"
+#include "view/view_server.h"
+
+namespace eikon {
+namespace {
+
+struct ViewOptions {
+  RenderOptions render;
+  std::uint32_t port = 0;
+  bool open = false;
+};
+
+/// The words that `eikon render` knows, too. A view is not guided unless that is asked for: a pilot would come before each
+/// picture.
+std::vector<std::string> render_words(const std::vector<std::string>& words) {
+  std::vector<std::string> kept;
+  for (const std::string& word : words) {
+    const std::string name = word.substr(0, word.find('='));
+    if (name != "--port" && name != "--open" && name != "--crop" && name != "--samples") kept.push_back(word);
+  }
+  if (!has_flag(kept, "--guiding")) kept.emplace_back("--guiding=off");
+  return kept;
+}
+
+ViewLook first_look(const SceneOptions& scene) {
+  const ImageSize size = scene.size.value_or(ImageSize{640, 480});
+  const std::uint32_t width = std::min(size.width, kMostViewSide), height = std::min(size.height, kMostViewSide);
+  return {.flags = {{"--size", fmt::format("{}x{}", width, height)}}};
+}
+
+ExitCode view_command(const ViewOptions& options, const std::vector<std::string>& words) {
+  const std::string& scene = options.render.scene.scene;
+  if (!std::filesystem::exists(scene)) throw InputError(fmt::format("{}: no such file", scene));
+  receive_signals();
+  const std::atomic<bool>& stop = catch_stop_signals();
+  ViewSession session(render_words(words), parse_render, first_look(options.render.scene));
+  ViewServer server(session, int(options.port));
+  fmt::print("{}\n", server.address());
+  std::fflush(stdout);
+  if (options.open && !open_in_browser(server.address()))
+    print_to_stderr("eikon: --open: xdg-open cannot be started; open the address yourself\n");
+  server.serve(stop);
+  return ExitCode::done;
+}
+
+}  // namespace
+
+void add_view(CommandFlags& root, Command& chosen) {
+  auto options = std::make_shared<ViewOptions>();
+  CommandFlags flags = root.command(
+      "view", "show a scene in a browser, and render it anew as the camera moves",
+      "Prints an address that only this machine can open; from elsewhere, through `ssh -L PORT:localhost:PORT`. The\n"
+      "picture refines while one looks, and the file is loaded again when it changes. Ctrl-C ends it.\n\n"
+      "Example:\n  eikon view scenes/cornell.gltf --open\n\n" +
+          environment_help());
+  add_all_scene_flags(flags, options->render.scene);
+  flags.hide({"--crop", "--samples", "--aov", "--transparent"});
+  add_execution_flags(flags, options->render.execution);
+  flags.group("Server");
+  flags.number({"--port", "N", "port of the loopback address [any that is free]"}, options->port, 1, 65535);
+  flags.toggle("--open", "open the page in the browser of the desktop", options->open);
+  flags.run(chosen, [options](const std::vector<std::string>& words) { return view_command(*options, words); });
+}
+
+}  // namespace eikon
