@@ -13,15 +13,12 @@
 
 #include "io/text.h"
 #include "page/page.h"
-#include "view/bounded_threads.h"
+#include "view/guarded_server.h"
 
 namespace eikon {
 namespace {
 
-constexpr std::size_t kThreads = 32;              // each serves a connection
-constexpr std::size_t kMostPayload = 64 << 10;    // bytes of a request's body
-constexpr std::size_t kMostPerConnection = 1000;  // requests
-constexpr int kWait_s = 3;                        // for a client that sends or reads nothing
+constexpr std::size_t kMostPayload = 64 << 10;  // bytes of a request's body
 constexpr double kNews_s = 1;
 
 std::string random_token() {
@@ -60,7 +57,7 @@ void refuse(httplib::Response& response, int status, const std::string& message)
 }
 
 std::string page_of_view() {
-  const Json data = {{"version", "eikon " EIKON_VERSION}, {"layers", view_layers()}, {"most_side", kMostViewSide}};
+  const Json data = {{"layers", view_layers()}};
   return make_page("view.html",
                    {.title = "eikon view",
                     .styles = {"style.css", "view.css"},
@@ -106,25 +103,13 @@ bool comes_from_here(const RequestOrigin& request) {
 }
 
 struct ViewServer::Http {
-  httplib::Server server;
-  std::atomic<bool> ending{false};
+  GuardedServer server;
 };
 
 ViewServer::ViewServer(ViewSession& session, int port)
     : session_(session), token_(random_token()), port_(port), http_(std::make_unique<Http>()) {
   httplib::Server& server = http_->server;
-  // The library's own options let two processes share a port.
-  server.set_socket_options([](socket_t socket) {
-    const int yes = 1;
-    (void)setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
-  });
-  server.new_task_queue = [this] { return new BoundedThreads(kThreads, http_->ending); };
   server.set_payload_max_length(kMostPayload);
-  server.set_keep_alive_max_count(kMostPerConnection);
-  server.set_keep_alive_timeout(kWait_s);
-  server.set_read_timeout(kWait_s);
-  server.set_write_timeout(kWait_s);
-  server.set_tcp_nodelay(true);
   guard();
   add_handlers();
   const bool bound =
@@ -222,7 +207,7 @@ void ViewServer::serve(const std::atomic<bool>& stop) {
   }
   session_.end();  // and with it every wait for news
   while (!over && !server.is_running()) std::this_thread::sleep_for(std::chrono::milliseconds(5));
-  http_->ending = true;
+  http_->server.end();
   server.stop();
   listening.join();
   if (!stop) throw InputError("the server ended by itself: its socket was closed");

@@ -170,7 +170,7 @@ async function tracePath(x, y) {
   controls.path.replaceChildren(el("li", {}, "tracing pixel " + x + ", " + y));
   const path = await pathAt(x, y);
   drawPath(path, x, y, sizeNow());
-  controls.path.replaceChildren(...pathWords(path));
+  controls.path.replaceChildren(...pathWords(path, scene.radius));
 }
 
 async function focusAt(x, y) {
@@ -320,6 +320,8 @@ function build() {
     controls.noteGroup,
     group("Keys on the picture", el("dl", { class: "keys", id: "keys" }, ...[["arrows", "turn the camera"], ["W A S D", "walk"], ["Q E", "down, up"], ["+ −", "nearer, further"], ["[ ]", "darker, brighter"], ["Enter", "focus, or trace the path, in the middle"], ["Home", "reset the camera"], ["Esc", "clear the path"]]
       .flatMap(([key, what]) => [el("dt", {}, el("kbd", {}, key)), el("dd", {}, what)]))));
+  // Until it is known what the scene has.
+  for (const name of ["variant", "time", "rotate", "envScale"]) showRow(controls[name], false);
   setTool("orbit");
 }
 

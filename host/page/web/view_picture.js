@@ -80,11 +80,11 @@ function drawPath(path, x, y, [width, height]) {
   });
 }
 
-/** The vertices in words. */
-function pathWords(path) {
-  const figures = (values, digits) => values.map((v) => Number(v.toPrecision(digits))).join(", ");
-  const words = path.vertices.slice(1).map((v) => (v.distance === null ? "leaves the scene" : v.distance.toPrecision(4) + " m, to (" + figures(v.point, 3) + ")"));
-  words.push("brings radiance " + figures(path.radiance, 3));
-  if (path.light_paths.some((v) => v > 0)) words.push("light paths bring " + figures(path.light_paths, 3));
+/** The vertices in words. radius: of the scene; less than a millionth of it is 0 */
+function pathWords(path, radius) {
+  const figures = (values, least) => values.map((v) => (Math.abs(v) < least ? 0 : Number(v.toPrecision(3)))).join(", ");
+  const words = path.vertices.slice(1).map((v) => (v.distance === null ? "leaves the scene" : v.distance.toPrecision(4) + " m, to (" + figures(v.point, 1e-6 * radius) + ")"));
+  words.push("brings radiance " + figures(path.radiance, 0));
+  if (path.light_paths.some((v) => v > 0)) words.push("light paths bring " + figures(path.light_paths, 0));
   return words.map((text) => el("li", {}, text));
 }
