@@ -22,7 +22,14 @@ constexpr seconds kIdle(3);                      // between two requests
 constexpr seconds kRequestTime(10), kAnswerTime(60);
 constexpr seconds kStall(5);  // of a client that reads nothing of its answer
 
+thread_local GuardedStream* served = nullptr;  // of the request that this thread is at
+
 }  // namespace
+
+void GuardedStream::admit(std::size_t bytes) {
+  most_ = received_ + bytes;
+  until_ = Clock::now() + kAnswerTime;
+}
 
 bool GuardedStream::wait(short events, Clock::time_point until) const {
   const auto left = std::chrono::duration_cast<milliseconds>(until - Clock::now());
@@ -36,6 +43,7 @@ bool GuardedStream::wait_for_request(const std::atomic<bool>& ending) {
   bool comes = at_ < end_;
   while (!comes && !ending && Clock::now() < latest) comes = wait(POLLIN, Clock::now() + kWake);
   received_ = end_ - at_;
+  most_ = kMostRequest;
   answers_ = false;
   until_ = Clock::now() + kRequestTime;
   return comes && !ending;
@@ -46,7 +54,7 @@ bool GuardedStream::is_writable() const { return wait(POLLOUT, Clock::now() + kA
 
 ssize_t GuardedStream::read(char* bytes, std::size_t size) {
   if (at_ == end_) {
-    if (received_ >= kMostRequest || !wait(POLLIN, until_)) return -1;
+    if (received_ >= most_ || !wait(POLLIN, until_)) return -1;
     const ssize_t count = recv(socket_, buffer_.data(), buffer_.size(), 0);
     if (count <= 0) return count;
     at_ = 0;
@@ -80,12 +88,18 @@ GuardedServer::GuardedServer() {
   set_tcp_nodelay(true);
 }
 
+void GuardedServer::admit(std::size_t bytes) {
+  if (served != nullptr) served->admit(bytes);
+}
+
 bool GuardedServer::process_and_close_socket(socket_t socket) {
   GuardedStream stream(socket);
+  served = &stream;
   for (int left = kMostPerConnection; left > 0 && stream.wait_for_request(ending_); --left) {
     bool closed = false;
     if (!process_request(stream, left == 1, closed, nullptr) || closed) break;
   }
+  served = nullptr;
   (void)shutdown(socket, SHUT_RDWR);
   close(socket);
   return true;

@@ -15,6 +15,8 @@ class GuardedStream : public httplib::Stream {
  public:
   explicit GuardedStream(socket_t socket) : socket_(socket) {}
 
+  /// Lets the rest of this request take so many bytes, and the time of an answer.
+  void admit(std::size_t bytes);
   /// Waits for the first byte of another request. False if none comes in time, the client has gone, or `ending` is set.
   [[nodiscard]] bool wait_for_request(const std::atomic<bool>& ending);
 
@@ -35,10 +37,10 @@ class GuardedStream : public httplib::Stream {
 
   socket_t socket_;
   std::array<char, 4096> buffer_{};
-  std::size_t at_ = 0, end_ = 0;  // what is left of the buffer
-  std::size_t received_ = 0;      // bytes of the request
-  bool answers_ = false;          // the response has begun
-  Clock::time_point until_{};     // of the request, then of the response
+  std::size_t at_ = 0, end_ = 0;         // what is left of the buffer
+  std::size_t received_ = 0, most_ = 0;  // bytes of the request
+  bool answers_ = false;                 // the response has begun
+  Clock::time_point until_{};            // of the request, then of the response
 };
 
 class GuardedServer : public httplib::Server {
@@ -46,6 +48,8 @@ class GuardedServer : public httplib::Server {
   GuardedServer();
   /// No connection waits any more, for a thread or for a request; to be called before stop().
   void end() { ending_ = true; }
+  /// Lets the rest of the request that this thread serves take so many bytes.
+  static void admit(std::size_t bytes);
 
  private:
   bool process_and_close_socket(socket_t socket) override;

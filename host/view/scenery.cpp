@@ -5,6 +5,8 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <set>
+#include <string_view>
 
 #include "gltf/scene_files.h"
 #include "pack/geometry/placed_meshes.h"
@@ -28,8 +30,15 @@ Sceneries::Sceneries(std::vector<std::string> given, ParseRender parse)
     : given_(std::move(given)), parse_(std::move(parse)), scenes_(kSceneBytes) {}
 
 void Sceneries::open(const std::string& scene) {
-  const auto old = std::ranges::find_if(given_, [](const std::string& word) { return !word.starts_with('-'); });
-  if (old != given_.end()) *old = scene;
+  // What was meant for the other scene.
+  const std::set<std::string_view> of_scene = {"--camera",     "--look-at",        "--fov",      "--f-number",
+                                               "--panorama",   "--focus-distance", "--variant",  "--frame",
+                                               "--scene-time", "--loop",           "--animation"};
+  std::erase_if(given_, [&](const std::string& word) {
+    return !word.starts_with('-') || of_scene.contains(std::string_view(word).substr(0, word.find('=')));
+  });
+  given_.insert(given_.begin(), scene);
+  is_dropped_ = true;
   forget();
 }
 
@@ -87,6 +96,8 @@ void Sceneries::add_layers(const Scene& scene, std::vector<std::string>& aovs, s
 
 Scenery Sceneries::load(const ViewLook& look) {
   std::vector<std::string> words, notes;
+  if (is_dropped_)
+    notes.emplace_back("this scene is a copy of the dropped file, which goes with the view; the command names it");
   if (watch_.changed()) forget();
   RenderOptions options = options_of(look, words);
   if (!source_) read_source(options);

@@ -45,7 +45,7 @@ class Sceneries {
   [[nodiscard]] Scenery load(const ViewLook& look);
   /// True if a file of the scene that was loaded last, or that could not be loaded, is another one now.
   [[nodiscard]] bool is_outdated() const { return watch_.changed(); }
-  /// Shows another scene from now on, in place of the one that the user named.
+  /// Shows a copy of a file that was dropped from now on, in place of the scene that the user named.
   void open(const std::string& scene);
   /// Forgets scenes, so that the next one is loaded from its files.
   void forget();
@@ -71,7 +71,8 @@ class Sceneries {
   std::optional<Source> source_{};
   std::shared_ptr<const SceneCache::Kept> bounded_{};  // the scene that has these bounds
   Bounds bounds_{};
-  bool layers_ = false;  // some look has asked for a layer: programs and films have all of them from then on
+  bool is_dropped_ = false;  // the scene came from a page
+  bool layers_ = false;      // some look has asked for a layer: programs and films have all of them from then on
 };
 
 }  // namespace eikon

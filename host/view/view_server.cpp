@@ -19,6 +19,7 @@ namespace eikon {
 namespace {
 
 constexpr std::size_t kMostPayload = 64 << 10;  // bytes of a request's body
+constexpr const char* kDrop = "/api/drop";
 constexpr double kNews_s = 1;
 
 std::string random_token() {
@@ -88,8 +89,9 @@ std::string unwanted(const httplib::Request& request) {
   if (request.is_multipart_form_data()) return "view: requests have one part";
   if (request.get_header_value_count("Content-Length") > 1) return "view: a request has one length";
   const std::string length = request.get_header_value("Content-Length");
-  if (!length.empty() && number_in<std::uint64_t>(length).value_or(kMostPayload + 1) > kMostPayload)
-    return fmt::format("view: a request has at most {} bytes", kMostPayload);
+  const std::uint64_t most = request.path == kDrop ? kMostDropped : kMostPayload;
+  if (!length.empty() && number_in<std::uint64_t>(length).value_or(most + 1) > most)
+    return fmt::format("view: a request has at most {} bytes here", most);
   return "";
 }
 
@@ -109,7 +111,7 @@ struct ViewServer::Http {
 ViewServer::ViewServer(ViewSession& session, int port)
     : session_(session), token_(random_token()), port_(port), http_(std::make_unique<Http>()) {
   httplib::Server& server = http_->server;
-  server.set_payload_max_length(kMostPayload);
+  server.set_payload_max_length(kMostDropped);
   guard();
   add_handlers();
   const bool bound =
@@ -142,8 +144,10 @@ void ViewServer::guard() {
       refuse(response, 403, "open the address that `eikon view` printed, with its token");
     else if (!problem.empty())
       refuse(response, 400, problem);
-    else
+    else {
+      if (request.path == kDrop) GuardedServer::admit(kMostDropped);
       return httplib::Server::HandlerResponse::Unhandled;
+    }
     return httplib::Server::HandlerResponse::Handled;
   });
   server.set_exception_handler([](const httplib::Request&, httplib::Response& response, std::exception_ptr exception) {
@@ -178,6 +182,26 @@ void ViewServer::add_handlers() {
     if (sample >> 32U != 0) throw UsageError("view: no such sample");
     response.set_content(session_.path({std::uint32_t(x), std::uint32_t(y), sample}).dump(), "application/json");
   });
+  add_orders();
+}
+
+/// What changes more than the picture.
+void ViewServer::add_orders() {
+  httplib::Server& server = http_->server;
+  const auto receive = [this](const httplib::Request& request, httplib::Response& response,
+                              const httplib::ContentReader& read) {
+    DroppedFiles::Incoming incoming = dropped_.begin(request.get_param_value("name"));
+    const bool is_whole = read(
+        [&](const char* bytes, std::size_t size) { return bool(incoming.file.write(bytes, std::streamsize(size))); });
+    if (!is_whole && incoming.file) {
+      DroppedFiles::drop(incoming);
+      throw UsageError("view: the file did not come as a whole; drop it again");
+    }
+    dropped_.keep(incoming);
+    session_.open(incoming.path.string());
+    response.set_content("{}", "application/json");
+  };
+  server.Post(kDrop, httplib::Server::HandlerWithContentReader(receive));
   server.Post("/api/render", [this](const httplib::Request&, httplib::Response& response) {
     const std::vector<std::string> words = session_.words();
     if (words.empty()) throw UsageError("view: there is no picture yet that could be rendered");

@@ -5,6 +5,7 @@
 #include <memory>
 #include <string>
 
+#include "view/dropped_files.h"
 #include "view/final_render.h"
 #include "view/view_session.h"
 
@@ -28,6 +29,7 @@ struct RequestOrigin {
 ///                              is known of it}, and the pixels of the frame if its number is not NUMBER
 /// POST /api/look               takes what read_look() reads; answers {"number"}, that of the look
 /// GET  /api/path?x=X&y=Y&sample=N   answers as ViewSession::path()
+/// POST /api/drop?name=NAME     takes a scene file, and shows it
 /// POST /api/render             starts the final render of what is shown
 /// POST /api/stop               interrupts it
 /// All but the page want the token in the header X-Eikon-Token. There are no other paths. Errors are {"error": line}.
@@ -50,12 +52,14 @@ class ViewServer {
   struct Http;
   ViewSession& session_;
   FinalRender final_;
+  DroppedFiles dropped_;
   std::string token_;
   int port_;
   std::unique_ptr<Http> http_;
 
   void guard();
   void add_handlers();
+  void add_orders();
 };
 
 }  // namespace eikon

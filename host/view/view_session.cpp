@@ -43,6 +43,13 @@ Json number_or_null(bool is_known, double value) {
   return is_known && std::isfinite(value) ? Json(value) : Json(nullptr);
 }
 
+/// A point far along a ray that leaves the scene, nearer if the far one is behind the camera.
+glm::dvec3 end_in_front(const Settings& settings, const glm::dvec3& from, const glm::dvec3& along, double radius_m) {
+  double distance_m = 4 * radius_m;
+  while (distance_m > 1e-3 * radius_m && pixel_of(settings, from + distance_m * along).is_null()) distance_m *= 0.8;
+  return from + distance_m * along;
+}
+
 /// JSON as text; what is not UTF-8, as names of files may be, is replaced.
 std::string dumped(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
 
@@ -327,14 +334,15 @@ Json ViewSession::trace(const PixelSample& at) {
     vertices.push_back(
         {{"point", {point.x, point.y, point.z}}, {"pixel", pixel_of(settings, point)}, {"distance", distance}});
   };
-  // A ray that leaves the scene is drawn as far as it takes to leave the picture.
-  const double far_m = 4 * radius_of(scenery_->bounds);
+  const double radius_m = radius_of(scenery_->bounds);
   const ReadyScene scene{scenery_->packed, scenery_->features, pool_, scenery_->kept->scene};
   const ReplayedSample replayed = replay_path(scene, settings, scenery_->execution, at, [&](const PathVertex& v) {
     const glm::dvec3 from(v.origin), along(v.dir);
     if (vertices.empty()) add(from, nullptr);
-    const bool hits = v.triangle != EK_NO_HIT;
-    add(from + (hits ? double(v.t) : far_m) * along, hits ? Json(v.t) : Json(nullptr));
+    if (v.triangle != EK_NO_HIT)
+      add(from + double(v.t) * along, v.t);
+    else
+      add(end_in_front(settings, from, along, radius_m), nullptr);
   });
   glm::vec3 light_paths(0.0F);
   for (const ReplayedSample::Splat& splat : replayed.splats) light_paths += splat.radiance;

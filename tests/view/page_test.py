@@ -227,6 +227,20 @@ class Use(Page):
         self.shot("written")
         self.no_complaint()
 
+    def test_another_scene_file_is_opened(self):
+        self.view(CORNELL, *SMALL)
+        self.until_done()
+        self.set("fov", 30)
+        self.until_done()
+        self.browser.find_element(By.ID, "file").send_keys(str(ROOT / "scenes/sphere_in_sky.gltf"))
+        self.until(lambda: "sphere_in_sky.gltf" in self.browser.title, "another title")
+        self.until_done()
+        self.assertNotIn("--fov", self.command())
+        self.drag(9, 9)
+        self.until_done()
+        self.shot("opened")
+        self.no_complaint()
+
     def test_everything_that_takes_input_has_a_label_and_is_reached_by_tab(self):
         self.view(CORNELL, *SMALL)
         self.until_done()

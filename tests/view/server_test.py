@@ -7,6 +7,7 @@ import json
 import os
 import pathlib
 import random
+import re
 import shlex
 import shutil
 import signal
@@ -16,6 +17,7 @@ import sys
 import tempfile
 import time
 import unittest
+import unittest.mock
 
 from viewer import CORNELL, LIMIT_S, ROOT, Viewer, floats_of_exr, rgbe_of
 
@@ -324,6 +326,48 @@ class Process(unittest.TestCase):
                 news, now = viewer.news()
                 time.sleep(0.1)
             self.assertNotEqual(now, pixels)
+
+    def test_a_dropped_scene_is_shown_and_leaves_nothing(self):
+        (self.folder / "tmp").mkdir()
+        with unittest.mock.patch.dict(os.environ, TMPDIR=str(self.folder / "tmp")):
+            viewer = Viewer(EIKON, self.folder, CORNELL, *SMALL, "--camera", "camera", "--fov", "20")
+        with viewer:
+            _, before = viewer.wait_for("done")
+            for number, name in enumerate(("paper.gltf", "sphere_in_sky.gltf")):
+                body = (ROOT / "scenes" / name).read_bytes()
+                self.assertEqual(viewer.ask("POST", f"/api/drop?name={name}", body)[0], 200)
+                news, pixels = viewer.wait_for("done", number + 2)
+                self.assertEqual(news["status"]["scene"]["name"], name)
+                self.assertNotIn("--camera", news["status"]["command"])
+                self.assertIn("dropped", news["status"]["notes"][0])
+                self.assertNotEqual(pixels, before)
+                self.assertEqual([file.name for file in (self.folder / "tmp").glob("eikon_view_*/*/*")], [name])
+            for name in ("", "x.exr", "..gltf", "../x.gltf", "%2Ftmp%2Fx.gltf", "-o.gltf", "a%0Ab.gltf", "a" * 200 + ".gltf"):
+                status, _, answer = viewer.ask("POST", f"/api/drop?name={name}", b"{}")
+                self.assertEqual((status, b"view: " in answer), (400, True), name)
+            self.assertEqual(viewer.ask("POST", "/api/drop?name=x.glb", b"", {"X-Eikon-Token": "0" * 32})[0], 403)
+            with socket.create_connection(("127.0.0.1", viewer.port), timeout=LIMIT_S) as connection:
+                connection.sendall(f"POST /api/drop?name=x.glb HTTP/1.1\r\nHost: localhost\r\nX-Eikon-Token: {viewer.token}\r\n"
+                                   f"Content-Length: {1 << 40}\r\n\r\n".encode())
+                self.assertIn(b" 400 ", connection.recv(100))
+            viewer.ask("POST", "/api/drop?name=broken.gltf", b"{")
+            begin = time.monotonic()
+            while viewer.news()[0]["status"]["state"] != "failed" and time.monotonic() - begin < LIMIT_S:
+                time.sleep(0.05)
+            self.assertIn("broken.gltf", viewer.news()[0]["status"]["error"])
+            self.assertEqual(viewer.end(), (0, "", ""))
+        self.assertEqual(list((self.folder / "tmp").glob("eikon_view_*")), [])
+
+    def test_memory_stays_flat_while_somebody_orbits(self):
+        with Viewer(EIKON, self.folder, ROOT / "scenes/cornell_spheres.gltf", "--size", "320x240") as viewer:
+            def orbit(steps):
+                for step in range(steps):
+                    viewer.look({"--size": "320x240", "--look-at": f"{0.278 + 0.001 * (step % 100)},0.273,-0.8:0.278,0.273,0.28"}, moving=step % 10 != 0)
+                    viewer.news()
+                return int(re.search(r"VmRSS:\s+(\d+) kB", pathlib.Path(f"/proc/{viewer.process.pid}/status").read_text())[1])
+            viewer.wait_for("rendering")
+            first = orbit(200)
+            self.assertLess(orbit(600), first + 16000, "kB")
 
     def test_the_settled_picture_has_the_bits_of_the_printed_command(self):
         looks = ({}, {"--look-at": "0.1,0.4,-0.6:0.3,0.25,0.3", "--fov": "55", "--f-number": "1.4", "--focus-distance": "0.9"},

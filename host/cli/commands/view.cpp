@@ -36,8 +36,13 @@ std::vector<std::string> render_words(const std::vector<std::string>& words) {
 
 ViewLook first_look(const SceneOptions& scene) {
   const ImageSize size = scene.size.value_or(ImageSize{640, 480});
-  const std::uint32_t width = std::min(size.width, kMostViewSide), height = std::min(size.height, kMostViewSide);
-  return {.flags = {{"--size", fmt::format("{}x{}", width, height)}}};
+  const std::string text = fmt::format("{}x{}", size.width, size.height);
+  if (std::max(size.width, size.height) > kMostViewSide)
+    throw UsageError(
+        fmt::format("--size {}: a view has at most {} pixels a side; render the command that its page shows, "
+                    "with another --size",
+                    text, kMostViewSide));
+  return {.flags = {{"--size", text}}};
 }
 
 ExitCode view_command(const ViewOptions& options, const std::vector<std::string>& words) {
@@ -61,11 +66,16 @@ void add_view(CommandFlags& root, Command& chosen) {
   auto options = std::make_shared<ViewOptions>();
   CommandFlags flags = root.command(
       "view", "show a scene in a browser, and render it anew as the camera moves",
-      "Prints an address that only this machine can open; from elsewhere, through `ssh -L PORT:localhost:PORT`. The\n"
-      "picture refines while one looks, and the file is loaded again when it changes. Ctrl-C ends it.\n\n"
-      "Example:\n  eikon view scenes/cornell.gltf --open\n\n" +
-          environment_help());
-  add_all_scene_flags(flags, options->render.scene);
+      fmt::format(
+          "Prints an address that only this machine can open; from elsewhere, come through ssh -L PORT:localhost:PORT. "
+          "The\npicture refines while one looks, and the scene is loaded again when a file of it changes. Ctrl-C ends "
+          "it. A picture\nhas 640x480 pixels unless --size says otherwise, and is not guided unless --guiding does.\n\n"
+          "Example:\n  eikon view scenes/cornell.gltf --open\n\n{}",
+          environment_help()));
+  add_scene_flags(flags, options->render.scene);
+  add_image_flags(flags, options->render.scene);
+  add_light_flags(flags, options->render.scene,
+                  fmt::format("samples per pixel of the whole picture [{}]", kUsualViewSpp));
   flags.hide({"--crop", "--samples", "--aov", "--transparent"});
   add_execution_flags(flags, options->render.execution);
   flags.group("Server");

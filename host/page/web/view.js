@@ -17,7 +17,7 @@ const sizeNow = () => look.flags["--size"].split("x").map(Number);
 
 async function ask(path, body) {
   const options = { headers: { "X-Eikon-Token": token }, cache: "no-store" };
-  if (body !== undefined) Object.assign(options, { method: "POST", body: JSON.stringify(body) });
+  if (body !== undefined) Object.assign(options, { method: "POST", body: body instanceof Blob ? body : JSON.stringify(body) });
   const answer = await fetch(path, options);
   if (!answer.ok) throw new Error((await answer.json().catch(() => ({}))).error || "the server answers " + answer.status);
   return answer;
@@ -248,7 +248,7 @@ function showControls() {
 /** A slider for each group of lights, while their layer is shown. */
 function showLights() {
   fill(controls.layer, data.layers.filter((name) => name !== "lights" || scene.lights.length > 0)
-    .map((name) => [name, { error: "error of each pixel", lights: "light groups, mixed" }[name] || name]), look.layer);
+    .map((name) => [name, { error: "error of each pixel", lights: "light groups" }[name] || name]), look.layer);
   controls.lightGroup.hidden = look.layer !== "lights";
   const names = JSON.stringify(scene.lights);
   if (controls.lightGroup.dataset.names !== names) {
@@ -267,6 +267,16 @@ function showFinal(final) {
   controls.finalProgress.hidden = controls.stop.hidden = final.state !== "running";
   controls.finalProgress.value = final.share;
   controls.start.hidden = final.state === "running";
+}
+
+/** Shows a scene file of the user's. */
+async function openFile(file) {
+  complain("");
+  try {
+    await ask("/api/drop?name=" + encodeURIComponent(file.name), file);
+  } catch (error) {
+    complain(error.message);
+  }
 }
 
 const order = (path) => ask(path, {}).then(() => complain(""), (error) => complain(error.message));
@@ -291,6 +301,7 @@ function build() {
   controls.finalProgress = el("progress", { max: 1, value: 0, "aria-label": "share of the render that is done", hidden: true });
   controls.start = button("Render to a file", () => order("/api/render"), { class: "main" });
   controls.stop = button("Stop", () => order("/api/stop"), { hidden: true });
+  controls.file = el("input", { type: "file", id: "file", accept: ".glb,.gltf", onchange: () => controls.file.files[0] && openFile(controls.file.files[0]) });
   const copied = el("span", { class: "soft", role: "status" });
   const copy = async () => {
     controls.command.select();
@@ -309,7 +320,7 @@ function build() {
       choice("tone", "Tone curve", TONES.map((name) => [name, name]), (value) => showAnew("--tonemap", value === "none" ? null : value)),
       choice("size", "Size", SIZES.map((size) => [size, size]), (value) => setFlag("--size", value, false))),
     controls.lightGroup,
-    group("Scene",
+    group("Scene", el("div", { class: "row" }, el("label", { for: "file" }, "Open a file"), controls.file),
       choice("variant", "Variant", [["", "as started"]], (value) => setFlag("--variant", value || null, false)),
       range("time", "Time", [0, 1, 0.01, 0], (v) => v.toFixed(2) + " s", (v) => setFlag("--scene-time", v, true)),
       choice("env", "Environment", [["", "as started"]], (value) => setFlag("--env", value || null, false)),

@@ -55,3 +55,10 @@ canvas.addEventListener("keydown", (event) => {
   event.preventDefault();
 });
 window.addEventListener("resize", () => { if (frame) fit(sizeNow()); });
+
+// A scene file may be dropped anywhere on the page.
+document.addEventListener("dragover", (event) => event.preventDefault());
+document.addEventListener("drop", (event) => {
+  event.preventDefault();
+  if (event.dataTransfer.files.length > 0) openFile(event.dataTransfer.files[0]);
+});
