@@ -374,7 +374,7 @@ ReplayedSample replay_path(const ReadyScene& scene, const Settings& settings, co
   require_memory(memory_need(packed, config, scene.features), info, own);
   DevicePool::Lease device = pool.take(info);
   Settings guided = settings;
-  if (wants_pilot(scene.features, settings)) {
+  if (settings.guide == nullptr && wants_pilot(scene.features, settings)) {
     PilotSteps nobody_looks;
     guided.guide = run_pilot(*device, packed, scene.features, settings, own, nobody_looks).table;
   }

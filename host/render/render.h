@@ -150,6 +150,7 @@ struct ReadyScene {
 };
 
 /// Traces the path of one sample and reports its vertices; returns what it brings, and what light paths bring besides.
+/// settings  their guide is that of the image's pilot, if it is known; if not, the pilot is rendered
 ReplayedSample replay_path(const ReadyScene& scene, const Settings& settings, const Execution& execution,
                            const PixelSample& sample, const std::function<void(const PathVertex&)>& report);
 /// The same for a scene that is packed for this.

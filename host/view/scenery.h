@@ -12,6 +12,7 @@
 #include "job/scene_cache.h"
 #include "pack/features.h"
 #include "render/film_store.h"
+#include "render/pilot.h"
 #include "view/file_watch.h"
 #include "view/view_look.h"
 
@@ -31,6 +32,7 @@ struct Scenery {
   std::vector<std::string> notes;   // for the user
   Bounds bounds;                    // of the scene
   bool has_layers = false;          // those of view_layers()
+  std::optional<Pilot> pilot{};     // of the whole picture, once it is known
   std::optional<FilmState> film{};  // of the samples so far; none: of none
 };
 

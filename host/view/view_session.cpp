@@ -36,6 +36,8 @@ Settings reduced(const Settings& settings, std::uint64_t side) {
   small.sample_end = small.sample_begin + 1;
   if (settings.light_path_count > 0)
     small.light_path_count = std::max<std::uint64_t>(1, settings.light_path_count / (side * side));
+  small.guiding = Guiding::off;  // a pilot would take longer than the picture
+  small.pilot_paths = 0;
   return small;
 }
 
@@ -164,6 +166,7 @@ std::optional<ViewSession::Task> ViewSession::next_task() {
     task.request = paths_.front();
     paths_.pop_front();
   }
+  task.number = look_number_;
   task.renders = !paused_;
   stop_ = !paths_.empty();
   return task;
@@ -171,6 +174,7 @@ std::optional<ViewSession::Task> ViewSession::next_task() {
 
 void ViewSession::serve(const Task& task) {
   if (task.request) return answer(*task.request);
+  if (task.look) shown_number_ = task.number;
   if (!task.scene.empty()) {
     sceneries_.open(task.scene);
     scenery_.reset();
@@ -270,6 +274,8 @@ void ViewSession::render() {
   hooks.progress = [&](const Progress&, const Film&) {
     if (sceneries_.is_outdated()) stop_ = true;
   };
+  hooks.pilot = [&] { return scenery_->pilot; };
+  hooks.pilot_done = [&](const Pilot& pilot) { scenery_->pilot = pilot; };
   hooks.begin_with = std::exchange(scenery_->film, std::nullopt);
   RenderOutput done =
       render_packed(scenery_->packed, scenery_->features, settings, scenery_->execution, stop_, std::move(hooks));
@@ -314,7 +320,7 @@ void ViewSession::answer(PathRequest& request) {
   std::string text, wrong;
   try {
     text = trace(request.at).dump();
-  } catch (const Error& error) {
+  } catch (const std::exception& error) {
     wrong = error.what();
   }
   const std::lock_guard lock(mutex_);
@@ -336,7 +342,9 @@ Json ViewSession::trace(const PixelSample& at) {
   };
   const double radius_m = radius_of(scenery_->bounds);
   const ReadyScene scene{scenery_->packed, scenery_->features, pool_, scenery_->kept->scene};
-  const ReplayedSample replayed = replay_path(scene, settings, scenery_->execution, at, [&](const PathVertex& v) {
+  Settings guided = settings;
+  if (scenery_->pilot) guided.guide = scenery_->pilot->table;
+  const ReplayedSample replayed = replay_path(scene, guided, scenery_->execution, at, [&](const PathVertex& v) {
     const glm::dvec3 from(v.origin), along(v.dir);
     if (vertices.empty()) add(from, nullptr);
     if (v.triangle != EK_NO_HIT)
@@ -355,6 +363,7 @@ Json ViewSession::trace(const PixelSample& at) {
 void ViewSession::say(const std::string& state, const std::string& error) {
   const std::lock_guard lock(mutex_);
   status_.state = state;
+  status_.look = shown_number_;
   status_.error = error;
   write_status();
 }
@@ -364,9 +373,10 @@ void ViewSession::write_status() {
   words.insert(words.begin(), {"eikon", "render"});
   for (const auto& [name, value] : wanted_.png) words.push_back(fmt::format("{}={}", name, value));
   words.insert(words.end(), {"--output=picture.exr", "--png=picture.png"});
-  const Json texts = {
-      {"state", status_.state}, {"error", status_.error},     {"command", status_.words.empty() ? "" : quote(words)},
-      {"notes", status_.notes}, {"look", look_json(wanted_)}, {"look_number", look_number_}};
+  const Json texts = {{"state", status_.state},     {"state_of", status_.look},
+                      {"error", status_.error},     {"command", status_.words.empty() ? "" : quote(words)},
+                      {"notes", status_.notes},     {"look", look_json(wanted_)},
+                      {"look_number", look_number_}};
   status_text_ = fmt::format("{{\"scene\":{},{}", status_.scene, dumped(texts).substr(1));
   ++version_;
   changed_.notify_all();

@@ -28,7 +28,7 @@ struct ViewFrame {
 /// What has become new since somebody looked last.
 struct ViewNews {
   std::uint64_t version = 0;
-  std::string status;                      // JSON: state, error, notes, command, scene, look, look_number
+  std::string status;  // JSON: state and of which look, error, notes, command, scene, look, look_number
   std::shared_ptr<const ViewFrame> frame;  // null: none yet
 };
 
@@ -69,6 +69,7 @@ class ViewSession {
   };
   struct Status {
     std::string state = "loading";  // or compiling, moving, rendering, done, failed
+    std::uint64_t look = 0;         // number of the look of which that is the state
     std::string error{};            // why it failed
     std::vector<std::string> words{}, notes{};
     std::string scene = "null";  // JSON of scene_outline()
@@ -76,6 +77,7 @@ class ViewSession {
   /// What the thread does next.
   struct Task {
     std::optional<ViewLook> look{};          // another one than before
+    std::uint64_t number = 0;                // of the look
     std::string scene{};                     // another one is to be opened; empty: none
     std::shared_ptr<PathRequest> request{};  // a path to be traced; null: none
     bool renders = false;                    // goes on with the picture after that
@@ -104,6 +106,7 @@ class ViewSession {
   // Of the thread.
   std::optional<Scenery> scenery_{};  // none: it could not be loaded, or rendered
   ViewLook shown_{};                  // by scenery_
+  std::uint64_t shown_number_ = 0;    // of that look
   std::string compiled_{};            // features of the last picture
   std::uint64_t small_ = 4;           // side of the block that a pixel of the small picture stands for
   double begin_s_ = 0, error_at_s_ = 0, error_took_s_ = 0;

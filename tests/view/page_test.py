@@ -66,7 +66,7 @@ class Page(unittest.TestCase):
         return value
 
     def until_done(self):
-        self.until(lambda: self.state("state") == "done" and self.run_script("return frame !== null && !frame.small && !sending && !restTimer"), "done")
+        self.until(lambda: self.run_script("return status.state === 'done' && status.state_of === adopted && !frame.small && !sending && !restTimer"), "done")
 
     def set(self, control, value):
         """Moves a control as its user would, and tells the page."""

@@ -372,14 +372,14 @@ class Process(unittest.TestCase):
     def test_the_settled_picture_has_the_bits_of_the_printed_command(self):
         looks = ({}, {"--look-at": "0.1,0.4,-0.6:0.3,0.25,0.3", "--fov": "55", "--f-number": "1.4", "--focus-distance": "0.9"},
                  {"--env": "neutral", "--env-rotate": "40", "--env-scale": "0.5", "--size": "50x31"})
-        for scene in (CORNELL, ROOT / "scenes/cornell_spheres.gltf"):
-            with Viewer(EIKON, self.folder, scene, "--spp", "6", "--size", "64x48") as viewer:
+        for scene, words in ((CORNELL, ()), (ROOT / "scenes/cornell_spheres.gltf", ()), (ROOT / "scenes/shelf_lamp_room.gltf", ("--guiding", "on"))):
+            with Viewer(EIKON, self.folder, scene, "--spp", "6", "--size", "64x48", *words) as viewer:
                 for flags, layer in zip(looks, ("picture", "albedo", "picture")):
                     viewer.wait_for("done", viewer.look(flags, layer=layer))
                     news, pixels = viewer.wait_for("done", viewer.look(flags, layer="picture"))
-                    words = shlex.split(news["status"]["command"])
-                    self.assertEqual(words[:2], ["eikon", "render"])
-                    run = self.eikon(*words[1:], "--quiet")
+                    command = shlex.split(news["status"]["command"])
+                    self.assertEqual(command[:2], ["eikon", "render"])
+                    run = self.eikon(*command[1:], "--quiet")
                     self.assertEqual(run.returncode, 0, run.stderr)
                     shown = rgbe_of(floats_of_exr(self.folder / "picture.exr"))
                     self.assertEqual(shown, pixels, news["status"]["command"])

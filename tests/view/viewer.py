@@ -80,9 +80,9 @@ class Viewer:
         begin = time.monotonic()
         while time.monotonic() - begin < LIMIT_S:
             news, pixels = self.news()
-            if news["status"]["state"] == state and news["status"]["look_number"] >= number:
+            if news["status"]["state"] == state and news["status"]["state_of"] >= number:
                 return news, pixels
-            if news["status"]["state"] == "failed":
+            if news["status"]["state"] == "failed" and news["status"]["state_of"] >= number:
                 raise AssertionError(news["status"]["error"])
             time.sleep(0.05)
         raise AssertionError(f"never {state}: {news['status']}")

@@ -10,8 +10,8 @@
 #include "cli/flags.h"
 #include "job/log.h"
 #include "job/stop_signals.h"
-#include "view/start_process.h"
-#include "view/view_server.h"
+#include "view/server/start_process.h"
+#include "view/server/view_server.h"
 
 namespace eikon {
 namespace {

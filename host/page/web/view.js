@@ -36,6 +36,7 @@ async function send(wanted) {
   sending = true;
   try {
     adopted = (await (await ask("/api/look", wanted)).json()).number;
+    complain(status.state === "failed" ? status.error : "");
   } catch (error) {
     complain(error.message);
   }
@@ -301,7 +302,7 @@ function build() {
   controls.finalProgress = el("progress", { max: 1, value: 0, "aria-label": "share of the render that is done", hidden: true });
   controls.start = button("Render to a file", () => order("/api/render"), { class: "main" });
   controls.stop = button("Stop", () => order("/api/stop"), { hidden: true });
-  controls.file = el("input", { type: "file", id: "file", accept: ".glb,.gltf", onchange: () => controls.file.files[0] && openFile(controls.file.files[0]) });
+  controls.file = el("input", { type: "file", id: "file", accept: ".glb,.gltf", onclick: () => { controls.file.value = ""; }, onchange: () => controls.file.files[0] && openFile(controls.file.files[0]) });
   const copied = el("span", { class: "soft", role: "status" });
   const copy = async () => {
     controls.command.select();

@@ -15,9 +15,9 @@ function paint(frame, linear, exposure, tone, size) {
   else if (layer === "albedo") expose(linear, pixels.data, 0, "none");
   else if (layer === "normal") fillPlain(linear, pixels.data);
   else if (layer === "depth") {
-    const most = farthest(linear);
-    fillHeat(linear, pixels.data, (v) => (v > 0 ? 1 - v / most : 0));
-    showLegend("near", "far: " + most.toPrecision(3) + " m", true);
+    const [near, far] = depths(linear);
+    fillHeat(linear, pixels.data, (v) => (v > 0 ? 1 - (v - near) / Math.max(far - near, 1e-12) : 0));
+    showLegend(near.toPrecision(3) + " m", far.toPrecision(3) + " m", true);
   } else {
     fillHeat(linear, pixels.data, (v) => (v > 0 ? Math.log(v / LEAST_ERROR) / Math.log(MOST_ERROR / LEAST_ERROR) : 0));
     showLegend(100 * LEAST_ERROR + " %", 100 * MOST_ERROR + " % of the pixel's value", false);
@@ -27,10 +27,14 @@ function paint(frame, linear, exposure, tone, size) {
   fit(size);
 }
 
-function farthest(linear) {
-  let most = 1e-12;
-  for (const value of linear) most = Math.max(most, value);
-  return most;
+/** The least and the greatest of the depths that are known. */
+function depths(linear) {
+  let near = Infinity, far = 0;
+  for (const value of linear) {
+    if (value > 0) near = Math.min(near, value);
+    far = Math.max(far, value);
+  }
+  return near < Infinity ? [near, far] : [0, 0];
 }
 
 function fillPlain(linear, pixels) {

@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/error.h"
-#include "view/view_server.h"
+#include "view/server/view_server.h"
 
 namespace eikon {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "view/start_process.h"
+#include "view/server/start_process.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>

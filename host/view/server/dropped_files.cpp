@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "view/dropped_files.h"
+#include "view/server/dropped_files.h"
 
 #include <fmt/format.h>
 #include <stdlib.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "view/bounded_threads.h"
+#include "view/server/bounded_threads.h"
 
 #include <chrono>
 #include <utility>

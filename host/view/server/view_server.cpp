@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "view/view_server.h"
+#include "view/server/view_server.h"
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -13,7 +13,7 @@
 
 #include "io/text.h"
 #include "page/page.h"
-#include "view/guarded_server.h"
+#include "view/server/guarded_server.h"
 
 namespace eikon {
 namespace {

@@ -5,8 +5,8 @@
 #include <memory>
 #include <string>
 
-#include "view/dropped_files.h"
-#include "view/final_render.h"
+#include "view/server/dropped_files.h"
+#include "view/server/final_render.h"
 #include "view/view_session.h"
 
 namespace eikon {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "view/guarded_server.h"
+#include "view/server/guarded_server.h"
 
 #include <poll.h>
 #include <sys/socket.h>
@@ -7,7 +7,7 @@
 
 #include <algorithm>
 
-#include "view/bounded_threads.h"
+#include "view/server/bounded_threads.h"
 
 namespace eikon {
 namespace {

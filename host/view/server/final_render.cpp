@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "view/final_render.h"
+#include "view/server/final_render.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -14,7 +14,7 @@
 
 #include "core/error.h"
 #include "io/text.h"
-#include "view/start_process.h"
+#include "view/server/start_process.h"
 
 namespace eikon {
 namespace {
