@@ -39,8 +39,7 @@ Crop parse_crop(const std::string& text) {
 
 SampleRange parse_samples(const std::string& text) {
   const std::vector<std::string> parts = split(text, ':');
-  if (parts.size() != 2)
-    throw UsageError(fmt::format("--samples {}: takes A:B, the half-open range of samples", text));
+  if (parts.size() != 2) throw UsageError(fmt::format("--samples {}: takes A:B, the half-open range of samples", text));
   const SampleRange range = {parse_unsigned("--samples", parts[0], kMaxSamples),
                              parse_unsigned("--samples", parts[1], kMaxSamples)};
   if (range.begin >= range.end) throw UsageError(fmt::format("--samples {}: the range is empty", text));
@@ -83,8 +82,8 @@ void parse_guiding(const std::string& text, SceneOptions& options) {
   options.pilot_paths = parse_unsigned("--guiding", text, kMostPilotPaths, 64);
 }
 
-double parse_light_paths(const std::string& text) {
-  if (text == "auto") return SceneOptions{}.light_paths;
+std::optional<double> parse_light_paths(const std::string& text) {
+  if (text == "auto") return std::nullopt;
   if (text == "off") return 0;
   if (text.empty() || !std::isdigit(static_cast<unsigned char>(text.front())))
     refuse_choice("--light-paths", text, {"auto", "off", "a number"});
@@ -124,9 +123,8 @@ void add_camera_flags(CommandFlags& flags, SceneOptions& options) {
   flags.text({"--camera", "NAME|INDEX", "camera of the scene [the first]"}, options.camera);
   flags.parsed({"--look-at", "EYE:TARGET[:UP]", "a perspective camera of your own; each point is x,y,z in metres"},
                [&](const std::string& text) { options.look_at = parse_look_at(text); });
-  flags.parsed({"--fov", "DEGREES", "vertical field of view of a perspective camera"}, [&](const std::string& text) {
-    options.fov_deg = parse_real("--fov", text, 0.01, 179);
-  });
+  flags.parsed({"--fov", "DEGREES", "vertical field of view of a perspective camera"},
+               [&](const std::string& text) { options.fov_deg = parse_real("--fov", text, 0.01, 179); });
   flags.toggle("--panorama", "every direction around the camera, as an equirectangular image", options.panorama);
   flags.parsed({"--f-number", "N|off", "aperture of the lens, as of a camera for 35 mm film; off: a pinhole"},
                [&](const std::string& text) { options.lens.f_number = parse_f_number(text); });
@@ -136,15 +134,17 @@ void add_camera_flags(CommandFlags& flags, SceneOptions& options) {
       {"--cull", "NAME",
        "camera: the camera does not see the backs of surfaces that are not double-sided; none [camera]"},
       options.culling, {{"camera", Culling::camera}, {"none", Culling::none}});
-  flags.parsed({"--light-paths", "NAME|RATIO",
-                "paths from lights through glass and off mirrors to what they light up: auto (1/16 as many as from the "
-                "camera), off, or their number for each path from the camera, up to 1 [auto]"},
-               [&](const std::string& text) { options.light_paths = parse_light_paths(text); });
+  flags.parsed(
+      {"--light-paths", "NAME|RATIO",
+       "paths from lights through glass and off mirrors to what they light up: auto (as many as a trial finds to "
+       "pay), off, or their number for each path from the camera, up to 1 [auto]"},
+      [&](const std::string& text) { options.light_paths = parse_light_paths(text); });
   flags.suggest("--light-paths", {"auto", "off"});
-  flags.parsed({"--guiding", "NAME|PATHS",
-                "auto; on; off: paths follow what a small pilot render learned about where light comes from, where that "
-                "pays; a number of paths for the pilot turns it on [auto]"},
-               [&](const std::string& text) { parse_guiding(text, options); });
+  flags.parsed(
+      {"--guiding", "NAME|PATHS",
+       "auto; on; off: paths follow what a small pilot render learned about where light comes from, where that "
+       "pays; a number of paths for the pilot turns it on [auto]"},
+      [&](const std::string& text) { parse_guiding(text, options); });
   flags.suggest("--guiding", {"auto", "on", "off"});
 }
 
@@ -164,9 +164,8 @@ void add_animation_flags(CommandFlags& flags, AnimationOptions& options) {
              options.name);
   flags.number({"--scene-time", "SECONDS", "time on the clock of the animations [0]"}, options.time_s, -kMostSeconds,
                kMostSeconds);
-  flags.parsed({"--frame", "N", "time as the number of a frame, from 0"}, [&](const std::string& text) {
-    options.frame = parse_unsigned("--frame", text, kMostFrame);
-  });
+  flags.parsed({"--frame", "N", "time as the number of a frame, from 0"},
+               [&](const std::string& text) { options.frame = parse_unsigned("--frame", text, kMostFrame); });
   flags.number({"--fps", "N", "frames per second [24]"}, options.fps, 1e-3, 1e6);
   flags.toggle("--loop", "begin an animation again after its end", options.loop);
   flags.exclude("--frame", "--scene-time");
@@ -220,8 +219,9 @@ void add_light_flags(CommandFlags& flags, SceneOptions& options, const std::stri
        {"direct", IntegratorChoice::direct},
        {"whitted", IntegratorChoice::whitted},
        {"raycast", IntegratorChoice::raycast}});
-  flags.number({"--max-depth", "N", "longest path in edges from the camera: 1 emission, 2 direct light; 0: no limit [0]"},
-               options.max_depth, 0, 4294967295.0);
+  flags.number(
+      {"--max-depth", "N", "longest path in edges from the camera: 1 emission, 2 direct light; 0: no limit [0]"},
+      options.max_depth, 0, 4294967295.0);
   flags.number({"--roulette", "P", "constant survival probability for Russian roulette [by throughput]"},
                options.roulette, 0.01, 1);
   flags.choice<LightSampling>(

@@ -71,7 +71,8 @@ void CheckpointFile::read(const Prepared& prepared) {
       reader.layout().replicates != layout.replicates)
     refuse("its sums do not have the form that its settings say: the file is damaged");
 
-  begin_with_.emplace(FilmState{Film(layout), std::move(record.done), std::move(record.arithmetic)});
+  begin_with_.emplace(FilmState{Film(layout), std::move(record.done), std::move(record.arithmetic),
+                                std::move(record.light_path_counts)});
   reader.add_to(begin_with_->film);
   saved_samples_ = begin_with_->done.sample_count();
   there_is_one_ = true;
@@ -115,7 +116,8 @@ void CheckpointFile::attach(RenderHooks& hooks) {
 }
 
 FilmRecord CheckpointFile::record(const FilmState& state) const {
-  return {settings_, state.arithmetic, {layers_.begin(), layers_.end()}, manifests_, state.done};
+  return {settings_,  state.arithmetic, state.light_path_counts, {layers_.begin(), layers_.end()},
+          manifests_, state.done};
 }
 
 std::string CheckpointFile::saved() const {

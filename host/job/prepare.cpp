@@ -108,7 +108,8 @@ bool needs_studio(const SceneOptions& options, const Scene& scene, const Setting
   if (std::ranges::any_of(scene.animations, &AnimationSummary::in_force)) return false;
   const double arriving = arriving_light(scene, settings);
   if (arriving >= kLeastLight) return false;
-  log(fmt::format("the scene's own lights leave what the camera sees dark (white paper would have a radiance of {:.1e} "
+  log(
+      fmt::format("the scene's own lights leave what the camera sees dark (white paper would have a radiance of {:.1e} "
                   "there): the neutral studio is added; {}",
                   arriving, kChoose));
   return true;
@@ -180,7 +181,7 @@ void log_shutter(const SceneOptions& options, const Scene& scene, const Settings
     return;
   }
   const bool has_targets = std::ranges::any_of(scene.materials, is_light_target);
-  std::string left_out = options.light_paths > 0 && has_targets ? "no light paths" : "";
+  std::string left_out = options.light_paths.value_or(kUsualLightPaths) > 0 && has_targets ? "no light paths" : "";
   if (options.guiding != settings.guiding) left_out += left_out.empty() ? "no guiding" : " and no guiding";
   log(fmt::format("the shutter is open from {:.6g} to {:.6g} s, in {} step{}{}{}", shutter.open_s, shutter.close_s,
                   scene.shutter.steps, scene.shutter.steps == 1 ? "" : "s", left_out.empty() ? "" : "; with ",
@@ -215,8 +216,7 @@ void settle_integrator(const SceneOptions& options, Settings& settings) {
   if (options.roulette == 1 && options.max_depth == 0 && !is_direct)
     throw UsageError("--roulette 1: no path would ever end; give --max-depth");
   settings.max_depth = options.max_depth;
-  if (is_direct || raycast)
-    settings.max_depth = settings.max_depth == 0 ? 2 : std::min(settings.max_depth, 2U);
+  if (is_direct || raycast) settings.max_depth = settings.max_depth == 0 ? 2 : std::min(settings.max_depth, 2U);
   settings.roulette = options.roulette;
   if (settings.roulette > 0) settings.roulette_depth = 2;
 
@@ -231,10 +231,10 @@ void settle_integrator(const SceneOptions& options, Settings& settings) {
   settings.light_samples = options.light_samples;
   if (options.light_samples == 1) return;
   if (!is_direct)
-    throw UsageError(
-        fmt::format("--light-samples {}: {}; leave it out, or choose --integrator direct", options.light_samples,
-                    raycast ? "raycast has a shadow ray for each light as it is"
-                                     : "a path goes on with one ray, and is best with one light at each vertex"));
+    throw UsageError(fmt::format("--light-samples {}: {}; leave it out, or choose --integrator direct",
+                                 options.light_samples,
+                                 raycast ? "raycast has a shadow ray for each light as it is"
+                                         : "a path goes on with one ray, and is best with one light at each vertex"));
   if (!samples)
     throw UsageError(fmt::format("--light-samples {}: --light-sampling {} samples no light; leave one of them out",
                                  options.light_samples, name_of(options.light_sampling)));
@@ -250,17 +250,16 @@ void log_unseen_lights(const Scene& scene, const Settings& settings, const Log& 
     return m.transmission > 0 && (settings.light_path_count == 0 || !is_light_target(m));
   };
   if (std::ranges::any_of(scene.materials, hides_light))
-    log(fmt::format("light of point, spot and directional lights does not pass through {}transmissive surfaces: what is "
-                    "behind them stays in their shadow; area lights and environments light it",
-                    settings.light_path_count == 0 ? "" : "rough "));
+    log(fmt::format(
+        "light of point, spot and directional lights does not pass through {}transmissive surfaces: what is "
+        "behind them stays in their shadow; area lights and environments light it",
+        settings.light_path_count == 0 ? "" : "rough "));
 }
 
-/// Light paths of each sample of an image, by the ratio to camera paths.
-std::uint64_t light_path_count(const SceneOptions& options, const Settings& settings) {
-  if (options.light_paths == 0) return 0;
-  const double count = options.light_paths * settings.width * settings.height;
-  constexpr std::uint64_t kMost = (std::uint64_t{1} << 31) - 1;  // of the numbers that kernels count by
-  return std::clamp<std::uint64_t>(std::uint64_t(std::llround(count)), 1, kMost);
+/// The number of light paths that is asked for, or a trial of it.
+void settle_light_paths(const SceneOptions& options, Settings& settings) {
+  settings.light_path_count = light_paths_of_ratio(settings, options.light_paths.value_or(kUsualLightPaths));
+  if (!options.light_paths) settings.light_trial_paths = usual_light_trial_paths(settings);
 }
 
 }  // namespace
@@ -300,7 +299,7 @@ Prepared settle(const SceneOptions& options, std::shared_ptr<Scene> loaded, cons
   settings.seed = std::uint32_t(options.seed);
   settings.energy_compensation = options.energy_compensation;
   settle_integrator(options, settings);
-  settings.light_path_count = light_path_count(options, settings);
+  settle_light_paths(options, settings);
   settings.pilot_paths = usual_pilot_paths(settings);
   if (options.pilot_paths && settings.pilot_paths > 0) settings.pilot_paths = *options.pilot_paths;
   prepared.layers = settings.aovs = options.aovs;
@@ -309,7 +308,7 @@ Prepared settle(const SceneOptions& options, std::shared_ptr<Scene> loaded, cons
       if (std::ranges::find(settings.aovs, guide) == settings.aovs.end()) settings.aovs.emplace_back(guide);
   settings.depth_series.assign(options.depth_series.begin(), options.depth_series.end());
   // So that the record of a film without them is that of earlier versions.
-  if (!Features(scene, settings).has(Feature::light_paths)) settings.light_path_count = 0;
+  if (!Features(scene, settings).has(Feature::light_paths)) settings.light_path_count = settings.light_trial_paths = 0;
   log_unseen_lights(scene, settings, log);
   log_shutter(options, scene, settings, log);
   return prepared;

@@ -52,7 +52,7 @@ struct AnimationOptions {
   double time_s = 0;
   bool loop = false;
   std::optional<std::uint64_t> frame{};
-  double fps = 24;  // frames per second
+  double fps = 24;                 // frames per second
   double shutter = 0;              // frames for which it is open
   double shutter_at = 0;           // share of that time that has passed at the time of the frame: 0, 0.5 or 1
   std::uint32_t motion_steps = 0;  // Shutter::steps
@@ -61,6 +61,8 @@ struct AnimationOptions {
 };
 
 inline constexpr std::uint64_t kUsualSpp = 64;  // samples per pixel
+inline constexpr double kUsualLightPaths =
+    1.0 / 16;  // for each path from the camera, of an image too small for a trial
 
 struct SceneOptions {
   std::string scene;    // glTF file
@@ -77,7 +79,8 @@ struct SceneOptions {
   std::optional<ImageSize> size;  // default: 720 rows at the camera's aspect
   std::optional<Crop> crop;
   Culling culling = Culling::camera;
-  double light_paths = 1.0 / 16;  // for each path from the camera; 0: none
+  std::optional<double>
+      light_paths;  // for each path from the camera; 0: none; default: by a trial, or kUsualLightPaths
   Guiding guiding = Guiding::automatic;
   std::optional<std::uint64_t> pilot_paths;  // default: usual_pilot_paths()
   PixelFilter filter;
@@ -112,8 +115,7 @@ struct Prepared {
 
 /// Loads the scene and settles camera, size, light and samples; logs what it decided for the user.
 /// throws InputError, UsageError
-Prepared prepare(const SceneOptions& options, const Log& log,
-                 MissingTangents missing_tangents = MissingTangents::make);
+Prepared prepare(const SceneOptions& options, const Log& log, MissingTangents missing_tangents = MissingTangents::make);
 /// The same for a scene that is loaded already.
 Prepared settle(const SceneOptions& options, std::shared_ptr<Scene> scene, const Log& log);
 

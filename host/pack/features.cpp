@@ -49,6 +49,12 @@ void Features::set_guiding(bool guiding, bool path_log) {
   ledger_[std::size_t(Feature::path_log)].on = path_log;
 }
 
+void Features::leave_out_light_paths() {
+  FeatureEntry& entry = ledger_[std::size_t(Feature::light_paths)];
+  entry.on = false;
+  entry.reason = "a trial found that they do not pay";
+}
+
 std::map<std::string, std::string> Features::defines() const {
   std::map<std::string, std::string> defines;
   for (const FeatureEntry& feature : ledger_) defines["EK_HAS_" + feature.name] = feature.on ? "1" : "0";
@@ -98,9 +104,9 @@ PathStateLayout path_state_layout(const Features& features, bool chunked) {
     if (words > 0) layout.field[name] = layout.words;
     layout.words += words;
   };
-#define EK_FIELD(type, name, needed) add(#name, std::uint32_t(EK_WORDS_##type * (needed)));
+#define EK_FIELD(type, name, needed) add(#name, std::uint32_t(EK_WORDS_##type*(needed)));
 #define EK_SHADOW(type, name, needed) \
-  add("shadow_" #name, std::uint32_t(EK_WORDS_##type * (needed)) * features.light_samples());
+  add("shadow_" #name, std::uint32_t(EK_WORDS_##type*(needed)) * features.light_samples());
 #include "shared/path_state.def"
   return layout;
 }

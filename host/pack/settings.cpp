@@ -18,13 +18,18 @@ const char* name_of(LightSampling sampling) {
   return std::array{"mis", "light", "bsdf", "hemisphere"}.at(std::size_t(sampling));
 }
 
-const char* name_of(Guiding guiding) {
-  return std::array{"auto", "on", "off"}.at(std::size_t(guiding));
-}
+const char* name_of(Guiding guiding) { return std::array{"auto", "on", "off"}.at(std::size_t(guiding)); }
 const char* name_of(Culling culling) { return culling == Culling::camera ? "camera" : "none"; }
 
 bool moves(const Scene& scene, const Settings& settings) {
   return scene.moves_surfaces || scene.moves_lights || !settings.camera_poses.empty();
+}
+
+std::uint64_t light_paths_of_ratio(const Settings& settings, double ratio) {
+  if (ratio == 0) return 0;
+  constexpr std::uint64_t kMost = (std::uint64_t{1} << 31) - 1;  // of the numbers that kernels count by
+  const double count = ratio * settings.width * settings.height;
+  return std::clamp<std::uint64_t>(std::uint64_t(std::llround(count)), 1, kMost);
 }
 
 double expected_rays(const Settings& settings) {

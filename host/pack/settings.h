@@ -74,15 +74,20 @@ struct Settings {
   std::vector<std::string> aovs;            // layers of layers.h
   std::vector<std::uint32_t> depth_series;  // light is also summed apart by these bounds (scatter_bounds, layers.h)
   PixelFilter filter;
-  bool transparent = false;  // the film leaves out the environment that the camera sees, and has a channel A
+  bool transparent = false;            // the film leaves out the environment that the camera sees, and has a channel A
   std::uint64_t light_path_count = 0;  // of each sample index; the image has them whatever its crop. 0: none
+  /// Camera paths of the trial that decides on light_path_count (usual_light_trial_paths); 0: there is none.
+  std::uint64_t light_trial_paths = 0;
   Guiding guiding = Guiding::off;
   std::uint64_t pilot_paths = 0;            // from which it is learned how to guide paths (usual_pilot_paths); 0: none
   std::shared_ptr<const GuideTable> guide;  // what a pilot learned; null: paths are not guided
   Camera camera;
   std::vector<Camera> camera_poses;  // at the times of Scene::poses; empty: the camera stands still
-  Environment environment;  // what is used: --env, else the file's, else black or the neutral one
+  Environment environment;           // what is used: --env, else the file's, else black or the neutral one
 };
+
+/// Light paths of each sample index, if there are so many for each path from the camera.
+[[nodiscard]] std::uint64_t light_paths_of_ratio(const Settings& settings, double ratio);
 
 /// True if the camera, a surface or a light without extent moves while the shutter is open.
 [[nodiscard]] bool moves(const Scene& scene, const Settings& settings);
@@ -99,19 +104,20 @@ struct Execution {
   std::string accel = "bvh";
   std::string layout;  // of the tree: see choose_layout.h; empty: by device
   InstanceMode instances = InstanceMode::automatic;
-  std::optional<std::uint32_t> lanes;               // 1, 8 or 16; by device when unset
-  std::optional<bool> chunked;                      // by device when unset
-  std::optional<bool> fused;                        // one launch runs all stages of a chunk; by device when unset
-  std::uint32_t chunk = 0;                          // paths per work-item of a CPU device; 0: by device
-  std::uint32_t pool = 0;                           // paths in flight per device; 0: by device
-  std::uint32_t block = 128;                        // largest side of a unit's pixel block
-  unsigned threads = 0;                             // of the host, and compute units of a CPU device; 0: all
-  std::shared_ptr<const void> thread_limit;         // holds the host to `threads`; may be null
-  std::uint64_t memory_bytes = 0;                   // most memory to take of each device; 0: all it has
-  bool ticks = true;                                // false: profile as on a processor without a cycle counter
-  bool optimise = true;                             // false: -cl-opt-disable
-  std::string extra_flags = "";                     // see ProgramOptions
-  double watchdog_s = 10;  // a device is given up if a unit takes longer than this and than expected (device_sessions.h)
+  std::optional<std::uint32_t> lanes;        // 1, 8 or 16; by device when unset
+  std::optional<bool> chunked;               // by device when unset
+  std::optional<bool> fused;                 // one launch runs all stages of a chunk; by device when unset
+  std::uint32_t chunk = 0;                   // paths per work-item of a CPU device; 0: by device
+  std::uint32_t pool = 0;                    // paths in flight per device; 0: by device
+  std::uint32_t block = 128;                 // largest side of a unit's pixel block
+  unsigned threads = 0;                      // of the host, and compute units of a CPU device; 0: all
+  std::shared_ptr<const void> thread_limit;  // holds the host to `threads`; may be null
+  std::uint64_t memory_bytes = 0;            // most memory to take of each device; 0: all it has
+  bool ticks = true;                         // false: profile as on a processor without a cycle counter
+  bool optimise = true;                      // false: -cl-opt-disable
+  std::string extra_flags = "";              // see ProgramOptions
+  double watchdog_s =
+      10;  // a device is given up if a unit takes longer than this and than expected (device_sessions.h)
   std::shared_ptr<Trace> trace;       // of --profile; may be null
   Trace::Track track = Trace::kMain;  // of the thread at work, in the trace
 };

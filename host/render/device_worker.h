@@ -52,7 +52,8 @@ struct WavefrontDevices {
   std::shared_ptr<PackedScene> packed;
   Features features;
   Settings settings;
-  DevicePool pool;                   // a copy, because a thread that hangs may outlive the original
+  FilmLayout film;  // of the image, with channels for light paths even if a pilot finds that there are to be none
+  DevicePool pool;  // a copy, because a thread that hangs may outlive the original
   std::shared_ptr<const void> keep;  // what `packed` refers to
   bool stay = false;                 // wavefronts stay with their devices in the pool
   /// The arithmetic class that this device must have, because a pilot of it was loaded; empty: any.

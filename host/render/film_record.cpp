@@ -91,7 +91,9 @@ std::string describe_guiding(Guiding guiding, std::uint64_t paths) {
   return paths == 0 ? kNotGuided : fmt::format("{}, by {} paths", name_of(guiding), paths);
 }
 
-std::string describe_light_paths(std::uint64_t count) {
+/// Where a trial decides on the number, FilmRecord::light_path_counts has it.
+std::string describe_light_paths(std::uint64_t count, std::uint64_t trial_paths) {
+  if (trial_paths > 0) return fmt::format("auto, by {} paths", trial_paths);
   return count == 0 ? "none" : fmt::format("{} of each sample", count);
 }
 
@@ -100,14 +102,14 @@ std::string describe_light_paths(std::uint64_t count) {
 std::vector<ImageSetting> image_settings(const Scene& scene, const Settings& settings, const FilmLayout& layout) {
   // A new member of Settings fails to compile here. Its author then decides whether image bits
   // depend on it, and adds it below if so.
-  const auto& [width, height, crop, sample_begin, sample_end, likely_samples, seed, replicate_bits, max_depth, integrator,
-               roulette_depth, roulette, energy_compensation, culling, light_sampling, light_samples, aovs,
-               depth_series, filter, transparent, light_path_count, guiding, pilot_paths, guide, camera, camera_poses,
-               environment] = settings;
+  const auto& [width, height, crop, sample_begin, sample_end, likely_samples, seed, replicate_bits, max_depth,
+               integrator, roulette_depth, roulette, energy_compensation, culling, light_sampling, light_samples, aovs,
+               depth_series, filter, transparent, light_path_count, light_trial_paths, guiding, pilot_paths, guide,
+               camera, camera_poses, environment] = settings;
   static_cast<void>(crop), static_cast<void>(sample_begin), static_cast<void>(sample_end);
   static_cast<void>(likely_samples);
-  static_cast<void>(guide);  // it follows from the pilot
-  static_cast<void>(camera_poses);  // the scene's hash depends on the shutter
+  static_cast<void>(guide);                                  // it follows from the pilot
+  static_cast<void>(camera_poses);                           // the scene's hash depends on the shutter
   static_cast<void>(aovs), static_cast<void>(depth_series);  // the channels depend on them
   const glm::dmat4& pose = camera.world_from_camera;
   // Sampling by the BSDF keeps the name that files of earlier versions have, so that they merge
@@ -136,7 +138,7 @@ std::vector<ImageSetting> image_settings(const Scene& scene, const Settings& set
           {"environment (--env, --env-scale, --env-rotate)", describe(environment)},
           {kCullingName, name_of(culling)},
           {kGuidingName, describe_guiding(guiding, pilot_paths)},
-          {kLightPathsName, describe_light_paths(light_path_count)}};
+          {kLightPathsName, describe_light_paths(light_path_count, light_trial_paths)}};
 }
 
 std::optional<std::string> difference(const std::vector<ImageSetting>& expected,
@@ -157,6 +159,7 @@ std::string to_text(const FilmRecord& record) {
   for (const ImageSetting& setting : record.settings)
     text += fmt::format("setting {}: {}\n", setting.name, setting.value);
   for (const std::string& name : record.arithmetic) text += fmt::format("arithmetic {}\n", name);
+  for (const std::uint64_t count : record.light_path_counts) text += fmt::format("light-paths {}\n", count);
   for (const std::string& layer : record.layers) text += fmt::format("layer {}\n", layer);
   for (const auto& [layer, manifest] : record.manifests) text += fmt::format("manifest {} {}\n", layer, manifest);
   for (const WorkUnit& part : record.done.parts())
@@ -179,6 +182,8 @@ FilmRecord parse_film_record(std::string_view text, const FilmLayout& layout) {
       record.settings.push_back({std::string(rest.substr(0, colon)), std::string(rest.substr(colon + 2))});
     else if (kind == "arithmetic")
       record.arithmetic.emplace(rest);
+    else if (kind == "light-paths" && number_in<std::uint64_t>(rest))
+      record.light_path_counts.emplace(*number_in<std::uint64_t>(rest));
     else if (kind == "layer")
       record.layers.emplace(rest);
     else if (kind == "manifest" && rest.find(' ') != std::string_view::npos)
@@ -190,12 +195,13 @@ FilmRecord parse_film_record(std::string_view text, const FilmLayout& layout) {
   }
   // Files of before there were culling, guiding and light paths do not name them.
   const auto say = [&](const char* name, const char* value) {
-    if (!record.settings.empty() && std::ranges::find(record.settings, name, &ImageSetting::name) == record.settings.end())
+    if (!record.settings.empty() &&
+        std::ranges::find(record.settings, name, &ImageSetting::name) == record.settings.end())
       record.settings.push_back({name, value});
   };
   say(kCullingName, name_of(Culling::none));
   say(kGuidingName, kNotGuided);
-  say(kLightPathsName, describe_light_paths(0).c_str());
+  say(kLightPathsName, describe_light_paths(0, 0).c_str());
   return record;
 }
 

@@ -41,6 +41,9 @@ struct FilmRecord {
   std::vector<ImageSetting> settings;
   // Arithmetic classes of the devices that rendered the samples.
   std::set<std::string> arithmetic;
+  /// Light paths of each sample index, where a trial decided on them. Samples of different counts must not be added up:
+  /// each count shares light between camera paths and light paths in its own way.
+  std::set<std::uint64_t> light_path_counts;
   std::set<std::string> layers;                  // of --aov, for the picture of a merged file
   std::map<std::string, std::string> manifests;  // of its mattes, by layer (film/mattes.h)
   SampleSet done;

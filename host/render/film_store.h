@@ -14,11 +14,13 @@
 
 namespace eikon {
 
-/// A film, the samples that it holds, and the arithmetic classes of the devices that rendered them.
+/// A film, the samples that it holds, the arithmetic classes of the devices that rendered them, and how many light paths
+/// a trial gave them (FilmRecord::light_path_counts).
 struct FilmState {
   Film film;
   SampleSet done;
   std::set<std::string> arithmetic = {};
+  std::set<std::uint64_t> light_path_counts = {};
 };
 
 /// Adds units whose rows lie apart at the same time. At hundreds of millions of samples per second,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The pilot: a small render before the render, from which path guiding learns where light comes from, and whether it
-// pays. It depends on the scene, the camera and the settings alone, so all parts of an image make the same one.
+// The pilot: a small render before the render, which decides how many light paths the image has, and from which path
+// guiding learns where light comes from, and whether it pays. It depends on the scene, the camera and the settings alone,
+// so all parts of an image make the same one.
 #pragma once
 #include <cstdint>
 #include <memory>
@@ -14,16 +15,21 @@ namespace eikon {
 
 /// The result of a pilot, for reports.
 struct PilotReport {
-  std::uint64_t paths = 0;  // 0: there was no pilot
+  std::uint64_t paths = 0;  // that learned where light comes from; 0: none
   std::uint64_t cells = 0;
   double seconds = 0;
   /// Predicted product of error and rays without guiding over the same with it.
   double gain = 0;
-  std::uint32_t roulette_depth = 0;  // GuideTable's; 0: paths are not guided
-  std::uint64_t digest = 0;          // of the table
-  std::string arithmetic{};          // class of the device that rendered it
-  bool loaded = false;               // it was known before the render
-  bool cut_short = false;            // the render ended before it did
+  std::uint32_t roulette_depth = 0;     // GuideTable's; 0: paths are not guided
+  std::uint64_t digest = 0;             // of the table
+  std::uint64_t light_trial_paths = 0;  // from the camera, of the trial of light paths; 0: there was none
+  std::uint64_t light_path_count = 0;   // for which it decided, of each sample index
+  /// Predicted product of error and cost without light paths over that with them; 0 if only they find some light.
+  double light_path_gain = 0;
+  std::string arithmetic{};  // class of the device that rendered it
+  bool loaded = false;       // it was known before the render
+  bool cut_short = false;    // the render ended before it did
+  [[nodiscard]] bool exists() const { return paths > 0 || light_trial_paths > 0; }
 };
 
 struct Pilot {
@@ -39,8 +45,14 @@ inline constexpr std::uint32_t kMostPilotPool = 1U
 /// follows from the size of the picture and not from the number of samples: a sample must not depend on how many
 /// others are asked for.
 [[nodiscard]] std::uint64_t usual_pilot_paths(const Settings& settings);
-/// Returns true if there is something in the scene that the pilot of the settings could guide.
+/// The number of paths from the camera of the trial of an image's light paths, for Settings::light_trial_paths; 0: there
+/// is none, because the image is small.
+[[nodiscard]] std::uint64_t usual_light_trial_paths(const Settings& settings);
+/// Returns true if there is something in the scene that the pilot of the settings could decide or guide.
 [[nodiscard]] bool wants_pilot(const Features& features, const Settings& settings);
+
+/// Changes what an image is rendered with by what a pilot of it found.
+void apply(const Pilot& pilot, Features& features, Settings& settings);
 
 /// Told of the units of a pilot, by the thread that renders it. What begin_unit() throws ends the pilot.
 class PilotSteps {

@@ -238,11 +238,23 @@ RenderOutput output_of(FilmState done, const Features& features) {
 
 /// The film that the render begins with. throws DeviceError when the host lacks the memory for it
 FilmState first_film(RenderHooks& hooks, const WavefrontDevices& devices, const std::string& layout) {
-  const FilmLayout wanted = film_layout(devices.features, devices.settings);
+  const FilmLayout& wanted = devices.film;
   require_host_memory(wanted, bool(hooks.checkpoint), devices.packed->bytes(layout), host_limits());
   FilmState begin = hooks.begin_with ? std::move(*hooks.begin_with) : FilmState{Film(wanted), SampleSet()};
   if (begin.film.layout() != wanted) throw InternalError("a render goes on with a film of other layout");
   return begin;
+}
+
+/// Sums must not have light paths of different numbers. throws InputError when a trial decided otherwise before
+void agree_on_light_paths(FilmState& begin, const Settings& settings) {
+  if (settings.light_trial_paths == 0) return;
+  const std::set<std::uint64_t> now = {settings.light_path_count};
+  if (!begin.light_path_counts.empty() && begin.light_path_counts != now)
+    throw InputError(
+        fmt::format("the sums to go on from have {} light paths of each sample, and the pilot on this device "
+                    "decides on {}: go on with the devices that began, or share their pilot by --pilot",
+                    *begin.light_path_counts.begin(), settings.light_path_count));
+  begin.light_path_counts = now;
 }
 
 /// layout: of the first device that took part
@@ -271,6 +283,7 @@ RenderOutput render_on(const std::shared_ptr<WavefrontDevices>& devices, const E
       std::find_if(prepared.begin(), prepared.end(), [](const DeviceReport& r) { return r.error.empty(); });
   const std::string& layout = first->layout.layout;
   FilmState begin = first_film(hooks, *devices, layout);
+  if (!report.pilot.cut_short) agree_on_light_paths(begin, settings);
   report.samples_before = begin.done.sample_count();
   std::uint64_t left = 0;
   for (const WorkUnit& box : begin.done.missing(settings.crop, settings.sample_begin, settings.sample_end))
@@ -328,6 +341,7 @@ RenderOutput pack_and_render(const Pack& pack, const Features& features, const S
                                                                            .packed = packed,
                                                                            .features = features,
                                                                            .settings = settings,
+                                                                           .film = film_layout(features, settings),
                                                                            .pool = std::move(pool),
                                                                            .keep = hooks.keep,
                                                                            .stay = hooks.devices_stay_ready});
@@ -374,12 +388,12 @@ ReplayedSample replay_path(const ReadyScene& scene, const Settings& settings, co
   require_memory(memory_need(packed, config, scene.features), info, own);
   DevicePool::Lease device = pool.take(info);
   Settings guided = settings;
-  if (settings.guide == nullptr && wants_pilot(scene.features, settings)) {
-    PilotSteps nobody_looks;
-    guided.guide = run_pilot(*device, packed, scene.features, settings, own, nobody_looks).table;
-  }
   Features features = scene.features;
-  features.set_guiding(guided.guide != nullptr, false);
+  if (wants_pilot(features, settings)) {
+    PilotSteps nobody_looks;
+    apply(scene.pilot ? *scene.pilot : run_pilot(*device, packed, features, settings, own, nobody_looks), features,
+          guided);
+  }
   guided.crop = {sample.x, sample.y, sample.x + 1, sample.y + 1};  // so that the pixel's unit has all light paths
   Wavefront& wavefront = ReadyWavefronts::of(device).get(*device, {scene.packed, scene.keep}, features, guided, own);
   return wavefront.replay(sample.x, sample.y, sample.sample, report);

@@ -147,10 +147,10 @@ struct ReadyScene {
   Features features;                   // of the scene with the settings, as it was packed
   DevicePool devices{};                // a replay's program stays on the device of the pool, for the next one
   std::shared_ptr<const void> keep{};  // the owner of the scene
+  std::optional<Pilot> pilot{};        // of the image; none: it is rendered if the image has one
 };
 
 /// Traces the path of one sample and reports its vertices; returns what it brings, and what light paths bring besides.
-/// settings  their guide is that of the image's pilot, if it is known; if not, the pilot is rendered
 ReplayedSample replay_path(const ReadyScene& scene, const Settings& settings, const Execution& execution,
                            const PixelSample& sample, const std::function<void(const PathVertex&)>& report);
 /// The same for a scene that is packed for this.

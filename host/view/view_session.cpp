@@ -37,7 +37,7 @@ Settings reduced(const Settings& settings, std::uint64_t side) {
   if (settings.light_path_count > 0)
     small.light_path_count = std::max<std::uint64_t>(1, settings.light_path_count / (side * side));
   small.guiding = Guiding::off;  // a pilot would take longer than the picture
-  small.pilot_paths = 0;
+  small.pilot_paths = small.light_trial_paths = 0;
   return small;
 }
 
@@ -341,10 +341,12 @@ Json ViewSession::trace(const PixelSample& at) {
         {{"point", {point.x, point.y, point.z}}, {"pixel", pixel_of(settings, point)}, {"distance", distance}});
   };
   const double radius_m = radius_of(scenery_->bounds);
-  const ReadyScene scene{scenery_->packed, scenery_->features, pool_, scenery_->kept->scene};
-  Settings guided = settings;
-  if (scenery_->pilot) guided.guide = scenery_->pilot->table;
-  const ReplayedSample replayed = replay_path(scene, guided, scenery_->execution, at, [&](const PathVertex& v) {
+  const ReadyScene scene{.packed = scenery_->packed,
+                         .features = scenery_->features,
+                         .devices = pool_,
+                         .keep = scenery_->kept->scene,
+                         .pilot = scenery_->pilot};
+  const ReplayedSample replayed = replay_path(scene, settings, scenery_->execution, at, [&](const PathVertex& v) {
     const glm::dvec3 from(v.origin), along(v.dir);
     if (vertices.empty()) add(from, nullptr);
     if (v.triangle != EK_NO_HIT)

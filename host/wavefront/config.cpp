@@ -54,8 +54,7 @@ WavefrontConfig configure(const DeviceInfo& device, const Execution& execution) 
 
 bool needs_stage(const WavefrontConfig& config, const Features& features, const std::string& stage) {
   const bool of_lights = stage.starts_with("light_") || stage == "splat";
-  // A pilot weighs what it finds against light paths, but traces none.
-  if (of_lights && (!features.has(Feature::light_paths) || features.has(Feature::path_log))) return false;
+  if (of_lights && !features.has(Feature::light_paths)) return false;
   if (config.fused) return stage == "paths" || stage == "light_paths" || stage == "film";
   if (of_lights) return stage != "light_paths";
   if (stage == "miss") return features.has_environment();

@@ -8,6 +8,7 @@ namespace eikon {
 UnitResult unit_result(const UnitSums& sums, const RayCounts& rays, const Diagnostics& diagnostics) {
   UnitResult result{.sums = sums,
                     .rays = rays,
+                    .light_rays = {},
                     .given_up = diagnostics.given_up,
                     .given_up_surfaces = diagnostics.given_up_surfaces,
                     .nonfinite = diagnostics.nonfinite,
@@ -39,6 +40,7 @@ UnitResult UnitSlot::result(const Mattes& mattes) const {
                         .light_paths = lights.count};
   UnitResult result = unit_result(all, rays, diagnostics);
   result.rays += lights.rays;
+  result.light_rays = lights.rays;
   result.nonfinite += lights.nonfinite;
   result.saturated += lights.saturated;
   return result;

@@ -38,7 +38,7 @@ struct Wavefront::Impl {
   FilmShape film_shape;
   bool logs = false;  // feature path_log
   LightPathPlan light_paths;
-  bool traces_lights = false;  // the program has the stages of light paths
+  bool traces_lights = false, lights_on = true;  // the program has the stages of light paths; units have them
   LightStages lights;
   Mattes mattes;
   Arguments arguments;
@@ -313,8 +313,8 @@ struct Wavefront::Impl {
   }
 
   void begin_lights(Slot& slot) {
-    if (traces_lights && light_paths.count > 0)
-      lights.begin(slot.lights, std::size_t(&slot - slots.data()), slot.unit, light_paths, frame);
+    const LightPathPlan plan{lights_on ? light_paths.count : 0, light_paths.window};
+    if (traces_lights) lights.begin(slot.lights, std::size_t(&slot - slots.data()), slot.unit, plan, frame);
   }
 
   void drive() {
@@ -362,6 +362,7 @@ std::uint64_t Wavefront::device_bytes() const {
 }
 const Bounces& Wavefront::bounces() const { return impl_->counters.bounces(); }
 void Wavefront::restart(const Settings& settings, const Execution& execution) { impl_->restart(settings, execution); }
+void Wavefront::trace_light_paths(bool on) { impl_->lights_on = on; }
 void Wavefront::set_guide(std::shared_ptr<const GuideTable> guide) { impl_->set_guide(std::move(guide)); }
 PathLog Wavefront::path_log() {
   Impl& w = *impl_;
@@ -378,7 +379,7 @@ ReplayedSample Wavefront::replay(std::uint32_t x, std::uint32_t y, std::uint64_t
   Impl& w = *impl_;
   if (w.config.fused) throw InternalError("a path can be watched only where each stage has a launch of its own");
   const auto number = [&](auto... of) { return std::bit_cast<float>(w.path_word(of...)); };
-  const auto vector = [&](const char* field) { return glm::vec3(number(field), number(field, 1), number(field, 2)); };
+  const auto vector = [&](const char* field) { return glm::vec3(number(field), number(field, 1U), number(field, 2U)); };
   w.after_intersect = [&](std::uint32_t depth) {
     report({depth, vector("origin"), vector("dir"), vector("beta"), number("hit_t"), w.path_word("hit_triangle")});
   };

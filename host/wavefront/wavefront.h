@@ -26,7 +26,7 @@ struct PixelSample {
 /// The result of a unit. The arrays belong to the wavefront: see Wavefront::finish.
 struct UnitResult {
   UnitSums sums;
-  RayCounts rays;
+  RayCounts rays, light_rays;           // light_rays: those of light paths among them
   std::uint64_t given_up = 0;           // rays that exceeded the steps allowed in implicit surfaces
   std::uint32_t given_up_surfaces = 0;  // in which surfaces: see Diagnostics
   std::uint64_t nonfinite = 0, saturated = 0;
@@ -74,6 +74,8 @@ class Wavefront {
   /// throws DeviceError; InternalError when a kernel reports one
   UnitResult finish();
 
+  /// Whether units have their light paths, if the program has the stages for them. At first they do.
+  void trace_light_paths(bool on);
   /// Uploads another table of path guiding; of a program with feature path_log. No unit may be under way.
   void set_guide(std::shared_ptr<const GuideTable> guide);
   /// The log of the unit that was finished last, until the next begin(); of a program with feature path_log.

@@ -234,6 +234,22 @@ class C_Whole(FarmTest):
                        f"0.278,0.27,{-0.8 - 0.01 * 5}:0.278,0.27,0")
 
 
+    def test_an_image_is_merged_when_it_is_done_and_not_when_all_are(self):
+        words = ["--size", "64x64", "--spp", "66"]
+        (space / "two.txt").write_text(f"render {CORNELL} -o sooner.exr {' '.join(words)}\n"
+                                       f"render {CORNELL} -o later.exr --size 64x64 --spp 200\n")
+        code, said, wrong = submit("two", space / "two.txt", "--parts", 66, "--lines", 33, "--exclude", "n1")
+        self.assertEqual(code, 0, said + wrong)
+        wait("two")
+        logs = [(space / "two/logs" / f"r0-{task:05d}.log").read_text() for task in range(4)]
+        last_began = float(re.search(r"^== at (\S+)", logs[3], re.MULTILINE)[1])
+        self.assertLess((space / "sooner.exr").stat().st_mtime, last_began,
+                        "it waited for the tasks of another image, or was merged once more behind them")
+        self.assertNotIn("is tried again", "".join(logs))
+        self.assertEqual(list((space / "two/parts").glob("*/*.lock")), [])
+        self.same_bits(space / "sooner.exr", CORNELL, *words)
+
+
 class D_Failures(FarmTest):
     def test_a_texture_that_one_node_lacks(self):
         if not slurm.hidden:

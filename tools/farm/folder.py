@@ -5,8 +5,10 @@ parts, merges and logs. Everything is text that one can read, and the ledgers ar
     farm.json           settings, jobs and what was submitted
     tasks/r0-00007.txt  the lines of a task: round 0 is the first submission, each `resubmit` makes another round
     tasks/*.ledger      what became of the lines
+    tasks/*.merges      the merges that may be due when the task ends
     parts/NAME/         samples of an image, until they are merged
-    merges/*.sh         merges of parts and of merges; the last one writes what the job asks for
+    merges/*.sh         merges of parts and of merges; the last one of an image writes what the job asks for
+    merges/r0-1.txt     those of a level, which a round does when its tasks are over
     pilots/             what the first task of an image learned of its light (eikon render --pilot), for the others
     nodes/              what each node says of itself
     kernels/            compiled kernels, one archive for each kind of node
@@ -205,9 +207,9 @@ def choose_parts(farm, asked, nodes):
         job.parts = [list(part) for part in policy.divide(begin, end, count)] if count > 1 else []
 
 
-def write_tasks(farm, items, lines_per_task=0):
+def write_tasks(farm, items, merges_after, lines_per_task=0):
     """Writes the tasks of a new round, and returns their number. An earlier ledger's word of a line goes with it, so that
-    what was begun is continued."""
+    what was begun is continued. merges_after: of the files that are merged (merging.write_merges)"""
     number, last = len(farm.rounds), farm.ledger()
     if lines_per_task:
         tasks = [list(range(at, min(at + lines_per_task, len(items)))) for at in range(0, len(items), lines_per_task)]
@@ -218,6 +220,8 @@ def write_tasks(farm, items, lines_per_task=0):
         stem = farm.path / "tasks" / f"r{number}-{at:05d}"
         write(f"{stem}.txt", "".join(item.line + "\n" for item in own))
         write(f"{stem}.checkpoints", "".join(item.checkpoint + "\n" for item in own if item.checkpoint))
+        merges = {merge for item in own for merge in merges_after.get(item.output, [])}
+        write(f"{stem}.merges", "".join(name + "\n" for _, name in sorted(merges)))
         said = [last[item.output]["text"] for item in own if item.output in last]
         if said:
             write(f"{stem}.ledger", "\n".join(said) + "\n")

@@ -30,22 +30,25 @@ def whole_file(farm, job):
 
 
 def write_merges(farm, some=None):
-    """Writes the scripts of all merges, level by level, and returns how many each level has. some: names of jobs."""
-    levels = []
+    """Writes the scripts of all merges, and a list of them for each level. some: names of jobs. Returns the number of merges
+    in each level, and for each file the (level, name) of all merges that it goes into."""
+    levels, after = [], {}
     for job in farm.jobs:
         if not job.parts or (some is not None and job.name not in some):
             continue
         merges = tree(farm, job)
-        for level, ones in enumerate(merges):
-            if level == len(levels):
-                levels.append(0)
-            for number, (inputs, output) in enumerate(ones):
+        levels += [[] for _ in range(len(merges) - len(levels))]
+        for level in reversed(range(len(merges))):
+            for number, (inputs, output) in enumerate(merges[level]):
                 last = level == len(merges) - 1
-                about = f"{job.name}: merge {number + 1} of {len(ones)} of level {level + 1} of {len(merges)}"
-                name = f"merge-{level}-{levels[level]:05d}.sh"
-                folder.write(farm.path / "merges" / name, scripts.one_merge(job, about, inputs, output, last))
-                levels[level] += 1
-    return levels
+                about = f"{job.name}: merge {number + 1} of {len(merges[level])} of level {level + 1} of {len(merges)}"
+                name = f"{job.name}-{level}-{number:05d}"
+                folder.write(farm.path / "merges" / f"{name}.sh", scripts.one_merge(job, about, inputs, output, last))
+                levels[level].append(name)
+                after.update((file, [(level, name), *after.get(output, [])]) for file in inputs)
+    for level, names in enumerate(levels):
+        folder.write(farm.path / "merges" / f"r{len(farm.rounds)}-{level}.txt", "".join(name + "\n" for name in names))
+    return [len(names) for names in levels], after
 
 
 def preview(farm, job, output, png, extra=()):

@@ -44,8 +44,8 @@ def write_template(options):
         submit.write_scripts(farm)
         for name, text in scripts.openjd_scripts(farm).items():
             folder.write(farm.path / name, text, executable=True)
-        tasks = folder.write_tasks(farm, farm.items(), farm.settings["lines"])
-        levels = merging.write_merges(farm)
+        levels, merges_after = merging.write_merges(farm)
+        tasks = folder.write_tasks(farm, farm.items(), merges_after, farm.settings["lines"])
         file = farm.path / "job.template.json"
         folder.write(file, json.dumps(template(farm, tasks, levels), indent=1) + "\n")
         farm.save()

@@ -121,6 +121,10 @@ done
 trap - USR1 TERM INT
 if [ $code = 0 ]; then
   while read -r checkpoint; do rm -f "$checkpoint"; done < "$farm/tasks/$name.checkpoints"
+  # The task that has the last part of an image merges it, so that no image waits for the tasks of others.
+  while read -r merge; do
+    (if_ready=1; source "$farm/merges/$merge.sh") || echo "eikon-farm: $merge is tried again when all tasks are over"
+  done < "$farm/tasks/$name.merges"
 fi"""
 
 MERGE = r"""
@@ -130,13 +134,13 @@ exec >> "$farm/logs/$name.log" 2>&1 || exit 3
 echo "== at $(date +%s.%3N) $(date -u +%FT%TZ) $name"
 source "$farm/node.sh"
 cd "$base" || fail "cannot enter $base"
-source "$farm/merges/$name.sh"
+source "$farm/merges/$(sed -n "$((SLURM_ARRAY_TASK_ID + EIKON_OFFSET + 1))p" "$farm/merges/r$EIKON_ROUND-$level.txt").sh"
 """
 
 OPENJD_MERGE = r"""
 source "$farm/node.sh"
 cd "$base" || fail "cannot enter $base"
-source "$farm/merges/merge-$1-$(printf %05d "$2").sh"
+source "$farm/merges/$(sed -n "$(($2 + 1))p" "$farm/merges/r0-$1.txt").sh"
 """
 
 # A merge of some files, or the last one of an image.
@@ -144,10 +148,17 @@ ONE_MERGE = r"""
 # {about}
 inputs=({inputs})
 output={output}
+for input in "${{inputs[@]}}"; do
+  [ -s "$input" ] || {{ [ -n "$if_ready" ] && exit 0; echo "eikon-farm: {name} cannot be merged yet: $input is missing"; exit 1; }}
+done
+if [ -n "$if_ready" ]; then
+  # Two tasks may both have found all files there.
+  mkdir "$output.lock" 2> /dev/null || exit 0
+  trap 'rmdir "$output.lock"' EXIT
+fi
 fresh=
 [ -s "$output" ] || fresh=1
 for input in "${{inputs[@]}}"; do
-  [ -s "$input" ] || {{ echo "eikon-farm: {name} cannot be merged yet: $input is missing"; exit 1; }}
   [ "$input" -nt "$output" ] && fresh=1
 done
 if [ -n "$fresh" ]; then

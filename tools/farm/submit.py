@@ -140,7 +140,8 @@ def print_scripts(farm):
 
 def submit_round(farm, items, merge_jobs=None):
     """Submits the items as an array, and the merges of their images behind it. merge_jobs: names, or None for all."""
-    count = folder.write_tasks(farm, items, farm.settings["lines"]) if items else 0
+    levels, merges_after = merging.write_merges(farm, merge_jobs)
+    count = folder.write_tasks(farm, items, merges_after, farm.settings["lines"]) if items else 0
     if not items:
         farm.rounds.append({"tasks": [], "arrays": [], "merges": []})
     one, number = farm.rounds[-1], len(farm.rounds) - 1
@@ -148,10 +149,11 @@ def submit_round(farm, items, merge_jobs=None):
         one["arrays"] = slurm.submit_array(farm.path / "task.sh", count, farm.settings["throttle"], {"EIKON_ROUND": number})
         farm.save()  # at once: what is in the queue must be known, whatever comes next
     behind = [array for array, _, _ in one["arrays"]]
-    for level, merges in enumerate(merging.write_merges(farm, merge_jobs)):
+    for level, merges in enumerate(levels):
         script = farm.path / f"merge-{level}.sh"
         folder.write(script, scripts.merge_script(farm, level), executable=True)
-        # afterany: images of which nothing failed are merged although others have failures.
+        # Tasks merge their images when they can; this does what is left. afterany: images of which nothing failed are merged
+        # although others have failures.
         after = ["--dependency=afterany:" + ":".join(behind)] if behind else []
         arrays = slurm.submit_array(script, merges, 0, {"EIKON_ROUND": number}, *after)
         one["merges"] += arrays

@@ -55,6 +55,12 @@ void refuse_difference(const Part& first, const Part& part) {
     throw InputError(fmt::format("cannot merge \"{}\" with \"{}\": {}", part.file, first.file, why));
   };
   if (const auto what = difference(first.record.settings, part.record.settings)) refuse(*what);
+  const std::set<std::uint64_t>&ours = first.record.light_path_counts, &its = part.record.light_path_counts;
+  if (!ours.empty() && !its.empty() && ours != its)
+    refuse(fmt::format(
+        "it has {} light paths of each sample, not {}: pilots of different devices decided otherwise; render "
+        "one of them again with the other's pilot, by --pilot",
+        *its.begin(), *ours.begin()));
   const FilmLayout &a = first.layout, &b = part.layout;
   if (a.width != b.width || a.height != b.height || a.replicates != b.replicates || a.channels != b.channels ||
       a.mattes != b.mattes)
@@ -96,6 +102,7 @@ Whole join(const std::vector<Part>& parts) {
             std::max(crop.y1, other.y1)};
     whole.record.done.add(part.record.done);
     whole.record.arithmetic.insert(part.record.arithmetic.begin(), part.record.arithmetic.end());
+    whole.record.light_path_counts.insert(part.record.light_path_counts.begin(), part.record.light_path_counts.end());
     whole.record.layers.insert(part.record.layers.begin(), part.record.layers.end());
     whole.record.manifests.insert(part.record.manifests.begin(), part.record.manifests.end());
     keep_common(whole.metadata.strings, part.metadata.strings);
@@ -229,7 +236,8 @@ void add_merge(CommandFlags& root, Command& chosen) {
   flags.list({"PART", "...", "OpenEXR files of one image, no sample of it in two of them"},
              [&parts = options->parts](const std::string& file) { parts.push_back(file); });
   flags.group("Output (- is standard output)");
-  flags.text({"-o,--output", "FILE", "OpenEXR image, which can be merged and resumed again (required)"}, options->output);
+  flags.text({"-o,--output", "FILE", "OpenEXR image, which can be merged and resumed again (required)"},
+             options->output);
   flags.require("--output");
   flags.toggle("--half", "write 16-bit channels; the sums stay exact", options->half);
   add_png_flags(flags, options->png);

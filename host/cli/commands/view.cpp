@@ -22,8 +22,8 @@ struct ViewOptions {
   bool open = false;
 };
 
-/// The words that `eikon render` knows, too. A view is not guided unless that is asked for: a pilot would come before each
-/// picture.
+/// The words that `eikon render` knows, too. A view is not guided and does not try how many light paths pay, unless that is
+/// asked for: a pilot would come before each picture.
 std::vector<std::string> render_words(const std::vector<std::string>& words) {
   std::vector<std::string> kept;
   for (const std::string& word : words) {
@@ -31,6 +31,7 @@ std::vector<std::string> render_words(const std::vector<std::string>& words) {
     if (name != "--port" && name != "--open" && name != "--crop" && name != "--samples") kept.push_back(word);
   }
   if (!has_flag(kept, "--guiding")) kept.emplace_back("--guiding=off");
+  if (!has_flag(kept, "--light-paths")) kept.push_back(fmt::format("--light-paths={}", kUsualLightPaths));
   return kept;
 }
 
@@ -69,7 +70,8 @@ void add_view(CommandFlags& root, Command& chosen) {
       fmt::format(
           "Prints an address that only this machine can open; from elsewhere, come through ssh -L PORT:localhost:PORT. "
           "The\npicture refines while one looks, and the scene is loaded again when a file of it changes. Ctrl-C ends "
-          "it. A picture\nhas 640x480 pixels unless --size says otherwise, and is not guided unless --guiding does.\n\n"
+          "it. A picture\nhas 640x480 pixels unless --size says otherwise, and has no pilot unless --guiding\nor "
+          "--light-paths ask for one.\n\n"
           "Example:\n  eikon view scenes/cornell.gltf --open\n\n{}",
           environment_help()));
   add_scene_flags(flags, options->render.scene);

@@ -98,9 +98,16 @@ json events_json(const std::vector<DeviceEvent>& events) {
 }
 
 json pilot_json(const PilotReport& pilot) {
-  if (pilot.paths == 0) return nullptr;
-  return {{"paths", pilot.paths},   {"cells", pilot.cells}, {"seconds", pilot.seconds},
-          {"loaded", pilot.loaded}, {"gain", pilot.gain},   {"roulette_depth", pilot.roulette_depth}};
+  if (!pilot.exists()) return nullptr;
+  return {{"paths", pilot.paths},
+          {"cells", pilot.cells},
+          {"seconds", pilot.seconds},
+          {"loaded", pilot.loaded},
+          {"gain", pilot.gain},
+          {"roulette_depth", pilot.roulette_depth},
+          {"light_trial_paths", pilot.light_trial_paths},
+          {"light_path_count", pilot.light_path_count},
+          {"light_path_gain", pilot.light_path_gain}};
 }
 
 json seconds_json(const RenderReport& report, const CommandTimes& times) {
@@ -146,9 +153,19 @@ std::string in_words(const PredictedError& error) {
 }
 
 std::string in_words(const PilotReport& pilot) {
-  return fmt::format("pilot: {} paths{}; {} ({:.2f} times less error for as many rays, it predicts)", pilot.paths,
-                     pilot.loaded ? ", made before" : fmt::format(" in {:.2f} s", pilot.seconds),
-                     pilot.roulette_depth == 0 ? "paths are not guided" : "paths are guided", pilot.gain);
+  const auto times = [](double gain) {
+    return fmt::format("{:.2f} times less error for as many rays, it predicts", gain);
+  };
+  std::string text = fmt::format("pilot: {} paths{}", pilot.paths + pilot.light_trial_paths,
+                                 pilot.loaded ? ", made before" : fmt::format(" in {:.2f} s", pilot.seconds));
+  if (pilot.light_trial_paths > 0 && pilot.light_path_count == 0) text += "; no light paths, as they would not pay";
+  if (pilot.light_trial_paths > 0 && pilot.light_path_count > 0)
+    text += fmt::format("; {} light paths of each sample ({})", pilot.light_path_count,
+                        pilot.light_path_gain > 0 ? times(pilot.light_path_gain) : "only they find some of the light");
+  if (pilot.paths > 0)
+    text += fmt::format("; {} ({})", pilot.roulette_depth == 0 ? "paths are not guided" : "paths are guided",
+                        times(pilot.gain));
+  return text;
 }
 
 std::string given_up_line(const Scene& scene, const RenderReport& report) {

@@ -139,14 +139,29 @@ function errorOverTime(stats, timeline) {
     el("div", { class: "chart" }, errorChart(points))];
 }
 
+// What the pilot decided, in words; null where there was none.
+function pilotText(pilot) {
+  if (!pilot) return null;
+  const gain = (value) => (value > 0 ? " (predicted gain " + value.toFixed(2) + ")" : "");
+  const parts = [];
+  if (pilot.light_trial_paths > 0)
+    parts.push(pilot.light_path_count > 0 ? short(pilot.light_path_count) + " light paths of each sample" + gain(pilot.light_path_gain)
+      : "no light paths, as they would not pay");
+  if (pilot.paths > 0) parts.push((pilot.roulette_depth > 0 ? "to guide paths" : "not to guide paths") + gain(pilot.gain));
+  return el("p", { class: "soft" }, "A pilot" + (pilot.loaded ? ", made before," : "") + " decided: " + parts.join("; ") +
+    ". A gain is how many times less the product of error and rays is.");
+}
+
 function whereTimeWent(stats) {
   const seconds = stats.seconds || {};
   const names = [["load", "load"], ["build", "pack and build"], ["compile", "compile"], ["upload", "upload"], ["render", "render"], ["write", "write"]];
   const parts = names.filter(([key]) => isNumber(seconds[key])).map(([key, name]) => ({ name, value: seconds[key], text: secondsText(seconds[key]) }));
+  const pilot = stats.pilot;
+  if (pilot && pilot.seconds > 0) parts.splice(2, 0, { name: "pilot", value: pilot.seconds, text: secondsText(pilot.seconds) });
   const rest = seconds.total - parts.reduce((sum, part) => sum + part.value, 0);
   if (rest > 0.001) parts.push({ name: "other", value: rest, text: secondsText(rest) });
   const devices = listOf(stats.devices), stages = listOf(stats.stages);
-  return [stack(parts), ...devices.map((device, i) => deviceParts(device, stages.filter((stage) => stage.device === i)))];
+  return [stack(parts), pilotText(pilot), ...devices.map((device, i) => deviceParts(device, stages.filter((stage) => stage.device === i)))];
 }
 
 function deviceParts(device, stages) {

@@ -22,7 +22,7 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "words of the table would have to be turned round");
 
 constexpr std::string_view kName = "eikon pilot ";
-constexpr std::string_view kFirstLine = "eikon pilot 1\n";
+constexpr std::string_view kFirstLine = "eikon pilot 2\n";
 constexpr std::string_view kSetting = "setting ";
 constexpr std::uint64_t kMostBytes = std::uint64_t{1} << 30;
 constexpr std::size_t kMostWords = kMostBytes / sizeof(std::uint32_t);
@@ -80,6 +80,9 @@ Pilot pilot_of(const Figures& figures, std::string_view table_bytes) {
   report.cells = figures.number<std::uint64_t>("cells", kMostWords);
   report.gain = figures.number<double>("gain", kAny);
   report.roulette_depth = figures.number<std::uint32_t>("roulette depth", 2);
+  report.light_trial_paths = figures.number<std::uint64_t>("paths of the trial of light paths", std::uint64_t{1} << 48);
+  report.light_path_count = figures.number<std::uint64_t>("light paths of each sample", std::uint64_t{1} << 31);
+  report.light_path_gain = figures.number<double>("gain by light paths", kAny);
   GuideTable table;
   table.roulette_depth = report.roulette_depth;
   table.scale = figures.number<float>("scale", std::numeric_limits<float>::max());
@@ -111,6 +114,9 @@ std::string to_bytes(const Pilot& pilot, const std::vector<ImageSetting>& settin
     bytes += fmt::format("{}{}: {}\n", kSetting, setting.name, setting.value);
   bytes += fmt::format("arithmetic: {}\npaths: {}\ncells: {}\ngain: {}\n", report.arithmetic, report.paths,
                        report.cells, report.gain);
+  bytes +=
+      fmt::format("paths of the trial of light paths: {}\nlight paths of each sample: {}\ngain by light paths: {}\n",
+                  report.light_trial_paths, report.light_path_count, report.light_path_gain);
   bytes += fmt::format("roulette depth: {}\nscale: {}\nwords of slots: {}\nwords of cells: {}\n\n",
                        report.roulette_depth, table.scale, table.slots.size(), table.cells.size());
   append(bytes, table.slots);

@@ -150,8 +150,7 @@ std::optional<Pilot> pilot_on(const WavefrontDevices& devices, std::size_t devic
 }
 
 void guide_by(const Pilot& pilot, WavefrontDevices& devices, RenderReport& report) {
-  devices.settings.guide = pilot.table;
-  devices.features.set_guiding(pilot.table != nullptr, false);
+  apply(pilot, devices.features, devices.settings);
   report.pilot = pilot.report;
 }
 

@@ -95,7 +95,9 @@ EK_FN uint camera_cast(const ShadeContext* c, global const float* filter_table, 
   // Light of lamps that paths from the camera can meet is shared with them (light_ratio.h).
   const vf density = hit->path.light_ratio;
   const vf ratio = first_light_ratio(frame, view.dir, view.distance, n_geom) * density;
-  const vf share = density < 0.0f ? (vf)(1.0f) : ratio < 0x1p100f ? ratio / (1.0f + ratio) : (vf)(1.0f);
+  const vi is_shared = (density >= 0.0f) & (ratio < 0x1p100f);
+  const vf share = is_shared ? ratio / (1.0f + ratio) : (vf)(1.0f);
+  const vu exponent = is_shared ? AS_U(ratio) >> 23 : (vu)(EK_SPLAT_RATIO_INFINITE);
   v3 arriving = scale3(mul3(point->beta, f), (film_density_m2(frame, view.dir, view.distance) * share) * splat.weight);
   const vi towards_front = dot3(n_geom, to_camera) > 0.0f;
   const vi same_side = (towards_front & hit->front) | (!towards_front & !hit->front);
@@ -112,7 +114,8 @@ EK_FN uint camera_cast(const ShadeContext* c, global const float* filter_table, 
   // is that of a shadow ray to a light (light_ray).
   const v3 target = offset_ray_origin(point->p, point->p_error, point->n_geom, to_camera);
   const vf margin = min_f(0x1p-17f / abs_f(dot3(n_geom, view.dir)), (vf)(0x1p-8f));
-  const vu scatterings = (vu)(min(c->depth, EK_SPLAT_SCATTERINGS_MOST)) - point->interface.null_interface_count;
+  const vu counted = (vu)(c->depth) - point->interface.null_interface_count;
+  const vu scatterings = counted < EK_SPLAT_SCATTERINGS_MOST ? counted : (vu)(EK_SPLAT_SCATTERINGS_MOST);
   const ShadowRay ray = {.path = splat.pixel,
                          .opacity_key = opacity.key,
                          .opacity_index = opacity.index,
@@ -125,7 +128,7 @@ EK_FN uint camera_cast(const ShadeContext* c, global const float* filter_table, 
 #if EK_HAS_light_group
                          .light_group = hit->path.source_group,
 #endif
-                         .splat = hit->path.path | scatterings << 8};
+                         .splat = hit->path.path | scatterings << 8 | exponent << EK_SPLAT_RATIO_SHIFT};
   shadow_store(c->stage.state, place, packing(pending), ray);
   return mask_bits(pending);
 }

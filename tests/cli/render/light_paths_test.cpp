@@ -4,6 +4,7 @@
 
 #include "cli/batch/batch_outcome.h"
 #include "cli/render/checkpoint_files.h"
+#include "support/signed_pilot.h"
 
 namespace eikon::test {
 namespace {
@@ -68,6 +69,44 @@ TEST(LightPathsOption, replayed_samples_add_up_to_the_pixel) {
   EXPECT_GT(light_paths, 0U);
   const double pixel = read_exr(here / "out.exr").plane("R")->at(26 * 40 + 23);
   EXPECT_NEAR(sum / 3, pixel, 1e-3 * pixel);  // EXR has half floats
+}
+
+const std::string kTried = "render " + scene("cornell_spheres.gltf") + " --size 160x120 --guiding off --quiet ";
+
+TEST(LightPathsOption, a_trial_decides_alike_for_all_parts_of_an_image) {
+  const Workplace here;
+  ASSERT_TRUE(succeeded(here.eikon(kTried + "--spp 3 -o whole.exr --stats whole.json")));
+  ASSERT_TRUE(succeeded(here.eikon(kTried + "--samples 0:1 -o a.exr --pilot p")));
+  ASSERT_TRUE(succeeded(here.eikon(kTried + "--samples 1:3 --crop 0,0,160,50 -o b.exr --pilot p")));
+  ASSERT_TRUE(succeeded(here.eikon(kTried + "--samples 1:3 --crop 0,50,160,120 -o c.exr")));
+  ASSERT_TRUE(succeeded(here.eikon("merge a.exr b.exr c.exr -o merged.exr")));
+  EXPECT_TRUE(same_planes(here, "merged.exr", "whole.exr"));
+  const nlohmann::json pilot = read_json(here / "whole.json").at("pilot");
+  EXPECT_EQ(pilot.at("light_path_count"), 1200);
+  EXPECT_GT(pilot.at("light_path_gain"), 3);
+  EXPECT_EQ(pilot.at("paths"), 0);
+}
+
+/// Changes how many light paths a file of --pilot says that there are to be.
+void decide_otherwise(const Workplace& here, const std::string& pilot) {
+  std::string bytes = read_bytes(here / pilot);
+  const std::string line = "light paths of each sample: ";
+  const std::size_t at = bytes.find(line + "1200");
+  ASSERT_NE(at, std::string::npos);
+  here.write(pilot, signed_again(bytes.replace(at, line.size() + 4, line + "4800")));
+}
+
+TEST(LightPathsOption, sums_for_which_trials_decided_differently_are_not_added) {
+  const Workplace here;
+  ASSERT_TRUE(succeeded(here.eikon(kTried + "--samples 0:1 -o a.exr --pilot p --checkpoint c.exr")));
+  decide_otherwise(here, "p");
+  ASSERT_TRUE(succeeded(here.eikon(kTried + "--samples 1:2 -o b.exr --pilot p")));
+  const Outcome merged = here.eikon("merge a.exr b.exr -o m.exr");
+  EXPECT_TRUE(refused(merged, kInput));
+  EXPECT_TRUE(contains(merged.err, "it has 4800 light paths of each sample, not 1200")) << merged.err;
+  const Outcome resumed = here.eikon(kTried + "--spp 2 -o d.exr --pilot p --checkpoint c.exr --resume");
+  EXPECT_TRUE(refused(resumed, kInput));
+  EXPECT_TRUE(contains(resumed.err, "the sums to go on from have 1200 light paths of each sample")) << resumed.err;
 }
 
 TEST(LightPathsOption, is_refused_where_it_means_nothing) {

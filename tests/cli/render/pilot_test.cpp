@@ -4,12 +4,11 @@
 
 #include <chrono>
 #include <csignal>
-#include <span>
 #include <thread>
 
 #include "cli/batch/batch_outcome.h"
 #include "cli/render/checkpoint_files.h"
-#include "io/xxhash64.h"
+#include "support/signed_pilot.h"
 
 namespace eikon::test {
 namespace {
@@ -106,9 +105,7 @@ TEST(PilotOption, a_pilot_of_another_arithmetic_class_is_refused) {
   const std::size_t at = bytes.find("arithmetic: exact\n");
   ASSERT_NE(at, std::string::npos);
   bytes.replace(at, 17, "arithmetic: other-12345678");
-  bytes.resize(bytes.size() - 8);
-  const std::uint64_t hash = xxhash64(std::as_bytes(std::span(bytes.data(), bytes.size())), 0);
-  here.write("p", bytes.append(reinterpret_cast<const char*>(&hash), sizeof hash));
+  here.write("p", signed_again(bytes));
   const Outcome outcome = here.eikon(whole("-o out.exr --pilot p"));
   EXPECT_TRUE(refused(outcome, kInput));
   EXPECT_TRUE(contains(outcome.err, "other-12345678")) << outcome.err;

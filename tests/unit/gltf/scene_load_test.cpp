@@ -86,7 +86,7 @@ TEST(SceneLoad, interleaved_and_offset_attributes_are_read_by_their_stride) {
   }
   const std::size_t view = builder.add_view(interleaved);
   builder.json["bufferViews"][view]["byteStride"] = 28;
-  for (const std::size_t offset : {0, 16}) {
+  for (const std::size_t offset : {0U, 16U}) {
     builder.json["accessors"].push_back(
         {{"bufferView", view}, {"byteOffset", offset}, {"componentType", 5126}, {"count", 3}, {"type", "VEC3"}});
   }

@@ -57,7 +57,7 @@ struct Walk {
 
 TEST(LightTree, its_links_lead_to_every_light_once_however_lights_lie) {
   std::vector<std::vector<LightMoments>> scenes;
-  for (const std::size_t count : {2, 3, 4, 17, 1000}) scenes.push_back(scattered_lights(count));
+  for (const std::size_t count : {2U, 3U, 4U, 17U, 1000U}) scenes.push_back(scattered_lights(count));
   scenes.push_back(scattered_lights(100000, 20));  // L16
   scenes.back()[54321].power = 1e30;
   scenes.emplace_back(1000);  // all in one place

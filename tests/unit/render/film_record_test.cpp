@@ -40,6 +40,7 @@ FilmRecord some_record() {
   FilmRecord record;
   record.settings = Image9x7().described();
   record.arithmetic = {"exact", "other-12345678"};
+  record.light_path_counts = {4800};
   record.layers = {"albedo", "variance"};
   record.done.add(part({0, 0, 9, 4}, 0, 12));
   record.done.add(part({2, 4, 7, 7}, 3, std::uint64_t{1} << 40));
@@ -87,6 +88,8 @@ TEST(FilmRecord, every_setting_of_the_image_counts_and_nothing_else_does) {
   EXPECT_NE(changed([](Image9x7& i) { i.layout.channels.emplace_back("id"); }), "");
   EXPECT_NE(changed([](Image9x7& i) { i.settings.pilot_paths = 1U << 15; }), "");
   EXPECT_NE(changed([](Image9x7& i) { i.settings.light_path_count = 1; }), "");
+  EXPECT_EQ(changed([](Image9x7& i) { i.settings.light_trial_paths = 16384; }),
+            "its light paths (--light-paths) is auto, by 16384 paths, not none");
   EXPECT_EQ(changed([](Image9x7& i) { i.settings.crop = {1, 1, 2, 2}; }), "");
   EXPECT_EQ(changed([](Image9x7& i) { i.settings.sample_end = 1000; }), "");
   EXPECT_EQ(changed([](Image9x7& i) { i.settings.camera.name = "another"; }), "");

@@ -4,16 +4,16 @@
 #include <gtest/gtest.h>
 
 #include <cstring>
-#include <span>
 
 #include "core/error.h"
-#include "io/xxhash64.h"
 #include "support/film_builder.h"
+#include "support/signed_pilot.h"
 #include "support/temporary_folder.h"
 
 namespace eikon {
 namespace {
 
+using test::signed_again;
 using test::small_layout;
 using test::TemporaryFolder;
 
@@ -40,6 +40,7 @@ Pilot some_pilot() {
   pilot.report = {.paths = 32768, .cells = 50, .gain = 3.0 / 7, .roulette_depth = 1};
   pilot.report.digest = table.digest();
   pilot.report.arithmetic = "other-12345678";
+  pilot.report.light_trial_paths = 16384, pilot.report.light_path_count = 31, pilot.report.light_path_gain = 17.0 / 3;
   pilot.table = std::make_shared<const GuideTable>(std::move(table));
   return pilot;
 }
@@ -53,13 +54,6 @@ std::string pilot_refusal(const std::string& bytes, const std::vector<ImageSetti
   return "";
 }
 
-/// The bytes with a checksum of their own.
-std::string signed_again(std::string bytes) {
-  bytes.resize(bytes.size() - sizeof(std::uint64_t));
-  const std::uint64_t hash = xxhash64(std::as_bytes(std::span(bytes.data(), bytes.size())), 0);
-  return bytes.append(reinterpret_cast<const char*>(&hash), sizeof hash);
-}
-
 TEST(PilotFile, comes_back_whole) {
   const TemporaryFolder folder;
   const Pilot pilot = some_pilot();
@@ -71,6 +65,9 @@ TEST(PilotFile, comes_back_whole) {
   EXPECT_EQ(found.report.cells, 50U);
   EXPECT_EQ(found.report.gain, 3.0 / 7);
   EXPECT_EQ(found.report.roulette_depth, 1U);
+  EXPECT_EQ(found.report.light_trial_paths, 16384U);
+  EXPECT_EQ(found.report.light_path_count, 31U);
+  EXPECT_EQ(found.report.light_path_gain, 17.0 / 3);
   EXPECT_EQ(found.report.arithmetic, "other-12345678");
   EXPECT_TRUE(found.report.loaded);
   EXPECT_EQ(folder.file_count(), 1U) << "a temporary file is left";
@@ -104,7 +101,7 @@ TEST(PilotFile, any_damage_is_seen) {
   EXPECT_NE(pilot_refusal(bytes + "x"), "");
   EXPECT_EQ(pilot_refusal("something else"), "it is no file of --pilot");
   std::string later = bytes;
-  later[std::strlen("eikon pilot ")] = '2';
+  later[std::strlen("eikon pilot ")] = '9';
   EXPECT_EQ(pilot_refusal(signed_again(later)), "another version of eikon wrote it");
 }
 

@@ -1,0 +1,230 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "render/pilot/guiding_pilot.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <numeric>
+#include <vector>
+
+#include "guide/learner.h"
+#include "image/tonemap.h"
+
+namespace eikon {
+namespace {
+
+// There are so many paths for each pixel that the trial has 32 samples of it, which begin to show how samples fill gaps.
+constexpr std::uint64_t kPathsPerPilotPixel = 256;
+// Samples of a pixel over those of the first round: in the rounds that learn, and in each of the two ways of the trial.
+constexpr std::array<std::uint64_t, 6> kRounds = {1, 2, 4, 8, 16, 16};
+constexpr std::uint64_t kTrial = 8;
+constexpr std::uint64_t kShares = 63;  // of all together
+// At the first vertex roulette saves next to nothing, and adds noise to direct light.
+constexpr std::uint32_t kRouletteDepth = 2;
+constexpr double kCellsPerHeight = 16;  // smallest cells across the picture at the usual distance
+constexpr double kLeastGain = 1.25;  // a guided vertex costs about so many times another one (kernels/guide/README.md)
+
+/// The paths of one way of sampling in the trial.
+struct Trial {
+  std::vector<double> count, sum, square;        // luminance of paths, by pixel
+  std::array<std::vector<double>, 2> replicate;  // sums of its halves, which are scrambled apart
+  double rays = 0, paths = 0;
+};
+
+/// Without guiding, and with it.
+using Trials = std::array<Trial, 2>;
+
+class GuidingPilot {
+ public:
+  /// picture  with the settings of guiding_picture_settings(), and a program with feature path_log
+  GuidingPilot(PilotPicture& picture, std::uint64_t paths)
+      : picture_(picture), samples_(first_round(picture.settings(), paths)) {}
+
+  /// Samples of a pixel in the first round.
+  static std::uint64_t first_round(const Settings& picture, std::uint64_t paths) {
+    const double each = double(paths) / double(picture.crop.pixel_count() * kShares);
+    return std::uint64_t(std::max(std::round(each), 1.0));
+  }
+
+  Pilot run(Guiding guiding) {
+    calibrate();
+    GuideLearner learner(scale_, usual_luminance_);
+    mean_.resize(picture_.pixel_count());
+    const auto learn = [&](const PathLog& log) {
+      learner.add(log);
+      add_to_mean(log);
+    };
+    for (std::size_t round = 0; round < kRounds.size(); ++round) {
+      guide_with(learner.table(), round == 0 ? 0 : kRouletteDepth);
+      render(samples_ * kRounds[round], learn);
+      learner.freeze(round + 2 >= kRounds.size());  // the last two rounds and the trial count together
+    }
+    end_mean(samples_ * std::accumulate(kRounds.begin(), kRounds.end(), std::uint64_t{0}));
+    const GuideTable table = learner.table();
+    Trials trials;
+    const std::uint64_t begin = next_;
+    for (Trial& trial : trials) {
+      next_ = begin;  // both ways have the same samples: what guiding does not change has the same noise in both
+      guide_with(table, &trial == &trials[0] ? 0 : kRouletteDepth);
+      render(samples_ * kTrial, [&](const PathLog& log) {
+        learner.add(log);
+        add(trial, log);
+      });
+    }
+    learner.freeze();
+    return decide(learner.table(), trials, guiding);
+  }
+
+ private:
+  template <class Use>
+  void render(std::uint64_t samples, const Use& use) {
+    picture_.render(next_, next_ + samples, true, [&](const PilotUnit& unit) {
+      unit_ = &unit;
+      use(unit.log);
+      paths_ += unit.log.paths;
+    });
+    next_ += samples;
+  }
+
+  void guide_with(GuideTable table, std::uint32_t roulette_depth) {
+    table.roulette_depth = roulette_depth;
+    picture_.wavefront().set_guide(std::make_shared<const GuideTable>(std::move(table)));
+  }
+
+  [[nodiscard]] static std::vector<double> luminances(const PathLog& log) {
+    std::vector<double> values(log.paths);
+    const auto at = [&](std::size_t plane, std::size_t i) {
+      return double(std::bit_cast<float>(log.radiance[plane * log.paths + i]));
+    };
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      const double value = luminance({at(0, i), at(1, i), at(2, i)});
+      values[i] = std::isfinite(value) ? value : 0;
+    }
+    return values;
+  }
+
+  /// Finds how large cells should be, and what a path usually brings.
+  void calibrate() {
+    std::vector<float> distances;
+    double sum = 0;
+    render(4, [&](const PathLog& log) {
+      for (const double value : luminances(log)) sum += std::abs(value);
+      for (std::size_t path = 0; path < log.paths; ++path)
+        if ((log.word(path, 0, LOG_info) & LOG_HIT) != 0) distances.push_back(log.number(path, 0, LOG_distance));
+    });
+    usual_luminance_ = sum > 0 ? sum / double(paths_) : 1;
+    if (distances.empty()) return;
+    const auto middle = distances.begin() + std::ptrdiff_t(distances.size() / 2);
+    std::nth_element(distances.begin(), middle, distances.end());
+    const Camera& camera = picture_.settings().camera;
+    const double height = camera.projection == Projection::orthographic ? 2 * camera.ymag_m
+                          : camera.projection == Projection::panorama
+                              ? 2 * double(*middle)
+                              : 2 * std::tan(0.5 * camera.yfov_rad) * double(*middle);
+    if (height > 0 && std::isfinite(height)) scale_ = float(kCellsPerHeight / height);
+  }
+
+  /// Adds to the means by which errors are judged. They do not have the trial's samples: one that is bright would
+  /// otherwise raise the mean of its pixel and so hide itself.
+  void add_to_mean(const PathLog& log) {
+    const std::vector<double> values = luminances(log);
+    for (std::size_t path = 0; path < values.size(); ++path)
+      mean_[unit_->first_pixel + path % unit_->pixels] += values[path];
+  }
+
+  void end_mean(std::uint64_t samples) {
+    for (double& value : mean_) value /= double(samples);
+    mean_ = smoothed(mean_, picture_.settings().width);
+  }
+
+  void add(Trial& trial, const PathLog& log) {
+    for (auto* list : {&trial.count, &trial.sum, &trial.square, &trial.replicate[0], &trial.replicate[1]})
+      list->resize(picture_.pixel_count());
+    const std::vector<double> values = luminances(log);
+    trial.paths += double(values.size());
+    for (std::size_t path = 0; path < values.size(); ++path) {
+      const std::size_t pixel = unit_->first_pixel + path % unit_->pixels;
+      trial.count[pixel] += 1;
+      trial.sum[pixel] += values[path];
+      trial.square[pixel] += values[path] * values[path];
+      trial.replicate[(unit_->sample_begin + path / unit_->pixels) % 2][pixel] += values[path];
+      for (std::uint32_t v = 0; v < EK_LOG_DEPTHS; ++v) {
+        const std::uint32_t info = log.word(path, v, LOG_info);
+        if ((info & (LOG_HIT | LOG_MISS)) == 0) break;
+        trial.rays += (info & LOG_HIT) != 0 ? 2 : 1;  // with a shadow ray
+      }
+    }
+  }
+
+  /// Variance of a sample in a pixel, as of independent ones.
+  [[nodiscard]] static double sample_variance(const Trial& trial, std::size_t pixel) {
+    const double n = trial.count[pixel], mean = trial.sum[pixel] / n;
+    return std::max(trial.square[pixel] / n - mean * mean, 0.0);
+  }
+  /// The same from the difference of its halves, which have less where samples fill each other's gaps.
+  [[nodiscard]] static double replicate_variance(const Trial& trial, std::size_t pixel) {
+    const double half = 0.5 * trial.count[pixel];
+    const double difference = (trial.replicate[0][pixel] - trial.replicate[1][pixel]) / half;
+    return 0.5 * half * difference * difference;
+  }
+
+  /// Error times rays without guiding over that with it, by every `step`th pixel from `first` on. The error is the
+  /// sum over pixels of the variance over the squared mean.
+  template <class Variance>
+  [[nodiscard]] double gain(const Trials& trials, std::size_t first, std::size_t step, const Variance& variance) const {
+    const double all = std::accumulate(mean_.begin(), mean_.end(), 0.0) / double(mean_.size());
+    std::array<double, 2> cost{};
+    for (std::size_t way = 0; way < trials.size(); ++way) {
+      for (std::size_t i = first; i < mean_.size(); i += step)
+        cost[way] += variance(trials[way], i) / error_scale(mean_[i], all);
+      cost[way] *= trials[way].rays / trials[way].paths;
+    }
+    return cost[1] > 0 ? cost[0] / cost[1] : 1;
+  }
+
+  /// The least gain of the whole picture and of both its halves, since what holds for one of them alone is chance; and of
+  /// the whole by the other variance, since gains where samples fill each other's gaps anyway are none.
+  [[nodiscard]] double least_gain(const Trials& trials) const {
+    return std::min({gain(trials, 0, 1, sample_variance), gain(trials, 0, 2, sample_variance),
+                     gain(trials, 1, 2, sample_variance), gain(trials, 0, 1, replicate_variance)});
+  }
+
+  [[nodiscard]] Pilot decide(GuideTable table, const Trials& trials, Guiding guiding) const {
+    Pilot pilot;
+    pilot.report.paths = paths_;
+    pilot.report.cells = table.cell_count();
+    pilot.report.gain = least_gain(trials);
+    if (guiding != Guiding::on && pilot.report.gain < kLeastGain) return pilot;
+    table.roulette_depth = pilot.report.roulette_depth = kRouletteDepth;
+    pilot.report.digest = table.digest();
+    pilot.table = std::make_shared<const GuideTable>(std::move(table));
+    return pilot;
+  }
+
+  PilotPicture& picture_;
+  std::uint64_t samples_;  // of a pixel in the first round
+  float scale_ = 1;
+  double usual_luminance_ = 1;
+  std::vector<double> mean_;  // luminance of paths, by pixel; a sum while they are rendered
+  std::uint64_t next_ = 0, paths_ = 0;
+  const PilotUnit* unit_ = nullptr;  // that was rendered last
+};
+
+}  // namespace
+
+Settings guiding_picture_settings(const Settings& settings) {
+  return pilot_picture_settings(settings, double(settings.pilot_paths / kPathsPerPilotPixel));
+}
+
+std::uint64_t largest_guiding_round(const Settings& settings) {
+  const Settings picture = guiding_picture_settings(settings);
+  return GuidingPilot::first_round(picture, settings.pilot_paths) * kRounds.back() * picture.crop.pixel_count();
+}
+
+Pilot run_guiding_pilot(PilotPicture& picture, const Settings& settings) {
+  picture.restart(guiding_picture_settings(settings));
+  return GuidingPilot(picture, settings.pilot_paths).run(settings.guiding);
+}
+
+}  // namespace eikon
