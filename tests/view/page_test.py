@@ -30,7 +30,8 @@ class Page(unittest.TestCase):
         self.addCleanup(shutil.rmtree, self.folder)
         options = webdriver.ChromeOptions()
         # In a container there is no sandbox, and little shared memory.
-        for word in ("--headless=new", "--no-sandbox", "--disable-gpu", "--hide-scrollbars", "--disable-dev-shm-usage", "--window-size=1280,900"):
+        for word in ("--headless=new", "--no-sandbox", "--disable-gpu", "--hide-scrollbars", "--disable-dev-shm-usage",
+                     "--window-size=1280,900"):
             options.add_argument(word)
         if self.dark:
             options.add_argument("--blink-settings=preferredColorScheme=0")
@@ -66,7 +67,8 @@ class Page(unittest.TestCase):
         return value
 
     def until_done(self):
-        self.until(lambda: self.run_script("return status.state === 'done' && status.state_of === adopted && !frame.small && !sending && !restTimer"), "done")
+        is_done = "return status.state === 'done' && status.state_of === adopted && !frame.small && !sending && !restTimer"
+        self.until(lambda: self.run_script(is_done), "done")
 
     def set(self, control, value):
         """Moves a control as its user would, and tells the page."""
@@ -151,8 +153,10 @@ class Use(Page):
     def test_every_control_changes_the_picture_or_the_command(self):
         self.view(CORNELL, *SMALL)
         self.until_done()
-        for control, value, flag in (("fov", 70, "--fov=70"), ("lens", 1, "--f-number=2"), ("env", "neutral", "--env=neutral"), ("rotate", 90, "--env-rotate=90"),
-                                     ("envScale", 1, "--env-scale=2"), ("size", "480x360", "--size=480x360"), ("exposure", 2, "--exposure=2"), ("tone", "aces", "--tonemap=aces")):
+        for control, value, flag in (("fov", 70, "--fov=70"), ("lens", 1, "--f-number=2"), ("env", "neutral", "--env=neutral"),
+                                     ("rotate", 90, "--env-rotate=90"), ("envScale", 1, "--env-scale=2"),
+                                     ("size", "480x360", "--size=480x360"), ("exposure", 2, "--exposure=2"),
+                                     ("tone", "aces", "--tonemap=aces")):
             before = self.pixels()
             self.set(control, value)
             self.until(lambda: flag in self.command(), flag)
@@ -206,8 +210,9 @@ class Use(Page):
         self.assertEqual(self.run_script("return overlay.querySelectorAll('circle').length"), len(hits))
         self.shot("path")
         # The first vertex lies where the click was.
-        dot, canvas = (self.run_script("const b = arguments[0].getBoundingClientRect(); return [b.left + b.width / 2, b.top + b.height / 2]", element)
-                       for element in (self.browser.find_element(By.CSS_SELECTOR, "#overlay circle"), self.canvas()))
+        middle = "const box = arguments[0].getBoundingClientRect(); return [box.left + box.width / 2, box.top + box.height / 2]"
+        dot = self.run_script(middle, self.browser.find_element(By.CSS_SELECTOR, "#overlay circle"))
+        canvas = self.run_script(middle, self.canvas())
         self.assertAlmostEqual(dot[0], canvas[0] + 40, delta=4)
         self.assertAlmostEqual(dot[1], canvas[1] + 120, delta=4)
         self.canvas().send_keys(Keys.ESCAPE)
@@ -251,7 +256,8 @@ class Use(Page):
         for _ in range(40):
             ActionChains(self.browser).send_keys(Keys.TAB).perform()
             seen.append(self.run_script("const one = document.activeElement; return one.id || one.textContent"))
-        for name in ("canvas", "Orbit", "Trace path", "camera", "fov", "layer", "exposure", "size", "env", "command", "Render to a file", "Copy"):
+        for name in ("canvas", "Orbit", "Trace path", "camera", "fov", "layer", "exposure", "size", "file", "env", "command",
+                     "Render to a file", "Copy"):
             self.assertIn(name, seen)
 
 
@@ -270,7 +276,8 @@ class Trouble(Page):
     def test_a_scene_that_fails_to_load_shows_the_line_of_render_and_is_repaired(self):
         whole = CORNELL.read_text()
         (self.folder / "scene.gltf").write_text(whole.replace('"2.0"', '"1.0"'))
-        line = subprocess.run([EIKON, "render", "scene.gltf", "-o", "x.exr", "--quiet"], cwd=self.folder, capture_output=True, text=True, check=False).stderr
+        line = subprocess.run([EIKON, "render", "scene.gltf", "-o", "x.exr", "--quiet"], cwd=self.folder, capture_output=True,
+                              text=True, check=False).stderr
         self.view("scene.gltf", *SMALL)
         self.until(lambda: self.state("state") == "failed", "failed")
         self.assertEqual(f"eikon: {self.problem()}\n", line)
@@ -290,8 +297,8 @@ class Dark(Page):
         self.view(ROOT / "scenes/sphere_in_sky.gltf", *SMALL)
         self.until_done()
         self.shot("dark")
-        background = self.run_script("return getComputedStyle(document.body).backgroundColor.match(/[0-9]+/g).slice(0, 3).map(Number)")
-        self.assertLess(max(background), 64)
+        background = self.run_script("return getComputedStyle(document.body).backgroundColor.match(/[0-9]+/g).map(Number)")
+        self.assertLess(max(background[:3]), 64)
         self.set("layer", "error")
         self.until(lambda: self.run_script("return frame.layer") == "error", "error")
         self.shot("dark_error")

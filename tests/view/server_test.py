@@ -177,9 +177,11 @@ class Attacks(Served):
                 b"GET /api/news?after=0&frame=0 HTTP/1.1\r\n" + host + b"\r\n",
                 b"GET /api/path?x=64&y=1&sample=0 HTTP/1.1\r\n" + host + b"\r\n",
                 b"POST /api/look HTTP/1.1\r\n" + host + b"Content-Length: " + str(len(look)).encode() + b"\r\n\r\n" + look]
-        parts = [b"\r\n", b"\0", b"%", b"%00", b"Range: bytes=0-" + b"0-," * 2000, b"A" * 9000, b"Content-Length: -1\r\n", b"\xff\xfe", b"Expect: 100-continue\r\n",
-                 b"Transfer-Encoding: chunked\r\n", b"ffffffffffffffff\r\n", b"Content-Type: multipart/form-data; boundary=" + b"(" * 3000 + b"\r\n", b"..", b"[" * 500,
-                 b"Accept-Encoding: gzip\r\n", b"Content-Encoding: br\r\n", b"HTTP/9.9", b"?" * 3000, b"&a=" * 2000, b";q=1,*/*" * 500, b":", b"1e999", b"\x1f\x8b"]
+        parts = [b"\r\n", b"\0", b"%", b"%00", b"Range: bytes=0-" + b"0-," * 2000, b"A" * 9000, b"Content-Length: -1\r\n", b"\xff\xfe",
+                 b"Expect: 100-continue\r\n", b"Transfer-Encoding: chunked\r\n", b"ffffffffffffffff\r\n", b"..", b"[" * 500,
+                 b"Content-Type: multipart/form-data; boundary=" + b"(" * 3000 + b"\r\n", b"Accept-Encoding: gzip\r\n",
+                 b"Content-Encoding: br\r\n", b"HTTP/9.9", b"?" * 3000, b"&a=" * 2000, b";q=1,*/*" * 500, b":", b"1e999",
+                 b"\x1f\x8b"]
         for _ in range(600):
             raw = bytearray(draw.choice(good))
             for _ in range(draw.randint(1, 4)):
@@ -362,7 +364,8 @@ class Process(unittest.TestCase):
         with Viewer(EIKON, self.folder, ROOT / "scenes/cornell_spheres.gltf", "--size", "320x240") as viewer:
             def orbit(steps):
                 for step in range(steps):
-                    viewer.look({"--size": "320x240", "--look-at": f"{0.278 + 0.001 * (step % 100)},0.273,-0.8:0.278,0.273,0.28"}, moving=step % 10 != 0)
+                    eye = f"{0.278 + 0.001 * (step % 100)},0.273,-0.8"
+                    viewer.look({"--size": "320x240", "--look-at": f"{eye}:0.278,0.273,0.28"}, moving=step % 10 != 0)
                     viewer.news()
                 return int(re.search(r"VmRSS:\s+(\d+) kB", pathlib.Path(f"/proc/{viewer.process.pid}/status").read_text())[1])
             viewer.wait_for("rendering")
@@ -370,10 +373,12 @@ class Process(unittest.TestCase):
             self.assertLess(orbit(600), first + 16000, "kB")
 
     def test_the_settled_picture_has_the_bits_of_the_printed_command(self):
-        looks = ({}, {"--look-at": "0.1,0.4,-0.6:0.3,0.25,0.3", "--fov": "55", "--f-number": "1.4", "--focus-distance": "0.9"},
+        looks = ({"--size": "160x120"}, {"--look-at": "0.1,0.4,-0.6:0.3,0.25,0.3", "--fov": "55", "--f-number": "1.4", "--focus-distance": "0.9"},
                  {"--env": "neutral", "--env-rotate": "40", "--env-scale": "0.5", "--size": "50x31"})
-        for scene, words in ((CORNELL, ()), (ROOT / "scenes/cornell_spheres.gltf", ()), (ROOT / "scenes/shelf_lamp_room.gltf", ("--guiding", "on"))):
-            with Viewer(EIKON, self.folder, scene, "--spp", "6", "--size", "64x48", *words) as viewer:
+        scenes = ROOT / "scenes"
+        for scene, words in ((CORNELL, ()), (scenes / "cornell_spheres.gltf", ("--light-paths", "auto", "--spp", "2")),
+                             (scenes / "shelf_lamp_room.gltf", ("--guiding", "on", "--spp", "6"))):
+            with Viewer(EIKON, self.folder, scene, "--size", "64x48", *(words or ("--spp", "6"))) as viewer:
                 for flags, layer in zip(looks, ("picture", "albedo", "picture")):
                     viewer.wait_for("done", viewer.look(flags, layer=layer))
                     news, pixels = viewer.wait_for("done", viewer.look(flags, layer="picture"))

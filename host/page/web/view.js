@@ -116,7 +116,7 @@ function take(bytes) {
     repaint();
   }
   showStatus();
-  Object.assign(document.body.dataset, { state: status.state, samples: frame ? frame.samples : 0, small: frame ? frame.small : true });
+  Object.assign(document.body.dataset, { state: status.state, samples: frame ? frame.samples : 0 });
 }
 
 /** Takes over what another tab, or this page before it was loaded again, has asked for. */
@@ -141,7 +141,8 @@ function repaint() {
   if (frame) paint(frame, linear, Number(controls.exposure.value), controls.tone.value, sizeNow());
 }
 
-const stateWords = (state) => ({ loading: "loading", compiling: "compiling for the devices", moving: "moving", rendering: "refining", done: "done", failed: "failed" })[state] || state;
+const STATES = { compiling: "compiling for the devices", rendering: "refining" };  // others are called as they are
+const stateWords = (state) => STATES[state] || state;
 
 function showStatus() {
   const part = (name, value) => el("span", {}, el("span", { class: "soft" }, name + " "), el("b", {}, value));
@@ -231,7 +232,8 @@ function showControls() {
   controls.rotate.show(Number(flags["--env-rotate"] || 0));
   controls.envScale.show(known("--env-scale") ? Math.log2(Number(flags["--env-scale"])) : 0);
   if (!scene) return;
-  fill(controls.camera, [["", scene.cameras.length > 0 ? "as started" : "the whole scene"], ...scene.cameras.map((c, i) => [String(i), c.name || "camera " + i])], flags["--camera"] || "");
+  const cameras = scene.cameras.map((c, i) => [String(i), c.name || "camera " + i]);
+  fill(controls.camera, [["", cameras.length > 0 ? "as started" : "the whole scene"], ...cameras], flags["--camera"] || "");
   fill(controls.variant, [["", "as started"], ...scene.variants.map((name) => [name, name])], flags["--variant"] || "");
   fill(controls.env, [["", "as started"], ["neutral", "neutral studio"], ["none", "none"], ["1,1,1", "white"]], flags["--env"] || "");
   showRow(controls.variant, scene.variants.length > 0);
@@ -289,9 +291,13 @@ function showAnew(name, value) {
   send({ ...structuredClone(look), moving: Boolean(restTimer) });
 }
 
+const KEYS = [["arrows", "turn the camera"], ["W A S D", "walk"], ["Q E", "down, up"], ["+ −", "nearer, further"], ["[ ]", "darker, brighter"],
+  ["Enter", "focus, or trace the path, in the middle"], ["Home", "reset the camera"], ["Esc", "clear the path"]];
+const TOOLS = [["orbit", "Orbit"], ["pan", "Pan"], ["look", "Look around"], ["focus", "Focus"], ["path", "Trace path"]];
+
 function build() {
   controls.tools = el("div", { class: "buttons", role: "group", "aria-label": "what a click or drag on the picture does" },
-    ...[["orbit", "Orbit"], ["pan", "Pan"], ["look", "Look around"], ["focus", "Focus"], ["path", "Trace path"]].map(([name, text]) => button(text, () => setTool(name), { "data-tool": name })));
+    ...TOOLS.map(([name, text]) => button(text, () => setTool(name), { "data-tool": name })));
   controls.path = el("ul", { "aria-label": "vertices of the path", "aria-live": "polite" });
   controls.command = el("textarea", { id: "command", readonly: true, spellcheck: "false" });
   controls.notes = el("ul", {});
@@ -302,11 +308,13 @@ function build() {
   controls.finalProgress = el("progress", { max: 1, value: 0, "aria-label": "share of the render that is done", hidden: true });
   controls.start = button("Render to a file", () => order("/api/render"), { class: "main" });
   controls.stop = button("Stop", () => order("/api/stop"), { hidden: true });
-  controls.file = el("input", { type: "file", id: "file", accept: ".glb,.gltf", onclick: () => { controls.file.value = ""; }, onchange: () => controls.file.files[0] && openFile(controls.file.files[0]) });
+  controls.file = el("input", { type: "file", id: "file", accept: ".glb,.gltf",
+    onclick: () => { controls.file.value = ""; },  // so that the same file can be opened again
+    onchange: () => controls.file.files[0] && openFile(controls.file.files[0]) });
   const copied = el("span", { class: "soft", role: "status" });
   const copy = async () => {
     controls.command.select();
-    await navigator.clipboard.writeText(controls.command.value).then(() => { copied.textContent = "copied"; }, () => { copied.textContent = "selected; copy it with Ctrl+C"; });
+    copied.textContent = await navigator.clipboard.writeText(controls.command.value).then(() => "copied", () => "selected; copy it with Ctrl+C");
   };
   panel.append(
     group("Mouse", controls.tools, controls.path),
@@ -330,8 +338,8 @@ function build() {
     group("Render this picture", el("label", { for: "command", class: "soft" }, "The command of the same picture, with all samples:"), controls.command,
       el("div", { class: "buttons" }, controls.start, controls.stop, button("Copy", copy), copied), controls.finalProgress, controls.finalState),
     controls.noteGroup,
-    group("Keys on the picture", el("dl", { class: "keys", id: "keys" }, ...[["arrows", "turn the camera"], ["W A S D", "walk"], ["Q E", "down, up"], ["+ −", "nearer, further"], ["[ ]", "darker, brighter"], ["Enter", "focus, or trace the path, in the middle"], ["Home", "reset the camera"], ["Esc", "clear the path"]]
-      .flatMap(([key, what]) => [el("dt", {}, el("kbd", {}, key)), el("dd", {}, what)]))));
+    group("Keys on the picture", el("dl", { class: "keys", id: "keys" },
+      ...KEYS.flatMap(([key, what]) => [el("dt", {}, el("kbd", {}, key)), el("dd", {}, what)]))));
   // Until it is known what the scene has.
   for (const name of ["variant", "time", "rotate", "envScale"]) showRow(controls[name], false);
   setTool("orbit");

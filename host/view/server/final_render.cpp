@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "view/server/final_render.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <poll.h>
 #include <signal.h>
@@ -9,8 +8,10 @@
 #include <unistd.h>
 
 #include <array>
+#include <cerrno>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <string_view>
 
 #include "core/error.h"
 #include "io/text.h"
@@ -106,12 +107,12 @@ void FinalRender::watch(int output, int messages) {
   }
   close(output);
   close(messages);
-  // Under the lock, so that no signal goes to another process that gets the same number.
   int status = 0;
   siginfo_t ended{};
   const auto number = id_t(process_);
   while (waitid(P_PID, number, &ended, WEXITED | WNOWAIT) != 0 && errno == EINTR) {
   }
+  // Until it is waited for, under the lock, no other process gets its number, to which stop() would send a signal.
   const std::lock_guard lock(mutex_);
   (void)waitpid(process_, &status, 0);
   process_ = 0;

@@ -33,7 +33,6 @@ class FinalRender {
 
  private:
   void watch(int output, int messages);
-  void read_progress(int output);
 
   std::mutex mutex_;   // guards what follows
   pid_t process_ = 0;  // 0: none is running
