@@ -23,7 +23,7 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 HOST_ORDER = ["core", "io", "formula", "image", "scene", "gltf", "accel", "device", "film", "guide", "pack", "wavefront", "render",
-              "instruments", "page", "job", "cli", "python"]
+              "instruments", "page", "job", "view", "cli", "python"]
 KERNEL_ORDER = ["shared", "lanes", "guide", "bsdf", "surface", "shapes", "traverse", "lights", "film", "stages", "probe"]
 LIMITS = {"folder": 22, "file": 400, "function": 60, "parameters": 6, "header": 0}
 UNITS = {"folder": "files", "file": "lines", "function": "lines", "parameters": "parameters"}

@@ -7,11 +7,12 @@
 # found through /etc/OpenCL/vendors and are not ours to install.
 build_packages=(
   ca-certificates git
-  g++ cmake ninja-build
+  g++ cmake ninja-build pkg-config
   ocl-icd-opencl-dev opencl-headers pocl-opencl-icd
   libopenexr-dev libpng-dev libjpeg-dev libwebp-dev libglm-dev libtinygltf-dev nlohmann-json3-dev
   libcli11-dev libtbb-dev libfmt-dev
   libdraco-dev libmeshoptimizer-dev libxxhash-dev
+  libcpp-httplib-dev
   libembree-dev
 )
 
@@ -20,7 +21,8 @@ build_packages=(
 # locales for one whose numbers have a decimal comma; venv for what test.sh takes from PyPI; dev for the module
 # that Python loads;
 # Slurm and its munge for the cluster of two nodes that the tests of the farm start;
-# zsh and fish, whose completion is tried; mandoc for the manual pages; dpkg-dev for the package.
+# zsh and fish, whose completion is tried; mandoc for the manual pages; dpkg-dev for the package;
+# Chromium and what drives it, for the page of the view.
 test_packages=(
   libgtest-dev
   oclgrind clang-14 libclang-rt-14-dev
@@ -28,6 +30,7 @@ test_packages=(
   locales
   slurm-wlm munge
   zsh fish mandoc dpkg-dev
+  chromium chromium-driver python3-selenium
 )
 
 # Compilers of GPUs, which tools/gpu/fetch_compilers.sh unpacks into a folder and does not install: an OpenCL driver more would

@@ -7,8 +7,10 @@ namespace eikon {
 
 void add_commands(CommandFlags& root, Command& chosen) {
   for (const auto add : {add_render, add_batch, add_merge, add_info, add_devices, add_compare, add_selftest, add_meter,
-                         add_measure, add_report, add_bench, add_completion, add_man})
+                         add_measure, add_report})
     add(root, chosen);
+  if constexpr (EIKON_VIEW != 0) add_view(root, chosen);
+  for (const auto add : {add_bench, add_completion, add_man}) add(root, chosen);
 }
 
 std::string root_footer() {

@@ -15,6 +15,7 @@ void add_selftest(CommandFlags& root, Command& chosen);
 void add_meter(CommandFlags& root, Command& chosen);
 void add_measure(CommandFlags& root, Command& chosen);
 void add_report(CommandFlags& root, Command& chosen);
+void add_view(CommandFlags& root, Command& chosen);
 void add_bench(CommandFlags& root, Command& chosen);
 void add_man(CommandFlags& root, Command& chosen);
 void add_completion(CommandFlags& root, Command& chosen);

@@ -119,7 +119,9 @@ Environment choose_environment(const SceneOptions& asked, const Scene& scene, co
                                const Log& log) {
   const EnvironmentOptions& options = asked.environment;
   Environment environment;
-  if (!options.map.empty()) {
+  if (options.loaded) {
+    environment.map = options.loaded;
+  } else if (!options.map.empty()) {
     std::vector<std::string> warnings;
     environment.map = load_environment(options.map, warnings);
     for (const std::string& warning : warnings) log(warning);

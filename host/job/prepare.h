@@ -37,6 +37,7 @@ struct LensOptions {
 /// where the scene is dark without it.
 struct EnvironmentOptions {
   std::string map;                    // OpenEXR or Radiance file
+  std::shared_ptr<const EnvironmentMap> loaded{};  // what `map` or `neutral` stand for, if that is in memory already
   std::optional<glm::vec3> radiance;  // constant, W/(sr m^2)
   bool neutral = false;               // scene/environment/studio.h
   double scale = 1, rotate_deg = 0;   // of whichever environment is used

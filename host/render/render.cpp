@@ -122,7 +122,8 @@ class RenderLoop {
   /// no device is left.
   DeviceSessions::State run_to_completion(const std::atomic<bool>& stop) {
     // The thread wakes so often to see signals and clocks.
-    const double wake_s = hooks_.checkpoint ? std::clamp(hooks_.checkpoint_every_s, 0.01, 0.05) : 0.05;
+    const double due_s = hooks_.checkpoint ? std::max(hooks_.checkpoint_every_s, 0.01) : hooks_.wake_s;
+    const double wake_s = std::min(due_s, hooks_.wake_s);
     bool told = !hooks_.under_way;
     rounds_.open(sessions_);
     while (!stop.load() && !rounds_.is_out_of_time()) {
@@ -371,28 +372,6 @@ RenderOutput render_packed(std::shared_ptr<PackedScene> packed, const Features& 
                            const Execution& execution, const std::atomic<bool>& stop, RenderHooks hooks) {
   const auto pack = [&] { return packed; };
   return pack_and_render(pack, features, settings, execution, stop, std::move(hooks));
-}
-
-ReplayedSample replay_path(const Scene& scene, const Settings& settings, const Execution& usual,
-                           const PixelSample& sample, const std::function<void(const PathVertex&)>& report) {
-  Execution execution = usual;
-  execution.fused = false;
-  const DeviceInfo info = select_devices(execution.devices, execution.threads).front();
-  Features features = features_of(scene, settings, execution);
-  PackedScene packed = pack_scene(scene, features, settings);
-  const Execution own = without_probe(execution);  // one path is too few to measure for
-  const WavefrontConfig config = configure(info, own);
-  add_accel(packed, own.accel, config.layout, own.threads);
-  require_memory(memory_need(packed, config, features), info, own);
-  Device device(info);
-  Settings guided = settings;
-  if (wants_pilot(features, settings)) {
-    PilotSteps nobody_looks;
-    apply(run_pilot(device, packed, features, settings, own, nobody_looks), features, guided);
-  }
-  guided.crop = {sample.x, sample.y, sample.x + 1, sample.y + 1};  // so that the pixel's unit has all light paths
-  Wavefront wavefront(device, packed, features, guided, own);
-  return wavefront.replay(sample.x, sample.y, sample.sample, report);
 }
 
 }  // namespace eikon

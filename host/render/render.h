@@ -107,6 +107,8 @@ struct RenderHooks {
   double error_share = 1.0 / 200;
   /// The pool that devices come from and go back to; null: they are opened for this render alone.
   DevicePool* devices = nullptr;
+  /// The most seconds until the calling thread sees that `stop` is set.
+  double wake_s = 0.05;
   /// Programs and buffers for this packed scene stay on the devices, for another render of it.
   bool devices_stay_ready = false;
   /// The owner of the scene. It is kept until the last thread of the render has ended, which may be
@@ -139,7 +141,19 @@ RenderOutput render_and_release(Scene& scene, const Settings& settings, const Ex
 RenderOutput render_packed(std::shared_ptr<PackedScene> packed, const Features& features, const Settings& settings,
                            const Execution& execution, const std::atomic<bool>& stop, RenderHooks hooks = {});
 
+/// A scene that is packed already, and the devices that may be open.
+struct ReadyScene {
+  std::shared_ptr<PackedScene> packed;
+  Features features;                   // of the scene with the settings, as it was packed
+  DevicePool devices{};                // a replay's program stays on the device of the pool, for the next one
+  std::shared_ptr<const void> keep{};  // the owner of the scene
+  std::optional<Pilot> pilot{};        // of the image; none: it is rendered if the image has one
+};
+
 /// Traces the path of one sample and reports its vertices; returns what it brings, and what light paths bring besides.
+ReplayedSample replay_path(const ReadyScene& scene, const Settings& settings, const Execution& execution,
+                           const PixelSample& sample, const std::function<void(const PathVertex&)>& report);
+/// The same for a scene that is packed for this.
 ReplayedSample replay_path(const Scene& scene, const Settings& settings, const Execution& execution,
                            const PixelSample& sample, const std::function<void(const PathVertex&)>& report);
 

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "pack/geometry/placed_meshes.h"
+#include "pack/pack.h"
+#include "render/pilot.h"
+#include "render/ready_wavefronts.h"
+#include "render/render.h"
+#include "wavefront/memory_need.h"
+
+namespace eikon {
+
+ReplayedSample replay_path(const ReadyScene& scene, const Settings& settings, const Execution& usual,
+                           const PixelSample& sample, const std::function<void(const PathVertex&)>& report) {
+  Execution execution = usual;
+  execution.fused = false;
+  DevicePool pool = scene.devices;
+  const DeviceInfo info = pool.select(execution.devices, execution.threads).front();
+  PackedScene& packed = *scene.packed;
+  const Execution own = without_probe(execution);  // one path is too few to measure for
+  const WavefrontConfig config = configure(info, own);
+  add_accel(packed, own.accel, config.layout, own.threads);
+  require_memory(memory_need(packed, config, scene.features), info, own);
+  DevicePool::Lease device = pool.take(info);
+  Settings guided = settings;
+  Features features = scene.features;
+  if (wants_pilot(features, settings)) {
+    PilotSteps nobody_looks;
+    apply(scene.pilot ? *scene.pilot : run_pilot(*device, packed, features, settings, own, nobody_looks), features,
+          guided);
+  }
+  guided.crop = {sample.x, sample.y, sample.x + 1, sample.y + 1};  // so that the pixel's unit has all light paths
+  Wavefront& wavefront = ReadyWavefronts::of(device).get(*device, {scene.packed, scene.keep}, features, guided, own);
+  return wavefront.replay(sample.x, sample.y, sample.sample, report);
+}
+
+ReplayedSample replay_path(const Scene& scene, const Settings& settings, const Execution& execution,
+                           const PixelSample& sample, const std::function<void(const PathVertex&)>& report) {
+  const Features features = features_of(scene, settings, execution);
+  const auto packed = std::make_shared<PackedScene>(pack_scene(scene, features, settings));
+  return replay_path({.packed = packed, .features = features}, settings, execution, sample, report);
+}
+
+}  // namespace eikon

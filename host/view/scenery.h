@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+// From what a page asks to see to a scene that is ready to be rendered.
+#pragma once
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "job/batch/batch_job.h"
+#include "job/batch/job_key.h"
+#include "job/scene_cache.h"
+#include "pack/features.h"
+#include "render/film_store.h"
+#include "render/pilot.h"
+#include "view/file_watch.h"
+#include "view/view_look.h"
+
+namespace eikon {
+
+/// Samples per pixel of a view, unless the user says otherwise.
+inline constexpr std::uint64_t kUsualViewSpp = 1024;
+
+/// A picture that is rendered, and how far.
+struct Scenery {
+  Prepared prepared;
+  Execution execution;
+  std::shared_ptr<SceneCache::Kept> kept;
+  Features features;  // of the scene with the settings
+  std::shared_ptr<PackedScene> packed;
+  std::vector<std::string> words;   // that follow `eikon render` for the same picture, without names of output files
+  std::vector<std::string> notes;   // for the user
+  Bounds bounds;                    // of the scene
+  bool has_layers = false;          // those of view_layers()
+  std::optional<Pilot> pilot{};     // of the whole picture, once it is known
+  std::optional<FilmState> film{};  // of the samples so far; none: of none
+};
+
+/// Loads what a look needs, and keeps what the next look is likely to need again. Of one thread.
+class Sceneries {
+ public:
+  /// given  the words behind `eikon view` that `eikon render` knows, too
+  /// parse  reads such words
+  Sceneries(std::vector<std::string> given, ParseRender parse);
+  /// The scene as a look asks for it.
+  /// throws UsageError, InputError
+  [[nodiscard]] Scenery load(const ViewLook& look);
+  /// True if a file of the scene that was loaded last, or that could not be loaded, is another one now.
+  [[nodiscard]] bool is_outdated() const { return watch_.changed(); }
+  /// Shows a copy of a file that was dropped from now on, in place of the scene that the user named.
+  void open(const std::string& scene);
+  /// Forgets scenes, so that the next one is loaded from its files.
+  void forget();
+
+ private:
+  /// What is the same for every look at the same files.
+  struct Source {
+    Digest scene, environment;
+    std::string environment_words{};  // of --env, for which `environment_map` stands
+    std::shared_ptr<const EnvironmentMap> environment_map{};
+    std::string default_environment{};  // what eikon chose where neither the user nor the file did: a value of --env
+  };
+
+  [[nodiscard]] RenderOptions options_of(const ViewLook& look, std::vector<std::string>& words) const;
+  void read_source(const RenderOptions& options);
+  void keep_environment(const EnvironmentOptions& asked, const Prepared& prepared, bool is_given);
+  static void add_layers(const Scene& scene, std::vector<std::string>& aovs, std::vector<std::string>& words);
+
+  std::vector<std::string> given_;
+  ParseRender parse_;
+  SceneCache scenes_;
+  FileWatch watch_;
+  std::optional<Source> source_{};
+  std::shared_ptr<const SceneCache::Kept> bounded_{};  // the scene that has these bounds
+  Bounds bounds_{};
+  bool is_dropped_ = false;  // the scene came from a page
+  bool layers_ = false;      // some look has asked for a layer: programs and films have all of them from then on
+};
+
+}  // namespace eikon

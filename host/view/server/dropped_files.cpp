@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "view/server/dropped_files.h"
+
+#include <fmt/format.h>
+#include <stdlib.h>
+
+#include <algorithm>
+#include <string_view>
+#include <system_error>
+
+#include "core/error.h"
+
+namespace eikon {
+namespace {
+
+void check_name(const std::string& name) {
+  constexpr std::size_t kLongest = 120;
+  const auto is_plain = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+           std::string_view(" -_.").find(c) != std::string_view::npos;
+  };
+  const bool ends_well = name.ends_with(".gltf") || name.ends_with(".glb");
+  if (!ends_well || name.size() > kLongest || name.front() == '.' || name.front() == '-' ||
+      !std::ranges::all_of(name, is_plain))
+    throw UsageError(
+        "view: a dropped file is a .gltf or .glb whose name has letters, digits, blanks, -, _ and .; name others on "
+        "the "
+        "command line");
+}
+
+}  // namespace
+
+DroppedFiles::~DroppedFiles() {
+  std::error_code ignored;
+  if (!folder_.empty()) std::filesystem::remove_all(folder_, ignored);
+}
+
+DroppedFiles::Incoming DroppedFiles::begin(const std::string& name) {
+  check_name(name);
+  const std::lock_guard lock(mutex_);
+  std::error_code error;
+  if (folder_.empty()) {
+    std::string pattern = (std::filesystem::temp_directory_path(error) / "eikon_view_XXXXXX").string();
+    if (error || mkdtemp(pattern.data()) == nullptr)
+      throw InputError("view: no folder for temporary files can be made; TMPDIR names one");
+    folder_ = pattern;
+  }
+  const std::filesystem::path own = folder_ / std::to_string(++count_);
+  std::filesystem::create_directory(own, error);
+  Incoming incoming{.path = own / name, .file = std::ofstream(own / name, std::ios::binary)};
+  if (!incoming.file) throw InputError(fmt::format("{}: cannot be written", incoming.path.string()));
+  return incoming;
+}
+
+void DroppedFiles::keep(Incoming& incoming) {
+  incoming.file.close();
+  if (!incoming.file) {
+    drop(incoming);
+    throw InputError(fmt::format("{}: cannot be written; the disk may be full", incoming.path.string()));
+  }
+  const std::lock_guard lock(mutex_);
+  std::error_code ignored;
+  if (!kept_.empty()) std::filesystem::remove_all(kept_.parent_path(), ignored);
+  kept_ = incoming.path;
+}
+
+void DroppedFiles::drop(Incoming& incoming) {
+  incoming.file.close();
+  std::error_code ignored;
+  std::filesystem::remove_all(incoming.path.parent_path(), ignored);
+}
+
+}  // namespace eikon

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <mutex>
+#include <string>
+
+namespace eikon {
+
+/// The longest scene file that a page may send, in bytes.
+inline constexpr std::uint64_t kMostDropped = std::uint64_t{256} << 20;
+
+/// Scene files that a page has sent, in a folder of their own that is removed at the end. The last one is kept.
+class DroppedFiles {
+ public:
+  DroppedFiles() = default;
+  ~DroppedFiles();
+  DroppedFiles(const DroppedFiles&) = delete;
+  DroppedFiles& operator=(const DroppedFiles&) = delete;
+
+  /// A file to be written.
+  struct Incoming {
+    std::filesystem::path path;
+    std::ofstream file;
+  };
+  /// Begins a file. name: as the page gives it
+  /// throws UsageError unless it is that of a .gltf or .glb, of letters, digits, blanks, -, _ and .; InputError if there is no
+  ///        room for it
+  [[nodiscard]] Incoming begin(const std::string& name);
+  /// The file is whole, and the one before it goes. throws InputError if it could not be written
+  void keep(Incoming& incoming);
+  /// It is not wanted.
+  static void drop(Incoming& incoming);
+
+ private:
+  std::mutex mutex_;  // guards what follows
+  std::filesystem::path folder_, kept_;
+  std::uint64_t count_ = 0;
+};
+
+}  // namespace eikon

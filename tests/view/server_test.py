@@ -1,0 +1,425 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""The server of `eikon view`: whom it answers, what it takes, and what it shows.
+
+  tests/view/server_test.py EIKON [unittest arguments]"""
+import json
+import os
+import pathlib
+import random
+import re
+import shlex
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+import unittest.mock
+
+from viewer import CORNELL, LIMIT_S, ROOT, Viewer, floats_of_exr, rgbe_of
+
+EIKON = ""
+SMALL = ("--size", "64x48", "--spp", "8")
+
+
+class Served(unittest.TestCase):
+    """One server for all tests of a class."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = pathlib.Path(tempfile.mkdtemp(prefix="eikon_view_"))
+        cls.viewer = Viewer(EIKON, cls.folder, CORNELL, *SMALL)
+        cls.viewer.wait_for("done")
+
+    @classmethod
+    def tearDownClass(cls):
+        ended = cls.viewer.process.poll()
+        code, _, err = cls.viewer.end() if ended is None else (ended, "", "")
+        shutil.rmtree(cls.folder)
+        if code != 0 or err:
+            raise AssertionError(f"exit code {code}, stderr {err!r}")
+
+    def assert_alive(self):
+        self.assertIsNone(self.viewer.process.poll(), "the server has ended")
+        self.assertEqual(self.viewer.news()[0]["status"]["state"], "done")
+
+
+class Guard(Served):
+    def page(self, **headers):
+        return self.viewer.ask("GET", f"/?token={self.viewer.token}", headers={"X-Eikon-Token": None, **headers})
+
+    def test_the_page_comes_with_its_token_and_nothing_of_other_servers(self):
+        status, headers, body = self.page()
+        self.assertEqual(status, 200)
+        self.assertIn("default-src 'none'", body.decode())
+        for outside in ("https://", "@import", "url("):
+            self.assertNotIn(outside, body.decode())
+        self.assertEqual(headers["X-Frame-Options"], "DENY")
+        self.assertEqual(headers["Cache-Control"], "no-store")
+        self.assertIsNone(headers["Access-Control-Allow-Origin"])
+
+    def test_nobody_gets_anything_without_the_token(self):
+        for token in (None, "", "0" * 32, self.viewer.token[:-1], self.viewer.token + "0", self.viewer.token.upper()):
+            for method, path in (("GET", "/api/news?after=0&frame=0"), ("POST", "/api/look"), ("GET", "/api/path?x=1&y=1&sample=0"),
+                                 ("POST", "/api/render"), ("POST", "/api/stop"), ("GET", "/nothing"), ("OPTIONS", "/api/look")):
+                status, _, body = self.viewer.ask(method, path, b"{}" if method == "POST" else None, {"X-Eikon-Token": token})
+                self.assertEqual((status, "token" in body.decode()), (403, True), (token, path))
+            status, _, _ = self.viewer.ask("GET", f"/?token={token or ''}", headers={"X-Eikon-Token": None})
+            self.assertEqual(status, 403, token)
+        # The header opens no page, so that no address without the token shows one; nor does the address open the rest.
+        self.assertEqual(self.viewer.ask("GET", "/")[0], 403)
+        status, _, _ = self.viewer.ask("GET", f"/api/news?after=0&frame=0&token={self.viewer.token}", headers={"X-Eikon-Token": None})
+        self.assertEqual(status, 403)
+
+    def test_names_of_other_servers_that_lead_here_are_refused(self):
+        port = self.viewer.port
+        for host in (f"127.0.0.1:{port}", f"localhost:{port}", f"[::1]:{port}", "localhost:8080", "localhost"):
+            self.assertEqual(self.page(Host=host)[0], 200, host)
+        for host in (None, "", "example.com", f"example.com:{port}", "localhost.example.com", "127.0.0.1.example.com", "localhost:1:2",
+                     "localhost:x", "[::1", "0.0.0.0", "127.0.0.1@example.com"):
+            self.assertEqual(self.page(Host=host)[0], 403 if host is not None else self.page(Host="")[0], host)
+
+    def test_pages_of_other_origins_are_refused(self):
+        here = f"127.0.0.1:{self.viewer.port}"
+        self.assertEqual(self.page(Origin=f"http://{here}")[0], 200)
+        for origin in ("null", "http://example.com", f"https://{here}", "http://127.0.0.1:1", f"http://localhost:{self.viewer.port}"):
+            self.assertEqual(self.page(Origin=origin)[0], 403, origin)
+        for site, status in (("same-origin", 200), ("none", 200), ("cross-site", 403), ("same-site", 403)):
+            self.assertEqual(self.page(**{"Sec-Fetch-Site": site})[0], status, site)
+
+    def test_it_listens_on_the_loopback_address_alone(self):
+        listening = [line.split()[1] for line in pathlib.Path("/proc/net/tcp").read_text().splitlines()[1:]
+                     if line.split()[3] == "0A" and int(line.split()[1].split(":")[1], 16) == self.viewer.port]
+        self.assertEqual([address.split(":")[0] for address in listening], ["0100007F"])
+        wide = [line for line in pathlib.Path("/proc/net/tcp6").read_text().splitlines()[1:]
+                if line.split()[3] == "0A" and int(line.split()[1].split(":")[1], 16) == self.viewer.port]
+        self.assertEqual(wide, [])
+
+    def test_no_path_leads_to_a_file(self):
+        for path in ("/../../../../etc/passwd", "/%2e%2e/%2e%2e/etc/passwd", "/etc/passwd", "//etc/passwd", "/..%2f..%2fetc%2fpasswd",
+                     "/cornell.gltf", "/api/../../etc/passwd", "/%00", "/api/news/../../../etc/passwd", "file:///etc/passwd"):
+            status, _, body = self.viewer.ask("GET", path)
+            self.assertIn(status, (400, 404), path)
+            self.assertNotIn(b"root:", body)
+
+
+class Limits(Served):
+    def refused(self, body, **headers):
+        status, _, answer = self.viewer.ask("POST", "/api/look", body, headers)
+        self.assertEqual(status, 400, answer)
+        self.assertTrue(json.loads(answer)["error"].startswith("view: "), answer)
+        return json.loads(answer)["error"]
+
+    def test_flags_that_name_files_or_devices_are_refused_in_one_line(self):
+        flags = {"--output": "/tmp/x.exr", "--stats": "x", "--devices": "all", "--checkpoint": "x", "-o": "x", "SCENE": "/etc/passwd",
+                 "--env": "/etc/passwd", "--memory": "1", "--png": "x.png", "": "x"}
+        for name, value in flags.items():
+            line = self.refused(json.dumps({"flags": {"--size": "64x48", name: value}}).encode())
+            self.assertIn("--env" if name == "--env" else "may not give", line)
+            self.assertNotIn("\n", line)
+
+    def test_what_is_no_look_is_refused_in_one_line(self):
+        for body in (b"", b"{", b"[]", b"1", b"null", b"\xff\xfe", b'{"flags": 1}', b'{"flags": {"--size": "64x48"}, "other": 1}',
+                     b'{"flags": {"--size": 4}}', b'{"flags": {}}', b'{"flags": {"--size": "0x48"}}', b'{"flags": {"--size": "64x99999"}}',
+                     b'{"flags": {"--size": "64x48x1"}}', b'{"flags": {"--size": "64x48"}, "layer": "/etc/passwd"}',
+                     b'{"flags": {"--size": "64x48"}, "mix": {"a": -1}}', b'{"flags": {"--size": "64x48"}, "mix": {"a": 1e999}}',
+                     b'{"flags": {"--size": "64x48"}, "moving": 1}', b'{"flags": {"--size": "64x48", "--fov": ""}}',
+                     b'{"flags": {"--size": "64x48", "--camera": "' + b"x" * 500 + b'"}}', b"[" * 5000, b'{"a":' * 5000):
+            self.assertNotIn("\n", self.refused(body), body)
+        self.assert_alive()
+
+    def test_bodies_have_a_limit_and_one_form(self):
+        self.refused(b"x" * 70000)
+        self.refused(b"{}", **{"Content-Encoding": "gzip"})
+        self.refused(b"{}", **{"Content-Type": "multipart/form-data; boundary=x"})
+        self.refused(b"2\r\n{}\r\n0\r\n\r\n", **{"Transfer-Encoding": "chunked"})
+        self.assertEqual(self.viewer.ask("POST", "/api/look", b"{}", {"Range": "bytes=0-1"})[0], 400)
+        self.assert_alive()
+
+    def test_values_that_render_refuses_show_its_line(self):
+        for name, value in (("--fov", "999"), ("--look-at", "1,2"), ("--camera", "nobody"), ("--scene-time", "soon"), ("--variant", "none")):
+            words = ["render", CORNELL, f"{name}={value}", "-o", "x.exr", "--size", "8x8", "--spp", "1", "--quiet"]
+            line = subprocess.run([EIKON, *words], cwd=self.folder, capture_output=True, text=True, check=False).stderr
+            number = self.viewer.look({"--spp": "8", name: value})
+            try:
+                self.viewer.wait_for("done", number)
+                self.fail(f"{name}={value} was taken")
+            except AssertionError as error:
+                self.assertEqual(f"eikon: {error}\n", line)
+        self.viewer.wait_for("done", self.viewer.look({"--spp": "8"}))
+
+    def test_there_are_no_pixels_beyond_the_picture(self):
+        for query in ("x=64&y=0&sample=0", "x=0&y=48&sample=0", "x=-1&y=0&sample=0", "x=0&y=0&sample=99999999999", "x=0&y=0", "", "x=a&y=b&sample=c"):
+            self.assertEqual(self.viewer.ask("GET", "/api/path?" + query)[0], 400, query)
+
+
+class Attacks(Served):
+    def send(self, raw):
+        """The first bytes that the server answers; none if it waits for more."""
+        with socket.create_connection(("127.0.0.1", self.viewer.port), timeout=LIMIT_S) as connection:
+            try:
+                connection.sendall(raw)
+                connection.settimeout(0.1)
+                return connection.recv(100)
+            except OSError:
+                return b""
+
+    def open_files(self):
+        return len(os.listdir(f"/proc/{self.viewer.process.pid}/fd"))
+
+    def test_broken_requests_of_a_fuzzer_do_no_harm(self):
+        draw, host = random.Random(27), f"Host: 127.0.0.1:{self.viewer.port}\r\nX-Eikon-Token: {self.viewer.token}\r\n".encode()
+        look = b'{"flags": {"--size": "64x48", "--spp": "8"}}'
+        good = [b"GET /?token=" + self.viewer.token.encode() + b" HTTP/1.1\r\n" + host + b"\r\n",
+                b"GET /api/news?after=0&frame=0 HTTP/1.1\r\n" + host + b"\r\n",
+                b"GET /api/path?x=64&y=1&sample=0 HTTP/1.1\r\n" + host + b"\r\n",
+                b"POST /api/look HTTP/1.1\r\n" + host + b"Content-Length: " + str(len(look)).encode() + b"\r\n\r\n" + look]
+        parts = [b"\r\n", b"\0", b"%", b"%00", b"Range: bytes=0-" + b"0-," * 2000, b"A" * 9000, b"Content-Length: -1\r\n", b"\xff\xfe",
+                 b"Expect: 100-continue\r\n", b"Transfer-Encoding: chunked\r\n", b"ffffffffffffffff\r\n", b"..", b"[" * 500,
+                 b"Content-Type: multipart/form-data; boundary=" + b"(" * 3000 + b"\r\n", b"Accept-Encoding: gzip\r\n",
+                 b"Content-Encoding: br\r\n", b"HTTP/9.9", b"?" * 3000, b"&a=" * 2000, b";q=1,*/*" * 500, b":", b"1e999",
+                 b"\x1f\x8b"]
+        for _ in range(600):
+            raw = bytearray(draw.choice(good))
+            for _ in range(draw.randint(1, 4)):
+                at = draw.randrange(len(raw))
+                how = draw.randrange(4)
+                if how == 0:
+                    raw[at] = draw.randrange(256)
+                elif how == 1:
+                    raw[at:at] = draw.choice(parts)
+                elif how == 2:
+                    del raw[at:at + draw.randint(1, 40)]
+                else:
+                    raw[at:at] = raw[:draw.randint(1, 200)]
+                raw = raw or bytearray(b"G")
+            answer = self.send(bytes(raw))
+            self.assertTrue(answer == b"" or answer.startswith(b"HTTP/1."), answer)
+            self.assertNotIn(b"root:", answer)
+        self.assertIsNone(self.viewer.process.poll(), "the server has ended")
+        self.viewer.wait_for("done", self.viewer.look({"--spp": "8"}))
+
+    def test_a_request_without_an_end_is_cut(self):
+        line = b"X-Padding: " + b"x" * 1000 + b"\r\n"
+        for begin in (b"GET / HTTP/1.1\r\n", b"GET / HTTP/1.1\r\nHost: " + b"y" * 100000, b"z" * 100000):
+            with socket.create_connection(("127.0.0.1", self.viewer.port), timeout=LIMIT_S) as connection:
+                with self.assertRaises(OSError):
+                    connection.sendall(begin)
+                    for _ in range(100000):
+                        connection.sendall(line)
+        # A byte now and then does not keep a connection.
+        with socket.create_connection(("127.0.0.1", self.viewer.port), timeout=LIMIT_S) as connection, self.assertRaises(OSError):
+            for _ in range(2 * LIMIT_S):
+                connection.sendall(b"G")
+                time.sleep(0.5)
+        self.assert_alive()
+
+    def test_two_hundred_connections_at_once_are_served_and_closed(self):
+        self.viewer.news()
+        before = self.open_files()
+        request = f"GET /api/news?after=0&frame=0 HTTP/1.1\r\nHost: localhost\r\nX-Eikon-Token: {self.viewer.token}\r\nConnection: close\r\n\r\n".encode()
+        idle = []
+        for number in range(200):
+            idle.append(socket.create_connection(("127.0.0.1", self.viewer.port), timeout=LIMIT_S))
+            self.addCleanup(idle[-1].close)
+            if number % 2 == 0:
+                idle[-1].sendall(request)
+        self.assert_alive()  # though every thread has a connection that says nothing
+        for number, one in enumerate(idle):
+            answer = one.recv(12)
+            self.assertEqual(answer, b"HTTP/1.1 200" if number % 2 == 0 else b"")
+        for one in idle:
+            one.close()
+        threads = len(os.listdir(f"/proc/{self.viewer.process.pid}/task"))
+        self.assertLess(threads, 100)
+        begin = time.monotonic()
+        while self.open_files() > before + 2 and time.monotonic() - begin < LIMIT_S:
+            time.sleep(0.1)
+        self.assertLessEqual(self.open_files(), before + 2)
+
+    def test_a_client_that_stops_reading_is_left(self):
+        self.viewer.wait_for("done", self.viewer.look({"--size": "2048x2048", "--spp": "1"}))
+        lazy = [socket.socket() for _ in range(40)]
+        for one in lazy:
+            one.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+            one.connect(("127.0.0.1", self.viewer.port))
+            self.addCleanup(one.close)
+            one.sendall(f"GET /api/news?after=0&frame=0 HTTP/1.1\r\nHost: localhost\r\nX-Eikon-Token: {self.viewer.token}\r\n\r\n".encode())
+        self.assert_alive()
+        self.viewer.wait_for("done", self.viewer.look({"--spp": "8"}))
+
+
+class Process(unittest.TestCase):
+    """One server for each test."""
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory(prefix="eikon_view_")
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+
+    def eikon(self, *words):
+        return subprocess.run([EIKON, *map(str, words)], cwd=self.folder, capture_output=True, text=True, check=False, timeout=LIMIT_S)
+
+    def assert_refused(self, run, code, *parts):
+        self.assertEqual((run.returncode, run.stdout, run.stderr.count("\n")), (code, "", 1), run)
+        for part in parts:
+            self.assertIn(part, run.stderr)
+
+    def test_a_port_that_is_taken_is_one_line(self):
+        with Viewer(EIKON, self.folder, CORNELL, *SMALL) as viewer:
+            self.assert_refused(self.eikon("view", CORNELL, "--port", viewer.port), 3, f"--port {viewer.port}: ", "another program")
+        with Viewer(EIKON, self.folder, CORNELL, *SMALL, "--port", str(viewer.port)) as again:
+            self.assertEqual(again.port, viewer.port)
+            self.assertNotEqual(again.token, viewer.token)
+
+    def test_wrong_flags_and_missing_scenes_are_one_line(self):
+        self.assert_refused(self.eikon("view", "nothing.gltf"), 3, "nothing.gltf: ")
+        self.assert_refused(self.eikon("view", CORNELL, "--port", "0"), 2, "--port")
+        self.assert_refused(self.eikon("view", CORNELL, "--fov", "wide"), 2, "--fov")
+        self.assert_refused(self.eikon("view"), 2, "SCENE")
+
+    def test_signals_end_it_whatever_it_does(self):
+        for number in (signal.SIGINT, signal.SIGTERM):
+            for size in ("64x48", "2048x2048"):
+                with Viewer(EIKON, self.folder, CORNELL, "--size", size, "--spp", "100000") as viewer:
+                    viewer.wait_for("rendering")
+                    idle = [socket.create_connection(("127.0.0.1", viewer.port)) for _ in range(50)]
+                    self.assertEqual(viewer.end(number), (0, "", ""))
+                    for one in idle:
+                        one.close()
+        with Viewer(EIKON, self.folder, CORNELL, *SMALL) as viewer:  # before anything is loaded
+            self.assertEqual(viewer.end(), (0, "", ""))
+
+    def test_a_broken_scene_shows_the_line_of_render_until_it_is_repaired(self):
+        scene = self.folder / "scene.gltf"
+        whole = CORNELL.read_text()
+        for broken in (whole[:400], "{}", whole.replace('"2.0"', '"1.0"')):
+            scene.write_text(broken)
+            line = self.eikon("render", "scene.gltf", "-o", "x.exr", "--quiet").stderr
+            self.assertTrue(line.startswith("eikon: "), line)
+            with Viewer(EIKON, self.folder, "scene.gltf", *SMALL) as viewer:
+                try:
+                    viewer.wait_for("done")
+                    self.fail("a broken scene was rendered")
+                except AssertionError as error:
+                    self.assertEqual(f"eikon: {error}\n", line)
+                scene.write_text(whole)
+                begin = time.monotonic()
+                while viewer.news()[0]["status"]["state"] != "done" and time.monotonic() - begin < LIMIT_S:
+                    time.sleep(0.1)
+                self.assertEqual(viewer.news()[0]["status"]["error"], "")
+                self.assertEqual(viewer.news()[0]["frame"]["about"]["samples"], 8)
+
+    def test_a_scene_that_changes_is_shown_anew(self):
+        scene = self.folder / "scene.gltf"
+        scene.write_text(CORNELL.read_text())
+        with Viewer(EIKON, self.folder, "scene.gltf", *SMALL) as viewer:
+            first, pixels = viewer.wait_for("done")
+            changed = json.loads(scene.read_text())
+            for material in changed["materials"]:
+                material.get("pbrMetallicRoughness", {})["baseColorFactor"] = [0.1, 0.2, 0.9, 1]
+            scene.write_text(json.dumps(changed))
+            begin = time.monotonic()
+            news, now = first, pixels
+            while (now == pixels or news["status"]["state"] != "done") and time.monotonic() - begin < LIMIT_S:
+                news, now = viewer.news()
+                time.sleep(0.1)
+            self.assertNotEqual(now, pixels)
+
+    def test_a_dropped_scene_is_shown_and_leaves_nothing(self):
+        (self.folder / "tmp").mkdir()
+        with unittest.mock.patch.dict(os.environ, TMPDIR=str(self.folder / "tmp")):
+            viewer = Viewer(EIKON, self.folder, CORNELL, *SMALL, "--camera", "camera", "--fov", "20")
+        with viewer:
+            _, before = viewer.wait_for("done")
+            for number, name in enumerate(("paper.gltf", "sphere_in_sky.gltf")):
+                body = (ROOT / "scenes" / name).read_bytes()
+                self.assertEqual(viewer.ask("POST", f"/api/drop?name={name}", body)[0], 200)
+                news, pixels = viewer.wait_for("done", number + 2)
+                self.assertEqual(news["status"]["scene"]["name"], name)
+                self.assertNotIn("--camera", news["status"]["command"])
+                self.assertIn("dropped", news["status"]["notes"][0])
+                self.assertNotEqual(pixels, before)
+                self.assertEqual([file.name for file in (self.folder / "tmp").glob("eikon_view_*/*/*")], [name])
+            for name in ("", "x.exr", "..gltf", "../x.gltf", "%2Ftmp%2Fx.gltf", "-o.gltf", "a%0Ab.gltf", "a" * 200 + ".gltf"):
+                status, _, answer = viewer.ask("POST", f"/api/drop?name={name}", b"{}")
+                self.assertEqual((status, b"view: " in answer), (400, True), name)
+            self.assertEqual(viewer.ask("POST", "/api/drop?name=x.glb", b"", {"X-Eikon-Token": "0" * 32})[0], 403)
+            with socket.create_connection(("127.0.0.1", viewer.port), timeout=LIMIT_S) as connection:
+                connection.sendall(f"POST /api/drop?name=x.glb HTTP/1.1\r\nHost: localhost\r\nX-Eikon-Token: {viewer.token}\r\n"
+                                   f"Content-Length: {1 << 40}\r\n\r\n".encode())
+                self.assertIn(b" 400 ", connection.recv(100))
+            viewer.ask("POST", "/api/drop?name=broken.gltf", b"{")
+            begin = time.monotonic()
+            while viewer.news()[0]["status"]["state"] != "failed" and time.monotonic() - begin < LIMIT_S:
+                time.sleep(0.05)
+            self.assertIn("broken.gltf", viewer.news()[0]["status"]["error"])
+            self.assertEqual(viewer.end(), (0, "", ""))
+        self.assertEqual(list((self.folder / "tmp").glob("eikon_view_*")), [])
+
+    def test_memory_stays_flat_while_somebody_orbits(self):
+        with Viewer(EIKON, self.folder, ROOT / "scenes/cornell_spheres.gltf", "--size", "320x240") as viewer:
+            def orbit(steps):
+                for step in range(steps):
+                    eye = f"{0.278 + 0.001 * (step % 100)},0.273,-0.8"
+                    viewer.look({"--size": "320x240", "--look-at": f"{eye}:0.278,0.273,0.28"}, moving=step % 10 != 0)
+                    viewer.news()
+                return int(re.search(r"VmRSS:\s+(\d+) kB", pathlib.Path(f"/proc/{viewer.process.pid}/status").read_text())[1])
+            viewer.wait_for("rendering")
+            first = orbit(200)
+            self.assertLess(orbit(600), first + 16000, "kB")
+
+    def test_the_settled_picture_has_the_bits_of_the_printed_command(self):
+        looks = ({"--size": "160x120"}, {"--look-at": "0.1,0.4,-0.6:0.3,0.25,0.3", "--fov": "55", "--f-number": "1.4", "--focus-distance": "0.9"},
+                 {"--env": "neutral", "--env-rotate": "40", "--env-scale": "0.5", "--size": "50x31"})
+        scenes = ROOT / "scenes"
+        for scene, words in ((CORNELL, ()), (scenes / "cornell_spheres.gltf", ("--light-paths", "auto", "--spp", "2")),
+                             (scenes / "shelf_lamp_room.gltf", ("--guiding", "on", "--spp", "6"))):
+            with Viewer(EIKON, self.folder, scene, "--size", "64x48", *(words or ("--spp", "6"))) as viewer:
+                for flags, layer in zip(looks, ("picture", "albedo", "picture")):
+                    viewer.wait_for("done", viewer.look(flags, layer=layer))
+                    news, pixels = viewer.wait_for("done", viewer.look(flags, layer="picture"))
+                    command = shlex.split(news["status"]["command"])
+                    self.assertEqual(command[:2], ["eikon", "render"])
+                    run = self.eikon(*command[1:], "--quiet")
+                    self.assertEqual(run.returncode, 0, run.stderr)
+                    shown = rgbe_of(floats_of_exr(self.folder / "picture.exr"))
+                    self.assertEqual(shown, pixels, news["status"]["command"])
+                self.assertNotEqual(shown[:400], pixels[400:800], "the comparison sees nothing")
+
+    def test_a_final_render_writes_the_picture_of_the_command(self):
+        with Viewer(EIKON, self.folder, CORNELL, *SMALL) as viewer:
+            viewer.look({"--spp": "8", "--exposure": "1.5", "--tonemap": "agx"})
+            news, _ = viewer.wait_for("done")
+            self.assertEqual(self.eikon(*shlex.split(news["status"]["command"])[1:], "--quiet").returncode, 0)
+            for name in ("cornell-view-1", "cornell-view-2"):  # no file is replaced
+                self.assertEqual(viewer.ask("POST", "/api/render", b"{}")[0], 200)
+                begin = time.monotonic()
+                while (final := viewer.news()[0]["final"])["state"] == "running" and time.monotonic() - begin < LIMIT_S:
+                    time.sleep(0.05)
+                self.assertEqual((final["state"], final["image"], final["png"]), ("done", name + ".exr", name + ".png"))
+                compared = self.eikon("compare", name + ".exr", "picture.exr", "--fail-above", "0")
+                self.assertEqual(compared.returncode, 0, compared.stdout)
+                self.assertEqual((self.folder / (name + ".png")).read_bytes(), (self.folder / "picture.png").read_bytes())
+
+    def test_a_final_render_can_be_stopped_and_ends_with_the_view(self):
+        with Viewer(EIKON, self.folder, CORNELL, "--size", "64x48", "--spp", "100000000") as viewer:
+            viewer.wait_for("rendering")
+            viewer.ask("POST", "/api/render", b"{}")
+            self.assertEqual(viewer.ask("POST", "/api/render", b"{}")[0], 400)  # one at a time
+            viewer.ask("POST", "/api/stop", b"{}")
+            begin = time.monotonic()
+            while (final := viewer.news()[0]["final"])["state"] == "running" and time.monotonic() - begin < LIMIT_S:
+                time.sleep(0.05)
+            self.assertEqual(final["state"], "stopped")
+            viewer.ask("POST", "/api/render", b"{}")
+            self.assertEqual(viewer.news()[0]["final"]["state"], "running")
+            self.assertEqual(viewer.end(), (0, "", ""))
+
+
+if __name__ == "__main__":
+    EIKON = str(pathlib.Path(sys.argv.pop(1)).resolve())
+    unittest.main()
