@@ -146,7 +146,7 @@ TEST(TraverseMotion, trees_over_time_find_the_hits_of_brute_force) {
 
 TEST(TraverseMotion, a_tree_may_hold_everything_or_nothing) {
   const std::vector<ProbeRay> rays = rays_of(20'000, std::nullopt);
-  for (const std::size_t every : {0, 1}) {
+  for (const std::size_t every : {std::size_t{0}, std::size_t{1}}) {
     Probes over_time(std::nullopt, every);
     TraverseProbe brute = over_time.brute_force();
     const auto expected = brute.closest(rays);

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "formula/parse.h"
+#include "gltf/animation/exposure.h"
 #include "render/materials/glass_builder.h"
 
 namespace eikon::test {
@@ -106,8 +107,8 @@ TEST(ImplicitSurface, G9_a_scene_times_a_power_of_two_gives_the_same_bits) {
   const auto scaled = [](double factor) {
     Scene scene;
     add_implicit(scene, kSheet, 1.05, askew_and_moved(), lambert({0.7F, 0.5F, 0.3F}));
-    add_implicit(scene, "(x^2+y^2+z^2+0.75)^2-4*(x^2+y^2)", 1.7, glm::translate(glm::dmat4(1), {0, -1, 0}) * askew_and_moved(),
-                 glass(1.5F, 0, true));
+    add_implicit(scene, "(x^2+y^2+z^2+0.75)^2-4*(x^2+y^2)", 1.7,
+                 glm::translate(glm::dmat4(1), {0, -1, 0}) * askew_and_moved(), glass(1.5F, 0, true));
     Settings settings = settings_under_sky(24, 8);
     settings.camera = look_at_camera({0, 0.5, 4}, {0.1, 0.2, 0.3}, {0, 1, 0}, 0.8);
     const auto [big, its] = times({std::move(scene), settings}, factor);
@@ -123,7 +124,8 @@ TEST(ImplicitSurface, which_rays_give_up_hangs_on_rays_alone) {
     Scene made;
     const glm::dmat4 place = glm::scale(glm::dmat4(1), glm::dvec3(1.5));
     add_implicit(made, "x*y - x*y + 1e-5", 1, place, lambert(0.5F));
-    add_implicit(made, kSphere, 1.05, glm::translate(glm::dmat4(1), {0.4, 0.2, 0.3}) * askew_and_moved(), lambert(0.6F));
+    add_implicit(made, kSphere, 1.05, glm::translate(glm::dmat4(1), {0.4, 0.2, 0.3}) * askew_and_moved(),
+                 lambert(0.6F));
     Primitive floor;
     add_quad(floor, {-3, -1, 3}, {6, 0, 0}, {0, 0, -6});
     add_mesh(made, "floor", std::move(floor), lambert(0.7F));
@@ -145,6 +147,34 @@ TEST(ImplicitSurface, which_rays_give_up_hangs_on_rays_alone) {
         << way.accel << " " << way.layout << ", " << way.lanes.value_or(0) << " lanes";
     EXPECT_EQ(output.report.given_up_surfaces, 1U);
     expect_same(output.film, first->film, way.accel + " " + way.layout);
+  }
+}
+
+// A screen that moves in front of what is given up.
+TEST(ImplicitSurface, what_is_given_up_behind_something_that_moves_does_not_count) {
+  const auto scene_at = [](double t) {
+    Scene made;
+    add_implicit(made, "x*y - x*y + 1e-5", 1, glm::scale(glm::dmat4(1), glm::dvec3(1.5)), lambert(0.5F));
+    made.shapes[0].name = "haze";
+    Primitive screen;
+    add_quad(screen, {-2, -2, 2}, {2, 0, 0}, {0, 4, 0});
+    add_mesh(made, "screen", std::move(screen), lambert(0.7F)).world_from_object =
+        glm::translate(glm::dmat4(1), {1.5 * t, 0, 0});
+    return made;
+  };
+  Scene scene = scene_at(0);
+  scene.animations.push_back({.name = "slide", .begin_s = 0, .end_s = 1, .channel_count = 1, .in_force = true});
+  expose(scene, {.open_s = 0, .close_s = 1}, scene_at);
+  Settings settings = settings_under_sky(12, 4);
+  settings.camera = look_at_camera({0.3, 1, 4}, {0, 0, 0}, {0, 1, 0}, 0.9);
+  std::optional<std::uint64_t> count;
+  for (const Execution& way : each_way_to_trace()) {
+    const std::uint64_t found = output_of(scene, settings, way).report.given_up;
+    if (!count) {
+      EXPECT_GT(found, 100U);
+    }
+    EXPECT_EQ(found, count.value_or(found)) << describe(way);
+    count = found;
   }
 }
 
