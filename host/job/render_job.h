@@ -14,7 +14,7 @@
 #include "image/denoise.h"
 #include "film/exr/film_file.h"
 #include "image/image.h"
-#include "render/ready/device_prefetcher.h"
+#include "render/device_prefetcher.h"
 #include "render/render.h"
 
 namespace eikon {

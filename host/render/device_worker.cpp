@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 
 #include "core/error.h"
-#include "render/ready/ready_wavefronts.h"
+#include "render/ready_wavefronts.h"
 #include "wavefront/unit_shrink.h"
 
 namespace eikon {

@@ -2,7 +2,7 @@
 // Devices, programs and packed scenes serve one render after the other, with the bits of fresh ones.
 #include <stdexcept>
 
-#include "render/ready/device_prefetcher.h"
+#include "render/device_prefetcher.h"
 #include "render/scene_builder.h"
 
 namespace eikon::test {

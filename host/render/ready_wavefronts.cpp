@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "render/ready/ready_wavefronts.h"
+#include "render/ready_wavefronts.h"
 
 #include <fmt/format.h>
 

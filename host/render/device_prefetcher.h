@@ -14,7 +14,7 @@
 
 #include "device/device_pool.h"
 #include "pack/settings.h"
-#include "render/ready/ready_wavefronts.h"
+#include "render/ready_wavefronts.h"
 
 namespace eikon {
 

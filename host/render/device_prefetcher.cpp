@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "render/ready/device_prefetcher.h"
+#include "render/device_prefetcher.h"
 
 #include <fmt/format.h>
 

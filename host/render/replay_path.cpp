@@ -2,7 +2,7 @@
 #include "pack/geometry/placed_meshes.h"
 #include "pack/pack.h"
 #include "render/pilot.h"
-#include "render/ready/ready_wavefronts.h"
+#include "render/ready_wavefronts.h"
 #include "render/render.h"
 #include "wavefront/memory_need.h"
 
