@@ -48,6 +48,8 @@ std::uint64_t expected_tree_bytes(const std::string& layout, std::uint64_t trian
   return triangles * bytes_per_triangle.at(layout);
 }
 
+bool is_wide(const std::string& layout) { return layout == "bvh16" || layout == "bvh8"; }
+
 std::map<std::string, std::string> Accel::defines() const {
   std::map<std::string, std::string> all{{"EK_STACK_SIZE", std::to_string(stack_size)},
                                          {"EK_SMALL_TREE", together ? "1" : "0"},
@@ -131,6 +133,7 @@ Accel build_accel(TriangleSoup triangles, const AccelOptions& options) {
     Accel built = options.layout == "none" ? layout_none(triangles) : found->build(triangles, options);
     built.stack_size = in_steps(built.stack_size, built.layout);
     if (options.poses != nullptr && built.layout == "bvh2") fit_bvh2_to_poses(built, *options.poses);
+    if (options.poses != nullptr && is_wide(built.layout)) fit_wide_to_poses(built, *options.poses);
     return built;
   });
   accel.build_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

@@ -48,6 +48,9 @@ struct TrianglePoses {
 /// The names of kernels/shared/layouts.def.
 const std::vector<std::string>& tree_layouts();
 
+/// True for bvh16 and bvh8, in which vectors hold the boxes of a node.
+[[nodiscard]] bool is_wide(const std::string& layout);
+
 /// About what the tree of so many triangles takes in this layout (of tree_layouts()): a fifth more or
 /// less, but for scenes of less than a few hundred triangles.
 [[nodiscard]] std::uint64_t expected_tree_bytes(const std::string& layout, std::uint64_t triangles);
@@ -62,7 +65,8 @@ struct Accel {
   DeviceVector<std::uint32_t> nodes{};       // words; never empty (a dummy where there is no tree)
   DeviceVector<std::uint32_t> leaves{};      // words
   DeviceVector<InstanceRecord> instances{};  // of meshes that have trees of their own (two_level.h)
-  // The bvh2 of the triangles that move, whose boxes follow them; empty if none moves, or if there is no tree.
+  // The tree of the triangles that move, whose boxes follow them (kernels/traverse/motion_tree.h); empty in a scene where
+  // nothing can move, or without a tree.
   DeviceVector<std::uint32_t> motion_nodes{}, motion_leaves{};
   // Entries that suffice for any traversal (EK_STACK_SIZE). They grow in coarse steps, so that
   // programs are seldom compiled anew for another tree.
@@ -85,7 +89,7 @@ struct AccelOptions {
   std::string layout = "bvh8";  // of tree_layouts(), or "none"; ignored by accelerators with a layout of their own
   unsigned threads = 0;         // 0: all; the result does not depend on it
   double rays = 0;              // expected to be traced; for many rays a better tree is built, which takes longer
-  const TrianglePoses* poses = nullptr;  // of the triangles of a bvh2; the soup has boxes in their place
+  const TrianglePoses* poses = nullptr;  // of the triangles of a bvh2, bvh8 or bvh16; the soup has boxes in their place
 };
 
 /// throws UsageError for an unknown accel or layout. Degenerate triangles (zero area) are left out

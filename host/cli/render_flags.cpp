@@ -62,12 +62,30 @@ void add_output_flags(CommandFlags& flags, RenderOptions& options) {
                options.checkpoint.resume);
 }
 
+/// "localhost:14158" or "[::1]:14158". throws UsageError
+NetworkAddress parse_address(const std::string& flag, const std::string& text) {
+  constexpr std::uint64_t kMostPort = 65535;
+  const std::size_t colon = text.rfind(':');
+  std::string host = text.substr(0, colon);
+  const bool bracketed = host.size() > 2 && host.front() == '[' && host.back() == ']';
+  if (bracketed) host = host.substr(1, host.size() - 2);
+  const bool good = colon != std::string::npos && !host.empty() && host.find_first_of("[]") == std::string::npos &&
+                    (bracketed || host.find(':') == std::string::npos);
+  const auto port = number_in<std::uint64_t>(good ? text.substr(colon + 1) : "");
+  if (!port || *port == 0 || *port > kMostPort)
+    throw UsageError(fmt::format("{} {}: takes HOST:PORT with a port from 1 to {}, such as localhost:14158 or [::1]:14158",
+                                 flag, in_quotes(text), kMostPort));
+  return {host, std::to_string(*port)};
+}
+
 void add_diagnosis_flags(CommandFlags& flags, RenderOptions& options) {
   flags.group("Diagnosis (- is standard output)");
   flags.text({"--stats", "FILE", "write counts and times as JSON"}, options.stats);
   flags.text({"--profile", "FILE", "write a timeline for Perfetto or chrome://tracing"}, options.profile);
   flags.text({"--report", "FILE.html", "write a page that shows the picture, its error, and where the time went"},
              options.report);
+  flags.parsed({"--tev", "HOST:PORT", "show the growing image in the viewer tev, which runs there"},
+               [&](const std::string& text) { options.tev = parse_address("--tev", text); });
   flags.parsed({"--pixel", "X,Y", "with --sample N: trace that path of the pixel and print its vertices"},
                [&](const std::string& text) {
                  const std::vector<std::string> xy = split(text, ',');
@@ -122,7 +140,7 @@ void add_frames_flag(CommandFlags& flags, RenderOptions& options) {
 const std::vector<std::string> kAboutExecution = {
     "--devices",    "--accel",  "--layout",   "--instances", "--memory",
     "--threads",    "--quiet",  "--progress", "--checkpoint", "--checkpoint-every", "--resume",
-    "--pilot"};
+    "--pilot",      "--tev"};
 
 /// Flags that say how much of the image is rendered, and which files come of it.
 const std::vector<std::string> kAboutWhole = {"--spp",
@@ -142,6 +160,7 @@ const std::vector<std::string> kAboutWhole = {"--spp",
                                               "--stats",
                                               "--profile",
                                               "--report",
+                                              "--tev",
                                               "--quiet",
                                               "--progress"};
 

@@ -7,7 +7,7 @@
 
 #include "cli/flags.h"
 #include "film/layers.h"
-#include "render/pilot.h"
+#include "render/pilot/pilot.h"
 
 namespace eikon {
 namespace {

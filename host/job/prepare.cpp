@@ -14,7 +14,7 @@
 #include "scene/environment/studio.h"
 #include "pack/lights/arriving_light.h"
 #include "pack/lights/pack_light_paths.h"
-#include "render/pilot.h"
+#include "render/pilot/pilot.h"
 
 namespace eikon {
 namespace {

@@ -18,19 +18,6 @@
 namespace eikon {
 namespace {
 
-/// all  the rejected samples of this run and, by the film's counts, of the runs before it
-std::string rejected_line(const RenderReport& report, std::uint64_t all) {
-  const std::uint64_t now = report.nonfinite + report.saturated;
-  std::string line = fmt::format("{} samples were rejected ({} not finite, {} beyond the film's range", all,
-                                 report.nonfinite, report.saturated);
-  line += all > now ? fmt::format(", {} before this run)", all - now) : ")";
-  if (!report.rejected.empty()) {
-    const PixelSample& first = report.rejected.front();
-    line += fmt::format("; replay the first with --pixel {},{} --sample {}", first.x, first.y, first.sample);
-  }
-  return line;
-}
-
 /// The most of the time that a render with --report spends on the curve of its error.
 constexpr double kReportErrorShare = 0.05;
 
@@ -199,6 +186,11 @@ void RenderJob::render(const std::atomic<bool>& stop, RenderHooks hooks) {
     };
   }
   hooks.keep = prepared_.scene;
+  if (options_.tev) {
+    const TevTarget target{*options_.tev, output_.string(), exr_options(), denoiser_ != nullptr};
+    viewer_ = std::make_unique<TevViewer>(target, log_);
+    viewer_->attach(hooks);
+  }
   if (!options_.report.empty()) hooks.error_share = kReportErrorShare;
   if (!options_.stats.empty() || !options_.report.empty())
     facts_ = facts_of(prepared_, options_.execution, options_.command);
@@ -240,6 +232,7 @@ void RenderJob::write_image(bool elsewhere) {
   exr.record = to_text(checkpoint_.record(*done_));
   if (denoiser_) denoised_ = denoise(done_->film);
   exr.denoised = denoised_ ? &*denoised_ : nullptr;
+  if (viewer_) viewer_->show_last(done_->film, exr);  // sent while the files are written
   write_picture(exr, elsewhere);
   if (!options_.png.file.empty()) options_.png.write(denoised_ ? *denoised_ : to_image(done_->film));
   write_depth_series(exr);
@@ -347,6 +340,7 @@ void RenderJob::write_files(bool elsewhere) {
   times_.write_s = host_seconds() - write_begin;
   times_.total_s = process_seconds() - begin_s_;
   write_reports();
+  if (viewer_) viewer_->close();
 
   if (done_->arithmetic != std::set<std::string>{"exact"})
     log_(fmt::format("arithmetic {}: other devices may give other bits; see `eikon selftest`",

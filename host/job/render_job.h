@@ -10,6 +10,7 @@
 #include "job/pilot_keeper.h"
 #include "job/render_options.h"
 #include "job/report/report.h"
+#include "job/tev/tev_viewer.h"
 #include "core/error.h"
 #include "image/denoise.h"
 #include "film/exr/film_file.h"
@@ -74,6 +75,7 @@ class RenderJob {
   std::unique_ptr<Denoiser> denoiser_{};  // for --denoise
   std::optional<Image> denoised_{};       // what it made of the finished picture
   RenderFacts facts_{};  // for --stats and --report
+  std::unique_ptr<TevViewer> viewer_{};  // for --tev, from the begin of render()
   std::optional<RenderOutput> done_;
   PredictedError error_;
   bool as_asked_ = true;

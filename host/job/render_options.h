@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "image/image.h"
+#include "io/tcp_sender.h"
 #include "job/checkpoint.h"
 #include "job/sequence/frames.h"
 #include "job/goal.h"
@@ -38,6 +39,7 @@ struct RenderOptions {
   std::string output, stats, profile, report;
   std::string pilot;  // file that is read, or written if it does not exist (job/pilot_keeper.h); empty: none
   PngOptions png;
+  std::optional<NetworkAddress> tev;    // of a viewer that shows the growing image
   std::optional<FrameRange> frames;     // instead of one image
   bool half = false, quiet = false;
   std::optional<PixelIndex> pixel;      // with `sample`: trace this path instead of rendering

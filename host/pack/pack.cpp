@@ -27,15 +27,15 @@ std::uint64_t PackedScene::motion_bytes() const {
 
 std::uint64_t PackedScene::bytes(const std::string& layout) const {
   const auto accel = accels.find(layout);
-  return triangles.size() * sizeof(Triangle) + shapes.size() * sizeof(ShapeRecord) + normals.size() * sizeof(TriangleNormals) +
-         tangents.size() * sizeof(TriangleTangents) + colors.size() * sizeof(TriangleColors) +
-         materials.size() * sizeof(MaterialRecord) + material_extensions.size() * sizeof(MaterialExtension) +
-         material_details.size() * sizeof(MaterialDetail) +
+  return triangles.size() * sizeof(Triangle) + shapes.size() * sizeof(ShapeRecord) +
+         normals.size() * sizeof(TriangleNormals) + tangents.size() * sizeof(TriangleTangents) +
+         colors.size() * sizeof(TriangleColors) + materials.size() * sizeof(MaterialRecord) +
+         material_extensions.size() * sizeof(MaterialExtension) + material_details.size() * sizeof(MaterialDetail) +
          textures.size() * sizeof(TextureRecord) + texel_count() * sizeof(std::uint32_t) +
-         lights.size() * sizeof(Light) + light_nodes.size() * sizeof(LightNode) + light_alias_table.size() * sizeof(AliasEntry) +
-         emission_alias_table.size() * sizeof(AliasEntry) + emission_pdf.size() * sizeof(float) +
-         motion_bytes() + environment_texels.size() * sizeof(float4) + environment_alias_table.size() * sizeof(AliasEntry) +
-         (accel == accels.end() ? 0 : accel->second.bytes());
+         lights.size() * sizeof(Light) + light_nodes.size() * sizeof(LightNode) +
+         light_alias_table.size() * sizeof(AliasEntry) + emission_alias_table.size() * sizeof(AliasEntry) +
+         emission_pdf.size() * sizeof(float) + motion_bytes() + environment_texels.size() * sizeof(float4) +
+         environment_alias_table.size() * sizeof(AliasEntry) + (accel == accels.end() ? 0 : accel->second.bytes());
 }
 
 /// release: as of pack_geometry
@@ -61,13 +61,12 @@ PackedScene pack_and_release(Scene& scene, const Features& features, const Setti
   return packed;
 }
 
-PackedScene pack_light(const Scene& scene, const Features& features, const Settings& settings) {
-  PackedScene packed;
-  pack_materials(scene, features, packed);
-  pack_emitters(scene, features, packed);
-  pack_shapes(scene, features, packed);
-  pack_lights(scene, features, settings, packed);
-  return packed;
+LightOverview look_at_light(const Scene& scene, const Features& features, const Settings& settings) {
+  LightOverview light;
+  pack_materials(scene, features, light.packed);
+  const std::uint64_t lights = summarise_lights(scene, features, settings, light.packed);
+  light.bytes = light.packed.bytes("") + lights;
+  return light;
 }
 
 TriangleSoup soup_of(const PackedScene& packed) {

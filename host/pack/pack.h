@@ -49,11 +49,11 @@ struct PackedScene {
   // pictures are not copied.
   std::vector<std::span<const std::uint32_t>> texels;
   DeviceVector<Light> lights;
-  std::vector<AliasEntry> light_alias_table;      // of lights; its first entry is the light tree, if there is one
-  std::vector<LightNode> light_nodes;            // of the light tree, over the first tree_light_count lights
+  std::vector<AliasEntry> light_alias_table;  // of lights; its first entry is the light tree, if there is one
+  std::vector<LightNode> light_nodes;         // of the light tree, over the first tree_light_count lights
   std::uint32_t tree_light_count = 0;
-  float light_scale = 1;                         // from metres to the unit of the nodes
-  DeviceVector<float4> environment_texels;       // of a map: radiance, and the density of light sampling per sr
+  float light_scale = 1;                            // from metres to the unit of the nodes
+  DeviceVector<float4> environment_texels;          // of a map: radiance, and the density of light sampling per sr
   std::vector<AliasEntry> environment_alias_table;  // of the texels
   // With feature light_paths; empty where no light reaches anything that reflects or refracts exactly.
   std::vector<AliasEntry> emission_alias_table;  // of lights, by which light paths start
@@ -62,22 +62,24 @@ struct PackedScene {
   std::vector<PackedLight> light_summary;        // one per emissive material, other light, and the environment
   // Triangles and lights that move while the shutter is open (kernels/surface/motion.h, kernels/lights/light.h).
   std::uint32_t pose_steps = 0;           // steps of the shutter's time; 0: nothing moves
-  std::vector<std::uint32_t> motion;      // empty: no triangle moves
-  DeviceVector<Triangle> pose_triangles;  // light_pdf_m2: twice the area of the triangle among `triangles`
+  DeviceVector<std::uint32_t> motion;     // empty: no triangle moves
+  DeviceVector<Triangle> pose_triangles;  // as among `triangles`, but for the corners and n_x: twice the area there
   DeviceVector<TriangleNormals> pose_normals;
   DeviceVector<TriangleTangents> pose_tangents;
   DeviceVector<Light> light_poses;
-  std::map<std::string, Accel> accels;           // by layout
-  std::uint64_t saved_once = 0;                  // rough bytes that two levels would save; 0 if there are two
-  float environment_probability = 0;             // that light sampling chooses the environment
-  float environment_emission = 0;                // that a light path starts from its map, over that probability
-  Bounds bounds;                                 // of the triangles and shapes; empty when there are none
-  double build_s = 0;                            // time to build the trees
+  std::map<std::string, Accel> accels;  // by layout
+  std::uint64_t saved_once = 0;         // rough bytes that two levels would save; 0 if there are two
+  float environment_probability = 0;    // that light sampling chooses the environment
+  float environment_emission = 0;       // that a light path starts from its map, over that probability
+  Bounds bounds;                        // of the triangles and shapes; empty when there are none
+  double build_s = 0;                   // time to build the trees
 
   [[nodiscard]] std::uint64_t texel_count() const;
   [[nodiscard]] std::size_t triangle_count() const { return triangles.size() - shapes.size(); }
   /// Triangles with each instance counted.
   [[nodiscard]] std::uint64_t seen_triangle_count() const;
+  /// For each triangle that moves 1 + its first record among those of poses, 0 for others. `motion` is not empty.
+  [[nodiscard]] const std::uint32_t* first_records() const { return motion.data() + motion[1]; }
   /// Bytes of what moves, on a device.
   [[nodiscard]] std::uint64_t motion_bytes() const;
   /// Bytes on a device, textures included.
@@ -86,6 +88,10 @@ struct PackedScene {
 
 /// The array of the scene's triangles and shapes, for builders.
 [[nodiscard]] TriangleSoup soup_of(const PackedScene& packed);
+
+/// The words of PackedScene::motion, as kernels/surface/motion.h describes them.
+/// records  as of PackedScene::first_records()
+[[nodiscard]] DeviceVector<std::uint32_t> motion_table(std::uint32_t steps, std::span<const std::uint32_t> records);
 
 /// A tree of the triangles that stand still, and one of those that move; brute force takes both together.
 [[nodiscard]] Accel build_over_time(const PackedScene& packed, const AccelOptions& options);
@@ -100,10 +106,16 @@ PackedScene pack_scene(Scene&& scene, const Features& features, const Settings& 
 /// materials. Its poses are freed, too.
 PackedScene pack_and_release(Scene& scene, const Features& features, const Settings& settings);
 
-/// Lays out what tells of the light in a scene: of its triangles only those that emit. Bounds,
-/// shapes, materials and lights are those of pack_scene, and so are the errors.
-PackedScene pack_light(const Scene& scene, const Features& features, const Settings& settings);
-PackedScene pack_light(Scene&& scene, const Features& features, const Settings& settings) = delete;
+/// What tells of the light in a scene.
+struct LightOverview {
+  PackedScene packed;  // bounds, shapes, materials and light_summary are those of pack_scene; no triangles, no lights
+  std::uint64_t bytes = 0;  // of `packed` and the lights, on a device
+};
+
+/// Looks at the light in a scene without laying it out, in memory that does not grow with the lights.
+/// throws InputError as pack_scene does
+LightOverview look_at_light(const Scene& scene, const Features& features, const Settings& settings);
+LightOverview look_at_light(Scene&& scene, const Features& features, const Settings& settings) = delete;
 
 /// Builds the tree that `layout` (of tree_layouts(), or "none") needs, unless it is there. rays:
 /// expected to be traced

@@ -3,6 +3,7 @@
 #pragma once
 #include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
 
 #include "pack/materials/material_traits.h"
@@ -49,7 +50,9 @@ inline void grow(Bounds& bounds, const glm::dvec3& p) {
 void pack_geometry(const Scene& scene, std::vector<Mesh>* release, const Features& features, PackedScene& packed);
 
 /// Does the same for the triangles that emit alone; the bounds are those of all.
-void pack_emitters(const Scene& scene, const Features& features, PackedScene& packed);
+/// full  called whenever there are some ten thousand, so that it may take them away
+void pack_emitters(const Scene& scene, const Features& features, PackedScene& packed,
+                   const std::function<void()>& full);
 
 /// Packs the poses of triangles that move while the shutter is open, and extends the bounds. Runs after all other parts.
 /// throws InputError when they are more than an index can name
@@ -68,5 +71,11 @@ void pack_materials(const Scene& scene, const Features& features, PackedScene& p
 /// after the other parts.
 /// throws InputError for an environment that is too large or too bright
 void pack_lights(const Scene& scene, const Features& features, const Settings& settings, PackedScene& packed);
+
+/// Packs the shapes, the bounds and the summary of lights, and neither triangles nor lights: what emits is looked at a few
+/// triangles at a time. Runs after pack_materials. Returns the bytes that pack_lights would need for the lights.
+/// throws InputError as pack_emitters, pack_shapes and pack_lights do
+[[nodiscard]] std::uint64_t summarise_lights(const Scene& scene, const Features& features, const Settings& settings,
+                                             PackedScene& packed);
 
 }  // namespace eikon

@@ -11,7 +11,7 @@
 #include "core/error.h"
 #include "io/text.h"
 #include "io/xxhash64.h"
-#include "render/pilot.h"
+#include "render/pilot/pilot.h"
 
 namespace eikon {
 namespace {

@@ -12,7 +12,7 @@
 #include "render/device_sessions.h"
 #include "render/device_worker.h"
 #include "render/error_counter.h"
-#include "render/pilot.h"
+#include "render/pilot/pilot.h"
 #include "render/pilot/pilot_thread.h"
 #include "render/rounds.h"
 #include "wavefront/memory_need.h"

@@ -17,7 +17,7 @@
 #include "pack/settings.h"
 #include "render/device_report.h"
 #include "render/film_store.h"
-#include "render/pilot.h"
+#include "render/pilot/pilot.h"
 
 namespace eikon {
 

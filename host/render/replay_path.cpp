@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pack/geometry/placed_meshes.h"
 #include "pack/pack.h"
-#include "render/pilot.h"
+#include "render/pilot/pilot.h"
 #include "render/ready_wavefronts.h"
 #include "render/render.h"
 #include "wavefront/memory_need.h"

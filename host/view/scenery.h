@@ -12,7 +12,7 @@
 #include "job/scene_cache.h"
 #include "pack/features.h"
 #include "render/film_store.h"
-#include "render/pilot.h"
+#include "render/pilot/pilot.h"
 #include "view/file_watch.h"
 #include "view/view_look.h"
 

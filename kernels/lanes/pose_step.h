@@ -5,12 +5,6 @@
 #include "lanes/lanes.h"
 
 /// The step in which a time of [0, 1) lies. share: receives the part of the step that has passed, [0, 1]
-EK_FN uint step_one(uint steps, float time, float* share) {
-  const float at = time * (float)steps;
-  const uint step = min((uint)(int)at, steps - 1u);
-  *share = at - (float)(int)step;
-  return step;
-}
 EK_FN vu step_of(uint steps, vf time, vf* share) {
   const vf at = time * (vf)((float)steps);
   const vu whole = AS_U(TO_I(at)), last = (vu)(steps - 1u), step = whole < last ? whole : last;

@@ -17,7 +17,7 @@ EK_FN LightSample moved_light_sample(SceneData scene, LightSample s, vf time) {
   span.moves = span.moves & is_triangle;
   if (!ANY(span.moves)) return s;
   vf area_ratio;
-  const TriangleLanes t = moved_corners(scene, span, load_triangle(scene.triangles, triangle), &area_ratio);
+  const TriangleLanes t = moved_corners(scene, span, load_triangle(scene.triangles, resting_triangle(span, triangle)), &area_ratio);
   v3 p_error;
   const v3 p = triangle_point(t.p0, t.p1, t.p2, s.b1, s.b2, &p_error);
   s.p = select3(span.moves, p, s.p);

@@ -38,7 +38,7 @@ kernel void light_paths(constant Frame* frame, global const uint* pixels, global
   const StageContext stage = {
       .frame = frame, .state = chunk_state(path_state), .film = {film_slots, frame->film_stride} EK_STAGE_LOG};
   const LightData light_data = EK_LIGHT_DATA;
-  const Geometry geometry = {accel_nodes, accel_leaves, EK_SCENE_DATA};
+  const Geometry geometry = {accel_nodes, accel_leaves, EK_SCENE_DATA EK_NOT_OVER_TIME};
   const PathCounter counter = {next_path, frame->path_count, (uint)get_global_size(0)};
   const SplatList list = {splats, splat_counts, frame->splat_capacity};
   const PathSource source = {.pixels = pixels, .filter_table = filter_table};

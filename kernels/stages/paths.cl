@@ -112,7 +112,7 @@ kernel void paths(constant Frame* frame, global const uint* pixels, global uint*
       .frame = frame, .state = chunk_state(path_state), .film = {film_slots, frame->film_stride} EK_STAGE_LOG};
   const PathSource source = {pixels, filter_table EK_CAMERA_DATA};
   const LightData light_data = EK_LIGHT_DATA;
-  const Geometry geometry = {accel_nodes, accel_leaves, EK_SCENE_DATA};
+  const Geometry geometry = {accel_nodes, accel_leaves, EK_SCENE_DATA EK_NOT_OVER_TIME};
   const PathCounter counter = {next_path, frame->path_count, (uint)get_global_size(0)};
   paths_run(stage, source, geometry, light_data, counter, tallies + EK_CHUNK_INDEX);
 #endif

@@ -6,7 +6,10 @@
 // says where it is. So rays, shading and light sampling find the same bits of it, and so do triangles that share it. Every
 // coordinate stays between those of the two poses, however it is rounded: the box around the corners of all poses holds
 // the triangle at any time, and the interval rule (traverse/ray.h) needs no more.
-//   motion  word 0: number of steps; word 1 + i: 0 if triangle i stands still, else 1 + its first record among the poses
+//   motion  word 0: number of steps; word 1: place of the word of triangle 0, behind which lie those of the others: 0 if it
+//           stands still, else 1 + its first record among the poses; words from 2 on: bit i is 1 if triangle i moves, so that
+//           those which do not, of many, need few words
+// A record of a pose is that of the triangle at rest, with other corners, and twice the area at rest as the x of its normal.
 #ifndef EK_MOTION_H
 #define EK_MOTION_H
 #include "lanes/pose_step.h"
@@ -14,15 +17,17 @@
 #include "surface/instance.h"
 
 #if EK_HAS_moving_surface
-/// A coordinate on the way from a to b. share: of the way, [0, 1]
-EK_FN float moved_one(float a, float b, float share) {
-  const float at = a + (b - a) * share, least = a < b ? a : b, most = a < b ? b : a;
-  return at < least ? least : at > most ? most : at;
-}
-EK_FN vf moved(vf a, vf b, vf share) {
-  const vf at = a + (b - a) * share, least = a < b ? a : b, most = a < b ? b : a;
-  return at < least ? least : at > most ? most : at;
-}
+// Coordinates on the way from a to b, of any number of corners at once. share: of the way, [0, 1]
+#define EK_MOVED(name, F)                                                              \
+  EK_FN F name(F a, F b, F share) {                                                    \
+    const F at = a + (b - a) * share, least = a < b ? a : b, most = a < b ? b : a; \
+    return at < least ? least : at > most ? most : at;                                 \
+  }
+EK_MOVED(moved_one, float)
+EK_MOVED(moved_8, float8)
+EK_MOVED(moved_16, float16)
+EK_MOVED(moved, vf)
+#undef EK_MOVED
 EK_FN v3 moved3(v3 a, v3 b, vf share) { return V3(moved(a.x, b.x, share), moved(a.y, b.y, share), moved(a.z, b.z, share)); }
 
 /// Where triangles are between two poses.
@@ -33,11 +38,12 @@ typedef struct {
 } PoseSpan;
 
 EK_FN PoseSpan pose_span(SceneData scene, vu triangle, vf time) {
-  const vu first = gather_u(scene.motion, triangle + 1u);
-  PoseSpan span;
-  span.moves = first != 0u;
-  const vu step = step_of(scene.motion[0], time, &span.share);
-  span.before = span.moves ? first - 1u + step : (vu)(0u);
+  PoseSpan span = {(gather_u(scene.motion, (triangle >> 5) + 2u) >> (triangle & 31u) & 1u) != 0u, (vu)(0u), (vf)(0.0f)};
+  if (ANY(span.moves)) {
+    const vu step = step_of(scene.motion[0], time, &span.share);
+    const vu first = gather_u(scene.motion + scene.motion[1], span.moves ? triangle : (vu)(0u));
+    span.before = span.moves ? first - 1u + step : (vu)(0u);
+  }
   return span;
 }
 
@@ -49,17 +55,24 @@ EK_FN vf twice_area(v3 p0, v3 p1, v3 p2) {
   return sqrt(dot3(scaled, scaled)) * AS_F(exponent);
 }
 
-/// The corners of the triangles of a span, in place of those of `t`.
+/// The triangles of a span in place of those of `t`, of which those that move are not read; without their normals.
 EK_FN TriangleLanes moved_corners(SceneData scene, PoseSpan span, TriangleLanes t, vf* area_ratio) {
   const TriangleLanes a = load_triangle(scene.pose_triangles, span.before);
   const TriangleLanes b = load_triangle(scene.pose_triangles, span.before + 1u);
   t.p0 = select3(span.moves, moved3(a.p0, b.p0, span.share), t.p0);
   t.p1 = select3(span.moves, moved3(a.p1, b.p1, span.share), t.p1);
   t.p2 = select3(span.moves, moved3(a.p2, b.p2, span.share), t.p2);
-  // Densities on the area are those of the packed triangle, whose area the records of its poses have (pack_motion.cpp).
-  *area_ratio = span.moves ? a.light_pdf_m2 / twice_area(t.p0, t.p1, t.p2) : (vf)(1.0f);
+  t.material = span.moves ? a.material : t.material;
+  t.light_pdf_m2 = span.moves ? a.light_pdf_m2 : t.light_pdf_m2;
+  t.node = span.moves ? a.node : t.node;
+  t.flags = span.moves ? a.flags : t.flags;
+  // Densities on the area are those of the triangle at rest.
+  *area_ratio = span.moves ? a.n.x / twice_area(t.p0, t.p1, t.p2) : (vf)(1.0f);
   return t;
 }
+
+/// The triangle of each lane whose record at rest is read: not of those that move.
+EK_FN vu resting_triangle(PoseSpan span, vu triangle) { return span.moves ? (vu)(0u) : triangle; }
 
 /// Triangles at the time of a span.
 EK_FN TriangleLanes moved_triangle(SceneData scene, PoseSpan span, TriangleLanes t) {

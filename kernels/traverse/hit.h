@@ -32,16 +32,27 @@ typedef struct {
 #if EK_RAY_IN_LOCAL_MEMORY
   RayMemory ray_memory;  // of this work-item
 #endif
+#if EK_HAS_moving_surface
+  int over_time;  // the tree is that of the triangles that move (motion_tree.h)
+#endif
 } Geometry;
+
+#if EK_HAS_moving_surface
+#define EK_OVER_TIME(geometry) ((geometry).over_time)
+#define EK_NOT_OVER_TIME , 0
+#else
+#define EK_OVER_TIME(geometry) 0
+#define EK_NOT_OVER_TIME
+#endif
 
 // The same as arguments of a kernel.
 #if EK_HAS_opacity
 #define EK_GEOMETRY_ARGUMENTS global const uint *accel_nodes, global const uint *accel_leaves, EK_SCENE_ARGUMENTS
-#define EK_GEOMETRY {accel_nodes, accel_leaves, EK_SCENE_DATA EK_OWN_RAY_MEMORY}
+#define EK_GEOMETRY {accel_nodes, accel_leaves, EK_SCENE_DATA EK_OWN_RAY_MEMORY EK_NOT_OVER_TIME}
 #else
 #define EK_GEOMETRY_ARGUMENTS \
   global const uint *accel_nodes, global const uint *accel_leaves, global const Triangle *triangles EK_SHAPE_ARGUMENTS
-#define EK_GEOMETRY {accel_nodes, accel_leaves, {.triangles = triangles EK_SHAPE_DATA} EK_OWN_RAY_MEMORY}
+#define EK_GEOMETRY {accel_nodes, accel_leaves, {.triangles = triangles EK_SHAPE_DATA} EK_OWN_RAY_MEMORY EK_NOT_OVER_TIME}
 #endif
 
 // The hits of EK_ROWS rays. A field that the program does not need has room for one vector.
@@ -89,6 +100,9 @@ EK_FN int passes_one(Geometry geometry, const RayOne* ray, uint triangle, Triang
   return ANY(alpha_test_rejects(geometry.scene, (vu)(triangle), (vf)(found.u), (vf)(found.v), ray_key(ray)));
 }
 
+// 1 where a ray's end is known once it has been through the tree of what stands still.
+#define EK_REPORTS_AT_ONCE (EK_HAS_implicit & !EK_HAS_moving_surface)
+
 // Counts a ray that ends at t and whose search was given up at or before t. Every traversal
 // searches all surfaces whose boxes begin at or before the final end of the ray, and no search
 // depends on what others found nearer. So the count depends on the rays alone: not on the order of
@@ -117,7 +131,8 @@ EK_FN RayOne ray_for_triangle(Geometry geometry, const RayOne* ray) {
   test.index = ray->index;
 #endif
 #if EK_HAS_moving_surface
-  test.time = ray->time;
+  test.step = ray->step;
+  test.share = ray->share;
 #endif
   return test;
 #else
@@ -186,13 +201,11 @@ EK_FN int try_triangle(Geometry geometry, const RayOne* given, uint triangle, co
 #undef PLACED_CORNER
   }
 #if EK_HAS_moving_surface
-  const uint pose = geometry.scene.motion[1u + triangle];
+  const uint pose = EK_OVER_TIME(geometry) | EK_LAYOUT_none ? geometry.scene.motion[geometry.scene.motion[1] + triangle] : 0u;
   if (pose != 0u) {
-    float share;
-    const uint step = step_one(geometry.scene.motion[0], ray->time, &share);
-    global const float* before = (global const float*)(geometry.scene.pose_triangles + (pose - 1u + step));
+    global const float* before = (global const float*)(geometry.scene.pose_triangles + (pose - 1u + ray->step));
     global const float* after = before + sizeof(Triangle) / 4;
-#define MOVED_CORNER(at) moved_one(before[at], after[at], share)
+#define MOVED_CORNER(at) moved_one(before[at], after[at], ray->share)
     corners.ax = MOVED_CORNER(x); corners.ay = MOVED_CORNER(y); corners.az = MOVED_CORNER(z);
     corners.bx = MOVED_CORNER(3u + x); corners.by = MOVED_CORNER(3u + y); corners.bz = MOVED_CORNER(3u + z);
     corners.cx = MOVED_CORNER(6u + x); corners.cy = MOVED_CORNER(6u + y); corners.cz = MOVED_CORNER(6u + z);

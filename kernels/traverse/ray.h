@@ -61,7 +61,10 @@ typedef struct {
   vf t_slack;  // how much the t of a corner on z alone may exceed the t of a hit
   vf axis;     // 0, 1 or 2: the world axis that z of the triangle test is
   OpacityKey key;
-  vf time;     // set only with EK_HAS_moving_surface
+#if EK_HAS_moving_surface
+  vu step;   // of the shutter's time, and
+  vf share;  // the share of it that has passed (lanes/pose_step.h)
+#endif
   RayEnds ends;
 } RayLanes;
 
@@ -99,13 +102,14 @@ typedef struct {
   float p_near_x, p_near_y, p_far_x, p_far_y, extent, t;
   uint axis_z, instance_or_target;
 #if EK_HAS_opacity
-  uint key, index, pad[14];
+  uint key, index;
 #endif
 #if EK_HAS_moving_surface
-  float time, time_pad[15];
+  uint step;  // as in RayLanes
+  float share;
 #endif
 #if EK_HAS_instance
-  float world[16];
+  float world[16] __attribute__((aligned(64)));
 #endif
 } __attribute__((aligned(64))) RayOne;
 
@@ -218,6 +222,29 @@ EK_FN RaySigns ray_signs(v3 rcp_d) {
   return signs;
 }
 
+// Stores the words of EK_WIDTH rays that few programs have.
+EK_FN void ray_store_rest(RayOne* rays, RayLanes ray) {
+#if EK_HAS_opacity
+  uint key[EK_WIDTH] EK_ROWS_ALIGNED, index[EK_WIDTH] EK_ROWS_ALIGNED;
+  *(vu*)key = ray.key.key;
+  *(vu*)index = ray.key.index;
+  for (uint lane = 0; lane < EK_WIDTH; ++lane) {
+    rays[lane].key = key[lane];
+    rays[lane].index = index[lane];
+  }
+#endif
+#if EK_HAS_moving_surface
+  uint step[EK_WIDTH] EK_ROWS_ALIGNED;
+  float share[EK_WIDTH] EK_ROWS_ALIGNED;
+  *(vu*)step = ray.step;
+  *(vf*)share = ray.share;
+  for (uint lane = 0; lane < EK_WIDTH; ++lane) {
+    rays[lane].step = step[lane];
+    rays[lane].share = share[lane];
+  }
+#endif
+}
+
 // Stores EK_WIDTH rays that end at t.
 EK_FN void ray_store(RayOne* rays, RayLanes ray, vf t) {
   const RaySigns signs = ray_signs(ray.rcp_d);
@@ -263,20 +290,7 @@ EK_FN void ray_store(RayOne* rays, RayLanes ray, vf t) {
 #undef EK_RAY_ROW
 #endif
 #endif
-#if EK_HAS_opacity
-  uint key[EK_WIDTH] EK_ROWS_ALIGNED, index[EK_WIDTH] EK_ROWS_ALIGNED;
-  *(vu*)key = ray.key.key;
-  *(vu*)index = ray.key.index;
-  for (uint lane = 0; lane < EK_WIDTH; ++lane) {
-    rays[lane].key = key[lane];
-    rays[lane].index = index[lane];
-  }
-#endif
-#if EK_HAS_moving_surface
-  float time[EK_WIDTH] EK_ROWS_ALIGNED;
-  *(vf*)time = ray.time;
-  for (uint lane = 0; lane < EK_WIDTH; ++lane) rays[lane].time = time[lane];
-#endif
+  ray_store_rest(rays, ray);
 }
 
 // The words for triangles of EK_WIDTH of the rays.

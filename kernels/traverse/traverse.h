@@ -13,6 +13,7 @@
 #include "traverse/gpu/bvh2.h"
 #include "traverse/gpu/bvh4.h"
 #include "traverse/gpu/cwbvh.h"
+#include "traverse/motion_tree.h"
 #include "traverse/classic/none.h"
 #include "traverse/classic/space.h"
 #include "traverse/wide/packet.h"
@@ -55,6 +56,13 @@ EK_FN int traverse_one(Geometry geometry, const RayOne* ray, const int any_hit, 
   return traverse_none(geometry, ray, any_hit, hit);
 }
 
+#if EK_HAS_moving_surface
+// Sets the time of rays.
+EK_FN void set_time(Geometry geometry, RayLanes* ray, vf time) {
+  ray->step = step_of(geometry.scene.motion[0], time, &ray->share);
+}
+#endif
+
 #if EK_ROWS == 1
 // Where lanes are scalars, one ray on its way, by the same functions. There are no tables: an array
 // whose index varies would lie in memory.
@@ -69,7 +77,9 @@ EK_FN void tracing_clear(Tracing* tracing) { tracing->open = 0; }
 EK_FN void tracing_begin(constant Frame* frame, Geometry geometry, Tracing* tracing, TracedRays rays, const int any_hit) {
   RayLanes ray = ray_lanes(frame, rays.origin, rays.dir, rays.key);
   ray.ends = rays.ends;
-  if (EK_HAS_moving_surface) ray.time = rays.time;
+#if EK_HAS_moving_surface
+  set_time(geometry, &ray, rays.time);
+#endif
   ray_store(&tracing->ray, ray, rays.t_max);
 #if EK_RAY_IN_LOCAL_MEMORY
   ray_memory_store(geometry.ray_memory, ray);
@@ -81,6 +91,9 @@ EK_FN void tracing_begin(constant Frame* frame, Geometry geometry, Tracing* trac
 EK_FN void tracing_finish(constant Frame* frame, Geometry geometry, Tracing* tracing, const int any_hit) {
   if (!tracing->open) return;
   Hit hit = tracing->hit;
+#if EK_HAS_moving_surface
+  geometry = still_geometry(geometry);
+#endif
   int found = traverse_one(geometry, &tracing->ray, any_hit, &hit);
 #if EK_HAS_moving_surface
   if (!(any_hit & found)) found = traverse_moving(geometry, &tracing->ray, any_hit, &hit);
@@ -109,9 +122,9 @@ EK_FN vi any_result(const Tracing* tracing, uint row) { return tracing->hit.tria
 typedef struct {
   RayOne rays[EK_SORTS ? 1 : EK_ROWS];
 #if EK_HAS_moving_surface
-  ushort valid[EK_ROWS];  // rows that hold a ray
-  float t_max[EK_ROWS];   // of each row
-  uint valid_count;
+  ushort moving[EK_ROWS];  // rows whose rays enter the box around all that moves
+  float enter_t[EK_ROWS] EK_ROWS_ALIGNED;  // where they do
+  uint moving_count, row_count;
 #endif
   HitTable hits;
   ushort open[EK_SORTS ? 1 : EK_ROWS];  // rows that tracing_finish is to trace
@@ -128,7 +141,7 @@ typedef struct {
 EK_FN void tracing_clear(Tracing* tracing) {
   tracing->open_count = 0;
 #if EK_HAS_moving_surface
-  tracing->valid_count = 0;
+  tracing->moving_count = tracing->row_count = 0;
 #endif
 #if USE_WIDE && EK_WIDTH > 1
   tracing->packet_count = 0;
@@ -154,7 +167,7 @@ EK_FN void tracing_store(HitTable* hits, uint row, HitLanes hit) {
 EK_FN void tracing_run_packets(Geometry geometry, Packet* packets, uint count, const int any_hit, HitTable* hits) {
   traverse_packets(geometry, packets, count, any_hit, 0);
   for (uint i = 0; i < count; ++i) {
-    if (EK_HAS_implicit) packet_report_given_up(geometry, packets + i);
+    if (EK_REPORTS_AT_ONCE) packet_report_given_up(geometry, packets + i);
     HitLanes hit = packets[i].hit;
     const vi valid = packets[i].valid;
     if (any_hit) hit.triangle = (valid & (hit.t < 0.0f)) ? (vu)(0u) : hit.triangle;
@@ -220,26 +233,47 @@ EK_FN void tracing_run_sorted(constant Frame* frame, Geometry geometry, Tracing*
 #endif
 
 #if EK_HAS_moving_surface
-// Keeps rays for the tree of the triangles that move, whatever way they go through the other one.
-EK_FN void tracing_store_moving(Tracing* tracing, RayLanes ray, vi valid, TracedRays rays) {
-  ray_store(tracing->rays + rays.row, ray, rays.t_max);
-  const uint bits = mask_bits(valid);
-  float t_max[EK_WIDTH] EK_ROWS_ALIGNED;
-  *(vf*)t_max = rays.t_max;
-  for (uint lane = 0; lane < rays.count; ++lane) {
-    tracing->valid[tracing->valid_count] = (ushort)(rays.row + lane);
-    tracing->t_max[rays.row + lane] = t_max[lane];
-    tracing->valid_count += bits >> lane & 1u;
-  }
+// Notes the rays that enter the box around all that moves; returns 1 if there are some.
+EK_FN int tracing_note_moving(Geometry geometry, Tracing* tracing, RayLanes ray, vi valid, TracedRays rays) {
+  if (EK_LAYOUT_none) return 0;
+  vf end;
+  const vf begin = moving_interval(geometry, ray, &end);
+  const uint bits = mask_bits(valid & (begin <= end) & (begin <= rays.t_max));
+  if (bits == 0u) return 0;
+  *(vf*)(tracing->enter_t + rays.row) = begin;
+  for (uint rest = bits; rest != 0u; rest &= rest - 1u)
+    tracing->moving[tracing->moving_count++] = (ushort)(rays.row + lowest_bit(rest));
+  return 1;
 }
 
-// Looks for hits on triangles that move, where nothing before them ends the search.
+// Keeps those of the noted rays that nothing before that box ends, with where they end.
+EK_FN void tracing_end_moving(Tracing* tracing, const int any_hit) {
+  const HitTable* hits = &tracing->hits;
+  uint kept = 0;
+  for (uint i = 0; i < tracing->moving_count; ++i) {
+    const uint row = tracing->moving[i];
+    tracing->moving[kept] = (ushort)row;
+    if (any_hit) {
+      kept += hits->triangle[row] == EK_NO_HIT ? 1u : 0u;
+    } else {
+      tracing->rays[row].t = hits->t[row];
+      kept += tracing->enter_t[row] <= hits->t[row] ? 1u : 0u;
+    }
+  }
+  tracing->moving_count = kept;
+}
+
+// Looks for hits on triangles that move.
 EK_FN void tracing_finish_moving(Geometry geometry, Tracing* tracing, const int any_hit) {
+  tracing_end_moving(tracing, any_hit);
+  if (tracing->moving_count == 0u) return;
   HitTable* hits = &tracing->hits;
-  for (uint i = 0; i < tracing->valid_count; ++i) {
-    const uint row = tracing->valid[i];
-    if (any_hit && hits->triangle[row] != EK_NO_HIT) continue;
-    Hit hit = table_hit(hits, row, any_hit ? tracing->t_max[row] : hits->t[row]);
+#if USE_WIDE
+  traverse_batch(moving_geometry(geometry), tracing->rays, tracing->moving, tracing->moving_count, any_hit, hits);
+#else
+  for (uint i = 0; i < tracing->moving_count; ++i) {
+    const uint row = tracing->moving[i];
+    Hit hit = table_hit(hits, row, tracing->rays[row].t);
     hit.u = hits->u[row];
     hit.v = hits->v[row];
     const int found = traverse_moving(geometry, tracing->rays + row, any_hit, &hit);
@@ -249,6 +283,7 @@ EK_FN void tracing_finish_moving(Geometry geometry, Tracing* tracing, const int 
     hits->triangle[row] = any_hit & found ? 0u : hit.triangle;
     if (EK_HAS_instance) hits->instance[row] = hit.instance;
   }
+#endif
 }
 #endif
 
@@ -263,10 +298,18 @@ EK_FN void tracing_begin(constant Frame* frame, Geometry geometry, Tracing* trac
 #endif
   RayLanes ray = ray_lanes(frame, rays.origin, rays.dir, rays.key);
   ray.ends = rays.ends;
-  if (EK_HAS_moving_surface) ray.time = rays.time;
   const vi valid = valid_rays(ray, rays.t_max, rays.count);
+  int stored = 0;
 #if EK_HAS_moving_surface
-  tracing_store_moving(tracing, ray, valid, rays);
+  geometry = still_geometry(geometry);
+  set_time(geometry, &ray, rays.time);
+  tracing->row_count = rays.row + rays.count;
+  stored = tracing_note_moving(geometry, tracing, ray, valid, rays);
+  if (stored) ray_store(tracing->rays + rays.row, ray, rays.t_max);
+  if (!some_stands_still(geometry)) {
+    tracing_store(&tracing->hits, rays.row, no_hit_lanes(rays.t_max));
+    return;
+  }
 #endif
 #if USE_WIDE && EK_WIDTH > 1
   if (ANY(valid) && use_packet(ray, valid, rays.coherent)) {
@@ -284,7 +327,7 @@ EK_FN void tracing_begin(constant Frame* frame, Geometry geometry, Tracing* trac
   }
 #endif
   if (!EK_SORTS) {  // else no ray is left: what was not sorted went in a packet
-    ray_store(tracing->rays + rays.row, ray, rays.t_max);
+    if (!stored) ray_store(tracing->rays + rays.row, ray, rays.t_max);
     const uint bits = mask_bits(valid);
     for (uint lane = 0; lane < rays.count; ++lane) {
       tracing->open[tracing->open_count] = (ushort)(rays.row + lane);
@@ -296,6 +339,9 @@ EK_FN void tracing_begin(constant Frame* frame, Geometry geometry, Tracing* trac
 
 EK_FN void tracing_finish(constant Frame* frame, Geometry geometry, Tracing* tracing, const int any_hit) {
   HitTable* hits = &tracing->hits;
+#if EK_HAS_moving_surface
+  geometry = still_geometry(geometry);
+#endif
 #if EK_SORTS
   tracing_run_sorted(frame, geometry, tracing, any_hit);
 #endif
@@ -317,11 +363,18 @@ EK_FN void tracing_finish(constant Frame* frame, Geometry geometry, Tracing* tra
 #endif
     hits->triangle[row] = any_hit & found ? 0u : hit.triangle;
     if (EK_HAS_instance) hits->instance[row] = hit.instance;
-    if (EK_HAS_implicit && !(any_hit & found)) report_given_up(geometry, hit.gave_up, hit.gave_up_surface, hit.t);
+    if (EK_REPORTS_AT_ONCE && !(any_hit & found)) report_given_up(geometry, hit.gave_up, hit.gave_up_surface, hit.t);
+    if (EK_HAS_implicit & EK_HAS_moving_surface) {
+      hits->gave_up[row] = hit.gave_up;
+      hits->gave_up_surface[row] = hit.gave_up_surface;
+    }
   }
 #endif
 #if EK_HAS_moving_surface
   tracing_finish_moving(geometry, tracing, any_hit);
+  for (uint row = 0; EK_HAS_implicit && row < tracing->row_count; ++row)
+    if (!any_hit || hits->triangle[row] == EK_NO_HIT)
+      report_given_up(geometry, hits->gave_up[row], hits->gave_up_surface[row], hits->t[row]);
 #endif
 }
 

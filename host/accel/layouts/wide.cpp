@@ -12,8 +12,6 @@
 namespace eikon {
 namespace {
 
-constexpr std::uint32_t kBlock = 8;  // triangles of a leaf block, for nodes of any width
-constexpr std::size_t kBlockWords = 10 * kBlock;
 // Costs in steps. One step tests one ray with all boxes of a node, or with 8 triangles, at once.
 constexpr CollapseCosts kWideCosts{.leaf_limit = kBlock, .node = 1.0F, .leaf = 1.0F, .triangle = 0.0F};
 // If the rays of all lanes go together, each triangle takes a test, and so does each box that the
@@ -142,16 +140,16 @@ Accel layout(const char* name, const BinaryTree& tree, TriangleSoup triangles) {
     // A node without children has lo = +inf and hi = -inf in every slot.
     accel.nodes.resize(8 * kWidth, 0);
     for (std::size_t i = 0; i < 6 * kWidth; ++i) accel.nodes[i] = (i & kWidth) != 0 ? 0xff800000U : 0x7f800000U;
-    accel.leaves.resize(kBlockWords, 0);
+    accel.leaves.resize(kBlockWords, EK_NO_HIT);
     accel.node_count = 1;
     return accel;
   }
   const WideEmitter<kWidth> emitter(tree, accel);
   const auto& blocks = emitter.blocks();
   accel.node_count = accel.nodes.size() / (8 * kWidth);
-  accel.leaves.resize(blocks.size() * kBlockWords);
+  accel.leaves.resize(blocks.size() * std::size_t{kBlockWords});
   tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t b) {
-    std::uint32_t* words = accel.leaves.data() + b * kBlockWords;
+    std::uint32_t* words = accel.leaves.data() + b * std::size_t{kBlockWords};
     for (std::uint32_t i = 0; i < kBlock; ++i) {
       const bool used = i < blocks[b].count;
       const std::uint32_t triangle = used ? tree.triangles[blocks[b].first + i] : 0;
@@ -159,7 +157,7 @@ Accel layout(const char* name, const BinaryTree& tree, TriangleSoup triangles) {
         // An unused lane is NaN: no comparison of the triangle test holds for it.
         words[kBlock * k + i] = used ? std::bit_cast<std::uint32_t>(triangles.corners(triangle)[k]) : 0x7fc00000U;
       }
-      words[9 * kBlock + i] = used ? triangle : 0xffffffffU;
+      words[kBlockTriangles + i] = used ? triangle : EK_NO_HIT;
     }
   });
   return accel;

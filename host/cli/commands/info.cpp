@@ -38,7 +38,8 @@ std::string describe_base(const Material& material) {
   const bool metal = material.metallic == 1 && !material.metallic_roughness_texture;
   const bool transmits = material.transmission > 0 && !metal;
   const bool mirrorless = material.specular == 0 || material.ior == 1;
-  const std::string other = transmits ? fmt::format("{} of index {:g}", material.solid ? "glass" : "thin glass", material.ior)
+  const std::string other = transmits
+                                ? fmt::format("{} of index {:g}", material.solid ? "glass" : "thin glass", material.ior)
                             : mirrorless ? "diffuse"
                                          : "dielectric";
   const std::string text = metal ? "metal" : material.metallic > 0 ? other + " and metal" : other;
@@ -77,13 +78,11 @@ std::string describe(const Material& material) {
   std::string text = describe_base(material);
   if (material.alpha_mode == AlphaMode::mask) text += fmt::format(", masked at {:g}", material.alpha_cutoff);
   if (material.alpha_mode == AlphaMode::blend) text += fmt::format(", blended with opacity {:g}", material.opacity);
-  if (material.emission != glm::vec3(0.0F))
-    text += fmt::format(", emits {} W/(sr m2)", in_brackets(material.emission));
+  if (material.emission != glm::vec3(0.0F)) text += fmt::format(", emits {} W/(sr m2)", in_brackets(material.emission));
   if (material.double_sided) text += ", double-sided";
   text += describe_extensions(material);
   std::string textures;
-  for (const TextureUse& use : textures_of(material))
-    textures += (textures.empty() ? ", textures: " : ", ") + use.name;
+  for (const TextureUse& use : textures_of(material)) textures += (textures.empty() ? ", textures: " : ", ") + use.name;
   return text + textures;
 }
 
@@ -182,14 +181,14 @@ struct Contents {
   InstanceChoice instances;
   Features features;
   PlacedMeshes placed;
-  PackedScene light;  // pack_light
+  LightOverview light;
 
   [[nodiscard]] std::uint64_t packed_triangles() const { return placed.packed_triangles(instances.two_level); }
 };
 
 void print_contents(const Contents& contents) {
   const Prepared& prepared = contents.prepared;
-  const PackedScene& packed = contents.light;
+  const PackedScene& packed = contents.light.packed;
   const Scene& scene = *prepared.scene;
   fmt::print("{}: {} bytes, hash {}\n", scene.path.string(), scene.file_bytes, scene.hash);
   fmt::print("  {} triangles in {} nodes, {} meshes, {} materials, {} cameras\n",
@@ -211,7 +210,8 @@ void print_contents(const Contents& contents) {
 /// Prints what can move, if anything can.
 void print_motion(const Scene& scene) {
   if (!scene.animations.empty())
-    fmt::print("animations (--animation NAME, --scene-time SECONDS; frames are of 1/24 s unless --fps says otherwise)\n");
+    fmt::print(
+        "animations (--animation NAME, --scene-time SECONDS; frames are of 1/24 s unless --fps says otherwise)\n");
   for (std::size_t i = 0; i < scene.animations.size(); ++i) {
     const AnimationSummary& animation = scene.animations[i];
     const std::string name = label("animation", i, animation.name);
@@ -236,11 +236,9 @@ void print_motion(const Scene& scene) {
 /// Prints what scene and tree take in each layout. The tree is estimated, because to build it takes
 /// more memory than all the rest of info.
 void print_scene_memory(const Contents& contents) {
-  const PackedScene& light = contents.light;
-  const std::uint64_t triangles = contents.packed_triangles(), shapes = light.shapes.size();
+  const std::uint64_t triangles = contents.packed_triangles(), shapes = contents.light.packed.shapes.size();
   const bool two_level = contents.instances.two_level;
-  const std::uint64_t records =
-      light.bytes("") + (triangles - light.triangle_count()) * triangle_bytes(contents.features);
+  const std::uint64_t records = contents.light.bytes + triangles * triangle_bytes(contents.features);
   for (const std::string& layout : tree_layouts()) {
     if (two_level && !has_two_levels(layout)) continue;
     const std::uint64_t tree = expected_tree_bytes(layout, triangles + shapes) +
@@ -253,7 +251,7 @@ void print_scene_memory(const Contents& contents) {
 
 void print_device_memory(const Contents& contents, Execution execution) {
   const Features& features = contents.features;
-  const std::uint64_t triangles = contents.packed_triangles() + contents.light.shapes.size();
+  const std::uint64_t triangles = contents.packed_triangles() + contents.light.packed.shapes.size();
   const double rays = expected_rays(contents.prepared.settings);
   read_execution_environment(execution);
   for (const DeviceInfo& info : list_devices()) {
@@ -270,7 +268,7 @@ Contents look_at(const InfoOptions& options) {
   const Scene& scene = *prepared.scene;
   InstanceChoice instances;
   Features features = features_of(scene, prepared.settings, options.execution, &instances);
-  PackedScene light = pack_light(scene, features, prepared.settings);
+  LightOverview light = look_at_light(scene, features, prepared.settings);
   PlacedMeshes placed = find_placed_meshes(scene);
   return {.prepared = std::move(prepared),
           .instances = std::move(instances),
@@ -286,8 +284,8 @@ ExitCode info_command(const InfoOptions& options) {
   print_motion(scene);
   print_materials(scene);
   print_tables(scene);
-  print_lights(contents.light);
-  print_enclosed_lights(scene, contents.light);
+  print_lights(contents.light.packed);
+  print_enclosed_lights(scene, contents.light.packed);
   print_unsampled_emitters(scene);
   fmt::print("features\n");
   for (const FeatureEntry& feature : contents.features.ledger())

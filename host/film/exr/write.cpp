@@ -332,6 +332,28 @@ void write_exr(const std::filesystem::path& path, const Film& film, const Metada
   file.commit();
 }
 
+Image image_part(const Film& film, const ExrOptions& options) {
+  const std::vector<Source> sources = image_sources(film, options);
+  const Crop& crop = film.layout().crop;
+  Image image{.width = crop.width(), .height = crop.height(), .channels = {}, .planes = {}, .metadata = {}};
+  for (const Source& source : sources) {
+    image.channels.push_back(source.name);
+    image.planes.emplace_back(crop.pixel_count());
+  }
+  const auto convert = [&](std::uint32_t y) {
+    for (std::size_t s = 0; s < sources.size(); ++s) {
+      float* out = &image.planes[s][std::size_t{y - crop.y0} * crop.width()];
+      for (std::uint32_t x = crop.x0; x < crop.x1; ++x)
+        *out++ = sources[s].word ? static_cast<float>(sources[s].word(x, y)) : static_cast<float>(sources[s].real(x, y));
+    }
+  };
+  if (std::ranges::any_of(sources, &Source::in_order))
+    for (std::uint32_t y = crop.y0; y < crop.y1; ++y) convert(y);
+  else
+    tbb::parallel_for(crop.y0, crop.y1, convert);
+  return image;
+}
+
 Image to_image(const Film& film, std::span<const std::string_view> further) {
   const Crop& crop = film.layout().crop;
   Image image{

@@ -168,6 +168,18 @@ std::string in_words(const PilotReport& pilot) {
   return text;
 }
 
+std::string rejected_line(const RenderReport& report, std::uint64_t all) {
+  const std::uint64_t now = report.nonfinite + report.saturated;
+  std::string line = fmt::format("{} samples were rejected ({} not finite, {} beyond the film's range", all,
+                                 report.nonfinite, report.saturated);
+  line += all > now ? fmt::format(", {} before this run)", all - now) : ")";
+  if (!report.rejected.empty()) {
+    const PixelSample& first = report.rejected.front();
+    line += fmt::format("; replay the first with --pixel {},{} --sample {}", first.x, first.y, first.sample);
+  }
+  return line;
+}
+
 std::string given_up_line(const Scene& scene, const RenderReport& report) {
   std::string names;
   for (std::size_t i = 0; i < std::min<std::size_t>(scene.shapes.size(), 31); ++i)

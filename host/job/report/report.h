@@ -37,6 +37,9 @@ void print_times(const RenderReport& report, const CommandTimes& times);
 /// "predicted relMSE 1e-3 (95 %: 9e-4 to 1.1e-3)", or what can be said instead.
 [[nodiscard]] std::string in_words(const PredictedError& error);
 [[nodiscard]] std::string in_words(const PilotReport& pilot);
+/// "3 samples were rejected (2 not finite, ...". all: the rejected samples of this run and, by the film's counts, of the runs
+/// before it
+[[nodiscard]] std::string rejected_line(const RenderReport& report, std::uint64_t all);
 /// "12 rays gave up the search for surface 'gyroid' after 4096 steps, ..."
 [[nodiscard]] std::string given_up_line(const Scene& scene, const RenderReport& report);
 

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 
-#include <algorithm>
 #include <fmt/format.h>
+
+#include <algorithm>
+#include <functional>
 
 #include "core/error.h"
 #include "core/host_limits.h"
@@ -13,6 +15,8 @@ namespace eikon {
 namespace {
 
 constexpr std::uint64_t kMaxTriangles = std::uint64_t{1} << 28;  // that layouts of trees can number
+
+constexpr std::size_t kManyTriangles = 1U << 14;  // of which pack_emitters tells
 
 /// A primitive's vertices in world space; data that no feature needs is empty.
 struct WorldVertices {
@@ -88,8 +92,9 @@ class GeometryPacker {
         for (Primitive& primitive : (*release_)[scene_.nodes[place.node].mesh].primitives) let_go(primitive);
   }
 
-  /// Packs what emits, and of everything else only the bounds.
-  void pack_emitters() {
+  /// Packs what emits, and of everything else only the bounds. full: called whenever there are many triangles
+  void pack_emitters(const std::function<void()>& full) {
+    full_ = full;
     placed_ = find_placed_meshes(scene_);
     require_room(placed_.packed_triangles(two_level_));
     for (std::size_t n = 0; n < scene_.nodes.size(); ++n) {
@@ -208,6 +213,7 @@ class GeometryPacker {
     if (has_normals_) packed_.normals.push_back(normals_of(at, primitive, corners));
     if (has_tangents_) packed_.tangents.push_back(tangents_of(at, primitive, mirrored, corners));
     if (has_colors_) packed_.colors.push_back(colors_of(primitive, corners));
+    if (full_ && packed_.triangles.size() >= kManyTriangles) full_();
   }
 
   /// Adds a mesh for one instance, with the bits that it would have if it were stored once.
@@ -314,6 +320,7 @@ class GeometryPacker {
   PassableMaterials passable_;
   PlacedMeshes placed_;
   const Features& features_;
+  std::function<void()> full_ = {};
   bool two_level_;
   bool has_vertex_normal_, has_uv_, has_normals_, has_tangent_, has_uv1_, has_tangents_, has_colors_;
 };
@@ -329,8 +336,9 @@ void pack_geometry(const Scene& scene, std::vector<Mesh>* release, const Feature
   GeometryPacker(scene, release, features, packed).pack();
 }
 
-void pack_emitters(const Scene& scene, const Features& features, PackedScene& packed) {
-  GeometryPacker(scene, nullptr, features, packed).pack_emitters();
+void pack_emitters(const Scene& scene, const Features& features, PackedScene& packed,
+                   const std::function<void()>& full) {
+  GeometryPacker(scene, nullptr, features, packed).pack_emitters(full);
 }
 
 }  // namespace eikon

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <bit>
 #include <cstring>
 
+#include "accel/binary_tree.h"
+#include "accel/box.h"
 #include "core/error.h"
 #include "pack/pack_parts.h"
 
@@ -34,6 +37,19 @@ void mark_differences(const PackedScene& a, const PackedScene& b, std::vector<ch
 
 }  // namespace
 
+DeviceVector<std::uint32_t> motion_table(std::uint32_t steps, std::span<const std::uint32_t> records) {
+  constexpr std::size_t kHead = 2;
+  const std::size_t begin = kHead + (records.size() + 31) / 32;
+  DeviceVector<std::uint32_t> table(begin + records.size(), 0);
+  table[0] = steps;
+  table[1] = std::uint32_t(begin);
+  for (std::size_t i = 0; i < records.size(); ++i) {
+    table[begin + i] = records[i];
+    if (records[i] != 0) table[kHead + i / 32] |= 1U << i % 32;
+  }
+  return table;
+}
+
 void pack_motion(const Scene& scene, const Features& features, PackedScene& packed) {
   const std::size_t count = packed.triangle_count(), poses = scene.poses.size();
   std::vector<char> moves(count, 0);
@@ -42,16 +58,16 @@ void pack_motion(const Scene& scene, const Features& features, PackedScene& pack
 
   // Kernels read a record and the one behind it even if nothing moves.
   std::size_t moving = 0;
-  packed.motion.assign(1 + packed.triangles.size(), 0);
-  packed.motion[0] = scene.shutter.steps;
+  std::vector<std::uint32_t> first_records(packed.triangles.size(), 0);
   for (std::size_t i = 0; i < count; ++i)
-    if (moves[i] != 0) packed.motion[1 + i] = std::uint32_t(1 + poses * moving++);
+    if (moves[i] != 0) first_records[i] = std::uint32_t(1 + poses * moving++);
   const std::size_t records = poses * std::max<std::size_t>(moving, 1);
   if (records >= std::size_t{1} << 32)
     throw InputError(
         fmt::format("{}: {} triangles move through {} poses, more than an index can name; use fewer "
                     "--motion-steps",
                     scene.path.string(), moving, poses));
+  packed.motion = motion_table(scene.shutter.steps, first_records);
   packed.pose_triangles.resize(records);
   packed.pose_normals.resize(first.normals.empty() ? 0 : records);
   packed.pose_tangents.resize(first.tangents.empty() ? 0 : records);
@@ -61,9 +77,10 @@ void pack_motion(const Scene& scene, const Features& features, PackedScene& pack
     grow(packed.bounds, pose.bounds.hi);
     for (std::size_t i = 0; i < count; ++i) {
       if (moves[i] == 0) continue;
-      const std::size_t at = packed.motion[1 + i] - 1 + k;
-      Triangle& record = packed.pose_triangles[at] = pose.triangles[i];
-      record.light_pdf_m2 = float(glm::length(triangle_normal(packed.triangles[i])));
+      const std::size_t at = first_records[i] - 1 + k;
+      Triangle& record = packed.pose_triangles[at] = packed.triangles[i];
+      std::memcpy(&record.p0_x, &pose.triangles[i].p0_x, 9 * sizeof(float));
+      record.n_x = float(glm::length(triangle_normal(packed.triangles[i])));
       if (!pose.normals.empty()) packed.pose_normals[at] = pose.normals[i];
       if (!pose.tangents.empty()) packed.pose_tangents[at] = pose.tangents[i];
     }
@@ -73,18 +90,35 @@ void pack_motion(const Scene& scene, const Features& features, PackedScene& pack
 namespace {
 
 /// The box of a triangle that moves: around all its poses, or the mean of the boxes around each.
-void write_box(const PackedScene& packed, std::size_t triangle, bool mean, float* to) {
+Box box_over_time(const PackedScene& packed, std::size_t triangle, bool mean) {
   const std::size_t poses = packed.pose_steps + 1;
-  glm::vec3 lo(std::numeric_limits<float>::infinity()), hi = -lo;
+  Box around;
   glm::dvec3 lo_sum(0), hi_sum(0);
   for (std::size_t k = 0; k < poses; ++k) {
-    const auto [a, b, c] = corners_of(packed.pose_triangles[packed.motion[1 + triangle] - 1 + k]);
-    const glm::vec3 least = glm::min(glm::min(a, b), c), most = glm::max(glm::max(a, b), c);
-    lo = glm::min(lo, least), hi = glm::max(hi, most);
-    lo_sum += glm::dvec3(least), hi_sum += glm::dvec3(most);
+    const Box box = triangle_box(&packed.pose_triangles[packed.first_records()[triangle] - 1 + k].p0_x);
+    around.add(box);
+    for (int axis = 0; axis < 3; ++axis) lo_sum[axis] += double{box.lo[axis]}, hi_sum[axis] += double{box.hi[axis]};
   }
-  if (mean) lo = glm::vec3(lo_sum / double(poses)), hi = glm::vec3(hi_sum / double(poses));
-  for (int axis = 0; axis < 3; ++axis) to[axis] = lo[axis], to[3 + axis] = hi[axis];
+  for (int axis = 0; axis < 3 && mean; ++axis) {
+    around.lo[axis] = float(lo_sum[axis] / double(poses));
+    around.hi[axis] = float(hi_sum[axis] / double(poses));
+  }
+  return around;
+}
+
+/// Writes a box in place of a triangle (TriangleSoup).
+void write_box(const Box& box, float* to) {
+  for (int axis = 0; axis < 3; ++axis) to[axis] = box.lo[axis], to[3 + axis] = box.hi[axis];
+}
+
+/// The words in front of the tree of triangles that move (kernels/traverse/motion_tree.h).
+void write_head(const Box& around, bool some_stand_still, DeviceVector<std::uint32_t>& to) {
+  to.assign(EK_MOTION_HEAD_WORDS, 0);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    to[axis] = std::bit_cast<std::uint32_t>(float{around.lo[axis]});
+    to[3 + axis] = std::bit_cast<std::uint32_t>(float{around.hi[axis]});
+  }
+  to[6] = some_stand_still ? 1 : 0;
 }
 
 }  // namespace
@@ -94,15 +128,19 @@ Accel build_over_time(const PackedScene& packed, const AccelOptions& options) {
   const bool is_list = options.accel == "none" || options.layout == "none";
   // Triangles of NaN are in no tree.
   std::vector<float> still(9 * count, std::numeric_limits<float>::quiet_NaN()), moving = still;
-  bool some = false;
+  Box around;
+  bool some_move = false, some_stand_still = !packed.shapes.empty();
   for (std::size_t i = 0; i < count; ++i) {
-    some = some || packed.motion[1 + i] != 0;
-    if (packed.motion[1 + i] == 0)
+    if (packed.first_records()[i] == 0) {
       std::memcpy(&still[9 * i], &packed.triangles[i].p0_x, 9 * sizeof(float));
-    else
-      write_box(packed, i, !is_list, is_list ? &still[9 * i] : &moving[9 * i]);
+      some_stand_still = true;
+    } else {
+      write_box(box_over_time(packed, i, !is_list), is_list ? &still[9 * i] : &moving[9 * i]);
+      around.add(box_over_time(packed, i, false));
+      some_move = true;
+    }
   }
-  const std::uint32_t* const moves = packed.motion.data() + 1;
+  const std::uint32_t* const moves = packed.first_records();
   const TriangleSoup of_still(still.data(), count, 9, packed.shapes.size(), is_list ? moves : nullptr);
   Accel accel = build_accel(of_still, options);
   if (is_list) return accel;
@@ -111,13 +149,14 @@ Accel build_over_time(const PackedScene& packed, const AccelOptions& options) {
                             .corners = &packed.pose_triangles.front().p0_x,
                             .stride = sizeof(Triangle) / sizeof(float),
                             .count = packed.pose_steps + 1U};
-  Accel own = build_accel(of_moving, {.accel = "bvh",
-                                      .layout = "bvh2",
-                                      .threads = options.threads,
-                                      .rays = options.rays,
-                                      .poses = some ? &poses : nullptr});
-  accel.motion_nodes = std::move(own.nodes);
-  accel.motion_leaves = std::move(own.leaves);
+  const Accel own = build_accel(of_moving, {.accel = "bvh",
+                                            .layout = is_wide(accel.layout) ? accel.layout : "bvh2",
+                                            .threads = options.threads,
+                                            .rays = options.rays,
+                                            .poses = some_move || is_wide(accel.layout) ? &poses : nullptr});
+  write_head(around, some_stand_still, accel.motion_nodes);
+  accel.motion_nodes.insert(accel.motion_nodes.end(), own.nodes.begin(), own.nodes.end());
+  accel.motion_leaves = own.leaves;
   accel.stack_size = std::max(accel.stack_size, own.stack_size);
   return accel;
 }

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <utility>
 
 #include "core/error.h"
 
@@ -16,14 +17,14 @@ namespace eikon {
 namespace {
 
 constexpr int kBins = 16;
-constexpr double kLeastShare = 0x1p-20;    // the least share of a side in a node's energy
+constexpr double kLeastShare = 0x1p-20;     // the least share of a side in a node's energy
 constexpr double kLeastVariance = 0x1p-40;  // in the nodes' unit; it keeps estimates within the range of floats
 
 /// Sums of moments over lights.
 struct Sum {
   double power = 0;
-  glm::dvec3 first{0};  // power times centroid
-  double second = 0;    // power times (variance + |centroid|^2)
+  glm::dvec3 first{0};           // power times centroid
+  double second = 0;             // power times (variance + |centroid|^2)
   glm::dvec3 mean_direction{0};  // power times mean_direction
   std::uint32_t count = 0;
 
@@ -59,7 +60,7 @@ struct Sum {
 
 class Builder {
  public:
-  explicit Builder(std::span<const LightMoments> lights) : lights_(lights.begin(), lights.end()) {
+  explicit Builder(std::vector<LightMoments> lights) : lights_(std::move(lights)) {
     tree_.order.resize(lights_.size());
     std::iota(tree_.order.begin(), tree_.order.end(), 0U);
     to_unit();
@@ -186,7 +187,7 @@ class Builder {
 
 }  // namespace
 
-LightTree build_light_tree(std::span<const LightMoments> lights) {
+LightTree build_light_tree(std::vector<LightMoments> lights) {
   if (lights.size() > (std::size_t{1} << 28))
     throw InternalError(fmt::format("a tree of {} lights: at most 2^28", lights.size()));
   for (std::size_t i = 0; i < lights.size(); ++i) {
@@ -196,7 +197,7 @@ LightTree build_light_tree(std::span<const LightMoments> lights) {
     if (!(l.power > 0) || !std::isfinite(sum))
       throw InternalError(fmt::format("light {} has no power, or moments that are not finite", i));
   }
-  return Builder(lights).build();
+  return Builder(std::move(lights)).build();
 }
 
 }  // namespace eikon

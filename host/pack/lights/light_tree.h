@@ -2,7 +2,6 @@
 #pragma once
 #include <cstdint>
 #include <glm/glm.hpp>
-#include <span>
 #include <vector>
 
 #include "shared/records.h"
@@ -27,8 +26,9 @@ struct LightTree {
 
 /// A tree over lights. The same bits for the same lights, and scaling them by a power of two
 /// changes `scale` alone.
+/// lights  are worked on in place, and freed: move them here where there are millions
 /// throws InternalError for moments that are not finite, power that is not positive, or more than
 /// 2^28 lights
-LightTree build_light_tree(std::span<const LightMoments> lights);
+LightTree build_light_tree(std::vector<LightMoments> lights);
 
 }  // namespace eikon

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <limits>
+#include <algorithm>
 #include <numbers>
+#include <utility>
 
 #include "core/error.h"
-#include "pack/lights/emissive_texture.h"
-#include "pack/lights/light_counts.h"
+#include "pack/lights/find_lights.h"
 #include "pack/lights/light_table.h"
 #include "pack/lights/light_tree.h"
 #include "pack/lights/pack_light_paths.h"
@@ -12,55 +12,17 @@
 #include "pack/lights/pack_environment.h"
 #include "pack/pack_parts.h"
 #include "scene/emission.h"
-#include "scene/shape_area.h"
 
 namespace eikon {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-
-/// The value of Light.kind.
-constexpr std::uint32_t kind_word(LightKind kind) { return std::uint32_t(kind); }
-
-// Light sampling derives a light's normal in floats. A needle for which that fails is not sampled.
-// Its light_pdf_m2 stays 0, so that emission found by scattered rays counts in full.
-bool can_be_sampled(const Triangle& t, const glm::dvec3& normal) {
-  const auto [p0, p1, p2] = corners_of(t);
-  const glm::dvec3 rounded(glm::cross(p1 - p0, p2 - p0));
-  return glm::length(glm::normalize(rounded) - glm::normalize(normal)) < 0x1p-14;  // false for NaN
-}
-
 /// A packed light, as the table and the summary need it.
 struct Strength {
-  double power = 0;         // selection is proportional to it
-  bool distant = false;     // infinitely far away
-  double area_m2 = 0;       // of a surface
-  std::size_t summary = 0;  // entry of light_summary
-  LightMoments moments{};   // without the power; of lights that have a place
+  double power = 0;           // selection is proportional to it
+  double area_m2 = 0;         // of a surface
+  std::uint32_t summary = 0;  // entry of light_summary
+  bool distant = false;       // infinitely far away
 };
-
-/// The moments of a triangle that emits evenly to its front. normal: of any length
-LightMoments moments_of(const Triangle& t, const glm::dvec3& normal) {
-  const auto [p0, p1, p2] = corners_of(t);
-  const glm::dvec3 a(p0), b(p1), c(p2);
-  LightMoments m;
-  m.centroid = (a + b + c) / 3.0;
-  m.variance = (glm::dot(b - a, b - a) + glm::dot(c - b, c - b) + glm::dot(a - c, a - c)) / 36.0;
-  m.mean_direction = glm::normalize(normal);
-  return m;
-}
-
-constexpr double kSlackOfPairs = 0x1p-20;  // of parallelogram_of for world space, which rounds more than the file
-
-/// The moments of a shape from its box, as if it were closed, and its surface as far from the
-/// centroid as a sphere's.
-LightMoments moments_of_shape(const Triangle& box) {
-  const glm::dvec3 lo(box.p0_x, box.p0_y, box.p0_z), hi(box.p1_x, box.p1_y, box.p1_z);
-  LightMoments m;
-  m.centroid = 0.5 * (lo + hi);
-  m.variance = glm::dot(hi - lo, hi - lo) / 12;
-  return m;
-}
 
 class LightPacker {
  public:
@@ -68,31 +30,22 @@ class LightPacker {
       : scene_(scene),
         environment_(settings.environment),
         packed_(packed),
-        textures_(packed),
         has_tree_(features.has(Feature::light_tree)),
-        has_quads_(features.has(Feature::quad_light)),
         has_one_(features.has(Feature::one_light)),
         each_(features.has(Feature::each_light)),
         has_light_paths_(features.has(Feature::light_paths)),
-        has_media_(features.has(Feature::absorption) || features.has(Feature::nested_media)) {
-    // A scene without extent has no sphere around it, and any area will do.
-    if (!packed.bounds.empty()) radius_m_ = 0.5 * glm::length(packed.bounds.hi - packed.bounds.lo);
-    section_m2_ = radius_m_ > 0 ? kPi * radius_m_ * radius_m_ : 1;
-  }
+        has_media_(features.has(Feature::absorption) || features.has(Feature::nested_media)),
+        finder_(scene, features, settings, packed, [this](const FoundLight& found) { add(found); }) {}
 
   void pack() {
-    add_triangles();
-    add_shapes();
-    for (std::size_t i = 0; i < scene_.lights.size(); ++i) add_punctual(i);
-    add_environment();
+    make_room();
+    (void)finder_.find_triangles(false);
+    finder_.find_others();
     if (packed_.lights.empty()) return;
     if (has_one_ && packed_.lights.size() > 1) throw InternalError("more lights than were counted");
-    // The flux of a distant light enters the whole scene, and most of it misses what is seen. So
-    // distant lights together count no more than local lights do; otherwise a lamp under an open
-    // sky would hardly ever be chosen.
     double local = 0, distant = 0;
     for (const Strength& s : strengths_) (s.distant ? distant : local) += s.power;
-    const double scale = local > 0 && distant > local ? local / distant : 1;
+    const double scale = scale_of_distant(local, distant);
     if (has_tree_) grow_tree();
     const std::size_t in_tree = packed_.tree_light_count;
     std::vector<double> powers;
@@ -104,7 +57,7 @@ class LightPacker {
     if (table.buckets.empty()) throw InternalError("lights without power");
     packed_.light_alias_table = table.buckets;
     for (std::size_t i = 0; i < in_tree; ++i) set_probability(i, table.probability[0]);
-    if (in_tree > 0) share_of_tree(table.probability[0]);
+    if (in_tree > 0) share_by_flux(table.probability[0], packed_.light_summary);
     for (std::size_t i = in_tree; i < packed_.lights.size(); ++i) {
       const double probability = table.probability[has_tree_ ? i - in_tree + 1 : i];
       set_probability(i, each_ ? 1 : probability);
@@ -114,33 +67,55 @@ class LightPacker {
   }
 
  private:
+  /// Reserves places for all lights that there can be, since vectors that grow need both the old and the new memory.
+  void make_room() {
+    const auto emissive = std::ranges::count_if(packed_.triangles,
+                                                [&](const Triangle& t) { return emits(scene_.materials[t.material]); });
+    const std::size_t most = std::size_t(emissive) + scene_.lights.size() + 1;
+    packed_.lights.reserve(most);
+    strengths_.reserve(most);
+    if (has_tree_) moments_.reserve(most);
+  }
+
   /// Moves the lights that have a place to the front, in the order of the tree's leaves.
   void grow_tree() {
-    std::vector<std::size_t> order;
-    std::vector<LightMoments> placed;
-    for (std::size_t i = 0; i < strengths_.size(); ++i) {
-      if (strengths_[i].distant) continue;
-      order.push_back(i);
-      placed.push_back(strengths_[i].moments);
-      placed.back().power = strengths_[i].power;
+    packed_.tree_light_count = std::uint32_t(moments_.size());
+    std::vector<std::uint32_t> distant;  // in the order of the lights
+    std::vector<std::uint32_t> placed;   // those behind the first distant one
+    for (std::uint32_t i = 0; i < strengths_.size(); ++i) {
+      if (strengths_[i].distant)
+        distant.push_back(i);
+      else if (!distant.empty())
+        placed.push_back(i);
     }
-    const LightTree tree = build_light_tree(placed);
-    std::vector<std::size_t> from;
-    for (const std::uint32_t leaf : tree.order) from.push_back(order[leaf]);
-    for (std::size_t i = 0; i < strengths_.size(); ++i)
-      if (strengths_[i].distant) from.push_back(i);
-    DeviceVector<Light> lights;
-    std::vector<Strength> strengths;
-    for (const std::size_t i : from) {
-      lights.push_back(packed_.lights[i]);
-      strengths.push_back(strengths_[i]);
-    }
-    packed_.lights = std::move(lights);
-    strengths_ = std::move(strengths);
-    packed_.light_nodes = tree.nodes;
+    LightTree tree = build_light_tree(std::move(moments_));
+    packed_.light_nodes = std::move(tree.nodes);
     packed_.light_scale = tree.scale;
-    packed_.tree_light_count = std::uint32_t(placed.size());
+    std::vector<std::uint32_t> from = std::move(tree.order);
+    if (!placed.empty())
+      for (std::uint32_t& light : from)
+        if (light >= distant.front()) light = placed[light - distant.front()];
+    from.insert(from.end(), distant.begin(), distant.end());
+    put_in_order(std::move(from));
     name_lights(packed_.tree_light_count);
+  }
+
+  /// Moves light from[i] to place i, for all i, cycle by cycle: a copy of millions of lights would be a peak of memory.
+  void put_in_order(std::vector<std::uint32_t> from) {
+    for (std::uint32_t first = 0; first < from.size(); ++first) {
+      const Light light = packed_.lights[first];
+      const Strength strength = strengths_[first];
+      std::uint32_t to = first;
+      for (std::uint32_t next = from[to]; next != first; next = from[to]) {
+        packed_.lights[to] = packed_.lights[next];
+        strengths_[to] = strengths_[next];
+        from[to] = to;
+        to = next;
+      }
+      packed_.lights[to] = light;
+      strengths_[to] = strength;
+      from[to] = to;
+    }
   }
 
   /// Notes with the triangles and shapes which of the first lights they are.
@@ -167,11 +142,12 @@ class LightPacker {
       const double emission = mean({light.emission_r, light.emission_g, light.emission_b});
       LightPathSource& emitter = emitters[i];
       if (light.kind == kind_word(LightKind::area)) {
-        emitter = {strengths_[i].power / kPi, 0, strengths_[i].area_m2, strengths_[i].moments.centroid};
+        emitter = {strengths_[i].power / std::numbers::pi, 0, strengths_[i].area_m2, middle_of(light)};
       } else if (light.kind == kind_word(LightKind::directional)) {
         emitter.irradiance = endless ? 0 : emission;
       } else if (light.kind == kind_word(LightKind::environment_map)) {
-        emitter.irradiance = endless || !has_small_lights(*environment_.map) ? 0 : strengths_[i].power / section_m2_;
+        emitter.irradiance =
+            endless || !has_small_lights(*environment_.map) ? 0 : strengths_[i].power / section_m2(packed_.bounds);
       } else if ((light.kind == kind_word(LightKind::point) || light.kind == kind_word(LightKind::spot)) &&
                  std::isinf(light.p2_z)) {
         emitter.radiance_area = emission;
@@ -186,159 +162,12 @@ class LightPacker {
         packed_.environment_emission = packed_.emission_pdf[i] / packed_.environment_probability;
   }
 
-  /// The probability of a light in the tree depends on the shading point. The summary says its
-  /// share of the energy.
-  void share_of_tree(double probability) {
-    double flux = 0;
-    for (const PackedLight& light : packed_.light_summary) flux += light_kind(light.kind).distant ? 0 : light.flux;
-    for (PackedLight& light : packed_.light_summary)
-      if (!light_kind(light.kind).distant) light.probability = probability * (light.flux / flux);
-  }
-
-  void add(const Light& light, const Strength& strength) {
-    packed_.lights.push_back(light);
-    strengths_.push_back(strength);
-  }
-
-  void add_distant(Light light, const PackedLight& summary) {
-    light.kind = kind_word(summary.kind);
-    add(light, {.power = summary.flux, .distant = true, .summary = summarise(summary)});
-  }
-
-  std::size_t summarise(const PackedLight& light) {
-    packed_.light_summary.push_back(light);
-    return packed_.light_summary.size() - 1;
-  }
-
-  void add_triangles() {
-    for (std::size_t i = 0; i < packed_.triangle_count(); ++i) {
-      if (has_quads_ && add_quad(i)) {
-        ++i;
-        continue;
-      }
-      const Triangle& t = packed_.triangles[i];
-      const Material& material = scene_.materials[t.material];
-      if (!emits(material)) continue;
-      const glm::dvec3 normal = triangle_normal(t);
-      const double area = 0.5 * glm::length(normal);
-      if (!(area > 0) || !can_be_sampled(t, normal)) continue;
-      const double radiance = textures_.mean_emission(std::uint32_t(i));
-      if (!(radiance > 0)) continue;
-      Light light{};
-      const auto [p0, p1, p2] = corners_of(t);
-      set_corners(light, p0, p1, p2);
-      light.kind = kind_word(LightKind::area);
-      light.triangle = std::uint32_t(i);
-      light.flags = group_flag(group_of(t));
-      add_surface(light, t.material, area, radiance, moments_of(t, normal));
-    }
-  }
-
-  /// Adds triangles i and i + 1 as one light, if they form a parallelogram that emits evenly.
-  /// Returns false if not.
-  bool add_quad(std::size_t i) {
-    if (i + 1 >= packed_.triangle_count()) return false;
-    const Triangle &a = packed_.triangles[i], &b = packed_.triangles[i + 1];
-    const Material& material = scene_.materials[a.material];
-    if (a.material != b.material || a.node != b.node || !emits_evenly(material)) return false;
-    if (scene_.nodes[a.node].moves) return false;  // it may cease to be one
-    if (((a.flags | b.flags) & EK_TRIANGLE_ALPHA_TESTED) != 0) return false;
-    // Triangles that were counted as one light stay one, however much the transform of their node
-    // rounds.
-    const double slack = has_one_ ? std::numeric_limits<double>::infinity() : kSlackOfPairs;
-    const std::optional<Parallelogram> quad = parallelogram_of(corners_of(a), corners_of(b), slack);
-    if (!quad) return false;
-    const glm::dvec3 normal = triangle_normal(a);
-    const double area = glm::length(normal);
-    if (!(area > 0) || !can_be_sampled(a, normal) || !can_be_sampled(b, triangle_normal(b))) return false;
-    Light light{};
-    set_corners(light, quad->p0, quad->p1, quad->p2);
-    light.flags = EK_LIGHT_QUAD | group_flag(group_of(a));
-    light.kind = kind_word(LightKind::area);
-    light.triangle = std::uint32_t(i);
-    const glm::dvec3 p0(quad->p0), p1(quad->p1), p2(quad->p2);
-    LightMoments moments;
-    moments.centroid = 0.5 * (p1 + p2);
-    moments.variance = (glm::dot(p1 - p0, p1 - p0) + glm::dot(p2 - p0, p2 - p0)) / 12;
-    moments.mean_direction = glm::normalize(normal);
-    add_surface(light, a.material, area, mean(material.emission), moments);
-    return true;
-  }
-
-  void add_shapes() {
-    for (std::size_t i = packed_.triangle_count(); i < packed_.triangles.size(); ++i) {
-      const Triangle& t = packed_.triangles[i];
-      const std::size_t index = i - packed_.triangle_count();
-      const Shape& shape = scene_.shapes[index];
-      const Material& material = scene_.materials[t.material];
-      if (!is_sampled_light(shape, material)) continue;
-      const double radiance = textures_.mean_emission_of_whole_texture(std::uint32_t(i));
-      if (!(radiance > 0)) continue;
-      const std::array<double, 3> parts = part_areas_m2(shape.kind, own_shape(shape));
-      ShapeRecord& record = packed_.shapes[index];
-      record.part0_m2 = float(parts[0]), record.part1_m2 = float(parts[1]), record.part2_m2 = float(parts[2]);
-      Light light{};
-      light.kind = kind_word(LightKind::shape_light);
-      light.triangle = std::uint32_t(i);
-      light.flags = group_flag(group_of(t));
-      add_surface(light, t.material, parts[0] + parts[1] + parts[2], radiance, moments_of_shape(t));
-    }
-  }
-
-  /// radiance: mean over the surface
-  void add_surface(Light light, std::uint32_t material_index, double area, double radiance, LightMoments moments) {
-    const Material& material = scene_.materials[material_index];
-    set_emission(light, material.emission);
-    light.flags |= material.double_sided ? EK_LIGHT_DOUBLE_SIDED : 0;
-    constexpr std::size_t none = std::numeric_limits<std::size_t>::max();
-    summary_of_.resize(scene_.materials.size(), none);
-    std::size_t& entry = summary_of_[material_index];
-    if (entry == none) entry = summarise({.kind = LightKind::area, .name = material.name});
-    const double flux = kPi * area * radiance * (material.double_sided ? 2 : 1);
-    if (material.double_sided) moments.mean_direction = glm::dvec3(0);
-    add(light, {.power = flux, .area_m2 = area, .summary = entry, .moments = moments});
-    PackedLight& summary = packed_.light_summary[entry];
-    summary.strength = (summary.strength * summary.area_m2 + radiance * area) / (summary.area_m2 + area);
-    summary.flux += flux;
-    summary.area_m2 += area;
-  }
-
-  void add_punctual(std::size_t index) {
-    const PunctualLight& source = scene_.lights[index];
-    const double intensity = mean(source.intensity);
-    if (!(intensity > 0)) return;
-    PackedPunctualLight packed = pack_punctual(source, intensity, section_m2_);
-    if (!(packed.flux > 0)) return;  // a cone too narrow for any direction
-    packed.record.kind = kind_word(source.kind);
-    packed.record.flags = group_flag(source.light_group);
-    set_emission(packed.record, source.intensity);
-    if (scene_.moves_lights) packed.record.triangle = std::uint32_t(packed_.light_poses.size() + 1);
-    for (const auto& pose : scene_.poses)
-      if (scene_.moves_lights)
-        packed_.light_poses.push_back(pack_punctual(pose->lights[index], intensity, section_m2_).record);
-    const PackedLight summary{.kind = source.kind, .name = source.name, .flux = packed.flux, .strength = intensity};
-    add(packed.record, {.power = packed.flux,
-                        .distant = light_kind(source.kind).distant,
-                        .summary = summarise(summary),
-                        .moments = packed.moments});
-  }
-
-  void add_environment() {
-    Light light{};
-    light.flags = group_flag(scene_.environment_light_group);
-    if (environment_.map) {
-      const double integral = pack_environment_map(environment_, packed_);
-      if (!(integral > 0)) return;
-      add_distant(light, {.kind = LightKind::environment_map,
-                          .name = environment_.map->name,
-                          .flux = integral * section_m2_,
-                          .strength = integral / (4 * kPi)});
-      return;
-    }
-    const double radiance = mean(environment_.radiance);
-    if (!(radiance > 0)) return;
-    add_distant(light,
-                {.kind = LightKind::environment, .flux = 4 * kPi * radiance * section_m2_, .strength = radiance});
+  void add(const FoundLight& found) {
+    packed_.lights.push_back(found.light);
+    strengths_.push_back({found.power, found.area_m2, found.summary, found.distant});
+    if (!has_tree_ || found.distant) return;
+    moments_.push_back(found.moments);
+    moments_.back().power = found.power;
   }
 
   void set_probability(std::size_t i, double probability) {
@@ -364,24 +193,14 @@ class LightPacker {
     return looked_at_ > kMostTriangles || camera_medium(packed_, place, {0, -1, 0}) != 0;
   }
 
-  static std::uint32_t group_of(const Triangle& t) {
-    return t.flags >> EK_TRIANGLE_GROUP_SHIFT & (EK_LIGHT_GROUPS_MOST - 1);
-  }
-  static std::uint32_t group_flag(std::uint32_t group) { return group << EK_LIGHT_GROUP_SHIFT; }
-  static void set_emission(Light& light, const glm::vec3& emission) {
-    light.emission_r = emission.x, light.emission_g = emission.y, light.emission_b = emission.z;
-  }
-
   const Scene& scene_;
   const Environment& environment_;
   PackedScene& packed_;
-  EmissiveTextures textures_;
-  std::vector<std::size_t> summary_of_;  // by material
-  double radius_m_ = 0;                  // of the sphere around the scene
-  double section_m2_ = 1;                // of that sphere, which parallel light meets
-  bool has_tree_, has_quads_, has_one_, each_, has_light_paths_, has_media_;
-  std::uint64_t looked_at_ = 0;      // triangles, by is_within_a_medium
-  std::vector<Strength> strengths_;  // as packed_.lights
+  bool has_tree_, has_one_, each_, has_light_paths_, has_media_;
+  std::uint64_t looked_at_ = 0;  // triangles, by is_within_a_medium
+  LightFinder finder_;
+  std::vector<Strength> strengths_;    // as packed_.lights
+  std::vector<LightMoments> moments_;  // for the tree: of the lights that have a place, until it grows
 };
 
 }  // namespace

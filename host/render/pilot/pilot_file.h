@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "render/film_record.h"
-#include "render/pilot.h"
+#include "render/pilot/pilot.h"
 
 namespace eikon {
 

@@ -8,7 +8,7 @@
 
 #include "device/device.h"
 #include "pack/pack.h"
-#include "render/pilot.h"
+#include "render/pilot/pilot.h"
 #include "wavefront/wavefront.h"
 
 namespace eikon {

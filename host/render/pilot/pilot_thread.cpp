@@ -13,7 +13,7 @@
 #include "core/lost_threads.h"
 #include "core/watched_phase.h"
 #include "render/device_sessions.h"
-#include "render/pilot.h"
+#include "render/pilot/pilot.h"
 
 namespace eikon {
 namespace {

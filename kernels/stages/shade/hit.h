@@ -20,13 +20,18 @@ EK_FN PathHit hit_load(const ShadeContext* c, uint slot, uint lanes) {
   const vf v = state_vf(state, FIELD_hit_v, slot);
   const v3 dir = hit.path.dir;
 
-  hit.corners = load_triangle(c->scene.triangles, hit.triangle);
+#if EK_HAS_moving_surface
+  const PoseSpan span = pose_span(c->scene, hit.triangle, hit.path.time);
+  const vu resting = resting_triangle(span, hit.triangle);
+#else
+  const vu resting = hit.triangle;
+#endif
+  hit.corners = load_triangle(c->scene.triangles, resting);
 #if EK_HAS_instance
   const Place place = hit_place(c->scene, hit.live ? state_vu(state, FIELD_hit_instance, slot) : (vu)(0u));
   hit.corners = placed_triangle(place, hit.corners);
 #endif
 #if EK_HAS_moving_surface
-  const PoseSpan span = pose_span(c->scene, hit.triangle, hit.path.time);
   if (ANY(span.moves)) hit.corners = moved_triangle(c->scene, span, hit.corners);
 #endif
   hit.surface = surface_at(hit.corners, hit.u, v, scale3(dir, hit.t));
@@ -38,7 +43,9 @@ EK_FN PathHit hit_load(const ShadeContext* c, uint slot, uint lanes) {
   hit.detailed = (1 - EK_HAS_plain_hits) | EK_HAS_texcoord | (ANY(hit.live & !hit.is_lambert) != 0);
 
   hit.attributes = no_attributes();
-  if (hit.detailed) hit.attributes = hit_attributes(c->scene, hit.triangle, hit.u, v);
+  // Of the attributes only normals and tangents move.
+  const vu fixed = EK_HAS_uv | EK_HAS_uv1 | EK_HAS_tangent | EK_HAS_vertex_color ? hit.triangle : resting;
+  if (hit.detailed) hit.attributes = hit_attributes(c->scene, fixed, hit.u, v);
 #if EK_HAS_moving_surface
   if (hit.detailed & (ANY(span.moves) != 0)) hit.attributes = moved_attributes(c->scene, span, hit.u, v, hit.attributes);
 #endif

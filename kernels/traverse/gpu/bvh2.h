@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Layout `bvh2`, for GPU devices, and for the triangles that move: binary nodes of 16 words that hold both children's boxes.
+// Layout `bvh2`, for GPU devices: binary nodes of 16 words that hold both children's boxes.
 //   words 0-5, 6-11  lo x y z, hi x y z of child 0 and 1; a missing child has lo = +inf, hi = -inf
 //   words 12, 13     child: index of its node, or bit 31 | (count - 1) << 28 | first entry of its triangles in `leaves`
-//   word 14          EK_HAS_moving_surface: 0, or where a record for each pose begins, as an index of nodes; words 0-11
-//                    are the boxes at that pose, between two of which planes go straight (host/accel/layouts/bvh2_motion.cpp)
+//   word 14          over time: 0, or where a record for each pose begins, as an index of nodes; words 0-11 are the boxes at
+//                    that pose, between two of which planes go straight (host/accel/layouts/bvh2_motion.cpp)
 #ifndef EK_TRAVERSE_BVH2_H
 #define EK_TRAVERSE_BVH2_H
 #include "traverse/hit.h"
@@ -29,10 +29,6 @@ EK_FN int traverse_bvh2(Geometry geometry, const RayOne* given, const int any_hi
   const RayOne* ray = EK_HAS_instance ? &in_mesh : given;
   uint stack[EK_STACK_SIZE];
   uint stack_size = 0, current = 0;
-#if EK_HAS_moving_surface
-  float share;
-  const uint step = step_one(geometry.scene.motion[0], given->time, &share);
-#endif
   for (;;) {
     const RayBoxes boxes = ray_boxes(geometry, ray);
     while (!(current & BVH2_LEAF)) {
@@ -41,12 +37,12 @@ EK_FN int traverse_bvh2(Geometry geometry, const RayOne* given, const int any_hi
       float4 a = node[0], b = node[1], c = node[2];
       const uint2 children = *(global const uint2*)(node + 3);
 #if EK_HAS_moving_surface
-      const uint poses = ((global const uint*)(node + 3))[2];
+      const uint poses = EK_OVER_TIME(geometry) ? ((global const uint*)(node + 3))[2] : 0u;
       if (poses != 0u) {
-        global const float4* at = (global const float4*)geometry.nodes + (size_t)(poses + step) * 4;
-        a = at[0] + (at[4] - at[0]) * share;
-        b = at[1] + (at[5] - at[1]) * share;
-        c = at[2] + (at[6] - at[2]) * share;
+        global const float4* at = (global const float4*)geometry.nodes + (size_t)(poses + ray->step) * 4;
+        a = at[0] + (at[4] - at[0]) * ray->share;
+        b = at[1] + (at[5] - at[1]) * ray->share;
+        c = at[2] + (at[6] - at[2]) * ray->share;
       }
 #endif
       float end0, end1;
@@ -81,16 +77,5 @@ EK_FN int traverse_bvh2(Geometry geometry, const RayOne* given, const int any_hi
     current = stack[--stack_size];
   }
 }
-
-#if EK_HAS_moving_surface
-/// Tests the ray against the triangles that move, which have a tree of their own beside that of the others. Which tree
-/// comes first changes no hit (closest_hit.h). Without trees all triangles are in one list.
-EK_FN int traverse_moving(Geometry geometry, const RayOne* ray, const int any_hit, Hit* hit) {
-  if (EK_LAYOUT_none) return 0;
-  geometry.nodes = geometry.scene.motion_nodes;
-  geometry.leaves = geometry.scene.motion_leaves;
-  return traverse_bvh2(geometry, ray, any_hit, hit);
-}
-#endif
 
 #endif

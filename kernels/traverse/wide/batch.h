@@ -88,7 +88,7 @@ EK_FN void batch_note(const Batch* b, uint i, uint candidates, uint done, const 
   b->lists->candidates[i] = candidates & ~done;
   b->lists->next[i] = next;
   if (any_hit) b->hits->triangle[leaf->row[i]] &= ~done;
-  wide_prefetch(b->geometry, next);
+  wide_prefetch(b->geometry, wide_record(b->geometry, next, b->rays + leaf->row[i]));
 }
 
 EK_FN Leaf8Visit batch_visit(const Batch* b, uint i) {
@@ -139,15 +139,17 @@ EK_FN void batch_part(BatchLists* lists, BatchCounts* counts) {
 EK_FN void batch_gather(const Batch* b, uint first, uint count) {
   BatchCandidates* candidates = b->candidates;
   for (uint i = first; i < count; ++i) {
-    global const uint* triangles = (global const uint*)wide_leaf8(b->geometry, b->lists->pretested.child[i]) + LEAF8_TRIANGLES;
+    const uint child = b->lists->pretested.child[i];
+    global const uint* triangles = (global const uint*)wide_leaf8(b->geometry, child) + LEAF8_TRIANGLES;
     uint bits = b->lists->pretested_bits[i];
     do {
-      const uint triangle = triangles[lowest_bit(bits)];
-      candidates->row[candidates->count] = b->lists->pretested.row[i];
-      candidates->triangle[candidates->count++] = triangle;
-#if EK_MEDIUM_TREE && EK_BUILTIN(__builtin_prefetch)
-      __builtin_prefetch(b->geometry.scene.triangles + triangle);
+      const uint k = lowest_bit(bits), triangle = triangles[k], row = b->lists->pretested.row[i];
+      candidates->row[candidates->count] = row;
+#if EK_HAS_moving_surface
+      candidates->record[candidates->count] = candidate_record(b->geometry, child, k, b->rays + row);
 #endif
+      candidates->triangle[candidates->count++] = triangle;
+      candidate_prefetch(b->geometry, candidates);
       bits &= bits - 1u;
     } while (bits != 0);
   }
@@ -167,6 +169,9 @@ EK_FN void batch_test(const Batch* b, BatchCounts* counts, const int any_hit) {
   for (uint i = count; i % EK_WIDTH != 0; ++i) {
     candidates->row[i] = candidates->row[0];
     candidates->triangle[i] = candidates->triangle[0];
+#if EK_HAS_moving_surface
+    candidates->record[i] = candidates->record[0];
+#endif
   }
   for (uint first = 0; first < count; first += EK_WIDTH)
     test_candidates(b->geometry, b->rays, candidates, first, any_hit, b->hits);
@@ -179,7 +184,7 @@ EK_FN void batch_test(const Batch* b, BatchCounts* counts, const int any_hit) {
     else
       size = batch_cull(b->stack, base, size, b->rays[row].t);
     const uint next = b->stack->child[size - 1u];
-    wide_prefetch(b->geometry, next);
+    wide_prefetch(b->geometry, wide_record(b->geometry, next, b->rays + row));
     pretested->child[i] = next;
     pretested->stack_size[i] = size - 1u;
   }
@@ -225,7 +230,7 @@ EK_FN void batch_refill(const Batch* b, BatchCounts* counts, const ushort* rows,
   for (uint i = 0; i < counts->done; ++i) {
     const uint old = b->lists->done[i], base = b->stack_base[old];
     b->hits->t[old] = b->rays[old].t;
-    if (EK_HAS_implicit && (!any_hit || b->hits->triangle[old] == EK_NO_HIT))
+    if (EK_REPORTS_AT_ONCE && (!any_hit || b->hits->triangle[old] == EK_NO_HIT))
       report_given_up(b->geometry, b->hits->gave_up[old], b->hits->gave_up_surface[old], b->rays[old].t);
     if (*opened == count) continue;
     const uint row = rows[(*opened)++], at = counts->node++;
@@ -244,10 +249,10 @@ EK_FN void batch_nodes(const Batch* b, BatchCounts* counts, const int any_hit) {
   const uint count = counts->node;
   for (uint i = 0; i < count; ++i) {
     const RayOne* ray = b->rays + list->row[i];
-    global const float* node = wide_node(b->geometry, list->child[i]);
-    const uint size = batch_push(b->stack, list->stack_size[i], node, ray, any_hit) - 1u;
+    global const float* node = wide_node(b->geometry, wide_record(b->geometry, list->child[i], ray));
+    const uint size = batch_push(b->geometry, b->stack, list->stack_size[i], node, ray, any_hit) - 1u;
     const uint next = b->stack->child[size];
-    wide_prefetch(b->geometry, next);
+    wide_prefetch(b->geometry, wide_record(b->geometry, next, ray));
     list->child[i] = next;
     list->stack_size[i] = size;
   }

@@ -23,9 +23,9 @@ typedef struct {
 // size. They are pushed from far to near, in the order that the builder stored for the ray's
 // octant. Any-hit queries take them as they are stored, smallest first, because the largest is the
 // likeliest to be hit.
-EK_FN uint batch_push(BatchStack* stack, uint size, global const float* node, const RayOne* ray, const int any_hit) {
+EK_FN uint batch_push(Geometry geometry, BatchStack* stack, uint size, global const float* node, const RayOne* ray, const int any_hit) {
   global const uint* list = (global const uint*)(node + 6u * EK_NODE_WIDTH);
-  const wf begin = wide_begin(node, ray), end = wide_end(node, ray);
+  const wf begin = wide_begin(geometry, node, ray), end = wide_end(geometry, node, ray);
   wu children = begin <= end ? *(global const wu*)list : (wu)(0u);  // 0 is never a child
   const wu order = any_hit ? (wu)(0u) : *(global const wu*)(list + EK_NODE_WIDTH) >> ray->order;
   if (!any_hit) children = wide_permute(children, order);

@@ -12,7 +12,68 @@
 // The candidates that the pre-test left of all rays: the ray of row `row` may hit `triangle`.
 typedef struct {
   uint row[8 * BATCH_SLOTS + EK_WIDTH], triangle[8 * BATCH_SLOTS + EK_WIDTH], count;
+#if EK_HAS_moving_surface
+  uint record[8 * BATCH_SLOTS + EK_WIDTH];  // over time, of the pose before the ray's time among those of all triangles
+#endif
 } BatchCandidates;
+
+#if EK_HAS_moving_surface
+// k: place of the triangle in its leaf
+EK_FN uint candidate_record(Geometry geometry, uint child, uint k, const RayOne* ray) {
+  if (!EK_OVER_TIME(geometry)) return 0u;
+  global const float* last = wide_leaf8(geometry, child + geometry.scene.motion[0]);
+  return as_uint(last[LEAF8_TRIANGLES + k]) + ray->step;
+}
+
+// The share of each ray's step that has passed.
+EK_FN vf candidate_shares(const RayOne* rays, const uint* rows) {
+  float share[EK_WIDTH] EK_ROWS_ALIGNED;
+  for (uint lane = 0; lane < EK_WIDTH; ++lane) share[lane] = rays[rows[lane]].share;
+  return *(const vf*)share;
+}
+#endif
+
+// Fetches what the whole test of the last candidate needs, in a tree that is larger than a core's caches.
+EK_FN void candidate_prefetch(Geometry geometry, const BatchCandidates* candidates) {
+#if EK_MEDIUM_TREE && EK_BUILTIN(__builtin_prefetch)
+#if EK_HAS_moving_surface
+  if (EK_OVER_TIME(geometry)) {
+    global const Triangle* before = geometry.scene.pose_triangles + candidates->record[candidates->count - 1u];
+    __builtin_prefetch(before);
+    __builtin_prefetch(before + 1);
+    return;
+  }
+#endif
+  __builtin_prefetch(geometry.scene.triangles + candidates->triangle[candidates->count - 1u]);
+#endif
+}
+
+// The records of EK_WIDTH triangles.
+EK_FN TriangleLanes candidate_triangles(global const Triangle* triangles, const uint* indices) {
+  Rec words;
+#define CANDIDATE_ROW(vector, lane, offset) \
+  words.w##vector = *(global const vf*)((global const float*)(triangles + indices[0x##lane]) + offset);
+  EK_REC_ROWS(CANDIDATE_ROW)
+#undef CANDIDATE_ROW
+  return triangle_lanes(rec_transposed(words));
+}
+
+// The triangles of EK_WIDTH candidates; those that move, where they are at the time of the candidate's ray.
+EK_FN TriangleLanes candidate_lanes(Geometry geometry, const RayOne* rays, const BatchCandidates* candidates, uint first) {
+#if EK_HAS_moving_surface
+  if (EK_OVER_TIME(geometry)) {
+    const uint* records = candidates->record + first;
+    const vf share = candidate_shares(rays, candidates->row + first);
+    TriangleLanes now = candidate_triangles(geometry.scene.pose_triangles, records);
+    const TriangleLanes next = candidate_triangles(geometry.scene.pose_triangles + 1, records);
+    now.p0 = moved3(now.p0, next.p0, share);
+    now.p1 = moved3(now.p1, next.p1, share);
+    now.p2 = moved3(now.p2, next.p2, share);
+    return now;
+  }
+#endif
+  return candidate_triangles(geometry.scene.triangles, candidates->triangle + first);
+}
 
 EK_FN OpacityKey candidate_keys(const RayOne* rays, const uint* rows) {
   OpacityKey keys = {(vu)(0u), (vu)(0u)};
@@ -49,12 +110,7 @@ EK_FN void test_candidates(Geometry geometry, RayOne* rays, const BatchCandidate
   const uint count = min(candidates->count - first, (uint)EK_WIDTH);
   const vi here = LANE_INDEX < (vu)(count);
   const RayTestLanes test = ray_test_lanes(rays, rows);
-  Rec words;
-#define CANDIDATE_ROW(vector, lane, offset) \
-  words.w##vector = *(global const vf*)((global const float*)(geometry.scene.triangles + triangles[0x##lane]) + offset);
-  EK_REC_ROWS(CANDIDATE_ROW)
-#undef CANDIDATE_ROW
-  const TriangleLanes record = triangle_lanes(rec_transposed(words));
+  const TriangleLanes record = candidate_lanes(geometry, rays, candidates, first);
   RayLanes ray;
   ray.p_o = test.p_o; ray.sx = test.sx; ray.sy = test.sy; ray.p_rcp_d = test.p_rcp_d; ray.extent = test.extent;
   ray.p_near_x = test.p_near_x; ray.p_near_y = test.p_near_y; ray.p_far_x = test.p_far_x; ray.p_far_y = test.p_far_y;

@@ -24,7 +24,9 @@
 #define VisitF float8
 #define VISIT_BITS mask_bits8
 #define VISIT_RAY(name, k) ((float8)(a->ray->name))
-#define VISIT_CORNER(axis, offset) leaf8_corner(a, offset, a->axis)
+#define VISIT_STORED(axis, offset) leaf8_corner(a, offset, a->axis)
+#define VISIT_SHARE ((float8)(a->ray->share))
+#define VISIT_MOVED moved_8
 EK_FN uint leaf8_pretest(const Leaf8Visit* a, const Leaf8Visit* b, const int any_hit, uint* certain) {
   const VisitF t = (float8)(a->ray->t), slack = (float8)(a->ray->t_slack);
 #else
@@ -34,7 +36,9 @@ EK_FN uint leaf8_pretest(const Leaf8Visit* a, const Leaf8Visit* b, const int any
 // not find by itself.
 #define VISIT_RAY(name, k) \
   __builtin_shufflevector(words, words_b, k, k, k, k, k, k, k, k, 16 + k, 16 + k, 16 + k, 16 + k, 16 + k, 16 + k, 16 + k, 16 + k)
-#define VISIT_CORNER(axis, offset) ((float16)(leaf8_corner(a, offset, a->axis), leaf8_corner(b, offset, b->axis)))
+#define VISIT_STORED(axis, offset) ((float16)(leaf8_corner(a, offset, a->axis), leaf8_corner(b, offset, b->axis)))
+#define VISIT_SHARE ((float16)((float8)(a->ray->share), (float8)(b->ray->share)))
+#define VISIT_MOVED moved_16
 EK_FN uint leaf8_pretest_2(const Leaf8Visit* a, const Leaf8Visit* b, const int any_hit, uint* certain) {
   const float16 words = *(const float16*)((const float*)a->ray + 16), words_b = *(const float16*)((const float*)b->ray + 16);
 #endif
@@ -50,6 +54,14 @@ EK_FN uint leaf8_pretest_2(const Leaf8Visit* a, const Leaf8Visit* b, const int a
 #endif
   const VisitF ox = VISIT_RAY(p_o.x, 0), oy = VISIT_RAY(p_o.y, 1), oz = VISIT_RAY(p_o.z, 2), sx = VISIT_RAY(sx, 3), sy = VISIT_RAY(sy, 4),
                rz = -VISIT_RAY(p_rcp_d.z, 7);
+#if EK_HAS_moving_surface
+#define VISIT_CORNER(axis, offset)                                                                                   \
+  (EK_OVER_TIME(a->geometry)                                                                                         \
+       ? VISIT_MOVED(VISIT_STORED(axis, offset), VISIT_STORED(axis, offset + LEAF8_WORDS), VISIT_SHARE)              \
+       : VISIT_STORED(axis, offset))
+#else
+#define VISIT_CORNER VISIT_STORED
+#endif
   const VisitF az = oz - VISIT_CORNER(z, 0), bz = oz - VISIT_CORNER(z, 24), cz = oz - VISIT_CORNER(z, 48);
   const VisitF ax = (ox - VISIT_CORNER(x, 0)) - sx * az, ay = (oy - VISIT_CORNER(y, 0)) - sy * az;
   const VisitF bx = (ox - VISIT_CORNER(x, 24)) - sx * bz, by = (oy - VISIT_CORNER(y, 24)) - sy * bz;
@@ -80,4 +92,7 @@ EK_FN uint leaf8_pretest_2(const Leaf8Visit* a, const Leaf8Visit* b, const int a
 #undef VISIT_BITS
 #undef VISIT_RAY
 #undef VISIT_CORNER
+#undef VISIT_STORED
+#undef VISIT_SHARE
+#undef VISIT_MOVED
 #undef EK_VISITS

@@ -9,6 +9,10 @@
 //   leaf8      80 words
 //     [0, 72)     corners a x, a y, a z, b x, ..., c z of eight triangles; an unused triangle is NaN
 //     [72, 80)    their indices; EK_NO_HIT for an unused one
+// Over time, in the tree of the triangles that move (motion_tree.h), a node or a leaf is a row of such records, one for each
+// pose, and its index that of the first. Between two poses planes and corners go straight. A missing child has the largest
+// finite numbers as its planes, and the last record of a leaf, in place of the triangles' indices, that of the first record
+// of each in `pose_triangles` (host/accel/layouts/wide_motion.cpp).
 #ifndef EK_TRAVERSE_WIDE_H
 #define EK_TRAVERSE_WIDE_H
 #include "lanes/compact.h"
@@ -50,7 +54,24 @@ EK_FN global const float* wide_leaf8(Geometry geometry, uint child) {
   return (global const float*)geometry.leaves + (size_t)(child & ~WIDE_LEAF) * LEAF8_WORDS;
 }
 
-// Fetches what is at a child, in a tree that is larger than the caches.
+// The planes of a node, or the corners of a leaf, for a ray: words of a record, or over time those between it and the next.
+EK_FN wf wide_planes(Geometry geometry, global const float* planes, const RayOne* ray) {
+  const wf now = wide_load(planes);
+#if EK_HAS_moving_surface
+  if (EK_OVER_TIME(geometry)) return now + (wide_load(planes + WIDE_NODE_WORDS) - now) * ray->share;
+#endif
+  return now;
+}
+
+// The record at a child that a ray needs.
+EK_FN uint wide_record(Geometry geometry, uint child, const RayOne* ray) {
+#if EK_HAS_moving_surface
+  if (EK_OVER_TIME(geometry)) return child + ray->step;
+#endif
+  return child;
+}
+
+// Fetches what is at a child (wide_record), in a tree that is larger than the caches.
 EK_FN void wide_prefetch(Geometry geometry, uint child) {
 #if EK_LARGE_TREE && EK_BUILTIN(__builtin_prefetch)
   if (EK_HAS_instance && is_instance_child(child)) {
@@ -71,19 +92,31 @@ EK_FN void wide_prefetch(Geometry geometry, uint child) {
   __builtin_prefetch(rest + 64);
   __builtin_prefetch(rest + 128);
 #endif
+  if (EK_OVER_TIME(geometry)) {  // the next record; of a node all but children and orders
+    global const char* next = child & WIDE_LEAF ? p + 4u * LEAF8_WORDS : p + 4u * WIDE_NODE_WORDS;
+    __builtin_prefetch(next);
+    __builtin_prefetch(next + 64);
+    __builtin_prefetch(next + 128);
+#if EK_LAYOUT_bvh16
+    __builtin_prefetch(next + 192);
+    __builtin_prefetch(next + 256);
+    __builtin_prefetch(next + 320);
+#endif
+  }
 #endif
 }
 
 // The begin and the end of the ray's interval in each child.
-EK_FN wf wide_begin(global const float* node, const RayOne* ray) {
-  const wf x = (wide_load(node + ray->near_x) - ray->o_near.x) * ray->rcp_d.x, y = (wide_load(node + ray->near_y) - ray->o_near.y) * ray->rcp_d.y,
-           z = (wide_load(node + ray->near_z) - ray->o_near.z) * ray->rcp_d.z;
+EK_FN wf wide_begin(Geometry geometry, global const float* node, const RayOne* ray) {
+  const wf x = (wide_planes(geometry, node + ray->near_x, ray) - ray->o_near.x) * ray->rcp_d.x,
+           y = (wide_planes(geometry, node + ray->near_y, ray) - ray->o_near.y) * ray->rcp_d.y,
+           z = (wide_planes(geometry, node + ray->near_z, ray) - ray->o_near.z) * ray->rcp_d.z;
   return wide_max(wide_max(x, y), wide_max(z, (wf)(0.0f)));
 }
-EK_FN wf wide_end(global const float* node, const RayOne* ray) {
-  const wf x = (wide_load(node + (ray->near_x ^ EK_NODE_WIDTH)) - ray->o_far.x) * ray->rcp_d.x,
-           y = (wide_load(node + (ray->near_y ^ EK_NODE_WIDTH)) - ray->o_far.y) * ray->rcp_d.y,
-           z = (wide_load(node + (ray->near_z ^ EK_NODE_WIDTH)) - ray->o_far.z) * ray->rcp_d.z;
+EK_FN wf wide_end(Geometry geometry, global const float* node, const RayOne* ray) {
+  const wf x = (wide_planes(geometry, node + (ray->near_x ^ EK_NODE_WIDTH), ray) - ray->o_far.x) * ray->rcp_d.x,
+           y = (wide_planes(geometry, node + (ray->near_y ^ EK_NODE_WIDTH), ray) - ray->o_far.y) * ray->rcp_d.y,
+           z = (wide_planes(geometry, node + (ray->near_z ^ EK_NODE_WIDTH), ray) - ray->o_far.z) * ray->rcp_d.z;
   return wide_min(wide_min(x, y), wide_min(z, (wf)(ray->t)));
 }
 
@@ -148,12 +181,12 @@ typedef struct {
 
 EK_FN Leaf8Visit leaf8_visit(Geometry geometry, uint child, const RayOne* ray) {
   const uint x = ray->axis_x, z = ray->axis_z;
-  const Leaf8Visit visit = {geometry, ray, wide_leaf8(geometry, child), x, 24u - x - z, z};
+  const Leaf8Visit visit = {geometry, ray, wide_leaf8(geometry, wide_record(geometry, child, ray)), x, 24u - x - z, z};
   return visit;
 }
 
-// One axis of one corner of the eight triangles, in the world: the triangles of an instance are
-// moved there.
+// One axis of one corner of the eight triangles as it is stored, in the world: the triangles of an
+// instance are moved there.
 EK_FN float8 leaf8_corner(const Leaf8Visit* visit, uint offset, uint axis) {
   global const float* corner = visit->leaf8 + offset;
   const uint instance = ray_instance(visit->ray);
@@ -204,13 +237,13 @@ EK_FN int traverse_wide(Geometry geometry, const RayOne* given, const int any_hi
       current = geometry.scene.instances[instance].root;
       continue;
     } else if (!(current & WIDE_LEAF)) {
-      global const float* node = wide_node(geometry, current);
+      global const float* node = wide_node(geometry, wide_record(geometry, current, &ray));
       global const uint* children = (global const uint*)node + 6 * EK_NODE_WIDTH;
-      const wf begins = wide_begin(node, &ray);
+      const wf begins = wide_begin(geometry, node, &ray);
       float begin[EK_NODE_WIDTH] __attribute__((aligned(64)));
       *(wf*)begin = begins;
       const uint base = stack_size;
-      for (uint bits = wide_bits(begins <= wide_end(node, &ray)) & wide_there(children); bits != 0; bits &= bits - 1) {
+      for (uint bits = wide_bits(begins <= wide_end(geometry, node, &ray)) & wide_there(children); bits != 0; bits &= bits - 1) {
         const ulong entry = wide_entry(begin, children, lowest_bit(bits));
         // This sorts the new entries at the end of the stack by insertion, the nearest last.
         uint at = stack_size++;

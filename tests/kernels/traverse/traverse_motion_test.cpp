@@ -20,13 +20,14 @@ struct MovingRoom {
   std::vector<fixtures::Soup> poses;
   std::vector<bool> moves;
 
-  MovingRoom() {
+  /// every  of so many triangles the first moves; 0: none
+  explicit MovingRoom(std::size_t every = 2) {
     std::mt19937 random(3);
     std::uniform_real_distribution<float> unit(-1.0F, 1.0F);
     const fixtures::Soup soup = fixtures::room();
     poses.assign(kSteps + 1, soup);
     for (std::size_t i = 0; i < soup.size() / 9; ++i) {
-      moves.push_back(i % 2 == 0);
+      moves.push_back(every != 0 && i % every == 0);
       if (!moves.back()) continue;
       for (fixtures::Soup& pose : poses)
         for (std::size_t k = 9 * i; k < 9 * i + 9; ++k) {
@@ -66,28 +67,34 @@ struct MovingRoom {
     for (std::size_t i = 0; i < count; ++i) std::copy_n(&now[9 * i], 9, &scene.triangles[i].p0_x);
     if (time) return scene;
     scene.pose_steps = kSteps;
-    scene.motion.assign(1 + count, 0);
-    scene.motion[0] = kSteps;
+    std::vector<std::uint32_t> first_records(count, 0);
     for (std::size_t i = 0; i < count; ++i) {
       if (!moves[i]) continue;
-      scene.motion[1 + i] = std::uint32_t(1 + scene.pose_triangles.size());
+      first_records[i] = std::uint32_t(1 + scene.pose_triangles.size());
       for (const fixtures::Soup& pose : poses) {
         Triangle t{};
         std::copy_n(&pose[9 * i], 9, &t.p0_x);
         scene.pose_triangles.push_back(t);
       }
     }
+    scene.motion = motion_table(kSteps, first_records);
+    if (scene.pose_triangles.empty()) scene.pose_triangles.resize(kSteps + 1);  // as pack_motion leaves it
     return scene;
   }
 };
 
+/// Some of them leave a triangle, go to one, or end before long; closest hits have no end.
 std::vector<ProbeRay> rays_of(std::size_t count, std::optional<float> time) {
+  const std::size_t triangles = fixtures::room().size() / 9;
   std::mt19937 random(4);
   std::uniform_real_distribution<float> unit(-1.0F, 1.0F);
   std::vector<ProbeRay> rays(count);
   for (ProbeRay& ray : rays) {
     for (float& x : ray.o) x = 5.0F * unit(random);
     for (float& x : ray.d) x = unit(random);
+    if (random() % 4 == 0) ray.left = std::uint32_t(random() % triangles);
+    if (random() % 4 == 0) ray.goal = std::uint32_t(random() % triangles);
+    if (random() % 4 == 0) ray.t_max = 2.0F + unit(random);
     ray.time = time.value_or(std::min(0.5F * unit(random) + 0.5F, 0x1.fffffep-1F));
   }
   return rays;
@@ -99,7 +106,7 @@ struct Probes {
   PackedScene packed;
   std::optional<Features> features;
 
-  explicit Probes(std::optional<float> time) : packed(MovingRoom().packed(time)) {
+  explicit Probes(std::optional<float> time, std::size_t every = 2) : packed(MovingRoom(every).packed(time)) {
     scene.moves_surfaces = !time;
     settings.width = settings.height = 1;
     features.emplace(scene, settings);
@@ -126,7 +133,7 @@ void expect_same(const std::vector<ProbeHit>& hits, const std::vector<ProbeHit>&
 
 TEST(TraverseMotion, trees_over_time_find_the_hits_of_brute_force) {
   Probes over_time(std::nullopt);
-  const std::vector<ProbeRay> rays = rays_of(30'000, std::nullopt);
+  const std::vector<ProbeRay> rays = rays_of(100'000, std::nullopt);
   TraverseProbe brute = over_time.brute_force();
   const auto expected = brute.closest(rays);
   const auto met = brute.any(rays);
@@ -134,6 +141,26 @@ TEST(TraverseMotion, trees_over_time_find_the_hits_of_brute_force) {
     TraverseProbe tree = over_time.probe(variant);
     expect_same(tree.closest(rays), expected, TraverseProbe::describe(variant));
     EXPECT_EQ(tree.any(rays), met) << TraverseProbe::describe(variant);
+  }
+}
+
+TEST(TraverseMotion, a_tree_may_hold_everything_or_nothing) {
+  const std::vector<ProbeRay> rays = rays_of(20'000, std::nullopt);
+  for (const std::size_t every : {0, 1}) {
+    Probes over_time(std::nullopt, every);
+    TraverseProbe brute = over_time.brute_force();
+    const auto expected = brute.closest(rays);
+    const auto met = brute.any(rays);
+    for (const TraverseProbe::Options& variant : {TraverseProbe::Options{"bvh16", 16},
+                                                  {"bvh16", 16, false, true},
+                                                  {"bvh16", 1},
+                                                  {"bvh8", 8},
+                                                  {"bvh2", 1},
+                                                  {"cwbvh", 16}}) {
+      TraverseProbe tree = over_time.probe(variant);
+      expect_same(tree.closest(rays), expected, TraverseProbe::describe(variant));
+      EXPECT_EQ(tree.any(rays), met) << TraverseProbe::describe(variant);
+    }
   }
 }
 

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "render/lights/light_path_scenes.h"
-#include "render/pilot.h"
+#include "render/pilot/pilot.h"
 
 namespace eikon::test {
 namespace {

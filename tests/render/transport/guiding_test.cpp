@@ -6,7 +6,7 @@
 
 #include "guide/guide_table.h"
 #include "render/materials/glass_builder.h"
-#include "render/pilot.h"
+#include "render/pilot/pilot.h"
 #include "render/scene_builder.h"
 
 namespace eikon::test {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "render/pilot.h"
+#include "render/pilot/pilot.h"
 
 #include <algorithm>
 #include <bit>
