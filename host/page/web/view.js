@@ -89,6 +89,7 @@ async function listen() {
     } catch (error) {
       document.body.dataset.connected = "no";
       version = 0;
+      document.getElementById("status").replaceChildren(el("b", {}, "not connected"));
       complain("eikon does not answer (" + error.message + "). It may have ended; this page tries again.");
       await new Promise((resolve) => setTimeout(resolve, 1000));
     }

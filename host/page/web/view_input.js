@@ -54,7 +54,8 @@ canvas.addEventListener("keydown", (event) => {
   else return;
   event.preventDefault();
 });
-window.addEventListener("resize", () => { if (frame) fit(sizeNow()); });
+// Also when a line below the picture comes or goes.
+new ResizeObserver(() => { if (frame) fit(sizeNow()); }).observe(document.getElementById("picture"));
 
 // A scene file may be dropped anywhere on the page.
 document.addEventListener("dragover", (event) => event.preventDefault());
