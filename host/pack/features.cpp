@@ -104,9 +104,9 @@ PathStateLayout path_state_layout(const Features& features, bool chunked) {
     if (words > 0) layout.field[name] = layout.words;
     layout.words += words;
   };
-#define EK_FIELD(type, name, needed) add(#name, std::uint32_t(EK_WORDS_##type*(needed)));
+#define EK_FIELD(type, name, needed) add(#name, std::uint32_t(EK_WORDS_##type * (needed)));
 #define EK_SHADOW(type, name, needed) \
-  add("shadow_" #name, std::uint32_t(EK_WORDS_##type*(needed)) * features.light_samples());
+  add("shadow_" #name, std::uint32_t(EK_WORDS_##type * (needed)) * features.light_samples());
 #include "shared/path_state.def"
   return layout;
 }

@@ -106,7 +106,7 @@ PackedScene pack_scene(Scene&& scene, const Features& features, const Settings& 
 /// materials. Its poses are freed, too.
 PackedScene pack_and_release(Scene& scene, const Features& features, const Settings& settings);
 
-/// What tells of the light in a scene.
+/// Holds what `eikon info` tells of the light in a scene.
 struct LightOverview {
   PackedScene packed;  // bounds, shapes, materials and light_summary are those of pack_scene; no triangles, no lights
   std::uint64_t bytes = 0;  // of `packed` and the lights, on a device

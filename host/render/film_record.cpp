@@ -91,7 +91,7 @@ std::string describe_guiding(Guiding guiding, std::uint64_t paths) {
   return paths == 0 ? kNotGuided : fmt::format("{}, by {} paths", name_of(guiding), paths);
 }
 
-/// Where a trial decides on the number, FilmRecord::light_path_counts has it.
+/// If a trial decides on the number, it is not a setting: FilmRecord::light_path_counts has it.
 std::string describe_light_paths(std::uint64_t count, std::uint64_t trial_paths) {
   if (trial_paths > 0) return fmt::format("auto, by {} paths", trial_paths);
   return count == 0 ? "none" : fmt::format("{} of each sample", count);

@@ -30,7 +30,7 @@ Sceneries::Sceneries(std::vector<std::string> given, ParseRender parse)
     : given_(std::move(given)), parse_(std::move(parse)), scenes_(kSceneBytes) {}
 
 void Sceneries::open(const std::string& scene) {
-  // What was meant for the other scene.
+  // These flags were meant for the other scene.
   const std::set<std::string_view> of_scene = {"--camera",     "--look-at",        "--fov",      "--f-number",
                                                "--panorama",   "--focus-distance", "--variant",  "--frame",
                                                "--scene-time", "--loop",           "--animation"};

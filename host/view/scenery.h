@@ -53,7 +53,7 @@ class Sceneries {
   void forget();
 
  private:
-  /// What is the same for every look at the same files.
+  /// Holds what is the same for every look at the same files.
   struct Source {
     Digest scene, environment;
     std::string environment_words{};  // of --env, for which `environment_map` stands

@@ -110,7 +110,7 @@ Json look_json(const ViewLook& look) {
 std::vector<std::string> words_of(const ViewLook& look, const std::vector<std::string>& given) {
   const auto& flags = look.flags;
   const bool has_camera = flags.contains("--look-at") || flags.contains("--camera");
-  // What only makes sense for the camera that the user had.
+  // These flags only make sense for the camera that the user had.
   const std::set<std::string_view> of_camera = {"--look-at",  "--camera",         "--fov",
                                                 "--f-number", "--focus-distance", "--panorama"};
   std::vector<std::string> words;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a page asks to see, as flags of `eikon render`.
+// A look is what a page asks to see, as flags of `eikon render`.
 #pragma once
 #include <cstdint>
 #include <map>

@@ -18,14 +18,14 @@
 
 namespace eikon {
 
-/// What a page shows.
+/// A picture as a page shows it.
 struct ViewFrame {
   std::uint64_t number = 0;           // grows by one with each
   std::string about;                  // JSON: width, height, layer, small, samples, samples_total, rate, error
   std::vector<unsigned char> pixels;  // view_pixels()
 };
 
-/// What has become new since somebody looked last.
+/// The status, and the latest picture if it is new to whoever asks.
 struct ViewNews {
   std::uint64_t version = 0;
   std::string status;  // JSON: state and of which look, error, notes, command, scene, look, look_number
@@ -74,7 +74,7 @@ class ViewSession {
     std::vector<std::string> words{}, notes{};
     std::string scene = "null";  // JSON of scene_outline()
   };
-  /// What the thread does next.
+  /// The next thing that the thread does.
   struct Task {
     std::optional<ViewLook> look{};          // another one than before
     std::uint64_t number = 0;                // of the look
@@ -103,7 +103,7 @@ class ViewSession {
   Sceneries sceneries_;
   DevicePool pool_;
 
-  // Of the thread.
+  // Only the thread uses these.
   std::optional<Scenery> scenery_{};  // none: it could not be loaded, or rendered
   ViewLook shown_{};                  // by scenery_
   std::uint64_t shown_number_ = 0;    // of that look

@@ -74,7 +74,7 @@ class Wavefront {
   /// throws DeviceError; InternalError when a kernel reports one
   UnitResult finish();
 
-  /// Whether units have their light paths, if the program has the stages for them. At first they do.
+  /// Turns the light paths of units on or off, if the program has the stages for them. At first they are on.
   void trace_light_paths(bool on);
   /// Uploads another table of path guiding; of a program with feature path_log. No unit may be under way.
   void set_guide(std::shared_ptr<const GuideTable> guide);

@@ -27,7 +27,7 @@ EK_FN Geometry moving_geometry(Geometry geometry) {
 /// 1 if the tree of what stands still has anything in it.
 EK_FN int some_stands_still(Geometry geometry) { return EK_LAYOUT_none || geometry.scene.motion_nodes[6] != 0u; }
 
-/// Where rays enter the box around all that moves, by the interval rule (ray.h). *end: where they leave it
+/// Returns where rays enter the box around all that moves, by the interval rule (ray.h). *end: is set to where they leave it
 EK_FN vf moving_interval(Geometry geometry, RayLanes ray, vf* end) {
   global const float* box = (global const float*)geometry.scene.motion_nodes;
   const vi falls_x = ray.rcp_d.x < 0.0f, falls_y = ray.rcp_d.y < 0.0f, falls_z = ray.rcp_d.z < 0.0f;

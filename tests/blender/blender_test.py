@@ -37,18 +37,8 @@ import bpy  # noqa: E402  isort: skip
 import addon_utils  # noqa: E402  which bpy makes known
 import numpy as np  # noqa: E402
 
-sys.path.insert(0, str(ROOT / "tools/blender"))
-
-
-def read(path):
-    """The picture of an EXR file of Blender's or eikon's: rows from the top, [y, x, RGBA]."""
-    image = bpy.data.images.load(str(path))
-    image.colorspace_settings.name = "Non-Color"
-    width, height = image.size
-    pixels = np.empty(width * height * image.channels, np.float32)
-    image.pixels.foreach_get(pixels)
-    bpy.data.images.remove(image)
-    return pixels.reshape(height, width, -1)[::-1]
+sys.path[:0] = [str(ROOT / "tools/blender"), str(ROOT / "tools/versus")]
+from blender_picture import read  # noqa: E402
 
 
 def add(data, location=(0, 0, 0), rotation=(0, 0, 0), scale=(1, 1, 1)):

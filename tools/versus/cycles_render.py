@@ -30,6 +30,7 @@ import bpy  # noqa: E402
 import mathutils  # noqa: E402
 import numpy as np  # noqa: E402
 
+import blender_picture  # noqa: E402
 import runner  # noqa: E402
 
 
@@ -165,13 +166,8 @@ def render(scene, seed):
         start = time.perf_counter()
         bpy.ops.render.render(write_still=True)
         seconds = time.perf_counter() - start
-        loaded = bpy.data.images.load(str(path))
-        loaded.colorspace_settings.name = "Non-Color"
-        width, height = loaded.size
-        pixels = np.empty(width * height * loaded.channels, np.float32)
-        loaded.pixels.foreach_get(pixels)
-        bpy.data.images.remove(loaded)
-    return pixels.reshape(height, width, -1)[::-1, :, :3].astype(np.float64), None, seconds
+        pixels = blender_picture.read(path)
+    return pixels[:, :, :3].astype(np.float64), None, seconds
 
 
 def main():

@@ -139,7 +139,7 @@ function errorOverTime(stats, timeline) {
     el("div", { class: "chart" }, errorChart(points))];
 }
 
-// What the pilot decided, in words; null where there was none.
+// Returns a paragraph about what the pilot decided, or null if there was no pilot.
 function pilotText(pilot) {
   if (!pilot) return null;
   const gain = (value) => (value > 0 ? " (predicted gain " + value.toFixed(2) + ")" : "");

@@ -8,7 +8,7 @@ const SIZES = ["320x240", "480x360", "640x480", "960x540", "1280x720", "1920x108
 const REST_MS = 250;  // without a change, after which the whole picture is wanted
 const LENSES = ["--f-number", "--focus-distance"], VIEWS = ["--look-at", "--fov", ...LENSES];
 
-// What is asked for. `camera` is null until somebody moves: then the scene's own camera is shown.
+// The flags and the camera that are asked for. `camera` is null until somebody moves: then the scene's own camera is shown.
 const look = { flags: { "--size": "640x480" }, layer: "picture", mix: {} };
 let camera = null, tool = "orbit", scene = null, frame = null, linear = null, status = {};
 let version = 0, adopted = 0, restTimer = 0, sending = false, again = null;

@@ -23,7 +23,7 @@ class ViewCamera {
     this.up = camera.up;
     this.radius = radius;
     this.fov = camera.fov === null ? 40 : camera.fov;
-    // What stands in the middle of the picture lies about as far away as the middle of the scene.
+    // The surface in the middle of the picture is taken to lie about as far away as the middle of the scene.
     const ahead = scaled(camera.back, -1), distance = Math.max(dot(minus(middle, camera.eye), ahead), 0.1 * radius);
     this.target = add(camera.eye, scaled(ahead, distance));
     // The world's vertical, unless the camera looks along it.

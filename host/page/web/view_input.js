@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What mouse, touch and keys on the picture do.
+// This file turns mouse, touch and keys on the picture into moves of the camera.
 "use strict";
 
 /** The pixel of the whole picture under a pointer. */

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How the view paints a picture, and draws a path over it.
+// This file paints the view's picture, and draws a path over it.
 "use strict";
 
 const canvas = document.getElementById("canvas"), overlay = document.getElementById("overlay");

@@ -47,7 +47,7 @@ class GuidingPilot {
     return std::uint64_t(std::max(std::round(each), 1.0));
   }
 
-  Pilot run(Guiding guiding) {
+  void run(Guiding guiding, Pilot& pilot) {
     calibrate();
     GuideLearner learner(scale_, usual_luminance_);
     mean_.resize(picture_.pixel_count());
@@ -73,7 +73,7 @@ class GuidingPilot {
       });
     }
     learner.freeze();
-    return decide(learner.table(), trials, guiding);
+    decide(learner.table(), trials, guiding, pilot);
   }
 
  private:
@@ -190,16 +190,14 @@ class GuidingPilot {
                      gain(trials, 1, 2, sample_variance), gain(trials, 0, 1, replicate_variance)});
   }
 
-  [[nodiscard]] Pilot decide(GuideTable table, const Trials& trials, Guiding guiding) const {
-    Pilot pilot;
+  void decide(GuideTable table, const Trials& trials, Guiding guiding, Pilot& pilot) const {
     pilot.report.paths = paths_;
     pilot.report.cells = table.cell_count();
     pilot.report.gain = least_gain(trials);
-    if (guiding != Guiding::on && pilot.report.gain < kLeastGain) return pilot;
+    if (guiding != Guiding::on && pilot.report.gain < kLeastGain) return;
     table.roulette_depth = pilot.report.roulette_depth = kRouletteDepth;
     pilot.report.digest = table.digest();
     pilot.table = std::make_shared<const GuideTable>(std::move(table));
-    return pilot;
   }
 
   PilotPicture& picture_;
@@ -222,9 +220,9 @@ std::uint64_t largest_guiding_round(const Settings& settings) {
   return GuidingPilot::first_round(picture, settings.pilot_paths) * kRounds.back() * picture.crop.pixel_count();
 }
 
-Pilot run_guiding_pilot(PilotPicture& picture, const Settings& settings) {
+void run_guiding_pilot(PilotPicture& picture, const Settings& settings, Pilot& pilot) {
   picture.restart(guiding_picture_settings(settings));
-  return GuidingPilot(picture, settings.pilot_paths).run(settings.guiding);
+  GuidingPilot(picture, settings.pilot_paths).run(settings.guiding, pilot);
 }
 
 }  // namespace eikon

@@ -13,7 +13,8 @@ namespace eikon {
 [[nodiscard]] std::uint64_t largest_guiding_round(const Settings& settings);
 
 /// picture   of a program with feature path_log
-/// settings  of the image. throws DeviceError
-[[nodiscard]] Pilot run_guiding_pilot(PilotPicture& picture, const Settings& settings);
+/// settings  of the image
+/// pilot     gets the table, if paths are to be guided, and the figures of its report about that. throws DeviceError
+void run_guiding_pilot(PilotPicture& picture, const Settings& settings, Pilot& pilot);
 
 }  // namespace eikon

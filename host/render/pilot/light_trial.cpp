@@ -154,7 +154,7 @@ Settings light_trial_settings(const Settings& settings) {
   return pilot_picture_settings(all, kMostPilotPixels);
 }
 
-std::uint64_t light_trial_paths(const Settings& settings) {
+std::uint64_t paths_of_light_trial(const Settings& settings) {
   const std::uint64_t pixels = light_trial_settings(settings).crop.pixel_count();
   return std::max<std::uint64_t>(settings.light_trial_paths / pixels, 2) * pixels;
 }
@@ -162,7 +162,7 @@ std::uint64_t light_trial_paths(const Settings& settings) {
 LightTrial run_light_trial(PilotPicture& picture, const Features& features, const Settings& settings) {
   picture.restart(light_trial_settings(settings));
   TrialSums sums(picture.settings(), features);
-  picture.render(0, light_trial_paths(settings) / picture.pixel_count(), false,
+  picture.render(0, paths_of_light_trial(settings) / picture.pixel_count(), false,
                  [&](const PilotUnit& unit) { sums.add(unit.result); });
   LightTrial trial = sums.result();
   // Paths from the camera never meet these lights, whether the trial has seen what they light up or not.

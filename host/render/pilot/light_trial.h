@@ -25,7 +25,7 @@ inline constexpr std::array<double, 5> kLightPathRatios = {0, 1.0 / 128, 1.0 / 6
 /// The error that each number of light paths leaves, and its cost.
 struct LightTrial {
   double camera_error = 0;  // of the light that only camera paths find
-  /// Of the light that both find. Infinite with no light paths if some light is found by them alone.
+  /// The same of the light that both find. It is infinite with no light paths if some light is found by them alone.
   std::array<double, kLightPathRatios.size()> shared_error{};
   double camera_rays = 0, light_rays = 0;  // of a path
 };
@@ -44,7 +44,7 @@ struct LightTrial {
 /// The settings of the trial's picture.
 [[nodiscard]] Settings light_trial_settings(const Settings& settings);
 /// The number of paths from the camera in it.
-[[nodiscard]] std::uint64_t light_trial_paths(const Settings& settings);
+[[nodiscard]] std::uint64_t paths_of_light_trial(const Settings& settings);
 
 /// picture   of a program with the stages of light paths
 /// settings  of the image. throws DeviceError

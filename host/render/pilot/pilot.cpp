@@ -71,29 +71,26 @@ Pilot run_pilot(Device& device, const PackedScene& packed, const Features& featu
   own.set_guiding(false, wants_guiding(features, settings));
   if (own.has(Feature::path_log)) of_image.guide = std::make_shared<const GuideTable>(make_guide_table({}, 1));
   const Settings first = tries_lights ? light_trial_settings(of_image) : guiding_picture_settings(of_image);
-  const std::uint64_t largest = std::max(tries_lights ? light_trial_paths(settings) : 0,
+  const std::uint64_t largest = std::max(tries_lights ? paths_of_light_trial(settings) : 0,
                                          own.has(Feature::path_log) ? largest_guiding_round(settings) : 0);
   PilotPicture picture({device, packed, own, execution, steps}, first, largest);
 
-  PilotReport report;
+  Pilot pilot;
+  PilotReport& report = pilot.report;
   report.arithmetic = picture.wavefront().arithmetic().name();
   if (tries_lights) {
     const LightTrial trial = run_light_trial(picture, own, of_image);
     const std::size_t best = best_light_paths(trial);
-    report.light_trial_paths = light_trial_paths(settings);
+    report.light_trial_paths = paths_of_light_trial(settings);
     report.light_path_count = of_image.light_path_count = light_paths_of_ratio(settings, kLightPathRatios[best]);
     report.light_path_gain = light_path_gain(trial, best);
     if (best == 0) then.leave_out_light_paths();
   }
-  Pilot pilot;
   if (wants_guiding(then, settings)) {
     picture.wavefront().trace_light_paths(false);  // what it finds is weighed against them all the same
-    pilot = run_guiding_pilot(picture, of_image);
-    report.paths = pilot.report.paths, report.cells = pilot.report.cells, report.gain = pilot.report.gain;
-    report.roulette_depth = pilot.report.roulette_depth, report.digest = pilot.report.digest;
+    run_guiding_pilot(picture, of_image, pilot);
   }
   report.seconds = host_seconds() - begin;
-  pilot.report = report;
   return pilot;
 }
 

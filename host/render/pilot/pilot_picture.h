@@ -28,7 +28,7 @@ struct PilotUnit {
   std::uint64_t sample_begin = 0;
 };
 
-/// What renders it. All must outlive it.
+/// The device, the scene and the settings with which a pilot's picture is rendered. All must outlive it.
 struct PilotMeans {
   Device& device;
   const PackedScene& packed;

@@ -18,7 +18,7 @@
 namespace eikon {
 namespace {
 
-/// What a child gets, freed at the end.
+/// Holds the settings with which a child is started, and frees them at the end.
 struct SpawnSettings {
   posix_spawn_file_actions_t files{};
   posix_spawnattr_t attributes{};
@@ -34,7 +34,7 @@ struct SpawnSettings {
     sigemptyset(&usual);
     sigaddset(&usual, SIGPIPE);
     posix_spawnattr_setsigdefault(&attributes, &usual);
-    // Of a group of its own: Ctrl-C in the terminal ends this process, which then ends the child.
+    // The child is in a group of its own: Ctrl-C in the terminal ends this process, which then ends the child.
     posix_spawnattr_setpgroup(&attributes, 0);
     posix_spawnattr_setflags(&attributes,
                              short(POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETPGROUP));

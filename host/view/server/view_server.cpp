@@ -125,7 +125,7 @@ ViewServer::ViewServer(ViewSession& session, int port)
 
 ViewServer::~ViewServer() = default;
 
-/// What comes before every handler, and around it.
+/// Adds the checks that come before every handler, and what every answer has in common.
 void ViewServer::guard() {
   httplib::Server& server = http_->server;
   server.set_default_headers({{"Cache-Control", "no-store"},
@@ -185,7 +185,7 @@ void ViewServer::add_handlers() {
   add_orders();
 }
 
-/// What changes more than the picture.
+/// Adds the requests that change more than the picture.
 void ViewServer::add_orders() {
   httplib::Server& server = http_->server;
   const auto receive = [this](const httplib::Request& request, httplib::Response& response,

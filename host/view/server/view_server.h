@@ -11,7 +11,7 @@
 
 namespace eikon {
 
-/// What a request says of where it comes from.
+/// Holds what a request says of where it comes from.
 struct RequestOrigin {
   std::string host;        // header Host
   std::string origin;      // header Origin; empty: none

@@ -77,7 +77,7 @@ class TevServer {
 
   /// The flag that sends pictures here.
   [[nodiscard]] std::string flag() const { return fmt::format(" --tev 127.0.0.1:{}", port_); }
-  /// How often the first row of an image was sent.
+  /// Counts how often the first row of an image was sent.
   [[nodiscard]] int pictures() const { return pictures_.load(); }
   [[nodiscard]] int connections() const { return connections_.load(); }
 

@@ -58,7 +58,7 @@ struct Swarm {
   }
 };
 
-/// What a ray may find below a side of a node: a box, and a node or triangles.
+/// A ray may find this below a side of a node: a box, and a node or triangles.
 struct Child {
   std::array<float, 6> box{};  // at the time that is asked for
   bool is_leaf = false;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What look_at_light finds out without packing lights is what packing them gives.
+// These tests show that look_at_light, which packs no lights, finds what packing them gives.
 #include <gtest/gtest.h>
 
 #include "pack/geometry/placed_meshes.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What pages may ask for, and who may ask.
+// These tests show which flags pages may ask for, and who may ask.
 #include "view/view_look.h"
 
 #include <gtest/gtest.h>

@@ -33,14 +33,18 @@ class EikonSettings(bpy.types.PropertyGroup):
         name="More Flags", default="", description="Further flags of `eikon render`, such as --max-depth 8 --guiding on")
 
 
-class EIKON_PT_sampling(bpy.types.Panel):
-    bl_label = "Sampling"
-    bl_space_type, bl_region_type, bl_context = "PROPERTIES", "WINDOW", "render"
+class EikonPanel:
+    """What panels share that are there while eikon is the render engine."""
     COMPAT_ENGINES = {ENGINE}
 
     @classmethod
     def poll(cls, context):
         return context.engine in cls.COMPAT_ENGINES
+
+
+class EIKON_PT_sampling(EikonPanel, bpy.types.Panel):
+    bl_label = "Sampling"
+    bl_space_type, bl_region_type, bl_context = "PROPERTIES", "WINDOW", "render"
 
     def draw(self, context):
         layout, settings = self.layout, context.scene.eikon
@@ -51,14 +55,9 @@ class EIKON_PT_sampling(bpy.types.Panel):
         layout.prop(settings, "flags")
 
 
-class EIKON_PT_passes(bpy.types.Panel):
+class EIKON_PT_passes(EikonPanel, bpy.types.Panel):
     bl_label = "Passes"
     bl_space_type, bl_region_type, bl_context = "PROPERTIES", "WINDOW", "view_layer"
-    COMPAT_ENGINES = {ENGINE}
-
-    @classmethod
-    def poll(cls, context):
-        return context.engine in cls.COMPAT_ENGINES
 
     def draw(self, context):
         self.layout.use_property_split = True
