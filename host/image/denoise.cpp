@@ -116,6 +116,15 @@ Denoiser::Denoiser(unsigned threads) : library_(std::make_unique<Library>()) {
 
 Denoiser::~Denoiser() = default;
 
+std::string Denoiser::problem() {
+  try {
+    const Library found;
+    return "";
+  } catch (const InputError& error) {
+    return error.what();
+  }
+}
+
 void Denoiser::denoise(Image& picture) const {
   const Library& oidn = *library_;
   constexpr std::array<std::string_view, 3> kColor{"R", "G", "B"};

@@ -5,6 +5,7 @@
 #pragma once
 #include <array>
 #include <memory>
+#include <string>
 #include <string_view>
 
 #include "image/image.h"
@@ -17,6 +18,8 @@ class Denoiser {
   /// finds.
   /// throws InputError when there is none, or when it does not support this processor
   explicit Denoiser(unsigned threads);
+  /// The line that says why the library cannot be loaded; empty if it can. It stays loaded.
+  [[nodiscard]] static std::string problem();
   ~Denoiser();
   Denoiser(const Denoiser&) = delete;
   Denoiser& operator=(const Denoiser&) = delete;

@@ -51,7 +51,7 @@ constexpr std::size_t kScenes = 8, kLayouts = 4;  // the most that are kept, wha
 }  // namespace
 
 std::shared_ptr<SceneCache::Kept> SceneCache::load(const std::filesystem::path& path, const SceneChoice& choice,
-                                                   const Digest& digest) {
+                                                   const Digest& digest, const Before& loading) {
   const std::lock_guard lock(mutex_);
   const auto found = std::find_if(kept_.begin(), kept_.end(), [&](const auto& kept) {
     return kept->digest.hash == digest.hash && kept->scene->path == path && kept->choice == choice;
@@ -61,6 +61,7 @@ std::shared_ptr<SceneCache::Kept> SceneCache::load(const std::filesystem::path& 
     (*found)->load_s = 0;
     return *found;
   }
+  if (loading) loading();
   // Another pose or variant of the same file shares what does not depend on these.
   const auto relative = std::find_if(kept_.rbegin(), kept_.rend(), [&](const auto& kept) {
     return kept->digest.hash == digest.hash && kept->scene->path == path;
@@ -90,7 +91,7 @@ void SceneCache::clear() {
 }
 
 std::shared_ptr<PackedScene> SceneCache::pack(Kept& kept, const Settings& settings, const Execution& execution,
-                                              const std::string& environment) {
+                                              const std::string& environment, const Before& packing) {
   const std::lock_guard lock(mutex_);
   const Features features = features_of(*kept.scene, settings, execution);
   const std::string key = features.summary() + "\n" + environment;
@@ -98,6 +99,7 @@ std::shared_ptr<PackedScene> SceneCache::pack(Kept& kept, const Settings& settin
   for (const Kept::Packed& packed : kept.packed)
     if (packed.key == key && (packed.improved || !reinsertion_pays(packed.scene->triangles.size(), rays)))
       return packed.scene;
+  if (packing) packing();
   auto packed = std::make_shared<PackedScene>(pack_scene(*kept.scene, features, settings));
   if (kept.packed.size() >= kLayouts) kept.packed.pop_front();
   kept.packed.push_back({key, reinsertion_pays(packed->triangles.size(), rays), packed});

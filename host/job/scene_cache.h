@@ -2,6 +2,7 @@
 // Scenes that stay in memory from one job to the next.
 #pragma once
 #include <cstdint>
+#include <functional>
 #include <list>
 #include <memory>
 #include <mutex>
@@ -36,13 +37,16 @@ class SceneCache {
   /// True if a scene of such files may stay. A larger one is loaded for one job, and freed as it is
   /// packed.
   [[nodiscard]] bool takes(const Digest& digest) const { return digest.bytes < budget_bytes_ / 8; }
+  /// Called before work that takes long, if there is any.
+  using Before = std::function<void()>;
   /// The scene whose files have this digest, as `choice` asks for it: from memory, or loaded.
   /// throws InputError
-  std::shared_ptr<Kept> load(const std::filesystem::path& path, const SceneChoice& choice, const Digest& digest);
+  std::shared_ptr<Kept> load(const std::filesystem::path& path, const SceneChoice& choice, const Digest& digest,
+                             const Before& loading = {});
   /// Packs the scene for these settings, or finds it packed.
   /// environment  a text that is the same whenever the environment is
   std::shared_ptr<PackedScene> pack(Kept& kept, const Settings& settings, const Execution& execution,
-                                    const std::string& environment);
+                                    const std::string& environment, const Before& packing = {});
   void clear();
 
  private:

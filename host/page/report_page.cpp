@@ -10,7 +10,7 @@ namespace {
 std::string data_page(const std::string& title, const Json& data) {
   return make_page("report.html", {.title = title,
                                    .styles = {"style.css", "report.css"},
-                                   .scripts = {"parts.js", "tone.js", "charts.js", "report.js"},
+                                   .scripts = {"parts.js", "tone.js", "charts.js", "feature_costs.js", "report.js"},
                                    .data = data});
 }
 

@@ -346,6 +346,7 @@ RenderOutput pack_and_render(const Pack& pack, const Features& features, const S
                                                                            .stay = hooks.devices_stay_ready});
   std::vector<DeviceReport> prepared = prepare_devices(*devices, execution);
   report.build_s = packed->build_s - built_before_s;
+  if (hooks.opening) hooks.opening();
   TraceScope piloting(execution.trace.get(), execution.track, "pilot");
   guide_paths(*devices, prepared, stop, hooks, report);
   piloting.end();

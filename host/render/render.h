@@ -94,6 +94,8 @@ struct RenderHooks {
   /// A film of the same scene and settings that the render continues; samples outside the settings'
   /// range stay in it.
   std::optional<FilmState> begin_with = {};
+  /// Called once the trees are built, before devices are opened and programs compiled.
+  std::function<void()> opening = {};
   /// Called once no device is being opened any more, unless the render ends before.
   std::function<void()> under_way = {};
   /// Called with what is done so far: after every checkpoint_every_s seconds in which there was

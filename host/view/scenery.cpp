@@ -26,21 +26,21 @@ std::string text_of(const Environment& environment, const Digest& file) {
 
 }  // namespace
 
-Sceneries::Sceneries(std::vector<std::string> given, ParseRender parse)
-    : given_(std::move(given)), parse_(std::move(parse)), scenes_(kSceneBytes) {}
-
-void Sceneries::open(const std::string& scene) {
-  // These flags were meant for the other scene.
+std::vector<std::string> words_of_other_scene(const std::string& scene, std::vector<std::string> given) {
   const std::set<std::string_view> of_scene = {"--camera",     "--look-at",        "--fov",      "--f-number",
                                                "--panorama",   "--focus-distance", "--variant",  "--frame",
                                                "--scene-time", "--loop",           "--animation"};
-  std::erase_if(given_, [&](const std::string& word) {
+  std::erase_if(given, [&](const std::string& word) {
     return !word.starts_with('-') || of_scene.contains(std::string_view(word).substr(0, word.find('=')));
   });
-  given_.insert(given_.begin(), scene);
-  is_dropped_ = true;
-  forget();
+  given.insert(given.begin(), scene);
+  return given;
 }
+
+Sceneries::Sceneries(std::vector<std::string> given, ParseRender parse, bool is_dropped)
+    : given_(std::move(given)), parse_(std::move(parse)), scenes_(kSceneBytes), is_dropped_(is_dropped) {}
+
+/// The next scene is loaded from its files.
 
 void Sceneries::forget() {
   scenes_.clear();
@@ -94,15 +94,19 @@ void Sceneries::add_layers(const Scene& scene, std::vector<std::string>& aovs, s
   words.push_back(fmt::format("--aov={}", fmt::join(aovs, ",")));
 }
 
-Scenery Sceneries::load(const ViewLook& look) {
+Scenery Sceneries::load(const ViewLook& look, const std::function<void(const char*)>& begins) {
+  const auto loading = [&] { begins("loading"); };
   std::vector<std::string> words, notes;
   if (is_dropped_)
     notes.emplace_back("this scene is a copy of the dropped file, which goes with the view; the command names it");
   if (watch_.changed()) forget();
   RenderOptions options = options_of(look, words);
-  if (!source_) read_source(options);
+  if (!source_) {
+    loading();  // files are read to know whether they are the same
+    read_source(options);
+  }
   const std::shared_ptr<SceneCache::Kept> kept =
-      scenes_.load(options.scene.scene, options.scene.choice(), source_->scene);
+      scenes_.load(options.scene.scene, options.scene.choice(), source_->scene, loading);
   layers_ = layers_ || look.needs_layers();
   if (layers_) add_layers(*kept->scene, options.scene.aovs, words);
   Prepared prepared = settle(options.scene, kept->scene, [&](const std::string& note) { notes.push_back(note); });
@@ -110,7 +114,8 @@ Scenery Sceneries::load(const ViewLook& look) {
   const Settings& settings = prepared.settings;
   const Features features = features_of(*kept->scene, settings, options.execution);
   std::shared_ptr<PackedScene> packed =
-      scenes_.pack(*kept, settings, options.execution, text_of(settings.environment, source_->environment));
+      scenes_.pack(*kept, settings, options.execution, text_of(settings.environment, source_->environment),
+                   [&] { begins("building"); });
   if (bounded_ != kept) bounds_ = world_bounds(*kept->scene);
   bounded_ = kept;
   return {.prepared = std::move(prepared),

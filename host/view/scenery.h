@@ -2,6 +2,7 @@
 // From what a page asks to see to a scene that is ready to be rendered.
 #pragma once
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -36,21 +37,22 @@ struct Scenery {
   std::optional<FilmState> film{};  // of the samples so far; none: of none
 };
 
+/// The words of a view for another scene than before: without what was meant for that one.
+[[nodiscard]] std::vector<std::string> words_of_other_scene(const std::string& scene, std::vector<std::string> given);
+
 /// Loads what a look needs, and keeps what the next look is likely to need again. Of one thread.
 class Sceneries {
  public:
   /// given  the words behind `eikon view` that `eikon render` knows, too
   /// parse  reads such words
-  Sceneries(std::vector<std::string> given, ParseRender parse);
+  /// is_dropped  the scene came from a page
+  Sceneries(std::vector<std::string> given, ParseRender parse, bool is_dropped);
   /// The scene as a look asks for it.
+  /// begins  gets "loading" and "building" before they are done; for most looks there is nothing to be done
   /// throws UsageError, InputError
-  [[nodiscard]] Scenery load(const ViewLook& look);
+  [[nodiscard]] Scenery load(const ViewLook& look, const std::function<void(const char*)>& begins);
   /// True if a file of the scene that was loaded last, or that could not be loaded, is another one now.
   [[nodiscard]] bool is_outdated() const { return watch_.changed(); }
-  /// Shows a copy of a file that was dropped from now on, in place of the scene that the user named.
-  void open(const std::string& scene);
-  /// Forgets scenes, so that the next one is loaded from its files.
-  void forget();
 
  private:
   /// Holds what is the same for every look at the same files.
@@ -62,6 +64,7 @@ class Sceneries {
   };
 
   [[nodiscard]] RenderOptions options_of(const ViewLook& look, std::vector<std::string>& words) const;
+  void forget();
   void read_source(const RenderOptions& options);
   void keep_environment(const EnvironmentOptions& asked, const Prepared& prepared, bool is_given);
   static void add_layers(const Scene& scene, std::vector<std::string>& aovs, std::vector<std::string>& words);
@@ -73,8 +76,8 @@ class Sceneries {
   std::optional<Source> source_{};
   std::shared_ptr<const SceneCache::Kept> bounded_{};  // the scene that has these bounds
   Bounds bounds_{};
-  bool is_dropped_ = false;  // the scene came from a page
-  bool layers_ = false;      // some look has asked for a layer: programs and films have all of them from then on
+  bool is_dropped_;
+  bool layers_ = false;  // some look has asked for a layer: programs and films have all of them from then on
 };
 
 }  // namespace eikon

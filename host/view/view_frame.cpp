@@ -4,6 +4,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 
@@ -78,7 +79,8 @@ std::vector<double> factors_of(const std::vector<LayerChannel>& channels, const 
 
 RowWriter writer_of(const Film& film, const ViewLook& look) {
   if (look.layer == "error") return [&](std::uint32_t y, float* values) { write_errors(film, y, values); };
-  if (!look.needs_layers()) return [&](std::uint32_t y, float* values) { write_radiance(film, y, values); };
+  if (!look.needs_layers() || look.layer == "denoised")
+    return [&](std::uint32_t y, float* values) { write_radiance(film, y, values); };
   const bool lights = look.layer == "lights";
   const std::vector<LayerChannel> channels = layer_channels(lights ? "light_groups" : look.layer, film.layout());
   if (lights)
@@ -89,21 +91,35 @@ RowWriter writer_of(const Film& film, const ViewLook& look) {
   return [&, channels, write](std::uint32_t y, float* values) { write(film, channels, y, values); };
 }
 
+std::vector<unsigned char> pixels_of(std::uint32_t width, std::uint32_t height, const RowWriter& write) {
+  const std::size_t row_bytes = std::size_t{4} * width;
+  std::vector<unsigned char> picture(row_bytes * height);
+  tbb::parallel_for(0U, height, [&](std::uint32_t y) {
+    std::vector<float> values(3 * std::size_t{width});
+    write(y, values.data());
+    std::vector<unsigned char> row;
+    row.reserve(row_bytes);
+    for (std::size_t i = 0; i < values.size(); i += 3) append_rgbe(row, {values[i], values[i + 1], values[i + 2]});
+    std::ranges::copy(row, picture.begin() + std::ptrdiff_t(row_bytes * y));
+  });
+  return picture;
+}
+
 }  // namespace
 
 std::vector<unsigned char> view_pixels(const Film& film, const ViewLook& look) {
   const Crop& crop = film.layout().crop;
   const RowWriter write = writer_of(film, look);
-  std::vector<unsigned char> picture(4 * crop.pixel_count());
-  tbb::parallel_for(crop.y0, crop.y1, [&](std::uint32_t y) {
-    std::vector<float> values(3 * std::size_t{crop.width()});
-    write(y, values.data());
-    std::vector<unsigned char> row;
-    row.reserve(4 * std::size_t{crop.width()});
-    for (std::size_t i = 0; i < values.size(); i += 3) append_rgbe(row, {values[i], values[i + 1], values[i + 2]});
-    std::ranges::copy(row, picture.begin() + std::ptrdiff_t(4 * std::size_t{crop.width()} * (y - crop.y0)));
+  return pixels_of(crop.width(), crop.height(), [&](std::uint32_t y, float* values) { write(crop.y0 + y, values); });
+}
+
+std::vector<unsigned char> view_pixels(const Image& picture) {
+  std::array<const std::vector<float>*, 3> planes{};
+  std::ranges::transform(kRgb, planes.begin(), [&](const char* name) { return picture.plane(name); });
+  return pixels_of(picture.width, picture.height, [&](std::uint32_t y, float* values) {
+    for (std::size_t x = std::size_t{y} * picture.width; x < std::size_t{y + 1} * picture.width; ++x)
+      for (const std::vector<float>* plane : planes) *values++ = finite_or_black((*plane)[x]);
   });
-  return picture;
 }
 
 }  // namespace eikon

@@ -77,7 +77,7 @@ std::string_view name_of_word(std::string_view word) { return word.substr(0, wor
 }  // namespace
 
 const std::vector<std::string>& view_layers() {
-  static const std::vector<std::string> names = {"picture", "error", "albedo", "normal", "depth", "lights"};
+  static const std::vector<std::string> names = {"picture", "denoised", "error", "albedo", "normal", "depth", "lights"};
   return names;
 }
 

@@ -26,7 +26,7 @@ struct ViewLook {
   [[nodiscard]] bool needs_layers() const { return layer != "picture" && layer != "error"; }
 };
 
-/// picture; error of each pixel; and what the film sums besides: albedo, normal, depth, lights.
+/// picture; the same without noise; error of each pixel; and what the film sums besides: albedo, normal, depth, lights.
 [[nodiscard]] const std::vector<std::string>& view_layers();
 
 /// Reads {"flags": {name: text}, "layer": name, "mix": {name: number}, "moving": boolean}, from anybody. Flags of `png` are

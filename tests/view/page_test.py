@@ -4,8 +4,7 @@
 
   tests/view/page_test.py EIKON [unittest arguments]
 
-EIKON_SHOTS names a folder for screenshots. Exit code 77, skipped, without Debian's chromium, chromium-driver and
-python3-selenium."""
+browser.py says what it needs."""
 import json
 import os
 import pathlib
@@ -13,44 +12,28 @@ import shutil
 import subprocess
 import sys
 import tempfile
-import time
 import unittest
 
+from browser import ActionChains, BrowserTests, By, Keys
 from viewer import CORNELL, LIMIT_S, ROOT, Viewer
 
 EIKON = ""
 SMALL = ("--size", "320x240", "--spp", "16")
 
 
-class Page(unittest.TestCase):
-    dark = False
+class Page(BrowserTests, unittest.TestCase):
+    limit_s = LIMIT_S
 
     def setUp(self):
         self.folder = pathlib.Path(tempfile.mkdtemp(prefix="eikon_page_"))
         self.addCleanup(shutil.rmtree, self.folder)
-        options = webdriver.ChromeOptions()
-        # In a container there is no sandbox, and little shared memory.
-        for word in ("--headless=new", "--no-sandbox", "--disable-gpu", "--hide-scrollbars", "--disable-dev-shm-usage",
-                     "--window-size=1280,900"):
-            options.add_argument(word)
-        if self.dark:
-            options.add_argument("--blink-settings=preferredColorScheme=0")
-        options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
-        self.browser = webdriver.Chrome(service=Service(shutil.which("chromedriver")), options=options)
-        self.addCleanup(self.browser.quit)
+        self.open_browser()
 
-    def view(self, scene, *words):
-        viewer = Viewer(EIKON, self.folder, scene, *words)
+    def view(self, scene, *words, variables=None):
+        viewer = Viewer(EIKON, self.folder, scene, *words, variables=variables)
         self.addCleanup(viewer.__exit__)
         self.browser.get(viewer.address)
         return viewer
-
-    def shot(self, name):
-        if folder := os.environ.get("EIKON_SHOTS"):
-            self.browser.save_screenshot(str(pathlib.Path(folder) / f"{name}.png"))
-
-    def run_script(self, script, *arguments):
-        return self.browser.execute_script(script, *arguments)
 
     def state(self, name):
         return self.run_script("return document.body.dataset[arguments[0]]", name)
@@ -58,13 +41,8 @@ class Page(unittest.TestCase):
     def problem(self):
         return self.run_script("return problem.hidden ? '' : problem.textContent")
 
-    def until(self, claim, what):
-        begin = time.monotonic()
-        while not (value := claim()):
-            if time.monotonic() - begin > LIMIT_S:
-                self.fail(f"never {what}; {self.state('state')}, {self.problem()!r}, {self.browser.get_log('browser')}")
-            time.sleep(0.05)
-        return value
+    def situation(self):
+        return f"{self.state('state')}, {self.problem()!r}"
 
     def until_done(self):
         is_done = "return status.state === 'done' && status.state_of === adopted && !frame.small && !sending && !restTimer"
@@ -93,7 +71,7 @@ class Page(unittest.TestCase):
 
     def no_complaint(self):
         self.assertEqual(self.problem(), "")
-        self.assertEqual([entry for entry in self.browser.get_log("browser") if "favicon" not in entry["message"]], [])
+        self.assertEqual(self.errors(), [])
 
 
 class Use(Page):
@@ -246,6 +224,54 @@ class Use(Page):
         self.shot("opened")
         self.no_complaint()
 
+    def test_a_file_that_is_dropped_on_the_page_is_opened(self):
+        self.view(CORNELL, *SMALL)
+        self.until_done()
+        self.run_script("""const carried = new DataTransfer();
+          carried.items.add(new File([arguments[0]], "dropped.gltf"));
+          canvas.dispatchEvent(new DragEvent("drop", { dataTransfer: carried, bubbles: true, cancelable: true }));""",
+                        (ROOT / "scenes/paper.gltf").read_text())
+        self.until(lambda: "dropped.gltf" in self.browser.title, "another title")
+        self.until_done()
+        self.no_complaint()
+        self.run_script("openFile(new File(['x'], 'picture.jpg'))")
+        self.until(lambda: "a dropped file is a .gltf or .glb" in self.problem(), "refused")
+
+    def test_the_denoised_layer_is_offered_where_the_library_is(self):
+        option = "const one = [...controls.layer.options].find((o) => o.value === 'denoised'); return [one.disabled, one.textContent]"
+        self.view(CORNELL, *SMALL, variables={"EIKON_OIDN": "/nowhere/libOpenImageDenoise.so.2"})
+        self.until_done()
+        self.assertEqual(self.run_script(option), [True, "picture, denoised (not available)"])
+        self.assertIn("/nowhere/libOpenImageDenoise.so.2", self.run_script("return controls.denoiser.textContent"))
+        self.shot("no_denoiser")
+        if not os.path.exists(os.environ.get("EIKON_OIDN", "")):
+            return
+        self.view(CORNELL, *SMALL)
+        self.until_done()
+        self.assertEqual(self.run_script(option), [False, "picture, denoised"])
+        self.assertTrue(self.run_script("return controls.denoiser.hidden"))
+        before = self.pixels()
+        self.set("layer", "denoised")
+        self.until(lambda: self.run_script("return frame.layer === 'denoised' && frame.samples === 16"), "denoised")
+        self.assertNotEqual(self.pixels(), before)
+        self.shot("denoised")
+        self.set("exposure", 1)
+        self.until(lambda: "--exposure=1" in self.command(), "brighter")
+        self.no_complaint()
+
+    def test_the_page_says_what_takes_long_to_eyes_and_ears(self):
+        cache = self.folder / "cache"
+        cache.mkdir()
+        self.view(CORNELL, *SMALL, variables={"POCL_CACHE_DIR": str(cache)})
+        shown = "const one = document.getElementById('waiting'); return one.hidden ? '' : one.textContent"
+        self.until(lambda: "compiling for the devices" in self.run_script(shown), "said")
+        self.assertEqual(self.run_script("return document.getElementById('spoken').textContent"), "compiling for the devices")
+        self.shot("compiling")
+        self.until_done()
+        self.assertEqual(self.run_script(shown), "")
+        self.assertEqual(self.run_script("return document.getElementById('spoken').textContent"), "done")
+        self.no_complaint()
+
     def test_everything_that_takes_input_has_a_label_and_is_reached_by_tab(self):
         self.view(CORNELL, *SMALL)
         self.until_done()
@@ -291,14 +317,12 @@ class Trouble(Page):
 
 
 class Dark(Page):
-    dark = True
-
     def test_the_page_is_dark_where_the_browser_is(self):
+        self.prefer("dark")
         self.view(ROOT / "scenes/sphere_in_sky.gltf", *SMALL)
         self.until_done()
         self.shot("dark")
-        background = self.run_script("return getComputedStyle(document.body).backgroundColor.match(/[0-9]+/g).map(Number)")
-        self.assertLess(max(background[:3]), 64)
+        self.assertLess(self.luminance(), 64)
         self.set("layer", "error")
         self.until(lambda: self.run_script("return frame.layer") == "error", "error")
         self.shot("dark_error")
@@ -306,18 +330,8 @@ class Dark(Page):
 
 
 if __name__ == "__main__":
-    if not shutil.which("chromium") or not shutil.which("chromedriver"):
-        print("chromium and chromedriver are not installed (Debian: chromium, chromium-driver)")
-        sys.exit(77)
-    sys.path.append("/usr/lib/python3/dist-packages")  # of Debian's python3-selenium, where another Python runs this
-    try:
-        from selenium import webdriver
-        from selenium.webdriver.chrome.service import Service
-        from selenium.webdriver.common.action_chains import ActionChains
-        from selenium.webdriver.common.by import By
-        from selenium.webdriver.common.keys import Keys
-    except ImportError as error:
-        print(f"selenium is not installed (Debian: python3-selenium): {error}")
-        sys.exit(77)
     EIKON = str(pathlib.Path(sys.argv.pop(1)).resolve())
-    unittest.main()
+    try:
+        unittest.main()
+    finally:
+        Page.quit()

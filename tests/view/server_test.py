@@ -5,6 +5,7 @@
   tests/view/server_test.py EIKON [unittest arguments]
 
 A build with EIKON_SANITIZE=address,undefined passes, too, with ASAN_OPTIONS=use_sigaltstack=0: LLVM in PoCL sets signal stacks."""
+import base64
 import json
 import os
 import pathlib
@@ -14,14 +15,14 @@ import shlex
 import shutil
 import signal
 import socket
+import struct
 import subprocess
 import sys
 import tempfile
 import time
 import unittest
-import unittest.mock
 
-from viewer import CORNELL, LIMIT_S, ROOT, Viewer, floats_of_exr, rgbe_of
+from viewer import CORNELL, LIMIT_S, ROOT, Viewer, floats_of_exr, rgbe_of, run_side_by_side
 
 EIKON = ""
 SMALL = ("--size", "64x48", "--spp", "8")
@@ -29,6 +30,7 @@ SMALL = ("--size", "64x48", "--spp", "8")
 
 class Served(unittest.TestCase):
     """One server for all tests of a class."""
+    viewer = None
 
     @classmethod
     def setUpClass(cls):
@@ -158,7 +160,7 @@ class Limits(Served):
             self.assertEqual(self.viewer.ask("GET", "/api/path?" + query)[0], 400, query)
 
 
-class Attacks(Served):
+class Attacked(Served):
     def send(self, raw):
         """The first bytes that the server answers; none if it waits for more."""
         with socket.create_connection(("127.0.0.1", self.viewer.port), timeout=LIMIT_S) as connection:
@@ -172,6 +174,8 @@ class Attacks(Served):
     def open_files(self):
         return len(os.listdir(f"/proc/{self.viewer.process.pid}/fd"))
 
+
+class Fuzzer(Attacked):
     def test_broken_requests_of_a_fuzzer_do_no_harm(self):
         draw, host = random.Random(27), f"Host: 127.0.0.1:{self.viewer.port}\r\nX-Eikon-Token: {self.viewer.token}\r\n".encode()
         look = b'{"flags": {"--size": "64x48", "--spp": "8"}}'
@@ -204,6 +208,8 @@ class Attacks(Served):
         self.assertIsNone(self.viewer.process.poll(), "the server has ended")
         self.viewer.wait_for("done", self.viewer.look({"--spp": "8"}))
 
+
+class EndlessRequests(Attacked):
     def test_a_request_without_an_end_is_cut(self):
         line = b"X-Padding: " + b"x" * 1000 + b"\r\n"
         for begin in (b"GET / HTTP/1.1\r\n", b"GET / HTTP/1.1\r\nHost: " + b"y" * 100000, b"z" * 100000):
@@ -219,6 +225,8 @@ class Attacks(Served):
                 time.sleep(0.5)
         self.assert_alive()
 
+
+class Connections(Attacked):
     def test_two_hundred_connections_at_once_are_served_and_closed(self):
         self.viewer.news()
         before = self.open_files()
@@ -242,6 +250,8 @@ class Attacks(Served):
             time.sleep(0.1)
         self.assertLessEqual(self.open_files(), before + 2)
 
+
+class LazyClients(Attacked):
     def test_a_client_that_stops_reading_is_left(self):
         self.viewer.wait_for("done", self.viewer.look({"--size": "2048x2048", "--spp": "1"}))
         lazy = [socket.socket() for _ in range(40)]
@@ -295,6 +305,92 @@ class Process(unittest.TestCase):
         with Viewer(EIKON, self.folder, CORNELL, *SMALL) as viewer:  # before anything is loaded
             self.assertEqual(viewer.end(), (0, "", ""))
 
+    def undisturbed(self, attempt, most_s, what):
+        """Repeats an attempt, which returns seconds, until one took at most so long: others may keep the processors busy."""
+        took = []
+        while len(took) < 5:
+            took.append(attempt())
+            if took[-1] <= most_s:
+                return
+        self.fail(f"{what} took {took} s")
+
+    def busy_viewer(self):
+        """One that is busy for long: its small file stands for two million triangles that lie across each other."""
+        points, count, parts = random.Random(27), 50000, 40
+        data = b"".join(struct.pack("<3f", points.random(), points.random(), points.random()) for _ in range(count))
+        scene = {"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
+                 "buffers": [{"byteLength": len(data), "uri": "data:application/octet-stream;base64," + base64.b64encode(data).decode()}],
+                 "bufferViews": [{"buffer": 0, "byteLength": len(data)}],
+                 "accessors": [{"bufferView": 0, "componentType": 5126, "type": "VEC3", "count": count, "min": [0, 0, 0], "max": [1, 1, 1]}],
+                 "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "mode": 5}] * parts}]}
+        (self.folder / "strips.gltf").write_text(json.dumps(scene))
+        viewer = Viewer(EIKON, self.folder, "strips.gltf", *SMALL)
+        self.wait_until_building(viewer)
+        return viewer
+
+    def wait_until_building(self, viewer):
+        begin = time.monotonic()
+        while viewer.news()[0]["status"]["state"] != "building":
+            self.assertLess(time.monotonic() - begin, LIMIT_S)
+
+    def test_a_signal_ends_it_within_a_second_while_it_builds_a_tree(self):
+        def attempt():
+            with self.busy_viewer() as viewer:
+                begin = time.monotonic()
+                self.assertEqual(viewer.end(signal.SIGTERM), (0, "", ""))
+                return time.monotonic() - begin
+        self.undisturbed(attempt, 1, "the end")
+
+    def test_a_signal_ends_it_within_a_second_while_it_compiles(self):
+        def attempt():
+            with tempfile.TemporaryDirectory(dir=self.folder) as cache, \
+                    Viewer(EIKON, self.folder, ROOT / "scenes/cornell_spheres.gltf", *SMALL, variables={"POCL_CACHE_DIR": cache}) as viewer:
+                viewer.wait_for("compiling")
+                begin = time.monotonic()
+                self.assertEqual(viewer.end(), (0, "", ""))
+                return time.monotonic() - begin
+        self.undisturbed(attempt, 1, "the end")
+
+    def test_another_scene_is_opened_while_a_large_one_is_prepared(self):
+        def attempt():
+            with self.busy_viewer() as viewer:
+                begin = time.monotonic()
+                self.assertEqual(viewer.ask("POST", "/api/drop?name=paper.gltf", (ROOT / "scenes/paper.gltf").read_bytes())[0], 200)
+                while (news := viewer.news()[0])["status"]["state"] == "building" or not news["status"]["scene"]:
+                    self.assertLess(time.monotonic() - begin, LIMIT_S)
+                self.assertEqual(news["status"]["scene"]["name"], "paper.gltf")
+                took = time.monotonic() - begin
+                # What nobody wants any more does not come back once it is loaded, and what is there can be turned.
+                viewer.wait_for("done")
+                viewer.wait_until_idle()
+                self.assertEqual(viewer.news()[0]["status"]["scene"]["name"], "paper.gltf")
+                news, _ = viewer.wait_for("done", viewer.look({"--spp": "8", "--fov": "30"}))
+                self.assertEqual(news["status"]["scene"]["name"], "paper.gltf")
+                for number in range(12):  # and threads that load for nobody are few
+                    status, _, answer = viewer.ask("POST", "/api/drop?name=strips.gltf", (self.folder / "strips.gltf").read_bytes())
+                    if status != 200:
+                        break
+                    self.wait_until_building(viewer)
+                self.assertEqual((status, b"try again" in answer), (400, True), number)
+                self.assertEqual(viewer.end(), (0, "", ""))
+                return took
+        self.undisturbed(attempt, 1.5, "opening the other scene")
+
+    def test_no_denoiser_is_said_and_the_picture_is_shown_all_the_same(self):
+        with Viewer(EIKON, self.folder, CORNELL, *SMALL, variables={"EIKON_OIDN": "/nowhere/libOpenImageDenoise.so.2"}) as viewer:
+            line = self.eikon("render", CORNELL, "-o", "x.exr", "--denoise", "--quiet")
+            news, _ = viewer.wait_for("done", viewer.look({"--spp": "8"}, layer="denoised"))
+            self.assertIn("/nowhere/libOpenImageDenoise.so.2", news["status"]["denoiser"])
+            self.assertTrue(news["status"]["denoiser"].startswith("--denoise: cannot load"), line)
+            self.assertEqual(news["frame"]["about"]["layer"], "picture")
+
+    def test_open_without_a_program_for_it_is_one_line_and_the_view_goes_on(self):
+        with Viewer(EIKON, self.folder, CORNELL, *SMALL, "--open", variables={"PATH": "/nowhere"}) as viewer:
+            viewer.wait_for("done")
+            code, out, err = viewer.end()
+            self.assertEqual((code, out, err.count("\n")), (0, "", 1))
+            self.assertIn("open the address yourself", err)
+
     def test_a_broken_scene_shows_the_line_of_render_until_it_is_repaired(self):
         scene = self.folder / "scene.gltf"
         whole = CORNELL.read_text()
@@ -333,9 +429,8 @@ class Process(unittest.TestCase):
 
     def test_a_dropped_scene_is_shown_and_leaves_nothing(self):
         (self.folder / "tmp").mkdir()
-        with unittest.mock.patch.dict(os.environ, TMPDIR=str(self.folder / "tmp")):
-            viewer = Viewer(EIKON, self.folder, CORNELL, *SMALL, "--camera", "camera", "--fov", "20")
-        with viewer:
+        with Viewer(EIKON, self.folder, CORNELL, *SMALL, "--camera", "camera", "--fov", "20",
+                    variables={"TMPDIR": str(self.folder / "tmp")}) as viewer:
             _, before = viewer.wait_for("done")
             for number, name in enumerate(("paper.gltf", "sphere_in_sky.gltf")):
                 body = (ROOT / "scenes" / name).read_bytes()
@@ -424,4 +519,4 @@ class Process(unittest.TestCase):
 
 if __name__ == "__main__":
     EIKON = str(pathlib.Path(sys.argv.pop(1)).resolve())
-    unittest.main()
+    run_side_by_side()

@@ -1,28 +1,34 @@
 # SPDX-License-Identifier: Apache-2.0
 """Starts `eikon view` and speaks to it, for the tests of this folder."""
+import concurrent.futures
 import http.client
+import io
 import json
 import math
+import os
 import pathlib
 import re
 import signal
 import struct
 import subprocess
+import sys
 import time
+import unittest
 import zlib
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 CORNELL = ROOT / "scenes/cornell.gltf"
+SIDE_BY_SIDE = 6
 LIMIT_S = 300  # after which a test calls it a hang; programs may have to be compiled
 
 
 class Viewer:
     """One `eikon view` in a folder; killed at the end if it has not ended."""
 
-    def __init__(self, eikon, folder, scene, *words):
+    def __init__(self, eikon, folder, scene, *words, variables=None):
         self.folder = pathlib.Path(folder)
         self.process = subprocess.Popen([eikon, "view", scene, *words], cwd=folder, stdout=subprocess.PIPE,
-                                        stderr=subprocess.PIPE, text=True)
+                                        stderr=subprocess.PIPE, text=True, env={**os.environ, **(variables or {})})
         self.address = self.process.stdout.readline().strip()
         found = re.fullmatch(r"http://127\.0\.0\.1:(\d+)/\?token=([0-9a-f]{32})", self.address)
         if not found:
@@ -42,6 +48,17 @@ class Viewer:
         self.process.send_signal(number)
         out, err = self.process.communicate(timeout=LIMIT_S)
         return self.process.returncode, out, err
+
+    def wait_until_idle(self):
+        """Until it has used no processor for a second."""
+        begin, last = time.monotonic(), -1
+        while time.monotonic() - begin < LIMIT_S:
+            ticks = sum(map(int, pathlib.Path(f"/proc/{self.process.pid}/stat").read_text().rsplit(")", 1)[1].split()[11:13]))
+            if ticks - last < 3:  # of a hundredth of a second: it looks at the scene's file now and then
+                return
+            last = ticks
+            time.sleep(1)
+        raise AssertionError("never idle")
 
     def ask(self, method, path, body=None, headers=None):
         """Status, headers and body of an answer; headers that are None are left out."""
@@ -86,6 +103,37 @@ class Viewer:
                 raise AssertionError(news["status"]["error"])
             time.sleep(0.05)
         raise AssertionError(f"never {state}: {news['status']}")
+
+
+def turned(scene, step):
+    """A value of --look-at: the camera of `scene`, as news have it, turned around the middle by so many degrees."""
+    (x, y, z), (mx, my, mz), angle = scene["view"]["eye"], scene["middle"], math.radians(step)
+    dx, dz = x - mx, z - mz
+    eye = (mx + dx * math.cos(angle) + dz * math.sin(angle), y, mz - dx * math.sin(angle) + dz * math.cos(angle))
+    return ":".join(",".join(f"{v:.6g}" for v in point) for point in (eye, (mx, my, mz)))
+
+
+def run_side_by_side():
+    """Runs the tests of the script several at a time, since they wait for limits of time most of the time: each alone, but those of a
+    class that share a server one after another. With arguments as unittest.main() has them, as that does."""
+    if len(sys.argv) > 1:
+        unittest.main()
+    parts = []
+    for suite in unittest.defaultTestLoader.loadTestsFromModule(sys.modules["__main__"]):
+        tests = list(suite)
+        parts += [unittest.TestSuite(tests)] if tests and hasattr(type(tests[0]), "viewer") else tests
+
+    def run(part):
+        text = io.StringIO()
+        return unittest.TextTestRunner(text, verbosity=2).run(part), text.getvalue()
+
+    with concurrent.futures.ThreadPoolExecutor(SIDE_BY_SIDE) as pool:
+        results = list(pool.map(run, parts))
+    for result, text in results:
+        if not result.wasSuccessful():
+            print(text)
+    print(f"{sum(result.testsRun for result, _ in results)} tests, {sum(not result.wasSuccessful() for result, _ in results)} parts failed")
+    sys.exit(any(not result.wasSuccessful() for result, _ in results))
 
 
 def floats_of_exr(file):

@@ -107,6 +107,30 @@ function bounceChart(bounces) {
   return chart;
 }
 
+/** Seconds of stages, stacked by depth. times: of timeByDepth() in report.js */
+function depthChart(times) {
+  const width = 640, height = 190, left = 52, bottom = 34, top = 8;
+  const sumOf = (at) => at.parts.reduce((sum, part) => sum + part.value, 0);
+  const most = Math.max(...times.map(sumOf), 1e-9), step = (width - left) / times.length;
+  const y = (value) => top + (1 - value / most) * (height - top - bottom);
+  const chart = svg("svg", { viewBox: `0 0 ${width} ${height}`, role: "img", "aria-label": "estimated time of the stages by depth" });
+  for (const value of ticks(0, most, 4))
+    chart.append(svg("line", { class: "axis", x1: left, x2: width, y1: y(value), y2: y(value) }),
+      svg("text", { x: left - 6, y: y(value) + 4, "text-anchor": "end" }, secondsText(value)));
+  times.forEach((at, i) => {
+    let below = 0;
+    at.parts.forEach((part, k) => {
+      chart.append(svg("rect", { x: left + (i + 0.2) * step, width: 0.6 * step, y: y(below + part.value), height: y(below) - y(below + part.value), fill: colourOf(k) },
+        svg("title", {}, "depth " + at.depth + ", " + part.name + ": about " + secondsText(part.value))));
+      below += part.value;
+    });
+    chart.append(svg("text", { x: left + (i + 0.5) * step, y: height - bottom + 16, "text-anchor": "middle" }, String(at.depth)));
+  });
+  chart.append(svg("text", { x: width, y: height - 4, "text-anchor": "end" }, "depth of the path"));
+  return el("div", { class: "chart" }, chart, el("ul", { class: "legend" }, ...times[0].parts.map((part, k) =>
+    el("li", {}, el("i", { style: { background: colourOf(k) } }), part.name))));
+}
+
 /** The spans of every track over time. */
 function timelineChart(timeline) {
   const width = 1120, row = 16, gap = 26, left = 4;

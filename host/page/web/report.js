@@ -10,7 +10,7 @@ function section(title, fill) {
   try {
     const content = fill();
     if (!content) return;
-    node.append(...[content].flat());
+    node.append(...[content].flat().filter((part) => part));
   } catch (error) {
     node.append(el("p", { class: "bad" }, "The file does not say this as eikon writes it: " + error.message));
   }
@@ -175,17 +175,37 @@ function deviceParts(device, stages) {
       "arithmetic " + device.arithmetic, short(device.samples) + " samples in " + device.units + " units", bytesText(device.device_bytes) + " of memory"].join(" · ")),
     el("div", { class: "pair" },
       el("div", {}, el("h3", { class: "soft" }, "Stages, of all bounces"), rows.length > 0 ? bars(rows) : el("p", {}, "It got no work.")),
-      bounces.length > 0 ? el("div", {}, el("h3", { class: "soft" }, "Paths and shadow rays by depth"), bounceChart(bounces), bounceTable(bounces)) : null));
+      bounces.length > 0 ? el("div", {}, el("h3", { class: "soft" }, "Paths and shadow rays by depth"), bounceChart(bounces), bounceTable(bounces, timeByDepth(stages, bounces))) : null),
+    bounces.length > 0 ? depthPart(timeByDepth(stages, bounces)) : null);
 }
 
-function bounceTable(bounces) {
+// By what the time of a stage is shared out among depths: the rays that it had there.
+const STAGE_RAYS = { intersect: (b) => b.paths, shade: (b) => b.paths, shadow: (b) => b.shadow_rays, generate: (b) => (b.depth === 1 ? b.paths : 0) };
+
+/** [{depth, parts: [{name, value}]}]: seconds of each stage at each depth, an estimate */
+function timeByDepth(stages, bounces) {
+  const known = stages.filter((stage) => STAGE_RAYS[stage.stage] && stage.seconds > 0).sort((a, b) => b.seconds - a.seconds);
+  return bounces.map((bounce) => ({ depth: bounce.depth, parts: known.map((stage) => {
+    const rays = STAGE_RAYS[stage.stage], sum = bounces.reduce((total, b) => total + rays(b), 0);
+    return { name: stage.stage, value: sum > 0 ? stage.seconds * rays(bounce) / sum : 0 };
+  }) }));
+}
+
+function depthPart(times) {
+  if (times.every((at) => at.parts.length === 0)) return null;
+  return el("div", { class: "depths" }, el("h3", { class: "soft" }, "Time by depth, estimated"),
+    el("p", { class: "soft" }, "The measured time of each stage, shared out by the rays that it had at each depth."), depthChart(times));
+}
+
+function bounceTable(bounces, times) {
   const share = (part, whole) => (whole > 0 ? (100 * part / whole).toFixed(1) + " %" : "");
   return el("details", {}, el("summary", {}, "As a table"), table([
     { name: "depth", number: true, cell: (b) => String(b.depth) },
     { name: "paths", number: true, cell: (b) => short(b.paths) },
     { name: "shadow rays", number: true, cell: (b) => short(b.shadow_rays) },
     { name: "lanes full", number: true, cell: (b) => share(b.paths, b.lanes) },
-    { name: "places full", number: true, cell: (b) => share(b.paths, b.slots) }], bounces, "rays by depth"));
+    { name: "places full", number: true, cell: (b) => share(b.paths, b.slots) },
+    { name: "time, estimated", number: true, cell: (b) => secondsText(times.find((at) => at.depth === b.depth).parts.reduce((sum, part) => sum + part.value, 0)) }], bounces, "rays by depth"));
 }
 
 function timelinePart(timeline) {
@@ -201,10 +221,30 @@ function ledger(stats) {
     { name: "kind", cell: (entry) => String(entry.kind) },
     { name: "feature", cell: (entry) => el("span", { class: "mono" }, String(entry.name)) },
     { name: "because", cell: (entry) => String(entry.reason) }];
+  const costs = [
+    { name: "its stages here", number: true, cell: (entry) => ownStages(stats, entry.name) },
+    { name: "per sample elsewhere", number: true, cell: (entry) => costElsewhere(entry.name) }];
   const out = all.filter((entry) => !entry.on);
-  return [el("p", { class: "soft" }, "The kernels were compiled for these features of the scene and its settings. The others cost nothing."),
-    table(columns, all.filter((entry) => entry.on), "features that are in"),
+  return [el("p", { class: "soft" }, "The kernels were compiled for these features of the scene and its settings. The others cost nothing. Some have stages of their own, whose time was measured in this render; the rest of a feature's time lies within stages that it shares, mostly shade, and cannot be told apart there. The last column says how much longer a sample took with the feature on the scene and machine of kernels/FEATURES.md: it tells which are dear."),
+    table([...columns, ...costs], all.filter((entry) => entry.on), "features that are in"),
     el("details", {}, el("summary", {}, out.length + " features were compiled out"), table(columns, out, "features that are out"))];
+}
+
+// The stages that only run for a feature, or nearly so.
+const OWN_STAGES = { next_event: ["shadow"], environment: ["miss"], environment_map: ["miss"],
+  light_paths: ["light_generate", "light_shade", "light_paths", "splat"] };
+
+/** The time of a feature's own stages on all devices, and its share. */
+function ownStages(stats, name) {
+  const stages = listOf(stats.stages), sum = (some) => some.reduce((total, stage) => total + stage.seconds, 0);
+  const own = stages.filter((stage) => (OWN_STAGES[name] || []).includes(stage.stage));
+  if (own.length === 0 || sum(own) === 0) return "";
+  return secondsText(sum(own)) + ", " + (100 * sum(own) / sum(stages)).toFixed(1) + " %";
+}
+
+function costElsewhere(name) {
+  const cost = Object.hasOwn(FEATURE_COSTS, name) ? FEATURE_COSTS[name] : null;
+  return cost ? el("span", { title: cost[0] }, (cost[1] > 0 ? "+" : "") + cost[1] + " ns") : "";
 }
 
 function sceneFacts(stats) {

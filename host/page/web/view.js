@@ -11,7 +11,7 @@ const LENSES = ["--f-number", "--focus-distance"], VIEWS = ["--look-at", "--fov"
 // The flags and the camera that are asked for. `camera` is null until somebody moves: then the scene's own camera is shown.
 const look = { flags: { "--size": "640x480" }, layer: "picture", mix: {} };
 let camera = null, tool = "orbit", scene = null, frame = null, linear = null, status = {};
-let version = 0, adopted = 0, restTimer = 0, sending = false, again = null;
+let version = 0, adopted = 0, restTimer = 0, sending = false, again = null, stateSince = 0;
 
 const sizeNow = () => look.flags["--size"].split("x").map(Number);
 
@@ -90,6 +90,7 @@ async function listen() {
       document.body.dataset.connected = "no";
       version = 0;
       document.getElementById("status").replaceChildren(el("b", {}, "not connected"));
+      document.getElementById("waiting").hidden = true;
       complain("eikon does not answer (" + error.message + "). It may have ended; this page tries again.");
       await new Promise((resolve) => setTimeout(resolve, 1000));
     }
@@ -100,7 +101,10 @@ function take(bytes) {
   const head = new DataView(bytes).getUint32(0, true);
   const news = JSON.parse(new TextDecoder().decode(new Uint8Array(bytes, 4, head)));
   version = news.version;
-  if (news.status.state !== status.state) document.getElementById("spoken").textContent = stateWords(news.status.state);
+  if (news.status.state !== status.state) {
+    stateSince = performance.now();
+    document.getElementById("spoken").textContent = stateWords(news.status.state);
+  }
   const wasFailed = status.state === "failed" || document.body.dataset.connected === "no";
   status = news.status;
   if (status.scene) takeScene(status.scene);
@@ -142,18 +146,29 @@ function repaint() {
   if (frame) paint(frame, linear, Number(controls.exposure.value), controls.tone.value, sizeNow());
 }
 
-const STATES = { compiling: "compiling for the devices", rendering: "refining" };  // others are called as they are
+// Others are called as they are.
+const STATES = { loading: "loading the scene", building: "building the scene's tree", compiling: "compiling for the devices", rendering: "refining" };
+const LONG = ["loading", "building", "compiling"], LONG_S = 2;  // states that may last, and from when on their seconds are shown
 const stateWords = (state) => STATES[state] || state;
+
+function stateText() {
+  const seconds = Math.floor((performance.now() - stateSince) / 1000);
+  const more = LONG.includes(status.state) && seconds >= LONG_S ? " for " + seconds + " s" : "";
+  return stateWords(status.state) + more;
+}
 
 function showStatus() {
   const part = (name, value) => el("span", {}, el("span", { class: "soft" }, name + " "), el("b", {}, value));
-  const parts = [el("b", {}, stateWords(status.state))];
+  const waiting = document.getElementById("waiting");
+  waiting.hidden = !LONG.includes(status.state);
+  waiting.textContent = stateText();
+  const parts = [el("b", {}, stateText())];
   if (frame) {
     parts.push(part("samples", frame.small ? "preview" : frame.samples + " of " + frame.samples_total));
     if (frame.rate > 0) parts.push(part("rate", short(frame.rate) + "/s"));
     if (frame.error !== null) {
-      const interval = frame.error_high === null ? "" : " (" + percentError(frame.error_low) + " to " + percentError(frame.error_high) + ")";
-      parts.push(part("predicted error", percentError(frame.error) + interval));
+      const interval = frame.error_high === null ? "" : " (95 %: " + percentError(frame.error_low) + " to " + percentError(frame.error_high) + ")";
+      parts.push(part(frame.layer === "denoised" ? "predicted error before denoising" : "predicted error", percentError(frame.error) + interval));
     }
   }
   document.getElementById("status").replaceChildren(...parts);
@@ -249,10 +264,15 @@ function showControls() {
   showLights();
 }
 
+const layerWords = (name) => ({ denoised: "picture, denoised", error: "error of each pixel", lights: "light groups" }[name] || name);
+
 /** A slider for each group of lights, while their layer is shown. */
 function showLights() {
+  const missing = status.denoiser !== "";
   fill(controls.layer, data.layers.filter((name) => name !== "lights" || scene.lights.length > 0)
-    .map((name) => [name, { error: "error of each pixel", lights: "light groups" }[name] || name]), look.layer);
+    .map((name) => [name, layerWords(name) + (name === "denoised" && missing ? " (not available)" : ""), name === "denoised" && missing]), look.layer);
+  controls.denoiserText.textContent = status.denoiser;
+  controls.denoiser.hidden = !missing;
   controls.lightGroup.hidden = look.layer !== "lights";
   const names = JSON.stringify(scene.lights);
   if (controls.lightGroup.dataset.names !== names) {
@@ -300,6 +320,8 @@ function build() {
   controls.tools = el("div", { class: "buttons", role: "group", "aria-label": "what a click or drag on the picture does" },
     ...TOOLS.map(([name, text]) => button(text, () => setTool(name), { "data-tool": name })));
   controls.path = el("ul", { "aria-label": "vertices of the path", "aria-live": "polite" });
+  controls.denoiserText = el("p", { class: "small" });
+  controls.denoiser = el("details", { class: "soft", hidden: true }, el("summary", {}, "Why is there no denoised layer?"), controls.denoiserText);
   controls.command = el("textarea", { id: "command", readonly: true, spellcheck: "false" });
   controls.notes = el("ul", {});
   controls.noteGroup = group("Notes", controls.notes);
@@ -326,11 +348,13 @@ function build() {
       el("div", { class: "buttons" }, button("Reset camera", () => resetCamera("")))),
     group("Show",
       choice("layer", "Layer", data.layers.map((name) => [name, name]), (value) => { look.layer = value; showControls(); change(false); }),
+      controls.denoiser,
       range("exposure", "Exposure", [-10, 10, 0.1, 0], evText, (v) => showAnew("--exposure", v === 0 ? null : v)),
       choice("tone", "Tone curve", TONES.map((name) => [name, name]), (value) => showAnew("--tonemap", value === "none" ? null : value)),
       choice("size", "Size", SIZES.map((size) => [size, size]), (value) => setFlag("--size", value, false))),
     controls.lightGroup,
     group("Scene", el("div", { class: "row" }, el("label", { for: "file" }, "Open a file"), controls.file),
+      el("p", { class: "soft small" }, "A .glb, or a .gltf that stands alone, can be dropped on this page, too."),
       choice("variant", "Variant", [["", "as started"]], (value) => setFlag("--variant", value || null, false)),
       range("time", "Time", [0, 1, 0.01, 0], (v) => v.toFixed(2) + " s", (v) => setFlag("--scene-time", v, true)),
       choice("env", "Environment", [["", "as started"]], (value) => setFlag("--env", value || null, false)),
@@ -347,4 +371,5 @@ function build() {
 }
 
 build();
+setInterval(() => { if (LONG.includes(status.state) && document.body.dataset.connected === "yes") showStatus(); }, 1000);
 listen();

@@ -20,14 +20,14 @@ function range(name, label, limits, text, onInput) {
   return el("div", { class: "row" }, el("label", { for: name }, label), input, output);
 }
 
-/** A drop-down list. options: [[value, text]]; onChange gets the value */
+/** A drop-down list. options: [[value, text, true if it cannot be chosen]]; onChange gets the value */
 function choice(name, label, options, onChange) {
   const select = el("select", { id: name, onchange: () => onChange(select.value) }, ...optionsOf(options));
   controls[name] = select;
   return el("div", { class: "row" }, el("label", { for: name }, label), select);
 }
 
-const optionsOf = (options) => options.map(([value, text]) => el("option", { value }, text));
+const optionsOf = (options) => options.map(([value, text, disabled]) => el("option", { value, disabled }, text));
 
 /** Fills a list anew, and selects a value, which is added if it is not there. */
 function fill(select, options, value) {

@@ -11,7 +11,7 @@ function paint(frame, linear, exposure, tone, size) {
   canvas.height = frame.height;
   const context = canvas.getContext("2d"), pixels = context.createImageData(frame.width, frame.height);
   const layer = frame.layer;
-  if (layer === "picture" || layer === "lights") expose(linear, pixels.data, exposure, tone);
+  if (["picture", "denoised", "lights"].includes(layer)) expose(linear, pixels.data, exposure, tone);
   else if (layer === "albedo") expose(linear, pixels.data, 0, "none");
   else if (layer === "normal") fillPlain(linear, pixels.data);
   else if (layer === "depth") {

@@ -52,12 +52,14 @@ DroppedFiles::Incoming DroppedFiles::begin(const std::string& name) {
   return incoming;
 }
 
-void DroppedFiles::keep(Incoming& incoming) {
+void DroppedFiles::finish(Incoming& incoming) {
   incoming.file.close();
-  if (!incoming.file) {
-    drop(incoming);
-    throw InputError(fmt::format("{}: cannot be written; the disk may be full", incoming.path.string()));
-  }
+  if (incoming.file) return;
+  drop(incoming);
+  throw InputError(fmt::format("{}: cannot be written; the disk may be full", incoming.path.string()));
+}
+
+void DroppedFiles::keep(const Incoming& incoming) {
   const std::lock_guard lock(mutex_);
   std::error_code ignored;
   if (!kept_.empty()) std::filesystem::remove_all(kept_.parent_path(), ignored);

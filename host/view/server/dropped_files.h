@@ -28,8 +28,10 @@ class DroppedFiles {
   /// throws UsageError unless it is that of a .gltf or .glb, of letters, digits, blanks, -, _ and .; InputError if there is no
   ///        room for it
   [[nodiscard]] Incoming begin(const std::string& name);
-  /// The file is whole, and the one before it goes. throws InputError if it could not be written
-  void keep(Incoming& incoming);
+  /// The file is whole. throws InputError if it could not be written
+  static void finish(Incoming& incoming);
+  /// It is kept, and the one before it goes.
+  void keep(const Incoming& incoming);
   /// It is not wanted.
   static void drop(Incoming& incoming);
 

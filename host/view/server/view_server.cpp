@@ -197,8 +197,14 @@ void ViewServer::add_orders() {
       DroppedFiles::drop(incoming);
       throw UsageError("view: the file did not come as a whole; drop it again");
     }
+    DroppedFiles::finish(incoming);
+    try {
+      session_.open(incoming.path.string());
+    } catch (...) {
+      DroppedFiles::drop(incoming);
+      throw;
+    }
     dropped_.keep(incoming);
-    session_.open(incoming.path.string());
     response.set_content("{}", "application/json");
   };
   server.Post(kDrop, httplib::Server::HandlerWithContentReader(receive));

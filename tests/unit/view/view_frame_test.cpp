@@ -63,6 +63,18 @@ TEST(ViewFrame, light_groups_are_added_by_their_factors) {
             expected(6 * kStep, 8 * kStep, 10 * kStep));
 }
 
+TEST(ViewFrame, the_denoised_layer_is_the_picture_until_there_is_one_without_noise) {
+  const Film film = ramp({"R", "G", "B", "albedo.R", "albedo.G", "albedo.B"});
+  EXPECT_EQ(view_pixels(film, {.layer = "denoised"}), view_pixels(film, {}));
+  Image picture{
+      .width = kWidth, .height = kHeight, .channels = {"albedo.R", "B", "G", "R"}, .planes = {}, .metadata = {}};
+  for (const double value : {9.0, 2 * kStep, kStep, 0.0}) {
+    std::vector<float>& plane = picture.planes.emplace_back();
+    for (std::uint32_t i = 0; i < kWidth * kHeight; ++i) plane.push_back(float(value * (1 + i % kWidth)));
+  }
+  EXPECT_EQ(view_pixels(picture), expected(0, kStep, 2 * kStep));
+}
+
 TEST(ViewFrame, samples_that_agree_have_no_error) {
   EXPECT_EQ(view_pixels(ramp({"R", "G", "B"}), {.layer = "error"}), expected(0, 0, 0));
 }

@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: Apache-2.0
+// The board holds what pages ask for and what they are shown. Threads of pages and of a ViewEngine meet here, and nowhere else.
+#pragma once
+#include <atomic>
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "io/json_text.h"
+#include "view/view_look.h"
+#include "wavefront/wavefront.h"
+
+namespace eikon {
+
+/// A picture as a page shows it.
+struct ViewFrame {
+  std::uint64_t number = 0;           // grows by one with each
+  std::string about;                  // JSON: width, height, layer, small, samples, samples_total, rate, error
+  std::vector<unsigned char> pixels;  // view_pixels()
+};
+
+/// The status, and the latest picture if it is new to whoever asks.
+struct ViewNews {
+  std::uint64_t version = 0;
+  std::string status;  // JSON: state and of which look, error, notes, denoiser, command, scene, look, look_number
+  std::shared_ptr<const ViewFrame> frame;  // null: none yet
+};
+
+/// The orders to one engine. A board listens to the last engine that was seated, and to no other.
+struct ViewSeat {
+  std::atomic<bool> stop{false};  // the render that is under way
+  std::atomic<bool> over{false};  // everything
+};
+
+class ViewBoard {
+ public:
+  struct PathRequest {
+    PixelSample at{};
+    bool over = false;
+    std::string answer{}, error{};  // JSON, or what is wrong
+  };
+  /// The next thing that an engine does.
+  struct Task {
+    std::optional<ViewLook> look{};          // another one than before
+    std::uint64_t number = 0;                // of the look
+    std::shared_ptr<PathRequest> request{};  // a path to be traced; null: none
+    bool renders = false;                    // goes on with the picture after that
+  };
+
+  explicit ViewBoard(ViewLook look);
+
+  // ---- for pages
+
+  /// Asks for another picture. returns  the number of the look, which grows with each
+  std::uint64_t look(const ViewLook& look);
+  void pause(bool is_paused);
+  [[nodiscard]] ViewNews news(std::uint64_t version, double most_s);
+  [[nodiscard]] std::vector<std::string> words();
+  /// Waits until the engine has answered. throws InputError
+  [[nodiscard]] Json path(const PixelSample& at);
+  /// The engine of this seat is the one from now on; the one before it is told to end. It shows the look in force, or, of
+  /// another scene, what its file has.
+  void seat(std::shared_ptr<ViewSeat> seat, bool is_other_scene);
+  /// Ends every wait and the engine. Any number of times.
+  void end();
+
+  // ---- for engines; nothing comes of what one says that has no seat any more
+
+  /// Waits for it, a while; none when the engine is to end.
+  [[nodiscard]] std::optional<Task> next_task(const ViewSeat& seat);
+  /// number: of the look that is in that state
+  void say(const ViewSeat& seat, const std::string& state, std::uint64_t number, const std::string& error = "");
+  /// words    behind `eikon render`, without names of output files
+  /// outline  scene_outline()
+  void describe(const ViewSeat& seat, const std::vector<std::string>& words, const std::vector<std::string>& notes,
+                const Json& outline);
+  void publish(const ViewSeat& seat, const Json& about, std::vector<unsigned char> pixels);
+  void answer(PathRequest& request, std::string answer, std::string error);
+  /// Says why there are no pictures without noise; empty: there are.
+  void set_denoiser(const std::string& problem);
+
+ private:
+  struct Status {
+    std::string state = "loading";  // then building, compiling, moving or rendering, done; or failed
+    std::uint64_t look = 0;         // number of the look of which that is the state
+    std::string error{};            // why it failed
+    std::vector<std::string> words{}, notes{};
+    std::string scene = "null";  // JSON of scene_outline()
+    std::string denoiser{};
+  };
+
+  void ask_anew();  // with mutex_ held, as the next
+  void write_status();
+  [[nodiscard]] bool sits(const ViewSeat& seat) const { return seat_.get() == &seat; }
+
+  std::mutex mutex_;  // guards what follows
+  std::condition_variable changed_;
+  std::shared_ptr<ViewSeat> seat_ = std::make_shared<ViewSeat>();
+  ViewLook wanted_;
+  std::uint64_t look_number_ = 1;
+  bool is_new_ = true, paused_ = false, ended_ = false;
+  std::deque<std::shared_ptr<PathRequest>> paths_{};
+  std::uint64_t version_ = 1;
+  Status status_{};
+  std::string status_text_{};
+  std::shared_ptr<const ViewFrame> frame_{};
+};
+
+}  // namespace eikon
