@@ -30,7 +30,7 @@ struct Wavefront::Impl {
   };
 
   Device& device;
-  const PackedScene& scene;
+  const PackedScene* scene;
   WavefrontConfig config;
   PathStateLayout state;
   Frame frame;
@@ -45,7 +45,7 @@ struct Wavefront::Impl {
   std::map<std::string, Kernel> kernels;
   WorkBuffers work;
   ArithmeticClass arithmetic;
-  ProgramOptions sampled_options;
+  ProgramOptions compiled;  // of the program
   std::vector<std::string> sampled_stages;
   std::string formula_code;
   std::shared_ptr<const GuideTable> guide;      // device buffers may be its memory
@@ -68,7 +68,7 @@ struct Wavefront::Impl {
   Impl(Device& on, const PackedScene& packed, const Features& features, const Settings& settings,
        const Execution& execution)
       : device(on),
-        scene(packed),
+        scene(&packed),
         config(configure(on.info(), execution)),
         counters(on, config, features, execution.trace.get()),
         timeline(execution.trace.get()) {
@@ -95,7 +95,7 @@ struct Wavefront::Impl {
   }
 
   void restart(const Settings& settings, const Execution& execution) {
-    const Frame before = std::exchange(frame, pack_frame(scene, settings));
+    const Frame before = std::exchange(frame, pack_frame(*scene, settings));
     frame.film_stride = before.film_stride;
     light_paths = {frame.light_path_count, settings.crop};
     timeline = execution.trace.get();
@@ -103,6 +103,29 @@ struct Wavefront::Impl {
     upload_s = 0;
     if (replace_camera(device, settings, camera_poses, arguments)) bind();
     if (settings.guide != nullptr && settings.guide != guide) set_guide(settings.guide);
+  }
+
+  [[nodiscard]] bool fits(const PackedScene& packed, const Features& features, const Execution& execution) const {
+    const WavefrontConfig wanted = configure(device.info(), execution);
+    if (sampler || features.formula_code() != formula_code || features.mattes().ids.size() != mattes.ids.size())
+      return false;
+    return program_options(device.info(), wanted, features, accel_of(packed, wanted), execution).defines ==
+           compiled.defines;
+  }
+
+  void change_scene(const PackedScene& packed, const Features& features, const Settings& settings,
+                    const Execution& execution) {
+    const TraceScope uploading(execution.trace.get(), execution.track, "upload");
+    const double begin = host_seconds();
+    device.finish();
+    scene = &packed;
+    mattes = features.mattes();
+    camera_poses = camera_pose_words(settings);
+    scene_bytes = upload_scene(device, packed, accel_of(packed, config), filter, camera_poses, arguments);
+    bind();
+    device.finish();
+    restart(settings, execution);
+    upload_s = host_seconds() - begin;
   }
 
   void set_guide(std::shared_ptr<const GuideTable> table) {
@@ -115,7 +138,7 @@ struct Wavefront::Impl {
 
   void compile(const Features& features, const Execution& execution) {
     const TraceScope compiling(timeline, execution.track, "compile");
-    const WavefrontProgram source(device.info(), config, scene, features, execution);
+    const WavefrontProgram source(device.info(), config, *scene, features, execution);
     const Program program = device.build(source.text, source.options);
     traces_lights = source.has("light_generate") || source.has("light_paths");
     if (traces_lights) lights = LightStages(device, program, config, arguments);
@@ -124,7 +147,7 @@ struct Wavefront::Impl {
       if (stage != "film" && stage != "light_paths") kernels[stage] = program.kernel(stage);
     slots[0].film = program.kernel("film");
     slots[1].film = device.info().cpu ? slots[0].film : program.kernel("film");
-    sampled_options = source.options;
+    compiled = source.options;
     WavefrontConfig unfused = config;
     unfused.fused = false;
     for (const char* stage : {"generate", "intersect", "miss", "shade", "shadow"})
@@ -139,14 +162,14 @@ struct Wavefront::Impl {
     if ((tally.begin[0] | tally.begin[1]) != 0) return;
     std::vector<std::string> files;
     for (const std::string& stage : sampled_stages) files.push_back("stages/" + stage + ".cl");
-    const Program program = device.build(kernel_text(files) + formula_code, sampled_options);
+    const Program program = device.build(kernel_text(files) + formula_code, compiled);
     sampler = std::make_unique<StageSampler>(device, program, sampled_stages, arguments, config);
   }
 
   void upload(Trace::Track track) {
     const TraceScope uploading(timeline, track, "upload");
     const double begin = host_seconds();
-    scene_bytes = upload_scene(device, scene, accel_of(scene, config), filter, camera_poses, arguments);
+    scene_bytes = upload_scene(device, *scene, accel_of(*scene, config), filter, camera_poses, arguments);
     const WorkBufferSizes plan{.film = film_shape, .state_words = state.words, .logs = logs};
     if (guide != nullptr) upload_guide(device, *guide, arguments);
     work = WorkBuffers(device, config, plan, arguments);
@@ -362,6 +385,13 @@ std::uint64_t Wavefront::device_bytes() const {
 }
 const Bounces& Wavefront::bounces() const { return impl_->counters.bounces(); }
 void Wavefront::restart(const Settings& settings, const Execution& execution) { impl_->restart(settings, execution); }
+bool Wavefront::fits(const PackedScene& scene, const Features& features, const Execution& execution) const {
+  return impl_->fits(scene, features, execution);
+}
+void Wavefront::change_scene(const PackedScene& scene, const Features& features, const Settings& settings,
+                             const Execution& execution) {
+  impl_->change_scene(scene, features, settings, execution);
+}
 void Wavefront::trace_light_paths(bool on) { impl_->lights_on = on; }
 void Wavefront::set_guide(std::shared_ptr<const GuideTable> guide) { impl_->set_guide(std::move(guide)); }
 PathLog Wavefront::path_log() {
