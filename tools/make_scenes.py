@@ -12,6 +12,7 @@ import pathlib
 import sys
 
 from scene_builders import scenes_analytic
+from scene_builders import scenes_figure
 from scene_builders import scenes_implicit
 from scene_builders import scenes_lambert
 from scene_builders import scenes_layers
@@ -22,7 +23,7 @@ from scene_builders import scenes_rooms
 
 SCENES = pathlib.Path(__file__).resolve().parent.parent / "scenes"
 MAKERS = {**scenes_lambert.MAKERS, **scenes_materials.MAKERS, **scenes_layers.MAKERS, **scenes_media.MAKERS, **scenes_analytic.MAKERS, **scenes_implicit.MAKERS,
-          **scenes_motion.MAKERS, **scenes_rooms.MAKERS}
+          **scenes_figure.MAKERS, **scenes_motion.MAKERS, **scenes_rooms.MAKERS}
 
 
 def main():

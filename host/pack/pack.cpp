@@ -82,7 +82,8 @@ void add_accel(PackedScene& packed, const std::string& accel, const std::string&
   if (!packed.motion.empty()) {
     packed.accels.emplace(layout, build_over_time(packed, options));
   } else if (packed.instances.empty()) {
-    packed.accels.emplace(layout, build_accel(soup_of(packed), options));
+    packed.accels.emplace(layout, packed.trees != nullptr ? packed.trees->tree(soup_of(packed), options)
+                                                          : build_accel(soup_of(packed), options));
   } else {
     const TwoLevelScene scene{soup_of(packed), packed.shapes.size(), packed.stored_meshes, packed.instances,
                               packed.place_boxes};

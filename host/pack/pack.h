@@ -2,11 +2,13 @@
 // A scene laid out for devices: immutable, shared by all of them.
 #pragma once
 #include <map>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "accel/accel.h"
+#include "accel/refit.h"
 #include "accel/two_level.h"
 #include "core/device_vector.h"
 #include "pack/features.h"
@@ -68,6 +70,7 @@ struct PackedScene {
   DeviceVector<TriangleTangents> pose_tangents;
   DeviceVector<Light> light_poses;
   std::map<std::string, Accel> accels;  // by layout
+  std::shared_ptr<TreeMemory> trees{};  // of other frames of the file; null: there are none
   std::uint64_t saved_once = 0;         // rough bytes that two levels would save; 0 if there are two
   float environment_probability = 0;    // that light sampling chooses the environment
   float environment_emission = 0;       // that a light path starts from its map, over that probability

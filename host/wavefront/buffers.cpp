@@ -143,10 +143,22 @@ std::uint64_t upload_scene(Device& device, const PackedScene& scene, const Accel
   else
     to.share("material_details", scene.material_details);
   to.share("textures", scene.textures);
-  to.copy_texels(scene);
   to.share("filter_table", filter);
   to.share("camera_poses", camera_poses);
   return to.bytes();
+}
+
+std::uint64_t upload_texels(Device& device, const PackedScene& scene, Arguments& arguments) {
+  Uploader to(device, arguments);
+  to.copy_texels(scene);
+  return to.bytes();
+}
+
+bool have_same_texels(const PackedScene& a, const PackedScene& b) {
+  const auto same = [](std::span<const std::uint32_t> x, std::span<const std::uint32_t> y) {
+    return x.data() == y.data() && x.size() == y.size();
+  };
+  return std::ranges::equal(a.texels, b.texels, same);
 }
 
 bool replace_camera(Device& device, const Settings& settings, std::vector<float>& poses, Arguments& arguments) {

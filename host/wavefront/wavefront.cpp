@@ -50,7 +50,7 @@ struct Wavefront::Impl {
   std::string formula_code;
   std::shared_ptr<const GuideTable> guide;      // device buffers may be its memory
   std::vector<std::uint32_t> logged, radiance;  // of PathLog
-  std::uint64_t scene_bytes = 0;
+  std::uint64_t scene_bytes = 0, texel_bytes = 0;  // scene_bytes: without the texels
   double upload_s = 0;
 
   using Slot = UnitSlot;
@@ -118,10 +118,11 @@ struct Wavefront::Impl {
     const TraceScope uploading(execution.trace.get(), execution.track, "upload");
     const double begin = host_seconds();
     device.finish();
-    scene = &packed;
+    const PackedScene& before = *std::exchange(scene, &packed);
     mattes = features.mattes();
     camera_poses = camera_pose_words(settings);
     scene_bytes = upload_scene(device, packed, accel_of(packed, config), filter, camera_poses, arguments);
+    if (!have_same_texels(before, packed)) texel_bytes = upload_texels(device, packed, arguments);
     bind();
     device.finish();
     restart(settings, execution);
@@ -170,6 +171,7 @@ struct Wavefront::Impl {
     const TraceScope uploading(timeline, track, "upload");
     const double begin = host_seconds();
     scene_bytes = upload_scene(device, *scene, accel_of(*scene, config), filter, camera_poses, arguments);
+    texel_bytes = upload_texels(device, *scene, arguments);
     const WorkBufferSizes plan{.film = film_shape, .state_words = state.words, .logs = logs};
     if (guide != nullptr) upload_guide(device, *guide, arguments);
     work = WorkBuffers(device, config, plan, arguments);
@@ -381,7 +383,7 @@ const WavefrontConfig& Wavefront::config() const { return impl_->config; }
 ArithmeticClass Wavefront::arithmetic() const { return impl_->arithmetic; }
 double Wavefront::upload_s() const { return impl_->upload_s; }
 std::uint64_t Wavefront::device_bytes() const {
-  return impl_->scene_bytes + impl_->work.bytes + (impl_->traces_lights ? LightStages::bytes(impl_->config) : 0);
+  return impl_->scene_bytes + impl_->texel_bytes + impl_->work.bytes + (impl_->traces_lights ? LightStages::bytes(impl_->config) : 0);
 }
 const Bounces& Wavefront::bounces() const { return impl_->counters.bounces(); }
 void Wavefront::restart(const Settings& settings, const Execution& execution) { impl_->restart(settings, execution); }
