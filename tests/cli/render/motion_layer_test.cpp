@@ -30,11 +30,11 @@ Builder wall() {
   return builder;
 }
 
-Image rendered(const Workplace& here, const Builder& builder, const std::string& flags = {}) {
+Image rendered(const Workplace& here, const Builder& builder, const std::string& flags = {}, int spp = 16) {
   here.write("scene.gltf", builder.text());
-  EXPECT_TRUE(succeeded(here.eikon(fmt::format("render scene.gltf -o a.exr --size {}x{} --spp 16 --quiet --aov motion "
+  EXPECT_TRUE(succeeded(here.eikon(fmt::format("render scene.gltf -o a.exr --size {}x{} --spp {} --quiet --aov motion "
                                                "--env 1,1,1 {}",
-                                               kWidth, kHeight, flags))));
+                                               kWidth, kHeight, spp, flags))));
   return read_exr(here / "a.exr");
 }
 
@@ -83,7 +83,7 @@ TEST(MotionLayer, a_camera_that_turns_moves_walls_and_the_sky_alike) {
                .values = {0, 0, 0, 1, 0, float(std::sin(turn / 2)), 0, float(std::cos(turn / 2))},
                .type = "VEC4"});
   const double focal = kHeight;  // pixels
-  expect_motion(rendered(here, builder, "--frame 0 --spp 256"), 2e-2, [&](double x, double y) {
+  expect_motion(rendered(here, builder, "--frame 0", 256), 2e-2, [&](double x, double y) {
     const double before = std::atan(x / focal), after = before + 0.05;
     return std::pair(focal * std::tan(after) - x, y * (std::cos(before) / std::cos(after) - 1));
   });
