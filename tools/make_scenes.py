@@ -5,6 +5,7 @@
   tools/make_scenes.py             write every scene
   tools/make_scenes.py --check     fail if a committed scene differs from what this script makes
   tools/make_scenes.py --list      names, and what each proves
+  tools/make_scenes.py --figure 50000 out/figure.glb    the walking figure, of about so many triangles
 """
 
 import argparse
@@ -12,6 +13,7 @@ import pathlib
 import sys
 
 from scene_builders import scenes_analytic
+from scene_builders import scenes_figure
 from scene_builders import scenes_implicit
 from scene_builders import scenes_lambert
 from scene_builders import scenes_layers
@@ -22,7 +24,7 @@ from scene_builders import scenes_rooms
 
 SCENES = pathlib.Path(__file__).resolve().parent.parent / "scenes"
 MAKERS = {**scenes_lambert.MAKERS, **scenes_materials.MAKERS, **scenes_layers.MAKERS, **scenes_media.MAKERS, **scenes_analytic.MAKERS, **scenes_implicit.MAKERS,
-          **scenes_motion.MAKERS, **scenes_rooms.MAKERS}
+          **scenes_figure.MAKERS, **scenes_motion.MAKERS, **scenes_rooms.MAKERS}
 
 
 def main():
@@ -30,7 +32,13 @@ def main():
     parser.add_argument("--check", action="store_true", help="write nothing; exit 1 if a committed scene differs")
     parser.add_argument("--list", action="store_true", help="print each scene's name and what it proves")
     parser.add_argument("--out", type=pathlib.Path, default=SCENES, metavar="DIR", help="where to (default: scenes)")
+    parser.add_argument("--figure", nargs=2, metavar=("TRIANGLES", "FILE"), help="write the walking figure alone")
     arguments = parser.parse_args()
+    if arguments.figure:
+        gltf, count = scenes_figure.figure(int(arguments.figure[0]), "Speed of sequences: a figure that walks.")
+        gltf.write(arguments.figure[1])
+        print(f"{arguments.figure[1]}: {count} triangles")
+        return 0
     if arguments.list:
         for name, make in MAKERS.items():
             print(f"{name + '.gltf':28s} {make.__doc__}")

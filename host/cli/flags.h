@@ -36,6 +36,7 @@ void add_execution_flags(CommandFlags& flags, Execution& execution, bool probe =
 /// Lists the environment variables that eikon reads, for the end of --help.
 [[nodiscard]] std::string environment_help();
 
+void add_shutter_flags(CommandFlags& flags, AnimationOptions& options);
 void add_render_flags(CommandFlags& flags, RenderOptions& options);
 /// Adds --png, --exposure, --ev100 and --tonemap.
 void add_png_flags(CommandFlags& flags, PngOptions& png);

@@ -115,35 +115,23 @@ FrameRange parse_frames(const std::string& text) {
   return frames;
 }
 
-void add_shutter_flags(CommandFlags& flags, AnimationOptions& options) {
-  flags.group("Motion blur");
-  flags.number(
-      {"--shutter", "FRAMES", "blur what moves while the shutter is open: 0.5 is a shutter of 180 degrees [0]"},
-      options.shutter, 0, kMostShutter);
-  flags.choice({"--shutter-at", "WHEN", "open, centre, close: what the shutter does at the time of the frame [open]"},
-               options.shutter_at, {{"open", 0.0}, {"centre", 0.5}, {"close", 1.0}});
-  flags.parsed({"--motion-steps", "N|auto", "follow what moves in N straight steps [auto: by its curvature]"},
-               [&](const std::string& text) {
-                 options.motion_steps =
-                     text == "auto" ? 0 : std::uint32_t(parse_unsigned("--motion-steps", text, kMostMotionSteps, 1));
-               });
-}
-
 void add_frames_flag(CommandFlags& flags, RenderOptions& options) {
   flags.group("Sequence (names of files have a place for the frame's number, such as walk_%04d.exr)");
   flags.parsed({"--frames", "A:B[:STEP]", "render frames A to B; those that are done already are skipped"},
                [&](const std::string& text) { options.frames = parse_frames(text); });
   for (const char* other : {"--frame", "--scene-time"}) flags.exclude("--frames", other);
+  flags.toggle("--force", "with --frames, also render those that are done", options.force);
 }
 
 /// Flags that change neither the results nor their names.
 const std::vector<std::string> kAboutExecution = {
     "--devices",    "--accel",  "--layout",   "--instances", "--memory",
     "--threads",    "--quiet",  "--progress", "--checkpoint", "--checkpoint-every", "--resume",
-    "--pilot",      "--tev"};
+    "--pilot",      "--tev",    "--force"};
 
 /// Flags that say how much of the image is rendered, and which files come of it.
 const std::vector<std::string> kAboutWhole = {"--spp",
+                                              "--force",
                                               "--samples",
                                               "--target-error",
                                               "--time",
@@ -192,6 +180,20 @@ void add_png_flags(CommandFlags& flags, PngOptions& png) {
   flags.suggest("--tonemap", tone_map_names());
 }
 
+void add_shutter_flags(CommandFlags& flags, AnimationOptions& options) {
+  flags.group("Motion blur");
+  flags.number(
+      {"--shutter", "FRAMES", "blur what moves while the shutter is open: 0.5 is a shutter of 180 degrees [0]"},
+      options.shutter, 0, kMostShutter);
+  flags.choice({"--shutter-at", "WHEN", "open, centre, close: what the shutter does at the time of the frame [open]"},
+               options.shutter_at, {{"open", 0.0}, {"centre", 0.5}, {"close", 1.0}});
+  flags.parsed({"--motion-steps", "N|auto", "follow what moves in N straight steps [auto: by its curvature]"},
+               [&](const std::string& text) {
+                 options.motion_steps =
+                     text == "auto" ? 0 : std::uint32_t(parse_unsigned("--motion-steps", text, kMostMotionSteps, 1));
+               });
+}
+
 void add_render_flags(CommandFlags& flags, RenderOptions& options) {
   add_all_scene_flags(flags, options.scene);
   add_shutter_flags(flags, options.scene.animation);
@@ -217,7 +219,9 @@ RenderOptions parse_render(std::vector<std::string> words) {
     flag.add_to(options.part_words);
   }
   for (const GivenFlag& flag : given)
-    if (flag.name != "--frames") flag.add_to(options.words_without_frames);
+    if (flag.name != "--frames" && flag.name != "--force") flag.add_to(options.words_without_frames);
+  if (options.force && !options.frames)
+    throw UsageError("--force: goes with --frames; without it every render is made anew");
   number_outputs(options);
   if (options.scene.denoise) add_guides(options.part_words);
   return options;

@@ -87,6 +87,7 @@ std::span<const LayerInfo> layers() {
       {"depth", FilmSum::depth, mean_of_hit, "Z"},
       {"position", FilmSum::position, mean_of_hit, "XYZ"},
       {"uv", FilmSum::texcoord, mean_of_hit, "UV"},
+      {"motion", FilmSum::motion, mean, "XY"},
       {"id", FilmSum::id, word, ""},
       {"object_id", FilmSum::id, word, ""},
       {"material_id", FilmSum::material_id, word, ""},

@@ -297,10 +297,19 @@ Scene load_scene(const std::filesystem::path& path, const SceneChoice& choice, M
     SceneChoice within = choice;
     within.animation.shutter = {};
     within.animation.held_s = choice.animation.time_s;
-    expose(scene, choice.animation.shutter, [&](double time_s) {
+    const auto pose_at = [&](double time_s) {
       within.animation.time_s = time_s;
       return load(path, within, missing_tangents, scene.memory);
-    });
+    };
+    expose(scene, choice.animation.shutter, pose_at);
+    const std::optional<double> next_s = choice.animation.next_s;
+    if (next_s && std::ranges::any_of(scene.animations, &AnimationSummary::in_force)) {
+      Scene next = pose_at(*next_s);
+      Digest both;
+      for (const std::string& of : {scene.hash, next.hash}) both.add(std::as_bytes(std::span(of)));
+      scene.hash = fmt::format("{:016x}", both.hash);
+      add_next_pose(scene, std::move(next));
+    }
     return scene;
   } catch (const InputError& e) {
     throw InputError(what + e.what());

@@ -55,6 +55,7 @@ std::vector<float> measure(Scene& scene, std::uint32_t material, const glm::vec2
   Kernel kernel = device.build(kernel_text({"probe/measure.cl"}), options).kernel("measure");
   Arguments arguments;
   upload_scene(device, packed, Accel{}, {}, {}, arguments);
+  upload_texels(device, packed, arguments);
   const Buffer values = device.allocate(sizeof(float) * 3 * EK_MEASURED_CELLS);
   const Buffer findings = device.upload(std::vector<std::uint32_t>(1));
   arguments.set("measured_values", values);

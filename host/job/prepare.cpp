@@ -172,6 +172,21 @@ std::vector<Camera> camera_poses(const SceneOptions& options, const Scene& scene
   return poses;
 }
 
+bool has_motion_layer(const SceneOptions& options) {
+  return std::ranges::find(options.aovs, "motion") != options.aovs.end();
+}
+
+/// Where the camera stands in the next frame, for the layer `motion`. throws UsageError
+std::optional<Camera> next_camera(const SceneOptions& options, const Scene& scene, double aspect,
+                                  const Camera& camera) {
+  if (!has_motion_layer(options)) return std::nullopt;
+  if (camera.projection == Projection::panorama)
+    throw UsageError(
+        "--aov motion: a panorama has no way on the picture that is straight; leave out the layer or --panorama");
+  if (scene.next == nullptr || options.look_at || scene.cameras.empty()) return std::nullopt;
+  return choose_camera(options, *scene.next, aspect, [](const std::string&) {});
+}
+
 /// Logs what the shutter blurs.
 void log_shutter(const SceneOptions& options, const Scene& scene, const Settings& settings, const Log& log) {
   const Shutter shutter = options.animation.choice().shutter;
@@ -200,6 +215,7 @@ void settle_camera_and_size(const SceneOptions& options, const Scene& scene, Set
     settings.width = std::uint32_t(std::clamp(std::lround(aspect * kDefaultRows), 1L, kMaxSide));
   }
   settings.camera_poses = camera_poses(options, scene, asked, settings.camera);
+  settings.next_camera = next_camera(options, scene, asked, settings.camera);
   const Crop whole{0, 0, settings.width, settings.height};
   const Crop crop = settings.crop = options.crop.value_or(whole);
   if (crop.x0 >= crop.x1 || crop.y0 >= crop.y1 || crop.x1 > whole.x1 || crop.y1 > whole.y1)
@@ -268,6 +284,12 @@ AnimationChoice AnimationOptions::choice() const {
   AnimationChoice choice{.animation = name, .time_s = frame ? double(*frame) / fps : time_s, .loop = loop};
   const double open_for_s = shutter / fps, open_s = choice.time_s - shutter_at * open_for_s;
   if (shutter > 0) choice.shutter = {.open_s = open_s, .close_s = open_s + open_for_s, .steps = motion_steps};
+  return choice;
+}
+
+SceneChoice SceneOptions::choice() const {
+  SceneChoice choice{.variant = variant, .animation = animation.choice()};
+  if (has_motion_layer(*this)) choice.animation.next_s = choice.animation.time_s + 1 / animation.fps;
   return choice;
 }
 

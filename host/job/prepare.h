@@ -101,7 +101,7 @@ struct SceneOptions {
   std::uint32_t light_samples = 1;
   bool energy_compensation = false;
 
-  [[nodiscard]] SceneChoice choice() const { return {.variant = variant, .animation = animation.choice()}; }
+  [[nodiscard]] SceneChoice choice() const;
 };
 
 /// A loaded scene, and everything that decides its image.

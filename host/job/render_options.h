@@ -41,6 +41,7 @@ struct RenderOptions {
   PngOptions png;
   std::optional<NetworkAddress> tev;    // of a viewer that shows the growing image
   std::optional<FrameRange> frames;     // instead of one image
+  bool force = false;                   // with `frames`: also those that are done
   bool half = false, quiet = false;
   std::optional<PixelIndex> pixel;      // with `sample`: trace this path instead of rendering
   std::optional<std::uint64_t> sample;

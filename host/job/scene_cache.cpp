@@ -46,7 +46,9 @@ std::uint64_t bytes_of(const SceneCache::Kept& kept) {
   return bytes;
 }
 
-constexpr std::size_t kScenes = 8, kLayouts = 4;  // the most that are kept, whatever their size
+// The most that are kept, whatever their size; poses and variants of one file among the scenes.
+constexpr std::size_t kScenes = 8, kLayouts = 4;
+constexpr std::ptrdiff_t kPoses = 2;
 
 }  // namespace
 
@@ -66,18 +68,22 @@ std::shared_ptr<SceneCache::Kept> SceneCache::load(const std::filesystem::path& 
   const auto relative = std::find_if(kept_.rbegin(), kept_.rend(), [&](const auto& kept) {
     return kept->digest.hash == digest.hash && kept->scene->path == path;
   });
-  const std::shared_ptr<Scene> relative_scene = relative == kept_.rend() ? nullptr : (*relative)->scene;
+  const std::shared_ptr<Kept> of_file = relative == kept_.rend() ? nullptr : *relative;
   const auto total = [&] {
     std::uint64_t bytes = 0;
     for (const auto& kept : kept_) bytes += bytes_of(*kept);
     return bytes;
   };
+  // The frames of a sequence come once.
+  const auto is_pose = [&](const auto& kept) { return kept->digest.hash == digest.hash && kept->scene->path == path; };
+  while (std::ranges::count_if(kept_, is_pose) >= kPoses) kept_.erase(std::ranges::find_if(kept_, is_pose));
   // A scene in memory may take several times the size of its files.
   while (!kept_.empty() && (kept_.size() >= kScenes || total() + 4 * digest.bytes > budget_bytes_)) kept_.pop_front();
   auto kept = std::make_shared<Kept>();
   const double begin = host_seconds();
   kept->scene = std::make_shared<Scene>(
-      load_scene(path, choice, MissingTangents::make, relative_scene == nullptr ? nullptr : relative_scene->memory));
+      load_scene(path, choice, MissingTangents::make, of_file == nullptr ? nullptr : of_file->scene->memory));
+  kept->trees = of_file == nullptr ? std::make_shared<TreeMemory>() : of_file->trees;
   kept->choice = choice;
   kept->load_s = host_seconds() - begin;
   kept->digest = digest;
@@ -101,6 +107,7 @@ std::shared_ptr<PackedScene> SceneCache::pack(Kept& kept, const Settings& settin
       return packed.scene;
   if (packing) packing();
   auto packed = std::make_shared<PackedScene>(pack_scene(*kept.scene, features, settings));
+  if (!kept.scene->animations.empty()) packed->trees = kept.trees;
   if (kept.packed.size() >= kLayouts) kept.packed.pop_front();
   kept.packed.push_back({key, reinsertion_pays(packed->triangles.size(), rays), packed});
   return packed;

@@ -22,6 +22,7 @@ class SceneCache {
     Digest digest{};
     std::shared_ptr<Scene> scene{};  // with its meshes
     SceneChoice choice{};
+    std::shared_ptr<TreeMemory> trees{};  // of all poses of the file
     double load_s = 0;
     struct Packed {
       std::string key{};

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "film/layers.h"
 #include "pack/materials/camera_medium.h"
 #include "scene/endless.h"
 
@@ -95,6 +96,20 @@ void set_camera(Frame& frame, const Camera& camera, const Settings& settings, do
   }
 }
 
+/// Appends the words by which kernels project points on the film.
+void append_projection(const Camera& camera, const Settings& settings, std::vector<float>& words) {
+  const glm::dmat4& m = camera.world_from_camera;
+  const bool parallel = camera.projection == Projection::orthographic;
+  const double half_height = parallel ? camera.ymag_m : std::tan(0.5 * camera.yfov_rad);
+  const double pixels = 0.5 * settings.height / half_height;  // of a metre: on the plane at distance 1 if rays diverge
+  for (const glm::dvec3& row :
+       {glm::dvec3(m[3]), glm::normalize(glm::dvec3(m[0])) * pixels, glm::normalize(glm::dvec3(m[1])) * pixels,
+        parallel ? glm::dvec3(0) : -glm::normalize(glm::dvec3(m[2]))})
+    for (int axis = 0; axis < 3; ++axis) words.push_back(float(row[axis]));
+  words.push_back(parallel ? 1.0F : 0.0F);
+  words.insert(words.end(), 3, 0.0F);  // up to EK_MOTION_CAMERA_WORDS
+}
+
 }  // namespace
 
 std::vector<float> camera_pose_words(const Settings& settings) {
@@ -106,6 +121,9 @@ std::vector<float> camera_pose_words(const Settings& settings) {
          {frame.camera_origin, frame.camera_x, frame.camera_y, frame.camera_corner, frame.lens_x, frame.lens_y})
       words.insert(words.end(), {v.x, v.y, v.z, v.w});
   }
+  if (!needs_sum(settings.aovs, FilmSum::motion)) return words;
+  for (const Camera& camera : {settings.camera, settings.next_camera.value_or(settings.camera)})
+    append_projection(camera, settings, words);
   return words;
 }
 

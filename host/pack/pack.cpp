@@ -22,7 +22,7 @@ std::uint64_t PackedScene::seen_triangle_count() const {
 std::uint64_t PackedScene::motion_bytes() const {
   return motion.size() * sizeof(std::uint32_t) + pose_triangles.size() * sizeof(Triangle) +
          pose_normals.size() * sizeof(TriangleNormals) + pose_tangents.size() * sizeof(TriangleTangents) +
-         light_poses.size() * sizeof(Light);
+         light_poses.size() * sizeof(Light) + next_corners.size() * sizeof(std::uint32_t);
 }
 
 std::uint64_t PackedScene::bytes(const std::string& layout) const {
@@ -48,6 +48,7 @@ static PackedScene pack(const Scene& scene, std::vector<Mesh>* release, const Fe
   pack_shapes(scene, features, packed);
   pack_lights(scene, features, settings, packed);
   if (features.has(Feature::moving_surface)) pack_motion(scene, features, packed);
+  if (features.has(Feature::motion)) pack_next_corners(scene, features, packed);
   return packed;
 }
 
@@ -58,6 +59,7 @@ PackedScene pack_scene(const Scene& scene, const Features& features, const Setti
 PackedScene pack_and_release(Scene& scene, const Features& features, const Settings& settings) {
   PackedScene packed = pack(scene, &scene.meshes, features, settings);
   scene.poses.clear();
+  scene.next.reset();
   return packed;
 }
 
@@ -82,7 +84,8 @@ void add_accel(PackedScene& packed, const std::string& accel, const std::string&
   if (!packed.motion.empty()) {
     packed.accels.emplace(layout, build_over_time(packed, options));
   } else if (packed.instances.empty()) {
-    packed.accels.emplace(layout, build_accel(soup_of(packed), options));
+    packed.accels.emplace(layout, packed.trees != nullptr ? packed.trees->tree(soup_of(packed), options)
+                                                          : build_accel(soup_of(packed), options));
   } else {
     const TwoLevelScene scene{soup_of(packed), packed.shapes.size(), packed.stored_meshes, packed.instances,
                               packed.place_boxes};

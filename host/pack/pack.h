@@ -2,11 +2,13 @@
 // A scene laid out for devices: immutable, shared by all of them.
 #pragma once
 #include <map>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "accel/accel.h"
+#include "accel/refit.h"
 #include "accel/two_level.h"
 #include "core/device_vector.h"
 #include "pack/features.h"
@@ -67,7 +69,9 @@ struct PackedScene {
   DeviceVector<TriangleNormals> pose_normals;
   DeviceVector<TriangleTangents> pose_tangents;
   DeviceVector<Light> light_poses;
+  DeviceVector<std::uint32_t> next_corners;  // of layer `motion` (kernels/film/motion_vector.h)
   std::map<std::string, Accel> accels;  // by layout
+  std::shared_ptr<TreeMemory> trees{};  // of other frames of the file; null: there are none
   std::uint64_t saved_once = 0;         // rough bytes that two levels would save; 0 if there are two
   float environment_probability = 0;    // that light sampling chooses the environment
   float environment_emission = 0;       // that a light path starts from its map, over that probability
@@ -105,6 +109,9 @@ PackedScene pack_scene(Scene&& scene, const Features& features, const Settings& 
 /// Does the same, and frees the geometry of the meshes as it goes: their primitives keep only the
 /// materials. Its poses are freed, too.
 PackedScene pack_and_release(Scene& scene, const Features& features, const Settings& settings);
+
+/// The most bytes of records of what moves while the shutter is open: of all triangles of the nodes that move, at each pose.
+[[nodiscard]] std::uint64_t pose_bytes(const Scene& scene, const Features& features);
 
 /// Holds what `eikon info` tells of the light in a scene.
 struct LightOverview {

@@ -58,6 +58,10 @@ void pack_emitters(const Scene& scene, const Features& features, PackedScene& pa
 /// throws InputError when they are more than an index can name
 void pack_motion(const Scene& scene, const Features& features, PackedScene& packed);
 
+/// Packs where the triangles that move until the next frame are then. Runs after all other parts.
+/// throws InputError when they are more than an index can name
+void pack_next_corners(const Scene& scene, const Features& features, PackedScene& packed);
+
 /// Packs the shapes, with their records behind the triangles, and extends the bounds. Runs after
 /// pack_geometry.
 /// throws InputError when they are more than trees can name

@@ -82,6 +82,7 @@ struct Settings {
   std::uint64_t pilot_paths = 0;            // from which it is learned how to guide paths (usual_pilot_paths); 0: none
   std::shared_ptr<const GuideTable> guide;  // what a pilot learned; null: paths are not guided
   Camera camera;
+  std::optional<Camera> next_camera;  // at the next frame, for layer `motion`; nothing: it stands still
   std::vector<Camera> camera_poses;  // at the times of Scene::poses; empty: the camera stands still
   Environment environment;           // what is used: --env, else the file's, else black or the neutral one
 };

@@ -36,14 +36,15 @@ ReadyWavefronts& ReadyWavefronts::of(DevicePool::Lease& lease) {
   return *found;
 }
 
+/// Then the scene will not come again.
+bool ReadyWavefronts::is_last_holder(const SharedScene& scene) const {
+  return scene.packed.use_count() <=
+         std::ranges::count_if(ready_, [&](const Ready& ready) { return ready.scene.packed == scene.packed; });
+}
+
 void ReadyWavefronts::make_room(const Device& device, const Execution& execution) {
-  // A scene that only wavefronts still hold will not come again.
-  const auto held_here = [this](const std::shared_ptr<const PackedScene>& packed) {
-    return std::count_if(ready_.begin(), ready_.end(),
-                         [&](const Ready& ready) { return ready.scene.packed == packed; });
-  };
   for (auto at = ready_.begin(); at != ready_.end();)
-    at = at->scene.packed.use_count() <= held_here(at->scene.packed) ? ready_.erase(at) : std::next(at);
+    at = is_last_holder(at->scene) ? ready_.erase(at) : std::next(at);
   const auto bytes = [this] {
     std::uint64_t sum = 0;
     for (const Ready& ready : ready_) sum += ready.wavefront->device_bytes();
@@ -55,6 +56,25 @@ void ReadyWavefronts::make_room(const Device& device, const Execution& execution
     ready_.pop_front();
 }
 
+std::list<ReadyWavefronts::Ready>::iterator ReadyWavefronts::find_fitting(const Device& device, const std::string& key,
+                                                                          const PackedScene& packed,
+                                                                          const Features& features,
+                                                                          const Execution& execution) {
+  // A CPU device reads scenes in place, so that one of them may come again for nothing.
+  return std::ranges::find_if(ready_, [&](const Ready& ready) {
+    return ready.key == key && (device.info().cpu || is_last_holder(ready.scene)) &&
+           ready.wavefront->fits(packed, features, execution);
+  });
+}
+
+bool ReadyWavefronts::has_program(const PackedScene& packed, const Features& features, const Settings& settings,
+                                  const Execution& execution) const {
+  const std::string key = key_of(features, settings, execution);
+  return std::ranges::any_of(ready_, [&](const Ready& ready) {
+    return ready.key == key && ready.wavefront->fits(packed, features, execution);
+  });
+}
+
 Wavefront& ReadyWavefronts::get(Device& device, const SharedScene& scene, const Features& features,
                                 const Settings& settings, const Execution& execution) {
   const std::string key = key_of(features, settings, execution);
@@ -64,6 +84,14 @@ Wavefront& ReadyWavefronts::get(Device& device, const SharedScene& scene, const 
   if (found != ready_.end()) {
     ready_.splice(ready_.end(), ready_, found);
     found->wavefront->restart(settings, execution);
+    return *found->wavefront;
+  }
+  if (const auto fitting = find_fitting(device, key, *scene.packed, features, execution); fitting != ready_.end()) {
+    std::list<Ready> one;  // which is lost with its wavefront after an error
+    one.splice(one.end(), ready_, fitting);
+    one.front().wavefront->change_scene(*scene.packed, features, settings, execution);
+    one.front().scene = scene;
+    ready_.splice(ready_.end(), one);
   } else {
     make_room(device, execution);
     ready_.push_back({scene, key, std::make_unique<Wavefront>(device, *scene.packed, features, settings, execution)});

@@ -26,9 +26,13 @@ class ReadyWavefronts : public DeviceGuest {
   /// The wavefronts that stayed with a device, or none yet.
   [[nodiscard]] static ReadyWavefronts& of(DevicePool::Lease& lease);
   /// A wavefront for an image. It is restarted if a render of the same scene with the same needs
-  /// left one, else made. It lives as long as the lease, or until the next call. throws DeviceError
+  /// left one, takes the scene if it fits one that is not needed any more, and is made else. It lives as long as the
+  /// lease, or until the next call. throws DeviceError
   Wavefront& get(Device& device, const SharedScene& scene, const Features& features, const Settings& settings,
                  const Execution& execution);
+  /// True if get() would find a wavefront that has the program.
+  [[nodiscard]] bool has_program(const PackedScene& packed, const Features& features,
+                                 const Settings& settings, const Execution& execution) const;
   [[nodiscard]] std::size_t count() const { return ready_.size(); }
 
  private:
@@ -39,6 +43,11 @@ class ReadyWavefronts : public DeviceGuest {
   };
   std::list<Ready> ready_;  // in the order of their last use
 
+  [[nodiscard]] bool is_last_holder(const SharedScene& scene) const;
+  /// A wavefront that may take another scene, and that suits it, or end().
+  [[nodiscard]] std::list<Ready>::iterator find_fitting(const Device& device, const std::string& key,
+                                                        const PackedScene& packed, const Features& features,
+                                                        const Execution& execution);
   void make_room(const Device& device, const Execution& execution);
 };
 

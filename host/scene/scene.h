@@ -268,8 +268,12 @@ struct Scene {
   Shutter shutter{};  // with the number of steps; shut if nothing moves
   // At equal steps from the shutter's opening to its closing, made of the same triangles and lights; empty: nothing moves.
   std::vector<std::shared_ptr<const Scene>> poses{};
+  // Where it stands in the next frame, made of the same triangles; null: none was asked for, or nothing moves until then.
+  std::shared_ptr<const Scene> next{};
   bool moves_surfaces = false, moves_lights = false;  // meanwhile: some triangles, some lights without extent
-  bool in_motion = false;  // it moves surfaces, or is a pose of a scene that does; so all have one order of triangles
+  // It moves surfaces, meanwhile or until the next frame, or is a pose of a scene that does; so all have one order of
+  // triangles.
+  bool in_motion = false;
   std::vector<AnimationSummary> animations;  // in the order of the file; those that are damaged have no channels
   std::vector<SkinSummary> skins;
   std::vector<MorphSummary> morphs;  // the meshes with morph targets
@@ -292,6 +296,7 @@ struct AnimationChoice {
   // A pose while the shutter is open has the frame's own time here: materials, the strength of lights and what is visible
   // stay as they are then.
   std::optional<double> held_s{};
+  std::optional<double> next_s{};  // when the next frame is, of which Scene::next is to be the pose
   bool operator==(const AnimationChoice&) const = default;
 };
 

@@ -118,6 +118,12 @@ void share_tree_and_lights(Uploader& to, const PackedScene& scene, const Accel& 
   to.share("environment_alias_table", scene.environment_alias_table);
 }
 
+/// Two features read them.
+void share_cameras(Uploader& to, const std::vector<float>& words) {
+  to.share("camera_poses", words);
+  to.share("motion_cameras", words);
+}
+
 }  // namespace
 
 void upload_tree_and_lights(Device& device, const PackedScene& scene, const Accel& accel, Arguments& arguments) {
@@ -143,10 +149,23 @@ std::uint64_t upload_scene(Device& device, const PackedScene& scene, const Accel
   else
     to.share("material_details", scene.material_details);
   to.share("textures", scene.textures);
-  to.copy_texels(scene);
   to.share("filter_table", filter);
-  to.share("camera_poses", camera_poses);
+  to.share("next_corners", scene.next_corners);
+  share_cameras(to, camera_poses);
   return to.bytes();
+}
+
+std::uint64_t upload_texels(Device& device, const PackedScene& scene, Arguments& arguments) {
+  Uploader to(device, arguments);
+  to.copy_texels(scene);
+  return to.bytes();
+}
+
+bool have_same_texels(const PackedScene& a, const PackedScene& b) {
+  const auto same = [](std::span<const std::uint32_t> x, std::span<const std::uint32_t> y) {
+    return x.data() == y.data() && x.size() == y.size();
+  };
+  return std::ranges::equal(a.texels, b.texels, same);
 }
 
 bool replace_camera(Device& device, const Settings& settings, std::vector<float>& poses, Arguments& arguments) {
@@ -154,7 +173,8 @@ bool replace_camera(Device& device, const Settings& settings, std::vector<float>
   if (words == poses) return false;
   device.finish();
   poses = std::move(words);
-  Uploader(device, arguments).share("camera_poses", poses);
+  Uploader to(device, arguments);
+  share_cameras(to, poses);
   return true;
 }
 

@@ -45,7 +45,7 @@ struct WorkBuffers {
   WorkBuffers(Device& device, const WavefrontConfig& config, const WorkBufferSizes& plan, Arguments& arguments);
 };
 
-/// Makes buffers of the scene's arrays, the tree and the filter's table, and names them in
+/// Makes buffers of the scene's arrays but its texels, of the tree and the filter's table, and names them in
 /// `arguments`. A CPU device reads the arrays in place, so they must live, unchanged, as long as
 /// the buffers.
 /// returns  the bytes of all buffers, copied or not
@@ -53,6 +53,12 @@ struct WorkBuffers {
 std::uint64_t upload_scene(Device& device, const PackedScene& scene, const Accel& accel,
                            const std::vector<float>& filter, const std::vector<float>& camera_poses,
                            Arguments& arguments);
+
+/// Makes the buffer of the scene's texels, which are copied. returns  its bytes. throws DeviceError
+std::uint64_t upload_texels(Device& device, const PackedScene& scene, Arguments& arguments);
+
+/// True if the texels of two scenes that are in memory at the same time are the same memory.
+[[nodiscard]] bool have_same_texels(const PackedScene& a, const PackedScene& b);
 
 /// Makes the buffer of a moving camera's poses anew if those of the settings are others.
 /// poses  those on the device, which must live as long as the buffer; receives the others

@@ -23,6 +23,8 @@ MemoryNeed memory_need(const PackedScene& packed, const WavefrontConfig& config,
   };
   buffer("the textures", need.textures);
   buffer("the triangles", packed.triangles.size() * sizeof(Triangle));
+  buffer("the triangles at each pose", packed.pose_triangles.size() * sizeof(Triangle));
+  buffer("the triangles at the next frame", packed.next_corners.size() * sizeof(std::uint32_t));
   buffer("the shapes", packed.shapes.size() * sizeof(ShapeRecord));
   buffer("the environment map's texels", packed.environment_texels.size() * sizeof(float4));
   const auto tree = packed.accels.find(config.layout);

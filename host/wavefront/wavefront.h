@@ -51,6 +51,14 @@ class Wavefront {
   /// nothing that the program and the buffers depend on. All units that were begun must be
   /// finished.
   void restart(const Settings& settings, const Execution& execution);
+  /// True if its program and its work buffers suit another scene, whose features and execution are the same but for what
+  /// depends on the scene alone.
+  [[nodiscard]] bool fits(const PackedScene& scene, const Features& features, const Execution& execution) const;
+  /// Prepares for an image of another scene that it fits, such as the next frame of a sequence: the scene is uploaded, and
+  /// nothing is compiled. The scene before must live until this returns. After an error it must not be used any more.
+  /// throws DeviceError
+  void change_scene(const PackedScene& scene, const Features& features, const Settings& settings,
+                    const Execution& execution);
 
   [[nodiscard]] const WavefrontConfig& config() const;
   /// The class of this device's arithmetic, measured with the program that renders.

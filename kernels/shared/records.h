@@ -14,6 +14,7 @@ EK_BEGIN
 #define EK_ARITHMETIC_WORDS 256   // of the arithmetic probe
 #define EK_FILTER_BINS 512        // of a pixel filter's table, per side (film/filter.h)
 #define EK_FILTER_WORDS (EK_FILTER_BINS + 3)
+#define EK_MOTION_CAMERA_WORDS 16  // of a camera of layer `motion` (film/motion_vector.h)
 #define EK_CAMERA_POSE_WORDS 24   // of a pose of a moving camera (film/camera.h)
 #define EK_MOTION_HEAD_WORDS 16   // in front of the tree of triangles that move (traverse/motion_tree.h)
 #define EK_REPORT_COUNT 8         // rejected samples of a unit that are reported one by one

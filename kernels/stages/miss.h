@@ -4,6 +4,7 @@
 // camera ray. These paths end here: stage shade leaves out all that hit nothing.
 #ifndef EK_STAGE_MISS_H
 #define EK_STAGE_MISS_H
+#include "film/motion_vector.h"
 #include "lights/light_path.h"
 #include "stages/wavefront.h"
 #include "surface/medium.h"
@@ -37,6 +38,11 @@ EK_FN_ONCE void stage_miss(StageContext stage, SceneData scene, LightData lights
         (LANE_INDEX < (vu)(walk.lanes)) & (state_vu(stage.state, FIELD_hit_triangle, walk.slot) == EK_NO_HIT);
     if (!ANY(escaped)) continue;
     const PathState path = path_load(stage.state, walk.slot);
+#if EK_HAS_motion
+    const SeenMotion seen = {
+        escaped, path.path, EK_HAS_pixel_filter ? path.beta.x : (vf)(1.0f), path.dir, path.dir, 0.0f};
+    if (depth == 1) film_motion(stage.frame, scene, stage.film, &seen);
+#endif
     const MapValue sky = escaped_radiance(stage, lights, walk.slot);
     vf weight = (vf)(1.0f);
     if (EK_HAS_next_event) {

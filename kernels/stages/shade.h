@@ -8,6 +8,7 @@
 #define EK_STAGE_SHADE_H
 #include "surface/dispersion.h"
 #include "film/first_hit.h"
+#include "film/motion_vector.h"
 #include "stages/raycast.h"
 #include "stages/shade/direct_light.h"
 #include "stages/shade/emission.h"
@@ -30,6 +31,11 @@ EK_FN void shade_first_hit(const ShadeContext* c, const PathHit* hit, const Shad
                           .node = hit->corners.node,
                           .material = hit->corners.material};
   film_first_hit(c->stage.frame, c->stage.film, hit->live, hit->path.path, first);
+#if EK_HAS_motion
+  SeenMotion seen = {hit->live, hit->path.path, first.filter_weight, point->p, point->p, 1.0f};
+  follow_triangle(c->scene, hit->triangle, hit->u, hit->v, &seen);
+  film_motion(c->stage.frame, c->scene, c->stage.film, &seen);
+#endif
 }
 
 /// Mask of the lanes whose path may have another edge. Null interfaces do not count towards

@@ -27,6 +27,10 @@ typedef struct {
   global const TriangleNormals* pose_normals;
   global const TriangleTangents* pose_tangents;
 #endif
+#if EK_HAS_motion
+  global const float* motion_cameras;  // film/motion_vector.h
+  global const uint* next_corners;
+#endif
 #if EK_HAS_culling
   uint culled;  // the traced rays pass the backs of triangles and shapes with one of these flags
 #endif
@@ -72,11 +76,18 @@ typedef struct {
 #define EK_SHAPE_ARGUMENTS EK_INSTANCE_ARGUMENTS
 #define EK_SHAPE_DATA EK_INSTANCE_DATA
 #endif
+#if EK_HAS_motion
+#define EK_NEXT_ARGUMENTS , global const float *motion_cameras, global const uint *next_corners
+#define EK_NEXT_DATA , .motion_cameras = motion_cameras, .next_corners = next_corners
+#else
+#define EK_NEXT_ARGUMENTS
+#define EK_NEXT_DATA
+#endif
 #define EK_SCENE_ARGUMENTS                                                                                                \
   global const Triangle *triangles, global const TriangleNormals *triangle_normals,                                      \
       global const TriangleTangents *triangle_tangents, global const TriangleColors *triangle_colors,                    \
       global const MaterialRecord *materials, global const MaterialExtension *material_extensions,                       \
-      global const MaterialDetail *material_details, global const TextureRecord *textures, global const uint *texels EK_SHAPE_ARGUMENTS EK_POSE_ARGUMENTS
+      global const MaterialDetail *material_details, global const TextureRecord *textures, global const uint *texels EK_SHAPE_ARGUMENTS EK_POSE_ARGUMENTS EK_NEXT_ARGUMENTS
 #define EK_SCENE_DATA                         \
   {.triangles = triangles,                     \
    .triangle_normals = triangle_normals,       \
@@ -86,6 +97,6 @@ typedef struct {
    .material_extensions = material_extensions, \
    .material_details = material_details,       \
    .textures = textures,                       \
-   .texels = texels EK_SHAPE_DATA EK_POSE_DATA}
+   .texels = texels EK_SHAPE_DATA EK_POSE_DATA EK_NEXT_DATA}
 
 #endif

@@ -293,6 +293,9 @@ ExitCode info_command(const InfoOptions& options) {
   fmt::print("memory, of each device and of the host\n");
   print_scene_memory(contents);
   print_device_memory(contents, options.execution);
+  if (scene.moves_surfaces)
+    fmt::print("  what moves while the shutter is open: {} bytes more, in {} poses, and its tree as much again\n",
+               pose_bytes(scene, contents.features), scene.poses.size());
   fmt::print("  film: {} bytes\n", film_bytes(film_layout(contents.features, contents.prepared.settings)));
   return ExitCode::done;
 }
@@ -304,6 +307,7 @@ void add_info(CommandFlags& root, Command& chosen) {
   CommandFlags flags = root.command("info", "show what a scene contains, which features it needs, and how much memory",
                                     "Example:\n  eikon info scenes/cornell.gltf");
   add_all_scene_flags(flags, options->scene);
+  add_shutter_flags(flags, options->scene.animation);
   flags.hide({"--seed"});
   flags.group("Devices");
   add_instance_flag(flags, options->execution);

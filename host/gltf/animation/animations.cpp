@@ -130,7 +130,7 @@ class AnimationReader {
       target.fail(error.what());
     }
     if (!has_matrix(source_.document, pointer)) return pointer;
-    source_.notes.mended(channel.label() + ": left out, its node has a matrix, which nothing can move");
+    source_.notes.mended(channel.label() + ": left out, its node has a matrix, which glTF lets no animation move");
     return {};
   }
 

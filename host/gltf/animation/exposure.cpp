@@ -131,6 +131,29 @@ void note_still_shapes(Scene& scene, const std::vector<std::shared_ptr<const Sce
       fmt::format("--shutter: {}: not blurred, shapes stand where they are at the time of the frame", first));
 }
 
+template <class T>
+void share_if_equal(SharedVector<T>& own, const SharedVector<T>& other) {
+  if (own == other) own = other;
+}
+
+/// Makes a pose of a scene that was loaded at another time. What does not change is in memory once.
+void make_pose(Scene& pose, const Scene& scene) {
+  for (std::size_t m = 0; m < std::min(pose.meshes.size(), scene.meshes.size()); ++m)
+    for (std::size_t i = 0; i < std::min(pose.meshes[m].primitives.size(), scene.meshes[m].primitives.size()); ++i) {
+      Primitive& own = pose.meshes[m].primitives[i];
+      const Primitive& other = scene.meshes[m].primitives[i];
+      share_if_equal(own.positions_object, other.positions_object);
+      share_if_equal(own.normals_object, other.normals_object);
+      share_if_equal(own.tangents_object, other.tangents_object);
+      share_if_equal(own.colors, other.colors);
+      for (std::size_t set = 0; set < std::size(own.uv); ++set) share_if_equal(own.uv[set], other.uv[set]);
+    }
+  // A node that turns inside out keeps the order of its corners, or its triangles would not be the same ones.
+  for (std::size_t n = 0; n < std::min(pose.nodes.size(), scene.nodes.size()); ++n)
+    pose.nodes[n].mirrored = scene.nodes[n].mirrored;
+  pose.in_motion = true;
+}
+
 /// The poses of a file by the share of the shutter's time that has passed, each loaded once.
 class Poses {
  public:
@@ -142,10 +165,7 @@ class Poses {
     if (pose != nullptr) return pose;
     Scene scene = load_(shutter_.open_s + (shutter_.close_s - shutter_.open_s) * share);
     if (trouble_.empty()) trouble_ = difference_of(scene_, scene);
-    // A node that turns inside out keeps the order of its corners, or its triangles would not be the same ones.
-    for (std::size_t n = 0; n < std::min(scene.nodes.size(), scene_.nodes.size()); ++n)
-      scene.nodes[n].mirrored = scene_.nodes[n].mirrored;
-    scene.in_motion = true;
+    make_pose(scene, scene_);
     pose = std::make_shared<const Scene>(std::move(scene));
     return pose;
   }
@@ -221,6 +241,20 @@ void expose(Scene& scene, const Shutter& shutter, const PoseLoader& pose_at) {
         "--motion-steps auto: {} steps leave what moves {:.2g} times as far from its way as they should; use a "
         "shorter --shutter, or more with --motion-steps N",
         steps, off));
+}
+
+void add_next_pose(Scene& scene, Scene next) {
+  if (const std::string trouble = difference_of(scene, next); !trouble.empty()) {
+    scene.warnings.push_back(
+        fmt::format("layer motion: nothing moves in it, as {} changes until the next frame", trouble));
+    return;
+  }
+  make_pose(next, scene);
+  bool surfaces = false;
+  for (std::size_t n = 0; n < scene.nodes.size() && !surfaces; ++n) surfaces = node_differs(scene, next, n);
+  next.in_motion = surfaces || scene.in_motion;
+  scene.in_motion = next.in_motion;
+  if (surfaces || cameras_differ(scene, next)) scene.next = std::make_shared<const Scene>(std::move(next));
 }
 
 }  // namespace eikon

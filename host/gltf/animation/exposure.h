@@ -30,4 +30,7 @@ struct MidPose {
 /// throws InputError as the loader
 void expose(Scene& scene, const Shutter& shutter, const PoseLoader& pose_at);
 
+/// Adds the pose of the next frame to a scene, unless nothing moves until then.
+void add_next_pose(Scene& scene, Scene next);
+
 }  // namespace eikon

@@ -119,7 +119,9 @@ std::vector<BatchJob> read_frames(const RenderOptions& options, std::size_t line
     of_frame.words.back() = fmt::format("--frame={}", frame);
     jobs.push_back(read_job(of_frame, parse));
     jobs.back().frame = frame;
-    if (jobs.back().options) jobs.back().options->frame_pattern = named.output;
+    if (!jobs.back().options) continue;
+    jobs.back().options->frame_pattern = named.output;
+    jobs.back().options->force = options.force;
   }
   return jobs;
 }

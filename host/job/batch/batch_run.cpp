@@ -188,7 +188,7 @@ void BatchRun::prepare(Worker& worker, Staged& staged) {
   staged.scene = digest_scene_files(options.scene.scene);
   const Digest environment = digest_environment(options.scene.environment.map);
   staged.key = job_key(staged.scene, environment, options.settings_text);
-  if (!settings_.force && is_done(options, staged.key)) return close(staged, JobState::skipped);
+  if (!settings_.force && !options.force && is_done(options, staged.key)) return close(staged, JobState::skipped);
   const auto log = [this, &job = staged.job](const std::string& line) { log_once(job, line); };
   RenderOptions own = options;
   own.goal.times_rendering = true;  // other images are loaded and written beside it

@@ -30,6 +30,7 @@ Scene pose_at(double time_s, const SceneOptions& options, const Scene& scene) {
   SceneChoice choice = options.choice();
   choice.animation.loop = false;
   choice.animation.shutter = {};
+  choice.animation.next_s.reset();
   choice.animation.time_s = time_s;
   return load_scene(scene.path, choice, MissingTangents::mark, scene.memory);
 }

@@ -5,6 +5,8 @@
 #include "accel/binary_tree.h"
 #include "accel/box.h"
 #include "core/error.h"
+#include "core/host_limits.h"
+#include "pack/geometry/placed_meshes.h"
 #include "pack/pack_parts.h"
 
 namespace eikon {
@@ -50,7 +52,21 @@ DeviceVector<std::uint32_t> motion_table(std::uint32_t steps, std::span<const st
   return table;
 }
 
+std::uint64_t pose_bytes(const Scene& scene, const Features& features) {
+  std::uint64_t triangles = 0;
+  for (const Node& node : scene.nodes)
+    for (const Primitive& primitive : scene.meshes[node.mesh].primitives)
+      triangles += node.moves ? primitive.indices.triangle_count() : 0;
+  return triangles * scene.poses.size() * triangle_bytes(features);
+}
+
 void pack_motion(const Scene& scene, const Features& features, PackedScene& packed) {
+  if (const std::uint64_t bytes = pose_bytes(scene, features), memory = host_limits().memory_bytes;
+      memory != 0 && bytes > memory)
+    throw InputError(
+        fmt::format("{}: what moves while the shutter is open needs {} MB of {} MB in {} poses; use fewer "
+                    "--motion-steps",
+                    scene.path.string(), bytes >> 20, memory >> 20, scene.poses.size()));
   const std::size_t count = packed.triangle_count(), poses = scene.poses.size();
   std::vector<char> moves(count, 0);
   const PackedScene first = pack_pose(*scene.poses.front(), features, packed);
@@ -84,6 +100,23 @@ void pack_motion(const Scene& scene, const Features& features, PackedScene& pack
       if (!pose.normals.empty()) packed.pose_normals[at] = pose.normals[i];
       if (!pose.tangents.empty()) packed.pose_tangents[at] = pose.tangents[i];
     }
+  }
+}
+
+void pack_next_corners(const Scene& scene, const Features& features, PackedScene& packed) {
+  constexpr std::size_t kCorners = 9;
+  packed.next_corners.assign(std::max<std::size_t>(packed.triangles.size(), 1), 0);
+  if (scene.next == nullptr || !scene.in_motion) return;
+  const PackedScene next = pack_pose(*scene.next, features, packed);
+  for (std::size_t i = 0; i < next.triangles.size(); ++i) {
+    if (corners_of(next.triangles[i]) == corners_of(packed.triangles[i])) continue;
+    const std::size_t place = packed.next_corners.size();
+    if (place + kCorners > ~std::uint32_t{0})
+      throw InputError(fmt::format("{}: more triangles move than layer motion can name; leave it out of --aov",
+                                   scene.path.string()));
+    packed.next_corners[i] = std::uint32_t(place);
+    packed.next_corners.resize(place + kCorners);
+    std::memcpy(&packed.next_corners[place], &next.triangles[i].p0_x, kCorners * sizeof(float));
   }
 }
 

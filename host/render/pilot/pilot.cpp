@@ -62,8 +62,8 @@ void apply(const Pilot& pilot, Features& features, Settings& settings) {
   if (settings.light_path_count == 0) features.leave_out_light_paths();
 }
 
-Pilot run_pilot(Device& device, const PackedScene& packed, const Features& features, const Settings& settings,
-                const Execution& execution, PilotSteps& steps) {
+Pilot run_pilot(DevicePool::Lease& device, const ReadyWavefronts::SharedScene& scene, const Features& features,
+                const Settings& settings, const Execution& execution, PilotSteps& steps) {
   const double begin = host_seconds();
   const bool tries_lights = wants_light_trial(features, settings);
   Features own = features, then = features;
@@ -73,7 +73,7 @@ Pilot run_pilot(Device& device, const PackedScene& packed, const Features& featu
   const Settings first = tries_lights ? light_trial_settings(of_image) : guiding_picture_settings(of_image);
   const std::uint64_t largest = std::max(tries_lights ? paths_of_light_trial(settings) : 0,
                                          own.has(Feature::path_log) ? largest_guiding_round(settings) : 0);
-  PilotPicture picture({device, packed, own, execution, steps}, first, largest);
+  PilotPicture picture({device, scene, own, execution, steps}, first, largest);
 
   Pilot pilot;
   PilotReport& report = pilot.report;

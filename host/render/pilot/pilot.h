@@ -7,9 +7,8 @@
 #include <memory>
 #include <string>
 
-#include "device/device.h"
 #include "guide/guide_table.h"
-#include "pack/pack.h"
+#include "render/ready_wavefronts.h"
 
 namespace eikon {
 
@@ -65,8 +64,9 @@ class PilotSteps {
   virtual void end_unit() {}
 };
 
-/// Renders the pilot. throws DeviceError
-[[nodiscard]] Pilot run_pilot(Device& device, const PackedScene& packed, const Features& features,
-                              const Settings& settings, const Execution& execution, PilotSteps& steps);
+/// Renders the pilot. Its wavefront stays with the device, as DeviceGuest. throws DeviceError
+[[nodiscard]] Pilot run_pilot(DevicePool::Lease& device, const ReadyWavefronts::SharedScene& scene,
+                              const Features& features, const Settings& settings, const Execution& execution,
+                              PilotSteps& steps);
 
 }  // namespace eikon

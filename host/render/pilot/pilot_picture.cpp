@@ -14,11 +14,11 @@ constexpr std::uint32_t kLeastPool = 1U << 10;  // of a device with little memor
 constexpr std::uint32_t kSeed = 0x70696c6fU;    // of no image, so that the samples differ from all images'
 
 Execution with_pool(const PilotMeans& means, std::uint64_t largest) {
-  const DeviceInfo& info = means.device.info();
+  const DeviceInfo& info = means.device->info();
   Execution execution = means.execution;
   const auto pool = std::uint32_t(std::min<std::uint64_t>(std::bit_ceil(largest), kMostPilotPool));
   execution.pool = execution.pool == 0 ? pool : std::min(execution.pool, pool);
-  const auto need = [&] { return memory_need(means.packed, configure(info, execution), means.features); };
+  const auto need = [&] { return memory_need(*means.scene.packed, configure(info, execution), means.features); };
   const std::uint64_t limit =
       execution.memory_bytes == 0 ? info.memory_bytes : std::min(execution.memory_bytes, info.memory_bytes);
   while (execution.pool > kLeastPool && need().total() > limit) execution.pool /= 2;
@@ -47,7 +47,7 @@ Settings pilot_picture_settings(const Settings& settings, double pixels) {
 
 PilotPicture::PilotPicture(const PilotMeans& means, const Settings& settings, std::uint64_t largest)
     : settings_(settings), execution_(with_pool(means, largest)), steps_(means.steps) {
-  wavefront_ = std::make_unique<Wavefront>(means.device, means.packed, means.features, settings_, execution_);
+  wavefront_ = &ReadyWavefronts::of(means.device).get(*means.device, means.scene, means.features, settings_, execution_);
 }
 
 void PilotPicture::restart(const Settings& settings) {

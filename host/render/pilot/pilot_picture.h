@@ -6,10 +6,8 @@
 #include <functional>
 #include <memory>
 
-#include "device/device.h"
-#include "pack/pack.h"
 #include "render/pilot/pilot.h"
-#include "wavefront/wavefront.h"
+#include "render/ready_wavefronts.h"
 
 namespace eikon {
 
@@ -30,8 +28,8 @@ struct PilotUnit {
 
 /// The device, the scene and the settings with which a pilot's picture is rendered. All must outlive it.
 struct PilotMeans {
-  Device& device;
-  const PackedScene& packed;
+  DevicePool::Lease& device;
+  const ReadyWavefronts::SharedScene& scene;
   const Features& features;
   const Execution& execution;
   PilotSteps& steps;
@@ -60,7 +58,7 @@ class PilotPicture {
   Settings settings_;
   Execution execution_;
   PilotSteps& steps_;
-  std::unique_ptr<Wavefront> wavefront_;
+  Wavefront* wavefront_;  // of the device's guest
 };
 
 /// The means of a picture's pixels, each with its neighbours: one that is too low by chance would otherwise count for too

@@ -50,8 +50,9 @@ class PilotWork : public PilotSteps {
     std::exception_ptr error;
     try {
       // A device that fails does not go back to its pool.
-      const DevicePool::Lease lease = devices_.pool.take(info_);
-      pilot = run_pilot(*lease, *devices_.packed, devices_.features, devices_.settings, execution_, *this);
+      DevicePool::Lease lease = devices_.pool.take(info_);
+      pilot = run_pilot(lease, {devices_.packed, devices_.keep}, devices_.features, devices_.settings, execution_, *this);
+      if (!devices_.stay) lease.guest().reset();
     } catch (const NotWanted&) {
     } catch (...) {
       error = std::current_exception();

@@ -24,7 +24,7 @@ typedef struct {
 typedef struct {
   vi live;         // mask of the lanes that hit something
   PathState path;  // as it arrives
-  vf t, u;         // distance along path.dir, and the hit's weight of corner p1
+  vf t, u, v;      // distance along path.dir, and the hit's weights of corners p1 and p2
   vu triangle;     // some valid one where a lane hit nothing
   TriangleLanes corners;
   Surface surface;

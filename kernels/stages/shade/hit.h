@@ -17,7 +17,7 @@ EK_FN PathHit hit_load(const ShadeContext* c, uint slot, uint lanes) {
   hit.triangle = hit.live ? hit.path.hit_triangle : (vu)(0u);
   hit.t = state_vf(state, FIELD_hit_t, slot);
   hit.u = state_vf(state, FIELD_hit_u, slot);
-  const vf v = state_vf(state, FIELD_hit_v, slot);
+  hit.v = state_vf(state, FIELD_hit_v, slot);
   const v3 dir = hit.path.dir;
 
 #if EK_HAS_moving_surface
@@ -34,7 +34,7 @@ EK_FN PathHit hit_load(const ShadeContext* c, uint slot, uint lanes) {
 #if EK_HAS_moving_surface
   if (ANY(span.moves)) hit.corners = moved_triangle(c->scene, span, hit.corners);
 #endif
-  hit.surface = surface_at(hit.corners, hit.u, v, scale3(dir, hit.t));
+  hit.surface = surface_at(hit.corners, hit.u, hit.v, scale3(dir, hit.t));
 #if EK_HAS_shape
   hit.on_shape = shape_surface(c->scene, hit.corners, hit.u, hit.path.origin, dir, hit.t, &hit.surface);
 #endif
@@ -45,12 +45,12 @@ EK_FN PathHit hit_load(const ShadeContext* c, uint slot, uint lanes) {
   hit.attributes = no_attributes();
   // Of the attributes only normals and tangents move.
   const vu fixed = EK_HAS_uv | EK_HAS_uv1 | EK_HAS_tangent | EK_HAS_vertex_color ? hit.triangle : resting;
-  if (hit.detailed) hit.attributes = hit_attributes(c->scene, fixed, hit.u, v);
+  if (hit.detailed) hit.attributes = hit_attributes(c->scene, fixed, hit.u, hit.v);
 #if EK_HAS_moving_surface
-  if (hit.detailed & (ANY(span.moves) != 0)) hit.attributes = moved_attributes(c->scene, span, hit.u, v, hit.attributes);
+  if (hit.detailed & (ANY(span.moves) != 0)) hit.attributes = moved_attributes(c->scene, span, hit.u, hit.v, hit.attributes);
 #endif
 #if EK_HAS_instance
-  hit.attributes = placed_attributes(c->scene, place, hit.triangle, hit.u, v, hit.attributes);
+  hit.attributes = placed_attributes(c->scene, place, hit.triangle, hit.u, hit.v, hit.attributes);
 #endif
 #if EK_HAS_shape
   hit.attributes = shape_attributes(c->scene, hit.corners, hit.on_shape, hit.surface.n_geom, hit.attributes);

@@ -50,6 +50,29 @@ TEST(Sequence, what_is_done_is_skipped_and_a_lost_frame_rendered_again) {
       << "another time is another image";
 }
 
+TEST(Sequence, force_renders_what_is_done_again) {
+  const Workplace here;
+  const std::string command = arm("-o arm.%02d.exr --frames 0:1");
+  EXPECT_EQ(states(here.eikon(command)), (States{{0, "done"}, {1, "done"}}));
+  EXPECT_EQ(states(here.eikon(command + " --force")), (States{{0, "done"}, {1, "done"}}));
+  EXPECT_EQ(states(here.eikon(command)), (States{{0, "skipped"}, {1, "skipped"}})) << "the key is the same";
+  const Outcome alone = here.eikon(arm("-o a.exr --frame 1 --force"));
+  EXPECT_EQ(alone.code, kUsage);
+  EXPECT_TRUE(contains(alone.err, "--force: goes with --frames")) << alone.err;
+}
+
+TEST(Sequence, frames_have_the_same_bits_whatever_tree_is_refitted_to_them) {
+  const Workplace here;
+  for (const char* layout : {"bvh8", "bvh16", "bvh2", "cwbvh"}) {
+    const std::string flags = fmt::format("--layout {} --quiet", layout);
+    EXPECT_TRUE(succeeded(here.eikon(arm(fmt::format("-o {}_%02d.exr --frames 0:30:6 {}", layout, flags)))));
+    for (int frame = 0; frame <= 30; frame += 6) {
+      EXPECT_TRUE(succeeded(here.eikon(arm(fmt::format("-o one.exr --frame {} {}", frame, flags)))));
+      EXPECT_TRUE(same_picture(here / "one.exr", here / fmt::format("{}_{:02}.exr", layout, frame))) << layout << frame;
+    }
+  }
+}
+
 TEST(Sequence, goes_on_after_a_kill) {
   const Workplace here;
   const std::string command = arm("-o arm_%04d.exr --frames 0:15", 8192);

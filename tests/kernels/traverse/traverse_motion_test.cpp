@@ -3,8 +3,10 @@
 // the triangles where they stand at that time.
 #include <gtest/gtest.h>
 
+#include <cstdlib>
 #include <cstring>
 #include <random>
+#include <string>
 
 #include "kernels/traverse/random_rays.h"
 #include "kernels/traverse/traverse_probe.h"
@@ -84,9 +86,9 @@ struct MovingRoom {
 };
 
 /// Some of them leave a triangle, go to one, or end before long; closest hits have no end.
-std::vector<ProbeRay> rays_of(std::size_t count, std::optional<float> time) {
+std::vector<ProbeRay> rays_of(std::size_t count, std::optional<float> time, unsigned seed = 4) {
   const std::size_t triangles = fixtures::room().size() / 9;
-  std::mt19937 random(4);
+  std::mt19937 random(seed);
   std::uniform_real_distribution<float> unit(-1.0F, 1.0F);
   std::vector<ProbeRay> rays(count);
   for (ProbeRay& ray : rays) {
@@ -133,14 +135,22 @@ void expect_same(const std::vector<ProbeHit>& hits, const std::vector<ProbeHit>&
 
 TEST(TraverseMotion, trees_over_time_find_the_hits_of_brute_force) {
   Probes over_time(std::nullopt);
-  const std::vector<ProbeRay> rays = rays_of(100'000, std::nullopt);
+  const char* const asked = std::getenv("EIKON_TEST_ROUNDS");
+  const unsigned rounds = asked == nullptr ? 1 : unsigned(std::stoul(asked));
+  const auto rays = [](unsigned round) { return rays_of(100'000, std::nullopt, 4 + round); };
   TraverseProbe brute = over_time.brute_force();
-  const auto expected = brute.closest(rays);
-  const auto met = brute.any(rays);
+  std::vector<decltype(brute.closest(rays(0)))> expected;
+  std::vector<decltype(brute.any(rays(0)))> met;
+  for (unsigned round = 0; round < rounds; ++round) {
+    expected.push_back(brute.closest(rays(round)));
+    met.push_back(brute.any(rays(round)));
+  }
   for (const TraverseProbe::Options& variant : TraverseProbe::variants()) {
     TraverseProbe tree = over_time.probe(variant);
-    expect_same(tree.closest(rays), expected, TraverseProbe::describe(variant));
-    EXPECT_EQ(tree.any(rays), met) << TraverseProbe::describe(variant);
+    for (unsigned round = 0; round < rounds; ++round) {
+      expect_same(tree.closest(rays(round)), expected[round], TraverseProbe::describe(variant));
+      EXPECT_EQ(tree.any(rays(round)), met[round]) << TraverseProbe::describe(variant);
+    }
   }
 }
 
