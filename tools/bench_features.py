@@ -116,7 +116,6 @@ def features():
                "roughness": 0.2 + 0.05 * i, "color": (1 - 0.05 * i, 0.5 + 0.04 * i, 0.7)} for i in range(12)]
     return [
         ("culling of backs", {**lambert, "flags": ["--cull", "none"]}, lambert),
-        ("culling of backs, all is double-sided", {"doubleSided": True, "flags": ["--cull", "none"]}, {"doubleSided": True}),
         ("normals of the mesh", lambert, smooth),
         ("vertex colours", lambert, {"colors": True}),
         ("base colour texture", {**smooth, "coordinates": True}, textured),

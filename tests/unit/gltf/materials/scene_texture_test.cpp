@@ -258,7 +258,7 @@ TEST(SceneTextures, basis_universal_is_read) {
     const Scene scene = builder.load();
     EXPECT_TRUE(scene.unsupported.empty());
     EXPECT_TRUE(scene.warnings.empty());
-    const Image& image = scene.images.at(only_texture(builder).image);
+    const auto& image = scene.images.at(only_texture(builder).image);
     EXPECT_EQ(image.width, 8U);
     EXPECT_EQ(image.rgba8.at(63) >> 24U, 128U);
   }
