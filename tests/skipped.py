@@ -11,7 +11,7 @@ import xml.etree.ElementTree
 
 # Rights, hardware and packages that set-up cannot give.
 ACCEPTED = re.compile(r"cannot be divided|can be divided|divides so|not allowed to mount|may write everywhere|"
-                      r"EIKON_OIDN does not name|EIKON_KTX does not name|EIKON_OPENJD does not name|EIKON_BPY does not name|by another user than root|"
+                      r"EIKON_OIDN does not name|EIKON_BASISU does not name|EIKON_OPENJD does not name|EIKON_BPY does not name|by another user than root|"
                       r"flip-evaluator is not installed|PyPI does not give ptxas|memory of their own|"
                       r"processor with vectors")
 

@@ -1,9 +1,11 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """What each feature costs per sample: renders the same geometry with one feature off and on, interleaved, and prints a
-Markdown table (kernels/FEATURES.md holds one). Best of --rounds renders each; only on a machine with nothing else to do.
+Markdown table (kernels/FEATURES.md holds one). Best of --rounds renders each; only on a machine with nothing else to do, or with
+--cpu: this takes the processor time of --spp samples less that of a sixteenth of them, which other work disturbs less.
 
-  tools/bench_features.py [--eikon build-release/eikon] [--rounds 7] [--spp 64] [--size 256x256] [--only NAME...] [-o FILE.md]
+  tools/bench_features.py [--eikon build-release/eikon] [--rounds 7] [--spp 64] [--size 256x256] [--cpu] [--only NAME...]
+                          [-o FILE.md]
 
 The scene: twelve spheres of 1280 triangles on a floor under a sky, four edges per path at most. A feature that changes where
 paths go (mirrors, glass, masks) also changes how many rays there are, so both are listed. `twelve materials` is against one
@@ -102,6 +104,7 @@ def features():
     brushed = {"KHR_materials_anisotropy": {"anisotropyStrength": 0.8}}
 
     shutter = ["--shutter", "12"]
+    lamp = {**smooth, **rough, "roughness": 0.0, "extensions": solid, "lights": ["point"]}
 
     def under_film(surface):
         return {**surface, "extensions": {**surface.get("extensions", {}), **film}}
@@ -172,24 +175,28 @@ def features():
         ("spot light", lambert, {"lights": ["spot"]}),
         ("directional light", lambert, {"lights": ["directional"]}),
         ("environment map", lambert, {"sky_map": True}),
+        ("paths guided by 2^16 of a pilot", {**smooth, "flags": ["--guiding", "off"]}, {**smooth, "flags": ["--guiding", "65536"]}),
+        ("light paths, a sixteenth", {**lamp, "flags": ["--light-paths", "off"]}, {**lamp, "flags": ["--light-paths", "0.0625"]}),
         ("one ball of twelve moves", {**smooth, "moving": 1}, {**smooth, "moving": 1, "flags": shutter}),
         ("all balls move", {**smooth, "moving": 12}, {**smooth, "moving": 12, "flags": shutter}),
         ("twelve materials", everything, {"smooth": True, "coordinates": True, "materials": twelve}),
     ]
 
 
-def render(options, scene, flags, folder):
-    """(ns per sample, rays per sample) of one render."""
+def render(options, scene, flags, folder, spp):
+    """(ns per sample, rays per sample, the device) of one render; with --cpu (ns of processor time, ...) of all samples."""
     stats = folder / "stats.json"
     command = [options.eikon, "render", str(scene), "-o", str(folder / "out.exr"), "--size", options.size, "--spp",
-               str(options.spp), "--max-depth", "4", "--stats", str(stats), "--quiet", "--strict", *flags]
+               str(spp), "--max-depth", "4", "--stats", str(stats), "--quiet", "--strict", *flags]
     if options.devices:
         command += ["--devices", options.devices]
+    before = os.times().children_user
     done = subprocess.run(command, capture_output=True, text=True)
+    user_ns = 1e9 * (os.times().children_user - before)
     if done.returncode != 0:
         sys.exit(f"{' '.join(command)}: exit code {done.returncode}: {done.stderr.strip()}")
     found = json.loads(stats.read_text())
-    return 1e9 / found["samples_per_second"], found["rays"]["total"] / found["samples"], found["devices"][0]["name"]
+    return user_ns if options.cpu else 1e9 / found["samples_per_second"], found["rays"]["total"] / found["samples"], found["devices"][0]["name"]
 
 
 def make_table(options, surface, folder):
@@ -212,12 +219,18 @@ def measure(options, off, on):
             if variant.measured:
                 make_table(options, variant.measured, folder)
             variant.write(scene)
-            render(options, scene, variant.flags, folder)  # compiles
-        best, rays, device = [1e30, 1e30], [0.0, 0.0], ""
+            render(options, scene, variant.flags, folder, options.spp)  # compiles
+        best, few, rays, device = [1e30, 1e30], [1e30, 1e30], [0.0, 0.0], ""
+        few_spp = max(options.spp // 16, 1)
         for _ in range(options.rounds):
             for i in (0, 1):
-                time_ns, rays[i], device = render(options, scenes[i], variants[i].flags, folder)
+                if options.cpu:
+                    few[i] = min(few[i], render(options, scenes[i], variants[i].flags, folder, few_spp)[0])
+                time_ns, rays[i], device = render(options, scenes[i], variants[i].flags, folder, options.spp)
                 best[i] = min(best[i], time_ns)
+        if options.cpu:
+            width, height = map(int, options.size.split("x"))
+            best = [(best[i] - few[i]) / (width * height * (options.spp - few_spp)) for i in (0, 1)]
     return best, rays, device
 
 
@@ -229,6 +242,7 @@ def main():
     parser.add_argument("--spp", type=int, default=64)
     parser.add_argument("--size", default="256x256")
     parser.add_argument("--devices", default="")
+    parser.add_argument("--cpu", action="store_true", help="processor time instead of the clock's")
     parser.add_argument("--only", nargs="*", help="features whose names contain one of these")
     parser.add_argument("-o", "--output", help="Markdown file, else standard output")
     options = parser.parse_args()
@@ -247,7 +261,7 @@ def main():
     text = "\n".join([
         "# What features cost", "",
         f"Made by `tools/bench_features.py` on {device} ({model}, {os.cpu_count()} processors): {options.size}, "
-        f"{options.spp} samples per pixel, best of {options.rounds}, in turns.",
+        f"{options.spp} samples per pixel, best of {options.rounds}, in turns{', in processor time' if options.cpu else ''}.",
         "A scene that does not use a feature pays nothing: its code is not compiled (tests/zero_cost.py).", "",
         "| feature | off, ns per sample | on | difference | speed, on / off | rays per sample, off | on |",
         "|---|---|---|---|---|---|---|", *lines, ""])

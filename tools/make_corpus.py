@@ -42,7 +42,7 @@ from scene_builders.corpus_files import (
 )
 from scene_builders.corpus_found import claims, leftovers, mended, morphing_document, morphs
 from scene_builders.corpus_motion import motion, moving_document
-from scene_builders.corpus_pictures import JPEG_CMYK, WEBP_LOSSLESS, WEBP_LOSSY
+from scene_builders.corpus_pictures import JPEG_CMYK, KTX2_ETC1S, KTX2_UASTC, WEBP_LOSSLESS, WEBP_LOSSY
 
 
 def paths(value, at=()):
@@ -195,7 +195,8 @@ def ktx2(width=3, height=2, depth=0, layers=0, faces=1, levels=1, vk_format=37, 
 
 def texture_kinds(corpus):
     """WebP, KTX2, JPEGs of inks, and materials of specular colour and glossiness."""
-    for name, picture in (("webp_lossless", WEBP_LOSSLESS), ("webp_lossy", WEBP_LOSSY), ("jpeg_cmyk", JPEG_CMYK), ("ktx2", ktx2())):
+    for name, picture in (("webp_lossless", WEBP_LOSSLESS), ("webp_lossy", WEBP_LOSSY), ("jpeg_cmyk", JPEG_CMYK), ("ktx2", ktx2()),
+                          ("ktx2_etc1s", KTX2_ETC1S), ("ktx2_uastc", KTX2_UASTC)):
         corpus.add(f"{name}_good", "good", textured(picture))
         mutate_bytes(corpus, name, picture, lambda d: {"root": textured(d)}, 7)
     corpus.add("webp_animated", "bad", textured(WEBP_LOSSY[:20] + bytes((WEBP_LOSSY[20] | 2,)) + WEBP_LOSSY[21:]))
@@ -205,8 +206,7 @@ def texture_kinds(corpus):
         # The texels stay those of 3 x 2 pixels, whatever the header claims.
         corpus.add(f"ktx2_{key}_{value:x}", "bad", textured(ktx2(**{"texels": bytes(24), key: value})))
     for scheme in (0, 1, 2):
-        # Left out and named where libktx is not installed.
-        corpus.add(f"ktx2_basis_{scheme}", "any", textured(ktx2(vk_format=0, scheme=scheme)))
+        corpus.add(f"ktx2_undescribed_{scheme}", "bad", textured(ktx2(vk_format=0, scheme=scheme)))
     both = textured(WEBP_LOSSLESS)
     both["images"].append({"uri": data_uri(png(), "image/png")})
     both["extensionsUsed"] = ["EXT_texture_webp", "KHR_texture_basisu", "KHR_materials_pbrSpecularGlossiness"]

@@ -37,6 +37,14 @@ if [[ -z "${EIKON_OIDN-}" ]]; then
   EIKON_OIDN="$(compgen -G "$python"/$library || true)"
   export EIKON_OIDN
 fi
+# The encoder of Basis Universal and the decoder that belongs to it, in no package of Debian 12. Without them one test is left out.
+if [[ -z "${EIKON_BASISU-}" ]]; then
+  "$python/bin/python" -c 'import alktx2' 2>/dev/null ||
+    { python3 -m venv "$python" && "$python/bin/pip" install --quiet --no-deps --retries 1 --timeout 60 alktx2==0.1.7; } ||
+    echo "test.sh: alktx2 cannot be installed from PyPI; the test against Basis Universal is left out" >&2
+  if "$python/bin/python" -c 'import alktx2' 2>/dev/null; then EIKON_BASISU="$python/bin/python"; fi
+  export EIKON_BASISU="${EIKON_BASISU-}"
+fi
 # The reference implementation of Open Job Description, which no package of Debian 12 has either.
 if [[ -z "${EIKON_OPENJD-}" ]]; then
   EIKON_OPENJD="$python/bin/openjd"

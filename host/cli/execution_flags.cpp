@@ -40,7 +40,6 @@ void add_execution_flags(CommandFlags& flags, Execution& execution, bool probe, 
 std::string environment_help() {
   return R"(Environment variables:
   EIKON_OIDN=FILE                 library of Open Image Denoise 2, for --denoise
-  EIKON_KTX=FILE                  libktx.so of KTX-Software 4, for textures of Basis Universal
   EIKON_WATCHDOG=SECONDS          drop a device that hangs this long in a unit of work [10]
   POCL_CACHE_DIR=FOLDER           where PoCL keeps compiled kernels
 For developers:

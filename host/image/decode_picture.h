@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Decodes 8-bit pictures from bytes that may be hostile. Only .cpp files of this folder use libpng,
-// libjpeg, libwebp and libktx. The first bytes alone tell the format, never a name or a declared
+// libjpeg, libwebp and libzstd. The first bytes alone tell the format, never a name or a declared
 // type. The first two libraries leave by longjmp on an error; the jump never crosses a frame with a
 // destructor, and nothing is printed.
 #pragma once
@@ -20,7 +20,6 @@ struct PictureHeader {
   std::uint32_t width = 0, height = 0;            // each 1 to 65536, 2^28 together
   // 16 bits per channel; decode_picture() keeps 8 of them.
   bool deep = false;
-  bool needs_library = false;       // libktx, see ktx_library_problem()
   std::uint64_t scratch_bytes = 0;  // of memory that the decoder may take beside the pixels
 };
 
@@ -35,10 +34,6 @@ PictureHeader read_picture_header(std::span<const std::byte> bytes);
 /// header: of `bytes`, from read_picture_header()
 /// throws InputError (without the file's name): truncated, damaged; std::bad_alloc
 std::vector<std::uint32_t> decode_picture(std::span<const std::byte> bytes, const PictureHeader& header);
-
-/// Why libktx of KTX-Software cannot be loaded; empty where it can. It is the file $EIKON_KTX, else
-/// the one that the system's loader finds.
-[[nodiscard]] std::string ktx_library_problem();
 
 /// The parts of the above for each format. The headers lack the check of the number of pixels;
 /// `rgba8` has width * height elements.

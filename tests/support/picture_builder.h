@@ -152,6 +152,7 @@ struct Ktx2Options {
   std::uint32_t format = 37;  // VkFormat: RGBA of 8 bits
   std::uint32_t scheme = 0;   // of supercompression
   std::uint32_t depth = 0, layers = 0, faces = 1, levels = 1;
+  std::uint64_t unpacked = 0;  // bytes of the first level, where they are packed
 };
 
 /// `texels` is the first level, and stands behind a header without a description of the format.
@@ -165,8 +166,36 @@ inline std::string ktx2(std::uint32_t width, std::uint32_t height, const Samples
   put({options.format, 1, width, height, options.depth, options.layers, options.faces, options.levels, options.scheme},
       4);
   put({0, 0, 0, 0}, 4);
-  put({0, 0, 104, texels.size(), texels.size()}, 8);
+  put({0, 0, 104, texels.size(), options.unpacked != 0 ? options.unpacked : texels.size()}, 8);
   return out + std::string(texels.begin(), texels.end());
 }
+
+// 8 x 8 pixels in four quarters: red, blue, green, and light grey of alpha 128. Written by Basis Universal's encoder.
+// Of codec ETC1S.
+constexpr const char* kEtc1sQuarters =
+    "ab4b5458203230bb0d0a1a0a0000000001000000080000000800000000000000000000000100000001000000010000006800"
+    "00003c000000a400000024000000c8000000000000009a000000000000006201000000000000040000000000000000000000"
+    "000000003c0000000000000002003800a301020003030000080800000000000000003f000000000000000000ffffffff4000"
+    "3f0f0000000000000000ffffffff1f0000004b545877726974657200426173697320556e6976657273616c20322e31300000"
+    "06000300350000000d000000300000000000000000000000000000000200000002000000020000001840140001000040d00a"
+    "9a0ec10a200a8000000000647b9208600600000000200c8361d00f80290000000000104887b8b69c934305acaaaaaafaffff"
+    "ff575555550500c144000000000000f2df2748013001400000000002b990005103060000004113a2d1130c00260000000000"
+    "001040000b09e653";
+// Of codec UASTC, with Zstandard.
+constexpr const char* kUastcQuarters =
+    "ab4b5458203230bb0d0a1a0a0000000001000000080000000800000000000000000000000100000001000000020000006800"
+    "00002c000000940000002400000000000000000000000000000000000000b800000000000000330000000000000040000000"
+    "000000002c0000000000000002002800a601020003030000100000000000000000007f030000000000000000ffffffff1f00"
+    "00004b545877726974657200426173697320556e6976657273616c20322e3130000028b52ffd2040550100f0171b05e37fc6"
+    "2300170409fa3f1e08030c19e85f328c001e1e1e1074ce010400801850ccccc209c005";
+
+inline std::string from_hex(const char* digits) {
+  std::string out;
+  for (; *digits != '\0'; digits += 2) out += static_cast<char>(std::stoi(std::string(digits, 2), nullptr, 16));
+  return out;
+}
+
+inline std::string etc1s_quarters() { return from_hex(kEtc1sQuarters); }
+inline std::string uastc_quarters() { return from_hex(kUastcQuarters); }
 
 }  // namespace picture_test

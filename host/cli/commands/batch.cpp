@@ -52,7 +52,7 @@ void enter_folder(const fs::path& jobs) {
     if (const char* path = std::getenv(name); path != nullptr && *path != '\0') make_absolute(name, path);
   std::error_code error;
   // These may also be bare names, which the loader searches for elsewhere.
-  for (const char* name : {"OCL_ICD_VENDORS", "OCL_ICD_FILENAMES", "EIKON_OIDN", "EIKON_KTX"}) {
+  for (const char* name : {"OCL_ICD_VENDORS", "OCL_ICD_FILENAMES", "EIKON_OIDN"}) {
     const char* const path = std::getenv(name);
     if (path == nullptr || !fs::exists(path, error)) continue;
     if (fs::is_directory(path, error) || std::string_view(path).find('/') != std::string_view::npos)

@@ -23,8 +23,7 @@ constexpr const char* kTransform = "KHR_texture_transform";
 
 // Extensions by which a texture names an image in another format than PNG and JPEG, those that are
 // read first.
-constexpr const char* kBasis = "KHR_texture_basisu";
-constexpr std::array<const char*, 2> kReadExtensions{"EXT_texture_webp", kBasis};
+constexpr std::array<const char*, 2> kReadExtensions{"EXT_texture_webp", "KHR_texture_basisu"};
 constexpr std::array<const char*, 2> kOtherExtensions{"EXT_texture_avif", "MSFT_texture_dds"};
 
 // Names a format that is not read, and what converts it.
@@ -56,13 +55,6 @@ const char* converter(PictureFormat format) {
 
 const char* converter_of_extension(std::string_view extension) {
   return converter(extension == "EXT_texture_avif" ? PictureFormat::avif : PictureFormat::dds);
-}
-
-bool requires_basis(const Json& document) {
-  const Json* const required = member(document, "extensionsRequired");
-  for (std::size_t i = 0; required != nullptr && i < size_of(*required); ++i)
-    if (to_string(element(*required, i)) == kBasis) return true;
-  return false;
 }
 
 Wrap wrap_of(const Json& sampler, const char* key) {
@@ -105,8 +97,7 @@ TextureReader::TextureReader(const TextureSource& source, Scene& scene, Digest& 
       scene_(scene),
       digest_(digest),
       notes_(notes),
-      of_image_(count_of(source.document, "images")),
-      basis_required_(requires_basis(source.document)) {}
+      of_image_(count_of(source.document, "images")) {}
 
 std::optional<Texture> TextureReader::find(const JsonView& owner, const char* key, bool srgb) {
   const Json* info = member(owner.value, key);
@@ -240,16 +231,6 @@ TextureReader::Use TextureReader::add_image(std::string name, Encoded encoded) {
   if (const char* what = converter(picture_format(encoded.bytes))) return {.missing = what};
   encoded.header = read_picture_header(encoded.bytes);
   const PictureHeader& header = encoded.header;
-  if (header.needs_library) {
-    if (const std::string problem = ktx_library_problem(); !problem.empty()) {
-      std::string missing = fmt::format(
-          "KTX2 images of Basis Universal or Zstandard (install libktx of KTX-Software 4 or name it by "
-          "EIKON_KTX=.../libktx.so, or convert them to PNG with `ktx extract`; {})",
-          problem);
-      if (basis_required_) throw InputError(fmt::format("requires {}: {}", kBasis, missing));
-      return {.missing = std::move(missing)};
-    }
-  }
   take_memory(std::uint64_t{header.width} * header.height, header.scratch_bytes);
   if (header.deep && deep_count_++ == 0) first_deep_ = encoded.label;
   scene_.images.push_back({.name = std::move(name), .width = header.width, .height = header.height, .rgba8 = {}});

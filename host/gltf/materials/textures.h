@@ -88,7 +88,6 @@ class TextureReader {
   std::vector<Roughness> roughness_;
   std::vector<std::optional<Use>> of_image_;  // nothing: not asked yet
   std::map<std::string, Use> of_file_;        // several images may name one file or view
-  bool basis_required_ = false;
   std::uint64_t decoded_bytes_ = 0;
   std::size_t fallback_count_ = 0, deep_count_ = 0;
   std::string first_fallback_, first_deep_;

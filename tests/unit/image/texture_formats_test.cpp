@@ -3,20 +3,21 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
+#include <cstring>
+#include <filesystem>
 #include <span>
 
 #include "core/error.h"
 #include "image/decode_picture.h"
-#include "support/ktx_named.h"
 #include "support/paths.h"
 #include "support/picture_builder.h"
+#include "support/temporary_folder.h"
 
 namespace eikon {
 namespace {
 
 using picture_test::ktx2;
 using picture_test::Ktx2Options;
-using picture_test::KtxNamed;
 using picture_test::Samples;
 using picture_test::webp;
 using Pixels = std::vector<std::uint32_t>;
@@ -105,34 +106,44 @@ TEST(DecodeWebp, changed_bytes_give_a_picture_or_an_error) {
   }
 }
 
-TEST(DecodeKtx2, plain_texels_need_no_library) {
-  const KtxNamed none("/nowhere/libktx.so");
-  for (const std::uint32_t format : {37U, 43U}) EXPECT_EQ(decoded(ktx2(2, 2, kFour, {.format = format})), kFourPixels);
+// One Zstandard frame [RFC 8878] of a block that is not compressed.
+Samples zstandard(const Samples& bytes) {
+  const auto size = static_cast<std::uint8_t>(bytes.size());
+  Samples out{0x28,
+              0xB5,
+              0x2F,
+              0xFD,
+              0x20,
+              size,
+              static_cast<std::uint8_t>(size << 3U | 1U),
+              static_cast<std::uint8_t>(size >> 5U),
+              0};
+  out.insert(out.end(), bytes.begin(), bytes.end());
+  return out;
+}
+
+TEST(DecodeKtx2, plain_texels_are_read_packed_or_not) {
   const Samples rgb{250, 1, 2, 3, 240, 4};
-  for (const std::uint32_t format : {23U, 29U})
-    EXPECT_EQ(decoded(ktx2(2, 1, rgb, {.format = format})), (Pixels{kFourPixels[0], kFourPixels[1]}));
-}
-
-TEST(DecodeKtx2, the_largest_level_of_basis_universal_comes_by_libktx) {
-  const KtxNamed stand_in(EIKON_KTX_STAND_IN);
-  ASSERT_EQ(ktx_library_problem(), "");
-  const Pixels pixels = decoded(ktx2(4, 2, {1}, {.format = 0, .levels = 3}));
-  ASSERT_EQ(pixels.size(), 8U);
-  for (std::uint32_t i = 0; i < 8; ++i) EXPECT_EQ(pixels[i], i | 2 * i << 8U | (255 - i) << 24U);
-  EXPECT_TRUE(says(refused(ktx2(4, 2, {}, {.format = 0})), "libktx: stand-in: no data"));
-  EXPECT_TRUE(says(refused(ktx2(4, 2, {1}, {.scheme = 2})), "fewer pixels"));
-}
-
-TEST(DecodeKtx2, without_libktx_the_reason_is_said) {
-  const std::string file = ktx2(4, 4, {1}, {.format = 0, .scheme = 1});
-  EXPECT_TRUE(read_picture_header(bytes_in(file)).needs_library);
-  for (const char* library : {"/nowhere/libktx.so", "libm.so.6"}) {
-    const KtxNamed named(library);
-    EXPECT_TRUE(says(ktx_library_problem(), library));
-    EXPECT_TRUE(says(refused(file), "libktx"));
+  for (const bool packed : {false, true}) {
+    const auto texels = [&](const Samples& samples) { return packed ? zstandard(samples) : samples; };
+    const std::uint32_t scheme = packed ? 2 : 0;
+    for (const std::uint32_t format : {37U, 43U})
+      EXPECT_EQ(decoded(ktx2(2, 2, texels(kFour), {.format = format, .scheme = scheme, .unpacked = 16})), kFourPixels);
+    for (const std::uint32_t format : {23U, 29U})
+      EXPECT_EQ(decoded(ktx2(2, 1, texels(rgb), {.format = format, .scheme = scheme, .unpacked = 6})),
+                (Pixels{kFourPixels[0], kFourPixels[1]}));
   }
-  const KtxNamed other("libm.so.6");
-  EXPECT_TRUE(says(ktx_library_problem(), "it has no ktxTexture2_CreateFromMemory"));
+}
+
+TEST(DecodeKtx2, packed_texels_that_lie_about_their_number_are_refused) {
+  const Ktx2Options options{.scheme = 2, .unpacked = 16};
+  EXPECT_TRUE(says(refused(ktx2(2, 2, zstandard({1, 2, 3}), options)), "end early"));
+  EXPECT_TRUE(
+      says(refused(ktx2(2, 2, zstandard(Samples(32, 1)), options)), "Zstandard: Destination buffer is too small"));
+  EXPECT_TRUE(says(refused(ktx2(2, 2, zstandard(kFour), {.scheme = 2, .unpacked = 15})), "do not hold"));
+  EXPECT_TRUE(says(refused(ktx2(2, 2, {1, 2, 3}, options)), "Zstandard: "));
+  // Memory for the unpacked pixels is bounded by what the header says.
+  EXPECT_EQ(read_picture_header(bytes_in(ktx2(2, 2, zstandard(kFour), options))).scratch_bytes, 16U);
 }
 
 TEST(DecodeKtx2, what_is_no_picture_is_refused) {
@@ -140,52 +151,66 @@ TEST(DecodeKtx2, what_is_no_picture_is_refused) {
     EXPECT_TRUE(says(refused(ktx2(2, 2, kFour, options)), "several"));
   EXPECT_TRUE(says(refused(ktx2(2, 2, kFour, {.format = 145})), "VkFormat 145"));
   EXPECT_TRUE(says(refused(ktx2(2, 2, kFour, {.scheme = 3})), "supercompression 3"));
+  EXPECT_TRUE(says(refused(ktx2(2, 2, kFour, {.format = 0})), "colour model 0 and supercompression 0"));
   EXPECT_TRUE(says(refused(ktx2(0, 2, kFour)), "dimensions"));
   EXPECT_TRUE(says(refused(ktx2(2, 0, kFour)), "dimensions"));
   EXPECT_TRUE(says(refused(ktx2(3, 2, kFour)), "do not hold"));
   EXPECT_TRUE(says(refused(ktx2(0xFFFFFFFFU, 0xFFFFFFFFU, kFour)), "do not hold"));
-  EXPECT_TRUE(says(refused(ktx2(0xFFFFFFFFU, 0xFFFFFFFFU, kFour, {.format = 0})), "more than"));
+  EXPECT_TRUE(says(refused(ktx2(65537, 1, Samples(4 * 65537))), "more than"));
   const std::string good = ktx2(2, 2, kFour);
   for (std::size_t size = 0; size < good.size(); ++size) refused(good.substr(0, size));
 }
 
-// 8 x 8 pixels in four quarters: red, blue, green, and light grey of alpha 128. Written by Basis Universal's encoder.
-// Of codec ETC1S.
-constexpr const char* kEtc1s =
-    "ab4b5458203230bb0d0a1a0a0000000001000000080000000800000000000000000000000100000001000000010000006800"
-    "00003c000000a400000024000000c8000000000000009a000000000000006201000000000000040000000000000000000000"
-    "000000003c0000000000000002003800a301020003030000080800000000000000003f000000000000000000ffffffff4000"
-    "3f0f0000000000000000ffffffff1f0000004b545877726974657200426173697320556e6976657273616c20322e31300000"
-    "06000300350000000d000000300000000000000000000000000000000200000002000000020000001840140001000040d00a"
-    "9a0ec10a200a8000000000647b9208600600000000200c8361d00f80290000000000104887b8b69c934305acaaaaaafaffff"
-    "ff575555550500c144000000000000f2df2748013001400000000002b990005103060000004113a2d1130c00260000000000"
-    "001040000b09e653";
-// Of codec UASTC, with Zstandard.
-constexpr const char* kUastc =
-    "ab4b5458203230bb0d0a1a0a0000000001000000080000000800000000000000000000000100000001000000020000006800"
-    "00002c000000940000002400000000000000000000000000000000000000b800000000000000330000000000000040000000"
-    "000000002c0000000000000002002800a601020003030000100000000000000000007f030000000000000000ffffffff1f00"
-    "00004b545877726974657200426173697320556e6976657273616c20322e3130000028b52ffd2040550100f0171b05e37fc6"
-    "2300170409fa3f1e08030c19e85f328c001e1e1e1074ce010400801850ccccc209c005";
-
-std::string from_hex(const char* digits) {
-  std::string out;
-  for (; *digits != '\0'; digits += 2) out += static_cast<char>(std::stoi(std::string(digits, 2), nullptr, 16));
-  return out;
-}
-
 TEST(DecodeKtx2, both_codecs_of_basis_universal_give_their_picture) {
-  const char* const library = std::getenv("EIKON_KTX");
-  if (library == nullptr || *library == '\0') GTEST_SKIP() << "EIKON_KTX does not name libktx";
   constexpr int kQuarters[2][2][4] = {{{216, 40, 24, 255}, {32, 72, 208, 255}},
                                       {{96, 200, 64, 255}, {240, 240, 240, 128}}};
-  for (const char* file : {kEtc1s, kUastc}) {
-    const Pixels pixels = decoded(from_hex(file));
+  for (const std::string& file : {picture_test::etc1s_quarters(), picture_test::uastc_quarters()}) {
+    const Pixels pixels = decoded(file);
     ASSERT_EQ(pixels.size(), 64U);
     for (std::uint32_t i = 0; i < 64; ++i)
       for (std::uint32_t c = 0; c < 4; ++c)
         ASSERT_NEAR(pixels[i] >> (8 * c) & 0xFFU, kQuarters[i / 32][i % 8 / 4][c], 12) << i << ' ' << c;
   }
+}
+
+TEST(DecodeKtx2, damaged_basis_universal_is_refused_in_one_line_or_read) {
+  for (const std::string& good : {picture_test::etc1s_quarters(), picture_test::uastc_quarters()}) {
+    for (std::size_t size = 0; size < good.size(); ++size) refused(good.substr(0, size));
+    int refusals = 0;
+    // The pixels stay 8 x 8, so that no change makes a large picture.
+    for (std::size_t at = 28; at < good.size(); ++at)
+      for (const int change : {1, 16, 128, 255}) {
+        std::string bad = good;
+        bad[at] = static_cast<char>(bad[at] ^ change);
+        try {
+          EXPECT_EQ(decoded(bad).size(), 64U);
+        } catch (const InputError& e) {
+          EXPECT_EQ(std::string(e.what()).find('\n'), std::string::npos) << e.what();
+          ++refusals;
+        }
+      }
+    EXPECT_GT(refusals, 50);
+  }
+}
+
+// Files by the encoder of Basis Universal, each beside its texels by the decoder that belongs to it.
+TEST(DecodeKtx2, texels_of_basis_universal_are_those_of_its_own_decoder) {
+  const char* const python = std::getenv("EIKON_BASISU");
+  if (python == nullptr || *python == '\0') GTEST_SKIP() << "EIKON_BASISU does not name a Python that has alktx2";
+  const test::TemporaryFolder folder;
+  const std::string script = std::string(EIKON_SOURCE_DIR) + "/tests/support/basis_pictures.py";
+  ASSERT_EQ(std::system(("'" + std::string(python) + "' '" + script + "' '" + folder.path().string() + "'").c_str()),
+            0);
+  int count = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(folder.path())) {
+    if (entry.path().extension() != ".ktx2") continue;
+    const Pixels pixels = decoded(test::read_bytes(entry.path()));
+    const std::string truth = test::read_bytes(std::filesystem::path(entry.path()).replace_extension(".rgba"));
+    ASSERT_EQ(4 * pixels.size(), truth.size()) << entry.path();
+    EXPECT_EQ(std::memcmp(pixels.data(), truth.data(), truth.size()), 0) << entry.path();
+    ++count;
+  }
+  EXPECT_EQ(count, 192);
 }
 
 }  // namespace
