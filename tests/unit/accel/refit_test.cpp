@@ -14,15 +14,15 @@
 namespace eikon {
 namespace {
 
-constexpr std::size_t kTriangles = 3000;
+constexpr std::size_t kCubeTriangles = 3000;
 const std::vector<std::string> kLayouts = {"bvh2", "bvh8", "bvh16"};
 
 /// Small triangles in a cube.
-std::vector<float> swarm(unsigned seed = 1) {
+std::vector<float> scattered_cube(unsigned seed = 1) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<float> unit(-1.0F, 1.0F);
   std::vector<float> corners;
-  for (std::size_t i = 0; i < kTriangles; ++i) {
+  for (std::size_t i = 0; i < kCubeTriangles; ++i) {
     const float at[3] = {10 * unit(random), 10 * unit(random), 10 * unit(random)};
     for (std::size_t k = 0; k < 9; ++k) corners.push_back(at[k % 3] + 0.2F * unit(random));
   }
@@ -44,7 +44,7 @@ bool same_words(const Accel& a, const Accel& b) {
 }
 
 TEST(Refit, to_the_same_triangles_changes_nothing_and_there_and_back_neither) {
-  const std::vector<float> here = swarm(), there = bent(here, 3);
+  const std::vector<float> here = scattered_cube(), there = bent(here, 3);
   for (const std::string& layout : kLayouts) {
     const Accel tree = built(here, layout);
     const std::optional<Accel> same = refit(tree, TriangleSoup(here)), moved = refit(tree, TriangleSoup(there));
@@ -79,18 +79,18 @@ Box check_node(const Accel& tree, TriangleSoup soup, std::size_t node, std::size
 }
 
 TEST(Refit, boxes_are_those_of_the_triangles_below_them) {
-  const std::vector<float> there = bent(swarm(), 2);
-  const std::optional<Accel> moved = refit(built(swarm(), "bvh2"), TriangleSoup(there));
+  const std::vector<float> there = bent(scattered_cube(), 2);
+  const std::optional<Accel> moved = refit(built(scattered_cube(), "bvh2"), TriangleSoup(there));
   ASSERT_TRUE(moved);
   std::size_t seen = 0;
   (void)check_node(*moved, TriangleSoup(there), 0, seen);
-  EXPECT_EQ(seen, kTriangles);
+  EXPECT_EQ(seen, kCubeTriangles);
 }
 
 TEST(Refit, leaves_have_the_corners_and_wide_boxes_those_of_the_binary_tree) {
-  const std::vector<float> there = bent(swarm(), 2);
+  const std::vector<float> there = bent(scattered_cube(), 2);
   for (const std::size_t width : {8, 16}) {
-    const std::optional<Accel> moved = refit(built(swarm(), "bvh" + std::to_string(width)), TriangleSoup(there));
+    const std::optional<Accel> moved = refit(built(scattered_cube(), "bvh" + std::to_string(width)), TriangleSoup(there));
     ASSERT_TRUE(moved);
     std::size_t seen = 0;
     for (std::size_t block = 0; block < moved->leaves.size(); block += 80)
@@ -101,7 +101,7 @@ TEST(Refit, leaves_have_the_corners_and_wide_boxes_those_of_the_binary_tree) {
         for (std::size_t k = 0; k < 9; ++k)
           EXPECT_EQ(std::bit_cast<float>(moved->leaves[block + 8 * k + i]), there[9 * triangle + k]);
       }
-    EXPECT_EQ(seen, kTriangles);
+    EXPECT_EQ(seen, kCubeTriangles);
     float top = -1e30F, highest = -1e30F;  // of the root's children, and of all corners
     for (std::size_t k = 0; k < width; ++k) top = std::max(top, std::bit_cast<float>(moved->nodes[3 * width + k]));
     for (std::size_t i = 1; i < there.size(); i += 3) highest = std::max(highest, there[i]);
@@ -110,7 +110,7 @@ TEST(Refit, leaves_have_the_corners_and_wide_boxes_those_of_the_binary_tree) {
 }
 
 TEST(Refit, is_refused_where_other_triangles_can_be_hit) {
-  const std::vector<float> here = swarm();
+  const std::vector<float> here = scattered_cube();
   std::vector<float> flat = here;
   std::copy_n(&flat[0], 3, &flat[3]);  // two corners of the first triangle coincide
   for (const std::string& layout : kLayouts) {
@@ -125,7 +125,7 @@ TEST(Refit, is_refused_where_other_triangles_can_be_hit) {
 }
 
 TEST(Refit, trees_follow_as_long_as_they_cost_little_more_and_are_built_anew_then) {
-  const std::vector<float> here = swarm(), near = bent(here, 0.05F), elsewhere = swarm(2);
+  const std::vector<float> here = scattered_cube(), near = bent(here, 0.05F), elsewhere = scattered_cube(2);
   for (const std::string& layout : kLayouts) {
     const AccelOptions options{.accel = "bvh", .layout = layout};
     TreeMemory memory;
