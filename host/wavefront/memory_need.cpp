@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "wavefront/memory_need.h"
 
+#include <algorithm>
 #include <fmt/format.h>
 
 #include "core/error.h"
@@ -51,9 +52,13 @@ void require_host_memory(const FilmLayout& layout, bool copied, std::uint64_t pa
       megabytes(host.memory_bytes), host.memory_why));
 }
 
+std::uint64_t available_bytes(const DeviceInfo& device, const Execution& execution) {
+  return execution.memory_bytes == 0 ? device.memory_bytes : std::min(execution.memory_bytes, device.memory_bytes);
+}
+
 void require_memory(const MemoryNeed& need, const DeviceInfo& device, const Execution& execution) {
-  const bool capped = execution.memory_bytes != 0 && execution.memory_bytes < device.memory_bytes;
-  const std::uint64_t available = capped ? execution.memory_bytes : device.memory_bytes;
+  const std::uint64_t available = available_bytes(device, execution);
+  const bool capped = available < device.memory_bytes;
   const std::string figures = fmt::format("textures {}, geometry {}, paths in flight {}", megabytes(need.textures),
                                           megabytes(need.geometry), megabytes(need.paths));
   const bool once = need.saved_once > 0 && execution.instances != InstanceMode::two_level;

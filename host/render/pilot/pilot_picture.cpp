@@ -19,9 +19,7 @@ Execution with_pool(const PilotMeans& means, std::uint64_t largest) {
   const auto pool = std::uint32_t(std::min<std::uint64_t>(std::bit_ceil(largest), kMostPilotPool));
   execution.pool = execution.pool == 0 ? pool : std::min(execution.pool, pool);
   const auto need = [&] { return memory_need(*means.scene.packed, configure(info, execution), means.features); };
-  const std::uint64_t limit =
-      execution.memory_bytes == 0 ? info.memory_bytes : std::min(execution.memory_bytes, info.memory_bytes);
-  while (execution.pool > kLeastPool && need().total() > limit) execution.pool /= 2;
+  while (execution.pool > kLeastPool && need().total() > available_bytes(info, execution)) execution.pool /= 2;
   require_memory(need(), info, execution);
   return execution;
 }

@@ -14,6 +14,7 @@
 #include "core/watched_phase.h"
 #include "render/device_sessions.h"
 #include "render/pilot/pilot.h"
+#include "wavefront/memory_need.h"
 
 namespace eikon {
 namespace {
@@ -150,7 +151,32 @@ std::optional<Pilot> pilot_on(const WavefrontDevices& devices, std::size_t devic
   return std::nullopt;
 }
 
-void guide_by(const Pilot& pilot, WavefrontDevices& devices, RenderReport& report) {
+/// Returns a line about the first device that has no room for what guiding needs beside the scene; empty if all have.
+std::string lacking_memory(const GuideTable& table, const WavefrontDevices& devices,
+                           const std::vector<DeviceReport>& prepared) {
+  Features guided = devices.features;
+  guided.set_guiding(true, false);
+  for (std::size_t i = 0; i < prepared.size(); ++i) {
+    if (!prepared[i].error.empty()) continue;
+    const DeviceInfo& info = devices.devices[i];
+    const std::uint64_t need = memory_need(*devices.packed, configure(info, devices.executions[i]), guided).total();
+    const std::uint64_t available = available_bytes(info, devices.executions[i]);
+    if (need + table.bytes() > available)
+      return fmt::format(
+          "path guiding is off: with its tables the render would take {:.1f} MB of device {}, which has {:.1f} MB "
+          "(allow more memory to have it)",
+          double(need + table.bytes()) / 0x1p20, info.selector, double(available) / 0x1p20);
+  }
+  return {};
+}
+
+void guide_by(Pilot pilot, WavefrontDevices& devices, const std::vector<DeviceReport>& prepared, RenderReport& report) {
+  if (pilot.table != nullptr)
+    if (const std::string line = lacking_memory(*pilot.table, devices, prepared); !line.empty()) {
+      report.notes.push_back(line);
+      pilot.table = nullptr;
+      pilot.report.roulette_depth = 0;
+    }
   apply(pilot, devices.features, devices.settings);
   report.pilot = pilot.report;
 }
@@ -165,7 +191,7 @@ void guide_paths(WavefrontDevices& devices, std::vector<DeviceReport>& prepared,
     const auto is_able = [](const DeviceReport& device) { return device.error.empty(); };
     devices.pilot_device = std::size_t(std::ranges::find_if(prepared, is_able) - prepared.begin());
     devices.pilot_arithmetic = pilot->report.arithmetic;
-    return guide_by(*pilot, devices, report);
+    return guide_by(*pilot, devices, prepared, report);
   }
   std::string errors;
   const auto failed = [&](std::size_t device, const DeviceError& error) {
@@ -178,7 +204,7 @@ void guide_paths(WavefrontDevices& devices, std::vector<DeviceReport>& prepared,
         pilot = pilot_on(devices, i, attempt, stop, hooks.latest_s);
         report.pilot.cut_short = !pilot;
         if (!pilot) return;
-        guide_by(*pilot, devices, report);
+        guide_by(*pilot, devices, prepared, report);
         if (hooks.pilot_done) hooks.pilot_done(*pilot);
         return;
       } catch (const HungDevice& error) {

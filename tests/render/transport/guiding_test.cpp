@@ -8,6 +8,7 @@
 #include "render/materials/glass_builder.h"
 #include "render/pilot/pilot.h"
 #include "render/scene_builder.h"
+#include "wavefront/memory_need.h"
 
 namespace eikon::test {
 namespace {
@@ -74,6 +75,28 @@ TEST(Guiding, an_image_without_a_pilot_has_the_bits_of_off) {
   off.guiding = Guiding::off;
   off.pilot_paths = 0;
   EXPECT_TRUE(same_film(film_of(scene, off), film_of(scene, settings)));
+}
+
+TEST(Guiding, is_off_and_says_so_where_its_tables_do_not_fit) {
+  auto [scene, settings] = guided_room(33, 21, 8);
+  Execution execution;
+  execution.layout = "bvh8", execution.lanes = 8, execution.chunked = true, execution.pool = 1U << 14;
+  EXPECT_GT(output_of(scene, settings, execution).report.pilot.roulette_depth, 0U) << "there is room";
+  // Room for the render as it is without guiding, and for a pilot of smaller units, but not for the tables.
+  const Features features(scene, settings);
+  PackedScene packed = pack_scene(scene, features, settings);
+  add_accel(packed, "bvh", "bvh8", 1);
+  const DeviceInfo info = open_devices->pool.select(as_tested(execution).devices, 0, nullptr).front();
+  execution.memory_bytes = memory_need(packed, configure(info, as_tested(execution)), features).total() + 4096;
+  const RenderOutput output = output_of(scene, settings, execution);
+  EXPECT_EQ(output.report.pilot.roulette_depth, 0U);
+  ASSERT_EQ(output.report.notes.size(), 1U);
+  EXPECT_NE(output.report.notes[0].find("path guiding is off: with its tables"), std::string::npos)
+      << output.report.notes[0];
+  Settings off = settings;
+  off.guiding = Guiding::off;
+  off.pilot_paths = 0;
+  EXPECT_TRUE(same_film(film_of(scene, off), output.film));
 }
 
 TEST(Guiding, finds_the_window_and_keeps_the_mean) {
