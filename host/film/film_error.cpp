@@ -61,22 +61,18 @@
 #include <atomic>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 #include <limits>
 #include <numbers>
 #include <span>
 
-#include "core/device_vector.h"
 #include "film/film.h"
+#include "film/neighbours.h"
 
 namespace eikon {
 namespace {
 
 constexpr double kEpsilon = 1e-2;
 constexpr double kQuantile = 1.959964;  // quantile of the normal distribution for 95 %
-constexpr int kRadius = 3;              // radius of the window of neighbours
-// Neighbours within so many standard deviations of a pixel may have its expectation.
-constexpr double kReach = 1.5;
 // Bounds of the remaining bias that tests and tools/measure/coverage.py find, relative to T: the larger of 0.4 sqrt(T) and
 // 0.3 / sqrt(samples of a pixel), at most 0.2.
 constexpr double kBias = 0.4, kBiasOfSamples = 0.3, kMaxBias = 0.2;
@@ -98,95 +94,10 @@ constexpr double kLeastCarriers = 4;
 constexpr double kChiSquared = 5.0239;  // quantile of chi squared with one degree of freedom for 97.5 %
 constexpr double kEnough = 8;  // with so many neighbours the own mean of a pixel is not needed
 
-struct Plane {
-  int width = 0, height = 0;
-  BigVector<double> values;  // not initialised
-
-  Plane(int w, int h) : width(w), height(h), values(static_cast<std::size_t>(w) * static_cast<std::size_t>(h)) {}
-  [[nodiscard]] std::size_t index(int x, int y) const {
-    return static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x);
-  }
-  [[nodiscard]] double& at(int x, int y) { return values[index(x, y)]; }
-  [[nodiscard]] double at(int x, int y) const { return values[index(x, y)]; }
-};
-
 struct Estimate {
   double mean = 0;
   double squared_error = 0;  // expected squared error of the mean
 };
-
-// Pixels that are processed together: as many as vectors of AVX2 hold. Compilers take comparisons of wider ones apart into
-// single numbers there, which was six times as slow.
-constexpr int kLanes = 4;
-using Reals = double __attribute__((vector_size(kLanes * sizeof(double))));
-using Masks = std::int64_t __attribute__((vector_size(kLanes * sizeof(double))));
-
-/// Sums over the neighbours of a pixel that may have its expectation.
-template <class Real, class Count>
-struct Neighbours {
-  // Sums of the differences to the pixel, of the variances, and of the squared differences.
-  Real sum{}, noise{}, squares{};
-  Count count{};
-};
-
-#ifdef __SANITIZE_THREAD__
-// The resolver that chooses a clone runs before ThreadSanitizer is ready, and would crash.
-#define EK_CLONES
-#else
-#define EK_CLONES __attribute__((target_clones("avx512f", "avx2", "default")))
-#endif
-
-/// Sums for pixels x to x + kLanes - 1, whose windows lie within the row. Neighbours are added in
-/// the order of rows. A neighbour that is left out adds zero, so sums have the same bits for any
-/// width of the processor's vectors.
-EK_CLONES void find_neighbours(const Plane& mean, const Plane& variance, int x, int y,
-                               Neighbours<Reals, Masks>& found) {
-  Reals own, reach;
-  std::memcpy(&own, &mean.values[mean.index(x, y)], sizeof own);
-  std::memcpy(&reach, &variance.values[mean.index(x, y)], sizeof reach);
-  reach *= kReach * kReach;
-  Reals sum{}, noise{}, squares{};
-  Masks count{};
-  for (int j = std::max(0, y - kRadius); j <= std::min(mean.height - 1, y + kRadius); ++j) {
-    for (int i = x - kRadius; i <= x + kRadius; ++i) {
-      if (i == x && j == y) continue;
-      Reals other, its_noise;
-      std::memcpy(&other, &mean.values[mean.index(i, j)], sizeof other);
-      std::memcpy(&its_noise, &variance.values[mean.index(i, j)], sizeof its_noise);
-      const Reals difference = other - own, square = difference * difference;
-      const Masks inside = ~(square > reach);
-      sum += reinterpret_cast<Reals>(inside & reinterpret_cast<Masks>(difference));
-      noise += reinterpret_cast<Reals>(inside & reinterpret_cast<Masks>(its_noise));
-      squares += reinterpret_cast<Reals>(inside & reinterpret_cast<Masks>(square));
-      count -= inside;  // which is -1
-    }
-  }
-  found.sum = sum, found.noise = noise, found.squares = squares, found.count = count;
-}
-
-/// The same sums for one pixel anywhere.
-Neighbours<double, int> neighbours_of(const Plane& mean, const Plane& variance, int x, int y) {
-  const double own = mean.at(x, y), reach = kReach * kReach * variance.at(x, y);
-  Neighbours<double, int> found;
-  for (int j = std::max(0, y - kRadius); j <= std::min(mean.height - 1, y + kRadius); ++j) {
-    for (int i = std::max(0, x - kRadius); i <= std::min(mean.width - 1, x + kRadius); ++i) {
-      const double difference = mean.at(i, j) - own, square = difference * difference;
-      if (square > reach || (i == x && j == y)) continue;
-      found.sum += difference;
-      found.noise += variance.at(i, j);
-      found.squares += square;
-      ++found.count;
-    }
-  }
-  return found;
-}
-
-/// Returns the number of neighbours in the window of a pixel.
-int candidates_of(const Plane& mean, int x, int y) {
-  const int columns = std::min(mean.width - 1, x + kRadius) - std::max(0, x - kRadius) + 1;
-  const int rows = std::min(mean.height - 1, y + kRadius) - std::max(0, y - kRadius) + 1;
-  return columns * rows - 1;
-}
 
 /// Estimates the expectation of a pixel from the neighbours that may have the same, given its
 /// noise.
@@ -277,14 +188,14 @@ class PixelErrors {
   void add(const Plane& mean, const Plane& variance) {
     tbb::parallel_for(0, mean.height, [&](int y) {
       for (int x = 0; x < mean.width;) {
-        if (x < kRadius || x + kLanes + kRadius > mean.width) {
+        if (x < kNeighbourRadius || x + kPixelLanes + kNeighbourRadius > mean.width) {
           add(mean, variance, x, y, neighbours_of(mean, variance, x, y));
           ++x;
           continue;
         }
-        Neighbours<Reals, Masks> near;
+        Neighbours<PixelReals, PixelMasks> near;
         find_neighbours(mean, variance, x, y, near);
-        for (int lane = 0; lane < kLanes; ++lane, ++x)
+        for (int lane = 0; lane < kPixelLanes; ++lane, ++x)
           add(mean, variance, x, y,
               {near.sum[lane], near.noise[lane], near.squares[lane], static_cast<int>(near.count[lane])});
       }

@@ -181,6 +181,28 @@ TEST(PredictedError, of_outliers_is_that_of_their_surroundings) {
   EXPECT_GT(few.covered, 0.85);
 }
 
+// A lamp in every 32nd pixel, which covers any part of it, and four times as many outliers: the lamps that both samples of a pixel
+// hit say how few of the other bright pixels have one.
+TEST(PredictedError, of_few_lamps_among_many_outliers_has_both_ends) {
+  const Model model = [](std::uint32_t x, std::uint32_t y) {
+    std::mt19937 random(x * 977 + y);
+    random.discard(3);
+    const bool is_lamp = x % 8 == 2 && y % 4 == 2;
+    return wall_with(10, is_lamp ? std::uniform_real_distribution<double>(0, 1)(random) : 0.02);
+  };
+  std::mt19937_64 random(15);
+  int both_ends = 0, held = 0;
+  constexpr int kRuns = 100;
+  const double truth = true_relmse(model, 32, 2, 1);
+  for (int run = 0; run < kRuns; ++run) {
+    const PredictedError error = draw_film(model, 32, 2, 1, random).predicted_error();
+    both_ends += std::isfinite(error.hi) ? 1 : 0;
+    held += error.lo <= truth && truth <= error.hi ? 1 : 0;
+  }
+  EXPECT_GT(both_ends, 0.9 * kRuns);
+  EXPECT_GT(held, 0.85 * kRuns);
+}
+
 TEST(PredictedError, of_a_picture_in_which_nothing_was_found_has_no_upper_end) {
   Film black(small_layout(16, 16));
   for (std::uint32_t y = 0; y < 16; ++y)
