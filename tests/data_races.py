@@ -62,7 +62,7 @@ RUNS = [
     ("places", "--memory 16M --instances two-level --light-sampling light --max-depth 4"),
     ("cornell", "--memory 16M --integrator direct --light-samples 8"),
     ("cornell", "--memory 16M --max-depth 4 --guiding 64"),
-    ("moving", "--memory 16M --shutter 0.5 --fps 1 --max-depth 4"),
+    ("moving", "--memory 16M --shutter 0.5 --fps 1 --aov motion --max-depth 4"),
     ("tumbler", "--memory 16M --aov direct,indirect --max-depth 4"),
     ("implicit_metaballs", "--memory 16M --max-depth 3"),
     ("window_room", "--memory 16M --light-sampling hemisphere --max-depth 4"),
