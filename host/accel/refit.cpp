@@ -21,7 +21,7 @@ namespace {
 
 constexpr std::uint32_t kInfinity = 0x7f800000U;
 
-/// Where a layout has the planes and the words of a node's children.
+/// The places in a node of its children's planes and words, which depend on the layout.
 struct NodeShape {
   std::size_t width = 2, words = 16;
   [[nodiscard]] bool is_wide() const { return width > 2; }

@@ -33,8 +33,8 @@
 //     error is stated to be at least what it would be if all were lamps.
 // With 8 seeds each, from 4 to 64 samples, they are more often than not 2 to 60 times as many where they are outliers
 // (scenes/cornell_spheres.gltf, prism, sun_room, tumbler and window_room), and 0 to 3 times in scenes/lamps.gltf.
-// Where few pixels carry what was taken for outliers, the choice is a guess about them, and the interval is wider by the
-// share of the prediction that rests on it.
+// If few pixels carry what was taken for outliers, that choice is uncertain, and the interval is wider by the share of the
+// prediction that rests on it.
 //
 // The remaining bias, measured on synthetic pixels (tests/unit/film/film_error_test.cpp), is about
 // 5 % for normal and for log-normal samples on gradients and edges, 11 to 13 % when neighbours are

@@ -34,7 +34,7 @@ struct GuideTable {
 
   [[nodiscard]] std::uint32_t slot_mask() const { return std::uint32_t(slots.size() / 2 - 1); }
   [[nodiscard]] std::size_t cell_count() const { return cells.size() / EK_GUIDE_CELL_WORDS; }
-  /// That a device needs for it.
+  /// The memory that a device needs for it.
   [[nodiscard]] std::uint64_t bytes() const { return sizeof(std::uint32_t) * (slots.size() + cells.size()); }
   /// True if kernels may look things up in it: indices lie within it, searches end, and weights are those of
   /// densities.

@@ -176,7 +176,7 @@ bool has_motion_layer(const SceneOptions& options) {
   return std::ranges::find(options.aovs, "motion") != options.aovs.end();
 }
 
-/// Where the camera stands in the next frame, for the layer `motion`. throws UsageError
+/// The camera as it stands in the next frame, for the layer `motion`; nothing without it. throws UsageError
 std::optional<Camera> next_camera(const SceneOptions& options, const Scene& scene, double aspect,
                                   const Camera& camera) {
   if (!has_motion_layer(options)) return std::nullopt;

@@ -36,7 +36,7 @@ ReadyWavefronts& ReadyWavefronts::of(DevicePool::Lease& lease) {
   return *found;
 }
 
-/// Then the scene will not come again.
+/// True if only these wavefronts hold the scene, which then will not come again.
 bool ReadyWavefronts::is_last_holder(const SharedScene& scene) const {
   return scene.packed.use_count() <=
          std::ranges::count_if(ready_, [&](const Ready& ready) { return ready.scene.packed == scene.packed; });

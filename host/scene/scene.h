@@ -268,7 +268,8 @@ struct Scene {
   Shutter shutter{};  // with the number of steps; shut if nothing moves
   // At equal steps from the shutter's opening to its closing, made of the same triangles and lights; empty: nothing moves.
   std::vector<std::shared_ptr<const Scene>> poses{};
-  // Where it stands in the next frame, made of the same triangles; null: none was asked for, or nothing moves until then.
+  // The scene as it stands in the next frame, made of the same triangles; null if it was not asked for, or if nothing moves
+  // until then.
   std::shared_ptr<const Scene> next{};
   bool moves_surfaces = false, moves_lights = false;  // meanwhile: some triangles, some lights without extent
   // It moves surfaces, meanwhile or until the next frame, or is a pose of a scene that does; so all have one order of

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a Wavefront holds, and how its units go. Only wavefront.cpp includes it.
+// The state of a Wavefront, and the steps in which it renders a unit. Only wavefront.cpp includes this file.
 #pragma once
 
 #include <algorithm>

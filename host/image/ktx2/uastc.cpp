@@ -71,7 +71,7 @@ class Block {
   std::uint32_t position_ = 0;  // below 128: all modes end there
 };
 
-/// Which subset each pixel belongs to.
+/// The subset of each pixel.
 using Pattern = std::array<std::uint8_t, 16>;
 
 constexpr std::uint32_t hash52(std::uint32_t p) {
