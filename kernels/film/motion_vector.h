@@ -32,7 +32,7 @@ EK_FN vf camera_dot(global const float* camera, uint row, v3 d) {
   return d.x * camera[row] + d.y * camera[row + 1] + d.z * camera[row + 2];
 }
 
-/// The place on the film of a point (w = 1), or of a direction, that is of something infinitely far away (w = 0).
+/// Where a point (w = 1), or what is infinitely far away in a direction (w = 0), is on the film.
 EK_FN FilmPlace film_place(global const float* camera, v3 p, float w) {
   const v3 d = V3(p.x - w * camera[CAMERA_eye], p.y - w * camera[CAMERA_eye + 1], p.z - w * camera[CAMERA_eye + 2]);
   const vf ahead = camera_dot(camera, CAMERA_ahead, d) + w * camera[CAMERA_flat];
@@ -50,7 +50,7 @@ EK_FN vf bounded_motion(vi seen, vf way) {
   return seen ? way : (vf)(0.0f);
 }
 
-/// The things that paths see, in this frame and in the next one.
+/// What paths see, in this frame and in the next one.
 typedef struct {
   vi live;         // mask of the lanes that have a path
   vu path;

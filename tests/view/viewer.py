@@ -18,6 +18,7 @@ import zlib
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 CORNELL = ROOT / "scenes/cornell.gltf"
+SMALL = ("--size", "64x48", "--spp", "8")
 SIDE_BY_SIDE = 6
 LIMIT_S = 300  # after which a test calls it a hang; programs may have to be compiled
 
