@@ -34,7 +34,7 @@ bool off_unless_asked(std::string_view name) {
   return name == "uniform_scatter" || name == "shape" || name == "instance" || name == "light_tree" ||
          name == "one_light" || name == "nested_media" || name == "each_light" || name == "energy_compensation" ||
          name == "guiding" || name == "path_log" || name == "camera_motion" || name == "moving_surface" ||
-         name == "moving_light";
+         name == "moving_light" || name == "motion";
 }
 
 Defines default_defines() {
@@ -43,7 +43,7 @@ Defines default_defines() {
 #define EK_LIGHT(name, bit) {"EK_HAS_" #name, "1"},
 #define EK_OPTION(name) {"EK_HAS_" #name, off_unless_asked(#name) ? "0" : "1"},
 #define EK_SHAPE_KIND(name, bit) {"EK_HAS_" #name, "0"},
-#define EK_AOV(name, channels) {"EK_HAS_" #name, "1"},
+#define EK_AOV(name, channels) {"EK_HAS_" #name, off_unless_asked(#name) ? "0" : "1"},
 #include "shared/features.def"
   };
 }
