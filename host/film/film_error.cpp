@@ -131,18 +131,22 @@ bool is_edge_of_lamp(const Plane& mean, const Plane& variance, int x, int y, con
 
 /// The replicates in which a pixel is bright and alone, of two.
 int lone_bright_replicates(const Plane& mean, const Plane& variance, int x, int y) {
-  const double own = mean.at(x, y), dimmer = own - std::sqrt(variance.at(x, y));
+  const double own = mean.at(x, y);
   if (own * own <= kEpsilon) return 0;
   double dark = 0;
   int alike = 0, others = 0;
   for (int j = std::max(0, y - 1); j <= std::min(mean.height - 1, y + 1); ++j)
     for (int i = std::max(0, x - 1); i <= std::min(mean.width - 1, x + 1); ++i) {
       if (i == x && j == y) continue;
-      const bool is_alike = mean.at(i, j) >= kAlike * own;
-      ++(is_alike ? alike : others);
-      dark += is_alike ? 0 : mean.at(i, j);
+      const double other = mean.at(i, j);
+      if (other < kAlike * own) {
+        ++others, dark += other;
+      } else if (++alike == kEnoughBright) {
+        return 0;  // most pixels end here
+      }
     }
-  if (alike >= kEnoughBright || own * others <= kLoneBright * dark || others == 0) return 0;
+  if (own * others <= kLoneBright * dark || others == 0) return 0;
+  const double dimmer = own - std::sqrt(variance.at(x, y));
   return dimmer * others > kDimmerBright * dark ? 2 : 1;
 }
 
@@ -225,8 +229,9 @@ class PixelErrors {
   void add(const Plane& mean, const Plane& variance, int x, int y, const Neighbours<double, int>& near) {
     const double noise = variance.at(x, y);
     const int bright = has_pairs_ ? lone_bright_replicates(mean, variance, x, y) : 0;
-    once_ += bright == 1 ? 1 : 0;
-    twice_ += bright == 2 ? 1 : 0;
+    // Rare, so that threads do not wait for each other's counts.
+    if (bright == 1) ++once_;
+    if (bright == 2) ++twice_;
     if (noise <= 0) return;
     const Estimate own{mean.at(x, y), own_share_ * noise};
     const Estimate around = expectation(own.mean, noise, near, candidates_of(mean, x, y), own_share_);
