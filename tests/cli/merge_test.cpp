@@ -16,7 +16,7 @@ namespace {
 
 class Merge : public ::testing::Test {
  protected:
-  const Workplace here;
+  const Workplace here{};
 
   void part(const std::string& file, const std::string& flags, const std::string& name = "cornell.gltf") const {
     ASSERT_TRUE(succeeded(here.eikon("render " + scene(name) + " -o " + file + " --size 24x20 --quiet " + flags)))

@@ -116,7 +116,7 @@ TEST(Meter, says_what_it_measured_and_how_surely) {
   EXPECT_EQ(reading.at("quantity"), "irradiance");
   EXPECT_EQ(reading.at("unit"), "W/m^2");
   EXPECT_EQ(reading.at("paths"), 16 * 256);
-  for (int c = 0; c < 3; ++c) {
+  for (std::size_t c = 0; c < 3; ++c) {
     EXPECT_GT(reading.at("value")[c], 0.1);
     EXPECT_GT(reading.at("standard_error")[c], 0);
     EXPECT_LT(reading.at("standard_error")[c], 0.05 * reading.at("value")[c].get<double>());

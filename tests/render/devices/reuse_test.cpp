@@ -208,7 +208,7 @@ TEST(Reuse, nothing_is_made_ready_ahead_beyond_a_limit) {
   little.threads = 0, little.memory_bytes = std::uint64_t{1} << 30;
   for (const Execution& execution : {limited, little}) {
     DevicePrefetcher devices;
-    const auto turn_of = [&](const Scene& of) {
+    const auto turn_of = [&, &settings = settings](const Scene& of) {
       const Features features(of, settings);
       return devices.slot(
           {std::make_shared<PackedScene>(pack_scene(of, features, settings)), nullptr, features, settings, execution},

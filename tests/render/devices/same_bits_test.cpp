@@ -49,7 +49,7 @@ TEST(SameBits, N4_any_split_of_samples_adds_up_in_any_order) {
   Settings settings = base;
   settings.width = 16, settings.height = 8;
   settings.crop = {0, 0, 16, 8};
-  const auto samples = [&](std::uint64_t begin, std::uint64_t end) {
+  const auto samples = [&, &scene = scene](std::uint64_t begin, std::uint64_t end) {
     return part_of(scene, settings, settings.crop, begin, end);
   };
   const auto sum = [&](std::initializer_list<const Film*> parts) {

@@ -135,7 +135,7 @@ TEST(Camera, a_panorama_of_the_sky_is_the_sky) {
   for (std::uint32_t y = 1; y < 7; ++y)
     for (const std::uint32_t x : {1U, 3U, 5U, 6U, 9U, 11U, 14U})
       for (std::uint32_t c = 0; c < 3; ++c)
-        EXPECT_NEAR(film.mean(x, y, c), map->radiance[y * 16 + x][c], 2e-2) << x << "," << y << "," << c;
+        EXPECT_NEAR(film.mean(x, y, c), map->radiance[y * 16 + x][int(c)], 2e-2) << x << "," << y << "," << c;
   // Turned by a quarter to the left, the picture moves a quarter to the right.
   settings.camera = look_at_camera({1, 2, 3}, {0, 2, 3}, {0, 1, 0}, 1);
   settings.camera.projection = Projection::panorama;

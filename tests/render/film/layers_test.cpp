@@ -129,7 +129,7 @@ TEST(Layers, emission_direct_and_indirect_light_are_the_picture) {
   alone.aovs.clear();
   const Film plain = film_of(scene, alone);
   const Written seen = written(film, settings);
-  const auto limited = [&](std::uint32_t edges) {
+  const auto limited = [&, &scene = scene](std::uint32_t edges) {
     alone.max_depth = edges;
     return written(film_of(scene, alone), alone);
   };

@@ -78,7 +78,7 @@ TEST(PredictedErrorOfRoom, is_true_where_paths_are_guided) {
   settings.sample_end = 1;
   RenderHooks hooks{.devices = &open_devices->pool};
   const std::atomic<bool> never{false};
-  hooks.pilot_done = [&settings](const Pilot& pilot) { settings.guide = pilot.table; };
+  hooks.pilot_done = [&settings = settings](const Pilot& pilot) { settings.guide = pilot.table; };
   (void)render(scene, Settings(settings), as_tested({}), never, hooks);
   ASSERT_NE(settings.guide, nullptr);
   for (const auto& [spp, allowed] : {std::pair{4U, 0.15}, {16U, 0.1}, {64U, 0.06}}) {

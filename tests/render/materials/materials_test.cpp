@@ -322,7 +322,7 @@ TEST(Materials, a_prism_parts_red_green_and_blue_by_their_indices) {
     for (int channel = 0; channel < 3; ++channel) {
       double sum = 0;
       for (std::uint32_t y = 0; y < 4; ++y)
-        for (std::uint32_t x = 0; x < 4; ++x) sum += film.mean(x, y, channel) / 16;
+        for (std::uint32_t x = 0; x < 4; ++x) sum += film.mean(x, y, std::uint32_t(channel)) / 16;
       // About 0.96 * 0.93 passes; three channels are chosen in turns, which is noise.
       EXPECT_NEAR(sum, channel >= first ? 0.89 : 0, channel >= first ? 0.04 : 1e-9)
           << channel << ", lamp from " << first;

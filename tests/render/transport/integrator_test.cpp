@@ -63,7 +63,7 @@ TEST(Whitted, is_the_path_of_one_diffuse_vertex_seen_through_mirrors_and_glass) 
 TEST(Whitted, sees_nothing_twice_diffuse_and_glass_only_with_two_edges_more) {
   auto [scene, settings] = still_life(0.5F);
   settings.integrator = Integrator::whitted;
-  const auto mean_with = [&](std::uint32_t edges) {
+  const auto mean_with = [&, &scene = scene, &settings = settings](std::uint32_t edges) {
     settings.max_depth = edges;
     return mean_of(film_of(scene, settings)).mean;
   };
