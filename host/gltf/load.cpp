@@ -150,7 +150,9 @@ UsedMeshes read_meshes(const SceneSource& source, const std::vector<PlacedNode>&
                      .reader = materials,
                      .skins = skins,
                      .notes = source.notes,
-                     .missing_tangents = source.missing_tangents});
+                     .missing_tangents = source.missing_tangents,
+                     // Other files have one pose.
+                     .memory = scene.animations.empty() ? nullptr : scene.memory.get()});
   reader.check_memory(order);
   for (const MeshReader::Wanted& wanted : order) {
     scene.meshes.push_back(reader.read(wanted));

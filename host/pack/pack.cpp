@@ -3,6 +3,7 @@
 
 #include "core/clock.h"
 #include "pack/pack_parts.h"
+#include "scene/scene_memory.h"
 
 namespace eikon {
 
@@ -57,6 +58,7 @@ PackedScene pack_scene(const Scene& scene, const Features& features, const Setti
 }
 
 PackedScene pack_and_release(Scene& scene, const Features& features, const Settings& settings) {
+  if (scene.memory) scene.memory->forget_primitives();
   PackedScene packed = pack(scene, &scene.meshes, features, settings);
   scene.poses.clear();
   scene.next.reset();

@@ -1,16 +1,32 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the poses and variants of a file have in common, so that a sequence makes it once.
 #pragma once
+#include <array>
+#include <cstddef>
 #include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "scene/scene.h"
 
 namespace eikon {
+
+/// The vertex data beyond positions, normals and colours that a material needs.
+struct MaterialNeeds {
+  std::array<bool, 2> uv{};               // sets of texture coordinates
+  std::optional<std::size_t> tangents{};  // the set that they are made from
+  auto operator<=>(const MaterialNeeds&) const = default;
+};
+
+/// A primitive as it stands in the file, which no pose changes.
+struct PrimitiveAtRest {
+  std::size_t mesh = 0, primitive = 0;  // indices of the file
+  auto operator<=>(const PrimitiveAtRest&) const = default;
+};
 
 /// Belongs to one file, whose bytes do not change meanwhile. Any thread may call it.
 class SceneMemory {
@@ -39,10 +55,33 @@ class SceneMemory {
     cameras_[which] = camera;
   }
 
+  /// True if it was read for some material.
+  [[nodiscard]] bool has_primitive(const PrimitiveAtRest& which) {
+    const std::lock_guard lock(mutex_);
+    const auto first = primitives_.lower_bound({which, {}});
+    return first != primitives_.end() && first->first.first == which;
+  }
+  /// The geometry of a primitive that was read for a material with these needs, or nothing.
+  [[nodiscard]] std::optional<Primitive> primitive(const PrimitiveAtRest& which, const MaterialNeeds& needs) {
+    const std::lock_guard lock(mutex_);
+    const auto found = primitives_.find({which, needs});
+    return found == primitives_.end() ? std::nullopt : std::optional(found->second);
+  }
+  void keep_primitive(const PrimitiveAtRest& which, const MaterialNeeds& needs, const Primitive& primitive) {
+    const std::lock_guard lock(mutex_);
+    primitives_.insert_or_assign({which, needs}, primitive);
+  }
+  /// Shares no geometry any longer, so that scenes can give theirs away.
+  void forget_primitives() {
+    const std::lock_guard lock(mutex_);
+    primitives_.clear();
+  }
+
  private:
   std::mutex mutex_;
   std::map<std::string, std::weak_ptr<std::vector<std::uint32_t>>> images_;
   std::map<std::string, Camera> cameras_;
+  std::map<std::pair<PrimitiveAtRest, MaterialNeeds>, Primitive> primitives_;
 };
 
 }  // namespace eikon

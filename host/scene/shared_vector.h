@@ -66,7 +66,9 @@ class SharedVector {
   void resize(std::size_t count) { edit().resize(count); }
   void clear() { elements_.reset(); }
 
-  friend bool operator==(const SharedVector& a, const SharedVector& b) { return a.all() == b.all(); }
+  friend bool operator==(const SharedVector& a, const SharedVector& b) {
+    return a.elements_ == b.elements_ || a.all() == b.all();
+  }
 
  private:
   static const std::vector<T>& none() {

@@ -40,10 +40,13 @@ double vertex_bytes(const GltfPrimitive& primitive) {
   return bytes;
 }
 
+/// No morph target and no joint moves its vertices.
+bool is_at_rest(const MeshReader::Wanted& wanted) { return wanted.weights.empty() && !wanted.skin; }
+
 }  // namespace
 
-MeshReader::Needs MeshReader::needs_of(const Material& material) {
-  Needs needs;
+MaterialNeeds MeshReader::needs_of(const Material& material) {
+  MaterialNeeds needs;
   for (const TextureUse& use : textures_of(material))
     if (use.texture->uv_set < kUvSets) needs.uv[use.texture->uv_set] = true;
   for (const auto* texture :
@@ -100,6 +103,11 @@ Mesh MeshReader::read(const Wanted& wanted) {
       source_.notes.mended(part.user + ": left out, it has no POSITION");
       continue;
     }
+    if (std::optional<Primitive> kept = find_kept(wanted, p)) {
+      result.primitives.push_back(*std::move(kept));
+      continue;
+    }
+    const std::size_t warnings = source_.notes.warning_count();
     if (const Json* extension = extension_of(primitive.json, kDracoExtension)) {
       const JsonView view{
           .value = primitive.json, .kind = "primitive", .index = static_cast<std::int64_t>(p), .parent = &mesh.view};
@@ -108,9 +116,29 @@ Mesh MeshReader::read(const Wanted& wanted) {
     for (const auto& [name, accessor] : primitive.attributes) (void)source_.accessors[accessor];  // none is wrong
     if (!pose(part, wanted)) continue;
     Primitive read = read_primitive(part);
-    if (!read.indices.empty()) result.primitives.push_back(std::move(read));
+    if (read.indices.empty()) continue;
+    // What is kept is not warned of again.
+    if (source_.notes.warning_count() == warnings) keep(wanted, p, read);
+    result.primitives.push_back(std::move(read));
   }
   return result;
+}
+
+std::optional<Primitive> MeshReader::find_kept(const Wanted& wanted, std::size_t primitive) {
+  const PrimitiveAtRest which{wanted.mesh, primitive};
+  if (source_.memory == nullptr || !is_at_rest(wanted) || !source_.memory->has_primitive(which)) return std::nullopt;
+  const std::uint32_t material =
+      source_.reader.use(source_.document.meshes[wanted.mesh].primitives[primitive].material);
+  std::optional<Primitive> kept = source_.memory->primitive(which, needs_of(source_.materials[material]));
+  if (kept) kept->material = material;
+  return kept;
+}
+
+void MeshReader::keep(const Wanted& wanted, std::size_t primitive, const Primitive& read) {
+  if (source_.memory == nullptr || !is_at_rest(wanted)) return;
+  const MaterialNeeds needs = needs_of(source_.materials[read.material]);
+  if (needs.tangents && source_.missing_tangents == MissingTangents::mark) return;  // they are of no use to others
+  source_.memory->keep_primitive({wanted.mesh, primitive}, needs, read);
 }
 
 void MeshReader::note_features(const Part& part, const std::string& mesh_label) {
@@ -172,7 +200,7 @@ MeshReader::Accessors MeshReader::accessors_of(const Part& part) const {
 
 std::optional<Primitive> MeshReader::find_known(const Part& part, std::uint32_t material) const {
   if (!part.draco.attributes.empty() || !part.posed.attributes.empty()) return std::nullopt;
-  const Needs needs = needs_of(source_.materials[material]);
+  const MaterialNeeds needs = needs_of(source_.materials[material]);
   for (const auto& [of, known] : known_.at(accessors_of(part))) {
     if (of != needs) continue;
     Primitive result = known;
@@ -184,7 +212,7 @@ std::optional<Primitive> MeshReader::find_known(const Part& part, std::uint32_t 
 
 void MeshReader::remember(const Part& part, const Primitive& read) {
   if (!part.draco.attributes.empty() || !part.posed.attributes.empty()) return;
-  const Needs needs = needs_of(source_.materials[read.material]);
+  const MaterialNeeds needs = needs_of(source_.materials[read.material]);
   // That a set is missing is said once for each material.
   for (std::size_t set = 0; set < kUvSets; ++set)
     if (needs.uv[set] && !part.primitive.attributes.contains(uv_name(set))) return;
@@ -239,7 +267,7 @@ void MeshReader::read_surface(const Part& part, const VertexChoice& vertices, st
 void MeshReader::read_uv(const Part& part, const VertexChoice& vertices, std::uint64_t position_count,
                          Primitive& primitive) {
   const Material& material = source_.materials[primitive.material];
-  const Needs needs = needs_of(material);
+  const MaterialNeeds needs = needs_of(material);
   for (std::size_t set = 0; set < kUvSets; ++set) {
     const Accessor* uv = checked_attribute(part, uv_name(set), position_count);
     if (uv != nullptr) {

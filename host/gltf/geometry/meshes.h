@@ -18,6 +18,7 @@
 #include "gltf/materials/materials.h"
 #include "gltf/skin/skins.h"
 #include "scene/notes.h"
+#include "scene/scene_memory.h"
 
 namespace eikon {
 
@@ -37,6 +38,7 @@ class MeshReader {
     SkinReader& skins;
     Notes& notes;
     MissingTangents missing_tangents = MissingTangents::make;
+    SceneMemory* memory = nullptr;  // has, and gets, what no pose changes; null: nothing is kept
   };
   explicit MeshReader(const Source& source);
 
@@ -68,15 +70,12 @@ class MeshReader {
   /// Equal for primitives of the same geometry, if their triangles are neither compressed nor posed.
   using Contents = decltype(Accessor().contents());
   using Accessors = std::tuple<int, std::optional<Contents>, std::map<std::string, Contents>>;
-  /// The attributes that a material needs.
   static constexpr std::size_t kUvSets = 2;
-  struct Needs {
-    std::array<bool, kUvSets> uv{};         // sets of texture coordinates
-    std::optional<std::size_t> tangents{};  // the set that they are made from
-    bool operator==(const Needs&) const = default;
-  };
-  static Needs needs_of(const Material& material);
+  static MaterialNeeds needs_of(const Material& material);
 
+  /// A primitive that was read for another pose of the file.
+  [[nodiscard]] std::optional<Primitive> find_kept(const Wanted& wanted, std::size_t primitive);
+  void keep(const Wanted& wanted, std::size_t primitive, const Primitive& read);
   Primitive read_primitive(Part& part);
   /// A primitive that was read before from the same accessors, but for its material.
   [[nodiscard]] std::optional<Primitive> find_known(const Part& part, std::uint32_t material) const;
@@ -104,7 +103,7 @@ class MeshReader {
   Morpher morpher_;
   std::vector<bool> positions_checked_;                         // per accessor
   std::vector<std::uint32_t> slot_of_vertex_;                   // scratch of compact(); all kNoSlot between calls
-  std::map<Accessors, std::vector<std::pair<Needs, Primitive>>> known_;
+  std::map<Accessors, std::vector<std::pair<MaterialNeeds, Primitive>>> known_;
   std::set<std::pair<std::uint32_t, std::size_t>> uv_missing_;  // material and set, each said once
 };
 

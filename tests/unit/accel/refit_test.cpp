@@ -89,7 +89,7 @@ TEST(Refit, boxes_are_those_of_the_triangles_below_them) {
 
 TEST(Refit, leaves_have_the_corners_and_wide_boxes_those_of_the_binary_tree) {
   const std::vector<float> there = bent(scattered_cube(), 2);
-  for (const std::size_t width : {8, 16}) {
+  for (const std::size_t width : {std::size_t{8}, std::size_t{16}}) {
     const std::optional<Accel> moved = refit(built(scattered_cube(), "bvh" + std::to_string(width)), TriangleSoup(there));
     ASSERT_TRUE(moved);
     std::size_t seen = 0;
