@@ -47,6 +47,7 @@ For developers:
   EIKON_LANES=1|8|16              compile kernels that wide: 1 as for GPUs, 8 or 16 as for CPUs
   EIKON_STAGES=fused|unfused      run all stages of a CPU device in one launch, or each in its own
   EIKON_NO_OPTIMISE=1             compile kernels without optimisation, as Oclgrind needs
+  EIKON_DUMP_PROGRAMS=FOLDER      write each program and its options as the driver's compiler gets them
   EIKON_TICKS=off                 profile as on a processor without a time stamp counter
   EIKON_FAULT=PLAN                make devices fail on purpose; host/device/fault.h explains the plan
 )";

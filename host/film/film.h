@@ -56,7 +56,7 @@ struct FilmLayout {
 /// fixed * 2^-64 / count, correctly rounded; 0 when count is 0.
 [[nodiscard]] double to_mean(int128 fixed, std::uint64_t count);
 
-/// The prefix of channels that hold what light paths bring to the channel of the rest of the name (film/splats.h).
+/// The prefix of channels that hold what light paths bring to the channel of the rest of the name (film/splats.cpp).
 inline constexpr std::string_view kSplats = "splats.";
 
 /// Splats are held in units of 2^-48, not 2^-64: each is about as many times as large as its part of the pixel's mean as

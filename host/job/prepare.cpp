@@ -39,7 +39,7 @@ void choose_lens(const LensOptions& options, Camera& camera) {
     const double f_number = *options.f_number;
     require_perspective(camera, f_number == 0 ? "--f-number off" : fmt::format("--f-number {}", f_number), "lens");
     if (f_number > 0 && !camera.lens && !options.focus_distance_m)
-      throw UsageError("--f-number: at which distance is it sharp? Log it with --focus-distance METRES");
+      throw UsageError("--f-number: at which distance is it sharp? Say so with --focus-distance METRES");
     if (f_number == 0) {
       camera.lens.reset();
     } else {

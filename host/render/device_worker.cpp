@@ -212,12 +212,9 @@ void run_device(const std::shared_ptr<DeviceSessions>& sessions, std::size_t dev
 
 OpenRunner open_wavefronts(std::shared_ptr<const WavefrontDevices> devices) {
   return [devices = std::move(devices)](std::size_t device, unsigned shrink) -> std::unique_ptr<UnitRunner> {
-    constexpr std::uint32_t kLeastPool = 1U << 10;
     Execution execution = devices->executions[device];
-    if (shrink > 0) {
-      const std::uint32_t pool = configure(devices->devices[device], execution).capacity();
-      execution.pool = std::max(pool >> std::min(2 * shrink, 31U), std::min(pool, kLeastPool));
-    }
+    if (shrink > 0)
+      execution.pool = shrunk_unit(configure(devices->devices[device], execution).capacity(), shrink);
     auto runner = std::make_unique<WavefrontRunner>(*devices, device, execution);
     if (device == devices->pilot_device) runner->require_arithmetic(devices->pilot_arithmetic);
     return runner;

@@ -348,7 +348,7 @@ RenderOutput pack_and_render(const Pack& pack, const Features& features, const S
   report.build_s = packed->build_s - built_before_s;
   if (hooks.opening) hooks.opening();
   TraceScope piloting(execution.trace.get(), execution.track, "pilot");
-  guide_paths(*devices, prepared, stop, hooks, report);
+  prepare_pilot(*devices, prepared, stop, hooks, report);
   piloting.end();
   return render_on(devices, execution, prepared, stop, hooks, std::move(report));
 }

@@ -40,8 +40,7 @@ std::vector<std::string> words_of_other_scene(const std::string& scene, std::vec
 Sceneries::Sceneries(std::vector<std::string> given, ParseRender parse, bool is_dropped)
     : given_(std::move(given)), parse_(std::move(parse)), scenes_(kSceneBytes), is_dropped_(is_dropped) {}
 
-/// The next scene is loaded from its files.
-
+/// Drops all that is in memory, so the next look is loaded from its files.
 void Sceneries::forget() {
   scenes_.clear();
   source_.reset();

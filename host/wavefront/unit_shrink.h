@@ -7,12 +7,21 @@
 
 namespace eikon {
 
+/// Units are never made smaller than this: the state of so few paths takes less than a megabyte.
+inline constexpr std::uint32_t kLeastUnitPaths = 1U << 10;
+
+/// The most paths of a unit after it was made smaller so many times: a quarter for each of them.
+/// paths  most paths of a unit that was not made smaller
+[[nodiscard]] inline std::uint32_t shrunk_unit(std::uint32_t paths, unsigned times) {
+  return std::max(paths >> std::min(2 * times, 31U), std::min(paths, kLeastUnitPaths));
+}
+
 /// A device may fail once by chance, because units are too large for it, or because it lacks memory
 /// that it has later. So larger units are tried again after some units have succeeded, and after
 /// twice as many whenever that fails soon.
 class UnitShrink {
  public:
-  /// Units are a quarter as large for each of these.
+  /// How many times units were made smaller and not larger again, for shrunk_unit().
   [[nodiscard]] unsigned times() const { return times_; }
   /// The device was opened for units of this size. Times are seconds of any one clock.
   void opened(double begin_s, double end_s) {

@@ -104,7 +104,7 @@ void add_batch(CommandFlags& root, Command& chosen) {
       "they\n"
       "were when it was done is skipped. A job that fails, or does not parse, does not stop the others: exit code 1.\n"
       "An interrupted batch continues where it was when it is started again.\n\n"
-      "Example:\n  eikon batch scenes/jobs.txt --retry 1\n\n" +
+      "Example:\n  eikon batch jobs.txt --retry 1\n\n" +
           environment_help());
   flags.text({"JOBS", "", "text file; - is standard input"}, options->jobs);
   flags.group("Devices");

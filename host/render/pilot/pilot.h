@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The pilot: a small render before the render, which decides how many light paths the image has, and from which path
-// guiding learns where light comes from, and whether it pays. It depends on the scene, the camera and the settings alone,
-// so all parts of an image make the same one.
+// The pilot is a small render before the image's own. It decides how many light paths the image has, learns where light
+// comes from (path guiding), and decides whether paths are to follow that. It depends on the scene, the camera and the
+// settings alone, so all parts of an image make the same one.
 #pragma once
 #include <cstdint>
 #include <memory>
@@ -12,22 +12,24 @@
 
 namespace eikon {
 
-/// The result of a pilot, for reports.
+/// What a pilot decided and what that took, for reports and for the file of --pilot.
 struct PilotReport {
-  std::uint64_t paths = 0;  // that learned where light comes from; 0: none
-  std::uint64_t cells = 0;
   double seconds = 0;
-  /// Predicted product of error and rays without guiding over the same with it.
-  double gain = 0;
-  std::uint32_t roulette_depth = 0;     // GuideTable's; 0: paths are not guided
-  std::uint64_t digest = 0;             // of the table
-  std::uint64_t light_trial_paths = 0;  // from the camera, of the trial of light paths; 0: there was none
-  std::uint64_t light_path_count = 0;   // for which it decided, of each sample index
-  /// Predicted product of error and cost without light paths over that with them; 0 if only they find some light.
-  double light_path_gain = 0;
-  std::string arithmetic{};  // class of the device that rendered it
-  bool loaded = false;       // it was known before the render
-  bool cut_short = false;    // the render ended before it did
+  std::string arithmetic{};  // the arithmetic class of the device that rendered the pilot
+  bool loaded = false;       // the pilot comes from a file or an earlier job; it was not rendered for this image
+  bool cut_short = false;    // the render was stopped, or out of time, before the pilot had ended
+
+  // The trial of light paths (light_trial.h).
+  std::uint64_t light_trial_paths = 0;  // camera paths of the trial; 0: there was no trial
+  std::uint64_t light_path_count = 0;   // light paths of each sample index, as the trial decided
+  double light_path_gain = 0;  // error times cost without light paths over that with them; 0: only they find some light
+
+  // Path guiding (guiding_pilot.h).
+  std::uint64_t paths = 0;           // paths from which the table was learned; 0: nothing was learned
+  std::uint64_t cells = 0;           // cells of that table
+  double gain = 0;                   // error times rays without guiding over that with it
+  std::uint32_t roulette_depth = 0;  // GuideTable::roulette_depth; 0: paths are not guided
+  std::uint64_t digest = 0;          // GuideTable::digest()
   [[nodiscard]] bool exists() const { return paths > 0 || light_trial_paths > 0; }
 };
 
@@ -37,8 +39,8 @@ struct Pilot {
 };
 
 inline constexpr std::uint64_t kMostPilotPaths = 1U << 19;
-inline constexpr std::uint32_t kMostPilotPool = 1U
-                                                << 17;  // most paths of a unit, which bounds the memory of their logs
+/// The most paths of a unit of a pilot. It bounds the memory of their logs.
+inline constexpr std::uint32_t kMostPilotPool = 1U << 17;
 
 /// The number of paths of the pilot of an image, for Settings::pilot_paths; 0: it has none, because it would not pay. It
 /// follows from the size of the picture and not from the number of samples: a sample must not depend on how many
@@ -50,10 +52,10 @@ inline constexpr std::uint32_t kMostPilotPool = 1U
 /// Returns true if there is something in the scene that the pilot of the settings could decide or guide.
 [[nodiscard]] bool wants_pilot(const Features& features, const Settings& settings);
 
-/// Changes what an image is rendered with by what a pilot of it found.
+/// Writes what a pilot decided into the features and the settings that its image is rendered with.
 void apply(const Pilot& pilot, Features& features, Settings& settings);
 
-/// Told of the units of a pilot, by the thread that renders it. What begin_unit() throws ends the pilot.
+/// Is called around each unit of a pilot, on the thread that renders it. An exception of begin_unit() ends the pilot.
 class PilotSteps {
  public:
   PilotSteps() = default;

@@ -6,20 +6,23 @@
 #include <cmath>
 
 #include "wavefront/memory_need.h"
+#include "wavefront/unit_shrink.h"
 
 namespace eikon {
 namespace {
 
-constexpr std::uint32_t kLeastPool = 1U << 10;  // of a device with little memory
-constexpr std::uint32_t kSeed = 0x70696c6fU;    // of no image, so that the samples differ from all images'
+// No image has this seed by default, so the pilot does not see the samples of the image that it decides about.
+constexpr std::uint32_t kSeed = 0x70696c6fU;
 
+/// Returns the execution whose units have room for `largest` paths, or for fewer where the device lacks the memory.
+/// throws DeviceError if it lacks the memory for the smallest units, too
 Execution with_pool(const PilotMeans& means, std::uint64_t largest) {
   const DeviceInfo& info = means.device->info();
   Execution execution = means.execution;
   const auto pool = std::uint32_t(std::min<std::uint64_t>(std::bit_ceil(largest), kMostPilotPool));
   execution.pool = execution.pool == 0 ? pool : std::min(execution.pool, pool);
   const auto need = [&] { return memory_need(*means.scene.packed, configure(info, execution), means.features); };
-  while (execution.pool > kLeastPool && need().total() > available_bytes(info, execution)) execution.pool /= 2;
+  while (execution.pool > kLeastUnitPaths && need().total() > available_bytes(info, execution)) execution.pool /= 2;
   require_memory(need(), info, execution);
   return execution;
 }

@@ -15,6 +15,7 @@
 #include "render/device_sessions.h"
 #include "render/pilot/pilot.h"
 #include "wavefront/memory_need.h"
+#include "wavefront/unit_shrink.h"
 
 namespace eikon {
 namespace {
@@ -23,14 +24,16 @@ constexpr unsigned kAttempts = 3;         // on one device, as units have before
 constexpr double kPatience_s = 0.1;       // with a thread whose pilot nobody wants any more
 constexpr double kLookInterval_s = 0.05;  // for signals, clocks and devices that hang
 
-/// The device was given up, because a call into its driver does not return.
+/// A call into the device's driver does not return. The device is not tried again, unlike one that only failed.
 struct HungDevice : DeviceError {
   using DeviceError::DeviceError;
 };
 
 struct NotWanted {};  // thrown on the pilot's thread to end it
 
-/// A pilot under way: shared by the thread that renders it and the one that waits.
+/// A pilot that is being rendered. The thread that renders it and the one that waits share it, because the former may hang
+/// in a driver and outlive the latter.
+/// shrink  how many times units are made smaller, after attempts that failed (wavefront/unit_shrink.h)
 class PilotWork : public PilotSteps {
  public:
   PilotWork(const WavefrontDevices& devices, std::size_t device, unsigned shrink)
@@ -40,7 +43,7 @@ class PilotWork : public PilotSteps {
         since_s_(host_seconds()),
         looked_s_(since_s_) {
     if (shrink == 0) return;
-    const std::uint32_t pool = kMostPilotPool >> std::min(2 * shrink, 31U);
+    const std::uint32_t pool = shrunk_unit(kMostPilotPool, shrink);
     execution_.pool = execution_.pool == 0 ? pool : std::min(execution_.pool, pool);
   }
 
@@ -101,11 +104,12 @@ class PilotWork : public PilotSteps {
     if (error_) std::rethrow_exception(error_);
     return std::move(pilot_);
   }
-  /// What hangs; empty if nobody wanted the pilot any more.
+  /// After wait() has returned false: says what hangs, or is empty if the thread was only left because nobody wanted
+  /// its pilot any more.
   [[nodiscard]] std::string why_lost() const { return why_; }
 
  private:
-  /// Looks whether the device hangs, and says so in why_.
+  /// Returns true if the device hangs, and then says in why_ what it was doing.
   [[nodiscard]] bool is_late(double now_s) {
     const double gap_s = now_s - std::exchange(looked_s_, now_s);
     if (is_open_ && paths_ == 0) return false;  // the host is at work
@@ -170,7 +174,7 @@ std::string lacking_memory(const GuideTable& table, const WavefrontDevices& devi
   return {};
 }
 
-void guide_by(Pilot pilot, WavefrontDevices& devices, const std::vector<DeviceReport>& prepared, RenderReport& report) {
+void use_pilot(Pilot pilot, WavefrontDevices& devices, const std::vector<DeviceReport>& prepared, RenderReport& report) {
   if (pilot.table != nullptr)
     if (const std::string line = lacking_memory(*pilot.table, devices, prepared); !line.empty()) {
       report.notes.push_back(line);
@@ -183,7 +187,7 @@ void guide_by(Pilot pilot, WavefrontDevices& devices, const std::vector<DeviceRe
 
 }  // namespace
 
-void guide_paths(WavefrontDevices& devices, std::vector<DeviceReport>& prepared, const std::atomic<bool>& stop,
+void prepare_pilot(WavefrontDevices& devices, std::vector<DeviceReport>& prepared, const std::atomic<bool>& stop,
                  const RenderHooks& hooks, RenderReport& report) {
   if (!wants_pilot(devices.features, devices.settings)) return;
   std::optional<Pilot> pilot = hooks.pilot ? hooks.pilot() : std::nullopt;
@@ -191,7 +195,7 @@ void guide_paths(WavefrontDevices& devices, std::vector<DeviceReport>& prepared,
     const auto is_able = [](const DeviceReport& device) { return device.error.empty(); };
     devices.pilot_device = std::size_t(std::ranges::find_if(prepared, is_able) - prepared.begin());
     devices.pilot_arithmetic = pilot->report.arithmetic;
-    return guide_by(*pilot, devices, prepared, report);
+    return use_pilot(*pilot, devices, prepared, report);
   }
   std::string errors;
   const auto failed = [&](std::size_t device, const DeviceError& error) {
@@ -204,7 +208,7 @@ void guide_paths(WavefrontDevices& devices, std::vector<DeviceReport>& prepared,
         pilot = pilot_on(devices, i, attempt, stop, hooks.latest_s);
         report.pilot.cut_short = !pilot;
         if (!pilot) return;
-        guide_by(*pilot, devices, prepared, report);
+        use_pilot(*pilot, devices, prepared, report);
         if (hooks.pilot_done) hooks.pilot_done(*pilot);
         return;
       } catch (const HungDevice& error) {
