@@ -11,7 +11,7 @@
 #include "job/file_identity.h"
 #include "job/report/metadata.h"
 #include "io/atomic_file.h"
-#include "render/error_counter.h"
+#include "render/error_curve.h"
 #include "film/layers.h"
 #include "pack/geometry/placed_meshes.h"
 
@@ -331,7 +331,7 @@ void RenderJob::write_files(bool elsewhere) {
   TraceScope predicting(trace_.get(), Trace::kMain, "predict error");
   error_ = done_->film.predicted_error();
   predicting.end();
-  ErrorCounter::count(trace_.get(), error_);
+  ErrorCurve::add_point(trace_.get(), error_);
   const double write_begin = host_seconds();
   TraceScope writing(trace_.get(), Trace::kMain, "write");
   write_image(elsewhere);

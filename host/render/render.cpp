@@ -11,7 +11,7 @@
 #include "pack/pack.h"
 #include "render/device_sessions.h"
 #include "render/device_worker.h"
-#include "render/error_counter.h"
+#include "render/error_curve.h"
 #include "render/pilot/pilot.h"
 #include "render/pilot/pilot_thread.h"
 #include "render/rounds.h"
@@ -115,7 +115,7 @@ class RenderLoop {
         hooks_(hooks),
         rounds_(rounds),
         checkpoints_(hooks, trace),
-        errors_(trace, settings.crop.pixel_count(), hooks.error_share),
+        error_curve_(trace, settings.crop.pixel_count(), hooks.error_share),
         progress_(hooks.progress, total_of(settings) - left, total_of(settings)) {}
 
   /// Returns when no round is left, when `stop` is set or the time is over (the state is then `working`), or when
@@ -142,7 +142,7 @@ class RenderLoop {
       }
       checkpoints_.call_if_due(sessions_, false);
       progress_.call_if_due(sessions_);
-      errors_.update_if_due(sessions_.film());
+      error_curve_.add_point_if_due(sessions_.film());
     }
     return DeviceSessions::State::working;
   }
@@ -157,7 +157,7 @@ class RenderLoop {
   const RenderHooks& hooks_;
   Rounds& rounds_;
   Checkpoints checkpoints_;
-  ErrorCounter errors_;
+  ErrorCurve error_curve_;
   ProgressTicks progress_;
 };
 

@@ -23,7 +23,6 @@ constexpr double kLongestRound_s = 0.1;  // of samples, unless one sample takes 
 constexpr double kPublish_s = 0.2;       // between two pictures that refine
 constexpr double kFastSmall_s = 0.02, kSlowSmall_s = 0.06;  // for a small picture
 constexpr std::uint64_t kLeastSmall = 2, kMostSmall = 16;   // pixels along the side that one of it stands for
-constexpr double kErrorShare = 0.05;                        // of the time goes into predicting the error
 
 /// The same picture with one sample for each block of pixels.
 Settings reduced(const Settings& settings, std::uint64_t side) {
@@ -138,7 +137,8 @@ void ViewEngine::show_small() {
   const RenderOutput done =
       render_packed(scenery_->packed, scenery_->features, small, scenery_->execution, seat_->over, std::move(hooks));
   const double took_s = host_seconds() - begin_s;
-  begin_s_ = error_at_s_ = host_seconds();
+  begin_s_ = host_seconds();
+  predicting_.rest();
   error_ = {};
   if (done.done.empty()) return;
   publish(done.film, {.settings = small, .samples = 1, .small = true}, false);
@@ -180,13 +180,9 @@ void ViewEngine::render() {
   if (is_finished()) say("done");
 }
 
-/// Predicts it anew if that took little of the time so far, or the picture is done.
+/// Predicts the error anew if it is time for that, or the picture is done.
 void ViewEngine::predict_error(const Film& film, bool is_last) {
-  const double begin_s = host_seconds();
-  if (!is_last && begin_s - error_at_s_ < error_took_s_ / kErrorShare) return;
-  error_ = film.predicted_error();
-  error_at_s_ = host_seconds();
-  error_took_s_ = error_at_s_ - begin_s;
+  if (is_last || predicting_.is_due()) predicting_.run([&] { error_ = film.predicted_error(); });
 }
 
 void ViewEngine::publish(const Film& film, const Shown& shown, bool is_last) {

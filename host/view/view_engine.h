@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "core/time_share.h"
 #include "render/render.h"
 #include "view/scenery.h"
 #include "view/view_board.h"
@@ -20,6 +21,8 @@ class ViewEngine {
   void run();
 
  private:
+  static constexpr double kErrorShare = 0.05;  // of the time goes into predicting the error
+
   /// Says of which samples a picture is, and of what size.
   struct Shown {
     const Settings& settings;
@@ -49,8 +52,9 @@ class ViewEngine {
   std::uint64_t shown_number_ = 0;    // of that look
   std::string compiled_{};            // features of the last picture
   std::uint64_t small_ = 4;           // side of the block that a pixel of the small picture stands for
-  double begin_s_ = 0, error_at_s_ = 0, error_took_s_ = 0;
-  PredictedError error_{};
+  double begin_s_ = 0;                // of the samples that are shown
+  TimeShare predicting_{kErrorShare};
+  PredictedError error_{};            // as it was predicted last, for the picture that is shown
   std::unique_ptr<ViewDenoiser> denoiser_{};
   std::shared_ptr<std::atomic<bool>> denoised_{};  // such a picture is shown, which the noisy one must not replace
 };

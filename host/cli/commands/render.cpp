@@ -10,6 +10,7 @@
 
 #include "cli/commands.h"
 #include "cli/flags.h"
+#include "core/time_share.h"
 #include "job/batch/job_lines.h"
 #include "job/batch/openjd.h"
 #include "job/batch/run_jobs.h"
@@ -28,14 +29,7 @@ class ProgressBar {
 
   void show(const Progress& now, const Film& film) {
     if (!on_) return;
-    // The devices wait for the film meanwhile, so at most a twentieth of the time goes into the
-    // estimate.
-    const double begin = host_seconds();
-    if (begin >= next_error_s_) {
-      error_ = film.predicted_error();
-      const double end = host_seconds();
-      next_error_s_ = end + std::max(1.0, 20 * (end - begin));
-    }
+    if (predicting_.is_due()) predicting_.run([&] { error_ = film.predicted_error(); });
     constexpr int width = 24;
     const int filled = int(now.share * width);
     print_to_stderr(
@@ -52,7 +46,8 @@ class ProgressBar {
 
  private:
   bool on_, shown_ = false;
-  double next_error_s_ = 0;
+  // The devices wait for the film while its error is predicted.
+  TimeShare predicting_{0.05, 1};
   PredictedError error_;
 };
 

@@ -23,7 +23,7 @@ constexpr double kPatience_s = 10, kLastPatience_s = 5;
 constexpr double kMostAtEnd_s = 60;  // that the end of a render waits for a viewer that reads slowly
 constexpr double kReserve_s = 1;     // for the thread to notice that the time is over
 constexpr std::chrono::milliseconds kLookInterval{50};
-constexpr double kCopyingShare = 1.0 / 50;
+constexpr double kCopyingShare = 1.0 / 50;  // of the time of the devices, which wait for it
 
 }  // namespace
 
@@ -154,7 +154,7 @@ struct TevViewer::Shared {
 };
 
 TevViewer::TevViewer(TevTarget target, Log log)
-    : target_(std::move(target)), log_(std::move(log)), shared_(std::make_shared<Shared>()) {
+    : target_(std::move(target)), log_(std::move(log)), shared_(std::make_shared<Shared>()), copying_(kCopyingShare) {
   thread_ = std::thread([shared = shared_, to = target_] { shared->run(to); });
 }
 
@@ -169,11 +169,8 @@ void TevViewer::attach(RenderHooks& hooks) {
 
 void TevViewer::offer(const Film& film) {
   tell_failure();
-  const double begin_s = host_seconds();
-  if (begin_s < next_s_ || !shared_->is_waiting()) return;
-  shared_->put(Picture(film, target_.exr));
-  const double end_s = host_seconds();
-  next_s_ = end_s + (end_s - begin_s) / kCopyingShare;
+  if (!copying_.is_due() || !shared_->is_waiting()) return;
+  copying_.run([&] { shared_->put(Picture(film, target_.exr)); });
 }
 
 void TevViewer::show_last(const Film& film, const ExrOptions& exr) {

@@ -6,6 +6,7 @@
 #include <string>
 #include <thread>
 
+#include "core/time_share.h"
 #include "film/exr/film_file.h"
 #include "io/tcp_sender.h"
 #include "job/log.h"
@@ -46,7 +47,7 @@ class TevViewer {
   TevTarget target_;
   Log log_;
   std::shared_ptr<Shared> shared_;  // with the thread, which may be lost in the look-up of a name
-  double next_s_ = 0;               // when the next picture may be copied
+  TimeShare copying_;               // the devices wait while a picture is copied
   std::thread thread_;
 
   void offer(const Film& film);
