@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "wavefront/config.h"
-#include "wavefront/light_stages.h"
 
 #include <algorithm>
 #include <fmt/format.h>
@@ -8,6 +7,7 @@
 #include "core/error.h"
 #include "device/kernel_sources.h"
 #include "shared/guide.h"
+#include "wavefront/light_stages.h"
 
 namespace eikon {
 
@@ -20,9 +20,13 @@ constexpr std::uint32_t kMostPool = 1U << 22;  // the kernels number paths exact
 // % faster than chunks of 1024, because fewer of them end with empty lanes and rows of rays. 8192
 // gain nothing more. With a launch per stage 1024 is best.
 constexpr std::uint32_t kFusedChunk = 4096, kUnfusedChunk = 1024;
-constexpr std::uint32_t kChunksPerWorker = 32;  // enough that waiting for the last one costs nothing
+constexpr std::uint32_t kChunksPerWorker = 32;  // so many that the wait for the last one costs next to nothing
 
 }  // namespace
+
+std::uint64_t available_bytes(const DeviceInfo& device, const Execution& execution) {
+  return execution.memory_bytes == 0 ? device.memory_bytes : std::min(execution.memory_bytes, device.memory_bytes);
+}
 
 WavefrontConfig configure(const DeviceInfo& device, const Execution& execution) {
   WavefrontConfig config;
@@ -40,9 +44,8 @@ WavefrontConfig configure(const DeviceInfo& device, const Execution& execution) 
   if (execution.chunk == 0 && execution.pool != 0) chunk = std::min(chunk, execution.pool);
   chunk = std::max(chunk / 16, 1U) * 16;
   std::uint32_t pool = execution.pool != 0 ? execution.pool : config.chunked ? 1U << 18 : 1U << 20;
-  const std::uint64_t memory =
-      execution.memory_bytes == 0 ? device.memory_bytes : std::min(execution.memory_bytes, device.memory_bytes);
   if (execution.pool == 0) {
+    const std::uint64_t memory = available_bytes(device, execution);
     while (config.fused && pool < kMostPool && pool / chunk < kChunksPerWorker * config.workers) pool *= 2;
     while (pool > kLeastPool && pool * kPathBytes > memory / 4) pool /= 2;
   }

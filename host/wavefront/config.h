@@ -16,13 +16,19 @@ namespace eikon {
 
 inline constexpr std::uint32_t kWorkGroup = EK_WORK_GROUP;  // work-items of a work-group on GPU devices
 
-/// How one device runs the stages, defaults filled in.
+/// a / b, rounded up.
+[[nodiscard]] inline std::uint32_t divide_up(std::uint64_t a, std::uint64_t b) {
+  return std::uint32_t((a + b - 1) / b);
+}
+
+/// How one device runs the stages, defaults filled in. A CPU device takes the paths of a unit in chunks: one work-item
+/// runs a stage over all paths of a chunk, some lanes at a time. A GPU has one work-item for each path.
 struct WavefrontConfig {
-  std::uint32_t lanes = 1;
-  bool chunked = false;
-  bool fused = false;          // one launch per unit: kernels/stages/paths.cl
+  std::uint32_t lanes = 1;     // paths that one work-item traces in step: 1, 8 or 16
+  bool chunked = false;        // false: as for GPUs, and all paths of a unit form one chunk
+  bool fused = false;          // one launch per unit runs all stages (kernels/stages/paths.cl); only if chunked
   std::uint32_t workers = 1;   // work-items of that launch
-  std::uint32_t chunk = 1024;  // slots per chunk; the whole pool when not chunked
+  std::uint32_t chunk = 1024;  // paths of a chunk
   std::uint32_t chunks = 1;    // of a unit
   std::string layout = "bvh2";
   /// The most paths of a unit.
@@ -30,13 +36,17 @@ struct WavefrontConfig {
   /// Chunks whose state is in memory at the same time.
   [[nodiscard]] std::uint32_t held_chunks() const { return fused ? workers : chunks; }
 };
+/// The bytes that a render may take of a device: its memory, or less by --memory.
+[[nodiscard]] std::uint64_t available_bytes(const DeviceInfo& device, const Execution& execution);
+/// Fills in by the device what `execution` leaves open. The most paths of a unit follow from the device and its memory,
+/// and not from the scene.
 WavefrontConfig configure(const DeviceInfo& device, const Execution& execution);
 /// True if a scene's program has that stage (stages.def) with this configuration.
 bool needs_stage(const WavefrontConfig& config, const Features& features, const std::string& stage);
 /// The options that the program is compiled with. accel: the tree that rays are traced through
 ProgramOptions program_options(const DeviceInfo& device, const WavefrontConfig& config, const Features& features,
                                const Accel& accel, const Execution& execution);
-/// Device memory for the state, film slots and logs of all paths in flight.
+/// Bytes of device memory for the state, film slots, logs and splats of all paths in flight.
 std::uint64_t path_pool_bytes(const WavefrontConfig& config, const Features& features);
 
 /// The tree that a device traces rays through. throws InternalError if no tree of its layout was

@@ -149,7 +149,7 @@ void LightStages::warm_up() {
 void LightStages::run_stages(LightUnit& of) {
   of.part_rays = {};
   std::uint64_t active = of.frame.path_count;
-  const std::size_t chunks = config_.chunked ? (active + config_.chunk - 1) / config_.chunk : 1;
+  const std::size_t chunks = config_.chunked ? divide_up(active, config_.chunk) : 1;
   const auto run = [&](const char* stage, std::uint32_t depth) {
     const auto found = stages_->find(stage);
     if (found == stages_->end()) return;
@@ -157,10 +157,10 @@ void LightStages::run_stages(LightUnit& of) {
     if (config_.chunked)
       device_->run(found->second, chunks, 1);
     else
-      device_->run(found->second, (active + kWorkGroup - 1) / kWorkGroup, kWorkGroup);
+      device_->run(found->second, divide_up(active, kWorkGroup), kWorkGroup);
   };
   run("light_generate", 1);
-  std::vector<std::uint32_t> counts(4 * chunks);
+  std::vector<std::uint32_t> counts(kQueueWords * chunks);
   for (std::uint32_t depth = 1; active > 0; ++depth) {
     run("intersect", depth);
     run("light_shade", depth);
@@ -168,9 +168,10 @@ void LightStages::run_stages(LightUnit& of) {
     run("splat", depth);
     device_->read(queue_counts_, counts.data(), 4 * counts.size());
     std::uint64_t next = 0;
-    for (std::size_t at = 0; at < counts.size(); at += 4) {
-      next += counts[at + ((depth + 1) & 1)];
-      of.part_rays.shadow += counts[at + 2];
+    for (std::size_t chunk = 0; chunk < chunks; ++chunk) {
+      const QueueCounts of_chunk = queue_counts(counts, chunk, depth);
+      next += of_chunk.next_paths;
+      of.part_rays.shadow += of_chunk.shadow_rays;
     }
     of.part_rays.scattered += active;
     active = next;

@@ -52,10 +52,6 @@ void require_host_memory(const FilmLayout& layout, bool copied, std::uint64_t pa
       megabytes(host.memory_bytes), host.memory_why));
 }
 
-std::uint64_t available_bytes(const DeviceInfo& device, const Execution& execution) {
-  return execution.memory_bytes == 0 ? device.memory_bytes : std::min(execution.memory_bytes, device.memory_bytes);
-}
-
 void require_memory(const MemoryNeed& need, const DeviceInfo& device, const Execution& execution) {
   const std::uint64_t available = available_bytes(device, execution);
   const bool capped = available < device.memory_bytes;

@@ -31,9 +31,6 @@ struct MemoryNeed {
 /// DeviceError if they do not
 void require_host_memory(const FilmLayout& layout, bool copied, std::uint64_t packed_bytes, const HostLimits& host);
 
-/// The bytes that a render may take of a device: its memory, or less by --memory.
-[[nodiscard]] std::uint64_t available_bytes(const DeviceInfo& device, const Execution& execution);
-
 /// Checks that a device (or --memory) has that much in all, and in one buffer. throws DeviceError
 /// with all figures if not
 void require_memory(const MemoryNeed& need, const DeviceInfo& device, const Execution& execution);

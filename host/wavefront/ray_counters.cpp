@@ -59,11 +59,11 @@ void RayCounters::add_depth(std::uint32_t depth, std::uint64_t work_items) {
 
 RayCounts RayCounters::end_depth(std::uint32_t depth, std::span<const std::uint32_t> counts, std::uint64_t paths) {
   std::uint64_t next = 0, shadow = 0;
-  for (std::size_t at = 0; at < counts.size(); at += 4) {
-    const std::uint32_t of_chunk = counts[at + ((depth + 1) & 1)];
-    count_paths(depth + 1, of_chunk);
-    next += of_chunk;
-    shadow += counts[at + 2];
+  for (std::size_t chunk = 0; chunk < counts.size() / kQueueWords; ++chunk) {
+    const QueueCounts of_chunk = queue_counts(counts, chunk, depth);
+    count_paths(depth + 1, of_chunk.next_paths);
+    next += of_chunk.next_paths;
+    shadow += of_chunk.shadow_rays;
   }
   if (!has_shadow_) shadow = 0;
   bounce_at(bounces_, depth).shadow_rays += shadow;
@@ -83,7 +83,7 @@ void RayCounters::count_paths(std::uint32_t depth, std::uint64_t paths) {
   Bounce& bounce = bounce_at(bounces_, depth);
   bounce.paths += paths;
   if (!config_.chunked || paths == 0) return;
-  bounce.lanes += (paths + config_.lanes - 1) / config_.lanes * config_.lanes;
+  bounce.lanes += std::uint64_t{divide_up(paths, config_.lanes)} * config_.lanes;
   bounce.slots += config_.chunk;
 }
 

@@ -47,8 +47,7 @@ class RayCounters {
   /// A depth is launched. work_items: of a stage; they count if stages take paths from queues
   void add_depth(std::uint32_t depth, std::uint64_t work_items);
   /// A depth is over.
-  /// counts   four words for each chunk: paths at even depths, paths at odd depths, shadow rays,
-  ///          and one that is not read here
+  /// counts   for queue_counts(), of all chunks of the unit
   /// paths    of the unit
   /// returns  the rays that were scattered, and the shadow rays
   RayCounts end_depth(std::uint32_t depth, std::span<const std::uint32_t> counts, std::uint64_t paths);

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "wavefront/tallies.h"
+
 namespace eikon {
 namespace {
 
@@ -34,7 +36,7 @@ StageSampler::StageSampler(Device& device, const Program& program, const std::ve
 
 std::vector<std::uint32_t> StageSampler::spread(std::span<const std::uint32_t> pixels, std::size_t count) {
   std::vector<std::uint32_t> chosen;
-  const std::size_t runs = (count + kRun - 1) / kRun, there = (pixels.size() + kRun - 1) / kRun;
+  const std::size_t runs = divide_up(count, kRun), there = divide_up(pixels.size(), kRun);
   for (std::size_t run = 0; run < runs && chosen.size() < count; ++run) {
     const std::size_t begin = (2 * run + 1) * there / (2 * runs) * kRun;
     const std::size_t end = std::min({begin + kRun, pixels.size(), begin + count - chosen.size()});
@@ -68,8 +70,8 @@ void StageSampler::before(const Frame& frame, std::span<const std::uint32_t> pix
 }
 
 void StageSampler::run(std::uint32_t path_count) {
-  const std::size_t chunks = (path_count + config_.chunk - 1) / config_.chunk;
-  std::vector<std::uint32_t> counts(4 * chunks);
+  const std::size_t chunks = divide_up(path_count, config_.chunk);
+  std::vector<std::uint32_t> counts(kQueueWords * chunks);
   std::uint64_t active = path_count;
   for (std::uint32_t depth = 1; active > 0; ++depth) {
     for (auto& [stage, kernel] : stages_) {
@@ -79,7 +81,7 @@ void StageSampler::run(std::uint32_t path_count) {
     }
     device_.read(counts_, counts.data(), 4 * counts.size());
     active = 0;
-    for (std::size_t c = 0; c < chunks; ++c) active += counts[4 * c + ((depth + 1) & 1)];
+    for (std::size_t chunk = 0; chunk < chunks; ++chunk) active += queue_counts(counts, chunk, depth).next_paths;
   }
 }
 

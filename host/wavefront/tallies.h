@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the work-items of a launch tell: how full lanes and queues are at each bounce, and the stages'
-// shares of its time.
+// Reads what kernels count: the paths in the queues after a depth, how full lanes and queues are at each bounce, and the
+// stages' shares of the time of a launch.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -11,6 +11,22 @@
 #include "shared/records.h"
 
 namespace eikon {
+
+/// The words of buffer `counts` (kernels/stages/wavefront.h) for each chunk: paths at even depths, paths at odd depths,
+/// shadow rays, and one that is not read back.
+inline constexpr std::size_t kQueueWords = 4;
+
+/// What the stages of a depth have put into the queues of one chunk.
+struct QueueCounts {
+  std::uint32_t next_paths = 0;  // that go on to the next depth
+  std::uint32_t shadow_rays = 0;
+};
+/// counts  kQueueWords words of each chunk
+[[nodiscard]] inline QueueCounts queue_counts(std::span<const std::uint32_t> counts, std::size_t chunk,
+                                              std::uint32_t depth) {
+  const auto words = counts.subspan(chunk * kQueueWords, kQueueWords);
+  return {.next_paths = words[(depth + 1) & 1], .shadow_rays = words[2]};
+}
 
 /// Rays that were traced at a depth, and the lanes and slots that were held for them.
 struct Bounce {

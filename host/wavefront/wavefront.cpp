@@ -37,7 +37,7 @@ void Wavefront::trace_light_paths(bool on) { impl_->lights_on = on; }
 void Wavefront::set_guide(std::shared_ptr<const GuideTable> guide) { impl_->set_guide(std::move(guide)); }
 PathLog Wavefront::path_log() {
   Impl& w = *impl_;
-  const std::size_t paths = w.last_slot().frame.path_count, stride = w.frame.film_stride;
+  const std::size_t paths = w.last_unit().frame.path_count, stride = w.frame.film_stride;
   w.logged = read_planes(w.device, w.work.path_log, {EK_LOG_DEPTHS * LOG_WORDS, paths, stride});
   w.radiance = read_planes(w.device, w.work.film_slots, {3, paths, stride});
   return {.words = w.logged, .radiance = w.radiance, .paths = paths};
@@ -64,7 +64,7 @@ ReplayedSample Wavefront::replay(std::uint32_t x, std::uint32_t y, std::uint64_t
   if (!w.traces_lights) return result;
   w.begin(unit);  // again, with its light paths
   (void)w.finish();
-  result.splats = replayed_splats(w.last_slot().lights.splats, w.light_paths.count);
+  result.splats = replayed_splats(w.last_unit().lights.splats, w.light_paths.count);
   return result;
 }
 

@@ -18,27 +18,30 @@
 
 namespace eikon {
 
+/// Names one sample of the image, for messages and to replay it.
 struct PixelSample {
-  std::uint32_t x = 0, y = 0;
-  std::uint64_t sample = 0;
+  std::uint32_t x = 0, y = 0;  // pixels of the full image
+  std::uint64_t sample = 0;    // index
 };
 
 /// The result of a unit. The arrays belong to the wavefront: see Wavefront::finish.
 struct UnitResult {
   UnitSums sums;
-  RayCounts rays, light_rays;           // light_rays: those of light paths among them
+  RayCounts rays;                       // of all rays
+  RayCounts light_rays;                 // of the rays of light paths, which `rays` includes
   std::uint64_t given_up = 0;           // rays that exceeded the steps allowed in implicit surfaces
-  std::uint32_t given_up_surfaces = 0;  // in which surfaces: see Diagnostics
-  std::uint64_t nonfinite = 0, saturated = 0;
-  std::vector<PixelSample> rejected;  // the first few
+  std::uint32_t given_up_surfaces = 0;  // the surfaces in which that happened, as RenderTotals has them
+  std::uint64_t nonfinite = 0;          // samples and splats that were left out because they are NaN or infinite
+  std::uint64_t saturated = 0;          // and those because they are beyond the film's range
+  std::vector<PixelSample> rejected;    // the first few of both, without splats
 };
 
-/// sums, rays, diagnostics  of one unit
-[[nodiscard]] UnitResult unit_result(const UnitSums& sums, const RayCounts& rays, const Diagnostics& diagnostics);
-
+/// Renders units of one image on one device. Of one thread, which may hang in a call of the driver.
 class Wavefront {
  public:
-  /// Compiles and uploads. throws DeviceError
+  /// Compiles the program, uploads the scene and allocates the buffers for paths in flight.
+  /// scene  must outlive the wavefront, or live until change_scene() returns
+  /// throws DeviceError
   Wavefront(Device& device, const PackedScene& scene, const Features& features, const Settings& settings,
             const Execution& execution);
   ~Wavefront();
@@ -68,18 +71,20 @@ class Wavefront {
   /// The counts of all units so far.
   [[nodiscard]] const Bounces& bounces() const;
 
-  // A unit is rendered by begin(), drive(), finish(). The next one may begin between drive() and
-  // finish(), so that the device has work while the host waits for the sums and adds them up.
+  // Three calls render a unit: begin(), drive(), finish(). The next unit may begin between drive() and finish() of the one
+  // before, so that the device has work while the host waits for the sums and adds them up:
+  //   begin(a), drive(), begin(b), finish() -> a, drive(), begin(c), finish() -> b, ...
+  // Where one launch runs all stages (WavefrontConfig::fused), begin() launches it and drive() does nothing. Otherwise
+  // begin() launches the first depth, and drive() the others.
 
-  /// Starts a unit of at most config().capacity() paths. At most one earlier unit may be
-  /// unfinished, and that one is driven.
-  /// throws DeviceError
+  /// Starts a unit of at most config().capacity() paths. One earlier unit may be unfinished, if drive() was called for it.
+  /// throws DeviceError; InternalError if the unit is too large, or has no place yet
   void begin(const WorkUnit& unit);
-  /// Launches the rest of the unit that was begun last. Blocks while the host has to look at
-  /// counts. throws DeviceError
+  /// Launches the other depths of the unit that was begun last, and its film stage. Waits for the number of paths that go
+  /// on after each depth, so this blocks until the last depth is under way. throws DeviceError
   void drive();
-  /// Waits for the oldest unit that was begun. The result lasts until the next begin() but one.
-  /// throws DeviceError; InternalError when a kernel reports one
+  /// Waits for the oldest unit that was begun, and calls drive() for it if nobody did. The arrays of the result are valid
+  /// until the next begin() but one. throws DeviceError; InternalError if no unit was begun
   UnitResult finish();
 
   /// Turns the light paths of units on or off, if the program has the stages for them. At first they are on.
@@ -89,8 +94,10 @@ class Wavefront {
   /// The log of the unit that was finished last, until the next begin(); of a program with feature path_log.
   [[nodiscard]] PathLog path_log();
 
-  /// Traces one path, reports its vertices, and returns what it brings, and what light paths bring if the image is that
-  /// pixel (Settings::crop).
+  /// Traces the path of one sample of a pixel, and reports its vertices from the camera on.
+  /// returns  the light that the path brings, and what the light paths of the same sample index bring to the pixel, if
+  ///          Settings::crop is this pixel alone
+  /// throws DeviceError; InternalError if one launch runs all stages
   ReplayedSample replay(std::uint32_t x, std::uint32_t y, std::uint64_t sample,
                         const std::function<void(const PathVertex&)>& report);
 

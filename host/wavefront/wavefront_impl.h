@@ -20,20 +20,19 @@
 #include "wavefront/buffers.h"
 #include "wavefront/stage_sampler.h"
 #include "wavefront/light_stages.h"
-#include "wavefront/unit_slot.h"
+#include "wavefront/unit_in_flight.h"
 #include "wavefront/wavefront.h"
 
 namespace eikon {
 
 inline constexpr std::uint32_t kNoPaths = 0;
-inline std::uint32_t divide_up(std::uint64_t a, std::uint64_t b) { return std::uint32_t((a + b - 1) / b); }
 
 struct Wavefront::Impl {
-  /// Counts of a depth that are being read back.
+  /// What a depth left in the queues, being read back.
   struct DepthCounts {
     std::uint32_t depth = 0;
-    std::vector<std::uint32_t> counts;
-    Ticket ticket;
+    std::vector<std::uint32_t> counts;  // for queue_counts()
+    Ticket ticket;                      // `counts` are there
   };
 
   Device& device;
@@ -45,7 +44,8 @@ struct Wavefront::Impl {
   FilmShape film_shape;
   bool logs = false;  // feature path_log
   LightPathPlan light_paths;
-  bool traces_lights = false, lights_on = true;  // the program has the stages of light paths; units have them
+  bool traces_lights = false;  // the program has the stages of light paths
+  bool lights_on = true;       // units have light paths, if the program can trace them
   LightStages lights;
   Mattes mattes;
   Arguments arguments;
@@ -60,16 +60,16 @@ struct Wavefront::Impl {
   std::uint64_t scene_bytes = 0, texel_bytes = 0;  // scene_bytes: without the texels
   double upload_s = 0;
 
-  using Slot = UnitSlot;
-  std::array<Slot, 2> slots;
-  std::uint64_t begun = 0, driven = 0, finished = 0;         // units so far
-  std::function<void(std::uint32_t depth)> after_intersect;  // of replay; then the device does not run ahead
+  std::array<UnitInFlight, 2> in_flight;
+  std::uint64_t begun = 0, driven = 0, finished = 0;  // units for which begin(), drive(), finish() were called
+  /// Called between two stages while a path is replayed. The host then waits for each depth before it launches the next.
+  std::function<void(std::uint32_t depth)> after_intersect;
   RayCounters counters;
   Trace* timeline;
-  std::unique_ptr<StageSampler> sampler;  // if one launch runs all stages, and has no counter for them
-  std::deque<DepthCounts> under_way;      // a member, so that it outlives the transfers after an error
+  std::unique_ptr<StageSampler> sampler;  // null unless one launch runs all stages and cannot time them (ticks.h)
+  std::deque<DepthCounts> read_backs;     // of the depths launched last; they must outlive their transfers
 
-  // Work under way uses the memory that is freed here, after an error too.
+  // Commands of the device's queue may still use the memory that is freed here, as after an error.
   ~Impl() { device.drain(); }
 
   Impl(Device& on, const PackedScene& packed, const Features& features, const Settings& settings,
@@ -153,8 +153,8 @@ struct Wavefront::Impl {
     arithmetic = trusted_arithmetic(device, program);
     for (const std::string& stage : source.stages)
       if (stage != "film" && stage != "light_paths") kernels[stage] = program.kernel(stage);
-    slots[0].film = program.kernel("film");
-    slots[1].film = device.info().cpu ? slots[0].film : program.kernel("film");
+    in_flight[0].film = program.kernel("film");
+    in_flight[1].film = device.info().cpu ? in_flight[0].film : program.kernel("film");
     compiled = source.options;
     WavefrontConfig unfused = config;
     unfused.fused = false;
@@ -183,7 +183,7 @@ struct Wavefront::Impl {
     if (guide != nullptr) upload_guide(device, *guide, arguments);
     work = WorkBuffers(device, config, plan, arguments);
     frame.film_stride = config.capacity() + EK_PAD;
-    for (Slot& slot : slots) slot.tallies.resize(config.workers);
+    for (UnitInFlight& current : in_flight) current.tallies.resize(config.workers);
     arguments.set("depth", 1U);
     device.finish();
     upload_s = host_seconds() - begin;
@@ -192,11 +192,11 @@ struct Wavefront::Impl {
   void bind() {
     for (auto& [name, kernel] : kernels) kernel.bind(arguments);
     lights.bind(arguments, kernels);
-    for (std::size_t i = 0; i < slots.size(); ++i) {
+    for (std::size_t i = 0; i < in_flight.size(); ++i) {
       Arguments own = arguments;
       own.set("film_sums", work.sums[i]);
       own.set("film_rejected", work.rejected[i]);
-      slots[i].film.bind(own);
+      in_flight[i].film.bind(own);
     }
   }
 
@@ -208,7 +208,7 @@ struct Wavefront::Impl {
     const double begin = host_seconds(), compiled_s = profiler.compile_s;
     device.write(work.frame, &frame, sizeof frame);
     for (const auto& [name, kernel] : kernels) device.run(kernel, 1, config.chunked ? 1 : kWorkGroup);
-    for (const Slot& slot : slots) device.run(slot.film, 1, config.chunked ? 1 : kWorkGroup);
+    for (const UnitInFlight& current : in_flight) device.run(current.film, 1, config.chunked ? 1 : kWorkGroup);
     lights.warm_up();
     device.finish();
     if (config.fused) make_sampler();
@@ -218,156 +218,157 @@ struct Wavefront::Impl {
 
   /// Launches a stage over the paths of a unit, if this scene needs the stage. There is a work-item
   /// per chunk, or one for each of `most` queue entries.
-  void run_stage(const char* name, std::uint32_t depth, std::uint64_t most, const Slot& slot) {
+  void run_stage(const char* name, std::uint32_t depth, std::uint64_t most, const UnitInFlight& current) {
     const auto found = kernels.find(name);
     if (found == kernels.end()) return;
     found->second.set("depth", depth);
     if (config.chunked)
-      device.run(found->second, used_chunks(slot), 1);
+      device.run(found->second, used_chunks(current), 1);
     else
       device.run(found->second, divide_up(most, kWorkGroup), kWorkGroup);
   }
-  [[nodiscard]] std::uint32_t used_chunks(const Slot& slot) const {
-    return config.chunked ? divide_up(slot.frame.path_count, config.chunk) : 1;
+  [[nodiscard]] std::uint32_t used_chunks(const UnitInFlight& current) const {
+    return config.chunked ? divide_up(current.frame.path_count, config.chunk) : 1;
   }
   /// Launches the film stage, whose work-items own pixels instead of paths, and reads its sums
   /// back.
-  void run_film(Slot& slot) {
-    const auto which = std::size_t(&slot - slots.data());
-    const std::uint32_t pixel_count = slot.frame.pixel_count;
+  void run_film(UnitInFlight& current) {
+    const auto which = std::size_t(&current - in_flight.data());
+    const std::uint32_t pixel_count = current.frame.pixel_count;
     if (config.chunked)
-      device.run(slot.film, divide_up(pixel_count, EK_FILM_PIXELS), 1, slot.frame.path_count);
+      device.run(current.film, divide_up(pixel_count, EK_FILM_PIXELS), 1, current.frame.path_count);
     else
-      device.run(slot.film, divide_up(pixel_count, kWorkGroup), kWorkGroup, slot.frame.path_count);
-    slot.resize(film_shape);
-    const std::size_t path_count = slot.frame.path_count;
+      device.run(current.film, divide_up(pixel_count, kWorkGroup), kWorkGroup, current.frame.path_count);
+    current.resize(film_shape);
+    const std::size_t path_count = current.frame.path_count;
     // This read is in the queue because the next unit clears the buffer. The host waits for the
     // last of the large reads.
-    device.read_later(work.diagnostics, &slot.diagnostics, sizeof slot.diagnostics);
+    device.read_later(work.diagnostics, &current.diagnostics, sizeof current.diagnostics);
     for (std::size_t m = 0; m < film_shape.mattes; ++m)
-      device.read_later(work.film_slots, &slot.met[m * path_count], 4 * path_count,
+      device.read_later(work.film_slots, &current.met[m * path_count], 4 * path_count,
                         4 * (film_shape.channels + m) * std::size_t{frame.film_stride});
-    device.read_beside(work.rejected[which], slot.rejected.data(), 4 * slot.rejected.size());
-    slot.summed = device.read_beside(work.sums[which], slot.sums.data(), 4 * slot.sums.size());
+    device.read_beside(work.rejected[which], current.rejected.data(), 4 * current.rejected.size());
+    current.summed = device.read_beside(work.sums[which], current.sums.data(), 4 * current.sums.size());
     device.flush();
   }
 
   /// Renders a unit in one launch.
-  void launch_fused(Slot& slot) {
+  void launch_fused(UnitInFlight& current) {
     device.write_later(work.next_path, &kNoPaths, sizeof kNoPaths);
-    device.run(kernels.at("paths"), config.workers, 1, slot.frame.path_count);
-    slot.tallied = device.read_later(work.tallies, slot.tallies.data(), slot.tallies.size() * sizeof(WorkerTally));
-    run_film(slot);
+    device.run(kernels.at("paths"), config.workers, 1, current.frame.path_count);
+    current.tallied = device.read_later(work.tallies, current.tallies.data(), current.tallies.size() * sizeof(WorkerTally));
+    run_film(current);
   }
   /// Waits for the launch, and counts the rays that it traced.
-  void settle_fused(Slot& slot) {
-    device.wait(slot.tallied);
-    slot.rays = counters.add_launch(slot.frame.path_count, slot.tallies,
-                                    sampler ? sampler->shares() : stage_shares(slot.tallies));
+  void settle_fused(UnitInFlight& current) {
+    device.wait(current.tallied);
+    current.rays = counters.add_launch(current.frame.path_count, current.tallies,
+                                    sampler ? sampler->shares() : stage_shares(current.tallies));
   }
 
   /// Launches the stages of a depth. active: most paths at that depth
-  void launch_depth(Slot& slot, std::uint32_t depth, std::uint64_t active) {
+  void launch_depth(UnitInFlight& current, std::uint32_t depth, std::uint64_t active) {
     counters.add_depth(depth, std::uint64_t{divide_up(active, kWorkGroup)} * kWorkGroup);
-    run_stage("intersect", depth, active, slot);
+    run_stage("intersect", depth, active, current);
     if (after_intersect) after_intersect(depth);
-    run_stage("miss", depth, active, slot);
-    run_stage("shade", depth, active, slot);
-    run_stage("compact", depth, active, slot);
-    DepthCounts& at = under_way.emplace_back();
+    run_stage("miss", depth, active, current);
+    run_stage("shade", depth, active, current);
+    run_stage("compact", depth, active, current);
+    DepthCounts& at = read_backs.emplace_back();
     at.depth = depth;
-    at.counts.resize(4 * std::size_t{used_chunks(slot)});
+    at.counts.resize(kQueueWords * std::size_t{used_chunks(current)});
     at.ticket = device.read_later(work.counts, at.counts.data(), 4 * at.counts.size());
-    run_stage("shadow", depth, active, slot);
+    run_stage("shadow", depth, active, current);
     device.flush();
   }
 
   /// Launches the first depth of a unit, stage by stage.
-  void launch_first(Slot& slot) {
-    const std::uint64_t paths = slot.frame.path_count;
-    slot.rays.camera = paths;
+  void launch_first(UnitInFlight& current) {
+    const std::uint64_t paths = current.frame.path_count;
+    current.rays.camera = paths;
     counters.begin_unit(paths);
-    run_stage("generate", 1, paths, slot);
-    launch_depth(slot, 1, paths);
+    run_stage("generate", 1, paths, current);
+    launch_depth(current, 1, paths);
   }
 
   /// Launches the other depths. The host looks at the counts of a depth while the next one is under
   /// way. This costs one round of empty launches at the end of a unit.
-  void launch_rest(Slot& slot) {
+  void launch_rest(UnitInFlight& current) {
     const std::size_t ahead = after_intersect ? 0 : 1;
-    std::uint64_t active = slot.frame.path_count;  // at least as many as go on
+    std::uint64_t active = current.frame.path_count;  // at least as many as go on
     for (std::uint32_t depth = 2; active > 0; ++depth) {
-      while (active > 0 && under_way.size() > ahead) {
-        active = settle(slot, under_way.front());
-        under_way.pop_front();
+      while (active > 0 && read_backs.size() > ahead) {
+        active = settle(current, read_backs.front());
+        read_backs.pop_front();
       }
-      if (active > 0) launch_depth(slot, depth, active);
+      if (active > 0) launch_depth(current, depth, active);
     }
-    run_film(slot);
+    run_film(current);
     // The counts left are zero, but their reads write to memory that is freed here.
-    for (const DepthCounts& at : under_way) device.wait(at.ticket);
-    under_way.clear();
+    for (const DepthCounts& at : read_backs) device.wait(at.ticket);
+    read_backs.clear();
   }
 
   /// Waits for the counts of a depth. Returns the number of paths that go on.
-  std::uint64_t settle(Slot& slot, const DepthCounts& at) {
+  std::uint64_t settle(UnitInFlight& current, const DepthCounts& at) {
     device.wait(at.ticket);
-    const RayCounts on = counters.end_depth(at.depth, std::span(at.counts).first(4 * std::size_t{used_chunks(slot)}),
-                                            slot.frame.path_count);
-    slot.rays += on;
+    const RayCounts on = counters.end_depth(at.depth, at.counts, current.frame.path_count);
+    current.rays += on;
     return on.scattered;
   }
 
   void begin(const WorkUnit& unit) {
-    if (begun - finished == slots.size() || (!config.fused && begun != driven))
+    if (begun - finished == in_flight.size() || (!config.fused && begun != driven))
       throw InternalError("a unit begins before there is room for it");
-    Slot& slot = slots[begun % slots.size()];
-    slot.unit = unit;
-    slot.pixels = unit_pixels(unit.block);
-    slot.rays = {};
-    if (unit.path_count() > config.capacity() || 4 * slot.pixels.size() > work.pixels.size_bytes())
+    UnitInFlight& current = in_flight[begun % in_flight.size()];
+    current.unit = unit;
+    current.pixels = unit_pixels(unit.block);
+    current.rays = {};
+    if (unit.path_count() > config.capacity() || 4 * current.pixels.size() > work.pixels.size_bytes())
       throw InternalError(
           fmt::format("a unit of {} paths exceeds the pool of {}", unit.path_count(), config.capacity()));
-    slot.frame = unit_frame(frame, unit.sample_begin, unit.sample_end, std::uint32_t(slot.pixels.size()));
-    device.begin_unit(slot.frame.path_count);
-    if (sampler) sampler->before(slot.frame, slot.pixels);
-    device.write_later(work.frame, &slot.frame, sizeof slot.frame);
-    device.write_later(work.pixels, slot.pixels.data(), 4 * slot.pixels.size());
-    device.write_later(work.diagnostics, &slot.nothing, sizeof slot.nothing);
+    current.frame = unit_frame(frame, unit.sample_begin, unit.sample_end, std::uint32_t(current.pixels.size()));
+    device.begin_unit(current.frame.path_count);
+    if (sampler) sampler->before(current.frame, current.pixels);
+    device.write_later(work.frame, &current.frame, sizeof current.frame);
+    device.write_later(work.pixels, current.pixels.data(), 4 * current.pixels.size());
+    device.write_later(work.diagnostics, &current.no_diagnostics, sizeof current.no_diagnostics);
     ++begun;
     if (config.fused) {
-      launch_fused(slot);
-      begin_lights(slot);
+      launch_fused(current);
+      begin_lights(current);
       driven = begun;
     } else {
-      launch_first(slot);
+      launch_first(current);
     }
   }
 
-  void begin_lights(Slot& slot) {
+  void begin_lights(UnitInFlight& current) {
     const LightPathPlan plan{lights_on ? light_paths.count : 0, light_paths.window};
-    if (traces_lights) lights.begin(slot.lights, std::size_t(&slot - slots.data()), slot.unit, plan, frame);
+    if (traces_lights) lights.begin(current.lights, std::size_t(&current - in_flight.data()), current.unit, plan, frame);
   }
 
   void drive() {
     if (driven == begun) return;
-    launch_rest(slots[driven % slots.size()]);
-    if (!after_intersect) begin_lights(slots[driven % slots.size()]);
+    launch_rest(in_flight[driven % in_flight.size()]);
+    if (!after_intersect) begin_lights(in_flight[driven % in_flight.size()]);
     ++driven;
   }
 
   UnitResult finish() {
     if (finished == begun) throw InternalError("no unit was begun");
     if (finished == driven) drive();
-    Slot& slot = slots[finished % slots.size()];
+    UnitInFlight& current = in_flight[finished % in_flight.size()];
     ++finished;
-    if (config.fused) settle_fused(slot);
-    device.wait(slot.summed);
-    if (traces_lights) lights.finish(slot.lights, std::size_t(&slot - slots.data()));
-    return slot.result(mattes);
+    if (config.fused) settle_fused(current);
+    device.wait(current.summed);
+    if (traces_lights) lights.finish(current.lights, std::size_t(&current - in_flight.data()));
+    return current.result(mattes);
   }
 
-  [[nodiscard]] Slot& last_slot() { return slots[(finished - 1) % slots.size()]; }  // of the unit that finished last
+  /// The unit that finished last.
+  [[nodiscard]] UnitInFlight& last_unit() { return in_flight[(finished - 1) % in_flight.size()]; }
+  /// A word of the state of the unit's first path, by the name of its field in path_state.def.
   [[nodiscard]] std::uint32_t path_word(const char* field, std::uint32_t word = 0) {
     std::uint32_t value = 0;
     device.read(work.state, &value, sizeof value,

@@ -72,9 +72,9 @@ std::vector<RayKind> RayBench::make_rays(const Settings& settings, std::uint32_t
   arguments_.set("coherent", 1U);
   arguments_.set("blocks_x", blocks_x);
   arguments_.set("blocks", blocks_x * blocks_y);
-  launch("bench_camera", (count + config_.lanes - 1) / config_.lanes);
-  launch("trace_closest", (count + chunk() - 1) / chunk());
-  launch("bench_scatter", (count + config_.lanes - 1) / config_.lanes);
+  launch("bench_camera", divide_up(count, config_.lanes));
+  launch("trace_closest", divide_up(count, chunk()));
+  launch("bench_scatter", divide_up(count, config_.lanes));
   std::vector<RayKind> kinds;
   kinds.push_back({"camera", false, true, packed(device_.read_all<float>(camera), count)});
   kinds.push_back({"shadow", true, true, packed(device_.read_all<float>(shadow), count)});
@@ -95,7 +95,7 @@ void RayBench::load(const RayKind& kind) {
 double RayBench::trace(const RayKind& kind) {
   device_.finish();
   const double begin = host_seconds();
-  run(kernel_of(kind), (kind.rays.count + chunk() - 1) / chunk());
+  run(kernel_of(kind), divide_up(kind.rays.count, chunk()));
   device_.finish();
   return host_seconds() - begin;
 }
@@ -118,7 +118,7 @@ void RayBench::run(const std::string& kernel, std::size_t items) {
   if (config_.chunked)
     device_.run(kernels_.at(kernel), items, 1);
   else
-    device_.run(kernels_.at(kernel), (items + kWorkGroup - 1) / kWorkGroup, kWorkGroup);
+    device_.run(kernels_.at(kernel), divide_up(items, kWorkGroup), kWorkGroup);
 }
 
 void RayBench::launch(const std::string& kernel, std::size_t items) {

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "wavefront/unit_in_flight.h"
+
 #include <algorithm>
 
-#include "wavefront/unit_slot.h"
-
 namespace eikon {
+namespace {
 
 UnitResult unit_result(const UnitSums& sums, const RayCounts& rays, const Diagnostics& diagnostics) {
   UnitResult result{.sums = sums,
@@ -21,13 +22,15 @@ UnitResult unit_result(const UnitSums& sums, const RayCounts& rays, const Diagno
   return result;
 }
 
-void UnitSlot::resize(const FilmShape& shape) {
+}  // namespace
+
+void UnitInFlight::resize(const FilmShape& shape) {
   sums.resize(shape.sum_words(frame.pixel_count));
   rejected.resize(shape.rejected_words(frame.pixel_count));
   met.resize(std::size_t{shape.mattes} * frame.path_count);
 }
 
-UnitResult UnitSlot::result(const Mattes& mattes) const {
+UnitResult UnitInFlight::result(const Mattes& mattes) const {
   const UnitSums all = {.pixels = pixels,
                         .pixel_stride = frame.pixel_stride,
                         .sample_begin = unit.sample_begin,

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+// A unit that a device is at work on, and the memory that its transfers use meanwhile.
+#pragma once
+#include <cstdint>
+#include <vector>
+
+#include "wavefront/buffers.h"
+#include "wavefront/light_stages.h"
+#include "wavefront/wavefront.h"
+
+namespace eikon {
+
+/// A unit between Wavefront::begin() and the end of its transfers. A wavefront has two, so that the device has the next
+/// unit while the host waits for the sums of the one before.
+struct UnitInFlight {
+  WorkUnit unit;
+  // Memory that the device reads.
+  Frame frame;
+  std::vector<std::uint32_t> pixels;  // unit_pixels() of its block
+  Diagnostics no_diagnostics{};       // zeros, to begin with
+  // Memory that the device writes; UnitSums describes the arrays.
+  std::vector<std::uint32_t> sums, rejected, met;
+  Diagnostics diagnostics{};
+  std::vector<WorkerTally> tallies;  // of each work-item, if one launch runs all stages
+
+  Kernel film;        // bound to the buffers of this unit
+  Ticket tallied;     // `tallies` are there
+  Ticket summed;      // all else is there
+  RayCounts rays;     // without those of light paths
+  LightUnit lights;
+
+  /// Makes room for the sums, counts and matte numbers of its pixels.
+  void resize(const FilmShape& shape);
+  /// The result of the unit, once all transfers have ended. Its arrays are the ones in here.
+  [[nodiscard]] UnitResult result(const Mattes& mattes) const;
+};
+
+}  // namespace eikon
