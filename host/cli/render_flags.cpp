@@ -7,7 +7,7 @@
 
 #include "cli/flags.h"
 #include "film/layers.h"
-#include "job/batch/job_lines.h"
+#include "job/batch/shell_words.h"
 
 namespace eikon {
 namespace {

@@ -199,4 +199,10 @@ void AtomicFile::commit() {
   }
 }
 
+void write_text(const std::filesystem::path& path, const std::string& text) {
+  AtomicFile file(path);
+  file.write(text.data(), text.size());
+  file.commit();
+}
+
 }  // namespace eikon

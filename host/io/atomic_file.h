@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <string>
 
 namespace eikon {
 
@@ -45,5 +46,8 @@ class AtomicFile {
 
   [[noreturn]] void fail() const;
 };
+
+/// Writes a whole text file; "-" is standard output. throws InputError
+void write_text(const std::filesystem::path& path, const std::string& text);
 
 }  // namespace eikon

@@ -4,8 +4,11 @@
 #include <fmt/format.h>
 #include <sys/stat.h>
 
+#include <algorithm>
+
 #include "core/error.h"
 #include "gltf/scene_files.h"
+#include "io/atomic_file.h"
 
 namespace eikon {
 namespace {
@@ -48,6 +51,21 @@ std::vector<fs::path> inputs_of(const std::string& scene, const std::string& env
   std::vector<fs::path> files = scene_files(scene);
   if (!environment.empty()) files.emplace_back(environment);
   return files;
+}
+
+void require_writable(const std::vector<fs::path>& outputs, const fs::path& input) {
+  std::vector<fs::path> seen;
+  for (const fs::path& path : outputs) {
+    if (path.empty()) continue;
+    const AtomicFile probe(path);  // made under its temporary name, and removed again
+    const fs::path real = place_of(path);
+    if (is_same_file(path, input))
+      throw UsageError(fmt::format("cannot write {}: it is the input; choose another name", path.string()));
+    if (std::find(seen.begin(), seen.end(), real) != seen.end())
+      throw UsageError(
+          fmt::format("cannot write {}: two outputs have that name; choose another for one of them", path.string()));
+    seen.push_back(real);
+  }
 }
 
 void refuse_to_replace_inputs(const std::vector<fs::path>& outputs, const std::string& scene,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Recognises a file by any of its names.
+// Recognises a file by any of its names, so that no output replaces an input or another output.
 #pragma once
 #include <cstddef>
 #include <filesystem>
@@ -31,6 +31,11 @@ class FileTable {
 /// The files that a render reads: the scene, the files that it names, and the map `environment`
 /// unless that is empty.
 [[nodiscard]] std::vector<std::filesystem::path> inputs_of(const std::string& scene, const std::string& environment);
+
+/// Checks before the work that its outputs can be written. Empty names are left out.
+/// throws InputError for an output that cannot be made or replaced; UsageError if two outputs are the same file, or one is
+///        the input
+void require_writable(const std::vector<std::filesystem::path>& outputs, const std::filesystem::path& input);
 
 /// Refuses outputs that a render of the scene reads. Empty names are left out.
 /// throws UsageError

@@ -9,7 +9,7 @@
 
 #include "job/pilot_keeper.h"
 #include "job/render_options.h"
-#include "job/report/report.h"
+#include "job/report/stats.h"
 #include "job/tev/tev_viewer.h"
 #include "core/error.h"
 #include "image/denoise.h"

@@ -47,10 +47,11 @@ struct RenderOptions {
   std::optional<std::uint64_t> sample;
   std::string progress = "bar";
   std::string command;  // as the user gave it, for --stats
-  std::string settings_text;  // of a batch: every flag that decides the results, and its value
-  std::vector<std::string> words_without_frames;  // of a batch: all words but --frames
+  // A batch needs these of the words that the options were read from (parse_render).
+  std::string settings_text;                      // every flag that decides the results, and its value
+  std::vector<std::string> words_without_frames;  // all words but --frames, from which each frame is read
   std::string frame_pattern;            // of a frame: the name of its image, with the place of the number
-  std::vector<std::string> part_words;  // of a batch: what `--samples` and `-o` make a render of some samples of
+  std::vector<std::string> part_words;  // `--samples` and `-o`, added to these, make a render of some of the samples
 
   /// The file of -o, or SCENE.exr in the current folder.
   [[nodiscard]] std::filesystem::path exr() const;

@@ -4,7 +4,7 @@
 
 namespace eikon {
 
-/// Trace events, as --profile writes them (job/report/report.h), as a page draws them: spans that would be narrower than a
+/// Trace events, as --profile writes them (job/report/trace_file.h), as a page draws them: spans that would be narrower than a
 /// pixel are joined, and counters are thinned.
 ///   "end_s"     seconds from the first event to the last
 ///   "names"     of spans

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "core/error.h"
-#include "job/batch/job_lines.h"
+#include "job/batch/shell_words.h"
 
 namespace eikon {
 namespace {

@@ -10,10 +10,10 @@
 #include "cli/flags.h"
 #include "io/atomic_file.h"
 #include "io/source_file.h"
-#include "job/batch/job_lines.h"
+#include "job/batch/shell_words.h"
 #include "job/batch/run_jobs.h"
-#include "job/batch/job_list.h"
-#include "job/report/report.h"
+#include "job/batch/jobs_json.h"
+#include "job/file_identity.h"
 #include "job/stop_signals.h"
 
 namespace eikon {
@@ -121,7 +121,7 @@ void add_batch(CommandFlags& root, Command& chosen) {
                options->progress, {"bar", "openjd"});
   flags.toggle("--quiet", "print no progress", options->quiet);
   flags.text({"--report", "FILE.html", "write a page with a row for each job, at the end"}, options->report);
-  flags.toggle("--list", "print the jobs as JSON lines (job/batch/job_list.h), and render nothing", options->list);
+  flags.toggle("--list", "print the jobs as JSON lines (job/batch/jobs_json.h), and render nothing", options->list);
   flags.run(chosen, [options](const std::vector<std::string>& words) { return batch_command(*options, words); });
 }
 

@@ -29,7 +29,9 @@
 #include "instruments/power_law.h"
 #include "job/goal.h"
 #include "job/report/metadata.h"
-#include "job/report/report.h"
+#include "io/atomic_file.h"
+#include "job/file_identity.h"
+#include "job/report/result_lines.h"
 
 namespace eikon {
 namespace {

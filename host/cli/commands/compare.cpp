@@ -5,7 +5,8 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/commands.h"
-#include "job/report/report.h"
+#include "io/atomic_file.h"
+#include "job/file_identity.h"
 #include "image/image.h"
 
 namespace eikon {

@@ -10,7 +10,7 @@
 #include "cli/commands.h"
 #include "cli/help/man_page.h"
 #include "io/text.h"
-#include "job/report/report.h"
+#include "io/atomic_file.h"
 
 namespace eikon {
 namespace {

@@ -11,7 +11,7 @@
 #include "cli/commands.h"
 #include "cli/flags.h"
 #include "job/log.h"
-#include "job/report/report.h"
+#include "job/file_identity.h"
 #include "device/device.h"
 #include "instruments/measure.h"
 #include "pack/materials/material_traits.h"

@@ -10,7 +10,7 @@
 #include "cli/flags.h"
 #include "job/file_identity.h"
 #include "job/report/metadata.h"
-#include "job/report/report.h"
+#include "job/report/result_lines.h"
 #include "film/exr/film_file.h"
 #include "image/image.h"
 #include "render/film_record.h"

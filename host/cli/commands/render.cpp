@@ -10,7 +10,7 @@
 #include "cli/commands.h"
 #include "cli/flags.h"
 #include "core/time_share.h"
-#include "job/batch/job_lines.h"
+#include "job/batch/shell_words.h"
 #include "job/batch/openjd.h"
 #include "job/batch/run_jobs.h"
 #include "job/log.h"

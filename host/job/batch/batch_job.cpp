@@ -8,7 +8,7 @@
 #include <map>
 #include <set>
 
-#include "job/batch/job_lines.h"
+#include "job/batch/shell_words.h"
 #include "job/file_identity.h"
 #include "gltf/scene_files.h"
 #include "io/atomic_file.h"

@@ -41,14 +41,15 @@ struct BatchRun::Worker {
 };
 
 /// A job between its preparation and its end.
-struct BatchRun::Staged {
+struct BatchRun::JobInHand {
   BatchJob& job;
-  double begin_s = host_seconds();  // moved forward by the time that it waited for its turn
-  double staged_s = 0;              // seconds that its preparation took
-  std::string key{};
-  Digest scene{};
-  std::optional<RenderJob> render{};
-  bool loaded = false, over = false;
+  double begin_s = host_seconds();    // moved forward by the time that it waited for its turn
+  double prepared_s = 0;              // seconds that its preparation took
+  std::string key{};                  // job_key()
+  Digest scene{};                     // of the scene's files
+  std::optional<RenderJob> render{};  // none before its inputs are read, and once it is over
+  bool loaded = false;                // its scene is in memory; a large one is loaded only when it is rendered
+  bool over = false;                  // close() or fail() was called
 };
 
 BatchRun::BatchRun(std::vector<BatchJob>& jobs, const BatchSettings& settings, Ledger& ledger, BatchProgress& progress,
@@ -72,26 +73,26 @@ void BatchRun::run() {
 }
 
 void BatchRun::work(Worker& worker) {
-  const auto begin_stage = [&](BatchJob* job) {
-    return job == nullptr ? std::future<std::unique_ptr<Staged>>()
-                          : std::async(std::launch::async, [this, &worker, job] { return stage(worker, *job); });
+  const auto begin_to_prepare = [&](BatchJob* job) {
+    return job == nullptr ? std::future<std::unique_ptr<JobInHand>>()
+                          : std::async(std::launch::async, [this, &worker, job] { return prepare_ahead(worker, *job); });
   };
-  std::future<std::unique_ptr<Staged>> next;
+  std::future<std::unique_ptr<JobInHand>> next;
   std::future<void> writing;
   for (;;) {
     if (!next.valid()) {
       if (writing.valid()) writing.get();  // its job may have to be retried, or its files be what the next one reads
       BatchJob* const job = take(worker);
       if (job == nullptr) return;
-      next = begin_stage(job);
+      next = begin_to_prepare(job);
     }
-    std::shared_ptr<Staged> staged = next.get();
-    next = begin_stage(take_ahead());
-    if (staged->over) continue;
-    render(worker, *staged);
+    std::shared_ptr<JobInHand> current = next.get();
+    next = begin_to_prepare(take_ahead());
+    if (current->over) continue;
+    render(worker, *current);
     if (writing.valid()) writing.get();
-    if (!staged->over)
-      writing = std::async(std::launch::async, [this, staged, beside = next.valid()] { write(*staged, beside); });
+    if (!current->over)
+      writing = std::async(std::launch::async, [this, current, beside = next.valid()] { write(*current, beside); });
     if (!next.valid() && is_last()) worker.devices.close_idle();  // while the files are written
   }
 }
@@ -134,16 +135,16 @@ bool BatchRun::is_last() {
 }
 
 /// Prepares a job before its turn.
-std::unique_ptr<BatchRun::Staged> BatchRun::stage(Worker& worker, BatchJob& job) {
-  auto staged = std::make_unique<Staged>(Staged{.job = job});
+std::unique_ptr<BatchRun::JobInHand> BatchRun::prepare_ahead(Worker& worker, BatchJob& job) {
+  auto current = std::make_unique<JobInHand>(JobInHand{.job = job});
   ++job.attempts;
   try {
-    prepare(worker, *staged);
+    prepare(worker, *current);
   } catch (...) {
-    fail(*staged);
+    fail(*current);
   }
-  staged->staged_s = host_seconds() - staged->begin_s;
-  return staged;
+  current->prepared_s = host_seconds() - current->begin_s;
+  return current;
 }
 
 bool BatchRun::is_done(const RenderOptions& options, const std::string& key) {
@@ -183,78 +184,78 @@ void BatchRun::log_once(const BatchJob& job, const std::string& line) {
   progress_.log(fmt::format("{}: {}", place(job), line));
 }
 
-void BatchRun::prepare(Worker& worker, Staged& staged) {
-  const RenderOptions& options = *staged.job.options;
-  staged.scene = digest_scene_files(options.scene.scene);
+void BatchRun::prepare(Worker& worker, JobInHand& current) {
+  const RenderOptions& options = *current.job.options;
+  current.scene = digest_scene_files(options.scene.scene);
   const Digest environment = digest_environment(options.scene.environment.map);
-  staged.key = job_key(staged.scene, environment, options.settings_text);
-  if (!settings_.force && !options.force && is_done(options, staged.key)) return close(staged, JobState::skipped);
-  const auto log = [this, &job = staged.job](const std::string& line) { log_once(job, line); };
+  current.key = job_key(current.scene, environment, options.settings_text);
+  if (!settings_.force && !options.force && is_done(options, current.key)) return close(current, JobState::skipped);
+  const auto log = [this, &job = current.job](const std::string& line) { log_once(job, line); };
   RenderOptions own = options;
   own.goal.times_rendering = true;  // other images are loaded and written beside it
-  if (!own.checkpoint.file.empty() && was_begun(options, staged.key))
+  if (!own.checkpoint.file.empty() && was_begun(options, current.key))
     own.checkpoint.resume = true, own.checkpoint.implied = !options.checkpoint.resume;
-  staged.render.emplace(std::move(own), log, process_seconds());
-  staged.render->share(pilots_);
-  if (!worker.scenes.takes(staged.scene))
-    return staged.render->take_devices(worker.devices, stop_);  // not two large ones at a time
-  const auto kept = worker.scenes.load(options.scene.scene, options.scene.choice(), staged.scene);
-  staged.render->load(kept->scene, kept->load_s);
-  const Settings& settings = staged.render->settings();
+  current.render.emplace(std::move(own), log, process_seconds());
+  current.render->share(pilots_);
+  if (!worker.scenes.takes(current.scene))
+    return current.render->take_devices(worker.devices, stop_);  // not two large ones at a time
+  const auto kept = worker.scenes.load(options.scene.scene, options.scene.choice(), current.scene);
+  current.render->load(kept->scene, kept->load_s);
+  const Settings& settings = current.render->settings();
   const std::string light = fmt::format("{:016x} {}", environment.hash, describe(settings.environment));
-  staged.render->use(worker.scenes.pack(*kept, settings, options.execution, light));
-  staged.loaded = true;
-  staged.render->take_devices(worker.devices, stop_);
+  current.render->use(worker.scenes.pack(*kept, settings, options.execution, light));
+  current.loaded = true;
+  current.render->take_devices(worker.devices, stop_);
 }
 
-void BatchRun::render(Worker& worker, Staged& staged) {
-  staged.begin_s = host_seconds() - staged.staged_s;
+void BatchRun::render(Worker& worker, JobInHand& current) {
+  current.begin_s = host_seconds() - current.prepared_s;
   try {
-    if (!staged.loaded) {
+    if (!current.loaded) {
       worker.scenes.clear();
       worker.devices.close_idle();  // frees what is prepared on them
-      staged.render->load();
+      current.render->load();
     }
-    if (stop_) return close(staged, JobState::waiting);
-    note(entry_of(staged, "started"), false);
-    progress_.show(staged.job, 0);
+    if (stop_) return close(current, JobState::waiting);
+    note(entry_of(current, "started"), false);
+    progress_.show(current.job, 0);
     RenderHooks hooks;
-    hooks.devices_stay_ready = staged.loaded;
+    hooks.devices_stay_ready = current.loaded;
     hooks.progress = [&](const Progress& now, const Film&) {
-      progress_.show(staged.job, now.share);
+      progress_.show(current.job, now.share);
     };
-    staged.render->render(stop_, std::move(hooks));
+    current.render->render(stop_, std::move(hooks));
   } catch (...) {
-    fail(staged);
+    fail(current);
   }
 }
 
-void BatchRun::write(Staged& staged, bool beside_render) {
+void BatchRun::write(JobInHand& current, bool beside_render) {
   try {
     // Beside a render, one thread writes: helpers would take time from it, also when they look for
     // more to do.
     tbb::task_arena threads(beside_render ? 1 : tbb::task_arena::automatic);
-    threads.execute([&] { staged.render->write(false); });  // a restarted batch renders it again
-    BatchJob& job = staged.job;
-    const RenderReport& report = staged.render->report();
+    threads.execute([&] { current.render->write(false); });  // a restarted batch renders it again
+    BatchJob& job = current.job;
+    const RenderReport& report = current.render->report();
     job.samples = report.samples;
     job.render_s = report.render_s;
-    if (staged.render->error().known) job.relmse = staged.render->error().relmse;
-    job.code = staged.render->code();
+    if (current.render->error().known) job.relmse = current.render->error().relmse;
+    job.code = current.render->code();
     if (job.code == ExitCode::not_as_asked) throw Error(job.code, "done, but not as asked; see above");
-    close(staged, job.code == ExitCode::done ? JobState::done : JobState::interrupted);
+    close(current, job.code == ExitCode::done ? JobState::done : JobState::interrupted);
   } catch (...) {
-    fail(staged);
+    fail(current);
   }
 }
 
-LedgerEntry BatchRun::entry_of(const Staged& staged, const char* state) const {
-  const BatchJob& job = staged.job;
+LedgerEntry BatchRun::entry_of(const JobInHand& current, const char* state) const {
+  const BatchJob& job = current.job;
   LedgerEntry entry;
   entry.state = state;
   entry.time = time_now();
   entry.job = job.text;
-  entry.key = staged.key;
+  entry.key = current.key;
   entry.message = job.message;
   entry.line = job.line;
   entry.exit_code = int(job.code);
@@ -281,23 +282,23 @@ void BatchRun::note(const LedgerEntry& entry, bool sync) {
   }
 }
 
-void BatchRun::close(Staged& staged, JobState state) {
-  BatchJob& job = staged.job;
-  job.seconds += host_seconds() - staged.begin_s;
+void BatchRun::close(JobInHand& current, JobState state) {
+  BatchJob& job = current.job;
+  job.seconds += host_seconds() - current.begin_s;
   job.state = state;
-  staged.over = true;
+  current.over = true;
   if (state == JobState::done || state == JobState::failed || state == JobState::interrupted)
-    note(entry_of(staged, name_of(state)), true);
+    note(entry_of(current, name_of(state)), true);
   if (state != JobState::waiting) progress_.end(job);
-  staged.render.reset();
+  current.render.reset();
   const std::lock_guard lock(mutex_);
   --in_hand_;
   changed_.notify_all();
 }
 
 /// Handles the current exception: the job goes to the end of the queue again, or has failed.
-void BatchRun::fail(Staged& staged) {
-  BatchJob& job = staged.job;
+void BatchRun::fail(JobInHand& current) {
+  BatchJob& job = current.job;
   try {
     throw;
   } catch (const Error& error) {
@@ -318,13 +319,13 @@ void BatchRun::fail(Staged& staged) {
     log_once(job, line);  // what is wrong with one frame is often wrong with all
   else
     progress_.log(fmt::format("{}: {}", place(job), line));
-  if (!again) return close(staged, JobState::failed);
-  job.seconds += host_seconds() - staged.begin_s;
+  if (!again) return close(current, JobState::failed);
+  job.seconds += host_seconds() - current.begin_s;
   job.code = ExitCode::done;
   job.message.clear();
   progress_.again(job);
-  staged.over = true;
-  staged.render.reset();
+  current.over = true;
+  current.render.reset();
   const std::lock_guard lock(mutex_);
   waiting_.push_back(&job);
   --in_hand_;

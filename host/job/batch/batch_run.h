@@ -35,8 +35,8 @@ class BatchRun {
   [[nodiscard]] bool ledger_is_whole() const { return ledger_is_whole_; }
 
  private:
-  struct Worker;
-  struct Staged;
+  struct Worker;     // renders one job at a time
+  struct JobInHand;  // a job that a worker prepares, renders or writes
 
   std::vector<BatchJob>& jobs_;
   const BatchSettings& settings_;
@@ -59,16 +59,16 @@ class BatchRun {
   [[nodiscard]] bool may_begin() const;
   BatchJob* take_first();
   [[nodiscard]] bool is_last();
-  std::unique_ptr<Staged> stage(Worker& worker, BatchJob& job);
-  void prepare(Worker& worker, Staged& staged);
+  std::unique_ptr<JobInHand> prepare_ahead(Worker& worker, BatchJob& job);
+  void prepare(Worker& worker, JobInHand& current);
   [[nodiscard]] bool is_done(const RenderOptions& options, const std::string& key);
   [[nodiscard]] bool was_begun(const RenderOptions& options, const std::string& key);
-  void render(Worker& worker, Staged& staged);
-  void write(Staged& staged, bool beside_render);
-  void close(Staged& staged, JobState state);
-  void fail(Staged& staged);
+  void render(Worker& worker, JobInHand& current);
+  void write(JobInHand& current, bool beside_render);
+  void close(JobInHand& current, JobState state);
+  void fail(JobInHand& current);
   void note(const LedgerEntry& entry, bool sync);
-  [[nodiscard]] LedgerEntry entry_of(const Staged& staged, const char* state) const;
+  [[nodiscard]] LedgerEntry entry_of(const JobInHand& current, const char* state) const;
   void log_once(const BatchJob& job, const std::string& line);
   [[nodiscard]] std::string place(const BatchJob& job) const;
 };

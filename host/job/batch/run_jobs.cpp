@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/clock.h"
-#include "job/report/report.h"
+#include "io/atomic_file.h"
 #include "job/stop_signals.h"
 #include "page/report_page.h"
 

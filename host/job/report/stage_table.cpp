@@ -3,7 +3,8 @@
 
 #include <algorithm>
 
-#include "job/report/report.h"
+#include "job/report/result_lines.h"
+#include "job/report/stage_table.h"
 
 namespace eikon {
 namespace {

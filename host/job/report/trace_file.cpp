@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "io/atomic_file.h"
-#include "job/report/report.h"
+#include "job/report/trace_file.h"
 
 namespace eikon {
 namespace {

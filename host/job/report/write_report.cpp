@@ -2,7 +2,9 @@
 #include <nlohmann/json.hpp>
 
 #include "film/exr/film_file.h"
-#include "job/report/report.h"
+#include "io/atomic_file.h"
+#include "job/report/trace_file.h"
+#include "job/report/write_report.h"
 #include "page/page_picture.h"
 #include "page/report_page.h"
 #include "page/timeline.h"

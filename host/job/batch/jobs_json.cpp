@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "job/batch/job_list.h"
+#include "job/batch/jobs_json.h"
 
 #include <map>
 #include <nlohmann/json.hpp>

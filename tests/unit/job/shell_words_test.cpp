@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "job/batch/job_lines.h"
+#include "job/batch/shell_words.h"
 
 #include <gtest/gtest.h>
 
@@ -16,7 +16,7 @@ JobLine only(const std::string& text) {
   return jobs.empty() ? JobLine{} : jobs.front();
 }
 
-TEST(JobLines, words_are_those_of_a_shell) {
+TEST(ShellWords, words_are_those_of_a_shell) {
   const std::vector<std::pair<std::string, Words>> cases = {
       {"render a.gltf -o b.exr", {"render", "a.gltf", "-o", "b.exr"}},
       {"  a\t b  ", {"a", "b"}},
@@ -40,7 +40,7 @@ TEST(JobLines, words_are_those_of_a_shell) {
   }
 }
 
-TEST(JobLines, lines_are_counted_and_empty_ones_and_comments_are_none) {
+TEST(ShellWords, lines_are_counted_and_empty_ones_and_comments_are_none) {
   const std::vector<JobLine> jobs = split_jobs("\xef\xbb\xbf# first\n\n  \na\r\n\tb # c\r\n'c'\\\nd\n\nlast");
   ASSERT_EQ(jobs.size(), 4U);
   EXPECT_EQ(jobs[0].line, 4U);
@@ -54,7 +54,7 @@ TEST(JobLines, lines_are_counted_and_empty_ones_and_comments_are_none) {
   EXPECT_TRUE(split_jobs("#").empty());
 }
 
-TEST(JobLines, an_error_is_its_line_s_alone) {
+TEST(ShellWords, an_error_is_its_line_s_alone) {
   for (const std::string bad : {"a 'b", "a \"b", "a $b", "a \"$b\"", "a `b`", "a*", "a?", "[ab]", "~/a", "a > b",
                                 "a | b", "a; b", "a & b", "(a)", "a < b"}) {
     const std::vector<JobLine> jobs = split_jobs("before\n" + bad + "\nafter 'x'\n");
@@ -70,7 +70,7 @@ TEST(JobLines, an_error_is_its_line_s_alone) {
   EXPECT_FALSE(only(std::string("a\0b", 3)).error.empty());
 }
 
-TEST(JobLines, what_is_quoted_is_read_again) {
+TEST(ShellWords, what_is_quoted_is_read_again) {
   std::mt19937 random(1);
   const std::string letters = "ab '\"\\$`*?[]~|&;<>()#\t-=\xc3\xa4";
   for (int i = 0; i < 2000; ++i) {
@@ -83,7 +83,7 @@ TEST(JobLines, what_is_quoted_is_read_again) {
   }
 }
 
-TEST(JobLines, any_text_gives_words_or_errors) {
+TEST(ShellWords, any_text_gives_words_or_errors) {
   std::mt19937 random(2);
   const std::string letters = std::string("a '\"\\#\n\r\t$*;", 13) + '\0' + '\xff';
   for (int i = 0; i < 20000; ++i) {

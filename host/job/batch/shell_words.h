@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The text of a batch: one command per line, split into words as by a POSIX shell.
+// Splits the text of a batch, one command per line, into the words that a POSIX shell would pass on; and quotes words so
+// that such a split gives them back.
 #pragma once
 #include <cstddef>
 #include <string>

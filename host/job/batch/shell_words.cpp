@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "job/batch/job_lines.h"
+#include "job/batch/shell_words.h"
 
 #include <fmt/format.h>
 

@@ -1,19 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "job/report/report.h"
-
-#include <fmt/format.h>
+#include "job/report/stats.h"
 
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "job/file_identity.h"
-#include "job/report/metadata.h"
-#include "core/error.h"
 #include "io/atomic_file.h"
-#include "io/text.h"
+#include "job/report/metadata.h"
+#include "job/report/result_lines.h"
+#include "job/report/stage_table.h"
 #include "pack/geometry/placed_meshes.h"
-#include "shared/records.h"
 
 namespace eikon {
 namespace {
@@ -144,57 +140,6 @@ json scene_json(const Scene& scene, const RenderFacts& facts) {
 
 }  // namespace
 
-std::string in_words(const PredictedError& error) {
-  if (!error.known) return "predicted relMSE unknown: it takes two samples per pixel";
-  if (std::isfinite(error.hi))
-    return fmt::format("predicted relMSE {:.3e} (95 %: {:.3e} to {:.3e})", error.relmse, error.lo, error.hi);
-  return error.relmse > 0 ? fmt::format("predicted relMSE at least {:.3e}: no upper end can be stated", error.lo)
-                          : "predicted relMSE unknown: no sample has found any light";
-}
-
-std::string in_words(const PilotReport& pilot) {
-  const auto times = [](double gain) {
-    return fmt::format("{:.2f} times less error for as many rays, it predicts", gain);
-  };
-  std::string text = fmt::format("pilot: {} paths{}", pilot.paths + pilot.light_trial_paths,
-                                 pilot.loaded ? ", made before" : fmt::format(" in {:.2f} s", pilot.seconds));
-  if (pilot.light_trial_paths > 0 && pilot.light_path_count == 0) text += "; no light paths, as they would not pay";
-  if (pilot.light_trial_paths > 0 && pilot.light_path_count > 0)
-    text += fmt::format("; {} light paths of each sample ({})", pilot.light_path_count,
-                        pilot.light_path_gain > 0 ? times(pilot.light_path_gain) : "only they find some of the light");
-  if (pilot.paths > 0)
-    text += fmt::format("; {} ({})", pilot.roulette_depth == 0 ? "paths are not guided" : "paths are guided",
-                        times(pilot.gain));
-  return text;
-}
-
-std::string rejected_line(const RenderReport& report, std::uint64_t all) {
-  const std::uint64_t now = report.nonfinite + report.saturated;
-  std::string line = fmt::format("{} samples were rejected ({} not finite, {} beyond the film's range", all,
-                                 report.nonfinite, report.saturated);
-  line += all > now ? fmt::format(", {} before this run)", all - now) : ")";
-  if (!report.rejected.empty()) {
-    const PixelSample& first = report.rejected.front();
-    line += fmt::format("; replay the first with --pixel {},{} --sample {}", first.x, first.y, first.sample);
-  }
-  return line;
-}
-
-std::string given_up_line(const Scene& scene, const RenderReport& report) {
-  std::string names;
-  for (std::size_t i = 0; i < std::min<std::size_t>(scene.shapes.size(), 31); ++i)
-    if ((report.given_up_surfaces >> i & 1U) != 0)
-      names += (names.empty() ? "" : ", ") + in_quotes(scene.shapes[i].name);
-  if ((report.given_up_surfaces >> 31U) != 0) names += names.empty() ? "by formula" : " and others";
-  return fmt::format(
-      "{} rays gave up the search for surface {} after {} steps, and went on as if it were not there; tighten its "
-      "bounds, or "
-      "write its formula with fewer occurrences of x, y and z",
-      report.given_up, names, EK_IMPLICIT_STEPS);
-}
-
-double per_second(double count, double seconds) { return seconds > 0 ? count / seconds : 0; }
-
 RenderFacts facts_of(const Prepared& prepared, const Execution& execution, const std::string& command) {
   const Scene& scene = *prepared.scene;
   std::map<std::string, std::uint64_t> contents = {
@@ -255,27 +200,6 @@ json stats_json(const RenderOutput& done, const PredictedError& error, const Pre
 void write_stats(const std::filesystem::path& path, const json& stats) {
   // Paths on disk need not be UTF-8.
   write_text(path, stats.dump(2, ' ', false, json::error_handler_t::replace) + "\n");
-}
-
-void write_text(const std::filesystem::path& path, const std::string& text) {
-  AtomicFile file(path);
-  file.write(text.data(), text.size());
-  file.commit();
-}
-
-void require_writable(const std::vector<std::filesystem::path>& outputs, const std::filesystem::path& input) {
-  std::vector<std::filesystem::path> seen;
-  for (const std::filesystem::path& path : outputs) {
-    if (path.empty()) continue;
-    const AtomicFile probe(path);  // made under its temporary name, and removed again
-    const std::filesystem::path real = place_of(path);
-    if (is_same_file(path, input))
-      throw UsageError(fmt::format("cannot write {}: it is the input; choose another name", path.string()));
-    if (std::find(seen.begin(), seen.end(), real) != seen.end())
-      throw UsageError(
-          fmt::format("cannot write {}: two outputs have that name; choose another for one of them", path.string()));
-    seen.push_back(real);
-  }
 }
 
 }  // namespace eikon
