@@ -37,18 +37,18 @@ std::vector<std::string> words_of_other_scene(const std::string& scene, std::vec
   return given;
 }
 
-Sceneries::Sceneries(std::vector<std::string> given, ParseRender parse, bool is_dropped)
+SceneryLoader::SceneryLoader(std::vector<std::string> given, ParseRender parse, bool is_dropped)
     : given_(std::move(given)), parse_(std::move(parse)), scenes_(kSceneBytes), is_dropped_(is_dropped) {}
 
 /// Drops all that is in memory, so the next look is loaded from its files.
-void Sceneries::forget() {
+void SceneryLoader::forget() {
   scenes_.clear();
   source_.reset();
   bounded_.reset();
 }
 
 /// words  get what the options were made of
-RenderOptions Sceneries::options_of(const ViewLook& look, std::vector<std::string>& words) const {
+RenderOptions SceneryLoader::options_of(const ViewLook& look, std::vector<std::string>& words) const {
   words = words_of(look, given_);
   if (!has_flag(words, "--spp")) words.push_back(fmt::format("--spp={}", kUsualViewSpp));
   if (source_ && !source_->default_environment.empty() && !has_flag(words, "--env"))
@@ -62,7 +62,7 @@ RenderOptions Sceneries::options_of(const ViewLook& look, std::vector<std::strin
 }
 
 /// Watches the files from before they are read, so that no change is missed.
-void Sceneries::read_source(const RenderOptions& options) {
+void SceneryLoader::read_source(const RenderOptions& options) {
   const std::string& map = options.scene.environment.map;
   std::vector<std::filesystem::path> files = scene_files(options.scene.scene);
   if (!map.empty()) files.emplace_back(map);
@@ -73,7 +73,7 @@ void Sceneries::read_source(const RenderOptions& options) {
 
 /// Keeps the map for the next look, and the choice that depends on what the camera sees: the light shall not change while
 /// somebody turns the camera.
-void Sceneries::keep_environment(const EnvironmentOptions& asked, const Prepared& prepared, bool is_given) {
+void SceneryLoader::keep_environment(const EnvironmentOptions& asked, const Prepared& prepared, bool is_given) {
   const Environment& used = prepared.settings.environment;
   if (is_given) {
     source_->environment_words = asked.neutral ? kNeutral : asked.map;
@@ -84,7 +84,7 @@ void Sceneries::keep_environment(const EnvironmentOptions& asked, const Prepared
 }
 
 /// Adds the layers that a page may ask for.
-void Sceneries::add_layers(const Scene& scene, std::vector<std::string>& aovs, std::vector<std::string>& words) {
+void SceneryLoader::add_layers(const Scene& scene, std::vector<std::string>& aovs, std::vector<std::string>& words) {
   std::vector<std::string> wanted = {"albedo", "normal", "depth"};
   if (scene.light_groups.size() > 1) wanted.emplace_back("light_groups");
   for (const std::string& layer : wanted)
@@ -93,7 +93,7 @@ void Sceneries::add_layers(const Scene& scene, std::vector<std::string>& aovs, s
   words.push_back(fmt::format("--aov={}", fmt::join(aovs, ",")));
 }
 
-Scenery Sceneries::load(const ViewLook& look, const std::function<void(const char*)>& begins) {
+Scenery SceneryLoader::load(const ViewLook& look, const std::function<void(const char*)>& begins) {
   const auto loading = [&] { begins("loading"); };
   std::vector<std::string> words, notes;
   if (is_dropped_)

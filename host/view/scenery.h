@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// From what a page asks to see to a scene that is ready to be rendered.
+// A scenery is all that a render of a look needs; its loader makes it of the look.
 #pragma once
 #include <cstdint>
 #include <functional>
@@ -22,7 +22,7 @@ namespace eikon {
 /// Samples per pixel of a view, unless the user says otherwise.
 inline constexpr std::uint64_t kUsualViewSpp = 1024;
 
-/// A picture that is rendered, and how far.
+/// All that rendering a look needs, and the samples that were rendered so far.
 struct Scenery {
   Prepared prepared;
   Execution execution;
@@ -40,14 +40,15 @@ struct Scenery {
 /// The words of a view for another scene than before: without what was meant for that one.
 [[nodiscard]] std::vector<std::string> words_of_other_scene(const std::string& scene, std::vector<std::string> given);
 
-/// Loads what a look needs, and keeps what the next look is likely to need again. Of one thread.
-class Sceneries {
+/// Makes sceneries, and keeps what the next look is likely to need again: the scene, its trees, and the environment. Of one
+/// thread.
+class SceneryLoader {
  public:
   /// given  the words behind `eikon view` that `eikon render` knows, too
   /// parse  reads such words
   /// is_dropped  the scene came from a page
-  Sceneries(std::vector<std::string> given, ParseRender parse, bool is_dropped);
-  /// The scene as a look asks for it.
+  SceneryLoader(std::vector<std::string> given, ParseRender parse, bool is_dropped);
+  /// Loads the scene as a look asks for it, or finds it in memory.
   /// begins  gets "loading" and "building" before they are done; for most looks there is nothing to be done
   /// throws UsageError, InputError
   [[nodiscard]] Scenery load(const ViewLook& look, const std::function<void(const char*)>& begins);

@@ -29,15 +29,15 @@ ViewBoard::ViewBoard(ViewLook look) : wanted_(std::move(look)) { write_status();
 void ViewBoard::end() {
   const std::lock_guard lock(mutex_);
   ended_ = true;
-  seat_->over = seat_->stop = true;
+  orders_->over = orders_->stop = true;
   changed_.notify_all();
 }
 
-void ViewBoard::seat(std::shared_ptr<ViewSeat> seat, bool is_other_scene) {
+void ViewBoard::set_engine(std::shared_ptr<EngineOrders> orders, bool is_other_scene) {
   const std::lock_guard lock(mutex_);
-  seat_->over = seat_->stop = true;
-  seat_ = std::move(seat);
-  if (ended_) seat_->over = seat_->stop = true;
+  orders_->over = orders_->stop = true;
+  orders_ = std::move(orders);
+  if (ended_) orders_->over = orders_->stop = true;
   if (is_other_scene) {
     ViewLook first{.flags = {{"--size", wanted_.flags.at("--size")}}, .png = wanted_.png};
     wanted_ = std::move(first);
@@ -61,14 +61,14 @@ std::uint64_t ViewBoard::look(const ViewLook& look) {
 void ViewBoard::ask_anew() {
   ++look_number_;
   is_new_ = true;
-  seat_->stop = true;
+  orders_->stop = true;
   write_status();
 }
 
 void ViewBoard::pause(bool is_paused) {
   const std::lock_guard lock(mutex_);
   paused_ = is_paused;
-  seat_->stop = true;
+  orders_->stop = true;
   changed_.notify_all();
 }
 
@@ -90,21 +90,21 @@ Json ViewBoard::path(const PixelSample& at) {
   const auto request = std::make_shared<PathRequest>(PathRequest{.at = at});
   std::unique_lock lock(mutex_);
   if (paths_.size() >= kMostWaiting) throw InputError("view: other paths are traced first; try again");
-  const std::shared_ptr<ViewSeat> asked = seat_;
+  const std::shared_ptr<EngineOrders> asked = orders_;
   paths_.push_back(request);
   asked->stop = true;
   changed_.notify_all();
-  changed_.wait_for(lock, seconds(kLongestPath_s), [&] { return ended_ || request->over || seat_ != asked; });
+  changed_.wait_for(lock, seconds(kLongestPath_s), [&] { return ended_ || request->over || orders_ != asked; });
   if (!request->over) throw InputError("view: the path was not traced in time; try again");
   if (!request->error.empty()) throw InputError(request->error);
   return Json::parse(request->answer);
 }
 
-std::optional<ViewBoard::Task> ViewBoard::next_task(const ViewSeat& seat) {
+std::optional<ViewBoard::Task> ViewBoard::next_task(const EngineOrders& orders) {
   std::unique_lock lock(mutex_);
   const bool renders = status_.state == "rendering" && !paused_;
-  if (!renders) changed_.wait_for(lock, seconds(kWatch_s), [&] { return seat.over || is_new_ || !paths_.empty(); });
-  if (seat.over) return std::nullopt;
+  if (!renders) changed_.wait_for(lock, seconds(kWatch_s), [&] { return orders.over || is_new_ || !paths_.empty(); });
+  if (orders.over) return std::nullopt;
   Task task;
   if (std::exchange(is_new_, false)) {
     task.look = wanted_;
@@ -114,34 +114,34 @@ std::optional<ViewBoard::Task> ViewBoard::next_task(const ViewSeat& seat) {
   }
   task.number = look_number_;
   task.renders = !paused_;
-  seat_->stop = !paths_.empty();
+  orders_->stop = !paths_.empty();
   return task;
 }
 
-void ViewBoard::say(const ViewSeat& seat, const std::string& state, std::uint64_t number, const std::string& error) {
+void ViewBoard::say(const EngineOrders& orders, const std::string& state, std::uint64_t number, const std::string& error) {
   const std::lock_guard lock(mutex_);
-  if (!sits(seat)) return;
+  if (!has(orders)) return;
   status_.state = state;
   status_.look = number;
   status_.error = error;
   write_status();
 }
 
-void ViewBoard::describe(const ViewSeat& seat, const std::vector<std::string>& words,
+void ViewBoard::describe(const EngineOrders& orders, const std::vector<std::string>& words,
                          const std::vector<std::string>& notes, const Json& outline) {
   const std::lock_guard lock(mutex_);
-  if (!sits(seat)) return;
+  if (!has(orders)) return;
   status_.words = words;
   status_.notes = notes;
   status_.scene = dumped(outline);
 }
 
-void ViewBoard::publish(const ViewSeat& seat, const Json& about, std::vector<unsigned char> pixels) {
+void ViewBoard::publish(const EngineOrders& orders, const Json& about, std::vector<unsigned char> pixels) {
   auto frame = std::make_shared<ViewFrame>();
   frame->about = about.dump();
   frame->pixels = std::move(pixels);
   const std::lock_guard lock(mutex_);
-  if (!sits(seat)) return;
+  if (!has(orders)) return;
   frame->number = frame_ ? frame_->number + 1 : 1;
   frame_ = std::move(frame);
   ++version_;

@@ -31,10 +31,11 @@ struct ViewNews {
   std::shared_ptr<const ViewFrame> frame;  // null: none yet
 };
 
-/// The orders to one engine. A board listens to the last engine that was seated, and to no other.
-struct ViewSeat {
-  std::atomic<bool> stop{false};  // the render that is under way
-  std::atomic<bool> over{false};  // everything
+/// The orders of a board to one engine. They also tell engines apart: a board takes pictures and states only from the engine
+/// whose orders it was given last, because one that still loads or compiles for an earlier scene cannot be interrupted.
+struct EngineOrders {
+  std::atomic<bool> stop{false};  // ends the render that is under way
+  std::atomic<bool> over{false};  // ends the engine
 };
 
 class ViewBoard {
@@ -44,7 +45,7 @@ class ViewBoard {
     bool over = false;
     std::string answer{}, error{};  // JSON, or what is wrong
   };
-  /// The next thing that an engine does.
+  /// The next thing that an engine does; at most one of `look` and `request` is set.
   struct Task {
     std::optional<ViewLook> look{};          // another one than before
     std::uint64_t number = 0;                // of the look
@@ -63,30 +64,33 @@ class ViewBoard {
   [[nodiscard]] std::vector<std::string> words();
   /// Waits until the engine has answered. throws InputError
   [[nodiscard]] Json path(const PixelSample& at);
-  /// The engine of this seat is the one from now on; the one before it is told to end. It shows the look in force, or, of
-  /// another scene, what its file has.
-  void seat(std::shared_ptr<ViewSeat> seat, bool is_other_scene);
+  /// From now on the board listens to the engine with these orders, and tells the one before it to end. The engine begins
+  /// with the look in force, or, for another scene, with the view that its file has.
+  void set_engine(std::shared_ptr<EngineOrders> orders, bool is_other_scene);
   /// Ends every wait and the engine. Any number of times.
   void end();
 
-  // ---- for engines; nothing comes of what one says that has no seat any more
+  // ---- for engines; what an engine says whose orders are not the board's any more has no effect
 
-  /// Waits for it, a while; none when the engine is to end.
-  [[nodiscard]] std::optional<Task> next_task(const ViewSeat& seat);
-  /// number: of the look that is in that state
-  void say(const ViewSeat& seat, const std::string& state, std::uint64_t number, const std::string& error = "");
+  /// Waits for a task, but for half a second at most: the engine then looks whether files of the scene have changed. Nothing
+  /// means that the engine is to end.
+  [[nodiscard]] std::optional<Task> next_task(const EngineOrders& orders);
+  /// Tells pages a state (Status::state).
+  /// number  of the look that is in that state
+  void say(const EngineOrders& orders, const std::string& state, std::uint64_t number, const std::string& error = "");
   /// words    behind `eikon render`, without names of output files
   /// outline  scene_outline()
-  void describe(const ViewSeat& seat, const std::vector<std::string>& words, const std::vector<std::string>& notes,
+  void describe(const EngineOrders& orders, const std::vector<std::string>& words, const std::vector<std::string>& notes,
                 const Json& outline);
-  void publish(const ViewSeat& seat, const Json& about, std::vector<unsigned char> pixels);
+  void publish(const EngineOrders& orders, const Json& about, std::vector<unsigned char> pixels);
   void answer(PathRequest& request, std::string answer, std::string error);
   /// Says why there are no pictures without noise; empty: there are.
   void set_denoiser(const std::string& problem);
 
  private:
   struct Status {
-    std::string state = "loading";  // then building, compiling, moving or rendering, done; or failed
+    /// "loading", "building", "compiling", "moving" or "rendering", "done"; or "failed".
+    std::string state = "loading";
     std::uint64_t look = 0;         // number of the look of which that is the state
     std::string error{};            // why it failed
     std::vector<std::string> words{}, notes{};
@@ -96,11 +100,11 @@ class ViewBoard {
 
   void ask_anew();  // with mutex_ held, as the next
   void write_status();
-  [[nodiscard]] bool sits(const ViewSeat& seat) const { return seat_.get() == &seat; }
+  [[nodiscard]] bool has(const EngineOrders& orders) const { return orders_.get() == &orders; }
 
   std::mutex mutex_;  // guards what follows
   std::condition_variable changed_;
-  std::shared_ptr<ViewSeat> seat_ = std::make_shared<ViewSeat>();
+  std::shared_ptr<EngineOrders> orders_ = std::make_shared<EngineOrders>();
   ViewLook wanted_;
   std::uint64_t look_number_ = 1;
   bool is_new_ = true, paused_ = false, ended_ = false;

@@ -44,12 +44,12 @@ Json number_or_null(bool is_known, double value) {
 
 }  // namespace
 
-ViewEngine::ViewEngine(std::shared_ptr<ViewBoard> board, std::shared_ptr<ViewSeat> seat,
-                       std::unique_ptr<Sceneries> sceneries, DevicePool pool)
-    : board_(std::move(board)), seat_(std::move(seat)), sceneries_(std::move(sceneries)), pool_(std::move(pool)) {}
+ViewEngine::ViewEngine(std::shared_ptr<ViewBoard> board, std::shared_ptr<EngineOrders> orders,
+                       std::unique_ptr<SceneryLoader> scenery_loader, DevicePool pool)
+    : board_(std::move(board)), orders_(std::move(orders)), scenery_loader_(std::move(scenery_loader)), pool_(std::move(pool)) {}
 
 void ViewEngine::run() {
-  while (const std::optional<ViewBoard::Task> task = board_->next_task(*seat_)) {
+  while (const std::optional<ViewBoard::Task> task = board_->next_task(*orders_)) {
     std::string wrong;
     try {
       serve(*task);
@@ -67,13 +67,13 @@ void ViewEngine::run() {
 }
 
 void ViewEngine::say(const std::string& state, const std::string& error) {
-  board_->say(*seat_, state, shown_number_, error);
+  board_->say(*orders_, state, shown_number_, error);
 }
 
 void ViewEngine::serve(const ViewBoard::Task& task) {
   if (task.request) return answer(*task.request);
   if (task.look) shown_number_ = task.number;
-  const bool is_outdated = sceneries_->is_outdated();
+  const bool is_outdated = scenery_loader_->is_outdated();
   if (is_outdated) scenery_.reset();
   if (task.look || is_outdated) show(task.look.value_or(shown_));
   if (scenery_ && task.renders && !shown_.moving && !is_finished()) render();
@@ -111,8 +111,8 @@ void ViewEngine::show(const ViewLook& look) {
 void ViewEngine::load() {
   scenery_.reset();
   // Loading and packing say so only where they are done: most looks need neither.
-  scenery_ = sceneries_->load(shown_, [this](const char* phase) { say(phase); });
-  board_->describe(*seat_, scenery_->words, scenery_->notes,
+  scenery_ = scenery_loader_->load(shown_, [this](const char* phase) { say(phase); });
+  board_->describe(*orders_, scenery_->words, scenery_->notes,
                    scene_outline(*scenery_->kept->scene, scenery_->bounds, scenery_->prepared.settings));
 }
 
@@ -135,7 +135,7 @@ void ViewEngine::show_small() {
   if (compiles) hooks.opening = [this] { say("compiling"); };
   const double begin_s = host_seconds();
   const RenderOutput done =
-      render_packed(scenery_->packed, scenery_->features, small, scenery_->execution, seat_->over, std::move(hooks));
+      render_packed(scenery_->packed, scenery_->features, small, scenery_->execution, orders_->over, std::move(hooks));
   const double took_s = host_seconds() - begin_s;
   begin_s_ = host_seconds();
   predicting_.rest();
@@ -169,13 +169,13 @@ void ViewEngine::render() {
     return {.end = std::min(now.done + step, settings.sample_end)};
   };
   hooks.progress = [&](const Progress&, const Film&) {
-    if (sceneries_->is_outdated()) seat_->stop = true;
+    if (scenery_loader_->is_outdated()) orders_->stop = true;
   };
   hooks.pilot = [&] { return scenery_->pilot; };
   hooks.pilot_done = [&](const Pilot& pilot) { scenery_->pilot = pilot; };
   hooks.begin_with = std::exchange(scenery_->film, std::nullopt);
   RenderOutput done =
-      render_packed(scenery_->packed, scenery_->features, settings, scenery_->execution, seat_->stop, std::move(hooks));
+      render_packed(scenery_->packed, scenery_->features, settings, scenery_->execution, orders_->stop, std::move(hooks));
   scenery_->film = std::move(static_cast<FilmState&>(done));
   if (is_finished()) say("done");
 }
@@ -204,7 +204,7 @@ void ViewEngine::publish(const Film& film, const Shown& shown, bool is_last) {
     about["layer"] = "picture";  // until there is one without noise
     if (*denoised_) return;
   }
-  board_->publish(*seat_, about, view_pixels(film, shown_));
+  board_->publish(*orders_, about, view_pixels(film, shown_));
 }
 
 void ViewEngine::denoise(const Film& film, const Json& about, std::uint64_t samples, bool is_last) {
@@ -213,9 +213,9 @@ void ViewEngine::denoise(const Film& film, const Json& about, std::uint64_t samp
         scenery_->execution.threads, [board = board_](const std::string& problem) { board->set_denoiser(problem); });
   if (!is_last && !denoiser_->pays(samples)) return;
   denoiser_->begin(to_image(film, Denoiser::kGuides), samples,
-                   [board = board_, seat = seat_, about, shown = denoised_](const Image& picture) {
+                   [board = board_, orders = orders_, about, shown = denoised_](const Image& picture) {
                      *shown = true;
-                     board->publish(*seat, about, view_pixels(picture));
+                     board->publish(*orders, about, view_pixels(picture));
                    });
 }
 

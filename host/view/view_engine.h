@@ -13,17 +13,19 @@
 
 namespace eikon {
 
-/// Renders what a board asks for, as long as it has a seat there.
+/// Renders what a board asks for, until its orders end it. run() is the body of a thread of its own, which nothing can
+/// interrupt while it loads or compiles, so the engine owns or shares all that it uses.
 class ViewEngine {
  public:
-  ViewEngine(std::shared_ptr<ViewBoard> board, std::shared_ptr<ViewSeat> seat, std::unique_ptr<Sceneries> sceneries,
+  ViewEngine(std::shared_ptr<ViewBoard> board, std::shared_ptr<EngineOrders> orders, std::unique_ptr<SceneryLoader> scenery_loader,
              DevicePool pool);
+  /// Returns when `orders` end the engine. Errors become a state of the board.
   void run();
 
  private:
   static constexpr double kErrorShare = 0.05;  // of the time goes into predicting the error
 
-  /// Says of which samples a picture is, and of what size.
+  /// The size of a picture, and how many samples it shows.
   struct Shown {
     const Settings& settings;
     std::uint64_t samples = 0;  // per pixel
@@ -44,19 +46,21 @@ class ViewEngine {
   void say(const std::string& state, const std::string& error = "");
 
   const std::shared_ptr<ViewBoard> board_;
-  const std::shared_ptr<ViewSeat> seat_;
-  const std::unique_ptr<Sceneries> sceneries_;
+  const std::shared_ptr<EngineOrders> orders_;
+  const std::unique_ptr<SceneryLoader> scenery_loader_;
   DevicePool pool_;
   std::optional<Scenery> scenery_{};  // none: it could not be loaded, or rendered
   ViewLook shown_{};                  // by scenery_
   std::uint64_t shown_number_ = 0;    // of that look
-  std::string compiled_{};            // features of the last picture
-  std::uint64_t small_ = 4;           // side of the block that a pixel of the small picture stands for
+  std::string compiled_{};            // features of the programs that were compiled last
+  std::uint64_t small_ = 4;           // a pixel of the small picture stands for a block of so many pixels squared
   double begin_s_ = 0;                // of the samples that are shown
   TimeShare predicting_{kErrorShare};
   PredictedError error_{};            // as it was predicted last, for the picture that is shown
   std::unique_ptr<ViewDenoiser> denoiser_{};
-  std::shared_ptr<std::atomic<bool>> denoised_{};  // such a picture is shown, which the noisy one must not replace
+  /// True once the look has a picture without noise, which noisy ones must not replace. Each look has its own, because the
+  /// denoiser's thread sets it.
+  std::shared_ptr<std::atomic<bool>> denoised_{};
 };
 
 }  // namespace eikon
