@@ -60,7 +60,7 @@ std::uint64_t Goal::next_end(std::uint64_t samples) const {
   const std::uint64_t step = doubling / kLooksPerDoubling;
   const std::uint64_t next = (samples / step + 1) * step;
   if (judged_ == 0 || error_.relmse <= 0) return next;
-  // No error falls faster than the square of the number of samples: looks that cannot please are left out.
+  // No error falls faster than the square of the number of samples, so looks that cannot reach the target are left out.
   const double least = double(judged_) * std::sqrt(error_.lo / *options_.relmse);
   return double(next) < least ? next_end(next) : next;
 }
@@ -84,6 +84,15 @@ void Goal::warn_if_out_of_reach(std::uint64_t samples) {
                    needed, most_));
 }
 
+void Goal::attach(RenderHooks& hooks) {
+  hooks.next_round = [this](const RoundEnd& now) { return next(now); };
+  hooks.latest_s = latest_s();
+  hooks.progress = [this, usual = std::move(hooks.progress)](Progress now, const Film& film) {
+    tell(now);
+    if (usual) usual(now, film);
+  };
+}
+
 Round Goal::next(const RoundEnd& now) {
   const std::uint64_t samples = now.done - begin_;
   if (options_.relmse && now.exact && is_look(samples)) {
@@ -91,7 +100,7 @@ Round Goal::next(const RoundEnd& now) {
     warn_if_out_of_reach(samples);
   }
   latest_s_ = latest_s(samples, now);
-  // What opens devices is not rendering: until a sample is done, nobody knows when that began.
+  // Time to open devices does not count, and until a sample is done it is not known when rendering began.
   const bool begins = options_.seconds && options_.times_rendering && now.render_s == 0;
   return {.end = begin_ + std::min(begins ? samples + 1 : next_end(samples), most_), .latest_s = latest_s_};
 }

@@ -32,7 +32,8 @@ struct GoalOptions {
 /// depends neither on the devices nor on interruptions. 16 samples are the least, because with fewer nothing is known
 /// of rare bright paths.
 ///
-/// Who looks often, and stops at the first look that pleases, deceives himself. So the upper bound of the i-th look is
+/// The error is judged many times, and the render ends at the first time that it seems low enough, so chance would end it too
+/// early more often than a single judgement errs (optional stopping). So the upper bound of the i-th judgement, or look, is
 /// that of a probability of 0.05 / (i (i + 1)). These add up to 0.05: in 95 % of renders no bound of any look lies
 /// below the true error [Robbins 1970, "Statistical methods related to the law of the iterated logarithm"; Howard et
 /// al. 2021, "Time-uniform, nonparametric, nonasymptotic confidence sequences", where looks are in geometric progression].
@@ -43,6 +44,8 @@ class Goal {
   Goal(const GoalOptions& options, const Settings& settings, double end_s, std::function<double(const Film&)> finish_s,
        Log log);
 
+  /// Lets a render end by this goal. The goal must outlive the render.
+  void attach(RenderHooks& hooks);
   /// For RenderHooks::next_round.
   [[nodiscard]] Round next(const RoundEnd& now);
   /// When the first round should have ended, by what is known before it; on the clock of host_seconds().
@@ -66,9 +69,9 @@ class Goal {
   Log log_;
   double finish_estimate_s_, latest_s_ = std::numeric_limits<double>::infinity();
   bool finish_known_ = false, warned_ = false;
-  std::uint64_t judged_ = 0;  // samples at the last look; 0: none
-  PredictedError error_;      // then
-  double bound_ = std::numeric_limits<double>::infinity();
+  std::uint64_t judged_ = 0;  // samples per pixel at the last look; 0: there was none
+  PredictedError error_;      // at the last look
+  double bound_ = std::numeric_limits<double>::infinity();  // of the relMSE, at the last look
 };
 
 }  // namespace eikon

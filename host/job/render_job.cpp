@@ -180,15 +180,7 @@ void RenderJob::render(const std::atomic<bool>& stop, RenderHooks hooks) {
   checkpoint_.attach(hooks);
   pilot_.attach(hooks, pilots_);
   std::optional<Goal> goal;
-  if (options_.goal.any()) {
-    goal.emplace(make_goal());
-    hooks.next_round = [&](const RoundEnd& now) { return goal->next(now); };
-    hooks.latest_s = goal->latest_s();
-    hooks.progress = [&, usual = std::move(hooks.progress)](Progress now, const Film& film) {
-      goal->tell(now);
-      if (usual) usual(now, film);
-    };
-  }
+  if (options_.goal.any()) goal.emplace(make_goal()).attach(hooks);
   hooks.keep = prepared_.scene;
   if (options_.tev) {
     const TevTarget target{*options_.tev, output_.string(), exr_options(), denoiser_ != nullptr};
@@ -198,24 +190,31 @@ void RenderJob::render(const std::atomic<bool>& stop, RenderHooks hooks) {
   if (!options_.report.empty()) hooks.error_share = kReportErrorShare;
   if (!options_.stats.empty() || !options_.report.empty())
     facts_ = facts_of(prepared_, options_.execution, options_.command);
-  const Settings& settings = prepared_.settings;
   try {
-    if (packed_ == nullptr) {
-      done_ = render_and_release(*prepared_.scene, settings, options_.execution, stop, std::move(hooks));
-    } else {
-      const Features features = features_of(*prepared_.scene, settings, options_.execution);
-      done_ = render_packed(packed_, features, settings, options_.execution, stop, std::move(hooks));
-    }
+    done_ = render_scene(stop, std::move(hooks));
   } catch (const NoDeviceLeft& error) {
     done_ = std::move(*error.done);
     failure_ = error.what();
   }
+  end_render();
+}
+
+RenderOutput RenderJob::render_scene(const std::atomic<bool>& stop, RenderHooks hooks) {
+  const Settings& settings = prepared_.settings;
+  if (packed_ == nullptr)
+    return render_and_release(*prepared_.scene, settings, options_.execution, stop, std::move(hooks));
+  const Features features = features_of(*prepared_.scene, settings, options_.execution);
+  return render_packed(packed_, features, settings, options_.execution, stop, std::move(hooks));
+}
+
+void RenderJob::end_render() {
   if (device_slot_ != nullptr) device_slot_->under_way();
   if (report().end == End::enough || report().end == End::out_of_time) end_samples();
   for (const std::string& note : report().notes) log_(note);
-  const bool failed = !failure_.empty();  // failure_ then says why each device was dropped
+  const bool failed = !failure_.empty();
   for (const DeviceEvent& event : report().events)
-    if (!failed) log_(fmt::format("device {}: {}", report().devices[event.device].info.selector, event.text));
+    if (!failed)  // else failure_ says why each device was dropped
+      log_(fmt::format("device {}: {}", report().devices[event.device].info.selector, event.text));
   checkpoint_.end(*done_);
   if (failed && checkpoint_.is_whole())
     throw DeviceError(fmt::format("{}; {} holds what is done: --resume goes on from it", failure_, checkpoint_.file()));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A render from its options to its files, step by step. Any number of jobs can run in one process:
-// the caller handles signals, progress and messages.
+// A render from its options to its files, in the steps load(), render(), write(). Any number of jobs can run in one process,
+// each with one thread at a time: the caller handles signals, progress and messages.
 #pragma once
 #include <atomic>
 #include <filesystem>
@@ -36,8 +36,8 @@ class RenderJob {
   void use(std::shared_ptr<PackedScene> packed) { packed_ = std::move(packed); }
   /// Makes render() look for the image's pilot here, and keep it here.
   void share(PilotCache& pilots) { pilots_ = &pilots; }
-  /// Its turn of `devices`, which is where render() has them from. After use(). stop: see
-  /// DevicePrefetcher
+  /// Takes a turn of `devices`: render() then takes its devices from there. To be called after use(), if that is called.
+  /// stop  as DevicePrefetcher::slot() takes it
   void take_devices(DevicePrefetcher& devices, const std::atomic<bool>& stop);
   /// Renders until all is done or `stop` is set. throws Error
   void render(const std::atomic<bool>& stop, RenderHooks hooks);
@@ -73,26 +73,31 @@ class RenderJob {
   std::shared_ptr<PackedScene> packed_{};
   std::unique_ptr<DevicePrefetcher::Slot> device_slot_{};
   std::unique_ptr<Denoiser> denoiser_{};  // for --denoise
-  std::optional<Image> denoised_{};       // what it made of the finished picture
+  std::optional<Image> denoised_{};       // the finished picture without noise
   RenderFacts facts_{};  // for --stats and --report
   std::unique_ptr<TevViewer> viewer_{};  // for --tev, from the begin of render()
   std::optional<RenderOutput> done_;
   PredictedError error_;
-  bool as_asked_ = true;
+  bool as_asked_ = true;  // false: something was written otherwise than asked, and a line said so
   std::string failure_{};  // why no device was left, once render() has something to keep for write()
   CheckpointFile checkpoint_;
   PilotKeeper pilot_;
   PilotCache* pilots_ = nullptr;
 
+  /// Renders the packed scene of use(), or packs the loaded one and frees its meshes.
+  [[nodiscard]] RenderOutput render_scene(const std::atomic<bool>& stop, RenderHooks hooks);
+  /// Logs what happened to the devices, and writes the last checkpoint again if that failed.
+  /// throws DeviceError if no device was left and a checkpoint holds what is done
+  void end_render();
   /// Sets how far the samples may go, once the scene is known.
   void settle_goal();
   /// The goal of a render that begins now.
   [[nodiscard]] Goal make_goal();
-  /// Estimates the seconds from the last sample to the last file, by writing a strip of the picture elsewhere.
+  /// Estimates the seconds from the last sample to the last file, by write_trial() on some rows of the film.
   [[nodiscard]] double finish_seconds(const Film& film);
-  /// Does with a strip of the picture what is done at the end with all of it.
+  /// Does with the film what the end of the job does (predict, denoise, write), and removes the files again.
   void write_trial(const Film& film);
-  /// Makes the range of samples what was done, after a render that ended by its goal.
+  /// After a render that ended by its goal: shortens the range of samples to what was done, so that headers state it.
   void end_samples();
   [[nodiscard]] ExrOptions exr_options() const;
   /// The last line that print() prints: what ended the render.

@@ -23,10 +23,10 @@ struct RenderTotals {
   RayCounts rays;
   // Rays that ended their search for an implicit surface after too many steps, and passed through.
   std::uint64_t given_up = 0;
-  // For which shapes: bit i of Scene::shapes[i], bit 31 of [31] and all behind it.
+  // The surfaces of these rays. Bit i stands for Scene::shapes[i], and bit 31 for shapes[31] and all behind it.
   std::uint32_t given_up_surfaces = 0;
-  std::uint64_t nonfinite = 0, saturated = 0;  // samples left out of the film
-  std::vector<PixelSample> rejected;           // the first few of them
+  std::uint64_t nonfinite = 0, saturated = 0;  // as UnitResult has them
+  std::vector<PixelSample> rejected;           // the first few samples that were left out of the film
 };
 
 struct DeviceReport {
@@ -36,16 +36,17 @@ struct DeviceReport {
   ArithmeticClass arithmetic;
   std::uint64_t samples = 0, units = 0, device_bytes = 0;
   RayCounts rays;
-  // Of units that it finished after another device had, to end the render sooner: stages, bounces and times have them.
+  // Rays of speculative copies (schedule.h) that another device was faster with. `rays` and `samples` leave them out;
+  // stages, bounces and times include them.
   RayCounts repeated_rays;
-  double open_s = 0, compile_s = 0, upload_s = 0;
+  double open_s = 0, compile_s = 0, upload_s = 0;  // over all times that it was opened
   double busy_s = 0;  // from its first unit to its last, without the time between rounds
   double wait_s = 0;  // without a unit, while other devices had work
   // Samples per second by the last measurement; 0: unknown.
   double rate = 0;
   double begin_s = 0;  // its first unit began
   double end_s = 0;    // its last unit was finished
-  // Before the first unit; a CPU device reads some buffers in place.
+  // Bytes that were copied before the first unit. A CPU device reads some buffers in place.
   std::uint64_t upload_bytes = 0;
   std::uint64_t failures = 0;                 // units that it lost
   std::map<std::string, StageTotals> stages;  // from the first unit on

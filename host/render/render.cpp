@@ -20,9 +20,9 @@
 namespace eikon {
 namespace {
 
-/// Hands copies of the film to the hook when they are due. A call begins so early that the previous
-/// copy is never older than an interval when this call ends, if it takes as long as that one did;
-/// but calls take at most half of the time.
+/// Hands copies of the film to RenderHooks::checkpoint when they are due. A kill of the process loses what came after the
+/// last checkpoint that is on the disk, so the next is begun as much earlier as the last one took; it then is on the disk
+/// checkpoint_every_s after the last was begun. Checkpoints that take long still leave half of the time to the render.
 class Checkpoints {
  public:
   Checkpoints(const RenderHooks& hooks, Trace* trace)
@@ -74,8 +74,8 @@ class ProgressTicks {
   double next_s_ = 0;
 };
 
-/// The threads of the devices. They end before anything goes that they do not own, whatever
-/// happens; a thread that hangs is detached.
+/// The threads of the devices. Its destructor waits for them, also after an exception, because they use what the caller
+/// owns; a thread that hangs is detached instead, and uses only what it shares (device_sessions.h).
 class Threads {
  public:
   explicit Threads(std::shared_ptr<DeviceSessions> sessions) : sessions_(std::move(sessions)) {}
@@ -104,8 +104,8 @@ class Threads {
   std::vector<std::pair<std::size_t, std::thread>> threads_;  // with their devices
 };
 
-/// The part of the calling thread: it opens ranges of samples and calls hooks while the devices
-/// work.
+/// What the calling thread does while the devices work: it opens one round of samples after the other, calls the hooks, and
+/// watches for devices that hang.
 class RenderLoop {
  public:
   /// left: samples that are still to be done
@@ -121,15 +121,18 @@ class RenderLoop {
   /// Returns when no round is left, when `stop` is set or the time is over (the state is then `working`), or when
   /// no device is left.
   DeviceSessions::State run_to_completion(const std::atomic<bool>& stop) {
-    // The thread wakes so often to see signals and clocks.
+    // Signals and clocks wake nobody, so the thread looks after them at this interval.
     const double due_s = hooks_.checkpoint ? std::max(hooks_.checkpoint_every_s, 0.01) : hooks_.wake_s;
     const double wake_s = std::min(due_s, hooks_.wake_s);
-    bool told = !hooks_.under_way;
+    bool is_under_way = !hooks_.under_way;
     rounds_.open(sessions_);
     while (!stop.load() && !rounds_.is_out_of_time()) {
       sessions_.wait(wake_s);
       sessions_.watch();
-      if (!told && !sessions_.is_opening()) hooks_.under_way(), told = true;
+      if (!is_under_way && !sessions_.is_opening()) {
+        hooks_.under_way();
+        is_under_way = true;
+      }
       const DeviceSessions::State state = sessions_.state();
       if (state == DeviceSessions::State::done) {
         if (stop.load()) break;
@@ -244,7 +247,8 @@ FilmState first_film(RenderHooks& hooks, const WavefrontDevices& devices, const 
   return begin;
 }
 
-/// Sums must not have light paths of different numbers. throws InputError when a trial decided otherwise before
+/// Notes how many light paths the trial decided on, with the sums: samples with different counts must not be added up.
+/// throws InputError when the sums to go on from have another count
 void agree_on_light_paths(FilmState& begin, const Settings& settings) {
   if (settings.light_trial_paths == 0) return;
   const std::set<std::uint64_t> now = {settings.light_path_count};
@@ -273,7 +277,19 @@ void fill_report(RenderReport& report, DeviceSessions& sessions, const Wavefront
   report.reinserted = tree != devices.packed->accels.end() && tree->second.reinserted;
 }
 
-/// report: has what is known before the devices begin
+/// Why a render ended that leaves samples undone.
+/// cut_short       the pilot took all of the time
+/// no_device_left  nobody can render what is left
+End reason_of_end(const Rounds& rounds, bool cut_short, bool stopped, bool no_device_left) {
+  if (rounds.over()) return End::enough;
+  const bool out_of_time = rounds.is_out_of_time() || cut_short;
+  return out_of_time && !stopped && !no_device_left ? End::out_of_time : End::interrupted;
+}
+
+/// Renders with the devices that have no error in `prepared`, from the film that the hooks give until the hooks, `stop` or
+/// the last sample end it.
+/// report  what is known before the devices begin
+/// throws NoDeviceLeft when no device is left and some samples are done, DeviceError when none is; the error that broke it
 RenderOutput render_on(const std::shared_ptr<WavefrontDevices>& devices, const Execution& execution,
                        const std::vector<DeviceReport>& prepared, const std::atomic<bool>& stop, RenderHooks& hooks,
                        RenderReport report) {
@@ -294,10 +310,10 @@ RenderOutput render_on(const std::shared_ptr<WavefrontDevices>& devices, const E
   RenderLoop loop(*sessions, hooks, settings, execution.trace.get(), rounds, left);
   TraceScope rendering(execution.trace.get(), execution.track, "render");
   Threads threads(sessions);
-  const bool ready = !report.pilot.cut_short;  // else it is known that there is no time
+  const bool has_time = !report.pilot.cut_short;
   for (std::size_t i = 0; i < prepared.size(); ++i)
-    if (ready && left > 0 && !rounds.over() && prepared[i].error.empty()) threads.start(i, open_wavefronts(devices));
-  const DeviceSessions::State state = ready ? loop.run_to_completion(stop) : DeviceSessions::State::working;
+    if (has_time && left > 0 && !rounds.over() && prepared[i].error.empty()) threads.start(i, open_wavefronts(devices));
+  const DeviceSessions::State state = has_time ? loop.run_to_completion(stop) : DeviceSessions::State::working;
   threads.end();
   for (const DeviceEvent& event : sessions->events())
     if (event.kind == DeviceEvent::Kind::hung) devices->pool.abandon(devices->devices[event.device], event.text);
@@ -311,15 +327,14 @@ RenderOutput render_on(const std::shared_ptr<WavefrontDevices>& devices, const E
 
   FilmState done = sessions->film().take();
   if (!done.done.missing(settings.crop, settings.sample_begin, settings.sample_end).empty())
-    report.end = rounds.over()                                                            ? End::enough
-                 : (rounds.is_out_of_time() || !ready) && !stop.load() && !no_device_left ? End::out_of_time
-                                                                                          : End::interrupted;
+    report.end = reason_of_end(rounds, !has_time, stop.load(), no_device_left);
   RenderOutput output{std::move(done), std::move(report)};
   if (no_device_left) throw NoDeviceLeft(no_device_is_left(*sessions, samples, left), std::move(output));
   return output;
 }
 
-/// `pack` returns the PackedScene; it is called once it is certain that there are devices.
+/// Finds devices, packs the scene, builds its trees, prepares the pilot, and renders.
+/// pack  returns the PackedScene; it is called once it is certain that there are devices, as it may release the meshes
 template <class Pack>
 RenderOutput pack_and_render(const Pack& pack, const Features& features, const Settings& settings,
                              const Execution& execution, const std::atomic<bool>& stop, RenderHooks hooks) {

@@ -40,23 +40,26 @@ struct RenderReport : RenderTotals {
 
   std::vector<DeviceReport> devices;
   std::vector<DeviceEvent> events;   // in the order of time; empty when all went well
-  std::vector<std::string> notes;    // on the choice of devices, a line each
-  std::uint64_t samples_before = 0;  // those that the render began with
+  std::vector<std::string> notes;    // for the user, on the choice of devices and the pilot; a line each
+  std::uint64_t samples_before = 0;  // samples that the render began with (RenderHooks::begin_with)
   End end = End::all_done;
   [[nodiscard]] bool interrupted() const { return end == End::interrupted; }
-  std::string features;
-  std::uint64_t triangles = 0, geometry_bytes = 0;  // tree and triangles, of the first device
-  bool reinserted = false;  // its tree was improved by reinsertion, because many rays were expected
+  std::string features;               // Features::summary() of the kernels
+  std::uint64_t triangles = 0;        // with each instance counted
+  std::uint64_t geometry_bytes = 0;   // of the packed scene, with the tree of the first device
+  bool reinserted = false;            // that tree was improved by reinsertion, because many rays were expected
   PilotReport pilot;
-  double pack_s = 0, build_s = 0, compile_s = 0, upload_s = 0;
+  double pack_s = 0, build_s = 0;      // build_s: of the trees
+  double compile_s = 0, upload_s = 0;  // of the slowest device
 };
 
 struct Progress {
   // Both include the samples that the render began with.
   std::uint64_t samples = 0, samples_total = 0;
-  double seconds = 0;             // of rendering
+  double seconds = 0;             // since the first unit of this run was in the film
   double samples_per_second = 0;  // of this run
-  double share = 0, left_s = 0;   // of the work: what is done, 0 to 1, and the seconds that are left
+  double share = 0;               // of the work that is done, 0 to 1
+  double left_s = 0;              // seconds until the render is likely to end
 };
 
 /// Called about four times a second from the calling thread; the callback may read the film during
@@ -65,9 +68,9 @@ using ProgressCallback = std::function<void(const Progress&, const Film&)>;
 
 /// The film between two rounds, while the devices rest.
 struct RoundEnd {
-  std::uint64_t done = 0;  // every pixel has the samples below
-  bool exact = true;       // and no others; false only before the first round, where a render goes on
-  double render_s = 0;     // of rendering so far
+  std::uint64_t done = 0;  // sample index: every pixel has all samples of the settings' range below it
+  bool exact = true;       // and no pixel has others; false only before the first round of a render that was resumed
+  double render_s = 0;     // seconds of rendering so far, the pilot included
   const Film& film;
 };
 
@@ -84,12 +87,12 @@ struct RenderHooks {
   /// Divides the render into rounds: called before the first and after each. Its own time does not count as
   /// rendering. Unset: one round.
   std::function<Round(const RoundEnd&)> next_round = {};
-  /// The render ends by then, on the clock of host_seconds(), if its pilot has not ended: Round::latest_s begins to
-  /// hold after it.
+  /// If the pilot has not ended by then, on the clock of host_seconds(), the render ends without a sample. Round::latest_s
+  /// is for what comes after the pilot.
   double latest_s = std::numeric_limits<double>::infinity();
   /// Returns the pilot of this image if it is known; it is rendered if not. Called at most once, if the image has one.
   std::function<std::optional<Pilot>()> pilot = {};
-  /// Called with the pilot that was rendered. What it throws ends the render.
+  /// Called with the pilot, if it was rendered for this image. An exception ends the render.
   std::function<void(const Pilot&)> pilot_done = {};
   /// A film of the same scene and settings that the render continues; samples outside the settings'
   /// range stay in it.
@@ -101,7 +104,7 @@ struct RenderHooks {
   /// Called with what is done so far: after every checkpoint_every_s seconds in which there was
   /// progress, soon after *checkpoint_now was set (the call clears it), and at the end, however the
   /// render ends, if anything was done since the last call. It gets a copy, and the devices go on
-  /// meanwhile. What it throws ends the render.
+  /// meanwhile. An exception ends the render.
   std::function<void(const FilmState&)> checkpoint = {};
   double checkpoint_every_s = 60;
   std::atomic<bool>* checkpoint_now = nullptr;
@@ -152,7 +155,10 @@ struct ReadyScene {
   std::optional<Pilot> pilot{};        // of the image; none: it is rendered if the image has one
 };
 
-/// Traces the path of one sample and reports its vertices; returns what it brings, and what light paths bring besides.
+/// Traces the path of one sample again, on the first device, and reports its vertices.
+/// sample  pixels of the full image, whatever Settings::crop is
+/// returns  the light that the path brings, and what light paths of the same sample index bring to the pixel
+/// throws DeviceError
 ReplayedSample replay_path(const ReadyScene& scene, const Settings& settings, const Execution& execution,
                            const PixelSample& sample, const std::function<void(const PathVertex&)>& report);
 /// The same for a scene that is packed for this.
