@@ -39,7 +39,7 @@ struct FilmLayout {
   Crop crop;
   std::uint32_t replicates = 2;                      // power of two
   std::vector<std::string> channels{"R", "G", "B"};  // then AOV channels (albedo.R, ...) in the order of features.def
-  // Layers that count what each sample hits (mattes.h)
+  // Layers that count what each sample hits (mattes.h).
   std::vector<std::string> mattes{};
   bool operator==(const FilmLayout&) const = default;
 };
@@ -59,8 +59,8 @@ struct FilmLayout {
 /// The prefix of channels that hold what light paths bring to the channel of the rest of the name (film/splats.cpp).
 inline constexpr std::string_view kSplats = "splats.";
 
-/// Splats are held in units of 2^-48, not 2^-64: each is about as many times as large as its part of the pixel's mean as
-/// there are light paths.
+/// Splats are held in units of 2^-48, not 2^-64, since they are larger than samples: a pixel's sum of splats is divided by
+/// the number of all light paths of the window, of which few reach the pixel.
 inline constexpr int kSplatShift = 16;
 
 /// Light paths that were traced for a window of the image.
@@ -72,7 +72,7 @@ struct LightPathCount {
 
 /// The sums of one finished work unit, in the fixed-point limbs that a device writes.
 struct UnitSums {
-  // x | y << 16 in the full image, one per pixel of the unit.
+  // Each pixel of the unit as x | y << 16, in the full image.
   std::span<const std::uint32_t> pixels;
   std::uint32_t pixel_stride = 0;
   // Half-open range of sample indices, the same for every pixel.
@@ -129,7 +129,7 @@ class Film {
   void add(const UnitSums& unit);
   /// Adds to the light paths that were traced for a window. throws InternalError unless there is a count for each replicate
   void add_light_paths(const LightPathCount& count);
-  /// Those of all windows, in the order of the windows.
+  /// The light paths of all windows, in the order of the windows.
   [[nodiscard]] std::span<const LightPathCount> light_paths() const { return light_paths_; }
   /// Adds another film of the same image size, replicates, channels and mattes, whose crop lies
   /// inside this one's. The caller must know that their samples are disjoint. throws as above
@@ -142,7 +142,7 @@ class Film {
   [[nodiscard]] int128 sum(std::uint32_t x, std::uint32_t y, std::uint32_t replicate, std::uint32_t channel) const;
   [[nodiscard]] std::uint64_t count(std::uint32_t x, std::uint32_t y, std::uint32_t replicate) const;
 
-  /// Sets them, for reading checkpoints and parts. throws InputError beyond the film's range
+  /// Replace a sum and a count, for reading checkpoints and parts. throws InputError beyond the film's range
   void set(std::uint32_t x, std::uint32_t y, std::uint32_t replicate, std::uint32_t channel, int128 sum);
   void set_count(std::uint32_t x, std::uint32_t y, std::uint32_t replicate, std::uint64_t count);
 

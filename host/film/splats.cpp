@@ -14,10 +14,10 @@
 namespace eikon {
 namespace {
 
-/// The first of the three channels of splats, for each kind of sum that the film keeps.
+/// Where a splat is added, for each kind of radiance that the film keeps: indices of the first of three channels.
 struct SplatChannels {
-  std::uint32_t rgb = 0;
-  std::vector<std::pair<std::uint64_t, std::uint32_t>> bins;  // most scatterings, channel; in rising order
+  std::uint32_t rgb = 0;                                      // all light
+  std::vector<std::pair<std::uint64_t, std::uint32_t>> bins;  // most scatterings of a bin, channel; in rising order
   std::vector<std::uint32_t> groups;                          // of each light group
 
   explicit SplatChannels(const FilmLayout& layout) {

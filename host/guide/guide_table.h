@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The frozen result of a pilot: what kernels look up to guide paths (kernels/guide/guide.h).
+// The table that a pilot has learned, as kernels look it up to guide paths (kernels/guide/guide.h).
 #pragma once
 #include <array>
 #include <cstdint>
@@ -21,8 +21,8 @@ using CellId = std::uint64_t;
 struct GuideCellData {
   CellId id = 0;
   std::array<double, EK_GUIDE_BINS> target{};  // weights of the bins, not normalised; all 0: no preference
-  double indirect = 0;                         // mean radiance of kernels/guide/guide.h
-  double direct = 0;
+  double indirect = 0;  // mean radiance that arrives along the rays which paths go on with
+  double direct = 0;    // what light sampling finds there, over the albedo; its mean
 };
 
 struct GuideTable {

@@ -148,7 +148,7 @@ struct GuideLearner::Impl {
     return cell;
   }
 
-  void freeze(bool keep) {
+  void end_round(bool keep) {
     std::array<Sums, EK_GUIDE_LEVELS> levels;
     for (Sums& shard : shards) {
       levels[0].insert(shard.begin(), shard.end());
@@ -183,7 +183,7 @@ GuideLearner::GuideLearner(float scale, double usual_luminance)
           Impl{.scale = scale, .unit = usual_luminance / kUnitsPerLuminance, .shards = {}, .known = {}})) {}
 GuideLearner::~GuideLearner() = default;
 void GuideLearner::add(const PathLog& log) { impl_->add(log); }
-void GuideLearner::freeze(bool keep) { impl_->freeze(keep); }
+void GuideLearner::end_round(bool keep) { impl_->end_round(keep); }
 GuideTable GuideLearner::table() const { return impl_->table(); }
 
 }  // namespace eikon

@@ -18,7 +18,7 @@
 
 namespace eikon {
 
-/// The log of the paths of a unit (kernels/guide/path_log.h).
+/// The log of the paths of a unit (kernels/guide/path_log.h). The memory is the wavefront's (Wavefront::path_log).
 struct PathLog {
   std::span<const std::uint32_t> words;     // planes of one word of each path
   std::span<const std::uint32_t> radiance;  // what each path brought to its pixel: planes of the bits of R, G and B
@@ -30,6 +30,7 @@ struct PathLog {
   [[nodiscard]] float number(std::size_t path, std::uint32_t vertex, std::uint32_t which) const;
 };
 
+/// Learns round by round: add() the logs of a round, end_round(), and render the next round guided by table().
 class GuideLearner {
  public:
   /// scale            1 / side of the smallest cells, 1 / metres
@@ -38,8 +39,10 @@ class GuideLearner {
   ~GuideLearner();
   /// Adds the paths of a unit to the round.
   void add(const PathLog& log);
-  /// Ends a round. Cells that the round did not visit keep what they had. keep: its samples count in the next one, too
-  void freeze(bool keep = false);
+  /// Ends a round: from now on, table() and the samples of the next round use what this one learned. Cells that it did not
+  /// visit keep what they had.
+  /// keep  the samples of this round count in the next one, too
+  void end_round(bool keep = false);
   /// Returns the table that guides by the rounds that have ended.
   [[nodiscard]] GuideTable table() const;
 

@@ -166,16 +166,16 @@ std::string RenderJob::how_it_ended() const {
 void RenderJob::take_devices(DevicePrefetcher& devices, const std::atomic<bool>& stop) {
   const std::shared_ptr<const Scene> scene = prepared_.scene;
   if (packed_ == nullptr)
-    device_slot_ = devices.slot();
+    device_turn_ = devices.turn();
   else
-    device_slot_ = devices.slot(
+    device_turn_ = devices.turn(
         {packed_, scene, features_of(*scene, settings(), options_.execution), settings(), options_.execution}, stop);
 }
 
 void RenderJob::render(const std::atomic<bool>& stop, RenderHooks hooks) {
-  if (device_slot_ != nullptr) {
-    hooks.devices = &device_slot_->pool();
-    hooks.under_way = [this] { device_slot_->under_way(); };
+  if (device_turn_ != nullptr) {
+    hooks.devices = &device_turn_->pool();
+    hooks.under_way = [this] { device_turn_->under_way(); };
   }
   checkpoint_.attach(hooks);
   pilot_.attach(hooks, pilots_);
@@ -208,7 +208,7 @@ RenderOutput RenderJob::render_scene(const std::atomic<bool>& stop, RenderHooks 
 }
 
 void RenderJob::end_render() {
-  if (device_slot_ != nullptr) device_slot_->under_way();
+  if (device_turn_ != nullptr) device_turn_->under_way();
   if (report().end == End::enough || report().end == End::out_of_time) end_samples();
   for (const std::string& note : report().notes) log_(note);
   const bool failed = !failure_.empty();

@@ -37,7 +37,7 @@ class RenderJob {
   /// Makes render() look for the image's pilot here, and keep it here.
   void share(PilotCache& pilots) { pilots_ = &pilots; }
   /// Takes a turn of `devices`: render() then takes its devices from there. To be called after use(), if that is called.
-  /// stop  as DevicePrefetcher::slot() takes it
+  /// stop  as DevicePrefetcher::turn() takes it
   void take_devices(DevicePrefetcher& devices, const std::atomic<bool>& stop);
   /// Renders until all is done or `stop` is set. throws Error
   void render(const std::atomic<bool>& stop, RenderHooks hooks);
@@ -71,7 +71,7 @@ class RenderJob {
   CommandTimes times_;
   Prepared prepared_;
   std::shared_ptr<PackedScene> packed_{};
-  std::unique_ptr<DevicePrefetcher::Slot> device_slot_{};
+  std::unique_ptr<DevicePrefetcher::Turn> device_turn_{};
   std::unique_ptr<Denoiser> denoiser_{};  // for --denoise
   std::optional<Image> denoised_{};       // the finished picture without noise
   RenderFacts facts_{};  // for --stats and --report

@@ -113,12 +113,12 @@ DevicePrefetcher::Choice DevicePrefetcher::choose(const Image& image, const std:
   if (has(pools_[last_])) return {last_, false};
   if (has(pools_[other])) return {other, false};
   // A scene that is being rendered may get trees of other layouts meanwhile.
-  const bool alone = slots_ == 0 || packed_ == nullptr || packed_ == image.packed.get();
+  const bool alone = turns_ == 0 || packed_ == nullptr || packed_ == image.packed.get();
   if (alone || !is_allowed(image.execution)) return {last_, false};
   return {other, true};
 }
 
-std::unique_ptr<DevicePrefetcher::Slot> DevicePrefetcher::slot(const Image& image, const std::atomic<bool>& stop) {
+std::unique_ptr<DevicePrefetcher::Turn> DevicePrefetcher::turn(const Image& image, const std::atomic<bool>& stop) {
   const std::string key = key_of(image);
   std::unique_lock lock(mutex_);
   const Choice choice = choose(image, key);
@@ -128,24 +128,24 @@ std::unique_ptr<DevicePrefetcher::Slot> DevicePrefetcher::slot(const Image& imag
   std::erase(pool.ready, key);
   pool.ready.push_back(key);
   if (pool.ready.size() > kMostKnown) pool.ready.pop_front();
-  while (choice.prepare && under_way_ < slots_ && !stop) changed_.wait_for(lock, std::chrono::milliseconds(50));
-  ++slots_;
-  auto slot = std::make_unique<Slot>(*this, pool.pool);
+  while (choice.prepare && under_way_ < turns_ && !stop) changed_.wait_for(lock, std::chrono::milliseconds(50));
+  ++turns_;
+  auto turn = std::make_unique<Turn>(*this, pool.pool);
   lock.unlock();
   if (choice.prepare && !stop)
-    make_ready_within(std::make_shared<Work>(image, slot->pool()),
+    make_ready_within(std::make_shared<Work>(image, turn->pool()),
                       DeviceSessions::kOpeningWatchdogs * image.execution.watchdog_s, stop);
-  return slot;
+  return turn;
 }
 
-std::unique_ptr<DevicePrefetcher::Slot> DevicePrefetcher::slot() {
+std::unique_ptr<DevicePrefetcher::Turn> DevicePrefetcher::turn() {
   const std::lock_guard lock(mutex_);
   packed_ = nullptr;
-  ++slots_;
-  return std::make_unique<Slot>(*this, pools_[last_].pool);
+  ++turns_;
+  return std::make_unique<Turn>(*this, pools_[last_].pool);
 }
 
-void DevicePrefetcher::Slot::under_way() {
+void DevicePrefetcher::Turn::under_way() {
   const std::lock_guard lock(owner_.mutex_);
   if (!std::exchange(told_, true)) ++owner_.under_way_;
   owner_.changed_.notify_all();

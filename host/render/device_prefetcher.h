@@ -18,6 +18,7 @@
 
 namespace eikon {
 
+/// Of a batch's worker, which prepares the next render on one thread while another thread renders.
 class DevicePrefetcher {
  public:
   struct Image {
@@ -28,13 +29,13 @@ class DevicePrefetcher {
     Execution execution;
   };
 
-  /// The place of one render: the pool from which it is to take its devices.
-  class Slot {
+  /// The turn of one render: the pool from which it is to take its devices.
+  class Turn {
    public:
-    Slot(DevicePrefetcher& owner, DevicePool pool) : pool_(std::move(pool)), owner_(owner) {}
-    Slot(const Slot&) = delete;
-    Slot& operator=(const Slot&) = delete;
-    ~Slot() { under_way(); }
+    Turn(DevicePrefetcher& owner, DevicePool pool) : pool_(std::move(pool)), owner_(owner) {}
+    Turn(const Turn&) = delete;
+    Turn& operator=(const Turn&) = delete;
+    ~Turn() { under_way(); }
     [[nodiscard]] DevicePool& pool() { return pool_; }
     /// The render has opened its devices, or is over. Nothing is prepared for the next render
     /// before that, because drivers compile one program at a time.
@@ -48,17 +49,17 @@ class DevicePrefetcher {
 
   /// pool: what is known of its devices is shared, as with DevicePool::sibling()
   explicit DevicePrefetcher(const DevicePool& pool = DevicePool());
-  /// The slot of a render; it must not outlive this. To be called once per render, in their order,
-  /// when the render before has its slot (it may be under way) and the one before that has ended.
+  /// The turn of a render; it must not outlive this. To be called once per render, in their order,
+  /// when the render before has its turn (it may be under way) and the one before that has ended.
   ///
   /// Prepares the devices of the other pool for the image before it returns, where that helps. It
   /// does not where that would take memory or threads beyond a limit, nor under planned faults,
   /// which count what a device does. It throws nothing: the render tries again what failed here,
   /// and reports the error. A device that hangs meanwhile is abandoned (DevicePool::abandon()).
   /// Once `stop` is set it waits no longer.
-  [[nodiscard]] std::unique_ptr<Slot> slot(const Image& image, const std::atomic<bool>& stop);
+  [[nodiscard]] std::unique_ptr<Turn> turn(const Image& image, const std::atomic<bool>& stop);
   /// The same for a render of which nothing is known yet.
-  [[nodiscard]] std::unique_ptr<Slot> slot();
+  [[nodiscard]] std::unique_ptr<Turn> turn();
   /// Closes idle devices of both pools.
   void close_idle();
 
@@ -71,10 +72,10 @@ class DevicePrefetcher {
   std::mutex mutex_;
   std::condition_variable changed_;
   std::array<PreparedPool, 2> pools_;
-  std::size_t last_ = 0;  // index of the pool of the last slot
+  std::size_t last_ = 0;  // index of the pool of the last turn
   // Slots so far; those whose renders are under way, or over.
-  std::uint64_t slots_ = 0, under_way_ = 0;
-  const void* packed_ = nullptr;  // scene of the last slot; null: not known
+  std::uint64_t turns_ = 0, under_way_ = 0;
+  const void* packed_ = nullptr;  // scene of the last turn; null: not known
 
   struct Choice {
     std::size_t pool;

@@ -27,7 +27,8 @@ struct MergeOptions {
 
 /// The header of a part.
 struct Part {
-  std::string file, text;  // text: the record, as it stands in the file
+  std::string file;
+  std::string text;  // the record, as it stands in the file
   FilmLayout layout;
   FilmRecord record;
   Metadata metadata;
@@ -134,8 +135,15 @@ Film add_up(const std::vector<Part>& parts, const FilmLayout& layout) {
   return film;
 }
 
-/// Prints which samples are missing, and the flags that render them. Returns whether none are.
-bool is_complete(const Whole& whole, const std::string& output) {
+/// " --crop X0,Y0,X1,Y1", or nothing if the window is the whole image.
+std::string crop_flag(const Crop& window, const FilmLayout& layout) {
+  if (window == Crop{0, 0, layout.width, layout.height}) return "";
+  return fmt::format(" --crop {},{},{},{}", window.x0, window.y0, window.x1, window.y1);
+}
+
+/// Prints which samples are missing between those of the parts, and the flags that render them.
+/// returns  true if none are missing
+bool print_gaps(const Whole& whole, const std::string& output) {
   constexpr std::size_t kMostLines = 8;
   const auto [begin, end] = sample_range(whole.record.done);
   const std::vector<WorkUnit> gaps = whole.record.done.missing(whole.layout.crop, begin, end);
@@ -143,17 +151,12 @@ bool is_complete(const Whole& whole, const std::string& output) {
   std::uint64_t count = 0;
   for (const WorkUnit& gap : gaps) count += gap.path_count();
   fmt::print(stderr, "eikon: {} samples are missing between those of the parts; these flags render them:\n", count);
-  for (std::size_t i = 0; i < std::min(gaps.size(), kMostLines); ++i) {
-    const Crop& b = gaps[i].block;
-    const bool whole_image = b == Crop{0, 0, whole.layout.width, whole.layout.height};
+  for (std::size_t i = 0; i < std::min(gaps.size(), kMostLines); ++i)
     fmt::print(stderr, "eikon:   --samples {}:{}{}\n", gaps[i].sample_begin, gaps[i].sample_end,
-               whole_image ? "" : fmt::format(" --crop {},{},{},{}", b.x0, b.y0, b.x1, b.y1));
-  }
+               crop_flag(gaps[i].block, whole.layout));
   if (gaps.size() > kMostLines) fmt::print(stderr, "eikon:   and {} more\n", gaps.size() - kMostLines);
-  const Crop& crop = whole.layout.crop;
-  const bool whole_image = crop == Crop{0, 0, whole.layout.width, whole.layout.height};
   fmt::print(stderr, "eikon: or all at once: --checkpoint {} --resume --samples {}:{}{}\n", output, begin, end,
-             whole_image ? "" : fmt::format(" --crop {},{},{},{}", crop.x0, crop.y0, crop.x1, crop.y1));
+             crop_flag(whole.layout.crop, whole.layout));
   return false;
 }
 
@@ -162,7 +165,7 @@ std::string lines_of(std::uint32_t begin, std::uint32_t end) {
 }
 
 /// Prints which samples and pixels lie outside of all parts: other parts may hold them.
-void say_what_is_outside(const Whole& whole) {
+void print_outside(const Whole& whole) {
   const auto begin = sample_range(whole.record.done).first;
   if (begin > 0)
     fmt::print(stderr, "eikon: the parts begin with sample {}: samples 0 to {} are in none of them\n", begin,
@@ -212,8 +215,8 @@ ExitCode merge_command(const MergeOptions& options) {
 
   const Crop& crop = whole.layout.crop;
   const auto [begin, end] = sample_range(whole.record.done);
-  const bool complete = is_complete(whole, options.output);
-  say_what_is_outside(whole);
+  const bool complete = print_gaps(whole, options.output);
+  print_outside(whole);
   if (whole.record.arithmetic != std::set<std::string>{"exact"} && !whole.record.arithmetic.empty())
     fmt::print(stderr, "eikon: arithmetic {}: other devices may give other bits; see `eikon selftest`\n",
                fmt::join(whole.record.arithmetic, ", "));

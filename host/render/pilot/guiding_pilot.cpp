@@ -58,7 +58,7 @@ class GuidingPilot {
     for (std::size_t round = 0; round < kRounds.size(); ++round) {
       guide_with(learner.table(), round == 0 ? 0 : kRouletteDepth);
       render(samples_ * kRounds[round], learn);
-      learner.freeze(round + 2 >= kRounds.size());  // the last two rounds and the trial count together
+      learner.end_round(round + 2 >= kRounds.size());  // the last two rounds and the trial count together
     }
     end_mean(samples_ * std::accumulate(kRounds.begin(), kRounds.end(), std::uint64_t{0}));
     const GuideTable table = learner.table();
@@ -72,7 +72,7 @@ class GuidingPilot {
         add(trial, log);
       });
     }
-    learner.freeze();
+    learner.end_round();
     decide(learner.table(), trials, guiding, pilot);
   }
 

@@ -165,7 +165,7 @@ TEST(Reuse, what_was_made_ready_ahead_gives_the_bits_of_fresh_ones) {
       return DevicePrefetcher::Image{std::make_shared<PackedScene>(pack_scene(scene, features, settings)), nullptr, features,
                                settings, execution};
     };
-    const auto render_on = [&](DevicePrefetcher::Slot& turn, const DevicePrefetcher::Image& of) {
+    const auto render_on = [&](DevicePrefetcher::Turn& turn, const DevicePrefetcher::Image& of) {
       RenderHooks hooks;
       hooks.devices = &turn.pool();
       hooks.devices_stay_ready = true;
@@ -173,20 +173,20 @@ TEST(Reuse, what_was_made_ready_ahead_gives_the_bits_of_fresh_ones) {
       return render_packed(of.packed, of.features, of.settings, execution, stop, hooks);
     };
     const DevicePrefetcher::Image one = image(first, first_settings), other = image(second, second_settings);
-    const auto first_turn = devices.slot(one, stop);
+    const auto first_turn = devices.turn(one, stop);
     EXPECT_EQ(first_turn->pool().idle_count(), 0U) << "the first has nobody to wait for";
     const RenderOutput first_output = render_on(*first_turn, one);
-    const auto second_turn = devices.slot(other, stop);
+    const auto second_turn = devices.turn(other, stop);
     EXPECT_EQ(second_turn->pool().idle_count(), 1U) << "it was opened ahead";
     const RenderOutput second_output = render_on(*second_turn, other);
     if (*fault != '\0') {
       EXPECT_EQ(second_output.report.upload_s, 0) << "it was uploaded ahead";
     }
     // What is ready on the devices of the turn before is not made ready once more.
-    const auto third_turn = devices.slot(other, stop);
+    const auto third_turn = devices.turn(other, stop);
     EXPECT_EQ(third_turn->pool().idle_count(), 1U);
     EXPECT_TRUE(same_film(render_on(*third_turn, other).film, second_output.film));
-    const auto fourth_turn = devices.slot(one, stop);
+    const auto fourth_turn = devices.turn(one, stop);
     const RenderOutput again = render_on(*fourth_turn, one);
     EXPECT_EQ(again.report.upload_s, 0) << "it was there";
     setenv("EIKON_FAULT", "", 1);
@@ -210,7 +210,7 @@ TEST(Reuse, nothing_is_made_ready_ahead_beyond_a_limit) {
     DevicePrefetcher devices;
     const auto turn_of = [&, &settings = settings](const Scene& of) {
       const Features features(of, settings);
-      return devices.slot(
+      return devices.turn(
           {std::make_shared<PackedScene>(pack_scene(of, features, settings)), nullptr, features, settings, execution},
           stop);
     };

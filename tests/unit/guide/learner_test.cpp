@@ -58,7 +58,7 @@ TEST(Learner, learns_the_light_that_a_path_meets_next) {
   }
   GuideLearner learner(1, 1);
   learner.add(log.view());
-  learner.freeze();
+  learner.end_round();
   const GuideTable table = learner.table();
   ASSERT_EQ(table.cell_count(), 3U) << "one of each level";
   EXPECT_NEAR(indirect_of(table), 1.0F, 1e-4F) << "the mean of 1.5 and 0.5";
@@ -87,11 +87,11 @@ TEST(Learner, light_spreads_by_one_bounce_a_round) {
     return indirect_of(learner.table(), xy == 100 ? 0 : 1);
   };
   learner.add(log.view());
-  learner.freeze();
+  learner.end_round();
   EXPECT_NEAR(cell_of(900), 2.0F, 1e-4F);
   EXPECT_EQ(cell_of(100), 0.0F);
   learner.add(log.view());
-  learner.freeze();
+  learner.end_round();
   EXPECT_NEAR(cell_of(100), 1.0F, 1e-4F) << "the albedo of the second cell times what arrives there";
 }
 
@@ -111,7 +111,7 @@ TEST(Learner, the_order_of_paths_does_not_matter) {
     }
   const auto digest = [](const Log& of) {
     GuideLearner learner(1, 1);
-    for (int round = 0; round < 2; ++round) learner.add(of.view()), learner.freeze();
+    for (int round = 0; round < 2; ++round) learner.add(of.view()), learner.end_round();
     return learner.table().digest();
   };
   EXPECT_EQ(digest(log), digest(turned));
@@ -135,10 +135,10 @@ TEST(Learner, rounds_that_are_kept_count_together) {
     const Log first = log_of(1, 6400), second = log_of(4, 19200);
     GuideLearner learner(1, 1);
     learner.add(first.view());
-    learner.freeze(keep);
+    learner.end_round(keep);
     EXPECT_NEAR(indirect_of(learner.table()), 1, 0.01);
     learner.add(second.view());
-    learner.freeze();
+    learner.end_round();
     EXPECT_NEAR(indirect_of(learner.table()), keep ? 0.25 + 3 : 4, 0.05);
   }
 }
