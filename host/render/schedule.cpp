@@ -273,7 +273,7 @@ std::optional<Schedule::Assignment> Schedule::next(std::size_t device, double no
 /// Fits t = overhead + paths * path_s through the smallest and the largest unit that were measured.
 void Schedule::measure(DeviceState& d, std::uint64_t paths, double seconds) {
   seconds = std::max(seconds, 1e-9);
-  // More precise than all measurements before.
+  // A much larger unit measures the rate more precisely than all units before, so it alone counts.
   const bool larger = paths > d.largest + d.largest / 2;
   if (d.smallest == 0 || paths < d.smallest) d.smallest = paths, d.smallest_s = seconds;
   if (paths >= d.largest) d.largest = paths, d.largest_s = seconds;
@@ -294,10 +294,10 @@ bool Schedule::finished(std::uint64_t id, double begin_s, double now_s) {
   if (found == in_flight_.end()) return false;
   const InFlight in_flight = found->second;
   in_flight_.erase(found);
-  // Its result will not count.
+  // The result of the copy will not count, so nobody waits for it.
   if (in_flight.speculative_copy != 0) in_flight_.erase(in_flight.speculative_copy);
+  // A device does its units one after the other, so its next one begins only now.
   for (auto& [other_id, other] : in_flight_)
-    // It begins only now.
     if (other.device == in_flight.device) other.begin_s = std::max(other.begin_s, now_s);
   left_ -= in_flight.unit.path_count();
   measure(devices_[in_flight.device], in_flight.unit.path_count(), now_s - begin_s);

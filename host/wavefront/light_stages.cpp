@@ -101,43 +101,43 @@ void LightStages::bind(const Arguments& arguments, std::map<std::string, Kernel>
   }
 }
 
-void LightStages::begin(LightUnit& of, std::size_t which, const WorkUnit& unit, const LightPathPlan& plan,
+void LightStages::begin(LightUnit& lights, std::size_t which, const WorkUnit& unit, const LightPathPlan& plan,
                         const Frame& frame) {
-  of.ranges = light_paths_of(plan, unit.block);
-  of.count = 0;
-  for (const NumberRange& range : of.ranges) of.count += range.count;
-  of.left.clear();
-  if (of.count > 0) of.left.push_back({0, of.count, unit.sample_begin, unit.sample_end});
-  of.splats.clear();
-  of.rays = {};
-  of.nonfinite = of.saturated = 0;
-  of.frame = frame;
-  of.frame.of_light_paths = 1;
-  of.frame.splat_capacity = splat_capacity(config_);
-  if (of.left.empty()) return;
-  launch(of, which);
-  if (!config_.fused) finish(of, which);
+  lights.ranges = light_paths_of(plan, unit.block);
+  lights.count = 0;
+  for (const NumberRange& range : lights.ranges) lights.count += range.count;
+  lights.left.clear();
+  if (lights.count > 0) lights.left.push_back({0, lights.count, unit.sample_begin, unit.sample_end});
+  lights.splats.clear();
+  lights.rays = {};
+  lights.nonfinite = lights.saturated = 0;
+  lights.frame = frame;
+  lights.frame.of_light_paths = 1;
+  lights.frame.splat_capacity = splat_capacity(config_);
+  if (lights.left.empty()) return;
+  launch(lights, which);
+  if (!config_.fused) finish(lights, which);
 }
 
-void LightStages::launch(LightUnit& of, std::size_t which) {
-  of.running = take_part(of.left, most_paths(config_));
-  of.numbers = numbers_of(of.ranges, of.running.first, of.running.end);
-  const std::size_t count = of.numbers.size();
-  of.frame = unit_frame(of.frame, of.running.sample_begin, of.running.sample_end, std::uint32_t(count));
-  device_->write_later(frame_, &of.frame, sizeof of.frame);
-  device_->write_later(numbers_, of.numbers.data(), 4 * count);
+void LightStages::launch(LightUnit& lights, std::size_t which) {
+  lights.running = take_part(lights.left, most_paths(config_));
+  lights.numbers = numbers_of(lights.ranges, lights.running.first, lights.running.end);
+  const std::size_t count = lights.numbers.size();
+  lights.frame = unit_frame(lights.frame, lights.running.sample_begin, lights.running.sample_end, std::uint32_t(count));
+  device_->write_later(frame_, &lights.frame, sizeof lights.frame);
+  device_->write_later(numbers_, lights.numbers.data(), 4 * count);
   device_->write_later(counts_[which], kNoSplats.data(), sizeof kNoSplats);
   if (config_.fused) {
     device_->write_later(next_path_, &kNoneTaken, sizeof kNoneTaken);
-    device_->run(fused_[which], config_.workers, 1, of.frame.path_count);
+    device_->run(fused_[which], config_.workers, 1, lights.frame.path_count);
   } else {
-    run_stages(of);
+    run_stages(lights);
   }
   // So many words are likely to be enough. The rest, if there is more, waits for all that is in the queue by then.
-  const std::size_t likely = std::min<std::size_t>(kLikelySplatsPerPath * of.frame.path_count, of.frame.splat_capacity);
-  of.words.resize(likely * SPLAT_WORDS);
-  device_->read_later(splats_[which], of.words.data(), 4 * of.words.size());
-  of.counted = device_->read_later(counts_[which], of.counts.data(), sizeof of.counts);
+  const std::size_t likely = std::min<std::size_t>(kLikelySplatsPerPath * lights.frame.path_count, lights.frame.splat_capacity);
+  lights.words.resize(likely * SPLAT_WORDS);
+  device_->read_later(splats_[which], lights.words.data(), 4 * lights.words.size());
+  lights.counted = device_->read_later(counts_[which], lights.counts.data(), sizeof lights.counts);
   device_->flush();
 }
 
@@ -146,9 +146,9 @@ void LightStages::warm_up() {
     if (device_ != nullptr && config_.fused) device_->run(kernel, 1, 1);
 }
 
-void LightStages::run_stages(LightUnit& of) {
-  of.part_rays = {};
-  std::uint64_t active = of.frame.path_count;
+void LightStages::run_stages(LightUnit& lights) {
+  lights.part_rays = {};
+  std::uint64_t active = lights.frame.path_count;
   const std::size_t chunks = config_.chunked ? divide_up(active, config_.chunk) : 1;
   const auto run = [&](const char* stage, std::uint32_t depth) {
     const auto found = stages_->find(stage);
@@ -171,33 +171,33 @@ void LightStages::run_stages(LightUnit& of) {
     for (std::size_t chunk = 0; chunk < chunks; ++chunk) {
       const QueueCounts of_chunk = queue_counts(counts, chunk, depth);
       next += of_chunk.next_paths;
-      of.part_rays.shadow += of_chunk.shadow_rays;
+      lights.part_rays.shadow += of_chunk.shadow_rays;
     }
-    of.part_rays.scattered += active;
+    lights.part_rays.scattered += active;
     active = next;
   }
 }
 
-void LightStages::collect(LightUnit& of, std::size_t which) {
-  device_->wait(of.counted);
-  const std::uint32_t stored = of.counts[SPLATS_stored];
-  if (stored > of.frame.splat_capacity) {
+void LightStages::collect(LightUnit& lights, std::size_t which) {
+  device_->wait(lights.counted);
+  const std::uint32_t stored = lights.counts[SPLATS_stored];
+  if (stored > lights.frame.splat_capacity) {
     // Halves of it are traced again.
-    LightUnit::Part first = of.running, second = of.running;
+    LightUnit::Part first = lights.running, second = lights.running;
     if (first.end - first.first > 1)
       first.end = second.first = std::midpoint(first.first, first.end);
     else if (first.sample_end - first.sample_begin > 1)
       first.sample_end = second.sample_begin = std::midpoint(first.sample_begin, first.sample_end);
     else
       throw DeviceError("a light path leaves more splats than there is memory for; use --light-paths off");
-    of.left.push_back(second);
-    of.left.push_back(first);
+    lights.left.push_back(second);
+    lights.left.push_back(first);
     return;
   }
-  of.rays += of.part_rays;
-  of.rays.scattered += of.counts[SPLATS_path_rays];
-  of.rays.shadow += of.counts[SPLATS_shadow_rays];
-  std::vector<std::uint32_t>& words = of.words;
+  lights.rays += lights.part_rays;
+  lights.rays.scattered += lights.counts[SPLATS_path_rays];
+  lights.rays.shadow += lights.counts[SPLATS_shadow_rays];
+  std::vector<std::uint32_t>& words = lights.words;
   const std::size_t read = words.size();
   words.resize(std::size_t{stored} * SPLAT_WORDS);
   if (words.size() > read) device_->read(splats_[which], &words[read], 4 * (words.size() - read), 4 * read);
@@ -209,20 +209,20 @@ void LightStages::collect(LightUnit& of, std::size_t which) {
       in_range = in_range && std::abs(value) < kRange;
     }
     if (finite && in_range)
-      of.splats.insert(of.splats.end(), words.begin() + std::ptrdiff_t(at), words.begin() + std::ptrdiff_t(at + SPLAT_WORDS));
+      lights.splats.insert(lights.splats.end(), words.begin() + std::ptrdiff_t(at), words.begin() + std::ptrdiff_t(at + SPLAT_WORDS));
     else
-      ++(finite ? of.saturated : of.nonfinite);
+      ++(finite ? lights.saturated : lights.nonfinite);
   }
 }
 
-void LightStages::finish(LightUnit& of, std::size_t which) {
-  if (!of.counted) return;
-  collect(of, which);
-  while (!of.left.empty()) {
-    launch(of, which);
-    collect(of, which);
+void LightStages::finish(LightUnit& lights, std::size_t which) {
+  if (!lights.counted) return;
+  collect(lights, which);
+  while (!lights.left.empty()) {
+    launch(lights, which);
+    collect(lights, which);
   }
-  of.counted = {};
+  lights.counted = {};
 }
 
 }  // namespace eikon

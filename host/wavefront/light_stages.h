@@ -17,38 +17,44 @@
 
 namespace eikon {
 
-/// Light paths of an image: so many of each sample index, which the pixels of its window own in equal shares.
+/// The light paths of an image. Each sample index has `count` of them, numbered from 0, which the pixels of the window own in
+/// equal shares.
 struct LightPathPlan {
-  std::uint64_t count = 0;  // 0: none
+  std::uint64_t count = 0;  // 0: there are none
   Crop window;
 };
 
-/// Consecutive numbers.
+/// The numbers first to first + count - 1.
 struct NumberRange {
   std::uint32_t first = 0, count = 0;
 };
 /// The numbers of the light paths that the pixels of a block own, in each of the unit's samples: a range for each row.
 [[nodiscard]] std::vector<NumberRange> light_paths_of(const LightPathPlan& plan, const Crop& block);
 
-/// The light paths of one unit under way.
+/// The light paths of one unit under way. Their number of splats is not known before they are traced, so they are traced
+/// part by part, and a part whose splats do not fit is halved.
 struct LightUnit {
-  std::vector<NumberRange> ranges;  // light_paths_of its block
-  std::uint64_t count = 0;          // numbers in them
-  std::vector<std::uint32_t> splats;   // SPLAT_WORDS each, all finite and within the film's range
-  RayCounts rays, part_rays;
-  std::uint64_t nonfinite = 0, saturated = 0;  // splats that were left out
+  std::vector<NumberRange> ranges;             // light_paths_of() the unit's block
+  std::uint64_t count = 0;                     // numbers in all ranges: light paths of each of the unit's samples
+  std::vector<std::uint32_t> splats;           // so far; SPLAT_WORDS each, all finite and within the film's range
+  RayCounts rays;                              // so far
+  std::uint64_t nonfinite = 0, saturated = 0;  // splats so far that were left out
 
-  /// Some of its light paths: of some numbers, counted through the ranges, and some samples.
+  /// Some of the unit's light paths, over some of its samples.
   struct Part {
-    std::uint64_t first = 0, end = 0;
+    std::uint64_t first = 0, end = 0;  // positions in the ranges, one behind the other
     std::uint64_t sample_begin = 0, sample_end = 0;
   };
-  std::vector<Part> left;  // the last one is the next; it is cut to what there is room for
+  std::vector<Part> left;  // the last one is the next; as much is cut from it as there is room for
+
+  // Of the part that runs.
   Part running;
-  std::vector<std::uint32_t> numbers, words;  // of the part that runs, and the splats that it leaves
+  std::vector<std::uint32_t> numbers;  // of its light paths
   Frame frame{};
+  RayCounts part_rays;                  // if each stage has a launch of its own
+  std::vector<std::uint32_t> words;     // its splats, as far as they are read back
   std::array<std::uint32_t, SPLATS_COUNTS> counts{};
-  Ticket counted;
+  Ticket counted;                       // `words` and `counts` are there
 };
 
 /// Runs light paths in parts that fit the memory for splats. If a part leaves more, it is divided and traced again.
@@ -60,17 +66,20 @@ class LightStages {
   /// Device memory of the splats of so many paths in flight.
   [[nodiscard]] static std::uint64_t bytes(const WavefrontConfig& config);
 
-  /// stages: kernels of the wavefront that have a launch of their own, bound; they must live as long as this
+  /// Binds the kernels to their buffers. To be called again when a buffer in `arguments` is another one.
+  /// stages  kernels of the wavefront that have a launch of their own, bound; they must live as long as this
   void bind(const Arguments& arguments, std::map<std::string, Kernel>& stages);
 
   /// Starts the light paths of a unit behind the work that is in the device's queue; if each stage has a launch of its
   /// own, it waits until they have ended.
-  /// frame  of the wavefront; which: of its two units. `of` must not move before finish()
-  void begin(LightUnit& of, std::size_t which, const WorkUnit& unit, const LightPathPlan& plan, const Frame& frame);
+  /// lights  must not move before finish()
+  /// which   0 or 1: the place of the unit among the two of the wavefront
+  /// frame   of the wavefront
+  void begin(LightUnit& lights, std::size_t which, const WorkUnit& unit, const LightPathPlan& plan, const Frame& frame);
   /// Launches the kernel of all stages on no paths, if there is one.
   void warm_up();
   /// Waits for all light paths of the unit.
-  void finish(LightUnit& of, std::size_t which);
+  void finish(LightUnit& lights, std::size_t which);
 
  private:
   Device* device_ = nullptr;
@@ -81,9 +90,9 @@ class LightStages {
   std::array<Buffer, 2> splats_, counts_;
   Buffer frame_, numbers_, next_path_, queue_counts_;
 
-  void launch(LightUnit& of, std::size_t which);
-  void run_stages(LightUnit& of);
-  void collect(LightUnit& of, std::size_t which);
+  void launch(LightUnit& lights, std::size_t which);
+  void run_stages(LightUnit& lights);
+  void collect(LightUnit& lights, std::size_t which);
 };
 
 }  // namespace eikon

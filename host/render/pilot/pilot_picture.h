@@ -18,11 +18,12 @@ inline constexpr std::uint32_t kMostPilotPixels = 512;
 /// as the image has.
 [[nodiscard]] Settings pilot_picture_settings(const Settings& settings, double pixels);
 
-/// A unit that was rendered: whole rows of the picture.
+/// A unit that was rendered: whole rows of the picture, and a range of samples.
 struct PilotUnit {
   const UnitResult& result;
-  PathLog log;  // if it was asked for
-  std::size_t first_pixel = 0, pixels = 0;
+  PathLog log;                  // empty unless PilotPicture::render() was asked for logs
+  std::size_t first_pixel = 0;  // row by row
+  std::size_t pixels = 0;
   std::uint64_t sample_begin = 0;
 };
 
@@ -64,8 +65,10 @@ class PilotPicture {
 /// The means of a picture's pixels, each with its neighbours: one that is too low by chance would otherwise count for too
 /// much where errors are relative to it.
 [[nodiscard]] std::vector<double> smoothed(const std::vector<double>& means, std::uint32_t width);
-/// By what the squared error of a pixel is divided.
-/// all  the mean of the whole picture
+/// The number that a pixel's squared error is divided by, to make it relative. Dark pixels count as if they had a tenth of
+/// the picture's mean.
+/// mean  of the pixel
+/// all   mean of the whole picture
 [[nodiscard]] inline double error_scale(double mean, double all) { return mean * mean + 0.01 * all * all; }
 
 }  // namespace eikon
