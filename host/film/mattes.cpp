@@ -7,6 +7,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "io/json_dump.h"
+
 namespace eikon {
 namespace {
 
@@ -15,10 +17,9 @@ using nlohmann::json;
 constexpr std::string_view kObject = "cryptomatte_object", kMaterial = "cryptomatte_material";
 
 /// Formats JSON on one line; bytes that are not UTF-8 become the replacement character.
-std::string text_of(const json& value) { return value.dump(-1, ' ', false, json::error_handler_t::replace); }
 
 /// Replaces such bytes in names, so that the hashed name is the name in the manifest.
-std::string in_utf8(const std::string& name) { return json::parse(text_of(json(name))).get<std::string>(); }
+std::string in_utf8(const std::string& name) { return json::parse(dump_json(json(name))).get<std::string>(); }
 
 std::uint32_t murmur_hash(std::string_view key) {
   const auto byte = [&](std::size_t i) { return std::uint32_t{static_cast<unsigned char>(key[i])}; };
@@ -48,7 +49,7 @@ void add(Mattes& mattes, std::string_view layer, const std::vector<std::string>&
   }
   mattes.layers.emplace_back(layer);
   mattes.ids.push_back(std::move(ids));
-  mattes.manifests.emplace(layer, text_of(manifest));
+  mattes.manifests.emplace(layer, dump_json(manifest));
 }
 
 }  // namespace
@@ -87,6 +88,6 @@ std::vector<std::string> material_names(const Scene& scene) {
   return names;
 }
 
-std::string to_json(const std::vector<std::string>& names) { return text_of(json(names)); }
+std::string to_json(const std::vector<std::string>& names) { return dump_json(json(names)); }
 
 }  // namespace eikon

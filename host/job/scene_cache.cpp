@@ -46,8 +46,9 @@ std::uint64_t bytes_of(const SceneCache::Kept& kept) {
   return bytes;
 }
 
-// The most that are kept, whatever their size; poses and variants of one file among the scenes.
-constexpr std::size_t kScenes = 8, kLayouts = 4;
+// The most that are kept, whatever their size: scenes, packed forms of one scene, and, among the scenes, poses and variants of
+// one file.
+constexpr std::size_t kScenes = 8, kPackedForms = 4;
 constexpr std::ptrdiff_t kPoses = 2;
 
 }  // namespace
@@ -64,18 +65,16 @@ std::shared_ptr<SceneCache::Kept> SceneCache::load(const std::filesystem::path& 
     return *found;
   }
   if (loading) loading();
+  const auto is_pose = [&](const auto& kept) { return kept->digest.hash == digest.hash && kept->scene->path == path; };
   // Another pose or variant of the same file shares what does not depend on these.
-  const auto relative = std::find_if(kept_.rbegin(), kept_.rend(), [&](const auto& kept) {
-    return kept->digest.hash == digest.hash && kept->scene->path == path;
-  });
+  const auto relative = std::find_if(kept_.rbegin(), kept_.rend(), is_pose);
   const std::shared_ptr<Kept> of_file = relative == kept_.rend() ? nullptr : *relative;
   const auto total = [&] {
     std::uint64_t bytes = 0;
     for (const auto& kept : kept_) bytes += bytes_of(*kept);
     return bytes;
   };
-  // The frames of a sequence come once.
-  const auto is_pose = [&](const auto& kept) { return kept->digest.hash == digest.hash && kept->scene->path == path; };
+  // The frames of a sequence come once, so only the last poses are likely to be asked for again.
   while (std::ranges::count_if(kept_, is_pose) >= kPoses) kept_.erase(std::ranges::find_if(kept_, is_pose));
   // A scene in memory may take several times the size of its files.
   while (!kept_.empty() && (kept_.size() >= kScenes || total() + 4 * digest.bytes > budget_bytes_)) kept_.pop_front();
@@ -108,7 +107,7 @@ std::shared_ptr<PackedScene> SceneCache::pack(Kept& kept, const Settings& settin
   if (packing) packing();
   auto packed = std::make_shared<PackedScene>(pack_scene(*kept.scene, features, settings));
   if (!kept.scene->animations.empty()) packed->trees = kept.trees;
-  if (kept.packed.size() >= kLayouts) kept.packed.pop_front();
+  if (kept.packed.size() >= kPackedForms) kept.packed.pop_front();
   kept.packed.push_back({key, reinsertion_pays(packed->triangles.size(), rays), packed});
   return packed;
 }

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/error.h"
+#include "io/json_dump.h"
 
 namespace eikon {
 namespace {
@@ -53,7 +54,7 @@ std::string html_text(std::string_view text) {
 std::string script_json(const Json& value) {
   // Names of files and devices need not be UTF-8.
   std::string out;
-  for (const char c : value.dump(-1, ' ', false, Json::error_handler_t::replace)) {
+  for (const char c : dump_json(value)) {
     if (c == '<')
       out += "\\u003c";  // "</script>" and "<!--" begin with it; outside of strings JSON has none
     else

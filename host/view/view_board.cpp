@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/error.h"
+#include "io/json_dump.h"
 #include "job/batch/shell_words.h"
 
 namespace eikon {
@@ -18,9 +19,6 @@ constexpr double kLongestPath_s = 60;    // until a path is traced again: its pr
 constexpr std::size_t kMostWaiting = 4;  // paths
 
 std::chrono::duration<double> seconds(double s) { return std::chrono::duration<double>(s); }
-
-/// JSON as text; what is not UTF-8, as names of files may be, is replaced.
-std::string dumped(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
 
 }  // namespace
 
@@ -133,7 +131,7 @@ void ViewBoard::describe(const EngineOrders& orders, const std::vector<std::stri
   if (!has(orders)) return;
   status_.words = words;
   status_.notes = notes;
-  status_.scene = dumped(outline);
+  status_.scene = dump_json(outline);
 }
 
 void ViewBoard::publish(const EngineOrders& orders, const Json& about, std::vector<unsigned char> pixels) {
@@ -171,7 +169,7 @@ void ViewBoard::write_status() {
                       {"error", status_.error},     {"command", status_.words.empty() ? "" : quote(words)},
                       {"notes", status_.notes},     {"denoiser", status_.denoiser},
                       {"look", look_json(wanted_)}, {"look_number", look_number_}};
-  status_text_ = fmt::format("{{\"scene\":{},{}", status_.scene, dumped(texts).substr(1));
+  status_text_ = fmt::format("{{\"scene\":{},{}", status_.scene, dump_json(texts).substr(1));
   ++version_;
   changed_.notify_all();
 }

@@ -30,6 +30,7 @@
 #include "job/goal.h"
 #include "job/report/metadata.h"
 #include "io/atomic_file.h"
+#include "io/json_dump.h"
 #include "job/file_identity.h"
 #include "job/report/result_lines.h"
 
@@ -258,7 +259,7 @@ ExitCode bench_scene_command(const BenchSceneOptions& options) {
     nlohmann::json out = to_json(prepared, done.report, reference, results.rows);
     out["exponents"] = {{"samples", to_json(by_samples)}, {"seconds", to_json(by_seconds)}};
     // Paths on disk need not be UTF-8.
-    write_text(options.json, out.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
+    write_text(options.json, dump_json(out, 2) + "\n");
   }
   if (!reference) return ExitCode::done;
   const Comparison& last = *results.points.back().measured;

@@ -4,6 +4,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "io/json_dump.h"
 #include "job/batch/job_key.h"
 
 namespace eikon {
@@ -69,7 +70,7 @@ std::string to_json_lines(const std::vector<BatchJob>& jobs) {
     } else {
       line["error"] = job.message;
     }
-    text += line.dump(-1, ' ', false, json::error_handler_t::replace) + "\n";
+    text += dump_json(line) + "\n";
   }
   return text;
 }

@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/error.h"
+#include "io/json_dump.h"
 #include "io/source_file.h"
 #include "io/text.h"
 #include "io/xxhash64.h"
@@ -43,7 +44,7 @@ std::string to_json(const LedgerEntry& entry) {
   line["outputs"] = json::array();
   for (const LedgerOutput& output : entry.outputs)
     line["outputs"].push_back({{"path", output.path}, {"bytes", output.bytes}, {"hash", output.hash}});
-  return line.dump(-1, ' ', false, json::error_handler_t::replace);  // paths on disk need not be UTF-8
+  return dump_json(line);
 }
 
 std::optional<LedgerEntry> parse_entry(const std::string& text) {

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "io/atomic_file.h"
+#include "io/json_dump.h"
 #include "job/report/metadata.h"
 #include "job/report/result_lines.h"
 #include "job/report/stage_table.h"
@@ -198,8 +199,7 @@ json stats_json(const RenderOutput& done, const PredictedError& error, const Pre
 }
 
 void write_stats(const std::filesystem::path& path, const json& stats) {
-  // Paths on disk need not be UTF-8.
-  write_text(path, stats.dump(2, ' ', false, json::error_handler_t::replace) + "\n");
+  write_text(path, dump_json(stats, 2) + "\n");
 }
 
 }  // namespace eikon

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "io/atomic_file.h"
+#include "io/json_dump.h"
 #include "job/report/trace_file.h"
 
 namespace eikon {
@@ -22,8 +23,7 @@ class EventFile {
     write("{\"displayTimeUnit\": \"ms\", \"traceEvents\": [");
   }
   void operator()(const json& event) {
-    // Names of devices need not be UTF-8.
-    write((first_ ? "\n" : ",\n") + event.dump(-1, ' ', false, json::error_handler_t::replace));
+    write((first_ ? "\n" : ",\n") + dump_json(event));
     first_ = false;
   }
   void commit() {

@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "io/json_dump.h"
 #include "io/text.h"
 #include "page/page.h"
 #include "view/server/guarded_server.h"
@@ -53,8 +54,7 @@ std::uint64_t number_parameter(const httplib::Request& request, const char* name
 
 void refuse(httplib::Response& response, int status, const std::string& message) {
   response.status = status;
-  response.set_content(Json({{"error", message}}).dump(-1, ' ', false, Json::error_handler_t::replace),
-                       "application/json");
+  response.set_content(dump_json({{"error", message}}), "application/json");
 }
 
 std::string page_of_view() {
@@ -72,7 +72,7 @@ std::string news_bytes(const ViewNews& news, const Json& final_render, std::uint
   const bool sends = news.frame && news.frame->number != frame_seen;
   const std::string text = fmt::format(
       "{{\"version\":{},\"status\":{},\"final\":{},\"frame\":{}}}", news.version, news.status,
-      final_render.dump(-1, ' ', false, Json::error_handler_t::replace),
+      dump_json(final_render),
       sends ? fmt::format("{{\"number\":{},\"about\":{}}}", news.frame->number, news.frame->about) : "null");
   std::string bytes;
   for (unsigned shift = 0; shift < 32; shift += 8) bytes += char(text.size() >> shift & 0xFFU);
