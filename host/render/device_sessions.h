@@ -96,22 +96,24 @@ class DeviceSessions {
     Phase phase = Phase::opening;
     double since_s = 0;  // begin of the phase, or of the unit in hand
     WatchedPhase watched;
-    bool lost = false, dropped = false;            // its thread was abandoned; it failed for good
-    std::vector<std::uint64_t> units;              // ids of its units, in the order of assignment
-    unsigned failures_in_a_row = 0, failures = 0;  // `failures` counts since the last were forgiven
-    std::string why;                               // message of its last failure
-    // Units since it failed; failures that became events.
-    unsigned successes = 0, noted = 0;
-    bool was_open = false;
-    // Begin of its work on the range opened last; busy time before.
-    double range_begin_s = -1, busy_before_s = 0;
+    bool lost = false;                 // its thread was abandoned
+    bool dropped = false;              // it failed for good
+    std::vector<std::uint64_t> units;  // ids of its units, in the order of assignment
+    bool was_open = false;             // it was open at least once
+    unsigned failures_in_a_row = 0;
+    unsigned failures = 0;    // since enough good units made up for the ones before
+    unsigned successes = 0;   // good units since it failed last
+    unsigned noted = 0;       // failures that became events
+    std::string why;          // message of its last failure
+    double range_begin_s = -1;  // begin of its work on what open() added last; -1: it has not begun
+    double busy_before_s = 0;   // DeviceReport::busy_s at that time
   };
 
   [[nodiscard]] std::optional<Schedule::Assignment> assign(std::size_t device);
   void count_unit(std::size_t device, const WorkUnit& unit, const UnitResult& result);
   void count_time(std::size_t device, double now_s);
   void enter(std::size_t device, Phase phase);
-  void tell();
+  void tell();  // wakes wait()
   /// A copy of what the mutex guards.
   template <class T>
   [[nodiscard]] T now(const T& guarded) {
@@ -134,9 +136,11 @@ class DeviceSessions {
   std::vector<DeviceEvent> events_;
   RenderTotals totals_;
   std::size_t adding_ = 0;  // threads that are adding to the film
-  bool ended_ = false, news_ = false;
+  bool ended_ = false;  // end() was called
+  bool news_ = false;   // for wait(), since it returned last
   std::exception_ptr error_;
-  double range_begin_s_ = -1, rendered_before_s_ = 0;
+  double range_begin_s_ = -1;      // begin of the work on what open() added last; -1: it has not begun
+  double rendered_before_s_ = 0;   // RenderTotals::render_s at that time
   double watched_s_ = -1;  // time of the last call of watch()
 };
 

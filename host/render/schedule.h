@@ -65,7 +65,6 @@ class Schedule {
   [[nodiscard]] bool counts(std::uint64_t id) const { return in_flight_.count(id) != 0; }
   /// Everything that was opened has been finished.
   [[nodiscard]] bool complete() const { return left_ == 0; }
-  [[nodiscard]] std::uint64_t paths_left() const { return left_; }  // assigned ones included
   /// Seconds that the unit should take; nothing while the device's rate is unknown or when no
   /// device has the unit.
   [[nodiscard]] std::optional<double> expected_s(std::uint64_t id) const;
@@ -103,7 +102,10 @@ class Schedule {
   std::vector<Returned> returned_;
   std::map<std::uint64_t, InFlight> in_flight_;
   double latest_s_ = std::numeric_limits<double>::infinity();
-  std::uint64_t next_id_ = 1, left_ = 0, opened_ = 0, most_samples_ = 1;
+  std::uint64_t next_id_ = 1;
+  std::uint64_t left_ = 0;          // paths that are not finished, assigned ones included
+  std::uint64_t opened_ = 0;        // paths that were left when open() was called last
+  std::uint64_t most_samples_ = 1;  // of a pixel in one unit
 
   [[nodiscard]] double expected_s(const DeviceState& device, std::uint64_t paths) const;
   [[nodiscard]] double end_s(std::size_t device, std::uint64_t last_id, double now_s) const;
