@@ -21,8 +21,8 @@ using CellId = std::uint64_t;
 struct GuideCellData {
   CellId id = 0;
   std::array<double, EK_GUIDE_BINS> target{};  // weights of the bins, not normalised; all 0: no preference
-  double indirect = 0;  // mean radiance that arrives along the rays which paths go on with
-  double direct = 0;    // what light sampling finds there, over the albedo; its mean
+  double indirect = 0;                         // mean radiance that arrives along the rays which paths go on with
+  double direct = 0;                           // what light sampling finds there, over the albedo; its mean
 };
 
 struct GuideTable {

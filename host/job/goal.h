@@ -69,8 +69,8 @@ class Goal {
   Log log_;
   double finish_estimate_s_, latest_s_ = std::numeric_limits<double>::infinity();
   bool finish_known_ = false, warned_ = false;
-  std::uint64_t judged_ = 0;  // samples per pixel at the last look; 0: there was none
-  PredictedError error_;      // at the last look
+  std::uint64_t judged_ = 0;                                // samples per pixel at the last look; 0: there was none
+  PredictedError error_;                                    // at the last look
   double bound_ = std::numeric_limits<double>::infinity();  // of the relMSE, at the last look
 };
 

@@ -78,7 +78,7 @@ class RenderJob {
   std::unique_ptr<TevViewer> viewer_{};  // for --tev, from the begin of render()
   std::optional<RenderOutput> done_;
   PredictedError error_;
-  bool as_asked_ = true;  // false: something was written otherwise than asked, and a line said so
+  bool as_asked_ = true;   // false: something was written otherwise than asked, and a line said so
   std::string failure_{};  // why no device was left, once render() has something to keep for write()
   CheckpointFile checkpoint_;
   PilotKeeper pilot_;

@@ -101,10 +101,10 @@ class DeviceSessions {
     std::vector<std::uint64_t> units;  // ids of its units, in the order of assignment
     bool was_open = false;             // it was open at least once
     unsigned failures_in_a_row = 0;
-    unsigned failures = 0;    // since enough good units made up for the ones before
-    unsigned successes = 0;   // good units since it failed last
-    unsigned noted = 0;       // failures that became events
-    std::string why;          // message of its last failure
+    unsigned failures = 0;      // since enough good units made up for the ones before
+    unsigned successes = 0;     // good units since it failed last
+    unsigned noted = 0;         // failures that became events
+    std::string why;            // message of its last failure
     double range_begin_s = -1;  // begin of its work on what open() added last; -1: it has not begun
     double busy_before_s = 0;   // DeviceReport::busy_s at that time
   };
@@ -136,11 +136,11 @@ class DeviceSessions {
   std::vector<DeviceEvent> events_;
   RenderTotals totals_;
   std::size_t adding_ = 0;  // threads that are adding to the film
-  bool ended_ = false;  // end() was called
-  bool news_ = false;   // for wait(), since it returned last
+  bool ended_ = false;      // end() was called
+  bool news_ = false;       // for wait(), since it returned last
   std::exception_ptr error_;
-  double range_begin_s_ = -1;      // begin of the work on what open() added last; -1: it has not begun
-  double rendered_before_s_ = 0;   // RenderTotals::render_s at that time
+  double range_begin_s_ = -1;     // begin of the work on what open() added last; -1: it has not begun
+  double rendered_before_s_ = 0;  // RenderTotals::render_s at that time
   double watched_s_ = -1;  // time of the last call of watch()
 };
 

@@ -213,8 +213,7 @@ void run_device(const std::shared_ptr<DeviceSessions>& sessions, std::size_t dev
 OpenRunner open_wavefronts(std::shared_ptr<const WavefrontDevices> devices) {
   return [devices = std::move(devices)](std::size_t device, unsigned shrink) -> std::unique_ptr<UnitRunner> {
     Execution execution = devices->executions[device];
-    if (shrink > 0)
-      execution.pool = shrunk_unit(configure(devices->devices[device], execution).capacity(), shrink);
+    if (shrink > 0) execution.pool = shrunk_unit(configure(devices->devices[device], execution).capacity(), shrink);
     auto runner = std::make_unique<WavefrontRunner>(*devices, device, execution);
     if (device == devices->pilot_device) runner->require_arithmetic(devices->pilot_arithmetic);
     return runner;

@@ -44,10 +44,10 @@ struct RenderReport : RenderTotals {
   std::uint64_t samples_before = 0;  // samples that the render began with (RenderHooks::begin_with)
   End end = End::all_done;
   [[nodiscard]] bool interrupted() const { return end == End::interrupted; }
-  std::string features;               // Features::summary() of the kernels
-  std::uint64_t triangles = 0;        // with each instance counted
-  std::uint64_t geometry_bytes = 0;   // of the packed scene, with the tree of the first device
-  bool reinserted = false;            // that tree was improved by reinsertion, because many rays were expected
+  std::string features;              // Features::summary() of the kernels
+  std::uint64_t triangles = 0;       // with each instance counted
+  std::uint64_t geometry_bytes = 0;  // of the packed scene, with the tree of the first device
+  bool reinserted = false;           // that tree was improved by reinsertion, because many rays were expected
   PilotReport pilot;
   double pack_s = 0, build_s = 0;      // build_s: of the trees
   double compile_s = 0, upload_s = 0;  // of the slowest device

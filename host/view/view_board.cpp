@@ -116,7 +116,8 @@ std::optional<ViewBoard::Task> ViewBoard::next_task(const EngineOrders& orders) 
   return task;
 }
 
-void ViewBoard::say(const EngineOrders& orders, const std::string& state, std::uint64_t number, const std::string& error) {
+void ViewBoard::say(const EngineOrders& orders, const std::string& state, std::uint64_t number,
+                    const std::string& error) {
   const std::lock_guard lock(mutex_);
   if (!has(orders)) return;
   status_.state = state;

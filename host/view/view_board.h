@@ -80,8 +80,8 @@ class ViewBoard {
   void say(const EngineOrders& orders, const std::string& state, std::uint64_t number, const std::string& error = "");
   /// words    behind `eikon render`, without names of output files
   /// outline  scene_outline()
-  void describe(const EngineOrders& orders, const std::vector<std::string>& words, const std::vector<std::string>& notes,
-                const Json& outline);
+  void describe(const EngineOrders& orders, const std::vector<std::string>& words,
+                const std::vector<std::string>& notes, const Json& outline);
   void publish(const EngineOrders& orders, const Json& about, std::vector<unsigned char> pixels);
   void answer(PathRequest& request, std::string answer, std::string error);
   /// Says why there are no pictures without noise; empty: there are.

@@ -46,7 +46,10 @@ Json number_or_null(bool is_known, double value) {
 
 ViewEngine::ViewEngine(std::shared_ptr<ViewBoard> board, std::shared_ptr<EngineOrders> orders,
                        std::unique_ptr<SceneryLoader> scenery_loader, DevicePool pool)
-    : board_(std::move(board)), orders_(std::move(orders)), scenery_loader_(std::move(scenery_loader)), pool_(std::move(pool)) {}
+    : board_(std::move(board)),
+      orders_(std::move(orders)),
+      scenery_loader_(std::move(scenery_loader)),
+      pool_(std::move(pool)) {}
 
 void ViewEngine::run() {
   while (const std::optional<ViewBoard::Task> task = board_->next_task(*orders_)) {
@@ -174,8 +177,8 @@ void ViewEngine::render() {
   hooks.pilot = [&] { return scenery_->pilot; };
   hooks.pilot_done = [&](const Pilot& pilot) { scenery_->pilot = pilot; };
   hooks.begin_with = std::exchange(scenery_->film, std::nullopt);
-  RenderOutput done =
-      render_packed(scenery_->packed, scenery_->features, settings, scenery_->execution, orders_->stop, std::move(hooks));
+  RenderOutput done = render_packed(scenery_->packed, scenery_->features, settings, scenery_->execution, orders_->stop,
+                                    std::move(hooks));
   scenery_->film = std::move(static_cast<FilmState&>(done));
   if (is_finished()) say("done");
 }

@@ -17,8 +17,8 @@ namespace eikon {
 /// interrupt while it loads or compiles, so the engine owns or shares all that it uses.
 class ViewEngine {
  public:
-  ViewEngine(std::shared_ptr<ViewBoard> board, std::shared_ptr<EngineOrders> orders, std::unique_ptr<SceneryLoader> scenery_loader,
-             DevicePool pool);
+  ViewEngine(std::shared_ptr<ViewBoard> board, std::shared_ptr<EngineOrders> orders,
+             std::unique_ptr<SceneryLoader> scenery_loader, DevicePool pool);
   /// Returns when `orders` end the engine. Errors become a state of the board.
   void run();
 
@@ -56,7 +56,7 @@ class ViewEngine {
   std::uint64_t small_ = 4;           // a pixel of the small picture stands for a block of so many pixels squared
   double begin_s_ = 0;                // of the samples that are shown
   TimeShare predicting_{kErrorShare};
-  PredictedError error_{};            // as it was predicted last, for the picture that is shown
+  PredictedError error_{};  // as it was predicted last, for the picture that is shown
   std::unique_ptr<ViewDenoiser> denoiser_{};
   /// True once the look has a picture without noise, which noisy ones must not replace. Each look has its own, because the
   /// denoiser's thread sets it.

@@ -49,8 +49,8 @@ Json ViewSession::path(const PixelSample& at) { return board_->path(at); }
 void ViewSession::start(bool is_other_scene) {
   const auto orders = std::make_shared<EngineOrders>();
   const auto ended = std::make_shared<std::atomic<bool>>(false);
-  auto engine =
-      std::make_unique<ViewEngine>(board_, orders, std::make_unique<SceneryLoader>(given_, parse_, is_other_scene), pool_);
+  auto engine = std::make_unique<ViewEngine>(board_, orders,
+                                             std::make_unique<SceneryLoader>(given_, parse_, is_other_scene), pool_);
   board_->set_engine(orders, is_other_scene);
   threads_.push_back({std::thread([engine = std::move(engine), ended]() mutable {
                         engine->run();

@@ -134,7 +134,8 @@ void LightStages::launch(LightUnit& lights, std::size_t which) {
     run_stages(lights);
   }
   // So many words are likely to be enough. The rest, if there is more, waits for all that is in the queue by then.
-  const std::size_t likely = std::min<std::size_t>(kLikelySplatsPerPath * lights.frame.path_count, lights.frame.splat_capacity);
+  const std::size_t likely =
+      std::min<std::size_t>(kLikelySplatsPerPath * lights.frame.path_count, lights.frame.splat_capacity);
   lights.words.resize(likely * SPLAT_WORDS);
   device_->read_later(splats_[which], lights.words.data(), 4 * lights.words.size());
   lights.counted = device_->read_later(counts_[which], lights.counts.data(), sizeof lights.counts);
@@ -209,7 +210,8 @@ void LightStages::collect(LightUnit& lights, std::size_t which) {
       in_range = in_range && std::abs(value) < kRange;
     }
     if (finite && in_range)
-      lights.splats.insert(lights.splats.end(), words.begin() + std::ptrdiff_t(at), words.begin() + std::ptrdiff_t(at + SPLAT_WORDS));
+      lights.splats.insert(lights.splats.end(), words.begin() + std::ptrdiff_t(at),
+                           words.begin() + std::ptrdiff_t(at + SPLAT_WORDS));
     else
       ++(finite ? lights.saturated : lights.nonfinite);
   }

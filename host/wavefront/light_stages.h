@@ -51,10 +51,10 @@ struct LightUnit {
   Part running;
   std::vector<std::uint32_t> numbers;  // of its light paths
   Frame frame{};
-  RayCounts part_rays;                  // if each stage has a launch of its own
-  std::vector<std::uint32_t> words;     // its splats, as far as they are read back
+  RayCounts part_rays;               // if each stage has a launch of its own
+  std::vector<std::uint32_t> words;  // its splats, as far as they are read back
   std::array<std::uint32_t, SPLATS_COUNTS> counts{};
-  Ticket counted;                       // `words` and `counts` are there
+  Ticket counted;  // `words` and `counts` are there
 };
 
 /// Runs light paths in parts that fit the memory for splats. If a part leaves more, it is divided and traced again.

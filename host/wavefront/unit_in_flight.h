@@ -23,10 +23,10 @@ struct UnitInFlight {
   Diagnostics diagnostics{};
   std::vector<WorkerTally> tallies;  // of each work-item, if one launch runs all stages
 
-  Kernel film;        // bound to the buffers of this unit
-  Ticket tallied;     // `tallies` are there
-  Ticket summed;      // all else is there
-  RayCounts rays;     // without those of light paths
+  Kernel film;     // bound to the buffers of this unit
+  Ticket tallied;  // `tallies` are there
+  Ticket summed;   // all else is there
+  RayCounts rays;  // without those of light paths
   LightUnit lights;
 
   /// Makes room for the sums, counts and matte numbers of its pixels.

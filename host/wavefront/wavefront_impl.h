@@ -256,14 +256,15 @@ struct Wavefront::Impl {
   void launch_fused(UnitInFlight& current) {
     device.write_later(work.next_path, &kNoPaths, sizeof kNoPaths);
     device.run(kernels.at("paths"), config.workers, 1, current.frame.path_count);
-    current.tallied = device.read_later(work.tallies, current.tallies.data(), current.tallies.size() * sizeof(WorkerTally));
+    current.tallied =
+        device.read_later(work.tallies, current.tallies.data(), current.tallies.size() * sizeof(WorkerTally));
     run_film(current);
   }
   /// Waits for the launch, and counts the rays that it traced.
   void settle_fused(UnitInFlight& current) {
     device.wait(current.tallied);
     current.rays = counters.add_launch(current.frame.path_count, current.tallies,
-                                    sampler ? sampler->shares() : stage_shares(current.tallies));
+                                       sampler ? sampler->shares() : stage_shares(current.tallies));
   }
 
   /// Launches the stages of a depth. active: most paths at that depth
@@ -345,7 +346,8 @@ struct Wavefront::Impl {
 
   void begin_lights(UnitInFlight& current) {
     const LightPathPlan plan{lights_on ? light_paths.count : 0, light_paths.window};
-    if (traces_lights) lights.begin(current.lights, std::size_t(&current - in_flight.data()), current.unit, plan, frame);
+    if (traces_lights)
+      lights.begin(current.lights, std::size_t(&current - in_flight.data()), current.unit, plan, frame);
   }
 
   void drive() {

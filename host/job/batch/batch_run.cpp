@@ -74,8 +74,9 @@ void BatchRun::run() {
 
 void BatchRun::work(Worker& worker) {
   const auto begin_to_prepare = [&](BatchJob* job) {
-    return job == nullptr ? std::future<std::unique_ptr<JobInHand>>()
-                          : std::async(std::launch::async, [this, &worker, job] { return prepare_ahead(worker, *job); });
+    return job == nullptr
+               ? std::future<std::unique_ptr<JobInHand>>()
+               : std::async(std::launch::async, [this, &worker, job] { return prepare_ahead(worker, *job); });
   };
   std::future<std::unique_ptr<JobInHand>> next;
   std::future<void> writing;
@@ -221,9 +222,7 @@ void BatchRun::render(Worker& worker, JobInHand& current) {
     progress_.show(current.job, 0);
     RenderHooks hooks;
     hooks.devices_stay_ready = current.loaded;
-    hooks.progress = [&](const Progress& now, const Film&) {
-      progress_.show(current.job, now.share);
-    };
+    hooks.progress = [&](const Progress& now, const Film&) { progress_.show(current.job, now.share); };
     current.render->render(stop_, std::move(hooks));
   } catch (...) {
     fail(current);

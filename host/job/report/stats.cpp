@@ -198,8 +198,6 @@ json stats_json(const RenderOutput& done, const PredictedError& error, const Pre
   return stats;
 }
 
-void write_stats(const std::filesystem::path& path, const json& stats) {
-  write_text(path, dump_json(stats, 2) + "\n");
-}
+void write_stats(const std::filesystem::path& path, const json& stats) { write_text(path, dump_json(stats, 2) + "\n"); }
 
 }  // namespace eikon

@@ -22,7 +22,7 @@ struct CommandTimes {
 
 /// Facts that a report states beside the results of the render.
 struct RenderFacts {
-  std::string command;  // as the user gave it
+  std::string command;                            // as the user gave it
   std::map<std::string, std::uint64_t> contents;  // of the scene: how many it has of what
   std::vector<FeatureEntry> features;
 };

@@ -174,7 +174,8 @@ std::string lacking_memory(const GuideTable& table, const WavefrontDevices& devi
   return {};
 }
 
-void use_pilot(Pilot pilot, WavefrontDevices& devices, const std::vector<DeviceReport>& prepared, RenderReport& report) {
+void use_pilot(Pilot pilot, WavefrontDevices& devices, const std::vector<DeviceReport>& prepared,
+               RenderReport& report) {
   if (pilot.table != nullptr)
     if (const std::string line = lacking_memory(*pilot.table, devices, prepared); !line.empty()) {
       report.notes.push_back(line);
@@ -188,7 +189,7 @@ void use_pilot(Pilot pilot, WavefrontDevices& devices, const std::vector<DeviceR
 }  // namespace
 
 void prepare_pilot(WavefrontDevices& devices, std::vector<DeviceReport>& prepared, const std::atomic<bool>& stop,
-                 const RenderHooks& hooks, RenderReport& report) {
+                   const RenderHooks& hooks, RenderReport& report) {
   if (!wants_pilot(devices.features, devices.settings)) return;
   std::optional<Pilot> pilot = hooks.pilot ? hooks.pilot() : std::nullopt;
   if (pilot) {

@@ -16,6 +16,6 @@ namespace eikon {
 /// report    gets the pilot's; PilotReport::cut_short if `stop` was set or RenderHooks::latest_s came before it ended
 /// throws DeviceError when no device can: without a pilot, the image would not have the bits of its other parts
 void prepare_pilot(WavefrontDevices& devices, std::vector<DeviceReport>& prepared, const std::atomic<bool>& stop,
-                 const RenderHooks& hooks, RenderReport& report);
+                   const RenderHooks& hooks, RenderReport& report);
 
 }  // namespace eikon

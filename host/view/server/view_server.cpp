@@ -71,8 +71,7 @@ std::string page_of_view() {
 std::string news_bytes(const ViewNews& news, const Json& final_render, std::uint64_t frame_seen) {
   const bool sends = news.frame && news.frame->number != frame_seen;
   const std::string text = fmt::format(
-      "{{\"version\":{},\"status\":{},\"final\":{},\"frame\":{}}}", news.version, news.status,
-      dump_json(final_render),
+      "{{\"version\":{},\"status\":{},\"final\":{},\"frame\":{}}}", news.version, news.status, dump_json(final_render),
       sends ? fmt::format("{{\"number\":{},\"about\":{}}}", news.frame->number, news.frame->about) : "null");
   std::string bytes;
   for (unsigned shift = 0; shift < 32; shift += 8) bytes += char(text.size() >> shift & 0xFFU);
