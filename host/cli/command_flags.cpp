@@ -132,7 +132,7 @@ void CommandFlags::parsed(const FlagText& flag, ParseText parse) {
 void CommandFlags::list(const FlagText& flag, ParseText parse_each) {
   const bool positional = flag.names[0] != '-';
   CLI::Option* const option = add(*app_, flag, std::move(parse_each))->expected(1, -1)->group(group_);
-  option->delimiter(positional ? '\0' : ',')->allow_extra_args(positional);
+  option->delimiter(flag.placeholder.find(',') == std::string::npos ? '\0' : ',')->allow_extra_args(positional);
 }
 
 void CommandFlags::json(std::string& file, const std::string& about) {

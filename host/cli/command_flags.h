@@ -72,7 +72,7 @@ class CommandFlags {
     suggest(name, words);
   }
   void choice(const FlagText& flag, std::string& value, const std::vector<std::string>& words);
-  /// Takes any number of values; those of a flag may also be separated by commas.
+  /// Takes any number of values, which may also be separated by commas where the placeholder has one.
   void list(const FlagText& flag, ParseText parse_each);
   /// Adds --json=FILE, where --json alone means standard output.
   void json(std::string& file, const std::string& about);

@@ -60,6 +60,8 @@ void add_output_flags(CommandFlags& flags, RenderOptions& options) {
                1e9);
   flags.toggle("--resume", "continue from the checkpoint if there is one, also with a larger --spp",
                options.checkpoint.resume);
+  flags.list({"--add", "FILE", "take over the samples of a part or checkpoint of this image; may be given many times"},
+             [&](const std::string& file) { options.checkpoint.parts.push_back(file); });
 }
 
 /// "localhost:14158" or "[::1]:14158". throws UsageError
@@ -127,7 +129,7 @@ void add_frames_flag(CommandFlags& flags, RenderOptions& options) {
 const std::vector<std::string> kAboutExecution = {
     "--devices",    "--accel",  "--layout",   "--instances", "--memory",
     "--threads",    "--quiet",  "--progress", "--checkpoint", "--checkpoint-every", "--resume",
-    "--pilot",      "--tev",    "--force"};
+    "--add",      "--pilot",      "--tev",    "--force"};
 
 /// Flags that say how much of the image is rendered, and which files come of it.
 const std::vector<std::string> kAboutWhole = {"--spp",
@@ -145,6 +147,7 @@ const std::vector<std::string> kAboutWhole = {"--spp",
                                               "--checkpoint",
                                               "--checkpoint-every",
                                               "--resume",
+                                              "--add",
                                               "--stats",
                                               "--profile",
                                               "--report",
@@ -204,6 +207,7 @@ void add_render_flags(CommandFlags& flags, RenderOptions& options) {
   add_diagnosis_flags(flags, options);
   for (const char* other : {"--target-error", "--time", "--frames"}) flags.exclude(other, "--pixel");
   flags.exclude("--target-error", "--samples");
+  flags.exclude("--frames", "--add");
 }
 
 RenderOptions parse_render(std::vector<std::string> words) {

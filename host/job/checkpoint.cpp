@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <set>
 #include <utility>
 
 #include "job/report/metadata.h"
@@ -37,25 +38,36 @@ void CheckpointFile::begin(const Prepared& prepared) {
   manifests_ = features.mattes().manifests;
   settings_ = image_settings(*prepared.scene, settings, layout);
   layers_ = prepared.layers;
-  if (options_.file.empty()) return;
-  metadata_ = describe_image(prepared);
   asked_samples_ = settings.crop.pixel_count() * (settings.sample_end - settings.sample_begin);
   std::error_code ignored;
-  if (!std::filesystem::exists(options_.file, ignored)) return;
-  if (options_.implied)
-    read_if_it_fits(prepared);
-  else if (options_.resume)
-    read(prepared);
-  else
-    log_(fmt::format("the first checkpoint replaces what is in {}; --resume would go on from it", options_.file));
+  if (!options_.file.empty()) {
+    metadata_ = describe_image(prepared);
+    if (std::filesystem::exists(options_.file, ignored)) {
+      if (options_.implied)
+        read_if_it_fits(prepared);
+      else if (options_.resume)
+        read(prepared);
+      else
+        log_(fmt::format("the first checkpoint replaces what is in {}; --resume would go on from it", options_.file));
+    }
+  }
+  for (const std::string& part : options_.parts) take_over(prepared, part, "add");
+  if (!options_.parts.empty()) count_extra_samples(settings);
 }
 
 void CheckpointFile::read(const Prepared& prepared) {
+  take_over(prepared, options_.file, "resume from");
+  saved_samples_ = begin_with_->done.sample_count();
+  there_is_one_ = true;
+  count_extra_samples(prepared.settings);
+}
+
+void CheckpointFile::take_over(const Prepared& prepared, const std::string& file, const char* where) {
   const Settings& settings = prepared.settings;
   const auto refuse = [&](const std::string& why) {
-    throw InputError(fmt::format("cannot resume from \"{}\": {}", options_.file, why));
+    throw InputError(fmt::format("cannot {} \"{}\": {}", where, file, why));
   };
-  SumsReader reader(options_.file);
+  SumsReader reader(file);
   FilmRecord record;
   try {
     record = parse_film_record(reader.record(), reader.layout());
@@ -71,18 +83,27 @@ void CheckpointFile::read(const Prepared& prepared) {
       reader.layout().replicates != layout.replicates)
     refuse("its sums do not have the form that its settings say: the file is damaged");
 
-  begin_with_.emplace(FilmState{Film(layout), std::move(record.done), std::move(record.arithmetic),
-                                std::move(record.light_path_counts)});
+  if (!begin_with_) begin_with_.emplace(FilmState{Film(layout), {}, {}, {}});
+  if (begin_with_->done.overlap(record.done)) refuse("it holds samples that another file has added: leave one out");
+  std::set<std::uint64_t>& light_paths = begin_with_->light_path_counts;
+  if (!light_paths.empty() && !record.light_path_counts.empty() && light_paths != record.light_path_counts)
+    refuse("it has another number of light paths than the other files: pilots of different devices decided otherwise");
+  begin_with_->done.add(record.done);
+  begin_with_->arithmetic.insert(record.arithmetic.begin(), record.arithmetic.end());
+  light_paths.insert(record.light_path_counts.begin(), record.light_path_counts.end());
   reader.add_to(begin_with_->film);
-  saved_samples_ = begin_with_->done.sample_count();
-  there_is_one_ = true;
+}
+
+void CheckpointFile::count_extra_samples(const Settings& settings) {
+  const FilmState& state = *begin_with_;
+  const Crop& crop = state.film.layout().crop;
   std::uint64_t missing = 0;
-  for (const WorkUnit& part : begin_with_->done.missing(layout.crop, settings.sample_begin, settings.sample_end))
+  for (const WorkUnit& part : state.done.missing(crop, settings.sample_begin, settings.sample_end))
     missing += part.path_count();
-  extra_samples_ = saved_samples_ - (asked_samples_ - missing);
+  extra_samples_ = state.done.sample_count() - (asked_samples_ - missing);
   if (extra_samples_ > 0 && !options_.implied)
     log_(fmt::format("{} holds {} samples beyond what --spp or --samples ask for; they stay in the picture",
-                     options_.file, extra_samples_));
+                     options_.parts.empty() ? options_.file : options_.parts.front(), extra_samples_));
 }
 
 /// Reads the file, or says that it will be replaced: the batch's line may have been edited since.
@@ -102,8 +123,8 @@ void CheckpointFile::read_if_it_fits(const Prepared& prepared) {
 }
 
 void CheckpointFile::attach(RenderHooks& hooks) {
-  if (options_.file.empty()) return;
   hooks.begin_with = std::exchange(begin_with_, std::nullopt);
+  if (options_.file.empty()) return;
   hooks.checkpoint = [this](const FilmState& state) { write(state); };
   hooks.checkpoint_every_s = options_.every_s;
   hooks.checkpoint_now = asked_.get();

@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "job/prepare.h"
 #include "image/image.h"
@@ -19,6 +20,7 @@ struct CheckpointOptions {
   double every_s = 60;
   bool resume = false;
   bool implied = false;  // resume if possible: a file that cannot be resumed is replaced, not refused
+  std::vector<std::string> parts = {};  // files of the same image whose samples are taken over, too
 };
 
 class CheckpointFile {
@@ -27,9 +29,10 @@ class CheckpointFile {
   /// throws UsageError when the options do not go together
   CheckpointFile(CheckpointOptions options, Log log);
 
-  /// Reads the file if there is one and --resume is given. To be called before the scene is
-  /// released.
-  /// throws InputError if the file is damaged or holds another image, and names what differs
+  /// Reads the file if there is one and --resume is given, and the parts. To be called before the
+  /// scene is released.
+  /// throws InputError if a file is damaged, holds another image, and names what differs, or holds
+  /// samples of another
   void begin(const Prepared& prepared);
   /// Gives the render the sums to begin with, and writes its checkpoints. A failure to write one is
   /// logged, and the next is tried.
@@ -64,6 +67,9 @@ class CheckpointFile {
 
   void read(const Prepared& prepared);
   void read_if_it_fits(const Prepared& prepared);
+  /// Adds the samples of a file to begin_with_. where: "resume from", for messages
+  void take_over(const Prepared& prepared, const std::string& file, const char* where);
+  void count_extra_samples(const Settings& settings);
   void write(const FilmState& state);
   [[nodiscard]] std::string saved() const;
 };

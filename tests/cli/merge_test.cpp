@@ -120,6 +120,54 @@ TEST_F(Merge, parts_that_are_lost_before_or_around_the_others_are_mentioned) {
   EXPECT_EQ(merge("corner.exr", "out.exr").err, "eikon: the image has 24 x 20 pixels: columns 23 are in no part\n");
 }
 
+TEST_F(Merge, a_render_takes_over_parts_and_renders_only_what_they_lack) {
+  part("a.exr", "--samples 0:3 --aov " + kLayers);
+  part("b,c.exr", "--samples 3:8 --aov " + kLayers);
+  part("whole.exr", "--spp 8 --aov " + kLayers);
+  const std::string parts = " --add a.exr --add b,c.exr --aov " + kLayers, nothing = " --stats stats.json";
+  part("added.exr", "--spp 8 --png added.png" + nothing + parts);
+  const Image whole = read_exr(here / "whole.exr"), added = read_exr(here / "added.exr");
+  EXPECT_EQ(added.channels, whole.channels);
+  EXPECT_EQ(added.planes, whole.planes);
+  for (const char* key : {"samples", "relmsePredicted", "relmsePredictedHigh", "arithmetic"})
+    EXPECT_EQ(added.metadata.at(key), whole.metadata.at(key)) << key;
+  EXPECT_TRUE(std::filesystem::exists(here / "added.png"));
+  EXPECT_TRUE(contains(bytes("stats.json"), "\"samples\": 0,")) << "it rendered what it had";
+
+  part("whole.exr", "--spp 10 --aov " + kLayers);
+  part("added.exr", "--spp 10" + nothing + parts);
+  EXPECT_EQ(read_exr(here / "added.exr").planes, read_exr(here / "whole.exr").planes);
+  EXPECT_TRUE(contains(bytes("stats.json"), "\"samples\": " + std::to_string(24 * 20 * 2) + ","));
+  // Beside a checkpoint, which then holds everything.
+  part("x.exr", "--samples 8:9 --checkpoint x.ckpt.exr --aov " + kLayers);
+  part("added.exr", "--spp 10 --checkpoint x.ckpt.exr --resume" + parts);
+  EXPECT_EQ(read_exr(here / "added.exr").planes, read_exr(here / "whole.exr").planes);
+  EXPECT_EQ(read_exr(here / "x.ckpt.exr").metadata.at("samples"), std::to_string(24 * 20 * 10));
+}
+
+TEST_F(Merge, what_a_render_cannot_take_over_is_refused) {
+  part("a.exr", "--samples 0:3");
+  part("twice.exr", "--samples 2:4");
+  part("other.exr", "--samples 4:8 --seed 3");
+  part("plain.exr", "--spp 4");
+  const std::vector<std::pair<std::string, std::string>> cases = {
+      {"--add twice.exr", "cannot add \"twice.exr\": it holds samples that another file has added"},
+      {"--add other.exr", "cannot add \"other.exr\": "},
+      {"--add plain.exr", "a plain picture without exact sums"},
+      {"--add none.exr", "none.exr"}};
+  for (const auto& [flags, word] : cases) {
+    const Outcome outcome =
+        here.eikon("render " + scene("cornell.gltf") + " -o out.exr --size 24x20 --quiet --spp 8 --add a.exr " + flags);
+    EXPECT_TRUE(refused(outcome, 3)) << flags;
+    EXPECT_TRUE(contains(outcome.err, word)) << outcome.err;
+    EXPECT_FALSE(std::filesystem::exists(here / "out.exr"));
+  }
+  // More samples than are asked for stay in the picture, as those of a checkpoint do.
+  const Outcome more = here.eikon("render " + scene("cornell.gltf") + " -o out.exr --size 24x20 --spp 2 --add a.exr");
+  EXPECT_EQ(more.code, 1);
+  EXPECT_TRUE(contains(more.err, "a.exr holds 480 samples beyond what --spp or --samples ask for")) << more.err;
+}
+
 TEST_F(Merge, a_part_is_not_replaced_by_the_picture) {
   part("a.exr", "--samples 0:1");
   const std::string before = bytes("a.exr");

@@ -68,7 +68,8 @@ class Farm:
                 found.append(self._part(job, begin, end))
         return found
 
-    def _threads(self, words):
+    def threads(self, words):
+        """The flag that gives eikon the processors of a task, unless the words have it."""
         count = self.settings["threads"]
         return [] if any(w.startswith("--threads") for w in words) or not count else [f"--threads={count}"]
 
@@ -88,7 +89,7 @@ class Farm:
             seconds = float("inf") if job.open_ended else self.measured.seconds(job)
             flags, checkpoint = self._checkpoint(f"{job.name}.exr", seconds)
             words += flags
-        words += self._threads(words)
+        words += self.threads(words)
         return Item(job, jobs.quote(["render", *words]), job.output, checkpoint, 1.0)
 
     def _part(self, job, begin, end):
@@ -100,7 +101,7 @@ class Farm:
         if not any(word.split("=")[0] == "--pilot" for word in words):
             # One of another image is refused, so the name changes with the job's inputs and settings.
             words.append(f"--pilot={self.inside('pilots', f'{job.name}-{job.key}')}")
-        words += self._threads(words)
+        words += self.threads(words)
         return Item(job, jobs.quote(["render", *words]), output, checkpoint, share)
 
     def seconds(self, item):

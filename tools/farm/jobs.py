@@ -3,6 +3,7 @@
 gives each the key of the ledger."""
 import dataclasses
 import json
+import math
 import os
 import pathlib
 import re
@@ -16,6 +17,13 @@ from . import errors
 NEVER_SIZED = (1280, 720)  # guess for an image whose camera decides its size, until one was measured
 
 COMPILED_S = 0.5  # kernels that were compiled before are there sooner
+
+# The measured run renders a smaller picture of the same view, whose samples cost the same on average: a large one takes
+# seconds for its pilot and its file. It begins with so many camera paths, which every processor takes a tenth of a second for.
+MEASURED_PIXELS, FIRST_PATHS = 1 << 16, 1 << 19
+PILOT_PATHS_PER_PIXEL, MOST_PILOT_PATHS = 2, 1 << 19  # of eikon render
+# Copies of the sums that a render has at most: its own, one for the checkpoint, and what is on its way to a file.
+FILM_COPIES = 2.2
 
 
 @dataclasses.dataclass
@@ -110,23 +118,48 @@ def run_render(eikon, words, folder):
     return os.times().elapsed - before, usage.ru_maxrss / 1024
 
 
+def smaller(job):
+    """(words of a part, pixels) of a picture of the job's view that is quickly measured; the part itself if the job has few
+    pixels, or says its size by its camera or a window."""
+    if not job.size or job.pixels <= 4 * MEASURED_PIXELS or any(word.startswith("--crop") for word in job.part):
+        return job.part, job.pixels
+    scale = math.sqrt(MEASURED_PIXELS / job.pixels)
+    width, height = (max(1, round(side * scale)) for side in job.size)
+    return [*without(job.part, {"--size": True}), f"--size={width}x{height}"], width * height
+
+
+def measured_of(said, wall_s, peak_mb, part_bytes, job):
+    """What a run says of the whole picture. said: its --stats"""
+    took, size, pilot = said["seconds"], said["size"], said["pilot"] or {"seconds": 0.0, "paths": 0}
+    pixels = size[0] * size[1]
+    whole = job.size or size
+    times = whole[0] * whole[1] / pixels
+    startup_s, finish_s = took["first_sample"], max(0.0, wall_s - took["first_sample"] - took["render"])
+    if 0 < pilot["paths"] <= PILOT_PATHS_PER_PIXEL * pixels:  # by the size of the picture, not by a flag
+        startup_s += pilot["seconds"] * (max(1.0, min(times * pilot["paths"], MOST_PILOT_PATHS) / pilot["paths"]) - 1)
+    return Measured(samples_per_second=said["samples"] / max(took["render"], 1e-3), startup_s=startup_s,
+                    finish_s=finish_s + (times - 1) * took["write"],
+                    peak_mb=peak_mb + FILM_COPIES * (times - 1) * said["film_bytes"] / 1e6,
+                    part_bytes=int(part_bytes * times), size=list(whole))
+
+
 def measure(eikon, job, folder, threads, seconds):
-    """Renders samples of a job, twice as many and more, until rendering takes about so many seconds. A first run that
-    had to compile kernels does not count."""
+    """Renders samples of a smaller picture of a job, twice as many and more, until rendering takes about so many seconds. A
+    first run that had to compile kernels does not count."""
     with tempfile.TemporaryDirectory() as scratch:
         stats, image = os.path.join(scratch, "stats.json"), os.path.join(scratch, "part.exr")
-        words = [*job.part, "--stats", stats, "-o", image, "--quiet"]
+        part, pixels = smaller(job)
+        words = [*part, "--stats", stats, "-o", image, "--quiet"]
         if threads and not any(word.startswith("--threads") for word in words):
             words += ["--threads", str(threads)]
-        begin, spp, compiled = job.samples[0], 1, False
+        begin, compiled = job.samples[0], False
+        spp = min(job.samples[1] - begin, max(1, FIRST_PATHS // pixels))
         while True:
             wall_s, peak_mb = run_render(eikon, [*words, "--samples", f"{begin}:{begin + spp}"], folder)
             with open(stats, encoding="utf-8") as file:
                 said = json.load(file)
             took = said["seconds"]
-            result = Measured(samples_per_second=said["samples"] / max(took["render"], 1e-3), startup_s=took["first_sample"],
-                              finish_s=max(0.0, wall_s - took["first_sample"] - took["render"]), peak_mb=peak_mb,
-                              part_bytes=os.path.getsize(image), size=said["size"])
+            result = measured_of(said, wall_s, peak_mb, os.path.getsize(image), job)
             cold = took["compile"] > COMPILED_S and not compiled
             compiled = True
             if not cold and (took["render"] >= seconds / 2 or begin + spp >= job.samples[1]):

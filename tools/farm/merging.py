@@ -15,18 +15,15 @@ def part_files(farm, job):
 
 
 def tree(farm, job):
-    """The merges of a job's parts: for each level [(inputs, output), ..]."""
+    """The merges of a job's parts: for each level [(inputs, output), ..]. The last one writes the picture itself."""
     below, levels = part_files(farm, job), []
-    for level, ranges in enumerate(policy.merge_tree(len(below))):
+    ranges_of = policy.merge_tree(len(below))
+    for level, ranges in enumerate(ranges_of):
         outputs = [farm.inside("parts", job.name, MERGED.format(level=level, number=number)) for number in range(len(ranges))]
+        outputs = outputs if level + 1 < len(ranges_of) else [job.output]
         levels.append([(below[begin:end], output) for (begin, end), output in zip(ranges, outputs)])
         below = outputs
     return levels
-
-
-def whole_file(farm, job):
-    """The file with all samples of a job, once it is merged."""
-    return tree(farm, job)[-1][0][1]
 
 
 def write_merges(farm, some=None):
@@ -43,7 +40,8 @@ def write_merges(farm, some=None):
                 last = level == len(merges) - 1
                 about = f"{job.name}: merge {number + 1} of {len(merges[level])} of level {level + 1} of {len(merges)}"
                 name = f"{job.name}-{level}-{number:05d}"
-                folder.write(farm.path / "merges" / f"{name}.sh", scripts.one_merge(job, about, inputs, output, last))
+                text = scripts.last_merge(farm, job, about, inputs) if last else scripts.one_merge(job, about, inputs, output)
+                folder.write(farm.path / "merges" / f"{name}.sh", text)
                 levels[level].append(name)
                 after.update((file, [(level, name), *after.get(output, [])]) for file in inputs)
     for level, names in enumerate(levels):
@@ -54,7 +52,7 @@ def write_merges(farm, some=None):
 def preview(farm, job, output, png, extra=()):
     """Merges the parts of a job that are there, and returns eikon's line about the error, or None if there are none."""
     present, covered = [], set()
-    for level in reversed(tree(farm, job)):  # a merged file stands for all that went into it
+    for level in reversed(tree(farm, job)[:-1]):  # a merged file stands for all that went into it
         for inputs, merged in level:
             if os.path.exists(os.path.join(farm.base, merged)) and merged not in covered:
                 if all(newer(farm, merged, name) for name in inputs):

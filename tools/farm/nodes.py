@@ -5,6 +5,7 @@ import time
 
 from . import errors, folder, scripts, slurm
 
+ASK_SLURM_S = 0.5
 MOST_PROBED = 32  # of a large partition; the others look at themselves before their first task
 
 
@@ -29,14 +30,21 @@ def start(farm):
     if not up:
         raise errors.FarmError("no node of the partition can take work: `sinfo` says why")
     for name in up:
-        (place / name).unlink(missing_ok=True)
+        for file in (name, f"{name}.probed"):
+            (place / file).unlink(missing_ok=True)
     return {name: slurm.submit(probe, f"--nodelist={name}") for name in up[:MOST_PROBED]}
 
 
-def wait_for_probes(probes, seconds):
-    """Waits until all probes are over; after so many seconds goes on without those that have not begun."""
+def wait_for_probes(place, probes, seconds):
+    """Waits until all probes are over; after so many seconds goes on without those that have not begun. Their files say so
+    sooner than Slurm does. place: of these files"""
     end = time.monotonic() + seconds
     while True:
+        soon = time.monotonic() + ASK_SLURM_S
+        while time.monotonic() < soon:
+            if all((place / f"{node}.probed").exists() for node in probes):
+                return set()
+            time.sleep(0.02)
         queue = slurm.states(list(probes.values()))
         left = {node for node, job in probes.items() if queue.get((job, 0), ("",))[0] in slurm.ACTIVE}
         if not left:
@@ -47,13 +55,12 @@ def wait_for_probes(probes, seconds):
             if waiting == left:
                 return waiting
             end += seconds
-        time.sleep(0.2)
 
 
 def finish(farm, probes, seconds):
     """Waits for the probes, and writes what all nodes must be like: (nodes that are, nodes that are busy). Fails, with a
     line, where one is not."""
-    late = wait_for_probes(probes, seconds)
+    late = wait_for_probes(farm.path / "nodes", probes, seconds)
     said = {}
     token = (farm.path / "nodes" / "token").read_text().strip()
     for node in sorted(set(probes) - late):

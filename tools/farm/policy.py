@@ -32,7 +32,8 @@ def parts_of(samples, work_s, startup_s, nodes, part_s=0.0):
     # Whole samples, so that the smallest part is large enough too.
     least = max(1, math.ceil(least_task_seconds(startup_s) * samples / max(work_s, 1e-9) - 1e-9))
     most = max(1, samples // least)
-    counts = [min(most, nodes * times) for times in range(1, TASKS_PER_NODE + 1)]
+    # A single node has nothing to even out.
+    counts = [min(most, nodes * times) for times in range(1, TASKS_PER_NODE + 1 if nodes > 1 else 2)]
     counts = [1, *counts, min(most, max(counts[-1], math.ceil(work_s / LONGEST_TASK_S)))]
     best = min(image_seconds(count, work_s, startup_s, nodes, part_s) for count in counts)
     # More parts even out the speeds of nodes, so they are taken where they cost next to nothing.

@@ -20,7 +20,12 @@ fail() { echo "eikon-farm: $node: $1" >&2; exit 3; }
 
 # The kernels are compiled once for each kind of node. Every node has its own copy on its own disk: PoCL's cache is many
 # small files, which a thousand nodes would otherwise look up, and write, over the network.
-kind="$("$eikon" devices 2>/dev/null | sed -n '/^[0-9]*: /p; /driver/p' | cksum | tr -d ' ')"
+# A task asks what its probe has written down; eikon would look for devices.
+kind="$(sed -n 's/^kind //p' "$farm/nodes/$node" 2> /dev/null)"
+if [ -z "$kind" ]; then
+  devices="$("$eikon" devices 2> /dev/null)"
+  kind="$(sed -n '/^[0-9]*: /p; /driver/p' <<< "$devices" | cksum | tr -d ' ')"
+fi
 archive="$farm/kernels/$kind.tar"
 export POCL_CACHE_DIR="${EIKON_NODE_CACHE:-${TMPDIR:-/tmp}/eikon-kernels-$(id -u)}/$kind"
 if [ ! -d "$POCL_CACHE_DIR" ]; then
@@ -36,7 +41,7 @@ fi
 describe_node() {
   echo "token $(cat "$farm/nodes/token" 2>/dev/null)"
   echo "version $("$eikon" --version 2>&1 | head -1)"
-  echo "arithmetic $("$eikon" devices 2>/dev/null | sed -n 's/^ *arithmetic //p' | sort -u | paste -sd,)"
+  echo "arithmetic $(sed -n 's/^ *arithmetic //p' <<< "$devices" | sort -u | paste -sd,)"
   echo "kind $kind"
 }
 if [ ! -s "$farm/nodes/$node" ]; then
@@ -59,17 +64,22 @@ PROBE = r"""
 exec >> "$farm/logs/probe-${SLURMD_NODENAME:-here}.log" 2>&1
 rm -f "$farm/nodes/${SLURMD_NODENAME:-none}"
 source "$farm/node.sh"
-if [ ! -f "$archive" ]; then
+# The node's own list of the programs that the first job needs, from an earlier submission of it by the same program.
+used="$POCL_CACHE_DIR.jobs/{key}-$(stat -L -c %Y-%s "$eikon")"
+pack() { [ -s "$used" ] && tar -cf "$archive.$$" -C "$POCL_CACHE_DIR" -T "$used" 2> /dev/null && mv "$archive.$$" "$archive"; }
+if [ ! -f "$archive" ] && ! pack; then
   # Compile the kernels of the first job, and keep them for all nodes of this kind.
   scratch="$(mktemp -d)"
+  mkdir -p "$POCL_CACHE_DIR.jobs"
   touch "$scratch/begin"
   cd "$base" && "$eikon" render {first} -o "$scratch/first.exr" --quiet --samples {samples} > /dev/null
   # Of what this node has compiled before, only programs that this job used: PoCL notes when that was.
   (cd "$POCL_CACHE_DIR" && find . -name last_accessed -newer "$scratch/begin" -printf '%h\n') > "$scratch/used"
-  rm -f "$scratch/begin" "$scratch/first.exr"
-  tar -cf "$archive.$$" -C "$POCL_CACHE_DIR" -T "$scratch/used" && mv "$archive.$$" "$archive"
+  mv "$scratch/used" "$used"
   rm -rf "$scratch"
+  pack || rm -f "$archive.$$"
 fi
+echo > "$farm/nodes/$node.probed"
 """
 
 TASK = r"""
@@ -96,6 +106,9 @@ exit $code
 # Runs the lines of task $name, and sets `code`.
 RUN = r"""source "$farm/node.sh"
 cd "$base" || fail "cannot enter $base"
+# A moment for the log, and the processor's seconds until then.
+stamp() { echo "== at $(date +%s.%3N) $1; user and system seconds, of this script and of what it ran:"; times; }
+stamp "ready"
 
 # Shortly before the time limit Slurm sends USR1: eikon saves, and the task is queued again. TERM, which comes before a
 # task is cancelled or preempted, saves too. What SIGKILL ends continues from its last checkpoint.
@@ -119,12 +132,14 @@ while :; do
   sleep $tries
 done
 trap - USR1 TERM INT
+stamp "rendered"
 if [ $code = 0 ]; then
   while read -r checkpoint; do rm -f "$checkpoint"; done < "$farm/tasks/$name.checkpoints"
   # The task that has the last part of an image merges it, so that no image waits for the tasks of others.
   while read -r merge; do
     (if_ready=1; source "$farm/merges/$merge.sh") || echo "eikon-farm: $merge is tried again when all tasks are over"
   done < "$farm/tasks/$name.merges"
+  stamp "merged"
 fi"""
 
 MERGE = r"""
@@ -148,13 +163,14 @@ ONE_MERGE = r"""
 # {about}
 inputs=({inputs})
 output={output}
+lock={lock}
 for input in "${{inputs[@]}}"; do
   [ -s "$input" ] || {{ [ -n "$if_ready" ] && exit 0; echo "eikon-farm: {name} cannot be merged yet: $input is missing"; exit 1; }}
 done
 if [ -n "$if_ready" ]; then
   # Two tasks may both have found all files there.
-  mkdir "$output.lock" 2> /dev/null || exit 0
-  trap 'rmdir "$output.lock"' EXIT
+  mkdir "$lock" 2> /dev/null || exit 0
+  trap 'rmdir "$lock"' EXIT
 fi
 fresh=
 [ -s "$output" ] || fresh=1
@@ -162,15 +178,7 @@ for input in "${{inputs[@]}}"; do
   [ "$input" -nt "$output" ] && fresh=1
 done
 if [ -n "$fresh" ]; then
-  "$eikon" merge "${{inputs[@]}}" -o "$output.new.exr" --quiet; code=$?
-  [ $code = 0 ] || {{ rm -f "$output.new.exr"; exit $code; }}
-  mv "$output.new.exr" "$output"
-fi
-"""
-LAST_MERGE = r"""
-# All samples are there: eikon renders nothing, and writes what the job asks for.
-if [ ! -s {result} ] || [ "$output" -nt {result} ]; then
-  {command} || exit $?
+  {command}
 fi
 """
 
@@ -226,7 +234,7 @@ def probe_script(farm):
     window = [] if any(word.startswith("--crop") for word in job.part) else ["--crop=0,0,1,1"]
     first = [*job.part, *window, *([f"--threads={farm.settings['threads']}"] if farm.settings["threads"] else [])]
     return head(farm, options) + PROBE.replace("{first}", jobs.quote(first)).replace(
-        "{samples}", f"{job.samples[0]}:{job.samples[0] + 1}")
+        "{samples}", f"{job.samples[0]}:{job.samples[0] + 1}").replace("{key}", job.key)
 
 
 def node_script(_farm):
@@ -240,13 +248,26 @@ def merge_script(farm, level):
     return head(farm, options) + MERGE.replace("{level}", str(level))
 
 
-def one_merge(job, about, inputs, output, last):
-    """Merges some files. last: it completes the image, and writes what the job asks for."""
+def one_merge(job, about, inputs, output):
+    """Merges some files into one of their kind."""
+    # One with gaps ends with 1, and is not kept.
+    command = ('"$eikon" merge "${inputs[@]}" -o "$output.new.exr" --quiet && mv "$output.new.exr" "$output" '
+               '|| { rm -f "$output.new.exr"; exit 1; }')
+    return merge_text(job, about, inputs, output, f"{output}.lock", command)
+
+
+def last_merge(farm, job, about, inputs):
+    """Completes an image: the samples of all files are there, so eikon renders nothing, and writes what the job asks for."""
+    # Of the line's own flags, those about its checkpoint would contradict the farm's.
+    words = jobs.without(job.words, {"--checkpoint": True, "--checkpoint-every": True, "--resume": False, "--quiet": False,
+                                     "--add": True})
+    words += farm.threads(words)
+    command = '"$eikon" render ' + jobs.quote(words) + ' "${inputs[@]/#/--add=}" --quiet || exit $?'
+    return merge_text(job, about, inputs, job.output, farm.inside("parts", job.name, "picture.lock"), command)
+
+
+def merge_text(job, about, inputs, output, lock, command):
+    """The script of a merge."""
     quoted = [shlex.quote(name) for name in inputs]
-    text = ONE_MERGE.format(about=about, inputs="\n  ".join(["", *quoted]) + "\n", output=shlex.quote(output), name=job.name)
-    if last:
-        # Of the line's own flags, those about its checkpoint would contradict the farm's.
-        words = jobs.without(job.words, {"--checkpoint": True, "--checkpoint-every": True, "--resume": False, "--quiet": False})
-        command = '"$eikon" render ' + jobs.quote(words) + ' --checkpoint "$output" --resume --quiet'
-        text += LAST_MERGE.format(result=shlex.quote(job.output), command=command)
-    return text.lstrip()
+    return ONE_MERGE.format(about=about, inputs="\n  ".join(["", *quoted]) + "\n", output=shlex.quote(output),
+                            lock=shlex.quote(lock), name=job.name, command=command).lstrip()

@@ -132,9 +132,9 @@ def print_scripts(farm):
         print(item.line)
     job = next((job for job in farm.jobs if job.parts), None)
     if job:
-        inputs, output = merging.tree(farm, job)[-1][0]
+        inputs, _ = merging.tree(farm, job)[-1][0]
         print(f"\n# {farm.path}/merges: the last merge of {job.name}")
-        print(scripts.one_merge(job, job.name, inputs, output, True))
+        print(scripts.last_merge(farm, job, job.name, inputs))
     print("\nnothing was submitted (--dry-run)")
 
 

@@ -3,12 +3,17 @@
 """How much faster two one-core nodes are than one, with submission and merge, and what a task costs beside its rendering:
 on the cluster that the tests of the farm start on this machine.
 
-  tools/measure/farm_speed.py EIKON [--rounds N] [--spp N] [--size WxH]
+  tools/measure/farm_speed.py EIKON [--rounds N] [--spp N] [--size WxH] [-- WORDS of submit]
 
-One and two nodes take turns, so that what else the machine does meets both. Needs root and two processors."""
+One and two nodes take turns, so that what else the machine does meets both. Every run is told twice: as the clock has it,
+and as the seconds of the processor, user's and system's, on the way from the call of submit to the image: of submit, of the
+task that took most, and of the merge, with what the clock says of Slurm's own time between them. The second does not grow
+with what else the machine does. Needs root and two processors."""
 import argparse
 import json
 import pathlib
+import re
+import resource
 import statistics
 import subprocess
 import sys
@@ -20,29 +25,61 @@ sys.dont_write_bytecode = True
 sys.path.insert(0, str(ROOT / "tests/farm"))
 import cluster as test_cluster  # noqa: E402
 
+PHASES = ("submit", "slurm", "prepare", "render", "merge")
+
+
+def stamps(log):
+    """{word: (moment, processor seconds until then)} of a task's log."""
+    found = {}
+    for moment, word, rest in re.findall(r"^== at (\S+) (ready|rendered|merged);.*\n((?:\S+ \S+\n){2})", log, re.MULTILINE):
+        found[word] = float(moment), sum(60 * float(m) + float(s) for m, s in re.findall(r"(\d+)m([\d.]+)s", rest))
+    moments = re.findall(r"^== at (\S+)", log, re.MULTILINE)
+    found["begin"], found["node"] = (float(moments[0]), 0.0), re.search(r" on (\S+), job", log)[1]
+    return found
+
+
+def phases_of(tasks, submitted, image_at):
+    """(seconds of the clock, of the processor) of each phase after submit: of the task that was rendered last, and of the
+    node that had most to do."""
+    last = max(tasks, key=lambda task: task["rendered"][0])
+    merger = next((task for task in tasks if task.get("merged", (0, 0))[0] >= image_at), last)
+    nodes = [[task for task in tasks if task["node"] == node] for node in {task["node"] for task in tasks}]
+    busiest = max(nodes, key=lambda own: sum(task["rendered"][1] for task in own))
+    wall = {"slurm": min(task["begin"][0] for task in tasks) - submitted, "prepare": min(task["ready"][0] for task in tasks) - min(task["begin"][0] for task in tasks),
+            "render": last["rendered"][0] - min(task["ready"][0] for task in tasks), "merge": max(0.0, image_at - last["rendered"][0])}
+    cpu = {"slurm": wall["slurm"], "prepare": sum(task["ready"][1] for task in busiest),
+           "render": sum(task["rendered"][1] - task["ready"][1] for task in busiest),
+           "merge": merger["merged"][1] - merger["rendered"][1] if "merged" in merger else 0.0}
+    return wall, cpu
+
 
 def one_run(cluster, folder, options, words):
-    """(seconds from the call of submit to the last file, seconds of each task beside its rendering)"""
+    """({phase: seconds of the clock}, {phase: seconds of the processor}, processor seconds of each task beside rendering)"""
     image = folder / "room.exr"
-    begin = time.monotonic()
+    before, begin = resource.getrusage(resource.RUSAGE_CHILDREN), time.time()
     subprocess.run([ROOT / "tools/eikon-farm", "submit", ROOT / "scenes/window_room.gltf", "-o", image, "--size", options.size,
-                    "--spp", str(options.spp), "--eikon", options.eikon, "--folder", folder / "farm", *words],
+                    "--spp", str(options.spp), "--eikon", options.eikon, "--folder", folder / "farm", *words, *options.words],
                    env=cluster.environment, check=True, stdout=subprocess.DEVNULL)
-    submitted = time.monotonic() - begin
-    test_cluster.wait_until(lambda: image.exists() or not cluster.run("squeue", "-h"), 900, "the image")
+    submitted, after = time.time(), resource.getrusage(resource.RUSAGE_CHILDREN)
+    test_cluster.wait_until(lambda: image.exists() or not cluster.run("squeue", "-h"), 1800, "the image")
+    image_at = image.stat().st_mtime
     test_cluster.wait_until(lambda: not cluster.run("squeue", "-h"), 60, "an empty queue")
-    seconds = time.monotonic() - begin
-    overheads = []
-    for file in (folder / "farm/tasks").glob("*.ledger"):
+    tasks, beside = [], []
+    for file in sorted((folder / "farm/tasks").glob("*.ledger")):
         done = [entry for entry in map(json.loads, file.read_text().splitlines()) if entry["state"] == "done"]
-        overheads.append(task_seconds(folder / "farm/logs" / f"{file.stem}.log") - sum(entry["render_seconds"] for entry in done))
-    return seconds, submitted, overheads
+        tasks.append(stamps((folder / "farm/logs" / f"{file.stem}.log").read_text()))
+        share = sum(entry["render_seconds"] for entry in done) / max(tasks[-1]["rendered"][0] - tasks[-1]["ready"][0], 1e-9)
+        beside.append(tasks[-1]["rendered"][1] - share * (tasks[-1]["rendered"][1] - tasks[-1]["ready"][1]))
+    wall, cpu = phases_of(tasks, submitted, image_at)
+    wall["submit"] = submitted - begin
+    cpu["submit"] = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    return wall, cpu, beside, len(tasks)
 
 
-def task_seconds(log):
-    """From the first to the last line of a task's log: "== 1795590958.123 ..."."""
-    times = [float(line.split()[2]) for line in log.read_text().splitlines() if line.startswith("== at ")]
-    return times[-1] - times[0] if len(times) > 1 else float("nan")
+def say(nodes, tasks, kind, seconds):
+    """Prints a row of the timeline."""
+    print(f"{nodes} nodes, {tasks} tasks, {kind:<9} {sum(seconds.values()):7.2f} s: "
+          + ", ".join(f"{phase} {seconds[phase]:.2f}" for phase in PHASES), flush=True)
 
 
 def main():
@@ -51,23 +88,31 @@ def main():
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--spp", type=int, default=64)
     parser.add_argument("--size", default="1280x720")
+    parser.add_argument("words", nargs="*", help="flags of submit")
     options = parser.parse_args()
     options.eikon = pathlib.Path(options.eikon).resolve()
-    ratios = []
+    totals = {(nodes, kind): [] for nodes in (1, 2) for kind in ("clock", "processor")}
     with test_cluster.Cluster() as cluster, tempfile.TemporaryDirectory() as space:
         cluster.environment["EIKON_NODE_CACHE"] = f"{space}/kernels"
+        spp, options.spp = options.spp, 1
         for number in range(-1, options.rounds):  # the first round compiles, and does not count
-            took = {}
             for nodes, words in ((1, ["--exclude", "n2"]), (2, [])):
                 folder = pathlib.Path(space) / f"{number}-{nodes}"
                 folder.mkdir()
-                took[nodes], submitted, overheads = one_run(cluster, folder, options, words)
-                print(f"{nodes} nodes: {took[nodes]:.2f} s, {submitted:.2f} s of them until submit returned; a task beside its "
-                      f"rendering: {statistics.median(overheads):.2f} s", flush=True)
-            if number >= 0:
-                ratios.append(took[1] / took[2])
-                print(f"two nodes are {ratios[-1]:.2f} times as fast", flush=True)
-    print(f"median of {len(ratios)}: {statistics.median(ratios):.2f} times")
+                wall, cpu, beside, tasks = one_run(cluster, folder, options, words)
+                if number < 0:
+                    continue
+                say(nodes, tasks, "clock", wall)
+                say(nodes, tasks, "processor", cpu)
+                print(f"  a task beside its rendering: {statistics.median(beside):.2f} s of the processor", flush=True)
+                totals[nodes, "clock"].append(sum(wall.values()))
+                totals[nodes, "processor"].append(sum(cpu.values()))
+            options.spp = spp
+    for kind in ("clock", "processor"):
+        one, two = totals[1, kind], totals[2, kind]
+        print(f"{kind}: least {min(one):.2f} and {min(two):.2f} s, {min(one) / min(two):.2f} times as fast; median of {len(one)} "
+              f"{statistics.median(one):.2f} and {statistics.median(two):.2f} s, "
+              f"{statistics.median(one) / statistics.median(two):.2f} times")
 
 
 if __name__ == "__main__":

@@ -11,6 +11,7 @@
 #include "job/report/result_lines.h"
 #include "job/report/stage_table.h"
 #include "pack/geometry/placed_meshes.h"
+#include "wavefront/memory_need.h"
 
 namespace eikon {
 namespace {
@@ -169,6 +170,7 @@ json stats_json(const RenderOutput& done, const PredictedError& error, const Pre
       {"features", report.features},
       {"triangles", report.triangles},
       {"geometry_bytes", report.geometry_bytes},
+      {"film_bytes", film_bytes(done.film.layout())},
       {"tree", report.reinserted ? "reinserted" : "sah"},
       {"interrupted", report.interrupted()},
       {"ended_by", name_of(report.end)},
