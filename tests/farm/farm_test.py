@@ -234,6 +234,23 @@ class C_Whole(FarmTest):
                        f"0.278,0.27,{-0.8 - 0.01 * 5}:0.278,0.27,0")
 
 
+    def test_a_sequence_is_a_job_for_each_frame(self):
+        words = [ROOT / "scenes/bending_arm.gltf", "--size", "48x32", "--spp", "8", "--shutter", "0.5"]
+        frames = [*words, "-o", "arm_%02d.exr", "--frames", "0:20:4"]
+        code, said, wrong = submit("arm", *frames, "--parts", 2, "--lines", 4)
+        self.assertEqual(code, 0, said + wrong)
+        self.assertIn("6 images in 12 parts", said)
+        self.assertIn("submitted 3 tasks", said)
+        wait("arm")
+        code, said, _ = farm("status", space / "arm", "--no-error")
+        self.assertEqual(code, 0, said)
+        self.assertIn("6 images, 12 parts: 12 done, 0 running, 0 waiting, 0 failed", said)
+        self.assertEqual(len(done_entries("arm")), 12, "a part was rendered twice, or not at all")
+        self.assertEqual(sorted(file.name for file in space.glob("arm_*.exr")), [f"arm_{i:02d}.exr" for i in range(0, 21, 4)])
+        for frame in (0, 16):
+            self.same_bits(space / f"arm_{frame:02d}.exr", *words, "--frame", frame)
+        self.assertIn("nothing was submitted", farm("resubmit", space / "arm")[1])
+
     def test_an_image_is_merged_when_it_is_done_and_not_when_all_are(self):
         words = ["--size", "64x64", "--spp", "66"]
         (space / "two.txt").write_text(f"render {CORNELL} -o sooner.exr {' '.join(words)}\n"
@@ -276,10 +293,12 @@ class D_Failures(FarmTest):
             self.assertRegex(line, r"texture/parts/.*\.exr: .*hidden/\d.png.*; log: .*/texture/logs/r0-\d+\.log")
             self.assertIn("on n2", pathlib.Path(line.split("log: ")[1]).read_text())
         self.assertFalse((space / "texture.exr").exists(), "an image of some of its samples looks like a whole one")
-        code, said, wrong = farm("resubmit", space / "texture", "--exclude", "n2")
+        code, said, wrong = farm("resubmit", space / "texture")
         self.assertEqual(code, 0, said + wrong)
+        self.assertIn("without n2, where parts have failed", said)
         self.assertIn(f"submitted {len(failed)} tasks", said)
         wait("texture")
+        self.assertEqual([log for log in (space / "texture/logs").glob("r1-*.log") if " on n2" in log.read_text()], [])
         self.assertEqual(len(done_entries("texture")), 4)
         self.same_bits(space / "texture.exr", *words)
 

@@ -23,7 +23,7 @@ def add_submit(commands, name, about, run):
     parser.add_argument("--signal", type=int, default=90, metavar="SECONDS", help="before the limit, to save a task [90]")
     parser.add_argument("--sbatch", action="append", default=[], metavar="WORDS", help="more words for sbatch")
     parser.add_argument("--eikon", metavar="FILE", help="the program, at a path that all nodes have [that in PATH]")
-    parser.add_argument("--measure", type=float, default=0.25, metavar="SECONDS", help="of the measured run, about [0.25]")
+    parser.add_argument("--measure", type=float, default=0.1, metavar="SECONDS", help="of the measured run, about [0.1]")
     parser.add_argument("--checkpoint-every", type=float, default=0, metavar="SECONDS", help="as of eikon render [60]")
     add_limits(parser, "", 0)
     parser.set_defaults(run=run)

@@ -43,12 +43,18 @@ class Farm:
     settings: dict
     jobs: list
     measured: jobs.Measured
+    avoided: list = dataclasses.field(default_factory=list)  # nodes that this command leaves out, where parts have failed
     rounds: list = dataclasses.field(default_factory=list)  # {"tasks": [[line, ..], ..], "arrays": [[id, offset, count], ..]}
 
     @property
     def base(self):
         """The folder to which the jobs' paths are relative."""
         return self.settings["base"]
+
+    @property
+    def excluded(self):
+        """The nodes that get no work, as Slurm lists them."""
+        return ",".join(name for name in (self.settings["exclude"], *self.avoided) if name)
 
     def inside(self, *names):
         """A path in the folder as the jobs name it: relative if the folder lies below theirs, so that it can be moved."""
@@ -159,7 +165,7 @@ def load(path):
     try:
         content = json.loads((path / "farm.json").read_text())
         return Farm(path, content["settings"], [jobs.Job(**job) for job in content["jobs"]],
-                    jobs.Measured(**content["measured"]), content["rounds"])
+                    jobs.Measured(**content["measured"]), rounds=content["rounds"])
     except OSError as error:
         raise errors.FarmError(f"{path}: no farm was submitted here: {error.strerror}") from error
     except (ValueError, KeyError, TypeError) as error:

@@ -16,11 +16,11 @@ from . import errors
 
 NEVER_SIZED = (1280, 720)  # guess for an image whose camera decides its size, until one was measured
 
-COMPILED_S = 0.5  # kernels that were compiled before are there sooner
+COMPILED_S = 1.5  # kernels that were compiled before are there sooner, also on a busy machine
 
 # The measured run renders a smaller picture of the same view, whose samples cost the same on average: a large one takes
-# seconds for its pilot and its file. It begins with so many camera paths, which every processor takes a tenth of a second for.
-MEASURED_PIXELS, FIRST_PATHS = 1 << 16, 1 << 19
+# seconds for its pilot and its file. It begins with so many camera paths, which take a core a tenth of a second and more.
+MEASURED_PIXELS, FIRST_PATHS = 1 << 16, 1 << 18
 PILOT_PATHS_PER_PIXEL, MOST_PILOT_PATHS = 2, 1 << 19  # of eikon render
 # Copies of the sums that a render has at most: its own, one for the checkpoint, and what is on its way to a file.
 FILM_COPIES = 2.2
@@ -135,9 +135,11 @@ def measured_of(said, wall_s, peak_mb, part_bytes, job):
     whole = job.size or size
     times = whole[0] * whole[1] / pixels
     startup_s, finish_s = took["first_sample"], max(0.0, wall_s - took["first_sample"] - took["render"])
+    samples_per_second = said["samples"] / max(took["render"], 1e-3)
     if 0 < pilot["paths"] <= PILOT_PATHS_PER_PIXEL * pixels:  # by the size of the picture, not by a flag
-        startup_s += pilot["seconds"] * (max(1.0, min(times * pilot["paths"], MOST_PILOT_PATHS) / pilot["paths"]) - 1)
-    return Measured(samples_per_second=said["samples"] / max(took["render"], 1e-3), startup_s=startup_s,
+        more = max(0.0, min(times * pilot["paths"], MOST_PILOT_PATHS) - pilot["paths"])
+        startup_s += more / samples_per_second  # each costs about what a sample does
+    return Measured(samples_per_second=samples_per_second, startup_s=startup_s,
                     finish_s=finish_s + (times - 1) * took["write"],
                     peak_mb=peak_mb + FILM_COPIES * (times - 1) * said["film_bytes"] / 1e6,
                     part_bytes=int(part_bytes * times), size=list(whole))

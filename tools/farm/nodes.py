@@ -26,7 +26,7 @@ def start(farm):
     (place / "expected").unlink(missing_ok=True)
     probe = farm.path / "probe.sh"
     folder.write(probe, scripts.probe_script(farm), executable=True)
-    up = [name for name, is_up in slurm.nodes(farm.settings["partition"], farm.settings["exclude"]) if is_up]
+    up = [name for name, is_up in slurm.nodes(farm.settings["partition"], farm.excluded) if is_up]
     if not up:
         raise errors.FarmError("no node of the partition can take work: `sinfo` says why")
     for name in up:

@@ -27,7 +27,7 @@ def add_plan(commands):
     parser.add_argument("--svg", metavar="FILE", help="draw it")
     parser.add_argument("--cpus", type=int, default=1, metavar="N", help="threads of each node [1]")
     parser.add_argument("--eikon", metavar="FILE", help="the program [that in PATH]")
-    parser.add_argument("--measure", type=float, default=0.25, metavar="SECONDS", help="of the measured run, about [0.25]")
+    parser.add_argument("--measure", type=float, default=0.1, metavar="SECONDS", help="of the measured run, about [0.1]")
     parser.set_defaults(run=plan)
 
 

@@ -203,7 +203,7 @@ def common(farm, name):
     return {"job-name": f"eikon-{name}-{farm.path.stem}"[:60], "partition": settings["partition"],
             "account": settings["account"], "cpus-per-task": settings["threads"] or None,
             "mem": f"{settings['memory_mb']}M" if settings["memory_mb"] else None,
-            "exclude": settings["exclude"], "output": "/dev/null", "error": "/dev/null"}
+            "exclude": farm.excluded, "output": "/dev/null", "error": "/dev/null"}
 
 
 def run_lines(progress):

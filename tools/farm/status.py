@@ -5,7 +5,7 @@ import collections
 import dataclasses
 import re
 
-from . import slurm
+from . import errors, slurm
 
 
 @dataclasses.dataclass
@@ -70,6 +70,21 @@ def items_state(farm, queued, keyed=False):
             state.why = "it was ended before it was done, and can be continued"
         states.append(state)
     return states
+
+
+def failed_on(states):
+    """The nodes on which parts have failed by their input or a device: another node may have what these lack."""
+    found = set()
+    for state in states:
+        if state.state != "failed" or (state.entry or {}).get("exit_code") not in (errors.INPUT, errors.DEVICE):
+            continue
+        try:
+            with open(state.log, encoding="utf-8", errors="replace") as file:
+                ends = re.findall(r"^== at .* ended with exit code \d+ on (\S+)$", file.read(), re.MULTILINE)
+            found.update(ends[-1:])
+        except OSError:
+            continue
+    return sorted(found)
 
 
 def last_line(log):

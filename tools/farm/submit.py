@@ -200,8 +200,10 @@ def resubmit(options):
     slurm.check_partition(farm.settings["partition"])
     reread(farm)
     folder.make_folders(farm)
-    write_scripts(farm)
     states = status.items_state(farm, status.queued_tasks(farm), keyed=True)
+    if options.exclude is None:
+        avoid(farm, status.failed_on(states))
+    write_scripts(farm)
     again = [state.item for state in states if state.state == "failed"]
     unmerged = unmerged_jobs(farm, {item.job.name for item in again}, states)
     if not again and not unmerged:
@@ -212,6 +214,14 @@ def resubmit(options):
     count = submit_round(farm, again, unmerged)
     print(f"submitted {count} tasks of {len(again)} parts; the other {len(states) - len(again)} are done or under way")
     return 0
+
+
+def avoid(farm, failing):
+    """Leaves out the nodes on which parts have failed, if there are others."""
+    up = {name for name, is_up in slurm.nodes(farm.settings["partition"], farm.settings["exclude"]) if is_up}
+    if failing and up - set(failing):
+        farm.avoided = failing
+        print(f"without {', '.join(failing)}, where parts have failed; --exclude '' takes all nodes")
 
 
 def reread(farm):

@@ -3,7 +3,7 @@
 """How much faster two one-core nodes are than one, with submission and merge, and what a task costs beside its rendering:
 on the cluster that the tests of the farm start on this machine.
 
-  tools/measure/farm_speed.py EIKON [--rounds N] [--spp N] [--size WxH] [-- WORDS of submit]
+  tools/measure/farm_speed.py EIKON [--rounds N] [--spp N] [--size WxH] [flags of submit]
 
 One and two nodes take turns, so that what else the machine does meets both. Every run is told twice: as the clock has it,
 and as the seconds of the processor, user's and system's, on the way from the call of submit to the image: of submit, of the
@@ -88,8 +88,7 @@ def main():
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--spp", type=int, default=64)
     parser.add_argument("--size", default="1280x720")
-    parser.add_argument("words", nargs="*", help="flags of submit")
-    options = parser.parse_args()
+    options, options.words = parser.parse_known_args()
     options.eikon = pathlib.Path(options.eikon).resolve()
     totals = {(nodes, kind): [] for nodes in (1, 2) for kind in ("clock", "processor")}
     with test_cluster.Cluster() as cluster, tempfile.TemporaryDirectory() as space:
