@@ -234,6 +234,19 @@ class C_Whole(FarmTest):
                        f"0.278,0.27,{-0.8 - 0.01 * 5}:0.278,0.27,0")
 
 
+    def test_a_node_that_has_the_kernels_of_a_job_gives_them_to_others_without_compiling(self):
+        lists = []
+        for name in ("cold", "warm"):
+            code, said, wrong = submit(name, CORNELL, "-o", f"{name}.exr", "--size", "16x16", "--spp", 4)
+            self.assertEqual(code, 0, said + wrong)
+            self.assertGreater(next((space / name / "kernels").glob("*.tar")).stat().st_size, 20000)
+            key = re.search(r'jobs/([0-9a-f]{16})-', (space / name / "probe.sh").read_text())[1]
+            lists.append({file: file.stat().st_mtime_ns for file in (space / "node_cache").glob("*.jobs/*") if key in file.name})
+            wait(name)
+        self.assertEqual(len(lists[0]), 1)
+        # A probe that renders writes the list of programs anew.
+        self.assertEqual(lists[0], lists[1])
+
     def test_a_sequence_is_a_job_for_each_frame(self):
         words = [ROOT / "scenes/bending_arm.gltf", "--size", "48x32", "--spp", "8", "--shutter", "0.5"]
         frames = [*words, "-o", "arm_%02d.exr", "--frames", "0:20:4"]

@@ -52,6 +52,33 @@ class Parts(unittest.TestCase):
         self.assertEqual([policy.after(137, tries) for tries in (1, 2, 3)], ["again", "again", "failed"])
         self.assertEqual([policy.after(4, tries) for tries in (1, 2, 3)], ["again", "again", "failed"])
 
+    def test_one_node_gets_an_image_in_one_part(self):
+        self.assertEqual(policy.parts_of(4096, 1000.0, 1.0, 1, 0.5), 1)
+        self.assertGreater(policy.parts_of(4096, 100 * policy.LONGEST_TASK_S, 1.0, 1, 0.5), 50)
+
+    def job(self, part, size):
+        return jobs.Job(line=1, name="a", words=[], part=part, samples=[0, 64], output="a.exr", key="", scene="a.gltf", size=size)
+
+    def test_a_smaller_picture_of_the_view_is_measured(self):
+        words, pixels = jobs.smaller(self.job(["a.gltf", "--size=1280x720", "--fov=30"], [1280, 720]))
+        self.assertEqual(words, ["a.gltf", "--fov=30", "--size=341x192"])
+        self.assertEqual(pixels, 341 * 192)
+        for part, size in ((["a.gltf"], None), (["a.gltf", "--size=320x320"], [320, 320]),
+                           (["a.gltf", "--size=1280x720", "--crop=0,0,9,9"], [1280, 720])):
+            self.assertEqual(jobs.smaller(self.job(part, size))[0], part)
+
+    def test_what_was_measured_is_told_for_the_whole_picture(self):
+        said = {"seconds": {"first_sample": 1.0, "render": 0.5, "write": 0.1}, "size": [320, 180], "samples": 500000,
+                "pilot": {"seconds": 0.5, "paths": 115200}, "film_bytes": 5000000}
+        job = self.job(["a.gltf", "--size=1280x720"], [1280, 720])
+        whole = jobs.measured_of(said, 2.0, 100.0, 1000, job)
+        self.assertEqual((whole.size, whole.part_bytes, whole.samples_per_second), ([1280, 720], 16000, 1e6))
+        self.assertAlmostEqual(whole.startup_s, 1.0 + (jobs.MOST_PILOT_PATHS - 115200) * 1e-6)
+        self.assertAlmostEqual(whole.finish_s, 0.5 + 15 * 0.1)
+        self.assertAlmostEqual(whole.peak_mb, 100 + jobs.FILM_COPIES * 15 * 5)
+        same = jobs.measured_of(said, 2.0, 100.0, 1000, self.job([], [320, 180]))
+        self.assertEqual((same.startup_s, same.peak_mb, same.part_bytes), (1.0, 100.0, 1000))
+
     def test_words_without_some_flags(self):
         words = ["a.gltf", "--checkpoint", "x", "--resume", "--checkpoint-every=3", "-o", "b"]
         self.assertEqual(jobs.without(words, {"--checkpoint": True, "--checkpoint-every": True, "--resume": False}),

@@ -89,6 +89,11 @@ def read_jobs(eikon, text, folder, name):
     return jobs
 
 
+def key_of_kernels(eikon, job, folder):
+    """A name for the programs that a job needs: of its scene and flags, whatever files it writes."""
+    return list_lines(eikon, quote(["render", *job.part, "-o", "part.exr"]) + "\n", folder)[0]["key"]
+
+
 @dataclasses.dataclass
 class Measured:
     """A short run on one machine with as many threads as a task gets."""

@@ -234,7 +234,8 @@ def probe_script(farm):
     window = [] if any(word.startswith("--crop") for word in job.part) else ["--crop=0,0,1,1"]
     first = [*job.part, *window, *([f"--threads={farm.settings['threads']}"] if farm.settings["threads"] else [])]
     return head(farm, options) + PROBE.replace("{first}", jobs.quote(first)).replace(
-        "{samples}", f"{job.samples[0]}:{job.samples[0] + 1}").replace("{key}", job.key)
+        "{samples}", f"{job.samples[0]}:{job.samples[0] + 1}").replace(
+            "{key}", jobs.key_of_kernels(farm.settings["eikon"], job, farm.base))
 
 
 def node_script(_farm):
