@@ -19,11 +19,13 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 def run(*words, **more):
     """(seconds of the clock, of the processor, megabytes at most) of a command."""
     begin = time.monotonic()
-    child = subprocess.Popen([str(word) for word in words], stdout=subprocess.DEVNULL, **more)
-    _, status, usage = os.wait4(child.pid, 0)
-    child.returncode = os.waitstatus_to_exitcode(status)
-    if child.returncode != 0:
-        sys.exit(f"{words[0]} ended with {child.returncode}")
+    with tempfile.TemporaryFile("w+") as said:
+        child = subprocess.Popen([str(word) for word in words], stdout=subprocess.DEVNULL, stderr=said, **more)
+        _, status, usage = os.wait4(child.pid, 0)
+        child.returncode = os.waitstatus_to_exitcode(status)
+        if child.returncode != 0:
+            said.seek(0)
+            sys.exit(f"{words[0]} ended with {child.returncode}: {said.read()}")
     return time.monotonic() - begin, usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024
 
 
