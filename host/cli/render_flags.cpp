@@ -127,9 +127,9 @@ void add_frames_flag(CommandFlags& flags, RenderOptions& options) {
 
 /// Flags that change neither the results nor their names.
 const std::vector<std::string> kAboutExecution = {
-    "--devices",    "--accel",  "--layout",   "--instances", "--memory",
-    "--threads",    "--quiet",  "--progress", "--checkpoint", "--checkpoint-every", "--resume",
-    "--add",      "--pilot",      "--tev",    "--force"};
+    "--devices", "--accel", "--layout",   "--instances",  "--memory",
+    "--threads", "--quiet", "--progress", "--checkpoint", "--checkpoint-every",
+    "--resume",  "--add",   "--pilot",    "--tev",        "--force"};
 
 /// Flags that say how much of the image is rendered, and which files come of it.
 const std::vector<std::string> kAboutWhole = {"--spp",
