@@ -176,17 +176,18 @@ HostLimits limits_of(const HostFacts& facts, const FileReader& read) {
   return limits;
 }
 
-std::uint64_t physical_memory_bytes() {
-  const long pages = sysconf(_SC_PHYS_PAGES), page_bytes = sysconf(_SC_PAGESIZE);
-  return pages > 0 && page_bytes > 0 ? std::uint64_t(pages) * std::uint64_t(page_bytes) : 0;
-}
-
 HostLimits host_limits() {
   HostFacts facts;
   facts.processors = unsigned(std::max(sysconf(_SC_NPROCESSORS_ONLN), 1L));
   facts.in_affinity_mask = count_affinity_mask(facts.processors);
-  facts.memory_bytes = physical_memory_bytes();
+  const long pages = sysconf(_SC_PHYS_PAGES), page_bytes = sysconf(_SC_PAGESIZE);
+  if (pages > 0 && page_bytes > 0) facts.memory_bytes = std::uint64_t(pages) * std::uint64_t(page_bytes);
   return limits_of(facts, read_file);
+}
+
+std::uint64_t usable_memory_bytes() {
+  static const std::uint64_t bytes = host_limits().memory_bytes;
+  return bytes;
 }
 
 std::shared_ptr<const void> limit_threads(unsigned threads) {

@@ -19,11 +19,12 @@ struct HostLimits {
   std::string memory_why;          // "the machine has so much", or the file that sets the limit
 };
 
-/// Memory of this machine; 0 if the system does not say.
-[[nodiscard]] std::uint64_t physical_memory_bytes();
-
 /// Returns the present limits of this process. Files that are missing or malformed limit nothing.
 [[nodiscard]] HostLimits host_limits();
+
+/// Memory of host_limits() when this was first asked; 0 if the system does not say. It is cheap, for
+/// whoever asks once per file.
+[[nodiscard]] std::uint64_t usable_memory_bytes();
 
 /// Returns the text of a file, or nothing when there is no such file.
 using FileReader = std::function<std::optional<std::string>(const std::string& path)>;

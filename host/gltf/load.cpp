@@ -158,6 +158,7 @@ UsedMeshes read_meshes(const SceneSource& source, const std::vector<PlacedNode>&
     scene.meshes.push_back(reader.read(wanted));
     used.extents.push_back(extent_of(scene.meshes.back()));
   }
+  scene.compressed = reader.compressed();
   return used;
 }
 

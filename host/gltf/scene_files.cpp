@@ -74,7 +74,7 @@ std::vector<fs::path> scene_files(const fs::path& scene) {
     named = files_of(scene.parent_path(), glb_document(scene));
   } else {
     try {
-      const Bytes text = read_regular_file(scene, physical_memory_bytes());
+      const Bytes text = read_regular_file(scene, usable_memory_bytes());
       named = named_files(scene.parent_path(), text.span(), false);
     } catch (const InputError&) {
       return files;

@@ -137,7 +137,7 @@ Bytes read_regular_file(const std::filesystem::path& path, std::uint64_t max_byt
   if (!S_ISREG(status.st_mode)) throw InputError("is not a regular file (a pipe or device); save it to a file first");
   const auto size = static_cast<std::uint64_t>(std::max<off_t>(status.st_size, 0));
   if (size == 0) throw InputError("is empty (0 bytes); write or copy it again");
-  if (const std::uint64_t memory = physical_memory_bytes(); memory != 0) max_bytes = std::min(max_bytes, memory);
+  if (const std::uint64_t memory = usable_memory_bytes(); memory != 0) max_bytes = std::min(max_bytes, memory);
   if (size > max_bytes) {
     throw InputError(fmt::format("has {} bytes, more than the {} that eikon reads on this machine", size, max_bytes));
   }

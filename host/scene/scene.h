@@ -34,6 +34,12 @@ struct Mesh {
   std::vector<Primitive> primitives;
 };
 
+/// The triangles and vertices of a file that are compressed (Draco, meshoptimizer).
+struct CompressedMeshes {
+  std::uint64_t file_bytes = 0, unpacked_bytes = 0;
+  std::uint64_t decoder_bytes = 0;  // the most that a decoder has at a time beside what it unpacks
+};
+
 /// A node that carries a mesh, its parents' transforms applied.
 struct Node {
   std::string name;
@@ -281,6 +287,7 @@ struct Scene {
   std::vector<std::string> out_of_range;  // those of the warnings that --strict makes errors
   std::vector<std::string> warnings;  // one line each: what was changed or dropped, and why
   std::uint64_t file_bytes = 0;       // of the file and its buffers
+  CompressedMeshes compressed{};
   std::shared_ptr<SceneMemory> memory{};  // of its file
 };
 

@@ -129,6 +129,16 @@ void print_instances(const PlacedMeshes& placed, const InstanceChoice& choice) {
   fmt::print("\n");
 }
 
+/// Prints how much larger compressed meshes become, if there are any.
+void print_compression(const CompressedMeshes& meshes) {
+  if (meshes.file_bytes == 0) return;
+  fmt::print("  compressed meshes: {:.1f} MB in the file, {:.1f} MB unpacked{}\n", double(meshes.file_bytes) * 1e-6,
+             double(meshes.unpacked_bytes) * 1e-6,
+             meshes.decoder_bytes == 0
+                 ? ""
+                 : fmt::format("; Draco's decoder takes {:.1f} MB at most", double(meshes.decoder_bytes) * 1e-6));
+}
+
 /// Prints "  shapes: 3 sphere, 1 box", if there are any.
 void print_shapes(const Scene& scene) {
   std::string text;
@@ -195,6 +205,7 @@ void print_contents(const Contents& contents) {
              contents.placed.packed_triangles(false), scene.nodes.size(), scene.meshes.size(), scene.materials.size(),
              scene.cameras.size());
   print_instances(contents.placed, contents.instances);
+  print_compression(scene.compressed);
   print_shapes(scene);
   if (!packed.bounds.empty())
     fmt::print("  bounds ({:g}, {:g}, {:g}) to ({:g}, {:g}, {:g}) m\n", packed.bounds.lo.x, packed.bounds.lo.y,

@@ -47,7 +47,7 @@ void check_fits(const JsonView& compression, const MeshoptView& source, std::uin
 
 Buffers::Buffers(Json& document, const Container& container, const std::filesystem::path& folder) {
   if (items(document, "buffers").empty()) return;
-  const std::uint64_t memory = physical_memory_bytes();
+  const std::uint64_t memory = usable_memory_bytes();
   std::uint64_t total = 0;
   Json& list = document["buffers"];
   for (std::size_t i = 0; i < list.size(); ++i) {
@@ -90,7 +90,8 @@ Buffers::Buffers(Json& document, const Container& container, const std::filesyst
 // Honest files compress each piece of data once; views that share a piece may not multiply it
 // without end.
 std::span<const std::byte> BufferViews::decompress(const JsonView& compression, const MeshoptView& source) {
-  const std::uint64_t memory = physical_memory_bytes();
+  const std::uint64_t memory = usable_memory_bytes();
+  compressed_bytes_ += source.compressed.size();
   decompressed_bytes_ += source.decoded_bytes();
   if (decompressed_bytes_ / kMeshoptExpansion > file_bytes_ || (memory != 0 && decompressed_bytes_ > memory)) {
     compression.refuse(

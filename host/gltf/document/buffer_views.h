@@ -57,6 +57,9 @@ class BufferViews {
   [[nodiscard]] std::size_t size() const { return views_.size(); }
   /// Bytes of all buffers together.
   [[nodiscard]] std::uint64_t file_bytes() const { return file_bytes_; }
+  /// Bytes of the views that were decompressed, before and after.
+  [[nodiscard]] std::uint64_t compressed_bytes() const { return compressed_bytes_; }
+  [[nodiscard]] std::uint64_t decompressed_bytes() const { return decompressed_bytes_; }
 
  private:
   struct View {
@@ -67,7 +70,7 @@ class BufferViews {
 
   std::vector<View> views_;
   std::vector<Bytes> decompressed_;
-  std::uint64_t file_bytes_ = 0, decompressed_bytes_ = 0;
+  std::uint64_t file_bytes_ = 0, compressed_bytes_ = 0, decompressed_bytes_ = 0;
   const WrongParts& wrong_;
 };
 

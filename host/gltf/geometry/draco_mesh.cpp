@@ -4,6 +4,7 @@
 #include <draco/compression/decode.h>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstring>
 #include <exception>
 #include <memory>
@@ -19,8 +20,8 @@ namespace {
 
 constexpr int kTriangleList = 4, kTriangleStrip = 5;
 // The most triangles and numbers that a stream is believed to hold: some, however small it is, and
-// more for each byte. The library allocates what a header claims. Flat regular grids, the best case
-// of the codec, stay far below.
+// more for each byte. The library allocates what a header claims. Scanned and modelled meshes have
+// about one triangle per byte; flat regular grids have some hundreds, and two million of these are free.
 constexpr std::uint64_t kFreeTriangles = std::uint64_t{1} << 21U, kTrianglesPerByte = 64;
 constexpr std::uint64_t kFreeNumbers = std::uint64_t{1} << 26U, kNumbersPerByte = 256;
 constexpr int kMaxStreamAttributes = 32;
@@ -194,6 +195,13 @@ Accessor copy_attribute(const JsonView& view, const draco::Mesh& mesh, std::uint
 
 }  // namespace
 
+double draco_decoder_bytes(std::uint64_t triangles, std::uint64_t vertices, std::size_t attributes,
+                           std::uint64_t numbers) {
+  const auto of_attributes = static_cast<double>(attributes);
+  return static_cast<double>(triangles) * (44 + 12 * of_attributes) +
+         static_cast<double>(vertices) * (8 * of_attributes + 8 * static_cast<double>(numbers));
+}
+
 DracoMesh DracoDecoder::decode(const JsonView& view, const GltfPrimitive& primitive) {
   if (!is_object(view.value)) view.fail("is not an object");
   const auto buffer_view = as_index(view, "bufferView", views_.size(), "bufferView");
@@ -216,9 +224,12 @@ DracoMesh DracoDecoder::decode(const JsonView& view, const GltfPrimitive& primit
                           index_count));
   }
   triangles_claimed_ += triangles;
-  bytes_seen_ += bytes.size();
-  if (triangles_claimed_ > kFreeTriangles + kTrianglesPerByte * bytes_seen_) {
-    view.fail(fmt::format("the stream claims {} triangles in {} bytes", triangles, bytes.size()));
+  decoded_.file_bytes += bytes.size();
+  if (triangles_claimed_ > kFreeTriangles + kTrianglesPerByte * decoded_.file_bytes) {
+    view.refuse(
+        fmt::format("the stream claims {} triangles in {} bytes, more than so few are believed to hold; damaged, or "
+                    "else export the mesh without Draco",
+                    triangles, bytes.size()));
   }
   GuardedMesh mesh(position_count, kFreeNumbers + kNumbersPerByte * bytes.size());
   decode_stream(view, bytes, triangles, mesh);
@@ -239,8 +250,27 @@ DracoMesh DracoDecoder::decode(const JsonView& view, const GltfPrimitive& primit
     result.storage.emplace_back();
     result.attributes[entry.key] = copy_attribute(view, mesh, static_cast<std::uint32_t>(to_index(entry.value)),
                                                   accessors_[announced->second], result.storage.back());
+    decoded_.unpacked_bytes += result.storage.back().size;
   }
+  decoded_.unpacked_bytes += result.indices.size() * sizeof(std::uint32_t);
+  const auto decoder_bytes = static_cast<std::uint64_t>(expected_bytes(view.value, primitive));
+  decoded_.decoder_bytes = std::max(decoded_.decoder_bytes, decoder_bytes);
   return result;
+}
+
+double DracoDecoder::expected_bytes(const Json& extension, const GltfPrimitive& primitive) const {
+  const auto positions = primitive.attributes.find("POSITION");
+  const Json* view = member(extension, "bufferView");
+  if (positions == primitive.attributes.end() || !primitive.indices || view == nullptr ||
+      !is_index(*view, views_.size()))
+    return 0;
+  const std::uint64_t bytes = views_[to_index(*view)].size(), vertices = accessors_[positions->second].count,
+                      triangles = accessors_[*primitive.indices].count / 3;
+  std::uint64_t numbers = 0;
+  for (const auto& entry : primitive.attributes) numbers += accessors_[entry.second].component_count;
+  return draco_decoder_bytes(std::min(triangles, kFreeTriangles + kTrianglesPerByte * bytes),
+                             std::min(vertices, kFreeNumbers + kNumbersPerByte * bytes), primitive.attributes.size(),
+                             numbers);
 }
 
 }  // namespace eikon

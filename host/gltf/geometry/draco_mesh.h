@@ -8,6 +8,7 @@
 
 #include "gltf/document/accessor_table.h"
 #include "gltf/document/document.h"
+#include "scene/scene.h"
 
 namespace eikon {
 
@@ -19,6 +20,14 @@ struct DracoMesh {
 };
 
 inline constexpr const char* kDracoExtension = "KHR_draco_mesh_compression";
+
+/// The most memory that the library has at a time for a stream of these counts, with what it
+/// unpacks: for each triangle its corners, their opposites and their vertices (12, 12 and 12 bytes,
+/// the last for each attribute too, as it may have seams of its own) and 8 bytes of order, and for
+/// each vertex its numbers twice, as integers and as they are in the end.
+/// numbers  of a vertex, of all attributes together
+[[nodiscard]] double draco_decoder_bytes(std::uint64_t triangles, std::uint64_t vertices, std::size_t attributes,
+                                         std::uint64_t numbers);
 
 /// Decodes Draco streams and counts what they claim. Honest files hold each stream once, so all of
 /// them together may claim no more triangles than their bytes can hold.
@@ -32,10 +41,17 @@ class DracoDecoder {
   ///        or types than the accessors, or more than its bytes can hold, or that does not decode
   DracoMesh decode(const JsonView& view, const GltfPrimitive& primitive);
 
+  /// The memory for decode(), by what the accessors announce and what so many bytes can hold; 0 if the
+  /// extension names no stream.
+  [[nodiscard]] double expected_bytes(const Json& extension, const GltfPrimitive& primitive) const;
+  /// Of the streams that were decoded.
+  [[nodiscard]] const CompressedMeshes& decoded() const { return decoded_; }
+
  private:
   const BufferViews& views_;
   const AccessorTable& accessors_;
-  std::uint64_t triangles_claimed_ = 0, bytes_seen_ = 0;
+  std::uint64_t triangles_claimed_ = 0;
+  CompressedMeshes decoded_;
 };
 
 }  // namespace eikon

@@ -66,7 +66,7 @@ MeshReader::MeshReader(const Source& source)
 void MeshReader::check_memory(const std::vector<Wanted>& meshes) const {
   // A file of a megabyte can share one accessor between any number of primitives. Devices have the
   // triangles of each, in records that are larger than what is counted here.
-  double bytes = 0;
+  double bytes = 0, decoder_bytes = 0;
   for (const Wanted& wanted : meshes) {
     for (const GltfPrimitive& primitive : source_.document.meshes[wanted.mesh].primitives) {
       const auto positions = primitive.attributes.find("POSITION");
@@ -75,13 +75,24 @@ void MeshReader::check_memory(const std::vector<Wanted>& meshes) const {
       double corners = primitive.indices ? static_cast<double>(source_.accessors[*primitive.indices].count) : vertices;
       if (primitive.mode != kTriangles) corners *= 3;
       bytes += corners * sizeof(std::uint32_t) + std::min(corners, vertices) * vertex_bytes(primitive);
+      if (const Json* draco = extension_of(primitive.json, kDracoExtension))
+        decoder_bytes = std::max(decoder_bytes, draco_.expected_bytes(*draco, primitive));
     }
   }
-  const std::uint64_t memory = physical_memory_bytes();
+  bytes += decoder_bytes + static_cast<double>(source_.views.decompressed_bytes());
+  const std::uint64_t memory = usable_memory_bytes();
   if (memory != 0 && bytes > static_cast<double>(memory)) {
-    throw InputError(fmt::format("its meshes need {:.1f} GB of memory, this machine has {:.1f} GB; split the scene",
-                                 bytes * 1e-9, static_cast<double>(memory) * 1e-9));
+    throw InputError(fmt::format("its meshes need {:.1f} GB of memory{}, there are {:.1f} GB; split the scene",
+                                 bytes * 1e-9, decoder_bytes > 0 ? " while they are unpacked" : "",
+                                 static_cast<double>(memory) * 1e-9));
   }
+}
+
+CompressedMeshes MeshReader::compressed() const {
+  CompressedMeshes all = draco_.decoded();
+  all.file_bytes += source_.views.compressed_bytes();
+  all.unpacked_bytes += source_.views.decompressed_bytes();
+  return all;
 }
 
 Mesh MeshReader::read(const Wanted& wanted) {

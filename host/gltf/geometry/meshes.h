@@ -50,7 +50,8 @@ class MeshReader {
     auto operator<=>(const Wanted&) const = default;
   };
 
-  /// throws InputError when the meshes need more memory than this machine has
+  /// Looks at what the file announces, before anything of it is unpacked but by meshoptimizer.
+  /// throws InputError when the meshes need more memory than there is
   void check_memory(const std::vector<Wanted>& meshes) const;
 
   /// The triangles of a mesh; primitives without any are left out. Texture
@@ -58,6 +59,9 @@ class MeshReader {
   /// throws InputError: positions that are not finite or beyond kMaxCoordinate, indices out of
   ///        range, types that do not fit, compressed data that do not decode
   Mesh read(const Wanted& wanted);
+
+  /// The compressed data that were read until now.
+  [[nodiscard]] CompressedMeshes compressed() const;
 
  private:
   /// A primitive while it is read.

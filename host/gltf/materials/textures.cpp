@@ -88,7 +88,7 @@ void set_transform(const JsonView& view, Texture& texture) {
 }  // namespace
 
 std::uint64_t texture_budget_bytes() {
-  const std::uint64_t memory = physical_memory_bytes();
+  const std::uint64_t memory = usable_memory_bytes();
   return memory == 0 ? std::uint64_t{1} << 33U : memory / 2;
 }
 

@@ -21,7 +21,7 @@ namespace {
 constexpr std::uint64_t kMemoryShare = 8;
 
 std::uint64_t scene_budget(const std::vector<BatchJob>& jobs, std::size_t workers) {
-  std::uint64_t budget = physical_memory_bytes() / kMemoryShare;
+  std::uint64_t budget = usable_memory_bytes() / kMemoryShare;
   for (const BatchJob& job : jobs)
     if (job.options && job.options->execution.memory_bytes > 0)
       budget = std::min(budget, job.options->execution.memory_bytes / kMemoryShare);

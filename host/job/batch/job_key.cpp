@@ -21,7 +21,7 @@ std::span<const std::byte> bytes_of(const std::string& text) {
 Digest digest_file(const std::filesystem::path& path) {
   Digest digest;
   try {
-    digest.add(read_regular_file(path, physical_memory_bytes()).span());
+    digest.add(read_regular_file(path, usable_memory_bytes()).span());
   } catch (const InputError& error) {
     throw InputError(fmt::format("{}: {}", path.string(), error.what()));
   }
@@ -32,7 +32,7 @@ Digest digest_scene_files(const std::filesystem::path& scene) {
   Digest digest;
   std::map<std::string, std::filesystem::path> named;
   try {
-    const Bytes file = read_regular_file(scene, physical_memory_bytes());
+    const Bytes file = read_regular_file(scene, usable_memory_bytes());
     digest.add(file.span());
     named = named_files(scene.parent_path(), file.span(), scene.extension() == ".glb");
   } catch (const InputError& error) {

@@ -177,7 +177,7 @@ class GeometryPacker {
 
   void require_room(std::uint64_t count) const {
     const std::uint64_t bytes = count * triangle_bytes(features_);
-    const std::uint64_t memory = physical_memory_bytes();
+    const std::uint64_t memory = usable_memory_bytes();
     if (count <= kMaxTriangles && bytes <= memory) return;
     const bool repeats = !two_level_ && placed_.placed_triangles > 2 * placed_.stored_triangles;
     throw InputError(

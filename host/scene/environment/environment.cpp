@@ -17,7 +17,7 @@ namespace eikon {
 namespace {
 
 std::uint64_t map_budget_bytes() {
-  const std::uint64_t memory = physical_memory_bytes();
+  const std::uint64_t memory = usable_memory_bytes();
   return memory == 0 ? std::uint64_t{1} << 32U : memory / 4;
 }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // What many triangles take of the host's memory, from the file's bytes to the film.
+#include <draco/compression/encode.h>
 #include <fmt/format.h>
+#include <meshoptimizer.h>
 #include <sys/resource.h>
 
 #include <cstdint>
@@ -101,6 +103,93 @@ std::string strips(std::size_t corners) {
   return scene_test::glb(document.dump(), std::move(binary));
 }
 
+/// A flat grid, which both codecs compress best of all: corners on a lattice of side x side.
+struct Grid {
+  std::vector<float> positions;
+  std::vector<std::uint32_t> indices;
+
+  explicit Grid(std::uint32_t side) {
+    for (std::uint32_t y = 0; y < side; ++y)
+      for (std::uint32_t x = 0; x < side; ++x) {
+        positions.insert(positions.end(), {float(x), float(y), 0.0F});
+        const std::uint32_t a = y * side + x;
+        if (x + 1 < side && y + 1 < side)
+          indices.insert(indices.end(), {a, a + 1, a + side, a + 1, a + side + 1, a + side});
+      }
+  }
+  [[nodiscard]] std::size_t vertex_count() const { return positions.size() / 3; }
+  [[nodiscard]] std::size_t bytes() const { return (positions.size() + indices.size()) * sizeof(float); }
+};
+
+/// A document of one mesh of the grid, whose accessors have no bufferViews yet.
+nlohmann::json document_of(const Grid& grid, std::size_t buffer_bytes) {
+  return {{"asset", {{"version", "2.0"}}},
+          {"buffers", {{{"byteLength", buffer_bytes}}}},
+          {"accessors",
+           {{{"componentType", 5126}, {"count", grid.vertex_count()}, {"type", "VEC3"}},
+            {{"componentType", 5125}, {"count", grid.indices.size()}, {"type", "SCALAR"}}}},
+          {"meshes", {{{"primitives", {{{"attributes", {{"POSITION", 0}}}, {"indices", 1}}}}}}},
+          {"nodes", {{{"mesh", 0}}}},
+          {"scenes", {{{"nodes", {0}}}}},
+          {"scene", 0}};
+}
+
+std::string in_draco(const Grid& grid) {
+  draco::Mesh mesh;
+  mesh.set_num_points(std::uint32_t(grid.vertex_count()));
+  for (std::size_t i = 0; i < grid.indices.size(); i += 3)
+    mesh.AddFace({draco::PointIndex(grid.indices[i]), draco::PointIndex(grid.indices[i + 1]),
+                  draco::PointIndex(grid.indices[i + 2])});
+  draco::GeometryAttribute positions;
+  positions.Init(draco::GeometryAttribute::POSITION, nullptr, 3, draco::DT_FLOAT32, false, 12, 0);
+  const int id = mesh.AddAttribute(positions, true, mesh.num_points());
+  for (std::uint32_t i = 0; i < mesh.num_points(); ++i)
+    mesh.attribute(id)->SetAttributeValue(draco::AttributeValueIndex(i), &grid.positions[3 * i]);
+  draco::Encoder encoder;
+  encoder.SetAttributeQuantization(draco::GeometryAttribute::POSITION, 10);
+  encoder.SetEncodingMethod(draco::MESH_EDGEBREAKER_ENCODING);
+  draco::EncoderBuffer stream;
+  EXPECT_TRUE(encoder.EncodeMeshToBuffer(mesh, &stream).ok());
+  nlohmann::json document = document_of(grid, stream.size());
+  document["bufferViews"] = {{{"buffer", 0}, {"byteLength", stream.size()}}};
+  document["meshes"][0]["primitives"][0]["extensions"]["KHR_draco_mesh_compression"] = {
+      {"bufferView", 0}, {"attributes", {{"POSITION", mesh.attribute(id)->unique_id()}}}};
+  document["extensionsUsed"] = document["extensionsRequired"] = {"KHR_draco_mesh_compression"};
+  return scene_test::glb(document.dump(), std::string(stream.data(), stream.size()));
+}
+
+std::string in_meshopt(const Grid& grid) {
+  const std::size_t vertices = grid.vertex_count(), corners = grid.indices.size();
+  std::vector<unsigned char> positions(meshopt_encodeVertexBufferBound(vertices, 12)),
+      indices(meshopt_encodeIndexBufferBound(corners, vertices));
+  positions.resize(meshopt_encodeVertexBuffer(positions.data(), positions.size(), grid.positions.data(), vertices, 12));
+  indices.resize(meshopt_encodeIndexBuffer(indices.data(), indices.size(), grid.indices.data(), corners));
+  std::string binary;
+  append(binary, positions);
+  append(binary, indices);
+  nlohmann::json document = document_of(grid, binary.size());
+  document["buffers"].push_back({{"byteLength", grid.bytes()}});
+  const auto view = [&](std::size_t offset, std::size_t length, std::size_t count, std::size_t stride,
+                        const char* mode) {
+    nlohmann::json packed = {{"buffer", 0},          {"byteOffset", offset}, {"byteLength", length},
+                             {"byteStride", stride}, {"count", count},       {"mode", mode}};
+    nlohmann::json whole = {{"buffer", 1}, {"byteLength", count * stride}};
+    whole["extensions"]["EXT_meshopt_compression"] = packed;
+    return whole;
+  };
+  document["bufferViews"] = {view(0, positions.size(), vertices, 12, "ATTRIBUTES"),
+                             view(positions.size(), indices.size(), corners, 4, "TRIANGLES")};
+  for (int i = 0; i < 2; ++i) document["accessors"][std::size_t(i)]["bufferView"] = i;
+  document["extensionsUsed"] = document["extensionsRequired"] = {"EXT_meshopt_compression"};
+  return scene_test::glb(document.dump(), std::move(binary));
+}
+
+/// The number, in 10^6, that stands before a text in what `eikon info` prints; -1 without it.
+double megabytes_before(const std::string& printed, const std::string& text) {
+  const std::size_t end = printed.find(text), begin = printed.rfind(' ', end - 1);
+  return end == std::string::npos ? -1 : std::stod(printed.substr(begin));
+}
+
 /// Most bytes that a run had in memory at a time; 0 if it failed.
 std::uint64_t peak_bytes(const Workplace& here, const std::string& arguments) {
   const pid_t child = here.start(arguments);
@@ -144,6 +233,33 @@ TEST(PeakMemory, of_info_is_at_most_three_times_the_file) {
     ASSERT_GT(peak, 0U) << file;
     EXPECT_LE(double(peak) - double(bare), 3 * double(std::filesystem::file_size(here / file)))
         << file << ": " << peak << " and " << bare;
+  }
+}
+
+TEST(PeakMemory, of_info_with_compressed_meshes_is_within_what_it_says_of_them) {
+  const Workplace here;
+  const Grid grid(801);  // 1.28 million triangles
+  here.write("bare.glb", strips(3));
+  here.write("draco.glb", in_draco(grid));
+  here.write("meshopt.glb", in_meshopt(grid));
+  const std::uint64_t bare = peak_bytes(here, "info bare.glb");
+  ASSERT_GT(bare, 0U);
+  EXPECT_EQ(here.eikon("info bare.glb").out.find("compressed"), std::string::npos);
+  for (const std::string file : {"draco.glb", "meshopt.glb"}) {
+    const std::string printed = here.eikon("info " + file).out;
+    EXPECT_NEAR(megabytes_before(printed, " MB unpacked"), double(grid.bytes()) * 1e-6, 0.06) << printed;
+    EXPECT_NEAR(megabytes_before(printed, " MB in the file"), double(std::filesystem::file_size(here / file)) * 1e-6,
+                0.1)
+        << printed;
+    const double decoder = megabytes_before(printed, " MB at most");
+    EXPECT_EQ(decoder > 0, file == "draco.glb") << printed;
+    const std::uint64_t peak = peak_bytes(here, "info " + file);
+    ASSERT_GT(peak, 0U) << file;
+    const double file_bytes = double(std::filesystem::file_size(here / file));
+    EXPECT_LE(double(peak) - double(bare), file_bytes + double(grid.bytes()) + std::max(decoder, 0.0) * 1e6)
+        << file << ": " << peak << " and " << bare << "\n"
+        << printed;
+    EXPECT_LE(double(peak) - double(bare), 3 * (file_bytes + double(grid.bytes()))) << file;
   }
 }
 

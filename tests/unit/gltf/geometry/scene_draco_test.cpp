@@ -2,8 +2,11 @@
 // Meshes in Draco's codec: what they hold, and what happens when they lie.
 #include <draco/compression/encode.h>
 
+#include <iterator>
 #include <memory>
+#include <string>
 
+#include "core/host_limits.h"
 #include "support/compressed_sheet.h"
 
 namespace {
@@ -202,6 +205,22 @@ TEST(SceneCompression, draco_streams_cannot_claim_more_than_their_bytes_hold) {
   file.indices()["count"] = 3LL << 28U;
   const std::string message = message_of([&] { (void)file.load(); });
   EXPECT_TRUE(mentions(message, "claims 268435456 triangles")) << message;
+}
+
+TEST(SceneCompression, draco_meshes_for_whose_decoder_there_is_too_little_memory_are_refused_before_it_runs) {
+  // The mesh itself would fit sixty times. The bytes are no stream, which the decoder would say.
+  DracoFile file(draco::MESH_EDGEBREAKER_ENCODING);
+  const std::uint64_t triangles = eikon::usable_memory_bytes() / 2000;
+  file.stream.assign(triangles / 64, 0);
+  file.indices()["count"] = 3 * triangles;
+  for (const char* attribute : {"POSITION", "NORMAL", "COLOR_0"}) file.accessor(attribute)["count"] = triangles / 2;
+  Json& attributes = file.builder.primitive()["attributes"];
+  for (int i = 0; i < 200; ++i) attributes["_" + std::to_string(i)] = attributes["COLOR_0"];
+  const std::string message = message_of([&] { (void)file.load(); });
+  EXPECT_TRUE(mentions(message, "GB of memory while they are unpacked, there are")) << message;
+  while (attributes.size() > 3) attributes.erase(std::prev(attributes.end()));
+  const std::string fits = message_of([&] { (void)file.load(); });
+  EXPECT_TRUE(mentions(fits, "no Draco stream")) << fits;
 }
 
 TEST(SceneCompression, damaged_draco_streams_decode_or_are_refused) {
