@@ -96,7 +96,12 @@ Camera choose_camera(const SceneOptions& options, const Scene& scene, double asp
   return camera;
 }
 
-/// Decides whether the neutral studio lights a scene that has no environment, and logs why.
+double asked_aspect(const SceneOptions& options) {
+  return options.size ? double(options.size->width) / options.size->height : kDefaultAspect;
+}
+
+/// Decides whether the neutral studio lights a scene that has no environment, and logs why. The time of
+/// an animation does not count, so that the studio is on or off for a whole sequence.
 bool needs_studio(const SceneOptions& options, const Scene& scene, const Settings& settings, const Log& log) {
   constexpr const char* kChoose = "choose with --env none, neutral, FILE or R,G,B";
   if (!is_lit_at_some_time(options, scene)) {
@@ -104,9 +109,12 @@ bool needs_studio(const SceneOptions& options, const Scene& scene, const Setting
     return true;
   }
   if (first_emitter(scene) == nullptr && scene.lights.empty()) return false;  // all of it is unlit
-  // Light that comes and goes over time must not switch the studio on and off within a sequence.
-  if (std::ranges::any_of(scene.animations, &AnimationSummary::in_force)) return false;
-  const double arriving = arriving_light(scene, settings);
+  const double aspect = asked_aspect(options);
+  const double arriving = most_light(options, scene, aspect, kLeastLight, [&](const Scene& pose) {
+    Settings seen = settings;
+    if (&pose != &scene) seen.camera = choose_camera(options, pose, aspect, [](const std::string&) {});
+    return arriving_light(pose, seen);
+  });
   if (arriving >= kLeastLight) return false;
   log(
       fmt::format("the scene's own lights leave what the camera sees dark (white paper would have a radiance of {:.1e} "
@@ -204,7 +212,7 @@ void log_shutter(const SceneOptions& options, const Scene& scene, const Settings
 }
 
 void settle_camera_and_size(const SceneOptions& options, const Scene& scene, Settings& settings, const Log& log) {
-  const double asked = options.size ? double(options.size->width) / options.size->height : kDefaultAspect;
+  const double asked = asked_aspect(options);
   settings.camera = choose_camera(options, scene, asked, log);
   if (options.size) {
     settings.width = options.size->width;

@@ -77,11 +77,23 @@ class SceneMemory {
     primitives_.clear();
   }
 
+  /// The most light that arrives at what a camera sees over poses, by a text that says which.
+  [[nodiscard]] std::optional<double> light(const std::string& which) {
+    const std::lock_guard lock(mutex_);
+    const auto found = lights_.find(which);
+    return found == lights_.end() ? std::nullopt : std::optional(found->second);
+  }
+  void keep_light(const std::string& which, double light) {
+    const std::lock_guard lock(mutex_);
+    lights_[which] = light;
+  }
+
  private:
   std::mutex mutex_;
   std::map<std::string, std::weak_ptr<std::vector<std::uint32_t>>> images_;
   std::map<std::string, Camera> cameras_;
   std::map<std::pair<PrimitiveAtRest, MaterialNeeds>, Primitive> primitives_;
+  std::map<std::string, double> lights_;
 };
 
 }  // namespace eikon

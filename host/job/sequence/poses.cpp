@@ -26,6 +26,23 @@ std::vector<double> times_of(const Scene& scene) {
   return times;
 }
 
+/// Tells apart which animations are in force: a sign for each.
+std::string in_force(const Scene& scene) {
+  std::string signs;
+  for (const AnimationSummary& animation : scene.animations) signs += animation.in_force ? '+' : '-';
+  return signs;
+}
+
+/// Tells apart cameras that differ in what they see of a scene.
+std::string view_of(const SceneOptions& options, double aspect) {
+  std::string text = fmt::format("{:a} {} {} {}", aspect, options.panorama, name_of(options.culling), options.camera);
+  if (options.fov_deg) text += fmt::format(" fov {:a}", *options.fov_deg);
+  if (options.look_at)
+    for (const glm::dvec3& v : {options.look_at->eye, options.look_at->target, options.look_at->up})
+      text += fmt::format(" {:a} {:a} {:a}", v.x, v.y, v.z);
+  return text;
+}
+
 Scene pose_at(double time_s, const SceneOptions& options, const Scene& scene) {
   SceneChoice choice = options.choice();
   choice.animation.loop = false;
@@ -40,8 +57,7 @@ Scene pose_at(double time_s, const SceneOptions& options, const Scene& scene) {
 Camera framing_camera(const SceneOptions& options, const Scene& scene, double aspect) {
   const std::vector<double> times = times_of(scene);
   if (times.empty() || scene.memory == nullptr) return frame_camera(scene, aspect);
-  std::string which = fmt::format("{:a} {}", aspect, options.variant);
-  for (const AnimationSummary& animation : scene.animations) which += animation.in_force ? '+' : '-';
+  const std::string which = fmt::format("{:a} {} {}", aspect, options.variant, in_force(scene));
   if (const std::optional<Camera> known = scene.memory->camera(which)) return *known;
   Framing framing(aspect);
   for (const double time_s : times) framing.add(pose_at(time_s, options, scene));
@@ -55,6 +71,19 @@ bool is_lit_at_some_time(const SceneOptions& options, const Scene& scene) {
   if (std::ranges::none_of(scene.animations, changes)) return false;
   return std::ranges::any_of(times_of(scene),
                              [&](double time_s) { return !needs_environment(pose_at(time_s, options, scene)); });
+}
+
+double most_light(const SceneOptions& options, const Scene& scene, double aspect, double enough,
+                  const std::function<double(const Scene&)>& light_of) {
+  const std::vector<double> times = times_of(scene);
+  if (times.empty() || scene.memory == nullptr) return light_of(scene);
+  const std::string which = fmt::format("{} {} {}", in_force(scene), view_of(options, aspect), options.variant);
+  if (const std::optional<double> known = scene.memory->light(which)) return *known;
+  double most = 0;
+  for (const double time_s : times)
+    if (most < enough) most = std::max(most, light_of(pose_at(time_s, options, scene)));
+  scene.memory->keep_light(which, most);
+  return most;
 }
 
 }  // namespace eikon

@@ -51,6 +51,22 @@ TEST(InfoLights, a_bulb_in_glass_is_named_with_the_solid_around_it) {
   EXPECT_FALSE(contains(outcome.out, "light 'outside' stands")) << outcome.out;
 }
 
+TEST(InfoLights, an_animation_with_hardly_any_light_has_the_neutral_studio_at_all_times) {
+  const Workplace here;
+  for (const double strength : {1e-6, 1.0}) {
+    nlohmann::json gltf = read_json(scene("bending_arm.gltf"));
+    gltf["scenes"][0].erase("extras");  // its environment
+    for (nlohmann::json& material : gltf["materials"])
+      if (material.contains("emissiveFactor")) material["emissiveFactor"] = {strength, strength, strength};
+    here.write("arm.gltf", gltf.dump());
+    for (const char* time : {"0", "0.75"}) {
+      const Outcome outcome = here.eikon(std::string("info arm.gltf --scene-time ") + time);
+      ASSERT_TRUE(succeeded(outcome)) << outcome.err;
+      EXPECT_EQ(contains(outcome.err, "neutral studio is added"), strength < 1) << time << ": " << outcome.err;
+    }
+  }
+}
+
 TEST(InfoLights, surfaces_say_their_area) {
   const Workplace here;
   const Outcome outcome = here.eikon("info " + scene("square_light.gltf"));
