@@ -15,6 +15,7 @@
 #include "job/report/trace_file.h"
 #include "job/report/write_report.h"
 #include "io/atomic_file.h"
+#include "io/text.h"
 #include "render/error_curve.h"
 #include "film/layers.h"
 #include "pack/geometry/placed_meshes.h"
@@ -379,7 +380,7 @@ void RenderJob::print() const {
     if (report().pilot.exists()) fmt::print("{}\n", in_words(report().pilot));
   }
   const std::uint64_t before = report().samples_before;
-  fmt::print("{}: {} x {}, {}{} samples in {:.2f} s ({:.2f} Msamples/s)\n", output_.string(),
+  fmt::print("{}: {} x {}, {}{} samples in {:.2f} s ({:.2f} Msamples/s)\n", printable(output_.string()),
              prepared_.settings.crop.width(), prepared_.settings.crop.height(),
              before > 0 ? fmt::format("{} samples before and ", before) : "", report().samples, report().render_s,
              1e-6 * per_second(double(report().samples), report().render_s));

@@ -12,6 +12,21 @@ namespace {
 
 using nlohmann::json;
 
+TEST(Commands, names_of_files_cannot_rewrite_the_terminal) {
+  const Workplace here;
+  std::filesystem::copy_file(scene("furnace.gltf"), here / "evil\x1b[2J.gltf");
+  const std::string render = "render 'evil\x1b[2J.gltf' --devices cpu --size 4x4 --spp 2 --quiet ";
+  here.write("jobs.txt", "render nothing.gltf -o 'evil\x1b[2J.exr'\n");
+  const std::string info = "info 'evil\x1b[2J.gltf'", merge = "merge 'part\x1b[2J.exr' -o 'all\x1b[2J.exr'";
+  for (const std::string& command :
+       {info, render + "-o 'out\x1b[2J.exr'", render + "--samples 0:1 -o 'part\x1b[2J.exr'", merge,
+        render + "--camera nowhere", std::string("batch jobs.txt")}) {
+    const Outcome outcome = here.eikon(command);
+    EXPECT_TRUE(contains(outcome.out + outcome.err, "[2J.")) << command << ": " << outcome.out << outcome.err;
+    EXPECT_FALSE(contains(outcome.out + outcome.err, "\x1b")) << command;
+  }
+}
+
 TEST(Commands, help_of_each_shows_an_example) {
   const Workplace here;
   const Outcome all = here.eikon("--help");

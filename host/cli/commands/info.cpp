@@ -155,7 +155,7 @@ void print_lights(const PackedScene& packed) {
   for (const PackedLight& light : packed.light_summary) {
     const LightKindInfo& kind = light_kind(light.kind);
     fmt::print("  {:<15} {}{:.6g} W (lm), {} {:.6g} {}{}, chosen with probability {:.4f}\n", kind.name,
-               light.name.empty() ? "" : fmt::format("'{}': ", light.name), light.flux, kind.strength, light.strength,
+               light.name.empty() ? "" : fmt::format("'{}': ", printable(light.name)), light.flux, kind.strength, light.strength,
                kind.unit, light.area_m2 > 0 ? fmt::format(", area {:.6g} m^2", light.area_m2) : "", light.probability);
   }
   if (packed.light_summary.empty()) fmt::print("  none\n");
@@ -200,7 +200,7 @@ void print_contents(const Contents& contents) {
   const Prepared& prepared = contents.prepared;
   const PackedScene& packed = contents.light.packed;
   const Scene& scene = *prepared.scene;
-  fmt::print("{}: {} bytes, hash {}\n", scene.path.string(), scene.file_bytes, scene.hash);
+  fmt::print("{}: {} bytes, hash {}\n", printable(scene.path.string()), scene.file_bytes, scene.hash);
   fmt::print("  {} triangles in {} nodes, {} meshes, {} materials, {} cameras\n",
              contents.placed.packed_triangles(false), scene.nodes.size(), scene.meshes.size(), scene.materials.size(),
              scene.cameras.size());
@@ -300,7 +300,7 @@ ExitCode info_command(const InfoOptions& options) {
   print_unsampled_emitters(scene);
   fmt::print("features\n");
   for (const FeatureEntry& feature : contents.features.ledger())
-    fmt::print("  {:<7} {:<16} {:<3}  {}\n", feature.kind, feature.name, feature.on ? "in" : "out", feature.reason);
+    fmt::print("  {:<7} {:<16} {:<3}  {}\n", feature.kind, feature.name, feature.on ? "in" : "out", printable(feature.reason));
   fmt::print("memory, of each device and of the host\n");
   print_scene_memory(contents);
   print_device_memory(contents, options.execution);

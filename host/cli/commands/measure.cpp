@@ -62,7 +62,7 @@ glm::vec2 place_on_textures(const MeasureOptions& options, const Material& mater
 
 void print_summary(const MeasureOptions& options, const std::string& name, std::vector<float> rgb) {
   const MeasuredTable table = make_measured_table(std::move(rgb));
-  fmt::print("{}: material {}, {} x {} x {} cells\n", options.output, in_quotes(name), EK_MEASURED_THETA_H,
+  fmt::print("{}: material {}, {} x {} x {} cells\n", printable(options.output), in_quotes(name), EK_MEASURED_THETA_H,
              EK_MEASURED_THETA_D, EK_MEASURED_PHI_D);
   const std::size_t brightest = table.brightest_view();
   for (const std::size_t view : {std::size_t{EK_MEASURED_VIEWS - 1}, brightest}) {

@@ -13,6 +13,7 @@
 #include "job/report/result_lines.h"
 #include "film/exr/film_file.h"
 #include "image/image.h"
+#include "io/text.h"
 #include "render/film_record.h"
 
 namespace eikon {
@@ -155,7 +156,7 @@ bool print_gaps(const Whole& whole, const std::string& output) {
     fmt::print(stderr, "eikon:   --samples {}:{}{}\n", gaps[i].sample_begin, gaps[i].sample_end,
                crop_flag(gaps[i].block, whole.layout));
   if (gaps.size() > kMostLines) fmt::print(stderr, "eikon:   and {} more\n", gaps.size() - kMostLines);
-  fmt::print(stderr, "eikon: or all at once: --checkpoint {} --resume --samples {}:{}{}\n", output, begin, end,
+  fmt::print(stderr, "eikon: or all at once: --checkpoint {} --resume --samples {}:{}{}\n", printable(output), begin, end,
              crop_flag(whole.layout.crop, whole.layout));
   return false;
 }
@@ -221,7 +222,7 @@ ExitCode merge_command(const MergeOptions& options) {
     fmt::print(stderr, "eikon: arithmetic {}: other devices may give other bits; see `eikon selftest`\n",
                fmt::join(whole.record.arithmetic, ", "));
   if (!options.quiet) {
-    fmt::print("{}: {} parts, {} x {} pixels of {} x {}, samples {}:{}{}\n", options.output, parts.size(), crop.width(),
+    fmt::print("{}: {} parts, {} x {} pixels of {} x {}, samples {}:{}{}\n", printable(options.output), parts.size(), crop.width(),
                crop.height(), whole.layout.width, whole.layout.height, begin, end, complete ? "" : " with gaps");
     fmt::print("{}\n", in_words(error));
   }

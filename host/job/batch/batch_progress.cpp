@@ -108,7 +108,7 @@ void print_summary(const std::vector<BatchJob>& jobs, double seconds) {
                job.seconds > 0 ? fmt::format("{:.2f}", job.seconds) : "-",
                rendered ? fmt::format("{:.2f}", 1e-6 * double(job.samples) / job.render_s) : "-",
                job.relmse ? fmt::format("{:.3e}", *job.relmse) : "-",
-               job.options ? job.options->exr().string() : shortened(job.text),
+               job.options ? printable(job.options->exr().string()) : shortened(job.text),
                job.message.empty() ? "" : (job.options || !job.text.empty() ? ": " : "") + printable(job.message));
   }
   std::string line;
