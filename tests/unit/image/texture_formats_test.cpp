@@ -115,7 +115,7 @@ Samples zstandard(const Samples& bytes) {
               0xFD,
               0x20,
               size,
-              static_cast<std::uint8_t>(size << 3U | 1U),
+              static_cast<std::uint8_t>(unsigned{size} << 3U | 1U),
               static_cast<std::uint8_t>(size >> 5U),
               0};
   out.insert(out.end(), bytes.begin(), bytes.end());

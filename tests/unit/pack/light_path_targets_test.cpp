@@ -2,6 +2,7 @@
 // Where light paths start, and the balls that they are aimed at.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <numeric>
 
 #include "pack/lights/pack_light_paths.h"

@@ -22,7 +22,7 @@ Film ramp(const std::vector<std::string>& channels) {
   test::UnitBuilder unit(layout, pixels, 0, 2);
   for (std::size_t p = 0; p < pixels.size(); ++p)
     for (std::size_t c = 0; c < channels.size(); ++c)
-      for (const std::uint64_t sample : {0, 1}) unit.add(p, sample, c, int128{c * (1 + p % kWidth)} << 60);
+      for (const std::uint64_t sample : {0U, 1U}) unit.add(p, sample, c, int128{c * (1 + p % kWidth)} << 60);
   Film film(layout);
   film.add(unit.sums());
   return film;
