@@ -14,7 +14,7 @@
 namespace eikon {
 namespace {
 
-/// Where a splat is added, for each kind of radiance that the film keeps: indices of the first of three channels.
+/// The channels to which a splat is added, for each kind of radiance that the film keeps: indices of the first of three.
 struct SplatChannels {
   std::uint32_t rgb = 0;                                      // all light
   std::vector<std::pair<std::uint64_t, std::uint32_t>> bins;  // most scatterings of a bin, channel; in rising order

@@ -69,7 +69,7 @@ void require_writable(const std::vector<fs::path>& outputs, const fs::path& inpu
 }
 
 void refuse_to_replace_inputs(const std::vector<fs::path>& outputs, const std::string& scene,
-                              const std::string& environment) {
+                              const std::string& environment, const std::vector<std::string>& parts) {
   std::error_code absent;
   std::vector<fs::path> there;  // others replace nothing
   for (const fs::path& output : outputs)
@@ -77,6 +77,7 @@ void refuse_to_replace_inputs(const std::vector<fs::path>& outputs, const std::s
   if (there.empty()) return;
   FileTable inputs;
   for (const fs::path& input : inputs_of(scene, environment)) inputs.put(input, 0);
+  for (const std::string& part : parts) inputs.put(part, 0);
   for (const fs::path& output : there)
     if (inputs.find(output))
       throw UsageError(

@@ -38,8 +38,9 @@ class FileTable {
 void require_writable(const std::vector<std::filesystem::path>& outputs, const std::filesystem::path& input);
 
 /// Refuses outputs that a render of the scene reads. Empty names are left out.
+/// parts  files whose samples it takes over
 /// throws UsageError
 void refuse_to_replace_inputs(const std::vector<std::filesystem::path>& outputs, const std::string& scene,
-                              const std::string& environment);
+                              const std::string& environment, const std::vector<std::string>& parts);
 
 }  // namespace eikon

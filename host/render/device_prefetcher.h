@@ -18,7 +18,7 @@
 
 namespace eikon {
 
-/// Of a batch's worker, which prepares the next render on one thread while another thread renders.
+/// Prepares the devices of a batch's next render while another thread renders.
 class DevicePrefetcher {
  public:
   struct Image {
@@ -73,8 +73,8 @@ class DevicePrefetcher {
   std::condition_variable changed_;
   std::array<PreparedPool, 2> pools_;
   std::size_t last_ = 0;  // index of the pool of the last turn
-  // Slots so far; those whose renders are under way, or over.
-  std::uint64_t turns_ = 0, under_way_ = 0;
+  std::uint64_t turns_ = 0;       // that were given so far
+  std::uint64_t under_way_ = 0;   // those whose renders have opened their devices, or are over
   const void* packed_ = nullptr;  // scene of the last turn; null: not known
 
   struct Choice {

@@ -104,7 +104,7 @@ class Threads {
   std::vector<std::pair<std::size_t, std::thread>> threads_;  // with their devices
 };
 
-/// What the calling thread does while the devices work: it opens one round of samples after the other, calls the hooks, and
+/// Runs on the calling thread while the devices work: opens one round of samples after the other, calls the hooks, and
 /// watches for devices that hang.
 class RenderLoop {
  public:

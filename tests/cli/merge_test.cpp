@@ -145,6 +145,20 @@ TEST_F(Merge, a_render_takes_over_parts_and_renders_only_what_they_lack) {
   EXPECT_EQ(read_exr(here / "x.ckpt.exr").metadata.at("samples"), std::to_string(24 * 20 * 10));
 }
 
+TEST_F(Merge, lines_of_a_batch_take_over_parts_of_lines_before_them) {
+  const std::string line = "render " + scene("cornell.gltf") + " --size 24x20 ";
+  const std::string makes = line + "--samples 0:3 -o a.exr\n", takes = line + "--spp 4 --add a.exr -o whole.exr\n";
+  here.write("jobs.txt", makes + takes);
+  EXPECT_TRUE(succeeded(here.eikon("batch jobs.txt --quiet")));
+  EXPECT_EQ(read_exr(here / "whole.exr").metadata.at("samples"), std::to_string(24 * 20 * 4));
+  here.write("turned.txt", takes + makes);
+  const Outcome turned = here.eikon("batch turned.txt");
+  EXPECT_TRUE(refused(turned, 2)) << turned.err;
+  EXPECT_TRUE(contains(turned.err, "cannot write a.exr: line 1 reads it")) << turned.err;
+  here.write("itself.txt", line + "--spp 4 --add a.exr -o a.exr\n");
+  EXPECT_TRUE(contains(here.eikon("batch itself.txt").err, "cannot write a.exr: it is an input of that line"));
+}
+
 TEST_F(Merge, what_a_render_cannot_take_over_is_refused) {
   part("a.exr", "--samples 0:3");
   part("twice.exr", "--samples 2:4");
@@ -162,6 +176,12 @@ TEST_F(Merge, what_a_render_cannot_take_over_is_refused) {
     EXPECT_TRUE(contains(outcome.err, word)) << outcome.err;
     EXPECT_FALSE(std::filesystem::exists(here / "out.exr"));
   }
+  const std::string before = bytes("a.exr");
+  for (const std::string output : {"-o a.exr", "-o out.exr --checkpoint a.exr"})
+    EXPECT_TRUE(
+        contains(here.eikon("render " + scene("cornell.gltf") + " --size 24x20 --spp 8 --add a.exr " + output).err,
+                 "cannot write a.exr: it is an input of the render"));
+  EXPECT_EQ(bytes("a.exr"), before);
   // More samples than are asked for stay in the picture, as those of a checkpoint do.
   const Outcome more = here.eikon("render " + scene("cornell.gltf") + " -o out.exr --size 24x20 --spp 2 --add a.exr");
   EXPECT_EQ(more.code, 1);

@@ -44,7 +44,7 @@ class DracoDecoder {
   /// The memory for decode(), by what the accessors announce and what so many bytes can hold; 0 if the
   /// extension names no stream.
   [[nodiscard]] double expected_bytes(const Json& extension, const GltfPrimitive& primitive) const;
-  /// Of the streams that were decoded.
+  /// The sizes of the streams that were decoded so far.
   [[nodiscard]] const CompressedMeshes& decoded() const { return decoded_; }
 
  private:

@@ -128,7 +128,7 @@ Mesh MeshReader::read(const Wanted& wanted) {
     if (!pose(part, wanted)) continue;
     Primitive read = read_primitive(part);
     if (read.indices.empty()) continue;
-    // What is kept is not warned of again.
+    // A primitive with a warning is read again, so that every pose has the warning.
     if (source_.notes.warning_count() == warnings) keep(wanted, p, read);
     result.primitives.push_back(std::move(read));
   }

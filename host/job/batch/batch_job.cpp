@@ -153,13 +153,17 @@ void check_outputs(std::vector<BatchJob>& jobs, const std::string& name, const s
     const auto [inputs, is_first] = scenes.try_emplace(scene, scene);
     if (is_first)
       for (const fs::path& input : inputs->second.places) readers.put(input, number);
-    if (!environment.empty()) readers.put(environment, number);
+    std::vector<std::string> named = job.options->checkpoint.parts;  // inputs beside the scene's
+    if (!environment.empty()) named.push_back(environment);
+    for (const std::string& input : named) readers.put(input, number);
     if (!pilot.empty()) readers.put(pilot, number);
     const auto is_written = [&](const fs::path& input) { return writers.count(input) > 0; };
-    job.after_others = std::ranges::any_of(inputs->second.places, is_written) ||
-                       (!environment.empty() && is_written(place_of(environment)));
+    job.after_others =
+        std::ranges::any_of(inputs->second.places, is_written) ||
+        std::ranges::any_of(named, [&](const std::string& input) { return is_written(place_of(input)); });
     for (const fs::path& file : job.options->outputs()) {
-      if (inputs->second.files.find(file) || (!environment.empty() && is_same_file(file, environment)))
+      const auto is_file = [&](const std::string& input) { return is_same_file(file, input); };
+      if (inputs->second.files.find(file) || std::ranges::any_of(named, is_file))
         clash(file, "it is an input of that line; choose another name");
       const auto [at, is_new] = writers.emplace(place_of(file), number);
       if (const auto reader = readers.find(file); is_new && reader)

@@ -12,7 +12,7 @@
 
 namespace eikon {
 
-/// What a pilot decided and what that took, for reports and for the file of --pilot.
+/// The decisions of a pilot and their cost, for reports and for the file of --pilot.
 struct PilotReport {
   double seconds = 0;
   std::string arithmetic{};  // the arithmetic class of the device that rendered the pilot
