@@ -44,7 +44,9 @@ double ratio_of(std::uint32_t info) {
   return std::ldexp(std::numbers::sqrt2, int(exponent) - 127);
 }
 
-double luminance_of(const std::uint32_t* splat) {
+using Splat = std::array<std::uint32_t, SPLAT_WORDS>;
+
+double luminance_of(const Splat& splat) {
   const auto channel = [&](std::size_t c) { return double(std::bit_cast<float>(splat[SPLAT_r + c])); };
   return luminance({channel(0), channel(1), channel(2)});
 }
@@ -64,18 +66,12 @@ class TrialSums {
     rays_ += double(unit.rays.total());
     light_rays_ += double(unit.light_rays.total());
     const std::span<const std::uint32_t> words = unit.sums.splats;
-    for (std::size_t at = 0; at + SPLAT_WORDS <= words.size(); at += SPLAT_WORDS) {
-      const std::uint32_t xy = words[SPLAT_pixel + at];
-      const std::size_t pixel = std::size_t{xy >> 16} * settings_.width + (xy & 0xffffU);
-      const double value = luminance_of(&words[at]) / double(settings_.light_path_count),
-                   ratio = ratio_of(words[SPLAT_info + at]);
-      const Moments moments = splat_moments(ratio, kTrialRatio);
-      for (std::size_t i = 0; i < kRatios; ++i) shared_[pixel][i] += value * value * moments[i];
-      of_camera_[pixel] += std::isinf(ratio) ? 0 : value * value / ratio;
-    }
+    for (std::size_t at = 0; at + SPLAT_WORDS <= words.size(); at += SPLAT_WORDS)
+      std::copy_n(&words[at], SPLAT_WORDS, splats_.emplace_back().begin());
   }
 
-  [[nodiscard]] LightTrial result() const {
+  [[nodiscard]] LightTrial result() {
+    add_splats();
     std::vector<double> means(shared_.size());
     for (std::size_t i = 0; i < means.size(); ++i) means[i] = mean(i);
     const double all = std::accumulate(means.begin(), means.end(), 0.0) / double(means.size());
@@ -97,6 +93,21 @@ class TrialSums {
   }
 
  private:
+  /// Sums up the splats in an order of their own. They come in whatever order a device's threads store them, and sums
+  /// of floating-point numbers would differ with it in their last bits.
+  void add_splats() {
+    std::sort(splats_.begin(), splats_.end());
+    for (const Splat& splat : splats_) {
+      const std::uint32_t xy = splat[SPLAT_pixel];
+      const std::size_t pixel = std::size_t{xy >> 16} * settings_.width + (xy & 0xffffU);
+      const double value = luminance_of(splat) / double(settings_.light_path_count),
+                   ratio = ratio_of(splat[SPLAT_info]);
+      const Moments moments = splat_moments(ratio, kTrialRatio);
+      for (std::size_t i = 0; i < kRatios; ++i) shared_[pixel][i] += value * value * moments[i];
+      of_camera_[pixel] += std::isinf(ratio) ? 0 : value * value / ratio;
+    }
+    splats_.clear();
+  }
   [[nodiscard]] std::uint32_t x(std::size_t pixel) const { return std::uint32_t(pixel % settings_.width); }
   [[nodiscard]] std::uint32_t y(std::size_t pixel) const { return std::uint32_t(pixel / settings_.width); }
   [[nodiscard]] double mean(std::size_t pixel) const {
@@ -118,6 +129,7 @@ class TrialSums {
 
   const Settings& settings_;
   Film film_;
+  std::vector<Splat> splats_;      // of all units
   std::vector<Moments> shared_;    // sums over splats
   std::vector<double> of_camera_;  // as shared_, of what the trial's camera paths had of that light
   double paths_ = 0, rays_ = 0, light_rays_ = 0;
