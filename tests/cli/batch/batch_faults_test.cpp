@@ -37,7 +37,9 @@ TEST(BatchFaults, a_device_that_fails_is_made_up_for_by_another) {
   const Workplace here;
   const std::string image = "--size 64x48 --spp 16";
   here.write("jobs", jobs_of(3, image + " --devices cpu:2x1"));
-  const Outcome outcome = here.eikon("batch jobs", std::string(kCores) + " EIKON_FAULT=device:1:after=1");
+  // The first device is so slow that the second one has work whenever it is ready.
+  const Outcome outcome =
+      here.eikon("batch jobs", std::string(kCores) + " EIKON_FAULT='device:0:slow=20;device:1:after=1'");
   EXPECT_TRUE(succeeded(outcome));
   EXPECT_EQ(states(outcome), (States{{1, "done"}, {2, "done"}, {3, "done"}})) << outcome.out;
   EXPECT_TRUE(contains(outcome.err, "eikon: jobs:") && contains(outcome.err, "CL_OUT_OF_RESOURCES")) << outcome.err;
