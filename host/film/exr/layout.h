@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Names and formats that the EXR writer and reader share.
 #pragma once
-#include <ImfFrameBuffer.h>
-
 #include <bit>
 #include <cstdint>
 #include <optional>
@@ -84,21 +82,6 @@ inline std::vector<std::string> sums_channels(const FilmLayout& layout) {
     for (std::uint32_t limb = 0; limb < kCountLimbs; ++limb) names.push_back(fmt::format("r{}.count.{}", r, limb));
   }
   return names;
-}
-
-/// The frame buffer for rows [first, last), at most kRowsPerBlock, of these channels:
-/// words[channel][row - first][x - crop.x0], where each channel has crop.width() * kRowsPerBlock
-/// words.
-inline Imf::FrameBuffer sums_buffer(const Crop& crop, std::uint32_t first, std::uint32_t last,
-                                    const std::vector<std::string>& names, std::vector<std::uint32_t>& words) {
-  const Imath::Box2i window(Imath::V2i(static_cast<int>(crop.x0), static_cast<int>(first)),
-                            Imath::V2i(static_cast<int>(crop.x1) - 1, static_cast<int>(last) - 1));
-  const std::size_t plane = std::size_t{crop.width()} * kRowsPerBlock;
-  Imf::FrameBuffer buffer;
-  for (std::size_t i = 0; i < names.size(); ++i)
-    buffer.insert(names[i], Imf::Slice::Make(Imf::UINT, &words[i * plane], window, sizeof(std::uint32_t),
-                                             sizeof(std::uint32_t) * crop.width()));
-  return buffer;
 }
 
 }  // namespace eikon::exr

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <ImfChannelList.h>
-#include <ImfInputPart.h>
 #include <ImfIntAttribute.h>
 #include <ImfStringAttribute.h>
 
@@ -10,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "image/exr_file.h"
+#include "film/exr/integer_chunks.h"
 #include "film/exr/layout.h"
 #include "film/exr/mattes.h"
 #include "film/exr/film_file.h"
@@ -60,23 +60,22 @@ void read_windows(const std::filesystem::path& path, const Imf::Header& header, 
                  end(data.max.y)};
 }
 
-/// Numbers of some rows, in the order of a film.
-struct Rows {
-  std::vector<std::uint32_t> words;
-  std::vector<int128> sums;  // one row
+/// Numbers of a row, in the order of a film.
+struct Row {
+  std::vector<int128> sums;
   std::vector<std::uint64_t> counts;
 };
 
-/// Joins the words of row `row` to rows.sums and rows.counts.
-void join_words(const FilmLayout& layout, std::uint32_t row, Rows& rows) {
-  const std::size_t width = layout.crop.width(), plane = width * exr::kRowsPerBlock;
-  int128* sum = rows.sums.data();
-  std::uint64_t* count = rows.counts.data();
+/// Joins the words of row y of a chunk.
+void join_words(const FilmLayout& layout, const exr::IntegerChunk& chunk, std::uint32_t y, Row& row) {
+  const std::size_t width = layout.crop.width();
+  int128* sum = row.sums.data();
+  std::uint64_t* count = row.counts.data();
   for (std::size_t x = 0; x < width; ++x) {
-    const std::uint32_t* word = &rows.words[row * width + x];
+    const std::uint32_t* word = chunk.words + (y - chunk.first_row) * width + x;
     const auto take = [&] {
       const std::uint64_t value = *word;
-      word += plane;
+      word += chunk.words_per_channel;
       return value;
     };
     for (std::uint32_t r = 0; r < layout.replicates; ++r) {
@@ -180,22 +179,18 @@ const std::string& SumsReader::record() const { return impl_->record; }
 void SumsReader::add_to(Film& film) {
   const FilmLayout& layout = impl_->layout;
   const Crop& crop = layout.crop;
-  const std::vector<std::string> names = exr::sums_channels(layout);
   const std::size_t cells = std::size_t{crop.width()} * layout.replicates;
-  Rows rows{std::vector<std::uint32_t>(std::size_t{crop.width()} * exr::kRowsPerBlock * names.size()),
-            std::vector<int128>(cells * layout.channels.size()), std::vector<std::uint64_t>(cells)};
+  Row row{std::vector<int128>(cells * layout.channels.size()), std::vector<std::uint64_t>(cells)};
   exr::SumsHash hash(layout, impl_->record, impl_->light_paths_text);
   reading(impl_->path, [&] {
-    Imf::InputPart part(impl_->reader.file(), impl_->part);
-    for (std::uint32_t first = crop.y0; first < crop.y1; first += exr::kRowsPerBlock) {
-      const std::uint32_t last = std::min(first + exr::kRowsPerBlock, crop.y1);
-      part.setFrameBuffer(exr::sums_buffer(crop, first, last, names, rows.words));
-      part.readPixels(static_cast<int>(first), static_cast<int>(last) - 1);
-      for (std::uint32_t y = first; y < last; ++y) {
-        join_words(layout, y - first, rows);
-        hash.add_row(rows.sums, rows.counts);
+    exr::IntegerChunks chunks(impl_->path, impl_->part, crop, exr::sums_channels(layout));
+    for (std::uint32_t y = crop.y0; y < crop.y1;) {
+      const exr::IntegerChunk chunk = chunks.read(y);
+      for (const std::uint32_t end = y + chunk.rows; y < end; ++y) {
+        join_words(layout, chunk, y, row);
+        hash.add_row(row.sums, row.counts);
         try {
-          film.add_row(crop.x0, y, rows.sums, rows.counts);
+          film.add_row(crop.x0, y, row.sums, row.counts);
         } catch (const InputError& error) {
           refuse(impl_->path, fmt::format("{}; or the file is damaged", error.what()));
         }

@@ -256,6 +256,21 @@ void write_part(Imf::OutputPart& part, const Crop& crop, const std::vector<Sourc
   }
 }
 
+/// The frame buffer for rows [first, last), at most exr::kRowsPerBlock, of these channels:
+/// words[channel][row - first][x - crop.x0], where each channel has crop.width() * exr::kRowsPerBlock
+/// words.
+Imf::FrameBuffer sums_buffer(const Crop& crop, std::uint32_t first, std::uint32_t last,
+                             const std::vector<std::string>& names, std::vector<std::uint32_t>& words) {
+  const Imath::Box2i window(Imath::V2i(static_cast<int>(crop.x0), static_cast<int>(first)),
+                            Imath::V2i(static_cast<int>(crop.x1) - 1, static_cast<int>(last) - 1));
+  const std::size_t plane = std::size_t{crop.width()} * exr::kRowsPerBlock;
+  Imf::FrameBuffer buffer;
+  for (std::size_t i = 0; i < names.size(); ++i)
+    buffer.insert(names[i], Imf::Slice::Make(Imf::UINT, &words[i * plane], window, sizeof(std::uint32_t),
+                                             sizeof(std::uint32_t) * crop.width()));
+  return buffer;
+}
+
 /// Splits sums into words and writes them, 16 rows at a time.
 void write_sums(Imf::OutputPart& part, const Film& film) {
   const FilmLayout& layout = film.layout();
@@ -282,7 +297,7 @@ void write_sums(Imf::OutputPart& part, const Film& film) {
         }
       }
     }
-    part.setFrameBuffer(exr::sums_buffer(crop, first, last, names, words));
+    part.setFrameBuffer(sums_buffer(crop, first, last, names, words));
     part.writePixels(static_cast<int>(last - first));
   }
 }
