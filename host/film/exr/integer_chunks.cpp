@@ -27,7 +27,7 @@ struct IntegerChunks::Impl {
   Crop window;
   std::vector<std::string> channels;
   std::int32_t rows_per_chunk = 1;
-  exr_decode_pipeline_t decoder = EXR_DECODE_PIPELINE_INITIALIZER;
+  exr_decode_pipeline_t decoder{};
   bool has_decoder = false;
   std::vector<std::uint32_t> words;
 
