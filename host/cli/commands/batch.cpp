@@ -121,7 +121,7 @@ void add_batch(CommandFlags& root, Command& chosen) {
                options->progress, {"bar", "openjd"});
   flags.toggle("--quiet", "print no progress", options->quiet);
   flags.text({"--report", "FILE.html", "write a page with a row for each job, at the end"}, options->report);
-  flags.toggle("--list", "print the jobs as JSON lines (job/batch/jobs_json.h), and render nothing", options->list);
+  flags.toggle("--list", "print a line of JSON for each job, with its key and words, and render nothing", options->list);
   flags.run(chosen, [options](const std::vector<std::string>& words) { return batch_command(*options, words); });
 }
 
