@@ -270,9 +270,9 @@ TEST_F(Merge, has_one_part_at_a_time_in_memory) {
   EXPECT_LT(peak_bytes(parts) - peak_bytes("p0.exr"), film_bytes / 2);
 }
 
-/// The commands of a section of the manual: its indented lines.
+/// The commands of a section of the page on many machines: its indented lines.
 std::string commands_of(const std::string& title) {
-  std::ifstream manual(std::string(EIKON_SOURCE_DIR) + "/host/cli/README.md");
+  std::ifstream manual(std::string(EIKON_SOURCE_DIR) + "/host/cli/MANY.md");
   std::string commands;
   bool inside = false;
   for (std::string line; std::getline(manual, line);) {
