@@ -26,8 +26,30 @@ constexpr int128 kMaxSum = static_cast<int128>(~uint128{0} >> 1);
 /// The mean of splats over light paths; exact but for the rounding of to_mean.
 double mean_of_splats(int128 sum, std::uint64_t paths) { return std::ldexp(to_mean(sum, paths), kSplatShift); }
 
+/// The number as a double, correctly rounded. The compiler's own conversion counts bits, and takes several times as long.
+double rounded(int128 fixed) {
+  constexpr std::int64_t kMostHigh = 1 << 21;  // for 53 bits above the low 32
+  const auto high = static_cast<std::int64_t>(fixed >> 64);
+  if (high < -kMostHigh || high >= kMostHigh) return static_cast<double>(fixed);
+  // Both parts are exact, and only their sum is rounded.
+  return static_cast<double>(static_cast<std::int64_t>(fixed >> 32)) * 0x1p32 +
+         static_cast<double>(static_cast<std::uint32_t>(fixed));
+}
+
 /// Returns 2^exponent, for exponents of normal numbers.
 double power_of_two(int exponent) { return std::bit_cast<double>(static_cast<std::uint64_t>(1023 + exponent) << 52); }
+
+/// Divides sums by a count: to_mean() of many.
+class Quotient {
+ public:
+  explicit Quotient(std::uint64_t count)
+      : count_(count), scale_(std::has_single_bit(count) ? power_of_two(-kFractionBits - std::countr_zero(count)) : 0) {}
+  [[nodiscard]] double operator()(int128 sum) const { return scale_ != 0 ? rounded(sum) * scale_ : to_mean(sum, count_); }
+
+ private:
+  std::uint64_t count_;
+  double scale_;  // 0: the count is no power of two
+};
 
 }  // namespace
 
@@ -41,13 +63,13 @@ std::uint64_t samples_of_replicate(std::uint64_t begin, std::uint64_t end, std::
 
 double to_double(int128 fixed) {
   // The conversion rounds to nearest even, and scaling is exact: the result is 0 or at least 2^-64.
-  return static_cast<double>(fixed) * power_of_two(-kFractionBits);
+  return rounded(fixed) * power_of_two(-kFractionBits);
 }
 
 double to_mean(int128 fixed, std::uint64_t count) {
   if (count == 0 || fixed == 0) return 0;
   if ((count & (count - 1)) == 0)
-    return static_cast<double>(fixed) * power_of_two(-kFractionBits - std::countr_zero(count));
+    return rounded(fixed) * power_of_two(-kFractionBits - std::countr_zero(count));
   const uint128 magnitude = fixed < 0 ? ~static_cast<uint128>(fixed) + 1 : static_cast<uint128>(fixed);
   const auto high = static_cast<std::uint64_t>(magnitude >> 64);
   const int shift = high != 0 ? std::countl_zero(high) : 64 + std::countl_zero(static_cast<std::uint64_t>(magnitude));
@@ -353,11 +375,56 @@ Film::Spread Film::spread_of(std::size_t pixel, std::uint32_t channel) const {
   return found;
 }
 
+std::optional<std::uint64_t> Film::count_of_row(std::size_t first) const {
+  const auto begin = counts_.begin() + std::ptrdiff_t(first * layout_.replicates);
+  const auto end = begin + std::ptrdiff_t(std::size_t{layout_.crop.width()} * layout_.replicates);
+  const bool alike = std::all_of(begin, end, [&](std::uint64_t count) { return count == *begin; });
+  return alike ? std::optional(*begin) : std::nullopt;
+}
+
 void Film::row_spread(std::uint32_t y, std::uint32_t channel, double* means, double* variances) const {
-  const std::size_t first = pixel_index(layout_.crop.x0, y);
-  for (std::size_t i = 0; i < layout_.crop.width(); ++i) {
-    const Spread found = spread_of(first + i, channel);
-    means[i] = found.mean, variances[i] = found.variance;
+  const std::size_t first = pixel_index(layout_.crop.x0, y), width = layout_.crop.width();
+  const std::size_t replicates = layout_.replicates, channels = layout_.channels.size();
+  const std::optional<std::uint64_t> count = count_of_row(first);
+  if (splats_of_[channel] || replicates < 2 || count.value_or(0) == 0) {
+    for (std::size_t i = 0; i < width; ++i) {
+      const Spread found = spread_of(first + i, channel);
+      means[i] = found.mean, variances[i] = found.variance;
+    }
+    return;
+  }
+  // As spread_of(), with what all pixels have in common taken out.
+  const Quotient of_one(*count), of_all(*count * replicates);
+  const double weight = static_cast<double>(*count) / static_cast<double>(*count * replicates);
+  const int128* sums = &sums_[first * replicates * channels + channel];
+  for (std::size_t i = 0; i < width; ++i, sums += replicates * channels) {
+    int128 total = 0;
+    for (std::size_t r = 0; r < replicates; ++r) total += sums[r * channels];
+    const double mean = of_all(total);
+    double spread = 0;
+    for (std::size_t r = 0; r < replicates; ++r) {
+      const double difference = of_one(sums[r * channels]) - mean;
+      spread += weight * difference * difference;
+    }
+    means[i] = mean, variances[i] = spread / static_cast<double>(replicates - 1);
+  }
+}
+
+void Film::row_means(std::uint32_t y, std::uint32_t channel, float* means) const {
+  const std::size_t first = pixel_index(layout_.crop.x0, y), width = layout_.crop.width();
+  const std::size_t replicates = layout_.replicates, channels = layout_.channels.size();
+  const std::optional<std::uint64_t> count = count_of_row(first);
+  if (splats_of_[channel] || !count) {
+    for (std::size_t i = 0; i < width; ++i)
+      means[i] = static_cast<float>(mean(layout_.crop.x0 + static_cast<std::uint32_t>(i), y, channel));
+    return;
+  }
+  const Quotient of_all(*count * replicates);
+  const int128* sums = &sums_[first * replicates * channels + channel];
+  for (std::size_t i = 0; i < width; ++i, sums += replicates * channels) {
+    int128 total = 0;
+    for (std::size_t r = 0; r < replicates; ++r) total += sums[r * channels];
+    means[i] = static_cast<float>(of_all(total));
   }
 }
 

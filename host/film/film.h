@@ -182,6 +182,8 @@ class Film {
   [[nodiscard]] double variance_of_mean(std::uint32_t x, std::uint32_t y, std::uint32_t channel) const;
   /// Computes mean() and variance_of_mean() for all pixels of a row of the crop.
   void row_spread(std::uint32_t y, std::uint32_t channel, double* means, double* variances) const;
+  /// Computes mean(), rounded to float, for all pixels of a row of the crop.
+  void row_means(std::uint32_t y, std::uint32_t channel, float* means) const;
   /// The number of samples over all replicates.
   [[nodiscard]] std::uint64_t samples(std::uint32_t x, std::uint32_t y) const;
 
@@ -206,6 +208,8 @@ class Film {
     double mean, variance;
   };
   [[nodiscard]] Spread spread_of(std::size_t pixel, std::uint32_t channel) const;
+  /// The samples of each replicate of each pixel of a row from pixel `first` on, if all have as many.
+  [[nodiscard]] std::optional<std::uint64_t> count_of_row(std::size_t first) const;
   void add_mattes(const UnitSums& unit);
   void add_splats(const UnitSums& unit);
   [[nodiscard]] std::uint64_t light_paths_at(std::size_t pixel, std::size_t replicate) const;

@@ -58,6 +58,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
 #include <cstdint>
@@ -94,30 +95,37 @@ constexpr double kLeastCarriers = 4;
 constexpr double kChiSquared = 5.0239;  // quantile of chi squared with one degree of freedom for 97.5 %
 constexpr double kEnough = 8;  // with so many neighbours the own mean of a pixel is not needed
 
+template <class Real>
 struct Estimate {
-  double mean = 0;
-  double squared_error = 0;  // expected squared error of the mean
+  Real mean{};
+  Real squared_error{};  // expected squared error of the mean
 };
 
+// These work on one pixel, or on kPixelLanes of them, with the same bits.
+#define EK_INLINE inline __attribute__((always_inline))
+
 /// Estimates the expectation of a pixel from the neighbours that may have the same, given its
-/// noise.
+/// noise. `count`: near.count
 /// own_share: factor for its own variance estimate where that multiplies itself
-Estimate expectation(double mean, double variance, const Neighbours<double, int>& near, int candidates,
-                     double own_share) {
-  const double own_weight = std::max(0.0, 1 - near.count / kEnough), weight = near.count + own_weight;
-  const double own_part = own_weight / weight;
-  const double own_noise = own_part * own_part * own_share * variance;
+template <class Real, class Count>
+EK_INLINE void expectation(const Real& mean, const Real& variance, const Neighbours<Real, Count>& near, const Real& count,
+                           double candidates, double own_share, Estimate<Real>& found) {
+  const Real none{}, own_left = 1 - count / kEnough, own_weight = own_left > none ? own_left : none;
+  const Real weight = count + own_weight, own_part = own_weight / weight;
+  const Real own_noise = own_part * own_part * own_share * variance;
   // The fewer neighbours were chosen, the more the choice follows the error of the pixel itself.
-  const double pull = 1 - static_cast<double>(near.count) / candidates;
-  const double pulled_noise = near.count > 0 ? pull * pull * near.noise / near.count : 0;
-  const double spread = near.count > 0 ? std::max(0.0, near.squares - near.sum * near.sum / near.count) : 0;
-  return {.mean = mean + near.sum / weight,
-          .squared_error = spread / (weight * weight) + std::max(own_noise, pulled_noise)};
+  const Real pull = 1 - count / candidates;
+  const auto has_any = count > none;
+  const Real pulled_noise = has_any ? pull * pull * near.noise / count : none;
+  const Real spread = has_any ? near.squares - near.sum * near.sum / count : none;
+  found.mean = mean + near.sum / weight;
+  found.squared_error = (spread > none ? spread : none) / (weight * weight) +
+                        (own_noise < pulled_noise ? pulled_noise : own_noise);
 }
 
 /// True if a pixel is brighter than what its surroundings say of it, and yet no outlier, because
 /// pixels beside it are as bright without doubt.
-bool is_edge_of_lamp(const Plane& mean, const Plane& variance, int x, int y, const Estimate& mu) {
+bool is_edge_of_lamp(const Plane& mean, const Plane& variance, int x, int y, const Estimate<double>& mu) {
   if (mu.mean >= kAlike * mean.at(x, y)) return false;
   int bright = 0;
   for (int j = std::max(0, y - 1); j <= std::min(mean.height - 1, y + 1); ++j)
@@ -159,13 +167,55 @@ double lone_ratio_of_lamps(double samples) {
 
 /// Estimates 1 / (mu^2 + eps), without bias to second order in the error of mu, and within 0 and
 /// 2 / eps.
-double inverse_scale(const Estimate& mu) {
-  const double f = 1 / (mu.mean * mu.mean + kEpsilon), relative = mu.squared_error * f;
+template <class Real>
+EK_INLINE void inverse_scale(const Estimate<Real>& mu, Real& found) {
+  const Real none{}, f = 1 / (mu.mean * mu.mean + kEpsilon), relative = mu.squared_error * f;
   // Where the error is large, a small mean is no evidence of a small mu.
-  const double square = mu.mean * mu.mean + mu.squared_error;
+  const Real square = mu.mean * mu.mean + mu.squared_error;
   // f'' / 2 = c f^2 for f = 1 / (mu^2 + eps); c is between -1 and 3.
-  const double c = (3 * square - kEpsilon) / (square + kEpsilon);
-  return c > 0 ? f / (1 + c * relative) : f * (1 - c * relative / (1 + relative));
+  const Real c = (3 * square - kEpsilon) / (square + kEpsilon);
+  found = c > none ? f / (1 + c * relative) : f * (1 - c * relative / (1 + relative));
+}
+
+double inverse_scale(const Estimate<double>& mu) {
+  double found = 0;
+  inverse_scale(mu, found);
+  return found;
+}
+
+/// What surroundings say of kPixelsTogether pixels of a channel.
+struct PixelsInRow {
+  std::array<Neighbours<PixelReals, PixelMasks>, kPixelGroups> near;
+  std::array<PixelReals, kPixelGroups> error;  // of pixels that look like no outlier and no lamp
+  std::array<PixelMasks, kPixelGroups> rare;   // not 0 where that is not certain
+};
+
+/// Finds the errors of pixels x to x + kPixelsTogether - 1, whose windows lie within the row.
+EK_CLONES void find_errors(const Plane& mean, const Plane& variance, int x, int y, double own_share, PixelsInRow& pixels) {
+  const double candidates = candidates_of(mean, x, y);
+  for (int g = 0; g < kPixelGroups; ++g) {
+    const int at = x + g * kPixelLanes;
+    PixelReals own, noise;
+    load_pixels(mean, at, y, own);
+    load_pixels(variance, at, y, noise);
+    PixelMasks alike{};
+    for (int j = std::max(0, y - 1); j <= std::min(mean.height - 1, y + 1); ++j)
+      for (int i = -1; i <= 1; ++i) {
+        if (i == 0 && j == y) continue;
+        PixelReals other;
+        load_pixels(mean, at + i, j, other);
+        alike += other < kAlike * own;  // -1
+      }
+    alike += (y > 0 ? 3 : 0) + (y < mean.height - 1 ? 3 : 0) + 2;
+    const PixelReals none{}, count = __builtin_convertvector(pixels.near[g].count, PixelReals);
+    Estimate<PixelReals> around;
+    expectation(own, noise, pixels.near[g], count, candidates, own_share, around);
+    PixelReals scale;
+    inverse_scale(around, scale);
+    const PixelMasks noisy = noise > none;
+    pixels.error[g] = noisy ? noise * scale / 3 : none;
+    pixels.rare[g] = (noisy & (around.mean < kAlike * own)) | ((own * own > kEpsilon) & (alike < kEnoughBright));
+  }
 }
 
 /// The part of the prediction that depends on whether bright pixels are outliers or lamps.
@@ -188,22 +238,19 @@ class PixelErrors {
     std::ranges::fill(disputed_.values, 0.0);
   }
 
-  /// Adds a channel.
-  void add(const Plane& mean, const Plane& variance) {
-    tbb::parallel_for(0, mean.height, [&](int y) {
+  /// Adds a channel in some rows. The planes have rows from `from` of the image on, and the windows of these pixels.
+  void add(const Plane& mean, const Plane& variance, int from, int first, int last) {
+    for (int y = first; y < last; ++y)
       for (int x = 0; x < mean.width;) {
-        if (x < kNeighbourRadius || x + kPixelLanes + kNeighbourRadius > mean.width) {
-          add(mean, variance, x, y, neighbours_of(mean, variance, x, y));
+        if (x < kNeighbourRadius || x + kPixelsTogether + kNeighbourRadius > mean.width) {
+          const int row = y - from;
+          add(mean, variance, x, row, neighbours_of(mean, variance, x, row), error_.index(x, y));
           ++x;
-          continue;
+        } else {
+          add_together(mean, variance, x, y - from, error_.index(x, y));
+          x += kPixelsTogether;
         }
-        Neighbours<PixelReals, PixelMasks> near;
-        find_neighbours(mean, variance, x, y, near);
-        for (int lane = 0; lane < kPixelLanes; ++lane, ++x)
-          add(mean, variance, x, y,
-              {near.sum[lane], near.noise[lane], near.squares[lane], static_cast<int>(near.count[lane])});
       }
-    });
   }
 
   /// Decides whether pixels that are bright in one replicate are outliers or lamps. samples: of a replicate
@@ -226,24 +273,45 @@ class PixelErrors {
   [[nodiscard]] const Plane& error() const { return error_; }
 
  private:
-  void add(const Plane& mean, const Plane& variance, int x, int y, const Neighbours<double, int>& near) {
+  /// Adds a channel of pixels x to x + kPixelsTogether - 1, whose windows lie within the row.
+  /// at: of the first one among all pixels
+  void add_together(const Plane& mean, const Plane& variance, int x, int y, std::size_t at) {
+    const double* const noise = &variance.values[variance.index(x, y)];
+    PixelsInRow pixels{};
+    // Without noise, no neighbour matters: pixels of a sky or in a black room.
+    if (std::any_of(noise, noise + kPixelsTogether, [](double value) { return value > 0; }))
+      find_neighbours(mean, variance, x, y, pixels.near);
+    find_errors(mean, variance, x, y, own_share_, pixels);
+    for (int i = 0; i < kPixelsTogether; ++i, ++at) {
+      const int group = i / kPixelLanes, lane = i % kPixelLanes;
+      const Neighbours<PixelReals, PixelMasks>& near = pixels.near[group];
+      if (pixels.rare[group][lane] == 0)
+        error_.values[at] += pixels.error[group][lane];
+      else
+        add(mean, variance, x + i, y,
+            {near.sum[lane], near.noise[lane], near.squares[lane], static_cast<int>(near.count[lane])}, at);
+    }
+  }
+
+  void add(const Plane& mean, const Plane& variance, int x, int y, const Neighbours<double, int>& near, std::size_t at) {
     const double noise = variance.at(x, y);
     const int bright = has_pairs_ ? lone_bright_replicates(mean, variance, x, y) : 0;
     // Rare, so that threads do not wait for each other's counts.
     if (bright == 1) ++once_;
     if (bright == 2) ++twice_;
     if (noise <= 0) return;
-    const Estimate own{mean.at(x, y), own_share_ * noise};
-    const Estimate around = expectation(own.mean, noise, near, candidates_of(mean, x, y), own_share_);
+    const Estimate<double> own{mean.at(x, y), own_share_ * noise};
+    Estimate<double> around;
+    expectation(own.mean, noise, near, double(near.count), candidates_of(mean, x, y), own_share_, around);
     const double as_lamp = noise * inverse_scale(own) / 3, as_outlier = noise * inverse_scale(around) / 3;
     const bool is_brighter = around.mean < kAlike * own.mean;
     if (!is_brighter || is_edge_of_lamp(mean, variance, x, y, around)) {
-      error_.at(x, y) += is_brighter ? as_lamp : as_outlier;
+      error_.values[at] += is_brighter ? as_lamp : as_outlier;
       return;
     }
     const bool in_both = has_pairs_ && own.mean - std::sqrt(noise) > kDimmerBright * around.mean;
-    error_.at(x, y) += in_both ? as_lamp : as_outlier;
-    if (!in_both) disputed_.at(x, y) += as_outlier - as_lamp;
+    error_.values[at] += in_both ? as_lamp : as_outlier;
+    if (!in_both) disputed_.values[at] += as_outlier - as_lamp;
   }
 
   Plane error_, disputed_;  // what would be taken away if pixels that are bright in one replicate were lamps
@@ -304,20 +372,24 @@ PredictedError Film::predicted_error() const {
   const Crop& crop = layout_.crop;
   const int width = static_cast<int>(crop.width()), height = static_cast<int>(crop.height());
   PixelErrors errors(width, height, layout_.replicates);
-  Plane mean_of(width, height), variance(width, height);
   std::atomic<bool> known{true}, lit{false};
-  for (std::uint32_t c = 0; c < 3; ++c) {
-    // Each pixel writes only its own element, so the number of threads changes no bit.
-    tbb::parallel_for(crop.y0, crop.y1, [&](std::uint32_t y) {
-      const std::size_t first = pixel_index(crop.x0, y);
-      const std::span<double> means(&mean_of.values[first], crop.width()), row(&variance.values[first], crop.width());
-      row_spread(y, c, means.data(), row.data());
-      if (std::ranges::any_of(row, [](double value) { return std::isnan(value); })) known = false;
-      if (std::ranges::any_of(means, [](double value) { return value != 0; })) lit = true;
-    });
-    if (!known) return {};
-    errors.add(mean_of, variance);
-  }
+  // In bands of rows, whose numbers stay in the processor's caches. Each pixel writes only its own elements, so the number of
+  // threads changes no bit.
+  constexpr int kBand = 32;
+  tbb::parallel_for(0, (height + kBand - 1) / kBand, [&](int band) {
+    const int first = band * kBand, last = std::min(first + kBand, height);
+    const int from = std::max(0, first - kNeighbourRadius), to = std::min(height, last + kNeighbourRadius);
+    std::array<Plane, 3> mean{Plane(width, to - from), Plane(width, to - from), Plane(width, to - from)}, variance = mean;
+    for (int y = from; y < to; ++y)
+      for (std::uint32_t c = 0; c < 3; ++c) {
+        const std::span<double> means(&mean[c].at(0, y - from), crop.width()), row(&variance[c].at(0, y - from), crop.width());
+        row_spread(crop.y0 + static_cast<std::uint32_t>(y), c, means.data(), row.data());
+        if (std::ranges::any_of(row, [](double value) { return std::isnan(value); })) known = false;
+        if (std::ranges::any_of(means, [](double value) { return value != 0; })) lit = true;
+      }
+    for (std::uint32_t c = 0; c < 3 && known; ++c) errors.add(mean[c], variance[c], from, first, last);
+  });
+  if (!known) return {};
   const auto samples = static_cast<double>(this->samples(crop.x0, crop.y0));
   const Doubt doubt = layout_.replicates == 2 ? errors.settle(samples / 2) : Doubt{};
   PredictedError result = interval_of(errors.error(), doubt, samples);

@@ -12,36 +12,35 @@ constexpr double kReach = 1.5;
 
 }  // namespace
 
-#ifdef __SANITIZE_THREAD__
-// The resolver that chooses a clone runs before ThreadSanitizer is ready, and would crash.
-#define EK_CLONES
-#else
-#define EK_CLONES __attribute__((target_clones("avx512f", "avx2", "default")))
-#endif
-
 EK_CLONES void find_neighbours(const Plane& mean, const Plane& variance, int x, int y,
-                               Neighbours<PixelReals, PixelMasks>& found) {
-  PixelReals own, reach;
-  std::memcpy(&own, &mean.values[mean.index(x, y)], sizeof own);
-  std::memcpy(&reach, &variance.values[mean.index(x, y)], sizeof reach);
-  reach *= kReach * kReach;
-  PixelReals sum{}, noise{}, squares{};
-  PixelMasks count{};
+                               std::array<Neighbours<PixelReals, PixelMasks>, kPixelGroups>& found) {
+  std::array<PixelReals, kPixelGroups> own, reach, sum{}, noise{}, squares{};
+  std::array<PixelMasks, kPixelGroups> count{};
+  for (int g = 0; g < kPixelGroups; ++g) {
+    load_pixels(mean, x + g * kPixelLanes, y, own[g]);
+    load_pixels(variance, x + g * kPixelLanes, y, reach[g]);
+    reach[g] *= kReach * kReach;
+  }
   for (int j = std::max(0, y - kNeighbourRadius); j <= std::min(mean.height - 1, y + kNeighbourRadius); ++j) {
-    for (int i = x - kNeighbourRadius; i <= x + kNeighbourRadius; ++i) {
-      if (i == x && j == y) continue;
-      PixelReals other, its_noise;
-      std::memcpy(&other, &mean.values[mean.index(i, j)], sizeof other);
-      std::memcpy(&its_noise, &variance.values[mean.index(i, j)], sizeof its_noise);
-      const PixelReals difference = other - own, square = difference * difference;
-      const PixelMasks inside = ~(square > reach);
-      sum += reinterpret_cast<PixelReals>(inside & reinterpret_cast<PixelMasks>(difference));
-      noise += reinterpret_cast<PixelReals>(inside & reinterpret_cast<PixelMasks>(its_noise));
-      squares += reinterpret_cast<PixelReals>(inside & reinterpret_cast<PixelMasks>(square));
-      count -= inside;  // which is -1
+    const double *const means = &mean.values[mean.index(x, j)], *const variances = &variance.values[mean.index(x, j)];
+#pragma GCC unroll 7
+    for (int i = -kNeighbourRadius; i <= kNeighbourRadius; ++i) {
+      if (i == 0 && j == y) continue;
+#pragma GCC unroll 2
+      for (int g = 0; g < kPixelGroups; ++g) {
+        PixelReals other, its_noise;
+        std::memcpy(&other, means + g * kPixelLanes + i, sizeof other);
+        std::memcpy(&its_noise, variances + g * kPixelLanes + i, sizeof its_noise);
+        const PixelReals difference = other - own[g], square = difference * difference;
+        const PixelMasks inside = ~(square > reach[g]);
+        sum[g] += reinterpret_cast<PixelReals>(inside & reinterpret_cast<PixelMasks>(difference));
+        noise[g] += reinterpret_cast<PixelReals>(inside & reinterpret_cast<PixelMasks>(its_noise));
+        squares[g] += reinterpret_cast<PixelReals>(inside & reinterpret_cast<PixelMasks>(square));
+        count[g] -= inside;  // which is -1
+      }
     }
   }
-  found.sum = sum, found.noise = noise, found.squares = squares, found.count = count;
+  for (int g = 0; g < kPixelGroups; ++g) found[g] = {sum[g], noise[g], squares[g], count[g]};
 }
 
 Neighbours<double, int> neighbours_of(const Plane& mean, const Plane& variance, int x, int y) {
