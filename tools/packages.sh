@@ -9,7 +9,7 @@ build_packages=(
   ca-certificates git
   g++ cmake ninja-build pkg-config
   ocl-icd-opencl-dev opencl-headers pocl-opencl-icd
-  libopenexr-dev libpng-dev libjpeg-dev libwebp-dev libzstd-dev libglm-dev libtinygltf-dev nlohmann-json3-dev
+  libopenexr-dev libpng-dev libjpeg-dev libwebp-dev libzstd-dev libdeflate-dev libglm-dev libtinygltf-dev nlohmann-json3-dev
   libcli11-dev libtbb-dev libfmt-dev
   libdraco-dev libmeshoptimizer-dev libxxhash-dev
   libcpp-httplib-dev

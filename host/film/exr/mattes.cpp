@@ -92,8 +92,9 @@ Imf::Header mattes_header(const Film& film, Imf::Header like, const std::string&
   return like;
 }
 
-void write_mattes(Imf::OutputPart& part, const Film& film) {
-  const Imath::Box2i& window = part.header().dataWindow();
+void write_mattes(ScanlineFile& file, std::size_t part, const Imf::Header& header, const Film& film) {
+  const Imath::Box2i& window = header.dataWindow();
+  const std::vector<std::string> channels(kChannels.begin(), kChannels.end());
   const std::size_t columns = static_cast<std::size_t>(window.max.x) + 1, plane = columns * kRows;
   const int rows = window.max.y + 1;
   std::vector<std::uint32_t> words(kWords * plane);
@@ -101,8 +102,7 @@ void write_mattes(Imf::OutputPart& part, const Film& film) {
   int first = 0;
   const auto flush = [&] {
     const int last = std::min(first + static_cast<int>(kRows), rows);
-    part.setFrameBuffer(table_buffer(columns, first, last, words));
-    part.writePixels(last - first);
+    file.write(part, {.first = first, .last = last, .width = columns, .plane = plane, .channels = channels, .words = words});
     std::ranges::fill(words, 0U);
     first = last;
     place = 0;

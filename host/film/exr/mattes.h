@@ -10,16 +10,17 @@
 #include <string>
 #include <vector>
 #include <ImfHeader.h>
-#include <ImfOutputPart.h>
 
 #include "image/exr_file.h"
+#include "film/exr/scanlines.h"
 #include "film/film.h"
 
 namespace eikon::exr {
 
 /// seal  the checksum of the sums that these counts belong to
 [[nodiscard]] Imf::Header mattes_header(const Film& film, Imf::Header like, const std::string& seal);
-void write_mattes(Imf::OutputPart& part, const Film& film);
+/// part  that of mattes_header(), of which `header` is the header
+void write_mattes(ScanlineFile& file, std::size_t part, const Imf::Header& header, const Film& film);
 
 /// Adds the counts to a film whose crop contains that of `layout`. throws InputError when they are
 /// damaged or missing, or belong to other sums; the film is then unusable

@@ -2,27 +2,24 @@
 #include <ImfChannelList.h>
 #include <ImfChromaticitiesAttribute.h>
 #include <ImfDoubleAttribute.h>
-#include <ImfFrameBuffer.h>
 #include <ImfHeader.h>
-#include <ImfIO.h>
 #include <ImfIntAttribute.h>
 #include <ImfMatrixAttribute.h>
-#include <ImfMultiPartOutputFile.h>
-#include <ImfOutputPart.h>
 #include <ImfPartType.h>
 #include <ImfStandardAttributes.h>
 #include <ImfStringAttribute.h>
-#include <ImfThreading.h>
 #include <fmt/format.h>
-#include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <cstring>
 #include <functional>
 #include <limits>
 #include <memory>
+#include <type_traits>
 
 #include <fmt/ranges.h>
 
@@ -31,6 +28,7 @@
 #include "film/exr/layout.h"
 #include "film/exr/mattes.h"
 #include "film/exr/film_file.h"
+#include "film/exr/scanlines.h"
 #include "image/exr_file.h"
 #include "film/layers.h"
 #include "film/mattes.h"
@@ -39,54 +37,56 @@ namespace eikon {
 
 namespace {
 
-static_assert(std::endian::native == std::endian::little, "write_part keeps a half in the first bytes of a word");
+static_assert(std::endian::native == std::endian::little, "convert() keeps a half in the first bytes of a word");
 
-/// One channel of a part and the function that computes its values: `real` for HALF and FLOAT
-/// channels, `word` for UINT channels.
+/// One channel of a part, and the function that computes a row of its values: `reals` for HALF and FLOAT
+/// channels, `words` for UINT channels.
 struct Source {
   std::string name;
   Imf::PixelType type = Imf::FLOAT;
-  std::function<double(std::uint32_t x, std::uint32_t y)> real = {};
-  std::function<std::uint32_t(std::uint32_t x, std::uint32_t y)> word = {};
-  bool in_order = false;  // values must be asked for row by row, by one thread
+  std::function<void(std::uint32_t y, float* row)> reals = {};
+  std::function<void(std::uint32_t y, std::uint32_t* row)> words = {};
+  bool in_order = false;  // rows must be asked for in their order, by one thread
 };
 
-class Stream : public Imf::OStream {
- public:
-  Stream(AtomicFile& file, const std::string& name) : Imf::OStream(name.c_str()), file_(file) {}
-  void write(const char bytes[], int size) override { file_.write(bytes, static_cast<std::size_t>(size)); }
-  std::uint64_t tellp() override { return file_.position(); }
-  void seekp(std::uint64_t position) override { file_.seek(position); }
-
- private:
-  AtomicFile& file_;
-};
+/// A row from a function of pixels.
+template <class Value>
+auto row_of(const Film& film, Value value) {
+  return [&film, value](std::uint32_t y, auto* row) {
+    const Crop& crop = film.layout().crop;
+    for (std::uint32_t x = crop.x0; x < crop.x1; ++x) *row++ = static_cast<std::remove_reference_t<decltype(*row)>>(value(x, y));
+  };
+}
 
 Source source_of(const Film& film, const LayerChannel& channel, Imf::PixelType type) {
   const std::vector<std::uint32_t>& from = channel.film;
+  Source source{.name = channel.name, .type = type};
   switch (channel.rule) {
     case LayerRule::mean:
-      return {.name = channel.name, .type = type, .real = [&film, from](auto x, auto y) {
-                return film.mean(x, y, from);
-              }};
+      if (from.size() == 1)
+        source.reals = [&film, c = from[0]](std::uint32_t y, float* row) { film.row_means(y, c, row); };
+      else
+        source.reals = row_of(film, [&film, from](auto x, auto y) { return film.mean(x, y, from); });
+      return source;
     case LayerRule::mean_of_hit:
-      return {.name = channel.name, .type = type, .real = [&film, from](auto x, auto y) {
-                const double hits = to_double(film.total(x, y, from[1]));
-                return hits > 0 ? to_double(film.total(x, y, from[0])) / hits : std::numeric_limits<double>::infinity();
-              }};
+      source.reals = row_of(film, [&film, from](auto x, auto y) {
+        const double hits = to_double(film.total(x, y, from[1]));
+        return hits > 0 ? to_double(film.total(x, y, from[0])) / hits : std::numeric_limits<double>::infinity();
+      });
+      return source;
     case LayerRule::word:
-      return {.name = channel.name, .type = Imf::UINT, .word = [&film, from](auto x, auto y) {
-                return static_cast<std::uint32_t>(film.total(x, y, from[0]) >> 64);
-              }};
+      source.type = Imf::UINT;
+      source.words = row_of(film, [&film, from](auto x, auto y) { return film.total(x, y, from[0]) >> 64; });
+      return source;
     case LayerRule::variance:
-      return {.name = channel.name, .type = type, .real = [&film, from](auto x, auto y) {
-                return film.variance_of_mean(x, y, from[0]);
-              }};
+      source.reals = row_of(film, [&film, from](auto x, auto y) { return film.variance_of_mean(x, y, from[0]); });
+      return source;
     case LayerRule::samples:
-      return {.name = channel.name, .type = Imf::UINT, .word = [&film](auto x, auto y) {
-                return static_cast<std::uint32_t>(
-                    std::min<std::uint64_t>(film.samples(x, y), std::numeric_limits<std::uint32_t>::max()));
-              }};
+      source.type = Imf::UINT;
+      source.words = row_of(film, [&film](auto x, auto y) {
+        return std::min<std::uint64_t>(film.samples(x, y), std::numeric_limits<std::uint32_t>::max());
+      });
+      return source;
   }
   throw InternalError("no such rule of a layer");
 }
@@ -100,7 +100,7 @@ void add_matte(const Film& film, const std::string& layer, std::vector<Source>& 
   const std::vector<std::string> names = exr::matte_channels(layer);
   for (std::size_t c = 0; c < names.size(); ++c)
     sources.push_back({.name = names[c],
-                       .real = [ranks, c](auto x, auto y) { return double(ranks->value(x, y, c)); },
+                       .reals = row_of(film, [ranks, c](auto x, auto y) { return ranks->value(x, y, c); }),
                        .in_order = true});
 }
 
@@ -120,12 +120,11 @@ std::vector<Source> image_sources(const Film& film, const ExrOptions& options) {
       sources.push_back(source_of(film, channel, type));
   }
   if (options.denoised != nullptr) {
-    const Crop& crop = film.layout().crop;
     for (std::size_t c = 0; c < 3; ++c)
       sources.push_back({.name = "denoised." + options.denoised->channels[c],
                          .type = type,
-                         .real = [&plane = options.denoised->planes[c], crop](auto x, auto y) {
-                           return plane[std::size_t{y - crop.y0} * crop.width() + (x - crop.x0)];
+                         .reals = [&plane = options.denoised->planes[c], crop = film.layout().crop](auto y, float* row) {
+                           std::copy_n(&plane[std::size_t{y - crop.y0} * crop.width()], crop.width(), row);
                          }});
   }
   return sources;
@@ -186,19 +185,6 @@ void add_metadata(Imf::Header& header, const Metadata& metadata) {
   }
 }
 
-/// The number of OpenEXR's compressing threads: at most 8, and at most what host-side work may use
-/// when the first image is written.
-unsigned compressing_threads() {
-  static const unsigned count = [] {
-    const auto most = tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism);
-    // Each thread needs memory for rows.
-    const auto threads = static_cast<unsigned>(std::min<std::size_t>(most, 8));
-    Imf::setGlobalThreadCount(static_cast<int>(threads));
-    return threads;
-  }();
-  return count;
-}
-
 /// Throws if a value becomes infinite as half. 65520 (65504 plus half a step) is the least
 /// magnitude that does.
 void refuse_overflow(const Source& source, float value, std::uint32_t x, std::uint32_t y) {
@@ -209,70 +195,58 @@ void refuse_overflow(const Source& source, float value, std::uint32_t x, std::ui
                     value, x, y, source.name));
 }
 
+/// Converts a row of a channel: floats to their bits, halves in the low bytes.
+void convert(const Source& source, const Crop& crop, std::uint32_t y, std::uint32_t* out) {
+  if (source.words) return source.words(y, out);
+  std::vector<float> row(crop.width());
+  source.reals(y, row.data());
+  if (source.type == Imf::FLOAT) {
+    std::memcpy(out, row.data(), row.size() * sizeof(float));
+    return;
+  }
+  for (std::uint32_t x = crop.x0; x < crop.x1; ++x) {
+    const float value = row[x - crop.x0];
+    refuse_overflow(source, value, x, y);
+    *out++ = half(value).bits();
+  }
+}
+
 /// Converts and writes a few blocks of rows per thread at a time, so that memory does not grow with
 /// the height of the image.
-void write_part(Imf::OutputPart& part, const Crop& crop, const std::vector<Source>& sources) {
+void write_image(exr::ScanlineFile& file, const Crop& crop, const std::vector<Source>& sources) {
   const std::size_t width = crop.width();
-  constexpr std::uint32_t kBlocks = 2;
+  constexpr std::uint32_t kBlocks = 2, kMostThreads = 8;
   const bool in_order = std::ranges::any_of(sources, [](const Source& source) {
     // So that the error names the first overflow.
     return source.in_order || source.type == Imf::HALF;
   });
-  const std::uint32_t most = std::min(exr::kRowsPerBlock * kBlocks * compressing_threads(), crop.height());
+  const auto threads = static_cast<std::uint32_t>(tbb::this_task_arena::max_concurrency());
+  const std::uint32_t most = std::min(exr::kRowsPerBlock * kBlocks * std::min(threads, kMostThreads), crop.height());
   const std::size_t plane = width * most;
-  // Floats as their bits, halves in the low bytes.
   std::vector<std::uint32_t> words(plane * sources.size());
+  std::vector<std::string> names;
+  for (const Source& source : sources) names.push_back(source.name);
   for (std::uint32_t first = crop.y0; first < crop.y1; first += most) {
     const std::uint32_t last = std::min(first + most, crop.y1);
-    const auto convert = [&](std::uint32_t y) {
-      for (std::size_t s = 0; s < sources.size(); ++s) {
-        const Source& source = sources[s];
-        std::uint32_t* out = &words[s * plane + (y - first) * width];
-        for (std::uint32_t x = crop.x0; x < crop.x1; ++x) {
-          if (source.word) {
-            *out++ = source.word(x, y);
-          } else {
-            const auto value = static_cast<float>(source.real(x, y));
-            refuse_overflow(source, value, x, y);
-            *out++ = source.type == Imf::HALF ? half(value).bits() : std::bit_cast<std::uint32_t>(value);
-          }
-        }
-      }
+    const auto convert_row = [&](std::uint32_t y) {
+      for (std::size_t s = 0; s < sources.size(); ++s)
+        convert(sources[s], crop, y, &words[s * plane + (y - first) * width]);
     };
     if (in_order)
-      for (std::uint32_t y = first; y < last; ++y) convert(y);
+      for (std::uint32_t y = first; y < last; ++y) convert_row(y);
     else
-      tbb::parallel_for(first, last, convert);
-    Imf::FrameBuffer buffer;
-    for (std::size_t s = 0; s < sources.size(); ++s) {
-      // The base of a slice is the address of pixel (0, 0) of the full image.
-      const Imath::Box2i window(Imath::V2i(static_cast<int>(crop.x0), static_cast<int>(first)),
-                                Imath::V2i(static_cast<int>(crop.x1 - 1), static_cast<int>(last - 1)));
-      buffer.insert(sources[s].name, Imf::Slice::Make(sources[s].type, &words[s * plane], window, sizeof(std::uint32_t),
-                                                      sizeof(std::uint32_t) * width));
-    }
-    part.setFrameBuffer(buffer);
-    part.writePixels(static_cast<int>(last - first));
+      tbb::parallel_for(first, last, convert_row);
+    file.write(0, {.first = static_cast<int>(first),
+                   .last = static_cast<int>(last),
+                   .width = width,
+                   .plane = plane,
+                   .channels = names,
+                   .words = words});
   }
 }
 
-/// The frame buffer for rows [first, last), at most exr::kRowsPerBlock, of these channels:
-/// words[channel][row - first][x - crop.x0], where each channel has crop.width() * exr::kRowsPerBlock
-/// words.
-Imf::FrameBuffer sums_buffer(const Crop& crop, std::uint32_t first, std::uint32_t last,
-                             const std::vector<std::string>& names, std::vector<std::uint32_t>& words) {
-  const Imath::Box2i window(Imath::V2i(static_cast<int>(crop.x0), static_cast<int>(first)),
-                            Imath::V2i(static_cast<int>(crop.x1) - 1, static_cast<int>(last) - 1));
-  const std::size_t plane = std::size_t{crop.width()} * exr::kRowsPerBlock;
-  Imf::FrameBuffer buffer;
-  for (std::size_t i = 0; i < names.size(); ++i)
-    buffer.insert(names[i], Imf::Slice::Make(Imf::UINT, &words[i * plane], window, sizeof(std::uint32_t),
-                                             sizeof(std::uint32_t) * crop.width()));
-  return buffer;
-}
-
 /// Splits sums into words and writes them, 16 rows at a time.
-void write_sums(Imf::OutputPart& part, const Film& film) {
+void write_sums(exr::ScanlineFile& file, const Film& film) {
   const FilmLayout& layout = film.layout();
   const Crop& crop = layout.crop;
   const std::vector<std::string> names = exr::sums_channels(layout);
@@ -297,8 +271,12 @@ void write_sums(Imf::OutputPart& part, const Film& film) {
         }
       }
     }
-    part.setFrameBuffer(sums_buffer(crop, first, last, names, words));
-    part.writePixels(static_cast<int>(last - first));
+    file.write(1, {.first = static_cast<int>(first),
+                   .last = static_cast<int>(last),
+                   .width = crop.width(),
+                   .plane = plane,
+                   .channels = names,
+                   .words = words});
   }
 }
 
@@ -325,25 +303,16 @@ void write_exr(const std::filesystem::path& path, const Film& film, const Metada
 
   AtomicFile file(path);
   try {
-    Stream stream(file, path.string());
-    Imf::MultiPartOutputFile output(stream, headers.data(), static_cast<int>(headers.size()), false,
-                                    static_cast<int>(compressing_threads()));
-    Imf::OutputPart image(output, 0);
-    write_part(image, film.layout().crop, sources);
-    if (options.exact_sums) {
-      Imf::OutputPart sums(output, 1);
-      write_sums(sums, film);
-    }
-    if (has_mattes) {
-      Imf::OutputPart mattes(output, 2);
-      exr::write_mattes(mattes, film);
-    }
+    exr::ScanlineFile parts(file, headers);
+    write_image(parts, film.layout().crop, sources);
+    if (options.exact_sums) write_sums(parts, film);
+    if (has_mattes) exr::write_mattes(parts, 2, headers[2], film);
+    parts.end();
   } catch (const Error&) {
     throw;
   } catch (const std::exception& error) {
     throw InputError(fmt::format("cannot write \"{}\": {}", path.string(), error.what()));
   }
-  // After OpenEXR's destructor, which writes the chunk table and swallows what goes wrong.
   file.commit();
 }
 
@@ -355,17 +324,22 @@ Image image_part(const Film& film, const ExrOptions& options) {
     image.channels.push_back(source.name);
     image.planes.emplace_back(crop.pixel_count());
   }
-  const auto convert = [&](std::uint32_t y) {
+  const auto convert_row = [&](std::uint32_t y) {
     for (std::size_t s = 0; s < sources.size(); ++s) {
-      float* out = &image.planes[s][std::size_t{y - crop.y0} * crop.width()];
-      for (std::uint32_t x = crop.x0; x < crop.x1; ++x)
-        *out++ = sources[s].word ? static_cast<float>(sources[s].word(x, y)) : static_cast<float>(sources[s].real(x, y));
+      float* const out = &image.planes[s][std::size_t{y - crop.y0} * crop.width()];
+      if (sources[s].reals) {
+        sources[s].reals(y, out);
+      } else {
+        std::vector<std::uint32_t> words(crop.width());
+        sources[s].words(y, words.data());
+        std::ranges::transform(words, out, [](std::uint32_t word) { return static_cast<float>(word); });
+      }
     }
   };
   if (std::ranges::any_of(sources, &Source::in_order))
-    for (std::uint32_t y = crop.y0; y < crop.y1; ++y) convert(y);
+    for (std::uint32_t y = crop.y0; y < crop.y1; ++y) convert_row(y);
   else
-    tbb::parallel_for(crop.y0, crop.y1, convert);
+    tbb::parallel_for(crop.y0, crop.y1, convert_row);
   return image;
 }
 
@@ -378,10 +352,9 @@ Image to_image(const Film& film, std::span<const std::string_view> further) {
   for (const std::string& channel : image.channels) {
     const auto found = film.channel_index(channel);
     if (!found) throw InternalError(fmt::format("the film has no channel {}", channel));
-    std::vector<float>& plane = image.planes.emplace_back();
-    plane.reserve(crop.pixel_count());
+    std::vector<float>& plane = image.planes.emplace_back(crop.pixel_count());
     for (std::uint32_t y = crop.y0; y < crop.y1; ++y)
-      for (std::uint32_t x = crop.x0; x < crop.x1; ++x) plane.push_back(static_cast<float>(film.mean(x, y, *found)));
+      film.row_means(y, *found, &plane[std::size_t{y - crop.y0} * crop.width()]);
   }
   return image;
 }
