@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "core/clock.h"
+#include "core/error.h"
 #include "core/lost_threads.h"
 #include "device/fault.h"
 #include "render/device_sessions.h"
@@ -24,9 +25,14 @@ constexpr std::size_t kMostKnown = 8;
 // rendered.
 constexpr std::uint64_t kPrefetchMemoryParts = 16;
 
+/// Tells apart images that need other programs.
+std::string program_of(const DevicePrefetcher::Image& image) {
+  return fmt::format("{} {}\n{}", image.execution.devices, image.execution.threads,
+                     ReadyWavefronts::key_of(image.features, image.settings, image.execution));
+}
+
 std::string key_of(const DevicePrefetcher::Image& image) {
-  return fmt::format("{} {} {}\n{}", static_cast<const void*>(image.packed.get()), image.execution.devices,
-                     image.execution.threads, ReadyWavefronts::key_of(image.features, image.settings, image.execution));
+  return fmt::format("{} {}", static_cast<const void*>(image.packed.get()), program_of(image));
 }
 
 /// Limits and tests leave room for more than the render that is under way.
@@ -39,12 +45,14 @@ bool is_allowed(const Execution& execution) {
 struct Work {
   const DevicePrefetcher::Image image;
   DevicePool pool;
+  const bool has_programs;  // only trees are to be made
   std::mutex mutex;
   std::condition_variable changed;
   bool ended = false, lost = false;
   std::optional<DeviceInfo> at{};  // the device in hand
 
-  Work(DevicePrefetcher::Image of, DevicePool from) : image(std::move(of)), pool(std::move(from)) {}
+  Work(DevicePrefetcher::Image of, DevicePool from, bool programs)
+      : image(std::move(of)), pool(std::move(from)), has_programs(programs) {}
 };
 
 void make_ready(Work& work) {
@@ -61,6 +69,7 @@ void make_ready(Work& work) {
     own.layout = choose_layout(info, *image.packed, image.features, image.settings, own).layout;
     const MemoryNeed need = memory_need(*image.packed, configure(info, own), image.features);
     if (need.total() > info.memory_bytes / kPrefetchMemoryParts) return;
+    if (work.has_programs) continue;
     DevicePool::Lease lease = work.pool.take(info);
     // All contexts of a CPU device may share one queue, where commands would wait for each unit
     // that is under way. So nothing is uploaded to a CPU device; its programs are compiled.
@@ -118,22 +127,36 @@ DevicePrefetcher::Choice DevicePrefetcher::choose(const Image& image, const std:
   return {other, true};
 }
 
+bool DevicePrefetcher::has_only_cpus(const Image& image) {
+  try {
+    // The render before has selected the same devices, so that nothing is asked of a driver.
+    return std::ranges::all_of(pools_[last_].pool.select(image.execution.devices, image.execution.threads),
+                               [](const DeviceInfo& info) { return info.cpu && !info.fault; });
+  } catch (const Error&) {
+    return false;  // the render meets the same error and reports it
+  }
+}
+
 std::unique_ptr<DevicePrefetcher::Turn> DevicePrefetcher::turn(const Image& image, const std::atomic<bool>& stop) {
-  const std::string key = key_of(image);
+  const std::string key = key_of(image), program = program_of(image);
   std::unique_lock lock(mutex_);
-  const Choice choice = choose(image, key);
+  Choice choice = choose(image, key);
+  while (choice.prepare && under_way_ < turns_ && !stop) changed_.wait_for(lock, std::chrono::milliseconds(50));
+  // Nothing is uploaded to CPU devices beforehand, so a second pool would only compile once more what the first one has.
+  const bool has_programs = choice.prepare && !stop && pools_[last_].program == program && has_only_cpus(image);
+  if (has_programs) choice.pool = last_;
   last_ = choice.pool;
   packed_ = image.packed.get();
   PreparedPool& pool = pools_[last_];
+  pool.program = program;
   std::erase(pool.ready, key);
   pool.ready.push_back(key);
   if (pool.ready.size() > kMostKnown) pool.ready.pop_front();
-  while (choice.prepare && under_way_ < turns_ && !stop) changed_.wait_for(lock, std::chrono::milliseconds(50));
   ++turns_;
   auto turn = std::make_unique<Turn>(*this, pool.pool);
   lock.unlock();
   if (choice.prepare && !stop)
-    make_ready_within(std::make_shared<Work>(image, turn->pool()),
+    make_ready_within(std::make_shared<Work>(image, turn->pool(), has_programs),
                       DeviceSessions::kOpeningWatchdogs * image.execution.watchdog_s, stop);
   return turn;
 }
@@ -141,6 +164,7 @@ std::unique_ptr<DevicePrefetcher::Turn> DevicePrefetcher::turn(const Image& imag
 std::unique_ptr<DevicePrefetcher::Turn> DevicePrefetcher::turn() {
   const std::lock_guard lock(mutex_);
   packed_ = nullptr;
+  pools_[last_].program.clear();
   ++turns_;
   return std::make_unique<Turn>(*this, pools_[last_].pool);
 }
@@ -156,6 +180,7 @@ void DevicePrefetcher::close_idle() {
   for (PreparedPool& prepared : pools_) {
     prepared.pool.close_idle();
     prepared.ready.clear();
+    prepared.program.clear();
   }
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Prepares devices for the renders of a batch: while one image is rendered, programs and buffers of
-// the next are made ready on devices of another pool. Two pools take turns.
+// the next are made ready on devices of another pool. Two pools take turns, unless the next image needs nothing but trees.
 #pragma once
 #include <array>
 #include <atomic>
@@ -68,6 +68,7 @@ class DevicePrefetcher {
     DevicePool pool;
     // Keys of the images that its devices are ready for, as far as is known.
     std::deque<std::string> ready;
+    std::string program{};  // tells which program its last image needs; empty: not known
   };
   std::mutex mutex_;
   std::condition_variable changed_;
@@ -82,6 +83,7 @@ class DevicePrefetcher {
     bool prepare;  // the image is to be made ready there
   };
   [[nodiscard]] Choice choose(const Image& image, const std::string& key) const;
+  [[nodiscard]] bool has_only_cpus(const Image& image);
 };
 
 }  // namespace eikon

@@ -28,6 +28,13 @@ struct PrimitiveAtRest {
   auto operator<=>(const PrimitiveAtRest&) const = default;
 };
 
+/// How the vertices of a primitive are joined to triangles, which no pose changes: its triangles, and the vertices of the
+/// file that they use, or none if that is all of them.
+struct Connections {
+  TriangleIndices indices;
+  std::vector<std::uint32_t> used;
+};
+
 /// Belongs to one file, whose bytes do not change meanwhile. Any thread may call it.
 class SceneMemory {
  public:
@@ -71,10 +78,21 @@ class SceneMemory {
     const std::lock_guard lock(mutex_);
     primitives_.insert_or_assign({which, needs}, primitive);
   }
+  /// The triangles of a primitive that moves, or null.
+  [[nodiscard]] std::shared_ptr<const Connections> connections(const PrimitiveAtRest& which) {
+    const std::lock_guard lock(mutex_);
+    const auto found = connections_.find(which);
+    return found == connections_.end() ? nullptr : found->second;
+  }
+  void keep_connections(const PrimitiveAtRest& which, std::shared_ptr<const Connections> connections) {
+    const std::lock_guard lock(mutex_);
+    connections_[which] = std::move(connections);
+  }
   /// Shares no geometry any longer, so that scenes can give theirs away.
   void forget_primitives() {
     const std::lock_guard lock(mutex_);
     primitives_.clear();
+    connections_.clear();
   }
 
   /// The most light that arrives at what a camera sees over poses, by a text that says which.
@@ -93,6 +111,7 @@ class SceneMemory {
   std::map<std::string, std::weak_ptr<std::vector<std::uint32_t>>> images_;
   std::map<std::string, Camera> cameras_;
   std::map<std::pair<PrimitiveAtRest, MaterialNeeds>, Primitive> primitives_;
+  std::map<PrimitiveAtRest, std::shared_ptr<const Connections>> connections_;
   std::map<std::string, double> lights_;
 };
 

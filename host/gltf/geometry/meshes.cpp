@@ -103,7 +103,11 @@ Mesh MeshReader::read(const Wanted& wanted) {
   note_unsupported_extensions(mesh.view.value, ExtensionOwner::mesh, user, source_.notes);
   for (std::size_t p = 0; p < mesh.primitives.size(); ++p) {
     const GltfPrimitive& primitive = mesh.primitives[p];
-    Part part{.primitive = primitive, .user = fmt::format("{}, primitive {}", user, p), .draco = {}, .posed = {}};
+    Part part{.primitive = primitive,
+              .place = {wanted.mesh, p},
+              .user = fmt::format("{}, primitive {}", user, p),
+              .draco = {},
+              .posed = {}};
     if (primitive.mode < kTriangles) {
       source_.notes.unsupported(
           std::string("primitives of mode ") + kModeNames[static_cast<std::size_t>(primitive.mode)], user);
@@ -186,9 +190,10 @@ Primitive MeshReader::read_primitive(Part& part) {
 
   Primitive result;
   std::size_t warnings = source_.notes.warning_count();
-  result.indices = read_indices(part, positions.count);
-  const std::vector<std::uint32_t> used = compact(result.indices, positions.count);
+  const std::shared_ptr<const Connections> connections = connections_of(part, positions.count);
+  result.indices = connections->indices;
   if (result.indices.empty()) return {};
+  const std::vector<std::uint32_t>& used = connections->used;
   const VertexChoice vertices{.used = used, .count = used.empty() ? positions.count : used.size()};
   result.positions_object = read_positions(positions, vertices);
   warnings = source_.notes.warning_count() - warnings;
@@ -228,6 +233,19 @@ void MeshReader::remember(const Part& part, const Primitive& read) {
   for (std::size_t set = 0; set < kUvSets; ++set)
     if (needs.uv[set] && !part.primitive.attributes.contains(uv_name(set))) return;
   known_[accessors_of(part)].emplace_back(needs, read);
+}
+
+std::shared_ptr<const Connections> MeshReader::connections_of(Part& part, std::uint64_t vertex_count) {
+  const bool is_shared = source_.memory != nullptr && part.draco.attributes.empty() && !part.posed.attributes.empty();
+  if (is_shared)
+    if (auto known = source_.memory->connections(part.place)) return known;
+  const std::size_t warnings = source_.notes.warning_count();
+  auto read = std::make_shared<Connections>();
+  read->indices = read_indices(part, vertex_count);
+  read->used = compact(read->indices, vertex_count);
+  // With a warning they are read again, so that every pose has it.
+  if (is_shared && source_.notes.warning_count() == warnings) source_.memory->keep_connections(part.place, read);
+  return read;
 }
 
 // A Draco stream holds a list of triangles, whatever the mode that it was made from.

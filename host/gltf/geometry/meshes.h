@@ -67,6 +67,7 @@ class MeshReader {
   /// A primitive while it is read.
   struct Part {
     const GltfPrimitive& primitive;
+    PrimitiveAtRest place;
     std::string user;  // "mesh 'box', primitive 2"
     DracoMesh draco;     // empty if it is not compressed
     OwnAttributes posed;  // in place of the file's; empty if nothing moves it
@@ -89,6 +90,8 @@ class MeshReader {
   [[nodiscard]] const Accessor* attribute(const Part& part, const std::string& name) const;
   [[nodiscard]] const Accessor* checked_attribute(const Part& part, const std::string& name,
                                                   std::uint64_t position_count) const;
+  /// Those of another pose of the file, if they were read before.
+  [[nodiscard]] std::shared_ptr<const Connections> connections_of(Part& part, std::uint64_t vertex_count);
   [[nodiscard]] TriangleIndices read_indices(Part& part, std::uint64_t vertex_count);
   void read_surface(const Part& part, const VertexChoice& vertices, std::uint64_t position_count, Primitive& primitive);
   void read_uv(const Part& part, const VertexChoice& vertices, std::uint64_t position_count, Primitive& primitive);
