@@ -5,7 +5,7 @@
 import math
 
 from .gltf_writer import GltfWriter
-from .scene_shapes import box, join, look_at, quad
+from .scene_shapes import box, join, look_at, quad, sphere
 
 DIGITS = 7  # of what sines and roots give, so that every libm gives the same file
 
@@ -193,4 +193,38 @@ def spinning_wheel():
     return gltf
 
 
-MAKERS = {make.__name__: make for make in (bending_arm, morphing_blob, spinning_wheel)}
+def camera_path():
+    """A camera alone moves: it flies once around still things, by CUBICSPLINE, turns by slerp, and zooms in and out."""
+    gltf = GltfWriter(camera_path.__doc__)
+    stage(gltf, 3.0, 3.2)
+    clay = gltf.surface("clay", (0.7, 0.3, 0.2), roughness=0.7)
+    steel = gltf.surface("steel", (0.75, 0.75, 0.78), metallic=1.0, roughness=0.25)
+    enamel = gltf.surface("enamel", (0.1, 0.3, 0.6), roughness=0.4)
+    gltf.mesh("pillar", [gltf.primitive(*box((-0.25, 0.0, -0.25), (0.25, 1.2, 0.25)), clay)], rotation=list(turn(1, 30)))
+    points, triangles = sphere(0.4, 3)
+    points = [rounded(p) for p in points]
+    ball = gltf.primitive(points, triangles, steel, [tuple(round(c / 0.4, 5) for c in p) for p in points])
+    gltf.mesh("ball", [ball], translation=[0.9, 0.4, 0.3])
+    gltf.mesh("block", [gltf.primitive(*box((-0.35, 0.0, -0.3), (0.35, 0.5, 0.3)), enamel)], translation=[-0.9, 0.0, 0.2])
+    radius, height, middle, keys, length_s = 4.0, 1.6, 0.6, 8, 4.0
+    down, speed = math.degrees(math.atan((height - middle) / radius)), 2 * math.pi / length_s
+    x, w = math.sin(math.radians(-down) / 2), math.cos(math.radians(-down) / 2)
+    times, places, turns = [], [], []
+    for i in range(keys + 1):
+        angle = 2 * math.pi * i / keys
+        s, c = math.sin(angle), math.cos(angle)
+        along = rounded((radius * speed * c, 0.0, -radius * speed * s))
+        places += [along, rounded((radius * s, height, radius * c)), along]
+        # Turned down first, and then around the upright axis.
+        half_s, half_c = math.sin(angle / 2), math.cos(angle / 2)
+        turns.append(rounded((half_c * x, half_s * w, -half_s * x, half_c * w)))
+        times.append(length_s * i / keys)
+    gltf.camera(0.6, 1.5, translation=list(places[1]), rotation=list(turns[0]))
+    camera = gltf.node_index("camera")
+    gltf.channel("fly", {"node": camera, "path": "translation"}, times, places, "CUBICSPLINE")
+    gltf.channel("fly", {"node": camera, "path": "rotation"}, times, turns)
+    gltf.channel("fly", "/cameras/0/perspective/yfov", [0.0, 2.0, 4.0], [0.6, 0.35, 0.6])
+    return gltf
+
+
+MAKERS = {make.__name__: make for make in (bending_arm, camera_path, morphing_blob, spinning_wheel)}

@@ -218,7 +218,7 @@ const std::byte* Accessor::element(std::uint64_t i, std::size_t bytes) const {
 
 std::uint64_t Accessor::element_bytes() const { return component_count * bytes_of(component); }
 
-glm::vec4 Accessor::vector_at(std::uint64_t i) const {
+glm::vec4 Accessor::any_vector_at(std::uint64_t i) const {
   const std::byte* p = element(i, element_bytes());
   return p == nullptr ? glm::vec4(0.0F) : load_vector(p);
 }

@@ -2,6 +2,7 @@
 // Accessors of a file. Every byte that they give access to is checked to lie inside its buffer.
 #pragma once
 #include <cstdint>
+#include <cstring>
 #include <glm/glm.hpp>
 #include <string>
 #include <tuple>
@@ -46,7 +47,12 @@ struct Accessor {
   }
   /// Element i of a SCALAR or VEC: integers as they are, or divided where `normalized` [glTF 2.0,
   /// section 3.11]; 0 in the components that it does not have.
-  [[nodiscard]] glm::vec4 vector_at(std::uint64_t i) const;
+  [[nodiscard]] glm::vec4 vector_at(std::uint64_t i) const {
+    if (!is(ComponentType::f32, 3) || sparse_count != 0 || data == nullptr) return any_vector_at(i);
+    glm::vec3 value;  // nearly all are of this kind
+    std::memcpy(&value, data + i * stride_bytes, sizeof value);
+    return {value, 0.0F};
+  }
   /// Element i of a MAT4 of f32.
   [[nodiscard]] glm::mat4 matrix_at(std::uint64_t i) const;
   /// Sparse element k, below `sparse_count`: which element of the accessor it replaces, by what.
@@ -55,6 +61,7 @@ struct Accessor {
   [[nodiscard]] std::uint32_t index_at(std::uint64_t i) const;
 
  private:
+  [[nodiscard]] glm::vec4 any_vector_at(std::uint64_t i) const;
   [[nodiscard]] const std::byte* element(std::uint64_t i, std::size_t bytes) const;
   [[nodiscard]] glm::vec4 load_vector(const std::byte* p) const;
 };

@@ -54,6 +54,7 @@ class Blender {
     }
     const bool bytes = sets_.front().weights.component == ComponentType::u8;
     if (!(std::abs(sum - 1) <= (bytes ? kSlackOfBytes : kSlack))) off_.add(vertex);
+    if (sum == 1) return blended;  // most vertices follow one joint, and a division takes as long as a joint
     const JointSet& first = sets_.front();
     return sum > 0 ? blended / sum : joint(first, vertex, first.joints.vector_at(vertex).x);
   }

@@ -2,6 +2,7 @@
 // Layer `motion` against closed forms.
 #include <fmt/format.h>
 
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -14,6 +15,7 @@ namespace {
 
 using scene_test::add_channel;
 using scene_test::Builder;
+using scene_test::Json;
 using scene_test::target_of;
 
 constexpr int kWidth = 24, kHeight = 16;
@@ -96,6 +98,74 @@ TEST(MotionLayer, a_parallel_camera_that_rises_sees_everything_sink) {
       {{"type", "orthographic"}, {"orthographic", {{"xmag", 1.5}, {"ymag", 1}, {"znear", 0.1}, {"zfar", 9}}}}};
   add_channel(builder, 0, target_of(1, "translation"), {.times = {0, 1}, .values = {0, 0, 0, 0, 2.4F, 0}});
   expect_motion(rendered(here, builder, "--frame 0"), 2e-4, [](double, double) { return std::pair(0.0, -0.8); });
+}
+
+/// A wall whose corners follow joints, which are nodes 2 and 3. It stands in front of the camera as long as they are at rest.
+/// weights  of the second joint at the three corners, which are at (-3, -3), (7, -3) and (-3, 7) of the wall's plane
+Builder skinned_wall(const std::array<float, 3>& weights) {
+  Builder builder = wall();
+  std::vector<float> shares, binds;
+  for (const float weight : weights) shares.insert(shares.end(), {1 - weight, weight, 0, 0});
+  for (int joint = 0; joint < 2; ++joint) {
+    builder.json["nodes"].push_back({{"name", "joint"}, {"translation", {0, 0, -2}}});
+    builder.json["scenes"][0]["nodes"].push_back(2 + joint);
+    binds.insert(binds.end(), {10, 0, 0, 0, 0, 10, 0, 0, 0, 0, 1, 0, -3, -3, 0, 1});
+  }
+  builder.json["skins"] = {{{"joints", {2, 3}}, {"inverseBindMatrices", builder.add("MAT4", 5126, binds, 2)}}};
+  builder.node()["skin"] = 0;
+  Json& attributes = builder.primitive()["attributes"];
+  attributes["JOINTS_0"] = builder.add("VEC4", 5121, std::vector<std::uint8_t>{0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0}, 3);
+  attributes["WEIGHTS_0"] = builder.add("VEC4", 5126, shares, 3);
+  return builder;
+}
+
+/// What has these values at the corners of the skinned wall, where a pixel shows it.
+double on_wall(const std::array<float, 3>& corners, double x, double y) {
+  const double right = (x / 8 + 3) / 10, up = (y / 8 + 3) / 10;
+  return corners[0] + (corners[1] - corners[0]) * right + (corners[2] - corners[0]) * up;
+}
+
+TEST(MotionLayer, corners_of_a_skin_go_as_far_as_their_weights_say) {
+  const Workplace here;
+  const std::array<float, 3> weights{0.125F, 1, 0.5F};
+  Builder builder = skinned_wall(weights);
+  add_channel(builder, 0, target_of(3, "translation"), {.times = {0, 1}, .values = {0, 0, -2, 2.4F, -1.2F, -2}});
+  const auto way = [&](double x, double y) {
+    const double weight = on_wall(weights, x, y);
+    return std::pair(0.8 * weight, -0.4 * weight);
+  };
+  for (const char* flags : {"--frame 0", "--frame 0 --layout bvh2 --threads 1", "--frame 0 --shutter 0.05"})
+    expect_motion(rendered(here, builder, flags, 64), 4e-3, way);
+}
+
+TEST(MotionLayer, a_skin_whose_joints_turn_moves_in_circles) {
+  const Workplace here;
+  Builder builder = skinned_wall({0.5F, 0, 1});
+  const double angle = 0.05, half_s = angle / kFrame_s / 2;
+  for (const std::size_t joint : {2, 3})
+    add_channel(builder, 0, target_of(joint, "rotation"),
+                {.times = {0, 1}, .values = {0, 0, 0, 1, 0, 0, float(std::sin(half_s)), float(std::cos(half_s))}, .type = "VEC4"});
+  for (const char* frame : {"--frame 0", "--frame 7"})
+    expect_motion(rendered(here, builder, frame, 64), 2e-2, [&](double x, double y) {
+      return std::pair(x * std::cos(angle) - y * std::sin(angle) - x, x * std::sin(angle) + y * std::cos(angle) - y);
+    });
+}
+
+TEST(MotionLayer, morph_targets_move_corners_by_what_their_weights_gain) {
+  const Workplace here;
+  Builder builder = skinned_wall({0, 0, 0});  // its second joint moves nothing
+  // In metres of the wall, which the bind matrix makes ten times as large, but along z.
+  const std::array<float, 3> right{0.24F, -0.12F, 0.48F};
+  const float nearer = 1.2F;
+  builder.primitive()["targets"] = {
+      {{"POSITION", builder.add("VEC3", 5126, std::vector<float>{right[0], 0, 0, right[1], 0, 0, right[2], 0, 0}, 3)}},
+      {{"POSITION", builder.add("VEC3", 5126, std::vector<float>{0, 0, nearer, 0, 0, nearer, 0, 0, nearer}, 3)}}};
+  builder.json["meshes"][0]["weights"] = {0, 0};
+  add_channel(builder, 0, target_of(0, "weights"), {.times = {0, 1}, .values = {0, 0, 1, 1}, .type = "SCALAR"});
+  const double grows = 2 / (2 - double(nearer) * kFrame_s);
+  expect_motion(rendered(here, builder, "--frame 0", 256), 1e-2, [&](double x, double y) {
+    return std::pair((x + 8 * 10 * on_wall(right, x, y) * kFrame_s) * grows - x, y * grows - y);
+  });
 }
 
 TEST(MotionLayer, is_0_to_the_bit_where_nothing_moves) {

@@ -69,6 +69,47 @@ TEST(Film, what_is_not_finite_or_reaches_2_to_the_38_does_not_fit) {
   EXPECT_TRUE(fits_film(-0x1.fffffep37f));
 }
 
+TEST(Film, every_number_is_rounded_as_the_compiler_rounds_it) {
+  std::mt19937_64 random(5);
+  for (int i = 0; i < 300'000; ++i) {
+    int128 number = (static_cast<int128>(static_cast<std::int64_t>(random())) << 64 | random()) >> (random() % 127);
+    if (i % 3 == 0) number = (number >> 20) << 20;                                   // ends in zeros: ties
+    if (i % 3 == 1) number = (number >> 12 << 12) + static_cast<int>(random() % 3) - 1;  // beside them
+    ASSERT_EQ(to_double(number), std::ldexp(static_cast<double>(number), -64));
+    ASSERT_EQ(to_mean(number, 8), std::ldexp(static_cast<double>(number), -67));
+  }
+}
+
+TEST(Film, rows_have_the_bits_of_their_pixels) {
+  // Samples of each replicate: the same power of two, the same odd number, none, and different ones.
+  for (const int kind : {0, 1, 2, 3})
+    for (const std::uint32_t replicates : {1U, 2U, 4U}) {
+      const FilmLayout layout = small_layout(19, 3, replicates);
+      Film film = random_film(layout, 8);
+      std::mt19937 random(9);
+      for (std::uint32_t y = 0; y < 3; ++y)
+        for (std::uint32_t x = 0; x < 19; ++x)
+          for (std::uint32_t r = 0; r < replicates; ++r) {
+            film.set_count(x, y, r, kind == 0 ? 4 : kind == 1 ? 7 : kind == 2 ? 0 : 1 + random() % 9);
+            for (std::uint32_t c = 0; c < 3; ++c)
+              film.set(x, y, r, c, film.sum(x, y, r, c) >> (random() % 100));
+          }
+      for (std::uint32_t y = 0; y < 3; ++y)
+        for (std::uint32_t c = 0; c < 3; ++c) {
+          std::vector<double> means(19), variances(19);
+          std::vector<float> floats(19);
+          film.row_spread(y, c, means.data(), variances.data());
+          film.row_means(y, c, floats.data());
+          for (std::uint32_t x = 0; x < 19; ++x) {
+            ASSERT_EQ(means[x], film.mean(x, y, c));
+            ASSERT_EQ(floats[x], static_cast<float>(film.mean(x, y, c)));
+            ASSERT_EQ(std::bit_cast<std::uint64_t>(variances[x]), std::bit_cast<std::uint64_t>(film.variance_of_mean(x, y, c)))
+                << kind << " " << replicates;
+          }
+        }
+    }
+}
+
 TEST(Film, fixed_point_to_double_is_rounded_to_nearest_even) {
   EXPECT_EQ(to_double(0), 0.0);
   EXPECT_EQ(to_double(kOne), 1.0);

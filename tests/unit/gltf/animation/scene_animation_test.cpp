@@ -231,4 +231,18 @@ TEST(SceneAnimation, cameras_and_lights_move_with_their_nodes) {
   EXPECT_LT(glm::length(scene.lights.at(0).direction - glm::dvec3(-1, 0, 0)), 1e-12);
 }
 
+TEST(SceneAnimation, the_shipped_camera_path_is_a_circle_around_what_it_looks_at) {
+  const std::string path = std::string(EIKON_SOURCE_DIR) + "/scenes/camera_path.gltf";
+  for (double time_s = 0; time_s <= 4; time_s += 0.15) {
+    const Scene scene = eikon::load_scene(path, {.variant = {}, .animation = {.animation = {}, .time_s = time_s, .loop = false}});
+    const eikon::Camera& camera = scene.cameras.at(0);
+    const double angle = 2 * 3.14159265358979323846 * time_s / 4;
+    const glm::dvec3 place(camera.world_from_camera[3]), ahead = -glm::dvec3(camera.world_from_camera[2]);
+    const glm::dvec3 exact(4 * std::sin(angle), 1.6, 4 * std::cos(angle));
+    EXPECT_LT(glm::length(place - exact), 5e-3) << time_s << ": between keys, cubic polynomials are nearly circles";
+    EXPECT_LT(glm::length(ahead - glm::normalize(glm::dvec3(0, 0.6, 0) - exact)), 1e-5) << time_s;
+    EXPECT_NEAR(camera.yfov_rad, 0.6 - 0.25 * (1 - std::abs(time_s - 2) / 2), 1e-6) << time_s;
+  }
+}
+
 }  // namespace

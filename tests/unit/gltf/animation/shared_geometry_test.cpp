@@ -57,7 +57,7 @@ TEST(SharedGeometry, poses_of_a_file_have_one_copy_of_what_stays) {
 }
 
 TEST(SharedGeometry, scenes_with_it_are_those_that_are_loaded_alone) {
-  for (const char* name : {"bending_arm", "morphing_blob", "spinning_wheel", "walking_figure"}) {
+  for (const char* name : {"bending_arm", "camera_path", "morphing_blob", "spinning_wheel", "walking_figure"}) {
     const std::filesystem::path path = std::filesystem::path(EIKON_SOURCE_DIR) / "scenes" / (std::string(name) + ".gltf");
     const Scene first = load_at(path, 0, nullptr), with = load_at(path, 0.3, first.memory), alone = load_at(path, 0.3, nullptr);
     EXPECT_EQ(with.warnings, alone.warnings) << name;
@@ -81,6 +81,34 @@ TEST(SharedGeometry, morphed_triangles_are_of_their_pose) {
   EXPECT_EQ(first_of(load_at(path, 0.5, first.memory)).positions_object.at(2).y, 2);
   EXPECT_EQ(first_of(load_at(path, 1, first.memory)).positions_object.at(2).y, 3);
   EXPECT_EQ(first_of(load_at(path, 0, first.memory)).positions_object.at(2).y, 1);
+}
+
+TEST(SharedGeometry, morphed_triangles_are_joined_alike_in_every_pose) {
+  for (const bool warns : {false, true}) {
+    Builder builder = moving_triangle();
+    const auto with = [&](const char* name, std::vector<float> values) {
+      const std::size_t size = name == std::string("TEXCOORD_0") ? 2 : 3;
+      values.insert(values.begin(), size, 9.0F);  // of a vertex that no triangle has
+      builder.primitive()["attributes"][name] = builder.add(size == 2 ? "VEC2" : "VEC3", 5126, values, values.size() / size);
+    };
+    with("POSITION", {0, 0, 0, 1, 0, 0, 0, 1, 0});
+    with("NORMAL", {0, 0, 1, 0, 0, 1, 0, 0, 1});
+    with("TEXCOORD_0", {0, 0, 1, 0, 0, 1});
+    std::vector<std::uint16_t> indices{3, 1, 2};
+    if (warns) indices.push_back(1);  // a corner without a triangle
+    builder.primitive()["indices"] = builder.add("SCALAR", 5123, indices, indices.size());
+    const std::size_t up = builder.add("VEC3", 5126, std::vector<float>{0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 2, 0}, 4);
+    builder.primitive()["targets"] = Json::array({{{"POSITION", up}}});
+    add_channel(builder, 0, target_of(0, "weights"), {.times = {0, 1}, .values = {0.5F, 1}, .type = "SCALAR"});
+    const scene_test::TemporaryFolder folder;
+    const auto path = folder.write("scene.gltf", builder.text());
+    const Scene first = load_at(path, 0, nullptr), second = load_at(path, 1, first.memory), alone = load_at(path, 1, nullptr);
+    ASSERT_EQ(first_of(second).positions_object.size(), 3U);
+    EXPECT_EQ(first_of(second).positions_object.at(0), glm::vec3(0, 3, 0)) << "the first corner of the triangle";
+    expect_same(first_of(second), first_of(alone), "moved");
+    EXPECT_EQ(second.warnings, alone.warnings);
+    EXPECT_EQ(second.warnings.empty(), !warns);
+  }
 }
 
 TEST(SharedGeometry, a_material_that_needs_tangents_gets_them) {
