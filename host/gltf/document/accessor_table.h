@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Accessors of a file. Every byte that they give access to is checked to lie inside its buffer.
 #pragma once
+#include <array>
 #include <cstdint>
 #include <cstring>
 #include <glm/glm.hpp>
@@ -49,9 +50,9 @@ struct Accessor {
   /// section 3.11]; 0 in the components that it does not have.
   [[nodiscard]] glm::vec4 vector_at(std::uint64_t i) const {
     if (!is(ComponentType::f32, 3) || sparse_count != 0 || data == nullptr) return any_vector_at(i);
-    glm::vec3 value;  // nearly all are of this kind
-    std::memcpy(&value, data + i * stride_bytes, sizeof value);
-    return {value, 0.0F};
+    std::array<float, 3> value{};  // nearly all are of this kind
+    std::memcpy(value.data(), data + i * stride_bytes, sizeof value);
+    return {value[0], value[1], value[2], 0.0F};
   }
   /// Element i of a MAT4 of f32.
   [[nodiscard]] glm::mat4 matrix_at(std::uint64_t i) const;
