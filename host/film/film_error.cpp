@@ -103,14 +103,13 @@ struct Estimate {
 
 // These work on one pixel, or on kPixelLanes of them, with the same bits.
 #define EK_INLINE inline __attribute__((always_inline))
-
 /// Estimates the expectation of a pixel from the neighbours that may have the same, given its
-/// noise. `count`: near.count
+/// noise.
 /// own_share: factor for its own variance estimate where that multiplies itself
-template <class Real, class Count>
-EK_INLINE void expectation(const Real& mean, const Real& variance, const Neighbours<Real, Count>& near, const Real& count,
+template <class Real>
+EK_INLINE void expectation(const Real& mean, const Real& variance, const Neighbours<Real, Real>& near,
                            double candidates, double own_share, Estimate<Real>& found) {
-  const Real none{}, own_left = 1 - count / kEnough, own_weight = own_left > none ? own_left : none;
+  const Real count = near.count, none{}, own_left = 1 - count / kEnough, own_weight = own_left > none ? own_left : none;
   const Real weight = count + own_weight, own_part = own_weight / weight;
   const Real own_noise = own_part * own_part * own_share * variance;
   // The fewer neighbours were chosen, the more the choice follows the error of the pixel itself.
@@ -179,8 +178,7 @@ EK_INLINE void inverse_scale(const Estimate<Real>& mu, Real& found) {
 
 double inverse_scale(const Estimate<double>& mu) {
   double found = 0;
-  inverse_scale(mu, found);
-  return found;
+  return inverse_scale(mu, found), found;
 }
 
 /// What surroundings say of kPixelsTogether pixels of a channel.
@@ -192,7 +190,6 @@ struct PixelsInRow {
 
 /// Finds the errors of pixels x to x + kPixelsTogether - 1, whose windows lie within the row.
 EK_CLONES void find_errors(const Plane& mean, const Plane& variance, int x, int y, double own_share, PixelsInRow& pixels) {
-  const double candidates = candidates_of(mean, x, y);
   for (int g = 0; g < kPixelGroups; ++g) {
     const int at = x + g * kPixelLanes;
     PixelReals own, noise;
@@ -207,10 +204,11 @@ EK_CLONES void find_errors(const Plane& mean, const Plane& variance, int x, int 
         alike += other < kAlike * own;  // -1
       }
     alike += (y > 0 ? 3 : 0) + (y < mean.height - 1 ? 3 : 0) + 2;
-    const PixelReals none{}, count = __builtin_convertvector(pixels.near[g].count, PixelReals);
+    const auto& [sum, noises, squares, count] = pixels.near[g];
     Estimate<PixelReals> around;
-    expectation(own, noise, pixels.near[g], count, candidates, own_share, around);
-    PixelReals scale;
+    expectation<PixelReals>(own, noise, {sum, noises, squares, __builtin_convertvector(count, PixelReals)},
+                            candidates_of(mean, x, y), own_share, around);
+    PixelReals scale, none{};
     inverse_scale(around, scale);
     const PixelMasks noisy = noise > none;
     pixels.error[g] = noisy ? noise * scale / 3 : none;
@@ -302,7 +300,8 @@ class PixelErrors {
     if (noise <= 0) return;
     const Estimate<double> own{mean.at(x, y), own_share_ * noise};
     Estimate<double> around;
-    expectation(own.mean, noise, near, double(near.count), candidates_of(mean, x, y), own_share_, around);
+    expectation<double>(own.mean, noise, {near.sum, near.noise, near.squares, double(near.count)},
+                        candidates_of(mean, x, y), own_share_, around);
     const double as_lamp = noise * inverse_scale(own) / 3, as_outlier = noise * inverse_scale(around) / 3;
     const bool is_brighter = around.mean < kAlike * own.mean;
     if (!is_brighter || is_edge_of_lamp(mean, variance, x, y, around)) {

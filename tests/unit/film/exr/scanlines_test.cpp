@@ -24,7 +24,8 @@ constexpr int kLeft = -3, kTop = 5;  // of the data window
 
 struct Picture {
   Imf::Header header;
-  std::vector<std::string> channels{"wide", "half", "a name of more than thirty-one letters"};  // not in the file's order
+  std::vector<std::string> channels{"wide", "half",
+                                    "a name of more than thirty-one letters"};  // not in the file's order
   std::size_t width = 0;
   int rows = 0;
   std::vector<std::uint32_t> words;
@@ -79,8 +80,7 @@ struct Picture {
     for (std::size_t c = 0; c < channels.size(); ++c) {
       const Imf::Channel* const channel = part.header().channels().findChannel(channels[c]);
       ASSERT_NE(channel, nullptr);
-      buffer.insert(channels[c],
-                    Imf::Slice::Make(channel->type, &found[c * plane], header.dataWindow(), 4, 4 * width));
+      buffer.insert(channels[c], Imf::Slice::Make(channel->type, &found[c * plane], header.dataWindow(), 4, 4 * width));
     }
     part.setFrameBuffer(buffer);
     part.readPixels(kTop, kTop + rows - 1);
