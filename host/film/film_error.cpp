@@ -190,8 +190,8 @@ struct PixelsInRow {
 
 /// Finds the errors of pixels x to x + kPixelsTogether - 1, whose windows lie within the row.
 EK_CLONES void find_errors(const Plane& mean, const Plane& variance, int x, int y, double own_share, PixelsInRow& pixels) {
-  for (int g = 0; g < kPixelGroups; ++g) {
-    const int at = x + g * kPixelLanes;
+  for (std::size_t g = 0; g < kPixelGroups; ++g) {
+    const int at = x + static_cast<int>(g) * kPixelLanes;
     PixelReals own, noise;
     load_pixels(mean, at, y, own);
     load_pixels(variance, at, y, noise);
@@ -281,7 +281,7 @@ class PixelErrors {
       find_neighbours(mean, variance, x, y, pixels.near);
     find_errors(mean, variance, x, y, own_share_, pixels);
     for (int i = 0; i < kPixelsTogether; ++i, ++at) {
-      const int group = i / kPixelLanes, lane = i % kPixelLanes;
+      const auto group = static_cast<std::size_t>(i / kPixelLanes), lane = static_cast<std::size_t>(i % kPixelLanes);
       const Neighbours<PixelReals, PixelMasks>& near = pixels.near[group];
       if (pixels.rare[group][lane] == 0)
         error_.values[at] += pixels.error[group][lane];

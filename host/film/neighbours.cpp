@@ -16,9 +16,9 @@ EK_CLONES void find_neighbours(const Plane& mean, const Plane& variance, int x, 
                                std::array<Neighbours<PixelReals, PixelMasks>, kPixelGroups>& found) {
   std::array<PixelReals, kPixelGroups> own, reach, sum{}, noise{}, squares{};
   std::array<PixelMasks, kPixelGroups> count{};
-  for (int g = 0; g < kPixelGroups; ++g) {
-    load_pixels(mean, x + g * kPixelLanes, y, own[g]);
-    load_pixels(variance, x + g * kPixelLanes, y, reach[g]);
+  for (std::size_t g = 0; g < kPixelGroups; ++g) {
+    load_pixels(mean, x + static_cast<int>(g) * kPixelLanes, y, own[g]);
+    load_pixels(variance, x + static_cast<int>(g) * kPixelLanes, y, reach[g]);
     reach[g] *= kReach * kReach;
   }
   for (int j = std::max(0, y - kNeighbourRadius); j <= std::min(mean.height - 1, y + kNeighbourRadius); ++j) {
@@ -27,7 +27,7 @@ EK_CLONES void find_neighbours(const Plane& mean, const Plane& variance, int x, 
     for (int i = -kNeighbourRadius; i <= kNeighbourRadius; ++i) {
       if (i == 0 && j == y) continue;
 #pragma GCC unroll 2
-      for (int g = 0; g < kPixelGroups; ++g) {
+      for (std::size_t g = 0; g < kPixelGroups; ++g) {
         PixelReals other, its_noise;
         std::memcpy(&other, means + g * kPixelLanes + i, sizeof other);
         std::memcpy(&its_noise, variances + g * kPixelLanes + i, sizeof its_noise);
@@ -40,7 +40,7 @@ EK_CLONES void find_neighbours(const Plane& mean, const Plane& variance, int x, 
       }
     }
   }
-  for (int g = 0; g < kPixelGroups; ++g) found[g] = {sum[g], noise[g], squares[g], count[g]};
+  for (std::size_t g = 0; g < kPixelGroups; ++g) found[g] = {sum[g], noise[g], squares[g], count[g]};
 }
 
 Neighbours<double, int> neighbours_of(const Plane& mean, const Plane& variance, int x, int y) {
