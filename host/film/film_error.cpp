@@ -181,7 +181,7 @@ double inverse_scale(const Estimate<double>& mu) {
   return inverse_scale(mu, found), found;
 }
 
-/// What surroundings say of kPixelsTogether pixels of a channel.
+/// The sums over the neighbours of kPixelsTogether pixels of a row, and the errors of these pixels.
 struct PixelsInRow {
   std::array<Neighbours<PixelReals, PixelMasks>, kPixelGroups> near;
   std::array<PixelReals, kPixelGroups> error;  // of pixels that look like no outlier and no lamp

@@ -168,7 +168,7 @@ class B_LimitBegins(FarmTest):
     def test_a_task_that_will_run_into_its_limit_begins(self):
         # Slurm looks for tasks to warn every 30 s. It warns each once, in vain if it looks before the task's script runs.
         code, said, wrong = submit("limit", CORNELL, "-o", "limit.exr", "--size", "128x128", "--spp", LIMIT_SPP, "--parts", 1,
-                                   "--minutes", 2, "--signal", 110, "--exclude", "n2", "--checkpoint-every", 5)
+                                   "--minutes", 2, "--signal", 100, "--exclude", "n2", "--checkpoint-every", 5)
         self.assertEqual(code, 0, said + wrong)
 
 

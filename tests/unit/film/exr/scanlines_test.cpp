@@ -88,6 +88,17 @@ struct Picture {
   }
 };
 
+/// A file of these pictures, each in a part.
+void write_file(const std::filesystem::path& path, const std::vector<Picture>& pictures) {
+  std::vector<Imf::Header> headers;
+  for (const Picture& picture : pictures) headers.push_back(picture.header);
+  AtomicFile file(path);
+  ScanlineFile parts(file, headers);
+  for (std::size_t i = 0; i < pictures.size(); ++i) pictures[i].write(parts, i);
+  parts.end();
+  file.commit();
+}
+
 TEST(Scanlines, openexr_reads_them_to_the_bit) {
   const TemporaryFolder folder;
   const std::filesystem::path path = folder / "a.exr";
@@ -95,13 +106,7 @@ TEST(Scanlines, openexr_reads_them_to_the_bit) {
     for (const Imf::Compression compression : {Imf::ZIP_COMPRESSION, Imf::RLE_COMPRESSION}) {
       Picture picture("alone", compression, 1 + 13 * (seed % 4), 1 + 9 * int(seed));
       picture.fill(seed);
-      {
-        AtomicFile file(path);
-        ScanlineFile parts(file, {picture.header});
-        picture.write(parts, 0);
-        parts.end();
-        file.commit();
-      }
+      write_file(path, {picture});
       Imf::MultiPartInputFile file(path.c_str());
       ASSERT_EQ(file.parts(), 1);
       picture.expect_in(file, 0);
@@ -113,14 +118,7 @@ TEST(Scanlines, parts_of_different_sizes_and_codecs_share_a_file) {
   const std::filesystem::path path = folder / "a.exr";
   Picture first("first", Imf::ZIP_COMPRESSION, 40, 70), second("second", Imf::RLE_COMPRESSION, 7, 3);
   first.fill(1), second.fill(2);
-  {
-    AtomicFile file(path);
-    ScanlineFile parts(file, {first.header, second.header});
-    first.write(parts, 0);
-    second.write(parts, 1);
-    parts.end();
-    file.commit();
-  }
+  write_file(path, {first, second});
   Imf::MultiPartInputFile file(path.c_str());
   ASSERT_EQ(file.parts(), 2);
   first.expect_in(file, 0);
