@@ -8,7 +8,6 @@
 namespace eikon {
 namespace {
 
-constexpr std::uint64_t kPeriod = std::uint64_t{1} << 32;
 constexpr std::uint32_t kTile = 4;  // side in pixels of a tile that neighbouring lanes start with
 
 /// Returns the begin of the i-th of `parts` nearly equal parts of [begin, end), at whole tiles from
@@ -34,9 +33,9 @@ std::uint32_t parts_of(std::uint32_t length, std::uint32_t most) {
 }
 
 /// Returns how many samples from `begin` on a unit of at most `most` takes.
-std::uint64_t sample_count(std::uint64_t begin, std::uint64_t end, std::uint64_t most) {
-  most = std::clamp<std::uint64_t>(most, 1, kPeriod);
-  const std::uint64_t until = begin + std::min({most, end - begin, kPeriod - begin % kPeriod});
+std::uint64_t sample_count(std::uint64_t begin, std::uint64_t end, std::uint64_t most, std::uint64_t period) {
+  most = std::clamp<std::uint64_t>(most, 1, period);
+  const std::uint64_t until = begin + std::min({most, end - begin, period - begin % period});
   if (until == end) return end - begin;
   const std::uint64_t grain = std::bit_floor(std::max<std::uint64_t>(most / 4, 1));
   const std::uint64_t round = until / grain * grain;
@@ -133,7 +132,7 @@ std::optional<WorkUnit> UnitPool::take(std::uint64_t most_paths, std::uint64_t m
   }
   const std::uint64_t most = std::min(most_paths / unit.block.pixel_count(), most_samples);
   WorkUnit later = unit;
-  unit.sample_end = later.sample_begin = unit.sample_begin + sample_count(unit.sample_begin, unit.sample_end, most);
+  unit.sample_end = later.sample_begin = unit.sample_begin + sample_count(unit.sample_begin, unit.sample_end, most, period_);
   rest.push_back(later);
   for (const WorkUnit& part : rest) put(part);
   return unit;

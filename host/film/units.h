@@ -27,6 +27,9 @@ class UnitPool {
   /// block: largest side of a unit's block, in pixels
   explicit UnitPool(std::uint32_t block) : block_(block < 1 ? 1 : block) {}
 
+  /// No unit crosses a multiple of so many samples: a power of two, 2^32 at first.
+  void set_period(std::uint64_t period) { period_ = period; }
+
   /// Cuts the pixels of `box` into a grid of nearly equal blocks. A block is joined with an
   /// adjacent box of the pool where the two form one box.
   void add(const WorkUnit& box);
@@ -34,8 +37,7 @@ class UnitPool {
   /// Takes a unit of at most `most_paths` >= 1 paths with at most `most_samples` >= 1 of each
   /// pixel, as large as the next block allows: samples are reduced first, then pixels. Units end at
   /// samples that are multiples of about a quarter of a unit, so that blocks which were cut in
-  /// pieces become whole again. No unit crosses a multiple of 2^32 samples. Returns nothing when
-  /// the pool is empty.
+  /// pieces become whole again. Returns nothing when the pool is empty.
   [[nodiscard]] std::optional<WorkUnit> take(std::uint64_t most_paths, std::uint64_t most_samples);
 
   [[nodiscard]] std::uint64_t path_count() const { return paths_; }
@@ -48,6 +50,7 @@ class UnitPool {
   };
   using Boxes = std::set<WorkUnit, Earlier>;
   std::uint32_t block_;
+  std::uint64_t period_ = std::uint64_t{1} << 32;
   Boxes boxes_;
   std::uint64_t paths_ = 0;
 

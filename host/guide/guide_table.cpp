@@ -22,9 +22,9 @@ std::uint32_t hash_bits(std::uint32_t x) {
 }
 
 void add_slot(GuideTable& table, CellId id, std::uint32_t cell) {
-  // As cell_hash and cell_tag in kernels/guide/cell.h.
+  // As in kernels/guide/cell.h.
   const auto xy = std::uint32_t(id), zn = std::uint32_t(id >> 32);
-  const std::uint32_t hash = hash_bits(xy ^ hash_bits(zn + 0x9e3779b9U));
+  const std::uint32_t hash = cell_hash(xy, zn);
   const std::uint32_t tag = hash_bits(hash + xy * 0x85ebca6bU) | 1U;
   std::uint32_t slot = hash & table.slot_mask();
   while (table.slots[2 * slot] != 0) slot = (slot + 1) & table.slot_mask();
@@ -63,6 +63,8 @@ bool is_sound_cell(std::span<const std::uint32_t> words) {
 }
 
 }  // namespace
+
+std::uint32_t cell_hash(std::uint32_t xy, std::uint32_t zn) { return hash_bits(xy ^ hash_bits(zn + 0x9e3779b9U)); }
 
 CellId coarser(CellId id) {
   const auto xy = std::uint32_t(id), zn = std::uint32_t(id >> 32);

@@ -280,6 +280,19 @@ void log_unseen_lights(const Scene& scene, const Settings& settings, const Log& 
         settings.light_path_count == 0 ? "" : "rough "));
 }
 
+/// throws UsageError if the other flags leave no light to merge, or do not allow a bias
+void settle_caustics(const SceneOptions& options, Settings& settings) {
+  settings.merges_caustics = options.merges_caustics;
+  if (!options.merges_caustics) return;
+  const auto refuse = [](const std::string& why) { throw UsageError("--caustics merge: " + why); };
+  if (options.strict) refuse("the image would have a bias, which --strict does not allow; leave one of them out");
+  if (options.integrator != IntegratorChoice::path)
+    refuse("this --integrator has no light paths; leave it out, or choose --integrator path");
+  if (options.light_sampling != LightSampling::mis)
+    refuse(fmt::format("--light-sampling {} has no light paths; leave one of them out", name_of(options.light_sampling)));
+  if (options.light_paths == 0.0) refuse("photons come by light paths; leave out --light-paths off");
+}
+
 /// The number of light paths that is asked for, or a trial of it.
 void settle_light_paths(const SceneOptions& options, Settings& settings) {
   settings.light_path_count = light_paths_of_ratio(settings, options.light_paths.value_or(kUsualLightPaths));
@@ -330,6 +343,7 @@ Prepared settle(const SceneOptions& options, std::shared_ptr<Scene> loaded, cons
   settings.energy_compensation = options.energy_compensation;
   settle_integrator(options, settings);
   settle_light_paths(options, settings);
+  settle_caustics(options, settings);
   settings.pilot_paths = usual_pilot_paths(settings);
   if (options.pilot_paths && settings.pilot_paths > 0) settings.pilot_paths = *options.pilot_paths;
   prepared.layers = settings.aovs = options.aovs;
@@ -338,7 +352,14 @@ Prepared settle(const SceneOptions& options, std::shared_ptr<Scene> loaded, cons
       if (std::ranges::find(settings.aovs, guide) == settings.aovs.end()) settings.aovs.emplace_back(guide);
   settings.depth_series.assign(options.depth_series.begin(), options.depth_series.end());
   // So that the record of a film without them is that of earlier versions.
-  if (!Features(scene, settings).has(Feature::light_paths)) settings.light_path_count = settings.light_trial_paths = 0;
+  if (!Features(scene, settings).has(Feature::light_paths)) {
+    settings.light_path_count = settings.light_trial_paths = 0;
+    if (std::exchange(settings.merges_caustics, false))
+      log("--caustics merge: this scene has no light paths, so nothing is merged, and the image has no bias");
+  }
+  if (settings.merges_caustics)
+    log("--caustics merge: the image has a bias, which falls with each sample: what glass and mirrors light up is blurred where "
+        "it is seen through glass or in a mirror");
   log_unseen_lights(scene, settings, log);
   log_shutter(options, scene, settings, log);
   return prepared;

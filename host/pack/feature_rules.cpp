@@ -184,6 +184,12 @@ Need light_paths(const SceneFacts& facts) {
   return need;
 }
 
+/// Photons come from light paths.
+Need merging(const SceneFacts& facts) {
+  if (!facts.settings.merges_caustics) return {false, "--caustics"};
+  return light_paths(facts);
+}
+
 /// needed: by the way of light sampling, if there is light
 Need light_sampling_rule(const SceneFacts& facts, bool needed) {
   return {needed && facts.is_lit, facts.is_lit ? "--light-sampling" : "there is no light"};
@@ -309,6 +315,7 @@ constexpr Rule kRules[] = {
     {Feature::guiding, "--guiding", [](const SceneFacts& f) { return f.settings.guide != nullptr; }},
     {Feature::path_log, "the program of a pilot has it", [](const SceneFacts&) { return false; }},
     {Feature::light_paths, light_paths},
+    {Feature::merging, merging},
     {Feature::fixed_roulette, "--roulette", [](const SceneFacts& f) { return f.settings.roulette > 0; }},
     {Feature::pixel_filter, "--filter", [](const SceneFacts& f) { return !f.settings.filter.is_pixel_box(); }},
     {Feature::orthographic,

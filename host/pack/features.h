@@ -47,6 +47,8 @@ class Features {
   /// Turns the features of path guiding on or off, which change no other one. Whether they are needed shows only when
   /// the scene is packed: path_log for the pilot's program, guiding for the render's.
   void set_guiding(bool guiding, bool path_log);
+  /// Turns photons off, for the program of a pilot.
+  void leave_out_merging() { ledger_[std::size_t(Feature::merging)].on = false; }
   /// Turns light paths off, because a trial found that they do not pay.
   void leave_out_light_paths();
   /// The defines of a program: EK_HAS_<name> as 0 or 1 for every feature, and the numbers that some

@@ -57,6 +57,20 @@ void set_light_paths(Frame& frame, const PackedScene& packed, const Settings& se
   frame.crop_end = settings.crop.x1 | settings.crop.y1 << 16;
 }
 
+/// Sets the radius in which the first photons are gathered: that of kPhotonPixels pixels, seen where the scene is.
+void set_photons(Frame& frame, const PackedScene& packed, const Settings& settings) {
+  if (!settings.merges_caustics || packed.bounds.empty()) return;
+  constexpr double kPhotonPixels = 2;
+  const Camera& camera = settings.camera;
+  const glm::dvec3 half = 0.5 * (packed.bounds.hi - packed.bounds.lo), center = packed.bounds.lo + half;
+  // A camera in the middle of a room sees its walls.
+  const double distance = std::max(glm::length(center - glm::dvec3(camera.world_from_camera[3])), 0.5 * glm::length(half));
+  double pixel = 2 * std::tan(0.5 * camera.yfov_rad) / settings.height * distance;
+  if (camera.projection == Projection::orthographic) pixel = 2 * camera.ymag_m / settings.height;
+  if (camera.projection == Projection::panorama) pixel = std::numbers::pi / settings.height * distance;
+  frame.photon_radius2 = float(kPhotonPixels * kPhotonPixels * pixel * pixel);
+}
+
 void set_sampling(Frame& frame, const Settings& settings) {
   frame.seed = settings.seed;
   frame.replicate_bits = settings.replicate_bits;
@@ -157,6 +171,7 @@ Frame pack_frame(const PackedScene& packed, const Settings& settings) {
   frame.tree_light_count = packed.tree_light_count;
   frame.light_scale = packed.light_scale;
   set_light_paths(frame, packed, settings);
+  set_photons(frame, packed, settings);
   return frame;
 }
 

@@ -249,6 +249,11 @@ void DeviceSessions::ended(std::size_t device) {
 
 // ---- the thread that called render()
 
+void DeviceSessions::set_period(std::uint64_t period) {
+  const std::lock_guard lock(mutex_);
+  schedule_.set_period(period);
+}
+
 void DeviceSessions::open(const std::vector<WorkUnit>& boxes) {
   const std::lock_guard lock(mutex_);
   for (Session& session : sessions_) session.range_begin_s = -1;

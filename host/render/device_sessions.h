@@ -58,6 +58,8 @@ class DeviceSessions {
 
   /// Adds work for the devices.
   void open(const std::vector<WorkUnit>& boxes);
+  /// Before the first open(): no unit will cross a multiple of so many samples (UnitPool::set_period).
+  void set_period(std::uint64_t period);
   /// From now on no unit is assigned that should end later, on the clock of host_seconds().
   void set_latest(double latest_s);
   /// From now on no unit is assigned.

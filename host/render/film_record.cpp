@@ -22,6 +22,7 @@ constexpr const char* kCullingName = "culling (--cull)";
 constexpr const char* kGuidingName = "guiding (--guiding)";
 constexpr const char* kNotGuided = "off";
 constexpr const char* kLightPathsName = "light paths (--light-paths)";
+constexpr const char* kCausticsName = "caustics (--caustics)";
 
 std::string triple(const glm::dvec4& v) { return fmt::format("{},{},{}", v.x, v.y, v.z); }
 
@@ -97,6 +98,8 @@ std::string describe_light_paths(std::uint64_t count, std::uint64_t trial_paths)
   return count == 0 ? "none" : fmt::format("{} of each sample", count);
 }
 
+const char* describe_caustics(bool merged) { return merged ? "merge" : "unbiased"; }
+
 }  // namespace
 
 std::vector<ImageSetting> image_settings(const Scene& scene, const Settings& settings, const FilmLayout& layout) {
@@ -104,7 +107,7 @@ std::vector<ImageSetting> image_settings(const Scene& scene, const Settings& set
   // depend on it, and adds it below if so.
   const auto& [width, height, crop, sample_begin, sample_end, likely_samples, seed, replicate_bits, max_depth,
                integrator, roulette_depth, roulette, energy_compensation, culling, light_sampling, light_samples, aovs,
-               depth_series, filter, transparent, light_path_count, light_trial_paths, guiding, pilot_paths, guide,
+               depth_series, filter, transparent, light_path_count, light_trial_paths, merges_caustics, guiding, pilot_paths, guide,
                camera, next_camera, camera_poses, environment] = settings;
   static_cast<void>(crop), static_cast<void>(sample_begin), static_cast<void>(sample_end);
   static_cast<void>(likely_samples);
@@ -139,7 +142,8 @@ std::vector<ImageSetting> image_settings(const Scene& scene, const Settings& set
           {"environment (--env, --env-scale, --env-rotate)", describe(environment)},
           {kCullingName, name_of(culling)},
           {kGuidingName, describe_guiding(guiding, pilot_paths)},
-          {kLightPathsName, describe_light_paths(light_path_count, light_trial_paths)}};
+          {kLightPathsName, describe_light_paths(light_path_count, light_trial_paths)},
+          {kCausticsName, describe_caustics(merges_caustics)}};
 }
 
 std::optional<std::string> difference(const std::vector<ImageSetting>& expected,
@@ -194,7 +198,7 @@ FilmRecord parse_film_record(std::string_view text, const FilmLayout& layout) {
     else
       throw InputError(fmt::format("its record of samples has a line that says nothing, '{}'", line));
   }
-  // Files of before there were culling, guiding and light paths do not name them.
+  // Files of before there were culling, guiding, light paths and photons do not name them.
   const auto say = [&](const char* name, const char* value) {
     if (!record.settings.empty() &&
         std::ranges::find(record.settings, name, &ImageSetting::name) == record.settings.end())
@@ -203,6 +207,7 @@ FilmRecord parse_film_record(std::string_view text, const FilmLayout& layout) {
   say(kCullingName, name_of(Culling::none));
   say(kGuidingName, kNotGuided);
   say(kLightPathsName, describe_light_paths(0, 0).c_str());
+  say(kCausticsName, describe_caustics(false));
   return record;
 }
 

@@ -16,6 +16,7 @@
 #include "render/pilot/pilot_thread.h"
 #include "render/rounds.h"
 #include "wavefront/memory_need.h"
+#include "wavefront/photons/photon_map.h"
 
 namespace eikon {
 namespace {
@@ -307,6 +308,7 @@ RenderOutput render_on(const std::shared_ptr<WavefrontDevices>& devices, const E
   Rounds rounds(hooks, settings, begin, report.pilot.seconds);
   const auto sessions =
       std::make_shared<DeviceSessions>(prepared, std::move(begin), execution.block, execution.watchdog_s);
+  if (const PhotonPlan photons = photon_plan(settings); photons.paths > 0) sessions->set_period(photons.samples);
   RenderLoop loop(*sessions, hooks, settings, execution.trace.get(), rounds, left);
   TraceScope rendering(execution.trace.get(), execution.track, "render");
   Threads threads(sessions);

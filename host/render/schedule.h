@@ -38,6 +38,9 @@ class Schedule {
   /// block: largest side of a unit's block, in pixels
   Schedule(std::size_t devices, std::uint32_t block);
 
+  /// No unit will cross a multiple of so many samples (UnitPool::set_period).
+  void set_period(std::uint64_t period) { pool_.set_period(period); }
+
   /// Adds work. Devices that were left out before may take part again.
   void open(const std::vector<WorkUnit>& boxes);
 

@@ -108,12 +108,29 @@ void LightStages::begin(LightUnit& lights, std::size_t which, const WorkUnit& un
   for (const NumberRange& range : lights.ranges) lights.count += range.count;
   lights.left.clear();
   if (lights.count > 0) lights.left.push_back({0, lights.count, unit.sample_begin, unit.sample_end});
+  start(lights, which, EK_OF_LIGHT_PATHS, frame);
+}
+
+void LightStages::find_photons(LightUnit& lights, std::size_t which, std::pair<std::uint64_t, std::uint64_t> samples,
+                               const Frame& frame) {
+  lights.ranges = {{0, frame.light_path_count}};
+  lights.count = frame.light_path_count;
+  lights.left = {{0, lights.count, samples.first, samples.second}};
+  lights.record_words = PHOTON_WORDS;
+  lights.value_word = PHOTON_r;
+  start(lights, which, EK_OF_PHOTONS, frame);
+  finish(lights, which);
+  lights.rays.shadow = 0;  // photons waited in their place
+}
+
+/// kind: EK_OF_*
+void LightStages::start(LightUnit& lights, std::size_t which, std::uint32_t kind, const Frame& frame) {
   lights.splats.clear();
   lights.rays = {};
   lights.nonfinite = lights.saturated = 0;
   lights.frame = frame;
-  lights.frame.of_light_paths = 1;
-  lights.frame.splat_capacity = splat_capacity(config_);
+  lights.frame.of_light_paths = kind;
+  lights.frame.splat_capacity = splat_capacity(config_) * SPLAT_WORDS / lights.record_words;
   if (lights.left.empty()) return;
   launch(lights, which);
   if (!config_.fused) finish(lights, which);
@@ -136,7 +153,7 @@ void LightStages::launch(LightUnit& lights, std::size_t which) {
   // So many words are likely to be enough. The rest, if there is more, waits for all that is in the queue by then.
   const std::size_t likely =
       std::min<std::size_t>(kLikelySplatsPerPath * lights.frame.path_count, lights.frame.splat_capacity);
-  lights.words.resize(likely * SPLAT_WORDS);
+  lights.words.resize(likely * lights.record_words);
   device_->read_later(splats_[which], lights.words.data(), 4 * lights.words.size());
   lights.counted = device_->read_later(counts_[which], lights.counts.data(), sizeof lights.counts);
   device_->flush();
@@ -200,18 +217,18 @@ void LightStages::collect(LightUnit& lights, std::size_t which) {
   lights.rays.shadow += lights.counts[SPLATS_shadow_rays];
   std::vector<std::uint32_t>& words = lights.words;
   const std::size_t read = words.size();
-  words.resize(std::size_t{stored} * SPLAT_WORDS);
+  words.resize(std::size_t{stored} * lights.record_words);
   if (words.size() > read) device_->read(splats_[which], &words[read], 4 * (words.size() - read), 4 * read);
-  for (std::size_t at = 0; at < words.size(); at += SPLAT_WORDS) {
+  for (std::size_t at = 0; at < words.size(); at += lights.record_words) {
     bool finite = true, in_range = true;
     for (std::size_t c = 0; c < 3; ++c) {
-      const float value = std::bit_cast<float>(words[at + SPLAT_r + c]);
+      const float value = std::bit_cast<float>(words[at + lights.value_word + c]);
       finite = finite && std::isfinite(value);
       in_range = in_range && std::abs(value) < kRange;
     }
     if (finite && in_range)
       lights.splats.insert(lights.splats.end(), words.begin() + std::ptrdiff_t(at),
-                           words.begin() + std::ptrdiff_t(at + SPLAT_WORDS));
+                           words.begin() + std::ptrdiff_t(at + lights.record_words));
     else
       ++(finite ? lights.saturated : lights.nonfinite);
   }

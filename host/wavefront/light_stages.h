@@ -5,11 +5,13 @@
 #include <cstdint>
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "device/device.h"
 #include "film/units.h"
 #include "pack/features.h"
+#include "shared/photon.h"
 #include "shared/records.h"
 #include "shared/splat.h"
 #include "wavefront/config.h"
@@ -47,6 +49,9 @@ struct LightUnit {
   };
   std::vector<Part> left;  // the last one is the next; as much is cut from it as there is room for
 
+  std::uint32_t record_words = SPLAT_WORDS;  // of a splat; of a photon if photons are looked for
+  std::uint32_t value_word = SPLAT_r;        // the first of the three words with what it brings
+
   // Of the part that runs.
   Part running;
   std::vector<std::uint32_t> numbers;  // of its light paths
@@ -76,6 +81,10 @@ class LightStages {
   /// which   0 or 1: the place of the unit among the two of the wavefront
   /// frame   of the wavefront
   void begin(LightUnit& lights, std::size_t which, const WorkUnit& unit, const LightPathPlan& plan, const Frame& frame);
+  /// Traces frame.light_path_count light paths for each of some samples, and waits for them. Their photons come instead of
+  /// splats.
+  /// samples  begin and end
+  void find_photons(LightUnit& lights, std::size_t which, std::pair<std::uint64_t, std::uint64_t> samples, const Frame& frame);
   /// Launches the kernel of all stages on no paths, if there is one.
   void warm_up();
   /// Waits for all light paths of the unit.
@@ -90,6 +99,7 @@ class LightStages {
   std::array<Buffer, 2> splats_, counts_;
   Buffer frame_, numbers_, next_path_, queue_counts_;
 
+  void start(LightUnit& lights, std::size_t which, std::uint32_t kind, const Frame& frame);
   void launch(LightUnit& lights, std::size_t which);
   void run_stages(LightUnit& lights);
   void collect(LightUnit& lights, std::size_t which);

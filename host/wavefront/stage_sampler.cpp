@@ -20,18 +20,20 @@ StageSampler::StageSampler(Device& device, const Program& program, const std::ve
   frame_ = device.allocate(sizeof(Frame));
   pixels_ = device.allocate(4 * std::size_t{config.chunk} * config.workers);
   counts_ = arguments.buffers().at("counts");
-  Arguments own = arguments;
-  own.set("frame", frame_);
-  own.set("pixels", pixels_);
-  for (const std::string& stage : stages) {
-    stages_.emplace_back(stage, program.kernel(stage));
-    stages_.back().second.bind(own);
-  }
+  for (const std::string& stage : stages) stages_.emplace_back(stage, program.kernel(stage));
+  bind(arguments);
   // Some drivers make the machine code at the first launch.
   const Frame nothing{};
   device.write(frame_, &nothing, sizeof nothing);
   for (const auto& [stage, kernel] : stages_) device.run(kernel, 1, 1);
   device.finish();
+}
+
+void StageSampler::bind(const Arguments& arguments) {
+  Arguments own = arguments;
+  own.set("frame", frame_);
+  own.set("pixels", pixels_);
+  for (auto& [stage, kernel] : stages_) kernel.bind(own);
 }
 
 std::vector<std::uint32_t> StageSampler::spread(std::span<const std::uint32_t> pixels, std::size_t count) {

@@ -24,6 +24,8 @@ class StageSampler {
   /// throws DeviceError
   StageSampler(Device& device, const Program& program, const std::vector<std::string>& stages,
                const Arguments& arguments, const WavefrontConfig& config);
+  /// Binds the kernels, to be called again when a buffer in `arguments` is another one.
+  void bind(const Arguments& arguments);
   /// Takes a sample if it is time for one, and blocks then. Call it before a unit is launched,
   /// because it overwrites state and film slots. frame, pixels: of the unit. throws DeviceError
   void before(const Frame& frame, std::span<const std::uint32_t> pixels);

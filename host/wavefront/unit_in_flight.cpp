@@ -43,7 +43,9 @@ UnitResult UnitInFlight::result(const Mattes& mattes) const {
                         .light_paths = lights.count};
   UnitResult result = unit_result(all, rays, diagnostics);
   result.rays += lights.rays;
+  result.rays += photon_rays;
   result.light_rays = lights.rays;
+  result.light_rays += photon_rays;
   result.nonfinite += lights.nonfinite;
   result.saturated += lights.saturated;
   return result;

@@ -27,6 +27,7 @@ struct UnitInFlight {
   Ticket tallied;  // `tallies` are there
   Ticket summed;   // all else is there
   RayCounts rays;  // without those of light paths
+  RayCounts photon_rays;  // of the maps that were made for this unit
   LightUnit lights;
 
   /// Makes room for the sums, counts and matte numbers of its pixels.

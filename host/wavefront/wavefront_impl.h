@@ -20,6 +20,7 @@
 #include "wavefront/buffers.h"
 #include "wavefront/stage_sampler.h"
 #include "wavefront/light_stages.h"
+#include "wavefront/photons/photon_stage.h"
 #include "wavefront/unit_in_flight.h"
 #include "wavefront/wavefront.h"
 
@@ -47,6 +48,7 @@ struct Wavefront::Impl {
   bool traces_lights = false;  // the program has the stages of light paths
   bool lights_on = true;       // units have light paths, if the program can trace them
   LightStages lights;
+  PhotonStage photons;
   Mattes mattes;
   Arguments arguments;
   std::map<std::string, Kernel> kernels;
@@ -81,7 +83,6 @@ struct Wavefront::Impl {
         timeline(execution.trace.get()) {
     state = path_state_layout(features, config.chunked);
     frame = pack_frame(packed, settings);
-    light_paths = {frame.light_path_count, settings.crop};
     filter = filter_table(settings.filter);
     camera_poses = camera_pose_words(settings);
     mattes = features.mattes();
@@ -89,6 +90,7 @@ struct Wavefront::Impl {
                   .channels = std::uint32_t(features.film_channels().size()),
                   .mattes = std::uint32_t(mattes.ids.size())};
     compile(features, execution);
+    begin_image(settings);
     logs = features.has(Feature::path_log);
     guide = settings.guide;
     try {
@@ -101,10 +103,15 @@ struct Wavefront::Impl {
     }
   }
 
+  void begin_image(const Settings& settings) {
+    light_paths = {frame.light_path_count, settings.crop};
+    photons.restart(photon_plan(settings), frame);
+  }
+
   void restart(const Settings& settings, const Execution& execution) {
     const Frame before = std::exchange(frame, pack_frame(*scene, settings));
     frame.film_stride = before.film_stride;
-    light_paths = {frame.light_path_count, settings.crop};
+    begin_image(settings);
     timeline = execution.trace.get();
     counters.restart(timeline);
     upload_s = 0;
@@ -150,6 +157,7 @@ struct Wavefront::Impl {
     const Program program = device.build(source.text, source.options);
     traces_lights = source.has("light_generate") || source.has("light_paths");
     if (traces_lights) lights = LightStages(device, program, config, arguments);
+    if (features.has(Feature::merging)) photons = PhotonStage(device, arguments);
     arithmetic = trusted_arithmetic(device, program);
     for (const std::string& stage : source.stages)
       if (stage != "film" && stage != "light_paths") kernels[stage] = program.kernel(stage);
@@ -192,6 +200,7 @@ struct Wavefront::Impl {
   void bind() {
     for (auto& [name, kernel] : kernels) kernel.bind(arguments);
     lights.bind(arguments, kernels);
+    if (sampler) sampler->bind(arguments);
     for (std::size_t i = 0; i < in_flight.size(); ++i) {
       Arguments own = arguments;
       own.set("film_sums", work.sums[i]);
@@ -328,6 +337,8 @@ struct Wavefront::Impl {
     if (unit.path_count() > config.capacity() || 4 * current.pixels.size() > work.pixels.size_bytes())
       throw InternalError(
           fmt::format("a unit of {} paths exceeds the pool of {}", unit.path_count(), config.capacity()));
+    current.photon_rays = {};
+    if (photons.exists() && photons.prepare(lights, std::size_t(&current - in_flight.data()), unit, frame, arguments, current.photon_rays)) bind();
     current.frame = unit_frame(frame, unit.sample_begin, unit.sample_end, std::uint32_t(current.pixels.size()));
     device.begin_unit(current.frame.path_count);
     if (sampler) sampler->before(current.frame, current.pixels);

@@ -96,11 +96,10 @@ typedef struct {
   v3 radiance;
 } Contribution;
 
-/// Adds a contribution to R, G, B, and to the layers that show parts of them.
+/// Adds a contribution to the layers that show parts of R, G, B.
 /// surface_count  surfaces that the light met between its source and the camera
-EK_FN void film_add_light(FilmSlots film, uint surface_count, Contribution light) {
-  film_add_3(film, SLOT_r, light.live, light.path, light.radiance);
-  if (EK_HAS_bounce_bins & EK_HAS_nested_media) {
+EK_FN void film_add_light_layers(FilmSlots film, uint surface_count, Contribution light) {
+  if (EK_HAS_bounce_bins & (EK_HAS_nested_media | EK_HAS_merging)) {
     vu bin = (vu)(0u);
     for (uint bits = EK_BOUNCE_BOUNDS; bits != 0u; bits &= bits - 1u) {
       const uint bound = lowest_bit(bits);
@@ -113,6 +112,12 @@ EK_FN void film_add_light(FilmSlots film, uint surface_count, Contribution light
   }
   if (EK_HAS_light_group)
     film_add_3(film, SLOT_light_group, light.live, light.path + light.group * (3u * film.stride), light.radiance);
+}
+
+/// Adds a contribution to R, G, B, and to those layers.
+EK_FN void film_add_light(FilmSlots film, uint surface_count, Contribution light) {
+  film_add_3(film, SLOT_r, light.live, light.path, light.radiance);
+  film_add_light_layers(film, surface_count, light);
 }
 
 #endif

@@ -11,6 +11,7 @@
 #include "lights/environment_map.h"
 #include "lights/light_samples.h"
 #include "lights/light_tree.h"
+#include "lights/photon_map.h"
 #include "lights/punctual.h"
 #include "surface/surface.h"
 
@@ -37,6 +38,9 @@ typedef struct {
   global const float* emission_pdf;   // of each light: probability of that, of triangles per m^2
   global const float4* light_targets;  // light_path.h
 #endif
+#if EK_HAS_merging
+  PhotonMap photon_map;
+#endif
 #if EK_HAS_GUIDE
   GuideData guide;
 #endif
@@ -60,8 +64,8 @@ typedef struct {
 #endif
 #define EK_LIGHT_ARGUMENTS                                                                                             \
   global const Light *lights, global const AliasEntry *light_alias_table, global const float4 *environment_texels,       \
-      global const AliasEntry *environment_alias_table EK_TREE_ARGUMENTS EK_LIGHT_POSE_ARGUMENTS EK_LIGHT_PATH_ARGUMENTS EK_GUIDE_ARGUMENTS
-#define EK_LIGHT_DATA {lights, light_alias_table, environment_texels, environment_alias_table EK_TREE_DATA EK_LIGHT_POSE_DATA EK_LIGHT_PATH_DATA EK_GUIDE_DATA}
+      global const AliasEntry *environment_alias_table EK_TREE_ARGUMENTS EK_LIGHT_POSE_ARGUMENTS EK_LIGHT_PATH_ARGUMENTS EK_PHOTON_ARGUMENTS EK_GUIDE_ARGUMENTS
+#define EK_LIGHT_DATA {lights, light_alias_table, environment_texels, environment_alias_table EK_TREE_DATA EK_LIGHT_POSE_DATA EK_LIGHT_PATH_DATA EK_PHOTON_DATA EK_GUIDE_DATA}
 
 /// Weight of a strategy of density a against another of density b [Veach 1995, the power heuristic
 /// with exponent 2]. In [0, 1], and the two weights add to 1, whatever the densities are: huge,

@@ -13,7 +13,21 @@
 #define EK_LIGHT_PATH_H
 #include "lights/emission.h"
 
+// With photons (EK_HAS_merging) a camera path's word light_ratio says by negative values what the path has met.
+#define EK_SEEN_EXACTLY (-1.0f)  // exact reflection and refraction alone: it gathers photons (stages/shade/merge.h)
+#define EK_MERGED (-2.0f)  // a surface where it gathered: what it finds behind that comes by photons, if light paths bring it
+
 #if EK_HAS_light_paths
+/// Mask of the camera paths that share light with light paths.
+EK_FN vi is_shared_ratio(vf ratio) { return EK_HAS_merging ? (ratio > 0.0f) | (ratio == EK_MERGED) : ratio > 0.0f; }
+
+/// The share of such a path in light that light paths start from with that density.
+EK_FN vf camera_share(vf ratio, vf density) {
+  const vf share = 1.0f / (1.0f + ratio * density);
+  if (!EK_HAS_merging) return share;
+  return ratio == EK_MERGED ? (density > 0.0f ? (vf)(0.0f) : (vf)(1.0f)) : share;
+}
+
 /// Solid angle of a target over 2 pi, in [0, 2]; all around where `from` lies within the ball.
 /// target  centre, and radius; world, metres
 EK_FN vf target_cone(float4 target, v3 from) {

@@ -98,6 +98,7 @@ Metadata describe_image(const Prepared& prepared) {
   if (settings.roulette > 0) metadata.numbers["roulette"] = double(settings.roulette);
   if (settings.energy_compensation) metadata.strings["energyCompensation"] = "on";
   metadata.strings["cull"] = name_of(settings.culling);
+  if (settings.merges_caustics) metadata.strings["caustics"] = "merge: biased, less with each sample";
   metadata.strings["integrator"] = name_of(settings.integrator);
   if (settings.light_samples > 1) metadata.numbers["lightSamples"] = settings.light_samples;
   const auto has = [&](const char* layer) {

@@ -59,6 +59,9 @@ void apply(const Pilot& pilot, Features& features, Settings& settings) {
   features.set_guiding(pilot.table != nullptr, false);
   if (pilot.report.light_trial_paths == 0) return;
   settings.light_path_count = pilot.report.light_path_count;
+  // What is merged comes by light paths alone, whether those to the camera pay or not.
+  if (settings.merges_caustics && settings.light_path_count == 0)
+    settings.light_path_count = light_paths_of_ratio(settings, kLightPathRatios[1]);
   if (settings.light_path_count == 0) features.leave_out_light_paths();
 }
 
@@ -69,6 +72,8 @@ Pilot run_pilot(DevicePool::Lease& device, const ReadyWavefronts::SharedScene& s
   Features own = features, then = features;
   Settings of_image = settings;
   own.set_guiding(false, wants_guiding(features, settings));
+  own.leave_out_merging();  // a pilot looks at light that is found without a bias
+  of_image.merges_caustics = false;
   if (own.has(Feature::path_log)) of_image.guide = std::make_shared<const GuideTable>(make_guide_table({}, 1));
   const Settings first = tries_lights ? light_trial_settings(of_image) : guiding_picture_settings(of_image);
   const std::uint64_t largest = std::max(tries_lights ? paths_of_light_trial(settings) : 0,

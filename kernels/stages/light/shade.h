@@ -13,6 +13,7 @@
 #define EK_STAGE_LIGHT_SHADE_H
 #include "film/filter.h"
 #include "film/splat.h"
+#include "stages/light/photon.h"
 #include "stages/shade.h"
 
 #if EK_HAS_light_paths
@@ -194,6 +195,11 @@ EK_FN_ONCE Survivors stage_light_shade(StageContext stage, SceneData scene, Ligh
     point.expected = (vf)(0.0f);
 #endif
     uint pending = 0u;
+#if EK_HAS_merging
+    if (depth > 1 && stage.frame->of_light_paths == EK_OF_PHOTONS)
+      pending = photon_leave(c, &hit, &point, EK_CHUNKED ? survivors.shadow_rays : walk.slot);
+    else
+#endif
     if (depth > 1) pending = camera_cast(c, filter_table, &hit, &point, channel, EK_CHUNKED ? survivors.shadow_rays : walk.slot);
     survivors.shadow_rays += popcount(pending);
     ScatteredPath next = light_scatter(c, &hit, &material, &point, channel);

@@ -4,10 +4,17 @@
 #ifndef EK_STAGE_SPLAT_H
 #define EK_STAGE_SPLAT_H
 #include "film/splat.h"
+#include "stages/light/photon.h"
 #include "stages/shadow.h"
 
 #if EK_HAS_light_paths
 EK_FN_ONCE void stage_splat(StageContext stage, Geometry geometry, SplatList list, uint count) {
+#if EK_HAS_merging
+  if (stage.frame->of_light_paths == EK_OF_PHOTONS) {
+    photons_list(stage, list, count);
+    return;
+  }
+#endif
   cull_backs(&geometry, 1);
   Tracing tracing;
   PathWalk walk = path_walk(count);

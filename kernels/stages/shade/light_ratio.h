@@ -15,6 +15,7 @@
 #define EK_LIGHT_RATIO_H
 #include "film/camera_connection.h"
 #include "lights/light_path.h"
+#include "stages/shade/merge.h"
 #include "stages/shade/scatter.h"
 
 #if EK_HAS_light_paths
@@ -51,25 +52,42 @@ EK_FN vi is_reversible(const ShadeContext* c, const PathHit* hit, const HitMater
   return reversible | point->interface.is_null;
 }
 
+#if EK_HAS_merging
+/// As next_light_ratio, from the second surface on, where photons take part.
+EK_FN vf next_merged_ratio(const ShadeContext* c, const PathHit* hit, const HitMaterial* material, const ShadingPoint* point,
+                           const ScatteredPath* next) {
+  const vf ratio = hit->path.light_ratio;
+  const vi is_exact = next->pdf < 0.0f, seen_exactly = ratio == EK_SEEN_EXACTLY;
+  const vf after = (seen_exactly & !is_exact) ? (vf)(EK_MERGED) : ratio;
+  const vi found_by_light_paths = !seen_exactly & (ratio != 0.0f);
+  if (!ANY(found_by_light_paths & is_exact)) return after;
+  return (found_by_light_paths & is_exact & !is_reversible(c, hit, material, point, next)) ? (vf)(0.0f) : after;
+}
+#endif
+
 /// light_ratio of a camera path that goes on; 0 if light paths do not bring its light.
 EK_FN vf next_light_ratio(const ShadeContext* c, const PathHit* hit, const HitMaterial* material, const ShadingPoint* point,
                           const ScatteredPath* next) {
   const vi is_exact = next->pdf < 0.0f;
   if (c->depth == 1)
-    return is_exact ? (vf)(0.0f) : first_light_ratio(c->stage.frame, hit->path.dir, hit->t, hit->surface.n_geom);
+    return is_exact ? (vf)(EK_HAS_merging ? EK_SEEN_EXACTLY : 0.0f) : first_light_ratio(c->stage.frame, hit->path.dir, hit->t, hit->surface.n_geom);
+#if EK_HAS_merging
+  return next_merged_ratio(c, hit, material, point, next);
+#else
   const vi shared = hit->path.light_ratio > 0.0f;
   if (!ANY(shared & is_exact)) return hit->path.light_ratio;
   return (is_exact & !is_reversible(c, hit, material, point, next)) ? (vf)(0.0f) : hit->path.light_ratio;
+#endif
 }
 
 /// Share of the emission of a hit that camera paths bring: the rest comes by light paths.
 EK_FN vf emission_share(const ShadeContext* c, const PathHit* hit, vi emits) {
   const vf ratio = hit->path.light_ratio;
-  const vi shared = emits & (hit->path.pdf < 0.0f) & (ratio > 0.0f) & (hit->corners.light_pdf_m2 > 0.0f);
+  const vi shared = emits & (hit->path.pdf < 0.0f) & is_shared_ratio(ratio) & (hit->corners.light_pdf_m2 > 0.0f);
   if (!ANY(shared)) return (vf)(1.0f);
   const vu light = shared ? hit->corners.flags >> EK_TRIANGLE_LIGHT_SHIFT : (vu)(0u);
   const vf density = emission_density(c->stage.frame, c->lights, light, hit->surface.p, hit->surface.n_geom, neg3(hit->path.dir));
-  return shared ? 1.0f / (1.0f + ratio * density) : (vf)(1.0f);
+  return shared ? camera_share(ratio, density) : (vf)(1.0f);
 }
 #endif
 

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+// The words of a photon, which host and kernels both read: light that arrives at a surface along a light path.
+#ifndef EK_SHARED_PHOTON_H
+#define EK_SHARED_PHOTON_H
+
+// PHOTON_info: replicate | light group << 8 | edges from the light to the surface << 16.
+// PHOTON_dir_*: back along the light path. PHOTON_normal: pack_normal of the surface's own (lights/light_tree.h).
+// PHOTON_r, g, b: power per area across the light path. PHOTON_order: orders the light paths of a replicate.
+enum {
+  PHOTON_x, PHOTON_y, PHOTON_z, PHOTON_info, PHOTON_dir_x, PHOTON_dir_y, PHOTON_dir_z, PHOTON_normal, PHOTON_r, PHOTON_g, PHOTON_b,
+  PHOTON_order, PHOTON_WORDS
+};
+#define EK_PHOTON_EDGES_MOST 0xffffu
+
+// Frame.of_light_paths
+#define EK_OF_CAMERA_PATHS 0u
+#define EK_OF_LIGHT_PATHS 1u  // they bring splats
+#define EK_OF_PHOTONS 2u      // they bring photons
+
+#endif

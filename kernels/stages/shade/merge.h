@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+// Step of stage `shade` where photons take part: vertex merging for what is seen through glass or in a mirror.
+//
+// Neither camera paths nor light paths find light that passes glass on both sides of a matte surface, if the lamp is small. So
+// a camera path that has been reflected or refracted exactly at every surface so far gathers, at each surface that scatters
+// otherwise, the photons within a radius [Jensen 1996]. The mean over the area in place of that at the point is biased;
+// the radius shrinks from sample to sample, so the picture converges [Knaus and Zwicker 2011].
+#ifndef EK_SHADE_MERGE_H
+#define EK_SHADE_MERGE_H
+#include "lights/light_path.h"
+#include "lights/photon_map.h"
+#include "stages/shade/shading_frame.h"
+
+#if EK_HAS_merging
+// Photons on surfaces that are turned further than this, or lie further off the plane, belong to other surfaces.
+#define EK_PHOTON_COSINE 0.5f
+#define EK_PHOTON_HEIGHT2 0.25f  // square of the height over that of the radius
+
+/// Mask of the surfaces that reflect or refract exactly and do nothing else.
+EK_FN vi is_only_exact(const MaterialLanes* m) {
+  if (EK_LAYERED) return (vi)(0);
+  vi only = (vi)(0);
+  if (EK_HAS_transmission)
+    only = only | (((m->lobes & (1u << LOBE_transmission)) != 0u) & ((m->transmission >= 1.0f) | (m->metallic >= 1.0f)));
+  if (EK_HAS_metallic_roughness)
+    only = only | (((m->lobes & (1u << LOBE_metallic_roughness)) != 0u) & (m->metallic >= 1.0f));
+  if (EK_HAS_conductor) only = only | ((m->lobes & (1u << LOBE_conductor)) != 0u);
+  return only & is_smooth(*m);
+}
+
+/// Replicate of a path's sample.
+EK_FN vu replicate_of(constant Frame* frame, vu path) {
+  const vu sample = AS_U(TO_I((TO_F(AS_I(path)) + 0.5f) / (vf)((float)frame->pixel_count)));  // exact: see generate.h
+  return ((vu)(frame->sample_begin) + sample) & ((1u << frame->replicate_bits) - 1u);
+}
+
+/// Mask of the photons near a point that belong to its surface.
+/// first_word  of the photon
+EK_FN vi is_photon_at(const ShadeContext* c, const ShadingPoint* point, vu first_word, vu info, vu replicate) {
+  constant Frame* frame = c->stage.frame;
+  const v3 way = sub3(photon_v3(c->lights.photon_map.photons, first_word), point->p);
+  const vf height = dot3(way, point->n_geom), radius2 = (vf)(frame->photon_radius2);
+  return (dot3(way, way) <= radius2) & (height * height <= EK_PHOTON_HEIGHT2 * radius2) & ((info & 0xffu) == replicate);
+}
+
+/// Adds the light of the photons around each lane's point to its film slots.
+EK_FN void add_merged_light(const ShadeContext* c, const PathHit* hit, const ShadingPoint* point) {
+  constant Frame* frame = c->stage.frame;
+  vi gathers = point->live & (hit->path.light_ratio == EK_SEEN_EXACTLY) & !is_only_exact(&point->material);
+  if (EK_HAS_nested_media) gathers = gathers & !point->interface.is_null;
+  if (!ANY(gathers)) return;
+  const PhotonMap map = c->lights.photon_map;
+  const vu replicate = replicate_of(frame, point->path), bucket = photon_bucket(frame, point->p, replicate);
+  const vu end = gathers ? gather_u(map.buckets, bucket + 1u) : (vu)(0u);
+  const vu edges = (vu)(c->depth) - point->interface.null_interface_count;
+  v3 sum = V3((vf)(0.0f), (vf)(0.0f), (vf)(0.0f));
+  for (vu at = gathers ? gather_u(map.buckets, bucket) : (vu)(0u); ANY(at < end); at = at + 1u) {
+    const vu first_word = gather_u(map.places, at < end ? at : (vu)(0u)) * (uint)PHOTON_WORDS;
+    const vu info = gather_u(map.photons, first_word + (uint)PHOTON_info);
+    vi near = (at < end) & is_photon_at(c, point, first_word, info, replicate);
+    if (!ANY(near)) continue;
+    const v3 normal = unpack_normal(gather_u(map.photons, first_word + (uint)PHOTON_normal));
+    near = near & (abs_f(dot3(normal, point->n_geom)) > EK_PHOTON_COSINE);
+    const vu photon_edges = info >> 16;
+    if (frame->max_depth != 0u) near = near & (edges + photon_edges <= frame->max_depth);
+    const v3 dir = photon_v3(map.photons, first_word + (uint)PHOTON_dir_x), wi = to_local(point->basis, dir);
+    near = near & is_on_geometric_side(wi, dot3(dir, point->n_geom));
+    v3 f = bsdf_evaluate(point->material, point->wo, wi).f;
+    if (EK_HAS_SHADING_NORMAL & point->detailed) f = scale3(f, shadow_terminator(point, wi, dir));
+    const v3 power = photon_v3(map.photons, first_word + (uint)PHOTON_r);
+    const v3 arriving = scale3(mul3(point->beta, mul3(f, power)), (vf)(frame->photon_weight));
+    sum = select3(near, add3(sum, arriving), sum);
+    if (EK_HAS_bounce_bins | EK_HAS_light_group) {
+      const Contribution light = {.live = near,
+                                  .path = point->path,
+                                  .null_interface_count = point->interface.null_interface_count - (photon_edges - 1u),
+                                  .group = (info >> 8) & 0xffu,
+                                  .radiance = arriving};
+      film_add_light_layers(c->stage.film, c->depth, light);
+    }
+  }
+  film_add_3(c->stage.film, SLOT_r, gathers, point->path, sum);
+}
+#endif
+
+#endif
