@@ -59,6 +59,7 @@ RUNS = [
     ("everything", "--memory 60M --camera 3 --integrator raycast"),
     ("lamps", f"--memory 16M --aov {LAYERS}"),
     ("cornell_spheres", "--memory 24M --light-paths 1 --aov direct,light_groups --max-depth 4"),
+    ("cornell_spheres", "--memory 24M --light-paths 1 --caustics merge --aov direct,light_groups --max-depth 4"),
     ("places", "--memory 16M --instances two-level --light-sampling light --max-depth 4"),
     ("cornell", "--memory 16M --integrator direct --light-samples 8"),
     ("cornell", "--memory 16M --max-depth 4 --guiding 64"),

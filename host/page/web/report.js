@@ -115,6 +115,7 @@ function summary(stats) {
     facts([
       size.length === 2 ? ["Size", size.join(" × "), "pixels"] : null,
       range.length === 2 ? ["Samples per pixel", short(range[1] - range[0])] : null,
+      ...(stats.settings && stats.settings.caustics ? [["Caustics", stats.settings.caustics]] : []),
       ["Predicted error", known ? percentError(stats.relmse_predicted) : "unknown",
         known && interval.length === 2 ? "95 %: " + percentError(interval[0]) + " to " + (isNumber(interval[1]) ? percentError(interval[1]) : "no upper end") : ""],
       ["Rendering", secondsText(seconds.render), "of " + secondsText(seconds.total)],

@@ -16,7 +16,7 @@ namespace eikon {
 namespace {
 
 constexpr std::uint64_t kLeastPaths = 1U << 14;  // of a map
-constexpr std::uint64_t kMostPaths = 1U << 19;   // of all maps of a generation, for the sake of memory
+constexpr std::uint64_t kMostPaths = 1U << 18;   // of all maps of a generation, for the sake of memory and of the watchdog
 constexpr std::uint64_t kLeastRatio = 16;        // camera paths for each light path of the maps, at most
 constexpr double kAlpha = 2.0 / 3;
 // The radius within which the table has the photons is larger than the one in which they are gathered, for what
@@ -62,7 +62,7 @@ PhotonPlan photon_plan(const Settings& settings) {
   const std::uint64_t of_sample = std::max({settings.light_path_count, pixels / kLeastRatio, std::uint64_t{1}});
   const std::uint64_t most = kMostPaths / replicates;
   const std::uint64_t paths = std::bit_floor(std::clamp(pixels, std::min(kLeastPaths, most), most));
-  return {paths, replicates * std::bit_floor(std::max<std::uint64_t>(paths / of_sample, 1))};
+  return {paths, replicates * std::bit_ceil((paths + of_sample - 1) / of_sample)};
 }
 
 double photon_radius2(double first, std::uint64_t generation) {

@@ -30,7 +30,7 @@ void PhotonStage::share(Arguments& arguments) {
 }
 
 void PhotonStage::restart(const PhotonPlan& plan, const Frame& frame) {
-  plan_ = plan;
+  plan_ = frame.light_path_count > 0 ? plan : PhotonPlan{};  // else there is nowhere that they could start
   first_radius2_ = frame.photon_radius2;
   generation_.reset();
 }

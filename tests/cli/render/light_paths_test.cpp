@@ -118,6 +118,67 @@ TEST(LightPathsOption, is_refused_where_it_means_nothing) {
   }
 }
 
+const std::string kMerged = kSpheres + "--caustics merge ";
+
+TEST(CausticsOption, parts_merge_and_renders_go_on_with_the_bits_of_the_whole) {
+  const Workplace here;
+  ASSERT_TRUE(succeeded(here.eikon(kMerged + "--spp 48 -o whole.exr")));
+  ASSERT_TRUE(succeeded(here.eikon(kSpheres + "--spp 48 -o unbiased.exr")));
+  EXPECT_FALSE(same_planes(here, "unbiased.exr", "whole.exr"));
+  ASSERT_TRUE(succeeded(here.eikon(kMerged + "--samples 0:5 -o a.exr")));
+  ASSERT_TRUE(succeeded(here.eikon(kMerged + "--samples 5:48 --crop 0,0,40,11 -o b.exr")));
+  ASSERT_TRUE(succeeded(here.eikon(kMerged + "--samples 5:48 --crop 0,11,40,30 --threads 1 -o c.exr")));
+  ASSERT_TRUE(succeeded(here.eikon("merge a.exr b.exr c.exr -o merged.exr")));
+  EXPECT_TRUE(same_planes(here, "merged.exr", "whole.exr"));
+  ASSERT_TRUE(succeeded(here.eikon(kMerged + "--spp 9 -o first.exr --checkpoint c.exr")));
+  ASSERT_TRUE(succeeded(here.eikon(kMerged + "--spp 48 -o more.exr --checkpoint c.exr --resume")));
+  EXPECT_TRUE(same_planes(here, "more.exr", "whole.exr"));
+  const Outcome other = here.eikon(kSpheres + "--spp 48 -o x.exr --checkpoint c.exr --resume");
+  EXPECT_TRUE(refused(other, kInput));
+  EXPECT_TRUE(contains(other.err, "its caustics (--caustics) is merge, not unbiased")) << other.err;
+}
+
+TEST(CausticsOption, says_in_every_place_that_the_image_is_biased) {
+  const Workplace here;
+  const Outcome outcome =
+      here.eikon("render " + scene("cornell_spheres.gltf") + " --size 40x30 --guiding off --caustics merge --spp 2 -o a.exr --stats a.json");
+  ASSERT_TRUE(succeeded(outcome));
+  EXPECT_TRUE(contains(outcome.err, "the image has a bias")) << outcome.err;
+  EXPECT_TRUE(contains(outcome.out, "the bias of --caustics merge is not in it")) << outcome.out;
+  EXPECT_EQ(read_json(here / "a.json").at("settings").at("caustics"), "merge: biased, less with each sample");
+  ASSERT_TRUE(succeeded(here.eikon(kMerged + "--samples 2:3 -o b.exr")));
+  ASSERT_TRUE(succeeded(here.eikon("merge a.exr b.exr -o m.exr")));
+  for (const char* image : {"a.exr", "m.exr"})
+    EXPECT_TRUE(contains(read_bytes(here / image), "merge: biased, less with each sample")) << image;
+}
+
+TEST(CausticsOption, replayed_samples_add_up_to_the_pixel) {
+  const Workplace here;
+  ASSERT_TRUE(succeeded(here.eikon(kMerged + "--spp 3 -o out.exr")));
+  double sum = 0;
+  for (int sample = 0; sample < 3; ++sample) {
+    const Outcome outcome = here.eikon(kMerged + fmt::format("--pixel 26,23 --sample {}", sample));
+    ASSERT_TRUE(succeeded(outcome));
+    sum += std::stod(outcome.out.substr(outcome.out.rfind("  radiance (") + 12));
+  }
+  const double pixel = read_exr(here / "out.exr").plane("R")->at(23 * 40 + 26);
+  EXPECT_NEAR(sum / 3, pixel, 1e-3 * pixel);  // EXR has half floats
+}
+
+TEST(CausticsOption, is_refused_where_it_means_nothing) {
+  const Workplace here;
+  for (const char* flags : {"--strict", "--integrator whitted", "--integrator raycast", "--integrator direct", "--light-sampling bsdf",
+                            "--light-paths off"}) {
+    const Outcome outcome = here.eikon(kMerged + "-o x.exr " + flags);
+    EXPECT_TRUE(refused(outcome, kUsage)) << flags;
+    EXPECT_TRUE(contains(outcome.err, "--caustics merge: ")) << outcome.err;
+  }
+  EXPECT_TRUE(refused(here.eikon(kSpheres + "-o x.exr --caustics some"), kUsage));
+  const Outcome nothing = here.eikon("render " + scene("cornell.gltf") + " --size 8x8 --spp 1 -o a.exr --caustics merge");
+  ASSERT_TRUE(succeeded(nothing));
+  EXPECT_TRUE(contains(nothing.err, "nothing is merged")) << nothing.err;
+}
+
 TEST(LightPathsOption, says_which_glass_still_hides_a_bulb) {
   const Workplace here;
   const std::string room = "render " + scene("sun_room.gltf") + " --size 16x12 --spp 1 -o a.exr ";

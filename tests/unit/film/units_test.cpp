@@ -46,6 +46,19 @@ TEST(Units, every_pixel_and_sample_is_in_exactly_one_unit) {
       }
 }
 
+TEST(Units, do_not_cross_the_period_however_the_boxes_are_joined) {
+  UnitPool pool(32);
+  pool.set_period(8);
+  pool.add(box({0, 0, 30, 20}, 3, 50));
+  pool.add(box({0, 0, 30, 20}, 50, 61));
+  TimesCovered times;
+  for (const WorkUnit& unit : take_all(pool, 1 << 20, 1 << 20)) {
+    EXPECT_EQ(unit.sample_begin / 8, (unit.sample_end - 1) / 8) << unit.sample_begin << ' ' << unit.sample_end;
+    count(times, unit);
+  }
+  EXPECT_EQ(times.size(), 600U * 58);
+}
+
 TEST(Units, units_of_any_sizes_and_some_given_back_are_everything_once) {
   std::mt19937 random(5);
   for (int round = 0; round < 6; ++round) {

@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: Apache-2.0
+// Caustics that are seen through glass or in a mirror, found by photons: they are what closed forms say and what paths from the
+// camera find, with a bias that falls, and with the same bits by any way of tracing and in any parts.
+#include "render/lights/light_path_scenes.h"
+#include "wavefront/photons/photon_map.h"
+
+namespace eikon::test {
+namespace {
+
+Settings merging(Settings settings, double ratio) {
+  settings = with_light_paths(settings, ratio);
+  settings.merges_caustics = true;
+  return settings;
+}
+
+double reflected_at_right_angle(double eta) { return (eta - 1) * (eta - 1) / ((eta + 1) * (eta + 1)); }
+
+/// A floor under a pane of glass in the light of a sun that is right above, seen from above through the pane.
+/// covered  some of the pane is in the shadow of a card that ends at x = 0
+std::pair<Scene, Settings> floor_under_glass(bool covered) {
+  Scene scene;
+  Primitive floor, card;
+  add_quad(floor, {-3, 0, 3}, {6, 0, 0}, {0, 0, -6});
+  add_mesh(scene, "floor", std::move(floor), lambert(0.5F));
+  add_block(scene, "pane", {-0.7F, 1, -0.7F}, {0.7F, 1.1F, 0.7F}, glass(1.5F, 0, true));
+  add_quad(card, {-2, 6, 2}, {2, 0, 0}, {0, 0, -4});
+  if (covered) add_mesh(scene, "card", std::move(card), lambert(0.0F));
+  PunctualLight sun;
+  sun.kind = LightKind::directional;
+  sun.direction = {0, -1, 0};
+  sun.intensity = glm::vec3(2);
+  scene.lights.push_back(sun);
+  Settings settings = settings_for(64, 64, 16);
+  settings.camera = look_at_camera({0, 4, 0}, {0, 0, 0}, {0, 0, -1}, 0.3);
+  settings.max_depth = 6;  // three edges from the camera and three from the sun: no reflection within the pane
+  return {std::move(scene), settings};
+}
+
+TEST(Merging, lights_a_floor_under_glass_as_the_closed_form_says) {
+  const auto [scene, settings] = floor_under_glass(false);
+  const double passed = 1 - reflected_at_right_angle(1.5);
+  const double expected = 0.5 / kPi * 2 * std::pow(passed, 4);
+  const Crop middle{24, 24, 40, 40};
+  const double found = mean_of(film_of(scene, merging(settings, 1)), 0, middle).mean;
+  // 16 maps of 4096 light paths on 3 m^2 of ball: some 2e4 photons are in reach of these pixels.
+  EXPECT_NEAR(found, expected, 0.03 * expected);
+  EXPECT_EQ(mean_of(film_of(scene, with_light_paths(settings, 1)), 0, middle).mean, 0) << "nothing else finds this light";
+}
+
+/// Light in the shadow of the card, over that beside the card: the radius carries it over the edge.
+double leak_from(std::uint64_t first_sample) {
+  auto [scene, settings] = floor_under_glass(true);
+  settings.sample_begin = first_sample, settings.sample_end = first_sample + 16;
+  const Film film = film_of(scene, merging(settings, 1));
+  return mean_of(film, 0, {22, 16, 32, 48}).mean / mean_of(film, 0, {40, 16, 50, 48}).mean;
+}
+
+TEST(Merging, has_a_bias_that_falls_with_the_samples) {
+  const std::uint64_t of_generation = photon_plan(merging(floor_under_glass(true).second, 1)).samples;
+  const double at_first = leak_from(0), later = leak_from(4095 * of_generation);
+  EXPECT_GT(at_first, 0.02);
+  // The width of the leak is the radius, which has fallen by 4096^(1/6) = 4.
+  EXPECT_NEAR(later / at_first, 0.25, 0.1) << at_first << ' ' << later;
+}
+
+TEST(Merging, brings_the_mean_that_paths_from_the_camera_find) {
+  auto [scene, settings] = room_of_glass(48, 512);
+  settings.max_depth = 8;
+  const Film merged = film_of(scene, merging(settings, 1));
+  settings.seed = 7;
+  settings.sample_end = 4096;
+  const Film plain = film_of(scene, settings);
+  const FilmLayout& layout = merged.layout();
+  for (std::uint32_t i = 0; i < 4; ++i) {
+    const std::uint32_t x = i % 2 * layout.width / 2, y = i / 2 * layout.height / 2;
+    const Crop window{x, y, x + layout.width / 2, y + layout.height / 2};
+    for (std::uint32_t channel = 0; channel < 3; ++channel) {
+      const MeanAndError a = mean_of(merged, channel, window), b = mean_of(plain, channel, window);
+      // Pixels share photons, and merging has its bias.
+      EXPECT_NEAR(a.mean, b.mean, 4 * std::hypot(a.sigma, b.sigma) + 2e-3 * b.mean) << i << ' ' << channel;
+    }
+  }
+}
+
+TEST(Merging, finds_what_is_seen_through_glass_with_a_fraction_of_the_error) {
+  auto [scene, settings] = room_of_glass(32, 64);
+  const auto error_of = [](const Film& film) { return film.predicted_error().relmse; };
+  settings.replicate_bits = 3;
+  const double with = error_of(film_of(scene, merging(settings, 1.0 / 4))),
+               without = error_of(film_of(scene, with_light_paths(settings, 1.0 / 4)));
+  EXPECT_LT(with, 0.5 * without) << without << " without";
+}
+
+TEST(Merging, has_the_same_bits_by_every_way_of_tracing) {
+  auto [scene, settings] = room_of_glass(20, 6);
+  settings = merging(settings, 1);
+  settings.aovs = {"direct", "indirect", "light_groups"};
+  const Film expected = film_of(scene, settings);
+  EXPECT_FALSE(same_film(film_of(scene, with_light_paths(settings_for(20, 20, 6), 1)), expected));
+  Execution small;
+  small.pool = 256;
+  small.block = 7;
+  EXPECT_TRUE(same_film(film_of(scene, settings, small), expected)) << "small units";
+  Execution unfused;
+  unfused.fused = false;
+  EXPECT_TRUE(same_film(film_of(scene, settings, unfused), expected)) << "a launch for each stage";
+  Execution queues;
+  queues.lanes = 1, queues.chunked = false, queues.layout = "bvh2";
+  EXPECT_TRUE(same_film(film_of(scene, settings, queues), expected)) << "queues";
+  Execution alone;
+  alone.threads = 1;
+  EXPECT_TRUE(same_film(film_of(scene, settings, alone), expected)) << "one thread";
+}
+
+TEST(Merging, of_parts_adds_up_to_the_whole_over_many_maps) {
+  auto [scene, settings] = room_of_glass(20, 100);
+  settings = merging(settings, 1);
+  settings.light_path_count = 4096;  // so that maps are of few samples
+  ASSERT_LT(photon_plan(settings).samples, 50U);
+  const Film expected = film_of(scene, settings);
+  Film parts(expected.layout());
+  for (const auto& [begin, end] : {std::pair(0, 1), std::pair(1, 37), std::pair(37, 100)}) {
+    Settings part = settings;
+    part.sample_begin = std::uint64_t(begin), part.sample_end = std::uint64_t(end);
+    for (const Crop& window : {Crop{0, 0, 20, 9}, Crop{0, 9, 13, 20}, Crop{13, 9, 20, 20}}) {
+      part.crop = window;
+      parts.add(film_of(scene, part));
+    }
+  }
+  EXPECT_TRUE(same_film(parts, expected));
+}
+
+TEST(Merging, belongs_to_the_layers_of_its_light) {
+  auto [scene, settings] = room_of_glass(16, 32);
+  settings = merging(settings, 1);
+  settings.aovs = {"direct", "indirect", "emission"};
+  const Film film = film_of(scene, settings);
+  double whole = 0, parts = 0;
+  for (std::uint32_t y = 0; y < 16; ++y)
+    for (std::uint32_t x = 0; x < 16; ++x) {
+      whole += film.mean(x, y, 0);
+      for (const char* bin : {"scattered.0.R", "scattered.1.R", "scattered.more.R"})
+        parts += film.mean(x, y, film.channel_index(bin).value());
+    }
+  EXPECT_NEAR(parts, whole, 1e-6 * whole);
+}
+
+}  // namespace
+}  // namespace eikon::test
