@@ -141,7 +141,7 @@ TEST(CausticsOption, parts_merge_and_renders_go_on_with_the_bits_of_the_whole) {
 TEST(CausticsOption, says_in_every_place_that_the_image_is_biased) {
   const Workplace here;
   const Outcome outcome =
-      here.eikon("render " + scene("cornell_spheres.gltf") + " --size 40x30 --guiding off --caustics merge --spp 2 -o a.exr --stats a.json");
+      here.eikon("render " + scene("cornell_spheres.gltf") + " --size 40x30 --guiding off --caustics merge --samples 0:2 -o a.exr --stats a.json");
   ASSERT_TRUE(succeeded(outcome));
   EXPECT_TRUE(contains(outcome.err, "the image has a bias")) << outcome.err;
   EXPECT_TRUE(contains(outcome.out, "the bias of --caustics merge is not in it")) << outcome.out;
