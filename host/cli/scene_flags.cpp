@@ -140,11 +140,11 @@ void add_camera_flags(CommandFlags& flags, SceneOptions& options) {
        "pay), off, or their number for each path from the camera, up to 1 [auto]"},
       [&](const std::string& text) { options.light_paths = parse_light_paths(text); });
   flags.suggest("--light-paths", {"auto", "off"});
-  flags.choice<bool>(
-      {"--caustics", "NAME",
-       "merge: light that glass or a mirror casts is also found where it is seen through glass or in a mirror, by photons; "
-       "the image has a bias then, which falls with each sample; unbiased [unbiased]"},
-      options.merges_caustics, {{"unbiased", false}, {"merge", true}});
+  flags.choice<bool>({"--caustics", "NAME",
+                      "merge: light that glass or a mirror casts is also found where it is seen through glass or in a "
+                      "mirror, by photons; "
+                      "the image has a bias then, which falls with each sample; unbiased [unbiased]"},
+                     options.merges_caustics, {{"unbiased", false}, {"merge", true}});
   flags.parsed(
       {"--guiding", "NAME|PATHS",
        "auto; on; off: paths follow what a small pilot render learned about where light comes from, where that "

@@ -132,7 +132,8 @@ std::optional<WorkUnit> UnitPool::take(std::uint64_t most_paths, std::uint64_t m
   }
   const std::uint64_t most = std::min(most_paths / unit.block.pixel_count(), most_samples);
   WorkUnit later = unit;
-  unit.sample_end = later.sample_begin = unit.sample_begin + sample_count(unit.sample_begin, unit.sample_end, most, period_);
+  unit.sample_end = later.sample_begin =
+      unit.sample_begin + sample_count(unit.sample_begin, unit.sample_end, most, period_);
   rest.push_back(later);
   for (const WorkUnit& part : rest) put(part);
   return unit;

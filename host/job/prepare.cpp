@@ -289,7 +289,8 @@ void settle_caustics(const SceneOptions& options, Settings& settings) {
   if (options.integrator != IntegratorChoice::path)
     refuse("this --integrator has no light paths; leave it out, or choose --integrator path");
   if (options.light_sampling != LightSampling::mis)
-    refuse(fmt::format("--light-sampling {} has no light paths; leave one of them out", name_of(options.light_sampling)));
+    refuse(
+        fmt::format("--light-sampling {} has no light paths; leave one of them out", name_of(options.light_sampling)));
   if (options.light_paths == 0.0) refuse("photons come by light paths; leave out --light-paths off");
 }
 
@@ -358,7 +359,8 @@ Prepared settle(const SceneOptions& options, std::shared_ptr<Scene> loaded, cons
       log("--caustics merge: this scene has no light paths, so nothing is merged, and the image has no bias");
   }
   if (settings.merges_caustics)
-    log("--caustics merge: the image has a bias, which falls with each sample: what glass and mirrors light up is blurred where "
+    log("--caustics merge: the image has a bias, which falls with each sample: what glass and mirrors light up is "
+        "blurred where "
         "it is seen through glass or in a mirror");
   log_unseen_lights(scene, settings, log);
   log_shutter(options, scene, settings, log);

@@ -64,7 +64,8 @@ void set_photons(Frame& frame, const PackedScene& packed, const Settings& settin
   const Camera& camera = settings.camera;
   const glm::dvec3 half = 0.5 * (packed.bounds.hi - packed.bounds.lo), center = packed.bounds.lo + half;
   // A camera in the middle of a room sees its walls.
-  const double distance = std::max(glm::length(center - glm::dvec3(camera.world_from_camera[3])), 0.5 * glm::length(half));
+  const double distance =
+      std::max(glm::length(center - glm::dvec3(camera.world_from_camera[3])), 0.5 * glm::length(half));
   double pixel = 2 * std::tan(0.5 * camera.yfov_rad) / settings.height * distance;
   if (camera.projection == Projection::orthographic) pixel = 2 * camera.ymag_m / settings.height;
   if (camera.projection == Projection::panorama) pixel = std::numbers::pi / settings.height * distance;

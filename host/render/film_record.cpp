@@ -107,8 +107,8 @@ std::vector<ImageSetting> image_settings(const Scene& scene, const Settings& set
   // depend on it, and adds it below if so.
   const auto& [width, height, crop, sample_begin, sample_end, likely_samples, seed, replicate_bits, max_depth,
                integrator, roulette_depth, roulette, energy_compensation, culling, light_sampling, light_samples, aovs,
-               depth_series, filter, transparent, light_path_count, light_trial_paths, merges_caustics, guiding, pilot_paths, guide,
-               camera, next_camera, camera_poses, environment] = settings;
+               depth_series, filter, transparent, light_path_count, light_trial_paths, merges_caustics, guiding,
+               pilot_paths, guide, camera, next_camera, camera_poses, environment] = settings;
   static_cast<void>(crop), static_cast<void>(sample_begin), static_cast<void>(sample_end);
   static_cast<void>(likely_samples);
   static_cast<void>(guide);                                  // it follows from the pilot

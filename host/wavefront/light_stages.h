@@ -84,7 +84,8 @@ class LightStages {
   /// Traces frame.light_path_count light paths for each of some samples, and waits for them. Their photons come instead of
   /// splats.
   /// samples  begin and end
-  void find_photons(LightUnit& lights, std::size_t which, std::pair<std::uint64_t, std::uint64_t> samples, const Frame& frame);
+  void find_photons(LightUnit& lights, std::size_t which, std::pair<std::uint64_t, std::uint64_t> samples,
+                    const Frame& frame);
   /// Launches the kernel of all stages on no paths, if there is one.
   void warm_up();
   /// Waits for all light paths of the unit.

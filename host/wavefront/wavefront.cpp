@@ -22,8 +22,8 @@ const WavefrontConfig& Wavefront::config() const { return impl_->config; }
 ArithmeticClass Wavefront::arithmetic() const { return impl_->arithmetic; }
 double Wavefront::upload_s() const { return impl_->upload_s; }
 std::uint64_t Wavefront::device_bytes() const {
-  return impl_->scene_bytes + impl_->texel_bytes + impl_->work.bytes + (impl_->traces_lights ? LightStages::bytes(impl_->config) : 0) +
-         impl_->photons.bytes();
+  return impl_->scene_bytes + impl_->texel_bytes + impl_->work.bytes +
+         (impl_->traces_lights ? LightStages::bytes(impl_->config) : 0) + impl_->photons.bytes();
 }
 const Bounces& Wavefront::bounces() const { return impl_->counters.bounces(); }
 void Wavefront::restart(const Settings& settings, const Execution& execution) { impl_->restart(settings, execution); }

@@ -338,7 +338,9 @@ struct Wavefront::Impl {
       throw InternalError(
           fmt::format("a unit of {} paths exceeds the pool of {}", unit.path_count(), config.capacity()));
     current.photon_rays = {};
-    if (photons.exists() && photons.prepare(lights, std::size_t(&current - in_flight.data()), unit, frame, arguments, current.photon_rays)) bind();
+    if (photons.exists() &&
+        photons.prepare(lights, std::size_t(&current - in_flight.data()), unit, frame, arguments, current.photon_rays))
+      bind();
     current.frame = unit_frame(frame, unit.sample_begin, unit.sample_end, std::uint32_t(current.pixels.size()));
     device.begin_unit(current.frame.path_count);
     if (sampler) sampler->before(current.frame, current.pixels);

@@ -16,8 +16,9 @@ namespace eikon {
 namespace {
 
 constexpr std::uint64_t kLeastPaths = 1U << 14;  // of a map
-constexpr std::uint64_t kMostPaths = 1U << 18;   // of all maps of a generation, for the sake of memory and of the watchdog
-constexpr std::uint64_t kLeastRatio = 16;        // camera paths for each light path of the maps, at most
+constexpr std::uint64_t kMostPaths =
+    1U << 18;                              // of all maps of a generation, for the sake of memory and of the watchdog
+constexpr std::uint64_t kLeastRatio = 16;  // camera paths for each light path of the maps, at most
 constexpr double kAlpha = 2.0 / 3;
 // The radius within which the table has the photons is larger than the one in which they are gathered, for what
 // kernels may round up.
@@ -26,12 +27,16 @@ constexpr float kReach = 1.0001F;
 using Photon = std::array<std::uint32_t, PHOTON_WORDS>;
 
 bool comes_before(const Photon& a, const Photon& b) {
-  const auto key = [](const Photon& p) { return std::make_tuple(p[PHOTON_info] & 0xffU, p[PHOTON_order], p[PHOTON_info]); };
+  const auto key = [](const Photon& p) {
+    return std::make_tuple(p[PHOTON_info] & 0xffU, p[PHOTON_order], p[PHOTON_info]);
+  };
   return key(a) != key(b) ? key(a) < key(b) : a < b;
 }
 
 /// As cell_coordinate of kernels/guide/cell.h.
-std::uint32_t cell_coordinate(float x) { return std::uint32_t(int(std::floor(std::clamp(x, -32768.0F, 32767.0F))) + 32768); }
+std::uint32_t cell_coordinate(float x) {
+  return std::uint32_t(int(std::floor(std::clamp(x, -32768.0F, 32767.0F))) + 32768);
+}
 
 /// The buckets in which a photon stands, each once.
 /// found  receives them

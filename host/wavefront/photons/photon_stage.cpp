@@ -21,7 +21,8 @@ PhotonStage::PhotonStage(Device& device, Arguments& arguments) : device_(&device
 
 void PhotonStage::share(Arguments& arguments) {
   const auto set = [&](const char* name, std::vector<std::uint32_t>& words, std::size_t least) {
-    if (words.size() < least) words.resize(least, 0);  // kernels read the first ones before they know that there are none
+    if (words.size() < least)
+      words.resize(least, 0);  // kernels read the first ones before they know that there are none
     arguments.set(name, device_->share(words.data(), 4 * words.size()));
   };
   set("photons", map_.photons, PHOTON_WORDS);
@@ -35,8 +36,8 @@ void PhotonStage::restart(const PhotonPlan& plan, const Frame& frame) {
   generation_.reset();
 }
 
-bool PhotonStage::prepare(LightStages& lights, std::size_t which, const WorkUnit& unit, Frame& frame, Arguments& arguments,
-                          RayCounts& rays) {
+bool PhotonStage::prepare(LightStages& lights, std::size_t which, const WorkUnit& unit, Frame& frame,
+                          Arguments& arguments, RayCounts& rays) {
   const std::uint64_t generation = unit.sample_begin / plan_.samples;
   if (unit.sample_begin < unit.sample_end && (unit.sample_end - 1) / plan_.samples != generation)
     throw InternalError("a unit has samples of several photon maps");
@@ -62,6 +63,8 @@ bool PhotonStage::prepare(LightStages& lights, std::size_t which, const WorkUnit
   return true;
 }
 
-std::uint64_t PhotonStage::bytes() const { return 4 * (map_.photons.size() + map_.places.size() + map_.buckets.size()); }
+std::uint64_t PhotonStage::bytes() const {
+  return 4 * (map_.photons.size() + map_.places.size() + map_.buckets.size());
+}
 
 }  // namespace eikon

@@ -25,7 +25,8 @@ class PhotonStage {
   /// rays    receives those that were traced
   /// returns true if buffers in `arguments` are new, so that kernels must be bound again
   /// throws DeviceError; InternalError if the samples are of several generations
-  bool prepare(LightStages& lights, std::size_t which, const WorkUnit& unit, Frame& frame, Arguments& arguments, RayCounts& rays);
+  bool prepare(LightStages& lights, std::size_t which, const WorkUnit& unit, Frame& frame, Arguments& arguments,
+               RayCounts& rays);
   /// Device memory of the maps.
   [[nodiscard]] std::uint64_t bytes() const;
 

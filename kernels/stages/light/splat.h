@@ -4,8 +4,10 @@
 #ifndef EK_STAGE_SPLAT_H
 #define EK_STAGE_SPLAT_H
 #include "film/splat.h"
-#include "stages/light/photon.h"
 #include "stages/shadow.h"
+#if EK_HAS_merging
+#include "stages/light/photon.h"
+#endif
 
 #if EK_HAS_light_paths
 EK_FN_ONCE void stage_splat(StageContext stage, Geometry geometry, SplatList list, uint count) {

@@ -141,7 +141,8 @@ TEST(CausticsOption, parts_merge_and_renders_go_on_with_the_bits_of_the_whole) {
 TEST(CausticsOption, says_in_every_place_that_the_image_is_biased) {
   const Workplace here;
   const Outcome outcome =
-      here.eikon("render " + scene("cornell_spheres.gltf") + " --size 40x30 --guiding off --caustics merge --samples 0:2 -o a.exr --stats a.json");
+      here.eikon("render " + scene("cornell_spheres.gltf") +
+                 " --size 40x30 --guiding off --caustics merge --samples 0:2 -o a.exr --stats a.json");
   ASSERT_TRUE(succeeded(outcome));
   EXPECT_TRUE(contains(outcome.err, "the image has a bias")) << outcome.err;
   EXPECT_TRUE(contains(outcome.out, "the bias of --caustics merge is not in it")) << outcome.out;
@@ -167,14 +168,15 @@ TEST(CausticsOption, replayed_samples_add_up_to_the_pixel) {
 
 TEST(CausticsOption, is_refused_where_it_means_nothing) {
   const Workplace here;
-  for (const char* flags : {"--strict", "--integrator whitted", "--integrator raycast", "--integrator direct", "--light-sampling bsdf",
-                            "--light-paths off"}) {
+  for (const char* flags : {"--strict", "--integrator whitted", "--integrator raycast", "--integrator direct",
+                            "--light-sampling bsdf", "--light-paths off"}) {
     const Outcome outcome = here.eikon(kMerged + "-o x.exr " + flags);
     EXPECT_TRUE(refused(outcome, kUsage)) << flags;
     EXPECT_TRUE(contains(outcome.err, "--caustics merge: ")) << outcome.err;
   }
   EXPECT_TRUE(refused(here.eikon(kSpheres + "-o x.exr --caustics some"), kUsage));
-  const Outcome nothing = here.eikon("render " + scene("cornell.gltf") + " --size 8x8 --spp 1 -o a.exr --caustics merge");
+  const Outcome nothing =
+      here.eikon("render " + scene("cornell.gltf") + " --size 8x8 --spp 1 -o a.exr --caustics merge");
   ASSERT_TRUE(succeeded(nothing));
   EXPECT_TRUE(contains(nothing.err, "nothing is merged")) << nothing.err;
 }

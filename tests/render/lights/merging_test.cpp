@@ -56,7 +56,9 @@ double leak_from(std::uint64_t first) {
   const std::uint64_t samples = photon_plan(merging(settings, 1)).samples;
   settings.sample_begin = first * samples, settings.sample_end = (first + kGenerations) * samples;
   const Film merged = film_of(scene, merging(settings, 1)), others = film_of(scene, with_light_paths(settings, 1));
-  const auto of_photons = [&](const Crop& window) { return mean_of(merged, 0, window).mean - mean_of(others, 0, window).mean; };
+  const auto of_photons = [&](const Crop& window) {
+    return mean_of(merged, 0, window).mean - mean_of(others, 0, window).mean;
+  };
   return of_photons({22, 16, 32, 48}) / of_photons({40, 16, 50, 48});
 }
 

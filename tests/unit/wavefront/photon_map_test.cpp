@@ -20,7 +20,8 @@ std::vector<std::uint32_t> some_photons(std::size_t count) {
   std::uniform_real_distribution<float> place(-1, 1);
   std::vector<std::uint32_t> words(count * PHOTON_WORDS);
   for (std::size_t i = 0; i < count; ++i) {
-    for (std::size_t axis = 0; axis < 3; ++axis) words[i * PHOTON_WORDS + axis] = std::bit_cast<std::uint32_t>(place(random));
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      words[i * PHOTON_WORDS + axis] = std::bit_cast<std::uint32_t>(place(random));
     words[i * PHOTON_WORDS + PHOTON_info] = std::uint32_t(random() % 2 | (2 + random() % 3) << 16);
     words[i * PHOTON_WORDS + PHOTON_order] = std::uint32_t(random());
   }
