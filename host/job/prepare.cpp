@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "job/prepare.h"
 
+#include <utility>
 #include <fmt/format.h>
 
 #include <algorithm>
