@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "job/prepare.h"
 
-#include <utility>
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "core/clock.h"
 #include "core/error.h"

@@ -385,8 +385,7 @@ void RenderJob::print() const {
              prepared_.settings.crop.width(), prepared_.settings.crop.height(),
              before > 0 ? fmt::format("{} samples before and ", before) : "", report().samples, report().render_s,
              1e-6 * per_second(double(report().samples), report().render_s));
-  fmt::print("{}{}\n", in_words(error_),
-             prepared_.settings.merges_caustics ? "; the bias of --caustics merge is not in it" : "");
+  fmt::print("{}{}\n", in_words(error_), words_of_bias(prepared_.settings));
   if (options_.goal.any()) fmt::print("{}\n", how_it_ended());
 }
 

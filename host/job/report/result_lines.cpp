@@ -19,6 +19,10 @@ std::string in_words(const PredictedError& error) {
                           : "predicted relMSE unknown: no sample has found any light";
 }
 
+const char* words_of_bias(const Settings& settings) {
+  return settings.merges_caustics ? "; the bias of --caustics merge is not in it" : "";
+}
+
 std::string in_words(const PilotReport& pilot) {
   const auto times = [](double gain) {
     return fmt::format("{:.2f} times less error for as many rays, it predicts", gain);

@@ -12,6 +12,8 @@ namespace eikon {
 
 /// "predicted relMSE 1e-3 (95 %: 9e-4 to 1.1e-3)", or what can be said instead.
 [[nodiscard]] std::string in_words(const PredictedError& error);
+/// Says behind it which bias the error leaves out; empty if there is none.
+[[nodiscard]] const char* words_of_bias(const Settings& settings);
 /// "pilot: 65536 paths in 0.52 s; paths are guided (1.80 times less error for as many rays, it predicts)"
 [[nodiscard]] std::string in_words(const PilotReport& pilot);
 /// "3 samples were rejected (2 not finite, 1 beyond the film's range); replay the first with --pixel 4,7 --sample 12"
