@@ -90,19 +90,22 @@ TEST(FilmRecord, every_setting_of_the_image_counts_and_nothing_else_does) {
   EXPECT_NE(changed([](Image9x7& i) { i.settings.light_path_count = 1; }), "");
   EXPECT_EQ(changed([](Image9x7& i) { i.settings.light_trial_paths = 16384; }),
             "its light paths (--light-paths) is auto, by 16384 paths, not none");
+  EXPECT_EQ(changed([](Image9x7& i) { i.settings.merges_caustics = true; }),
+            "its caustics (--caustics) is merge, not unbiased");
   EXPECT_EQ(changed([](Image9x7& i) { i.settings.crop = {1, 1, 2, 2}; }), "");
   EXPECT_EQ(changed([](Image9x7& i) { i.settings.sample_end = 1000; }), "");
   EXPECT_EQ(changed([](Image9x7& i) { i.settings.camera.name = "another"; }), "");
   EXPECT_TRUE(difference(usual, {}));
 }
 
-TEST(FilmRecord, culling_guiding_and_light_paths_count_and_files_that_do_not_name_them_have_none) {
+TEST(FilmRecord, culling_guiding_light_paths_and_caustics_count_and_files_that_do_not_name_them_have_none) {
   Image9x7 culled;
   culled.settings.culling = Culling::camera;
   FilmRecord record = some_record();
   std::string text = to_text(record);
   for (const std::string line : {"setting culling (--cull): none\n", "setting guiding (--guiding): off\n",
-                                 "setting light paths (--light-paths): none\n"}) {
+                                 "setting light paths (--light-paths): none\n",
+                                 "setting caustics (--caustics): unbiased\n"}) {
     const std::size_t at = text.find(line);
     ASSERT_NE(at, std::string::npos);
     text.erase(at, line.size());
