@@ -181,7 +181,15 @@ EK_FN v3 diffuse_part(SpecularOverDiffuse k, vf cos_i, vf length_i) {
 }
 
 EK_FN SpecularOverDiffuse metallic_roughness_terms(MaterialLanes m, v3 wo) {
-  return make_specular_over_diffuse(m, wo, m.f0, m.f90, (vf)(1.0f), scale3(m.base_color, 1.0f - m.metallic));
+  SpecularOverDiffuse k =
+      make_specular_over_diffuse(m, wo, m.f0, m.f90, (vf)(1.0f), scale3(m.base_color, 1.0f - m.metallic));
+#if EK_HAS_GUIDE
+  // Directions of the diffuse part come from the table, so a surface whose highlight is wide follows the table sometimes
+  // even if all it reflects is the highlight.
+  const vi wide = guide_has(m.guide) & (m.ggx_alpha >= EK_GUIDED_ALPHA);
+  k.diffuse = wide ? max_f(k.diffuse, EK_GUIDED_SHARE * k.specular) : k.diffuse;
+#endif
+  return k;
 }
 
 EK_FN BsdfValue metallic_roughness_value(MaterialLanes m, SpecularOverDiffuse k, v3 wo, v3 wi) {

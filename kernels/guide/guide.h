@@ -25,6 +25,12 @@ typedef struct {
 #define EK_GUIDE_DATA
 #endif
 
+// GGX's alpha, the square of glTF's roughness, from which on highlights are so wide that a table of 8 x 8 bins helps to
+// sample them.
+#define EK_GUIDED_ALPHA 0.16f
+// Probability that such a surface follows the table, over that of following the highlight: at least so much.
+#define EK_GUIDED_SHARE 0.2f
+
 // Density over that of the cosine, of one unit of weight.
 #define GUIDE_DENSITY ((float)EK_GUIDE_BINS / EK_GUIDE_TOTAL)
 

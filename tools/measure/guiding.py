@@ -2,13 +2,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Measures what guiding is worth: error times rays without it over the same with it, for as many samples.
 
-  tools/measure/guiding.py [--eikon FILE] [--seeds N] [--spp N] [--reference-spp N] [--json FILE] [SCENE[=WxH] ...]
+  tools/measure/guiding.py [--eikon FILE] [--seeds N] [--spp N] [--reference-spp N] [--json FILE] [--decided]
+      [SCENE[=WxH] ...]
 
 For each scene a row: what the pilot predicts and decides, the mean relMSE of the seeds against a reference without
 guiding, without and with `--guiding on`, the rays with guiding over those without, and the gain: the product of error and
 rays without guiding over that with it, and its standard error over the seeds. The reference's own error, which it predicts,
 is taken off both. Seconds do not count, so a busy machine does no harm. Scenes are left out that have no pilot, unless
---all asks for them. Without scenes, all of scenes/ are measured. Standard library only.
+--all asks for them. With --decided only the scenes are measured that `--guiding auto` guides, since the others keep their
+bits. A file that eikon refuses is named and left out. The last line counts the files, and has the least gain and the median
+of those that are guided. Without scenes, all of scenes/ are measured. Standard library only.
 """
 
 import argparse
@@ -23,6 +26,7 @@ import tempfile
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 REFERENCE_SEED = 1_000_003
 USUAL_SIZE = "160x128"
+INPUT_ERROR = 3  # exit code
 
 
 def run(*command):
@@ -42,8 +46,20 @@ def parse_scene(text):
     return path.resolve(), size or USUAL_SIZE
 
 
+def is_refused(eikon, scene):
+    """True if eikon does not load the file."""
+    return subprocess.run([eikon, "info", scene], capture_output=True, check=False).returncode == INPUT_ERROR
+
+
+def without_gain(scene, size, decision, predicted):
+    """The row of a scene that was not rendered with guiding."""
+    return {"scene": scene.stem, "size": size, "decision": decision, "predicted": predicted, "gain": None}
+
+
 def measure(eikon, scene, size, options):
-    """The row of a scene as a dictionary, or None if nothing in it can be guided."""
+    """The row of a scene as a dictionary."""
+    if is_refused(eikon, scene):
+        return without_gain(scene, size, "refused", None)
     with tempfile.TemporaryDirectory(prefix="eikon_guiding_") as name:
         folder = pathlib.Path(name)
 
@@ -58,12 +74,14 @@ def measure(eikon, scene, size, options):
         run(eikon, "batch", folder / "first", "--quiet")
         pilot = stats("auto")["pilot"]
         if pilot is None and not options.all:
-            return None
+            return without_gain(scene, size, "no pilot", None)
+        if options.decided and not pilot["roulette_depth"]:
+            return without_gain(scene, size, "off", pilot["gain"])
         (folder / "asked").write_text(job("on", "on", 1, 0))
         run(eikon, "batch", folder / "asked", "--quiet")
         asked = stats("on")["pilot"]
         if asked is None:
-            return None
+            return without_gain(scene, size, "no pilot", None)
         seeds = range(options.seeds)
         (folder / "jobs").write_text(
             job("reference", "off", options.reference_spp, REFERENCE_SEED)
@@ -77,7 +95,7 @@ def measure(eikon, scene, size, options):
     doubt = math.sqrt(sum((statistics.stdev(errors[way]) / mean[way]) ** 2 for way in errors) / options.seeds)
     ratio = rays["on"] / rays["off"]
     gain = mean["off"] / mean["on"] / ratio
-    return {"scene": scene.stem, "size": size, "decision": "none" if pilot is None else "on" if pilot["roulette_depth"] else "off",
+    return {"scene": scene.stem, "size": size, "decision": "no pilot" if pilot is None else "on" if pilot["roulette_depth"] else "off",
             "predicted": asked["gain"], "reference": own,
             "off": mean["off"], "on": mean["on"], "rays": ratio, "gain": gain, "doubt": gain * doubt}
 
@@ -90,6 +108,7 @@ def main():
     parser.add_argument("--spp", type=int, default=64)
     parser.add_argument("--reference-spp", type=int, default=4096)
     parser.add_argument("--all", action="store_true")
+    parser.add_argument("--decided", action="store_true")
     parser.add_argument("--json", type=pathlib.Path)
     options = parser.parse_args()
     scenes = options.scenes or sorted(str(path) for path in (ROOT / "scenes").glob("*.gltf"))
@@ -97,12 +116,16 @@ def main():
     print("| scene | auto | predicted | relMSE without | with | rays, times | gain |\n|---|---|---|---|---|---|---|")
     for scene, size in map(parse_scene, scenes):
         row = measure(options.eikon, scene, size, options)
-        if row is None:
-            print(f"| {scene.stem} | no pilot | | | | | |", flush=True)
-            continue
         rows.append(row)
-        print(f"| {row['scene']} | {row['decision']} | {row['predicted']:.2f} | {row['off']:.3g} | {row['on']:.3g} "
-              f"| {row['rays']:.2f} | {row['gain']:.2f} +- {row['doubt']:.2f} |", flush=True)
+        predicted = "" if row["predicted"] is None else f"{row['predicted']:.2f}"
+        measured = "| | |"
+        if row["gain"] is not None:
+            measured = (f"{row['off']:.3g} | {row['on']:.3g} | {row['rays']:.2f} | {row['gain']:.2f} +- {row['doubt']:.2f}")
+        print(f"| {row['scene']} | {row['decision']} | {predicted} | {measured} |", flush=True)
+    guided = sorted(row["gain"] for row in rows if row["decision"] == "on")
+    refused = sum(row["decision"] == "refused" for row in rows)
+    print(f"\n{len(rows)} files, {refused} refused, {len(guided)} guided"
+          + (f": least gain {guided[0]:.2f}, median {statistics.median(guided):.2f}" if guided else ""))
     if options.json:
         options.json.write_text(json.dumps(rows, indent=1) + "\n")
 

@@ -68,7 +68,8 @@ typedef struct {
   vf light_ratio;    // as PathState's, of the path that goes on
 #endif
 #if EK_HAS_GUIDE
-  vi is_diffuse;     // mask: tables hold for the surface
+  vi is_guided;      // mask: tables hold for the surface,
+  vi is_diffuse;     // and what leaves it is their mean light times the albedo
   CellKey cell_key;
   vf expected;       // luminance that the pilot expects of the path; 0: not known yet
 #endif

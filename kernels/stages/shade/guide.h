@@ -9,18 +9,21 @@
 #if EK_HAS_GUIDE
 // Least survival probability: a table may be wrong, and the weight of a path grows by the inverse.
 #define EK_ROULETTE_LEAST 0.05f
-// Less metallic surfaces are guided: what metal reflects depends on the direction.
-#define EK_GUIDED_METALLIC 0.5f
+// What more metallic surfaces reflect depends on the direction, so the tables do not say what the rest of a path brings.
+#define EK_DIFFUSE_METALLIC 0.5f
 
 /// Sets the table that holds for each lane's point, and what the pilot expects of the path.
 EK_FN void guide_point(const ShadeContext* c, const PathHit* hit, ShadingPoint* point) {
   constant Frame* frame = c->stage.frame;
   point->is_diffuse = (point->material.lobes & (1u << LOBE_diffuse)) != 0u;
-  if (EK_HAS_metallic_roughness)
-    point->is_diffuse = point->is_diffuse | (((point->material.lobes & (1u << LOBE_metallic_roughness)) != 0u) &
-                                             (point->material.metallic < EK_GUIDED_METALLIC));
+  point->is_guided = point->is_diffuse;
+  if (EK_HAS_metallic_roughness) {
+    const vi is = (point->material.lobes & (1u << LOBE_metallic_roughness)) != 0u;
+    point->is_diffuse = point->is_diffuse | (is & (point->material.metallic < EK_DIFFUSE_METALLIC));
+    point->is_guided = point->is_diffuse | (is & (point->material.ggx_alpha >= EK_GUIDED_ALPHA));
+  }
   point->cell_key = cell_key(frame, point->p, point->n_shade);
-  const vi wanted = point->live & (frame->guided_roulette_depth != 0u ? point->is_diffuse : (vi)(0));
+  const vi wanted = point->live & (frame->guided_roulette_depth != 0u ? point->is_guided : (vi)(0));
   const GuideCell guide = {c->lights.guide.cells, cell_find(frame, c->lights.guide.slots, point->cell_key, wanted)};
   point->material.guide = guide;
   point->expected = hit->path.expected;
@@ -31,7 +34,7 @@ EK_FN void guide_point(const ShadeContext* c, const PathHit* hit, ShadingPoint* 
 /// bring at least a third of it go on. Lanes that the tables say nothing about keep `otherwise`.
 EK_FN vf guided_survival(const ShadeContext* c, ShadingPoint* point, vf otherwise) {
   const GuideCell guide = point->material.guide;
-  const vi has = guide_has(guide);
+  const vi has = guide_has(guide) & point->is_diffuse;
   if (!ANY(has)) return otherwise;
   const vf indirect = guide_indirect(guide), direct = guide_direct(guide);
   const vf leaving = luminance(abs3(mul3(point->beta, point->material.base_color)));
@@ -63,7 +66,7 @@ EK_FN void log_vertex_end(const ShadeContext* c, const PathHit* hit, const Shadi
   const vu path = hit->path.path;
   const vf before = luminance(abs3(point->beta)), after = luminance(abs3(next->beta));
   const vu info = (guide_bin(next->wi) & (uint)LOG_BIN_MASK) | (uint)LOG_HIT |
-                  ((point->live & point->is_diffuse) ? (vu)(LOG_GUIDED) : (vu)(0u)) |
+                  ((point->live & point->is_guided) ? (vu)(LOG_GUIDED) : (vu)(0u)) |
                   (next->survives ? (vu)(LOG_CONTINUES) : (vu)(0u));
   log_set(log, c->depth, LOG_info, hit->live, path, info);
   log_set(log, c->depth, LOG_xy, hit->live, path, point->cell_key.xy);

@@ -30,13 +30,13 @@ kernel void probe_cells(PROBE_ARGUMENTS, constant Frame* frame, global const uin
 #if EK_HAS_guiding
 #include "bsdf/bsdf.h"
 // Inputs: cell, the material's lobe as a bit set, its metallic part and alpha, wo, u, v, choice. Outputs: f / pdf of a
-// guided sample and its pdf; f and pdf of its direction, guided; f and pdf of it, not guided; whether it is of a mirror.
-EK_FN_ONCE void probe_guided_bsdf_run(PROBE_ITEMS, global const uint* cells) {
+// guided sample and its pdf; f and pdf of its direction, guided; f and pdf of it, not guided; whether it is of a mirror; its bin.
+EK_FN MaterialLanes guided_material(global const uint* cells, vu cell, vu lobes, vf metallic, vf alpha) {
   MaterialLanes m = {0};
-  m.lobes = IN_U(1);
+  m.lobes = lobes;
   m.base_color = V3((vf)(0.9f), (vf)(0.6f), (vf)(0.3f));
-  m.metallic = IN_F(2);
-  m.ggx_alpha = IN_F(3);
+  m.metallic = metallic;
+  m.ggx_alpha = alpha;
   m.ggx_alpha_x = m.ggx_alpha;
   m.specular = (vf)(1.0f);
   m.f90 = (vf)(1.0f);
@@ -44,7 +44,12 @@ EK_FN_ONCE void probe_guided_bsdf_run(PROBE_ITEMS, global const uint* cells) {
   m.f0 = add3(scale3(m.f0_dielectric, 1.0f - m.metallic), scale3(m.base_color, m.metallic));
   m.eta = (vf)(1.5f);
   m.guide.cells = cells;
-  m.guide.cell = IN_U(0);
+  m.guide.cell = cell;
+  return m;
+}
+
+EK_FN_ONCE void probe_guided_bsdf_run(PROBE_ITEMS, global const uint* cells) {
+  MaterialLanes m = guided_material(cells, IN_U(0), IN_U(1), IN_F(2), IN_F(3));
   const v3 wo = IN_3(4);
   const BsdfSample s = bsdf_sample(m, wo, IN_F(7), IN_F(8), IN_F(9));
   const BsdfValue guided = bsdf_evaluate(m, wo, s.wi);
@@ -57,6 +62,16 @@ EK_FN_ONCE void probe_guided_bsdf_run(PROBE_ITEMS, global const uint* cells) {
   OUT_F(4, max_component(plain.f));
   OUT_F(5, plain.pdf);
   OUT_U(6, s.delta ? (vu)(1u) : (vu)(0u));
+  OUT_U(7, guide_bin(s.wi));
 }
 kernel void probe_guided_bsdf(PROBE_ARGUMENTS, global const uint* cells) { probe_guided_bsdf_run(PROBE_PASSED, cells); }
+
+// Inputs: as probe_guided_bsdf, but for wi after wo. Outputs: its pdf, its bin.
+EK_FN_ONCE void probe_guided_pdf_run(PROBE_ITEMS, global const uint* cells) {
+  const MaterialLanes m = guided_material(cells, IN_U(0), IN_U(1), IN_F(2), IN_F(3));
+  const v3 wi = IN_3(7);
+  OUT_F(0, bsdf_evaluate(m, IN_3(4), wi).pdf);
+  OUT_U(1, guide_bin(wi));
+}
+kernel void probe_guided_pdf(PROBE_ARGUMENTS, global const uint* cells) { probe_guided_pdf_run(PROBE_PASSED, cells); }
 #endif

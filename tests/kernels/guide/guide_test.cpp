@@ -6,6 +6,8 @@
 #include <cmath>
 #include <fstream>
 #include <glm/glm.hpp>
+#include <numbers>
+#include <numeric>
 #include <random>
 #include <sstream>
 
@@ -102,8 +104,9 @@ TEST(Guide, the_density_of_a_direction_is_that_of_its_sample) {
 }
 
 // The density of each direction is at least EK_GUIDE_LEAST of what it would be without guiding: the diffuse part's is by
-// the least weight of a bin, and the specular part's is the same. So what a sample counts for, its f over its pdf, is at
-// most 1 / EK_GUIDE_LEAST times what the same direction counts for without guiding.
+// the least weight of a bin, and the specular part's is the same, or loses the sixth that follows the table on rough metal. So
+// what a sample counts for, its f over its pdf, is at most 1 / EK_GUIDE_LEAST times what the same direction counts for without
+// guiding.
 TEST(Guide, no_weight_grows_by_more_than_the_inverse_of_the_least_density) {
   const GuideTable table = make_guide_table(some_cells(), 1);
   std::mt19937 random(29);
@@ -117,12 +120,12 @@ TEST(Guide, no_weight_grows_by_more_than_the_inverse_of_the_least_density) {
     std::size_t next = 0;
     for (const std::uint32_t word :
          {std::uint32_t(i % 4), 1U << (diffuse ? kLobe_diffuse : kLobe_metallic_roughness),
-          as_word(diffuse ? 0 : 0.5F * uniform()), as_word(roughness * roughness), as_word(r * std::cos(turn)),
+          as_word(diffuse ? 0 : uniform()), as_word(roughness * roughness), as_word(r * std::cos(turn)),
           as_word(r * std::sin(turn)), as_word(z), as_word(uniform()), as_word(uniform()), as_word(uniform())})
       in[next++].push_back(word);
   }
   const auto out =
-      guide_probe().define("EK_HAS_guiding", "1").buffer("cells", table.cells).run("probe_guided_bsdf", in, 7);
+      guide_probe().define("EK_HAS_guiding", "1").buffer("cells", table.cells).run("probe_guided_bsdf", in, 8);
   double most = 0;
   std::size_t grown = 0;
   for (std::size_t i = 0; i < kTried; ++i) {
@@ -138,6 +141,74 @@ TEST(Guide, no_weight_grows_by_more_than_the_inverse_of_the_least_density) {
   }
   EXPECT_GT(most, 3.9) << "the bound is never met: the test sees nothing";
   EXPECT_GT(grown, kTried / 100);
+}
+
+/// A rough surface with a table, and a viewer.
+struct GuidedSurface {
+  std::uint32_t cell;
+  float metallic, roughness, cosine;
+
+  /// The inputs of the probes that are the same for all directions.
+  [[nodiscard]] std::vector<Words> inputs(std::size_t count) const {
+    const float sine = std::sqrt(1 - cosine * cosine);
+    std::vector<Words> in;
+    for (const std::uint32_t word :
+         {cell, 1U << kLobe_metallic_roughness, as_word(metallic), as_word(roughness * roughness), as_word(0.6F * sine),
+          as_word(0.8F * sine), as_word(cosine)})
+      in.emplace_back(count, word);
+    return in;
+  }
+};
+
+/// The probability of each bin: a sum over a grid that is even in solid angle between the circles on which bins end. By the
+/// cosine, the density at grazing directions would have no bound.
+std::vector<double> bin_probabilities(const GuidedSurface& surface, const GuideTable& table) {
+  constexpr std::size_t kRings = EK_GUIDE_ROWS / 2, kHeights = 256, kTurns = 1024;
+  std::vector<Words> in = surface.inputs(kRings * kHeights * kTurns);
+  Words x, y, z;
+  std::vector<double> solid_angle;
+  for (std::size_t ring = 0; ring < kRings; ++ring) {
+    const auto circle = [](std::size_t at) { return std::sqrt(1 - std::pow(double(at) / kRings, 2)); };
+    const double step = (circle(ring) - circle(ring + 1)) / kHeights;
+    for (std::size_t i = 0; i < kHeights * kTurns; ++i) {
+      const double height = circle(ring) - (double(i / kTurns) + 0.5) * step, radius = std::sqrt(1 - height * height);
+      const double turn = 2 * std::numbers::pi * (double(i % kTurns) + 0.5) / kTurns;
+      x.push_back(as_word(float(radius * std::cos(turn))));
+      y.push_back(as_word(float(radius * std::sin(turn))));
+      z.push_back(as_word(float(height)));
+      solid_angle.push_back(step * 2 * std::numbers::pi / kTurns);
+    }
+  }
+  in.insert(in.end(), {x, y, z});
+  const auto out =
+      guide_probe().define("EK_HAS_guiding", "1").buffer("cells", table.cells).run("probe_guided_pdf", in, 2);
+  std::vector<double> shares(EK_GUIDE_BINS, 0);
+  for (std::size_t i = 0; i < solid_angle.size(); ++i)
+    shares[out[1][i]] += double(as_float(out[0][i])) * solid_angle[i];
+  return shares;
+}
+
+TEST(Guide, samples_of_rough_surfaces_have_the_density_that_they_state) {
+  const GuideTable table = make_guide_table(some_cells(), 1);
+  const std::vector<GuidedSurface> surfaces = {{0, 1, 0.5F, 0.8F},  {2, 1, 0.5F, 0.3F}, {0, 1, 0.9F, 0.5F},
+                                               {2, 0, 0.45F, 0.7F}, {1, 1, 0.3F, 0.8F}, {0, 0.6F, 0.6F, 0.2F}};
+  for (std::size_t k = 0; k < surfaces.size(); ++k) {
+    std::mt19937 random(31 + unsigned(k));
+    std::vector<Words> in = surfaces[k].inputs(kSamples);
+    for (int i = 0; i < 3; ++i) {
+      Words& numbers = in.emplace_back();
+      for (std::size_t n = 0; n < kSamples; ++n) numbers.push_back(as_word(float(random() >> 8) * 0x1p-24F));
+    }
+    const auto out =
+        guide_probe().define("EK_HAS_guiding", "1").buffer("cells", table.cells).run("probe_guided_bsdf", in, 8);
+    // The last entry counts what is reflected into the surface.
+    std::vector<double> observed(EK_GUIDE_BINS + 1, 0), expected = bin_probabilities(surfaces[k], table);
+    for (std::size_t n = 0; n < kSamples; ++n) ++observed[as_float(out[1][n]) > 0 ? out[7][n] : EK_GUIDE_BINS];
+    expected.push_back(1 - std::accumulate(expected.begin(), expected.end(), 0.0));
+    for (double& share : expected) share *= double(kSamples);
+    const ChiSquare test = chi_square(observed, expected);
+    EXPECT_GT(test.p_value, sidak(surfaces.size())) << "surface " << k << '\n' << test.table;
+  }
 }
 
 TEST(Guide, lanes_without_a_cell_keep_their_samples) {

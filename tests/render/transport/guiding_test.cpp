@@ -114,6 +114,29 @@ TEST(Guiding, finds_the_window_and_keeps_the_mean) {
   EXPECT_LT(std::abs(a.mean - b.mean), 4 * std::hypot(a.sigma, b.sigma)) << a.mean << " against " << b.mean;
 }
 
+/// A metal that is as rough as the tables guide it.
+Material brushed_metal() {
+  Material m;
+  m.base_color = {0.9F, 0.8F, 0.7F};
+  m.metallic = 1;
+  m.roughness = 0.5F;
+  return m;
+}
+
+TEST(Guiding, rough_metal_finds_the_window_and_keeps_the_mean) {
+  auto [scene, settings] = box_with_window(512);
+  scene.materials[0] = brushed_metal();
+  const Film plain = film_of(scene, settings);
+  settings.pilot_paths = 1U << 17;
+  settings.guiding = Guiding::on;
+  settings.seed = 1;
+  const RenderOutput guided = output_of(scene, settings);
+  EXPECT_GT(guided.report.pilot.cells, 0U) << "no table was learned for metal";
+  EXPECT_TRUE(agree(mean_of(guided.film), mean_of(plain), 1));
+  const double gain = plain.predicted_error().relmse / guided.film.predicted_error().relmse;
+  EXPECT_GT(gain, 1.15) << "times less error than without guiding";
+}
+
 TEST(Guiding, a_table_of_another_scene_changes_no_mean) {
   auto [scene, settings] = guided_room(32, 24, 128);
   settings.pilot_paths = 0;
@@ -174,6 +197,22 @@ TEST(Guiding, light_that_the_pilot_never_met_is_found) {
   other.roulette_depth = 3 - other.roulette_depth;
   settings.guide = std::make_shared<const GuideTable>(std::move(other));
   EXPECT_TRUE(agree(mean_of(film_of(scene, settings)), expected, 2));
+}
+
+TEST(Guiding, cells_whose_hashes_collide_change_no_mean) {
+  auto [scene, settings] = guided_room(32, 24, 128);
+  const MeanAndError expected = mean_of(film_of(scene, settings));
+  const std::shared_ptr<const GuideTable> learned = table_of(scene, settings);
+  ASSERT_NE(learned, nullptr);
+  // Each key finds the tag of another cell, as if all tags were equal.
+  GuideTable collided = *learned;
+  for (std::size_t slot = 0; slot < collided.slots.size(); slot += 2)
+    if (collided.slots[slot] != 0)
+      collided.slots[slot + 1] = std::uint32_t((collided.slots[slot + 1] + 7) % collided.cell_count());
+  ASSERT_TRUE(collided.is_sound());
+  settings.guide = std::make_shared<const GuideTable>(std::move(collided));
+  settings.seed = 1;
+  EXPECT_TRUE(agree(mean_of(film_of(scene, settings)), expected, 1));
 }
 
 TEST(Guiding, lamps_seen_through_glass_keep_the_mean) {

@@ -5,6 +5,7 @@
 
 #include <bit>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <random>
 
@@ -93,6 +94,33 @@ TEST(Learner, light_spreads_by_one_bounce_a_round) {
   learner.add(log.view());
   learner.end_round();
   EXPECT_NEAR(cell_of(100), 1.0F, 1e-4F) << "the albedo of the second cell times what arrives there";
+}
+
+TEST(Learner, a_sample_counts_for_a_bounded_amount_whatever_it_is) {
+  const auto learned = [](float emitted) {
+    Log log(6400);
+    for (std::size_t path = 0; path < log.paths; ++path) {
+      log.set(path, 0, LOG_info, kGoesOn | std::uint32_t(path % EK_GUIDE_BINS));
+      log.set(path, 0, LOG_xy, 5U);
+      log.set(path, 0, LOG_albedo, 0.5F);
+      log.set(path, 1, LOG_info, LOG_HIT);
+      log.set(path, 1, LOG_emitted, path == 0 ? emitted : 1.0F);
+    }
+    GuideLearner learner(1, 1);
+    learner.add(log.view());
+    learner.end_round();
+    return learner.table();
+  };
+  constexpr float kMost = 65536;  // of the usual luminance, which is 1 here
+  const GuideTable most = learned(kMost);
+  EXPECT_LT(indirect_of(learned(1000)), indirect_of(most));
+  for (const float more : {2 * kMost, 1e30F, std::numeric_limits<float>::infinity()}) {
+    EXPECT_EQ(learned(more).digest(), most.digest()) << more;
+    EXPECT_TRUE(learned(more).is_sound()) << more;
+  }
+  // What is no radiance counts for nothing, and leaves the others alone.
+  EXPECT_NEAR(indirect_of(learned(std::numeric_limits<float>::quiet_NaN())), 1, 0.01);
+  EXPECT_NEAR(indirect_of(learned(-1e30F)), 1, 0.01);
 }
 
 TEST(Learner, the_order_of_paths_does_not_matter) {
