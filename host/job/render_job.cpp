@@ -378,7 +378,7 @@ void RenderJob::print() const {
   if (!options_.quiet) {
     print_stage_table(report());
     print_times(report(), times_);
-    if (report().pilot.exists()) fmt::print("{}\n", in_words(report().pilot));
+    if (report().pilot.exists()) fmt::print("{}\n", in_words(report().pilot, prepared_.settings));
   }
   const std::uint64_t before = report().samples_before;
   fmt::print("{}: {} x {}, {}{} samples in {:.2f} s ({:.2f} Msamples/s)\n", printable(output_.string()),

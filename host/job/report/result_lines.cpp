@@ -23,13 +23,15 @@ const char* words_of_bias(const Settings& settings) {
   return settings.merges_caustics ? "; the bias of --caustics merge is not in it" : "";
 }
 
-std::string in_words(const PilotReport& pilot) {
+std::string in_words(const PilotReport& pilot, const Settings& settings) {
   const auto times = [](double gain) {
     return fmt::format("{:.2f} times less error for as many rays, it predicts", gain);
   };
   std::string text = fmt::format("pilot: {} paths{}", pilot.paths + pilot.light_trial_paths,
                                  pilot.loaded ? ", made before" : fmt::format(" in {:.2f} s", pilot.seconds));
-  if (pilot.light_trial_paths > 0 && pilot.light_path_count == 0) text += "; no light paths, as they would not pay";
+  if (pilot.light_trial_paths > 0 && pilot.light_path_count == 0)
+    text += settings.merges_caustics ? "; light paths as few as merging needs, as more would not pay"
+                                     : "; no light paths, as they would not pay";
   if (pilot.light_trial_paths > 0 && pilot.light_path_count > 0)
     text += fmt::format("; {} light paths of each sample ({})", pilot.light_path_count,
                         pilot.light_path_gain > 0 ? times(pilot.light_path_gain) : "only they find some of the light");
