@@ -141,9 +141,8 @@ void add_camera_flags(CommandFlags& flags, SceneOptions& options) {
       [&](const std::string& text) { options.light_paths = parse_light_paths(text); });
   flags.suggest("--light-paths", {"auto", "off"});
   flags.choice<bool>({"--caustics", "NAME",
-                      "merge: light that glass or a mirror casts is also found where it is seen through glass or in a "
-                      "mirror, by photons; "
-                      "the image has a bias then, which falls with each sample; unbiased [unbiased]"},
+                      "unbiased; merge: caustics that are seen through glass or in a mirror are lit by photons, with a bias "
+                      "that falls with each sample [unbiased]"},
                      options.merges_caustics, {{"unbiased", false}, {"merge", true}});
   flags.parsed(
       {"--guiding", "NAME|PATHS",

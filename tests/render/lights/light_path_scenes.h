@@ -56,4 +56,19 @@ inline std::pair<Scene, Settings> floor_in_the_sun(std::uint32_t side, std::uint
   return {std::move(scene), settings};
 }
 
+/// The layers by depth of a room_of_glass have all of its light.
+/// tolerance  relative
+inline void expect_depths_add_up(const Scene& scene, Settings settings, double tolerance) {
+  settings.aovs = {"direct", "indirect", "emission"};
+  const Film film = film_of(scene, settings);
+  double whole = 0, parts = 0;
+  for (std::uint32_t y = 0; y < settings.height; ++y)
+    for (std::uint32_t x = 0; x < settings.width; ++x) {
+      whole += film.mean(x, y, 0);
+      for (const char* bin : {"scattered.0.R", "scattered.1.R", "scattered.more.R"})
+        parts += film.mean(x, y, film.channel_index(bin).value());
+    }
+  EXPECT_NEAR(parts, whole, tolerance * whole);
+}
+
 }  // namespace eikon::test
