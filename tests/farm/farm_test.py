@@ -166,7 +166,8 @@ class A_Refusals(FarmTest):
 
 class B_LimitBegins(FarmTest):
     def test_a_task_that_will_run_into_its_limit_begins(self):
-        # Slurm looks for tasks to warn every 30 s. It warns each once, in vain if it looks before the task's script runs.
+        # Slurm looks every 30 s for tasks to warn, and may warn this one in vain before its script runs. The script warns itself
+        # after half of the two minutes.
         code, said, wrong = submit("limit", CORNELL, "-o", "limit.exr", "--size", "128x128", "--spp", LIMIT_SPP, "--parts", 1,
                                    "--minutes", 2, "--signal", 100, "--exclude", "n2", "--checkpoint-every", 5)
         self.assertEqual(code, 0, said + wrong)

@@ -1,13 +1,20 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""The farm's policy, by itself and in simulated clusters of up to 10,000 nodes. Needs neither eikon nor Slurm."""
+"""The farm's policy, by itself and in simulated clusters of up to 10,000 nodes, and the script of a task, run without a cluster.
+Needs neither eikon nor Slurm."""
+import os
 import pathlib
+import subprocess
 import sys
+import tempfile
+import time
+import types
 import unittest
+import unittest.mock
 
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "tools"))
-from farm import jobs, planning, policy, simulate  # noqa: E402
+from farm import jobs, planning, policy, scripts, simulate  # noqa: E402
 
 
 class Parts(unittest.TestCase):
@@ -124,6 +131,70 @@ class Clusters(unittest.TestCase):
     def test_the_same_seed_gives_the_same_cluster(self):
         cluster = simulate.Cluster(100, spread=0.3, failures_per_hour=3, errors=0.05, seed=7)
         self.assertEqual(simulate.simulate(WORK, cluster), simulate.simulate(WORK, cluster))
+
+
+class TaskScript(unittest.TestCase):
+    """The script of a task, with programs in the places of eikon and of Slurm's scontrol."""
+
+    EIKON = "#!/bin/bash\necho begun >> {folder}/begun\ntrap 'echo saved; exit 143' TERM\nfor i in $(seq {tenths}); do sleep 0.1; done\n"
+
+    def run_task(self, eikon_s, node_s=0.0, warn_after_s=1):
+        """Runs a task of so many seconds, on a node that takes so long to look at. Returns (its log, what scontrol was asked,
+        how often eikon began)."""
+        with tempfile.TemporaryDirectory() as name:
+            folder = pathlib.Path(name)
+            for inside in ("logs", "tasks", "bin"):
+                (folder / inside).mkdir()
+            for end in ("txt", "checkpoints", "merges"):
+                (folder / f"tasks/r0-00000.{end}").touch()
+            (folder / "node.sh").write_text(f"fail() {{ exit 3; }}\nsleep {node_s}\n")
+            # Slurm ends a task that is queued again.
+            programs = {"eikon": self.EIKON.format(folder=folder, tenths=int(10 * eikon_s)),
+                        "bin/scontrol": f'#!/bin/bash\necho "$*" >> {folder}/asked\nkill -KILL $PPID\n'}
+            for program, text in programs.items():
+                (folder / program).write_text(text)
+                (folder / program).chmod(0o755)
+            settings = {"partition": "", "account": "", "threads": 1, "memory_mb": 0, "gres": "", "minutes": 2, "signal_s": 90,
+                        "sbatch": [], "eikon": str(folder / "eikon")}
+            farm = types.SimpleNamespace(path=folder, base=name, excluded="", settings=settings)
+            with unittest.mock.patch.object(policy, "warn_after_s", return_value=warn_after_s):
+                text = scripts.task_script(farm)
+            environment = {**os.environ, "PATH": f"{folder}/bin:{os.environ['PATH']}", "EIKON_ROUND": "0", "EIKON_OFFSET": "0",
+                           "SLURM_ARRAY_TASK_ID": "0", "SLURM_ARRAY_JOB_ID": "7"}
+            with subprocess.Popen(["bash", "-c", text], env=environment, start_new_session=True) as process:
+                process.wait(60)
+            if not (folder / "asked").exists():
+                self.no_process_is_left(process.pid)
+            read = [(folder / file).read_text() if (folder / file).exists() else "" for file in ("logs/r0-00000.log", "asked", "begun")]
+            return read[0], read[1].strip(), read[2].count("begun")
+
+    def no_process_is_left(self, group):
+        for _ in range(50):
+            try:
+                os.killpg(group, 0)
+            except ProcessLookupError:
+                return
+            time.sleep(0.1)
+        self.fail("the script has ended, and something that it began has not")
+
+    def test_it_warns_itself_before_its_limit(self):
+        log, asked, begun = self.run_task(eikon_s=30)
+        self.assertEqual((asked, begun), ("requeue 7_0", 1), log)
+        self.assertRegex(log, "saved\\n(.|\\n)*saved before the time limit, and queued again")
+
+    def test_warned_while_it_looks_at_the_node_it_begins_nothing(self):
+        log, asked, begun = self.run_task(eikon_s=30, node_s=3)
+        self.assertEqual((asked, begun), ("requeue 7_0", 0), log)
+
+    def test_done_in_time_it_leaves_no_process_behind(self):
+        log, asked, begun = self.run_task(eikon_s=0.2, warn_after_s=30)
+        self.assertEqual((asked, begun), ("", 1), log)
+        self.assertIn("ended with exit code 0", log)
+
+    def test_a_task_has_half_of_its_time_before_it_is_warned(self):
+        self.assertEqual(policy.warn_after_s(10, 90), 510)
+        self.assertEqual(policy.warn_after_s(2, 90), 60)
+        self.assertEqual(policy.warn_after_s(1, 3600), 30)
 
 
 if __name__ == "__main__":

@@ -91,6 +91,11 @@ def limit_minutes(task_s):
     return max(LEAST_MINUTES, math.ceil(TIME_MARGIN * task_s / 60))
 
 
+def warn_after_s(limit_minutes, before_s):
+    """How long after its start a task is to save, so that it has so many seconds until its limit; half of its time at least."""
+    return max(60 * limit_minutes - before_s, 30 * limit_minutes)
+
+
 def merge_tree(parts):
     """The merges of so many parts: for each level a list of ranges of the level below. The last level has one merge."""
     levels, count = [], parts

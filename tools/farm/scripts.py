@@ -86,6 +86,9 @@ TASK = r"""
 name="r$EIKON_ROUND-$(printf %05d $((SLURM_ARRAY_TASK_ID + EIKON_OFFSET)))"
 exec >> "$farm/logs/$name.log" 2>&1 || exit 3
 echo "== at $(date +%s.%3N) $(date -u +%FT%TZ) $name on ${SLURMD_NODENAME:-$(hostname -s)}, job ${SLURM_ARRAY_JOB_ID}_$SLURM_ARRAY_TASK_ID, start ${SLURM_RESTART_COUNT:-0}"
+# Slurm warns a task once, and in vain if that is before this script runs. So the script warns itself, too.
+(trap 'kill $!' TERM; sleep {warn_after_s} & wait $! && kill -USR1 $$) &
+trap "kill $! 2> /dev/null" EXIT
 {run}
 if [ -n "$requeue" ] && [ $code = 143 ]; then
   echo "eikon-farm: saved before the time limit, and queued again"
@@ -104,22 +107,23 @@ exit $code
 """
 
 # Runs the lines of task $name, and sets `code`.
-RUN = r"""source "$farm/node.sh"
+RUN = r"""# Shortly before the time limit comes USR1: eikon saves, and the task is queued again. TERM, which comes before a task is
+# cancelled or preempted, saves too. What SIGKILL ends continues from its last checkpoint.
+requeue= child= code=143
+trap 'if [ -z "$requeue" ]; then requeue=1; [ -z "$child" ] || kill -TERM $child; fi' USR1
+trap '[ -n "$child" ] || exit 143; kill -TERM $child' TERM INT
+source "$farm/node.sh"
 cd "$base" || fail "cannot enter $base"
 # A moment for the log, and the processor's seconds until then.
 stamp() { echo "== at $(date +%s.%3N) $1; user and system seconds, of this script and of what it ran:"; times; }
 stamp "ready"
 
-# Shortly before the time limit Slurm sends USR1: eikon saves, and the task is queued again. TERM, which comes before a
-# task is cancelled or preempted, saves too. What SIGKILL ends continues from its last checkpoint.
-requeue=
-trap 'requeue=1; kill -TERM $child' USR1
-trap 'kill -TERM $child' TERM INT
 tries=0
-while :; do
+while [ -z "$requeue" ]; do
   tries=$((tries + 1))
   "$eikon" batch - --ledger "$farm/tasks/$name.ledger" {progress} < "$farm/tasks/$name.txt" &
   child=$!
+  [ -z "$requeue" ] || kill -TERM $child
   wait $child; code=$?
   while kill -0 $child 2> /dev/null; do wait $child; code=$?; done
   if [ $code = 143 ] || [ $code = 130 ]; then break; fi
@@ -131,7 +135,8 @@ while :; do
   echo "eikon-farm: exit code $code at try $tries of $most; once more"
   sleep $tries
 done
-trap - USR1 TERM INT
+trap - TERM INT
+trap '' USR1  # merging takes the rest of the time
 stamp "rendered"
 if [ $code = 0 ]; then
   while read -r checkpoint; do rm -f "$checkpoint"; done < "$farm/tasks/$name.checkpoints"
@@ -223,7 +228,9 @@ def task_script(farm):
     """Runs one task of an array."""
     options = {**common(farm, "task"), "gres": farm.settings["gres"], "time": farm.settings["minutes"], "requeue": True,
                "signal": f"B:USR1@{farm.settings['signal_s']}", "open-mode": "append"}
-    return head(farm, options) + TASK.replace("{run}", run_lines("--quiet"))
+    text = TASK.replace("{run}", run_lines("--quiet"))
+    return head(farm, options) + text.replace(
+        "{warn_after_s}", str(policy.warn_after_s(farm.settings["minutes"], farm.settings["signal_s"])))
 
 
 def probe_script(farm):
