@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The arithmetic of tools/versus/ on known images and curves. Exit code 77, skipped, without numpy."""
 
+import ast
 import pathlib
 import sys
 import unittest
@@ -13,7 +14,8 @@ except ImportError:
     sys.exit(77)
 
 sys.dont_write_bytecode = True
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "tools" / "versus"))
+VERSUS = pathlib.Path(__file__).resolve().parent.parent / "tools" / "versus"
+sys.path.insert(0, str(VERSUS))
 import error_time  # noqa: E402
 import process_time  # noqa: E402
 
@@ -88,6 +90,19 @@ class ProcessTime(unittest.TestCase):
         self.assertGreater(first, 0)
         self.assertLess(first, 600)
         self.assertGreaterEqual(process_time.process_seconds(), first)
+
+
+class Page(unittest.TestCase):
+    def test_every_renderer_has_a_colour_without_which_the_page_leaves_it_out(self):
+        def table(script, name):
+            for statement in ast.parse((VERSUS / script).read_text()).body:
+                if isinstance(statement, ast.Assign) and statement.targets[0].id == name:
+                    return ast.literal_eval(statement.value)
+            return None
+
+        colors = table("versus_page.py", "COLORS")
+        self.assertEqual(sorted(colors), sorted(table("versus.py", "RENDERERS")))
+        self.assertEqual(len(set(colors.values())), len(colors))
 
 
 if __name__ == "__main__":

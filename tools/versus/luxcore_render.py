@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Renders a glTF scene with LuxCore's path tracer on the CPU: same camera, box filter of one pixel, no clamp, no
-denoising, light sampled by power, Sobol samples. Writes R, G, B as .npy: what it brings along for memory does not live in
+"""Renders a glTF scene with LuxCore on the CPU: same camera, box filter of one pixel, no clamp, no denoising, light
+sampled by power, Sobol samples. --engine says how: `path`, its path tracer; `hybrid`, the same with light paths for
+caustics, for which path tracing is left out; `bidir`, bidirectional path tracing with all connections. Writes R, G, B as .npy: what it brings along for memory does not live in
 one process with OpenEXR.
 
 Plain Lambert, smooth clear glass, smooth metal, emission and constant environments have the same meaning in both; any
@@ -101,7 +102,7 @@ def configure(scene, arguments, seed):
     width, height = arguments.size
     config = pyluxcore.Properties()
     settings = {
-        "renderengine.type": "PATHCPU",
+        "renderengine.type": "BIDIRCPU" if arguments.engine == "bidir" else "PATHCPU",
         "sampler.type": "SOBOL",
         "sampler.sobol.adaptive.strength": 0.0,
         "renderengine.seed": seed + 1,
@@ -115,7 +116,10 @@ def configure(scene, arguments, seed):
         "path.pathdepth.specular": arguments.max_depth,
         "path.clamping.variance.maxvalue": 0.0,
         "path.russianroulette.depth": 5,
-        "path.hybridbackforward.enable": False,
+        "path.hybridbackforward.enable": arguments.engine == "hybrid",
+        "path.hybridbackforward.partition": 0.8,  # of all samples, those that are paths from the camera: as LuxCore has it
+        "path.maxdepth": arguments.max_depth,  # of bidirectional paths, from the camera and from the light
+        "light.maxdepth": arguments.max_depth,
         "lightstrategy.type": "LOG_POWER",
         "batch.haltspp": [arguments.spp, 0],
         "batch.halttime": 0,
@@ -147,6 +151,7 @@ def render(scene, arguments, seed):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     runner.add_options(parser)
+    parser.add_argument("--engine", choices=("path", "hybrid", "bidir"), default="path", help="default: path")
     arguments = parser.parse_args()
     pyluxcore.Init(lambda message: None)
     try:

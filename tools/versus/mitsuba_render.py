@@ -182,9 +182,9 @@ def mesh_of(mi, part, nearly=False):
     return mesh
 
 
-def build(mi, scene, width, height, max_depth, environment=None, sampler="independent", nearly=False):
+def build(mi, scene, width, height, max_depth, environment=None, sampler="independent", nearly=False, integrator="path"):
     """The Mitsuba scene of a gltf_scene.Scene. `environment`, a gltf_scene.Environment, replaces the file's; `nearly`
-    as of own_bsdf()."""
+    as of own_bsdf(); `integrator` is path or ptracer, which follows paths from the lights alone."""
     camera = scene.camera
     if camera is None:
         raise ValueError("the scene has no camera")
@@ -194,7 +194,7 @@ def build(mi, scene, width, height, max_depth, environment=None, sampler="indepe
     reach = np.ptp(np.concatenate([part.positions for part in scene.parts]), axis=0).max()
     description = {
         "type": "scene",
-        "integrator": {"type": "path", "max_depth": max_depth, "rr_depth": 5},
+        "integrator": {"type": integrator, "max_depth": max_depth, "rr_depth": 5},
         "sensor": {
             "type": "perspective",
             "fov_axis": "y",
@@ -249,6 +249,8 @@ def main():
     parser.add_argument("--env", type=parse_environment, metavar="R,G,B|FILE")
     parser.add_argument("--variant", default="llvm_ad_rgb", help="llvm_ad_rgb (default) or scalar_rgb")
     parser.add_argument("--sampler", default="independent", help="independent (default), multijitter, ldsampler, ...")
+    parser.add_argument("--integrator", choices=("path", "ptracer"), default="path",
+                        help="path (default), or ptracer: paths from the lights, which see no mirror and no glass")
     parser.add_argument("--own", action="store_true", help="Mitsuba's own BSDFs also where they are only nearly glTF's:"
                         " faster; differs at grazing angles and at edges of coarse meshes")
     parser.add_argument("--batches", type=int, default=1, help="render in so many independent parts: less memory, and the"
@@ -265,7 +267,7 @@ def main():
         mi.set_thread_count(arguments.threads)
     try:
         scene = build(mi, gltf_scene.load(arguments.scene), *arguments.size, arguments.max_depth, arguments.env,
-                      arguments.sampler, arguments.own)
+                      arguments.sampler, arguments.own, arguments.integrator)
     except ValueError as error:
         sys.exit(f"{arguments.scene}: {error}")
 

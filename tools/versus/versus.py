@@ -49,12 +49,16 @@ RENDERERS = {
     "mitsuba": ("eikon-versus", "mitsuba OpenEXR numpy matplotlib", "python3", ["mitsuba_render.py", "--own"]),
     "mitsuba-multijitter": ("eikon-versus", "mitsuba OpenEXR numpy matplotlib", "python3",
                             ["mitsuba_render.py", "--own", "--sampler", "multijitter"]),
+    "mitsuba-ptracer": ("eikon-versus", "mitsuba OpenEXR numpy matplotlib", "python3",
+                        ["mitsuba_render.py", "--own", "--integrator", "ptracer"]),
     "cycles": ("eikon-cycles", "bpy==4.2.0 numpy", "python3.11", ["cycles_render.py"]),
     "cycles-guided": ("eikon-cycles", "bpy==4.2.0 numpy", "python3.11", ["cycles_render.py", "--guiding", "128"]),
     "luxcore": ("eikon-luxcore", "pyluxcore numpy", "python3", ["luxcore_render.py"]),
+    "luxcore-hybrid": ("eikon-luxcore", "pyluxcore numpy", "python3", ["luxcore_render.py", "--engine", "hybrid"]),
+    "luxcore-bidir": ("eikon-luxcore", "pyluxcore numpy", "python3", ["luxcore_render.py", "--engine", "bidir"]),
 }
 # Of whom a renderer borrows its reference: the same light transport, sampled in another way.
-REFERENCE_OF = {"mitsuba-multijitter": "mitsuba", "cycles-guided": "cycles"}
+REFERENCE_OF = {"mitsuba-multijitter": "mitsuba", "mitsuba-ptracer": "mitsuba", "cycles-guided": "cycles"}
 
 
 def python_of(renderer):

@@ -11,8 +11,9 @@ import numpy as np
 
 import error_time
 
-COLORS = {"eikon": "#d55e00", "mitsuba": "#0072b2", "mitsuba-multijitter": "#56b4e9", "cycles": "#009e73",
-          "luxcore": "#cc79a7"}
+COLORS = {"eikon": "#d55e00", "mitsuba": "#0072b2", "mitsuba-multijitter": "#56b4e9", "mitsuba-ptracer": "#999999",
+          "cycles": "#009e73", "cycles-guided": "#117733", "luxcore": "#cc79a7", "luxcore-hybrid": "#e69f00",
+          "luxcore-bidir": "#882255"}
 HEAD = ["scene", "renderer", "M samples/s", "eikon's rate to it", "relMSE", "eikon to equal error, least", "median",
         "from process start", "eikon's mean to it", "rounds"]
 
