@@ -67,7 +67,7 @@ void make_ready(Work& work) {
     Execution own = image.execution;
     own.trace = nullptr;  // the timeline of a job shows its own render only
     own.layout = choose_layout(info, *image.packed, image.features, image.settings, own).layout;
-    const MemoryNeed need = memory_need(*image.packed, configure(info, own), image.features);
+    const MemoryNeed need = memory_need(*image.packed, configure(info, own), image.features, image.settings);
     if (need.total() > info.memory_bytes / kPrefetchMemoryParts) return;
     if (work.has_programs) continue;
     DevicePool::Lease lease = work.pool.take(info);

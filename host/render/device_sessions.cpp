@@ -234,6 +234,7 @@ void DeviceSessions::closing(std::size_t device, const DeviceReport& totals) {
   Session& session = sessions_[device];
   if (session.lost) return;
   DeviceReport& report = reports_[device];
+  report.device_bytes = std::max(report.device_bytes, totals.device_bytes);  // photon maps come while it renders
   for (const auto& [name, stage] : totals.stages) report.stages[name] += stage;
   report.gaps += totals.gaps;
   add_bounces(report.bounces, totals.bounces);

@@ -207,7 +207,8 @@ std::vector<DeviceReport> prepare_devices(WavefrontDevices& devices, const Execu
     try {
       report.layout = choose_layout(info, *devices.packed, devices.features, devices.settings, execution);
       own.layout = report.layout.layout;
-      require_memory(memory_need(*devices.packed, configure(info, own), devices.features), info, execution);
+      require_memory(memory_need(*devices.packed, configure(info, own), devices.features, devices.settings), info,
+                     execution);
     } catch (const DeviceError& error) {
       if (devices.devices.size() == 1) throw;
       errors += fmt::format("{}device {}: {}", errors.empty() ? "" : "; ", info.selector, error.what());

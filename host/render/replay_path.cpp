@@ -18,7 +18,7 @@ ReplayedSample replay_path(const ReadyScene& scene, const Settings& settings, co
   const Execution own = without_probe(execution);  // one path is too few to measure for
   const WavefrontConfig config = configure(info, own);
   add_accel(packed, own.accel, config.layout, own.threads);
-  require_memory(memory_need(packed, config, scene.features), info, own);
+  require_memory(memory_need(packed, config, scene.features, settings), info, own);
   DevicePool::Lease device = pool.take(info);
   Settings guided = settings;
   Features features = scene.features;

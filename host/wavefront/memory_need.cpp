@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "core/error.h"
+#include "wavefront/photons/photon_map.h"
 
 namespace eikon {
 namespace {
@@ -13,11 +14,13 @@ std::string megabytes(std::uint64_t bytes) { return fmt::format("{:.1f} MB", dou
 
 }  // namespace
 
-MemoryNeed memory_need(const PackedScene& packed, const WavefrontConfig& config, const Features& features) {
+MemoryNeed memory_need(const PackedScene& packed, const WavefrontConfig& config, const Features& features,
+                       const Settings& settings) {
   MemoryNeed need;
   need.textures = 4 * packed.texel_count();
   need.geometry = packed.bytes(config.layout) - need.textures;
   need.paths = path_pool_bytes(config, features);
+  if (features.has(Feature::merging)) need.photons = photon_map_bytes(settings);
   need.saved_once = packed.saved_once;
   const auto buffer = [&](const char* name, std::uint64_t bytes) {
     if (bytes > need.largest_bytes) need.largest = name, need.largest_bytes = bytes;
@@ -55,12 +58,14 @@ void require_host_memory(const FilmLayout& layout, bool copied, std::uint64_t pa
 void require_memory(const MemoryNeed& need, const DeviceInfo& device, const Execution& execution) {
   const std::uint64_t available = available_bytes(device, execution);
   const bool capped = available < device.memory_bytes;
-  const std::string figures = fmt::format("textures {}, geometry {}, paths in flight {}", megabytes(need.textures),
-                                          megabytes(need.geometry), megabytes(need.paths));
+  const std::string figures =
+      fmt::format("textures {}, geometry {}, paths in flight {}{}", megabytes(need.textures), megabytes(need.geometry),
+                  megabytes(need.paths), need.photons > 0 ? ", photons " + megabytes(need.photons) : "");
   const bool once = need.saved_once > 0 && execution.instances != InstanceMode::two_level;
   const std::string advice =
-      need.paths > need.textures + need.geometry ? "allow more memory, or make the picture smaller (--size)"
-      : need.textures > need.geometry            ? "use smaller images"
+      need.photons > need.textures + need.geometry + need.paths ? "allow more memory, or leave out --caustics merge"
+      : need.paths > need.textures + need.geometry ? "allow more memory, or make the picture smaller (--size)"
+      : need.textures > need.geometry              ? "use smaller images"
       : once ? fmt::format("store meshes once (--instances two-level saves about {})", megabytes(need.saved_once))
       : execution.accel != "bvh" ? "use --accel bvh, which takes the least, simpler meshes or fewer instances"
                                  : "use simpler meshes or fewer instances";

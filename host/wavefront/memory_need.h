@@ -16,12 +16,13 @@ struct MemoryNeed {
   std::uint64_t saved_once = 0;                         // rough bytes that --instances two-level would save
   std::string largest;                                  // the largest single buffer
   std::uint64_t largest_bytes = 0;
-  [[nodiscard]] std::uint64_t total() const { return textures + geometry + paths; }
+  std::uint64_t photons = 0;  // bytes of the maps of --caustics merge
+  [[nodiscard]] std::uint64_t total() const { return textures + geometry + paths + photons; }
 };
 
 /// The memory of one device. The tree of config.layout must have been built.
-[[nodiscard]] MemoryNeed memory_need(const PackedScene& packed, const WavefrontConfig& config,
-                                     const Features& features);
+[[nodiscard]] MemoryNeed memory_need(const PackedScene& packed, const WavefrontConfig& config, const Features& features,
+                                     const Settings& settings);
 
 /// Bytes that a film of this layout takes on the host.
 [[nodiscard]] std::uint64_t film_bytes(const FilmLayout& layout);

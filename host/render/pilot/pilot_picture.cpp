@@ -16,13 +16,14 @@ constexpr std::uint32_t kSeed = 0x70696c6fU;
 
 /// Returns the execution whose units have room for `largest` paths, or for fewer where the device lacks the memory.
 /// throws DeviceError if it lacks the memory for the smallest units, too
-Execution with_pool(const PilotMeans& means, std::uint64_t largest) {
+Execution with_pool(const PilotMeans& means, const Settings& settings, std::uint64_t largest) {
   const DeviceInfo& info = means.device->info();
   Execution execution = means.execution;
   const auto pool = std::uint32_t(std::min<std::uint64_t>(std::bit_ceil(largest), kMostPilotPool));
   execution.pool = execution.pool == 0 ? pool : std::min(execution.pool, pool);
-  const auto need = [&] { return memory_need(*means.scene.packed, configure(info, execution), means.features); };
-  while (execution.pool > kLeastUnitPaths && need().total() > available_bytes(info, execution)) execution.pool /= 2;
+  const auto need = [&] { return memory_need(*means.scene.packed, configure(info, execution), means.features, settings); };
+  while (execution.pool > kLeastUnitPaths && need().total() > available_bytes(info, execution))
+    execution.pool /= 2;
   require_memory(need(), info, execution);
   return execution;
 }
@@ -47,7 +48,7 @@ Settings pilot_picture_settings(const Settings& settings, double pixels) {
 }
 
 PilotPicture::PilotPicture(const PilotMeans& means, const Settings& settings, std::uint64_t largest)
-    : settings_(settings), execution_(with_pool(means, largest)), steps_(means.steps) {
+    : settings_(settings), execution_(with_pool(means, settings, largest)), steps_(means.steps) {
   wavefront_ = &ReadyWavefronts::of(means.device).get(*means.device, means.scene, means.features, settings_, execution_);
 }
 

@@ -163,7 +163,8 @@ std::string lacking_memory(const GuideTable& table, const WavefrontDevices& devi
   for (std::size_t i = 0; i < prepared.size(); ++i) {
     if (!prepared[i].error.empty()) continue;
     const DeviceInfo& info = devices.devices[i];
-    const std::uint64_t need = memory_need(*devices.packed, configure(info, devices.executions[i]), guided).total();
+    const WavefrontConfig config = configure(info, devices.executions[i]);
+    const std::uint64_t need = memory_need(*devices.packed, config, guided, devices.settings).total();
     const std::uint64_t available = available_bytes(info, devices.executions[i]);
     if (need + table.bytes() > available)
       return fmt::format(

@@ -15,11 +15,14 @@
 namespace eikon {
 namespace {
 
-constexpr std::uint64_t kLeastPaths = 1U << 14;  // of a map
-constexpr std::uint64_t kMostPaths =
-    1U << 18;                              // of all maps of a generation, for the sake of memory and of the watchdog
+constexpr std::uint64_t kLeastPaths = 1U << 6;  // of a map
+// Of all maps of a generation, so that they take little memory, and no longer than the watchdog waits.
+constexpr std::uint64_t kMostPaths = 1U << 18;
 constexpr std::uint64_t kLeastRatio = 16;  // camera paths for each light path of the maps, at most
 constexpr double kAlpha = 2.0 / 3;
+// The memory of maps is estimated by these. Shipped scenes have at most 1.6 photons for each light path. Cells are as wide
+// as the ball of a photon, which therefore reaches two of them along each axis.
+constexpr std::uint64_t kPhotonsPerPath = 2, kPlacesPerPhoton = 8, kBucketsPerPath = 1;
 // The radius within which the table has the photons is larger than the one in which they are gathered, for what
 // kernels may round up.
 constexpr float kReach = 1.0001F;
@@ -68,6 +71,11 @@ PhotonPlan photon_plan(const Settings& settings) {
   const std::uint64_t most = kMostPaths / replicates;
   const std::uint64_t paths = std::bit_floor(std::clamp(pixels, std::min(kLeastPaths, most), most));
   return {paths, replicates * std::bit_ceil((paths + of_sample - 1) / of_sample)};
+}
+
+std::uint64_t photon_map_bytes(const Settings& settings) {
+  const std::uint64_t paths = photon_plan(settings).paths << settings.replicate_bits;
+  return 4 * paths * (kPhotonsPerPath * (PHOTON_WORDS + kPlacesPerPhoton) + kBucketsPerPath);
 }
 
 double photon_radius2(double first, std::uint64_t generation) {

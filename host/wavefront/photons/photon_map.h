@@ -18,6 +18,9 @@ struct PhotonPlan {
 };
 [[nodiscard]] PhotonPlan photon_plan(const Settings& settings);
 
+/// Bytes of device memory that the maps of a generation are expected to take; 0 if there are none.
+[[nodiscard]] std::uint64_t photon_map_bytes(const Settings& settings);
+
 /// The square of the radius in which photons are gathered falls as published for progressive photon mapping [Knaus and
 /// Zwicker 2011, "Progressive Photon Mapping: A Probabilistic Approach", equation 19, with alpha = 2/3].
 /// first  that of generation 0

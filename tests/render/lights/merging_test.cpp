@@ -48,6 +48,18 @@ TEST(Merging, lights_a_floor_under_glass_as_the_closed_form_says) {
       << "nothing else finds this light; the pane mirrors some of its surroundings";
 }
 
+TEST(Merging, takes_no_more_memory_than_was_foreseen) {
+  const auto [scene, settings] = floor_under_glass(false);
+  const Settings merged = merging(settings, 1);
+  const auto bytes = [&scene](const Settings& with) {
+    return output_of(scene, with).report.devices.at(0).device_bytes;
+  };
+  const std::uint64_t maps = bytes(merged) - bytes(with_light_paths(settings, 1));
+  EXPECT_GT(maps, photon_map_bytes(merged) / 20) << "maps are there and counted";
+  EXPECT_LT(maps, photon_map_bytes(merged));
+  EXPECT_EQ(photon_map_bytes(with_light_paths(settings, 1)), 0U);
+}
+
 constexpr std::uint64_t kGenerations = 16;
 
 /// Light in the shadow of the card, over that beside the card, in some generations: the radius carries it over the edge.

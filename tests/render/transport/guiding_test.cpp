@@ -87,7 +87,8 @@ TEST(Guiding, is_off_and_says_so_where_its_tables_do_not_fit) {
   PackedScene packed = pack_scene(scene, features, settings);
   add_accel(packed, "bvh", "bvh8", 1);
   const DeviceInfo info = open_devices->pool.select(as_tested(execution).devices, 0, nullptr).front();
-  execution.memory_bytes = memory_need(packed, configure(info, as_tested(execution)), features).total() + 4096;
+  execution.memory_bytes =
+      memory_need(packed, configure(info, as_tested(execution)), features, settings).total() + 4096;
   const RenderOutput output = output_of(scene, settings, execution);
   EXPECT_EQ(output.report.pilot.roulette_depth, 0U);
   ASSERT_EQ(output.report.notes.size(), 1U);

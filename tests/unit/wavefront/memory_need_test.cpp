@@ -53,6 +53,17 @@ TEST(Memory, what_does_not_fit_is_refused_with_every_figure_in_one_line) {
             std::string::npos);
 }
 
+TEST(Memory, photons_are_counted_and_named_where_there_are_some) {
+  MemoryNeed need{kMega, kMega, kMega, 0, "the textures", kMega};
+  EXPECT_EQ(refusal(need, device_of(2 * kMega, 2 * kMega)).find("photons"), std::string::npos);
+  need.photons = 20 * kMega;
+  EXPECT_EQ(refusal(need, device_of(23 * kMega, 23 * kMega)), "");
+  const std::string line = refusal(need, device_of(22 * kMega, 22 * kMega));
+  EXPECT_NE(line.find("it needs 23.0 MB"), std::string::npos) << line;
+  EXPECT_NE(line.find("photons 20.0 MB"), std::string::npos) << line;
+  EXPECT_NE(line.find("leave out --caustics merge"), std::string::npos) << line;
+}
+
 TEST(Memory, a_limit_of_the_control_group_is_named) {
   DeviceInfo device = device_of(100 * kMega, 100 * kMega);
   device.memory_limit = "/sys/fs/cgroup/memory.max";
@@ -132,7 +143,7 @@ TEST(Memory, textures_count_once_and_with_the_bytes_that_their_images_have) {
   add_accel(packed, "bvh", "bvh8", 1);
   WavefrontConfig config;
   config.layout = "bvh8";
-  const MemoryNeed need = memory_need(packed, config, features);
+  const MemoryNeed need = memory_need(packed, config, features, settings);
   EXPECT_EQ(need.textures, 4U * (EK_TEXEL_TABLE + 2 * 64 * 32));
   EXPECT_EQ(need.total(), packed.bytes("bvh8") + need.paths);
   // The pictures themselves are not copied.

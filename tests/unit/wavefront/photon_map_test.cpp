@@ -96,7 +96,7 @@ TEST(PhotonPlan, has_generations_of_so_many_samples_that_their_light_paths_are_i
   settings.replicate_bits = 8;
   EXPECT_EQ(photon_plan(settings).paths, std::uint64_t{1} << 10);
   settings.width = settings.height = 1;
-  EXPECT_EQ(photon_plan(settings).paths, std::uint64_t{1} << 10);
+  EXPECT_EQ(photon_plan(settings).paths, std::uint64_t{1} << 6);
 }
 
 TEST(PhotonPlan, has_a_radius_that_falls_as_the_sixth_root_of_the_generations) {
