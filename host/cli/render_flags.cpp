@@ -224,8 +224,7 @@ RenderOptions parse_render(std::vector<std::string> words) {
   }
   for (const GivenFlag& flag : given)
     if (flag.name != "--frames" && flag.name != "--force") flag.add_to(options.words_without_frames);
-  if (options.force && !options.frames)
-    throw UsageError("--force: goes with --frames; without it every render is made anew");
+  require_frames_for_force(options);
   number_outputs(options);
   if (options.scene.denoise) add_guides(options.part_words);
   return options;

@@ -320,12 +320,12 @@ Prepared prepare(const SceneOptions& options, const Log& log, MissingTangents mi
   const double begin = host_seconds();
   auto scene = std::make_shared<Scene>(load_scene(options.scene, options.choice(), missing_tangents));
   const double load_s = host_seconds() - begin;
-  Prepared prepared = settle(options, std::move(scene), log);
+  Prepared prepared = prepare(options, std::move(scene), log);
   prepared.load_s = load_s;
   return prepared;
 }
 
-Prepared settle(const SceneOptions& options, std::shared_ptr<Scene> loaded, const Log& log) {
+Prepared prepare(const SceneOptions& options, std::shared_ptr<Scene> loaded, const Log& log) {
   Prepared prepared;
   prepared.scene = std::move(loaded);
   const Scene& scene = *prepared.scene;

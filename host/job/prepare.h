@@ -118,6 +118,6 @@ struct Prepared {
 /// throws InputError, UsageError
 Prepared prepare(const SceneOptions& options, const Log& log, MissingTangents missing_tangents = MissingTangents::make);
 /// The same for a scene that is loaded already.
-Prepared settle(const SceneOptions& options, std::shared_ptr<Scene> scene, const Log& log);
+Prepared prepare(const SceneOptions& options, std::shared_ptr<Scene> scene, const Log& log);
 
 }  // namespace eikon

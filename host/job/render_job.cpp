@@ -66,7 +66,7 @@ void RenderJob::load() {
 }
 
 void RenderJob::load(std::shared_ptr<Scene> scene, double load_s) {
-  prepared_ = settle(options_.scene, std::move(scene), options_.quiet ? log_unless(true) : log_);
+  prepared_ = prepare(options_.scene, std::move(scene), options_.quiet ? log_unless(true) : log_);
   prepared_.load_s = load_s;
   settle_goal();
   if (options_.execution.instances == InstanceMode::two_level) {
@@ -171,7 +171,7 @@ void RenderJob::take_devices(DevicePrefetcher& devices, const std::atomic<bool>&
     device_turn_ = devices.turn();
   else
     device_turn_ = devices.turn(
-        {packed_, scene, features_of(*scene, settings(), options_.execution), settings(), options_.execution}, stop);
+        {packed_, features_of(*scene, settings(), options_.execution), settings(), options_.execution}, stop);
 }
 
 void RenderJob::render(const std::atomic<bool>& stop, RenderHooks hooks) {
@@ -183,7 +183,7 @@ void RenderJob::render(const std::atomic<bool>& stop, RenderHooks hooks) {
   pilot_.attach(hooks, pilots_);
   std::optional<Goal> goal;
   if (options_.goal.any()) goal.emplace(make_goal()).attach(hooks);
-  hooks.keep = prepared_.scene;
+  hooks.scene_owner = prepared_.scene;
   if (options_.tev) {
     const TevTarget target{*options_.tev, output_.string(), exr_options(), denoiser_ != nullptr};
     viewer_ = std::make_unique<TevViewer>(target, log_);

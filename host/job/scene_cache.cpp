@@ -105,7 +105,7 @@ std::shared_ptr<PackedScene> SceneCache::pack(Kept& kept, const Settings& settin
     if (packed.key == key && (packed.improved || !reinsertion_pays(packed.scene->triangles.size(), rays)))
       return packed.scene;
   if (packing) packing();
-  auto packed = std::make_shared<PackedScene>(pack_scene(*kept.scene, features, settings));
+  auto packed = share(pack_scene(*kept.scene, features, settings), kept.scene);
   if (!kept.scene->animations.empty()) packed->trees = kept.trees;
   if (kept.packed.size() >= kPackedForms) kept.packed.pop_front();
   kept.packed.push_back({key, reinsertion_pays(packed->triangles.size(), rays), packed});

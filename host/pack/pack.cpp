@@ -65,6 +65,15 @@ PackedScene pack_and_release(Scene& scene, const Features& features, const Setti
   return packed;
 }
 
+std::shared_ptr<PackedScene> share(PackedScene packed, std::shared_ptr<const void> owner) {
+  struct Owned {
+    std::shared_ptr<const void> owner;
+    PackedScene packed;  // destroyed before what it refers to
+  };
+  const auto owned = std::make_shared<Owned>(Owned{std::move(owner), std::move(packed)});
+  return {owned, &owned->packed};
+}
+
 LightOverview look_at_light(const Scene& scene, const Features& features, const Settings& settings) {
   LightOverview light;
   pack_materials(scene, features, light.packed);

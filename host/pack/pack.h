@@ -110,6 +110,10 @@ PackedScene pack_scene(Scene&& scene, const Features& features, const Settings& 
 /// materials. Its poses are freed, too.
 PackedScene pack_and_release(Scene& scene, const Features& features, const Settings& settings);
 
+/// Shares a packed scene that keeps alive what it refers to.
+/// owner  of the scene that it was packed from; null: the scene outlives all who share it
+[[nodiscard]] std::shared_ptr<PackedScene> share(PackedScene packed, std::shared_ptr<const void> owner);
+
 /// The most bytes of records of what moves while the shutter is open: of all triangles of the nodes that move, at each pose.
 [[nodiscard]] std::uint64_t pose_bytes(const Scene& scene, const Features& features);
 

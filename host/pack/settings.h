@@ -78,8 +78,8 @@ struct Settings {
   std::uint64_t light_path_count = 0;  // of each sample index; the image has them whatever its crop. 0: none
   /// Camera paths of the trial that decides on light_path_count (usual_light_trial_paths); 0: there is none.
   std::uint64_t light_trial_paths = 0;
-  bool merges_caustics =
-      false;  // what is seen through glass and in mirrors is lit by photons (photon_map.h), with a bias
+  /// What is seen through glass and in mirrors is lit by photons (wavefront/photons/photon_map.h), with a bias.
+  bool merges_caustics = false;
   Guiding guiding = Guiding::off;
   std::uint64_t pilot_paths = 0;            // from which it is learned how to guide paths (usual_pilot_paths); 0: none
   std::shared_ptr<const GuideTable> guide;  // what a pilot learned; null: paths are not guided
@@ -111,7 +111,7 @@ struct Execution {
   std::optional<bool> chunked;               // by device when unset
   std::optional<bool> fused;                 // one launch runs all stages of a chunk; by device when unset
   std::uint32_t chunk = 0;                   // paths per work-item of a CPU device; 0: by device
-  std::uint32_t pool = 0;                    // paths in flight per device; 0: by device
+  std::uint32_t unit_paths = 0;              // most paths of a unit; 0: by device
   std::uint32_t block = 128;                 // largest side of a unit's pixel block
   unsigned threads = 0;                      // of the host, and compute units of a CPU device; 0: all
   std::shared_ptr<const void> thread_limit;  // holds the host to `threads`; may be null

@@ -23,7 +23,6 @@ class DevicePrefetcher {
  public:
   struct Image {
     std::shared_ptr<PackedScene> packed;  // gets the trees that devices need and it lacks
-    std::shared_ptr<const void> keep;     // owns what `packed` refers to
     Features features;
     Settings settings;
     Execution execution;

@@ -105,8 +105,8 @@ class WavefrontRunner : public UnitRunner {
         pool_(devices.pool),
         lease_(open(devices.devices[device])),
         stay_(devices.stay),
-        wavefront_(ReadyWavefronts::of(lease_).get(*lease_, {devices.packed, devices.keep}, devices.features,
-                                                   devices.settings, on_track(std::move(execution)))) {}
+        wavefront_(ReadyWavefronts::of(lease_).get(*lease_, devices.packed, devices.features, devices.settings,
+                                                   on_track(std::move(execution)))) {}
   WavefrontRunner(const WavefrontRunner&) = delete;
   WavefrontRunner& operator=(const WavefrontRunner&) = delete;
   ~WavefrontRunner() override {
@@ -157,7 +157,7 @@ class WavefrontRunner : public UnitRunner {
   UnitResult finish(const Next& next) override {
     if (failed_) std::rethrow_exception(std::exchange(failed_, nullptr));
     TraceScope driving = scope("launch");
-    wavefront_.drive();
+    wavefront_.launch_rest();
     driving.end();
     try {
       if (const std::optional<WorkUnit> unit = next()) begin(*unit);
@@ -213,7 +213,8 @@ void run_device(const std::shared_ptr<DeviceSessions>& sessions, std::size_t dev
 OpenRunner open_wavefronts(std::shared_ptr<const WavefrontDevices> devices) {
   return [devices = std::move(devices)](std::size_t device, unsigned shrink) -> std::unique_ptr<UnitRunner> {
     Execution execution = devices->executions[device];
-    if (shrink > 0) execution.pool = shrunk_unit(configure(devices->devices[device], execution).capacity(), shrink);
+    if (shrink > 0)
+      execution.unit_paths = shrunk_unit(configure(devices->devices[device], execution).capacity(), shrink);
     auto runner = std::make_unique<WavefrontRunner>(*devices, device, execution);
     if (device == devices->pilot_device) runner->require_arithmetic(devices->pilot_arithmetic);
     return runner;

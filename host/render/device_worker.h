@@ -54,8 +54,7 @@ struct WavefrontDevices {
   Settings settings;
   FilmLayout film;  // of the image, with channels for light paths even if a pilot finds that there are to be none
   DevicePool pool;  // a copy, because a thread that hangs may outlive the original
-  std::shared_ptr<const void> keep;  // what `packed` refers to
-  bool stay = false;                 // wavefronts stay with their devices in the pool
+  bool stay = false;  // wavefronts stay with their devices in the pool
   /// The arithmetic class that this device must have, because a pilot of it was loaded; empty: any.
   std::string pilot_arithmetic{};
   std::size_t pilot_device = 0;

@@ -22,7 +22,7 @@ std::string ReadyWavefronts::key_of(const Features& features, const Settings& se
   for (const auto& [name, value] : features.defines()) needs += fmt::format("{}={} ", name, value);
   return fmt::format("{}\n{} {} {} {} {} {} {} {} {} {} {} {}\n{}", needs, settings.filter.name(),
                      settings.replicate_bits, execution.accel, execution.layout, number(execution.lanes),
-                     number(execution.chunked), number(execution.fused), execution.chunk, execution.pool,
+                     number(execution.chunked), number(execution.fused), execution.chunk, execution.unit_paths,
                      execution.memory_bytes, execution.ticks, execution.optimise, execution.extra_flags);
 }
 
@@ -38,8 +38,7 @@ ReadyWavefronts& ReadyWavefronts::of(DevicePool::Lease& lease) {
 
 /// True if only these wavefronts hold the scene, which then will not come again.
 bool ReadyWavefronts::is_last_holder(const SharedScene& scene) const {
-  return scene.packed.use_count() <=
-         std::ranges::count_if(ready_, [&](const Ready& ready) { return ready.scene.packed == scene.packed; });
+  return scene.use_count() <= std::ranges::count_if(ready_, [&](const Ready& ready) { return ready.scene == scene; });
 }
 
 void ReadyWavefronts::make_room(const Device& device, const Execution& execution) {
@@ -78,23 +77,22 @@ bool ReadyWavefronts::has_program(const PackedScene& packed, const Features& fea
 Wavefront& ReadyWavefronts::get(Device& device, const SharedScene& scene, const Features& features,
                                 const Settings& settings, const Execution& execution) {
   const std::string key = key_of(features, settings, execution);
-  const auto found = std::find_if(ready_.begin(), ready_.end(), [&](const Ready& ready) {
-    return ready.scene.packed == scene.packed && ready.key == key;
-  });
+  const auto found = std::find_if(ready_.begin(), ready_.end(),
+                                  [&](const Ready& ready) { return ready.scene == scene && ready.key == key; });
   if (found != ready_.end()) {
     ready_.splice(ready_.end(), ready_, found);
     found->wavefront->restart(settings, execution);
     return *found->wavefront;
   }
-  if (const auto fitting = find_fitting(device, key, *scene.packed, features, execution); fitting != ready_.end()) {
+  if (const auto fitting = find_fitting(device, key, *scene, features, execution); fitting != ready_.end()) {
     std::list<Ready> one;  // which is lost with its wavefront after an error
     one.splice(one.end(), ready_, fitting);
-    one.front().wavefront->change_scene(*scene.packed, features, settings, execution);
+    one.front().wavefront->change_scene(*scene, features, settings, execution);
     one.front().scene = scene;
     ready_.splice(ready_.end(), one);
   } else {
     make_room(device, execution);
-    ready_.push_back({scene, key, std::make_unique<Wavefront>(device, *scene.packed, features, settings, execution)});
+    ready_.push_back({scene, key, std::make_unique<Wavefront>(device, *scene, features, settings, execution)});
   }
   return *ready_.back().wavefront;
 }

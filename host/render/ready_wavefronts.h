@@ -13,11 +13,8 @@ namespace eikon {
 
 class ReadyWavefronts : public DeviceGuest {
  public:
-  /// The scene of a wavefront, which must outlive it.
-  struct SharedScene {
-    std::shared_ptr<const PackedScene> packed;
-    std::shared_ptr<const void> keep;  // owns what `packed` refers to
-  };
+  /// The scene of a wavefront. It keeps alive what it refers to.
+  using SharedScene = std::shared_ptr<const PackedScene>;
 
   /// A text of everything that a wavefront's program and buffers depend on, except scene and
   /// device.

@@ -360,7 +360,6 @@ RenderOutput pack_and_render(const Pack& pack, const Features& features, const S
                                                                            .settings = settings,
                                                                            .film = film_layout(features, settings),
                                                                            .pool = std::move(pool),
-                                                                           .keep = hooks.keep,
                                                                            .stay = hooks.devices_stay_ready});
   std::vector<DeviceReport> prepared = prepare_devices(*devices, execution);
   report.build_s = packed->build_s - built_before_s;
@@ -376,14 +375,16 @@ RenderOutput pack_and_render(const Pack& pack, const Features& features, const S
 RenderOutput render(const Scene& scene, const Settings& settings, const Execution& execution,
                     const std::atomic<bool>& stop, RenderHooks hooks) {
   const Features features = features_of(scene, settings, execution);
-  const auto pack = [&] { return std::make_shared<PackedScene>(pack_scene(scene, features, settings)); };
+  const auto pack = [&, owner = hooks.scene_owner] { return share(pack_scene(scene, features, settings), owner); };
   return pack_and_render(pack, features, settings, execution, stop, std::move(hooks));
 }
 
 RenderOutput render_and_release(Scene& scene, const Settings& settings, const Execution& execution,
                                 const std::atomic<bool>& stop, RenderHooks hooks) {
   const Features features = features_of(scene, settings, execution);
-  const auto pack = [&] { return std::make_shared<PackedScene>(pack_and_release(scene, features, settings)); };
+  const auto pack = [&, owner = hooks.scene_owner] {
+    return share(pack_and_release(scene, features, settings), owner);
+  };
   return pack_and_render(pack, features, settings, execution, stop, std::move(hooks));
 }
 

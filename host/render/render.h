@@ -116,9 +116,9 @@ struct RenderHooks {
   double wake_s = 0.05;
   /// Programs and buffers for this packed scene stay on the devices, for another render of it.
   bool devices_stay_ready = false;
-  /// The owner of the scene. It is kept until the last thread of the render has ended, which may be
-  /// after the render, because a thread that hangs in a driver is not waited for.
-  std::shared_ptr<const void> keep = {};
+  /// The owner of a scene that render() or render_and_release() packs. It is kept until the last thread of the render has
+  /// ended, which may be after the render, because a thread that hangs in a driver is not waited for.
+  std::shared_ptr<const void> scene_owner = {};
 };
 
 struct RenderOutput : FilmState {
@@ -149,10 +149,9 @@ RenderOutput render_packed(std::shared_ptr<PackedScene> packed, const Features& 
 /// A scene that is packed already, and the devices that may be open.
 struct ReadyScene {
   std::shared_ptr<PackedScene> packed;
-  Features features;                   // of the scene with the settings, as it was packed
-  DevicePool devices{};                // a replay's program stays on the device of the pool, for the next one
-  std::shared_ptr<const void> keep{};  // the owner of the scene
-  std::optional<Pilot> pilot{};        // of the image; none: it is rendered if the image has one
+  Features features;             // of the scene with the settings, as it was packed
+  DevicePool devices{};          // a replay's program stays on the device of the pool, for the next one
+  std::optional<Pilot> pilot{};  // of the image; none: it is rendered if the image has one
 };
 
 /// Traces the path of one sample again, on the first device, and reports its vertices.

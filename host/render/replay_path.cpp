@@ -24,11 +24,11 @@ ReplayedSample replay_path(const ReadyScene& scene, const Settings& settings, co
   Features features = scene.features;
   if (wants_pilot(features, settings)) {
     PilotSteps nobody_looks;
-    apply(scene.pilot ? *scene.pilot : run_pilot(device, {scene.packed, scene.keep}, features, settings, own, nobody_looks),
-          features, guided);
+    apply(scene.pilot ? *scene.pilot : run_pilot(device, scene.packed, features, settings, own, nobody_looks), features,
+          guided);
   }
   guided.crop = {sample.x, sample.y, sample.x + 1, sample.y + 1};  // so that the pixel's unit has all light paths
-  Wavefront& wavefront = ReadyWavefronts::of(device).get(*device, {scene.packed, scene.keep}, features, guided, own);
+  Wavefront& wavefront = ReadyWavefronts::of(device).get(*device, scene.packed, features, guided, own);
   return wavefront.replay(sample.x, sample.y, sample.sample, report);
 }
 

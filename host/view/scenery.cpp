@@ -108,7 +108,7 @@ Scenery SceneryLoader::load(const ViewLook& look, const std::function<void(const
       scenes_.load(options.scene.scene, options.scene.choice(), source_->scene, loading);
   layers_ = layers_ || look.needs_layers();
   if (layers_) add_layers(*kept->scene, options.scene.aovs, words);
-  Prepared prepared = settle(options.scene, kept->scene, [&](const std::string& note) { notes.push_back(note); });
+  Prepared prepared = prepare(options.scene, kept->scene, [&](const std::string& note) { notes.push_back(note); });
   keep_environment(options.scene.environment, prepared, has_flag(words, "--env"));
   const Settings& settings = prepared.settings;
   const Features features = features_of(*kept->scene, settings, options.execution);

@@ -30,11 +30,8 @@ Json traced_path(const Scenery& scenery, const DevicePool& devices, const PixelS
         {{"point", {point.x, point.y, point.z}}, {"pixel", pixel_of(settings, point)}, {"distance", distance}});
   };
   const double radius_m = radius_of(scenery.bounds);
-  const ReadyScene scene{.packed = scenery.packed,
-                         .features = scenery.features,
-                         .devices = devices,
-                         .keep = scenery.kept->scene,
-                         .pilot = scenery.pilot};
+  const ReadyScene scene{
+      .packed = scenery.packed, .features = scenery.features, .devices = devices, .pilot = scenery.pilot};
   const ReplayedSample replayed = replay_path(scene, settings, scenery.execution, at, [&](const PathVertex& v) {
     const glm::dvec3 from(v.origin), along(v.dir);
     if (vertices.empty()) add(from, nullptr);

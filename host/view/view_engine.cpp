@@ -123,7 +123,6 @@ RenderHooks ViewEngine::usual_hooks() {
   RenderHooks hooks;
   hooks.devices = &pool_;
   hooks.devices_stay_ready = true;
-  hooks.keep = scenery_->kept->scene;
   hooks.wake_s = kWake_s;
   return hooks;
 }

@@ -41,16 +41,16 @@ WavefrontConfig configure(const DeviceInfo& device, const Execution& execution) 
                   : config.chunked            ? (config.lanes == 16 ? "bvh16" : "bvh8")
                                               : "bvh2";
   std::uint32_t chunk = execution.chunk != 0 ? execution.chunk : config.fused ? kFusedChunk : kUnfusedChunk;
-  if (execution.chunk == 0 && execution.pool != 0) chunk = std::min(chunk, execution.pool);
+  if (execution.chunk == 0 && execution.unit_paths != 0) chunk = std::min(chunk, execution.unit_paths);
   chunk = std::max(chunk / 16, 1U) * 16;
-  std::uint32_t pool = execution.pool != 0 ? execution.pool : config.chunked ? 1U << 18 : 1U << 20;
-  if (execution.pool == 0) {
+  std::uint32_t paths = execution.unit_paths != 0 ? execution.unit_paths : config.chunked ? 1U << 18 : 1U << 20;
+  if (execution.unit_paths == 0) {
     const std::uint64_t memory = available_bytes(device, execution);
-    while (config.fused && pool < kMostPool && pool / chunk < kChunksPerWorker * config.workers) pool *= 2;
-    while (pool > kLeastPool && pool * kPathBytes > memory / 4) pool /= 2;
+    while (config.fused && paths < kMostPool && paths / chunk < kChunksPerWorker * config.workers) paths *= 2;
+    while (paths > kLeastPool && paths * kPathBytes > memory / 4) paths /= 2;
   }
-  config.chunk = config.chunked ? chunk : std::max(pool / kWorkGroup, 1U) * kWorkGroup;
-  config.chunks = config.chunked ? std::max(pool / config.chunk, 1U) : 1;
+  config.chunk = config.chunked ? chunk : std::max(paths / kWorkGroup, 1U) * kWorkGroup;
+  config.chunks = config.chunked ? std::max(paths / config.chunk, 1U) : 1;
   config.workers = std::min(config.workers, config.chunks);
   return config;
 }

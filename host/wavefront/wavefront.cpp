@@ -44,7 +44,7 @@ PathLog Wavefront::path_log() {
   return {.words = w.logged, .radiance = w.radiance, .paths = paths};
 }
 void Wavefront::begin(const WorkUnit& unit) { impl_->begin(unit); }
-void Wavefront::drive() { impl_->drive(); }
+void Wavefront::launch_rest() { impl_->launch_rest(); }
 UnitResult Wavefront::finish() { return impl_->finish(); }
 ReplayedSample Wavefront::replay(std::uint32_t x, std::uint32_t y, std::uint64_t sample,
                                  const std::function<void(const PathVertex&)>& report) {

@@ -71,20 +71,20 @@ class Wavefront {
   /// The counts of all units so far.
   [[nodiscard]] const Bounces& bounces() const;
 
-  // Three calls render a unit: begin(), drive(), finish(). The next unit may begin between drive() and finish() of the one
-  // before, so that the device has work while the host waits for the sums and adds them up:
-  //   begin(a), drive(), begin(b), finish() -> a, drive(), begin(c), finish() -> b, ...
-  // Where one launch runs all stages (WavefrontConfig::fused), begin() launches it and drive() does nothing. Otherwise
-  // begin() launches the first depth, and drive() the others.
+  // Three calls render a unit: begin(), launch_rest(), finish(). The next unit may begin between launch_rest() and finish()
+  // of the one before, so that the device has work while the host waits for the sums and adds them up:
+  //   begin(a), launch_rest(), begin(b), finish() -> a, launch_rest(), begin(c), finish() -> b, ...
+  // Where one launch runs all stages (WavefrontConfig::fused), begin() launches it and launch_rest() does nothing. Otherwise
+  // begin() launches the first depth, and launch_rest() the others.
 
-  /// Starts a unit of at most config().capacity() paths. One earlier unit may be unfinished, if drive() was called for it.
-  /// throws DeviceError; InternalError if the unit is too large, or has no place yet
+  /// Starts a unit of at most config().capacity() paths. One earlier unit may be unfinished, if launch_rest() was called for
+  /// it. throws DeviceError; InternalError if the unit is too large, or has no place yet
   void begin(const WorkUnit& unit);
   /// Launches the other depths of the unit that was begun last, and its film stage. Waits for the number of paths that go
   /// on after each depth, so this blocks until the last depth is under way. throws DeviceError
-  void drive();
-  /// Waits for the oldest unit that was begun, and calls drive() for it if nobody did. The arrays of the result are valid
-  /// until the next begin() but one. throws DeviceError; InternalError if no unit was begun
+  void launch_rest();
+  /// Waits for the oldest unit that was begun, and calls launch_rest() for it if nobody did. The arrays of the result are
+  /// valid until the next begin() but one. throws DeviceError; InternalError if no unit was begun
   UnitResult finish();
 
   /// Turns the light paths of units on or off, if the program has the stages for them. At first they are on.

@@ -63,7 +63,7 @@ struct Wavefront::Impl {
   double upload_s = 0;
 
   std::array<UnitInFlight, 2> in_flight;
-  std::uint64_t begun = 0, driven = 0, finished = 0;  // units for which begin(), drive(), finish() were called
+  std::uint64_t begun = 0, launched = 0, finished = 0;  // units for which begin(), launch_rest(), finish() were called
   /// Called between two stages while a path is replayed. The host then waits for each depth before it launches the next.
   std::function<void(std::uint32_t depth)> after_intersect;
   RayCounters counters;
@@ -303,12 +303,12 @@ struct Wavefront::Impl {
 
   /// Launches the other depths. The host looks at the counts of a depth while the next one is under
   /// way. This costs one round of empty launches at the end of a unit.
-  void launch_rest(UnitInFlight& current) {
+  void launch_later_depths(UnitInFlight& current) {
     const std::size_t ahead = after_intersect ? 0 : 1;
     std::uint64_t active = current.frame.path_count;  // at least as many as go on
     for (std::uint32_t depth = 2; active > 0; ++depth) {
       while (active > 0 && read_backs.size() > ahead) {
-        active = settle(current, read_backs.front());
+        active = take_counts(current, read_backs.front());
         read_backs.pop_front();
       }
       if (active > 0) launch_depth(current, depth, active);
@@ -320,7 +320,7 @@ struct Wavefront::Impl {
   }
 
   /// Waits for the counts of a depth. Returns the number of paths that go on.
-  std::uint64_t settle(UnitInFlight& current, const DepthCounts& at) {
+  std::uint64_t take_counts(UnitInFlight& current, const DepthCounts& at) {
     device.wait(at.ticket);
     const RayCounts on = counters.end_depth(at.depth, at.counts, current.frame.path_count);
     current.rays += on;
@@ -328,7 +328,7 @@ struct Wavefront::Impl {
   }
 
   void begin(const WorkUnit& unit) {
-    if (begun - finished == in_flight.size() || (!config.fused && begun != driven))
+    if (begun - finished == in_flight.size() || (!config.fused && begun != launched))
       throw InternalError("a unit begins before there is room for it");
     UnitInFlight& current = in_flight[begun % in_flight.size()];
     current.unit = unit;
@@ -351,7 +351,7 @@ struct Wavefront::Impl {
     if (config.fused) {
       launch_fused(current);
       begin_lights(current);
-      driven = begun;
+      launched = begun;
     } else {
       launch_first(current);
     }
@@ -363,16 +363,16 @@ struct Wavefront::Impl {
       lights.begin(current.lights, std::size_t(&current - in_flight.data()), current.unit, plan, frame);
   }
 
-  void drive() {
-    if (driven == begun) return;
-    launch_rest(in_flight[driven % in_flight.size()]);
-    if (!after_intersect) begin_lights(in_flight[driven % in_flight.size()]);
-    ++driven;
+  void launch_rest() {
+    if (launched == begun) return;
+    launch_later_depths(in_flight[launched % in_flight.size()]);
+    if (!after_intersect) begin_lights(in_flight[launched % in_flight.size()]);
+    ++launched;
   }
 
   UnitResult finish() {
     if (finished == begun) throw InternalError("no unit was begun");
-    if (finished == driven) drive();
+    if (finished == launched) launch_rest();
     UnitInFlight& current = in_flight[finished % in_flight.size()];
     ++finished;
     if (config.fused) settle_fused(current);

@@ -105,8 +105,7 @@ ExitCode render_with_progress(RenderOptions options, OpenJdLines& lines) {
 }
 
 ExitCode render_command(RenderOptions options, const std::vector<std::string>& words) {
-  if (options.force && !options.frames)
-    throw UsageError("--force: goes with --frames; without it every render is made anew");
+  require_frames_for_force(options);
   if (options.frames) {
     receive_signals();
     return run_frames(parse_render(words), parse_render);

@@ -58,6 +58,11 @@ std::string numbered(const std::string& name, std::uint64_t frame) {
   return result + name.substr(done);
 }
 
+void require_frames_for_force(const RenderOptions& options) {
+  if (options.force && !options.frames)
+    throw UsageError("--force: goes with --frames; without it every render is made anew");
+}
+
 void number_outputs(RenderOptions& options) {
   if (!options.scene.animation.frame) return;
   for (const auto& [flag, name] : names_of(options)) *name = numbered(*name, *options.scene.animation.frame);

@@ -21,6 +21,8 @@ struct FrameRange {
 /// The name with the number of a frame in its places. A '%' that begins no such place stays.
 [[nodiscard]] std::string numbered(const std::string& name, std::uint64_t frame);
 
+/// throws UsageError where --force has nothing that it could mean
+void require_frames_for_force(const RenderOptions& options);
 /// Puts the number of the frame, if --frame gives one, into the names of the files that a render writes.
 void number_outputs(RenderOptions& options);
 

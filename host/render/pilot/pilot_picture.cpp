@@ -20,10 +20,10 @@ Execution with_pool(const PilotMeans& means, const Settings& settings, std::uint
   const DeviceInfo& info = means.device->info();
   Execution execution = means.execution;
   const auto pool = std::uint32_t(std::min<std::uint64_t>(std::bit_ceil(largest), kMostPilotPool));
-  execution.pool = execution.pool == 0 ? pool : std::min(execution.pool, pool);
-  const auto need = [&] { return memory_need(*means.scene.packed, configure(info, execution), means.features, settings); };
-  while (execution.pool > kLeastUnitPaths && need().total() > available_bytes(info, execution))
-    execution.pool /= 2;
+  execution.unit_paths = execution.unit_paths == 0 ? pool : std::min(execution.unit_paths, pool);
+  const auto need = [&] { return memory_need(*means.scene, configure(info, execution), means.features, settings); };
+  while (execution.unit_paths > kLeastUnitPaths && need().total() > available_bytes(info, execution))
+    execution.unit_paths /= 2;
   require_memory(need(), info, execution);
   return execution;
 }

@@ -44,7 +44,7 @@ class PilotWork : public PilotSteps {
         looked_s_(since_s_) {
     if (shrink == 0) return;
     const std::uint32_t pool = shrunk_unit(kMostPilotPool, shrink);
-    execution_.pool = execution_.pool == 0 ? pool : std::min(execution_.pool, pool);
+    execution_.unit_paths = execution_.unit_paths == 0 ? pool : std::min(execution_.unit_paths, pool);
   }
 
   // ---- for the thread that renders
@@ -55,7 +55,7 @@ class PilotWork : public PilotSteps {
     try {
       // A device that fails does not go back to its pool.
       DevicePool::Lease lease = devices_.pool.take(info_);
-      pilot = run_pilot(lease, {devices_.packed, devices_.keep}, devices_.features, devices_.settings, execution_, *this);
+      pilot = run_pilot(lease, devices_.packed, devices_.features, devices_.settings, execution_, *this);
       if (!devices_.stay) lease.guest().reset();
     } catch (const NotWanted&) {
     } catch (...) {

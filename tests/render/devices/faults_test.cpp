@@ -13,7 +13,7 @@ namespace {
 class Faults : public ::testing::Test {
  protected:
   Faults() {
-    execution.pool = 1U << 12;  // many units
+    execution.unit_paths = 1U << 12;  // many units
     execution.block = 32;
     execution.watchdog_s = 60;  // a machine with other work to do may keep a unit waiting for seconds
     plan(kNone);
@@ -103,7 +103,7 @@ TEST_F(Faults, both_devices_may_fail_now_and_then) {
 
 TEST_F(Faults, units_become_smaller_where_large_ones_fail) {
   const Film expected = undisturbed();
-  execution.pool = 1U << 14;
+  execution.unit_paths = 1U << 14;
   const RenderOutput output = with("device:0:above=2000;device:1:above=2000:after=1");
   EXPECT_TRUE(same_film(expected, output.film));
 }

@@ -14,7 +14,7 @@ namespace {
 class Resume : public ::testing::Test {
  protected:
   Resume() {
-    execution.pool = 1U << 12;  // several units
+    execution.unit_paths = 1U << 12;  // several units
     execution.block = 32;
   }
   std::pair<Scene, Settings> both = room(80, 60, 24);

@@ -162,8 +162,8 @@ TEST(Reuse, what_was_made_ready_ahead_gives_the_bits_of_fresh_ones) {
     DevicePrefetcher devices;
     const auto image = [&](const Scene& scene, const Settings& settings) {
       const Features features(scene, settings);
-      return DevicePrefetcher::Image{std::make_shared<PackedScene>(pack_scene(scene, features, settings)), nullptr, features,
-                               settings, execution};
+      return DevicePrefetcher::Image{std::make_shared<PackedScene>(pack_scene(scene, features, settings)), features,
+                                     settings, execution};
     };
     const auto render_on = [&](DevicePrefetcher::Turn& turn, const DevicePrefetcher::Image& of) {
       RenderHooks hooks;
@@ -211,8 +211,7 @@ TEST(Reuse, nothing_is_made_ready_ahead_beyond_a_limit) {
     const auto turn_of = [&, &settings = settings](const Scene& of) {
       const Features features(of, settings);
       return devices.turn(
-          {std::make_shared<PackedScene>(pack_scene(of, features, settings)), nullptr, features, settings, execution},
-          stop);
+          {std::make_shared<PackedScene>(pack_scene(of, features, settings)), features, settings, execution}, stop);
     };
     (void)turn_of(scene);
     EXPECT_EQ(turn_of(other)->pool().idle_count(), 0U);

@@ -78,34 +78,34 @@ TEST(SameBits, N3_samples_beyond_32_bits_are_new_ones_and_split_as_others_do) {
   EXPECT_FALSE(same_film(part_of(scene, settings, all, edge, edge + 16), part_of(scene, settings, all, 0, 16)));
 }
 
-TEST(SameBits, N5_any_pool_chunk_and_block_on_chunks) {
+TEST(SameBits, N5_any_unit_chunk_and_block_on_chunks) {
   const auto [scene, settings] = subject();
   const Film expected = film_of(scene, settings);
   struct Cut {
-    std::uint32_t pool, chunk, block;
+    std::uint32_t unit_paths, chunk, block;
   };
   for (const Cut cut :
        {Cut{1024, 1024, 64}, Cut{64, 16, 5}, Cut{1U << 20, 1024, 64}, Cut{4096, 1024, 1}, Cut{3000, 48, 17}}) {
     Execution execution;
     execution.chunked = true;
-    execution.pool = cut.pool, execution.chunk = cut.chunk, execution.block = cut.block;
+    execution.unit_paths = cut.unit_paths, execution.chunk = cut.chunk, execution.block = cut.block;
     EXPECT_TRUE(same_film(expected, film_of(scene, settings, execution)))
-        << "pool " << cut.pool << " chunk " << cut.chunk << " block " << cut.block;
+        << "paths of a unit " << cut.unit_paths << " chunk " << cut.chunk << " block " << cut.block;
   }
 }
 
-TEST(SameBits, N5_any_pool_and_block_on_queues) {
+TEST(SameBits, N5_any_unit_and_block_on_queues) {
   const auto [scene, settings] = subject();
   const Film expected = film_of(scene, settings);
   struct Cut {
-    std::uint32_t pool, block;
+    std::uint32_t unit_paths, block;
   };
   for (const Cut cut : {Cut{1U << 10, 64}, Cut{1U << 20, 64}, Cut{64, 3}, Cut{1U << 14, 13}}) {
     Execution execution;
     execution.chunked = false;
-    execution.pool = cut.pool, execution.block = cut.block;
+    execution.unit_paths = cut.unit_paths, execution.block = cut.block;
     EXPECT_TRUE(same_film(expected, film_of(scene, settings, execution)))
-        << "pool " << cut.pool << " block " << cut.block;
+        << "paths of a unit " << cut.unit_paths << " block " << cut.block;
   }
 }
 
@@ -159,7 +159,7 @@ TEST(SameBits, all_stages_in_one_launch_as_shipped_or_each_in_its_own_and_out_of
     fused.chunked = unfused.chunked = true;
     fused.fused = true, unfused.fused = false;
     fused.extra_flags = kAsShipped;
-    fused.pool = 1200, fused.chunk = 400;  // portions of unequal size
+    fused.unit_paths = 1200, fused.chunk = 400;  // portions of unequal size
     EXPECT_TRUE(same_film(film_of(scene, settings, unfused), film_of(scene, settings, fused))) << variant.scene;
   }
 }

@@ -358,7 +358,7 @@ TEST(Rejected, N12_a_sample_left_out_leaves_the_others_as_they_are) {
 TEST(Stop, leaves_whole_units_and_says_so) {
   const auto [scene, settings] = room(64, 64, 64);
   Execution execution;
-  execution.pool = 4096;  // 64 units
+  execution.unit_paths = 4096;  // 64 units
   std::atomic<bool> stop{true};
   const RenderOutput output = render(scene, settings, as_tested(execution), stop);
   EXPECT_TRUE(output.report.interrupted());

@@ -73,7 +73,7 @@ TEST(Mattes, have_the_same_counts_on_every_way_to_trace_and_in_units_of_any_size
   for (const Execution& execution : ways_to_shade())
     EXPECT_TRUE(same_film(film_of(scene, settings, execution), expected)) << describe(execution);
   Execution small;
-  small.pool = 1U << 10;
+  small.unit_paths = 1U << 10;
   small.block = 7;
   EXPECT_TRUE(same_film(film_of(scene, settings, small), expected));
   Execution two;

@@ -12,7 +12,7 @@ namespace {
 
 RenderOutput render_cornell(Execution execution, std::uint32_t size = 96, std::uint32_t spp = 16, int pool = 0) {
   const Scene scene = load_shipped("cornell.gltf");
-  if (pool > 0) execution.pool = std::uint32_t(pool);
+  if (pool > 0) execution.unit_paths = std::uint32_t(pool);
   execution.extra_flags = kAsShipped;  // times are those of the code that users run
   return output_of(scene, settings_of(scene, size, spp), execution);
 }

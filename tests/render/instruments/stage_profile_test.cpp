@@ -15,7 +15,7 @@ std::pair<std::map<std::string, double>, DeviceReport> profile_of(bool fused) {
   execution.chunked = true, execution.fused = fused;
   execution.chunk = 1024;
   execution.extra_flags = kAsShipped;  // shares are those of the code that users run
-  if (!fused) execution.pool = 2048;   // so that the state stays in the caches as it does inside one launch
+  if (!fused) execution.unit_paths = 2048;  // so that the state stays in the caches as it does inside one launch
   const RenderOutput output = output_of(scene, settings, execution);
   const DeviceReport& device = output.report.devices.at(0);
   double sum = 0;

@@ -10,7 +10,7 @@ void expect_the_same_bits_by_every_way(const Scene& scene, Settings settings) {
   settings.aovs = {"direct", "indirect"};
   const Film expected = film_of(scene, settings);
   Execution small;
-  small.pool = 256;
+  small.unit_paths = 256;
   small.block = 7;
   EXPECT_TRUE(same_film(film_of(scene, settings, small), expected)) << "small units";
   Execution unfused;

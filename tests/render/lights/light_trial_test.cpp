@@ -33,7 +33,7 @@ TEST(LightPathTrial, decides_the_same_by_every_way_and_for_each_part) {
   const Settings settings = with_trial(usual);
   const RenderOutput expected = output_of(scene, settings);
   Execution small;
-  small.pool = 1024;
+  small.unit_paths = 1024;
   Execution unfused;
   unfused.fused = false;
   Execution queues;

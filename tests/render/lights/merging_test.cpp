@@ -123,7 +123,7 @@ TEST(Merging, has_the_same_bits_by_every_way_of_tracing) {
   const Film expected = film_of(scene, settings);
   EXPECT_FALSE(same_film(film_of(scene, with_light_paths(settings_for(20, 20, 6), 1)), expected));
   Execution small;
-  small.pool = 256;
+  small.unit_paths = 256;
   small.block = 7;
   EXPECT_TRUE(same_film(film_of(scene, settings, small), expected)) << "small units";
   Execution unfused;

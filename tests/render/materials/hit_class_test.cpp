@@ -75,7 +75,7 @@ TEST(HitClass, which_paths_wait_together_shows_in_no_bit) {
     Execution execution;
     execution.chunked = true;
     execution.lanes = chunks.lanes;
-    execution.chunk = chunks.chunk, execution.pool = 3 * chunks.chunk;
+    execution.chunk = chunks.chunk, execution.unit_paths = 3 * chunks.chunk;
     EXPECT_TRUE(same_film(expected, film_of(scene, settings, execution)))
         << chunks.lanes << " lanes, chunks of " << chunks.chunk;
   }

@@ -227,7 +227,7 @@ TEST(Opacity, any_pool_crop_and_split_of_samples_give_the_same_bits) {
   const auto [scene, settings] = foliage(200);
   const Film whole = film_of(scene, settings);
   Execution cut;
-  cut.pool = 64, cut.chunk = 16, cut.block = 5;
+  cut.unit_paths = 64, cut.chunk = 16, cut.block = 5;
   EXPECT_TRUE(same_film(whole, film_of(scene, settings, cut)));
   Settings window = settings;
   window.crop = {3, 5, 20, 11};

@@ -50,7 +50,7 @@ TEST(Guiding, has_the_same_bits_however_the_work_is_cut) {
                                                     {1U, false, false, 0U},
                                                     {1U, false, false, 512U}}) {
     Execution execution;
-    execution.lanes = lanes, execution.chunked = chunked, execution.fused = fused, execution.pool = pool;
+    execution.lanes = lanes, execution.chunked = chunked, execution.fused = fused, execution.unit_paths = pool;
     EXPECT_TRUE(same_film(expected, film_of(scene, settings, execution))) << lanes << " lanes, pool " << pool;
   }
   Execution one;
@@ -80,7 +80,7 @@ TEST(Guiding, an_image_without_a_pilot_has_the_bits_of_off) {
 TEST(Guiding, is_off_and_says_so_where_its_tables_do_not_fit) {
   auto [scene, settings] = guided_room(33, 21, 8);
   Execution execution;
-  execution.layout = "bvh8", execution.lanes = 8, execution.chunked = true, execution.pool = 1U << 14;
+  execution.layout = "bvh8", execution.lanes = 8, execution.chunked = true, execution.unit_paths = 1U << 14;
   EXPECT_GT(output_of(scene, settings, execution).report.pilot.roulette_depth, 0U) << "there is room";
   // Room for the render as it is without guiding, and for a pilot of smaller units, but not for the tables.
   const Features features(scene, settings);

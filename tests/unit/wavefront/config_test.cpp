@@ -59,7 +59,7 @@ TEST(WavefrontConfig, a_gpu_has_queues_and_launches_each_stage) {
 
 TEST(WavefrontConfig, what_is_asked_for_is_given_and_little_memory_makes_the_pool_small) {
   Execution execution;
-  execution.pool = 3000, execution.chunk = 50;
+  execution.unit_paths = 3000, execution.chunk = 50;
   WavefrontConfig config = configure(processor(8), execution);
   EXPECT_EQ(config.chunk, 48U);
   EXPECT_EQ(config.chunks, 62U);
@@ -67,7 +67,7 @@ TEST(WavefrontConfig, what_is_asked_for_is_given_and_little_memory_makes_the_poo
   execution.memory_bytes = std::uint64_t{32} << 20;
   config = configure(processor(8), execution);
   EXPECT_LE(config.capacity(), 1U << 15);
-  execution.pool = 64;
+  execution.unit_paths = 64;
   EXPECT_EQ(configure(processor(8), execution).capacity(), 64U) << "a chunk is not larger than the pool";
 }
 
