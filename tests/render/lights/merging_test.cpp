@@ -60,18 +60,23 @@ TEST(Merging, takes_no_more_memory_than_was_foreseen) {
   EXPECT_EQ(photon_map_bytes(with_light_paths(settings, 1)), 0U);
 }
 
-constexpr std::uint64_t kGenerations = 16;
+constexpr std::uint64_t kGenerations = 64, kLater = 8192;
 
 /// Light in the shadow of the card, over that beside the card, in some generations: the radius carries it over the edge.
+/// Four seeds are averaged: one has an error of a tenth in later generations, where the disc of a photon is small.
 double leak_from(std::uint64_t first) {
   auto [scene, settings] = floor_under_glass(true);
   const std::uint64_t samples = photon_plan(merging(settings, 1)).samples;
   settings.sample_begin = first * samples, settings.sample_end = (first + kGenerations) * samples;
-  const Film merged = film_of(scene, merging(settings, 1)), others = film_of(scene, with_light_paths(settings, 1));
-  const auto of_photons = [&](const Crop& window) {
-    return mean_of(merged, 0, window).mean - mean_of(others, 0, window).mean;
-  };
-  return of_photons({22, 16, 32, 48}) / of_photons({40, 16, 50, 48});
+  double sum = 0;
+  for (settings.seed = 0; settings.seed < 4; ++settings.seed) {
+    const Film merged = film_of(scene, merging(settings, 1)), others = film_of(scene, with_light_paths(settings, 1));
+    const auto of_photons = [&](const Crop& window) {
+      return mean_of(merged, 0, window).mean - mean_of(others, 0, window).mean;
+    };
+    sum += of_photons({22, 16, 32, 48}) / of_photons({40, 16, 50, 48});
+  }
+  return sum / 4;
 }
 
 double mean_radius_from(std::uint64_t first) {
@@ -81,9 +86,9 @@ double mean_radius_from(std::uint64_t first) {
 }
 
 TEST(Merging, has_a_bias_that_falls_with_the_samples) {
-  const double at_first = leak_from(0), later = leak_from(4096);
+  const double at_first = leak_from(0), later = leak_from(kLater);
   EXPECT_GT(at_first, 0.01);
-  const double expected = mean_radius_from(4096) / mean_radius_from(0);
+  const double expected = mean_radius_from(kLater) / mean_radius_from(0);
   EXPECT_LT(expected, 0.4);
   EXPECT_NEAR(later / at_first, expected, 0.15 * expected) << at_first << ' ' << later;
 }
