@@ -5,28 +5,20 @@
 namespace eikon::test {
 namespace {
 
-void expect_the_same_bits_by_every_way(const Scene& scene, Settings settings) {
+void expect_the_same_bits_of_light_paths(const Scene& scene, Settings settings) {
   settings = with_light_paths(settings, 0.3);
   settings.aovs = {"direct", "indirect"};
   const Film expected = film_of(scene, settings);
-  Execution small;
-  small.unit_paths = 256;
-  small.block = 7;
-  EXPECT_TRUE(same_film(film_of(scene, settings, small), expected)) << "small units";
-  Execution unfused;
-  unfused.fused = false;
-  EXPECT_TRUE(same_film(film_of(scene, settings, unfused), expected)) << "a launch for each stage";
-  Execution queues;
-  queues.lanes = 1, queues.chunked = false, queues.layout = "bvh2";
-  EXPECT_TRUE(same_film(film_of(scene, settings, queues), expected)) << "queues";
-  EXPECT_EQ(film_of(scene, settings, small).light_paths().front().paths, expected.light_paths().front().paths);
+  expect_the_same_bits_by_every_way(scene, settings, expected);
+  const Film in_small_units = film_of(scene, settings, small_units());
+  EXPECT_EQ(in_small_units.light_paths().front().paths, expected.light_paths().front().paths);
 }
 
 TEST(LightPathBits, are_the_same_by_every_way_of_tracing) {
   const auto [room, settings] = room_of_glass(20, 6);
-  expect_the_same_bits_by_every_way(room, settings);
+  expect_the_same_bits_of_light_paths(room, settings);
   const auto [floor, sunny] = floor_in_the_sun(20, 6, 300);
-  expect_the_same_bits_by_every_way(floor, sunny);
+  expect_the_same_bits_of_light_paths(floor, sunny);
 }
 
 TEST(LightPathBits, of_parts_add_up_to_those_of_the_whole) {

@@ -71,4 +71,25 @@ inline void expect_depths_add_up(const Scene& scene, Settings settings, double t
   EXPECT_NEAR(parts, whole, tolerance * whole);
 }
 
+inline Execution small_units() {
+  Execution small;
+  small.unit_paths = 256;
+  small.block = 7;
+  return small;
+}
+
+/// Expects that a render has the bits of `expected` whatever the way in which a device traces it.
+inline void expect_the_same_bits_by_every_way(const Scene& scene, const Settings& settings, const Film& expected) {
+  EXPECT_TRUE(same_film(film_of(scene, settings, small_units()), expected)) << "small units";
+  Execution unfused;
+  unfused.fused = false;
+  EXPECT_TRUE(same_film(film_of(scene, settings, unfused), expected)) << "a launch for each stage";
+  Execution queues;
+  queues.lanes = 1, queues.chunked = false, queues.layout = "bvh2";
+  EXPECT_TRUE(same_film(film_of(scene, settings, queues), expected)) << "queues";
+  Execution alone;
+  alone.threads = 1;
+  EXPECT_TRUE(same_film(film_of(scene, settings, alone), expected)) << "one thread";
+}
+
 }  // namespace eikon::test

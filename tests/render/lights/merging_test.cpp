@@ -127,19 +127,7 @@ TEST(Merging, has_the_same_bits_by_every_way_of_tracing) {
   settings.aovs = {"direct", "indirect", "light_groups"};
   const Film expected = film_of(scene, settings);
   EXPECT_FALSE(same_film(film_of(scene, with_light_paths(settings_for(20, 20, 6), 1)), expected));
-  Execution small;
-  small.unit_paths = 256;
-  small.block = 7;
-  EXPECT_TRUE(same_film(film_of(scene, settings, small), expected)) << "small units";
-  Execution unfused;
-  unfused.fused = false;
-  EXPECT_TRUE(same_film(film_of(scene, settings, unfused), expected)) << "a launch for each stage";
-  Execution queues;
-  queues.lanes = 1, queues.chunked = false, queues.layout = "bvh2";
-  EXPECT_TRUE(same_film(film_of(scene, settings, queues), expected)) << "queues";
-  Execution alone;
-  alone.threads = 1;
-  EXPECT_TRUE(same_film(film_of(scene, settings, alone), expected)) << "one thread";
+  expect_the_same_bits_by_every_way(scene, settings, expected);
 }
 
 TEST(Merging, of_parts_adds_up_to_the_whole_over_many_maps) {
