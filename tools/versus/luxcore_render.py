@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Renders a glTF scene with LuxCore on the CPU: same camera, box filter of one pixel, no clamp, no denoising, light
 sampled by power, Sobol samples. --engine says how: `path`, its path tracer; `hybrid`, the same with light paths for
-caustics, for which path tracing is left out; `bidir`, bidirectional path tracing with all connections. Writes R, G, B as .npy: what it brings along for memory does not live in
-one process with OpenEXR.
+caustics, for which path tracing is left out; `bidir`, bidirectional path tracing with all connections. Writes R, G, B
+as .npy: what it brings along for memory does not live in one process with OpenEXR.
 
 Plain Lambert, smooth clear glass, smooth metal, emission and constant environments have the same meaning in both; any
 other material is refused by name.

@@ -59,7 +59,7 @@ void apply(const Pilot& pilot, Features& features, Settings& settings) {
   features.set_guiding(pilot.table != nullptr, false);
   if (pilot.report.light_trial_paths == 0) return;
   settings.light_path_count = pilot.report.light_path_count;
-  // What is merged comes by light paths alone, whether those to the camera pay or not.
+  // Light that is merged comes by light paths alone, so they stay even if those to the camera do not pay.
   if (settings.merges_caustics && settings.light_path_count == 0)
     settings.light_path_count = light_paths_of_ratio(settings, kLightPathRatios[1]);
   if (settings.light_path_count == 0) features.leave_out_light_paths();

@@ -16,7 +16,8 @@ namespace eikon {
 namespace {
 
 constexpr std::uint64_t kLeastPaths = 1U << 6;  // of a map
-// Of all maps of a generation, so that they take little memory, and no longer than the watchdog waits.
+// All maps of a generation have at most so many together, so that they take little memory and are made long before the
+// watchdog's time is over.
 constexpr std::uint64_t kMostPaths = 1U << 18;
 constexpr std::uint64_t kLeastRatio = 16;  // camera paths for each light path of the maps, at most
 constexpr double kAlpha = 2.0 / 3;

@@ -6,6 +6,7 @@
 
 #include <cstring>
 #include <glm/gtc/matrix_transform.hpp>
+#include <memory>
 
 namespace eikon {
 namespace {
@@ -67,6 +68,23 @@ TEST(Pack, meshes_that_are_freed_give_the_same_records) {
                 0U);
     }
   EXPECT_EQ(scene.meshes[0].primitives[0].material, 1U);
+}
+
+TEST(Pack, a_shared_scene_keeps_alive_what_it_refers_to) {
+  auto scene = std::make_shared<Scene>(instanced_scene());
+  const Settings settings;
+  const Features features(*scene, settings);
+  std::shared_ptr<PackedScene> packed = share(pack_scene(*scene, features, settings), scene);
+  const std::weak_ptr<Scene> seen = scene;
+  scene.reset();
+  ASSERT_FALSE(seen.expired());
+  ASSERT_EQ(packed->texels.size(), 2U) << "a table, and the picture of the scene";
+  EXPECT_EQ(packed->texels[1].data(), seen.lock()->images[0].rgba8.data());
+  std::shared_ptr<const PackedScene> other = packed;
+  packed.reset();
+  EXPECT_FALSE(seen.expired()) << "another one shares it";
+  other.reset();
+  EXPECT_TRUE(seen.expired());
 }
 
 }  // namespace
