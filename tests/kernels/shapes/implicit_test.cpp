@@ -41,6 +41,28 @@ Probe probe(const std::vector<std::string>& texts, unsigned index = 0) {
   return probe;
 }
 
+/// The formulas of this file whose surfaces are traced, all in one program.
+const std::vector<std::string> kTraced = {"x^2+y^2+z^2-1",
+                                          "(x^2+y^2+z^2+0.75)^2-4*(x^2+y^2)",
+                                          "(x^2+2.25*y^2+z^2-1)^3-x^2*z^3-0.1125*y^2*z^3",
+                                          "1.099511627776e12*(x+2*y-z-0.25)",
+                                          "(x^2+y^2+z^2-1)/1.099511627776e12",
+                                          "(x^2+y^2+z^2-1)^3",
+                                          "(x^2+y^2+z^2-1)^2-1e-6",
+                                          "(x^2+y^2+z^2-1)^2",
+                                          "abs(x^2+y^2+z^2-1)",
+                                          "sin(x)*cos(y)+sin(y)*cos(z)+sin(z)*cos(x)",
+                                          "1/x",
+                                          "1/x+0*y",
+                                          "tan(x*1.5)-1e9",
+                                          "log(x)-1e3",
+                                          "sqrt(x)+1",
+                                          "x^2+y^2+z^2+1e-6",
+                                          "1e6*(x+2*y-z-0.25)",
+                                          "exp(-x^2-y^2)+exp(-(x-1)^2-z^2)-0.8",
+                                          "x*y - x*y + 1e-5"};
+
+/// text: one of kTraced
 std::vector<Found> trace(const std::string& text, const std::vector<Ray>& rays, glm::vec3 lo, glm::vec3 hi) {
   std::vector<Words> in(12);
   for (const Ray& ray : rays)
@@ -50,8 +72,11 @@ std::vector<Found> trace(const std::string& text, const std::vector<Ray>& rays, 
       in[std::size_t(6 + axis)].push_back(as_word(lo[axis]));
       in[std::size_t(9 + axis)].push_back(as_word(hi[axis]));
     }
-  const auto out = probe({text}).run("probe_implicit_hits", in, 10);
   std::vector<Found> found(rays.size());
+  const auto place = std::ranges::find(kTraced, text);
+  EXPECT_NE(place, kTraced.end()) << text;
+  if (place == kTraced.end()) return found;
+  const auto out = probe(kTraced, unsigned(place - kTraced.begin())).run("probe_implicit_hits", in, 10);
   for (std::size_t i = 0; i < rays.size(); ++i) {
     const auto value = [&](std::size_t k) { return double(as_float(out[k][i])); };
     found[i] = {.hit = out[0][i] != 0,

@@ -20,20 +20,6 @@ namespace {
   return ::testing::AssertionSuccess();
 }
 
-std::vector<TraverseProbe::Options> all_ways() { return TraverseProbe::variants(); }
-
-/// Every accelerator and layout once, the wide ones in each way that rays go through them.
-std::vector<TraverseProbe::Options> each_way() {
-  std::vector<TraverseProbe::Options> all = all_ways();
-  std::erase_if(all, [](const TraverseProbe::Options& o) {
-    const bool wide = o.method == "bvh" && (o.layout == "bvh16" || o.layout == "bvh8");
-    return wide ? o.portable || o.defines.contains("EK_NO_AVX512") ||
-                      (o.width != 1 && o.width != (o.layout == "bvh16" ? 16 : 8))
-                : o.width != 1;
-  });
-  return all;
-}
-
 void expect_same_hits_everywhere(const Packed& packed, const std::vector<ProbeRay>& rays,
                                  const std::vector<TraverseProbe::Options>& ways) {
   for (const auto& opened : test::devices()) {
@@ -57,7 +43,7 @@ void expect_same_hits_everywhere(const Packed& packed, const std::vector<ProbeRa
 
 TEST(ShapeHits, every_structure_gives_the_hits_of_brute_force) {
   const Scene scene = cloud(300, 1, 1);
-  expect_same_hits_everywhere(Packed(scene), rays_at(scene, 4000, 1, 2), all_ways());
+  expect_same_hits_everywhere(Packed(scene), rays_at(scene, 4000, 1, 2), TraverseProbe::variants());
 }
 
 /// Formulas beside all kinds of shapes and triangles, overlapping, turned, stretched, some in one place twice; one is given up on most rays.
@@ -87,7 +73,7 @@ Packed packed_for_all(const Scene& scene) { return {scene, formulas_among_shapes
 
 TEST(ShapeHits, formulas_among_shapes_and_triangles_have_the_hits_of_brute_force_in_every_structure) {
   const Scene scene = formulas_among_shapes(false);
-  expect_same_hits_everywhere(packed_for_all(scene), rays_at(scene, 1500, 1, 23), each_way());
+  expect_same_hits_everywhere(packed_for_all(scene), rays_at(scene, 1500, 1, 23), TraverseProbe::each_once());
 }
 
 TEST(ShapeHits, planes_without_end_have_the_hits_of_brute_force_in_every_structure) {
@@ -105,23 +91,24 @@ TEST(ShapeHits, planes_without_end_have_the_hits_of_brute_force_in_every_structu
       scene.shapes.push_back(plane);
     }
   }
-  expect_same_hits_everywhere(Packed(scene), rays_at(scene, 1500, 1, 33), each_way());
-  scene.meshes.clear();  // and nothing else
+  const Scene planes_and_others = scene;
+  expect_same_hits_everywhere(Packed(scene), rays_at(scene, 1500, 1, 33), TraverseProbe::each_once());
+  scene.meshes.clear();  // and nothing else, by the same programs
   scene.nodes.clear();
   scene.shapes.erase(scene.shapes.begin(), scene.shapes.end() - 6);
-  expect_same_hits_everywhere(Packed(scene), rays_at(scene, 500, 1, 34), each_way());
+  expect_same_hits_everywhere({scene, planes_and_others}, rays_at(scene, 500, 1, 34), TraverseProbe::each_once());
 }
 
 TEST(ShapeHits, tiny_and_huge_scenes_too) {
   for (const double size : {1e-6, 1e8}) {
     const Scene scene = cloud(60, size, 3);
-    expect_same_hits_everywhere(Packed(scene), rays_at(scene, 500, size, 4), all_ways());
+    expect_same_hits_everywhere(Packed(scene), rays_at(scene, 500, size, 4), TraverseProbe::variants());
   }
 }
 
 TEST(ShapeHits, rays_pass_shapes_in_the_same_places_everywhere) {
   const Scene scene = cloud(150, 1, 5, true);
-  expect_same_hits_everywhere(packed_for_all(scene), rays_at(scene, 2000, 1, 6), each_way());
+  expect_same_hits_everywhere(packed_for_all(scene), rays_at(scene, 2000, 1, 6), TraverseProbe::each_once());
 }
 
 }  // namespace

@@ -84,7 +84,7 @@ void expect_all_agree(const Soup& soup, const std::vector<std::uint32_t>& flags,
     }
     EXPECT_GT(passed, rays.size() / 10) << what;
     EXPECT_EQ(brute.any(rays), any) << what << ": shadow rays meet both sides";
-    for (const TraverseProbe::Options& variant : TraverseProbe::variants()) {
+    for (const TraverseProbe::Options& variant : TraverseProbe::each_once()) {
       TraverseProbe probe(device, soup, culling(variant, flags));
       const std::string name = what + ", " + TraverseProbe::describe(variant);
       const std::vector<ProbeHit> hits = probe.closest(rays);

@@ -96,7 +96,7 @@ void expect_all_agree(const Soup& soup, const std::string& what) {
       on_half += m == kHalf ? 1 : 0;
     }
     EXPECT_GT(on_half, rays.size() / 50) << what;
-    for (const TraverseProbe::Options& variant : TraverseProbe::variants()) {
+    for (const TraverseProbe::Options& variant : TraverseProbe::each_once()) {
       TraverseProbe::Options with = options(variant.layout, variant.width, of, variant.portable, variant.coherent);
       with.defines = variant.defines;
       TraverseProbe probe(device, soup, with);

@@ -92,6 +92,11 @@ std::vector<ProbeRay> adversarial_rays(const Soup& soup, std::size_t count, floa
                                        << " triangle " << b[first].triangle;
 }
 
+template <class T>
+std::vector<T> first(const std::vector<T>& all, std::size_t count) {
+  return {all.begin(), all.begin() + static_cast<std::ptrdiff_t>(count)};
+}
+
 /// `soup` in every layout and width; the rays' hits must be those of brute force at width 16.
 void expect_all_agree(const Soup& soup, const std::vector<ProbeRay>& rays, const std::string& what) {
   for (const auto& opened : test::devices()) {
@@ -122,9 +127,11 @@ void expect_all_agree(const Soup& soup, const std::vector<ProbeRay>& rays, const
     for (const auto& variant : TraverseProbe::variants()) {
       TraverseProbe probe(device, soup, variant);
       const std::string name = what + ", " + TraverseProbe::describe(variant);
-      EXPECT_TRUE(same_bits(probe.closest(rays), closest, rays)) << name;
-      EXPECT_EQ(probe.any(rays), any) << name;
-      EXPECT_EQ(probe.any(ending), any_ending) << name;
+      // Brute force at the other width takes as long as the reference: the first rays will do.
+      const std::size_t count = variant.method == "none" ? std::min<std::size_t>(rays.size(), 2000) : rays.size();
+      EXPECT_TRUE(same_bits(probe.closest(first(rays, count)), closest, rays)) << name;
+      EXPECT_EQ(probe.any(first(rays, count)), first(any, count)) << name;
+      EXPECT_EQ(probe.any(first(ending, count)), first(any_ending, count)) << name;
     }
   }
 }

@@ -4,6 +4,7 @@
 
 #include "pack/pack.h"
 #include "render/materials/glass_builder.h"
+#include "render/ways_to_shade.h"
 #include "scene/endless.h"
 
 namespace eikon::test {
@@ -161,9 +162,9 @@ std::pair<Scene, Settings> furnished(std::uint32_t width, std::uint32_t height, 
   return made;
 }
 
-TEST(Shapes, every_way_to_trace_gives_the_same_film) {
+TEST(Shapes, every_way_to_shade_gives_the_same_film) {
   const auto [scene, settings] = furnished(24, 16, 8);
-  const std::vector<Execution> ways = each_way_to_trace();
+  const std::vector<Execution> ways = ways_to_shade();
   const Film first = film_of(scene, settings, ways.front());
   for (std::size_t i = 1; i < ways.size(); ++i)
     EXPECT_TRUE(same_film(first, film_of(scene, settings, ways[i]))) << describe(ways[i]);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Emissive shapes: closed forms, and the same light by each way of finding it.
 #include "pack/pack.h"
-#include "render/scene_builder.h"
+#include "render/ways_to_shade.h"
 #include "scene/shape_area.h"
 
 namespace eikon::test {
@@ -28,7 +28,14 @@ glm::dmat4 askew() {
          glm::rotate(glm::dmat4(1), 1.1, glm::dvec3(1, 0.4, 0.1));
 }
 
+/// One of each kind, black, so that scenes of one of them or another share a program for each way.
+void add_black_shapes(Scene& scene, const glm::dvec3& place) {
+  for (const ShapeKindInfo& kind : shape_kinds())
+    add_shape(scene, shape_of(kind.kind, {0.3, 0.1, 0.1}, at(place)), lambert(0));
+}
+
 /// A white patch about the origin, its front turned by `tilt` from +Y towards +Z, and a camera that sees nothing else: shows E / pi.
+/// Black shapes lie behind it.
 std::pair<Scene, Settings> patch(double tilt, double side, std::uint64_t spp, LightSampling sampling) {
   std::pair<Scene, Settings> made;
   Primitive floor;
@@ -36,6 +43,7 @@ std::pair<Scene, Settings> patch(double tilt, double side, std::uint64_t spp, Li
   add_quad(floor, {-h, 0, h}, {2 * h, 0, 0}, {0, 0, -2 * h});
   Node& node = add_mesh(made.first, "patch", std::move(floor), lambert(1));
   node.world_from_object = glm::rotate(glm::dmat4(1), tilt, glm::dvec3(1, 0, 0));
+  add_black_shapes(made.first, {0, -0.5, -3});
   Settings& settings = made.second;
   settings = settings_for(8, 8, spp);
   // From beside, where no light is in the way, and near: a picture of much less than the patch.
@@ -119,6 +127,7 @@ TEST(LightShapes, L6_inside_and_on_an_emissive_surface_all_is_finite_and_right) 
         // The wall itself, lit by the wall: L + rho L.
         Scene empty;
         add_shape(empty, hollow, wall);
+        add_black_shapes(empty, {0, -5, 0});  // outside
         Settings inside = settings_for(16, 16, 512);
         inside.camera = look_at_camera({0.02, 0.01, 0.03}, {1, 0.2, 0.3}, {0, 1, 0}, 2.0);
         inside.max_depth = 2;
@@ -225,9 +234,7 @@ TEST(LightShapes, each_shape_gives_the_same_light_by_each_way_of_finding_it) {
         glow.double_sided = kind.kind == ShapeKind::plane;
         add_shape(scene, shape_of(kind.kind, size, place), glow);
         add_shape(scene, shape_of(ShapeKind::sphere, {0.2}, at({-0.6, 0.25, 0.4})), lambert(0.5F, 0.7F));
-        // Black, under the floor: with one of each kind, all scenes share a program for each way.
-        for (const ShapeKindInfo& other : shape_kinds())
-          add_shape(scene, shape_of(other.kind, {0.3, 0.1, 0.1}, at({0, -3, 0})), lambert(0));
+        add_black_shapes(scene, {0, -3, 0});  // under the floor
         Settings settings = settings_for(24, 24, 512);
         settings.seed = std::uint32_t(way);
         settings.camera = look_at_camera({0.5, 1.2, 2.2}, {0, 0.2, 0}, {0, 1, 0}, 0.7);
@@ -274,7 +281,7 @@ TEST(LightShapes, a_scene_without_emissive_shapes_has_none_of_this_in_its_progra
   EXPECT_TRUE(Features(scene, settings).has(Feature::shape_light));
 }
 
-TEST(LightShapes, every_way_to_trace_and_every_scale_give_the_same_film) {
+TEST(LightShapes, every_way_to_shade_and_every_scale_give_the_same_film) {
   auto made = room(24, 16, 8);
   const std::array<double, 3> sizes[] = {{0.15}, {0.2, 0.3, 0.1}, {0.3, 0.2}, {0.3, 0.05, 0.1}, {0.2, 0.05, 0.1}};
   std::size_t number = 0;
@@ -283,7 +290,7 @@ TEST(LightShapes, every_way_to_trace_and_every_scale_give_the_same_film) {
               lambert(0.2F, 2));
     ++number;
   }
-  const std::vector<Execution> ways = each_way_to_trace();
+  const std::vector<Execution> ways = ways_to_shade();
   const Film first = film_of(made.first, made.second, ways.front());
   for (std::size_t i = 1; i < ways.size(); ++i)
     EXPECT_TRUE(same_film(first, film_of(made.first, made.second, ways[i]))) << describe(ways[i]);

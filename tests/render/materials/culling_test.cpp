@@ -3,6 +3,7 @@
 #include "formula/parse.h"
 #include "pack/geometry/placed_meshes.h"
 #include "render/materials/glass_builder.h"
+#include "render/ways_to_shade.h"
 
 namespace eikon::test {
 namespace {
@@ -229,11 +230,11 @@ std::pair<Scene, Settings> room_from_outside() {
   return {std::move(scene), settings};
 }
 
-TEST(Culling, has_the_same_bits_in_every_layout_at_every_width) {
+TEST(Culling, has_the_same_bits_by_every_way_to_shade) {
   const auto [scene, settings] = room_from_outside();
   const Film expected = culled_film(scene, settings);
   EXPECT_FALSE(same_film(expected, film_of(scene, settings))) << "the comparison sees nothing";
-  for (const Execution& way : each_way_to_trace())
+  for (const Execution& way : ways_to_shade())
     EXPECT_TRUE(same_film(expected, culled_film(scene, settings, way))) << describe(way);
 }
 

@@ -3,7 +3,7 @@
 #include <functional>
 
 #include "gltf/animation/exposure.h"
-#include "render/scene_builder.h"
+#include "render/ways_to_shade.h"
 
 namespace eikon::test {
 namespace {
@@ -231,7 +231,7 @@ std::pair<Scene, Settings> room_in_motion() {
 TEST(MotionBlur, the_bits_are_the_same_however_it_is_traced_and_shared_out) {
   auto [scene, settings] = room_in_motion();
   const Film whole = film_of(scene, settings);
-  for (const Execution& way : each_way_to_trace())
+  for (const Execution& way : ways_to_shade())
     EXPECT_TRUE(same_film(film_of(scene, settings, way), whole)) << describe(way);
   Settings part = settings;
   part.crop = {3, 2, 11, 9};
