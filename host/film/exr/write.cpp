@@ -54,7 +54,8 @@ template <class Value>
 auto row_of(const Film& film, Value value) {
   return [&film, value](std::uint32_t y, auto* row) {
     const Crop& crop = film.layout().crop;
-    for (std::uint32_t x = crop.x0; x < crop.x1; ++x) *row++ = static_cast<std::remove_reference_t<decltype(*row)>>(value(x, y));
+    for (std::uint32_t x = crop.x0; x < crop.x1; ++x)
+      *row++ = static_cast<std::remove_reference_t<decltype(*row)>>(value(x, y));
   };
 }
 
@@ -121,11 +122,12 @@ std::vector<Source> image_sources(const Film& film, const ExrOptions& options) {
   }
   if (options.denoised != nullptr) {
     for (std::size_t c = 0; c < 3; ++c)
-      sources.push_back({.name = "denoised." + options.denoised->channels[c],
-                         .type = type,
-                         .reals = [&plane = options.denoised->planes[c], crop = film.layout().crop](auto y, float* row) {
-                           std::copy_n(&plane[std::size_t{y - crop.y0} * crop.width()], crop.width(), row);
-                         }});
+      sources.push_back(
+          {.name = "denoised." + options.denoised->channels[c],
+           .type = type,
+           .reals = [&plane = options.denoised->planes[c], crop = film.layout().crop](auto y, float* row) {
+             std::copy_n(&plane[std::size_t{y - crop.y0} * crop.width()], crop.width(), row);
+           }});
   }
   return sources;
 }
@@ -245,32 +247,38 @@ void write_image(exr::ScanlineFile& file, const Crop& crop, const std::vector<So
   }
 }
 
-/// Splits sums into words and writes them, 16 rows at a time.
-void write_sums(exr::ScanlineFile& file, const Film& film) {
+/// Splits the sums and counts of a row into words, a plane for each, in the order of exr::sums_channels().
+void split_row(const Film& film, std::uint32_t y, std::uint32_t* words, std::size_t plane) {
   const FilmLayout& layout = film.layout();
-  const Crop& crop = layout.crop;
-  const std::vector<std::string> names = exr::sums_channels(layout);
+  const std::size_t width = layout.crop.width(), channels = layout.channels.size(), replicates = layout.replicates;
+  const std::span<const int128> sums = film.row_sums(y);
+  const std::span<const std::uint64_t> counts = film.row_counts(y);
+  // So few pixels at a time that they stay in the cache while one plane after the other is written, which lie far apart.
+  constexpr std::size_t kPixels = 64;
+  for (std::size_t first = 0; first < width; first += kPixels) {
+    const std::size_t last = std::min(first + kPixels, width);
+    std::uint32_t* out = words;
+    const auto put = [&](const auto* values, std::size_t each, std::uint32_t limbs) {
+      for (std::uint32_t limb = 0; limb < limbs; ++limb, out += plane)
+        for (std::size_t x = first; x < last; ++x) out[x] = static_cast<std::uint32_t>(values[x * each] >> (32 * limb));
+    };
+    for (std::size_t r = 0; r < replicates; ++r) {
+      for (std::size_t c = 0; c < channels; ++c) put(&sums[r * channels + c], replicates * channels, exr::kSumLimbs);
+      put(&counts[r], replicates, exr::kCountLimbs);
+    }
+  }
+}
+
+/// Writes the words of the sums, 16 rows at a time.
+void write_sums(exr::ScanlineFile& file, const Film& film) {
+  const Crop& crop = film.layout().crop;
+  const std::vector<std::string> names = exr::sums_channels(film.layout());
   const std::size_t plane = std::size_t{crop.width()} * exr::kRowsPerBlock;
-  const std::size_t channels = layout.channels.size();
   std::vector<std::uint32_t> words(plane * names.size());
   for (std::uint32_t first = crop.y0; first < crop.y1; first += exr::kRowsPerBlock) {
     const std::uint32_t last = std::min(first + exr::kRowsPerBlock, crop.y1);
-    for (std::uint32_t y = first; y < last; ++y) {
-      const int128* sum = film.row_sums(y).data();
-      const std::uint64_t* count = film.row_counts(y).data();
-      std::uint32_t* pixel = &words[std::size_t{y - first} * crop.width()];
-      for (std::uint32_t x = 0; x < crop.width(); ++x, ++pixel) {
-        std::uint32_t* out = pixel;
-        const auto put = [&](auto value, std::uint32_t limbs) {
-          for (std::uint32_t limb = 0; limb < limbs; ++limb, out += plane)
-            *out = static_cast<std::uint32_t>(value >> (32 * limb));
-        };
-        for (std::uint32_t r = 0; r < layout.replicates; ++r) {
-          for (std::size_t c = 0; c < channels; ++c) put(*sum++, exr::kSumLimbs);
-          put(*count++, exr::kCountLimbs);
-        }
-      }
-    }
+    for (std::uint32_t y = first; y < last; ++y)
+      split_row(film, y, &words[std::size_t{y - first} * crop.width()], plane);
     file.write(1, {.first = static_cast<int>(first),
                    .last = static_cast<int>(last),
                    .width = crop.width(),
