@@ -48,9 +48,12 @@ std::shared_ptr<Program::Impl> build_program(cl_context context, cl_device_id de
   if (info.correctly_rounded_divide_sqrt) flags += " -cl-fp32-correctly-rounded-divide-sqrt";
   if (!options.optimise) flags += " -cl-opt-disable -DEK_OUT_OF_LINE -DEK_PORTABLE";
   if (!options.extra_flags.empty()) flags += " " + options.extra_flags;
-  std::string defines;
-  for (const auto& [name, value] : options.defines) defines += fmt::format(" -D{}={}", name, value);
-  flags += defines;
+  std::string not_zero;  // for an error, which names what is in a program and not the hundred features that are out
+  for (const auto& [name, value] : options.defines) {
+    const std::string define = fmt::format(" -D{}={}", name, value);
+    flags += define;
+    if (value != "0") not_zero += define;
+  }
 
   dump_program(text, flags);
 
@@ -67,9 +70,9 @@ std::shared_ptr<Program::Impl> build_program(cl_context context, cl_device_id de
     clGetProgramBuildInfo(impl->program.get(), device, CL_PROGRAM_BUILD_LOG, 0, nullptr, &size);
     std::string log(size, '\0');
     clGetProgramBuildInfo(impl->program.get(), device, CL_PROGRAM_BUILD_LOG, size, log.data(), nullptr);
-    throw DeviceError(
-        fmt::format("the kernels do not compile on device '{}': {}; defines:{}; try another device (--devices)",
-                    info.name, first_error(log), defines));
+    throw DeviceError(fmt::format(
+        "the kernels do not compile on device '{}': {}; defines that are not 0:{}; try another device (--devices)",
+        info.name, first_error(log), not_zero));
   }
   return impl;
 }

@@ -199,11 +199,13 @@ void prepare_pilot(WavefrontDevices& devices, std::vector<DeviceReport>& prepare
     devices.pilot_arithmetic = pilot->report.arithmetic;
     return use_pilot(*pilot, devices, prepared, report);
   }
-  std::string errors;
+  std::vector<std::string> errors;  // each once, however many attempts it ended
   const auto failed = [&](std::size_t device, const DeviceError& error) {
-    report.notes.push_back(
-        fmt::format("the pilot failed on device {}: {}", devices.devices[device].selector, error.what()));
-    errors += (errors.empty() ? "" : "; ") + report.notes.back();
+    const std::string line =
+        fmt::format("the pilot failed on device {}: {}", devices.devices[device].selector, error.what());
+    if (!errors.empty() && errors.back() == line) return;
+    errors.push_back(line);
+    report.notes.push_back(line);
   };
   for (std::size_t i = 0; i < prepared.size(); ++i)
     for (unsigned attempt = 0; attempt < kAttempts && prepared[i].error.empty(); ++attempt) try {
@@ -220,7 +222,7 @@ void prepare_pilot(WavefrontDevices& devices, std::vector<DeviceReport>& prepare
       } catch (const DeviceError& error) {
         failed(i, error);
       }
-  throw DeviceError(errors + "; --guiding off renders without a pilot");
+  throw DeviceError(fmt::format("{}; --guiding off renders without a pilot", fmt::join(errors, "; ")));
 }
 
 }  // namespace eikon
