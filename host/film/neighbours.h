@@ -36,7 +36,14 @@ inline constexpr int kPixelGroups = 2;
 inline constexpr int kPixelsTogether = kPixelGroups * kPixelLanes;
 
 // Compiled for each width of vectors, of which the processor's is chosen.
-#ifdef __SANITIZE_THREAD__
+#if defined(__has_feature)  // Clang
+#if __has_feature(thread_sanitizer)
+#define EK_THREAD_SANITIZER
+#endif
+#elif defined(__SANITIZE_THREAD__)  // GCC
+#define EK_THREAD_SANITIZER
+#endif
+#ifdef EK_THREAD_SANITIZER
 // The resolver that chooses a clone runs before ThreadSanitizer is ready, and would crash.
 #define EK_CLONES
 #else

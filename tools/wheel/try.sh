@@ -40,7 +40,7 @@ tools/bin/python -c 'import eikon; print(eikon.__file__, [d.name for d in eikon.
 PYTHONPATH= tools/bin/python tests/python/examples_test.py
 INSIDE
 # PoCL reads what processors and memory there are from /proc and /sys. The mounts end with the command.
-export SSL_CERT_FILE=/try/ca-certificates.crt PIP_CERT=/try/ca-certificates.crt PIP_FIND_LINKS=
+export SSL_CERT_FILE=/try/ca-certificates.crt PIP_CERT=/try/ca-certificates.crt REQUESTS_CA_BUNDLE=/try/ca-certificates.crt PIP_FIND_LINKS=
 # shellcheck disable=SC2016
 unshare --mount sh -c 'mount -t proc proc "$1/proc" && mount --rbind /sys "$1/sys" && exec chroot "$1" sh /try/run.sh "$2"' \
   sh "$bare" "$(basename "$wheel")"

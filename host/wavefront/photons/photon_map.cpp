@@ -59,7 +59,7 @@ void buckets_of(const Photon& photon, float reach, float scale, std::uint32_t ma
       for (std::uint32_t x = first[0]; x <= last[0]; ++x)
         found.push_back(cell_hash(x | y << 16, z | replicate << 16) & mask);
   std::ranges::sort(found);
-  found.erase(std::ranges::unique(found).begin(), found.end());
+  found.erase(std::unique(found.begin(), found.end()), found.end());  // not of ranges, which clang 14 does not compile
 }
 
 }  // namespace
