@@ -205,7 +205,7 @@ std::pair<Scene, Settings> foliage(std::uint32_t leaves) {
 }
 
 TEST(Opacity, M22_any_lane_width_order_of_paths_tree_and_device_give_the_same_bits) {
-  for (const std::uint32_t leaves : {60U, 1500U}) {  // small trees are traversed in packets, large ones in batches
+  for (const std::uint32_t leaves : {60U, 1500U}) {
     const auto [scene, settings] = foliage(leaves);
     const Film expected = film_of(scene, settings);
     std::vector<Execution> ways = each_way_to_trace();
