@@ -78,7 +78,7 @@ struct Settings {
   std::uint64_t light_path_count = 0;  // of each sample index; the image has them whatever its crop. 0: none
   /// Camera paths of the trial that decides on light_path_count (usual_light_trial_paths); 0: there is none.
   std::uint64_t light_trial_paths = 0;
-  /// What is seen through glass and in mirrors is lit by photons (wavefront/photons/photon_map.h), with a bias.
+  /// Photons light what is seen through glass and in mirrors (wavefront/photons/photon_map.h), with a bias.
   bool merges_caustics = false;
   Guiding guiding = Guiding::off;
   std::uint64_t pilot_paths = 0;            // from which it is learned how to guide paths (usual_pilot_paths); 0: none

@@ -74,7 +74,7 @@ class Wavefront {
   // Three calls render a unit: begin(), launch_rest(), finish(). The next unit may begin between launch_rest() and finish()
   // of the one before, so that the device has work while the host waits for the sums and adds them up:
   //   begin(a), launch_rest(), begin(b), finish() -> a, launch_rest(), begin(c), finish() -> b, ...
-  // Where one launch runs all stages (WavefrontConfig::fused), begin() launches it and launch_rest() does nothing. Otherwise
+  // If one launch runs all stages (WavefrontConfig::fused), begin() launches it and launch_rest() does nothing. Otherwise
   // begin() launches the first depth, and launch_rest() the others.
 
   /// Starts a unit of at most config().capacity() paths. One earlier unit may be unfinished, if launch_rest() was called for

@@ -10,7 +10,7 @@ namespace {
 
 /// What a specimen under even light shows along wo, in units of that light; radiance beyond a refracting surface is eta^2 of it.
 Mean furnace(const Specimen& specimen, const Direction& wo, bool compensated, unsigned seed) {
-  constexpr int kSamples = 40000;
+  constexpr int kSamples = 100000;
   std::mt19937 random(seed);
   Queries q;
   for (int i = 0; i < kSamples; ++i) q.add(0, wo, random);

@@ -137,7 +137,7 @@ TEST(TraverseMotion, trees_over_time_find_the_hits_of_brute_force) {
   Probes over_time(std::nullopt);
   const char* const asked = std::getenv("EIKON_TEST_ROUNDS");
   const unsigned rounds = asked == nullptr ? 1 : unsigned(std::stoul(asked));
-  const auto rays = [](unsigned round) { return rays_of(50'000, std::nullopt, 4 + round); };
+  const auto rays = [](unsigned round) { return rays_of(100'000, std::nullopt, 4 + round); };
   TraverseProbe brute = over_time.brute_force();
   std::vector<decltype(brute.closest(rays(0)))> expected;
   std::vector<decltype(brute.any(rays(0)))> met;
@@ -145,7 +145,7 @@ TEST(TraverseMotion, trees_over_time_find_the_hits_of_brute_force) {
     expected.push_back(brute.closest(rays(round)));
     met.push_back(brute.any(rays(round)));
   }
-  for (const TraverseProbe::Options& variant : TraverseProbe::each_once()) {
+  for (const TraverseProbe::Options& variant : TraverseProbe::variants()) {
     if (variant.method == "none") continue;  // below
     TraverseProbe tree = over_time.probe(variant);
     for (unsigned round = 0; round < rounds; ++round) {

@@ -155,15 +155,15 @@ class TraverseProbe {
   }
 
   /// Those of variants() between which the code differs by more than the width of its vectors: every accelerator and layout
-  /// once, the wide ones in each way that rays go through them. For features that traversal meets at one place, since Traverse
-  /// compares all variants.
+  /// once, the wide ones in each way that rays go through them, and a tree through which the rays of several lanes go one by
+  /// one. For features of which no code depends on the width, since Traverse compares all variants.
   static std::vector<Options> each_once() {
     std::vector<Options> all = variants();
     std::erase_if(all, [](const Options& o) {
       const bool wide = o.method == "bvh" && (o.layout == "bvh16" || o.layout == "bvh8");
       return wide ? o.portable || o.defines.contains("EK_NO_AVX512") ||
                         (o.width != 1 && o.width != (o.layout == "bvh16" ? 16 : 8))
-                  : o.width != 1;
+                  : o.width != 1 && (o.method != "bvh" || o.layout != "bvh2");
     });
     return all;
   }

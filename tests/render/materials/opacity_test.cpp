@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Opacity: MASK and BLEND, by factor, texture and vertex colour, for paths, shadow rays and lights.
-#include "render/ways_to_shade.h"
+#include "render/scene_builder.h"
 
 namespace eikon::test {
 namespace {
@@ -208,9 +208,7 @@ TEST(Opacity, M22_any_lane_width_order_of_paths_tree_and_device_give_the_same_bi
   for (const std::uint32_t leaves : {60U, 1500U}) {
     const auto [scene, settings] = foliage(leaves);
     const Film expected = film_of(scene, settings);
-    std::vector<Execution> ways = each_way_to_trace();
-    for (const Execution& way : ways_to_shade()) ways.push_back(way);
-    for (const Execution& execution : ways)
+    for (const Execution& execution : leaves == 60 ? ways_to_trace() : each_way_to_trace())
       EXPECT_TRUE(same_film(expected, film_of(scene, settings, execution)))
           << leaves << " leaves, " << describe(execution);
     for (const DeviceInfo& info : select_devices("all")) {
