@@ -14,18 +14,10 @@ namespace {
 constexpr std::size_t kSlotsPerCell = 4;  // at least: searches then end after one or two slots
 constexpr auto kLeastWeight = std::uint32_t(double(EK_GUIDE_LEAST) * EK_GUIDE_TOTAL / EK_GUIDE_BINS);  // of a bin
 
-/// As in kernels/lanes/sampler.h.
-std::uint32_t hash_bits(std::uint32_t x) {
-  x = (x ^ (x >> 16)) * 0x21f0aaadU;
-  x = (x ^ (x >> 15)) * 0xd35a2d97U;
-  return x ^ (x >> 15);
-}
-
 void add_slot(GuideTable& table, CellId id, std::uint32_t cell) {
-  // As in kernels/guide/cell.h.
   const auto xy = std::uint32_t(id), zn = std::uint32_t(id >> 32);
   const std::uint32_t hash = cell_hash(xy, zn);
-  const std::uint32_t tag = hash_bits(hash + xy * 0x85ebca6bU) | 1U;
+  const std::uint32_t tag = cell_tag(xy, hash);
   std::uint32_t slot = hash & table.slot_mask();
   while (table.slots[2 * slot] != 0) slot = (slot + 1) & table.slot_mask();
   table.slots[2 * slot] = tag;
@@ -63,8 +55,6 @@ bool is_sound_cell(std::span<const std::uint32_t> words) {
 }
 
 }  // namespace
-
-std::uint32_t cell_hash(std::uint32_t xy, std::uint32_t zn) { return hash_bits(xy ^ hash_bits(zn + 0x9e3779b9U)); }
 
 CellId coarser(CellId id) {
   const auto xy = std::uint32_t(id), zn = std::uint32_t(id >> 32);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "shared/guide.h"
+#include "shared/hash.h"
 
 namespace eikon {
 
@@ -17,8 +18,7 @@ using CellId = std::uint64_t;
 /// The cell of the next coarser level that contains this one.
 [[nodiscard]] CellId coarser(CellId id);
 
-/// The word that places a cell's key in a hash table, as cell_hash of the kernels.
-[[nodiscard]] std::uint32_t cell_hash(std::uint32_t xy, std::uint32_t zn);
+EK_DEFINE_HASHES(inline, std::uint32_t)
 
 /// The light that a pilot found at a cell. Radiances are luminances.
 struct GuideCellData {

@@ -55,10 +55,6 @@ EK_FN CellKey cell_key_at_level(CellKey key, uint level) {
   return coarse;
 }
 
-/// The word that places a key in the hash table, and the one that recognises it there, which is never 0.
-EK_FN vu cell_hash(CellKey key) { return hash_bits(key.xy ^ hash_bits(key.zn + 0x9e3779b9u)); }
-EK_FN vu cell_tag(CellKey key, vu hash) { return hash_bits(hash + key.xy * 0x85ebca6bu) | 1u; }
-
 /// Finds the cell of the finest level; EK_NO_CELL where there is none, or where `wanted` is not set. Two keys with the
 /// same tag share a cell, which costs variance and nothing else.
 /// slots  pairs of a tag and the index of a cell; a tag of 0 ends a search
@@ -69,8 +65,8 @@ EK_FN vu cell_find(constant Frame* frame, global const uint* slots, CellKey key,
     vi open = wanted & (cell == EK_NO_CELL);
     if (!ANY(open)) break;
     const CellKey at_level = cell_key_at_level(key, level);
-    vu slot = cell_hash(at_level);
-    const vu tag = cell_tag(at_level, slot);
+    vu slot = cell_hash(at_level.xy, at_level.zn);
+    const vu tag = cell_tag(at_level.xy, slot);
     while (ANY(open)) {
       slot = slot & mask;
       const vu found = gather_u(slots, 2u * slot);

@@ -8,6 +8,7 @@
 #ifndef EK_SAMPLER_H
 #define EK_SAMPLER_H
 #include "lanes/math.h"
+#include "shared/hash.h"
 
 // The pairs of each decision. Lens and time have pairs in every scene, so that scenes without them
 // keep their numbers.
@@ -30,13 +31,7 @@ enum {
 /// last.
 EK_FN uint bounce_dimension(uint depth, uint which) { return DIM_BOUNCE + depth * DIM_PER_BOUNCE + which; }
 
-// A bijection of 32-bit words that flips every output bit with probability near 1/2 for each
-// flipped input bit [Wellons 2018, hash-prospector; constants of its low-bias table].
-EK_FN vu hash_bits(vu x) {
-  x = (x ^ (x >> 16)) * 0x21f0aaadu;
-  x = (x ^ (x >> 15)) * 0xd35a2d97u;
-  return x ^ (x >> 15);
-}
+EK_DEFINE_HASHES(EK_FN, vu)
 
 // By hand, since built-ins for it are missing on some devices.
 EK_FN vu reverse_bits(vu x) {

@@ -23,7 +23,7 @@ EK_FN vu photon_bucket(constant Frame* frame, v3 p, vu replicate) {
   const float scale = frame->photon_cell_scale;
   const CellKey cell = {cell_coordinate(p.x * scale) | (cell_coordinate(p.y * scale) << 16),
                         cell_coordinate(p.z * scale) | (replicate << 16)};
-  return cell_hash(cell) & frame->photon_bucket_mask;
+  return cell_hash(cell.xy, cell.zn) & frame->photon_bucket_mask;
 }
 
 EK_FN v3 photon_v3(global const uint* photons, vu first_word) {

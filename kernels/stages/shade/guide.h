@@ -9,7 +9,7 @@
 #if EK_HAS_GUIDE
 // Least survival probability: a table may be wrong, and the weight of a path grows by the inverse.
 #define EK_ROULETTE_LEAST 0.05f
-// What more metallic surfaces reflect depends on the direction, so the tables do not say what the rest of a path brings.
+// More metallic surfaces reflect by direction, so the tables do not say what the rest of a path brings.
 #define EK_DIFFUSE_METALLIC 0.5f
 
 /// Sets the table that holds for each lane's point, and what the pilot expects of the path.
