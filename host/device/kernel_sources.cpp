@@ -77,4 +77,24 @@ std::string kernel_text(const std::vector<std::string>& entries) {
   return out;
 }
 
+std::string bare_text(const std::string& text) {
+  std::string out;
+  std::istringstream lines(text);
+  bool is_continued = false;  // the line before ends with a backslash
+  for (std::string line; std::getline(lines, line);) {
+    if (line.starts_with("#line ")) continue;
+    bool is_quoted = false;
+    for (std::size_t i = 0; i + 1 < line.size(); ++i) {
+      if (line[i] == '"') is_quoted = !is_quoted;
+      if (!is_quoted && line[i] == '/' && line[i + 1] == '/') line.resize(i);
+    }
+    line.erase(line.find_last_not_of(" \t") + 1);
+    line.erase(0, line.find_first_not_of(" \t"));
+    if (line.empty() && !is_continued) continue;
+    is_continued = line.ends_with('\\');
+    out += line + "\n";
+  }
+  return out;
+}
+
 }  // namespace eikon

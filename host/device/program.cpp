@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "device/cl.h"
+#include "device/kernel_sources.h"
 
 namespace eikon {
 namespace {
@@ -38,6 +39,17 @@ void dump_program(const std::string& text, const std::string& flags) {
   }
 }
 
+/// Sets the program to that of a text. Returns the code of the compiler.
+cl_int compile(Program::Impl& impl, cl_context context, cl_device_id device, const std::string& text,
+               const std::string& flags) {
+  const char* source = text.c_str();
+  const std::size_t length = text.size();
+  cl_int code = CL_SUCCESS;
+  impl.program.reset(clCreateProgramWithSource(context, 1, &source, &length, &code));
+  cl_check(code, "creating a program", impl.device);
+  return clBuildProgram(impl.program.get(), 1, &device, flags.c_str(), nullptr, nullptr);
+}
+
 }  // namespace
 
 std::shared_ptr<Program::Impl> build_program(cl_context context, cl_device_id device, const DeviceInfo& info,
@@ -59,12 +71,9 @@ std::shared_ptr<Program::Impl> build_program(cl_context context, cl_device_id de
 
   auto impl = std::make_shared<Program::Impl>();
   impl->device = info.name;
-  const char* source = text.c_str();
-  const std::size_t length = text.size();
-  cl_int code = CL_SUCCESS;
-  impl->program.reset(clCreateProgramWithSource(context, 1, &source, &length, &code));
-  cl_check(code, "creating a program", info.name);
-  code = clBuildProgram(impl->program.get(), 1, &device, flags.c_str(), nullptr, nullptr);
+  // Code that is not optimised is for Oclgrind, which names lines of the text.
+  cl_int code = options.optimise ? compile(*impl, context, device, bare_text(text), flags) : CL_BUILD_PROGRAM_FAILURE;
+  if (code != CL_SUCCESS) code = compile(*impl, context, device, text, flags);  // its errors name files and lines
   if (code != CL_SUCCESS) {
     std::size_t size = 0;
     clGetProgramBuildInfo(impl->program.get(), device, CL_PROGRAM_BUILD_LOG, 0, nullptr, &size);
