@@ -8,7 +8,7 @@
 #ifndef BATCH_SLOTS
 #define BATCH_SLOTS 64
 #endif
-#define BATCH_DONE 0xffffffffu                            // below the last entry of a stack; it has the bit of leaves, but is none
+#define BATCH_DONE WIDE_NOTHING                           // below the last entry of a stack
 #define BATCH_LIST (BATCH_SLOTS + EK_WIDTH)               // whole vectors are written
 #define BATCH_STACK (EK_STACK_SIZE + EK_NODE_WIDTH + 1u)  // whole vectors are written
 

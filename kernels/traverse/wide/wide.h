@@ -19,6 +19,7 @@
 #include "traverse/hit.h"
 
 #define WIDE_LEAF 0x80000000u
+#define WIDE_NOTHING 0xffffffffu  // no child, although it has the bit of leaves
 #define WIDE_NODE_WORDS (8u * EK_NODE_WIDTH)
 #define LEAF8_WORDS 80u
 #define LEAF8_TRIANGLES 72u  // offset of their indices
@@ -71,9 +72,11 @@ EK_FN uint wide_record(Geometry geometry, uint child, const RayOne* ray) {
   return child;
 }
 
-// Fetches what is at a child (wide_record), in a tree that is larger than the caches.
+// Fetches what is at a child (wide_record), in a tree that is larger than the caches. For marks that are no child it fetches the
+// root: fetching where there is no memory costs a walk of the page tables each time.
 EK_FN void wide_prefetch(Geometry geometry, uint child) {
 #if EK_LARGE_TREE && EK_BUILTIN(__builtin_prefetch)
+  child = (child == WIDE_NOTHING) | (EK_HAS_instance & (child == INSTANCE_EXIT)) ? 0u : child;
   if (EK_HAS_instance && is_instance_child(child)) {
     __builtin_prefetch(geometry.scene.instances + (child & ~INSTANCE_CHILD));
     __builtin_prefetch((global const char*)(geometry.scene.instances + (child & ~INSTANCE_CHILD)) + 64);
