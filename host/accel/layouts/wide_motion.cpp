@@ -2,7 +2,9 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
+#include <limits>
 #include <vector>
 
 #include "accel/layouts/layouts.h"
@@ -12,7 +14,11 @@
 namespace eikon {
 namespace {
 
-/// Makes of each node and each leaf of a wide tree a row of copies, one for each pose.
+constexpr std::size_t kMovingNodeWords = 14;  // times the width
+constexpr std::size_t kMovingBlockWords = 160;
+
+/// Makes of each node and each leaf of a wide tree a row of records, one for each step between poses
+/// (kernels/traverse/wide/wide.h).
 class WidePoseFitter {
  public:
   WidePoseFitter(const Accel& accel, std::size_t width, const TrianglePoses& poses)
@@ -20,6 +26,7 @@ class WidePoseFitter {
         width_(width),
         node_count_(accel.nodes.size() / (8 * width)),
         leaf_count_(accel.leaves.size() / kBlockWords),
+        steps_(poses.count - 1),
         bounds_(poses, triangles_of(accel)) {
     of_node_.resize(node_count_, PoseBoxes(poses.count));
     for (std::size_t n = node_count_; n-- > 0;)  // children come after their parents
@@ -30,10 +37,10 @@ class WidePoseFitter {
   }
 
   void fit(Accel& to) const {
-    const std::size_t poses = bounds_.count();
-    if (std::max(node_count_, leaf_count_) * poses >= kLeafBit)
+    if (std::max(node_count_, leaf_count_) * steps_ >= kLeafBit)
       throw InputError("a tree of triangles that move has too many poses; use fewer --motion-steps");
-    DeviceVector<std::uint32_t> nodes(accel_.nodes.size() * poses), leaves(accel_.leaves.size() * poses);
+    DeviceVector<std::uint32_t> nodes(node_count_ * steps_ * kMovingNodeWords * width_);
+    DeviceVector<std::uint32_t> leaves(leaf_count_ * steps_ * kMovingBlockWords);
     tbb::parallel_for(std::size_t{0}, node_count_, [&](std::size_t n) { write_node(n, nodes); });
     tbb::parallel_for(std::size_t{0}, leaf_count_, [&](std::size_t i) { write_leaf(i, leaves); });
     to.nodes = std::move(nodes);
@@ -67,19 +74,19 @@ class WidePoseFitter {
   }
 
   void write_node(std::size_t node, DeviceVector<std::uint32_t>& nodes) const {
-    const std::size_t poses = bounds_.count(), words = 8 * width_;
     for (std::size_t k = 0; k < width_; ++k) {
       const PoseBoxes boxes = child(node, k);
       const std::uint32_t at = word(node, 6 * width_ + k);
-      const auto moved = std::uint32_t((at & ~kLeafBit) * poses);
-      for (std::size_t pose = 0; pose < poses; ++pose) {
-        std::uint32_t* const to = nodes.data() + (node * poses + pose) * words;
-        const std::array<float, 6> planes = bounds_.planes(boxes, pose);
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-          to[2 * width_ * axis + k] = std::bit_cast<std::uint32_t>(planes[axis]);
-          to[(2 * axis + 1) * width_ + k] = std::bit_cast<std::uint32_t>(planes[3 + axis]);
-        }
-        to[6 * width_ + k] = (at & kLeafBit) | moved;
+      for (std::size_t step = 0; step < steps_; ++step) {
+        std::uint32_t* const to = nodes.data() + (node * steps_ + step) * kMovingNodeWords * width_;
+        const std::array<float, 6> now = bounds_.planes(boxes, step), next = bounds_.planes(boxes, step + 1);
+        for (std::size_t axis = 0; axis < 3; ++axis)
+          for (std::size_t side = 0; side < 2; ++side) {
+            const std::size_t plane = 3 * side + axis, row = (2 * axis + side) * width_ + k;
+            to[row] = std::bit_cast<std::uint32_t>(now[plane]);
+            to[8 * width_ + row] = std::bit_cast<std::uint32_t>(next[plane] - now[plane]);
+          }
+        to[6 * width_ + k] = (at & kLeafBit) | std::uint32_t((at & ~kLeafBit) * steps_);
         to[7 * width_ + k] = word(node, 7 * width_ + k);
       }
     }
@@ -87,22 +94,26 @@ class WidePoseFitter {
 
   void write_leaf(std::size_t leaf, DeviceVector<std::uint32_t>& leaves) const {
     const std::uint32_t* const from = accel_.leaves.data() + leaf * std::size_t{kBlockWords};
-    const std::size_t poses = bounds_.count();
-    for (std::size_t pose = 0; pose < poses; ++pose) {
-      std::uint32_t* const to = leaves.data() + (leaf * poses + pose) * kBlockWords;
+    for (std::size_t step = 0; step < steps_; ++step) {
+      std::uint32_t* const to = leaves.data() + (leaf * steps_ + step) * kMovingBlockWords;
       for (std::size_t i = 0; i < kBlock; ++i) {
         const std::uint32_t triangle = from[kBlockTriangles + i];
-        const bool names_record = triangle != EK_NO_HIT && pose + 1 == poses;
-        to[kBlockTriangles + i] = names_record ? bounds_.first_record(triangle) : triangle;
-        for (std::size_t k = 0; k < 9; ++k)
-          to[kBlock * k + i] =
-              triangle == EK_NO_HIT ? 0x7fc00000U : std::bit_cast<std::uint32_t>(bounds_.corners(triangle, pose)[k]);
+        const bool is_there = triangle != EK_NO_HIT;
+        to[kBlockTriangles + i] = triangle;
+        to[kBlockWords + kBlockTriangles + i] = is_there ? bounds_.first_record(triangle) : 0;
+        for (std::size_t k = 0; k < 9; ++k) {
+          constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
+          const float now = is_there ? bounds_.corners(triangle, step)[k] : kNone;
+          const float next = is_there ? bounds_.corners(triangle, step + 1)[k] : kNone;
+          to[kBlock * k + i] = std::bit_cast<std::uint32_t>(now);
+          to[kBlockWords + kBlock * k + i] = std::bit_cast<std::uint32_t>(next - now);
+        }
       }
     }
   }
 
   const Accel& accel_;
-  std::size_t width_, node_count_, leaf_count_;
+  std::size_t width_, node_count_, leaf_count_, steps_;
   PoseBounds bounds_;
   std::vector<PoseBoxes> of_node_;
 };

@@ -139,14 +139,16 @@ EK_FN void batch_part(BatchLists* lists, BatchCounts* counts) {
 EK_FN void batch_gather(const Batch* b, uint first, uint count) {
   BatchCandidates* candidates = b->candidates;
   for (uint i = first; i < count; ++i) {
-    const uint child = b->lists->pretested.child[i];
-    global const uint* triangles = (global const uint*)wide_leaf8(b->geometry, child) + LEAF8_TRIANGLES;
+    const uint child = b->lists->pretested.child[i], row = b->lists->pretested.row[i];
+    const RayOne* ray = b->rays + row;
+    global const float* leaf8 = wide_leaf8(b->geometry, wide_record(b->geometry, child, ray));
+    global const uint* triangles = (global const uint*)leaf8 + LEAF8_TRIANGLES;
     uint bits = b->lists->pretested_bits[i];
     do {
-      const uint k = lowest_bit(bits), triangle = triangles[k], row = b->lists->pretested.row[i];
+      const uint k = lowest_bit(bits), triangle = triangles[k];
       candidates->row[candidates->count] = row;
 #if EK_HAS_moving_surface
-      candidates->record[candidates->count] = candidate_record(b->geometry, child, k, b->rays + row);
+      candidates->record[candidates->count] = candidate_record(b->geometry, leaf8, k, ray);
 #endif
       candidates->triangle[candidates->count++] = triangle;
       candidate_prefetch(b->geometry, candidates);

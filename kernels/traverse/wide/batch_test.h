@@ -18,11 +18,10 @@ typedef struct {
 } BatchCandidates;
 
 #if EK_HAS_moving_surface
-// k: place of the triangle in its leaf
-EK_FN uint candidate_record(Geometry geometry, uint child, uint k, const RayOne* ray) {
+// leaf8: the record that the ray needs (wide_record); k: place of the triangle in it
+EK_FN uint candidate_record(Geometry geometry, global const float* leaf8, uint k, const RayOne* ray) {
   if (!EK_OVER_TIME(geometry)) return 0u;
-  global const float* last = wide_leaf8(geometry, child + geometry.scene.motion[0]);
-  return as_uint(last[LEAF8_TRIANGLES + k]) + ray->step;
+  return as_uint(leaf8[LEAF8_WORDS + LEAF8_TRIANGLES + k]) + ray->step;
 }
 
 // The share of each ray's step that has passed.

@@ -26,7 +26,7 @@
 #define VISIT_RAY(name, k) ((float8)(a->ray->name))
 #define VISIT_STORED(axis, offset) leaf8_corner(a, offset, a->axis)
 #define VISIT_SHARE ((float8)(a->ray->share))
-#define VISIT_MOVED moved_8
+#define VISIT_MOVED moved_by_8
 EK_FN uint leaf8_pretest(const Leaf8Visit* a, const Leaf8Visit* b, const int any_hit, uint* certain) {
   const VisitF t = (float8)(a->ray->t), slack = (float8)(a->ray->t_slack);
 #else
@@ -38,7 +38,7 @@ EK_FN uint leaf8_pretest(const Leaf8Visit* a, const Leaf8Visit* b, const int any
   __builtin_shufflevector(words, words_b, k, k, k, k, k, k, k, k, 16 + k, 16 + k, 16 + k, 16 + k, 16 + k, 16 + k, 16 + k, 16 + k)
 #define VISIT_STORED(axis, offset) ((float16)(leaf8_corner(a, offset, a->axis), leaf8_corner(b, offset, b->axis)))
 #define VISIT_SHARE ((float16)((float8)(a->ray->share), (float8)(b->ray->share)))
-#define VISIT_MOVED moved_16
+#define VISIT_MOVED moved_by_16
 EK_FN uint leaf8_pretest_2(const Leaf8Visit* a, const Leaf8Visit* b, const int any_hit, uint* certain) {
   const float16 words = *(const float16*)((const float*)a->ray + 16), words_b = *(const float16*)((const float*)b->ray + 16);
 #endif

@@ -9,10 +9,15 @@
 //   leaf8      80 words
 //     [0, 72)     corners a x, a y, a z, b x, ..., c z of eight triangles; an unused triangle is NaN
 //     [72, 80)    their indices; EK_NO_HIT for an unused one
-// Over time, in the tree of the triangles that move (motion_tree.h), a node or a leaf is a row of such records, one for each
-// pose, and its index that of the first. Between two poses planes and corners go straight. A missing child has the largest
-// finite numbers as its planes, and the last record of a leaf, in place of the triangles' indices, that of the first record
-// of each in `pose_triangles` (host/accel/layouts/wide_motion.cpp).
+// Over time, in the tree of the triangles that move (motion_tree.h), a node or a leaf is a row of records, one for each step of
+// the shutter's time, and its index that of the first. Within a step planes and corners go straight.
+//   node       14 W words
+//     [0, 8 W)     as above, at the begin of the step; a missing child has the largest finite numbers as its planes
+//     [8 W, 14 W)  how far the planes move in the step, in the same order
+//   leaf8      160 words
+//     [0, 80)      as above, at the begin of the step
+//     [80, 152)    how far the corners move in the step: the rounded differences to the next pose
+//     [152, 160)   of each triangle the first record in `pose_triangles`
 #ifndef EK_TRAVERSE_WIDE_H
 #define EK_TRAVERSE_WIDE_H
 #include "lanes/compact.h"
@@ -21,7 +26,9 @@
 #define WIDE_LEAF 0x80000000u
 #define WIDE_NOTHING 0xffffffffu  // no child, although it has the bit of leaves
 #define WIDE_NODE_WORDS (8u * EK_NODE_WIDTH)
+#define WIDE_MOVING_NODE_WORDS (14u * EK_NODE_WIDTH)
 #define LEAF8_WORDS 80u
+#define LEAF8_MOVING_WORDS 160u
 #define LEAF8_TRIANGLES 72u  // offset of their indices
 
 #if EK_LAYOUT_bvh16
@@ -49,19 +56,22 @@ EK_FN wf wide_min(wf a, wf b) { return a < b ? a : b; }
 EK_FN wf wide_max(wf a, wf b) { return a > b ? a : b; }
 
 EK_FN global const float* wide_node(Geometry geometry, uint node) {
-  return (global const float*)geometry.nodes + (size_t)node * WIDE_NODE_WORDS;
+  return (global const float*)geometry.nodes +
+         (size_t)node * (EK_OVER_TIME(geometry) ? WIDE_MOVING_NODE_WORDS : WIDE_NODE_WORDS);
 }
 EK_FN global const float* wide_leaf8(Geometry geometry, uint child) {
-  return (global const float*)geometry.leaves + (size_t)(child & ~WIDE_LEAF) * LEAF8_WORDS;
+  return (global const float*)geometry.leaves +
+         (size_t)(child & ~WIDE_LEAF) * (EK_OVER_TIME(geometry) ? LEAF8_MOVING_WORDS : LEAF8_WORDS);
 }
 
-// The planes of a node, or the corners of a leaf, for a ray: words of a record, or over time those between it and the next.
+// A row of a node's planes, at the ray's time. Whether the sum is contracted does not matter, because the planes of boxes that
+// move lie outside of all that they bound by more than any rounding takes them (host/accel/layouts/pose_boxes.cpp).
 EK_FN wf wide_planes(Geometry geometry, global const float* planes, const RayOne* ray) {
-  const wf now = wide_load(planes);
+#pragma OPENCL FP_CONTRACT ON
 #if EK_HAS_moving_surface
-  if (EK_OVER_TIME(geometry)) return now + (wide_load(planes + WIDE_NODE_WORDS) - now) * ray->share;
+  if (EK_OVER_TIME(geometry)) return wide_load(planes + WIDE_NODE_WORDS) * ray->share + wide_load(planes);
 #endif
-  return now;
+  return wide_load(planes);
 }
 
 // The record at a child that a ray needs.
@@ -89,23 +99,23 @@ EK_FN void wide_prefetch(Geometry geometry, uint child) {
   __builtin_prefetch(p + 128);
   __builtin_prefetch(p + 192);
   __builtin_prefetch(p + 256);
+  if (EK_OVER_TIME(geometry)) {
+    __builtin_prefetch(p + 320);
+    __builtin_prefetch(p + 384);
+    __builtin_prefetch(p + 448);
+  }
 #if EK_LAYOUT_bvh16
+  if (EK_OVER_TIME(geometry)) p += 192;
   global const char* rest = child & WIDE_LEAF ? p : p + 320;  // a leaf has no more words
   __builtin_prefetch(rest);
   __builtin_prefetch(rest + 64);
   __builtin_prefetch(rest + 128);
-#endif
-  if (EK_OVER_TIME(geometry)) {  // the next record; of a node all but children and orders
-    global const char* next = child & WIDE_LEAF ? p + 4u * LEAF8_WORDS : p + 4u * WIDE_NODE_WORDS;
-    __builtin_prefetch(next);
-    __builtin_prefetch(next + 64);
-    __builtin_prefetch(next + 128);
-#if EK_LAYOUT_bvh16
-    __builtin_prefetch(next + 192);
-    __builtin_prefetch(next + 256);
-    __builtin_prefetch(next + 320);
-#endif
+  if (EK_OVER_TIME(geometry)) {
+    __builtin_prefetch(rest + 192);
+    __builtin_prefetch(rest + 256);
+    __builtin_prefetch(rest + 320);
   }
+#endif
 #endif
 }
 
