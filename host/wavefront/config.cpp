@@ -7,7 +7,7 @@
 #include "core/error.h"
 #include "device/kernel_sources.h"
 #include "shared/guide.h"
-#include "wavefront/light_stages.h"
+#include "wavefront/stages/light_stages.h"
 
 namespace eikon {
 

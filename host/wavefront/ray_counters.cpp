@@ -58,14 +58,10 @@ void RayCounters::add_depth(std::uint32_t depth, std::uint64_t work_items) {
 }
 
 RayCounts RayCounters::end_depth(std::uint32_t depth, std::span<const std::uint32_t> counts, std::uint64_t paths) {
-  std::uint64_t next = 0, shadow = 0;
-  for (std::size_t chunk = 0; chunk < counts.size() / kQueueWords; ++chunk) {
-    const QueueCounts of_chunk = queue_counts(counts, chunk, depth);
-    count_paths(depth + 1, of_chunk.next_paths);
-    next += of_chunk.next_paths;
-    shadow += of_chunk.shadow_rays;
-  }
-  if (!has_shadow_) shadow = 0;
+  for (std::size_t chunk = 0; chunk < counts.size() / kQueueWords; ++chunk)
+    count_paths(depth + 1, queue_counts(counts, chunk, depth).next_paths);
+  const QueueCounts total = total_counts(counts, depth);
+  const std::uint64_t next = total.next_paths, shadow = has_shadow_ ? total.shadow_rays : 0;
   bounce_at(bounces_, depth).shadow_rays += shadow;
   count_live(double(next));
   Profiler& profiler = device_.profiler();

@@ -16,16 +16,27 @@ namespace eikon {
 /// shadow rays, and one that is not read back.
 inline constexpr std::size_t kQueueWords = 4;
 
-/// What the stages of a depth have put into the queues of one chunk.
+/// What the stages of a depth have put into the queues, of one chunk or of several.
 struct QueueCounts {
-  std::uint32_t next_paths = 0;  // that go on to the next depth
-  std::uint32_t shadow_rays = 0;
+  std::uint64_t next_paths = 0;  // that go on to the next depth
+  std::uint64_t shadow_rays = 0;
 };
 /// counts  kQueueWords words of each chunk
 [[nodiscard]] inline QueueCounts queue_counts(std::span<const std::uint32_t> counts, std::size_t chunk,
                                               std::uint32_t depth) {
   const auto words = counts.subspan(chunk * kQueueWords, kQueueWords);
   return {.next_paths = words[(depth + 1) & 1], .shadow_rays = words[2]};
+}
+
+/// The sums over all chunks.
+[[nodiscard]] inline QueueCounts total_counts(std::span<const std::uint32_t> counts, std::uint32_t depth) {
+  QueueCounts total;
+  for (std::size_t chunk = 0; chunk < counts.size() / kQueueWords; ++chunk) {
+    const QueueCounts of_chunk = queue_counts(counts, chunk, depth);
+    total.next_paths += of_chunk.next_paths;
+    total.shadow_rays += of_chunk.shadow_rays;
+  }
+  return total;
 }
 
 /// Rays that were traced at a depth, and the lanes and slots that were held for them.

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "wavefront/buffers.h"
-#include "wavefront/light_stages.h"
+#include "wavefront/stages/light_stages.h"
 #include "wavefront/wavefront.h"
 
 namespace eikon {

@@ -6,7 +6,6 @@
 #include <array>
 #include <bit>
 #include <deque>
-#include <map>
 #include <memory>
 #include <string>
 #include <utility>
@@ -18,9 +17,9 @@
 #include "device/kernel_sources.h"
 #include "pack/frame.h"
 #include "wavefront/buffers.h"
-#include "wavefront/stage_sampler.h"
-#include "wavefront/light_stages.h"
 #include "wavefront/photons/photon_stage.h"
+#include "wavefront/stages/light_stages.h"
+#include "wavefront/stages/stage_sampler.h"
 #include "wavefront/unit_in_flight.h"
 #include "wavefront/wavefront.h"
 
@@ -51,7 +50,8 @@ struct Wavefront::Impl {
   PhotonStage photons;
   Mattes mattes;
   Arguments arguments;
-  std::map<std::string, Kernel> kernels;
+  StageKernels stages;
+  Kernel paths;  // runs all stages; if WavefrontConfig::fused
   WorkBuffers work;
   ArithmeticClass arithmetic;
   ProgramOptions compiled;  // of the program
@@ -159,8 +159,12 @@ struct Wavefront::Impl {
     if (traces_lights) lights = LightStages(device, program, config, arguments);
     if (features.has(Feature::merging)) photons = PhotonStage(device, arguments);
     arithmetic = trusted_arithmetic(device, program);
-    for (const std::string& stage : source.stages)
-      if (stage != "film" && stage != "light_paths") kernels[stage] = program.kernel(stage);
+    std::vector<std::string> own_launch = source.stages;
+    std::erase_if(own_launch, [](const std::string& stage) {
+      return stage == "film" || stage == "paths" || stage == "light_paths";
+    });
+    stages = StageKernels(device, config, program, own_launch);
+    if (config.fused) paths = program.kernel("paths");
     in_flight[0].film = program.kernel("film");
     in_flight[1].film = device.info().cpu ? in_flight[0].film : program.kernel("film");
     compiled = source.options;
@@ -198,8 +202,9 @@ struct Wavefront::Impl {
   }
 
   void bind() {
-    for (auto& [name, kernel] : kernels) kernel.bind(arguments);
-    lights.bind(arguments, kernels);
+    stages.bind(arguments);
+    if (config.fused) paths.bind(arguments);
+    lights.bind(arguments, stages);
     if (sampler) sampler->bind(arguments);
     for (std::size_t i = 0; i < in_flight.size(); ++i) {
       Arguments own = arguments;
@@ -216,7 +221,8 @@ struct Wavefront::Impl {
     Profiler& profiler = device.profiler();
     const double begin = host_seconds(), compiled_s = profiler.compile_s;
     device.write(work.frame, &frame, sizeof frame);
-    for (const auto& [name, kernel] : kernels) device.run(kernel, 1, config.chunked ? 1 : kWorkGroup);
+    stages.warm_up();
+    if (config.fused) device.run(paths, 1, 1);
     for (const UnitInFlight& current : in_flight) device.run(current.film, 1, config.chunked ? 1 : kWorkGroup);
     lights.warm_up();
     device.finish();
@@ -225,20 +231,6 @@ struct Wavefront::Impl {
     profiler.restart();
   }
 
-  /// Launches a stage over the paths of a unit, if this scene needs the stage. There is a work-item
-  /// per chunk, or one for each of `most` queue entries.
-  void run_stage(const char* name, std::uint32_t depth, std::uint64_t most, const UnitInFlight& current) {
-    const auto found = kernels.find(name);
-    if (found == kernels.end()) return;
-    found->second.set("depth", depth);
-    if (config.chunked)
-      device.run(found->second, used_chunks(current), 1);
-    else
-      device.run(found->second, divide_up(most, kWorkGroup), kWorkGroup);
-  }
-  [[nodiscard]] std::uint32_t used_chunks(const UnitInFlight& current) const {
-    return config.chunked ? divide_up(current.frame.path_count, config.chunk) : 1;
-  }
   /// Launches the film stage, whose work-items own pixels instead of paths, and reads its sums
   /// back.
   void run_film(UnitInFlight& current) {
@@ -264,7 +256,7 @@ struct Wavefront::Impl {
   /// Renders a unit in one launch.
   void launch_fused(UnitInFlight& current) {
     device.write_later(work.next_path, &kNoPaths, sizeof kNoPaths);
-    device.run(kernels.at("paths"), config.workers, 1, current.frame.path_count);
+    device.run(paths, config.workers, 1, current.frame.path_count);
     current.tallied =
         device.read_later(work.tallies, current.tallies.data(), current.tallies.size() * sizeof(WorkerTally));
     run_film(current);
@@ -279,26 +271,25 @@ struct Wavefront::Impl {
   /// Launches the stages of a depth. active: most paths at that depth
   void launch_depth(UnitInFlight& current, std::uint32_t depth, std::uint64_t active) {
     counters.add_depth(depth, std::uint64_t{divide_up(active, kWorkGroup)} * kWorkGroup);
-    run_stage("intersect", depth, active, current);
+    const std::uint64_t paths_of_unit = current.frame.path_count;
+    stages.run("intersect", depth, paths_of_unit, active);
     if (after_intersect) after_intersect(depth);
-    run_stage("miss", depth, active, current);
-    run_stage("shade", depth, active, current);
-    run_stage("compact", depth, active, current);
+    for (const char* stage : {"miss", "shade", "compact"}) stages.run(stage, depth, paths_of_unit, active);
     DepthCounts& at = read_backs.emplace_back();
     at.depth = depth;
-    at.counts.resize(kQueueWords * std::size_t{used_chunks(current)});
+    at.counts.resize(kQueueWords * stages.chunks(paths_of_unit));
     at.ticket = device.read_later(work.counts, at.counts.data(), 4 * at.counts.size());
-    run_stage("shadow", depth, active, current);
+    stages.run("shadow", depth, paths_of_unit, active);
     device.flush();
   }
 
   /// Launches the first depth of a unit, stage by stage.
   void launch_first(UnitInFlight& current) {
-    const std::uint64_t paths = current.frame.path_count;
-    current.rays.camera = paths;
-    counters.begin_unit(paths);
-    run_stage("generate", 1, paths, current);
-    launch_depth(current, 1, paths);
+    const std::uint64_t paths_of_unit = current.frame.path_count;
+    current.rays.camera = paths_of_unit;
+    counters.begin_unit(paths_of_unit);
+    stages.run("generate", 1, paths_of_unit, paths_of_unit);
+    launch_depth(current, 1, paths_of_unit);
   }
 
   /// Launches the other depths. The host looks at the counts of a depth while the next one is under

@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <optional>
 
-#include "wavefront/light_stages.h"
 #include "wavefront/photons/photon_map.h"
+#include "wavefront/stages/light_stages.h"
 
 namespace eikon {
 

@@ -5,7 +5,7 @@
 
 #include "core/trace.h"
 #include "render/scene_builder.h"
-#include "wavefront/stage_sampler.h"
+#include "wavefront/stages/stage_sampler.h"
 
 namespace eikon::test {
 namespace {

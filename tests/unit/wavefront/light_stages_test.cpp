@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The pixels of a window share the light paths of an image.
-#include "wavefront/light_stages.h"
+#include "wavefront/stages/light_stages.h"
 
 #include <gtest/gtest.h>
 

@@ -9,8 +9,9 @@
 #include <vector>
 
 #include "device/device.h"
-#include "wavefront/config.h"
 #include "shared/records.h"
+#include "wavefront/config.h"
+#include "wavefront/stages/stage_kernels.h"
 
 namespace eikon {
 
@@ -41,7 +42,8 @@ class StageSampler {
 
   Device& device_;
   WavefrontConfig config_;
-  std::vector<std::pair<std::string, Kernel>> stages_;
+  std::vector<std::string> stages_;
+  StageKernels kernels_;
   Buffer frame_, pixels_, counts_;
   std::uint64_t sampled_ = 0, rendered_ = 0;  // paths
   std::map<std::string, double> seconds_, shares_;

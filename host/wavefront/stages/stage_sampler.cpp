@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "wavefront/stage_sampler.h"
+#include "wavefront/stages/stage_sampler.h"
 
 #include <algorithm>
-
-#include "wavefront/tallies.h"
 
 namespace eikon {
 namespace {
@@ -16,16 +14,14 @@ constexpr std::size_t kRun = 16;       // pixels; of unit_pixels a 4 x 4 tile
 
 StageSampler::StageSampler(Device& device, const Program& program, const std::vector<std::string>& stages,
                            const Arguments& arguments, const WavefrontConfig& config)
-    : device_(device), config_(config) {
+    : device_(device), config_(config), stages_(stages), kernels_(device, config, program, stages) {
   frame_ = device.allocate(sizeof(Frame));
   pixels_ = device.allocate(4 * std::size_t{config.chunk} * config.workers);
   counts_ = arguments.buffers().at("counts");
-  for (const std::string& stage : stages) stages_.emplace_back(stage, program.kernel(stage));
   bind(arguments);
-  // Some drivers make the machine code at the first launch.
   const Frame nothing{};
   device.write(frame_, &nothing, sizeof nothing);
-  for (const auto& [stage, kernel] : stages_) device.run(kernel, 1, 1);
+  kernels_.warm_up();
   device.finish();
 }
 
@@ -33,7 +29,7 @@ void StageSampler::bind(const Arguments& arguments) {
   Arguments own = arguments;
   own.set("frame", frame_);
   own.set("pixels", pixels_);
-  for (auto& [stage, kernel] : stages_) kernel.bind(own);
+  kernels_.bind(own);
 }
 
 std::vector<std::uint32_t> StageSampler::spread(std::span<const std::uint32_t> pixels, std::size_t count) {
@@ -67,23 +63,16 @@ void StageSampler::before(const Frame& frame, std::span<const std::uint32_t> pix
     device_.finish();
   });
   double sum = 0;
-  for (const auto& [stage, kernel] : stages_) sum += seconds_[stage] += taken.at(stage).seconds;
+  for (const std::string& stage : stages_) sum += seconds_[stage] += taken.at(stage).seconds;
   for (const auto& [stage, seconds] : seconds_) shares_[stage] = sum > 0 ? seconds / sum : 0;
 }
 
 void StageSampler::run(std::uint32_t path_count) {
-  const std::size_t chunks = divide_up(path_count, config_.chunk);
-  std::vector<std::uint32_t> counts(kQueueWords * chunks);
   std::uint64_t active = path_count;
   for (std::uint32_t depth = 1; active > 0; ++depth) {
-    for (auto& [stage, kernel] : stages_) {
-      if (stage == "generate" && depth > 1) continue;
-      kernel.set("depth", depth);
-      device_.run(kernel, chunks, 1);
-    }
-    device_.read(counts_, counts.data(), 4 * counts.size());
-    active = 0;
-    for (std::size_t chunk = 0; chunk < chunks; ++chunk) active += queue_counts(counts, chunk, depth).next_paths;
+    for (const std::string& stage : stages_)
+      if (stage != "generate" || depth == 1) kernels_.run(stage, depth, path_count, active);
+    active = kernels_.read_counts(counts_, depth, path_count).next_paths;
   }
 }
 

@@ -3,8 +3,6 @@
 #pragma once
 #include <array>
 #include <cstdint>
-#include <map>
-#include <string>
 #include <utility>
 #include <vector>
 
@@ -16,6 +14,7 @@
 #include "shared/splat.h"
 #include "wavefront/config.h"
 #include "wavefront/ray_counters.h"
+#include "wavefront/stages/stage_kernels.h"
 
 namespace eikon {
 
@@ -73,7 +72,7 @@ class LightStages {
 
   /// Binds the kernels to their buffers. To be called again when a buffer in `arguments` is another one.
   /// stages  kernels of the wavefront that have a launch of their own, bound; they must live as long as this
-  void bind(const Arguments& arguments, std::map<std::string, Kernel>& stages);
+  void bind(const Arguments& arguments, StageKernels& stages);
 
   /// Starts the light paths of a unit behind the work that is in the device's queue; if each stage has a launch of its
   /// own, it waits until they have ended.
@@ -94,7 +93,7 @@ class LightStages {
  private:
   Device* device_ = nullptr;
   WavefrontConfig config_;
-  std::map<std::string, Kernel>* stages_ = nullptr;
+  StageKernels* stages_ = nullptr;
   std::array<Kernel, 2> fused_;
   // Of each unit under way; one for both if each stage has a launch of its own.
   std::array<Buffer, 2> splats_, counts_;

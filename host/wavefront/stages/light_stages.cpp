@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "wavefront/light_stages.h"
+#include "wavefront/stages/light_stages.h"
 
 #include <algorithm>
 #include <bit>
@@ -86,7 +86,7 @@ LightStages::LightStages(Device& device, const Program& program, const Wavefront
   arguments.set("splat_counts", counts_[0]);
 }
 
-void LightStages::bind(const Arguments& arguments, std::map<std::string, Kernel>& stages) {
+void LightStages::bind(const Arguments& arguments, StageKernels& stages) {
   if (device_ == nullptr) return;
   stages_ = &stages;
   frame_ = arguments.buffers().at("frame");
@@ -166,33 +166,16 @@ void LightStages::warm_up() {
 
 void LightStages::run_stages(LightUnit& lights) {
   lights.part_rays = {};
-  std::uint64_t active = lights.frame.path_count;
-  const std::size_t chunks = config_.chunked ? divide_up(active, config_.chunk) : 1;
-  const auto run = [&](const char* stage, std::uint32_t depth) {
-    const auto found = stages_->find(stage);
-    if (found == stages_->end()) return;
-    found->second.set("depth", depth);
-    if (config_.chunked)
-      device_->run(found->second, chunks, 1);
-    else
-      device_->run(found->second, divide_up(active, kWorkGroup), kWorkGroup);
-  };
-  run("light_generate", 1);
-  std::vector<std::uint32_t> counts(kQueueWords * chunks);
+  const std::uint64_t paths = lights.frame.path_count;
+  stages_->run("light_generate", 1, paths, paths);
+  std::uint64_t active = paths;
   for (std::uint32_t depth = 1; active > 0; ++depth) {
-    run("intersect", depth);
-    run("light_shade", depth);
-    run("compact", depth);
-    run("splat", depth);
-    device_->read(queue_counts_, counts.data(), 4 * counts.size());
-    std::uint64_t next = 0;
-    for (std::size_t chunk = 0; chunk < chunks; ++chunk) {
-      const QueueCounts of_chunk = queue_counts(counts, chunk, depth);
-      next += of_chunk.next_paths;
-      lights.part_rays.shadow += of_chunk.shadow_rays;
-    }
+    for (const char* stage : {"intersect", "light_shade", "compact", "splat"})
+      stages_->run(stage, depth, paths, active);
+    const QueueCounts left = stages_->read_counts(queue_counts_, depth, paths);
     lights.part_rays.scattered += active;
-    active = next;
+    lights.part_rays.shadow += left.shadow_rays;
+    active = left.next_paths;
   }
 }
 
