@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <tbb/parallel_for.h>
+
 #include <bit>
 #include <cstring>
 
@@ -28,13 +30,28 @@ PackedScene pack_pose(const Scene& pose, const Features& features, const PackedS
 
 /// Marks the triangles that differ between two poses in what kernels interpolate.
 void mark_differences(const PackedScene& a, const PackedScene& b, std::vector<char>& moves) {
-  const auto corners = [](const Triangle& t) { return corners_of(t); };
-  for (std::size_t i = 0; i < a.triangles.size(); ++i) {
-    const bool differs = corners(a.triangles[i]) != corners(b.triangles[i]) ||
+  tbb::parallel_for(std::size_t{0}, a.triangles.size(), [&](std::size_t i) {
+    const bool differs = corners_of(a.triangles[i]) != corners_of(b.triangles[i]) ||
                          (!a.normals.empty() && !same_bits(a.normals[i], b.normals[i])) ||
                          (!a.tangents.empty() && !same_bits(a.tangents[i], b.tangents[i]));
     if (differs) moves[i] = 1;
-  }
+  });
+}
+
+/// Writes the records of pose k of the triangles that move. first_records: of each triangle, 0 if it stands still
+void write_pose(const PackedScene& pose, std::size_t k, std::span<const std::uint32_t> first_records,
+                PackedScene& packed) {
+  grow(packed.bounds, pose.bounds.lo);
+  grow(packed.bounds, pose.bounds.hi);
+  tbb::parallel_for(std::size_t{0}, pose.triangles.size(), [&](std::size_t i) {
+    if (first_records[i] == 0) return;
+    const std::size_t at = first_records[i] - 1 + k;
+    Triangle& record = packed.pose_triangles[at] = packed.triangles[i];
+    std::memcpy(&record.p0_x, &pose.triangles[i].p0_x, 9 * sizeof(float));
+    record.n_x = float(glm::length(triangle_normal(packed.triangles[i])));
+    if (!pose.normals.empty()) packed.pose_normals[at] = pose.normals[i];
+    if (!pose.tangents.empty()) packed.pose_tangents[at] = pose.tangents[i];
+  });
 }
 
 }  // namespace
@@ -69,8 +86,14 @@ void pack_motion(const Scene& scene, const Features& features, PackedScene& pack
                     scene.path.string(), bytes >> 20, memory >> 20, scene.poses.size()));
   const std::size_t count = packed.triangle_count(), poses = scene.poses.size();
   std::vector<char> moves(count, 0);
+  // Two poses at a time are in memory: the others are packed again when their records are written.
   const PackedScene first = pack_pose(*scene.poses.front(), features, packed);
-  for (std::size_t k = 1; k < poses; ++k) mark_differences(first, pack_pose(*scene.poses[k], features, packed), moves);
+  PackedScene current;
+  for (std::size_t k = 1; k < poses; ++k) {
+    current = PackedScene();
+    current = pack_pose(*scene.poses[k], features, packed);
+    mark_differences(first, current, moves);
+  }
 
   // Kernels read a record and the one behind it even if nothing moves.
   std::size_t moving = 0;
@@ -87,19 +110,11 @@ void pack_motion(const Scene& scene, const Features& features, PackedScene& pack
   packed.pose_triangles.resize(records);
   packed.pose_normals.resize(first.normals.empty() ? 0 : records);
   packed.pose_tangents.resize(first.tangents.empty() ? 0 : records);
-  for (std::size_t k = 0; k < poses; ++k) {
-    const PackedScene pose = pack_pose(*scene.poses[k], features, packed);
-    grow(packed.bounds, pose.bounds.lo);
-    grow(packed.bounds, pose.bounds.hi);
-    for (std::size_t i = 0; i < count; ++i) {
-      if (moves[i] == 0) continue;
-      const std::size_t at = first_records[i] - 1 + k;
-      Triangle& record = packed.pose_triangles[at] = packed.triangles[i];
-      std::memcpy(&record.p0_x, &pose.triangles[i].p0_x, 9 * sizeof(float));
-      record.n_x = float(glm::length(triangle_normal(packed.triangles[i])));
-      if (!pose.normals.empty()) packed.pose_normals[at] = pose.normals[i];
-      if (!pose.tangents.empty()) packed.pose_tangents[at] = pose.tangents[i];
-    }
+  write_pose(first, 0, first_records, packed);
+  for (std::size_t k = poses - 1; k > 0; --k) {
+    if (k + 1 < poses) current = pack_pose(*scene.poses[k], features, packed);
+    write_pose(current, k, first_records, packed);
+    current = PackedScene();
   }
 }
 
