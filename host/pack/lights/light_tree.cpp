@@ -2,6 +2,7 @@
 #include "pack/lights/light_tree.h"
 
 #include <fmt/format.h>
+#include <tbb/parallel_invoke.h>
 
 #include <algorithm>
 #include <array>
@@ -17,8 +18,9 @@ namespace eikon {
 namespace {
 
 constexpr int kBins = 16;
-constexpr double kLeastShare = 0x1p-20;     // the least share of a side in a node's energy
-constexpr double kLeastVariance = 0x1p-40;  // in the nodes' unit; it keeps estimates within the range of floats
+constexpr double kLeastShare = 0x1p-20;       // the least share of a side in a node's energy
+constexpr double kLeastVariance = 0x1p-40;    // in the nodes' unit; it keeps estimates within the range of floats
+constexpr std::uint32_t kLeastOfTask = 1024;  // lights of a side that is worth a task of its own
 
 /// Sums of moments over lights.
 struct Sum {
@@ -28,13 +30,13 @@ struct Sum {
   glm::dvec3 mean_direction{0};  // power times mean_direction
   std::uint32_t count = 0;
 
-  void add(const LightMoments& l) {
-    power += l.power;
-    first += l.power * l.centroid;
-    second += l.power * (l.variance + glm::dot(l.centroid, l.centroid));
-    mean_direction += l.power * l.mean_direction;
-    ++count;
-  }
+  Sum() = default;
+  explicit Sum(const LightMoments& l)
+      : power(l.power),
+        first(l.power * l.centroid),
+        second(l.power * (l.variance + glm::dot(l.centroid, l.centroid))),
+        mean_direction(l.power * l.mean_direction),
+        count(1) {}
   void add(const Sum& s) {
     power += s.power;
     first += s.first;
@@ -64,11 +66,11 @@ class Builder {
     tree_.order.resize(lights_.size());
     std::iota(tree_.order.begin(), tree_.order.end(), 0U);
     to_unit();
-    tree_.nodes.reserve(lights_.size());
+    tree_.nodes.resize(lights_.empty() ? 0 : lights_.size() - 1);
   }
 
   LightTree build() {
-    if (!lights_.empty()) node(0, std::uint32_t(lights_.size()), 0);
+    if (!lights_.empty()) static_cast<void>(node({0, std::uint32_t(lights_.size())}, 0, 0));
     return std::move(tree_);
   }
 
@@ -97,66 +99,109 @@ class Builder {
     }
   }
 
-  /// Orders lights [begin, end) and returns the index at which to split them.
-  std::uint32_t split(std::uint32_t begin, std::uint32_t end, int depth) {
-    glm::dvec3 lo(std::numeric_limits<double>::infinity()), hi(-lo);
-    for (std::uint32_t i = begin; i < end; ++i) {
-      lo = glm::min(lo, at(i).centroid);
+  /// Some lights: places in the order.
+  struct Range {
+    std::uint32_t begin = 0, end = 0;
+    [[nodiscard]] std::uint32_t count() const { return end - begin; }
+  };
+
+  /// A plane between two bins of an axis.
+  struct Plane {
+    int axis = -1, bin = 0;  // the last bin on its left side; an axis of -1: no plane parts the lights
+    double cost = std::numeric_limits<double>::infinity();
+  };
+
+  /// The box around the lights' centroids, cut into bins along each axis.
+  struct Grid {
+    glm::dvec3 lo{std::numeric_limits<double>::infinity()}, extent{0};
+    [[nodiscard]] std::size_t bin_of(const LightMoments& light, int axis) const {
+      return std::size_t(std::min(int((light.centroid[axis] - lo[axis]) / extent[axis] * kBins), kBins - 1));
+    }
+  };
+
+  [[nodiscard]] Grid grid_of(Range range) const {
+    Grid grid;
+    glm::dvec3 hi(-grid.lo);
+    for (std::uint32_t i = range.begin; i < range.end; ++i) {
+      grid.lo = glm::min(grid.lo, at(i).centroid);
       hi = glm::max(hi, at(i).centroid);
     }
-    const glm::dvec3 extent = hi - lo;
-    double best = std::numeric_limits<double>::infinity();
-    int best_axis = -1, best_bin = 0;
-    const auto bin_of = [&](std::uint32_t light, int axis) {
-      return std::min(int((lights_[light].centroid[axis] - lo[axis]) / extent[axis] * kBins), kBins - 1);
-    };
-    for (int axis = 0; axis < 3 && depth < most_depth(); ++axis) {
-      if (!(extent[axis] > 0)) continue;
-      std::array<Sum, kBins> bins{}, right{};
-      for (std::uint32_t i = begin; i < end; ++i) bins[std::size_t(bin_of(tree_.order[i], axis))].add(at(i));
-      right[kBins - 1] = bins[kBins - 1];
-      for (int b = kBins - 2; b >= 0; --b) {
-        right[std::size_t(b)] = right[std::size_t(b + 1)];
-        right[std::size_t(b)].add(bins[std::size_t(b)]);
+    grid.extent = hi - grid.lo;
+    return grid;
+  }
+
+  /// The plane for which the costs of both sides have the least sum.
+  [[nodiscard]] Plane best_plane(Range range, const Grid& grid) const {
+    std::array<std::array<Sum, kBins>, 3> bins{};
+    for (std::uint32_t i = range.begin; i < range.end; ++i) {
+      const Sum light(at(i));
+      for (int axis = 0; axis < 3; ++axis)
+        if (grid.extent[axis] > 0) bins[std::size_t(axis)][grid.bin_of(at(i), axis)].add(light);
+    }
+    Plane best;
+    for (int axis = 0; axis < 3; ++axis) {
+      if (!(grid.extent[axis] > 0)) continue;
+      const std::array<Sum, kBins>& of_axis = bins[std::size_t(axis)];
+      std::array<Sum, kBins> right{};
+      right[kBins - 1] = of_axis[kBins - 1];
+      for (std::size_t b = kBins - 1; b-- > 0;) {
+        right[b] = right[b + 1];
+        right[b].add(of_axis[b]);
       }
       Sum left;
-      for (int b = 0; b + 1 < kBins; ++b) {
-        left.add(bins[std::size_t(b)]);
-        const Sum& other = right[std::size_t(b + 1)];
-        if (left.count == 0 || other.count == 0) continue;
-        const double cost = left.cost() + other.cost();
-        if (cost < best) best = cost, best_axis = axis, best_bin = b;
+      for (std::size_t b = 0; b + 1 < kBins; ++b) {
+        left.add(of_axis[b]);
+        if (left.count == 0 || right[b + 1].count == 0) continue;
+        const double cost = left.cost() + right[b + 1].cost();
+        if (cost < best.cost) best = {axis, int(b), cost};
       }
     }
-    const auto first = tree_.order.begin() + begin, last = tree_.order.begin() + end;
-    if (best_axis >= 0)
-      return std::uint32_t(std::stable_partition(
-                               first, last, [&](std::uint32_t light) { return bin_of(light, best_axis) <= best_bin; }) -
-                           tree_.order.begin());
+    return best;
+  }
+
+  /// Orders the lights and returns the place at which to split them.
+  std::uint32_t split(Range range, int depth) {
+    const Grid grid = grid_of(range);
+    const Plane plane = depth < most_depth() ? best_plane(range, grid) : Plane{};
+    const auto first = tree_.order.begin() + range.begin, last = tree_.order.begin() + range.end;
+    if (plane.axis >= 0) {
+      const auto is_left = [&](std::uint32_t light) {
+        return int(grid.bin_of(lights_[light], plane.axis)) <= plane.bin;
+      };
+      return std::uint32_t(std::stable_partition(first, last, is_left) - tree_.order.begin());
+    }
     // If all lights are in one place, or the tree gets too deep, they are halved along the longest
     // axis.
+    const glm::dvec3& extent = grid.extent;
     const int axis = extent.x >= extent.y ? (extent.x >= extent.z ? 0 : 2) : (extent.y >= extent.z ? 1 : 2);
-    const std::uint32_t middle = begin + (end - begin) / 2;
     std::stable_sort(first, last, [&](std::uint32_t a, std::uint32_t b) {
       return lights_[a].centroid[axis] < lights_[b].centroid[axis];
     });
-    return middle;
+    return range.begin + range.count() / 2;
   }
 
-  Sum node(std::uint32_t begin, std::uint32_t end, int depth) {
-    if (end - begin == 1) {
+  /// Writes the nodes of a range's tree from `place` on, one fewer than it has lights. Threads share the work; each sum is
+  /// taken in the same order whoever takes it.
+  Sum node(Range range, std::size_t place, int depth) {
+    if (range.count() == 1) {
       Sum leaf;
-      leaf.add(at(begin));
+      leaf.add(Sum(at(range.begin)));  // to 0, which makes zeros positive
       return leaf;
     }
-    const std::size_t place = tree_.nodes.size();
-    tree_.nodes.emplace_back();
-    const std::uint32_t middle = split(begin, end, depth);
-    const Sum left = node(begin, middle, depth + 1), right = node(middle, end, depth + 1);
-    tree_.nodes[place] = record(left.mean(), right.mean(), middle - begin, end - middle == 1);
-    Sum both = left;
-    both.add(right);
-    return both;
+    const std::uint32_t middle = split(range, depth);
+    const Range left{range.begin, middle}, right{middle, range.end};
+    Sum of_left, of_right;
+    const auto do_left = [&] { of_left = node(left, place + 1, depth + 1); };
+    const auto do_right = [&] { of_right = node(right, place + left.count(), depth + 1); };
+    if (std::min(left.count(), right.count()) >= kLeastOfTask) {
+      tbb::parallel_invoke(do_left, do_right);
+    } else {
+      do_left();
+      do_right();
+    }
+    tree_.nodes[place] = record(of_left.mean(), of_right.mean(), left.count(), right.count() == 1);
+    of_left.add(of_right);
+    return of_left;
   }
 
   LightNode record(const LightMoments& a, const LightMoments& b, std::uint32_t left_count, bool right_is_light) const {
