@@ -170,6 +170,30 @@ def render(scene, seed):
     return pixels[:, :, :3].astype(np.float64), None, seconds
 
 
+def set_up(scene, spp, max_depth):
+    """Sets what every render has in common. max_depth: path edges from the camera"""
+    scene.render.engine = "CYCLES"
+    scene.render.film_transparent = False
+    scene.view_settings.view_transform = "Raw"
+    scene.view_settings.look = "None"
+    scene.render.image_settings.file_format = "OPEN_EXR"
+    scene.render.image_settings.color_depth = "32"
+    scene.render.image_settings.color_mode = "RGB"
+    scene.render.dither_intensity = 0
+    cycles = scene.cycles
+    cycles.device = "CPU"
+    cycles.samples = spp
+    cycles.use_adaptive_sampling = cycles.use_denoising = False
+    cycles.sample_clamp_direct = cycles.sample_clamp_indirect = 0.0
+    cycles.blur_glossy = 0.0
+    cycles.caustics_reflective = cycles.caustics_refractive = True
+    cycles.pixel_filter_type = "BOX"
+    cycles.filter_width = 1.0
+    for kind in ("max", "diffuse", "glossy", "transmission", "transparent_max", "volume"):
+        setattr(cycles, f"{kind}_bounces", max(max_depth - 2, 0))  # without the camera's edge and the light's
+    scene.render.use_persistent_data = True  # the second render of --warm has its scene ready
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     runner.add_options(parser)
@@ -190,31 +214,11 @@ def main():
     set_environment(root, arguments.scene.parent, arguments.env, arguments.env_scale, arguments.env_rotate)
 
     scene = bpy.context.scene
-    scene.render.engine = "CYCLES"
-    scene.render.film_transparent = False
-    scene.view_settings.view_transform = "Raw"
-    scene.view_settings.look = "None"
-    scene.render.image_settings.file_format = "OPEN_EXR"
-    scene.render.image_settings.color_depth = "32"
-    scene.render.image_settings.color_mode = "RGB"
-    scene.render.dither_intensity = 0
+    set_up(scene, arguments.spp, arguments.max_depth)
     if arguments.threads:
         scene.render.threads_mode, scene.render.threads = "FIXED", arguments.threads
-    cycles = scene.cycles
-    cycles.device = "CPU"
-    cycles.samples = arguments.spp
-    cycles.use_adaptive_sampling = cycles.use_denoising = False
-    cycles.sample_clamp_direct = cycles.sample_clamp_indirect = 0.0
-    cycles.blur_glossy = 0.0
-    cycles.caustics_reflective = cycles.caustics_refractive = True
-    cycles.pixel_filter_type = "BOX"
-    cycles.filter_width = 1.0
-    cycles.use_guiding = arguments.guiding > 0
-    cycles.guiding_training_samples = arguments.guiding
-    for kind in ("max", "diffuse", "glossy", "transmission", "transparent_max", "volume"):
-        name = f"{kind}_bounces"
-        setattr(cycles, name, max(arguments.max_depth - 2, 0))  # without the camera's edge and the light's
-    scene.render.use_persistent_data = True  # the second render of --warm has its scene ready
+    scene.cycles.use_guiding = arguments.guiding > 0
+    scene.cycles.guiding_training_samples = arguments.guiding
     runner.run(arguments, lambda seed: render(scene, seed))
     runner.leave()
 
