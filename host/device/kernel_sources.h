@@ -13,11 +13,11 @@ const std::map<std::string, std::string>& embedded_kernels();
 /// headers once. #line directives make errors name the real file and line. $EIKON_KERNEL_DIR, when
 /// set, replaces the embedded table. throws InternalError for a missing file
 std::string kernel_text(const std::vector<std::string>& entries);
+/// The same for a text of the caller (a probe of a test), called `name` in errors.
+std::string expand_includes(const std::string& text, const std::string& name);
 
 /// The text as a compiler sees it: without comments, #line directives, indentation and empty lines. Drivers keep compiled
 /// programs by their text, so these stay valid where only comments have changed.
 std::string bare_text(const std::string& text);
-/// The same for a text of the caller (a probe of a test), called `name` in errors.
-std::string expand_includes(const std::string& text, const std::string& name);
 
 }  // namespace eikon

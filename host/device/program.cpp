@@ -71,9 +71,9 @@ std::shared_ptr<Program::Impl> build_program(cl_context context, cl_device_id de
 
   auto impl = std::make_shared<Program::Impl>();
   impl->device = info.name;
-  // Code that is not optimised is for Oclgrind, which names lines of the text.
-  cl_int code = options.optimise ? compile(*impl, context, device, bare_text(text), flags) : CL_BUILD_PROGRAM_FAILURE;
-  if (code != CL_SUCCESS) code = compile(*impl, context, device, text, flags);  // its errors name files and lines
+  // Code that is not optimised is for Oclgrind, which names files and lines of the text, as errors do.
+  cl_int code = compile(*impl, context, device, options.optimise ? bare_text(text) : text, flags);
+  if (code != CL_SUCCESS && options.optimise) code = compile(*impl, context, device, text, flags);
   if (code != CL_SUCCESS) {
     std::size_t size = 0;
     clGetProgramBuildInfo(impl->program.get(), device, CL_PROGRAM_BUILD_LOG, 0, nullptr, &size);

@@ -16,7 +16,7 @@ namespace eikon {
 /// shadow rays, and one that is not read back.
 inline constexpr std::size_t kQueueWords = 4;
 
-/// What the stages of a depth have put into the queues, of one chunk or of several.
+/// Numbers of paths and rays that the stages of a depth have put into the queues, of one chunk or of several.
 struct QueueCounts {
   std::uint64_t next_paths = 0;  // that go on to the next depth
   std::uint64_t shadow_rays = 0;

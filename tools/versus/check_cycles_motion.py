@@ -6,9 +6,9 @@
 
 Every material becomes an unlit one with a colour of its own, so pictures show where things are while the shutter is open, and
 nothing else: no light has to be translated. Nodes, skins, morph targets and cameras move as the file says, at 24 frames per
-second, with the shutter open around the frame. Means of blocks of 8 x 8 pixels are compared. For each scene a row: the mean and
-the largest difference, and, beside them, the mean difference from the same frame without blur, which shows how much there is
-to be seen."""
+second, as Blender has it, with the shutter open around the frame. Means of blocks of 8 x 8 pixels are compared. For each
+scene a row: the mean and the largest difference, and, beside them, the mean difference from the same frame without blur,
+which shows how much there is to be seen."""
 
 import argparse
 import base64
@@ -124,7 +124,6 @@ def by_cycles(path, root, frame, shutter):
     cycles_render.set_environment({"scenes": [{}]}, path.parent, None, 1.0, 0.0)
     scene = bpy.context.scene
     cycles_render.set_up(scene, SPP, 4)
-    scene.render.fps = 24
     scene.render.use_motion_blur, scene.render.motion_blur_position = True, "CENTER"
     scene.render.motion_blur_shutter = shutter
     for thing in scene.objects:

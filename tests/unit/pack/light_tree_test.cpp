@@ -2,6 +2,8 @@
 #include "pack/lights/light_tree.h"
 
 #include <gtest/gtest.h>
+#include <tbb/global_control.h>
+#include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <bit>
@@ -133,6 +135,20 @@ TEST(LightTree, is_the_same_for_a_scene_twice_and_for_one_scaled_by_a_power_of_t
   EXPECT_TRUE(same(a, b));
   EXPECT_TRUE(same(a, c));
   EXPECT_EQ(a.scale, c.scale * 0x1p20F);
+}
+
+TEST(LightTree, does_not_depend_on_threads) {
+  const tbb::global_control allow(tbb::global_control::max_allowed_parallelism, 4);
+  const std::vector<LightMoments> lights = scattered_lights(20'000);
+  LightTree alone;
+  for (const int threads : {1, 2, 4}) {
+    LightTree tree;
+    tbb::task_arena(threads).execute([&] { tree = build_light_tree(lights); });
+    if (threads == 1) alone = tree;
+    EXPECT_EQ(tree.order, alone.order) << threads;
+    ASSERT_EQ(tree.nodes.size(), alone.nodes.size()) << threads;
+    EXPECT_EQ(std::memcmp(tree.nodes.data(), alone.nodes.data(), tree.nodes.size() * sizeof(LightNode)), 0) << threads;
+  }
 }
 
 TEST(LightTree, one_light_or_none_needs_no_nodes_and_nonsense_is_refused) {
