@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "device/cl.h"
+#include "device/kernel_conditions.h"
 #include "device/kernel_sources.h"
 
 namespace eikon {
@@ -72,7 +73,8 @@ std::shared_ptr<Program::Impl> build_program(cl_context context, cl_device_id de
   auto impl = std::make_shared<Program::Impl>();
   impl->device = info.name;
   // Code that is not optimised is for Oclgrind, which names files and lines of the text, as errors do.
-  cl_int code = compile(*impl, context, device, options.optimise ? bare_text(text) : text, flags);
+  cl_int code = compile(*impl, context, device,
+                        options.optimise ? bare_text(without_excluded(text, options.defines)) : text, flags);
   if (code != CL_SUCCESS && options.optimise) code = compile(*impl, context, device, text, flags);
   if (code != CL_SUCCESS) {
     std::size_t size = 0;

@@ -20,14 +20,15 @@
 // Coordinates on the way from a to b = a + way, of any number of corners at once. share: of the way, [0, EK_MOST_OF_STEP]
 // No rounding takes them past b. With u = 2^-24 the difference and its product with the share are each at most 1 + u times
 // too large, and (1 - 4u) (1 + u)^2 < 1. So the product is at most b - a, and what a sum of at most b rounds to is at most b.
-#define EK_MOVED(F, name, name_by)                                 \
-  EK_FN F name_by(F a, F way, F share) { return a + way * share; } \
-  EK_FN F name(F a, F b, F share) { return name_by(a, b - a, share); }
-EK_MOVED(float, moved_one, moved_by_one)
-EK_MOVED(float8, moved_8, moved_by_8)
-EK_MOVED(float16, moved_16, moved_by_16)
-EK_MOVED(vf, moved, moved_by)
-#undef EK_MOVED
+#define EK_MOVED_BY(F, name) \
+  EK_FN F name(F a, F way, F share) { return a + way * share; }
+EK_MOVED_BY(float, moved_by_one)
+EK_MOVED_BY(float8, moved_by_8)
+EK_MOVED_BY(float16, moved_by_16)
+EK_MOVED_BY(vf, moved_by)
+#undef EK_MOVED_BY
+EK_FN float moved_one(float a, float b, float share) { return moved_by_one(a, b - a, share); }
+EK_FN vf moved(vf a, vf b, vf share) { return moved_by(a, b - a, share); }
 EK_FN v3 moved3(v3 a, v3 b, vf share) { return V3(moved(a.x, b.x, share), moved(a.y, b.y, share), moved(a.z, b.z, share)); }
 
 /// Where triangles are between two poses.
