@@ -168,7 +168,7 @@ Need light_tree(const SceneFacts& facts) {
   return {facts.lights.wants_tree(), fmt::format("{} lights that have a place", facts.lights.places())};
 }
 
-/// Light paths go from lights that have a place or a direction to surfaces that reflect or refract exactly.
+/// Light paths go from lights that have a place or a direction to surfaces that reflect or refract exactly or nearly.
 Need light_paths(const SceneFacts& facts) {
   const Settings& settings = facts.settings;
   if (settings.light_path_count == 0) return {false, "--light-paths"};
@@ -177,7 +177,7 @@ Need light_paths(const SceneFacts& facts) {
   if (moves(facts.scene, settings)) return {false, "--shutter"};
   // Triangles have room for the number of their light.
   if (facts.lights.places() >= (1U << (32 - EK_TRIANGLE_LIGHT_SHIFT))) return {false, "there are too many lights"};
-  Need need = if_some_material(facts, "nothing reflects or refracts exactly", is_light_target);
+  Need need = if_some_material(facts, "nothing reflects or refracts nearly exactly", is_light_target);
   const bool has_local = facts.lights.places() > 0 || !facts.scene.lights.empty();
   if (need.on && !has_local && !(settings.environment.map && has_small_lights(*settings.environment.map)))
     return {false, "there is no light that paths start from"};

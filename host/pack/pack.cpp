@@ -35,8 +35,9 @@ std::uint64_t PackedScene::bytes(const std::string& layout) const {
          textures.size() * sizeof(TextureRecord) + texel_count() * sizeof(std::uint32_t) +
          lights.size() * sizeof(Light) + light_nodes.size() * sizeof(LightNode) +
          light_alias_table.size() * sizeof(AliasEntry) + emission_alias_table.size() * sizeof(AliasEntry) +
-         emission_pdf.size() * sizeof(float) + motion_bytes() + environment_texels.size() * sizeof(float4) +
-         environment_alias_table.size() * sizeof(AliasEntry) + (accel == accels.end() ? 0 : accel->second.bytes());
+         (emission_pdf.size() + emission_aim.size()) * sizeof(float) + motion_bytes() +
+         environment_texels.size() * sizeof(float4) + environment_alias_table.size() * sizeof(AliasEntry) +
+         (accel == accels.end() ? 0 : accel->second.bytes());
 }
 
 /// release: as of pack_geometry

@@ -60,7 +60,9 @@ struct PackedScene {
   // With feature light_paths; empty where no light reaches anything that reflects or refracts exactly.
   std::vector<AliasEntry> emission_alias_table;  // of lights, by which light paths start
   std::vector<float> emission_pdf;               // probability of each light, of triangles per m^2
+  std::vector<float> emission_aim;  // of each: density of directions to the targets, per sr, a power of two
   std::vector<float4> light_targets;             // balls, world: centre and radius
+  bool has_exact_light_targets = false;          // some surface reflects or refracts exactly
   std::vector<PackedLight> light_summary;        // one per emissive material, other light, and the environment
   // Triangles and lights that move while the shutter is open (kernels/surface/motion.h, kernels/lights/light.h).
   std::uint32_t pose_steps = 0;           // steps of the shutter's time; 0: nothing moves

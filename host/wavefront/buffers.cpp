@@ -113,6 +113,7 @@ void share_tree_and_lights(Uploader& to, const PackedScene& scene, const Accel& 
   to.share("light_nodes", scene.light_nodes);
   to.share("emission_alias_table", scene.emission_alias_table);
   to.share("emission_pdf", scene.emission_pdf);
+  to.share("emission_aim", scene.emission_aim);
   to.share("light_targets", scene.light_targets);
   to.share("environment_texels", scene.environment_texels);
   to.share("environment_alias_table", scene.environment_alias_table);

@@ -14,6 +14,9 @@
 #include "lights/photon_map.h"
 #include "lights/punctual.h"
 #include "surface/surface.h"
+#if EK_HAS_light_paths
+#include "lights/light_path_data.h"
+#endif
 
 // Kinds of lights: Light.kind.
 enum {
@@ -34,9 +37,7 @@ typedef struct {
   global const Light* light_poses;
 #endif
 #if EK_HAS_light_paths
-  global const AliasEntry* emission_alias_table;  // of lights, by which light paths start
-  global const float* emission_pdf;   // of each light: probability of that, of triangles per m^2
-  global const float4* light_targets;  // light_path.h
+  LightPathData light_paths;
 #endif
 #if EK_HAS_merging
   PhotonMap photon_map;
@@ -54,11 +55,7 @@ typedef struct {
 #define EK_TREE_ARGUMENTS
 #define EK_TREE_DATA
 #endif
-#if EK_HAS_light_paths
-#define EK_LIGHT_PATH_ARGUMENTS \
-  , global const AliasEntry *emission_alias_table, global const float *emission_pdf, global const float4 *light_targets
-#define EK_LIGHT_PATH_DATA , emission_alias_table, emission_pdf, light_targets
-#else
+#if !EK_HAS_light_paths
 #define EK_LIGHT_PATH_ARGUMENTS
 #define EK_LIGHT_PATH_DATA
 #endif
@@ -151,6 +148,9 @@ typedef struct {
   vf b1, b2;         // and the weights of its second and third corner
   vf u, v;           // shape: random numbers for the point, [0,1)^2
   vf cone_cos, cone_scale, range2;  // punctual: see spot_falloff, punctual_falloff
+#if EK_HAS_light_paths
+  vf pdf_of_point;  // of surfaces, as emission_density takes it
+#endif
 } LightSample;
 
 /// A shading point as a light is sampled for it.

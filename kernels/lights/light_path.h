@@ -4,7 +4,8 @@
 // So light paths start from lamps towards glass and mirrors, go on, and are joined to the camera where they meet rough
 // surfaces (stages/light/shade.h).
 //
-// They are aimed at the targets: balls that hold all surfaces which reflect or refract exactly. A direction is chosen
+// They are aimed at the targets: balls that hold all surfaces which reflect or refract exactly, or nearly so: these are
+// called rough targets, and differ in that paths from the camera find light at them by light sampling, too. A direction is chosen
 // uniformly within the cones of all targets, so its density is the number of cones that it lies in over the sum of
 // their solid angles; parallel light, and light of an environment map from a direction that is chosen as light sampling
 // does, starts from the balls' discs likewise. No light path starts elsewhere, and paths from the camera that find such
@@ -18,15 +19,57 @@
 #define EK_MERGED (-2.0f)  // a surface where it gathered: what it finds behind that comes by photons, if light paths bring it
 
 #if EK_HAS_light_paths
+#include "shared/light_target.h"
+#if EK_HAS_shape & EK_HAS_shape_light
+#include "lights/shape_light.h"
+#endif
+
+// The lowest bits of the word light_ratio are a mark, and the number itself is not exact to them: of a camera path, the solid angle
+// of the lobe of the rough target that it leaves; of a light path that has just started, emission_aim of its light, or that it is
+// parallel.
+#define EK_RATIO_MARK 31u
+#define EK_LEAST_LOBE_EXPONENT (127u - 25u)  // of 2^-25 sr; smaller ones are as good as none
+#define EK_PARALLEL_MARK EK_RATIO_MARK
+EK_FN vi is_marked(vf ratio) { return (AS_U(ratio) & EK_RATIO_MARK) != 0u; }
+EK_FN vf marked(vf ratio, vu mark) { return AS_F((AS_U(ratio) & ~EK_RATIO_MARK) | mark); }
+EK_FN vf unmarked(vf ratio) { return marked(ratio, (vu)(0u)); }
+
+/// Solid angle of a lobe of GGX: about 4 pi alpha^2 over the cosine of the light with the surface.
+EK_FN vf lobe_sr(vf ggx_alpha, vf cosine) {
+  const vf alpha = max_f(ggx_alpha, (vf)(EK_SMOOTH_ALPHA));
+  return (4.0f * EK_PI) * (alpha * alpha) / max_f(cosine, (vf)(0x1p-10f));
+}
+EK_FN vu lobe_mark(vf sr) {
+  const vu exponent = AS_U(sr) >> 23;
+  const vu mark = exponent > EK_LEAST_LOBE_EXPONENT ? exponent - EK_LEAST_LOBE_EXPONENT : (vu)(1u);
+  return mark < EK_RATIO_MARK ? mark : (vu)(EK_RATIO_MARK);
+}
+/// The solid angle that stands in a mark, to a power of two; 0 if there is no mark.
+EK_FN vf marked_lobe_sr(vf ratio) {
+  const vu mark = AS_U(ratio) & EK_RATIO_MARK;
+  return mark != 0u ? AS_F((mark + EK_LEAST_LOBE_EXPONENT) << 23) : (vf)(0.0f);
+}
+/// The same of a rough target's point. All ways to find a light there take this.
+EK_FN vf shared_lobe_sr(vf ggx_alpha, vf cosine) { return marked_lobe_sr(AS_F(lobe_mark(lobe_sr(ggx_alpha, cosine)))); }
+
+/// The mark of emission_aim, which is a power of two between 2^-10 and 2^19, and the reverse.
+EK_FN vu aim_mark(vf aim) { return ((AS_U(aim) >> 23) - 116u) & EK_RATIO_MARK; }
+EK_FN vf marked_aim(vf ratio) { return AS_F(((AS_U(ratio) & EK_RATIO_MARK) + 116u) << 23); }
+
 /// Mask of the camera paths that share light with light paths.
-EK_FN vi is_shared_ratio(vf ratio) { return EK_HAS_merging ? (ratio > 0.0f) | (ratio == EK_MERGED) : ratio > 0.0f; }
+EK_FN vi is_shared_ratio(vf ratio) {
+  return EK_HAS_merging ? (ratio > 0.0f) | (unmarked(ratio) == EK_MERGED) : ratio > 0.0f;
+}
 
 /// The share of such a path in light that light paths start from with that density.
-EK_FN vf camera_share(vf ratio, vf density) {
-  const vf share = 1.0f / (1.0f + ratio * density);
+EK_FN vf camera_share(vf marked_ratio, vf density) {
+  const vf ratio = unmarked(marked_ratio), share = 1.0f / (1.0f + ratio * density);
   if (!EK_HAS_merging) return share;
   return ratio == EK_MERGED ? (density > 0.0f ? (vf)(0.0f) : (vf)(1.0f)) : share;
 }
+
+/// Mask of the camera paths that share the light of a lamp, or of an environment, that they meet. pdf, ratio: as PathState's
+EK_FN vi is_shared_scattering(vf pdf, vf ratio) { return ((pdf < 0.0f) | is_marked(ratio)) & is_shared_ratio(ratio); }
 
 /// Solid angle of a target over 2 pi, in [0, 2]; all around where `from` lies within the ball.
 /// target  centre, and radius; world, metres
@@ -40,7 +83,8 @@ EK_FN vf target_cone(float4 target, v3 from) {
 /// Sum of target_cone over all targets.
 EK_FN vf all_target_cones(constant Frame* frame, LightData lights, v3 from) {
   vf sum = (vf)(0.0f);
-  for (uint i = 0; i < frame->light_target_count; ++i) sum = sum + target_cone(lights.light_targets[i], from);
+  for (uint i = 0; i < frame->light_target_count; ++i)
+    sum = sum + target_cone(lights.light_paths.light_targets[i], from);
   return sum;
 }
 
@@ -55,7 +99,7 @@ EK_FN vf distance2_from_line(float4 target, v3 from, v3 dir) {
 EK_FN vf targets_met(constant Frame* frame, LightData lights, v3 from, v3 dir) {
   vf met = (vf)(0.0f);
   for (uint i = 0; i < frame->light_target_count; ++i) {
-    const float4 target = lights.light_targets[i];
+    const float4 target = lights.light_paths.light_targets[i];
     const v3 way = sub3(splat3(target), from);
     const vi ahead = (dot3(way, dir) > 0.0f) & (distance2_from_line(target, from, dir) <= target.w * target.w);
     met = met + ((ahead | (target_cone(target, from) == 2.0f)) ? (vf)(1.0f) : (vf)(0.0f));
@@ -69,19 +113,25 @@ EK_FN vf target_pdf_sr(constant Frame* frame, LightData lights, v3 from, v3 dir)
   return met > 0.0f ? met * (EK_INV_2PI / all_target_cones(frame, lights, from)) : (vf)(0.0f);
 }
 
-/// Density of a light path that leaves an emissive triangle: per m^2 of the triangle, per sr, and over the cosine there.
+/// Density with which light paths start from a point of a lamp, per m^2.
+/// light  index; pdf_of_point: 1 for triangles, of shapes shape_pdf_m2
+EK_FN vf start_pdf_m2(LightData lights, vu light, vf pdf_of_point) {
+  return gather_f(lights.light_paths.emission_pdf, light) * pdf_of_point;
+}
+
+/// Density of a light path that leaves an emissive surface: per m^2 of it, per sr, and over the cosine there.
 /// It is the radiance of a light path's throughput 1.
-/// light  index of the triangle's light; dir: away from it, unit
-EK_FN vf emission_density(constant Frame* frame, LightData lights, vu light, v3 p, v3 n_geom, v3 dir) {
-  const vf density = gather_f(lights.emission_pdf, light) * target_pdf_sr(frame, lights, p, dir);
+/// start_m2  start_pdf_m2; dir: away from the surface, unit
+EK_FN vf emission_density(constant Frame* frame, LightData lights, vf start_m2, v3 p, v3 n_geom, v3 dir) {
   const vf cosine = abs_f(dot3(n_geom, dir));
-  return cosine > 0.0f ? density / cosine : (vf)(0.0f);
+  return cosine > 0.0f ? start_m2 * target_pdf_sr(frame, lights, p, dir) / cosine : (vf)(0.0f);
 }
 
 /// Sum of the squared radii of all targets.
 EK_FN float all_target_radii2(constant Frame* frame, LightData lights) {
   float sum = 0.0f;
-  for (uint i = 0; i < frame->light_target_count; ++i) sum += lights.light_targets[i].w * lights.light_targets[i].w;
+  for (uint i = 0; i < frame->light_target_count; ++i)
+    sum += lights.light_paths.light_targets[i].w * lights.light_paths.light_targets[i].w;
   return sum;
 }
 
@@ -90,25 +140,52 @@ EK_FN float all_target_radii2(constant Frame* frame, LightData lights) {
 EK_FN vf parallel_pdf_m2(constant Frame* frame, LightData lights, v3 p, v3 dir) {
   vf met = (vf)(0.0f);
   for (uint i = 0; i < frame->light_target_count; ++i) {
-    const float4 target = lights.light_targets[i];
+    const float4 target = lights.light_paths.light_targets[i];
     met = met + ((distance2_from_line(target, p, dir) <= target.w * target.w) ? (vf)(1.0f) : (vf)(0.0f));
   }
   return met * (EK_INV_PI / all_target_radii2(frame, lights));
 }
 
+// What camera paths and light paths must agree on for their shares of the light is not the density of a start itself, for which
+// camera paths would have to look at all targets, but that density as it is in the mean: as if the light's points all saw
+// the targets as its middle does (emission_aim), and no targets overlapped.
+
+/// As emission_density, in the mean. light: index
+EK_FN vf mean_emission_density(LightData lights, vu light, vf start_m2, v3 n_geom, v3 dir) {
+  const vf cosine = abs_f(dot3(n_geom, dir));
+  return cosine > 0.0f ? start_m2 * gather_f(lights.light_paths.emission_aim, light) / cosine : (vf)(0.0f);
+}
+
+/// As parallel_pdf_m2, in the mean.
+EK_FN float mean_parallel_pdf_m2(constant Frame* frame, LightData lights) {
+  return EK_INV_PI / all_target_radii2(frame, lights);
+}
+
 #if EK_HAS_environment_map
-/// Density of a light path from the environment: per m^2 across it, and per sr. It is the radiance of a throughput of 1.
-/// pdf  of light sampling for its direction, per sr; p, dir: as of parallel_pdf_m2
-EK_FN vf environment_emission_density(constant Frame* frame, LightData lights, vf pdf, v3 p, v3 dir) {
-  return pdf * frame->environment_emission * parallel_pdf_m2(frame, lights, p, dir);
+/// The same of light from the environment: per m^2 across it, and per sr. pdf: of light sampling for its direction, per sr
+EK_FN vf mean_environment_density(constant Frame* frame, LightData lights, vf pdf) {
+  return pdf * (frame->environment_emission * mean_parallel_pdf_m2(frame, lights));
 }
 #endif
+
+// At rough targets paths from the camera find light in two ways: as light paths do, by sampling the lobe, and by sampling the
+// light. The latter is worth its density times the lobe's solid angle. That stands for the lobe's true value, which one of
+// both ways would not know; what they agree on leaves the picture without a bias.
+
+/// The density of light paths by way of a rough target over that of camera paths that sample its lobe, made that over all camera
+/// paths.
+/// pdf_sr  of light sampling from there, for which start_pdf_m2 stands in; sr: of the lobe, 0 at surfaces that reflect or refract exactly
+EK_FN vf density_beside_sampling(vf density, vf pdf_sr, vf sr) { return density / (1.0f + pdf_sr * sr); }
+
+/// The same of a light without extent, which has no density of its own.
+/// pdf_m2  of light paths, per m^2 across them at the rough target, if all started from this light
+EK_FN vf density_beside_sampling_of_point(vf pdf_m2, vf sr) { return pdf_m2 / sr; }
 
 /// The start of a light path.
 typedef struct {
   v3 origin, dir;   // world; dir: unit
   v3 throughput;    // radiance over density; 0: no light goes there
-  vf density;       // of emission, or -1 where no path from the camera can find the light
+  vf density;       // in the mean, of lights without extent that of direction or place alone, less than 0; marked
   vu triangle;      // that it leaves, or EK_NO_HIT
   vu group;         // light group of the light
 } EmittedPath;
@@ -120,7 +197,7 @@ EK_FN v3 direction_to_targets(constant Frame* frame, LightData lights, v3 from, 
   vf before = (vf)(0.0f), cone = (vf)(0.0f);
   v3 centre = from;
   for (uint i = 0; i < frame->light_target_count; ++i) {
-    const float4 target = lights.light_targets[i];
+    const float4 target = lights.light_paths.light_targets[i];
     const vf own = target_cone(target, from);
     const vi takes = before <= chosen;  // the last one that does is the chosen one
     cone = takes ? own : cone;
@@ -141,7 +218,7 @@ EK_FN v3 point_of_discs(constant Frame* frame, LightData lights, v3 dir, v3 numb
   v3 centre = dir;
   float before = 0.0f;
   for (uint i = 0; i < frame->light_target_count; ++i) {
-    const float4 target = lights.light_targets[i];
+    const float4 target = lights.light_paths.light_targets[i];
     const vi takes = before <= chosen;
     radius = takes ? (vf)(target.w) : radius;
     centre = select3(takes, splat3(target), centre);
@@ -159,6 +236,39 @@ EK_FN v3 before_scene(constant Frame* frame, v3 p, v3 dir) {
   return sub3(p, scale3(dir, 4.0f * sqrt(dot3(half_extent, half_extent))));
 }
 
+/// Makes the start that of parallel light, or of light from an environment map, in the lanes of such light.
+/// returns the density over which the light is divided
+EK_FN vf emit_distant(constant Frame* frame, LightData lights, LightSample light, vu index, v3 numbers,
+                      EmittedPath* path) {
+  const v3 dir = neg3(light.wi), p = point_of_discs(frame, lights, dir, numbers);
+  const vf of_place = parallel_pdf_m2(frame, lights, p, dir);
+  vf density = gather_f(lights.light_paths.emission_pdf, index) * of_place,
+     in_the_mean = -(vf)(mean_parallel_pdf_m2(frame, lights));
+#if EK_HAS_environment_map
+  const vi is_map = !light.is_delta;
+  density = is_map ? light.pdf * frame->environment_emission * of_place : density;
+  in_the_mean = is_map ? mean_environment_density(frame, lights, light.pdf) : in_the_mean;
+#endif
+  path->dir = select3(light.is_distant, dir, path->dir);
+  path->origin = select3(light.is_distant, before_scene(frame, p, dir), path->origin);
+  path->density = light.is_distant ? marked(in_the_mean, (vu)(EK_PARALLEL_MARK)) : path->density;
+  return density;
+}
+
+/// Makes the start that of a lamp's surface in the lanes of such light. path->dir is set.
+/// returns the density over which the light is divided
+EK_FN vf emit_from_surface(constant Frame* frame, LightData lights, LightSample light, vu index, EmittedPath* path) {
+  const vi is_area = !(light.is_distant | light.is_punctual);
+  const vf start_m2 = start_pdf_m2(lights, index, light.pdf_of_point);
+  const vf density = emission_density(frame, lights, start_m2, light.p, light.n, path->dir);
+  const vf in_the_mean = mean_emission_density(lights, index, start_m2, light.n, path->dir);
+  const v3 origin = offset_ray_origin(light.p, light.p_error, light.n, path->dir);
+  path->origin = select3(is_area, origin, path->origin);
+  path->density = is_area ? marked(in_the_mean, AS_U(path->density) & EK_RATIO_MARK) : path->density;
+  path->triangle = is_area ? light.triangle : path->triangle;
+  return ((dot3(light.n, path->dir) > 0.0f) | light.double_sided) ? density : (vf)(0.0f);
+}
+
 /// Starts a light path.
 /// choice   of the light, by the table of emission
 /// numbers  as direction_to_targets takes them
@@ -174,26 +284,27 @@ EK_FN EmittedPath emit_light_path(constant Frame* frame, SceneData scene, LightD
 #endif
   };
   LightSample light = light_sample(frame, lights, picked, viewer, words);
+  light.pdf_of_point = (vf)(1.0f);
+#if EK_HAS_shape & EK_HAS_shape_light
+  light = shape_light_start(scene, light);
+#endif
   light.radiance = light_emission(scene, light);
-  const vf selection = gather_f(lights.emission_pdf, choice.index);
+  const vf selection = gather_f(lights.light_paths.emission_pdf, choice.index);
   EmittedPath path;
   path.group = light.group;
   path.triangle = (vu)(EK_NO_HIT);
-  path.density = (vf)(-1.0f);
   path.dir = EK_HAS_near_light ? direction_to_targets(frame, lights, light.p, numbers) : up;
   path.origin = light.p;
   path.throughput = light.radiance;
   vf density = selection;  // of this path, over which the light is divided
+  const vf aim = gather_f(lights.light_paths.emission_aim, choice.index);
+  const vu mark = aim_mark(aim);
+  path.density = marked(-aim, mark);
   if (EK_HAS_near_light) density = selection * target_pdf_sr(frame, lights, light.p, path.dir);
   if (EK_HAS_area) {
-    const vi is_area = !(light.is_distant | light.is_punctual | light.is_shape);
-    const vf cosine = dot3(light.n, path.dir);
-    const vf of_area = emission_density(frame, lights, choice.index, light.p, light.n, path.dir);
-    const v3 origin = offset_ray_origin(light.p, light.p_error, light.n, path.dir);
-    path.origin = select3(is_area, origin, path.origin);
-    path.density = is_area ? of_area : path.density;
-    path.triangle = is_area ? light.triangle : path.triangle;
-    density = is_area ? (((cosine > 0.0f) | light.double_sided) ? of_area : (vf)(0.0f)) : density;
+    const vi is_area = !(light.is_distant | light.is_punctual);
+    const vf of_area = emit_from_surface(frame, lights, light, choice.index, &path);
+    density = is_area ? of_area : density;
     if (EK_HAS_clearcoat)
       path.throughput = scale3(path.throughput, is_area ? light_coat(scene, light, neg3(path.dir)) : (vf)(1.0f));
   }
@@ -202,17 +313,8 @@ EK_FN EmittedPath emit_light_path(constant Frame* frame, SceneData scene, LightD
     path.throughput = select3(light.is_punctual, scale3(path.throughput, falloff), path.throughput);
   }
   if (EK_HAS_directional | EK_HAS_environment_map) {
-    const v3 dir = neg3(light.wi);
-    const v3 p = point_of_discs(frame, lights, dir, numbers);
-    path.dir = select3(light.is_distant, dir, path.dir);
-    path.origin = select3(light.is_distant, before_scene(frame, p, dir), path.origin);
-    density = light.is_distant ? selection * parallel_pdf_m2(frame, lights, p, dir) : density;
-#if EK_HAS_environment_map
-    const vi is_map = light.is_distant & !light.is_delta;
-    const vf of_map = environment_emission_density(frame, lights, light.pdf, p, dir);
-    path.density = is_map ? of_map : path.density;
-    density = is_map ? of_map : density;
-#endif
+    const vf of_distant = emit_distant(frame, lights, light, choice.index, numbers, &path);
+    density = light.is_distant ? of_distant : density;
   }
   path.throughput = scale3(path.throughput, density > 0.0f ? (vf)(1.0f) / density : (vf)(0.0f));
   return path;

@@ -55,15 +55,26 @@ EK_FN vf shape_density(ShapeView view, ShapePoint at, vf part) {
   return density;
 }
 
-// Steradians of own space per steradian of the world, about the unit direction dir.
-EK_FN vf own_sr_per_sr(ShapeLanes s, v3 dir) {
-  // Rows may be as small as 2^-60, so they are scaled by a power of two, which is exact.
+/// The rows of the transform to own space, scaled alike by a power of two, which is exact: they may be as small as 2^-60.
+typedef struct {
+  v3 x, y, z;
+  vf scale;
+} ShapeRows;
+
+EK_FN ShapeRows shape_rows(ShapeLanes s) {
   const vf largest = max_f(max_f(max_component(abs3(s.x)), max_component(abs3(s.y))), max_component(abs3(s.z)));
   const vf scale = AS_F(0x7f000000u - (AS_U(largest) & 0x7f800000u));
-  const v3 x = scale3(s.x, scale), y = scale3(s.y, scale), z = scale3(s.z, scale);
-  const v3 d = V3(dot3(x, dir), dot3(y, dir), dot3(z, dir));
+  const ShapeRows rows = {scale3(s.x, scale), scale3(s.y, scale), scale3(s.z, scale), scale};
+  return rows;
+}
+EK_FN vf volume_of(ShapeRows rows) { return abs_f(dot3(rows.x, cross3(rows.y, rows.z))); }
+
+// Steradians of own space per steradian of the world, about the unit direction dir.
+EK_FN vf own_sr_per_sr(ShapeLanes s, v3 dir) {
+  const ShapeRows rows = shape_rows(s);
+  const v3 d = V3(dot3(rows.x, dir), dot3(rows.y, dir), dot3(rows.z, dir));
   const vf length2 = dot3(d, d);
-  return abs_f(dot3(x, cross3(y, z))) / (length2 * sqrt(length2));
+  return volume_of(rows) / (length2 * sqrt(length2));
 }
 
 EK_FN ShapeView shape_view(ShapeLanes s, ShapeWorldLanes world, v3 p) {
@@ -95,6 +106,37 @@ EK_FN_ONCE vf shape_light_pdf_sr(SceneData scene, TriangleLanes corners, ShapeLi
   return corners.light_pdf_m2 > 0.0f ? pdf * corners.light_pdf_m2 : (vf)(0.0f);
 }
 
+#if EK_HAS_light_paths
+/// A shape as seen from a point from where all of its surface is chosen by its area: the middle of a solid, and for a plane a point off it.
+EK_FN ShapeView shape_view_of_all(ShapeLanes s, ShapeWorldLanes world) {
+  const vf zero = (vf)(0.0f), off = s.kind == (uint)SHAPE_plane ? (vf)(1.0f) : zero;
+  const ShapeView view = {s, V3(zero, off, zero), V3(zero, zero, zero), world.part_m2};
+  return view;
+}
+
+/// Density per m^2 with which shape_choose finds a point with the view of all.
+/// The transform takes an area of own space with the unit normal n to one |L^T n| / |det L| times as large.
+EK_FN vf shape_pdf_m2(ShapeView view, ShapePoint at, vf part) {
+  const v3 d = sub3(at.p, view.from);
+  const vf out2 = dot3(at.out, at.out), distance2 = dot3(d, d);
+  const vf own = shape_density(view, at, part) * abs_f(dot3(at.out, d)) / (distance2 * sqrt(distance2 * out2));
+  const ShapeRows rows = shape_rows(view.shape);
+  const v3 n = add3(add3(scale3(rows.x, at.out.x), scale3(rows.y, at.out.y)), scale3(rows.z, at.out.z));
+  return own * volume_of(rows) * sqrt(out2 / dot3(n, n)) / rows.scale / rows.scale;
+}
+#endif
+
+/// Puts a sample's point on its shape, with its error and normal, and in b1 and b2 the texture coordinates.
+EK_FN LightSample shape_sample_at(LightSample sample, ShapePoint point, Surface surface) {
+  const vi is_shape = sample.is_shape;
+  sample.p = select3(is_shape, surface.p, sample.p);
+  sample.p_error = select3(is_shape, surface.p_error, sample.p_error);
+  sample.n = select3(is_shape, surface.n_geom, sample.n);
+  sample.b1 = is_shape ? point.u : sample.b1;
+  sample.b2 = is_shape ? point.v : sample.b2;
+  return sample;
+}
+
 /// Completes a sample whose light is a shape: the point on it as seen from p, its error, its
 /// normal, the density per sr, and in b1 and b2 the texture coordinates.
 EK_FN_ONCE LightSample shape_light_sample(SceneData scene, LightSample sample, v3 p) {
@@ -110,13 +152,30 @@ EK_FN_ONCE LightSample shape_light_sample(SceneData scene, LightSample sample, v
   const ShapePoint point = shape_point(s, choice.p, choice.part, shape_slack(s, world, ones));
   const Surface surface = shape_placed(s, world, point);
   const vf pdf = shape_density(view, point, choice.part) * own_sr_per_sr(s, normalize3(sub3(surface.p, p)));
-  sample.p = select3(is_shape, surface.p, sample.p);
-  sample.p_error = select3(is_shape, surface.p_error, sample.p_error);
-  sample.n = select3(is_shape, surface.n_geom, sample.n);
   sample.pdf = is_shape ? sample.pdf * pdf : sample.pdf;
-  sample.b1 = is_shape ? point.u : sample.b1;
-  sample.b2 = is_shape ? point.v : sample.b2;
-  return sample;
+#if EK_HAS_light_paths
+  const vf pdf_m2 = shape_pdf_m2(shape_view_of_all(s, world), point, choice.part);
+  sample.pdf_of_point = is_shape ? pdf_m2 : (vf)(1.0f);
+#endif
+  return shape_sample_at(sample, point, surface);
 }
+
+#if EK_HAS_light_paths
+/// Completes a sample from which a light path starts, if its light is a shape: a point of all of its surface, and pdf_of_point.
+EK_FN_ONCE LightSample shape_light_start(SceneData scene, LightSample sample) {
+  const vi is_shape = sample.is_shape;
+  if (!ANY(is_shape)) return sample;
+  const vu index = load_word_u(Triangle, scene.triangles, is_shape ? sample.triangle : (vu)(0u), n_x);
+  const vu shape = is_shape ? index : (vu)(0u);
+  const ShapeLanes s = load_shape(scene.shapes, shape);
+  const ShapeWorldLanes world = load_shape_world(scene.shapes, shape);
+  const ShapeView view = shape_view_of_all(s, world);
+  const ShapeChoice choice = shape_choose(view, sample.u, sample.v);
+  const ShapePoint point =
+      shape_point(s, choice.p, choice.part, shape_slack(s, world, V3((vf)(1.0f), (vf)(1.0f), (vf)(1.0f))));
+  sample.pdf_of_point = is_shape ? shape_pdf_m2(view, point, choice.part) : (vf)(1.0f);
+  return shape_sample_at(sample, point, shape_placed(s, world, point));
+}
+#endif
 
 #endif

@@ -23,9 +23,10 @@ EK_FN MapValue escaped_radiance(StageContext stage, LightData lights, uint slot)
 /// Share of the environment's light that camera paths bring, as emission_share of shade/light_ratio.h.
 /// pdf_sr  of light sampling for the path's direction
 EK_FN vf environment_share(StageContext stage, LightData lights, const PathState* path, vi escaped, vf pdf_sr) {
-  const vi shared = escaped & (path->pdf < 0.0f) & is_shared_ratio(path->light_ratio);
+  const vi shared = escaped & is_shared_scattering(path->pdf, path->light_ratio);
   if (!(stage.frame->environment_emission > 0.0f) || !ANY(shared)) return (vf)(1.0f);
-  const vf density = environment_emission_density(stage.frame, lights, pdf_sr, path->origin, path->dir);
+  const vf emitted = mean_environment_density(stage.frame, lights, pdf_sr);
+  const vf density = density_beside_sampling(emitted, pdf_sr, marked_lobe_sr(path->light_ratio));
   return shared ? camera_share(path->light_ratio, density) : (vf)(1.0f);
 }
 #endif

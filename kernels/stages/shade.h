@@ -121,8 +121,8 @@ EK_FN_ONCE Survivors stage_shade(StageContext stage, SceneData scene, LightData 
     guide_point(c, &hit, &point);
 #endif
 
-#if EK_HAS_merging
-    if (depth > 1) add_merged_light(c, &hit, &point);
+#if EK_HAS_light_paths
+    begin_sharing(c, &hit, &material, &point);
 #endif
     const uint pending = EK_HAS_next_event ? direct_light_add(c, &direct, &point, walk.slot) : 0u;
     ScatteredPath next = scatter(c, &hit, &point);

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "device/device.h"
+#include "shared/records.h"
 
 namespace eikon::test {
 
@@ -53,6 +54,14 @@ class Probe {
     const auto* words = reinterpret_cast<const std::uint32_t*>(records.data());
     buffers_[name] = Words(words, words + records.size() * sizeof(T) / 4);
     return *this;
+  }
+
+  /// Provides what kernels of lights name and no light path needs.
+  Probe& without_light_paths() {
+    return buffer("emission_alias_table", std::vector<AliasEntry>(1))
+        .buffer("emission_pdf", std::vector<float>(1))
+        .buffer("emission_aim", std::vector<float>(1))
+        .buffer("light_targets", std::vector<float4>(1));
   }
 
   /// Runs kernel `name` over all items on the first device, and over those of compare() on every usable one at lane widths 1, 8 and 16,

@@ -15,6 +15,7 @@ namespace eikon {
 namespace {
 
 constexpr double kSmoothRoughness = 0.011;  // whose square is below EK_SMOOTH_ALPHA of kernels/bsdf/microfacet.h
+constexpr float kMostRoughness = 0.5F, kLeastSpecularShare = 0.5F;  // of rough targets
 // Texels this many times as bright as the mean are small lights, if together they bring at least that share of the light.
 constexpr double kSmallLightContrast = 64, kSmallLightShare = 1.0 / 16;
 constexpr double kSmallTarget = 1.0 / 8;  // of the scene's radius: smaller targets are not divided
@@ -139,14 +140,29 @@ double cone_of(const Ball& ball, const glm::dvec3& from) {
   return sin2 < 1 ? sin2 / (1 + std::sqrt(1 - sin2)) : 2;
 }
 
+/// The power of two below a number, within the bounds of aim_mark of the kernels.
+float power_of_two_near(double x) { return float(std::exp2(std::clamp(std::floor(std::log2(x)), -10.0, 19.0))); }
+
 }  // namespace
 
-bool is_light_target(const Material& material) {
+bool is_exact_light_target(const Material& material) {
   if (material.unlit || material.roughness > kSmoothRoughness) return false;
   const Lobe lobe = lobe_of(material);
   return lobe == Lobe::conductor ||
          (lobe == Lobe::transmission && (material.transmission > 0 || material.metallic > 0)) ||
          (lobe == Lobe::metallic_roughness && material.metallic > 0);
+}
+
+bool is_rough_light_target(const Material& material) {
+  if (material.unlit || !(material.roughness > kSmoothRoughness && material.roughness <= kMostRoughness)) return false;
+  const Lobe lobe = lobe_of(material);
+  const bool is_metal = material.metallic >= kLeastSpecularShare;
+  return lobe == Lobe::conductor || (lobe == Lobe::metallic_roughness && is_metal) ||
+         (lobe == Lobe::transmission && (is_metal || material.transmission >= kLeastSpecularShare));
+}
+
+bool is_light_target(const Material& material) {
+  return is_exact_light_target(material) || is_rough_light_target(material);
 }
 
 bool has_small_lights(const EnvironmentMap& map) {
@@ -171,15 +187,19 @@ void pack_light_paths(std::span<const Material> materials, std::span<const Light
   double sections_m2 = 0;
   for (const Ball& ball : balls) sections_m2 += std::numbers::pi * ball.radius * ball.radius;
   std::vector<double> powers;
+  std::vector<float> aims;
   for (const LightPathSource& emitter : emitters) {
     double cones = 0;
     if (emitter.radiance_area > 0)
       for (const Ball& ball : balls) cones += cone_of(ball, emitter.place);
+    aims.push_back(power_of_two_near(1 / (2 * std::numbers::pi * cones)));
     powers.push_back(emitter.radiance_area * 2 * std::numbers::pi * cones + emitter.irradiance * sections_m2);
   }
   const LightTable table = build_light_table(powers);
   if (table.buckets.empty()) return;
   packed.emission_alias_table = table.buckets;
+  packed.has_exact_light_targets = std::ranges::any_of(materials, is_exact_light_target);
+  packed.emission_aim = std::move(aims);
   packed.emission_pdf.resize(emitters.size());
   for (std::size_t i = 0; i < emitters.size(); ++i)
     packed.emission_pdf[i] =

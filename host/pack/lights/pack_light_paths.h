@@ -10,6 +10,11 @@ namespace eikon {
 inline constexpr std::size_t kMostLightTargets = 64;  // kernels look at all of them for each light path
 
 /// True if the material reflects or refracts light exactly, so that no sampling of lights finds what is lit through it.
+[[nodiscard]] bool is_exact_light_target(const Material& material);
+/// True if it does so nearly, by most of its light: its roughness is at most 0.3. Sampling of lights finds what is lit by it, but the
+/// less well the less rough it is.
+[[nodiscard]] bool is_rough_light_target(const Material& material);
+/// True if light paths are aimed at it: either of these.
 [[nodiscard]] bool is_light_target(const Material& material);
 
 /// True if an environment has lights so small and bright, as the sun is, that paths from the camera which leave glass

@@ -129,8 +129,7 @@ class LightPacker {
     }
   }
 
-  /// Prepares the start of light paths. None starts from shapes, from an environment without small lights, from lights of
-  /// a limited range, whose light fades in a way that does not go on behind glass, or from within a solid that absorbs or
+  /// Prepares the start of light paths. None starts from an environment without small lights, from lights of a limited range, whose light fades in a way that does not go on behind glass, or from within a solid that absorbs or
   /// has a priority. A plane without end may lie before any place that parallel light could start from.
   void start_light_paths() {
     bool endless = false;
@@ -143,6 +142,10 @@ class LightPacker {
       LightPathSource& emitter = emitters[i];
       if (light.kind == kind_word(LightKind::area)) {
         emitter = {strengths_[i].power / std::numbers::pi, 0, strengths_[i].area_m2, middle_of(light)};
+      } else if (light.kind == kind_word(LightKind::shape_light)) {
+        const Triangle& box = packed_.triangles[light.triangle];
+        emitter.radiance_area = strengths_[i].power / std::numbers::pi;
+        emitter.place = 0.5 * (glm::dvec3(box.p0_x, box.p0_y, box.p0_z) + glm::dvec3(box.p1_x, box.p1_y, box.p1_z));
       } else if (light.kind == kind_word(LightKind::directional)) {
         emitter.irradiance = endless ? 0 : emission;
       } else if (light.kind == kind_word(LightKind::environment_map)) {

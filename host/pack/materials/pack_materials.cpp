@@ -10,9 +10,11 @@
 #include <type_traits>
 
 #include "core/error.h"
+#include "pack/lights/pack_light_paths.h"
 #include "pack/materials/material_parameters.h"
 #include "pack/pack_parts.h"
 #include "scene/measured_table.h"
+#include "shared/light_target.h"
 
 namespace eikon {
 namespace {
@@ -73,7 +75,8 @@ class MaterialPacker {
     if (!m.unlit) r.emission_r = m.emission.x, r.emission_g = m.emission.y, r.emission_b = m.emission.z;
     r.flags = 1U << std::uint32_t(lobe_of(m)) | (m.double_sided ? EK_MATERIAL_DOUBLE_SIDED : 0) |
               (m.unlit ? EK_MATERIAL_UNLIT : 0) | (m.alpha_mode == AlphaMode::mask ? EK_MATERIAL_MASK : 0) |
-              (m.alpha_mode == AlphaMode::blend ? EK_MATERIAL_BLEND : 0) | (is_solid(m) ? EK_MATERIAL_SOLID : 0);
+              (m.alpha_mode == AlphaMode::blend ? EK_MATERIAL_BLEND : 0) | (is_solid(m) ? EK_MATERIAL_SOLID : 0) |
+              (is_rough_light_target(m) ? EK_MATERIAL_ROUGH_TARGET : 0);
     return r;
   }
 

@@ -171,14 +171,17 @@ std::uint64_t paths_of_light_trial(const Settings& settings) {
   return std::max<std::uint64_t>(settings.light_trial_paths / pixels, 2) * pixels;
 }
 
-LightTrial run_light_trial(PilotPicture& picture, const Features& features, const Settings& settings) {
+LightTrial run_light_trial(PilotPicture& picture, const PackedScene& scene, const Features& features,
+                           const Settings& settings) {
   picture.restart(light_trial_settings(settings));
   TrialSums sums(picture.settings(), features);
   picture.render(0, paths_of_light_trial(settings) / picture.pixel_count(), false,
                  [&](const PilotUnit& unit) { sums.add(unit.result); });
   LightTrial trial = sums.result();
-  // Paths from the camera never meet these lights, whether the trial has seen what they light up or not.
-  if (features.has(Feature::point) || features.has(Feature::spot) || features.has(Feature::directional))
+  // Behind glass and mirrors paths from the camera never find these lights, whether the trial has seen what they light up or not.
+  const bool is_lit_by_points =
+      features.has(Feature::point) || features.has(Feature::spot) || features.has(Feature::directional);
+  if (is_lit_by_points && scene.has_exact_light_targets)
     trial.shared_error[0] = std::numeric_limits<double>::infinity();
   return trial;
 }

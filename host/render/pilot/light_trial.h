@@ -48,6 +48,7 @@ struct LightTrial {
 
 /// picture   of a program with the stages of light paths
 /// settings  of the image. throws DeviceError
-[[nodiscard]] LightTrial run_light_trial(PilotPicture& picture, const Features& features, const Settings& settings);
+[[nodiscard]] LightTrial run_light_trial(PilotPicture& picture, const PackedScene& scene, const Features& features,
+                                         const Settings& settings);
 
 }  // namespace eikon

@@ -84,7 +84,7 @@ Pilot run_pilot(DevicePool::Lease& device, const ReadyWavefronts::SharedScene& s
   PilotReport& report = pilot.report;
   report.arithmetic = picture.wavefront().arithmetic().name();
   if (tries_lights) {
-    const LightTrial trial = run_light_trial(picture, own, of_image);
+    const LightTrial trial = run_light_trial(picture, *scene, own, of_image);
     const std::size_t best = best_light_paths(trial);
     report.light_trial_paths = paths_of_light_trial(settings);
     report.light_path_count = of_image.light_path_count = light_paths_of_ratio(settings, kLightPathRatios[best]);

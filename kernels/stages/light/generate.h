@@ -46,7 +46,8 @@ EK_FN_ONCE void stage_light_generate(StageContext stage, SceneData scene, LightD
 
     vu a, b;
     sample_2d_bits(key, index, DIM_FILTER, &a, &b);
-    const AliasSample choice = alias_table_sample(lights.emission_alias_table, frame->emission_light_count, a, b);
+    const AliasSample choice =
+        alias_table_sample(lights.light_paths.emission_alias_table, frame->emission_light_count, a, b);
     v3 numbers;
     vf unused;
     sample_2d(key, index, DIM_LENS, &numbers.y, &numbers.z);

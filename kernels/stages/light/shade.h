@@ -2,8 +2,8 @@
 // Stage `light_shade`.   From: light paths of this depth that hit something.
 //                        To: the light paths of the next depth, and pending shadow rays to the camera.
 // The steps are those of stage `shade`, for paths that carry light instead of looking for it. A light path ends unless
-// its first surface reflects or refracts it exactly. From the second surface on, a shadow ray joins it to the camera
-// and carries what arrives there.
+// its first surface reflects or refracts it exactly, or is a rough target. From the second surface on, a shadow ray joins it to
+// the camera and carries what arrives there.
 //
 // BSDFs are those of the camera's paths: wo is towards the camera. Where a light path is scattered otherwise than by a
 // mirror, the BSDF is therefore evaluated anew as a viewer in the new direction sees the surface, with the normals that
@@ -95,7 +95,7 @@ EK_FN uint camera_cast(const ShadeContext* c, global const float* filter_table, 
   const v3 f = scattered_towards(c, hit, point, to_camera, channel);
   // Light of lamps that paths from the camera can meet is shared with them (light_ratio.h).
   const vf density = hit->path.light_ratio;
-  const vf ratio = first_light_ratio(frame, view.dir, view.distance, n_geom) * density;
+  const vf ratio = first_light_ratio(c, hit, point, view.dir, view.distance) * density;
   const vi is_shared = (density >= 0.0f) & (ratio < 0x1p100f);
   const vf share = is_shared ? ratio / (1.0f + ratio) : (vf)(1.0f);
   const vu exponent = is_shared ? AS_U(ratio) >> 23 : (vu)(EK_SPLAT_RATIO_INFINITE);
@@ -157,7 +157,13 @@ EK_FN ScatteredPath light_scatter(const ShadeContext* c, const PathHit* hit, con
   next.beta = mul3(point->beta, weight);
   next.survives = next.survives & (max_component(abs3(next.beta)) > 0.0f);
   const vi reversible = is_reversible(c, hit, material, point, &next);
-  next.survives = next.survives & (c->depth == 1 ? is_exact & reversible : !is_exact | reversible);
+  vi scatters = (vi)(-1);
+  if (c->depth == 1) {
+    scatters = is_unbent_rough_target(c, hit, material, point);
+    if (EK_HAS_SHADING_NORMAL & point->detailed)
+      scatters = scatters & is_unbent_from(point->n_shade, point->n_geom, next.dir, (vi)(-1));
+  }
+  next.survives = next.survives & (is_exact ? reversible : scatters);
   return next;
 }
 
@@ -167,6 +173,26 @@ EK_FN vf light_survival(const ShadeContext* c, const ShadingPoint* point, const 
   const vf share = max_component(abs3(next->beta)) / max_component(abs3(point->beta));
   const vf survival = min_f(share, (vf)(c->depth < EK_ROULETTE_ALWAYS_DEPTH ? 1.0f : 0.95f));
   return point->interface.skips_depth ? (vf)(1.0f) : survival;
+}
+
+/// light_ratio of a light path that goes on: of one by way of a rough target, where paths from the camera sample its light, too.
+EK_FN vf emitted_light_ratio(const ShadeContext* c, const PathHit* hit, const ShadingPoint* point,
+                             const ScatteredPath* next) {
+  constant Frame* frame = c->stage.frame;
+  const vf density = hit->path.light_ratio;
+  const vi is_rough = next->survives & (next->pdf >= 0.0f);
+  if (c->depth > 1 || !ANY(is_rough)) return density;
+  const v3 dir = hit->path.dir;
+  const vi is_parallel = (AS_U(density) & EK_RATIO_MARK) == EK_PARALLEL_MARK;
+  const vf distance2 = is_parallel ? (vf)(1.0f) : hit->t * hit->t;
+  const vf sr = shared_lobe_sr(point->material.ggx_alpha, abs_f(dot3(point->n_geom, dir)));
+  vf of_way = marked_aim(density);
+#if EK_HAS_environment_map
+  of_way = is_parallel ? (vf)(frame->environment_emission * mean_parallel_pdf_m2(frame, c->lights)) : of_way;
+#endif
+  const vf of_surface = density_beside_sampling(density, density * distance2 / of_way, sr);
+  const vf of_point = density_beside_sampling_of_point(-density / distance2, sr);
+  return is_rough ? (density < 0.0f ? of_point : of_surface) : density;
 }
 
 EK_FN_ONCE Survivors stage_light_shade(StageContext stage, SceneData scene, LightData light_data, global const float* filter_table,
@@ -204,7 +230,7 @@ EK_FN_ONCE Survivors stage_light_shade(StageContext stage, SceneData scene, Ligh
     survivors.shadow_rays += popcount(pending);
     ScatteredPath next = light_scatter(c, &hit, &material, &point, channel);
     if (depth + 1u >= stage.frame->roulette_depth) roulette(c, &point, light_survival(c, &point, &next), &next);
-    point.light_ratio = hit.path.light_ratio;
+    point.light_ratio = emitted_light_ratio(c, &hit, &point, &next);
     PathState path = shade_next_path(c, &point, &next);
     path.source_group = hit.path.source_group;
     const Packing keep = packing(next.survives);

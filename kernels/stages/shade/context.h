@@ -65,7 +65,7 @@ typedef struct {
   MediumInterface interface;
   LightSampleContext light_context;  // the point as the light tree knows it
 #if EK_HAS_light_paths
-  vf light_ratio;    // as PathState's, of the path that goes on
+  vf light_ratio;  // as PathState's: first as light sampling shares light, then of the path that goes on
 #endif
 #if EK_HAS_GUIDE
   vi is_guided;      // mask: tables hold for the surface,

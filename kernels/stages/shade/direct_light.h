@@ -39,12 +39,54 @@ EK_FN LightSample direct_light_sample(const ShadeContext* c, const ShadingPoint*
 #if EK_HAS_moving_surface
   light = moved_light_sample(c->scene, light, point->time);
 #endif
+#if EK_HAS_light_paths
+  light.pdf_of_point = (vf)(1.0f);
+#endif
 #if EK_HAS_shape & EK_HAS_shape_light
   light = shape_light_sample(c->scene, light, point->p);
 #endif
   light.radiance = light_emission(c->scene, light);
   return light;
 }
+
+#if EK_HAS_light_paths
+#include "lights/light_path.h"
+
+/// The share of a sample's light that camera paths bring: at rough targets light paths bring the rest.
+/// light  index; light_sample: of it; shadow: the ray to it
+EK_FN vf sampled_light_share(const ShadeContext* c, const ShadingPoint* point, vu light, const LightSample* sample,
+                             const LightRay* shadow) {
+  vi shared = point->live & is_shared_ratio(point->light_ratio);
+  if (!ANY(shared)) return (vf)(1.0f);
+  // Rough targets reflect, and from the viewer's side their normals are not bent (sampled_light_ratio).
+  if (EK_HAS_SHADING_NORMAL & point->detailed)
+    shared = shared & is_unbent_from(point->n_shade, point->n_geom, shadow->wi, (vi)(-1));
+  constant Frame* frame = c->stage.frame;
+  const v3 dir = neg3(shadow->wi), way = sub3(sample->p, point->p);
+  const vf distance2 = dot3(way, way), sr = shared_lobe_sr(point->material.ggx_alpha, abs_f(dot3(point->n_geom, dir)));
+  vf density = (vf)(0.0f);
+  if (EK_HAS_area) {
+    const vf start_m2 = start_pdf_m2(c->lights, light, sample->pdf_of_point);
+    const vf emitted = mean_emission_density(c->lights, light, start_m2, sample->n, dir);
+    const vf pdf_sr = pdf_sr_from_m2(start_m2, sample->n, dir, sqrt(distance2));
+    density = (sample->is_distant | sample->is_punctual) ? density : density_beside_sampling(emitted, pdf_sr, sr);
+  }
+  if (EK_HAS_point | EK_HAS_spot) {
+    const vf pdf_m2 = gather_f(c->lights.light_paths.emission_aim, light) / distance2;
+    density = sample->is_punctual ? density_beside_sampling_of_point(pdf_m2, sr) : density;
+  }
+  if (EK_HAS_directional) {
+    const vf pdf_m2 = (vf)(mean_parallel_pdf_m2(frame, c->lights));
+    density = (sample->is_distant & sample->is_delta) ? density_beside_sampling_of_point(pdf_m2, sr) : density;
+  }
+#if EK_HAS_environment_map
+  const vf emitted = mean_environment_density(frame, c->lights, sample->pdf);
+  density = (sample->is_distant & !sample->is_delta) ? density_beside_sampling(emitted, sample->pdf, sr) : density;
+#endif
+  shared = shared & (gather_f(c->lights.light_paths.emission_pdf, light) > 0.0f);
+  return shared ? camera_share(point->light_ratio, density) : (vf)(1.0f);
+}
+#endif
 
 /// The radiance that a sample brings to the camera if nothing is in the way. f: eval of the BSDF
 /// towards wi
@@ -79,6 +121,9 @@ EK_FN uint direct_light_cast(const ShadeContext* c, const ShadingPoint* point, P
     weight = power_heuristic(shadow.pdf * EK_LIGHT_MEAN, bsdf.pdf);
     weight = light.is_delta ? (vf)(1.0f) : weight;
   }
+#if EK_HAS_light_paths
+  weight = weight * sampled_light_share(c, point, picked.choice.index, &light, &shadow);
+#endif
   vi pending = point->live & is_on_geometric_side(wi, dot3(shadow.wi, point->n_geom)) & (shadow.pdf > 0.0f) &
                (max_component(f) > 0.0f) & (max_component(shadow.radiance) > 0.0f);
   if (EK_HAS_nested_media) pending = pending & !point->interface.is_null;

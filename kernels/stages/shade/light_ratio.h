@@ -1,14 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // Step of stage `shade` where light paths take part: what a camera path must know to share its light with them.
 //
-// Light paths bring the light of paths that leave a lamp, are reflected or refracted exactly at their first surface, and
-// are scattered otherwise at the last one before the camera. Camera paths find the same light where they meet the lamp.
+// Light paths bring the light of paths that leave a lamp, are reflected or refracted exactly at their first surface or meet a
+// rough target there (light_path.h), and are scattered otherwise than exactly at the last one before the camera. Camera
+// paths find the same light where they meet the lamp, and at rough targets also by sampling it.
 // The balance heuristic [Veach 1995] gives each its share: with R the density of light paths over that of camera paths,
 // camera paths have 1 / (1 + R) of it, and light paths R / (1 + R).
 //
-// R is the product of two factors that each side knows: the density of emission at the lamp (emission_density), and
+// R is the product of two factors that each side knows: the density of emission at the lamp (mean_emission_density), and
 //   M pi / (film density cosine)                                                                   (light_ratio)
-// at the first surface that the camera sees, where M is the number of light paths of the image at each sample index. What surfaces
+// at the first surface that the camera sees, where M is the number of light paths of the image at each sample index. At a rough target
+// it is less by the square of the lobe's width, since camera paths sample that lobe and light paths do not. What surfaces
 // between them do is left out: for diffuse surfaces it cancels, and for others both sides leave it out alike, so the
 // weights add up to one in any case. That takes one word of a path and no evaluation of a BSDF.
 #ifndef EK_LIGHT_RATIO_H
@@ -19,22 +21,38 @@
 #include "stages/shade/scatter.h"
 
 #if EK_HAS_light_paths
+/// Mask of the lanes that hit a rough target.
+EK_FN vi is_rough_target(const ShadeContext* c, const PathHit* hit) {
+  return (load_word_u(MaterialRecord, c->scene.materials, hit->corners.material, flags) & EK_MATERIAL_ROUGH_TARGET) !=
+         0u;
+}
+
 /// light_ratio of the first surface on a path from the camera.
-/// dir, distance  of the camera's ray; n_geom: of the surface
-EK_FN vf first_light_ratio(constant Frame* frame, v3 dir, vf distance, v3 n_geom) {
-  const vf cosine = abs_f(dot3(n_geom, dir));
+/// dir, distance  of the camera's ray
+EK_FN vf first_light_ratio(const ShadeContext* c, const PathHit* hit, const ShadingPoint* point, v3 dir, vf distance) {
+  constant Frame* frame = c->stage.frame;
+  const vf cosine = abs_f(dot3(hit->surface.n_geom, dir));
   const vf density = film_density_m2(frame, dir, distance) * cosine;
-  return density > 0.0f ? (TO_F((vi)(frame->light_path_count)) * EK_PI) / density : (vf)(0.0f);
+  const vf width = is_rough_target(c, hit) ? lobe_sr(point->material.ggx_alpha, (vf)(1.0f)) * EK_INV_PI : (vf)(1.0f);
+  return unmarked(density > 0.0f ? (TO_F((vi)(frame->light_path_count)) * EK_PI) * width / density : (vf)(0.0f));
 }
 
 /// Mask of the lanes whose shading normal is the surface's own from the side of w: usable_normal bends it for some
 /// directions, so a path and the same path the other way round would see different mirrors.
-EK_FN vi is_unbent(const ShadeContext* c, const PathHit* hit, const HitMaterial* material, const ShadingPoint* point, v3 w) {
-  const vi same_side = dot3(w, point->n_geom) > 0.0f;
+EK_FN vi is_unbent(const ShadeContext* c, const PathHit* hit, const HitMaterial* material, const ShadingPoint* point,
+                   v3 w) {
   const v3 raw = hit_raw_normal(c, hit, material);
-  const v3 n = select3(same_side, raw, neg3(raw)), n_geom = select3(same_side, point->n_geom, neg3(point->n_geom));
-  const v3 used = usable_normal(n, n_geom, w, is_glossy(material));
-  return (used.x == n.x) & (used.y == n.y) & (used.z == n.z);
+  return is_unbent_from(raw, point->n_geom, w, is_glossy(material));
+}
+
+/// Mask of the lanes that hit a rough target whose normal is not bent for this viewer. It reflects, so is_unbent_from tells the same
+/// of another direction by n_shade.
+EK_FN vi is_unbent_rough_target(const ShadeContext* c, const PathHit* hit, const HitMaterial* material,
+                                const ShadingPoint* point) {
+  vi is = is_rough_target(c, hit);
+  if (EK_HAS_SHADING_NORMAL & point->detailed && ANY(is))
+    is = is & is_unbent(c, hit, material, point, neg3(hit->path.dir));
+  return is;
 }
 
 /// Mask of the lanes where a light path is reflected or refracted exactly as a camera path is, and the other way round.
@@ -56,7 +74,7 @@ EK_FN vi is_reversible(const ShadeContext* c, const PathHit* hit, const HitMater
 /// As next_light_ratio, from the second surface on, where photons take part.
 EK_FN vf next_merged_ratio(const ShadeContext* c, const PathHit* hit, const HitMaterial* material, const ShadingPoint* point,
                            const ScatteredPath* next) {
-  const vf ratio = hit->path.light_ratio;
+  const vf ratio = unmarked(hit->path.light_ratio);
   const vi is_exact = next->pdf < 0.0f, seen_exactly = ratio == EK_SEEN_EXACTLY;
   const vf after = (seen_exactly & !is_exact) ? (vf)(EK_MERGED) : ratio;
   const vi found_by_light_paths = !seen_exactly & (ratio != 0.0f);
@@ -65,28 +83,73 @@ EK_FN vf next_merged_ratio(const ShadeContext* c, const PathHit* hit, const HitM
 }
 #endif
 
+/// As next_light_ratio, from the second surface on, without a mark.
+EK_FN vf next_shared_ratio(const ShadeContext* c, const PathHit* hit, const HitMaterial* material,
+                           const ShadingPoint* point, const ScatteredPath* next) {
+#if EK_HAS_merging
+  return next_merged_ratio(c, hit, material, point, next);
+#else
+  const vf ratio = unmarked(hit->path.light_ratio);
+  const vi is_exact = next->pdf < 0.0f;
+  if (!ANY((ratio > 0.0f) & is_exact)) return ratio;
+  return (is_exact & !is_reversible(c, hit, material, point, next)) ? (vf)(0.0f) : ratio;
+#endif
+}
+
 /// light_ratio of a camera path that goes on; 0 if light paths do not bring its light.
+/// point  with sampled_light_ratio
 EK_FN vf next_light_ratio(const ShadeContext* c, const PathHit* hit, const HitMaterial* material, const ShadingPoint* point,
                           const ScatteredPath* next) {
   const vi is_exact = next->pdf < 0.0f;
   if (c->depth == 1)
-    return is_exact ? (vf)(EK_HAS_merging ? EK_SEEN_EXACTLY : 0.0f) : first_light_ratio(c->stage.frame, hit->path.dir, hit->t, hit->surface.n_geom);
+    return is_exact ? (vf)(EK_HAS_merging ? EK_SEEN_EXACTLY : 0.0f)
+                    : first_light_ratio(c, hit, point, hit->path.dir, hit->t);
+  const vf ratio = next_shared_ratio(c, hit, material, point, next);
+  vi is_rough = !is_exact & (point->light_ratio != 0.0f);
+  if (!ANY(is_rough)) return ratio;
+  if (EK_HAS_SHADING_NORMAL & point->detailed)
+    is_rough = is_rough & is_unbent_from(point->n_shade, point->n_geom, next->dir, (vi)(-1));
+  const vu mark = lobe_mark(lobe_sr(point->material.ggx_alpha, abs_f(dot3(point->n_geom, next->dir))));
+  return marked(ratio, is_rough ? mark : (vu)(0u));
+}
+
+/// light_ratio by which a path shares what it samples of lights at this hit (sampled_light_share); 0: it shares nothing.
+EK_FN vf sampled_light_ratio(const ShadeContext* c, const PathHit* hit, const HitMaterial* material,
+                             const ShadingPoint* point) {
+  const vi shared = hit->live & is_shared_ratio(hit->path.light_ratio);
+  if (c->depth == 1 || !ANY(shared)) return (vf)(0.0f);
+  return (shared & is_unbent_rough_target(c, hit, material, point)) ? unmarked(hit->path.light_ratio) : (vf)(0.0f);
+}
+
+/// What a path does about light paths before it samples lights: it gathers photons, and finds out what it shares.
+EK_FN void begin_sharing(const ShadeContext* c, const PathHit* hit, const HitMaterial* material, ShadingPoint* point) {
 #if EK_HAS_merging
-  return next_merged_ratio(c, hit, material, point, next);
-#else
-  const vi shared = hit->path.light_ratio > 0.0f;
-  if (!ANY(shared & is_exact)) return hit->path.light_ratio;
-  return (is_exact & !is_reversible(c, hit, material, point, next)) ? (vf)(0.0f) : hit->path.light_ratio;
+  if (c->depth > 1) add_merged_light(c, hit, point);
 #endif
+  point->light_ratio = sampled_light_ratio(c, hit, material, point);
 }
 
 /// Share of the emission of a hit that camera paths bring: the rest comes by light paths.
 EK_FN vf emission_share(const ShadeContext* c, const PathHit* hit, vi emits) {
   const vf ratio = hit->path.light_ratio;
-  const vi shared = emits & (hit->path.pdf < 0.0f) & is_shared_ratio(ratio) & (hit->corners.light_pdf_m2 > 0.0f);
+  const vi shared = emits & is_shared_scattering(hit->path.pdf, ratio) & (hit->corners.light_pdf_m2 > 0.0f);
   if (!ANY(shared)) return (vf)(1.0f);
   const vu light = shared ? hit->corners.flags >> EK_TRIANGLE_LIGHT_SHIFT : (vu)(0u);
-  const vf density = emission_density(c->stage.frame, c->lights, light, hit->surface.p, hit->surface.n_geom, neg3(hit->path.dir));
+  vf pdf_of_point = (vf)(1.0f);
+#if EK_HAS_shape & EK_HAS_shape_light
+  const vi is_shape = shared & (hit->corners.p2.x != hit->corners.p2.x);
+  if (ANY(is_shape)) {
+    const vu index = is_shape ? AS_U(hit->corners.n.x) : (vu)(0u);
+    const ShapeView view =
+        shape_view_of_all(load_shape(c->scene.shapes, index), load_shape_world(c->scene.shapes, index));
+    pdf_of_point = is_shape ? shape_pdf_m2(view, hit->on_shape, hit->u) : pdf_of_point;
+  }
+#endif
+  const v3 n_geom = hit->surface.n_geom, dir = neg3(hit->path.dir);
+  const vf start_m2 = start_pdf_m2(c->lights, light, pdf_of_point);
+  const vf emitted = mean_emission_density(c->lights, light, start_m2, n_geom, dir);
+  const vf pdf_sr = pdf_sr_from_m2(start_m2, n_geom, dir, hit->t);
+  const vf density = density_beside_sampling(emitted, pdf_sr, marked_lobe_sr(ratio));
   return shared ? camera_share(ratio, density) : (vf)(1.0f);
 }
 #endif

@@ -22,6 +22,17 @@ EK_FN vi is_glossy(const HitMaterial* material) {
   return EK_HAS_clearcoat ? glossy | (material->bsdf.clearcoat > 0.0f) : glossy;
 }
 
+#if EK_HAS_light_paths
+/// Mask of the lanes whose normal usable_normal leaves as it is from the side of w.
+/// n, n_geom  on one side of the surface, which may be the other one
+EK_FN vi is_unbent_from(v3 n, v3 n_geom, v3 w, vi glossy) {
+  const vi same_side = dot3(w, n_geom) > 0.0f;
+  const v3 n_seen = select3(same_side, n, neg3(n));
+  const v3 used = usable_normal(n_seen, select3(same_side, n_geom, neg3(n_geom)), w, glossy);
+  return (used.x == n_seen.x) & (used.y == n_seen.y) & (used.z == n_seen.z);
+}
+#endif
+
 /// The shading normal of a hit, on the viewer's side. n_geom: the surface's own, on that side
 EK_FN v3 hit_shading_normal(const ShadeContext* c, const PathHit* hit, const HitMaterial* material, v3 n_geom) {
   return usable_normal(hit_raw_normal(c, hit, material), n_geom, neg3(hit->path.dir), is_glossy(material));

@@ -127,9 +127,7 @@ std::vector<MapSample> sample(const Sky& sky, std::mt19937& random, std::size_t 
                        .buffer("light_alias_table", build_light_table(std::vector<double>{1}).buckets)
                        .buffer("environment_texels", sky.packed.environment_texels)
                        .buffer("environment_alias_table", sky.packed.environment_alias_table)
-                       .buffer("emission_alias_table", std::vector<AliasEntry>(1))
-                       .buffer("emission_pdf", std::vector<float>(1))
-                       .buffer("light_targets", std::vector<float4>(1))
+                       .without_light_paths()
                        .run("probe_light", in, 27);
   std::vector<MapSample> samples;
   for (std::size_t i = 0; i < count; ++i) {

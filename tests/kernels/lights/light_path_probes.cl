@@ -3,7 +3,7 @@
 #include "lights/light_path.h"
 #if EK_HAS_light_paths
 EK_FN LightData probe_targets(global const float4* targets) {
-  const LightData lights = {.light_targets = targets};
+  const LightData lights = {.light_paths = {.light_targets = targets}};
   return lights;
 }
 

@@ -65,9 +65,7 @@ std::vector<Arrival> arrivals(const PunctualLight& light, const std::vector<glm:
                        .buffer("light_alias_table", packed.light_alias_table)
                        .buffer("environment_texels", std::vector<float4>(1))
                        .buffer("environment_alias_table", std::vector<AliasEntry>(1))
-                       .buffer("emission_alias_table", std::vector<AliasEntry>(1))
-                       .buffer("emission_pdf", std::vector<float>(1))
-                       .buffer("light_targets", std::vector<float4>(1))
+                       .without_light_paths()
                        .run("probe_light", in, 27);
   std::vector<Arrival> list;
   for (std::size_t i = 0; i < points.size(); ++i) {

@@ -104,9 +104,7 @@ std::vector<Sample> sample(const Lights& lights, const Words& a, const Words& b,
                        .buffer("frame", std::vector<Frame>{frame})
                        .buffer("environment_texels", std::vector<float4>(1))
                        .buffer("environment_alias_table", std::vector<AliasEntry>(1))
-                       .buffer("emission_alias_table", std::vector<AliasEntry>(1))
-                       .buffer("emission_pdf", std::vector<float>(1))
-                       .buffer("light_targets", std::vector<float4>(1))
+                       .without_light_paths()
                        .run("probe_light", in, 27);
   std::vector<Sample> samples;
   const auto f = [&](std::size_t k, std::size_t i) { return double(as_float(out[k][i])); };

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Scenes with a glass ball and a mirror, and settings with light paths.
 #pragma once
+#include <functional>
+
 #include "render/materials/glass_builder.h"
 #include "render/scene_builder.h"
 
@@ -25,6 +27,22 @@ inline Settings seen_from_above(std::uint32_t side, std::uint64_t spp) {
   Settings settings = settings_for(side, side, spp);
   settings.camera = look_at_camera({0, 0, 1.45}, {0, -0.2, 0}, {0, 1, 0}, 1.1);
   return settings;
+}
+
+inline PunctualLight small_lamp(glm::dvec3 position, float intensity) {
+  PunctualLight light;
+  light.kind = LightKind::point;
+  light.position = position;
+  light.intensity = glm::vec3(intensity);
+  return light;
+}
+
+inline PunctualLight sunshine(glm::dvec3 direction, float irradiance) {
+  PunctualLight light;
+  light.kind = LightKind::directional;
+  light.direction = glm::normalize(direction);
+  light.intensity = glm::vec3(irradiance);
+  return light;
 }
 
 /// Both in a closed room with a lamp.
@@ -69,6 +87,54 @@ inline void expect_depths_add_up(const Scene& scene, Settings settings, double t
         parts += film.mean(x, y, film.channel_index(bin).value());
     }
   EXPECT_NEAR(parts, whole, tolerance * whole);
+}
+
+/// A way in which a scene differs from another.
+struct Change {
+  const char* name;
+  std::function<void(Scene&, Settings&)> make;
+};
+
+inline Crop quarter(const FilmLayout& layout, std::uint32_t i) {
+  const std::uint32_t w = layout.width / 2, h = layout.height / 2, x = i % 2 * w, y = i / 2 * h;
+  return {x, y, x + w, y + h};
+}
+
+/// Compares quarters and channels of a picture by both ways. without_spp: samples per pixel of the way without light
+/// paths, so many that both ways know the mean about equally well, as takes the least time. comparisons: of the test.
+/// Returns the film with light paths.
+inline Film expect_the_same_mean(const char* name, const Scene& scene, Settings settings, std::uint64_t without_spp,
+                                 int comparisons) {
+  settings.max_depth = 8;
+  Film with = film_of(scene, with_light_paths(settings, 0.5));
+  settings.seed = 7;
+  settings.sample_end = without_spp;
+  const Film without = film_of(scene, settings);
+  for (std::uint32_t q = 0; q < 4; ++q)
+    for (std::uint32_t c = 0; c < 3; ++c)
+      EXPECT_TRUE(agree(mean_of(with, c, quarter(with.layout(), q)), mean_of(without, c, quarter(with.layout(), q)),
+                        comparisons))
+          << name << ", quarter " << q << ", channel " << c;
+  return with;
+}
+
+/// Relative mean square error of the channel green, without and with light paths, against sixteen times the samples
+/// with four times the light paths for each, whose own error is less than a tenth of that with light paths.
+inline std::pair<double, double> errors_of(const Scene& scene, Settings settings) {
+  const Film without = film_of(scene, settings), with = film_of(scene, with_light_paths(settings, 1.0 / 16));
+  settings.sample_end *= 16;
+  settings.seed = 3;
+  const Film truth = film_of(scene, with_light_paths(settings, 0.25));
+  const auto error = [&](const Film& film) {
+    double sum = 0;
+    for (std::uint32_t y = 0; y < film.layout().height; ++y)
+      for (std::uint32_t x = 0; x < film.layout().width; ++x) {
+        const double expected = truth.mean(x, y, 1), difference = film.mean(x, y, 1) - expected;
+        sum += difference * difference / (expected * expected + 0.01);
+      }
+    return sum / (double(film.layout().width) * film.layout().height);
+  };
+  return {error(without), error(with)};
 }
 
 inline Execution small_units() {

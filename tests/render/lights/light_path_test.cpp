@@ -8,22 +8,6 @@
 namespace eikon::test {
 namespace {
 
-PunctualLight small_lamp(glm::dvec3 position, float intensity) {
-  PunctualLight light;
-  light.kind = LightKind::point;
-  light.position = position;
-  light.intensity = glm::vec3(intensity);
-  return light;
-}
-
-PunctualLight sunshine(glm::dvec3 direction, float irradiance) {
-  PunctualLight light;
-  light.kind = LightKind::directional;
-  light.direction = glm::normalize(direction);
-  light.intensity = glm::vec3(irradiance);
-  return light;
-}
-
 void add_floor(Scene& scene, float half, float albedo) {
   Primitive floor;
   add_quad(floor, {-half, 0, half}, {2 * half, 0, 0}, {0, 0, -2 * half});
@@ -171,11 +155,6 @@ TEST(LightPaths, a_mirror_sends_the_flux_of_a_sun_onto_the_floor) {
 
 // ---- against paths from the camera ------------------------------------------------------------------------------------
 
-struct Change {
-  const char* name;
-  std::function<void(Scene&, Settings&)> make;
-};
-
 const Change kChanges[] = {
     {"room", [](Scene&, Settings&) {}},
     {"lens", [](Scene&, Settings& s) { s.camera.lens = Lens{.radius_m = 0.1, .focus_distance_m = 1.5}; }},
@@ -223,29 +202,6 @@ const Change kChanges[] = {
        add_mesh(scene, "globe", sphere({0, 0.95F, 0}, 0.7F, 12, false, false), glass(1.2F, 0, false));
      }},
 };
-
-Crop quarter(const FilmLayout& layout, std::uint32_t i) {
-  const std::uint32_t w = layout.width / 2, h = layout.height / 2, x = i % 2 * w, y = i / 2 * h;
-  return {x, y, x + w, y + h};
-}
-
-/// Compares quarters and channels of a picture by both ways. without_spp: samples per pixel of the way without light
-/// paths, so many that both ways know the mean about equally well, as takes the least time. comparisons: of the test.
-/// Returns the film with light paths.
-Film expect_the_same_mean(const char* name, const Scene& scene, Settings settings, std::uint64_t without_spp,
-                          int comparisons) {
-  settings.max_depth = 8;
-  Film with = film_of(scene, with_light_paths(settings, 0.5));
-  settings.seed = 7;
-  settings.sample_end = without_spp;
-  const Film without = film_of(scene, settings);
-  for (std::uint32_t q = 0; q < 4; ++q)
-    for (std::uint32_t c = 0; c < 3; ++c)
-      EXPECT_TRUE(agree(mean_of(with, c, quarter(with.layout(), q)), mean_of(without, c, quarter(with.layout(), q)),
-                        comparisons))
-          << name << ", quarter " << q << ", channel " << c;
-  return with;
-}
 
 TEST(LightPaths, bring_the_mean_that_paths_from_the_camera_find) {
   constexpr int comparisons = int(std::size(kChanges)) * 4 * 3;
@@ -308,25 +264,6 @@ TEST(LightPaths, leave_a_furnace_at_one) {
     settings.camera = look_at_camera({-0.5, 0.3, 0.9}, {0, -0.2, 0}, {0, 1, 0}, 1.2);
     EXPECT_TRUE(agrees(mean_of(film_of(scene, with_light_paths(settings, ratio))), 1, 2, 1e-4)) << ratio;
   }
-}
-
-/// Relative mean square error of the channel green, without and with light paths, against sixteen times the samples
-/// with four times the light paths for each, whose own error is less than a tenth of that with light paths.
-std::pair<double, double> errors_of(const Scene& scene, Settings settings) {
-  const Film without = film_of(scene, settings), with = film_of(scene, with_light_paths(settings, 1.0 / 16));
-  settings.sample_end *= 16;
-  settings.seed = 3;
-  const Film truth = film_of(scene, with_light_paths(settings, 0.25));
-  const auto error = [&](const Film& film) {
-    double sum = 0;
-    for (std::uint32_t y = 0; y < film.layout().height; ++y)
-      for (std::uint32_t x = 0; x < film.layout().width; ++x) {
-        const double expected = truth.mean(x, y, 1), difference = film.mean(x, y, 1) - expected;
-        sum += difference * difference / (expected * expected + 0.01);
-      }
-    return sum / (double(film.layout().width) * film.layout().height);
-  };
-  return {error(without), error(with)};
 }
 
 TEST(LightPaths, find_caustics_with_a_fraction_of_the_error) {

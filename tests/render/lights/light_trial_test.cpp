@@ -77,6 +77,7 @@ TEST(LightPathTrial, lights_that_only_light_paths_find_always_have_some) {
   for (Material& material : scene.materials) material.emission = {0, 0, 0};
   PunctualLight bulb;
   bulb.position = {0, 0.5, 0.5};
+  bulb.intensity = {1, 1, 1};
   scene.lights.push_back(bulb);
   // A view of a corner, which is hardly lit by them.
   settings.camera = look_at_camera({0.8, 0.8, 1.3}, {1, 1, 1.5}, {0, 1, 0}, 0.01);

@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 #include <numeric>
 
 #include "pack/lights/pack_light_paths.h"
@@ -37,17 +39,26 @@ bool covers(const PackedScene& packed, const glm::vec3& p) {
 
 const std::vector<LightPathSource> kOneLamp = {{.radiance_area = 3, .place = {0, 50, 0}}};
 
-TEST(LightTargets, are_the_materials_that_reflect_or_refract_exactly) {
-  Material glass = smooth_glass(), rough = smooth_glass(), plastic, mirror;
-  rough.roughness = 0.1F;
+TEST(LightTargets, are_the_materials_that_reflect_or_refract_exactly_or_nearly) {
+  Material glass = smooth_glass(), plastic, mirror;
   plastic.metallic = 0;
   plastic.roughness = 0;
   mirror.metallic = 1;
   mirror.roughness = 0;
-  EXPECT_TRUE(is_light_target(glass));
-  EXPECT_TRUE(is_light_target(mirror));
-  EXPECT_FALSE(is_light_target(rough));
+  EXPECT_TRUE(is_exact_light_target(glass));
+  EXPECT_TRUE(is_exact_light_target(mirror));
   EXPECT_FALSE(is_light_target(plastic)) << "a few per cent of its light would take all light paths";
+  for (Material m : {glass, mirror}) {
+    for (const auto& [roughness, is] :
+         {std::pair(0.01F, false), std::pair(0.02F, true), std::pair(0.5F, true), std::pair(0.51F, false)}) {
+      m.roughness = roughness;
+      EXPECT_EQ(is_rough_light_target(m), is) << roughness;
+      EXPECT_EQ(is_light_target(m), roughness < 0.51F) << roughness;
+    }
+    m.roughness = 0.1F;
+    m.metallic *= 0.4F, m.transmission *= 0.4F;
+    EXPECT_FALSE(is_light_target(m)) << "most of its light is scattered by the base";
+  }
   glass.unlit = true;
   EXPECT_FALSE(is_light_target(glass));
 }
@@ -84,17 +95,26 @@ TEST(LightTargets, take_lights_by_what_they_send_there) {
   add_triangle(packed, {0, 0, 0}, 1, 0, 0);
   const std::vector<LightPathSource> lights = {
       {.radiance_area = 4, .area_m2 = 0.5, .place = {0, 10, 0}},  // a lamp
-      {.radiance_area = 4, .place = {0, 1000, 0}},                // a bulb a hundred times as far: its share is 2^-8 / n at least
-      {.irradiance = 2},                                          // a sun
-      {},                                                         // an environment
+      {.radiance_area = 4, .place = {0, 1000, 0}},  // a bulb a hundred times as far: its share is 2^-8 / n at least
+      {.irradiance = 2},                            // a sun
+      {},                                           // an environment
   };
   pack_light_paths(materials, lights, packed);
   ASSERT_EQ(packed.emission_pdf.size(), 4U);
   EXPECT_EQ(packed.emission_pdf[3], 0.0F);
-  const double sum = 0.5 * double(packed.emission_pdf[0]) + double(packed.emission_pdf[1]) + double(packed.emission_pdf[2]);
+  const double sum =
+      0.5 * double(packed.emission_pdf[0]) + double(packed.emission_pdf[1]) + double(packed.emission_pdf[2]);
   EXPECT_NEAR(sum, 1, 1e-6) << "of the lamp it is a density per m^2";
   EXPECT_GT(packed.emission_pdf[2], 10 * 0.5F * packed.emission_pdf[0]);
   EXPECT_NEAR(double(packed.emission_pdf[1]), 1.0 / 256 / 4, 2e-4);
+  // Directions to the target, as seen from the lamp and from the bulb, per sr: the powers of two below.
+  for (const auto& [light, distance] : {std::pair(0, 10.0), std::pair(1, 1000.0)}) {
+    const double per_sr = distance * distance / (std::numbers::pi * std::pow(double(packed.light_targets[0].w), 2));
+    const double aim = double(packed.emission_aim[std::size_t(light)]);
+    EXPECT_GT(aim, 0.49 * per_sr);
+    EXPECT_LT(aim, 1.01 * per_sr);
+    EXPECT_EQ(aim, std::exp2(std::round(std::log2(aim))));
+  }
 }
 
 TEST(LightTargets, without_light_or_glass_there_are_none) {
