@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Devices of unequal speed, of one driver and of two, on one image: the bits of one device alone.
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "cli/command.h"
@@ -57,12 +58,16 @@ TEST(MixedDevices, N5_three_of_two_drivers_give_the_bits_of_one) {
     GTEST_SKIP() << "Oclgrind cannot be had beside PoCL: " << there.out;
   // The two quick ones have work for seconds, so that the simulator compiles and does units meanwhile. They are slowed down, by
   // sleeping, but not to its speed: what the machine loses once would be slept over as many times. A device that hangs is given up
-  // long before the test is.
-  const std::string image = "render " + scene("cornell.gltf") + " --size 32x32 --spp 2048 --max-depth 1 --quiet";
-  ASSERT_TRUE(succeeded(here.eikon(image + " -o one.exr --devices pthread", before)));
+  // long before the test is. On a machine so busy that the simulator comes too late, they get more work.
   const std::string slow = before + " EIKON_WATCHDOG=4 EIKON_FAULT='device:1:slow=20;device:2:slow=20'";
-  const Mixed mixed = render_mixed(here, image, "oclgrind,pthread:2x1", slow);
-  ASSERT_EQ(mixed.units.size(), 3U) << mixed.names;
+  Mixed mixed;
+  for (const char* spp : {"2048", "8192", "32768"}) {
+    const std::string image = "render " + scene("cornell.gltf") + " --size 32x32 --max-depth 1 --quiet --spp " + spp;
+    ASSERT_TRUE(succeeded(here.eikon(image + " -o one.exr --devices pthread", before)));
+    mixed = render_mixed(here, image, "oclgrind,pthread:2x1", slow);
+    ASSERT_EQ(mixed.units.size(), 3U) << mixed.names;
+    if (std::ranges::find(mixed.units, 0U) == mixed.units.end()) break;
+  }
   for (const std::uint64_t units : mixed.units) EXPECT_GT(units, 0U) << mixed.names;
 }
 
