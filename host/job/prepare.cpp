@@ -278,7 +278,7 @@ void log_unseen_lights(const Scene& scene, const Settings& settings, const Log& 
     log(fmt::format(
         "light of point, spot and directional lights does not pass through {}transmissive surfaces: what is "
         "behind them stays in their shadow; area lights and environments light it",
-        settings.light_path_count == 0 ? "" : "rough "));
+        settings.light_path_count == 0 ? "" : "very rough "));
 }
 
 /// throws UsageError if the other flags leave no light to merge, or do not allow a bias
@@ -295,10 +295,14 @@ void settle_caustics(const SceneOptions& options, Settings& settings) {
   if (options.light_paths == 0.0) refuse("photons come by light paths; leave out --light-paths off");
 }
 
-/// The number of light paths that is asked for, or a trial of it.
-void settle_light_paths(const SceneOptions& options, Settings& settings) {
+/// The number of light paths that is asked for, or a trial of it. A picture too small for a trial has light paths if they find light
+/// that nothing else finds.
+void settle_light_paths(const SceneOptions& options, const Scene& scene, Settings& settings) {
   settings.light_path_count = light_paths_of_ratio(settings, options.light_paths.value_or(kUsualLightPaths));
-  if (!options.light_paths) settings.light_trial_paths = usual_light_trial_paths(settings);
+  if (options.light_paths) return;
+  settings.light_trial_paths = usual_light_trial_paths(settings);
+  const bool finds_more = options.merges_caustics || std::ranges::any_of(scene.materials, is_exact_light_target);
+  if (settings.light_trial_paths == 0 && !finds_more) settings.light_path_count = 0;
 }
 
 }  // namespace
@@ -344,7 +348,7 @@ Prepared prepare(const SceneOptions& options, std::shared_ptr<Scene> loaded, con
   settings.seed = std::uint32_t(options.seed);
   settings.energy_compensation = options.energy_compensation;
   settle_integrator(options, settings);
-  settle_light_paths(options, settings);
+  settle_light_paths(options, scene, settings);
   settle_caustics(options, settings);
   settings.pilot_paths = usual_pilot_paths(settings);
   if (options.pilot_paths && settings.pilot_paths > 0) settings.pilot_paths = *options.pilot_paths;

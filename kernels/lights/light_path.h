@@ -148,23 +148,22 @@ EK_FN vf parallel_pdf_m2(constant Frame* frame, LightData lights, v3 p, v3 dir) 
 
 // What camera paths and light paths must agree on for their shares of the light is not the density of a start itself, for which
 // camera paths would have to look at all targets, but that density as it is in the mean: as if the light's points all saw
-// the targets as its middle does (emission_aim), and no targets overlapped.
+// the targets as its middle does (emission_aim), and as many targets overlapped everywhere.
+EK_FN vf mean_target_pdf_sr(LightData lights, vu light) {
+  return gather_f(lights.light_paths.emission_aim, light + 1u);
+}
+EK_FN float mean_parallel_pdf_m2(LightData lights) { return lights.light_paths.emission_aim[0]; }
 
 /// As emission_density, in the mean. light: index
 EK_FN vf mean_emission_density(LightData lights, vu light, vf start_m2, v3 n_geom, v3 dir) {
   const vf cosine = abs_f(dot3(n_geom, dir));
-  return cosine > 0.0f ? start_m2 * gather_f(lights.light_paths.emission_aim, light) / cosine : (vf)(0.0f);
-}
-
-/// As parallel_pdf_m2, in the mean.
-EK_FN float mean_parallel_pdf_m2(constant Frame* frame, LightData lights) {
-  return EK_INV_PI / all_target_radii2(frame, lights);
+  return cosine > 0.0f ? start_m2 * mean_target_pdf_sr(lights, light) / cosine : (vf)(0.0f);
 }
 
 #if EK_HAS_environment_map
-/// The same of light from the environment: per m^2 across it, and per sr. pdf: of light sampling for its direction, per sr
+/// The same of light from an environment map: per m^2 across it, and per sr. pdf: of light sampling for its direction, per sr
 EK_FN vf mean_environment_density(constant Frame* frame, LightData lights, vf pdf) {
-  return pdf * (frame->environment_emission * mean_parallel_pdf_m2(frame, lights));
+  return pdf * (frame->environment_emission * mean_parallel_pdf_m2(lights));
 }
 #endif
 
@@ -243,7 +242,7 @@ EK_FN vf emit_distant(constant Frame* frame, LightData lights, LightSample light
   const v3 dir = neg3(light.wi), p = point_of_discs(frame, lights, dir, numbers);
   const vf of_place = parallel_pdf_m2(frame, lights, p, dir);
   vf density = gather_f(lights.light_paths.emission_pdf, index) * of_place,
-     in_the_mean = -(vf)(mean_parallel_pdf_m2(frame, lights));
+     in_the_mean = -(vf)(mean_parallel_pdf_m2(lights));
 #if EK_HAS_environment_map
   const vi is_map = !light.is_delta;
   density = is_map ? light.pdf * frame->environment_emission * of_place : density;
@@ -297,7 +296,7 @@ EK_FN EmittedPath emit_light_path(constant Frame* frame, SceneData scene, LightD
   path.origin = light.p;
   path.throughput = light.radiance;
   vf density = selection;  // of this path, over which the light is divided
-  const vf aim = gather_f(lights.light_paths.emission_aim, choice.index);
+  const vf aim = mean_target_pdf_sr(lights, choice.index);
   const vu mark = aim_mark(aim);
   path.density = marked(-aim, mark);
   if (EK_HAS_near_light) density = selection * target_pdf_sr(frame, lights, light.p, path.dir);

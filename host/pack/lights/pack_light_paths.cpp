@@ -140,8 +140,24 @@ double cone_of(const Ball& ball, const glm::dvec3& from) {
   return sin2 < 1 ? sin2 / (1 + std::sqrt(1 - sin2)) : 2;
 }
 
-/// The power of two below a number, within the bounds of aim_mark of the kernels.
-float power_of_two_near(double x) { return float(std::exp2(std::clamp(std::floor(std::log2(x)), -10.0, 19.0))); }
+/// Number of targets that a line through one of them meets, in the mean over targets, weighted by what they cover, and the axes.
+double overlap_of(std::span<const Ball> balls) {
+  double met = 0, covered = 0;
+  for (const Ball& ball : balls) {
+    const double covers = ball.radius * ball.radius;
+    for (int axis = 0; axis < 3; ++axis)
+      for (const Ball& other : balls) {
+        glm::dvec3 across = other.centre - ball.centre;
+        across[axis] = 0;
+        met += glm::length(across) <= other.radius ? covers : 0;
+      }
+    covered += 3 * covers;
+  }
+  return covered > 0 ? met / covered : 1;
+}
+
+/// The power of two that is not above a number, within the bounds of aim_mark of the kernels.
+float power_of_two_below(double x) { return float(std::exp2(std::clamp(std::floor(std::log2(x)), -10.0, 19.0))); }
 
 }  // namespace
 
@@ -187,12 +203,13 @@ void pack_light_paths(std::span<const Material> materials, std::span<const Light
   double sections_m2 = 0;
   for (const Ball& ball : balls) sections_m2 += std::numbers::pi * ball.radius * ball.radius;
   std::vector<double> powers;
-  std::vector<float> aims;
+  const double overlap = overlap_of(balls);
+  std::vector<float> aims = {float(overlap / sections_m2)};
   for (const LightPathSource& emitter : emitters) {
     double cones = 0;
     if (emitter.radiance_area > 0)
       for (const Ball& ball : balls) cones += cone_of(ball, emitter.place);
-    aims.push_back(power_of_two_near(1 / (2 * std::numbers::pi * cones)));
+    aims.push_back(power_of_two_below(overlap / (2 * std::numbers::pi * cones)));
     powers.push_back(emitter.radiance_area * 2 * std::numbers::pi * cones + emitter.irradiance * sections_m2);
   }
   const LightTable table = build_light_table(powers);

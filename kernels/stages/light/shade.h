@@ -188,7 +188,7 @@ EK_FN vf emitted_light_ratio(const ShadeContext* c, const PathHit* hit, const Sh
   const vf sr = shared_lobe_sr(point->material.ggx_alpha, abs_f(dot3(point->n_geom, dir)));
   vf of_way = marked_aim(density);
 #if EK_HAS_environment_map
-  of_way = is_parallel ? (vf)(frame->environment_emission * mean_parallel_pdf_m2(frame, c->lights)) : of_way;
+  of_way = is_parallel ? (vf)(frame->environment_emission * mean_parallel_pdf_m2(c->lights)) : of_way;
 #endif
   const vf of_surface = density_beside_sampling(density, density * distance2 / of_way, sr);
   const vf of_point = density_beside_sampling_of_point(-density / distance2, sr);

@@ -72,11 +72,11 @@ EK_FN vf sampled_light_share(const ShadeContext* c, const ShadingPoint* point, v
     density = (sample->is_distant | sample->is_punctual) ? density : density_beside_sampling(emitted, pdf_sr, sr);
   }
   if (EK_HAS_point | EK_HAS_spot) {
-    const vf pdf_m2 = gather_f(c->lights.light_paths.emission_aim, light) / distance2;
+    const vf pdf_m2 = mean_target_pdf_sr(c->lights, light) / distance2;
     density = sample->is_punctual ? density_beside_sampling_of_point(pdf_m2, sr) : density;
   }
   if (EK_HAS_directional) {
-    const vf pdf_m2 = (vf)(mean_parallel_pdf_m2(frame, c->lights));
+    const vf pdf_m2 = (vf)(mean_parallel_pdf_m2(c->lights));
     density = (sample->is_distant & sample->is_delta) ? density_beside_sampling_of_point(pdf_m2, sr) : density;
   }
 #if EK_HAS_environment_map

@@ -110,7 +110,7 @@ TEST(LightTargets, take_lights_by_what_they_send_there) {
   // Directions to the target, as seen from the lamp and from the bulb, per sr: the powers of two below.
   for (const auto& [light, distance] : {std::pair(0, 10.0), std::pair(1, 1000.0)}) {
     const double per_sr = distance * distance / (std::numbers::pi * std::pow(double(packed.light_targets[0].w), 2));
-    const double aim = double(packed.emission_aim[std::size_t(light)]);
+    const double aim = double(packed.emission_aim[std::size_t(light) + 1]);
     EXPECT_GT(aim, 0.49 * per_sr);
     EXPECT_LT(aim, 1.01 * per_sr);
     EXPECT_EQ(aim, std::exp2(std::round(std::log2(aim))));
