@@ -82,12 +82,17 @@ void parse_guiding(const std::string& text, SceneOptions& options) {
   options.pilot_paths = parse_unsigned("--guiding", text, kMostPilotPaths, 64);
 }
 
-std::optional<double> parse_light_paths(const std::string& text) {
-  if (text == "auto") return std::nullopt;
-  if (text == "off") return 0;
+void parse_light_paths(const std::string& text, SceneOptions& options) {
+  options.light_paths.reset();
+  options.tries_light_paths = text != "usual";
+  if (text == "auto" || text == "usual") return;
+  if (text == "off") {
+    options.light_paths = 0;
+    return;
+  }
   if (text.empty() || !std::isdigit(static_cast<unsigned char>(text.front())))
-    refuse_choice("--light-paths", text, {"auto", "off", "a number"});
-  return parse_number<double>("--light-paths", text, 0, 1);
+    refuse_choice("--light-paths", text, {"auto", "usual", "off", "a number"});
+  options.light_paths = parse_number<double>("--light-paths", text, 0, 1);
 }
 
 /// A constant R,G,B if the text begins with a number, `none` or `neutral`, else the file of a map.
@@ -136,10 +141,10 @@ void add_camera_flags(CommandFlags& flags, SceneOptions& options) {
       options.culling, {{"camera", Culling::camera}, {"none", Culling::none}});
   flags.parsed(
       {"--light-paths", "NAME|RATIO",
-       "paths from lights through glass and off mirrors to what they light up: auto (as many as a trial finds to "
-       "pay), off, or their number for each path from the camera, up to 1 [auto]"},
-      [&](const std::string& text) { options.light_paths = parse_light_paths(text); });
-  flags.suggest("--light-paths", {"auto", "off"});
+       "paths from lights by way of glass and mirrors to what they light up: auto (as many as a trial finds to pay), "
+       "usual (no trial), off, or their number for each path from the camera, up to 1 [auto]"},
+      [&](const std::string& text) { parse_light_paths(text, options); });
+  flags.suggest("--light-paths", {"auto", "usual", "off"});
   flags.choice<bool>({"--caustics", "NAME",
                       "unbiased; merge: caustics that are seen through glass or in a mirror are lit by photons, with a bias "
                       "that falls with each sample [unbiased]"},

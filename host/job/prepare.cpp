@@ -295,12 +295,12 @@ void settle_caustics(const SceneOptions& options, Settings& settings) {
   if (options.light_paths == 0.0) refuse("photons come by light paths; leave out --light-paths off");
 }
 
-/// The number of light paths that is asked for, or a trial of it. A picture too small for a trial has light paths if they find light
-/// that nothing else finds.
+/// The number of light paths that is asked for, or a trial of it. A picture without a trial has light paths if they find light that
+/// nothing else finds.
 void settle_light_paths(const SceneOptions& options, const Scene& scene, Settings& settings) {
   settings.light_path_count = light_paths_of_ratio(settings, options.light_paths.value_or(kUsualLightPaths));
   if (options.light_paths) return;
-  settings.light_trial_paths = usual_light_trial_paths(settings);
+  if (options.tries_light_paths) settings.light_trial_paths = usual_light_trial_paths(settings);
   const bool finds_more = options.merges_caustics || std::ranges::any_of(scene.materials, is_exact_light_target);
   if (settings.light_trial_paths == 0 && !finds_more) settings.light_path_count = 0;
 }

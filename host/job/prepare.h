@@ -81,6 +81,7 @@ struct SceneOptions {
   Culling culling = Culling::camera;
   std::optional<double>
       light_paths;  // for each path from the camera; 0: none; default: by a trial, or kUsualLightPaths
+  bool tries_light_paths = true;  // false: no trial decides on their number
   bool merges_caustics = false;  // with a bias: Settings::merges_caustics
   Guiding guiding = Guiding::automatic;
   std::optional<std::uint64_t> pilot_paths;  // default: usual_pilot_paths()

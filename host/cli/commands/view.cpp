@@ -31,7 +31,7 @@ std::vector<std::string> render_words(const std::vector<std::string>& words) {
     if (name != "--port" && name != "--open" && name != "--crop" && name != "--samples") kept.push_back(word);
   }
   if (!has_flag(kept, "--guiding")) kept.emplace_back("--guiding=off");
-  if (!has_flag(kept, "--light-paths")) kept.push_back(fmt::format("--light-paths={}", kUsualLightPaths));
+  if (!has_flag(kept, "--light-paths")) kept.emplace_back("--light-paths=usual");
   return kept;
 }
 
