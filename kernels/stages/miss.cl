@@ -8,7 +8,7 @@ kernel void miss(constant Frame* frame, global uint* path_state, global const ui
   LightData lights;
   lights.environment_texels = environment_texels;
 #if EK_HAS_light_paths
-  lights.light_targets = light_targets;
+  lights.light_paths.emission_aim = emission_aim;
 #endif
   const StageContext stage = {.frame = frame,
                               .state = chunk_state(path_state),
