@@ -61,7 +61,6 @@ EK_FN vf sampled_light_share(const ShadeContext* c, const ShadingPoint* point, v
   // Rough targets reflect, and from the viewer's side their normals are not bent (sampled_light_ratio).
   if (EK_HAS_SHADING_NORMAL & point->detailed)
     shared = shared & is_unbent_from(point->n_shade, point->n_geom, shadow->wi, (vi)(-1));
-  constant Frame* frame = c->stage.frame;
   const v3 dir = neg3(shadow->wi), way = sub3(sample->p, point->p);
   const vf distance2 = dot3(way, way), sr = shared_lobe_sr(point->material.ggx_alpha, abs_f(dot3(point->n_geom, dir)));
   vf density = (vf)(0.0f);
@@ -80,7 +79,7 @@ EK_FN vf sampled_light_share(const ShadeContext* c, const ShadingPoint* point, v
     density = (sample->is_distant & sample->is_delta) ? density_beside_sampling_of_point(pdf_m2, sr) : density;
   }
 #if EK_HAS_environment_map
-  const vf emitted = mean_environment_density(frame, c->lights, sample->pdf);
+  const vf emitted = mean_environment_density(c->stage.frame, c->lights, sample->pdf);
   density = (sample->is_distant & !sample->is_delta) ? density_beside_sampling(emitted, sample->pdf, sr) : density;
 #endif
   shared = shared & (gather_f(c->lights.light_paths.emission_pdf, light) > 0.0f);
