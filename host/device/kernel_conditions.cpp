@@ -26,22 +26,17 @@ class Condition {
   }
 
  private:
-  Truth any_of() {
-    Truth value = all_of();
-    while (take('|')) {
-      take('|');
-      const Truth other = all_of();
-      value = value == true || other == true ? true : value && other ? Truth(false) : std::nullopt;
-    }
-    return value;
-  }
+  Truth any_of() { return joined('|', true, &Condition::all_of); }
+  Truth all_of() { return joined('&', false, &Condition::unary); }
 
-  Truth all_of() {
-    Truth value = unary();
-    while (take('&')) {
-      take('&');
-      const Truth other = unary();
-      value = value == false || other == false ? false : value && other ? Truth(true) : std::nullopt;
+  /// Parts that an operator joins, which may stand once or twice. decisive: the value of a part that decides alone
+  Truth joined(char op, bool decisive, Truth (Condition::*part)()) {
+    Truth value = (this->*part)();
+    while (take(op)) {
+      take(op);
+      const Truth other = (this->*part)();
+      const bool decides = value == decisive || other == decisive;
+      value = decides ? Truth(decisive) : value && other ? Truth(!decisive) : std::nullopt;
     }
     return value;
   }
@@ -82,7 +77,7 @@ class Condition {
   bool is_plain_ = true;  // it has no other operators
 };
 
-/// What stands behind a directive, without comments and spaces around it; none if the line is not that directive.
+/// The rest of a line behind a directive, without comments and spaces around it; none if the line is not that directive.
 std::optional<std::string> behind(const std::string& line, std::string_view directive) {
   if (!line.starts_with(directive)) return std::nullopt;
   std::string text = line.substr(directive.size(), line.find("//") - directive.size());

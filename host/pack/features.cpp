@@ -3,10 +3,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "core/error.h"
 #include "film/layers.h"
 #include "formula/kernel_code.h"
 #include "pack/feature_rules.h"
+#include "pack/lights/pack_light_paths.h"
 
 namespace eikon {
 
@@ -14,7 +17,8 @@ Features::Features(const Scene& scene, const Settings& settings)
     : scatter_bounds_(scatter_bounds(settings.aovs, settings.depth_series)),
       light_groups_(scene.light_groups),
       environment_light_group_(scene.environment_light_group),
-      mattes_(std::make_shared<const Mattes>(make_mattes(scene, settings.aovs))) {
+      mattes_(std::make_shared<const Mattes>(make_mattes(scene, settings.aovs))),
+      has_rough_targets_(std::ranges::any_of(scene.materials, is_rough_light_target)) {
   const SceneFacts facts(scene, settings);
   const auto add = [&](const char* kind, const char* name, int channels) {
     Need need = need_of(Feature(ledger_.size()), facts);
@@ -68,6 +72,7 @@ std::map<std::string, std::string> Features::defines() const {
     defines["EK_LIGHT_GROUPS"] = std::to_string(light_groups_.size());
     defines["EK_ENVIRONMENT_GROUP"] = fmt::format("{}u", environment_light_group_);
   }
+  if (has(Feature::light_paths)) defines["EK_ROUGH_TARGETS"] = has_rough_targets_ ? "1" : "0";
   defines["EK_LIGHT_SAMPLES"] = std::to_string(light_samples_);
   if (formula_count_ > 0) defines["EK_FORMULA_COUNT"] = std::to_string(formula_count_);
   return defines;

@@ -46,6 +46,7 @@ EK_FN vu lobe_mark(vf sr) {
 }
 /// The solid angle that stands in a mark, to a power of two; 0 if there is no mark.
 EK_FN vf marked_lobe_sr(vf ratio) {
+  if (!EK_ROUGH_TARGETS) return (vf)(0.0f);
   const vu mark = AS_U(ratio) & EK_RATIO_MARK;
   return mark != 0u ? AS_F((mark + EK_LEAST_LOBE_EXPONENT) << 23) : (vf)(0.0f);
 }
@@ -69,7 +70,10 @@ EK_FN vf camera_share(vf marked_ratio, vf density) {
 }
 
 /// Mask of the camera paths that share the light of a lamp, or of an environment, that they meet. pdf, ratio: as PathState's
-EK_FN vi is_shared_scattering(vf pdf, vf ratio) { return ((pdf < 0.0f) | is_marked(ratio)) & is_shared_ratio(ratio); }
+EK_FN vi is_shared_scattering(vf pdf, vf ratio) {
+  const vi is_exact = pdf < 0.0f;
+  return (EK_ROUGH_TARGETS ? is_exact | is_marked(ratio) : is_exact) & is_shared_ratio(ratio);
+}
 
 /// Solid angle of a target over 2 pi, in [0, 2]; all around where `from` lies within the ball.
 /// target  centre, and radius; world, metres
@@ -146,9 +150,9 @@ EK_FN vf parallel_pdf_m2(constant Frame* frame, LightData lights, v3 p, v3 dir) 
   return met * (EK_INV_PI / all_target_radii2(frame, lights));
 }
 
-// What camera paths and light paths must agree on for their shares of the light is not the density of a start itself, for which
-// camera paths would have to look at all targets, but that density as it is in the mean: as if the light's points all saw
-// the targets as its middle does (emission_aim), and as many targets overlapped everywhere.
+// Camera paths and light paths share light by the density of a start in the mean: as if all points of the light saw the targets
+// as its middle does (emission_aim), and as many targets overlapped everywhere. For the density itself camera paths would have to
+// look at all targets; any number that both ways agree on will do.
 EK_FN vf mean_target_pdf_sr(LightData lights, vu light) {
   return gather_f(lights.light_paths.emission_aim, light + 1u);
 }

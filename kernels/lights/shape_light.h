@@ -137,24 +137,37 @@ EK_FN LightSample shape_sample_at(LightSample sample, ShapePoint point, Surface 
   return sample;
 }
 
+/// The shape of a sample; some valid one where its light is none.
+typedef struct {
+  ShapeLanes own;
+  ShapeWorldLanes world;
+  v3 slack;  // shape_slack of its surface
+} SampledShape;
+
+EK_FN SampledShape sampled_shape(SceneData scene, LightSample sample) {
+  const vu index = load_word_u(Triangle, scene.triangles, sample.is_shape ? sample.triangle : (vu)(0u), n_x);
+  const vu shape = sample.is_shape ? index : (vu)(0u);
+  SampledShape found;
+  found.own = load_shape(scene.shapes, shape);
+  found.world = load_shape_world(scene.shapes, shape);
+  found.slack = shape_slack(found.own, found.world, V3((vf)(1.0f), (vf)(1.0f), (vf)(1.0f)));
+  return found;
+}
+
 /// Completes a sample whose light is a shape: the point on it as seen from p, its error, its
 /// normal, the density per sr, and in b1 and b2 the texture coordinates.
 EK_FN_ONCE LightSample shape_light_sample(SceneData scene, LightSample sample, v3 p) {
   const vi is_shape = sample.is_shape;
   if (!ANY(is_shape)) return sample;
-  const vu index = load_word_u(Triangle, scene.triangles, is_shape ? sample.triangle : (vu)(0u), n_x);
-  const vu shape = is_shape ? index : (vu)(0u);
-  const ShapeLanes s = load_shape(scene.shapes, shape);
-  const ShapeWorldLanes world = load_shape_world(scene.shapes, shape);
-  const ShapeView view = shape_view(s, world, p);
-  const v3 ones = V3((vf)(1.0f), (vf)(1.0f), (vf)(1.0f));
+  const SampledShape shape = sampled_shape(scene, sample);
+  const ShapeView view = shape_view(shape.own, shape.world, p);
   const ShapeChoice choice = shape_choose(view, sample.u, sample.v);
-  const ShapePoint point = shape_point(s, choice.p, choice.part, shape_slack(s, world, ones));
-  const Surface surface = shape_placed(s, world, point);
-  const vf pdf = shape_density(view, point, choice.part) * own_sr_per_sr(s, normalize3(sub3(surface.p, p)));
+  const ShapePoint point = shape_point(shape.own, choice.p, choice.part, shape.slack);
+  const Surface surface = shape_placed(shape.own, shape.world, point);
+  const vf pdf = shape_density(view, point, choice.part) * own_sr_per_sr(shape.own, normalize3(sub3(surface.p, p)));
   sample.pdf = is_shape ? sample.pdf * pdf : sample.pdf;
 #if EK_HAS_light_paths
-  const vf pdf_m2 = shape_pdf_m2(shape_view_of_all(s, world), point, choice.part);
+  const vf pdf_m2 = shape_pdf_m2(shape_view_of_all(shape.own, shape.world), point, choice.part);
   sample.pdf_of_point = is_shape ? pdf_m2 : (vf)(1.0f);
 #endif
   return shape_sample_at(sample, point, surface);
@@ -163,18 +176,13 @@ EK_FN_ONCE LightSample shape_light_sample(SceneData scene, LightSample sample, v
 #if EK_HAS_light_paths
 /// Completes a sample from which a light path starts, if its light is a shape: a point of all of its surface, and pdf_of_point.
 EK_FN_ONCE LightSample shape_light_start(SceneData scene, LightSample sample) {
-  const vi is_shape = sample.is_shape;
-  if (!ANY(is_shape)) return sample;
-  const vu index = load_word_u(Triangle, scene.triangles, is_shape ? sample.triangle : (vu)(0u), n_x);
-  const vu shape = is_shape ? index : (vu)(0u);
-  const ShapeLanes s = load_shape(scene.shapes, shape);
-  const ShapeWorldLanes world = load_shape_world(scene.shapes, shape);
-  const ShapeView view = shape_view_of_all(s, world);
+  if (!ANY(sample.is_shape)) return sample;
+  const SampledShape shape = sampled_shape(scene, sample);
+  const ShapeView view = shape_view_of_all(shape.own, shape.world);
   const ShapeChoice choice = shape_choose(view, sample.u, sample.v);
-  const ShapePoint point =
-      shape_point(s, choice.p, choice.part, shape_slack(s, world, V3((vf)(1.0f), (vf)(1.0f), (vf)(1.0f))));
-  sample.pdf_of_point = is_shape ? shape_pdf_m2(view, point, choice.part) : (vf)(1.0f);
-  return shape_sample_at(sample, point, shape_placed(s, world, point));
+  const ShapePoint point = shape_point(shape.own, choice.p, choice.part, shape.slack);
+  sample.pdf_of_point = sample.is_shape ? shape_pdf_m2(view, point, choice.part) : (vf)(1.0f);
+  return shape_sample_at(sample, point, shape_placed(shape.own, shape.world, point));
 }
 #endif
 

@@ -11,7 +11,7 @@ inline constexpr std::size_t kMostLightTargets = 64;  // kernels look at all of 
 
 /// True if the material reflects or refracts light exactly, so that no sampling of lights finds what is lit through it.
 [[nodiscard]] bool is_exact_light_target(const Material& material);
-/// True if it does so nearly, by most of its light: its roughness is at most 0.3. Sampling of lights finds what is lit by it, but the
+/// True if it does so nearly, by most of its light: its roughness is at most 0.5. Sampling of lights finds what is lit by it, but the
 /// less well the less rough it is.
 [[nodiscard]] bool is_rough_light_target(const Material& material);
 /// True if light paths are aimed at it: either of these.

@@ -129,8 +129,9 @@ class LightPacker {
     }
   }
 
-  /// Prepares the start of light paths. None starts from an environment without small lights, from lights of a limited range, whose light fades in a way that does not go on behind glass, or from within a solid that absorbs or
-  /// has a priority. A plane without end may lie before any place that parallel light could start from.
+  /// Prepares the start of light paths. None starts from an environment without small lights, from lights of a limited range,
+  /// whose light fades in a way that does not go on behind glass, or from within a solid that absorbs or has a priority. A plane
+  /// without end may lie before any place that parallel light could start from.
   void start_light_paths() {
     bool endless = false;
     for (std::size_t i = packed_.triangle_count(); i < packed_.triangles.size(); ++i)

@@ -181,7 +181,7 @@ EK_FN vf emitted_light_ratio(const ShadeContext* c, const PathHit* hit, const Sh
   constant Frame* frame = c->stage.frame;
   const vf density = hit->path.light_ratio;
   const vi is_rough = next->survives & (next->pdf >= 0.0f);
-  if (c->depth > 1 || !ANY(is_rough)) return density;
+  if (!EK_ROUGH_TARGETS || c->depth > 1 || !ANY(is_rough)) return density;
   const v3 dir = hit->path.dir;
   const vi is_parallel = (AS_U(density) & EK_RATIO_MARK) == EK_PARALLEL_MARK;
   const vf distance2 = is_parallel ? (vf)(1.0f) : hit->t * hit->t;

@@ -56,6 +56,7 @@ EK_FN LightSample direct_light_sample(const ShadeContext* c, const ShadingPoint*
 /// light  index; light_sample: of it; shadow: the ray to it
 EK_FN vf sampled_light_share(const ShadeContext* c, const ShadingPoint* point, vu light, const LightSample* sample,
                              const LightRay* shadow) {
+  if (!EK_ROUGH_TARGETS) return (vf)(1.0f);
   vi shared = point->live & is_shared_ratio(point->light_ratio);
   if (!ANY(shared)) return (vf)(1.0f);
   // Rough targets reflect, and from the viewer's side their normals are not bent (sampled_light_ratio).

@@ -23,6 +23,7 @@
 #if EK_HAS_light_paths
 /// Mask of the lanes that hit a rough target.
 EK_FN vi is_rough_target(const ShadeContext* c, const PathHit* hit) {
+  if (!EK_ROUGH_TARGETS) return (vi)(0);
   return (load_word_u(MaterialRecord, c->scene.materials, hit->corners.material, flags) & EK_MATERIAL_ROUGH_TARGET) !=
          0u;
 }
@@ -105,6 +106,7 @@ EK_FN vf next_light_ratio(const ShadeContext* c, const PathHit* hit, const HitMa
     return is_exact ? (vf)(EK_HAS_merging ? EK_SEEN_EXACTLY : 0.0f)
                     : first_light_ratio(c, hit, point, hit->path.dir, hit->t);
   const vf ratio = next_shared_ratio(c, hit, material, point, next);
+  if (!EK_ROUGH_TARGETS) return ratio;
   vi is_rough = !is_exact & (point->light_ratio != 0.0f);
   if (!ANY(is_rough)) return ratio;
   if (EK_HAS_SHADING_NORMAL & point->detailed)
@@ -117,11 +119,11 @@ EK_FN vf next_light_ratio(const ShadeContext* c, const PathHit* hit, const HitMa
 EK_FN vf sampled_light_ratio(const ShadeContext* c, const PathHit* hit, const HitMaterial* material,
                              const ShadingPoint* point) {
   const vi shared = hit->live & is_shared_ratio(hit->path.light_ratio);
-  if (c->depth == 1 || !ANY(shared)) return (vf)(0.0f);
+  if (!EK_ROUGH_TARGETS || c->depth == 1 || !ANY(shared)) return (vf)(0.0f);
   return (shared & is_unbent_rough_target(c, hit, material, point)) ? unmarked(hit->path.light_ratio) : (vf)(0.0f);
 }
 
-/// What a path does about light paths before it samples lights: it gathers photons, and finds out what it shares.
+/// Does what light paths ask of a path before it samples lights: gathers photons, and finds what it shares of that light.
 EK_FN void begin_sharing(const ShadeContext* c, const PathHit* hit, const HitMaterial* material, ShadingPoint* point) {
 #if EK_HAS_merging
   if (c->depth > 1) add_merged_light(c, hit, point);
