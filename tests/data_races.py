@@ -65,6 +65,7 @@ RUNS = [
     ("cornell", "--memory 16M --max-depth 4 --guiding 64"),
     ("moving", "--memory 16M --shutter 0.5 --fps 1 --aov motion --max-depth 4"),
     ("tumbler", "--memory 16M --aov direct,indirect --max-depth 4"),
+    ("veach_plates", "--memory 16M --light-paths 1 --max-depth 4"),  # rough targets
     ("implicit_metaballs", "--memory 16M --max-depth 3"),
     ("window_room", "--memory 16M --light-sampling hemisphere --max-depth 4"),
 ]
