@@ -136,8 +136,12 @@ struct Device::Impl {
     check(clEnqueueReadBuffer(on, buffer.impl_->mem.get(), CL_FALSE, offset, bytes, data, before != nullptr ? 1 : 0,
                               before != nullptr ? &before : nullptr, &event),
           "a transfer from the device");
-    pending.push_back({"read back", ClEvent(event), 0, bytes, on_other_queue});
+    Ticket ticket = track_read(event, data, bytes, on_other_queue);
     if (on_other_queue) check(clFlush(on), "submitting work");
+    return ticket;
+  }
+  Ticket track_read(cl_event event, void* data, std::size_t bytes, bool on_other_queue) {
+    pending.push_back({"read back", ClEvent(event), 0, bytes, on_other_queue});
     Ticket ticket;
     ticket.impl_ = std::make_shared<Ticket::Impl>();
     clRetainEvent(event);
@@ -260,6 +264,22 @@ Ticket Device::read_later(const Buffer& buffer, void* data, std::size_t bytes, s
 
 Ticket Device::read_beside(const Buffer& buffer, void* data, std::size_t bytes, std::size_t offset) {
   return impl_->enqueue_read(impl_->beside != nullptr, buffer, data, bytes, offset);
+}
+
+std::shared_ptr<const void> Device::map(const Buffer& buffer, std::size_t bytes) {
+  impl_->may_fail(Fault::Call::transfer, "a transfer from the device");
+  const cl_command_queue queue = impl_->queue.get();
+  const std::shared_ptr<Buffer::Impl> mapped = buffer.impl_;
+  cl_event event = nullptr;
+  cl_int code = CL_SUCCESS;
+  void* const data =
+      clEnqueueMapBuffer(queue, mapped->mem.get(), CL_FALSE, CL_MAP_READ, 0, bytes, 0, nullptr, &event, &code);
+  impl_->check(code, "a transfer from the device");
+  const Ticket ticket = impl_->track_read(event, data, bytes, false);
+  std::shared_ptr<const void> view(
+      data, [queue, mapped](void* at) { clEnqueueUnmapMemObject(queue, mapped->mem.get(), at, 0, nullptr, nullptr); });
+  wait(ticket);
+  return view;
 }
 
 void Device::wait(const Ticket& ticket) {

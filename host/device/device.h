@@ -177,6 +177,9 @@ class Device {
   /// Like read_later(), but on a device with memory of its own the commands enqueued later do not
   /// wait for it; they must not write to `buffer` before wait().
   Ticket read_beside(const Buffer& buffer, void* data, std::size_t bytes, std::size_t offset = 0);
+  /// Returns the first `bytes` of a buffer for the host to read, in place where the device shares its memory. Blocks until
+  /// everything before it is done. Commands that write to the buffer may be enqueued once all copies of the pointer are gone.
+  [[nodiscard]] std::shared_ptr<const void> map(const Buffer& buffer, std::size_t bytes);
   /// Blocks until the transfer is done. The profile then has every command up to it, and none after
   /// it.
   void wait(const Ticket& ticket);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "guide/guide_table.h"
 
+#include <oneapi/tbb/parallel_for.h>
+
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -24,8 +26,8 @@ void add_slot(GuideTable& table, CellId id, std::uint32_t cell) {
   table.slots[2 * slot + 1] = cell;
 }
 
-void add_cell(GuideTable& table, const GuideCellData& cell) {
-  std::array<std::uint32_t, EK_GUIDE_CELL_WORDS> words{};
+/// words: of this cell in GuideTable::cells, all 0
+void write_cell(std::span<std::uint32_t> words, const GuideCellData& cell) {
   const auto set_half = [&](std::size_t half, std::uint32_t value) { words[half / 2] |= value << (16 * (half % 2)); };
   const auto weights = guide_weights(cell.target);
   std::uint32_t below = 0;
@@ -36,7 +38,6 @@ void add_cell(GuideTable& table, const GuideCellData& cell) {
   }
   words[GUIDE_indirect] = std::bit_cast<std::uint32_t>(float(cell.indirect));
   words[GUIDE_direct] = std::bit_cast<std::uint32_t>(float(cell.direct));
-  table.cells.insert(table.cells.end(), words.begin(), words.end());
 }
 
 /// words: of one cell
@@ -107,12 +108,11 @@ GuideTable make_guide_table(const std::vector<GuideCellData>& cells, float scale
   GuideTable table;
   table.scale = scale;
   table.slots.assign(2 * std::bit_ceil(std::max<std::size_t>(kSlotsPerCell * cells.size(), 1)), 0);
-  table.cells.reserve(cells.size() * EK_GUIDE_CELL_WORDS);
-  for (std::size_t i = 0; i < cells.size(); ++i) {
-    add_slot(table, cells[i].id, std::uint32_t(i));
-    add_cell(table, cells[i]);
-  }
-  if (cells.empty()) table.cells.assign(EK_GUIDE_CELL_WORDS, 0);
+  table.cells.assign(std::max<std::size_t>(cells.size(), 1) * EK_GUIDE_CELL_WORDS, 0);
+  for (std::size_t i = 0; i < cells.size(); ++i) add_slot(table, cells[i].id, std::uint32_t(i));
+  oneapi::tbb::parallel_for(std::size_t{0}, cells.size(), [&](std::size_t i) {
+    write_cell(std::span(table.cells).subspan(i * EK_GUIDE_CELL_WORDS, EK_GUIDE_CELL_WORDS), cells[i]);
+  });
   return table;
 }
 

@@ -6,8 +6,9 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <map>
+#include <optional>
 #include <unordered_map>
+#include <utility>
 
 namespace eikon {
 namespace {
@@ -15,25 +16,38 @@ namespace {
 constexpr std::uint64_t kUnitsPerLuminance = 1U << 16;         // of the usual luminance
 constexpr double kMostUnits = double(std::uint64_t{1} << 32);  // of one sample
 constexpr double kPrior = 4;                                   // samples that the coarser level counts for in a bin
-constexpr std::size_t kShards = 32;
+constexpr std::size_t kShards = 64;
+constexpr std::size_t kPathsPerBlock = 1U << 13;  // that a thread sorts at a time
 
 using uint128 = unsigned __int128;
 
-std::size_t shard_of(CellId id) { return std::size_t((id * 0x9e3779b97f4a7c15ULL) >> 59) % kShards; }
+/// The shard of a cell: that of the cell of the coarsest level around it.
+std::size_t shard_of(CellId id) {
+  while (level_of(id) + 1 < EK_GUIDE_LEVELS) id = coarser(id);
+  return std::size_t((id * 0x9e3779b97f4a7c15ULL) >> 58) % kShards;
+}
 
 }  // namespace
 
+/// The samples of a bin in one round.
+struct BinSums {
+  uint128 square = 0;
+  std::uint64_t sum = 0;
+  std::uint32_t count = 0;
+};
+
 /// The samples of a cell in one round.
 struct CellSums {
-  std::array<std::uint64_t, EK_GUIDE_BINS> sum{};
-  std::array<uint128, EK_GUIDE_BINS> square{};
-  std::array<std::uint32_t, EK_GUIDE_BINS> count{};
+  std::array<BinSums, EK_GUIDE_BINS> bins{};
   std::uint64_t sampled = 0;  // by light sampling at vertices of this cell
   std::uint32_t sampled_count = 0;
 
   void operator+=(const CellSums& o) {
-    for (std::size_t b = 0; b < EK_GUIDE_BINS; ++b)
-      sum[b] += o.sum[b], square[b] += o.square[b], count[b] += o.count[b];
+    for (std::size_t b = 0; b < EK_GUIDE_BINS; ++b) {
+      bins[b].square += o.bins[b].square;
+      bins[b].sum += o.bins[b].sum;
+      bins[b].count += o.bins[b].count;
+    }
     sampled += o.sampled;
     sampled_count += o.sampled_count;
   }
@@ -52,10 +66,15 @@ float PathLog::number(std::size_t path, std::uint32_t vertex, std::uint32_t whic
 struct GuideLearner::Impl {
   using Sums = std::unordered_map<CellId, CellSums>;
 
+  /// A part of the cells, with all coarser cells that they lie in. Threads work on shards of their own.
+  struct Shard {
+    Sums sums;  // of the finest level, in this round
+    std::unordered_map<CellId, CellMeans> known;
+  };
+
   float scale;
   double unit;  // luminance of one count
-  std::array<Sums, kShards> shards;
-  std::unordered_map<CellId, CellMeans> known;
+  std::array<Shard, kShards> shards;
 
   [[nodiscard]] std::uint64_t units(double luminance) const {
     return luminance > 0 ? std::uint64_t(std::min(luminance / unit, kMostUnits)) : 0;
@@ -63,6 +82,7 @@ struct GuideLearner::Impl {
 
   /// The cell of the finest level that is known; null if none is.
   [[nodiscard]] const CellMeans* find(CellId id) const {
+    const auto& known = shards[shard_of(id)].known;
     for (std::uint32_t level = 0; level < EK_GUIDE_LEVELS; ++level, id = coarser(id))
       if (const auto found = known.find(id); found != known.end()) return &found->second;
     return nullptr;
@@ -88,39 +108,51 @@ struct GuideLearner::Impl {
     return -1;  // the log ends between mirrors
   }
 
-  void add_vertex(Sums& sums, CellId id, const PathLog& log, std::size_t path, std::uint32_t vertex) const {
-    CellSums& cell = sums[id];
+  /// What a vertex of a path says about its cell.
+  struct Sample {
+    CellId id;
+    std::optional<std::uint64_t> sampled, arriving;  // in units: by light sampling, over the albedo; through the bin
+    std::uint32_t bin;
+  };
+
+  [[nodiscard]] Sample sample_of(const PathLog& log, std::size_t path, std::uint32_t vertex, CellId id) const {
     const std::uint32_t info = log.word(path, vertex, LOG_info);
+    Sample sample{.id = id, .sampled = {}, .arriving = {}, .bin = info & LOG_BIN_MASK};
     const double albedo = log.number(path, vertex, LOG_albedo);
-    if (albedo > 0) {
-      cell.sampled += units(double(log.number(path, vertex, LOG_sampled)) / albedo);
+    if (albedo > 0) sample.sampled = units(double(log.number(path, vertex, LOG_sampled)) / albedo);
+    if ((info & LOG_CONTINUES) == 0) return sample;
+    const double luminance = arriving(log, path, vertex);
+    if (luminance >= 0) sample.arriving = units(luminance);
+    return sample;
+  }
+
+  static void add_sample(CellSums& cell, const Sample& sample) {
+    if (sample.sampled) {
+      cell.sampled += *sample.sampled;
       ++cell.sampled_count;
     }
-    if ((info & LOG_CONTINUES) == 0) return;
-    const double luminance = arriving(log, path, vertex);
-    if (!(luminance >= 0)) return;
-    const std::uint64_t q = units(luminance);
-    const std::uint32_t bin = info & LOG_BIN_MASK;
-    cell.sum[bin] += q;
-    cell.square[bin] += uint128(q) * q;
-    ++cell.count[bin];
+    if (!sample.arriving) return;
+    BinSums& bin = cell.bins[sample.bin];
+    bin.square += uint128(*sample.arriving) * *sample.arriving;
+    bin.sum += *sample.arriving;
+    ++bin.count;
   }
 
   void add(const PathLog& log) {
-    // The cells are dealt out to shards, so that no two threads touch one cell.
-    struct Vertex {
-      CellId id;
-      std::uint32_t path, vertex;
-    };
-    std::array<std::vector<Vertex>, kShards> dealt;
-    for (std::uint32_t v = 0; v + 1 < EK_LOG_DEPTHS; ++v)
-      for (std::size_t path = 0; path < log.paths; ++path) {
-        if ((log.word(path, v, LOG_info) & LOG_GUIDED) == 0) continue;
-        const CellId id = cell_id(log.word(path, v, LOG_xy), log.word(path, v, LOG_zn));
-        dealt[shard_of(id)].push_back({id, std::uint32_t(path), v});
-      }
+    using Sorted = std::array<std::vector<Sample>, kShards>;
+    std::vector<Sorted> blocks((log.paths + kPathsPerBlock - 1) / kPathsPerBlock);
+    oneapi::tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t block) {
+      const std::size_t begin = block * kPathsPerBlock, end = std::min(begin + kPathsPerBlock, log.paths);
+      for (std::uint32_t v = 0; v + 1 < EK_LOG_DEPTHS; ++v)
+        for (std::size_t path = begin; path < end; ++path) {
+          if ((log.word(path, v, LOG_info) & LOG_GUIDED) == 0) continue;
+          const CellId id = cell_id(log.word(path, v, LOG_xy), log.word(path, v, LOG_zn));
+          blocks[block][shard_of(id)].push_back(sample_of(log, path, v, id));
+        }
+    });
     oneapi::tbb::parallel_for(std::size_t{0}, kShards, [&](std::size_t shard) {
-      for (const Vertex& at : dealt[shard]) add_vertex(shards[shard], at.id, log, at.path, at.vertex);
+      for (const Sorted& block : blocks)
+        for (const Sample& sample : block[shard]) add_sample(shards[shard].sums[sample.id], sample);
     });
   }
 
@@ -128,17 +160,18 @@ struct GuideLearner::Impl {
   [[nodiscard]] CellMeans means(const CellSums& sums, const CellMeans* around) const {
     double all = 0, all_squares = 0, count = 0;
     for (std::size_t b = 0; b < EK_GUIDE_BINS; ++b) {
-      all += double(sums.sum[b]);
-      all_squares += double(sums.square[b]);
-      count += sums.count[b];
+      all += double(sums.bins[b].sum);
+      all_squares += double(sums.bins[b].square);
+      count += sums.bins[b].count;
     }
     count = std::max(count, 1.0);
     CellMeans cell;
     for (std::size_t b = 0; b < EK_GUIDE_BINS; ++b) {
       const double mean = around != nullptr ? around->mean[b] : all * unit / count;
       const double square = around != nullptr ? around->square[b] : all_squares * unit * unit / count;
-      cell.mean[b] = (double(sums.sum[b]) * unit + kPrior * mean) / (sums.count[b] + kPrior);
-      cell.square[b] = (double(sums.square[b]) * unit * unit + kPrior * square) / (sums.count[b] + kPrior);
+      const BinSums& bin = sums.bins[b];
+      cell.mean[b] = (double(bin.sum) * unit + kPrior * mean) / (bin.count + kPrior);
+      cell.square[b] = (double(bin.square) * unit * unit + kPrior * square) / (bin.count + kPrior);
       cell.indirect += cell.mean[b] / EK_GUIDE_BINS;
     }
     const double prior = around != nullptr ? kPrior : 0;
@@ -149,38 +182,40 @@ struct GuideLearner::Impl {
   }
 
   void end_round(bool keep) {
-    std::array<Sums, EK_GUIDE_LEVELS> levels;
-    for (Sums& shard : shards) {
-      levels[0].insert(shard.begin(), shard.end());
-      if (!keep) shard.clear();
-    }
-    for (std::uint32_t level = 0; level + 1 < EK_GUIDE_LEVELS; ++level)
-      for (const auto& [id, sums] : levels[level]) levels[level + 1][coarser(id)] += sums;
-    for (std::uint32_t level = EK_GUIDE_LEVELS; level-- > 0;)
-      for (const auto& [id, sums] : levels[level]) {
-        const CellMeans* const around = level + 1 < EK_GUIDE_LEVELS ? &known.at(coarser(id)) : nullptr;
-        known[id] = means(sums, around);
-      }
+    oneapi::tbb::parallel_for(std::size_t{0}, kShards, [&](std::size_t at) {
+      Shard& shard = shards[at];
+      std::array<Sums, EK_GUIDE_LEVELS - 1> coarse;
+      for (std::uint32_t level = 0; level + 1 < EK_GUIDE_LEVELS; ++level)
+        for (const auto& [id, sums] : level == 0 ? shard.sums : coarse[level - 1]) coarse[level][coarser(id)] += sums;
+      for (std::uint32_t level = EK_GUIDE_LEVELS; level-- > 0;)
+        for (const auto& [id, sums] : level == 0 ? shard.sums : coarse[level - 1]) {
+          const CellMeans* const around = level + 1 < EK_GUIDE_LEVELS ? &shard.known.at(coarser(id)) : nullptr;
+          shard.known[id] = means(sums, around);
+        }
+      if (!keep) shard.sums.clear();
+    });
   }
 
   [[nodiscard]] GuideTable table() const {
-    std::vector<GuideCellData> cells;
-    cells.reserve(known.size());
-    for (const auto& [id, means] : known) {
-      GuideCellData& cell = cells.emplace_back();
-      cell.id = id;
+    std::vector<std::pair<CellId, const CellMeans*>> known;
+    for (const Shard& shard : shards)
+      for (const auto& [id, means] : shard.known) known.emplace_back(id, &means);
+    std::ranges::sort(known);  // so that the order of the cells is that of their ids
+    std::vector<GuideCellData> cells(known.size());
+    oneapi::tbb::parallel_for(std::size_t{0}, cells.size(), [&](std::size_t i) {
+      const CellMeans& means = *known[i].second;
+      GuideCellData& cell = cells[i];
+      cell.id = known[i].first;
       cell.indirect = means.indirect;
       cell.direct = means.direct;
       for (std::size_t b = 0; b < EK_GUIDE_BINS; ++b) cell.target[b] = std::sqrt(means.square[b]);
-    }
-    std::ranges::sort(cells, {}, &GuideCellData::id);
+    });
     return make_guide_table(cells, scale);
   }
 };
 
 GuideLearner::GuideLearner(float scale, double usual_luminance)
-    : impl_(std::make_unique<Impl>(
-          Impl{.scale = scale, .unit = usual_luminance / kUnitsPerLuminance, .shards = {}, .known = {}})) {}
+    : impl_(std::make_unique<Impl>(Impl{.scale = scale, .unit = usual_luminance / kUnitsPerLuminance, .shards = {}})) {}
 GuideLearner::~GuideLearner() = default;
 void GuideLearner::add(const PathLog& log) { impl_->add(log); }
 void GuideLearner::end_round(bool keep) { impl_->end_round(keep); }

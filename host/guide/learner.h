@@ -22,10 +22,10 @@ namespace eikon {
 struct PathLog {
   std::span<const std::uint32_t> words;     // planes of one word of each path
   std::span<const std::uint32_t> radiance;  // what each path brought to its pixel: planes of the bits of R, G and B
-  std::size_t paths = 0;
+  std::size_t paths = 0, stride = 0;        // words in use of each plane, and from one plane to the next
 
   [[nodiscard]] std::uint32_t word(std::size_t path, std::uint32_t vertex, std::uint32_t which) const {
-    return words[(std::size_t{vertex} * LOG_WORDS + which) * paths + path];
+    return words[(std::size_t{vertex} * LOG_WORDS + which) * stride + path];
   }
   [[nodiscard]] float number(std::size_t path, std::uint32_t vertex, std::uint32_t which) const;
 };

@@ -185,11 +185,4 @@ void upload_guide(Device& device, const GuideTable& guide, Arguments& arguments)
   to.share("guide_cells", guide.cells);
 }
 
-std::vector<std::uint32_t> read_planes(Device& device, const Buffer& buffer, const Planes& planes) {
-  std::vector<std::uint32_t> words(planes.count * planes.used);
-  for (std::size_t i = 0; i < planes.count; ++i)
-    device.read(buffer, &words[i * planes.used], 4 * planes.used, 4 * i * planes.stride);
-  return words;
-}
-
 }  // namespace eikon

@@ -68,13 +68,6 @@ bool replace_camera(Device& device, const Settings& settings, std::vector<float>
 /// Makes the buffers of a table that guides paths. It must live as long as they. throws DeviceError
 void upload_guide(Device& device, const GuideTable& guide, Arguments& arguments);
 
-/// Arrays of words, one behind the other in a buffer.
-struct Planes {
-  std::size_t count = 0, used = 0, stride = 0;  // words of each that are in use, and between two
-};
-/// The words of the planes that are in use, without gaps. throws DeviceError
-[[nodiscard]] std::vector<std::uint32_t> read_planes(Device& device, const Buffer& buffer, const Planes& planes);
-
 /// Makes only those buffers that tracing rays and sampling lights read. throws DeviceError
 void upload_tree_and_lights(Device& device, const PackedScene& scene, const Accel& accel, Arguments& arguments);
 

@@ -38,12 +38,18 @@ void Wavefront::trace_light_paths(bool on) { impl_->lights_on = on; }
 void Wavefront::set_guide(std::shared_ptr<const GuideTable> guide) { impl_->set_guide(std::move(guide)); }
 PathLog Wavefront::path_log() {
   Impl& w = *impl_;
-  const std::size_t paths = w.last_unit().frame.path_count, stride = w.frame.film_stride;
-  w.logged = read_planes(w.device, w.work.path_log, {EK_LOG_DEPTHS * LOG_WORDS, paths, stride});
-  w.radiance = read_planes(w.device, w.work.film_slots, {3, paths, stride});
-  return {.words = w.logged, .radiance = w.radiance, .paths = paths};
+  const std::size_t stride = w.frame.film_stride, words = EK_LOG_DEPTHS * LOG_WORDS * stride, colours = 3 * stride;
+  w.logged = w.device.map(w.work.path_log, sizeof(std::uint32_t) * words);
+  w.radiance = w.device.map(w.work.film_slots, sizeof(std::uint32_t) * colours);
+  return {.words = {static_cast<const std::uint32_t*>(w.logged.get()), words},
+          .radiance = {static_cast<const std::uint32_t*>(w.radiance.get()), colours},
+          .paths = w.last_unit().frame.path_count,
+          .stride = stride};
 }
-void Wavefront::begin(const WorkUnit& unit) { impl_->begin(unit); }
+void Wavefront::begin(const WorkUnit& unit) {
+  impl_->logged = impl_->radiance = nullptr;
+  impl_->begin(unit);
+}
 void Wavefront::launch_rest() { impl_->launch_rest(); }
 UnitResult Wavefront::finish() { return impl_->finish(); }
 ReplayedSample Wavefront::replay(std::uint32_t x, std::uint32_t y, std::uint64_t sample,

@@ -58,7 +58,7 @@ struct Wavefront::Impl {
   std::vector<std::string> sampled_stages;
   std::string formula_code;
   std::shared_ptr<const GuideTable> guide;      // device buffers may be its memory
-  std::vector<std::uint32_t> logged, radiance;  // of PathLog
+  std::shared_ptr<const void> logged, radiance;    // of PathLog
   std::uint64_t scene_bytes = 0, texel_bytes = 0;  // scene_bytes: without the texels
   double upload_s = 0;
 

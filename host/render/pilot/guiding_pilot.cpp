@@ -95,7 +95,7 @@ class GuidingPilot {
   [[nodiscard]] static std::vector<double> luminances(const PathLog& log) {
     std::vector<double> values(log.paths);
     const auto at = [&](std::size_t plane, std::size_t i) {
-      return double(std::bit_cast<float>(log.radiance[plane * log.paths + i]));
+      return double(std::bit_cast<float>(log.radiance[plane * log.stride + i]));
     };
     for (std::size_t i = 0; i < values.size(); ++i) {
       const double value = luminance({at(0, i), at(1, i), at(2, i)});

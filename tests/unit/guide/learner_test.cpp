@@ -21,7 +21,7 @@ struct Log {
   void set(std::size_t path, std::uint32_t vertex, std::uint32_t which, float value) {
     set(path, vertex, which, std::bit_cast<std::uint32_t>(value));
   }
-  [[nodiscard]] PathLog view() const { return {.words = words, .radiance = {}, .paths = paths}; }
+  [[nodiscard]] PathLog view() const { return {.words = words, .radiance = {}, .paths = paths, .stride = paths}; }
   std::size_t paths;
   std::vector<std::uint32_t> words;
 };
