@@ -3,8 +3,9 @@
 // its pixels, and these reach any pixel of the film's window. So splats have channels of their own, "splats.R" beside
 // "R", and are divided by the number of light paths that were traced for the window. Each channel that holds radiance
 // has one for splats, and its numbers have the unit of kSplatShift.
+#include <algorithm>
 #include <bit>
-#include <cmath>
+#include <cstdint>
 
 #include "core/error.h"
 #include "film/film.h"
@@ -35,14 +36,15 @@ struct SplatChannels {
   }
 };
 
-/// floor(x 2^(64 - kSplatShift))
+/// floor(x 2^(64 - kSplatShift)), of a finite x
 int128 fixed_from_float(float x) {
-  int exponent = 0;
-  const float mantissa = std::frexp(x, &exponent);
-  const auto whole = static_cast<int128>(std::ldexp(mantissa, 24));  // exact
-  const int shift = exponent - 24 + 64 - kSplatShift;
+  const auto bits = std::bit_cast<std::uint32_t>(x);
+  const std::uint32_t exponent = bits >> 23 & 0xffU, fraction = bits & 0x7fffffU;
+  const std::int64_t mantissa = exponent == 0 ? fraction : fraction | 0x800000U;
+  const int128 whole = (bits >> 31) != 0 ? -mantissa : mantissa;
+  const int shift = static_cast<int>(std::max(exponent, 1U)) - 150 + 64 - kSplatShift;
   if (shift >= 0) return static_cast<int128>(static_cast<unsigned __int128>(whole) << shift);
-  return shift > -32 ? whole >> -shift : (whole < 0 ? -1 : 0);  // rounds down
+  return whole >> std::min(-shift, 32);  // rounds down
 }
 
 }  // namespace
@@ -55,13 +57,21 @@ void Film::add_splats(const UnitSums& unit) {
     for (std::uint32_t c = 0; c < 3; ++c)
       add_to_sum(cell * channels + first + c, fixed_from_float(std::bit_cast<float>(splat[SPLAT_r + c])));
   };
+  const auto cell_of = [&](const std::uint32_t* splat) {
+    return pixel_index(splat[SPLAT_pixel] & 0xffffU, splat[SPLAT_pixel] >> 16) * replicates +
+           (splat[SPLAT_info] & 0xffU);
+  };
+  // Pixels come in any order, so their sums are seldom in a cache.
+  constexpr std::size_t kAhead = 16 * SPLAT_WORDS;
   for (std::size_t at = 0; at < unit.splats.size(); at += SPLAT_WORDS) {
+    if (at + kAhead < unit.splats.size())
+      __builtin_prefetch(sums_.data() + cell_of(&unit.splats[at + kAhead]) * channels + to.rgb, 1);
     const std::uint32_t* const splat = &unit.splats[at];
     const std::uint32_t info = splat[SPLAT_info], replicate = info & 0xffU;
     const std::uint32_t scatterings = info >> 8 & EK_SPLAT_SCATTERINGS_MOST, group = info >> 24;
     if (replicate >= replicates || (!to.groups.empty() && group >= to.groups.size()))
       throw InternalError("a splat of a replicate or light group that the film does not have");
-    const std::size_t cell = pixel_index(splat[SPLAT_pixel] & 0xffffU, splat[SPLAT_pixel] >> 16) * replicates + replicate;
+    const std::size_t cell = cell_of(splat);
     add(cell, to.rgb, splat);
     for (const auto& [most, channel] : to.bins)
       if (scatterings <= most) {
