@@ -81,8 +81,8 @@ def main():
     parser.add_argument("--lights", type=int, default=1000, help="lamps (default 1000)")
     parser.add_argument("output", type=pathlib.Path, metavar="OUT.glb", help="or OUT.gltf")
     arguments = parser.parse_args()
-    if not 1 <= arguments.lights <= 100000:
-        parser.error("--lights must lie between 1 and 100000")
+    if not 1 <= arguments.lights <= 1000000:
+        parser.error("--lights must lie between 1 and 1000000")
     gltf, total = make(arguments.lights)
     arguments.output.parent.mkdir(parents=True, exist_ok=True)
     gltf.write(arguments.output)

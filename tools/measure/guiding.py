@@ -2,13 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """Measures what guiding is worth: error times rays without it over the same with it, for as many samples.
 
-  tools/measure/guiding.py [--eikon FILE] [--seeds N] [--spp N] [--reference-spp N] [--json FILE] [--decided]
-      [SCENE[=WxH] ...]
+  tools/measure/guiding.py [--eikon FILE] [--seeds N] [--spp N] [--reference-spp N] [--reference on|off] [--json FILE]
+      [--decided] [--seconds] [SCENE[=WxH] ...]
 
 For each scene a row: what the pilot predicts and decides, the mean relMSE of the seeds against a reference without
 guiding, without and with `--guiding on`, the rays with guiding over those without, and the gain: the product of error and
 rays without guiding over that with it, and its standard error over the seeds. The reference's own error, which it predicts,
-is taken off both. Seconds do not count, so a busy machine does no harm. Scenes are left out that have no pilot, unless
+is taken off both. Seconds do not count, so a busy machine does no harm, unless --seconds asks for two more columns: the
+processor seconds of the whole command with guiding over those without, and that times the errors, which is the share of the
+seconds that guiding needs for the same error. --reference on takes fewer samples for long renders. Scenes are left out that have no pilot, unless
 --all asks for them. With --decided only the scenes are measured that `--guiding auto` guides, since the others keep their
 bits. A file that eikon refuses is named and left out. The last line counts the files, and has the least gain and the median
 of those that are guided. Without scenes, all of scenes/ are measured. Standard library only.
@@ -17,6 +19,7 @@ of those that are guided. Without scenes, all of scenes/ are measured. Standard 
 import argparse
 import json
 import math
+import os
 import pathlib
 import statistics
 import subprocess
@@ -35,6 +38,14 @@ def run(*command):
     if done.returncode != 0:
         sys.exit(f"guiding.py: {' '.join(str(c) for c in command)} ended with {done.returncode}: {done.stderr.strip()}")
     return done.stdout
+
+
+def processor_seconds(action):
+    """What an action returns, and the processor seconds of the processes that it ran."""
+    before = os.times()
+    result = action()
+    after = os.times()
+    return result, after.children_user + after.children_system - before.children_user - before.children_system
 
 
 def parse_scene(text):
@@ -83,10 +94,13 @@ def measure(eikon, scene, size, options):
         if asked is None:
             return without_gain(scene, size, "no pilot", None)
         seeds = range(options.seeds)
-        (folder / "jobs").write_text(
-            job("reference", "off", options.reference_spp, REFERENCE_SEED)
-            + "".join(job(f"{way}{seed}", way, options.spp, seed) for way in ("off", "on") for seed in seeds))
-        run(eikon, "batch", folder / "jobs", "--quiet")
+        (folder / "reference").write_text(job("reference", options.reference, options.reference_spp, REFERENCE_SEED))
+        run(eikon, "batch", folder / "reference", "--quiet")
+        seconds = {"off": 0.0, "on": 0.0}
+        for seed in seeds:
+            for way in seconds:
+                (folder / "jobs").write_text(job(f"{way}{seed}", way, options.spp, seed))
+                seconds[way] += processor_seconds(lambda: run(eikon, "batch", folder / "jobs", "--quiet"))[1]
         own = stats("reference")["relmse_predicted"]
         errors = {way: [max(json.loads(run(eikon, "compare", folder / f"{way}{seed}.exr", folder / "reference.exr",
                                            "--json"))["relmse"] - own, 1e-12) for seed in seeds] for way in ("off", "on")}
@@ -97,7 +111,8 @@ def measure(eikon, scene, size, options):
     gain = mean["off"] / mean["on"] / ratio
     return {"scene": scene.stem, "size": size, "decision": "no pilot" if pilot is None else "on" if pilot["roulette_depth"] else "off",
             "predicted": asked["gain"], "reference": own,
-            "off": mean["off"], "on": mean["on"], "rays": ratio, "gain": gain, "doubt": gain * doubt}
+            "off": mean["off"], "on": mean["on"], "rays": ratio, "gain": gain, "doubt": gain * doubt,
+            "seconds": seconds["on"] / seconds["off"]}
 
 
 def main():
@@ -107,20 +122,26 @@ def main():
     parser.add_argument("--seeds", type=int, default=4)
     parser.add_argument("--spp", type=int, default=64)
     parser.add_argument("--reference-spp", type=int, default=4096)
+    parser.add_argument("--reference", choices=("on", "off"), default="off")
+    parser.add_argument("--seconds", action="store_true")
     parser.add_argument("--all", action="store_true")
     parser.add_argument("--decided", action="store_true")
     parser.add_argument("--json", type=pathlib.Path)
     options = parser.parse_args()
     scenes = options.scenes or sorted(str(path) for path in (ROOT / "scenes").glob("*.gltf"))
     rows = []
-    print("| scene | auto | predicted | relMSE without | with | rays, times | gain |\n|---|---|---|---|---|---|---|")
+    more = " seconds, times | seconds to equal error |" if options.seconds else ""
+    print(f"| scene | auto | predicted | relMSE without | with | rays, times | gain |{more}\n"
+          f"|---|---|---|---|---|---|---|{'---|---|' if more else ''}")
     for scene, size in map(parse_scene, scenes):
         row = measure(options.eikon, scene, size, options)
         rows.append(row)
         predicted = "" if row["predicted"] is None else f"{row['predicted']:.2f}"
-        measured = "| | |"
+        measured = "| | |" + ("| |" if more else "")
         if row["gain"] is not None:
             measured = (f"{row['off']:.3g} | {row['on']:.3g} | {row['rays']:.2f} | {row['gain']:.2f} +- {row['doubt']:.2f}")
+            if more:
+                measured += f" | {row['seconds']:.2f} | {row['seconds'] * row['on'] / row['off']:.2f}"
         print(f"| {row['scene']} | {row['decision']} | {predicted} | {measured} |", flush=True)
     guided = sorted(row["gain"] for row in rows if row["decision"] == "on")
     refused = sum(row["decision"] == "refused" for row in rows)

@@ -15,22 +15,13 @@ figures but what the trial costs: seconds with it over those without. Guiding is
 import argparse
 import json
 import math
-import os
 import pathlib
 import statistics
 import sys
 import tempfile
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
-from guiding import REFERENCE_SEED, ROOT, is_refused, parse_scene, run
-
-
-def processor_seconds(action):
-    """What an action returns, and the processor seconds of the processes that it ran."""
-    before = os.times()
-    result = action()
-    after = os.times()
-    return result, after.children_user + after.children_system - before.children_user - before.children_system
+from guiding import REFERENCE_SEED, ROOT, is_refused, parse_scene, processor_seconds, run
 
 
 def measure(eikon, scene, size, options):
