@@ -9,6 +9,7 @@
 #include <numbers>
 #include <random>
 
+#include "kernels/lights/shape_lamps.h"
 #include "kernels/probe.h"
 #include "kernels/statistics.h"
 #include "kernels/traverse/traverse_probe.h"
@@ -28,12 +29,7 @@ struct View {
 
 Scene scene_of(const Shape& shape) {
   Scene scene;
-  Material material;
-  material.metallic = 0;
-  material.specular = 0;
-  material.emission = glm::vec3(1);
-  material.double_sided = true;
-  scene.materials.push_back(material);
+  scene.materials.push_back(lamp_material());
   scene.shapes.push_back(shape);
   return scene;
 }
@@ -42,14 +38,7 @@ class Lamp {
  public:
   explicit Lamp(const Shape& shape) : scene_(scene_of(shape)), settings_{}, features_(scene_, settings_) {
     packed_ = pack_scene(scene_, features_, settings_);
-    probe_.emplace("light_shape");
-    for (const auto& [name, value] : features_.defines()) probe_->define(name, value);
-    probe_->define("EK_SMALL_TREE", "1")
-        .define("EK_MEDIUM_TREE", "0")
-        .define("EK_LARGE_TREE", "0")
-        .define("EK_STACK_SIZE", "64");
-    for (const char* name : {"none", "bvh16", "bvh8", "bvh2", "bvh4", "cwbvh", "grid", "octree", "kdtree", "bsp"})
-      probe_->define(std::string("EK_LAYOUT_") + name, std::string(name) == "none" ? "1" : "0");
+    probe_.emplace(lamp_probe("light_shape", features_));
     const glm::dvec3 center = 0.5 * (packed_.bounds.lo + packed_.bounds.hi), half = packed_.bounds.hi - center;
     Frame frame{};
     frame.scene_center = {float(center.x), float(center.y), float(center.z), 0};
@@ -109,80 +98,13 @@ glm::dvec3 vec(const std::vector<Words>& out, std::size_t first, std::size_t i) 
   return {as_float(out[first][i]), as_float(out[first + 1][i]), as_float(out[first + 2][i])};
 }
 
-/// Points spread evenly over a shape, in the world, each with its normal times the area that it stands for.
-struct Points {
-  std::vector<glm::dvec3> p, area;
-
-  explicit Points(const Shape& shape) : own_(own_shape(shape)) {
-    const std::array<double, 3>& size = own_.parameters;
-    const auto face = [&](int axis, double side) {
-      spread(512, 512, 4, [=](double u, double v) {
-        glm::dvec3 n(0), q(0);
-        n[axis] = side;
-        q[axis] = side, q[(axis + 1) % 3] = 2 * u - 1, q[(axis + 2) % 3] = 2 * v - 1;
-        return std::pair(q, n);
-      });
-    };
-    // Of radius a + b y between two heights; area even in the square of the radius, here by weight.
-    const auto side = [&](double a, double b, double low, double high) {
-      const double slant = std::sqrt(1 + b * b);
-      spread(256, 4096, 2 * pi * (high - low) * slant, [=](double u, double v) {
-        const double y = low + (high - low) * u, phi = 2 * pi * v, r = a + b * y;
-        return std::pair(glm::dvec3(r * std::cos(phi), y, r * std::sin(phi)),
-                         r * glm::dvec3(std::cos(phi), -b, std::sin(phi)) / slant);
-      });
-    };
-    const auto ball = [&](double center, double radius, double low, double high) {
-      if (!(high > low)) return;
-      spread(512, 1024, 2 * pi * radius * radius * (high - low), [=](double u, double v) {
-        const double y = low + (high - low) * u, s = std::sqrt(1 - y * y), phi = 2 * pi * v;
-        const glm::dvec3 n(s * std::cos(phi), y, s * std::sin(phi));
-        return std::pair(glm::dvec3(0, center, 0) + radius * n, n);
-      });
-    };
-    const auto disc = [&](double y, double radius) {
-      spread(512, 1024, pi * radius * radius, [=](double u, double v) {
-        const double r = radius * std::sqrt(u), phi = 2 * pi * v;
-        return std::pair(glm::dvec3(r * std::cos(phi), y, r * std::sin(phi)), glm::dvec3(0, y, 0));
-      });
-    };
-    if (shape.kind == ShapeKind::sphere) ball(0, 1, -1, 1);
-    if (shape.kind == ShapeKind::plane)
-      spread(1024, 1024, 4,
-             [](double u, double v) { return std::pair(glm::dvec3(2 * u - 1, 0, 2 * v - 1), glm::dvec3(0, 1, 0)); });
-    for (int axis = 0; axis < 3 && shape.kind == ShapeKind::box; ++axis) face(axis, -1), face(axis, 1);
-    if (shape.kind == ShapeKind::cylinder)
-      side(size[0], size[1], -1, 1), disc(-1, size[0] - size[1]), disc(1, size[0] + size[1]);
-    if (shape.kind == ShapeKind::capsule) {
-      const double tilt = (size[2] - size[1]) / (2 * size[0]), flat = std::sqrt(1 - tilt * tilt);
-      side(0.5 * (size[1] + size[2]) / flat, -tilt / flat, size[2] * tilt - size[0], size[1] * tilt + size[0]);
-      ball(-size[0], size[2], -1, tilt);
-      ball(size[0], size[1], tilt, 1);
-    }
-  }
-
- private:
-  template <class At>
-  void spread(int rows, int columns, double own_area, At point) {
-    const glm::dmat3& w = own_.world_from_own;
-    const glm::dmat3 cofactor(glm::cross(w[1], w[2]), glm::cross(w[2], w[0]), glm::cross(w[0], w[1]));
-    for (int i = 0; i < rows; ++i)
-      for (int j = 0; j < columns; ++j) {
-        const auto [q, n] = point((i + 0.5) / rows, (j + 0.5) / columns);
-        p.push_back(own_.center + w * q);
-        area.push_back(own_area / (double(rows) * columns) * (cofactor * n));
-      }
-  }
-  OwnShape own_;
-};
-
 /// Cells of directions about the middle of what is seen.
 struct Cells {
   static constexpr int kRings = 8, kSectors = 24;
   glm::dvec3 axis, x, y;
   double versine = 1e-30;  // 1 - cos of the half angle of the cone that holds all
 
-  Cells(const View& view, const Points& points) {
+  Cells(const View& view, const ShapePoints& points) {
     const glm::dvec3 center(view.shape.world_from_object[3]);
     axis = glm::normalize(center - view.from);
     x = glm::normalize(glm::cross(axis, std::abs(axis.x) < 0.6 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0)));
@@ -202,7 +124,7 @@ TEST(LightShapes, M1_densities_integrate_to_one_and_points_come_as_they_say) {
   const std::vector<View> all = views();
   for (const View& view : all) {
     const Lamp lamp(view.shape);
-    const Points points(view.shape);
+    const ShapePoints points(view.shape);
     const Cells cells(view, points);
     const bool plane = view.shape.kind == ShapeKind::plane;
     const auto is_seen = [&](double across) { return plane || (view.inside ? across > 0 : across < 0); };
