@@ -153,6 +153,54 @@ TEST(LightPaths, a_mirror_sends_the_flux_of_a_sun_onto_the_floor) {
   EXPECT_TRUE(agrees({with.mean - without.mean, with.sigma}, 0.8 * direct * 0.25, 1, 1e-3));
 }
 
+/// Share of a sun's light from above that passes a ball of glass of radius 1 without a reflection, in the mean over a square hole of
+/// that half side above its middle: both surfaces are met under the same angles.
+double passed_by_ball(double half, double eta) {
+  constexpr int kSteps = 400;
+  double sum = 0;
+  for (int i = 0; i < kSteps; ++i)
+    for (int j = 0; j < kSteps; ++j) {
+      const double x = half * (i + 0.5) / kSteps, z = half * (j + 0.5) / kSteps;  // a quarter has the same mean
+      const double passed = 1 - fresnel(std::sqrt(1 - x * x - z * z), eta);
+      sum += passed * passed;
+    }
+  return sum / (kSteps * kSteps);
+}
+
+TEST(LightPaths, bring_all_the_flux_that_passes_a_lens_and_no_more) {
+  constexpr double kRadius = 0.2, kHole = 0.08, kIrradiance = 3, kAlbedo = 0.5, kElevation = 0.7, kHalfPicture = 0.45;
+  for (const double eta : {1.2, 1.5}) {
+    Scene scene;
+    add_floor(scene, 3, float(kAlbedo));
+    // An exact ball of glass, 1 m above the floor, under a square hole in a black screen.
+    Shape& ball = scene.shapes.emplace_back();
+    ball.name = "lens", ball.kind = ShapeKind::sphere, ball.size = {kRadius};
+    ball.world_from_object = glm::translate(glm::dmat4(1), {0, 1, 0});
+    scene.materials.push_back(glass(float(eta), 0, true));
+    ball.material = std::uint32_t(scene.materials.size() - 1);
+    Primitive screen;
+    const float hole = float(kHole), wide = 0.5F;
+    for (const float side : {-1.0F, 1.0F}) {
+      add_quad(screen, {-wide, 1.25F, side < 0 ? -wide : hole}, {2 * wide, 0, 0}, {0, 0, wide - hole});
+      add_quad(screen, {side < 0 ? -wide : hole, 1.25F, -hole}, {wide - hole, 0, 0}, {0, 0, 2 * hole});
+    }
+    add_mesh(scene, "screen", std::move(screen), lambert(0));
+    scene.lights.push_back(sunshine({0, -1, 0}, float(kIrradiance)));
+    // The camera looks under the screen. The light of both balls that comes without a reflection lands within its picture.
+    Settings settings = settings_for(32, 32, 256);
+    settings.camera = look_at_camera({0, 4 * std::sin(kElevation), 4 * std::cos(kElevation)}, {0, 0, 0}, {0, 1, 0}, 1);
+    settings.camera.projection = Projection::orthographic;
+    settings.camera.ymag_m = kHalfPicture;
+    settings.max_depth = 4;  // camera, floor, two refractions, sun
+    const MeanAndError with = mean_of(film_of(scene, with_light_paths(settings, 8))),
+                       without = mean_of(film_of(scene, settings));
+    const double passed = 4 * kHole * kHole * kIrradiance * passed_by_ball(kHole / kRadius, eta),
+                 floor_m2 = 4 * kHalfPicture * kHalfPicture / std::sin(kElevation);
+    // Light that comes beside the screen is the same by both ways.
+    EXPECT_TRUE(agrees({with.mean - without.mean, with.sigma}, passed * kAlbedo / kPi / floor_m2, 2, 1e-4)) << eta;
+  }
+}
+
 // ---- against paths from the camera ------------------------------------------------------------------------------------
 
 const Change kChanges[] = {
@@ -191,6 +239,10 @@ const Change kChanges[] = {
        scene.materials[0].roughness = 0.5F;
        for (Material& m : scene.materials)
          if (m.metallic > 0) m.clearcoat = 0.5F, m.sheen_color = glm::vec3(0.3F);
+     }},
+    {"under water, the camera too",
+     [](Scene& scene, Settings&) {
+       add_block(scene, "water", {-1.5F, -1.5F, -1.5F}, {1.5F, 0.6F, 2}, glass(1.33F, 0, true));
      }},
     {"a lamp within coloured glass",
      [](Scene& scene, Settings&) {
