@@ -16,7 +16,8 @@ namespace {
 constexpr std::uint64_t kUnitsPerLuminance = 1U << 16;         // of the usual luminance
 constexpr double kMostUnits = double(std::uint64_t{1} << 32);  // of one sample
 constexpr double kPrior = 4;                                   // samples that the coarser level counts for in a bin
-constexpr std::size_t kShards = 64;
+constexpr unsigned kShardBits = 6;
+constexpr std::size_t kShards = 1U << kShardBits;
 constexpr std::size_t kPathsPerBlock = 1U << 13;  // that a thread sorts at a time
 
 using uint128 = unsigned __int128;
@@ -24,7 +25,7 @@ using uint128 = unsigned __int128;
 /// The shard of a cell: that of the cell of the coarsest level around it.
 std::size_t shard_of(CellId id) {
   while (level_of(id) + 1 < EK_GUIDE_LEVELS) id = coarser(id);
-  return std::size_t((id * 0x9e3779b97f4a7c15ULL) >> 58) % kShards;
+  return std::size_t((id * 0x9e3779b97f4a7c15ULL) >> (64 - kShardBits));
 }
 
 }  // namespace
@@ -108,7 +109,7 @@ struct GuideLearner::Impl {
     return -1;  // the log ends between mirrors
   }
 
-  /// What a vertex of a path says about its cell.
+  /// A vertex of a path, as a sample of the light at its cell.
   struct Sample {
     CellId id;
     std::optional<std::uint64_t> sampled, arriving;  // in units: by light sampling, over the albedo; through the bin

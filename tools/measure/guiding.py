@@ -10,10 +10,10 @@ guiding, without and with `--guiding on`, the rays with guiding over those witho
 rays without guiding over that with it, and its standard error over the seeds. The reference's own error, which it predicts,
 is taken off both. Seconds do not count, so a busy machine does no harm, unless --seconds asks for two more columns: the
 processor seconds of the whole command with guiding over those without, and that times the errors, which is the share of the
-seconds that guiding needs for the same error. --reference on takes fewer samples for long renders. Scenes are left out that have no pilot, unless
---all asks for them. With --decided only the scenes are measured that `--guiding auto` guides, since the others keep their
-bits. A file that eikon refuses is named and left out. The last line counts the files, and has the least gain and the median
-of those that are guided. Without scenes, all of scenes/ are measured. Standard library only.
+seconds that guiding needs for the same error. --reference on guides the reference, which then needs fewer samples. Scenes are
+left out that have no pilot, unless --all asks for them. With --decided only the scenes are measured that `--guiding auto`
+guides, since the others keep their bits. A file that eikon refuses is named and left out. The last line counts the files, and
+has the least gain and the median of those that are guided. Without scenes, all of scenes/ are measured. Standard library only.
 """
 
 import argparse
@@ -97,6 +97,9 @@ def measure(eikon, scene, size, options):
         (folder / "reference").write_text(job("reference", options.reference, options.reference_spp, REFERENCE_SEED))
         run(eikon, "batch", folder / "reference", "--quiet")
         seconds = {"off": 0.0, "on": 0.0}
+        # Programs are compiled here, and not in the seconds that are counted.
+        (folder / "warm").write_text("".join(job(f"warm_{way}", way, 1, 0) for way in seconds))
+        run(eikon, "batch", folder / "warm", "--quiet")
         for seed in seeds:
             for way in seconds:
                 (folder / "jobs").write_text(job(f"{way}{seed}", way, options.spp, seed))

@@ -94,10 +94,6 @@ std::vector<View> views() {
   return all;
 }
 
-glm::dvec3 vec(const std::vector<Words>& out, std::size_t first, std::size_t i) {
-  return {as_float(out[first][i]), as_float(out[first + 1][i]), as_float(out[first + 2][i])};
-}
-
 /// Cells of directions about the middle of what is seen.
 struct Cells {
   static constexpr int kRings = 8, kSectors = 24;
@@ -170,8 +166,8 @@ TEST(LightShapes, M1_densities_integrate_to_one_and_points_come_as_they_say) {
     std::vector<double> observed(expected.size(), 0.0);
     int differ = 0, facing = 0;
     for (std::size_t i = 0; i < std::size_t(kSamples); ++i) {
-      const glm::dvec3 wi = vec(out, 7, i);
-      const double across = glm::dot(wi, vec(out, 3, i));
+      const glm::dvec3 wi = vector_at(out, 7, i);
+      const double across = glm::dot(wi, vector_at(out, 3, i));
       ++observed[is_seen(across) ? cells.cell_of(wi) : expected.size() - 1];
       if (!is_seen(across) || std::abs(across) < 0.05) continue;
       // Rounding of the direction moves the point by so much over the cosine, which turns the normal of a round shape.
@@ -179,7 +175,7 @@ TEST(LightShapes, M1_densities_integrate_to_one_and_points_come_as_they_say) {
       ++facing;
       const double pdf = double(as_float(out[6][i])), asked = double(as_float(out[14][i]));
       if (out[10][i] == 0 || std::abs(pdf - asked) > tolerance * pdf ||
-          glm::length(vec(out, 0, i) - vec(out, 11, i)) > 1e-4)
+          glm::length(vector_at(out, 0, i) - vector_at(out, 11, i)) > 1e-4)
         ++differ;
     }
     // A point at an edge may be met on the face beside it.
@@ -214,7 +210,7 @@ TEST(LightShapes, L5_L6_from_anywhere_samples_are_finite_and_on_the_shape) {
     const auto out = lamp.run("probe_shape_light", in, 15);
     const glm::dmat4 inverse = glm::inverse(m);
     for (std::size_t i = 0; i < in[0].size(); ++i) {
-      const glm::dvec3 p(inverse * glm::dvec4(vec(out, 0, i), 1)), n = vec(out, 3, i);
+      const glm::dvec3 p(inverse * glm::dvec4(vector_at(out, 0, i), 1)), n = vector_at(out, 3, i);
       const double pdf = double(as_float(out[6][i]));
       ASSERT_TRUE(std::isfinite(pdf) && pdf >= 0) << view.name << ", sample " << i << ": " << pdf;
       ASSERT_NEAR(glm::length(n), 1, 1e-5) << view.name << ", sample " << i;

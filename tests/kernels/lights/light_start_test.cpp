@@ -140,9 +140,6 @@ class StartProbe {
 void put(std::vector<Words>& in, std::size_t first, const glm::dvec3& a) {
   for (int k = 0; k < 3; ++k) in[first + std::size_t(k)].push_back(as_word(float(a[k])));
 }
-glm::dvec3 taken(const std::vector<Words>& out, std::size_t first, std::size_t i) {
-  return {as_float(out[first][i]), as_float(out[first + 1][i]), as_float(out[first + 2][i])};
-}
 
 struct Start {
   std::size_t lamp;
@@ -160,7 +157,7 @@ std::vector<Start> starts_of(const StartProbe& probe) {
   const std::vector<Words> out = probe.run("probe_emitted_path", in, 8);
   std::vector<Start> starts;
   for (std::size_t i = 0; i < kStartCount; ++i)
-    starts.push_back({out[0][i], taken(out, 1, i), taken(out, 4, i), double(as_float(out[7][i]))});
+    starts.push_back({out[0][i], vector_at(out, 1, i), vector_at(out, 4, i), double(as_float(out[7][i]))});
   return starts;
 }
 
@@ -170,16 +167,16 @@ struct Stated {
   double start_m2;
 };
 
-/// What rays that meet lamps are told. Each has the record of its lamp, its origin and its direction.
+/// The answers to rays that meet lamps. Each ray has the record of its lamp, its origin and its direction.
 std::vector<Stated> stated_for(const StartProbe& probe, const std::vector<Words>& rays) {
   const std::vector<Words> out = probe.run("probe_start_density", rays, 8);
   std::vector<Stated> all;
   for (std::size_t i = 0; i < out[0].size(); ++i)
-    all.push_back({out[0][i] != 0, taken(out, 1, i), taken(out, 4, i), double(as_float(out[7][i]))});
+    all.push_back({out[0][i] != 0, vector_at(out, 1, i), vector_at(out, 4, i), double(as_float(out[7][i]))});
   return all;
 }
 
-/// What rays are told that meet these points of a lamp from outside, along the normals.
+/// The answers to rays that meet these points of a lamp from outside, along the normals.
 std::vector<Stated> stated_at(const StartProbe& probe, std::size_t lamp, const ShapePoints& points) {
   std::vector<Words> rays(7);
   for (std::size_t i = 0; i < points.p.size(); ++i) {
@@ -207,7 +204,7 @@ class Aim {
     for (const Cone& cone : cones_) met += glm::dot(dir, cone.axis) >= cone.cosine ? 1 : 0;
     return met / solid_angle_;
   }
-  /// Of a direction in one cone.
+  /// The density of a direction that lies in one cone alone.
   [[nodiscard]] double least_pdf_sr() const { return 1 / solid_angle_; }
 
  private:
@@ -264,7 +261,7 @@ TEST(LightPathStarts, M1_points_of_shapes_come_as_densely_as_they_say) {
   EXPECT_NEAR(probability, 1, 1e-4);
 }
 
-/// Where a start lies about the shape's own Y axis, and its direction.
+/// Cells of starts: by the quarter about the own Y axis of the shape in which a start lies, and by its direction.
 struct JointCells {
   static constexpr std::size_t kRows = 12, kColumns = 24, kCount = 4 * kRows * kColumns;
 

@@ -128,7 +128,7 @@ class LampWavefront {
   std::optional<DevicePool::Lease> device_;
   std::unique_ptr<Wavefront> wavefront_;  // destroyed before its device and its scene
 
-  /// Which lamp is how likely, and how it is aimed, is the scene's to choose. The rest follows from that.
+  /// The packed scene says how likely each lamp is and how its light paths are aimed. The rest follows from that.
   void read_starts() {
     double all = 0;
     for (std::size_t i = 0; i < packed_.lights.size(); ++i)

@@ -66,7 +66,7 @@ double expected_share(const LampWavefront& shared, const std::vector<PathVertex>
   return 1 / (1 + *ratio);
 }
 
-/// What was compared, so that a test knows that it saw enough.
+/// The paths that were compared are counted, so that the test knows that it saw enough.
 struct CameraPaths {
   RatioCounts ratios;
   int in_mirror = 0, through_pane = 0, unshared = 0;
@@ -203,7 +203,7 @@ PathEnds path_by_mirror(const Placement& placed, const TriangleLamp& lamp, const
   return {lit, {0, 1, 0}, glm::reflect(glm::normalize(lit - image), n), lamp.normal(), lamp.start_m2, lamp.aim_sr};
 }
 
-/// What a light path that comes that way brings to the film, before it has its share.
+/// The light that a light path brings to the film by that way, before it has its share.
 double unshared_splat(const LampWavefront& wavefront, const PathEnds& path, const TriangleLamp& lamp) {
   // Directions are chosen evenly in the cone of a ball around the mirror.
   const float4& ball = wavefront.packed().light_targets.at(0);
