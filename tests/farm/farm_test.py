@@ -356,11 +356,11 @@ class F_FullDisk(FarmTest):
         code, said, wrong = submit("disk/farm", CORNELL, "-o", disk / "full.exr", *words, "--parts", 4, "--lines", 4, "--exclude", "n2")
         self.assertEqual(code, 0, said + wrong)
         self.process("farm")
-        with open(disk / "filler", "wb") as filler:
+        # Without a buffer: closing a file whose last write was cut short would try, and fail, to write the rest.
+        with open(disk / "filler", "wb", buffering=0) as filler:
             try:
                 while True:
                     filler.write(b"x" * 65536)
-                    filler.flush()
             except OSError:
                 pass
         wait("farm")
