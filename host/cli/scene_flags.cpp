@@ -92,7 +92,7 @@ void parse_light_paths(const std::string& text, SceneOptions& options) {
   }
   if (text.empty() || !std::isdigit(static_cast<unsigned char>(text.front())))
     refuse_choice("--light-paths", text, {"auto", "usual", "off", "a number"});
-  options.light_paths = parse_number<double>("--light-paths", text, 0, 1);
+  options.light_paths = parse_number<double>("--light-paths", text, 0, kMostLightPathRatio);
 }
 
 /// A constant R,G,B if the text begins with a number, `none` or `neutral`, else the file of a map.
@@ -142,7 +142,7 @@ void add_camera_flags(CommandFlags& flags, SceneOptions& options) {
   flags.parsed(
       {"--light-paths", "NAME|RATIO",
        "paths from lights by way of glass and mirrors to what they light up: auto (as many as a trial finds to pay), "
-       "usual (no trial), off, or their number for each path from the camera, up to 1 [auto]"},
+       "usual (no trial), off, or their number for each path from the camera, up to 4 [auto]"},
       [&](const std::string& text) { parse_light_paths(text, options); });
   flags.suggest("--light-paths", {"auto", "usual", "off"});
   flags.choice<bool>({"--caustics", "NAME",

@@ -26,35 +26,6 @@ void add_slot(GuideTable& table, CellId id, std::uint32_t cell) {
   table.slots[2 * slot + 1] = cell;
 }
 
-/// words: of this cell in GuideTable::cells, all 0
-void write_cell(std::span<std::uint32_t> words, const GuideCellData& cell) {
-  const auto set_half = [&](std::size_t half, std::uint32_t value) { words[half / 2] |= value << (16 * (half % 2)); };
-  const auto weights = guide_weights(cell.target);
-  std::uint32_t below = 0;
-  for (std::size_t bin = 0; bin < EK_GUIDE_BINS; ++bin) {
-    if (bin % EK_GUIDE_ROWS == 0) set_half(2 * GUIDE_bounds + bin / EK_GUIDE_ROWS, below);
-    set_half(2 * GUIDE_weights + bin, weights[bin]);
-    below += weights[bin];
-  }
-  words[GUIDE_indirect] = std::bit_cast<std::uint32_t>(float(cell.indirect));
-  words[GUIDE_direct] = std::bit_cast<std::uint32_t>(float(cell.direct));
-}
-
-/// words: of one cell
-bool is_sound_cell(std::span<const std::uint32_t> words) {
-  const auto half = [&](std::size_t which) { return words[which / 2] >> (16 * (which % 2)) & 0xffffU; };
-  for (const std::size_t radiance : {std::size_t(GUIDE_indirect), std::size_t(GUIDE_direct)})
-    if (const auto value = std::bit_cast<float>(words[radiance]); !(value >= 0) || !std::isfinite(value)) return false;
-  std::uint32_t below = 0;
-  for (std::size_t bin = 0; bin < EK_GUIDE_BINS; ++bin) {
-    if (bin % EK_GUIDE_ROWS == 0 && half(2 * GUIDE_bounds + bin / EK_GUIDE_ROWS) != below) return false;
-    const std::uint32_t weight = half(2 * GUIDE_weights + bin);
-    if (weight < kLeastWeight) return false;
-    below += weight;
-  }
-  return below == EK_GUIDE_TOTAL;
-}
-
 }  // namespace
 
 CellId coarser(CellId id) {
@@ -102,6 +73,33 @@ std::array<std::uint32_t, EK_GUIDE_BINS> guide_weights(const std::array<double, 
     given = now;
   }
   return weights;
+}
+
+void write_cell(std::span<std::uint32_t> words, const GuideCellData& cell) {
+  const auto set_half = [&](std::size_t half, std::uint32_t value) { words[half / 2] |= value << (16 * (half % 2)); };
+  const auto weights = guide_weights(cell.target);
+  std::uint32_t below = 0;
+  for (std::size_t bin = 0; bin < EK_GUIDE_BINS; ++bin) {
+    if (bin % EK_GUIDE_ROWS == 0) set_half(2 * GUIDE_bounds + bin / EK_GUIDE_ROWS, below);
+    set_half(2 * GUIDE_weights + bin, weights[bin]);
+    below += weights[bin];
+  }
+  words[GUIDE_indirect] = std::bit_cast<std::uint32_t>(float(cell.indirect));
+  words[GUIDE_direct] = std::bit_cast<std::uint32_t>(float(cell.direct));
+}
+
+bool is_sound_cell(std::span<const std::uint32_t> words) {
+  const auto half = [&](std::size_t which) { return words[which / 2] >> (16 * (which % 2)) & 0xffffU; };
+  for (const std::size_t radiance : {std::size_t(GUIDE_indirect), std::size_t(GUIDE_direct)})
+    if (const auto value = std::bit_cast<float>(words[radiance]); !(value >= 0) || !std::isfinite(value)) return false;
+  std::uint32_t below = 0;
+  for (std::size_t bin = 0; bin < EK_GUIDE_BINS; ++bin) {
+    if (bin % EK_GUIDE_ROWS == 0 && half(2 * GUIDE_bounds + bin / EK_GUIDE_ROWS) != below) return false;
+    const std::uint32_t weight = half(2 * GUIDE_weights + bin);
+    if (weight < kLeastWeight) return false;
+    below += weight;
+  }
+  return below == EK_GUIDE_TOTAL;
 }
 
 GuideTable make_guide_table(const std::vector<GuideCellData>& cells, float scale) {

@@ -3,6 +3,7 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "shared/guide.h"
@@ -49,6 +50,11 @@ struct GuideTable {
 /// The weights of a cell's bins, in units of 1 / EK_GUIDE_TOTAL: each at least EK_GUIDE_LEAST of the mean, the rest in
 /// proportion to the target.
 [[nodiscard]] std::array<std::uint32_t, EK_GUIDE_BINS> guide_weights(const std::array<double, EK_GUIDE_BINS>& target);
+
+/// words: of one cell, all 0
+void write_cell(std::span<std::uint32_t> words, const GuideCellData& cell);
+/// True if the weights of a cell are those of a density, and its radiances are finite. words: of one cell
+[[nodiscard]] bool is_sound_cell(std::span<const std::uint32_t> words);
 
 /// cells: sorted by id, so that equal cells make equal tables
 [[nodiscard]] GuideTable make_guide_table(const std::vector<GuideCellData>& cells, float scale);

@@ -62,6 +62,8 @@ struct PackedScene {
   std::vector<float> emission_pdf;               // probability of each light, of triangles per m^2
   std::vector<float> emission_aim;  // of each: density of directions to the targets, per sr, a power of two
   std::vector<float4> light_targets;             // balls, world: centre and radius
+  /// In proportion to the light paths that are aimed at each target if they start evenly: from points, and of parallel light, in turn.
+  std::vector<double> light_target_shares;
   bool has_exact_light_targets = false;          // some surface reflects or refracts exactly
   std::vector<PackedLight> light_summary;        // one per emissive material, other light, and the environment
   // Triangles and lights that move while the shutter is open (kernels/surface/motion.h, kernels/lights/light.h).

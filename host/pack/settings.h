@@ -10,6 +10,7 @@
 #include "film/film.h"
 #include "film/pixel_filter.h"
 #include "guide/guide_table.h"
+#include "guide/light_aim.h"
 #include "scene/scene.h"
 
 namespace eikon {
@@ -78,6 +79,7 @@ struct Settings {
   std::uint64_t light_path_count = 0;  // of each sample index; the image has them whatever its crop. 0: none
   /// Camera paths of the trial that decides on light_path_count (usual_light_trial_paths); 0: there is none.
   std::uint64_t light_trial_paths = 0;
+  std::shared_ptr<const LightAim> light_aim;  // what the trial learned about their starts; null: these are even
   /// Photons light what is seen through glass and in mirrors (wavefront/photons/photon_map.h), with a bias.
   bool merges_caustics = false;
   Guiding guiding = Guiding::off;
@@ -88,6 +90,8 @@ struct Settings {
   std::vector<Camera> camera_poses;  // at the times of Scene::poses; empty: the camera stands still
   Environment environment;           // what is used: --env, else the file's, else black or the neutral one
 };
+
+inline constexpr double kMostLightPathRatio = 4;  // light paths for each path from the camera
 
 /// Light paths of each sample index, if there are so many for each path from the camera.
 [[nodiscard]] std::uint64_t light_paths_of_ratio(const Settings& settings, double ratio);

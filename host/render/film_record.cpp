@@ -107,11 +107,11 @@ std::vector<ImageSetting> image_settings(const Scene& scene, const Settings& set
   // depend on it, and adds it below if so.
   const auto& [width, height, crop, sample_begin, sample_end, likely_samples, seed, replicate_bits, max_depth,
                integrator, roulette_depth, roulette, energy_compensation, culling, light_sampling, light_samples, aovs,
-               depth_series, filter, transparent, light_path_count, light_trial_paths, merges_caustics, guiding,
-               pilot_paths, guide, camera, next_camera, camera_poses, environment] = settings;
+               depth_series, filter, transparent, light_path_count, light_trial_paths, light_aim, merges_caustics,
+               guiding, pilot_paths, guide, camera, next_camera, camera_poses, environment] = settings;
   static_cast<void>(crop), static_cast<void>(sample_begin), static_cast<void>(sample_end);
   static_cast<void>(likely_samples);
-  static_cast<void>(guide);                                  // it follows from the pilot
+  static_cast<void>(guide), static_cast<void>(light_aim);  // they follow from the pilot
   // The scene's hash depends on the shutter and on the time of the next frame.
   static_cast<void>(camera_poses), static_cast<void>(next_camera);
   static_cast<void>(aovs), static_cast<void>(depth_series);  // the channels depend on them

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 
+#include "core/error.h"
 #include "pack/frame.h"
+#include "pack/lights/pack_light_paths.h"
 #include "shared/guide.h"
 #include "shared/records.h"
 #include "wavefront/buffers.h"
@@ -115,6 +117,7 @@ void share_tree_and_lights(Uploader& to, const PackedScene& scene, const Accel& 
   to.share("emission_pdf", scene.emission_pdf);
   to.share("emission_aim", scene.emission_aim);
   to.share("light_targets", scene.light_targets);
+  to.share("light_aim", std::vector<std::uint32_t>{});  // nothing was learned
   to.share("environment_texels", scene.environment_texels);
   to.share("environment_alias_table", scene.environment_alias_table);
 }
@@ -177,6 +180,23 @@ bool replace_camera(Device& device, const Settings& settings, std::vector<float>
   Uploader to(device, arguments);
   share_cameras(to, poses);
   return true;
+}
+
+void upload_light_aim(Device& device, const PackedScene& scene, LightAimBuffers& buffers, Arguments& arguments) {
+  Uploader to(device, arguments);
+  if (buffers.aim == nullptr) {
+    to.share("light_aim", std::vector<std::uint32_t>{});
+    to.share("emission_aim", scene.emission_aim);
+    return;
+  }
+  if (buffers.aim->is_learned() && buffers.aim->target_count() != scene.light_targets.size())
+    throw InternalError("the aim of light paths is of a scene with other targets");
+  const auto [of_cones, of_discs] = buffers.aim->gain;
+  buffers.emission_aim = scene.emission_aim;
+  for (float& density : buffers.emission_aim) density = aim_within_bounds(density * of_cones);
+  buffers.emission_aim.front() = scene.emission_aim.front() * of_discs;
+  to.share("light_aim", buffers.aim->words);
+  to.share("emission_aim", buffers.emission_aim);
 }
 
 void upload_guide(Device& device, const GuideTable& guide, Arguments& arguments) {

@@ -4,9 +4,11 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "device/device.h"
+#include "guide/light_aim.h"
 #include "pack/pack.h"
 #include "wavefront/config.h"
 
@@ -67,6 +69,15 @@ bool replace_camera(Device& device, const Settings& settings, std::vector<float>
 
 /// Makes the buffers of a table that guides paths. It must live as long as they. throws DeviceError
 void upload_guide(Device& device, const GuideTable& guide, Arguments& arguments);
+
+/// The buffers of what a trial learned about the starts of light paths.
+struct LightAimBuffers {
+  std::shared_ptr<const LightAim> aim;  // null: they start evenly
+  std::vector<float> emission_aim;      // of the scene, times the gains; empty without `aim`
+};
+/// Makes them, beside those of the scene. `buffers` must live as long as they, and at its place.
+/// throws DeviceError; InternalError if something else is aimed at in the scene
+void upload_light_aim(Device& device, const PackedScene& scene, LightAimBuffers& buffers, Arguments& arguments);
 
 /// Makes only those buffers that tracing rays and sampling lights read. throws DeviceError
 void upload_tree_and_lights(Device& device, const PackedScene& scene, const Accel& accel, Arguments& arguments);

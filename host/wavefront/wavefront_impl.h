@@ -58,6 +58,7 @@ struct Wavefront::Impl {
   std::vector<std::string> sampled_stages;
   std::string formula_code;
   std::shared_ptr<const GuideTable> guide;      // device buffers may be its memory
+  LightAimBuffers light_aim;
   std::shared_ptr<const void> logged, radiance;    // of PathLog
   std::uint64_t scene_bytes = 0, texel_bytes = 0;  // scene_bytes: without the texels
   double upload_s = 0;
@@ -93,6 +94,7 @@ struct Wavefront::Impl {
     begin_image(settings);
     logs = features.has(Feature::path_log);
     guide = settings.guide;
+    light_aim.aim = settings.light_aim;
     try {
       upload(execution.track);
       bind();
@@ -117,6 +119,7 @@ struct Wavefront::Impl {
     upload_s = 0;
     if (replace_camera(device, settings, camera_poses, arguments)) bind();
     if (settings.guide != nullptr && settings.guide != guide) set_guide(settings.guide);
+    if (traces_lights && settings.light_aim != light_aim.aim) set_light_aim(settings.light_aim);
   }
 
   [[nodiscard]] bool fits(const PackedScene& packed, const Features& features, const Execution& execution) const {
@@ -137,6 +140,7 @@ struct Wavefront::Impl {
     camera_poses = camera_pose_words(settings);
     scene_bytes = upload_scene(device, packed, accel_of(packed, config), filter, camera_poses, arguments);
     if (!have_same_texels(before, packed)) texel_bytes = upload_texels(device, packed, arguments);
+    light_aim = {};
     bind();
     device.finish();
     restart(settings, execution);
@@ -148,6 +152,13 @@ struct Wavefront::Impl {
     const auto before = std::exchange(guide, std::move(table));
     eikon::set_guide(frame, *guide);
     upload_guide(device, *guide, arguments);
+    bind();
+  }
+
+  void set_light_aim(std::shared_ptr<const LightAim> aim) {
+    device.finish();
+    const auto before = std::exchange(light_aim, LightAimBuffers{std::move(aim), {}});
+    upload_light_aim(device, *scene, light_aim, arguments);
     bind();
   }
 
@@ -193,6 +204,7 @@ struct Wavefront::Impl {
     texel_bytes = upload_texels(device, *scene, arguments);
     const WorkBufferSizes plan{.film = film_shape, .state_words = state.words, .logs = logs};
     if (guide != nullptr) upload_guide(device, *guide, arguments);
+    if (traces_lights && light_aim.aim != nullptr) upload_light_aim(device, *scene, light_aim, arguments);
     work = WorkBuffers(device, config, plan, arguments);
     frame.film_stride = config.capacity() + EK_PAD;
     for (UnitInFlight& current : in_flight) current.tallies.resize(config.workers);

@@ -4,12 +4,12 @@
 // So light paths start from lamps towards glass and mirrors, go on, and are joined to the camera where they meet rough
 // surfaces (stages/light/shade.h).
 //
-// They are aimed at the targets: balls that hold all surfaces which reflect or refract exactly, or nearly so: these are
-// called rough targets, and differ in that paths from the camera find light at them by light sampling, too. A direction is chosen
-// uniformly within the cones of all targets, so its density is the number of cones that it lies in over the sum of
-// their solid angles; parallel light, and light of an environment map from a direction that is chosen as light sampling
-// does, starts from the balls' discs likewise. No light path starts elsewhere, and paths from the camera that find such
-// light take the density 0 for it.
+// They are aimed at the targets (lights/light_aim.h): balls that hold all surfaces which reflect or refract exactly, or nearly so: the
+// latter are called rough targets, and differ in that paths from the camera find light at them by light sampling, too. Unless a trial
+// has learned where starts bring most, a direction is chosen uniformly within the cones of all targets, so its density is the number of
+// cones that it lies in over the sum of their solid angles; parallel light, and light of an environment map from a direction that is
+// chosen as light sampling does, starts from the balls' discs likewise. No light path starts elsewhere, and paths from the camera that
+// find such light take the density 0 for it.
 #ifndef EK_LIGHT_PATH_H
 #define EK_LIGHT_PATH_H
 #include "lights/emission.h"
@@ -19,7 +19,7 @@
 #define EK_MERGED (-2.0f)  // a surface where it gathered: what it finds behind that comes by photons, if light paths bring it
 
 #if EK_HAS_light_paths
-#include "shared/light_target.h"
+#include "lights/light_aim.h"
 #if EK_HAS_shape & EK_HAS_shape_light
 #include "lights/shape_light.h"
 #endif
@@ -75,48 +75,6 @@ EK_FN vi is_shared_scattering(vf pdf, vf ratio) {
   return (EK_ROUGH_TARGETS ? is_exact | is_marked(ratio) : is_exact) & is_shared_ratio(ratio);
 }
 
-/// Solid angle of a target over 2 pi, in [0, 2]; all around where `from` lies within the ball.
-/// target  centre, and radius; world, metres
-EK_FN vf target_cone(float4 target, v3 from) {
-  const v3 way = sub3(splat3(target), from);
-  const vf sin2 = (target.w * target.w) / dot3(way, way);
-  const vf outside = sin2 / (1.0f + sqrt(max_f(1.0f - sin2, (vf)(0.0f))));  // 1 - cosine, also of small angles
-  return sin2 < 1.0f ? outside : (vf)(2.0f);
-}
-
-/// Sum of target_cone over all targets.
-EK_FN vf all_target_cones(constant Frame* frame, LightData lights, v3 from) {
-  vf sum = (vf)(0.0f);
-  for (uint i = 0; i < frame->light_target_count; ++i)
-    sum = sum + target_cone(lights.light_paths.light_targets[i], from);
-  return sum;
-}
-
-/// The squared distance of a ball's centre from the line through `from` along dir.
-EK_FN vf distance2_from_line(float4 target, v3 from, v3 dir) {
-  const v3 way = sub3(splat3(target), from);
-  const v3 across = sub3(way, scale3(dir, dot3(way, dir)));
-  return dot3(across, across);
-}
-
-/// Number of targets that a ray meets. dir: unit
-EK_FN vf targets_met(constant Frame* frame, LightData lights, v3 from, v3 dir) {
-  vf met = (vf)(0.0f);
-  for (uint i = 0; i < frame->light_target_count; ++i) {
-    const float4 target = lights.light_paths.light_targets[i];
-    const v3 way = sub3(splat3(target), from);
-    const vi ahead = (dot3(way, dir) > 0.0f) & (distance2_from_line(target, from, dir) <= target.w * target.w);
-    met = met + ((ahead | (target_cone(target, from) == 2.0f)) ? (vf)(1.0f) : (vf)(0.0f));
-  }
-  return met;
-}
-
-/// Density of the directions of light paths from a point, per sr.
-EK_FN vf target_pdf_sr(constant Frame* frame, LightData lights, v3 from, v3 dir) {
-  const vf met = targets_met(frame, lights, from, dir);
-  return met > 0.0f ? met * (EK_INV_2PI / all_target_cones(frame, lights, from)) : (vf)(0.0f);
-}
-
 /// Density with which light paths start from a point of a lamp, per m^2.
 /// light  index; pdf_of_point: 1 for triangles, of shapes shape_pdf_m2
 EK_FN vf start_pdf_m2(LightData lights, vu light, vf pdf_of_point) {
@@ -129,25 +87,6 @@ EK_FN vf start_pdf_m2(LightData lights, vu light, vf pdf_of_point) {
 EK_FN vf emission_density(constant Frame* frame, LightData lights, vf start_m2, v3 p, v3 n_geom, v3 dir) {
   const vf cosine = abs_f(dot3(n_geom, dir));
   return cosine > 0.0f ? start_m2 * target_pdf_sr(frame, lights, p, dir) / cosine : (vf)(0.0f);
-}
-
-/// Sum of the squared radii of all targets.
-EK_FN float all_target_radii2(constant Frame* frame, LightData lights) {
-  float sum = 0.0f;
-  for (uint i = 0; i < frame->light_target_count; ++i)
-    sum += lights.light_paths.light_targets[i].w * lights.light_paths.light_targets[i].w;
-  return sum;
-}
-
-/// Density of light paths of one direction on a plane across it, per m^2.
-/// p  on the light path, before or behind the targets; dir: unit, along it
-EK_FN vf parallel_pdf_m2(constant Frame* frame, LightData lights, v3 p, v3 dir) {
-  vf met = (vf)(0.0f);
-  for (uint i = 0; i < frame->light_target_count; ++i) {
-    const float4 target = lights.light_paths.light_targets[i];
-    met = met + ((distance2_from_line(target, p, dir) <= target.w * target.w) ? (vf)(1.0f) : (vf)(0.0f));
-  }
-  return met * (EK_INV_PI / all_target_radii2(frame, lights));
 }
 
 // Camera paths and light paths share light by the density of a start in the mean: as if all points of the light saw the targets
@@ -191,46 +130,8 @@ typedef struct {
   vf density;       // in the mean, of lights without extent that of direction or place alone, less than 0; marked
   vu triangle;      // that it leaves, or EK_NO_HIT
   vu group;         // light group of the light
+  vu start;         // its name (shared/light_target.h)
 } EmittedPath;
-
-/// A direction from a point towards a target.
-/// numbers  random, [0, 1)^3: x chooses the target, y and z the direction
-EK_FN v3 direction_to_targets(constant Frame* frame, LightData lights, v3 from, v3 numbers) {
-  const vf chosen = numbers.x * all_target_cones(frame, lights, from);
-  vf before = (vf)(0.0f), cone = (vf)(0.0f);
-  v3 centre = from;
-  for (uint i = 0; i < frame->light_target_count; ++i) {
-    const float4 target = lights.light_paths.light_targets[i];
-    const vf own = target_cone(target, from);
-    const vi takes = before <= chosen;  // the last one that does is the chosen one
-    cone = takes ? own : cone;
-    centre = select3(takes, splat3(target), centre);
-    before = before + own;
-  }
-  v3 axis = sub3(centre, from);
-  const vf length2 = dot3(axis, axis);
-  axis = select3(length2 > 0.0f, scale3(axis, (vf)(1.0f) / sqrt(length2)), V3((vf)(0.0f), (vf)(0.0f), (vf)(1.0f)));
-  return to_world(basis_around(axis), warp_cone(numbers.y, numbers.z, cone));
-}
-
-/// A point of the targets' discs across dir.
-/// numbers  as direction_to_targets takes them
-EK_FN v3 point_of_discs(constant Frame* frame, LightData lights, v3 dir, v3 numbers) {
-  const vf chosen = numbers.x * all_target_radii2(frame, lights);
-  vf radius = (vf)(0.0f);
-  v3 centre = dir;
-  float before = 0.0f;
-  for (uint i = 0; i < frame->light_target_count; ++i) {
-    const float4 target = lights.light_paths.light_targets[i];
-    const vi takes = before <= chosen;
-    radius = takes ? (vf)(target.w) : radius;
-    centre = select3(takes, splat3(target), centre);
-    before += target.w * target.w;
-  }
-  const DiskPoint at = warp_disk(numbers.y, numbers.z);
-  const Basis basis = basis_around(dir);
-  return add3(centre, scale3(add3(scale3(basis.x, at.x), scale3(basis.y, at.y)), radius));
-}
 
 /// The point of a line through the scene, along dir, that lies before the whole scene.
 EK_FN v3 before_scene(constant Frame* frame, v3 p, v3 dir) {
@@ -243,7 +144,9 @@ EK_FN v3 before_scene(constant Frame* frame, v3 p, v3 dir) {
 /// returns the density over which the light is divided
 EK_FN vf emit_distant(constant Frame* frame, LightData lights, LightSample light, vu index, v3 numbers,
                       EmittedPath* path) {
-  const v3 dir = neg3(light.wi), p = point_of_discs(frame, lights, dir, numbers);
+  const v3 dir = neg3(light.wi);
+  vu start;
+  const v3 p = point_of_discs(frame, lights, dir, numbers, &start);
   const vf of_place = parallel_pdf_m2(frame, lights, p, dir);
   vf density = gather_f(lights.light_paths.emission_pdf, index) * of_place,
      in_the_mean = -(vf)(mean_parallel_pdf_m2(lights));
@@ -255,6 +158,7 @@ EK_FN vf emit_distant(constant Frame* frame, LightData lights, LightSample light
   path->dir = select3(light.is_distant, dir, path->dir);
   path->origin = select3(light.is_distant, before_scene(frame, p, dir), path->origin);
   path->density = light.is_distant ? marked(in_the_mean, (vu)(EK_PARALLEL_MARK)) : path->density;
+  path->start = light.is_distant ? start : path->start;
   return density;
 }
 
@@ -296,7 +200,8 @@ EK_FN EmittedPath emit_light_path(constant Frame* frame, SceneData scene, LightD
   EmittedPath path;
   path.group = light.group;
   path.triangle = (vu)(EK_NO_HIT);
-  path.dir = EK_HAS_near_light ? direction_to_targets(frame, lights, light.p, numbers) : up;
+  path.start = (vu)(0u);
+  path.dir = EK_HAS_near_light ? direction_to_targets(frame, lights, light.p, numbers, &path.start) : up;
   path.origin = light.p;
   path.throughput = light.radiance;
   vf density = selection;  // of this path, over which the light is divided

@@ -11,11 +11,13 @@ typedef struct {
   // direction from the light's middle, a power of two.
   global const float* emission_aim;
   global const float4* light_targets;  // light_path.h
+  global const uint* light_aim;        // light_aim.h
 } LightPathData;
 
-#define EK_LIGHT_PATH_ARGUMENTS                                                                  \
-  , global const AliasEntry *emission_alias_table, global const float *emission_pdf,           \
-      global const float *emission_aim, global const float4 *light_targets
-#define EK_LIGHT_PATH_DATA , {emission_alias_table, emission_pdf, emission_aim, light_targets}
+#define EK_LIGHT_PATH_ARGUMENTS                                                                                        \
+  , global const AliasEntry *emission_alias_table, global const float *emission_pdf, global const float *emission_aim, \
+      global const float4 *light_targets, global const uint *light_aim
+#define EK_LIGHT_PATH_DATA \
+  , { emission_alias_table, emission_pdf, emission_aim, light_targets, light_aim }
 
 #endif

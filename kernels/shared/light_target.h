@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rough targets of light paths (lights/light_path.h), for host and kernels.
+// Targets of light paths (lights/light_path.h), for host and kernels.
 #ifndef EK_SHARED_LIGHT_TARGET_H
 #define EK_SHARED_LIGHT_TARGET_H
+#include "shared/guide.h"
 
 // Flag of MaterialRecord: the surface scatters light nearly as a mirror or as clear glass does, so light paths are aimed at it.
 #define EK_MATERIAL_ROUGH_TARGET 0x2000u
@@ -10,5 +11,27 @@
 #ifndef EK_ROUGH_TARGETS  // where only the text is checked
 #define EK_ROUGH_TARGETS 1
 #endif
+
+#define EK_LIGHT_TARGETS_MOST 64  // balls
+
+// Light paths start in two ways: from a point, within the cone of a target, and as parallel light, on the disc of one.
+#define EK_AIM_CONE 0u
+#define EK_AIM_DISC 1u
+// Buffer light_aim, of cells as path guiding has them (shared/guide.h): the first has AIM_flags alone, and then each target has one for
+// its cone and one for its disc, whose bins are those of the start's coordinates in the unit square.
+#define EK_AIM_CELL(target, kind) ((target)*2u + (kind) + 1u)
+EK_BEGIN
+enum {
+  AIM_flags = 0,  // of the first cell
+  AIM_weight =
+      GUIDE_indirect  // float, of the others: of the target among all, over that of one that nothing was learned of
+};
+EK_END
+#define EK_AIM_LEARNED 1u       // the cells hold; without it nothing but the flags is there
+#define EK_AIM_NAMES_STARTS 2u  // splats name the starts of their light paths (EK_SPLAT_START)
+
+// Name of a start: a target, a way to start, and a bin.
+#define EK_AIM_START(target, kind, bin) (((target)*2u + (kind)) * EK_GUIDE_BINS + (bin))
+#define EK_AIM_STARTS (EK_LIGHT_TARGETS_MOST * 2 * EK_GUIDE_BINS)
 
 #endif

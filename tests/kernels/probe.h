@@ -61,7 +61,8 @@ class Probe {
     return buffer("emission_alias_table", std::vector<AliasEntry>(1))
         .buffer("emission_pdf", std::vector<float>(1))
         .buffer("emission_aim", std::vector<float>(1))
-        .buffer("light_targets", std::vector<float4>(1));
+        .buffer("light_targets", std::vector<float4>(1))
+        .buffer("light_aim", Words(1));
   }
 
   /// Runs kernel `name` over all items on the first device, and over those of compare() on every usable one at lane widths 1, 8 and 16,

@@ -143,6 +143,7 @@ Metadata describe_render(const Prepared& prepared, const RenderOutput& done, con
         report.pilot.roulette_depth == 0 ? "off" : fmt::format("{:016x}", report.pilot.digest);
     metadata.numbers["guidingGain"] = report.pilot.gain;
   }
+  if (report.pilot.light_aim_gain > 0) metadata.numbers["lightAimGain"] = report.pilot.light_aim_gain;
   if (report.pilot.light_trial_paths > 0) metadata.numbers["lightPaths"] = double(report.pilot.light_path_count);
   std::string devices;
   for (const DeviceReport& device : report.devices)

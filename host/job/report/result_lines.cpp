@@ -33,7 +33,8 @@ std::string in_words(const PilotReport& pilot, const Settings& settings) {
     text += settings.merges_caustics ? "; light paths as few as merging needs, as more would not pay"
                                      : "; no light paths, as they would not pay";
   if (pilot.light_trial_paths > 0 && pilot.light_path_count > 0)
-    text += fmt::format("; {} light paths of each sample ({})", pilot.light_path_count,
+    text += fmt::format("; {} light paths of each sample{} ({})", pilot.light_path_count,
+                        pilot.light_aim_gain > 0 ? ", aimed by what it learned" : "",
                         pilot.light_path_gain > 0 ? times(pilot.light_path_gain) : "only they find some of the light");
   if (pilot.paths > 0)
     text += fmt::format("; {} ({})", pilot.roulette_depth == 0 ? "paths are not guided" : "paths are guided",

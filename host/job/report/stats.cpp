@@ -105,7 +105,8 @@ json pilot_json(const PilotReport& pilot) {
           {"roulette_depth", pilot.roulette_depth},
           {"light_trial_paths", pilot.light_trial_paths},
           {"light_path_count", pilot.light_path_count},
-          {"light_path_gain", pilot.light_path_gain}};
+          {"light_path_gain", pilot.light_path_gain},
+          {"light_aim_gain", pilot.light_aim_gain}};
 }
 
 json seconds_json(const RenderReport& report, const CommandTimes& times) {

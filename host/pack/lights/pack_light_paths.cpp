@@ -10,6 +10,7 @@
 #include "pack/pack_parts.h"
 #include "scene/emission.h"
 #include "scene/endless.h"
+#include "shared/light_target.h"
 
 namespace eikon {
 namespace {
@@ -93,7 +94,7 @@ class Targets {
       groups[{packed.instances[i].node, found->material}].push_back({box.lo, box.hi, box.lo, true});
     }
     for (auto& [key, pieces] : groups) clusters_.push_back(std::move(pieces));
-    if (clusters_.size() > kMostLightTargets) join();
+    if (clusters_.size() > EK_LIGHT_TARGETS_MOST) join();
     divide(kSmallTarget * 0.5 * glm::length(packed.bounds.hi - packed.bounds.lo));
   }
 
@@ -117,7 +118,7 @@ class Targets {
     std::vector<double> radii;
     for (const std::vector<Piece>& cluster : clusters_)
       radii.push_back(cluster.size() > 1 ? ball_around(cluster).radius : 0);
-    while (!clusters_.empty() && clusters_.size() < kMostLightTargets) {
+    while (!clusters_.empty() && clusters_.size() < EK_LIGHT_TARGETS_MOST) {
       const auto largest = std::size_t(std::ranges::max_element(radii) - radii.begin());
       if (!(radii[largest] > small)) return;
       auto [first, second] = divided(std::move(clusters_[largest]));
@@ -156,10 +157,11 @@ double overlap_of(std::span<const Ball> balls) {
   return covered > 0 ? met / covered : 1;
 }
 
-/// The power of two that is not above a number, within the bounds of aim_mark of the kernels.
-float power_of_two_below(double x) { return float(std::exp2(std::clamp(std::floor(std::log2(x)), -10.0, 19.0))); }
+float power_of_two_below(double x) { return aim_within_bounds(float(std::exp2(std::floor(std::log2(x))))); }
 
 }  // namespace
+
+float aim_within_bounds(float aim) { return std::clamp(aim, 0x1p-10F, 0x1p19F); }
 
 bool is_exact_light_target(const Material& material) {
   if (material.unlit || material.roughness > kSmoothRoughness) return false;
@@ -205,10 +207,15 @@ void pack_light_paths(std::span<const Material> materials, std::span<const Light
   std::vector<double> powers;
   const double overlap = overlap_of(balls);
   std::vector<float> aims = {float(overlap / sections_m2)};
+  std::vector<double> shares(2 * balls.size());
   for (const LightPathSource& emitter : emitters) {
     double cones = 0;
     if (emitter.radiance_area > 0)
-      for (const Ball& ball : balls) cones += cone_of(ball, emitter.place);
+      for (std::size_t i = 0; i < balls.size(); ++i) {
+        const double cone = cone_of(balls[i], emitter.place);
+        shares[2 * i + EK_AIM_CONE] += emitter.radiance_area * cone;
+        cones += cone;
+      }
     aims.push_back(power_of_two_below(overlap / (2 * std::numbers::pi * cones)));
     powers.push_back(emitter.radiance_area * 2 * std::numbers::pi * cones + emitter.irradiance * sections_m2);
   }
@@ -221,6 +228,8 @@ void pack_light_paths(std::span<const Material> materials, std::span<const Light
   for (std::size_t i = 0; i < emitters.size(); ++i)
     packed.emission_pdf[i] =
         float(emitters[i].area_m2 > 0 ? table.probability[i] / emitters[i].area_m2 : table.probability[i]);
+  for (std::size_t i = 0; i < balls.size(); ++i) shares[2 * i + EK_AIM_DISC] = balls[i].radius * balls[i].radius;
+  packed.light_target_shares = std::move(shares);
   for (const Ball& ball : balls)
     packed.light_targets.push_back(
         {float(ball.centre.x), float(ball.centre.y), float(ball.centre.z), up(ball.radius * (1 + 0x1p-16))});

@@ -7,8 +7,6 @@
 
 namespace eikon {
 
-inline constexpr std::size_t kMostLightTargets = 64;  // kernels look at all of them for each light path
-
 /// True if the material reflects or refracts light exactly, so that no sampling of lights finds what is lit through it.
 [[nodiscard]] bool is_exact_light_target(const Material& material);
 /// True if it does so nearly, by most of its light: its roughness is at most 0.5. Sampling of lights finds what is lit by it, but the
@@ -20,6 +18,9 @@ inline constexpr std::size_t kMostLightTargets = 64;  // kernels look at all of 
 /// True if an environment has lights so small and bright, as the sun is, that paths from the camera which leave glass
 /// or a mirror seldom meet what lights the scene.
 [[nodiscard]] bool has_small_lights(const EnvironmentMap& map);
+
+/// The power of two among those that emission_aim may have (aim_mark of kernels/lights/light_path.h) next to another one.
+[[nodiscard]] float aim_within_bounds(float aim);
 
 /// A light as the choice of where light paths start sees it.
 struct LightPathSource {

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "image/tonemap.h"
+#include "render/pilot/aim_learner.h"
 #include "render/render.h"
 #include "shared/splat.h"
 
@@ -25,7 +26,14 @@ constexpr double kSharing = 1.04;
 /// Camera paths of so few samples may have missed what makes most of their error.
 constexpr double kLeastCameraError = 0.1;
 
+constexpr std::size_t kUsualRatio =
+    3;  // of kLightPathRatios: where starts are learned for it, they are as good for others
+/// The least gain by learned starts with which it is tried whether they pay.
+constexpr double kLeastAimGain = 1.2;
+constexpr double kLeastHope = 0.97;  // of error times cost, if light paths have that gain, over that with even starts
+
 constexpr std::size_t kRatios = kLightPathRatios.size();
+constexpr std::size_t kMergingRatios = 5;  // all photons of a sample are in memory at once
 using Moments = std::array<double, kRatios>;
 
 double cost(const LightTrial& trial, std::size_t i) {
@@ -36,6 +44,8 @@ double cost(const LightTrial& trial, std::size_t i) {
 double error_times_cost(const LightTrial& trial, std::size_t i) {
   return (trial.camera_error + trial.shared_error[i]) * cost(trial, i);
 }
+
+double least_error_times_cost(const LightTrial& trial) { return error_times_cost(trial, best_light_paths(trial)); }
 
 /// The ratio of densities that a splat states: within a factor of the root of 2, as only its exponent is kept.
 double ratio_of(std::uint32_t info) {
@@ -54,34 +64,44 @@ double luminance_of(const Splat& splat) {
 /// The sums of the trial, by pixel.
 class TrialSums {
  public:
-  TrialSums(const Settings& picture, const Features& features)
+  /// aim: by which light paths start; null: evenly
+  TrialSums(const Settings& picture, const Features& features, const PackedScene& scene,
+            std::shared_ptr<const LightAim> aim)
       : settings_(picture),
+        aim_(scene.light_target_shares, std::move(aim)),
         film_(film_layout(features, picture)),
         shared_(film_.layout().crop.pixel_count()),
         of_camera_(shared_.size()) {}
 
   void add(const UnitResult& unit) {
-    film_.add(unit.sums);
-    paths_ += double(unit.sums.pixels.size()) * double(unit.sums.sample_end - unit.sums.sample_begin);
-    rays_ += double(unit.rays.total());
-    light_rays_ += double(unit.light_rays.total());
     const std::span<const std::uint32_t> words = unit.sums.splats;
     for (std::size_t at = 0; at + SPLAT_WORDS <= words.size(); at += SPLAT_WORDS)
       std::copy_n(&words[at], SPLAT_WORDS, splats_.emplace_back().begin());
+    std::vector<std::uint32_t> nameless(words.begin(), words.end());
+    for (std::size_t at = 0; at < nameless.size(); at += SPLAT_WORDS)
+      nameless[at + SPLAT_pixel] = EK_SPLAT_PIXEL_OF_NAMED(nameless[at + SPLAT_pixel]);
+    UnitSums sums = unit.sums;
+    sums.splats = nameless;
+    film_.add(sums);
+    paths_ += double(unit.sums.pixels.size()) * double(unit.sums.sample_end - unit.sums.sample_begin);
+    rays_ += double(unit.rays.total());
+    light_rays_ += double(unit.light_rays.total());
   }
 
   [[nodiscard]] LightTrial result() {
-    add_splats();
     std::vector<double> means(shared_.size());
     for (std::size_t i = 0; i < means.size(); ++i) means[i] = mean(i);
     const double all = std::accumulate(means.begin(), means.end(), 0.0) / double(means.size());
     means = smoothed(means, settings_.width);
+    std::vector<double> scales(means.size());
+    for (std::size_t i = 0; i < means.size(); ++i) scales[i] = error_scale(means[i], all);
+    add_splats(scales);
     const double samples = paths_ / double(means.size());
     LightTrial trial{.camera_rays = (rays_ - light_rays_) / paths_,
                      .light_rays = light_rays_ / (samples * double(settings_.light_path_count))};
     double of_camera = 0;  // what camera paths brought of the light that both find
     for (std::size_t i = 0; i < means.size(); ++i) {
-      const double scale = error_scale(means[i], all);
+      const double scale = scales[i];
       if (scale == 0) continue;
       trial.camera_error += camera_variance(i) / scale;
       of_camera += of_camera_[i] / (samples * scale);
@@ -91,20 +111,25 @@ class TrialSums {
     trial.camera_error = std::max(trial.camera_error - of_camera, kLeastCameraError * trial.camera_error);
     return trial;
   }
+  /// What the trial teaches about starts; after result().
+  [[nodiscard]] AimLearner& aim() { return aim_; }
 
  private:
   /// Sums up the splats in an order of their own. They come in whatever order a device's threads store them, and sums
   /// of floating-point numbers would differ with it in their last bits.
-  void add_splats() {
+  void add_splats(const std::vector<double>& scales) {
     std::sort(splats_.begin(), splats_.end());
     for (const Splat& splat : splats_) {
-      const std::uint32_t xy = splat[SPLAT_pixel];
+      const std::uint32_t xy = EK_SPLAT_PIXEL_OF_NAMED(splat[SPLAT_pixel]);
       const std::size_t pixel = std::size_t{xy >> 16} * settings_.width + (xy & 0xffffU);
       const double value = luminance_of(splat) / double(settings_.light_path_count),
                    ratio = ratio_of(splat[SPLAT_info]);
       const Moments moments = splat_moments(ratio, kTrialRatio);
       for (std::size_t i = 0; i < kRatios; ++i) shared_[pixel][i] += value * value * moments[i];
       of_camera_[pixel] += std::isinf(ratio) ? 0 : value * value / ratio;
+      if (scales[pixel] > 0)
+        aim_.add(splat[SPLAT_info] & 0xffU, EK_SPLAT_START(splat[SPLAT_pixel]),
+                 value * value * moments[kUsualRatio] / scales[pixel]);
     }
     splats_.clear();
   }
@@ -128,6 +153,7 @@ class TrialSums {
   }
 
   const Settings& settings_;
+  AimLearner aim_;
   Film film_;
   std::vector<Splat> splats_;      // of all units
   std::vector<Moments> shared_;    // sums over splats
@@ -149,7 +175,7 @@ std::array<double, kRatios> splat_moments(double ratio, double of_trial) {
 
 std::size_t best_light_paths(const LightTrial& trial) {
   std::size_t best = 0;
-  for (std::size_t i = 1; i < kRatios; ++i)
+  for (std::size_t i = 1; i < trial.ratios; ++i)
     if (!(error_times_cost(trial, i) >= kClearly * error_times_cost(trial, best))) best = i;
   return best;
 }
@@ -171,19 +197,43 @@ std::uint64_t paths_of_light_trial(const Settings& settings) {
   return std::max<std::uint64_t>(settings.light_trial_paths / pixels, 2) * pixels;
 }
 
-LightTrial run_light_trial(PilotPicture& picture, const PackedScene& scene, const Features& features,
-                           const Settings& settings) {
-  picture.restart(light_trial_settings(settings));
-  TrialSums sums(picture.settings(), features);
-  picture.render(0, paths_of_light_trial(settings) / picture.pixel_count(), false,
-                 [&](const PilotUnit& unit) { sums.add(unit.result); });
-  LightTrial trial = sums.result();
+LightTrialResult run_light_trial(PilotPicture& picture, const PackedScene& scene, const Features& features,
+                                 const Settings& settings) {
   // Behind glass and mirrors paths from the camera never find these lights, whether the trial has seen what they light up or not.
   const bool is_lit_by_points =
       features.has(Feature::point) || features.has(Feature::spot) || features.has(Feature::directional);
-  if (is_lit_by_points && scene.has_exact_light_targets)
-    trial.shared_error[0] = std::numeric_limits<double>::infinity();
-  return trial;
+  const bool only_light_paths = is_lit_by_points && scene.has_exact_light_targets;
+  Settings own = light_trial_settings(settings);
+  const auto render = [&](const LightAim& aim, TrialSums& sums) {
+    own.light_aim = std::make_shared<const LightAim>(with_named_starts(aim));
+    picture.restart(own);
+    picture.render(0, paths_of_light_trial(settings) / picture.pixel_count(), false,
+                   [&](const PilotUnit& unit) { sums.add(unit.result); });
+    LightTrial trial = sums.result();
+    if (only_light_paths) trial.shared_error[0] = std::numeric_limits<double>::infinity();
+    if (settings.merges_caustics) trial.ratios = kMergingRatios;
+    return trial;
+  };
+  TrialSums even_sums(own, features, scene, nullptr);
+  const LightTrial even = render({}, even_sums);
+  const double error_times_cost_of_even = least_error_times_cost(even);
+  AimLearner& learner = even_sums.aim();
+  LightTrial hoped = even;
+  for (double& error : hoped.shared_error) error /= learner.gain();
+  // Photons of merging light what the camera sees otherwise, of which splats tell nothing.
+  if (settings.merges_caustics || !(learner.gain() > kLeastAimGain) ||
+      !(least_error_times_cost(hoped) < kLeastHope * error_times_cost_of_even))
+    return {even, nullptr, 0};
+
+  const auto aim = std::make_shared<const LightAim>(learner.result());
+  TrialSums aimed_sums(own, features, scene, aim);
+  LightTrial aimed = render(*aim, aimed_sums);
+  // What starts do not change keeps its noise out of the decision.
+  aimed.camera_error = even.camera_error, aimed.shared_error[0] = even.shared_error[0];
+  const double gain = error_times_cost_of_even / least_error_times_cost(aimed);
+  if (!(gain > 1)) return {even, nullptr, 0};
+  learner.add(aimed_sums.aim());
+  return {aimed, std::make_shared<const LightAim>(learner.result()), gain};
 }
 
 }  // namespace eikon

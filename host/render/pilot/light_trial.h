@@ -14,13 +14,14 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 
 #include "render/pilot/pilot_picture.h"
 
 namespace eikon {
 
 /// The numbers of light paths for each path from the camera that are weighed against each other.
-inline constexpr std::array<double, 5> kLightPathRatios = {0, 1.0 / 128, 1.0 / 64, 1.0 / 16, 1.0 / 4};
+inline constexpr std::array<double, 7> kLightPathRatios = {0, 1.0 / 128, 1.0 / 64, 1.0 / 16, 1.0 / 4, 1, 4};
 
 /// The error that each number of light paths leaves, and its cost.
 struct LightTrial {
@@ -28,6 +29,13 @@ struct LightTrial {
   /// The same of the light that both find. It is infinite with no light paths if some light is found by them alone.
   std::array<double, kLightPathRatios.size()> shared_error{};
   double camera_rays = 0, light_rays = 0;  // of a path
+  std::size_t ratios = kLightPathRatios.size();  // so many are allowed, the first ones
+};
+
+struct LightTrialResult {
+  LightTrial trial;                     // with the starts that were chosen
+  std::shared_ptr<const LightAim> aim;  // what was learned about these, if that pays; else null, and they are even
+  double aim_gain = 0;                  // error times cost with even starts over that with these; 0: they are even
 };
 
 /// An index into kLightPathRatios: of the least number of light paths that no larger one surpasses clearly.
@@ -48,7 +56,7 @@ struct LightTrial {
 
 /// picture   of a program with the stages of light paths
 /// settings  of the image. throws DeviceError
-[[nodiscard]] LightTrial run_light_trial(PilotPicture& picture, const PackedScene& scene, const Features& features,
-                                         const Settings& settings);
+[[nodiscard]] LightTrialResult run_light_trial(PilotPicture& picture, const PackedScene& scene,
+                                               const Features& features, const Settings& settings);
 
 }  // namespace eikon

@@ -59,6 +59,7 @@ void apply(const Pilot& pilot, Features& features, Settings& settings) {
   features.set_guiding(pilot.table != nullptr, false);
   if (pilot.report.light_trial_paths == 0) return;
   settings.light_path_count = pilot.report.light_path_count;
+  settings.light_aim = pilot.light_aim;
   // Light that is merged comes by light paths alone, so they stay even if those to the camera do not pay.
   if (settings.merges_caustics && settings.light_path_count == 0)
     settings.light_path_count = light_paths_of_ratio(settings, kLightPathRatios[1]);
@@ -84,11 +85,13 @@ Pilot run_pilot(DevicePool::Lease& device, const ReadyWavefronts::SharedScene& s
   PilotReport& report = pilot.report;
   report.arithmetic = picture.wavefront().arithmetic().name();
   if (tries_lights) {
-    const LightTrial trial = run_light_trial(picture, *scene, own, of_image);
+    const auto [trial, aim, aim_gain] = run_light_trial(picture, *scene, own, of_image);
     const std::size_t best = best_light_paths(trial);
     report.light_trial_paths = paths_of_light_trial(settings);
     report.light_path_count = of_image.light_path_count = light_paths_of_ratio(settings, kLightPathRatios[best]);
     report.light_path_gain = light_path_gain(trial, best);
+    if (best > 0) pilot.light_aim = aim, report.light_aim_gain = aim_gain;
+    of_image.light_aim = pilot.light_aim;
     if (best == 0) then.leave_out_light_paths();
   }
   if (wants_guiding(then, settings)) {

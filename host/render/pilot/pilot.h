@@ -8,6 +8,7 @@
 #include <string>
 
 #include "guide/guide_table.h"
+#include "guide/light_aim.h"
 #include "render/ready_wavefronts.h"
 
 namespace eikon {
@@ -23,6 +24,7 @@ struct PilotReport {
   std::uint64_t light_trial_paths = 0;  // camera paths of the trial; 0: there was no trial
   std::uint64_t light_path_count = 0;   // light paths of each sample index, as the trial decided
   double light_path_gain = 0;  // error times cost without light paths over that with them; 0: only they find some light
+  double light_aim_gain = 0;   // of even starts, over that with those that were learned (LightAim); 0: they are even
 
   // Path guiding (guiding_pilot.h).
   std::uint64_t paths = 0;           // paths from which the table was learned; 0: nothing was learned
@@ -34,7 +36,8 @@ struct PilotReport {
 };
 
 struct Pilot {
-  std::shared_ptr<const GuideTable> table;  // null: paths are not guided
+  std::shared_ptr<const GuideTable> table;    // null: paths are not guided
+  std::shared_ptr<const LightAim> light_aim;  // null: light paths start evenly
   PilotReport report;
 };
 

@@ -2,6 +2,7 @@
 #include "render/pilot/pilot_file.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <cstring>
@@ -22,8 +23,9 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "words of the table would have to be turned round");
 
 constexpr std::string_view kName = "eikon pilot ";
-constexpr std::string_view kFirstLine = "eikon pilot 2\n";
+constexpr std::string_view kFirstLine = "eikon pilot 3\n";
 constexpr std::string_view kSetting = "setting ";
+constexpr std::array<const char*, kAimKinds> kAimGain = {"gain of cones", "gain of discs"};
 constexpr std::uint64_t kMostBytes = std::uint64_t{1} << 30;
 constexpr std::size_t kMostWords = kMostBytes / sizeof(std::uint32_t);
 
@@ -83,6 +85,15 @@ Pilot pilot_of(const Figures& figures, std::string_view table_bytes) {
   report.light_trial_paths = figures.number<std::uint64_t>("paths of the trial of light paths", std::uint64_t{1} << 48);
   report.light_path_count = figures.number<std::uint64_t>("light paths of each sample", std::uint64_t{1} << 31);
   report.light_path_gain = figures.number<double>("gain by light paths", kAny);
+  report.light_aim_gain = figures.number<double>("gain by aim", kAny);
+  LightAim aim;
+  for (std::size_t kind = 0; kind < aim.gain.size(); ++kind)
+    aim.gain[kind] = figures.number<float>(kAimGain[kind], std::numeric_limits<float>::max());
+  aim.words = take(table_bytes, figures.number<std::size_t>("words of aim", kMostWords));
+  if (!aim.words.empty()) {
+    if (!aim.is_sound()) refuse_damaged();
+    pilot.light_aim = std::make_shared<const LightAim>(std::move(aim));
+  }
   GuideTable table;
   table.roulette_depth = report.roulette_depth;
   table.scale = figures.number<float>("scale", std::numeric_limits<float>::max());
@@ -109,6 +120,8 @@ std::string to_bytes(const Pilot& pilot, const std::vector<ImageSetting>& settin
   GuideTable none;
   none.slots.clear();
   const GuideTable& table = pilot.table ? *pilot.table : none;
+  const LightAim even{.words = {}};
+  const LightAim& aim = pilot.light_aim ? *pilot.light_aim : even;
   std::string bytes(kFirstLine);
   for (const ImageSetting& setting : settings)
     bytes += fmt::format("{}{}: {}\n", kSetting, setting.name, setting.value);
@@ -117,8 +130,12 @@ std::string to_bytes(const Pilot& pilot, const std::vector<ImageSetting>& settin
   bytes +=
       fmt::format("paths of the trial of light paths: {}\nlight paths of each sample: {}\ngain by light paths: {}\n",
                   report.light_trial_paths, report.light_path_count, report.light_path_gain);
-  bytes += fmt::format("roulette depth: {}\nscale: {}\nwords of slots: {}\nwords of cells: {}\n\n",
-                       report.roulette_depth, table.scale, table.slots.size(), table.cells.size());
+  bytes += fmt::format("gain by aim: {}\n", report.light_aim_gain);
+  for (std::size_t kind = 0; kind < aim.gain.size(); ++kind)
+    bytes += fmt::format("{}: {}\n", kAimGain[kind], aim.gain[kind]);
+  bytes += fmt::format("words of aim: {}\nroulette depth: {}\nscale: {}\nwords of slots: {}\nwords of cells: {}\n\n",
+                       aim.words.size(), report.roulette_depth, table.scale, table.slots.size(), table.cells.size());
+  append(bytes, aim.words);
   append(bytes, table.slots);
   append(bytes, table.cells);
   const std::uint64_t hash = hash_of(bytes);

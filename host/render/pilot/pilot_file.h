@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // The result of a pilot on disk (--pilot): what it learned and what was decided, for other renders of the same image.
 //
-// A text and a table. The text has a line for each setting of the image that the pilot depends on, as the record of a
-// film has them (film_record.h), and a line for each figure; an empty line ends it. The table follows as 32-bit words
-// with the lowest byte first, slots before cells (guide/guide_table.h), and then the xxHash64 of everything before it.
+// A text and tables. The text has a line for each setting of the image that the pilot depends on, as the record of a
+// film has them (film_record.h), and a line for each figure; an empty line ends it. The tables follow as
+// 32-bit words with the lowest byte first: the aim of light paths (guide/light_aim.h), if there is one, and the slots and cells of
+// guiding (guide/guide_table.h). Then comes the xxHash64 of everything before it.
 #pragma once
 #include <filesystem>
 #include <string>

@@ -194,6 +194,10 @@ void prepare_pilot(WavefrontDevices& devices, std::vector<DeviceReport>& prepare
   if (!wants_pilot(devices.features, devices.settings)) return;
   std::optional<Pilot> pilot = hooks.pilot ? hooks.pilot() : std::nullopt;
   if (pilot) {
+    if (pilot->light_aim != nullptr && pilot->light_aim->target_count() != devices.packed->light_targets.size())
+      throw InputError(
+          fmt::format("the pilot that was made before aims light paths at {} targets, and there are {}; make it anew",
+                      pilot->light_aim->target_count(), devices.packed->light_targets.size()));
     const auto is_able = [](const DeviceReport& device) { return device.error.empty(); };
     devices.pilot_device = std::size_t(std::ranges::find_if(prepared, is_able) - prepared.begin());
     devices.pilot_arithmetic = pilot->report.arithmetic;

@@ -55,7 +55,7 @@ EK_FN_ONCE void stage_light_generate(StageContext stage, SceneData scene, LightD
     LightWords words = {(vu)(0u), (vu)(0u), (vu)(0u), (vu)(0u), 0u};
     if (EK_HAS_environment_map) sample_2d_bits(key, index, bounce_dimension(0, DIM_ENVIRONMENT), &words.c, &words.d);
     const EmittedPath emitted = emit_light_path(frame, scene, lights, choice, numbers, words);
-    const PathState start = {.path = replicate,
+    const PathState start = {.path = replicate | emitted.start << 8,
                              .key = key,
                              .index = index,
                              .origin = emitted.origin,

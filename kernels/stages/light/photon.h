@@ -15,7 +15,7 @@ EK_FN uint photon_leave(const ShadeContext* c, const PathHit* hit, const Shading
   if (EK_HAS_nested_media) leaves = leaves & !point->interface.is_null;
   const vu edges = (vu)(c->depth) - point->interface.null_interface_count;
   const vu most = (vu)(EK_PHOTON_EDGES_MOST);
-  vu info = hit->path.path | (edges < most ? edges : most) << 16;
+  vu info = (hit->path.path & 0xffu) | (edges < most ? edges : most) << 16;
   if (EK_HAS_light_group) info = info | hit->path.source_group << 8;
   const ShadowRay photon = {.path = point->index,
                             .origin = point->p,

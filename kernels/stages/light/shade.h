@@ -117,19 +117,25 @@ EK_FN uint camera_cast(const ShadeContext* c, global const float* filter_table, 
   const vf margin = min_f(0x1p-17f / abs_f(dot3(n_geom, view.dir)), (vf)(0x1p-8f));
   const vu counted = (vu)(c->depth) - point->interface.null_interface_count;
   const vu scatterings = counted < EK_SPLAT_SCATTERINGS_MOST ? counted : (vu)(EK_SPLAT_SCATTERINGS_MOST);
-  const ShadowRay ray = {.path = splat.pixel,
-                         .opacity_key = opacity.key,
-                         .opacity_index = opacity.index,
-                         .origin = view.eye,
-                         .dir = sub3(target, view.eye),
-                         .t_max = 1.0f - margin,
-                         .origin_prim = (vu)(EK_NO_HIT),
-                         .target_prim = point->triangle,
-                         .radiance = arriving,
+  const vu pixel = (aim_flags(c->lights) & EK_AIM_NAMES_STARTS) != 0u
+                       ? EK_SPLAT_NAMED_PIXEL(splat.pixel, hit->path.path >> 8)
+                       : splat.pixel;
+  const ShadowRay ray = {
+    .path = pixel,
+    .opacity_key = opacity.key,
+    .opacity_index = opacity.index,
+    .origin = view.eye,
+    .dir = sub3(target, view.eye),
+    .t_max = 1.0f - margin,
+    .origin_prim = (vu)(EK_NO_HIT),
+    .target_prim = point->triangle,
+    .radiance = arriving,
 #if EK_HAS_light_group
-                         .light_group = hit->path.source_group,
+    .light_group = hit->path.source_group,
 #endif
-                         .splat = hit->path.path | scatterings << 8 | exponent << EK_SPLAT_RATIO_SHIFT};
+
+    .splat = (hit->path.path & 0xffu) | scatterings << 8 | exponent << EK_SPLAT_RATIO_SHIFT
+  };
   shadow_store(c->stage.state, place, packing(pending), ray);
   return mask_bits(pending);
 }

@@ -111,7 +111,7 @@ TEST(LightPathsOption, sums_for_which_trials_decided_differently_are_not_added) 
 
 TEST(LightPathsOption, is_refused_where_it_means_nothing) {
   const Workplace here;
-  for (const char* value : {"2", "-1", "nan", "many", "\"\""}) {
+  for (const char* value : {"5", "-1", "nan", "many", "\"\""}) {
     const Outcome outcome = here.eikon(kSpheres + "-o x.exr --light-paths=" + value);
     EXPECT_TRUE(refused(outcome, kUsage)) << value;
     EXPECT_TRUE(contains(outcome.err, "--light-paths")) << outcome.err;

@@ -3,34 +3,17 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <fstream>
 #include <glm/glm.hpp>
 #include <numbers>
-#include <sstream>
 
-#include "device/kernel_sources.h"
-#include "kernels/probe.h"
+#include "kernels/lights/light_path_probe.h"
 #include "kernels/statistics.h"
-#include "shared/records.h"
-#include "support/paths.h"
 
 namespace eikon::test {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
 constexpr std::size_t kPathCount = 1 << 19;
-
-Probe light_path_probe(const std::vector<float4>& targets) {
-  std::ostringstream text;
-  text << std::ifstream(EIKON_SOURCE_DIR "/tests/kernels/lights/light_path_probes.cl").rdbuf();
-  Frame frame{};
-  frame.light_target_count = std::uint32_t(targets.size());
-  frame.scene_half = {3, 4, 12, 0};
-  Probe probe("light_path");
-  probe.define("EK_HAS_light_paths", "1").append(expand_includes(text.str(), "light_path_probes.cl"));
-  probe.buffer("frame", std::vector<Frame>{frame}).buffer("targets", targets);
-  return probe;
-}
 
 /// Two balls that overlap as seen from the origin, a small one, and a large one far away.
 const std::vector<float4> kTargets = {{2, 0, 0, 0.8F}, {3, 1, 0.5F, 1}, {-1, -2, 1, 0.2F}, {0, 30, 5, 9}};
@@ -64,7 +47,7 @@ TEST(LightPath, directions_have_the_density_that_they_state) {
   const glm::dvec3 places[] = {{0, 0, 0}, {2.5, 0.5, 0.25}};  // the second one lies in two of the balls
   for (const glm::dvec3& from : places) {
     const std::vector<Words> out =
-        light_path_probe(kTargets).run("probe_target_directions", inputs(glm::vec3(from)), 4);
+        light_path_probe(kTargets).run("probe_target_directions", inputs(glm::vec3(from)), 5);
     std::vector<double> observed(kRows * kColumns), expected(kRows * kColumns);
     for (int i = 0; i < kRows * kFine; ++i)
       for (int j = 0; j < kColumns * kFine; ++j) {
@@ -97,7 +80,7 @@ TEST(LightPath, directions_have_the_density_that_they_state) {
 
 TEST(LightPath, parallel_light_starts_evenly_on_the_discs) {
   const glm::dvec3 dir = glm::normalize(glm::dvec3(0.2, -1, 0.3));
-  const std::vector<Words> out = light_path_probe(kTargets).run("probe_target_origins", inputs(glm::vec3(dir)), 4);
+  const std::vector<Words> out = light_path_probe(kTargets).run("probe_target_origins", inputs(glm::vec3(dir)), 5);
   // 1 / density is the area that the discs cover together, in the mean, however they overlap.
   double sections = 0;
   for (const float4& ball : kTargets) sections += kPi * double(ball.w) * double(ball.w);

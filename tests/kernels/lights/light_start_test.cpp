@@ -110,7 +110,8 @@ class StartProbe {
         .buffer("emission_alias_table", packed_.emission_alias_table)
         .buffer("emission_pdf", packed_.emission_pdf)
         .buffer("emission_aim", packed_.emission_aim)
-        .buffer("light_targets", packed_.light_targets);
+        .buffer("light_targets", packed_.light_targets)
+        .buffer("light_aim", Words(1));
     for (const char* name :
          {"triangle_normals", "triangle_tangents", "triangle_colors", "material_extensions", "material_details",
           "textures", "texels", "light_alias_table", "light_nodes", "environment_texels", "environment_alias_table"})

@@ -72,7 +72,7 @@ TEST(LightTargets, cover_every_corner_with_no_more_balls_than_kernels_look_at) {
         add_triangle(packed, {float(node % 32), float(node / 32), 0.3F * float(i)}, 0.2F, node, 1);
     add_triangle(packed, {500, 0, 0}, 1, 9999, 0);
     pack_light_paths(materials, kOneLamp, packed);
-    EXPECT_LE(packed.light_targets.size(), kMostLightTargets);
+    EXPECT_LE(packed.light_targets.size(), std::size_t{EK_LIGHT_TARGETS_MOST});
     EXPECT_GE(packed.light_targets.size(), std::min(nodes, 5U));
     for (const Triangle& t : packed.triangles)
       for (const glm::vec3& p : corners_of(t)) EXPECT_EQ(covers(packed, p), t.material == 1) << nodes;

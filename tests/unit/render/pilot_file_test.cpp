@@ -42,6 +42,13 @@ Pilot some_pilot() {
   pilot.report.arithmetic = "other-12345678";
   pilot.report.light_trial_paths = 16384, pilot.report.light_path_count = 31, pilot.report.light_path_gain = 17.0 / 3;
   pilot.table = std::make_shared<const GuideTable>(std::move(table));
+  std::vector<AimedTarget> targets(2 * 3);
+  for (std::size_t i = 0; i < targets.size(); ++i) {
+    targets[i].weight = 0.5 + double(i);
+    for (std::size_t bin = 0; bin < EK_GUIDE_BINS; ++bin) targets[i].bins[bin] = double((bin * i) % 7);
+  }
+  pilot.light_aim = std::make_shared<const LightAim>(make_light_aim(targets, {4, 0.5F}));
+  pilot.report.light_aim_gain = 13.0 / 11;
   return pilot;
 }
 
@@ -68,6 +75,9 @@ TEST(PilotFile, comes_back_whole) {
   EXPECT_EQ(found.report.light_trial_paths, 16384U);
   EXPECT_EQ(found.report.light_path_count, 31U);
   EXPECT_EQ(found.report.light_path_gain, 17.0 / 3);
+  EXPECT_EQ(found.report.light_aim_gain, 13.0 / 11);
+  EXPECT_EQ(found.light_aim->words, pilot.light_aim->words);
+  EXPECT_EQ(found.light_aim->gain, pilot.light_aim->gain);
   EXPECT_EQ(found.report.arithmetic, "other-12345678");
   EXPECT_TRUE(found.report.loaded);
   EXPECT_EQ(folder.file_count(), 1U) << "a temporary file is left";
