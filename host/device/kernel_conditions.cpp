@@ -5,9 +5,10 @@
 #include <cctype>
 #include <optional>
 #include <set>
-#include <sstream>
 #include <string_view>
 #include <vector>
+
+#include "io/text.h"
 
 namespace eikon {
 namespace {
@@ -103,16 +104,22 @@ class Excluder {
     }
   }
 
-  std::string run(const std::string& text) {
+  std::string run(std::string_view text) {
     std::string out;
-    std::istringstream lines(text);
-    for (std::string line; std::getline(lines, line);)
-      if (keep(line)) out += line + "\n";
+    while (!text.empty()) {
+      const std::string_view line = take_line(text);
+      if (line.starts_with('#')) {
+        std::string directive(line);
+        if (keep(directive)) (out += directive) += '\n';
+      } else if (!is_out()) {
+        (out += line) += '\n';
+      }
+    }
     return out;
   }
 
  private:
-  /// Returns whether the line stays. It may be changed.
+  /// Returns whether a line that begins with # stays. It may be changed.
   bool keep(std::string& line) {
     if (line.starts_with("#if")) {
       regions_.push_back(region_of(line));
@@ -179,7 +186,7 @@ class Excluder {
 
 }  // namespace
 
-std::string without_excluded(const std::string& text, const std::map<std::string, std::string>& defines) {
+std::string without_excluded(std::string_view text, const std::map<std::string, std::string>& defines) {
   return Excluder(defines).run(text);
 }
 

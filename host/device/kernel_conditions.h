@@ -2,6 +2,7 @@
 #pragma once
 #include <map>
 #include <string>
+#include <string_view>
 
 namespace eikon {
 
@@ -10,6 +11,6 @@ namespace eikon {
 /// Conditions may join names by & && | || ! and parentheses. One that says more, or that depends on other macros, is left
 /// to the compiler, with all that is under it.
 /// defines  name -> value, as they are passed to the compiler
-std::string without_excluded(const std::string& text, const std::map<std::string, std::string>& defines);
+std::string without_excluded(std::string_view text, const std::map<std::string, std::string>& defines);
 
 }  // namespace eikon

@@ -2,6 +2,7 @@
 #pragma once
 #include <map>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace eikon {
@@ -18,6 +19,6 @@ std::string expand_includes(const std::string& text, const std::string& name);
 
 /// The text as a compiler sees it: without comments, #line directives, indentation and empty lines. Drivers keep compiled
 /// programs by their text, so these stay valid where only comments have changed.
-std::string bare_text(const std::string& text);
+std::string bare_text(std::string_view text);
 
 }  // namespace eikon

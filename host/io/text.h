@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Text for messages. Names that come from a file may hold any bytes, so they are escaped and cut.
 #pragma once
+#include <algorithm>
 #include <charconv>
 #include <cstdint>
 #include <optional>
@@ -24,6 +25,13 @@ namespace eikon {
 
 /// The pieces of "a,b,c", which may be empty; an empty text is one empty piece.
 [[nodiscard]] std::vector<std::string> split(std::string_view text, char separator);
+
+/// Takes the first line off the text; returns it without the end of line, which the last one may lack.
+[[nodiscard]] inline std::string_view take_line(std::string_view& text) {
+  const std::string_view line = text.substr(0, text.find('\n'));
+  text.remove_prefix(std::min(text.size(), line.size() + 1));
+  return line;
+}
 
 /// The number that the whole text says, or nothing. how: base or format, as std::from_chars takes it
 template <class Number, class... How>
