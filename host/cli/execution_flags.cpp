@@ -41,7 +41,7 @@ std::string environment_help() {
   return R"(Environment variables:
   EIKON_OIDN=FILE                 library of Open Image Denoise 2, for --denoise
   EIKON_WATCHDOG=SECONDS          drop a device that hangs this long in a unit of work [10]
-  POCL_CACHE_DIR=FOLDER           where PoCL keeps compiled kernels
+  POCL_CACHE_DIR=FOLDER           where PoCL keeps compiled kernels, and eikon programs (in eikon/)
 For developers:
   EIKON_KERNEL_DIR=FOLDER         compile these kernels instead of those in the binary
   EIKON_LANES=1|8|16              compile kernels that wide: 1 as for GPUs, 8 or 16 as for CPUs

@@ -4,12 +4,15 @@
 #include <CL/cl.h>
 
 #include <memory>
+#include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
 #include "core/device_vector.h"
 #include "core/error.h"
 #include "device/device.h"
+#include "device/program_store.h"
 
 namespace eikon {
 
@@ -59,6 +62,12 @@ struct Ticket::Impl {
 struct Program::Impl {
   ClProgram program;
   std::string device;
+  // Where the binary is to be kept; none: it is there already, or not wanted.
+  std::optional<StoredProgram> stored;
+  std::set<std::string> not_run;  // kernels that the driver has yet to compile; empty before the first has run
+
+  /// Keeps the binary once each kernel has run.
+  void has_run(const std::string& kernel);
 };
 
 std::shared_ptr<Program::Impl> build_program(cl_context context, cl_device_id device, const DeviceInfo& info,

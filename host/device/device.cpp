@@ -58,6 +58,7 @@ struct Device::Impl {
     ClEvent event;
     std::uint64_t items = 0, bytes = 0;
     bool beside = false;
+    std::shared_ptr<Program::Impl> first_of = nullptr;  // whose kernel `name` runs for the first time
   };
   std::deque<Pending> pending;
 
@@ -96,6 +97,7 @@ struct Device::Impl {
         profiler.record_beside(front.name, begin + clock_offset_s, end + clock_offset_s, front.bytes);
       else
         profiler.record(front.name, begin + clock_offset_s, end + clock_offset_s, front.items, front.bytes);
+      if (front.first_of) front.first_of->has_run(front.name);
       more = front.event.get() != last;
       pending.pop_front();
     }
@@ -304,9 +306,11 @@ void Device::run(const Kernel& kernel, std::size_t groups, std::size_t local, st
   impl_->check(
       clEnqueueNDRangeKernel(impl_->queue.get(), k.kernel.get(), 1, nullptr, &global, &local, 0, nullptr, &event),
       "launching kernel '" + k.name + "'");
-  if (!k.launched) impl_->profiler.compile_s += host_seconds() - begin;
-  k.launched = true;
   impl_->track(k.name.c_str(), event, items, 0);
+  if (k.launched) return;
+  impl_->profiler.compile_s += host_seconds() - begin;
+  impl_->pending.back().first_of = k.program;
+  k.launched = true;
 }
 
 void Device::flush() { impl_->check(clFlush(impl_->queue.get()), "submitting work"); }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Programs and kernels. Drivers cache what they compile (PoCL by content), so eikon has no cache on
-// disk.
+// Programs and kernels. Drivers cache what they compile; of PoCL, which takes long to find it, eikon keeps binaries
+// (program_store.h).
 #include <fmt/format.h>
 
 #include <atomic>
@@ -12,6 +12,7 @@
 #include "device/cl.h"
 #include "device/kernel_conditions.h"
 #include "device/kernel_sources.h"
+#include "io/text.h"
 
 namespace eikon {
 namespace {
@@ -51,7 +52,49 @@ cl_int compile(Program::Impl& impl, cl_context context, cl_device_id device, con
   return clBuildProgram(impl.program.get(), 1, &device, flags.c_str(), nullptr, nullptr);
 }
 
+std::vector<std::string> kernel_names(cl_program program) {
+  std::size_t size = 0;
+  clGetProgramInfo(program, CL_PROGRAM_KERNEL_NAMES, 0, nullptr, &size);
+  std::string names(size, '\0');
+  clGetProgramInfo(program, CL_PROGRAM_KERNEL_NAMES, size, names.data(), nullptr);
+  return split(names.substr(0, names.find('\0')), ';');
+}
+
+/// Returns whether the driver knows the names of a built program's arguments, by which they are bound.
+bool names_arguments(cl_program program) {
+  const ClKernel kernel(clCreateKernel(program, kernel_names(program).front().c_str(), nullptr));
+  std::size_t size = 0;
+  return kernel && clGetKernelArgInfo(kernel.get(), 0, CL_KERNEL_ARG_NAME, 0, nullptr, &size) == CL_SUCCESS;
+}
+
+/// Sets the program to that of a driver's binary, if there is one and the driver takes it. Returns whether it is set.
+bool open_binary(Program::Impl& impl, cl_context context, cl_device_id device, const StoredProgram& stored,
+                 const std::string& flags) {
+  const std::optional<std::string> binary = stored.find();
+  if (!binary) return false;
+  const auto* data = reinterpret_cast<const unsigned char*>(binary->data());
+  const std::size_t size = binary->size();
+  ClProgram program(clCreateProgramWithBinary(context, 1, &device, &size, &data, nullptr, nullptr));
+  if (!program || clBuildProgram(program.get(), 1, &device, flags.c_str(), nullptr, nullptr) != CL_SUCCESS ||
+      !names_arguments(program.get()))
+    return false;
+  impl.program = std::move(program);
+  return true;
+}
+
 }  // namespace
+
+void Program::Impl::has_run(const std::string& kernel) {
+  if (!stored) return;
+  if (not_run.empty()) {
+    const std::vector<std::string> kernels = kernel_names(program.get());
+    not_run.insert(kernels.begin(), kernels.end());
+  }
+  not_run.erase(kernel);
+  if (!not_run.empty()) return;
+  if (const std::string binary = program_binary(program.get()); !binary.empty()) stored->keep(binary);
+  stored.reset();
+}
 
 std::shared_ptr<Program::Impl> build_program(cl_context context, cl_device_id device, const DeviceInfo& info,
                                              const std::string& text, const ProgramOptions& options) {
@@ -73,9 +116,17 @@ std::shared_ptr<Program::Impl> build_program(cl_context context, cl_device_id de
   auto impl = std::make_shared<Program::Impl>();
   impl->device = info.name;
   // Code that is not optimised is for Oclgrind, which names files and lines of the text, as errors do.
-  cl_int code = compile(*impl, context, device,
-                        options.optimise ? bare_text(without_excluded(text, options.defines)) : text, flags);
-  if (code != CL_SUCCESS && options.optimise) code = compile(*impl, context, device, text, flags);
+  const std::string compact = options.optimise ? bare_text(without_excluded(text, options.defines)) : text;
+  if (options.optimise) impl->stored = stored_program(info, device, flags, compact);
+  if (impl->stored && open_binary(*impl, context, device, *impl->stored, flags)) {
+    impl->stored.reset();
+    return impl;
+  }
+  cl_int code = compile(*impl, context, device, compact, flags);
+  if (code != CL_SUCCESS && options.optimise) {
+    impl->stored.reset();
+    code = compile(*impl, context, device, text, flags);
+  }
   if (code != CL_SUCCESS) {
     std::size_t size = 0;
     clGetProgramBuildInfo(impl->program.get(), device, CL_PROGRAM_BUILD_LOG, 0, nullptr, &size);

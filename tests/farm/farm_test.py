@@ -14,6 +14,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import tarfile
 import tempfile
 import time
 import unittest
@@ -241,7 +242,10 @@ class C_Whole(FarmTest):
         for name in ("cold", "warm"):
             code, said, wrong = submit(name, CORNELL, "-o", f"{name}.exr", "--size", "16x16", "--spp", 4)
             self.assertEqual(code, 0, said + wrong)
-            self.assertGreater(next((space / name / "kernels").glob("*.tar")).stat().st_size, 20000)
+            archive = next((space / name / "kernels").glob("*.tar"))
+            self.assertGreater(archive.stat().st_size, 20000)
+            with tarfile.open(archive) as packed:
+                self.assertTrue(any(file.startswith("./eikon/") for file in packed.getnames()), packed.getnames())
             key = re.search(r'jobs/([0-9a-f]{16})-', (space / name / "probe.sh").read_text())[1]
             lists.append({file: file.stat().st_mtime_ns for file in (space / "node_cache").glob("*.jobs/*") if key in file.name})
             wait(name)

@@ -73,8 +73,9 @@ if [ ! -f "$archive" ] && ! pack; then
   mkdir -p "$POCL_CACHE_DIR.jobs"
   touch "$scratch/begin"
   cd "$base" && "$eikon" render {first} -o "$scratch/first.exr" --quiet --samples {samples} > /dev/null
-  # Of what this node has compiled before, only programs that this job used: PoCL notes when that was.
-  (cd "$POCL_CACHE_DIR" && find . -name last_accessed -newer "$scratch/begin" -printf '%h\n') > "$scratch/used"
+  # Of what this node has compiled before, only programs that this job used: PoCL and eikon note when that was.
+  (cd "$POCL_CACHE_DIR" && find . -newer "$scratch/begin" \( -name last_accessed -printf '%h\n' -o -path './eikon/[0-9a-f]*' -print \)) \
+    > "$scratch/used"
   mv "$scratch/used" "$used"
   rm -rf "$scratch"
   pack || rm -f "$archive.$$"

@@ -91,7 +91,8 @@ TEST(GeneratedCode, stages_in_one_launch_fill_vector_registers) {
                            {"paths.stage_shadow", 0.1}});
 }
 TEST(GeneratedCode, stages_launched_one_by_one_fill_vector_registers) {
-  expect_vectors("unfused", {{"generate", 0.4}, {"intersect", 0.1}, {"shade", 0.25}, {"shadow", 0.1}});
+  // The kernel "generate" is small beside PoCL's loops over work-items, which are around each kernel.
+  expect_vectors("unfused", {{"generate.stage_generate", 0.4}, {"intersect", 0.1}, {"shade", 0.25}, {"shadow", 0.1}});
 }
 
 }  // namespace

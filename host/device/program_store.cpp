@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "device/program_store.h"
+
+#include <CL/cl_ext.h>
+#include <dlfcn.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <exception>
+#include <fmt/format.h>
+#include <span>
+#include <vector>
+
+#include "io/atomic_file.h"
+#include "io/source_file.h"
+#include "io/xxhash64.h"
+
+namespace eikon {
+namespace {
+
+constexpr const char* kOneVariant = "POCL_WORK_GROUP_SPECIALIZATION";
+// PoCL allocates so much for a binary, whatever its size, and does not look whether it got it.
+constexpr std::size_t kMostBytes = std::size_t{256} << 20;
+
+std::uint64_t hash_of_text(std::string_view text, std::uint64_t seed) {
+  return xxhash64(std::as_bytes(std::span(text)), seed);
+}
+
+std::string checksum_of(std::string_view head, std::string_view binary) {
+  const std::uint64_t sum = hash_of_text(binary, hash_of_text(head, 0));
+  return {reinterpret_cast<const char*>(&sum), sizeof sum};
+}
+
+std::string variable(const char* name) {
+  const char* const value = std::getenv(name);
+  return value == nullptr ? "" : value;
+}
+
+/// PoCL's own rule. None: PoCL keeps nothing, or keeps it in the folder for temporary files.
+std::optional<std::filesystem::path> pocl_cache_folder() {
+  if (const std::string wanted = variable("POCL_KERNEL_CACHE"); !wanted.empty() && wanted[0] != '1') return {};
+  if (const std::string folder = variable("POCL_CACHE_DIR"); !folder.empty()) return folder;
+  if (const std::string caches = variable("XDG_CACHE_HOME"); !caches.empty())
+    return std::filesystem::path(caches) / "pocl/kcache";
+  if (const std::string home = variable("HOME"); !home.empty())
+    return std::filesystem::path(home) / ".cache/pocl/kcache";
+  return {};
+}
+
+/// Size and date of the driver's library: a package can be built again under the version of the one before.
+std::string library_of(cl_platform_id platform) {
+  const void* const function = clGetExtensionFunctionAddressForPlatform(platform, "clIcdGetPlatformIDsKHR");
+  Dl_info library{};
+  struct stat status {};
+  if (function == nullptr || dladdr(function, &library) == 0 || stat(library.dli_fname, &status) != 0) return "";
+  return fmt::format("{} bytes of {}", status.st_size, status.st_mtime);
+}
+
+/// The variables that PoCL reads, in alphabetical order. Some change what it compiles; the others do no harm here.
+std::string pocl_variables() {
+  std::vector<std::string> set;
+  for (char** entry = environ; entry != nullptr && *entry != nullptr; ++entry)
+    if (std::string_view(*entry).starts_with("POCL_") && !std::string_view(*entry).starts_with("POCL_CACHE_DIR="))
+      set.emplace_back(*entry);
+  std::ranges::sort(set);
+  return fmt::format("{}", fmt::join(set, "\n"));
+}
+
+}  // namespace
+
+StoredProgram::StoredProgram(const std::filesystem::path& folder, const std::string& driver, const std::string& flags,
+                             std::string_view text)
+    : head_(fmt::format("eikon program 1\n{}\n{}\n{} bytes {:016x} {:016x}\n", driver, flags, text.size(),
+                        hash_of_text(text, 1), hash_of_text(text, 2))) {
+  file_ = folder / fmt::format("{:016x}", hash_of_text(head_, 0));
+}
+
+std::optional<std::string> StoredProgram::find() const try {
+  const Bytes bytes = read_regular_file(file_, kMostBytes);
+  const std::string_view all(reinterpret_cast<const char*>(bytes.data.get()), bytes.size);
+  if (all.size() <= head_.size() + sizeof(std::uint64_t) || !all.starts_with(head_)) return {};
+  const std::string_view sum = all.substr(all.size() - sizeof(std::uint64_t));
+  const std::string_view binary = all.substr(head_.size(), all.size() - head_.size() - sum.size());
+  if (sum != checksum_of(head_, binary)) return {};
+  std::error_code ignored;
+  std::filesystem::last_write_time(file_, std::filesystem::file_time_type::clock::now(), ignored);
+  return std::string(binary);
+} catch (const std::exception&) {
+  return {};
+}
+
+void StoredProgram::keep(std::string_view binary) const try {
+  // The driver runs what the file holds, so the folder is closed to others, as those of PoCL are.
+  mkdir(file_.parent_path().c_str(), 0700);
+  const std::string sum = checksum_of(head_, binary);
+  AtomicFile file(file_);
+  for (const std::string_view part : {std::string_view(head_), binary, std::string_view(sum)})
+    file.write(part.data(), part.size());
+  file.commit();
+} catch (const std::exception&) {
+  // The program is compiled again the next time.
+}
+
+std::optional<StoredProgram> stored_program(const DeviceInfo& info, cl_device_id device, const std::string& flags,
+                                            std::string_view text) {
+  if (info.platform != "Portable Computing Language" || variable(kOneVariant) != "0") return {};
+  const auto folder = pocl_cache_folder();
+  cl_platform_id platform = nullptr;
+  clGetDeviceInfo(device, CL_DEVICE_PLATFORM, sizeof platform, &platform, nullptr);
+  const std::string library = library_of(platform);
+  char version[1024] = "";
+  const cl_int code = clGetPlatformInfo(platform, CL_PLATFORM_VERSION, sizeof version, version, nullptr);
+  if (!folder || library.empty() || code != CL_SUCCESS) return {};
+  const std::string driver =
+      fmt::format("{}\n{}\n{}\n{}\n{}\n{}", version, library, info.name, info.version, info.driver, pocl_variables());
+  return StoredProgram(*folder / "eikon", driver, flags, text);
+}
+
+void prefer_one_variant() { setenv(kOneVariant, "0", 0); }
+
+std::string program_binary(cl_program program) {
+  void* const room = mmap(nullptr, 2 * kMostBytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  if (room == MAP_FAILED) return "";
+  munmap(room, 2 * kMostBytes);
+  std::size_t size = 0;
+  if (clGetProgramInfo(program, CL_PROGRAM_BINARY_SIZES, sizeof size, &size, nullptr) != CL_SUCCESS) return "";
+  std::string binary(size, '\0');
+  char* data = binary.data();
+  return clGetProgramInfo(program, CL_PROGRAM_BINARIES, sizeof data, &data, nullptr) == CL_SUCCESS ? binary : "";
+}
+
+}  // namespace eikon
