@@ -30,7 +30,7 @@ constexpr std::size_t kUsualRatio =
     3;  // of kLightPathRatios: where starts are learned for it, they are as good for others
 /// The least gain by learned starts with which it is tried whether they pay.
 constexpr double kLeastAimGain = 1.2;
-constexpr double kLeastHope = 0.97;  // of error times cost, if light paths have that gain, over that with even starts
+constexpr double kLeastHope = 0.98;  // of error times cost, if light paths have that gain, over that with even starts
 
 constexpr std::size_t kRatios = kLightPathRatios.size();
 constexpr std::size_t kMergingRatios = 5;  // all photons of a sample are in memory at once
