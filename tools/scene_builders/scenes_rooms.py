@@ -1,14 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Two furnished rooms whose light takes long ways. The first line of each docstring says what the scene proves; it is
+"""Furnished rooms whose light takes long ways. The first line of each docstring says what the scene proves; it is
 kept in the file as well.
 """
 
 import math
 
 from .gltf_writer import GltfWriter
+from .scenes_materials import place, smooth_sphere, solid
 from .scene_shapes import box, inside_out, join, look_at, quad, ring, sphere
 
-WIDTH, HEIGHT, DEPTH = 4.6, 2.7, 5.2  # of both rooms, metres; from (0, 0, -DEPTH) to (WIDTH, HEIGHT, 0)
+WIDTH, HEIGHT, DEPTH = 4.6, 2.7, 5.2  # of the rooms, metres; from (0, 0, -DEPTH) to (WIDTH, HEIGHT, 0)
+WINDOW = (0.8, 2.2, -4.2, -2.2)  # as `shell` takes it
 
 
 def finishes(gltf):
@@ -108,13 +110,23 @@ def shelf_lamp_room():
     return gltf
 
 
+def ground_and_furniture(gltf, materials):
+    """The ground before the window, and what stands in a room that has one."""
+    lawn = quad((-20, -0.3, 10), (-0.25, -0.3, 10), (-0.25, -0.3, -15), (-20, -0.3, -15))
+    gltf.mesh("ground", [gltf.primitive(*lawn, materials["soil"])])
+    shelf(gltf, materials, 1.2, 3.0, -DEPTH + 0.31, backed=False)
+    table(gltf, materials, 2.0, -2.7)
+    rug(gltf, materials, 2.0, -2.7)
+    sofa(gltf, materials, WIDTH - 0.95, -3.7)
+
+
 def blind_room():
     """Light through slits: the sky reaches a furnished room between the slats of a blind."""
     gltf = GltfWriter(blind_room.__doc__)
     materials = finishes(gltf)
     gltf.environment((20.0, 23.0, 28.0))
-    y0, y1, z0, z1 = 0.8, 2.2, -4.2, -2.2
-    shell(gltf, materials, (y0, y1, z0, z1))
+    y0, y1, z0, z1 = WINDOW
+    shell(gltf, materials, WINDOW)
     slat = gltf.material("slat", (0.65, 0.63, 0.58))
     # Slats of 8 cm every 7 cm, tilted by 55 degrees with the room's side up, half way through the wall.
     reach, rise, thick = round(0.04 * math.cos(math.radians(55)), 6), round(0.04 * math.sin(math.radians(55)), 6), 0.004
@@ -126,12 +138,26 @@ def blind_room():
         slats.append(join(quad(*high), inside_out(quad(*low)),
                           *[quad(low[k], low[(k + 1) % 4], high[(k + 1) % 4], high[k]) for k in range(4)]))
     gltf.mesh("blind", [gltf.primitive(*join(*slats), slat)])
-    lawn = quad((-20, -0.3, 10), (-0.25, -0.3, 10), (-0.25, -0.3, -15), (-20, -0.3, -15))
-    gltf.mesh("ground", [gltf.primitive(*lawn, materials["soil"])])
-    shelf(gltf, materials, 1.2, 3.0, -DEPTH + 0.31, backed=False)
-    table(gltf, materials, 2.0, -2.7)
-    rug(gltf, materials, 2.0, -2.7)
-    sofa(gltf, materials, WIDTH - 0.95, -3.7)
+    ground_and_furniture(gltf, materials)
+    gltf.camera(0.85, 1.5, matrix=look_at((3.7, 1.5, -0.2), (1.55, 0.95, -3.9)))
+    return gltf
+
+
+def glazed_room():
+    """The sun through a pane: only light paths find it, and what it lights up lights a furnished room."""
+    gltf = GltfWriter(glazed_room.__doc__)
+    materials = finishes(gltf)
+    gltf.environment((0.9, 1.2, 1.7))
+    y0, y1, z0, z1 = WINDOW
+    shell(gltf, materials, WINDOW)
+    gltf.punctual_light("sun", "directional", (1.0, 0.9, 0.75), 60.0,
+                        matrix=look_at((-0.75, 0.6, 0.2), (0.0, 0.0, 0.0)))
+    glass = gltf.surface("glass", roughness=0.0, extensions=solid(1.5))
+    # Half way through the wall, and a little larger than the hole.
+    gltf.mesh("pane", [gltf.primitive(*box((-0.13, y0 - 0.01, z0 - 0.01), (-0.12, y1 + 0.01, z1 + 0.01)), glass)])
+    ground_and_furniture(gltf, materials)
+    ball = smooth_sphere(gltf, 3, glass)
+    place(gltf, "glass ball", ball, glass, (1.2, 0.2, -3.5), 0.2)
     gltf.camera(0.85, 1.5, matrix=look_at((3.7, 1.5, -0.2), (1.55, 0.95, -3.9)))
     return gltf
 
@@ -139,4 +165,5 @@ def blind_room():
 MAKERS = {
     "shelf_lamp_room": shelf_lamp_room,
     "blind_room": blind_room,
+    "glazed_room": glazed_room,
 }

@@ -26,14 +26,14 @@ constexpr double kSharing = 1.04;
 /// Camera paths of so few samples may have missed what makes most of their error.
 constexpr double kLeastCameraError = 0.1;
 
-constexpr std::size_t kUsualRatio =
-    3;  // of kLightPathRatios: where starts are learned for it, they are as good for others
+constexpr std::size_t kUsualRatio = 3;  // of kLightPathRatios: starts that are learned for it are good for others, too
 /// The least gain by learned starts with which it is tried whether they pay.
 constexpr double kLeastAimGain = 1.2;
 constexpr double kLeastHope = 0.98;  // of error times cost, if light paths have that gain, over that with even starts
 
+static_assert(kMostPilotPixels <= EK_SPLAT_NAMED_SIDE && EK_AIM_STARTS <= 1U << 14, "splats cannot name starts");
+
 constexpr std::size_t kRatios = kLightPathRatios.size();
-constexpr std::size_t kMergingRatios = 5;  // all photons of a sample are in memory at once
 using Moments = std::array<double, kRatios>;
 
 double cost(const LightTrial& trial, std::size_t i) {
@@ -175,7 +175,7 @@ std::array<double, kRatios> splat_moments(double ratio, double of_trial) {
 
 std::size_t best_light_paths(const LightTrial& trial) {
   std::size_t best = 0;
-  for (std::size_t i = 1; i < trial.ratios; ++i)
+  for (std::size_t i = 1; i < kRatios; ++i)
     if (!(error_times_cost(trial, i) >= kClearly * error_times_cost(trial, best))) best = i;
   return best;
 }
@@ -211,7 +211,6 @@ LightTrialResult run_light_trial(PilotPicture& picture, const PackedScene& scene
                    [&](const PilotUnit& unit) { sums.add(unit.result); });
     LightTrial trial = sums.result();
     if (only_light_paths) trial.shared_error[0] = std::numeric_limits<double>::infinity();
-    if (settings.merges_caustics) trial.ratios = kMergingRatios;
     return trial;
   };
   TrialSums even_sums(own, features, scene, nullptr);
@@ -219,7 +218,7 @@ LightTrialResult run_light_trial(PilotPicture& picture, const PackedScene& scene
   const double error_times_cost_of_even = least_error_times_cost(even);
   AimLearner& learner = even_sums.aim();
   LightTrial hoped = even;
-  for (double& error : hoped.shared_error) error /= learner.gain();
+  for (std::size_t i = 1; i < kRatios; ++i) hoped.shared_error[i] /= learner.gain();
   // Photons of merging light what the camera sees otherwise, of which splats tell nothing.
   if (settings.merges_caustics || !(learner.gain() > kLeastAimGain) ||
       !(least_error_times_cost(hoped) < kLeastHope * error_times_cost_of_even))

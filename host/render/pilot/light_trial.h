@@ -29,7 +29,6 @@ struct LightTrial {
   /// The same of the light that both find. It is infinite with no light paths if some light is found by them alone.
   std::array<double, kLightPathRatios.size()> shared_error{};
   double camera_rays = 0, light_rays = 0;  // of a path
-  std::size_t ratios = kLightPathRatios.size();  // so many are allowed, the first ones
 };
 
 struct LightTrialResult {

@@ -59,12 +59,6 @@ TEST(LightTrial, always_has_some_where_only_they_find_light) {
   EXPECT_EQ(best_light_paths(trial_of(100, {kInfinite, 400, 200, 50, 30, 30, 30})), 3U);
 }
 
-TEST(LightTrial, has_no_more_than_are_allowed) {
-  LightTrial trial = trial_of(1, {kInfinite, 1280, 640, 160, 40, 10, 2.5});
-  trial.ratios = 5;
-  EXPECT_EQ(best_light_paths(trial), 4U);
-}
-
 TEST(LightTrial, counts_rays_of_light_paths) {
   const Ratios shared = {100, 70, 50, 20, 10, 9, 9};
   EXPECT_GT(best_light_paths(trial_of(30, shared, 2)), best_light_paths(trial_of(30, shared, 60)));
