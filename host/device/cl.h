@@ -62,7 +62,7 @@ struct Ticket::Impl {
 struct Program::Impl {
   ClProgram program;
   std::string device;
-  // Where the binary is to be kept; none: it is there already, or not wanted.
+  // The place to keep the binary in; none: it is there already, or not wanted.
   std::optional<StoredProgram> stored;
   std::set<std::string> not_run;  // kernels that the driver has yet to compile; empty before the first has run
 

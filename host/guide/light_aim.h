@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a trial has learned about the starts of light paths: which targets, and which parts of their cones and discs, lead to light that
-// the camera sees (kernels/lights/light_aim.h).
+// A trial learns which targets of light paths, and which parts of their cones and discs, lead to light that the camera sees. These are
+// the tables of that (kernels/lights/light_aim.h).
 #pragma once
 #include <array>
 #include <cstddef>

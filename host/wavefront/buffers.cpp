@@ -184,7 +184,7 @@ bool replace_camera(Device& device, const Settings& settings, std::vector<float>
 
 void upload_light_aim(Device& device, const PackedScene& scene, LightAimBuffers& buffers, Arguments& arguments) {
   Uploader to(device, arguments);
-  if (buffers.aim == nullptr) {
+  if (buffers.aim == nullptr || scene.light_targets.empty()) {
     to.share("light_aim", std::vector<std::uint32_t>{});
     to.share("emission_aim", scene.emission_aim);
     return;

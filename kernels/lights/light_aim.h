@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where light paths are aimed: at the targets (lights/light_path.h).
+// Light paths are aimed at targets (lights/light_path.h).
 //
 // A start has coordinates in the unit square of the target that it is aimed at: those from which warp_cone makes its
 // direction within the target's cone, or warp_disk its place on the target's disc. What a trial has learned about starts

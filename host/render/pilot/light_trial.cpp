@@ -111,7 +111,7 @@ class TrialSums {
     trial.camera_error = std::max(trial.camera_error - of_camera, kLeastCameraError * trial.camera_error);
     return trial;
   }
-  /// What the trial teaches about starts; after result().
+  /// Has learned from the splats once result() has been called.
   [[nodiscard]] AimLearner& aim() { return aim_; }
 
  private:
@@ -217,17 +217,18 @@ LightTrialResult run_light_trial(PilotPicture& picture, const PackedScene& scene
   const LightTrial even = render({}, even_sums);
   const double error_times_cost_of_even = least_error_times_cost(even);
   AimLearner& learner = even_sums.aim();
+  const double gain_of_light = learner.gain();
   LightTrial hoped = even;
-  for (std::size_t i = 1; i < kRatios; ++i) hoped.shared_error[i] /= learner.gain();
+  for (std::size_t i = 1; i < kRatios; ++i) hoped.shared_error[i] /= gain_of_light;
   // Photons of merging light what the camera sees otherwise, of which splats tell nothing.
-  if (settings.merges_caustics || !(learner.gain() > kLeastAimGain) ||
+  if (settings.merges_caustics || !(gain_of_light > kLeastAimGain) ||
       !(least_error_times_cost(hoped) < kLeastHope * error_times_cost_of_even))
     return {even, nullptr, 0};
 
   const auto aim = std::make_shared<const LightAim>(learner.result());
   TrialSums aimed_sums(own, features, scene, aim);
   LightTrial aimed = render(*aim, aimed_sums);
-  // What starts do not change keeps its noise out of the decision.
+  // Both errors are the same with any starts, so their noise is kept out of the decision.
   aimed.camera_error = even.camera_error, aimed.shared_error[0] = even.shared_error[0];
   const double gain = error_times_cost_of_even / least_error_times_cost(aimed);
   if (!(gain > 1)) return {even, nullptr, 0};
