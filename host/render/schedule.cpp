@@ -189,7 +189,9 @@ std::uint64_t Schedule::unit_size(std::size_t device, double now_s) {
     size = fitting > double(small) ? std::min(std::uint64_t(fitting), size) : small;
   }
   if (begin_s + expected_s(d, size) <= others_s) return size;
-  return in_flight_.empty() && is_quickest(device, size) ? size : 0;  // else nobody would do it
+  // Each may take another for quicker, as their units have other sizes, and then nobody would do it. So the quickest for all that is
+  // left, which is one number for all of them, goes on where nothing is under way.
+  return in_flight_.empty() && is_quickest(device, pool_.path_count()) ? size : 0;
 }
 
 bool Schedule::is_quickest(std::size_t device, std::uint64_t paths) const {
