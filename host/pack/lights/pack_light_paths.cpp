@@ -53,8 +53,21 @@ Ball ball_around(std::span<const Piece> pieces) {
   return ball;
 }
 
+/// Divides a triangle in two, at the middle of its longest side.
+std::pair<std::vector<Piece>, std::vector<Piece>> halves(const Piece& piece) {
+  glm::dvec3 corners[] = {piece.a, piece.b, piece.c};
+  const auto side = [&](std::size_t i) { return glm::length(corners[(i + 1) % 3] - corners[i]); };
+  std::size_t longest = 0;
+  for (std::size_t i = 1; i < 3; ++i)
+    if (side(i) > side(longest)) longest = i;
+  std::rotate(corners, corners + longest, corners + 3);
+  const glm::dvec3 middle = 0.5 * (corners[0] + corners[1]);
+  return {{{corners[0], middle, corners[2], false}}, {{middle, corners[1], corners[2], false}}};
+}
+
 /// Divides the pieces in two by their middles, along the longest axis of these.
 std::pair<std::vector<Piece>, std::vector<Piece>> divided(std::vector<Piece> pieces) {
+  if (pieces.size() == 1) return halves(pieces.front());
   Bounds middles;
   for (const Piece& piece : pieces) grow(middles, piece.middle());
   const glm::dvec3 size = middles.hi - middles.lo;
@@ -115,9 +128,12 @@ class Targets {
 
   /// Divides the largest clusters until none is larger than that, or there are as many as there may be.
   void divide(double small) {
+    // The box of a shape or an instance stays whole.
+    const auto radius_of = [](const std::vector<Piece>& cluster) {
+      return cluster.size() > 1 || !cluster.front().is_box ? ball_around(cluster).radius : 0;
+    };
     std::vector<double> radii;
-    for (const std::vector<Piece>& cluster : clusters_)
-      radii.push_back(cluster.size() > 1 ? ball_around(cluster).radius : 0);
+    for (const std::vector<Piece>& cluster : clusters_) radii.push_back(radius_of(cluster));
     while (!clusters_.empty() && clusters_.size() < EK_LIGHT_TARGETS_MOST) {
       const auto largest = std::size_t(std::ranges::max_element(radii) - radii.begin());
       if (!(radii[largest] > small)) return;
@@ -125,7 +141,7 @@ class Targets {
       clusters_[largest] = std::move(first);
       clusters_.push_back(std::move(second));
       for (const std::size_t i : {largest, clusters_.size() - 1}) {
-        const double radius = clusters_[i].size() > 1 ? ball_around(clusters_[i]).radius : 0;
+        const double radius = radius_of(clusters_[i]);
         i < radii.size() ? radii[i] = radius : (radii.push_back(radius), radius);
       }
     }

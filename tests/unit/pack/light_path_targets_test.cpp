@@ -89,10 +89,42 @@ TEST(LightTargets, are_divided_where_they_are_large) {
   for (const float4& ball : packed.light_targets) EXPECT_LT(ball.w, 0.25 * scene);
 }
 
-TEST(LightTargets, take_lights_by_what_they_send_there) {
+TEST(LightTargets, are_divided_where_one_triangle_is_large) {
   const std::vector<Material> materials = {smooth_glass()};
   PackedScene packed;
+  add_triangle(packed, {0, 0, 0}, 4, 0, 0);
+  add_triangle(packed, {100, 0, 0}, 0.1F, 1, 0);
+  pack_light_paths(materials, kOneLamp, packed);
+  EXPECT_EQ(packed.light_targets.size(), 2U) << "both are small beside the scene";
+
+  packed = {};
+  add_triangle(packed, {0, 0, 0}, 4, 0, 0);
+  packed.triangles.push_back(packed.triangles.front());
+  set_corners(packed.triangles.back(), {4, 4, 0}, {4, 0, 0}, {0, 4, 0});  // the other half of a square pane
+  pack_light_paths(materials, kOneLamp, packed);
+  EXPECT_GT(packed.light_targets.size(), 16U);
+  const double scene = 0.5 * glm::length(packed.bounds.hi - packed.bounds.lo);
+  for (const float4& ball : packed.light_targets) EXPECT_LT(ball.w, 0.25 * scene);
+  for (int i = 0; i <= 40; ++i)
+    for (int j = 0; j <= 40; ++j) EXPECT_TRUE(covers(packed, {0.1F * float(i), 0.1F * float(j), 0}));
+}
+
+TEST(LightTargets, are_whole_around_a_shape) {
+  PackedScene packed;
+  Triangle box{};
+  set_corners(box, {0, 0, 0}, {4, 4, 4}, {0, 0, 0});  // of a shape: its least and greatest corner
+  packed.triangles.push_back(box);
+  packed.shapes.resize(1);
+  grow(packed.bounds, glm::vec3(0)), grow(packed.bounds, glm::vec3(4));
+  pack_light_paths(std::vector<Material>{smooth_glass()}, kOneLamp, packed);
+  EXPECT_EQ(packed.light_targets.size(), 1U);
+}
+
+TEST(LightTargets, take_lights_by_what_they_send_there) {
+  const std::vector<Material> materials = {smooth_glass(), Material{}};
+  PackedScene packed;
   add_triangle(packed, {0, 0, 0}, 1, 0, 0);
+  add_triangle(packed, {0, -100, 0}, 1, 1, 1);  // beside which the glass is small, so that it is one target
   const std::vector<LightPathSource> lights = {
       {.radiance_area = 4, .area_m2 = 0.5, .place = {0, 10, 0}},  // a lamp
       {.radiance_area = 4, .place = {0, 1000, 0}},  // a bulb a hundred times as far: its share is 2^-8 / n at least
