@@ -227,6 +227,21 @@ TEST(Sampler, N3_no_two_pixels_of_a_replicate_share_a_key_even_at_the_corners_of
   }
 }
 
+// Of the first pixel above all, whose number is 0: light paths have its keys, too.
+TEST(Sampler, keys_differ_by_seed_replicate_and_high_index_at_every_pixel) {
+  Places at;
+  for (std::uint32_t i = 0; i < 16; ++i) at.add(i & 1U, i >> 1 & 1U, i >> 2, 0);
+  std::set<std::uint32_t> seen;
+  std::size_t drawn = 0;
+  for (const std::uint32_t seed : {0U, 1U, 2U, 0x6c70a7b5U, 0xffffffffU})
+    for (const std::uint32_t high : {0U, 1U, 0xffffffffU}) {
+      const Words keys = samples(at, {.seed = seed, .index_high = high})[4];
+      seen.insert(keys.begin(), keys.end());
+      drawn += keys.size();
+    }
+  EXPECT_EQ(seen.size(), drawn);
+}
+
 TEST(Sampler, N3_samples_do_not_repeat_past_two_to_the_32_or_in_far_dimensions) {
   std::set<std::pair<std::uint32_t, std::uint32_t>> seen;
   std::size_t drawn = 0;

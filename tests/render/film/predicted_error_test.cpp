@@ -27,10 +27,12 @@ Statements statements_of(const Scene& scene, Settings settings, const Film& refe
   const Image truth = to_image(reference);
   std::vector<Film> films;
   double relmse = 0, variance = 0, error = 0;
-  for (int seed = 1; seed <= kSeeds; ++seed) {
+  // Variance over error has a standard deviation of .075 for 24 seeds of 4 samples, so it takes more of them.
+  const int seeds = std::max(kSeeds, int(960 / settings.sample_end));
+  for (int seed = 1; seed <= seeds; ++seed) {
     settings.seed = static_cast<std::uint32_t>(seed);
-    const Film& film = films.emplace_back(film_of(scene, settings));
-    relmse += compare_images(to_image(film), truth).relmse / kSeeds;
+    const Film film = film_of(scene, settings);
+    if (seed <= kSeeds) films.push_back(film), relmse += compare_images(to_image(film), truth).relmse / kSeeds;
     for (std::uint32_t y = 0; y < kHeight; ++y)
       for (std::uint32_t x = 0; x < kWidth; ++x) {
         const double off = film.mean(x, y, 1) - reference.mean(x, y, 1);

@@ -39,7 +39,7 @@ std::shared_ptr<const LightAim> wrong_aim(std::size_t targets, unsigned seed) {
 
 TEST(LightAimRender, any_table_leaves_the_mean) {
   auto [room, in_room] = room_of_glass(24, 512);
-  auto [floor, in_sun] = floor_in_the_sun(16, 16384, 300);
+  auto [floor, in_sun] = floor_in_the_sun(16, 32768, 300);
   auto [bulb, by_bulb] = room_of_glass(24, 512);
   bulb.materials[1].emission = glm::vec3(0);
   bulb.lights = {small_lamp({0, 0.8, 0}, 0.4F), sunshine({0.3, -1, 0.1}, 0.3F)};

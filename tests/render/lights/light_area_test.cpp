@@ -225,7 +225,7 @@ TEST(LightArea, L20_veach_plates_by_bsdf_sampling_and_mis_which_is_no_worse_than
   };
   // What light or BSDF sampling alone does badly takes many samples before its error is known.
   constexpr Strategy strategies[] = {
-      {LightSampling::mis, 512}, {LightSampling::light, 4096}, {LightSampling::bsdf, 16384}};
+      {LightSampling::mis, 2048}, {LightSampling::light, 4096}, {LightSampling::bsdf, 16384}};
   MeanAndError found[3][4];
   double per_sample[3][4];
   std::vector<double> shown(

@@ -129,6 +129,29 @@ TEST(LightPaths, a_panorama_sees_the_same_floor) {
   EXPECT_TRUE(agrees(mean_of(film_of(scene, with_light_paths(settings, 16))), expected, 1, 1e-3));
 }
 
+TEST(LightPaths, of_two_seeds_have_nothing_in_common) {
+  Scene scene;
+  add_floor(scene, 3, 0.5F);
+  add_block(scene, "slab", {-1, 1, -1}, {1, 1.2F, 1}, glass(float(kIor), 0, true));
+  scene.lights.push_back(sunshine({0, -1, 0}, 1));
+  Settings settings = settings_for(64, 64, 64);
+  settings.max_depth = 4;
+  settings.camera = look_at_camera({0, 0.9, 0}, {0, 0, 0}, {0, 0, -1}, kFieldOfView);  // a floor that is evenly lit
+  const auto of_seed = [&](std::uint32_t seed) {
+    settings.seed = seed;
+    return film_of(scene, with_light_paths(settings, 16));
+  };
+  const Film a = of_seed(0), b = of_seed(1);
+  const double mean_a = mean_of(a).mean, mean_b = mean_of(b).mean;
+  double ab = 0, aa = 0, bb = 0;
+  for (std::uint32_t y = 0; y < 64; ++y)
+    for (std::uint32_t x = 0; x < 64; ++x) {
+      const double of_a = a.mean(x, y, 1) - mean_a, of_b = b.mean(x, y, 1) - mean_b;
+      ab += of_a * of_b, aa += of_a * of_a, bb += of_b * of_b;
+    }
+  EXPECT_LT(std::abs(ab / std::sqrt(aa * bb)), 4.0 / 64) << "the standard error of 4096 pixels is 1 / 64";
+}
+
 TEST(LightPaths, a_mirror_sends_the_flux_of_a_sun_onto_the_floor) {
   Scene mirror;
   add_floor(mirror, 40, 0.5F);

@@ -99,9 +99,9 @@ const Change kRoughSunny[] = {
 TEST(RoughTargets, bring_the_light_of_suns) {
   constexpr int comparisons = int(std::size(kRoughSunny)) * 4 * 3;
   for (const Change& change : kRoughSunny) {
-    auto [scene, settings] = floor_in_the_sun(24, 3072, 300);
+    auto [scene, settings] = floor_in_the_sun(24, 4096, 300);
     change.make(scene, settings);
-    EXPECT_FALSE(expect_the_same_mean(change.name, scene, settings, 8192, comparisons).light_paths().empty())
+    EXPECT_FALSE(expect_the_same_mean(change.name, scene, settings, 16384, comparisons).light_paths().empty())
         << change.name;
   }
 }

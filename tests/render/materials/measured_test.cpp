@@ -55,7 +55,7 @@ std::pair<Scene, Settings> ball_of(const Material& material, bool lamp_lit) {
   ball.material = std::uint32_t(scene.materials.size());
   scene.materials.push_back(material);
   scene.shapes.push_back(ball);
-  Settings settings = settings_for(kSide, kSide, 2048);
+  Settings settings = settings_for(kSide, kSide, 2560);
   settings.camera = look_at_camera(kEye, {0, 0, 0}, {0, 1, 0}, kView);
   if (lamp_lit)
     settings.max_depth = 2;

@@ -60,13 +60,15 @@ TEST(Analytic, N10_roulette_changes_no_mean) {
   struct Case {
     float albedo;
     double expected;
-    std::uint32_t roulette_depth;
+    std::uint32_t roulette_depth, max_depth;
   };
-  // Survival of 0.95 at most: above an albedo of sqrt(0.95) the variance has no bound, so there roulette comes late.
-  for (const Case& c :
-       {Case{0.8F, 5, 1}, Case{0.8F, 5, 4}, Case{0.8F, 5, 40}, Case{0.95F, 20, 4}, Case{0.99F, 100, 300}}) {
+  // Survival of 0.95 at most: above an albedo of sqrt(0.95) the variance has no bound, so there roulette comes late and paths end.
+  const double longest = (1 - std::pow(0.99, 400)) / 0.01;
+  for (const Case& c : {Case{0.8F, 5, 1, 0}, Case{0.8F, 5, 4, 0}, Case{0.8F, 5, 40, 0}, Case{0.95F, 20, 4, 0},
+                        Case{0.99F, longest, 300, 400}}) {
     Settings settings = settings_for(24, 24, 128);
     settings.roulette_depth = c.roulette_depth;
+    settings.max_depth = c.max_depth;
     // Hundreds of edges: the rounding of each throughput adds up, and 0.99F is off by 2e-8 / 0.01.
     EXPECT_TRUE(agrees(mean_of(film_of(furnace(c.albedo, 1), settings)), c.expected, 5, 2e-5))
         << c.albedo << " from " << c.roulette_depth;
