@@ -6,6 +6,7 @@
 #include <bit>
 #include <cmath>
 #include <numeric>
+#include <utility>
 #include <vector>
 
 #include "guide/learner.h"
@@ -24,6 +25,10 @@ constexpr std::uint64_t kShares = 63;  // of all together
 constexpr std::uint32_t kRouletteDepth = 2;
 constexpr double kCellsPerHeight = 16;  // smallest cells across the picture at the usual distance
 constexpr double kLeastGain = 1.25;  // a guided vertex costs about so many times another one (kernels/guide/README.md)
+// The pilot gives up after a round, if the gains that its samples and those of the round before show are less than this. They are noisy,
+// and grow from round to round (kernels/guide/README.md).
+constexpr std::array<double, kRounds.size()> kLeastHopeOfRound = {0, 0, 0, 1, 1.1, 0};
+constexpr std::uint64_t kLeastPathsToGiveUp = 1U << 17;  // smaller pilots show too little in their rounds
 
 /// The paths of one way of sampling in the trial.
 struct Trial {
@@ -33,13 +38,15 @@ struct Trial {
 };
 
 /// Without guiding, and with it.
-using Trials = std::array<Trial, 2>;
+struct Trials {
+  Trial without, with;
+};
 
 class GuidingPilot {
  public:
   /// picture  with the settings of guiding_picture_settings(), and a program with feature path_log
   GuidingPilot(PilotPicture& picture, std::uint64_t paths)
-      : picture_(picture), samples_(first_round(picture.settings(), paths)) {}
+      : picture_(picture), wanted_paths_(paths), samples_(first_round(picture.settings(), paths)) {}
 
   /// Samples of a pixel in the first round.
   static std::uint64_t first_round(const Settings& picture, std::uint64_t paths) {
@@ -48,28 +55,31 @@ class GuidingPilot {
   }
 
   void run(Guiding guiding, Pilot& pilot) {
+    const bool may_give_up = guiding != Guiding::on && wanted_paths_ >= kLeastPathsToGiveUp;
     calibrate();
     GuideLearner learner(scale_, usual_luminance_);
-    mean_.resize(picture_.pixel_count());
-    const auto learn = [&](const PathLog& log) {
-      learner.add(log);
-      add_to_mean(log);
-    };
+    sums_.resize(picture_.pixel_count());
     for (std::size_t round = 0; round < kRounds.size(); ++round) {
       guide_with(learner.table(), round == 0 ? 0 : kRouletteDepth);
-      render(samples_ * kRounds[round], learn);
+      if (round > 0) rounds_.with = {};
+      Trial& trial = round == 0 ? rounds_.without : rounds_.with;
+      render(samples_ * kRounds[round], [&](const PathLog& log) {
+        learner.add(log);
+        add(trial, log);
+      });
+      add_to_means(trial);
+      if (may_give_up && gives_up_after(round, learner, pilot)) return;
       learner.end_round(round + 2 >= kRounds.size());  // the last two rounds and the trial count together
     }
-    end_mean(samples_ * std::accumulate(kRounds.begin(), kRounds.end(), std::uint64_t{0}));
     const GuideTable table = learner.table();
     Trials trials;
     const std::uint64_t begin = next_;
-    for (Trial& trial : trials) {
+    for (Trial* trial : {&trials.without, &trials.with}) {
       next_ = begin;  // both ways have the same samples: what guiding does not change has the same noise in both
-      guide_with(table, &trial == &trials[0] ? 0 : kRouletteDepth);
+      guide_with(table, trial == &trials.without ? 0 : kRouletteDepth);
       render(samples_ * kTrial, [&](const PathLog& log) {
         learner.add(log);
-        add(trial, log);
+        add(*trial, log);
       });
     }
     learner.end_round();
@@ -109,6 +119,7 @@ class GuidingPilot {
     std::vector<float> distances;
     double sum = 0;
     render(4, [&](const PathLog& log) {
+      add(rounds_.without, log);
       for (const double value : luminances(log)) sum += std::abs(value);
       for (std::size_t path = 0; path < log.paths; ++path)
         if ((log.word(path, 0, LOG_info) & LOG_HIT) != 0) distances.push_back(log.number(path, 0, LOG_distance));
@@ -125,20 +136,16 @@ class GuidingPilot {
     if (height > 0 && std::isfinite(height)) scale_ = float(kCellsPerHeight / height);
   }
 
-  /// Adds to the means by which errors are judged. They do not have the trial's samples: one that is bright would
+  /// Adds a round to the means by which errors are judged. They do not have the trial's samples: one that is bright would
   /// otherwise raise the mean of its pixel and so hide itself.
-  void add_to_mean(const PathLog& log) {
-    const std::vector<double> values = luminances(log);
-    for (std::size_t path = 0; path < values.size(); ++path)
-      mean_[unit_->first_pixel + path % unit_->pixels] += values[path];
+  void add_to_means(const Trial& round) {
+    for (std::size_t pixel = 0; pixel < sums_.size(); ++pixel) sums_[pixel] += round.sum[pixel];
+    means_ = sums_;
+    for (double& value : means_) value /= double(next_);
+    means_ = smoothed(means_, picture_.settings().width);
   }
 
-  void end_mean(std::uint64_t samples) {
-    for (double& value : mean_) value /= double(samples);
-    mean_ = smoothed(mean_, picture_.settings().width);
-  }
-
-  void add(Trial& trial, const PathLog& log) {
+  void add(Trial& trial, const PathLog& log) const {
     for (auto* list : {&trial.count, &trial.sum, &trial.square, &trial.replicate[0], &trial.replicate[1]})
       list->resize(picture_.pixel_count());
     const std::vector<double> values = luminances(log);
@@ -173,14 +180,15 @@ class GuidingPilot {
   /// sum over pixels of the variance over the squared mean.
   template <class Variance>
   [[nodiscard]] double gain(const Trials& trials, std::size_t first, std::size_t step, const Variance& variance) const {
-    const double all = std::accumulate(mean_.begin(), mean_.end(), 0.0) / double(mean_.size());
-    std::array<double, 2> cost{};
-    for (std::size_t way = 0; way < trials.size(); ++way) {
-      for (std::size_t i = first; i < mean_.size(); i += step)
-        cost[way] += variance(trials[way], i) / error_scale(mean_[i], all);
-      cost[way] *= trials[way].rays / trials[way].paths;
-    }
-    return cost[1] > 0 ? cost[0] / cost[1] : 1;
+    const double all = std::accumulate(means_.begin(), means_.end(), 0.0) / double(means_.size());
+    const auto cost = [&](const Trial& trial) {
+      double error = 0;
+      for (std::size_t i = first; i < means_.size(); i += step)
+        error += variance(trial, i) / error_scale(means_[i], all);
+      return error * trial.rays / trial.paths;
+    };
+    const double with = cost(trials.with);
+    return with > 0 ? cost(trials.without) / with : 1;
   }
 
   /// The least gain of the whole picture and of both its halves, since what holds for one of them alone is chance; and of
@@ -190,10 +198,25 @@ class GuidingPilot {
                      gain(trials, 1, 2, sample_variance), gain(trials, 0, 1, replicate_variance)});
   }
 
-  void decide(GuideTable table, const Trials& trials, Guiding guiding, Pilot& pilot) const {
+  /// True if this round and the one before did so badly beside unguided paths that the rest of the pilot can be spared; then this is in
+  /// the report.
+  bool gives_up_after(std::size_t round, const GuideLearner& learner, Pilot& pilot) {
+    if (round == 0) return false;
+    const double before = std::exchange(gain_of_round_, gain(rounds_, 0, 1, sample_variance));
+    const double hope = std::max(before, gain_of_round_);
+    if (hope >= kLeastHopeOfRound[round]) return false;
+    report(learner.table(), hope, pilot);
+    return true;
+  }
+
+  void report(const GuideTable& table, double gain, Pilot& pilot) const {
     pilot.report.paths = paths_;
     pilot.report.cells = table.cell_count();
-    pilot.report.gain = least_gain(trials);
+    pilot.report.gain = gain;
+  }
+
+  void decide(GuideTable table, const Trials& trials, Guiding guiding, Pilot& pilot) const {
+    report(table, least_gain(trials), pilot);
     if (guiding != Guiding::on && pilot.report.gain < kLeastGain) return;
     table.roulette_depth = pilot.report.roulette_depth = kRouletteDepth;
     pilot.report.digest = table.digest();
@@ -201,10 +224,13 @@ class GuidingPilot {
   }
 
   PilotPicture& picture_;
+  std::uint64_t wanted_paths_;
   std::uint64_t samples_;  // of a pixel in the first round
   float scale_ = 1;
   double usual_luminance_ = 1;
-  std::vector<double> mean_;  // luminance of paths, by pixel; a sum while they are rendered
+  std::vector<double> sums_, means_;  // luminance of the paths of all rounds, by pixel; means are smoothed
+  double gain_of_round_ = 0;          // the last one
+  Trials rounds_;                     // paths without a table, and those of the last round with one
   std::uint64_t next_ = 0, paths_ = 0;
   const PilotUnit* unit_ = nullptr;  // that was rendered last
 };
