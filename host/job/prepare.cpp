@@ -281,23 +281,31 @@ void log_unseen_lights(const Scene& scene, const Settings& settings, const Log& 
         settings.light_path_count == 0 ? "" : "very rough "));
 }
 
+/// throws UsageError, with the flag that asks for them, if the way of rendering has no light paths
+void require_light_paths(const SceneOptions& options, const std::string& flag) {
+  const auto refuse = [&](const std::string& why) { throw UsageError(flag + ": " + why); };
+  if (options.integrator != IntegratorChoice::path)
+    refuse("this --integrator has no light paths; leave it out, or choose --integrator path");
+  if (options.light_sampling != LightSampling::mis)
+    refuse(
+        fmt::format("--light-sampling {} has no light paths; leave one of them out", name_of(options.light_sampling)));
+}
+
 /// throws UsageError if the other flags leave no light to merge, or do not allow a bias
 void settle_caustics(const SceneOptions& options, Settings& settings) {
   settings.merges_caustics = options.merges_caustics;
   if (!options.merges_caustics) return;
   const auto refuse = [](const std::string& why) { throw UsageError("--caustics merge: " + why); };
   if (options.strict) refuse("the image would have a bias, which --strict does not allow; leave one of them out");
-  if (options.integrator != IntegratorChoice::path)
-    refuse("this --integrator has no light paths; leave it out, or choose --integrator path");
-  if (options.light_sampling != LightSampling::mis)
-    refuse(
-        fmt::format("--light-sampling {} has no light paths; leave one of them out", name_of(options.light_sampling)));
+  require_light_paths(options, "--caustics merge");
   if (options.light_paths == 0.0) refuse("photons come by light paths; leave out --light-paths off");
 }
 
 /// The number of light paths that is asked for, or a trial of it. A picture without a trial has light paths if they find light that
 /// nothing else finds.
+/// throws UsageError if the way of rendering has none of those that are asked for
 void settle_light_paths(const SceneOptions& options, const Scene& scene, Settings& settings) {
+  if (options.light_paths.value_or(0) > 0) require_light_paths(options, "--light-paths");
   settings.light_path_count = light_paths_of_ratio(settings, options.light_paths.value_or(kUsualLightPaths));
   if (options.light_paths) return;
   if (options.tries_light_paths) settings.light_trial_paths = usual_light_trial_paths(settings);

@@ -181,6 +181,17 @@ TEST(CausticsOption, is_refused_where_it_means_nothing) {
   EXPECT_TRUE(contains(nothing.err, "nothing is merged")) << nothing.err;
 }
 
+TEST(LightPathsOption, is_refused_where_there_are_no_light_paths) {
+  const Workplace here;
+  for (const char* flags :
+       {"--integrator whitted", "--integrator raycast", "--integrator direct", "--light-sampling bsdf"}) {
+    const Outcome outcome = here.eikon(kSpheres + "-o x.exr --light-paths 0.25 " + flags);
+    EXPECT_TRUE(refused(outcome, kUsage)) << flags;
+    EXPECT_TRUE(contains(outcome.err, "--light-paths: ")) << outcome.err;
+    EXPECT_TRUE(succeeded(here.eikon(kSpheres + "-o x.exr --spp 1 " + flags))) << "not asked for";
+  }
+}
+
 TEST(LightPathsOption, says_which_glass_still_hides_a_bulb) {
   const Workplace here;
   const std::string room = "render " + scene("sun_room.gltf") + " --size 16x12 --spp 1 -o a.exr ";
