@@ -71,7 +71,8 @@ EK_FN vu sobol_1_reversed(vu k) {
 /// index_high        high word of the sample's index; the low word is given to sample_2d
 EK_FN vu sample_key(vu pixel_x, vu pixel_y, vu replicate, uint seed, uint index_high) {
   const vu seed_bits = hash_bits((vu)(seed) + 0x9e3779b9u);
-  // Hashed once more than for the pixel, or pixel (0, 0) would be as the first high index, and their hashes cancel out.
+  // The seed is hashed once more than for the pixel. Otherwise both hashes would be the same for pixel (0, 0) and index_high 0, and
+  // cancel out, so that the keys of replicate 0 would not depend on the seed.
   const vu high_bits = hash_bits(hash_bits(seed_bits) + index_high);
   const vu pixel = hash_bits((pixel_x ^ ((pixel_y << 16) | (pixel_y >> 16))) ^ seed_bits);
   return hash_bits((pixel + replicate * 0x85ebca6bu) ^ high_bits);

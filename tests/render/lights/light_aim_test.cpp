@@ -96,12 +96,7 @@ TEST(LightAimRender, a_trial_without_a_target_or_a_light_that_shines_has_nothing
   auto [dark, settings] = room_of_glass(24, 2);
   dark.materials[1].emission = glm::vec3(0);
   dark.lights = {small_lamp({0, 0.8, 0}, 0)};
-  Scene bare;
-  Primitive walls, lamp;
-  add_box(walls, {-1, -1, -1}, {1, 1, 1.5F}, true);
-  add_quad(lamp, {-0.4F, 0.97F, -0.4F}, {0.8F, 0, 0}, {0, 0, 0.8F});
-  add_mesh(bare, "walls", std::move(walls), lambert({0.6F, 0.5F, 0.4F}));
-  add_mesh(bare, "lamp", std::move(lamp), lambert(0.3F, 5));
+  Scene bare = closed_room_with_lamp();
   bare.materials.push_back(glass(1.5F, 0, true));  // nothing is made of it
   for (const Scene* scene : {&dark, &bare}) {
     const RenderOutput output = output_of(*scene, with_trial_of(settings, 1U << 14));

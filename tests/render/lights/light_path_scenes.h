@@ -45,14 +45,19 @@ inline PunctualLight sunshine(glm::dvec3 direction, float irradiance) {
   return light;
 }
 
-/// Both in a closed room with a lamp.
-inline std::pair<Scene, Settings> room_of_glass(std::uint32_t side, std::uint64_t spp) {
+inline Scene closed_room_with_lamp() {
   Scene scene;
   Primitive walls, lamp;
   add_box(walls, {-1, -1, -1}, {1, 1, 1.5F}, true);
   add_quad(lamp, {-0.4F, 0.97F, -0.4F}, {0.8F, 0, 0}, {0, 0, 0.8F});
   add_mesh(scene, "walls", std::move(walls), lambert({0.6F, 0.5F, 0.4F}));
   add_mesh(scene, "lamp", std::move(lamp), lambert(0.3F, 5));
+  return scene;
+}
+
+/// Both in a closed room with a lamp.
+inline std::pair<Scene, Settings> room_of_glass(std::uint32_t side, std::uint64_t spp) {
+  Scene scene = closed_room_with_lamp();
   add_ball_and_mirror(scene);
   return {std::move(scene), seen_from_above(side, spp)};
 }
