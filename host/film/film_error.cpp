@@ -46,8 +46,11 @@
 // of T_p comes from successive differences [von Neumann et al. 1941] along a path that goes left
 // and right through the rows. This assumes nothing about the distribution, and it is too large,
 // never too small, by the contrast of T_p between neighbours. The interval is symmetric for log T,
-// because a mean of squares is skewed. It allows for the bias above, which does not shrink with the
-// number of pixels.
+// because a mean of squares is skewed. It also allows for a bias, which does not shrink with the number of pixels. Its size
+// comes from the picture (error_scale.h): the share of T that the correction to second order makes up, since the orders
+// above it are left out; and the share that edges make uncertain. The neighbours of a pixel at an edge are those of both
+// sides, which differ by more than their noise, and its mu may be anywhere between. So a noisy room without many edges has a
+// narrow interval, and a bright silhouette of few samples a wide one.
 //
 // The interval has no upper end if fewer than four pixels carry the whole error, or if nothing but
 // black was found: the error is at least as large as the lower end, which is that of one normal square.
@@ -65,18 +68,19 @@
 #include <limits>
 #include <numbers>
 #include <span>
+#include <vector>
 
+#include "film/error_scale.h"
 #include "film/film.h"
 #include "film/neighbours.h"
 
 namespace eikon {
 namespace {
 
-constexpr double kEpsilon = 1e-2;
 constexpr double kQuantile = 1.959964;  // quantile of the normal distribution for 95 %
-// Bounds of the remaining bias that tests and tools/measure/coverage.py find, relative to T: the larger of 0.4 sqrt(T) and
-// 0.3 / sqrt(samples of a pixel), at most 0.2.
-constexpr double kBias = 0.4, kBiasOfSamples = 0.3, kMaxBias = 0.2;
+// The bias that tools/measure/coverage.py finds where neither correction nor edges tell of one, relative to T; the latter
+// over the root of the samples of a pixel.
+constexpr double kLeastBias = 0.03, kBiasOfSamples = 0.15;
 // A pixel is no outlier if it is not brighter than 1 / kAlike times kEnoughBright adjacent pixels, of
 // which each has a mean that is known to within the factor kCertain.
 constexpr double kAlike = 0.4, kCertain = 0.35;
@@ -93,34 +97,6 @@ constexpr double kFewOutliers = 5;
 // The error has no upper bound where fewer pixels carry it, by (sum T_p)^2 / sum T_p^2.
 constexpr double kLeastCarriers = 4;
 constexpr double kChiSquared = 5.0239;  // quantile of chi squared with one degree of freedom for 97.5 %
-constexpr double kEnough = 8;  // with so many neighbours the own mean of a pixel is not needed
-
-template <class Real>
-struct Estimate {
-  Real mean{};
-  Real squared_error{};  // expected squared error of the mean
-};
-
-// These work on one pixel, or on kPixelLanes of them, with the same bits.
-#define EK_INLINE inline __attribute__((always_inline))
-/// Estimates the expectation of a pixel from the neighbours that may have the same, given its
-/// noise.
-/// own_share: factor for its own variance estimate where that multiplies itself
-template <class Real>
-EK_INLINE void expectation(const Real& mean, const Real& variance, const Neighbours<Real, Real>& near,
-                           double candidates, double own_share, Estimate<Real>& found) {
-  const Real count = near.count, none{}, own_left = 1 - count / kEnough, own_weight = own_left > none ? own_left : none;
-  const Real weight = count + own_weight, own_part = own_weight / weight;
-  const Real own_noise = own_part * own_part * own_share * variance;
-  // The fewer neighbours were chosen, the more the choice follows the error of the pixel itself.
-  const Real pull = 1 - count / candidates;
-  const auto has_any = count > none;
-  const Real pulled_noise = has_any ? pull * pull * near.noise / count : none;
-  const Real spread = has_any ? near.squares - near.sum * near.sum / count : none;
-  found.mean = mean + near.sum / weight;
-  found.squared_error = (spread > none ? spread : none) / (weight * weight) +
-                        (own_noise < pulled_noise ? pulled_noise : own_noise);
-}
 
 /// True if a pixel is brighter than what its surroundings say of it, and yet no outlier, because
 /// pixels beside it are as bright without doubt.
@@ -164,27 +140,11 @@ double lone_ratio_of_lamps(double samples) {
   return 2 * (none_in_one - none_in_both) / (1 - 2 * none_in_one + none_in_both);
 }
 
-/// Estimates 1 / (mu^2 + eps), without bias to second order in the error of mu, and within 0 and
-/// 2 / eps.
-template <class Real>
-EK_INLINE void inverse_scale(const Estimate<Real>& mu, Real& found) {
-  const Real none{}, f = 1 / (mu.mean * mu.mean + kEpsilon), relative = mu.squared_error * f;
-  // Where the error is large, a small mean is no evidence of a small mu.
-  const Real square = mu.mean * mu.mean + mu.squared_error;
-  // f'' / 2 = c f^2 for f = 1 / (mu^2 + eps); c is between -1 and 3.
-  const Real c = (3 * square - kEpsilon) / (square + kEpsilon);
-  found = c > none ? f / (1 + c * relative) : f * (1 - c * relative / (1 + relative));
-}
-
-double inverse_scale(const Estimate<double>& mu) {
-  double found = 0;
-  return inverse_scale(mu, found), found;
-}
-
 /// The sums over the neighbours of kPixelsTogether pixels of a row, and the errors of these pixels.
 struct PixelsInRow {
   std::array<Neighbours<PixelReals, PixelMasks>, kPixelGroups> near;
   std::array<PixelReals, kPixelGroups> error;  // of pixels that look like no outlier and no lamp
+  std::array<PixelReals, kPixelGroups> correction, edges;  // what is uncertain of it
   std::array<PixelMasks, kPixelGroups> rare;   // not 0 where that is not certain
 };
 
@@ -212,6 +172,8 @@ EK_CLONES void find_errors(const Plane& mean, const Plane& variance, int x, int 
     inverse_scale(around, scale);
     const PixelMasks noisy = noise > none;
     pixels.error[g] = noisy ? noise * scale / 3 : none;
+    part_of_correction<PixelReals>(around, scale, pixels.error[g], pixels.correction[g]);
+    part_of_edges<PixelReals>(around, pixels.error[g], pixels.edges[g]);
     pixels.rare[g] = (noisy & (around.mean < kAlike * own)) | ((own * own > kEpsilon) & (alike < kEnoughBright));
   }
 }
@@ -222,6 +184,11 @@ struct Doubt {
   bool at_least = false;  // no upper end can be stated
 };
 
+/// The parts of an error that depend on the second-order correction, and on edges.
+struct Uncertainty {
+  double correction = 0, edges = 0;
+};
+
 /// T_p of each pixel.
 class PixelErrors {
  public:
@@ -229,6 +196,7 @@ class PixelErrors {
   PixelErrors(int width, int height, std::uint32_t replicates)
       : error_(width, height),
         disputed_(width, height),
+        rows_(static_cast<std::size_t>(height)),
         // For normal replicates E[V^2] = (k + 2) / k s^4 with k = R - 1, so V counts less by that factor.
         own_share_((replicates - 1.0) / (replicates + 1.0)),
         has_pairs_(replicates == 2) {
@@ -242,10 +210,10 @@ class PixelErrors {
       for (int x = 0; x < mean.width;) {
         if (x < kNeighbourRadius || x + kPixelsTogether + kNeighbourRadius > mean.width) {
           const int row = y - from;
-          add(mean, variance, x, row, neighbours_of(mean, variance, x, row), error_.index(x, y));
+          add(mean, variance, x, row, neighbours_of(mean, variance, x, row), y);
           ++x;
         } else {
-          add_together(mean, variance, x, y - from, error_.index(x, y));
+          add_together(mean, variance, x, y - from, y);
           x += kPixelsTogether;
         }
       }
@@ -269,29 +237,39 @@ class PixelErrors {
     return doubt;
   }
   [[nodiscard]] const Plane& error() const { return error_; }
+  /// Of the whole sum of errors.
+  [[nodiscard]] Uncertainty uncertainty() const {
+    Uncertainty all;
+    for (const Uncertainty& row : rows_) all.correction += row.correction, all.edges += row.edges;
+    return all;
+  }
 
  private:
   /// Adds a channel of pixels x to x + kPixelsTogether - 1, whose windows lie within the row.
-  /// at: of the first one among all pixels
-  void add_together(const Plane& mean, const Plane& variance, int x, int y, std::size_t at) {
+  /// y: row of the planes; image_y: of the image
+  void add_together(const Plane& mean, const Plane& variance, int x, int y, int image_y) {
     const double* const noise = &variance.values[variance.index(x, y)];
     PixelsInRow pixels{};
     // Without noise, no neighbour matters: pixels of a sky or in a black room.
     if (std::any_of(noise, noise + kPixelsTogether, [](double value) { return value > 0; }))
       find_neighbours(mean, variance, x, y, pixels.near);
     find_errors(mean, variance, x, y, own_share_, pixels);
-    for (int i = 0; i < kPixelsTogether; ++i, ++at) {
+    Uncertainty& uncertain = rows_[static_cast<std::size_t>(image_y)];
+    for (int i = 0; i < kPixelsTogether; ++i) {
       const auto group = static_cast<std::size_t>(i / kPixelLanes), lane = static_cast<std::size_t>(i % kPixelLanes);
       const Neighbours<PixelReals, PixelMasks>& near = pixels.near[group];
-      if (pixels.rare[group][lane] == 0)
-        error_.values[at] += pixels.error[group][lane];
-      else
+      if (pixels.rare[group][lane] == 0) {
+        error_.at(x + i, image_y) += pixels.error[group][lane];
+        uncertain.correction += pixels.correction[group][lane];
+        uncertain.edges += pixels.edges[group][lane];
+      } else {
         add(mean, variance, x + i, y,
-            {near.sum[lane], near.noise[lane], near.squares[lane], static_cast<int>(near.count[lane])}, at);
+            {near.sum[lane], near.noise[lane], near.squares[lane], static_cast<int>(near.count[lane])}, image_y);
+      }
     }
   }
 
-  void add(const Plane& mean, const Plane& variance, int x, int y, const Neighbours<double, int>& near, std::size_t at) {
+  void add(const Plane& mean, const Plane& variance, int x, int y, const Neighbours<double, int>& near, int image_y) {
     const double noise = variance.at(x, y);
     const int bright = has_pairs_ ? lone_bright_replicates(mean, variance, x, y) : 0;
     // Rare, so that threads do not wait for each other's counts.
@@ -302,25 +280,40 @@ class PixelErrors {
     Estimate<double> around;
     expectation<double>(own.mean, noise, {near.sum, near.noise, near.squares, double(near.count)},
                         candidates_of(mean, x, y), own_share_, around);
-    const double as_lamp = noise * inverse_scale(own) / 3, as_outlier = noise * inverse_scale(around) / 3;
+    const double scale = inverse_scale(around), as_lamp = noise * inverse_scale(own) / 3,
+                 as_outlier = noise * scale / 3;
+    double& error = error_.at(x, image_y);
     const bool is_brighter = around.mean < kAlike * own.mean;
     if (!is_brighter || is_edge_of_lamp(mean, variance, x, y, around)) {
-      error_.values[at] += is_brighter ? as_lamp : as_outlier;
+      error += is_brighter ? as_lamp : as_outlier;
+      if (!is_brighter) add_uncertain(around, scale, as_outlier, true, image_y);
       return;
     }
     const bool in_both = has_pairs_ && own.mean - std::sqrt(noise) > kDimmerBright * around.mean;
-    error_.values[at] += in_both ? as_lamp : as_outlier;
-    if (!in_both) disputed_.values[at] += as_outlier - as_lamp;
+    error += in_both ? as_lamp : as_outlier;
+    if (in_both) return;
+    disputed_.at(x, image_y) += as_outlier - as_lamp;
+    add_uncertain(around, scale, as_outlier, false, image_y);
+  }
+
+  /// may_be_edge: false of what was taken for an outlier
+  void add_uncertain(const Estimate<double>& mu, double scale, double error, bool may_be_edge, int image_y) {
+    Uncertainty part;
+    part_of_correction(mu, scale, error, part.correction);
+    if (may_be_edge) part_of_edges(mu, error, part.edges);
+    Uncertainty& row = rows_[static_cast<std::size_t>(image_y)];
+    row.correction += part.correction, row.edges += part.edges;
   }
 
   Plane error_, disputed_;  // what would be taken away if pixels that are bright in one replicate were lamps
+  std::vector<Uncertainty> rows_;  // each row has its own, which one thread adds to
   double own_share_;
   bool has_pairs_;
   std::atomic<int> once_{0}, twice_{0};  // channels of pixels that are bright and alone in one replicate, and in both
 };
 
 /// The mean over all pixels, and its interval. samples: of a pixel
-PredictedError interval_of(const Plane& error, const Doubt& doubt, double samples) {
+PredictedError interval_of(const Plane& error, const Uncertainty& uncertain, const Doubt& doubt, double samples) {
   const auto pixels = static_cast<double>(error.values.size());
   double sum = 0, squares = 0, differences = 0, previous = 0;
   for (int y = 0; y < error.height; ++y) {
@@ -342,8 +335,8 @@ PredictedError interval_of(const Plane& error, const Doubt& doubt, double sample
     return result;
   }
   result.scatter = std::sqrt(differences / 2 / (pixels * (pixels - 1))) / mean;
-  const double bias = std::max(kBias * std::sqrt(mean), kBiasOfSamples / std::sqrt(samples));
-  result.bias = std::hypot(std::min(kMaxBias, bias), doubt.share);
+  result.bias = std::hypot(std::hypot(kLeastBias, kBiasOfSamples / std::sqrt(samples)),
+                           std::hypot(uncertain.correction, uncertain.edges) / sum, doubt.share);
   const double factor = std::exp(std::hypot(kQuantile * result.scatter, result.bias));
   result.lo = mean / factor;
   result.hi = doubt.at_least ? kInfinity : mean * factor;
@@ -391,7 +384,7 @@ PredictedError Film::predicted_error() const {
   if (!known) return {};
   const auto samples = static_cast<double>(this->samples(crop.x0, crop.y0));
   const Doubt doubt = layout_.replicates == 2 ? errors.settle(samples / 2) : Doubt{};
-  PredictedError result = interval_of(errors.error(), doubt, samples);
+  PredictedError result = interval_of(errors.error(), errors.uncertainty(), doubt, samples);
   // Samples that are all alike have no error, unless none of them has found any light.
   if (result.relmse == 0 && !lit) result.hi = std::numeric_limits<double>::infinity();
   return result;

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+// Estimates the expectation mu of a pixel, and 1 / (mu^2 + eps), by which its squared error is divided (film_error.cpp). The
+// functions work on one pixel, or on kPixelLanes of them, with the same bits.
+#pragma once
+#include "film/neighbours.h"
+
+namespace eikon {
+
+#define EK_INLINE inline __attribute__((always_inline))
+
+inline constexpr double kEpsilon = 1e-2;
+// Neighbours whose spread is more than so many times what their noise gives lie on both sides of an edge. A pixel whose variance is so
+// many times theirs is on the edge itself.
+inline constexpr double kNoiseOfSides = 2, kNoiseOfEdge = 9;
+inline constexpr double kEnoughNeighbours = 8;  // with so many the own mean of a pixel is not needed
+
+template <class Real>
+struct Estimate {
+  Real mean{};
+  Real squared_error{};  // expected squared error of the mean
+  Real disagreement{};   // squared; of neighbours on both sides of an edge, beyond what noise explains
+};
+
+/// Estimates the expectation of a pixel from the neighbours that may have the same, given its
+/// noise.
+/// own_share: factor for its own variance estimate where that multiplies itself
+template <class Real>
+EK_INLINE void expectation(const Real& mean, const Real& variance, const Neighbours<Real, Real>& near,
+                           double candidates, double own_share, Estimate<Real>& found) {
+  const Real count = near.count, none{}, own_left = 1 - count / kEnoughNeighbours;
+  const Real own_weight = own_left > none ? own_left : none;
+  const Real weight = count + own_weight, own_part = own_weight / weight;
+  const Real own_noise = own_part * own_part * own_share * variance;
+  // The fewer neighbours were chosen, the more the choice follows the error of the pixel itself.
+  const Real pull = 1 - count / candidates;
+  const auto has_any = count > none;
+  const Real pulled_noise = has_any ? pull * pull * near.noise / count : none;
+  const Real spread = has_any ? near.squares - near.sum * near.sum / count : none;
+  found.squared_error =
+      (spread > none ? spread : none) / (weight * weight) + (own_noise < pulled_noise ? pulled_noise : own_noise);
+  const Real sides = spread > kNoiseOfSides * near.noise ? (spread - kNoiseOfSides * near.noise) / count : none;
+  const Real step = near.sum / weight, step2 = step * step;
+  found.mean = mean + step;
+  // Neighbours of a pixel that is on the edge itself may all be from one side.
+  const auto is_one_side = (count * variance > kNoiseOfEdge * near.noise) & (sides < step2);
+  found.disagreement = is_one_side ? step2 : sides;
+}
+
+/// Estimates 1 / (mu^2 + eps), without bias to second order in the error of mu, and within 0 and
+/// 2 / eps.
+template <class Real>
+EK_INLINE void inverse_scale(const Estimate<Real>& mu, Real& found) {
+  const Real none{}, f = 1 / (mu.mean * mu.mean + kEpsilon), relative = mu.squared_error * f;
+  // Where the error is large, a small mean is no evidence of a small mu.
+  const Real square = mu.mean * mu.mean + mu.squared_error;
+  // f'' / 2 = c f^2 for f = 1 / (mu^2 + eps); c is between -1 and 3.
+  const Real c = (3 * square - kEpsilon) / (square + kEpsilon);
+  found = c > none ? f / (1 + c * relative) : f * (1 - c * relative / (1 + relative));
+}
+
+inline double inverse_scale(const Estimate<double>& mu) {
+  double found = 0;
+  return inverse_scale(mu, found), found;
+}
+
+/// The part of an error, which was divided by the scale of mu, that the correction to second order makes up; at most all of it.
+template <class Real>
+EK_INLINE void part_of_correction(const Estimate<Real>& mu, const Real& scale, const Real& error, Real& found) {
+  const Real f = 1 / (mu.mean * mu.mean + kEpsilon), change = f > scale ? f - scale : scale - f;
+  found = change < scale ? error * change / scale : error;
+}
+
+/// The part that an edge makes uncertain, by how much the scale changes from one side of it to the other, to first order.
+template <class Real>
+EK_INLINE void part_of_edges(const Estimate<Real>& mu, const Real& error, Real& found) {
+  const Real square = mu.mean * mu.mean, f = 1 / (square + kEpsilon), change2 = 4 * square * f * f * mu.disagreement;
+  found = error * change2 / (1 + change2);
+}
+
+}  // namespace eikon
