@@ -14,7 +14,7 @@ namespace eikon {
 namespace {
 
 constexpr std::uint64_t kPathBytes = 256;  // rough size of state and film slots of a path with all features
-constexpr std::uint32_t kLeastPool = 1U << 14;
+constexpr std::uint32_t kLeastPool = 1U << 10;  // smaller units are slow, and save little beside the scene
 constexpr std::uint32_t kMostPool = 1U << 22;  // the kernels number paths exactly below 2^23
 // Measured on cores with 1 MiB of level-2 cache: chunks of 4096 paths (0.5 MiB of state) are 3 to 4
 // % faster than chunks of 1024, because fewer of them end with empty lanes and rows of rays. 8192

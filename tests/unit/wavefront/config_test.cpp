@@ -71,5 +71,15 @@ TEST(WavefrontConfig, what_is_asked_for_is_given_and_little_memory_makes_the_poo
   EXPECT_EQ(configure(processor(8), execution).capacity(), 64U) << "a chunk is not larger than the pool";
 }
 
+TEST(WavefrontConfig, a_gpu_with_very_little_memory_has_a_pool_that_fits_into_a_quarter_of_it) {
+  DeviceInfo info = processor(100);
+  info.cpu = false, info.gpu = true, info.native_float_lanes = 1;
+  Execution execution;
+  execution.memory_bytes = std::uint64_t{4} << 20;
+  EXPECT_EQ(configure(info, execution).capacity(), 4096U);
+  execution.memory_bytes = 1000;
+  EXPECT_EQ(configure(info, execution).capacity(), 1024U) << "smaller units would only be slower";
+}
+
 }  // namespace
 }  // namespace eikon::test
