@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reads many scenes, each in a child process. Starting a program with its libraries under sanitizers takes several times as
-// long as judging a damaged scene, so the program starts once and forks for each scene.
-//   stdin   a line for each scene: file for its stdout, file for its stderr, SECONDS it may take, scene; tabs between them
-//   stdout  a line for each when it has ended: how (wait status of wait4(), or -1: killed after SECONDS), seconds, peak in KB
-// Seconds are of processor time, so that it does not matter what else the machine does. A scene that waits for something
+// Reads many scenes in child processes. Starting a program with its libraries under sanitizers takes several times as long as
+// judging a damaged scene, and so does looking for leaks at its end. So the program starts once, and a child reads several scenes.
+//   stdin   a line for each child: file for its stdout, file for its stderr, SECONDS that a scene may take, scenes; tabs between them
+//   stdout  a line for each when it has ended: how (wait status of wait4(), or -1: killed for want of time), seconds, peak in KB
+// Behind what a scene says on stderr the child writes a zero byte, its exit code and seconds, and another zero byte.
+// Seconds are of processor time, so that it does not matter what else the machine does. A child that waits for something
 // instead of computing is killed when kPatience times as many have passed.
 #include <fcntl.h>
 #include <sys/resource.h>
@@ -19,6 +20,7 @@
 #include <iostream>
 #include <sstream>
 #include <string>
+#include <vector>
 
 int read_scene(const std::string& path);  // read_scene.cpp
 
@@ -29,21 +31,23 @@ constexpr double kPatience = 20;
 
 double seconds_of(const timeval& time) { return double(time.tv_sec) + 1e-6 * double(time.tv_usec); }
 
-struct Case {
-  std::string out, err, scene;
-  double seconds = 0;
+struct Batch {
+  std::string out, err;
+  double seconds = 0;  // of each scene
+  std::vector<std::string> scenes;
 };
 
-bool read_case(std::istream& in, Case& next) {
+bool read_batch(std::istream& in, Batch& next) {
   std::string line, seconds;
   if (!std::getline(in, line)) return false;
   std::istringstream fields(line);
   std::getline(fields, next.out, '\t');
   std::getline(fields, next.err, '\t');
   std::getline(fields, seconds, '\t');
-  std::getline(fields, next.scene);
   next.seconds = std::strtod(seconds.c_str(), nullptr);
-  return !next.scene.empty();
+  next.scenes.clear();
+  for (std::string scene; std::getline(fields, scene, '\t');) next.scenes.push_back(scene);
+  return !next.scenes.empty();
 }
 
 void redirect(const std::string& file, int flags, int stream) {
@@ -52,15 +56,28 @@ void redirect(const std::string& file, int flags, int stream) {
   close(opened);
 }
 
-[[noreturn]] void run(const Case& one, const sigset_t& signals) {
+/// Seconds of processor time that this process has taken.
+double seconds_taken() {
+  rusage usage{};
+  if (getrusage(RUSAGE_SELF, &usage) != 0) std::_Exit(99);
+  return seconds_of(usage.ru_utime) + seconds_of(usage.ru_stime);
+}
+
+[[noreturn]] void run(const Batch& batch, const sigset_t& signals) {
   sigprocmask(SIG_SETMASK, &signals, nullptr);
   redirect("/dev/null", O_RDONLY, STDIN_FILENO);
-  redirect(one.out, O_WRONLY | O_CREAT | O_TRUNC, STDOUT_FILENO);
-  redirect(one.err, O_WRONLY | O_CREAT | O_TRUNC, STDERR_FILENO);
-  const auto seconds = rlim_t(std::ceil(one.seconds));
-  const rlimit limit{seconds, seconds + 1};
-  if (setrlimit(RLIMIT_CPU, &limit) != 0) std::_Exit(99);
-  std::exit(read_scene(one.scene));
+  redirect(batch.out, O_WRONLY | O_CREAT | O_TRUNC, STDOUT_FILENO);
+  redirect(batch.err, O_WRONLY | O_CREAT | O_TRUNC, STDERR_FILENO);
+  for (const std::string& scene : batch.scenes) {
+    const double begin = seconds_taken();
+    rlimit limit{};
+    if (getrlimit(RLIMIT_CPU, &limit) != 0) std::_Exit(99);
+    limit.rlim_cur = rlim_t(std::ceil(begin + batch.seconds));
+    if (setrlimit(RLIMIT_CPU, &limit) != 0) std::_Exit(99);
+    const int code = read_scene(scene);
+    std::fprintf(stderr, "%c%d %.4f%c", 0, code, seconds_taken() - begin, 0);
+  }
+  std::exit(0);
 }
 
 /// Waits for SIGCHLD, which is blocked, until then. returns whether it came
@@ -83,8 +100,8 @@ int main() {
   sigemptyset(&ended);
   sigaddset(&ended, SIGCHLD);
   sigprocmask(SIG_BLOCK, &ended, &before);
-  for (Case next; read_case(std::cin, next);) {
-    const auto patience = std::chrono::duration<double>(kPatience * next.seconds);
+  for (Batch next; read_batch(std::cin, next);) {
+    const auto patience = std::chrono::duration<double>(kPatience * next.seconds * double(next.scenes.size()));
     const auto until = Clock::now() + std::chrono::duration_cast<Clock::duration>(patience);
     const pid_t child = fork();
     if (child < 0) return 1;
