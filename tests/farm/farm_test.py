@@ -49,9 +49,9 @@ def farm(*words, environment=None, folder=None):
     return run.returncode, run.stdout, run.stderr
 
 
-def submit(name, *words, **more):
+def submit(name, *words, program=None, **more):
     """Submits jobs into the folder `name`, without a long measured run."""
-    return farm("submit", *words, "--folder", space / name, "--eikon", eikon, "--measure", "0.1", **more)
+    return farm("submit", *words, "--folder", space / name, "--eikon", program or eikon, "--measure", "0.1", **more)
 
 
 def queue(name):
@@ -113,6 +113,20 @@ class FarmTest(unittest.TestCase):
             return None
         return cluster.wait_until(find, 30, "a process that renders")
 
+    def program(self, name, condition, command):
+        """A script that is eikon, but first runs a command where a condition holds."""
+        path = space / name
+        path.write_text(f'#!/bin/sh\n{condition} && {command}\nexec "{eikon}" "$@"\n')
+        path.chmod(0o755)
+        return path
+
+    def slow_program(self, name, factor):
+        """(a program that is eikon on a device that is so many times slower, a file: without it the device has its speed). What is to be
+        interrupted is slow until then, so that it is not over before, and takes few samples."""
+        switch = space / f"{name}_is_slow"
+        switch.touch()
+        return self.program(name, f'[ "$1" = batch ] && [ -e "{switch}" ]', f"export EIKON_FAULT=device:0:slow={factor}"), switch
+
     def refused(self, result, code, pattern):
         """Fails unless a command ended with a code and one line."""
         self.assertEqual(result[0], code, result)
@@ -146,10 +160,7 @@ class A_Refusals(FarmTest):
 
     def wrapper(self, name, node, word, reply):
         """A program that is eikon, but for one answer on one node."""
-        path = space / name
-        path.write_text(f'#!/bin/sh\n[ "$SLURMD_NODENAME $1" = "{node} {word}" ] && {{ echo "{reply}"; exit 0; }}\nexec "{eikon}" "$@"\n')
-        path.chmod(0o755)
-        return path
+        return self.program(name, f'[ "$SLURMD_NODENAME $1" = "{node} {word}" ]', f'{{ echo "{reply}"; exit 0; }}')
 
     def test_versions_and_arithmetic_that_differ(self):
         other = self.wrapper("eikon_version", "n2", "--version", "eikon 9.9.9")
@@ -168,23 +179,26 @@ class A_Refusals(FarmTest):
 class B_LimitBegins(FarmTest):
     def test_a_task_that_will_run_into_its_limit_begins(self):
         # Slurm looks every 30 s for tasks to warn, and may warn this one in vain before its script runs. The script warns itself
-        # after half of the two minutes.
+        # after half of the minute. Until then its device is so slow that no processor comes to the end.
+        slow = self.program("eikon_limit", '[ "$1$SLURM_RESTART_COUNT" = batch ]', "export EIKON_FAULT=device:0:slow=60")
         code, said, wrong = submit("limit", CORNELL, "-o", "limit.exr", "--size", "128x128", "--spp", LIMIT_SPP, "--parts", 1,
-                                   "--minutes", 2, "--signal", 100, "--exclude", "n2", "--checkpoint-every", 5)
+                                   "--minutes", 1, "--signal", 30, "--exclude", "n2", "--checkpoint-every", 0.5, program=slow)
         self.assertEqual(code, 0, said + wrong)
 
 
-LIMIT_SPP = 9000
+LIMIT_SPP = 1000
 
 
 class C_Whole(FarmTest):
     def test_eight_parts_of_which_one_is_killed_have_the_bits_of_one_render(self):
-        words = ["--size", "128x128", "--spp", "1600"]
+        words = ["--size", "128x128", "--spp", "400"]  # as large as a picture must be to have a pilot
+        slow, switch = self.slow_program("eikon_eight", 20)
         code, said, wrong = submit("eight", CORNELL, "-o", "eight.exr", "--png", "eight.png", *words, "--parts", 8, "--lines", 1,
-                                   "--checkpoint-every", 0.1, "--exclude", "n1")
+                                   "--checkpoint-every", 0.02, "--exclude", "n1", program=slow)
         self.assertEqual(code, 0, said + wrong)
         process = self.process("eight")
         cluster.wait_until(lambda: list((space / "eight/checkpoints").glob("*.exr")), 30, "a checkpoint")
+        switch.unlink()
         os.kill(process, signal.SIGKILL)
         cluster.wait_until(lambda: "137" in "".join(f.read_text() for f in (space / "eight/logs").glob("r0*")), 20, "the kill")
         code, said, _ = farm("status", space / "eight")
@@ -197,7 +211,7 @@ class C_Whole(FarmTest):
         done = done_entries("eight")
         self.assertEqual(len(done), 8, "a part was rendered twice, or not at all")
         samples = sorted(entry["samples"] for entry in done)
-        self.assertEqual(samples[1:], [200 * 128 * 128] * 7)
+        self.assertEqual(samples[1:], [50 * 128 * 128] * 7)
         self.assertLess(samples[0], samples[1], "the killed part began anew instead of from its checkpoint")
         self.same_bits(space / "eight.exr", CORNELL, *words)
         self.assertEqual(len(list((space / "eight/pilots").iterdir())), 1, "the parts do not share a pilot")
@@ -207,13 +221,15 @@ class C_Whole(FarmTest):
 
     def test_twelve_frames_are_cancelled_and_continued(self):
         (space / "frames.txt").write_text("".join(
-            f"render {CORNELL} -o frame{i:02d}.exr --size 64x64 --spp 1200 --look-at 0.278,0.27,{-0.8 - 0.01 * i}:0.278,0.27,0\n"
+            f"render {CORNELL} -o frame{i:02d}.exr --size 64x64 --spp 300 --look-at 0.278,0.27,{-0.8 - 0.01 * i}:0.278,0.27,0\n"
             for i in range(12)))
+        slow, switch = self.slow_program("eikon_frames", 4)
         code, said, wrong = submit("frames", space / "frames.txt", "--parts", 1, "--lines", 2, "--exclude", "n1",
-                                   "--checkpoint-every", 0.1)
+                                   "--checkpoint-every", 0.03, program=slow)
         self.assertEqual(code, 0, said + wrong)
         cluster.wait_until(lambda: len(done_entries("frames")) >= 3, 60, "three frames")
         self.assertEqual(farm("cancel", space / "frames")[0], 0)
+        switch.unlink()
         wait("frames", 20)
         code, said, _ = farm("status", space / "frames")
         self.assertEqual(code, 1)
@@ -226,9 +242,9 @@ class C_Whole(FarmTest):
         # A saved task goes on where it was: nothing is rendered twice.
         for output in {entry["outputs"][0]["path"] for entry in ledger("frames")}:
             events = {json.dumps(e): e for e in ledger("frames") if e["outputs"][0]["path"] == output}.values()
-            self.assertEqual(sum(e["samples"] for e in events if e["state"] in ("done", "interrupted")), 1200 * 64 * 64, output)
+            self.assertEqual(sum(e["samples"] for e in events if e["state"] in ("done", "interrupted")), 300 * 64 * 64, output)
         # One line changes: one frame is rendered again.
-        text = (space / "frames.txt").read_text().replace("-o frame05.exr --size 64x64 --spp 1200", "-o frame05.exr --size 64x64 --spp 8")
+        text = (space / "frames.txt").read_text().replace("-o frame05.exr --size 64x64 --spp 300", "-o frame05.exr --size 64x64 --spp 8")
         (space / "frames.txt").write_text(text)
         self.assertIn("submitted 1 tasks of 1 parts; the other 11", farm("resubmit", space / "frames")[1])
         wait("frames")
@@ -333,7 +349,7 @@ class E_LimitEnds(FarmTest):
         self.assertEqual(sum(samples), LIMIT_SPP * 128 * 128, "samples were lost, or rendered twice")
 
     def test_a_node_that_is_drained_gives_its_tasks_to_the_other(self):
-        words = ["--size", "64x64", "--spp", "1600"]
+        words = ["--size", "64x64", "--spp", "600"]
         code, said, wrong = submit("drain", CORNELL, "-o", "drain.exr", *words, "--parts", 6, "--lines", 1)
         self.assertEqual(code, 0, said + wrong)
         self.process("drain")
@@ -355,9 +371,11 @@ class F_FullDisk(FarmTest):
         self.addCleanup(subprocess.run, ["umount", "-l", disk], check=False)
         self.refused(submit("disk/large", CORNELL, "--size", "2000x2000", "--spp", 64, "--parts", 32), 3,
                      r"disk/large: the disk has 0.0\d GB left, parts and merges take about")
-        words = ["--size", "64x64", "--spp", "6000"]
+        words = ["--size", "64x64", "--spp", "600"]
+        slow, switch = self.slow_program("eikon_full", 8)
         # Node n2 does not see this mount.
-        code, said, wrong = submit("disk/farm", CORNELL, "-o", disk / "full.exr", *words, "--parts", 4, "--lines", 4, "--exclude", "n2")
+        code, said, wrong = submit("disk/farm", CORNELL, "-o", disk / "full.exr", *words, "--parts", 4, "--lines", 4, "--exclude", "n2",
+                                   program=slow)
         self.assertEqual(code, 0, said + wrong)
         self.process("farm")
         # Without a buffer: closing a file whose last write was cut short would try, and fail, to write the rest.
@@ -367,6 +385,7 @@ class F_FullDisk(FarmTest):
                     filler.write(b"x" * 65536)
             except OSError:
                 pass
+        switch.unlink()
         wait("farm")
         code, said, _ = farm("status", disk / "farm", "--no-error")
         self.assertEqual(code, 1, said)
