@@ -64,8 +64,8 @@ struct Opened : testing::Environment {
 };
 Opened* const opened = static_cast<Opened*>(testing::AddGlobalTestEnvironment(new Opened));  // owned by GoogleTest
 
-const std::string& probe_text() {
-  static const std::string text = [] {
+const HashedText& probe_text() {
+  static const HashedText text = [] {
     std::ifstream file(EIKON_SOURCE_DIR "/tests/kernels/probes.cl");
     std::stringstream content;
     if (!(content << file.rdbuf())) throw std::runtime_error("cannot read tests/kernels/probes.cl");
@@ -102,8 +102,14 @@ std::size_t chosen(std::size_t i, std::size_t asked, std::size_t items) {
 Words side_by_side(const std::vector<Words>& inputs, std::size_t asked) {
   Words in;
   in.reserve(inputs.size() * asked);
-  for (const Words& input : inputs)
+  for (const Words& input : inputs) {
+    if (asked >= input.size()) {
+      in.insert(in.end(), input.begin(), input.end());
+      in.resize(in.size() + asked - input.size(), input.back());
+      continue;
+    }
     for (std::size_t i = 0; i < asked; ++i) in.push_back(input[chosen(i, asked, input.size())]);
+  }
   return in;
 }
 
@@ -143,7 +149,8 @@ std::vector<Words> Probe::run(const std::string& name, const std::vector<Words>&
   const std::size_t padded = (items + 15) / 16 * 16;
   Words first;
   std::string first_label;
-  const HashedText text = probe_text() + appended_;
+  const HashedText with_functions(appended_.empty() ? std::string() : probe_text().text + appended_);
+  const HashedText& text = appended_.empty() ? probe_text() : with_functions;
   for (const auto& opened_device : devices()) {
     Device& device = *opened_device;
     Arguments arguments;

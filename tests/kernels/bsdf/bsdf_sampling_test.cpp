@@ -138,7 +138,7 @@ Bins bins_for(const Specimen& s, const Direction& wo) {
 /// upright microfacets, where densities jump, and at least kLow times along the surface's own.
 std::vector<double> integrals(const std::vector<Specimen>& all, std::uint32_t which, const Direction& wo,
                               const Bins& bins, bool compensated) {
-  constexpr unsigned kLow = 3, kDeepest = 6;
+  constexpr unsigned kLow = 2, kDeepest = 6;
   // A cell that is cut by a jump is off by less than quartering changes it; some hundred are, to either side.
   // With 50,000 samples this is one sample of the hundred that a bin expects, a tenth of its standard deviation.
   constexpr double kResolved = 2e-5;
