@@ -10,6 +10,7 @@ import math
 import os
 import pathlib
 import shlex
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -33,6 +34,9 @@ def find_bpy():
 
 
 find_bpy()
+# Blender makes a folder of its own there, and does not come to remove it.
+SCRATCH = tempfile.mkdtemp(prefix="eikon_blender_")
+os.environ["TMPDIR"] = SCRATCH
 import bpy  # noqa: E402  isort: skip
 import addon_utils  # noqa: E402  which bpy makes known
 import numpy as np  # noqa: E402
@@ -422,4 +426,5 @@ if __name__ == "__main__":
     result = unittest.main(verbosity=2, warnings="ignore", exit=False).result
     sys.stdout.flush()
     sys.stderr.flush()
+    shutil.rmtree(SCRATCH, ignore_errors=True)
     os._exit(0 if result.wasSuccessful() else 1)  # bpy 4.2 crashes when Python ends, after any render by an engine in Python

@@ -5,6 +5,7 @@ import os
 import pathlib
 import shutil
 import sys
+import tempfile
 import time
 
 if not shutil.which("chromium") or not shutil.which("chromedriver"):
@@ -27,12 +28,14 @@ __all__ = ["ActionChains", "By", "Keys", "BrowserTests"]
 class BrowserTests:
     """A part of test cases that use one browser, one after another; `limit_s` is what they wait at most."""
     browser = None
+    scratch = None  # a folder for what Chromium leaves behind
     limit_s = 60
 
     @staticmethod
     def quit():
         if BrowserTests.browser:
             BrowserTests.browser.quit()
+            shutil.rmtree(BrowserTests.scratch, ignore_errors=True)
 
     def open_browser(self):
         if not BrowserTests.browser:
@@ -42,7 +45,9 @@ class BrowserTests:
                          "--window-size=1280,900"):
                 options.add_argument(word)
             options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
-            BrowserTests.browser = webdriver.Chrome(service=Service(shutil.which("chromedriver")), options=options)
+            BrowserTests.scratch = tempfile.mkdtemp(prefix="eikon_browser_")
+            service = Service(shutil.which("chromedriver"), env={**os.environ, "TMPDIR": BrowserTests.scratch})
+            BrowserTests.browser = webdriver.Chrome(service=service, options=options)
         self.addCleanup(self.clear_browser)
 
     def clear_browser(self):

@@ -24,12 +24,13 @@ LIMIT_S = 300  # after which a test calls it a hang; programs may have to be com
 
 
 class Viewer:
-    """One `eikon view` in a folder; killed at the end if it has not ended."""
+    """One `eikon view` in a folder, in which are its temporary files, too; killed at the end if it has not ended."""
 
     def __init__(self, eikon, folder, scene, *words, variables=None):
         self.folder = pathlib.Path(folder)
         self.process = subprocess.Popen([eikon, "view", scene, *words], cwd=folder, stdout=subprocess.PIPE,
-                                        stderr=subprocess.PIPE, text=True, env={**os.environ, **(variables or {})})
+                                        stderr=subprocess.PIPE, text=True,
+                                        env={**os.environ, "TMPDIR": str(folder), **(variables or {})})
         self.address = self.process.stdout.readline().strip()
         found = re.fullmatch(r"http://127\.0\.0\.1:(\d+)/\?token=([0-9a-f]{32})", self.address)
         if not found:
