@@ -38,7 +38,7 @@ TEST(BsdfContract, M5_with_energy_compensation_no_more_light_leaves_than_arrives
     for (const double angle : {0.0, 75.0}) {
       Queries q;
       for (std::uint32_t which = 0; which < all.size(); ++which)
-        for (int i = 0; i < kSamples; ++i) q.add(which, from_angle(angle, 0.7), random);
+        q.draw(kSamples, which, from_angle(angle, 0.7), random);
       const Answers answers = scatter(all, q, false, true, true);
       for (std::uint32_t which = 0; which < all.size(); ++which) {
         if (all[which].look.roughness_x >= 0 && all[which].refracts()) continue;

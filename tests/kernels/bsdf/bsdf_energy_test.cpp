@@ -13,7 +13,8 @@ Mean furnace(const Specimen& specimen, const Direction& wo, bool compensated, un
   constexpr int kSamples = 100000;
   std::mt19937 random(seed);
   Queries q;
-  for (int i = 0; i < kSamples; ++i) q.add(0, wo, random);
+  q.compared = 1024;
+  q.draw(kSamples, 0, wo, random);
   const Answers answers = scatter({specimen}, q, false, specimen.look.roughness_x >= 0, compensated);
   std::vector<double> shown;
   for (std::size_t i = 0; i < q.size(); ++i) {

@@ -48,8 +48,7 @@ std::vector<std::array<Mean, 3>> furnace(const std::vector<Specimen>& all, const
   constexpr unsigned samples = 30000;
   std::mt19937 random(3);
   Queries q;
-  for (const std::uint32_t one : which)
-    for (unsigned i = 0; i < samples; ++i) q.add(one, wo, random);
+  for (const std::uint32_t one : which) q.draw(samples, one, wo, random);
   const Answers answers = scatter(all, q, false, true, true);
   std::vector<std::array<Mean, 3>> shown;
   for (std::size_t k = 0; k < which.size(); ++k) {

@@ -229,7 +229,7 @@ TEST(MeasuredLobe, M1_samples_have_the_density_that_pdf_states) {
       std::mt19937 random(6);
       const Direction wo = from_angle(angle, 0);
       Queries q;
-      for (unsigned i = 0; i < kSamples; ++i) q.add(0, wo, random);
+      q.draw(kSamples, 0, wo, random);
       const Answers sampled = scatter(table, q);
       std::vector<double> observed(std::size_t{kH} * kSectors, 0), expected(observed.size(), 0);
       const auto bin = [](const std::array<double, 3>& h) {

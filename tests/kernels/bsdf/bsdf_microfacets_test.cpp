@@ -142,7 +142,7 @@ TEST(Anisotropy, M21_samples_at_a_ratio_of_1000_to_1_bring_back_what_the_lobe_re
       const std::vector all{brushed(1, std::sqrt(1e-3F))};
       Queries q, grid;
       const Direction wo = from_angle(angle, turn);
-      for (int i = 0; i < 200000; ++i) q.add(0, wo, random);
+      q.draw(200000, 0, wo, random);
       // By half vectors: slopes of the distribution, tan(theta_h) cos(phi_h) = alpha.x s, ... on a grid of the disk.
       const Answers answers = scatter(all, q);
       std::vector<double> weights;
@@ -186,7 +186,7 @@ TEST(Anisotropy, a_white_base_under_a_brushed_layer_gives_back_no_more_than_arri
     for (const double angle : {0.0, 30.0, 60.0, 80.0, 87.0, 89.5})
       for (const double turn : {0.0, 0.125, 0.25}) {
         Queries q;
-        for (int i = 0; i < 100000; ++i) q.add(0, from_angle(angle, turn), random);
+        q.draw(100000, 0, from_angle(angle, turn), random);
         const Answers answers = scatter({brushed(x, y, 0)}, q);
         std::vector<double> weights;
         for (std::size_t i = 0; i < q.size(); ++i)

@@ -11,7 +11,7 @@ namespace {
 Mean albedo_of(const Specimen& specimen, double angle, unsigned samples = 200000) {
   std::mt19937 random(7);
   Queries q;
-  for (unsigned i = 0; i < samples; ++i) q.add(0, from_angle(angle, 0.3), random);
+  q.draw(samples, 0, from_angle(angle, 0.3), random);
   const Answers answers = scatter({specimen}, q);
   std::vector<double> weights;
   for (std::size_t i = 0; i < q.size(); ++i) {

@@ -224,7 +224,7 @@ TEST(BsdfPhysics, M7_towards_smoothness_a_surface_becomes_the_mirror_without_a_s
     const std::vector all{specimen_of(lobe, look)};
     std::mt19937 random(51);
     Queries q;
-    for (int i = 0; i < kSamples; ++i) q.add(0, from_angle(angle, 0.15), random);
+    q.draw(kSamples, 0, from_angle(angle, 0.15), random);
     const Answers answers = scatter(all, q);
     std::vector<double> radiance;
     for (std::size_t i = 0; i < q.size(); ++i) {

@@ -288,6 +288,14 @@ void Queries::add(std::uint32_t specimen, const Direction& wo, std::mt19937& ran
   add(specimen, wo, {0, 0, 1}, u, v, uniform(random));
 }
 
+void Queries::draw(std::size_t count, std::uint32_t specimen, const Direction& wo, std::mt19937& random) {
+  if (count == 0) return;
+  add(specimen, wo, random);
+  for (Words& words : in) words.resize(words.size() + count - 1, words.back());
+  for (std::size_t i = size() - count + 1; i < size(); ++i)
+    for (std::size_t k = 7; k < 10; ++k) in[k][i] = as_word(uniform(random));
+}
+
 Sampled Answers::sample(std::size_t i) const {
   const auto three = [&](std::size_t k) {
     return std::array<double, 3>{as_float(out[k][i]), as_float(out[k + 1][i]), as_float(out[k + 2][i])};

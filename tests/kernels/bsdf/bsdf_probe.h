@@ -75,6 +75,8 @@ struct Queries {
   std::size_t compared = 8192;  // so many, evenly among all, on every device and lane width
   void add(std::uint32_t specimen, const Direction& wo, const Direction& wi, float u, float v, float choice);
   void add(std::uint32_t specimen, const Direction& wo, std::mt19937& random);
+  /// So many samples.
+  void draw(std::size_t count, std::uint32_t specimen, const Direction& wo, std::mt19937& random);
   std::size_t size() const { return in[0].size(); }
 };
 

@@ -216,7 +216,7 @@ void check_sampling(float roughness, bool compensated = false) {
         const Direction wo = from_angle(angle, 0.1);
         const Bins bins = bins_for(specimen, wo);
         Queries q;
-        for (unsigned i = 0; i < kDraws; ++i) q.add(which, wo, random);
+        q.draw(kDraws, which, wo, random);
         const Answers sampled = scatter(all, q, false, true, compensated);
         std::vector<double> observed(Bins::kCount, 0), expected = integrals(all, which, wo, bins, compensated);
         double total = 0;
@@ -290,7 +290,7 @@ TEST(BsdfSampling, M1_uniform_scattering_of_lambert_has_its_density) {
   const Direction wo = from_angle(45, 0.1);
   const Bins bins({0, 0, 1}, {0, 0, -1}, false);
   Queries q;
-  for (unsigned i = 0; i < kDraws; ++i) q.add(0, wo, random);
+  q.draw(kDraws, 0, wo, random);
   const Answers sampled = scatter(all, q, true);
   std::vector<double> observed(Bins::kCount, 0), expected(Bins::kCount, 0);
   for (std::size_t bin = 0; bin < Bins::kCount / 2; ++bin) {
