@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What a batch saves: small renders as one batch, as processes with an empty kernel cache, and as processes with a warm one.
 
-  tools/bench_batch.py build-release/eikon [--jobs 20] [--side 128] [--spp 16] [--rounds 2] [--cold-jobs 6]
+  tools/measure/batch.py build-release/eikon [--jobs 20] [--side 128] [--spp 16] [--rounds 2] [--cold-jobs 6]
 
 Each round runs the batch and the processes with the warm cache in turn, so that what else the machine does meets both; the
 processes with empty caches run once. Rendering alone is, of each job, from its first unit of work to its last: as the
@@ -20,7 +20,7 @@ import tempfile
 import time
 from pathlib import Path
 
-SCENES = Path(__file__).resolve().parent.parent / "scenes"
+SCENES = Path(__file__).resolve().parents[2] / "scenes"
 
 
 def jobs(count, folder, side, spp):
