@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pack/settings.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cstdlib>
 
 #include "core/error.h"
 #include "core/host_limits.h"
+#include "io/text.h"
 
 namespace eikon {
 
@@ -40,6 +43,20 @@ double expected_rays(const Settings& settings) {
   return double(settings.crop.pixel_count()) * samples * 2 * edges;
 }
 
+namespace {
+
+/// Takes a whole number from an environment variable that is set. throws UsageError
+void take_number(const char* name, std::uint32_t least, std::uint32_t most, std::uint32_t& value) {
+  const char* const text = std::getenv(name);
+  if (text == nullptr) return;
+  const auto number = number_in<std::uint32_t>(text);
+  if (!number || *number < least || *number > most)
+    throw UsageError(fmt::format("{}={}: takes a whole number from {} to {}", name, text, least, most));
+  value = *number;
+}
+
+}  // namespace
+
 void read_execution_environment(Execution& execution) {
   execution.thread_limit = limit_threads(execution.threads);
   if (const char* off = std::getenv("EIKON_NO_OPTIMISE")) execution.optimise = std::string(off) != "1";
@@ -66,6 +83,9 @@ void read_execution_environment(Execution& execution) {
     if (std::string(text) != "off") throw UsageError(std::string("EIKON_TICKS=") + text + ": takes off");
     execution.ticks = false;
   }
+  // The kernels number the paths of a unit exactly below 2^23, and the pixels of an image by 16 bits a side.
+  take_number("EIKON_UNIT_PATHS", 64, 1U << 22, execution.unit_paths);
+  take_number("EIKON_UNIT_BLOCK", 1, 1U << 11, execution.block);
 }
 
 }  // namespace eikon

@@ -129,8 +129,8 @@ struct Execution {
   Trace::Track track = Trace::kMain;  // of the thread at work, in the trace
 };
 
-/// Reads EIKON_LANES, EIKON_STAGES, EIKON_NO_OPTIMISE, EIKON_WATCHDOG and EIKON_TICKS, which
-/// `eikon --help` explains. As long as `execution` or a copy of it lives, the host uses at most
+/// Reads EIKON_LANES, EIKON_STAGES, EIKON_NO_OPTIMISE, EIKON_WATCHDOG, EIKON_TICKS, EIKON_UNIT_PATHS and EIKON_UNIT_BLOCK,
+/// which `eikon --help` explains. As long as `execution` or a copy of it lives, the host uses at most
 /// `execution.threads` threads, and at most those that the process may use.
 /// throws UsageError
 void read_execution_environment(Execution& execution);

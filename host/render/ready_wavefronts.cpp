@@ -20,10 +20,11 @@ std::string ReadyWavefronts::key_of(const Features& features, const Settings& se
   const auto number = [](const auto& value) { return value ? std::uint64_t{*value} : kUnset; };
   std::string needs;  // names, with the numbers that some of them have
   for (const auto& [name, value] : features.defines()) needs += fmt::format("{}={} ", name, value);
-  return fmt::format("{}\n{} {} {} {} {} {} {} {} {} {} {} {}\n{}", needs, settings.filter.name(),
+  return fmt::format("{}\n{} {} {} {} {} {} {} {} {} {} {} {} {}\n{}", needs, settings.filter.name(),
                      settings.replicate_bits, execution.accel, execution.layout, number(execution.lanes),
                      number(execution.chunked), number(execution.fused), execution.chunk, execution.unit_paths,
-                     execution.memory_bytes, execution.ticks, execution.optimise, execution.extra_flags);
+                     execution.block, execution.memory_bytes, execution.ticks, execution.optimise,
+                     execution.extra_flags);
 }
 
 ReadyWavefronts& ReadyWavefronts::of(DevicePool::Lease& lease) {

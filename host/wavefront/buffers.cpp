@@ -13,7 +13,8 @@ namespace eikon {
 
 namespace {
 
-constexpr std::uint32_t kMaxBlockPixels = 128 * 128;
+constexpr std::size_t kPilotSide =
+    128;  // units of a pilot have blocks of at most this side, whatever those of the image have
 
 }  // namespace
 
@@ -25,7 +26,8 @@ WorkBuffers::WorkBuffers(Device& device, const WavefrontConfig& config, const Wo
   };
   const FilmShape& film = plan.film;
   const std::size_t places = std::size_t{config.chunk + EK_PAD} * config.held_chunks();
-  const std::size_t capacity = config.capacity(), pixel_capacity = std::min<std::size_t>(capacity, kMaxBlockPixels);
+  const std::size_t side = std::max<std::size_t>(config.block, kPilotSide);
+  const std::size_t capacity = config.capacity(), pixel_capacity = std::min(capacity, side * side);
   frame = allocate(sizeof(Frame));
   pixels = allocate(4 * pixel_capacity);
   state = allocate(4 * places * plan.state_words);

@@ -52,6 +52,7 @@ WavefrontConfig configure(const DeviceInfo& device, const Execution& execution) 
   config.chunk = config.chunked ? chunk : std::max(paths / kWorkGroup, 1U) * kWorkGroup;
   config.chunks = config.chunked ? std::max(paths / config.chunk, 1U) : 1;
   config.workers = std::min(config.workers, config.chunks);
+  config.block = execution.block;
   return config;
 }
 

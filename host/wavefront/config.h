@@ -30,6 +30,7 @@ struct WavefrontConfig {
   std::uint32_t workers = 1;   // work-items of that launch
   std::uint32_t chunk = 1024;  // paths of a chunk
   std::uint32_t chunks = 1;    // of a unit
+  std::uint32_t block = 128;   // largest side of a unit's pixel block
   std::string layout = "bvh2";
   /// The most paths of a unit.
   [[nodiscard]] std::uint32_t capacity() const { return chunk * chunks; }

@@ -114,6 +114,24 @@ TEST(Devices, a_fault_on_purpose_hits_the_device_of_that_position) {
   EXPECT_TRUE(contains(wrong.err, "not to be trusted")) << wrong.err;
 }
 
+TEST(Units, N5_of_the_size_that_the_environment_asks_for_give_the_same_bits) {
+  const Workplace here;
+  const std::string image = cornell("--size 256x256 --spp 16 --max-depth 2 --quiet --devices 0 --stats stats.json");
+  const auto units_of = [&](const std::string& variables) {
+    EXPECT_TRUE(succeeded(here.eikon(image, "EIKON_LANES=1 EIKON_FAULT=device:0:gpu " + variables))) << variables;
+    return read_json(here / "stats.json").at("devices").at(0).at("units").get<int>();
+  };
+  EXPECT_GE(units_of("EIKON_UNIT_BLOCK=16"), 256);
+  std::filesystem::rename(here / "out.exr", here / "small.exr");
+  EXPECT_LT(units_of("EIKON_UNIT_BLOCK=256"), 64);  // of up to 65536 pixels
+  EXPECT_TRUE(succeeded(here.eikon("compare out.exr small.exr --fail-above 0")));
+  EXPECT_GE(units_of("EIKON_UNIT_PATHS=4096"), 256);
+  EXPECT_TRUE(succeeded(here.eikon("compare out.exr small.exr --fail-above 0")));
+  for (const char* bad :
+       {"PATHS=63", "PATHS=4194305", "PATHS=-1", "PATHS=many", "PATHS=", "BLOCK=0", "BLOCK=2049", "BLOCK=8x8"})
+    EXPECT_TRUE(refused(here.eikon(image, std::string("EIKON_UNIT_") + bad), kUsage)) << bad;
+}
+
 TEST(Programs, are_dumped_as_the_driver_gets_them) {
   const Workplace here;
   std::filesystem::create_directory(here / "programs");

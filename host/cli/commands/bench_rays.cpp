@@ -2,8 +2,8 @@
 // `bench rays` measures rays per second by layout and kind of ray, beside Embree in the same run.
 // Every surface counts as opaque. The JSON is an array of
 //   {device, accel, layout, default, rays: camera|shadow|diffuse, mrays_per_s, embree_mrays_per_s,
-//    build_s, embree_build_s, bytes}
-// `default` says whether a render on this device would use that layout; `bytes` counts tree and
+//    build_s, embree_build_s, bytes, tests_per_ray, steps_per_ray}
+// With --count, the last two are the tests of triangles and the steps through the tree; bvh16 and bvh8 do not count. `default` says whether a render on this device would use that layout; `bytes` counts tree and
 // geometry on the device. With --accel all it is a table of accelerators: see bench.h.
 #include <fmt/format.h>
 
@@ -31,6 +31,7 @@ struct BenchRaysOptions {
   Execution execution;
   std::string versus, json;
   std::uint32_t rays = 1U << 20, rounds = 5;
+  bool count = false;
 };
 
 /// A packed scene, the settings that its rays come from, and the results so far.
@@ -43,8 +44,8 @@ struct Bench {
 };
 
 void print_header() {
-  fmt::print("{:<24} {:<6} {:<8} {:>9} {:>9} {:>7} {:>9} {:>9} {:>12}\n", "device", "layout", "rays", "Mrays/s",
-             "Embree", "ratio", "build s", "Embree s", "bytes");
+  fmt::print("{:<24} {:<6} {:<8} {:>9} {:>9} {:>7} {:>9} {:>9} {:>12} {:>6} {:>6}\n", "device", "layout", "rays",
+             "Mrays/s", "Embree", "ratio", "build s", "Embree s", "bytes", "tests", "steps");
 }
 
 void print_row(const nlohmann::json& row) {
@@ -52,12 +53,13 @@ void print_row(const nlohmann::json& row) {
     return row[key].is_null() ? std::string("-") : fmt::format("{:.{}f}", row[key].get<double>(), digits);
   };
   const bool versus = !row["embree_mrays_per_s"].is_null();
-  fmt::print("{:<24.24} {:<6} {:<8} {:>9} {:>9} {:>7} {:>9} {:>9} {:>12}\n", row["device"].get<std::string>(),
-             row["layout"].get<std::string>(), row["rays"].get<std::string>(), number("mrays_per_s", 2),
-             number("embree_mrays_per_s", 2),
-             versus ? fmt::format("{:.2f}", row["mrays_per_s"].get<double>() / row["embree_mrays_per_s"].get<double>())
-                    : "-",
-             number("build_s", 3), number("embree_build_s", 3), row["bytes"].get<std::uint64_t>());
+  fmt::print(
+      "{:<24.24} {:<6} {:<8} {:>9} {:>9} {:>7} {:>9} {:>9} {:>12} {:>6} {:>6}\n", row["device"].get<std::string>(),
+      row["layout"].get<std::string>(), row["rays"].get<std::string>(), number("mrays_per_s", 2),
+      number("embree_mrays_per_s", 2),
+      versus ? fmt::format("{:.2f}", row["mrays_per_s"].get<double>() / row["embree_mrays_per_s"].get<double>()) : "-",
+      number("build_s", 3), number("embree_build_s", 3), row["bytes"].get<std::uint64_t>(), number("tests_per_ray", 1),
+      number("steps_per_ray", 1));
 }
 
 /// Measures all kinds of rays through one layout of the tree; the best of some rounds counts.
@@ -67,6 +69,10 @@ void bench_layout(Bench& bench, Device& device, const std::string& layout, bool 
   add_accel(bench.scene, execution.accel, layout, execution.threads, expected_rays(bench.settings));
   const Accel& accel = bench.scene.accels.at(layout);
   RayBench tracer(device, bench.scene, bench.features, bench.settings, execution, {layout, {}});
+  std::optional<RayBench> counting;
+  if (bench.options.count && layout != "bvh16" && layout != "bvh8")
+    counting.emplace(device, bench.scene, bench.features, bench.settings, execution,
+                     RayProgram{layout, {{"EK_COUNT", "1"}}});
   for (const RayKind& kind : tracer.make_rays(bench.settings, bench.options.rays)) {
     double seconds = 1e300, embree_seconds = 1e300;
     tracer.load(kind);
@@ -85,7 +91,15 @@ void bench_layout(Bench& bench, Device& device, const std::string& layout, bool 
                           {"embree_mrays_per_s", nullptr},
                           {"build_s", accel.build_s},
                           {"embree_build_s", nullptr},
-                          {"bytes", bench.scene.bytes(layout)}};
+                          {"bytes", bench.scene.bytes(layout)},
+                          {"tests_per_ray", nullptr},
+                          {"steps_per_ray", nullptr}};
+    if (counting) {
+      counting->load(kind);
+      const RayBench::Counts found = counting->count(kind);
+      row["tests_per_ray"] = found.tests;
+      row["steps_per_ray"] = found.steps;
+    }
     if (embree != nullptr) {
       row["embree_mrays_per_s"] = millions / embree_seconds;
       row["embree_build_s"] = embree->build_s();
@@ -120,6 +134,7 @@ void require_comparable(const BenchRaysOptions& options, const PackedScene& scen
                     "or use a scene of meshes",
                     options.scene.scene, scene.shapes.size()));
   if (options.execution.accel != kEveryAccelerator) return;
+  if (options.count) throw UsageError("--accel all counts by itself; leave out --count");
   if (!options.versus.empty()) throw UsageError("--accel all has no column for --versus; leave out one of them");
   if (!options.execution.layout.empty()) throw UsageError("--accel all shows layouts of its own; leave out --layout");
 }
@@ -165,6 +180,7 @@ void add_bench_rays(CommandFlags& bench, Command& chosen) {
   flags.text({"--json", "FILE", "write the results as JSON"}, options->json);
   flags.number({"--rays", "N", "rays of each kind [1048576]"}, options->rays, 16, 1U << 26);
   flags.number({"--rounds", "N", "rounds, of which the best counts [5]"}, options->rounds, 1, 1000);
+  flags.toggle("--count", "also count tests of triangles and steps through the tree, per ray", options->count);
   flags.run(chosen, [options] { return bench_rays_command(*options); });
 }
 

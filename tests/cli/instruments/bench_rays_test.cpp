@@ -44,6 +44,21 @@ TEST(BenchRays, json_has_a_row_per_layout_and_kind_of_ray) {
   EXPECT_EQ(defaults, 3U);
 }
 
+TEST(BenchRays, steps_are_counted_on_request_in_layouts_that_can) {
+  double camera_steps[3] = {};
+  for (int i = 0; const char* const layout : {"bvh2", "bvh4", "cwbvh"}) {
+    const nlohmann::json rows = rows_of("cornell.gltf", 1024, std::string("--count --layout ") + layout);
+    ASSERT_EQ(rows.size(), 3U);
+    for (const auto& row : rows) EXPECT_GT(row.at("tests_per_ray").get<double>(), 0) << row;
+    camera_steps[i++] = rows.at(0).at("steps_per_ray").get<double>();
+  }
+  EXPECT_GT(camera_steps[0], camera_steps[1]);  // the more children a node has, the fewer steps
+  EXPECT_GT(camera_steps[1], camera_steps[2]);
+  EXPECT_GE(camera_steps[2], 1);
+  for (const char* const flags : {"--layout bvh2", "--layout bvh8 --count"})
+    EXPECT_TRUE(rows_of("cornell.gltf", 1024, flags).at(0).at("steps_per_ray").is_null()) << flags;
+}
+
 TEST(BenchRays, rays_to_lights_chosen_by_a_tree_are_measured) {
   EXPECT_EQ(rows_of("lamps.gltf", 1024, "--layout bvh8").size(), 3U);
 }
