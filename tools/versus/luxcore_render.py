@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Renders a glTF scene with LuxCore on the CPU: same camera, box filter of one pixel, no clamp, no denoising, light
+"""Renders a glTF scene with LuxCore: same camera, box filter of one pixel, no clamp, no denoising, light
 sampled by power, Sobol samples. --engine says how: `path`, its path tracer; `hybrid`, the same with light paths for
-caustics, for which path tracing is left out; `bidir`, bidirectional path tracing with all connections. Writes R, G, B
-as .npy: what it brings along for memory does not live in one process with OpenEXR.
+caustics, for which path tracing is left out; `bidir`, bidirectional path tracing with all connections; `opencl`, its path
+tracer on GPUs, by OpenCL or CUDA as it chooses, or on what other OpenCL device there is; exit code 77 if there is none.
+Writes R, G, B as .npy: what it brings along for memory does not live in one process with OpenEXR.
 
 Plain Lambert, smooth clear glass, smooth metal, emission and constant environments have the same meaning in both; any
 other material is refused by name.
@@ -15,15 +16,31 @@ other material is refused by name.
 import argparse
 import math
 import os
+import pathlib
+import shutil
 import sys
+import tempfile
 import time
 
 import modules
 
 modules.need(["numpy", "pyluxcore"], "eikon-luxcore", "pyluxcore numpy")
 
-# It asks OpenCL for devices even to render on the CPU, and PoCL's LLVM and its own do not live in one process: none is found.
-os.environ["OCL_ICD_VENDORS"] = os.devnull
+
+
+def drivers_without_pocl(folder):
+    """Fills a folder with those OpenCL drivers of this machine that are not PoCL. returns  the folder"""
+    for driver in pathlib.Path(os.environ.get("OCL_ICD_VENDORS", "/etc/OpenCL/vendors")).glob("*.icd"):
+        if "pocl" not in driver.read_text():
+            shutil.copy(driver, folder)
+    return folder
+
+
+# It asks OpenCL for devices even to render on the CPU, and PoCL's LLVM and its own do not live in one process: it finds none of
+# PoCL's, and of others only where it is to use them.
+WANTS_DEVICES = "opencl" in sys.argv or "--engine=opencl" in sys.argv
+drivers = tempfile.TemporaryDirectory()
+os.environ["OCL_ICD_VENDORS"] = drivers_without_pocl(drivers.name) if WANTS_DEVICES else os.devnull
 
 import numpy as np  # noqa: E402
 import pyluxcore  # noqa: E402
@@ -98,11 +115,23 @@ def scene_of(loaded, width, height):
     return scene
 
 
+ENGINES = {"path": "PATHCPU", "hybrid": "PATHCPU", "bidir": "BIDIRCPU", "opencl": "PATHOCL"}
+
+
+def chosen_devices():
+    """A digit for each device that LuxCore lists, 1 for those to use: GPUs, or else what other OpenCL devices there are."""
+    kinds = [device[1] for device in pyluxcore.GetOpenCLDeviceList()]
+    wanted = [kind.endswith("_GPU") for kind in kinds]
+    if not any(wanted):
+        wanted = [kind.startswith("OPENCL_") for kind in kinds]
+    return "".join(str(int(want)) for want in wanted) if any(wanted) else ""
+
+
 def configure(scene, arguments, seed):
     width, height = arguments.size
     config = pyluxcore.Properties()
     settings = {
-        "renderengine.type": "BIDIRCPU" if arguments.engine == "bidir" else "PATHCPU",
+        "renderengine.type": ENGINES[arguments.engine],
         "sampler.type": "SOBOL",
         "sampler.sobol.adaptive.strength": 0.0,
         "renderengine.seed": seed + 1,
@@ -124,6 +153,8 @@ def configure(scene, arguments, seed):
         "batch.haltspp": [arguments.spp, 0],
         "batch.halttime": 0,
     }
+    if arguments.engine == "opencl":  # these devices alone, and no threads of the processor beside them
+        settings |= {"opencl.devices.select": chosen_devices(), "opencl.native.threads.count": 0}
     if arguments.threads:
         settings["native.threads.count"] = arguments.threads
     for key, value in settings.items():
@@ -151,9 +182,14 @@ def render(scene, arguments, seed):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     runner.add_options(parser)
-    parser.add_argument("--engine", choices=("path", "hybrid", "bidir"), default="path", help="default: path")
+    parser.add_argument("--engine", choices=tuple(ENGINES), default="path", help="default: path")
     arguments = parser.parse_args()
     pyluxcore.Init(lambda message: None)
+    pyluxcore.GetOpenCLDeviceList()  # drivers are looked for once in a process
+    drivers.cleanup()
+    if arguments.engine == "opencl" and not chosen_devices():
+        print("LuxCore finds no GPU (PoCL is not offered to it)", file=sys.stderr, flush=True)
+        os._exit(77)
     try:
         scene = scene_of(gltf_scene.load(arguments.scene), *arguments.size)
     except ValueError as error:
