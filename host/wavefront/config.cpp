@@ -79,6 +79,9 @@ ProgramOptions program_options(const DeviceInfo& device, const WavefrontConfig& 
 #if defined(__x86_64__) || defined(__aarch64__)
   if (device.cycle_counter && execution.ticks) options.defines["EK_TICKS"] = "1";  // ticks.h
 #endif
+  // Other drivers of processors, such as Mesa's, may hand programs on as SPIR-V, which has not all that Clang has built in: its
+  // translator does not refuse a prefetch, but ends the process.
+  if (device.cpu && !device.cycle_counter) options.defines["EK_PORTABLE"] = "1";  // lanes.h
   options.defines.merge(accel.defines());
   return options;
 }

@@ -83,5 +83,19 @@ TEST(WavefrontConfig, a_gpu_with_very_little_memory_has_a_pool_that_fits_into_a_
   EXPECT_EQ(configure(info, execution).capacity(), 1024U) << "smaller units would only be slower";
 }
 
+TEST(WavefrontConfig, processors_by_unknown_drivers_get_portable_kernels) {
+  DeviceInfo info = processor(2);
+  const auto is_portable = [&] {
+    return program_options(info, configure(info, {}), Features(Scene{}, Settings{}),
+                           Accel{.name = "bvh", .layout = "bvh2"}, {})
+               .defines.count("EK_PORTABLE") != 0;
+  };
+  EXPECT_TRUE(is_portable());
+  info.cycle_counter = true;  // as PoCL, Intel and Oclgrind
+  EXPECT_FALSE(is_portable());
+  info.cpu = false, info.gpu = true, info.cycle_counter = false;
+  EXPECT_FALSE(is_portable());
+}
+
 }  // namespace
 }  // namespace eikon::test
