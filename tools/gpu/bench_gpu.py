@@ -115,17 +115,6 @@ def require_writable(path):
         stop(3, f"{path}: is a folder; name a file by --out")
 
 
-def make_dense(session, folder):
-    """A scene whose tree is larger than the caches of GPUs. It needs numpy."""
-    made = folder / "dense.glb"
-    try:
-        session.run("make dense", [sys.executable, ROOT / "tools/make_dense.py", "--triangles", "1000000", made])
-        session.made["dense"] = made
-        session.sizes["scenes"] = [*session.sizes["scenes"], "dense"]
-    except Failed as error:
-        session.fail("make dense", "dense", error)
-
-
 def measure(session):
     """Does the steps that were asked for, and always the first two, which say what the devices are."""
     chosen = session.options.steps.split(",")
@@ -135,7 +124,7 @@ def measure(session):
     require_devices(session)
     with tempfile.TemporaryDirectory() as made:
         if not session.options.quick and {"rays", "layouts", "units", "stages"} & set(chosen):
-            make_dense(session, pathlib.Path(made))
+            session.do("dense", lambda own: bench_steps.dense(own, pathlib.Path(made)))
         for step in rest:
             if step.__name__ in chosen:
                 session.do(step.__name__, step)

@@ -76,8 +76,9 @@ def stages_table(rows):
 
 def luxcore_table(rows, ours):
     rates = {row["scene"]: row["mpaths_per_s"] for row in ours if row["block"] == 128}
-    return table(["scene", "LuxCore, M samples/s", "eikon, M samples/s", "seconds of LuxCore"],
-                 [(row["scene"], number(row["mpaths_per_s"]), number(rates.get(row["scene"])), number(row["seconds"])) for row in rows])
+    return table(["scene", "LuxCore, M samples/s", "eikon, M samples/s", "seconds of LuxCore", "brightness of its picture over eikon's"],
+                 [(row["scene"], number(row["mpaths_per_s"]), number(rates.get(row["scene"])), number(row["seconds"]),
+                   number(row["brightness"], 3)) for row in rows])
 
 
 def listing(text):

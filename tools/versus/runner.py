@@ -58,7 +58,8 @@ def run(arguments, render):
     if arguments.output:
         write_image(arguments.output, image, variance)
     if arguments.stats:
-        pathlib.Path(arguments.stats).write_text(json.dumps({"seconds": seconds, "seconds_from_start": from_start}))
+        pathlib.Path(arguments.stats).write_text(json.dumps({"seconds": seconds, "seconds_from_start": from_start,
+                                                            "mean": [float(v) for v in image.mean((0, 1))]}))
 
 
 def leave():
