@@ -16,7 +16,7 @@ import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 EIKON = ""
-AS_GPU = {"EIKON_LANES": "1", "EIKON_FAULT": "device:0:gpu"}
+AS_GPU = {"EIKON_LANES": "1", "EIKON_FAULT": "device:0:gpu", "EIKON_VERSUS": "/nonexistent"}  # the last: LuxCore is left out
 
 
 class BenchGpu(unittest.TestCase):
@@ -52,6 +52,7 @@ class BenchGpu(unittest.TestCase):
         self.bench("--devices", "0", code=0)
         page, results = self.unpacked()
         self.assertEqual({row[1] for row in self.rows(page, "Steps") if row[0] != "luxcore"}, {"ok"})
+        self.assertTrue(next(row[1] for row in self.rows(page, "Steps") if row[0] == "luxcore").startswith("left out: pyluxcore"))
         self.assertIn("\n## What failed\n\nNothing.\n", page)
         self.assertEqual([row[:2] for row in self.rows(page, "Bits")], [["cornell", "yes"], ["nori_triangle_1", "yes"]])
         for title, column in (("Rays by layout", 4), ("Paths by layout", 2), ("Paths by unit", 3)):
