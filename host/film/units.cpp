@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <tuple>
 
 namespace eikon {
@@ -40,6 +41,25 @@ std::uint64_t sample_count(std::uint64_t begin, std::uint64_t end, std::uint64_t
   const std::uint64_t grain = std::bit_floor(std::max<std::uint64_t>(most / 4, 1));
   const std::uint64_t round = until / grain * grain;
   return round > begin && 2 * (round - begin) >= until - begin ? round - begin : until - begin;
+}
+
+/// Cuts the block of `unit` into the coarsest grid of nearly square parts of at most `most` pixels, and leaves it the first
+/// one. Appends the others to `rest`: those in the same rows as one box, and those below as another.
+void cut_to_part(WorkUnit& unit, std::uint64_t most, std::vector<WorkUnit>& rest) {
+  const Crop all = unit.block;
+  const std::uint64_t parts = (all.pixel_count() + most - 1) / most;
+  if (parts <= 1) return;
+  const double ideal_rows = std::sqrt(double(parts) * all.height() / all.width());
+  const double most_rows = std::min(double(parts), double(all.height()));
+  const auto rows = std::uint32_t(std::clamp(std::round(ideal_rows), 1.0, most_rows));
+  const auto columns = std::uint32_t(std::min<std::uint64_t>((parts + rows - 1) / rows, all.width()));
+  unit.block.x1 = cut_at(all.x0, all.x1, 1, columns);
+  unit.block.y1 = cut_at(all.y0, all.y1, 1, rows);
+  WorkUnit beside = unit, below = unit;
+  beside.block.x0 = unit.block.x1, beside.block.x1 = all.x1;
+  below.block = {all.x0, unit.block.y1, all.x1, all.y1};
+  rest.push_back(beside);
+  rest.push_back(below);
 }
 
 }  // namespace
@@ -101,27 +121,30 @@ void UnitPool::add(const WorkUnit& box) {
 }
 
 // Chooses among the boxes of the lowest first sample: the largest that fits, else the smallest.
-UnitPool::Boxes::iterator UnitPool::choose(std::uint64_t most_paths) const {
+UnitPool::Boxes::iterator UnitPool::choose(std::uint64_t most_pixels) const {
   constexpr int kLook = 64;  // boxes that are compared; beyond them the order of rows is as good
   auto best = boxes_.begin();
   int looked = 0;
   for (auto it = boxes_.begin(); it != boxes_.end() && looked < kLook; ++it, ++looked) {
     if (it->sample_begin != boxes_.begin()->sample_begin) break;
     const std::uint64_t pixels = it->block.pixel_count(), chosen = best->block.pixel_count();
-    const bool fits = pixels <= most_paths, chosen_fits = chosen <= most_paths;
+    const bool fits = pixels <= most_pixels, chosen_fits = chosen <= most_pixels;
     if (fits ? (!chosen_fits || pixels > chosen) : (!chosen_fits && pixels < chosen)) best = it;
   }
   return best;
 }
 
-std::optional<WorkUnit> UnitPool::take(std::uint64_t most_paths, std::uint64_t most_samples) {
+std::optional<WorkUnit> UnitPool::take(std::uint64_t most_paths, std::uint64_t most_samples,
+                                       std::uint64_t most_pixels) {
   if (boxes_.empty()) return std::nullopt;
   most_paths = std::max<std::uint64_t>(most_paths, 1);
-  const auto chosen = choose(most_paths);
+  most_pixels = std::max<std::uint64_t>(most_pixels, 1);
+  const auto chosen = choose(std::min(most_paths, most_pixels));
   WorkUnit unit = *chosen;
   boxes_.erase(chosen);
   paths_ -= unit.path_count();
   std::vector<WorkUnit> rest;
+  cut_to_part(unit, most_pixels, rest);
   while (unit.block.pixel_count() > most_paths) {
     WorkUnit other = unit;
     if (unit.block.width() >= unit.block.height())

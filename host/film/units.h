@@ -38,7 +38,9 @@ class UnitPool {
   /// pixel, as large as the next block allows: samples are reduced first, then pixels. Units end at
   /// samples that are multiples of about a quarter of a unit, so that blocks which were cut in
   /// pieces become whole again. Returns nothing when the pool is empty.
-  [[nodiscard]] std::optional<WorkUnit> take(std::uint64_t most_paths, std::uint64_t most_samples);
+  /// most_pixels  a larger block is first cut into a grid of nearly square parts, of which the unit has one
+  [[nodiscard]] std::optional<WorkUnit> take(std::uint64_t most_paths, std::uint64_t most_samples,
+                                             std::uint64_t most_pixels = ~std::uint64_t{0});
 
   [[nodiscard]] std::uint64_t path_count() const { return paths_; }
   [[nodiscard]] bool empty() const { return boxes_.empty(); }
@@ -56,7 +58,7 @@ class UnitPool {
 
   [[nodiscard]] std::optional<WorkUnit> joined(const WorkUnit& a, const WorkUnit& b) const;
   void put(WorkUnit box);
-  [[nodiscard]] Boxes::iterator choose(std::uint64_t most_paths) const;
+  [[nodiscard]] Boxes::iterator choose(std::uint64_t most_pixels) const;
 };
 
 /// Returns the pixels of a block as x | y << 16, in tiles of 4 x 4, so that neighbouring lanes

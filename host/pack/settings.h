@@ -116,7 +116,7 @@ struct Execution {
   std::optional<bool> fused;                 // one launch runs all stages of a chunk; by device when unset
   std::uint32_t chunk = 0;                   // paths per work-item of a CPU device; 0: by device
   std::uint32_t unit_paths = 0;              // most paths of a unit; 0: by device
-  std::uint32_t block = 128;                 // largest side of a unit's pixel block
+  std::uint32_t block = 0;                   // largest side of a unit's pixel block; 0: by device
   unsigned threads = 0;                      // of the host, and compute units of a CPU device; 0: all
   std::shared_ptr<const void> thread_limit;  // holds the host to `threads`; may be null
   std::uint64_t memory_bytes = 0;            // most memory to take of each device; 0: all it has

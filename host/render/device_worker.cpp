@@ -2,6 +2,7 @@
 #include "render/device_worker.h"
 
 #include <algorithm>
+#include <future>
 #include <utility>
 #include <fmt/format.h>
 
@@ -12,23 +13,67 @@
 namespace eikon {
 namespace {
 
-/// Processes units until there are none, or until larger ones are to be tried. returns whether the
-/// latter is so
-bool process_units(DeviceSessions& sessions, std::size_t device, UnitRunner& runner, UnitShrink& shrink) {
-  while (std::optional<Schedule::Assignment> unit = sessions.wait_for_unit(device)) {
+/// Adds the sums of a device's units to the film: on the thread that calls, or beside it.
+class SumsAdder {
+ public:
+  SumsAdder(DeviceSessions& sessions, std::size_t device, UnitRunner& runner)
+      : sessions_(sessions), device_(device), runner_(runner), beside_(runner.needs_its_thread()) {}
+  /// The arrays of the result must not change before wait().
+  void add(const Schedule::Assignment& unit, UnitResult result) {
+    const auto add = [this, unit, result = std::move(result)] {
+      const TraceScope adding = runner_.adding_scope();
+      sessions_.finished(device_, unit, result);
+    };
+    if (!beside_) return add();
+    rethrow();
+    adding_ = std::async(std::launch::async, add);
+  }
+  /// Waits until the sums are added. An error comes with rethrow().
+  void wait() const {
+    if (adding_.valid()) adding_.wait();
+  }
+  void rethrow() {
+    if (adding_.valid()) adding_.get();
+  }
+
+ private:
+  DeviceSessions& sessions_;
+  std::size_t device_;
+  UnitRunner& runner_;
+  bool beside_;
+  std::future<void> adding_;
+};
+
+/// Processes `unit` and those after it, until there is none now, or until larger ones are to be tried.
+void process_row_of_units(DeviceSessions& sessions, std::size_t device, UnitRunner& runner, UnitShrink& shrink,
+                          std::optional<Schedule::Assignment> unit) {
+  SumsAdder adder(sessions, device, runner);
+  try {
     const TraceScope rendering = runner.scope("render");
     runner.begin(unit->unit);
     while (unit) {
       std::optional<Schedule::Assignment> next;
-      const UnitResult result = runner.finish([&]() -> std::optional<WorkUnit> {
+      UnitResult result = runner.finish([&]() -> std::optional<WorkUnit> {
+        adder.wait();  // the next unit has the arrays of the one before
         if (!shrink.is_over(host_seconds())) next = sessions.next_unit(device);
         return next ? std::optional(next->unit) : std::nullopt;
       });
-      const TraceScope adding = runner.scope("add to film");
-      sessions.finished(device, *unit, result);  // while the device works on the next
+      adder.add(*unit, std::move(result));  // while the device works on the next
       shrink.finished();
       unit = next;
     }
+  } catch (...) {
+    adder.rethrow();  // an error of the film ends the render, and one of the device does not
+    throw;
+  }
+  adder.rethrow();
+}
+
+/// Processes units until there are none, or until larger ones are to be tried. returns whether the
+/// latter is so
+bool process_units(DeviceSessions& sessions, std::size_t device, UnitRunner& runner, UnitShrink& shrink) {
+  while (const std::optional<Schedule::Assignment> unit = sessions.wait_for_unit(device)) {
+    process_row_of_units(sessions, device, runner, shrink, unit);
     if (shrink.is_over(host_seconds())) return true;
   }
   return false;
@@ -73,7 +118,7 @@ class DeviceTrace {
  public:
   DeviceTrace(Trace* trace, const DeviceInfo& info) : trace_(trace) {
     if (trace_ == nullptr) return;
-    thread = trace_->add_track(fmt::format("device {}: host thread", info.selector));
+    thread = adding = trace_->add_track(fmt::format("device {}: host thread", info.selector));
     queue = trace_->add_track(fmt::format("device {}: queue of {}", info.selector, info.name));
     if (!info.cpu) beside = trace_->add_track(fmt::format("device {}: read back beside it", info.selector));
     rate_ = fmt::format("Mrays/s, device {}", info.selector);
@@ -88,7 +133,12 @@ class DeviceTrace {
     counted_ = so_far.total();
   }
 
-  Trace::Track thread = Trace::kMain, queue = Trace::kMain, beside = Trace::kMain;
+  /// Sums are added beside the device's thread.
+  void add_beside(const DeviceInfo& info) {
+    if (trace_ != nullptr) adding = trace_->add_track(fmt::format("device {}: sums to film", info.selector));
+  }
+
+  Trace::Track thread = Trace::kMain, adding = Trace::kMain, queue = Trace::kMain, beside = Trace::kMain;
 
  private:
   Trace* trace_;
@@ -106,7 +156,9 @@ class WavefrontRunner : public UnitRunner {
         lease_(open(devices.devices[device])),
         stay_(devices.stay),
         wavefront_(ReadyWavefronts::of(lease_).get(*lease_, devices.packed, devices.features, devices.settings,
-                                                   on_track(std::move(execution)))) {}
+                                                   on_track(std::move(execution)))) {
+    if (needs_its_thread()) trace_.add_beside(lease_->info());
+  }
   WavefrontRunner(const WavefrontRunner&) = delete;
   WavefrontRunner& operator=(const WavefrontRunner&) = delete;
   ~WavefrontRunner() override {
@@ -115,15 +167,7 @@ class WavefrontRunner : public UnitRunner {
     lease_->profiler().follow(nullptr, Trace::kMain, Trace::kMain);
   }
 
-  [[nodiscard]] UnitLimits limits() const override {
-    const WavefrontConfig& config = wavefront_.config();
-    // On a CPU every work-item gets a chunk; a GPU hides the latency of memory behind many
-    // work-items per compute unit.
-    constexpr std::uint64_t kItemsPerUnit = 1024;
-    const std::uint64_t grain = config.chunked ? std::uint64_t{config.chunk} * config.workers
-                                               : kItemsPerUnit * std::max(lease_->info().compute_units, 1U);
-    return {config.capacity(), grain};
-  }
+  [[nodiscard]] UnitLimits limits() const override { return unit_limits(wavefront_.config(), lease_->info()); }
   void describe(DeviceReport& report) override {
     report.config = wavefront_.config();
     report.arithmetic = wavefront_.arithmetic();
@@ -148,7 +192,9 @@ class WavefrontRunner : public UnitRunner {
                     "name another file",
                     wanted, lease_->info().selector, here));
   }
+  [[nodiscard]] bool needs_its_thread() const override { return !wavefront_.config().chunked; }
   [[nodiscard]] TraceScope scope(const char* name) override { return {timeline_.get(), trace_.thread, name}; }
+  [[nodiscard]] TraceScope adding_scope() override { return {timeline_.get(), trace_.adding, "add to film"}; }
   void begin(const WorkUnit& unit) override {
     const TraceScope beginning = scope("begin unit");
     if (begin_s_ == 0) begin_s_ = host_seconds();
@@ -199,6 +245,20 @@ class WavefrontRunner : public UnitRunner {
 
 }  // namespace
 
+UnitLimits unit_limits(const WavefrontConfig& config, const DeviceInfo& device) {
+  // A GPU hides the latency of memory behind many work-items per compute unit.
+  constexpr std::uint64_t kItemsPerUnit = 1024;
+  constexpr double kPass_s = 1;  // a picture without the rest of its samples is that of a second later at most
+  UnitLimits limits{.capacity = config.capacity()};
+  limits.least_block = kBlockPixels;
+  limits.most_block = std::max(config.pixels, kBlockPixels);
+  // On a CPU every work-item gets a chunk.
+  limits.grain = config.chunked ? std::uint64_t{config.chunk} * config.workers
+                                : kItemsPerUnit * std::max(device.compute_units, 1U);
+  if (!config.chunked) limits.pass_s = kPass_s;
+  return limits;
+}
+
 void run_device(const std::shared_ptr<DeviceSessions>& sessions, std::size_t device, const OpenRunner& open) noexcept {
   try {
     UnitShrink shrink;
@@ -208,6 +268,18 @@ void run_device(const std::shared_ptr<DeviceSessions>& sessions, std::size_t dev
     sessions->broke(std::current_exception());
   }
   sessions->ended(device);
+}
+
+std::uint32_t block_side(const WavefrontDevices& devices) {
+  std::uint32_t side = kBlockSide;
+  for (std::size_t i = 0; i < devices.devices.size(); ++i) {
+    const Execution& execution = devices.executions[i];
+    if (execution.block != 0) return execution.block;
+    // Where it launches each stage, its blocks are as large as its units need.
+    const Crop& crop = devices.settings.crop;
+    if (!configure(devices.devices[i], execution).chunked) side = std::max({side, crop.width(), crop.height()});
+  }
+  return side;
 }
 
 OpenRunner open_wavefronts(std::shared_ptr<const WavefrontDevices> devices) {

@@ -28,14 +28,22 @@ class UnitRunner {
   /// Begins the first unit after a pause. throws DeviceError
   virtual void begin(const WorkUnit& unit) = 0;
   /// Begins the unit of `next` as soon as the device has room for it, and waits for the unit that
-  /// was begun before. The result is valid until the next call. throws DeviceError for the unit
-  /// that it waits for; an error of the next unit comes with the next call.
+  /// was begun before. The result is valid until the next call asks for a unit. throws DeviceError for
+  /// the unit that it waits for; an error of the next unit comes with the next call.
   virtual UnitResult finish(const Next& next) = 0;
+  /// Units are driven launch by launch, so that the device idles while its thread does anything else. Their sums are
+  /// added on another thread.
+  [[nodiscard]] virtual bool needs_its_thread() const { return false; }
   /// Opens a span on the track of the device's thread, for --profile.
   [[nodiscard]] virtual TraceScope scope(const char* name) { return {nullptr, Trace::kMain, name}; }
+  /// Opens one on the track of the thread that adds sums.
+  [[nodiscard]] virtual TraceScope adding_scope() { return scope("add to film"); }
   /// To be called after a DeviceError: nobody will use the device again without opening it anew.
   virtual void discard() {}
 };
+
+/// The sizes of units that suit a device which is driven as configured.
+[[nodiscard]] UnitLimits unit_limits(const WavefrontConfig& config, const DeviceInfo& device);
 
 /// Opens a device. shrink: how many times the size of units is to be divided by four
 /// (unit_shrink.h). throws DeviceError
@@ -59,6 +67,8 @@ struct WavefrontDevices {
   std::string pilot_arithmetic{};
   std::size_t pilot_device = 0;
 };
+/// The largest side of the blocks that the picture is divided into before a device has cut its unit from one.
+[[nodiscard]] std::uint32_t block_side(const WavefrontDevices& devices);
 /// The runners throw InputError where the device is not of the class that the pilot needs.
 OpenRunner open_wavefronts(std::shared_ptr<const WavefrontDevices> devices);
 

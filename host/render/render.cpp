@@ -207,6 +207,7 @@ std::vector<DeviceReport> prepare_devices(WavefrontDevices& devices, const Execu
     try {
       report.layout = choose_layout(info, *devices.packed, devices.features, devices.settings, execution);
       own.layout = report.layout.layout;
+      fit_units(*devices.packed, info, devices.features, devices.settings, own);
       require_memory(memory_need(*devices.packed, configure(info, own), devices.features, devices.settings), info,
                      execution);
     } catch (const DeviceError& error) {
@@ -308,7 +309,7 @@ RenderOutput render_on(const std::shared_ptr<WavefrontDevices>& devices, const E
 
   Rounds rounds(hooks, settings, begin, report.pilot.seconds);
   const auto sessions =
-      std::make_shared<DeviceSessions>(prepared, std::move(begin), execution.block, execution.watchdog_s);
+      std::make_shared<DeviceSessions>(prepared, std::move(begin), block_side(*devices), execution.watchdog_s);
   if (const PhotonPlan photons = photon_plan(settings); photons.paths > 0) sessions->set_period(photons.samples);
   RenderLoop loop(*sessions, hooks, settings, execution.trace.get(), rounds, left);
   TraceScope rendering(execution.trace.get(), execution.track, "render");

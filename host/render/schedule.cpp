@@ -2,6 +2,7 @@
 #include "render/schedule.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -25,7 +26,7 @@ constexpr double kShortestUnit_s = 4e-3;  // clocks and threads are no more prec
 constexpr double kOverheadShare = 0.04;
 
 // Order of samples: a unit has at most 1/kPasses of a pixel's samples, so that an interrupted image
-// is noisy everywhere, but kLeastSamples where a pixel has few.
+// is noisy everywhere, but kLeastSamples where a pixel has few, or more where all samples take little time (pass_s).
 constexpr std::uint64_t kLeastSamples = 16, kPasses = 4;
 
 // Rates: the weight of a new measurement against all before it.
@@ -48,8 +49,24 @@ void Schedule::open(const std::vector<WorkUnit>& boxes) {
     left_ += box.path_count();
   }
   opened_ = left_;
-  const std::uint64_t range = end > begin ? end - begin : 1;
-  most_samples_ = std::max(kLeastSamples, (range + kPasses - 1) / kPasses);
+  range_ = end > begin ? end - begin : 1;
+}
+
+/// Samples of a pixel that a unit may have.
+std::uint64_t Schedule::most_samples(const UnitLimits& limits) const {
+  double rate = 0;
+  for (const DeviceState& d : devices_)
+    if (d.takes_part && d.path_s > 0) rate += 1 / d.path_s;
+  const double pass = limits.pass_s * rate * double(range_) / double(std::max<std::uint64_t>(opened_, 1));
+  // All of them, or a power of two: then the passes after the first are no smaller.
+  const std::uint64_t of_pass = pass < double(range_) ? std::bit_floor(std::uint64_t(pass)) : range_;
+  return std::max({kLeastSamples, (range_ + kPasses - 1) / kPasses, of_pass});
+}
+
+/// Pixels of the block of a unit that is to have so many paths.
+std::uint64_t Schedule::block_pixels(const UnitLimits& limits, std::uint64_t paths) const {
+  const std::uint64_t pixels = paths / std::min(most_samples(limits), range_);
+  return std::clamp(pixels, limits.least_block, std::max(limits.least_block, limits.most_block));
 }
 
 void Schedule::join(std::size_t device, const UnitLimits& limits) {
@@ -212,7 +229,7 @@ std::optional<WorkUnit> Schedule::take_returned(std::size_t device, std::uint64_
     pieces.add(found.unit);
     const DeviceState& d = devices_[device];
     most = std::min({most, d.limits.capacity, d.path_s > 0 ? kGrowth * d.largest : kFirstUnit});
-    const std::optional<WorkUnit> unit = pieces.take(most, found.unit.path_count());
+    const std::optional<WorkUnit> unit = pieces.take(most, found.unit.path_count(), block_pixels(d.limits, most));
     while (const std::optional<WorkUnit> rest = pieces.take(found.unit.path_count(), found.unit.path_count()))
       returned_.push_back({*rest, found.from});
     return unit;
@@ -232,6 +249,7 @@ std::uint64_t Schedule::latest_unit(std::size_t device, double now_s) const {
   for (const auto& [id, in_flight] : in_flight_) {
     if (in_flight.device == device || in_flight.speculative_copy != 0 || in_flight.unit.path_count() > most) continue;
     if (!devices_[in_flight.device].takes_part) continue;
+    if (in_flight.unit.block.pixel_count() > std::max(d.limits.least_block, d.limits.most_block)) continue;
     const double own_s = known ? expected_s(d, in_flight.unit.path_count()) : kLongestUnit_s;
     const double gain_s = end_s(in_flight.device, id, now_s) - (now_s + own_s);
     if (gain_s > std::max(best_s, kShortestUnit_s + kSpeculationMargin * own_s)) best = id, best_s = gain_s;
@@ -260,7 +278,7 @@ std::optional<Schedule::Assignment> Schedule::next(std::size_t device, double no
       d.left_out_at = std::max(d.left_out_at, double(pool_.path_count()) / double(std::max<std::uint64_t>(opened_, 1)));
       return std::nullopt;
     }
-    return assign(device, *pool_.take(size, most_samples_), now_s);
+    return assign(device, *pool_.take(size, most_samples(d.limits), block_pixels(d.limits, size)), now_s);
   }
   // The result of a copy may not count, and nothing can call it off. So only an idle device makes
   // one.

@@ -16,6 +16,11 @@ namespace eikon {
 struct UnitLimits {
   std::uint64_t capacity = 1;  // most paths of one unit
   std::uint64_t grain = 1;     // fewer paths leave a part of the device without work
+  std::uint64_t least_block = std::uint64_t{128} * 128;  // pixels of a block, which may have fewer paths than capacity
+  std::uint64_t most_block = least_block;                // pixels of a block that has room for its sums
+  // A unit may have as many samples of a pixel as all devices render of the whole picture in this time. Where sums are
+  // copied from a device, few pixels of many samples take less of that.
+  double pass_s = 0;
 };
 
 /// Assigns units to devices so that all finish together. Each device gets its share, by measured
@@ -108,7 +113,7 @@ class Schedule {
   std::uint64_t next_id_ = 1;
   std::uint64_t left_ = 0;          // paths that are not finished, assigned ones included
   std::uint64_t opened_ = 0;        // paths that were left when open() was called last
-  std::uint64_t most_samples_ = 1;  // of a pixel in one unit
+  std::uint64_t range_ = 1;         // samples of a pixel that open() was called with last
 
   [[nodiscard]] double expected_s(const DeviceState& device, std::uint64_t paths) const;
   [[nodiscard]] double end_s(std::size_t device, std::uint64_t last_id, double now_s) const;
@@ -116,6 +121,8 @@ class Schedule {
   [[nodiscard]] bool is_idle(std::size_t device) const;
   [[nodiscard]] double finish_s(double paths, std::size_t without, double now_s) const;
   [[nodiscard]] std::uint64_t unit_size(std::size_t device, double now_s);
+  [[nodiscard]] std::uint64_t most_samples(const UnitLimits& limits) const;
+  [[nodiscard]] std::uint64_t block_pixels(const UnitLimits& limits, std::uint64_t paths) const;
   [[nodiscard]] std::uint64_t most_in_time(std::size_t device, double now_s) const;
   [[nodiscard]] bool is_quickest(std::size_t device, std::uint64_t paths) const;
   [[nodiscard]] std::uint64_t least_size(const DeviceState& device) const;

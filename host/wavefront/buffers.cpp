@@ -11,13 +11,6 @@
 
 namespace eikon {
 
-namespace {
-
-constexpr std::size_t kPilotSide =
-    128;  // units of a pilot have blocks of at most this side, whatever those of the image have
-
-}  // namespace
-
 WorkBuffers::WorkBuffers(Device& device, const WavefrontConfig& config, const WorkBufferSizes& plan,
                          Arguments& arguments) {
   const auto allocate = [&](std::size_t size) {
@@ -26,8 +19,7 @@ WorkBuffers::WorkBuffers(Device& device, const WavefrontConfig& config, const Wo
   };
   const FilmShape& film = plan.film;
   const std::size_t places = std::size_t{config.chunk + EK_PAD} * config.held_chunks();
-  const std::size_t side = std::max<std::size_t>(config.block, kPilotSide);
-  const std::size_t capacity = config.capacity(), pixel_capacity = std::min(capacity, side * side);
+  const std::size_t capacity = config.capacity(), pixel_capacity = config.pixels;
   frame = allocate(sizeof(Frame));
   pixels = allocate(4 * pixel_capacity);
   state = allocate(4 * places * plan.state_words);

@@ -2,6 +2,7 @@
 #include "wavefront/config.h"
 
 #include <algorithm>
+#include <bit>
 #include <fmt/format.h>
 
 #include "core/error.h"
@@ -15,12 +16,29 @@ namespace {
 
 constexpr std::uint64_t kPathBytes = 256;  // rough size of state and film slots of a path with all features
 constexpr std::uint32_t kLeastPool = 1U << 10;  // smaller units are slow, and save little beside the scene
-constexpr std::uint32_t kMostPool = 1U << 22;  // the kernels number paths exactly below 2^23
+constexpr std::uint32_t kMostPool = 1U << 22;
+// A device that launches each stage has a fixed cost for each depth of a unit, whatever the unit's size. An H100 traces a
+// unit of 2^23 paths, for each of which its compute units have 32 rounds of work-items, in about 17 ms, and the launches of
+// its 28 depths take 1.3 ms. The kernels number paths exactly below 2^23.
+constexpr std::uint32_t kLeastQueuePool = 1U << 20, kMostQueuePool = 1U << 23;
+constexpr std::uint64_t kResident = 2048, kRoundsOfItems = 32;  // work-items that a compute unit holds; rounds of them
+// A unit with fewer samples of each pixel is smaller than the pool: sums take memory, too.
+constexpr std::uint32_t kSamplesToFill = 32;
 // Measured on cores with 1 MiB of level-2 cache: chunks of 4096 paths (0.5 MiB of state) are 3 to 4
 // % faster than chunks of 1024, because fewer of them end with empty lanes and rows of rays. 8192
 // gain nothing more. With a launch per stage 1024 is best.
 constexpr std::uint32_t kFusedChunk = 4096, kUnfusedChunk = 1024;
 constexpr std::uint32_t kChunksPerWorker = 32;  // so many that the wait for the last one costs next to nothing
+
+/// Most paths of a unit that is not limited by memory.
+std::uint64_t usual_pool(const WavefrontConfig& config, const DeviceInfo& device, std::uint32_t chunk) {
+  if (!config.chunked)
+    return std::clamp(std::bit_floor(kRoundsOfItems * kResident * device.compute_units), std::uint64_t{kLeastQueuePool},
+                      std::uint64_t{kMostQueuePool});
+  std::uint64_t paths = 1U << 18;
+  while (config.fused && paths < kMostPool && paths / chunk < kChunksPerWorker * config.workers) paths *= 2;
+  return paths;
+}
 
 }  // namespace
 
@@ -43,16 +61,16 @@ WavefrontConfig configure(const DeviceInfo& device, const Execution& execution) 
   std::uint32_t chunk = execution.chunk != 0 ? execution.chunk : config.fused ? kFusedChunk : kUnfusedChunk;
   if (execution.chunk == 0 && execution.unit_paths != 0) chunk = std::min(chunk, execution.unit_paths);
   chunk = std::max(chunk / 16, 1U) * 16;
-  std::uint32_t paths = execution.unit_paths != 0 ? execution.unit_paths : config.chunked ? 1U << 18 : 1U << 20;
-  if (execution.unit_paths == 0) {
-    const std::uint64_t memory = available_bytes(device, execution);
-    while (config.fused && paths < kMostPool && paths / chunk < kChunksPerWorker * config.workers) paths *= 2;
-    while (paths > kLeastPool && paths * kPathBytes > memory / 4) paths /= 2;
-  }
-  config.chunk = config.chunked ? chunk : std::max(paths / kWorkGroup, 1U) * kWorkGroup;
-  config.chunks = config.chunked ? std::max(paths / config.chunk, 1U) : 1;
+  std::uint64_t paths = execution.unit_paths != 0 ? execution.unit_paths : usual_pool(config, device, chunk);
+  const std::uint64_t memory = available_bytes(device, execution);
+  while (execution.unit_paths == 0 && paths > kLeastPool && paths * kPathBytes > memory / 4) paths /= 2;
+  const auto whole = [&](std::uint32_t grain) { return std::max(std::uint32_t(paths) / grain, 1U); };
+  config.chunk = config.chunked ? chunk : whole(kWorkGroup) * kWorkGroup;
+  config.chunks = config.chunked ? whole(config.chunk) : 1;
   config.workers = std::min(config.workers, config.chunks);
-  config.block = execution.block;
+  const std::uint32_t most_pixels =
+      config.chunked ? kBlockPixels : std::max(kBlockPixels, config.capacity() / kSamplesToFill);
+  config.pixels = std::min(config.capacity(), std::max(most_pixels, execution.block * execution.block));
   return config;
 }
 

@@ -30,13 +30,15 @@ struct WavefrontConfig {
   std::uint32_t workers = 1;   // work-items of that launch
   std::uint32_t chunk = 1024;  // paths of a chunk
   std::uint32_t chunks = 1;    // of a unit
-  std::uint32_t block = 128;   // largest side of a unit's pixel block
+  std::uint32_t pixels = 1;    // of a unit, at most
   std::string layout = "bvh2";
   /// The most paths of a unit.
   [[nodiscard]] std::uint32_t capacity() const { return chunk * chunks; }
   /// Chunks whose state is in memory at the same time.
   [[nodiscard]] std::uint32_t held_chunks() const { return fused ? workers : chunks; }
 };
+/// The side of blocks of pixels that CPU devices get, and the pixels of one.
+inline constexpr std::uint32_t kBlockSide = 128, kBlockPixels = kBlockSide * kBlockSide;
 /// The bytes that a render may take of a device: its memory, or less by --memory.
 [[nodiscard]] std::uint64_t available_bytes(const DeviceInfo& device, const Execution& execution);
 /// Fills in by the device what `execution` leaves open. The most paths of a unit follow from the device and its memory,

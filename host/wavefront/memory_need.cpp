@@ -2,10 +2,13 @@
 #include "wavefront/memory_need.h"
 
 #include <algorithm>
+#include <limits>
 #include <fmt/format.h>
 
 #include "core/error.h"
+#include "wavefront/buffers.h"
 #include "wavefront/photons/photon_map.h"
+#include "wavefront/unit_shrink.h"
 
 namespace eikon {
 namespace {
@@ -20,6 +23,12 @@ MemoryNeed memory_need(const PackedScene& packed, const WavefrontConfig& config,
   need.textures = 4 * packed.texel_count();
   need.geometry = packed.bytes(config.layout) - need.textures;
   need.paths = path_pool_bytes(config, features);
+  if (!config.chunked) {
+    // Sums of two units.
+    const FilmShape film{.replicates = 1U << settings.replicate_bits,
+                         .channels = std::uint32_t(features.film_channels().size())};
+    need.paths += 2 * std::uint64_t{4} * (film.sum_words(config.pixels) + film.rejected_words(config.pixels));
+  }
   if (features.has(Feature::merging)) need.photons = photon_map_bytes(settings);
   need.saved_once = packed.saved_once;
   const auto buffer = [&](const char* name, std::uint64_t bytes) {
@@ -37,6 +46,24 @@ MemoryNeed memory_need(const PackedScene& packed, const WavefrontConfig& config,
     buffer("the tree's leaves", tree->second.leaves.size() * sizeof(tree->second.leaves[0]));
   }
   return need;
+}
+
+void fit_units(const PackedScene& packed, const DeviceInfo& device, const Features& features, const Settings& settings,
+               Execution& execution) {
+  if (execution.unit_paths != 0) return;
+  WavefrontConfig config = configure(device, execution);
+  const std::uint64_t words =
+      std::max<std::uint64_t>(path_state_layout(features, config.chunked).words,
+                              features.film_channels().size() + features.mattes().layers.size());
+  const auto fits = [&] {
+    return memory_need(packed, config, features, settings).total() <= available_bytes(device, execution) &&
+           4 * words * config.capacity() <= device.max_allocation_bytes &&
+           words * (config.capacity() + EK_PAD) <= std::numeric_limits<std::uint32_t>::max();  // kernels number them
+  };
+  while (!config.chunked && config.capacity() > kLeastUnitPaths && !fits()) {
+    execution.unit_paths = config.capacity() / 2;
+    config = configure(device, execution);
+  }
 }
 
 std::uint64_t film_bytes(const FilmLayout& layout) {

@@ -24,6 +24,10 @@ struct MemoryNeed {
 [[nodiscard]] MemoryNeed memory_need(const PackedScene& packed, const WavefrontConfig& config, const Features& features,
                                      const Settings& settings);
 
+/// Makes the units of a device that launches each stage smaller where it, or --memory, has too little for the usual ones.
+void fit_units(const PackedScene& packed, const DeviceInfo& device, const Features& features, const Settings& settings,
+               Execution& execution);
+
 /// Bytes that a film of this layout takes on the host.
 [[nodiscard]] std::uint64_t film_bytes(const FilmLayout& layout);
 

@@ -31,6 +31,8 @@ struct FakeDevice {
   std::function<void()> close = [] {};
   double path_s = 2e-7;
   std::uint64_t capacity = 1U << 14, grain = 64;
+  bool beside = false;  // its sums are added on another thread
+  std::function<bool(std::uint64_t n)> spoils = [](std::uint64_t) { return false; };  // the sums of its n-th unit
   std::uint64_t units = 0;  // over all openings
 };
 
@@ -42,13 +44,17 @@ class FakeRunner : public UnitRunner {
   }
   ~FakeRunner() override { device_.close(); }
   [[nodiscard]] UnitLimits limits() const override { return {capacity_, device_.grain}; }
+  [[nodiscard]] bool needs_its_thread() const override { return device_.beside; }
   void describe(DeviceReport& report) override { report.device_bytes = capacity_; }
   void begin(const WorkUnit& unit) override { unit_ = unit; }
   UnitResult finish(const Next& next) override {
     const WorkUnit unit = unit_;
     EXPECT_LE(unit.path_count(), capacity_);
     std::this_thread::sleep_for(std::chrono::duration<double>(device_.path_s * double(unit.path_count())));
-    device_.unit(device_.units++, unit);
+    const std::uint64_t n = device_.units++;
+    device_.unit(n, unit);
+    // The arrays of the unit before are in use until the next one is asked for.
+    if (const std::optional<WorkUnit> then = next()) unit_ = *then;
     pixels_ = unit_pixels(unit.block);
     limbs_.assign(2 * 3 * EK_FILM_LIMBS * pixels_.size(), 0);
     rejected_.assign(2 * pixels_.size(), 0);
@@ -57,7 +63,7 @@ class FakeRunner : public UnitRunner {
         for (std::uint64_t s = unit.sample_begin; s < unit.sample_end; ++s)
           limbs_[((s % 2 * 3 + c) * EK_FILM_LIMBS) * pixels_.size() + p] +=
               value(pixels_[p] & 0xffff, pixels_[p] >> 16, s, c);
-    if (const std::optional<WorkUnit> then = next()) unit_ = *then;
+    if (device_.spoils(n)) rejected_[0] = 1U << 20;
     UnitResult result;
     result.sums.pixels = pixels_;
     result.sums.pixel_stride = std::uint32_t(pixels_.size());

@@ -151,5 +151,34 @@ TEST(Memory, textures_count_once_and_with_the_bytes_that_their_images_have) {
   EXPECT_EQ(packed.texels[1].data(), scene.images[0].rgba8.data());
 }
 
+TEST(Memory, the_units_of_a_gpu_are_as_large_as_fits) {
+  Scene scene;
+  scene.materials.resize(1);
+  Primitive primitive;
+  primitive.positions_object = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  primitive.indices = {0, 1, 2};
+  scene.meshes.push_back({"mesh", {primitive}});
+  scene.nodes.emplace_back();
+  const Settings settings;
+  const Features features(scene, settings);
+  PackedScene packed = pack_scene(scene, features, settings);
+  add_accel(packed, "bvh", "bvh2", 1);
+  const auto capacity = [&](std::uint64_t memory, std::uint64_t one_buffer) {
+    DeviceInfo device = device_of(memory * kMega, one_buffer * kMega);
+    device.gpu = true, device.compute_units = 128;
+    Execution execution;
+    fit_units(packed, device, features, settings, execution);
+    const WavefrontConfig config = configure(device, execution);
+    EXPECT_EQ(refusal(memory_need(packed, config, features, settings), device), "") << memory;
+    return config.capacity();
+  };
+  EXPECT_EQ(capacity(80000, 20000), 1U << 23);
+  EXPECT_EQ(capacity(4096, 1024), 1U << 22) << "the pool takes a quarter of the memory";
+  EXPECT_LE(capacity(80000, 40), 1U << 19) << "the state of all paths is one buffer";
+  const std::uint32_t little = capacity(2, 2);
+  EXPECT_GE(little, 1U << 10);
+  EXPECT_LT(little, 1U << 14) << "also below the least pool of other devices";
+}
+
 }  // namespace
 }  // namespace eikon

@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: Apache-2.0
+// The share of its time in which a fast GPU traces paths, in a simulation of how it is driven: the units that the schedule
+// gives it, a fixed cost of each depth, and the time that sums take on their way to the film. The costs are estimates for an
+// NVIDIA H100. What they are for sure can only be measured on one, so the claims here are about the shape of units.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <optional>
+#include <vector>
+
+#include "render/device_worker.h"
+
+namespace eikon {
+namespace {
+
+constexpr double kRate = 500e6;             // paths per second, while all of the device is at work
+constexpr double kDepth_s = 45e-6;          // fixed cost of a depth: launches of four kernels, and the latency of each
+constexpr double kFilm_s = 25e-6;           // fixed cost of stage film and of what is read back in the queue
+constexpr double kSlots_s = 12 / 3e12;      // per path: stage film reads its slots
+constexpr double kRead_s = 104 / 6e9;       // per pixel: sums are read back
+constexpr double kAdd_s = 0.44e-3 / 16384;  // per pixel: they are added to the film
+
+DeviceInfo h100() {
+  DeviceInfo info;
+  info.gpu = true;
+  info.compute_units = 132;
+  info.memory_bytes = std::uint64_t{80} << 30;
+  info.max_allocation_bytes = info.memory_bytes / 4;
+  return info;
+}
+
+/// Paths that reach each depth of a unit of cornell.gltf, until none is left.
+std::vector<double> alive_by_depth(double paths) {
+  std::vector<double> alive = {1, 0.93, 0.68, 0.38, 0.21, 0.11, 0.061, 0.033};
+  for (double& share : alive) share *= paths;
+  while (alive.back() * 0.53 >= 1) alive.push_back(alive.back() * 0.53);
+  std::erase_if(alive, [](double count) { return count < 1; });
+  return alive;
+}
+
+struct Use {
+  double busy = 0;  // share of the time in which paths are traced at the full rate
+  double paths_per_unit = 0;
+  double sums_per_path = 0;  // pixels whose sums are read back, for each path
+  double thin_share = 0;     // of the time, for depths with less than a tenth of the paths
+};
+
+/// A device of this rate, and the thread that drives it.
+struct Driven {
+  double device_s = 0;  // when the device has done what it was given,
+  double host_s = 0;    // and when the thread is free
+  double thin_s = 0;    // time of depths with less than a tenth of the unit's paths
+
+  void run_depth(double paths, double of_unit) {
+    const double seconds = kDepth_s + paths / kRate / 3.44;  // 3.44 depths for each path
+    device_s = std::max(device_s, host_s) + seconds;
+    if (paths < 0.1 * of_unit) thin_s += seconds;
+  }
+};
+
+/// Renders a picture as process_units() and WavefrontRunner do: the next unit begins when all depths of the one before are
+/// launched, and its first depth runs while the host waits for the sums.
+/// beside  sums are added on a thread of their own, which is done with a unit before the next but one begins
+Use simulate(const UnitLimits& limits, std::uint32_t side, const WorkUnit& picture, bool beside) {
+  Schedule schedule(1, side);
+  schedule.join(0, limits);
+  schedule.open({picture});
+  Driven driven;
+  double since_s = 0, added_s = 0, units = 0, pixels = 0;
+  std::optional<Schedule::Assignment> now = schedule.next(0, 0);
+  driven.run_depth(double(now->unit.path_count()), double(now->unit.path_count()));
+  while (now) {
+    const WorkUnit unit = now->unit;
+    const std::vector<double> alive = alive_by_depth(double(unit.path_count()));
+    for (std::size_t depth = 1; depth < alive.size(); ++depth) driven.run_depth(alive[depth], alive[0]);
+    driven.host_s = std::max({driven.host_s, driven.device_s, added_s});
+    driven.device_s += kFilm_s + alive[0] * kSlots_s;
+    const double summed_s = driven.device_s + double(unit.block.pixel_count()) * kRead_s;
+    const std::optional<Schedule::Assignment> next = schedule.next(0, driven.host_s);
+    if (next) driven.run_depth(double(next->unit.path_count()), double(next->unit.path_count()));
+    driven.host_s = std::max(driven.host_s, summed_s);
+    EXPECT_TRUE(schedule.finished(now->id, since_s, driven.host_s));
+    since_s = driven.host_s;
+    added_s = std::max(added_s, driven.host_s) + double(unit.block.pixel_count()) * kAdd_s;
+    if (!beside) driven.host_s = added_s;
+    ++units, pixels += double(unit.block.pixel_count());
+    now = next;
+  }
+  EXPECT_TRUE(schedule.complete());
+  const auto paths = double(picture.path_count());
+  const double end_s = std::max(driven.host_s, added_s);
+  return {paths / kRate / end_s, paths / units, pixels / paths, driven.thin_s / end_s};
+}
+
+WorkUnit picture_of(std::uint32_t width, std::uint32_t height, std::uint64_t spp) {
+  return {{0, 0, width, height}, 0, spp};
+}
+
+void print(const char* of, const Use& use) {
+  std::printf(
+      "%s: busy %.3f, %.0f paths a unit, %.2f bytes of sums a path, %.3f of the time for the last tenth of the paths\n",
+      of, use.busy, use.paths_per_unit, 104 * use.sums_per_path, use.thin_share);
+}
+
+TEST(DeviceUse, an_h100_is_busy_with_paths_for_most_of_the_time) {
+  const WavefrontConfig config = configure(h100(), {});
+  const UnitLimits limits = unit_limits(config, h100());
+  struct Picture {
+    std::uint32_t width, height;
+    std::uint64_t spp;
+    double busy;
+  };
+  for (const auto& [width, height, spp, busy] : {Picture{1920, 1080, 64, 0.85},
+                                                 {3840, 2160, 64, 0.85},
+                                                 {1920, 1080, 256, 0.85},
+                                                 {1024, 1024, 64, 0.85},
+                                                 {512, 512, 256, 0.85},
+                                                 {512, 512, 64, 0.7}}) {
+    const Use use = simulate(limits, std::max(width, height), picture_of(width, height, spp), true);
+    print((std::to_string(width) + "x" + std::to_string(height) + ", " + std::to_string(spp) + " samples").c_str(),
+          use);
+    EXPECT_GE(use.busy, busy) << width << "x" << height << ", " << spp;
+    EXPECT_GE(use.paths_per_unit, 4.0 * 132 * 2048);
+    EXPECT_LE(use.thin_share, 0.17);
+  }
+}
+
+TEST(DeviceUse, small_blocks_or_sums_added_by_the_thread_that_launches_would_leave_it_idle) {
+  const UnitLimits small{.capacity = 1U << 20, .grain = 1U << 17};
+  const Use of_small = simulate(small, 128, picture_of(1920, 1080, 64), false);
+  print("blocks of 128x128 pixels", of_small);
+  EXPECT_LT(of_small.busy, 0.4);
+  const UnitLimits limits = unit_limits(configure(h100(), {}), h100());
+  const WorkUnit large = picture_of(3840, 2160, 64);
+  const Use of_one_thread = simulate(limits, 3840, large, false);
+  print("3840x2160, one thread", of_one_thread);
+  EXPECT_LT(of_one_thread.busy, simulate(limits, 3840, large, true).busy - 0.1);
+}
+
+}  // namespace
+}  // namespace eikon
