@@ -6,8 +6,10 @@
 #include "pack/frame.h"
 #include "pack/lights/pack_light_paths.h"
 #include "shared/guide.h"
+#include "shared/queue_counts.h"
 #include "shared/records.h"
 #include "wavefront/buffers.h"
+#include "wavefront/tallies.h"
 
 namespace eikon {
 
@@ -23,7 +25,7 @@ WorkBuffers::WorkBuffers(Device& device, const WavefrontConfig& config, const Wo
   frame = allocate(sizeof(Frame));
   pixels = allocate(4 * pixel_capacity);
   state = allocate(4 * places * plan.state_words);
-  counts = allocate(16 * std::size_t{config.chunks});
+  counts = allocate(config.chunked ? 4 * kQueueWords * config.chunks : 4 * std::size_t{EK_COUNT_WORDS});
   film_slots = allocate(4 * std::size_t{film.channels + film.mattes} * (capacity + EK_PAD) + 4 * EK_PAD);
   for (std::size_t i = 0; i < sums.size(); ++i) {
     // A device that reads back beside its work writes the next sums at the same time.

@@ -58,13 +58,13 @@ ReplayedSample Wavefront::replay(std::uint32_t x, std::uint32_t y, std::uint64_t
   if (w.config.fused) throw InternalError("a path can be watched only where each stage has a launch of its own");
   const auto number = [&](auto... of) { return std::bit_cast<float>(w.path_word(of...)); };
   const auto vector = [&](const char* field) { return glm::vec3(number(field), number(field, 1U), number(field, 2U)); };
-  w.after_intersect = [&](std::uint32_t depth) {
+  w.depths.after_intersect = [&](std::uint32_t depth) {
     report({depth, vector("origin"), vector("dir"), vector("beta"), number("hit_t"), w.path_word("hit_triangle")});
   };
   const WorkUnit unit{{x, y, x + 1, y + 1}, sample, sample + 1};
   w.begin(unit);
   (void)w.finish();
-  w.after_intersect = nullptr;
+  w.depths.after_intersect = nullptr;
   ReplayedSample result;
   for (int c = 0; c < 3; ++c)
     w.device.read(w.work.film_slots, &result.radiance[c], sizeof(float), 4 * std::size_t(c) * w.frame.film_stride);

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <deque>
 #include <memory>
 #include <string>
 #include <utility>
@@ -18,6 +17,7 @@
 #include "pack/frame.h"
 #include "wavefront/buffers.h"
 #include "wavefront/photons/photon_stage.h"
+#include "wavefront/stages/depth_stages.h"
 #include "wavefront/stages/light_stages.h"
 #include "wavefront/stages/stage_sampler.h"
 #include "wavefront/unit_in_flight.h"
@@ -28,13 +28,6 @@ namespace eikon {
 inline constexpr std::uint32_t kNoPaths = 0;
 
 struct Wavefront::Impl {
-  /// What a depth left in the queues, being read back.
-  struct DepthCounts {
-    std::uint32_t depth = 0;
-    std::vector<std::uint32_t> counts;  // for queue_counts()
-    Ticket ticket;                      // `counts` are there
-  };
-
   Device& device;
   const PackedScene* scene;
   WavefrontConfig config;
@@ -65,12 +58,10 @@ struct Wavefront::Impl {
 
   std::array<UnitInFlight, 2> in_flight;
   std::uint64_t begun = 0, launched = 0, finished = 0;  // units for which begin(), launch_rest(), finish() were called
-  /// Called between two stages while a path is replayed. The host then waits for each depth before it launches the next.
-  std::function<void(std::uint32_t depth)> after_intersect;
   RayCounters counters;
+  DepthStages depths;  // if each stage has a launch of its own
   Trace* timeline;
   std::unique_ptr<StageSampler> sampler;  // null unless one launch runs all stages and cannot time them (ticks.h)
-  std::deque<DepthCounts> read_backs;     // of the depths launched last; they must outlive their transfers
 
   // Commands of the device's queue may still use the memory that is freed here, as after an error.
   ~Impl() { device.drain(); }
@@ -81,6 +72,7 @@ struct Wavefront::Impl {
         scene(&packed),
         config(configure(on.info(), execution)),
         counters(on, config, features, execution.trace.get()),
+        depths(on, config, stages, counters),
         timeline(execution.trace.get()) {
     state = path_state_layout(features, config.chunked);
     frame = pack_frame(packed, settings);
@@ -280,56 +272,6 @@ struct Wavefront::Impl {
                                        sampler ? sampler->shares() : stage_shares(current.tallies));
   }
 
-  /// Launches the stages of a depth. active: most paths at that depth
-  void launch_depth(UnitInFlight& current, std::uint32_t depth, std::uint64_t active) {
-    counters.add_depth(depth, std::uint64_t{divide_up(active, kWorkGroup)} * kWorkGroup);
-    const std::uint64_t paths_of_unit = current.frame.path_count;
-    stages.run("intersect", depth, paths_of_unit, active);
-    if (after_intersect) after_intersect(depth);
-    for (const char* stage : {"miss", "shade", "compact"}) stages.run(stage, depth, paths_of_unit, active);
-    DepthCounts& at = read_backs.emplace_back();
-    at.depth = depth;
-    at.counts.resize(kQueueWords * stages.chunks(paths_of_unit));
-    at.ticket = device.read_later(work.counts, at.counts.data(), 4 * at.counts.size());
-    stages.run("shadow", depth, paths_of_unit, active);
-    device.flush();
-  }
-
-  /// Launches the first depth of a unit, stage by stage.
-  void launch_first(UnitInFlight& current) {
-    const std::uint64_t paths_of_unit = current.frame.path_count;
-    current.rays.camera = paths_of_unit;
-    counters.begin_unit(paths_of_unit);
-    stages.run("generate", 1, paths_of_unit, paths_of_unit);
-    launch_depth(current, 1, paths_of_unit);
-  }
-
-  /// Launches the other depths. The host looks at the counts of a depth while the next one is under
-  /// way. This costs one round of empty launches at the end of a unit.
-  void launch_later_depths(UnitInFlight& current) {
-    const std::size_t ahead = after_intersect ? 0 : 1;
-    std::uint64_t active = current.frame.path_count;  // at least as many as go on
-    for (std::uint32_t depth = 2; active > 0; ++depth) {
-      while (active > 0 && read_backs.size() > ahead) {
-        active = take_counts(current, read_backs.front());
-        read_backs.pop_front();
-      }
-      if (active > 0) launch_depth(current, depth, active);
-    }
-    run_film(current);
-    // The counts left are zero, but their reads write to memory that is freed here.
-    for (const DepthCounts& at : read_backs) device.wait(at.ticket);
-    read_backs.clear();
-  }
-
-  /// Waits for the counts of a depth. Returns the number of paths that go on.
-  std::uint64_t take_counts(UnitInFlight& current, const DepthCounts& at) {
-    device.wait(at.ticket);
-    const RayCounts on = counters.end_depth(at.depth, at.counts, current.frame.path_count);
-    current.rays += on;
-    return on.scattered;
-  }
-
   void begin(const WorkUnit& unit) {
     if (begun - finished == in_flight.size() || (!config.fused && begun != launched))
       throw InternalError("a unit begins before there is room for it");
@@ -356,7 +298,8 @@ struct Wavefront::Impl {
       begin_lights(current);
       launched = begun;
     } else {
-      launch_first(current);
+      current.rays.camera = current.frame.path_count;
+      depths.begin(current.frame, work.counts);
     }
   }
 
@@ -368,8 +311,11 @@ struct Wavefront::Impl {
 
   void launch_rest() {
     if (launched == begun) return;
-    launch_later_depths(in_flight[launched % in_flight.size()]);
-    if (!after_intersect) begin_lights(in_flight[launched % in_flight.size()]);
+    UnitInFlight& current = in_flight[launched % in_flight.size()];
+    current.rays += depths.launch_rest();
+    run_film(current);
+    depths.settle();
+    if (!depths.after_intersect) begin_lights(current);
     ++launched;
   }
 

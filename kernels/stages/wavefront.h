@@ -86,10 +86,19 @@ EK_FN void store_survivors(global uint* counts, uint depth, Survivors survivors)
 #endif
 }
 
-/// Clears the counts that stage compact adds to.
+#if !EK_CHUNKED
+#include "shared/queue_counts.h"
+EK_FN global uint* counts_of_depth(global uint* counts, uint depth) {
+  return counts + 4 + 2 * (depth & (EK_COUNT_DEPTHS - 1u));
+}
+#endif
+
+/// Clears the counts that stage compact adds to, once they are kept for the host.
 EK_FN void clear_counts(global uint* counts, uint depth) {
 #if !EK_CHUNKED
   if (get_global_id(0) == 0) {
+    counts_of_depth(counts, depth)[0] = counts[depth & 1];
+    counts_of_depth(counts, depth - 1u)[1] = counts[2];
     counts[(depth + 1) & 1] = counts[2] = 0;
     if (EK_SHADOW_PATHS) counts[3] = 0;
   }

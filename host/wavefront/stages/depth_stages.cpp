@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "wavefront/stages/depth_stages.h"
+
+#include <algorithm>
+#include <array>
+#include <span>
+
+namespace eikon {
+namespace {
+
+/// The counts after one of several depths, as queue_counts() takes them for one chunk.
+/// words  of buffer `counts` (kernels/shared/queue_counts.h)
+/// last   the last depth that was launched before they were read
+std::array<std::uint32_t, kQueueWords> counts_after(std::span<const std::uint32_t> words, std::uint32_t depth,
+                                                    std::uint32_t last) {
+  std::array<std::uint32_t, kQueueWords> counts{};
+  const auto kept = [&](std::uint32_t of) { return words.subspan(kQueueWords + 2 * (of % EK_COUNT_DEPTHS), 2); };
+  const std::size_t next = (depth + 1) & 1;
+  counts[next] = depth == last ? words[next] : kept(depth + 1)[0];
+  counts[2] = depth == last ? words[2] : kept(depth)[1];
+  return counts;
+}
+
+}  // namespace
+
+/// Launches the stages of the next depths, whose paths are at most left_.
+void DepthStages::launch(std::uint32_t count) {
+  ReadBack& at = read_backs_.emplace_back();
+  at.first = launched_ + 1;
+  at.last = launched_ + count;
+  at.counts.resize(config_.chunked ? kQueueWords * stages_.chunks(paths_) : EK_COUNT_WORDS);
+  for (std::uint32_t depth = at.first; depth <= at.last; ++depth) {
+    counters_.add_depth(depth, std::uint64_t{divide_up(left_, kWorkGroup)} * kWorkGroup);
+    stages_.run("intersect", depth, paths_, left_);
+    if (after_intersect) after_intersect(depth);
+    for (const char* stage : {"miss", "shade", "compact"}) stages_.run(stage, depth, paths_, left_);
+    if (depth == at.last) at.ticket = device_.read_later(counts_, at.counts.data(), 4 * at.counts.size());
+    stages_.run("shadow", depth, paths_, left_);
+  }
+  launched_ = at.last;
+  device_.flush();
+}
+
+void DepthStages::begin(const Frame& frame, const Buffer& counts) {
+  counts_ = counts;
+  read_backs_.clear();
+  plan_.restart();
+  plan_.add(frame.path_count);
+  paths_ = left_ = frame.path_count;
+  max_depth_ = frame.max_depth;
+  known_ = 1, launched_ = 0;
+  counters_.begin_unit(paths_);
+  stages_.run("generate", 1, paths_, paths_);
+  launch(1);
+}
+
+std::uint32_t DepthStages::next_depths() const {
+  if (config_.chunked || after_intersect) return 1;
+  const std::uint32_t depths = plan_.depths(left_, launched_ + 1 - known_);
+  // No path goes beyond the last depth but through null interfaces, which are few.
+  return max_depth_ > launched_ ? std::min(depths, max_depth_ - launched_) : depths;
+}
+
+RayCounts DepthStages::launch_rest() {
+  RayCounts rays;
+  bool all_likely = false;  // all depths that are likely to have paths are under way
+  while (left_ > 0) {
+    const bool few = !config_.chunked && !after_intersect && left_ <= DepthPlan::kFew;
+    const std::size_t ahead = after_intersect ? 0 : 1;  // depths under way while the host looks at the one before
+    if (few ? all_likely : read_backs_.size() > ahead) {
+      rays += take(read_backs_.front());
+      read_backs_.pop_front();
+      all_likely = all_likely && !read_backs_.empty();
+    } else {
+      launch(next_depths());
+      all_likely = few;
+    }
+  }
+  return rays;
+}
+
+void DepthStages::settle() {
+  for (const ReadBack& at : read_backs_) device_.wait(at.ticket);  // their counts are zero
+  read_backs_.clear();
+}
+
+/// Waits for the counts of some depths.
+RayCounts DepthStages::take(const ReadBack& at) {
+  device_.wait(at.ticket);
+  RayCounts rays;
+  for (std::uint32_t depth = at.first; depth <= at.last && left_ > 0; ++depth) {
+    RayCounts on;
+    if (config_.chunked)
+      on = counters_.end_depth(depth, at.counts, paths_);
+    else
+      on = counters_.end_depth(depth, counts_after(at.counts, depth, at.last), paths_);
+    rays += on;
+    left_ = on.scattered;
+    known_ = depth + 1;
+    plan_.add(left_);
+  }
+  return rays;
+}
+
+}  // namespace eikon
