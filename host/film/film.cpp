@@ -9,6 +9,7 @@
 
 #include "core/device_vector.h"
 #include "core/error.h"
+#include "film/packed_sums.h"
 
 namespace eikon {
 namespace {
@@ -79,14 +80,16 @@ void Film::refuse_sum(std::size_t index) const {
 
 void Film::add(const UnitSums& unit) {
   const std::uint32_t replicates = layout_.replicates;
-  const std::size_t channels = camera_channels_, all_channels = layout_.channels.size();
-  const std::size_t stride = unit.pixel_stride;
-  if (unit.pixels.size() > stride || unit.limbs.size() != replicates * channels * EK_FILM_LIMBS * stride ||
-      unit.rejected.size() != replicates * stride || unit.sample_begin > unit.sample_end)
-    throw InternalError(
-        fmt::format("unit of {} pixels, stride {}: {} limbs and {} rejected counts do not fit a film of {} "
-                    "replicates and {} channels",
-                    unit.pixels.size(), stride, unit.limbs.size(), unit.rejected.size(), replicates, channels));
+  const std::size_t sums = replicates * camera_channels_, stride = unit.pixel_stride;
+  const bool fits = unit.packed.empty() ? unit.limbs.size() == sums * EK_FILM_LIMBS * stride
+                                        : unit.packed.size() == packed_words(sums, stride) && unit.packed[0] == 0;
+  if (unit.pixels.size() > stride || !fits || unit.rejected.size() != replicates * stride ||
+      unit.sample_begin > unit.sample_end)
+    throw InternalError(fmt::format(
+        "unit of {} pixels, stride {}: {} limbs, {} packed words and {} rejected counts do not fit a film of {} "
+        "replicates and {} channels",
+        unit.pixels.size(), stride, unit.limbs.size(), unit.packed.size(), unit.rejected.size(), replicates,
+        camera_channels_));
   std::vector<std::uint64_t> drawn(replicates);
   for (std::uint32_t r = 0; r < replicates; ++r)
     drawn[r] = samples_of_replicate(unit.sample_begin, unit.sample_end, r, replicates);
@@ -104,19 +107,40 @@ void Film::add(const UnitSums& unit) {
           throw InternalError(fmt::format("unit rejects {} of {} samples of a pixel", rejected[i], drawn[r]));
         counts_[film_pixels[i] * replicates + r] += drawn[r] - rejected[i];
       }
-      for (std::size_t c = 0; c < channels; ++c) {
-        const std::uint32_t* const limb = &unit.limbs[(r * channels + c) * EK_FILM_LIMBS * stride + first];
-        for (std::size_t i = 0; i < count; ++i) {
-          static_assert(EK_FILM_LIMBS == 4);
-          const std::uint64_t low = limb[i] | std::uint64_t{limb[stride + i]} << 32;
-          const std::uint64_t high = limb[2 * stride + i] | std::uint64_t{limb[3 * stride + i]} << 32;
-          add_to_sum((film_pixels[i] * replicates + r) * all_channels + c, static_cast<int128>(uint128{high} << 64 | low));
-        }
-      }
     }
+    add_sums(unit, first, std::span(film_pixels).first(count));
   }
   add_mattes(unit);
   if (unit.light_paths > 0) add_splats(unit);
+}
+
+/// Adds the sums of some pixels of a unit.
+/// first        the first of them in the unit's arrays
+/// film_pixels  their places in the film
+void Film::add_sums(const UnitSums& unit, std::size_t first, std::span<const std::size_t> film_pixels) {
+  const std::size_t channels = camera_channels_, all_channels = layout_.channels.size(), stride = unit.pixel_stride;
+  const std::size_t sums = layout_.replicates * channels;
+  for (std::size_t k = 0; k < sums; ++k) {
+    const std::size_t place = k / channels * all_channels + k % channels,
+                      pixel_sums = layout_.replicates * all_channels;
+    if (!unit.packed.empty()) {
+      const std::uint32_t* const words = &unit.packed[EK_PACKED_HEAD + first];
+      const std::uint32_t *const low = words + 2 * k * stride, *const shifts = words + (2 * sums + k / 4) * stride;
+      for (std::size_t i = 0; i < film_pixels.size(); ++i) {
+        const auto number = static_cast<std::int64_t>(low[i] | std::uint64_t{low[stride + i]} << 32);
+        add_to_sum(film_pixels[i] * pixel_sums + place, static_cast<int128>(number)
+                                                            << (shifts[i] >> 8 * (k % 4) & 0x7fU));
+      }
+      continue;
+    }
+    const std::uint32_t* const limb = &unit.limbs[k * EK_FILM_LIMBS * stride + first];
+    for (std::size_t i = 0; i < film_pixels.size(); ++i) {
+      static_assert(EK_FILM_LIMBS == 4);
+      const std::uint64_t low = limb[i] | std::uint64_t{limb[stride + i]} << 32;
+      const std::uint64_t high = limb[2 * stride + i] | std::uint64_t{limb[3 * stride + i]} << 32;
+      add_to_sum(film_pixels[i] * pixel_sums + place, static_cast<int128>(uint128{high} << 64 | low));
+    }
+  }
 }
 
 void Film::add_light_paths(const LightPathCount& count) {

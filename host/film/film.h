@@ -80,6 +80,8 @@ struct UnitSums {
   std::span<const std::uint32_t>
       limbs;  // [((replicate * channels + channel) * EK_FILM_LIMBS + limb) * pixel_stride + pixel]
   std::span<const std::uint32_t> rejected;  // [replicate * pixel_stride + pixel]: samples left out
+  /// Instead of limbs: packed sums, all of which fit (kernels/shared/packed_sums.h).
+  std::span<const std::uint32_t> packed = {};
   /// Number of the object or material that each sample's camera ray hit, [(matte * samples + sample
   /// - sample_begin) * pixels.size() + pixel], and the ids that the mattes give to these numbers,
   /// [matte][number].
@@ -210,6 +212,7 @@ class Film {
   [[nodiscard]] Spread spread_of(std::size_t pixel, std::uint32_t channel) const;
   /// The samples of each replicate of each pixel of a row from pixel `first` on, if all have as many.
   [[nodiscard]] std::optional<std::uint64_t> count_of_row(std::size_t first) const;
+  void add_sums(const UnitSums& unit, std::size_t first, std::span<const std::size_t> film_pixels);
   void add_mattes(const UnitSums& unit);
   void add_splats(const UnitSums& unit);
   [[nodiscard]] std::uint64_t light_paths_at(std::size_t pixel, std::size_t replicate) const;

@@ -32,6 +32,7 @@ WorkBuffers::WorkBuffers(Device& device, const WavefrontConfig& config, const Wo
     const bool shares = device.info().cpu && i > 0;
     sums[i] = shares ? sums[0] : allocate(4 * film.sum_words(pixel_capacity));
     rejected[i] = shares ? rejected[0] : allocate(4 * film.rejected_words(pixel_capacity));
+    if (!config.chunked) packed[i] = shares ? packed[0] : allocate(4 * film.packed_words(pixel_capacity));
   }
   diagnostics = allocate(sizeof(Diagnostics));
   next_path = allocate(4);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "device/device.h"
+#include "film/packed_sums.h"
 #include "guide/light_aim.h"
 #include "pack/pack.h"
 #include "wavefront/config.h"
@@ -19,6 +20,9 @@ struct FilmShape {
   std::uint32_t replicates = 1, channels = 0, mattes = 0;
   [[nodiscard]] std::size_t sum_words(std::size_t pixel_count) const {
     return std::size_t{replicates} * channels * EK_FILM_LIMBS * (pixel_count + EK_PAD);
+  }
+  [[nodiscard]] std::size_t packed_words(std::size_t pixel_count) const {
+    return eikon::packed_words(std::size_t{replicates} * channels, pixel_count + EK_PAD);
   }
   [[nodiscard]] std::size_t rejected_words(std::size_t pixel_count) const {
     return std::size_t{replicates} * (pixel_count + EK_PAD);
@@ -38,6 +42,7 @@ struct WorkBuffers {
   /// For the two units under way. A device that reads back in the order of its work has one buffer
   /// for both.
   std::array<Buffer, 2> sums, rejected;
+  std::array<Buffer, 2> packed;  // sums for the host, if each stage has a launch of its own and there are no chunks
   std::uint64_t bytes = 0;  // of all buffers
 
   WorkBuffers() = default;

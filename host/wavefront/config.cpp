@@ -81,7 +81,7 @@ bool needs_stage(const WavefrontConfig& config, const Features& features, const 
   if (of_lights) return stage != "light_paths";
   if (stage == "miss") return features.has_environment();
   if (stage == "shadow") return features.has(Feature::next_event);
-  if (stage == "compact") return !config.chunked;
+  if (stage == "compact" || stage == "pack_sums") return !config.chunked;
   return stage != "paths";
 }
 

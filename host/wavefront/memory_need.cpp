@@ -27,7 +27,9 @@ MemoryNeed memory_need(const PackedScene& packed, const WavefrontConfig& config,
     // Sums of two units.
     const FilmShape film{.replicates = 1U << settings.replicate_bits,
                          .channels = std::uint32_t(features.film_channels().size())};
-    need.paths += 2 * std::uint64_t{4} * (film.sum_words(config.pixels) + film.rejected_words(config.pixels));
+    const std::uint64_t words =
+        film.sum_words(config.pixels) + film.packed_words(config.pixels) + film.rejected_words(config.pixels);
+    need.paths += 2 * 4 * words;
   }
   if (features.has(Feature::merging)) need.photons = photon_map_bytes(settings);
   need.saved_once = packed.saved_once;

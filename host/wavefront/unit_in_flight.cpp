@@ -24,8 +24,9 @@ UnitResult unit_result(const UnitSums& sums, const RayCounts& rays, const Diagno
 
 }  // namespace
 
-void UnitInFlight::resize(const FilmShape& shape) {
-  sums.resize(shape.sum_words(frame.pixel_count));
+void UnitInFlight::resize(const FilmShape& shape, bool packs) {
+  sums.resize(packs ? 0 : shape.sum_words(frame.pixel_count));
+  packed.resize(packs ? shape.packed_words(frame.pixel_count) : 0);
   rejected.resize(shape.rejected_words(frame.pixel_count));
   met.resize(std::size_t{shape.mattes} * frame.path_count);
 }
@@ -37,6 +38,7 @@ UnitResult UnitInFlight::result(const Mattes& mattes) const {
                         .sample_end = unit.sample_end,
                         .limbs = sums,
                         .rejected = rejected,
+                        .packed = packed,
                         .met = met,
                         .matte_ids = mattes.ids,
                         .splats = lights.splats,

@@ -20,10 +20,11 @@ struct UnitInFlight {
   Diagnostics no_diagnostics{};       // zeros, to begin with
   // Memory that the device writes; UnitSums describes the arrays.
   std::vector<std::uint32_t> sums, rejected, met;
+  std::vector<std::uint32_t> packed;  // instead of `sums`, unless some do not fit
   Diagnostics diagnostics{};
   std::vector<WorkerTally> tallies;  // of each work-item, if one launch runs all stages
 
-  Kernel film;     // bound to the buffers of this unit
+  Kernel film, pack_sums;  // bound to the buffers of this unit
   Ticket tallied;  // `tallies` are there
   Ticket summed;   // all else is there
   RayCounts rays;  // without those of light paths
@@ -31,7 +32,7 @@ struct UnitInFlight {
   LightUnit lights;
 
   /// Makes room for the sums, counts and matte numbers of its pixels.
-  void resize(const FilmShape& shape);
+  void resize(const FilmShape& shape, bool packs);
   /// The result of the unit, once all transfers have ended. Its arrays are the ones in here.
   [[nodiscard]] UnitResult result(const Mattes& mattes) const;
 };

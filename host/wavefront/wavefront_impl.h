@@ -25,7 +25,7 @@
 
 namespace eikon {
 
-inline constexpr std::uint32_t kNoPaths = 0;
+inline constexpr std::uint32_t kNoPaths = 0, kNoneWide = 0;
 
 struct Wavefront::Impl {
   Device& device;
@@ -164,12 +164,14 @@ struct Wavefront::Impl {
     arithmetic = trusted_arithmetic(device, program);
     std::vector<std::string> own_launch = source.stages;
     std::erase_if(own_launch, [](const std::string& stage) {
-      return stage == "film" || stage == "paths" || stage == "light_paths";
+      return stage == "film" || stage == "pack_sums" || stage == "paths" || stage == "light_paths";
     });
     stages = StageKernels(device, config, program, own_launch);
     if (config.fused) paths = program.kernel("paths");
     in_flight[0].film = program.kernel("film");
     in_flight[1].film = device.info().cpu ? in_flight[0].film : program.kernel("film");
+    for (UnitInFlight& current : in_flight)
+      if (!config.chunked) current.pack_sums = program.kernel("pack_sums");
     compiled = source.options;
     WavefrontConfig unfused = config;
     unfused.fused = false;
@@ -215,6 +217,9 @@ struct Wavefront::Impl {
       own.set("film_sums", work.sums[i]);
       own.set("film_rejected", work.rejected[i]);
       in_flight[i].film.bind(own);
+      if (config.chunked) continue;
+      own.set("film_packed", work.packed[i]);
+      in_flight[i].pack_sums.bind(own);
     }
   }
 
@@ -227,7 +232,10 @@ struct Wavefront::Impl {
     device.write(work.frame, &frame, sizeof frame);
     stages.warm_up();
     if (config.fused) device.run(paths, 1, 1);
-    for (const UnitInFlight& current : in_flight) device.run(current.film, 1, config.chunked ? 1 : kWorkGroup);
+    for (const UnitInFlight& current : in_flight) {
+      device.run(current.film, 1, config.chunked ? 1 : kWorkGroup);
+      if (!config.chunked) device.run(current.pack_sums, 1, kWorkGroup);
+    }
     lights.warm_up();
     device.finish();
     if (config.fused) make_sampler();
@@ -240,11 +248,15 @@ struct Wavefront::Impl {
   void run_film(UnitInFlight& current) {
     const auto which = std::size_t(&current - in_flight.data());
     const std::uint32_t pixel_count = current.frame.pixel_count;
-    if (config.chunked)
+    const bool packs = !config.chunked;
+    if (config.chunked) {
       device.run(current.film, divide_up(pixel_count, EK_FILM_PIXELS), 1, current.frame.path_count);
-    else
+    } else {
+      device.write_later(work.packed[which], &kNoneWide, sizeof kNoneWide);
       device.run(current.film, divide_up(pixel_count, kWorkGroup), kWorkGroup, current.frame.path_count);
-    current.resize(film_shape);
+      device.run(current.pack_sums, divide_up(pixel_count, kWorkGroup), kWorkGroup);
+    }
+    current.resize(film_shape, packs);
     const std::size_t path_count = current.frame.path_count;
     // This read is in the queue because the next unit clears the buffer. The host waits for the
     // last of the large reads.
@@ -252,9 +264,30 @@ struct Wavefront::Impl {
     for (std::size_t m = 0; m < film_shape.mattes; ++m)
       device.read_later(work.film_slots, &current.met[m * path_count], 4 * path_count,
                         4 * (film_shape.channels + m) * std::size_t{frame.film_stride});
-    device.read_beside(work.rejected[which], current.rejected.data(), 4 * current.rejected.size());
-    current.summed = device.read_beside(work.sums[which], current.sums.data(), 4 * current.sums.size());
+    if (packs) {
+      current.summed = device.read_beside(work.packed[which], current.packed.data(), 4 * current.packed.size());
+    } else {
+      device.read_beside(work.rejected[which], current.rejected.data(), 4 * current.rejected.size());
+      current.summed = device.read_beside(work.sums[which], current.sums.data(), 4 * current.sums.size());
+    }
     device.flush();
+  }
+
+  /// Waits for what the film stage left, and fetches what is seldom needed.
+  void collect_sums(UnitInFlight& current) {
+    const auto which = std::size_t(&current - in_flight.data());
+    device.wait(current.summed);
+    if (config.chunked) return;
+    const auto fetch = [&](const Buffer& from, std::vector<std::uint32_t>& to) {
+      device.wait(device.read_beside(from, to.data(), 4 * to.size()));
+    };
+    if (current.diagnostics.nonfinite + current.diagnostics.saturated > 0)
+      fetch(work.rejected[which], current.rejected);
+    else
+      std::ranges::fill(current.rejected, 0U);
+    if (current.packed[0] == 0) return;  // all sums fit
+    current.resize(film_shape, false);
+    fetch(work.sums[which], current.sums);
   }
 
   /// Renders a unit in one launch.
@@ -325,7 +358,7 @@ struct Wavefront::Impl {
     UnitInFlight& current = in_flight[finished % in_flight.size()];
     ++finished;
     if (config.fused) settle_fused(current);
-    device.wait(current.summed);
+    collect_sums(current);
     if (traces_lights) lights.finish(current.lights, std::size_t(&current - in_flight.data()));
     return current.result(mattes);
   }

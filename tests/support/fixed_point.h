@@ -5,6 +5,7 @@
 
 #include <bit>
 #include <cmath>
+#include <optional>
 
 #include "core/error.h"
 #include "film/film.h"
@@ -26,6 +27,22 @@ namespace eikon {
   const int128 signed_mantissa = bits >> 31 ? -static_cast<int128>(mantissa) : static_cast<int128>(mantissa);
   return shift >= 0 ? signed_mantissa << shift
                     : signed_mantissa >> -shift;  // arithmetic shift: floor; at most 85 places
+}
+
+/// A sum in its packed form (kernels/shared/packed_sums.h).
+struct PackedSum {
+  std::int64_t number = 0;
+  std::uint32_t shift = 0;
+  [[nodiscard]] int128 sum() const { return static_cast<int128>(number) << shift; }
+};
+
+/// Packs a sum; nothing if it does not fit.
+[[nodiscard]] inline std::optional<PackedSum> packed_sum(int128 sum) {
+  PackedSum packed;
+  while (sum != 0 && sum % 2 == 0) sum /= 2, ++packed.shift;
+  packed.number = static_cast<std::int64_t>(sum);
+  if (packed.number != sum) return std::nullopt;
+  return packed;
 }
 
 }  // namespace eikon

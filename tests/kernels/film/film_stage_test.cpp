@@ -6,12 +6,14 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <random>
 
 #include "device/device.h"
 #include "device/kernel_sources.h"
 #include "pack/features.h"
 #include "film/film.h"
+#include "film/packed_sums.h"
 #include "shared/records.h"
 #include "support/fixed_point.h"
 
@@ -36,6 +38,7 @@ struct Unit {
 
 struct Sums {
   std::vector<std::uint32_t> limbs, rejected;
+  std::vector<std::uint32_t> packed;  // empty on chunks
   Diagnostics diagnostics;
   std::uint32_t stride = 0;
   [[nodiscard]] int128 sum(std::uint32_t replicate, std::uint32_t channel, std::uint32_t pixel) const {
@@ -80,9 +83,19 @@ Sums run_film(const DeviceInfo& info, const Shape& shape, Unit& unit) {
   arguments.set("film_sums", limbs);
   arguments.set("film_rejected", rejected);
   arguments.set("diagnostics", diagnostics);
-  Kernel kernel = device.build(kernel_text({"stages/film.cl"}), options).kernel("film");
+  const Program program = device.build(kernel_text({"stages/film.cl", "stages/pack_sums.cl"}), options);
+  Kernel kernel = program.kernel("film");
   kernel.bind(arguments);
   device.run(kernel, (unit.pixels + 63) / 64, shape.chunked ? 1 : 64);
+  if (!shape.chunked) {
+    sums.packed.resize(packed_words(std::size_t{replicates} * kChannels, sums.stride));
+    const Buffer packed = device.upload(sums.packed);
+    arguments.set("film_packed", packed);
+    Kernel packs = program.kernel("pack_sums");
+    packs.bind(arguments);
+    device.run(packs, (unit.pixels + 63) / 64, 64);
+    device.read(packed, sums.packed.data(), 4 * sums.packed.size());
+  }
   device.read(limbs, sums.limbs.data(), 4 * sums.limbs.size());
   device.read(rejected, sums.rejected.data(), 4 * sums.rejected.size());
   device.read(diagnostics, &sums.diagnostics, sizeof sums.diagnostics);
@@ -127,6 +140,41 @@ TEST(FilmStage, sums_are_those_of_exact_integers_at_every_width) {
         expect_exact(sums, unit);
         EXPECT_EQ(sums.diagnostics.reported, 0U);
       }
+}
+
+/// Checks the packed sums against the others. returns  those that fit
+std::uint32_t expect_packed(const Sums& sums, const Unit& unit) {
+  const std::uint32_t replicates = 1U << unit.replicate_bits, all = replicates * kChannels;
+  std::uint32_t fit = 0;
+  for (std::uint32_t pixel = 0; pixel < unit.pixels; ++pixel)
+    for (std::uint32_t k = 0; k < all; ++k) {
+      const std::optional<PackedSum> expected = packed_sum(sums.sum(k / kChannels, k % kChannels, pixel));
+      if (!expected) continue;
+      ++fit;
+      const std::uint32_t* const at = &sums.packed[EK_PACKED_HEAD + pixel];
+      const std::uint64_t low = at[2 * k * sums.stride], high = at[(2 * k + 1) * sums.stride];
+      EXPECT_EQ(std::int64_t(low | high << 32), expected->number) << pixel << " " << k;
+      EXPECT_EQ(at[(2 * all + k / 4) * sums.stride] >> 8 * (k % 4) & 0xffU, expected->shift) << pixel << " " << k;
+    }
+  EXPECT_EQ(sums.packed[0], unit.pixels * all - fit) << "those that do not fit are counted";
+  return fit;
+}
+
+TEST(FilmStage, packed_sums_are_the_sums_or_are_counted) {
+  for (const DeviceInfo& info : select_devices("all")) {
+    Unit unit = random_unit(70, 12, 3, 1, 9);
+    const Sums any = run_film(info, {1, false}, unit);
+    const std::uint32_t fit = expect_packed(any, unit);
+    EXPECT_GT(fit, 0U);
+    EXPECT_LT(fit, unit.pixels * 2 * kChannels);
+    // Samples of 2^-40 to 2^-4, of both signs.
+    for (std::size_t i = 0; i < unit.slots.size(); ++i) {
+      const std::uint32_t mantissa = std::bit_cast<std::uint32_t>(unit.slots[i]) & 0x807fffffU;
+      unit.slots[i] = std::bit_cast<float>(mantissa | (87U + std::uint32_t(i) % 36) << 23);
+    }
+    const Sums usual = run_film(info, {1, false}, unit);
+    EXPECT_EQ(expect_packed(usual, unit), unit.pixels * 2 * kChannels);
+  }
 }
 
 TEST(FilmStage, N12_a_sample_that_is_not_finite_or_too_large_is_left_out_whole_counted_and_reported) {

@@ -6,8 +6,11 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <optional>
+#include <random>
 
 #include "core/error.h"
+#include "film/packed_sums.h"
 #include "support/film_builder.h"
 #include "instruments/analytic_scenes.h"
 #include "support/fixed_point.h"
@@ -249,6 +252,62 @@ TEST(Film, a_sum_beyond_the_range_is_an_error_that_names_the_pixel) {
     FAIL() << "accepted";
   } catch (const InputError& error) {
     EXPECT_NE(std::string(error.what()).find("pixel 2,1"), std::string::npos) << error.what();
+  }
+}
+
+/// Packs the sums of a unit; nothing if some do not fit.
+std::optional<std::vector<std::uint32_t>> packed(const UnitSums& unit, const FilmLayout& layout) {
+  const std::size_t sums = layout.replicates * layout.channels.size(), stride = unit.pixel_stride;
+  std::vector<std::uint32_t> words(packed_words(sums, stride));
+  for (std::size_t k = 0; k < sums; ++k)
+    for (std::size_t i = 0; i < unit.pixels.size(); ++i) {
+      unsigned __int128 value = 0;
+      for (std::size_t limb = EK_FILM_LIMBS; limb-- > 0;)
+        value = value << 32 | unit.limbs[(k * EK_FILM_LIMBS + limb) * stride + i];
+      const std::optional<PackedSum> sum = packed_sum(static_cast<int128>(value));
+      if (!sum) return std::nullopt;
+      std::uint32_t* const at = &words[EK_PACKED_HEAD + i];
+      at[2 * k * stride] = std::uint32_t(std::uint64_t(sum->number));
+      at[(2 * k + 1) * stride] = std::uint32_t(std::uint64_t(sum->number) >> 32);
+      at[(2 * sums + k / 4) * stride] |= sum->shift << 8 * (k % 4);
+    }
+  return words;
+}
+
+TEST(Film, packed_sums_are_added_as_the_others_are) {
+  for (const std::uint32_t replicates : {1U, 2U, 8U}) {
+    FilmLayout layout = small_layout(20, 15, replicates);
+    layout.channels.push_back("depth");
+    std::vector<std::uint32_t> pixels;
+    for (std::uint32_t y = 1; y < 14; ++y)
+      for (std::uint32_t x = 2; x < 19; ++x) pixels.push_back(x | y << 16);
+    UnitBuilder unit(layout, pixels, 3, 40);
+    std::mt19937 random(replicates);
+    for (std::size_t i = 0; i < pixels.size(); ++i)
+      for (std::uint64_t sample = 3; sample < 40; ++sample)
+        for (std::size_t c = 0; c < 4; ++c)
+          unit.add(i, sample, c, to_fixed(std::ldexp(float(random() % 2000) - 1000, int(i % 60) - 50)));
+    unit.reject(7, 5);
+    const UnitSums sums = unit.sums();
+    const auto words = packed(sums, layout);
+    ASSERT_TRUE(words);
+    UnitSums of_words = sums;
+    of_words.limbs = {};
+    of_words.packed = *words;
+    Film one(layout), other(layout);
+    one.add(sums);
+    other.add(of_words);
+    for (std::uint32_t y = 0; y < 15; ++y) {
+      EXPECT_TRUE(std::ranges::equal(one.row_sums(y), other.row_sums(y))) << y;
+      EXPECT_TRUE(std::ranges::equal(one.row_counts(y), other.row_counts(y))) << y;
+    }
+    EXPECT_NE(one.sum(4, 5, 0, 3), 0);
+    std::vector<std::uint32_t> wide = *words;
+    wide[0] = 1;  // the device says that a sum does not fit
+    of_words.packed = wide;
+    EXPECT_THROW(other.add(of_words), InternalError);
+    of_words.packed = std::span(*words).first(words->size() - 1);
+    EXPECT_THROW(other.add(of_words), InternalError);
   }
 }
 
