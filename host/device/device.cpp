@@ -284,6 +284,21 @@ std::shared_ptr<const void> Device::map(const Buffer& buffer, std::size_t bytes)
   return view;
 }
 
+std::shared_ptr<std::uint32_t[]> Device::transfer_memory(std::size_t words) {
+  if (impl_->info.cpu) return std::make_shared<std::uint32_t[]>(words);
+  const auto buffer = std::make_shared<Buffer::Impl>();
+  buffer->bytes = 4 * std::max<std::size_t>(words, 1);
+  impl_->create(*buffer, CL_MEM_READ_WRITE | CL_MEM_ALLOC_HOST_PTR, nullptr);
+  const cl_command_queue queue = impl_->beside.get();  // it is seldom at work
+  cl_int code = CL_SUCCESS;
+  void* const data = clEnqueueMapBuffer(queue, buffer->mem.get(), CL_TRUE, CL_MAP_READ | CL_MAP_WRITE, 0, buffer->bytes,
+                                        0, nullptr, nullptr, &code);
+  impl_->check(code, "allocating memory for transfers");
+  return {static_cast<std::uint32_t*>(data), [queue, buffer](std::uint32_t* at) {
+            clEnqueueUnmapMemObject(queue, buffer->mem.get(), at, 0, nullptr, nullptr);
+          }};
+}
+
 void Device::wait(const Ticket& ticket) {
   impl_->may_fail(Fault::Call::wait, "waiting for the device");
   const cl_event event = ticket.impl_->event.get();

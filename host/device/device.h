@@ -183,6 +183,10 @@ class Device {
   /// Blocks until the transfer is done. The profile then has every command up to it, and none after
   /// it.
   void wait(const Ticket& ticket);
+  /// Memory of the host for transfers. A device with memory of its own reads and writes it while the host goes on; from
+  /// other memory a driver may copy at once, for which it waits for all that was enqueued before. It must not outlive the
+  /// device. throws DeviceError
+  [[nodiscard]] std::shared_ptr<std::uint32_t[]> transfer_memory(std::size_t words);
   template <class T>
   std::vector<T> read_all(const Buffer& buffer) {
     std::vector<T> out(buffer.size_bytes() / sizeof(T));

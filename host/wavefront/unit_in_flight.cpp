@@ -24,21 +24,22 @@ UnitResult unit_result(const UnitSums& sums, const RayCounts& rays, const Diagno
 
 }  // namespace
 
-void UnitInFlight::resize(const FilmShape& shape, bool packs) {
+void UnitInFlight::resize(Device& device, const FilmShape& shape, bool packs) {
   sums.resize(packs ? 0 : shape.sum_words(frame.pixel_count));
-  packed.resize(packs ? shape.packed_words(frame.pixel_count) : 0);
+  packed.resize(device, packs ? shape.packed_words(frame.pixel_count) : 0);
+  diagnostics_words.resize(device, sizeof(Diagnostics) / 4);
   rejected.resize(shape.rejected_words(frame.pixel_count));
   met.resize(std::size_t{shape.mattes} * frame.path_count);
 }
 
 UnitResult UnitInFlight::result(const Mattes& mattes) const {
-  const UnitSums all = {.pixels = pixels,
+  const UnitSums all = {.pixels = pixels.words(),
                         .pixel_stride = frame.pixel_stride,
                         .sample_begin = unit.sample_begin,
                         .sample_end = unit.sample_end,
                         .limbs = sums,
                         .rejected = rejected,
-                        .packed = packed,
+                        .packed = packed.words(),
                         .met = met,
                         .matte_ids = mattes.ids,
                         .splats = lights.splats,

@@ -6,6 +6,7 @@
 
 #include "wavefront/buffers.h"
 #include "wavefront/stages/light_stages.h"
+#include "wavefront/transfer_words.h"
 #include "wavefront/wavefront.h"
 
 namespace eikon {
@@ -16,12 +17,13 @@ struct UnitInFlight {
   WorkUnit unit;
   // Memory that the device reads.
   Frame frame;
-  std::vector<std::uint32_t> pixels;  // unit_pixels() of its block
+  TransferWords pixels;               // unit_pixels() of its block
   Diagnostics no_diagnostics{};       // zeros, to begin with
   // Memory that the device writes; UnitSums describes the arrays.
   std::vector<std::uint32_t> sums, rejected, met;
-  std::vector<std::uint32_t> packed;  // instead of `sums`, unless some do not fit
-  Diagnostics diagnostics{};
+  TransferWords packed;  // instead of `sums`, unless some do not fit
+  TransferWords diagnostics_words;
+  Diagnostics diagnostics{};         // the same, once the unit has ended
   std::vector<WorkerTally> tallies;  // of each work-item, if one launch runs all stages
 
   Kernel film, pack_sums;  // bound to the buffers of this unit
@@ -32,7 +34,7 @@ struct UnitInFlight {
   LightUnit lights;
 
   /// Makes room for the sums, counts and matte numbers of its pixels.
-  void resize(const FilmShape& shape, bool packs);
+  void resize(Device& device, const FilmShape& shape, bool packs);
   /// The result of the unit, once all transfers have ended. Its arrays are the ones in here.
   [[nodiscard]] UnitResult result(const Mattes& mattes) const;
 };

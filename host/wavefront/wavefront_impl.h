@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cstring>
 #include <memory>
 #include <string>
 #include <utility>
@@ -256,16 +257,17 @@ struct Wavefront::Impl {
       device.run(current.film, divide_up(pixel_count, kWorkGroup), kWorkGroup, current.frame.path_count);
       device.run(current.pack_sums, divide_up(pixel_count, kWorkGroup), kWorkGroup);
     }
-    current.resize(film_shape, packs);
+    current.resize(device, film_shape, packs);
     const std::size_t path_count = current.frame.path_count;
     // This read is in the queue because the next unit clears the buffer. The host waits for the
     // last of the large reads.
-    device.read_later(work.diagnostics, &current.diagnostics, sizeof current.diagnostics);
+    device.read_later(work.diagnostics, current.diagnostics_words.words().data(), sizeof current.diagnostics);
     for (std::size_t m = 0; m < film_shape.mattes; ++m)
       device.read_later(work.film_slots, &current.met[m * path_count], 4 * path_count,
                         4 * (film_shape.channels + m) * std::size_t{frame.film_stride});
     if (packs) {
-      current.summed = device.read_beside(work.packed[which], current.packed.data(), 4 * current.packed.size());
+      current.summed =
+          device.read_beside(work.packed[which], current.packed.words().data(), current.packed.size_bytes());
     } else {
       device.read_beside(work.rejected[which], current.rejected.data(), 4 * current.rejected.size());
       current.summed = device.read_beside(work.sums[which], current.sums.data(), 4 * current.sums.size());
@@ -277,6 +279,7 @@ struct Wavefront::Impl {
   void collect_sums(UnitInFlight& current) {
     const auto which = std::size_t(&current - in_flight.data());
     device.wait(current.summed);
+    std::memcpy(&current.diagnostics, current.diagnostics_words.words().data(), sizeof current.diagnostics);
     if (config.chunked) return;
     const auto fetch = [&](const Buffer& from, std::vector<std::uint32_t>& to) {
       device.wait(device.read_beside(from, to.data(), 4 * to.size()));
@@ -285,8 +288,8 @@ struct Wavefront::Impl {
       fetch(work.rejected[which], current.rejected);
     else
       std::ranges::fill(current.rejected, 0U);
-    if (current.packed[0] == 0) return;  // all sums fit
-    current.resize(film_shape, false);
+    if (current.packed.words()[0] == 0) return;  // all sums fit
+    current.resize(device, film_shape, false);
     fetch(work.sums[which], current.sums);
   }
 
@@ -310,20 +313,22 @@ struct Wavefront::Impl {
       throw InternalError("a unit begins before there is room for it");
     UnitInFlight& current = in_flight[begun % in_flight.size()];
     current.unit = unit;
-    current.pixels = unit_pixels(unit.block);
+    const std::vector<std::uint32_t> pixels = unit_pixels(unit.block);
+    current.pixels.resize(device, pixels.size());
+    std::ranges::copy(pixels, current.pixels.words().begin());
     current.rays = {};
-    if (unit.path_count() > config.capacity() || 4 * current.pixels.size() > work.pixels.size_bytes())
+    if (unit.path_count() > config.capacity() || current.pixels.size_bytes() > work.pixels.size_bytes())
       throw InternalError(
           fmt::format("a unit of {} paths exceeds the pool of {}", unit.path_count(), config.capacity()));
     current.photon_rays = {};
     if (photons.exists() &&
         photons.prepare(lights, std::size_t(&current - in_flight.data()), unit, frame, arguments, current.photon_rays))
       bind();
-    current.frame = unit_frame(frame, unit.sample_begin, unit.sample_end, std::uint32_t(current.pixels.size()));
+    current.frame = unit_frame(frame, unit.sample_begin, unit.sample_end, std::uint32_t(pixels.size()));
     device.begin_unit(current.frame.path_count);
-    if (sampler) sampler->before(current.frame, current.pixels);
+    if (sampler) sampler->before(current.frame, pixels);
     device.write_later(work.frame, &current.frame, sizeof current.frame);
-    device.write_later(work.pixels, current.pixels.data(), 4 * current.pixels.size());
+    device.write_later(work.pixels, current.pixels.words().data(), current.pixels.size_bytes());
     device.write_later(work.diagnostics, &current.no_diagnostics, sizeof current.no_diagnostics);
     ++begun;
     if (config.fused) {

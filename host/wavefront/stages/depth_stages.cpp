@@ -28,13 +28,17 @@ void DepthStages::launch(std::uint32_t count) {
   ReadBack& at = read_backs_.emplace_back();
   at.first = launched_ + 1;
   at.last = launched_ + count;
-  at.counts.resize(config_.chunked ? kQueueWords * stages_.chunks(paths_) : EK_COUNT_WORDS);
+  if (!spare_.empty()) {
+    at.counts = std::move(spare_.back());
+    spare_.pop_back();
+  }
+  at.counts.resize(device_, config_.chunked ? kQueueWords * stages_.chunks(paths_) : EK_COUNT_WORDS);
   for (std::uint32_t depth = at.first; depth <= at.last; ++depth) {
     counters_.add_depth(depth, std::uint64_t{divide_up(left_, kWorkGroup)} * kWorkGroup);
     stages_.run("intersect", depth, paths_, left_);
     if (after_intersect) after_intersect(depth);
     for (const char* stage : {"miss", "shade", "compact"}) stages_.run(stage, depth, paths_, left_);
-    if (depth == at.last) at.ticket = device_.read_later(counts_, at.counts.data(), 4 * at.counts.size());
+    if (depth == at.last) at.ticket = device_.read_later(counts_, at.counts.words().data(), at.counts.size_bytes());
     stages_.run("shadow", depth, paths_, left_);
   }
   launched_ = at.last;
@@ -68,8 +72,7 @@ RayCounts DepthStages::launch_rest() {
     const bool few = !config_.chunked && !after_intersect && left_ <= DepthPlan::kFew;
     const std::size_t ahead = after_intersect ? 0 : 1;  // depths under way while the host looks at the one before
     if (few ? all_likely : read_backs_.size() > ahead) {
-      rays += take(read_backs_.front());
-      read_backs_.pop_front();
+      rays += take_first();
       all_likely = all_likely && !read_backs_.empty();
     } else {
       launch(next_depths());
@@ -80,25 +83,27 @@ RayCounts DepthStages::launch_rest() {
 }
 
 void DepthStages::settle() {
-  for (const ReadBack& at : read_backs_) device_.wait(at.ticket);  // their counts are zero
-  read_backs_.clear();
+  while (!read_backs_.empty()) take_first();  // their counts are zero
 }
 
-/// Waits for the counts of some depths.
-RayCounts DepthStages::take(const ReadBack& at) {
-  device_.wait(at.ticket);
+/// Waits for the counts of the depths that were launched first.
+RayCounts DepthStages::take_first() {
+  device_.wait(read_backs_.front().ticket);
+  ReadBack at = std::move(read_backs_.front());
+  read_backs_.pop_front();
   RayCounts rays;
   for (std::uint32_t depth = at.first; depth <= at.last && left_ > 0; ++depth) {
     RayCounts on;
     if (config_.chunked)
-      on = counters_.end_depth(depth, at.counts, paths_);
+      on = counters_.end_depth(depth, at.counts.words(), paths_);
     else
-      on = counters_.end_depth(depth, counts_after(at.counts, depth, at.last), paths_);
+      on = counters_.end_depth(depth, counts_after(at.counts.words(), depth, at.last), paths_);
     rays += on;
     left_ = on.scattered;
     known_ = depth + 1;
     plan_.add(left_);
   }
+  spare_.push_back(std::move(at.counts));
   return rays;
 }
 

@@ -12,6 +12,7 @@
 #include "wavefront/ray_counters.h"
 #include "wavefront/stages/depth_plan.h"
 #include "wavefront/stages/stage_kernels.h"
+#include "wavefront/transfer_words.h"
 
 namespace eikon {
 
@@ -37,7 +38,7 @@ class DepthStages {
   /// What some depths left in the queues, being read back.
   struct ReadBack {
     std::uint32_t first = 0, last = 0;  // depths
-    std::vector<std::uint32_t> counts;  // words of buffer `counts`
+    TransferWords counts;               // words of buffer `counts`
     Ticket ticket;                      // they are there
   };
 
@@ -47,7 +48,8 @@ class DepthStages {
   RayCounters& counters_;
   Buffer counts_;
   DepthPlan plan_;
-  std::deque<ReadBack> read_backs_;  // they must outlive their transfers
+  std::deque<ReadBack> read_backs_;   // they must outlive their transfers
+  std::vector<TransferWords> spare_;  // for the next ones
   // Of the unit.
   std::uint64_t paths_ = 0;
   std::uint32_t max_depth_ = 0;
@@ -56,7 +58,7 @@ class DepthStages {
   std::uint32_t known_ = 0;     // and that depth
 
   void launch(std::uint32_t count);
-  RayCounts take(const ReadBack& at);
+  RayCounts take_first();
   [[nodiscard]] std::uint32_t next_depths() const;
 };
 

@@ -17,7 +17,7 @@ constexpr double kRate = 500e6;             // paths per second, while all of th
 constexpr double kDepth_s = 45e-6;          // fixed cost of a depth: launches of four kernels, and the latency of each
 constexpr double kFilm_s = 25e-6;           // fixed cost of stage film and of what is read back in the queue
 constexpr double kSlots_s = 12 / 3e12;      // per path: stage film reads its slots
-constexpr double kRead_s = 104 / 6e9;       // per pixel: sums are read back
+constexpr double kRead_s = 56 / 6e9;        // per pixel: packed sums are read back
 constexpr double kAdd_s = 0.44e-3 / 16384;  // per pixel: they are added to the film
 
 DeviceInfo h100() {
@@ -99,7 +99,7 @@ WorkUnit picture_of(std::uint32_t width, std::uint32_t height, std::uint64_t spp
 void print(const char* of, const Use& use) {
   std::printf(
       "%s: busy %.3f, %.0f paths a unit, %.2f bytes of sums a path, %.3f of the time for the last tenth of the paths\n",
-      of, use.busy, use.paths_per_unit, 104 * use.sums_per_path, use.thin_share);
+      of, use.busy, use.paths_per_unit, 56 * use.sums_per_path, use.thin_share);
 }
 
 TEST(DeviceUse, an_h100_is_busy_with_paths_for_most_of_the_time) {
