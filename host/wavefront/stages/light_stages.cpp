@@ -13,7 +13,8 @@
 namespace eikon {
 namespace {
 
-constexpr std::uint64_t kMostPaths = 1U << 16;  // of a part
+constexpr std::uint64_t kMostPaths = 1U << 16;  // of a part,
+constexpr std::uint64_t kPoolShare = 8;         // or this part of those that a device with queues traces at once
 constexpr std::uint32_t kSplatsPerPath = 4;     // that there is room for; rooms with glass have .4 to 1.9
 constexpr std::uint32_t kLikelySplatsPerPath = 2;
 constexpr std::uint64_t kMostNumbers = 1U << 13;  // of a part; they stand in the buffer for the pixels of a unit
@@ -22,7 +23,10 @@ static_assert(kSplatShift == 16);
 constexpr std::uint32_t kNoneTaken = 0;
 constexpr std::array<std::uint32_t, SPLATS_COUNTS> kNoSplats{};
 
-std::uint64_t most_paths(const WavefrontConfig& config) { return std::min<std::uint64_t>(config.capacity(), kMostPaths); }
+std::uint64_t most_paths(const WavefrontConfig& config) {
+  const std::uint64_t capacity = config.capacity();
+  return std::min(capacity, config.chunked ? kMostPaths : std::max(kMostPaths, capacity / kPoolShare));
+}
 std::uint32_t splat_capacity(const WavefrontConfig& config) {
   return kSplatsPerPath * std::uint32_t(most_paths(config)) + EK_PAD;
 }
