@@ -121,6 +121,40 @@ TEST(Units, blocks_are_nearly_equal_and_of_whole_tiles) {
   }
 }
 
+TEST(Units, a_large_block_is_cut_into_nearly_square_parts_of_at_most_so_many_pixels) {
+  for (const Crop& crop : {Crop{0, 0, 1920, 1080}, Crop{7, 3, 1000, 60}, Crop{0, 0, 3, 900}, Crop{5, 5, 6, 6}})
+    for (const std::uint64_t most : {7ULL, 1000ULL, 131072ULL, 1ULL << 22}) {
+      UnitPool pool(4096);
+      pool.add(box(crop, 0, 5));
+      std::uint64_t paths = 0, units = 0;
+      while (units < 300) {
+        const auto unit = pool.take(1U << 30, 5, most);
+        if (!unit) break;
+        const std::uint64_t width = unit->block.width(), height = unit->block.height();
+        EXPECT_LE(width * height, most);
+        EXPECT_EQ(unit->sample_end, 5U);
+        if (most >= 1000 && crop.height() > 500 && crop.width() > 500) {
+          EXPECT_LE(std::max(width, height), 2 * std::min(width, height));
+        }
+        paths += unit->path_count(), ++units;
+      }
+      EXPECT_EQ(paths + pool.path_count(), 5 * crop.pixel_count());
+      if (most >= 1000 && units < 300) {
+        EXPECT_LE(units, 2 * (crop.pixel_count() + most - 1) / most) << most;
+      }
+    }
+}
+
+TEST(Units, parts_of_any_sizes_are_everything_once) {
+  std::mt19937 random(11);
+  UnitPool pool(1024);
+  pool.add(box({3, 5, 100, 80}, 7, 30));
+  TimesCovered times;
+  while (!pool.empty()) count(times, *pool.take(1 + random() % 9000, 1 + random() % 9, random() % 3 == 0 ? 50 : 1000));
+  ASSERT_EQ(times.size(), 97U * 75 * 23);
+  for (const auto& [where, n] : times) ASSERT_EQ(n, 1);
+}
+
 TEST(Units, pieces_of_a_block_become_whole_again) {
   UnitPool pool(128);
   pool.add(box({0, 0, 512, 256}, 0, 1024));

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <optional>
 #include <vector>
 
@@ -123,6 +124,49 @@ TEST(DeviceUse, an_h100_is_busy_with_paths_for_most_of_the_time) {
     EXPECT_GE(use.paths_per_unit, 4.0 * 132 * 2048);
     EXPECT_LE(use.thin_share, 0.17);
   }
+}
+
+/// Paths and largest block that each of two devices has of a picture. The first is an H100, the second has other limits and
+/// another rate.
+struct Share {
+  std::uint64_t paths = 0, most_pixels = 0, most_samples = 0;
+};
+std::array<Share, 2> share_with(const UnitLimits& limits, double rate) {
+  Schedule schedule(2, 1920);
+  schedule.join(0, unit_limits(configure(h100(), {}), h100()));
+  schedule.join(1, limits);
+  schedule.open({picture_of(1920, 1080, 64)});
+  std::array<Share, 2> shares;
+  std::array<std::optional<Schedule::Assignment>, 2> units;
+  std::array<double, 2> begin_s{}, end_s{};
+  for (double now_s = 0; !schedule.complete() && now_s < 10; now_s += 1e-4)
+    for (std::size_t i = 0; i < 2; ++i) {
+      if (units[i] && end_s[i] <= now_s) {
+        const WorkUnit unit = units[i]->unit;
+        if (schedule.finished(units[i]->id, begin_s[i], end_s[i])) shares[i].paths += unit.path_count();
+        units[i].reset();
+      }
+      if (units[i] || !(units[i] = schedule.next(i, now_s))) continue;
+      const WorkUnit& unit = units[i]->unit;
+      begin_s[i] = now_s;
+      end_s[i] = now_s + 1e-4 + double(unit.path_count()) / (i == 0 ? kRate : rate);
+      shares[i].most_pixels = std::max(shares[i].most_pixels, unit.block.pixel_count());
+      shares[i].most_samples = std::max(shares[i].most_samples, unit.sample_end - unit.sample_begin);
+    }
+  EXPECT_TRUE(schedule.complete());
+  return shares;
+}
+
+TEST(DeviceUse, a_cpu_beside_an_h100_has_the_small_blocks_of_few_samples_that_it_has_alone) {
+  DeviceInfo cpu;
+  cpu.cpu = true, cpu.compute_units = 64, cpu.native_float_lanes = 16, cpu.memory_bytes = std::uint64_t{64} << 30;
+  const auto [of_gpu, of_cpu] = share_with(unit_limits(configure(cpu, {}), cpu), 100e6);
+  EXPECT_EQ(of_gpu.paths + of_cpu.paths, picture_of(1920, 1080, 64).path_count());
+  EXPECT_GT(of_gpu.most_pixels, kBlockPixels);
+  EXPECT_EQ(of_gpu.most_samples, 64U);
+  EXPECT_GT(of_cpu.paths, of_gpu.paths / 10);
+  EXPECT_LE(of_cpu.most_pixels, kBlockPixels);
+  EXPECT_LE(of_cpu.most_samples, 16U);
 }
 
 TEST(DeviceUse, small_blocks_or_sums_added_by_the_thread_that_launches_would_leave_it_idle) {
