@@ -144,6 +144,7 @@ void DeviceSessions::finished(std::size_t device, const Schedule::Assignment& as
   } catch (...) {
     const std::lock_guard lock(mutex_);
     --adding_;
+    if (!error_) error_ = std::current_exception();  // at once, since all that was opened may be finished
     throw;
   }
   const std::lock_guard lock(mutex_);
@@ -190,8 +191,7 @@ bool DeviceSessions::failed(std::size_t device, const std::string& why) {
   const std::lock_guard lock(mutex_);
   Session& session = sessions_[device];
   if (session.lost) return false;
-  const std::size_t units = session.units.size();
-  reports_[device].failures += units;
+  reports_[device].failures += session.units.size();
   schedule_.leave(device);
   session.units.clear();
   session.successes = 0;
