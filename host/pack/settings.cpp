@@ -84,7 +84,7 @@ void read_execution_environment(Execution& execution) {
     execution.ticks = false;
   }
   // The kernels number the paths of a unit exactly below 2^23, and the pixels of an image by 16 bits a side.
-  take_number("EIKON_UNIT_PATHS", 64, 1U << 22, execution.unit_paths);
+  take_number("EIKON_UNIT_PATHS", 64, 1U << 23, execution.unit_paths);
   take_number("EIKON_UNIT_BLOCK", 1, 1U << 11, execution.block);
 }
 

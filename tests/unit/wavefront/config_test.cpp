@@ -87,8 +87,10 @@ TEST(WavefrontConfig, what_is_asked_for_is_given_and_little_memory_makes_the_poo
   EXPECT_LE(config.capacity(), 1U << 15);
   execution.unit_paths = 64;
   EXPECT_EQ(configure(processor(8), execution).capacity(), 64U) << "a chunk is not larger than the pool";
+  execution = {};
+  EXPECT_EQ(configure(processor(8), execution).pixels, kBlockPixels);
   execution.block = 300;
-  EXPECT_EQ(configure(processor(8), execution).block, 300U);
+  EXPECT_EQ(configure(processor(8), execution).pixels, 300U * 300);
 }
 
 TEST(WavefrontConfig, a_gpu_with_very_little_memory_has_a_pool_that_fits_into_a_quarter_of_it) {
