@@ -58,7 +58,7 @@ RUNS = [
     ("unmeasured", "--memory 8M --camera 1 --layout bvh4 --integrator direct --light-samples 3"),
     ("unmeasured", "--memory 8M --camera 2 --layout cwbvh --integrator whitted"),
     ("unmeasured", "--memory 12M --camera 3 --integrator raycast"),
-    ("lamps", f"--memory 2M --aov {LAYERS}"),
+    ("lamps", f"--memory 8M --aov {LAYERS}"),
     ("cornell_spheres", "--memory 4M --light-paths 1 --aov direct,light_groups --max-depth 4"),
     ("cornell_spheres", "--memory 4M --light-paths 1 --caustics merge --aov direct,light_groups --max-depth 4"),
     ("places", "--memory 2M --instances two-level --light-sampling light --max-depth 4"),
