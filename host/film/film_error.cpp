@@ -80,7 +80,7 @@ namespace {
 constexpr double kQuantile = 1.959964;  // quantile of the normal distribution for 95 %
 // The bias that tools/measure/coverage.py finds where neither correction nor edges tell of one, relative to T; the latter
 // over the root of the samples of a pixel.
-constexpr double kLeastBias = 0.03, kBiasOfSamples = 0.15;
+constexpr double kLeastBias = 0.03, kBiasOfSamples = 0.2;
 // A pixel is no outlier if it is not brighter than 1 / kAlike times kEnoughBright adjacent pixels, of
 // which each has a mean that is known to within the factor kCertain.
 constexpr double kAlike = 0.4, kCertain = 0.35;

@@ -7,7 +7,7 @@
 For each scene and number of samples a row: the median of predicted over true relMSE, the share of seeds whose 95 %
 interval holds the truth, those of which only a lower end is stated, and how much wider the intervals are than the
 narrowest that would hold 95 % of these seeds (the ratio of their logarithms). The truth is what `eikon compare` finds on average over the seeds, which is what the
-prediction is for (host/film/film_error.cpp). Without scenes, four of scenes/ are measured. Standard library only.
+prediction is for (host/film/film_error.cpp). Without scenes, ten of scenes/ are measured. Standard library only.
 """
 
 import argparse
@@ -20,7 +20,8 @@ import sys
 import tempfile
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-USUAL = ["cornell=96x96@16384", "window_room=96x64@16384", "cornell_spheres=96x96@32768", "lamps=96x64@8192"]
+USUAL = ["cornell=96x96@16384", "window_room=96x64@16384", "cornell_spheres=96x96@32768", "lamps=96x64@8192", "prism=96x64@32768",
+         "alpha=96x64@8192", "sun_room=96x64@32768", "shelf_lamp_room=96x64@32768", "sphere_in_sky=96x64@8192", "tumbler=96x64@16384"]
 REFERENCE_SEED = 1_000_003
 
 

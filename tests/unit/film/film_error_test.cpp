@@ -131,10 +131,10 @@ TEST(PredictedError, heavy_tails_cost_coverage_but_little_bias) {
 
 // Neighbours tell the expectation well here, so the interval is not much wider than the scatter of the pixels makes it, which is .08.
 TEST(PredictedError, of_much_noise_without_edges_has_a_narrow_interval) {
-  const auto noise = [](auto, auto) -> PixelModel { return {1, 0.5, std::gamma_distribution<double>(2, 0.5)}; };
-  const Coverage c = measure(noise, 48, 2, 1, 6);
+  const auto noise = [](auto, auto) -> PixelModel { return {1, 4, std::gamma_distribution<double>(0.25, 4)}; };
+  const Coverage c = measure(noise, 48, 2, 8, 6);
   EXPECT_GT(c.covered, 0.92);
-  EXPECT_LT(c.width, 0.17);
+  EXPECT_LT(c.width, 0.15);
 }
 
 /// A dark disc before a bright sky, both without noise; the sky is seen through a part of the pixels at its edge.
