@@ -187,6 +187,7 @@ struct Doubt {
 /// The parts of an error that depend on the second-order correction, and on edges.
 struct Uncertainty {
   double correction = 0, edges = 0;
+  double of_disputed = 0;  // correction of the errors that are taken away if bright pixels are lamps
 };
 
 /// T_p of each pixel.
@@ -232,15 +233,18 @@ class PixelErrors {
     if (once >= kOutliers * as_lamps) return doubt;
     doubt.at_least = samples < kSamplesOfLamps && sum > kMostInDoubt * all;
     if (samples < kSamplesOfLamps && !doubt.at_least) return doubt;
-    const double lamps = doubt.at_least || once <= as_lamps ? 1 : as_lamps / once;
-    for (std::size_t i = 0; i < error_.values.size(); ++i) error_.values[i] -= lamps * disputed_.values[i];
+    lamps_ = doubt.at_least || once <= as_lamps ? 1 : as_lamps / once;
+    for (std::size_t i = 0; i < error_.values.size(); ++i) error_.values[i] -= lamps_ * disputed_.values[i];
     return doubt;
   }
   [[nodiscard]] const Plane& error() const { return error_; }
-  /// Of the whole sum of errors.
+  /// The parts of the sum of all errors; after settle().
   [[nodiscard]] Uncertainty uncertainty() const {
     Uncertainty all;
-    for (const Uncertainty& row : rows_) all.correction += row.correction, all.edges += row.edges;
+    for (const Uncertainty& row : rows_) {
+      all.correction += row.correction + (1 - lamps_) * row.of_disputed;
+      all.edges += row.edges;
+    }
     return all;
   }
 
@@ -284,31 +288,31 @@ class PixelErrors {
                  as_outlier = noise * scale / 3;
     double& error = error_.at(x, image_y);
     const bool is_brighter = around.mean < kAlike * own.mean;
-    if (!is_brighter || is_edge_of_lamp(mean, variance, x, y, around)) {
-      error += is_brighter ? as_lamp : as_outlier;
-      if (!is_brighter) add_uncertain(around, scale, as_outlier, true, image_y);
+    Uncertainty part;
+    part_of_correction(around, scale, as_outlier, part.correction);
+    part_of_edges(around, as_outlier, part.edges);
+    Uncertainty& uncertain = rows_[static_cast<std::size_t>(image_y)];
+    if (!is_brighter) {
+      error += as_outlier;
+      uncertain.correction += part.correction, uncertain.edges += part.edges;
+      return;
+    }
+    if (is_edge_of_lamp(mean, variance, x, y, around)) {
+      error += as_lamp;
       return;
     }
     const bool in_both = has_pairs_ && own.mean - std::sqrt(noise) > kDimmerBright * around.mean;
     error += in_both ? as_lamp : as_outlier;
     if (in_both) return;
     disputed_.at(x, image_y) += as_outlier - as_lamp;
-    add_uncertain(around, scale, as_outlier, false, image_y);
-  }
-
-  /// may_be_edge: false of what was taken for an outlier
-  void add_uncertain(const Estimate<double>& mu, double scale, double error, bool may_be_edge, int image_y) {
-    Uncertainty part;
-    part_of_correction(mu, scale, error, part.correction);
-    if (may_be_edge) part_of_edges(mu, error, part.edges);
-    Uncertainty& row = rows_[static_cast<std::size_t>(image_y)];
-    row.correction += part.correction, row.edges += part.edges;
+    uncertain.of_disputed += part.correction;
   }
 
   Plane error_, disputed_;  // what would be taken away if pixels that are bright in one replicate were lamps
   std::vector<Uncertainty> rows_;  // each row has its own, which one thread adds to
   double own_share_;
   bool has_pairs_;
+  double lamps_ = 0;                     // share of the disputed errors that were taken for lamps
   std::atomic<int> once_{0}, twice_{0};  // channels of pixels that are bright and alone in one replicate, and in both
 };
 

@@ -275,7 +275,7 @@ std::uint32_t block_side(const WavefrontDevices& devices) {
   for (std::size_t i = 0; i < devices.devices.size(); ++i) {
     const Execution& execution = devices.executions[i];
     if (execution.block != 0) return execution.block;
-    // Where it launches each stage, its blocks are as large as its units need.
+    // A device that launches each stage has blocks as large as its units need.
     const Crop& crop = devices.settings.crop;
     if (!configure(devices.devices[i], execution).chunked) side = std::max({side, crop.width(), crop.height()});
   }

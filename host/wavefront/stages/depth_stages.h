@@ -35,7 +35,7 @@ class DepthStages {
   std::function<void(std::uint32_t depth)> after_intersect;
 
  private:
-  /// What some depths left in the queues, being read back.
+  /// The counts that some depths left in the queues, being read back.
   struct ReadBack {
     std::uint32_t first = 0, last = 0;  // depths
     TransferWords counts;               // words of buffer `counts`
@@ -50,7 +50,7 @@ class DepthStages {
   DepthPlan plan_;
   std::deque<ReadBack> read_backs_;   // they must outlive their transfers
   std::vector<TransferWords> spare_;  // for the next ones
-  // Of the unit.
+  // These belong to the unit that is under way.
   std::uint64_t paths_ = 0;
   std::uint32_t max_depth_ = 0;
   std::uint32_t launched_ = 0;  // depths
