@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "guide/guide_table.h"
 
-#include <oneapi/tbb/parallel_for.h>
-
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -68,14 +66,15 @@ std::array<std::uint32_t, EK_GUIDE_BINS> guide_weights(const std::array<double, 
     up_to = bin + 1 == EK_GUIDE_BINS ? 1.0
             : sum > 0                ? std::min(up_to + target[bin] / sum, 1.0)
                                      : double(bin + 1) / EK_GUIDE_BINS;
-    const auto now = std::uint32_t(std::floor(up_to * kShared + 0.5));
+    const auto now = std::uint32_t(up_to * kShared + 0.5);  // rounded
     weights[bin] = kLeastWeight + (now - given);
     given = now;
   }
   return weights;
 }
 
-void write_cell(std::span<std::uint32_t> words, const GuideCellData& cell) {
+GuideCellWords words_of(const GuideCellData& cell) {
+  GuideCellWords words{};
   const auto set_half = [&](std::size_t half, std::uint32_t value) { words[half / 2] |= value << (16 * (half % 2)); };
   const auto weights = guide_weights(cell.target);
   std::uint32_t below = 0;
@@ -86,6 +85,7 @@ void write_cell(std::span<std::uint32_t> words, const GuideCellData& cell) {
   }
   words[GUIDE_indirect] = std::bit_cast<std::uint32_t>(float(cell.indirect));
   words[GUIDE_direct] = std::bit_cast<std::uint32_t>(float(cell.direct));
+  return words;
 }
 
 bool is_sound_cell(std::span<const std::uint32_t> words) {
@@ -102,16 +102,26 @@ bool is_sound_cell(std::span<const std::uint32_t> words) {
   return below == EK_GUIDE_TOTAL;
 }
 
-GuideTable make_guide_table(const std::vector<GuideCellData>& cells, float scale) {
+GuideTable assemble_guide_table(std::span<const std::pair<CellId, const GuideCellWords*>> cells, float scale) {
   GuideTable table;
   table.scale = scale;
   table.slots.assign(2 * std::bit_ceil(std::max<std::size_t>(kSlotsPerCell * cells.size(), 1)), 0);
-  table.cells.assign(std::max<std::size_t>(cells.size(), 1) * EK_GUIDE_CELL_WORDS, 0);
-  for (std::size_t i = 0; i < cells.size(); ++i) add_slot(table, cells[i].id, std::uint32_t(i));
-  oneapi::tbb::parallel_for(std::size_t{0}, cells.size(), [&](std::size_t i) {
-    write_cell(std::span(table.cells).subspan(i * EK_GUIDE_CELL_WORDS, EK_GUIDE_CELL_WORDS), cells[i]);
-  });
+  table.cells.resize(std::max<std::size_t>(cells.size(), 1) * EK_GUIDE_CELL_WORDS);
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    add_slot(table, cells[i].first, std::uint32_t(i));
+    std::ranges::copy(*cells[i].second, table.cells.begin() + std::ptrdiff_t(i * EK_GUIDE_CELL_WORDS));
+  }
   return table;
+}
+
+GuideTable make_guide_table(const std::vector<GuideCellData>& cells, float scale) {
+  std::vector<GuideCellWords> words(cells.size());
+  std::vector<std::pair<CellId, const GuideCellWords*>> pairs;
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    words[i] = words_of(cells[i]);
+    pairs.emplace_back(cells[i].id, &words[i]);
+  }
+  return assemble_guide_table(pairs, scale);
 }
 
 }  // namespace eikon

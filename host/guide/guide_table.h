@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "shared/guide.h"
@@ -51,12 +52,15 @@ struct GuideTable {
 /// proportion to the target.
 [[nodiscard]] std::array<std::uint32_t, EK_GUIDE_BINS> guide_weights(const std::array<double, EK_GUIDE_BINS>& target);
 
-/// words: of one cell, all 0
-void write_cell(std::span<std::uint32_t> words, const GuideCellData& cell);
+using GuideCellWords = std::array<std::uint32_t, EK_GUIDE_CELL_WORDS>;
+[[nodiscard]] GuideCellWords words_of(const GuideCellData& cell);
 /// True if the weights of a cell are those of a density, and its radiances are finite. words: of one cell
 [[nodiscard]] bool is_sound_cell(std::span<const std::uint32_t> words);
 
-/// cells: sorted by id, so that equal cells make equal tables
+/// cells: their ids and words, sorted by id, so that equal cells make equal tables
+[[nodiscard]] GuideTable assemble_guide_table(std::span<const std::pair<CellId, const GuideCellWords*>> cells,
+                                              float scale);
+/// The same from cells without words.
 [[nodiscard]] GuideTable make_guide_table(const std::vector<GuideCellData>& cells, float scale);
 
 }  // namespace eikon

@@ -2,13 +2,17 @@
 #include "guide/learner.h"
 
 #include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/parallel_sort.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
-#include <optional>
-#include <unordered_map>
+#include <limits>
 #include <utility>
+#include <vector>
+
+#include "guide/cell_index.h"
 
 namespace eikon {
 namespace {
@@ -28,6 +32,9 @@ std::size_t shard_of(CellId id) {
   return std::size_t((id * 0x9e3779b97f4a7c15ULL) >> (64 - kShardBits));
 }
 
+/// The compiler's own conversion takes ten times as long, and few sums need it.
+double to_double(uint128 value) { return (value >> 64) == 0 ? double(std::uint64_t(value)) : double(value); }
+
 }  // namespace
 
 /// The samples of a bin in one round.
@@ -45,6 +52,7 @@ struct CellSums {
 
   void operator+=(const CellSums& o) {
     for (std::size_t b = 0; b < EK_GUIDE_BINS; ++b) {
+      if (o.bins[b].count == 0) continue;  // most are, in small cells
       bins[b].square += o.bins[b].square;
       bins[b].sum += o.bins[b].sum;
       bins[b].count += o.bins[b].count;
@@ -65,28 +73,57 @@ float PathLog::number(std::size_t path, std::uint32_t vertex, std::uint32_t whic
 }
 
 struct GuideLearner::Impl {
-  using Sums = std::unordered_map<CellId, CellSums>;
+  /// Cells of one level that a round visited.
+  struct Visited {
+    CellIndex index;
+    CellValues<CellSums> sums;
+    CellSums& of(CellId id) {
+      const std::uint32_t number = index.add(id);
+      if (number == sums.size()) sums.push_back({});
+      return sums[number];
+    }
+    void clear() {
+      index.clear();
+      sums.clear();
+    }
+  };
 
   /// A part of the cells, with all coarser cells that they lie in. Threads work on shards of their own.
   struct Shard {
-    Sums sums;  // of the finest level, in this round
-    std::unordered_map<CellId, CellMeans> known;
+    std::array<Visited, EK_GUIDE_LEVELS> levels;  // in this round; those above the finest are summed up at its end
+    CellIndex known;
+    // Of known cells, by number.
+    CellValues<CellMeans> means;
+    std::vector<double> indirect;  // CellMeans::indirect, which is looked up more often than all the rest
+    CellValues<GuideCellWords> words;
   };
+
+  /// A vertex of a path, as a sample of the light at its cell.
+  struct Sample {
+    static constexpr std::uint64_t kNone = std::numeric_limits<std::uint64_t>::max();
+    CellId id;
+    std::uint64_t sampled = kNone, arriving = kNone;  // in units: by light sampling, over the albedo; through the bin
+    std::uint32_t bin;
+  };
+  using Sorted = std::array<std::vector<Sample>, kShards>;
 
   float scale;
   double unit;  // luminance of one count
   std::array<Shard, kShards> shards;
+  std::vector<Sorted> blocks;  // room for the samples of a unit
+
+  Impl(float of_scale, double of_unit) : scale(of_scale), unit(of_unit) {}
 
   [[nodiscard]] std::uint64_t units(double luminance) const {
     return luminance > 0 ? std::uint64_t(std::min(luminance / unit, kMostUnits)) : 0;
   }
 
-  /// The cell of the finest level that is known; null if none is.
-  [[nodiscard]] const CellMeans* find(CellId id) const {
-    const auto& known = shards[shard_of(id)].known;
+  /// The light that a cell is known to get from surfaces, by the finest level that is known; 0 if none is.
+  [[nodiscard]] double known_indirect(CellId id) const {
+    const Shard& shard = shards[shard_of(id)];
     for (std::uint32_t level = 0; level < EK_GUIDE_LEVELS; ++level, id = coarser(id))
-      if (const auto found = known.find(id); found != known.end()) return &found->second;
-    return nullptr;
+      if (const std::uint32_t number = shard.known.find(id); number != CellIndex::kNone) return shard.indirect[number];
+    return 0;
   }
 
   /// The luminance that reaches a vertex from where its path went on; negative where the log does not say.
@@ -99,9 +136,8 @@ struct GuideLearner::Impl {
       if ((info & LOG_MISS) != 0) return sum;
       sum += throughput * double(log.number(path, v, LOG_sampled));
       if ((info & LOG_GUIDED) != 0) {
-        const CellMeans* const next = find(cell_id(log.word(path, v, LOG_xy), log.word(path, v, LOG_zn)));
-        if (next != nullptr) sum += throughput * double(log.number(path, v, LOG_albedo)) * next->indirect;
-        return sum;
+        const CellId next = cell_id(log.word(path, v, LOG_xy), log.word(path, v, LOG_zn));
+        return sum + throughput * double(log.number(path, v, LOG_albedo)) * known_indirect(next);
       }
       if ((info & LOG_CONTINUES) == 0) return sum;
       throughput *= double(log.number(path, v, LOG_weight));
@@ -109,16 +145,9 @@ struct GuideLearner::Impl {
     return -1;  // the log ends between mirrors
   }
 
-  /// A vertex of a path, as a sample of the light at its cell.
-  struct Sample {
-    CellId id;
-    std::optional<std::uint64_t> sampled, arriving;  // in units: by light sampling, over the albedo; through the bin
-    std::uint32_t bin;
-  };
-
   [[nodiscard]] Sample sample_of(const PathLog& log, std::size_t path, std::uint32_t vertex, CellId id) const {
     const std::uint32_t info = log.word(path, vertex, LOG_info);
-    Sample sample{.id = id, .sampled = {}, .arriving = {}, .bin = info & LOG_BIN_MASK};
+    Sample sample{.id = id, .bin = info & LOG_BIN_MASK};
     const double albedo = log.number(path, vertex, LOG_albedo);
     if (albedo > 0) sample.sampled = units(double(log.number(path, vertex, LOG_sampled)) / albedo);
     if ((info & LOG_CONTINUES) == 0) return sample;
@@ -128,95 +157,126 @@ struct GuideLearner::Impl {
   }
 
   static void add_sample(CellSums& cell, const Sample& sample) {
-    if (sample.sampled) {
-      cell.sampled += *sample.sampled;
+    if (sample.sampled != Sample::kNone) {
+      cell.sampled += sample.sampled;
       ++cell.sampled_count;
     }
-    if (!sample.arriving) return;
+    if (sample.arriving == Sample::kNone) return;
     BinSums& bin = cell.bins[sample.bin];
-    bin.square += uint128(*sample.arriving) * *sample.arriving;
-    bin.sum += *sample.arriving;
+    bin.square += uint128(sample.arriving) * sample.arriving;
+    bin.sum += sample.arriving;
     ++bin.count;
   }
 
   void add(const PathLog& log) {
-    using Sorted = std::array<std::vector<Sample>, kShards>;
-    std::vector<Sorted> blocks((log.paths + kPathsPerBlock - 1) / kPathsPerBlock);
-    oneapi::tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t block) {
+    const std::size_t count = (log.paths + kPathsPerBlock - 1) / kPathsPerBlock;
+    if (blocks.size() < count) blocks.resize(count);
+    oneapi::tbb::parallel_for(std::size_t{0}, count, [&](std::size_t block) {
+      Sorted& sorted = blocks[block];
+      for (std::vector<Sample>& samples : sorted) samples.clear();
       const std::size_t begin = block * kPathsPerBlock, end = std::min(begin + kPathsPerBlock, log.paths);
       for (std::uint32_t v = 0; v + 1 < EK_LOG_DEPTHS; ++v)
         for (std::size_t path = begin; path < end; ++path) {
           if ((log.word(path, v, LOG_info) & LOG_GUIDED) == 0) continue;
           const CellId id = cell_id(log.word(path, v, LOG_xy), log.word(path, v, LOG_zn));
-          blocks[block][shard_of(id)].push_back(sample_of(log, path, v, id));
+          sorted[shard_of(id)].push_back(sample_of(log, path, v, id));
         }
     });
     oneapi::tbb::parallel_for(std::size_t{0}, kShards, [&](std::size_t shard) {
-      for (const Sorted& block : blocks)
-        for (const Sample& sample : block[shard]) add_sample(shards[shard].sums[sample.id], sample);
+      for (std::size_t block = 0; block < count; ++block)
+        for (const Sample& sample : blocks[block][shard]) add_sample(shards[shard].levels[0].of(sample.id), sample);
     });
   }
 
   /// The means of a cell from its samples, drawn towards those of the cell around it where there are few.
   [[nodiscard]] CellMeans means(const CellSums& sums, const CellMeans* around) const {
-    double all = 0, all_squares = 0, count = 0;
-    for (std::size_t b = 0; b < EK_GUIDE_BINS; ++b) {
-      all += double(sums.bins[b].sum);
-      all_squares += double(sums.bins[b].square);
-      count += sums.bins[b].count;
-    }
-    count = std::max(count, 1.0);
     CellMeans cell;
+    if (around != nullptr)
+      cell = *around;
+    else
+      fill_with_mean_of_bins(sums, cell);
+    cell.indirect = 0;
     for (std::size_t b = 0; b < EK_GUIDE_BINS; ++b) {
-      const double mean = around != nullptr ? around->mean[b] : all * unit / count;
-      const double square = around != nullptr ? around->square[b] : all_squares * unit * unit / count;
-      const BinSums& bin = sums.bins[b];
-      cell.mean[b] = (double(bin.sum) * unit + kPrior * mean) / (bin.count + kPrior);
-      cell.square[b] = (double(bin.square) * unit * unit + kPrior * square) / (bin.count + kPrior);
+      if (const BinSums& bin = sums.bins[b]; bin.count > 0) {
+        cell.mean[b] = (double(bin.sum) * unit + kPrior * cell.mean[b]) / (bin.count + kPrior);
+        cell.square[b] = (to_double(bin.square) * unit * unit + kPrior * cell.square[b]) / (bin.count + kPrior);
+      }
       cell.indirect += cell.mean[b] / EK_GUIDE_BINS;
     }
     const double prior = around != nullptr ? kPrior : 0;
+    cell.direct = 0;
     if (sums.sampled_count + prior > 0)
       cell.direct = (double(sums.sampled) * unit + prior * (around != nullptr ? around->direct : 0)) /
                     (sums.sampled_count + prior);
     return cell;
   }
 
+  /// Gives each bin the mean over all of them.
+  void fill_with_mean_of_bins(const CellSums& sums, CellMeans& cell) const {
+    double all = 0, all_squares = 0, count = 0;
+    for (const BinSums& bin : sums.bins) {
+      all += double(bin.sum);
+      all_squares += to_double(bin.square);
+      count += bin.count;
+    }
+    count = std::max(count, 1.0);
+    cell.mean.fill(all * unit / count);
+    cell.square.fill(all_squares * unit * unit / count);
+  }
+
+  static GuideCellWords words_of(CellId id, const CellMeans& means) {
+    GuideCellData cell{.id = id, .indirect = means.indirect, .direct = means.direct};
+    for (std::size_t b = 0; b < EK_GUIDE_BINS; ++b) cell.target[b] = std::sqrt(means.square[b]);
+    return eikon::words_of(cell);
+  }
+
+  static void know(Shard& shard, CellId id, const CellMeans& means) {
+    const std::uint32_t number = shard.known.add(id);
+    if (number == shard.means.size()) {
+      shard.means.push_back(means);
+      shard.indirect.push_back(means.indirect);
+      shard.words.push_back(words_of(id, means));
+    } else {
+      shard.means[number] = means;
+      shard.indirect[number] = means.indirect;
+      shard.words[number] = words_of(id, means);
+    }
+  }
+
   void end_round(bool keep) {
     oneapi::tbb::parallel_for(std::size_t{0}, kShards, [&](std::size_t at) {
       Shard& shard = shards[at];
-      std::array<Sums, EK_GUIDE_LEVELS - 1> coarse;
-      for (std::uint32_t level = 0; level + 1 < EK_GUIDE_LEVELS; ++level)
-        for (const auto& [id, sums] : level == 0 ? shard.sums : coarse[level - 1]) coarse[level][coarser(id)] += sums;
-      for (std::uint32_t level = EK_GUIDE_LEVELS; level-- > 0;)
-        for (const auto& [id, sums] : level == 0 ? shard.sums : coarse[level - 1]) {
-          const CellMeans* const around = level + 1 < EK_GUIDE_LEVELS ? &shard.known.at(coarser(id)) : nullptr;
-          shard.known[id] = means(sums, around);
+      for (std::uint32_t level = 0; level + 1 < EK_GUIDE_LEVELS; ++level) {
+        const Visited& fine = shard.levels[level];
+        Visited& coarse = shard.levels[level + 1];
+        for (std::size_t number = 0; number < fine.sums.size(); ++number)
+          coarse.of(coarser(fine.index.ids()[number])) += fine.sums[number];
+      }
+      for (std::uint32_t level = EK_GUIDE_LEVELS; level-- > 0;) {
+        const Visited& visited = shard.levels[level];
+        for (std::size_t number = 0; number < visited.sums.size(); ++number) {
+          const CellId id = visited.index.ids()[number];
+          const bool has_coarser = level + 1 < EK_GUIDE_LEVELS;
+          const CellMeans* const around = has_coarser ? &shard.means[shard.known.find(coarser(id))] : nullptr;
+          know(shard, id, means(visited.sums[number], around));
         }
-      if (!keep) shard.sums.clear();
+        if (level > 0 || !keep) shard.levels[level].clear();
+      }
     });
   }
 
   [[nodiscard]] GuideTable table() const {
-    std::vector<std::pair<CellId, const CellMeans*>> known;
+    std::vector<std::pair<CellId, const GuideCellWords*>> known;
     for (const Shard& shard : shards)
-      for (const auto& [id, means] : shard.known) known.emplace_back(id, &means);
-    std::ranges::sort(known);  // so that the order of the cells is that of their ids
-    std::vector<GuideCellData> cells(known.size());
-    oneapi::tbb::parallel_for(std::size_t{0}, cells.size(), [&](std::size_t i) {
-      const CellMeans& means = *known[i].second;
-      GuideCellData& cell = cells[i];
-      cell.id = known[i].first;
-      cell.indirect = means.indirect;
-      cell.direct = means.direct;
-      for (std::size_t b = 0; b < EK_GUIDE_BINS; ++b) cell.target[b] = std::sqrt(means.square[b]);
-    });
-    return make_guide_table(cells, scale);
+      for (std::size_t number = 0; number < shard.words.size(); ++number)
+        known.emplace_back(shard.known.ids()[number], &shard.words[number]);
+    oneapi::tbb::parallel_sort(known);  // so that the order of the cells is that of their ids
+    return assemble_guide_table(known, scale);
   }
 };
 
 GuideLearner::GuideLearner(float scale, double usual_luminance)
-    : impl_(std::make_unique<Impl>(Impl{.scale = scale, .unit = usual_luminance / kUnitsPerLuminance, .shards = {}})) {}
+    : impl_(std::make_unique<Impl>(scale, usual_luminance / kUnitsPerLuminance)) {}
 GuideLearner::~GuideLearner() = default;
 void GuideLearner::add(const PathLog& log) { impl_->add(log); }
 void GuideLearner::end_round(bool keep) { impl_->end_round(keep); }

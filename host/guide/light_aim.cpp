@@ -42,8 +42,8 @@ LightAim make_light_aim(std::span<const AimedTarget> targets, std::array<float, 
   LightAim aim{.words = std::vector<std::uint32_t>((targets.size() + 1) * EK_GUIDE_CELL_WORDS), .gain = gain};
   aim.words[AIM_flags] = EK_AIM_LEARNED;
   for (std::size_t i = 0; i < targets.size(); ++i)
-    write_cell(std::span(aim.words).subspan((i + 1) * EK_GUIDE_CELL_WORDS, EK_GUIDE_CELL_WORDS),
-               {.target = targets[i].bins, .indirect = targets[i].weight});
+    std::ranges::copy(words_of({.target = targets[i].bins, .indirect = targets[i].weight}),
+                      aim.words.begin() + std::ptrdiff_t((i + 1) * EK_GUIDE_CELL_WORDS));
   return aim;
 }
 
