@@ -80,6 +80,18 @@ struct Device::Impl {
     return double(nanoseconds) * 1e-9;
   }
 
+  /// Gives a finished command to the profiler. Returns its seconds; 0 where times are not wanted.
+  double count(const Pending& done) {
+    if (!info.timed) return profiler.count(done.name, done.items, done.bytes), 0;
+    const double begin = timestamp_s(done.event.get(), CL_PROFILING_COMMAND_START);
+    const double end = timestamp_s(done.event.get(), CL_PROFILING_COMMAND_END);
+    if (done.beside)
+      profiler.record_beside(done.name, begin + clock_offset_s, end + clock_offset_s, done.bytes);
+    else
+      profiler.record(done.name, begin + clock_offset_s, end + clock_offset_s, done.items, done.bytes);
+    return end - begin;
+  }
+
   // Records the events up to `last` (null: all) that are complete. It is called where the host has
   // waited for the device anyway; events of a queue finish in order.
   void resolve(cl_event last) {
@@ -90,13 +102,7 @@ struct Device::Impl {
       clGetEventInfo(front.event.get(), CL_EVENT_COMMAND_EXECUTION_STATUS, sizeof status, &status, nullptr);
       if (status < 0) check(status, "command '" + front.name + "'");
       if (status != CL_COMPLETE) break;
-      const double begin = timestamp_s(front.event.get(), CL_PROFILING_COMMAND_START);
-      const double end = timestamp_s(front.event.get(), CL_PROFILING_COMMAND_END);
-      busy_s += end - begin;
-      if (front.beside)
-        profiler.record_beside(front.name, begin + clock_offset_s, end + clock_offset_s, front.bytes);
-      else
-        profiler.record(front.name, begin + clock_offset_s, end + clock_offset_s, front.items, front.bytes);
+      busy_s += count(front);
       if (front.first_of) front.first_of->has_run(front.name);
       more = front.event.get() != last;
       pending.pop_front();
@@ -162,10 +168,11 @@ Device::Device(const DeviceInfo& info) : impl_(std::make_unique<Impl>()) {
   cl_int code = CL_SUCCESS;
   impl_->context.reset(clCreateContext(nullptr, 1, &impl_->id, nullptr, nullptr, &code));
   impl_->check(code, "creating a context");
-  impl_->queue.reset(clCreateCommandQueue(impl_->context.get(), impl_->id, CL_QUEUE_PROFILING_ENABLE, &code));
+  const cl_command_queue_properties properties = info.timed ? CL_QUEUE_PROFILING_ENABLE : 0;
+  impl_->queue.reset(clCreateCommandQueue(impl_->context.get(), impl_->id, properties, &code));
   impl_->check(code, "creating a queue");
   if (!info.cpu) {
-    impl_->beside.reset(clCreateCommandQueue(impl_->context.get(), impl_->id, CL_QUEUE_PROFILING_ENABLE, &code));
+    impl_->beside.reset(clCreateCommandQueue(impl_->context.get(), impl_->id, properties, &code));
     impl_->check(code, "creating a queue");
   }
 
@@ -178,7 +185,7 @@ Device::Device(const DeviceInfo& info) : impl_(std::make_unique<Impl>()) {
       clEnqueueWriteBuffer(impl_->queue.get(), probe.get(), CL_TRUE, 0, sizeof word, &word, 0, nullptr, &event),
       "a transfer");
   const ClEvent owned(event);
-  impl_->clock_offset_s = host_seconds() - Impl::timestamp_s(event, CL_PROFILING_COMMAND_END);
+  if (info.timed) impl_->clock_offset_s = host_seconds() - Impl::timestamp_s(event, CL_PROFILING_COMMAND_END);
 }
 
 Device::~Device() {

@@ -43,6 +43,8 @@ struct DeviceInfo {
   // Selected by name or index, not by kind; a render without it has failed.
   bool by_name = false;
   std::shared_ptr<Fault> fault;  // see fault.h; null except in tests
+  // The times of its commands are wanted (profiler.h): GPUs take a little longer for each command whose times they note.
+  bool timed = true;
 };
 
 /// Returns all devices of all platforms, in the order of the platforms; the list may be empty. CPU

@@ -43,6 +43,11 @@ bool same_device(const DeviceInfo& a, const DeviceInfo& b) {
          a.first_unit == b.first_unit && a.compute_units == b.compute_units;
 }
 
+/// True if a device that was opened as the first can serve as the second.
+bool can_serve(const DeviceInfo& open, const DeviceInfo& wanted) {
+  return same_device(open, wanted) && (open.timed || !wanted.timed);
+}
+
 }  // namespace
 
 DevicePool::Lease::Lease(std::shared_ptr<Idle> pool, std::unique_ptr<Device> device, std::unique_ptr<DeviceGuest> guest)
@@ -69,7 +74,7 @@ DevicePool::Lease DevicePool::take(const DeviceInfo& info) {
   {
     const std::lock_guard lock(idle_->mutex);
     const auto found = std::find_if(idle_->devices.begin(), idle_->devices.end(),
-                                    [&](const auto& idle) { return same_device(idle.device->info(), info); });
+                                    [&](const auto& idle) { return can_serve(idle.device->info(), info); });
     if (found != idle_->devices.end()) {
       kept = std::move(*found);
       idle_->devices.erase(found);

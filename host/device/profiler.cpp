@@ -33,6 +33,13 @@ StageTotals& StageTotals::operator+=(const StageTotals& more) {
 
 double StageTotals::seconds_mean() const { return launches + pieces > 0 ? seconds / double(launches + pieces) : 0; }
 
+void Profiler::count(const std::string& name, std::uint64_t items, std::uint64_t bytes) {
+  StageTotals& stage = totals_[name];
+  ++stage.launches;
+  stage.items += items;
+  stage.bytes += bytes;
+}
+
 void Profiler::record(const std::string& name, double begin_s, double end_s, std::uint64_t items, std::uint64_t bytes) {
   StageTotals& stage = totals_[name];
   stage.add(end_s - begin_s);

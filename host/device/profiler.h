@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Adds up the times of launches and transfers from the events that a queue records anyway. They are
-// read where the host waits for the device for other reasons, so that profiling adds no
+// Adds up the times of launches and transfers from the events that a queue records where times are wanted
+// (DeviceInfo::timed). They are read where the host waits for the device for other reasons, so that profiling adds no
 // synchronisation [pbrt-v4, gpu/util.cpp].
 #pragma once
 #include <cstdint>
@@ -30,6 +30,8 @@ struct StageTotals {
 
 class Profiler {
  public:
+  /// Counts a finished launch or transfer whose times are not known.
+  void count(const std::string& name, std::uint64_t items, std::uint64_t bytes);
   /// Records a finished launch or transfer; times are host_seconds().
   void record(const std::string& name, double begin_s, double end_s, std::uint64_t items, std::uint64_t bytes);
   /// Records a transfer that other commands do not wait for.

@@ -55,6 +55,7 @@ RenderJob::RenderJob(RenderOptions options, Log log, double begin_s)
   if (options_.scene.denoise) denoiser_ = std::make_unique<Denoiser>(options_.execution.threads);
   if (!options_.profile.empty() || !options_.report.empty()) trace_ = std::make_shared<Trace>();
   options_.execution.trace = trace_;
+  options_.execution.timed = options_.wants_stage_times();
 }
 
 void RenderJob::load() {
@@ -213,12 +214,11 @@ void RenderJob::end_render() {
   if (device_turn_ != nullptr) device_turn_->under_way();
   if (report().end == End::enough || report().end == End::out_of_time) end_samples();
   for (const std::string& note : report().notes) log_(note);
-  const bool failed = !failure_.empty();
   for (const DeviceEvent& event : report().events)
-    if (!failed)  // else failure_ says why each device was dropped
+    if (failure_.empty())  // else it says why each device was dropped
       log_(fmt::format("device {}: {}", report().devices[event.device].info.selector, event.text));
   checkpoint_.end(*done_);
-  if (failed && checkpoint_.is_whole())
+  if (!failure_.empty() && checkpoint_.is_whole())
     throw DeviceError(fmt::format("{}; {} holds what is done: --resume goes on from it", failure_, checkpoint_.file()));
 }
 

@@ -22,6 +22,10 @@ void PngOptions::write(const Image& image) const {
 
 double PngOptions::exposure() const { return ev100 ? exposure_of_camera(*ev100) : exposure_ev; }
 
+bool RenderOptions::wants_stage_times() const {
+  return !quiet || !stats.empty() || !profile.empty() || !report.empty();
+}
+
 std::filesystem::path RenderOptions::exr() const {
   return output.empty() ? std::filesystem::path(scene.scene).filename().replace_extension(".exr")
                         : std::filesystem::path(output);

@@ -53,6 +53,8 @@ struct RenderOptions {
   std::string frame_pattern;            // of a frame: the name of its image, with the place of the number
   std::vector<std::string> part_words;  // `--samples` and `-o`, added to these, make a render of some of the samples
 
+  /// Returns true if somebody will see the times of stages.
+  [[nodiscard]] bool wants_stage_times() const;
   /// The file of -o, or SCENE.exr in the current folder.
   [[nodiscard]] std::filesystem::path exr() const;
   /// The file beside `file` for light that was scattered at most `most` times (--depth-series):

@@ -120,6 +120,7 @@ struct Execution {
   unsigned threads = 0;                      // of the host, and compute units of a CPU device; 0: all
   std::shared_ptr<const void> thread_limit;  // holds the host to `threads`; may be null
   std::uint64_t memory_bytes = 0;            // most memory to take of each device; 0: all it has
+  bool timed = true;                         // the times of stages are wanted
   bool ticks = true;                         // false: profile as on a processor without a cycle counter
   bool optimise = true;                      // false: -cl-opt-disable
   std::string extra_flags = "";              // see ProgramOptions

@@ -13,6 +13,7 @@
 #include "core/lost_threads.h"
 #include "device/fault.h"
 #include "render/device_sessions.h"
+#include "render/device_worker.h"
 #include "wavefront/layout/choose_layout.h"
 #include "wavefront/memory_need.h"
 
@@ -57,7 +58,7 @@ struct Work {
 
 void make_ready(Work& work) {
   const DevicePrefetcher::Image& image = work.image;
-  for (const DeviceInfo& info : work.pool.select(image.execution.devices, image.execution.threads)) {
+  for (const DeviceInfo& info : devices_of(work.pool, image.execution)) {
     if (info.fault && !info.fault->is_harmless()) return;
     {
       const std::lock_guard lock(work.mutex);

@@ -270,6 +270,13 @@ void run_device(const std::shared_ptr<DeviceSessions>& sessions, std::size_t dev
   sessions->ended(device);
 }
 
+std::vector<DeviceInfo> devices_of(DevicePool& pool, const Execution& execution, std::vector<std::string>* notes) {
+  std::vector<DeviceInfo> devices = pool.select(execution.devices, execution.threads, notes);
+  // A planned fault may make a device slower than it is, by its own times.
+  for (DeviceInfo& info : devices) info.timed = execution.timed || info.fault != nullptr;
+  return devices;
+}
+
 std::uint32_t block_side(const WavefrontDevices& devices) {
   std::uint32_t side = kBlockSide;
   for (std::size_t i = 0; i < devices.devices.size(); ++i) {

@@ -53,6 +53,10 @@ using OpenRunner = std::function<std::unique_ptr<UnitRunner>(std::size_t device,
 /// (device_sessions.h).
 void run_device(const std::shared_ptr<DeviceSessions>& sessions, std::size_t device, const OpenRunner& open) noexcept;
 
+/// Returns the devices that are asked for, with times if those are. notes, throws: as DevicePool::select()
+[[nodiscard]] std::vector<DeviceInfo> devices_of(DevicePool& pool, const Execution& execution,
+                                                 std::vector<std::string>* notes = nullptr);
+
 /// The input for a Wavefront on each OpenCL device.
 struct WavefrontDevices {
   std::vector<DeviceInfo> devices;

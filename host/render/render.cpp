@@ -346,7 +346,7 @@ RenderOutput pack_and_render(const Pack& pack, const Features& features, const S
   RenderReport report;
   DevicePool pool = hooks.devices != nullptr ? *hooks.devices : DevicePool();
   TraceScope finding(execution.trace.get(), execution.track, "find devices");
-  const std::vector<DeviceInfo> selected = pool.select(execution.devices, execution.threads, &report.notes);
+  const std::vector<DeviceInfo> selected = devices_of(pool, execution, &report.notes);
   finding.end();
   const double pack_begin_s = host_seconds();
   TraceScope packing(execution.trace.get(), execution.track, "pack");

@@ -239,7 +239,7 @@ struct Wavefront::Impl {
     }
     lights.warm_up();
     device.finish();
-    if (config.fused) make_sampler();
+    if (config.fused && device.info().timed) make_sampler();
     profiler.compile_s = compiled_s + (host_seconds() - begin);  // a driver may compile behind the launch
     profiler.restart();
   }

@@ -6,6 +6,7 @@
 
 #include <atomic>
 #include <thread>
+#include <vector>
 
 #include "device/probes.h"
 
@@ -37,6 +38,24 @@ TEST(Device, parts_are_devices) {
       });
   }
   EXPECT_EQ(right, 6);
+}
+
+TEST(Device, notes_times_only_if_they_are_wanted) {
+  DeviceInfo info = select_devices("all").front();
+  std::vector<std::uint32_t> words(1U << 20), copy(words.size());
+  for (const bool timed : {true, false}) {
+    info.timed = timed;
+    Device device(info);
+    device.read(device.upload(words.data(), 4 * words.size()), copy.data(), 4 * copy.size());
+    const auto& totals = device.profiler().totals();
+    for (const char* name : {"upload", "read back"}) {
+      const StageTotals& stage = totals.at(name);
+      EXPECT_EQ(stage.launches, 1U) << name;
+      EXPECT_EQ(stage.bytes, 4 * words.size()) << name;
+      EXPECT_EQ(stage.seconds > 0, timed) << name;
+    }
+    EXPECT_EQ(device.profiler().gaps().launches, timed ? 1U : 0U);
+  }
 }
 
 }  // namespace

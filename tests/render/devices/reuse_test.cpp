@@ -99,6 +99,40 @@ TEST(Reuse, wavefronts_that_stay_ready_give_the_bits_of_fresh_ones) {
   EXPECT_TRUE(gone.expired());
 }
 
+TEST(Reuse, a_device_without_times_does_not_serve_where_they_are_wanted) {
+  DeviceInfo timed = select_devices("all").front(), untimed = timed;
+  untimed.timed = false;
+  DevicePool devices;
+  const auto address_of = [&](const DeviceInfo& info) { return static_cast<const void*>(&*devices.take(info)); };
+  const void* const first = address_of(untimed);
+  EXPECT_EQ(address_of(untimed), first);
+  EXPECT_FALSE(devices.take(untimed)->info().timed);
+  EXPECT_TRUE(devices.take(timed)->info().timed);
+  EXPECT_EQ(devices.idle_count(), 2U) << "it was opened anew";
+  const DevicePool::Lease taken = devices.take(untimed);
+  EXPECT_TRUE(devices.take(untimed)->info().timed) << "one with times serves both";
+  EXPECT_EQ(devices.idle_count(), 1U);
+}
+
+TEST(Reuse, a_render_without_times_is_the_same_but_for_them) {
+  const auto [scene, settings] = room(32, 24, 4);
+  const std::atomic<bool> stop{false};
+  std::vector<RenderOutput> outputs;
+  for (const bool timed : {true, false}) {
+    Execution execution = as_tested({});
+    execution.timed = timed;
+    outputs.push_back(render(scene, settings, execution, stop));
+    const DeviceReport& device = outputs.back().report.devices.front();
+    double seconds = 0;
+    for (const auto& [name, stage] : device.stages) seconds += stage.seconds;
+    EXPECT_EQ(seconds > 0, timed);
+    EXPECT_GT(device.busy_s, 0) << "the host's clock tells it";
+  }
+  EXPECT_TRUE(same_film(outputs[0].film, outputs[1].film));
+  EXPECT_EQ(outputs[0].report.devices[0].stages.at("film").launches,
+            outputs[1].report.devices[0].stages.at("film").launches);
+}
+
 TEST(Reuse, a_device_comes_back_unless_it_failed) {
   const DeviceInfo info = select_devices("all").front();
   DevicePool devices;
