@@ -61,8 +61,7 @@ struct AnimationOptions {
 };
 
 inline constexpr std::uint64_t kUsualSpp = 64;  // samples per pixel
-inline constexpr double kUsualLightPaths =
-    1.0 / 16;  // for each path from the camera, of an image too small for a trial
+inline constexpr double kUsualLightPaths = 1.0 / 16;  // for each path from the camera, of an image without a trial
 
 struct SceneOptions {
   std::string scene;    // glTF file

@@ -199,6 +199,12 @@ bool is_light_target(const Material& material) {
   return is_exact_light_target(material) || is_rough_light_target(material);
 }
 
+bool only_light_paths_find_some(const Scene& scene) {
+  // No light path starts from a light of a limited range (LightPacker::start_light_paths).
+  const auto starts = [](const PunctualLight& light) { return light.range_m == 0 && light.intensity != glm::vec3(0); };
+  return std::ranges::any_of(scene.lights, starts) && std::ranges::any_of(scene.materials, is_exact_light_target);
+}
+
 bool has_small_lights(const EnvironmentMap& map) {
   const auto for_each_texel = [&](auto&& visit) {
     for (std::uint32_t j = 0; j < map.height; ++j) {

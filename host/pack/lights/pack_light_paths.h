@@ -14,6 +14,9 @@ namespace eikon {
 [[nodiscard]] bool is_rough_light_target(const Material& material);
 /// True if light paths are aimed at it: either of these.
 [[nodiscard]] bool is_light_target(const Material& material);
+/// True if light paths find some light that no path from the camera does: that of a bulb, a spot or a sun, which no ray meets, by way
+/// of a surface that reflects or refracts exactly.
+[[nodiscard]] bool only_light_paths_find_some(const Scene& scene);
 
 /// True if an environment has lights so small and bright, as the sun is, that paths from the camera which leave glass
 /// or a mirror seldom meet what lights the scene.

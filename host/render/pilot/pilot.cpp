@@ -11,7 +11,7 @@
 namespace eikon {
 namespace {
 
-constexpr std::uint64_t kLeastPixels = 1U << 14;  // of images that have a pilot
+constexpr std::uint64_t kLeastPixels = 1U << 14;  // of images that have a pilot whatever is in the scene
 constexpr std::uint64_t kLeastPaths = 1U << 15;
 constexpr std::uint64_t kPathsPerPixel = 2;  // a thirty-second of the usual 64 samples
 constexpr std::uint64_t kLeastTrialPaths = 1U << 14, kMostTrialPaths = 1U << 16;
@@ -45,8 +45,8 @@ std::uint64_t usual_pilot_paths(const Settings& settings) {
   return std::bit_floor(std::clamp(kPathsPerPixel * pixels_of(settings), kLeastPaths, kMostPilotPaths));
 }
 
-std::uint64_t usual_light_trial_paths(const Settings& settings) {
-  if (pixels_of(settings) < kLeastPixels) return 0;
+std::uint64_t usual_light_trial_paths(const Settings& settings, bool alone) {
+  if (pixels_of(settings) < kLeastPixels && !alone) return 0;
   return std::bit_floor(std::clamp(pixels_of(settings) / 2, kLeastTrialPaths, kMostTrialPaths));
 }
 

@@ -51,7 +51,9 @@ inline constexpr std::uint32_t kMostPilotPool = 1U << 17;
 [[nodiscard]] std::uint64_t usual_pilot_paths(const Settings& settings);
 /// The number of paths from the camera of the trial of an image's light paths, for Settings::light_trial_paths; 0: there
 /// is none, because the image is small.
-[[nodiscard]] std::uint64_t usual_light_trial_paths(const Settings& settings);
+/// alone  light paths find some light that nothing else does (only_light_paths_find_some), so that too few of them leave a few very
+///        bright pixels: small images have a trial, too
+[[nodiscard]] std::uint64_t usual_light_trial_paths(const Settings& settings, bool alone);
 /// Returns true if there is something in the scene that the pilot of the settings could decide or guide.
 [[nodiscard]] bool wants_pilot(const Features& features, const Settings& settings);
 

@@ -91,13 +91,14 @@ TEST(LightPathTrial, lights_that_only_light_paths_find_always_have_some) {
 
 TEST(LightPathTrial, there_is_one_for_pictures_that_are_large_enough) {
   Settings settings = settings_for(1280, 720, 64);
-  EXPECT_EQ(usual_light_trial_paths(settings), 1U << 16);
+  EXPECT_EQ(usual_light_trial_paths(settings, false), 1U << 16);
   settings.sample_begin = 7, settings.sample_end = 8;
-  EXPECT_EQ(usual_light_trial_paths(settings), 1U << 16);
+  EXPECT_EQ(usual_light_trial_paths(settings, false), 1U << 16);
   settings.width = settings.height = 128;
-  EXPECT_EQ(usual_light_trial_paths(settings), 1U << 14);
+  EXPECT_EQ(usual_light_trial_paths(settings, false), 1U << 14);
   settings.width = 127;
-  EXPECT_EQ(usual_light_trial_paths(settings), 0U);
+  EXPECT_EQ(usual_light_trial_paths(settings, false), 0U);
+  EXPECT_EQ(usual_light_trial_paths(settings, true), 1U << 14) << "nothing else finds some of the light";
 }
 
 }  // namespace

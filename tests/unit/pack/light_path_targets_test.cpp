@@ -63,6 +63,23 @@ TEST(LightTargets, are_the_materials_that_reflect_or_refract_exactly_or_nearly) 
   EXPECT_FALSE(is_light_target(glass));
 }
 
+TEST(LightTargets, are_the_only_way_to_some_light_if_they_are_exact_and_no_ray_meets_the_light) {
+  Scene scene;
+  scene.materials = {Material{}, smooth_glass()};
+  EXPECT_FALSE(only_light_paths_find_some(scene)) << "no light";
+  scene.lights.emplace_back().kind = LightKind::directional;
+  EXPECT_FALSE(only_light_paths_find_some(scene)) << "it is off";
+  scene.lights[0].intensity = {0, 2, 0};
+  EXPECT_TRUE(only_light_paths_find_some(scene));
+  scene.lights[0].kind = LightKind::point;
+  EXPECT_TRUE(only_light_paths_find_some(scene));
+  scene.lights[0].range_m = 5;
+  EXPECT_FALSE(only_light_paths_find_some(scene)) << "no light path starts from there";
+  scene.lights[0].range_m = 0;
+  scene.materials[1].roughness = 0.2F;
+  EXPECT_FALSE(only_light_paths_find_some(scene)) << "light sampling finds it on rough glass";
+}
+
 TEST(LightTargets, cover_every_corner_with_no_more_balls_than_kernels_look_at) {
   const std::vector<Material> materials = {Material{}, smooth_glass()};
   for (const std::uint32_t nodes : {1U, 5U, 64U, 65U, 1000U}) {
