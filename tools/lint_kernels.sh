@@ -8,6 +8,7 @@ clang=${CLANG:-clang-14}
 mapfile -t features < <(sed -nE 's/^EK_(LOBE|LIGHT|SHAPE_KIND|OPTION|AOV)\(([a-z0-9_]+).*/\2/p' kernels/shared/features.def)
 mapfile -t layouts < <(sed -nE 's/^EK_(LAYOUT|CELLS)\(([a-z0-9]+).*/\2/p' kernels/shared/layouts.def)
 mapfile -t stages < <(sed -nE 's/^EK_(PATH_)?STAGE\(([a-z0-9_]+)\).*/\2/p' kernels/shared/stages.def)
+mapfile -t -O "${#stages[@]}" stages < <(sed -nE 's/^EK_CLASS_STAGE\(([a-z0-9_]+)\).*/by_class\/\1/p' kernels/shared/stages.def)
 
 # lint STAGE WIDTH CHUNKED LAYOUT FEATURE|all|none SMALL
 lint() {

@@ -52,6 +52,7 @@ WorkBuffers::WorkBuffers(Device& device, const WavefrontConfig& config, const Wo
   arguments.set("next_path", next_path);
   arguments.set("tallies", tallies);
   arguments.set("queue_rays", allocate(config.chunked ? 4 : 8 * capacity));
+  arguments.set("queue_hits", allocate(4 * std::max<std::size_t>(capacity * plan.hit_queues, 1)));
   arguments.set("queue_shadow", allocate(config.chunked ? 4 : 4 * capacity));
 }
 

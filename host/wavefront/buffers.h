@@ -33,6 +33,7 @@ struct FilmShape {
 struct WorkBufferSizes {
   FilmShape film;
   std::uint32_t state_words = 0;  // words of a path: PathStateLayout
+  std::uint32_t hit_queues = 0;   // of classes that have one each: class_stages()
   bool logs = false;              // feature path_log
 };
 

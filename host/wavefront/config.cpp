@@ -74,6 +74,20 @@ WavefrontConfig configure(const DeviceInfo& device, const Execution& execution) 
   return config;
 }
 
+std::vector<std::string> class_stages(const WavefrontConfig& config, const Features& features) {
+  std::vector<std::string> stages(SHADING_CLASS_COUNT);
+  if (features.has(Feature::plain_hits)) stages.at(SHADING_LAMBERT) = "shade_plain";
+  if (features.has(Feature::opaque_hits)) stages.at(SHADING_OPAQUE) = "shade_opaque";
+  if (features.has(Feature::clear_hits)) stages.at(SHADING_TRANSMISSIVE) = "shade_clear";
+  const bool several = std::ranges::count(stages, "") < std::ptrdiff_t{SHADING_CLASS_COUNT} - 1;
+  return !config.chunked && several ? stages : std::vector<std::string>{};
+}
+
+std::uint32_t hit_queue_count(const WavefrontConfig& config, const Features& features) {
+  const std::vector<std::string> stages = class_stages(config, features);
+  return std::uint32_t(std::ranges::count_if(stages, [](const std::string& stage) { return !stage.empty(); }));
+}
+
 bool needs_stage(const WavefrontConfig& config, const Features& features, const std::string& stage) {
   const bool of_lights = stage.starts_with("light_") || stage == "splat";
   if (of_lights && !features.has(Feature::light_paths)) return false;
@@ -81,6 +95,10 @@ bool needs_stage(const WavefrontConfig& config, const Features& features, const 
   if (of_lights) return stage != "light_paths";
   if (stage == "miss") return features.has_environment();
   if (stage == "shadow") return features.has(Feature::next_event);
+  const std::vector<std::string> by_class = class_stages(config, features);
+  if (stage == "shade") return by_class.empty();
+  if (stage == "sort_hits") return !by_class.empty();
+  if (stage.starts_with("shade_")) return std::ranges::find(by_class, stage) != by_class.end();
   if (stage == "compact" || stage == "pack_sums") return !config.chunked;
   return stage != "paths";
 }
@@ -109,7 +127,8 @@ std::uint64_t path_pool_bytes(const WavefrontConfig& config, const Features& fea
   return 4 * (slots * path_state_layout(features, config.chunked).words +
               (std::uint64_t{config.capacity()} + EK_PAD) *
                   (features.film_channels().size() + features.mattes().layers.size() +
-                   (features.has(Feature::path_log) ? EK_LOG_DEPTHS * LOG_WORDS : 0))) +
+                   (features.has(Feature::path_log) ? EK_LOG_DEPTHS * LOG_WORDS : 0)) +
+              std::uint64_t{config.capacity()} * hit_queue_count(config, features)) +
          (needs_stage(config, features, config.fused ? "light_paths" : "splat") ? LightStages::bytes(config) : 0);
 }
 
@@ -126,6 +145,8 @@ WavefrontProgram::WavefrontProgram(const DeviceInfo& info, const WavefrontConfig
   std::vector<std::string> files;
 #define EK_STAGE(name) \
   if (needs_stage(config, features, #name)) stages.push_back(#name), files.push_back("stages/" #name ".cl");
+#define EK_CLASS_STAGE(name) \
+  if (needs_stage(config, features, #name)) stages.push_back(#name), files.push_back("stages/by_class/" #name ".cl");
 #include "shared/stages.def"
   files.push_back("probe/probes.cl");
   text = kernel_text(files) + formula_code;

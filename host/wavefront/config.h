@@ -44,6 +44,12 @@ inline constexpr std::uint32_t kBlockSide = 128, kBlockPixels = kBlockSide * kBl
 /// Fills in by the device what `execution` leaves open. The most paths of a unit follow from the device and its memory,
 /// and not from the scene.
 WavefrontConfig configure(const DeviceInfo& device, const Execution& execution);
+/// The stages that shade hits, each those of one shading class, where the device has a queue for each class of the scene
+/// (kernels/stages/by_class/hit_queues.h); none if stage `shade` takes all. In the order of the classes' numbers, the names of classes
+/// that the scene lacks left empty.
+std::vector<std::string> class_stages(const WavefrontConfig& config, const Features& features);
+/// The number of those stages, each of which has a queue.
+std::uint32_t hit_queue_count(const WavefrontConfig& config, const Features& features);
 /// True if a scene's program has that stage (stages.def) with this configuration.
 bool needs_stage(const WavefrontConfig& config, const Features& features, const std::string& stage);
 /// The options that the program is compiled with. accel: the tree that rays are traced through

@@ -13,6 +13,7 @@ RayCounters::RayCounters(Device& device, const WavefrontConfig& config, const Fe
       config_(config),
       has_environment_(features.has_environment()),
       has_shadow_(features.has(Feature::next_event)),
+      class_stages_(class_stages(config, features)),
       timeline_(timeline),
       live_counter_(fmt::format("live paths, device {}", device.info().selector)) {}
 
@@ -48,7 +49,7 @@ void RayCounters::begin_unit(std::uint64_t paths) {
   Profiler& profiler = device_.profiler();
   profiler.add_items("generate", paths);
   profiler.add_items("intersect", paths);
-  profiler.add_items("shade", paths);
+  if (class_stages_.empty()) profiler.add_items("shade", paths);
 }
 
 void RayCounters::add_depth(std::uint32_t depth, std::uint64_t work_items) {
@@ -67,11 +68,16 @@ RayCounts RayCounters::end_depth(std::uint32_t depth, std::span<const std::uint3
   Profiler& profiler = device_.profiler();
   if (next > 0) {
     profiler.add_items("intersect", next);
-    profiler.add_items("shade", next);
+    if (class_stages_.empty()) profiler.add_items("shade", next);
   }
   if (has_environment_) profiler.add_items("miss", depth == 1 ? paths + next : next);
   if (shadow > 0) profiler.add_items("shadow", shadow);
   return {.camera = 0, .scattered = next, .shadow = shadow};
+}
+
+void RayCounters::add_class_hits(std::span<const std::uint32_t> hits) {
+  for (std::size_t k = 0; k < class_stages_.size(); ++k)
+    if (hits[k] > 0) device_.profiler().add_items(class_stages_[k], hits[k]);
 }
 
 /// Adds paths that reached a depth, of one chunk or of the queue.

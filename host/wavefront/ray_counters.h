@@ -6,6 +6,7 @@
 #include <map>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "core/trace.h"
 #include "device/device.h"
@@ -51,6 +52,8 @@ class RayCounters {
   /// paths    of the unit
   /// returns  the rays that were scattered, and the shadow rays
   RayCounts end_depth(std::uint32_t depth, std::span<const std::uint32_t> counts, std::uint64_t paths);
+  /// Adds the hits of a depth by shading class, if each class has a stage of its own.
+  void add_class_hits(std::span<const std::uint32_t> hits);
 
  private:
   void count_paths(std::uint32_t depth, std::uint64_t paths);
@@ -59,6 +62,7 @@ class RayCounters {
   Device& device_;
   WavefrontConfig config_;
   bool has_environment_, has_shadow_;
+  std::vector<std::string> class_stages_;
   Trace* timeline_;
   std::string live_counter_;  // name of the counter in the trace
   double counted_s_ = 0;      // time of its last value

@@ -37,6 +37,7 @@ struct Wavefront::Impl {
   std::vector<float> filter, camera_poses;
   FilmShape film_shape;
   bool logs = false;  // feature path_log
+  std::uint32_t hit_queues = 0;  // of shading classes
   LightPathPlan light_paths;
   bool traces_lights = false;  // the program has the stages of light paths
   bool lights_on = true;       // units have light paths, if the program can trace them
@@ -86,6 +87,7 @@ struct Wavefront::Impl {
     compile(features, execution);
     begin_image(settings);
     logs = features.has(Feature::path_log);
+    hit_queues = hit_queue_count(config, features);
     guide = settings.guide;
     light_aim.aim = settings.light_aim;
     try {
@@ -197,7 +199,7 @@ struct Wavefront::Impl {
     const double begin = host_seconds();
     scene_bytes = upload_scene(device, *scene, accel_of(*scene, config), filter, camera_poses, arguments);
     texel_bytes = upload_texels(device, *scene, arguments);
-    const WorkBufferSizes plan{.film = film_shape, .state_words = state.words, .logs = logs};
+    const WorkBufferSizes plan{.film = film_shape, .state_words = state.words, .hit_queues = hit_queues, .logs = logs};
     if (guide != nullptr) upload_guide(device, *guide, arguments);
     if (traces_lights && light_aim.aim != nullptr) upload_light_aim(device, *scene, light_aim, arguments);
     work = WorkBuffers(device, config, plan, arguments);

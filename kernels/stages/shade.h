@@ -3,7 +3,8 @@
 //                  To: the paths of the next depth, and pending shadow rays.
 // Shades a vector of hits at a time, in steps that stand in stages/shade/, a file each: load the
 // hit, find its material, add its emission, sample lights, scatter, and let roulette decide which
-// paths go on. CPU devices pack the survivors in place; GPU devices leave that to stage compact.
+// paths go on. CPU devices pack the survivors in place; GPU devices leave that to stage compact, and
+// sample lights last: what only the next path needs is stored by then and takes no registers.
 #ifndef EK_STAGE_SHADE_H
 #define EK_STAGE_SHADE_H
 #include "surface/dispersion.h"
@@ -17,6 +18,9 @@
 #include "stages/shade/light_ratio.h"
 #include "stages/shade/material.h"
 #include "stages/shade/scatter.h"
+#if !EK_CHUNKED
+#include "stages/shade/registers.h"
+#endif
 
 /// Writes the layers of the film that show what camera rays hit.
 EK_FN void shade_first_hit(const ShadeContext* c, const PathHit* hit, const ShadingPoint* point) {
@@ -102,7 +106,6 @@ EK_FN_ONCE Survivors stage_shade(StageContext stage, SceneData scene, LightData 
     MediumInterface interface;
     const HitMaterial material = shade_material(c, &hit, &interface);
     ShadingPoint point = shading_point(c, &hit, &material, &interface);
-
 #if EK_HAS_path_log
     log_vertex_begin(c, &hit);
 #endif
@@ -120,11 +123,12 @@ EK_FN_ONCE Survivors stage_shade(StageContext stage, SceneData scene, LightData 
 #if EK_HAS_GUIDE
     guide_point(c, &hit, &point);
 #endif
-
 #if EK_HAS_light_paths
     begin_sharing(c, &hit, &material, &point);
 #endif
+#if EK_CHUNKED
     const uint pending = EK_HAS_next_event ? direct_light_add(c, &direct, &point, walk.slot) : 0u;
+#endif
     ScatteredPath next = scatter(c, &hit, &point);
 #if EK_HAS_light_paths
     point.light_ratio = next_light_ratio(c, &hit, &material, &point, &next);
@@ -137,11 +141,12 @@ EK_FN_ONCE Survivors stage_shade(StageContext stage, SceneData scene, LightData 
 #if EK_HAS_path_log
     log_vertex_end(c, &hit, &point, &next);
 #endif
-
-    // On chunks, [slot, slot + width) has been read and survivors.paths <= slot, so whole vectors
-    // may be written there.
+    // On chunks, [slot, slot + width) has been read and survivors.paths <= slot, so whole vectors may be written there.
     const Packing keep = packing(next.survives);
     path_store(stage.state, EK_CHUNKED ? survivors.paths : walk.slot, keep, shade_next_path(c, &point, &next));
+#if !EK_CHUNKED
+    const uint pending = EK_HAS_next_event ? direct_light_last(c, &direct, point, walk.slot) : 0u;
+#endif
     if (!EK_CHUNKED) state_set_vu(stage.state, FIELD_next, walk.slot, (vu)(mask_bits(next.survives) | pending << 1));
     survivors.paths += keep.count;
   }

@@ -62,12 +62,28 @@ EK_FN global const uint* depth_queue(global const uint* queue_rays, uint depth) 
   return queue_rays + (depth & 1) * EK_CHUNK + EK_ENTRY;
 }
 
+#if !EK_CHUNKED
+#include "shared/queue_counts.h"
+EK_FN global uint* counts_of_depth(global uint* counts, uint depth) {
+  return counts + 4 + EK_DEPTH_WORDS * (depth & (EK_COUNT_DEPTHS - 1u));
+}
+// 1 where the scene has surfaces of several shading classes, each of which has a queue (hit_queues.h).
+#define EK_HIT_QUEUES (EK_HAS_plain_hits + EK_HAS_opaque_hits + EK_HAS_clear_hits > 1)
+/// Clears the numbers of hits that stage sort_hits adds to.
+EK_FN void clear_hit_counts(global uint* counts, uint depth) {
+  if (EK_HIT_QUEUES) *(global uint4*)(counts_of_depth(counts, depth) + EK_DEPTH_HITS) = (uint4)(0u);
+}
+#endif
+
 /// Puts the paths of a new unit into the queue of depth 1. count: of this work-item's chunk
 EK_FN void begin_queue(global uint* counts, global uint* queue_rays, uint count) {
 #if EK_CHUNKED
   counts[4 * EK_CHUNK_INDEX + 1] = count;
 #else
-  if (EK_ENTRY == 0) counts[1] = count;
+  if (EK_ENTRY == 0) {
+    counts[1] = count;
+    clear_hit_counts(counts, 1);
+  }
   if (EK_ENTRY < count) queue_rays[EK_CHUNK + EK_ENTRY] = EK_ENTRY;  // the half of odd depths
 #endif
 }
@@ -86,17 +102,11 @@ EK_FN void store_survivors(global uint* counts, uint depth, Survivors survivors)
 #endif
 }
 
-#if !EK_CHUNKED
-#include "shared/queue_counts.h"
-EK_FN global uint* counts_of_depth(global uint* counts, uint depth) {
-  return counts + 4 + 2 * (depth & (EK_COUNT_DEPTHS - 1u));
-}
-#endif
-
-/// Clears the counts that stage compact adds to, once they are kept for the host.
+/// Clears the counts that stages of this depth and the next add to, once they are kept for the host.
 EK_FN void clear_counts(global uint* counts, uint depth) {
 #if !EK_CHUNKED
   if (get_global_id(0) == 0) {
+    clear_hit_counts(counts, depth + 1u);
     counts_of_depth(counts, depth)[0] = counts[depth & 1];
     counts_of_depth(counts, depth - 1u)[1] = counts[2];
     counts[(depth + 1) & 1] = counts[2] = 0;

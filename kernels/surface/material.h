@@ -220,10 +220,29 @@ EK_FN void add_details(SceneData scene, vu index, HitAttributes at, vi front, Hi
   }
 }
 
+#if !EK_CHUNKED
+/// The record with what a kernel for hits of one class knows of it beforehand, so that code for all else vanishes.
+EK_FN MaterialRecordLanes record_of_class(SceneData scene, MaterialRecordLanes r) {
+  const uint lobe_bits = 0xffu, transmits = 1u << LOBE_transmission;
+  if (shades_only(scene, SHADING_TRANSMISSIVE)) r.flags = (r.flags & ~lobe_bits) | transmits;
+  if (shades_only(scene, SHADING_OPAQUE)) r.flags = r.flags & ~(transmits | EK_MATERIAL_SOLID);
+  if (shades_only(scene, SHADING_LAMBERT)) {
+    r.flags = (r.flags & ~(lobe_bits | EK_MATERIAL_SOLID)) | 1u << LOBE_diffuse;
+    r.base_color_texture = r.emissive_texture = r.metallic_roughness_texture = r.normal_texture = EK_NO_TEXTURE;
+  }
+  return r;
+}
+#endif
+
 /// Parameters of material `index` where a ray met a triangle with the attributes `at`.
 /// front  mask: the front side was hit
 EK_FN HitMaterial hit_material(SceneData scene, vu index, HitAttributes at, vi front) {
+#if EK_CHUNKED
   HitMaterial hit = base_material(scene, load_material(scene.materials, index), at);
+#else
+  HitMaterial hit = base_material(scene, record_of_class(scene, load_material(scene.materials, index)), at);
+  if (shades_only(scene, SHADING_LAMBERT)) return hit;
+#endif
   if (EK_HAS_material_extension)
     add_extension(scene, load_material_extension(scene.material_extensions, index), at, &hit);
   MaterialLanes* m = &hit.bsdf;

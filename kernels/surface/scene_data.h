@@ -27,6 +27,9 @@ typedef struct {
   global const TriangleNormals* pose_normals;
   global const TriangleTangents* pose_tangents;
 #endif
+#if !EK_CHUNKED
+  uint absent_classes;  // bit k: no hit is of shading class k (hit_queues.h); a constant in each kernel
+#endif
 #if EK_HAS_motion
   global const float* motion_cameras;  // film/motion_vector.h
   global const uint* next_corners;
@@ -35,6 +38,11 @@ typedef struct {
   uint culled;  // the traced rays pass the backs of triangles and shapes with one of these flags
 #endif
 } SceneData;
+
+#if !EK_CHUNKED
+/// True in a kernel that shades hits of class k alone.
+EK_FN int shades_only(SceneData scene, uint k) { return scene.absent_classes == (((1u << SHADING_CLASS_COUNT) - 1u) & ~(1u << k)); }
+#endif
 
 // 1 where rays of this kind may pass backs: those that light paths cast to the camera ask for any hit.
 #define EK_CULLS(any_hit) (EK_HAS_culling & (!(any_hit) | EK_HAS_light_paths))

@@ -33,7 +33,8 @@ PROGRAMS = [
     ("lacquer", "lacquer", "", "nvidia amd intel"),
     ("lamps", "lamps", "--aov albedo,normal,depth,position,uv,direct,indirect,light_groups", "nvidia amd intel"),
 ]
-KERNELS = ["generate", "intersect", "miss", "shade", "compact", "shadow", "film"]
+# A scene has `shade`, or, with surfaces of several classes, one for each class.
+KERNELS = ["generate", "intersect", "miss", "shade", "sort_hits", "shade_plain", "shade_opaque", "shade_clear", "compact", "shadow", "film"]
 
 # Of an SM: warps, blocks of a launch [CUDA C++ Programming Guide, compute capability 9.0].
 ARCHITECTURE, WARPS, BLOCKS, GROUP_WARPS = "sm_90", 64, 32, 2
@@ -136,7 +137,7 @@ def dump(eikon, scene, options, folder):
     environment = {**os.environ, "EIKON_LANES": "1", "EIKON_FAULT": "device:0:gpu", "EIKON_DUMP_PROGRAMS": str(folder)}
     subprocess.run([eikon, "render", ROOT / f"scenes/{scene}.gltf", "-o", folder / "out.exr", "--size", "8x8", "--spp", "1", "--quiet",
                     *options.split()], env=environment, check=True, stdout=subprocess.DEVNULL)
-    source = next(f for f in sorted(folder.glob("*.cl")) if "kernel void shade(" in f.read_text())
+    source = next(f for f in sorted(folder.glob("*.cl")) if "kernel void compact(" in f.read_text())
     return source, source.with_suffix(".options").read_text().split()
 
 

@@ -11,6 +11,7 @@ A figure of three numbers is what the model gives with all assumptions at their 
 import argparse
 import dataclasses
 import json
+import os
 import pathlib
 import subprocess
 import sys
@@ -27,6 +28,7 @@ BEGIN, END = "<!-- begin of what model.py prints -->\n", "<!-- end of what model
 SCENES = ("cornell", "window_room", "cornell_spheres")
 LAYOUTS = ("bvh2", "bvh4", "cwbvh")
 KINDS = ("camera", "diffuse", "shadow")
+CLASSES = ("shade_plain", "shade_opaque", "shade_clear")  # in place of `shade` where a scene has surfaces of several classes
 
 
 @dataclasses.dataclass(frozen=True)
@@ -56,7 +58,7 @@ LEAF_TRIANGLES = 1.5
 
 # Bytes that kernels read and write for each item, counted in kernels/shared/path_state.def and the stages; those of state that a path
 # has; those of a ray of `bench rays`; those of a pixel of a unit's sums that go back to the host, and its counts.
-BYTES = {"generate": 76, "intersect": 48, "miss": 20, "shade": 180, "compact": 14, "shadow": 76, "film": 12}
+BYTES = {"generate": 76, "intersect": 48, "miss": 20, "shade": 180, "sort_hits": 44, "compact": 14, "shadow": 76, "film": 12}
 STATE_BYTES, BENCH_RAY_BYTES, PIXEL_BYTES = 148, 44, 105
 SAMPLES_OF_A_UNIT = 16  # render/schedule.cpp: of a pixel, in images of up to 64 samples
 FILM_LOOP = 0.25        # of the instructions of `film`, those that each sample of a pixel takes
@@ -91,8 +93,14 @@ class Model:
     def __init__(self, gpu, scene, layout, end):
         self.gpu, self.scene, self.layout, self.assumed = gpu, COUNTED[scene], layout, Assumed().at(end)
         own, tree = scene, "cornell" if layout == "bvh2" else f"cornell/{layout}"
-        self.rows = {kernel: BOUNDS.get((own, kernel), BOUNDS[("window_room", kernel)]) for kernel in ("generate", "shade", "compact", "film", "miss")}
+        # {kernel: share of the vertices that it shades}
+        self.shades = dict(zip(CLASSES, self.scene["classes"])) if "classes" in self.scene else {"shade": 1.0}
+        self.rows = {kernel: BOUNDS.get((own, kernel), BOUNDS[("window_room", kernel)]) for kernel in ("generate", "compact", "film", "miss")}
+        self.rows |= {kernel: BOUNDS[(own, kernel)] for kernel in self.shading_kernels()}
         self.rows |= {kernel: BOUNDS[(tree, kernel)] for kernel in ("intersect", "shadow")}
+
+    def shading_kernels(self):
+        return [*self.shades, *(["sort_hits"] if len(self.shades) > 1 else [])]
 
     def warps(self, kernel):
         """Of an SM, that the registers allow."""
@@ -126,7 +134,7 @@ class Model:
 
     def kernel_s(self, kernel, items, depth, paths):
         """The same, for a unit of so many paths, whose state may stay in the cache."""
-        moved = 0.0 if paths * STATE_BYTES < self.gpu.l2_bytes else items * BYTES[kernel] * self.assumed.sectors
+        moved = 0.0 if paths * STATE_BYTES < self.gpu.l2_bytes else items * BYTES["shade" if kernel in CLASSES else kernel] * self.assumed.sectors
         return self.run_s(kernel, items, self.slots(kernel, depth), moved)
 
     def rays_per_s(self, kind, count):
@@ -137,7 +145,8 @@ class Model:
     def round_s(self, depth, paths):
         """{kernel: seconds} of a round at that depth, of a unit of so many paths."""
         alive = paths * self.scene["alive"][depth]
-        items = {"intersect": alive, "miss": alive, "shade": alive, "compact": alive, "shadow": alive * self.scene["shadow"][depth]}
+        items = {"intersect": alive, "miss": alive, "compact": alive, "shadow": alive * self.scene["shadow"][depth]}
+        items |= {kernel: alive * self.shades.get(kernel, 1.0) for kernel in self.shading_kernels()}
         if not self.scene["environment"]:
             del items["miss"]
         return {kernel: self.kernel_s(kernel, count, depth, paths) for kernel, count in items.items()}
@@ -167,7 +176,8 @@ class Model:
 
 
 def read_counts():
-    """{scene: {"alive": [share of paths by depth], "shadow": [rays a vertex by depth], "environment", "rays": {layout: {kind: ...}}}}"""
+    """{scene: {"alive": [share of paths by depth], "shadow": [rays a vertex by depth], "environment", "classes": [share of the vertices],
+    "rays": {layout: {kind: ...}}}}"""
     counted = {}
     for line in COUNTS.read_text().splitlines():
         if line.startswith("#"):
@@ -175,7 +185,7 @@ def read_counts():
         scene, what, *values = line.split("\t")
         entry = counted.setdefault(scene, {"rays": {}})
         numbers = [float(value) for value in values]
-        if what in ("alive", "shadow"):
+        if what in ("alive", "shadow", "classes"):
             entry[what] = numbers
         elif what == "environment":
             entry[what] = numbers[0] == 1
@@ -191,12 +201,14 @@ def count(eikon, scene, layouts=LAYOUTS):
     with tempfile.TemporaryDirectory() as folder:
         path = pathlib.Path(folder) / "out.json"
 
-        def run(*words):
-            subprocess.run([eikon, *map(str, words)], check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        def run(*words, **environment):
+            subprocess.run([eikon, *map(str, words)], check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+                           env={**os.environ, **environment})
             return json.loads(path.read_text())
 
-        stats = run("render", file, "-o", pathlib.Path(folder) / "out.exr", "--size", "128x128", "--spp", "64", "--guiding", "off",
-                    "--light-paths", "off", "--devices", "0", "--quiet", "--stats", path)
+        render = ["render", file, "-o", pathlib.Path(folder) / "out.exr", "--size", "128x128", "--guiding", "off", "--light-paths", "off",
+                  "--devices", "0", "--quiet", "--stats", path, "--spp"]
+        stats = run(*render, 64)
         bounces = stats["devices"][0]["bounces"]
         alive = [b["paths"] / stats["samples"] for b in bounces[:-1]]  # the last line has all further depths
         ratio = alive[-1] / alive[-2]
@@ -206,6 +218,10 @@ def count(eikon, scene, layouts=LAYOUTS):
         lines.append([scene, "alive", *(f"{share:.3g}" for share in alive)])
         lines.append([scene, "shadow", *(f"{rays:.3g}" for rays in shadow)])
         lines.append([scene, "environment", int("environment" in stats["features"].split())])
+        if len({"plain_hits", "opaque_hits", "clear_hits"} & set(stats["features"].split())) > 1:
+            stages = run(*render, 4, EIKON_LANES="1", EIKON_FAULT="device:0:gpu")["stages"]
+            items = {stage["stage"]: stage["items"] for stage in stages}
+            lines.append([scene, "classes", *(f"{items.get(kernel, 0) / items['intersect']:.3g}" for kernel in CLASSES)])
         for layout in layouts:
             for row in run("bench", "rays", file, "--size", "128x128", "--rays", "65536", "--rounds", "1", "--devices", "0", "--layout",
                            layout, "--count", "--json", path):
@@ -231,17 +247,19 @@ def in_kernels(gpu, scene, block, end):
 
 
 def stage_shares(gpu, scene, end):
-    """{kernel: per cent of the time of all kernels} with blocks of 128."""
+    """{kernel: per cent of the time of all kernels} with blocks of 128. `shade` is the sum of all classes."""
     total = Model(gpu, scene, "bvh2", end).unit(128 * 128 * SAMPLES_OF_A_UNIT)[1]
-    return {kernel: 100 * seconds / sum(total.values()) for kernel, seconds in total.items()}
+    shares = {kernel: 100 * seconds / sum(total.values()) for kernel, seconds in total.items()}
+    return {**shares, "shade": sum(share for kernel, share in shares.items() if kernel == "shade" or kernel in CLASSES)}
 
 
 def kernel_table():
-    cases = [("cornell", layout, kernel) for kernel in ("intersect", "shadow") for layout in LAYOUTS] + [(scene, "bvh2", "shade") for scene in SCENES]
+    cases = [("cornell", layout, kernel) for kernel in ("intersect", "shadow") for layout in LAYOUTS]
+    cases += [(scene, "any", kernel) for scene in SCENES for kernel in Model(GPUS[0], scene, "bvh2", 1).shading_kernels()]
     rows = []
     for scene, layout, kernel in cases:
-        model = Model(GPUS[0], scene, layout, 1)
-        rows.append((scene, layout if kernel != "shade" else "any", kernel, model.rows[kernel]["nv_registers"], model.warps(kernel),
+        model = Model(GPUS[0], scene, "bvh2" if layout == "any" else layout, 1)
+        rows.append((scene, layout, kernel, model.rows[kernel]["nv_registers"], model.warps(kernel),
                      f"{model.slots(kernel):.0f}"))
     return table(["scene", "layout", "kernel", "registers", "warps of an SM", "lane-instructions of an item"], rows)
 
@@ -260,7 +278,7 @@ def paths_table():
 
 
 def stages_table():
-    kernels = ("generate", "intersect", "miss", "shade", "compact", "shadow", "film")
+    kernels = ("generate", "intersect", "miss", "sort_hits", "shade", *CLASSES, "compact", "shadow", "film")
     return table(["scene", *(f"{kernel}, %" for kernel in kernels)],
                  [(scene, *(f"{stage_shares(GPUS[0], scene, 1).get(kernel, 0):.0f}" for kernel in kernels)) for scene in SCENES])
 
@@ -284,7 +302,7 @@ def claims_table():
          "it is below"),
         ("Rays by layout: cornell, cwbvh over bvh2, 2^24, diffuse", f"{rays[2] / rays[0]:.2f} times",
          "that instructions limit, not the latency of memory", "it is above 1.1"),
-        ("Time by stage: cornell_spheres, shade of all kernels",
+        ("Time by stage: cornell_spheres, all `shade_*` of all kernels",
          f"{spread(lambda end: stage_shares(h100, 'cornell_spheres', end)['shade'])} %, for want of warps",
          "that registers matter: `clocks`", "it is below 35"),
     ])
@@ -305,7 +323,7 @@ def main():
     options = parser.parse_args()
     if options.count:
         head = ["# Counted by model.py --count: shares of paths alive and shadow rays a vertex by depth (from the 16th on extrapolated), and steps",
-                "# and tests of a ray by layout and kind."]
+                "# and tests of a ray by layout and kind; shares of the vertices of each shading class: plain, opaque, clear."]
         COUNTS.write_text("\n".join(head + [line for scene in SCENES for line in count(options.count, scene)]) + "\n")
     elif options.adopt:
         before, rest = PAGE.read_text().split(BEGIN)

@@ -20,7 +20,8 @@ namespace eikon {
 /// light are seen from both sides, because a path inside of glass has to meet its boundary.
 [[nodiscard]] bool is_single_sided(const Material& material);
 
-/// The class SHADING_* (records.h) of a surface. primitive: null for shapes
+/// The class SHADING_* (records.h) of a surface. Kernels for one class leave out what it says that no surface of the class has
+/// (record_of_class in kernels/surface/material.h). primitive: null for shapes
 [[nodiscard]] std::uint32_t hit_class(const Material& material, const Primitive* primitive);
 
 /// The bits of a triangle's flags that depend on its material: the class, and EK_TRIANGLE_SINGLE_SIDED.

@@ -8,13 +8,18 @@
 namespace eikon {
 namespace {
 
+/// The words that are kept of a depth, of buffer `counts` (kernels/shared/queue_counts.h).
+std::span<const std::uint32_t> depth_words(std::span<const std::uint32_t> words, std::uint32_t depth) {
+  return words.subspan(kQueueWords + EK_DEPTH_WORDS * (depth % EK_COUNT_DEPTHS), EK_DEPTH_WORDS);
+}
+
 /// The counts after one of several depths, as queue_counts() takes them for one chunk.
 /// words  of buffer `counts` (kernels/shared/queue_counts.h)
 /// last   the last depth that was launched before they were read
 std::array<std::uint32_t, kQueueWords> counts_after(std::span<const std::uint32_t> words, std::uint32_t depth,
                                                     std::uint32_t last) {
   std::array<std::uint32_t, kQueueWords> counts{};
-  const auto kept = [&](std::uint32_t of) { return words.subspan(kQueueWords + 2 * (of % EK_COUNT_DEPTHS), 2); };
+  const auto kept = [&](std::uint32_t of) { return depth_words(words, of); };
   const std::size_t next = (depth + 1) & 1;
   counts[next] = depth == last ? words[next] : kept(depth + 1)[0];
   counts[2] = depth == last ? words[2] : kept(depth)[1];
@@ -37,7 +42,8 @@ void DepthStages::launch(std::uint32_t count) {
     counters_.add_depth(depth, std::uint64_t{divide_up(left_, kWorkGroup)} * kWorkGroup);
     stages_.run("intersect", depth, paths_, left_);
     if (after_intersect) after_intersect(depth);
-    for (const char* stage : {"miss", "shade", "compact"}) stages_.run(stage, depth, paths_, left_);
+    for (const char* stage : {"miss", "shade", "sort_hits", "shade_plain", "shade_opaque", "shade_clear", "compact"})
+      stages_.run(stage, depth, paths_, left_);
     if (depth == at.last) at.ticket = device_.read_later(counts_, at.counts.words().data(), at.counts.size_bytes());
     stages_.run("shadow", depth, paths_, left_);
   }
@@ -94,10 +100,12 @@ RayCounts DepthStages::take_first() {
   RayCounts rays;
   for (std::uint32_t depth = at.first; depth <= at.last && left_ > 0; ++depth) {
     RayCounts on;
-    if (config_.chunked)
+    if (config_.chunked) {
       on = counters_.end_depth(depth, at.counts.words(), paths_);
-    else
+    } else {
       on = counters_.end_depth(depth, counts_after(at.counts.words(), depth, at.last), paths_);
+      counters_.add_class_hits(depth_words(at.counts.words(), depth).subspan(EK_DEPTH_HITS));
+    }
     rays += on;
     left_ = on.scattered;
     known_ = depth + 1;

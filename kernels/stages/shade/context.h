@@ -66,6 +66,9 @@ typedef struct {
   LightSampleContext light_context;  // the point as the light tree knows it
 #if EK_HAS_light_paths
   vf light_ratio;  // as PathState's: first as light sampling shares light, then of the path that goes on
+#if !EK_CHUNKED
+  vf sampled_ratio;  // as first
+#endif
 #endif
 #if EK_HAS_GUIDE
   vi is_guided;      // mask: tables hold for the surface,

@@ -40,6 +40,9 @@ EK_FN PathHit hit_load(const ShadeContext* c, uint slot, uint lanes) {
 #endif
   hit.front = dot3(hit.surface.n_geom, dir) < 0.0f;
   hit.is_lambert = class_of(hit.corners.flags) == SHADING_LAMBERT;
+#if !EK_CHUNKED
+  if (c->scene.absent_classes != 0u) hit.is_lambert = shades_only(c->scene, SHADING_LAMBERT);
+#endif
   hit.detailed = (1 - EK_HAS_plain_hits) | EK_HAS_texcoord | (ANY(hit.live & !hit.is_lambert) != 0);
 
   hit.attributes = no_attributes();
@@ -54,6 +57,10 @@ EK_FN PathHit hit_load(const ShadeContext* c, uint slot, uint lanes) {
 #endif
 #if EK_HAS_shape
   hit.attributes = shape_attributes(c->scene, hit.corners, hit.on_shape, hit.surface.n_geom, hit.attributes);
+#endif
+#if !EK_CHUNKED
+  // Attributes may still be wanted for a layer of the film, but they are none that turn a normal.
+  if (shades_only(c->scene, SHADING_LAMBERT)) hit.detailed = 0;
 #endif
   return hit;
 }

@@ -129,6 +129,9 @@ EK_FN void begin_sharing(const ShadeContext* c, const PathHit* hit, const HitMat
   if (c->depth > 1) add_merged_light(c, hit, point);
 #endif
   point->light_ratio = sampled_light_ratio(c, hit, material, point);
+#if !EK_CHUNKED
+  point->sampled_ratio = point->light_ratio;
+#endif
 }
 
 /// Share of the emission of a hit that camera paths bring: the rest comes by light paths.

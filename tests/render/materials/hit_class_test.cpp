@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Paths that hit surfaces of one class are shaded together, and wait until there are enough of them: none is lost, and the bits do not
-// tell which went together.
+// Paths that hit surfaces of one class are shaded together: on chunks they wait until there are enough of them, and devices with
+// queues have a stage for each class. None is lost, and the bits do not tell which went together.
 
 #include "pack/features.h"
 #include "pack/materials/material_traits.h"
 #include "render/scene_builder.h"
+#include "wavefront/config.h"
 
 namespace eikon::test {
 namespace {
@@ -59,6 +60,44 @@ TEST(HitClass, a_box_with_a_mirror_and_glass_has_all) {
   const Features of_box(box, settings_of(box, 8, 1));
   EXPECT_TRUE(of_box.has(Feature::plain_hits));
   EXPECT_FALSE(of_box.has(Feature::opaque_hits) || of_box.has(Feature::clear_hits));
+}
+
+/// The stages of a device that launches each stage, of a scene that is shipped.
+std::vector<std::string> stages_that_shade(const std::string& file) {
+  const Scene scene = load_shipped(file);
+  WavefrontConfig queues;
+  std::vector<std::string> needed;
+  for (const char* stage : {"shade", "sort_hits", "shade_plain", "shade_opaque", "shade_clear"})
+    if (needs_stage(queues, Features(scene, settings_of(scene, 8, 1)), stage)) needed.push_back(stage);
+  return needed;
+}
+
+TEST(HitClass, each_class_has_a_stage_on_devices_with_queues_if_there_are_several) {
+  using Stages = std::vector<std::string>;
+  EXPECT_EQ(stages_that_shade("cornell_spheres.gltf"),
+            (Stages{"sort_hits", "shade_plain", "shade_opaque", "shade_clear"}));
+  EXPECT_EQ(stages_that_shade("lacquer.gltf"), (Stages{"sort_hits", "shade_plain", "shade_opaque"}));
+  EXPECT_EQ(stages_that_shade("cornell.gltf"), Stages{"shade"});
+  EXPECT_EQ(stages_that_shade("textured.gltf"), Stages{"shade"});
+}
+
+TEST(HitClass, every_hit_is_shaded_once_by_the_stage_of_its_class) {
+  const Scene scene = load_shipped("cornell_spheres.gltf");
+  const Settings settings = settings_of(scene, 33, 8);
+  Execution queues;
+  queues.chunked = false, queues.devices = "0";
+  const RenderOutput output = output_of(scene, settings, queues);
+  const DeviceReport& device = output.report.devices.at(0);
+  EXPECT_EQ(device.stages.count("shade"), 0U);
+  std::uint64_t hits = 0;
+  for (const char* stage : {"shade_plain", "shade_opaque", "shade_clear"}) {
+    EXPECT_GT(device.stages.at(stage).items, 0U) << stage;
+    EXPECT_EQ(device.stages.at(stage).launches, device.stages.at("compact").launches) << stage;
+    hits += device.stages.at(stage).items;
+  }
+  // Only paths that leave the room by its open side have no hit.
+  EXPECT_LT(hits, device.stages.at("intersect").items);
+  EXPECT_GT(hits, device.stages.at("intersect").items / 2);
 }
 
 TEST(HitClass, which_paths_wait_together_shows_in_no_bit) {

@@ -1,0 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+// Stage `shade` where surfaces are transmissive, on GPU devices, in scenes that have others too.
+#include "stages/by_class/shade_class.h"
+
+EK_SHADE_CLASS(shade_clear, SHADING_TRANSMISSIVE)
