@@ -43,7 +43,7 @@ struct DeviceInfo {
   // Selected by name or index, not by kind; a render without it has failed.
   bool by_name = false;
   std::shared_ptr<Fault> fault;  // see fault.h; null except in tests
-  // The times of its commands are wanted (profiler.h): GPUs take a little longer for each command whose times they note.
+  // The times of its commands are wanted (profiler.h). A driver may take longer for a command whose times it notes.
   bool timed = true;
 };
 

@@ -18,10 +18,7 @@ class CellIndex {
   static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
   /// Returns the number of a cell, or kNone.
-  [[nodiscard]] std::uint32_t find(CellId id) const {
-    const Place& place = places_[place_of(id)];
-    return place.number;
-  }
+  [[nodiscard]] std::uint32_t find(CellId id) const { return places_[place_of(id)].number; }
   /// Returns the number of a cell, which becomes the next one if it had none.
   std::uint32_t add(CellId id) {
     std::size_t at = place_of(id);

@@ -92,7 +92,7 @@ struct GuideLearner::Impl {
   struct Shard {
     std::array<Visited, EK_GUIDE_LEVELS> levels;  // in this round; those above the finest are summed up at its end
     CellIndex known;
-    // Of known cells, by number.
+    // Each has a value for every known cell, by its number.
     CellValues<CellMeans> means;
     std::vector<double> indirect;  // CellMeans::indirect, which is looked up more often than all the rest
     CellValues<GuideCellWords> words;
@@ -233,14 +233,13 @@ struct GuideLearner::Impl {
   static void know(Shard& shard, CellId id, const CellMeans& means) {
     const std::uint32_t number = shard.known.add(id);
     if (number == shard.means.size()) {
-      shard.means.push_back(means);
-      shard.indirect.push_back(means.indirect);
-      shard.words.push_back(words_of(id, means));
-    } else {
-      shard.means[number] = means;
-      shard.indirect[number] = means.indirect;
-      shard.words[number] = words_of(id, means);
+      shard.means.push_back({});
+      shard.indirect.push_back({});
+      shard.words.push_back({});
     }
+    shard.means[number] = means;
+    shard.indirect[number] = means.indirect;
+    shard.words[number] = words_of(id, means);
   }
 
   void end_round(bool keep) {
