@@ -154,7 +154,7 @@ std::vector<cl_device_id> enumerate_devices() {
   static std::mutex one_at_a_time;
   const std::lock_guard lock(one_at_a_time);
   give_pocl_a_cache();
-  prefer_one_variant();
+  prepare_pocl();
   cl_uint platform_count = 0;
   if (clGetPlatformIDs(0, nullptr, &platform_count) != CL_SUCCESS || platform_count == 0) return {};
   std::vector<cl_platform_id> platforms(platform_count);

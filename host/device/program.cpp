@@ -76,7 +76,7 @@ bool open_binary(Program::Impl& impl, cl_context context, cl_device_id device, c
   const std::size_t size = binary->size();
   ClProgram program(clCreateProgramWithBinary(context, 1, &device, &size, &data, nullptr, nullptr));
   if (!program || clBuildProgram(program.get(), 1, &device, flags.c_str(), nullptr, nullptr) != CL_SUCCESS ||
-      !names_arguments(program.get()))
+      !names_arguments(program.get()) || !can_run(*binary))
     return false;
   impl.program = std::move(program);
   return true;

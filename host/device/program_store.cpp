@@ -14,6 +14,7 @@
 #include <span>
 #include <vector>
 
+#include "device/pocl_binary.h"
 #include "io/atomic_file.h"
 #include "io/source_file.h"
 #include "io/xxhash64.h"
@@ -73,7 +74,7 @@ std::string pocl_variables() {
 
 StoredProgram::StoredProgram(const std::filesystem::path& folder, const std::string& driver, const std::string& flags,
                              std::string_view text)
-    : head_(fmt::format("eikon program 1\n{}\n{}\n{} bytes {:016x} {:016x}\n", driver, flags, text.size(),
+    : head_(fmt::format("eikon program 2\n{}\n{}\n{} bytes {:016x} {:016x}\n", driver, flags, text.size(),
                         hash_of_text(text, 1), hash_of_text(text, 2))) {
   file_ = folder / fmt::format("{:016x}", hash_of_text(head_, 0));
 }
@@ -119,7 +120,15 @@ std::optional<StoredProgram> stored_program(const DeviceInfo& info, cl_device_id
   return StoredProgram(*folder / "eikon", driver, flags, text);
 }
 
-void prefer_one_variant() { setenv(kOneVariant, "0", 0); }
+const std::optional<std::filesystem::path>& folder_of_running_pocl() {
+  static const std::optional<std::filesystem::path> folder = pocl_cache_folder();
+  return folder;
+}
+
+void prepare_pocl() {
+  setenv(kOneVariant, "0", 0);
+  folder_of_running_pocl();
+}
 
 std::string program_binary(cl_program program) {
   void* const room = mmap(nullptr, 2 * kMostBytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
@@ -129,7 +138,13 @@ std::string program_binary(cl_program program) {
   if (clGetProgramInfo(program, CL_PROGRAM_BINARY_SIZES, sizeof size, &size, nullptr) != CL_SUCCESS) return "";
   std::string binary(size, '\0');
   char* data = binary.data();
-  return clGetProgramInfo(program, CL_PROGRAM_BINARIES, sizeof data, &data, nullptr) == CL_SUCCESS ? binary : "";
+  if (clGetProgramInfo(program, CL_PROGRAM_BINARIES, sizeof data, &data, nullptr) != CL_SUCCESS) return "";
+  return without_bitcode(binary).value_or(binary);
+}
+
+bool can_run(std::string_view binary) {
+  const auto& folder = folder_of_running_pocl();
+  return folder && is_unpacked(binary, *folder);
 }
 
 }  // namespace eikon

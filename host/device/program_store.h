@@ -37,17 +37,24 @@ class StoredProgram {
 
 /// Returns the place of a program in PoCL's cache folder. None: the driver is another one, which has a cache of its
 /// own, or PoCL is to keep nothing (POCL_KERNEL_CACHE=0), or to compile more than one variant of each kernel
-/// (prefer_one_variant()).
+/// (prepare_pocl()).
 std::optional<StoredProgram> stored_program(const DeviceInfo& info, cl_device_id device, const std::string& flags,
                                             std::string_view text);
 
 /// Lets PoCL compile each kernel once, for any size of work-groups, unless the environment says otherwise. That variant
 /// is in PoCL's binaries in any case, so it would be compiled beside those for the sizes in use, and it is as fast:
 /// work-groups of CPU devices are single work-items. Call it before PoCL is asked for its devices.
-void prefer_one_variant();
+void prepare_pocl();
 
-/// Returns the driver's binary of a built program, or "" if the driver gives none. All of the program's kernels must
-/// have been run, because PoCL compiles those that were not.
+/// Returns the folder in which PoCL keeps what it compiles: it asks the environment once, when it starts, as
+/// prepare_pocl() does. None: it keeps nothing.
+const std::optional<std::filesystem::path>& folder_of_running_pocl();
+
+/// Returns the driver's binary of a built program without what its kernels do not need to run, or "" if the driver gives
+/// none. All of the program's kernels must have been run, because PoCL compiles those that were not.
 std::string program_binary(cl_program program);
+
+/// Returns whether the kernels of a binary that PoCL has opened can be run.
+bool can_run(std::string_view binary);
 
 }  // namespace eikon

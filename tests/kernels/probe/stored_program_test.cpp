@@ -119,6 +119,8 @@ TEST_F(StoredPrograms, a_binary_gives_the_results_of_the_text) {
   EXPECT_FALSE(is_compiled());
   EXPECT_EQ(run(), words);
   EXPECT_EQ(files().size(), 1U);
+  EXPECT_EQ(read_bytes(files()[0]).find("FP_CONTRACT"), std::string::npos);
+  EXPECT_EQ(read_bytes(files()[0]).find("llvm"), std::string::npos) << "the program's bitcode is still there";
 }
 
 TEST_F(StoredPrograms, a_program_is_kept_when_its_last_kernel_has_run) {
@@ -204,6 +206,25 @@ TEST_F(StoredPrograms, a_binary_that_the_driver_refuses_is_replaced) {
   EXPECT_TRUE(is_compiled());
   EXPECT_EQ(run(), words);
   EXPECT_FALSE(is_compiled());
+}
+
+TEST_F(StoredPrograms, the_text_is_compiled_where_the_machine_code_of_a_binary_was_not_unpacked) {
+  const auto words = run();
+  EXPECT_EQ(run(), words);
+  std::vector<std::filesystem::path> libraries;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(*folder_of_running_pocl()))
+    if (entry.path().filename() == "roots.so" && entry.path().string().find("Z/roots/") != std::string::npos)
+      libraries.push_back(entry.path());
+  ASSERT_GE(libraries.size(), 1U) << "a folder whose name ends with Z, as no other";
+  for (const auto& library : libraries) {
+    std::filesystem::remove(library);  // and not made shorter, because this process has it in its memory
+    std::ofstream(library, std::ios::binary).flush();
+  }
+  EXPECT_TRUE(is_compiled());
+  EXPECT_EQ(run(), words);
+  for (const auto& library : libraries) std::filesystem::remove(library);
+  EXPECT_FALSE(is_compiled()) << "PoCL did not unpack it again";
+  EXPECT_EQ(run(), words);
 }
 
 TEST_F(StoredPrograms, nothing_is_kept_where_PoCL_keeps_nothing_or_compiles_more_variants) {
