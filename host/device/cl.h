@@ -12,7 +12,7 @@
 #include "core/device_vector.h"
 #include "core/error.h"
 #include "device/device.h"
-#include "device/program_store.h"
+#include "device/store/program_store.h"
 
 namespace eikon {
 

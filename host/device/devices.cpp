@@ -16,7 +16,7 @@
 #include "device/cl.h"
 #include "device/fault.h"
 #include "device/probes.h"
-#include "device/program_store.h"
+#include "device/store/program_store.h"
 #include "device/selection.h"
 
 namespace eikon {

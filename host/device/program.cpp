@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Programs and kernels. Drivers cache what they compile; of PoCL, which takes long to find it, eikon keeps binaries
-// (program_store.h).
+// (store/program_store.h).
 #include <fmt/format.h>
 
 #include <atomic>

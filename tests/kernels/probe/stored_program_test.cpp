@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Programs that PoCL opens from a binary: the same kernels, arguments and results as from the text.
-#include "device/program_store.h"
+#include "device/store/program_store.h"
 
 #include <gtest/gtest.h>
 

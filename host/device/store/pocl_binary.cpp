@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "device/pocl_binary.h"
+#include "device/store/pocl_binary.h"
 
 #include <cstdint>
 #include <cstring>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "device/program_store.h"
+#include "device/store/program_store.h"
 
 #include <CL/cl_ext.h>
 #include <dlfcn.h>
@@ -14,7 +14,7 @@
 #include <span>
 #include <vector>
 
-#include "device/pocl_binary.h"
+#include "device/store/pocl_binary.h"
 #include "io/atomic_file.h"
 #include "io/source_file.h"
 #include "io/xxhash64.h"
