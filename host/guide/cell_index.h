@@ -71,10 +71,10 @@ class CellValues {
   [[nodiscard]] std::size_t size() const { return size_; }
   T& operator[](std::size_t number) { return blocks_[number / kBlock][number % kBlock]; }
   const T& operator[](std::size_t number) const { return blocks_[number / kBlock][number % kBlock]; }
-  /// Adds the value of the next number.
-  void push_back(const T& value) {
+  /// Adds the value of the next number, and returns it to be filled: it is what was there before.
+  T& add() {
     if (size_ == kBlock * blocks_.size()) blocks_.push_back(std::make_unique_for_overwrite<T[]>(kBlock));
-    (*this)[size_++] = value;
+    return (*this)[size_++];
   }
   /// Forgets all values and keeps the memory.
   void clear() { size_ = 0; }

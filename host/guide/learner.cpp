@@ -39,33 +39,61 @@ double to_double(uint128 value) { return (value >> 64) == 0 ? double(std::uint64
 
 /// The samples of a bin in one round.
 struct BinSums {
-  uint128 square = 0;
-  std::uint64_t sum = 0;
-  std::uint32_t count = 0;
+  uint128 square;
+  std::uint64_t sum;
+  std::uint32_t count;
+
+  void operator+=(const BinSums& o) {
+    square += o.square;
+    sum += o.sum;
+    count += o.count;
+  }
 };
 
-/// The samples of a cell in one round.
-struct CellSums {
-  std::array<BinSums, EK_GUIDE_BINS> bins{};
-  std::uint64_t sampled = 0;  // by light sampling at vertices of this cell
-  std::uint32_t sampled_count = 0;
+/// The samples of a cell in one round. Small cells have samples in few of their bins, so the others are neither cleared nor
+/// looked at.
+class CellSums {
+ public:
+  std::uint64_t sampled;  // by light sampling at vertices of this cell
+  std::uint32_t sampled_count;
 
-  void operator+=(const CellSums& o) {
-    for (std::size_t b = 0; b < EK_GUIDE_BINS; ++b) {
-      if (o.bins[b].count == 0) continue;  // most are, in small cells
-      bins[b].square += o.bins[b].square;
-      bins[b].sum += o.bins[b].sum;
-      bins[b].count += o.bins[b].count;
+  void clear() {
+    sampled = 0;
+    sampled_count = 0;
+    used_ = 0;
+  }
+  void add(std::size_t bin, const BinSums& sums) {
+    if ((used_ >> bin & 1) != 0) {
+      bins_[bin] += sums;
+      return;
     }
+    used_ |= std::uint64_t{1} << bin;
+    bins_[bin] = sums;
+  }
+  void operator+=(const CellSums& o) {
+    o.for_each_bin([this](std::size_t bin, const BinSums& sums) { add(bin, sums); });
     sampled += o.sampled;
     sampled_count += o.sampled_count;
   }
+  /// Calls use(bin, sums) for the bins that have samples, in their order.
+  template <class Use>
+  void for_each_bin(const Use& use) const {
+    for (std::uint64_t left = used_; left != 0; left &= left - 1) {
+      const auto bin = std::size_t(std::countr_zero(left));
+      use(bin, bins_[bin]);
+    }
+  }
+
+ private:
+  static_assert(EK_GUIDE_BINS == 64, "a bit for each bin");
+  std::uint64_t used_;
+  std::array<BinSums, EK_GUIDE_BINS> bins_;  // only those that are used have values
 };
 
 /// The light at a cell by all rounds so far.
 struct CellMeans {
-  std::array<double, EK_GUIDE_BINS> mean{}, square{};  // of samples in a bin, luminance and its square
-  double indirect = 0, direct = 0;
+  std::array<double, EK_GUIDE_BINS> mean, square;  // of samples in a bin, luminance and its square
+  double indirect, direct;
 };
 
 float PathLog::number(std::size_t path, std::uint32_t vertex, std::uint32_t which) const {
@@ -79,7 +107,7 @@ struct GuideLearner::Impl {
     CellValues<CellSums> sums;
     CellSums& of(CellId id) {
       const std::uint32_t number = index.add(id);
-      if (number == sums.size()) sums.push_back({});
+      if (number == sums.size()) sums.add().clear();
       return sums[number];
     }
     void clear() {
@@ -162,10 +190,7 @@ struct GuideLearner::Impl {
       ++cell.sampled_count;
     }
     if (sample.arriving == Sample::kNone) return;
-    BinSums& bin = cell.bins[sample.bin];
-    bin.square += uint128(sample.arriving) * sample.arriving;
-    bin.sum += sample.arriving;
-    ++bin.count;
+    cell.add(sample.bin, {.square = uint128(sample.arriving) * sample.arriving, .sum = sample.arriving, .count = 1});
   }
 
   void add(const PathLog& log) {
@@ -195,14 +220,12 @@ struct GuideLearner::Impl {
       cell = *around;
     else
       fill_with_mean_of_bins(sums, cell);
+    sums.for_each_bin([&](std::size_t b, const BinSums& bin) {
+      cell.mean[b] = (double(bin.sum) * unit + kPrior * cell.mean[b]) / (bin.count + kPrior);
+      cell.square[b] = (to_double(bin.square) * unit * unit + kPrior * cell.square[b]) / (bin.count + kPrior);
+    });
     cell.indirect = 0;
-    for (std::size_t b = 0; b < EK_GUIDE_BINS; ++b) {
-      if (const BinSums& bin = sums.bins[b]; bin.count > 0) {
-        cell.mean[b] = (double(bin.sum) * unit + kPrior * cell.mean[b]) / (bin.count + kPrior);
-        cell.square[b] = (to_double(bin.square) * unit * unit + kPrior * cell.square[b]) / (bin.count + kPrior);
-      }
-      cell.indirect += cell.mean[b] / EK_GUIDE_BINS;
-    }
+    for (const double mean : cell.mean) cell.indirect += mean / EK_GUIDE_BINS;
     const double prior = around != nullptr ? kPrior : 0;
     cell.direct = 0;
     if (sums.sampled_count + prior > 0)
@@ -214,11 +237,11 @@ struct GuideLearner::Impl {
   /// Gives each bin the mean over all of them.
   void fill_with_mean_of_bins(const CellSums& sums, CellMeans& cell) const {
     double all = 0, all_squares = 0, count = 0;
-    for (const BinSums& bin : sums.bins) {
+    sums.for_each_bin([&](std::size_t, const BinSums& bin) {
       all += double(bin.sum);
       all_squares += to_double(bin.square);
       count += bin.count;
-    }
+    });
     count = std::max(count, 1.0);
     cell.mean.fill(all * unit / count);
     cell.square.fill(all_squares * unit * unit / count);
@@ -233,9 +256,9 @@ struct GuideLearner::Impl {
   static void know(Shard& shard, CellId id, const CellMeans& means) {
     const std::uint32_t number = shard.known.add(id);
     if (number == shard.means.size()) {
-      shard.means.push_back({});
-      shard.indirect.push_back({});
-      shard.words.push_back({});
+      shard.means.add();
+      shard.indirect.push_back(0);
+      shard.words.add();
     }
     shard.means[number] = means;
     shard.indirect[number] = means.indirect;

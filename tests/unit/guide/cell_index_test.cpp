@@ -21,7 +21,7 @@ TEST(CellIndex, numbers_cells_as_a_map_does) {
       const auto [at, is_new] = expected.emplace(id, std::uint32_t(expected.size()));
       EXPECT_EQ(index.find(id), is_new ? CellIndex::kNone : at->second);
       EXPECT_EQ(index.add(id), at->second);
-      if (is_new) values.push_back(id);
+      if (is_new) values.add() = id;
     }
     ASSERT_EQ(index.ids().size(), expected.size());
     ASSERT_EQ(values.size(), expected.size());
@@ -38,9 +38,9 @@ TEST(CellIndex, numbers_cells_as_a_map_does) {
 
 TEST(CellValues, stay_where_they_are) {
   CellValues<int> values;
-  values.push_back(7);
+  values.add() = 7;
   const int* const first = &values[0];
-  for (int i = 0; i < 10000; ++i) values.push_back(i);
+  for (int i = 0; i < 10000; ++i) values.add() = i;
   EXPECT_EQ(first, &values[0]);
   EXPECT_EQ(values[0], 7);
 }
