@@ -25,6 +25,7 @@ namespace {
 constexpr const char* kOneVariant = "POCL_WORK_GROUP_SPECIALIZATION";
 // PoCL allocates so much for a binary, whatever its size, and does not look whether it got it.
 constexpr std::size_t kMostBytes = std::size_t{256} << 20;
+constexpr std::uintmax_t kMostBytesOfAll = std::uintmax_t{512} << 20;  // some 2,000 programs
 
 std::uint64_t hash_of_text(std::string_view text, std::uint64_t seed) {
   return xxhash64(std::as_bytes(std::span(text)), seed);
@@ -101,8 +102,34 @@ void StoredProgram::keep(std::string_view binary) const try {
   for (const std::string_view part : {std::string_view(head_), binary, std::string_view(sum)})
     file.write(part.data(), part.size());
   file.commit();
+  forget_oldest(file_.parent_path(), kMostBytesOfAll);
 } catch (const std::exception&) {
   // The program is compiled again the next time.
+}
+
+void forget_oldest(const std::filesystem::path& folder, std::uintmax_t most) {
+  struct File {
+    std::filesystem::file_time_type used;
+    std::uintmax_t bytes;
+    std::filesystem::path path;
+  };
+  std::vector<File> files;
+  std::uintmax_t bytes = 0;
+  std::error_code error;  // of files that another process removes meanwhile, too
+  for (std::filesystem::directory_iterator entry(folder, error), end; entry != end; entry.increment(error)) {
+    if (!entry->is_regular_file(error)) continue;
+    File file{entry->last_write_time(error), 0, entry->path()};
+    if (!error) file.bytes = entry->file_size(error);
+    if (error) continue;
+    bytes += file.bytes;
+    files.push_back(std::move(file));
+  }
+  if (bytes <= most) return;
+  std::ranges::sort(files, {}, &File::used);
+  for (const File& file : files) {
+    if (bytes <= most / 4 * 3) return;
+    if (std::filesystem::remove(file.path, error)) bytes -= file.bytes;
+  }
 }
 
 std::optional<StoredProgram> stored_program(const DeviceInfo& info, cl_device_id device, const std::string& flags,

@@ -5,6 +5,7 @@
 #pragma once
 #include <CL/cl.h>
 
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -27,13 +28,18 @@ class StoredProgram {
   /// Returns the binary, and notes the time in the file's date. None: there is no such file, it cannot be read, is
   /// damaged, or states another driver, flags or text.
   [[nodiscard]] std::optional<std::string> find() const;
-  /// Replaces the file. Where it cannot be written there is none, or the one before, and no error.
+  /// Replaces the file, and removes others if the folder has become large. Where it cannot be written there is none, or
+  /// the one before, and no error.
   void keep(std::string_view binary) const;
 
  private:
   std::filesystem::path file_;
   std::string head_;
 };
+
+/// Removes the files of a folder that have not been used for the longest time, if all together have more than `most` bytes,
+/// until they have three quarters of that. What cannot be removed stays.
+void forget_oldest(const std::filesystem::path& folder, std::uintmax_t most);
 
 /// Returns the place of a program in PoCL's cache folder. None: the driver is another one, which has a cache of its
 /// own, or PoCL is to keep nothing (POCL_KERNEL_CACHE=0), or to compile more than one variant of each kernel

@@ -114,6 +114,34 @@ TEST(ProgramStore, a_use_is_noted_in_the_files_date) {
   EXPECT_GT(std::filesystem::last_write_time(stored.file()), long_ago + std::chrono::hours(24));
 }
 
+TEST(ProgramStore, forgets_what_was_not_used_for_the_longest_time) {
+  const TemporaryFolder folder;
+  const auto now = std::filesystem::file_time_type::clock::now();
+  for (int i = 0; i < 10; ++i)  // the one with the last name was not used for the longest time
+    std::filesystem::last_write_time(folder.write(std::to_string(i), std::string(100, 'x')),
+                                     now - std::chrono::hours(i));
+  std::filesystem::create_directory(folder / "folder");
+  forget_oldest(folder.path(), 1000);
+  EXPECT_EQ(folder.file_count(), 11U);
+  forget_oldest(folder.path(), 999);
+  EXPECT_EQ(folder.file_count(), 8U) << "three quarters of 999 bytes";
+  for (int i = 0; i < 10; ++i) EXPECT_EQ(std::filesystem::exists(folder / std::to_string(i)), i < 7) << i;
+  forget_oldest(folder / "missing", 0);
+  EXPECT_TRUE(std::filesystem::exists(folder / "folder"));
+}
+
+TEST(ProgramStore, a_folder_that_has_become_large_loses_its_oldest_file_when_another_is_kept) {
+  const TemporaryFolder folder;
+  const StoredProgram first = stored_in(folder), second = stored_in(folder, "driver 2");
+  first.keep(kBinary);
+  std::filesystem::resize_file(first.file(), std::uintmax_t{1} << 30);  // without blocks on the disk
+  std::filesystem::last_write_time(first.file(),
+                                   std::filesystem::file_time_type::clock::now() - std::chrono::hours(48));
+  second.keep(kBinary);
+  EXPECT_FALSE(std::filesystem::exists(first.file()));
+  EXPECT_EQ(second.find(), Found(kBinary));
+}
+
 TEST(ProgramStore, threads_find_a_whole_binary_or_none) {
   const TemporaryFolder folder;
   std::atomic<int> found = 0, wrong = 0;
