@@ -258,6 +258,14 @@ TEST(LightShapes, areas_are_those_of_geometry_under_any_transform) {
   // Semi-axes 1, 2, 3 [by the elliptic integrals of Legendre]; flattened: two discs.
   EXPECT_NEAR(area(shape_of(ShapeKind::sphere, {1}, glm::scale(glm::dmat4(1), {1.0, 2.0, 3.0}))), 48.8821463, 1e-5);
   EXPECT_NEAR(area(shape_of(ShapeKind::sphere, {1}, glm::scale(glm::dmat4(1), {1.0, 1e-6, 1.0}))), 2 * kPi, 1e-4);
+  // Long ones of semi-axes 1, 1 and c: 2 pi (1 + c / e asin e) with e^2 = 1 - 1 / c^2, whichever axis is the long one.
+  for (const double c : {1.5, 50.0})
+    for (int axis = 0; axis < 3; ++axis) {
+      glm::dvec3 scales(1);
+      scales[axis] = c;
+      const double e = std::sqrt(1 - 1 / (c * c)), expected = 2 * kPi * (1 + c / e * std::asin(e));
+      EXPECT_NEAR(area(shape_of(ShapeKind::sphere, {1}, glm::scale(glm::dmat4(1), scales))), expected, 1e-5 * expected);
+    }
   EXPECT_NEAR(area(shape_of(ShapeKind::box, {1, 2, 3}, stretch)), 2 * (2 * 6 + 6 * 1.5 + 2 * 1.5), 1e-9);
   EXPECT_NEAR(area(shape_of(ShapeKind::plane, {1, 2}, stretch)), 2 * 1, 1e-12);
   EXPECT_NEAR(area(shape_of(ShapeKind::cylinder, {3, 1, 1})), 2 * kPi * 3 + 2 * kPi, 1e-9);
