@@ -6,8 +6,9 @@
 
 For each scene and number of samples a row: the median of predicted over true relMSE, the share of seeds whose 95 %
 interval holds the truth, those of which only a lower end is stated, and how much wider the intervals are than the
-narrowest that would hold 95 % of these seeds (the ratio of their logarithms). The truth is what `eikon compare` finds on average over the seeds, which is what the
-prediction is for (host/film/film_error.cpp). Without scenes, ten of scenes/ are measured. Standard library only.
+narrowest that would hold 95 % of these seeds (the ratio of their logarithms). The truth is what `eikon compare` finds on average
+over the seeds, which is what the prediction is for (host/film/film_error.cpp), less the reference's own error, which it predicts.
+Without scenes, ten of scenes/ are measured. Standard library only.
 """
 
 import argparse
@@ -71,11 +72,20 @@ def find(tree, key):
     return None
 
 
-def row(results):
+def find_reference(eikon, folder, scene, size, spp):
+    """(file of the reference, its own error), which is rendered if the folder does not have it."""
+    image = folder / f"{scene.stem}.{size}.{spp}.exr"
+    stats = image.with_suffix(".json")
+    if not image.exists() or not stats.exists():
+        run(eikon, "render", scene, "-o", image, "--stats", stats, "--size", size, "--spp", spp, "--seed", REFERENCE_SEED, "--quiet")
+    return image, find(json.loads(stats.read_text()), "relmse_predicted")
+
+
+def row(results, reference_error):
     """Median of predicted over true, share of intervals that hold the truth, their width over the narrowest that would do.
 
     The first and the last are of those that state an upper end."""
-    truth = statistics.fmean(error for error, *_ in results)
+    truth = statistics.fmean(error for error, *_ in results) - reference_error
     held = [lo <= truth <= hi for _, _, lo, hi in results]
     both_ends = [r for r in results if math.isfinite(r[3])]
     outcome = {"truth": truth, "ratio": math.nan, "held": sum(held), "seeds": len(results),
@@ -106,12 +116,9 @@ def main():
             scene, size, reference_spp = parse_scene(text)
             kept = args.references or folder
             kept.mkdir(parents=True, exist_ok=True)
-            reference = kept / f"{scene.stem}.{size}.{reference_spp}.exr"
-            if not reference.exists():
-                run(args.eikon, "render", scene, "-o", reference, "--size", size, "--spp", reference_spp, "--seed", REFERENCE_SEED,
-                    "--quiet")
+            reference, reference_error = find_reference(args.eikon, kept, scene, size, reference_spp)
             for spp in (int(n) for n in args.spp.split(",")):
-                result = row(measured(args.eikon, folder, scene, size, spp, args.seeds, reference))
+                result = row(measured(args.eikon, folder, scene, size, spp, args.seeds, reference), reference_error)
                 rows.append({"scene": scene.stem, "size": size, "spp": spp, **result})
                 print(f"| {scene.stem} {size} | {spp} | {result['truth']:.3e} | {result['ratio']:.2f} | "
                       f"{result['held']} of {result['seeds']} | {result['at_least']} | {result['width']:.2f} |", flush=True)
