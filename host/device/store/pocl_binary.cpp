@@ -10,10 +10,12 @@ namespace {
 
 using namespace std::string_view_literals;
 
+constexpr std::uint32_t kFormat = 9;
 constexpr std::string_view kProgramFile = "/program.bc";
 // The shortest bitcode [llvm.org/docs/BitCodeFormat.html]: its magic number, and a block of a module (8) without records.
 constexpr std::string_view kEmptyProgram = "BC\xC0\xDE\x21\x08\0\0\x01\0\0\0\0\0\0\0"sv;
 // PoCL names a program's folder by 40 letters from A to P, a slash among them. No name of its own ends with this.
+constexpr std::size_t kNameLength = 40;
 constexpr char kEndOfName = 'Z';
 
 struct OtherFormat {};
@@ -77,11 +79,14 @@ Parts parts_of(std::string_view binary) {
   Reader reader(binary);
   require(reader.bytes(8) == "poclbin\0"sv);
   reader.bytes(8);  // the device
-  require(reader.number<std::uint32_t>() == 9);
+  require(reader.number<std::uint32_t>() == kFormat);
   const auto kernels = reader.number<std::uint32_t>();
   reader.bytes(12);  // flags
-  Parts parts{
-      .name_at = reader.position(), .name = reader.bytes(40), .program_at = 0, .kernels_at = 0, .libraries = {}};
+  Parts parts{.name_at = reader.position(),
+              .name = reader.bytes(kNameLength),
+              .program_at = 0,
+              .kernels_at = 0,
+              .libraries = {}};
   require(parts.name[2] == '/' && reader.number<char>() == '\0');
   parts.program_at = reader.position();
   const auto size = reader.number<std::uint64_t>();
@@ -104,7 +109,7 @@ void append(std::string& bytes, Number number) {
 std::optional<std::string> without_bitcode(std::string_view binary) try {
   const Parts parts = parts_of(binary);
   std::string result(binary.substr(0, parts.program_at));
-  result[parts.name_at + parts.name.size() - 1] = kEndOfName;
+  result[parts.name_at + kNameLength - 1] = kEndOfName;
   append(result, std::uint64_t{2 * sizeof(std::uint32_t) + kProgramFile.size() + kEmptyProgram.size()});
   for (const std::string_view text : {kProgramFile, kEmptyProgram}) {
     append(result, std::uint32_t(text.size()));
