@@ -25,12 +25,11 @@ constexpr std::uint64_t kShares = 63;  // of all together
 constexpr std::uint32_t kRouletteDepth = 2;
 constexpr double kCellsPerHeight = 16;  // smallest cells across the picture at the usual distance
 constexpr double kLeastGain = 1.25;  // a guided vertex costs about so many times another one (kernels/guide/README.md)
-// The pilot gives up after a round, if the gains that its samples and those of the round before show are less than this: after
-// the fifth round, which is half of the pilot, and after earlier ones that have enough paths. Gains are noisy, and grow from
-// round to round (kernels/guide/README.md).
-constexpr double kLeastGainOfRounds = 1, kLeastGainAtHalf = 1.1;
-constexpr std::size_t kHalf = 4;
-constexpr std::uint64_t kLeastPathsToJudge = 30'000;
+// The pilot gives up after a round, if the gains that its samples and those of the round before show are less than this. They are noisy,
+// and grow from round to round (kernels/guide/README.md). The third round says enough only if it has many paths.
+constexpr std::array<double, kRounds.size()> kLeastHopeOfRound = {0, 0, 0.9, 1, 1.1, 0};
+constexpr std::size_t kThirdRound = 2;
+constexpr std::uint64_t kLeastPathsOfThree = 50'000;
 constexpr std::uint64_t kLeastPathsToGiveUp = 1U << 17;  // smaller pilots show too little in their rounds
 
 /// The paths of one way of sampling in the trial.
@@ -207,8 +206,8 @@ class GuidingPilot {
     if (round == 0) return false;
     const double before = std::exchange(gain_of_round_, gain(rounds_, 0, 1, sample_variance));
     const double hope = std::max(before, gain_of_round_);
-    if (paths_ < kLeastPathsToJudge || round > kHalf || hope >= (round < kHalf ? kLeastGainOfRounds : kLeastGainAtHalf))
-      return false;
+    if (round == kThirdRound && paths_ < kLeastPathsOfThree) return false;
+    if (hope >= kLeastHopeOfRound[round]) return false;
     report(learner.table(), hope, pilot);
     return true;
   }

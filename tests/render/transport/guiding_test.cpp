@@ -254,7 +254,8 @@ TEST(Guiding, a_large_pilot_that_leads_nowhere_gives_up) {
     return output_of(scene, settings).report.pilot;
   };
   EXPECT_LT(pilot_of("square_light.gltf", 1U << 17, Guiding::automatic).paths, 1U << 16);
-  EXPECT_LT(pilot_of("square_light.gltf", 1U << 19, Guiding::automatic).paths, 1U << 16) << "the same number tells";
+  EXPECT_LT(pilot_of("square_light.gltf", 1U << 19, Guiding::automatic).paths, 1U << 16) << "three rounds are enough";
+  EXPECT_GT(pilot_of("square_light.gltf", 1U << 18, Guiding::automatic).paths, 50'000U) << "three rounds are too few";
   EXPECT_GT(pilot_of("square_light.gltf", 1U << 17, Guiding::on).paths, 1U << 16) << "asked for a table";
   EXPECT_GT(pilot_of("square_light.gltf", 1U << 15, Guiding::automatic).paths, 1U << 14) << "too few to tell early";
   EXPECT_GT(pilot_of("window_room.gltf", 1U << 17, Guiding::automatic).roulette_depth, 0U) << "leads to the window";
