@@ -39,9 +39,9 @@ EK_FN GgxAlbedo anisotropic_albedo(GgxAlpha alpha, vf c, vf length) {
   // The table's coordinates p and q have length^2 = p^2 sin^2 + c^2 and p^2 + q^2 = x^2 + y^2.
   const vf x2 = alpha.x * alpha.x, y2 = alpha.y * alpha.y;
   const vf sin2 = max_f((1.0f - c) * (1.0f + c), (vf)(0x1p-20f));
-  const vf p2 = min_f(max_f((length - c) * (length + c) / sin2, min_f(x2, y2)), max_f(x2, y2)), q2 = (x2 + y2) - p2;
-  const TablePlace p = table_place(sqrt(sqrt(p2)), EK_ANISOTROPY_ROWS), q = table_place(sqrt(sqrt(q2)), EK_ANISOTROPY_ROWS),
-                   column = table_place(sqrt(max_f(c, (vf)(0.0f))), EK_ANISOTROPY_COLUMNS);
+  const vf p2 = min_f(max_f(div_f((length - c) * (length + c), sin2), min_f(x2, y2)), max_f(x2, y2)), q2 = (x2 + y2) - p2;
+  const TablePlace p = table_place(sqrt_f(sqrt_f(p2)), EK_ANISOTROPY_ROWS), q = table_place(sqrt_f(sqrt_f(q2)), EK_ANISOTROPY_ROWS),
+                   column = table_place(sqrt_f(max_f(c, (vf)(0.0f))), EK_ANISOTROPY_COLUMNS);
   const uint row = EK_ANISOTROPY_COLUMNS, block = EK_ANISOTROPY_ROWS * EK_ANISOTROPY_COLUMNS;
   const vu i = (p.low * EK_ANISOTROPY_ROWS + q.low) * row + column.low;
   constant const float* table = anisotropy_albedo_table;
@@ -51,7 +51,7 @@ EK_FN GgxAlbedo anisotropic_albedo(GgxAlpha alpha, vf c, vf length) {
   const GgxAlbedo next = mix_albedo(albedo_between(table, i + block, one, column.weight),
                                     albedo_between(table, i + (block + row), one, column.weight), q.weight);
   const GgxAlbedo all = mix_albedo(here, next, p.weight);
-  const vf rho2 = max_f(1.0f - (x2 * y2) / (p2 * q2), (vf)(0.0f));
+  const vf rho2 = max_f(1.0f - div_f(x2 * y2, p2 * q2), (vf)(0.0f));
   const vf g = max_f(1.0f - c, (vf)(0.0f)), g2 = g * g, g8 = (g2 * g2) * (g2 * g2);
   GgxAlbedo a;
   a.full = all.full + (EK_ANISOTROPY_LIFT_FULL + (EK_ANISOTROPY_SHARP_FULL * g8 + EK_ANISOTROPY_SKEW_FULL * (rho2 * g)));
@@ -65,7 +65,7 @@ EK_FN GgxAlbedo anisotropic_albedo(GgxAlpha alpha, vf c, vf length) {
 /// 2 times the integral over the cosine of the albedo times the cosine; at most that of
 /// anisotropic_albedo.
 EK_FN GgxAlbedo anisotropic_mean_albedo(GgxAlpha alpha) {
-  const TablePlace x = table_place(sqrt(alpha.x), EK_ANISOTROPY_ROWS), y = table_place(sqrt(alpha.y), EK_ANISOTROPY_ROWS);
+  const TablePlace x = table_place(sqrt_f(alpha.x), EK_ANISOTROPY_ROWS), y = table_place(sqrt_f(alpha.y), EK_ANISOTROPY_ROWS);
   const vu i = x.low * EK_ANISOTROPY_ROWS + y.low, next = (vu)(EK_ANISOTROPY_ROWS);
   return mix_albedo(albedo_between(anisotropy_mean_table, i, (vu)(1u), y.weight),
                     albedo_between(anisotropy_mean_table, i + next, (vu)(1u), y.weight), x.weight);

@@ -100,7 +100,7 @@ EK_FN BsdfSample bsdf_sample(MaterialLanes m, v3 wo, vf u, vf v, vf choice) {
   const CoatSheen k = make_coat_sheen(m, wo);
   const vi from_base = choice < k.p_base;
   // A lane without layers has p_base 1, and this is its own sample.
-  const BsdfSample base = lobe_sample(m, wo, u, v, min_f(choice / k.p_base, (vf)(1.0f - 0x1p-24f)));
+  const BsdfSample base = lobe_sample(m, wo, u, v, min_f(div_f(choice, k.p_base), (vf)(1.0f - 0x1p-24f)));
   v3 wi = base.wi;
   vi from_coat = (vi)(0);
   if (EK_HAS_clearcoat) {

@@ -35,8 +35,8 @@ EK_FN v3 conductor_reflectance(MaterialLanes m, vf cosine) {
 // 2 times the integral of the reflectance over the cosine times the cosine, by Gaussian quadrature
 // over the squared cosine: three nodes, and EK_FILM_NODES under a film.
 EK_FN v3 conductor_mean_reflectance(MaterialLanes m) {
-  v3 mean = add3(scale3(add3(bare_reflectance(m, (vf)(0.335710687f)), bare_reflectance(m, (vf)(0.941965058f))), 5.0f / 18.0f),
-                 scale3(bare_reflectance(m, (vf)(0.707106781f)), 8.0f / 18.0f));
+  v3 mean = add3(scale3(add3(bare_reflectance(m, (vf)(0.335710687f)), bare_reflectance(m, (vf)(0.941965058f))), (5.0f / 18.0f)),
+                 scale3(bare_reflectance(m, (vf)(0.707106781f)), (8.0f / 18.0f)));
 #if EK_HAS_iridescence
   if (ANY(m.iridescence > 0.0f)) {
     v3 under = V3((vf)(0.0f), (vf)(0.0f), (vf)(0.0f));
@@ -71,9 +71,9 @@ EK_FN Conductor make_conductor(MaterialLanes m, v3 wo) {
   const vf one_minus_avg = max_f(one_minus_E_avg(k.alpha), (vf)(0x1p-30f));
   const vf lost = one_minus_E(k.alpha, wo.z, k.length_o);
   const v3 more = scale3(ms_fresnel3(once, one_minus_avg), k.smooth ? (vf)(0.0f) : lost);
-  k.ms_lobe = scale3(more, EK_INV_PI / one_minus_avg);
+  k.ms_lobe = scale3(more, div_f(EK_INV_PI, one_minus_avg));
   const vf single = max_f(mean_component(once) * (1.0f - lost), (vf)(0x1p-20f));
-  k.p_once = single / (single + mean_component(more));
+  k.p_once = div_f(single, single + mean_component(more));
 #endif
   return k;
 }
@@ -83,7 +83,7 @@ EK_FN BsdfValue conductor_value(MaterialLanes m, Conductor k, v3 wo, v3 wi) {
   const v3 sum = add3(wo, wi);
   const vf sum2 = dot3(sum, sum);
   const vf d = ggx_d(direction_of(sum, sum2), k.alpha), length_i = ggx_length(wi, k.alpha);
-  const v3 f = conductor_reflectance(m, min_f(0.5f * sqrt(sum2), (vf)(1.0f)));
+  const v3 f = conductor_reflectance(m, min_f(0.5f * sqrt_f(sum2), (vf)(1.0f)));
   BsdfValue value = {scale3(f, d * ggx_visibility(wo.z, k.length_o, wi.z, length_i)), 0.5f * d * ggx_visible_share(wo.z, k.length_o)};
 #if EK_HAS_energy_compensation
   value.f = add3(value.f, scale3(k.ms_lobe, one_minus_E(k.alpha, wi.z, length_i) * wi.z));

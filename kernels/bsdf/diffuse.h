@@ -19,7 +19,7 @@ EK_FN BsdfSample diffuse_sample(MaterialLanes m, v3 wo, vf u, vf v, vf choice) {
   vf over_cosine;
   const v3 wi = diffuse_direction(m, u, v, &over_cosine);
   const vf pdf = ((wo.z > 0.0f) & (wi.z > 0.0f)) ? (wi.z * EK_INV_PI) * over_cosine : (vf)(0.0f);
-  BsdfSample s = {EK_HAS_GUIDE ? scale3(m.base_color, 1.0f / over_cosine) : m.base_color, wi, pdf, (vi)(0)};
+  BsdfSample s = {EK_HAS_GUIDE ? scale3(m.base_color, div_f(1.0f, over_cosine)) : m.base_color, wi, pdf, (vi)(0)};
   return s;
 }
 

@@ -8,7 +8,7 @@
 // special mode [KHR_materials_ior], and beyond 2^27 the reflectance is 1 in float.
 #define EK_IOR_LIMIT 0x1p27f
 
-EK_FN vi fresnel_is_mirror(vf eta) { return !((eta > 1.0f / EK_IOR_LIMIT) & (eta < EK_IOR_LIMIT)); }
+EK_FN vi fresnel_is_mirror(vf eta) { return !((eta > (1.0f / EK_IOR_LIMIT)) & (eta < EK_IOR_LIMIT)); }
 
 /// (1 - cos)^5, the weight of f90 in Schlick's approximation [Schlick 1994, eq. 15].
 EK_FN vf schlick_weight(vf cosine) {
@@ -36,10 +36,10 @@ EK_FN vf fresnel_dielectric(vf cos_o, vf eta) {
   const vf k = (n - 1.0f) * (n + 1.0f);
   const vf n2 = n * n;
   const vf g2 = cos_o * cos_o + k;
-  const vf g = sqrt(max_f(g2, (vf)(0.0f)));
+  const vf g = sqrt_f(max_f(g2, (vf)(0.0f)));
   const vf sum_s = cos_o + g, sum_p = n2 * cos_o + g;
-  const vf r_s = (k / sum_s) / sum_s;
-  const vf r_p = (k * (n2 * (cos_o * cos_o) - (1.0f - cos_o) * (1.0f + cos_o)) / sum_p) / sum_p;
+  const vf r_s = div_f(div_f(k, sum_s), sum_s);
+  const vf r_p = div_f(div_f(k * (n2 * (cos_o * cos_o) - (1.0f - cos_o) * (1.0f + cos_o)), sum_p), sum_p);
   vf f = 0.5f * (r_s * r_s + r_p * r_p);
   f = k == 0.0f ? (vf)(0.0f) : f;
   return (mirror | (g2 < 0.0f)) ? (vf)(1.0f) : min_f(f, (vf)(1.0f));
@@ -53,14 +53,14 @@ EK_FN vf fresnel_dielectric(vf cos_o, vf eta) {
 EK_FN vf fresnel_conductor(vf cosine, vf eta, vf k) {
   const vf c2 = cosine * cosine, s2 = (1.0f - cosine) * (1.0f + cosine);
   const vf difference = (eta - k) * (eta + k) - s2, twice = 2.0f * (eta * k);
-  const vf sum = sqrt(difference * difference + twice * twice);  // a^2 + b^2
+  const vf sum = sqrt_f(difference * difference + twice * twice);  // a^2 + b^2
   // a^2 = (sum + difference) / 2; where that would cancel, it comes from the product.
   const vf b2 = 0.5f * (sum - difference);
-  const vf a2 = difference >= 0.0f ? 0.5f * (sum + difference) : b2 > 0.0f ? (0.25f * (twice * twice)) / b2 : (vf)(0.0f);
-  const vf across = 2.0f * (sqrt(a2) * cosine);
-  const vf r_s = ((sum + c2) - across) / ((sum + c2) + across);
+  const vf a2 = difference >= 0.0f ? 0.5f * (sum + difference) : b2 > 0.0f ? div_f(0.25f * (twice * twice), b2) : (vf)(0.0f);
+  const vf across = 2.0f * (sqrt_f(a2) * cosine);
+  const vf r_s = div_f((sum + c2) - across, (sum + c2) + across);
   const vf top = c2 * sum + s2 * s2, side = across * s2;
-  const vf ratio = top + side > 0.0f ? (top - side) / (top + side) : (vf)(1.0f);
+  const vf ratio = top + side > 0.0f ? div_f(top - side, top + side) : (vf)(1.0f);
   return min_f(max_f(0.5f * (r_s + r_s * ratio), (vf)(0.0f)), (vf)(1.0f));
 }
 
@@ -68,10 +68,10 @@ EK_FN vf fresnel_conductor(vf cosine, vf eta, vf k) {
 /// wo, h  unit, on one side; cos_o: dot(wo, h);  eta: not a mirror's
 EK_FN v3 refract(v3 wo, v3 h, vf cos_o, vf eta) {
   const vf k = (eta - 1.0f) * (eta + 1.0f);
-  const vf g = sqrt(max_f(cos_o * cos_o + k, (vf)(0.0f)));
-  vf along = -k / (cos_o + g);  // cos_o - g
+  const vf g = sqrt_f(max_f(cos_o * cos_o + k, (vf)(0.0f)));
+  vf along = div_f(-k, cos_o + g);  // cos_o - g
   along = k == 0.0f ? (vf)(0.0f) : along;
-  return scale3(sub3(scale3(h, along), wo), (vf)(1.0f) / eta);
+  return scale3(sub3(scale3(h, along), wo), div_f((vf)(1.0f), eta));
 }
 
 #endif

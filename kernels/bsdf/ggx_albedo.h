@@ -69,7 +69,7 @@ typedef struct {
 
 /// mirror  mask; alpha does not matter there
 EK_FN GgxAlbedoFit ggx_albedo_fit(vi mirror, vf alpha) {
-  const vf a = alpha, a2 = alpha * alpha, r = sqrt(alpha);
+  const vf a = alpha, a2 = alpha * alpha, r = sqrt_f(alpha);
   GgxAlbedoFit k;
   k.mirror = mirror;
   k.loss_p = EK_ALBEDO_LOSS_0 + a * EK_ALBEDO_LOSS_1;
@@ -90,18 +90,16 @@ EK_FN GgxAlbedoFit ggx_albedo_fit(vi mirror, vf alpha) {
   const vf mean_grazing = EK_ALBEDO_MEAN_GRAZING_0 + r * (EK_ALBEDO_MEAN_GRAZING_1 + r * (EK_ALBEDO_MEAN_GRAZING_2 + r * (
       EK_ALBEDO_MEAN_GRAZING_3 + r * (EK_ALBEDO_MEAN_GRAZING_4 + r * (EK_ALBEDO_MEAN_GRAZING_5 + r * EK_ALBEDO_MEAN_GRAZING_6)))));
   k.mean.full = mirror ? (vf)(1.0f) : 1.0f - mean_loss;
-  k.mean.grazing = mirror ? (vf)(1.0f / 21.0f) : mean_grazing;
+  k.mean.grazing = mirror ? (vf)((1.0f / 21.0f)) : mean_grazing;
   return k;
 }
 
 /// c, length  cosine and ggx_length of the direction
 EK_FN GgxAlbedo ggx_albedo(GgxAlbedoFit k, vf c, vf length) {
-  const vf q = c / length;
-  const vf p = sqrt(max_f((1.0f - q) * (1.0f + q), (vf)(0.0f)));
-  const vf loss = q * (p * (k.loss_p + p * k.loss_p2) + (k.loss_q + q * k.loss_q2)) /
-                  (k.loss_under + q * (k.loss_under_q + q * k.loss_under_q2));
-  const vf cosine = c + (length - c) * ((k.cosine_1 + q * k.cosine_q) + c * (k.cosine_c + c * k.cosine_c2)) /
-                            (k.cosine_under + q * k.cosine_under_q);
+  const vf q = div_f(c, length);
+  const vf p = sqrt_f(max_f((1.0f - q) * (1.0f + q), (vf)(0.0f)));
+  const vf loss = div_f(q * (p * (k.loss_p + p * k.loss_p2) + (k.loss_q + q * k.loss_q2)), k.loss_under + q * (k.loss_under_q + q * k.loss_under_q2));
+  const vf cosine = c + div_f((length - c) * ((k.cosine_1 + q * k.cosine_q) + c * (k.cosine_c + c * k.cosine_c2)), k.cosine_under + q * k.cosine_under_q);
   const vf kept = 1.0f - loss;
   const vf weight = schlick_weight(k.mirror ? c : cosine);
   GgxAlbedo a;

@@ -44,7 +44,7 @@ EK_FN CoatSheen make_coat_sheen(MaterialLanes m, v3 wo) {
   const vf base = (1.0f - k.sheen_most * k.sheen_o) * max_f(mean_component(m.base_color), (vf)(0.125f));
   const vf below = 1.0f - coat;
   const vf all = below * (base + fibres) + coat;
-  const vf scale = 1.0f / max_f(all, (vf)(0x1p-100f));
+  const vf scale = div_f(1.0f, max_f(all, (vf)(0x1p-100f)));
   k.p_coat = coat * scale;
   k.p_sheen = (below * fibres) * scale;
   k.p_base = max_f(1.0f - (k.p_coat + k.p_sheen), (vf)(0.0f));

@@ -72,7 +72,7 @@ EK_FN BsdfValue bsdf_value_if(vi m, BsdfValue value) {
 EK_FN BsdfSample bsdf_sample_of(BsdfValue value, v3 wi, vi delta) {
   const vi some = value.pdf > 0x1p-100f;
   const vf zero = (vf)(0.0f);
-  BsdfSample s = {select3(some, scale3(value.f, (vf)(1.0f) / value.pdf), V3(zero, zero, zero)),
+  BsdfSample s = {select3(some, scale3(value.f, div_f((vf)(1.0f), value.pdf)), V3(zero, zero, zero)),
                   select3(some, wi, V3(zero, zero, (vf)(1.0f))),
                   some ? value.pdf : zero, some & delta};
   return s;

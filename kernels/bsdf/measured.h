@@ -28,9 +28,9 @@ EK_FN HalfAngles half_angles(v3 wo, v3 wi) {
   const v3 sum = add3(wo, wi), difference = sub3(wi, wo);
   const vf flat2 = sum.x * sum.x + sum.y * sum.y;
   HalfAngles a;
-  a.length = sqrt(flat2 + sum.z * sum.z);
-  a.theta_h = EK_MEASURED_THETA_H * sqrt(4.0f * atan2_turns(sqrt(flat2), sum.z));
-  a.theta_d = (4.0f * EK_MEASURED_THETA_D) * atan2_turns(sqrt(dot3(difference, difference)), a.length);
+  a.length = sqrt_f(flat2 + sum.z * sum.z);
+  a.theta_h = EK_MEASURED_THETA_H * sqrt_f(4.0f * atan2_turns(sqrt_f(flat2), sum.z));
+  a.theta_d = (4.0f * EK_MEASURED_THETA_D) * atan2_turns(sqrt_f(dot3(difference, difference)), a.length);
   // y and x are wi's components along the half vector's parallel and meridian, both times
   // 2 sin theta_h |wo + wi|. Exchanging wo and wi changes both signs and nothing else, and angles
   // are counted within half a turn.
@@ -98,7 +98,7 @@ EK_FN BsdfValue measured_value(MaterialLanes m, vu view, v3 wo, v3 wi) {
   const vf density = gather_f(m.measured, view + (cell + EK_MEASURED_VIEW_DENSITY));
   BsdfValue value;
   value.f = scale3(mul3(m.base_color, measured_f(m, a)), wi.z);
-  value.pdf = p_half * (density / (2.0f * max_f(a.length, (vf)(0x1p-60f)))) + (1.0f - p_half) * (EK_INV_PI * wi.z);
+  value.pdf = p_half * div_f(density, 2.0f * max_f(a.length, (vf)(0x1p-60f))) + (1.0f - p_half) * (EK_INV_PI * wi.z);
   return bsdf_value_if(valid, value);
 }
 
@@ -115,10 +115,10 @@ EK_FN v3 measured_half_vector(MaterialLanes m, vu view, vf u, vf v) {
     cell = (inside & (before <= v)) ? next : cell;
   }
   const vf before = gather_f(m.measured, cumulative + cell), behind = gather_f(m.measured, cumulative + (cell + 1u));
-  const vf share = behind > before ? (v - before) / (behind - before) : (vf)(0.5f);
+  const vf share = behind > before ? div_f(v - before, behind - before) : (vf)(0.5f);
   const vf inner = gather_f(m.measured, m.measured_table + cell), outer = gather_f(m.measured, m.measured_table + (cell + 1u));
   const vf versine = inner + share * (outer - inner);  // 1 - cos, which is exact where it is small
-  const vf r = sqrt(max_f(versine * (2.0f - versine), (vf)(0.0f)));
+  const vf r = sqrt_f(max_f(versine * (2.0f - versine), (vf)(0.0f)));
   vf s, c;
   sincos_2pi(u, &s, &c);
   return V3(r * c, r * s, 1.0f - versine);

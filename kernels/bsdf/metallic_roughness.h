@@ -39,7 +39,7 @@ EK_FN v3 surface_reflectance(MaterialLanes m, v3 f0, vf f90, vf share, vf cosine
 #if EK_HAS_iridescence
   if (!ANY(m.iridescence > 0.0f)) return plain;
   const vf all = max_f(share, (vf)(0x1p-20f));
-  const v3 under = with_film(m, scale3(plain, 1.0f / all), scale3(f0, 1.0f / all), cosine);
+  const v3 under = with_film(m, scale3(plain, div_f(1.0f, all)), scale3(f0, div_f(1.0f, all)), cosine);
   return select3((m.iridescence > 0.0f) & (share > 0.0f), scale3(under, all), plain);
 #else
   (void)m;
@@ -111,7 +111,7 @@ EK_FN vf metal_one_minus_E(SpecularOverDiffuse k, vf cosine, vf length) {
 // 2 times the integral of metal's reflectance over the cosine times the cosine; under a film by
 // Gaussian quadrature.
 EK_FN v3 metal_mean_reflectance(MaterialLanes m) {
-  const v3 bare = add3(scale3(m.base_color, 20.0f / 21.0f), V3((vf)(1.0f / 21.0f), (vf)(1.0f / 21.0f), (vf)(1.0f / 21.0f)));
+  const v3 bare = add3(scale3(m.base_color, (20.0f / 21.0f)), V3((vf)((1.0f / 21.0f)), (vf)((1.0f / 21.0f)), (vf)((1.0f / 21.0f))));
 #if EK_HAS_iridescence
   if (ANY(m.iridescence > 0.0f)) {
     const vf one = (vf)(1.0f);
@@ -143,7 +143,7 @@ EK_FN SpecularOverDiffuse make_specular_over_diffuse(MaterialLanes m, v3 wo, v3 
   const GgxAlbedo o = specular_albedo(k, wo.z, k.length_o);
   k.one_minus_albedo_o = 1.0f - ggx_reflected(o, k.e_f0, k.e_f90);
   const vf one_minus_albedo_avg = 1.0f - ggx_reflected(specular_mean_albedo(k), k.e_f0, k.e_f90);
-  k.base_scale = (EK_INV_PI * k.one_minus_albedo_o) / max_f(one_minus_albedo_avg, (vf)(0x1p-20f));
+  k.base_scale = div_f(EK_INV_PI * k.one_minus_albedo_o, max_f(one_minus_albedo_avg, (vf)(0x1p-20f)));
   k.base = scale3(base, k.base_scale);
   // The floor is there since single microfacets may reflect far more than the layer does on
   // average.
@@ -159,7 +159,7 @@ EK_FN SpecularOverDiffuse make_specular_over_diffuse(MaterialLanes m, v3 wo, v3 
   const vf lost = metal_one_minus_E(k, wo.z, k.length_o), one_minus_avg = max_f(one_minus_E_avg(k.alpha), (vf)(0x1p-30f));
   const v3 once = metal_mean_reflectance(m);
   const v3 more = scale3(ms_fresnel3(once, one_minus_avg), m.metallic * lost);
-  k.ms_lobe = scale3(more, EK_INV_PI / one_minus_avg);
+  k.ms_lobe = scale3(more, div_f(EK_INV_PI, one_minus_avg));
   k.diffuse = k.diffuse + mean_component(more);
 #endif
   return k;
@@ -196,7 +196,7 @@ EK_FN BsdfValue metallic_roughness_value(MaterialLanes m, SpecularOverDiffuse k,
   const vi valid = (wo.z > 0.0f) & (wi.z > 0.0f);
   const v3 sum = add3(wo, wi);
   const vf sum2 = dot3(sum, sum);
-  const vf cos_h = 0.5f * sqrt(sum2);  // wo . h; exactly the same as wi . h
+  const vf cos_h = 0.5f * sqrt_f(sum2);  // wo . h; exactly the same as wi . h
   const v3 h = direction_of(sum, sum2);
   const vf length_i = ggx_length(wi, k.alpha);
   const vf d = k.smooth ? (vf)(0.0f) : ggx_d(h, k.alpha);
@@ -204,8 +204,7 @@ EK_FN BsdfValue metallic_roughness_value(MaterialLanes m, SpecularOverDiffuse k,
   BsdfValue value;
   value.f = add3(scale3(f, d * ggx_visibility(wo.z, k.length_o, wi.z, length_i)),
                  diffuse_part(k, wi.z, length_i));
-  value.pdf = (k.specular * (0.5f * d * ggx_visible_share(wo.z, k.length_o)) + k.diffuse * diffuse_pdf(m, wi)) /
-              (k.specular + k.diffuse);
+  value.pdf = div_f(k.specular * (0.5f * d * ggx_visible_share(wo.z, k.length_o)) + k.diffuse * diffuse_pdf(m, wi), k.specular + k.diffuse);
   return bsdf_value_if(valid & (k.specular + k.diffuse > 0.0f), value);
 }
 
@@ -215,7 +214,7 @@ EK_FN BsdfValue metallic_roughness_evaluate(MaterialLanes m, v3 wo, v3 wi) {
 
 EK_FN BsdfSample metallic_roughness_sample(MaterialLanes m, v3 wo, vf u, vf v, vf choice) {
   const SpecularOverDiffuse k = metallic_roughness_terms(m, wo);
-  const vf p_specular = k.specular / (k.specular + k.diffuse);
+  const vf p_specular = div_f(k.specular, k.specular + k.diffuse);
   const vi reflect = choice < p_specular;
   const vi mirror = reflect & k.smooth;
   const v3 reflected = normalize3(mirrored(wo, ggx_visible_normal(wo, k.alpha, u, v)));

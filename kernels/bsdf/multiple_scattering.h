@@ -17,7 +17,7 @@
 
 // 1 - E of isotropic microfacets for a direction of cosine c, and its cosine-weighted mean.
 EK_FN vf isotropic_one_minus_E(vf alpha, vf c) {
-  const TablePlace row = table_place(sqrt(alpha), EK_ENERGY_ROWS), column = table_place(sqrt(max_f(c, (vf)(0.0f))), EK_ENERGY_COLUMNS);
+  const TablePlace row = table_place(sqrt_f(alpha), EK_ENERGY_ROWS), column = table_place(sqrt_f(max_f(c, (vf)(0.0f))), EK_ENERGY_COLUMNS);
   constant const float* table = energy_lost_table;
   const vu i = row.low * EK_ENERGY_COLUMNS + column.low;
   const vf here = mix_f(table_f(table, i), table_f(table, i + 1u), column.weight),
@@ -25,7 +25,7 @@ EK_FN vf isotropic_one_minus_E(vf alpha, vf c) {
   return mix_f(here, next, row.weight);
 }
 EK_FN vf isotropic_one_minus_E_avg(vf alpha) {
-  const TablePlace row = table_place(sqrt(alpha), EK_ENERGY_ROWS);
+  const TablePlace row = table_place(sqrt_f(alpha), EK_ENERGY_ROWS);
   return mix_f(table_f(energy_lost_mean_table, row.low), table_f(energy_lost_mean_table, row.low + 1u), row.weight);
 }
 
@@ -48,7 +48,7 @@ EK_FN vf one_minus_E_avg(GgxAlpha alpha) {
 
 /// F_ms of microfacets of mean reflectance f that lose `lost` of the light at each reflection
 /// [Kulla and Conty 2017, "Fresnel"]; 1 for f = 1, whatever is lost.
-EK_FN vf ms_fresnel(vf f, vf lost) { return (f * f) * (1.0f - lost) / max_f(1.0f - f * lost, (vf)(0x1p-20f)); }
+EK_FN vf ms_fresnel(vf f, vf lost) { return div_f((f * f) * (1.0f - lost), max_f(1.0f - f * lost, (vf)(0x1p-20f))); }
 EK_FN v3 ms_fresnel3(v3 f, vf lost) {
   return V3(ms_fresnel(f.x, lost), ms_fresnel(f.y, lost), ms_fresnel(f.z, lost));
 }
@@ -61,7 +61,7 @@ typedef struct {
 
 /// eta  index of the far side over that of wo's side, clamped to the range of the tables
 EK_FN GlassTable glass_table(vf eta) {
-  const vf root = abs_f(eta - 1.0f) / (eta + 1.0f);
+  const vf root = div_f(abs_f(eta - 1.0f), eta + 1.0f);
   GlassTable at;
   at.layer = table_place((root - EK_ENERGY_GLASS_FIRST) * (1.0f / (EK_ENERGY_GLASS_LAST - EK_ENERGY_GLASS_FIRST)), EK_ENERGY_GLASS_LAYERS);
   const vi outside = eta > 1.0f;
@@ -73,8 +73,8 @@ EK_FN GlassTable glass_table(vf eta) {
 /// 1 - E of a solid's interface.
 /// side  at.here or at.there
 EK_FN vf glass_one_minus_E(GlassTable at, vu side, vf alpha, vf c) {
-  const TablePlace row = table_place(sqrt(alpha), EK_ENERGY_GLASS_ROWS),
-                   column = table_place(sqrt(max_f(c, (vf)(0.0f))), EK_ENERGY_GLASS_COLUMNS);
+  const TablePlace row = table_place(sqrt_f(alpha), EK_ENERGY_GLASS_ROWS),
+                   column = table_place(sqrt_f(max_f(c, (vf)(0.0f))), EK_ENERGY_GLASS_COLUMNS);
   constant const float* table = energy_glass_table;
   const uint down = EK_ENERGY_GLASS_COLUMNS, deep = EK_ENERGY_GLASS_ROWS * EK_ENERGY_GLASS_COLUMNS;
   const vu i = (side + at.layer.low) * deep + row.low * down + column.low;
@@ -90,7 +90,7 @@ EK_FN vf glass_one_minus_E(GlassTable at, vu side, vf alpha, vf c) {
 
 /// 1 - E_avg: 2 times the integral over c of glass_one_minus_E times c.
 EK_FN vf glass_one_minus_E_avg(GlassTable at, vu side, vf alpha) {
-  const TablePlace row = table_place(sqrt(alpha), EK_ENERGY_GLASS_ROWS);
+  const TablePlace row = table_place(sqrt_f(alpha), EK_ENERGY_GLASS_ROWS);
   constant const float* table = energy_glass_mean_table;
   const vu i = (side + at.layer.low) * EK_ENERGY_GLASS_ROWS + row.low;
   const vf here = mix_f(table_f(table, i), table_f(table, i + 1u), row.weight),
@@ -99,6 +99,6 @@ EK_FN vf glass_one_minus_E_avg(GlassTable at, vu side, vf alpha) {
 }
 
 /// The isotropic alpha that stands for both.
-EK_FN vf glass_alpha(GgxAlpha alpha) { return EK_HAS_anisotropy ? sqrt(alpha.x * alpha.y) : alpha.y; }
+EK_FN vf glass_alpha(GgxAlpha alpha) { return EK_HAS_anisotropy ? sqrt_f(alpha.x * alpha.y) : alpha.y; }
 
 #endif

@@ -21,7 +21,7 @@ typedef struct {
 
 // [Estevez and Kulla 2017, equation 3]; cosine in [2^-10, 1/2]
 EK_FN vf sheen_shadowing_exponent(Sheen k, vf cosine) {
-  return k.a / (1.0f + k.b * exp2_f(k.c * log2_f(cosine))) + (k.d * cosine + k.e);
+  return div_f(k.a, 1.0f + k.b * exp2_f(k.c * log2_f(cosine))) + (k.d * cosine + k.e);
 }
 
 /// roughness  [0, 1], as glTF has it
@@ -41,7 +41,7 @@ EK_FN Sheen make_sheen(vf roughness) {
   k.row = AS_U(row);
   k.row_weight = place - TO_F(row);
   const vf here = table_f(sheen_shrink_table, k.row), next = table_f(sheen_shrink_table, k.row + 1u);
-  k.scale = (here + (next - here) * k.row_weight) * ((2.0f + 1.0f / k.alpha) * EK_INV_2PI);
+  k.scale = (here + (next - here) * k.row_weight) * ((2.0f + div_f(1.0f, k.alpha)) * EK_INV_2PI);
   return k;
 }
 
@@ -57,15 +57,15 @@ EK_FN vf sheen_shadowing(Sheen k, vf cosine) {
 EK_FN vf sheen_f(Sheen k, v3 wo, v3 wi) {
   const v3 sum = add3(wo, wi);
   const vf flat2 = sum.x * sum.x + sum.y * sum.y;
-  const vf sin2 = flat2 / max_f(flat2 + sum.z * sum.z, (vf)(0x1p-100f));
-  const vf d = k.scale * exp2_f((0.5f / k.alpha) * log2_f(sin2));
+  const vf sin2 = div_f(flat2, max_f(flat2 + sum.z * sum.z, (vf)(0x1p-100f)));
+  const vf d = k.scale * exp2_f(div_f(0.5f, k.alpha) * log2_f(sin2));
   const vf cos_o = max_f(wo.z, (vf)(EK_SHEEN_LEAST_COSINE)), cos_i = max_f(wi.z, (vf)(EK_SHEEN_LEAST_COSINE));
-  return d / ((4.0f * (cos_o * cos_i)) * (1.0f + (sheen_shadowing(k, cos_o) + sheen_shadowing(k, cos_i))));
+  return div_f(d, (4.0f * (cos_o * cos_i)) * (1.0f + (sheen_shadowing(k, cos_o) + sheen_shadowing(k, cos_i))));
 }
 
 /// Directional albedo of the white lobe, [0, 1]; never less than the truth, and at most 0.02 more.
 EK_FN vf sheen_albedo(Sheen k, vf cosine) {
-  const vf place = sqrt(max_f(cosine, (vf)(0.0f))) * (EK_SHEEN_COLUMNS - 1u);
+  const vf place = sqrt_f(max_f(cosine, (vf)(0.0f))) * (EK_SHEEN_COLUMNS - 1u);
   const vi column = TO_I(min_f(place, (vf)(EK_SHEEN_COLUMNS - 2u)));
   const vf weight = place - TO_F(column);
   const vu i = k.row * EK_SHEEN_COLUMNS + AS_U(column);

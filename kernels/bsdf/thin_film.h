@@ -36,15 +36,15 @@ EK_FN v3 film_rgb(vf x, vf y, vf z) {
 
 // Reflectance at normal incidence of a boundary between indices of this ratio.
 EK_FN vf film_f0(vf ratio) {
-  const vf r = (ratio - 1.0f) / (ratio + 1.0f);
+  const vf r = div_f(ratio - 1.0f, ratio + 1.0f);
   return r * r;
 }
 
 // The relative index, at most 1e4, of a dielectric with this reflectance at normal incidence in
 // air.
 EK_FN vf film_base_index(vf f0) {
-  const vf r = sqrt(min_f(max_f(f0, (vf)(0.0f)), (vf)(0.9996f)));
-  return (1.0f + r) / (1.0f - r);
+  const vf r = sqrt_f(min_f(max_f(f0, (vf)(0.0f)), (vf)(0.9996f)));
+  return div_f(1.0f + r, 1.0f - r);
 }
 
 typedef struct {
@@ -54,7 +54,7 @@ typedef struct {
 
 /// Index of the film, which fades to that of air below a thickness of 0.03 nm.
 EK_FN vf film_index(ThinFilm film) {
-  const vf t = min_f(max_f(film.thickness * (1.0f / 0.03e-9f), (vf)(0.0f)), (vf)(1.0f));
+  const vf t = min_f(max_f(film.thickness * div_f(1.0f, 0.03e-9f), (vf)(0.0f)), (vf)(1.0f));
   return 1.0f + (film.index - 1.0f) * ((t * t) * (3.0f - 2.0f * t));
 }
 
@@ -68,8 +68,8 @@ constant float film_weights[EK_FILM_NODES] = {0.118463443f, 0.239314335f, 0.2844
 /// f0  reflectance of the base at normal incidence without the film
 EK_FN vf film_most(ThinFilm film, vf f0) {
   const vf index = film_index(film);
-  const vf a = sqrt(film_f0(index)), b = sqrt(film_f0(film_base_index(f0) / index));
-  const vf r = (a + b) / (1.0f + a * b);
+  const vf a = sqrt_f(film_f0(index)), b = sqrt_f(film_f0(div_f(film_base_index(f0), index)));
+  const vf r = div_f(a + b, 1.0f + a * b);
   return r * r;
 }
 
@@ -80,8 +80,8 @@ EK_FN vf film_most(ThinFilm film, vf f0) {
 EK_FN_ONCE v3 film_reflectance(ThinFilm film, v3 f0, vf cosine) {
   const vf index = film_index(film);
   // Within the film; index >= 1, so there is no total reflection.
-  const vf cos2 = 1.0f - ((1.0f - cosine) * (1.0f + cosine)) / (index * index);
-  const vf cos_film = sqrt(max_f(cos2, (vf)(0.0f)));
+  const vf cos2 = 1.0f - div_f((1.0f - cosine) * (1.0f + cosine), index * index);
+  const vf cos_film = sqrt_f(max_f(cos2, (vf)(0.0f)));
   const vf weight = schlick_weight(cosine);
   // The exact equation, since Schlick's would let a film of the index of air reflect at grazing
   // angles.
@@ -91,7 +91,7 @@ EK_FN_ONCE v3 film_reflectance(ThinFilm film, v3 f0, vf cosine) {
   // Reflectance of each channel's base as seen from the film.
   const v3 base = V3(film_base_index(f0.x), film_base_index(f0.y), film_base_index(f0.z));
   const vf weight_film = schlick_weight(cos_film);
-  const v3 f0_film = V3(film_f0(base.x / index), film_f0(base.y / index), film_f0(base.z / index));
+  const v3 f0_film = V3(film_f0(div_f(base.x, index)), film_f0(div_f(base.y, index)), film_f0(div_f(base.z, index)));
   const v3 bottom = schlick(f0_film, (vf)(1.0f), weight_film);
   // Reflection within the film at its upper side shifts the phase by half a turn, and so does the
   // base where its index is lower than the film's: two half turns cancel.
@@ -99,10 +99,10 @@ EK_FN_ONCE v3 film_reflectance(ThinFilm film, v3 f0, vf cosine) {
   const v3 sign = V3(base.x < index ? one : -one, base.y < index ? one : -one, base.z < index ? one : -one);
   const v3 both = V3(min_f(top * bottom.x, (vf)(0.9999f)), min_f(top * bottom.y, (vf)(0.9999f)),
                      min_f(top * bottom.z, (vf)(0.9999f)));
-  const v3 again = V3(passes * passes * bottom.x / (1.0f - both.x), passes * passes * bottom.y / (1.0f - both.y),
-                      passes * passes * bottom.z / (1.0f - both.z));
+  const v3 again = V3(div_f(passes * passes * bottom.x, 1.0f - both.x), div_f(passes * passes * bottom.y, 1.0f - both.y),
+                      div_f(passes * passes * bottom.z, 1.0f - both.z));
   v3 sum = V3(top + again.x, top + again.y, top + again.z);
-  const v3 step = V3(sqrt(both.x), sqrt(both.y), sqrt(both.z));
+  const v3 step = V3(sqrt_f(both.x), sqrt_f(both.y), sqrt_f(both.z));
   v3 order = V3(again.x - passes, again.y - passes, again.z - passes);
   for (int m = 1; m <= 2; ++m) {
     order = mul3(order, mul3(step, sign));

@@ -23,7 +23,7 @@ typedef struct { vf absorbed, re, im; } FilmEchoChannel;
 EK_FN FilmEchoChannel film_echo(vf top, vf passes, vf re, vf im, vf kept) {
   // 1 - R12 R23 without a difference of nearly equal numbers.
   const vf under = max_f(passes + (top * top) * kept, (vf)(0x1p-60f));
-  FilmEchoChannel e = {passes * kept / under, -top * re, -top * im};
+  FilmEchoChannel e = {div_f(passes * kept, under), -top * re, -top * im};
   return e;
 }
 
@@ -40,12 +40,12 @@ EK_FN FilmTop film_top(vf index, vf cosine) {
   t.index2 = index * index;
   t.cosine = cosine;
   const vf k = (index - 1.0f) * (index + 1.0f), tiny = (vf)(0x1p-30f);
-  t.g = sqrt(cosine * cosine + k);
+  t.g = sqrt_f(cosine * cosine + k);
   const vf sum = max_f(cosine + t.g, tiny), sum_along = max_f(t.index2 * cosine + t.g, tiny);
-  t.top_across = -(k / sum) / sum;
-  t.passes_across = 4.0f * (cosine * t.g) / (sum * sum);
-  t.top_along = (t.g - t.index2 * cosine) / sum_along;
-  t.passes_along = 4.0f * (t.index2 * cosine * t.g) / (sum_along * sum_along);
+  t.top_across = div_f(-div_f(k, sum), sum);
+  t.passes_across = div_f(4.0f * (cosine * t.g), sum * sum);
+  t.top_along = div_f(t.g - t.index2 * cosine, sum_along);
+  t.passes_along = div_f(4.0f * (t.index2 * cosine * t.g), sum_along * sum_along);
   return t;
 }
 
@@ -54,17 +54,17 @@ EK_FN void film_echoes(FilmTop t, vf eta, vf k, FilmEchoChannel* across, FilmEch
   const vf s2 = (1.0f - t.cosine) * (1.0f + t.cosine);
   // a + i b = sqrt((eta + i k)^2 - sin^2), as in fresnel_conductor.
   const vf square = (eta - k) * (eta + k), difference = square - s2, twice = 2.0f * (eta * k);
-  const vf sum = sqrt(difference * difference + twice * twice);
+  const vf sum = sqrt_f(difference * difference + twice * twice);
   const vf half_less = 0.5f * (sum - difference), half_more = 0.5f * (sum + difference);
-  const vf smaller2 = sum > 0.0f ? (0.25f * (twice * twice)) / max_f(0.5f * (sum + abs_f(difference)), (vf)(0x1p-100f)) : (vf)(0.0f);
-  const vf a = sqrt(difference >= 0.0f ? half_more : smaller2), b = sqrt(difference >= 0.0f ? smaller2 : half_less);
+  const vf smaller2 = sum > 0.0f ? div_f(0.25f * (twice * twice), max_f(0.5f * (sum + abs_f(difference)), (vf)(0x1p-100f))) : (vf)(0.0f);
+  const vf a = sqrt_f(difference >= 0.0f ? half_more : smaller2), b = sqrt_f(difference >= 0.0f ? smaller2 : half_less);
   const vf tiny = (vf)(0x1p-100f);
-  const vf under = 1.0f / max_f((t.g + a) * (t.g + a) + b * b, tiny);
+  const vf under = div_f(1.0f, max_f((t.g + a) * (t.g + a) + b * b, tiny));
   *across = film_echo(t.top_across, t.passes_across, ((t.g * t.g - b * b) - a * a) * under, -2.0f * (t.g * b) * under,
                       4.0f * (t.g * a) * under);
   // Along: (U - V) / (U + V) with U = n^2 (a + i b) and V = g (eta + i k)^2.
   const vf ur = t.index2 * a, ui = t.index2 * b, vr = t.g * square, vi_ = t.g * twice;
-  const vf under_along = 1.0f / max_f((ur + vr) * (ur + vr) + (ui + vi_) * (ui + vi_), tiny);
+  const vf under_along = div_f(1.0f, max_f((ur + vr) * (ur + vr) + (ui + vi_) * (ui + vi_), tiny));
   *along = film_echo(t.top_along, t.passes_along, ((ur * ur + ui * ui) - (vr * vr + vi_ * vi_)) * under_along,
                      2.0f * (ui * vr - ur * vi_) * under_along, 4.0f * (t.index2 * t.g * (a * (sum + s2))) * under_along);
 }

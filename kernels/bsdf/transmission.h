@@ -44,10 +44,10 @@ EK_FN v3 glass_reflectance(MaterialLanes m, vf cos_h) {
   // A film reflects the same from inside of a solid as from outside along the refracted direction.
   const vi some = (m.iridescence > 0.0f) & !(m.solid & (fresnel_is_mirror(m.eta) | (m.eta == 1.0f)));
   if (ANY(some)) {
-    const vf outside2 = 1.0f - ((1.0f - cos_h) * (1.0f + cos_h)) / (m.eta * m.eta);
+    const vf outside2 = 1.0f - div_f((1.0f - cos_h) * (1.0f + cos_h), m.eta * m.eta);
     const vi inside = m.solid & (m.eta < 1.0f);
-    const vf cosine = inside ? sqrt(max_f(outside2, (vf)(0.0f))) : cos_h;
-    const vf r = (m.eta - 1.0f) / (m.eta + 1.0f), f0 = r * r;
+    const vf cosine = inside ? sqrt_f(max_f(outside2, (vf)(0.0f))) : cos_h;
+    const vf r = div_f(m.eta - 1.0f, m.eta + 1.0f), f0 = r * r;
     const v3 under = with_film(m, f, select3(m.solid, V3(f0, f0, f0), m.f0_dielectric), min_f(max_f(cosine, (vf)(0.0f)), (vf)(1.0f)));
     f = select3(some & !(inside & (outside2 <= 0.0f)), under, f);
   }
@@ -63,7 +63,7 @@ EK_FN v3 glass_reflectance(MaterialLanes m, vf cos_h) {
 EK_FN vf filmy_glass_mean_reflectance(MaterialLanes m, Glass g) {
   vf mean = (vf)(0.0f);
 #if EK_HAS_iridescence
-  m.eta = max_f(g.eta, 1.0f / g.eta);
+  m.eta = max_f(g.eta, div_f(1.0f, g.eta));
   for (uint i = 0; i < EK_FILM_NODES; ++i)
     mean = mean + film_weights[i] * mean_component(glass_reflectance(m, (vf)(film_cosines[i])));
 #endif
@@ -89,17 +89,17 @@ EK_FN Glass with_multiple_scattering(MaterialLanes m, Glass g, v3 wo) {
   const vi none = g.base.smooth | g.is_specular | (m.solid & fresnel_is_mirror(m.eta));
   const vf lost = glass_one_minus_E_along(m, g, (vi)(0), wo.z, g.base.length_o);
   vf here = one_minus_E_avg(g.base.alpha), there = here;
-  const v3 f = schlick(m.f0_dielectric, m.specular, (vf)(1.0f / 21.0f));
+  const v3 f = schlick(m.f0_dielectric, m.specular, (vf)((1.0f / 21.0f)));
   const vi filmy = EK_HAS_iridescence ? m.iridescence > 0.0f : (vi)(0);
   const vf reflects_film = ANY(filmy) ? filmy_glass_mean_reflectance(m, g) : (vf)(0.0f);
   vf crosses_here = 1.0f - (filmy ? reflects_film : mean_component(f)), crosses_there = crosses_here;
   if (ANY(m.solid)) {
     const vf solid_here = glass_one_minus_E_avg(g.table, g.table.here, glass_alpha(g.base.alpha)), solid_there = glass_one_minus_E_avg(g.table, g.table.there, glass_alpha(g.base.alpha));
-    const vf n = max_f(g.eta, 1.0f / g.eta), n2 = n * n;
+    const vf n = max_f(g.eta, div_f(1.0f, g.eta)), n2 = n * n;
     // Reflectance for uniform light from outside [Kulla and Conty 2017]; the loss is the table's,
     // under a film too.
-    const vf reflects = (n - 1.0f) / (4.08567f + 1.00071f * n), transmits = 1.0f - (filmy ? reflects_film : reflects);
-    const vf scale = transmits / (n2 * max_f(max_f(solid_here, solid_there), (vf)(0x1p-30f)));
+    const vf reflects = div_f(n - 1.0f, 4.08567f + 1.00071f * n), transmits = 1.0f - (filmy ? reflects_film : reflects);
+    const vf scale = div_f(transmits, n2 * max_f(max_f(solid_here, solid_there), (vf)(0x1p-30f)));
     const vi outside = g.eta > 1.0f;
     here = m.solid ? solid_here : here;
     there = m.solid ? solid_there : there;
@@ -107,7 +107,7 @@ EK_FN Glass with_multiple_scattering(MaterialLanes m, Glass g, v3 wo) {
     crosses_there = m.solid ? scale * here * (outside ? (vf)(1.0f) : n2) : crosses_there;
   }
   const vf share = none ? (vf)(0.0f) : g.share * lost;
-  const vf spread = share * EK_INV_PI / max_f(here, (vf)(0x1p-30f));
+  const vf spread = div_f(share * EK_INV_PI, max_f(here, (vf)(0x1p-30f)));
   g.ms_reflection = spread * (1.0f - crosses_here);
   g.ms_transmission = scale3(m.base_color, spread * crosses_there);
   g.ms_reflection_albedo = share * (1.0f - crosses_here);
@@ -120,7 +120,7 @@ EK_FN Glass with_multiple_scattering(MaterialLanes m, Glass g, v3 wo) {
 /// way.
 EK_FN vf glass_reflects(vf f, vf tint) {
   const vf all = f + (1.0f - f) * tint;
-  return all > 0.0f ? f / all : (vf)(1.0f);
+  return all > 0.0f ? div_f(f, all) : (vf)(1.0f);
 }
 
 EK_FN Glass make_glass(MaterialLanes m, v3 wo) {
@@ -144,7 +144,7 @@ EK_FN Glass make_glass(MaterialLanes m, v3 wo) {
   g.eta = fresnel_is_mirror(m.eta) ? (vf)(1.0f) : m.eta;
   // Refraction turns a microfacet's slope into an angle (eta - 1) times as large, with eta of the
   // denser side. A lobe as narrow as a smooth mirror's counts as delta, from both sides.
-  const vf bend = abs_f(g.eta - 1.0f) / min_f(g.eta, (vf)(1.0f));
+  const vf bend = div_f(abs_f(g.eta - 1.0f), min_f(g.eta, (vf)(1.0f)));
   g.is_specular = g.base.smooth | (m.solid & (g.base.alpha.x * bend < EK_SMOOTH_ALPHA));
 #if EK_HAS_energy_compensation
   if (!EK_HAS_diffuse_transmission) g.diffuse_transmission_albedo = (vf)(0.0f);
@@ -172,7 +172,7 @@ EK_FN BsdfValue transmission_value(MaterialLanes m, Glass g, v3 wo, v3 wi) {
   sum = select3(sum.z < 0.0f, neg3(sum), sum);
   const vf sum2 = dot3(sum, sum);
   const v3 h = direction_of(sum, sum2);
-  const vf cos_o_h = refracts ? dot3(wo, h) : 0.5f * sqrt(sum2);
+  const vf cos_o_h = refracts ? dot3(wo, h) : 0.5f * sqrt_f(sum2);
   const vf cos_i_h = dot3(wi, h);  // negative for refraction
   const vf length_i = ggx_length(wi_above, g.base.alpha);
   const vf d_any = ggx_d(h, g.base.alpha);
@@ -190,25 +190,24 @@ EK_FN BsdfValue transmission_value(MaterialLanes m, Glass g, v3 wo, v3 wi) {
   const vf lost = glass_one_minus_E_along(m, g, below, cos_i, length_i) * cos_i;
   above.f = add3(above.f, V3(g.ms_reflection * lost, g.ms_reflection * lost, g.ms_reflection * lost));
 #endif
-  above.pdf = ((g.base.specular + g.glass_albedo * p_reflect) * visible + g.base.diffuse * (EK_INV_PI * cos_i)) / total;
+  above.pdf = div_f((g.base.specular + g.glass_albedo * p_reflect) * visible + g.base.diffuse * (EK_INV_PI * cos_i), total);
 
   // This is [Walter et al. 2007, eq. 21 and 17] over eta^2: n_i and n_o belong to the light's and
   // the viewer's side, and the denominator (n_i cos_i_h + n_o cos_o_h)^2 is n_o^2 |sum|^2.
   // Shadowing is separable [eq. 23].
-  const vf jacobian = abs_f(cos_i_h) / max_f(sum2, (vf)(0x1p-60f));
-  const vf refracted = (cos_o_h * jacobian) * (d * cos_i * 4.0f) /
-                       ((wo.z + g.base.length_o) * (cos_i + length_i));
+  const vf jacobian = div_f(abs_f(cos_i_h), max_f(sum2, (vf)(0x1p-60f)));
+  const vf refracted = div_f((cos_o_h * jacobian) * (d * cos_i * 4.0f), (wo.z + g.base.length_o) * (cos_i + length_i));
   const vi possible = (cos_o_h > 0.0f) & (cos_i_h < 0.0f);
   const vf passed = m.solid ? (possible ? refracted : (vf)(0.0f)) : spread;
   const vf passed_pdf = m.solid ? (possible ? (4.0f * visible) * cos_o_h * (g.eta * g.eta) * jacobian : (vf)(0.0f)) : visible;
   BsdfValue through;
   through.f = scale3(mul3(m.base_color, V3(1.0f - f.x, 1.0f - f.y, 1.0f - f.z)), g.share * passed);
-  through.pdf = (g.glass_albedo * (1.0f - p_reflect)) * passed_pdf / total;
+  through.pdf = div_f((g.glass_albedo * (1.0f - p_reflect)) * passed_pdf, total);
   if (EK_HAS_diffuse_transmission) through.f = add3(through.f, scale3(g.diffuse_transmission, one_minus_albedo(g.base, cos_i, length_i) * cos_i));
 #if EK_HAS_energy_compensation
   through.f = add3(through.f, scale3(g.ms_transmission, lost));
 #endif
-  if (EK_TRANSMITS_DIFFUSELY) through.pdf = through.pdf + g.diffuse_transmission_albedo * (EK_INV_PI * cos_i) / total;
+  if (EK_TRANSMITS_DIFFUSELY) through.pdf = through.pdf + div_f(g.diffuse_transmission_albedo * (EK_INV_PI * cos_i), total);
 
   BsdfValue value = {select3(below, through.f, above.f), below ? through.pdf : above.pdf};
   return bsdf_value_if((wo.z > 0.0f) & (wi.z != 0.0f) & (total > 0.0f), value);
@@ -221,16 +220,16 @@ EK_FN BsdfValue transmission_evaluate(MaterialLanes m, v3 wo, v3 wi) {
 EK_FN BsdfSample transmission_sample(MaterialLanes m, v3 wo, vf u, vf v, vf choice) {
   const Glass g = make_glass(m, wo);
   const vf total = glass_total(g);
-  const vf p_layer = g.base.specular / total, p_base = g.base.diffuse / total, p_glass = g.glass_albedo / total;
+  const vf p_layer = div_f(g.base.specular, total), p_base = div_f(g.base.diffuse, total), p_glass = div_f(g.glass_albedo, total);
   const vi from_base = (choice >= p_layer) & (choice < p_layer + p_base);
   vi from_glass = (choice >= p_layer + p_base) & (p_glass > 0.0f);
-  vf rest = (choice - (p_layer + p_base)) / p_glass;
+  vf rest = div_f(choice - (p_layer + p_base), p_glass);
   vi from_diffuse_transmission = (vi)(0);
   if (EK_TRANSMITS_DIFFUSELY) {  // its range of `choice` is between base and glass
-    const vf p_diffuse_transmission = g.diffuse_transmission_albedo / total, p_before = (p_layer + p_base) + p_diffuse_transmission;
+    const vf p_diffuse_transmission = div_f(g.diffuse_transmission_albedo, total), p_before = (p_layer + p_base) + p_diffuse_transmission;
     from_diffuse_transmission = (choice >= p_layer + p_base) & ((choice < p_before) | !from_glass) & (p_diffuse_transmission > 0.0f);
     from_glass = from_glass & !from_diffuse_transmission;
-    rest = max_f(choice - p_before, (vf)(0.0f)) / p_glass;
+    rest = div_f(max_f(choice - p_before, (vf)(0.0f)), p_glass);
   }
 
   v3 h = normalize3(ggx_visible_normal(wo, g.base.alpha, u, v));
@@ -260,7 +259,7 @@ EK_FN BsdfSample transmission_sample(MaterialLanes m, v3 wo, vf u, vf v, vf choi
   value.f = select3(mirror, add3(layer, scale3(f, g.share)), value.f);
   value.pdf = mirror ? p_layer + p_glass * p_reflect : value.pdf;
   const v3 transmitted = mul3(m.base_color, V3(1.0f - f.x, 1.0f - f.y, 1.0f - f.z));
-  value.f = select3(specular_transmission, scale3(transmitted, g.share / (m.solid ? g.eta * g.eta : (vf)(1.0f))), value.f);
+  value.f = select3(specular_transmission, scale3(transmitted, div_f(g.share, m.solid ? g.eta * g.eta : (vf)(1.0f))), value.f);
   value.pdf = specular_transmission ? p_glass * (1.0f - p_reflect) : value.pdf;
   // A reflection to below the surface or a refraction to above it is lost.
   const vi valid = (wo.z > 0.0f) & (total > 0.0f) & ((transmits | from_diffuse_transmission) ? wi.z < 0.0f : wi.z > 0.0f);
@@ -273,7 +272,7 @@ EK_FN BsdfSample transmission_sample(MaterialLanes m, v3 wo, vf u, vf v, vf choi
 /// transmitted  mask: the path crosses it
 EK_FN vf radiance_returned_outside(MaterialLanes m, vi front, vi transmitted) {
   const vi inside = m.solid & !fresnel_is_mirror(m.eta) & (front ? transmitted : !transmitted);
-  const vf index = front ? m.eta : (vf)(1.0f) / m.eta;
+  const vf index = front ? m.eta : div_f((vf)(1.0f), m.eta);
   return inside ? index * index : (vf)(1.0f);
 }
 

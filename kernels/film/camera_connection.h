@@ -13,12 +13,12 @@ EK_FN vf film_density_m2(constant Frame* frame, v3 dir, vf distance) {
   const vf distance2 = distance * distance;
   if (EK_HAS_panorama) {
     const vf cos_polar = dot3(splat3(frame->camera_y), dir);
-    const vf sin_polar = sqrt(max_f(1.0f - cos_polar * cos_polar, (vf)(0x1p-40f)));
-    return density / (distance2 * sin_polar);
+    const vf sin_polar = sqrt_f(max_f(1.0f - cos_polar * cos_polar, (vf)(0x1p-40f)));
+    return div_f(density, distance2 * sin_polar);
   }
   // The film lies across the axis at the distance 1 / cosine along the ray, so its angle falls as the cube of that.
   const vf cosine = dot3(splat3(frame->film_normal), dir);
-  return density / (distance2 * ((cosine * cosine) * cosine));
+  return div_f(density, distance2 * ((cosine * cosine) * cosine));
 }
 
 /// A point as the camera sees it.
@@ -34,12 +34,12 @@ EK_FN CameraView panorama_view(constant Frame* frame, v3 p) {
   CameraView view;
   view.eye = splat3(frame->camera_origin);
   const v3 way = sub3(p, view.eye);
-  view.distance = sqrt(dot3(way, way));
-  view.dir = scale3(way, (vf)(1.0f) / view.distance);
+  view.distance = sqrt_f(dot3(way, way));
+  view.dir = scale3(way, div_f((vf)(1.0f), view.distance));
   const vf right = dot3(splat3(frame->camera_x), view.dir), up = dot3(splat3(frame->camera_y), view.dir),
            back = dot3(splat3(frame->camera_corner), view.dir);
-  view.x = (atan2_turns(right, -back) + 0.5f) / frame->camera_x.w;
-  view.y = (2.0f * atan2_turns(sqrt(right * right + back * back), up)) / frame->camera_y.w;
+  view.x = div_f(atan2_turns(right, -back) + 0.5f, frame->camera_x.w);
+  view.y = div_f(2.0f * atan2_turns(sqrt_f(right * right + back * back), up), frame->camera_y.w);
   view.in_front = view.distance > 0.0f;
   return view;
 }
@@ -71,11 +71,11 @@ EK_FN CameraView camera_view(constant Frame* frame, v3 p, vu key, vu index, uint
     on_film = scale3(on_lens, (vf)(frame->lens_x.w));
   }
   const v3 way = sub3(p, view.eye);
-  view.distance = sqrt(dot3(way, way));
-  view.dir = scale3(way, (vf)(1.0f) / view.distance);
+  view.distance = sqrt_f(dot3(way, way));
+  view.dir = scale3(way, div_f((vf)(1.0f), view.distance));
   const vf cosine = dot3(splat3(frame->film_normal), view.dir);
   // The rays of a film point meet where it is in focus, so from a point of the lens the film looks moved.
-  on_film = add3(on_film, scale3(view.dir, (vf)(1.0f) / cosine));
+  on_film = add3(on_film, scale3(view.dir, div_f((vf)(1.0f), cosine)));
   view.x = dot3(splat3(frame->film_dual_x), on_film) + frame->film_dual_x.w;
   view.y = dot3(splat3(frame->film_dual_y), on_film) + frame->film_dual_y.w;
   view.in_front = cosine > 0.0f;

@@ -20,11 +20,11 @@ EK_FN FilterSample filter_sample(global const float* filter_table, vf u) {
   const vi right = u >= 0.5f;
   const vf from_rim = right ? 1.0f - u : u;  // of both sides together: (0, 1/2]
   const vf place = from_rim * (float)(2 * EK_FILTER_BINS * EK_FILTER_BINS);  // in [0, bins^2]
-  const vi root = TO_I(sqrt(place));
+  const vi root = TO_I(sqrt_f(place));
   const vi bin = root < EK_FILTER_BINS - 1 ? root : (vi)(EK_FILTER_BINS - 1);
   const vf m = TO_F(bin);
   const vf outer = gather_f(filter_table, AS_U(bin)), inner = gather_f(filter_table, AS_U(bin) + 1u);
-  const vf distance = outer + (inner - outer) * ((place - m * m) / (2.0f * m + 1.0f));
+  const vf distance = outer + (inner - outer) * div_f(place - m * m, 2.0f * m + 1.0f);
   const float factor = filter_table[EK_FILTER_BINS + 2];
   FilterSample s = {right ? distance : -distance,
                     distance > filter_table[EK_FILTER_BINS + 1] ? (vf)(-factor) : (vf)(factor)};
@@ -41,8 +41,8 @@ EK_FN vf filter_value(global const float* filter_table, vf offset) {
     bin = gather_f(filter_table, next) > distance ? next : bin;
   }
   const vf outer = gather_f(filter_table, bin), inner = gather_f(filter_table, bin + 1u);
-  const float share = 0.5f / (float)(EK_FILTER_BINS * EK_FILTER_BINS);
-  const vf density = ((2.0f * TO_F(AS_I(bin)) + 1.0f) * share) / (outer - inner);
+  const float share = (0.5f / (float)(EK_FILTER_BINS * EK_FILTER_BINS));
+  const vf density = div_f((2.0f * TO_F(AS_I(bin)) + 1.0f) * share, outer - inner);
   const float factor = filter_table[EK_FILTER_BINS + 2];
   const vf value = distance > filter_table[EK_FILTER_BINS + 1] ? density * -factor : density * factor;
   return ((distance < filter_table[0]) & (outer > inner)) ? value : (vf)(0.0f);

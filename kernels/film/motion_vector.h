@@ -39,8 +39,8 @@ EK_FN FilmPlace film_place(global const float* camera, v3 p, float w) {
   FilmPlace place;
   place.seen = ahead > 0.0f;
   const vf by = place.seen ? ahead : (vf)(1.0f);
-  place.x = camera_dot(camera, CAMERA_right, d) / by;
-  place.y = camera_dot(camera, CAMERA_up, d) / by;
+  place.x = div_f(camera_dot(camera, CAMERA_right, d), by);
+  place.y = div_f(camera_dot(camera, CAMERA_up, d), by);
   return place;
 }
 

@@ -71,7 +71,7 @@ EK_FN vf guide_warp(GuideCell g, vf* u, vf* v) {
     upper = beyond ? upper : min_f(upper, bound);
   }
   const vf height = upper - lower;
-  const vf along_x = min_f((x - lower) / height, most);
+  const vf along_x = min_f(div_f(x - lower, height), most);
 
   const vf y = *v * height;
   vu column = (vu)(0u);
@@ -85,7 +85,7 @@ EK_FN vf guide_warp(GuideCell g, vf* u, vf* v) {
     width = reached ? weight : width;
     end = end + weight;
   }
-  const vf along_y = min_f((y - begin) / width, most);
+  const vf along_y = min_f(div_f(y - begin, width), most);
   *u = has ? min_f((TO_F(AS_I(row)) + along_x) * (1.0f / EK_GUIDE_ROWS), most) : *u;
   *v = has ? min_f((TO_F(AS_I(column)) + along_y) * (1.0f / EK_GUIDE_ROWS), most) : *v;
   return has ? width * GUIDE_DENSITY : (vf)(1.0f);
@@ -96,8 +96,8 @@ EK_FN vu guide_bin(v3 wi) {
   // The inverse of warp_disk.
   const vi wide = abs_f(wi.x) > abs_f(wi.y);
   const vf greater = wide ? wi.x : wi.y, lesser = wide ? wi.y : wi.x;
-  const vf radius = copysign_f(sqrt(wi.x * wi.x + wi.y * wi.y), greater);
-  const vf slope = greater == 0.0f ? (vf)(0.0f) : lesser / greater;
+  const vf radius = copysign_f(sqrt_f(wi.x * wi.x + wi.y * wi.y), greater);
+  const vf slope = greater == 0.0f ? (vf)(0.0f) : div_f(lesser, greater);
   const vf other = (8.0f * radius) * atan2_turns(slope, (vf)(1.0f));
   const vf a = wide ? radius : other, b = wide ? other : radius;
   const vf half_rows = (vf)(0.5f * EK_GUIDE_ROWS), last = (vf)(EK_GUIDE_ROWS - 1.0f);

@@ -10,7 +10,7 @@ typedef struct { v3 x, y, z; } Basis;  // orthonormal, right-handed, world
 /// Revisited", JCGT 6(1)]
 EK_FN Basis basis_around(v3 n) {
   const vf sign = copysign_f((vf)(1.0f), n.z);
-  const vf a = -1.0f / (sign + n.z);
+  const vf a = div_f(-1.0f, sign + n.z);
   const vf b = (n.x * n.y) * a;
   Basis basis = {V3(1.0f + (sign * n.x) * (n.x * a), sign * b, -sign * n.x), V3(b, sign + n.y * (n.y * a), -n.y), n};
   return basis;
@@ -21,7 +21,7 @@ EK_FN Basis basis_along(Basis basis, v3 along) {
   const vf x = dot3(basis.x, along), y = dot3(basis.y, along);
   const vf length2 = x * x + y * y;
   const vi usable = length2 > 0x1p-40f;
-  const vf inverse = 1.0f / sqrt(usable ? length2 : (vf)(1.0f));
+  const vf inverse = div_f(1.0f, sqrt_f(usable ? length2 : (vf)(1.0f)));
   const vf c = x * inverse, s = y * inverse;
   Basis turned = basis;
   turned.x = select3(usable, add3(scale3(basis.x, c), scale3(basis.y, s)), basis.x);

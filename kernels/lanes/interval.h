@@ -58,7 +58,7 @@ EK_FN Interval interval_scale(vf c, Interval a) { return interval(down(c * a.lo)
 EK_FN Interval interval_div(Interval a, Interval b) {
   // Divisors closer to zero than 2^-100 may be flushed, or their quotients overflow.
   const vi apart = (b.lo > INTERVAL_TINY) | (b.hi < -INTERVAL_TINY);
-  return interval_select(apart, interval_of_four(a.lo / b.lo, a.lo / b.hi, a.hi / b.lo, a.hi / b.hi), interval_whole());
+  return interval_select(apart, interval_of_four(div_f(a.lo, b.lo), div_f(a.lo, b.hi), div_f(a.hi, b.lo), div_f(a.hi, b.hi)), interval_whole());
 }
 
 /// Bounds of |x|: least and most.
@@ -111,7 +111,7 @@ EK_FN Interval interval_power(Interval a, const uint n) {
 /// If a has no number >= 0, there is no value, which the caller knows from interval_sqrt_undefined.
 EK_FN Interval interval_sqrt(Interval a) {
   const vf zero = (vf)(0.0f);
-  return interval(max_f(down(sqrt(max_f(a.lo, zero))), zero), up(sqrt(max_f(a.hi, zero))));
+  return interval(max_f(down(sqrt_f(max_f(a.lo, zero))), zero), up(sqrt_f(max_f(a.hi, zero))));
 }
 EK_FN_ONCE Interval interval_exp(Interval a) {
   return interval(max_f(down_by(formula_exp(a.lo), 0x1p-21f), (vf)(0.0f)), up_by(formula_exp(a.hi), 0x1p-21f));

@@ -10,8 +10,8 @@
 //   - load first, select after; divide freely, then select the bad quotient away.
 //   - no store under a mask: lanes without a path write where nobody reads (chunk tails, film trash
 //     slots).
-// Arithmetic is + - * / sqrt, comparisons and integers alone, without contraction, so that every
-// device gives the same bits.
+// Arithmetic is + - *, div_f, sqrt_f (division.h), comparisons and integers alone, without
+// contraction, so that every device gives the same bits.
 #ifndef EK_LANES_H
 #define EK_LANES_H
 #pragma OPENCL FP_CONTRACT OFF

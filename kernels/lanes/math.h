@@ -4,6 +4,7 @@
 // implementations.
 #ifndef EK_MATH_H
 #define EK_MATH_H
+#include "lanes/division.h"
 #include "lanes/lanes.h"
 
 #define EK_PI 3.14159265358979f
@@ -33,7 +34,7 @@ EK_FN vf dot3(v3 a, v3 b) { return (a.x * b.x + a.y * b.y) + a.z * b.z; }
 EK_FN v3 cross3(v3 a, v3 b) {
   return V3(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
 }
-EK_FN v3 normalize3(v3 a) { return scale3(a, (vf)(1.0f) / sqrt(dot3(a, a))); }
+EK_FN v3 normalize3(v3 a) { return scale3(a, div_f((vf)(1.0f), sqrt_f(dot3(a, a)))); }
 EK_FN v3 select3(vi m, v3 a, v3 b) { return V3(m ? a.x : b.x, m ? a.y : b.y, m ? a.z : b.z); }
 EK_FN vf luminance(v3 a) { return (a.x * 0.2126f + a.y * 0.7152f) + a.z * 0.0722f; }  // of linear Rec. 709
 EK_FN vf max_component(v3 a) { return max_f(max_f(a.x, a.y), a.z); }
@@ -72,7 +73,7 @@ EK_FN vf atan2_turns(vf y, vf x) {
   // Beyond tan(pi / 8) as an angle from the diagonal, so that one polynomial serves |q| <= tan(pi /
   // 8).
   const vi near_diagonal = lesser > greater * 0.414213562f;
-  const vf q = (near_diagonal ? lesser - greater : lesser) / (near_diagonal ? lesser + greater : greater);
+  const vf q = div_f(near_diagonal ? lesser - greater : lesser, near_diagonal ? lesser + greater : greater);
   const vf z = q * q;
   const vf tail = -0x1.b29948p-5f +
                   z * (0x1.04bc78p-5f + z * (-0x1.7352dap-6f + z * (0x1.13b6a6p-6f + z * -0x1.3ab9c6p-7f)));
@@ -109,7 +110,7 @@ EK_FN vf log2_f(vf x) {
   const vi shifted = AS_I(AS_U(bounded) - 0x3f3504f3u) >> 23;
   const vf m = AS_F(AS_U(bounded) - AS_U(shifted << 23));
   const vf f = m - 1.0f;  // exact
-  const vf s = f / (2.0f + f), z = s * s;  // log2(m) = 2 log2(e) artanh(s), |s| < 0.172
+  const vf s = div_f(f, 2.0f + f), z = s * s;  // log2(m) = 2 log2(e) artanh(s), |s| < 0.172
   const vf tail = 0x1.ec709ep-1f + z * (0x1.2776c6p-1f + z * (0x1.a61762p-2f + z * 0x1.484b14p-2f));
   return TO_F(shifted) + (s * 0x1.715476p+1f + s * (z * tail));
 }

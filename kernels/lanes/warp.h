@@ -21,7 +21,7 @@ EK_FN DiskPoint warp_disk(vf u, vf v) {
   const vf b = 2.0f * v - (1.0f - 0x1p-24f);
   const vi wide = abs_f(a) > abs_f(b);
   const vf radius = wide ? a : b;
-  vf turn = 0.125f * (wide ? b : a) / radius;
+  vf turn = div_f(0.125f * (wide ? b : a), radius);
   turn = radius == 0.0f ? (vf)(0.0f) : turn;
   vf s, c;
   sincos_2pi_octant(turn, &s, &c);
@@ -32,14 +32,14 @@ EK_FN DiskPoint warp_disk(vf u, vf v) {
 /// Directions about +z with pdf_sr = z / pi [Malley's method].
 EK_FN v3 warp_cosine_hemisphere(vf u, vf v) {
   const DiskPoint p = warp_disk(u, v);
-  return V3(p.x, p.y, sqrt((1.0f - p.r) * (1.0f + p.r)));
+  return V3(p.x, p.y, sqrt_f((1.0f - p.r) * (1.0f + p.r)));
 }
 
 /// Directions about +z with pdf_sr = 1 / (2 pi).
 EK_FN v3 warp_uniform_hemisphere(vf u, vf v) {
   const DiskPoint p = warp_disk(u, v);
   const vf r2 = p.r * p.r;
-  const vf stretch = sqrt(2.0f - r2);
+  const vf stretch = sqrt_f(2.0f - r2);
   return V3(p.x * stretch, p.y * stretch, (1.0f - p.r) * (1.0f + p.r));
 }
 
@@ -47,7 +47,7 @@ EK_FN v3 warp_uniform_hemisphere(vf u, vf v) {
 EK_FN v3 warp_uniform_sphere(vf u, vf v) {
   const DiskPoint p = warp_disk(u, v);
   const vf r2 = p.r * p.r;
-  const vf stretch = 2.0f * sqrt((1.0f - p.r) * (1.0f + p.r));
+  const vf stretch = 2.0f * sqrt_f((1.0f - p.r) * (1.0f + p.r));
   return V3(p.x * stretch, p.y * stretch, 1.0f - 2.0f * r2);
 }
 
@@ -56,7 +56,7 @@ EK_FN v3 warp_uniform_sphere(vf u, vf v) {
 EK_FN v3 warp_cone(vf u, vf v, vf omc) {
   const DiskPoint p = warp_disk(u, v);
   const vf below = (p.r * p.r) * omc;  // 1 less the cosine of the direction
-  const vf stretch = sqrt(omc * (2.0f - below));
+  const vf stretch = sqrt_f(omc * (2.0f - below));
   return V3(p.x * stretch, p.y * stretch, 1.0f - below);
 }
 

@@ -30,7 +30,7 @@ EK_FN AliasSample alias_table_sample(global const AliasEntry* table, uint count,
   const vu alias = load_word_u(AliasEntry, table, entry, alias);
   const vi own = rest < threshold;
   const vf place = TO_F(own ? rest : rest - threshold) + TO_F(mul_hi(b << 24, (vu)(count)));
-  vf u = place / (own ? TO_F(threshold) : TO_F(~threshold) + 1.0f);
+  vf u = div_f(place, own ? TO_F(threshold) : TO_F(~threshold) + 1.0f);
   u = u < 1.0f ? u : u - 1.0f;  // the last value's gap fills the first one's
   AliasSample s = {own ? entry : alias, min_f(u, (vf)(1.0f - 0x1p-24f)), to_unit_float(b)};
   return s;

@@ -40,7 +40,7 @@ EK_FN MapPlace map_place(constant Frame* frame, v3 dir) {
   const v3 d = map_from_world(frame, dir);
   const float width = (float)frame->environment_width, height = (float)frame->environment_height;
   // The polar angle comes from its sine and cosine, since its cosine alone is flat near the poles.
-  const vf polar = atan2_turns(sqrt(d.x * d.x + d.z * d.z), d.y);
+  const vf polar = atan2_turns(sqrt_f(d.x * d.x + d.z * d.z), d.y);
   MapPlace place = {within((atan2_turns(d.x, -d.z) + 0.5f) * width, width), within((polar * 2.0f) * height, height)};
   return place;
 }
@@ -92,7 +92,7 @@ EK_FN v3 environment_map_sample(constant Frame* frame, global const float4* texe
   const uint width = frame->environment_width, height = frame->environment_height;
   const AliasSample choice = alias_table_sample(table, width * height, a, b);
   // row = texel / width; the quotient of floats is off by at most 1.
-  vu row = AS_U(TO_I(TO_F(AS_I(choice.index)) / (float)width));
+  vu row = AS_U(TO_I(div_f(TO_F(AS_I(choice.index)), (float)width)));
   row = row * width > choice.index ? row - 1u : row;
   row = choice.index - row * width >= width ? row + 1u : row;
   const vu column = choice.index - row * width;
@@ -100,19 +100,19 @@ EK_FN v3 environment_map_sample(constant Frame* frame, global const float4* texe
   const vi south = row + row >= height;
   const vf from_pole = TO_F(AS_I(south ? (height - 1u) - row : row));
   vf inner, outer, unused;
-  sincos_2pi(from_pole / (4.0f * (float)height), &inner, &unused);
-  sincos_2pi((from_pole + 1.0f) / (4.0f * (float)height), &outer, &unused);
+  sincos_2pi(div_f(from_pole, 4.0f * (float)height), &inner, &unused);
+  sincos_2pi(div_f(from_pole + 1.0f, 4.0f * (float)height), &outer, &unused);
   const vf least = 2.0f * (inner * inner);
   const vf versine = least + choice.v * (2.0f * (outer * outer) - least);
   const vf cos_polar = south ? versine - 1.0f : 1.0f - versine;
-  const vf sin_polar = sqrt(versine * (2.0f - versine));
+  const vf sin_polar = sqrt_f(versine * (2.0f - versine));
   MapPlace place;
   place.x = TO_F(AS_I(column)) + choice.u;
   place.y = within((atan2_turns(sin_polar, cos_polar) * 2.0f) * (float)height, (float)height);
   value->radiance = map_radiance(frame, texels, place);
   value->pdf = gather_f((global const float*)texels, choice.index * 4u + 3u);
   vf s, c;
-  sincos_2pi(place.x / (float)width - 0.5f, &s, &c);
+  sincos_2pi(div_f(place.x, (float)width) - 0.5f, &s, &c);
   return world_from_map(frame, V3(sin_polar * s, cos_polar, -(sin_polar * c)));
 }
 

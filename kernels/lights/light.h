@@ -68,16 +68,16 @@ typedef struct {
 /// with exponent 2]. In [0, 1], and the two weights add to 1, whatever the densities are: huge,
 /// both zero, infinite.
 EK_FN vf power_heuristic(vf a, vf b) {
-  vf ratio = b / a;
+  vf ratio = div_f(b, a);
   ratio = ratio == ratio ? ratio : (vf)(1.0f);  // 0 / 0, inf / inf: no preference
-  return 1.0f / (1.0f + ratio * ratio);
+  return div_f(1.0f, 1.0f + ratio * ratio);
 }
 
 /// Density per sr, seen from the ray's origin, of a density per m^2 at the point where the unit
 /// direction dir meets a surface of normal n_geom at distance t; 0 edge on.
 EK_FN vf pdf_sr_from_m2(vf pdf_m2, v3 n_geom, v3 dir, vf t) {
   const vf cos_light = abs_f(dot3(n_geom, dir));
-  return cos_light > 0.0f ? (pdf_m2 * (t * t)) / cos_light : (vf)(0.0f);
+  return cos_light > 0.0f ? div_f(pdf_m2 * (t * t), cos_light) : (vf)(0.0f);
 }
 
 /// Density with which light_sample chooses the point where a ray met an emissive triangle, per sr
@@ -368,8 +368,8 @@ EK_FN LightRay light_ray(LightSample s, v3 p, v3 p_error, v3 n_geom) {
   }
   const v3 to_light = sub3(s.p, p);
   const vf distance2 = dot3(to_light, to_light);
-  const vf distance = sqrt(distance2);
-  const v3 wi_near = scale3(to_light, (vf)(1.0f) / distance);
+  const vf distance = sqrt_f(distance2);
+  const v3 wi_near = scale3(to_light, div_f((vf)(1.0f), distance));
   LightRay path;
   path.wi = select3(s.is_distant, s.wi, wi_near);
   const vi visible = (distance > 0.0f) & emits_towards(s.n, s.double_sided, wi_near);
@@ -386,7 +386,7 @@ EK_FN LightRay light_ray(LightSample s, v3 p, v3 p_error, v3 n_geom) {
   path.pdf = s.is_distant ? s.pdf : pdf_near;
   path.origin = offset_ray_origin(p, p_error, n_geom, path.wi);
   v3 target = offset_ray_origin(s.p, s.p_error, s.n, neg3(wi_near));
-  vf margin = min_f(0x1p-17f / abs_f(dot3(s.n, wi_near)), (vf)(0x1p-8f));
+  vf margin = min_f(div_f(0x1p-17f, abs_f(dot3(s.n, wi_near))), (vf)(0x1p-8f));
   if (EK_HAS_point | EK_HAS_spot) {
     target = select3(s.is_punctual, s.p, target);
     margin = s.is_punctual ? (vf)(0x1p-17f) : margin;

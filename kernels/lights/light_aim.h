@@ -38,8 +38,8 @@ EK_FN vf target_density(LightData lights, uint target, uint kind, vf x, vf y) {
 /// target  centre, and radius; world, metres
 EK_FN vf target_cone(float4 target, v3 from) {
   const v3 way = sub3(splat3(target), from);
-  const vf sin2 = (target.w * target.w) / dot3(way, way);
-  const vf outside = sin2 / (1.0f + sqrt(max_f(1.0f - sin2, (vf)(0.0f))));  // 1 - cosine, also of small angles
+  const vf sin2 = div_f(target.w * target.w, dot3(way, way));
+  const vf outside = div_f(sin2, 1.0f + sqrt_f(max_f(1.0f - sin2, (vf)(0.0f))));  // 1 - cosine, also of small angles
   return sin2 < 1.0f ? outside : (vf)(2.0f);
 }
 
@@ -48,7 +48,7 @@ EK_FN Basis target_basis(v3 centre, v3 from) {
   const v3 axis = sub3(centre, from);
   const vf length2 = dot3(axis, axis);
   return basis_around(
-      select3(length2 > 0.0f, scale3(axis, (vf)(1.0f) / sqrt(length2)), V3((vf)(0.0f), (vf)(0.0f), (vf)(1.0f))));
+      select3(length2 > 0.0f, scale3(axis, div_f((vf)(1.0f), sqrt_f(length2))), V3((vf)(0.0f), (vf)(0.0f), (vf)(1.0f))));
 }
 
 /// Sum of target_cone over all targets, by their weights.
@@ -71,8 +71,8 @@ EK_FN vf cone_density(LightData lights, uint i, v3 from, v3 dir, vf cone) {
   if (!aim_is_learned(lights)) return (vf)(target_weight(lights, i, EK_AIM_CONE));
   // The inverse of warp_cone.
   const v3 within = to_local(target_basis(splat3(lights.light_paths.light_targets[i]), from), dir);
-  const vf stretch = sqrt(max_f(cone * (1.0f + within.z), (vf)(0x1p-60f)));
-  return target_density(lights, i, EK_AIM_CONE, within.x / stretch, within.y / stretch);
+  const vf stretch = sqrt_f(max_f(cone * (1.0f + within.z), (vf)(0x1p-60f)));
+  return target_density(lights, i, EK_AIM_CONE, div_f(within.x, stretch), div_f(within.y, stretch));
 }
 
 /// Number of targets that a ray meets, by the densities of its start. dir: unit
@@ -92,7 +92,7 @@ EK_FN vf targets_met(constant Frame* frame, LightData lights, v3 from, v3 dir) {
 /// Density of the directions of light paths from a point, per sr.
 EK_FN vf target_pdf_sr(constant Frame* frame, LightData lights, v3 from, v3 dir) {
   const vf met = targets_met(frame, lights, from, dir);
-  return met > 0.0f ? met * (EK_INV_2PI / all_target_cones(frame, lights, from)) : (vf)(0.0f);
+  return met > 0.0f ? met * div_f(EK_INV_2PI, all_target_cones(frame, lights, from)) : (vf)(0.0f);
 }
 
 /// Sum of the squared radii of all targets, by their weights.
@@ -110,7 +110,7 @@ EK_FN vf disc_density(LightData lights, uint i, v3 p, v3 dir) {
   if (!aim_is_learned(lights)) return (vf)(target_weight(lights, i, EK_AIM_DISC));
   const float4 target = lights.light_paths.light_targets[i];
   const v3 across = to_local(basis_around(dir), sub3(p, splat3(target)));
-  return target_density(lights, i, EK_AIM_DISC, across.x / target.w, across.y / target.w);
+  return target_density(lights, i, EK_AIM_DISC, div_f(across.x, target.w), div_f(across.y, target.w));
 }
 
 /// Density of light paths of one direction on a plane across it, per m^2.
@@ -122,7 +122,7 @@ EK_FN vf parallel_pdf_m2(constant Frame* frame, LightData lights, v3 p, v3 dir) 
     const vi meets = distance2_from_line(target, p, dir) <= target.w * target.w;
     if (ANY(meets)) met = met + (meets ? disc_density(lights, i, p, dir) : (vf)(0.0f));
   }
-  return met * (EK_INV_PI / all_target_radii2(frame, lights));
+  return met * div_f(EK_INV_PI, all_target_radii2(frame, lights));
 }
 
 /// Moves the coordinates of a start as its target's table has it. returns the name of the start (shared/light_target.h)

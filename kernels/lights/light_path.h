@@ -37,7 +37,7 @@ EK_FN vf unmarked(vf ratio) { return marked(ratio, (vu)(0u)); }
 /// Solid angle of a lobe of GGX: about 4 pi alpha^2 over the cosine of the light with the surface.
 EK_FN vf lobe_sr(vf ggx_alpha, vf cosine) {
   const vf alpha = max_f(ggx_alpha, (vf)(EK_SMOOTH_ALPHA));
-  return (4.0f * EK_PI) * (alpha * alpha) / max_f(cosine, (vf)(0x1p-10f));
+  return div_f((4.0f * EK_PI) * (alpha * alpha), max_f(cosine, (vf)(0x1p-10f)));
 }
 EK_FN vu lobe_mark(vf sr) {
   const vu exponent = AS_U(sr) >> 23;
@@ -64,7 +64,7 @@ EK_FN vi is_shared_ratio(vf ratio) {
 
 /// The share of such a path in light that light paths start from with that density.
 EK_FN vf camera_share(vf marked_ratio, vf density) {
-  const vf ratio = unmarked(marked_ratio), share = 1.0f / (1.0f + ratio * density);
+  const vf ratio = unmarked(marked_ratio), share = div_f(1.0f, 1.0f + ratio * density);
   if (!EK_HAS_merging) return share;
   return ratio == EK_MERGED ? (density > 0.0f ? (vf)(0.0f) : (vf)(1.0f)) : share;
 }
@@ -86,7 +86,7 @@ EK_FN vf start_pdf_m2(LightData lights, vu light, vf pdf_of_point) {
 /// start_m2  start_pdf_m2; dir: away from the surface, unit
 EK_FN vf emission_density(constant Frame* frame, LightData lights, vf start_m2, v3 p, v3 n_geom, v3 dir) {
   const vf cosine = abs_f(dot3(n_geom, dir));
-  return cosine > 0.0f ? start_m2 * target_pdf_sr(frame, lights, p, dir) / cosine : (vf)(0.0f);
+  return cosine > 0.0f ? div_f(start_m2 * target_pdf_sr(frame, lights, p, dir), cosine) : (vf)(0.0f);
 }
 
 // Camera paths and light paths share light by the density of a start in the mean: as if all points of the light saw the targets
@@ -100,7 +100,7 @@ EK_FN float mean_parallel_pdf_m2(LightData lights) { return lights.light_paths.e
 /// As emission_density, in the mean. light: index
 EK_FN vf mean_emission_density(LightData lights, vu light, vf start_m2, v3 n_geom, v3 dir) {
   const vf cosine = abs_f(dot3(n_geom, dir));
-  return cosine > 0.0f ? start_m2 * mean_target_pdf_sr(lights, light) / cosine : (vf)(0.0f);
+  return cosine > 0.0f ? div_f(start_m2 * mean_target_pdf_sr(lights, light), cosine) : (vf)(0.0f);
 }
 
 #if EK_HAS_environment_map
@@ -117,11 +117,11 @@ EK_FN vf mean_environment_density(constant Frame* frame, LightData lights, vf pd
 /// The density of light paths by way of a rough target over that of camera paths that sample its lobe, made that over all camera
 /// paths.
 /// pdf_sr  of light sampling from there, for which start_pdf_m2 stands in; sr: of the lobe, 0 at surfaces that reflect or refract exactly
-EK_FN vf density_beside_sampling(vf density, vf pdf_sr, vf sr) { return density / (1.0f + pdf_sr * sr); }
+EK_FN vf density_beside_sampling(vf density, vf pdf_sr, vf sr) { return div_f(density, 1.0f + pdf_sr * sr); }
 
 /// The same of a light without extent, which has no density of its own.
 /// pdf_m2  of light paths, per m^2 across them at the rough target, if all started from this light
-EK_FN vf density_beside_sampling_of_point(vf pdf_m2, vf sr) { return pdf_m2 / sr; }
+EK_FN vf density_beside_sampling_of_point(vf pdf_m2, vf sr) { return div_f(pdf_m2, sr); }
 
 /// The start of a light path.
 typedef struct {
@@ -137,7 +137,7 @@ typedef struct {
 EK_FN v3 before_scene(constant Frame* frame, v3 p, v3 dir) {
   // Twice the scene's diagonal is far enough for any target in it.
   const v3 half_extent = splat3(frame->scene_half);
-  return sub3(p, scale3(dir, 4.0f * sqrt(dot3(half_extent, half_extent))));
+  return sub3(p, scale3(dir, 4.0f * sqrt_f(dot3(half_extent, half_extent))));
 }
 
 /// Makes the start that of parallel light, or of light from an environment map, in the lanes of such light.
@@ -224,7 +224,7 @@ EK_FN EmittedPath emit_light_path(constant Frame* frame, SceneData scene, LightD
     const vf of_distant = emit_distant(frame, lights, light, choice.index, numbers, &path);
     density = light.is_distant ? of_distant : density;
   }
-  path.throughput = scale3(path.throughput, density > 0.0f ? (vf)(1.0f) / density : (vf)(0.0f));
+  path.throughput = scale3(path.throughput, density > 0.0f ? div_f((vf)(1.0f), density) : (vf)(0.0f));
   return path;
 }
 #endif

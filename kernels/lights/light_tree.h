@@ -37,7 +37,7 @@ EK_FN vu pack_normal(v3 n, vi both_sides) {
 
 // The normal, of nearly unit length.
 EK_FN v3 unpack_normal(vu packed) {
-  const float unit = 1.0f / 511.0f;
+  const float unit = (1.0f / 511.0f);
   return V3((TO_F(AS_I(packed & 1023u)) - 512.0f) * unit, (TO_F(AS_I((packed >> 10) & 1023u)) - 512.0f) * unit,
             (TO_F(AS_I((packed >> 20) & 1023u)) - 512.0f) * unit);
 }
@@ -47,7 +47,7 @@ typedef struct { vf numerator, distance2; } LightEstimate;
 
 // Twice the expected positive part of a number with mean x and about this variance.
 EK_FN vf positive_part(vf x, vf variance) {
-  const vf root = sqrt(x * x + variance);
+  const vf root = sqrt_f(x * x + variance);
   return max_f(x + root, root * 0x1p-10f);
 }
 
@@ -68,9 +68,9 @@ EK_FN LightEstimate light_estimate(v3 p, v3 n, vi both_sides, v3 centroid, vf va
 EK_FN vf left_share(v3 p, v3 n, vi both_sides, LightNodeLanes r) {
   const LightEstimate left = light_estimate(p, n, both_sides, r.left_centroid, r.left_variance, r.left_mean_direction);
   const LightEstimate right = light_estimate(p, n, both_sides, r.right_centroid, r.right_variance, r.right_mean_direction);
-  const vf nearer = left.distance2 / right.distance2;
+  const vf nearer = div_f(left.distance2, right.distance2);
   const vf a = left.numerator * r.left_share, b = (right.numerator * (1.0f - r.left_share)) * (nearer * nearer);
-  const vf share = a / (a + b);
+  const vf share = div_f(a, a + b);
   const vf bounded = min_f(max_f(share, (vf)(LIGHT_TREE_LEAST)), (vf)(1.0f - LIGHT_TREE_LEAST));
   return share == share ? bounded : (vf)(0.5f);
 }
@@ -151,7 +151,7 @@ EK_FN void tree_search_step(global const LightNode* nodes, TreeSearch* t) {
 
 EK_FN TreeChoice tree_search_end(TreeSearch t) {
   const vf range = word_to_float(t.walk.range);
-  TreeChoice c = {t.walk.first, range * t.walk.unit, min_f(word_to_float(t.rest) / range, (vf)(1.0f - 0x1p-24f))};
+  TreeChoice c = {t.walk.first, range * t.walk.unit, min_f(div_f(word_to_float(t.rest), range), (vf)(1.0f - 0x1p-24f))};
   return c;
 }
 

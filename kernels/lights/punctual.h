@@ -20,8 +20,8 @@
 /// range2     squared range, infinite where there is none
 /// source  [KHR_lights_punctual, "Range Property"]
 EK_FN vf punctual_falloff(vf distance2, vf range2) {
-  const vf ratio2 = distance2 / range2;
-  return max_f(1.0f - ratio2 * ratio2, (vf)(0.0f)) / distance2;
+  const vf ratio2 = div_f(distance2, range2);
+  return div_f(max_f(1.0f - ratio2 * ratio2, (vf)(0.0f)), distance2);
 }
 
 /// Attenuation of a spot light between its cones.
@@ -47,7 +47,7 @@ EK_FN LightLanes moved_punctual(constant Frame* frame, global const Light* poses
   const vf length2 = dot3(axis, axis);
   // Opposite axes have no mean. A point light has no axis.
   const vi turns = moves & (length2 > 0x1p-20f);
-  r.p1 = select3(turns, scale3(axis, (vf)(1.0f) / sqrt(length2)), r.p1);
+  r.p1 = select3(turns, scale3(axis, div_f((vf)(1.0f), sqrt_f(length2))), r.p1);
   return r;
 }
 #endif

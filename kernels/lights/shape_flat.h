@@ -13,7 +13,7 @@ typedef struct {
 
 EK_FN BoxFaces box_faces(ShapeView view) {
   const ShapeLanes s = view.shape;
-  const v3 area = V3(sqrt(dot3(s.x, s.x)), sqrt(dot3(s.y, s.y)), sqrt(dot3(s.z, s.z)));
+  const v3 area = V3(sqrt_f(dot3(s.x, s.x)), sqrt_f(dot3(s.y, s.y)), sqrt_f(dot3(s.z, s.z)));
   const v3 p = view.from, most = add3(V3((vf)(1.0f), (vf)(1.0f), (vf)(1.0f)), view.slack);
   const vi inside = (abs_f(p.x) <= most.x) & (abs_f(p.y) <= most.y) & (abs_f(p.z) <= most.z);
   const vf zero = (vf)(0.0f);
@@ -52,7 +52,7 @@ EK_FN vf box_density(ShapeView view, ShapePoint at, vf part) {
   const vi high = (part == 1.0f) | (part == 3.0f) | (part == 5.0f);
   const v3 share = select3(high, faces.high, faces.low);
   const vf mine = part < 2.0f ? share.x : part > 3.0f ? share.z : share.y;
-  return density_sr_from_area(view, at.p, at.out, 0.25f * mine / faces.all);
+  return density_sr_from_area(view, at.p, at.out, div_f(0.25f * mine, faces.all));
 }
 
 EK_FN ShapeChoice plane_choose(ShapeView view, vf u, vf v) {

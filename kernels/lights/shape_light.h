@@ -74,7 +74,7 @@ EK_FN vf own_sr_per_sr(ShapeLanes s, v3 dir) {
   const ShapeRows rows = shape_rows(s);
   const v3 d = V3(dot3(rows.x, dir), dot3(rows.y, dir), dot3(rows.z, dir));
   const vf length2 = dot3(d, d);
-  return volume_of(rows) / (length2 * sqrt(length2));
+  return div_f(volume_of(rows), length2 * sqrt_f(length2));
 }
 
 EK_FN ShapeView shape_view(ShapeLanes s, ShapeWorldLanes world, v3 p) {
@@ -119,10 +119,10 @@ EK_FN ShapeView shape_view_of_all(ShapeLanes s, ShapeWorldLanes world) {
 EK_FN vf shape_pdf_m2(ShapeView view, ShapePoint at, vf part) {
   const v3 d = sub3(at.p, view.from);
   const vf out2 = dot3(at.out, at.out), distance2 = dot3(d, d);
-  const vf own = shape_density(view, at, part) * abs_f(dot3(at.out, d)) / (distance2 * sqrt(distance2 * out2));
+  const vf own = div_f(shape_density(view, at, part) * abs_f(dot3(at.out, d)), distance2 * sqrt_f(distance2 * out2));
   const ShapeRows rows = shape_rows(view.shape);
   const v3 n = add3(add3(scale3(rows.x, at.out.x), scale3(rows.y, at.out.y)), scale3(rows.z, at.out.z));
-  return own * volume_of(rows) * sqrt(out2 / dot3(n, n)) / rows.scale / rows.scale;
+  return div_f(div_f(own * volume_of(rows) * sqrt_f(div_f(out2, dot3(n, n))), rows.scale), rows.scale);
 }
 #endif
 

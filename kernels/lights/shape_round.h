@@ -15,24 +15,24 @@ typedef struct {
 // of the viewpoint.
 EK_FN vf side_seen(ShapeView view, vf a, vf b) {
   const vf radius = a + b * view.from.y;
-  const vf distance = sqrt(view.from.x * view.from.x + view.from.z * view.from.z);
+  const vf distance = sqrt_f(view.from.x * view.from.x + view.from.z * view.from.z);
   const vf beyond = max_f((distance - radius) * (distance + radius), (vf)(0.0f));
-  return atan2_turns(sqrt(beyond), radius);
+  return atan2_turns(sqrt_f(beyond), radius);
 }
 
 EK_FN vi side_holds(ShapeView view, vf a, vf b, vf low, vf high) {
-  const vf distance = sqrt(view.from.x * view.from.x + view.from.z * view.from.z), slack = view.slack.x + view.slack.z;
+  const vf distance = sqrt_f(view.from.x * view.from.x + view.from.z * view.from.z), slack = view.slack.x + view.slack.z;
   return (distance <= a + b * view.from.y + slack) & (view.from.y >= low - view.slack.y) & (view.from.y <= high + view.slack.y);
 }
 
 // Uniform by area: the squared radius is uniform between those of the ends.
 EK_FN v3 side_choose(ShapeView view, SideView side, vf u, vf v) {
   const vf first = max_f(side.a + side.b * side.low, (vf)(0.0f)), last = max_f(side.a + side.b * side.high, (vf)(0.0f));
-  const vf radius = sqrt((first * first) * (1.0f - v) + (last * last) * v), sum = radius + first;
-  const vf y = sum > 0.0f ? side.low + v * (side.high - side.low) * (first + last) / sum : side.low;
-  const vf distance = sqrt(view.from.x * view.from.x + view.from.z * view.from.z);
+  const vf radius = sqrt_f((first * first) * (1.0f - v) + (last * last) * v), sum = radius + first;
+  const vf y = sum > 0.0f ? side.low + div_f(v * (side.high - side.low) * (first + last), sum) : side.low;
+  const vf distance = sqrt_f(view.from.x * view.from.x + view.from.z * view.from.z);
   const vi off_axis = distance > 0.0f;
-  const vf x = off_axis ? view.from.x / distance : (vf)(1.0f), z = off_axis ? view.from.z / distance : (vf)(0.0f);
+  const vf x = off_axis ? div_f(view.from.x, distance) : (vf)(1.0f), z = off_axis ? div_f(view.from.z, distance) : (vf)(0.0f);
   vf s, c;
   sincos_2pi((2.0f * u - 1.0f) * side.seen, &s, &c);
   return V3(radius * (x * c - z * s), y, radius * (z * c + x * s));
@@ -40,7 +40,7 @@ EK_FN v3 side_choose(ShapeView view, SideView side, vf u, vf v) {
 
 EK_FN vf side_density(SideView side) {
   const vf ends = (side.a + side.b * side.low) + (side.a + side.b * side.high);
-  return EK_INV_2PI / (side.seen * ends * (side.high - side.low) * sqrt(1.0f + side.b * side.b));
+  return div_f(EK_INV_2PI, side.seen * ends * (side.high - side.low) * sqrt_f(1.0f + side.b * side.b));
 }
 
 // The one of three parts that u selects by their shares. u: rescaled to [0, 1) for reuse
@@ -54,7 +54,7 @@ EK_FN vf part_chosen(v3 share, vf* u) {
 EK_FN vf part_share(v3 share, vf part) {
   const vf mine = part == 0.0f ? share.x : part == 1.0f ? share.y : share.z;
   const vf all = (share.x + share.y) + share.z;
-  return all > 0.0f ? mine / all : (vf)(0.0f);
+  return all > 0.0f ? div_f(mine, all) : (vf)(0.0f);
 }
 
 EK_FN v3 cylinder_shares(ShapeView view, SideView* side) {
@@ -81,7 +81,7 @@ EK_FN vf cylinder_density(ShapeView view, ShapePoint at, vf part) {
   SideView side;
   const v3 shares = cylinder_shares(view, &side);
   const vf radius = side.a + (part == 2.0f ? side.b : -side.b);
-  const vf density = part == 0.0f ? side_density(side) : EK_INV_PI / (radius * radius);
+  const vf density = part == 0.0f ? side_density(side) : div_f(EK_INV_PI, radius * radius);
   const vf mine = part_share(shares, part);
   return mine > 0.0f ? density_sr_from_area(view, at.p, at.out, mine * density) : (vf)(0.0f);
 }
@@ -115,7 +115,7 @@ EK_FN ShapeChoice capsule_choose(ShapeView view, vf u, vf v) {
   choice.part = part_chosen(shares, &u);
   const vi upper = choice.part == 2.0f;
   const vf rim = capsule_rim(s, cone), y = upper ? rim + (1.0f - rim) * v : (1.0f + rim) * v - 1.0f;
-  const vf radius = upper ? s.b : s.c, round = radius * sqrt(max_f((1.0f - y) * (1.0f + y), (vf)(0.0f)));
+  const vf radius = upper ? s.b : s.c, round = radius * sqrt_f(max_f((1.0f - y) * (1.0f + y), (vf)(0.0f)));
   vf sine, cosine;
   sincos_2pi(u, &sine, &cosine);
   const v3 ball = V3(round * cosine, (upper ? s.a : -s.a) + radius * y, round * sine);
@@ -129,7 +129,7 @@ EK_FN vf capsule_density(ShapeView view, ShapePoint at, vf part) {
   SideView side;
   const v3 shares = capsule_shares(view, cone, &side);
   const vf rim = capsule_rim(s, cone), radius = part == 2.0f ? s.b : s.c;
-  const vf ball = EK_INV_2PI / ((radius * radius) * (part == 2.0f ? 1.0f - rim : 1.0f + rim));
+  const vf ball = div_f(EK_INV_2PI, (radius * radius) * (part == 2.0f ? 1.0f - rim : 1.0f + rim));
   const vf mine = part_share(shares, part);
   return mine > 0.0f ? density_sr_from_area(view, at.p, at.out, mine * (part == 0.0f ? side_density(side) : ball)) : (vf)(0.0f);
 }

@@ -14,8 +14,8 @@ EK_FN vi sphere_holds(ShapeView view) {
 // 1 - cos of half the cone's angle. sin^2 / (1 + cos) has no difference of nearly equal numbers,
 // however far away the sphere is.
 EK_FN vf sphere_cone(v3 from) {
-  const vf sin2 = 1.0f / dot3(from, from);
-  return sin2 / (1.0f + sqrt(1.0f - sin2));
+  const vf sin2 = div_f(1.0f, dot3(from, from));
+  return div_f(sin2, 1.0f + sqrt_f(1.0f - sin2));
 }
 
 // The concentric map to the disc gives the map to the cone, with 1 - cos as r^2. A line at the
@@ -25,14 +25,14 @@ EK_FN vf sphere_cone(v3 from) {
 EK_FN ShapeChoice sphere_choose(ShapeView view, vf u, vf v) {
   const vf zero = (vf)(0.0f), one = (vf)(1.0f);
   const vi inside = sphere_holds(view);
-  const vf distance = sqrt(dot3(view.from, view.from));
+  const vf distance = sqrt_f(dot3(view.from, view.from));
   const DiskPoint disk = warp_disk(u, v);
   const vf versine = (disk.r * disk.r) * sphere_cone(view.from);
-  const vf h = min_f(distance * sqrt(versine * (2.0f - versine)), one), rest = sqrt((1.0f - h) * (1.0f + h));
-  const vf cos_theta = 1.0f - versine, sin_theta = h / distance;
+  const vf h = min_f(distance * sqrt_f(versine * (2.0f - versine)), one), rest = sqrt_f((1.0f - h) * (1.0f + h));
+  const vf cos_theta = 1.0f - versine, sin_theta = div_f(h, distance);
   const vf sin_middle = h * cos_theta - rest * sin_theta, cos_middle = rest * cos_theta + h * sin_theta;
-  const vf across = disk.r > 0.0f ? sin_middle / disk.r : zero;
-  const Basis basis = basis_around(scale3(view.from, one / distance));
+  const vf across = disk.r > 0.0f ? div_f(sin_middle, disk.r) : zero;
+  const Basis basis = basis_around(scale3(view.from, div_f(one, distance)));
   const v3 seen = to_world(basis, V3(across * disk.x, across * disk.y, cos_middle));
   const ShapeChoice choice = {select3(inside, warp_uniform_sphere(u, v), seen), zero};
   return choice;
@@ -40,7 +40,7 @@ EK_FN ShapeChoice sphere_choose(ShapeView view, vf u, vf v) {
 
 EK_FN vf sphere_density(ShapeView view, ShapePoint at, vf part) {
   const vf within = density_sr_from_area(view, at.p, at.out, (vf)(EK_INV_4PI));
-  return sphere_holds(view) ? within : EK_INV_2PI / sphere_cone(view.from);
+  return sphere_holds(view) ? within : div_f(EK_INV_2PI, sphere_cone(view.from));
 }
 
 #endif

@@ -24,11 +24,11 @@ typedef struct {
 EK_FN vf density_sr_from_area(ShapeView view, v3 p, v3 out, vf density) {
   const v3 d = sub3(p, view.from);
   const vf across = abs_f(dot3(out, d)), distance2 = dot3(d, d);
-  const vf per_sr = (density * distance2) * sqrt(distance2 * dot3(out, out)) / across;
+  const vf per_sr = div_f((density * distance2) * sqrt_f(distance2 * dot3(out, out)), across);
   return across > 0.0f ? per_sr : (vf)(0.0f);
 }
 
 // u, which lies in [begin, begin + share), rescaled to [0, 1).
-EK_FN vf rest_of(vf u, vf begin, vf share) { return max_f(min_f((u - begin) / share, (vf)(1.0f - 0x1p-24f)), (vf)(0.0f)); }
+EK_FN vf rest_of(vf u, vf begin, vf share) { return max_f(min_f(div_f(u - begin, share), (vf)(1.0f - 0x1p-24f)), (vf)(0.0f)); }
 
 #endif

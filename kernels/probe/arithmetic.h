@@ -28,8 +28,8 @@ EK_FN_ONCE void arithmetic_run(global uint* arithmetic_out, global const uint* a
       const vf a = arithmetic_operand(key), b = arithmetic_operand(hash_bits(key + 1u)), c = arithmetic_operand(hash_bits(key + 2u));
       fold = hash_bits(fold ^ AS_U(a + b));
       fold = hash_bits(fold ^ AS_U(a * b + c));  // differs when contracted
-      fold = hash_bits(fold ^ AS_U(a / b));
-      fold = hash_bits(fold ^ AS_U(sqrt(abs_f(a))));
+      fold = hash_bits(fold ^ AS_U(div_f(a, b)));
+      fold = hash_bits(fold ^ AS_U(sqrt_f(abs_f(a))));
       fold = hash_bits(fold ^ AS_U(dot3(V3(a, b, c), V3(c, a, b))));
       vf u, v, s, k;
       sample_2d(key, seed, round, &u, &v);

@@ -9,7 +9,7 @@
 
 // A cell stands for (wo, wi) and (wi, wo). Of coated surfaces, whose model is not reciprocal, it
 // holds the mean of both.
-EK_FN_ONCE v3 measure_one_way(MaterialLanes m, v3 wo, v3 wi) { return scale3(bsdf_eval(m, wo, wi), 1.0f / wi.z); }
+EK_FN_ONCE v3 measure_one_way(MaterialLanes m, v3 wo, v3 wi) { return scale3(bsdf_eval(m, wo, wi), div_f(1.0f, wi.z)); }
 
 /// The material to measure, and the place in its textures.
 typedef struct {
@@ -19,9 +19,9 @@ typedef struct {
 EK_FN_ONCE void measure_run(SceneData scene, global float* measured_values, global uint* measured_findings,
                             MeasuredPoint point, uint cell) {
   if (cell >= EK_MEASURED_CELLS) return;
-  const float share = ((float)(cell / (EK_MEASURED_PHI_D * EK_MEASURED_THETA_D)) + 0.5f) / EK_MEASURED_THETA_H;
-  const float theta_d = ((float)(cell / EK_MEASURED_PHI_D % EK_MEASURED_THETA_D) + 0.5f) / EK_MEASURED_THETA_D;
-  const float phi_d = ((float)(cell % EK_MEASURED_PHI_D) + 0.5f) / EK_MEASURED_PHI_D;
+  const float share = div_f((float)(cell / (EK_MEASURED_PHI_D * EK_MEASURED_THETA_D)) + 0.5f, EK_MEASURED_THETA_H);
+  const float theta_d = div_f((float)(cell / EK_MEASURED_PHI_D % EK_MEASURED_THETA_D) + 0.5f, EK_MEASURED_THETA_D);
+  const float phi_d = div_f((float)(cell % EK_MEASURED_PHI_D) + 0.5f, EK_MEASURED_PHI_D);
   float sin_h, cos_h, sin_d, cos_d, sin_p, cos_p;
   sincos_2pi(0.25f * (share * share), &sin_h, &cos_h);
   sincos_2pi(0.25f * theta_d, &sin_d, &cos_d);

@@ -8,7 +8,7 @@
 // The interval between two planes at -1 and 1. A direction along them counts as one that meets them
 // very far away, on the side of its sign.
 EK_FN void slab_span(vf o, vf d, vf least, vf* in, vf* out) {
-  const vf r = 1.0f / (abs_f(d) < least ? copysign_f(least, d) : d);
+  const vf r = div_f(1.0f, abs_f(d) < least ? copysign_f(least, d) : d);
   const vf low = (-1.0f - o) * r, high = (1.0f - o) * r;
   *in = r < 0.0f ? high : low;
   *out = r < 0.0f ? low : high;

@@ -18,12 +18,12 @@ typedef struct {
 
 EK_FN CapsuleSide capsule_side(ShapeLanes s) {
   CapsuleSide side;
-  side.tilt = (s.c - s.b) / (2.0f * s.a);
+  side.tilt = div_f(s.c - s.b, 2.0f * s.a);
   side.there = abs_f(side.tilt) < 0.99999f;
   side.tilt = side.there ? side.tilt : (vf)(0.0f);
-  side.flat = sqrt((1.0f - side.tilt) * (1.0f + side.tilt));
-  side.a = 0.5f * (s.b + s.c) / side.flat;
-  side.b = -side.tilt / side.flat;
+  side.flat = sqrt_f((1.0f - side.tilt) * (1.0f + side.tilt));
+  side.a = div_f(0.5f * (s.b + s.c), side.flat);
+  side.b = div_f(-side.tilt, side.flat);
   side.low = s.c * side.tilt - s.a;
   side.high = s.b * side.tilt + s.a;
   return side;
@@ -41,7 +41,7 @@ EK_FN void capsule_join(ShapeSpan* whole, vi hit, vf in, vf out, vf part) {
 }
 
 EK_FN void capsule_join_sphere(ShapeSpan* whole, v3 o, v3 d, vf y, vf radius, vf part) {
-  const vf r = 1.0f / radius;
+  const vf r = div_f(1.0f, radius);
   const ShapeSpan ball = unit_sphere_span(scale3(V3(o.x, o.y - y, o.z), r), scale3(d, r));
   capsule_join(whole, ball.hit & (radius > 0.0f), ball.in, ball.out, part);
 }
@@ -68,8 +68,8 @@ EK_FN ShapePoint capsule_point(ShapeLanes s, v3 near, vf part, v3 slack) {
   // the cap ends.
   const v3 toward = normalize3(V3(near.x, near.y - center, near.z));
   const vi beside = side.there & (upper ? toward.y < side.tilt : toward.y > side.tilt);
-  const vf round = sqrt(toward.x * toward.x + toward.z * toward.z);
-  const vf shrink = round > 0.0f ? side.flat / round : (vf)(0.0f);
+  const vf round = sqrt_f(toward.x * toward.x + toward.z * toward.z);
+  const vf shrink = round > 0.0f ? div_f(side.flat, round) : (vf)(0.0f);
   ball.out = select3(beside, V3(toward.x * shrink, side.tilt, toward.z * shrink), toward);
   ball.right = east_of(ball.out);
   ball.clearance = (vf)(0.0f);
@@ -78,7 +78,7 @@ EK_FN ShapePoint capsule_point(ShapeLanes s, v3 near, vf part, v3 slack) {
   ball.u = EK_HAS_uv ? 0.5f + atan2_turns(near.x, near.z) : (vf)(0.0f);
   ShapePoint point = select_point(part == 0.0f, wall, ball);
   const vf top = s.a + s.b, bottom = s.a + s.c;
-  point.v = (top - point.p.y) / (top + bottom);
+  point.v = div_f(top - point.p.y, top + bottom);
   return point;
 }
 

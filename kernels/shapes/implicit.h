@@ -39,7 +39,7 @@ EK_FN ShapeRoot implicit_shape_root(SceneData scene, ShapeLanes s, const Implici
   EK_FOR_EACH_FORMULA(k, place.formula) {
     const vi mine = search->lanes & (place.formula == (vu)(k));
     if (!ANY(mine)) continue;
-    const ImplicitRoot found = implicit_root(k, ray, mine, search->culls, search->until / ray.per_length - ray.begin);
+    const ImplicitRoot found = implicit_root(k, ray, mine, search->culls, div_f(search->until, ray.per_length) - ray.begin);
     const vf z = (ray.begin + found.s) * ray.per_length;
     root.hit = mine ? (found.hit & (z > 0.0f)) : root.hit;
     root.z = mine ? z : root.z;
@@ -55,7 +55,7 @@ EK_FN ShapeRoot implicit_shape_root(SceneData scene, ShapeLanes s, const Implici
 EK_FN ShapePoint implicit_shape_point(ShapeLanes s, ShapeWorldLanes place, vi live, v3 origin, v3 dir, vf part, ShapePoint point) {
   const vf longest = max_component(abs3(dir));
   const v3 o = shape_vector(s, sub3(origin, s.center));
-  const ImplicitRay ray = implicit_own_ray(s, place, o, shape_vector(s, V3(dir.x / longest, dir.y / longest, dir.z / longest)));
+  const ImplicitRay ray = implicit_own_ray(s, place, o, shape_vector(s, V3(div_f(dir.x, longest), div_f(dir.y, longest), div_f(dir.z, longest))));
   // To the world and back: two products of matrices, as in shape_surface, and the rounding of a
   // place in the world.
   const v3 extent = V3(s.a, s.b, s.c), center = abs3(s.center);

@@ -57,7 +57,7 @@ EK_FN v3 along(v3 o, v3 d, vf s) { return V3(o.x + d.x * s, o.y + d.y * s, o.z +
 // Narrows [begin, end] to where the ray is within [lo, hi] on one axis.
 EK_FN void clip_axis(vf o, vf d, vf lo, vf hi, vf* begin, vf* end) {
   const vf least = (vf)(0x1p-80f);
-  const vf r = (vf)(1.0f) / (abs_f(d) < least ? (d < 0.0f ? -least : least) : d);
+  const vf r = div_f((vf)(1.0f), abs_f(d) < least ? (d < 0.0f ? -least : least) : d);
   const vf a = (lo - o) * r, b = (hi - o) * r;
   *begin = max_f(min_f(a, b), *begin);
   *end = min_f(max_f(a, b), *end);
@@ -102,7 +102,7 @@ EK_FN vf implicit_narrow(uint formula, ImplicitRay ray, vi live, vf a, vf b) {
   for (uint i = 0; i < 64u; ++i) {
     const vf middle = a + (b - a) * 0.5f;
     // At least so far from the ends that the root comes to lie between two points as close as that.
-    const vf guess = min_f(max_f(a + (b - a) * (fa / (fa - fb)), a + least), b - least);
+    const vf guess = min_f(max_f(a + (b - a) * div_f(fa, fa - fb), a + least), b - least);
     const vi usable = (guess > a) & (guess < b) & (b - a <= goal);
     const vf m = usable ? guess : middle;
     goal = (b - a) * 0.5f;

@@ -6,7 +6,7 @@
 #include "shapes/span.h"
 
 EK_FN ShapeSpan plane_span(ShapeLanes s, v3 o, v3 d) {
-  const vf z = -o.y / d.y;
+  const vf z = div_f(-o.y, d.y);
   ShapeSpan span;
   span.hit = (abs_f(o.x + z * d.x) <= s.a) & (abs_f(o.z + z * d.z) <= s.b);  // not where z is no number
   span.out = z;

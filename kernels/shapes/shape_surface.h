@@ -27,12 +27,12 @@ EK_FN Surface shape_placed(ShapeLanes s, ShapeWorldLanes world, ShapePoint point
   const v3 size = V3(dot3(abs3(world.x), own), dot3(abs3(world.y), own), dot3(abs3(world.z), own));
   const vf height = (out.x * dot3(abs3(s.x), size) + out.y * dot3(abs3(s.y), size)) + out.z * dot3(abs3(s.z), size);
   const v3 normal = add3(add3(scale3(s.x, point.out.x), scale3(s.y, point.out.y)), scale3(s.z, point.out.z));
-  const vf per_metre = sqrt(dot3(normal, normal));
-  const v3 n = scale3(normal, (vf)(1.0f) / per_metre);
+  const vf per_metre = sqrt_f(dot3(normal, normal));
+  const v3 n = scale3(normal, div_f((vf)(1.0f), per_metre));
   const v3 p = add3(s.center, from_center);
-  const v3 p_error = add3(scale3(abs3(p), (vf)(0x1p-24f)), scale3(abs3(n), 0x1p-20f * (height / per_metre)));
+  const v3 p_error = add3(scale3(abs3(p), (vf)(0x1p-24f)), scale3(abs3(n), 0x1p-20f * div_f(height, per_metre)));
   const int may_be_off = EK_HAS_implicit | EK_HAS_cylinder;  // of the kinds that set a clearance
-  const Surface surface = {p, may_be_off ? add3(p_error, scale3(abs3(n), point.clearance / per_metre)) : p_error, n};
+  const Surface surface = {p, may_be_off ? add3(p_error, scale3(abs3(n), div_f(point.clearance, per_metre))) : p_error, n};
   return surface;
 }
 
@@ -48,7 +48,7 @@ EK_FN ShapePoint shape_surface(SceneData scene, TriangleLanes corners, vf part, 
   // From a million radii away the error of t may be as large as the shape; then the point of the
   // side that is seen is taken.
   const v3 seen = shape_vector(s, neg3(dir));
-  near = select3(max_component(abs3(near)) > 0x1p-20f, near, scale3(seen, (vf)(1.0f) / max_component(abs3(seen))));
+  near = select3(max_component(abs3(near)) > 0x1p-20f, near, scale3(seen, div_f((vf)(1.0f), max_component(abs3(seen)))));
   const v3 slack = shape_slack(s, world, V3((vf)(1.0f), (vf)(1.0f), (vf)(1.0f)));
 #if EK_HAS_implicit
   ShapePoint point = shape_point(s, near, part, slack);
@@ -77,7 +77,7 @@ EK_FN HitAttributes shape_attributes(SceneData scene, TriangleLanes corners, Sha
     const v3 along = V3(dot3(world.x, right), dot3(world.y, right), dot3(world.z, right));
     const v3 upward = V3(dot3(world.x, up), dot3(world.y, up), dot3(world.z, up));
     const vf length2 = dot3(along, along);
-    const v3 tangent = scale3(along, length2 > 0.0f ? (vf)(1.0f) / sqrt(length2) : (vf)(0.0f));
+    const v3 tangent = scale3(along, length2 > 0.0f ? div_f((vf)(1.0f), sqrt_f(length2)) : (vf)(0.0f));
     at.tangent = select3(is_shape, tangent, at.tangent);
     at.bitangent_sign = is_shape ? (dot3(cross3(n_geom, tangent), upward) < 0.0f ? (vf)(-1.0f) : (vf)(1.0f)) : at.bitangent_sign;
   }

@@ -12,12 +12,12 @@
 // outside, a ray that leads away has no positive root.
 EK_FN ShapeSpan unit_sphere_span(v3 o, v3 d) {
   const vf a = dot3(d, d), b = -dot3(o, d), c = dot3(o, o) - 1.0f;
-  const v3 nearest = add3(o, scale3(d, b / a));
+  const v3 nearest = add3(o, scale3(d, div_f(b, a)));
   const vf from_afar = a * (1.0f - dot3(nearest, nearest));
   const vf discriminant = c < 1.0f ? b * b - a * c : from_afar;
-  const vf root = sqrt(max_f(discriminant, (vf)(0.0f)));
+  const vf root = sqrt_f(max_f(discriminant, (vf)(0.0f)));
   const vf q = b < 0.0f ? b - root : b + root;
-  const vf z0 = c / q, z1 = q / a;
+  const vf z0 = div_f(c, q), z1 = div_f(q, a);
   ShapeSpan span;
   span.hit = discriminant > 0.0f;
   span.in = min_f(z0, z1);
@@ -39,7 +39,7 @@ EK_FN ShapePoint sphere_point(ShapeLanes s, v3 near, vf part, v3 slack) {
   if (EK_HAS_uv) {
     const v3 p = point.p;
     point.u = 0.5f + atan2_turns(p.x, p.z);
-    point.v = 2.0f * atan2_turns(sqrt(p.x * p.x + p.z * p.z), p.y);
+    point.v = 2.0f * atan2_turns(sqrt_f(p.x * p.x + p.z * p.z), p.y);
   }
   return point;
 }

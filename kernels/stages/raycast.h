@@ -8,7 +8,7 @@
 /// Reflectance of a conductor at normal incidence: |(eta + i k - 1) / (eta + i k + 1)|^2.
 EK_FN vf conductor_normal_reflectance(vf eta, vf k) {
   const vf below = eta - 1.0f, above = eta + 1.0f;
-  return (below * below + k * k) / (above * above + k * k);
+  return div_f(below * below + k * k, above * above + k * k);
 }
 
 /// The material of a ray caster. EIKON_materials_phong stays as it is. The highlight of any other
@@ -25,7 +25,7 @@ EK_FN MaterialLanes raycast_material(MaterialLanes m) {
                           conductor_normal_reflectance(m.own.conductor_eta.z, m.own.conductor_k.z));
   const v3 highlight = select3(lambert, V3(zero, zero, zero), select3(metal, conductor, m.f0));
   const vf alpha2 = max_f(m.ggx_alpha * m.ggx_alpha, (vf)(0x1p-20f));
-  const vf shininess = min_f(max_f(2.0f / alpha2 - 2.0f, (vf)(1.0f)), (vf)(0x1p16f));
+  const vf shininess = min_f(max_f(div_f(2.0f, alpha2) - 2.0f, (vf)(1.0f)), (vf)(0x1p16f));
   m.own.phong_specular = select3(own, m.own.phong_specular, highlight);
   m.own.phong_shininess = own ? m.own.phong_shininess : shininess;
   m.base_color = scale3(m.base_color, own | lambert ? (vf)(1.0f) : metal ? zero : 1.0f - m.metallic);

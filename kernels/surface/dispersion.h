@@ -23,7 +23,7 @@ EK_FN void disperse(HitMaterial hit, vi front, vf u, MaterialLanes* m, v3* beta)
   const vf ior = hit.ior + (blue ? hit.spread : red ? -hit.spread : zero);
   const vf other = hit.other_ior + (blue ? hit.other_spread : red ? -hit.other_spread : zero);
   *beta = select3(disperses, one_channel, *beta);
-  m->eta = disperses ? (front ? ior / other : other / ior) : m->eta;
+  m->eta = disperses ? (front ? div_f(ior, other) : div_f(other, ior)) : m->eta;
 }
 
 #endif

@@ -64,7 +64,7 @@ EK_FN void add_anisotropy(SceneData scene, LayerDetailLanes r, HitAttributes at,
   }
   const vf length2 = x * x + y * y;
   const vi usable = (dot3(at.tangent, at.tangent) > 0x1p-20f) & (length2 > 0x1p-20f);
-  const vf inverse = 1.0f / sqrt(usable ? length2 : one);
+  const vf inverse = div_f(1.0f, sqrt_f(usable ? length2 : one));
   hit->anisotropy_x = (r.anisotropy_cos * x - r.anisotropy_sin * y) * inverse;
   hit->anisotropy_y = (r.anisotropy_sin * x + r.anisotropy_cos * y) * inverse;
   strength = usable ? strength : (vf)(0.0f);
@@ -140,7 +140,7 @@ EK_FN void add_translucence(SceneData scene, BaseDetailLanes r, HitAttributes at
 /// Reflectance at normal incidence of the dielectric part [KHR_materials_ior,
 /// KHR_materials_specular]: an index of 0 stands for infinity.
 EK_FN v3 dielectric_f0(vf ior, vf other_ior, v3 specular_color, vf specular) {
-  const vf one = (vf)(1.0f), ratio = (ior - other_ior) / (ior + other_ior);
+  const vf one = (vf)(1.0f), ratio = div_f(ior - other_ior, ior + other_ior);
   return scale3(V3(min_f(ratio * ratio * specular_color.x, one), min_f(ratio * ratio * specular_color.y, one),
                    min_f(ratio * ratio * specular_color.z, one)),
                 specular);
@@ -250,7 +250,7 @@ EK_FN HitMaterial hit_material(SceneData scene, vu index, HitAttributes at, vi f
   m->f0_dielectric = dielectric_f0(hit.ior, one, hit.specular_color, m->specular);
   m->f0 = add3(scale3(m->f0_dielectric, one - m->metallic), scale3(m->base_color, m->metallic));
   m->f90 = m->specular * (one - m->metallic) + m->metallic;
-  m->eta = front ? hit.ior : one / hit.ior;
+  m->eta = front ? hit.ior : div_f(one, hit.ior);
   add_details(scene, index, at, front, &hit);
   return hit;
 }

@@ -53,7 +53,7 @@ EK_FN vf twice_area(v3 p0, v3 p1, v3 p2) {
   const v3 n = cross3(sub3(p1, p0), sub3(p2, p0));
   const vu exponent = AS_U(max_component(abs3(n))) & 0x7f800000u;
   const v3 scaled = scale3(n, AS_F(0x7f000000u - exponent));
-  return sqrt(dot3(scaled, scaled)) * AS_F(exponent);
+  return sqrt_f(dot3(scaled, scaled)) * AS_F(exponent);
 }
 
 /// The triangles of a span in place of those of `t`, of which those that move are not read; without their normals.
@@ -68,7 +68,7 @@ EK_FN TriangleLanes moved_corners(SceneData scene, PoseSpan span, TriangleLanes 
   t.node = span.moves ? a.node : t.node;
   t.flags = span.moves ? a.flags : t.flags;
   // Densities on the area are those of the triangle at rest.
-  *area_ratio = span.moves ? a.n.x / twice_area(t.p0, t.p1, t.p2) : (vf)(1.0f);
+  *area_ratio = span.moves ? div_f(a.n.x, twice_area(t.p0, t.p1, t.p2)) : (vf)(1.0f);
   return t;
 }
 

@@ -87,7 +87,7 @@ EK_FN vi resolve_interface(SceneData scene, vu media, vu transmitted, vi front, 
   const vf ior = media_index(scene, other), zero = (vf)(0.0f);
   const v3 f0 = dielectric_f0(hit->ior, ior, hit->specular_color, hit->bsdf.specular);
   hit->other_ior = ior;
-  hit->bsdf.eta = solid ? (front ? hit->ior / ior : ior / hit->ior) : hit->bsdf.eta;
+  hit->bsdf.eta = solid ? (front ? div_f(hit->ior, ior) : div_f(ior, hit->ior)) : hit->bsdf.eta;
   hit->bsdf.f0_dielectric = select3(solid & (ior + hit->ior > 0.0f), f0, hit->bsdf.f0_dielectric);
   if (EK_HAS_dispersion) {
     const vf spread = material_spread(scene, media_material(scene, other));

@@ -24,7 +24,7 @@ EK_FN v3 shading_normal(HitAttributes at, v3 n_geom) {
   const vf length2 = dot3(at.normal, at.normal);
   // Opposite unit normals cancel to rounding errors, whose direction means nothing; NaN fails the
   // comparison.
-  const v3 unit = scale3(at.normal, (vf)(1.0f) / sqrt(length2));
+  const v3 unit = scale3(at.normal, div_f((vf)(1.0f), sqrt_f(length2)));
   return select3(length2 > 0x1p-20f, to_front(unit, n_geom), n_geom);
 }
 
@@ -43,12 +43,12 @@ EK_FN v3 mapped_normal(SceneData scene, vu normal_texture, HitAttributes at, v3 
   // Gram-Schmidt, because interpolation moves the tangent out of the plane of the normal.
   const v3 flat = sub3(at.tangent, scale3(n_shade, dot3(at.tangent, n_shade)));
   const vf length2 = dot3(flat, flat);
-  const v3 tangent = scale3(flat, (vf)(1.0f) / sqrt(length2));
+  const v3 tangent = scale3(flat, div_f((vf)(1.0f), sqrt_f(length2)));
   const v3 bitangent = scale3(cross3(n_shade, tangent), at.bitangent_sign);
   const v3 turned = add3(add3(scale3(tangent, mapped.x), scale3(bitangent, mapped.y)), scale3(n_shade, mapped.z));
   const vf turned2 = dot3(turned, turned);
   const vi good = has & (length2 > 0x1p-20f) & (mapped.z > 0.0f) & (turned2 > 0x1p-20f);
-  return select3(good, to_front(scale3(turned, (vf)(1.0f) / sqrt(turned2)), n_geom), n_shade);
+  return select3(good, to_front(scale3(turned, div_f((vf)(1.0f), sqrt_f(turned2))), n_geom), n_shade);
 }
 
 /// Bends a shading normal that the viewer sees from behind just far enough towards the viewer;
@@ -74,8 +74,8 @@ EK_FN v3 usable_normal(v3 n_shade, v3 n_geom, v3 wo, vi glossy) {
     // 2 (wo . n) n, which does not cancel at grazing views.
     const v3 lifted = add3(mirrored, scale3(n_geom, least - above));
     const vf shorter = above * above - least * least;  // 1 - |lifted|^2
-    const vf norm = sqrt(max_f(1.0f - shorter, (vf)(0x1p-40f)));
-    const vf stretch = shorter / (norm * (1.0f + norm));  // 1 / |lifted| - 1
+    const vf norm = sqrt_f(max_f(1.0f - shorter, (vf)(0x1p-40f)));
+    const vf stretch = div_f(shorter, norm * (1.0f + norm));  // 1 / |lifted| - 1
     const v3 half_vector = add3(add3(scale3(n, twice), scale3(n_geom, least - above)), scale3(lifted, stretch));
     n = select3(sinks, normalize3(half_vector), n);
   }
@@ -89,7 +89,7 @@ EK_FN v3 usable_normal(v3 n_shade, v3 n_geom, v3 wo, vi glossy) {
 /// cos_between          of the two normals
 /// source  [Chiang, Li, Burley 2019, "Taming the Shadow Terminator", equation 3]
 EK_FN vf terminator_factor(vf cos_geom, vf cos_shade, vf cos_between) {
-  const vf ratio = cos_geom / (cos_shade * cos_between);
+  const vf ratio = div_f(cos_geom, cos_shade * cos_between);
   const vf bounded = ratio < 1.0f ? ratio : (vf)(1.0f);
   const vf g = bounded > 0.0f ? bounded : (vf)(0.0f);
   return ((g - g * g) + 1.0f) * g;

@@ -26,7 +26,7 @@ EK_FN v3 triangle_point(v3 p0, v3 p1, v3 p2, vf u, vf v, v3* p_error) {
   const v3 a = scale3(p0, (1.0f - u) - v);
   const v3 b = scale3(p1, u);
   const v3 c = scale3(p2, v);
-  const float gamma_7 = 7.0f * 0x1p-24f / (1.0f - 7.0f * 0x1p-24f);
+  const float gamma_7 = (7.0f * 0x1p-24f) / (1.0f - 7.0f * 0x1p-24f);
   *p_error = add3(scale3(add3(add3(abs3(a), abs3(b)), abs3(c)), (vf)(gamma_7)), scale3(abs3(p0), (vf)(0x1p-24f)));
   return add3(add3(a, b), c);
 }

@@ -94,10 +94,10 @@ EK_FN v4 texture_sample(global const uint* texels, TextureLanes t, HitAttributes
     const v4 c11 = texel_decode(texels, gather_u(texels, bottom + x.second), srgb);
     c = texture_mix(texture_mix(c, c10, x.weight), texture_mix(c01, c11, x.weight), y.weight);
   }
-  c.x = srgb ? c.x : c.x / 255.0f;
-  c.y = srgb ? c.y : c.y / 255.0f;
-  c.z = srgb ? c.z : c.z / 255.0f;
-  c.w = c.w / 255.0f;
+  c.x = srgb ? c.x : div_f(c.x, 255.0f);
+  c.y = srgb ? c.y : div_f(c.y, 255.0f);
+  c.z = srgb ? c.z : div_f(c.z, 255.0f);
+  c.w = div_f(c.w, 255.0f);
   return c;
 }
 

@@ -22,7 +22,7 @@ EK_FN TriangleHit_one triangle_hit_classical(const RayOne* ray, Corners_one p) {
   const float3 s = classical_cross(d, ac), from_a = o - a;
   const float det = classical_dot(ab, s);
   if (det == 0.0f) return r;
-  const float inverse = 1.0f / det;
+  const float inverse = div_f(1.0f, det);
   r.u = classical_dot(from_a, s) * inverse;
   if ((r.u < 0.0f) | (r.u > 1.0f)) return r;
   const float3 q = classical_cross(from_a, ab);
@@ -33,14 +33,14 @@ EK_FN TriangleHit_one triangle_hit_classical(const RayOne* ray, Corners_one p) {
   const float3 n = classical_cross(ab, ac);
   const float across = classical_dot(n, d);
   if (across == 0.0f) return r;
-  const float z = classical_dot(n, a - o) / across;
+  const float z = div_f(classical_dot(n, a - o), across);
   r.t = z * ray->p_rcp_d.z;
   if (!(r.t > 0.0f)) return r;
   const float3 x = o + z * d;
   const float in_c = classical_dot(classical_cross(ab, x - a), n), in_a = classical_dot(classical_cross(c - b, x - b), n);
   const float in_b = classical_dot(classical_cross(a - c, x - c), n);
   if ((in_a < 0.0f) | (in_b < 0.0f) | (in_c < 0.0f)) return r;
-  const float inverse = 1.0f / classical_dot(n, n);
+  const float inverse = div_f(1.0f, classical_dot(n, n));
   r.u = in_b * inverse;
   r.v = in_c * inverse;
 #endif

@@ -173,7 +173,7 @@ EK_FN v3 unpermute3(v3 a, vi z_is_x, vi z_is_y) {
 }
 
 EK_FN vf reciprocal_component(vf d, vf least) {
-  return (vf)(1.0f) / (abs_f(d) < least ? (d < 0.0f ? -least : least) : d);
+  return div_f((vf)(1.0f), abs_f(d) < least ? (d < 0.0f ? -least : least) : d);
 }
 
 EK_FN vf ray_pad(vf extent, vf farthest) { return extent * 0x1p-19f + farthest * 0x1p-23f; }
@@ -202,8 +202,8 @@ EK_FN RayLanes ray_lanes(constant Frame* frame, v3 o, v3 d, OpacityKey key) {
   ray.p_rcp_d = permute3(r, z_is_x, z_is_y);
   ray.p_near_x = p_near.x; ray.p_near_y = p_near.y;
   ray.p_far_x = p_far.x; ray.p_far_y = p_far.y;
-  ray.sx = pd.x / pd.z;
-  ray.sy = pd.y / pd.z;
+  ray.sx = div_f(pd.x, pd.z);
+  ray.sy = div_f(pd.y, pd.z);
   ray.extent = extent;
   ray.t_slack = (pad + pad) * abs_f(ray.p_rcp_d.z);
   ray.axis = z_is_x ? (vf)(0.0f) : z_is_y ? (vf)(1.0f) : (vf)(2.0f);

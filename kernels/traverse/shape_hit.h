@@ -85,7 +85,7 @@ EK_FN ShapeHit shape_hit_within(SceneData scene, const RayLanes* ray, vi live, v
     const vi is_implicit = open & (s.kind == (uint)SHAPE_implicit);
     if (ANY(is_implicit)) {
       // The root is searched by depth. What t is clamped by lies within the pads, and counts twice.
-      const vf until_z = (until / abs_f(ray->p_rcp_d.z)) * (1.0f + 0x1p-10f) + abs_f(ray->o_near.x - ray->o_far.x);
+      const vf until_z = div_f(until, abs_f(ray->p_rcp_d.z)) * (1.0f + 0x1p-10f) + abs_f(ray->o_near.x - ray->o_far.x);
       const ImplicitSearch search = {.shape = shape, .lanes = is_implicit, .culls = culls, .o = o, .d = d, .until = until_z};
       root = implicit_shape_root(scene, s, &search, root, &found.gave_up);
     }

@@ -66,7 +66,7 @@ typedef struct {
 
 EK_FN EntryBoxes entry_boxes(EntryLanes e, RayEntry ray) {
   const vf one = (vf)(1.0f);
-  const vf depth = one / ray.p_rcp_d.z;  // d on the longest axis
+  const vf depth = div_f(one, ray.p_rcp_d.z);  // d on the longest axis
   const v3 o = unpermute3(ray.p_o, ray.z_is_x, ray.z_is_y), r = unpermute3(ray.p_rcp_d, ray.z_is_x, ray.z_is_y);
   const v3 d = unpermute3(V3(ray.sx * depth, ray.sy * depth, depth), ray.z_is_x, ray.z_is_y);
   const v3 from = sub3(o, placed_point(e.to_world, e.middle));

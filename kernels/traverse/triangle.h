@@ -113,7 +113,7 @@ EK_FN SHAPE(TriangleHit) SHAPE(triangle_hit)(const ShapeRay* ray, SHAPE(Corners)
     if (!SHAPE_ANY(r.hit)) return r;
     const ShapeF det = (ea + eb) + ec, size = SHAPE(shape_abs)(det);
     r.hit = r.hit & (size >= (ShapeF)(0x1p-126f));
-    const ShapeF inverse = (ShapeF)(1.0f) / det, inverse_size = SHAPE(shape_abs)(inverse);
+    const ShapeF inverse = div_f((ShapeF)(1.0f), det), inverse_size = SHAPE(shape_abs)(inverse);
     ShapeF t = ((ea * at + eb * bt) + ec * ct) * inverse;
 
     // gamma(n) = n 2^-24 / (1 - n 2^-24), rounded up.

@@ -20,7 +20,7 @@ EK_FN uint photon_leave(const ShadeContext* c, const PathHit* hit, const Shading
   const ShadowRay photon = {.path = point->index,
                             .origin = point->p,
                             .dir = to_light,
-                            .radiance = scale3(point->beta, (vf)(1.0f) / cosine),
+                            .radiance = scale3(point->beta, div_f((vf)(1.0f), cosine)),
                             .photon_normal = pack_normal(point->n_geom, (vi)(0)),
                             .splat = info};
   shadow_store(c->stage.state, place, packing(leaves), photon);

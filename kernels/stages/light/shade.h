@@ -50,7 +50,7 @@ EK_FN v3 scattered_towards(const ShadeContext* c, const PathHit* hit, const Shad
   const vf cos_light = abs_f(dot3(hit->surface.n_geom, to_light)), cos_viewer = abs_f(dot3(hit->surface.n_geom, to_viewer));
   vi possible = is_on_geometric_side(wi, dot3(to_light, view.n_geom)) & (cos_light > 0.0f);
   if (EK_HAS_nested_media) possible = possible & !interface.is_null;
-  return scale3(f, possible ? cos_viewer / cos_light : (vf)(0.0f));
+  return scale3(f, possible ? div_f(cos_viewer, cos_light) : (vf)(0.0f));
 }
 
 /// The pixel that a splat belongs to.
@@ -97,7 +97,7 @@ EK_FN uint camera_cast(const ShadeContext* c, global const float* filter_table, 
   const vf density = hit->path.light_ratio;
   const vf ratio = first_light_ratio(c, hit, point, view.dir, view.distance) * density;
   const vi is_shared = (density >= 0.0f) & (ratio < 0x1p100f);
-  const vf share = is_shared ? ratio / (1.0f + ratio) : (vf)(1.0f);
+  const vf share = is_shared ? div_f(ratio, 1.0f + ratio) : (vf)(1.0f);
   const vu exponent = is_shared ? AS_U(ratio) >> 23 : (vu)(EK_SPLAT_RATIO_INFINITE);
   v3 arriving = scale3(mul3(point->beta, f), (film_density_m2(frame, view.dir, view.distance) * share) * splat.weight);
   const vi towards_front = dot3(n_geom, to_camera) > 0.0f;
@@ -114,7 +114,7 @@ EK_FN uint camera_cast(const ShadeContext* c, global const float* filter_table, 
   // The ray goes from the camera to the point, as the camera's rays do, so both are stopped by the same surfaces. Its end
   // is that of a shadow ray to a light (light_ray).
   const v3 target = offset_ray_origin(point->p, point->p_error, point->n_geom, to_camera);
-  const vf margin = min_f(0x1p-17f / abs_f(dot3(n_geom, view.dir)), (vf)(0x1p-8f));
+  const vf margin = min_f(div_f(0x1p-17f, abs_f(dot3(n_geom, view.dir))), (vf)(0x1p-8f));
   const vu counted = (vu)(c->depth) - point->interface.null_interface_count;
   const vu scatterings = counted < EK_SPLAT_SCATTERINGS_MOST ? counted : (vu)(EK_SPLAT_SCATTERINGS_MOST);
   const vu pixel = (aim_flags(c->lights) & EK_AIM_NAMES_STARTS) != 0u
@@ -149,7 +149,7 @@ EK_FN ScatteredPath light_scatter(const ShadeContext* c, const PathHit* hit, con
   const vf geom_light = abs_f(dot3(point->n_geom, to_light)), geom_next = abs_f(dot3(point->n_geom, next.dir));
   const vf shade_light = abs_f(point->wo.z), shade_next = abs_f(next.wi.z);
   // The shares of radiance that a sample's weight has, made those of light that flows.
-  vf exact = (geom_next * shade_light) / (geom_light * shade_next);
+  vf exact = div_f(geom_next * shade_light, geom_light * shade_next);
   if (EK_HAS_transmission) {
     const vi refracted = point->material.solid & (next.wi.z < 0.0f);
     exact = exact * (refracted ? point->material.eta * point->material.eta : (vf)(1.0f));
@@ -158,7 +158,7 @@ EK_FN ScatteredPath light_scatter(const ShadeContext* c, const PathHit* hit, con
   v3 weight = scale3(next.beta, is_null ? (vf)(1.0f) : exact);
   if (ANY(next.survives & !is_exact)) {
     const v3 f = scattered_towards(c, hit, point, next.dir, channel);
-    weight = select3(is_exact, weight, scale3(f, (vf)(1.0f) / next.pdf));
+    weight = select3(is_exact, weight, scale3(f, div_f((vf)(1.0f), next.pdf)));
   }
   next.beta = mul3(point->beta, weight);
   next.survives = next.survives & (max_component(abs3(next.beta)) > 0.0f);
@@ -176,7 +176,7 @@ EK_FN ScatteredPath light_scatter(const ShadeContext* c, const PathHit* hit, con
 /// Survival probability of a light path: the share of its light that this surface sends on. Throughputs of light paths
 /// have no common scale, and with this rule roulette leaves them as they are.
 EK_FN vf light_survival(const ShadeContext* c, const ShadingPoint* point, const ScatteredPath* next) {
-  const vf share = max_component(abs3(next->beta)) / max_component(abs3(point->beta));
+  const vf share = div_f(max_component(abs3(next->beta)), max_component(abs3(point->beta)));
   const vf survival = min_f(share, (vf)(c->depth < EK_ROULETTE_ALWAYS_DEPTH ? 1.0f : 0.95f));
   return point->interface.skips_depth ? (vf)(1.0f) : survival;
 }
@@ -196,8 +196,8 @@ EK_FN vf emitted_light_ratio(const ShadeContext* c, const PathHit* hit, const Sh
 #if EK_HAS_environment_map
   of_way = is_parallel ? (vf)(frame->environment_emission * mean_parallel_pdf_m2(c->lights)) : of_way;
 #endif
-  const vf of_surface = density_beside_sampling(density, density * distance2 / of_way, sr);
-  const vf of_point = density_beside_sampling_of_point(-density / distance2, sr);
+  const vf of_surface = density_beside_sampling(density, div_f(density * distance2, of_way), sr);
+  const vf of_point = density_beside_sampling_of_point(div_f(-density, distance2), sr);
   return is_rough ? (density < 0.0f ? of_point : of_surface) : density;
 }
 

@@ -68,11 +68,11 @@ EK_FN vf sampled_light_share(const ShadeContext* c, const ShadingPoint* point, v
   if (EK_HAS_area) {
     const vf start_m2 = start_pdf_m2(c->lights, light, sample->pdf_of_point);
     const vf emitted = mean_emission_density(c->lights, light, start_m2, sample->n, dir);
-    const vf pdf_sr = pdf_sr_from_m2(start_m2, sample->n, dir, sqrt(distance2));
+    const vf pdf_sr = pdf_sr_from_m2(start_m2, sample->n, dir, sqrt_f(distance2));
     density = (sample->is_distant | sample->is_punctual) ? density : density_beside_sampling(emitted, pdf_sr, sr);
   }
   if (EK_HAS_point | EK_HAS_spot) {
-    const vf pdf_m2 = mean_target_pdf_sr(c->lights, light) / distance2;
+    const vf pdf_m2 = div_f(mean_target_pdf_sr(c->lights, light), distance2);
     density = sample->is_punctual ? density_beside_sampling_of_point(pdf_m2, sr) : density;
   }
   if (EK_HAS_directional) {
@@ -92,10 +92,10 @@ EK_FN vf sampled_light_share(const ShadeContext* c, const ShadingPoint* point, v
 /// towards wi
 EK_FN v3 direct_light_radiance(const ShadeContext* c, const ShadingPoint* point, LightRay shadow, vf weight,
                                v3 wi, v3 f) {
-  const v3 arriving = scale3(mul3(mul3(point->beta, f), shadow.radiance), weight / (shadow.pdf * EK_LIGHT_MEAN));
+  const v3 arriving = scale3(mul3(mul3(point->beta, f), shadow.radiance), div_f(weight, shadow.pdf * EK_LIGHT_MEAN));
   if (!EK_HAS_absorption) return arriving;
   const vu medium = wi.z < 0.0f ? point->interface.transmitted_medium : point->interface.medium;
-  const vf distance = shadow.t_max < EK_INFINITY ? sqrt(dot3(shadow.dir, shadow.dir)) : EK_INFINITY;
+  const vf distance = shadow.t_max < EK_INFINITY ? sqrt_f(dot3(shadow.dir, shadow.dir)) : EK_INFINITY;
   return mul3(arriving, transmittance(medium_absorption(c->scene, medium), distance));
 }
 
@@ -144,7 +144,7 @@ EK_FN uint direct_light_cast(const ShadeContext* c, const ShadingPoint* point, P
                          .target_prim = shadow.goal,
                          .radiance = direct_light_radiance(c, point, shadow, weight, wi, f),
 #if EK_HAS_path_log
-                         .logged = luminance(mul3(f, shadow.radiance)) * (weight / shadow.pdf),
+                         .logged = luminance(mul3(f, shadow.radiance)) * div_f(weight, shadow.pdf),
 #endif
                          .light_group = light.group,
                          .null_interface_count = point->interface.null_interface_count};

@@ -39,7 +39,7 @@ EK_FN vf guided_survival(const ShadeContext* c, ShadingPoint* point, vf otherwis
   const vf indirect = guide_indirect(guide), direct = guide_direct(guide);
   const vf leaving = luminance(abs3(mul3(point->beta, point->material.base_color)));
   point->expected = (has & !(point->expected > 0.0f)) ? leaving * (indirect + direct) : point->expected;
-  const vf share = (leaving * indirect) / point->expected;
+  const vf share = div_f(leaving * indirect, point->expected);
   vf survival = min_f(max_f(EK_ROULETTE_GAIN * share, (vf)(EK_ROULETTE_LEAST)), (vf)(c->depth < EK_ROULETTE_ALWAYS_DEPTH ? 1.0f : 0.95f));
   survival = c->depth < c->stage.frame->guided_roulette_depth ? (vf)(1.0f) : survival;
   return (has & (point->expected > 0.0f) & is_finite(share)) ? survival : otherwise;
@@ -72,7 +72,7 @@ EK_FN void log_vertex_end(const ShadeContext* c, const PathHit* hit, const Shadi
   log_set(log, c->depth, LOG_xy, hit->live, path, point->cell_key.xy);
   log_set(log, c->depth, LOG_zn, hit->live, path, point->cell_key.zn);
   log_set_f(log, c->depth, LOG_distance, hit->live, path, hit->t);
-  log_set_f(log, c->depth, LOG_weight, hit->live, path, before > 0.0f ? after / before : (vf)(0.0f));
+  log_set_f(log, c->depth, LOG_weight, hit->live, path, before > 0.0f ? div_f(after, before) : (vf)(0.0f));
   log_set_f(log, c->depth, LOG_albedo, hit->live, path, luminance(point->material.base_color));
 }
 #endif

@@ -35,7 +35,7 @@ EK_FN vf first_light_ratio(const ShadeContext* c, const PathHit* hit, const Shad
   const vf cosine = abs_f(dot3(hit->surface.n_geom, dir));
   const vf density = film_density_m2(frame, dir, distance) * cosine;
   const vf width = is_rough_target(c, hit) ? lobe_sr(point->material.ggx_alpha, (vf)(1.0f)) * EK_INV_PI : (vf)(1.0f);
-  return unmarked(density > 0.0f ? (TO_F((vi)(frame->light_path_count)) * EK_PI) * width / density : (vf)(0.0f));
+  return unmarked(density > 0.0f ? div_f((TO_F((vi)(frame->light_path_count)) * EK_PI) * width, density) : (vf)(0.0f));
 }
 
 /// Mask of the lanes whose shading normal is the surface's own from the side of w: usable_normal bends it for some

@@ -30,7 +30,7 @@ EK_FN vi is_only_exact(const MaterialLanes* m) {
 
 /// Replicate of a path's sample.
 EK_FN vu replicate_of(constant Frame* frame, vu path) {
-  const vu sample = AS_U(TO_I((TO_F(AS_I(path)) + 0.5f) / (vf)((float)frame->pixel_count)));  // exact: see generate.h
+  const vu sample = AS_U(TO_I(div_f(TO_F(AS_I(path)) + 0.5f, (vf)((float)frame->pixel_count))));  // exact: see generate.h
   return ((vu)(frame->sample_begin) + sample) & ((1u << frame->replicate_bits) - 1u);
 }
 

@@ -83,7 +83,7 @@ EK_FN void roulette(const ShadeContext* c, const ShadingPoint* point, vf surviva
   vf unused, number;
   sample_2d(point->key, point->index, bounce_dimension(c->depth, DIM_CHOICE), &unused, &number);
   next->survives = next->survives & (number < survival);
-  next->beta = scale3(next->beta, (vf)(1.0f) / survival);
+  next->beta = scale3(next->beta, div_f((vf)(1.0f), survival));
 }
 
 #endif

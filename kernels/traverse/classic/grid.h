@@ -46,7 +46,7 @@ EK_FN int grid_skip(const GridAxis* a, int q, float t) {
 }
 // The same for t alone: a guess at the cell, which steps then correct.
 EK_FN int grid_find(const GridAxis* a, float t) {
-  const float x = ((a->f + t / a->r) - a->lo) * a->per_metre, most = (float)(a->count - 1);
+  const float x = ((a->f + div_f(t, a->r)) - a->lo) * a->per_metre, most = (float)(a->count - 1);
   const int cell = x > 0.0f ? (int)(x < most ? x : most) : 0;
   int q = a->backward ? a->count - 1 - cell : cell;
   while ((q > 0) && grid_end(a, q - 1) >= t) --q;
