@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # Compiles every stage offline: no device is needed, warnings are errors. The kernel `paths` includes the code of every stage of
 # a path, so it alone is compiled with every layout and with each feature alone; the others with all features and with none.
+# At last no division and no root may be left that the driver has to round (kernels/lanes/division.h).
 set -euo pipefail
 cd "$(dirname "$0")/.."
 clang=${CLANG:-clang-14}
@@ -10,7 +11,7 @@ mapfile -t layouts < <(sed -nE 's/^EK_(LAYOUT|CELLS)\(([a-z0-9]+).*/\2/p' kernel
 mapfile -t stages < <(sed -nE 's/^EK_(PATH_)?STAGE\(([a-z0-9_]+)\).*/\2/p' kernels/shared/stages.def)
 mapfile -t -O "${#stages[@]}" stages < <(sed -nE 's/^EK_CLASS_STAGE\(([a-z0-9_]+)\).*/by_class\/\1/p' kernels/shared/stages.def)
 
-# lint STAGE WIDTH CHUNKED LAYOUT FEATURE|all|none SMALL
+# lint STAGE WIDTH CHUNKED LAYOUT FEATURE|all|none SMALL [option of the compiler ...]
 lint() {
   local defines=()
   for feature in "${features[@]}"; do
@@ -19,7 +20,9 @@ lint() {
   for layout in "${layouts[@]}" none; do
     if [[ $4 == "$layout" ]]; then defines+=("-DEK_LAYOUT_$layout=1"); else defines+=("-DEK_LAYOUT_$layout=0"); fi
   done
-  "$clang" -x cl -cl-std=CL1.2 -Xclang -finclude-default-header -fsyntax-only -Wall -Wextra -Wundef -Werror \
+  local more=("${@:7}")
+  if [[ ${#more[@]} == 0 ]]; then more=(-fsyntax-only); fi
+  "$clang" -x cl -cl-std=CL1.2 -Xclang -finclude-default-header "${more[@]}" -Wall -Wextra -Wundef -Werror \
     -Wno-unused-parameter -Wno-bitwise-instead-of-logical -I kernels "-DEK_WIDTH=$2" "-DEK_CHUNKED=$3" -DEK_CHUNK=1024 \
     -DEK_STACK_SIZE=64 "-DEK_SMALL_TREE=$6" "-DEK_MEDIUM_TREE=$((1 - $6))" "-DEK_LARGE_TREE=$((1 - $6))" \
     "${defines[@]}" "kernels/stages/$1.cl"
@@ -44,5 +47,18 @@ done
 for feature in "${features[@]}"; do
   run paths 16 1 bvh8 "$feature" 0
   run paths 1 0 bvh2 "$feature" 0
+done
+code="$(mktemp)"
+trap 'rm -f "$code"' EXIT
+for stage in paths light_paths film; do
+  for layout in none bvh2 bvh4 cwbvh grid octree kdtree bsp; do
+    if [[ $stage == film && $layout != none ]]; then continue; fi
+    lint "$stage" 1 1 "$layout" all 0 --target=spir64 -DEK_OWN_DIVISION -Xclang -disable-llvm-passes -O1 -S -emit-llvm -o "$code"
+    if grep -nE ' fdiv |call.*@_Z[0-9]*sqrt' "$code"; then
+      echo "lint_kernels: stage $stage divides or takes a root by the driver's operation; call div_f and sqrt_f" >&2
+      exit 1
+    fi
+    count=$((count + 1))
+  done
 done
 echo "lint_kernels: $count compilations, no warning"

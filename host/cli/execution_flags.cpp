@@ -50,6 +50,7 @@ For developers:
   EIKON_UNIT_BLOCK=N              largest side of the block of pixels of a unit, 1 to 2048 [by device]
   EIKON_NO_OPTIMISE=1             compile kernels without optimisation, as Oclgrind needs
   EIKON_DUMP_PROGRAMS=FOLDER      write each program and its options as the driver's compiler gets them
+  EIKON_DIVISION=own|driver       divide in kernels of one lane by eikon's own code or by the driver's [by device]
   EIKON_TICKS=off                 profile as on a processor without a time stamp counter
   EIKON_FAULT=PLAN                make devices fail on purpose; host/device/fault.h explains the plan
 )";

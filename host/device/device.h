@@ -21,6 +21,8 @@ struct DeviceInfo {
   std::uint64_t memory_bytes = 0, max_allocation_bytes = 0;
   std::uint32_t native_float_lanes = 1;
   bool correctly_rounded_divide_sqrt = false, denormals = false;
+  // Kernels of one lane divide by kernels/lanes/division.h instead of the driver's operations.
+  bool own_division = false;
   // Kernels can read the processor's; other drivers end the process that tries.
   bool cycle_counter = false;
   // Why it cannot be used (not available, no compiler, ...); empty: it can.

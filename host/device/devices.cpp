@@ -98,6 +98,17 @@ std::string uuid_of(cl_device_id device, const std::string& extensions) {
   return text;
 }
 
+/// Whether the kernels of a device divide by their own code: on GPUs that promise no correct rounding, and on Intel's, whose
+/// code for it is several times as long. EIKON_DIVISION decides for all devices. throws UsageError
+bool divides_itself(const DeviceInfo& info) {
+  constexpr cl_uint intel = 0x8086;  // PCI vendor
+  const char* const text = std::getenv("EIKON_DIVISION");
+  if (text == nullptr) return info.gpu && (!info.correctly_rounded_divide_sqrt || info.vendor_id == intel);
+  const std::string who = text;
+  if (who != "own" && who != "driver") throw UsageError(fmt::format("EIKON_DIVISION={}: takes own or driver", who));
+  return who == "own";
+}
+
 DeviceInfo describe(cl_device_id device, std::uint32_t index) {
   DeviceInfo info;
   info.index = index;
@@ -125,6 +136,7 @@ DeviceInfo describe(cl_device_id device, std::uint32_t index) {
   const auto fp = device_value<cl_device_fp_config>(device, CL_DEVICE_SINGLE_FP_CONFIG);
   info.correctly_rounded_divide_sqrt = (fp & CL_FP_CORRECTLY_ROUNDED_DIVIDE_SQRT) != 0;
   info.denormals = (fp & CL_FP_DENORM) != 0;
+  info.own_division = divides_itself(info);
   if (device_value<cl_bool>(device, CL_DEVICE_AVAILABLE) == CL_FALSE)
     info.unusable = "the driver says it is not available";
   else if (device_value<cl_bool>(device, CL_DEVICE_COMPILER_AVAILABLE) == CL_FALSE)

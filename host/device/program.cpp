@@ -101,11 +101,17 @@ std::shared_ptr<Program::Impl> build_program(cl_context context, cl_device_id de
   // The text switches FP_CONTRACT off; no flag may loosen the arithmetic. -w, because PoCL's compiler writes how many warnings it has
   // to the standard error stream: hundreds, of vectors that are wider than the registers of the processor.
   std::string flags = "-cl-std=CL1.2 -cl-kernel-arg-info -w";
-  if (info.correctly_rounded_divide_sqrt) flags += " -cl-fp32-correctly-rounded-divide-sqrt";
+  std::map<std::string, std::string> defines = options.defines;
+  const auto width = defines.find("EK_WIDTH");
+  const bool one_lane = width != defines.end() && width->second == "1";
+  if (info.own_division && one_lane)
+    defines["EK_OWN_DIVISION"] = "1";  // lanes/division.h
+  else if (info.correctly_rounded_divide_sqrt)
+    flags += " -cl-fp32-correctly-rounded-divide-sqrt";
   if (!options.optimise) flags += " -cl-opt-disable -DEK_OUT_OF_LINE -DEK_PORTABLE";
   if (!options.extra_flags.empty()) flags += " " + options.extra_flags;
   std::string not_zero;  // for an error, which names what is in a program and not the hundred features that are out
-  for (const auto& [name, value] : options.defines) {
+  for (const auto& [name, value] : defines) {
     const std::string define = fmt::format(" -D{}={}", name, value);
     flags += define;
     if (value != "0") not_zero += define;
@@ -116,7 +122,7 @@ std::shared_ptr<Program::Impl> build_program(cl_context context, cl_device_id de
   auto impl = std::make_shared<Program::Impl>();
   impl->device = info.name;
   // Code that is not optimised is for Oclgrind, which names files and lines of the text, as errors do.
-  const std::string compact = options.optimise ? bare_text(without_excluded(text, options.defines)) : text;
+  const std::string compact = options.optimise ? bare_text(without_excluded(text, defines)) : text;
   if (options.optimise) impl->stored = stored_program(info, device, flags, compact);
   if (impl->stored && open_binary(*impl, context, device, *impl->stored, flags)) {
     impl->stored.reset();

@@ -57,7 +57,7 @@ TEST(Commands, help_shows_flags_in_groups_each_in_one_line_and_the_environment_l
   }
   for (const char* name :
        {"EIKON_OIDN", "EIKON_WATCHDOG", "EIKON_KERNEL_DIR", "EIKON_LANES", "EIKON_STAGES", "EIKON_UNIT_PATHS",
-        "EIKON_UNIT_BLOCK", "EIKON_NO_OPTIMISE", "EIKON_DUMP_PROGRAMS", "EIKON_TICKS", "EIKON_FAULT"})
+        "EIKON_UNIT_BLOCK", "EIKON_NO_OPTIMISE", "EIKON_DUMP_PROGRAMS", "EIKON_DIVISION", "EIKON_TICKS", "EIKON_FAULT"})
     EXPECT_TRUE(contains(help, name)) << name;
   std::istringstream lines(help);
   for (std::string line; std::getline(lines, line);)

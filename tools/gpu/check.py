@@ -131,10 +131,11 @@ def intel(compilers, source, options, base):
     return found, seconds
 
 
-def dump(eikon, scene, options, folder):
-    """(source, options) of the program that a GPU would get for a scene."""
+def dump(eikon, scene, options, folder, division):
+    """(source, options) of the program that a GPU would get for a scene. division: as in EIKON_DIVISION"""
     folder.mkdir()
-    environment = {**os.environ, "EIKON_LANES": "1", "EIKON_FAULT": "device:0:gpu", "EIKON_DUMP_PROGRAMS": str(folder)}
+    environment = {**os.environ, "EIKON_LANES": "1", "EIKON_FAULT": "device:0:gpu", "EIKON_DUMP_PROGRAMS": str(folder),
+                   "EIKON_DIVISION": division}
     subprocess.run([eikon, "render", ROOT / f"scenes/{scene}.gltf", "-o", folder / "out.exr", "--size", "8x8", "--spp", "1", "--quiet",
                     *options.split()], env=environment, check=True, stdout=subprocess.DEVNULL)
     source = next(f for f in sorted(folder.glob("*.cl")) if "kernel void compact(" in f.read_text())
@@ -145,12 +146,15 @@ def measure(eikon, compilers, makers, folder):
     """({(program, kernel): {column: figure}}, {(program, maker): seconds}, complaints)"""
     figures, seconds, complaints = {}, {}, []
     with concurrent.futures.ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
-        dumped = [pool.submit(dump, eikon, scene, options, folder / str(n)) for n, (_, scene, options, _) in enumerate(PROGRAMS)]
+        dumped = {(n, division): pool.submit(dump, eikon, scene, options, folder / f"{n}.{division}", division)
+                  for n, (_, scene, options, wanted) in enumerate(PROGRAMS) for division in ("driver", "own")
+                  if division == "driver" or "intel" in wanted}
         jobs = {}
         for n, (name, _, _, wanted) in enumerate(PROGRAMS):
             for maker in makers:
                 if maker.__name__ in wanted:
-                    jobs[pool.submit(maker, compilers, *dumped[n].result(), str(folder / f"{n}.{maker.__name__}"))] = name, maker.__name__
+                    program = dumped[n, "own" if maker is intel else "driver"].result()
+                    jobs[pool.submit(maker, compilers, *program, str(folder / f"{n}.{maker.__name__}"))] = name, maker.__name__
         for job, (name, maker) in jobs.items():
             try:
                 found, seconds[name, maker] = job.result()

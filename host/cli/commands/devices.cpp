@@ -52,7 +52,9 @@ ExitCode devices_command() {
     fmt::print("   runs {} lanes, {}, layout {}, {} paths in flight\n", config.lanes,
                config.chunked ? "chunks" : "queues", config.layout, config.capacity());
     fmt::print("   divide and square root {}, denormals {}\n",
-               info.correctly_rounded_divide_sqrt ? "correctly rounded" : "not promised to be exact",
+               info.own_division && config.lanes == 1 ? "by eikon's own code"
+               : info.correctly_rounded_divide_sqrt   ? "correctly rounded"
+                                                      : "not promised to be exact",
                info.denormals ? "kept" : "flushed");
     fmt::print("   arithmetic {}\n", arithmetic_of(info, config.lanes, execution.optimise));
   }

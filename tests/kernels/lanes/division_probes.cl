@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+// Probes of division and square root, behind the text of probes.cl.
+
+// Whether a float is the quotient of two mantissas, which are integers from 2^23 on, or the root of one, by integers alone. No
+// quotient and no root is halfway between two floats.
+EK_FN bool is_rounded_quotient(uint a, uint b, float q) {
+  const ulong whole = (ulong)a << (a < b ? 24 : 23), product = (ulong)((as_uint(q) & 0x7fffffu) | 0x800000u) * b;
+  const ulong rest = whole > product ? whole - product : product - whole;
+  return 2 * rest < b && as_uint(q) >> 23 == (a < b ? 126u : 127u);
+}
+EK_FN bool is_rounded_root(uint x, uint exponent, float root) {
+  const ulong four = (ulong)x << (exponent == 126u ? 26 : 25),
+              twice = 2 * (ulong)((as_uint(root) & 0x7fffffu) | 0x800000u);
+  return (twice - 1) * (twice - 1) < four && four < (twice + 1) * (twice + 1) && as_uint(root) >> 23 == exponent;
+}
+EK_FN float mantissa(uint of) { return as_float((of & 0x7fffffu) | 0x3f800000u); }
+
+// Inputs and outputs are numbers of one lane, as kernels of several divide by the driver's operation.
+#define FOR_LANES for (uint i = item; i < item + EK_WIDTH; ++i)
+
+// Divides four numbers by each of 1024 divisors, of which the input is the first. Output: how many quotients are wrong, and how many
+// reciprocals are not as the proof in lanes/division.h needs them.
+PROBE(probe_quotients) {
+  FOR_LANES {
+    uint wrong = 0;
+#if EK_WIDTH == 1
+    for (uint b = in_words[i]; b < in_words[i] + 1024u; ++b) {
+      const uint r = as_uint(reciprocal_between_1_and_2(mantissa(b)));
+      const ulong one = (ulong)1 << (173 - (r >> 23)), product = (ulong)((r & 0x7fffffu) | 0x800000u) * b;
+      wrong += (product > one ? product - one : one - product) * (b + 1u) < one ? 0u : 1u;
+      const uint numerators[4] = {b - 1u, 0x7fffffu, b * 0x9e3779b1u, b * 0x85ebca6bu};
+      for (uint k = 0; k < 4u; ++k) {
+        const uint a = (numerators[k] & 0x7fffffu) | 0x800000u;
+        wrong += is_rounded_quotient(a, b, div_f(mantissa(a), mantissa(b))) ? 0u : 1u;
+      }
+    }
+#endif
+    out_words[i] = wrong;
+  }
+}
+
+// Takes the root of 1024 numbers from the input on, which has the bits of a float from 1/2 to 2. Output: how many are wrong.
+PROBE(probe_roots) {
+  FOR_LANES {
+    uint wrong = 0;
+    for (uint x = in_words[i]; EK_WIDTH == 1 && x < in_words[i] + 1024u; ++x)
+      wrong += is_rounded_root((x & 0x7fffffu) | 0x800000u, x >> 23, sqrt_f(as_float(x))) ? 0u : 1u;
+    out_words[i] = wrong;
+  }
+}
+
+// One NaN for all, and a number of its own for what devices may flush.
+EK_FN uint comparable(float x) {
+  const uint magnitude = as_uint(x) & 0x7fffffffu;
+  return magnitude > 0x7f800000u ? 0x7fc00000u : magnitude != 0u && magnitude < 0x800000u ? 0xffffffffu : as_uint(x);
+}
+PROBE(probe_division) {
+  FOR_LANES {
+    const float a = as_float(in_words[i]), b = as_float(in_words[count + i]);
+    const bool flushes = comparable(a) == 0xffffffffu || comparable(b) == 0xffffffffu;
+    out_words[i] = flushes ? 0u : comparable(div_f(a, b));
+    out_words[count + i] = flushes ? 0u : comparable(sqrt_f(a));
+  }
+}

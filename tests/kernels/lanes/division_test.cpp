@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: Apache-2.0
+// eikon's own division and square root (kernels/lanes/division.h) round correctly, whatever the driver's first guesses are.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <limits>
+#include <random>
+#include <sstream>
+#include <string>
+
+#include "device/kernel_sources.h"
+#include "kernels/probe.h"
+#include "support/paths.h"
+
+namespace eikon::test {
+namespace {
+
+/// A probe whose kernels of one lane divide by eikon's own code.
+Probe own_division() {
+  std::ostringstream text;
+  text << std::ifstream(EIKON_SOURCE_DIR "/tests/kernels/lanes/division_probes.cl").rdbuf();
+  return Probe("division").define("EK_OWN_DIVISION", "1").append(expand_includes(text.str(), "division_probes.cl"));
+}
+
+/// The same, with first guesses that are so many units in the last place off.
+Probe with_guesses_off(int units) {
+  const auto guess = [&](const std::string& of) {
+    return "as_float(as_uint(" + of + ")+(" + std::to_string(units) + "))";
+  };
+  return own_division()
+      .define("EK_GUESS_RECIPROCAL(x)", guess("1.0f/(x)"))
+      .define("EK_GUESS_RECIPROCAL_ROOT(x)", guess("1.0f/sqrt(x)"));
+}
+
+constexpr std::uint32_t kBlock = 1024;  // numbers that an item of a probe tries
+
+/// How many of the numbers from `begin` to `end` a probe finds to be wrong.
+std::uint64_t wrong(Probe probe, const std::string& name, std::uint32_t begin, std::uint32_t end) {
+  Words blocks;
+  for (std::uint32_t first = begin; first < end; first += kBlock) blocks.push_back(first);
+  std::uint64_t count = 0;
+  const Words counts = probe.compare(blocks.size()).run(name, {blocks}, 1)[0];
+  for (const std::uint32_t word : counts) count += word;
+  return count;
+}
+
+TEST(Division, all_mantissas_of_divisors_and_roots_are_right_with_guesses_up_to_8_units_off) {
+  for (const int units : {-8, -4, -2, -1, 0, 1, 2, 4, 8}) {
+    EXPECT_EQ(wrong(with_guesses_off(units), "probe_quotients", 0x800000U, 0x1000000U), 0U) << units;
+    EXPECT_EQ(wrong(with_guesses_off(units), "probe_roots", 0x3f000000U, 0x40000000U), 0U) << units;
+  }
+}
+
+TEST(Division, so_they_are_with_the_guesses_of_the_devices) {
+  EXPECT_EQ(wrong(own_division(), "probe_quotients", 0x800000U, 0x1000000U), 0U);
+  EXPECT_EQ(wrong(own_division(), "probe_roots", 0x3f000000U, 0x40000000U), 0U);
+}
+
+bool is_denormal(float x) { return std::fpclassify(x) == FP_SUBNORMAL; }
+
+TEST(Division, numbers_of_all_sizes_divide_as_in_ieee_754) {
+  std::mt19937 random(1);
+  Words a, b;
+  const float ends[] = {0,
+                        1,
+                        2,
+                        3,
+                        std::numeric_limits<float>::min(),
+                        std::numeric_limits<float>::max(),
+                        std::numeric_limits<float>::infinity(),
+                        std::numeric_limits<float>::quiet_NaN(),
+                        1.99999988F,
+                        0x1p-63F,
+                        0x1p63F};
+  for (const float x : ends)
+    for (const float y : ends)
+      for (const float sign : {1.0F, -1.0F})
+        a.push_back(as_word(sign * x)), b.push_back(as_word(y)), a.push_back(as_word(x)),
+            b.push_back(as_word(sign * y));
+  for (int i = 0; i < 60000; ++i) a.push_back(std::uint32_t(random())), b.push_back(std::uint32_t(random()));
+  const std::vector<Words> out = own_division().run("probe_division", {a, b}, 2);
+  std::size_t finite = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    const float x = as_float(a[i]), y = as_float(b[i]), quotient = x / y, root = std::sqrt(x);
+    const auto same = [](float exact, std::uint32_t word) {
+      return std::isnan(exact) ? std::isnan(as_float(word)) : as_word(exact) == word;
+    };
+    if (is_denormal(x) || is_denormal(y)) continue;
+    if (!is_denormal(quotient)) {
+      EXPECT_TRUE(same(quotient, out[0][i])) << x << " / " << y << " is not " << as_float(out[0][i]);
+    }
+    EXPECT_TRUE(same(root, out[1][i])) << "the root of " << x << " is not " << as_float(out[1][i]);
+    finite += std::isnormal(quotient) ? 1 : 0;
+  }
+  EXPECT_GT(finite, 30000U);
+}
+
+}  // namespace
+}  // namespace eikon::test
