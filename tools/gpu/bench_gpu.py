@@ -31,7 +31,7 @@ FULL = {"film_size": "96x64", "film_spp": 16, "scenes": ["cornell", "cornell_sph
         "units": [(1 << 18, 128), (1 << 20, 128), (1 << 20, 256), (1 << 22, 256), (1 << 22, 512)], "command_seconds": 600}
 QUICK = {"film_size": "24x16", "film_spp": 4, "scenes": ["cornell"], "side": 48, "spp": 4, "rays": [1 << 12], "rounds": 1,
          "luxcore_scenes": ["cornell"], "units": [(1 << 12, 32), (1 << 20, 128)], "command_seconds": 120,
-         "film_scenes": ["cornell", "nori_triangle_1"]}
+         "film_scenes": ["cornell", "nori_triangle_1"], "feature_scenes": ["moving"]}
 
 
 def arguments():
@@ -44,7 +44,9 @@ def arguments():
                         help=f"the archive [{NAME}.tar.gz]")
     parser.add_argument("--quick", action="store_true", help="small scenes and sizes: whether all of it works, not how fast it is")
     parser.add_argument("--steps", default=",".join(NAMES), metavar="LIST", help=f"only these [{','.join(NAMES)}]")
-    parser.add_argument("--scenes", metavar="LIST", help="shipped scenes whose bits are compared [all]")
+    parser.add_argument("--scenes", metavar="LIST", help="shipped scenes whose bits are compared [all, and scenes with the other features]")
+    parser.add_argument("--jobs", type=int, default=len(os.sched_getaffinity(0)), metavar="N",
+                        help="programs that are compiled at the same time [as many as there are cores]")
     parser.add_argument("--seconds", type=float, metavar="N", help="begin nothing after so long, for machines that are lent by the minute")
     parser.add_argument("--side", type=int, metavar="N", help=f"of the pictures that are measured, in pixels [{FULL['side']}]")
     parser.add_argument("--spp", type=int, metavar="N", help=f"of them [{FULL['spp']}]")
@@ -54,6 +56,8 @@ def arguments():
     unknown = sorted(set(options.steps.split(",")) - set(NAMES))
     if unknown:
         parser.error(f"--steps: there is no step {', '.join(unknown)}; there are {', '.join(NAMES)}")
+    if options.jobs < 1:
+        parser.error("--jobs takes 1 or more")
     if options.spp is not None and options.spp < 2 or options.side is not None and options.side < 1:
         parser.error("--spp takes 2 or more, --side 1 or more")
     return options
@@ -122,12 +126,13 @@ def measure(session):
     for step in first:
         session.do(step.__name__, step)
     require_devices(session)
-    with tempfile.TemporaryDirectory() as made:
-        if not session.options.quick and {"rays", "layouts", "units", "stages"} & set(chosen):
-            session.do("dense", lambda own: bench_steps.dense(own, pathlib.Path(made)))
-        for step in rest:
-            if step.__name__ in chosen:
-                session.do(step.__name__, step)
+    if not session.options.quick and {"rays", "layouts", "units", "stages"} & set(chosen):
+        session.do("dense", bench_steps.dense)
+    if not session.options.scenes:
+        bench_steps.feature_films(session)
+    for step in rest:
+        if step.__name__ in chosen:
+            session.do(step.__name__, step)
 
 
 def write_results(session):
@@ -148,9 +153,10 @@ def main():
     require_writable(options.out)
     require_eikon(options.eikon)
     folder = pathlib.Path(tempfile.mkdtemp(prefix=NAME))
-    session = Session(options, sizes, folder)
-    session.command = ["tools/bench_gpu.sh", *map(shlex.quote, sys.argv[1:])]
-    measure(session)
+    with tempfile.TemporaryDirectory(prefix=NAME) as scratch:
+        session = Session(options, sizes, folder, pathlib.Path(scratch))
+        session.command = ["tools/bench_gpu.sh", *map(shlex.quote, sys.argv[1:])]
+        measure(session)
     write_results(session)
     try:
         write_archive(folder, options.out)

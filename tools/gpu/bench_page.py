@@ -26,6 +26,10 @@ def device_table(canary):
                    number(d["compile_seconds"])) for d in canary["devices"]])
 
 
+def programs_table(rows):
+    return table(["scene", "seconds to compile"], [(row["scene"], number(row["compile_seconds"])) for row in rows])
+
+
 def bits_table(rows):
     equal = sum(row["equal"] == "yes" for row in rows)
     text = f"{equal} of {len(rows)} films have the same bits as the reference's. `picture`: all pixels do, but not the exact sums.\n\n"
@@ -97,6 +101,7 @@ def page(session, sizes_text):
                  if session.failures else "Nothing.\n")
     sections = (
         ("bits", "Bits", bits_table),
+        ("programs", "Compiling, many at a time", programs_table),
         ("rays", "Rays by layout", rays_table),
         ("layouts", "Paths by layout", layouts_table),
         ("units", "Paths by unit", units_table),

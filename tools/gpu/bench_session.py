@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the steps of bench_gpu.py share: running eikon with a limit of time, logs, what failed, and the results so far."""
+import concurrent.futures
 import json
 import os
 import pathlib
@@ -36,13 +37,15 @@ def one_line(text):
 class Session:
     """The folder of an archive and what has been found so far."""
 
-    def __init__(self, options, sizes, folder):
-        self.options, self.sizes, self.folder = options, sizes, folder
+    def __init__(self, options, sizes, folder, scratch):
+        """scratch: a folder for what the archive does not need"""
+        self.options, self.sizes, self.folder, self.scratch = options, sizes, folder, scratch
         self.end = time.monotonic() + options.seconds if options.seconds else None
         self.results = {}   # by step: what the page shows
         self.steps = []     # {"step", "result", "seconds"}
         self.failures = []  # {"step", "what", "line", "code": of the command that failed, or None}
         self.made = {}      # scenes that are not shipped: name -> file
+        self.film_options = {}  # of films that take more than a scene: name -> words for eikon
         (folder / "logs").mkdir(exist_ok=True)
 
     def scene(self, name):
@@ -86,7 +89,7 @@ class Session:
 
     def json(self, name, words, flag, environment=None):
         """What `eikon words flag FILE` writes there as JSON."""
-        path = self.folder / "out.json"
+        path = self.scratch / (re.sub(r"[^\w.-]+", "_", name) + ".json")
         path.unlink(missing_ok=True)
         self.eikon(name, [*words, flag, path], environment)
         try:
@@ -94,15 +97,16 @@ class Session:
         finally:
             path.unlink()
 
-    def each(self, step, names, body):
-        """[body(name)] of those that do not fail; the others are recorded, and so is one that finds no time."""
-        found = []
-        for name in names:
+    def each(self, step, names, body, jobs=1):
+        """[body(name)] of those that do not fail; the others are recorded, and so is one that finds no time. jobs: how many at a time"""
+        def done(name):
             try:
-                found.append(body(name))
+                return body(name)
             except Failed as error:
                 self.fail(step, name, error)
-        return found
+
+        with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
+            return [found for found in pool.map(done, names) if found is not None]
 
     def fail(self, step, what, error):
         what = " ".join(map(str, what)) if isinstance(what, tuple) else what

@@ -5,6 +5,7 @@ import importlib.util
 import json
 import os
 import pathlib
+import re
 import shutil
 import sys
 
@@ -50,13 +51,39 @@ def selftest(session):
     return {"listing": session.eikon("selftest", ["selftest", "--devices", session.options.devices])}
 
 
+def feature_films(session):
+    """Adds films to compare that have every feature between them: what the test data_races runs."""
+    sys.path.insert(0, str(ROOT / "tests"))
+    import data_races
+    for write in (data_races.write_everything, data_races.write_places, data_races.write_moving):
+        write(session.scratch)
+    for number, (scene, options) in enumerate(data_races.RUNS):
+        if scene not in session.sizes.get("feature_scenes", [scene]):
+            continue
+        name, made = f"run_{number}_{scene}", session.scratch / f"{scene}.gltf"
+        session.made[name] = made if made.exists() else ROOT / f"scenes/{scene}.gltf"
+        session.film_options[name] = re.sub(r"--memory \S+", "", options).split()
+        session.sizes["film_scenes"] = [*session.sizes["film_scenes"], name]
+
+
+def programs(session):
+    """Compiles the programs of all films at the same time, so that the driver has them when the next steps ask for them one by one."""
+    def compiled(name):
+        stats = session.json(f"programs {name}", ["render", session.scene(name), "-o", session.scratch / f"{name}.exr", "--size", "8x8",
+                                                  "--spp", "2", "--quiet", "--devices", session.options.devices,
+                                                  *session.film_options.get(name, ())], "--stats")
+        return {"scene": name, "compile_seconds": stats["seconds"]["compile"]}
+
+    return session.each("programs", session.sizes["film_scenes"], compiled, session.options.jobs)
+
+
 def render_film(session, folder, name, chosen, environment):
     """Renders the picture of a scene into the folder. returns  (digest of its film, its statistics)"""
     film = folder / f"{name}.film.exr"
     film.unlink(missing_ok=True)
     stats = session.json(f"{folder.name} {name}", ["render", session.scene(name), "-o", folder / f"{name}.exr", "--checkpoint", film, "--size",
                                                    session.sizes["film_size"], "--spp", str(session.sizes["film_spp"]), "--quiet",
-                                                   "--devices", chosen], "--stats", environment)
+                                                   "--devices", chosen, *session.film_options.get(name, ())], "--stats", environment)
     digest = hashlib.sha256(film.read_bytes()).hexdigest()
     film.unlink()
     return digest, stats
@@ -98,7 +125,7 @@ def verdict(session, name, same_film, folder, reference):
 
 
 def bits(session):
-    """Renders all scenes small on the devices and by the reference, and compares their films."""
+    """Renders all scenes and features small on the devices and by the reference, and compares their films."""
     folder = session.folder / "films/device"
     folder.mkdir(parents=True)
     reference = None if session.options.reference == "none" else Reference(session)
@@ -122,9 +149,9 @@ def bits(session):
         (folder / "films.json").write_text(json.dumps({**sizes, "films": films}, indent=1) + "\n")
 
 
-def dense(session, folder):
+def dense(session):
     """Makes one more scene to measure, whose tree is larger than the caches of GPUs."""
-    made = folder / "dense.glb"
+    made = session.scratch / "dense.glb"
     try:
         session.run("make dense", [ROOT / "tools/make_dense.py", "--triangles", "1000000", made])
     except Failed as error:
@@ -246,4 +273,4 @@ def luxcore(session):
     return rows
 
 
-STEPS = (devices, canary, info, selftest, bits, rays, layouts, units, stages, luxcore)
+STEPS = (devices, canary, info, selftest, programs, bits, rays, layouts, units, stages, luxcore)
