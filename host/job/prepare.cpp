@@ -306,10 +306,11 @@ void settle_caustics(const SceneOptions& options, Settings& settings) {
 /// throws UsageError if the way of rendering has none of those that are asked for
 void settle_light_paths(const SceneOptions& options, const Scene& scene, Settings& settings) {
   if (options.light_paths.value_or(0) > 0) require_light_paths(options, "--light-paths");
-  settings.light_path_count = light_paths_of_ratio(settings, options.light_paths.value_or(kUsualLightPaths));
+  const bool alone = only_light_paths_find_some(scene);
+  const double usual = alone ? kUsualLightPathsAlone : kUsualLightPaths;
+  settings.light_path_count = light_paths_of_ratio(settings, options.light_paths.value_or(usual));
   if (options.light_paths) return;
-  if (options.tries_light_paths)
-    settings.light_trial_paths = usual_light_trial_paths(settings, only_light_paths_find_some(scene));
+  if (options.tries_light_paths) settings.light_trial_paths = usual_light_trial_paths(settings, alone);
   const bool finds_more = options.merges_caustics || std::ranges::any_of(scene.materials, is_exact_light_target);
   if (settings.light_trial_paths == 0 && !finds_more) settings.light_path_count = 0;
 }

@@ -61,7 +61,8 @@ struct AnimationOptions {
 };
 
 inline constexpr std::uint64_t kUsualSpp = 64;  // samples per pixel
-inline constexpr double kUsualLightPaths = 1.0 / 16;  // for each path from the camera, of an image without a trial
+// Light paths for each path from the camera, of an image without a trial; and where they alone find some of the light.
+inline constexpr double kUsualLightPaths = 1.0 / 16, kUsualLightPathsAlone = 1.0 / 4;
 
 struct SceneOptions {
   std::string scene;    // glTF file
@@ -78,8 +79,7 @@ struct SceneOptions {
   std::optional<ImageSize> size;  // default: 720 rows at the camera's aspect
   std::optional<Crop> crop;
   Culling culling = Culling::camera;
-  std::optional<double>
-      light_paths;  // for each path from the camera; 0: none; default: by a trial, or kUsualLightPaths
+  std::optional<double> light_paths;  // for each path from the camera; 0: none; default: by a trial, or the usual ones
   bool tries_light_paths = true;  // false: no trial decides on their number
   bool merges_caustics = false;  // with a bias: Settings::merges_caustics
   Guiding guiding = Guiding::automatic;

@@ -43,6 +43,18 @@ TEST(LightPathsOption, a_render_goes_on_with_the_bits_of_one_that_was_never_stop
       << other.err;
 }
 
+TEST(LightPathsOption, usual_ones_are_a_quarter_where_they_alone_find_some_of_the_light_else_a_sixteenth) {
+  const Workplace here;
+  const auto same = [&](const char* name, const char* ratio) {
+    const std::string image = "render " + scene(name) + " --size 40x30 --spp 2 --guiding off --quiet ";
+    EXPECT_TRUE(succeeded(here.eikon(image + "-o usual.exr --light-paths usual")));
+    EXPECT_TRUE(succeeded(here.eikon(image + "-o ratio.exr --light-paths " + ratio)));
+    return same_planes(here, "usual.exr", "ratio.exr");
+  };
+  EXPECT_TRUE(same("cornell_spheres.gltf", "0.0625"));
+  EXPECT_TRUE(same("glazed_room.gltf", "0.25"));
+}
+
 TEST(LightPathsOption, a_device_that_fails_in_between_changes_no_bit) {
   const Workplace here;
   ASSERT_TRUE(succeeded(here.eikon(kSpheres + "--spp 32 -o whole.exr")));
