@@ -6,7 +6,8 @@
 // nothing, and Intel's for GPUs makes 75 instructions of each division, so that the code of a shading stage takes 200 to 450 kB
 // and its compiler up to 15 s. What is below takes a quarter of that.
 //
-// Exact are all results but denormal ones, which devices may round or flush as they like.
+// Exact are all results but denormal ones, which devices may round or flush as they like. Infinity over a number beyond 2^126, whose
+// reciprocal is denormal, is infinite or NaN.
 #ifndef EK_DIVISION_H
 #define EK_DIVISION_H
 #include "lanes/lanes.h"

@@ -49,16 +49,21 @@ PROBE(probe_roots) {
   }
 }
 
-// One NaN for all, and a number of its own for what devices may flush.
-EK_FN uint comparable(float x) {
-  const uint magnitude = as_uint(x) & 0x7fffffffu;
-  return magnitude > 0x7f800000u ? 0x7fc00000u : magnitude != 0u && magnitude < 0x800000u ? 0xffffffffu : as_uint(x);
+// Devices may flush denormal numbers and have NaNs of several bits.
+EK_FN bool is_denormal(float x) { return (as_uint(x) & 0x7fffffffu) - 1u < 0x7fffffu; }
+EK_FN uint bits_but_of_nan(float x) { return (as_uint(x) & 0x7fffffffu) > 0x7f800000u ? 0x7fc00000u : as_uint(x); }
+// Whether a quotient is as the device likes: it, a factor or the reciprocal of the divisor may be denormal.
+EK_FN bool is_free(float a, float b) {
+  const int exponent_a = (int)((as_uint(a) >> 23) & 255u), exponent_b = (int)((as_uint(b) >> 23) & 255u);
+  const bool finite = exponent_b != 255 && b != 0.0f;
+  return is_denormal(a) || is_denormal(b) || (finite && a != 0.0f && exponent_a - exponent_b < -125) ||
+         (finite && exponent_a == 255 && exponent_b >= 253);
 }
+
 PROBE(probe_division) {
   FOR_LANES {
     const float a = as_float(in_words[i]), b = as_float(in_words[count + i]);
-    const bool flushes = comparable(a) == 0xffffffffu || comparable(b) == 0xffffffffu;
-    out_words[i] = flushes ? 0u : comparable(div_f(a, b));
-    out_words[count + i] = flushes ? 0u : comparable(sqrt_f(a));
+    out_words[i] = is_free(a, b) ? 0u : bits_but_of_nan(div_f(a, b));
+    out_words[count + i] = is_denormal(a) ? 0u : bits_but_of_nan(sqrt_f(a));
   }
 }
