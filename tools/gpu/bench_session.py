@@ -37,9 +37,9 @@ def one_line(text):
 class Session:
     """The folder of an archive and what has been found so far."""
 
-    def __init__(self, options, sizes, folder, scratch):
-        """scratch: a folder for what the archive does not need"""
-        self.options, self.sizes, self.folder, self.scratch = options, sizes, folder, scratch
+    def __init__(self, options, sizes, folder, scratch=None):
+        """scratch: a folder for what the archive does not need [folder]"""
+        self.options, self.sizes, self.folder, self.scratch = options, sizes, folder, scratch or folder
         self.end = time.monotonic() + options.seconds if options.seconds else None
         self.results = {}   # by step: what the page shows
         self.steps = []     # {"step", "result", "seconds"}
