@@ -49,6 +49,10 @@ struct DeviceInfo {
   bool timed = true;
 };
 
+/// Whether kernels of one lane divide by eikon's own code on a device: if it is a GPU that promises no correct rounding, or one of
+/// Intel, whose code for it is several times as long. asked: own, driver, or nothing. throws UsageError
+[[nodiscard]] bool divides_itself(const DeviceInfo& info, const std::string& asked);
+
 /// Returns all devices of all platforms, in the order of the platforms; the list may be empty. CPU
 /// devices have no more compute units and memory than the process may use (core/host_limits.h), and
 /// no more units than `threads` unless that is 0.

@@ -98,17 +98,6 @@ std::string uuid_of(cl_device_id device, const std::string& extensions) {
   return text;
 }
 
-/// Whether the kernels of a device divide by their own code: on GPUs that promise no correct rounding, and on Intel's, whose
-/// code for it is several times as long. EIKON_DIVISION decides for all devices. throws UsageError
-bool divides_itself(const DeviceInfo& info) {
-  constexpr cl_uint intel = 0x8086;  // PCI vendor
-  const char* const text = std::getenv("EIKON_DIVISION");
-  if (text == nullptr) return info.gpu && (!info.correctly_rounded_divide_sqrt || info.vendor_id == intel);
-  const std::string who = text;
-  if (who != "own" && who != "driver") throw UsageError(fmt::format("EIKON_DIVISION={}: takes own or driver", who));
-  return who == "own";
-}
-
 DeviceInfo describe(cl_device_id device, std::uint32_t index) {
   DeviceInfo info;
   info.index = index;
@@ -136,7 +125,8 @@ DeviceInfo describe(cl_device_id device, std::uint32_t index) {
   const auto fp = device_value<cl_device_fp_config>(device, CL_DEVICE_SINGLE_FP_CONFIG);
   info.correctly_rounded_divide_sqrt = (fp & CL_FP_CORRECTLY_ROUNDED_DIVIDE_SQRT) != 0;
   info.denormals = (fp & CL_FP_DENORM) != 0;
-  info.own_division = divides_itself(info);
+  const char* const division = std::getenv("EIKON_DIVISION");
+  info.own_division = divides_itself(info, division != nullptr ? division : "");
   if (device_value<cl_bool>(device, CL_DEVICE_AVAILABLE) == CL_FALSE)
     info.unusable = "the driver says it is not available";
   else if (device_value<cl_bool>(device, CL_DEVICE_COMPILER_AVAILABLE) == CL_FALSE)
@@ -160,6 +150,14 @@ void plan_faults(std::vector<DeviceInfo>& chosen) {
 }
 
 }  // namespace
+
+bool divides_itself(const DeviceInfo& info, const std::string& asked) {
+  constexpr cl_uint intel = 0x8086;  // PCI vendor
+  if (asked.empty()) return info.gpu && (!info.correctly_rounded_divide_sqrt || info.vendor_id == intel);
+  if (asked != "own" && asked != "driver")
+    throw UsageError(fmt::format("EIKON_DIVISION={}: takes own or driver", asked));
+  return asked == "own";
+}
 
 std::vector<cl_device_id> enumerate_devices() {
   // The loader initialises itself in the first call, and crashes when two threads make it at once.
@@ -197,7 +195,9 @@ std::vector<DeviceInfo> select_devices(const std::string& selection, unsigned th
   const std::vector<DeviceInfo> all = list_devices(threads);
   if (all.empty())
     throw DeviceError(
-        "no OpenCL device: no platform is installed; try: apt-get install pocl-opencl-icd, then `eikon devices`");
+        "no OpenCL device: no platform is installed; try: apt-get install pocl-opencl-icd, or, for a GPU, name its "
+        "driver's library "
+        "in a file /etc/OpenCL/vendors/NAME.icd, then `eikon devices`");
   Selection chosen = resolve_selection(selection, all, passes_canary);
   plan_faults(chosen.devices);
   std::ranges::move(leave_cores_to_feeders(chosen.devices, host_limits().threads), std::back_inserter(chosen.notes));

@@ -136,7 +136,7 @@ std::map<std::uint32_t, std::string> duplicates(const std::vector<DeviceInfo>& a
       continue;
     }
     const auto exact = [](const DeviceInfo& device) {
-      return (device.correctly_rounded_divide_sqrt || device.own_division) && device.denormals;
+      return (device.correctly_rounded_divide_sqrt || (device.gpu && device.own_division)) && device.denormals;
     };
     const bool was_right = trusted(*same), is_right = trusted(info);
     const bool better = was_right == is_right ? !exact(*same) && exact(info) : is_right;

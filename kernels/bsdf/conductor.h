@@ -35,8 +35,8 @@ EK_FN v3 conductor_reflectance(MaterialLanes m, vf cosine) {
 // 2 times the integral of the reflectance over the cosine times the cosine, by Gaussian quadrature
 // over the squared cosine: three nodes, and EK_FILM_NODES under a film.
 EK_FN v3 conductor_mean_reflectance(MaterialLanes m) {
-  v3 mean = add3(scale3(add3(bare_reflectance(m, (vf)(0.335710687f)), bare_reflectance(m, (vf)(0.941965058f))), (5.0f / 18.0f)),
-                 scale3(bare_reflectance(m, (vf)(0.707106781f)), (8.0f / 18.0f)));
+  v3 mean = add3(scale3(add3(bare_reflectance(m, (vf)(0.335710687f)), bare_reflectance(m, (vf)(0.941965058f))), 5.0f / 18.0f),
+                 scale3(bare_reflectance(m, (vf)(0.707106781f)), 8.0f / 18.0f));
 #if EK_HAS_iridescence
   if (ANY(m.iridescence > 0.0f)) {
     v3 under = V3((vf)(0.0f), (vf)(0.0f), (vf)(0.0f));

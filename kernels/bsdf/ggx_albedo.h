@@ -90,7 +90,7 @@ EK_FN GgxAlbedoFit ggx_albedo_fit(vi mirror, vf alpha) {
   const vf mean_grazing = EK_ALBEDO_MEAN_GRAZING_0 + r * (EK_ALBEDO_MEAN_GRAZING_1 + r * (EK_ALBEDO_MEAN_GRAZING_2 + r * (
       EK_ALBEDO_MEAN_GRAZING_3 + r * (EK_ALBEDO_MEAN_GRAZING_4 + r * (EK_ALBEDO_MEAN_GRAZING_5 + r * EK_ALBEDO_MEAN_GRAZING_6)))));
   k.mean.full = mirror ? (vf)(1.0f) : 1.0f - mean_loss;
-  k.mean.grazing = mirror ? (vf)((1.0f / 21.0f)) : mean_grazing;
+  k.mean.grazing = mirror ? (vf)(1.0f / 21.0f) : mean_grazing;
   return k;
 }
 

@@ -111,7 +111,7 @@ EK_FN vf metal_one_minus_E(SpecularOverDiffuse k, vf cosine, vf length) {
 // 2 times the integral of metal's reflectance over the cosine times the cosine; under a film by
 // Gaussian quadrature.
 EK_FN v3 metal_mean_reflectance(MaterialLanes m) {
-  const v3 bare = add3(scale3(m.base_color, (20.0f / 21.0f)), V3((vf)((1.0f / 21.0f)), (vf)((1.0f / 21.0f)), (vf)((1.0f / 21.0f))));
+  const v3 bare = add3(scale3(m.base_color, 20.0f / 21.0f), V3((vf)(1.0f / 21.0f), (vf)(1.0f / 21.0f), (vf)(1.0f / 21.0f)));
 #if EK_HAS_iridescence
   if (ANY(m.iridescence > 0.0f)) {
     const vf one = (vf)(1.0f);

@@ -54,7 +54,7 @@ typedef struct {
 
 /// Index of the film, which fades to that of air below a thickness of 0.03 nm.
 EK_FN vf film_index(ThinFilm film) {
-  const vf t = min_f(max_f(film.thickness * div_f(1.0f, 0.03e-9f), (vf)(0.0f)), (vf)(1.0f));
+  const vf t = min_f(max_f(film.thickness * (1.0f / 0.03e-9f), (vf)(0.0f)), (vf)(1.0f));
   return 1.0f + (film.index - 1.0f) * ((t * t) * (3.0f - 2.0f * t));
 }
 

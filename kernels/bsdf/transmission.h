@@ -89,7 +89,7 @@ EK_FN Glass with_multiple_scattering(MaterialLanes m, Glass g, v3 wo) {
   const vi none = g.base.smooth | g.is_specular | (m.solid & fresnel_is_mirror(m.eta));
   const vf lost = glass_one_minus_E_along(m, g, (vi)(0), wo.z, g.base.length_o);
   vf here = one_minus_E_avg(g.base.alpha), there = here;
-  const v3 f = schlick(m.f0_dielectric, m.specular, (vf)((1.0f / 21.0f)));
+  const v3 f = schlick(m.f0_dielectric, m.specular, (vf)(1.0f / 21.0f));
   const vi filmy = EK_HAS_iridescence ? m.iridescence > 0.0f : (vi)(0);
   const vf reflects_film = ANY(filmy) ? filmy_glass_mean_reflectance(m, g) : (vf)(0.0f);
   vf crosses_here = 1.0f - (filmy ? reflects_film : mean_component(f)), crosses_there = crosses_here;

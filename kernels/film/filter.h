@@ -41,7 +41,7 @@ EK_FN vf filter_value(global const float* filter_table, vf offset) {
     bin = gather_f(filter_table, next) > distance ? next : bin;
   }
   const vf outer = gather_f(filter_table, bin), inner = gather_f(filter_table, bin + 1u);
-  const float share = (0.5f / (float)(EK_FILTER_BINS * EK_FILTER_BINS));
+  const float share = 0.5f / (float)(EK_FILTER_BINS * EK_FILTER_BINS);
   const vf density = div_f((2.0f * TO_F(AS_I(bin)) + 1.0f) * share, outer - inner);
   const float factor = filter_table[EK_FILTER_BINS + 2];
   const vf value = distance > filter_table[EK_FILTER_BINS + 1] ? density * -factor : density * factor;

@@ -37,7 +37,7 @@ EK_FN vu pack_normal(v3 n, vi both_sides) {
 
 // The normal, of nearly unit length.
 EK_FN v3 unpack_normal(vu packed) {
-  const float unit = (1.0f / 511.0f);
+  const float unit = 1.0f / 511.0f;
   return V3((TO_F(AS_I(packed & 1023u)) - 512.0f) * unit, (TO_F(AS_I((packed >> 10) & 1023u)) - 512.0f) * unit,
             (TO_F(AS_I((packed >> 20) & 1023u)) - 512.0f) * unit);
 }

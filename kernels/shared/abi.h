@@ -5,7 +5,7 @@
 #ifndef EK_SHARED_ABI_H
 #define EK_SHARED_ABI_H
 
-#ifdef __OPENCL_C_VERSION__  // offline clang -x cl does not define __OPENCL_VERSION__
+#if defined(__OPENCL_C_VERSION__) || defined(__OPENCL_VERSION__)  // offline clang -x cl does not define the second
 #define EK_BEGIN
 #define EK_END
 #define EK_ASSERT_SIZE(T, n) typedef char ek_size_of_##T[(sizeof(T) == (n)) ? 1 : -1]

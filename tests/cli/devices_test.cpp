@@ -4,7 +4,10 @@
 #include <sys/wait.h>
 
 #include <chrono>
+#include <filesystem>
+#include <fstream>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <thread>
 #include <utility>
 
@@ -112,6 +115,27 @@ TEST(Devices, a_fault_on_purpose_hits_the_device_of_that_position) {
   const Outcome wrong = with_fault("device:0:wrong", "0");
   EXPECT_TRUE(refused(wrong, 4));
   EXPECT_TRUE(contains(wrong.err, "not to be trusted")) << wrong.err;
+}
+
+TEST(Devices, that_divide_by_code_of_their_own_give_the_same_bits) {
+  const Workplace here;
+  for (const char* name : {"cornell_spheres", "textured"}) {
+    const std::string image = "render " + scene(std::string(name) + ".gltf") + " --size 24x16 --spp 4 --quiet ";
+    ASSERT_TRUE(succeeded(here.eikon(image + "-o driver.exr")));
+    const auto programs = here / name;
+    std::filesystem::create_directory(programs);
+    ASSERT_TRUE(succeeded(here.eikon(
+        image + "-o own.exr",
+        "EIKON_LANES=1 EIKON_FAULT=device:0:gpu EIKON_DIVISION=own EIKON_DUMP_PROGRAMS=" + programs.string())));
+    EXPECT_TRUE(succeeded(here.eikon("compare own.exr driver.exr --fail-above 0"))) << name;
+    std::ostringstream options;
+    options << std::ifstream(programs / "program_0.options").rdbuf();
+    EXPECT_TRUE(contains(options.str(), " -DEK_OWN_DIVISION=1")) << options.str();
+  }
+  EXPECT_TRUE(contains(here.eikon("devices", "EIKON_LANES=1 EIKON_DIVISION=own").out,
+                       "divide and square root by eikon's own code"));
+  EXPECT_FALSE(contains(here.eikon("devices", "EIKON_DIVISION=own").out, "own code"));  // of several lanes
+  EXPECT_TRUE(refused(here.eikon("devices", "EIKON_DIVISION=both"), 2));
 }
 
 TEST(Units, N5_of_the_size_that_the_environment_asks_for_give_the_same_bits) {

@@ -82,10 +82,10 @@ PROBE(probe_vectors) {
   OUT_F(24, abs_f(a.y));
   OUT_F(25, copysign_f(a.z, b.z));
   OUT_F(26, max_component(a));
-  const vi finite = is_finite(a.x / b.x);
+  const vi finite = is_finite(div_f(a.x, b.x));
   OUT_U(27, finite ? (vu)(1u) : (vu)(0u));
-  OUT_F(28, a.x / b.y);
-  OUT_F(29, sqrt(abs_f(a.z)));
+  OUT_F(28, div_f(a.x, b.y));
+  OUT_F(29, sqrt_f(abs_f(a.z)));
 }
 
 PROBE(probe_exp2) { OUT_F(0, exp2_f(IN_F(0))); }
@@ -400,7 +400,7 @@ EK_FN_ONCE void probe_light_run(PROBE_ITEMS, constant Frame* frame, LightData da
   OUT_F(21, path.t_max);
   // What a ray that met the same point or direction would be weighted with.
   const v3 d = sub3(s.p, p);
-  vf asked = light_pdf_sr_of_hit(s.pdf, s.n, path.wi, sqrt(dot3(d, d)));
+  vf asked = light_pdf_sr_of_hit(s.pdf, s.n, path.wi, sqrt_f(dot3(d, d)));
   const vf constant_sky = environment_pdf_sr(frame->environment.w, dot3(path.wi, basis.z), both_sides);
   const vf sky = frame->environment_width > 0
                      ? environment_map_value(frame, data.environment_texels, path.wi).pdf

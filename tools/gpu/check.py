@@ -146,15 +146,12 @@ def measure(eikon, compilers, makers, folder):
     """({(program, kernel): {column: figure}}, {(program, maker): seconds}, complaints)"""
     figures, seconds, complaints = {}, {}, []
     with concurrent.futures.ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
-        dumped = {(n, division): pool.submit(dump, eikon, scene, options, folder / f"{n}.{division}", division)
-                  for n, (_, scene, options, wanted) in enumerate(PROGRAMS) for division in ("driver", "own")
-                  if division == "driver" or "intel" in wanted}
-        jobs = {}
-        for n, (name, _, _, wanted) in enumerate(PROGRAMS):
-            for maker in makers:
-                if maker.__name__ in wanted:
-                    program = dumped[n, "own" if maker is intel else "driver"].result()
-                    jobs[pool.submit(maker, compilers, *program, str(folder / f"{n}.{maker.__name__}"))] = name, maker.__name__
+        wanted = [(n, name, maker, "own" if maker is intel else "driver") for n, (name, _, _, those) in enumerate(PROGRAMS)
+                  for maker in makers if maker.__name__ in those]
+        dumped = {(n, division): pool.submit(dump, eikon, *PROGRAMS[n][1:3], folder / f"{n}.{division}", division)
+                  for n, division in {(n, division) for n, _, _, division in wanted}}
+        jobs = {pool.submit(maker, compilers, *dumped[n, division].result(), str(folder / f"{n}.{maker.__name__}")): (name, maker.__name__)
+                for n, name, maker, division in wanted}
         for job, (name, maker) in jobs.items():
             try:
                 found, seconds[name, maker] = job.result()

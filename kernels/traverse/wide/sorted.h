@@ -51,7 +51,7 @@ EK_FN void sorted_add(constant Frame* frame, SortedRays* s, TracedRays rays) {
   const vu octant = (dir.x < 0.0f ? (vu)(1u) : none) + (dir.y < 0.0f ? (vu)(2u) : none) + (dir.z < 0.0f ? (vu)(4u) : none);
   const v3 away = sub3(origin, splat3(frame->scene_center));
   const float4 half_size = frame->scene_half;
-  const v3 share = V3(abs_f(away.x) * (1.0f / half_size.x), abs_f(away.y) * (1.0f / half_size.y), abs_f(away.z) * (1.0f / half_size.z));
+  const v3 share = V3(abs_f(away.x) * div_f(1.0f, half_size.x), abs_f(away.y) * div_f(1.0f, half_size.y), abs_f(away.z) * div_f(1.0f, half_size.z));
   const vi side_x = (share.x > share.y) & (share.x > share.z), side_y = share.y > share.z;
   const vf side = side_x ? away.x : side_y ? away.y : away.z;
   const vu wall = (side_x ? (vu)(128u) : side_y ? (vu)(64u) : none) + (side < 0.0f ? (vu)(32u) : none);

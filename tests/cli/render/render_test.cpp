@@ -233,18 +233,6 @@ TEST(Render, the_same_bits_from_every_width_layout_and_from_oclgrind) {
                              "EIKON_NO_OPTIMISE=1 oclgrind")));
 }
 
-TEST(Render, the_same_bits_where_kernels_divide_by_their_own_code) {
-  const Workplace here;
-  for (const char* name : {"cornell_spheres.gltf", "textured.gltf"}) {
-    const std::string image = "render " + scene(name) + " -o out.exr --size 24x16 --crop 0,0,24,16 --spp 4 --quiet";
-    const std::string as_gpu = "EIKON_LANES=1 EIKON_FAULT=device:0:gpu ";
-    EXPECT_TRUE(same_bits(sums_of(here, image), sums_of(here, image, as_gpu + "EIKON_DIVISION=own"))) << name;
-  }
-  const Outcome refused = here.eikon("devices", "EIKON_DIVISION=both");
-  EXPECT_EQ(refused.code, 2);
-  EXPECT_TRUE(contains(refused.err, "EIKON_DIVISION=both: takes own or driver"));
-}
-
 TEST(Render, replays_one_sample) {
   const Workplace here;
   const Outcome outcome = here.eikon(cornell("--size 16x12 --pixel 7,5 --sample 3"));

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// eikon's own division and square root (kernels/lanes/division.h) round correctly, whatever the driver's first guesses are.
+// eikon's own division and square root (kernels/lanes/division.h) round correctly, also if the
+// driver's first guesses are some units in the last place off.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -35,27 +36,27 @@ Probe with_guesses_off(int units) {
 
 constexpr std::uint32_t kBlock = 1024;  // numbers that an item of a probe tries
 
-/// How many of the numbers from `begin` to `end` a probe finds to be wrong.
-std::uint64_t wrong(Probe probe, const std::string& name, std::uint32_t begin, std::uint32_t end) {
+/// Expects a probe to find nothing wrong among the numbers from `begin` to `end`. Kernels of several lanes divide by the driver's
+/// operation and always count 0, and those of one lane are expected to have the same words (Probe::run).
+void expect_none_wrong(Probe probe, const std::string& name, std::uint32_t begin, std::uint32_t end) {
   Words blocks;
   for (std::uint32_t first = begin; first < end; first += kBlock) blocks.push_back(first);
-  std::uint64_t count = 0;
-  const Words counts = probe.compare(blocks.size()).run(name, {blocks}, 1)[0];
-  for (const std::uint32_t word : counts) count += word;
-  return count;
+  (void)probe.compare(blocks.size()).run(name, {blocks}, 1);
+}
+
+void expect_all_right(const Probe& probe) {
+  expect_none_wrong(probe, "probe_quotients", 0x800000U, 0x1000000U);
+  expect_none_wrong(probe, "probe_roots", 0x3f000000U, 0x40000000U);
 }
 
 TEST(Division, all_mantissas_of_divisors_and_roots_are_right_with_guesses_up_to_8_units_off) {
   for (const int units : {-8, -4, -2, -1, 0, 1, 2, 4, 8}) {
-    EXPECT_EQ(wrong(with_guesses_off(units), "probe_quotients", 0x800000U, 0x1000000U), 0U) << units;
-    EXPECT_EQ(wrong(with_guesses_off(units), "probe_roots", 0x3f000000U, 0x40000000U), 0U) << units;
+    SCOPED_TRACE(units);
+    expect_all_right(with_guesses_off(units));
   }
 }
 
-TEST(Division, so_they_are_with_the_guesses_of_the_devices) {
-  EXPECT_EQ(wrong(own_division(), "probe_quotients", 0x800000U, 0x1000000U), 0U);
-  EXPECT_EQ(wrong(own_division(), "probe_roots", 0x3f000000U, 0x40000000U), 0U);
-}
+TEST(Division, so_they_are_with_the_guesses_of_the_devices) { expect_all_right(own_division()); }
 
 bool is_denormal(float x) { return std::fpclassify(x) == FP_SUBNORMAL; }
 

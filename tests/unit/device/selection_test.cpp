@@ -214,6 +214,19 @@ TEST(Selection, a_cpu_device_is_held_to_what_the_process_may_use) {
   EXPECT_EQ(gpu.memory_bytes, 5000U);
 }
 
+TEST(Selection, gpus_of_intel_and_those_that_promise_no_exact_division_divide_by_code_of_their_own) {
+  DeviceInfo gpu = device(0, "GPU", true, 4), cpu = device(1, "CPU", false, 4);
+  EXPECT_TRUE(divides_itself(gpu, ""));
+  EXPECT_FALSE(divides_itself(cpu, ""));
+  gpu.correctly_rounded_divide_sqrt = true;
+  EXPECT_FALSE(divides_itself(gpu, ""));
+  EXPECT_TRUE(divides_itself(gpu, "own"));
+  gpu.vendor_id = 0x8086;  // Intel
+  EXPECT_TRUE(divides_itself(gpu, ""));
+  EXPECT_FALSE(divides_itself(gpu, "driver"));
+  EXPECT_THROW((void)divides_itself(gpu, "both"), UsageError);
+}
+
 TEST(Selection, a_device_that_cannot_be_used_is_left_out_of_all_and_refused_by_name) {
   std::vector<DeviceInfo> devices = machine();
   devices[0].unusable = "it has no compiler";

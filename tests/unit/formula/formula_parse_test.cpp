@@ -190,5 +190,13 @@ TEST(FormulaParse, no_text_crashes_it_and_what_it_accepts_has_kernel_code_and_va
   EXPECT_LT(accepted, 80000U);
 }
 
+TEST(FormulaParse, kernel_code_divides_and_takes_roots_as_all_kernels_do) {
+  const std::string code = kernel_code({parse_formula("x/y+sqrt(z)")});
+  EXPECT_NE(code.find("div_f("), std::string::npos);
+  EXPECT_NE(code.find("sqrt_f("), std::string::npos);
+  EXPECT_EQ(code.find(" / "), std::string::npos) << code;
+  EXPECT_EQ(code.find(" sqrt("), std::string::npos) << code;
+}
+
 }  // namespace
 }  // namespace eikon::formula
