@@ -30,6 +30,7 @@ std::string cl_error_name(cl_int code) {
       {-54, "CL_INVALID_WORK_GROUP_SIZE"},
       {-61, "CL_INVALID_BUFFER_SIZE"},
       {-1001, "CL_PLATFORM_NOT_FOUND_KHR"},
+      {-9999, "a kernel used memory that is not its own, by NVIDIA's driver"},
   };
   const auto found = names.find(code);
   return fmt::format("{} ({})", found == names.end() ? "OpenCL error" : found->second, code);

@@ -154,11 +154,13 @@ void LightStages::launch(LightUnit& lights, std::size_t which) {
   } else {
     run_stages(lights);
   }
-  // So many words are likely to be enough. The rest, if there is more, waits for all that is in the queue by then.
+  // So many words are likely to be enough. The rest, if there is more, waits for all that is in the queue by then. Where each stage has
+  // a launch of its own, the host has waited for the last one, so it reads no more than there are.
   const std::size_t likely =
-      std::min<std::size_t>(kLikelySplatsPerPath * lights.frame.path_count, lights.frame.splat_capacity);
+      config_.fused ? std::min<std::size_t>(kLikelySplatsPerPath * lights.frame.path_count, lights.frame.splat_capacity)
+                    : 0;
   lights.words.resize(likely * lights.record_words);
-  device_->read_later(splats_[which], lights.words.data(), 4 * lights.words.size());
+  if (likely > 0) device_->read_later(splats_[which], lights.words.data(), 4 * lights.words.size());
   lights.counted = device_->read_later(counts_[which], lights.counts.data(), sizeof lights.counts);
   device_->flush();
 }
@@ -206,6 +208,11 @@ void LightStages::collect(LightUnit& lights, std::size_t which) {
   const std::size_t read = words.size();
   words.resize(std::size_t{stored} * lights.record_words);
   if (words.size() > read) device_->read(splats_[which], &words[read], 4 * (words.size() - read), 4 * read);
+  std::size_t begin = 0;  // of the records since the last one that was left out
+  const auto take_until = [&](std::size_t end) {
+    lights.splats.insert(lights.splats.end(), words.begin() + std::ptrdiff_t(begin),
+                         words.begin() + std::ptrdiff_t(end));
+  };
   for (std::size_t at = 0; at < words.size(); at += lights.record_words) {
     bool finite = true, in_range = true;
     for (std::size_t c = 0; c < 3; ++c) {
@@ -213,12 +220,12 @@ void LightStages::collect(LightUnit& lights, std::size_t which) {
       finite = finite && std::isfinite(value);
       in_range = in_range && std::abs(value) < kRange;
     }
-    if (finite && in_range)
-      lights.splats.insert(lights.splats.end(), words.begin() + std::ptrdiff_t(at),
-                           words.begin() + std::ptrdiff_t(at + lights.record_words));
-    else
-      ++(finite ? lights.saturated : lights.nonfinite);
+    if (finite && in_range) continue;
+    ++(finite ? lights.saturated : lights.nonfinite);
+    take_until(at);
+    begin = at + lights.record_words;
   }
+  take_until(words.size());
 }
 
 void LightStages::finish(LightUnit& lights, std::size_t which) {
