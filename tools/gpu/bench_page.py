@@ -27,7 +27,8 @@ def device_table(canary):
 
 
 def programs_table(rows):
-    return table(["scene", "seconds to compile"], [(row["scene"], number(row["compile_seconds"])) for row in rows])
+    return table(["scene", "paths of a unit", "seconds to compile"],
+                 [(row["scene"], power(row["paths"]) if row["paths"] else "usual", number(row["compile_seconds"])) for row in rows])
 
 
 def bits_table(rows):

@@ -67,14 +67,22 @@ def feature_films(session):
 
 
 def programs(session):
-    """Compiles the programs of all films at the same time, so that the driver has them when the next steps ask for them one by one."""
-    def compiled(name):
-        stats = session.json(f"programs {name}", ["render", session.scene(name), "-o", session.scratch / f"{name}.exr", "--size", "8x8",
-                                                  "--spp", "2", "--quiet", "--devices", session.options.devices,
-                                                  *session.film_options.get(name, ())], "--stats")
-        return {"scene": name, "compile_seconds": stats["seconds"]["compile"]}
+    """Compiles the programs of all films and of step `units`, many at the same time, so that the driver has them when the next steps
+    ask for them one by one. On GPUs the most paths of a unit is a constant of the program."""
+    cases = [(name, None) for name in session.sizes["film_scenes"]]
+    if "units" in session.options.steps.split(","):
+        cases += [(name, paths) for paths in {paths for paths, _ in session.sizes["units"]} for name in session.sizes["scenes"]]
 
-    return session.each("programs", session.sizes["film_scenes"], compiled, session.options.jobs)
+    def compiled(case):
+        name, paths = case
+        words = session.film_options.get(name, ()) if paths is None else PLAIN
+        stats = session.json(f"programs {name} {paths}",
+                             ["render", session.scene(name), "-o", session.scratch / f"{name}-{paths}.exr", "--size", "8x8", "--spp", "2",
+                              "--quiet", "--devices", session.options.devices, *words], "--stats",
+                             None if paths is None else {"EIKON_UNIT_PATHS": str(paths)})
+        return {"scene": name, "paths": paths, "compile_seconds": stats["seconds"]["compile"]}
+
+    return session.each("programs", cases, compiled, session.options.jobs)
 
 
 def render_film(session, folder, name, chosen, environment):
