@@ -49,8 +49,8 @@ struct DeviceInfo {
   bool timed = true;
 };
 
-/// Whether kernels of one lane divide by eikon's own code on a device: if it is a GPU that promises no correct rounding, or one of
-/// Intel, whose code for it is several times as long. asked: own, driver, or nothing. throws UsageError
+/// Returns true if kernels of one lane divide by eikon's own code on a device, as on GPUs that promise no correct rounding, and on
+/// Intel's, whose code for it is several times as long. asked: own, driver, or nothing. throws UsageError
 [[nodiscard]] bool divides_itself(const DeviceInfo& info, const std::string& asked);
 
 /// Returns all devices of all platforms, in the order of the platforms; the list may be empty. CPU

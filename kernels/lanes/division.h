@@ -20,13 +20,14 @@
 
 #else
 
-// First guesses, good to a few units in the last place. Tests replace them by worse ones.
+// These are first guesses, which differ between devices by some units in the last place. No result shows which guess it came from, as
+// the proof below says. Tests replace them by worse ones.
 #ifndef EK_GUESS_RECIPROCAL
 #define EK_GUESS_RECIPROCAL native_recip
 #define EK_GUESS_RECIPROCAL_ROOT native_rsqrt
 #endif
 
-// The exponent of a float in its place, and whether the number is neither 0, denormal, infinite nor NaN.
+// The first gives the exponent of a float in its place, and the second is true if a number with it is not 0, denormal, infinite or NaN.
 EK_FN uint exponent_bits(float x) { return as_uint(x) & 0x7f800000u; }
 EK_FN bool is_normal_exponent(uint bits) { return bits - 0x00800000u < 0x7f000000u; }
 

@@ -128,7 +128,7 @@ def measure(session):
     require_devices(session)
     if not session.options.quick and {"rays", "layouts", "units", "stages"} & set(chosen):
         session.do("dense", bench_steps.dense)
-    if not session.options.scenes:
+    if not session.options.scenes and {"programs", "bits"} & set(chosen):
         bench_steps.feature_films(session)
     for step in rest:
         if step.__name__ in chosen:

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Probes of division and square root, behind the text of probes.cl.
 
-// Whether a float is the quotient of two mantissas, which are integers from 2^23 on, or the root of one, by integers alone. No
+// These tell by integers alone if a float is the quotient of two mantissas, which are integers from 2^23 on, or the root of one. No
 // quotient and no root is halfway between two floats.
 EK_FN bool is_rounded_quotient(uint a, uint b, float q) {
   const ulong whole = (ulong)a << (a < b ? 24 : 23), product = (ulong)((as_uint(q) & 0x7fffffu) | 0x800000u) * b;
@@ -52,7 +52,7 @@ PROBE(probe_roots) {
 // Devices may flush denormal numbers and have NaNs of several bits.
 EK_FN bool is_denormal(float x) { return (as_uint(x) & 0x7fffffffu) - 1u < 0x7fffffu; }
 EK_FN uint bits_but_of_nan(float x) { return (as_uint(x) & 0x7fffffffu) > 0x7f800000u ? 0x7fc00000u : as_uint(x); }
-// Whether a quotient is as the device likes: it, a factor or the reciprocal of the divisor may be denormal.
+// A device may round a quotient as it likes if that, an operand or the reciprocal of the divisor may be denormal.
 EK_FN bool is_free(float a, float b) {
   const int exponent_a = (int)((as_uint(a) >> 23) & 255u), exponent_b = (int)((as_uint(b) >> 23) & 255u);
   const bool finite = exponent_b != 255 && b != 0.0f;
