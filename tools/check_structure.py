@@ -210,12 +210,12 @@ def lone_header_breaches():
               "-Wundef", "-Werror", "-Wno-unused-parameter", "-Wno-unused-function", "-Wno-bitwise-instead-of-logical",
               "-I", str(ROOT / "kernels"), "-DEK_CHUNK=1024", "-DEK_STACK_SIZE=64", "-DEK_SMALL_TREE=0", "-DEK_MEDIUM_TREE=1",
               "-DEK_LARGE_TREE=1"] + [f"-DEK_HAS_{f}=1" for f in features]
-    wide = ["-DEK_WIDTH=16", "-DEK_CHUNKED=1"] + [f"-DEK_LAYOUT_{x}={int(x == 'bvh16')}" for x in layouts + ["none"]]
+    wide = ["-DEK_WIDTH=16", "-DEK_CHUNKED=1", "-DEK_CPU=1"] + [f"-DEK_LAYOUT_{x}={int(x == 'bvh16')}" for x in layouts + ["none"]]
 
     def compile_alone(path):
         flags = list(wide)
         if path.parts[1:3] in (("traverse", "gpu"), ("traverse", "classic")):  # these are for one structure each, one lane wide
-            flags = ["-DEK_WIDTH=1", "-DEK_CHUNKED=0"] + [f"-DEK_LAYOUT_{x}={int(x == path.stem)}" for x in layouts + ["none"]]
+            flags = ["-DEK_WIDTH=1", "-DEK_CHUNKED=0", "-DEK_CPU=0"] + [f"-DEK_LAYOUT_{x}={int(x == path.stem)}" for x in layouts + ["none"]]
         run = subprocess.run([*common, *flags, "-"], input=f'#include "{path.relative_to("kernels")}"\n', text=True,
                              capture_output=True, check=False)
         error = next((line for line in run.stderr.split("\n") if "error" in line), run.stderr[:200])

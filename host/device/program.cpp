@@ -102,6 +102,7 @@ std::shared_ptr<Program::Impl> build_program(cl_context context, cl_device_id de
   // to the standard error stream: hundreds, of vectors that are wider than the registers of the processor.
   std::string flags = "-cl-std=CL1.2 -cl-kernel-arg-info -w";
   std::map<std::string, std::string> defines = options.defines;
+  defines["EK_CPU"] = info.cpu ? "1" : "0";
   const auto width = defines.find("EK_WIDTH");
   const bool one_lane = width != defines.end() && width->second == "1";
   if (info.own_division && one_lane)

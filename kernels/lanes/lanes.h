@@ -94,6 +94,14 @@ EK_FN int lanes_any(vi m) { return any(m); }
 #define ALL_LANES (LANE_INDEX == LANE_INDEX)
 
 // ---- memory ---------------------------------------------------------------------------------------------------------
+// EK_PREFETCH(p): fetches the line of a CPU's caches in which p points, to global memory. EK_CPU comes from the host. GPUs hide the
+// latency of memory by other work-items, and NVIDIA's compiler refuses the builtin for pointers to global memory.
+#if EK_CPU && EK_BUILTIN(__builtin_prefetch)
+#define EK_PREFETCH(p) __builtin_prefetch(p)
+#else
+#define EK_PREFETCH(p) ((void)(p))
+#endif
+
 EK_FN vf load_f(global const float* p) { return *(global const vf_unaligned*)p; }
 EK_FN vu load_u(global const uint* p) { return *(global const vu_unaligned*)p; }
 EK_FN void store_f(global float* p, vf x) { *(global vf_unaligned*)p = x; }

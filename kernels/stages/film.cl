@@ -34,8 +34,8 @@ EK_FN void film_report(global Diagnostics* diagnostics, vi nonfinite, vi saturat
 /// Fetches the same sample of the next pixels: a pixel's samples lie too far apart for the
 /// processor to fetch ahead by itself.
 EK_FN void film_fetch_ahead(global const float* slots, uint film_stride) {
-#if EK_CHUNKED && EK_BUILTIN(__builtin_prefetch)
-  for (uint c = 0; c < SLOT_CHANNELS; ++c) __builtin_prefetch(slots + (size_t)c * film_stride + EK_WIDTH);
+#if EK_CHUNKED && EK_CPU
+  for (uint c = 0; c < SLOT_CHANNELS; ++c) EK_PREFETCH(slots + (size_t)c * film_stride + EK_WIDTH);
 #endif
 }
 

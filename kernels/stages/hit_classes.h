@@ -76,13 +76,13 @@ EK_FN int hits_take(HitWalk* walk, int no_more_come) {
 /// Fetches the records of the next hits while these are shaded, for meshes larger than a core's
 /// caches.
 EK_FN void hits_fetch_ahead(const HitWalk* walk, SceneData scene, global const uint* state) {
-#if EK_CHUNKED && EK_MEDIUM_TREE && EK_BUILTIN(__builtin_prefetch)
+#if EK_CHUNKED && EK_MEDIUM_TREE && EK_CPU
   const uint count = min(walk->paths.count, walk->paths.next + EK_WIDTH);
 #if EK_HAS_moving_surface
   global const uint* first_poses = scene.motion + scene.motion[1];
   for (uint slot = count; slot < min(walk->paths.count, count + EK_WIDTH); ++slot) {
     const uint hit = state[FIELD_hit_triangle * EK_STRIDE + slot];
-    if (hit != EK_NO_HIT) __builtin_prefetch(first_poses + hit);
+    if (hit != EK_NO_HIT) EK_PREFETCH(first_poses + hit);
   }
 #endif
   for (uint slot = walk->paths.next; slot < count; ++slot) {
@@ -93,17 +93,17 @@ EK_FN void hits_fetch_ahead(const HitWalk* walk, SceneData scene, global const u
     if (first != 0u) {
       const float time = as_float(state[FIELD_time * EK_STRIDE + slot]);
       const uint before = first - 1u + min((uint)(time * (float)scene.motion[0]), scene.motion[0] - 1u);
-      __builtin_prefetch(scene.pose_triangles + before);
-      __builtin_prefetch(scene.pose_triangles + before + 1u);
+      EK_PREFETCH(scene.pose_triangles + before);
+      EK_PREFETCH(scene.pose_triangles + before + 1u);
       if (EK_HAS_vertex_normal) {
-        __builtin_prefetch(scene.pose_normals + before);
-        __builtin_prefetch(scene.pose_normals + before + 1u);
+        EK_PREFETCH(scene.pose_normals + before);
+        EK_PREFETCH(scene.pose_normals + before + 1u);
       }
       if (!EK_SPLITS) continue;
     }
 #endif
-    __builtin_prefetch(scene.triangles + hit);
-    if (EK_HAS_vertex_normal) __builtin_prefetch(scene.triangle_normals + hit);
+    EK_PREFETCH(scene.triangles + hit);
+    if (EK_HAS_vertex_normal) EK_PREFETCH(scene.triangle_normals + hit);
   }
 #endif
 }

@@ -34,16 +34,16 @@ EK_FN vf candidate_shares(const RayOne* rays, const uint* rows) {
 
 // Fetches what the whole test of the last candidate needs, in a tree that is larger than a core's caches.
 EK_FN void candidate_prefetch(Geometry geometry, const BatchCandidates* candidates) {
-#if EK_MEDIUM_TREE && EK_BUILTIN(__builtin_prefetch)
+#if EK_MEDIUM_TREE && EK_CPU
 #if EK_HAS_moving_surface
   if (EK_OVER_TIME(geometry)) {
     global const Triangle* before = geometry.scene.pose_triangles + candidates->record[candidates->count - 1u];
-    __builtin_prefetch(before);
-    __builtin_prefetch(before + 1);
+    EK_PREFETCH(before);
+    EK_PREFETCH(before + 1);
     return;
   }
 #endif
-  __builtin_prefetch(geometry.scene.triangles + candidates->triangle[candidates->count - 1u]);
+  EK_PREFETCH(geometry.scene.triangles + candidates->triangle[candidates->count - 1u]);
 #endif
 }
 

@@ -85,35 +85,35 @@ EK_FN uint wide_record(Geometry geometry, uint child, const RayOne* ray) {
 // Fetches what is at a child (wide_record), in a tree that is larger than the caches. For marks that are no child it fetches the
 // root: fetching where there is no memory costs a walk of the page tables each time.
 EK_FN void wide_prefetch(Geometry geometry, uint child) {
-#if EK_LARGE_TREE && EK_BUILTIN(__builtin_prefetch)
+#if EK_LARGE_TREE && EK_CPU
   child = (child == WIDE_NOTHING) | (EK_HAS_instance & (child == INSTANCE_EXIT)) ? 0u : child;
   if (EK_HAS_instance && is_instance_child(child)) {
-    __builtin_prefetch(geometry.scene.instances + (child & ~INSTANCE_CHILD));
-    __builtin_prefetch((global const char*)(geometry.scene.instances + (child & ~INSTANCE_CHILD)) + 64);
+    EK_PREFETCH(geometry.scene.instances + (child & ~INSTANCE_CHILD));
+    EK_PREFETCH((global const char*)(geometry.scene.instances + (child & ~INSTANCE_CHILD)) + 64);
     return;
   }
   global const char* p = child & WIDE_LEAF ? (global const char*)wide_leaf8(geometry, child)
                                            : (global const char*)wide_node(geometry, child);
-  __builtin_prefetch(p);
-  __builtin_prefetch(p + 64);
-  __builtin_prefetch(p + 128);
-  __builtin_prefetch(p + 192);
-  __builtin_prefetch(p + 256);
+  EK_PREFETCH(p);
+  EK_PREFETCH(p + 64);
+  EK_PREFETCH(p + 128);
+  EK_PREFETCH(p + 192);
+  EK_PREFETCH(p + 256);
   if (EK_OVER_TIME(geometry)) {
-    __builtin_prefetch(p + 320);
-    __builtin_prefetch(p + 384);
-    __builtin_prefetch(p + 448);
+    EK_PREFETCH(p + 320);
+    EK_PREFETCH(p + 384);
+    EK_PREFETCH(p + 448);
   }
 #if EK_LAYOUT_bvh16
   if (EK_OVER_TIME(geometry)) p += 192;
   global const char* rest = child & WIDE_LEAF ? p : p + 320;  // a leaf has no more words
-  __builtin_prefetch(rest);
-  __builtin_prefetch(rest + 64);
-  __builtin_prefetch(rest + 128);
+  EK_PREFETCH(rest);
+  EK_PREFETCH(rest + 64);
+  EK_PREFETCH(rest + 128);
   if (EK_OVER_TIME(geometry)) {
-    __builtin_prefetch(rest + 192);
-    __builtin_prefetch(rest + 256);
-    __builtin_prefetch(rest + 320);
+    EK_PREFETCH(rest + 192);
+    EK_PREFETCH(rest + 256);
+    EK_PREFETCH(rest + 320);
   }
 #endif
 #endif
