@@ -17,11 +17,13 @@ namespace {
 constexpr std::uint64_t kPathBytes = 256;  // rough size of state and film slots of a path with all features
 constexpr std::uint32_t kLeastPool = 1U << 10;  // smaller units are slow, and save little beside the scene
 constexpr std::uint32_t kMostPool = 1U << 22;
-// A device that launches each stage has a fixed cost for each depth of a unit, whatever the unit's size. An H100 traces a
-// unit of 2^23 paths, for each of which its compute units have 32 rounds of work-items, in about 17 ms, and the launches of
-// its 28 depths take 1.3 ms. The kernels number paths exactly below 2^23.
-constexpr std::uint32_t kLeastQueuePool = 1U << 20, kMostQueuePool = 1U << 23;
-constexpr std::uint64_t kResident = 2048, kRoundsOfItems = 32;  // work-items that a compute unit holds; rounds of them
+constexpr std::uint32_t kMostExactPaths =
+    1U << 23;  // kernels of several lanes number no more (kernels/stages/path_state.h)
+// A device that launches each stage has a fixed cost for each depth of a unit, whatever the unit's size. An H200 takes 0.09 to 0.16 ms
+// for each of the 25 to 80 depths of a unit that have less than 2^16 paths: with units of 2^23 paths 15 % of the time in cornell.gltf
+// and 36 % in cornell_spheres.gltf (tools/gpu/MODEL.md).
+constexpr std::uint32_t kLeastQueuePool = 1U << 20, kMostQueuePool = 1U << 25;
+constexpr std::uint64_t kResident = 2048, kRoundsOfItems = 128;  // work-items that a compute unit holds; rounds of them
 // A unit with fewer samples of each pixel is smaller than the pool: sums take memory, too.
 constexpr std::uint32_t kSamplesToFill = 32;
 // Measured on cores with 1 MiB of level-2 cache: chunks of 4096 paths (0.5 MiB of state) are 3 to 4
@@ -64,6 +66,7 @@ WavefrontConfig configure(const DeviceInfo& device, const Execution& execution) 
   std::uint64_t paths = execution.unit_paths != 0 ? execution.unit_paths : usual_pool(config, device, chunk);
   const std::uint64_t memory = available_bytes(device, execution);
   while (execution.unit_paths == 0 && paths > kLeastPool && paths * kPathBytes > memory / 4) paths /= 2;
+  if (config.chunked) paths = std::min<std::uint64_t>(paths, kMostExactPaths);
   const auto whole = [&](std::uint32_t grain) { return std::max(std::uint32_t(paths) / grain, 1U); };
   config.chunk = config.chunked ? chunk : whole(kWorkGroup) * kWorkGroup;
   config.chunks = config.chunked ? whole(config.chunk) : 1;

@@ -39,10 +39,8 @@ EK_FN_ONCE void stage_generate(StageContext stage, PathSource source, uint first
   constant Frame* frame = stage.frame;
   for (uint slot = 0; slot < count; slot += EK_WIDTH) {
     const vu path = (vu)(first + slot) + LANE_INDEX;
-    // path = sample * pixel_count + pixel. The quotient is exact: below 2^23 the float error is
-    // less than half a step.
     const uint pixel_count = frame->pixel_count;
-    const vu sample = AS_U(TO_I(div_f(TO_F(AS_I(path)) + 0.5f, (vf)((float)pixel_count))));
+    const vu sample = sample_of_path(path, pixel_count);
     const vu pixel = path - sample * pixel_count;
     const vu xy = gather_u(source.pixels, pixel < pixel_count ? pixel : (vu)(0u));
     const vu x = xy & 0xffffu, y = xy >> 16;

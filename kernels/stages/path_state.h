@@ -23,6 +23,16 @@ enum {
 // Slots between two words: a power of two would put all words of a path into one cache set.
 #define EK_STRIDE (EK_CHUNK + EK_PAD)
 
+/// Number of the sample of a pixel that each path of a unit has: path / pixel_count, rounded down. Several lanes divide as floats: their
+/// units have less than 2^23 paths, for which the error is less than half a step.
+EK_FN vu sample_of_path(vu path, uint pixel_count) {
+#if EK_WIDTH == 1
+  return path / pixel_count;
+#else
+  return AS_U(TO_I(div_f(TO_F(AS_I(path)) + 0.5f, (vf)((float)pixel_count))));
+#endif
+}
+
 // state_<type>, state_set_<type>: of the paths of a vector, from slot `slot` on.
 EK_FN vf state_vf(global const uint* state, uint word, uint slot) {
   return load_f((global const float*)(state + word * EK_STRIDE + slot));

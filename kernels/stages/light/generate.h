@@ -39,7 +39,7 @@ EK_FN_ONCE void stage_light_generate(StageContext stage, SceneData scene, LightD
   for (uint slot = 0; slot < count; slot += EK_WIDTH) {
     const vu path = (vu)(first + slot) + LANE_INDEX;
     const uint number_count = frame->pixel_count;
-    const vu sample = AS_U(TO_I(div_f(TO_F(AS_I(path)) + 0.5f, (vf)((float)number_count))));  // exact: see generate.h
+    const vu sample = sample_of_path(path, number_count);
     const vu place = path - sample * number_count;
     vu index, replicate;
     const vu key = light_path_key(frame, gather_u(source.pixels, place < number_count ? place : (vu)(0u)), sample, &index, &replicate);

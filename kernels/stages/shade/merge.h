@@ -30,8 +30,7 @@ EK_FN vi is_only_exact(const MaterialLanes* m) {
 
 /// Replicate of a path's sample.
 EK_FN vu replicate_of(constant Frame* frame, vu path) {
-  const vu sample = AS_U(TO_I(div_f(TO_F(AS_I(path)) + 0.5f, (vf)((float)frame->pixel_count))));  // exact: see generate.h
-  return ((vu)(frame->sample_begin) + sample) & ((1u << frame->replicate_bits) - 1u);
+  return ((vu)(frame->sample_begin) + sample_of_path(path, frame->pixel_count)) & ((1u << frame->replicate_bits) - 1u);
 }
 
 /// Mask of the photons near a point that belong to its surface.

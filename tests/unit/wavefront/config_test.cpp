@@ -53,8 +53,8 @@ TEST(WavefrontConfig, a_gpu_has_queues_and_launches_each_stage) {
     const WavefrontConfig config = configure(info, execution);
     EXPECT_FALSE(config.chunked || config.fused);
     EXPECT_EQ(config.lanes, 1U);
-    EXPECT_EQ(config.capacity(), 1U << 22);
-    EXPECT_EQ(config.pixels, 1U << 17);
+    EXPECT_EQ(config.capacity(), 1U << 24);
+    EXPECT_EQ(config.pixels, 1U << 19);
   }
 }
 
@@ -66,13 +66,21 @@ TEST(WavefrontConfig, the_units_of_a_gpu_grow_with_its_compute_units_as_far_as_i
     info.compute_units = units;
     const WavefrontConfig config = configure(info, {});
     EXPECT_GE(config.capacity(), 1U << 20);
-    EXPECT_GE(config.capacity(), std::min(4 * units * 2048, 1U << 23));
-    EXPECT_LE(config.capacity(), 1U << 23) << "paths keep exact numbers";
+    EXPECT_GE(config.capacity(), std::min(4 * units * 2048, 1U << 25));
+    EXPECT_LE(config.capacity(), 1U << 25);
     EXPECT_GE(config.pixels, kBlockPixels);
     EXPECT_LE(config.pixels, std::max(kBlockPixels, config.capacity() / 16));
   }
   info.memory_bytes = std::uint64_t{1} << 30;
   EXPECT_LE(configure(info, {}).capacity(), 1U << 20);
+}
+
+TEST(WavefrontConfig, a_processor_has_no_more_paths_in_a_unit_than_its_kernels_can_number) {
+  Execution execution;
+  execution.unit_paths = 1U << 25;
+  EXPECT_LE(configure(processor(8), execution).capacity(), 1U << 23);
+  execution.chunked = false;
+  EXPECT_EQ(configure(processor(8), execution).capacity(), 1U << 25) << "one lane has exact integers";
 }
 
 TEST(WavefrontConfig, what_is_asked_for_is_given_and_little_memory_makes_the_pool_small) {

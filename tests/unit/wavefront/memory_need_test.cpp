@@ -172,7 +172,7 @@ TEST(Memory, the_units_of_a_gpu_are_as_large_as_fits) {
     EXPECT_EQ(refusal(memory_need(packed, config, features, settings), device), "") << memory;
     return config.capacity();
   };
-  EXPECT_EQ(capacity(80000, 20000), 1U << 23);
+  EXPECT_EQ(capacity(80000, 20000), 1U << 25);
   EXPECT_EQ(capacity(4096, 1024), 1U << 22) << "the pool takes a quarter of the memory";
   EXPECT_LE(capacity(80000, 40), 1U << 19) << "the state of all paths is one buffer";
   const std::uint32_t little = capacity(2, 2);
