@@ -6,6 +6,8 @@
 #include <bit>
 
 #include <fmt/format.h>
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
 
 #include "core/device_vector.h"
 #include "core/error.h"
@@ -15,6 +17,9 @@ namespace eikon {
 namespace {
 
 __extension__ typedef unsigned __int128 uint128;
+
+// Pixels of a unit that a thread adds in about a millisecond. The units of CPUs have no more, and those of GPUs up to a million.
+constexpr std::size_t kPixelsOfPart = std::size_t{1} << 14;
 
 constexpr int128 kMaxSum = static_cast<int128>(~uint128{0} >> 1);
 
@@ -93,15 +98,25 @@ void Film::add(const UnitSums& unit) {
   std::vector<std::uint64_t> drawn(replicates);
   for (std::uint32_t r = 0; r < replicates; ++r)
     drawn[r] = samples_of_replicate(unit.sample_begin, unit.sample_end, r, replicates);
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, unit.pixels.size(), kPixelsOfPart),
+                    [&](const auto& part) { add_pixels(unit, drawn, part.begin(), part.end()); });
+  add_mattes(unit);
+  if (unit.light_paths > 0) add_splats(unit);
+}
+
+/// Adds the pixels [begin, end) of a unit: their counts and their sums.
+/// drawn  samples of a pixel that the unit has of each replicate
+void Film::add_pixels(const UnitSums& unit, std::span<const std::uint64_t> drawn, std::size_t begin, std::size_t end) {
+  const std::size_t replicates = drawn.size();
   // The unit's arrays are read along the pixels, in groups whose film sums fit into the L1 cache.
   constexpr std::size_t kTogether = 128;
   std::array<std::size_t, kTogether> film_pixels{};
-  for (std::size_t first = 0; first < unit.pixels.size(); first += kTogether) {
-    const std::size_t count = std::min(kTogether, unit.pixels.size() - first);
+  for (std::size_t first = begin; first < end; first += kTogether) {
+    const std::size_t count = std::min(kTogether, end - first);
     for (std::size_t i = 0; i < count; ++i)
       film_pixels[i] = pixel_index(unit.pixels[first + i] & 0xffffu, unit.pixels[first + i] >> 16);
-    for (std::uint32_t r = 0; r < replicates; ++r) {
-      const std::uint32_t* const rejected = &unit.rejected[r * stride + first];
+    for (std::size_t r = 0; r < replicates; ++r) {
+      const std::uint32_t* const rejected = &unit.rejected[r * unit.pixel_stride + first];
       for (std::size_t i = 0; i < count; ++i) {
         if (rejected[i] > drawn[r])
           throw InternalError(fmt::format("unit rejects {} of {} samples of a pixel", rejected[i], drawn[r]));
@@ -110,8 +125,6 @@ void Film::add(const UnitSums& unit) {
     }
     add_sums(unit, first, std::span(film_pixels).first(count));
   }
-  add_mattes(unit);
-  if (unit.light_paths > 0) add_splats(unit);
 }
 
 /// Adds the sums of some pixels of a unit.

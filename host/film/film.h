@@ -212,6 +212,7 @@ class Film {
   [[nodiscard]] Spread spread_of(std::size_t pixel, std::uint32_t channel) const;
   /// The samples of each replicate of each pixel of a row from pixel `first` on, if all have as many.
   [[nodiscard]] std::optional<std::uint64_t> count_of_row(std::size_t first) const;
+  void add_pixels(const UnitSums& unit, std::span<const std::uint64_t> drawn, std::size_t begin, std::size_t end);
   void add_sums(const UnitSums& unit, std::size_t first, std::span<const std::size_t> film_pixels);
   void add_mattes(const UnitSums& unit);
   void add_splats(const UnitSums& unit);

@@ -196,6 +196,21 @@ TEST(Film, N4_any_split_in_any_order_gives_the_same_bits) {
   }
 }
 
+TEST(Film, a_unit_that_several_threads_add_has_the_bits_of_its_rows) {
+  const std::uint32_t width = 300, height = 250;  // four parts of 2^14 pixels, and a rest
+  const FilmLayout layout = small_layout(width, height);
+  std::vector<std::uint32_t> all;
+  for (std::uint32_t y = 0; y < height; ++y)
+    for (std::uint32_t x = 0; x < width; ++x) all.push_back(x | y << 16);
+  Film whole(layout), rows(layout);
+  whole.add(make_unit(layout, all, 3, 5).sums());
+  for (std::uint32_t y = 0; y < height; ++y) {
+    const auto row = all.begin() + std::ptrdiff_t{y} * width;
+    rows.add(make_unit(layout, std::vector(row, row + width), 3, 5).sums());
+  }
+  EXPECT_TRUE(same_bits(whole, rows));
+}
+
 TEST(Film, a_film_of_a_part_adds_into_the_whole) {
   FilmLayout part_layout = small_layout(8, 6);
   part_layout.crop = {2, 1, 5, 6};
