@@ -86,6 +86,17 @@ EK_FN void path_store(global uint* state, uint slot, Packing keep, PathState pat
 #include "shared/path_state.def"
 }
 
+/// As path_store, of paths that go on. On queues a path keeps its slot, and there is all that it keeps from its start.
+EK_FN void path_store_next(global uint* state, uint slot, Packing keep, PathState path) {
+#if !EK_CHUNKED
+#define EK_START_FIELD(type, name, needed)
+#endif
+#define EK_FIELD(type, name, needed) \
+  if (needed) state_pack_##type(state, FIELD_##name, slot, keep, path.name);
+#define EK_DEPTH_FIELD(type, name, needed)
+#include "shared/path_state.def"
+}
+
 /// A shadow ray that waits for stage `shadow`.
 typedef struct {
 #define EK_FIELD(type, name, needed)

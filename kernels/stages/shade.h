@@ -143,7 +143,7 @@ EK_FN_ONCE Survivors stage_shade(StageContext stage, SceneData scene, LightData 
 #endif
     // On chunks, [slot, slot + width) has been read and survivors.paths <= slot, so whole vectors may be written there.
     const Packing keep = packing(next.survives);
-    path_store(stage.state, EK_CHUNKED ? survivors.paths : walk.slot, keep, shade_next_path(c, &point, &next));
+    path_store_next(stage.state, EK_CHUNKED ? survivors.paths : walk.slot, keep, shade_next_path(c, &point, &next));
 #if !EK_CHUNKED
     const uint pending = EK_HAS_next_event ? direct_light_last(c, &direct, point, walk.slot) : 0u;
 #endif

@@ -240,7 +240,7 @@ EK_FN_ONCE Survivors stage_light_shade(StageContext stage, SceneData scene, Ligh
     PathState path = shade_next_path(c, &point, &next);
     path.source_group = hit.path.source_group;
     const Packing keep = packing(next.survives);
-    path_store(stage.state, EK_CHUNKED ? survivors.paths : walk.slot, keep, path);
+    path_store_next(stage.state, EK_CHUNKED ? survivors.paths : walk.slot, keep, path);
     if (!EK_CHUNKED)
       state_set_vu(stage.state, FIELD_next, walk.slot, (vu)(mask_bits(next.survives) | (pending != 0u ? 2u : 0u)));
     survivors.paths += keep.count;
