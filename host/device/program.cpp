@@ -173,6 +173,12 @@ Kernel Program::kernel(const std::string& name) const {
 
 const std::string& Kernel::name() const { return impl_->name; }
 
+std::size_t Kernel::most_work_items() const {
+  std::size_t count = 1;
+  clGetKernelWorkGroupInfo(impl_->kernel.get(), nullptr, CL_KERNEL_WORK_GROUP_SIZE, sizeof count, &count, nullptr);
+  return count;
+}
+
 void Kernel::bind(const Arguments& arguments) {
   Impl& k = *impl_;
   k.bound.clear();

@@ -35,9 +35,14 @@ class StageKernels {
   [[nodiscard]] QueueCounts read_counts(const Buffer& counts, std::uint32_t depth, std::uint64_t paths);
 
  private:
+  struct Stage {
+    Kernel kernel;
+    std::size_t group = 1;  // work-items of a work-group
+  };
+
   Device* device_ = nullptr;
   WavefrontConfig config_;
-  std::map<std::string, Kernel> kernels_;
+  std::map<std::string, Stage> stages_;
 };
 
 }  // namespace eikon
