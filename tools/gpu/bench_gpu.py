@@ -28,7 +28,7 @@ NAME = "eikon-gpu"  # of the folder in the archive
 # of 128 fill 2^18 paths, of 256 2^20 and of 512 2^22.
 FULL = {"film_size": "96x64", "film_spp": 16, "scenes": ["cornell", "cornell_spheres", "window_room", "lacquer"], "side": 1024, "spp": 64,
         "rays": [1 << 20, 1 << 22, 1 << 24], "rounds": 3, "luxcore_scenes": ["cornell", "cornell_spheres", "window_room"],
-        "units": [(1 << 18, 128), (1 << 20, 128), (1 << 20, 256), (1 << 22, 256), (1 << 22, 512)], "command_seconds": 600}
+        "units": [(1 << 20, 256), (1 << 22, 512), (1 << 23, 512), (1 << 24, 1024), (1 << 25, 1024)], "command_seconds": 600}
 QUICK = {"film_size": "24x16", "film_spp": 4, "scenes": ["cornell"], "side": 48, "spp": 4, "rays": [1 << 12], "rounds": 1,
          "luxcore_scenes": ["cornell"], "units": [(1 << 12, 32), (1 << 20, 128)], "command_seconds": 120,
          "film_scenes": ["cornell", "nori_triangle_1"], "feature_scenes": ["moving"]}

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Predicts paths a second on GPUs that nobody has measured yet, from what is known without one: registers (bounds.tsv), counts of
-renders (counts.tsv) and assumptions, which stand here by name. Prints the tables of MODEL.md.
+"""Predicts paths a second on GPUs from what is known without one: registers (bounds.tsv), counts of renders (counts.tsv) and assumptions,
+which stand here by name. Prints the tables of MODEL.md, the last of which compares this with what was measured (measured.tsv).
 
     model.py                    the tables
     model.py --adopt            writes them into MODEL.md
@@ -23,7 +23,7 @@ from check import occupancy, read_bounds  # noqa: E402
 
 HERE = pathlib.Path(__file__).resolve().parent
 ROOT = HERE.parent.parent
-COUNTS, PAGE = HERE / "counts.tsv", HERE / "MODEL.md"
+COUNTS, MEASURED, PAGE = HERE / "counts.tsv", HERE / "measured.tsv", HERE / "MODEL.md"
 BEGIN, END = "<!-- begin of what model.py prints -->\n", "<!-- end of what model.py prints -->\n"
 SCENES = ("cornell", "window_room", "cornell_spheres")
 LAYOUTS = ("bvh2", "bvh4", "cwbvh")
@@ -60,13 +60,16 @@ LEAF_TRIANGLES = 1.5
 # has; those of a ray of `bench rays`; those of a pixel of a unit's sums that go back to the host, and its counts.
 BYTES = {"generate": 76, "intersect": 48, "miss": 20, "shade": 180, "sort_hits": 44, "compact": 14, "shadow": 76, "film": 12}
 STATE_BYTES, BENCH_RAY_BYTES, PIXEL_BYTES = 148, 44, 105
-SAMPLES_OF_A_UNIT = 16  # render/schedule.cpp: of a pixel, in images of up to 64 samples
+SAMPLES_OF_A_UNIT = 64  # of a pixel: all of an image that takes less than a second (render/schedule.cpp)
+WAITED_FOR = 1 << 16    # paths of a depth for whose number the host waits (wavefront/stages/depth_plan.h)
+MEASURED_SAMPLES = 256  # of measured.tsv
+UNITS = (1 << 20, 1 << 23, 1 << 25)  # paths
 FILM_LOOP = 0.25        # of the instructions of `film`, those that each sample of a pixel takes
 
 
 @dataclasses.dataclass(frozen=True)
 class Assumed:
-    """What is neither counted nor measured on a GPU. (slow, middle, fast)"""
+    """What is neither counted nor on a data sheet. (slow, middle, fast)"""
     # Share of the lanes of a warp that have work, by kind of ray and in shading.
     camera: tuple = (0.7, 0.8, 0.9)
     diffuse: tuple = (0.35, 0.45, 0.6)
@@ -76,12 +79,13 @@ class Assumed:
     executed: tuple = (0.9, 0.7, 0.5)
     triangle: tuple = (250, 160, 120)  # instructions of a test; most are refused at the edges, after about 90
     clocks: tuple = (20, 12, 8)        # from one instruction of a warp to its next, memory included
+    shading_clocks: tuple = (60, 42, 24)  # the same in shading, whose loads depend on each other; fitted to measured.tsv
     issue: tuple = (0.6, 0.7, 0.8)     # of all clocks, at most, in which a scheduler issues
     sectors: tuple = (2.7, 2.0, 1.6)   # bytes that memory moves for each that is wanted, as paths thin out
-    launch_s: tuple = (5e-6, 3e-6, 2e-6)     # from the end of a kernel to the begin of the next
+    launch_s: tuple = (10e-6, 7e-6, 3e-6)    # from the end of a kernel to the begin of the next; the middle is measured, with --stats
     read_s: tuple = (15e-6, 8e-6, 5e-6)      # a round's number of paths, to the host and back
     bus: tuple = (3e9, 6e9, 12e9)            # bytes a second, from memory that is not pinned
-    film_add_s: tuple = (0.6e-3, 0.44e-3, 0.3e-3)  # the host adds 16,384 pixels to the film; the middle was measured on an EPYC
+    film_add_s: tuple = (0.85e-3, 0.2e-3, 0.1e-3)  # the host adds 16,384 pixels to the film; the slow end is one thread, measured
 
     def at(self, end):
         return Assumed(**{field.name: getattr(self, field.name)[end] for field in dataclasses.fields(self)})
@@ -128,13 +132,14 @@ class Model:
         """Seconds that a kernel runs: as registers and latency let it issue, or as memory lets it move so many bytes."""
         schedulers = self.gpu.sms * SCHEDULERS
         warps = min(self.warps(kernel) / SCHEDULERS, items / LANES / schedulers)
-        share = min(self.assumed.issue, warps / self.assumed.clocks)
+        share = min(self.assumed.issue, warps / (self.assumed.shading_clocks if kernel.startswith("shade") else self.assumed.clocks))
         issue_s = items * slots / (schedulers * LANES * self.gpu.hertz * share) if items else 0.0
         return max(issue_s, memory_bytes / self.gpu.dram)
 
     def kernel_s(self, kernel, items, depth, paths):
         """The same, for a unit of so many paths, whose state may stay in the cache."""
-        moved = 0.0 if paths * STATE_BYTES < self.gpu.l2_bytes else items * BYTES["shade" if kernel in CLASSES else kernel] * self.assumed.sectors
+        sectors = 1.0 if kernel == "generate" else self.assumed.sectors  # no path has ended yet
+        moved = 0.0 if paths * STATE_BYTES < self.gpu.l2_bytes else items * BYTES["shade" if kernel in CLASSES else kernel] * sectors
         return self.run_s(kernel, items, self.slots(kernel, depth), moved)
 
     def rays_per_s(self, kind, count):
@@ -151,23 +156,21 @@ class Model:
             del items["miss"]
         return {kernel: self.kernel_s(kernel, count, depth, paths) for kernel, count in items.items()}
 
-    def unit(self, paths):
+    def unit(self, paths, samples=SAMPLES_OF_A_UNIT):
         """(seconds, {kernel: seconds}) of a unit of so many paths. The first includes what the device waits between kernels and at the end."""
-        pixels = paths / SAMPLES_OF_A_UNIT
+        pixels = paths / samples
         total = {kernel: self.kernel_s(kernel, paths, 0, paths) for kernel in ("generate", "film")}
-        first, waits = 0.0, len(total) * self.assumed.launch_s
+        waits = len(total) * self.assumed.launch_s
         for depth, share in enumerate(self.scene["alive"]):
             if paths * share < 0.5:
                 break
             seconds = self.round_s(depth, paths)
             for kernel, time in seconds.items():
                 total[kernel] = total.get(kernel, 0.0) + time
-            waits += self.assumed.read_s + len(seconds) * self.assumed.launch_s
-            first = first or sum(seconds.values()) + total["generate"]
-        # The host adds the sums while the device has the first depth of the next unit and nothing else.
+            waits += (self.assumed.read_s if paths * share > WAITED_FOR else 0.0) + len(seconds) * self.assumed.launch_s
+        # The host adds the sums of the unit before at the same time.
         host = pixels * PIXEL_BYTES / self.assumed.bus + self.assumed.film_add_s * pixels / 16384
-        waits += max(0.0, host - first)
-        return sum(total.values()) + waits, total
+        return max(sum(total.values()) + waits, host), total
 
     def full(self):
         """Paths a second if the device were always full and never waited."""
@@ -234,21 +237,20 @@ def spread(of, digits=0):
     return " / ".join(f"{of(end):.{digits}f}" for end in range(3))
 
 
-def mpaths(gpu, scene, block, end, layout="bvh2"):
-    """Paths a second of units that fill a block of pixels of that side."""
-    paths = block * block * SAMPLES_OF_A_UNIT
+def mpaths(gpu, scene, paths, end, layout="bvh2"):
+    """Paths a second in units of so many."""
     return 1e-6 * paths / Model(gpu, scene, layout, end).unit(paths)[0]
 
 
-def in_kernels(gpu, scene, block, end):
+def in_kernels(gpu, scene, paths, end):
     """Per cent of the time."""
-    seconds, total = Model(gpu, scene, "bvh2", end).unit(block * block * SAMPLES_OF_A_UNIT)
+    seconds, total = Model(gpu, scene, "bvh2", end).unit(paths)
     return 100 * sum(total.values()) / seconds
 
 
 def stage_shares(gpu, scene, end):
-    """{kernel: per cent of the time of all kernels} with blocks of 128. `shade` is the sum of all classes."""
-    total = Model(gpu, scene, "bvh2", end).unit(128 * 128 * SAMPLES_OF_A_UNIT)[1]
+    """{kernel: per cent of the time of all kernels} in the largest units. `shade` is the sum of all classes."""
+    total = Model(gpu, scene, "bvh2", end).unit(UNITS[-1])[1]
     shares = {kernel: 100 * seconds / sum(total.values()) for kernel, seconds in total.items()}
     return {**shares, "shade": sum(share for kernel, share in shares.items() if kernel == "shade" or kernel in CLASSES)}
 
@@ -271,10 +273,10 @@ def rays_table():
 
 
 def paths_table():
-    return table(["GPU", "scene", "Mpaths/s: 2^20, block 128", "in kernels, %", "Mpaths/s: 2^20, block 256", "Mpaths/s: always full"],
-                 [(gpu.name, scene, spread(lambda end: mpaths(gpu, scene, 128, end)), spread(lambda end: in_kernels(gpu, scene, 128, end)),
-                   spread(lambda end: mpaths(gpu, scene, 256, end)), spread(lambda end: 1e-6 * Model(gpu, scene, "bvh2", end).full()))
-                  for gpu in GPUS for scene in SCENES])
+    return table(["GPU", "scene", *(f"Mpaths/s: 2^{paths.bit_length() - 1}" for paths in UNITS), "in kernels, %: 2^25", "Mpaths/s: always full"],
+                 [(gpu.name, scene, *(spread(lambda end, paths=paths: mpaths(gpu, scene, paths, end)) for paths in UNITS),
+                   spread(lambda end: in_kernels(gpu, scene, UNITS[-1], end)),
+                   spread(lambda end: 1e-6 * Model(gpu, scene, "bvh2", end).full())) for gpu in GPUS for scene in SCENES])
 
 
 def stages_table():
@@ -286,30 +288,50 @@ def stages_table():
 def claims_table():
     """What would show that the model is wrong, and where: rows of the page that bench_gpu.sh makes."""
     h100, h200, _ = GPUS
-    low, high = (mpaths(h100, "cornell", 128, end) for end in (0, 2))
+    small, middle, large = UNITS
+    low, high = (mpaths(h200, "cornell", large, end) for end in (0, 2))
     rays = [1e-6 * Model(h100, "cornell", layout, 1).rays_per_s("diffuse", 1 << 24) for layout in LAYOUTS]
     slowest = 1e-6 * Model(h100, "cornell", "bvh2", 0).rays_per_s("diffuse", 1 << 24)
     return table(["section, row", "the model says", "wrong, and then what is", "if"], [
-        ("Paths by unit: cornell, 2^20, block 128", f"{low:.0f} to {high:.0f} Mpaths/s on an H100", "anything", "it is outside"),
-        ("Paths by unit: cornell, 2^20, block 256 over block 128",
-         f"{spread(lambda end: mpaths(h100, 'cornell', 256, end) / mpaths(h100, 'cornell', 128, end), 2)} times",
-         "fixed costs of a unit: `launch_s`, `read_s`, `film_add_s`, `bus`", "it is below 1.3"),
-        ("Paths by unit: cornell, 2^20, block 128, in kernels", f"{spread(lambda end: in_kernels(h100, 'cornell', 128, end))} %",
-         "`read_s`, `film_add_s`, `bus`", "it is above 80 or below 30"),
-        ("the same row on an H200", f"{mpaths(h200, 'cornell', 128, 1) / mpaths(h100, 'cornell', 128, 1):.2f} times an H100",
-         "that the state of 2^18 paths stays in the cache: memory limits", "it is above 1.15"),
+        ("Paths by unit: cornell, 2^25", f"{low:.0f} to {high:.0f} Mpaths/s on an H200", "anything", "it is outside"),
+        ("Paths by unit: cornell, 2^25 over 2^23",
+         f"{spread(lambda end: mpaths(h200, 'cornell', large, end) / mpaths(h200, 'cornell', middle, end), 2)} times",
+         "that thin depths cost what `launch_s` says", "it is below 1.03"),
+        ("Paths by unit: cornell, 2^23 over 2^20",
+         f"{spread(lambda end: mpaths(h200, 'cornell', middle, end) / mpaths(h200, 'cornell', small, end), 2)} times",
+         "`launch_s`, `read_s`, `bus`", "it is below 1.3"),
+        ("Paths by unit: cornell, 2^25, in kernels", f"{spread(lambda end: in_kernels(h200, 'cornell', large, end))} %",
+         "`launch_s`, `read_s`", "it is below 85"),
         ("Rays by layout: cornell, bvh2, 2^24, diffuse", f"at least {slowest:.0f} Mrays/s on an H100", "`clocks` and `diffuse`: latency limits",
          "it is below"),
         ("Rays by layout: cornell, cwbvh over bvh2, 2^24, diffuse", f"{rays[2] / rays[0]:.2f} times",
          "that instructions limit, not the latency of memory", "it is above 1.1"),
         ("Time by stage: cornell_spheres, all `shade_*` of all kernels",
-         f"{spread(lambda end: stage_shares(h100, 'cornell_spheres', end)['shade'])} %, for want of warps",
-         "that registers matter: `clocks`", "it is below 35"),
+         f"{spread(lambda end: stage_shares(h200, 'cornell_spheres', end)['shade'])} %, for want of warps",
+         "that registers matter: `shading_clocks`", "it is below 35"),
     ])
 
 
+def measured_table():
+    """What the model gives for the units of each render that was measured, beside the measurement."""
+    rows = []
+    gpus = {gpu.name: gpu for gpu in GPUS}
+    for line in MEASURED.read_text().splitlines():
+        if line.startswith("#"):
+            continue
+        gpu, scene, units, paths, kernel, ms = line.split("\t")
+        of_unit = [Model(gpus[gpu], scene, "bvh2", end).unit(int(paths) / int(units), MEASURED_SAMPLES) for end in range(3)]
+
+        def predicted(end, units=int(units), kernel=kernel, of_unit=of_unit):
+            seconds, kernels = of_unit[end]
+            return 1e3 * units * {**kernels, "all": seconds, "gaps": seconds - sum(kernels.values())}[kernel]
+
+        rows.append((gpu, scene, kernel, spread(predicted), f"{float(ms):.0f}", f"{float(ms) / predicted(1):.2f}"))
+    return table(["GPU", "scene", "kernel", "the model says, ms", "measured, ms", "measured / middle"], rows)
+
+
 def tables():
-    return "\n".join((kernel_table(), rays_table(), paths_table(), stages_table(), claims_table()))
+    return "\n".join((kernel_table(), rays_table(), paths_table(), stages_table(), claims_table(), measured_table()))
 
 
 BOUNDS = read_bounds()
